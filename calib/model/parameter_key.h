@@ -22,13 +22,13 @@ enum class ParameterKind {
   kCompliance,  // k_i
   kLoad,        // k_i times an unknown part of a link's mass moment
   kCosine,
-  kSine,        // transmission harmonic
+  kSine,  // transmission harmonic
   kFunctionCosine,
   kFunctionSine,  // of a joint's function
   kBearing,       // compliance of a joint across its axis, about x or y of the preceding frame
-  kPlay,        // play_i
-  kDeflection,  // c_t
-  kTcp,         // one component of the tool's offset
+  kPlay,          // play_i
+  kDeflection,    // c_t
+  kTcp,           // one component of the tool's offset
   // Touches and targets.
   kEffectiveRadius,  // rho of a tool
   kLatchDelay,       // t_l, one for the cell
@@ -45,10 +45,10 @@ struct ParameterKey {
   ParameterKind kind = ParameterKind::kTheta;
   int joint = -1;    ///< -1: not of a joint
   int harmonic = 0;  ///< kCosine to kFunctionSine: order h
-  int axis = 0;      ///< kTcp, kLoad, kCentre, kTurn, kProbeTurn: 0 x, 1 y, 2 z; kBearing, kTilt: 0, 1
-  int link = -1;     ///< kLoad: the joint whose link it is
-  int tool = 0;      ///< kDeflection, kTcp, kEffectiveRadius: tool index; 0 the first
-  int target = -1;   ///< target index, kCentre and following
+  int axis = 0;   ///< kTcp, kLoad, kCentre, kTurn, kProbeTurn: 0 x, 1 y, 2 z; kBearing, kTilt: 0, 1
+  int link = -1;  ///< kLoad: the joint whose link it is
+  int tool = 0;   ///< kDeflection, kTcp, kEffectiveRadius: tool index; 0 the first
+  int target = -1;  ///< target index, kCentre and following
 
   auto operator<=>(const ParameterKey&) const = default;
 };

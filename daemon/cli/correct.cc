@@ -151,7 +151,7 @@ std::string report(const CorrectedProgram& result, const std::vector<fs::path>& 
 }
 
 nlohmann::json json_of(const CorrectedProgram& result, const std::vector<fs::path>& written,
-                    const calib::Robot& robot) {
+                       const calib::Robot& robot) {
   nlohmann::json all = {
       {"points", nlohmann::json::array()},  {"left", nlohmann::json::array()},
       {"tools", nlohmann::json::array()},   {"refusals", nlohmann::json::array()},
