@@ -100,6 +100,8 @@ std::vector<JointVector> accuracy_region_postures(const AccuracyRegion& region, 
     case AccuracyRegion::Kind::kTargets:
     case AccuracyRegion::Kind::kTool:
       return local_poses(arm, touches, centres_m, kNearM, count, kSeed);
+    case AccuracyRegion::Kind::kPostures:
+      return region.postures;
     case AccuracyRegion::Kind::kWorkspace:
       break;
   }

@@ -15,10 +15,14 @@ struct AccuracyRegion {
     kWorkspace,  ///< the whole workspace (region.h)
     kBox,        ///< tips inside a box along the base's axes
     kTargets,    ///< tips within 150 mm of a target, in postures similar to the touches'
-    kTool        ///< the tip relative to the flange, anywhere
+    kTool,       ///< the tip relative to the flange, anywhere
+    kPostures    ///< stated postures, as of a program's points
   };
   Kind kind = Kind::kWorkspace;
   Eigen::Vector3d low_m = Eigen::Vector3d::Zero(), high_m = Eigen::Vector3d::Zero();  ///< box
+  std::vector<JointVector> postures = {};  ///< of kPostures, at least kFewestPostures
+
+  static constexpr std::size_t kFewestPostures = 3;
 };
 
 /// "workspace", "targets", "tcp", or "box:X,Y,Z,X,Y,Z" with two opposite corners in mm. Throws

@@ -64,17 +64,6 @@ std::vector<KrlFile> modules_beside(const fs::path& program) {
   return all;
 }
 
-krl::ProgramFiles read_files(const CorrectCommand& command) {
-  krl::ProgramFiles files;
-  files.src = read(command.program);
-  const fs::path dat = command.dat.empty() ? dat_beside(command.program) : command.dat;
-  if (!dat.empty()) files.dat = read(dat);
-  for (const fs::path& one : command.controller)
-    (is_src(one) ? files.modules : files.controller).push_back(read(one));
-  for (KrlFile& one : modules_beside(command.program)) files.modules.push_back(std::move(one));
-  return files;
-}
-
 std::vector<std::string> upper(std::vector<std::string> names) {
   for (std::string& name : names)
     for (char& c : name) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
@@ -185,6 +174,18 @@ void name_refusals(const CorrectedProgram& result, const calib::Robot& robot) {
 
 }  // namespace
 
+krl::ProgramFiles read_program_files(const fs::path& program, const fs::path& dat,
+                                     const std::vector<fs::path>& controller) {
+  krl::ProgramFiles files;
+  files.src = read(program);
+  const fs::path points = dat.empty() ? dat_beside(program) : dat;
+  if (!points.empty()) files.dat = read(points);
+  for (const fs::path& one : controller)
+    (is_src(one) ? files.modules : files.controller).push_back(read(one));
+  for (KrlFile& one : modules_beside(program)) files.modules.push_back(std::move(one));
+  return files;
+}
+
 krl::CorrectionOptions correction_options(const CorrectCommand& command,
                                           const calib::Calibration* from) {
   krl::CorrectionOptions options;
@@ -228,7 +229,8 @@ nlohmann::json refusal_json(const krl::Refusal& refusal, const calib::Robot& rob
 
 int correct_krl(const CorrectCommand& command, const calib::Calibration& calibration,
                 const calib::Calibration* from) {
-  const krl::ProgramFiles files = read_files(command);
+  const krl::ProgramFiles files =
+      read_program_files(command.program, command.dat, command.controller);
   refuse_corrected(files);
   const CorrectedProgram result =
       correct_program(calibration, files, correction_options(command, from));

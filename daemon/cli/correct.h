@@ -33,6 +33,11 @@ int correct_krl(const CorrectCommand& command, const calib::Calibration& calibra
 int correct_backup_files(const CorrectCommand& command, const calib::Calibration& calibration,
                          const calib::Calibration* from = nullptr);
 
+/// A program with its .dat and the other programs of its folder.
+krl::ProgramFiles read_program_files(const std::filesystem::path& program,
+                                     const std::filesystem::path& dat,
+                                     const std::vector<std::filesystem::path>& controller);
+
 // Common to both reports.
 krl::CorrectionOptions correction_options(const CorrectCommand& command,
                                           const calib::Calibration* from);

@@ -72,6 +72,7 @@ void add_plan(CLI::App& app, int& status) {
       "largest\naxis travel is printed: over RSI, [rsi] correction_limit_deg must be more. A "
       "cell file that\ncontradicts itself is refused.\nExample: cellcal plan --cell cell.toml "
       "--touches 50 --check 10 -o plan.csv --picture plan.svg\n"
+      "         cellcal plan --cell cell.toml --touches 50 --program weld.src --config '$config.dat'\n"
       "         cellcal plan --cell cell.toml --touches 50 --suggest-spheres");
   command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
   command->add_option("--touches", given->touches, "Touches for the fit")
@@ -85,6 +86,13 @@ void add_plan(CLI::App& app, int& status) {
                    "Where accuracy matters: workspace, targets (150 mm around them), tcp, or "
                    "box:X,Y,Z,X,Y,Z (mm, two corners)")
       ->capture_default_str();
+  command
+      ->add_option("--program", given->programs,
+                   "KRL program (.src) whose points are the region; may be repeated")
+      ->excludes("--region");
+  command->add_option("--config", given->controller,
+                      "The controller's $config.dat with the program's tools and bases; also "
+                      "$machine.dat; may be repeated");
   command
       ->add_option("--from", given->from_deg,
                    "Joint angles where the session begins, A1,A2,... in deg [chosen by the plan]")

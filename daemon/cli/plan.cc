@@ -12,12 +12,14 @@
 #include <vector>
 
 #include "calib/files/files.h"
+#include "calib/model/error.h"
 #include "calib/model/long_work.h"
 #include "calib/model/units.h"
 #include "calib/plan/candidates.h"
 #include "calib/plan/cell_check.h"
 #include "calib/plan/duration.h"
 #include "calib/plan/suggest_spheres.h"
+#include "daemon/cli/correct.h"
 #include "daemon/cli/offline.h"
 #include "daemon/files/correction_limit.h"
 #include "daemon/report/plan_picture.h"
@@ -70,6 +72,27 @@ calib::JointVector begin_of(const PlanCommand& command, const calib::Robot& robo
       throw std::runtime_error(fmt::format("--from: {1:g} deg for {0} is outside of its limits",
                                            robot.joints[i].name, command.from_deg[i]));
   return begin;
+}
+
+/// The points of the programs. Throws FileError if too few are known.
+calib::AccuracyRegion region_of_programs(const PlanCommand& command, const calib::Cell& cell) {
+  calib::AccuracyRegion region{calib::AccuracyRegion::Kind::kPostures};
+  for (const std::filesystem::path& program : command.programs) {
+    const krl::ProgramPostures found =
+        krl::program_postures(cell, read_program_files(program, {}, command.controller));
+    region.postures.insert(region.postures.end(), found.postures.begin(), found.postures.end());
+    for (const krl::Refusal& one : found.refusals)
+      fmt::print(stderr, "warning: {}\n", krl::words(one, cell.robot));
+  }
+  if (region.postures.size() < calib::AccuracyRegion::kFewestPostures)
+    throw calib::FileError(fmt::format(
+        "--program: {} points with known tool, base and posture; at least {} are needed",
+        region.postures.size(), calib::AccuracyRegion::kFewestPostures));
+  return region;
+}
+
+std::string region_words(const PlanCommand& command) {
+  return command.programs.empty() ? command.region : "points of the programs";
 }
 
 std::string foreseen_words(const std::string& region, const calib::Plan& plan,
@@ -139,7 +162,8 @@ int plan(const PlanCommand& command) {
   options.fit_touches = command.touches;
   options.check_touches = command.check;
   options.seed = command.seed;
-  options.region = calib::parse_accuracy_region(command.region);
+  options.region = command.programs.empty() ? calib::parse_accuracy_region(command.region)
+                                            : region_of_programs(command, cell);
   if (command.suggest_spheres > 0) return suggest_spheres(command, cell, options);
   const calib::Plan made = [&] {
     const PercentOnTerminal percent;
@@ -157,7 +181,7 @@ int plan(const PlanCommand& command) {
   }
   std::vector<calib::Touch> touches;
   for (const calib::PlannedTouch& planned : made.touches) touches.push_back(nominal_touch(planned));
-  const std::string foreseen = foreseen_words(command.region, made, cell.robot);
+  const std::string foreseen = foreseen_words(region_words(command), made, cell.robot);
   const std::string travel = travel_words(needed, made, cell.robot);
   put("# planned with nominal geometry, not measured\n" + left_out_comment(made, cell) + "# " +
           foreseen + "\n# " + travel + "\n" + calib::format_touches(touches, cell.robot),
@@ -212,7 +236,7 @@ nlohmann::json accuracy_json(const calib::Plan& plan) {
 }
 
 std::string json_of(const calib::SuggestedSpheres& suggested,
-                 const std::optional<calib::Plan>& today) {
+                    const std::optional<calib::Plan>& today) {
   nlohmann::json value = accuracy_json(suggested.plan);
   value["today"] = today ? accuracy_json(*today) : nlohmann::json(nullptr);
   for (const calib::Target& target : spheres_of(suggested.cell))
@@ -239,7 +263,7 @@ int suggest_spheres(const PlanCommand& command, const calib::Cell& cell,
   const bool gains = !today || suggested.plan.predicted_mean_m < today->predicted_mean_m;
   const std::string words =
       fmt::format("# {} with {} touches, region {}: {} spheres at these places\n",
-                  accuracy_words(suggested.plan), command.touches, command.region,
+                  accuracy_words(suggested.plan), command.touches, region_words(command),
                   spheres_of(suggested.cell).size()) +
       (today ? fmt::format("# {} today{}\n", accuracy_words(*today),
                            gains ? "" : ": today's places are as good, leave the spheres there")

@@ -84,6 +84,8 @@ class Correction {
     return all;
   }
   const std::map<std::string, CorrectedPoint>& points() const { return points_; }
+  /// Joint angles of the nominal arm, by index of the motion.
+  const std::map<std::size_t, JointVector>& nominal() const { return nominal_; }
   const std::multimap<std::string, Refusal>& refusals() const { return refusals_; }
   const std::vector<ToolUsed>& tools() const { return views_.used(); }
   const std::vector<std::string>& order() const { return order_; }
@@ -539,6 +541,22 @@ CorrectedProgram correct_program(const calib::Calibration& calibration, const Pr
   if (!result.refusals.empty()) return result;
   for (const KrlFile* file : texts)
     result.files.push_back({file->name, edited(file->text, correction.edits_of(file->name, keys))});
+  return result;
+}
+
+ProgramPostures program_postures(const calib::Cell& cell, const ProgramFiles& files) {
+  const Program program = read_program(files, {}, {});
+  calib::Calibration nominal;
+  nominal.cell = cell;
+  std::vector<const KrlFile*> texts = {&files.src};
+  if (files.dat) texts.push_back(&*files.dat);
+  Correction correction(nominal, texts, program, {.anywhere = true});
+  correction.run();
+  ProgramPostures result;
+  for (const auto& [motion, q] : correction.nominal()) result.postures.push_back(q);
+  result.refusals = program.modules[0].refusals;
+  for (const auto& [key, refusal] : correction.refusals()) result.refusals.push_back(refusal);
+  sort_by_place(result.refusals);
   return result;
 }
 

@@ -75,6 +75,14 @@ struct CorrectedBackup {
   bool robroot_stated = false;
 };
 
+/// Joint angles of the nominal arm at the points of a program, and the reasons for the others.
+struct ProgramPostures {
+  std::vector<calib::JointVector> postures;
+  std::vector<Refusal> refusals;
+};
+/// Throws FileError if a text is not KRL.
+ProgramPostures program_postures(const calib::Cell& cell, const ProgramFiles& files);
+
 /// Throws FileError if a text is not KRL.
 CorrectedBackup correct_backup(const calib::Calibration& calibration, const BackupFiles& files,
                                const CorrectionOptions& options = {});

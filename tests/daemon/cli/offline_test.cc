@@ -14,6 +14,7 @@
 #include "tests/daemon/cli/mistaken_cells.h"
 #include "tests/daemon/cli/process.h"
 #include "tests/daemon/journal/temporary_directory.h"
+#include "tests/daemon/krl/fixture.h"
 
 namespace cellcal::daemon::testing {
 namespace {
@@ -163,6 +164,25 @@ TEST(a_first_session, ends_in_what_it_has_shown_and_not_in_what_it_lacks) {
   EXPECT_LE(lines(outcome.out), 4u) << outcome.out;
   const auto json = nlohmann::json::parse(content(dir / "c.json"));
   EXPECT_TRUE(json.at("verdict").at("too_few_touches").get<bool>());
+}
+
+TEST(a_plan, serves_the_points_of_a_program) {
+  const TemporaryDirectory dir;
+  const KrlProgram program = taught(cell().robot, frames(), postures(6));
+  const std::string src = dir / "weld.src", config = dir / "$config.dat";
+  std::ofstream(src, std::ios::binary) << program.src;
+  std::ofstream(dir / "weld.dat", std::ios::binary) << program.dat;
+  std::ofstream(config, std::ios::binary) << program.config;
+  const Outcome planned = run_program({CELLCAL, "plan", "--cell", kCell, "--touches", "8",
+                                       "--program", src, "--config", config});
+  ASSERT_EQ(planned.status, 0) << planned.err;
+  EXPECT_NE(planned.out.find("(points of the programs)"), std::string::npos) << planned.out;
+
+  std::ofstream(src, std::ios::binary) << "DEF weld()\nEND\n";
+  const Outcome without = run_program(
+      {CELLCAL, "plan", "--cell", kCell, "--touches", "8", "--program", src, "--config", config});
+  EXPECT_EQ(without.status, 1);
+  EXPECT_NE(without.err.find("--program: 0 points"), std::string::npos) << without.err;
 }
 
 TEST(a_plan, of_a_cell_file_that_contradicts_itself_is_refused) {

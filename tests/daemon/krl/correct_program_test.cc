@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <regex>
 
 #include "calib/estimate/predict.h"
@@ -80,6 +81,19 @@ TEST(a_program, tells_each_points_shift_and_the_largest) {
   EXPECT_EQ(result.points[3].line, 13);
   ASSERT_EQ(result.left.size(), 1U);
   EXPECT_EQ(result.left[0].name, "XHOME");
+}
+
+TEST(a_program, gives_the_postures_of_its_points_for_a_plan) {
+  const auto points = postures(12);
+  const auto found = krl::program_postures(cell(), files(taught(cell().robot, frames(), points)));
+  EXPECT_TRUE(found.refusals.empty());
+  const calib::ArmModel nominal(cell());
+  std::size_t met = 0;
+  for (const calib::JointVector& wanted : points)
+    met += std::ranges::any_of(found.postures, [&](const calib::JointVector& q) {
+      return (nominal.nominal_tip_m(q) - nominal.nominal_tip_m(wanted)).norm() < 1e-5;
+    });
+  EXPECT_EQ(met, points.size());
 }
 
 TEST(a_program, takes_another_tool_as_stiff_and_as_stated) {
