@@ -294,7 +294,7 @@ bool adopt(std::unique_ptr<Stated> richer, const IdentifyOptions& options,
 void ask_for_bearings(const Cell& cell, const std::vector<Touch>& touches,
                       const IdentifyOptions& options, std::unique_ptr<Stated>& likely,
                       Estimate& e) {
-  constexpr double kShares[] = {1.0, 0.3};  // of the prior about the axis
+  constexpr double kShares[] = {0.3, 0.1};  // of the prior about the axis
   const auto richer = [&](double share) {
     return std::make_unique<Stated>(
         with_learnt_of(with_bearings(likely->levelled.robot, share), cell), touches, likely->level);
