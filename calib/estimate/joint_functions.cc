@@ -150,8 +150,7 @@ struct Components {
   double log_likelihood = -std::numeric_limits<double>::infinity();
 };
 
-/// Maximises the likelihood of the sizes, including their prior, by steps that never decrease it
-/// (Zhou et al. 2019).
+/// (27c), maximised by steps that never decrease it (Zhou et al. 2019).
 void maximise(const Eigen::MatrixXd& by_unknowns, const Eigen::VectorXd& y, Components& c) {
   constexpr int kRounds = 25;
   constexpr double kEnough = 0.01;

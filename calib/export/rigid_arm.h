@@ -55,7 +55,7 @@ struct JointFrames {
   Eigen::Isometry3d tcp = Eigen::Isometry3d::Identity();     ///< relative to the flange
 };
 
-/// T_i (calib/model/README, (1)) without the rotation by the controller's angle, which precedes it.
+/// T_i (calib/model/README.md, (1)) without the rotation by the controller's angle, which precedes it.
 Eigen::Isometry3d behind(const Joint& joint);
 
 /// Each frame in the middle of its joint, z along the Denavit-Hartenberg axis.

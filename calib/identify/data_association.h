@@ -1,6 +1,6 @@
 #pragma once
 // Touches under a wrong target's name. A few of them are outliers that lie on another target
-// (named_outliers.h); if all of a target's touches or nearly all touches are affected, the
+// (calib/verdict/residuals.h); if all of a target's touches or nearly all touches are affected, the
 // positions seen by the nominal arm show it.
 
 #include <cstddef>

@@ -17,8 +17,8 @@ namespace cellcal::calib {
 
 // Robots that the cell file may name by mistake.
 
-/// Reads alternative robots on demand, since reading takes time; empty: none. shipped_robots.h in
-/// calib/files provides the shipped ones.
+/// Reads alternative robots on demand, since reading takes time; empty: none. calib/files/robot_file.h
+/// provides the shipped ones.
 using OtherRobots = std::function<std::vector<NamedRobot>()>;
 
 /// Identifies the calibration. A result that must not be used has verdict.publish() == false and

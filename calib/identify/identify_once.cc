@@ -274,8 +274,8 @@ struct Stated {
   bool learnt = false;  ///< has bearings or functions sized by these touches
 };
 
-/// Adopts `richer` if its evidence is greater by more than the gain by chance of sizes that were
-/// found from the same touches.
+/// (27d). Adopts `richer` if its evidence is greater by more than the gain by chance of sizes that
+/// were found from the same touches.
 bool adopt(std::unique_ptr<Stated> richer, const IdentifyOptions& options,
            const std::vector<ModelLevel>& levels, std::unique_ptr<Stated>& likely, Estimate& e) {
   constexpr double kSizesWereTuned = 4.0;

@@ -5,7 +5,7 @@
 // centres exchanged, one centre wrong, surfaces in place of centres); spheres inside each other, an obstacle or the
 // floor, or out of reach; metres instead of millimetres; a tool that the robot cannot carry, or that meets a sphere
 // before its tip does; an arm that intersects itself, the floor or an obstacle, with the sign, offset or tool
-// direction that explains it (cell_arm_check.cc). Not detected: errors that only a touch reveals, such as a misplaced
+// direction that explains it. Not detected: errors that only a touch reveals, such as a misplaced
 // table.
 
 #include <optional>

@@ -29,7 +29,7 @@ struct Choice {
   std::vector<std::size_t> picked;  ///< indices of candidates
   double predicted_mean_m = 0.0;    ///< mean 3-D error over the region after these touches
   double reducible_m = 0.0;         ///< part of it that further touches could remove
-  /// Mean over the region of the 95 % radius (bound.h); 0 for the tool's region.
+  /// Mean over the region of the 95 % radius (calib/estimate/predict.h); 0 for the tool's region.
   double predicted_u95_m = 0.0;
 };
 

@@ -38,7 +38,7 @@ class Pool {
   void vary(const std::vector<std::size_t>& like, int count, double by_rad, Random& random);
   /// Removes all candidates from `first` on except `kept`; returns their new indices.
   std::vector<std::size_t> forget(std::size_t first, std::vector<std::size_t> kept);
-  /// Allows sampled paths (detour.h) for candidates of this target without a simple one; false if
+  /// Allows sampled paths (route.h) for candidates of this target without a simple one; false if
   /// there are none. Automatic for a sphere without any simple path.
   bool try_harder(std::size_t target);
 

@@ -2,7 +2,7 @@
 // Paths to a stand-off: the fastest clear one of the straight line in joint space, those halfway around
 // the sphere and those via points above the spheres, otherwise via the resting posture; then pulled
 // towards the straight line while it stays clear. For a target marked as hard to reach, paths between
-// it and the resting posture are sampled as a last resort (detour.h), and reused for the target's other
+// it and the resting posture are sampled as a last resort (find_detour), and reused for the target's other
 // touches.
 
 #include <optional>

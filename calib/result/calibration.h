@@ -207,7 +207,7 @@ struct UnseenChecks {
   std::vector<HeldOut> held_out;  ///< of the judged targets
 };
 
-/// The touch whose undetected error shifts the tip most (unchecked_touch.h).
+/// The touch whose undetected error shifts the tip most (calib/verdict/leave_one_out.h).
 struct UncheckedTouch {
   std::size_t touch = 0;  ///< index of the given touches
   double unseen_m = 0.0;  ///< largest error that the other touches do not contradict
@@ -234,13 +234,13 @@ struct Calibration {
   std::vector<ArtefactBias> artefact_biases;  ///< of spheres and wires; not written to files
   ResidualSummary before, after, check_before, check;
   std::vector<TouchResidual> residuals;
-  UnseenChecks unseen;  ///< targets without fit touches (unseen.h); not written to files
+  UnseenChecks unseen;  ///< targets without fit touches (held_out.h); not written to files
   std::vector<UnidentifiableDirection> unidentifiable;
   Observability observability;  ///< rows 0: not computed
   double predicted_near_targets_m = 0.0,
          predicted_workspace_m = 0.0;  ///< mean 3-D error, from the covariance
   /// Mean error of this arm with its nominal model over the same poses, and its U (k=2)
-  /// (uncertainty/nominal_error.h). U 0: not computed, or read from a file with the error predicted from
+  /// (calib/estimate/region.h). U 0: not computed, or read from a file with the error predicted from
   /// tolerances.
   double nominal_near_targets_m = 0.0, nominal_workspace_m = 0.0;
   double nominal_near_targets_u_m = 0.0, nominal_workspace_u_m = 0.0;

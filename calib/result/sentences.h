@@ -1,6 +1,6 @@
 #pragma once
-// Sentences of findings, without their openings, by subject; finding_words.h combines them. First the
-// accessors of evidence. (evidence.cc)
+// Sentences of findings, without their openings, by subject; finding.cc combines them. First the accessors
+// of evidence.
 
 #include <functional>
 #include <string>
@@ -30,7 +30,7 @@ const char* again(const Finding& f);
 /// "0.40 +- 0.05 mm too long", from the required change of all readings.
 std::string reading_off(const Quantity& longer);
 
-// Touches, their noise and their distribution. (sentences_of_touches.cc)
+// Touches, their noise and their distribution. (sentences_of_touches.cc, as the next section)
 
 std::string touch_scatter(const Finding& f);
 std::string duplicate_touches(const Finding& f);
@@ -51,7 +51,7 @@ std::string rank(const Finding& f);
 std::string too_few_directions(const Finding& f);
 std::string not_touched(const Finding& f);
 
-// Statements of robot and cell file. (sentences_of_files.cc)
+// Statements of robot and cell file.
 
 std::string certified_length(const Finding& f);
 std::string certified_twice(const Finding& f);
@@ -63,7 +63,7 @@ std::string arm_scale(const Finding& f);
 std::string off_nominal(const Finding& f);
 std::string effective_radius(const Finding& f);
 
-// Use of the result, and the previous state. (sentences_of_use.cc)
+// Use of the result, and the previous state.
 
 std::string scale_by_lengths(const Finding& f);
 std::string scale_by_readings(const Finding& f);
@@ -81,13 +81,12 @@ std::string change_accepted(const Finding& f);
 std::string unchanged(const Finding& f);
 std::string not_compared(const Finding& f);
 
-// Changes during a session. (sentences_of_changes.cc)
+// Changes during a session.
 
 std::string moved_target(const Finding& f);
 std::string jumped(const Finding& f);
 
 // Updates: the change since the last calibration, or the reason for a full session.
-// (sentences_of_updates.cc)
 
 std::string updated(const Finding& f);
 std::string update_not_needed(const Finding& f);

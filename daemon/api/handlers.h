@@ -117,7 +117,7 @@ class Api {
   std::optional<Response> found(const Call& call);
   std::optional<Response> check(const Call& call);
   std::optional<Response> report(const Call& call);
-  // Export and import of sessions, and backup of the journal (archive_handlers.cc).
+  // Export and import of sessions, and backup of the journal (session_handlers.cc).
   std::optional<Response> export_session(const Call& call);
   std::optional<Response> import_session(const Call& call);
   std::optional<Response> back_up(const Call& call);
@@ -133,7 +133,7 @@ class Api {
   std::optional<Response> set_frame(const Call& call);
   std::optional<Response> restore_frame(const Call& call);
   FrameStation& frames();
-  // Position reached by jogging (position_handler.cc).
+  // Position reached by jogging (frame_handlers.cc).
   std::optional<Response> read_position(const Call& call);
   // Creation of cell files over the network (cell_form_handlers.cc).
   std::optional<Response> show_cell_form(const Call& call);
@@ -143,12 +143,12 @@ class Api {
   /// Throws RequestError where a network request names a file outside the permitted folders; an empty name
   /// passes.
   void keep_among_cells(const Request& request, const std::filesystem::path& cell) const;
-  // Unattended sessions (schedule_handlers.cc).
+  // Unattended sessions (plant_handlers.cc).
   std::optional<Response> show_schedule(const Call& call);
   std::optional<Response> begin_scheduled(const Call& call);
   std::optional<Response> release_schedule(const Call& call);
   Schedule& schedule();
-  // Proposals of the plant (proposal_handlers.cc).
+  // Proposals of the plant (plant_handlers.cc).
   std::optional<Response> show_plant(const Call& call);
   std::optional<Response> report_certificate(const Call& call);
   std::optional<Response> show_proposals(const Call& call);
@@ -160,7 +160,7 @@ class Api {
   std::optional<Response> drift(const Call& call);
   std::optional<Response> plan(const Call& call);
   std::optional<Response> figures(const Call& call);
-  // Readiness steps, and the doctor within the daemon (readiness_handlers.cc).
+  // Readiness steps, and the doctor within the daemon (version_handlers.cc).
   std::optional<Response> readiness(const Call& call);
   std::optional<Response> doctor(const Call& call);
   std::optional<Response> examine(const Call& call);

@@ -283,7 +283,7 @@ std::optional<CellForm> form_in(const std::string& text, const std::filesystem::
   try {
     nlohmann::json spheres = nlohmann::json::array(), lengths = nlohmann::json::array();
     for (nlohmann::json target : file.value("target", nlohmann::json::array())) {
-      if (target.value("kind", "") != "sphere") continue;  // kept.h
+      if (target.value("kind", "") != "sphere") continue;  // cell_text.h
       // Defaults of the file reader, which differ from those of a new form.
       target.emplace("diameter_sigma_mm", 0.0);
       if (target.contains("centre_mm")) target.emplace("centre_sigma_mm", 0.0);

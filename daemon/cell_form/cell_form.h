@@ -87,7 +87,7 @@ nlohmann::json to_json(const std::vector<LengthForm>& lengths);
 CellForm form_from_json(const nlohmann::json& json, const std::filesystem::path& cell_file,
                         const CellForm* before = nullptr);
 
-/// Robot, tool, spheres and lengths of any cell file; its remaining content is beyond() the form (kept.h).
+/// Robot, tool, spheres and lengths of any cell file; its remaining content is beyond() the form (cell_text.h).
 /// None: several tools, or other content that no form can represent. Throws calib::FileError for invalid
 /// TOML.
 std::optional<CellForm> form_in(const std::string& cell_text,

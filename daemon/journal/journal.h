@@ -118,7 +118,7 @@ class Journal {
   /// independently of clocks. 0: no such session.
   std::int64_t last_entry(std::int64_t session);
 
-  // State of daemon/schedule.
+  // State of daemon/unattended/schedule.
 
   /// On disk on return.
   void store_schedule(const std::string& state);

@@ -40,7 +40,7 @@ std::string sum_of_entries(const SessionRows& rows, std::size_t count);
 std::size_t touches_in(const SessionRows& rows);
 bool is_utf8(const std::string& text);
 /// Throws JournalError naming `from`, line, row and column for a value that no journal writes,
-/// regardless of its sums (row_check.cc).
+/// regardless of its sums.
 void refuse_impossible(const SessionRows& rows, const std::string& from);
 /// Throws JournalError naming `from` and the line if the lines are damaged or altered.
 SessionRows parse_lines(const std::string& lines, const std::string& from);

@@ -1,12 +1,16 @@
 #pragma once
 // Tables of the journal.
 //
-// A later version appends columns that are NULL in earlier rows, or adds tables, so that the
-// checksums of earlier rows remain valid.
+// A journal of any other version, earlier or later, is refused and not changed (prepare.cc).
+// A change of the tables increments kSchemaVersion. After the first release a new version
+// - appends columns that are NULL in earlier rows, or adds tables, and changes nothing else: the
+//   checksums of earlier rows remain valid;
+// - converts the released versions before it in prepare(), in one transaction that also sets
+//   user_version; until it does, they are refused as well.
 
 namespace cellcal::daemon {
 
-/// PRAGMA user_version. No other version is opened; versions up to 10 were never released.
+/// PRAGMA user_version. No other version is opened or converted; those up to 10 were never released.
 inline constexpr int kSchemaVersion = 11;
 /// PRAGMA application_id, "ccal": distinguishes a journal from other SQLite files.
 inline constexpr int kApplicationId = 0x6363616c;

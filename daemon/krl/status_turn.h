@@ -18,7 +18,7 @@ struct StatusTurn {
   bool operator==(const StatusTurn&) const = default;
 };
 
-/// For a robot in closed form (calib/model/configurations.h), whose angles are KUKA's.
+/// For a robot in closed form (calib/model/inverse.h), whose angles are KUKA's.
 StatusTurn status_turn_of(const calib::Configurations& ways, const calib::JointVector& joint_rad);
 
 /// Joint angles that a controller selects for the pose; empty if none within the limits fits. An

@@ -1,5 +1,5 @@
 #pragma once
-// For krl_verify_rsi.cc and krl_verify_context.cc: a set of RSI files being verified.
+// A set of RSI files being verified: for krl_verify_rsi.cc, krl_verify_space.cc and krl_rsi_fence.cc.
 
 #include <string>
 

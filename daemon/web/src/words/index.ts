@@ -1,4 +1,4 @@
-// Keys to words, in the language that is chosen: one JSON catalogue per language, which daemon/notify reads as well.
+// Keys to words, in the language that is chosen: one JSON catalogue per language; daemon/unattended reads them as well.
 // {name} stands for a value.
 
 import de from "./de.json";
