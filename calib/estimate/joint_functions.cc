@@ -24,7 +24,7 @@ constexpr std::size_t kMostRowsOfSizes = 300;
 constexpr Eigen::Index kFewestRows = 3;
 /// Residuals with a smaller correlation, and a smaller ratio of scatter to the stated noise
 /// (variance), are not analysed further.
-constexpr double kAskedSigmas = 2.0, kAskedScatter = 4.0;
+constexpr double kAskedSigmas = 1.0, kAskedScatter = 4.0;
 /// Prior sigma of unknowns without prior, in their scales.
 constexpr double kFarAway = 10.0;
 
@@ -74,7 +74,8 @@ Eigen::VectorXd carried_over(const Problem& plain, const Problem& richer,
   return u;
 }
 
-SizedRows sized_rows(const Problem& plain, const Problem& reference, const Estimate& e) {
+SizedRows sized_rows(const Problem& plain, Problem& reference, const Estimate& e) {
+  reference.set_ripple(e.levels.ripple_rad);
   const Linearisation at =
       linearise(reference, carried_over(plain, reference, e.u), spread_rows(reference, e.use));
   const Carried which = carried(plain, reference);
@@ -209,13 +210,13 @@ Robot with_reference_functions(Robot robot) {
   return robot;
 }
 
-bool speaks_for(const Problem& plain, const Problem& richer, const Estimate& e) {
+bool speaks_for(const Problem& plain, Problem& richer, const Estimate& e) {
   const SizedRows rows = sized_rows(plain, richer, e);
   return rows.residual_m.size() >= kFewestRows &&
          correlated(rows, rows.added * rows.added.transpose(), e);
 }
 
-std::optional<Robot> size_functions(const Problem& plain, const Problem& reference,
+std::optional<Robot> size_functions(const Problem& plain, Problem& reference,
                                     const Repeats& repeats, const Estimate& e) {
   const SizedRows rows = sized_rows(plain, reference, e);
   if (rows.residual_m.size() < kFewestRows ||

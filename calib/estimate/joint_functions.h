@@ -22,12 +22,12 @@ Robot with_reference_functions(Robot robot);
 
 /// True if residuals of touches that `richer` correlates are correlated, (30). `e`: the estimate of
 /// `plain`, which lacks the additional unknowns of `richer`.
-bool speaks_for(const Problem& plain, const Problem& richer, const Estimate& e);
+bool speaks_for(const Problem& plain, Problem& richer, const Estimate& e);
 
 /// The robot with the sizes and the reach of its joints' functions by restricted likelihood; none
 /// where the residuals of touches that share joint angles are uncorrelated. `reference`: the problem
 /// of with_reference_functions().
-std::optional<Robot> size_functions(const Problem& plain, const Problem& reference,
+std::optional<Robot> size_functions(const Problem& plain, Problem& reference,
                                     const Repeats& repeats, const Estimate& e);
 
 /// log evidence of `richer` minus that of `plain`, whose estimate `e` is, at the likely levels.
