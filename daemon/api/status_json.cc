@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/files/calibration_json.h"
+#include "calib/model/enum_table.h"
 #include "calib/model/units.h"
 #include "daemon/api/http/message.h"
 #include "daemon/result/outcome_json.h"
@@ -26,15 +27,10 @@ json or_null(const std::optional<T>& value, double factor = 1.0) {
 std::string hex(std::uint32_t value, int digits) { return fmt::format("{:0{}x}", value, digits); }
 
 const char* name_of(calib::PlanStep step) {
-  switch (step) {
-    case calib::PlanStep::kReach:
-      return "reach";
-    case calib::PlanStep::kChoose:
-      return "choose";
-    case calib::PlanStep::kWays:
-      return "ways";
-  }
-  return "";
+  using enum calib::PlanStep;
+  static constexpr EnumNames<calib::PlanStep> kTable{
+      {{kReach, "reach"}, {kChoose, "choose"}, {kWays, "ways"}}};
+  return kTable[step];
 }
 
 json to_json(const std::optional<calib::WorkDone>& planning) {

@@ -8,6 +8,7 @@
 
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
+#include "calib/model/enum_table.h"
 #include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon::signing {
@@ -166,21 +167,14 @@ void refuse_others(const fs::path& directory, Kind kind, const Sums& sums) {
 }  // namespace
 
 const char* to_string(Why why) {
-  switch (why) {
-    case Why::kNoSignature:
-      return "no_signature";
-    case Why::kDamagedSignature:
-      return "damaged_signature";
-    case Why::kOtherKey:
-      return "other_key";
-    case Why::kChangedFile:
-      return "changed_file";
-    case Why::kNotListed:
-      return "not_listed";
-    case Why::kMissingFile:
-      return "missing_file";
-  }
-  return "";
+  using enum Why;
+  static constexpr EnumNames<Why> kTable{{{kNoSignature, "no_signature"},
+                                          {kDamagedSignature, "damaged_signature"},
+                                          {kOtherKey, "other_key"},
+                                          {kChangedFile, "changed_file"},
+                                          {kNotListed, "not_listed"},
+                                          {kMissingFile, "missing_file"}}};
+  return kTable[why];
 }
 
 void sign_files(const fs::path& directory, const std::vector<std::string>& names,

@@ -9,6 +9,7 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/files/input_file.h"
+#include "calib/model/enum_table.h"
 #include "daemon/api/http/http.h"
 #include "daemon/certificate/certificate.h"
 #include "daemon/certificate/signed_files.h"
@@ -121,15 +122,10 @@ Announced send_to_plant(const Connection& daemon, const std::string& session,
 }
 
 const char* words_of(Announced announced) {
-  switch (announced) {
-    case Announced::kNo:
-      return "";
-    case Announced::kNow:
-      return ", on its way to the plant";
-    case Announced::kBefore:
-      return ", already sent to the plant";
-  }
-  return "";
+  using enum Announced;
+  static constexpr EnumNames<Announced> kTable{
+      {{kNo, ""}, {kNow, ", on its way to the plant"}, {kBefore, ", already sent to the plant"}}};
+  return kTable[announced];
 }
 
 void print_outcome(const Connection& daemon, const certificate::CertificateData& data,

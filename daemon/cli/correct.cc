@@ -11,6 +11,7 @@
 #include "calib/export/corrector.h"
 #include "calib/files/input_file.h"
 #include "calib/files/poses.h"
+#include "calib/model/enum_table.h"
 #include "calib/model/error.h"
 #include "calib/model/units.h"
 #include "daemon/cli/offline.h"
@@ -151,7 +152,7 @@ std::string report(const CorrectedProgram& result, const std::vector<fs::path>& 
 }
 
 nlohmann::json json_of(const CorrectedProgram& result, const std::vector<fs::path>& written,
-                    const calib::Robot& robot) {
+                       const calib::Robot& robot) {
   nlohmann::json all = {
       {"points", nlohmann::json::array()},  {"left", nlohmann::json::array()},
       {"tools", nlohmann::json::array()},   {"refusals", nlohmann::json::array()},
@@ -263,17 +264,12 @@ using calib::Reach;
 using calib::Reached;
 
 const char* name_of(calib::Unreached why) {
-  switch (why) {
-    case calib::Unreached::kNotANumber:
-      return "not_a_number";
-    case calib::Unreached::kTooFar:
-      return "too_far";
-    case calib::Unreached::kBeyondLimit:
-      return "beyond_limit";
-    case calib::Unreached::kNearSingularity:
-      return "near_singularity";
-  }
-  return "";
+  using enum calib::Unreached;
+  static constexpr EnumNames<calib::Unreached> kTable{{{kNotANumber, "not_a_number"},
+                                                       {kTooFar, "too_far"},
+                                                       {kBeyondLimit, "beyond_limit"},
+                                                       {kNearSingularity, "near_singularity"}}};
+  return kTable[why];
 }
 
 /// A row without seed continues from the previous one, the first from the middle of the joint ranges.

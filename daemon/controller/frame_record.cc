@@ -8,6 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "calib/model/enum_table.h"
+
 namespace cellcal::daemon {
 
 namespace {
@@ -18,8 +20,11 @@ using nlohmann::json;
 
 constexpr const char* kFormat = "cellcal.frames/1";
 constexpr int kMostNumber = 128;  // of TOOL_DATA and BASE_DATA on any controller
-constexpr std::array kOutcomes{FrameOutcome::kSet, FrameOutcome::kDiffers, FrameOutcome::kRefused,
-                               FrameOutcome::kNotSent, FrameOutcome::kUnknown};
+constexpr EnumNames<FrameOutcome> kOutcomeNames{{{FrameOutcome::kSet, "set"},
+                                                 {FrameOutcome::kDiffers, "differs"},
+                                                 {FrameOutcome::kRefused, "refused"},
+                                                 {FrameOutcome::kNotSent, "not sent"},
+                                                 {FrameOutcome::kUnknown, "unknown"}}};
 
 FrameRecord record_from(const json& one) {
   FrameRecord record;
@@ -46,32 +51,15 @@ FrameRecord record_from(const json& one) {
   record.sent = values(one.at("sent"));
   if (!one.at("read_back").is_null()) record.read_back = values(one.at("read_back"));
   if (!one.at("restores").is_null()) record.restores = one.at("restores").get<int>();
-  const auto outcome = one.at("outcome").get<std::string>();
-  for (const FrameOutcome known : kOutcomes) {
-    if (outcome != to_string(known)) continue;
-    record.outcome = known;
-    return record;
-  }
-  throw std::runtime_error("unknown outcome");
+  const auto outcome = kOutcomeNames.key_of(one.at("outcome").get<std::string>());
+  if (!outcome) throw std::runtime_error("unknown outcome");
+  record.outcome = *outcome;
+  return record;
 }
 
 }  // namespace
 
-const char* to_string(FrameOutcome outcome) {
-  switch (outcome) {
-    case FrameOutcome::kSet:
-      return "set";
-    case FrameOutcome::kDiffers:
-      return "differs";
-    case FrameOutcome::kRefused:
-      return "refused";
-    case FrameOutcome::kNotSent:
-      return "not sent";
-    case FrameOutcome::kUnknown:
-      return "unknown";
-  }
-  return "";
-}
+const char* to_string(FrameOutcome outcome) { return kOutcomeNames[outcome]; }
 
 std::string to_string(const FrameName& name) {
   return fmt::format("{}[{}]", name.kind == EkiFrameKind::kTool ? "TOOL_DATA" : "BASE_DATA",

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "calib/files/input_file.h"
+#include "calib/model/enum_table.h"
 #include "daemon/controller/frame_record.h"
 #include "daemon/files/atomic_file.h"
 #include "drivers/units.h"
@@ -83,20 +84,15 @@ double turned_deg(const EkiFrameValues& from, const EkiFrameValues& to) {
 }
 
 FrameOutcome outcome_of(EkiFrameEnd end) {
-  switch (end) {
-    case EkiFrameEnd::kSet:
-      return FrameOutcome::kSet;
-    case EkiFrameEnd::kDiffers:
-      return FrameOutcome::kDiffers;
-    case EkiFrameEnd::kRefused:
-      return FrameOutcome::kRefused;
-    case EkiFrameEnd::kNotSent:
-    case EkiFrameEnd::kRead:
-      return FrameOutcome::kNotSent;
-    case EkiFrameEnd::kUnknown:
-      break;
-  }
-  return FrameOutcome::kUnknown;
+  using enum EkiFrameEnd;
+  static constexpr EnumTable<EkiFrameEnd, FrameOutcome> kTable{
+      {{kRead, FrameOutcome::kNotSent},
+       {kSet, FrameOutcome::kSet},
+       {kDiffers, FrameOutcome::kDiffers},
+       {kRefused, FrameOutcome::kRefused},
+       {kNotSent, FrameOutcome::kNotSent},
+       {kUnknown, FrameOutcome::kUnknown}}};
+  return kTable[end];
 }
 
 }  // namespace

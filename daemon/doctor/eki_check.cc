@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "calib/model/enum_table.h"
 #include "calib/model/units.h"
 #include "daemon/config/config.h"
 #include "daemon/doctor/robot_check.h"
@@ -15,19 +16,10 @@ constexpr std::uint32_t kSlowPassMs = 36;
 constexpr int kFewestDecimals = 3;
 
 const char* mode_of(drivers::EkiMode mode) {
-  switch (mode) {
-    case drivers::EkiMode::kT1:
-      return "T1";
-    case drivers::EkiMode::kT2:
-      return "T2";
-    case drivers::EkiMode::kAut:
-      return "AUT";
-    case drivers::EkiMode::kExt:
-      return "EXT";
-    case drivers::EkiMode::kUnknown:
-      break;
-  }
-  return "unknown";
+  using enum drivers::EkiMode;
+  static constexpr EnumNames<drivers::EkiMode> kTable{
+      {{kUnknown, "unknown"}, {kT1, "T1"}, {kT2, "T2"}, {kAut, "AUT"}, {kExt, "EXT"}}};
+  return kTable[mode];
 }
 
 bool judge_connection(const EkiSeen& seen, Findings& findings) {

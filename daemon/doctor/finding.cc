@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "calib/model/enum_table.h"
+
 namespace cellcal::daemon {
 
 namespace {
@@ -17,17 +19,10 @@ std::string lower(std::string text) {
 }  // namespace
 
 const char* to_string(Outcome outcome) {
-  switch (outcome) {
-    case Outcome::kOk:
-      return "ok";
-    case Outcome::kWarning:
-      return "warning";
-    case Outcome::kFailed:
-      return "FAILED";
-    case Outcome::kSkipped:
-      return "skipped";
-  }
-  return "unknown";
+  using enum Outcome;
+  static constexpr EnumNames<Outcome> kTable{
+      {{kOk, "ok"}, {kWarning, "warning"}, {kFailed, "FAILED"}, {kSkipped, "skipped"}}};
+  return kTable[outcome];
 }
 
 nlohmann::json to_json(const Finding& finding) {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "calib/model/enum_table.h"
+
 namespace cellcal::daemon {
 
 namespace {
@@ -31,37 +33,23 @@ const std::optional<Looked>& looked_at(const Evidence& evidence, SetUpStep step)
 }  // namespace
 
 const char* to_string(SetUpStep step) {
-  switch (step) {
-    case SetUpStep::kCell:
-      return "cell";
-    case SetUpStep::kRobot:
-      return "robot";
-    case SetUpStep::kSpheres:
-      return "spheres";
-    case SetUpStep::kDoctor:
-      return "doctor";
-    case SetUpStep::kQualify:
-      return "qualify";
-    case SetUpStep::kDryRun:
-      return "dry-run";
-    case SetUpStep::kFirst:
-      return "first";
-    case SetUpStep::kCalibration:
-      return "calibration";
-  }
-  return "unknown";
+  using enum SetUpStep;
+  static constexpr EnumNames<SetUpStep> kTable{{{kCell, "cell"},
+                                                {kRobot, "robot"},
+                                                {kSpheres, "spheres"},
+                                                {kDoctor, "doctor"},
+                                                {kQualify, "qualify"},
+                                                {kDryRun, "dry-run"},
+                                                {kFirst, "first"},
+                                                {kCalibration, "calibration"}}};
+  return kTable[step];
 }
 
 const char* to_string(StepState state) {
-  switch (state) {
-    case StepState::kTodo:
-      return "todo";
-    case StepState::kDone:
-      return "done";
-    case StepState::kWrong:
-      return "wrong";
-  }
-  return "unknown";
+  using enum StepState;
+  static constexpr EnumNames<StepState> kTable{
+      {{kTodo, "todo"}, {kDone, "done"}, {kWrong, "wrong"}}};
+  return kTable[state];
 }
 
 std::vector<StepSeen> steps_of(const Evidence& evidence) {

@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "calib/model/enum_table.h"
+
 namespace cellcal::daemon {
 
 enum class SetUpStep { kCell, kRobot, kSpheres, kDoctor, kQualify, kDryRun, kFirst, kCalibration };
-inline constexpr SetUpStep kAllSteps[] = {
-    SetUpStep::kCell,    SetUpStep::kRobot,  SetUpStep::kSpheres, SetUpStep::kDoctor,
-    SetUpStep::kQualify, SetUpStep::kDryRun, SetUpStep::kFirst,   SetUpStep::kCalibration};
+inline constexpr auto kAllSteps = all_values<SetUpStep>();
 /// "cell", "robot", ...
 const char* to_string(SetUpStep step);
 

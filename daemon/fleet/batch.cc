@@ -1,23 +1,18 @@
 #include "daemon/fleet/batch.h"
 
+#include "calib/model/enum_table.h"
+
 namespace cellcal::daemon::fleet {
 
 const char* to_string(Refusal refusal) {
-  switch (refusal) {
-    case Refusal::kTopic:
-      return "topic";
-    case Refusal::kSize:
-      return "size";
-    case Refusal::kRate:
-      return "rate";
-    case Refusal::kMessage:
-      return "message";
-    case Refusal::kBound:
-      return "bound";
-    case Refusal::kDatabase:
-      return "database";
-  }
-  return "";
+  using enum Refusal;
+  static constexpr EnumNames<Refusal> kTable{{{kTopic, "topic"},
+                                              {kSize, "size"},
+                                              {kRate, "rate"},
+                                              {kMessage, "message"},
+                                              {kBound, "bound"},
+                                              {kDatabase, "database"}}};
+  return kTable[refusal];
 }
 
 Written& Written::operator+=(const Written& other) {

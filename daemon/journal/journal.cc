@@ -7,6 +7,7 @@
 #include <span>
 
 #include "calib/files/calibration_json.h"
+#include "calib/model/enum_table.h"
 #include "daemon/journal/journal_impl.h"
 #include "daemon/journal/prepare.h"
 #include "daemon/journal/rows.h"
@@ -40,15 +41,11 @@ std::span<const double> span_of(const drivers::AxisAngles& angles) {
 }
 
 RecordState state_after(Ending ending) {
-  switch (ending) {
-    case Ending::kDone:
-      return RecordState::kDone;
-    case Ending::kAborted:
-      return RecordState::kAborted;
-    case Ending::kFailed:
-      break;
-  }
-  return RecordState::kFailed;
+  using enum Ending;
+  static constexpr EnumTable<Ending, RecordState> kTable{{{kDone, RecordState::kDone},
+                                                          {kAborted, RecordState::kAborted},
+                                                          {kFailed, RecordState::kFailed}}};
+  return kTable[ending];
 }
 
 std::filesystem::path with(std::filesystem::path path, const char* suffix) {

@@ -9,6 +9,7 @@
 #include <csignal>
 
 #include "calib/files/calibration_json.h"
+#include "calib/model/enum_table.h"
 #include "daemon/api/access.h"
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/page.h"
@@ -165,15 +166,9 @@ void reload_at_hang_up(asio::signal_set& hang_ups, OnRequest& reload) {
 }
 
 const char* name_of(BackendKind backend) {
-  switch (backend) {
-    case BackendKind::kRsi:
-      return "rsi";
-    case BackendKind::kEki:
-      return "eki";
-    case BackendKind::kMock:
-      break;
-  }
-  return "mock";
+  using enum BackendKind;
+  static constexpr EnumNames<BackendKind> kTable{{{kRsi, "rsi"}, {kEki, "eki"}, {kMock, "mock"}}};
+  return kTable[backend];
 }
 
 AccessConfig access_config(const std::optional<HttpConfig>& http,

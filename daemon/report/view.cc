@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 
+#include "calib/model/enum_table.h"
 #include "calib/model/units.h"
 #include "daemon/report/plan_picture.h"
 
@@ -109,19 +110,13 @@ std::string name_of(const View& view, const calib::ParameterResult& parameter) {
 }
 
 std::string_view kind_word(calib::TargetKind kind) {
-  switch (kind) {
-    case calib::TargetKind::kSphere:
-      return "sphere";
-    case calib::TargetKind::kWire:
-      return "wire";
-    case calib::TargetKind::kPlane:
-      return "plane";
-    case calib::TargetKind::kPoint:
-      return "point";
-    case calib::TargetKind::kTracker:
-      return "tracker";
-  }
-  return "target";
+  using enum calib::TargetKind;
+  static constexpr EnumNames<calib::TargetKind> kTable{{{kSphere, "sphere"},
+                                                        {kWire, "wire"},
+                                                        {kPlane, "plane"},
+                                                        {kPoint, "point"},
+                                                        {kTracker, "tracker"}}};
+  return kTable[kind];
 }
 
 std::string target_words(const View& view) {
@@ -136,15 +131,10 @@ std::string target_words(const View& view) {
 }
 
 std::string_view css_class(MarkKind kind) {
-  switch (kind) {
-    case MarkKind::kFit:
-      return "fit";
-    case MarkKind::kCheck:
-      return "check";
-    case MarkKind::kOutlier:
-      return "outlier";
-  }
-  return "fit";
+  using enum MarkKind;
+  static constexpr EnumNames<MarkKind> kTable{
+      {{kFit, "fit"}, {kCheck, "check"}, {kOutlier, "outlier"}}};
+  return kTable[kind];
 }
 
 std::string mark_title(const Mark& mark) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include "calib/model/enum_table.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/units.h"
 #include "daemon/files/log_context.h"
@@ -13,15 +14,11 @@ namespace cellcal::daemon {
 namespace {
 
 LogEvent event_of(Ending ending) {
-  switch (ending) {
-    case Ending::kFailed:
-      return LogEvent::kSessionFailed;
-    case Ending::kAborted:
-      return LogEvent::kSessionAborted;
-    case Ending::kDone:
-      break;
-  }
-  return LogEvent::kSessionDone;
+  using enum Ending;
+  static constexpr EnumTable<Ending, LogEvent> kTable{{{kDone, LogEvent::kSessionDone},
+                                                       {kAborted, LogEvent::kSessionAborted},
+                                                       {kFailed, LogEvent::kSessionFailed}}};
+  return kTable[ending];
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "calib/model/enum_table.h"
 #include "calib/plan/cell_check.h"
 #include "calib/plan/online.h"
 #include "calib/result/finding.h"
@@ -37,15 +38,10 @@ void set_choice_progress(const State& state, const Job& job, Status& status) {
 }  // namespace
 
 const char* to_string(ArmMotion motion) {
-  switch (motion) {
-    case ArmMotion::kMoving:
-      return "moving";
-    case ArmMotion::kAtRest:
-      return "at rest";
-    case ArmMotion::kUnknown:
-      break;
-  }
-  return "unknown";
+  using enum ArmMotion;
+  static constexpr EnumNames<ArmMotion> kTable{
+      {{kUnknown, "unknown"}, {kAtRest, "at rest"}, {kMoving, "moving"}}};
+  return kTable[motion];
 }
 
 Status status_of(const State& state, const Job& job, std::size_t done) {

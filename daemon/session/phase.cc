@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/model/enum_table.h"
+
 namespace cellcal::daemon {
 
 namespace {
@@ -35,47 +37,29 @@ bool under_way(Phase phase) { return phase != Phase::kIdle && !is_final(phase); 
 }  // namespace
 
 const char* to_string(Activity activity) {
-  switch (activity) {
-    case Activity::kMoving:
-      return "transit and retreat";
-    case Activity::kFastSearch:
-      return "fast search";
-    case Activity::kConfirming:
-      return "back-off, slow search";
-    case Activity::kArming:
-      return "arming";
-    case Activity::kRecording:
-      return "recording";
-    case Activity::kChoosing:
-      return "choosing";
-    case Activity::kProving:
-      return "proving";
-    case Activity::kOther:
-      break;
-  }
-  return "other";
+  using enum Activity;
+  static constexpr EnumNames<Activity> kTable{{{kMoving, "transit and retreat"},
+                                               {kFastSearch, "fast search"},
+                                               {kConfirming, "back-off, slow search"},
+                                               {kArming, "arming"},
+                                               {kRecording, "recording"},
+                                               {kChoosing, "choosing"},
+                                               {kProving, "proving"},
+                                               {kOther, "other"}}};
+  return kTable[activity];
 }
 
 const char* driver_of(Activity activity) {
-  switch (activity) {
-    case Activity::kMoving:
-      return "axis limits";
-    case Activity::kFastSearch:
-      return "search speed, approach";
-    case Activity::kConfirming:
-      return "confirmations";
-    case Activity::kArming:
-      return "serial line";
-    case Activity::kRecording:
-      return "disk";
-    case Activity::kChoosing:
-      return "processor";
-    case Activity::kProving:
-      return "self-test";
-    case Activity::kOther:
-      break;
-  }
-  return "links, plan, estimate";
+  using enum Activity;
+  static constexpr EnumNames<Activity> kTable{{{kMoving, "axis limits"},
+                                               {kFastSearch, "search speed, approach"},
+                                               {kConfirming, "confirmations"},
+                                               {kArming, "serial line"},
+                                               {kRecording, "disk"},
+                                               {kChoosing, "processor"},
+                                               {kProving, "self-test"},
+                                               {kOther, "links, plan, estimate"}}};
+  return kTable[activity];
 }
 
 Activity activity_of(Phase phase) {

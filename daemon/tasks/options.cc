@@ -11,6 +11,7 @@
 #include "calib/files/robot_file.h"
 #include "calib/identify/identify.h"
 #include "calib/identify/update.h"
+#include "calib/model/enum_table.h"
 #include "calib/model/long_work.h"
 #include "calib/verdict/change.h"
 #include "daemon/qualification/contact_delay.h"
@@ -27,28 +28,15 @@ struct nlohmann::adl_serializer<std::optional<double>> {
 
 namespace cellcal::daemon {
 
-const char* to_string(SessionKind kind) {
-  switch (kind) {
-    case SessionKind::kQualify:
-      return "qualify";
-    case SessionKind::kCheck:
-      return "check";
-    case SessionKind::kFind:
-      return "find";
-    case SessionKind::kDryRun:
-      return "dry-run";
-    case SessionKind::kCalibrate:
-      break;
-  }
-  return "calibrate";
-}
+constexpr EnumNames<SessionKind> kKindNames{{{SessionKind::kCalibrate, "calibrate"},
+                                             {SessionKind::kQualify, "qualify"},
+                                             {SessionKind::kCheck, "check"},
+                                             {SessionKind::kFind, "find"},
+                                             {SessionKind::kDryRun, "dry-run"}}};
 
-std::optional<SessionKind> session_kind(std::string_view name) {
-  for (const SessionKind kind : {SessionKind::kCalibrate, SessionKind::kQualify,
-                                 SessionKind::kCheck, SessionKind::kFind, SessionKind::kDryRun})
-    if (name == to_string(kind)) return kind;
-  return std::nullopt;
-}
+const char* to_string(SessionKind kind) { return kKindNames[kind]; }
+
+std::optional<SessionKind> session_kind(std::string_view name) { return kKindNames.key_of(name); }
 
 // Form used by the journal.
 void to_json(nlohmann::json& json, SessionKind kind) { json = to_string(kind); }

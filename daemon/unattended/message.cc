@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/files/calibration_json.h"
+#include "calib/model/enum_table.h"
 #include "calib/model/units.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/tasks/options.h"
@@ -38,25 +39,16 @@ class Lines {
 };
 
 Text headline(News news) {
-  switch (news) {
-    case News::kDone:
-      return Text::kDone;
-    case News::kWithheld:
-      return Text::kWithheld;
-    case News::kDrifted:
-      return Text::kDrifted;
-    case News::kUndecided:
-      return Text::kUndecided;
-    case News::kRecovered:
-      return Text::kRecovered;
-    case News::kFailed:
-      return Text::kFailed;
-    case News::kAborted:
-      return Text::kAborted;
-    case News::kNotBegun:
-      break;
-  }
-  return Text::kNotBegun;
+  using enum News;
+  static constexpr EnumTable<News, Text> kTable{{{kDone, Text::kDone},
+                                                 {kWithheld, Text::kWithheld},
+                                                 {kDrifted, Text::kDrifted},
+                                                 {kUndecided, Text::kUndecided},
+                                                 {kRecovered, Text::kRecovered},
+                                                 {kFailed, Text::kFailed},
+                                                 {kAborted, Text::kAborted},
+                                                 {kNotBegun, Text::kNotBegun}}};
+  return kTable[news];
 }
 
 void add_what_to_do(Lines& lines, const Notice& notice, Language language) {
@@ -108,25 +100,16 @@ json or_null(const std::optional<T>& value, double scale) {
 }  // namespace
 
 const char* to_string(News news) {
-  switch (news) {
-    case News::kDone:
-      return "done";
-    case News::kWithheld:
-      return "withheld";
-    case News::kDrifted:
-      return "drifted";
-    case News::kUndecided:
-      return "undecided";
-    case News::kRecovered:
-      return "recovered";
-    case News::kFailed:
-      return "failed";
-    case News::kAborted:
-      return "aborted";
-    case News::kNotBegun:
-      break;
-  }
-  return "not-begun";
+  using enum News;
+  static constexpr EnumNames<News> kTable{{{kDone, "done"},
+                                           {kWithheld, "withheld"},
+                                           {kDrifted, "drifted"},
+                                           {kUndecided, "undecided"},
+                                           {kRecovered, "recovered"},
+                                           {kFailed, "failed"},
+                                           {kAborted, "aborted"},
+                                           {kNotBegun, "not-begun"}}};
+  return kTable[news];
 }
 
 Message compose(const Notice& notice, Language language, const std::string& host) {

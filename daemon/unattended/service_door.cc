@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "calib/model/enum_table.h"
 #include "calib/model/iso_time.h"
 #include "calib/model/linear.h"
 #include "daemon/tasks/options.h"
@@ -55,18 +56,13 @@ std::string end_of(std::int64_t session, std::size_t touches, const char* state,
 }
 
 const char* word(End state) {
-  switch (state) {
-    case End::kDone:
-      return "done";
-    case End::kFailed:
-      return "failed";
-    case End::kAborted:
-      return "aborted";
-    case End::kLeft:
-    case End::kNone:
-      break;
-  }
-  return "interrupted";
+  using enum End;
+  static constexpr EnumNames<End> kTable{{{kDone, "done"},
+                                          {kFailed, "failed"},
+                                          {kAborted, "aborted"},
+                                          {kLeft, "interrupted"},
+                                          {kNone, "interrupted"}}};
+  return kTable[state];
 }
 
 SessionKind kind_of(const SessionRecord& record) {

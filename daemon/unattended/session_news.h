@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/model/enum_table.h"
 #include "daemon/journal/journal.h"
 #include "daemon/result/outcome.h"
 #include "daemon/service/status.h"
@@ -26,9 +27,7 @@ enum class News {
   kAborted,
   kNotBegun  ///< a window of the schedule passed without its session
 };
-inline constexpr News kAllNews[] = {News::kDone,      News::kWithheld,  News::kDrifted,
-                                    News::kUndecided, News::kRecovered, News::kFailed,
-                                    News::kAborted,   News::kNotBegun};
+inline constexpr auto kAllNews = all_values<News>();
 /// Hyphenated; used in the posted JSON.
 const char* to_string(News news);
 

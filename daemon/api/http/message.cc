@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "calib/model/enum_table.h"
+
 namespace cellcal::daemon {
 
 const std::string& Request::header(const std::string& name) const {
@@ -67,17 +69,10 @@ Response busy(const std::string& words) {
 }
 
 const char* to_string(Role role) {
-  switch (role) {
-    case Role::kLook:
-      return "look";
-    case Role::kOperate:
-      return "operate";
-    case Role::kAdminister:
-      return "administer";
-    case Role::kNobody:
-      break;
-  }
-  return "nobody";
+  using enum Role;
+  static constexpr EnumNames<Role> kTable{
+      {{kNobody, "nobody"}, {kLook, "look"}, {kOperate, "operate"}, {kAdminister, "administer"}}};
+  return kTable[role];
 }
 
 std::optional<Role> parse_role(std::string_view word) {

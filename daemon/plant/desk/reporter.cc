@@ -5,6 +5,7 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/files/toml.h"
+#include "calib/model/enum_table.h"
 #include "calib/model/units.h"
 #include "calib/verdict/change.h"
 #include "daemon/plant/messages/fact.h"
@@ -16,20 +17,15 @@ namespace cellcal::daemon::plant {
 namespace {
 
 SessionState state_of(RecordState state) {
-  switch (state) {
-    case RecordState::kDone:
-      return SessionState::kDone;
-    case RecordState::kAborted:
-      return SessionState::kAborted;
-    case RecordState::kFailed:
-      return SessionState::kFailed;
-    case RecordState::kInterrupted:
-      return SessionState::kInterrupted;
-    case RecordState::kRunning:
-    case RecordState::kDamaged:
-      break;
-  }
-  return SessionState::kRunning;
+  using enum RecordState;
+  static constexpr EnumTable<RecordState, SessionState> kTable{
+      {{kRunning, SessionState::kRunning},
+       {kInterrupted, SessionState::kInterrupted},
+       {kAborted, SessionState::kAborted},
+       {kFailed, SessionState::kFailed},
+       {kDone, SessionState::kDone},
+       {kDamaged, SessionState::kRunning}}};
+  return kTable[state];
 }
 
 /// None: another version, or an imported session. Its end is reported nevertheless.
