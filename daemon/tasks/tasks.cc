@@ -26,11 +26,8 @@
 #include "daemon/files/correction_limit.h"
 #include "daemon/report/report.h"
 #include "daemon/result/outcome_json.h"
-#include "daemon/tasks/check_tasks.h"
-#include "daemon/tasks/find_tasks.h"
+#include "daemon/tasks/kind_tasks.h"
 #include "daemon/tasks/options.h"
-#include "daemon/tasks/qualification_tasks.h"
-#include "daemon/tasks/update_tasks.h"
 
 namespace cellcal::daemon {
 
