@@ -9,7 +9,7 @@
 
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
-#include "daemon/journal/store/error.h"
+#include "daemon/journal/store/sqlite.h"
 
 namespace cellcal::daemon {
 

@@ -5,7 +5,7 @@
 #include <limits>
 #include <random>
 
-#include "daemon/journal/store/error.h"
+#include "daemon/journal/store/sqlite.h"
 
 namespace cellcal::daemon {
 

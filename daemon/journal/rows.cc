@@ -19,7 +19,7 @@
 #include "calib/files/input_file.h"
 #include "daemon/journal/chain.h"
 #include "daemon/journal/journal.h"
-#include "daemon/journal/store/error.h"
+#include "daemon/journal/store/sqlite.h"
 #include "drivers/robot.h"
 
 namespace cellcal::daemon {

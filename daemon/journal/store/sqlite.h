@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -117,6 +118,22 @@ class PageCopy {
  private:
   Database& to_;
   sqlite3_backup* handle_ = nullptr;
+};
+
+/// A failed read or write of the journal. The message names the file and the remedy.
+struct JournalError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// The checksums of a session's rows do not match; permanent. SQLite's "malformed" is not a DamagedError, because it
+/// is also returned for an unavailable disk (EIO, SQLITE_IOERR_CORRUPTFS).
+struct DamagedError : JournalError {
+  using JournalError::JournalError;
+};
+
+/// For want of room, which may be made.
+struct DiskFullError : JournalError {
+  using JournalError::JournalError;
 };
 
 }  // namespace cellcal::daemon
