@@ -10,7 +10,7 @@
 
 #include "daemon/api/http/message.h"
 #include "daemon/fleet/collector.h"
-#include "daemon/fleet/reading.h"
+#include "daemon/fleet/judge.h"
 
 namespace cellcal::daemon::fleet {
 

@@ -4,7 +4,6 @@
 #include <tuple>
 
 #include "daemon/fleet/connection.h"
-#include "daemon/fleet/store_impl.h"
 #include "daemon/fleet/write.h"
 #include "daemon/plant/messages/fact.h"
 

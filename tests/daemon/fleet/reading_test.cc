@@ -1,9 +1,8 @@
-#include "daemon/fleet/reading.h"
-
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
+#include "daemon/fleet/judge.h"
 #include "tests/daemon/fleet/facts.h"
 
 namespace cellcal::daemon::fleet {
