@@ -13,7 +13,6 @@
 #include "daemon/runner/backend.h"
 #include "daemon/unattended/message.h"
 #include "daemon/unattended/notifier.h"
-#include "daemon/unattended/schedule_thread.h"
 #include "daemon/unattended/service_door.h"
 #include "daemon/unattended/session_news.h"
 

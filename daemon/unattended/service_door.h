@@ -1,10 +1,15 @@
 #pragma once
 // The daemon's sessions as seen by the schedule.
 
+#include <condition_variable>
+#include <mutex>
+#include <stop_token>
+#include <thread>
 #include <vector>
 
 #include "daemon/service/service.h"
 #include "daemon/unattended/cell_door.h"
+#include "daemon/unattended/schedule.h"
 
 namespace cellcal::daemon {
 
@@ -29,6 +34,23 @@ class ServiceSessionGateway final : public SessionGateway {
   Journal& journal_;
   std::optional<std::uint64_t> read_at_;  ///< status of the records read
   std::vector<SessionRecord> records_;
+};
+
+// Thread that evaluates the schedule every few seconds, and immediately after events.
+
+class ScheduleThread {
+ public:
+  explicit ScheduleThread(Schedule& schedule);
+  /// Signals an event. Does not block.
+  void poke();
+  /// Returns when no pass is in progress and none will follow.
+  void stop();
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable_any asked_;
+  bool pending_ = false;
+  std::jthread thread_;
 };
 
 }  // namespace cellcal::daemon

@@ -1,10 +1,9 @@
-#include "daemon/unattended/aftermath.h"
-
 #include <gtest/gtest.h>
 
 #include <set>
 
 #include "daemon/session/interruption.h"
+#include "daemon/unattended/decision.h"
 
 namespace cellcal::daemon {
 namespace {

@@ -1,4 +1,3 @@
-#include "daemon/unattended/catalogue.h"
 
 #include <gtest/gtest.h>
 
