@@ -59,11 +59,11 @@ std::string end_of(std::int64_t session, std::size_t touches, const char* state,
 
 const char* word(End state) {
   using enum End;
-  static constexpr EnumNames<End> kTable{{{kDone, "done"},
+  static constexpr EnumNames<End> kTable{{{kNone, "interrupted"},
+                                          {kDone, "done"},
                                           {kFailed, "failed"},
                                           {kAborted, "aborted"},
-                                          {kLeft, "interrupted"},
-                                          {kNone, "interrupted"}}};
+                                          {kLeft, "interrupted"}}};
   return kTable[state];
 }
 

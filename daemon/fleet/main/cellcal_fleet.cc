@@ -13,6 +13,7 @@
 #include "daemon/config/config_values.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/fleet/collector.h"
+#include "daemon/fleet/main/fleet_config.h"
 #include "daemon/fleet/main/fleet_options.h"
 #include "daemon/main/log.h"
 #include "daemon/plant/process/supervisor.h"

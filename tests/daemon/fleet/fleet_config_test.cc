@@ -1,10 +1,11 @@
+#include "daemon/fleet/main/fleet_config.h"
+
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <regex>
 
 #include "calib/model/error.h"
-#include "daemon/fleet/main/fleet_options.h"
 
 namespace cellcal::daemon::fleet {
 namespace {

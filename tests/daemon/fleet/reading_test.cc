@@ -1,8 +1,9 @@
+#include "daemon/fleet/judge.h"
+
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
-#include "daemon/fleet/judge.h"
 #include "tests/daemon/fleet/facts.h"
 
 namespace cellcal::daemon::fleet {
