@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "daemon/api/http/http.h"
-#include "daemon/api/http/message.h"
 #include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {

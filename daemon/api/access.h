@@ -16,8 +16,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/api/http/message.h"
-#include "daemon/api/sign_ins.h"
+#include "daemon/api/http/http.h"
 #include "daemon/api/tokens.h"
 #include "daemon/service/status.h"
 

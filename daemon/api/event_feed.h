@@ -21,7 +21,7 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/api/http/message.h"
+#include "daemon/api/http/http.h"
 #include "daemon/service/status.h"
 
 namespace cellcal::daemon {

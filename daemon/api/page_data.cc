@@ -18,7 +18,6 @@
 #include "calib/plan/surroundings.h"
 #include "calib/result/finding.h"
 #include "daemon/api/handlers.h"
-#include "daemon/api/routes.h"
 #include "daemon/result/outcome_json.h"
 #include "daemon/tasks/options.h"
 

@@ -9,9 +9,7 @@
 
 #include "calib/files/input_file.h"
 #include "daemon/api/handlers.h"
-#include "daemon/api/http/message.h"
-#include "daemon/api/routes.h"
-#include "daemon/api/run_request.h"
+#include "daemon/api/http/http.h"
 #include "daemon/archive/versions.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/plant/desk/proposal_box.h"

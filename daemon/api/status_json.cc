@@ -8,7 +8,7 @@
 #include "calib/files/calibration_json.h"
 #include "calib/model/enum_table.h"
 #include "calib/model/units.h"
-#include "daemon/api/http/message.h"
+#include "daemon/api/http/http.h"
 #include "daemon/result/outcome_json.h"
 
 namespace cellcal::daemon {

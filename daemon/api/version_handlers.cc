@@ -7,9 +7,7 @@
 
 #include "calib/model/units.h"
 #include "daemon/api/handlers.h"
-#include "daemon/api/http/message.h"
-#include "daemon/api/routes.h"
-#include "daemon/api/run_request.h"
+#include "daemon/api/http/http.h"
 #include "daemon/archive/versions.h"
 #include "daemon/doctor/evidence.h"
 #include "daemon/doctor/examiner.h"

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/api/http/message.h"
+#include "daemon/api/http/http.h"
 #include "daemon/fleet/collector.h"
 #include "daemon/fleet/judge.h"
 

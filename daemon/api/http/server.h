@@ -15,7 +15,6 @@
 #include <string>
 
 #include "daemon/api/http/http.h"
-#include "daemon/api/http/message.h"
 #include "daemon/runner/runner.h"
 
 namespace boost::asio {

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/api/http/message.h"
+#include "daemon/api/http/http.h"
 #include "daemon/files/log_context.h"
 #include "daemon/plant/desk/desk_words.h"
 #include "daemon/plant/messages/outbox.h"

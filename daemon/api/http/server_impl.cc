@@ -1,6 +1,6 @@
 // Listener on a TCP address.
 
-#include "daemon/api/http/network_listener.h"
+#include "daemon/api/http/server_impl.h"
 
 #include <netinet/tcp.h>
 
