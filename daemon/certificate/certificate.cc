@@ -11,7 +11,7 @@
 #include "calib/result/finding.h"
 #include "calib/verdict/change.h"
 #include "calib/verdict/found_residuals.h"
-#include "daemon/archive/replay.h"
+#include "daemon/archive/archive.h"
 #include "daemon/certificate/sources.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/report/plan_picture.h"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "daemon/api/http/http.h"
-#include "daemon/archive/replay.h"
+#include "daemon/archive/archive.h"
 #include "daemon/certificate/signed_files.h"
 #include "daemon/cli/certificate.h"
 #include "daemon/cli/client.h"
