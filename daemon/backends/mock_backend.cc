@@ -4,7 +4,6 @@
 
 #include "daemon/backends/backends.h"
 #include "daemon/backends/virtual_cell.h"
-#include "daemon/backends/virtual_eki_cell.h"
 #include "daemon/config/space_config.h"
 #include "drivers/kuka/krl/krl_files.h"
 
