@@ -10,7 +10,6 @@
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/http.h"
 #include "daemon/cell_form/cell_form.h"
-#include "daemon/cell_form/cell_shelf.h"
 #include "daemon/cell_form/cell_text.h"
 #include "daemon/files/atomic_file.h"
 

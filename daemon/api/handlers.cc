@@ -12,7 +12,7 @@
 #include "calib/model/error.h"
 #include "daemon/api/access.h"
 #include "daemon/api/http/http.h"
-#include "daemon/cell_form/cell_shelf.h"
+#include "daemon/cell_form/cell_form.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/tasks/active_calibration.h"
 #include "drivers/error.h"

@@ -17,7 +17,7 @@
 #include "daemon/archive/drift_watch.h"
 #include "daemon/archive/versions.h"
 #include "daemon/backends/backends.h"
-#include "daemon/cell_form/cell_shelf.h"
+#include "daemon/cell_form/cell_form.h"
 #include "daemon/config/config_values.h"
 #include "daemon/controller/advice_publisher.h"
 #include "daemon/controller/frame_station.h"

@@ -9,7 +9,7 @@
 #include "daemon/api/access.h"
 #include "daemon/api/handlers.h"
 #include "daemon/archive/archive.h"
-#include "daemon/cell_form/cell_shelf.h"
+#include "daemon/cell_form/cell_form.h"
 #include "daemon/controller/frame_station.h"
 #include "daemon/doctor/evidence.h"
 #include "daemon/doctor/examiner.h"
