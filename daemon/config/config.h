@@ -9,10 +9,8 @@
 #include <vector>
 
 #include "calib/model/robot.h"
-#include "daemon/config/http_config.h"
-#include "daemon/config/notify_config.h"
-#include "daemon/config/plant_config.h"
-#include "daemon/config/schedule_config.h"
+#include "daemon/config/network_config.h"
+#include "daemon/config/unattended_config.h"
 #include "daemon/session/touch_policy.h"
 #include "drivers/contact/port/port.h"
 #include "drivers/kuka/eki/eki_config.h"

@@ -8,7 +8,7 @@
 
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/server.h"
-#include "daemon/config/http_config.h"
+#include "daemon/config/network_config.h"
 
 namespace cellcal::daemon {
 

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "daemon/config/schedule_config.h"
+#include "daemon/config/unattended_config.h"
 #include "daemon/session/failure.h"
 
 namespace cellcal::daemon {

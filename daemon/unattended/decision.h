@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/config/schedule_config.h"
+#include "daemon/config/unattended_config.h"
 #include "daemon/session/failure.h"
 
 namespace cellcal::daemon {

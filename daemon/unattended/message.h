@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "daemon/config/notify_config.h"
+#include "daemon/config/unattended_config.h"
 #include "daemon/session/failure.h"
 #include "daemon/unattended/session_news.h"
 

@@ -10,7 +10,7 @@
 #include <memory>
 #include <optional>
 
-#include "daemon/config/notify_config.h"
+#include "daemon/config/unattended_config.h"
 #include "daemon/unattended/session_news.h"
 
 namespace cellcal::daemon {

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/config/notify_config.h"
+#include "daemon/config/unattended_config.h"
 #include "daemon/unattended/message.h"
 
 namespace cellcal::daemon {

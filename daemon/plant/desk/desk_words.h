@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/config/plant_config.h"
+#include "daemon/config/network_config.h"
 #include "daemon/plant/line/edge_node.h"
 #include "daemon/plant/line/line_status.h"
 #include "daemon/plant/messages/outbox.h"

@@ -6,7 +6,7 @@
 #include <mutex>
 #include <set>
 
-#include "daemon/config/plant_config.h"
+#include "daemon/config/network_config.h"
 #include "daemon/journal/journal.h"
 #include "daemon/plant/desk/reporter.h"
 #include "daemon/plant/messages/outbox.h"

@@ -6,7 +6,7 @@
 #include "calib/files/input_file.h"
 #include "calib/files/json.h"
 #include "calib/model/enum_table.h"
-#include "daemon/config/schedule_config.h"
+#include "daemon/config/unattended_config.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/plant/messages/text_fields.h"
 
