@@ -6,7 +6,6 @@
 
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/http.h"
-#include "daemon/controller/frame_record.h"
 #include "daemon/controller/frame_station.h"
 #include "daemon/files/atomic_file.h"
 

@@ -8,7 +8,7 @@
 
 #include "calib/check/charts.h"
 #include "calib/model/enum_table.h"
-#include "daemon/controller/frame_record.h"
+#include "daemon/controller/frame_station.h"
 
 namespace cellcal::daemon {
 
