@@ -9,8 +9,8 @@
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/http.h"
 #include "daemon/archive/versions.h"
-#include "daemon/doctor/evidence.h"
 #include "daemon/doctor/examiner.h"
+#include "daemon/doctor/steps.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/runner/backend.h"
 
