@@ -19,7 +19,7 @@
 #include "daemon/files/atomic_file.h"
 #include "daemon/plant/desk/proposal_box.h"
 #include "daemon/plant/line/mqtt_line.h"
-#include "daemon/plant/messages/proposal.h"
+#include "daemon/plant/messages/presence.h"
 #include "daemon/runner/backend.h"
 
 namespace cellcal::daemon {

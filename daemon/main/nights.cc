@@ -9,7 +9,7 @@
 #include <fstream>
 #include <string>
 
-#include "daemon/plant/desk/reporter.h"
+#include "daemon/plant/desk/journal_outbox.h"
 #include "daemon/runner/backend.h"
 #include "daemon/unattended/message.h"
 #include "daemon/unattended/notifier.h"

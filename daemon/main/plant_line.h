@@ -16,7 +16,7 @@
 #include "daemon/plant/desk/desk.h"
 #include "daemon/plant/desk/journal_outbox.h"
 #include "daemon/plant/desk/proposal_box.h"
-#include "daemon/plant/line/cell_metrics.h"
+#include "daemon/plant/line/line_status.h"
 #include "daemon/service/service.h"
 
 namespace cellcal::daemon {

@@ -14,7 +14,6 @@
 #include "daemon/plant/line/edge_node.h"
 #include "daemon/plant/messages/fact.h"
 #include "daemon/plant/messages/presence.h"
-#include "daemon/plant/messages/proposal.h"
 
 namespace {
 
