@@ -11,7 +11,7 @@
 #include "calib/model/linear.h"
 #include "calib/model/units.h"
 #include "daemon/qualification/contact_delay.h"
-#include "daemon/session/search_line.h"
+#include "daemon/session/interruption.h"
 
 namespace cellcal::daemon {
 

@@ -8,7 +8,7 @@
 #include <thread>
 #include <utility>
 
-#include "daemon/session/search_line.h"
+#include "daemon/session/interruption.h"
 
 namespace cellcal::daemon {
 

@@ -5,7 +5,6 @@
 
 #include "daemon/session/interruption.h"
 #include "daemon/session/rules.h"
-#include "daemon/session/search_line.h"
 
 namespace cellcal::daemon::rules {
 
