@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "calib/model/kinematics.h"
-#include "sim/cell/early_contact.h"
+#include "sim/cell/contact_watch.h"
 
 namespace cellcal::sim {
 
@@ -22,7 +22,7 @@ struct TruthOptions {
   double tip_offset_m = 0.0;  ///< maximum deviation from the cell file's tip, per component
   /// Shift of the tip on the flange after the spheres' places were taught: a knock.
   Eigen::Vector3d tool_shift_m = Eigen::Vector3d::Zero();
-  double growth = 0.0;        ///< relative growth of all the arm's lengths, warmed up
+  double growth = 0.0;      ///< relative growth of all the arm's lengths, warmed up
   double warm_up_s = 60.0;  ///< time constant of the warm-up
   ContactScatter contacts{};
   /// Deviation of the artefact from its taught place, as a rigid body, 1 sigma.

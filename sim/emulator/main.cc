@@ -24,8 +24,7 @@
 #include "sim/krc/cartesian_arm.h"
 #include "sim/krc/eki_server.h"
 #include "sim/krc/krc_udp.h"
-#include "sim/mcu/mcu_pty.h"
-#include "sim/mcu/mcu_udp.h"
+#include "sim/mcu/mcu_thread.h"
 
 namespace {
 

@@ -34,7 +34,7 @@
 #include "drivers/kuka/rsi/rsi_robot.h"
 #include "sim/cell/contact_watch.h"
 #include "sim/krc/krc_udp.h"
-#include "sim/mcu/mcu_pty.h"
+#include "sim/mcu/mcu_thread.h"
 #include "tests/command_line/command_line.h"
 
 namespace {

@@ -1,9 +1,12 @@
 #pragma once
 // The three columns: published, the paper's estimator rerun, cellcal.
 
+#include <Eigen/Core>
 #include <string>
 
+#include "calib/result/calibration.h"
 #include "sim/experiments/paper/figures.h"
+#include "sim/experiments/paper/task.h"
 
 namespace cellcal::sim::paper {
 
@@ -18,5 +21,39 @@ struct Placings {
 /// published figures that are not reproduced.
 std::string comparison(const Solved& simulation, const Solved& experiment,
                        const Placings& placings);
+
+// Figures published in the paper (Wang et al., Appl. Sci. 2024, 14, 9824), in millimetres.
+
+struct PublishedFigures {
+  double before_mean_mm, before_max_mm;
+  double after_mean_mm, after_max_mm;
+};
+
+/// Section 4.3 and Figure 8: simulation without noise, the 50 touches of the fit.
+inline constexpr PublishedFigures kPublishedSimulation{3.657, 5.559, 0.665, 1.104};
+/// Section 5.4 and Figure 11: the real robot, 30 touches not used for the fit.
+inline constexpr PublishedFigures kPublishedExperiment{1.923, 4.715, 0.383, 1.153};
+/// Section 4.2: "After 50 iterations, the data converged".
+inline constexpr int kPublishedIterations = 50;
+/// Section 5.4: c_t identified on the real robot, 1/(N m^2).
+inline constexpr double kPublishedDeflection = 0.00036;
+
+// Error of a calibrated arm away from the sphere, which touches on it cannot show.
+
+struct Spread {
+  double mean_m = 0.0, max_m = 0.0;
+};
+
+/// Eq. 39 on the held-out touches, with the result's errors in the exact chain.
+Spread check_on_exact_chain(const Task& task, const calib::Calibration& result);
+/// Eq. 39 with the nominal arm and the true centre, over one set of touches: "before".
+Spread nominal_error(const Task& task, calib::TouchSet set);
+
+/// 3-D tip error over `poses` random poses of the whole workspace, after the rigid alignment that
+/// removes the motion of the base frame.
+Spread workspace_error(const Task& task, const calib::Calibration& result, int poses = 1000);
+
+/// Errors of a result in the order of ArmModel::parameters(), matched by name.
+Eigen::VectorXd arm_errors(const calib::ArmModel& model, const calib::Calibration& result);
 
 }  // namespace cellcal::sim::paper

@@ -4,13 +4,18 @@
 // by its weight, meets the sphere.
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <filesystem>
+#include <optional>
+#include <random>
 #include <string>
 #include <vector>
 
 #include "calib/model/kinematics.h"
 #include "calib/model/robot.h"
 #include "calib/model/touch.h"
+#include "sim/experiments/paper/figures.h"
+#include "sim/experiments/paper/table.h"
 
 namespace cellcal::sim::paper {
 
@@ -50,5 +55,28 @@ struct Task {
 /// Throws std::runtime_error if too few places on the sphere are reachable, calib::FileError for an
 /// invalid cell file.
 Task make_task(const Conditions& conditions);
+
+// Joint angles that bring the real arm's tip to a point, by Newton's method.
+
+/// Joint angles inside the limits with the nominal tip at `tip_m` and the flange orientation
+/// `flange`, from random starts; empty if none is found.
+std::optional<std::vector<double>> reach_nominal(const calib::ArmModel& model,
+                                                 const Eigen::Matrix3d& flange,
+                                                 const Eigen::Vector3d& tip_m,
+                                                 std::mt19937_64& random);
+
+/// Smallest change of `joint_rad` that puts the tip of the arm with errors `x` exactly (1e-13 m) at
+/// `tip_m`; empty if outside the limits.
+std::optional<std::vector<double>> reach_exactly(const calib::ArmModel& model, const double* x,
+                                                 const Eigen::Vector3d& tip_m,
+                                                 std::vector<double> joint_rad);
+
+// Runs both estimators on a task and records their convergence.
+
+/// Throws calib::IdentifyError.
+Solved solve(const Task& task);
+
+/// Both tasks with seeds 1 to `count`: figures independent of a single lucky placement.
+Placings solve_placings(int count);
 
 }  // namespace cellcal::sim::paper

@@ -24,7 +24,7 @@
 #include "drivers/contact/wire/ctp_codec.h"
 #include "pty_shim.h"
 #include "robot_side.h"
-#include "sim/mcu/mcu_pty.h"
+#include "sim/mcu/mcu_thread.h"
 
 namespace cellcal::drivers {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "drivers/contact/contact_inline.h"
 #include "sim/mcu/mcu_line.h"
-#include "sim/mcu/mcu_udp.h"
+#include "sim/mcu/mcu_thread.h"
 
 namespace cellcal::drivers {
 

@@ -18,8 +18,8 @@
 #include "sim/cell/contact_watch.h"
 #include "sim/cell/truth.h"
 #include "sim/krc/cell_src.h"
+#include "sim/mcu/line.h"
 #include "sim/mcu/mcu_line.h"
-#include "sim/mcu/serial_line.h"
 
 namespace cellcal::faults {
 
