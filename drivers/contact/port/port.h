@@ -65,4 +65,23 @@ std::string no_such_device(const std::string& device);
 /// From errno of open(): permission (with the required group), busy, or the system's error message.
 std::string cannot_open(const std::string& device, int error);
 
+// Exclusive use of a serial device per process: a lock file, held by flock so that a crash releases
+// it.
+
+class PortLock {
+ public:
+  /// Locks the device of this path (symlinks resolved). Throws DriverError if another process, or
+  /// another port of this one, holds it.
+  explicit PortLock(const std::string& device);
+  ~PortLock();
+  PortLock(const PortLock&) = delete;
+  PortLock& operator=(const PortLock&) = delete;
+
+ private:
+  int fd_ = -1;
+};
+
+/// Name of the lock file of a device: LCK..ttyUSB0, LCK..pts-3 (as used by minicom and others).
+std::string lock_name(const std::string& device);
+
 }  // namespace cellcal::drivers

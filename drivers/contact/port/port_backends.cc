@@ -16,7 +16,6 @@
 
 #include "drivers/contact/port/adapter.h"
 #include "drivers/contact/port/port.h"
-#include "drivers/contact/port/port_lock.h"
 #include "drivers/contact/wire/line_rate.h"
 
 namespace cellcal::drivers {
