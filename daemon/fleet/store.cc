@@ -9,6 +9,11 @@
 
 namespace cellcal::daemon::fleet {
 
+struct Store::Impl {
+  StoreConfig config;
+  std::unique_ptr<pqxx::connection> connection;
+};
+
 namespace {
 
 constexpr double kSettledAfterMin = 5.0;

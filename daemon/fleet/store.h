@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "daemon/fleet/batch.h"
-#include "daemon/fleet/connection.h"
 
 namespace cellcal::daemon::fleet {
 
@@ -61,13 +60,6 @@ class Store {
 
  private:
   std::unique_ptr<Impl> impl_;
-};
-
-// Within this room: what a Store holds.
-
-struct Store::Impl {
-  StoreConfig config;
-  std::unique_ptr<pqxx::connection> connection;
 };
 
 }  // namespace cellcal::daemon::fleet

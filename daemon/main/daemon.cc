@@ -7,7 +7,6 @@
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <csignal>
-#include <utility>
 
 #include "calib/files/calibration_json.h"
 #include "calib/model/enum_table.h"
@@ -30,6 +29,7 @@
 #include "daemon/main/network_door.h"
 #include "daemon/main/nights.h"
 #include "daemon/main/plant_line.h"
+#include "daemon/main/reload.h"
 #include "daemon/main/systemd_news.h"
 #include "daemon/plant/messages/fact.h"
 #include "daemon/runner/backend.h"
@@ -348,55 +348,6 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
   sd_notify(0, "READY=1\nSTATUS=idle");
   context.run();
   spdlog::info("stopped");
-}
-
-namespace {
-
-/// Keeps `was` where the file has another value, and records that.
-void keep(const char* key, const std::filesystem::path& was, std::filesystem::path& now,
-          std::vector<std::string>& kept) {
-  if (now == was) return;
-  now = was;
-  kept.push_back(std::string(key) + " = \"" + was.string() + "\"");
-}
-
-}  // namespace
-
-std::shared_ptr<const DaemonConfig> LiveConfig::now() const {
-  const std::lock_guard lock(mutex_);
-  return now_;
-}
-
-std::vector<std::string> LiveConfig::reload() {
-  DaemonConfig next = read_();
-  std::vector<std::string> kept;
-  const std::shared_ptr<const DaemonConfig> was = now();
-  keep("state_dir", was->state_dir, next.state_dir, kept);
-  keep("socket", was->socket, next.socket, kept);
-  if (next.http != was->http) {
-    next.http = was->http;
-    kept.push_back(was->http ? "[http] as it was" : "without [http]");
-  }
-  const std::lock_guard lock(mutex_);
-  now_ = std::make_shared<const DaemonConfig>(std::move(next));
-  return kept;
-}
-
-OnRequest::OnRequest(std::function<void()> act)
-    : thread_([this, act = std::move(act)](const std::stop_token& stop) {
-        std::unique_lock lock(mutex_);
-        while (asked_.wait(lock, stop, [this] { return pending_; })) {
-          pending_ = false;
-          lock.unlock();
-          act();
-          lock.lock();
-        }
-      }) {}
-
-void OnRequest::ask() {
-  const std::lock_guard lock(mutex_);
-  pending_ = true;
-  asked_.notify_all();
 }
 
 }  // namespace cellcal::daemon

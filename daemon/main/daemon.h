@@ -1,13 +1,6 @@
 #pragma once
 
-#include <condition_variable>
 #include <functional>
-#include <memory>
-#include <mutex>
-#include <stop_token>
-#include <string>
-#include <thread>
-#include <vector>
 
 #include "daemon/config/config.h"
 
@@ -19,38 +12,5 @@ void check_files_of(const DaemonConfig& config);
 /// Runs until SIGTERM or SIGINT. Throws where it cannot start: JournalError, SocketError,
 /// std::filesystem::filesystem_error. `read_config` reloads the file on SIGHUP, from another thread.
 void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>& read_config);
-
-// Configuration of the running daemon, and the changes of the file that take effect.
-
-class LiveConfig {
- public:
-  LiveConfig(DaemonConfig first, std::function<DaemonConfig()> read)
-      : now_(std::make_shared<const DaemonConfig>(std::move(first))), read_(std::move(read)) {}
-
-  /// Configuration for sessions that begin now. Thread-safe.
-  std::shared_ptr<const DaemonConfig> now() const;
-
-  /// Reloads the file. Settings that cannot change at run time are kept and returned, as `socket =
-  /// "/run/..."`, or "[http] as it was". Throws the errors of loading; nothing has changed then.
-  std::vector<std::string> reload();
-
- private:
-  mutable std::mutex mutex_;
-  std::shared_ptr<const DaemonConfig> now_;
-  std::function<DaemonConfig()> read_;
-};
-
-/// Thread that runs an action on each request, so that the requester never waits for a disk.
-class OnRequest {
- public:
-  explicit OnRequest(std::function<void()> act);
-  void ask();
-
- private:
-  std::mutex mutex_;
-  std::condition_variable_any asked_;
-  bool pending_ = false;
-  std::jthread thread_;
-};
 
 }  // namespace cellcal::daemon

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "daemon/archive/archive.h"
-#include "daemon/main/daemon.h"
+#include "daemon/main/reload.h"
 #include "daemon/service/service.h"
 #include "daemon/unattended/schedule.h"
 

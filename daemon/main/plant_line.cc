@@ -11,7 +11,7 @@
 #include "daemon/archive/versions.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/plant/desk/journal_outbox.h"
-#include "daemon/plant/line/line_status.h"
+#include "daemon/plant/line/cell_metrics.h"
 #include "daemon/runner/backend.h"
 
 namespace cellcal::daemon {

@@ -11,11 +11,12 @@
 
 #include "daemon/archive/drift_watch.h"
 #include "daemon/journal/journal.h"
-#include "daemon/main/daemon.h"
 #include "daemon/main/network_door.h"
+#include "daemon/main/reload.h"
 #include "daemon/plant/desk/desk.h"
 #include "daemon/plant/desk/journal_outbox.h"
 #include "daemon/plant/desk/proposal_box.h"
+#include "daemon/plant/line/cell_metrics.h"
 #include "daemon/plant/line/line_status.h"
 #include "daemon/service/service.h"
 

@@ -9,7 +9,7 @@
 
 #include "calib/model/error.h"
 #include "daemon/files/atomic_file.h"
-#include "daemon/plant/line/line_status.h"
+#include "daemon/plant/line/cell_metrics.h"
 
 namespace cellcal::daemon::plant {
 

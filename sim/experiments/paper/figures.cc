@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "calib/svg/svg.h"
-#include "sim/experiments/paper/table.h"
+#include "sim/experiments/paper/task.h"
 
 namespace cellcal::sim::paper {
 

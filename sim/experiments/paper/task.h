@@ -14,8 +14,7 @@
 #include "calib/model/kinematics.h"
 #include "calib/model/robot.h"
 #include "calib/model/touch.h"
-#include "sim/experiments/paper/figures.h"
-#include "sim/experiments/paper/table.h"
+#include "calib/result/calibration.h"
 
 namespace cellcal::sim::paper {
 
@@ -71,12 +70,22 @@ std::optional<std::vector<double>> reach_exactly(const calib::ArmModel& model, c
                                                  const Eigen::Vector3d& tip_m,
                                                  std::vector<double> joint_rad);
 
-// Runs both estimators on a task and records their convergence.
+// Error of a calibrated arm away from the sphere, which touches on it cannot show.
 
-/// Throws calib::IdentifyError.
-Solved solve(const Task& task);
+struct Spread {
+  double mean_m = 0.0, max_m = 0.0;
+};
 
-/// Both tasks with seeds 1 to `count`: figures independent of a single lucky placement.
-Placings solve_placings(int count);
+/// Eq. 39 on the held-out touches, with the result's errors in the exact chain.
+Spread check_on_exact_chain(const Task& task, const calib::Calibration& result);
+/// Eq. 39 with the nominal arm and the true centre, over one set of touches: "before".
+Spread nominal_error(const Task& task, calib::TouchSet set);
+
+/// 3-D tip error over `poses` random poses of the whole workspace, after the rigid alignment that
+/// removes the motion of the base frame.
+Spread workspace_error(const Task& task, const calib::Calibration& result, int poses = 1000);
+
+/// Errors of a result in the order of ArmModel::parameters(), matched by name.
+Eigen::VectorXd arm_errors(const calib::ArmModel& model, const calib::Calibration& result);
 
 }  // namespace cellcal::sim::paper

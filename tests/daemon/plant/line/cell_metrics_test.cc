@@ -5,7 +5,7 @@
 #include <set>
 #include <sstream>
 
-#include "daemon/plant/line/line_status.h"
+#include "daemon/plant/line/cell_metrics.h"
 
 namespace cellcal::daemon::testing {
 namespace {
