@@ -11,7 +11,7 @@
 
 #include "daemon/archive/drift_watch.h"
 #include "daemon/journal/journal.h"
-#include "daemon/main/network_door.h"
+#include "daemon/main/network_server.h"
 #include "daemon/main/reload.h"
 #include "daemon/plant/desk/desk.h"
 #include "daemon/plant/desk/journal_outbox.h"

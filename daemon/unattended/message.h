@@ -5,7 +5,7 @@
 
 #include "daemon/config/unattended_config.h"
 #include "daemon/session/failure.h"
-#include "daemon/unattended/session_news.h"
+#include "daemon/unattended/notice.h"
 
 namespace cellcal::daemon {
 

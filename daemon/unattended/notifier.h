@@ -11,7 +11,7 @@
 #include <optional>
 
 #include "daemon/config/unattended_config.h"
-#include "daemon/unattended/session_news.h"
+#include "daemon/unattended/notice.h"
 
 namespace cellcal::daemon {
 

@@ -16,8 +16,8 @@
 #include <optional>
 #include <vector>
 
-#include "daemon/unattended/cell_door.h"
 #include "daemon/unattended/schedule_state.h"
+#include "daemon/unattended/session_gateway.h"
 
 namespace cellcal::daemon {
 

@@ -14,7 +14,7 @@
 #include "daemon/api/http/http.h"
 #include "daemon/cell_form/cell_form.h"
 #include "daemon/unattended/schedule.h"
-#include "daemon/unattended/service_door.h"
+#include "daemon/unattended/service_session_gateway.h"
 #include "tests/daemon/api/without_hardware.h"
 
 namespace cellcal::daemon {

@@ -16,7 +16,7 @@
 #include "daemon/plant/desk/proposal_box.h"
 #include "daemon/tasks/options.h"
 #include "daemon/unattended/schedule.h"
-#include "daemon/unattended/service_door.h"
+#include "daemon/unattended/service_session_gateway.h"
 #include "tests/daemon/api/schema.h"
 #include "tests/daemon/api/without_hardware.h"
 #include "tests/daemon/archive/checked_journal.h"

@@ -27,7 +27,7 @@
 #include "daemon/plant/messages/presence.h"
 #include "hostile_broker.h"
 #include "listener.h"
-#include "strict_door.h"
+#include "strict_listener.h"
 #include "tests/daemon/journal/disks/away_disk.h"
 #include "tests/daemon/journal/images.h"
 #include "tests/daemon/journal/temporary_directory.h"

@@ -1,4 +1,4 @@
-#include "daemon/main/nights.h"
+#include "daemon/main/unattended_services.h"
 
 #include <spdlog/spdlog.h>
 #include <sys/timex.h>
@@ -12,9 +12,9 @@
 #include "daemon/plant/desk/journal_outbox.h"
 #include "daemon/runner/backend.h"
 #include "daemon/unattended/message.h"
+#include "daemon/unattended/notice.h"
 #include "daemon/unattended/notifier.h"
-#include "daemon/unattended/service_door.h"
-#include "daemon/unattended/session_news.h"
+#include "daemon/unattended/service_session_gateway.h"
 
 namespace cellcal::daemon {
 

@@ -1,4 +1,4 @@
-#include "strict_door.h"
+#include "strict_listener.h"
 
 #include <array>
 #include <atomic>

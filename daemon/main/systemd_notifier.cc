@@ -1,4 +1,4 @@
-#include "daemon/main/systemd_news.h"
+#include "daemon/main/systemd_notifier.h"
 
 #include <sys/socket.h>
 #include <sys/un.h>

@@ -1,5 +1,5 @@
 #pragma once
-// Interface of the schedule to the sessions; implemented for the daemon by service_door.cc.
+// Interface of the schedule to the sessions; implemented for the daemon by service_session_gateway.cc.
 
 #include <cstdint>
 #include <optional>

@@ -1,4 +1,4 @@
-#include "daemon/main/network_door.h"
+#include "daemon/main/network_server.h"
 
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "daemon/service/service.h"
-#include "daemon/unattended/cell_door.h"
 #include "daemon/unattended/schedule.h"
+#include "daemon/unattended/session_gateway.h"
 
 namespace cellcal::daemon {
 

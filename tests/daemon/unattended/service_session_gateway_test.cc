@@ -1,6 +1,6 @@
 // The schedule on the daemon's own sessions, in virtual time.
 
-#include "daemon/unattended/service_door.h"
+#include "daemon/unattended/service_session_gateway.h"
 
 #include <gtest/gtest.h>
 

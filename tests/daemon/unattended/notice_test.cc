@@ -1,4 +1,4 @@
-#include "daemon/unattended/session_news.h"
+#include "daemon/unattended/notice.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "daemon/unattended/service_door.h"
+#include "daemon/unattended/service_session_gateway.h"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
