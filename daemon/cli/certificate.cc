@@ -130,20 +130,15 @@ const char* words_of(Announced announced) {
 
 void print_outcome(const Connection& daemon, const certificate::CertificateData& data,
                    const fs::path& directory, bool is_signed, Announced plant) {
-  if (daemon.json) {
-    put(nlohmann::json{{"number", data.number.text},
-                       {"directory", fs::absolute(directory).string()},
-                       {"signed", is_signed},
-                       {"plant", plant != Announced::kNo}}
-                .dump() +
-            "\n",
-        {});
-    return;
-  }
-  put(fmt::format(
+  print(
+      daemon.json,
+      {{"number", data.number.text},
+       {"directory", fs::absolute(directory).string()},
+       {"signed", is_signed},
+       {"plant", plant != Announced::kNo}},
+      fmt::format(
           "certificate {} in {}{}, {}\n", data.number.text, directory.string(), words_of(plant),
-          is_signed ? "signed" : "not signed. Make a key once: 'cellcal certificate --make-key'"),
-      {});
+          is_signed ? "signed" : "not signed. Make a key once: 'cellcal certificate --make-key'"));
 }
 
 }  // namespace
@@ -162,18 +157,12 @@ int make_certificate_key(const fs::path& key, bool json) {
   signing::make_key(key);
   const fs::path other = signing::public_part(key);
   const std::string fingerprint = signing::PublicKey(other).fingerprint();
-  put(json
-          ? nlohmann::json{{"key", key.string()},
-                           {"public", other.string()},
-                           {"fingerprint", fingerprint}}
-                    .dump() +
-                "\n"
-          : fmt::format(
-                "private key {}: keep it readable by you only\npublic key {}, fingerprint {}: give it "
-                "to those who verify\n",
-                key.string(), other.string(), fingerprint),
-      {});
-  return kSuccess;
+  return print(
+      json, {{"key", key.string()}, {"public", other.string()}, {"fingerprint", fingerprint}},
+      fmt::format(
+          "private key {}: keep it readable by you only\npublic key {}, fingerprint {}: give it "
+          "to those who verify\n",
+          key.string(), other.string(), fingerprint));
 }
 
 int certify(const Connection& daemon, const CertificateCommand& command) try {

@@ -319,10 +319,6 @@ int send_frames(const Connection& daemon, const FramesCommand& frames, const Sen
 
 int list_sent_frames(const Connection& daemon) {
   const json all = parse(ask(daemon, "GET", "/v1/frames"));
-  if (daemon.json) {
-    put(all.dump() + "\n", {});
-    return kSuccess;
-  }
   std::string words;
   for (const json& one : all.at("frames"))
     words += printable(fmt::format("{:>4}  {:<20}  {:<8}  by {} ({}): {}", one.at("id").get<int>(),
@@ -331,8 +327,7 @@ int list_sent_frames(const Connection& daemon) {
                                    one.value("words", ""))) +
              "\n";
   if (all.at("problem").is_string()) words += printable(all["problem"].get<std::string>()) + "\n";
-  put(words.empty() ? "no frame was sent to the controller\n" : words, {});
-  return kSuccess;
+  return print(daemon.json, all, words.empty() ? "no frame was sent to the controller\n" : words);
 }
 
 int restore_frame(const Connection& daemon, const SendFrames& how) {
@@ -363,8 +358,7 @@ int restore_frame(const Connection& daemon, const SendFrames& how) {
       put(record->dump() + "\n", {});
     throw;
   }
-  put(daemon.json ? done.dump() + "\n" : printable(done.value("words", "")) + "\n", {});
-  return kSuccess;
+  return print(daemon.json, done, printable(done.value("words", "")) + "\n");
 }
 
 int show_position(const Connection& daemon) {
@@ -375,8 +369,7 @@ int show_position(const Connection& daemon) {
     if (!text.empty()) text += ' ';
     text += fmt::format("{:.4f}", one.get<double>());
   }
-  put(daemon.json ? answer.dump() + "\n" : text + "\n", {});
-  return kSuccess;
+  return print(daemon.json, answer, text + "\n");
 }
 
 }  // namespace cellcal::daemon

@@ -77,6 +77,11 @@ void put(const std::string& text, const std::filesystem::path& output) {
   }
 }
 
+int print(bool as_json, const nlohmann::json& value, const std::string& words) {
+  put(as_json ? value.dump() + "\n" : words, {});
+  return kSuccess;
+}
+
 int identify(const IdentifyCommand& command) {
   const calib::CellText files = calib::read_cell_text(command.cell);
   const calib::Cell cell = calib::parse_cell(files);

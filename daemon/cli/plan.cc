@@ -212,7 +212,7 @@ nlohmann::json accuracy_json(const calib::Plan& plan) {
 }
 
 std::string json_of(const calib::SuggestedSpheres& suggested,
-                 const std::optional<calib::Plan>& today) {
+                    const std::optional<calib::Plan>& today) {
   nlohmann::json value = accuracy_json(suggested.plan);
   value["today"] = today ? accuracy_json(*today) : nlohmann::json(nullptr);
   for (const calib::Target& target : spheres_of(suggested.cell))

@@ -119,16 +119,12 @@ int list_proposals(const Connection& daemon) {
 
 int accept_proposal(const Connection& daemon, const std::string& id, const std::string& reason) {
   const json done = parse(ask(daemon, "POST", path_of(id, "accept"), body_with(reason).dump()));
-  put(daemon.json ? done.dump() + "\n"
-                  : "accepted: " + wish(done) + ". " + what_to_do_with(done) + "\n",
-      {});
-  return kSuccess;
+  return print(daemon.json, done, "accepted: " + wish(done) + ". " + what_to_do_with(done) + "\n");
 }
 
 int refuse_proposal(const Connection& daemon, const std::string& id, const std::string& reason) {
   const json done = parse(ask(daemon, "POST", path_of(id, "refuse"), body_with(reason).dump()));
-  put(daemon.json ? done.dump() + "\n" : "refused: " + wish(done) + "\n", {});
-  return kSuccess;
+  return print(daemon.json, done, "refused: " + wish(done) + "\n");
 }
 
 using plant::LineFailure, plant::LineProblem, plant::MqttLine, plant::Proposal, plant::ProposalKind;
@@ -247,17 +243,11 @@ std::string send_proposal(const ProposeCommand& command) {
 int propose(const ProposeCommand& command) {
   const std::string id = send_proposal(command);
   const bool withdrawn = command.kind == ProposalKind::kWithdraw;
-  if (command.json)
-    put(nlohmann::json{{"id", id}, {"cell", command.cell}, {"kind", to_string(command.kind)}}
-                .dump() +
-            "\n",
-        {});
-  else
-    put(fmt::format("{} {} {}. {}\n", id, withdrawn ? "withdrawn from" : "proposed to",
-                    command.cell,
-                    withdrawn ? "What was accepted before stays accepted"
-                              : "Its operators answer there: 'cellcal proposals'"),
-        {});
+  print(
+      command.json, {{"id", id}, {"cell", command.cell}, {"kind", to_string(command.kind)}},
+      fmt::format("{} {} {}. {}\n", id, withdrawn ? "withdrawn from" : "proposed to", command.cell,
+                  withdrawn ? "What was accepted before stays accepted"
+                            : "Its operators answer there: 'cellcal proposals'"));
   return kSuccess;
 }
 

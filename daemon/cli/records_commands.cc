@@ -90,15 +90,10 @@ std::string in_words(const json& all) {
 int list_versions(const Connection& daemon, std::optional<std::int64_t> of_cell) {
   const json list = parse(
       ask(daemon, "GET", "/v1/versions" + (of_cell ? fmt::format("?session={}", *of_cell) : "")));
-  if (daemon.json) {
-    put(list.dump() + "\n", {});
-    return kSuccess;
-  }
   std::string words = fmt::format("{:>8}  {:<19}  {:<12}  {:>12}  {:>7}\n", "session",
                                   "published (UTC)", "scope", "predicted mm", "u95 mm");
   for (const json& one : list) words += version_line(one);
-  put(list.empty() ? "no calibration was published\n" : words, {});
-  return kSuccess;
+  return print(daemon.json, list, list.empty() ? "no calibration was published\n" : words);
 }
 
 /// Without a session: the calibration published before the one in use.
@@ -108,21 +103,18 @@ int activate_version(const Connection& daemon, std::optional<std::int64_t> sessi
   if (session) body["session"] = *session;
   const json done = parse(ask(
       daemon, "POST", session ? "/v1/versions/activate" : "/v1/versions/roll-back", body.dump()));
-  put(daemon.json
-          ? done.dump() + "\n"
-          : fmt::format(
-                "in use: the calibration of session {}. What was made with another one (programs, frames) "
-                "stays as it is\n",
-                done["session"].dump()),
-      {});
-  return kSuccess;
+  return print(
+      daemon.json, done,
+      fmt::format(
+          "in use: the calibration of session {}. What was made with another one (programs, frames) "
+          "stays as it is\n",
+          done.at("session").dump()));
 }
 
 int compare_versions(const Connection& daemon, std::int64_t before, std::int64_t after) {
   const json all = parse(
       ask(daemon, "GET", fmt::format("/v1/versions/compare?before={}&after={}", before, after)));
-  put(daemon.json ? all.dump() + "\n" : in_words(all), {});
-  return kSuccess;
+  return print(daemon.json, all, in_words(all));
 }
 
 int retain(const Connection& daemon, bool dry_run, std::optional<int> days,
@@ -133,10 +125,6 @@ int retain(const Connection& daemon, bool dry_run, std::optional<int> days,
   if (days) body["days"] = *days;
   if (megabytes) body["megabytes"] = *megabytes;
   const json answer = parse(ask(daemon, "POST", "/v1/retain", body.dump()));
-  if (daemon.json) {
-    put(answer.dump() + "\n", {});
-    return kSuccess;
-  }
   std::string words;
   double bytes = 0.0;
   for (const json& one : answer.at("sessions")) {
@@ -149,8 +137,7 @@ int retain(const Connection& daemon, bool dry_run, std::optional<int> days,
                        answer.at("sessions").size(), bytes / kMegabyte,
                        dry_run ? "would be dropped" : "dropped",
                        answer.value("bytes_in_use", 0.0) / kMegabyte);
-  put(words, {});
-  return kSuccess;
+  return print(daemon.json, answer, words);
 }
 
 using nlohmann::json;

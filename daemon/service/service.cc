@@ -51,13 +51,6 @@ void set_choice_progress(const State& state, const Job& job, Status& status) {
   status.why_ended = calib::why_ended(state.progress, job.options.goal);
 }
 
-const char* to_string(ArmMotion motion) {
-  using enum ArmMotion;
-  static constexpr EnumNames<ArmMotion> kTable{
-      {{kUnknown, "unknown"}, {kAtRest, "at rest"}, {kMoving, "moving"}}};
-  return kTable[motion];
-}
-
 /// Leaves `seq`, `links`, `made`, `results_dir` and `time_left_s` to the caller. `done`: number of touches
 /// made, including those before a resume.
 Status status_of(const State& state, const Job& job, std::size_t done) {
@@ -115,6 +108,13 @@ struct HoldGuard {
 };
 
 }  // namespace
+
+const char* to_string(ArmMotion motion) {
+  using enum ArmMotion;
+  static constexpr EnumNames<ArmMotion> kTable{
+      {{kUnknown, "unknown"}, {kAtRest, "at rest"}, {kMoving, "moving"}}};
+  return kTable[motion];
+}
 
 SessionService::SessionService(ServiceParts parts) : parts_(std::move(parts)) {
   for (const auto& file : parts_.journal.files()) no_inputs_.emplace_back(file);
