@@ -36,8 +36,8 @@ std::int64_t bytes_of(const Report& report) {
 std::int64_t name_source(Database& database) {
   const std::int64_t first =
       database.integer("SELECT coalesce(max(seq), 0) + 1 FROM sqlite_sequence WHERE name='outbox'");
-  Statement insert(database, "INSERT OR REPLACE INTO outbox_source (first, name) VALUES (?,?)");
-  insert.bind(1, first).bind(2, std::string_view(random_source())).step();
+  database.run("INSERT OR REPLACE INTO outbox_source (first, name) VALUES (?,?)", first,
+               random_source());
   return first;
 }
 
@@ -85,10 +85,9 @@ void OutboxRows::speak_as(const std::string& address) {
     drop(now_.telemetry_bytes);  // what is reported of it belongs to the numbers that end here
     name_source(database_);
   }
-  Statement update(
-      database_,
-      "UPDATE outbox_source SET address=? WHERE first=(SELECT max(first) FROM outbox_source)");
-  update.bind(1, std::string_view(address)).step();
+  database_.run(
+      "UPDATE outbox_source SET address=? WHERE first=(SELECT max(first) FROM outbox_source)",
+      address);
   assign_source();
 }
 
@@ -149,9 +148,8 @@ void OutboxRows::rewrite(std::int64_t row, const Report& report) {
     if (telemetry) now_.telemetry_bytes += bytes;
   };
   take(-(before.integer(0) + kOutboxRowBytes), before.text(1) == "telemetry");
-  Statement update(database_, "UPDATE outbox SET kind=?, worth=?, body=? WHERE number=?");
-  update.bind(1, std::string_view(report.kind)).bind(2, std::string_view(worth_name(report.worth)));
-  update.bind(3, std::string_view(report.body)).bind(4, row).step();
+  database_.run("UPDATE outbox SET kind=?, worth=?, body=? WHERE number=?", report.kind,
+                worth_name(report.worth), report.body, row);
   take(bytes_of(report), report.worth == Worth::kTelemetry);
 }
 
@@ -188,13 +186,10 @@ bool OutboxRows::make_room(const Report& report, std::int64_t bytes) {
 }
 
 void OutboxRows::add(std::int64_t session, const std::string& time, const Report& report) {
-  Statement insert(database_,
-                   "INSERT INTO outbox (session, time, kind, worth, body) VALUES "
-                   "(?,coalesce(nullif(?,''),strftime('%Y-%m-%dT%H:%M:%fZ','now')),?,?,?)");
-  insert.bind(1, session).bind(2, std::string_view(time)).bind(3, std::string_view(report.kind));
-  insert.bind(4, std::string_view(worth_name(report.worth)))
-      .bind(5, std::string_view(report.body))
-      .step();
+  database_.run(
+      "INSERT INTO outbox (session, time, kind, worth, body) VALUES "
+      "(?,coalesce(nullif(?,''),strftime('%Y-%m-%dT%H:%M:%fZ','now')),?,?,?)",
+      session, time, report.kind, worth_name(report.worth), report.body);
   now_.newest = database_.last_row_id() - first_ + 1;
   ++now_.rows;
   now_.bytes += bytes_of(report);
@@ -216,8 +211,7 @@ void OutboxRows::drop(std::int64_t bytes) {
     }
   }
   if (count == 0) return;
-  Statement gone(database_, "DELETE FROM outbox WHERE worth='telemetry' AND number<=?");
-  gone.bind(1, last).step();
+  database_.run("DELETE FROM outbox WHERE worth='telemetry' AND number<=?", last);
   if (open_.row <= last) close_touch();
   now_.rows -= count;
   now_.bytes -= freed;
@@ -250,8 +244,7 @@ void OutboxRows::compose(const SessionRecord& record,
     body = "{}";
   }
   for (const std::int64_t row : rows) {
-    Statement update(database_, "UPDATE outbox SET body=? WHERE number=?");
-    update.bind(1, std::string_view(body)).bind(2, row).step();
+    database_.run("UPDATE outbox SET body=? WHERE number=?", body, row);
     now_.bytes += static_cast<std::int64_t>(body.size());
   }
 }
@@ -262,10 +255,9 @@ bool OutboxRows::was_reported_interrupted(std::int64_t entry) {
 }
 
 void OutboxRows::mark_reported_interrupted(std::int64_t entry) {
-  Statement update(
-      database_,
-      "UPDATE outbox_source SET interrupted=? WHERE first=(SELECT max(first) FROM outbox_source)");
-  update.bind(1, entry).step();
+  database_.run(
+      "UPDATE outbox_source SET interrupted=? WHERE first=(SELECT max(first) FROM outbox_source)",
+      entry);
 }
 
 void OutboxRows::acknowledge(const std::vector<std::int64_t>& rows) {
@@ -306,10 +298,8 @@ std::vector<WaitingReport> OutboxRows::waiting(std::int64_t after, std::size_t m
        "JOIN outbox_source ON first=(SELECT max(first) FROM outbox_source WHERE first<=number) "
        "WHERE number>? AND number<? AND " +
        sources_reported(true) + " ORDER BY number LIMIT ?")
-          .c_str());
-  select.bind(1, after).bind(2,
-                             open_.row > 0 ? open_.row : std::numeric_limits<std::int64_t>::max());
-  select.bind(3, static_cast<std::int64_t>(most));
+          .c_str(),
+      after, open_.row > 0 ? open_.row : std::numeric_limits<std::int64_t>::max(), most);
   std::vector<WaitingReport> rows;
   std::size_t bytes = 0;
   while (bytes < kMostAtOnce && select.step()) {

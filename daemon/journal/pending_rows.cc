@@ -30,55 +30,38 @@ struct Insert {
   std::int64_t session;
 
   void operator()(const Words& row) const {
-    Statement insert(database, "INSERT INTO event (session, time, words) VALUES (?,?,?)");
-    insert.bind(1, session).bind(2, std::string_view(row.utc));
-    insert.bind(3, std::string_view(row.words)).step();
+    database.run("INSERT INTO event (session, time, words) VALUES (?,?,?)", session, row.utc,
+                 row.words);
     chain.add(session, "event", database.last_row_id());
   }
 
   void operator()(const RecordChange& row) const {
-    Statement insert(database,
-                     "INSERT INTO change (session, time, clock_s, from_phase, to_phase, event, "
-                     "late_replies, sensor_late_s) VALUES (?,?,?,?,?,?,?,?)");
-    insert.bind(1, session).bind(2, std::string_view(row.utc)).bind(3, kept(row.clock_s));
-    insert.bind(4, std::string_view(to_string(row.change.from)));
-    insert.bind(5, std::string_view(to_string(row.change.to)));
-    insert.bind(6, std::string_view(to_string(row.on)));
-    insert.bind(7, static_cast<std::int64_t>(row.late_replies))
-        .bind(8, kept(row.sensor_late_s))
-        .step();
+    database.run(
+        "INSERT INTO change (session, time, clock_s, from_phase, to_phase, event, "
+        "late_replies, sensor_late_s) VALUES (?,?,?,?,?,?,?,?)",
+        session, row.utc, kept(row.clock_s), to_string(row.change.from), to_string(row.change.to),
+        to_string(row.on), row.late_replies, kept(row.sensor_late_s));
     chain.add(session, "change", database.last_row_id());
   }
 
   void operator()(const RecordCause& row) const {
-    Statement insert(database, "INSERT INTO interruption (session, time, cause) VALUES (?,?,?)");
-    insert.bind(1, session).bind(2, std::string_view(row.utc));
-    insert.bind(3, std::string_view(name_of_cause(row.by))).step();
+    database.run("INSERT INTO interruption (session, time, cause) VALUES (?,?,?)", session, row.utc,
+                 name_of_cause(row.by));
     chain.add(session, "interruption", database.last_row_id());
   }
 
   void operator()(const AssessedTouch&) const {}  // the outbox's alone
 
   void operator()(const RecordContact& row) const {
-    Statement insert(database,
-                     "INSERT INTO contact (session, touch, time, kind, arm_id, sequence, number, "
-                     "ticks, confirmed_after_us, bounces, sense_v, heard_s, first_edge_s, "
-                     "time_sigma_s, lost) VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
     const drivers::ContactRecord& contact = row.contact;
-    const auto whole = [&](int index, std::int64_t value) { insert.bind(index, value); };
-    insert.bind(1, session).bind(3, std::string_view(row.utc));
-    insert.bind(4, std::string_view(to_string(contact.kind)));
-    whole(2, static_cast<std::int64_t>(row.touch));
-    whole(5, contact.arm_id);
-    whole(6, contact.sequence);
-    whole(7, contact.event);
-    whole(8, contact.ticks);
-    whole(9, contact.confirmed_after_us);
-    whole(10, contact.bounces);
-    insert.bind(11, kept(contact.sense_v)).bind(12, seconds(contact.heard));
-    insert.bind(13, seconds(contact.first_edge)).bind(14, kept(contact.time_sigma_s));
-    whole(15, static_cast<std::int64_t>(contact.lost));
-    insert.step();
+    database.run(
+        "INSERT INTO contact (session, touch, time, kind, arm_id, sequence, number, "
+        "ticks, confirmed_after_us, bounces, sense_v, heard_s, first_edge_s, "
+        "time_sigma_s, lost) VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)",
+        session, row.touch, row.utc, to_string(contact.kind), contact.arm_id, contact.sequence,
+        contact.event, contact.ticks, contact.confirmed_after_us, contact.bounces,
+        kept(contact.sense_v), seconds(contact.heard), seconds(contact.first_edge),
+        kept(contact.time_sigma_s), contact.lost);
     chain.add(session, "contact", database.last_row_id());
   }
 };
