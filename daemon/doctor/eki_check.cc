@@ -3,7 +3,7 @@
 #include "calib/model/enum_table.h"
 #include "calib/model/units.h"
 #include "daemon/config/config.h"
-#include "daemon/doctor/machine.h"
+#include "daemon/doctor/robot_check.h"
 
 namespace cellcal::daemon {
 

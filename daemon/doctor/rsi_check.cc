@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "calib/model/units.h"
-#include "daemon/doctor/machine.h"
+#include "daemon/doctor/robot_check.h"
 #include "drivers/kuka/rsi/rsi_report.h"
 
 namespace cellcal::daemon {

@@ -17,7 +17,7 @@
 #include "daemon/config/config.h"
 #include "daemon/doctor/contact_check.h"
 #include "daemon/doctor/doctor.h"
-#include "daemon/doctor/machine.h"
+#include "daemon/doctor/robot_check.h"
 #include "drivers/contact.h"
 #include "drivers/contact/serial_contact.h"
 #include "drivers/contact/wire/ctp.h"

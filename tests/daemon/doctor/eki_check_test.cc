@@ -1,4 +1,4 @@
-#include "daemon/doctor/machine.h"
+#include "daemon/doctor/robot_check.h"
 #include "tests/daemon/doctor/outcome_of.h"
 
 namespace cellcal::daemon::testing {

@@ -1,6 +1,6 @@
 #include <numbers>
 
-#include "daemon/doctor/machine.h"
+#include "daemon/doctor/robot_check.h"
 #include "tests/daemon/doctor/outcome_of.h"
 
 namespace cellcal::daemon::testing {
