@@ -21,7 +21,7 @@
 #include "daemon/controller/advice_publisher.h"
 #include "daemon/plant/line/line_status.h"
 #include "daemon/service/service.h"
-#include "drivers/kuka/eki/eki_position.h"
+#include "drivers/kuka/eki/eki_aside.h"
 
 namespace cellcal::daemon {
 

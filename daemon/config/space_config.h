@@ -7,7 +7,7 @@
 #include "calib/files/toml.h"
 #include "calib/model/robot.h"
 #include "daemon/config/config.h"
-#include "drivers/kuka/rsi/arm_geometry.h"
+#include "drivers/kuka/rsi/rsi_space.h"
 
 namespace cellcal::daemon {
 

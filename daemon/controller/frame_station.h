@@ -11,8 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/kuka/eki/eki_frames.h"
-#include "drivers/kuka/eki/eki_position.h"
+#include "drivers/kuka/eki/eki_aside.h"
 
 namespace cellcal::daemon {
 
