@@ -6,7 +6,7 @@
 
 #include "drivers/contact.h"
 #include "drivers/contact/contact_core.h"
-#include "drivers/contact/wire/byte_line.h"
+#include "drivers/contact/wire/ctp_codec.h"
 
 namespace cellcal::drivers {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 
-#include "drivers/contact/wire/byte_line.h"
 #include "drivers/contact/wire/ctp.h"
+#include "drivers/contact/wire/ctp_codec.h"
 
 namespace cellcal::sim {
 

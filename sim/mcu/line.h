@@ -15,7 +15,7 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/contact/wire/byte_line.h"
+#include "drivers/contact/wire/ctp_codec.h"
 #include "drivers/time.h"
 
 namespace cellcal::sim {

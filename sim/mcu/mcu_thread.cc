@@ -21,7 +21,7 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/contact/wire/line_rate.h"
+#include "drivers/contact/wire/ctp_codec.h"
 #include "sim/hard_clock.h"
 #include "sim/mcu/mcu_line.h"
 

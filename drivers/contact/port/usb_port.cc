@@ -23,7 +23,6 @@
 #include <vector>
 
 #include "drivers/contact/port/port.h"
-#include "drivers/contact/port/port_backends.h"
 #include "drivers/contact/port/port_queues.h"
 
 namespace cellcal::drivers {

@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "drivers/contact/port/port.h"
-#include "drivers/contact/port/port_backends.h"
 #include "robot_side.h"
 #include "sim/mcu/mcu_thread.h"
 #include "usb_adapter.h"

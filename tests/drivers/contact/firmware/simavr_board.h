@@ -10,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "drivers/contact/wire/byte_line.h"
 #include "drivers/contact/wire/ctp.h"
 #include "drivers/contact/wire/ctp_codec.h"
 #include "drivers/time.h"
