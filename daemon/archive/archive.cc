@@ -16,8 +16,8 @@
 #include "calib/model/iso_time.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/journal/rows.h"
-#include "daemon/tasks/check_against.h"
 #include "daemon/tasks/options.h"
+#include "daemon/tasks/planned_round.h"
 
 namespace cellcal::daemon {
 

@@ -12,8 +12,8 @@
 #include "calib/model/error.h"
 #include "calib/model/iso_time.h"
 #include "daemon/result/outcome_json.h"
-#include "daemon/tasks/check_against.h"
 #include "daemon/tasks/options.h"
+#include "daemon/tasks/planned_round.h"
 
 namespace cellcal::daemon {
 

@@ -4,7 +4,7 @@
 
 #include "daemon/backends/backends.h"
 #include "daemon/backends/virtual_cell.h"
-#include "daemon/config/space_config.h"
+#include "daemon/config/config.h"
 #include "drivers/kuka/krl/krl_files.h"
 
 namespace cellcal::daemon {

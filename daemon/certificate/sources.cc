@@ -14,8 +14,8 @@
 #include "daemon/files/atomic_file.h"
 #include "daemon/journal/rows.h"
 #include "daemon/report/plan_picture.h"
-#include "daemon/tasks/check_against.h"
 #include "daemon/tasks/options.h"
+#include "daemon/tasks/planned_round.h"
 
 namespace cellcal::daemon::certificate {
 

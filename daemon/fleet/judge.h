@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "daemon/fleet/batch.h"
 #include "daemon/fleet/store.h"
 #include "daemon/plant/messages/text_fields.h"
 

@@ -11,7 +11,6 @@
 
 #include "daemon/plant/desk/journal_outbox.h"
 #include "daemon/runner/backend.h"
-#include "daemon/unattended/message.h"
 #include "daemon/unattended/notice.h"
 #include "daemon/unattended/notifier.h"
 #include "daemon/unattended/service_session_gateway.h"

@@ -11,7 +11,7 @@
 #include "calib/files/files.h"
 #include "calib/plan/duration.h"
 #include "daemon/report/plan_picture.h"
-#include "daemon/report/view.h"
+#include "daemon/report/report.h"
 
 namespace cellcal::daemon::report {
 

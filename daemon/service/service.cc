@@ -19,8 +19,8 @@
 #include "daemon/service/status.h"
 #include "daemon/session/rules.h"
 #include "daemon/session/state.h"
-#include "daemon/tasks/check_against.h"
 #include "daemon/tasks/options.h"
+#include "daemon/tasks/planned_round.h"
 #include "daemon/tasks/tasks.h"
 
 namespace cellcal::daemon {

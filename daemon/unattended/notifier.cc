@@ -11,7 +11,7 @@
 #include <random>
 #include <thread>
 
-#include "daemon/unattended/message.h"
+#include "daemon/unattended/notice.h"
 #include "daemon/unattended/transfer.h"
 
 namespace cellcal::daemon {

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "daemon/config/unattended_config.h"
-#include "daemon/unattended/message.h"
+#include "daemon/unattended/notice.h"
 
 namespace cellcal::daemon {
 

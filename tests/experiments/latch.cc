@@ -28,7 +28,7 @@
 #include "calib/model/parameter_key.h"
 #include "calib/plan/plan.h"
 #include "daemon/backends/virtual_cell.h"
-#include "daemon/config/space_config.h"
+#include "daemon/config/config.h"
 #include "drivers/contact/serial_contact.h"
 #include "drivers/io_thread.h"
 #include "drivers/kuka/rsi/rsi_robot.h"

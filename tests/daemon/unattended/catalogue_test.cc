@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <regex>
 
-#include "daemon/unattended/message.h"
+#include "daemon/unattended/notice.h"
 
 namespace cellcal::daemon {
 namespace {

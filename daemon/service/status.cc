@@ -1,4 +1,4 @@
-#include "daemon/service/arm_watch.h"
+#include "daemon/service/status.h"
 
 #include <algorithm>
 #include <chrono>
