@@ -7,7 +7,6 @@
 #include <bit>
 #include <utility>
 
-#include "daemon/api/http/http.h"
 #include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
 #include <charconv>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -11,7 +10,6 @@
 #include "calib/files/calibration_json.h"
 #include "calib/model/error.h"
 #include "daemon/api/access.h"
-#include "daemon/api/http/http.h"
 #include "daemon/cell_form/cell_form.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/tasks/active_calibration.h"

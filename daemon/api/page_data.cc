@@ -12,7 +12,6 @@
 #include "calib/files/files.h"
 #include "calib/model/error.h"
 #include "calib/model/kinematics.h"
-#include "calib/model/robot.h"
 #include "calib/model/units.h"
 #include "calib/plan/bodies.h"
 #include "calib/plan/surroundings.h"

@@ -10,7 +10,6 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <stdexcept>
 
 #include "calib/files/input_file.h"
 #include "daemon/files/atomic_file.h"

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <string>
 
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"

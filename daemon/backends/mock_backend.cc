@@ -1,7 +1,5 @@
 #include <fmt/format.h>
 
-#include <numbers>
-
 #include "daemon/backends/backends.h"
 #include "daemon/backends/virtual_cell.h"
 #include "daemon/config/config.h"

@@ -9,7 +9,6 @@
 #include "calib/files/input_file.h"
 #include "calib/files/toml.h"
 #include "calib/model/iso_time.h"
-#include "daemon/archive/archive.h"
 #include "daemon/certificate/certificate.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/journal/rows.h"

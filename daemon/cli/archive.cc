@@ -7,10 +7,8 @@
 #include <vector>
 
 #include "daemon/api/http/http.h"
-#include "daemon/archive/archive.h"
 #include "daemon/certificate/signed_files.h"
 #include "daemon/cli/certificate.h"
-#include "daemon/cli/client.h"
 #include "daemon/cli/offline.h"
 #include "daemon/runner/backend.h"
 

@@ -4,7 +4,6 @@
 
 #include <cstdlib>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <vector>
 
 #include "calib/files/calibration_json.h"
@@ -12,9 +11,7 @@
 #include "calib/model/enum_table.h"
 #include "daemon/api/http/http.h"
 #include "daemon/certificate/certificate.h"
-#include "daemon/certificate/signed_files.h"
 #include "daemon/cli/archive.h"
-#include "daemon/cli/client.h"
 #include "daemon/cli/offline.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/plant/messages/fact.h"

@@ -12,7 +12,6 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/model/units.h"
-#include "daemon/api/http/http.h"
 #include "daemon/cli/drift.h"
 #include "daemon/cli/offline.h"
 #include "daemon/cli/progress.h"

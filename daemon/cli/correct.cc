@@ -16,7 +16,6 @@
 #include "calib/model/units.h"
 #include "daemon/cli/offline.h"
 #include "daemon/files/atomic_file.h"
-#include "daemon/krl/correct_program.h"
 
 namespace cellcal::daemon {
 

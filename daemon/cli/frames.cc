@@ -7,17 +7,14 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "calib/files/input_file.h"
 #include "calib/model/units.h"
-#include "daemon/cli/client.h"
 #include "daemon/cli/offline.h"
 #include "daemon/files/atomic_file.h"
-#include "daemon/krl/frames.h"
 
 namespace cellcal::daemon {
 

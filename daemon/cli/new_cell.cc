@@ -12,7 +12,6 @@
 #include <istream>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <ostream>
 #include <utility>
 

@@ -4,16 +4,13 @@
 
 #include <chrono>
 #include <cmath>
-#include <string>
 
 #include "calib/files/input_file.h"
-#include "calib/files/toml.h"
 #include "calib/model/nominal_arm.h"
 #include "calib/model/units.h"
 #include "daemon/config/config_values.h"
 #include "drivers/contact/port/udp_port.h"
 #include "drivers/error.h"
-#include "drivers/kuka/rsi/rsi_space.h"
 
 namespace cellcal::daemon {
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <optional>
 
 #include "calib/files/text.h"
 #include "daemon/config/config_values.h"

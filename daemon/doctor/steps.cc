@@ -6,7 +6,6 @@
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
 #include "calib/files/toml.h"
-#include "calib/model/enum_table.h"
 #include "calib/plan/candidates.h"
 #include "calib/plan/cell_check.h"
 #include "daemon/result/outcome.h"

@@ -13,7 +13,6 @@
 #include <utility>
 
 #include "daemon/files/atomic_file.h"
-#include "daemon/fleet/judge.h"
 #include "daemon/plant/messages/fact.h"
 
 namespace cellcal::daemon::fleet {

@@ -1,8 +1,6 @@
 #include "daemon/fleet/judge.h"
 
 #include <algorithm>
-#include <chrono>
-#include <optional>
 
 #include "calib/model/error.h"
 #include "daemon/files/atomic_file.h"

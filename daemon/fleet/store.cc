@@ -6,7 +6,6 @@
 #include "calib/model/enum_table.h"
 #include "daemon/fleet/connection.h"
 #include "daemon/fleet/write.h"
-#include "daemon/plant/messages/fact.h"
 
 namespace cellcal::daemon::fleet {
 

@@ -3,13 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <random>
 
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
-#include "daemon/journal/store/sqlite.h"
 
 namespace cellcal::daemon {
 

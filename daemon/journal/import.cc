@@ -21,8 +21,6 @@
 #include "daemon/journal/journal.h"
 #include "daemon/journal/journal_impl.h"
 #include "daemon/journal/outbox_rows.h"
-#include "daemon/journal/rows.h"
-#include "daemon/journal/store/sqlite.h"
 
 namespace cellcal::daemon {
 

@@ -8,7 +8,6 @@
 #include <random>
 
 #include "daemon/journal/journal_impl.h"
-#include "daemon/journal/store/sqlite.h"
 #include "daemon/session/interruption.h"
 
 namespace cellcal::daemon {

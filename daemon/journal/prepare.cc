@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <string>
-
 #include "daemon/journal/outbox_rows.h"
 #include "daemon/journal/store/sqlite.h"
 

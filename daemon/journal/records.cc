@@ -1,9 +1,5 @@
 #include "daemon/journal/records.h"
 
-#include <algorithm>
-
-#include "calib/model/enum_table.h"
-
 namespace cellcal::daemon {
 
 constexpr EnumNames<RecordState> kStateNames{{{RecordState::kRunning, "running"},

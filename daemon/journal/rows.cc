@@ -14,12 +14,10 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
-#include <span>
 
 #include "calib/files/input_file.h"
 #include "daemon/journal/chain.h"
 #include "daemon/journal/journal.h"
-#include "daemon/journal/store/sqlite.h"
 #include "drivers/robot.h"
 
 namespace cellcal::daemon {

@@ -10,7 +10,6 @@
 #include <boost/asio/post.hpp>
 #include <thread>
 
-#include "daemon/api/http/server.h"
 #include "daemon/plant/desk/desk_words.h"
 
 namespace cellcal::daemon {

@@ -10,8 +10,6 @@
 #include "calib/model/iso_time.h"
 #include "daemon/archive/versions.h"
 #include "daemon/files/atomic_file.h"
-#include "daemon/plant/desk/journal_outbox.h"
-#include "daemon/plant/line/cell_metrics.h"
 #include "daemon/runner/backend.h"
 
 namespace cellcal::daemon {

@@ -5,12 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 
 #include "calib/model/enum_table.h"
 #include "calib/model/linear.h"
 #include "calib/model/units.h"
-#include "daemon/qualification/contact_delay.h"
 #include "daemon/session/interruption.h"
 
 namespace cellcal::daemon {

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
-#include <string_view>
 
 #include "calib/model/enum_table.h"
 #include "calib/model/units.h"

@@ -6,7 +6,6 @@
 #include <algorithm>
 
 #include "calib/model/units.h"
-#include "calib/result/tcp_check.h"
 
 namespace cellcal::daemon {
 

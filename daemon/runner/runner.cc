@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <exception>
-#include <thread>
 #include <utility>
 
 #include "daemon/session/interruption.h"

@@ -18,7 +18,6 @@
 #include "calib/plan/duration.h"
 #include "daemon/qualification/contact_delay.h"
 #include "daemon/session/rules.h"
-#include "daemon/tasks/options.h"
 #include "daemon/tasks/planned_round.h"
 
 namespace cellcal::daemon {

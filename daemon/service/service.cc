@@ -4,7 +4,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstddef>
 
 #include "calib/files/calibration_json.h"
@@ -16,7 +15,6 @@
 #include "daemon/files/log_context.h"
 #include "daemon/service/job.h"
 #include "daemon/service/journal_recorder.h"
-#include "daemon/service/status.h"
 #include "daemon/session/rules.h"
 #include "daemon/session/state.h"
 #include "daemon/tasks/options.h"

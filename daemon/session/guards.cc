@@ -1,6 +1,5 @@
 // Guards of the rows of the table.
 
-#include <algorithm>
 #include <cmath>
 
 #include "daemon/session/interruption.h"

@@ -3,7 +3,6 @@
 #include "daemon/session/interruption.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numeric>
 

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <map>
 
-#include "calib/model/enum_table.h"
 #include "daemon/session/session.h"
 
 namespace cellcal::daemon {

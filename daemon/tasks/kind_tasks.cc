@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <utility>
-#include <vector>
 
 #include "calib/check/tcp_check.h"
 #include "calib/files/calibration_json.h"
@@ -17,10 +16,8 @@
 #include "calib/plan/finder.h"
 #include "calib/result/finding.h"
 #include "calib/result/tcp_check.h"
-#include "daemon/result/outcome.h"
 #include "daemon/tasks/options.h"
 #include "daemon/tasks/planned_round.h"
-#include "daemon/tasks/tasks.h"
 
 namespace cellcal::daemon {
 

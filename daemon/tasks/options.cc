@@ -14,7 +14,6 @@
 #include "calib/model/enum_table.h"
 #include "calib/model/long_work.h"
 #include "calib/verdict/change.h"
-#include "daemon/qualification/contact_delay.h"
 
 template <>
 struct nlohmann::adl_serializer<std::optional<double>> {

@@ -2,14 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <memory>
-#include <optional>
 #include <set>
-#include <stdexcept>
-#include <string>
 
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
@@ -27,7 +22,6 @@
 #include "daemon/report/report.h"
 #include "daemon/result/outcome_json.h"
 #include "daemon/tasks/kind_tasks.h"
-#include "daemon/tasks/options.h"
 
 namespace cellcal::daemon {
 

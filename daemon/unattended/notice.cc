@@ -4,18 +4,15 @@
 
 #include <algorithm>
 #include <array>
-#include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
 
 #include "calib/files/calibration_json.h"
-#include "calib/model/enum_table.h"
 #include "calib/model/units.h"
 #include "calib/result/drift_chart.h"
 #include "calib/result/finding.h"
 #include "daemon/archive/drift_watch.h"
 #include "daemon/files/atomic_file.h"
-#include "daemon/result/outcome.h"
 #include "daemon/result/outcome_json.h"
 #include "daemon/tasks/options.h"
 #include "page_words.h"

@@ -11,7 +11,6 @@
 #include <random>
 #include <thread>
 
-#include "daemon/unattended/notice.h"
 #include "daemon/unattended/transfer.h"
 
 namespace cellcal::daemon {

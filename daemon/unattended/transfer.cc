@@ -20,7 +20,6 @@
 #include <string_view>
 #include <thread>
 #include <utility>
-#include <vector>
 
 #include "calib/files/calibration_json.h"
 #include "calib/model/units.h"

@@ -11,7 +11,6 @@
 #include <string>
 #include <vector>
 
-#include "drivers/kuka/krl/krl_read.h"
 #include "drivers/kuka/wire/xml_values.h"
 
 namespace cellcal::sim {

@@ -4,7 +4,6 @@
 #include <array>
 
 #include "drivers/contact/wire/ctp.h"
-#include "drivers/contact/wire/ctp_codec.h"
 
 namespace cellcal::sim {
 

@@ -6,8 +6,6 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
-#include <nlohmann/json.hpp>
-#include <string_view>
 
 #include "calib/model/enum_table.h"
 #include "daemon/api/http/unix_listener.h"

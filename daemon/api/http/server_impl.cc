@@ -4,8 +4,6 @@
 
 #include <netinet/tcp.h>
 
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/ssl/context.hpp>
 #include <optional>
 
 #include "daemon/api/http/connection_on.h"

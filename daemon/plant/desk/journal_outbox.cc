@@ -12,7 +12,6 @@
 #include "calib/model/units.h"
 #include "calib/verdict/change.h"
 #include "daemon/files/atomic_file.h"
-#include "daemon/plant/messages/fact.h"
 #include "daemon/result/outcome.h"
 #include "daemon/tasks/options.h"
 

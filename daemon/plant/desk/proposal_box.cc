@@ -1,7 +1,6 @@
 #include "daemon/plant/desk/proposal_box.h"
 
 #include <algorithm>
-#include <optional>
 
 #include "calib/files/input_file.h"
 #include "calib/files/json.h"

@@ -1,11 +1,8 @@
 #include "daemon/plant/messages/fact.h"
 
-#include <algorithm>
-
 #include "calib/files/input_file.h"
 #include "calib/files/json.h"
 #include "calib/model/units.h"
-#include "daemon/plant/messages/text_fields.h"
 
 namespace cellcal::daemon::plant {
 

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "daemon/plant/messages/text_fields.h"
-
 namespace cellcal::daemon::plant {
 
 namespace {

@@ -11,9 +11,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "calib/svg/svg.h"
-#include "sim/experiments/paper/task.h"
-
 namespace cellcal::sim::paper {
 
 namespace {

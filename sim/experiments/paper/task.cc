@@ -1,12 +1,9 @@
 #include "sim/experiments/paper/task.h"
 
 #include <Eigen/Dense>
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <optional>
-#include <random>
 #include <stdexcept>
 
 #include "calib/files/files.h"
