@@ -20,7 +20,7 @@ namespace cellcal::daemon {
 namespace {
 
 constexpr std::size_t kMostChecks = 1500;
-/// Criterion for equal touches, as in daemon/tasks/check_tasks.cc.
+/// Criterion for equal touches, as in daemon/tasks/kind_tasks.cc.
 constexpr double kSameLineRad = 0.08;
 
 struct Check {

@@ -23,7 +23,7 @@ namespace cellcal::daemon {
 // the emulated microcontroller and the physical cell in one thread. Time passes only in sleep_until(), so the
 // same seed gives the same bits. Only daemon/main depends on both sides.
 //
-// `Wire`: protocol between controller and adapter: virtual_cell.h (RSI), virtual_eki_cell.h (EKI).
+// `Wire`: protocol between controller and adapter: RSI or EKI.
 
 template <class Wire>
 class VirtualCellOn final : public drivers::Clock {

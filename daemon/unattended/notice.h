@@ -16,7 +16,7 @@
 
 namespace cellcal::daemon {
 
-// Notification to an absent operator. A value; message.h formats the sentences.
+// Notification to an absent operator. A value; the sentences are formatted below.
 
 enum class News {
   kDone,       ///< a session ended successfully
