@@ -209,8 +209,6 @@ std::optional<Response> Api::refuse_proposal(const Call& call) {
 
 namespace {
 
-using nlohmann::json;
-
 json to_json(const Decision& d) {
   return {{"at", local_time(d.at)},    {"utc_s", d.at},
           {"entry", d.entry},          {"night", d.night},

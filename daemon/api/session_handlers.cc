@@ -234,8 +234,6 @@ Response Api::document(const Call& call, std::string SessionRecord::*text, Sessi
 
 namespace {
 
-using nlohmann::json;
-
 constexpr int kMostDays = 36500;
 constexpr double kMostMegabytes = 1e9;
 
@@ -292,8 +290,6 @@ std::optional<Response> Api::retain(const Call& call) {
 // Export and import of sessions, and backup of the journal.
 
 namespace {
-
-using nlohmann::json;
 
 std::filesystem::path path_in(const std::string& body, const char* key) {
   const json object = json::parse(body, nullptr, false);

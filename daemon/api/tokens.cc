@@ -241,7 +241,6 @@ std::optional<Token> SignIns::find(const std::string& cookie) {
 
 namespace {
 
-using nlohmann::json;
 using std::chrono::seconds;
 using std::chrono::system_clock;
 

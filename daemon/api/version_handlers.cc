@@ -138,8 +138,6 @@ std::optional<Response> Api::roll_back_version(const Call& call) {
 
 namespace {
 
-using nlohmann::json;
-
 json or_null(const std::string& text) { return text.empty() ? json() : json(text); }
 
 json to_json(const StepSeen& seen) {

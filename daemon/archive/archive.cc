@@ -310,8 +310,6 @@ RetentionLimits limits_of(const RetentionRule& rule, std::int64_t now) {
 
 namespace {
 
-using nlohmann::json;
-
 class ReplayComparison {
  public:
   explicit ReplayComparison(Replay& result) : result_(result) {}

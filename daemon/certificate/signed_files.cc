@@ -233,8 +233,6 @@ Verified verify_files(const fs::path& file, const PublicKey& key, std::optional<
 
 namespace {
 
-namespace fs = std::filesystem;
-
 /// Well above the size of any PEM key.
 constexpr std::size_t kMostKeyBytes = 16384;
 

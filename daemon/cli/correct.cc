@@ -385,7 +385,6 @@ int correct(const CorrectCommand& command) {
 
 namespace {
 
-namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
 constexpr const char* kFormat = "cellcal.corrected/1";

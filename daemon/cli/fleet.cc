@@ -204,8 +204,6 @@ int fleet_export(const Connection& fleet, const FleetExport& command) {
 
 namespace {
 
-using nlohmann::json;
-
 enum class Need { kInterrupted, kFailed, kDrifted, kNotHeld, kOffline, kGap, kWithheld, kOverdue };
 
 std::optional<Need> need_of(const std::string& name) {

@@ -114,10 +114,6 @@ inline constexpr int kJobFailed = 1;
 inline constexpr int kWrongUsage = 2;
 inline constexpr int kNotPublishable = 3;
 
-}  // namespace cellcal::daemon
-
-namespace cellcal::daemon {
-
 // Human-readable results.
 
 enum class Detail {

@@ -140,7 +140,6 @@ int retain(const Connection& daemon, bool dry_run, std::optional<int> days,
   return print(daemon.json, answer, words);
 }
 
-using nlohmann::json;
 using signing::NotVerified;
 
 /// True where verification is impossible, as opposed to failed.

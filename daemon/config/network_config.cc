@@ -127,8 +127,6 @@ std::optional<HttpConfig> read_http(const TomlTable& table) {
 
 namespace {
 
-using calib::TomlTable;
-
 constexpr std::size_t kLongestHost = 253, kLongestUser = 64;
 constexpr std::uint16_t kTlsPort = 8883, kPlainPort = 1883;
 

@@ -192,8 +192,6 @@ NotifyConfig read_notify(const TomlTable& table) {
 
 namespace {
 
-using calib::TomlTable;
-
 constexpr std::size_t kMostSessions = 32, kLongestScheduleName = 40;
 constexpr std::array<std::string_view, 7> kDays{"sun", "mon", "tue", "wed", "thu", "fri", "sat"};
 constexpr const char* kKeys[] = {"name",  "kind",    "cell",  "days",    "from",   "to",

@@ -267,8 +267,6 @@ void FrameStation::note_after(FrameRecord& record) {
 
 namespace {
 
-using drivers::EkiFrameKind;
-using drivers::EkiFrameValues;
 using nlohmann::json;
 
 constexpr const char* kFormat = "cellcal.frames/1";
@@ -383,8 +381,6 @@ std::vector<FrameRecord> frames_from_json(const std::string& text, const std::st
 namespace {
 
 using drivers::EkiFrameDone;
-using drivers::EkiFrameEnd;
-using drivers::EkiFrameResult;
 using drivers::EkiFrameTrouble;
 
 constexpr const char* kInSessionWords = "a session is running on the controller. Wait for its end";

@@ -133,10 +133,6 @@ SessionOptions options_from_json(std::string_view text) {
   return options;
 }
 
-}  // namespace cellcal::daemon
-
-namespace cellcal::daemon {
-
 SessionInputs read_inputs(const std::filesystem::path& cell_file) {
   calib::CellText text = calib::read_cell_text(cell_file);
   calib::parse_cell(text);  // an invalid cell must not be used to begin
@@ -152,10 +148,6 @@ calib::Cell cell_of(const SessionInputs& inputs) {
   return calib::parse_cell(
       {inputs.cell_name, inputs.cell_text, inputs.robot_name, inputs.robot_text});
 }
-
-}  // namespace cellcal::daemon
-
-namespace cellcal::daemon {
 
 std::optional<ContactDelay> delay_of(Journal& journal, std::int64_t session) {
   const std::optional<SessionRecord> record = journal.session(session);

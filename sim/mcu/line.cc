@@ -102,8 +102,6 @@ void Line::restart() {
   ended_.reset();
 }
 
-using drivers::TimePoint;
-
 SerialLine::SerialLine(drivers::ByteLine& device, std::uint64_t seed, LineKind kind)
     : device_(device), kind_(kind), to_device_(kind, {}, seed), to_host_(kind, {}, seed + 1) {}
 

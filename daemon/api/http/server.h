@@ -86,10 +86,6 @@ class HttpServer {
   std::shared_ptr<Impl> impl_;
 };
 
-}  // namespace cellcal::daemon
-
-namespace cellcal::daemon {
-
 // Thread for slow requests: one after the other, with bounded queues per caller.
 //
 // Acting requests (such as starting a session) precede reading ones and have slots of their own, which

@@ -99,9 +99,6 @@ Stored stored_from_json(std::string_view json, const Topic& topic) {
 
 namespace {
 
-namespace fields = calib::fields;
-using fields::field;
-
 constexpr const char* kProposalFormat = "cellcal.proposal/1";
 constexpr std::size_t kLargestProposal = std::size_t{1} << 18;
 

@@ -160,9 +160,6 @@ std::vector<calib::Touch> touch(const Stage& stage, const TouchOptions& options)
 
 namespace {
 
-using calib::TargetKind;
-using Eigen::Vector3d;
-
 /// Places of four spheres or points: those of the demo.
 const Vector3d kPlaces[] = {
     {1.08, -0.32, 0.33}, {1.06, 0.38, 0.33}, {0.64, -0.62, 0.64}, {0.76, 0.56, 0.78}};

@@ -268,7 +268,6 @@ std::string draw(const Chart& chart) {
 namespace {
 
 using Eigen::Vector3d;
-using svg::Anchor, svg::Paint, svg::Point, svg::Svg;
 
 constexpr double kPanel = 380.0, kViewTop = 62.0, kViewBottom = 8.0;
 constexpr double kShare = 0.42;  // radius of the drawn sphere relative to the panel's width
