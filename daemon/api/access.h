@@ -18,7 +18,7 @@
 
 #include "daemon/api/http/http.h"
 #include "daemon/api/tokens.h"
-#include "daemon/service/status.h"
+#include "daemon/service/request.h"
 
 namespace cellcal::daemon {
 

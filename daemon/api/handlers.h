@@ -15,7 +15,6 @@
 
 #include "daemon/api/event_feed.h"
 #include "daemon/api/http/http.h"
-#include "daemon/api/status_json.h"
 #include "daemon/archive/archive.h"
 #include "daemon/archive/drift_watch.h"
 #include "daemon/controller/advice_publisher.h"
