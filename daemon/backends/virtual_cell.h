@@ -6,12 +6,12 @@
 #include <utility>
 
 #include "calib/result/calibration.h"
-#include "drivers/contact/contact_inline.h"
+#include "drivers/contact/serial_contact.h"
 #include "drivers/kuka/eki/eki_robot.h"
 #include "drivers/kuka/rsi/rsi_robot.h"
 #include "drivers/robot.h"
 #include "drivers/time.h"
-#include "sim/cell/contact_watch.h"
+#include "sim/cell/physical_cell.h"
 #include "sim/cell/truth.h"
 #include "sim/krc/controller.h"
 #include "sim/krc/eki_controller.h"

@@ -10,7 +10,7 @@
 #include <boost/asio/post.hpp>
 #include <thread>
 
-#include "daemon/plant/desk/desk_words.h"
+#include "daemon/plant/desk/desk.h"
 
 namespace cellcal::daemon {
 

@@ -1,5 +1,5 @@
 #pragma once
-// Decisions of the schedule with their reasons. Typed until the edge: decision_words.cc formats the
+// Decisions of the schedule with their reasons. Typed until the edge: decision.cc formats the
 // sentences.
 
 #include <chrono>

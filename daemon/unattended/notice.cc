@@ -293,14 +293,14 @@ Message compose(const Notice& notice, Language language, const std::string& host
 
 namespace {
 
-struct Words {
+struct Phrase {
   Text which;
   const char* english;
   const char* german;
 };
 
 // clang-format off
-constexpr std::array<Words, kTexts> kWords{{
+constexpr std::array<Phrase, kTexts> kWords{{
 {Text::kDone,       "Session {}: done",                           "Sitzung {}: fertig"},
 {Text::kWithheld,   "Session {}: result withheld",                "Sitzung {}: Ergebnis zurückgehalten"},
 {Text::kDrifted,    "Session {}: the cell has changed",            "Sitzung {}: Die Zelle hat sich verändert"},
@@ -342,7 +342,7 @@ std::string in_page(Language language, const std::string& key) {
 }  // namespace
 
 const char* text(Language language, Text which) {
-  for (const Words& one : kWords) {
+  for (const Phrase& one : kWords) {
     if (one.which == which) return language == Language::kGerman ? one.german : one.english;
   }
   return "";

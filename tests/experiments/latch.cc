@@ -32,7 +32,7 @@
 #include "drivers/contact/serial_contact.h"
 #include "drivers/io_thread.h"
 #include "drivers/kuka/rsi/rsi_robot.h"
-#include "sim/cell/contact_watch.h"
+#include "sim/cell/physical_cell.h"
 #include "sim/krc/krc_udp.h"
 #include "sim/mcu/mcu_thread.h"
 #include "tests/command_line/command_line.h"

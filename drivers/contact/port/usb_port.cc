@@ -23,7 +23,7 @@
 #include <vector>
 
 #include "drivers/contact/port/port.h"
-#include "drivers/contact/port/port_queues.h"
+#include "drivers/contact/port/port_keeper.h"
 
 namespace cellcal::drivers {
 
