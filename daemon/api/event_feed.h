@@ -23,7 +23,7 @@
 #include <vector>
 
 #include "daemon/api/http/http.h"
-#include "daemon/service/request.h"
+#include "daemon/service/status.h"
 
 namespace cellcal::daemon {
 
