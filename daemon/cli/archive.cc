@@ -109,13 +109,14 @@ int export_session(const Connection& daemon, const ExportCommand& command) {
         {fmt::format("export of session {}", command.session), user_name(), wall_clock_utc(), ""},
         signer->key, signing::Kind::kExport);
   }
-  return print(daemon.json,
-               {{"session", command.session},
-                {"directory", fs::absolute(command.directory).string()},
-                {"files", archive.size()},
-                {"signed", signer.has_value()}},
-               fmt::format("session {}: {} files in {}, {}\n", command.session, archive.size(),
-                           command.directory.string(), signer ? "signed" : "not signed"));
+  return print_result(
+      daemon.json,
+      {{"session", command.session},
+       {"directory", fs::absolute(command.directory).string()},
+       {"files", archive.size()},
+       {"signed", signer.has_value()}},
+      fmt::format("session {}: {} files in {}, {}\n", command.session, archive.size(),
+                  command.directory.string(), signer ? "signed" : "not signed"));
 }
 
 int import_session(const Connection& daemon, const fs::path& directory, const fs::path& key) {
@@ -125,7 +126,7 @@ int import_session(const Connection& daemon, const fs::path& directory, const fs
   json answer = json::parse(response.body);
   answer["signature"] = to_json(signature);
   const std::string session = answer["session"].dump();
-  return print(
+  return print_result(
       daemon.json, answer,
       (answer.value("new", false)
            ? fmt::format("imported as session {}. See 'cellcal show {}'\n", session, session)
@@ -136,7 +137,7 @@ int import_session(const Connection& daemon, const fs::path& directory, const fs
 int replay_session(const Connection& daemon, const std::string& which) {
   const NamedArchive named = archive_of(daemon, which);
   const Replay result = replay(named.archive, named.from);
-  print(daemon.json, to_json(result), in_words(result));
+  print_result(daemon.json, to_json(result), in_words(result));
   if (result.same()) return kSuccess;
   throw std::runtime_error(fmt::format("{} of {} values differ from what was recorded",
                                        result.differing, result.values));

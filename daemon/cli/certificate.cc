@@ -127,7 +127,7 @@ const char* words_of(Announced announced) {
 
 void print_outcome(const Connection& daemon, const certificate::CertificateData& data,
                    const fs::path& directory, bool is_signed, Announced plant) {
-  print(
+  print_result(
       daemon.json,
       {{"number", data.number.text},
        {"directory", fs::absolute(directory).string()},
@@ -154,7 +154,7 @@ int make_certificate_key(const fs::path& key, bool json) {
   signing::make_key(key);
   const fs::path other = signing::public_part(key);
   const std::string fingerprint = signing::PublicKey(other).fingerprint();
-  return print(
+  return print_result(
       json, {{"key", key.string()}, {"public", other.string()}, {"fingerprint", fingerprint}},
       fmt::format(
           "private key {}: keep it readable by you only\npublic key {}, fingerprint {}: give it "

@@ -125,13 +125,13 @@ int conclude_with(const Connection& daemon, const json& status, const std::strin
   for (const json& line : result.value("words", json::array()))
     if (line.is_string()) words += line.get<std::string>() + "\n";
   words += last.empty() ? "figures: " + text(status, "results") + "/" + file + "\n" : last;
-  print(daemon.json, result, words);
+  print_result(daemon.json, result, words);
   return flag == nullptr || result.value(flag, false) ? kSuccess : kNotPublishable;
 }
 
 /// A dry run that did not fail has covered the whole path.
 int conclude_dry_run(const Connection& daemon, const json& status) {
-  return print(
+  return print_result(
       daemon.json, status,
       fmt::format(
           "{} stand-offs reached, the tip met nothing. 'cellcal run' with the same cell file, touches, "
@@ -162,9 +162,9 @@ int conclude(const Connection& daemon, const json& status) {
   json value = status;
   value["residuals"] = json::parse(calibration.body).value("residuals", json());
   const std::string why = text(status, "why_ended");
-  print(daemon.json, value,
-        (why.empty() ? "" : "stopped: " + why + "\n") + result_words(result) +
-            "report: " + text(status, "results") + "/report.html\n");
+  print_result(daemon.json, value,
+               (why.empty() ? "" : "stopped: " + why + "\n") + result_words(result) +
+                   "report: " + text(status, "results") + "/report.html\n");
   return result.verdict.publish() ? kSuccess : kNotPublishable;
 }
 
@@ -435,7 +435,7 @@ int show_status(const Connection& daemon) {
           !update.empty())
         words += "calibration: " + update;
   }
-  return print(daemon.json, status, words);
+  return print_result(daemon.json, status, words);
 }
 
 int watch(const Connection& daemon) {
@@ -469,9 +469,10 @@ int abort(const Connection& daemon) {
     status = get(daemon, "/v1/status");
   }
   if (text(status, "phase") == "failed") throw std::runtime_error(failure_words(status));
-  return print(daemon.json, status,
-               fmt::format("session {}: {}; its touches are kept. Resume: 'cellcal run --resume'\n",
-                           number(answer, "session"), text(status, "phase")));
+  return print_result(
+      daemon.json, status,
+      fmt::format("session {}: {}; its touches are kept. Resume: 'cellcal run --resume'\n",
+                  number(answer, "session"), text(status, "phase")));
 }
 
 int history(const Connection& daemon) {
@@ -479,7 +480,7 @@ int history(const Connection& daemon) {
   std::string words = fmt::format("{:>5}  {:<24}  {:<15}  {:>9}  {}\n", "id", "started", "outcome",
                                   "touches", "cell, or failure");
   for (const json& session : list) words += session_line(session);
-  return print(daemon.json, list, list.empty() ? "no sessions yet\n" : words);
+  return print_result(daemon.json, list, list.empty() ? "no sessions yet\n" : words);
 }
 
 namespace {
@@ -496,7 +497,7 @@ std::optional<ContactsDelay> delay_of_contacts(const json& delay) {
 int show(const Connection& daemon, std::int64_t session, Shown shown) {
   const json value = get(daemon, session_path(session));
   if (daemon.json || shown == Shown::kTimes)
-    return print(daemon.json, value, times_of(value.value("times", json::object())));
+    return print_result(daemon.json, value, times_of(value.value("times", json::object())));
   std::string words = session_line(value);
   words += outcome_words(value);
   if (const std::string dropped = text(value, "raw_dropped"); !dropped.empty())
@@ -537,7 +538,7 @@ int fetch_report(const Connection& daemon, std::optional<std::int64_t> session,
   const std::string where =
       output.empty() ? text(get(daemon, session_path(*session)), "results") + "/report.html"
                      : output.string();
-  return print(daemon.json, {{"session", *session}, {"report", where}}, where + "\n");
+  return print_result(daemon.json, {{"session", *session}, {"report", where}}, where + "\n");
 }
 
 json parse(const Response& response) {
@@ -569,7 +570,7 @@ std::string user_name() {
 int add_token(const Connection& daemon, const std::string& name, const std::string& role) {
   const json body{{"name", name}, {"role", role}};
   const json made = parse(ask(daemon, "POST", "/v1/tokens", body.dump()));
-  print(daemon.json, made, made.value("token", "") + "\n");
+  print_result(daemon.json, made, made.value("token", "") + "\n");
   if (!daemon.json) {
     std::fprintf(stderr,
                  "token \"%s\", role %s: copy it now, it is not shown again. Revoke: 'cellcal "
@@ -586,7 +587,8 @@ int list_tokens(const Connection& daemon) {
     words += fmt::format("{:<24}  {:<10}  {}\n", one.value("name", ""), one.value("role", ""),
                          one.value("created", ""));
   }
-  return print(daemon.json, list, list.empty() ? "no tokens: no access over the network\n" : words);
+  return print_result(daemon.json, list,
+                      list.empty() ? "no tokens: no access over the network\n" : words);
 }
 
 int remove_token(const Connection& daemon, const std::string& name) {
@@ -640,18 +642,18 @@ std::string schedule_words(const json& schedule) {
 
 int show_schedule(const Connection& daemon) {
   const json schedule = parse(ask(daemon, "GET", "/v1/schedule"));
-  return print(daemon.json, schedule, schedule_words(schedule));
+  return print_result(daemon.json, schedule, schedule_words(schedule));
 }
 
 int begin_scheduled(const Connection& daemon, const std::string& name) {
   const json made = parse(ask(daemon, "POST", "/v1/schedule/begin", json{{"name", name}}.dump()));
-  return print(daemon.json, made,
-               fmt::format("session {} begun\n", made.value("session", std::int64_t{0})));
+  return print_result(daemon.json, made,
+                      fmt::format("session {} begun\n", made.value("session", std::int64_t{0})));
 }
 
 int release_schedule(const Connection& daemon) {
   const json answer = parse(ask(daemon, "POST", "/v1/schedule/release"));
-  return print(daemon.json, answer, "released: scheduled sessions begin again\n");
+  return print_result(daemon.json, answer, "released: scheduled sessions begin again\n");
 }
 
 }  // namespace cellcal::daemon

@@ -324,7 +324,8 @@ int list_sent_frames(const Connection& daemon) {
                                    one.value("words", ""))) +
              "\n";
   if (all.at("problem").is_string()) words += printable(all["problem"].get<std::string>()) + "\n";
-  return print(daemon.json, all, words.empty() ? "no frame was sent to the controller\n" : words);
+  return print_result(daemon.json, all,
+                      words.empty() ? "no frame was sent to the controller\n" : words);
 }
 
 int restore_frame(const Connection& daemon, const SendFrames& how) {
@@ -355,7 +356,7 @@ int restore_frame(const Connection& daemon, const SendFrames& how) {
       put(record->dump() + "\n", {});
     throw;
   }
-  return print(daemon.json, done, printable(done.value("words", "")) + "\n");
+  return print_result(daemon.json, done, printable(done.value("words", "")) + "\n");
 }
 
 int show_position(const Connection& daemon) {
@@ -366,7 +367,7 @@ int show_position(const Connection& daemon) {
     if (!text.empty()) text += ' ';
     text += fmt::format("{:.4f}", one.get<double>());
   }
-  return print(daemon.json, answer, text + "\n");
+  return print_result(daemon.json, answer, text + "\n");
 }
 
 }  // namespace cellcal::daemon

@@ -250,7 +250,7 @@ void put(const std::string& text, const std::filesystem::path& output) {
   }
 }
 
-int print(bool as_json, const nlohmann::json& value, const std::string& words) {
+int print_result(bool as_json, const nlohmann::json& value, const std::string& words) {
   put(as_json ? value.dump() + "\n" : words, {});
   return kSuccess;
 }

@@ -106,7 +106,7 @@ void tell_reading(const std::filesystem::path& csv);
 /// To the file, wholly or not at all, or to standard output where no file is named.
 void put(const std::string& text, const std::filesystem::path& output);
 /// The value as one line of JSON, or the words, on standard output. Returns kSuccess.
-int print(bool as_json, const nlohmann::json& value, const std::string& words);
+int print_result(bool as_json, const nlohmann::json& value, const std::string& words);
 
 // Stable interface for scripts.
 inline constexpr int kSuccess = 0;

@@ -119,12 +119,13 @@ int list_proposals(const Connection& daemon) {
 
 int accept_proposal(const Connection& daemon, const std::string& id, const std::string& reason) {
   const json done = parse(ask(daemon, "POST", path_of(id, "accept"), body_with(reason).dump()));
-  return print(daemon.json, done, "accepted: " + wish(done) + ". " + what_to_do_with(done) + "\n");
+  return print_result(daemon.json, done,
+                      "accepted: " + wish(done) + ". " + what_to_do_with(done) + "\n");
 }
 
 int refuse_proposal(const Connection& daemon, const std::string& id, const std::string& reason) {
   const json done = parse(ask(daemon, "POST", path_of(id, "refuse"), body_with(reason).dump()));
-  return print(daemon.json, done, "refused: " + wish(done) + "\n");
+  return print_result(daemon.json, done, "refused: " + wish(done) + "\n");
 }
 
 using plant::LineFailure, plant::LineProblem, plant::MqttLine, plant::Proposal, plant::ProposalKind;
@@ -243,7 +244,7 @@ std::string send_proposal(const ProposeCommand& command) {
 int propose(const ProposeCommand& command) {
   const std::string id = send_proposal(command);
   const bool withdrawn = command.kind == ProposalKind::kWithdraw;
-  print(
+  print_result(
       command.json, {{"id", id}, {"cell", command.cell}, {"kind", to_string(command.kind)}},
       fmt::format("{} {} {}. {}\n", id, withdrawn ? "withdrawn from" : "proposed to", command.cell,
                   withdrawn ? "What was accepted before stays accepted"

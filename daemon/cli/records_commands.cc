@@ -93,7 +93,7 @@ int list_versions(const Connection& daemon, std::optional<std::int64_t> of_cell)
   std::string words = fmt::format("{:>8}  {:<19}  {:<12}  {:>12}  {:>7}\n", "session",
                                   "published (UTC)", "scope", "predicted mm", "u95 mm");
   for (const json& one : list) words += version_line(one);
-  return print(daemon.json, list, list.empty() ? "no calibration was published\n" : words);
+  return print_result(daemon.json, list, list.empty() ? "no calibration was published\n" : words);
 }
 
 /// Without a session: the calibration published before the one in use.
@@ -103,7 +103,7 @@ int activate_version(const Connection& daemon, std::optional<std::int64_t> sessi
   if (session) body["session"] = *session;
   const json done = parse(ask(
       daemon, "POST", session ? "/v1/versions/activate" : "/v1/versions/roll-back", body.dump()));
-  return print(
+  return print_result(
       daemon.json, done,
       fmt::format(
           "in use: the calibration of session {}. What was made with another one (programs, frames) "
@@ -114,7 +114,7 @@ int activate_version(const Connection& daemon, std::optional<std::int64_t> sessi
 int compare_versions(const Connection& daemon, std::int64_t before, std::int64_t after) {
   const json all = parse(
       ask(daemon, "GET", fmt::format("/v1/versions/compare?before={}&after={}", before, after)));
-  return print(daemon.json, all, in_words(all));
+  return print_result(daemon.json, all, in_words(all));
 }
 
 int retain(const Connection& daemon, bool dry_run, std::optional<int> days,
@@ -137,7 +137,7 @@ int retain(const Connection& daemon, bool dry_run, std::optional<int> days,
                        answer.at("sessions").size(), bytes / kMegabyte,
                        dry_run ? "would be dropped" : "dropped",
                        answer.value("bytes_in_use", 0.0) / kMegabyte);
-  return print(daemon.json, answer, words);
+  return print_result(daemon.json, answer, words);
 }
 
 using signing::NotVerified;
@@ -157,7 +157,7 @@ int verify(const VerifyCommand& command) try {
   const signing::Verified verified = signing::verify_files(command.file, key);
   const signing::Statement& is = verified.statement;
   const bool emulated = is.certificate.starts_with(certificate::kEmulatedNumber);
-  return print(
+  return print_result(
       command.json,
       {{"verified", true},
        {"failure", nullptr},
