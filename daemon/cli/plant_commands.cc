@@ -26,9 +26,7 @@ namespace cellcal::daemon {
 
 namespace {
 
-// Proposals of the plant to this cell. Each function returns its exit status and throws on failure.
-
-// Proposal from the plant to a cell, to be accepted by its operators. Published with the broker account of
+// Proposals of the plant to this cell, to be accepted by its operators. Published with the broker account of
 // the proposer; causes no motion.
 
 struct ProposeCommand {

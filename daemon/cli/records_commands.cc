@@ -24,9 +24,7 @@ namespace cellcal::daemon {
 
 namespace {
 
-// Published calibrations as versions. Each function returns its exit status and throws on failure.
-
-// Deletion of raw events and readings of old sessions.
+// Published calibrations as versions; deletion of raw events and readings of old sessions.
 
 using nlohmann::json;
 

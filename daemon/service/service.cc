@@ -25,8 +25,6 @@ namespace cellcal::daemon {
 
 namespace {
 
-// Derives the published status from a session's state.
-
 Waiting waiting_of(const State& state, drivers::TimePoint now) {
   const rules::Missing missing = rules::missing(state);
   const double left_s = std::chrono::duration<double>(*state.deadline - now).count();
