@@ -2,11 +2,7 @@
 // A calibration compared with the hidden truth, in the figures of the method (section 5). The true
 // arm is warmed up, as at the end of a session and afterwards.
 
-#include <Eigen/Core>
-
 #include "calib/model/joint_vector.h"
-#include "calib/model/linear.h"
-#include "calib/model/robot.h"
 #include "calib/model/touch.h"
 #include "calib/result/calibration.h"
 #include "sim/cell/truth.h"
@@ -43,17 +39,5 @@ SurfaceFigures surface_figures(const Truth& truth, const std::vector<calib::Touc
 /// `around`: the touches' joint angles, near which local poses are sampled.
 TruthFigures truth_figures(const Truth& truth, const calib::Calibration& calibration,
                            const std::vector<calib::JointVector>& around);
-
-// Random tool orientations at a surface, for simulated touches.
-
-/// TCP orientation (base frame) with the tool's shaft within `cone_rad` of -normal; the roll about
-/// it is uniform.
-Eigen::Matrix3d random_orientation(const calib::Tool& tool, calib::Random& random,
-                                   const Eigen::Vector3d& normal, double cone_rad);
-
-/// Start of the inverse kinematics: the first axis towards `at` (m, base), elbow bent, the rest
-/// random inside the limits.
-calib::JointVector random_posture(const calib::Robot& robot, calib::Random& random,
-                                  const Eigen::Vector3d& at);
 
 }  // namespace cellcal::sim

@@ -10,7 +10,7 @@
 #include "calib/estimate/region.h"
 #include "calib/model/inverse.h"
 #include "calib/model/linear.h"
-#include "sim/cell/compare.h"
+#include "sim/cell/random_posture.h"
 
 namespace cellcal::sim::constraints {
 
