@@ -1,14 +1,20 @@
 #include "daemon/api/access.h"
 
 #include <fmt/format.h>
+#include <openssl/crypto.h>
+#include <openssl/rand.h>
 #include <spdlog/spdlog.h>
+#include <sys/stat.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
 #include <utility>
 
-#include "daemon/api/http/http.h"
-#include "daemon/api/http/message.h"
+#include "calib/files/input_file.h"
 #include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {
@@ -204,6 +210,315 @@ void Clearance::forget() {
 void Clearance::look(const Status& status) {
   // kIdle and kDone leave the confirmation unchanged; kDone never occurs without a session under way.
   if (status.phase != Phase::kIdle && status.phase != Phase::kDone) forget();
+}
+
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* kFormat = "cellcal.tokens/1";
+constexpr std::size_t kMostTokens = 1000, kMostBytes = 1u << 20;
+constexpr std::size_t kLongestTokenName = 64;
+constexpr const char* kHex = "0123456789abcdef";
+
+/// Text of the key; throws where it is missing or not a string.
+std::string token_field(const json& object, const char* key) {
+  return object.at(key).get<std::string>();
+}
+
+Token token_of(const json& value) {
+  Token token{token_field(value, "name"), Role::kNobody, token_field(value, "sha256"),
+              token_field(value, "created")};
+  const auto role = parse_role(token_field(value, "role"));
+  const bool sound = role && is_token_name(token.name) && calib::is_sha256(token.sha256);
+  constexpr std::size_t kKeys = 4;
+  if (!sound || value.size() != kKeys) throw std::runtime_error("a token is malformed");
+  token.role = *role;
+  return token;
+}
+
+/// Throws on any malformed content.
+std::vector<Token> parse(const std::string& text) {
+  const json document = json::parse(text);
+  if (document.size() != 2 || token_field(document, "format") != kFormat) {
+    throw std::runtime_error(std::string("format must be \"") + kFormat + "\"");
+  }
+  const json& list = document.at("tokens");
+  if (!list.is_array() || list.size() > kMostTokens) throw std::runtime_error("no list of tokens");
+  std::vector<Token> tokens;
+  std::set<std::string> names;
+  for (const json& value : list) {
+    tokens.push_back(token_of(value));
+    if (!names.insert(tokens.back().name).second) throw std::runtime_error("a name is given twice");
+  }
+  return tokens;
+}
+
+std::string token_field(const std::vector<Token>& tokens) {
+  json list = json::array();
+  for (const Token& token : tokens) {
+    list.push_back({{"name", token.name},
+                    {"role", to_string(token.role)},
+                    {"sha256", token.sha256},
+                    {"created", token.created}});
+  }
+  return json{{"format", kFormat}, {"tokens", list}}.dump(1) + "\n";
+}
+
+std::string read(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string text(kMostBytes + 1, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  if (file.bad() || text.size() > kMostBytes) throw std::runtime_error("cannot be read");
+  return text;
+}
+
+bool is_open_to_others(const std::filesystem::path& path) {
+  struct stat info {};
+  return ::stat(path.c_str(), &info) == 0 && (info.st_mode & (S_IRWXG | S_IRWXO)) != 0;
+}
+
+/// Compares with all tokens, so that the duration reveals nothing.
+std::optional<Token> match(const std::vector<Token>& tokens, std::string_view sha256) {
+  std::optional<Token> found;
+  for (const Token& token : tokens) {
+    if (token.sha256.size() == sha256.size() &&
+        ::CRYPTO_memcmp(token.sha256.data(), sha256.data(), sha256.size()) == 0) {
+      found = token;
+    }
+  }
+  return found;
+}
+
+}  // namespace
+
+std::string random_secret() {
+  std::array<unsigned char, 32> bytes{};
+  if (::RAND_bytes(bytes.data(), static_cast<int>(bytes.size())) != 1) {
+    throw std::runtime_error("the system has no random numbers");
+  }
+  std::string text;
+  for (const unsigned char byte : bytes) {
+    text += kHex[byte >> 4];
+    text += kHex[byte & 0xF];
+  }
+  return text;
+}
+
+bool is_token_name(std::string_view name) {
+  constexpr const char* kLetters =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._-";
+  return !name.empty() && name.size() <= kLongestTokenName &&
+         name.find_first_not_of(kLetters) == std::string_view::npos;
+}
+
+TokenStore::TokenStore(std::filesystem::path file)
+    : file_(std::move(file)), tokens_(std::make_shared<const Tokens>()) {
+  if (!std::filesystem::exists(file_)) return;
+  if (is_open_to_others(file_)) {
+    problem_ = file_.string() +
+               ": accessible to other users. No token is accepted. Check who changed it, then "
+               "'chmod 600' it and restart cellcald";
+    return;
+  }
+  try {
+    tokens_ = std::make_shared<const Tokens>(parse(read(file_)));
+  } catch (const std::exception& error) {
+    problem_ = file_.string() + ": " + system_words(error) +
+               ". No token is accepted. Remove the file, restart cellcald and add the tokens again";
+  }
+}
+
+std::string TokenStore::add(const std::string& name, Role role, const std::string& utc) {
+  if (!is_token_name(name)) {
+    throw TokenError("the name must have 1 to 64 letters, digits, '.', '_' or '-'");
+  }
+  if (name == kLocalName)
+    throw TokenError("the name \"local\" is reserved for the Unix socket. Choose another");
+  const std::lock_guard lock(writing_);
+  if (!problem_.empty()) throw TokenError(problem_);
+  Tokens next = *tokens();
+  if (std::any_of(next.begin(), next.end(), [&](const Token& one) { return one.name == name; })) {
+    throw TokenError("a token \"" + name + "\" exists. Choose another name, or 'cellcal " +
+                     "token remove " + name + "' first");
+  }
+  if (next.size() >= kMostTokens) throw TokenError("1000 tokens exist. Remove some first");
+  const std::string secret = random_secret();
+  next.push_back({name, role, calib::sha256(secret), utc});
+  store(std::move(next));
+  return secret;
+}
+
+bool TokenStore::remove(const std::string& name) {
+  const std::lock_guard lock(writing_);
+  if (!problem_.empty()) throw TokenError(problem_);
+  Tokens next = *tokens();
+  if (std::erase_if(next, [&](const Token& one) { return one.name == name; }) == 0) return false;
+  store(std::move(next));
+  return true;
+}
+
+/// Written to disk first, so that a change is still effective after a restart.
+void TokenStore::store(Tokens next) {
+  write_atomically(file_, token_field(next), Readers::kOwner);
+  auto kept = std::make_shared<const Tokens>(std::move(next));
+  const std::lock_guard lock(mutex_);
+  tokens_ = std::move(kept);
+}
+
+std::shared_ptr<const TokenStore::Tokens> TokenStore::tokens() const {
+  const std::lock_guard lock(mutex_);
+  return tokens_;
+}
+
+std::vector<Token> TokenStore::list() const { return *tokens(); }
+
+std::optional<Token> TokenStore::find(std::string_view token) const {
+  return match(*tokens(), calib::sha256(token));
+}
+
+std::optional<Token> TokenStore::find_by_sha256(std::string_view sha256) const {
+  return match(*tokens(), sha256);
+}
+
+namespace {
+
+/// Screens and browsers of one token. The number of tokens is small, since only administrators add them.
+constexpr std::ptrdiff_t kMostOfOneToken = 32;
+
+bool same(const std::string& a, const std::string& b) {
+  return a.size() == b.size() && ::CRYPTO_memcmp(a.data(), b.data(), a.size()) == 0;
+}
+
+}  // namespace
+
+SignIns::SignIns(const TokenStore& tokens, const std::filesystem::path& file, Clock clock)
+    : tokens_(tokens), clock_(std::move(clock)) {
+  if (file.empty()) return;
+  file_ = std::make_unique<SignInFile>(file);
+  all_ = file_->read();
+}
+
+/// Writes the last use of each; a killed daemon keeps the times of the last sign-in or logout.
+SignIns::~SignIns() {
+  if (file_) file_->write(all_);
+}
+
+std::string SignIns::begin(const Token& token) {
+  std::string cookie = random_secret();
+  std::erase_if(all_, [&](const SignIn& one) { return !tokens_.find_by_sha256(one.token_sha256); });
+  const auto is_own = [&](const SignIn& one) { return one.token_sha256 == token.sha256; };
+  if (std::count_if(all_.begin(), all_.end(), is_own) >= kMostOfOneToken)
+    all_.erase(std::min_element(all_.begin(), all_.end(), [&](const SignIn& a, const SignIn& b) {
+      return std::pair(!is_own(a), a.last) < std::pair(!is_own(b), b.last);
+    }));
+  all_.push_back({calib::sha256(cookie), token.sha256, clock_()});
+  if (file_) file_->write(all_);
+  return cookie;
+}
+
+void SignIns::end(const std::string& cookie) {
+  const std::string digest = calib::sha256(cookie);
+  std::erase_if(all_, [&](const SignIn& one) { return same(one.cookie_sha256, digest); });
+  if (file_) file_->write(all_);
+}
+
+std::optional<Token> SignIns::find(const std::string& cookie) {
+  const auto now = clock_();
+  std::erase_if(all_, [&](const SignIn& one) { return now - one.last > kLongestUnused; });
+  const std::string digest = calib::sha256(cookie);
+  const auto found = std::find_if(
+      all_.begin(), all_.end(), [&](const SignIn& one) { return same(one.cookie_sha256, digest); });
+  if (found == all_.end()) return std::nullopt;
+  found->last = now;
+  return tokens_.find_by_sha256(found->token_sha256);
+}
+
+namespace {
+
+using std::chrono::seconds;
+using std::chrono::system_clock;
+
+constexpr const char* kSignInFormat = "cellcal.sign-ins/1";
+constexpr std::size_t kMostSignInBytes = 16u << 20;  // 32 of each of 1000 tokens
+
+std::string text_of(const std::vector<SignIn>& all) {
+  json list = json::array();
+  for (const SignIn& one : all)
+    list.push_back({{"cookie_sha256", one.cookie_sha256},
+                    {"token_sha256", one.token_sha256},
+                    {"last_unix_s",
+                     std::chrono::duration_cast<seconds>(one.last.time_since_epoch()).count()}});
+  return json{{"format", kSignInFormat}, {"sign_ins", list}}.dump(1) + "\n";
+}
+
+/// Throws on any malformed content.
+std::vector<SignIn> parsed_sign_ins(const std::string& text) {
+  const json document = json::parse(text);
+  if (document.at("format") != kSignInFormat) throw std::runtime_error("another format");
+  std::vector<SignIn> all;
+  for (const json& value : document.at("sign_ins")) {
+    SignIn one{value.at("cookie_sha256").get<std::string>(),
+               value.at("token_sha256").get<std::string>(),
+               system_clock::time_point(seconds(value.at("last_unix_s").get<std::int64_t>()))};
+    if (!calib::is_sha256(one.cookie_sha256) || !calib::is_sha256(one.token_sha256))
+      throw std::runtime_error("a sign-in is malformed");
+    all.push_back(std::move(one));
+  }
+  return all;
+}
+
+}  // namespace
+
+SignInFile::SignInFile(std::filesystem::path file)
+    : file_(std::move(file)), thread_([this] { write_newest(); }) {}
+
+SignInFile::~SignInFile() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  news_.notify_one();
+  thread_.join();
+}
+
+std::vector<SignIn> SignInFile::read() const {
+  struct stat info {};
+  if (::stat(file_.c_str(), &info) != 0) return {};
+  try {
+    if ((info.st_mode & (S_IRWXG | S_IRWXO)) != 0)
+      throw std::runtime_error("accessible to other users");
+    return parsed_sign_ins(calib::read_file(file_, kMostSignInBytes));
+  } catch (const std::exception& error) {
+    spdlog::warn("{}: {}. All browsers have to sign in again", file_.string(), system_words(error));
+    return {};
+  }
+}
+
+void SignInFile::write(std::vector<SignIn> all) {
+  {
+    const std::lock_guard lock(mutex_);
+    newest_ = std::move(all);
+  }
+  news_.notify_one();
+}
+
+void SignInFile::write_newest() {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    news_.wait(lock, [this] { return newest_ || ending_; });
+    if (!newest_) return;
+    const std::vector<SignIn> all = std::move(*newest_);
+    newest_.reset();
+    lock.unlock();
+    try {
+      write_atomically(file_, text_of(all), Readers::kOwner);
+    } catch (const std::exception& error) {
+      spdlog::warn("sign-ins end with this daemon: {}", error.what());
+    }
+    lock.lock();
+  }
 }
 
 }  // namespace cellcal::daemon

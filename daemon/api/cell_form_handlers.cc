@@ -8,10 +8,8 @@
 #include "calib/files/robot_file.h"
 #include "calib/model/error.h"
 #include "daemon/api/handlers.h"
-#include "daemon/api/http/message.h"
-#include "daemon/api/routes.h"
+#include "daemon/api/http/http.h"
 #include "daemon/cell_form/cell_form.h"
-#include "daemon/cell_form/cell_shelf.h"
 #include "daemon/cell_form/cell_text.h"
 #include "daemon/files/atomic_file.h"
 

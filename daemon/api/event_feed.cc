@@ -4,8 +4,14 @@
 
 #include <algorithm>
 #include <charconv>
+#include <chrono>
+#include <nlohmann/json.hpp>
 
-#include "daemon/api/status_json.h"
+#include "calib/files/calibration_json.h"
+#include "calib/model/enum_table.h"
+#include "calib/model/units.h"
+#include "daemon/api/http/http.h"
+#include "daemon/result/outcome_json.h"
 
 namespace cellcal::daemon {
 
@@ -167,6 +173,197 @@ void EventFeed::examine_joints() {
   if (status.links->robot.actual_rad.empty()) return;
   ++joints_.number;
   joints_.text = event("robot", "", joints_to_json(status.session, seen_->robot.actual_rad));
+}
+
+namespace {
+
+using nlohmann::json;
+
+template <typename T>
+json or_null(const std::optional<T>& value, double factor = 1.0) {
+  if (!value) return nullptr;
+  if constexpr (std::is_same_v<T, double>) return *value * factor;
+  return *value;
+}
+
+std::string hex(std::uint32_t value, int digits) { return fmt::format("{:0{}x}", value, digits); }
+
+const char* name_of(calib::PlanStep step) {
+  using enum calib::PlanStep;
+  static constexpr EnumNames<calib::PlanStep> kTable{
+      {{kReach, "reach"}, {kChoose, "choose"}, {kWays, "ways"}}};
+  return kTable[step];
+}
+
+json to_json(const std::optional<calib::WorkDone>& planning) {
+  if (!planning) return nullptr;
+  return {{"step", name_of(planning->step)}, {"done", planning->share}};
+}
+
+json to_json(const drivers::RobotState& robot) {
+  const drivers::RobotQuality& q = robot.quality;
+  return {
+      {"cycle_ms", robot.cycle_s * calib::kMsPerS},
+      {"jitter_ms", q.jitter_s * calib::kMsPerS},
+      {"longest_gap_ms", q.longest_gap_s * calib::kMsPerS},
+      {"packets", robot.packets},
+      {"gaps", q.gaps},
+      {"bad_packets", q.bad_packets},
+      {"late", robot.late},
+      {"mode", to_string(robot.mode)},
+      {"override_percent", robot.override_percent ? json(*robot.override_percent) : json(nullptr)},
+      {"contact_input", to_string(robot.input_path)},
+      {"stops_by_input", robot.stops_by_input},
+      {"replies", q.replies},
+      {"reply_ms",
+       {{"p50", q.reply_p50_s * calib::kMsPerS},
+        {"p99", q.reply_p99_s * calib::kMsPerS},
+        {"p999", q.reply_p999_s * calib::kMsPerS},
+        {"max", q.reply_max_s * calib::kMsPerS}}}};
+}
+
+json to_json(const drivers::ContactStatus& contact) {
+  const drivers::ContactQuality& q = contact.quality;
+  const drivers::ContactIdentity& id = contact.identity;
+  return {{"protocol", id.protocol},
+          {"firmware", fmt::format("{}.{}.{}", id.firmware[0], id.firmware[1], id.firmware[2])},
+          {"uid", hex(id.uid, 8)},
+          {"boot_id", id.boot_id},
+          {"config_crc", hex(id.config_crc, 4)},
+          {"in_contact", contact.in_contact},
+          {"loop_ok", contact.loop_ok},
+          {"self_test_ok", contact.self_test_ok},
+          {"frames", q.frames},
+          {"crc_errors", q.crc_errors},
+          {"gaps", q.gaps},
+          {"unknown_types", q.unknown_types},
+          {"bounces", q.bounces},
+          {"round_trip_ms",
+           {{"min", q.round_trip_min_s * calib::kMsPerS},
+            {"p50", q.round_trip_p50_s * calib::kMsPerS},
+            {"p99", q.round_trip_p99_s * calib::kMsPerS}}},
+          {"clock_sigma_us", q.clock_sigma_s * 1e6},
+          {"clock_drift_ppm", q.clock_drift_ppm},
+          {"heartbeat_jitter_ms", q.heartbeat_jitter_s * calib::kMsPerS},
+          {"late_ms",
+           {{"p50", q.late_p50_s * calib::kMsPerS},
+            {"max", q.late_max_s * calib::kMsPerS},
+            {"worst", q.late_worst_s * calib::kMsPerS},
+            {"limit", std::chrono::duration<double, std::milli>(drivers::kHeartbeatLimit).count()},
+            {"over", contact.delivery.late}}},
+          {"sense_v", contact.sense_voltage_v},
+          {"contact_v", q.contact_voltage_v}};
+}
+
+json to_json(const std::optional<Waiting>& waiting) {
+  if (!waiting) return nullptr;
+  return {{"robot", waiting->robot},
+          {"contact", waiting->contact},
+          {"left_s", waiting->left_s},
+          {"start", waiting->start}};
+}
+
+json to_json(const std::shared_ptr<const LinkReport>& links) {
+  if (!links) return nullptr;
+  return {{"open", links->open},
+          {"robot", to_json(links->robot)},
+          {"contact", to_json(links->contact)}};
+}
+
+template <class Angles>
+json degrees(const Angles& angles_rad) {
+  json list = json::array();
+  for (const double angle : angles_rad) list.push_back(angle * calib::kDegPerRad);
+  return list;
+}
+
+}  // namespace
+
+nlohmann::json touch_json(std::size_t index, const calib::Touch& touch) {
+  return {{"index", index},
+          {"target", touch.target},
+          {"set", to_string(touch.set)},
+          {"joints_deg", degrees(touch.joint_rad)},
+          {"time", touch.time},
+          {"readings", touch.readings},
+          {"spread_mm", touch.spread_m * calib::kMmPerM},
+          {"speed_mm_s", touch.speed_m_s * calib::kMmPerM}};
+}
+
+json to_json(const InterruptionCounts& counts) {
+  json all = json::object();
+  for (std::size_t i = 0; i < counts.of.size(); ++i) all[kCountedCauses[i].name] = counts.of[i];
+  return all;
+}
+
+std::string status_to_json(const Status& status) {
+  json value{{"seq", status.seq},
+             {"session", status.session},
+             {"kind", status.kind},
+             {"phase", to_string(status.phase)},
+             {"running", kActivePhases.has(status.phase) || status.phase == Phase::kStopping},
+             {"target", status.target},
+             {"touches", status.done},
+             {"planned", status.total},
+             {"residual_mm", or_null(status.residual_m, calib::kMmPerM)},
+             {"goal_mm", or_null(status.goal_m, calib::kMmPerM)},
+             {"u95_mm", or_null(status.u95_m, calib::kMmPerM)},
+             {"mean_error_mm", or_null(status.mean_error_m, calib::kMmPerM)},
+             {"finding", status.finding},
+             {"stage", status.stage},
+             {"planning", to_json(status.planning)},
+             {"why_ended", status.why_ended},
+             {"warnings", status.warnings},
+             {"time_left_s", or_null(status.time_left_s)},
+             {"waiting", to_json(status.waiting)},
+             {"interruptions", status.interruptions.total()},
+             {"busy_repeats", status.interruptions.of_computer()},
+             {"interruptions_by_cause", to_json(status.interruptions)},
+             {"busy_left_s", or_null(status.busy_left_s)},
+             {"robot", status.robot_words},
+             {"contact", status.contact_words},
+             {"outcome", outcome_with_words(status.outcome)},
+             {"publish", or_null(status.outcome ? published(*status.outcome) : std::nullopt)},
+             {"reasons", status.reasons},
+             {"results", status.results_dir},
+             {"arm",
+              {{"motion", to_string(status.arm.motion)},
+               {"packet_age_s", or_null(status.arm.packet_age_s)}}},
+             {"links", to_json(status.links)},
+             {"version", calib::software_version()},
+             {"interrupted", nullptr},
+             {"failure", nullptr}};
+  if (status.interrupted) {
+    value["interrupted"] = {{"session", status.interrupted->session},
+                            {"touches", status.interrupted->touches},
+                            {"planned", status.interrupted->planned},
+                            {"started", status.interrupted->started}};
+  }
+  if (status.failure) {
+    value["failure"] = {{"kind", to_string(status.failure->kind)},
+                        {"detail", status.failure->detail}};
+  }
+  return dump(value);
+}
+
+std::string made_touch_to_json(const MadeTouch& made) {
+  json value{{"session", made.session},
+             {"index", made.index},
+             {"target", made.touch.target},
+             {"set", to_string(made.touch.set)},
+             {"joints_deg", degrees(made.touch.joint_rad)},
+             {"tip_mm", nullptr},
+             {"residual_mm", or_null(made.residual_m, calib::kMmPerM)},
+             {"u95_mm", or_null(made.u95_m, calib::kMmPerM)}};
+  if (made.tip_m) {
+    const auto& [x, y, z] = *made.tip_m;
+    value["tip_mm"] = {calib::kMmPerM * x, calib::kMmPerM * y, calib::kMmPerM * z};
+  }
+  return dump(value);
+}
+
+std::string joints_to_json(std::int64_t session, const drivers::AxisAngles& joints_rad) {
+  return dump({{"session", session}, {"joints_deg", degrees(joints_rad)}});
 }
 
 }  // namespace cellcal::daemon

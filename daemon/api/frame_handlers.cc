@@ -5,10 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/api/handlers.h"
-#include "daemon/api/http/message.h"
-#include "daemon/api/routes.h"
-#include "daemon/api/run_request.h"
-#include "daemon/controller/frame_record.h"
+#include "daemon/api/http/http.h"
 #include "daemon/controller/frame_station.h"
 #include "daemon/files/atomic_file.h"
 

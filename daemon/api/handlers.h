@@ -1,22 +1,26 @@
 #pragma once
 // Request handlers of the HTTP API.
 
+#include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <mutex>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "daemon/api/event_feed.h"
-#include "daemon/api/http/message.h"
-#include "daemon/api/status_json.h"
+#include "daemon/api/http/http.h"
 #include "daemon/archive/archive.h"
 #include "daemon/archive/drift_watch.h"
 #include "daemon/controller/advice_publisher.h"
 #include "daemon/plant/line/line_status.h"
 #include "daemon/service/service.h"
-#include "drivers/kuka/eki/eki_position.h"
+#include "drivers/kuka/eki/eki_aside.h"
 
 namespace cellcal::daemon {
 
@@ -192,5 +196,54 @@ class Api {
   /// One per listener thread, so that neither waits for the other.
   EventFeed local_feed_, network_feed_;
 };
+
+// Request body of POST /v1/run.
+
+/// Throws BadRequest naming the key.
+RunRequest run_request(const std::string& body);
+
+// Author and reason in a request body.
+
+inline constexpr std::size_t kLongestReason = 500;
+
+/// One non-empty line. Throws BadRequest.
+std::string line_in(const nlohmann::json& body, const char* key, std::size_t longest);
+/// Author of a request: the name under "by", which is not verified, followed by the token's name. Throws
+/// BadRequest.
+std::string author_of(const Request& request, const nlohmann::json& body);
+
+// Files of this computer that a network request may name.
+
+/// Files of one kind, and the alternative for a file outside the folders.
+struct NetworkFiles {
+  const char* what;     ///< "a cell file"
+  const char* instead;  ///< in the imperative
+  std::vector<std::filesystem::path> folders;
+};
+
+/// Over the network a file has to lie directly in one of the folders, under its own name: neither it nor its
+/// folder may be a link. Otherwise throws RequestError, with a text that does not reveal whether the file
+/// exists. Over the Unix socket any file may be named.
+void keep_within(const Request& request, const std::filesystem::path& file,
+                 const NetworkFiles& allowed);
+
+// Selection of the handler of a request.
+
+/// The resource does not exist.
+struct NotFound : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+struct Match {
+  const Api::Route* route = nullptr;  ///< null: no route for this method
+  std::string_view variable{};        ///< value of the segment in braces
+  bool path_known = false;            ///< the path exists with this or another method
+};
+Match match(const Request& request);
+
+/// Integer parameter of the query; throws BadRequest where it is not an integer.
+std::optional<std::int64_t> whole_number_in(const Request& request, const char* key);
+/// Non-negative, digits only.
+std::optional<std::int64_t> whole_number(std::string_view text);
 
 }  // namespace cellcal::daemon

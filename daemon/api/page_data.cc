@@ -12,13 +12,11 @@
 #include "calib/files/files.h"
 #include "calib/model/error.h"
 #include "calib/model/kinematics.h"
-#include "calib/model/robot.h"
 #include "calib/model/units.h"
 #include "calib/plan/bodies.h"
 #include "calib/plan/surroundings.h"
 #include "calib/result/finding.h"
 #include "daemon/api/handlers.h"
-#include "daemon/api/routes.h"
 #include "daemon/result/outcome_json.h"
 #include "daemon/tasks/options.h"
 
@@ -258,11 +256,7 @@ std::string figures_to_json(const SessionRecord& record, const calib::Cell& cell
                {"result", calibration == nullptr ? json(nullptr) : result_to_json(*calibration)}});
 }
 
-using nlohmann::json;
-
 namespace {
-
-using calib::kMmPerM;
 
 Eigen::Isometry3d behind(const calib::Joint& joint) {
   using Eigen::AngleAxisd, Eigen::Vector3d;
@@ -392,8 +386,6 @@ std::string scene_to_json(std::int64_t session, const calib::Cell& cell) {
                {"floor_mm", cell.floor_m ? number(*cell.floor_m, kMmPerM) : json(nullptr)}});
 }
 
-using nlohmann::json;
-
 std::string plan_to_json(std::int64_t session, std::size_t first, const calib::Plan& plan,
                          const calib::Cell& cell) {
   const calib::ArmModel arm(cell);
@@ -409,8 +401,6 @@ std::string plan_to_json(std::int64_t session, std::size_t first, const calib::P
   }
   return dump({{"session", session}, {"touches", std::move(touches)}});
 }
-
-using nlohmann::json;
 
 namespace {
 
@@ -452,11 +442,7 @@ std::string dump(const json& value) {
   return value.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
-using nlohmann::json;
-
 namespace {
-
-using calib::kMmPerM;
 
 /// Zero offset of each joint relative to nominal, with 1 sigma.
 json zeros_to_json(const calib::Calibration& found) {

@@ -9,13 +9,11 @@
 
 #include "calib/files/input_file.h"
 #include "daemon/api/handlers.h"
-#include "daemon/api/http/message.h"
-#include "daemon/api/routes.h"
-#include "daemon/api/run_request.h"
+#include "daemon/api/http/http.h"
 #include "daemon/archive/versions.h"
 #include "daemon/files/atomic_file.h"
+#include "daemon/plant/desk/journal_outbox.h"
 #include "daemon/plant/desk/proposal_box.h"
-#include "daemon/plant/desk/reporter.h"
 #include "daemon/plant/line/line_status.h"
 #include "daemon/plant/messages/fact.h"
 #include "daemon/runner/backend.h"
@@ -210,8 +208,6 @@ std::optional<Response> Api::refuse_proposal(const Call& call) {
 // Unattended sessions and their times.
 
 namespace {
-
-using nlohmann::json;
 
 json to_json(const Decision& d) {
   return {{"at", local_time(d.at)},    {"utc_s", d.at},

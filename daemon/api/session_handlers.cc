@@ -13,11 +13,9 @@
 #include "calib/files/input_file.h"
 #include "calib/model/long_work.h"
 #include "calib/model/units.h"
+#include "daemon/api/event_feed.h"
 #include "daemon/api/handlers.h"
-#include "daemon/api/http/message.h"
-#include "daemon/api/routes.h"
-#include "daemon/api/run_request.h"
-#include "daemon/api/status_json.h"
+#include "daemon/api/http/http.h"
 #include "daemon/archive/archive.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/result/outcome_json.h"
@@ -236,8 +234,6 @@ Response Api::document(const Call& call, std::string SessionRecord::*text, Sessi
 
 namespace {
 
-using nlohmann::json;
-
 constexpr int kMostDays = 36500;
 constexpr double kMostMegabytes = 1e9;
 
@@ -294,8 +290,6 @@ std::optional<Response> Api::retain(const Call& call) {
 // Export and import of sessions, and backup of the journal.
 
 namespace {
-
-using nlohmann::json;
 
 std::filesystem::path path_in(const std::string& body, const char* key) {
   const json object = json::parse(body, nullptr, false);

@@ -2,9 +2,7 @@
 
 #include "daemon/api/access.h"
 #include "daemon/api/handlers.h"
-#include "daemon/api/http/message.h"
-#include "daemon/api/routes.h"
-#include "daemon/api/run_request.h"
+#include "daemon/api/http/http.h"
 #include "daemon/runner/backend.h"
 
 namespace cellcal::daemon {

@@ -7,12 +7,10 @@
 
 #include "calib/model/units.h"
 #include "daemon/api/handlers.h"
-#include "daemon/api/http/message.h"
-#include "daemon/api/routes.h"
-#include "daemon/api/run_request.h"
+#include "daemon/api/http/http.h"
 #include "daemon/archive/versions.h"
-#include "daemon/doctor/evidence.h"
 #include "daemon/doctor/examiner.h"
+#include "daemon/doctor/steps.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/runner/backend.h"
 
@@ -139,8 +137,6 @@ std::optional<Response> Api::roll_back_version(const Call& call) {
 // Next step to a calibrated cell, and findings of the doctor within the daemon.
 
 namespace {
-
-using nlohmann::json;
 
 json or_null(const std::string& text) { return text.empty() ? json() : json(text); }
 

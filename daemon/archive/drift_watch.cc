@@ -12,15 +12,15 @@
 #include "calib/model/error.h"
 #include "calib/model/iso_time.h"
 #include "daemon/result/outcome_json.h"
-#include "daemon/tasks/check_against.h"
 #include "daemon/tasks/options.h"
+#include "daemon/tasks/planned_round.h"
 
 namespace cellcal::daemon {
 
 namespace {
 
 constexpr std::size_t kMostChecks = 1500;
-/// Criterion for equal touches, as in daemon/tasks/check_tasks.cc.
+/// Criterion for equal touches, as in daemon/tasks/kind_tasks.cc.
 constexpr double kSameLineRad = 0.08;
 
 struct Check {

@@ -4,8 +4,6 @@
 
 #include <algorithm>
 
-#include "calib/verdict/change.h"
-
 namespace cellcal::daemon {
 
 namespace {

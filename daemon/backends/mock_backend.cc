@@ -1,11 +1,8 @@
 #include <fmt/format.h>
 
-#include <numbers>
-
 #include "daemon/backends/backends.h"
 #include "daemon/backends/virtual_cell.h"
-#include "daemon/backends/virtual_eki_cell.h"
-#include "daemon/config/space_config.h"
+#include "daemon/config/config.h"
 #include "drivers/kuka/krl/krl_files.h"
 
 namespace cellcal::daemon {

@@ -8,7 +8,6 @@
 #include "calib/model/units.h"
 #include "daemon/backends/backends.h"
 #include "daemon/config/config.h"
-#include "daemon/config/space_config.h"
 #include "drivers/contact/serial_contact.h"
 #include "drivers/io_thread.h"
 #include "drivers/kuka/eki/eki_robot.h"

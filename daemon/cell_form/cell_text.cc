@@ -7,7 +7,6 @@
 #include <cmath>
 #include <iterator>
 #include <nlohmann/json.hpp>
-#include <string_view>
 
 #include "calib/files/csv.h"
 #include "calib/files/input_file.h"

@@ -11,8 +11,6 @@
 #include "calib/result/finding.h"
 #include "calib/verdict/change.h"
 #include "calib/verdict/found_residuals.h"
-#include "daemon/archive/replay.h"
-#include "daemon/certificate/sources.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/report/plan_picture.h"
 #include "daemon/tasks/options.h"

@@ -9,13 +9,12 @@
 #include "calib/files/input_file.h"
 #include "calib/files/toml.h"
 #include "calib/model/iso_time.h"
-#include "daemon/archive/archive.h"
 #include "daemon/certificate/certificate.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/journal/rows.h"
 #include "daemon/report/plan_picture.h"
-#include "daemon/tasks/check_against.h"
 #include "daemon/tasks/options.h"
+#include "daemon/tasks/planned_round.h"
 
 namespace cellcal::daemon::certificate {
 

@@ -7,10 +7,8 @@
 #include <vector>
 
 #include "daemon/api/http/http.h"
-#include "daemon/archive/replay.h"
 #include "daemon/certificate/signed_files.h"
 #include "daemon/cli/certificate.h"
-#include "daemon/cli/client.h"
 #include "daemon/cli/offline.h"
 #include "daemon/runner/backend.h"
 
@@ -111,16 +109,14 @@ int export_session(const Connection& daemon, const ExportCommand& command) {
         {fmt::format("export of session {}", command.session), user_name(), wall_clock_utc(), ""},
         signer->key, signing::Kind::kExport);
   }
-  put(daemon.json ? json{{"session", command.session},
-                         {"directory", fs::absolute(command.directory).string()},
-                         {"files", archive.size()},
-                         {"signed", signer.has_value()}}
-                            .dump() +
-                        "\n"
-                  : fmt::format("session {}: {} files in {}, {}\n", command.session, archive.size(),
-                                command.directory.string(), signer ? "signed" : "not signed"),
-      {});
-  return kSuccess;
+  return print_result(
+      daemon.json,
+      {{"session", command.session},
+       {"directory", fs::absolute(command.directory).string()},
+       {"files", archive.size()},
+       {"signed", signer.has_value()}},
+      fmt::format("session {}: {} files in {}, {}\n", command.session, archive.size(),
+                  command.directory.string(), signer ? "signed" : "not signed"));
 }
 
 int import_session(const Connection& daemon, const fs::path& directory, const fs::path& key) {
@@ -128,25 +124,20 @@ int import_session(const Connection& daemon, const fs::path& directory, const fs
   const Response response = ask(daemon, "POST", "/v1/import",
                                 json{{"directory", fs::absolute(directory).string()}}.dump());
   json answer = json::parse(response.body);
-  if (daemon.json) {
-    answer["signature"] = to_json(signature);
-    put(answer.dump() + "\n", {});
-    return kSuccess;
-  }
-  put((answer.value("new", false)
-           ? fmt::format("imported as session {}. See 'cellcal show {}'\n",
-                         answer["session"].dump(), answer["session"].dump())
-           : fmt::format("these rows are in the journal already, as session {}\n",
-                         answer["session"].dump())) +
-          in_words(signature),
-      {});
-  return kSuccess;
+  answer["signature"] = to_json(signature);
+  const std::string session = answer["session"].dump();
+  return print_result(
+      daemon.json, answer,
+      (answer.value("new", false)
+           ? fmt::format("imported as session {}. See 'cellcal show {}'\n", session, session)
+           : fmt::format("these rows are in the journal already, as session {}\n", session)) +
+          in_words(signature));
 }
 
 int replay_session(const Connection& daemon, const std::string& which) {
   const NamedArchive named = archive_of(daemon, which);
   const Replay result = replay(named.archive, named.from);
-  put(daemon.json ? to_json(result).dump() + "\n" : in_words(result), {});
+  print_result(daemon.json, to_json(result), in_words(result));
   if (result.same()) return kSuccess;
   throw std::runtime_error(fmt::format("{} of {} values differ from what was recorded",
                                        result.differing, result.values));

@@ -2,7 +2,9 @@
 // The KRL files of a controller's backup.
 
 #include <filesystem>
+#include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "calib/export/krl_text.h"
@@ -21,5 +23,17 @@ bool is_of_the_controllers_side(const std::string& path);
 /// $machine.dat, $robcor.dat and $config.dat of folders, archives and files. Throws
 /// calib::FileError if a place has two of the same name.
 std::vector<calib::krl::KrlFile> machine_files(const std::vector<std::filesystem::path>& places);
+
+// Files out of a ZIP archive.
+
+struct ZippedFile {
+  std::string path, text;
+};
+
+/// Files whose path is wanted. Throws calib::FileError with `name` for archives and files that are damaged,
+/// encrypted, of an unsupported method, or larger than `most_bytes` in all.
+std::vector<ZippedFile> unzip(std::string_view archive, const std::string& name,
+                              const std::function<bool(std::string_view)>& wanted,
+                              std::size_t most_bytes);
 
 }  // namespace cellcal::daemon

@@ -4,16 +4,14 @@
 
 #include <cstdlib>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <vector>
 
 #include "calib/files/calibration_json.h"
 #include "calib/files/input_file.h"
+#include "calib/model/enum_table.h"
 #include "daemon/api/http/http.h"
 #include "daemon/certificate/certificate.h"
-#include "daemon/certificate/signed_files.h"
 #include "daemon/cli/archive.h"
-#include "daemon/cli/client.h"
 #include "daemon/cli/offline.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/plant/messages/fact.h"
@@ -121,33 +119,23 @@ Announced send_to_plant(const Connection& daemon, const std::string& session,
 }
 
 const char* words_of(Announced announced) {
-  switch (announced) {
-    case Announced::kNo:
-      return "";
-    case Announced::kNow:
-      return ", on its way to the plant";
-    case Announced::kBefore:
-      return ", already sent to the plant";
-  }
-  return "";
+  using enum Announced;
+  static constexpr EnumNames<Announced> kTable{
+      {{kNo, ""}, {kNow, ", on its way to the plant"}, {kBefore, ", already sent to the plant"}}};
+  return kTable[announced];
 }
 
 void print_outcome(const Connection& daemon, const certificate::CertificateData& data,
                    const fs::path& directory, bool is_signed, Announced plant) {
-  if (daemon.json) {
-    put(nlohmann::json{{"number", data.number.text},
-                       {"directory", fs::absolute(directory).string()},
-                       {"signed", is_signed},
-                       {"plant", plant != Announced::kNo}}
-                .dump() +
-            "\n",
-        {});
-    return;
-  }
-  put(fmt::format(
+  print_result(
+      daemon.json,
+      {{"number", data.number.text},
+       {"directory", fs::absolute(directory).string()},
+       {"signed", is_signed},
+       {"plant", plant != Announced::kNo}},
+      fmt::format(
           "certificate {} in {}{}, {}\n", data.number.text, directory.string(), words_of(plant),
-          is_signed ? "signed" : "not signed. Make a key once: 'cellcal certificate --make-key'"),
-      {});
+          is_signed ? "signed" : "not signed. Make a key once: 'cellcal certificate --make-key'"));
 }
 
 }  // namespace
@@ -166,18 +154,12 @@ int make_certificate_key(const fs::path& key, bool json) {
   signing::make_key(key);
   const fs::path other = signing::public_part(key);
   const std::string fingerprint = signing::PublicKey(other).fingerprint();
-  put(json
-          ? nlohmann::json{{"key", key.string()},
-                           {"public", other.string()},
-                           {"fingerprint", fingerprint}}
-                    .dump() +
-                "\n"
-          : fmt::format(
-                "private key {}: keep it readable by you only\npublic key {}, fingerprint {}: give it "
-                "to those who verify\n",
-                key.string(), other.string(), fingerprint),
-      {});
-  return kSuccess;
+  return print_result(
+      json, {{"key", key.string()}, {"public", other.string()}, {"fingerprint", fingerprint}},
+      fmt::format(
+          "private key {}: keep it readable by you only\npublic key {}, fingerprint {}: give it "
+          "to those who verify\n",
+          key.string(), other.string(), fingerprint));
 }
 
 int certify(const Connection& daemon, const CertificateCommand& command) try {

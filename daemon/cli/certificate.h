@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "daemon/certificate/ed25519.h"
+#include "daemon/certificate/signed_files.h"
 #include "daemon/cli/client.h"
 
 namespace cellcal::daemon {

@@ -12,7 +12,6 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/model/units.h"
-#include "daemon/api/http/http.h"
 #include "daemon/cli/drift.h"
 #include "daemon/cli/offline.h"
 #include "daemon/cli/progress.h"
@@ -117,54 +116,27 @@ std::string failure_words(const json& status) {
   return text(failure, "kind") + ": " + text(failure, "detail");
 }
 
-/// Reports the result of a qualification. The sentences come from the daemon.
-int conclude_qualification(const Connection& daemon, const json& status) {
-  const json result = get(daemon, session_path(number(status, "session")) + "/qualification.json");
-  if (daemon.json) {
-    put(result.dump() + "\n", {});
-  } else {
-    std::string words;
-    for (const json& line : result.value("words", json::array()))
-      if (line.is_string()) words += line.get<std::string>() + "\n";
-    put(words + "figures: " + text(status, "results") + "/qualification.json\n", {});
-  }
-  return result.value("passed", false) ? kSuccess : kNotPublishable;
-}
-
-/// Reports the result of a check. The sentences come from the daemon.
-int conclude_check(const Connection& daemon, const json& status) {
-  const json result = get(daemon, session_path(number(status, "session")) + "/check.json");
+/// Prints a result file of the session. The sentences come from the daemon; `last`: what to do next, empty: the
+/// file's name. Success: the flag is set, or none is named.
+int conclude_with(const Connection& daemon, const json& status, const std::string& file,
+                  const char* flag, const std::string& last = {}) {
+  const json result = get(daemon, session_path(number(status, "session")) + "/" + file);
   std::string words;
   for (const json& line : result.value("words", json::array()))
     if (line.is_string()) words += line.get<std::string>() + "\n";
-  put(daemon.json ? result.dump() + "\n"
-                  : words + "figures: " + text(status, "results") + "/check.json\n",
-      {});
-  return result.value("holds", false) ? kSuccess : kNotPublishable;
-}
-
-int conclude_find(const Connection& daemon, const json& status) {
-  const json result = get(daemon, session_path(number(status, "session")) + "/found.json");
-  std::string words;
-  for (const json& line : result.value("words", json::array()))
-    if (line.is_string()) words += line.get<std::string>() + "\n";
-  put(daemon.json
-          ? result.dump() + "\n"
-          : words + "Put these centres into the cell file. Then: cellcal dry-run, cellcal run\n",
-      {});
-  return kSuccess;
+  words += last.empty() ? "figures: " + text(status, "results") + "/" + file + "\n" : last;
+  print_result(daemon.json, result, words);
+  return flag == nullptr || result.value(flag, false) ? kSuccess : kNotPublishable;
 }
 
 /// A dry run that did not fail has covered the whole path.
 int conclude_dry_run(const Connection& daemon, const json& status) {
-  put(daemon.json
-          ? status.dump() + "\n"
-          : fmt::format(
-                "{} stand-offs reached, the tip met nothing. 'cellcal run' with the same cell file, touches, "
-                "check and seed goes the same way and touches\n",
-                number(status, "touches")),
-      {});
-  return kSuccess;
+  return print_result(
+      daemon.json, status,
+      fmt::format(
+          "{} stand-offs reached, the tip met nothing. 'cellcal run' with the same cell file, touches, "
+          "check and seed goes the same way and touches\n",
+          number(status, "touches")));
 }
 
 /// Prints the result of a session; the exit status follows from it.
@@ -176,23 +148,23 @@ int conclude(const Connection& daemon, const json& status) {
     throw std::runtime_error(fmt::format(
         "session {} was aborted; its touches are kept. Resume: 'cellcal run --resume'", session));
   }
-  if (text(status, "kind") == "qualify") return conclude_qualification(daemon, status);
-  if (text(status, "kind") == "check") return conclude_check(daemon, status);
-  if (text(status, "kind") == "find") return conclude_find(daemon, status);
-  if (text(status, "kind") == "dry-run") return conclude_dry_run(daemon, status);
+  const std::string kind = text(status, "kind");
+  if (kind == "qualify") return conclude_with(daemon, status, "qualification.json", "passed");
+  if (kind == "check") return conclude_with(daemon, status, "check.json", "holds");
+  if (kind == "find")
+    return conclude_with(
+        daemon, status, "found.json", nullptr,
+        "Put these centres into the cell file. Then: cellcal dry-run, cellcal run\n");
+  if (kind == "dry-run") return conclude_dry_run(daemon, status);
   const Response calibration = ask(daemon, "GET", session_path(session) + "/calibration.json");
   const calib::Calibration result =
       calib::calibration_from_json(calibration.body, "the daemon's calibration");
-  if (daemon.json) {
-    json value = status;
-    value["residuals"] = json::parse(calibration.body).value("residuals", json());
-    put(value.dump() + "\n", {});
-  } else {
-    const std::string why = text(status, "why_ended");
-    put((why.empty() ? "" : "stopped: " + why + "\n") + result_words(result) +
-            "report: " + text(status, "results") + "/report.html\n",
-        {});
-  }
+  json value = status;
+  value["residuals"] = json::parse(calibration.body).value("residuals", json());
+  const std::string why = text(status, "why_ended");
+  print_result(daemon.json, value,
+               (why.empty() ? "" : "stopped: " + why + "\n") + result_words(result) +
+                   "report: " + text(status, "results") + "/report.html\n");
   return result.verdict.publish() ? kSuccess : kNotPublishable;
 }
 
@@ -384,6 +356,17 @@ bool needs_full_session(const Connection& daemon, std::int64_t session) {
   return outcome != "nothing_changed" && outcome != "not_found";
 }
 
+/// Begins a session and follows it to its end.
+int begin(const Connection& daemon, const json& body, std::int64_t& session) {
+  session = number(parse(ask(daemon, "POST", "/v1/run", body.dump())), "session");
+  return follow(daemon, session, BeforeMotion::kCtrlCEnds,
+                daemon.progress ? Shows::kLinesElsewhere : Shows::kLine);
+}
+int begin(const Connection& daemon, const json& body) {
+  std::int64_t session = 0;
+  return begin(daemon, body, session);
+}
+
 }  // namespace
 
 int run(const Connection& daemon, const RunCommand& command) {
@@ -399,10 +382,8 @@ int run(const Connection& daemon, const RunCommand& command) {
     body["check"] = command.check;
     body["seed"] = command.seed;
   }
-  const std::int64_t session =
-      number(parse(ask(daemon, "POST", "/v1/run", body.dump())), "session");
-  const int status = follow(daemon, session, BeforeMotion::kCtrlCEnds,
-                            daemon.progress ? Shows::kLinesElsewhere : Shows::kLine);
+  std::int64_t session = 0;
+  const int status = begin(daemon, body, session);
   if (command.or_full && g_detached != 0)
     std::fprintf(stderr, "no full session follows (--or-full): this command was to begin it\n");
   if (status != kNotPublishable || !command.or_full || !needs_full_session(daemon, session))
@@ -416,30 +397,22 @@ int run(const Connection& daemon, const RunCommand& command) {
 }
 
 int dry_run(const Connection& daemon, const DryRunCommand& command) {
-  const json body{{"kind", "dry-run"},
-                  {"cell", std::filesystem::absolute(command.cell).string()},
-                  {"touches", command.touches},
-                  {"check", command.check},
-                  {"seed", command.seed}};
-  const json answer = parse(ask(daemon, "POST", "/v1/run", body.dump()));
-  return follow(daemon, number(answer, "session"), BeforeMotion::kCtrlCEnds,
-                daemon.progress ? Shows::kLinesElsewhere : Shows::kLine);
+  return begin(daemon, {{"kind", "dry-run"},
+                        {"cell", std::filesystem::absolute(command.cell).string()},
+                        {"touches", command.touches},
+                        {"check", command.check},
+                        {"seed", command.seed}});
 }
 
 int find(const Connection& daemon, const FindCommand& command) {
-  const json body{{"kind", "find"}, {"cell", std::filesystem::absolute(command.cell).string()}};
-  const json answer = parse(ask(daemon, "POST", "/v1/run", body.dump()));
-  return follow(daemon, number(answer, "session"), BeforeMotion::kCtrlCEnds,
-                daemon.progress ? Shows::kLinesElsewhere : Shows::kLine);
+  return begin(daemon,
+               {{"kind", "find"}, {"cell", std::filesystem::absolute(command.cell).string()}});
 }
 
 int qualify(const Connection& daemon, const QualifyCommand& command) {
-  const json body{{"kind", "qualify"},
-                  {"cell", std::filesystem::absolute(command.cell).string()},
-                  {"target", command.target}};
-  const json answer = parse(ask(daemon, "POST", "/v1/run", body.dump()));
-  return follow(daemon, number(answer, "session"), BeforeMotion::kCtrlCEnds,
-                daemon.progress ? Shows::kLinesElsewhere : Shows::kLine);
+  return begin(daemon, {{"kind", "qualify"},
+                        {"cell", std::filesystem::absolute(command.cell).string()},
+                        {"target", command.target}});
 }
 
 int check(const Connection& daemon, const CheckCommand& command) {
@@ -447,9 +420,7 @@ int check(const Connection& daemon, const CheckCommand& command) {
   if (!command.cell.empty()) body["cell"] = std::filesystem::absolute(command.cell).string();
   if (command.calibration) body["calibration"] = *command.calibration;
   if (command.temperature_c) body["temperature_c"] = *command.temperature_c;
-  const json answer = parse(ask(daemon, "POST", "/v1/run", body.dump()));
-  return follow(daemon, number(answer, "session"), BeforeMotion::kCtrlCEnds,
-                daemon.progress ? Shows::kLinesElsewhere : Shows::kLine);
+  return begin(daemon, body);
 }
 
 int show_status(const Connection& daemon) {
@@ -464,8 +435,7 @@ int show_status(const Connection& daemon) {
           !update.empty())
         words += "calibration: " + update;
   }
-  put(daemon.json ? status.dump() + "\n" : words, {});
-  return kSuccess;
+  return print_result(daemon.json, status, words);
 }
 
 int watch(const Connection& daemon) {
@@ -499,25 +469,18 @@ int abort(const Connection& daemon) {
     status = get(daemon, "/v1/status");
   }
   if (text(status, "phase") == "failed") throw std::runtime_error(failure_words(status));
-  put(daemon.json
-          ? status.dump() + "\n"
-          : fmt::format("session {}: {}; its touches are kept. Resume: 'cellcal run --resume'\n",
-                        number(answer, "session"), text(status, "phase")),
-      {});
-  return kSuccess;
+  return print_result(
+      daemon.json, status,
+      fmt::format("session {}: {}; its touches are kept. Resume: 'cellcal run --resume'\n",
+                  number(answer, "session"), text(status, "phase")));
 }
 
 int history(const Connection& daemon) {
   const json list = get(daemon, "/v1/sessions");
-  if (daemon.json) {
-    put(list.dump() + "\n", {});
-    return kSuccess;
-  }
   std::string words = fmt::format("{:>5}  {:<24}  {:<15}  {:>9}  {}\n", "id", "started", "outcome",
                                   "touches", "cell, or failure");
   for (const json& session : list) words += session_line(session);
-  put(list.empty() ? "no sessions yet\n" : words, {});
-  return kSuccess;
+  return print_result(daemon.json, list, list.empty() ? "no sessions yet\n" : words);
 }
 
 namespace {
@@ -533,14 +496,8 @@ std::optional<ContactsDelay> delay_of_contacts(const json& delay) {
 
 int show(const Connection& daemon, std::int64_t session, Shown shown) {
   const json value = get(daemon, session_path(session));
-  if (daemon.json) {
-    put(value.dump() + "\n", {});
-    return kSuccess;
-  }
-  if (shown == Shown::kTimes) {
-    put(times_of(value.value("times", json::object())), {});
-    return kSuccess;
-  }
+  if (daemon.json || shown == Shown::kTimes)
+    return print_result(daemon.json, value, times_of(value.value("times", json::object())));
   std::string words = session_line(value);
   words += outcome_words(value);
   if (const std::string dropped = text(value, "raw_dropped"); !dropped.empty())
@@ -581,12 +538,8 @@ int fetch_report(const Connection& daemon, std::optional<std::int64_t> session,
   const std::string where =
       output.empty() ? text(get(daemon, session_path(*session)), "results") + "/report.html"
                      : output.string();
-  put(daemon.json ? json{{"session", *session}, {"report", where}}.dump() + "\n" : where + "\n",
-      {});
-  return kSuccess;
+  return print_result(daemon.json, {{"session", *session}, {"report", where}}, where + "\n");
 }
-
-using nlohmann::json;
 
 json parse(const Response& response) {
   json value = json::parse(response.body, nullptr, false);
@@ -614,12 +567,10 @@ std::string user_name() {
   return entry != nullptr ? printable(entry->pw_name) : std::to_string(::getuid());
 }
 
-using nlohmann::json;
-
 int add_token(const Connection& daemon, const std::string& name, const std::string& role) {
   const json body{{"name", name}, {"role", role}};
   const json made = parse(ask(daemon, "POST", "/v1/tokens", body.dump()));
-  put(daemon.json ? made.dump() + "\n" : made.value("token", "") + "\n", {});
+  print_result(daemon.json, made, made.value("token", "") + "\n");
   if (!daemon.json) {
     std::fprintf(stderr,
                  "token \"%s\", role %s: copy it now, it is not shown again. Revoke: 'cellcal "
@@ -631,17 +582,13 @@ int add_token(const Connection& daemon, const std::string& name, const std::stri
 
 int list_tokens(const Connection& daemon) {
   const json list = parse(ask(daemon, "GET", "/v1/tokens"));
-  if (daemon.json) {
-    put(list.dump() + "\n", {});
-    return kSuccess;
-  }
   std::string words = fmt::format("{:<24}  {:<10}  {}\n", "name", "role", "created");
   for (const json& one : list) {
     words += fmt::format("{:<24}  {:<10}  {}\n", one.value("name", ""), one.value("role", ""),
                          one.value("created", ""));
   }
-  put(list.empty() ? "no tokens: no access over the network\n" : words, {});
-  return kSuccess;
+  return print_result(daemon.json, list,
+                      list.empty() ? "no tokens: no access over the network\n" : words);
 }
 
 int remove_token(const Connection& daemon, const std::string& name) {
@@ -651,8 +598,6 @@ int remove_token(const Connection& daemon, const std::string& name) {
 }
 
 namespace {
-
-using nlohmann::json;
 
 constexpr std::size_t kShown = 10;
 
@@ -697,22 +642,18 @@ std::string schedule_words(const json& schedule) {
 
 int show_schedule(const Connection& daemon) {
   const json schedule = parse(ask(daemon, "GET", "/v1/schedule"));
-  put(daemon.json ? schedule.dump() + "\n" : schedule_words(schedule), {});
-  return kSuccess;
+  return print_result(daemon.json, schedule, schedule_words(schedule));
 }
 
 int begin_scheduled(const Connection& daemon, const std::string& name) {
   const json made = parse(ask(daemon, "POST", "/v1/schedule/begin", json{{"name", name}}.dump()));
-  put(daemon.json ? made.dump() + "\n"
-                  : fmt::format("session {} begun\n", made.value("session", std::int64_t{0})),
-      {});
-  return kSuccess;
+  return print_result(daemon.json, made,
+                      fmt::format("session {} begun\n", made.value("session", std::int64_t{0})));
 }
 
 int release_schedule(const Connection& daemon) {
   const json answer = parse(ask(daemon, "POST", "/v1/schedule/release"));
-  put(daemon.json ? answer.dump() + "\n" : "released: scheduled sessions begin again\n", {});
-  return kSuccess;
+  return print_result(daemon.json, answer, "released: scheduled sessions begin again\n");
 }
 
 }  // namespace cellcal::daemon

@@ -5,7 +5,7 @@
 #include "daemon/cli/client.h"
 #include "daemon/cli/commands.h"
 #include "daemon/cli/drift.h"
-#include "daemon/cli/frames_sent.h"
+#include "daemon/cli/frames.h"
 
 namespace cellcal::daemon {
 

@@ -1,7 +1,5 @@
 #include "daemon/cli/commands.h"
 
-#include <CLI/CLI.hpp>
-
 #include "calib/files/calibration_json.h"
 #include "daemon/cli/new_cell.h"
 

@@ -11,11 +11,11 @@
 #include "calib/export/corrector.h"
 #include "calib/files/input_file.h"
 #include "calib/files/poses.h"
+#include "calib/model/enum_table.h"
 #include "calib/model/error.h"
 #include "calib/model/units.h"
 #include "daemon/cli/offline.h"
 #include "daemon/files/atomic_file.h"
-#include "daemon/krl/correct_program.h"
 
 namespace cellcal::daemon {
 
@@ -265,17 +265,12 @@ using calib::Reach;
 using calib::Reached;
 
 const char* name_of(calib::Unreached why) {
-  switch (why) {
-    case calib::Unreached::kNotANumber:
-      return "not_a_number";
-    case calib::Unreached::kTooFar:
-      return "too_far";
-    case calib::Unreached::kBeyondLimit:
-      return "beyond_limit";
-    case calib::Unreached::kNearSingularity:
-      return "near_singularity";
-  }
-  return "";
+  using enum calib::Unreached;
+  static constexpr EnumNames<calib::Unreached> kTable{{{kNotANumber, "not_a_number"},
+                                                       {kTooFar, "too_far"},
+                                                       {kBeyondLimit, "beyond_limit"},
+                                                       {kNearSingularity, "near_singularity"}}};
+  return kTable[why];
 }
 
 /// A row without seed continues from the previous one, the first from the middle of the joint ranges.
@@ -392,7 +387,6 @@ int correct(const CorrectCommand& command) {
 
 namespace {
 
-namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
 constexpr const char* kFormat = "cellcal.corrected/1";

@@ -3,14 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <vector>
 
 #include "calib/result/drift_chart.h"
 #include "calib/result/update.h"
 #include "daemon/api/http/http.h"
-#include "daemon/cli/client.h"
 #include "daemon/cli/offline.h"
 
 namespace cellcal::daemon {

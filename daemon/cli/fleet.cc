@@ -5,12 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <vector>
 
 #include "calib/files/input_file.h"
 #include "calib/model/linear.h"
-#include "daemon/cli/client.h"
 #include "daemon/cli/offline.h"
 #include "daemon/files/atomic_file.h"
 
@@ -205,8 +203,6 @@ int fleet_export(const Connection& fleet, const FleetExport& command) {
 }
 
 namespace {
-
-using nlohmann::json;
 
 enum class Need { kInterrupted, kFailed, kDrifted, kNotHeld, kOffline, kGap, kWithheld, kOverdue };
 

@@ -1,13 +1,20 @@
 #include "daemon/cli/frames.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <charconv>
+#include <cmath>
+#include <iostream>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "calib/files/input_file.h"
+#include "calib/model/units.h"
 #include "daemon/cli/offline.h"
-#include "daemon/krl/frames.h"
+#include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {
 
@@ -126,6 +133,241 @@ int frames(const FramesCommand& command) {
   if (!command.output.empty()) put(result.snippet, command.output);
   put(command.json ? json_of(result) : report(result), {});
   return kSuccess;
+}
+
+namespace {
+
+using nlohmann::json;
+
+json values_of(const calib::FrameMmDeg& f) {
+  return {{"xyz_mm", f.xyz_mm}, {"abc_deg", f.abc_deg}};
+}
+
+std::string frame_line(const json& values) {
+  std::string text = "{";
+  const json &xyz = values.at("xyz_mm"), &abc = values.at("abc_deg");
+  for (std::size_t i = 0; i < 3; ++i)
+    text += fmt::format("{} {:.4f},", "XYZ"[i], xyz.at(i).get<double>());
+  for (std::size_t i = 0; i < 3; ++i)
+    text += fmt::format("{} {:.5f}{}", "ABC"[i], abc.at(i).get<double>(), i < 2 ? "," : "}");
+  return text;
+}
+
+/// True if the controller's frame differs from that of $config.dat, which makes the reference ambiguous.
+bool apart(const json& values, const calib::FrameMmDeg& stated) {
+  constexpr double kMm = 1e-3, kDeg = 1e-4;  // above the rounding of files and pendants
+  for (std::size_t i = 0; i < 3; ++i)
+    if (std::abs(values.at("xyz_mm").at(i).get<double>() - stated.xyz_mm[i]) > kMm ||
+        std::abs(values.at("abc_deg").at(i).get<double>() - stated.abc_deg[i]) > kDeg)
+      return true;
+  return false;
+}
+
+bool is_tool(const krl::ProposedFrame& one) { return one.kind == krl::ProposedFrame::Kind::kTool; }
+
+double shift_mm(const json& from, const json& to) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < 3; ++i)
+    sum += std::pow(to.at("xyz_mm").at(i).get<double>() - from.at("xyz_mm").at(i).get<double>(), 2);
+  return std::sqrt(sum);
+}
+
+/// Requires measured values and known positions for every frame to be set.
+void require_known(const krl::ProposedFrame& one, const krl::ProposedFrames& proposed) {
+  if (is_tool(one) && one.sigma_mm == std::array<double, 3>{})
+    throw std::runtime_error(
+        one.name +
+        ": tip not measured by the touches, only stated in the cell file. Give xyz_sigma_mm there "
+        "and calibrate; nothing was set");
+  if (!is_tool(one) && !proposed.robroot_stated)
+    throw std::runtime_error(
+        one.name +
+        ": $ROBROOT not known, the base would be off by it. Give the controller's $machine.dat "
+        "with --config; nothing was set");
+}
+
+double turn_deg(const json& from, const json& to) {
+  const auto rotation = [](const json& values) -> Eigen::Matrix3d {
+    return calib::to_isometry({{}, values.at("abc_deg").get<std::array<double, 3>>()}).linear();
+  };
+  return Eigen::AngleAxisd(rotation(from).transpose() * rotation(to)).angle() * calib::kDegPerRad;
+}
+
+/// Displacement from the controller's value, with its uncertainty.
+std::string move_words(const krl::ProposedFrame& one, const json& was, const json& then) {
+  const double mm = shift_mm(was, then);
+  if (!is_tool(one))
+    return fmt::format("{} moves by {:.3f} mm, turns by {:.4f} deg", one.name, mm,
+                       turn_deg(was, then));
+  return fmt::format(
+      "{} moves by {:.3f} mm; X, Y, Z +- {:.3f}, {:.3f}, {:.3f} mm (k=2); A, B, C stay", one.name,
+      mm, 2 * one.sigma_mm[0], 2 * one.sigma_mm[1], 2 * one.sigma_mm[2]);
+}
+
+/// Record of a frame that was sent without confirmation that it was set.
+std::optional<json> record_in(const std::exception& failure) {
+  const auto* refusal = dynamic_cast<const DaemonRefusal*>(&failure);
+  if (refusal == nullptr) return std::nullopt;
+  json record = json::parse(refusal->response.body, nullptr, false);
+  if (!record.is_object() || !record.contains("id")) return std::nullopt;
+  return record;
+}
+
+/// "1 of 2 frames set before that: TOOL_DATA[1] ('cellcal frames --restore 8' sets it back)"
+void name_done(const json& all, std::size_t wanted) {
+  fmt::print(stderr, "{} of {} frames set before that\n", all.size(), wanted);
+  for (const json& done : all)
+    fmt::print(stderr, "{}: 'cellcal frames --restore {}' sets the old values\n",
+               printable(done.value("frame", "")), done.value("id", 0));
+}
+
+/// Tip and target positions belong to one cell: the file has to be the calibration in use on the daemon.
+void require_in_use(const Connection& daemon, const std::filesystem::path& file) {
+  const std::string given = printable(file.filename().string());
+  const json list = parse(ask(daemon, "GET", "/v1/versions?limit=100"));
+  const auto active =
+      std::ranges::find_if(list, [](const json& one) { return one.value("active", false); });
+  if (active == list.end())
+    throw std::runtime_error(
+        given +
+        ": no calibration in use on this daemon to compare with. Check the cell; "
+        "--other-calibration overrides");
+  const auto session = active->at("session").get<std::int64_t>();
+  const json in_use =
+      parse(ask(daemon, "GET", fmt::format("/v1/sessions/{}/calibration.json", session)));
+  if (in_use == json::parse(calib::read_file(file), nullptr, false)) return;
+  throw std::runtime_error(fmt::format(
+      "{}: not the calibration in use on this daemon (session {}). Give that one, or activate this "
+      "one; --other-calibration overrides",
+      given, session));
+}
+
+void require_yes(bool confirmed, const std::string& question) {
+  if (confirmed) return;
+  if (::isatty(STDIN_FILENO) != 1)
+    throw std::runtime_error(
+        "no terminal to confirm. Compare old and new values, then give --confirm");
+  std::cerr << question << " Type yes to set it: " << std::flush;
+  std::string answer;
+  std::getline(std::cin, answer);
+  if (answer != "yes") throw std::runtime_error("not confirmed: nothing was set");
+}
+
+}  // namespace
+
+int send_frames(const Connection& daemon, const FramesCommand& frames, const SendFrames& how) {
+  const calib::Calibration calibration = read_calibration(frames.calibration);
+  // Also with --withheld, which only permits inspection.
+  if (!calibration.verdict.publish()) {
+    fmt::print(stderr, "the calibration was withheld: its frames are not set on a controller\n");
+    return kNotPublishable;
+  }
+  refuse_far(calibration, frames.calibration);
+  const krl::ProposedFrames proposed = frames_of(frames, calibration);
+  if (proposed.frames.empty())
+    throw std::runtime_error("nothing to set: name a frame with --tool or --base");
+  if (!how.other_calibration) require_in_use(daemon, frames.calibration);
+  // All frames are read, compared with the files and shown before the first is set.
+  std::vector<json> orders;
+  for (const krl::ProposedFrame& one : proposed.frames) {
+    require_known(one, proposed);
+    const json was =
+        parse(ask(daemon, "POST", "/v1/frames/read", json{{"frame", one.name}}.dump()));
+    if (one.old && apart(was, *one.old))
+      throw std::runtime_error(fmt::format(
+          "{} on the controller is {}, in the files given with --config {}. Give the controller's own "
+          "$config.dat, or none",
+          one.name, frame_line(was), frame_line(values_of(*one.old))));
+    json then = values_of(one.frame);
+    // Touches determine the position of the tip but not the orientation of the tool.
+    if (is_tool(one)) then["abc_deg"] = was.at("abc_deg");
+    fmt::print(stderr, "{} now  {}\n{} then {}\n{}\n", one.name, frame_line(was), one.name,
+               frame_line(then), move_words(one, was, then));
+    orders.push_back(
+        {{"frame", one.name},
+         {"values", then},
+         {"was", {{"xyz_mm", was.at("xyz_mm")}, {"abc_deg", was.at("abc_deg")}}},
+         {"reason", printable("calibration " + frames.calibration.filename().string())},
+         {"by", user_name()},
+         {"confirm", true}});
+  }
+  std::string names;
+  for (const json& order : orders)
+    names += (names.empty() ? "" : ", ") + order.at("frame").get<std::string>();
+  require_yes(how.confirm, "Every point taught in " + names + " moves with it.");
+  json all = json::array();
+  const auto tell = [&] {
+    if (daemon.json) put(all.dump() + "\n", {});
+  };
+  for (const json& order : orders) {
+    try {
+      all.push_back(parse(ask(daemon, "POST", "/v1/frames", order.dump())));
+    } catch (const std::exception& failure) {
+      name_done(all, orders.size());
+      if (const auto record = record_in(failure)) all.push_back(*record);
+      if (!all.empty()) tell();
+      throw;
+    }
+    if (!daemon.json) put(printable(all.back().value("words", "")) + "\n", {});
+  }
+  tell();
+  return kSuccess;
+}
+
+int list_sent_frames(const Connection& daemon) {
+  const json all = parse(ask(daemon, "GET", "/v1/frames"));
+  std::string words;
+  for (const json& one : all.at("frames"))
+    words += printable(fmt::format("{:>4}  {:<20}  {:<8}  by {} ({}): {}", one.at("id").get<int>(),
+                                   one.value("time", "").substr(0, 19), one.value("outcome", ""),
+                                   one.value("by", ""), one.value("reason", ""),
+                                   one.value("words", ""))) +
+             "\n";
+  if (all.at("problem").is_string()) words += printable(all["problem"].get<std::string>()) + "\n";
+  return print_result(daemon.json, all,
+                      words.empty() ? "no frame was sent to the controller\n" : words);
+}
+
+int restore_frame(const Connection& daemon, const SendFrames& how) {
+  const json all = parse(ask(daemon, "GET", "/v1/frames"));
+  if (all.at("problem").is_string())
+    throw std::runtime_error(printable(all["problem"].get<std::string>()));
+  const json& frames = all.at("frames");
+  const auto found =
+      std::ranges::find_if(frames, [&](const json& one) { return one.at("id") == how.restore; });
+  if (found == frames.end())
+    throw std::runtime_error(
+        fmt::format("no frame was sent under number {}. See 'cellcal frames --sent'", how.restore));
+  const std::string name = printable(found->value("frame", ""));
+  const json was = parse(ask(daemon, "POST", "/v1/frames/read", json{{"frame", name}}.dump()));
+  const json& then = found->at("before");
+  fmt::print(stderr,
+             "{} now  {}\n{} then {}, as before number {}\n{} moves by {:.3f} mm, turns by {:.4f} "
+             "deg\n",
+             name, frame_line(was), name, frame_line(then), how.restore, name, shift_mm(was, then),
+             turn_deg(was, then));
+  require_yes(how.confirm, "Every point taught in " + name + " moves with it.");
+  const json body{{"id", how.restore}, {"by", user_name()}, {"confirm", true}};
+  json done;
+  try {
+    done = parse(ask(daemon, "POST", "/v1/frames/restore", body.dump()));
+  } catch (const std::exception& failure) {
+    if (const auto record = record_in(failure); record && daemon.json)
+      put(record->dump() + "\n", {});
+    throw;
+  }
+  return print_result(daemon.json, done, printable(done.value("words", "")) + "\n");
+}
+
+int show_position(const Connection& daemon) {
+  using nlohmann::json;
+  const json answer = parse(ask(daemon, "POST", "/v1/position"));
+  std::string text;
+  for (const json& one : answer.at("axes_deg")) {
+    if (!text.empty()) text += ' ';
+    text += fmt::format("{:.4f}", one.get<double>());
+  }
+  return print_result(daemon.json, answer, text + "\n");
 }
 
 }  // namespace cellcal::daemon

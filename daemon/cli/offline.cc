@@ -4,10 +4,27 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
 
+#include "calib/estimate/predict.h"
+#include "calib/export/corrector.h"
+#include "calib/files/calibration_json.h"
+#include "calib/files/csv.h"
+#include "calib/files/files.h"
+#include "calib/files/input_file.h"
+#include "calib/files/robot_file.h"
+#include "calib/identify/identify.h"
+#include "calib/model/error.h"
 #include "calib/model/units.h"
+#include "calib/plan/cell_check.h"
 #include "calib/result/finding.h"
 #include "calib/result/unidentifiable.h"
+#include "calib/seed_paper/paper.h"
+#include "calib/verdict/change.h"
+#include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {
 
@@ -179,6 +196,220 @@ std::string result_words(const calib::Calibration& calibration,
   text += detail == Detail::kAll ? evidence_words(calibration, touches, contacts)
                                  : outlier_list(calibration, touches);
   return text + verdict;
+}
+
+namespace {
+
+calib::InputFile input(const char* role, const std::string& name, const std::string& text) {
+  return {role, name, calib::sha256(text)};
+}
+
+/// Keeps symbolic links, and writes through pipes and devices.
+void write_output(const std::filesystem::path& output, const std::string& text) {
+  namespace fs = std::filesystem;
+  const std::string& name = output.native();
+  std::error_code ignored;
+  const fs::file_status status = fs::status(output, ignored);
+  if (name.starts_with("/dev/") || name.starts_with("/proc/") ||
+      (fs::exists(status) && !fs::is_regular_file(status))) {
+    std::ofstream stream(output, std::ios::binary);
+    if (!(stream << text << std::flush)) throw std::runtime_error(name + ": cannot be written");
+    return;
+  }
+  constexpr int kMostLinks = 40;
+  fs::path file = output;
+  for (int k = 0; k < kMostLinks && fs::is_symlink(file); ++k)
+    file = file.parent_path() / fs::read_symlink(file);
+  write_atomically(file, text);
+}
+
+/// The touches are already made: faults of the cell file are only warnings.
+void warn_of_cell(const calib::Cell& cell) {
+  try {
+    for (const calib::CellFault& fault : calib::faults_of(cell))
+      fmt::print(stderr, "warning: {}\n", words(fault));
+  } catch (const calib::PlanError&) {  // of a robot that sessions cannot move
+  }
+}
+
+}  // namespace
+
+void tell_reading(const std::filesystem::path& csv) {
+  const std::string reading = calib::csv_form(calib::read_file(csv), csv.string()).reading;
+  if (!reading.empty()) fmt::print(stderr, "{}: read as {}\n", csv.string(), reading);
+}
+
+void put(const std::string& text, const std::filesystem::path& output) {
+  if (!output.empty()) {
+    write_output(output, text);
+    return;
+  }
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
+    if (errno == EPIPE) return;  // the reader has closed the pipe: `| head`
+    throw std::runtime_error("standard output cannot be written");
+  }
+}
+
+int print_result(bool as_json, const nlohmann::json& value, const std::string& words) {
+  put(as_json ? value.dump() + "\n" : words, {});
+  return kSuccess;
+}
+
+int identify(const IdentifyCommand& command) {
+  const calib::CellText files = calib::read_cell_text(command.cell);
+  const calib::Cell cell = calib::parse_cell(files);
+  warn_of_cell(cell);
+  tell_reading(command.touches);
+  const std::string csv = calib::read_file(command.touches);
+  const std::vector<calib::Touch> touches =
+      calib::parse_touches(csv, command.touches.string(), cell);
+  calib::Calibration calibration =
+      command.method == "paper"
+          ? calib::identify_paper(cell, touches)
+          : calib::identify(cell, touches, {.region_poses = calib::kStatedPoses},
+                            calib::shipped_robots);
+  calibration.inputs = {input("cell", files.cell_name, files.cell_text),
+                        input("robot", files.robot_name, files.robot_text),
+                        input("touches", command.touches.string(), csv)};
+  if (!command.last.empty()) {
+    const std::string last = calib::read_file(command.last);
+    calib::judge_change(calib::calibration_from_json(last, command.last.string()),
+                        command.last.filename().string(), command.accept_change, touches,
+                        calibration);
+    calibration.inputs.push_back(input("last", command.last.string(), last));
+  }
+  const std::string json = calib::calibration_to_json(calibration);
+  if (!command.output.empty()) put(json, command.output);
+  if (command.json) {
+    put(json, {});
+  } else if (command.verbose) {
+    put(result_words(calibration, touches, Detail::kAll), {});
+  } else {
+    put(result_words(calibration, touches) + "all findings, noise, correlations: --verbose\n", {});
+  }
+  return calibration.verdict.publish() ? kSuccess : kNotPublishable;
+}
+
+namespace {
+
+struct Row {
+  calib::FrameMmDeg frame;
+  double u95_mm = 0.0;
+};
+
+/// No touch was made there and the arm cannot reach it; the prediction itself is valid.
+void warn_beyond_limits(const calib::JointRows& asked) {
+  for (const std::string& row : asked.beyond_limits_words)
+    fmt::print(stderr, "warning: {}; predicted nevertheless\n", row);
+  if (asked.beyond_limits > asked.beyond_limits_words.size())
+    fmt::print(stderr, "warning: {} more such rows\n",
+               asked.beyond_limits - asked.beyond_limits_words.size());
+}
+
+std::vector<Row> rows_of(const PredictCommand& command, const calib::Calibration& calibration) {
+  const calib::Predictor predictor(calibration);
+  std::vector<Row> rows;
+  tell_reading(command.joints);
+  const calib::JointRows asked = calib::load_joints(command.joints, calibration.cell.robot);
+  warn_beyond_limits(asked);
+  for (const auto& joints : asked.joint_rad) {
+    if (command.nominal) {
+      rows.push_back({calib::to_frame(predictor.nominal(joints)), 0.0});
+    } else {
+      const calib::Prediction at = predictor.calibrated(joints);
+      rows.push_back({calib::to_frame(at.tcp), at.u95_m * calib::kMmPerM});
+    }
+  }
+  return rows;
+}
+
+std::string csv(const std::vector<Row>& rows, bool nominal) {
+  std::string text =
+      nominal ? "x_mm,y_mm,z_mm,a_deg,b_deg,c_deg\n" : "x_mm,y_mm,z_mm,a_deg,b_deg,c_deg,u95_mm\n";
+  for (const Row& row : rows) {
+    const auto& xyz = row.frame.xyz_mm;
+    const auto& abc = row.frame.abc_deg;
+    text += fmt::format("{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f}", xyz[0], xyz[1], xyz[2], abc[0],
+                        abc[1], abc[2]);
+    text += nominal ? "\n" : fmt::format(",{:.9f}\n", row.u95_mm);
+  }
+  return text;
+}
+
+std::string json_of(const std::vector<Row>& rows, bool nominal) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const Row& row : rows) {
+    const auto& xyz = row.frame.xyz_mm;
+    const auto& abc = row.frame.abc_deg;
+    list.push_back({{"x_mm", xyz[0]},
+                    {"y_mm", xyz[1]},
+                    {"z_mm", xyz[2]},
+                    {"a_deg", abc[0]},
+                    {"b_deg", abc[1]},
+                    {"c_deg", abc[2]}});
+    if (!nominal) list.back()["u95_mm"] = row.u95_mm;
+  }
+  return list.dump(1) + "\n";
+}
+
+}  // namespace
+
+int predict(const PredictCommand& command) {
+  // The nominal arm is not a result; a withheld file contains it as well.
+  const auto calibration =
+      usable_calibration("predict", command.calibration, command.withheld || command.nominal);
+  if (!calibration) return kNotPublishable;
+  const std::vector<Row> rows = rows_of(command, *calibration);
+  put(command.json ? json_of(rows, command.nominal) : csv(rows, command.nominal), command.output);
+  return kSuccess;
+}
+
+namespace {
+
+std::string withheld_words(const std::string& command, const std::filesystem::path& calibration,
+                           const calib::Verdict& verdict) {
+  std::string words = fmt::format(
+      "cellcal {}: {}: this calibration was withheld and must not be used. Calibrate again; "
+      "--withheld accepts it for inspection only\n",
+      command, calibration.string());
+  for (const std::string& reason : calib::words(verdict.findings)) words += "  - " + reason + "\n";
+  return words;
+}
+
+}  // namespace
+
+calib::Calibration read_calibration(const std::filesystem::path& file) {
+  const std::string text = calib::read_file(file);
+  calib::Calibration calibration = calib::calibration_from_json(text, file.string());
+  if (!calib::states_sum(text))
+    fmt::print(
+        stderr,
+        "warning: {}: has no sum: written by an earlier version, or taken out. A changed value "
+        "does not show. Compare it with its session: 'cellcal export ID DIR'\n",
+        file.string());
+  return calibration;
+}
+
+void refuse_far(const calib::Calibration& calibration, const std::filesystem::path& file) {
+  if (const auto far = calib::far_correction(calibration))
+    throw calib::FileError(
+        file.string(),
+        fmt::format(": {}: not of this arm, or altered. Take the file from its session again: "
+                    "'cellcal export ID DIR'",
+                    calib::words(*far)));
+}
+
+std::optional<calib::Calibration> usable_calibration(const std::string& command,
+                                                     const std::filesystem::path& file,
+                                                     bool withheld) {
+  calib::Calibration calibration = read_calibration(file);
+  if (!calibration.verdict.publish() && !withheld) {
+    fmt::print(stderr, "{}", withheld_words(command, file, calibration.verdict));
+    return std::nullopt;
+  }
+  // A large correction may be the reason for withholding, which the user has accepted.
+  if (calibration.verdict.publish()) refuse_far(calibration, file);
+  return calibration;
 }
 
 }  // namespace cellcal::daemon

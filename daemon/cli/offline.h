@@ -2,6 +2,7 @@
 // Commands without a daemon. Each returns its exit status and throws on failure.
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -107,16 +108,14 @@ void tell_reading(const std::filesystem::path& csv);
 
 /// Writes the file, completely or not at all, or standard output if no file is given.
 void put(const std::string& text, const std::filesystem::path& output);
+/// The value as one line of JSON, or the words, on standard output. Returns kSuccess.
+int print_result(bool as_json, const nlohmann::json& value, const std::string& words);
 
 // Stable interface for scripts.
 inline constexpr int kSuccess = 0;
 inline constexpr int kJobFailed = 1;
 inline constexpr int kWrongUsage = 2;
 inline constexpr int kNotPublishable = 3;
-
-}  // namespace cellcal::daemon
-
-namespace cellcal::daemon {
 
 // Human-readable results.
 

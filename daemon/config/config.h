@@ -1,23 +1,25 @@
 #pragma once
 // The daemon's configuration file, format "cellcal.daemon/1". SI units and radians inside.
 
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "calib/files/toml.h"
 #include "calib/model/robot.h"
-#include "daemon/config/http_config.h"
-#include "daemon/config/notify_config.h"
-#include "daemon/config/plant_config.h"
-#include "daemon/config/schedule_config.h"
+#include "daemon/config/network_config.h"
+#include "daemon/config/unattended_config.h"
 #include "daemon/session/touch_policy.h"
 #include "drivers/contact/port/port.h"
 #include "drivers/kuka/eki/eki_config.h"
 #include "drivers/kuka/krl/krl_files.h"
 #include "drivers/kuka/rsi/rsi_config.h"
+#include "drivers/kuka/rsi/rsi_space.h"
 
 namespace cellcal::daemon {
 
@@ -113,5 +115,22 @@ drivers::RsiFilesConfig rsi_files_for(const DaemonConfig& config, const calib::C
 
 /// "start CELLCAL_RSI on the pendant ...", without a full stop.
 const char* start_instruction(WireKind wire);
+
+// Cartesian corrections of [rsi], and the arm model they are computed with.
+
+/// correction, cart_tag, correction_frame, correction_limit_mm, correction_turn_limit_deg; to be called after
+/// mode and [controller] are read. Throws calib::FileError.
+void read_space(const calib::TomlTable& rsi, DaemonConfig& config);
+
+/// Flange to the active TCP of the controller: that of the cell file where [controller] tool names a
+/// TOOL_DATA, the flange for 0.
+Eigen::Isometry3d controller_tcp(const DaemonConfig& config, const calib::Cell& cell);
+
+/// Nominal arm of the robot file with that TCP. Throws drivers::ConfigError unless it has six joints.
+std::shared_ptr<const drivers::ArmGeometry> controller_arm(const DaemonConfig& config,
+                                                           const calib::Cell& cell);
+
+/// Postures that Cartesian corrections can pass; null for corrections of axes.
+calib::Passable passable_in_space(const drivers::SpaceCorrection& space);
 
 }  // namespace cellcal::daemon

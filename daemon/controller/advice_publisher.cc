@@ -7,7 +7,8 @@
 #include <chrono>
 
 #include "calib/check/charts.h"
-#include "daemon/controller/frame_record.h"
+#include "calib/model/enum_table.h"
+#include "daemon/controller/frame_station.h"
 
 namespace cellcal::daemon {
 
@@ -143,21 +144,14 @@ void AdvicePublisher::stop() {
 using calib::DriftAdvice;
 
 const char* to_string(Advice advice) {
-  switch (advice) {
-    case Advice::kUnknown:
-      break;
-    case Advice::kHolds:
-      return "holds";
-    case Advice::kCheckAgain:
-      return "check_again";
-    case Advice::kLetItWarmUp:
-      return "let_it_warm_up";
-    case Advice::kRemeasureTcp:
-      return "re_measure_tcp";
-    case Advice::kRecalibrate:
-      return "recalibrate";
-  }
-  return "unknown";
+  using enum Advice;
+  static constexpr EnumNames<Advice> kTable{{{kUnknown, "unknown"},
+                                             {kHolds, "holds"},
+                                             {kCheckAgain, "check_again"},
+                                             {kLetItWarmUp, "let_it_warm_up"},
+                                             {kRemeasureTcp, "re_measure_tcp"},
+                                             {kRecalibrate, "recalibrate"}}};
+  return kTable[advice];
 }
 
 int day_number(double utc_s) {

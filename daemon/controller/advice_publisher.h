@@ -12,7 +12,7 @@
 #include <thread>
 
 #include "calib/result/drift_chart.h"
-#include "drivers/kuka/eki/eki_frames.h"
+#include "drivers/kuka/eki/eki_aside.h"
 
 namespace cellcal::daemon {
 

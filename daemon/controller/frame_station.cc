@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "calib/files/input_file.h"
-#include "daemon/controller/frame_record.h"
+#include "calib/model/enum_table.h"
 #include "daemon/files/atomic_file.h"
 #include "drivers/units.h"
 
@@ -83,20 +85,15 @@ double turned_deg(const EkiFrameValues& from, const EkiFrameValues& to) {
 }
 
 FrameOutcome outcome_of(EkiFrameEnd end) {
-  switch (end) {
-    case EkiFrameEnd::kSet:
-      return FrameOutcome::kSet;
-    case EkiFrameEnd::kDiffers:
-      return FrameOutcome::kDiffers;
-    case EkiFrameEnd::kRefused:
-      return FrameOutcome::kRefused;
-    case EkiFrameEnd::kNotSent:
-    case EkiFrameEnd::kRead:
-      return FrameOutcome::kNotSent;
-    case EkiFrameEnd::kUnknown:
-      break;
-  }
-  return FrameOutcome::kUnknown;
+  using enum EkiFrameEnd;
+  static constexpr EnumTable<EkiFrameEnd, FrameOutcome> kTable{
+      {{kRead, FrameOutcome::kNotSent},
+       {kSet, FrameOutcome::kSet},
+       {kDiffers, FrameOutcome::kDiffers},
+       {kRefused, FrameOutcome::kRefused},
+       {kNotSent, FrameOutcome::kNotSent},
+       {kUnknown, FrameOutcome::kUnknown}}};
+  return kTable[end];
 }
 
 }  // namespace
@@ -266,6 +263,265 @@ void FrameStation::note_after(FrameRecord& record) {
     record.words += fmt::format(". Not on disk: {}", error.what());
     records_.back() = record;
   }
+}
+
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* kFormat = "cellcal.frames/1";
+constexpr int kMostNumber = 128;  // of TOOL_DATA and BASE_DATA on any controller
+constexpr EnumNames<FrameOutcome> kOutcomeNames{{{FrameOutcome::kSet, "set"},
+                                                 {FrameOutcome::kDiffers, "differs"},
+                                                 {FrameOutcome::kRefused, "refused"},
+                                                 {FrameOutcome::kNotSent, "not sent"},
+                                                 {FrameOutcome::kUnknown, "unknown"}}};
+
+FrameRecord record_from(const json& one) {
+  FrameRecord record;
+  const auto values = [](const json& list) {
+    const auto all = list.get<std::vector<double>>();
+    EkiFrameValues frame{};
+    if (all.size() != frame.size()) throw std::runtime_error("a frame must have six values");
+    for (std::size_t i = 0; i < frame.size(); ++i) {
+      if (!std::isfinite(all[i])) throw std::runtime_error("a frame's value is not finite");
+      frame[i] = all[i];
+    }
+    return frame;
+  };
+  record.id = one.at("id").get<int>();
+  if (record.id < 1) throw std::runtime_error("id must be at least 1");
+  record.time = one.at("time").get<std::string>();
+  record.by = one.at("by").get<std::string>();
+  record.reason = one.at("reason").get<std::string>();
+  record.words = one.at("words").get<std::string>();
+  const auto name = frame_name(one.at("frame").get<std::string>());
+  if (!name) throw std::runtime_error("frame is none");
+  record.name = *name;
+  record.before = values(one.at("before"));
+  record.sent = values(one.at("sent"));
+  if (!one.at("read_back").is_null()) record.read_back = values(one.at("read_back"));
+  if (!one.at("restores").is_null()) record.restores = one.at("restores").get<int>();
+  const auto outcome = kOutcomeNames.key_of(one.at("outcome").get<std::string>());
+  if (!outcome) throw std::runtime_error("unknown outcome");
+  record.outcome = *outcome;
+  return record;
+}
+
+}  // namespace
+
+const char* to_string(FrameOutcome outcome) { return kOutcomeNames[outcome]; }
+
+std::string to_string(const FrameName& name) {
+  return fmt::format("{}[{}]", name.kind == EkiFrameKind::kTool ? "TOOL_DATA" : "BASE_DATA",
+                     name.number);
+}
+
+std::optional<FrameName> frame_name(std::string_view text) {
+  FrameName name;
+  if (text.starts_with("BASE_DATA[")) {
+    name.kind = EkiFrameKind::kBase;
+  } else if (!text.starts_with("TOOL_DATA[")) {
+    return std::nullopt;
+  }
+  text.remove_prefix(std::string_view("TOOL_DATA[").size());
+  const char* const last = text.data() + text.size();
+  const auto [end, error] = std::from_chars(text.data(), last, name.number);
+  if (error != std::errc() || end + 1 != last || *end != ']' || name.number < 1 ||
+      name.number > kMostNumber)
+    return std::nullopt;
+  return name;
+}
+
+std::string krl_text(const EkiFrameValues& values) {
+  const auto& v = values;
+  return fmt::format("{{X {:.4f},Y {:.4f},Z {:.4f},A {:.5f},B {:.5f},C {:.5f}}}", v[0], v[1], v[2],
+                     v[3], v[4], v[5]);
+}
+
+std::string frames_to_json(const std::vector<FrameRecord>& records) {
+  json list = json::array();
+  for (const FrameRecord& one : records) {
+    list.push_back({{"id", one.id},
+                    {"time", one.time},
+                    {"by", one.by},
+                    {"reason", one.reason},
+                    {"frame", to_string(one.name)},
+                    {"before", one.before},
+                    {"sent", one.sent},
+                    {"read_back", one.read_back ? json(*one.read_back) : json(nullptr)},
+                    {"outcome", to_string(one.outcome)},
+                    {"words", one.words},
+                    {"restores", one.restores ? json(*one.restores) : json(nullptr)}});
+  }
+  return json{{"format", kFormat}, {"frames", std::move(list)}}.dump(
+             1, ' ', false, json::error_handler_t::replace) +
+         "\n";
+}
+
+std::vector<FrameRecord> frames_from_json(const std::string& text, const std::string& file) {
+  const json all = json::parse(text, nullptr, false);
+  if (!all.is_object() || all.value("format", json()) != kFormat || !all.contains("frames") ||
+      !all["frames"].is_array())
+    throw std::runtime_error(fmt::format("{}: is not {}", file, kFormat));
+  std::vector<FrameRecord> records;
+  for (const json& one : all["frames"]) {
+    try {
+      records.push_back(record_from(one));
+      if (records.size() > 1 && records[records.size() - 2].id >= records.back().id)
+        throw std::runtime_error("id must be above the one before");
+    } catch (const std::exception& wrong) {
+      throw std::runtime_error(
+          fmt::format("{}: frames[{}]: {}", file, records.size(), wrong.what()));
+    }
+  }
+  return records;
+}
+
+namespace {
+
+using drivers::EkiFrameDone;
+using drivers::EkiFrameTrouble;
+
+constexpr const char* kInSessionWords = "a session is running on the controller. Wait for its end";
+constexpr const char* kMovesWords = "the arm is moving. Release the jog keys, and try again";
+constexpr const char* kClosedWords =
+    "the controller closed the connection; or another client still has it: try again in 15 s";
+constexpr const char* kNotAStreamWords =
+    "the answer is longer than 8192 bytes: this is not cellcal's program";
+
+std::string no_connection_words(const std::string& peer, const std::string& detail) {
+  return fmt::format(
+      "no connection to {} ({}). Check the network, and that the controller's submit "
+      "interpreter runs CELLCAL_SUB; or another client still has it: try again in 15 s",
+      peer, detail);
+}
+
+std::string no_state_words(const std::string& peer) {
+  return fmt::format(
+      "no state from {}. Check that the submit interpreter runs CELLCAL_SUB; or another client still "
+      "has it: try again in 15 s",
+      peer);
+}
+
+std::string refusal_words(EkiFrameDone refusal) {
+  switch (refusal) {
+    case EkiFrameDone::kInSession:
+      return kInSessionWords;
+    case EkiFrameDone::kMoves:
+      return kMovesWords;
+    case EkiFrameDone::kNoSuchNumber:
+      return "number not in the controller's program (TOOL_DATA 1 to 16, BASE_DATA 1 to 32)";
+    case EkiFrameDone::kOtherProgram:
+      return "another program runs on the controller. Stop it, and try again";
+    case EkiFrameDone::kIncomplete:
+      return "incomplete telegram at the controller. Try again; if it repeats, reinstall the files "
+             "of 'cellcal kuka-files', the channel file too, then cold start";
+    case EkiFrameDone::kNotYet:
+    case EkiFrameDone::kDone:
+      break;
+  }
+  return "refused by the controller, no reason given. See the message on the pendant";
+}
+
+std::string trouble_words(const EkiFrameResult& result) {
+  switch (result.trouble) {
+    case EkiFrameTrouble::kNoConnection:
+      return no_connection_words(result.peer, result.detail);
+    case EkiFrameTrouble::kNoState:
+      return no_state_words(result.peer);
+    case EkiFrameTrouble::kTooOld:
+      return "controller files without frame support. Install those that 'cellcal kuka-files' "
+             "writes with [eki] write_frames = true, then cold start";
+    case EkiFrameTrouble::kInSession:
+      return kInSessionWords;
+    case EkiFrameTrouble::kMoves:
+      return kMovesWords;
+    case EkiFrameTrouble::kClosed:
+      return kClosedWords;
+    case EkiFrameTrouble::kNoAnswer:
+      return "no answer in time";
+    case EkiFrameTrouble::kOtherFrame:
+      return "the answer is for another frame";
+    case EkiFrameTrouble::kNotAStream:
+      return kNotAStreamWords;
+    case EkiFrameTrouble::kNoTelegram:
+      return "the values do not fit into a telegram";
+    case EkiFrameTrouble::kNone:
+      break;
+  }
+  return result.detail;
+}
+
+}  // namespace
+
+std::string not_configured_words() {
+  return "setting frames is off. Set backend = \"eki\" and [eki] write_frames = true in "
+         "cellcald.toml, install the files that 'cellcal kuka-files' then writes, and cold start "
+         "the controller; or copy the lines of 'cellcal frames' by hand";
+}
+
+std::string no_position_words() {
+  return "the arm's position is available over EKI only (backend = \"eki\"), outside a session. "
+         "Type the axis angles that the pendant shows";
+}
+
+std::string position_words(const drivers::EkiPosition& position) {
+  using drivers::EkiPositionTrouble;
+  switch (position.trouble) {
+    case EkiPositionTrouble::kNoConnection:
+      return no_connection_words(position.peer, position.detail);
+    case EkiPositionTrouble::kNoState:
+      return no_state_words(position.peer);
+    case EkiPositionTrouble::kInSession:
+      return kInSessionWords;
+    case EkiPositionTrouble::kMoves:
+      return kMovesWords;
+    case EkiPositionTrouble::kClosed:
+      return kClosedWords;
+    case EkiPositionTrouble::kNotAStream:
+      return kNotAStreamWords;
+    case EkiPositionTrouble::kNone:
+      break;
+  }
+  return {};
+}
+
+std::string not_sent_words(const FrameName& name, const EkiFrameResult& result) {
+  return fmt::format("{}: not set: {}", to_string(name), why_words(result));
+}
+
+std::string why_words(const EkiFrameResult& result) {
+  return result.end == EkiFrameEnd::kRefused ? refusal_words(result.refusal)
+                                             : trouble_words(result);
+}
+
+std::string unknown_words(const FrameRecord& record, const std::string& why) {
+  return fmt::format(
+      "{}: result unknown: {}. Read it on the pendant, or 'cellcal frames --restore {}' reads it "
+      "and sets the old values. Old: {}; sent: {}",
+      to_string(record.name), why, record.id, krl_text(record.before), krl_text(record.sent));
+}
+
+std::string outcome_words(const FrameRecord& record, const EkiFrameResult& result) {
+  switch (record.outcome) {
+    case FrameOutcome::kSet:
+      return fmt::format(
+          "{} set to {}, read back as sent. It was {}. Select the programs that use it again; "
+          "'cellcal frames --restore {}' sets the old values",
+          to_string(record.name), krl_text(record.sent), krl_text(record.before), record.id);
+    case FrameOutcome::kDiffers:
+      return fmt::format(
+          "{}: {} sent, {} read back. Compare it on the pendant before the arm moves. It was {}",
+          to_string(record.name), krl_text(record.sent),
+          krl_text(record.read_back.value_or(drivers::EkiFrameValues{})), krl_text(record.before));
+    case FrameOutcome::kRefused:
+    case FrameOutcome::kNotSent:
+      return not_sent_words(record.name, result);
+    case FrameOutcome::kUnknown:
+      break;
+  }
+  return unknown_words(record, trouble_words(result));
 }
 
 }  // namespace cellcal::daemon

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "daemon/doctor/finding.h"
+#include "daemon/doctor/examiner.h"
 #include "drivers/contact.h"
 
 namespace cellcal::daemon {

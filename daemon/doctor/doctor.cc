@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/files/calibration_json.h"
+#include "calib/model/enum_table.h"
 #include "daemon/api/http/http.h"
 #include "daemon/doctor/wires.h"
 #include "daemon/files/atomic_file.h"
@@ -17,15 +18,9 @@ namespace cellcal::daemon {
 namespace {
 
 const char* name_of(BackendKind backend) {
-  switch (backend) {
-    case BackendKind::kRsi:
-      return "rsi";
-    case BackendKind::kEki:
-      return "eki";
-    case BackendKind::kMock:
-      break;
-  }
-  return "mock";
+  using enum BackendKind;
+  static constexpr EnumNames<BackendKind> kTable{{{kRsi, "rsi"}, {kEki, "eki"}, {kMock, "mock"}}};
+  return kTable[backend];
 }
 
 std::optional<DaemonConfig> examine_config(const DoctorRequest& request, Findings& findings) {

@@ -12,7 +12,7 @@
 
 #include "calib/model/robot.h"
 #include "daemon/config/config.h"
-#include "daemon/doctor/finding.h"
+#include "daemon/doctor/examiner.h"
 #include "daemon/doctor/machine.h"
 #include "drivers/kuka/krl/krl_verify.h"
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "calib/model/robot.h"
-#include "daemon/doctor/finding.h"
+#include "daemon/doctor/examiner.h"
 #include "drivers/kuka/eki/eki_report.h"
 #include "drivers/kuka/rsi/rsi_report.h"
 #include "drivers/robot.h"

@@ -1,6 +1,16 @@
 #include "daemon/doctor/steps.h"
 
 #include <algorithm>
+#include <set>
+
+#include "calib/files/files.h"
+#include "calib/files/input_file.h"
+#include "calib/files/toml.h"
+#include "calib/plan/candidates.h"
+#include "calib/plan/cell_check.h"
+#include "daemon/result/outcome.h"
+#include "daemon/tasks/active_calibration.h"
+#include "daemon/tasks/options.h"
 
 namespace cellcal::daemon {
 
@@ -31,37 +41,23 @@ const std::optional<Looked>& looked_at(const Evidence& evidence, SetUpStep step)
 }  // namespace
 
 const char* to_string(SetUpStep step) {
-  switch (step) {
-    case SetUpStep::kCell:
-      return "cell";
-    case SetUpStep::kRobot:
-      return "robot";
-    case SetUpStep::kSpheres:
-      return "spheres";
-    case SetUpStep::kDoctor:
-      return "doctor";
-    case SetUpStep::kQualify:
-      return "qualify";
-    case SetUpStep::kDryRun:
-      return "dry-run";
-    case SetUpStep::kFirst:
-      return "first";
-    case SetUpStep::kCalibration:
-      return "calibration";
-  }
-  return "unknown";
+  using enum SetUpStep;
+  static constexpr EnumNames<SetUpStep> kTable{{{kCell, "cell"},
+                                                {kRobot, "robot"},
+                                                {kSpheres, "spheres"},
+                                                {kDoctor, "doctor"},
+                                                {kQualify, "qualify"},
+                                                {kDryRun, "dry-run"},
+                                                {kFirst, "first"},
+                                                {kCalibration, "calibration"}}};
+  return kTable[step];
 }
 
 const char* to_string(StepState state) {
-  switch (state) {
-    case StepState::kTodo:
-      return "todo";
-    case StepState::kDone:
-      return "done";
-    case StepState::kWrong:
-      return "wrong";
-  }
-  return "unknown";
+  using enum StepState;
+  static constexpr EnumNames<StepState> kTable{
+      {{kTodo, "todo"}, {kDone, "done"}, {kWrong, "wrong"}}};
+  return kTable[state];
 }
 
 std::vector<StepSeen> steps_of(const Evidence& evidence) {
@@ -82,6 +78,130 @@ std::optional<SetUpStep> next_of(const std::vector<StepSeen>& steps) {
   const auto open = std::find_if(steps.begin(), steps.end(),
                                  [](const StepSeen& one) { return one.state != StepState::kDone; });
   return open == steps.end() ? std::nullopt : std::optional(open->step);
+}
+
+namespace {
+
+std::optional<SessionKind> kind_of(const SessionRecord& record) {
+  try {
+    return options_from_json(record.inputs.options).kind;
+  } catch (const std::runtime_error&) {
+    return std::nullopt;  // a damaged row, or one of another version
+  }
+}
+
+/// The file itself first, with its faults; files that it names only where it loads.
+void examine_files(Evidence& evidence) {
+  calib::Cell cell;
+  try {
+    calib::read_file(evidence.cell, calib::kMostTomlBytes);
+  } catch (const calib::FileError& error) {
+    evidence.cell_file = Looked{false, error.what()};
+    return;
+  }
+  bool both = false;  // cell and robot file are read: a later fault concerns a mesh
+  try {
+    cell = calib::parse_cell(calib::read_cell_text(evidence.cell));
+    both = true;
+    calib::load_meshes(cell, std::filesystem::path(evidence.cell).parent_path());
+  } catch (const calib::FileError& error) {
+    const bool own = both || error.file == evidence.cell;
+    (own ? evidence.cell_file : evidence.robot_file) = Looked{false, error.what()};
+    if (!own) evidence.cell_file = Looked{true};
+    return;
+  }
+  evidence.robot = cell.robot.name;
+  evidence.lengths = cell.lengths.size();
+  evidence.cell_file = evidence.robot_file = Looked{true};
+  for (const calib::Target& target : cell.targets) {
+    if (target.kind != calib::TargetKind::kSphere &&
+        !calib::is_planned(target, calib::Kinds::kSpheresAndPlanes))
+      continue;
+    ++evidence.spheres;
+    if (target.has_centre || target.has_box) ++evidence.placed;
+    if (target.has_centre || target.kind != calib::TargetKind::kSphere) ++evidence.centred;
+  }
+  try {
+    calib::refuse_faulty(cell);
+    evidence.targets = Looked{evidence.spheres > 0 && evidence.placed == evidence.spheres};
+  } catch (const calib::PlanError& wrong) {
+    evidence.targets = Looked{false, wrong.what()};
+  }
+}
+
+std::optional<Looked> seen_by_doctor(const Examination& examination, const std::string& cell) {
+  if (!examination.whole || examination.cell != cell) return std::nullopt;
+  if (examination.cell_text != text_of_cell(cell)) return std::nullopt;
+  Looked looked{examination.green()};
+  std::set<std::string> named;
+  for (const Finding& one : examination.checks)
+    if (one.outcome == Outcome::kFailed && named.insert(one.check).second)
+      looked.words += (looked.words.empty() ? "" : ", ") + one.check;
+  return looked;
+}
+
+Looked qualified(const SessionRecord& record) {
+  if (!record.outcome) return {false, "no outcome recorded", record.id};
+  return {is_good(record.outcome->kind), {}, record.id};
+}
+
+/// Nothing of a session with too few touches for a calibration.
+std::optional<Looked> calibrated(const SessionOutcome& outcome, std::int64_t session) {
+  if (outcome.withheld_by == std::vector{calib::FindingKind::kTooFewTouches}) return std::nullopt;
+  return Looked{published(outcome).value_or(false), {}, session};
+}
+
+}  // namespace
+
+std::string text_of_cell(const std::filesystem::path& cell) {
+  try {
+    const calib::CellText text = calib::read_cell_text(cell);
+    return text.cell_text + '\0' + text.robot_text;
+  } catch (const calib::FileError&) {
+    return {};
+  }
+}
+
+namespace {
+
+/// True if cell and robot file are unchanged since that session: later changes may be an obstacle.
+bool is_of(Journal& journal, std::int64_t session, const std::string& text) {
+  const auto record = journal.session(session);
+  return record && record->inputs.cell_text + '\0' + record->inputs.robot_text == text;
+}
+
+}  // namespace
+
+Evidence evidence_of(const Examination& examination, Journal& journal) {
+  std::vector<SessionRecord> sessions = journal.sessions();
+  std::erase_if(sessions, [](const SessionRecord& one) { return one.origin.has_value(); });
+  Evidence evidence;
+  evidence.cell = examination.cell.string();
+  if ((evidence.cell.empty() || examination.kept) && !sessions.empty())
+    evidence.cell = sessions.front().inputs.cell_name;
+  if (evidence.cell.empty()) return evidence;
+  examine_files(evidence);
+  evidence.doctor = seen_by_doctor(examination, evidence.cell);
+  const std::string text = text_of_cell(evidence.cell);
+  for (const SessionRecord& record : sessions) {
+    if (record.state != RecordState::kDone || record.inputs.cell_name != evidence.cell) continue;
+    const auto kind = kind_of(record);
+    if (kind == SessionKind::kQualify && !evidence.qualification)
+      evidence.qualification = qualified(record);
+    if (kind == SessionKind::kDryRun && !evidence.dry_run && is_of(journal, record.id, text))
+      evidence.dry_run = Looked{true, {}, record.id};
+    if (kind != SessionKind::kCalibrate) continue;
+    if (!record.outcome || record.outcome->kind == OutcomeKind::kNothingChanged)
+      continue;                                    // the one before holds
+    evidence.first = Looked{true, {}, record.id};  // the oldest stays
+    if (!evidence.calibration) evidence.calibration = calibrated(*record.outcome, record.id);
+  }
+  if (const auto used = in_use(journal, evidence.cell); used && !used->calibration)
+    evidence.calibration = Looked{false, used->trouble, used->session};
+  // A complete calibration proves that all targets are reachable; spheres to be located have no paths yet.
+  if (!evidence.dry_run) evidence.dry_run = evidence.first;
+  if (!evidence.dry_run && evidence.centred < evidence.spheres) evidence.dry_run = Looked{true};
+  return evidence;
 }
 
 }  // namespace cellcal::daemon

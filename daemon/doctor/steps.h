@@ -2,16 +2,19 @@
 // Steps of the setup from nothing to a calibrated cell.
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "calib/model/enum_table.h"
+#include "daemon/doctor/examiner.h"
+#include "daemon/journal/journal.h"
+
 namespace cellcal::daemon {
 
 enum class SetUpStep { kCell, kRobot, kSpheres, kDoctor, kQualify, kDryRun, kFirst, kCalibration };
-inline constexpr SetUpStep kAllSteps[] = {
-    SetUpStep::kCell,    SetUpStep::kRobot,  SetUpStep::kSpheres, SetUpStep::kDoctor,
-    SetUpStep::kQualify, SetUpStep::kDryRun, SetUpStep::kFirst,   SetUpStep::kCalibration};
+inline constexpr auto kAllSteps = all_values<SetUpStep>();
 /// "cell", "robot", ...
 const char* to_string(SetUpStep step);
 
@@ -50,5 +53,13 @@ struct StepSeen {
 std::vector<StepSeen> steps_of(const Evidence& evidence);
 /// First step that is not done; none: all done.
 std::optional<SetUpStep> next_of(const std::vector<StepSeen>& steps);
+
+// Evidence for a cell on this computer: its file, its sessions, the doctor's findings.
+
+/// Current content of cell and robot file, concatenated; empty where unreadable.
+std::string text_of_cell(const std::filesystem::path& cell);
+
+/// For the cell examined last, otherwise that of the newest session.
+Evidence evidence_of(const Examination& examination, Journal& journal);
 
 }  // namespace cellcal::daemon

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "daemon/doctor/finding.h"
+#include "daemon/doctor/examiner.h"
 #include "drivers/contact/port/adapter.h"
 
 namespace cellcal::daemon {

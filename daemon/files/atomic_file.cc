@@ -8,10 +8,8 @@
 #include <cerrno>
 #include <cstddef>
 #include <cstring>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
-#include <string>
 #include <system_error>
 #include <utility>
 

@@ -1,7 +1,6 @@
 #include "daemon/files/log_context.h"
 
 #include <mutex>
-#include <utility>
 
 namespace cellcal::daemon {
 

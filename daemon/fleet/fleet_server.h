@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "daemon/api/http/message.h"
+#include "daemon/api/http/http.h"
 #include "daemon/fleet/collector.h"
-#include "daemon/fleet/reading.h"
+#include "daemon/fleet/judge.h"
 
 namespace cellcal::daemon::fleet {
 

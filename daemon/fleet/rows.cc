@@ -1,6 +1,7 @@
 #include "daemon/fleet/rows.h"
 
 #include "calib/files/input_file.h"
+#include "calib/model/enum_table.h"
 #include "calib/model/units.h"
 #include "daemon/fleet/write.h"
 #include "daemon/plant/messages/text_fields.h"
@@ -20,31 +21,19 @@ json maybe(const std::optional<double>& value, double unit = 1.0) {
 }
 
 const char* name_of(SessionState state) {
-  switch (state) {
-    case SessionState::kRunning:
-      return "running";
-    case SessionState::kInterrupted:
-      return "interrupted";
-    case SessionState::kAborted:
-      return "aborted";
-    case SessionState::kFailed:
-      return "failed";
-    case SessionState::kDone:
-      return "done";
-  }
-  return "";
+  using enum SessionState;
+  static constexpr EnumNames<SessionState> kTable{{{kRunning, "running"},
+                                                   {kInterrupted, "interrupted"},
+                                                   {kAborted, "aborted"},
+                                                   {kFailed, "failed"},
+                                                   {kDone, "done"}}};
+  return kTable[state];
 }
 
 const char* name_of(Held held) {
-  switch (held) {
-    case Held::kYes:
-      return "yes";
-    case Held::kNo:
-      return "no";
-    case Held::kUndecided:
-      return "undecided";
-  }
-  return "";
+  using enum Held;
+  static constexpr EnumNames<Held> kTable{{{kYes, "yes"}, {kNo, "no"}, {kUndecided, "undecided"}}};
+  return kTable[held];
 }
 
 /// Adds the journal, number and other common fields of a fact to its records.

@@ -3,12 +3,16 @@
 #include <array>
 #include <tuple>
 
+#include "calib/model/enum_table.h"
 #include "daemon/fleet/connection.h"
-#include "daemon/fleet/store_impl.h"
 #include "daemon/fleet/write.h"
-#include "daemon/plant/messages/fact.h"
 
 namespace cellcal::daemon::fleet {
+
+struct Store::Impl {
+  StoreConfig config;
+  std::unique_ptr<pqxx::connection> connection;
+};
 
 namespace {
 
@@ -243,6 +247,25 @@ std::vector<std::string> drop_months(pqxx::connection& connection, int telemetry
   return for_each_table(
       connection, kDroppingWaits, "dropping old months",
       [&](pqxx::work& work, const char* table) { drop_old(work, table, telemetry_months); });
+}
+
+const char* to_string(Refusal refusal) {
+  using enum Refusal;
+  static constexpr EnumNames<Refusal> kTable{{{kTopic, "topic"},
+                                              {kSize, "size"},
+                                              {kRate, "rate"},
+                                              {kMessage, "message"},
+                                              {kBound, "bound"},
+                                              {kDatabase, "database"}}};
+  return kTable[refusal];
+}
+
+Written& Written::operator+=(const Written& other) {
+  facts += other.facts;
+  twice += other.twice;
+  refused += other.refused;
+  stored.insert(stored.end(), other.stored.begin(), other.stored.end());
+  return *this;
 }
 
 }  // namespace cellcal::daemon::fleet

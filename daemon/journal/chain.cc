@@ -3,13 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <random>
 
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
-#include "daemon/journal/store/error.h"
 
 namespace cellcal::daemon {
 
@@ -56,11 +54,8 @@ void Chain::append(std::int64_t session, const std::string& table, std::int64_t 
   known_.erase(session);
   const std::int64_t number = newest_.entries + 1;
   std::string sum = sum_of(newest_.sum, number, session, table, row, digest);
-  Statement insert(database_,
-                   "INSERT INTO chain (number, session, kind, row, digest, sum) "
-                   "VALUES (?,?,?,?,?,?)");
-  insert.bind(1, number).bind(2, session).bind(3, std::string_view(table)).bind(4, row);
-  insert.bind(5, std::string_view(digest)).bind(6, std::string_view(sum)).step();
+  database_.run("INSERT INTO chain (number, session, kind, row, digest, sum) VALUES (?,?,?,?,?,?)",
+                number, session, table, row, digest, sum);
   newest_ = {number, std::move(sum)};
 }
 
@@ -143,8 +138,8 @@ void verify_rows(Database& database, std::int64_t session) {
   std::map<std::pair<std::string, std::int64_t>, std::string> expected;
   const std::int64_t dropped = dropped_before(database, session);
   Statement entries(database,
-                    "SELECT kind, row, digest, number FROM chain WHERE session=? ORDER BY number");
-  entries.bind(1, session);
+                    "SELECT kind, row, digest, number FROM chain WHERE session=? ORDER BY number",
+                    session);
   while (entries.step()) {
     // A dropped row that is present again is unexpected.
     if (entries.integer(3) < dropped && is_raw(entries.text(0))) continue;
@@ -157,8 +152,7 @@ void verify_rows(Database& database, std::int64_t session) {
         database.name(), session, what));
   };
   for (const std::string table : kChainedTables) {
-    Statement rows(database, rows_of(table, session_column(table)).c_str());
-    rows.bind(1, session);
+    Statement rows(database, rows_of(table, session_column(table)).c_str(), session);
     while (rows.step()) {
       const auto found = expected.find({table, rows.integer(0)});
       if (found == expected.end() || found->second != digest_of(rows.values())) {

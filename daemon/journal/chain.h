@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "daemon/journal/store/head_file.h"
 #include "daemon/journal/store/sqlite.h"
+#include "daemon/journal/store/store_files.h"
 
 namespace cellcal::daemon {
 

@@ -2,22 +2,145 @@
 
 #include "daemon/journal/import.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <stdio.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <memory>
 #include <thread>
+#include <vector>
 
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
 #include "daemon/journal/chain.h"
-#include "daemon/journal/database_copy.h"
 #include "daemon/journal/journal.h"
 #include "daemon/journal/journal_impl.h"
-#include "daemon/journal/rows.h"
+#include "daemon/journal/outbox_rows.h"
 
 namespace cellcal::daemon {
 
 namespace {
+
+// A whole copy of a journal's database under another name. It has that name when it is whole, on
+// disk and looked through, and not before.
+
+class DatabaseCopy {
+ public:
+  /// Begins it as `to`.part. Throws JournalError where `to` is there already.
+  DatabaseCopy(Database& from, std::filesystem::path to);
+  /// Removes the part file unless it was published.
+  ~DatabaseCopy();
+  DatabaseCopy(const DatabaseCopy&) = delete;
+  DatabaseCopy& operator=(const DatabaseCopy&) = delete;
+
+  /// As PageCopy::step().
+  bool step(int pages) { return pages_->step(pages); }
+  /// Gives the copy a new outbox source, because the original journal continues to report under its own, whether or not
+  /// the copy is opened with a head file.
+  void speak_as_another();
+  /// Reads all of it. Throws JournalError where its pages contradict each other, or it does not end
+  /// with this entry. Returns the sessions that are damaged in it, as they are in the journal.
+  std::vector<std::int64_t> look_through(const Head& end);
+  /// Gives it its name. Throws JournalError where a file has it by now.
+  void publish();
+
+ private:
+  std::filesystem::path to_, part_;
+  std::unique_ptr<Database> database_;
+  std::unique_ptr<PageCopy> pages_;
+};
+
+std::filesystem::path part_of(std::filesystem::path path) { return path += ".part"; }
+
+[[noreturn]] void fail(const std::filesystem::path& file, const std::string& words) {
+  throw JournalError("copy " + file.string() + ": " + words);
+}
+
+void refuse_existing(const std::filesystem::path& file) {
+  std::error_code code;
+  if (std::filesystem::exists(std::filesystem::symlink_status(file, code)))
+    fail(file, "there is a file of this name already. Name another, or remove it");
+}
+
+void sync(const std::filesystem::path& path, int flags) {
+  const int descriptor = ::open(path.c_str(), flags | O_CLOEXEC);
+  const bool synced = descriptor >= 0 && ::fsync(descriptor) == 0;
+  const int code = errno;
+  if (descriptor >= 0) ::close(descriptor);
+  if (!synced) fail(path, std::string("cannot be written to disk (") + std::strerror(code) + ")");
+}
+
+void remove_with_logs(const std::filesystem::path& part) {
+  for (const char* suffix : {"", "-wal", "-shm", "-journal"}) {
+    std::error_code ignored;  // the first error is reported
+    std::filesystem::remove(part.string() + suffix, ignored);
+  }
+}
+
+DatabaseCopy::DatabaseCopy(Database& from, std::filesystem::path to)
+    : to_(std::move(to)), part_(part_of(to_)) {
+  refuse_existing(to_);
+  remove_with_logs(part_);  // of one that was killed
+  database_ = std::make_unique<Database>(part_);
+  try {
+    // It is synchronized once, when it is whole.
+    database_->execute("PRAGMA synchronous = OFF; PRAGMA journal_mode = MEMORY");
+    pages_ = std::make_unique<PageCopy>(from, *database_);
+  } catch (...) {
+    remove_with_logs(part_);
+    throw;
+  }
+}
+
+DatabaseCopy::~DatabaseCopy() {
+  pages_.reset();
+  if (!database_) return;
+  database_.reset();
+  remove_with_logs(part_);
+}
+
+std::vector<std::int64_t> DatabaseCopy::look_through(const Head& end) {
+  pages_.reset();
+  // A single file that can be read without its log.
+  database_->execute("PRAGMA locking_mode = EXCLUSIVE; PRAGMA journal_mode = DELETE");
+  if (const std::string found = database_->text("PRAGMA quick_check(1)"); found != "ok")
+    fail(to_, "damaged while it was written (" + found + "). Check the disk");
+  if (end.entries == 0) return {};
+  const Head copied = walk_chain(*database_).end;
+  if (copied.entries != end.entries || copied.sum != end.sum)
+    fail(to_, "does not end where the journal does. Check the disk");
+  return damaged_sessions(*database_);
+}
+
+void DatabaseCopy::speak_as_another() {
+  pages_.reset();
+  Transaction transaction(*database_);
+  begin_source(*database_);
+  transaction.commit();
+}
+
+void DatabaseCopy::publish() {
+  database_->execute("PRAGMA locking_mode = NORMAL");
+  database_.reset();
+  const auto give_up = [&](const std::string& words) {
+    remove_with_logs(part_);
+    fail(to_, words);
+  };
+  sync(part_, O_RDONLY);
+  if (::renameat2(AT_FDCWD, part_.c_str(), AT_FDCWD, to_.c_str(), RENAME_NOREPLACE) != 0) {
+    if (errno == EEXIST) give_up("there is a file of this name already. Name another");
+    if (errno != EINVAL) give_up(std::string("cannot get its name (") + std::strerror(errno) + ")");
+    refuse_existing(to_);  // this file system cannot do both at once
+    std::filesystem::rename(part_, to_);
+  }
+  const std::filesystem::path parent = to_.parent_path();
+  sync(parent.empty() ? "." : parent, O_RDONLY | O_DIRECTORY);
+}
 
 std::vector<std::string> columns_of(Database& database, const std::string& table) {
   return Statement(database, ("SELECT * FROM " + table).c_str()).column_names();

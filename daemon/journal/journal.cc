@@ -7,6 +7,7 @@
 #include <span>
 
 #include "calib/files/calibration_json.h"
+#include "calib/model/enum_table.h"
 #include "daemon/journal/journal_impl.h"
 #include "daemon/journal/prepare.h"
 #include "daemon/journal/rows.h"
@@ -18,10 +19,8 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "blobs of doubles are little endian");
 
-std::string blob(std::span<const double> values) {
-  std::string bytes(values.size_bytes(), '\0');
-  if (!values.empty()) std::memcpy(bytes.data(), values.data(), bytes.size());
-  return bytes;
+Blob blob(std::span<const double> values) {
+  return {std::string(reinterpret_cast<const char*>(values.data()), values.size_bytes())};
 }
 
 /// Throws DamagedError unless the blob holds doubles.
@@ -40,15 +39,11 @@ std::span<const double> span_of(const drivers::AxisAngles& angles) {
 }
 
 RecordState state_after(Ending ending) {
-  switch (ending) {
-    case Ending::kDone:
-      return RecordState::kDone;
-    case Ending::kAborted:
-      return RecordState::kAborted;
-    case Ending::kFailed:
-      break;
-  }
-  return RecordState::kFailed;
+  using enum Ending;
+  static constexpr EnumTable<Ending, RecordState> kTable{{{kDone, RecordState::kDone},
+                                                          {kAborted, RecordState::kAborted},
+                                                          {kFailed, RecordState::kFailed}}};
+  return kTable[ending];
 }
 
 std::filesystem::path with(std::filesystem::path path, const char* suffix) {
@@ -173,12 +168,8 @@ void Journal::Impl::report_session(std::int64_t session, const std::string& utc,
 
 void Journal::Impl::set_state(std::int64_t session, RecordState state, std::string_view ended,
                               std::string_view failure) {
-  Statement update(database, "UPDATE session SET state=?, ended=?, failure=? WHERE id=?");
-  update.bind(1, std::string_view(to_string(state)))
-      .bind(2, ended)
-      .bind(3, failure)
-      .bind(4, session)
-      .step();
+  database.run("UPDATE session SET state=?, ended=?, failure=? WHERE id=?", to_string(state), ended,
+               failure, session);
   changed(session);
 }
 
@@ -212,15 +203,11 @@ void Journal::check() {
 std::int64_t Journal::begin(const SessionInputs& inputs, const std::string& utc) {
   std::int64_t id = 0;
   impl_->write([&] {
-    Statement insert(impl_->database,
-                     "INSERT INTO session (started, state, cell_name, cell_text, robot_name, "
-                     "robot_text, options, software) VALUES (?,'running',?,?,?,?,?,?)");
-    insert.bind(1, std::string_view(utc)).bind(2, std::string_view(inputs.cell_name));
-    insert.bind(3, std::string_view(inputs.cell_text));
-    insert.bind(4, std::string_view(inputs.robot_name));
-    insert.bind(5, std::string_view(inputs.robot_text));
-    insert.bind(6, std::string_view(inputs.options));
-    insert.bind(7, std::string_view(calib::software_version())).step();
+    impl_->database.run(
+        "INSERT INTO session (started, state, cell_name, cell_text, robot_name, "
+        "robot_text, options, software) VALUES (?,'running',?,?,?,?,?,?)",
+        utc, inputs.cell_name, inputs.cell_text, inputs.robot_name, inputs.robot_text,
+        inputs.options, calib::software_version());
     id = impl_->database.last_row_id();
     impl_->changed(id);
     impl_->report_session(id, utc);
@@ -240,9 +227,8 @@ void Journal::resume(std::int64_t session, const std::string& utc) {
 
 void Journal::record(std::int64_t session, const RecordPlan& plan) {
   impl_->write([&] {
-    Statement update(impl_->database, "UPDATE session SET plan_hash=?, planned=? WHERE id=?");
-    update.bind(1, std::string_view(plan.hash));
-    update.bind(2, static_cast<std::int64_t>(plan.touches)).bind(3, session).step();
+    impl_->database.run("UPDATE session SET plan_hash=?, planned=? WHERE id=?", plan.hash,
+                        plan.touches, session);
     impl_->changed(session);
   });
 }
@@ -250,18 +236,12 @@ void Journal::record(std::int64_t session, const RecordPlan& plan) {
 void Journal::record(std::int64_t session, const RecordReading& record) {
   const Reading& reading = record.reading;
   impl_->write([&] {
-    Statement insert(impl_->database,
-                     "INSERT INTO reading (session, touch, number, slow, contact_rad, settled_rad, "
-                     "along_m, time_sigma_s, reaction_s, bounces, time) "
-                     "VALUES (?,?,?,?,?,?,?,?,?,?,?)");
-    insert.bind(1, session).bind(2, static_cast<std::int64_t>(record.touch));
-    insert.bind(3, static_cast<std::int64_t>(record.number));
-    insert.bind(4, static_cast<std::int64_t>(reading.slow ? 1 : 0));
-    insert.bind_blob(5, blob(span_of(reading.contact_rad)));
-    insert.bind_blob(6, blob(span_of(reading.settled_rad)));
-    insert.bind(7, reading.along_m).bind(8, reading.time_sigma_s).bind(9, reading.reaction_s);
-    insert.bind(10, static_cast<std::int64_t>(reading.bounces));
-    insert.bind(11, std::string_view(reading.utc)).step();
+    impl_->database.run(
+        "INSERT INTO reading (session, touch, number, slow, contact_rad, settled_rad, "
+        "along_m, time_sigma_s, reaction_s, bounces, time) VALUES (?,?,?,?,?,?,?,?,?,?,?)",
+        session, record.touch, record.number, reading.slow, blob(span_of(reading.contact_rad)),
+        blob(span_of(reading.settled_rad)), reading.along_m, reading.time_sigma_s,
+        reading.reaction_s, reading.bounces, reading.utc);
     impl_->added(session, "reading");
   });
 }
@@ -269,25 +249,20 @@ void Journal::record(std::int64_t session, const RecordReading& record) {
 void Journal::record(std::int64_t session, const RecordTouch& record) {
   const calib::Touch& touch = record.touch;
   impl_->write([&] {
-    Statement insert(impl_->database,
-                     "INSERT INTO touch (session, number, joint_rad, target, held_out, sigma_m, "
-                     "radius_m, tracker_m, time, settled_rad, readings, spread_m, speed_m_s, "
-                     "tool, turn_sigma_rad, tracker_abc_rad, approach, temperature_c) "
-                     "VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
-    insert.bind(1, session).bind(2, static_cast<std::int64_t>(record.index));
-    insert.bind_blob(3, blob(touch.joint_rad)).bind(4, std::string_view(touch.target));
-    insert.bind(5, static_cast<std::int64_t>(touch.set == calib::TouchSet::kCheck ? 1 : 0));
-    insert.bind(6, touch.sigma_m).bind(7, touch.radius_m);
-    insert.bind_blob(8, blob(touch.tracker_m)).bind(9, std::string_view(touch.time));
-    insert.bind_blob(10, blob(touch.settled_joint_rad));
-    insert.bind(11, static_cast<std::int64_t>(touch.readings));
-    insert.bind(12, touch.spread_m).bind(13, touch.speed_m_s);
-    insert.bind(14, std::string_view(touch.tool));
-    insert.bind(15, number_of(touch.turn_sigma_rad, "turn_sigma"));
-    if (touch.tracker_abc_rad) insert.bind_blob(16, blob(*touch.tracker_abc_rad));
-    if (touch.approach) insert.bind_blob(17, blob(*touch.approach));
-    if (touch.temperature_c) insert.bind(18, number_of(*touch.temperature_c, "temperature"));
-    insert.step();
+    std::optional<Blob> abc, approach;
+    if (touch.tracker_abc_rad) abc = blob(*touch.tracker_abc_rad);
+    if (touch.approach) approach = blob(*touch.approach);
+    std::optional<double> temperature_c;
+    if (touch.temperature_c) temperature_c = number_of(*touch.temperature_c, "temperature");
+    impl_->database.run(
+        "INSERT INTO touch (session, number, joint_rad, target, held_out, sigma_m, "
+        "radius_m, tracker_m, time, settled_rad, readings, spread_m, speed_m_s, "
+        "tool, turn_sigma_rad, tracker_abc_rad, approach, temperature_c) "
+        "VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)",
+        session, record.index, blob(touch.joint_rad), touch.target,
+        touch.set == calib::TouchSet::kCheck, touch.sigma_m, touch.radius_m, blob(touch.tracker_m),
+        touch.time, blob(touch.settled_joint_rad), touch.readings, touch.spread_m, touch.speed_m_s,
+        touch.tool, number_of(touch.turn_sigma_rad, "turn_sigma"), abc, approach, temperature_c);
     impl_->added(session, "touch");
     impl_->outbox.put_touch(session, record);
   });
@@ -298,11 +273,9 @@ void Journal::record(std::int64_t session, const RecordEnd& end, const std::stri
   impl_->running = 0;  // even if that cannot be recorded
   impl_->write([&] {
     if (end.result) {
-      Statement update(impl_->database, "UPDATE session SET outcome=?, document=? WHERE id=?");
-      const std::string outcome = outcome_to_json(outcome_of(*end.result));
-      const std::string document = document_of(*end.result);
-      update.bind(1, std::string_view(outcome)).bind(2, std::string_view(document));
-      update.bind(3, session).step();
+      impl_->database.run("UPDATE session SET outcome=?, document=? WHERE id=?",
+                          outcome_to_json(outcome_of(*end.result)), document_of(*end.result),
+                          session);
     }
     impl_->set_state(session, state_after(end.ending), utc, as_utf8(end.failure));
     impl_->outbox.close_touch();
@@ -318,19 +291,15 @@ void Journal::store_calibration(std::int64_t session, const std::string& json,
       if (const auto before = impl_->as_stored(session, true))
         impl_->outbox.compose(*before, [&] { return impl_->touches(session); });
     }
-    Statement update(impl_->database, "UPDATE session SET calibration=? WHERE id=?");
-    update.bind(1, std::string_view(json)).bind(2, session).step();
+    impl_->database.run("UPDATE session SET calibration=? WHERE id=?", json, session);
     impl_->changed(session);
     impl_->outbox.put(session, {}, [](const Reporter&) {
       return std::vector{Report{"calibration", Worth::kResult, {}}};
     });
     if (!compared) return;
-    Statement insert(impl_->database,
-                     "INSERT INTO compared (session, words, accepted, calibration) "
-                     "VALUES (?,?,?,?)");
-    insert.bind(1, session).bind(2, std::string_view(compared->words));
-    insert.bind(3, std::int64_t{compared->accepted ? 1 : 0});
-    insert.bind(4, std::string_view(compared->calibration)).step();
+    impl_->database.run(
+        "INSERT INTO compared (session, words, accepted, calibration) VALUES (?,?,?,?)", session,
+        compared->words, compared->accepted, compared->calibration);
     impl_->added(session, "compared");
   });
 }
@@ -384,8 +353,8 @@ std::vector<calib::Touch> Journal::Impl::touches(std::int64_t session) {
                    "SELECT joint_rad, target, held_out, sigma_m, radius_m, tracker_m, time, "
                    "settled_rad, readings, spread_m, speed_m_s, tool, turn_sigma_rad, "
                    "tracker_abc_rad, approach, temperature_c FROM touch WHERE session=? "
-                   "ORDER BY number");
-  select.bind(1, session);
+                   "ORDER BY number",
+                   session);
   std::vector<calib::Touch> touches;
   while (select.step()) touches.push_back(touch_from(select));
   return touches;
@@ -395,8 +364,8 @@ std::vector<std::string> Journal::events(std::int64_t session) {
   const std::lock_guard lock(impl_->mutex);
   impl_->chain.verify(session);
   Statement select(impl_->database,
-                   "SELECT time || ' ' || words FROM event WHERE session=? ORDER BY rowid");
-  select.bind(1, session);
+                   "SELECT time || ' ' || words FROM event WHERE session=? ORDER BY rowid",
+                   session);
   std::vector<std::string> events;
   while (select.step()) events.push_back(select.text(0));
   for (const PendingRow& waiting : impl_->pending.all()) {
@@ -412,8 +381,7 @@ std::vector<TimedChange> Journal::changes(std::int64_t session) {
   std::vector<TimedChange> changes;
   Statement select(
       impl_->database,
-      "SELECT clock_s, from_phase, to_phase FROM change WHERE session=? ORDER BY rowid");
-  select.bind(1, session);
+      "SELECT clock_s, from_phase, to_phase FROM change WHERE session=? ORDER BY rowid", session);
   while (select.step()) {
     const auto from = phase_of(select.text(1)), to = phase_of(select.text(2));
     if (from && to) changes.push_back({select.number(0), {*from, *to}});
@@ -430,8 +398,7 @@ InterruptionCounts Journal::interruptions(std::int64_t session) {
   const std::lock_guard lock(impl_->mutex);
   impl_->chain.verify(session);
   InterruptionCounts counts;
-  Statement select(impl_->database, "SELECT cause FROM interruption WHERE session=?");
-  select.bind(1, session);
+  Statement select(impl_->database, "SELECT cause FROM interruption WHERE session=?", session);
   while (select.step())
     if (const auto by = cause_of(select.text(0))) counts.count(*by);
   for (const PendingRow& waiting : impl_->pending.all()) {
@@ -444,8 +411,7 @@ InterruptionCounts Journal::interruptions(std::int64_t session) {
 int Journal::reading_count(std::int64_t session) {
   const std::lock_guard lock(impl_->mutex);
   impl_->chain.verify(session);
-  Statement select(impl_->database, "SELECT count(*) FROM reading WHERE session=?");
-  select.bind(1, session);
+  Statement select(impl_->database, "SELECT count(*) FROM reading WHERE session=?", session);
   return select.step() ? static_cast<int>(select.integer(0)) : 0;
 }
 
@@ -454,8 +420,8 @@ std::vector<RecordReading> Journal::readings(std::int64_t session) {
   impl_->chain.verify(session);
   Statement select(impl_->database,
                    "SELECT touch, number, slow, contact_rad, settled_rad, along_m, time_sigma_s, "
-                   "reaction_s, bounces, time FROM reading WHERE session=? ORDER BY rowid");
-  select.bind(1, session);
+                   "reaction_s, bounces, time FROM reading WHERE session=? ORDER BY rowid",
+                   session);
   std::vector<RecordReading> readings;
   while (select.step()) {
     RecordReading& one = readings.emplace_back();

@@ -13,7 +13,7 @@
 #include "daemon/journal/chain.h"
 #include "daemon/journal/outbox_rows.h"
 #include "daemon/journal/records.h"
-#include "daemon/journal/store/error.h"
+#include "daemon/journal/store/sqlite.h"
 #include "daemon/session/action.h"
 #include "daemon/session/interruption.h"
 #include "daemon/session/phase.h"

@@ -8,10 +8,8 @@
 #include "daemon/journal/chain.h"
 #include "daemon/journal/journal.h"
 #include "daemon/journal/outbox_rows.h"
-#include "daemon/journal/pending_rows.h"
-#include "daemon/journal/store/head_file.h"
-#include "daemon/journal/store/lock_file.h"
 #include "daemon/journal/store/sqlite.h"
+#include "daemon/journal/store/store_files.h"
 
 namespace cellcal::daemon {
 

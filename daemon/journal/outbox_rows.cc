@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
+#include <cmath>
 #include <limits>
 #include <random>
 
-#include "daemon/journal/store/error.h"
+#include "daemon/journal/journal_impl.h"
+#include "daemon/session/interruption.h"
 
 namespace cellcal::daemon {
 
@@ -36,8 +39,8 @@ std::int64_t bytes_of(const Report& report) {
 std::int64_t name_source(Database& database) {
   const std::int64_t first =
       database.integer("SELECT coalesce(max(seq), 0) + 1 FROM sqlite_sequence WHERE name='outbox'");
-  Statement insert(database, "INSERT OR REPLACE INTO outbox_source (first, name) VALUES (?,?)");
-  insert.bind(1, first).bind(2, std::string_view(random_source())).step();
+  database.run("INSERT OR REPLACE INTO outbox_source (first, name) VALUES (?,?)", first,
+               random_source());
   return first;
 }
 
@@ -85,10 +88,9 @@ void OutboxRows::speak_as(const std::string& address) {
     drop(now_.telemetry_bytes);  // its reports belong to the numbers that end here
     name_source(database_);
   }
-  Statement update(
-      database_,
-      "UPDATE outbox_source SET address=? WHERE first=(SELECT max(first) FROM outbox_source)");
-  update.bind(1, std::string_view(address)).step();
+  database_.run(
+      "UPDATE outbox_source SET address=? WHERE first=(SELECT max(first) FROM outbox_source)",
+      address);
   assign_source();
 }
 
@@ -149,9 +151,8 @@ void OutboxRows::rewrite(std::int64_t row, const Report& report) {
     if (telemetry) now_.telemetry_bytes += bytes;
   };
   take(-(before.integer(0) + kOutboxRowBytes), before.text(1) == "telemetry");
-  Statement update(database_, "UPDATE outbox SET kind=?, worth=?, body=? WHERE number=?");
-  update.bind(1, std::string_view(report.kind)).bind(2, std::string_view(worth_name(report.worth)));
-  update.bind(3, std::string_view(report.body)).bind(4, row).step();
+  database_.run("UPDATE outbox SET kind=?, worth=?, body=? WHERE number=?", report.kind,
+                worth_name(report.worth), report.body, row);
   take(bytes_of(report), report.worth == Worth::kTelemetry);
 }
 
@@ -188,13 +189,10 @@ bool OutboxRows::make_room(const Report& report, std::int64_t bytes) {
 }
 
 void OutboxRows::add(std::int64_t session, const std::string& time, const Report& report) {
-  Statement insert(database_,
-                   "INSERT INTO outbox (session, time, kind, worth, body) VALUES "
-                   "(?,coalesce(nullif(?,''),strftime('%Y-%m-%dT%H:%M:%fZ','now')),?,?,?)");
-  insert.bind(1, session).bind(2, std::string_view(time)).bind(3, std::string_view(report.kind));
-  insert.bind(4, std::string_view(worth_name(report.worth)))
-      .bind(5, std::string_view(report.body))
-      .step();
+  database_.run(
+      "INSERT INTO outbox (session, time, kind, worth, body) VALUES "
+      "(?,coalesce(nullif(?,''),strftime('%Y-%m-%dT%H:%M:%fZ','now')),?,?,?)",
+      session, time, report.kind, worth_name(report.worth), report.body);
   now_.newest = database_.last_row_id() - first_ + 1;
   ++now_.rows;
   now_.bytes += bytes_of(report);
@@ -216,8 +214,7 @@ void OutboxRows::drop(std::int64_t bytes) {
     }
   }
   if (count == 0) return;
-  Statement gone(database_, "DELETE FROM outbox WHERE worth='telemetry' AND number<=?");
-  gone.bind(1, last).step();
+  database_.run("DELETE FROM outbox WHERE worth='telemetry' AND number<=?", last);
   if (open_.row <= last) close_touch();
   now_.rows -= count;
   now_.bytes -= freed;
@@ -250,8 +247,7 @@ void OutboxRows::compose(const SessionRecord& record,
     body = "{}";
   }
   for (const std::int64_t row : rows) {
-    Statement update(database_, "UPDATE outbox SET body=? WHERE number=?");
-    update.bind(1, std::string_view(body)).bind(2, row).step();
+    database_.run("UPDATE outbox SET body=? WHERE number=?", body, row);
     now_.bytes += static_cast<std::int64_t>(body.size());
   }
 }
@@ -262,10 +258,9 @@ bool OutboxRows::was_reported_interrupted(std::int64_t entry) {
 }
 
 void OutboxRows::mark_reported_interrupted(std::int64_t entry) {
-  Statement update(
-      database_,
-      "UPDATE outbox_source SET interrupted=? WHERE first=(SELECT max(first) FROM outbox_source)");
-  update.bind(1, entry).step();
+  database_.run(
+      "UPDATE outbox_source SET interrupted=? WHERE first=(SELECT max(first) FROM outbox_source)",
+      entry);
 }
 
 void OutboxRows::acknowledge(const std::vector<std::int64_t>& rows) {
@@ -306,10 +301,8 @@ std::vector<WaitingReport> OutboxRows::waiting(std::int64_t after, std::size_t m
        "JOIN outbox_source ON first=(SELECT max(first) FROM outbox_source WHERE first<=number) "
        "WHERE number>? AND number<? AND " +
        sources_reported(true) + " ORDER BY number LIMIT ?")
-          .c_str());
-  select.bind(1, after).bind(2,
-                             open_.row > 0 ? open_.row : std::numeric_limits<std::int64_t>::max());
-  select.bind(3, static_cast<std::int64_t>(most));
+          .c_str(),
+      after, open_.row > 0 ? open_.row : std::numeric_limits<std::int64_t>::max(), most);
   std::vector<WaitingReport> rows;
   std::size_t bytes = 0;
   while (bytes < kMostAtOnce && select.step()) {
@@ -323,6 +316,125 @@ std::vector<WaitingReport> OutboxRows::waiting(std::int64_t after, std::size_t m
     bytes += rows.back().report.body.size();
   }
   return rows;
+}
+
+namespace {
+
+double seconds(drivers::TimePoint at) {
+  return std::chrono::duration<double>(at.time_since_epoch()).count();
+}
+
+/// SQLite stores NaN as NULL, which the NOT NULL column rejects together with all later touches. NaN is stored as
+/// infinity.
+double kept(double value) {
+  return std::isnan(value) ? std::numeric_limits<double>::infinity() : value;
+}
+
+/// Adds a row to its table and to the chain.
+struct Insert {
+  Database& database;
+  Chain& chain;
+  std::int64_t session;
+
+  void operator()(const Words& row) const {
+    database.run("INSERT INTO event (session, time, words) VALUES (?,?,?)", session, row.utc,
+                 row.words);
+    chain.add(session, "event", database.last_row_id());
+  }
+
+  void operator()(const RecordChange& row) const {
+    database.run(
+        "INSERT INTO change (session, time, clock_s, from_phase, to_phase, event, "
+        "late_replies, sensor_late_s) VALUES (?,?,?,?,?,?,?,?)",
+        session, row.utc, kept(row.clock_s), to_string(row.change.from), to_string(row.change.to),
+        to_string(row.on), row.late_replies, kept(row.sensor_late_s));
+    chain.add(session, "change", database.last_row_id());
+  }
+
+  void operator()(const RecordCause& row) const {
+    database.run("INSERT INTO interruption (session, time, cause) VALUES (?,?,?)", session, row.utc,
+                 name_of_cause(row.by));
+    chain.add(session, "interruption", database.last_row_id());
+  }
+
+  void operator()(const AssessedTouch&) const {}  // the outbox's alone
+
+  void operator()(const RecordContact& row) const {
+    const drivers::ContactRecord& contact = row.contact;
+    database.run(
+        "INSERT INTO contact (session, touch, time, kind, arm_id, sequence, number, "
+        "ticks, confirmed_after_us, bounces, sense_v, heard_s, first_edge_s, "
+        "time_sigma_s, lost) VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)",
+        session, row.touch, row.utc, to_string(contact.kind), contact.arm_id, contact.sequence,
+        contact.event, contact.ticks, contact.confirmed_after_us, contact.bounces,
+        kept(contact.sense_v), seconds(contact.heard), seconds(contact.first_edge),
+        kept(contact.time_sigma_s), contact.lost);
+    chain.add(session, "contact", database.last_row_id());
+  }
+};
+
+}  // namespace
+
+void insert(Database& database, Chain& chain, const PendingRow& row) {
+  std::visit(Insert{database, chain, row.session}, row.what);
+}
+
+void Journal::report_to(std::shared_ptr<const Reporter> reporter) {
+  const std::string address = reporter ? reporter->address() : "";
+  // The newest own session if it is interrupted and was not reported.
+  const auto interrupted = [&]() -> std::optional<SessionRecord> {
+    std::optional<SessionRecord> newest = impl_->newest_own();
+    if (!newest || newest->state != RecordState::kInterrupted ||
+        impl_->outbox.was_reported_interrupted(impl_->chain.last_entry(newest->id)))
+      return std::nullopt;
+    return newest;
+  };
+  {
+    const std::lock_guard lock(impl_->mutex);
+    if (!reporter || (!impl_->outbox.is_other(address) && !interrupted())) {
+      impl_->outbox.use(std::move(reporter));
+      return;
+    }
+  }
+  impl_->write([&] {
+    impl_->outbox.use_from_commit(reporter);
+    if (impl_->outbox.is_other(address)) impl_->outbox.speak_as(address);
+    if (const auto session = interrupted()) {
+      impl_->outbox.put(session->id, {}, [&](const Reporter& to) { return to.session(*session); });
+      impl_->outbox.mark_reported_interrupted(impl_->chain.last_entry(session->id));
+    }
+  });
+}
+
+void Journal::report_no_more_to(const Reporter& reporter) {
+  const std::lock_guard lock(impl_->mutex);
+  if (impl_->outbox.on() && &impl_->outbox.reporter() == &reporter) impl_->outbox.use(nullptr);
+}
+
+void Journal::report(std::int64_t session, const Report& report) {
+  impl_->write([&] {
+    // After a failed write of a session's end its last touch would hold back all later results.
+    if (report.worth == Worth::kResult) impl_->outbox.close_touch();
+    impl_->outbox.put(session, {}, [&](const Reporter&) { return std::vector{report}; });
+  });
+}
+
+std::vector<WaitingReport> Journal::waiting(std::int64_t after, std::size_t most) {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->outbox.waiting(after, most);
+}
+
+void Journal::acknowledge(const std::vector<std::int64_t>& rows) {
+  impl_->write([&] { impl_->outbox.acknowledge(rows); });
+}
+
+void Journal::replace(std::int64_t row, const Report& report) {
+  impl_->write([&] { impl_->outbox.replace(row, report); });
+}
+
+OutboxCount Journal::outbox() {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->outbox.look();
 }
 
 }  // namespace cellcal::daemon

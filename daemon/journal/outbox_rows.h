@@ -5,9 +5,12 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
+#include <variant>
 #include <vector>
 
+#include "daemon/journal/chain.h"
 #include "daemon/journal/records.h"
 #include "daemon/journal/store/sqlite.h"
 #include "daemon/session/action.h"
@@ -153,5 +156,41 @@ class OutboxRows {
   OpenTouch open_, open_on_disk_;
   bool only_results_ = false, added_ = false;
 };
+
+// Rows that are written with the next transaction: log, changes of phase, sensor events. Adding one
+// does not wait for the disk.
+
+struct Words {
+  std::string utc, words;
+};
+
+struct PendingRow {
+  std::int64_t session = 0;
+  std::variant<Words, RecordChange, RecordContact, RecordCause, AssessedTouch> what;
+};
+
+class PendingRows {
+ public:
+  void take(PendingRow row) {
+    const std::lock_guard lock(mutex_);
+    rows_.push_back(std::move(row));
+  }
+  std::vector<PendingRow> all() const {
+    const std::lock_guard lock(mutex_);
+    return rows_;
+  }
+  /// The first ones are on disk.
+  void written(std::size_t count) {
+    const std::lock_guard lock(mutex_);
+    rows_.erase(rows_.begin(), rows_.begin() + static_cast<std::ptrdiff_t>(count));
+  }
+
+ private:
+  mutable std::mutex mutex_;  ///< never held while the disk is waited for
+  std::vector<PendingRow> rows_;
+};
+
+/// Within a transaction.
+void insert(Database& database, Chain& chain, const PendingRow& row);
 
 }  // namespace cellcal::daemon

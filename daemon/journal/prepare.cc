@@ -2,11 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <string>
-
 #include "daemon/journal/outbox_rows.h"
-#include "daemon/journal/schema.h"
-#include "daemon/journal/store/error.h"
+#include "daemon/journal/store/sqlite.h"
 
 namespace cellcal::daemon {
 

@@ -1,12 +1,12 @@
 #pragma once
 // Session as recorded in the journal.
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
 
+#include "calib/model/enum_table.h"
 #include "daemon/journal/chain.h"
 #include "daemon/result/outcome.h"
 #include "daemon/session/failure.h"
@@ -43,9 +43,7 @@ enum class RecordState {
   kDone,
   kDamaged,  ///< the row was changed or is missing
 };
-inline constexpr std::array kRecordStates{RecordState::kRunning, RecordState::kInterrupted,
-                                          RecordState::kAborted, RecordState::kFailed,
-                                          RecordState::kDone,    RecordState::kDamaged};
+inline constexpr auto kRecordStates = all_values<RecordState>();
 
 /// "running", "interrupted", "aborted", "failed", "done", "damaged": as in the database and the
 /// API.

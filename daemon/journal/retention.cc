@@ -92,9 +92,8 @@ std::vector<DroppedRows> Journal::retain(const RetentionLimits& limits, const st
                          fmt::format("DELETE FROM {} WHERE session=?", table).c_str());
           drop.bind(1, record->id).step();
         }
-        Statement insert(impl_->database,
-                         "INSERT INTO dropped (session, time, rows) VALUES (?,?,?)");
-        insert.bind(1, record->id).bind(2, std::string_view(utc)).bind(3, rows.rows).step();
+        impl_->database.run("INSERT INTO dropped (session, time, rows) VALUES (?,?,?)", record->id,
+                            utc, rows.rows);
         impl_->added(record->id, "dropped");
       });
     }

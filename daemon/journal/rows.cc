@@ -14,12 +14,10 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
-#include <span>
 
 #include "calib/files/input_file.h"
 #include "daemon/journal/chain.h"
 #include "daemon/journal/journal.h"
-#include "daemon/journal/store/error.h"
 #include "drivers/robot.h"
 
 namespace cellcal::daemon {
@@ -47,8 +45,8 @@ SessionRows read_rows(Database& database, const std::string& journal, std::int64
                     "SELECT chain.number, chain.row, chain.kind, chain.digest, chain.sum, "
                     "before.sum FROM chain LEFT JOIN chain AS before "
                     "ON before.number = chain.number - 1 WHERE chain.session=? "
-                    "ORDER BY chain.number");
-  entries.bind(1, session);
+                    "ORDER BY chain.number",
+                    session);
   while (entries.step()) {
     RowEntry entry;
     entry.number = entries.integer(0);

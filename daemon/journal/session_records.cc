@@ -51,8 +51,7 @@ SessionRecord session_from(Statement& row, bool with_texts) {
 
 std::optional<SessionRecord> Journal::Impl::as_stored(std::int64_t session, bool with_texts) {
   Statement select(database, (std::string(kSelectSession) + "WHERE id=?").c_str());
-  select.bind(1, session);
-  if (!select.step()) return std::nullopt;
+  if (!select.bind(1, session).step()) return std::nullopt;
   return session_from(select, with_texts);
 }
 
@@ -88,8 +87,8 @@ std::vector<SessionRecord> Journal::Impl::sessions() {
 }
 
 void Journal::Impl::look_for(std::int64_t before, const std::function<bool(SessionRecord)>& visit) {
-  Statement select(database, (std::string(kSelectSession) + "WHERE id<? ORDER BY id DESC").c_str());
-  select.bind(1, before);
+  Statement select(database, (std::string(kSelectSession) + "WHERE id<? ORDER BY id DESC").c_str(),
+                   before);
   std::int64_t next = std::min(chain.newest_session(), before - 1);
   const auto is_among_missing_down_to = [&](std::int64_t id) {
     for (; next > id; --next) {
@@ -163,11 +162,12 @@ std::optional<SessionRecord> Journal::newest_resumable() {
 
 namespace {
 
-std::string blob_of(const std::vector<calib::JointVector>& postures) {
-  std::string bytes;
+Blob blob_of(const std::vector<calib::JointVector>& postures) {
+  Blob blob;
   for (const calib::JointVector& posture : postures)
-    bytes.append(reinterpret_cast<const char*>(posture.data()), posture.size() * sizeof(double));
-  return bytes;
+    blob.bytes.append(reinterpret_cast<const char*>(posture.data()),
+                      posture.size() * sizeof(double));
+  return blob;
 }
 
 std::vector<calib::JointVector> postures(const std::string& bytes, std::int64_t axes) {
@@ -187,14 +187,11 @@ std::vector<calib::JointVector> postures(const std::string& bytes, std::int64_t 
 void Journal::record(std::int64_t session, const RecordSearch& record, const std::string& utc) {
   const calib::SearchUnderWay& search = *record.search;
   impl_->write([&] {
-    Statement insert(impl_->database,
-                     "INSERT INTO search (session, time, target, axes, way_rad, end_rad, out_rad) "
-                     "VALUES (?,?,?,?,?,?,?)");
-    insert.bind(1, session).bind(2, std::string_view(utc));
-    insert.bind(3, std::string_view(search.target));
-    insert.bind(4, static_cast<std::int64_t>(search.way.empty() ? 0 : search.way.front().size()));
-    insert.bind_blob(5, blob_of(search.way)).bind_blob(6, blob_of({search.end}));
-    insert.bind_blob(7, blob_of(search.out)).step();
+    impl_->database.run(
+        "INSERT INTO search (session, time, target, axes, way_rad, end_rad, out_rad) "
+        "VALUES (?,?,?,?,?,?,?)",
+        session, utc, search.target, search.way.empty() ? 0 : search.way.front().size(),
+        blob_of(search.way), blob_of({search.end}), blob_of(search.out));
     impl_->added(session, "search");
   });
 }
@@ -223,11 +220,8 @@ std::optional<LeftSearch> Journal::search_left() {
 
 void Journal::activate(const Activation& activation) {
   impl_->write([&] {
-    Statement insert(impl_->database,
-                     "INSERT INTO activation (session, time, who, reason) VALUES (?,?,?,?)");
-    insert.bind(1, activation.session).bind(2, std::string_view(activation.time));
-    insert.bind(3, std::string_view(activation.who));
-    insert.bind(4, std::string_view(activation.reason)).step();
+    impl_->database.run("INSERT INTO activation (session, time, who, reason) VALUES (?,?,?,?)",
+                        activation.session, activation.time, activation.who, activation.reason);
     impl_->added(activation.session, "activation");
     impl_->outbox.put(activation.session, activation.time,
                       [&](const Reporter& to) { return to.activation(activation); });
@@ -252,10 +246,8 @@ std::vector<Activation> Journal::activations() {
 
 void Journal::store_schedule(const std::string& state) {
   impl_->write([&] {
-    Statement insert(impl_->database,
-                     "INSERT OR REPLACE INTO schedule (id, state, sum) VALUES (1,?,?)");
-    insert.bind(1, std::string_view(state));
-    insert.bind(2, std::string_view(calib::sha256(state))).step();
+    impl_->database.run("INSERT OR REPLACE INTO schedule (id, state, sum) VALUES (1,?,?)", state,
+                        calib::sha256(state));
   });
 }
 

@@ -9,6 +9,7 @@
 #include <csignal>
 
 #include "calib/files/calibration_json.h"
+#include "calib/model/enum_table.h"
 #include "daemon/api/access.h"
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/page.h"
@@ -16,7 +17,7 @@
 #include "daemon/archive/drift_watch.h"
 #include "daemon/archive/versions.h"
 #include "daemon/backends/backends.h"
-#include "daemon/cell_form/cell_shelf.h"
+#include "daemon/cell_form/cell_form.h"
 #include "daemon/config/config_values.h"
 #include "daemon/controller/advice_publisher.h"
 #include "daemon/controller/frame_station.h"
@@ -25,11 +26,11 @@
 #include "daemon/files/log_context.h"
 #include "daemon/krl/frames.h"
 #include "daemon/main/log.h"
-#include "daemon/main/network_door.h"
-#include "daemon/main/nights.h"
+#include "daemon/main/network_server.h"
 #include "daemon/main/plant_line.h"
 #include "daemon/main/reload.h"
-#include "daemon/main/systemd_news.h"
+#include "daemon/main/systemd_notifier.h"
+#include "daemon/main/unattended_services.h"
 #include "daemon/plant/messages/fact.h"
 #include "daemon/runner/backend.h"
 #include "daemon/service/service.h"
@@ -165,15 +166,9 @@ void reload_at_hang_up(asio::signal_set& hang_ups, OnRequest& reload) {
 }
 
 const char* name_of(BackendKind backend) {
-  switch (backend) {
-    case BackendKind::kRsi:
-      return "rsi";
-    case BackendKind::kEki:
-      return "eki";
-    case BackendKind::kMock:
-      break;
-  }
-  return "mock";
+  using enum BackendKind;
+  static constexpr EnumNames<BackendKind> kTable{{{kRsi, "rsi"}, {kEki, "eki"}, {kMock, "mock"}}};
+  return kTable[backend];
 }
 
 AccessConfig access_config(const std::optional<HttpConfig>& http,

@@ -9,6 +9,7 @@
 
 #include <cstdlib>
 
+#include "calib/model/enum_table.h"
 #include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {
@@ -99,23 +100,16 @@ int priority_of(spdlog::level::level_enum level) {
 
 /// Stable identifiers, listed in systemd/README.md.
 const char* message_id(LogEvent event) {
-  switch (event) {
-    case LogEvent::kSessionBegins:
-      return "818c65f5bc044f8da37d1bba4f991551";
-    case LogEvent::kTouch:
-      return "c055b6ccc5774e2b952722b7bbe56434";
-    case LogEvent::kSessionDone:
-      return "72725e40c5c14cebbfc67f01eee722e8";
-    case LogEvent::kSessionAborted:
-      return "50952111fce348b0872fd8566c65bb75";
-    case LogEvent::kSessionFailed:
-      return "91fe2c2267324c12adce1db58e03c67b";
-    case LogEvent::kHangs:
-      return "c4e8df7f94b94480b7613bed51cb64b3";
-    case LogEvent::kNone:
-      break;
-  }
-  return "";
+  using enum LogEvent;
+  static constexpr EnumNames<LogEvent> kTable{
+      {{kNone, ""},
+       {kSessionBegins, "818c65f5bc044f8da37d1bba4f991551"},
+       {kTouch, "c055b6ccc5774e2b952722b7bbe56434"},
+       {kSessionDone, "72725e40c5c14cebbfc67f01eee722e8"},
+       {kSessionAborted, "50952111fce348b0872fd8566c65bb75"},
+       {kSessionFailed, "91fe2c2267324c12adce1db58e03c67b"},
+       {kHangs, "c4e8df7f94b94480b7613bed51cb64b3"}}};
+  return kTable[event];
 }
 
 class JournalSink final : public spdlog::sinks::base_sink<std::mutex> {

@@ -2,20 +2,49 @@
 // Interface to the process with the line to the plant, by the current [plant]. No network code of that line
 // runs in this process.
 
+#include <atomic>
+#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <mutex>
 #include <optional>
 
-#include "daemon/main/cell_look.h"
-#include "daemon/main/network_door.h"
+#include "daemon/archive/drift_watch.h"
+#include "daemon/journal/journal.h"
+#include "daemon/main/network_server.h"
 #include "daemon/main/reload.h"
 #include "daemon/plant/desk/desk.h"
 #include "daemon/plant/desk/journal_outbox.h"
 #include "daemon/plant/desk/proposal_box.h"
+#include "daemon/plant/line/cell_metrics.h"
+#include "daemon/plant/line/line_status.h"
 #include "daemon/service/service.h"
 
 namespace cellcal::daemon {
+
+// State of the cell for a Sparkplug host: status at once, results of the journal periodically.
+
+class CellSnapshotReader {
+ public:
+  CellSnapshotReader(SessionService& service, Journal& journal);
+
+  void emulated(bool yes) { emulated_ = yes; }
+  /// From one thread at a time. The journal is read after a session has begun or ended, and every half minute
+  /// to detect activations. Throws JournalError.
+  plant::sparkplug::CellNow now();
+
+ private:
+  void read_results();
+
+  SessionService& service_;
+  Journal& journal_;
+  DriftWatch drift_;
+  std::atomic<bool> emulated_{false};
+  plant::sparkplug::CellNow results_;  ///< calibration, check, drift
+  std::int64_t of_session_ = -1;
+  bool of_running_ = false;
+  std::chrono::steady_clock::time_point read_at_;
+};
 
 /// Socket for that process: in a folder of its own, so that it needs no access to the daemon's socket.
 std::filesystem::path plant_socket(const std::filesystem::path& socket);

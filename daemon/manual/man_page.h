@@ -4,9 +4,34 @@
 #include <string>
 #include <vector>
 
-#include "daemon/manual/command_tree.h"
+namespace CLI {
+class App;
+}
 
 namespace cellcal::daemon {
+
+// Content of a program's --help as plain values: commands, options, values, texts.
+
+struct OptionHelp {
+  std::vector<std::string> flags;    ///< "-o", "--output"; empty: a positional argument
+  std::string place;                 ///< name of a positional argument, "ID"
+  std::string value;                 ///< "TEXT", "INT", ...; empty: a flag
+  std::vector<std::string> choices;  ///< the only permitted values; empty: any
+  std::string range, usual;          ///< "4 - 2000"; default value
+  std::string words;
+  bool required = false;
+};
+
+struct CommandHelp {
+  std::string name, words;
+  std::string remarks;                ///< below the options, unwrapped
+  std::vector<std::string> examples;  ///< one command line each
+  std::vector<OptionHelp> options;
+  std::vector<CommandHelp> commands;
+};
+
+/// The whole command tree of `app`, in the order of --help.
+CommandHelp command_tree(const CLI::App& app);
 
 /// Content beyond the options: exit statuses, files, signals.
 struct ManSection {
@@ -33,5 +58,12 @@ std::vector<ManSection> cellcal_sections();
 std::vector<ManSection> cellcald_sections();
 std::vector<ManSection> cellcal_fleet_sections();
 std::vector<ManSection> cellcal_plant_sections();
+
+// Completion of a program's commands and options for three shells. Values without a list of choices complete
+// as files.
+
+std::string bash_completion(const CommandHelp& program);
+std::string zsh_completion(const CommandHelp& program);
+std::string fish_completion(const CommandHelp& program);
 
 }  // namespace cellcal::daemon

@@ -11,7 +11,6 @@
 #include "daemon/files/atomic_file.h"
 #include "daemon/fleet/main/fleet_options.h"
 #include "daemon/main/options.h"
-#include "daemon/manual/completion.h"
 #include "daemon/manual/man_page.h"
 #include "daemon/plant/process/plant_options.h"
 

@@ -2,11 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
-#include <vector>
 
 #include "calib/model/linear.h"
 #include "calib/model/units.h"

@@ -5,12 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 
+#include "calib/model/enum_table.h"
 #include "calib/model/linear.h"
 #include "calib/model/units.h"
-#include "daemon/qualification/contact_delay.h"
-#include "daemon/session/search_line.h"
+#include "daemon/session/interruption.h"
 
 namespace cellcal::daemon {
 
@@ -123,26 +122,16 @@ std::vector<QualificationFinding> findings_of(const Qualification& q) {
 
 }  // namespace
 
-const char* to_string(QualificationFinding finding) {
-  switch (finding) {
-    case QualificationFinding::kNoiseAboveStated:
-      return "noise-above-stated";
-    case QualificationFinding::kOvertravelTooLong:
-      return "overtravel-too-long";
-    case QualificationFinding::kDelayNotAsStated:
-      return "delay-not-as-stated";
-    case QualificationFinding::kRadiusNotAsStated:
-      return "radius-not-as-stated";
-  }
-  return "?";
-}
+constexpr EnumNames<QualificationFinding> kFindingNames{
+    {{QualificationFinding::kNoiseAboveStated, "noise-above-stated"},
+     {QualificationFinding::kOvertravelTooLong, "overtravel-too-long"},
+     {QualificationFinding::kDelayNotAsStated, "delay-not-as-stated"},
+     {QualificationFinding::kRadiusNotAsStated, "radius-not-as-stated"}}};
+
+const char* to_string(QualificationFinding finding) { return kFindingNames[finding]; }
 
 std::optional<QualificationFinding> qualification_finding(const std::string& name) {
-  for (const QualificationFinding one :
-       {QualificationFinding::kNoiseAboveStated, QualificationFinding::kOvertravelTooLong,
-        QualificationFinding::kDelayNotAsStated, QualificationFinding::kRadiusNotAsStated})
-    if (name == to_string(one)) return one;
-  return std::nullopt;
+  return kFindingNames.key_of(name);
 }
 
 Qualification qualify(const calib::Plan& plan, std::span<const RecordReading> readings,

@@ -10,7 +10,7 @@
 
 #include "calib/svg/svg.h"
 #include "daemon/report/plan_picture.h"
-#include "daemon/report/view.h"
+#include "daemon/report/report.h"
 
 namespace cellcal::daemon::report {
 

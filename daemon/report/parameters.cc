@@ -16,7 +16,7 @@
 #include "calib/result/level.h"
 #include "calib/svg/svg.h"
 #include "daemon/report/plan_picture.h"
-#include "daemon/report/view.h"
+#include "daemon/report/report.h"
 
 namespace cellcal::daemon::report {
 

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "calib/model/units.h"
-#include "calib/svg/svg.h"
 #include "daemon/report/plan_scene.h"
 
 namespace cellcal::daemon::report {

@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <string_view>
+#include <algorithm>
+#include <cmath>
+#include <set>
 
+#include "calib/model/enum_table.h"
+#include "calib/model/units.h"
 #include "daemon/report/plan_picture.h"
-#include "daemon/report/view.h"
 
 namespace cellcal::daemon {
 
@@ -78,3 +81,144 @@ std::string html_report(const ReportInput& input) {
 }
 
 }  // namespace cellcal::daemon
+
+namespace cellcal::daemon::report {
+namespace {
+
+constexpr std::size_t kTitleLength = 40;
+
+}  // namespace
+
+bool is_usable_mm(double value) { return std::isfinite(value) && std::abs(value) < kUsableMm; }
+
+bool is_known(double predicted_m) { return std::isfinite(predicted_m) && predicted_m > 0.0; }
+
+View::View(const ReportInput& report_input)
+    : input(report_input), result(report_input.calibration) {
+  std::set<std::size_t> named;
+  for (const calib::Outlier& outlier : result.outliers) named.insert(outlier.touch);
+  std::set<std::size_t> set_aside = named;
+  marks.reserve(result.residuals.size());
+  for (const calib::TouchResidual& residual : result.residuals) {
+    Mark mark;
+    mark.number = residual.touch + 1;
+    if (residual.touch < input.touches.size()) {
+      const calib::Touch& touch = input.touches[residual.touch];
+      mark.held_out = touch.set == calib::TouchSet::kCheck;
+      mark.target = touch.target;
+      mark.in_3d = is_point(touch.target);
+    } else {
+      ++unknown;
+    }
+    if (residual.outlier || named.contains(residual.touch)) {
+      mark.kind = MarkKind::kOutlier;
+      set_aside.insert(residual.touch);
+    } else {
+      mark.kind = mark.held_out ? MarkKind::kCheck : MarkKind::kFit;
+    }
+    mark.before_mm = residual.before_m * calib::kMmPerM;
+    mark.after_mm = residual.after_m * calib::kMmPerM;
+    mark.whitened = residual.whitened;
+    if (residual.direction.allFinite()) mark.direction = residual.direction;
+    if (is_usable_mm(mark.before_mm) && is_usable_mm(mark.after_mm) &&
+        std::isfinite(mark.whitened)) {
+      marks.push_back(std::move(mark));
+    } else {
+      ++unusable;
+    }
+  }
+  outliers = set_aside.size();
+  for (std::size_t i = 0; i < input.touches.size(); ++i) {
+    if (set_aside.contains(i)) continue;
+    ++(input.touches[i].set == calib::TouchSet::kCheck ? check : fit);
+  }
+}
+
+const calib::Target* View::cell_target(std::string_view id) const {
+  for (const calib::Target& target : result.cell.targets) {
+    if (target.id == id) return &target;
+  }
+  return nullptr;
+}
+
+const calib::TargetResult* View::target_result(std::string_view id) const {
+  for (const calib::TargetResult& target : result.targets) {
+    if (target.id == id) return &target;
+  }
+  return nullptr;
+}
+
+bool View::is_point(std::string_view id) const {
+  const calib::Target* target = cell_target(id);
+  return target &&
+         (target->kind == calib::TargetKind::kPoint || target->kind == calib::TargetKind::kTracker);
+}
+
+bool View::is_round(std::string_view id) const {
+  const calib::Target* target = cell_target(id);
+  return !target || target->kind == calib::TargetKind::kSphere ||
+         target->kind == calib::TargetKind::kWire;
+}
+
+bool View::points_only() const {
+  return !marks.empty() &&
+         std::all_of(marks.begin(), marks.end(), [](const Mark& mark) { return mark.in_3d; });
+}
+
+bool View::any_point() const {
+  return std::any_of(marks.begin(), marks.end(), [](const Mark& mark) { return mark.in_3d; });
+}
+
+std::size_t View::touched_lengths() const {
+  std::set<std::pair<std::string, std::string>> ends;  // each length once
+  for (const calib::CertifiedLength& length : result.cell.lengths)
+    if (target_result(length.from) && target_result(length.to))
+      ends.insert(std::minmax(length.from, length.to));
+  return ends.size();
+}
+
+std::string name_of(const View& view, const calib::ParameterResult& parameter) {
+  return calib::parameter_name(view.result.cell, parameter.key);
+}
+
+std::string_view kind_word(calib::TargetKind kind) {
+  using enum calib::TargetKind;
+  static constexpr EnumNames<calib::TargetKind> kTable{{{kSphere, "sphere"},
+                                                        {kWire, "wire"},
+                                                        {kPlane, "plane"},
+                                                        {kPoint, "point"},
+                                                        {kTracker, "tracker"}}};
+  return kTable[kind];
+}
+
+std::string target_words(const View& view) {
+  const auto& targets = view.result.targets;
+  std::set<std::string_view> words;
+  for (const calib::TargetResult& target : targets) {
+    const calib::Target* in_cell = view.cell_target(target.id);
+    words.insert(in_cell ? kind_word(in_cell->kind) : "target");
+  }
+  const std::string one(words.size() == 1 ? *words.begin() : "target");
+  return counted(targets.size(), one, one + "s");
+}
+
+std::string_view css_class(MarkKind kind) {
+  using enum MarkKind;
+  static constexpr EnumNames<MarkKind> kTable{
+      {{kFit, "fit"}, {kCheck, "check"}, {kOutlier, "outlier"}}};
+  return kTable[kind];
+}
+
+std::string mark_title(const Mark& mark) {
+  std::string_view kind = mark.held_out ? "held out" : "fitted";
+  if (mark.kind == MarkKind::kOutlier) kind = "outlier, left out";
+  return fmt::format("touch {}{}{}, {}: {} mm before, {} mm after", mark.number,
+                     mark.target.empty() ? "" : " on ", shorten(mark.target, kTitleLength), kind,
+                     fixed(mark.before_mm, kMmDecimals), fixed(mark.after_mm, kMmDecimals));
+}
+
+std::string section(std::string_view id, std::string_view heading, std::string_view body) {
+  return fmt::format("<section id=\"{}\">\n<h2>{}</h2>\n{}</section>\n", id, heading, body);
+}
+
+}  // namespace cellcal::daemon::report

@@ -2,6 +2,8 @@
 // Calibration report: one self-contained HTML file for those who rely on, use or reject a calibration. No
 // script and no external resource, so that it remains readable for years.
 
+#include <Eigen/Core>
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -37,3 +39,94 @@ struct ReportInput {
 std::string html_report(const ReportInput& input);
 
 }  // namespace cellcal::daemon
+
+namespace cellcal::daemon::report {
+
+// Shared data of all sections: each touch with its kind, target and residuals in millimetres.
+
+enum class MarkKind { kFit, kCheck, kOutlier };
+
+/// Larger or non-finite values are not measurements, and would distort every scale.
+inline constexpr double kUsableMm = 1e6;
+bool is_usable_mm(double value);
+
+/// A predicted error of zero means that it was not predicted.
+bool is_known(double predicted_m);
+
+/// One residual as drawn.
+struct Mark {
+  std::size_t number = 0;  ///< of the touch, from 1, as displayed
+  MarkKind kind = MarkKind::kFit;
+  bool held_out = false;  ///< a check touch, outlier or not
+  std::string target;     ///< empty where the touch is unknown
+  double before_mm = 0.0, after_mm = 0.0;
+  double whitened = 0.0;
+  bool in_3d = false;  ///< on a point or by a tracker: residuals are non-negative distances
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< base frame; zero: none
+};
+
+/// References the input, which must outlive this.
+struct View {
+  explicit View(const ReportInput& report_input);
+
+  const ReportInput& input;
+  const calib::Calibration& result;
+  std::vector<Mark> marks;  ///< usable ones only, in the order of the residuals
+  std::size_t fit = 0, check = 0, outliers = 0;  ///< touches by kind
+  std::size_t unusable = 0;  ///< residuals omitted from every drawing: not finite or too large
+  std::size_t unknown = 0;   ///< residuals of unknown touches
+
+  /// nullptr where the cell has no such target.
+  const calib::Target* cell_target(std::string_view id) const;
+  const calib::TargetResult* target_result(std::string_view id) const;
+  bool is_point(std::string_view id) const;  ///< or a tracker: measured in all three directions
+  /// Touched from several directions: a sphere or a wire.
+  bool is_round(std::string_view id) const;
+  bool points_only() const;  ///< all marks, at least one, are on points
+  bool any_point() const;
+  /// Certified lengths with both ends touched; only these determine the scale.
+  std::size_t touched_lengths() const;
+};
+
+/// As in tables: "A2.theta".
+std::string name_of(const View& view, const calib::ParameterResult& parameter);
+
+std::string_view kind_word(calib::TargetKind kind);
+/// "4 spheres", "2 points"; "3 targets" for mixed kinds.
+std::string target_words(const View& view);
+std::string_view css_class(MarkKind kind);
+/// "touch 12 on S1, held out: 2.310 mm before, 0.021 mm after".
+std::string mark_title(const Mark& mark);
+
+/// "<section ...><h2>heading</h2>" ... "</section>" around the body.
+std::string section(std::string_view id, std::string_view heading, std::string_view body);
+
+// Sections of the report, in page order. Each returns HTML and computes nothing beyond the calibration's own
+// values.
+
+std::string verdict_banner(const View& view);
+std::string summary(const View& view);
+std::string figures_table(const View& view);
+std::string meaning(const View& view);
+std::string residual_chart(const View& view);
+std::string residual_histogram(const View& view);
+std::string cell_picture(const View& view);
+std::string plan(const View& view);
+std::string sphere_maps(const View& view);
+std::string targets_table(const View& view);
+std::string model(const View& view);
+std::string parameters_table(const View& view);
+std::string unidentifiable(const View& view);
+std::string outliers(const View& view);
+std::string correlations(const View& view);
+std::string traceability(const View& view);
+std::string raw_touches(const View& view);
+
+/// Selected model and method, escaped; empty for methods without levels.
+std::string level_words(const View& view);
+std::string method_words(std::string_view method);
+
+/// The style sheet, without the <style> tags.
+const char* style_sheet();
+
+}  // namespace cellcal::daemon::report

@@ -2,7 +2,7 @@
 // colour vision deficiency; kinds of touches differ in shape as well. One accent (blue), one alarm
 // (vermilion).
 
-#include "daemon/report/view.h"
+#include "daemon/report/report.h"
 
 namespace cellcal::daemon::report {
 

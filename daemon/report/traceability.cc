@@ -9,7 +9,7 @@
 
 #include "calib/model/units.h"
 #include "daemon/report/plan_picture.h"
-#include "daemon/report/view.h"
+#include "daemon/report/report.h"
 
 namespace cellcal::daemon::report {
 namespace {

@@ -12,7 +12,7 @@
 #include "calib/result/finding.h"
 #include "calib/result/unidentifiable.h"
 #include "daemon/report/plan_picture.h"
-#include "daemon/report/view.h"
+#include "daemon/report/report.h"
 
 namespace cellcal::daemon::report {
 

@@ -6,27 +6,29 @@
 #include <algorithm>
 
 #include "calib/model/units.h"
-#include "calib/result/names.h"
-#include "calib/result/tcp_check.h"
 
 namespace cellcal::daemon {
 
 namespace {
 
-using calib::Named;
-
-constexpr std::array kNames{Named{OutcomeKind::kPublished, "published"},
-                            Named{OutcomeKind::kWithheld, "withheld"},
-                            Named{OutcomeKind::kHolds, "holds"},
-                            Named{OutcomeKind::kDoesNotHold, "does_not_hold"},
-                            Named{OutcomeKind::kUndecided, "undecided"},
-                            Named{OutcomeKind::kQualified, "qualified"},
-                            Named{OutcomeKind::kNotQualified, "not_qualified"},
-                            Named{OutcomeKind::kFound, "found"},
-                            Named{OutcomeKind::kNothingMet, "nothing_met"},
-                            Named{OutcomeKind::kUpdated, "updated"},
-                            Named{OutcomeKind::kNothingChanged, "nothing_changed"},
-                            Named{OutcomeKind::kUpdateWithheld, "update_withheld"}};
+struct KindOfOutcome {
+  const char* name = "unknown";
+  bool good = false;
+  std::optional<bool> published = {};
+};
+constexpr EnumTable<OutcomeKind, KindOfOutcome> kKinds{
+    {{OutcomeKind::kPublished, {"published", true, true}},
+     {OutcomeKind::kWithheld, {"withheld", false, false}},
+     {OutcomeKind::kHolds, {"holds", true, {}}},
+     {OutcomeKind::kDoesNotHold, {"does_not_hold", false, {}}},
+     {OutcomeKind::kUndecided, {"undecided", false, {}}},
+     {OutcomeKind::kQualified, {"qualified", true, {}}},
+     {OutcomeKind::kNotQualified, {"not_qualified", false, {}}},
+     {OutcomeKind::kFound, {"found", true, {}}},
+     {OutcomeKind::kNothingMet, {"nothing_met", true, {}}},
+     {OutcomeKind::kUpdated, {"updated", true, true}},
+     {OutcomeKind::kNothingChanged, {"nothing_changed", true, false}},
+     {OutcomeKind::kUpdateWithheld, {"update_withheld", false, false}}}};
 
 template <class T>
 void add_once(std::vector<T>& list, const T& one) {
@@ -110,30 +112,14 @@ struct OutcomeOf {
 
 }  // namespace
 
-const char* to_string(OutcomeKind kind) { return calib::name_of(kNames, kind); }
+const char* to_string(OutcomeKind kind) { return kKinds[kind].name; }
 std::optional<OutcomeKind> outcome_kind(const std::string& name) {
-  return calib::named(kNames, name);
+  const auto* const found = std::ranges::find(
+      kOutcomeKinds, name, [](OutcomeKind kind) { return std::string_view(to_string(kind)); });
+  return found == kOutcomeKinds.end() ? std::nullopt : std::optional(*found);
 }
 
-bool is_good(OutcomeKind kind) {
-  switch (kind) {
-    case OutcomeKind::kPublished:
-    case OutcomeKind::kHolds:
-    case OutcomeKind::kQualified:
-    case OutcomeKind::kFound:
-    case OutcomeKind::kNothingMet:
-    case OutcomeKind::kUpdated:
-    case OutcomeKind::kNothingChanged:
-      return true;
-    case OutcomeKind::kWithheld:
-    case OutcomeKind::kDoesNotHold:
-    case OutcomeKind::kUndecided:
-    case OutcomeKind::kNotQualified:
-    case OutcomeKind::kUpdateWithheld:
-      break;
-  }
-  return false;
-}
+bool is_good(OutcomeKind kind) { return kKinds[kind].good; }
 
 SessionOutcome outcome_of(const SessionResult& result) {
   return std::visit(OutcomeOf{}, result.of);
@@ -149,24 +135,7 @@ std::string cause_of(const SessionOutcome& outcome) {
 }
 
 std::optional<bool> published(const SessionOutcome& outcome) {
-  switch (outcome.kind) {
-    case OutcomeKind::kPublished:
-    case OutcomeKind::kUpdated:
-      return true;
-    case OutcomeKind::kWithheld:
-    case OutcomeKind::kNothingChanged:
-    case OutcomeKind::kUpdateWithheld:
-      return false;
-    case OutcomeKind::kHolds:
-    case OutcomeKind::kDoesNotHold:
-    case OutcomeKind::kUndecided:
-    case OutcomeKind::kQualified:
-    case OutcomeKind::kNotQualified:
-    case OutcomeKind::kFound:
-    case OutcomeKind::kNothingMet:
-      break;
-  }
-  return std::nullopt;
+  return kKinds[outcome.kind].published;
 }
 
 namespace {

@@ -3,13 +3,13 @@
 // readiness. Sentences and JSON: outcome_json.h.
 
 #include <Eigen/Core>
-#include <array>
 #include <cstddef>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "calib/model/enum_table.h"
 #include "calib/result/calibration.h"
 #include "calib/result/drift_chart.h"
 #include "calib/result/finding.h"
@@ -65,11 +65,7 @@ enum class OutcomeKind {
   kNothingChanged,
   kUpdateWithheld,
 };
-inline constexpr std::array kOutcomeKinds{
-    OutcomeKind::kPublished,    OutcomeKind::kWithheld,       OutcomeKind::kHolds,
-    OutcomeKind::kDoesNotHold,  OutcomeKind::kUndecided,      OutcomeKind::kQualified,
-    OutcomeKind::kNotQualified, OutcomeKind::kFound,          OutcomeKind::kNothingMet,
-    OutcomeKind::kUpdated,      OutcomeKind::kNothingChanged, OutcomeKind::kUpdateWithheld};
+inline constexpr auto kOutcomeKinds = all_values<OutcomeKind>();
 
 /// "does_not_hold". None for an unknown name.
 const char* to_string(OutcomeKind kind);

@@ -4,7 +4,6 @@
 
 #include "calib/files/check_json.h"
 #include "calib/model/units.h"
-#include "daemon/result/outcome.h"
 
 namespace cellcal::daemon {
 

@@ -5,10 +5,9 @@
 #include <unistd.h>
 
 #include <exception>
-#include <thread>
 #include <utility>
 
-#include "daemon/session/search_line.h"
+#include "daemon/session/interruption.h"
 
 namespace cellcal::daemon {
 

@@ -1,23 +1,64 @@
 #pragma once
 // A session ready to begin: inputs read and checked, backend created. Nothing is opened or moved yet.
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "calib/model/kinematics.h"
 #include "calib/model/robot.h"
 #include "calib/model/touch.h"
 #include "daemon/journal/journal.h"
-#include "daemon/service/hand_speed.h"
+#include "daemon/service/journal_recorder.h"
 #include "daemon/service/request.h"
-#include "daemon/service/time_left.h"
-#include "daemon/service/touch_news.h"
+#include "daemon/session/phase.h"
 #include "daemon/session/state.h"
 #include "daemon/tasks/options.h"
+#include "drivers/robot.h"
+#include "drivers/time.h"
 
 namespace cellcal::daemon {
+
+// Remaining time of a session, estimated from the pace of its touches so far.
+
+class TimeLeft {
+ public:
+  /// Seconds; none before the first touch. To be called after every step. `done` and `total` count touches.
+  std::optional<double> look(Phase phase, std::size_t done, std::size_t total,
+                             drivers::TimePoint now);
+
+ private:
+  std::size_t done_at_first_move_ = 0, last_done_ = 0;
+  std::optional<drivers::TimePoint> first_move_;
+  drivers::TimePoint last_touch_{};
+};
+
+// Speed bound for operation with a person inside the cell: in T1 the controller stops an arm under RSI above
+// 250 mm/s at the TCP or the flange, and the override does not scale RSI corrections.
+
+class HandSpeed {
+ public:
+  struct Bound {
+    double speed_m_s = 0.0;     ///< of TCPs, flange and joint origins; 0: unbounded
+    bool mode_unknown = false;  ///< applies in T1, and also where the link does not report the mode
+  };
+  /// `speed_fraction`: share of the robot file's axis speeds, as configured for the link.
+  HandSpeed(std::shared_ptr<const calib::ArmModel> arm, double speed_fraction, Bound bound);
+
+  /// Share of each axis' speed limit for this move from the commanded position (Move::speed_share). 1 for
+  /// moves with a speed of their own: searches, and straight lines with a duration.
+  double share(const drivers::Move& move, const drivers::RobotState& robot) const;
+
+ private:
+  double share_of_leg(const std::vector<double>& from, const std::vector<double>& to) const;
+
+  std::shared_ptr<const calib::ArmModel> arm_;
+  double speed_fraction_;
+  Bound bound_;
+};
 
 /// Everything that one session owns until it has ended.
 struct Job {

@@ -16,7 +16,6 @@
 #include "calib/files/input_file.h"
 #include "daemon/journal/journal.h"
 #include "daemon/runner/runner.h"
-#include "daemon/service/arm_watch.h"
 #include "daemon/service/request.h"
 #include "daemon/service/status.h"
 

@@ -2,13 +2,13 @@
 // Events of a session. One plain struct: the kind selects the row of the table, the remaining fields are the
 // evidence.
 
-#include <array>
 #include <concepts>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
 
+#include "calib/model/enum_table.h"
 #include "calib/plan/touch_sequence.h"
 #include "drivers/contact.h"
 #include "drivers/robot.h"
@@ -51,32 +51,7 @@ enum class EventKind : std::uint8_t {
   kDeadline,
 };
 
-inline constexpr std::array kAllEvents{EventKind::kRun,
-                                       EventKind::kAbort,
-                                       EventKind::kPlanned,
-                                       EventKind::kRouted,
-                                       EventKind::kAssessed,
-                                       EventKind::kIdentified,
-                                       EventKind::kReported,
-                                       EventKind::kWorkFailed,
-                                       EventKind::kLinks,
-                                       EventKind::kDeviceFailed,
-                                       EventKind::kArmed,
-                                       EventKind::kArmRefused,
-                                       EventKind::kArrived,
-                                       EventKind::kContact,
-                                       EventKind::kRevoked,
-                                       EventKind::kStopped,
-                                       EventKind::kUnexpectedContact,
-                                       EventKind::kStillInContact,
-                                       EventKind::kContactSilent,
-                                       EventKind::kRobotSilent,
-                                       EventKind::kRefused,
-                                       EventKind::kNotFollowing,
-                                       EventKind::kRecorded,
-                                       EventKind::kJournalSound,
-                                       EventKind::kJournalFailed,
-                                       EventKind::kDeadline};
+inline constexpr auto kAllEvents = all_values<EventKind>();
 
 const char* to_string(EventKind kind);
 EventKind event_of(drivers::MoveOutcome outcome);

@@ -1,11 +1,9 @@
 // Guards of the rows of the table.
 
-#include <algorithm>
 #include <cmath>
 
 #include "daemon/session/interruption.h"
 #include "daemon/session/rules.h"
-#include "daemon/session/search_line.h"
 
 namespace cellcal::daemon::rules {
 

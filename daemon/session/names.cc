@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "calib/model/enum_table.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/session/action.h"
 #include "daemon/session/session.h"
@@ -9,164 +10,88 @@
 namespace cellcal::daemon {
 
 const char* to_string(drivers::ContactEventKind kind) {
-  switch (kind) {
-    case drivers::ContactEventKind::kTrip:
-      return "trip";
-    case drivers::ContactEventKind::kContact:
-      return "contact";
-    case drivers::ContactEventKind::kRevoked:
-      return "revoked";
-    case drivers::ContactEventKind::kRelease:
-      return "release";
-  }
-  return "unknown";
+  using enum drivers::ContactEventKind;
+  static constexpr EnumNames<drivers::ContactEventKind> kTable{
+      {{kTrip, "trip"}, {kContact, "contact"}, {kRevoked, "revoked"}, {kRelease, "release"}}};
+  return kTable[kind];
 }
 
-const char* to_string(Phase phase) {
-  switch (phase) {
-    case Phase::kIdle:
-      return "idle";
-    case Phase::kPlanning:
-      return "planning";
-    case Phase::kConnecting:
-      return "connecting";
-    case Phase::kReferencing:
-      return "referencing";
-    case Phase::kRouting:
-      return "routing";
-    case Phase::kFreeing:
-      return "freeing";
-    case Phase::kProving:
-      return "proving";
-    case Phase::kTransit:
-      return "transit";
-    case Phase::kArmingFast:
-      return "arming fast";
-    case Phase::kFastSearch:
-      return "fast search";
-    case Phase::kBackingOff:
-      return "backing off";
-    case Phase::kArmingSlow:
-      return "arming slow";
-    case Phase::kSlowSearch:
-      return "slow search";
-    case Phase::kRecording:
-      return "recording";
-    case Phase::kRetreat:
-      return "retreat";
-    case Phase::kChoosing:
-      return "choosing";
-    case Phase::kReturning:
-      return "returning";
-    case Phase::kIdentifying:
-      return "identifying";
-    case Phase::kReporting:
-      return "reporting";
-    case Phase::kRecovering:
-      return "recovering";
-    case Phase::kWatching:
-      return "watching the links";
-    case Phase::kStopping:
-      return "stopping";
-    case Phase::kDone:
-      return "done";
-    case Phase::kAborted:
-      return "aborted";
-    case Phase::kFailed:
-      return "failed";
-  }
-  return "unknown phase";
-}
+constexpr EnumNames<Phase> kPhaseNames{{{Phase::kIdle, "idle"},
+                                        {Phase::kPlanning, "planning"},
+                                        {Phase::kConnecting, "connecting"},
+                                        {Phase::kReferencing, "referencing"},
+                                        {Phase::kRouting, "routing"},
+                                        {Phase::kFreeing, "freeing"},
+                                        {Phase::kProving, "proving"},
+                                        {Phase::kTransit, "transit"},
+                                        {Phase::kArmingFast, "arming fast"},
+                                        {Phase::kFastSearch, "fast search"},
+                                        {Phase::kBackingOff, "backing off"},
+                                        {Phase::kArmingSlow, "arming slow"},
+                                        {Phase::kSlowSearch, "slow search"},
+                                        {Phase::kRecording, "recording"},
+                                        {Phase::kRetreat, "retreat"},
+                                        {Phase::kChoosing, "choosing"},
+                                        {Phase::kReturning, "returning"},
+                                        {Phase::kIdentifying, "identifying"},
+                                        {Phase::kReporting, "reporting"},
+                                        {Phase::kRecovering, "recovering"},
+                                        {Phase::kWatching, "watching the links"},
+                                        {Phase::kStopping, "stopping"},
+                                        {Phase::kDone, "done"},
+                                        {Phase::kAborted, "aborted"},
+                                        {Phase::kFailed, "failed"}}};
 
-std::optional<Phase> phase_of(std::string_view name) {
-  const auto phase = std::find_if(kAllPhases.begin(), kAllPhases.end(),
-                                  [&](Phase one) { return name == to_string(one); });
-  return phase == kAllPhases.end() ? std::nullopt : std::optional(*phase);
-}
+const char* to_string(Phase phase) { return kPhaseNames[phase]; }
+
+std::optional<Phase> phase_of(std::string_view name) { return kPhaseNames.key_of(name); }
 
 const char* to_string(EventKind kind) {
-  switch (kind) {
-    case EventKind::kRun:
-      return "run";
-    case EventKind::kAbort:
-      return "abort";
-    case EventKind::kPlanned:
-      return "planned";
-    case EventKind::kRouted:
-      return "routed";
-    case EventKind::kAssessed:
-      return "assessed";
-    case EventKind::kIdentified:
-      return "identified";
-    case EventKind::kReported:
-      return "reported";
-    case EventKind::kWorkFailed:
-      return "work failed";
-    case EventKind::kLinks:
-      return "links";
-    case EventKind::kDeviceFailed:
-      return "device failed";
-    case EventKind::kArmed:
-      return "armed";
-    case EventKind::kArmRefused:
-      return "arm refused";
-    case EventKind::kArrived:
-      return "arrived";
-    case EventKind::kContact:
-      return "contact";
-    case EventKind::kRevoked:
-      return "revoked";
-    case EventKind::kStopped:
-      return "stopped";
-    case EventKind::kUnexpectedContact:
-      return "unexpected contact";
-    case EventKind::kStillInContact:
-      return "still in contact";
-    case EventKind::kContactSilent:
-      return "contact silent";
-    case EventKind::kRobotSilent:
-      return "robot silent";
-    case EventKind::kRefused:
-      return "refused";
-    case EventKind::kNotFollowing:
-      return "not following";
-    case EventKind::kRecorded:
-      return "recorded";
-    case EventKind::kJournalSound:
-      return "journal sound";
-    case EventKind::kJournalFailed:
-      return "journal failed";
-    case EventKind::kDeadline:
-      return "deadline";
-  }
-  return "unknown event";
+  using enum EventKind;
+  static constexpr EnumNames<EventKind> kTable{{{kRun, "run"},
+                                                {kAbort, "abort"},
+                                                {kPlanned, "planned"},
+                                                {kRouted, "routed"},
+                                                {kAssessed, "assessed"},
+                                                {kIdentified, "identified"},
+                                                {kReported, "reported"},
+                                                {kWorkFailed, "work failed"},
+                                                {kLinks, "links"},
+                                                {kDeviceFailed, "device failed"},
+                                                {kArmed, "armed"},
+                                                {kArmRefused, "arm refused"},
+                                                {kArrived, "arrived"},
+                                                {kContact, "contact"},
+                                                {kRevoked, "revoked"},
+                                                {kStopped, "stopped"},
+                                                {kUnexpectedContact, "unexpected contact"},
+                                                {kStillInContact, "still in contact"},
+                                                {kContactSilent, "contact silent"},
+                                                {kRobotSilent, "robot silent"},
+                                                {kRefused, "refused"},
+                                                {kNotFollowing, "not following"},
+                                                {kRecorded, "recorded"},
+                                                {kJournalSound, "journal sound"},
+                                                {kJournalFailed, "journal failed"},
+                                                {kDeadline, "deadline"}}};
+  return kTable[kind];
 }
 
 EventKind event_of(drivers::MoveOutcome outcome) {
   using drivers::MoveOutcome;
-  switch (outcome) {
-    case MoveOutcome::kArrived:
-      return EventKind::kArrived;
-    case MoveOutcome::kContact:
-      return EventKind::kContact;
-    case MoveOutcome::kRevoked:
-      return EventKind::kRevoked;
-    case MoveOutcome::kStopped:
-      return EventKind::kStopped;
-    case MoveOutcome::kUnexpectedContact:
-      return EventKind::kUnexpectedContact;
-    case MoveOutcome::kStillInContact:
-      return EventKind::kStillInContact;
-    case MoveOutcome::kContactSilent:
-      return EventKind::kContactSilent;
-    case MoveOutcome::kRobotSilent:
-      return EventKind::kRobotSilent;
-    case MoveOutcome::kRefused:
-      return EventKind::kRefused;
-    case MoveOutcome::kNotFollowing:
-      return EventKind::kNotFollowing;
-  }
-  return EventKind::kRefused;  // every outcome is handled above
+  using enum MoveOutcome;
+  static constexpr EnumTable<MoveOutcome, EventKind> kTable{
+      {{kArrived, EventKind::kArrived},
+       {kContact, EventKind::kContact},
+       {kRevoked, EventKind::kRevoked},
+       {kStopped, EventKind::kStopped},
+       {kUnexpectedContact, EventKind::kUnexpectedContact},
+       {kStillInContact, EventKind::kStillInContact},
+       {kContactSilent, EventKind::kContactSilent},
+       {kRobotSilent, EventKind::kRobotSilent},
+       {kRefused, EventKind::kRefused},
+       {kNotFollowing, EventKind::kNotFollowing}}};
+  return kTable[outcome];
 }
 
 const char* name_of(const Action& action) {
@@ -197,67 +122,37 @@ const char* name_of(const Action& action) {
   return std::visit(Names{}, action);
 }
 
-const char* to_string(FailureKind kind) {
-  switch (kind) {
-    case FailureKind::kPlan:
-      return "plan";
-    case FailureKind::kNotFound:
-      return "not-found";
-    case FailureKind::kPlanChanged:
-      return "plan-changed";
-    case FailureKind::kDevice:
-      return "device";
-    case FailureKind::kLinkNotReady:
-      return "link-not-ready";
-    case FailureKind::kContactFault:
-      return "contact-fault";
-    case FailureKind::kContactClosed:
-      return "contact-closed";
-    case FailureKind::kArmRefused:
-      return "arm-refused";
-    case FailureKind::kNoContact:
-      return "no-contact";
-    case FailureKind::kContactTooEarly:
-      return "contact-too-early";
-    case FailureKind::kUnexpectedContact:
-      return "unexpected-contact";
-    case FailureKind::kStillInContact:
-      return "still-in-contact";
-    case FailureKind::kReadingsDisagree:
-      return "readings-disagree";
-    case FailureKind::kTooManyRevoked:
-      return "too-many-revoked";
-    case FailureKind::kContactSilent:
-      return "contact-silent";
-    case FailureKind::kComputerBusy:
-      return "computer-busy";
-    case FailureKind::kRobotSilent:
-      return "robot-silent";
-    case FailureKind::kMoveRefused:
-      return "move-refused";
-    case FailureKind::kNotFollowing:
-      return "not-following";
-    case FailureKind::kStoppedElsewhere:
-      return "stopped-elsewhere";
-    case FailureKind::kTimeout:
-      return "timeout";
-    case FailureKind::kStopUnconfirmed:
-      return "stop-unconfirmed";
-    case FailureKind::kJournal:
-      return "journal";
-    case FailureKind::kIdentify:
-      return "identify";
-    case FailureKind::kReport:
-      return "report";
-    case FailureKind::kAttended:
-      return "attended";
-    case FailureKind::kControllerTest:
-      return "controller-test";
-    case FailureKind::kUnexpectedEvent:
-      return "unexpected-event";
-  }
-  return "unknown-failure";
-}
+constexpr EnumNames<FailureKind> kFailureNames{
+    {{FailureKind::kPlan, "plan"},
+     {FailureKind::kNotFound, "not-found"},
+     {FailureKind::kPlanChanged, "plan-changed"},
+     {FailureKind::kDevice, "device"},
+     {FailureKind::kLinkNotReady, "link-not-ready"},
+     {FailureKind::kContactFault, "contact-fault"},
+     {FailureKind::kContactClosed, "contact-closed"},
+     {FailureKind::kArmRefused, "arm-refused"},
+     {FailureKind::kNoContact, "no-contact"},
+     {FailureKind::kContactTooEarly, "contact-too-early"},
+     {FailureKind::kUnexpectedContact, "unexpected-contact"},
+     {FailureKind::kStillInContact, "still-in-contact"},
+     {FailureKind::kReadingsDisagree, "readings-disagree"},
+     {FailureKind::kTooManyRevoked, "too-many-revoked"},
+     {FailureKind::kContactSilent, "contact-silent"},
+     {FailureKind::kComputerBusy, "computer-busy"},
+     {FailureKind::kRobotSilent, "robot-silent"},
+     {FailureKind::kMoveRefused, "move-refused"},
+     {FailureKind::kNotFollowing, "not-following"},
+     {FailureKind::kStoppedElsewhere, "stopped-elsewhere"},
+     {FailureKind::kTimeout, "timeout"},
+     {FailureKind::kStopUnconfirmed, "stop-unconfirmed"},
+     {FailureKind::kJournal, "journal"},
+     {FailureKind::kIdentify, "identify"},
+     {FailureKind::kReport, "report"},
+     {FailureKind::kAttended, "attended"},
+     {FailureKind::kControllerTest, "controller-test"},
+     {FailureKind::kUnexpectedEvent, "unexpected-event"}}};
+
+const char* to_string(FailureKind kind) { return kFailureNames[kind]; }
 
 /// Separates a failure's kind from its detail.
 constexpr std::string_view kKindSeparator = ": ";
@@ -272,10 +167,7 @@ Failure failure_from_journal(std::string_view text) {
   const std::size_t end = std::min(text.find(kKindSeparator.front()), text.size());
   Failure failure;
   failure.detail = text.substr(std::min(text.size(), end + kKindSeparator.size()));
-  for (int kind = 0; kind <= static_cast<int>(FailureKind::kUnexpectedEvent); ++kind) {
-    const auto one = static_cast<FailureKind>(kind);
-    if (text.substr(0, end) == to_string(one)) failure.kind = one;
-  }
+  failure.kind = kFailureNames.key_of(text.substr(0, end)).value_or(failure.kind);
   return failure;
 }
 

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+
+#include "daemon/session/session.h"
 
 namespace cellcal::daemon {
 
@@ -35,47 +38,29 @@ bool under_way(Phase phase) { return phase != Phase::kIdle && !is_final(phase); 
 }  // namespace
 
 const char* to_string(Activity activity) {
-  switch (activity) {
-    case Activity::kMoving:
-      return "transit and retreat";
-    case Activity::kFastSearch:
-      return "fast search";
-    case Activity::kConfirming:
-      return "back-off, slow search";
-    case Activity::kArming:
-      return "arming";
-    case Activity::kRecording:
-      return "recording";
-    case Activity::kChoosing:
-      return "choosing";
-    case Activity::kProving:
-      return "proving";
-    case Activity::kOther:
-      break;
-  }
-  return "other";
+  using enum Activity;
+  static constexpr EnumNames<Activity> kTable{{{kMoving, "transit and retreat"},
+                                               {kFastSearch, "fast search"},
+                                               {kConfirming, "back-off, slow search"},
+                                               {kArming, "arming"},
+                                               {kRecording, "recording"},
+                                               {kChoosing, "choosing"},
+                                               {kProving, "proving"},
+                                               {kOther, "other"}}};
+  return kTable[activity];
 }
 
 const char* driver_of(Activity activity) {
-  switch (activity) {
-    case Activity::kMoving:
-      return "axis limits";
-    case Activity::kFastSearch:
-      return "search speed, approach";
-    case Activity::kConfirming:
-      return "confirmations";
-    case Activity::kArming:
-      return "serial line";
-    case Activity::kRecording:
-      return "disk";
-    case Activity::kChoosing:
-      return "processor";
-    case Activity::kProving:
-      return "self-test";
-    case Activity::kOther:
-      break;
-  }
-  return "links, plan, estimate";
+  using enum Activity;
+  static constexpr EnumNames<Activity> kTable{{{kMoving, "axis limits"},
+                                               {kFastSearch, "search speed, approach"},
+                                               {kConfirming, "confirmations"},
+                                               {kArming, "serial line"},
+                                               {kRecording, "disk"},
+                                               {kChoosing, "processor"},
+                                               {kProving, "self-test"},
+                                               {kOther, "links, plan, estimate"}}};
+  return kTable[activity];
 }
 
 Activity activity_of(Phase phase) {
@@ -124,6 +109,89 @@ PhaseTimes phase_times(std::span<const TimedChange> changes) {
     last = &now;
   }
   return times;
+}
+
+namespace {
+
+std::string identifier(Phase phase) {
+  std::string name = to_string(phase);
+  for (char& c : name) {
+    if (c == ' ') c = '_';
+  }
+  return name;
+}
+
+std::string events_of(const Transition& row) {
+  std::string names;
+  for (EventKind kind : kAllEvents) {
+    if (!row.on.has(kind)) continue;
+    if (!names.empty()) names += ", ";
+    names += to_string(kind);
+  }
+  return names;
+}
+
+std::string label(const Transition& row) {
+  std::string text = events_of(row);
+  if (row.when_words[0] != '\0') text += std::string(" [") + row.when_words + "]";
+  return text;
+}
+
+/// Omits failing, stopping and aborting, which most phases share and which would obscure the regular
+/// sequence.
+bool is_way_through(const Transition& row) {
+  if (!row.to) return false;
+  return *row.to != Phase::kFailed && *row.to != Phase::kAborted && *row.to != Phase::kStopping;
+}
+
+struct Edge {
+  Phase from, to;
+  bool operator<(const Edge& other) const {
+    return from != other.from ? from < other.from : to < other.to;
+  }
+};
+
+/// All labels of one edge, in the table's order.
+std::map<Edge, std::vector<std::string>> way_through() {
+  std::map<Edge, std::vector<std::string>> edges;
+  for (const Transition& row : transition_table()) {
+    if (!is_way_through(row)) continue;
+    for (Phase from : kAllPhases) {
+      if (row.from.has(from)) edges[{from, *row.to}].push_back(label(row));
+    }
+  }
+  return edges;
+}
+
+std::string join(const std::vector<std::string>& labels, const char* separator) {
+  std::string text;
+  for (const std::string& one : labels) text += (text.empty() ? "" : separator) + one;
+  return text;
+}
+
+}  // namespace
+
+std::string mermaid_picture() {
+  std::string text = "stateDiagram-v2\n  [*] --> idle\n";
+  for (const auto& [edge, labels] : way_through()) {
+    text += "  " + identifier(edge.from) + " --> " + identifier(edge.to) + " : " +
+            join(labels, " / ") + "\n";
+  }
+  return text + "  done --> [*]\n";
+}
+
+std::string graphviz_picture() {
+  std::string text = "digraph session {\n  rankdir=TB;\n  node [shape=box, style=rounded];\n";
+  for (const Transition& row : transition_table()) {
+    if (!row.to) continue;
+    for (Phase from : kAllPhases) {
+      if (!row.from.has(from)) continue;
+      text += "  " + identifier(from) + " -> " + identifier(*row.to) + " [label=\"" + label(row) +
+              "\", tooltip=\"" + row.words + "\"" +
+              (is_way_through(row) ? "" : ", style=dashed, color=gray") + "];\n";
+    }
+  }
+  return text + "}\n";
 }
 
 }  // namespace cellcal::daemon

@@ -8,6 +8,8 @@
 #include <span>
 #include <string_view>
 
+#include "calib/model/enum_table.h"
+
 namespace cellcal::daemon {
 
 enum class Phase : std::uint8_t {
@@ -38,14 +40,7 @@ enum class Phase : std::uint8_t {
   kFailed,
 };
 
-inline constexpr std::array kAllPhases{
-    Phase::kIdle,       Phase::kPlanning,    Phase::kConnecting, Phase::kReferencing,
-    Phase::kRouting,    Phase::kFreeing,     Phase::kProving,    Phase::kTransit,
-    Phase::kArmingFast, Phase::kFastSearch,  Phase::kBackingOff, Phase::kArmingSlow,
-    Phase::kSlowSearch, Phase::kRecording,   Phase::kRetreat,    Phase::kChoosing,
-    Phase::kReturning,  Phase::kIdentifying, Phase::kReporting,  Phase::kRecovering,
-    Phase::kWatching,   Phase::kStopping,    Phase::kDone,       Phase::kAborted,
-    Phase::kFailed};
+inline constexpr auto kAllPhases = all_values<Phase>();
 
 /// Lower-case identifier, e.g. "fast search".
 const char* to_string(Phase phase);
@@ -108,9 +103,7 @@ enum class Activity {
   kOther,  ///< once per session: connecting, planning, identifying
 };
 
-inline constexpr std::array kAllActivities{
-    Activity::kMoving,    Activity::kFastSearch, Activity::kConfirming, Activity::kArming,
-    Activity::kRecording, Activity::kChoosing,   Activity::kProving,    Activity::kOther};
+inline constexpr auto kAllActivities = all_values<Activity>();
 
 const char* to_string(Activity activity);
 /// The parameter that dominates the duration.

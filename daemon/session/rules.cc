@@ -5,7 +5,6 @@
 
 #include "calib/model/units.h"
 #include "daemon/session/interruption.h"
-#include "daemon/session/search_line.h"
 
 namespace cellcal::daemon::rules {
 

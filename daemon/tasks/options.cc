@@ -11,9 +11,9 @@
 #include "calib/files/robot_file.h"
 #include "calib/identify/identify.h"
 #include "calib/identify/update.h"
+#include "calib/model/enum_table.h"
 #include "calib/model/long_work.h"
 #include "calib/verdict/change.h"
-#include "daemon/qualification/contact_delay.h"
 
 template <>
 struct nlohmann::adl_serializer<std::optional<double>> {
@@ -27,28 +27,15 @@ struct nlohmann::adl_serializer<std::optional<double>> {
 
 namespace cellcal::daemon {
 
-const char* to_string(SessionKind kind) {
-  switch (kind) {
-    case SessionKind::kQualify:
-      return "qualify";
-    case SessionKind::kCheck:
-      return "check";
-    case SessionKind::kFind:
-      return "find";
-    case SessionKind::kDryRun:
-      return "dry-run";
-    case SessionKind::kCalibrate:
-      break;
-  }
-  return "calibrate";
-}
+constexpr EnumNames<SessionKind> kKindNames{{{SessionKind::kCalibrate, "calibrate"},
+                                             {SessionKind::kQualify, "qualify"},
+                                             {SessionKind::kCheck, "check"},
+                                             {SessionKind::kFind, "find"},
+                                             {SessionKind::kDryRun, "dry-run"}}};
 
-std::optional<SessionKind> session_kind(std::string_view name) {
-  for (const SessionKind kind : {SessionKind::kCalibrate, SessionKind::kQualify,
-                                 SessionKind::kCheck, SessionKind::kFind, SessionKind::kDryRun})
-    if (name == to_string(kind)) return kind;
-  return std::nullopt;
-}
+const char* to_string(SessionKind kind) { return kKindNames[kind]; }
+
+std::optional<SessionKind> session_kind(std::string_view name) { return kKindNames.key_of(name); }
 
 // Form used by the journal.
 void to_json(nlohmann::json& json, SessionKind kind) { json = to_string(kind); }
@@ -146,10 +133,6 @@ SessionOptions options_from_json(std::string_view text) {
   return options;
 }
 
-}  // namespace cellcal::daemon
-
-namespace cellcal::daemon {
-
 SessionInputs read_inputs(const std::filesystem::path& cell_file) {
   calib::CellText text = calib::read_cell_text(cell_file);
   calib::parse_cell(text);  // an invalid cell must not be used to begin
@@ -165,10 +148,6 @@ calib::Cell cell_of(const SessionInputs& inputs) {
   return calib::parse_cell(
       {inputs.cell_name, inputs.cell_text, inputs.robot_name, inputs.robot_text});
 }
-
-}  // namespace cellcal::daemon
-
-namespace cellcal::daemon {
 
 std::optional<ContactDelay> delay_of(Journal& journal, std::int64_t session) {
   const std::optional<SessionRecord> record = journal.session(session);

@@ -2,14 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <memory>
-#include <optional>
 #include <set>
-#include <stdexcept>
-#include <string>
 
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
@@ -26,11 +21,7 @@
 #include "daemon/files/correction_limit.h"
 #include "daemon/report/report.h"
 #include "daemon/result/outcome_json.h"
-#include "daemon/tasks/check_tasks.h"
-#include "daemon/tasks/find_tasks.h"
-#include "daemon/tasks/options.h"
-#include "daemon/tasks/qualification_tasks.h"
-#include "daemon/tasks/update_tasks.h"
+#include "daemon/tasks/kind_tasks.h"
 
 namespace cellcal::daemon {
 

@@ -1,13 +1,50 @@
 #pragma once
-// Decisions of the schedule with their reasons. Typed until the edge: decision_words.cc formats the
+// Decisions of the schedule with their reasons. Typed until the edge: decision.cc formats the
 // sentences.
 
+#include <chrono>
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
-#include "daemon/unattended/calendar.h"
+#include "daemon/config/unattended_config.h"
+#include "daemon/session/failure.h"
 
 namespace cellcal::daemon {
+
+// Instants of a weekly window in UTC. The time zone is the system's (TZ, /etc/localtime).
+//
+// Every instant of a night lies within the window by local time as well. Where clocks are set back and a time
+// of day occurs twice, a window begins at the second `from` and ends at the first `to` after it; where they
+// are set forward, a skipped time is the instant of the change. A window that is skipped entirely does not
+// exist: its night is empty.
+
+/// Seconds since 1970, UTC.
+using UtcSeconds = std::int64_t;
+
+/// One window, identified by the day on which it begins: [begins, ends).
+struct Night {
+  std::chrono::sys_days day{};  ///< local calendar day
+  UtcSeconds begins = 0, ends = 0;
+
+  bool exists() const { return begins < ends; }
+  bool has(UtcSeconds at) const { return begins <= at && at < ends; }
+  bool operator==(const Night&) const = default;
+};
+
+Night night_of(const WeeklyWindow& window, std::chrono::sys_days day);
+/// Windows that end after `after` and begin at `until` or before; empty ones at the instant at which they
+/// would be.
+std::vector<Night> nights(const WeeklyWindow& window, UtcSeconds after, UtcSeconds until);
+/// First existing window that begins after this instant, within the next weeks.
+Night next_night(const WeeklyWindow& window, UtcSeconds after);
+
+/// "2026-11-22", day of a night.
+std::string to_string(std::chrono::sys_days day);
+/// "2026-11-22 22:00", local time.
+std::string local_time(UtcSeconds at);
 
 enum class Verb {
   kBegun,    ///< a session began
@@ -65,5 +102,26 @@ struct Decision {
 
 /// One line, with the remedy.
 std::string words(const Decision& decision);
+
+// Permitted unattended actions after a failed session. One table, with the reason for each kind of failure;
+// everything else requires an operator, however rare.
+//
+// `resume`: continues as an operator would: devices reopened, identified and self-tested, the arm referenced
+// anew, the path planned from its current position. Permitted only where the arm was commanded to rest,
+// without contact, and the fault was in a link or before the first motion. `begin`: a session of a later
+// window may begin. Also permitted where the cell was not involved.
+
+struct FailurePolicy {
+  FailureKind failure;
+  /// Cause in the robot's link; none: any.
+  std::optional<drivers::Interruption> by;
+  bool resume, begin;
+  const char* reason;
+};
+
+/// Every kind of failure with its possible causes.
+std::span<const FailurePolicy> failure_policies();
+/// Row of this failure.
+const FailurePolicy& aftermath(FailureKind failure, drivers::Interruption by);
 
 }  // namespace cellcal::daemon

@@ -11,8 +11,6 @@
 #include <random>
 #include <thread>
 
-#include "daemon/unattended/mail.h"
-#include "daemon/unattended/message.h"
 #include "daemon/unattended/transfer.h"
 
 namespace cellcal::daemon {

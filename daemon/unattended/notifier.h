@@ -10,8 +10,8 @@
 #include <memory>
 #include <optional>
 
-#include "daemon/config/notify_config.h"
-#include "daemon/unattended/session_news.h"
+#include "daemon/config/unattended_config.h"
+#include "daemon/unattended/notice.h"
 
 namespace cellcal::daemon {
 

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "daemon/files/atomic_file.h"
-#include "daemon/unattended/aftermath.h"
+#include "daemon/unattended/decision.h"
 
 namespace cellcal::daemon {
 

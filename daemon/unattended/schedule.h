@@ -1,6 +1,6 @@
 #pragma once
 // Decides which unattended session begins, and records its decisions. Evaluated in passes by
-// schedule_thread.h; clocks and cell are injected.
+// service_session_gateway.h; clocks and cell are injected.
 //
 // A session begins in a pass where all conditions hold: its window lasts, this night is undecided, the
 // configuration names a responsible person, nothing is held, no session is under way, and its expected end
@@ -16,8 +16,8 @@
 #include <optional>
 #include <vector>
 
-#include "daemon/unattended/cell_door.h"
 #include "daemon/unattended/schedule_state.h"
+#include "daemon/unattended/session_gateway.h"
 
 namespace cellcal::daemon {
 

@@ -1,13 +1,25 @@
 #include "daemon/unattended/transfer.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
+#include <signal.h>
+#include <spawn.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cstring>
 #include <exception>
 #include <fstream>
 #include <new>
 #include <stdexcept>
+#include <string_view>
+#include <thread>
+#include <utility>
 
 #include "calib/files/calibration_json.h"
 #include "calib/model/units.h"
@@ -153,6 +165,303 @@ Delivery post(const WebhookConfig& config, const std::string& secret, const std:
     transfer.set(CURLOPT_POSTFIELDSIZE_LARGE, static_cast<::curl_off_t>(json.size()));
     transfer.set(CURLOPT_POSTFIELDS, json.c_str());
     return judge(transfer.run());
+  } catch (const std::exception& error) {
+    return {false, true, printable(error.what())};
+  }
+}
+
+namespace {
+
+using Steady = std::chrono::steady_clock;
+
+/// RFC 2045: at most 76 characters per line.
+constexpr std::size_t kLongestLine = 72;
+constexpr int kTryLater = 75;  // EX_TEMPFAIL
+constexpr std::chrono::milliseconds kLook{10};
+
+bool plain(unsigned char c) { return (' ' <= c && c <= '~') && c != '='; }
+
+std::string quoted_printable(const std::string& text) {
+  std::string out;
+  std::size_t column = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto c = static_cast<unsigned char>(text[i]);
+    if (c == '\n') {
+      out += '\n';
+      column = 0;
+      continue;
+    }
+    const bool ends_line = i + 1 == text.size() || text[i + 1] == '\n';
+    // A line with a single full stop ends the mail in old programs.
+    const bool as_is = plain(c) && !(c == ' ' && ends_line) && !(c == '.' && column == 0);
+    const std::string one =
+        as_is ? std::string(1, static_cast<char>(c)) : fmt::format("={:02X}", c);
+    if (column + one.size() > kLongestLine) {
+      out += "=\n";
+      column = 0;
+    }
+    out += one;
+    column += one.size();
+  }
+  return out;
+}
+
+/// RFC 2047 encoded words, "=?utf-8?Q?...?=", without split characters.
+std::string header_words(const std::string& text) {
+  constexpr std::size_t kLongestWord = 60;
+  std::string out, word;
+  const auto put = [&] {
+    if (word.empty()) return;
+    out += (out.empty() ? "" : "\n ") + ("=?utf-8?Q?" + word + "?=");
+    word.clear();
+  };
+  for (const char raw : text) {
+    const auto c = static_cast<unsigned char>(raw);
+    const bool begins_character = (c & 0xC0) != 0x80;
+    if (begins_character && word.size() > kLongestWord) put();
+    const bool letter = ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || ('0' <= c && c <= '9');
+    word += c == ' ' ? "_" : letter ? std::string(1, raw) : fmt::format("={:02X}", c);
+  }
+  put();
+  return out;
+}
+
+/// Closes the descriptor unless closed before.
+class Descriptor {
+ public:
+  explicit Descriptor(int fd = -1) : fd_(fd) {}
+  ~Descriptor() { close(); }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  void close() {
+    if (fd_ >= 0) ::close(fd_);
+    fd_ = -1;
+  }
+  int get() const { return fd_; }
+
+ private:
+  int fd_;
+};
+
+/// The child's standard input is `input`; no other descriptor is inherited.
+pid_t spawn(const MailConfig& config, int input, int& error) {
+  posix_spawn_file_actions_t files;
+  ::posix_spawn_file_actions_init(&files);
+  ::posix_spawn_file_actions_adddup2(&files, input, STDIN_FILENO);
+  ::posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+  ::posix_spawn_file_actions_addopen(&files, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+  ::posix_spawn_file_actions_addclosefrom_np(&files, STDERR_FILENO + 1);
+  posix_spawnattr_t attributes;
+  ::posix_spawnattr_init(&attributes);
+  sigset_t usual, none;
+  ::sigemptyset(&usual);
+  for (const int signal : {SIGPIPE, SIGXFSZ}) ::sigaddset(&usual, signal);
+  ::sigemptyset(&none);
+  ::posix_spawnattr_setsigdefault(&attributes, &usual);
+  ::posix_spawnattr_setsigmask(&attributes, &none);
+  ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSIGMASK);
+  std::vector<std::string> words{config.program.string(), "-i", "-f", config.from, "--"};
+  words.insert(words.end(), config.to.begin(), config.to.end());
+  std::vector<char*> arguments;
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  std::string path = "PATH=/usr/sbin:/usr/bin:/sbin:/bin";
+  char* environment[] = {path.data(), nullptr};
+  pid_t pid = -1;
+  error = ::posix_spawn(&pid, config.program.c_str(), &files, &attributes, arguments.data(),
+                        environment);
+  ::posix_spawnattr_destroy(&attributes);
+  ::posix_spawn_file_actions_destroy(&files);
+  return error == 0 ? pid : -1;
+}
+
+/// Writes until everything is taken, the reader has closed, or the time limit.
+void feed(int fd, const std::string& mail, Steady::time_point end) {
+  std::size_t sent = 0;
+  while (sent < mail.size() && Steady::now() < end) {
+    pollfd ready{fd, POLLOUT, 0};
+    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - Steady::now());
+    if (::poll(&ready, 1, static_cast<int>(left.count())) <= 0) continue;
+    const ssize_t written = ::write(fd, mail.data() + sent, mail.size() - sent);
+    if (written < 0 && errno != EAGAIN && errno != EINTR) return;
+    if (written > 0) sent += static_cast<std::size_t>(written);
+  }
+}
+
+Delivery wait_for(pid_t pid, const MailConfig& config, Steady::time_point end) {
+  int status = 0;
+  while (::waitpid(pid, &status, WNOHANG) == 0) {
+    if (Steady::now() >= end) {
+      ::kill(pid, SIGKILL);
+      ::waitpid(pid, &status, 0);
+      return {false, true, config.program.string() + " did not end in time"};
+    }
+    std::this_thread::sleep_for(kLook);
+  }
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return {true, false, ""};
+  const int code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  return {false, code == kTryLater || code < 0,
+          fmt::format("{} ended with status {}", config.program.string(), code)};
+}
+
+}  // namespace
+
+std::string mail_text(const MailConfig& config, const Message& message, const std::string& date,
+                      const std::string& id) {
+  std::string to;
+  for (const std::string& one : config.to) to += (to.empty() ? "" : ",\n ") + one;
+  return fmt::format(
+      "From: cellcal <{}>\nTo: {}\nSubject: {}\nDate: {}\nMessage-ID: <{}@{}>\nAuto-Submitted: auto-generated\n"
+      "MIME-Version: 1.0\nContent-Type: text/plain; charset=utf-8\n"
+      "Content-Transfer-Encoding: quoted-printable\n\n{}",
+      config.from, to, header_words(message.subject), date, id,
+      config.from.substr(config.from.find('@') + 1), quoted_printable(message.body));
+}
+
+Delivery send_mail(const MailConfig& config, const std::string& mail,
+                   std::chrono::milliseconds longest) {
+  const Steady::time_point end = Steady::now() + longest;
+  int ends[2] = {-1, -1};
+  if (::pipe2(ends, O_CLOEXEC) != 0)
+    return {false, true, std::string("no pipe: ") + std::strerror(errno)};
+  Descriptor reader(ends[0]), writer(ends[1]);
+  ::fcntl(writer.get(), F_SETFL, O_NONBLOCK);
+  int error = 0;
+  const pid_t pid = spawn(config, reader.get(), error);
+  if (pid < 0) return {false, false, config.program.string() + ": " + std::strerror(error)};
+  reader.close();
+  feed(writer.get(), mail, end);
+  writer.close();
+  return wait_for(pid, config, end);
+}
+
+namespace {
+
+std::string text_of(const MailServer& server) {
+  const bool v6 = server.host.find(':') != std::string::npos;
+  return fmt::format("{}://{}:{}", server.tls ? "smtps" : "smtp",
+                     v6 ? "[" + server.host + "]" : server.host, server.port);
+}
+
+std::string with_crlf(const std::string& text) {
+  std::string lines;
+  for (const char c : text) {
+    if (c == '\n') lines += '\r';
+    lines += c;
+  }
+  return lines;
+}
+
+/// Answers of the server to each "RCPT TO", in the order of the addresses.
+struct Dialogue {
+  std::vector<int> answers;  ///< 0: none yet
+  std::string last_refusal;  ///< the newest refusal among them
+  bool asked = false;        ///< the newest is unanswered
+};
+
+bool is_later(int answer) { return answer >= 400 && answer < 500; }
+bool is_never(int answer) { return answer >= 500 && answer < 600; }
+
+int receive_own(::CURL*, ::curl_infotype what, char* text, std::size_t size, void* dialogue) {
+  if (what != CURLINFO_HEADER_OUT || !std::string_view(text, size).starts_with("RCPT TO:"))
+    return 0;
+  auto& kept = *static_cast<Dialogue*>(dialogue);
+  kept.answers.push_back(0);
+  kept.asked = true;
+  return 0;
+}
+
+/// A line with a number and a space is the last one of an answer (RFC 5321, 4.2.1).
+std::size_t hear_its(char* line, std::size_t one, std::size_t count, void* dialogue) {
+  const std::string_view text(line, one * count);
+  auto& kept = *static_cast<Dialogue*>(dialogue);
+  int answer = 0;
+  const auto [end, wrong] = std::from_chars(text.data(), text.data() + text.size(), answer);
+  const bool whole = wrong == std::errc() && end != text.data() + text.size() && *end != '-';
+  if (!whole || !std::exchange(kept.asked, false)) return text.size();
+  kept.answers.back() = answer;
+  if (is_later(answer) || is_never(answer))
+    kept.last_refusal = printable(std::string(text.substr(0, text.find_first_of("\r\n"))));
+  return text.size();
+}
+
+std::size_t read_on(char* into, std::size_t one, std::size_t count, void* left) {
+  auto& text = *static_cast<std::string_view*>(left);
+  const std::size_t taken = std::min(one * count, text.size());
+  std::memcpy(into, text.data(), taken);
+  text.remove_prefix(taken);
+  return taken;
+}
+
+/// Addresses whose answer satisfies the predicate; an address without an answer has 0.
+template <class Is>
+std::vector<std::string> those(const std::vector<std::string>& to, const Dialogue& dialogue,
+                               Is is) {
+  std::vector<std::string> found;
+  for (std::size_t i = 0; i < to.size(); ++i)
+    if (is(i < dialogue.answers.size() ? dialogue.answers[i] : 0)) found.push_back(to[i]);
+  return found;
+}
+
+/// RFC 5321, 4.2.1: 4yz may succeed later, 5yz not. A lost connection before an answer may succeed, too.
+Delivery judge(const Transfer::End& end, const std::vector<std::string>& to,
+               const Dialogue& dialogue) {
+  const std::vector<std::string> later = those(to, dialogue, is_later),
+                                 never = those(to, dialogue, is_never);
+  if (end.code == CURLE_OK) {
+    const std::size_t refused = later.size() + never.size();
+    return {true, !later.empty(),
+            refused == 0
+                ? ""
+                : fmt::format("not to {} of the addresses: {}", refused, dialogue.last_refusal),
+            later};
+  }
+  if (end.code == CURLE_LOGIN_DENIED)
+    return {false, false, fmt::format("user or password refused ({})", end.status)};
+  // With all addresses refused curl returns the last answer only; others may be temporary.
+  if (later.size() + never.size() == to.size() && !later.empty())
+    return {false, true, "refused: " + dialogue.last_refusal, later};
+  const bool refused = is_never(end.status);
+  const bool for_good =
+      refused || end.code == CURLE_SSL_CACERT_BADFILE || end.code == CURLE_USE_SSL_FAILED;
+  return {false, !for_good,
+          refused ? fmt::format("refused with {}: {}", end.status, end.why) : end.why,
+          those(to, dialogue, [](int answer) { return !is_never(answer); })};
+}
+
+}  // namespace
+
+Delivery send_by_smtp(const MailConfig& config, const MailServer& server,
+                      const std::string& password, const std::string& mail) {
+  try {
+    Transfer transfer(text_of(server), server.ca, server.timeout_s);
+    const std::string from = "<" + config.from + ">";
+    std::vector<std::string> to;
+    for (const std::string& one : config.to) to.push_back("<" + one + ">");
+    const CurlList list = curl_list(to);
+    transfer.set(CURLOPT_PROTOCOLS_STR, "smtp,smtps");
+    transfer.set(CURLOPT_USE_SSL,
+                 static_cast<long>(server.starttls ? CURLUSESSL_ALL : CURLUSESSL_NONE));
+    if (!server.user.empty()) {
+      transfer.set(CURLOPT_USERNAME, server.user.c_str());
+      transfer.set(CURLOPT_PASSWORD, password.c_str());
+    }
+    transfer.set(CURLOPT_MAIL_FROM, from.c_str());
+    transfer.set(CURLOPT_MAIL_RCPT, list.get());
+    // A refused address (left the company, mistyped) must not withhold the mail from the others.
+    transfer.set(CURLOPT_MAIL_RCPT_ALLLOWFAILS, 1L);
+    Dialogue dialogue;
+    transfer.set(CURLOPT_HEADERFUNCTION, &hear_its);
+    transfer.set(CURLOPT_HEADERDATA, &dialogue);
+    transfer.set(CURLOPT_DEBUGFUNCTION, &receive_own);
+    transfer.set(CURLOPT_DEBUGDATA, &dialogue);
+    transfer.set(CURLOPT_VERBOSE, 1L);
+    const std::string text = with_crlf(mail);
+    std::string_view left = text;
+    transfer.set(CURLOPT_UPLOAD, 1L);
+    transfer.set(CURLOPT_READFUNCTION, &read_on);
+    transfer.set(CURLOPT_READDATA, &left);
+    return judge(transfer.run(), config.to, dialogue);
   } catch (const std::exception& error) {
     return {false, true, printable(error.what())};
   }

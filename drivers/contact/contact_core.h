@@ -12,7 +12,7 @@
 #include "drivers/contact.h"
 #include "drivers/contact/clock_map.h"
 #include "drivers/contact/contact_words.h"
-#include "drivers/contact/fixed_ring.h"
+#include "drivers/contact/latest_value.h"
 #include "drivers/contact/wire/ctp_codec.h"
 
 namespace cellcal::drivers {

@@ -2,10 +2,14 @@
 // Position of the real tip, and its contacts.
 
 #include <Eigen/Core>
+#include <functional>
+#include <optional>
 #include <span>
+#include <vector>
 
 #include "calib/model/linear.h"
 #include "calib/model/robot.h"
+#include "drivers/time.h"
 #include "sim/cell/truth.h"
 
 namespace cellcal::sim {
@@ -36,5 +40,37 @@ class PhysicalCell {
 /// arms get about 25 kg each), with its centre randomly between its joints and slightly off the
 /// line. No effect on a robot with any stated mass.
 void assign_masses(calib::Robot& robot, calib::Random& random);
+
+// Instants at which the touch circuit closes and opens within one cycle of the controller.
+
+class ContactWatch {
+ public:
+  using AnglesAt = std::function<std::vector<double>(drivers::TimePoint)>;
+  using OnEdge = std::function<void(drivers::TimePoint t, bool closed)>;
+
+  ContactWatch(const PhysicalCell& cell, OnEdge on_edge)
+      : cell_(cell),
+        on_edge_(std::move(on_edge)),
+        early_(cell.truth().contacts, cell.truth().contact_seed) {}
+
+  /// The arm moves from `from` to `to` according to `angles`: reports every change of the circuit,
+  /// located to a hundred nanoseconds. Motion within a cycle is assumed to be monotonic towards or
+  /// away from the surface. The warm-up of the arm starts with the first call.
+  void look(drivers::TimePoint from, drivers::TimePoint to, const AnglesAt& angles);
+
+  bool closed() const { return closed_; }
+  double deepest_m() const { return deepest_m_; }  ///< maximum depth of the tip in a sphere
+  int crashes() const { return crashes_; }         ///< times the shaft entered a sphere
+
+ private:
+  const PhysicalCell& cell_;
+  OnEdge on_edge_;
+  EarlyContact early_;
+  std::optional<drivers::TimePoint> power_on_;
+  bool closed_ = false;
+  bool crashed_ = false;
+  int crashes_ = 0;
+  double deepest_m_ = 0.0;
+};
 
 }  // namespace cellcal::sim

@@ -6,7 +6,6 @@
 #include <stdexcept>
 
 #include "calib/model/inverse.h"
-#include "calib/model/linear.h"
 #include "calib/model/units.h"
 #include "sim/cell/physical_cell.h"
 
@@ -194,6 +193,48 @@ Truth draw_truth(const calib::Cell& stated, const TruthOptions& options) {
     truth.arm = calib::ArmModel(truth.arm.robot(), tool);
   }
   return truth;
+}
+
+namespace {
+
+/// Above the distance of any back-off, and below that of every path to another touch.
+constexpr double kAwayM = 0.005;
+/// Distance at which a new closing is drawn; above the range of the noise.
+constexpr double kOpenM = 0.0003;
+constexpr double kLargestSigma = 2.5;
+constexpr double kLeastChipM = 0.0003, kMostChipM = 0.001;
+/// Independent of the draws of the arm.
+constexpr std::uint64_t kOwnDraws = 104729;
+
+}  // namespace
+
+EarlyContact::EarlyContact(const ContactScatter& scatter, std::uint64_t seed)
+    : scatter_(scatter), random_(seed + kOwnDraws) {
+  noise_m_ = noise();
+}
+
+double EarlyContact::noise() {
+  if (!(scatter_.noise_m > 0.0)) return 0.0;
+  return scatter_.noise_m * std::clamp(random_.normal(), -kLargestSigma, kLargestSigma);
+}
+
+void EarlyContact::begin_visit() {
+  chip_m_ = 0.0;
+  if (!(scatter_.bad_share > 0.0) || random_.uniform() >= scatter_.bad_share) return;
+  chip_m_ = random_.uniform(kLeastChipM, kMostChipM);
+  falls_off_ = random_.uniform() < 0.5;
+}
+
+void EarlyContact::look(double gap_m, bool closed) {
+  touched_ = touched_ || closed;
+  if (touched_ && !closed && gap_m - chip_m_ > kOpenM) {
+    touched_ = false;
+    noise_m_ = noise();
+    if (falls_off_) chip_m_ = 0.0;
+  }
+  const bool near = gap_m < kAwayM;
+  if (near_ && !near) begin_visit();  // for the next visit
+  near_ = near;
 }
 
 }  // namespace cellcal::sim

@@ -17,15 +17,13 @@
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
 #include "drivers/units.h"
-#include "sim/cell/contact_watch.h"
+#include "sim/cell/physical_cell.h"
 #include "sim/emulator/control.h"
 #include "sim/emulator/options.h"
-#include "sim/emulator/rsi_context.h"
 #include "sim/krc/cartesian_arm.h"
 #include "sim/krc/eki_server.h"
 #include "sim/krc/krc_udp.h"
-#include "sim/mcu/mcu_pty.h"
-#include "sim/mcu/mcu_udp.h"
+#include "sim/mcu/mcu_thread.h"
 
 namespace {
 

@@ -14,7 +14,7 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/kuka/wire/eki_framer.h"
+#include "drivers/kuka/wire/eki_codec.h"
 
 namespace cellcal::sim {
 

@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "drivers/kuka/wire/eki_codec.h"
-#include "drivers/kuka/wire/eki_frame_codec.h"
 #include "drivers/time.h"
 #include "sim/krc/cartesian_arm.h"
 #include "sim/krc/eki_channel.h"

@@ -1,8 +1,5 @@
 #include "sim/mcu/mcu_line.h"
 
-#include <algorithm>
-#include <cmath>
-
 namespace cellcal::sim {
 
 void McuLine::write(std::span<const std::uint8_t> bytes, TimePoint t) {

@@ -10,8 +10,8 @@
 #include <span>
 #include <vector>
 
-#include "drivers/contact/wire/byte_line.h"
 #include "drivers/contact/wire/ctp.h"
+#include "drivers/contact/wire/ctp_codec.h"
 #include "drivers/time.h"
 #include "sim/mcu/microcontroller.h"
 

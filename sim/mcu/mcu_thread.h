@@ -81,4 +81,63 @@ class McuThread {
   std::thread thread_;
 };
 
+// The emulated sensor in real time on a pseudo-terminal.
+
+struct McuPtyOptions {
+  McuOptions mcu;
+  std::string symlink;  ///< second name of the terminal, replaced if it is a symlink; may be empty
+  bool realtime = false;  ///< SCHED_FIFO, if permitted
+};
+
+/// Construction opens the terminal and starts the thread; throws std::system_error. Destruction
+/// closes the master's end: for the driver, the sensor is unplugged.
+class McuPty final : public McuThread {
+ public:
+  explicit McuPty(const McuPtyOptions& options);
+  ~McuPty() override;
+
+ private:
+  void open_terminal();
+  void link();
+  int fd() const override { return master_.get(); }
+  void read_host() override;
+  bool write_host(const Microcontroller::Output& output) override;
+  bool can_wait() override;
+  void listen_as_the_host_does();
+
+  const int baud_;
+  int host_baud_ = baud_;
+  std::string symlink_;
+  Fd master_;
+  bool operator_present_ = false;
+};
+
+// The emulated sensor on Ethernet, in real time on a UDP socket: the firmware's core with its rule of
+// one host at a time.
+
+struct McuUdpOptions {
+  McuOptions mcu;
+  std::string address = "127.0.0.1";
+  std::uint16_t port = 0;  ///< 0: a free one
+  bool realtime = false;   ///< SCHED_FIFO, if permitted
+};
+
+/// Options of the board on Ethernet: 100 Mbit/s, datagrams.
+McuOptions on_ethernet(McuOptions options);
+
+/// Construction opens the socket and starts the thread; throws std::system_error. Destruction closes
+/// it: the board has no supply.
+class McuUdp final : public McuThread {
+ public:
+  explicit McuUdp(const McuUdpOptions& options);
+  ~McuUdp() override { stop(); }
+
+ private:
+  int fd() const override { return socket_.get(); }
+  void read_host() override;
+  bool write_host(const Microcontroller::Output& output) override;
+
+  Fd socket_;
+};
+
 }  // namespace cellcal::sim

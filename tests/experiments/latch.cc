@@ -28,13 +28,13 @@
 #include "calib/model/parameter_key.h"
 #include "calib/plan/plan.h"
 #include "daemon/backends/virtual_cell.h"
-#include "daemon/config/space_config.h"
+#include "daemon/config/config.h"
 #include "drivers/contact/serial_contact.h"
 #include "drivers/io_thread.h"
 #include "drivers/kuka/rsi/rsi_robot.h"
-#include "sim/cell/contact_watch.h"
+#include "sim/cell/physical_cell.h"
 #include "sim/krc/krc_udp.h"
-#include "sim/mcu/mcu_pty.h"
+#include "sim/mcu/mcu_thread.h"
 #include "tests/command_line/command_line.h"
 
 namespace {

@@ -9,7 +9,7 @@
 
 #include "calib/files/files.h"
 #include "calib/plan/plan.h"
-#include "daemon/config/space_config.h"
+#include "daemon/config/config.h"
 #include "drivers/kuka/rsi/rsi_space.h"
 #include "tests/command_line/command_line.h"
 

@@ -9,9 +9,8 @@
 #include <string_view>
 
 #include "daemon/api/event_feed.h"
+#include "daemon/api/handlers.h"
 #include "daemon/api/http/http.h"
-#include "daemon/api/routes.h"
-#include "daemon/api/run_request.h"
 
 namespace {
 

@@ -7,8 +7,8 @@
 #include <cstdlib>
 #include <string>
 
+#include "drivers/kuka/eki/eki_aside.h"
 #include "drivers/kuka/eki/eki_core.h"
-#include "drivers/kuka/eki/eki_frames.h"
 #include "drivers/kuka/krl/krl_files.h"
 #include "drivers/kuka/wire/eki_codec.h"
 #include "sim/krc/eki_channel.h"

@@ -10,11 +10,10 @@
 #include "calib/files/text.h"
 #include "calib/model/error.h"
 #include "daemon/fleet/judge.h"
-#include "daemon/plant/desk/desk_words.h"
+#include "daemon/plant/desk/desk.h"
 #include "daemon/plant/line/edge_node.h"
 #include "daemon/plant/messages/fact.h"
 #include "daemon/plant/messages/presence.h"
-#include "daemon/plant/messages/proposal.h"
 
 namespace {
 

@@ -6,8 +6,8 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "drivers/kuka/rsi/arm_geometry.h"
 #include "drivers/kuka/rsi/rsi_core.h"
+#include "drivers/kuka/rsi/rsi_space.h"
 #include "drivers/kuka/wire/rsi_codec.h"
 
 namespace {

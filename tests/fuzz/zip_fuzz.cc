@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "calib/model/error.h"
-#include "daemon/cli/zip_file.h"
+#include "daemon/cli/backup.h"
 
 namespace {
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string_view>
 
-#include "daemon/api/http/message.h"
+#include "daemon/api/http/http.h"
 
 namespace cellcal::daemon {
 

@@ -15,7 +15,6 @@
 #include <string>
 
 #include "daemon/api/http/http.h"
-#include "daemon/api/http/message.h"
 #include "daemon/runner/runner.h"
 
 namespace boost::asio {
@@ -86,10 +85,6 @@ class HttpServer {
  private:
   std::shared_ptr<Impl> impl_;
 };
-
-}  // namespace cellcal::daemon
-
-namespace cellcal::daemon {
 
 // Thread for slow requests: one after the other, with bounded queues per caller.
 //

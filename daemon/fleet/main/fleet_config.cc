@@ -9,7 +9,7 @@
 #include "calib/files/text.h"
 #include "calib/files/toml.h"
 #include "daemon/config/config_values.h"
-#include "daemon/config/http_config.h"
+#include "daemon/config/network_config.h"
 #include "daemon/plant/messages/text_fields.h"
 
 namespace cellcal::daemon::fleet {

@@ -4,8 +4,6 @@
 
 #include <cerrno>
 
-#include "daemon/journal/store/error.h"
-
 namespace cellcal::daemon {
 
 namespace {
@@ -51,8 +49,8 @@ Database::~Database() { sqlite3_close_v2(handle_); }
 
 void Database::fail(int code) const {
   const bool no_room = full(code);
-  const std::string words =
-      "journal " + name_ + ": " + sqlite3_errmsg(handle_) + "; " + advice(no_room ? SQLITE_FULL : code);
+  const std::string words = "journal " + name_ + ": " + sqlite3_errmsg(handle_) + "; " +
+                            advice(no_room ? SQLITE_FULL : code);
   if (no_room) throw DiskFullError(words);
   throw JournalError(words);
 }

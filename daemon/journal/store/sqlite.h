@@ -3,9 +3,12 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <variant>
 #include <vector>
 
@@ -34,6 +37,9 @@ class Database {
 
   /// One or more statements without results.
   void execute(const char* sql);
+  /// One statement, its parameters bound in order.
+  template <class... T>
+  void run(const char* sql, const T&... values);
   /// First column of the first row.
   std::int64_t integer(const char* sql);
   std::string text(const char* sql);
@@ -60,6 +66,13 @@ class Database {
 class Statement {
  public:
   Statement(Database& database, const char* sql);
+  /// Binds the parameters in order: whole numbers, double, text, Blob, Value; an empty optional is NULL.
+  template <class... T>
+  requires(sizeof...(T) > 0) Statement(Database& database, const char* sql, const T&... values)
+      : Statement(database, sql) {
+    int index = 0;
+    (bind_any(++index, values), ...);
+  }
   ~Statement();
   Statement(const Statement&) = delete;
   Statement& operator=(const Statement&) = delete;
@@ -81,12 +94,32 @@ class Statement {
   std::vector<std::string> column_names();
 
  private:
+  template <class T>
+  void bind_any(int index, const T& value) {
+    if constexpr (std::is_integral_v<T>)
+      bind(index, static_cast<std::int64_t>(value));
+    else if constexpr (std::is_same_v<T, Blob>)
+      bind_blob(index, value.bytes);
+    else if constexpr (std::is_convertible_v<const T&, std::string_view>)
+      bind(index, std::string_view(value));
+    else
+      bind(index, value);
+  }
+  template <class T>
+  void bind_any(int index, const std::optional<T>& value) {
+    if (value) bind_any(index, *value);
+  }
   Value value(int column);
   void check(int code);
 
   Database& database_;
   sqlite3_stmt* handle_ = nullptr;
 };
+
+template <class... T>
+void Database::run(const char* sql, const T&... values) {
+  Statement(*this, sql, values...).step();
+}
 
 /// Begins a transaction; rolled back unless commit() returned.
 class Transaction {
@@ -118,6 +151,22 @@ class PageCopy {
  private:
   Database& to_;
   sqlite3_backup* handle_ = nullptr;
+};
+
+/// A failed read or write of the journal. The message names the file and the remedy.
+struct JournalError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// The checksums of a session's rows do not match; permanent. SQLite's "malformed" is not a DamagedError, because it
+/// is also returned for an unavailable disk (EIO, SQLITE_IOERR_CORRUPTFS).
+struct DamagedError : JournalError {
+  using JournalError::JournalError;
+};
+
+/// For want of room, which may be made.
+struct DiskFullError : JournalError {
+  using JournalError::JournalError;
 };
 
 }  // namespace cellcal::daemon

@@ -3,8 +3,17 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <cmath>
+
+#include "calib/files/calibration_json.h"
+#include "calib/files/toml.h"
+#include "calib/model/enum_table.h"
+#include "calib/model/units.h"
+#include "calib/verdict/change.h"
 #include "daemon/files/atomic_file.h"
-#include "daemon/plant/messages/fact.h"
+#include "daemon/result/outcome.h"
+#include "daemon/tasks/options.h"
 
 namespace cellcal::daemon::plant {
 
@@ -122,6 +131,159 @@ FactBody JournalOutbox::body_of(const WaitingReport& row) try {
       "failed",
       fmt::format("{} of session {} could not be published", row.report.kind, row.session),
       failed.what()};
+}
+
+namespace {
+
+SessionState state_of(RecordState state) {
+  using enum RecordState;
+  static constexpr EnumTable<RecordState, SessionState> kTable{
+      {{kRunning, SessionState::kRunning},
+       {kInterrupted, SessionState::kInterrupted},
+       {kAborted, SessionState::kAborted},
+       {kFailed, SessionState::kFailed},
+       {kDone, SessionState::kDone},
+       {kDamaged, SessionState::kRunning}}};
+  return kTable[state];
+}
+
+/// None: another version, or an imported session. Its end is reported nevertheless.
+std::optional<SessionOptions> options_of(const SessionInputs& inputs) {
+  try {
+    return options_from_json(inputs.options);
+  } catch (const std::exception&) {
+    return std::nullopt;
+  }
+}
+
+std::string purpose_of(const std::optional<SessionOptions>& options) {
+  if (!options) return "unknown";
+  return options->update ? "update" : to_string(options->kind);
+}
+
+/// [identity] of the cell file, which was valid when the session began.
+std::string serial_of(const SessionInputs& inputs) {
+  const calib::TomlTable cell = calib::TomlTable::parse(inputs.cell_text, inputs.cell_name);
+  return cell.table_or_empty("identity").string_or("robot_serial", "");
+}
+
+std::optional<double> if_any(double metres) {
+  return metres > 0.0 ? std::optional(metres) : std::nullopt;
+}
+
+/// Mean; none where no poses can be found.
+std::optional<double> u95_of(const calib::Calibration& result,
+                             const std::vector<calib::Touch>& touches, bool workspace) try {
+  const auto scope = calib::apart_in_scope(nullptr, result, touches, workspace);
+  return scope ? std::optional(scope->mean_u95_m) : std::nullopt;
+} catch (const std::exception&) {  // the calibration is reported without it
+  return std::nullopt;
+}
+
+Held held_of(OutcomeKind kind) {
+  return kind == OutcomeKind::kHolds         ? Held::kYes
+         : kind == OutcomeKind::kDoesNotHold ? Held::kNo
+                                             : Held::kUndecided;
+}
+
+CheckFact check_of(const SessionOptions& options, const SessionRecord& session) {
+  const SessionOutcome& outcome = *session.outcome;
+  CheckFact fact;
+  fact.against = options.against;
+  fact.held = held_of(outcome.kind);
+  if (outcome.tcp_shift) {
+    fact.shift_m = outcome.tcp_shift->shift_m.norm();
+    fact.u_m = outcome.tcp_shift->u_m;
+  }
+  fact.cause = cause_of(outcome);
+  fact.temperature_c = options.temperature_c;
+  fact.document = session.document;
+  return fact;
+}
+
+}  // namespace
+
+Report report_of(const FactBody& body) { return report_of(body, worth_of(body)); }
+
+Report report_of(const FactBody& body, Worth worth) {
+  const bool telemetry = worth == Worth::kTelemetry;
+  return {kind_of(body), telemetry ? daemon::Worth::kTelemetry : daemon::Worth::kResult,
+          body_to_json(body)};
+}
+
+std::vector<Report> PlantReporter::session(const SessionRecord& session) const {
+  const std::optional<SessionOptions> options = options_of(session.inputs);
+  SessionFact fact;
+  fact.state = state_of(session.state);
+  fact.purpose = purpose_of(options);
+  fact.cell_file = session.inputs.cell_name;
+  fact.robot_file = session.inputs.robot_name;
+  fact.started = session.started;
+  fact.touches = static_cast<std::size_t>(session.touches);
+  fact.planned = static_cast<std::size_t>(session.planned);
+  if (session.failure_kind) fact.failure_kind = to_string(*session.failure_kind);
+  fact.failure = session.failure;
+  fact.software = session.software;
+  if (session.outcome) fact.outcome = to_string(session.outcome->kind);
+  std::vector<Report> all;
+  const bool checked = options && options->kind == SessionKind::kCheck;
+  if (checked && session.outcome && fact.state == SessionState::kDone)
+    all.push_back(report_of(check_of(*options, session)));
+  all.push_back(report_of(fact));
+  return all;
+}
+
+Report PlantReporter::calibration(const SessionRecord& session,
+                                  const std::vector<calib::Touch>& touches) const {
+  const calib::Calibration result =
+      calib::calibration_from_json(session.calibration, "the journal");
+  CalibrationFact fact;
+  fact.robot = result.cell.robot.name;
+  fact.robot_serial = serial_of(session.inputs);
+  fact.published = result.verdict.publish();
+  fact.update = result.update.has_value();
+  for (const calib::Finding& one : result.verdict.findings)
+    fact.findings.emplace_back(to_string(one.kind));
+  fact.near_m = if_any(result.predicted_near_targets_m);
+  fact.over_m = if_any(result.predicted_workspace_m);
+  if (fact.near_m) fact.u95_near_m = u95_of(result, touches, false);
+  if (fact.over_m) fact.u95_over_m = u95_of(result, touches, true);
+  fact.document = session.calibration;
+  return report_of(fact);
+}
+
+std::vector<Report> PlantReporter::touch(const RecordTouch& touch) const {
+  if (!parts_.touches) return {};
+  TouchFact fact;
+  fact.index = touch.index;
+  fact.target = touch.touch.target;
+  fact.check = touch.touch.set == calib::TouchSet::kCheck;
+  fact.joint_rad = touch.touch.joint_rad;
+  fact.tip_m = touch.tip_m;
+  // May be missing for a touch excluded from the fit.
+  if (touch.residual_m && std::isfinite(*touch.residual_m)) fact.residual_m = touch.residual_m;
+  return {report_of(fact)};
+}
+
+std::vector<Report> PlantReporter::change(const RecordChange& change) const {
+  return {report_of(PhaseFact{to_string(change.change.from), to_string(change.change.to),
+                              to_string(change.on), change.clock_s})};
+}
+
+std::vector<Report> PlantReporter::activation(const Activation& activation) const {
+  return {report_of(ActivationFact{activation.who, activation.reason})};
+}
+
+std::string PlantReporter::address() const {
+  return parts_.name.cell.empty() ? std::string() : parts_.name.plant + "/" + parts_.name.cell;
+}
+
+bool PlantReporter::publishes_name(const std::string& other) const {
+  return other == address() || std::ranges::find(parts_.former, other) != parts_.former.end();
+}
+
+Report PlantReporter::dropped(std::int64_t first, std::int64_t last, std::int64_t count) const {
+  return report_of(DroppedFact{first, last, count, DropReason::kNoRoom});
 }
 
 }  // namespace cellcal::daemon::plant

@@ -1,11 +1,11 @@
 #include "daemon/plant/desk/proposal_box.h"
 
 #include <algorithm>
-#include <optional>
 
 #include "calib/files/input_file.h"
 #include "calib/files/json.h"
-#include "daemon/config/schedule_config.h"
+#include "calib/model/enum_table.h"
+#include "daemon/config/unattended_config.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/plant/messages/text_fields.h"
 
@@ -57,17 +57,10 @@ std::string own_reason(const std::string& words) {
 }  // namespace
 
 const char* to_string(Stand stand) {
-  switch (stand) {
-    case Stand::kOpen:
-      return "open";
-    case Stand::kAccepted:
-      return "accepted";
-    case Stand::kRefused:
-      return "refused";
-    case Stand::kWithdrawn:
-      return "withdrawn";
-  }
-  return "";
+  using enum Stand;
+  static constexpr EnumNames<Stand> kTable{
+      {{kOpen, "open"}, {kAccepted, "accepted"}, {kRefused, "refused"}, {kWithdrawn, "withdrawn"}}};
+  return kTable[stand];
 }
 
 std::optional<std::string> unusable(const Proposal& proposal) {

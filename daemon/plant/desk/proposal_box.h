@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "daemon/plant/messages/fact.h"
-#include "daemon/plant/messages/proposal.h"
+#include "daemon/plant/messages/presence.h"
 
 namespace cellcal::daemon::plant {
 

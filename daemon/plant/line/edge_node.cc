@@ -12,7 +12,6 @@
 #include <boost/asio/steady_timer.hpp>
 #include <map>
 #include <mutex>
-#include <optional>
 #include <thread>
 
 #include "daemon/files/log_context.h"

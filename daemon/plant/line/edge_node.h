@@ -11,7 +11,7 @@
 #include <variant>
 #include <vector>
 
-#include "daemon/config/plant_config.h"
+#include "daemon/config/network_config.h"
 #include "daemon/plant/line/line_status.h"
 
 namespace cellcal::daemon::plant::sparkplug {

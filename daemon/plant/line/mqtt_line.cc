@@ -12,7 +12,6 @@
 #include <mutex>
 #include <system_error>
 #include <thread>
-#include <vector>
 
 #include "calib/files/input_file.h"
 #include "daemon/files/atomic_file.h"

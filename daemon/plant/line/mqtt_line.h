@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/config/plant_config.h"
+#include "daemon/config/network_config.h"
 #include "daemon/plant/line/line_status.h"
 
 namespace cellcal::daemon::plant {

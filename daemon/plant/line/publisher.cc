@@ -14,7 +14,6 @@
 #include <deque>
 #include <map>
 #include <mutex>
-#include <set>
 #include <thread>
 
 #include "calib/files/calibration_json.h"
@@ -22,7 +21,6 @@
 #include "daemon/files/log_context.h"
 #include "daemon/plant/line/mqtt_line.h"
 #include "daemon/plant/messages/fact.h"
-#include "daemon/plant/messages/presence.h"
 #include "daemon/runner/backend.h"
 
 namespace cellcal::daemon::plant {

@@ -5,10 +5,10 @@
 #include <functional>
 #include <memory>
 
-#include "daemon/config/plant_config.h"
+#include "daemon/config/network_config.h"
 #include "daemon/plant/line/line_status.h"
 #include "daemon/plant/messages/outbox.h"
-#include "daemon/plant/messages/proposal.h"
+#include "daemon/plant/messages/presence.h"
 
 namespace cellcal::daemon::plant {
 

@@ -1,32 +1,22 @@
 #include "daemon/plant/messages/fact.h"
 
-#include <algorithm>
-
 #include "calib/files/input_file.h"
 #include "calib/files/json.h"
 #include "calib/model/units.h"
-#include "daemon/plant/messages/text_fields.h"
 
 namespace cellcal::daemon::plant {
 
 namespace {
 
-const char* name_of(const SessionFact&) { return "session"; }
-const char* name_of(const CalibrationFact&) { return "calibration"; }
-const char* name_of(const CheckFact&) { return "check"; }
-const char* name_of(const ActivationFact&) { return "activation"; }
-const char* name_of(const CertificateFact&) { return "certificate"; }
-const char* name_of(const AlarmFact&) { return "alarm"; }
-const char* name_of(const AnswerFact&) { return "answer"; }
-const char* name_of(const PhaseFact&) { return "phase"; }
-const char* name_of(const TouchFact&) { return "touch"; }
-const char* name_of(const HealthFact&) { return "health"; }
-const char* name_of(const DroppedFact&) { return "dropped"; }
+/// In the order of FactBody.
+constexpr std::array<const char*, std::variant_size_v<FactBody>> kKinds{
+    "session", "calibration", "check", "activation", "certificate", "alarm",
+    "answer",  "phase",       "touch", "health",     "dropped"};
 
 }  // namespace
 
 const char* kind_of(const FactBody& body) {
-  return std::visit([](const auto& one) { return name_of(one); }, body);
+  return kKinds.at(body.index());
 }
 
 Worth worth_of(const FactBody& body) {
@@ -88,7 +78,7 @@ fields::Field<T> times(const char* key, std::uint64_t T::*member) {
   return field(key, member, count<std::uint64_t>());
 }
 
-const Table<SessionFact>& session_fields() {
+const Table<SessionFact>& table_of(const SessionFact&) {
   using T = SessionFact;
   static const Table<T> kTable{
       field("state", &T::state,
@@ -110,7 +100,7 @@ const Table<SessionFact>& session_fields() {
   return kTable;
 }
 
-const Table<CalibrationFact>& calibration_fields() {
+const Table<CalibrationFact>& table_of(const CalibrationFact&) {
   using T = CalibrationFact;
   static const Table<T> kTable{
       field("robot", &T::robot, line()),
@@ -126,7 +116,7 @@ const Table<CalibrationFact>& calibration_fields() {
   return kTable;
 }
 
-const Table<CheckFact>& check_fields() {
+const Table<CheckFact>& table_of(const CheckFact&) {
   using T = CheckFact;
   static const Table<T> kTable{
       times("against", &T::against),
@@ -141,7 +131,7 @@ const Table<CheckFact>& check_fields() {
   return kTable;
 }
 
-const Table<ActivationFact>& activation_fields() {
+const Table<ActivationFact>& table_of(const ActivationFact&) {
   using T = ActivationFact;
   static const Table<T> kTable{field("by", &T::by, line()),
                                field("reason", &T::reason, bounded(kLongestText))};
@@ -169,14 +159,14 @@ Value<CertificateFile> certificate_file() {
           }};
 }
 
-const Table<CertificateFact>& certificate_fields() {
+const Table<CertificateFact>& table_of(const CertificateFact&) {
   using T = CertificateFact;
   static const Table<T> kTable{field("certificate", &T::certificate, line()),
                                field("files", &T::files, few(certificate_file(), kMostFiles))};
   return kTable;
 }
 
-const Table<AlarmFact>& alarm_fields() {
+const Table<AlarmFact>& table_of(const AlarmFact&) {
   using T = AlarmFact;
   static const Table<T> kTable{field("news", &T::news, name()),
                                field("subject", &T::subject, line(kLongestText)),
@@ -184,7 +174,7 @@ const Table<AlarmFact>& alarm_fields() {
   return kTable;
 }
 
-const Table<AnswerFact>& answer_fields() {
+const Table<AnswerFact>& table_of(const AnswerFact&) {
   using T = AnswerFact;
   static const Table<T> kTable{
       field("proposal", &T::proposal, name()), field("accepted", &T::accepted, fields::flag()),
@@ -192,7 +182,7 @@ const Table<AnswerFact>& answer_fields() {
   return kTable;
 }
 
-const Table<PhaseFact>& phase_fields() {
+const Table<PhaseFact>& table_of(const PhaseFact&) {
   using T = PhaseFact;
   static const Table<T> kTable{field("from", &T::from, line()), field("to", &T::to, line()),
                                field("on", &T::on, line()),
@@ -212,7 +202,7 @@ Value<std::array<double, 3>> place() {
           }};
 }
 
-const Table<TouchFact>& touch_fields() {
+const Table<TouchFact>& table_of(const TouchFact&) {
   using T = TouchFact;
   static const Table<T> kTable{
       field("index", &T::index, count<std::size_t>()),
@@ -224,7 +214,7 @@ const Table<TouchFact>& touch_fields() {
   return kTable;
 }
 
-const Table<HealthFact>& health_fields() {
+const Table<HealthFact>& table_of(const HealthFact&) {
   using T = HealthFact;
   static const Table<T> kTable{
       times("packets", &T::packets),
@@ -241,7 +231,7 @@ const Table<HealthFact>& health_fields() {
   return kTable;
 }
 
-const Table<DroppedFact>& dropped_fields() {
+const Table<DroppedFact>& table_of(const DroppedFact&) {
   using T = DroppedFact;
   static const Table<T> kTable{
       times("first", &T::first),
@@ -256,19 +246,6 @@ const Table<DroppedFact>& dropped_fields() {
   return kTable;
 }
 
-// One overload per kind of body.
-const Table<SessionFact>& table_of(const SessionFact&) { return session_fields(); }
-const Table<CalibrationFact>& table_of(const CalibrationFact&) { return calibration_fields(); }
-const Table<CheckFact>& table_of(const CheckFact&) { return check_fields(); }
-const Table<ActivationFact>& table_of(const ActivationFact&) { return activation_fields(); }
-const Table<CertificateFact>& table_of(const CertificateFact&) { return certificate_fields(); }
-const Table<AlarmFact>& table_of(const AlarmFact&) { return alarm_fields(); }
-const Table<AnswerFact>& table_of(const AnswerFact&) { return answer_fields(); }
-const Table<PhaseFact>& table_of(const PhaseFact&) { return phase_fields(); }
-const Table<TouchFact>& table_of(const TouchFact&) { return touch_fields(); }
-const Table<HealthFact>& table_of(const HealthFact&) { return health_fields(); }
-const Table<DroppedFact>& table_of(const DroppedFact&) { return dropped_fields(); }
-
 Json json_of(const FactBody& body) {
   return std::visit([](const auto& one) { return fields::to_json(table_of(one), one); }, body);
 }
@@ -280,7 +257,7 @@ FactBody read_body(std::string_view kind, const JsonReader& reader) {
     reader.fail("unknown kind of fact");
   } else {
     std::variant_alternative_t<I, FactBody> one;
-    if (kind != kind_of(FactBody(one))) return read_body<I + 1>(kind, reader);
+    if (kind != kKinds[I]) return read_body<I + 1>(kind, reader);
     fields::from_json(table_of(one), reader, one);
     return one;
   }

@@ -14,7 +14,7 @@
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/log_context.h"
 #include "daemon/main/log.h"
-#include "daemon/plant/desk/desk_client.h"
+#include "daemon/plant/desk/desk.h"
 #include "daemon/plant/line/edge_node.h"
 #include "daemon/plant/line/publisher.h"
 #include "daemon/plant/process/plant_options.h"

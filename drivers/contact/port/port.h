@@ -65,4 +65,40 @@ std::string no_such_device(const std::string& device);
 /// From errno of open(): permission (with the required group), busy, or the system's error message.
 std::string cannot_open(const std::string& device, int error);
 
+// Exclusive use of a serial device per process: a lock file, held by flock so that a crash releases
+// it.
+
+class PortLock {
+ public:
+  /// Locks the device of this path (symlinks resolved). Throws DriverError if another process, or
+  /// another port of this one, holds it.
+  explicit PortLock(const std::string& device);
+  ~PortLock();
+  PortLock(const PortLock&) = delete;
+  PortLock& operator=(const PortLock&) = delete;
+
+ private:
+  int fd_ = -1;
+};
+
+/// Name of the lock file of a device: LCK..ttyUSB0, LCK..pts-3 (as used by minicom and others).
+std::string lock_name(const std::string& device);
+
+// Backends of serial ports; paths without symlinks. All throw DriverError.
+
+/// Through libserialport, which provides port names, descriptions and arbitrary baud rates.
+std::unique_ptr<Port> open_real_port(const std::string& path, int baud);
+/// libserialport 0.1.1 cannot open pseudo-terminals (they are not in /sys and refuse TIOCMGET).
+std::unique_ptr<Port> open_pseudo_terminal(const std::string& path, int baud);
+
+/// Through libusb, bypassing the terminal: a node below /dev/bus/usb of a CDC-ACM or FTDI adapter.
+/// `priority`: SCHED_FIFO of the I/O thread; 0: none.
+std::unique_ptr<Port> open_usb_port(const std::string& path, int baud, int priority);
+
+/// Terminal settings of an open descriptor: exclusive, close-on-exec, non-blocking, raw, with a read()
+/// that waits for a byte instead of reporting the end of the file. Throws DriverError.
+void make_exclusive_and_raw(int fd, const std::string& path);
+/// Discards unsent data and releases exclusive access; to be called just before close().
+void let_go(int fd);
+
 }  // namespace cellcal::drivers

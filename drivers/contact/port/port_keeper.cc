@@ -7,8 +7,6 @@
 #include <optional>
 #include <utility>
 
-#include "drivers/contact/port/port_queues.h"
-
 namespace cellcal::drivers {
 
 PortKeeper::PortKeeper(PortKeeperOptions options, PortQueues& queues)

@@ -15,7 +15,7 @@
 #include <ctime>
 #include <utility>
 
-#include "drivers/contact/port/port_lock.h"
+#include "drivers/contact/port/port.h"
 
 namespace cellcal::drivers {
 

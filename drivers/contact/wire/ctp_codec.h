@@ -8,6 +8,7 @@
 #include <span>
 
 #include "drivers/contact/wire/ctp.h"
+#include "drivers/time.h"
 
 namespace cellcal::drivers::ctp {
 
@@ -264,3 +265,31 @@ class FrameReader {
 };
 
 }  // namespace cellcal::drivers::ctp
+
+namespace cellcal::drivers {
+
+// Rate of a terminal's line as stored by the kernel, including rates without a B constant (250000).
+
+/// False: not supported by this terminal.
+bool set_line_rate(int fd, int baud);
+/// 0: unknown. Also works at the other end of a pseudo-terminal.
+int line_rate(int fd);
+
+// A serial line in virtual time, seen from the host.
+
+/// The peer runs while the line is advanced; nothing happens between calls.
+class ByteLine {
+ public:
+  virtual ~ByteLine() = default;
+  /// The host starts sending these bytes at t, which is not before the last advance().
+  virtual void write(std::span<const std::uint8_t> bytes, TimePoint t) = 0;
+  /// Time of the peer's next action or delivery; TimePoint::max(): none.
+  virtual TimePoint next() const = 0;
+  /// Runs the peer until t.
+  virtual void advance(TimePoint t) = 0;
+  /// Reads bytes whose last bit has arrived by the last advance(); sets `t` to its arrival. Returns
+  /// the number of bytes; 0: none. `into` holds at least one frame (CTP_MAX_WIRE).
+  virtual std::size_t read(std::span<std::uint8_t> into, TimePoint& t) = 0;
+};
+
+}  // namespace cellcal::drivers

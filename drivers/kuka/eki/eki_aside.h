@@ -4,7 +4,9 @@
 // session, and no session can begin during such a connection.
 
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <string_view>
@@ -67,5 +69,152 @@ struct EkiReconnectLimits {
   Duration reopens_within = std::chrono::seconds(12);
   std::stop_token stop = {};
 };
+
+// Reads or sets one frame of the controller outside a session (eki_aside.h).
+//
+// Model: the controller's submit program receives the telegram, waits until the arm has been at rest for 0.3
+// s, sets TOOL_DATA[n] or BASE_DATA[n], reads it back, and repeats old and new values in every state. If the
+// connection is lost before that, nothing is set. The advice of the checks (kAdvice) is for the cell's own
+// programs and is accepted during motion, too. If the connection is lost after the telegram and before the
+// answer, the outcome is unknown: `kUnknown`, which never counts as done.
+
+struct EkiFrameRequest {
+  EkiFrameKind kind = EkiFrameKind::kTool;
+  int number = 0;
+  std::optional<EkiFrameValues> values;  ///< empty: read
+};
+
+enum class EkiFrameEnd {
+  kRead,
+  kSet,      ///< and the value read back is the value sent
+  kDiffers,  ///< the controller reports success, but the value read back differs
+  kRefused,  ///< by the controller; nothing was set
+  kNotSent,  ///< no request was sent; nothing was set
+  kUnknown,  ///< sent, without a reliable answer
+};
+
+/// Reason for kNotSent or kUnknown.
+enum class EkiFrameTrouble {
+  kNone,
+  kNoConnection,  ///< refused or unreachable
+  kNoState,       ///< connected, but no readable state, or states have ceased
+  kTooOld,        ///< the controller's program does not support frames
+  kInSession,     ///< the controller obeys a session
+  kMoves,         ///< the arm is not at rest
+  kClosed,        ///< connection closed or broken
+  kNoAnswer,      ///< timeout
+  kOtherFrame,    ///< the answer refers to another frame
+  kNotAStream,    ///< no end of a document
+  kNoTelegram,    ///< the values exceed the size of a telegram
+};
+
+struct EkiFrameResult {
+  EkiFrameEnd end = EkiFrameEnd::kNotSent;
+  EkiFrameTrouble trouble = EkiFrameTrouble::kNone;
+  EkiFrameDone refusal = EkiFrameDone::kNotYet;          ///< kRefused
+  std::optional<EkiFrameValues> old_values, new_values;  ///< kRead, kSet, kDiffers
+  std::string peer;                                      ///< "172.31.1.147:54600"
+  std::string detail;                                    ///< kNoConnection: system error message
+};
+
+/// Chooses the new value of a frame from the current one; empty: no change. An exception ends the connection,
+/// without anything sent.
+using EkiFrameChoice = std::function<std::optional<EkiFrameValues>(const EkiFrameValues& now)>;
+
+/// Compares the values sent and read back: equal within the last decimal of the text and the resolution of a
+/// 32-bit REAL.
+bool same_frame(const EkiFrameValues& sent, const EkiFrameValues& read);
+
+/// `ask`: 1..2^31-1, hard to guess.
+class EkiFrameExchange : public EkiAside {
+ public:
+  EkiFrameExchange(EkiFrameRequest request, std::uint32_t ask, TimePoint connected);
+
+  void on_bytes(std::string_view bytes, TimePoint now) override;
+  void on_tick(TimePoint now) override;
+  void on_closed() override;
+  bool ended() const override { return result_.has_value(); }
+  /// After a read, on the same connection: sets these values. `ask`: different from the preceding
+  /// one.
+  void set(const EkiFrameValues& values, std::uint32_t ask, TimePoint now);
+  /// From this call on the outcome may be unknown.
+  std::string drain_output() override;
+  const std::optional<EkiFrameResult>& result() const { return result_; }
+
+ private:
+  void on_document(std::string_view document, TimePoint now);
+  void look(TimePoint now);
+  void judge(const EkiFrameAnswer& answer);
+  void end(EkiFrameTrouble why);
+
+  EkiFrameRequest request_;
+  std::uint32_t ask_;
+  EkiFramer framer_;
+  EkiParser parser_;
+  EkiState state_;
+  EkiRest rest_;
+  TimePoint begun_, heard_at_{}, sent_at_{};
+  EkiFrameTrouble in_the_way_ = EkiFrameTrouble::kNoState;
+  bool sent_ = false;
+  std::string output_;
+  std::optional<EkiFrameResult> result_;
+};
+
+/// Over TCP, in the calling thread. With a `choice` the frame is read, and any values chosen are set on the same
+/// connection, so that no other client is served in between. A connection that the controller closes again, or on which
+/// no state arrives, is retried according to `limits` unless the choice was called. Takes at most about ten more
+/// seconds. Connects to this address only. Throws DriverError if it is not an IP address, and any exception of the
+/// choice.
+EkiFrameResult exchange_frame(const std::string& address, std::uint16_t port,
+                              const EkiFrameRequest& request, const EkiFrameChoice& choice = {},
+                              const EkiReconnectLimits& limits = {});
+
+// Position of the arm, as sent by the controller's submit program to every EKI client: for teaching by the
+// pendant, in T1, with any robot program selected. Nothing is sent, no session is started, nothing moves.
+
+enum class EkiPositionTrouble {
+  kNone,
+  kNoConnection,
+  kNoState,    ///< connected, but no readable state
+  kInSession,  ///< the controller obeys a session
+  kMoves,      ///< the arm is not at rest
+  kClosed,
+  kNotAStream,
+};
+
+struct EkiPosition {
+  EkiPositionTrouble trouble = EkiPositionTrouble::kNone;
+  AxisAngles axes_deg;  ///< measured, A1 to A6 and external axes; kNone
+  std::string peer;     ///< "172.31.1.147:54600"
+  std::string detail;   ///< kNoConnection: the system's error message
+};
+
+class EkiPositionReading : public EkiAside {
+ public:
+  explicit EkiPositionReading(TimePoint connected) : begun_(connected) {}
+
+  void on_bytes(std::string_view bytes, TimePoint now) override;
+  void on_tick(TimePoint now) override;
+  void on_closed() override { end(EkiPositionTrouble::kClosed); }
+  std::string drain_output() override { return {}; }
+  bool ended() const override { return result_.has_value(); }
+  const std::optional<EkiPosition>& result() const { return result_; }
+
+ private:
+  void end(EkiPositionTrouble why);
+
+  EkiFramer framer_;
+  EkiParser parser_;
+  EkiState state_;
+  EkiRest rest_;
+  TimePoint begun_, heard_at_{};
+  EkiPositionTrouble in_the_way_ = EkiPositionTrouble::kNoState;
+  std::optional<EkiPosition> result_;
+};
+
+/// Over TCP, in the calling thread; retried according to `limits` if the controller accepts no client. Throws
+/// DriverError if `address` is not an IP address.
+EkiPosition read_position(const std::string& address, std::uint16_t port,
+                          const EkiReconnectLimits& limits = {});
 
 }  // namespace cellcal::drivers

@@ -18,7 +18,6 @@
 
 #include "drivers/contact.h"
 #include "drivers/kuka/eki/eki_config.h"
-#include "drivers/kuka/moves/move_check.h"
 #include "drivers/kuka/moves/move_queue.h"
 #include "drivers/kuka/moves/position_record.h"
 #include "drivers/kuka/moves/sensor_monitor.h"

@@ -2,7 +2,7 @@
 // History of the link over two seconds: arrival of each packet, measured and commanded position;
 // and the position of the arm at an instant of the host's clock.
 //
-// Model of actual_at() (ipoc_clock.h determines its validity over RSI): AIPos is the position at
+// Model of actual_at() (rsi_mover.h determines its validity over RSI): AIPos is the position at
 // the instant of IPOC, IPOC is uniform, and a packet arrives with a delay that is never negative
 // and small at least once in the record. The earliest arrival therefore determines the clock map,
 // unaffected by late ones. Remaining errors are that smallest delay (equal for all touches) and the

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drivers/kuka/rsi/halving.h"
-
 namespace cellcal::drivers {
 namespace {
 

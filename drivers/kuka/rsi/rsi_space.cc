@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "drivers/kuka/moves/position_record.h"
-#include "drivers/kuka/rsi/arm_geometry.h"
 #include "drivers/units.h"
 
 namespace cellcal::drivers {

@@ -15,10 +15,12 @@
 // Near a singularity a small step in space is a large one of axes, so a move may only pass where
 // the gain of the arm's inverse is small (kMostGain).
 
+#include <Eigen/Geometry>
 #include <array>
 #include <optional>
+#include <span>
 
-#include "drivers/kuka/moves/move_check.h"
+#include "drivers/kuka/moves/move_queue.h"
 #include "drivers/kuka/rsi/rsi_config.h"
 #include "drivers/kuka/rsi/rsi_report.h"
 #include "drivers/kuka/wire/rsi_codec.h"
@@ -56,6 +58,17 @@ class SpaceCorrector {
   const SpaceCorrection& config_;
   AxisAngles start_rad_;
   std::array<double, 12> start_{};  // its TCP: rotation columns, position; no Eigen in headers
+};
+
+// Geometry of the arm required for corrections in space: the TCP of the controller's own, nominal
+// arm. Provided by the owner of the adapter.
+
+class ArmGeometry {
+ public:
+  virtual ~ArmGeometry() = default;
+  /// The active TCP of the controller, in the robot's root [m], at six axis angles. Called in the
+  /// cycle: it must not allocate, lock or throw.
+  virtual Eigen::Isometry3d tcp(std::span<const double> axis_rad) const noexcept = 0;
 };
 
 }  // namespace cellcal::drivers

@@ -6,16 +6,59 @@
 // Hostile or damaged input yields an error value; nothing throws or allocates after a parser has
 // been constructed.
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 
-#include "drivers/kuka/wire/eki_framer.h"
 #include "drivers/robot.h"
 
 namespace cellcal::drivers {
+
+// Splits a TCP stream of EKI into XML documents: from the '<' of a root element to its closing tag.
+// TCP has no message boundaries; documents arrive in fragments and several at once.
+//
+// Assumption: KUKA's documents contain neither comments nor CDATA, so the first closing tag with
+// the root's name is the root's. If that fails the piece is not well-formed, which the parser
+// reports. Hostile input yields a value; nothing allocates or throws.
+
+/// Largest document accepted. Actual ones have 0.3 to 1 kB.
+inline constexpr std::size_t kMaxEkiDocument = 8192;
+
+class EkiFramer {
+ public:
+  enum class Event {
+    kNone,
+    kDocument,   ///< document() is complete
+    kOversized,  ///< no end within kMaxEkiDocument bytes: synchronisation is lost
+  };
+
+  Event push(char c);
+  /// After kDocument, until the next push().
+  std::string_view document() const { return {bytes_.data(), size_}; }
+  /// A new connection.
+  void reset();
+  /// Bytes outside documents other than white space, prolog or NUL padding.
+  std::uint64_t garbage() const { return garbage_; }
+
+ private:
+  enum class State { kOutside, kOpened, kProlog, kName, kRootTag, kBody, kBodyTag, kClosing };
+
+  Event keep(char c);
+  Event on_root_tag(char c);
+  Event on_closing(char c);
+  std::string_view name() const { return {bytes_.data() + 1, name_size_}; }
+
+  std::array<char, kMaxEkiDocument> bytes_{};
+  std::size_t size_ = 0, name_size_ = 0, matched_ = 0, skipped_ = 0;
+  State state_ = State::kOutside;
+  char quote_ = '\0', last_ = '\0';
+  std::uint64_t garbage_ = 0;
+};
 
 /// RobotCommand/@Type.
 enum class EkiType : int {
@@ -127,5 +170,63 @@ inline constexpr std::size_t kEkiTelegram = 1024;
 /// queue per element, and a missing one would shift its queue relative to the others. Empty: does
 /// not fit.
 std::string_view format_command(const EkiCommand& command, std::span<char> buffer);
+
+// EKI's telegrams for TOOL_DATA[n] and BASE_DATA[n]: <RobotCommand><Frame .../></RobotCommand> is the
+// request, and every <RobotState> repeats the newest answer. krl/README.md documents the protocol.
+// Millimetres and degrees, as on the controller. The advice of the checks uses the same telegrams.
+//
+// Hostile or damaged input yields an error value. Not for the cycle: it allocates.
+
+/// RobotCommand/Frame/@Kind.
+enum class EkiFrameKind : int {
+  kTool = 1,
+  kBase = 2,
+  kAdvice = 3,  ///< number 1: CELLCAL_ADVICE_UNTIL and CELLCAL_ADVICE, as X and Y
+};
+
+/// RobotState/Frame/@Done.
+enum class EkiFrameDone : int {
+  kNotYet = 0,
+  kDone = 1,
+  kInSession = 2,     ///< refused: a session is obeyed, or a move is active
+  kMoves = 3,         ///< refused: the arm is not at rest
+  kNoSuchNumber = 4,  ///< refused: $config.dat has no frame of this number
+  kOtherProgram = 5,  ///< refused: another robot program runs
+  kIncomplete = 6,    ///< refused: elements of the telegram were missing
+};
+
+/// X, Y, Z [mm], A, B, C [deg].
+using EkiFrameValues = std::array<double, 6>;
+
+struct EkiFrameCommand {
+  std::uint32_t ask = 0;  ///< 1..2^31-1, unique per telegram
+  bool set = false;       ///< false: read only
+  EkiFrameKind kind = EkiFrameKind::kTool;
+  int number = 0;
+  EkiFrameValues values{};  ///< for `set`
+};
+
+struct EkiFrameAnswer {
+  std::uint32_t ask = 0;  ///< of the newest telegram; 0: none on this connection
+  bool set = false;       ///< for kIncomplete this and the members other than `done` are undefined
+  EkiFrameKind kind = EkiFrameKind::kTool;
+  int number = 0;
+  EkiFrameDone done = EkiFrameDone::kNotYet;
+  EkiFrameValues old_values{};  ///< before setting
+  EkiFrameValues new_values{};  ///< read back after setting
+};
+
+/// Decimals of the transmitted text.
+inline constexpr int kFrameMmDecimals = 4, kFrameDegDecimals = 5;
+
+/// Empty if it does not fit into a telegram: a value that is not finite or too large.
+std::optional<std::string> format_frame_command(const EkiFrameCommand& command);
+
+/// From a state that EkiParser accepts. `answer` is empty if the controller's program does not support
+/// frames, or if there was no request (ask is 0, the other values are undefined). A state with a part of the
+/// elements, a duplicate, or an invalid number is an error.
+EkiError parse_frame_answer(std::string_view document, std::optional<EkiFrameAnswer>& answer);
+/// True if the state has the elements of an answer.
+bool knows_frames(std::string_view document);
 
 }  // namespace cellcal::drivers

@@ -1,7 +1,11 @@
 #include "drivers/kuka/wire/rsi_codec.h"
 
 #include <algorithm>
+#include <charconv>
+#include <cstring>
+#include <pugixml.hpp>
 
+#include "drivers/kuka/wire/xml_arena.h"
 #include "drivers/kuka/wire/xml_values.h"
 
 namespace cellcal::drivers {
@@ -79,6 +83,276 @@ std::string_view format_rob(const RobFields& fields, std::span<char> buffer) {
   if (fields.delay) out.put("<Delay D=\"").put(std::uint64_t{*fields.delay}).put("\"/>");
   out.put("<IPOC>").put(fields.ipoc).put("</IPOC></Rob>");
   return out.text();
+}
+
+namespace {
+
+using wire::count_decimals;
+using wire::kAxesPerElement;
+using wire::lower;
+using wire::parse_measure;
+using wire::parse_number;
+using wire::same_name;
+using wire::trim;
+
+// "<a>b" is the worst case for pugixml, with two nodes of 64 bytes for four bytes of text: 32 bytes
+// of memory per byte of datagram, plus half of that for page remainders.
+constexpr std::size_t kArenaBytes = kMaxRsiDatagram * 48;
+WireError parse_ipoc(std::string_view text, Ipoc& ipoc) {
+  const std::string_view digits = trim(text);
+  std::uint64_t value = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  if (digits.empty() || error != std::errc() || end != digits.data() + digits.size()) {
+    return WireError::kBadIpoc;
+  }
+  if (!ipoc.text.assign(text)) return WireError::kBadIpoc;
+  ipoc.value = static_cast<std::uint32_t>(value);
+  return WireError::kNone;
+}
+
+// Attributes A1..A6 (or E1..E6), up to the first gap.
+WireError parse_axes(const pugi::xml_node& element, char letter, AxisAngles& values,
+                     int* decimals = nullptr) {
+  std::array<const char*, kAxesPerElement> texts{};
+  for (const pugi::xml_attribute& attribute : element.attributes()) {
+    const char* name = attribute.name();
+    if (lower(name[0]) != lower(letter) || name[1] < '1' || name[1] > '6' || name[2] != '\0') {
+      continue;
+    }
+    const char*& slot = texts[static_cast<std::size_t>(name[1] - '1')];
+    if (slot != nullptr) return WireError::kDuplicate;
+    slot = attribute.value();
+  }
+  values.clear();
+  for (const char* text : texts) {
+    if (text == nullptr) break;
+    double value = 0.0;
+    if (!parse_measure(text, value)) return WireError::kBadNumber;
+    values.push_back(value);
+    if (decimals != nullptr) *decimals = std::max(*decimals, count_decimals(text));
+  }
+  return WireError::kNone;
+}
+
+// All six of X Y Z A B C, or none.
+WireError parse_frame(const pugi::xml_node& element, std::optional<KukaFrame>& frame) {
+  KukaFrame values{};
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const char* text = nullptr;
+    for (const pugi::xml_attribute& attribute : element.attributes()) {
+      if (!same_name(attribute.name(), wire::kFrameNames.substr(i, 1))) continue;
+      if (text != nullptr) return WireError::kDuplicate;
+      text = attribute.value();
+    }
+    if (text == nullptr) return WireError::kNone;
+    if (!parse_measure(text, values[i])) return WireError::kBadNumber;
+  }
+  frame = values;
+  return WireError::kNone;
+}
+
+// The only value of "Element.Attribute", or of "Element"; empty: absent, duplicate, or not a
+// number.
+std::optional<double> sent_value(const pugi::xml_node& root, std::string_view tag) {
+  const std::size_t dot = tag.find('.');
+  const char* text = nullptr;
+  const auto note = [&](const char* found) {
+    const bool only = text == nullptr;
+    text = found;
+    return only;
+  };
+  for (const pugi::xml_node& child : root.children()) {
+    if (tag.empty() || !same_name(child.name(), tag.substr(0, dot))) continue;
+    if (dot == std::string_view::npos && !note(child.child_value())) return std::nullopt;
+    for (const pugi::xml_attribute& attribute : child.attributes()) {
+      const bool meant =
+          dot != std::string_view::npos && same_name(attribute.name(), tag.substr(dot + 1));
+      if (meant && !note(attribute.value())) return std::nullopt;
+    }
+  }
+  double value = 0.0;
+  if (text == nullptr || !parse_number(text, value)) return std::nullopt;
+  return value;
+}
+
+// KRL numbers MODE_OP from 1: T1, T2, AUT, EX.
+OperatingMode mode_of(std::optional<double> value) {
+  constexpr OperatingMode kModes[] = {OperatingMode::kT1, OperatingMode::kT2, OperatingMode::kAut,
+                                      OperatingMode::kExt};
+  for (std::size_t i = 0; i < std::size(kModes); ++i) {
+    if (value == static_cast<double>(i + 1)) return kModes[i];
+  }
+  return OperatingMode::kUnknown;
+}
+
+std::optional<int> percent_of(std::optional<double> value) {
+  if (!value || !(*value >= 0.0 && *value <= 100.0)) return std::nullopt;
+  return static_cast<int>(*value + 0.5);
+}
+
+// A digital input of one bit.
+std::optional<bool> level_of(std::optional<double> value) {
+  if (value == 0.0 || value == 1.0) return value == 1.0;
+  return std::nullopt;
+}
+
+// An element that may occur once.
+struct Seen {
+  pugi::xml_node node;
+  bool twice = false;
+  void note(const pugi::xml_node& found) {
+    twice = twice || node;
+    node = found;
+  }
+};
+
+// Extracts the counter of a datagram that is not XML, so that the held correction can still be
+// sent.
+bool find_ipoc(std::string_view bytes, Ipoc& ipoc) {
+  constexpr std::string_view kOpen = "<IPOC>";
+  const auto at = bytes.find(kOpen);
+  if (at == std::string_view::npos) return false;
+  const std::string_view rest = bytes.substr(at + kOpen.size());
+  const auto close = rest.find('<');
+  // Without the closing tag the number may be truncated.
+  return close != std::string_view::npos &&
+         parse_ipoc(rest.substr(0, close), ipoc) == WireError::kNone;
+}
+
+}  // namespace
+
+struct RsiParser::Memory {
+  XmlArena arena{kArenaBytes};
+  std::array<char, kMaxRsiDatagram> text{};
+
+  WireError load(std::string_view bytes, pugi::xml_document& document) {
+    if (bytes.empty()) return WireError::kEmpty;
+    if (bytes.size() > text.size()) return WireError::kOversized;
+    std::memcpy(text.data(), bytes.data(), bytes.size());
+    // The encoding is fixed: detection could make pugixml convert, and allocate.
+    const pugi::xml_parse_result result = document.load_buffer_inplace(
+        text.data(), bytes.size(), pugi::parse_default, pugi::encoding_utf8);
+    return result ? WireError::kNone : WireError::kNotXml;
+  }
+};
+
+RsiParser::RsiParser() : memory_(std::make_unique<Memory>()) {}
+RsiParser::~RsiParser() = default;
+RsiParser::RsiParser(RsiParser&&) noexcept = default;
+RsiParser& RsiParser::operator=(RsiParser&&) noexcept = default;
+
+WireError RsiParser::parse_rob(std::string_view bytes, RobFrame& frame, const RobNames& names) {
+  frame = RobFrame{};
+  const XmlArena::Scope scope(memory_->arena);
+  pugi::xml_document document;
+  if (const WireError error = memory_->load(bytes, document); error != WireError::kNone) {
+    frame.has_ipoc = error == WireError::kNotXml && find_ipoc(bytes, frame.ipoc);
+    return error;
+  }
+  const pugi::xml_node root = document.document_element();
+  if (!same_name(root.name(), "Rob")) return WireError::kWrongRoot;
+
+  Seen ipoc, actual, actual_external, setpoint, setpoint_external, delay, tcp;
+  int elements = 0;
+  for (const pugi::xml_node& child : root.children()) {
+    const std::string_view name = child.name();
+    if (name.empty()) continue;
+    ++elements;
+    if (same_name(name, "IPOC")) ipoc.note(child);
+    if (same_name(name, "AIPos")) actual.note(child);
+    if (same_name(name, "EIPos")) actual_external.note(child);
+    if (same_name(name, "ASPos")) setpoint.note(child);
+    if (same_name(name, "ESPos")) setpoint_external.note(child);
+    if (same_name(name, "Delay")) delay.note(child);
+    if (same_name(name, "RIst")) tcp.note(child);
+  }
+  if (!ipoc.node) return WireError::kNoIpoc;
+  if (ipoc.twice) return WireError::kDuplicate;
+  if (const WireError error = parse_ipoc(ipoc.node.child_value(), frame.ipoc);
+      error != WireError::kNone) {
+    return error;
+  }
+  frame.has_ipoc = true;
+  frame.foreign_hand = root.attribute("TYPE") || bytes.find(" />") != std::string_view::npos;
+  frame.only_ipoc = elements == 1;
+  if (!actual.node) return WireError::kNoAxes;
+  if (actual.twice || actual_external.twice || setpoint.twice || setpoint_external.twice ||
+      delay.twice) {
+    return WireError::kDuplicate;
+  }
+  const WireError errors[] = {
+      parse_axes(actual.node, 'A', frame.axes_deg, &frame.decimals),
+      parse_axes(actual_external.node, 'E', frame.external_deg),
+      parse_axes(setpoint.node, 'A', frame.setpoint_axes_deg),
+      parse_axes(setpoint_external.node, 'E', frame.setpoint_external_deg),
+  };
+  // Mode, override, contact input and RIst are optional: invalid values count as not sent, and the
+  // packet as valid.
+  frame.mode = mode_of(sent_value(root, names.mode_tag));
+  frame.override_percent = percent_of(sent_value(root, names.override_tag));
+  frame.input_on = level_of(sent_value(root, names.contact_tag));
+  if (tcp.twice || parse_frame(tcp.node, frame.tcp) != WireError::kNone) frame.tcp.reset();
+  for (const WireError error : errors) {
+    if (error != WireError::kNone) return error;
+  }
+  if (frame.axes_deg.empty()) return WireError::kNoAxes;
+  if (delay.node) {
+    double late = 0.0;
+    const pugi::xml_attribute d = delay.node.first_attribute();
+    const char* text = d ? d.value() : delay.node.child_value();
+    if (!parse_number(text, late) || late < 0.0 || late > 4294967295.0) {
+      return WireError::kBadNumber;
+    }
+    frame.delay = static_cast<std::uint32_t>(late);
+  }
+  return WireError::kNone;
+}
+
+WireError RsiParser::parse_sen(std::string_view bytes, const SenNames& names, SenFrame& frame) {
+  frame = SenFrame{};
+  const XmlArena::Scope scope(memory_->arena);
+  pugi::xml_document document;
+  if (const WireError error = memory_->load(bytes, document); error != WireError::kNone) {
+    return error;
+  }
+  const pugi::xml_node root = document.document_element();
+  if (!same_name(root.name(), "Sen")) return WireError::kWrongRoot;
+  if (!frame.type.assign(root.attribute("Type").value())) return WireError::kWrongRoot;
+
+  Seen ipoc, axes, external, space, stop;
+  for (const pugi::xml_node& child : root.children()) {
+    const std::string_view name = child.name();
+    // Exact names: the controller's configuration is case-sensitive.
+    if (name == "IPOC") ipoc.note(child);
+    if (name == names.axis_tag) axes.note(child);
+    if (name == names.external_axis_tag) external.note(child);
+    if (!names.space_tag.empty() && name == names.space_tag) space.note(child);
+    if (!names.stop_tag.empty() && name == names.stop_tag) stop.note(child);
+  }
+  if (!ipoc.node) return WireError::kNoIpoc;
+  if (ipoc.twice || axes.twice || external.twice || space.twice || stop.twice)
+    return WireError::kDuplicate;
+  if (const WireError error = parse_ipoc(ipoc.node.child_value(), frame.ipoc);
+      error != WireError::kNone) {
+    return error;
+  }
+  if (const WireError error = parse_axes(axes.node, 'A', frame.axes_deg);
+      error != WireError::kNone) {
+    return error;
+  }
+  if (const WireError error = parse_axes(external.node, 'E', frame.external_deg);
+      error != WireError::kNone) {
+    return error;
+  }
+  if (const WireError error = parse_frame(space.node, frame.space); error != WireError::kNone) {
+    return error;
+  }
+  if (stop.node) {
+    double value = 0.0;
+    if (!parse_number(stop.node.child_value(), value)) return WireError::kBadNumber;
+    frame.stop = value != 0.0 ? 1 : 0;
+  }
+  return WireError::kNone;
 }
 
 }  // namespace cellcal::drivers

@@ -13,7 +13,6 @@
 #include "calib/model/linear.h"
 #include "drivers/units.h"
 #include "sim/cell/compare.h"
-#include "sim/experiments/constraints/layouts.h"
 #include "sim/experiments/constraints/stage.h"
 
 namespace {

@@ -2,6 +2,7 @@
 // A cell with targets of any kind and known truth, and its touches in random reachable poses.
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "calib/model/robot.h"
@@ -33,5 +34,16 @@ struct TouchOptions {
 
 /// Random touches; for a tracker over the whole workspace.
 std::vector<calib::Touch> touch(const Stage& stage, const TouchOptions& options);
+
+// Cells to be compared: the same arm and tool, with a different kind of target in each.
+
+struct Layout {
+  std::string name;
+  calib::Cell cell;
+  bool measures_length = false;  ///< certified distances, wire, tracker; not a sphere's size
+};
+
+/// `base`: robot, tool and noise; its targets are replaced.
+std::vector<Layout> layouts(const calib::Cell& base);
 
 }  // namespace cellcal::sim::constraints

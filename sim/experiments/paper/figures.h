@@ -1,11 +1,13 @@
 #pragma once
 // The paper's Figures 6, 7, 8 and 11, drawn from a run.
 
+#include <Eigen/Core>
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include "calib/result/calibration.h"
+#include "calib/svg/svg.h"
 #include "sim/experiments/paper/task.h"
 
 namespace cellcal::sim::paper {
@@ -30,5 +32,44 @@ std::vector<Figure> make_figures(const Solved& simulation, const Solved& experim
 /// std::runtime_error naming a file that cannot be written.
 void write_figures(const std::vector<Figure>& figures, const std::string& table,
                    const std::filesystem::path& folder);
+
+// A chart with one x and one y axis: curves over numbers, or markers.
+
+enum class Mark { kLine, kDot };
+
+struct Series {
+  std::string name;
+  std::string colour;
+  Mark mark = Mark::kLine;
+  std::vector<svg::Point> points;
+};
+
+struct Chart {
+  std::string title, x_label, y_label;
+  bool logarithmic_y = false;
+  std::vector<Series> series;
+};
+
+/// Throws std::invalid_argument for a chart without points, and for values that are not positive
+/// on a logarithmic axis.
+std::string draw(const Chart& chart);
+
+// Points around a sphere in orthographic projection.
+
+struct Cloud {
+  std::string name;
+  std::string colour;
+  std::vector<Eigen::Vector3d> points_m;  ///< relative to the sphere's centre
+};
+
+/// One view of the sphere; clouds are drawn from back to front, hidden points faintly.
+struct SphereView {
+  std::string title;
+  double radius_m = 0.0;
+  std::vector<Cloud> clouds;
+};
+
+/// Draws views next to each other under one heading.
+std::string draw(const std::string& heading, const std::vector<SphereView>& views);
 
 }  // namespace cellcal::sim::paper

@@ -9,7 +9,6 @@
 
 #include "calib/files/files.h"
 #include "sim/experiments/paper/figures.h"
-#include "sim/experiments/paper/solve.h"
 #include "sim/experiments/paper/table.h"
 #include "sim/experiments/paper/task.h"
 

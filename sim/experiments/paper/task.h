@@ -4,13 +4,17 @@
 // by its weight, meets the sphere.
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <filesystem>
+#include <optional>
+#include <random>
 #include <string>
 #include <vector>
 
 #include "calib/model/kinematics.h"
 #include "calib/model/robot.h"
 #include "calib/model/touch.h"
+#include "calib/result/calibration.h"
 
 namespace cellcal::sim::paper {
 
@@ -50,5 +54,38 @@ struct Task {
 /// Throws std::runtime_error if too few places on the sphere are reachable, calib::FileError for an
 /// invalid cell file.
 Task make_task(const Conditions& conditions);
+
+// Joint angles that bring the real arm's tip to a point, by Newton's method.
+
+/// Joint angles inside the limits with the nominal tip at `tip_m` and the flange orientation
+/// `flange`, from random starts; empty if none is found.
+std::optional<std::vector<double>> reach_nominal(const calib::ArmModel& model,
+                                                 const Eigen::Matrix3d& flange,
+                                                 const Eigen::Vector3d& tip_m,
+                                                 std::mt19937_64& random);
+
+/// Smallest change of `joint_rad` that puts the tip of the arm with errors `x` exactly (1e-13 m) at
+/// `tip_m`; empty if outside the limits.
+std::optional<std::vector<double>> reach_exactly(const calib::ArmModel& model, const double* x,
+                                                 const Eigen::Vector3d& tip_m,
+                                                 std::vector<double> joint_rad);
+
+// Error of a calibrated arm away from the sphere, which touches on it cannot show.
+
+struct Spread {
+  double mean_m = 0.0, max_m = 0.0;
+};
+
+/// Eq. 39 on the held-out touches, with the result's errors in the exact chain.
+Spread check_on_exact_chain(const Task& task, const calib::Calibration& result);
+/// Eq. 39 with the nominal arm and the true centre, over one set of touches: "before".
+Spread nominal_error(const Task& task, calib::TouchSet set);
+
+/// 3-D tip error over `poses` random poses of the whole workspace, after the rigid alignment that
+/// removes the motion of the base frame.
+Spread workspace_error(const Task& task, const calib::Calibration& result, int poses = 1000);
+
+/// Errors of a result in the order of ArmModel::parameters(), matched by name.
+Eigen::VectorXd arm_errors(const calib::ArmModel& model, const calib::Calibration& result);
 
 }  // namespace cellcal::sim::paper

@@ -12,7 +12,7 @@
 #include <tuple>
 #include <vector>
 
-#include "daemon/fleet/reading.h"
+#include "daemon/fleet/judge.h"
 #include "tests/bench/plant/collector_process.h"
 #include "tests/bench/plant/simulated_cells.h"
 #include "tests/command_line/command_line.h"

@@ -1,9 +1,9 @@
-#include "sim/experiments/paper/chart.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <stdexcept>
+
+#include "sim/experiments/paper/figures.h"
 
 namespace cellcal::sim::paper {
 namespace {

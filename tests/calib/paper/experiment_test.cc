@@ -8,9 +8,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "sim/experiments/paper/accuracy.h"
 #include "sim/experiments/paper/figures.h"
-#include "sim/experiments/paper/solve.h"
 #include "sim/experiments/paper/table.h"
 #include "sim/experiments/paper/task.h"
 

@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include "sim/experiments/paper/accuracy.h"
 #include "sim/experiments/paper/task.h"
 #include "tests/calib/thrown.h"
 

@@ -12,9 +12,9 @@
 
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/http.h"
-#include "daemon/cell_form/cell_shelf.h"
+#include "daemon/cell_form/cell_form.h"
 #include "daemon/unattended/schedule.h"
-#include "daemon/unattended/service_door.h"
+#include "daemon/unattended/service_session_gateway.h"
 #include "tests/daemon/api/without_hardware.h"
 
 namespace cellcal::daemon {

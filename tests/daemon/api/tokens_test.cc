@@ -1,5 +1,3 @@
-#include "daemon/api/tokens.h"
-
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -7,6 +5,7 @@
 #include <set>
 #include <sstream>
 
+#include "daemon/api/access.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
 namespace cellcal::daemon {

@@ -1,8 +1,8 @@
 // What differs between two results, by name and by how much.
 
-#include "daemon/archive/replay.h"
-
 #include <gtest/gtest.h>
+
+#include "daemon/archive/archive.h"
 
 namespace cellcal::daemon {
 namespace {

@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "daemon/journal/store/sqlite.h"
-#include "daemon/tasks/check_against.h"
+#include "daemon/tasks/planned_round.h"
 #include "tests/daemon/certificate/recorded.h"
 #include "tests/daemon/journal/temporary_directory.h"
 

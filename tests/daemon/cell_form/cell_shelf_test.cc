@@ -1,4 +1,3 @@
-#include "daemon/cell_form/cell_shelf.h"
 
 #include <gtest/gtest.h>
 

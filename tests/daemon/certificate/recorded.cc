@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "calib/files/calibration_json.h"
-#include "daemon/tasks/check_against.h"
 #include "daemon/tasks/options.h"
+#include "daemon/tasks/planned_round.h"
 #include "tests/calib/simulate.h"
 #include "tests/daemon/journal/temporary_directory.h"
 

@@ -14,7 +14,6 @@
 #include "calib/files/files.h"
 #include "calib/files/robot_file.h"
 #include "daemon/cell_form/cell_text.h"
-#include "daemon/cli/dialogue.h"
 #include "tests/daemon/cli/content.h"
 #include "tests/daemon/cli/process.h"
 #include "tests/daemon/journal/temporary_directory.h"

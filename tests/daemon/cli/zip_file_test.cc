@@ -1,13 +1,12 @@
 // Files out of ZIP archives.
 
-#include "daemon/cli/zip_file.h"
-
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
 #include "calib/files/input_file.h"
 #include "calib/model/error.h"
+#include "daemon/cli/backup.h"
 
 namespace cellcal::daemon::testing {
 namespace {

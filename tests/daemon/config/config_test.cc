@@ -8,7 +8,7 @@
 
 #include "daemon/config/config_values.h"
 #include "drivers/error.h"
-#include "drivers/kuka/rsi/arm_geometry.h"
+#include "drivers/kuka/rsi/rsi_space.h"
 #include "tests/daemon/config/reason.h"
 
 namespace cellcal::daemon {

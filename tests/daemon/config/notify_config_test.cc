@@ -1,8 +1,7 @@
-#include "daemon/config/notify_config.h"
-
 #include <gtest/gtest.h>
 
 #include "daemon/config/config.h"
+#include "daemon/config/unattended_config.h"
 #include "tests/daemon/config/reason.h"
 
 namespace cellcal::daemon {

@@ -1,7 +1,5 @@
 // Which step is done is read off what is there, and taken back when it is there no more.
 
-#include "daemon/doctor/evidence.h"
-
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -10,6 +8,7 @@
 #include <sstream>
 
 #include "calib/files/calibration_json.h"
+#include "daemon/doctor/steps.h"
 #include "daemon/result/outcome.h"
 #include "daemon/tasks/options.h"
 #include "tests/calib/random_calibration.h"

@@ -9,7 +9,7 @@
 #include <stdexcept>
 
 #include "calib/files/input_file.h"
-#include "daemon/doctor/evidence.h"
+#include "daemon/doctor/steps.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
 namespace cellcal::daemon {

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "daemon/doctor/finding.h"
+#include "daemon/doctor/examiner.h"
 
 namespace cellcal::daemon::testing {
 

@@ -10,7 +10,7 @@
 #include "tests/daemon/fleet/faults/faulty_plant.h"
 #include "tests/daemon/fleet/running.h"
 #include "tests/daemon/plant/line/hostile_broker.h"
-#include "tests/daemon/plant/line/strict_door.h"
+#include "tests/daemon/plant/line/strict_listener.h"
 
 namespace cellcal::daemon::fleet {
 namespace {

@@ -1,4 +1,4 @@
-#include "daemon/fleet/reading.h"
+#include "daemon/fleet/judge.h"
 
 #include <gtest/gtest.h>
 

@@ -15,8 +15,7 @@
 
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
-#include "daemon/journal/store/head_file.h"
-#include "daemon/journal/store/lock_file.h"
+#include "daemon/journal/store/store_files.h"
 #include "images.h"
 #include "temporary_directory.h"
 

@@ -5,7 +5,7 @@
 
 #include <fstream>
 
-#include "daemon/journal/schema.h"
+#include "daemon/journal/prepare.h"
 #include "daemon/journal/store/sqlite.h"
 #include "daemon/qualification/contact_delay.h"
 #include "temporary_directory.h"

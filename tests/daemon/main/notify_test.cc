@@ -8,7 +8,7 @@
 
 #include <cstring>
 
-#include "daemon/main/systemd_news.h"
+#include "daemon/main/systemd_notifier.h"
 #include "daemon_fixture.h"
 
 namespace cellcal::daemon::testing {

@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "daemon/plant/messages/fact.h"
-#include "daemon/plant/messages/proposal.h"
+#include "daemon/plant/messages/presence.h"
 #include "daemon_fixture.h"
 #include "tests/daemon/plant/line/hostile_broker.h"
 

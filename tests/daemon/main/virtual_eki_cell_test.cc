@@ -1,14 +1,13 @@
 // Adapter, contact sensor's own core, emulated controller and microcontroller together: whoever
 // falls silent, the arm stops.
 
-#include "daemon/backends/virtual_eki_cell.h"
-
 #include <gtest/gtest.h>
 
 #include <functional>
 #include <numbers>
 
 #include "calib/files/files.h"
+#include "daemon/backends/virtual_cell.h"
 #include "daemon/config/config.h"
 #include "drivers/kuka/krl/krl_files.h"
 

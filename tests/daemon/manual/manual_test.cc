@@ -4,7 +4,6 @@
 
 #include <CLI/CLI.hpp>
 
-#include "daemon/manual/completion.h"
 #include "daemon/manual/man_page.h"
 
 namespace cellcal::daemon {

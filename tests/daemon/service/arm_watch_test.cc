@@ -1,8 +1,8 @@
 // What is said of the arm is what the newest packet shows, and no more.
 
-#include "daemon/service/arm_watch.h"
-
 #include <gtest/gtest.h>
+
+#include "daemon/service/status.h"
 
 namespace cellcal::daemon {
 namespace {

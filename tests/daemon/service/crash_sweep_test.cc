@@ -17,7 +17,7 @@
 #include "daemon/backends/backends.h"
 #include "daemon/service/journal_recorder.h"
 #include "daemon/service/service.h"
-#include "daemon/tasks/check_against.h"
+#include "daemon/tasks/planned_round.h"
 #include "tests/daemon/journal/disks/losing_disk.h"
 #include "tests/daemon/journal/temporary_directory.h"
 #include "tests/daemon/runner/fakes.h"

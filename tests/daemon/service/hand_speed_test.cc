@@ -1,7 +1,5 @@
 // The speed beside a person, against the emulated controller's own watch of T1.
 
-#include "daemon/service/hand_speed.h"
-
 #include <gtest/gtest.h>
 
 #include "calib/files/files.h"

@@ -335,11 +335,8 @@ TEST(the_harm_table, knows_every_failure_and_gives_a_reason) {
   EXPECT_EQ(of_the_link, (std::set{Interruption::kNone, Interruption::kLateReplies,
                                    Interruption::kPacketsStopped, Interruption::kOther,
                                    Interruption::kLateBytes, Interruption::kUnheard}));
-  for (int kind = 0; std::string(to_string(static_cast<FailureKind>(kind))) != "unknown-failure";
-       ++kind) {
-    EXPECT_TRUE(known.contains(static_cast<FailureKind>(kind)))
-        << to_string(static_cast<FailureKind>(kind));
-  }
+  for (const FailureKind kind : all_values<FailureKind>())
+    EXPECT_TRUE(known.contains(kind)) << to_string(kind);
   using F = FailureKind;
   EXPECT_EQ(goes_on(F::kComputerBusy, Interruption::kLateReplies), GoesOn::kRepeats);
   EXPECT_EQ(goes_on(F::kComputerBusy, Interruption::kLateBytes), GoesOn::kRepeats);

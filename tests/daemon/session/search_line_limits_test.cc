@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "daemon/session/search_line.h"
+#include "daemon/session/interruption.h"
 
 namespace cellcal::daemon {
 namespace {
@@ -53,7 +53,8 @@ TEST(search_line, of_a_controller_with_more_or_fewer_axes_counts_those_that_both
   planned.standoff = {0.5, -0.2};
   planned.end = {0.8, -0.6};
   planned.search_m = 0.020;
-  EXPECT_NEAR(travel_m(planned, {0.8, -0.6, 9.0}), 0.020, 1e-15) << "an external axis is not the plan's";
+  EXPECT_NEAR(travel_m(planned, {0.8, -0.6, 9.0}), 0.020, 1e-15)
+      << "an external axis is not the plan's";
   EXPECT_NEAR(travel_m(planned, {0.65}), 0.010, 1e-15);
   Agreement agreement;
   agreement.readings = {reading_at(0.01), reading_at(0.02)};
@@ -78,32 +79,35 @@ TEST(agreement, of_none_is_asked_of_no_touch) {
 }
 
 TEST(agreement, finds_the_closest_wherever_they_are) {
-  const std::vector<Reading> readings = {reading_at(0.0100), reading_at(0.01003), reading_at(0.0120),
-                                         reading_at(0.01202), reading_at(0.0140), reading_at(0.01401)};
+  const std::vector<Reading> readings = {reading_at(0.0100), reading_at(0.01003),
+                                         reading_at(0.0120), reading_at(0.01202),
+                                         reading_at(0.0140), reading_at(0.01401)};
   const auto last = find_agreement(readings, policy_of(2));
   ASSERT_TRUE(last);
   EXPECT_EQ(last->readings.front().along_m, 0.0140);
   EXPECT_EQ(last->readings.back().along_m, 0.01401);
   EXPECT_NEAR(last->spread_m, 10e-6, 1e-12);
   // Among equals the first.
-  const auto first = find_agreement(
-      {reading_at(0.5), reading_at(0.75), reading_at(1.0)}, policy_of(2, 0.25));
+  const auto first =
+      find_agreement({reading_at(0.5), reading_at(0.75), reading_at(1.0)}, policy_of(2, 0.25));
   ASSERT_TRUE(first);
   EXPECT_EQ(first->readings.front().along_m, 0.5);
   EXPECT_EQ(first->spread_m, 0.25) << "the tolerance itself is within it";
 }
 
 TEST(agreement, leaves_out_what_is_no_number_and_keeps_the_rest) {
-  const auto found = find_agreement({reading_at(NAN), reading_at(0.01), reading_at(HUGE_VAL),
-                                     reading_at(0.01001)}, policy_of(2));
+  const auto found = find_agreement(
+      {reading_at(NAN), reading_at(0.01), reading_at(HUGE_VAL), reading_at(0.01001)}, policy_of(2));
   ASSERT_TRUE(found);
   EXPECT_EQ(found->readings.size(), 2u);
   EXPECT_FALSE(find_agreement({reading_at(NAN), reading_at(0.01)}, policy_of(2)));
 }
 
 TEST(agreement, of_four_gives_the_mean_of_the_two_in_the_middle_and_the_latest_time) {
-  const auto found = find_agreement({reading_at(0.01003, "2026-01-01T00:00:40Z"), reading_at(0.01, "2026-01-01T00:00:10Z"),
-                                     reading_at(0.01001, "2026-01-01T00:00:50Z"), reading_at(0.01002, "2026-01-01T00:00:20Z")}, policy_of(4));
+  const auto found = find_agreement(
+      {reading_at(0.01003, "2026-01-01T00:00:40Z"), reading_at(0.01, "2026-01-01T00:00:10Z"),
+       reading_at(0.01001, "2026-01-01T00:00:50Z"), reading_at(0.01002, "2026-01-01T00:00:20Z")},
+      policy_of(4));
   ASSERT_TRUE(found);
   const calib::Touch touch = touch_of({}, *found, 0.002);
   ASSERT_EQ(touch.joint_rad.size(), 2u);

@@ -1,9 +1,8 @@
-#include "daemon/session/search_line.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "daemon/session/interruption.h"
 #include "tests/daemon/runner/fakes.h"
 
 namespace cellcal::daemon {

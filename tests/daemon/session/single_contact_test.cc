@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "daemon/session/search_line.h"
+#include "daemon/session/interruption.h"
 #include "walk.h"
 
 namespace cellcal::daemon::testing {

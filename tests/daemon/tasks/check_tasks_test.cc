@@ -1,7 +1,5 @@
 // What a check makes of touches that were given up: nothing that came loose is left out of its verdict.
 
-#include "daemon/tasks/check_tasks.h"
-
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -9,6 +7,7 @@
 
 #include "calib/identify/identify.h"
 #include "calib/model/error.h"
+#include "daemon/tasks/kind_tasks.h"
 #include "daemon/tasks/planned_round.h"
 #include "tests/calib/plan/meet.h"
 #include "tests/calib/simulate.h"

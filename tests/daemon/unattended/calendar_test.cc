@@ -1,7 +1,6 @@
-#include "daemon/unattended/calendar.h"
-
 #include <gtest/gtest.h>
 
+#include "daemon/unattended/decision.h"
 #include "tests/daemon/unattended/zone.h"
 
 namespace cellcal::daemon {

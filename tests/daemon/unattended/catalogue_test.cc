@@ -1,11 +1,10 @@
-#include "daemon/unattended/catalogue.h"
 
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 #include <regex>
 
-#include "daemon/unattended/message.h"
+#include "daemon/unattended/notice.h"
 
 namespace cellcal::daemon {
 namespace {

@@ -1,7 +1,5 @@
 // Mail through a program that keeps what it was given.
 
-#include "daemon/unattended/mail.h"
-
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -9,6 +7,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "daemon/unattended/transfer.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
 namespace cellcal::daemon {

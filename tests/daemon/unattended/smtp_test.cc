@@ -2,7 +2,7 @@
 
 #include <cstdlib>
 
-#include "daemon/unattended/mail.h"
+#include "daemon/unattended/transfer.h"
 #include "tests/daemon/journal/temporary_directory.h"
 #include "tests/daemon/unattended/smtp_server.h"
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "daemon/unattended/calendar.h"
+#include "daemon/unattended/decision.h"
 
 namespace cellcal::daemon::testing {
 

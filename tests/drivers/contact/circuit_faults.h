@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "drivers/contact.h"
-#include "sim/mcu/touch_circuit.h"
+#include "sim/mcu/microcontroller.h"
 
 namespace cellcal::test {
 

@@ -19,12 +19,12 @@
 #include <thread>
 
 #include "baud_of.h"
-#include "drivers/contact/port/port_backends.h"
+#include "drivers/contact/port/port.h"
 #include "drivers/contact/serial_contact.h"
 #include "drivers/contact/wire/ctp_codec.h"
 #include "pty_shim.h"
 #include "robot_side.h"
-#include "sim/mcu/mcu_pty.h"
+#include "sim/mcu/mcu_thread.h"
 
 namespace cellcal::drivers {
 namespace {

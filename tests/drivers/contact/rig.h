@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "drivers/contact/contact_inline.h"
+#include "drivers/contact/serial_contact.h"
 #include "sim/mcu/mcu_line.h"
-#include "sim/mcu/mcu_udp.h"
+#include "sim/mcu/mcu_thread.h"
 
 namespace cellcal::drivers {
 

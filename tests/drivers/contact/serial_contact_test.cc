@@ -15,8 +15,7 @@
 #include <optional>
 
 #include "drivers/contact/port/port.h"
-#include "drivers/contact/port/port_lock.h"
-#include "sim/mcu/mcu_pty.h"
+#include "sim/mcu/mcu_thread.h"
 #include "tests/drivers/contact/rig.h"
 #include "tests/drivers/contact/robot_thread.h"
 

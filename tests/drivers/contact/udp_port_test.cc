@@ -9,7 +9,7 @@
 #include "drivers/contact/port/adapter.h"
 #include "rig.h"
 #include "robot_thread.h"
-#include "sim/mcu/mcu_udp.h"
+#include "sim/mcu/mcu_thread.h"
 
 namespace cellcal::drivers {
 namespace {

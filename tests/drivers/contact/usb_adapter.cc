@@ -16,7 +16,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "drivers/contact/wire/line_rate.h"
+#include "drivers/contact/wire/ctp_codec.h"
 
 namespace cellcal::drivers {
 

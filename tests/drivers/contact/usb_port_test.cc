@@ -11,10 +11,9 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/contact/port/port_backends.h"
 #include "drivers/contact/port/port.h"
 #include "robot_side.h"
-#include "sim/mcu/mcu_pty.h"
+#include "sim/mcu/mcu_thread.h"
 #include "usb_adapter.h"
 
 namespace cellcal::drivers {

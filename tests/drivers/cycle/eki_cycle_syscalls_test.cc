@@ -10,7 +10,7 @@
 #include "drivers/io_thread.h"
 #include "drivers/kuka/eki/eki_robot.h"
 #include "sim/krc/eki_server.h"
-#include "sim/mcu/mcu_pty.h"
+#include "sim/mcu/mcu_thread.h"
 #include "tests/drivers/cycle/cycle_rules.h"
 #include "tests/drivers/cycle/syscall_trace.h"
 #include "tests/drivers/kuka/eki/eki_rig.h"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "sim/cell/contact_watch.h"
+#include "sim/cell/physical_cell.h"
 
 namespace cellcal::sim {
 namespace {

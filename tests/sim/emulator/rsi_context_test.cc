@@ -1,7 +1,5 @@
 // The emulated controller reads the same settings from cellcal's files as a real one.
 
-#include "sim/emulator/rsi_context.h"
-
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -9,6 +7,7 @@
 #include <fstream>
 
 #include "drivers/kuka/krl/krl_files.h"
+#include "sim/emulator/options.h"
 
 namespace cellcal::sim {
 namespace {

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "sim/mcu/mcu_udp.h"
+#include "sim/mcu/mcu_thread.h"
 
 namespace cellcal::faults {
 namespace {

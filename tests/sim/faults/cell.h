@@ -14,12 +14,12 @@
 
 #include "daemon/config/config.h"
 #include "daemon/runner/backend.h"
-#include "drivers/contact/contact_inline.h"
-#include "sim/cell/contact_watch.h"
+#include "drivers/contact/serial_contact.h"
+#include "sim/cell/physical_cell.h"
 #include "sim/cell/truth.h"
 #include "sim/krc/cell_src.h"
+#include "sim/mcu/line.h"
 #include "sim/mcu/mcu_line.h"
-#include "sim/mcu/serial_line.h"
 
 namespace cellcal::faults {
 

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "cells.h"
-#include "daemon/unattended/aftermath.h"
+#include "daemon/unattended/decision.h"
 #include "session.h"
 #include "tests/daemon/journal/temporary_directory.h"
 

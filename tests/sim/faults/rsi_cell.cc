@@ -8,7 +8,7 @@
 #include "cells.h"
 #include "drivers/kuka/krl/krl_files.h"
 #include "drivers/kuka/rsi/rsi_robot.h"
-#include "sim/emulator/rsi_context.h"
+#include "sim/emulator/options.h"
 #include "sim/krc/controller.h"
 
 namespace cellcal::faults {

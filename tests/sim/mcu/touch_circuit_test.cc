@@ -1,10 +1,10 @@
 // The touch circuit's supply, and the capacitor from the gun to earth.
 
-#include "sim/mcu/touch_circuit.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "sim/mcu/microcontroller.h"
 
 namespace cellcal::sim {
 namespace {

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "daemon/plant/desk/reporter.h"
+#include "daemon/plant/desk/journal_outbox.h"
 #include "daemon/plant/messages/fact.h"
 #include "daemon/result/outcome.h"
 

@@ -10,7 +10,6 @@
 #include <thread>
 
 #include "daemon/api/http/server.h"
-#include "daemon/plant/desk/desk_client.h"
 #include "daemon/plant/line/cell_metrics.h"
 #include "daemon/plant/messages/fact.h"
 #include "tests/daemon/journal/temporary_directory.h"

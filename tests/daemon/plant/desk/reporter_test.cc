@@ -1,12 +1,11 @@
 // What the plant is told of a fact.
 
-#include "daemon/plant/desk/reporter.h"
-
 #include <gtest/gtest.h>
 
 #include <limits>
 
 #include "calib/files/check_json.h"
+#include "daemon/plant/desk/journal_outbox.h"
 #include "daemon/plant/messages/fact.h"
 #include "daemon/result/outcome_json.h"
 #include "daemon/tasks/options.h"

@@ -1,11 +1,11 @@
-#include "daemon/plant/line/cell_metrics.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <fstream>
 #include <set>
 #include <sstream>
+
+#include "daemon/plant/line/cell_metrics.h"
 
 namespace cellcal::daemon::testing {
 namespace {

@@ -8,7 +8,7 @@
 #include <atomic>
 #include <thread>
 
-#include "daemon/plant/line/cell_metrics.h"
+#include "daemon/plant/line/line_status.h"
 #include "sparkplug_b.pb.h"
 #include "tests/daemon/journal/temporary_directory.h"
 #include "tests/daemon/plant/line/broker.h"

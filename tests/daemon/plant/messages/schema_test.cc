@@ -7,7 +7,6 @@
 #include "calib/model/error.h"
 #include "daemon/plant/messages/fact.h"
 #include "daemon/plant/messages/presence.h"
-#include "daemon/plant/messages/proposal.h"
 #include "one_of_each.h"
 
 namespace cellcal::daemon::plant {

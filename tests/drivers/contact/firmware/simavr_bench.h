@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "drivers/contact/contact_inline.h"
+#include "drivers/contact/serial_contact.h"
 #include "simavr_board.h"
 
 namespace cellcal::test {

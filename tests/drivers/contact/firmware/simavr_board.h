@@ -10,11 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "drivers/contact/wire/byte_line.h"
 #include "drivers/contact/wire/ctp.h"
 #include "drivers/contact/wire/ctp_codec.h"
 #include "drivers/time.h"
-#include "sim/mcu/touch_circuit.h"
+#include "sim/mcu/microcontroller.h"
 
 struct avr_t;
 struct avr_irq_t;

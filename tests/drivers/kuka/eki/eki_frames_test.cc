@@ -1,8 +1,6 @@
 // A frame read or set over EKI: with the emulated controller in virtual time, on real sockets with it, and with
 // faulty peers.
 
-#include "drivers/kuka/eki/eki_frames.h"
-
 #include <gtest/gtest.h>
 
 #include <boost/asio/io_context.hpp>
@@ -12,6 +10,7 @@
 #include <functional>
 #include <thread>
 
+#include "drivers/kuka/eki/eki_aside.h"
 #include "drivers/kuka/krl/krl_files.h"
 #include "sim/krc/eki_server.h"
 

@@ -1,12 +1,11 @@
 // Position of the arm read over EKI outside a session: with the emulated controller in virtual time and on real
 // sockets, and with streams that are not EKI.
 
-#include "drivers/kuka/eki/eki_position.h"
-
 #include <gtest/gtest.h>
 
 #include <functional>
 
+#include "drivers/kuka/eki/eki_aside.h"
 #include "drivers/kuka/krl/krl_files.h"
 #include "drivers/units.h"
 #include "sim/krc/eki_server.h"

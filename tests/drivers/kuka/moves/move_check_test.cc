@@ -1,13 +1,12 @@
 // Validation of moves before any motion: the value and its limit.
 
-#include "drivers/kuka/moves/move_check.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 #include <vector>
 
+#include "drivers/kuka/moves/move_queue.h"
 #include "drivers/units.h"
 #include "tests/drivers/kuka/expect_cause.h"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <functional>
 
-#include "drivers/kuka/rsi/following_error.h"
+#include "drivers/kuka/rsi/rsi_stops.h"
 #include "drivers/units.h"
 #include "tests/drivers/kuka/expect_cause.h"
 

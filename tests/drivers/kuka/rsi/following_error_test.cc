@@ -1,12 +1,11 @@
 // The following-error monitor by itself: synthetic arms, with pure dead time.
 
-#include "drivers/kuka/rsi/following_error.h"
-
 #include <gtest/gtest.h>
 
 #include <random>
 
 #include "drivers/kuka/rsi/path_move.h"
+#include "drivers/kuka/rsi/rsi_stops.h"
 #include "drivers/units.h"
 
 namespace cellcal::drivers {

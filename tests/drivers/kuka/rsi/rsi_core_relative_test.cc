@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "drivers/kuka/rsi/rsi_offset.h"
+#include "drivers/kuka/rsi/rsi_setpoint.h"
 #include "tests/drivers/kuka/rsi/rig.h"
 
 namespace cellcal::drivers {

@@ -1,9 +1,9 @@
-#include "drivers/kuka/wire/eki_framer.h"
-
 #include <gtest/gtest.h>
 
 #include <string>
 #include <vector>
+
+#include "drivers/kuka/wire/eki_codec.h"
 
 namespace cellcal::drivers {
 namespace {

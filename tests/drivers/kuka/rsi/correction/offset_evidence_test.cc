@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "drivers/kuka/rsi/rsi_offset.h"
+#include "drivers/kuka/rsi/rsi_setpoint.h"
 #include "drivers/kuka/rsi/rsi_stream.h"
 #include "drivers/units.h"
 

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "calib/model/nominal_arm.h"
-#include "drivers/kuka/rsi/arm_geometry.h"
+#include "drivers/kuka/rsi/rsi_space.h"
 #include "tests/drivers/kuka/rsi/rig.h"
 #include "tests/sim/krc/arm_cell.h"
 

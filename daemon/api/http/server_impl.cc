@@ -1,0 +1,122 @@
+// Listener on a TCP address.
+
+#include "daemon/api/http/server_impl.h"
+
+#include <netinet/tcp.h>
+
+#include <optional>
+
+#include "daemon/api/http/connection_on.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+namespace asio = boost::asio;
+using asio::ip::tcp;
+using boost::system::error_code;
+
+/// A silently lost peer ends its connection after this time without an acknowledgement.
+constexpr int kLongestUnheardMs = 15'000;
+
+asio::ssl::context tls_context(const NetworkAddress& address) {
+  using Tls = asio::ssl::context;
+  Tls tls(Tls::tls_server);
+  tls.set_options(Tls::default_workarounds | Tls::no_sslv2 | Tls::no_sslv3 | Tls::no_tlsv1 |
+                  Tls::no_tlsv1_1 | Tls::no_compression);
+  ::SSL_CTX_set_options(tls.native_handle(), SSL_OP_NO_RENEGOTIATION);
+  // TLS 1.2 is limited to cipher suites with forward secrecy; TLS 1.3 has no others.
+  ::SSL_CTX_set_cipher_list(tls.native_handle(), "ECDHE+AESGCM:ECDHE+CHACHA20");
+  error_code code;
+  tls.use_certificate_chain_file(address.tls_certificate.string(), code);
+  if (code) {
+    throw SocketError("tls_certificate " + address.tls_certificate.string() + ": " +
+                      code.message() + ". Give a file in PEM that cellcald may read");
+  }
+  tls.use_private_key_file(address.tls_key.string(), Tls::pem, code);
+  if (!code && ::SSL_CTX_check_private_key(tls.native_handle()) == 1) return tls;
+  throw SocketError("tls_key " + address.tls_key.string() + ": " +
+                    (code ? code.message() : "not the certificate's") +
+                    ". Give the certificate's key in PEM, without a password, that cellcald may "
+                    "read");
+}
+
+class NetworkListener final : public HttpServer::Impl {
+ public:
+  NetworkListener(asio::io_context& io, const NetworkAddress& address, ServerParts given)
+      : Impl(io, std::move(given)), acceptor_(io) {
+    if (!address.tls_certificate.empty()) tls_.emplace(tls_context(address));
+    error_code code;
+    const tcp::endpoint at(asio::ip::make_address(address.address, code), address.port);
+    if (!code) acceptor_.open(at.protocol(), code);
+    if (!code) acceptor_.set_option(tcp::acceptor::reuse_address(true), code);
+    if (!code) acceptor_.bind(at, code);
+    if (!code) acceptor_.listen(asio::socket_base::max_listen_connections, code);
+    if (code) {
+      throw SocketError("cannot listen on " + address.address + " port " +
+                        std::to_string(address.port) + ": " + code.message() +
+                        ". Set a free port and an address of this computer ('ip address' lists "
+                        "them): listen of [http]");
+    }
+  }
+
+  void accept() override {
+    acceptor_.async_accept([self = shared_from_this(), this](error_code code, tcp::socket peer) {
+      if (stopped || code == asio::error::operation_aborted) return;
+      if (code) return accept_later();
+      take(std::move(peer));
+      accept();
+    });
+  }
+  void stop_listening() override {
+    error_code ignored;  // the connection is closed in any case
+    acceptor_.close(ignored);
+  }
+  std::uint16_t port() const override {
+    error_code ignored;  // closed: no port
+    return acceptor_.local_endpoint(ignored).port();
+  }
+
+ private:
+  void take(tcp::socket peer) {
+    error_code gone;
+    const tcp::endpoint from = peer.remote_endpoint(gone);
+    if (gone) return;
+    peer.set_option(tcp::no_delay(true), gone);
+    ::setsockopt(peer.native_handle(), IPPROTO_TCP, TCP_USER_TIMEOUT, &kLongestUnheardMs,
+                 sizeof kLongestUnheardMs);
+    const std::string address = from.address().to_string();
+    add(tls_ ? tls_connection(std::move(peer), address, weak_from_this(), *tls_)
+             : plain_connection(std::move(peer), address, weak_from_this()));
+  }
+
+  tcp::acceptor acceptor_;
+  std::optional<asio::ssl::context> tls_;
+};
+
+}  // namespace
+
+void check_tls(const NetworkAddress& address) {
+  if (!address.tls_certificate.empty()) tls_context(address);
+}
+
+std::shared_ptr<HttpServer::Impl> listen_on(asio::io_context& context,
+                                            const NetworkAddress& address, ServerParts parts) {
+  return std::make_shared<NetworkListener>(context, address, std::move(parts));
+}
+
+std::shared_ptr<Connection> plain_connection(asio::ip::tcp::socket socket, std::string peer,
+                                             std::weak_ptr<HttpServer::Impl> server) {
+  return std::make_shared<ConnectionOn<beast::tcp_stream>>(beast::tcp_stream(std::move(socket)),
+                                                           std::move(peer), std::move(server));
+}
+
+std::shared_ptr<Connection> tls_connection(asio::ip::tcp::socket socket, std::string peer,
+                                           std::weak_ptr<HttpServer::Impl> server,
+                                           asio::ssl::context& tls) {
+  using TlsStream = beast::ssl_stream<beast::tcp_stream>;
+  return std::make_shared<ConnectionOn<TlsStream>>(
+      TlsStream(beast::tcp_stream(std::move(socket)), tls), std::move(peer), std::move(server));
+}
+
+}  // namespace cellcal::daemon

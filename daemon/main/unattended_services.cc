@@ -1,0 +1,153 @@
+#include "daemon/main/unattended_services.h"
+
+#include <spdlog/spdlog.h>
+#include <sys/timex.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <fstream>
+#include <string>
+
+#include "daemon/plant/desk/journal_outbox.h"
+#include "daemon/runner/backend.h"
+#include "daemon/unattended/notice.h"
+#include "daemon/unattended/notifier.h"
+#include "daemon/unattended/service_session_gateway.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+UtcSeconds wall_clock() {
+  return std::chrono::duration_cast<std::chrono::seconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+/// Id of this boot; empty where the kernel does not provide it.
+std::string boot_id() {
+  std::string id;
+  std::ifstream("/proc/sys/kernel/random/boot_id") >> id;
+  return id;
+}
+
+/// Criterion of systemd's timedated (NTPSynchronized): a time source has bounded the kernel's error below 16
+/// s.
+bool clock_synchronised() {
+  constexpr long kUnbounded_us = 16'000'000;
+  timex kernel{};
+  return ::adjtimex(&kernel) >= 0 && kernel.maxerror < kUnbounded_us;
+}
+
+RetentionRule rule_of(const DaemonConfig& config) {
+  return {config.retain_days, config.retain_megabytes};
+}
+
+/// Runs between sessions, which do not wait for it.
+void drop_old(SessionService& service, Journal& journal, const DaemonConfig& config) {
+  const RetentionRule rule = rule_of(config);
+  if (!rule.any()) return;
+  const auto idle = [&service] { return !kActivePhases.has(service.status().phase); };
+  try {
+    const auto gone = journal.retain(limits_of(rule, wall_clock()), wall_clock_utc(), false, idle);
+    if (!gone.empty())
+      spdlog::info("[retention]: raw events and readings of {} sessions dropped", gone.size());
+  } catch (const std::exception& failed) {
+    spdlog::error("[retention]: {}", failed.what());
+  }
+}
+
+Report alarm_of(const Notice& notice, const std::string& host) {
+  const Message words = compose(notice, Language::kEnglish, host);
+  return plant::report_of(plant::AlarmFact{to_string(notice.news), words.subject, words.body});
+}
+
+/// Alarms not already reported to the plant with a session's end (alarms_with_end()).
+std::function<void(const Notice&)> alarm_to_plant(Journal& journal, const std::string& host) {
+  return [&journal, host](const Notice& notice) {
+    const bool with_its_end = notice.session != 0 && !notice.by_chart;
+    if (notice.news == News::kDone || with_its_end) return;
+    journal.report(notice.session, alarm_of(notice, host));
+  };
+}
+
+std::string host_name();
+
+}  // namespace
+
+std::function<std::vector<Report>(std::int64_t, const RecordEnd&)> alarms_with_end(
+    Journal& journal, LiveConfig& live) {
+  return [&journal, &live](std::int64_t session, const RecordEnd& end) -> std::vector<Report> {
+    if (!live.now()->plant) return {};
+    const Notice notice = notice_of_end(session, end, wall_clock_utc(), journal);
+    if (notice.news == News::kDone) return {};
+    return {alarm_of(notice, host_name())};
+  };
+}
+
+namespace {
+
+std::string host_name() {
+  char name[256] = "";
+  if (::gethostname(name, sizeof name - 1) != 0) return "cellcald";
+  return name;
+}
+
+}  // namespace
+
+struct UnattendedServices::Impl {
+  Impl(SessionService& service, Journal& rows, LiveConfig& config)
+      : journal(rows),
+        live(config),
+        notifier({.config = [this] { return live.now()->notify; },
+                  .host = host_name(),
+                  .also =
+                      [this] {
+                        return live.now()->plant ? alarm_to_plant(journal, host_name()) : nullptr;
+                      }}),
+        door(service, journal),
+        schedule({door,
+                  {[this] { return journal.schedule(); },
+                   [this](const std::string& state) { journal.store_schedule(state); }},
+                  [this] { return live.now()->schedule; },
+                  {wall_clock, std::chrono::steady_clock::now, boot_id(), clock_synchronised},
+                  [this](const Decision& decision) {
+                    notifier.tell([decision] { return news_of(decision); });
+                  }}),
+        thread(schedule),
+        housekeeping([this, &service] { drop_old(service, journal, *live.now()); }) {
+    housekeeping.ask();
+  }
+
+  Journal& journal;
+  LiveConfig& live;
+  Notifier notifier;
+  ServiceSessionGateway door;
+  Schedule schedule;
+  ScheduleThread thread;
+  OnRequest housekeeping;             ///< applies the retention rule
+  std::atomic<bool> reported{false};  ///< end of the newest session
+};
+
+UnattendedServices::UnattendedServices(SessionService& service, Journal& journal, LiveConfig& live)
+    : impl_(std::make_unique<Impl>(service, journal, live)) {}
+UnattendedServices::~UnattendedServices() { stop(); }
+
+Schedule& UnattendedServices::schedule() { return impl_->schedule; }
+/// Each end once: the status of an end is repeated.
+void UnattendedServices::look(const Status& status) {
+  if (!is_final(status.phase)) {
+    impl_->reported = false;
+    return;
+  }
+  if (!impl_->reported.exchange(true))
+    impl_->notifier.tell([status, &journal = impl_->journal] { return news_of(status, journal); });
+  poke();
+  impl_->housekeeping.ask();
+}
+RetentionRule UnattendedServices::retention() const { return rule_of(*impl_->live.now()); }
+void UnattendedServices::poke() { impl_->thread.poke(); }
+void UnattendedServices::stop() { impl_->thread.stop(); }
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,312 @@
+#include "daemon/unattended/decision.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <ctime>
+#include <stdexcept>
+
+#include "daemon/files/atomic_file.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using drivers::Interruption;
+using F = FailureKind;
+constexpr std::nullopt_t kAny = std::nullopt;
+
+// clang-format off
+constexpr std::array kTable{
+//                                                     resume begin
+FailurePolicy{F::kComputerBusy,      kAny, true,  true,  "robot and sensor were sound; this computer was late"},
+FailurePolicy{F::kRobotSilent,       Interruption::kPacketsStopped, true,  true,  "the arm holds without replies; the link is opened anew"},
+FailurePolicy{F::kRobotSilent,       Interruption::kOther,          false, false, "program ended or stopped, connection closed: possibly by a person"},
+FailurePolicy{F::kRobotSilent,       Interruption::kNone,           false, false, "no cause is known"},
+FailurePolicy{F::kContactSilent,     kAny, true,  true,  "the arm was stopped; the sensor repeats its self-test before any motion"},
+FailurePolicy{F::kDevice,            kAny, true,  true,  "nothing has moved: the port may be back"},
+FailurePolicy{F::kLinkNotReady,      kAny, true,  true,  "nothing has moved: the link may come later"},
+FailurePolicy{F::kAttended,          kAny, false, true,  "nothing has moved; a person works at the robot"},
+FailurePolicy{F::kControllerTest,    kAny, true,  true,  "the arm rests out of contact; the controller's own test comes first"},
+FailurePolicy{F::kIdentify,          kAny, false, true,  "the arm had finished; the same touches give the same answer"},
+FailurePolicy{F::kContactFault,      kAny, false, false, "a wire or the sensor is to be repaired"},
+FailurePolicy{F::kContactClosed,     kAny, false, false, "the tip touches something, or the line is shorted"},
+FailurePolicy{F::kArmRefused,        kAny, false, false, "the sensor was already asked twice"},
+FailurePolicy{F::kNoContact,         kAny, false, false, "the sphere is not there, or the circuit is dead"},
+FailurePolicy{F::kContactTooEarly,   kAny, false, false, "an obstacle is missing in the plan"},
+FailurePolicy{F::kUnexpectedContact, kAny, false, false, "the arm has met something that is not in the plan"},
+FailurePolicy{F::kStillInContact,    kAny, false, false, "the tip may be stuck"},
+FailurePolicy{F::kReadingsDisagree,  kAny, false, false, "dirt, a loose sphere or a loose tool remain"},
+FailurePolicy{F::kTooManyRevoked,    kAny, false, false, "the noise remains"},
+FailurePolicy{F::kMoveRefused,       kAny, false, false, "the same move would be refused again"},
+FailurePolicy{F::kNotFollowing,      kAny, false, false, "emergency stop, drives off, collision: a person may be in the cell"},
+FailurePolicy{F::kStoppedElsewhere,  kAny, false, false, "stopped by another party"},
+FailurePolicy{F::kTimeout,           kAny, false, false, "the reason is not known"},
+FailurePolicy{F::kStopUnconfirmed,   kAny, false, false, "the arm may still move"},
+FailurePolicy{F::kPlan,              kAny, false, false, "no free path exists from the arm's position"},
+FailurePolicy{F::kNotFound,          kAny, false, false, "a person has to measure the position of the sphere"},
+FailurePolicy{F::kPlanChanged,       kAny, false, false, "a person has to begin another session"},
+FailurePolicy{F::kJournal,           kAny, false, false, "nothing moves that cannot be recorded"},
+FailurePolicy{F::kReport,            kAny, false, false, "the disk has to be checked first"},
+FailurePolicy{F::kUnexpectedEvent,   kAny, false, false, "the cause is not known"},
+};
+// clang-format on
+
+}  // namespace
+
+std::span<const FailurePolicy> failure_policies() { return kTable; }
+
+const FailurePolicy& aftermath(FailureKind failure, Interruption by) {
+  const auto row = std::find_if(kTable.begin(), kTable.end(), [&](const FailurePolicy& one) {
+    return one.failure == failure && (!one.by || *one.by == by);
+  });
+  return row != kTable.end() ? *row : kTable.back();
+}
+
+namespace {
+
+constexpr std::int64_t kDay = 86400, kMinute = 60;
+/// Above the largest offset from UTC; clock changes are farther apart.
+constexpr std::int64_t kFar = kDay;
+constexpr int kWeeksAhead = 5;
+
+std::tm local(UtcSeconds at) {
+  const std::time_t time = at;
+  std::tm fields{};
+  ::localtime_r(&time, &fields);
+  return fields;
+}
+
+/// Offset of local time from UTC.
+std::int64_t offset_at(UtcSeconds at) { return local(at).tm_gmtoff; }
+
+/// Instants at which local clocks show a given time, which is passed as if in UTC.
+struct Showing {
+  UtcSeconds first = 0, last = 0;
+};
+Showing showing(std::int64_t wall) {
+  const std::int64_t before = offset_at(wall - kFar), after = offset_at(wall + kFar);
+  const UtcSeconds early = wall - before, late = wall - after;
+  const bool by_early = offset_at(early) == before, by_late = offset_at(late) == after;
+  if (by_early && by_late) return {std::min(early, late), std::max(early, late)};
+  if (by_early) return {early, early};
+  if (by_late) return {late, late};
+  // Skipped local time: finds the instant of the change, between wall - after and wall - before.
+  UtcSeconds old = late, set = early;
+  while (set - old > 1) {
+    const UtcSeconds middle = old + (set - old) / 2;
+    (offset_at(middle) == before ? old : set) = middle;
+  }
+  return {set, set};
+}
+
+std::int64_t wall_of(std::chrono::sys_days day, int minutes) {
+  return day.time_since_epoch().count() * kDay + minutes * kMinute;
+}
+
+std::chrono::sys_days local_day(UtcSeconds at) {
+  const std::int64_t wall = at + offset_at(at);
+  const std::int64_t days = wall >= 0 ? wall / kDay : -((-wall + kDay - 1) / kDay);
+  return std::chrono::sys_days(std::chrono::days(days));
+}
+
+bool begins_on(const WeeklyWindow& window, std::chrono::sys_days day) {
+  return window.days.at(std::chrono::weekday(day).c_encoding());
+}
+
+}  // namespace
+
+Night night_of(const WeeklyWindow& window, std::chrono::sys_days day) {
+  ::tzset();  // the zone may have been changed
+  const bool over_midnight = window.to_min <= window.from_min;
+  const std::chrono::sys_days last = day + std::chrono::days(over_midnight ? 1 : 0);
+  const UtcSeconds begins = showing(wall_of(day, window.from_min)).last;
+  const Showing end = showing(wall_of(last, window.to_min));
+  return {day, begins, std::max(begins, end.first > begins ? end.first : end.last)};
+}
+
+std::vector<Night> nights(const WeeklyWindow& window, UtcSeconds after, UtcSeconds until) {
+  std::vector<Night> found;
+  const std::chrono::sys_days end = local_day(until) + std::chrono::days(1);
+  for (auto day = local_day(after) - std::chrono::days(2); day <= end;
+       day += std::chrono::days(1)) {
+    if (!begins_on(window, day)) continue;
+    const Night night = night_of(window, day);
+    if (night.ends > after && night.begins <= until) found.push_back(night);
+  }
+  return found;
+}
+
+Night next_night(const WeeklyWindow& window, UtcSeconds after) {
+  for (const Night& night : nights(window, after, after + kWeeksAhead * 7 * kDay))
+    if (night.exists() && night.begins > after) return night;
+  return {};
+}
+
+std::string to_string(std::chrono::sys_days day) {
+  const std::chrono::year_month_day date(day);
+  return fmt::format("{:04}-{:02}-{:02}", static_cast<int>(date.year()),
+                     static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()));
+}
+
+std::string local_time(UtcSeconds at) {
+  const std::tm time = local(at);
+  return fmt::format("{:04}-{:02}-{:02} {:02}:{:02}", time.tm_year + 1900, time.tm_mon + 1,
+                     time.tm_mday, time.tm_hour, time.tm_min);
+}
+
+namespace {
+
+template <class Value>
+struct Named {
+  Value value;
+  const char* name;
+};
+
+constexpr std::array kVerbs{Named{Verb::kBegun, "begun"},      Named{Verb::kResumed, "resumed"},
+                            Named{Verb::kWaiting, "waiting"},  Named{Verb::kRefused, "refused"},
+                            Named{Verb::kMissed, "missed"},    Named{Verb::kStopped, "stopped"},
+                            Named{Verb::kEnded, "ended"},      Named{Verb::kHeld, "held"},
+                            Named{Verb::kReleased, "released"}};
+
+constexpr std::array kReasons{Named{Why::kNothing, "nothing"},
+                              Named{Why::kUnattendedOff, "unattended-off"},
+                              Named{Why::kNoProgramStart, "no-program-start"},
+                              Named{Why::kFailedBefore, "failed-before"},
+                              Named{Why::kAbortedBefore, "aborted-before"},
+                              Named{Why::kLeftBefore, "interrupted-before"},
+                              Named{Why::kBusy, "busy"},
+                              Named{Why::kNoTimeLeft, "no-time-left"},
+                              Named{Why::kOutsideWindow, "outside-window"},
+                              Named{Why::kNoSuchTime, "no-such-time"},
+                              Named{Why::kNotRunning, "daemon-not-running"},
+                              Named{Why::kClockSet, "clock-set"},
+                              Named{Why::kClockStepped, "clock-stepped"},
+                              Named{Why::kClockNotSynchronised, "clock-not-synchronised"},
+                              Named{Why::kClockAgrees, "clock-agrees"},
+                              Named{Why::kCannotBegin, "cannot-begin"},
+                              Named{Why::kNotOnDisk, "not-on-disk"},
+                              Named{Why::kDone, "done"},
+                              Named{Why::kHarmless, "harmless"},
+                              Named{Why::kHarmful, "harmful"},
+                              Named{Why::kResumesUsed, "resumes-used"},
+                              Named{Why::kWindowOver, "window-over"}};
+
+template <class Value, std::size_t N>
+const char* name_in(const std::array<Named<Value>, N>& names, Value value) {
+  for (const auto& one : names)
+    if (one.value == value) return one.name;
+  return "unknown";
+}
+
+template <class Value, std::size_t N>
+Value value_in(const std::array<Named<Value>, N>& names, const std::string& name) {
+  for (const auto& one : names)
+    if (name == one.name) return one.value;
+  throw std::runtime_error("\"" + printable(name) + "\" is not a decision");
+}
+
+std::string minutes(double seconds) { return fmt::format("{:.1f} min", seconds / 60.0); }
+
+constexpr const char* kRelease =
+    "Inspect cell and arm, then: 'cellcal schedule --release', or run a session to its end";
+
+constexpr const char* kCheckClock =
+    "Check date and time, then: 'cellcal schedule --release'; or connect a time source (NTP): 10 min of "
+    "agreement release it";
+
+std::string why_words(const Decision& d) {
+  switch (d.why) {
+    case Why::kNothing:
+      return d.detail;
+    case Why::kUnattendedOff:
+      return "[schedule] unattended is not true: nothing moves without a person";
+    case Why::kNoProgramStart:
+      return "nothing starts the controller's program without a person. Set it up "
+             "(drivers/kuka/krl/README.md, 'Unattended at night'), then [schedule] program_start";
+    case Why::kFailedBefore:
+      return fmt::format("session {} failed: {}. {}", d.session, d.detail, kRelease);
+    case Why::kAbortedBefore:
+      return d.session > 0 ? fmt::format("session {} was stopped by hand. {}", d.session, kRelease)
+                           : std::string("'abort' was given. ") + kRelease;
+    case Why::kLeftBefore:
+      return fmt::format("session {} was interrupted. {}", d.session, kRelease);
+    case Why::kBusy:
+      return "another session is under way";
+    case Why::kNoTimeLeft:
+      return fmt::format(
+          "{} expected, ends after the window. Begin the window earlier, or correct minutes",
+          minutes(d.figure_s));
+    case Why::kOutsideWindow:
+      return "not within its window";
+    case Why::kNoSuchTime:
+      return "window skipped: the clock change covers it entirely";
+    case Why::kNotRunning:
+      return "cellcald was not running within the window";
+    case Why::kClockSet:
+      return "this computer's clock was set across the window. Check its time source";
+    case Why::kClockStepped:
+      return fmt::format("this computer's clock was set by {:+.0f} s. {}", d.figure_s, kCheckClock);
+    case Why::kClockNotSynchronised:
+      return std::string("this computer's clock is not synchronised since its start. ") +
+             kCheckClock;
+    case Why::kClockAgrees:
+      return fmt::format("the clock has agreed with its time source for {:.0f} min",
+                         d.figure_s / 60.0);
+    case Why::kCannotBegin:
+      return d.detail;
+    case Why::kNotOnDisk:
+      return d.detail + ". A session that cannot be recorded is not started. Check the disk";
+    case Why::kDone:
+      return "done";
+    case Why::kHarmless:
+      return d.detail;
+    case Why::kHarmful:
+      return d.detail;
+    case Why::kResumesUsed:
+      return d.detail + ". All automatic resumes are used ([schedule] resumes)";
+    case Why::kWindowOver:
+      return "the window is over";
+  }
+  return d.detail;
+}
+
+std::string verb_words(const Decision& d) {
+  switch (d.verb) {
+    case Verb::kBegun:
+      return fmt::format("session {} begun", d.session);
+    case Verb::kResumed:
+      return fmt::format("session {} resumed", d.session);
+    case Verb::kWaiting:
+      return "waiting";
+    case Verb::kRefused:
+      return "not begun";
+    case Verb::kMissed:
+      return "missed";
+    case Verb::kStopped:
+      return fmt::format("session {} stopped", d.session);
+    case Verb::kEnded:
+      return fmt::format("session {} ended", d.session);
+    case Verb::kHeld:
+      return "on hold, no automatic start";
+    case Verb::kReleased:
+      return "released";
+  }
+  return "";
+}
+
+}  // namespace
+
+const char* to_string(Verb verb) { return name_in(kVerbs, verb); }
+const char* to_string(Why why) { return name_in(kReasons, why); }
+Verb verb_of(const std::string& name) { return value_in(kVerbs, name); }
+Why why_of(const std::string& name) { return value_in(kReasons, name); }
+
+std::string words(const Decision& decision) {
+  std::string text = verb_words(decision);
+  if (const std::string why = why_words(decision); !why.empty()) text += ": " + why;
+  return printable(text);
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,107 @@
+#pragma once
+// Derives notices from the end of a session or a decision of the schedule.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/model/enum_table.h"
+#include "daemon/config/unattended_config.h"
+#include "daemon/journal/journal.h"
+#include "daemon/result/outcome.h"
+#include "daemon/service/status.h"
+#include "daemon/session/failure.h"
+#include "daemon/unattended/decision.h"
+
+namespace cellcal::daemon {
+
+// Notification to an absent operator. A value; the sentences are formatted below.
+
+enum class News {
+  kDone,       ///< a session ended successfully
+  kWithheld,   ///< it ended, and its result must not be used
+  kDrifted,    ///< it ended, and the cell has changed since the previous calibration
+  kUndecided,  ///< a check ended, with touches that gave no contact point
+  kRecovered,  ///< a check ended, and with it an alarm of the control chart
+  kFailed,
+  kAborted,
+  kNotBegun  ///< a window of the schedule passed without its session
+};
+inline constexpr auto kAllNews = all_values<News>();
+/// Hyphenated; used in the posted JSON.
+const char* to_string(News news);
+
+struct Notice {
+  News news = News::kDone;
+  std::int64_t session = 0;  ///< 0: none
+  std::string kind, cell, started, ended;
+  std::size_t touches = 0;
+  std::optional<Failure> failure;
+  std::string outcome;                ///< to_string(OutcomeKind); empty: none
+  std::vector<std::string> findings;  ///< of the verdict, in English
+  std::optional<double> near_m,
+      over_m;                     ///< predicted mean error: near the targets, over the workspace
+  bool by_chart = false;          ///< kDrifted or kRecovered by the control chart alone
+  std::string entry, night, why;  ///< kNotBegun: of the schedule; reason in English
+};
+
+/// Notice kind of a completed session with this outcome.
+News news_of(OutcomeKind outcome);
+/// Notice for a session about to be recorded as ended, without information from other sessions, so that it is
+/// available before the end is on disk. Reads the journal.
+Notice notice_of_end(std::int64_t session, const RecordEnd& end, const std::string& utc,
+                     Journal& journal);
+/// `status`: final one of the session. Reads the journal.
+Notice news_of(const Status& status, Journal& journal);
+/// None where no notification is needed.
+std::optional<Notice> news_of(const Decision& decision);
+
+// A notice as text for operators, and as JSON for programs (format "cellcal.notice/1").
+
+struct Message {
+  std::string subject;  ///< one line
+  std::string body;     ///< lines
+  std::string json;     ///< with subject and body
+};
+
+/// `host`: name of this computer.
+Message compose(const Notice& notice, Language language, const std::string& host);
+
+// Sentences of messages, in each language. Descriptions and remedies of failures are taken from the page's
+// catalogue (daemon/web/src/words).
+
+enum class Text {
+  kDone,
+  kWithheld,
+  kDrifted,
+  kUndecided,
+  kRecovered,
+  kFailed,
+  kAborted,
+  kNotBegun,
+  kDoWithheld,
+  kDoDrifted,
+  kDoUndecided,
+  kDoAborted,
+  kDoNotBegun,
+  kCell,
+  kKind,
+  kTouches,
+  kTime,
+  kErrorNear,
+  kErrorOver,
+  kFinding,
+  kEvidence,
+  kReport,
+  kSender
+};
+inline constexpr int kTexts = static_cast<int>(Text::kSender) + 1;
+
+/// With {} as placeholders.
+const char* text(Language language, Text which);
+/// One sentence each; empty where the page's catalogue lacks it, which a test excludes.
+std::string what_happened(Language language, FailureKind kind);
+std::string what_to_do(Language language, FailureKind kind);
+
+}  // namespace cellcal::daemon

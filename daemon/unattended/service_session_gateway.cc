@@ -1,0 +1,201 @@
+#include "daemon/unattended/service_session_gateway.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <exception>
+#include <utility>
+
+#include "calib/model/enum_table.h"
+#include "calib/model/iso_time.h"
+#include "calib/model/linear.h"
+#include "daemon/tasks/options.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using End = Standing::State;
+
+/// Default without earlier sessions of the kind.
+double guess_s(const std::string& kind) { return kind == "calibrate" ? 3600.0 : 600.0; }
+/// Number of earlier sessions considered.
+constexpr std::size_t kLookedAt = 3;
+/// Reserve for the variation between nights.
+constexpr double kSpare = 1.25;
+
+End state_of(const SessionRecord& record) {
+  switch (record.state) {
+    case RecordState::kDone:
+      return End::kDone;
+    case RecordState::kFailed:
+      return End::kFailed;
+    case RecordState::kAborted:
+      return End::kAborted;
+    case RecordState::kRunning:
+    case RecordState::kInterrupted:
+    case RecordState::kDamaged:
+      break;
+  }
+  return End::kLeft;
+}
+
+End state_of(Phase phase) {
+  switch (phase) {
+    case Phase::kDone:
+      return End::kDone;
+    case Phase::kAborted:
+      return End::kAborted;
+    default:
+      return End::kFailed;
+  }
+}
+
+std::string end_of(std::int64_t session, std::size_t touches, const char* state,
+                   const std::string& failure) {
+  return fmt::format("{}/{}/{}/{}", session, touches, state, failure);
+}
+
+const char* word(End state) {
+  using enum End;
+  static constexpr EnumNames<End> kTable{{{kNone, "interrupted"},
+                                          {kDone, "done"},
+                                          {kFailed, "failed"},
+                                          {kAborted, "aborted"},
+                                          {kLeft, "interrupted"}}};
+  return kTable[state];
+}
+
+SessionKind kind_of(const SessionRecord& record) {
+  try {
+    return options_from_json(record.inputs.options).kind;
+  } catch (const std::exception&) {  // another version: not usable
+    return SessionKind::kCalibrate;
+  }
+}
+
+}  // namespace
+
+const std::vector<SessionRecord>& ServiceSessionGateway::records(const Status& status) {
+  const std::uint64_t newest = is_final(status.phase) ? status.seq : 0;
+  if (read_at_ != newest) {
+    records_ = journal_.sessions();
+    std::erase_if(records_, [](const SessionRecord& one) { return one.origin.has_value(); });
+    read_at_ = newest;
+  }
+  return records_;
+}
+
+Standing ServiceSessionGateway::standing() {
+  const Status status = service_.status();
+  Standing standing;
+  standing.aborts = service_.aborts();
+  standing.session = status.session;
+  standing.busy = kActivePhases.has(status.phase) || status.phase == Phase::kStopping;
+  if (standing.busy) return standing;
+  std::size_t touches = status.done, planned = status.total;
+  if (status.session > 0) {
+    standing.state = state_of(status.phase);
+    if (status.failure) standing.failure = *status.failure;
+  } else if (const auto newest = journal_.newest_own()) {
+    standing.session = newest->id;
+    standing.state = state_of(*newest);
+    if (standing.state == End::kFailed) standing.failure = failure_from_journal(newest->failure);
+    touches = static_cast<std::size_t>(newest->touches);
+    planned = static_cast<std::size_t>(newest->planned);
+  } else {
+    return standing;
+  }
+  standing.end = end_of(standing.session, touches, word(standing.state),
+                        standing.state == End::kFailed ? describe(standing.failure) : "");
+  if (planned > 0)
+    standing.left_share =
+        1.0 - static_cast<double>(std::min(touches, planned)) / static_cast<double>(planned);
+  return standing;
+}
+
+std::int64_t ServiceSessionGateway::start(const RunRequest& request) {
+  try {
+    return service_.start(request);
+  } catch (const BusyError& busy) {
+    throw NotNow(busy.what());
+  }
+}
+
+std::int64_t ServiceSessionGateway::begin(const ScheduledSession& session, const std::string& by,
+                                          std::uint64_t aborts) {
+  const auto kind = session_kind(session.kind);
+  if (!kind) throw RequestError("unknown kind of session \"" + session.kind + "\"");
+  RunRequest request;
+  request.kind = *kind;
+  request.cell = session.cell;
+  request.fit_touches = session.touches;
+  if (session.check) request.check_touches = *session.check;
+  request.goal_mm = session.goal_mm;
+  request.unattended = by;
+  request.unless_aborted = aborts;
+  return start(request);
+}
+
+std::int64_t ServiceSessionGateway::resume(const std::string& by, std::uint64_t aborts) {
+  RunRequest request;
+  request.resume = true;
+  request.unattended = by;
+  request.unless_aborted = aborts;
+  return start(request);
+}
+
+void ServiceSessionGateway::stop() { service_.abort(SessionService::By::kDaemon); }
+
+/// Median of the newest, which excludes sessions resumed on a later day.
+double ServiceSessionGateway::foreseen_s(const ScheduledSession& session) {
+  std::vector<double> took_s;
+  for (const SessionRecord& record : records(service_.status())) {
+    if (record.state != RecordState::kDone || record.inputs.cell_name != session.cell.string())
+      continue;
+    if (session.kind != to_string(kind_of(record))) continue;
+    const auto began = calib::seconds_of(record.started), ended = calib::seconds_of(record.ended);
+    if (!began || !ended || record.touches == 0) continue;
+    double share = 1.0;
+    if (session.touches && !session.goal_mm)
+      share = static_cast<double>(*session.touches + session.check.value_or(10)) / record.touches;
+    took_s.push_back((*ended - *began) * share);
+    if (took_s.size() == kLookedAt) break;
+  }
+  if (took_s.empty()) return guess_s(session.kind);
+  return kSpare * calib::median(std::move(took_s));
+}
+
+namespace {
+
+constexpr std::chrono::seconds kPeriod{5};
+
+}  // namespace
+
+ScheduleThread::ScheduleThread(Schedule& schedule)
+    : thread_([this, &schedule](const std::stop_token& stop) {
+        while (!stop.stop_requested()) {
+          try {
+            schedule.look();
+          } catch (const std::exception& failed) {
+            spdlog::error("schedule: {}", failed.what());
+          }
+          std::unique_lock lock(mutex_);
+          asked_.wait_for(lock, stop, kPeriod, [this] { return pending_; });
+          pending_ = false;
+        }
+      }) {}
+
+void ScheduleThread::poke() {
+  const std::lock_guard lock(mutex_);
+  pending_ = true;
+  asked_.notify_all();
+}
+
+void ScheduleThread::stop() {
+  thread_.request_stop();
+  if (thread_.joinable()) thread_.join();
+}
+
+}  // namespace cellcal::daemon

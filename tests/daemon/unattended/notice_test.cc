@@ -1,0 +1,123 @@
+#include "daemon/unattended/notice.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/daemon/archive/checked_journal.h"
+#include "tests/daemon/journal/temporary_directory.h"
+
+namespace cellcal::daemon {
+namespace {
+
+struct news_of_a_session : ::testing::Test {
+  Status ended(Phase phase) {
+    Status status;
+    status.session = journal.begin({"/c.toml", "c", "r", "r", "{}"}, "t0");
+    status.phase = phase;
+    return status;
+  }
+  testing::TemporaryDirectory dir;
+  Journal journal{dir / "journal.db"};
+};
+
+TEST_F(news_of_a_session, say_how_it_ended_and_whether_the_arm_has_changed) {
+  EXPECT_EQ(news_of(OutcomeKind::kWithheld), News::kWithheld);
+  EXPECT_EQ(news_of(OutcomeKind::kPublished), News::kDone);
+  EXPECT_EQ(news_of(OutcomeKind::kNothingChanged), News::kDone) << "no result is withheld";
+  EXPECT_EQ(news_of(OutcomeKind::kDoesNotHold), News::kDrifted);
+  EXPECT_EQ(news_of(OutcomeKind::kUndecided), News::kUndecided);
+  const Notice done = news_of(ended(Phase::kDone), journal);
+  EXPECT_EQ(done.news, News::kDone);
+  EXPECT_EQ(done.cell, "/c.toml");
+  EXPECT_EQ(news_of(ended(Phase::kAborted), journal).news, News::kAborted);
+  Status failed = ended(Phase::kFailed);
+  failed.failure = Failure{FailureKind::kNoContact, "x"};
+  EXPECT_EQ(news_of(failed, journal).news, News::kFailed);
+  EXPECT_EQ(news_of(failed, journal).failure->kind, FailureKind::kNoContact);
+}
+
+TEST_F(news_of_a_session, are_of_a_check_that_the_calibration_holds_or_what_changed) {
+  Status status = ended(Phase::kDone);
+  status.kind = "check";
+  status.outcome = SessionOutcome{OutcomeKind::kHolds};
+  EXPECT_EQ(news_of(status, journal).news, News::kDone);
+  EXPECT_EQ(news_of(status, journal).outcome, "holds");
+  status.outcome = SessionOutcome{
+      .kind = OutcomeKind::kDoesNotHold,
+      .tcp_shift = TcpShift{{0.31e-3, 0.0, 0.0}, 0.05e-3},
+      .change = calib::Explanation{
+          .kind = calib::ChangeKind::kTool, .name = "probe", .shift_m = {0.31e-3, 0.0, 0.0}}};
+  const Notice failed = news_of(status, journal);
+  EXPECT_EQ(failed.news, News::kDrifted);
+  ASSERT_EQ(failed.findings.size(), 2U);
+  EXPECT_EQ(failed.findings[0], "calibration does not hold: TCP shift 0.31 +- 0.05 mm (k=2)");
+  EXPECT_TRUE(failed.findings[1].starts_with("probe shifted by 0.31")) << failed.findings[1];
+}
+
+TEST_F(news_of_a_session, are_known_before_its_end_is_on_disk_with_why_it_failed) {
+  const RecordEnd failed{Ending::kFailed, "no-contact: x", Failure{FailureKind::kNoContact, "x"}};
+  const std::int64_t session = ended(Phase::kFailed).session;
+  const Notice notice = notice_of_end(session, failed, "t9", journal);
+  EXPECT_EQ(notice.news, News::kFailed);
+  EXPECT_EQ(notice.failure->kind, FailureKind::kNoContact);
+  EXPECT_EQ(notice.ended, "t9");
+  EXPECT_FALSE(notice.cell.empty());
+  EXPECT_EQ(notice_of_end(session, RecordEnd{Ending::kDone, ""}, "t9", journal).news, News::kDone);
+}
+
+TEST(news_of_a_check, that_holds_are_of_drift_where_the_control_chart_alarms) {
+  testing::CheckedJournal checked;
+  Status status;
+  status.kind = "check";
+  status.phase = Phase::kDone;
+  const auto news = [&](double shift_m) {
+    status.session = checked.check({.shift_m = {shift_m, 0, 0}});
+    status.outcome = SessionOutcome{OutcomeKind::kHolds};
+    return news_of(status, checked.journal);
+  };
+  for (int k = 0; k < 12; ++k) EXPECT_EQ(news(0.0).news, News::kDone);
+  news(0.3e-3);
+  const Notice drifted = news(0.3e-3);
+  EXPECT_EQ(drifted.news, News::kDrifted);
+  EXPECT_GT(drifted.findings.size(), 2U) << "since when, and what to do";
+}
+
+TEST(news_of_a_check, that_does_not_hold_and_of_the_next_that_does_are_drift_and_its_end) {
+  testing::CheckedJournal checked;
+  Status status;
+  status.kind = "check";
+  status.phase = Phase::kDone;
+  const auto news = [&](const calib::TcpCheck& check) {
+    status.session = checked.check({.result = check});
+    status.outcome = outcome_of(SessionResult{check});
+    return news_of(status, checked.journal);
+  };
+  using Checked = testing::CheckedJournal;
+  EXPECT_EQ(news(Checked::that_holds()).news, News::kDone);
+  // A sphere that was moved: nothing of it stays in the statistics.
+  const Notice moved = news(Checked::that_does_not_hold(calib::ChangeKind::kSphere));
+  EXPECT_EQ(moved.news, News::kDrifted);
+  EXPECT_FALSE(moved.by_chart) << "the check itself says so, with its end";
+  const Notice back = news(Checked::that_holds());
+  EXPECT_EQ(back.news, News::kRecovered);
+  EXPECT_TRUE(back.by_chart) << "told behind its end";
+  EXPECT_EQ(news(Checked::that_holds()).news, News::kDone);
+}
+
+TEST(news_of_the_schedule, are_told_where_a_window_passed_without_its_session) {
+  Decision decision;
+  decision.entry = "nightly";
+  decision.night = "2026-11-22";
+  decision.verb = Verb::kMissed;
+  decision.why = Why::kFailedBefore;
+  const auto notice = news_of(decision);
+  ASSERT_TRUE(notice);
+  EXPECT_EQ(notice->news, News::kNotBegun);
+  EXPECT_NE(notice->why.find("--release"), std::string::npos) << notice->why;
+  decision.verb = Verb::kWaiting;
+  EXPECT_FALSE(news_of(decision));
+  decision.verb = Verb::kBegun;
+  EXPECT_FALSE(news_of(decision));
+}
+
+}  // namespace
+}  // namespace cellcal::daemon

@@ -1,0 +1,118 @@
+// The schedule on the daemon's own sessions, in virtual time.
+
+#include "daemon/unattended/service_session_gateway.h"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "daemon/backends/backends.h"
+#include "daemon/config/config.h"
+#include "daemon/unattended/schedule.h"
+#include "tests/daemon/journal/temporary_directory.h"
+#include "tests/daemon/runner/fakes.h"
+
+namespace cellcal::daemon {
+namespace {
+
+/// The daemon's sessions; the first backends are a cell whose sensor's port is missing.
+struct UnattendedSession : ::testing::Test {
+  ScheduledSession session() const {
+    ScheduledSession session;
+    session.name = "nightly";
+    session.cell = CELLCAL_DEMO_CELL;
+    session.window.from_min = 0;
+    session.window.to_min = 23 * 60 + 59;
+    session.touches = 8;
+    session.check = 0;
+    return session;
+  }
+  std::unique_ptr<Backend> backend(const calib::Cell& cell) {
+    if (++made <= broken) {
+      testing::Script script;
+      script.open_contact_error = "/dev/ttyUSB0: no such device";
+      return std::make_unique<testing::FakeBackend>(script);
+    }
+    return make_mock_backend(
+        parse_config("format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n", "d"), cell);
+  }
+  void wait() {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(120);
+    while (!is_final(service.status().phase) && std::chrono::steady_clock::now() < end)
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+
+  int made = 0, broken = 0;
+  testing::TemporaryDirectory dir;
+  Journal journal{dir / "journal.db"};
+  SessionService service{
+      {journal, dir.path(), [this](const calib::Cell& cell, double) { return backend(cell); }, {}}};
+  ServiceSessionGateway door{service, journal};
+};
+
+TEST_F(UnattendedSession,
+       begins_fails_harmlessly_is_resumed_and_done_with_its_evidence_in_the_journal) {
+  broken = 1;
+  ScheduleConfig config;
+  config.unattended = true;
+  config.program_start = ProgramStart::kCell;
+  config.responsible = "A. Miller";
+  config.resumes = 1;
+  config.resume_wait_s = 60.0;
+  config.sessions = {session()};
+  UtcSeconds utc = 1'800'000'000 - 1'800'000'000 % 86400 + 43200;
+  Schedule::Steady steady{std::chrono::hours(1)};
+  Schedule schedule({door,
+                     {[this] { return journal.schedule(); },
+                      [this](const std::string& state) { journal.store_schedule(state); }},
+                     [&] { return config; },
+                     {[&] { return utc; }, [&] { return steady; }, "boot", [] { return true; }},
+                     {}});
+  const auto pass = [&](int seconds) {
+    utc += seconds;
+    steady += std::chrono::seconds(seconds);
+    schedule.look();
+  };
+  pass(5);
+  ASSERT_EQ(service.status().session, 1);
+  wait();
+  ASSERT_TRUE(service.status().failure);
+  EXPECT_EQ(service.status().failure->kind, FailureKind::kDevice);
+  pass(5);
+  EXPECT_EQ(made, 1) << "not before its time";
+  pass(60);
+  wait();
+  EXPECT_EQ(service.status().phase, Phase::kDone)
+      << describe(service.status().failure.value_or(Failure{}));
+  pass(5);
+  EXPECT_EQ(schedule.picture().entries[0].last->why, Why::kDone);
+  EXPECT_EQ(journal.sessions().size(), 1u);
+  int said = 0;
+  for (const std::string& event : journal.events(1))
+    said += event.find("responsible for the clear cell: A. Miller") != std::string::npos ? 1 : 0;
+  EXPECT_EQ(said, 2) << "when it began, and when it was resumed";
+  EXPECT_LT(door.foreseen_s(session()), 3600.0) << "by the one that was done";
+}
+
+TEST_F(UnattendedSession, is_not_begun_where_somebody_has_aborted_meanwhile) {
+  const std::uint64_t seen = door.standing().aborts;
+  EXPECT_FALSE(service.abort()) << "nothing runs";
+  EXPECT_THROW(door.begin(session(), "by", seen), NotNow);
+  EXPECT_EQ(door.standing().aborts, seen + 1);
+  EXPECT_TRUE(journal.sessions().empty());
+}
+
+TEST_F(UnattendedSession, stands_behind_the_end_that_the_journal_has_when_the_daemon_begins) {
+  const std::int64_t id = journal.begin({"c", "c", "r", "r", "{}"}, "2026-01-01T00:00:00.000Z");
+  journal.record(id, RecordEnd{Ending::kFailed, "no-contact: no contact up to 8 mm"},
+                 "2026-01-01T00:10:00.000Z");
+  SessionService after{{journal, dir.path(), {}, {}}};
+  const Standing standing = ServiceSessionGateway(after, journal).standing();
+  EXPECT_EQ(standing.session, id);
+  EXPECT_EQ(standing.state, Standing::State::kFailed);
+  EXPECT_EQ(standing.failure.kind, FailureKind::kNoContact);
+  EXPECT_EQ(standing.failure.detail, "no contact up to 8 mm");
+}
+
+}  // namespace
+}  // namespace cellcal::daemon
