@@ -29,7 +29,7 @@ int fleet_export(const Connection& fleet, const FleetExport& command);
 
 // Reason why a cell needs attention.
 
-/// From one entry of `needs` (daemon/fleet/reading), one line: the need, its begin, the action.
+/// From one entry of `needs` (daemon/fleet/judge), one line: the need, its begin, the action.
 std::string need_words(const nlohmann::json& need);
 
 }  // namespace cellcal::daemon

@@ -1,4 +1,4 @@
-// Data of the plant's collector on its cells (daemon/fleet/reading).
+// Data of the plant's collector on its cells (daemon/fleet/judge).
 
 /** Worst first, as the collector sorts. */
 export const NEEDS = ["interrupted", "failed", "drifted", "check-not-held", "offline", "gap", "withheld", "overdue"] as const;
