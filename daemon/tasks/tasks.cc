@@ -253,52 +253,74 @@ void refuse_beyond_reach(const TaskInputs& inputs, const calib::Plan& plan, std:
                            beyond_limit_words(needed, limit_deg));
 }
 
-Tasks make_tasks(TaskInputs given) {
-  const auto inputs = std::make_shared<const TaskInputs>(std::move(given));
-  if (inputs->options.kind == SessionKind::kQualify)
-    return with_route(qualification_tasks(inputs), inputs);
-  if (inputs->options.kind == SessionKind::kCheck) return check_tasks(inputs);
-  if (inputs->options.kind == SessionKind::kDryRun)
-    return with_route(dry_run_tasks(inputs), inputs);
-  if (inputs->options.update) return update_tasks(inputs);
-  // For the report; planning and report are jobs of one worker.
-  const auto planned_first = std::make_shared<std::optional<calib::Plan>>();
+namespace {
+
+using SharedInputs = std::shared_ptr<const TaskInputs>;
+
+/// Touches planned at once or chosen one by one. `planned`: for the report; planning and report are
+/// jobs of one worker.
+Tasks touching_tasks(const SharedInputs& inputs,
+                     const std::shared_ptr<std::optional<calib::Plan>>& planned) {
   Tasks tasks;
   if (inputs->options.one_by_one) {
-    const auto chooser = std::make_shared<Chooser>(inputs, planned_first);
+    const auto chooser = std::make_shared<Chooser>(inputs, planned);
     tasks.plan = [chooser] { return chooser->begin(); };
     tasks.choose = [chooser](const ChooseTouch& how, const std::vector<calib::Touch>& touches,
                              const calib::JointVector& from) {
       return chooser->choose(how, touches, from);
     };
   } else {
-    tasks.plan = [inputs, planned_first] {
-      Tasks::Planned planned = plan_beforehand(*inputs);
-      *planned_first = planned.plan;
-      if (const auto fault = calib::fault_of(inputs->cell, planned.plan); fault && inputs->note)
+    tasks.plan = [inputs, planned] {
+      Tasks::Planned now = plan_beforehand(*inputs);
+      *planned = now.plan;
+      if (const auto fault = calib::fault_of(inputs->cell, now.plan); fault && inputs->note)
         inputs->note("warning: " + words(*fault));
-      return planned;
+      return now;
     };
   }
-  tasks = with_route(std::move(tasks), inputs);
-  if (inputs->options.kind == SessionKind::kFind) return find_tasks(std::move(tasks), inputs);
+  return with_route(std::move(tasks), inputs);
+}
+
+Tasks calibration_tasks(const SharedInputs& inputs) {
+  const auto planned = std::make_shared<std::optional<calib::Plan>>();
+  Tasks tasks = touching_tasks(inputs, planned);
   const auto forecast = std::make_shared<calib::ContactForecast>(inputs->cell);
-  tasks.assess = [inputs, planned_first, forecast](const std::vector<calib::Touch>& touches) {
+  tasks.assess = [inputs, planned, forecast](const std::vector<calib::Touch>& touches) {
     Tasks::Assessed assessed{newest_residual(inputs->cell, touches)};
-    if (inputs->options.one_by_one || !*planned_first) return assessed;
+    if (inputs->options.one_by_one || !*planned) return assessed;
     forecast->learn(touches);
     assessed.expected = std::make_shared<const std::vector<calib::ExpectedContact>>(
-        forecast->of(**planned_first, touches.size()));
+        forecast->of(**planned, touches.size()));
     return assessed;
   };
   tasks.identify = [inputs](const std::vector<calib::Touch>& touches) {
     return SessionResult{estimate(inputs->cell, inputs->files, touches, inputs->compared)};
   };
-  tasks.report = [inputs, planned_first](const SessionResult& result,
-                                         const std::vector<calib::Touch>& touches) {
-    write_results(*inputs, *result.calibration(), touches, *planned_first);
+  tasks.report = [inputs, planned](const SessionResult& result,
+                                   const std::vector<calib::Touch>& touches) {
+    write_results(*inputs, *result.calibration(), touches, *planned);
   };
   return tasks;
+}
+
+}  // namespace
+
+Tasks make_tasks(TaskInputs given) {
+  const auto inputs = std::make_shared<const TaskInputs>(std::move(given));
+  switch (inputs->options.kind) {  // no default: a kind without tasks does not compile
+    case SessionKind::kQualify:
+      return with_route(qualification_tasks(inputs), inputs);
+    case SessionKind::kCheck:
+      return check_tasks(inputs);
+    case SessionKind::kDryRun:
+      return with_route(dry_run_tasks(inputs), inputs);
+    case SessionKind::kFind:
+      return find_tasks(touching_tasks(inputs, std::make_shared<std::optional<calib::Plan>>()),
+                        inputs);
+    case SessionKind::kCalibrate:
+      return inputs->options.update ? update_tasks(inputs) : calibration_tasks(inputs);
+  }
+  throw std::logic_error("no tasks for this kind of session");
 }
 
 namespace {
