@@ -324,10 +324,10 @@ bool judged_alone(const Problem& problem, const IdentifyOptions& options, Estima
   linearise(problem, e.u, e.use, alone.posterior.linear);
   alone.posterior.leverage =
       leverage_of(alone.posterior.linear.jacobian, alone.posterior.covariance_u);
-  std::vector<bool> honest = select_inliers(problem, options, alone);
+  std::vector<bool> inliers = select_inliers(problem, options, alone);
   e.gate = alone.gate;
-  std::swap(e.use, honest);
-  return e.use != honest;
+  std::swap(e.use, inliers);
+  return e.use != inliers;
 }
 
 /// Removes touches in use that contradict the prediction from all others, with which they share the

@@ -276,11 +276,11 @@ std::vector<bool> fit_touches(const Problem& problem) {
 
 std::vector<bool> select_inliers(const Problem& problem, const IdentifyOptions& options,
                                  Estimate& e) {
-  std::vector<bool> honest = fit_touches(problem);
-  const std::vector<Studentised> off = judge(problem, options, honest, e);
+  std::vector<bool> inliers = fit_touches(problem);
+  const std::vector<Studentised> off = judge(problem, options, inliers, e);
   for (std::size_t i = 0; i < off.size(); ++i)
-    if (off[i].sigmas > e.gate) honest[i] = false;
-  return honest;
+    if (off[i].sigmas > e.gate) inliers[i] = false;
+  return inliers;
 }
 
 OutlierRejection::OutlierRejection(const Problem& problem, const IdentifyOptions& options)
@@ -298,18 +298,18 @@ bool OutlierRejection::changed(const Problem& problem, Estimate& e, bool near) {
   bool any = false;
   for (std::size_t i = 0; i < off.size(); ++i) {
     if (!fit_[i] || settled_[i]) continue;
-    bool honest = off[i].sigmas <= e.gate;
-    if (honest && !e.use[i]) {
+    bool inlier = off[i].sigmas <= e.gate;
+    if (inlier && !e.use[i]) {
       if (off[i].own > kUndetermined && first[static_cast<std::size_t>(problem.block_of(i))] != i)
         continue;
       if (near && came_back_[i]) {
         settled_[i] = true;
-        honest = off[i].sigmas <= kInDoubt * e.gate;
+        inlier = off[i].sigmas <= kInDoubt * e.gate;
       }
       came_back_[i] = came_back_[i] || near;
     }
-    any |= honest != e.use[i];
-    e.use[i] = honest;
+    any |= inlier != e.use[i];
+    e.use[i] = inlier;
   }
   return any;
 }

@@ -37,10 +37,10 @@ constexpr Prior kCompliance[] = {{0.1, 0.2}, {0.3, 0.4}, {kLargest, 0.4}};
 /// compliance, since joints with play have more than one kind of compliance.
 constexpr double kPlayed = 0.3 / 0.7;
 /// Log evidence below the best (probability e^-9) from which a level is neglected.
-constexpr double kHopeless = 9.0;
+constexpr double kNegligibleOdds = 9.0;
 /// Total probability of the most likely levels whose covariances are computed; the others
 /// contribute by the distance of their means alone.
-constexpr double kHeard = 0.999;
+constexpr double kCountedShare = 0.999;
 
 double log_prior(const ModelLevel& level) {
   double sum = 0.0;
@@ -148,8 +148,8 @@ struct Weighed {
   Eigen::VectorXd mean;
   std::vector<Eigen::VectorXd> solutions;
   std::vector<double> weight;  ///< of each solution
-  std::size_t heard = 0;       ///< number of levels whose covariances count
-  double sum_heard = 0.0;
+  std::size_t counted = 0;     ///< number of levels whose covariances count
+  double sum_counted = 0.0;
 };
 
 /// Weights the levels; writes them and their means to `result`.
@@ -159,30 +159,30 @@ Weighed weigh(const std::vector<Solved>& solved, Eigen::Index size, LevelMean& r
   for (const Solved& s : solved) {
     const double likelihood = std::exp(s.step.log_evidence - best);
     sum += likelihood;
-    if (best - s.step.log_evidence <= kHopeless) sum_of_influential += likelihood;
+    if (best - s.step.log_evidence <= kNegligibleOdds) sum_of_influential += likelihood;
   }
   Weighed all;
   all.mean = Eigen::VectorXd::Zero(size);
   for (const Solved& s : solved) {
     const double likelihood = std::exp(s.step.log_evidence - best);
     result.levels.push_back({s.step.level, s.step.log_evidence, likelihood / sum});
-    if (best - s.step.log_evidence > kHopeless) continue;
+    if (best - s.step.log_evidence > kNegligibleOdds) continue;
     const double weight = likelihood / sum_of_influential;
     all.weight.push_back(weight);
     all.solutions.push_back(s.family->solution(s.step));
     all.mean += weight * all.solutions.back();  // (27)
-    if (all.sum_heard > kHeard) continue;
-    ++all.heard;
-    all.sum_heard += weight;
+    if (all.sum_counted > kCountedShare) continue;
+    ++all.counted;
+    all.sum_counted += weight;
     result.ripple_rad += weight * std::pow(s.step.level.ripple_rad, 2);
     result.transmission += weight * std::pow(s.step.level.transmission, 2);
     result.compliance += weight * std::pow(s.step.level.compliance, 2);
     result.play += weight * std::pow(s.step.level.play, 2);
   }
-  result.ripple_rad = std::sqrt(result.ripple_rad / all.sum_heard);
-  result.transmission = std::sqrt(result.transmission / all.sum_heard);
-  result.compliance = std::sqrt(result.compliance / all.sum_heard);
-  result.play = std::sqrt(result.play / all.sum_heard);
+  result.ripple_rad = std::sqrt(result.ripple_rad / all.sum_counted);
+  result.transmission = std::sqrt(result.transmission / all.sum_counted);
+  result.compliance = std::sqrt(result.compliance / all.sum_counted);
+  result.play = std::sqrt(result.play / all.sum_counted);
   return all;
 }
 
@@ -192,9 +192,9 @@ Eigen::MatrixXd covariance_of(const std::list<Family>& families, const std::vect
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(all.mean.size(), all.mean.size());
   for (const Family& family : families) {
     std::vector<std::pair<const Step*, double>> own;
-    for (std::size_t k = 0; k < all.heard; ++k)
+    for (std::size_t k = 0; k < all.counted; ++k)
       if (solved[k].family == &family)
-        own.emplace_back(&solved[k].step, all.weight[k] / all.sum_heard);
+        own.emplace_back(&solved[k].step, all.weight[k] / all.sum_counted);
     if (!own.empty()) family.add_covariance(own, covariance);
   }
   for (std::size_t k = 0; k < all.solutions.size(); ++k) {

@@ -76,11 +76,11 @@ struct IncrementalEstimate::Impl {
   /// Sums of the levels that are not negligible.
   void begin_sums() {
     constexpr double kNegligibleProbability = 1e-3;
-    std::vector<ModelLevel> heard;
+    std::vector<ModelLevel> counted;
     for (const LevelEvidence& l : e.levels.levels)
-      if (l.probability > kNegligibleProbability) heard.push_back(l.level);
+      if (l.probability > kNegligibleProbability) counted.push_back(l.level);
     at = e.u;
-    sums = std::make_unique<LevelSums>(*problem, at, e.posterior.linear, heard);
+    sums = std::make_unique<LevelSums>(*problem, at, e.posterior.linear, counted);
     since = 0;
   }
 };

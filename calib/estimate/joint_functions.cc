@@ -24,7 +24,7 @@ constexpr std::size_t kMostRowsOfSizes = 300;
 constexpr Eigen::Index kFewestRows = 3;
 /// Residuals with a smaller correlation, and a smaller ratio of scatter to the stated noise
 /// (variance), are not analysed further.
-constexpr double kAskedSigmas = 1.0, kAskedScatter = 4.0;
+constexpr double kTestedSigmas = 1.0, kTestedScatter = 4.0;
 /// Prior sigma of unknowns without prior, in their scales.
 constexpr double kFarAway = 10.0;
 
@@ -137,11 +137,11 @@ bool correlated(const SizedRows& rows, Eigen::MatrixXd k, const Estimate& e) {
   left.diagonal().array() += 1.0;
   const Eigen::VectorXd r = weight.cwiseProduct(rows.residual_m);
   const double scatter = r.squaredNorm() / std::max(1.0, left.trace());
-  if (scatter > kAskedScatter) return true;
+  if (scatter > kTestedScatter) return true;
   const Eigen::MatrixXd through = k * left;
   const double variance = 2.0 * through.cwiseProduct(through.transpose()).sum();
   return variance > 0.0 &&
-         r.dot(k * r) / scatter - through.trace() > kAskedSigmas * std::sqrt(variance);
+         r.dot(k * r) / scatter - through.trace() > kTestedSigmas * std::sqrt(variance);
 }
 
 /// Variance components of the rows: V = what the unknowns make + sum of size times covariance.

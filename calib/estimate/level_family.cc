@@ -11,7 +11,7 @@ namespace cellcal::calib {
 namespace {
 
 /// Keeps a centre without prior, which turns with the frame, finite.
-constexpr double kHair = 1.0 + 1e-12;
+constexpr double kRegularisation = 1.0 + 1e-12;
 
 /// Inverse of a lower triangle. A solve with the identity would take three times as long, since it
 /// does not exploit that one half of the result is zero.
@@ -109,12 +109,12 @@ void gather(const Problem& problem, const Linearisation& at, const Groups& group
 Eliminated::Eliminated(const Groups& groups, const Gathered& gathered) : g(gathered) {
   const Eigen::Index p = groups.plain, others = g.gram.cols() - p;
   Eigen::MatrixXd information = g.gram.topLeftCorner(p, p);
-  information.diagonal() = kHair * (information.diagonal() + groups.precision.head(p));
+  information.diagonal() = kRegularisation * (information.diagonal() + groups.precision.head(p));
   factor = Cholesky(information);
   if (!factor.positive()) return;
   coupling = factor.whitened(Eigen::MatrixXd(g.gram.topRightCorner(p, others)));
   reduced = g.gram.bottomRightCorner(others, others);
-  reduced.diagonal() *= kHair;
+  reduced.diagonal() *= kRegularisation;
   reduced.noalias() -= coupling.transpose() * coupling;  // (26)
 }
 
@@ -131,7 +131,7 @@ Family::Family(const Groups& groups, const Eliminated& plain, const Eigen::Vecto
   precision_.tail(played) /= play * play;
   if (!plain.factor.positive()) return;
   Eigen::MatrixXd bearing = plain.reduced.topLeftCorner(c, c);
-  bearing.diagonal() += kHair * precision_.tail(c);
+  bearing.diagonal() += kRegularisation * precision_.tail(c);
   const Cholesky factor(bearing);
   if (!factor.positive()) return;
   lower_ = Eigen::MatrixXd::Zero(size_, size_);
@@ -162,7 +162,7 @@ Step Family::solve(const ModelLevel& level) {
         groups_.precision.tail(t) / (level.transmission * level.transmission);
     const Eigen::VectorXd off = u_.tail(t) - groups_.mean.tail(t);
     Eigen::MatrixXd reduced = reduced_;
-    reduced.diagonal() += kHair * precision;
+    reduced.diagonal() += kRegularisation * precision;
     s.reduced.emplace(reduced);
     if (!s.reduced->positive()) return s;
     const Eigen::VectorXd pull = right.transmission - precision.cwiseProduct(off);

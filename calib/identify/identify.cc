@@ -85,7 +85,7 @@ bool explained_by_jump(const Cell& cell, const std::vector<Touch>& touches,
              jump.log_odds < kUnlikely;
     });
   });
-  const std::vector<Jump> jumps = believed(all);
+  const std::vector<Jump> jumps = confirmed_jumps(all);
   calibration.jumped.clear();
   if (jumps.empty()) return false;
   // If the session stays inconsistent with the jump undone, the other findings are reported.
@@ -109,7 +109,7 @@ bool likelier_than_model_error(const Cell& cell, const std::vector<Touch>& touch
   if (has_two_centres(cell, moved.target)) return true;
   const TwoPlaces two = as_two(cell, touches, moved.target, moved.after_touch);
   return log_evidence_with_model(two.cell, two.touches, options) >
-         log_evidence_with_model(cell, touches, options) + kBelievedOdds;
+         log_evidence_with_model(cell, touches, options) + kConfirmedOdds;
 }
 
 /// Adds the causes, likeliest first, before all other findings.

@@ -294,9 +294,8 @@ bool adopt(std::unique_ptr<Stated> richer, double required_gain, const IdentifyO
 }
 
 /// Adds compliance of the joints across their axes, if the touches show it.
-void ask_for_bearings(const Cell& cell, const std::vector<Touch>& touches,
-                      const IdentifyOptions& options, std::unique_ptr<Stated>& likely,
-                      Estimate& e) {
+void add_bearings(const Cell& cell, const std::vector<Touch>& touches,
+                  const IdentifyOptions& options, std::unique_ptr<Stated>& likely, Estimate& e) {
   constexpr double kShares[] = {0.3, 0.1};  // of the prior about the axis
   const auto richer = [&](double share) {
     return std::make_unique<Stated>(
@@ -319,9 +318,8 @@ void ask_for_bearings(const Cell& cell, const std::vector<Touch>& touches,
 }
 
 /// Adds functions of the joint angles, if the touches show them.
-void ask_for_functions(const Cell& cell, const std::vector<Touch>& touches,
-                       const IdentifyOptions& options, std::unique_ptr<Stated>& likely,
-                       Estimate& e) {
+void add_functions(const Cell& cell, const std::vector<Touch>& touches,
+                   const IdentifyOptions& options, std::unique_ptr<Stated>& likely, Estimate& e) {
   const Cell plain = with_learnt_of(likely->levelled.robot, cell);
   Stated reference(with_learnt_of(with_reference_functions(plain.robot), plain), touches,
                    likely->level);
@@ -352,9 +350,8 @@ std::unique_ptr<Stated> likeliest(const Cell& cell, const std::vector<Touch>& to
   if (!options.with_discrepancy && estimate_with_play(likely->problem, played->problem, options, e))
     likely = std::move(played);
   if (!states(cell, &Joint::bearing_sigma_rad_per_nm))
-    ask_for_bearings(cell, touches, options, likely, e);
-  if (!states(cell, &Joint::function_sigma_rad))
-    ask_for_functions(cell, touches, options, likely, e);
+    add_bearings(cell, touches, options, likely, e);
+  if (!states(cell, &Joint::function_sigma_rad)) add_functions(cell, touches, options, likely, e);
   return likely;
 }
 

@@ -43,7 +43,7 @@ Eigen::VectorXd size_of(const Jump& jump) {
 
 /// Log density of a jump below that of a small one: heavy tails (Student's t, three degrees of
 /// freedom), since large displacements are not rare.
-double surprise(const Eigen::VectorXd& size, double usual) {
+double size_penalty(const Eigen::VectorXd& size, double usual) {
   constexpr double kFreedom = 3.0;
   return 0.5 * (kFreedom + static_cast<double>(size.size())) *
          std::log1p(size.squaredNorm() / (kFreedom * usual * usual));
@@ -171,7 +171,7 @@ class JumpSearch {
       std::optional<Undone> one = without(suspect, *found);
       if (!one) continue;  // too few touches on one side
       if (!matters(one->jump)) continue;
-      if (!is_target && one->jump.log_odds > kBelievedOdds)
+      if (!is_target && one->jump.log_odds > kConfirmedOdds)
         always = std::max(always, log_odds_of_always(suspect, one->jump));
       if (one->jump.log_odds > best) {
         best = one->jump.log_odds;
@@ -222,7 +222,7 @@ class JumpSearch {
   /// Limits the log odds by comparison with a model discrepancy, if the arm may have one. `places`:
   /// penalty for the search of the place.
   void test_against_model(Undone& one, double places) {
-    if (one.jump.log_odds < kBelievedOdds) return;
+    if (one.jump.log_odds < kConfirmedOdds) return;
     if (!one.alike && one.chi2 < kAsStated && calibration_.repeats.touches == 0) return;
     if (!beside_)
       beside_ = std::max(calibration_.log_evidence,
@@ -281,7 +281,8 @@ class JumpSearch {
     always.size = size_of(jump);
     const std::vector<Touch> touches = with_undone(suspect, always);
     const std::optional<Calibration> c = tried(cell_, touches, options_);
-    return c ? c->log_evidence - calibration_.log_evidence - surprise(always.size, suspect.usual)
+    return c ? c->log_evidence - calibration_.log_evidence -
+                   size_penalty(always.size, suspect.usual)
              : 0.0;
   }
 
@@ -302,7 +303,7 @@ class JumpSearch {
           Eigen::MatrixXd::Identity(d, d) + suspect.usual * suspect.usual * further->information;
       const Eigen::VectorXd size = found.size;
       one.penalty =  // (61)
-          0.5 * std::log(usual.determinant()) + surprise(size, suspect.usual);
+          0.5 * std::log(usual.determinant()) + size_penalty(size, suspect.usual);
       weigh(*c, one);
       one.jump.after_touch = stated().order()[found.behind - 1];
       const Eigen::MatrixXd covariance =  // with the size's prior: a direction may be unseen
@@ -345,7 +346,7 @@ class JumpSearch {
     Undone one;
     one.jump = {Jump::What::kTarget, target, after_touch};
     measure(Shift(*c, target, two.later), one.jump);
-    one.penalty = surprise(one.jump.shift_m, kUsualKnockM);
+    one.penalty = size_penalty(one.jump.shift_m, kUsualKnockM);
     weigh(*c, one);
     one.cell = std::move(two.cell);
     one.touches = std::move(two.touches);
@@ -371,7 +372,7 @@ class JumpSearch {
 };
 
 bool is_confirmed_jump(const Jump& jump) {
-  return jump.log_odds > kBelievedOdds && jump.squared_sigmas > kSized;
+  return jump.log_odds > kConfirmedOdds && jump.squared_sigmas > kSized;
 }
 
 FindingPart part_of(const Cell& cell, const std::vector<Touch>& touches, const Jump& jump) {
@@ -441,7 +442,7 @@ double log_evidence_with_model(const Cell& cell, const std::vector<Touch>& touch
                   log_evidence_of(tried(cell, touches, options)));
 }
 
-std::vector<Jump> believed(std::vector<Jump> jumps) {
+std::vector<Jump> confirmed_jumps(std::vector<Jump> jumps) {
   std::erase_if(jumps, [](const Jump& jump) { return !is_confirmed_jump(jump); });
   if (jumps.empty()) return jumps;
   const double best = jumps.front().log_odds;

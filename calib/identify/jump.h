@@ -26,11 +26,11 @@ std::vector<Jump> jumps_by_odds(const Cell& cell, const std::vector<Touch>& touc
 double log_evidence_with_model(const Cell& cell, const std::vector<Touch>& touches,
                                const IdentifyOptions& options);
 /// Log odds above which a change is accepted.
-inline constexpr double kBelievedOdds = 6.0;
+inline constexpr double kConfirmedOdds = 6.0;
 
 /// Accepted jumps: clearly likelier than no change, and not much less likely than the first.
 /// `jumps`: likeliest first.
-std::vector<Jump> believed(std::vector<Jump> jumps);
+std::vector<Jump> confirmed_jumps(std::vector<Jump> jumps);
 
 /// Tests the suspects in `calibration.moved`, whose place in the session is known. Keeps the
 /// likeliest accepted one and withholds the result; clears `moved` if none is accepted.

@@ -99,7 +99,7 @@ class Search {
   Search(const Cell& cell, std::string_view name) : cell_(cell), name_(name) {}
 
   std::optional<ParameterKey> found() {
-    look(latch_delay_parameter());
+    consider(latch_delay_parameter());
     for (std::size_t j = 0; j < cell_.robot.joints.size() && !key_; ++j) joint(j);
     for (std::size_t k = 0; k <= cell_.other_tools.size() && !key_; ++k) tool(k);
     for (std::size_t t = 0; t < cell_.targets.size() && !key_; ++t) target(t);
@@ -111,7 +111,7 @@ class Search {
   bool is_of(const std::string& owner) const {
     return name_.size() > owner.size() && name_.starts_with(owner) && name_[owner.size()] == '.';
   }
-  void look(const ParameterKey& key) {
+  void consider(const ParameterKey& key) {
     if (!key_ && parameter_name(cell_, key) == name_) key_ = key;
   }
 
@@ -121,12 +121,12 @@ class Search {
     for (const ParameterKind kind :
          {ParameterKind::kTheta, ParameterKind::kD, ParameterKind::kA, ParameterKind::kAlpha,
           ParameterKind::kBeta, ParameterKind::kCompliance, ParameterKind::kPlay})
-      look(joint_parameter(kind, index));
+      consider(joint_parameter(kind, index));
     std::string_view rest = name_.substr(owner.size() + 1);
-    for (const int axis : {0, 1}) look(bearing_parameter(index, axis));
+    for (const int axis : {0, 1}) consider(bearing_parameter(index, axis));
     if (rest.starts_with("load_"))
       for (std::size_t link = index; link < cell_.robot.joints.size(); ++link)
-        for (const int axis : {0, 1, 2}) look(load_parameter(index, link, axis));
+        for (const int axis : {0, 1, 2}) consider(load_parameter(index, link, axis));
     if (rest.starts_with('f')) rest.remove_prefix(1);
     constexpr std::size_t kPrefix = 3;  // "cos", "sin"
     if (rest.size() <= kPrefix) return;
@@ -134,13 +134,13 @@ class Search {
       for (const ParameterKind kind :
            {ParameterKind::kCosine, ParameterKind::kSine, ParameterKind::kFunctionCosine,
             ParameterKind::kFunctionSine})
-        look(wave_parameter(kind, index, order));
+        consider(wave_parameter(kind, index, order));
   }
 
   void tool(std::size_t index) {
-    look(tool_parameter(ParameterKind::kDeflection, index));
-    for (const int axis : {0, 1, 2}) look(tool_parameter(ParameterKind::kTcp, index, axis));
-    look(tool_parameter(ParameterKind::kEffectiveRadius, index));
+    consider(tool_parameter(ParameterKind::kDeflection, index));
+    for (const int axis : {0, 1, 2}) consider(tool_parameter(ParameterKind::kTcp, index, axis));
+    consider(tool_parameter(ParameterKind::kEffectiveRadius, index));
   }
 
   void target(std::size_t index) {
@@ -148,10 +148,10 @@ class Search {
     for (const int axis : {0, 1, 2})
       for (const ParameterKind kind :
            {ParameterKind::kCentre, ParameterKind::kTurn, ParameterKind::kProbeTurn})
-        look(target_parameter(kind, index, axis));
-    for (const int axis : {0, 1}) look(target_parameter(ParameterKind::kTilt, index, axis));
-    look(target_parameter(ParameterKind::kShift, index));
-    look(target_parameter(ParameterKind::kRadius, index));
+        consider(target_parameter(kind, index, axis));
+    for (const int axis : {0, 1}) consider(target_parameter(ParameterKind::kTilt, index, axis));
+    consider(target_parameter(ParameterKind::kShift, index));
+    consider(target_parameter(ParameterKind::kRadius, index));
   }
 
   const Cell& cell_;

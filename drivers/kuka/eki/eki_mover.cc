@@ -276,13 +276,14 @@ std::optional<CoreResult> EkiMover::settle(TimePoint now) {
   const AxisAngles late = record_.mean_actual_rad(0, kSettleWindow);
   const AxisAngles early = record_.mean_actual_rad(kSettleWindow, kSettleWindow);
   const AxisDistance moved = farthest_axis(late, early);
-  const AxisDistance astray = farthest_axis(late, move_.target_rad);
+  const AxisDistance largest_deviation = farthest_axis(late, move_.target_rad);
   const bool at_rest = moved.rad <= kSettledRad;
   if (!at_rest && now - settling_since_ < kSettleLimit) return std::nullopt;
-  if (ends_well() && astray.rad > config_.follow_tolerance_deg * kRadPerDeg) {
+  if (ends_well() && largest_deviation.rad > config_.follow_tolerance_deg * kRadPerDeg) {
     fail(MoveOutcome::kNotFollowing,
-         cause::NotAtTarget{astray.axis, move_.target_rad[astray.axis] * kDegPerRad,
-                            late[astray.axis] * kDegPerRad});
+         cause::NotAtTarget{largest_deviation.axis,
+                            move_.target_rad[largest_deviation.axis] * kDegPerRad,
+                            late[largest_deviation.axis] * kDegPerRad});
   } else if (!at_rest && is<cause::None>(cause_)) {
     fail(outcome_,
          cause::NotSettled{moved.axis, moved.rad * kDegPerRad, seconds(now - settling_since_)});

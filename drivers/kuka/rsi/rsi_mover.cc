@@ -147,16 +147,17 @@ std::optional<CoreResult> Mover::settle(const MoverCycle& cycle, const AxisAngle
   const AxisAngles late = record_.mean_actual_rad(0, count);
   const AxisAngles early = record_.mean_actual_rad(count, count);
   const AxisDistance moved = farthest_axis(late, early);
-  const AxisDistance astray = farthest_axis(late, commanded_rad);
+  const AxisDistance largest_deviation = farthest_axis(late, commanded_rad);
   const bool at_rest = !needs_rest() || moved.rad <= kSettledRad;
-  const bool followed = astray.rad <= config_.follow_tolerance_deg * kRadPerDeg;
+  const bool followed = largest_deviation.rad <= config_.follow_tolerance_deg * kRadPerDeg;
   const bool time_is_up = settling_s_ >= kSettleLimitS;
   // After an arrival the position must match the command; after a stop rest is sufficient.
   if (!time_is_up && !(at_rest && (followed || !ends_well()))) return std::nullopt;
   if (ends_well() && !followed) {
     outcome_ = MoveOutcome::kNotFollowing;
-    cause_ = cause::AxisNotFollowing{astray.axis, commanded_rad[astray.axis] * kDegPerRad,
-                                     late[astray.axis] * kDegPerRad};
+    cause_ = cause::AxisNotFollowing{largest_deviation.axis,
+                                     commanded_rad[largest_deviation.axis] * kDegPerRad,
+                                     late[largest_deviation.axis] * kDegPerRad};
   } else if (!at_rest && is<cause::None>(cause_)) {
     cause_ = cause::NotSettled{moved.axis, moved.rad * kDegPerRad, settling_s_};
   }

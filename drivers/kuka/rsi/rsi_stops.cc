@@ -102,8 +102,8 @@ void Mover::brake() {
   }
   // In space the cause is a controller that composes rotations differently: each further commanded
   // degree increases the deviation.
-  const bool astray = config_.space.on && outcome_ == MoveOutcome::kNotFollowing;
-  if (searching() || astray) {
+  const bool largest_deviation = config_.space.on && outcome_ == MoveOutcome::kNotFollowing;
+  if (searching() || largest_deviation) {
     path_.brake_within(t_s_, std::max(kSearchRampS, 3 * cycle_s_));
   } else {
     path_.brake_at(t_s_);
