@@ -100,10 +100,9 @@ VirtualEkiCellOptions eki_options(const DaemonConfig& config, const calib::Cell&
   set_arm(options.controller, config, cell);
   // EKI's programs poll their interrupts every 12 ms, whatever RSI's cycle would be.
   options.controller.cycle_ms = 4;
-  options.controller.dead_man_ms = config.controller.dead_man_ms;
   options.controller.max_acceleration_rad_s2 = config.motion.acceleration_rad_s2;
   options.controller.arm = arm_as_the_controller_has_it(config, cell);
-  options.controller.channel_xml = drivers::eki_files(config.controller).at("CellcalEki.xml");
+  options.controller.files = drivers::eki_files(config.controller);
   options.eki = eki_config_for(config, cell);
   return options;
 }

@@ -8,6 +8,7 @@
 #include <atomic>
 #include <csignal>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -200,7 +201,12 @@ int run_eki(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   if (options.eki_xml.size() > 1 || !sim::is_cellcal_channel(sim::EkiChannelConfig::parse(xml)))
     return run_eki_stream(options, cell);
   sim::EkiControllerConfig controller;
-  controller.channel_xml = xml;
+  // The KRL that belongs to the channel lies beside it.
+  const std::filesystem::path channel = options.eki_xml.front();
+  controller.files[channel.filename().string()] = xml;
+  for (const char* name :
+       {"cellcal_eki.src", "cellcal_eki.dat", "cellcal_sub.sub", "cellcal_loop.sub"})
+    controller.files[name] = calib::read_file((channel.parent_path() / name).string());
   controller.start_rad = start_of(options, cell);
   controller.arm = sim::make_cartesian_arm(cell);
   for (const calib::Joint& joint : cell.robot.joints)

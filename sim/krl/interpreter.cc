@@ -279,6 +279,7 @@ bool Interpreter::give_back(const Instruction& one) {
     assign(result.emplace(*one.type), pop());
   else if (routine.result != nullptr && frames_.back().priority == kNone)
     throw RunError(routine.name + " ends without RETURN");
+  if (frames_.back().priority != kNone && mover_ != nullptr) mover_->go_on();
   drop(frames_.size() - 1);
   if (result) values_.push_back(std::move(*result));
   if (!frames_.empty()) return true;

@@ -29,6 +29,8 @@ class Mover {
   virtual void brake(bool fast) = 0;
   /// RESUME: what is left of a motion is not made.
   virtual void drop_motion() = 0;
+  /// The end of an interrupt's sub-program without RESUME: what is left is made.
+  virtual void go_on() = 0;
 };
 
 class Interpreter {
@@ -58,6 +60,10 @@ class Interpreter {
   bool is_in(std::string_view routine) const;
   /// An interrupt's sub-program is executed.
   bool in_interrupt() const;
+  /// Of a DEFFCT that was selected and has ended.
+  const Value* result() const {
+    return state_ == State::kEnded && !values_.empty() ? &values_.back() : nullptr;
+  }
 
  private:
   struct Reference {

@@ -19,6 +19,7 @@ struct Arm : Mover {
   bool moving() const override { return busy; }
   void brake(bool) override { busy = false; }
   void drop_motion() override { busy = false; }
+  void go_on() override {}
   bool busy = false;
 };
 

@@ -258,7 +258,7 @@ krl::Places places_of(const EkiFilesConfig& c) {
       {"LOOK_STATES", text(kLookMs / c.state_ms)},
       {"DEAD_MAN_MS", text(c.dead_man_ms)},
       {"ECHO_STATES", text(std::max(3, kEchoMs / c.state_ms))},
-      {"WAIT_STATES", text(c.cell_wait_s * 1000 / c.state_ms)},
+      {"WAIT_MS", text(c.cell_wait_s * 1000)},
       {"MAY_RUN", c.may_run ? "TRUE" : "FALSE"},
       {"REQUESTS", requests(c)},
       {"RECEIVE_AXES", axes("      <ELEMENT Tag=\"RobotCommand/{1}/@{0}\" Type=\"REAL\"/>")},

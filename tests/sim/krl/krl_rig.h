@@ -26,8 +26,9 @@ struct Arm : Mover {
     fast_brake = fast;
   }
   void drop_motion() override { ++dropped; }
+  void go_on() override { ++continued; }
 
-  int moves = 0, brakes = 0, dropped = 0;
+  int moves = 0, brakes = 0, dropped = 0, continued = 0;
   bool busy = false, fast_brake = false, approximate = false;
   Motion::Kind kind{};
   Value target;
