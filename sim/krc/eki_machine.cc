@@ -88,9 +88,8 @@ const std::string& channel_of(const EkiControllerConfig::Files& files) {
 /// In EKI's format of a REAL: a 32-bit float with six decimals.
 std::string krl_real(float value) {
   std::array<char, 64> buffer{};
-  const auto end =
-      std::to_chars(buffer.data(), buffer.data() + buffer.size(), static_cast<double>(value),
-                    std::chars_format::fixed, 6);
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(),
+                                 static_cast<double>(value), std::chars_format::fixed, 6);
   return {buffer.data(), end.ptr};
 }
 
@@ -153,12 +152,12 @@ EkiMachine::EkiMachine(EkiControllerConfig c)
   if (config.max_speed_rad_s.size() != axes) {
     throw std::invalid_argument("emulated EKI controller: max_speed_rad_s needs one per axis");
   }
+  bind_state();
   bind_variables();
   bind_timers();
   bind_channel();
   bind_kinematics();
   channel.open();
-  show_state();
   submit.select("CELLCAL_LOOP");
 }
 
@@ -170,16 +169,14 @@ void EkiMachine::tick(TimePoint at, const Faults& with) {
   measurement.reset();
   read_input_edges();
   scale_speed();
-  show_state();
   const double seconds = std::chrono::duration<double>(now.time_since_epoch()).count();
   // It has run since power on, before any program was selected.
   if (cycles == 0) submit.run(seconds);
   if (program_state() == ProgramState::kActive && !stopping) {
     if (cycles % static_cast<std::uint64_t>(config.interrupt_ms / config.cycle_ms) == 0) {
-      show_inputs(true);
+      interrupting = true;
       robot.poll_interrupts();
-      pulse = false;
-      show_inputs(false);
+      interrupting = pulse = false;
     }
     robot.run(seconds);
     if (robot.state() == krl::Interpreter::State::kEnded) state = ProgramState::kEnd;
@@ -188,7 +185,6 @@ void EkiMachine::tick(TimePoint at, const Faults& with) {
   }
   arm.tick(now, 1e-3 * config.cycle_ms);
   settle();
-  show_state();
   if (reopen_at && now >= *reopen_at) {
     reopen_at.reset();
     channel.open();
@@ -210,37 +206,6 @@ void EkiMachine::read_input_edges() {
     }
     input_level = closed;
   }
-  show_inputs(false);
-}
-
-/// A contact shorter than the cycle of interrupts is still an edge for them.
-void EkiMachine::show_inputs(bool interrupting) {
-  const bool closed = input_level || (interrupting && pulse);
-  system("$IN").parts[static_cast<std::size_t>(wiring.input) - 1].set_whole(
-      closed == wiring.contact_is_on);
-}
-
-void EkiMachine::show_state() {
-  Value& name = system("$PRO_NAME1");
-  name.set_text(selected.empty() ? " " : selected);
-  system("$PRO_STATE1").set_whole(program_state() == ProgramState::kFree     ? 1
-                                  : program_state() == ProgramState::kActive ? 3
-                                  : program_state() == ProgramState::kStop   ? 4
-                                                                             : 5);
-  system("$T1").set_whole(mode == EkiMode::kT1);
-  system("$T2").set_whole(mode == EkiMode::kT2);
-  system("$AUT").set_whole(mode == EkiMode::kAut);
-  system("$EXT").set_whole(mode == EkiMode::kExt);
-  system("$PERI_RDY").set_whole(drives_on);
-  system("$ALARM_STOP").set_whole(!e_stop);
-  system("$STOPMESS").set_whole(stop_message);
-  system("$OV_PRO").set_whole(override_percent);
-  if (const auto flag = channel.config().alive_flag)
-    system("$FLAG").parts.at(static_cast<std::size_t>(*flag) - 1).set_whole(channel.connected());
-  for (std::size_t i = 1; i < wiring.request_output.size(); ++i)
-    if (const int output = wiring.request_output[i]; output > 0)
-      system("$OUT").parts.at(static_cast<std::size_t>(output) - 1).set_whole(
-          static_cast<std::size_t>(request) == i);
 }
 
 // ---- the selected program
@@ -306,7 +271,6 @@ void EkiMachine::settle() {
 int EkiMachine::asked(const char* function) {
   krl::Interpreter question(program);
   question.select(std::string("CELLCAL_SUB:") + function);
-  show_state();
   question.run(0.0);
   return question.result() ? question.result()->i : 0;
 }
@@ -320,7 +284,6 @@ void EkiMachine::write_command(const std::string& command) {
              state == ProgramState::kFree) {
     start("CELLCAL_EKI");
   }
-  show_state();
 }
 
 // ---- motion
@@ -389,8 +352,7 @@ void EkiMachine::move(const krl::Motion& motion) {
     const double share = std::abs(target[i] - arm.setpoint()[i]);
     travel = std::max(travel, share);
     if (share <= 0.0) continue;
-    const Value& percent =
-        system(i < 6 ? "$VEL_AXIS" : "$VEL_EXTAX").parts[i % 6];
+    const Value& percent = system(i < 6 ? "$VEL_AXIS" : "$VEL_EXTAX").parts[i % 6];
     speed = std::min(speed, config.max_speed_rad_s[i] / share * (lin ? 1.0 : percent.i / 100.0));
     acceleration = std::min(acceleration, config.max_acceleration_rad_s2 / share);
   }
@@ -444,6 +406,40 @@ std::vector<double> EkiMachine::measured() {
 void EkiMachine::set_axes(Value& value, const std::vector<double>& rad) const {
   for (std::size_t i = 0; i < value.parts.size(); ++i)
     value.parts[i].set(i < axes ? rad[i] * kDegPerRad : 0.0);
+}
+
+/// What the controller shows when it is read.
+void EkiMachine::bind_state() {
+  const auto show = [this](const char* name, std::function<std::int32_t()> value) {
+    program.variable(name).read = [value](Value& to, std::size_t) { to.set_whole(value()); };
+  };
+  show("$T1", [this] { return mode == EkiMode::kT1; });
+  show("$T2", [this] { return mode == EkiMode::kT2; });
+  show("$AUT", [this] { return mode == EkiMode::kAut; });
+  show("$EXT", [this] { return mode == EkiMode::kExt; });
+  show("$PERI_RDY", [this] { return drives_on; });
+  show("$ALARM_STOP", [this] { return !e_stop; });
+  show("$STOPMESS", [this] { return stop_message; });
+  show("$OV_PRO", [this] { return override_percent; });
+  show("$PRO_STATE1", [this] { return static_cast<std::int32_t>(program_state()); });
+  program.variable("$PRO_NAME1").read = [this](Value& to, std::size_t) {
+    to.set_text(selected.empty() ? " " : selected);
+  };
+  program.variable("$FLAG").read = [this](Value& to, std::size_t at) {
+    if (channel.config().alive_flag == static_cast<int>(at) + 1)
+      to.parts[at].set_whole(channel.connected());
+  };
+  program.variable("$OUT").read = [this](Value& to, std::size_t at) {
+    for (std::size_t i = 1; i < wiring.request_output.size(); ++i)
+      if (wiring.request_output[i] == static_cast<int>(at) + 1)
+        to.parts[at].set_whole(static_cast<std::size_t>(request) == i);
+  };
+  program.variable("$IN").read = [this](Value& to, std::size_t at) {
+    if (wiring.input != static_cast<int>(at) + 1) return;
+    // A contact shorter than the cycle of interrupts is still an edge for them.
+    const bool closed = input_level || (interrupting && pulse);
+    to.parts[at].set_whole(closed == wiring.contact_is_on);
+  };
 }
 
 void EkiMachine::bind_variables() {

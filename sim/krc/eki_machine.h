@@ -37,8 +37,8 @@ struct EkiMachine final : krl::Mover {
   };
   void tick(TimePoint at, const Faults& with);
 
-  // ---- the selected program: $PRO_STATE1
-  enum class ProgramState { kFree, kActive, kStop, kEnd };
+  /// $PRO_STATE1 of the selected program.
+  enum class ProgramState { kFree = 1, kActive = 3, kStop = 4, kEnd = 5 };
   bool manual() const { return mode == EkiMode::kT1 || mode == EkiMode::kT2; }
   ProgramState program_state() const;
   void start(const char* name);
@@ -64,13 +64,12 @@ struct EkiMachine final : krl::Mover {
   void scale_speed();
   void read_input_edges();
   std::vector<double> measured();
-  void show_inputs(bool interrupting);
-  void show_state();
 
   // ---- system variables and external routines
   krl::Value& system(const char* name) { return program[name]; }
   int whole_or_0(const char* name) { return program.has(name) ? program[name].i : 0; }
   void set_axes(krl::Value& value, const std::vector<double>& rad) const;
+  void bind_state();
   void bind_variables();
   void bind_timers();
   void bind_channel();
@@ -109,7 +108,7 @@ struct EkiMachine final : krl::Mover {
 
   // inputs and operator
   std::deque<std::pair<TimePoint, bool>> edges;
-  bool input_level = false, pulse = false;
+  bool input_level = false, pulse = false, interrupting = false;
   std::optional<std::vector<double>> input_edge;  ///< position at the first one of a motion
   ProgramState state = ProgramState::kFree;
   std::string selected;

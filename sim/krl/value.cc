@@ -55,6 +55,7 @@ bool assignable(const Type& to, const Type& from) {
 
 Value::Value(const Type& of) : type(&of) {
   if (of.kind == Type::Kind::kStruct) {
+    parts.reserve(of.parts.size());
     for (const Type* part : of.parts) parts.emplace_back(*part);
   } else if (of.kind == Type::Kind::kArray) {
     std::size_t count = 1;
