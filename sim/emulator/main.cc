@@ -98,10 +98,11 @@ int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
     if (options.max_acceleration_deg_s2 > 0.0)
       controller.max_acceleration_rad_s2.push_back(options.max_acceleration_deg_s2 * kRadPerDeg);
   }
-  if (!options.rsi_context.empty()) {
-    controller.fence_min_rad = controller.soft_min_rad;
-    controller.fence_max_rad = controller.soft_max_rad;
-  }
+  // The program that belongs to the context lies beside it.
+  const std::filesystem::path program =
+      std::filesystem::path(options.rsi_context).replace_filename("cellcal_rsi.src");
+  if (!options.rsi_context.empty() && std::filesystem::exists(program))
+    controller.program = calib::read_file(program.string());
   controller.start_rad = start_of(options, cell);
   controller.arm = sim::make_cartesian_arm(cell);
   sim::ContactWatch watch(emulated.physical, [&](drivers::TimePoint t, bool closed) {

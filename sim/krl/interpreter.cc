@@ -51,7 +51,9 @@ void Interpreter::cancel() {
 }
 
 void Interpreter::go_on() {
-  if (state_ == State::kHalted) state_ = State::kRunning;
+  if (state_ != State::kHalted) return;
+  state_ = State::kRunning;
+  message_.clear();
 }
 
 bool Interpreter::is_in(std::string_view routine) const {
@@ -343,6 +345,7 @@ bool Interpreter::control(const Instruction& one, Frame& frame, double now_s) {
       --frame.at;
       return false;
     case Op::kHalt:
+      fail("HALT");
       state_ = State::kHalted;
       return false;
     case Op::kBrake:

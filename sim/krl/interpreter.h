@@ -54,7 +54,7 @@ class Interpreter {
 
   State state() const { return state_; }
   bool running() const { return state_ == State::kRunning; }
-  /// "file:line: ...", of kFailed.
+  /// "file:line: ...", of kFailed and kHalted.
   const std::string& message() const { return message_; }
   /// It is executed, or has called what is.
   bool is_in(std::string_view routine) const;
