@@ -22,7 +22,7 @@ constexpr double kT1PtpShare = 0.06;
 constexpr double kSafetyFactor = 4.0;
 constexpr double kUsualFrameSpeed = 3.0;
 
-/// Programs beside cellcal's: one that calls it as CELL does, and one that does not.
+/// Other programs: a caller of CELLCAL_EKI, as CELL, and one without a motion.
 constexpr const char* kCell = R"(DEF CELL ( )
   LOOP
     WAIT FOR CELL_CALLS
@@ -333,7 +333,7 @@ double EkiMachine::path_m(const std::vector<double>& to) const {
   return std::max(kShortestM, 1e-3 * std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]));
 }
 
-/// Of a LIN [1/s]: $VEL.CP along the path, $VEL.ORI1 for the turn.
+/// Speed of a LIN [1/s]: $VEL.CP along the path, $VEL.ORI1 for the rotation.
 double EkiMachine::linear_speed(const std::vector<double>& to) const {
   const auto& velocity = const_cast<krl::Program&>(program)["$VEL"].parts;
   const KukaFrame a = frame_of(arm.setpoint()), b = frame_of(to);
@@ -408,7 +408,7 @@ void EkiMachine::set_axes(Value& value, const std::vector<double>& rad) const {
     value.parts[i].set(i < axes ? rad[i] * kDegPerRad : 0.0);
 }
 
-/// What the controller shows when it is read.
+/// Variables that are computed when read.
 void EkiMachine::bind_state() {
   const auto show = [this](const char* name, std::function<std::int32_t()> value) {
     program.variable(name).read = [value](Value& to, std::size_t) { to.set_whole(value()); };
@@ -536,7 +536,7 @@ krl::Value EkiMachine::take(const Value& path, Value& into, const char* kind) {
   const auto value = channel.get(path.text());
   if (!value) return status(0, true);
   into.set(*value);
-  // A robot program that never answers: the command says nothing but that the client lives.
+  // The fault of a robot program that does not answer: a move is received as a heartbeat.
   constexpr double kMove = 3.0, kBeat = 2.0;
   if (faults.forgetful && path.text().ends_with(kind) && *value == kMove) into.set(kBeat);
   return status(0, false);

@@ -1,6 +1,6 @@
 #pragma once
-// What the controller's files run on: robot and submit interpreter, arm, inputs, EthernetKRL's functions. Internal to
-// EkiController.
+// Execution environment of the controller's files: robot and submit interpreter, arm, inputs, EthernetKRL's functions.
+// Internal to EkiController.
 
 #include <array>
 #include <deque>

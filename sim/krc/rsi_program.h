@@ -9,7 +9,7 @@
 
 namespace cellcal::sim {
 
-/// What the program leaves to RSI when it reaches RSI_MOVECORR.
+/// Settings of the program at RSI_MOVECORR.
 struct RsiStart {
   std::vector<double> low_deg, high_deg;  ///< AXISCORR's limits of A1 to A6
   std::optional<bool> relative;           ///< RSI_ON's argument
@@ -29,7 +29,7 @@ class RsiProgram final : krl::Mover {
   const std::string& message() const { return robot_.message(); }
 
  private:
-  // The arm is moved by corrections alone: PTP goes to where it stands.
+  // Only corrections move the arm: the target of PTP is the current position.
   void move(const krl::Motion&) override {}
   bool moving() const override { return false; }
   void brake(bool) override {}

@@ -490,7 +490,7 @@ const Type* Compiler::reference(bool written) {
   cursor_.fail(name + " is not declared");
 }
 
-/// [n], [], .X behind a reference.
+/// Subscripts and components: [n], [], .X.
 const Type* Compiler::part_of(const Type* type) {
   const Type* const whole = &program_.type("INT");
   bool entire = false;

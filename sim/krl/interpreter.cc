@@ -383,7 +383,7 @@ void Interpreter::command(const Instruction& one, Frame& frame) {
     if (what == InterruptCommand::kOn || what == InterruptCommand::kOff) {
       interrupt.on = what == InterruptCommand::kOn;
       interrupt.pending = false;
-      // Of edges: what holds already does not trigger.
+      // Edge-triggered: a condition that already holds does not trigger.
       interrupt.last = interrupt.on && holds(interrupt);
     } else {
       interrupt.enabled = what == InterruptCommand::kEnable;
@@ -392,7 +392,7 @@ void Interpreter::command(const Instruction& one, Frame& frame) {
   if (!any) throw RunError("interrupt " + std::to_string(chosen) + " is not declared");
 }
 
-/// Its condition, executed beside the program.
+/// Executes its condition.
 bool Interpreter::holds(const Interrupt& interrupt) {
   const std::size_t frames = frames_.size();
   Frame frame;

@@ -27,9 +27,9 @@ class Mover {
   virtual void move(const Motion& motion) = 0;
   virtual bool moving() const = 0;
   virtual void brake(bool fast) = 0;
-  /// RESUME: what is left of a motion is not made.
+  /// RESUME: the rest of the motion is discarded.
   virtual void drop_motion() = 0;
-  /// The end of an interrupt's sub-program without RESUME: what is left is made.
+  /// End of an interrupt's sub-program without RESUME: the motion continues.
   virtual void go_on() = 0;
 };
 
@@ -47,7 +47,7 @@ class Interpreter {
   void cancel();
   /// Until a statement waits, the program ends, or `budget` instructions were executed.
   void run(double now_s, int budget = 100'000);
-  /// HALT is left behind.
+  /// Start key after HALT.
   void go_on();
   /// Conditions of the interrupts that are on: an edge starts its sub-program.
   void poll_interrupts();
@@ -56,11 +56,11 @@ class Interpreter {
   bool running() const { return state_ == State::kRunning; }
   /// "file:line: ...", of kFailed and kHalted.
   const std::string& message() const { return message_; }
-  /// It is executed, or has called what is.
+  /// The routine is active: executed, or a caller.
   bool is_in(std::string_view routine) const;
   /// An interrupt's sub-program is executed.
   bool in_interrupt() const;
-  /// Of a DEFFCT that was selected and has ended.
+  /// Result of a selected DEFFCT that has ended.
   const Value* result() const {
     return state_ == State::kEnded && !values_.empty() ? &values_.back() : nullptr;
   }

@@ -124,7 +124,7 @@ class Loader {
     compiler.data_line(line);
   }
 
-  /// Of the controller's own: a routine without body. Elsewhere it names one of another module.
+  /// Predefined routine without a body. In other files EXT refers to another module.
   void declare_external(const Lines& text) {
     if (!text.file.empty()) return;
     Routine& routine = program_.routines_.emplace_back();

@@ -1,6 +1,6 @@
 #pragma once
-// KRL modules, compiled: what a controller would not select is refused with file and line. Variables live here and are
-// common to the interpreters of robot and submit.
+// Compiled KRL modules with their variables, which the interpreters of robot and submit share. Modules that a controller
+// does not select are refused with file and line.
 
 #include <deque>
 #include <functional>
@@ -18,7 +18,7 @@ namespace cellcal::sim::krl {
 
 /// A variable outside routines. Hooks get the index of the first subscript, from 0.
 struct Variable {
-  std::string name, module;
+  std::string name;
   Value value;
   bool global = false, constant = false;
   std::function<void(Value&, std::size_t)> read;       ///< before it is read
@@ -35,7 +35,6 @@ enum class Op : std::uint8_t {
   kStore,     // value to reference
   kNew,       // type: an aggregate without components
   kSetPart,   // a: component of the aggregate below the value
-  kConvert,   // to `type`
   kNegative,
   kNot,
   kBitNot,

@@ -12,7 +12,7 @@ namespace {
 
 using Kind = Type::Kind;
 
-/// What moves along paths that are not modelled here, or acts beside them.
+/// Statements that are not implemented.
 constexpr std::string_view kNotExecuted[] = {
     "ANIN",  "ANOUT",  "CIRC", "CIRC_REL", "ENDSPLINE", "IMPORT", "ON_ERROR_PROCEED", "PTP_SPLINE",
     "SCIRC", "SIGNAL", "SLIN", "SPL",      "SPLINE",    "SPTP",   "TRIGGER"};

@@ -1,5 +1,5 @@
 #pragma once
-// What every controller declares: types, functions of numbers and texts. In KRL.
+// Declarations of every controller, in KRL: types, numeric and text functions.
 
 #include <string_view>
 

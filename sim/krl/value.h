@@ -54,7 +54,7 @@ struct Value {
   bool any() const;
   double number() const;
   bool truth() const { return i != 0; }
-  /// Of a CHAR array, up to the first CHAR without a value.
+  /// Content of a CHAR array, up to the first CHAR without a value.
   std::string text() const;
 
   void set(double number);               ///< INT (rounded), REAL
