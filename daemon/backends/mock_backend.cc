@@ -64,6 +64,15 @@ void set_space(sim::ControllerConfig& controller, const drivers::SpaceCorrection
   controller.arm = arm_as_the_controller_has_it(config, cell);
 }
 
+/// Empty for an arm without the six axes that the program has.
+std::string rsi_program(const DaemonConfig& config, const calib::Cell& cell) {
+  constexpr std::size_t kAxes = 6;
+  if (cell.robot.joints.size() < kAxes) return {};
+  drivers::RsiFilesConfig files = rsi_files_for(config, cell);
+  files.pc_address = "10.0.0.5";
+  return drivers::rsi_files(files).at("cellcal_rsi.src");
+}
+
 VirtualCellOptions rsi_options(const DaemonConfig& config, const calib::Cell& cell) {
   VirtualCellOptions options;
   options.busy_every = busy_every(config);
@@ -72,10 +81,7 @@ VirtualCellOptions rsi_options(const DaemonConfig& config, const calib::Cell& ce
   options.controller.clamp_deg = config.rsi.correction_limit_deg.at(0);
   options.controller.monitor_deg = config.rsi.correction_limit_deg.at(0);
   options.rsi = rsi_config_for(config, cell);
-  for (const drivers::AxisLimit& limit : options.rsi.limits) {
-    options.controller.fence_min_rad.push_back(limit.min_rad);
-    options.controller.fence_max_rad.push_back(limit.max_rad);
-  }
+  options.controller.program = rsi_program(config, cell);
   const bool relative = options.rsi.mode == drivers::CorrectionMode::kRelative;
   options.controller.mode = relative ? sim::RsiMode::kRelative : sim::RsiMode::kAbsolute;
   options.controller.hold_on = options.rsi.hold_on;
@@ -97,10 +103,9 @@ VirtualEkiCellOptions eki_options(const DaemonConfig& config, const calib::Cell&
   set_arm(options.controller, config, cell);
   // EKI's programs poll their interrupts every 12 ms, whatever RSI's cycle would be.
   options.controller.cycle_ms = 4;
-  options.controller.dead_man_ms = config.controller.dead_man_ms;
   options.controller.max_acceleration_rad_s2 = config.motion.acceleration_rad_s2;
   options.controller.arm = arm_as_the_controller_has_it(config, cell);
-  options.controller.channel_xml = drivers::eki_files(config.controller).at("CellcalEki.xml");
+  options.controller.files = drivers::eki_files(config.controller);
   options.eki = eki_config_for(config, cell);
   return options;
 }

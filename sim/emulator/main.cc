@@ -8,6 +8,7 @@
 #include <atomic>
 #include <csignal>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -95,10 +96,11 @@ int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
     if (options.max_acceleration_deg_s2 > 0.0)
       controller.max_acceleration_rad_s2.push_back(options.max_acceleration_deg_s2 * kRadPerDeg);
   }
-  if (!options.rsi_context.empty()) {
-    controller.fence_min_rad = controller.soft_min_rad;
-    controller.fence_max_rad = controller.soft_max_rad;
-  }
+  // The program that belongs to the context lies beside it.
+  const std::filesystem::path program =
+      std::filesystem::path(options.rsi_context).replace_filename("cellcal_rsi.src");
+  if (!options.rsi_context.empty() && std::filesystem::exists(program))
+    controller.program = calib::read_file(program.string());
   controller.start_rad = start_of(options, cell);
   controller.arm = sim::make_cartesian_arm(cell);
   sim::ContactWatch watch(emulated.physical, [&](drivers::TimePoint t, bool closed) {
@@ -198,7 +200,12 @@ int run_eki(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   if (options.eki_xml.size() > 1 || !sim::is_cellcal_channel(sim::EkiChannelConfig::parse(xml)))
     return run_eki_stream(options, cell);
   sim::EkiControllerConfig controller;
-  controller.channel_xml = xml;
+  // The KRL that belongs to the channel lies beside it.
+  const std::filesystem::path channel = options.eki_xml.front();
+  controller.files[channel.filename().string()] = xml;
+  for (const char* name :
+       {"cellcal_eki.src", "cellcal_eki.dat", "cellcal_sub.sub", "cellcal_loop.sub"})
+    controller.files[name] = calib::read_file((channel.parent_path() / name).string());
   controller.start_rad = start_of(options, cell);
   controller.arm = sim::make_cartesian_arm(cell);
   for (const calib::Joint& joint : cell.robot.joints)

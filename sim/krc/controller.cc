@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "drivers/units.h"
+#include "sim/krc/rsi_program.h"
 
 namespace cellcal::sim {
 namespace {
@@ -17,9 +18,6 @@ using drivers::kRadPerDeg;
 constexpr double kT1MmS = 250.0;
 // 250 mm/s at the flange, as a share of an axis' full speed on an arm of 1.4 m.
 constexpr double kT1Share = 0.06;
-
-// Margin added by the program to the cell's ranges.
-constexpr double kRangeSlackDeg = 0.1;
 
 using drivers::kMaxAxes;
 
@@ -78,7 +76,10 @@ RsiChannelConfig ControllerConfig::effective_channel() const {
 
 struct Controller::Impl {
   explicit Impl(ControllerConfig c)
-      : config(std::move(c)), channel(config.effective_channel()), random(config.seed) {
+      : config(std::move(c)),
+        channel(config.effective_channel()),
+        program(config.program),
+        random(config.seed) {
     axes = config.start_rad.size();
     if (axes == 0 || axes > kMaxAxes) {
       throw std::invalid_argument("emulated controller: 1 to 12 axes");
@@ -88,8 +89,6 @@ struct Controller::Impl {
     }
     check_size(config.max_speed_rad_s, axes, "max_speed_rad_s");
     check_size(config.max_acceleration_rad_s2, axes, "max_acceleration_rad_s2");
-    check_size(config.fence_min_rad, axes, "fence_min_rad");
-    check_size(config.fence_max_rad, axes, "fence_max_rad");
     check_size(config.soft_min_rad, axes, "soft_min_rad");
     check_size(config.soft_max_rad, axes, "soft_max_rad");
     if (config.ipoc_step == 0) config.ipoc_step = config.cycle_ms;
@@ -116,22 +115,22 @@ struct Controller::Impl {
     if (e_stop) return end(RsiPhase::kFaulted, "EMERGENCY STOP is pressed");
     if (!drives_on) return end(RsiPhase::kFaulted, "Drives are off");
     if (manual() && !start_held) return end(RsiPhase::kFaulted, "Start key is not held");
-    set_fence();
+    start_program();
   }
 
-  // CC_FENCE: with the arm beyond a limit the program halts before RSI_ON.
-  void set_fence() {
-    low_deg.assign(axes, -config.clamp_deg);
-    high_deg.assign(axes, config.clamp_deg);
-    for (std::size_t i = 0; i < axes; ++i) {
-      const auto from_here = [&](double end_rad) { return (end_rad - actual[i]) * kDegPerRad; };
-      if (i < config.fence_min_rad.size())
-        low_deg[i] = std::max(low_deg[i], from_here(config.fence_min_rad[i]) - kRangeSlackDeg);
-      if (i < config.fence_max_rad.size())
-        high_deg[i] = std::min(high_deg[i], from_here(config.fence_max_rad[i]) + kRangeSlackDeg);
-      if (low_deg[i] > 0.0 || high_deg[i] < 0.0)
-        return end(RsiPhase::kFaulted, "HALT: " + axis_name(i) + " stands beyond its range");
-    }
+  // To RSI_MOVECORR, or to a HALT before RSI_ON.
+  void start_program() {
+    const auto deg = [](std::vector<double> values) {
+      for (double& value : values) value *= kDegPerRad;
+      return values;
+    };
+    RsiStart start{std::vector<double>(axes, -config.clamp_deg),
+                   std::vector<double>(axes, config.clamp_deg), std::nullopt};
+    if (!program.start(deg(actual), deg(config.soft_min_rad), deg(config.soft_max_rad), start))
+      return end(RsiPhase::kFaulted, program.message());
+    low_deg = start.low_deg;
+    high_deg = start.high_deg;
+    if (start.relative) config.mode = *start.relative ? RsiMode::kRelative : RsiMode::kAbsolute;
   }
 
   bool manual() const { return mode == OperatingMode::kT1 || mode == OperatingMode::kT2; }
@@ -271,8 +270,10 @@ struct Controller::Impl {
   void take_stop() {
     if (!stop_seen) return;
     stop_seen = false;
-    if (config.stop_mode == RsiStop::kExitMoveCorr)
+    if (config.stop_mode == RsiStop::kExitMoveCorr) {
+      program.finish();
       return end(RsiPhase::kEnded, "RSI_MOVECORR ended (STOP)");
+    }
     message = "STOP object, mode " + std::to_string(static_cast<int>(config.stop_mode));
     if (config.stop_mode == RsiStop::kInfo) return;
     halted = true;
@@ -350,6 +351,7 @@ struct Controller::Impl {
   ControllerConfig config;
   RsiChannelConfig channel;
   std::size_t axes = 0;
+  RsiProgram program;
   std::mt19937_64 random;
   std::string text;
 

@@ -62,9 +62,8 @@ struct ControllerConfig {
   bool timeout_counts_total = false;                     ///< the meaning of KUKA's count is unknown
   bool first_frame_only_ipoc = false;                    ///< as in RSI 2
   double clamp_deg = 90.0;                               ///< AXISCORR's limit: clamps silently
-  /// Limits set by CELLCAL_RSI: at RSI_ON AXISCORR's limits are set to the ends of these ranges,
-  /// within clamp_deg. Empty: the program sets none.
-  std::vector<double> fence_min_rad, fence_max_rad;
+  /// cellcal_rsi.src, executed around RSI_ON; empty: one that sets no limits and leaves `mode`.
+  std::string program;
   double monitor_deg = 90.0;                             ///< AXISCORRMON: stops with KSS29000
   double clamp_mm = 1000.0, clamp_turn_deg = 180.0;      ///< POSCORR's, likewise
   double monitor_mm = 1000.0, monitor_turn_deg = 180.0;  ///< POSCORRMON's

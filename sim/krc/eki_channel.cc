@@ -129,8 +129,12 @@ void EkiChannel::close() {
   drop_client();
 }
 
-void EkiChannel::clear() {
+void EkiChannel::empty_queues() {
   for (auto& [path, queue] : queues_) queue.values.clear();
+}
+
+void EkiChannel::clear() {
+  empty_queues();
   close();
 }
 

@@ -44,6 +44,7 @@ class EkiChannel {
   /// Without EKI_Init nothing is opened.
   void open() { open_ = exists_; }
   void close();
+  void empty_queues();
   /// EKI_Clear: empties all queues and closes.
   void clear();
   /// True if EKI_CheckBuffer returns without a message.

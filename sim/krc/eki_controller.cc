@@ -4,19 +4,15 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "sim/krc/eki_robot_program.h"
+#include "sim/krc/eki_machine.h"
 
 namespace cellcal::sim {
 
 using drivers::Duration;
 using drivers::TimePoint;
 
-struct EkiController::Impl : EkiPrograms {
-  using EkiPrograms::EkiPrograms;
-};
-
 EkiController::EkiController(EkiControllerConfig config)
-    : impl_(std::make_unique<Impl>(std::move(config))) {}
+    : impl_(std::make_unique<EkiMachine>(std::move(config))) {}
 EkiController::~EkiController() = default;
 
 void EkiController::tick(TimePoint now) {
@@ -27,7 +23,7 @@ Duration EkiController::cycle() const { return std::chrono::milliseconds(impl_->
 void EkiController::input_broken(bool broken, TimePoint t) {
   const bool closed = input_closed_;
   input_broken_ = false;
-  if (!impl_->config.contact_is_on) input(t, broken || closed);
+  if (!impl_->wiring.contact_is_on) input(t, broken || closed);
   input_broken_ = broken;
   input_closed_ = closed;
 }
@@ -51,16 +47,23 @@ bool EkiController::connected() const { return impl_->channel.connected(); }
 void EkiController::receive(std::string_view bytes) { impl_->channel.receive(bytes); }
 std::string EkiController::drain_output() { return impl_->channel.drain_output(); }
 
-void EkiController::start_program() { impl_->start(true); }
-void EkiController::start_other_program() { impl_->start(false); }
+void EkiController::start_program() {
+  const bool under_cell =
+      impl_->selected == "CELL" && impl_->state != EkiMachine::ProgramState::kFree;
+  impl_->start(under_cell ? "CELL" : "CELLCAL_EKI");
+}
+void EkiController::start_other_program() { impl_->start("OTHER"); }
 
 void EkiController::call_program() {
-  impl_->start(false);
-  impl_->start(true);
-  impl_->under_cell = true;
+  impl_->start("CELL");
+  impl_->system("CELL_CALLS").set_whole(1);
 }
 bool EkiController::program_runs() const {
-  return impl_->ours && impl_->program == EkiPrograms::ProgramState::kActive;
+  return impl_->state == EkiMachine::ProgramState::kActive &&
+         (impl_->robot.is_in("CELLCAL_EKI") || impl_->system("CELL_CALLS").truth());
+}
+std::string EkiController::fault() const {
+  return impl_->robot.message() + impl_->submit.message();
 }
 void EkiController::request(drivers::EkiRequest request) { impl_->request = request; }
 
@@ -107,15 +110,22 @@ std::vector<double> EkiController::actual_rad_at(TimePoint t) const {
 }
 std::vector<double> EkiController::setpoint_rad() const { return impl_->arm.setpoint(); }
 bool EkiController::moving() const { return !impl_->arm.at_rest(); }
-bool EkiController::ready() const { return impl_->is_ready(); }
-std::uint32_t EkiController::session() const { return impl_->session; }
+bool EkiController::ready() const { return impl_->asked("CC_IS_READY") != 0; }
+std::uint32_t EkiController::session() const { return static_cast<std::uint32_t>(impl_->system("CC_SESSION").i);
+}
 std::uint64_t EkiController::moves() const { return impl_->moves; }
 drivers::EkiFrameValues EkiController::frame(drivers::EkiFrameKind kind, int number) const {
-  return impl_->frames_of(kind).at(static_cast<std::size_t>(number) - 1);
+  const bool tool = kind == drivers::EkiFrameKind::kTool;
+  const auto& parts = impl_->system(tool ? "TOOL_DATA" : "BASE_DATA")
+                          .parts.at(static_cast<std::size_t>(number) - 1)
+                          .parts;
+  drivers::EkiFrameValues values{};
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = parts[i].r;
+  return values;
 }
 std::uint64_t EkiController::frames_set() const { return impl_->frames_set; }
-int EkiController::advice() const { return impl_->config.advice; }
-int EkiController::advice_until() const { return impl_->config.advice_until; }
+int EkiController::advice() const { return impl_->whole_or_0("CELLCAL_ADVICE"); }
+int EkiController::advice_until() const { return impl_->whole_or_0("CELLCAL_ADVICE_UNTIL"); }
 const EkiChannel& EkiController::channel() const { return impl_->channel; }
 
 }  // namespace cellcal::sim

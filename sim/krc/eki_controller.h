@@ -1,13 +1,12 @@
 #pragma once
-// A KUKA controller that runs cellcal's own EKI programs (drivers/kuka/krl), without sockets,
-// threads or clock: the submit program that reads telegrams and sends states, the robot program
-// that moves, interrupts on the contact input and on the stop flag with BRAKE and RESUME, operating
-// modes, drives, emergency stop, override.
+// A KUKA controller that executes cellcal's EKI files (drivers/kuka/krl) in the interpreter of sim/krl, without sockets,
+// threads or clock: submit and robot interpreter, arm, operating modes, drives, emergency stop, override.
 //
-// FollowingSetpoint the public documentation of EKI; undocumented behaviour is configurable: the time at
-// which $AXIS_INT is taken, the latency of an interrupt.
+// After the public documentation of EKI; undocumented behaviour is configurable: the time at which $AXIS_INT is taken, the
+// latency of an interrupt.
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -21,23 +20,18 @@
 namespace cellcal::sim {
 
 struct EkiControllerConfig {
-  std::string channel_xml;  ///< the file installed on the controller
+  using Files = std::map<std::string, std::string>;
+  Files files;  ///< installed on the controller: channel (.xml) and KRL
   std::vector<double> start_rad{0.0, -1.5707963267948966, 1.5707963267948966,
                                 0.0, 1.5707963267948966,  0.0};
   std::vector<double> max_speed_rad_s;    ///< per axis at 100 %; empty: 3 rad/s
   double max_acceleration_rad_s2 = 10.0;  ///< of PTP, as set by the program ($ACC_AXIS)
-  double lin_acceleration_m_s2 = 0.5;     ///< $ACC.CP
   /// Geometry for LIN's length; null: every axis at 1 m from the TCP.
   std::shared_ptr<const CartesianArm> arm;
   double lag_s = 0.02;            ///< setpoint to arm
   int cycle_ms = 4;               ///< interpolation cycle
   int interrupt_ms = 12;          ///< interrupt cycle
-  int state_ms = 20;              ///< loop of the submit program
-  int idle_state_ms = 24;         ///< likewise without a session
-  int dead_man_ms = 250;          ///< as in the program
   int reopen_ms = 100;            ///< until the port reopens after a disconnection
-  int poll_interval_ms = 3000;    ///< interval between checks of the channel
-  bool contact_is_on = true;      ///< as in the program: the input during contact
   double input_delay_s = 0.001;   ///< filter of the digital input ...
   double input_sample_s = 0.002;  ///< ... and its sampling period
   bool latches_setpoint = false;  ///< $AXIS_INT is the setpoint instead of the actual position
@@ -48,13 +42,9 @@ struct EkiControllerConfig {
   double noise_sigma_deg = 0.0;  ///< of $AXIS_ACT_MEAS and $AXIS_INT only
   std::uint64_t seed = 1;
   std::vector<double> soft_min_rad, soft_max_rad;  ///< software limit switches; empty: none
-  /// TOOL_DATA[1..] and BASE_DATA[1..] of $config.dat. Can be set if the channel file has frames.
+  /// TOOL_DATA[1..] and BASE_DATA[1..] of $config.dat. Can be set if the files permit it.
   std::vector<drivers::EkiFrameValues> tool_data = std::vector<drivers::EkiFrameValues>(16);
   std::vector<drivers::EkiFrameValues> base_data = std::vector<drivers::EkiFrameValues>(32);
-  bool supports_frames = true, supports_advice = true;  ///< features of its submit program
-  int advice = 0, advice_until = 0;                     ///< CELLCAL_ADVICE, CELLCAL_ADVICE_UNTIL
-  bool may_run = false;             ///< CC_MAY_RUN: a client may start CELLCAL_EKI in EXT
-  int cell_wait_s = 900;            ///< maximum wait for a session when called by CELL
   bool clears_on_reconnect = true;  ///< the program's EKI_Clear; false: queues keep stale data
 };
 
@@ -85,6 +75,8 @@ class EkiController {
   /// CELL.SRC, selected and started in EXT, calls CELLCAL_EKI, which returns at the end of a session.
   void call_program();
   bool program_runs() const;  ///< CELLCAL_EKI, for any selected program
+  /// File, line and fault of a program that the controller has stopped; empty: none.
+  std::string fault() const;
   /// $BRAKETEST_REQ_INT and similar, on outputs read by the submit program.
   void request(drivers::EkiRequest request);
   void cancel_program();  ///< stopped by a ramp and deselected; nothing continues afterwards
@@ -118,8 +110,7 @@ class EkiController {
   const EkiChannel& channel() const;
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  std::unique_ptr<struct EkiMachine> impl_;
   bool muted_ = false, deaf_ = false, forgetful_ = false, input_broken_ = false,
        input_closed_ = false;
   bool submit_halted_ = false;

@@ -223,6 +223,18 @@ krl::Places frame_places_of(const EkiFilesConfig& c) {
   return places;
 }
 
+/// As many values of each element as there are telegrams.
+std::string count_elements(int external_axes) {
+  constexpr const char* kCount =
+      "      RET=EKI_CheckBuffer(\"CellcalEki\",\"RobotCommand/{}\")\n"
+      "      OK=OK AND (RET.Buff>=COUNT)";
+  std::string text;
+  for (const char* element :
+       {"@Session", "@Type", "@Id", "Move/@Guard", "Move/@Path", "Move/@Percent", "Move/@Duration"})
+    text += fmt::format(kCount, element) + '\n';
+  return text + per_axis(fmt::format(kCount, "{1}/@{0}"), external_axes, "Axis", "Ext");
+}
+
 krl::Places places_of(const EkiFilesConfig& c) {
   const auto axes = [&](std::string_view form, std::string_view first = "Axis",
                         std::string_view external = "Ext") {
@@ -258,10 +270,11 @@ krl::Places places_of(const EkiFilesConfig& c) {
       {"LOOK_STATES", text(kLookMs / c.state_ms)},
       {"DEAD_MAN_MS", text(c.dead_man_ms)},
       {"ECHO_STATES", text(std::max(3, kEchoMs / c.state_ms))},
-      {"WAIT_STATES", text(c.cell_wait_s * 1000 / c.state_ms)},
+      {"WAIT_MS", text(c.cell_wait_s * 1000)},
       {"MAY_RUN", c.may_run ? "TRUE" : "FALSE"},
       {"REQUESTS", requests(c)},
       {"RECEIVE_AXES", axes("      <ELEMENT Tag=\"RobotCommand/{1}/@{0}\" Type=\"REAL\"/>")},
+      {"COUNT_ELEMENTS", count_elements(c.external_axes)},
       {"SEND_AXES", axes("      <ELEMENT Tag=\"RobotState/{1}/@{0}\"/>")},
       {"SEND_LATCH", axes("      <ELEMENT Tag=\"RobotState/{1}/@{0}\"/>", "Latch", "LatchExt")},
       {"GET_AXES", axes("    RET=EKI_GetReal(\"CellcalEki\",\"RobotCommand/{1}/@{0}\",AIM.{0})\n"

@@ -79,6 +79,8 @@ std::optional<AxisAngles> PositionRecord::actual_at(TimePoint t, double seconds_
   double least_delay_s = 0.0;  // relative to the newest packet's
   for (std::size_t i = 1; i < size_; ++i) {
     const Sample& sample = newest(i);
+    // A stamp beyond its successor's is damaged, and would shift the map for as long as it is kept.
+    if (since_last_s(sample) > since_last_s(newest(i - 1))) continue;
     least_delay_s =
         std::min(least_delay_s, seconds(sample.t_rx - last.t_rx) - since_last_s(sample));
   }

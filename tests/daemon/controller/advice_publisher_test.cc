@@ -166,7 +166,7 @@ drivers::EkiFilesConfig with_advice() {
 struct Wire {
   Wire() {
     sim::EkiControllerConfig config;
-    config.channel_xml = drivers::eki_files(with_advice()).at("CellcalEki.xml");
+    config.files = drivers::eki_files(with_advice());
     krc = std::make_unique<sim::EkiServer>(
         std::move(config), sim::EkiServerOptions{.address = "127.0.0.1", .port = 0});
     krc->start();

@@ -40,7 +40,7 @@ struct StationWire {
     drivers::EkiFilesConfig files;
     files.write_frames = true;
     sim::EkiControllerConfig config;
-    config.channel_xml = drivers::eki_files(files).at("CellcalEki.xml");
+    config.files = drivers::eki_files(files);
     config.tool_data[2] = kOld;
     return config;
   }

@@ -26,9 +26,9 @@ class an_eki_cell : public ::testing::TestWithParam<drivers::EkiStop> {
         "format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n[mock]\nwire = \"eki\"\n", "d.toml");
     config.eki.stop = GetParam();
     VirtualEkiCellOptions options;
-    options.controller.channel_xml = drivers::eki_files(config.controller).at("CellcalEki.xml");
+    config.controller.contact_is_on = false;
+    options.controller.files = drivers::eki_files(config.controller);
     options.controller.start_rad = config.mock.start_rad;
-    options.controller.contact_is_on = false;
     options.eki = eki_config_for(config, demo);
     cell = std::make_unique<VirtualEkiCell>(demo, options);
     cell->robot().open();

@@ -37,7 +37,9 @@ EkiConfig loopback(std::uint16_t port) {
 
 sim::EkiControllerConfig patient() {
   sim::EkiControllerConfig config = eki_controller();
-  config.dead_man_ms = 5000;
+  EkiFilesConfig files;
+  files.dead_man_ms = 1000;
+  config.files = eki_files(files);
   return config;
 }
 

@@ -18,9 +18,8 @@ sim::EkiControllerConfig eki_controller(const daemon::DaemonConfig& config, cons
   sim::EkiControllerConfig controller;
   controller.start_rad = config.mock.start_rad;
   controller.start_rad.resize(cell.robot.joints.size(), 0.0);
-  controller.dead_man_ms = config.controller.dead_man_ms;
   controller.max_acceleration_rad_s2 = config.motion.acceleration_rad_s2;
-  controller.channel_xml = drivers::eki_files(config.controller).at("CellcalEki.xml");
+  controller.files = drivers::eki_files(config.controller);
   for (const calib::Joint& joint : cell.robot.joints) {
     controller.max_speed_rad_s.push_back(joint.max_speed_rad_s);
   }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "drivers/kuka/wire/rsi_codec.h"
+#include "drivers/kuka/krl/krl_files.h"
 #include "drivers/units.h"
 
 namespace cellcal::sim {
@@ -128,18 +129,22 @@ TEST_F(Krc, CorrectionsEndAtTheFenceThatTheProgramSetsFromWhereTheArmStands) {
   config.clamp_deg = 20.0;
   config.start_rad.assign(6, 0.0);
   config.start_rad[0] = 100.0 * drivers::kRadPerDeg;
-  config.fence_min_rad.assign(6, -110.0 * drivers::kRadPerDeg);
-  config.fence_max_rad.assign(6, 110.0 * drivers::kRadPerDeg);
+  drivers::RsiFilesConfig files;
+  files.pc_address = "10.0.0.5";
+  files.correction_limit_deg = config.clamp_deg;
+  files.ranges_deg.assign(6, {-110.0, 110.0});
+  config.program = drivers::rsi_files(files).at("cellcal_rsi.src");
   make(config);
   cycles(100, 30.0);
-  EXPECT_NEAR(krc->correction_deg()[0], 10.1, 1e-9) << "110 deg and 0.1 for the measured angle";
+  EXPECT_NEAR(krc->correction_deg()[0], 10.1, 1e-5) << "110 deg and 0.1 for the measured angle";
   make(config);
   cycles(100, -30.0);
   EXPECT_EQ(krc->correction_deg()[0], -20.0);
   config.start_rad[0] = 112.0 * drivers::kRadPerDeg;
   make(config);
   EXPECT_EQ(krc->phase(), RsiPhase::kFaulted);
-  EXPECT_EQ(krc->message(), "HALT: A1 stands beyond its range");
+  EXPECT_TRUE(krc->message().starts_with("cellcal_rsi.src:") && krc->message().ends_with(": HALT"))
+      << krc->message();
 }
 
 TEST_F(Krc, MonitorStopsAndNamesItself) {

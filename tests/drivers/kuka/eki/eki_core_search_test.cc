@@ -64,6 +64,8 @@ TEST(EkiSearch, GoesOnWhereTheControllersTimerBeginsAnew) {
   for (const auto before_search : {500ms, 1500ms, 2500ms}) {  // before, at and after the contact
     EkiRig rig(eki_controller(), by_flag());
     const TimePoint anew{std::chrono::milliseconds(std::int64_t{1} << 31)};
+    rig.now = TimePoint{};
+    rig.cycle();  // $TIMER begins
     rig.now = anew - 5s;
     prepare(rig);
     rig.wired_to_input = false;

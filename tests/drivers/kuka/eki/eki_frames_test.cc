@@ -22,11 +22,12 @@ using namespace std::chrono_literals;
 constexpr EkiFrameValues kOld{59.9, 50.5, 410.3, 38.84, 3.59, 0.0};
 constexpr EkiFrameValues kNew{60.1234, 50.2, 410.4, 38.84, 3.59001, -0.0005};
 
-sim::EkiControllerConfig with_frames(bool write_frames = true) {
+sim::EkiControllerConfig with_frames(bool write_frames = true, bool write_advice = true) {
   EkiFilesConfig files;
   files.write_frames = write_frames;
+  files.write_advice = write_advice;
   sim::EkiControllerConfig config;
-  config.channel_xml = eki_files(files).at("CellcalEki.xml");
+  config.files = eki_files(files);
   config.tool_data[2] = kOld;
   return config;
 }
@@ -133,16 +134,12 @@ TEST(EkiFrames, AnAdviceThatIsNoneIsRefusedByTheController) {
 }
 
 TEST(EkiFrames, AControllerWhoseFilesDoNotHoldTheAdviceRefusesIt) {
-  sim::EkiControllerConfig config = with_frames();
-  config.supports_advice = false;
-  Rig rig(set_advice(4), std::move(config));
+  Rig rig(set_advice(4), with_frames(true, false));
   EXPECT_EQ(rig.run().refusal, EkiFrameDone::kNoSuchNumber);
 }
 
 TEST(EkiFrames, AControllerWhoseFilesHoldTheAdviceAloneSetsNoFrame) {
-  sim::EkiControllerConfig config = with_frames();
-  config.supports_frames = false;
-  Rig rig(set_tool(), std::move(config));
+  Rig rig(set_tool(), with_frames(false, true));
   EXPECT_EQ(rig.run().refusal, EkiFrameDone::kNoSuchNumber);
   EXPECT_EQ(rig.krc.frames_set(), 0U);
 }
@@ -248,7 +245,7 @@ TEST(EkiFrames, AnArmThatIsJoggedBehindTheTelegramIsRefusedByTheController) {
 }
 
 TEST(EkiFrames, AControllerWithoutFramesIsAskedNothing) {
-  Rig rig(set_tool(), with_frames(false));
+  Rig rig(set_tool(), with_frames(false, false));
   const EkiFrameResult result = rig.run();
   EXPECT_EQ(result.end, EkiFrameEnd::kNotSent);
   EXPECT_EQ(result.trouble, EkiFrameTrouble::kTooOld);

@@ -20,7 +20,7 @@ const std::vector<double> kJogged{10 * kRadPerDeg, -80 * kRadPerDeg, 95 * kRadPe
 
 sim::EkiControllerConfig usual() {
   sim::EkiControllerConfig config;
-  config.channel_xml = eki_files(EkiFilesConfig()).at("CellcalEki.xml");
+  config.files = eki_files(EkiFilesConfig());
   return config;
 }
 

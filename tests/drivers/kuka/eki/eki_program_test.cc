@@ -7,7 +7,9 @@ namespace {
 
 sim::EkiControllerConfig permitting(bool may_run) {
   sim::EkiControllerConfig config = eki_controller();
-  config.may_run = may_run;
+  EkiFilesConfig files;
+  files.may_run = may_run;
+  config.files = eki_files(files);
   return config;
 }
 EkiConfig asking(bool asks) {
@@ -134,7 +136,9 @@ TEST(CellcalEki, BrakesAndReturnsToCellWhereTheConnectionIsLostInMidMove) {
 
 TEST(CellcalEki, ReturnsToCellWhereNoSessionComes) {
   sim::EkiControllerConfig config = eki_controller();
-  config.cell_wait_s = 10;
+  EkiFilesConfig files;
+  files.cell_wait_s = 10;
+  config.files = eki_files(files);
   UnderCell rig(config);
   rig.run(9s);
   EXPECT_TRUE(rig.krc.program_runs());
@@ -152,7 +156,13 @@ TEST(CellcalEki, StaysWhereAPersonHasStartedIt) {
 }
 
 TEST(ControllerRequests, IsToldWithWhatToDo) {
-  EkiRig rig;
+  sim::EkiControllerConfig config = eki_controller();
+  EkiFilesConfig files;
+  files.brake_test_output = 101;
+  files.mastering_test_output = 102;
+  files.collision_output = 103;
+  config.files = eki_files(files);
+  EkiRig rig(config);
   rig.make_ready();
   EXPECT_EQ(rig.core.state().request, ControllerRequest::kNone);
   EXPECT_EQ(rig.words(), "");

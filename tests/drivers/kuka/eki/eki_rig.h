@@ -28,7 +28,7 @@ inline EkiConfig eki_config() {
 
 inline sim::EkiControllerConfig eki_controller() {
   sim::EkiControllerConfig config;
-  config.channel_xml = eki_files({}).at("CellcalEki.xml");
+  config.files = eki_files({});
   config.max_speed_rad_s.assign(6, 200 * kEkiDeg);
   config.input_delay_s = config.input_sample_s = 0.0;
   return config;
@@ -41,6 +41,8 @@ class EkiRig : public VirtualRig<EkiRig> {
       : krc(std::move(controller)), core(std::move(config), with_guard ? &guard : nullptr) {
     krc.start_program();
   }
+
+  ~EkiRig() { EXPECT_EQ(krc.fault(), ""); }
 
   /// One interpolation cycle: the controller ticks, bytes travel both ways, the adapter ticks.
   void cycle() {

@@ -1,6 +1,6 @@
 #pragma once
-// Static checks of a KRL file without a controller: line ends, characters, names, nesting,
-// declarations first, a value for every local (krl_assignment.h). Not a compiler.
+// Static checks of a KRL file beside the interpreter's (sim/krl): line ends, characters, folds, HALT, a value for every
+// local on every path (krl_assignment.h).
 
 #include <string>
 #include <string_view>

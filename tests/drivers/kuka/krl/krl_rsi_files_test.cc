@@ -7,6 +7,7 @@
 
 #include "drivers/error.h"
 #include "drivers/kuka/krl/krl_files.h"
+#include "sim/krc/rsi_program.h"
 #include "tests/drivers/kuka/krl/krl_checker.h"
 
 namespace cellcal::drivers {
@@ -33,6 +34,7 @@ TEST(RsiFiles, AreSoundKrlAndXml) {
       EXPECT_EQ(text.substr(text.size() - 2), "\r\n");
       EXPECT_FALSE(std::regex_search(text, std::regex("@[A-Z0-9_]+@"))) << name;
       if (name.ends_with(".src")) {
+        EXPECT_NO_THROW(sim::RsiProgram{text}) << name;
         for (const std::string& complaint : check_krl(text)) ADD_FAILURE() << name << complaint;
       } else {
         pugi::xml_document document;
@@ -126,6 +128,7 @@ TEST(RsiFiles, FenceEachAxisByItsSwitchesAndItsRangeFromWhereTheArmStands) {
                                        object + "\",\"" + parameter + "\",LIMIT)");
     }
     EXPECT_EQ(line_of(body(source, "DEFFCT REAL CC_LOW"), "LIMIT=-45.5"), 5U);
+    EXPECT_NO_THROW(sim::RsiProgram{source});
     for (const std::string& complaint : check_krl(source)) ADD_FAILURE() << complaint;
   }
   RsiFilesConfig space = some_pc(4);

@@ -145,6 +145,18 @@ TEST(PositionRecord, PacketsThatCameLateDoNotShiftTheMap) {
   }
 }
 
+TEST(PositionRecord, AStampBeyondItsSuccessorDoesNotShiftTheMap) {
+  PositionRecord record;
+  for (int n = 0; n < 20; ++n) {
+    const std::uint32_t damage = n == 5 ? 70 : 0;
+    record.push(at_ms(4.0 * n), 100 + 4 * static_cast<std::uint32_t>(n) + damage, {1.0 * n, 0.0},
+                {0.0, 0.0});
+  }
+  const auto angles = record.actual_at(at_ms(60), 0.001);
+  ASSERT_TRUE(angles);
+  EXPECT_NEAR((*angles)[0], 15.0, 1e-9);
+}
+
 TEST(FarthestAxis, IsNamedWithItsDistance) {
   const AxisDistance most = farthest_axis({1.0, 2.0, 3.0}, {1.5, 1.0, 3.2});
   EXPECT_EQ(most.axis, 1);

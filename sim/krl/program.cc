@@ -1,0 +1,279 @@
+#include "sim/krl/program.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "calib/model/error.h"
+#include "sim/krl/compiler.h"
+#include "sim/krl/interpreter.h"
+#include "sim/krl/system.h"
+
+namespace cellcal::sim::krl {
+
+namespace {
+
+std::string module_of(const std::string& file) {
+  std::string stem = file.substr(file.find_last_of("/\\") + 1);
+  stem = stem.substr(0, stem.find_last_of('.'));
+  std::transform(stem.begin(), stem.end(), stem.begin(),
+                 [](char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 32) : c; });
+  return stem;
+}
+
+bool is_data(const std::string& file) {
+  return file.size() > 4 && (file.ends_with(".dat") || file.ends_with(".DAT"));
+}
+
+}  // namespace
+
+/// All modules: declarations first, then what refers to them.
+class Loader {
+ public:
+  explicit Loader(Program& program) : program_(program) {}
+
+  void load(const std::map<std::string, std::string>& files, std::string_view system) {
+    add_numbers();
+    texts_.push_back({"", "$SYSTEM", read("", std::string(kSystem)), true});
+    texts_.push_back({"", "$SYSTEM", read("", std::string(system)), true});
+    for (const auto& [name, text] : files)
+      texts_.push_back({name, module_of(name), read(name, text), is_data(name)});
+    // Types may be of a file that comes later; so may what a .dat declares with them.
+    std::stable_sort(texts_.begin(), texts_.end(),
+                     [](const Lines& a, const Lines& b) { return a.data && !b.data; });
+    for (const Lines& text : texts_)
+      if (text.data) declare_data(text, true);
+    for (const Lines& text : texts_)
+      if (text.data) declare_data(text, false);
+    for (const Lines& text : texts_)
+      if (!text.data) find_routines(text);
+    for (Body& body : bodies_) body.at = body.compiler->declarations(body.at, body.end);
+    for (Body& body : bodies_) body.compiler->body(body.at, body.end);
+  }
+
+  const std::vector<Routine*>& data() const { return data_; }
+
+ private:
+  struct Body {
+    std::unique_ptr<Compiler> compiler;
+    std::size_t at = 0, end = 0;
+  };
+
+  static std::vector<source::Line> read(const std::string& name, const std::string& text) {
+    return source::read_lines({name, text});
+  }
+
+  void add_numbers() {
+    const std::pair<const char*, Type::Kind> kinds[] = {{"INT", Type::Kind::kInt},
+                                                        {"REAL", Type::Kind::kReal},
+                                                        {"BOOL", Type::Kind::kBool},
+                                                        {"CHAR", Type::Kind::kChar}};
+    for (const auto& [name, kind] : kinds) {
+      Type& type = program_.types_.emplace_back();
+      type.name = name;
+      type.kind = kind;
+      type.predefined = true;
+      program_.type_names_[name] = &type;
+    }
+  }
+
+  /// STRUC and ENUM alone, or the rest.
+  void declare_data(const Lines& text, bool types) {
+    const bool system = text.file.empty();
+    if (!system && text.lines.empty()) throw calib::FileError(text.file, ":1: no DEFDAT");
+    bool open = system, is_public = system, ended = false;
+    std::unique_ptr<Compiler> compiler;
+    if (!types) {
+      Routine& values = program_.routines_.emplace_back();
+      values.name = text.module;
+      values.file = text.file;
+      values.data = true;
+      compiler = std::make_unique<Compiler>(program_, text, values);
+      data_.push_back(&values);
+    } else {
+      compiler = std::make_unique<Compiler>(program_, text, scratch_);
+    }
+    for (const source::Line& line : text.lines) {
+      cursor_.begin(text.file, line);
+      if (!open || ended) {
+        if (ended || !cursor_.takes("DEFDAT")) cursor_.fail("outside of DEFDAT and ENDDAT");
+        open = true;
+        cursor_.name();
+        is_public = cursor_.takes("PUBLIC");
+        cursor_.end();
+      } else if (cursor_.sees("ENDDAT")) {
+        ended = true;
+      } else {
+        data_line(text, line, *compiler, is_public, types);
+      }
+    }
+    if (!system && !ended)
+      throw calib::FileError(text.file,
+                             ":" + std::to_string(text.lines.back().number) + ": no ENDDAT");
+    if (!types) compiler->body(0, 0);
+  }
+
+  void data_line(const Lines& text, const source::Line& line, Compiler& compiler, bool is_public,
+                 bool types) {
+    const bool type =
+        std::any_of(line.tokens.begin(), line.tokens.end(),
+                    [](const source::Token& t) { return t.is("STRUC") || t.is("ENUM"); });
+    const bool external = cursor_.sees("EXT") || cursor_.sees("EXTFCT");
+    if (types != type) return;
+    if (external) return declare_external(text);
+    if (compiler.is_declaration(line)) return compiler.declare(line, is_public);
+    compiler.data_line(line);
+  }
+
+  /// Predefined routine without a body. In other files EXT refers to another module.
+  void declare_external(const Lines& text) {
+    if (!text.file.empty()) return;
+    Routine& routine = program_.routines_.emplace_back();
+    if (cursor_.takes("EXTFCT")) {
+      routine.result = type(text);
+    } else {
+      cursor_.expect("EXT");
+    }
+    routine.name = cursor_.take().word;
+    cursor_.expect("(");
+    while (!cursor_.takes(")")) {
+      Parameter& parameter = routine.parameters.emplace_back();
+      parameter.type = type(text);
+      parameter.name = parameter.type->name;
+      cursor_.expect(":");
+      parameter.in = cursor_.takes("IN");
+      if (!parameter.in) cursor_.expect("OUT");
+      cursor_.takes(",");
+    }
+    program_.routine_names_[routine.name] = &routine;
+  }
+
+  const Type* type(const Lines&) {
+    const Type* result = &program_.type(cursor_.take().word);
+    if (!cursor_.takes("[")) return result;
+    cursor_.expect("]");
+    Type& open = program_.types_.emplace_back();
+    open.kind = Type::Kind::kArray;
+    open.name = result->name + "[]";
+    open.parts = {result};
+    open.extents = {0};
+    return &open;
+  }
+
+  void find_routines(const Lines& text) {
+    bool first = true;
+    for (std::size_t at = 0; at < text.lines.size(); first = false) {
+      Routine& routine = program_.routines_.emplace_back();
+      const std::string ends = header(text, text.lines[at], routine);
+      routine.main = first && routine.name == text.module;
+      add(text, routine);
+      std::size_t end = at + 1;
+      while (end < text.lines.size() && !text.lines[end].tokens[0].is(ends)) {
+        cursor_.begin(text.file, text.lines[end]);
+        for (const char* word : {"DEF", "DEFFCT", "END", "ENDFCT"})
+          if (cursor_.sees(word))
+            cursor_.fail(std::string(word) + " where " + ends + " is missing");
+        ++end;
+      }
+      if (end == text.lines.size())
+        throw calib::FileError(text.file, ":" + std::to_string(routine.line) + ": " + routine.name +
+                                              " has no " + ends);
+      cursor_.begin(text.file, text.lines[end]);
+      cursor_.take();
+      cursor_.end();
+      bodies_.push_back({std::make_unique<Compiler>(program_, text, routine), at + 1, end});
+      at = end + 1;
+    }
+  }
+
+  /// Returns the word that ends it.
+  std::string header(const Lines& text, const source::Line& line, Routine& routine) {
+    cursor_.begin(text.file, line);
+    routine.file = text.file;
+    routine.line = line.number;
+    routine.global = cursor_.takes("GLOBAL");
+    const bool function = cursor_.takes("DEFFCT");
+    if (!function) cursor_.expect("DEF");
+    if (function) {
+      const std::string name = cursor_.take().word;
+      const auto found = program_.type_names_.find(name);
+      if (found == program_.type_names_.end()) cursor_.fail(name + ": no such type");
+      routine.result = found->second;
+    }
+    routine.name = cursor_.name();
+    cursor_.expect("(");
+    while (!cursor_.takes(")")) {
+      Parameter& parameter = routine.parameters.emplace_back();
+      parameter.name = cursor_.name();
+      if (cursor_.takes("[")) cursor_.expect("]");
+      if (cursor_.takes(":")) {
+        parameter.in = cursor_.takes("IN");
+        if (!parameter.in) cursor_.expect("OUT");
+      }
+      if (!cursor_.sees(")")) cursor_.expect(",");
+    }
+    cursor_.end();
+    return function ? "ENDFCT" : "END";
+  }
+
+  void add(const Lines& text, Routine& routine) {
+    const bool visible = routine.main || routine.global;
+    Routine*& local = program_.routine_names_[text.module + ":" + routine.name];
+    if (local != nullptr) cursor_.fail(routine.name + "() exists twice");
+    local = &routine;
+    if (visible) program_.routine_names_[routine.name] = &routine;
+  }
+
+  Program& program_;
+  std::vector<Lines> texts_;
+  std::vector<Body> bodies_;
+  std::vector<Routine*> data_;
+  Routine scratch_;
+  Cursor cursor_;
+};
+
+Program::Program(const std::map<std::string, std::string>& files, std::string_view system) {
+  Loader loader(*this);
+  loader.load(files, system);
+  bind_functions(*this);
+  for (const Routine* values : loader.data()) {
+    Interpreter once(*this);
+    once.select(*values);
+    once.run(0.0);
+    if (once.state() != Interpreter::State::kEnded)
+      throw calib::FileError(values->file, once.message().substr(values->file.size()));
+  }
+}
+
+Program::~Program() = default;
+
+void Program::bind(std::string_view name, Native native) {
+  const auto found = routine_names_.find(name);
+  if (found == routine_names_.end() || !found->second->file.empty())
+    throw std::logic_error(std::string(name) + " is no EXT of the controller's own");
+  found->second->native = std::move(native);
+}
+
+Variable& Program::variable(std::string_view name) {
+  const auto found = variable_names_.find(name);
+  if (found == variable_names_.end()) throw std::out_of_range(std::string(name));
+  return *found->second;
+}
+
+bool Program::has(std::string_view name) const {
+  return variable_names_.find(name) != variable_names_.end();
+}
+
+const Routine& Program::routine(std::string_view name) const {
+  const auto found = routine_names_.find(name);
+  if (found == routine_names_.end() || found->second->native || found->second->file.empty())
+    throw std::out_of_range(std::string(name));
+  return *found->second;
+}
+
+const Type& Program::type(std::string_view name) const {
+  const auto found = type_names_.find(name);
+  if (found == type_names_.end()) throw std::out_of_range(std::string(name));
+  return *found->second;
+}
+
+}  // namespace cellcal::sim::krl
