@@ -104,10 +104,10 @@ bool has_bearings(const Calibration& c) {
       c.parameters, [](const ParameterResult& p) { return p.key.kind == ParameterKind::kBearing; });
 }
 
-/// Bearings of A1 to A3 that give by 2 arcsec per 10 N m, 1 sigma.
+/// Bearings of A1 to A3 that give by 6 arcsec per 10 N m, 1 sigma.
 Cell cell_with_bearings() {
   Cell cell = demo_cell();
-  for (std::size_t i : {0, 1, 2}) cell.robot.joints[i].bearing_sigma_rad_per_nm = 1e-6;
+  for (std::size_t i : {0, 1, 2}) cell.robot.joints[i].bearing_sigma_rad_per_nm = 3e-6;
   return cell;
 }
 
