@@ -277,7 +277,7 @@ struct Stated {
 /// Required gain of log evidence. Sizes were found from the same touches, which gains some by chance;
 /// bearings have to be clear of what else the model lacks (iiwa14 at "raised_left" gains 10, and is
 /// worse at unseen places; tests/real-data).
-constexpr double kGainOfFunctions = 2.0, kGainOfBearings = 12.0;
+constexpr double kGainOfFunctions = 4.0, kGainOfBearings = 12.0;
 
 /// (27d). Adopts `richer` if its evidence is greater by more than the required gain.
 bool adopt(std::unique_ptr<Stated> richer, double required_gain, const IdentifyOptions& options,
@@ -330,6 +330,17 @@ void add_functions(const Cell& cell, const std::vector<Touch>& touches,
         kGainOfFunctions, options, levels_beside_functions(likely->level.play > 0.0), likely, e);
 }
 
+/// True if the touches contradict a certified length or a size: a richer arm would absorb it.
+bool contradicts_files(const Problem& problem, const Repeats& repeats, const Estimate& e) {
+  Calibration c;
+  fill_fit(problem, e, repeats, c);
+  const NormalEquations equations = normal_equations_without_lengths(problem, e);
+  return worst_contradicted(leave_one_out_lengths(problem, e, equations, c.chi2,
+                                                  c.degrees_of_freedom)) != nullptr ||
+         worst_contradicted(artefact_biases(problem, e, equations, c.chi2, c.degrees_of_freedom)) !=
+             nullptr;
+}
+
 bool states(const Cell& cell, double Joint::*sigma) {
   return std::ranges::any_of(cell.robot.joints,
                              [sigma](const Joint& joint) { return joint.*sigma > 0.0; });
@@ -349,6 +360,7 @@ std::unique_ptr<Stated> likeliest(const Cell& cell, const std::vector<Touch>& to
   auto played = std::make_unique<Stated>(cell, touches, kFullestLevel);
   if (!options.with_discrepancy && estimate_with_play(likely->problem, played->problem, options, e))
     likely = std::move(played);
+  if (contradicts_files(likely->problem, likely->repeats, e)) return likely;
   if (!states(cell, &Joint::bearing_sigma_rad_per_nm))
     add_bearings(cell, touches, options, likely, e);
   if (!states(cell, &Joint::function_sigma_rad)) add_functions(cell, touches, options, likely, e);

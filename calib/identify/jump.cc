@@ -170,7 +170,6 @@ class JumpSearch {
       if (!found || found->squared_sigmas < kWorthTrying) continue;
       std::optional<Undone> one = without(suspect, *found);
       if (!one) continue;  // too few touches on one side
-      if (!matters(one->jump)) continue;
       if (!is_target && one->jump.log_odds > kConfirmedOdds)
         always = std::max(always, log_odds_of_always(suspect, one->jump));
       if (one->jump.log_odds > best) {
@@ -196,29 +195,13 @@ class JumpSearch {
   /// Jump of a target after a known touch, without penalty for the search.
   std::optional<Jump> move(const std::string& target, std::size_t after_touch) {
     std::optional<Undone> one = split_in_two(target, after_touch);
-    if (!one || !matters(one->jump)) return {};
+    if (!one) return {};
     one->jump.log_odds /= one->chi2;
     test_against_model(*one, 0.0);
     return one->jump;
   }
 
  private:
-  /// True if the jump moves the tip by more than the predicted error; others leave the result
-  /// valid.
-  bool matters(const Jump& jump) const {
-    double lever_m = 1.0;
-    if (jump.what == Jump::What::kJoint) {
-      const auto& joints = cell_.robot.joints;
-      const auto index = std::ranges::find(joints, jump.name, &Joint::name) - joints.begin();
-      lever_m = 0.0;
-      for (const Touch& touch : touches_)
-        lever_m +=
-            stated().problem().arm().nominal_jacobian(touch.joint_rad).col(index).head<3>().norm() /
-            static_cast<double>(touches_.size());
-    }
-    return lever_m * size_of(jump).norm() > calibration_.predicted_near_targets_m;
-  }
-
   /// Limits the log odds by comparison with a model discrepancy, if the arm may have one. `places`:
   /// penalty for the search of the place.
   void test_against_model(Undone& one, double places) {
