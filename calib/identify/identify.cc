@@ -206,7 +206,7 @@ std::vector<Finding> likely_causes(const Cell& cell, const std::vector<Touch>& t
 Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
                      const IdentifyOptions& options, const OtherRobots& other_robots) {
   require_sound(cell, touches);
-  auto stated = identified_or_why_not(cell, touches, options);
+  auto stated = identified_or_why_not(cell, touches, options, true);
   if (const auto* why_not = std::get_if<IdentifyError>(&stated)) {
     Calibration nominal = not_identified(cell, touches, options, why_not->what());
     add(likely_causes(cell, touches, other_robots), nominal.verdict);

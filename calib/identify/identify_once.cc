@@ -350,7 +350,7 @@ bool states(const Cell& cell, double Joint::*sigma) {
 /// nearly all errors of an arm, and the evidence of every simpler level follows from its
 /// linearisation.
 std::unique_ptr<Stated> likeliest(const Cell& cell, const std::vector<Touch>& touches,
-                                  const IdentifyOptions& options, Estimate& e) {
+                                  const IdentifyOptions& options, bool richer, Estimate& e) {
   auto likely = std::make_unique<Stated>(cell, touches, options.level.value_or(ModelLevel{}));
   std::vector<ModelLevel> levels = usual_levels();
   if (options.level)
@@ -360,7 +360,7 @@ std::unique_ptr<Stated> likeliest(const Cell& cell, const std::vector<Touch>& to
   auto played = std::make_unique<Stated>(cell, touches, kFullestLevel);
   if (!options.with_discrepancy && estimate_with_play(likely->problem, played->problem, options, e))
     likely = std::move(played);
-  if (contradicts_files(likely->problem, likely->repeats, e)) return likely;
+  if (!richer || contradicts_files(likely->problem, likely->repeats, e)) return likely;
   if (!states(cell, &Joint::bearing_sigma_rad_per_nm))
     add_bearings(cell, touches, options, likely, e);
   if (!states(cell, &Joint::function_sigma_rad)) add_functions(cell, touches, options, likely, e);
@@ -432,10 +432,10 @@ Calibration not_identified(const Cell& cell, const std::vector<Touch>& touches,
 }
 
 Calibration identify_single_pass(const Cell& cell, const std::vector<Touch>& touches,
-                                 const IdentifyOptions& options) {
+                                 const IdentifyOptions& options, bool richer) {
   require_sound(cell, touches);
   Estimate e;
-  const std::unique_ptr<Stated> likely = likeliest(cell, touches, options, e);
+  const std::unique_ptr<Stated> likely = likeliest(cell, touches, options, richer, e);
   Problem& problem = likely->problem;
   const bool together = options.with_discrepancy && !options.level;
   Calibration calibration;
@@ -469,9 +469,10 @@ Calibration identify_single_pass(const Cell& cell, const std::vector<Touch>& tou
 
 std::variant<Calibration, IdentifyError> identified_or_why_not(const Cell& cell,
                                                                const std::vector<Touch>& touches,
-                                                               const IdentifyOptions& options) {
+                                                               const IdentifyOptions& options,
+                                                               bool richer) {
   try {
-    return identify_single_pass(cell, touches, options);
+    return identify_single_pass(cell, touches, options, richer);
   } catch (const IdentifyError& why_not) {
     return why_not;
   }

@@ -16,13 +16,16 @@ namespace cellcal::calib {
 
 /// Identifies without diagnosis. Throws IdentifyError if there are no usable touches or they lead
 /// to no calibration.
+/// `richer`: also bearings and functions of the joint angles, by evidence. Hypotheses of a diagnosis
+/// are tested without: a richer arm absorbs mistakes.
 Calibration identify_single_pass(const Cell& cell, const std::vector<Touch>& touches,
-                                 const IdentifyOptions& options = {});
+                                 const IdentifyOptions& options = {}, bool richer = false);
 
 /// As identify_single_pass(), but returns the error if there is no calibration.
 std::variant<Calibration, IdentifyError> identified_or_why_not(const Cell& cell,
                                                                const std::vector<Touch>& touches,
-                                                               const IdentifyOptions& options = {});
+                                                               const IdentifyOptions& options = {},
+                                                               bool richer = false);
 
 /// The nominal arm, withheld for the reason `why`. Throws IdentifyError if there is nothing to
 /// identify from.
