@@ -49,8 +49,8 @@ Foreseen foreseen(const Cell& cell, const Calibration& c, bool workspace) {
 
 void shrink_scope(const Cell& cell, const Calibration& c, Verdict& verdict) {
   const Foreseen all = foreseen(cell, c, true), near = foreseen(cell, c, false);
-  if (!verdict.workspace || !(c.nominal_workspace_m > 0.0) || (all.as_required() && all.gains()) ||
-      !near.as_required() || !near.gains())
+  if (cell.required_m || !verdict.workspace || !(c.nominal_workspace_m > 0.0) ||
+      (all.as_required() && all.gains()) || !near.as_required() || !near.gains())
     return;
   verdict.workspace = false;
   verdict.findings.push_back(

@@ -10,7 +10,7 @@
 namespace cellcal::calib {
 
 /// Shrinks the scope to the touched places where the prediction holds there and not over the
-/// workspace, and states it.
+/// workspace, and states it; not where the cell file requires an accuracy.
 void shrink_scope(const Cell& cell, const Calibration& c, Verdict& verdict);
 /// Judges the calibration's prediction over its scope.
 void judge_predicted(const Cell& cell, const Calibration& c, bool workspace,
