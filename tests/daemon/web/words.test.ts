@@ -32,8 +32,8 @@ test("no words are kept that nobody says", () => {
 test("the page has words for every phase and every failure that the daemon has", () => {
   const source = readFileSync(`${realpathSync("src")}/../../session/names.cc`, "utf8");
   const named = (type: string) => {
-    const body = source.split(`const char* to_string(${type} `)[1]?.split("\n}")[0] ?? "";
-    return [...body.matchAll(/return "(.*?)";/g)].map((match) => match[1]).filter((name) => !name?.startsWith("unknown")).sort();
+    const table = source.split(`EnumNames<${type}> `)[1]?.split("}};")[0] ?? "";
+    return [...table.matchAll(/, *"(.*?)"/g)].map((match) => match[1]).sort();
   };
   assert.ok(named("Phase").length > 20);
   assert.deepEqual([...PHASES].sort(), named("Phase"));
@@ -68,8 +68,8 @@ test("the page has a name for everything that the doctor looks at", () => {
 
 test("the guide has every step of the daemon, and a command for each that names the cell", () => {
   const source = readFileSync(`${realpathSync("src")}/../../doctor/steps.cc`, "utf8");
-  const body = source.split("const char* to_string(SetUpStep ")[1]?.split("\n}")[0] ?? "";
-  const named = [...body.matchAll(/return "(.*?)";/g)].map((match) => match[1]).filter((name) => name !== "unknown");
+  const table = source.split("EnumNames<SetUpStep> ")[1]?.split("}};")[0] ?? "";
+  const named = [...table.matchAll(/, *"(.*?)"/g)].map((match) => match[1]);
   assert.deepEqual(named, [...STEPS]);
   for (const step of STEPS) assert.match(command_of(step, "/c/cell.toml"), /^cellcal [a-z-]+ .*\/c\/cell\.toml/);
   assert.equal(command_of("cell", ""), "sudo cellcal new-cell -o /etc/cellcal/cell.toml");
@@ -103,12 +103,12 @@ test("a wish becomes the request that the daemon takes", () => {
 
 test("the page has words for every outcome that a session has, as a sentence and in the history", () => {
   const source = readFileSync(`${realpathSync("src")}/../../result/outcome.cc`, "utf8");
-  const named = [...source.matchAll(/Named\{OutcomeKind::\w+, "(\w+)"\}/g)].map((match) => match[1]);
+  const named = [...source.matchAll(/\{OutcomeKind::\w+, \{"(\w+)"/g)].map((match) => match[1]);
   assert.ok(named.length > 10);
   assert.deepEqual([...OUTCOMES].sort(), named.sort());
   const stated = readFileSync(`${realpathSync("src")}/../../qualification/qualification.cc`, "utf8")
-    .split("const char* to_string(QualificationFinding ")[1]?.split("\n}")[0] ?? "";
-  assert.deepEqual([...NOT_AS_STATED], [...stated.matchAll(/return "(\w[\w-]+)";/g)].map((match) => match[1]));
+    .split("EnumNames<QualificationFinding> ")[1]?.split("}};")[0] ?? "";
+  assert.deepEqual([...NOT_AS_STATED], [...stated.matchAll(/, *"(\w[\w-]+)"/g)].map((match) => match[1]));
   const keys: string[] = [...OUTCOMES.flatMap((one) => [`outcome.${one}`, `history.${one}`]),
     ...CHANGES.map((one) => `outcome.change.${one}`), ...NOT_AS_STATED.map((one) => `outcome.stated.${one}`)];
   assert.deepEqual(keys.filter((key) => !(key in CATALOGUES.en)), []);
