@@ -18,7 +18,7 @@ constexpr double kFunctionReaches[] = {3.0 * kRadPerDeg, 6.0 * kRadPerDeg, 12.0 
 /// Prior size of a joint's function, and of its ripple; each counts as one degree of freedom.
 constexpr double kUsualFunctionRad = 15.0 * kRadPerArcsec,
                  kUsualJointNoiseRad = 3.0 * kRadPerArcsec;
-constexpr double kBeforehand = 1.0;
+constexpr double kPriorFreedom = 1.0;
 /// Maximum number of rows for the sizes.
 constexpr std::size_t kMostRowsOfSizes = 300;
 constexpr Eigen::Index kFewestRows = 3;
@@ -166,10 +166,10 @@ void maximise(const Eigen::MatrixXd& by_unknowns, const Eigen::VectorXd& y, Comp
     c.log_likelihood = -0.5 * y.dot(pull) - 0.5 * factor.log_det();
     double step = 0.0;
     for (std::size_t k = 0; k < c.size.size(); ++k) {
-      const double prior = kBeforehand * c.usual[k] / c.size[k];
-      c.log_likelihood -= 0.5 * (prior + kBeforehand * std::log(c.size[k] / c.usual[k]));
+      const double prior = kPriorFreedom * c.usual[k] / c.size[k];
+      c.log_likelihood -= 0.5 * (prior + kPriorFreedom * std::log(c.size[k] / c.usual[k]));
       const double wanted = c.size[k] * pull.dot(c.covariance[k] * pull) + prior;
-      const double has = c.size[k] * inverse.cwiseProduct(c.covariance[k]).sum() + kBeforehand;
+      const double has = c.size[k] * inverse.cwiseProduct(c.covariance[k]).sum() + kPriorFreedom;
       const double factor_of_size = std::sqrt(wanted / has);
       c.size[k] *= factor_of_size;
       step = std::max(step, std::abs(std::log(factor_of_size)));

@@ -4,78 +4,80 @@
 #include <limits>
 #include <utility>
 
+#include "calib/model/enum_table.h"
 #include "calib/model/units.h"
 #include "calib/result/likely_cause.h"
-#include "calib/result/names.h"
 #include "calib/result/sentences.h"
 
 namespace cellcal::calib {
 
 namespace {
 
-constexpr std::array kKinds = {
-    Named{FindingKind::kTouchScatter, "touch_scatter"},
-    Named{FindingKind::kDuplicateTouches, "duplicate_touches"},
-    Named{FindingKind::kManyOutliers, "many_outliers"},
-    Named{FindingKind::kOutliersOfTarget, "outliers_of_target"},
-    Named{FindingKind::kCheckTouches, "check_touches"},
-    Named{FindingKind::kGrossCheckTouches, "gross_check_touches"},
-    Named{FindingKind::kNoCheckTouches, "no_check_touches"},
-    Named{FindingKind::kUnseenPlace, "unseen_place"},
-    Named{FindingKind::kUnseenNotJudged, "unseen_not_judged"},
-    Named{FindingKind::kTemperature, "temperature"},
-    Named{FindingKind::kModelError, "model_error"},
-    Named{FindingKind::kTooFewTouches, "too_few_touches"},
-    Named{FindingKind::kRank, "rank"},
-    Named{FindingKind::kTooFewDirections, "too_few_directions"},
-    Named{FindingKind::kAllLeftOut, "all_left_out"},
-    Named{FindingKind::kNotTouched, "not_touched"},
-    Named{FindingKind::kCertifiedLength, "certified_length"},
-    Named{FindingKind::kCertifiedTwice, "certified_twice"},
-    Named{FindingKind::kArtefactSize, "artefact_size"},
-    Named{FindingKind::kStatedCentre, "stated_centre"},
-    Named{FindingKind::kExchangedCentres, "exchanged_centres"},
-    Named{FindingKind::kNegativeCompliance, "negative_compliance"},
-    Named{FindingKind::kArmScale, "arm_scale"},
-    Named{FindingKind::kOffNominal, "off_nominal"},
-    Named{FindingKind::kEffectiveRadius, "effective_radius"},
-    Named{FindingKind::kScaleByLengths, "scale_by_lengths"},
-    Named{FindingKind::kScaleByReadings, "scale_by_readings"},
-    Named{FindingKind::kScaleByNothing, "scale_by_nothing"},
-    Named{FindingKind::kScopeOfTouches, "scope_of_touches"},
-    Named{FindingKind::kUncheckedReadings, "unchecked_readings"},
-    Named{FindingKind::kUncheckedTouch, "unchecked_touch"},
-    Named{FindingKind::kUncheckedLengths, "unchecked_lengths"},
-    Named{FindingKind::kUncheckedLength, "unchecked_length"},
-    Named{FindingKind::kRequired, "required"},
-    Named{FindingKind::kNoGain, "no_gain"},
-    Named{FindingKind::kGain, "gain"},
-    Named{FindingKind::kChanged, "changed"},
-    Named{FindingKind::kChangeAccepted, "change_accepted"},
-    Named{FindingKind::kUnchanged, "unchanged"},
-    Named{FindingKind::kNotCompared, "not_compared"},
-    Named{FindingKind::kUpdated, "updated"},
-    Named{FindingKind::kUpdateNotNeeded, "update_not_needed"},
-    Named{FindingKind::kUpdateContradicted, "update_contradicted"},
-    Named{FindingKind::kUpdateNotResolved, "update_not_resolved"},
-    Named{FindingKind::kUpdateNotFound, "update_not_found"},
-    Named{FindingKind::kUpdateTooFew, "update_too_few"},
-    Named{FindingKind::kNotIdentified, "not_identified"},
-    Named{FindingKind::kLikelyCause, "likely_cause"},
-    Named{FindingKind::kMovedTarget, "moved_target"},
-    Named{FindingKind::kJumped, "jumped"},
-    Named{FindingKind::kStillWithModelError, "still_with_model_error"},
-    Named{FindingKind::kReferenceMethod, "reference_method"},
-    Named{FindingKind::kRecorded, "recorded"},
-};
-constexpr std::array kSeverities = {Named{Severity::kWithholds, "withholds"},
-                                    Named{Severity::kWarns, "warns"},
-                                    Named{Severity::kInforms, "informs"}};
-constexpr std::array kSubjects = {
-    Named{Subject::Of::kSession, "session"},     Named{Subject::Of::kTouch, "touch"},
-    Named{Subject::Of::kTarget, "target"},       Named{Subject::Of::kJoint, "joint"},
-    Named{Subject::Of::kTool, "tool"},           Named{Subject::Of::kLength, "length"},
-    Named{Subject::Of::kParameter, "parameter"}, Named{Subject::Of::kRobot, "robot"}};
+constexpr EnumNames<FindingKind> kKinds{
+    {{FindingKind::kTouchScatter, "touch_scatter"},
+     {FindingKind::kDuplicateTouches, "duplicate_touches"},
+     {FindingKind::kManyOutliers, "many_outliers"},
+     {FindingKind::kOutliersOfTarget, "outliers_of_target"},
+     {FindingKind::kCheckTouches, "check_touches"},
+     {FindingKind::kGrossCheckTouches, "gross_check_touches"},
+     {FindingKind::kNoCheckTouches, "no_check_touches"},
+     {FindingKind::kUnseenPlace, "unseen_place"},
+     {FindingKind::kUnseenNotJudged, "unseen_not_judged"},
+     {FindingKind::kTemperature, "temperature"},
+     {FindingKind::kModelError, "model_error"},
+     {FindingKind::kTooFewTouches, "too_few_touches"},
+     {FindingKind::kRank, "rank"},
+     {FindingKind::kTooFewDirections, "too_few_directions"},
+     {FindingKind::kAllLeftOut, "all_left_out"},
+     {FindingKind::kNotTouched, "not_touched"},
+     {FindingKind::kCertifiedLength, "certified_length"},
+     {FindingKind::kCertifiedTwice, "certified_twice"},
+     {FindingKind::kArtefactSize, "artefact_size"},
+     {FindingKind::kStatedCentre, "stated_centre"},
+     {FindingKind::kExchangedCentres, "exchanged_centres"},
+     {FindingKind::kNegativeCompliance, "negative_compliance"},
+     {FindingKind::kArmScale, "arm_scale"},
+     {FindingKind::kOffNominal, "off_nominal"},
+     {FindingKind::kEffectiveRadius, "effective_radius"},
+     {FindingKind::kScaleByLengths, "scale_by_lengths"},
+     {FindingKind::kScaleByReadings, "scale_by_readings"},
+     {FindingKind::kScaleByNothing, "scale_by_nothing"},
+     {FindingKind::kScopeOfTouches, "scope_of_touches"},
+     {FindingKind::kUncheckedReadings, "unchecked_readings"},
+     {FindingKind::kUncheckedTouch, "unchecked_touch"},
+     {FindingKind::kUncheckedLengths, "unchecked_lengths"},
+     {FindingKind::kUncheckedLength, "unchecked_length"},
+     {FindingKind::kRequired, "required"},
+     {FindingKind::kNoGain, "no_gain"},
+     {FindingKind::kGain, "gain"},
+     {FindingKind::kChanged, "changed"},
+     {FindingKind::kChangeAccepted, "change_accepted"},
+     {FindingKind::kUnchanged, "unchanged"},
+     {FindingKind::kNotCompared, "not_compared"},
+     {FindingKind::kUpdated, "updated"},
+     {FindingKind::kUpdateNotNeeded, "update_not_needed"},
+     {FindingKind::kUpdateContradicted, "update_contradicted"},
+     {FindingKind::kUpdateNotResolved, "update_not_resolved"},
+     {FindingKind::kUpdateNotFound, "update_not_found"},
+     {FindingKind::kUpdateTooFew, "update_too_few"},
+     {FindingKind::kNotIdentified, "not_identified"},
+     {FindingKind::kLikelyCause, "likely_cause"},
+     {FindingKind::kMovedTarget, "moved_target"},
+     {FindingKind::kJumped, "jumped"},
+     {FindingKind::kStillWithModelError, "still_with_model_error"},
+     {FindingKind::kReferenceMethod, "reference_method"},
+     {FindingKind::kRecorded, "recorded"}}};
+constexpr EnumNames<Severity> kSeverities{{{Severity::kWithholds, "withholds"},
+                                           {Severity::kWarns, "warns"},
+                                           {Severity::kInforms, "informs"}}};
+constexpr EnumNames<Subject::Of> kSubjects{{{Subject::Of::kSession, "session"},
+                                            {Subject::Of::kTouch, "touch"},
+                                            {Subject::Of::kTarget, "target"},
+                                            {Subject::Of::kJoint, "joint"},
+                                            {Subject::Of::kTool, "tool"},
+                                            {Subject::Of::kLength, "length"},
+                                            {Subject::Of::kParameter, "parameter"},
+                                            {Subject::Of::kRobot, "robot"}}};
 
 Subject about(Subject::Of of, std::string name) {
   Subject subject;
@@ -86,12 +88,12 @@ Subject about(Subject::Of of, std::string name) {
 
 }  // namespace
 
-const char* to_string(FindingKind kind) { return name_of(kKinds, kind); }
-std::optional<FindingKind> finding_kind(const std::string& name) { return named(kKinds, name); }
-const char* to_string(Severity severity) { return name_of(kSeverities, severity); }
-std::optional<Severity> severity(const std::string& name) { return named(kSeverities, name); }
-const char* to_string(Subject::Of of) { return name_of(kSubjects, of); }
-std::optional<Subject::Of> subject_of(const std::string& name) { return named(kSubjects, name); }
+const char* to_string(FindingKind kind) { return kKinds[kind]; }
+std::optional<FindingKind> finding_kind(const std::string& name) { return kKinds.key_of(name); }
+const char* to_string(Severity severity) { return kSeverities[severity]; }
+std::optional<Severity> severity(const std::string& name) { return kSeverities.key_of(name); }
+const char* to_string(Subject::Of of) { return kSubjects[of]; }
+std::optional<Subject::Of> subject_of(const std::string& name) { return kSubjects.key_of(name); }
 
 Subject about_touch(std::size_t index, const Touch& touch) {
   return after(about(Subject::Of::kTouch, touch.target), index, touch);

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/result/names.h"
+#include "calib/model/enum_table.h"
 
 namespace cellcal::calib {
 
@@ -63,15 +63,15 @@ enum class SetAsideKind {
   kTooFar,                ///< farther from nominal than the other arms' spread allows
   kTooNear                ///< nearer than chance allows
 };
-inline constexpr std::array kSetAsideKinds{
-    Named<SetAsideKind>{SetAsideKind::kUnreadable, "unreadable"},
-    Named<SetAsideKind>{SetAsideKind::kWithheld, "withheld"},
-    Named<SetAsideKind>{SetAsideKind::kOtherNominalGeometry, "other_drawing"},
-    Named<SetAsideKind>{SetAsideKind::kInconsistent, "inconsistent"},
-    Named<SetAsideKind>{SetAsideKind::kUninformative, "tells_nothing"},
-    Named<SetAsideKind>{SetAsideKind::kSameArm, "same_arm"},
-    Named<SetAsideKind>{SetAsideKind::kTooFar, "too_far"},
-    Named<SetAsideKind>{SetAsideKind::kTooNear, "too_near"}};
+inline constexpr EnumNames<SetAsideKind> kSetAsideKinds{
+    {{SetAsideKind::kUnreadable, "unreadable"},
+     {SetAsideKind::kWithheld, "withheld"},
+     {SetAsideKind::kOtherNominalGeometry, "other_drawing"},
+     {SetAsideKind::kInconsistent, "inconsistent"},
+     {SetAsideKind::kUninformative, "tells_nothing"},
+     {SetAsideKind::kSameArm, "same_arm"},
+     {SetAsideKind::kTooFar, "too_far"},
+     {SetAsideKind::kTooNear, "too_near"}}};
 
 struct SetAside {
   std::string name;  ///< of the calibration, as given

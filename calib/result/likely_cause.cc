@@ -1,51 +1,48 @@
 #include "calib/result/likely_cause.h"
 
-#include "calib/result/finding.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <string>
 #include <vector>
 
-#include "calib/result/names.h"
+#include "calib/model/enum_table.h"
+#include "calib/result/finding.h"
 #include "calib/result/sentences.h"
 
 namespace cellcal::calib {
 
 namespace {
 
-constexpr std::array kCauses = {
-    Named{LikelyCause::kRadians, "radians"},
-    Named{LikelyCause::kAxisSign, "axis_sign"},
-    Named{LikelyCause::kMastering, "mastering"},
-    Named{LikelyCause::kExchangedColumns, "exchanged_columns"},
-    Named{LikelyCause::kTargetNames, "target_names"},
-    Named{LikelyCause::kScatteredTouches, "scattered_touches"},
-    Named{LikelyCause::kReadingsUnit, "readings_unit"},
-    Named{LikelyCause::kReadingsHandedness, "readings_handedness"},
-    Named{LikelyCause::kMoved, "moved"},
-    Named{LikelyCause::kToolUnit, "tool_unit"},
-    Named{LikelyCause::kToolTip, "tool_tip"},
-    Named{LikelyCause::kDimension, "dimension"},
-    Named{LikelyCause::kOtherRobot, "other_robot"},
-    Named{LikelyCause::kAxisConvention, "axis_convention"},
-    Named{LikelyCause::kGravity, "gravity"},
-    Named{LikelyCause::kAllDiameters, "all_diameters"},
-    Named{LikelyCause::kDiameter, "diameter"},
-    Named{LikelyCause::kArtefactSize, "artefact_size"},
-    Named{LikelyCause::kCertifiedLength, "certified_length"},
-    Named{LikelyCause::kExchangedLengths, "exchanged_lengths"},
-    Named{LikelyCause::kLengthsOfTarget, "lengths_of_target"},
-    Named{LikelyCause::kAllLengths, "all_lengths"},
-    Named{LikelyCause::kStatedCentre, "stated_centre"},
-    Named{LikelyCause::kAllCentres, "all_centres"},
-};
+constexpr EnumNames<LikelyCause> kCauses{{{LikelyCause::kRadians, "radians"},
+                                          {LikelyCause::kAxisSign, "axis_sign"},
+                                          {LikelyCause::kMastering, "mastering"},
+                                          {LikelyCause::kExchangedColumns, "exchanged_columns"},
+                                          {LikelyCause::kTargetNames, "target_names"},
+                                          {LikelyCause::kScatteredTouches, "scattered_touches"},
+                                          {LikelyCause::kReadingsUnit, "readings_unit"},
+                                          {LikelyCause::kReadingsHandedness, "readings_handedness"},
+                                          {LikelyCause::kMoved, "moved"},
+                                          {LikelyCause::kToolUnit, "tool_unit"},
+                                          {LikelyCause::kToolTip, "tool_tip"},
+                                          {LikelyCause::kDimension, "dimension"},
+                                          {LikelyCause::kOtherRobot, "other_robot"},
+                                          {LikelyCause::kAxisConvention, "axis_convention"},
+                                          {LikelyCause::kGravity, "gravity"},
+                                          {LikelyCause::kAllDiameters, "all_diameters"},
+                                          {LikelyCause::kDiameter, "diameter"},
+                                          {LikelyCause::kArtefactSize, "artefact_size"},
+                                          {LikelyCause::kCertifiedLength, "certified_length"},
+                                          {LikelyCause::kExchangedLengths, "exchanged_lengths"},
+                                          {LikelyCause::kLengthsOfTarget, "lengths_of_target"},
+                                          {LikelyCause::kAllLengths, "all_lengths"},
+                                          {LikelyCause::kStatedCentre, "stated_centre"},
+                                          {LikelyCause::kAllCentres, "all_centres"}}};
 
 }  // namespace
 
-const char* to_string(LikelyCause cause) { return name_of(kCauses, cause); }
-std::optional<LikelyCause> likely_cause(const std::string& name) { return named(kCauses, name); }
+const char* to_string(LikelyCause cause) { return kCauses[cause]; }
+std::optional<LikelyCause> likely_cause(const std::string& name) { return kCauses.key_of(name); }
 
 namespace {
 

@@ -6,8 +6,8 @@
 #include <array>
 #include <cmath>
 
+#include "calib/model/enum_table.h"
 #include "calib/model/units.h"
-#include "calib/result/names.h"
 
 namespace cellcal::calib {
 
@@ -17,15 +17,15 @@ constexpr double kCoverage = 2.0;  // U(k=2)
 constexpr std::array kChangeKinds{ChangeKind::kNothing, ChangeKind::kTool,   ChangeKind::kSphere,
                                   ChangeKind::kJoint,   ChangeKind::kGrowth, ChangeKind::kTouch};
 
-constexpr std::array kVerdicts{Named{CheckVerdict::kHolds, "holds"},
-                               Named{CheckVerdict::kDoesNotHold, "does_not_hold"},
-                               Named{CheckVerdict::kUndecided, "undecided"}};
+constexpr EnumNames<CheckVerdict> kVerdicts{{{CheckVerdict::kHolds, "holds"},
+                                             {CheckVerdict::kDoesNotHold, "does_not_hold"},
+                                             {CheckVerdict::kUndecided, "undecided"}}};
 
 }  // namespace
 
-const char* to_string(CheckVerdict verdict) { return name_of(kVerdicts, verdict); }
+const char* to_string(CheckVerdict verdict) { return kVerdicts[verdict]; }
 std::optional<CheckVerdict> check_verdict(const std::string& name) {
-  return named(kVerdicts, name);
+  return kVerdicts.key_of(name);
 }
 
 const char* to_string(ChangeKind kind) {

@@ -239,7 +239,7 @@ void add_robots(CLI::App& app, int& status) {
   auto given = std::make_shared<RobotsCommand>();
   CLI::App* command = app.add_subcommand("robots", "List the robots that a cell file may name");
   command->footer(
-      "Reach: from the axis of A1 to the wrist centre, the arm stretched. Robot files of your own lie beside the\n"
+      "Reach: from the axis of A1 to the wrist centre, the arm stretched. Own robot files are in the folder of the\n"
       "cell file, which names them by path, or in the folder that CELLCAL_ROBOTS names, which is searched before "
       "the\nshipped ones. The places are printed behind the list.\nExample: cellcal robots");
   command->add_flag("--json", given->json, "Print JSON");

@@ -121,9 +121,7 @@ long next_version(const fs::path& after, const std::string& nominal_geometry) {
   return earlier.version + 1;
 }
 
-std::string name_of(calib::SetAsideKind kind) {
-  return calib::name_of(calib::kSetAsideKinds, kind);
-}
+std::string name_of(calib::SetAsideKind kind) { return calib::kSetAsideKinds[kind]; }
 
 ordered_json as_json(const std::vector<calib::SetAside>& all) {
   ordered_json list = ordered_json::array();

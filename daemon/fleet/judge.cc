@@ -173,7 +173,7 @@ struct Reading::Impl {
 
   template <class... Args>
   pqxx::result ask(const std::string& sql, const Args&... args) {
-    // A connection that broke while nobody asked is made anew, once.
+    // A connection lost between queries is opened again, once.
     const bool fresh = connection == nullptr;
     try {
       return ask_once(sql, args...);

@@ -96,7 +96,7 @@ int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
     if (options.max_acceleration_deg_s2 > 0.0)
       controller.max_acceleration_rad_s2.push_back(options.max_acceleration_deg_s2 * kRadPerDeg);
   }
-  // The program that belongs to the context lies beside it.
+  // The context's program is in the same folder.
   const std::filesystem::path program =
       std::filesystem::path(options.rsi_context).replace_filename("cellcal_rsi.src");
   if (!options.rsi_context.empty() && std::filesystem::exists(program))
@@ -200,7 +200,7 @@ int run_eki(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   if (options.eki_xml.size() > 1 || !sim::is_cellcal_channel(sim::EkiChannelConfig::parse(xml)))
     return run_eki_stream(options, cell);
   sim::EkiControllerConfig controller;
-  // The KRL that belongs to the channel lies beside it.
+  // The channel's KRL is in the same folder.
   const std::filesystem::path channel = options.eki_xml.front();
   controller.files[channel.filename().string()] = xml;
   for (const char* name :

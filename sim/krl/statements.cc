@@ -12,7 +12,7 @@ namespace {
 
 using Kind = Type::Kind;
 
-/// Statements that are not implemented.
+/// Statements refused by name at load: motions and inputs that the shipped files do not use.
 constexpr std::string_view kNotExecuted[] = {
     "ANIN",  "ANOUT",  "CIRC", "CIRC_REL", "ENDSPLINE", "IMPORT", "ON_ERROR_PROCEED", "PTP_SPLINE",
     "SCIRC", "SIGNAL", "SLIN", "SPL",      "SPLINE",    "SPTP",   "TRIGGER"};

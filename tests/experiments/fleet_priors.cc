@@ -261,9 +261,9 @@ void run_fresh(const Given& given, experiments::Trial trial, Columns& columns) {
 
 void print_set_aside(const char* of, const calib::Learned& learned) {
   fmt::print("{}: {} arms behind the priors", of, learned.priors.arms);
-  for (const auto& kind : calib::kSetAsideKinds)
-    if (const auto n = std::ranges::count(learned.set_aside, kind.value, &calib::SetAside::kind))
-      fmt::print("; {} {}", n, kind.name);
+  for (const calib::SetAsideKind kind : all_values<calib::SetAsideKind>())
+    if (const auto n = std::ranges::count(learned.set_aside, kind, &calib::SetAside::kind))
+      fmt::print("; {} {}", n, calib::kSetAsideKinds[kind]);
   fmt::print("\n");
 }
 

@@ -26,8 +26,8 @@ class PlantReporter final : public Reporter {
     bool touches = false;
     std::int64_t most_bytes = 0;
     CellName name{};  ///< under which facts are written from now on
-    std::vector<std::string>
-        former{};  ///< "plant/cell": what was written under these is told under that name, too
+    /// "plant/cell": earlier names, whose facts are sent under the present one.
+    std::vector<std::string> former{};
     std::function<void()> waits;
   };
   explicit PlantReporter(Parts parts) : parts_(std::move(parts)) {}
