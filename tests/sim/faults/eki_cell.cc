@@ -12,6 +12,8 @@ namespace {
 constexpr std::chrono::microseconds kSwitch{150};
 // Between two connection attempts, as in the adapter's shell.
 constexpr std::chrono::milliseconds kRetry{500};
+// $OUT of $BRAKETEST_REQ_INT where CELL.SRC selects the programs.
+constexpr int kBrakeTestOutput = 101;
 
 sim::EkiControllerConfig eki_controller(const daemon::DaemonConfig& config, const calib::Cell& cell,
                                         const CellOptions& options) {
@@ -19,7 +21,9 @@ sim::EkiControllerConfig eki_controller(const daemon::DaemonConfig& config, cons
   controller.start_rad = config.mock.start_rad;
   controller.start_rad.resize(cell.robot.joints.size(), 0.0);
   controller.max_acceleration_rad_s2 = config.motion.acceleration_rad_s2;
-  controller.files = drivers::eki_files(config.controller);
+  drivers::EkiFilesConfig files = config.controller;
+  if (options.cell_src) files.brake_test_output = kBrakeTestOutput;
+  controller.files = drivers::eki_files(files);
   for (const calib::Joint& joint : cell.robot.joints) {
     controller.max_speed_rad_s.push_back(joint.max_speed_rad_s);
   }
