@@ -14,14 +14,6 @@ bool same(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
              kSameToolDeg;
 }
 
-bool is_the_cells_tool(const calib::Calibration& c, const Eigen::Isometry3d& tool) {
-  Eigen::Isometry3d identified = c.cell.tool.tcp;
-  for (int axis = 0; axis < 3; ++axis)
-    identified.translation()[axis] +=
-        calib::correction_of(c, calib::tool_parameter(calib::ParameterKind::kTcp, 0, axis));
-  return same(tool, c.cell.tool.tcp) || same(tool, identified);
-}
-
 calib::Tool stiff(const calib::Calibration& c, const Eigen::Isometry3d& tcp,
                   const std::optional<LoadData>& load) {
   calib::Tool tool = c.cell.tool;
@@ -31,11 +23,6 @@ calib::Tool stiff(const calib::Calibration& c, const Eigen::Isometry3d& tcp,
   tool.mass_kg = load->mass_kg;
   tool.com_m = Eigen::Vector3d(load->com_mm[0], load->com_mm[1], load->com_mm[2]) / calib::kMmPerM;
   return tool;
-}
-
-calib::Calibration real_arm(const calib::Calibration& c, bool cells, const Eigen::Isometry3d& tcp,
-                            const std::optional<LoadData>& load) {
-  return cells ? c : calib::with_tool(c, stiff(c, tcp, load));
 }
 
 /// Tools written out in the text are distinguished by their numbers.
@@ -56,13 +43,26 @@ calib::Tool of_controller(const Eigen::Isometry3d& tcp) {
 
 }  // namespace
 
+bool is_the_cells_tool(const calib::Calibration& c, const Eigen::Isometry3d& tool) {
+  Eigen::Isometry3d identified = c.cell.tool.tcp;
+  for (int axis = 0; axis < 3; ++axis)
+    identified.translation()[axis] +=
+        calib::correction_of(c, calib::tool_parameter(calib::ParameterKind::kTcp, 0, axis));
+  return same(tool, c.cell.tool.tcp) || same(tool, identified);
+}
+
+calib::Calibration real_arm(const calib::Calibration& c, const Eigen::Isometry3d& tool,
+                            const std::optional<LoadData>& load) {
+  return is_the_cells_tool(c, tool) ? c : calib::with_tool(c, stiff(c, tool, load));
+}
+
 ControllerView::ControllerView(const calib::Calibration& calibration, const Eigen::Isometry3d& tool,
                                const std::optional<LoadData>& load)
     : cells_(is_the_cells_tool(calibration, tool)),
       arm_(calibration.cell.robot, of_controller(tool)),
       ways_(std::make_unique<calib::Configurations>(arm_, 0.0)),
-      corrector_(real_arm(calibration, cells_, tool, load)),
-      predictor_(real_arm(calibration, cells_, tool, load)) {}
+      corrector_(real_arm(calibration, tool, load)),
+      predictor_(real_arm(calibration, tool, load)) {}
 
 std::optional<calib::JointVector> ControllerView::joints(const Eigen::Isometry3d& tcp,
                                                          const calib::JointVector& near) const {

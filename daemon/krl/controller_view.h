@@ -21,6 +21,13 @@ namespace cellcal::daemon::krl {
 /// A TOOL_DATA nearer than this to the cell file's tool, stated or identified, is that tool.
 inline constexpr double kSameToolMm = 0.05, kSameToolDeg = 0.02;
 
+/// True for the cell file's tool, as stated or as identified.
+bool is_the_cells_tool(const calib::Calibration& calibration, const Eigen::Isometry3d& tool);
+/// The calibration with that tool: the cell's with its bending and identified tip, any other stiff and as stated with
+/// its own load, if stated, else with that of the cell's tool.
+calib::Calibration real_arm(const calib::Calibration& calibration, const Eigen::Isometry3d& tool,
+                            const std::optional<LoadData>& load);
+
 class ControllerView {
  public:
   /// `tool`: flange to TCP in the controller's data. `load`: from LOAD_DATA, if stated.

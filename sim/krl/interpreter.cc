@@ -87,10 +87,20 @@ void Interpreter::run(double now_s, int budget) {
   }
 }
 
+void Interpreter::count(const Instruction& one, const Routine* routine) {
+  if (one.line != last_line_ || routine != last_routine_) ++executed_.statements;
+  last_line_ = one.line;
+  last_routine_ = routine;
+  if (one.op >= Op::kNegative && one.op < Op::kCompose) ++executed_.operations;
+  if (one.op == Op::kCompose) ++executed_.frames;
+  if (one.op == Op::kNative) ++executed_.calls;
+}
+
 /// False: it waits, or has ended.
 bool Interpreter::step(double now_s) {
   Frame& frame = frames_.back();
   const Instruction& one = frame.routine->code[frame.at++];
+  count(one, frame.routine);
   if (one.op >= Op::kJump) return control(one, frame, now_s);
   if (one.op >= Op::kNegative) {
     operate(one);

@@ -2,6 +2,7 @@
 // Executes the code of a Program, resumable: run() returns where a statement waits. Robot and submit interpreter are two
 // of these over one Program.
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -60,6 +61,14 @@ class Interpreter {
   bool is_in(std::string_view routine) const;
   /// An interrupt's sub-program is executed.
   bool in_interrupt() const;
+  /// What has been executed since the interpreter was made.
+  struct Executed {
+    std::int64_t statements = 0;  ///< lines begun; a line that calls a DEFFCT begins again behind it
+    std::int64_t operations = 0;  ///< of numbers and truths
+    std::int64_t frames = 0;      ///< geometric operators
+    std::int64_t calls = 0;       ///< of the controller's own functions
+  };
+  const Executed& executed() const { return executed_; }
   /// Result of a selected DEFFCT that has ended.
   const Value* result() const {
     return state_ == State::kEnded && !values_.empty() ? &values_.back() : nullptr;
@@ -91,6 +100,7 @@ class Interpreter {
   static constexpr int kNone = 1'000;
 
   bool step(double now_s);
+  void count(const Instruction& one, const Routine* routine);
   bool control(const Instruction& one, Frame& frame, double now_s);
   void access(const Instruction& one, Frame& frame);
   void operate(const Instruction& one);
@@ -120,6 +130,9 @@ class Interpreter {
   std::vector<Reference> references_;
   std::vector<Interrupt> interrupts_;
   State state_ = State::kFree;
+  Executed executed_;
+  const Routine* last_routine_ = nullptr;
+  std::int32_t last_line_ = 0;
   std::string message_;
 };
 

@@ -1,0 +1,500 @@
+#include "daemon/krl/fix_module.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "calib/model/error.h"
+#include "calib/model/inverse.h"
+#include "calib/model/linear.h"
+#include "daemon/krl/controller_view.h"
+#include "daemon/krl/fix_template.h"
+
+namespace cellcal::daemon::krl {
+
+namespace {
+
+using calib::ArmModel;
+using calib::ArmParameter;
+using calib::FrameMmDeg;
+using calib::kDegPerRad;
+using calib::kMmPerM;
+using calib::ParameterKind;
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+constexpr std::size_t kJoints = 6, kMostTools = 64;
+/// Scale of directions in the module: points 1 m along them.
+constexpr double kAlongMm = 1000.0;
+constexpr double kTiltDeg = kDegPerRad / kAlongMm;
+/// Orders per turn that the table holds; faster waves are computed one by one.
+constexpr int kHighestInTable = calib::kHighestOrder;
+
+/// A REAL's digits.
+std::string real(double value) {
+  if (!(std::abs(value) < 1e30)) throw calib::FileError("a number of the calibration is no REAL");
+  std::string text = fmt::format("{:.9g}", value);
+  const auto exponent = text.find('e');
+  const std::string digits = text.substr(0, exponent);
+  const std::string point = digits.find('.') == std::string::npos ? ".0" : "";
+  return digits + point + (exponent == std::string::npos ? "" : "E" + text.substr(exponent + 1));
+}
+
+std::string frame(const FrameMmDeg& f) {
+  return fmt::format("{{X {},Y {},Z {},A {},B {},C {}}}", real(f.xyz_mm[0]), real(f.xyz_mm[1]),
+                     real(f.xyz_mm[2]), real(f.abc_deg[0]), real(f.abc_deg[1]), real(f.abc_deg[2]));
+}
+std::string frame(const Isometry3d& f) { return frame(calib::to_frame(f)); }
+std::string frame(const Vector3d& mm) {
+  return frame(FrameMmDeg{{mm.x(), mm.y(), mm.z()}, {0.0, 0.0, 0.0}});
+}
+
+/// Lines of a .dat.
+class Lines {
+ public:
+  void comment(const std::string& words) { text_ += ";" + words + "\r\n"; }
+  void line(const std::string& text) { text_ += text + "\r\n"; }
+  void value(const std::string& type, const std::string& name, const std::string& value) {
+    line(fmt::format("DECL {} {}={}", type, name, value));
+  }
+  void blank(const std::string& type, const std::string& names) {
+    line(fmt::format("DECL {} {}", type, names));
+  }
+  /// An array, of one element where there is none.
+  void array(const std::string& type, const std::string& name,
+             const std::vector<std::string>& values, const std::string& none) {
+    blank(type, fmt::format("{}[{}]", name, std::max<std::size_t>(1, values.size())));
+    for (std::size_t i = 0; i < values.size(); ++i)
+      line(fmt::format("{}[{}]={}", name, i + 1, values[i]));
+    if (values.empty()) line(fmt::format("{}[1]={}", name, none));
+  }
+  template <typename All, typename One>
+  void reals(const std::string& name, const All& all, const One& one) {
+    std::vector<std::string> values;
+    for (const auto& each : all) values.push_back(real(one(each)));
+    array("REAL", name, values, "0.0");
+  }
+  const std::string& text() const { return text_; }
+
+ private:
+  std::string text_;
+};
+
+/// The calibrated arm as the module computes with it.
+struct Wave {
+  int joint = 0;
+  double per_turn = 0.0, cosine_rad = 0.0, sine_rad = 0.0;
+};
+struct Joints {
+  struct One {
+    Isometry3d nominal, real;  ///< behind the turn about the axis
+    double sign = 1.0, offset_rad = 0.0, theta_rad = 0.0, mass_kg = 0.0;
+    Vector3d com_m = Vector3d::Zero();
+    double compliance = 0.0, play_rad = 0.0, tilt_x = 0.0, tilt_y = 0.0;
+  };
+  std::array<One, kJoints> joint;
+  std::map<std::pair<int, int>, Vector3d> loads;  ///< by joint and link
+  std::map<std::pair<int, double>, Wave> waves;   ///< by joint and periods per turn of the axis
+};
+
+Isometry3d behind(double d, double a, double alpha, double beta) {
+  Isometry3d result = Isometry3d::Identity();
+  result.translate(Vector3d(a, 0.0, d));
+  result.rotate(Eigen::AngleAxisd(alpha, Vector3d::UnitX()));
+  result.rotate(Eigen::AngleAxisd(beta, Vector3d::UnitY()));
+  return result;
+}
+
+void add_wave(const ArmModel& arm, const ArmParameter& p, double x, Joints& joints) {
+  const bool of_gear = p.kind == ParameterKind::kCosine || p.kind == ParameterKind::kSine;
+  const auto at = static_cast<std::size_t>(p.joint);
+  const double per_turn = p.harmonic * (of_gear ? arm.robot().joints[at].gear_ratio : 1.0);
+  Wave& wave = joints.waves[{p.joint, per_turn}];
+  wave.joint = p.joint;
+  wave.per_turn = per_turn;
+  const bool cosine = p.kind == ParameterKind::kCosine || p.kind == ParameterKind::kFunctionCosine;
+  (cosine ? wave.cosine_rad : wave.sine_rad) += x;
+}
+
+/// Errors that depend on the posture.
+void add_by_posture(const ArmModel& arm, const ArmParameter& p, double x, Joints& joints) {
+  if (p.joint < 0) return;
+  Joints::One& one = joints.joint[static_cast<std::size_t>(p.joint)];
+  switch (p.kind) {
+    case ParameterKind::kCompliance:
+      one.compliance = x;
+      break;
+    case ParameterKind::kPlay:
+      one.play_rad = x;
+      break;
+    case ParameterKind::kLoad:
+      joints.loads.try_emplace({p.joint, p.link}, Vector3d::Zero()).first->second[p.axis] += x;
+      break;
+    case ParameterKind::kBearing:
+      (p.axis == 0 ? one.tilt_x : one.tilt_y) = x;
+      break;
+    case ParameterKind::kCosine:
+    case ParameterKind::kSine:
+    case ParameterKind::kFunctionCosine:
+    case ParameterKind::kFunctionSine:
+      add_wave(arm, p, x, joints);
+      break;
+    default:  // geometry and tool: errors()
+      break;
+  }
+}
+
+Joints joints_of(const ArmModel& arm, const Eigen::VectorXd& x) {
+  const calib::ArmErrors errors = arm.errors(x.data());
+  Joints joints;
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    const calib::Joint& joint = arm.robot().joints[i];
+    const calib::ArmErrors::OfJoint& its = errors.joint[i];
+    Joints::One& one = joints.joint[i];
+    one.nominal = behind(joint.d_m, joint.a_m, joint.alpha_rad, joint.beta_rad);
+    one.real = behind(its.d_m, its.a_m, std::atan2(its.sin_alpha, its.cos_alpha),
+                      std::atan2(its.sin_beta, its.cos_beta));
+    one.sign = joint.sign;
+    one.offset_rad = joint.offset_rad;
+    one.theta_rad = its.theta_rad;
+    one.mass_kg = joint.mass_kg;
+    one.com_m = joint.com_m;
+  }
+  for (int p = 0; p < arm.size(); ++p)
+    if (x[p] != 0.0) add_by_posture(arm, arm.parameters()[static_cast<std::size_t>(p)], x[p], joints);
+  return joints;
+}
+
+/// One tool's part of the arm.
+FixTool tool_of(const calib::Calibration& calibration, const FrameMmDeg& stated,
+                const std::optional<LoadData>& load, double& most_m, double& most_rad) {
+  const Isometry3d tcp = calib::to_isometry(stated);
+  const calib::Calibration c = real_arm(calibration, tcp, load);
+  const ArmModel arm(at_level(c.cell, c.level));
+  const Eigen::VectorXd x = arm_values(arm, c);
+  const calib::ArmErrors errors = arm.errors(x.data());
+  FixTool tool;
+  tool.stated = stated;
+  tool.cells = is_the_cells_tool(calibration, tcp);
+  tool.tip = arm.tool().tcp;
+  tool.tip.translation() = errors.tool[0].tcp_m;
+  tool.bend_m_per_accel = errors.tool[0].bend_m_per_accel;
+  tool.turn_rad_per_accel = errors.tool[0].turn_rad_per_accel;
+  for (int k = 0; k < arm.tool_count(); ++k) {
+    tool.mass_kg += arm.tool(k).mass_kg;
+    tool.com_m += arm.tool(k).mass_kg * arm.tool(k).com_m;
+  }
+  if (tool.mass_kg > 0.0) tool.com_m /= tool.mass_kg;
+  for (const calib::Joint& joint : arm.robot().joints)
+    tool.play_closes_nm.push_back(joint.play_closes_nm);
+  calib::Random random(1);
+  constexpr int kPostures = 2000;
+  for (int k = 0; k < kPostures; ++k) {
+    calib::JointVector q;
+    for (const calib::Joint& joint : arm.robot().joints)
+      q.push_back(random.uniform(joint.min_rad, joint.max_rad));
+    Isometry3d nominal = arm.nominal_tcp(q);
+    if (tool.cells) nominal = nominal * arm.tool().tcp.inverse() * tcp;
+    const Isometry3d off = nominal.inverse() * arm.shape(arm.prepare(q), x.data()).tcp;
+    most_m = std::max(most_m, off.translation().norm());
+    most_rad = std::max(most_rad, calib::turn_vector(off.linear()).norm());
+  }
+  return tool;
+}
+
+bool same_tool(const FrameMmDeg& a, const FrameMmDeg& b) {
+  const Isometry3d off = calib::to_isometry(a).inverse() * calib::to_isometry(b);
+  return off.translation().norm() * kMmPerM < kSameToolMm &&
+         calib::turn_vector(off.linear()).norm() * kDegPerRad < kSameToolDeg;
+}
+
+/// The cell's tool as stated and as identified, the bare flange, and the controller's.
+std::vector<FixTool> tools_of(const calib::Calibration& c, const Data& data, double& most_m,
+                              double& most_rad) {
+  std::vector<FixTool> all;
+  const auto add = [&](const FrameMmDeg& stated, const std::optional<LoadData>& load) {
+    if (std::ranges::any_of(all, [&](const FixTool& t) { return same_tool(t.stated, stated); }))
+      return;
+    if (all.size() == kMostTools)
+      throw calib::FileError("more than 64 tools. Give a $config.dat with the tools in use");
+    all.push_back(tool_of(c, stated, load, most_m, most_rad));
+  };
+  add(calib::to_frame(c.cell.tool.tcp), {});
+  Isometry3d identified = c.cell.tool.tcp;
+  for (int axis = 0; axis < 3; ++axis)
+    identified.translation()[axis] +=
+        correction_of(c, calib::tool_parameter(ParameterKind::kTcp, 0, axis));
+  add(calib::to_frame(identified), {});
+  add({}, {});
+  for (const auto& [number, stated] : data.tools) {
+    const auto load = data.loads.find(number);
+    const bool known = load != data.loads.end() && load->second.mass_kg >= 0.0;
+    add(stated, known ? std::optional(load->second) : std::nullopt);
+  }
+  return all;
+}
+
+bool in_table(const Wave& wave) {
+  return wave.per_turn == std::round(wave.per_turn) && wave.per_turn <= kHighestInTable;
+}
+
+/// Sum of a joint's slow waves, and of their second derivatives.
+std::pair<double, double> slow_waves(const Joints& joints, int joint, double angle_rad) {
+  double sum = 0.0, bent = 0.0;
+  for (const auto& [key, wave] : joints.waves) {
+    if (wave.joint != joint || !in_table(wave)) continue;
+    const double phase = wave.per_turn * angle_rad;
+    const double one = wave.cosine_rad * std::cos(phase) + wave.sine_rad * std::sin(phase);
+    sum += one;
+    bent -= wave.per_turn * wave.per_turn * one;
+  }
+  return {sum, bent};
+}
+
+double reach_m(const calib::Robot& robot, const calib::Tool& tool) {
+  double sum = tool.tcp.translation().norm();
+  for (const calib::Joint& joint : robot.joints) sum += std::hypot(joint.a_m, joint.d_m);
+  return sum;
+}
+
+struct Table {
+  int steps = 0;  ///< per turn; 0: no joint has slow waves
+  double off_m = 0.0;
+};
+
+/// As few steps as keep straight lines within 2 um at the arm's reach, at most 720.
+Table table_of(const Joints& joints, double reach) {
+  if (std::ranges::none_of(joints.waves, [](const auto& one) { return in_table(one.second); }))
+    return {};
+  double bent = 0.0;
+  for (int i = 0; i < static_cast<int>(kJoints); ++i) {
+    double most = 0.0;
+    constexpr int kLooks = 1440;
+    for (int k = 0; k < kLooks; ++k)
+      most = std::max(most, std::abs(slow_waves(joints, i, k * calib::kRadPerTurn / kLooks).second));
+    bent += most;
+  }
+  constexpr double kOffM = 2e-6;
+  constexpr std::array<int, 4> kSteps = {90, 180, 360, 720};
+  Table table;
+  for (const int steps : kSteps) {
+    const double step = calib::kRadPerTurn / steps;
+    table = {steps, reach * bent * step * step / 8.0};
+    if (table.off_m <= kOffM) break;
+  }
+  return table;
+}
+
+/// Every message, in the order of CCF_STOP.
+constexpr std::array<const char*, 10> kMessages = {
+    "cellcal_fix.src and .dat are of two calibrations. Copy both again",
+    "this robot has another serial number than the calibrated one",
+    "no correction for the active tool. Correct again with this $config.dat",
+    "tool fixed in the cell (IPO_MODE #TCP): not corrected",
+    "point not reached when corrected, or near a singularity. Move the point",
+    "controller computes another place: machine data, ROBROOT, moving base",
+    "correction larger than any of this calibration. Do not go on",
+    "posture changes (S). Go there by PTP, or touch up S and T",
+    "posture unknown. Begin with a PTP to a point with S and T",
+    "relative motion turns in the base: use #TOOL or a point"};
+
+void write_messages(Lines& out) {
+  std::vector<std::string> all;
+  for (std::size_t i = 0; i < kMessages.size(); ++i)
+    all.push_back(fmt::format("{{MODUL[] \"CELLCAL_FIX\",NR {},MSG_TXT[] \"{}\"}}", i + 1,
+                              kMessages[i]));
+  out.array("KRLMSG_T", "CCF_MSG", all, "");
+  out.array("KRLMSGPAR_T", "CCF_PAR", std::vector<std::string>(3, "{PAR_TYPE #EMPTY}"), "");
+  out.value("KRLMSGOPT_T", "CCF_OPT",
+            "{VL_STOP TRUE,CLEAR_P_RESET TRUE,CLEAR_P_SAW FALSE,LOG_TO_DB TRUE}");
+}
+
+void write_joints(const calib::Robot& robot, const Joints& joints, Lines& out) {
+  const auto& all = joints.joint;
+  std::vector<std::string> nominal, calibrated, com;
+  bool bearings = false;
+  for (const Joints::One& one : all) {
+    nominal.push_back(frame(one.nominal));
+    calibrated.push_back(frame(one.real));
+    com.push_back(frame(Vector3d(one.com_m * kMmPerM)));
+    bearings = bearings || one.tilt_x != 0.0 || one.tilt_y != 0.0;
+  }
+  out.comment("joints: nominal and calibrated, behind their turns; zeros, signs, masses in kg");
+  out.value("FRAME", "CCF_F0", frame(robot.base_fixed));
+  out.value("FRAME", "CCF_FE", frame(robot.flange_fixed));
+  out.array("FRAME", "CCF_KN", nominal, "");
+  out.array("FRAME", "CCF_KR", calibrated, "");
+  out.array("FRAME", "CCF_COM", com, "");
+  out.reals("CCF_SIGN", all, [](const auto& one) { return one.sign; });
+  out.reals("CCF_ZERO", all, [](const auto& one) { return one.offset_rad * kDegPerRad; });
+  out.reals("CCF_D", all, [](const auto& one) { return one.theta_rad * kDegPerRad; });
+  out.reals("CCF_M", all, [](const auto& one) { return one.mass_kg; });
+  out.comment("what gravity's moment does: degrees per N m, play in degrees");
+  out.reals("CCF_K", all, [](const auto& one) { return one.compliance * kDegPerRad; });
+  out.reals("CCF_PLAY", all, [](const auto& one) { return one.play_rad * kDegPerRad; });
+  out.value("BOOL", "CCF_BEARINGS", bearings ? "TRUE" : "FALSE");
+  out.reals("CCF_TILT_X", all, [](const auto& one) { return one.tilt_x * kTiltDeg; });
+  out.reals("CCF_TILT_Y", all, [](const auto& one) { return one.tilt_y * kTiltDeg; });
+  const Vector3d& g = robot.gravity_m_s2;
+  out.line(fmt::format("DECL REAL CCF_GX={}", real(g.x())));
+  out.line(fmt::format("DECL REAL CCF_GY={}", real(g.y())));
+  out.line(fmt::format("DECL REAL CCF_GZ={}", real(g.z())));
+}
+
+void write_loads(const Joints& joints, Lines& out) {
+  std::vector<std::string> of, on, by;
+  std::vector<double> degrees;
+  for (const auto& [key, load] : joints.loads) {
+    of.push_back(std::to_string(key.first + 1));
+    on.push_back(std::to_string(key.second + 1));
+    by.push_back(frame(Vector3d(load.normalized() * kAlongMm)));
+    degrees.push_back(load.norm() * kDegPerRad / (kAlongMm * kAlongMm));
+  }
+  out.value("INT", "CCF_LOADS", std::to_string(of.size()));
+  out.array("INT", "CCF_L_OF", of, "1");
+  out.array("INT", "CCF_L_ON", on, "1");
+  out.array("FRAME", "CCF_L_BY", by, frame(Vector3d(Vector3d::Zero())));
+  out.reals("CCF_L_DEG", degrees, [](double one) { return one; });
+}
+
+void write_waves(const Joints& joints, const Table& table, Lines& out) {
+  std::vector<Wave> fast;
+  for (const auto& [key, wave] : joints.waves)
+    if (!in_table(wave)) fast.push_back(wave);
+  std::vector<std::string> of;
+  for (const Wave& wave : fast) of.push_back(std::to_string(wave.joint + 1));
+  out.value("INT", "CCF_WAVES", std::to_string(fast.size()));
+  out.array("INT", "CCF_V_OF", of, "1");
+  out.reals("CCF_V_H", fast, [](const Wave& wave) { return wave.per_turn; });
+  out.reals("CCF_V_COS", fast, [](const Wave& wave) { return wave.cosine_rad * kDegPerRad; });
+  out.reals("CCF_V_SIN", fast, [](const Wave& wave) { return wave.sine_rad * kDegPerRad; });
+  out.comment("what each joint adds by its own angle, over a turn, in degrees");
+  out.value("INT", "CCF_STEPS", std::to_string(table.steps));
+  out.blank("REAL", fmt::format("CCF_OWN[{},{}]", kJoints, table.steps + 1));
+  for (int i = 0; i < static_cast<int>(kJoints) && table.steps > 0; ++i)
+    for (int k = 0; k <= table.steps; ++k) {
+      const double angle = k * calib::kRadPerTurn / table.steps;
+      out.line(fmt::format("CCF_OWN[{},{}]={}", i + 1, k + 1,
+                           real(slow_waves(joints, i, angle).first * kDegPerRad)));
+    }
+}
+
+void write_tools(const std::vector<FixTool>& tools, Lines& out) {
+  std::vector<std::string> stated, tip, stiff, com;
+  for (const FixTool& tool : tools) {
+    stated.push_back(frame(tool.stated));
+    tip.push_back(frame(tool.tip));
+    stiff.push_back(tool.cells ? "FALSE" : "TRUE");
+    com.push_back(frame(Vector3d(tool.com_m * kMmPerM)));
+  }
+  out.comment("tools: as $TOOL has them, as they are; load in kg; bending per m/s2");
+  out.value("INT", "CCF_TOOLS", std::to_string(tools.size()));
+  out.array("FRAME", "CCF_TF", stated, "");
+  out.array("FRAME", "CCF_TR", tip, "");
+  out.array("BOOL", "CCF_STIFF", stiff, "");
+  out.array("FRAME", "CCF_TC", com, "");
+  out.reals("CCF_TM", tools, [](const FixTool& t) { return t.mass_kg; });
+  out.reals("CCF_BEND", tools, [](const FixTool& t) { return t.bend_m_per_accel * kMmPerM; });
+  out.reals("CCF_TURN", tools, [](const FixTool& t) { return t.turn_rad_per_accel * kDegPerRad; });
+  out.blank("REAL", fmt::format("CCF_CLOSES[{},{}]", tools.size(), kJoints));
+  for (std::size_t n = 0; n < tools.size(); ++n)
+    for (std::size_t i = 0; i < kJoints; ++i)
+      out.line(fmt::format("CCF_CLOSES[{},{}]={}", n + 1, i + 1,
+                           real(1.0 / tools[n].play_closes_nm[i])));
+}
+
+/// Variables of the running module.
+void write_state(Lines& out) {
+  const std::string axes = "{A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0,E1 0.0,E2 0.0,E3 0.0,"
+                           "E4 0.0,E5 0.0,E6 0.0}";
+  const std::string none = frame(FrameMmDeg{});
+  out.comment("while it runs: the axes before as programmed (W) and as commanded (Q), their S");
+  out.value("BOOL", "CCF_SEEN", "FALSE");
+  out.value("E6AXIS", "CCF_W", axes);
+  out.value("E6AXIS", "CCF_Q", axes);
+  out.value("E6AXIS", "CCF_A", axes);
+  out.value("BOOL", "CCF_OK", "FALSE");
+  for (const char* name : {"CCF_N", "CCF_S", "CCF_SS", "CCF_TT"}) out.value("INT", name, "0");
+  for (const char* name : {"CCF_P", "CCF_C", "CCF_T", "CCF_B", "CCF_R", "CCF_F", "CCF_ROOT"})
+    out.value("FRAME", name, none);
+  out.value("FRAME", "CCF_UP", frame(Vector3d(0.0, 0.0, kAlongMm)));
+  out.value("FRAME", "CCF_ALONG", frame(Vector3d(kAlongMm, 0.0, 0.0)));
+  out.value("FRAME", "CCF_ASIDE", frame(Vector3d(0.0, kAlongMm, 0.0)));
+}
+
+/// A positive INT of the calibration's sum.
+int id_of(const std::string& sha256) {
+  constexpr std::size_t kDigits = 7;
+  int id = 0;
+  for (const char c : sha256.substr(0, kDigits))
+    id = 16 * id + (c >= 'a' ? c - 'a' + 10 : c >= '0' && c <= '9' ? c - '0' : 0);
+  return id;
+}
+
+std::string filled(std::string_view text, const std::map<std::string, std::string>& places) {
+  std::string result;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    const auto end = text[at] == '@' ? text.find('@', at + 1) : std::string_view::npos;
+    if (text[at] == '\n') result += '\r';
+    if (end == std::string_view::npos) {
+      result += text[at];
+      continue;
+    }
+    result += places.at(std::string(text.substr(at + 1, end - at - 1)));
+    at = end;
+  }
+  return result;
+}
+
+}  // namespace
+
+FixModule fix_module(const calib::Calibration& c, const Data& data,
+                     const FixModuleOptions& options) {
+  const ArmModel arm(at_level(c.cell, c.level));
+  if (arm.joint_count() != static_cast<int>(kJoints) ||
+      !calib::Configurations(arm, 0.0).closed_form())
+    throw calib::FileError(
+        "a correction at run time needs a six-axis arm with a spherical wrist. Correct the points "
+        "without --at-run-time");
+  const Joints joints = joints_of(arm, arm_values(arm, c));
+  const Table table = table_of(joints, reach_m(c.cell.robot, c.cell.tool));
+  FixModule module;
+  double most_m = 0.0, most_rad = 0.0;
+  module.tools = tools_of(c, data, most_m, most_rad);
+  // Postures between those looked at.
+  constexpr double kMargin = 1.3, kLeastMm = 1.0, kLeastDeg = 0.2;
+  module.most_mm = std::ceil(10.0 * (kMargin * most_m * kMmPerM + kLeastMm)) / 10.0;
+  module.most_deg = std::ceil(100.0 * (kMargin * most_rad * kDegPerRad + kLeastDeg)) / 100.0;
+  module.table_mm = table.off_m * kMmPerM;
+  const std::string id = std::to_string(id_of(options.calibration_sha256));
+
+  Lines out;
+  out.line("&ACCESS RVP");
+  out.line("&REL 1");
+  out.line("DEFDAT CELLCAL_FIX PUBLIC");
+  out.comment(fmt::format("cellcal {}: numbers of cellcal_fix.src", kFixRelease));
+  out.comment("calibration SHA-256 " + options.calibration_sha256);
+  out.comment("FALSE: the program's points as they are");
+  out.line("DECL GLOBAL BOOL CC_FIX_ON=TRUE");
+  out.comment("number of the last message");
+  out.line("DECL GLOBAL INT CC_FIX_WHY=0");
+  out.value("INT", "CCF_ID", id);
+  out.value("INT", "CCF_SERIAL", std::to_string(options.serial));
+  out.comment("a larger correction holds the arm");
+  out.value("REAL", "CCF_MOST_MM", real(module.most_mm));
+  out.value("REAL", "CCF_MOST_DEG", real(module.most_deg));
+  write_joints(c.cell.robot, joints, out);
+  write_loads(joints, out);
+  write_waves(joints, table, out);
+  write_tools(module.tools, out);
+  write_state(out);
+  write_messages(out);
+  out.line("ENDDAT");
+  module.dat = {"cellcal_fix.dat", out.text()};
+  module.src = {"cellcal_fix.src", filled(kFixTemplate, {{"VERSION", kFixRelease}, {"ID", id}})};
+  return module;
+}
+
+}  // namespace cellcal::daemon::krl

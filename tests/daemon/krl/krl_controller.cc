@@ -1,0 +1,207 @@
+#include "tests/daemon/krl/krl_controller.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/daemon/krl/emulated_controller.h"
+
+namespace cellcal::daemon::testing {
+
+namespace {
+
+using calib::JointVector;
+using calib::kDegPerRad;
+using calib::kRadPerDeg;
+using calib::kRadPerTurn;
+using Eigen::Isometry3d;
+using sim::krl::Motion;
+using sim::krl::Value;
+
+constexpr const char* kVariables = R"(
+ENUM KRLMSGPARTYPE_T VALUE,KEY,EMPTY
+ENUM EKRLMSGTYPE NOTIFY,STATE,QUIT,WAITING
+STRUC KRLMSG_T CHAR MODUL[24],INT NR,CHAR MSG_TXT[80]
+STRUC KRLMSGPAR_T KRLMSGPARTYPE_T PAR_TYPE,CHAR PAR_TXT[26],INT PAR_INT,REAL PAR_REAL,BOOL PAR_BOOL
+STRUC KRLMSGOPT_T BOOL VL_STOP,CLEAR_P_RESET,CLEAR_P_SAW,LOG_TO_DB
+INT $KR_SERIALNO=4711
+INT $EX_AX_NUM=0
+IPO_MODE $IPO_MODE=#BASE
+FRAME $TOOL,$BASE,$ROBROOT
+FRAME TOOL_DATA[16],BASE_DATA[32]
+E6AXIS $AXIS_ACT
+E6AXIS XHOME={A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 30.0,A6 0.0}
+EXTFCT E6POS FORWARD(E6AXIS :IN,INT :OUT)
+EXTFCT E6AXIS INVERSE(E6POS :IN,E6AXIS :IN,INT :OUT)
+EXTFCT INT SET_KRLMSG(EKRLMSGTYPE :IN,KRLMSG_T :IN,KRLMSGPAR_T[] :OUT,KRLMSGOPT_T :IN)
+)";
+
+calib::FrameMmDeg frame_of_value(const Value& value) {
+  calib::FrameMmDeg f;
+  for (std::size_t i = 0; i < 6; ++i)
+    (i < 3 ? f.xyz_mm[i] : f.abc_deg[i - 3]) = value.parts[i].given ? value.parts[i].r : 0.0;
+  return f;
+}
+
+bool given(const Value& value, const char* part) {
+  const int at = value.type->index_of(part);
+  return at >= 0 && value.parts[static_cast<std::size_t>(at)].given;
+}
+
+void put_frame(Value& value, const Isometry3d& pose) {
+  const calib::FrameMmDeg f = calib::to_frame(pose);
+  for (std::size_t i = 0; i < 6; ++i)
+    value.parts[i].set(i < 3 ? f.xyz_mm[i] : f.abc_deg[i - 3]);
+}
+
+void put_axes(Value& value, const JointVector& q) {
+  for (std::size_t i = 0; i < 6; ++i) value.parts[i].set(q[i] * kDegPerRad);
+  for (std::size_t i = 6; i < value.parts.size(); ++i) value.parts[i].set(0.0);
+}
+
+double distance2(const JointVector& a, const JointVector& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
+  return sum;
+}
+
+}  // namespace
+
+KrlController::KrlController(const calib::Robot& robot,
+                             const std::map<std::string, std::string>& files)
+    : at(6, 0.0),
+      robot_(robot),
+      arm_(robot, calib::Tool{}),
+      ways_(arm_, 0.0),
+      program_(files, kVariables),
+      interpreter_(program_, this) {
+  at = {0.0, -90.0 * kRadPerDeg, 90.0 * kRadPerDeg, 0.0, 30.0 * kRadPerDeg, 0.0};
+  for (const char* name : {"$TOOL", "$BASE", "$ROBROOT"}) set_frame(name, {});
+  bind();
+}
+
+void KrlController::set_frame(const char* name, const calib::FrameMmDeg& frame) {
+  put_frame(program_[name], calib::to_isometry(frame));
+}
+
+Isometry3d KrlController::frame(const char* name) {
+  return calib::to_isometry(frame_of_value(program_[name]));
+}
+
+Isometry3d KrlController::tcp(const JointVector& q) {
+  return frame("$BASE").inverse() * frame("$ROBROOT") * arm_.nominal_tcp(q) * frame("$TOOL");
+}
+
+std::optional<JointVector> KrlController::joints(const Value& point, const JointVector& near,
+                                                 bool keeps) {
+  const Isometry3d flange = frame("$ROBROOT").inverse() * frame("$BASE") *
+                            calib::to_isometry(frame_of_value(point)) * frame("$TOOL").inverse();
+  const bool posture = !keeps && given(point, "S"), turn = !keeps && given(point, "T");
+  std::optional<JointVector> best;
+  for (JointVector q : ways_.reach(flange)) {
+    if (posture && status_and_turn(robot_, q).status != (point.part("S").i & 7)) continue;
+    bool inside = true;
+    for (std::size_t i = 0; i < q.size(); ++i) {
+      const bool below = turn && (point.part("T").i >> i & 1) != 0;
+      if (!turn) q[i] += kRadPerTurn * std::round((near[i] - q[i]) / kRadPerTurn);
+      if (turn && (q[i] < 0.0) != below && std::abs(q[i]) > 1e-6)
+        q[i] += below ? -kRadPerTurn : kRadPerTurn;
+      inside = inside && q[i] >= robot_.joints[i].min_rad && q[i] <= robot_.joints[i].max_rad;
+    }
+    if (inside && (!best || distance2(q, near) < distance2(*best, near))) best = q;
+  }
+  return best;
+}
+
+JointVector KrlController::axes(const Value& value, const JointVector& missing) const {
+  JointVector q = missing;
+  for (std::size_t i = 0; i < 6; ++i)
+    if (value.parts[i].given) q[i] = value.parts[i].r * kRadPerDeg;
+  return q;
+}
+
+JointVector KrlController::target_of(const Motion& motion) {
+  const Value& to = motion.target;
+  const bool axial = to.type->index_of("A1") == 0;
+  if (axial && motion.kind == Motion::Kind::kPtp) return axes(to, at);
+  if (axial) {
+    const JointVector by = axes(to, JointVector(6, 0.0));
+    JointVector q = at;
+    for (std::size_t i = 0; i < 6; ++i) q[i] += by[i];
+    return q;
+  }
+  const bool relative =
+      motion.kind == Motion::Kind::kLinRel || motion.kind == Motion::Kind::kPtpRel;
+  Value point = to;
+  if (relative) {
+    const Isometry3d by = calib::to_isometry(frame_of_value(to));
+    Isometry3d pose = tcp(at);
+    if (motion.in_tool)
+      pose = pose * by;
+    else
+      pose.translation() += by.translation();
+    point = Value(program_.type("FRAME"));
+    put_frame(point, pose);
+  }
+  const auto q = joints(point, at, motion.kind != Motion::Kind::kPtp);
+  if (!q) throw sim::krl::RunError("work envelope exceeded");
+  return *q;
+}
+
+void KrlController::move(const Motion& motion) {
+  at = target_of(motion);
+  reached.push_back(at);
+  const Value& to = motion.target;
+  targets.push_back(to.type->name +
+                    (given(to, "S") ? " " + std::to_string(to.part("S").i) : std::string()));
+}
+
+void KrlController::run(const std::string& routine) {
+  interpreter_.select(routine);
+  press_start();
+}
+
+void KrlController::press_start() {
+  interpreter_.go_on();
+  constexpr int kMost = 1'000'000'000;
+  interpreter_.run(0.0, kMost);
+}
+
+void KrlController::bind() {
+  program_.bind("FORWARD", [this](std::span<Value* const> a) {
+    Value result(program_.type("E6POS"));
+    const JointVector q = axes(*a[0], JointVector(6, 0.0));
+    put_frame(result, tcp(q));
+    const StatusAndTurn st = status_and_turn(robot_, q);
+    result.part("S").set_whole(st.status);
+    result.part("T").set_whole(st.turn);
+    a[1]->set_whole(0);
+    return result;
+  });
+  program_.bind("INVERSE", [this](std::span<Value* const> a) {
+    Value result(program_.type("E6AXIS"));
+    const JointVector near = axes(*a[1], JointVector(6, 0.0));
+    const auto q = joints(*a[0], near, false);
+    put_axes(result, q.value_or(near));
+    a[2]->set_whole(q ? 0 : 1);
+    return result;
+  });
+  program_.bind("SET_KRLMSG", [this](std::span<Value* const> a) {
+    messages.push_back(a[1]->part("MSG_TXT").text());
+    Value result(program_.type("INT"));
+    result.set_whole(static_cast<std::int32_t>(messages.size()));
+    return result;
+  });
+  program_.bind("BAS", [this](std::span<Value* const> a) {
+    const auto& names = a[0]->type->names;
+    const std::string& command = names.at(static_cast<std::size_t>(a[0]->i - 1));
+    const auto number = static_cast<std::size_t>(std::lround(a[1]->r));
+    if (command == "TOOL" || command == "BASE")
+      put_frame(program_["$" + command],
+                number == 0 ? Isometry3d::Identity()
+                            : calib::to_isometry(frame_of_value(
+                                  program_[command + "_DATA"].parts.at(number - 1))));
+    return Value();
+  });
+}
+
+}  // namespace cellcal::daemon::testing

@@ -1,0 +1,63 @@
+#pragma once
+// Executes KRL modules on a controller that knows the nominal arm: INVERSE, FORWARD, motions, messages. S and T by
+// KUKA's own words (emulated_controller.h); shares nothing with daemon/krl.
+
+#include <Eigen/Geometry>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/model/inverse.h"
+#include "calib/model/kinematics.h"
+#include "calib/model/units.h"
+#include "sim/krl/interpreter.h"
+
+namespace cellcal::daemon::testing {
+
+class KrlController : public sim::krl::Mover {
+ public:
+  /// `files`: modules by name. Throws FileError as a controller that does not select them.
+  KrlController(const calib::Robot& robot, const std::map<std::string, std::string>& files);
+
+  /// $TOOL, $BASE or $ROBROOT.
+  void set_frame(const char* name, const calib::FrameMmDeg& frame);
+  sim::krl::Value& variable(const char* name) { return program_[name]; }
+  /// From its beginning until it ends, halts or fails.
+  void run(const std::string& routine);
+  void press_start();
+  sim::krl::Interpreter::State state() const { return interpreter_.state(); }
+  const std::string& message() const { return interpreter_.message(); }
+  const sim::krl::Interpreter::Executed& executed() const { return interpreter_.executed(); }
+
+  std::vector<calib::JointVector> reached;  ///< by each motion in turn
+  std::vector<std::string> targets;         ///< type and S of each motion: "E6POS 2", "FRAME"
+  std::vector<std::string> messages;
+  calib::JointVector at;  ///< where the arm stands
+
+  void move(const sim::krl::Motion& motion) override;
+  bool moving() const override { return false; }
+  void brake(bool) override {}
+  void drop_motion() override {}
+  void go_on() override {}
+
+ private:
+  using Value = sim::krl::Value;
+  Eigen::Isometry3d frame(const char* name);
+  Eigen::Isometry3d tcp(const calib::JointVector& q);
+  /// By S and T where `point` has them, else nearest to `near`.
+  std::optional<calib::JointVector> joints(const Value& point, const calib::JointVector& near,
+                                           bool keeps);
+  calib::JointVector axes(const Value& value, const calib::JointVector& missing) const;
+  calib::JointVector target_of(const sim::krl::Motion& motion);
+  void bind();
+
+  calib::Robot robot_;
+  calib::ArmModel arm_;
+  calib::Configurations ways_;
+  sim::krl::Program program_;
+  sim::krl::Interpreter interpreter_;
+};
+
+}  // namespace cellcal::daemon::testing
