@@ -158,11 +158,6 @@ nlohmann::json json_of(const CorrectedProgram& result, const std::vector<fs::pat
   return all;
 }
 
-std::string text_of(const nlohmann::json& all) {
-  // Paths as typed by the user, in any encoding.
-  return all.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
-}
-
 void name_refusals(const CorrectedProgram& result, const calib::Robot& robot) {
   constexpr std::size_t kInWords = 30;
   for (std::size_t i = 0; i < std::min(kInWords, result.refusals.size()); ++i)
@@ -173,6 +168,11 @@ void name_refusals(const CorrectedProgram& result, const calib::Robot& robot) {
 }
 
 }  // namespace
+
+std::string json_text(const nlohmann::json& all) {
+  // Paths as typed by the user, in any encoding.
+  return all.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
 
 krl::ProgramFiles read_program_files(const fs::path& program, const fs::path& dat,
                                      const std::vector<fs::path>& controller) {
@@ -237,7 +237,7 @@ int correct_krl(const CorrectCommand& command, const calib::Calibration& calibra
   const calib::Robot& robot = calibration.cell.robot;
   if (!result.refusals.empty()) {
     name_refusals(result, robot);
-    if (command.json) put(text_of(json_of(result, {}, robot)), {});
+    if (command.json) put(json_text(json_of(result, {}, robot)), {});
     return kJobFailed;
   }
   const bool nothing = result.motions > 0 && result.points.empty();
@@ -248,9 +248,9 @@ int correct_krl(const CorrectCommand& command, const calib::Calibration& calibra
     if (files.dat) read.push_back(*files.dat);
     nlohmann::json record = corrected_record(all, read, result.files);
     record["calibration_sha256"] = calib::sha256(calib::read_file(command.calibration));
-    write(written, result, text_of(record));
+    write(written, result, json_text(record));
   }
-  put(command.json ? text_of(all) : report(result, written), {});
+  put(command.json ? json_text(all) : report(result, written), {});
   if (nothing)
     fmt::print(stderr, "cellcal correct: {} motions and no point to correct; nothing written\n",
                result.motions);
@@ -370,8 +370,10 @@ int correct_taught(const CorrectCommand& command, const calib::Calibration& cali
 }  // namespace
 
 int correct(const CorrectCommand& command) {
+  if (!command.restore.empty()) return restore_program(command);
   const auto calibration = usable_calibration("correct", command.calibration, command.withheld);
   if (!calibration) return kNotPublishable;
+  if (command.at_run_time) return correct_at_run_time(command, *calibration);
   if (command.upload) {
     const calib::Calibration drawn = krl::as_drawn(*calibration);
     return correct_taught(command, drawn, &*calibration);

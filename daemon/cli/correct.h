@@ -24,6 +24,9 @@ struct CorrectCommand {
   bool upload = false;             ///< touched-up points become those of the nominal arm
   bool anywhere = false, withheld = false, json = false;
   bool force = false;  ///< replace existing program files in `output`
+  bool at_run_time = false;        ///< rewrite the motions, and write CELLCAL_FIX
+  int serial = 0;                  ///< of the robot, for CELLCAL_FIX
+  std::filesystem::path restore;   ///< a .src whose motions go back to what they were
 };
 int correct(const CorrectCommand& command);
 
@@ -33,12 +36,19 @@ int correct_krl(const CorrectCommand& command, const calib::Calibration& calibra
 int correct_backup_files(const CorrectCommand& command, const calib::Calibration& calibration,
                          const calib::Calibration* from = nullptr);
 
+int correct_at_run_time(const CorrectCommand& command, const calib::Calibration& calibration);
+int restore_program(const CorrectCommand& command);
+
 /// A program with its .dat and the other programs of its folder.
 krl::ProgramFiles read_program_files(const std::filesystem::path& program,
                                      const std::filesystem::path& dat,
                                      const std::vector<std::filesystem::path>& controller);
 
-// Common to both reports.
+/// Each .src with the .dat of the same name; the controller's own data; other .dat files.
+krl::BackupFiles modules_of(std::vector<krl::KrlFile> files);
+
+// Common to the reports.
+std::string json_text(const nlohmann::json& all);
 krl::CorrectionOptions correction_options(const CorrectCommand& command,
                                           const calib::Calibration* from);
 std::string tool_words(const krl::ToolUsed& tool);
@@ -55,6 +65,12 @@ std::filesystem::path record_beside(std::filesystem::path src);
 void refuse_corrected(const krl::ProgramFiles& files);
 /// Throws likewise for one file and a record that may list it.
 void refuse_written(const std::filesystem::path& record, const krl::KrlFile& file);
+
+/// Record in the folder of a corrected backup.
+inline constexpr const char* kBackupRecord = "cellcal.corrected.json";
+/// Throws if the record in the backup's folder lists one of the files as already corrected.
+void refuse_corrected_backup(const std::filesystem::path& place,
+                             const std::vector<krl::KrlFile>& files);
 
 /// The report with the SHA-256 of each file as read and as written.
 nlohmann::json corrected_record(nlohmann::json report, const std::vector<krl::KrlFile>& read,

@@ -23,46 +23,11 @@ using krl::CorrectedBackup;
 using krl::CorrectedModule;
 using krl::KrlFile;
 
-constexpr const char* kRecord = "cellcal.corrected.json";
-
 std::string stem_path(const std::string& path) { return path.substr(0, path.find_last_of('.')); }
 
 std::string lowered(std::string text) {
   for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   return text;
-}
-
-/// Each .src with the .dat of the same name; the controller's own data; other .dat files.
-krl::BackupFiles modules_of(std::vector<KrlFile> files) {
-  krl::BackupFiles all;
-  std::map<std::string, std::size_t> by_stem;
-  std::vector<KrlFile> data;
-  for (KrlFile& file : files) {
-    const std::string name = lower_name(file.name);
-    if (is_of_the_controllers_side(file.name)) continue;
-    if (name == "$config.dat" || name == "$machine.dat") {
-      all.controller.push_back(std::move(file));
-    } else if (name.ends_with(".src") || name.ends_with(".sub")) {
-      by_stem.emplace(lowered(stem_path(file.name)), all.modules.size());
-      all.modules.push_back({std::move(file), {}, {}, {}});
-    } else if (name.ends_with(".dat") && !name.starts_with("$")) {
-      data.push_back(std::move(file));
-    }
-  }
-  for (KrlFile& file : data) {
-    const auto module = by_stem.find(lowered(stem_path(file.name)));
-    if (module == by_stem.end())
-      all.data.push_back(std::move(file));
-    else
-      all.modules[module->second].dat = std::move(file);
-  }
-  return all;
-}
-
-/// Throws if a record in the backup's folder lists one of the files as already corrected.
-void refuse_corrected_backup(const fs::path& place, const std::vector<KrlFile>& files) {
-  if (!fs::is_directory(place) || !fs::exists(place / kRecord)) return;
-  for (const KrlFile& file : files) refuse_written(place / kRecord, file);
 }
 
 const char* state_of(const CorrectedModule& module) {
@@ -136,7 +101,7 @@ std::vector<fs::path> places_of(const CorrectCommand& command, const CorrectedBa
       throw calib::FileError(file.name, ": leads out of the backup");
     places.push_back(command.output / inside);
   }
-  places.push_back(command.output / kRecord);
+  places.push_back(command.output / kBackupRecord);
   for (const fs::path& place : places)
     if (!command.force && fs::exists(place))
       throw calib::FileError(place.string(),
@@ -167,11 +132,38 @@ Json backup_json(const CorrectedBackup& result, const calib::Robot& robot) {
   return all;
 }
 
-std::string dumped(const Json& all) {
-  return all.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}  // namespace
+
+krl::BackupFiles modules_of(std::vector<KrlFile> files) {
+  krl::BackupFiles all;
+  std::map<std::string, std::size_t> by_stem;
+  std::vector<KrlFile> data;
+  for (KrlFile& file : files) {
+    const std::string name = lower_name(file.name);
+    if (is_of_the_controllers_side(file.name)) continue;
+    if (name == "$config.dat" || name == "$machine.dat") {
+      all.controller.push_back(std::move(file));
+    } else if (name.ends_with(".src") || name.ends_with(".sub")) {
+      by_stem.emplace(lowered(stem_path(file.name)), all.modules.size());
+      all.modules.push_back({std::move(file), {}, {}, {}});
+    } else if (name.ends_with(".dat") && !name.starts_with("$")) {
+      data.push_back(std::move(file));
+    }
+  }
+  for (KrlFile& file : data) {
+    const auto module = by_stem.find(lowered(stem_path(file.name)));
+    if (module == by_stem.end())
+      all.data.push_back(std::move(file));
+    else
+      all.modules[module->second].dat = std::move(file);
+  }
+  return all;
 }
 
-}  // namespace
+void refuse_corrected_backup(const fs::path& place, const std::vector<KrlFile>& files) {
+  if (!fs::is_directory(place) || !fs::exists(place / kBackupRecord)) return;
+  for (const KrlFile& file : files) refuse_written(place / kBackupRecord, file);
+}
 
 int correct_backup_files(const CorrectCommand& command, const calib::Calibration& calibration,
                          const calib::Calibration* from) {
@@ -186,7 +178,7 @@ int correct_backup_files(const CorrectCommand& command, const calib::Calibration
     places = places_of(command, result);
     Json record = corrected_record(all, read, result.files);
     record["calibration_sha256"] = calib::sha256(calib::read_file(command.calibration));
-    write_backup(places, result, dumped(record));
+    write_backup(places, result, json_text(record));
   }
   all["written"] = Json::array();
   for (const fs::path& place : places) all["written"].push_back(place.string());
@@ -194,7 +186,7 @@ int correct_backup_files(const CorrectCommand& command, const calib::Calibration
   for (const fs::path& place : places) text += place.string() + " written\n";
   if (places.empty() && !result.files.empty())
     text += "nothing written; -o FOLDER writes the changed files\n";
-  put(command.json ? dumped(all) : text, {});
+  put(command.json ? json_text(all) : text, {});
   const Counts counts = counts_of(result);
   if (counts.moving == 0 || counts.corrected > 0) return kSuccess;
   fmt::print(stderr,

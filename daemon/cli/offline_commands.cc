@@ -342,13 +342,19 @@ void add_correct(CLI::App& app, int& status) {
       "(--leave). Lines that cannot be corrected are listed; then nothing\nis written. Run the "
       "corrected program in T1 first.\n--backup: all programs of a controller together, with points that "
       "several of them or $config.dat have. A module with\na line that cannot be corrected stays as it "
-      "is, and with it those that share a point with it; the changed files are\nwritten.\nExit status 3: the calibration was withheld, or the program moves and has no "
+      "is, and with it those that share a point with it; the changed files are\nwritten.\n--at-run-time: instead of the points, the motions of --program or "
+      "--backup are rewritten (LIN XP1\nbecomes LIN CC_FIX(XP1)), and the module cellcal_fix.src/.dat is "
+      "written, which corrects every point while the\nprogram runs: computed and shifted ones, too. It holds "
+      "the arm where robot, tool or calibration are others;\nCC_FIX_ON=FALSE turns it off. --restore takes "
+      "the motions of a .src back.\nExit status 3: the calibration was withheld, or the program moves and has no "
       "point to correct.\nExample: "
       "cellcal correct --calibration calibration.json --poses poses.csv -o joints.csv\n         "
       "cellcal correct --calibration calibration.json --program weld.src --config '$config.dat' -o "
       "corrected\n         cellcal correct --calibration calibration.json --backup backup.zip -o "
-      "corrected");
-  command->add_option("--calibration", given->calibration, "Calibration (JSON)")->required();
+      "corrected\n         cellcal correct --calibration calibration.json --program weld.src --at-run-time "
+      "--serial 123456 --config '$config.dat' -o corrected");
+  CLI::Option* calibration =
+      command->add_option("--calibration", given->calibration, "Calibration (JSON)");
   CLI::Option* poses =
       command->add_option("--poses", given->poses, "Poses of the TCP in the base frame (CSV)");
   CLI::Option* program =
@@ -389,6 +395,22 @@ void add_correct(CLI::App& app, int& status) {
                  "Points that were touched up with this arm become those of the offline system")
       ->excludes(poses)
       ->excludes(from);
+  CLI::Option* at_run_time =
+      command
+          ->add_flag("--at-run-time", given->at_run_time,
+                     "Correct while the program runs, by CELLCAL_FIX on the controller")
+          ->excludes(poses)
+          ->excludes(from)
+          ->excludes(command->get_option("--upload"));
+  command->add_option("--serial", given->serial, "Serial number of the robot ($KR_SERIALNO)")
+      ->check(CLI::Range(1, 2147483647))
+      ->needs(at_run_time);
+  command
+      ->add_option("--restore", given->restore,
+                   "A .src of --at-run-time, whose motions become what they were, in the folder of -o")
+      ->excludes(calibration)
+      ->excludes(poses)
+      ->excludes(program);
   command->add_flag("--force", given->force, "Replace files of the same names in the folder of -o")
       ->excludes(poses);
   command->add_flag("--withheld", given->withheld,
@@ -397,7 +419,10 @@ void add_correct(CLI::App& app, int& status) {
                       "Poses: write to this file [standard output]; programs: to this folder");
   command->add_flag("--json", given->json, "Write JSON");
   command->callback([given, &status] {
-    if (given->poses.empty() && given->program.empty() && given->backup.empty())
+    if (given->restore.empty() && given->calibration.empty())
+      throw CLI::RequiredError("--calibration");
+    if (given->restore.empty() && given->poses.empty() && given->program.empty() &&
+        given->backup.empty())
       throw CLI::RequiredError("--poses (or --program, or --backup)");
     status = correct(*given);
   });

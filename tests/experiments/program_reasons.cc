@@ -12,6 +12,7 @@
 #include "calib/model/error.h"
 #include "calib/model/linear.h"
 #include "daemon/krl/correct_program.h"
+#include "daemon/krl/run_time_program.h"
 #include "tests/calib/random_calibration.h"
 #include "tests/calib/simulate.h"
 
@@ -88,12 +89,38 @@ daemon::krl::BackupFiles files_of(const fs::path& backup) {
   return files;
 }
 
-std::string outcome(const daemon::krl::CorrectedModule& module) {
-  if (!module.refusals.empty()) return name_of(module.refusals.front().why);
-  return module.points > 0 ? "corrected" : "homes alone";
+std::string outcome(const std::vector<daemon::krl::Refusal>& refusals, int corrected) {
+  if (!refusals.empty()) return name_of(refusals.front().why);
+  return corrected > 0 ? "corrected" : "homes alone";
 }
 
-void count(const fs::path& backup, bool verbose, std::map<std::string, int>& reasons) {
+/// By reason: offline, at run time, and for modules that neither way corrects, at run time.
+struct Reasons {
+  std::map<std::string, int> offline, run_time, neither;
+  int modules = 0, whole = 0;  ///< with motions to other points than homes; those corrected either way
+
+  void add(const Reasons& other) {
+    for (const auto& [reason, number] : other.offline) offline[reason] += number;
+    for (const auto& [reason, number] : other.run_time) run_time[reason] += number;
+    for (const auto& [reason, number] : other.neither) neither[reason] += number;
+    modules += other.modules;
+    whole += other.whole;
+  }
+  void print() const {
+    const auto list = [](const char* name, const std::map<std::string, int>& all) {
+      fmt::print("  {}\n", name);
+      for (const auto& [reason, number] : all) fmt::print("  {:>5}  {}\n", number, reason);
+    };
+    list("offline", offline);
+    list("at run time", run_time);
+    if (!neither.empty()) list("neither offline nor at run time", neither);
+    if (modules > 0)
+      fmt::print("  {} of {} modules ({:.1f} %) corrected whole\n", whole, modules,
+                 100.0 * whole / modules);
+  }
+};
+
+void count(const fs::path& backup, bool verbose, Reasons& reasons) {
   std::string words;
   calib::Cell cell = calib::testing::demo_cell();
   cell.robot = arm_of(backup, words);
@@ -101,35 +128,48 @@ void count(const fs::path& backup, bool verbose, std::map<std::string, int>& rea
   calib::Random random(1);
   daemon::krl::CorrectionOptions options;
   options.anywhere = true;
-  const auto result = correct_backup(calib::testing::random_calibration(cell, random, 1.0),
-                                     files_of(backup), options);
-  for (const auto& module : result.modules) {
-    if (module.motions == 0) continue;
-    ++reasons[outcome(module)];
-    if (!module.refusals.empty() && verbose)
-      fmt::print("    {}\n", daemon::krl::words(module.refusals.front(), cell.robot));
+  const auto files = files_of(backup);
+  const auto offline =
+      correct_backup(calib::testing::random_calibration(cell, random, 1.0), files, options);
+  const auto run_time = rewrite_motions(files, {});
+  std::map<std::string, const daemon::krl::RewrittenModule*> rewritten;
+  for (const auto& module : run_time.modules) rewritten[module.src] = &module;
+  for (const auto& module : offline.modules) {
+    const auto found = rewritten.find(module.src);
+    if (module.motions == 0 || found == rewritten.end()) continue;  // none, or the controller's own
+    const daemon::krl::RewrittenModule& fixed = *found->second;
+    const std::string before = outcome(module.refusals, module.points);
+    const std::string running = outcome(fixed.refusals, fixed.corrected);
+    ++reasons.offline[before];
+    ++reasons.run_time[running];
+    if (running == "homes alone") continue;
+    ++reasons.modules;
+    if (before == "corrected" || running == "corrected")
+      ++reasons.whole;
+    else
+      ++reasons.neither[running];
+    if (running != "corrected" && verbose)
+      fmt::print("    {}\n", daemon::krl::words(fixed.refusals.front(), cell.robot));
   }
 }
 
 }  // namespace
 
 int print_reasons(const fs::path& folder, bool verbose) {
-  std::map<std::string, int> all;
+  Reasons all;
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (!entry.is_directory()) continue;
-    std::map<std::string, int> reasons;
+    Reasons reasons;
     try {
       count(entry.path(), verbose, reasons);
     } catch (const calib::FileError& error) {
       fmt::print("  {}\n", error.what());
     }
-    for (const auto& [reason, number] : reasons) {
-      fmt::print("  {:>5}  {}\n", number, reason);
-      all[reason] += number;
-    }
+    reasons.print();
+    all.add(reasons);
   }
   fmt::print("all\n");
-  for (const auto& [reason, number] : all) fmt::print("  {:>5}  {}\n", number, reason);
+  all.print();
   return 0;
 }
 

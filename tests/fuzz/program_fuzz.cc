@@ -1,5 +1,6 @@
 // Whatever stands in a KRL program, its points or the controller's $config.dat, correcting it ends in
-// files that differ in numbers alone, in refusals, or in an error that names the file.
+// files that differ in numbers alone, in refusals, or in an error that names the file. So does rewriting its motions
+// for a correction at run time, which comes back byte for byte.
 // The input is the three files in turn, each ended by a byte 1.
 
 #include <cstdint>
@@ -11,6 +12,7 @@
 #include "calib/files/files.h"
 #include "calib/model/error.h"
 #include "daemon/krl/correct_program.h"
+#include "daemon/krl/run_time_program.h"
 
 namespace {
 
@@ -51,6 +53,16 @@ std::string without_numbers(std::string_view text) {
   return rest;
 }
 
+void rewrite(const daemon::krl::ProgramFiles& files) {
+  daemon::krl::BackupFiles all;
+  all.modules.push_back({files.src, files.dat, {}, {}});
+  all.controller = files.controller;
+  const auto result = rewrite_motions(all, {});
+  for (const auto& file : result.files)
+    require(daemon::krl::restored(file) == files.src.text, "what comes back");
+  require(result.files.size() <= 1, "more files than modules");
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -65,6 +77,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   files.src = {"p.src", parts[0]};
   files.dat = daemon::krl::KrlFile{"p.dat", parts[1]};
   files.controller = {{"c.dat", parts[2]}};
+  const auto named = [](const calib::FileError& error) {
+    require(error.file == "p.src" || error.file == "p.dat" || error.file == "c.dat",
+            "an error without its file");
+  };
+  try {
+    rewrite(files);
+  } catch (const calib::FileError& error) {
+    named(error);
+  }
   try {
     const CorrectedProgram result = correct_program(calibration(), files);
     require(result.files.empty() != result.refusals.empty(), "files beside refusals, or neither");
@@ -74,8 +95,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     require(without_numbers(result.files[0].text) == without_numbers(parts[0]), "the .src");
     require(without_numbers(result.files[1].text) == without_numbers(parts[1]), "the .dat");
   } catch (const calib::FileError& error) {
-    require(error.file == "p.src" || error.file == "p.dat" || error.file == "c.dat",
-            "an error without its file");
+    named(error);
   }
   return 0;
 }

@@ -1,0 +1,226 @@
+// cellcal correct --at-run-time and --restore.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "calib/files/input_file.h"
+#include "calib/files/text.h"
+#include "calib/model/error.h"
+#include "daemon/cli/backup.h"
+#include "daemon/cli/correct.h"
+#include "daemon/cli/offline.h"
+#include "daemon/files/atomic_file.h"
+#include "daemon/krl/fix_module.h"
+#include "daemon/krl/run_time_program.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+using krl::FixModule;
+using krl::KrlFile;
+using krl::RewrittenModule;
+using krl::RewrittenPrograms;
+
+/// Error of the module's REAL of 32 bits, tested (tests/daemon/krl/fix_module_test.cc).
+constexpr double kRoundingMm = 0.02;
+
+krl::BackupFiles one_program(const CorrectCommand& command) {
+  krl::ProgramFiles files = read_program_files(command.program, command.dat, command.controller);
+  refuse_corrected(files);
+  krl::BackupFiles all;
+  all.controller = std::move(files.controller);
+  files.controller.clear();
+  all.modules.push_back(std::move(files));
+  return all;
+}
+
+krl::BackupFiles whole_backup(const CorrectCommand& command) {
+  std::vector<KrlFile> files = read_backup(command.backup);
+  refuse_corrected_backup(command.backup, files);
+  return modules_of(std::move(files));
+}
+
+const char* state_of_module(const RewrittenModule& module) {
+  if (!module.refusals.empty()) return "refused";
+  if (module.corrected > 0) return "corrected";
+  return module.motions > 0 ? "left" : "no motion";
+}
+
+Json report_json(const RewrittenPrograms& result, const FixModule& fix, int serial,
+                 const calib::Robot& robot) {
+  Json modules = Json::array(), tools = Json::array();
+  for (const RewrittenModule& module : result.modules) {
+    Json refusals = Json::array();
+    for (const krl::Refusal& one : module.refusals) refusals.push_back(refusal_json(one, robot));
+    modules.push_back({{"src", module.src},
+                       {"state", state_of_module(module)},
+                       {"motions", module.motions},
+                       {"corrected", module.corrected},
+                       {"refusals", refusals}});
+  }
+  for (const krl::FixTool& tool : fix.tools)
+    tools.push_back({{"xyz_mm", tool.stated.xyz_mm},
+                     {"abc_deg", tool.stated.abc_deg},
+                     {"of_the_cell", tool.cells}});
+  return {{"modules", modules},
+          {"fix_module",
+           {{"serial", serial},
+            {"most_mm", fix.most_mm},
+            {"most_deg", fix.most_deg},
+            {"rounding_mm", kRoundingMm},
+            {"table_mm", fix.table_mm},
+            {"tools", tools}}}};
+}
+
+std::string report_words(const RewrittenPrograms& result, const FixModule& fix,
+                         const calib::Robot& robot) {
+  std::string text;
+  int moving = 0, corrected = 0, motions = 0;
+  for (const RewrittenModule& module : result.modules) {
+    moving += module.motions > 0 ? 1 : 0;
+    if (module.motions == 0) continue;
+    text += fmt::format("{:<10} {}", state_of_module(module), calib::shown(module.src, 120));
+    if (!module.refusals.empty()) {
+      text += "  " + words(module.refusals.front(), robot);
+    } else {
+      corrected += module.corrected > 0 ? 1 : 0;
+      motions += module.corrected;
+      text += fmt::format("  {} of {} motions", module.corrected, module.motions);
+    }
+    text += "\n";
+  }
+  const auto cells = std::ranges::count_if(fix.tools, &krl::FixTool::cells);
+  return text +
+         fmt::format(
+             "{} of {} modules with motions corrected at run time, {} motions\n"
+             "within {:.3f} mm of the correction in double precision (REAL), {:.4f} mm of it by the "
+             "table of the joints' own errors\n"
+             "a correction above {:.1f} mm or {:.2f} deg holds the arm\n"
+             "tools: the cell file's, with its bending{}, and {} as stated and stiff; any other "
+             "holds the arm\n",
+             corrected, moving, motions, kRoundingMm, fix.table_mm, fix.most_mm, fix.most_deg,
+             cells > 1 ? ", as stated and as identified" : "",
+             static_cast<std::ptrdiff_t>(fix.tools.size()) - cells);
+}
+
+/// The modules' folder: R1/Program of a backup.
+fs::path folder_of_module(const CorrectCommand& command, const RewrittenPrograms& result) {
+  if (command.backup.empty()) return {};
+  for (const KrlFile& file : result.files) {
+    fs::path folder;
+    for (const fs::path& part : fs::path(file.name).parent_path()) {
+      folder /= part;
+      if (lower_name(part.string()) == "program") return folder;
+    }
+  }
+  return {};
+}
+
+struct Written {
+  fs::path place;
+  std::string text;
+};
+
+/// Programs, CELLCAL_FIX, then the record. Throws where one exists already.
+std::vector<Written> written_files(const CorrectCommand& command, const RewrittenPrograms& result,
+                                   const FixModule& fix, const std::string& record) {
+  std::vector<Written> all;
+  for (const KrlFile& file : result.files) {
+    const fs::path inside = command.backup.empty() ? fs::path(file.name).filename()
+                                                   : fs::path(file.name).lexically_normal();
+    if (inside.is_absolute() || inside.string().starts_with(".."))
+      throw calib::FileError(file.name, ": leads out of the backup");
+    all.push_back({command.output / inside, file.text});
+    const fs::path read = command.backup.empty() ? fs::path(file.name) : command.backup / inside;
+    if (fs::exists(all.back().place) && fs::exists(read) &&
+        fs::equivalent(all.back().place, read))
+      throw calib::FileError(all.back().place.string(),
+                             ": is the program itself; write to another folder with -o");
+  }
+  const fs::path folder = command.output / folder_of_module(command, result);
+  for (const KrlFile* file : {&fix.src, &fix.dat}) all.push_back({folder / file->name, file->text});
+  all.push_back({command.backup.empty() ? record_beside(all.front().place)
+                                        : command.output / kBackupRecord,
+                 record});
+  for (const Written& one : all)
+    if (!command.force && fs::exists(one.place))
+      throw calib::FileError(one.place.string(),
+                             ": exists. Replace it with --force, or write to another folder");
+  return all;
+}
+
+void write_all(const std::vector<Written>& files) {
+  for (const Written& one : files) fs::create_directories(one.place.parent_path());
+  // The record first: a corrected program without it would pass for the original.
+  write_atomically(files.back().place, files.back().text);
+  for (const Written& one : files) write_atomically(one.place, one.text);
+}
+
+FixModule module_for(const CorrectCommand& command, const calib::Calibration& calibration,
+                     const std::vector<KrlFile>& controller) {
+  if (command.serial <= 0)
+    throw calib::FileError("--at-run-time needs --serial, the robot's $KR_SERIALNO");
+  if (!calibration.verdict.workspace && !command.anywhere)
+    throw calib::FileError(
+        command.calibration.string(),
+        ": holds near its targets only, which the running program cannot know. --anywhere corrects "
+        "everywhere, with its u95");
+  krl::Data data;
+  for (const KrlFile& file : controller) read_data(file, data);
+  return fix_module(calibration, data,
+                    {command.serial, calib::sha256(calib::read_file(command.calibration))});
+}
+
+}  // namespace
+
+int correct_at_run_time(const CorrectCommand& command, const calib::Calibration& calibration) {
+  const krl::BackupFiles files =
+      command.backup.empty() ? one_program(command) : whole_backup(command);
+  const FixModule fix = module_for(command, calibration, files.controller);
+  const RewrittenPrograms result =
+      rewrite_motions(files, correction_options(command, nullptr).leave);
+  const calib::Robot& robot = calibration.cell.robot;
+  Json report = report_json(result, fix, command.serial, robot);
+  std::vector<Written> written;
+  if (!result.files.empty() && !command.output.empty()) {
+    std::vector<KrlFile> read;
+    for (const krl::ProgramFiles& one : files.modules) read.push_back(one.src);
+    Json record = corrected_record(report, read, result.files);
+    record["calibration_sha256"] = calib::sha256(calib::read_file(command.calibration));
+    written = written_files(command, result, fix, json_text(record));
+    write_all(written);
+  }
+  report["written"] = Json::array();
+  std::string text = report_words(result, fix, robot);
+  for (const Written& one : written) {
+    report["written"].push_back(one.place.string());
+    text += one.place.string() + " written\n";
+  }
+  if (written.empty()) text += "nothing written; -o FOLDER writes the programs and CELLCAL_FIX\n";
+  put(command.json ? json_text(report) : text, {});
+  if (!result.files.empty()) return kSuccess;
+  return std::ranges::any_of(result.modules, [](const auto& m) { return !m.refusals.empty(); })
+             ? kJobFailed
+             : kNotPublishable;
+}
+
+int restore_program(const CorrectCommand& command) {
+  const KrlFile src{command.restore.string(), calib::read_file(command.restore, krl::kMostBytes + 1)};
+  const std::string text = krl::restored(src);
+  if (command.output.empty()) throw calib::FileError("--restore needs -o FOLDER");
+  const fs::path place = command.output / command.restore.filename();
+  if (!command.force && fs::exists(place))
+    throw calib::FileError(place.string(),
+                           ": exists. Replace it with --force, or write to another folder");
+  fs::create_directories(command.output);
+  write_atomically(place, text);
+  put(place.string() + " written, as it was before --at-run-time\n", {});
+  return kSuccess;
+}
+
+}  // namespace cellcal::daemon

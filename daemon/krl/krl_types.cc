@@ -1,0 +1,163 @@
+#include "daemon/krl/krl_types.h"
+
+#include <algorithm>
+
+#include "calib/model/error.h"
+#include "daemon/krl/krl_calls.h"
+
+namespace cellcal::daemon::krl {
+
+namespace {
+
+using Kind = Token::Kind;
+
+bool word_at(const std::vector<Token>& t, std::size_t at) {
+  return at < t.size() && t[at].kind == Kind::kWord;
+}
+bool sign_is(const std::vector<Token>& t, std::size_t at, char what) {
+  return at < t.size() && is_sign_of(t[at], what);
+}
+
+/// Behind [..] and =value, at the comma or the end.
+std::size_t behind_declared(const std::vector<Token>& t, std::size_t at) {
+  for (int depth = 0; at < t.size(); ++at) {
+    if (sign_is(t, at, '{') || sign_is(t, at, '[') || sign_is(t, at, '(')) ++depth;
+    if (sign_is(t, at, '}') || sign_is(t, at, ']') || sign_is(t, at, ')')) --depth;
+    if (depth == 0 && sign_is(t, at, ',')) break;
+  }
+  return at;
+}
+
+/// The controller's own, as far as motions go to them.
+const std::map<std::string, std::string>& system_names() {
+  static const std::map<std::string, std::string> names = [] {
+    std::map<std::string, std::string> all = {{"$NULLFRAME", "FRAME"}, {"$WORLD", "FRAME"},
+                                              {"$TOOL", "FRAME"},      {"$BASE", "FRAME"},
+                                              {"TOOL_DATA", "FRAME"},  {"BASE_DATA", "FRAME"},
+                                              {"$H_POS", "E6AXIS"},    {"INV_POS", "FRAME"},
+                                              {"FORWARD", "E6POS"},    {"INVERSE", "E6AXIS"}};
+    for (const char* what : {"ACT", "ACT_MEAS", "INT", "FOR", "BACK", "RET"})
+      all[std::string("$AXIS_") + what] = "E6AXIS";
+    for (const char* what : {"ACT", "ACT_MES", "INT", "FOR", "BACK", "RET"})
+      all[std::string("$POS_") + what] = "E6POS";
+    return all;
+  }();
+  return names;
+}
+
+std::string found_in(const std::map<std::string, std::string>& names, const std::string& name) {
+  const auto at = names.find(name);
+  return at == names.end() ? std::string() : at->second;
+}
+
+}  // namespace
+
+/// A name with two types has none.
+void Types::keep(const std::string& name, const std::string& type, Names& names) {
+  const auto [at, fresh] = names.emplace(name, type);
+  if (!fresh && at->second != type) at->second.clear();
+}
+
+/// [GLOBAL] STRUC NAME TYPE a,b,TYPE c
+void Types::read_structure(const Line& line) {
+  const auto& t = line.tokens;
+  const std::size_t begin = t[0].is("GLOBAL") || t[0].is("DECL") ? 1 : 0;
+  if (!word_at(t, begin + 1)) return;
+  Names& parts = structures_[t[begin + 1].word];
+  std::string type;
+  for (std::size_t at = begin + 2; word_at(t, at); at = behind_declared(t, at + 1) + 1) {
+    if (word_at(t, at + 1)) type = t[at++].word;
+    keep(t[at].word, type, parts);
+  }
+}
+
+bool Types::read_declaration(const Line& line, Names& names) {
+  const auto& t = line.tokens;
+  std::size_t at = 0;
+  bool global = false;
+  for (; at < t.size() && (t[at].is("DECL") || t[at].is("GLOBAL") || t[at].is("CONST")); ++at)
+    global = global || t[at].is("GLOBAL");
+  if (at < t.size() && t[at].is("STRUC")) return read_structure(line), true;
+  if (!word_at(t, at) || !word_at(t, at + 1) || (at == 0 && !is_point_type(t[0].word)))
+    return at > 0;
+  const std::string type = t[at].word;
+  for (++at; word_at(t, at); at = behind_declared(t, at + 1) + 1) {
+    keep(t[at].word, type, names);
+    if (global) keep(t[at].word, type, globals_);
+  }
+  return true;
+}
+
+void Types::read_source(const KrlFile& file, Module& module) {
+  Names* local = &module.locals[0];
+  for (const Line& line : read_lines(file)) {
+    const auto& t = line.tokens;
+    if (begins_routine(line)) {
+      local = &module.locals[line.number];
+      std::size_t at = t[0].is("GLOBAL") ? 1 : 0;
+      if (!t[at].is("DEFFCT") || !word_at(t, at + 1)) continue;
+      const std::string type = t[at + 1].word;
+      at = sign_is(t, at + 2, '[') ? at + 4 : at + 2;
+      if (!word_at(t, at)) continue;
+      keep(t[at].word, type, module.functions);
+      keep(t[at].word, type, functions_);
+    } else if (t[0].is("DECL") || t[0].is("STRUC") || is_point_type(t[0].word)) {
+      read_declaration(line, *local);
+    }
+  }
+}
+
+void Types::read_data(const KrlFile& file, Names& names) {
+  for (const Line& line : read_lines(file)) {
+    if (line.tokens[0].is("EXTFCT") && word_at(line.tokens, 2))
+      keep(line.tokens[2].word, line.tokens[1].word, functions_);
+    else
+      read_declaration(line, names);
+  }
+}
+
+Types::Types(const BackupFiles& files) {
+  for (const ProgramFiles& one : files.modules) {
+    Module& module = modules_.emplace_back();
+    read_source(one.src, module);
+    if (one.dat) read_data(*one.dat, module.variables);
+    for (const KrlFile& other : one.modules) try {
+        Module of_other;
+        read_source(other, of_other);
+      } catch (const calib::FileError&) {  // not a text: its functions are unknown
+      }
+  }
+  Names controller;
+  for (const KrlFile& file : files.controller) read_data(file, controller);
+  for (const auto& [name, type] : controller) keep(name, type, globals_);
+  Names others;  // only their GLOBAL ones are seen
+  for (const KrlFile& file : files.data) read_data(file, others);
+}
+
+std::string Types::of_variable(std::size_t module, int line, const std::string& name,
+                               const std::vector<std::string>& components) const {
+  const Module& own = modules_[module];
+  const auto behind = own.locals.upper_bound(line);
+  const Names& local = std::prev(behind)->second;
+  std::string type;
+  for (const Names* names : {&local, &own.variables, &globals_, &system_names()}) {
+    const auto at = names->find(name);
+    if (at == names->end()) continue;
+    type = at->second;
+    break;
+  }
+  for (const std::string& component : components) {
+    const auto structure = structures_.find(type);
+    type = structure == structures_.end() ? "" : found_in(structure->second, component);
+  }
+  return type;
+}
+
+std::string Types::of_function(std::size_t module, const std::string& name) const {
+  const auto own = modules_[module].functions.find(name);
+  if (own != modules_[module].functions.end()) return own->second;
+  const std::string type = found_in(functions_, name);
+  return type.empty() ? found_in(system_names(), name) : type;
+}
+
+}  // namespace cellcal::daemon::krl

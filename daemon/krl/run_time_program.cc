@@ -1,0 +1,445 @@
+#include "daemon/krl/run_time_program.h"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <set>
+#include <tuple>
+
+#include "calib/files/text.h"
+#include "calib/model/error.h"
+#include "daemon/krl/krl_calls.h"
+#include "daemon/krl/krl_numbers.h"
+#include "daemon/krl/krl_types.h"
+
+namespace cellcal::daemon::krl {
+
+namespace {
+
+using Kind = Token::Kind;
+using Tokens = std::vector<Token>;
+
+/// The functions of CELLCAL_FIX for a point of a type.
+struct Functions {
+  std::string type, path, ptp, path_in, ptp_in, stay;  ///< empty: there is none
+};
+const std::array<Functions, 5> kFunctions = {
+    {{"E6POS", "CC_FIX", "CC_FIX_PTP", "CC_FIX_IN", "CC_FIX_PTP_IN", "CC_STAY_POS"},
+     {"POS", "CC_FIX_POS", "CC_FIX_PTP_POS", "", "", ""},
+     {"FRAME", "CC_FIX_FRAME", "CC_FIX_FRAME", "CC_FIX_FRAME_IN", "CC_FIX_FRAME_IN", ""},
+     {"E6AXIS", "", "CC_FIX_E6AXIS", "", "CC_FIX_E6AXIS_IN", "CC_STAY"},
+     {"AXIS", "", "CC_FIX_AXIS", "", "", "CC_STAY_AXIS"}}};
+constexpr const char* kByBase = "CC_BY";
+constexpr const char* kByTool = "CC_BY_TOOL";
+constexpr const char* kByAxes = "CC_BY_AXES";
+/// Components that a relative motion leaves out end its {..}, written as nobody else writes them.
+constexpr const char* kAdded = ",  ";
+constexpr const char* kNothing = " +0.0";
+
+const std::set<std::string> kPtp = {"PTP", "SPTP"};
+const std::set<std::string> kArc = {"CIRC", "SCIRC"};
+const std::set<std::string> kRelativeWays = {"PTP_REL", "SPTP_REL", "LIN_REL", "SLIN_REL"};
+/// Where the arm stands: motions to these do not move, or go back onto a corrected path.
+const std::set<std::string> kWhereItIs = {"$POS_ACT",  "$POS_ACT_MES", "$POS_INT",
+                                          "$POS_BACK", "$POS_FOR",     "$POS_RET"};
+
+bool is_ours(const Token& token) {
+  static const std::set<std::string> all = [] {
+    std::set<std::string> names = {kByBase, kByTool, kByAxes};
+    for (const Functions& f : kFunctions)
+      for (const auto* name : {&f.path, &f.ptp, &f.path_in, &f.ptp_in, &f.stay}) names.insert(*name);
+    names.erase("");
+    return names;
+  }();
+  return token.kind == Kind::kWord && all.count(token.word) > 0;
+}
+
+bool sign_here(const Tokens& t, std::size_t at, char what) {
+  return at < t.size() && is_sign_of(t[at], what);
+}
+
+/// Behind the bracket that closes the one at `at`; 0: none does.
+std::size_t closed(const Tokens& t, std::size_t at) {
+  int depth = 0;
+  for (; at < t.size(); ++at) {
+    if (t[at].kind != Kind::kSign) continue;
+    const char c = t[at].word[0];
+    if (c == '{' || c == '[' || c == '(') ++depth;
+    if ((c == '}' || c == ']' || c == ')') && --depth == 0) return at + 1;
+  }
+  return 0;
+}
+
+/// {E6POS: X 1.0,...}
+struct Literal {
+  std::string type;  ///< written before the components; empty: none
+  std::map<std::string, std::optional<double>> parts;  ///< empty value: computed
+};
+
+std::optional<Literal> literal_at(const Tokens& t, std::size_t at) {
+  const std::size_t end = closed(t, at);
+  if (end == 0) return std::nullopt;
+  Literal literal;
+  ++at;
+  if (sign_here(t, at + 1, ':') && t[at].kind == Kind::kWord) {
+    literal.type = t[at].word;
+    at += 2;
+  }
+  while (at + 1 < end) {
+    if (t[at].kind != Kind::kWord) return std::nullopt;
+    const std::string name = t[at].word;
+    std::size_t next = ++at;
+    for (int depth = 0; next + 1 < end; ++next) {
+      if (sign_here(t, next, '(') || sign_here(t, next, '[') || sign_here(t, next, '{')) ++depth;
+      if (sign_here(t, next, ')') || sign_here(t, next, ']') || sign_here(t, next, '}')) --depth;
+      if (depth == 0 && sign_here(t, next, ',')) break;
+    }
+    const Tokens value(t.begin() + static_cast<std::ptrdiff_t>(at),
+                       t.begin() + static_cast<std::ptrdiff_t>(next));
+    if (value.empty() || !literal.parts.emplace(name, read_number(value, 0)).second)
+      return std::nullopt;
+    at = next + 1;
+  }
+  return literal;
+}
+
+bool has_all(const Literal& literal, const std::array<const char*, 6>& names) {
+  return std::ranges::all_of(names, [&](const char* n) { return literal.parts.count(n) > 0; });
+}
+constexpr std::array<const char*, 6> kPlace = {"X", "Y", "Z", "A", "B", "C"};
+constexpr std::array<const char*, 6> kAxes = {"A1", "A2", "A3", "A4", "A5", "A6"};
+
+/// The target of a motion: tokens [begin, end).
+struct Target {
+  std::size_t begin = 0, end = 0;
+  std::string type;  ///< empty: unknown
+  std::string name;  ///< of a single variable, with its components and constant subscripts
+  std::optional<Literal> literal;  ///< of a single {..}
+};
+
+/// C_SPL and the like, behind WITH.
+bool approximates(const Token& token) {
+  static const std::set<std::string> words = {"C_SPL", "C_DIS", "C_VEL", "C_ORI", "C_PTP"};
+  return token.kind == Kind::kWord && words.count(token.word) > 0;
+}
+
+/// Tool, base and mode of a motion's or spline's own WITH, as text.
+struct With {
+  std::string tool, base, mode;
+  bool any() const { return !tool.empty() || !base.empty() || !mode.empty(); }
+};
+
+class Rewriter {
+ public:
+  Rewriter(const KrlFile& src, std::size_t module, const Types& types,
+           const std::set<std::string>& leave, std::set<std::string>& seen)
+      : src_(src), module_(module), types_(types), leave_(leave), seen_(seen) {
+    result_.src = src.name;
+  }
+
+  void read() {
+    for (const Line& line : read_lines(src_)) {
+      for (const Token& token : line.tokens)
+        if (is_ours(token))
+          throw calib::FileError(src_.name,
+                                 ":" + std::to_string(line.number) +
+                                     ": is corrected at run time already. --restore takes it back");
+      read(line);
+    }
+  }
+  const RewrittenModule& result() const { return result_; }
+  std::string text() const { return edited(src_.text, edits_); }
+
+ private:
+  void refuse(Why why, const Line& line, const std::string& what) {
+    result_.refusals.push_back({why, src_.name, line.number, what});
+  }
+
+  void read(const Line& line) {
+    const Tokens& t = line.tokens;
+    if (t[0].is("SPLINE") || t[0].is("PTP_SPLINE")) spline_ = with_of(t, {});
+    if (t[0].is("ENDSPLINE") || begins_routine(line)) spline_ = {};
+    const MotionKind kind = motion_kind(line);
+    if (t.size() < 2 || (kind != MotionKind::kPoint && kind != MotionKind::kRelative)) return;
+    ++result_.motions;
+    if (kind == MotionKind::kRelative) return relative(line);
+    std::size_t at = to(line, 1);
+    if (at > 0 && kArc.count(t[0].word) > 0 && sign_here(t, at, ',')) at = to(line, at + 1);
+    if (at > 0 && spoken_) ++result_.corrected;
+    spoken_ = false;
+  }
+
+  With with_of(const Tokens& t, With with) const {
+    std::size_t at = 0;
+    while (at < t.size() && !t[at].is("WITH")) ++at;
+    while (++at < t.size()) {
+      std::size_t end = at;
+      for (int depth = 0; end < t.size(); ++end) {
+        if (sign_here(t, end, '(') || sign_here(t, end, '[') || sign_here(t, end, '{')) ++depth;
+        if (sign_here(t, end, ')') || sign_here(t, end, ']') || sign_here(t, end, '}')) --depth;
+        if (depth == 0 && (sign_here(t, end, ',') || approximates(t[end]))) break;
+      }
+      std::string* const place = t[at].is("$TOOL")       ? &with.tool
+                                 : t[at].is("$BASE")     ? &with.base
+                                 : t[at].is("$IPO_MODE") ? &with.mode
+                                                         : nullptr;
+      if (place != nullptr && sign_here(t, at + 1, '=') && at + 2 < end)
+        *place = src_.text.substr(t[at + 2].begin, t[end - 1].end - t[at + 2].begin);
+      at = end;
+    }
+    return with;
+  }
+
+  /// One operand; 0: not understood.
+  std::size_t operand(const Line& line, std::size_t at, Target& target) const {
+    const Tokens& t = line.tokens;
+    target.type.clear();
+    target.name.clear();
+    target.literal.reset();
+    if (sign_here(t, at, '{')) {
+      target.literal = literal_at(t, at);
+      if (!target.literal) return 0;
+      target.type = type_of(*target.literal);
+      return closed(t, at);
+    }
+    if (sign_here(t, at, '(')) {
+      const std::size_t end = closed(t, at);
+      Target inner;
+      if (end == 0 || expression(line, at + 1, inner) + 1 != end) return 0;
+      target.type = inner.type;
+      return end;
+    }
+    if (at >= t.size() || t[at].kind != Kind::kWord) return 0;
+    const std::string& word = t[at].word;
+    if (sign_here(t, at + 1, '(')) {
+      target.type = types_.of_function(module_, word);
+      return closed(t, at + 1);
+    }
+    return variable(line, at, target);
+  }
+
+  std::size_t variable(const Line& line, std::size_t at, Target& target) const {
+    const Tokens& t = line.tokens;
+    const std::string& word = t[at].word;
+    target.name = word;
+    std::vector<std::string> components;
+    for (++at; sign_here(t, at, '[') || (sign_here(t, at, '.') && at + 1 < t.size());) {
+      if (sign_here(t, at, '.')) {
+        components.push_back(t[at + 1].word);
+        target.name += "." + t[at + 1].word;
+        at += 2;
+        continue;
+      }
+      const std::size_t end = closed(t, at);
+      if (end == 0) return 0;
+      for (; at < end; ++at) target.name += t[at].word;
+    }
+    target.type = types_.of_variable(module_, line.number, word, components);
+    if (target.type.empty() && components.empty() && stays(word)) target.type = "E6AXIS";
+    return at;
+  }
+
+  /// Operands with ':' between them: of the type of the last.
+  std::size_t expression(const Line& line, std::size_t at, Target& target) const {
+    target.begin = at;
+    std::size_t end = operand(line, at, target);
+    while (end > 0 && sign_here(line.tokens, end, ':')) {
+      end = operand(line, end + 1, target);
+      target.name.clear();
+      target.literal.reset();
+    }
+    target.end = end;
+    return end;
+  }
+
+  static std::string type_of(const Literal& literal) {
+    if (!literal.type.empty()) return literal.type;
+    if (literal.parts.count("A1") > 0) return "E6AXIS";
+    return literal.parts.count("S") + literal.parts.count("T") + literal.parts.count("E1") > 0
+               ? "E6POS"
+               : "FRAME";
+  }
+
+  static bool whole(const Literal& literal, bool ptp) {
+    const std::string type = type_of(literal);
+    if (type == "E6AXIS" || type == "AXIS") return has_all(literal, kAxes);
+    const bool posture = literal.parts.count("S") > 0 && literal.parts.count("T") > 0;
+    return has_all(literal, kPlace) && (type == "FRAME" || !ptp || posture);
+  }
+
+  void wrap(const Line& line, const Target& target, const std::string& function,
+            const std::string& more = {}) {
+    const std::size_t begin = line.tokens[target.begin].begin;
+    const std::size_t end = line.tokens[target.end - 1].end;
+    edits_.push_back({begin, begin, function + "("});
+    edits_.push_back({end, end, more + ")"});
+  }
+
+  bool left(const std::string& name) const {
+    return stays(name) || leave_.count(name) > 0 || leave_.count(variable_of(name)) > 0;
+  }
+
+  /// A point at tokens[at]; returns the token behind it, 0 after a refusal.
+  std::size_t to(const Line& line, std::size_t at) {
+    Target target;
+    if (expression(line, at, target) == 0)
+      return refuse(Why::kPartial, line, "line " + std::to_string(line.number)), 0;
+    const std::string what =
+        target.name.empty() ? "line " + std::to_string(line.number) : target.name;
+    seen_.insert({target.name, variable_of(target.name)});
+    if (kWhereItIs.count(target.name) > 0) return target.end;
+    const bool ptp = kPtp.count(line.tokens[0].word) > 0;
+    if (target.literal && !whole(*target.literal, ptp)) return refuse(Why::kPartial, line, what), 0;
+    const auto functions =
+        std::ranges::find(kFunctions, target.type, [](const Functions& f) { return f.type; });
+    if (functions == kFunctions.end()) return refuse(Why::kUnknownPoint, line, what), 0;
+    if (left(target.name) || target.name.starts_with("$")) {
+      if (!functions->stay.empty()) wrap(line, target, functions->stay);
+      return target.end;
+    }
+    return fix(line, target, *functions, ptp) ? target.end
+                                              : (refuse(Why::kUnknownPoint, line, what), 0);
+  }
+
+  /// False: no function for this type here.
+  bool fix(const Line& line, const Target& target, const Functions& functions, bool ptp) {
+    const With with = with_of(line.tokens, spline_);
+    const bool axes = target.type == "E6AXIS" || target.type == "AXIS";
+    const bool in = axes ? !with.tool.empty() : with.any();
+    const std::string& function = in    ? (ptp ? functions.ptp_in : functions.path_in)
+                                  : ptp ? functions.ptp
+                                        : functions.path;
+    if (function.empty()) return false;
+    const auto given = [](const std::string& text, const char* active) {
+      return "," + (text.empty() ? std::string(active) : text);
+    };
+    std::string more;
+    if (in) more = given(with.tool, "$TOOL");
+    if (in && !axes) more += given(with.base, "$BASE") + given(with.mode, "$IPO_MODE");
+    wrap(line, target, function, more);
+    spoken_ = true;
+    return true;
+  }
+
+  void relative(const Line& line) {
+    const Tokens& t = line.tokens;
+    Target target;
+    const std::size_t end = expression(line, 1, target);
+    const bool in_tool = std::ranges::any_of(t, [](const Token& one) { return one.is("#TOOL"); });
+    const bool axes = target.type == "E6AXIS";
+    const bool understood = end > 0 && kRelativeWays.count(t[0].word) > 0 && !spline_.any() &&
+                            (axes || target.type == "FRAME") &&
+                            (!axes || t[0].word.starts_with("PTP") || t[0].word.starts_with("SPTP"));
+    const auto turns = [&] {
+      return std::ranges::any_of(std::array{"A", "B", "C"}, [&](const char* name) {
+        const auto part = target.literal->parts.find(name);
+        return part != target.literal->parts.end() && part->second != 0.0;
+      });
+    };
+    if (!understood || (target.literal && !axes && !in_tool && turns()))
+      return refuse(Why::kRelative, line, t[0].word);
+    std::string missing;
+    for (const char* name : axes ? kAxes : kPlace)
+      if (target.literal && target.literal->parts.count(name) == 0)
+        missing += (missing.empty() ? kAdded : ",") + std::string(name) + kNothing;
+    if (!missing.empty()) {
+      const std::size_t brace = t[target.end - 1].begin;
+      edits_.push_back({brace, brace, missing});
+    }
+    wrap(line, target, axes ? kByAxes : in_tool ? kByTool : kByBase);
+    ++result_.corrected;
+  }
+
+  const KrlFile& src_;
+  std::size_t module_;
+  const Types& types_;
+  const std::set<std::string>& leave_;
+  std::set<std::string>& seen_;
+  With spline_;
+  bool spoken_ = false;  ///< a point of this line is corrected
+  std::vector<Edit> edits_;
+  RewrittenModule result_;
+};
+
+/// CELLCAL_FIX itself, and the controller's and its options' own modules.
+bool stays_as_it_is(const std::string& file) {
+  std::string path = "/" + file;
+  std::ranges::transform(path, path.begin(), [](unsigned char c) { return std::tolower(c); });
+  std::ranges::replace(path, '\\', '/');
+  return path.ends_with("/cellcal_fix.src") || path.find("/r1/system/") != std::string::npos ||
+         path.find("/r1/tp/") != std::string::npos;
+}
+
+void leave_what_exists(const std::vector<std::string>& leave, const std::set<std::string>& seen) {
+  for (const std::string& name : leave)
+    if (seen.count(name) == 0)
+      throw calib::FileError("--leave: no motion goes to a point " + calib::shown(name));
+}
+
+/// Cuts one call at tokens[at] down to its first argument.
+void take_back(const KrlFile& src, const Line& line, std::size_t at, std::vector<Edit>& edits) {
+  const Tokens& t = line.tokens;
+  const std::size_t end = sign_here(t, at + 1, '(') ? closed(t, at + 1) : 0;
+  const bool again = std::any_of(t.begin() + static_cast<std::ptrdiff_t>(at) + 1,
+                                 t.begin() + static_cast<std::ptrdiff_t>(std::max(end, at + 1)),
+                                 is_ours);
+  if (end < at + 4 || again)
+    throw calib::FileError(src.name, ":" + std::to_string(line.number) + ": " + t[at].word +
+                                         " is not as cellcal writes it. Edit the line by hand");
+  std::size_t first = at + 2;
+  for (int depth = 0; first + 1 < end; ++first) {
+    if (sign_here(t, first, '(') || sign_here(t, first, '[') || sign_here(t, first, '{')) ++depth;
+    if (sign_here(t, first, ')') || sign_here(t, first, ']') || sign_here(t, first, '}')) --depth;
+    if (depth == 0 && sign_here(t, first, ',')) break;
+  }
+  edits.push_back({t[at].begin, t[at + 1].end, ""});
+  std::size_t cut = t[first - 1].end;
+  if (t[at].word.starts_with(kByBase) && sign_here(t, first - 1, '}')) {
+    const std::size_t brace = t[first - 1].begin;
+    const std::size_t added = src.text.rfind(kAdded, brace);
+    if (added != std::string::npos && added >= t[at + 2].end &&
+        std::string_view(src.text).substr(added, brace - added).ends_with(kNothing))
+      edits.push_back({added, brace, ""});
+  }
+  edits.push_back({cut, t[end - 1].end, ""});
+}
+
+}  // namespace
+
+RewrittenPrograms rewrite_motions(const BackupFiles& files, const std::vector<std::string>& leave) {
+  const Types types(files);
+  const std::set<std::string> left(leave.begin(), leave.end());
+  std::set<std::string> seen;
+  RewrittenPrograms result;
+  for (std::size_t i = 0; i < files.modules.size(); ++i) {
+    const KrlFile& src = files.modules[i].src;
+    if (stays_as_it_is(src.name)) continue;
+    Rewriter rewriter(src, i, types, left, seen);
+    rewriter.read();
+    result.modules.push_back(rewriter.result());
+    KrlFile fresh{src.name, rewriter.text()};
+    if (!rewriter.result().refusals.empty() || fresh.text == src.text) continue;
+    if (restored(fresh) != src.text)
+      throw calib::FileError(src.name, ": would not come back byte for byte. Report this program");
+    result.files.push_back(std::move(fresh));
+  }
+  leave_what_exists(leave, seen);
+  return result;
+}
+
+std::string restored(const KrlFile& src) {
+  std::vector<Edit> edits;
+  for (const Line& line : read_lines(src))
+    for (std::size_t at = 0; at < line.tokens.size(); ++at)
+      if (is_ours(line.tokens[at])) {
+        if (motion_kind(line) == MotionKind::kNone)
+          throw calib::FileError(src.name, ":" + std::to_string(line.number) + ": " +
+                                               line.tokens[at].word +
+                                               " outside of a motion: not written by cellcal");
+        take_back(src, line, at, edits);
+      }
+  if (edits.empty()) throw calib::FileError(src.name, ": no motion is corrected at run time");
+  return edited(src.text, edits);
+}
+
+}  // namespace cellcal::daemon::krl

@@ -1,0 +1,202 @@
+// Motions rewritten for CELLCAL_FIX, and taken back.
+
+#include "daemon/krl/run_time_program.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "calib/estimate/predict.h"
+#include "calib/model/error.h"
+#include "daemon/krl/fix_module.h"
+#include "tests/daemon/krl/fixture.h"
+#include "tests/daemon/krl/krl_controller.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+using krl::restored;
+using krl::RewrittenPrograms;
+using krl::Why;
+
+constexpr const char* kDat =
+    "DEFDAT P PUBLIC\nDECL E6POS XP1={X 1.0,Y 2.0,Z 3.0,A 0.0,B 0.0,C 0.0,S 2,T 35}\n"
+    "DECL E6POS XARR[5]\nPOS XPOS\nFRAME XF\nDECL E6AXIS XA\nAXIS XB\n"
+    "STRUC STATION E6POS ABOVE,AT,INT NR\nDECL STATION XS[3]\nDECL REAL R=0.0\nENDDAT\n";
+
+RewrittenPrograms rewritten_of(const std::string& text,
+                               const std::vector<std::string>& leave = {}) {
+  krl::BackupFiles files;
+  krl::ProgramFiles one;
+  one.src = {"p.src", text};
+  one.dat = krl::KrlFile{"p.dat", kDat};
+  files.modules.push_back(one);
+  return rewrite_motions(files, leave);
+}
+
+std::string program(const std::string& body) { return "DEF P ( )\r\n" + body + "\r\nEND\r\n"; }
+
+/// The statement as rewritten; its refusal; or "unchanged".
+std::string line_of(const std::string& body, const std::vector<std::string>& leave = {}) {
+  const RewrittenPrograms result = rewritten_of(program(body), leave);
+  if (!result.modules.at(0).refusals.empty())
+    return name_of(result.modules[0].refusals[0].why);
+  if (result.files.empty()) return "unchanged";
+  const std::string& text = result.files[0].text;
+  EXPECT_EQ(restored(result.files[0]), program(body));
+  return text.substr(11, text.size() - 11 - 7);
+}
+
+TEST(RunTimeProgram, WrapsThePointOfAMotionByItsTypeAndWay) {
+  EXPECT_EQ(line_of("LIN XP1 C_DIS"), "LIN CC_FIX(XP1) C_DIS");
+  EXPECT_EQ(line_of("PTP  XP1  C_PTP ; Z\xfcge"), "PTP  CC_FIX_PTP(XP1)  C_PTP ; Z\xfcge");
+  EXPECT_EQ(line_of("lin xp1"), "lin CC_FIX(xp1)");
+  EXPECT_EQ(line_of("LIN XPOS"), "LIN CC_FIX_POS(XPOS)");
+  EXPECT_EQ(line_of("PTP XPOS"), "PTP CC_FIX_PTP_POS(XPOS)");
+  EXPECT_EQ(line_of("LIN XF C_VEL"), "LIN CC_FIX_FRAME(XF) C_VEL");
+  EXPECT_EQ(line_of("PTP XA"), "PTP CC_FIX_E6AXIS(XA)");
+  EXPECT_EQ(line_of("PTP XB"), "PTP CC_FIX_AXIS(XB)");
+  EXPECT_EQ(line_of("CIRC XP1,XARR[2],CA 180.0 C_DIS"),
+            "CIRC CC_FIX(XP1),CC_FIX(XARR[2]),CA 180.0 C_DIS");
+  EXPECT_EQ(line_of("SPL XP1"), "SPL CC_FIX(XP1)");
+}
+
+TEST(RunTimeProgram, WrapsWhatOnlyTheRunningProgramKnows) {
+  EXPECT_EQ(line_of("LIN XARR[I+1]"), "LIN CC_FIX(XARR[I+1])");
+  EXPECT_EQ(line_of("LIN XS[N].ABOVE C_DIS"), "LIN CC_FIX(XS[N].ABOVE) C_DIS");
+  EXPECT_EQ(line_of("LIN XP1:XF"), "LIN CC_FIX_FRAME(XP1:XF)");
+  EXPECT_EQ(line_of("LIN XF:XP1 C_DIS"), "LIN CC_FIX(XF:XP1) C_DIS");
+  EXPECT_EQ(line_of("LIN INV_POS(XF):XP1"), "LIN CC_FIX(INV_POS(XF):XP1)");
+  EXPECT_EQ(line_of("DECL FRAME HERE\r\nPTP HERE"), "DECL FRAME HERE\r\nPTP CC_FIX_FRAME(HERE)");
+  EXPECT_EQ(line_of("LIN PLACE(3)\r\nEND\r\nDEFFCT E6POS PLACE (N:IN)\r\nDECL INT N\r\n"
+                    "RETURN (XP1)\r\nENDFCT\r\nDEF Q()"),
+            "LIN CC_FIX(PLACE(3))\r\nEND\r\nDEFFCT E6POS PLACE (N:IN)\r\nDECL INT N\r\n"
+            "RETURN (XP1)\r\nENDFCT\r\nDEF Q()");
+}
+
+TEST(RunTimeProgram, WrapsPointsWrittenOut) {
+  const std::string at = "X 1.0,Y 2,Z -3.0,A 0,B 0,C 0";
+  EXPECT_EQ(line_of("LIN {" + at + "}"), "LIN CC_FIX_FRAME({" + at + "})");
+  EXPECT_EQ(line_of("PTP {E6POS: " + at + ",S 2,T 35} C_PTP"),
+            "PTP CC_FIX_PTP({E6POS: " + at + ",S 2,T 35}) C_PTP");
+  EXPECT_EQ(line_of("PTP {A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0}"),
+            "PTP CC_FIX_E6AXIS({A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0})");
+  EXPECT_EQ(line_of("LIN {Z 500.0}"), "partial");
+  EXPECT_EQ(line_of("PTP {A3 90.0}"), "partial");
+  EXPECT_EQ(line_of("PTP {" + at + ",S 2}"), "partial");
+}
+
+TEST(RunTimeProgram, KeepsRelativeMotionsRelative) {
+  EXPECT_EQ(line_of("LIN_REL {Z 60.0} C_DIS"),
+            "LIN_REL CC_BY({Z 60.0,  X +0.0,Y +0.0,A +0.0,B +0.0,C +0.0}) C_DIS");
+  EXPECT_EQ(line_of("LIN_REL {X 1.0,  Y 2.0,Z 3.0,A 0.0,B 0.0,  C 0.0}"),
+            "LIN_REL CC_BY({X 1.0,  Y 2.0,Z 3.0,A 0.0,B 0.0,  C 0.0})");
+  EXPECT_EQ(line_of("LIN_REL XF #TOOL"), "LIN_REL CC_BY_TOOL(XF) #TOOL");
+  EXPECT_EQ(line_of("PTP_REL {A1 10.0,A2 0,A3 0,A4 0,A5 0,A6 -5}"),
+            "PTP_REL CC_BY_AXES({A1 10.0,A2 0,A3 0,A4 0,A5 0,A6 -5})");
+  EXPECT_EQ(line_of("LIN_REL {A 10.0}"), "relative_motion");
+  EXPECT_EQ(line_of("CIRC_REL {X 1.0},{X 2.0}"), "relative_motion");
+  EXPECT_EQ(line_of("LIN_REL XP1"), "relative_motion");
+}
+
+TEST(RunTimeProgram, GivesToolAndBaseOfTheMotionsOwnWith) {
+  EXPECT_EQ(line_of("SLIN XP1 WITH $VEL=SVEL_CP(2.0,,LDAT),$TOOL=STOOL2(FP1),$BASE="
+                    "SBASE(FP1.BASE_NO),$IPO_MODE=SIPO_MODE(FP1.IPO_FRAME) C_SPL"),
+            "SLIN CC_FIX_IN(XP1,STOOL2(FP1),SBASE(FP1.BASE_NO),SIPO_MODE(FP1.IPO_FRAME)) "
+            "WITH $VEL=SVEL_CP(2.0,,LDAT),$TOOL=STOOL2(FP1),$BASE=SBASE(FP1.BASE_NO),$IPO_MODE="
+            "SIPO_MODE(FP1.IPO_FRAME) C_SPL");
+  EXPECT_EQ(line_of("SPTP XA WITH $TOOL=TOOL_DATA[1]"),
+            "SPTP CC_FIX_E6AXIS_IN(XA,TOOL_DATA[1]) WITH $TOOL=TOOL_DATA[1]");
+  EXPECT_EQ(line_of("SPLINE WITH $BASE=BASE_DATA[2]\r\nSPL XP1\r\nENDSPLINE\r\nLIN XP1"),
+            "SPLINE WITH $BASE=BASE_DATA[2]\r\nSPL CC_FIX_IN(XP1,$TOOL,BASE_DATA[2],$IPO_MODE)\r\n"
+            "ENDSPLINE\r\nLIN CC_FIX(XP1)");
+}
+
+TEST(RunTimeProgram, LeavesHomesAndNamedPointsWhereTheyAre) {
+  EXPECT_EQ(line_of("PTP XHOME"), "PTP CC_STAY(XHOME)");
+  EXPECT_EQ(line_of("PTP $AXIS_ACT"), "PTP CC_STAY($AXIS_ACT)");
+  EXPECT_EQ(line_of("LIN $POS_ACT"), "unchanged");
+  EXPECT_EQ(line_of("LIN XP1", {"XP1"}), "LIN CC_STAY_POS(XP1)");
+  EXPECT_EQ(line_of("WAIT SEC 0\r\nR=XP1.X"), "unchanged");
+  EXPECT_THROW(line_of("LIN XP1", {"XP9"}), calib::FileError);
+}
+
+TEST(RunTimeProgram, RefusesAPointOfAnUnknownTypeByFileAndLine) {
+  const RewrittenPrograms result = rewritten_of(program("LIN XP1\r\nLIN XNOWHERE"));
+  ASSERT_EQ(result.modules.at(0).refusals.size(), 1U);
+  EXPECT_TRUE(result.files.empty());
+  const krl::Refusal& refusal = result.modules[0].refusals[0];
+  EXPECT_EQ(refusal.why, Why::kUnknownPoint);
+  EXPECT_EQ(words(refusal, cell().robot).substr(0, 18), "p.src:3: XNOWHERE:");
+  EXPECT_EQ(line_of("LIN R"), "unknown_point");
+  EXPECT_EQ(line_of("LIN XS[1].NR"), "unknown_point");
+  EXPECT_EQ(line_of("LIN XB"), "unknown_point");  // a path to axis angles
+}
+
+TEST(RunTimeProgram, RefusesASecondCorrection) {
+  const RewrittenPrograms once = rewritten_of(program("LIN XP1"));
+  EXPECT_THROW(rewritten_of(once.files.at(0).text), calib::FileError);
+}
+
+TEST(RunTimeProgram, ComesBackAlsoWhereTheProgramWasEditedSince) {
+  RewrittenPrograms once = rewritten_of(program("LIN XP1\r\nLIN_REL {Z 5.0}"));
+  std::string& text = once.files.at(0).text;
+  text.insert(text.find("LIN CC_FIX"), "WAIT SEC 0.1\r\n");
+  text.insert(text.find("CC_BY("), "  ");
+  EXPECT_EQ(restored(once.files[0]), program("WAIT SEC 0.1\r\nLIN XP1\r\nLIN_REL   {Z 5.0}"));
+}
+
+TEST(RunTimeProgram, TakesNothingBackThatItDidNotWrite) {
+  for (const char* text :
+       {"LIN XP1", "LIN CC_FIX XP1", "LIN CC_FIX(", "LIN CC_FIX()", "LIN CC_FIX(XP1,CC_FIX(XP2))",
+        "XP1=CC_FIX(XP1)", "LIN CC_FIX(CC_FIX(XP1))", "", "LIN CC_BY({Z 1.0"})
+    EXPECT_THROW(restored({"p.src", program(text)}), calib::FileError) << text;
+  EXPECT_THROW(restored({"p.src", std::string("LIN CC_FIX(X\0)", 14)}), calib::FileError);
+  EXPECT_THROW(restored({"p.src", std::string(20'000, 'X')}), calib::FileError);
+}
+
+TEST(RunTimeProgram, SurvivesEveryPlaceWhereAFileCanBeCutShort) {
+  const std::string whole =
+      program("SPLINE WITH $TOOL=TOOL_DATA[1]\r\nSPL {X 1.0,Y (2.0+R),Z XF.Z}:XF\r\nENDSPLINE\r\n"
+              "CIRC XS[1].AT,XARR[N],CA 90.0\r\nLIN_REL {Z 60.0} #TOOL\r\nPTP (XP1)");
+  for (std::size_t size = 0; size <= whole.size(); ++size) {
+    const RewrittenPrograms result = rewritten_of(whole.substr(0, size));
+    if (!result.files.empty()) {
+      EXPECT_EQ(restored(result.files[0]), whole.substr(0, size));
+    }
+  }
+}
+
+/// Programs in inline forms, as they are taught.
+TEST(RunTimeProgram, CorrectsATaughtProgramInItsInlineForms) {
+  const auto taught_at = postures(20, 9);
+  const KrlProgram before = taught(cell().robot, frames(), taught_at);
+  krl::BackupFiles files;
+  krl::ProgramFiles one;
+  one.src = {"weld.src", before.src};
+  one.dat = krl::KrlFile{"weld.dat", before.dat};
+  files.modules.push_back(one);
+  files.controller = {{"$config.dat", before.config}};
+  const RewrittenPrograms result = rewrite_motions(files, {});
+  ASSERT_EQ(result.files.size(), 1U);
+  EXPECT_EQ(result.modules[0].corrected, 20);
+  EXPECT_EQ(result.modules[0].motions, 21);
+  EXPECT_EQ(restored(result.files[0]), before.src);
+  // Nothing but the motions has changed.
+  std::size_t changed = 0;
+  for (std::size_t a = 0, b = 0; a < before.src.size();) {
+    const auto end_a = before.src.find('\n', a), end_b = result.files[0].text.find('\n', b);
+    const std::string old = before.src.substr(a, end_a - a);
+    const std::string fresh = result.files[0].text.substr(b, end_b - b);
+    if (old != fresh) {
+      ++changed;
+      EXPECT_TRUE(old.starts_with("PTP ") || old.starts_with("LIN ")) << old;
+    }
+    a = end_a + 1;
+    b = end_b + 1;
+  }
+  EXPECT_EQ(changed, 21U);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing
