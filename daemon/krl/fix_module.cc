@@ -416,7 +416,7 @@ void write_state(Lines& out) {
   out.value("E6AXIS", "CCF_Q", axes);
   out.value("E6AXIS", "CCF_A", axes);
   out.value("BOOL", "CCF_OK", "FALSE");
-  for (const char* name : {"CCF_N", "CCF_S", "CCF_SS", "CCF_TT"}) out.value("INT", name, "0");
+  for (const char* name : {"CCF_N", "CCF_S", "CCF_TT"}) out.value("INT", name, "0");
   for (const char* name : {"CCF_P", "CCF_C", "CCF_T", "CCF_B", "CCF_R", "CCF_F", "CCF_ROOT"})
     out.value("FRAME", name, none);
   out.value("FRAME", "CCF_UP", frame(Vector3d(0.0, 0.0, kAlongMm)));

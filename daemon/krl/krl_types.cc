@@ -101,6 +101,8 @@ void Types::read_source(const KrlFile& file, Module& module) {
       if (!word_at(t, at)) continue;
       keep(t[at].word, type, module.functions);
       keep(t[at].word, type, functions_);
+    } else if (t[0].is("EXTFCT") && word_at(t, 2)) {
+      keep(t[2].word, t[1].word, functions_);
     } else if (t[0].is("DECL") || t[0].is("STRUC") || is_point_type(t[0].word)) {
       read_declaration(line, *local);
     }

@@ -97,6 +97,32 @@ double true_value(const sim::Truth& truth, const ParameterKey& key) {
   return 0.0;
 }
 
+Made make_touches(const Cell& cell, const sim::Truth& truth, const Plan& plan,
+                  const Making& making) {
+  Random random(making.seed);
+  Made made;
+  for (const PlannedTouch& planned : plan.touches) {
+    const std::size_t t = cell.target_index(planned.target);
+    if (cell.targets[t].kind != TargetKind::kSphere)
+      throw std::runtime_error("target " + planned.target + " is no sphere");
+    Touch touch;
+    touch.target = planned.target;
+    touch.set = planned.set;
+    double off = making.noise_m * random.normal();
+    if (touch.set == TouchSet::kFit && random.uniform() < making.outlier_share) {
+      off = random.uniform(0.5e-3, 20e-3) * (random.uniform() < 0.5 ? -1.0 : 1.0);
+      made.outliers.push_back(made.touches.size());
+    }
+    touch.joint_rad =
+        bring_true_tip(cell, truth, planned.standoff,
+                       truth.centre_m[t] + (truth.radius_m[t] + making.rho_m + off) * planned.normal);
+    if (touch.joint_rad.empty())
+      throw std::runtime_error("a planned touch of " + planned.target + " is out of reach");
+    made.touches.push_back(std::move(touch));
+  }
+  return made;
+}
+
 Made make_touches(const Cell& cell, const sim::Truth& truth, const Making& making) {
   Random random(making.seed);
   Made made;

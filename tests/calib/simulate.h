@@ -5,6 +5,7 @@
 
 #include "calib/model/robot.h"
 #include "calib/model/touch.h"
+#include "calib/plan/planned_touch.h"
 #include "sim/cell/truth.h"
 
 namespace cellcal::calib::testing {
@@ -36,6 +37,11 @@ struct Made {
 
 /// Throws std::runtime_error when a target is out of reach.
 Made make_touches(const Cell& cell, const sim::Truth& truth, const Making& making);
+
+/// Touches of a plan, whose postures the true arm takes to the true spheres. Of `making` count noise, rho, outliers and
+/// seed. Throws std::runtime_error for a touch out of reach, and for a target that is no sphere.
+Made make_touches(const Cell& cell, const sim::Truth& truth, const Plan& plan,
+                  const Making& making);
 
 /// Truth of a cell whose file is exact except for the estimated values.
 sim::Truth plain_truth(const Cell& cell, std::uint64_t seed);

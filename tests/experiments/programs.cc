@@ -5,6 +5,9 @@
 // The controller reads the .dat as text and knows the nominal arm and KUKA's S and T alone
 // (tests/daemon/krl/emulated_controller); the hidden arm has what sim/demo's has.
 //
+// At run time: the motions rewritten for CELLCAL_FIX, which an interpreter with REAL of 32 bits executes, as it does the
+// program as it was.
+//
 // With --folder it counts instead what becomes of the programs of other controllers: each folder below is
 // a backup.
 
@@ -13,15 +16,23 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "calib/estimate/predict.h"
 #include "calib/files/robot_file.h"
 #include "calib/identify/identify.h"
 #include "calib/model/units.h"
+#include "calib/plan/plan.h"
 #include "daemon/krl/correct_program.h"
+#include "daemon/krl/fix_module.h"
+#include "daemon/krl/run_time_program.h"
 #include "tests/calib/simulate.h"
 #include "tests/command_line/command_line.h"
 #include "tests/daemon/krl/emulated_controller.h"
+#include "tests/daemon/krl/krl_controller.h"
 #include "tests/experiments/program_reasons.h"
 #include "tests/experiments/trial.h"
 
@@ -79,11 +90,48 @@ std::vector<JointVector> points(const calib::Cell& cell, int count) {
 
 struct Outcome {
   Distances before, after, before_aligned, after_aligned;
+  Distances running, running_aligned;  ///< corrected at run time
+  double statements = 0.0, operations = 0.0, frames = 0.0, calls = 0.0;  ///< of a point
   double u95_mm = 0.0, shift_mm = 0.0;
   bool published = false;
 };
 
-Outcome run(const Level& level, std::uint64_t seed, int count) {
+using Files = std::map<std::string, std::string>;
+
+/// Joint angles at the taught points as an interpreter commands them, from the home on.
+std::vector<JointVector> executed(const calib::Robot& robot, const daemon::testing::Frames& frames,
+                                  const Files& files, std::size_t count,
+                                  sim::krl::Interpreter::Executed* counts = nullptr) {
+  daemon::testing::KrlController controller(robot, files);
+  controller.put_data("TOOL_DATA", 1, frames.tool);
+  controller.put_data("BASE_DATA", 3, frames.base);
+  controller.run("WELD");
+  if (controller.reached.size() != count + 1)
+    throw std::runtime_error("the program stopped: " + controller.message() + " " +
+                             (controller.messages.empty() ? "" : controller.messages.back()));
+  if (counts != nullptr) *counts = controller.executed();
+  return {controller.reached.begin() + 1, controller.reached.end()};
+}
+
+/// The program's motions rewritten, and CELLCAL_FIX.
+Files for_run_time(const calib::Calibration& calibration,
+                   const daemon::testing::KrlProgram& program) {
+  constexpr int kSerial = 4711;  // of the emulated controller
+  daemon::krl::BackupFiles files;
+  files.modules.push_back(
+      {{"weld.src", program.src}, daemon::krl::KrlFile{"weld.dat", program.dat}, {}, {}});
+  files.controller = {{"$config.dat", program.config}};
+  const auto rewritten = rewrite_motions(files, {});
+  daemon::krl::Data data;
+  read_data(files.controller[0], data);
+  const auto fix = fix_module(calibration, data, {kSerial, "0"});
+  return {{"weld.src", rewritten.files.at(0).text},
+          {"weld.dat", program.dat},
+          {fix.src.name, fix.src.text},
+          {fix.dat.name, fix.dat.text}};
+}
+
+Outcome run(const Level& level, const calib::Plan* plan, std::uint64_t seed, int count) {
   const calib::Cell& cell =
       level.one_sphere ? calib::testing::one_sphere_cell() : calib::testing::demo_cell();
   sim::TruthOptions options;  // as sim/demo's
@@ -99,8 +147,10 @@ Outcome run(const Level& level, std::uint64_t seed, int count) {
   making.check = 20;
   making.outlier_share = 0.02;
   making.seed = static_cast<unsigned>(seed);
-  const calib::Calibration calibration = calib::identify(
-      cell, calib::testing::make_touches(cell, truth, making).touches, {}, calib::shipped_robots);
+  const auto made = plan == nullptr ? calib::testing::make_touches(cell, truth, making)
+                                    : calib::testing::make_touches(cell, truth, *plan, making);
+  const calib::Calibration calibration =
+      calib::identify(cell, made.touches, {}, calib::shipped_robots);
 
   daemon::testing::Frames frames;
   frames.tool = cell.tool.tcp;
@@ -121,18 +171,38 @@ Outcome run(const Level& level, std::uint64_t seed, int count) {
   Eigen::Matrix3Xd wanted(3, static_cast<Eigen::Index>(taught.size()));
   for (std::size_t i = 0; i < taught.size(); ++i)
     wanted.col(static_cast<Eigen::Index>(i)) = nominal.nominal_tip_m(taught[i]);
-  const auto before = tips(truth, daemon::testing::run(cell.robot, frames, program.dat));
+  const auto before = tips(
+      truth, executed(cell.robot, frames, {{"weld.src", program.src}, {"weld.dat", program.dat}},
+                      taught.size()));
   const auto after = tips(truth, daemon::testing::run(cell.robot, frames, corrected.files[1].text));
   Outcome o;
   o.before = distances(before, wanted, false);
   o.after = distances(after, wanted, false);
   o.before_aligned = distances(before, wanted, true);
   o.after_aligned = distances(after, wanted, true);
+  sim::krl::Interpreter::Executed counts;
+  const auto running = tips(truth, executed(cell.robot, frames, for_run_time(calibration, program),
+                                            taught.size(), &counts));
+  o.running = distances(running, wanted, false);
+  o.running_aligned = distances(running, wanted, true);
+  const auto points = static_cast<double>(taught.size());
+  o.statements = static_cast<double>(counts.statements) / points;
+  o.operations = static_cast<double>(counts.operations) / points;
+  o.frames = static_cast<double>(counts.frames) / points;
+  o.calls = static_cast<double>(counts.calls) / points;
   o.shift_mm = corrected.largest()->shift_mm.norm();
   o.published = calibration.verdict.publish();
   for (const auto& point : corrected.points)
     o.u95_mm += point.u95_mm / static_cast<double>(corrected.points.size());
   return o;
+}
+
+calib::Plan plan_of(const Level& level) {
+  calib::PlanOptions options;
+  options.fit_touches = level.touches;
+  options.check_touches = 20;
+  return calib::make_plan(
+      level.one_sphere ? calib::testing::one_sphere_cell() : calib::testing::demo_cell(), options);
 }
 
 double median_of(const std::vector<Outcome>& all, double (*value)(const Outcome&)) {
@@ -163,6 +233,18 @@ void print(const Level& level, const std::vector<Outcome>& all) {
       median_of(all, [](const Outcome& o) { return o.after_aligned.max_mm; }), worst,
       median_of(all, [](const Outcome& o) { return o.u95_mm; }),
       median_of(all, [](const Outcome& o) { return o.shift_mm; }));
+  const double offline = median_of(all, [](const Outcome& o) { return o.after_aligned.mean_mm; });
+  const double running = median_of(all, [](const Outcome& o) { return o.running_aligned.mean_mm; });
+  fmt::print(
+      "    at run time {:.3f}/{:.3f} mm   base measured: {:.3f}/{:.3f} mm, {:.3f} times offline   a "
+      "point: {:.0f} statements, {:.0f} operations, {:.0f} frames, {:.0f} functions\n",
+      median_of(all, [](const Outcome& o) { return o.running.mean_mm; }),
+      median_of(all, [](const Outcome& o) { return o.running.max_mm; }), running,
+      median_of(all, [](const Outcome& o) { return o.running_aligned.max_mm; }), running / offline,
+      median_of(all, [](const Outcome& o) { return o.statements; }),
+      median_of(all, [](const Outcome& o) { return o.operations; }),
+      median_of(all, [](const Outcome& o) { return o.frames; }),
+      median_of(all, [](const Outcome& o) { return o.calls; }));
   std::fflush(stdout);
 }
 
@@ -172,7 +254,7 @@ int main(int argc, char** argv) {
   try {
     int arms = 10, count = 200;
     std::uint64_t seed = 1;
-    bool verbose = false;
+    bool verbose = false, planned = false;
     std::string only, folder;
     CommandLine app(
         "TCP error at the taught points of a KRL program before and after its correction.\n"
@@ -183,15 +265,18 @@ int main(int argc, char** argv) {
     app.option("--arms", arms, "Hidden arms per level").between(1, 1000);
     app.option("--points", count, "Taught points").between(3, 1000);
     app.option("--level", only, "Only this one").one_of({"L1", "L2", "L3"});
+    app.option("--planned", planned, "Touches of a plan, as a session makes them, not random ones");
     app.option("--seed", seed, "");
     if (const auto code = app.parse(argc, argv)) return *code;
     if (!folder.empty()) return experiments::print_reasons(folder, verbose);
     fmt::print("TCP error at {} taught points, mean/max in mm, median over {} arms\n", count, arms);
     for (const Level& level : kLevels) {
       if (!only.empty() && only != level.name) continue;
+      std::optional<calib::Plan> plan;
+      if (planned) plan = plan_of(level);
       std::vector<Outcome> all;
       for (int k = 0; k < arms; ++k)
-        all.push_back(run(level, seed + static_cast<std::uint64_t>(k), count));
+        all.push_back(run(level, plan ? &*plan : nullptr, seed + static_cast<std::uint64_t>(k), count));
       print(level, all);
     }
     return 0;

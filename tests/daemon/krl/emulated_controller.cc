@@ -55,13 +55,20 @@ calib::ArmModel arm_with(const calib::Robot& robot, const Isometry3d& tool) {
 
 }  // namespace
 
+double stretched_a3(const calib::Robot& robot) { return stretched(calib::ArmModel(robot, {})); }
+
 StatusAndTurn status_and_turn(const calib::Robot& robot, const JointVector& q) {
   const calib::ArmModel arm(robot, {});
+  return status_and_turn(arm, stretched(arm), q);
+}
+
+StatusAndTurn status_and_turn(const calib::ArmModel& arm, double stretched_rad,
+                              const JointVector& q) {
   StatusAndTurn result;
   // A1 turns clockwise seen from above.
   const Vector3d ahead(std::cos(q[0]), -std::sin(q[0]), 0.0);
   if (wrist(arm, q).dot(ahead) < 0.0) result.status |= 1;
-  if (q[2] >= stretched(arm)) result.status |= 2;
+  if (q[2] >= stretched_rad) result.status |= 2;
   if (q[4] < 0.0) result.status |= 4;
   for (std::size_t i = 0; i < 6; ++i)
     if (q[i] < 0.0) result.turn |= 1 << i;

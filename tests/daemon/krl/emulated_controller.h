@@ -31,6 +31,11 @@ struct StatusAndTurn {
   int status = 0, turn = 0;
 };
 StatusAndTurn status_and_turn(const calib::Robot& robot, const calib::JointVector& q);
+/// With the arm and its stretched_a3() at hand, for many calls.
+StatusAndTurn status_and_turn(const calib::ArmModel& arm, double stretched_rad,
+                              const calib::JointVector& q);
+/// A3 of the stretched arm [rad].
+double stretched_a3(const calib::Robot& robot);
 
 /// The joint angles that the controller takes to XP1, XP2, ... of a .dat file; empty where it finds
 /// none.

@@ -288,16 +288,10 @@ TEST(FixModule, TakesToolAndBaseOfTheMotionsOwnWith) {
     p.data += "DECL E6POS " + name + "=" + point_text(demo(), taught[i]) + "\n";
   }
   Rig rig(demo(), demo_module(), p.body, p.data);
-  const auto put = [&](const char* data, std::size_t n, const Eigen::Isometry3d& frame) {
-    const auto f = calib::to_frame(frame);
-    auto& value = rig.controller.variable(data).parts.at(n - 1);
-    for (std::size_t k = 0; k < 6; ++k)
-      value.parts[k].set(k < 3 ? f.xyz_mm[k] : f.abc_deg[k - 3]);
-  };
-  put("TOOL_DATA", 1, Eigen::Isometry3d::Identity());
-  put("BASE_DATA", 1, Eigen::Isometry3d::Identity());
-  put("TOOL_DATA", 2, kFrames.tool);
-  put("BASE_DATA", 2, kFrames.base);
+  rig.controller.put_data("TOOL_DATA", 1, Eigen::Isometry3d::Identity());
+  rig.controller.put_data("BASE_DATA", 1, Eigen::Isometry3d::Identity());
+  rig.controller.put_data("TOOL_DATA", 2, kFrames.tool);
+  rig.controller.put_data("BASE_DATA", 2, kFrames.base);
   KrlController& controller = rig.run();
   ASSERT_EQ(controller.state(), State::kEnded) << why(controller);
   std::vector<calib::JointVector> ends;
@@ -436,6 +430,26 @@ TEST(FixModule, GoesOnUncorrectedOnlyWhenItIsTurnedOff) {
   rig.controller.variable("CC_FIX_ON").set_whole(0);
   rig.controller.press_start();
   EXPECT_EQ(rig.controller.state(), State::kEnded);
+}
+
+TEST(FixModule, OnAPathTurnDoesNotCountAndHigherBitsOfAPtpStay) {
+  const auto taught = regular_postures(demo(), 1);
+  std::string right = point_text(demo(), taught[0]), wrong = right, higher = right;
+  const auto turn = static_cast<std::size_t>(right.find(",T ")) + 3;
+  const int t = std::stoi(right.substr(turn));
+  wrong.replace(turn, std::string::npos, std::to_string(t ^ 2) + "}");  // A2 cannot
+  const auto status = right.find(",S ") + 3;
+  higher.replace(status, std::string::npos,
+                 std::to_string(std::stoi(right.substr(status)) | 16) + ",T " +
+                     std::to_string(t | 64) + "}");
+  Rig rig(demo(), demo_module(), "PTP CC_FIX_PTP(XP)\nLIN CC_FIX(XQ)\nXR=CC_FIX_PTP(XR)",
+          "DECL E6POS XP=" + right + "\nDECL E6POS XQ=" + wrong +
+              "\nDECL GLOBAL E6POS XR=" + higher);
+  KrlController& controller = rig.run();
+  ASSERT_EQ(controller.state(), State::kEnded) << why(controller);
+  EXPECT_LT(missed(demo_calibration(), controller.reached, {taught[0], taught[0]}).mm, kPreciseMm);
+  EXPECT_EQ(controller.variable("XR").part("S").i, std::stoi(right.substr(status)) | 16);
+  EXPECT_EQ(controller.variable("XR").part("T").i, t | 64);
 }
 
 TEST(FixModule, KeepsThePostureAndTurnsAnAxisNearZeroOnlyAsFarAsTheCorrection) {

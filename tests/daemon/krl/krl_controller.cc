@@ -29,6 +29,12 @@ IPO_MODE $IPO_MODE=#BASE
 FRAME $TOOL,$BASE,$ROBROOT
 FRAME TOOL_DATA[16],BASE_DATA[32]
 E6AXIS $AXIS_ACT
+BOOL $BWDSTART
+PDAT PDAT_ACT
+PDAT PDEFAULT={VEL 100.0,ACC 100.0,APO_DIST 100.0}
+LDAT LDAT_ACT
+FDAT FDAT_ACT
+FDAT FHOME={TOOL_NO 0,BASE_NO 0,IPO_FRAME #BASE}
 E6AXIS XHOME={A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 30.0,A6 0.0}
 EXTFCT E6POS FORWARD(E6AXIS :IN,INT :OUT)
 EXTFCT E6AXIS INVERSE(E6POS :IN,E6AXIS :IN,INT :OUT)
@@ -72,6 +78,7 @@ KrlController::KrlController(const calib::Robot& robot,
       robot_(robot),
       arm_(robot, calib::Tool{}),
       ways_(arm_, 0.0),
+      stretched_rad_(stretched_a3(robot)),
       program_(files, kVariables),
       interpreter_(program_, this) {
   at = {0.0, -90.0 * kRadPerDeg, 90.0 * kRadPerDeg, 0.0, 30.0 * kRadPerDeg, 0.0};
@@ -95,10 +102,13 @@ std::optional<JointVector> KrlController::joints(const Value& point, const Joint
                                                  bool keeps) {
   const Isometry3d flange = frame("$ROBROOT").inverse() * frame("$BASE") *
                             calib::to_isometry(frame_of_value(point)) * frame("$TOOL").inverse();
-  const bool posture = !keeps && given(point, "S"), turn = !keeps && given(point, "T");
+  const bool posture = keeps || given(point, "S"), turn = !keeps && given(point, "T");
+  const int status = keeps                ? status_and_turn(arm_, stretched_rad_, near).status
+                     : given(point, "S") ? point.part("S").i & 7
+                                         : 0;
   std::optional<JointVector> best;
   for (JointVector q : ways_.reach(flange)) {
-    if (posture && status_and_turn(robot_, q).status != (point.part("S").i & 7)) continue;
+    if (posture && status_and_turn(arm_, stretched_rad_, q).status != status) continue;
     bool inside = true;
     for (std::size_t i = 0; i < q.size(); ++i) {
       const bool below = turn && (point.part("T").i >> i & 1) != 0;
@@ -166,12 +176,23 @@ void KrlController::press_start() {
   interpreter_.run(0.0, kMost);
 }
 
+void KrlController::activate(const std::string& what, std::size_t number) {
+  Value& all = program_[what + "_DATA"];
+  put_frame(program_["$" + what],
+            number == 0 ? Isometry3d::Identity()
+                        : calib::to_isometry(frame_of_value(all.parts.at(number - 1))));
+}
+
+void KrlController::put_data(const char* data, std::size_t number, const Isometry3d& frame) {
+  put_frame(program_[data].parts.at(number - 1), frame);
+}
+
 void KrlController::bind() {
   program_.bind("FORWARD", [this](std::span<Value* const> a) {
     Value result(program_.type("E6POS"));
     const JointVector q = axes(*a[0], JointVector(6, 0.0));
     put_frame(result, tcp(q));
-    const StatusAndTurn st = status_and_turn(robot_, q);
+    const StatusAndTurn st = status_and_turn(arm_, stretched_rad_, q);
     result.part("S").set_whole(st.status);
     result.part("T").set_whole(st.turn);
     a[1]->set_whole(0);
@@ -195,11 +216,11 @@ void KrlController::bind() {
     const auto& names = a[0]->type->names;
     const std::string& command = names.at(static_cast<std::size_t>(a[0]->i - 1));
     const auto number = static_cast<std::size_t>(std::lround(a[1]->r));
-    if (command == "TOOL" || command == "BASE")
-      put_frame(program_["$" + command],
-                number == 0 ? Isometry3d::Identity()
-                            : calib::to_isometry(frame_of_value(
-                                  program_[command + "_DATA"].parts.at(number - 1))));
+    if (command == "TOOL" || command == "BASE") activate(command, number);
+    if (command == "PTP_PARAMS" || command == "CP_PARAMS" || command == "FRAMES")
+      for (const char* what : {"TOOL", "BASE"})
+        activate(what, static_cast<std::size_t>(
+                           program_["FDAT_ACT"].part(std::string(what) + "_NO").i));
     return Value();
   });
 }

@@ -23,6 +23,8 @@ class KrlController : public sim::krl::Mover {
 
   /// $TOOL, $BASE or $ROBROOT.
   void set_frame(const char* name, const calib::FrameMmDeg& frame);
+  /// TOOL_DATA or BASE_DATA.
+  void put_data(const char* data, std::size_t number, const Eigen::Isometry3d& frame);
   sim::krl::Value& variable(const char* name) { return program_[name]; }
   /// From its beginning until it ends, halts or fails.
   void run(const std::string& routine);
@@ -46,16 +48,18 @@ class KrlController : public sim::krl::Mover {
   using Value = sim::krl::Value;
   Eigen::Isometry3d frame(const char* name);
   Eigen::Isometry3d tcp(const calib::JointVector& q);
-  /// By S and T where `point` has them, else nearest to `near`.
+  /// By S and T where `point` has them, else nearest to `near`. `keeps`: in its posture, whatever S and T, as LIN.
   std::optional<calib::JointVector> joints(const Value& point, const calib::JointVector& near,
                                            bool keeps);
   calib::JointVector axes(const Value& value, const calib::JointVector& missing) const;
   calib::JointVector target_of(const sim::krl::Motion& motion);
+  void activate(const std::string& what, std::size_t number);
   void bind();
 
   calib::Robot robot_;
   calib::ArmModel arm_;
   calib::Configurations ways_;
+  double stretched_rad_;
   sim::krl::Program program_;
   sim::krl::Interpreter interpreter_;
 };
