@@ -137,16 +137,15 @@ std::vector<Written> written_files(const CorrectCommand& command, const Rewritte
       throw calib::FileError(file.name, ": leads out of the backup");
     all.push_back({command.output / inside, file.text});
     const fs::path read = command.backup.empty() ? fs::path(file.name) : command.backup / inside;
-    if (fs::exists(all.back().place) && fs::exists(read) &&
-        fs::equivalent(all.back().place, read))
+    if (fs::exists(all.back().place) && fs::exists(read) && fs::equivalent(all.back().place, read))
       throw calib::FileError(all.back().place.string(),
                              ": is the program itself; write to another folder with -o");
   }
   const fs::path folder = command.output / folder_of_module(command, result);
   for (const KrlFile* file : {&fix.src, &fix.dat}) all.push_back({folder / file->name, file->text});
-  all.push_back({command.backup.empty() ? record_beside(all.front().place)
-                                        : command.output / kBackupRecord,
-                 record});
+  all.push_back(
+      {command.backup.empty() ? record_beside(all.front().place) : command.output / kBackupRecord,
+       record});
   for (const Written& one : all)
     if (!command.force && fs::exists(one.place))
       throw calib::FileError(one.place.string(),
@@ -210,7 +209,8 @@ int correct_at_run_time(const CorrectCommand& command, const calib::Calibration&
 }
 
 int restore_program(const CorrectCommand& command) {
-  const KrlFile src{command.restore.string(), calib::read_file(command.restore, krl::kMostBytes + 1)};
+  const KrlFile src{command.restore.string(),
+                    calib::read_file(command.restore, krl::kMostBytes + 1)};
   const std::string text = krl::restored(src);
   if (command.output.empty()) throw calib::FileError("--restore needs -o FOLDER");
   const fs::path place = command.output / command.restore.filename();

@@ -406,8 +406,9 @@ void add_correct(CLI::App& app, int& status) {
       ->check(CLI::Range(1, 2147483647))
       ->needs(at_run_time);
   command
-      ->add_option("--restore", given->restore,
-                   "A .src of --at-run-time, whose motions become what they were, in the folder of -o")
+      ->add_option(
+          "--restore", given->restore,
+          "A .src of --at-run-time, whose motions become what they were, in the folder of -o")
       ->excludes(calibration)
       ->excludes(poses)
       ->excludes(program);

@@ -163,7 +163,8 @@ Joints joints_of(const ArmModel& arm, const Eigen::VectorXd& x) {
     one.com_m = joint.com_m;
   }
   for (int p = 0; p < arm.size(); ++p)
-    if (x[p] != 0.0) add_by_posture(arm, arm.parameters()[static_cast<std::size_t>(p)], x[p], joints);
+    if (x[p] != 0.0)
+      add_by_posture(arm, arm.parameters()[static_cast<std::size_t>(p)], x[p], joints);
   return joints;
 }
 
@@ -273,7 +274,8 @@ Table table_of(const Joints& joints, double reach) {
     double most = 0.0;
     constexpr int kLooks = 1440;
     for (int k = 0; k < kLooks; ++k)
-      most = std::max(most, std::abs(slow_waves(joints, i, k * calib::kRadPerTurn / kLooks).second));
+      most =
+          std::max(most, std::abs(slow_waves(joints, i, k * calib::kRadPerTurn / kLooks).second));
     bent += most;
   }
   constexpr double kOffM = 2e-6;
@@ -303,8 +305,8 @@ constexpr std::array<const char*, 10> kMessages = {
 void write_messages(Lines& out) {
   std::vector<std::string> all;
   for (std::size_t i = 0; i < kMessages.size(); ++i)
-    all.push_back(fmt::format("{{MODUL[] \"CELLCAL_FIX\",NR {},MSG_TXT[] \"{}\"}}", i + 1,
-                              kMessages[i]));
+    all.push_back(
+        fmt::format("{{MODUL[] \"CELLCAL_FIX\",NR {},MSG_TXT[] \"{}\"}}", i + 1, kMessages[i]));
   out.array("KRLMSG_T", "CCF_MSG", all, "");
   out.array("KRLMSGPAR_T", "CCF_PAR", std::vector<std::string>(3, "{PAR_TYPE #EMPTY}"), "");
   out.value("KRLMSGOPT_T", "CCF_OPT",
@@ -407,8 +409,9 @@ void write_tools(const std::vector<FixTool>& tools, Lines& out) {
 
 /// Variables of the running module.
 void write_state(Lines& out) {
-  const std::string axes = "{A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0,E1 0.0,E2 0.0,E3 0.0,"
-                           "E4 0.0,E5 0.0,E6 0.0}";
+  const std::string axes =
+      "{A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0,E1 0.0,E2 0.0,E3 0.0,"
+      "E4 0.0,E5 0.0,E6 0.0}";
   const std::string none = frame(FrameMmDeg{});
   out.comment("while it runs: the axes before as programmed (W) and as commanded (Q), their S");
   out.value("BOOL", "CCF_SEEN", "FALSE");

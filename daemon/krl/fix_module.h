@@ -15,8 +15,8 @@
 namespace cellcal::daemon::krl {
 
 struct FixModuleOptions {
-  int serial = 0;                   ///< $KR_SERIALNO of the robot
-  std::string calibration_sha256;   ///< of its file, in hexadecimal digits
+  int serial = 0;                  ///< $KR_SERIALNO of the robot
+  std::string calibration_sha256;  ///< of its file, in hexadecimal digits
 };
 
 /// A tool that the module corrects with.

@@ -18,24 +18,13 @@ bool sign_is(const std::vector<Token>& t, std::size_t at, char what) {
   return at < t.size() && is_sign_of(t[at], what);
 }
 
-/// Behind [..] and =value, at the comma or the end.
-std::size_t behind_declared(const std::vector<Token>& t, std::size_t at) {
-  for (int depth = 0; at < t.size(); ++at) {
-    if (sign_is(t, at, '{') || sign_is(t, at, '[') || sign_is(t, at, '(')) ++depth;
-    if (sign_is(t, at, '}') || sign_is(t, at, ']') || sign_is(t, at, ')')) --depth;
-    if (depth == 0 && sign_is(t, at, ',')) break;
-  }
-  return at;
-}
-
 /// The controller's own, as far as motions go to them.
 const std::map<std::string, std::string>& system_names() {
   static const std::map<std::string, std::string> names = [] {
-    std::map<std::string, std::string> all = {{"$NULLFRAME", "FRAME"}, {"$WORLD", "FRAME"},
-                                              {"$TOOL", "FRAME"},      {"$BASE", "FRAME"},
-                                              {"TOOL_DATA", "FRAME"},  {"BASE_DATA", "FRAME"},
-                                              {"$H_POS", "E6AXIS"},    {"INV_POS", "FRAME"},
-                                              {"FORWARD", "E6POS"},    {"INVERSE", "E6AXIS"}};
+    std::map<std::string, std::string> all = {
+        {"$NULLFRAME", "FRAME"}, {"$WORLD", "FRAME"},    {"$TOOL", "FRAME"},   {"$BASE", "FRAME"},
+        {"TOOL_DATA", "FRAME"},  {"BASE_DATA", "FRAME"}, {"$H_POS", "E6AXIS"}, {"INV_POS", "FRAME"},
+        {"FORWARD", "E6POS"},    {"INVERSE", "E6AXIS"}};
     for (const char* what : {"ACT", "ACT_MEAS", "INT", "FOR", "BACK", "RET"})
       all[std::string("$AXIS_") + what] = "E6AXIS";
     for (const char* what : {"ACT", "ACT_MES", "INT", "FOR", "BACK", "RET"})
@@ -52,6 +41,15 @@ std::string found_in(const std::map<std::string, std::string>& names, const std:
 
 }  // namespace
 
+std::size_t next_comma(const std::vector<Token>& t, std::size_t at, std::size_t end) {
+  for (int depth = 0; at < end; ++at) {
+    if (sign_is(t, at, '{') || sign_is(t, at, '[') || sign_is(t, at, '(')) ++depth;
+    if (sign_is(t, at, '}') || sign_is(t, at, ']') || sign_is(t, at, ')')) --depth;
+    if (depth == 0 && sign_is(t, at, ',')) break;
+  }
+  return at;
+}
+
 /// A name with two types has none.
 void Types::keep(const std::string& name, const std::string& type, Names& names) {
   const auto [at, fresh] = names.emplace(name, type);
@@ -65,7 +63,7 @@ void Types::read_structure(const Line& line) {
   if (!word_at(t, begin + 1)) return;
   Names& parts = structures_[t[begin + 1].word];
   std::string type;
-  for (std::size_t at = begin + 2; word_at(t, at); at = behind_declared(t, at + 1) + 1) {
+  for (std::size_t at = begin + 2; word_at(t, at); at = next_comma(t, at + 1, t.size()) + 1) {
     if (word_at(t, at + 1)) type = t[at++].word;
     keep(t[at].word, type, parts);
   }
@@ -81,7 +79,7 @@ bool Types::read_declaration(const Line& line, Names& names) {
   if (!word_at(t, at) || !word_at(t, at + 1) || (at == 0 && !is_point_type(t[0].word)))
     return at > 0;
   const std::string type = t[at].word;
-  for (++at; word_at(t, at); at = behind_declared(t, at + 1) + 1) {
+  for (++at; word_at(t, at); at = next_comma(t, at + 1, t.size()) + 1) {
     keep(t[at].word, type, names);
     if (global) keep(t[at].word, type, globals_);
   }

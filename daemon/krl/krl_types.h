@@ -10,6 +10,9 @@
 
 namespace cellcal::daemon::krl {
 
+/// The first comma from `at` on that no bracket encloses; else `end`.
+std::size_t next_comma(const std::vector<Token>& tokens, std::size_t at, std::size_t end);
+
 class Types {
  public:
   /// Throws FileError for a text that is not KRL.

@@ -47,7 +47,8 @@ bool is_ours(const Token& token) {
   static const std::set<std::string> all = [] {
     std::set<std::string> names = {kByBase, kByTool, kByAxes};
     for (const Functions& f : kFunctions)
-      for (const auto* name : {&f.path, &f.ptp, &f.path_in, &f.ptp_in, &f.stay}) names.insert(*name);
+      for (const auto* name : {&f.path, &f.ptp, &f.path_in, &f.ptp_in, &f.stay})
+        names.insert(*name);
     names.erase("");
     return names;
   }();
@@ -88,12 +89,7 @@ std::optional<Literal> literal_at(const Tokens& t, std::size_t at) {
   while (at + 1 < end) {
     if (t[at].kind != Kind::kWord) return std::nullopt;
     const std::string name = t[at].word;
-    std::size_t next = ++at;
-    for (int depth = 0; next + 1 < end; ++next) {
-      if (sign_here(t, next, '(') || sign_here(t, next, '[') || sign_here(t, next, '{')) ++depth;
-      if (sign_here(t, next, ')') || sign_here(t, next, ']') || sign_here(t, next, '}')) --depth;
-      if (depth == 0 && sign_here(t, next, ',')) break;
-    }
+    const std::size_t next = next_comma(t, ++at, end - 1);
     const Tokens value(t.begin() + static_cast<std::ptrdiff_t>(at),
                        t.begin() + static_cast<std::ptrdiff_t>(next));
     if (value.empty() || !literal.parts.emplace(name, read_number(value, 0)).second)
@@ -173,12 +169,10 @@ class Rewriter {
     std::size_t at = 0;
     while (at < t.size() && !t[at].is("WITH")) ++at;
     while (++at < t.size()) {
-      std::size_t end = at;
-      for (int depth = 0; end < t.size(); ++end) {
-        if (sign_here(t, end, '(') || sign_here(t, end, '[') || sign_here(t, end, '{')) ++depth;
-        if (sign_here(t, end, ')') || sign_here(t, end, ']') || sign_here(t, end, '}')) --depth;
-        if (depth == 0 && (sign_here(t, end, ',') || approximates(t[end]))) break;
-      }
+      const auto begin = t.begin() + static_cast<std::ptrdiff_t>(at);
+      const auto approximation = std::find_if(begin, t.end(), approximates);
+      const std::size_t end =
+          next_comma(t, at, static_cast<std::size_t>(approximation - t.begin()));
       std::string* const place = t[at].is("$TOOL")       ? &with.tool
                                  : t[at].is("$BASE")     ? &with.base
                                  : t[at].is("$IPO_MODE") ? &with.mode
@@ -327,9 +321,10 @@ class Rewriter {
     const std::size_t end = expression(line, 1, target);
     const bool in_tool = std::ranges::any_of(t, [](const Token& one) { return one.is("#TOOL"); });
     const bool axes = target.type == "E6AXIS";
-    const bool understood = end > 0 && kRelativeWays.count(t[0].word) > 0 && !spline_.any() &&
-                            (axes || target.type == "FRAME") &&
-                            (!axes || t[0].word.starts_with("PTP") || t[0].word.starts_with("SPTP"));
+    const bool understood =
+        end > 0 && kRelativeWays.count(t[0].word) > 0 && !spline_.any() &&
+        (axes || target.type == "FRAME") &&
+        (!axes || t[0].word.starts_with("PTP") || t[0].word.starts_with("SPTP"));
     const auto turns = [&] {
       return std::ranges::any_of(std::array{"A", "B", "C"}, [&](const char* name) {
         const auto part = target.literal->parts.find(name);
@@ -380,20 +375,15 @@ void leave_what_exists(const std::vector<std::string>& leave, const std::set<std
 void take_back(const KrlFile& src, const Line& line, std::size_t at, std::vector<Edit>& edits) {
   const Tokens& t = line.tokens;
   const std::size_t end = sign_here(t, at + 1, '(') ? closed(t, at + 1) : 0;
-  const bool again = std::any_of(t.begin() + static_cast<std::ptrdiff_t>(at) + 1,
-                                 t.begin() + static_cast<std::ptrdiff_t>(std::max(end, at + 1)),
-                                 is_ours);
+  const bool again =
+      std::any_of(t.begin() + static_cast<std::ptrdiff_t>(at) + 1,
+                  t.begin() + static_cast<std::ptrdiff_t>(std::max(end, at + 1)), is_ours);
   if (end < at + 4 || again)
     throw calib::FileError(src.name, ":" + std::to_string(line.number) + ": " + t[at].word +
                                          " is not as cellcal writes it. Edit the line by hand");
-  std::size_t first = at + 2;
-  for (int depth = 0; first + 1 < end; ++first) {
-    if (sign_here(t, first, '(') || sign_here(t, first, '[') || sign_here(t, first, '{')) ++depth;
-    if (sign_here(t, first, ')') || sign_here(t, first, ']') || sign_here(t, first, '}')) --depth;
-    if (depth == 0 && sign_here(t, first, ',')) break;
-  }
+  const std::size_t first = next_comma(t, at + 2, end - 1);
   edits.push_back({t[at].begin, t[at + 1].end, ""});
-  std::size_t cut = t[first - 1].end;
+  const std::size_t cut = t[first - 1].end;
   if (t[at].word.starts_with(kByBase) && sign_here(t, first - 1, '}')) {
     const std::size_t brace = t[first - 1].begin;
     const std::size_t added = src.text.rfind(kAdded, brace);

@@ -63,7 +63,8 @@ class Interpreter {
   bool in_interrupt() const;
   /// What has been executed since the interpreter was made.
   struct Executed {
-    std::int64_t statements = 0;  ///< lines begun; a line that calls a DEFFCT begins again behind it
+    std::int64_t statements =
+        0;  ///< lines begun; a line that calls a DEFFCT begins again behind it
     std::int64_t operations = 0;  ///< of numbers and truths
     std::int64_t frames = 0;      ///< geometric operators
     std::int64_t calls = 0;       ///< of the controller's own functions

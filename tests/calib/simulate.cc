@@ -113,9 +113,9 @@ Made make_touches(const Cell& cell, const sim::Truth& truth, const Plan& plan,
       off = random.uniform(0.5e-3, 20e-3) * (random.uniform() < 0.5 ? -1.0 : 1.0);
       made.outliers.push_back(made.touches.size());
     }
-    touch.joint_rad =
-        bring_true_tip(cell, truth, planned.standoff,
-                       truth.centre_m[t] + (truth.radius_m[t] + making.rho_m + off) * planned.normal);
+    touch.joint_rad = bring_true_tip(
+        cell, truth, planned.standoff,
+        truth.centre_m[t] + (truth.radius_m[t] + making.rho_m + off) * planned.normal);
     if (touch.joint_rad.empty())
       throw std::runtime_error("a planned touch of " + planned.target + " is out of reach");
     made.touches.push_back(std::move(touch));

@@ -97,7 +97,8 @@ std::string outcome(const std::vector<daemon::krl::Refusal>& refusals, int corre
 /// By reason: offline, at run time, and for modules that neither way corrects, at run time.
 struct Reasons {
   std::map<std::string, int> offline, run_time, neither;
-  int modules = 0, whole = 0;  ///< with motions to other points than homes; those corrected either way
+  int modules = 0,
+      whole = 0;  ///< with motions to other points than homes; those corrected either way
 
   void add(const Reasons& other) {
     for (const auto& [reason, number] : other.offline) offline[reason] += number;

@@ -90,7 +90,7 @@ std::vector<JointVector> points(const calib::Cell& cell, int count) {
 
 struct Outcome {
   Distances before, after, before_aligned, after_aligned;
-  Distances running, running_aligned;  ///< corrected at run time
+  Distances running, running_aligned;                                    ///< corrected at run time
   double statements = 0.0, operations = 0.0, frames = 0.0, calls = 0.0;  ///< of a point
   double u95_mm = 0.0, shift_mm = 0.0;
   bool published = false;
@@ -171,9 +171,9 @@ Outcome run(const Level& level, const calib::Plan* plan, std::uint64_t seed, int
   Eigen::Matrix3Xd wanted(3, static_cast<Eigen::Index>(taught.size()));
   for (std::size_t i = 0; i < taught.size(); ++i)
     wanted.col(static_cast<Eigen::Index>(i)) = nominal.nominal_tip_m(taught[i]);
-  const auto before = tips(
-      truth, executed(cell.robot, frames, {{"weld.src", program.src}, {"weld.dat", program.dat}},
-                      taught.size()));
+  const auto before =
+      tips(truth, executed(cell.robot, frames,
+                           {{"weld.src", program.src}, {"weld.dat", program.dat}}, taught.size()));
   const auto after = tips(truth, daemon::testing::run(cell.robot, frames, corrected.files[1].text));
   Outcome o;
   o.before = distances(before, wanted, false);
@@ -276,7 +276,8 @@ int main(int argc, char** argv) {
       if (planned) plan = plan_of(level);
       std::vector<Outcome> all;
       for (int k = 0; k < arms; ++k)
-        all.push_back(run(level, plan ? &*plan : nullptr, seed + static_cast<std::uint64_t>(k), count));
+        all.push_back(
+            run(level, plan ? &*plan : nullptr, seed + static_cast<std::uint64_t>(k), count));
       print(level, all);
     }
     return 0;

@@ -322,7 +322,6 @@ TEST_F(correct, reads_called_routines_of_the_folder_and_those_that_are_named) {
       run_correct({"--program", src, "--config", config, "--does-not-move", "glue_on"}).status, 0);
 }
 
-
 /// What the running program computes, and a relative motion.
 const char* const kAtRunTime =
     "DEF P()\r\nBAS(#TOOL,1)\r\nBAS(#BASE,0)\r\nPTP XHOME\r\nPTP XP\r\nXP.Z=XP.Z+5.0\r\nLIN XP C_DIS\r\n"
@@ -334,9 +333,9 @@ TEST_F(correct, at_run_time_rewrites_the_motions_and_writes_the_module_and_resto
   put("p.dat", "DEFDAT P\nDECL E6POS XP=" + pose_text(postures(1)[0]) + "\nENDDAT\n");
   const std::string config =
       put("$config.dat", "TOOL_DATA[1]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\n");
-  const std::vector<std::string> at_run_time = {"--program", src,        "--config", config,
-                                                "--serial",  "123456",   "-o",       out,
-                                                "--json",    "--at-run-time"};
+  const std::vector<std::string> at_run_time = {
+      "--program", src,  "--config", config,   "--serial",
+      "123456",    "-o", out,        "--json", "--at-run-time"};
   const Outcome outcome = run_correct(at_run_time);
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   const auto report = nlohmann::json::parse(outcome.out);
@@ -347,16 +346,15 @@ TEST_F(correct, at_run_time_rewrites_the_motions_and_writes_the_module_and_resto
   for (const char* file : {"cellcal_fix.src", "cellcal_fix.dat", "p.corrected.json"})
     EXPECT_TRUE(std::filesystem::exists(dir_ / "out" / file)) << file;
   EXPECT_NE(content(dir_ / "out/p.src").find("LIN CC_FIX(XP) C_DIS\r\n"), std::string::npos);
-  EXPECT_NE(content(dir_ / "out/cellcal_fix.dat").find("CCF_SERIAL=123456\r\n"),
-            std::string::npos);
+  EXPECT_NE(content(dir_ / "out/cellcal_fix.dat").find("CCF_SERIAL=123456\r\n"), std::string::npos);
 
   EXPECT_EQ(run_correct(at_run_time).status, 1);  // the files exist
   const Outcome again = run_correct({"--program", dir_ / "out/p.src", "--dat", dir_ / "p.dat",
                                      "--at-run-time", "--serial", "123456"});
   EXPECT_EQ(again.status, 1);
   EXPECT_NE(again.err.find("corrected already"), std::string::npos) << again.err;
-  const Outcome back = run_program(
-      {CELLCAL, "correct", "--restore", dir_ / "out/p.src", "-o", dir_ / "back"});
+  const Outcome back =
+      run_program({CELLCAL, "correct", "--restore", dir_ / "out/p.src", "-o", dir_ / "back"});
   ASSERT_EQ(back.status, 0) << back.err;
   EXPECT_EQ(content(dir_ / "back/p.src"), kAtRunTime);
   EXPECT_EQ(run_program({CELLCAL, "correct", "--restore", src, "-o", dir_ / "more"}).status, 1);
@@ -365,15 +363,15 @@ TEST_F(correct, at_run_time_rewrites_the_motions_and_writes_the_module_and_resto
 TEST_F(correct, at_run_time_takes_a_whole_backup_and_puts_the_module_with_its_programs) {
   calibration_file();
   const std::string backup = put_backup(dir_ / "backup", true), out = dir_ / "out";
-  const Outcome outcome = run_correct(
-      {"--backup", backup, "--at-run-time", "--serial", "123456", "-o", out});
+  const Outcome outcome =
+      run_correct({"--backup", backup, "--at-run-time", "--serial", "123456", "-o", out});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("2 of 2 modules with motions corrected at run time, 4 motions"),
             std::string::npos)
       << outcome.out;
-  for (const char* file : {"KRC/R1/Program/a.src", "KRC/R1/Program/b.src",
-                           "KRC/R1/Program/cellcal_fix.src", "KRC/R1/Program/cellcal_fix.dat",
-                           "cellcal.corrected.json"})
+  for (const char* file :
+       {"KRC/R1/Program/a.src", "KRC/R1/Program/b.src", "KRC/R1/Program/cellcal_fix.src",
+        "KRC/R1/Program/cellcal_fix.dat", "cellcal.corrected.json"})
     EXPECT_TRUE(std::filesystem::exists(dir_ / "out" / file)) << file;
   EXPECT_FALSE(std::filesystem::exists(dir_ / "out/KRC/R1/Program/A.DAT"));
 }
@@ -395,8 +393,8 @@ TEST_F(correct, at_run_time_needs_the_robots_number_and_a_calibration_for_the_wo
   const Outcome outcome = run_correct({"--program", src, "--at-run-time", "--serial", "5"});
   EXPECT_EQ(outcome.status, 1);
   EXPECT_NE(outcome.err.find("holds near its targets only"), std::string::npos) << outcome.err;
-  EXPECT_EQ(
-      run_correct({"--program", src, "--at-run-time", "--serial", "5", "--anywhere"}).status, 0);
+  EXPECT_EQ(run_correct({"--program", src, "--at-run-time", "--serial", "5", "--anywhere"}).status,
+            0);
 }
 
 }  // namespace

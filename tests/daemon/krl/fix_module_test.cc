@@ -157,7 +157,6 @@ TEST(FixModule, BringsTheRealTcpWithin20MicrometresOnAKr6) {
   expect_precise(rich(cell_with("kr6_r900_2.toml")));
 }
 
-
 std::string why(const KrlController& controller) {
   return controller.messages.empty() ? controller.message() : controller.messages.back();
 }
@@ -270,9 +269,8 @@ TEST(FixModule, ARelativeMotionAfterTheArmWasMovedElsewhereRemainsAsShort) {
   KrlController& controller = rig.run();
   ASSERT_EQ(controller.state(), State::kEnded) << why(controller);
   const calib::ArmModel arm(cell());
-  const double way = (arm.nominal_tip_m(controller.reached[2]) -
-                      arm.nominal_tip_m(controller.reached[1]))
-                         .norm();
+  const double way =
+      (arm.nominal_tip_m(controller.reached[2]) - arm.nominal_tip_m(controller.reached[1])).norm();
   EXPECT_NEAR(way * calib::kMmPerM, 30.0, 2.0 * demo_module().most_mm);
 }
 
@@ -302,8 +300,9 @@ TEST(FixModule, TakesToolAndBaseOfTheMotionsOwnWith) {
 
 TEST(FixModule, TakesAnotherToolAsStatedWithItsLoad) {
   const Eigen::Isometry3d gripper = calib::to_isometry({{10.0, -20.0, 150.0}, {0.0, 30.0, 5.0}});
-  const std::string load = "LOAD_DATA[3]={M 9.0,CM {X 0.0,Y 5.0,Z 80.0,A 0.0,B 0.0,C 0.0},J {X "
-                           "0.0,Y 0.0,Z 0.0}}\n";
+  const std::string load =
+      "LOAD_DATA[3]={M 9.0,CM {X 0.0,Y 5.0,Z 80.0,A 0.0,B 0.0,C 0.0},J {X "
+      "0.0,Y 0.0,Z 0.0}}\n";
   const std::string config =
       "DEFDAT $CONFIG PUBLIC\nTOOL_DATA[3]={X 10.0,Y -20.0,Z 150.0,A 0.0,B 30.0,C 5.0}\n" + load +
       "ENDDAT\n";
@@ -439,12 +438,12 @@ TEST(FixModule, OnAPathTurnDoesNotCountAndHigherBitsOfAPtpStay) {
   const int t = std::stoi(right.substr(turn));
   wrong.replace(turn, std::string::npos, std::to_string(t ^ 2) + "}");  // A2 cannot
   const auto status = right.find(",S ") + 3;
-  higher.replace(status, std::string::npos,
-                 std::to_string(std::stoi(right.substr(status)) | 16) + ",T " +
-                     std::to_string(t | 64) + "}");
-  Rig rig(demo(), demo_module(), "PTP CC_FIX_PTP(XP)\nLIN CC_FIX(XQ)\nXR=CC_FIX_PTP(XR)",
-          "DECL E6POS XP=" + right + "\nDECL E6POS XQ=" + wrong +
-              "\nDECL GLOBAL E6POS XR=" + higher);
+  higher.replace(
+      status, std::string::npos,
+      std::to_string(std::stoi(right.substr(status)) | 16) + ",T " + std::to_string(t | 64) + "}");
+  Rig rig(
+      demo(), demo_module(), "PTP CC_FIX_PTP(XP)\nLIN CC_FIX(XQ)\nXR=CC_FIX_PTP(XR)",
+      "DECL E6POS XP=" + right + "\nDECL E6POS XQ=" + wrong + "\nDECL GLOBAL E6POS XR=" + higher);
   KrlController& controller = rig.run();
   ASSERT_EQ(controller.state(), State::kEnded) << why(controller);
   EXPECT_LT(missed(demo_calibration(), controller.reached, {taught[0], taught[0]}).mm, kPreciseMm);

@@ -55,8 +55,7 @@ bool given(const Value& value, const char* part) {
 
 void put_frame(Value& value, const Isometry3d& pose) {
   const calib::FrameMmDeg f = calib::to_frame(pose);
-  for (std::size_t i = 0; i < 6; ++i)
-    value.parts[i].set(i < 3 ? f.xyz_mm[i] : f.abc_deg[i - 3]);
+  for (std::size_t i = 0; i < 6; ++i) value.parts[i].set(i < 3 ? f.xyz_mm[i] : f.abc_deg[i - 3]);
 }
 
 void put_axes(Value& value, const JointVector& q) {
@@ -103,7 +102,7 @@ std::optional<JointVector> KrlController::joints(const Value& point, const Joint
   const Isometry3d flange = frame("$ROBROOT").inverse() * frame("$BASE") *
                             calib::to_isometry(frame_of_value(point)) * frame("$TOOL").inverse();
   const bool posture = keeps || given(point, "S"), turn = !keeps && given(point, "T");
-  const int status = keeps                ? status_and_turn(arm_, stretched_rad_, near).status
+  const int status = keeps               ? status_and_turn(arm_, stretched_rad_, near).status
                      : given(point, "S") ? point.part("S").i & 7
                                          : 0;
   std::optional<JointVector> best;
@@ -219,8 +218,8 @@ void KrlController::bind() {
     if (command == "TOOL" || command == "BASE") activate(command, number);
     if (command == "PTP_PARAMS" || command == "CP_PARAMS" || command == "FRAMES")
       for (const char* what : {"TOOL", "BASE"})
-        activate(what, static_cast<std::size_t>(
-                           program_["FDAT_ACT"].part(std::string(what) + "_NO").i));
+        activate(what,
+                 static_cast<std::size_t>(program_["FDAT_ACT"].part(std::string(what) + "_NO").i));
     return Value();
   });
 }

@@ -39,8 +39,7 @@ std::string program(const std::string& body) { return "DEF P ( )\r\n" + body + "
 /// The statement as rewritten; its refusal; or "unchanged".
 std::string line_of(const std::string& body, const std::vector<std::string>& leave = {}) {
   const RewrittenPrograms result = rewritten_of(program(body), leave);
-  if (!result.modules.at(0).refusals.empty())
-    return name_of(result.modules[0].refusals[0].why);
+  if (!result.modules.at(0).refusals.empty()) return name_of(result.modules[0].refusals[0].why);
   if (result.files.empty()) return "unchanged";
   const std::string& text = result.files[0].text;
   EXPECT_EQ(restored(result.files[0]), program(body));
@@ -156,9 +155,9 @@ TEST(RunTimeProgram, TakesNothingBackThatItDidNotWrite) {
 }
 
 TEST(RunTimeProgram, SurvivesEveryPlaceWhereAFileCanBeCutShort) {
-  const std::string whole =
-      program("SPLINE WITH $TOOL=TOOL_DATA[1]\r\nSPL {X 1.0,Y (2.0+R),Z XF.Z}:XF\r\nENDSPLINE\r\n"
-              "CIRC XS[1].AT,XARR[N],CA 90.0\r\nLIN_REL {Z 60.0} #TOOL\r\nPTP (XP1)");
+  const std::string whole = program(
+      "SPLINE WITH $TOOL=TOOL_DATA[1]\r\nSPL {X 1.0,Y (2.0+R),Z XF.Z}:XF\r\nENDSPLINE\r\n"
+      "CIRC XS[1].AT,XARR[N],CA 90.0\r\nLIN_REL {Z 60.0} #TOOL\r\nPTP (XP1)");
   for (std::size_t size = 0; size <= whole.size(); ++size) {
     const RewrittenPrograms result = rewritten_of(whole.substr(0, size));
     if (!result.files.empty()) {
@@ -182,6 +181,27 @@ TEST(RunTimeProgram, CorrectsATaughtProgramInItsInlineForms) {
   EXPECT_EQ(result.modules[0].corrected, 20);
   EXPECT_EQ(result.modules[0].motions, 21);
   EXPECT_EQ(restored(result.files[0]), before.src);
+  // The controller of the tests executes it.
+  const calib::Calibration c = calibration();
+  krl::Data data;
+  read_data(files.controller[0], data);
+  const krl::FixModule fix = fix_module(c, data, {4711, "0"});
+  KrlController controller(cell().robot, {{"weld.src", result.files[0].text},
+                                          {"weld.dat", before.dat},
+                                          {fix.src.name, fix.src.text},
+                                          {fix.dat.name, fix.dat.text}});
+  controller.put_data("TOOL_DATA", 1, frames().tool);
+  controller.put_data("BASE_DATA", 3, frames().base);
+  controller.run("WELD");
+  ASSERT_EQ(controller.reached.size(), 21U) << controller.message();
+  const calib::Predictor predictor(c);
+  for (std::size_t i = 0; i < taught_at.size(); ++i)
+    EXPECT_LT((predictor.calibrated(controller.reached[i + 1]).tcp.translation() -
+               predictor.nominal(taught_at[i]).translation())
+                      .norm() *
+                  calib::kMmPerM,
+              0.02)
+        << i;
   // Nothing but the motions has changed.
   std::size_t changed = 0;
   for (std::size_t a = 0, b = 0; a < before.src.size();) {
