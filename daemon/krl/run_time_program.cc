@@ -35,6 +35,8 @@ constexpr const char* kByAxes = "CC_BY_AXES";
 /// Components that a relative motion leaves out end its {..}, written as nobody else writes them.
 constexpr const char* kAdded = ",  ";
 constexpr const char* kNothing = " +0.0";
+/// Behind the type of a {..} that had none: a function's parameter needs it. With blanks as nobody else writes it.
+constexpr const char* kTyped = ":  ";
 
 const std::set<std::string> kPtp = {"PTP", "SPTP"};
 const std::set<std::string> kArc = {"CIRC", "SCIRC"};
@@ -71,6 +73,13 @@ std::size_t closed(const Tokens& t, std::size_t at) {
   return 0;
 }
 
+/// The type of the {..} at tokens[at] stands there as kTyped writes it.
+bool typed_by_us(const std::string& text, const Tokens& t, std::size_t at) {
+  return sign_here(t, at, '{') && at + 2 < t.size() && t[at + 1].begin == t[at].end &&
+         t[at + 2].begin == t[at + 1].end &&
+         text.compare(t[at + 2].begin, std::string_view(kTyped).size(), kTyped) == 0;
+}
+
 /// {E6POS: X 1.0,...}
 struct Literal {
   std::string type;  ///< written before the components; empty: none
@@ -96,6 +105,7 @@ std::optional<Literal> literal_at(const Tokens& t, std::size_t at) {
       return std::nullopt;
     at = next + 1;
   }
+  if (literal.parts.empty()) return std::nullopt;
   return literal;
 }
 
@@ -266,6 +276,8 @@ class Rewriter {
     const std::size_t begin = line.tokens[target.begin].begin;
     const std::size_t end = line.tokens[target.end - 1].end;
     edits_.push_back({begin, begin, function + "("});
+    if (target.literal && target.literal->type.empty())
+      edits_.push_back({begin + 1, begin + 1, target.type + kTyped});
     edits_.push_back({end, end, more + ")"});
   }
 
@@ -283,7 +295,9 @@ class Rewriter {
     seen_.insert({target.name, variable_of(target.name)});
     if (kWhereItIs.count(target.name) > 0) return target.end;
     const bool ptp = kPtp.count(line.tokens[0].word) > 0;
-    if (target.literal && !whole(*target.literal, ptp)) return refuse(Why::kPartial, line, what), 0;
+    const bool odd = typed_by_us(src_.text, line.tokens, target.begin);
+    if (odd || (target.literal && !whole(*target.literal, ptp)))
+      return refuse(Why::kPartial, line, what), 0;
     const auto functions =
         std::ranges::find(kFunctions, target.type, [](const Functions& f) { return f.type; });
     if (functions == kFunctions.end()) return refuse(Why::kUnknownPoint, line, what), 0;
@@ -331,7 +345,8 @@ class Rewriter {
         return part != target.literal->parts.end() && part->second != 0.0;
       });
     };
-    if (!understood || (target.literal && !axes && !in_tool && turns()))
+    if (!understood || typed_by_us(src_.text, t, 1) ||
+        (target.literal && !axes && !in_tool && turns()))
       return refuse(Why::kRelative, line, t[0].word);
     std::string missing;
     for (const char* name : axes ? kAxes : kPlace)
@@ -383,6 +398,8 @@ void take_back(const KrlFile& src, const Line& line, std::size_t at, std::vector
                                          " is not as cellcal writes it. Edit the line by hand");
   const std::size_t first = next_comma(t, at + 2, end - 1);
   edits.push_back({t[at].begin, t[at + 1].end, ""});
+  if (typed_by_us(src.text, t, at + 2))
+    edits.push_back({t[at + 3].begin, t[at + 4].begin + std::string_view(kTyped).size(), ""});
   const std::size_t cut = t[first - 1].end;
   if (t[at].word.starts_with(kByBase) && sign_here(t, first - 1, '}')) {
     const std::size_t brace = t[first - 1].begin;

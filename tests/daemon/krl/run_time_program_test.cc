@@ -75,11 +75,13 @@ TEST(RunTimeProgram, WrapsWhatOnlyTheRunningProgramKnows) {
 
 TEST(RunTimeProgram, WrapsPointsWrittenOut) {
   const std::string at = "X 1.0,Y 2,Z -3.0,A 0,B 0,C 0";
-  EXPECT_EQ(line_of("LIN {" + at + "}"), "LIN CC_FIX_FRAME({" + at + "})");
+  EXPECT_EQ(line_of("LIN {" + at + "}"), "LIN CC_FIX_FRAME({FRAME:  " + at + "})");
   EXPECT_EQ(line_of("PTP {E6POS: " + at + ",S 2,T 35} C_PTP"),
             "PTP CC_FIX_PTP({E6POS: " + at + ",S 2,T 35}) C_PTP");
   EXPECT_EQ(line_of("PTP {A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0}"),
-            "PTP CC_FIX_E6AXIS({A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0})");
+            "PTP CC_FIX_E6AXIS({E6AXIS:  A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0})");
+  EXPECT_EQ(line_of("LIN { " + at + " }"), "LIN CC_FIX_FRAME({FRAME:   " + at + " })");
+  EXPECT_EQ(line_of("PTP {E6POS:  " + at + ",S 2,T 35}"), "partial");  // as if written by cellcal
   EXPECT_EQ(line_of("LIN {Z 500.0}"), "partial");
   EXPECT_EQ(line_of("PTP {A3 90.0}"), "partial");
   EXPECT_EQ(line_of("PTP {" + at + ",S 2}"), "partial");
@@ -87,15 +89,16 @@ TEST(RunTimeProgram, WrapsPointsWrittenOut) {
 
 TEST(RunTimeProgram, KeepsRelativeMotionsRelative) {
   EXPECT_EQ(line_of("LIN_REL {Z 60.0} C_DIS"),
-            "LIN_REL CC_BY({Z 60.0,  X +0.0,Y +0.0,A +0.0,B +0.0,C +0.0}) C_DIS");
+            "LIN_REL CC_BY({FRAME:  Z 60.0,  X +0.0,Y +0.0,A +0.0,B +0.0,C +0.0}) C_DIS");
   EXPECT_EQ(line_of("LIN_REL {X 1.0,  Y 2.0,Z 3.0,A 0.0,B 0.0,  C 0.0}"),
-            "LIN_REL CC_BY({X 1.0,  Y 2.0,Z 3.0,A 0.0,B 0.0,  C 0.0})");
+            "LIN_REL CC_BY({FRAME:  X 1.0,  Y 2.0,Z 3.0,A 0.0,B 0.0,  C 0.0})");
   EXPECT_EQ(line_of("LIN_REL XF #TOOL"), "LIN_REL CC_BY_TOOL(XF) #TOOL");
   EXPECT_EQ(line_of("PTP_REL {A1 10.0,A2 0,A3 0,A4 0,A5 0,A6 -5}"),
-            "PTP_REL CC_BY_AXES({A1 10.0,A2 0,A3 0,A4 0,A5 0,A6 -5})");
+            "PTP_REL CC_BY_AXES({E6AXIS:  A1 10.0,A2 0,A3 0,A4 0,A5 0,A6 -5})");
   EXPECT_EQ(line_of("LIN_REL {A 10.0}"), "relative_motion");
   EXPECT_EQ(line_of("CIRC_REL {X 1.0},{X 2.0}"), "relative_motion");
   EXPECT_EQ(line_of("LIN_REL XP1"), "relative_motion");
+  EXPECT_EQ(line_of("LIN_REL {}"), "relative_motion");
 }
 
 TEST(RunTimeProgram, GivesToolAndBaseOfTheMotionsOwnWith) {
