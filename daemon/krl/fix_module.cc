@@ -118,7 +118,7 @@ void add_wave(const ArmModel& arm, const ArmParameter& p, double x, Joints& join
   (cosine ? wave.cosine_rad : wave.sine_rad) += x;
 }
 
-/// Errors that depend on the posture.
+/// Errors that depend on the posture. No kind is left to a default: one that the module lacks must not go unnoticed.
 void add_by_posture(const ArmModel& arm, const ArmParameter& p, double x, Joints& joints) {
   if (p.joint < 0) return;
   Joints::One& one = joints.joint[static_cast<std::size_t>(p.joint)];
@@ -141,8 +141,23 @@ void add_by_posture(const ArmModel& arm, const ArmParameter& p, double x, Joints
     case ParameterKind::kFunctionSine:
       add_wave(arm, p, x, joints);
       break;
-    default:  // geometry and tool: errors()
-      break;
+    case ParameterKind::kTheta:
+    case ParameterKind::kD:
+    case ParameterKind::kA:
+    case ParameterKind::kAlpha:
+    case ParameterKind::kBeta:
+    case ParameterKind::kDeflection:
+    case ParameterKind::kTcp:
+      break;  // errors() has them
+    case ParameterKind::kEffectiveRadius:
+    case ParameterKind::kLatchDelay:
+    case ParameterKind::kCentre:
+    case ParameterKind::kTilt:
+    case ParameterKind::kShift:
+    case ParameterKind::kTurn:
+    case ParameterKind::kRadius:
+    case ParameterKind::kProbeTurn:
+      break;  // not of the arm
   }
 }
 
