@@ -135,6 +135,11 @@ Stage stage_of(const Trial& trial) {
   stage.truth.field_m = trial.field_m;
   stage.truth.length_factor = trial.length_factor;
   stage.truth.angle_factor = trial.angle_factor;
+  stage.truth.spring_nm = trial.spring_nm;
+  stage.truth.soft_rad = trial.soft_rad;
+  stage.truth.compliance_rad_per_nm = trial.compliance_rad_per_nm;
+  stage.size = trial.size;
+  stage.heavy_stated = trial.heavy_stated;
   stage.lengths = trial.lengths;
   stage.truth.gears = trial.gears;
   stage.truth.gear_arcsec = trial.gear_arcsec;
