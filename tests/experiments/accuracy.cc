@@ -165,6 +165,9 @@ int main(int argc, char** argv) {
     app.option("--outliers", options.trial.outlier_share,
                "Share of the fit touches, 0.2 to 3 mm off")
         .between(0.0, 0.5);
+    app.option("--load-kg", options.trial.load_kg,
+               "On the flange where M2 to M4 are judged; the touches are made with the tool alone")
+        .between(0.0, 1000.0);
     app.option("--tilt-deg", tilt_deg,
                "Of the robot's foot: 0 on the floor, 90 on a wall, 180 under the ceiling")
         .between(0.0, 180.0);

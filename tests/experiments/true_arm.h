@@ -53,6 +53,12 @@ class TrueArm {
   void slip(std::size_t joint, double by_rad) {
     joints_[joint].offset += joints_[joint].sign * by_rad;
   }
+  /// Everything on the flange.
+  void carry(double mass_kg, const Eigen::Vector3d& com_m) {
+    c_t_ *= mass_kg > 0.0 ? tool_mass_ / mass_kg : 0.0;  // the tool bends by its own mass
+    tool_mass_ = mass_kg;
+    tool_com_ = com_m;
+  }
   void grow(double share) { grown_ += share; }  ///< of all lengths
 
  private:
