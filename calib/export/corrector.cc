@@ -212,6 +212,24 @@ Calibration with_tool(Calibration calibration, const Tool& tool) {
   return calibration;
 }
 
+Calibration with_load(Calibration calibration, const FlangeLoad& load) {
+  Tool held;  // what is on the flange beyond the tools
+  held.id = "load";
+  held.mass_kg = load.mass_kg;
+  Eigen::Vector3d moment_kg_m = load.mass_kg * load.com_m;
+  const auto without = [&](const Tool& tool) {
+    held.mass_kg -= tool.mass_kg;
+    moment_kg_m -= tool.mass_kg * tool.com_m;
+  };
+  without(calibration.cell.tool);
+  for (const Tool& tool : calibration.cell.other_tools) without(tool);
+  constexpr double kNoMassKg = 1e-6;  // the moment alone counts
+  if (std::abs(held.mass_kg) < kNoMassKg) held.mass_kg = kNoMassKg;
+  held.com_m = moment_kg_m / held.mass_kg;
+  calibration.cell.other_tools.push_back(std::move(held));
+  return calibration;
+}
+
 std::string words(const NotReached& reason, const Robot& robot) {
   const auto joint = [&]() -> const Joint& {
     return robot.joints[static_cast<std::size_t>(reason.joint)];

@@ -62,6 +62,15 @@ std::string words(const FarCorrection& far);
 /// exact as stated; the joints bear its load.
 Calibration with_tool(Calibration calibration, const Tool& tool);
 
+/// Everything on the flange: tool, and what it holds.
+struct FlangeLoad {
+  double mass_kg = 0.0;
+  Eigen::Vector3d com_m = Eigen::Vector3d::Zero();  ///< flange frame
+};
+/// The calibration with this load on the flange, in place of its tools' masses. TCP and bending of
+/// the tools stay; the joints bear the load, and its bounds follow from those of their compliance.
+Calibration with_load(Calibration calibration, const FlangeLoad& load);
+
 /// Owns its data. Thread-safe.
 class Corrector {
  public:

@@ -4,6 +4,7 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <numbers>
 
@@ -269,6 +270,26 @@ ArmLengths lengths_of(const Robot& robot, const MachineData& senses) {
   return found;
 }
 
+/// Payload class of a type such as "#KR210R2700EXC4FLR" in kg; 0: none is named.
+int payload_kg(std::string_view type) {
+  constexpr std::string_view kSeries = "KR";
+  const auto at = type.find(kSeries);
+  if (at == std::string_view::npos) return 0;
+  type.remove_prefix(std::min(type.size(), type.find_first_not_of(" _", at + kSeries.size())));
+  int kg = 0;
+  std::from_chars(type.data(), type.data() + type.size(), kg);
+  return kg;
+}
+
+/// Priors of counterbalance and stiffening gears, as in the shipped files of heavy arms.
+void add_heavy_priors(Robot& robot) {
+  robot.joints[1].counterbalance_sigma_rad = 300.0 * kRadPerArcsec;
+  for (const std::size_t i : {1, 2}) {
+    robot.joints[i].stiffening_sigma_rad = 60.0 * kRadPerArcsec;
+    robot.joints[i].stiffening_nm = 1000.0;
+  }
+}
+
 }  // namespace
 
 void read_machine_data(std::string_view text, const std::string& name, MachineData& data) {
@@ -286,6 +307,8 @@ Robot robot_of(const MachineData& data) {
   robot.name = data.type.empty() ? "KUKA" : data.type;
   std::erase(robot.name, '#');
   robot.source = "machine data";
+  constexpr int kHeavyKg = 120;  // from here on KUKA's arms have a counterbalance
+  if (payload_kg(data.type) >= kHeavyKg) add_heavy_priors(robot);
   return robot;
 }
 

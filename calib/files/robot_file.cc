@@ -101,6 +101,11 @@ Joint read_joint(const TomlTable& t, double length_m, double angle_rad) {
   joint.bearing_sigma_rad_per_nm = t.number_or("bearing_sigma_rad_per_nm", 0.0, {0.0, 1.0});
   joint.function_sigma_rad = t.number_or("function_sigma_arcsec", 0.0, {0.0, 1e5}) * kRadPerArcsec;
   joint.function_reach_rad = t.number_or("function_reach_deg", 5.0, {0.1, 180.0}) * kRadPerDeg;
+  joint.counterbalance_sigma_rad =
+      t.number_or("counterbalance_sigma_arcsec", 0.0, {0.0, 1e5}) * kRadPerArcsec;
+  joint.stiffening_sigma_rad =
+      t.number_or("stiffening_sigma_arcsec", 0.0, {0.0, 1e5}) * kRadPerArcsec;
+  joint.stiffening_nm = t.number_or("stiffening_nm", 1000.0, {1.0, 1e6});
   if (t.has("function_deg")) {
     const auto range = t.numbers("function_deg", 2, kAngleDeg);
     if (!(range[0] < range[1])) t.fail("function_deg", "must hold the smaller angle first");
@@ -213,6 +218,13 @@ std::string robot_to_toml(const Robot& robot) {
     if (j.bearing_sigma_rad_per_nm > 0.0)
       out +=
           fmt::format("bearing_sigma_rad_per_nm = {}\n", toml_number(j.bearing_sigma_rad_per_nm));
+    if (j.counterbalance_sigma_rad > 0.0)
+      out += fmt::format("counterbalance_sigma_arcsec = {}\n",
+                         toml_number(j.counterbalance_sigma_rad / kRadPerArcsec));
+    if (j.stiffening_sigma_rad > 0.0)
+      out += fmt::format("stiffening_sigma_arcsec = {}\nstiffening_nm = {}\n",
+                         toml_number(j.stiffening_sigma_rad / kRadPerArcsec),
+                         toml_number(j.stiffening_nm));
     if (j.function_sigma_rad > 0.0)
       out += fmt::format("function_sigma_arcsec = {}\nfunction_reach_deg = {}\n",
                          toml_number(j.function_sigma_rad / kRadPerArcsec),

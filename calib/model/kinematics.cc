@@ -111,7 +111,13 @@ ArmModel::ArmModel(const Robot& robot, const Tool& tool, const std::vector<Tool>
         parameters_.push_back({wave_parameter(kind, i, h), sigma, "arcsec", kArcsecPerRad});
     }
   }
-  for (std::size_t i = 0; i < joints; ++i) add_function(i);
+  for (std::size_t i = 0; i < joints; ++i) {
+    if (robot_.joints[i].stiffening_sigma_rad > 0.0)
+      parameters_.push_back({joint_parameter(ParameterKind::kStiffening, i),
+                             robot_.joints[i].stiffening_sigma_rad, "arcsec", kArcsecPerRad});
+    add_counterbalance(i);
+    add_function(i);
+  }
   last_by_pose_ = size();
   for (std::size_t i = 0; i < joints; ++i)
     for (int axis = 0; axis < 2 && robot_.joints[i].bearing_sigma_rad_per_nm > 0.0; ++axis)
@@ -120,6 +126,15 @@ ArmModel::ArmModel(const Robot& robot, const Tool& tool, const std::vector<Tool>
   last_bearing_ = size();
   for (int k = 0; k < tool_count(); ++k) add_tool_parameters(k);
   none_ = errors(nullptr);
+}
+
+/// (2b): a spring's torque over its lever is smooth in the angle, its orders fall off fast.
+void ArmModel::add_counterbalance(std::size_t index) {
+  const double sigma = robot_.joints[index].counterbalance_sigma_rad;
+  for (int order = 1; sigma > 0.0 && order <= kCounterbalanceOrders; ++order)
+    for (const ParameterKind kind : {ParameterKind::kFunctionCosine, ParameterKind::kFunctionSine})
+      parameters_.push_back(
+          {wave_parameter(kind, index, order), sigma / (order * order), "arcsec", kArcsecPerRad});
 }
 
 /// (2a): the prior variances of the orders add up to that of the function.
@@ -207,6 +222,10 @@ PreparedPose ArmModel::prepare(std::span<const double> joint_rad, int tool) cons
       case ParameterKind::kPlay:
         pose.factor[p] =
             std::tanh(torque_nm(parameter.joint) / robot_.joints[parameter.joint].play_closes_nm);
+        break;
+      case ParameterKind::kStiffening:
+        pose.factor[p] =
+            std::tanh(torque_nm(parameter.joint) / robot_.joints[parameter.joint].stiffening_nm);
         break;
       case ParameterKind::kLoad:  // after kCompliance: the chain is available
         pose.factor[p] = chain.link[parameter.joint].z.dot(
@@ -429,6 +448,7 @@ ArmErrors ArmModel::errors(const double* x) const {
       case ParameterKind::kFunctionCosine:
       case ParameterKind::kFunctionSine:
       case ParameterKind::kBearing:
+      case ParameterKind::kStiffening:
       case ParameterKind::kPlay:
         break;  // depends on the pose
       default:
@@ -592,6 +612,7 @@ void ArmModel::turn_derivative(const PreparedPose& pose, const ArmErrors& errors
       case ParameterKind::kSine:
       case ParameterKind::kFunctionCosine:
       case ParameterKind::kFunctionSine:
+      case ParameterKind::kStiffening:
       case ParameterKind::kPlay:
         jacobian.col(p) = carried(pose.factor[p] * chain.link[parameter.joint].z);
         break;

@@ -3,7 +3,8 @@
 //
 // Model (calib/model/README.md, (1) to (7)). With the errors x put into the exact chain:
 //   theta_i = sgn_i q_i + offset_i + dtheta_i + k_i tau_i(q) + play_i tanh(tau_i(q) / tau_0i)
-//             + sum_h [wc_ih cos(h gear_i q_i) + ws_ih sin(h gear_i q_i)]
+//             + soft_i tanh(tau_i(q) / tau_si) + sum_h [wc_ih cos(h gear_i q_i) + ws_ih sin(h gear_i q_i)]
+//             + f_i(q_i)
 //   T_i     = Rz(theta_i) Tz(d_i + dd_i) Tx(a_i + da_i) Rx(alpha_i + dalpha_i) Ry(beta_i + dbeta_i)
 //   TCP     = flange * tool, then displaced by c_t m_t l_t^3/3 g_perp and turned by c_t m_t l_t^2/2 (z_t cross g)
 // If a link's mass moment m_j com_j is not known, each of its components adds k_i times its torque about joint i, one
@@ -25,6 +26,8 @@
 
 namespace cellcal::calib {
 
+/// Orders per turn of the deflection by a counterbalance.
+constexpr int kCounterbalanceOrders = 3;
 /// Orders per turn of a joint's function; slower ones are the smooth transmission error's, faster
 /// ones a small part of what its prior allows.
 constexpr int kLowestOrder = 5, kHighestOrder = 40;
@@ -44,7 +47,8 @@ constexpr int kMaxTools = 8;
 /// The part of the model that depends on the axis angles only; computed once per touch.
 struct PreparedPose {
   Eigen::Matrix2Xd direction;  ///< per joint: cosine and sine of the nominal theta
-  /// Per parameter: d(angle)/dx for compliance, load, play, harmonics, bearings; else 0.
+  /// Per parameter: d(angle)/dx for compliance, load, play, harmonics, bearings,
+  /// stiffening; else 0.
   Eigen::VectorXd factor;
   int tool = 0;  ///< index of the tool
 };
@@ -147,6 +151,7 @@ class ArmModel {
 
  private:
   PreparedPose turned(std::span<const double> joint_rad, int tool) const;
+  void add_counterbalance(std::size_t joint);
   void add_function(std::size_t joint);
   void add_tool_parameters(int index);
   void walk_links(const PreparedPose& pose, const ArmErrors& errors, ArmChain& chain) const;

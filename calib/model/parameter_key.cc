@@ -60,6 +60,8 @@ std::string what(const Cell& cell, const ParameterKey& key) {
       return "fsin" + std::to_string(key.harmonic);
     case ParameterKind::kBearing:
       return std::string("bearing_") + axis_of(key);
+    case ParameterKind::kStiffening:
+      return "stiffening";
     case ParameterKind::kPlay:
       return "play";
     case ParameterKind::kDeflection:
@@ -120,7 +122,8 @@ class Search {
     if (!is_of(owner)) return;
     for (const ParameterKind kind :
          {ParameterKind::kTheta, ParameterKind::kD, ParameterKind::kA, ParameterKind::kAlpha,
-          ParameterKind::kBeta, ParameterKind::kCompliance, ParameterKind::kPlay})
+          ParameterKind::kBeta, ParameterKind::kCompliance, ParameterKind::kStiffening,
+          ParameterKind::kPlay})
       consider(joint_parameter(kind, index));
     std::string_view rest = name_.substr(owner.size() + 1);
     for (const int axis : {0, 1}) consider(bearing_parameter(index, axis));

@@ -26,6 +26,7 @@ enum class ParameterKind {
   kFunctionCosine,
   kFunctionSine,  // of a joint's function
   kBearing,       // compliance of a joint across its axis, about x or y of the preceding frame
+  kStiffening,    // deflection at small loads of a gear of rising stiffness
   kPlay,          // play_i
   kDeflection,    // c_t
   kTcp,           // one component of the tool's offset
@@ -53,7 +54,7 @@ struct ParameterKey {
   auto operator<=>(const ParameterKey&) const = default;
 };
 
-/// For kTheta to kBeta, kCompliance, kPlay.
+/// For kTheta to kBeta, kCompliance, kStiffening, kPlay.
 ParameterKey joint_parameter(ParameterKind kind, std::size_t joint);
 ParameterKey load_parameter(std::size_t joint, std::size_t link, int axis);
 ParameterKey bearing_parameter(std::size_t joint, int axis);
@@ -77,9 +78,9 @@ constexpr bool is_transmission(ParameterKind kind) {
 constexpr bool is_function(ParameterKind kind) {
   return kind == ParameterKind::kFunctionCosine || kind == ParameterKind::kFunctionSine;
 }
-/// True for parameters that an arm has only if the touches show them.
+/// True for parameters that an arm has only if the touches show them or its file states them.
 constexpr bool is_by_evidence(ParameterKind kind) {
-  return is_function(kind) || kind == ParameterKind::kBearing;
+  return is_function(kind) || kind == ParameterKind::kBearing || kind == ParameterKind::kStiffening;
 }
 /// True for errors of the arm's geometry.
 constexpr bool is_geometric(ParameterKind kind) { return kind <= ParameterKind::kBeta; }

@@ -54,7 +54,12 @@ struct Joint {
   double function_reach_rad = 0.0;  ///< correlation length of f_i, l_i, > 0
   /// Angles that f_i was learnt over; equal: not stated.
   double function_min_rad = 0.0, function_max_rad = 0.0;
-  double radius_m = 0.0;  ///< of the capsule about this joint's link; 0: assumed (plan)
+  /// Prior of the deflection by a counterbalance (spring, cylinder) that acts about this joint; 0: none.
+  double counterbalance_sigma_rad = 0.0;
+  /// Prior of the deflection at small loads that a gear of rising stiffness adds; 0: none.
+  double stiffening_sigma_rad = 0.0;
+  double stiffening_nm = 1000.0;  ///< load at which it is stiff, > 0
+  double radius_m = 0.0;          ///< of the capsule about this joint's link; 0: assumed (plan)
 };
 
 struct Robot {

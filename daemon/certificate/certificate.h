@@ -114,6 +114,9 @@ void refuse_unless_reproduced(const Archive& archive, const std::string& from);
 std::string to_html(const CertificateData& data);
 /// "cellcal.certificate/1": every entry with its text, value, unit and origin.
 std::string to_json(const CertificateData& data);
+/// Digital Calibration Certificate (XML, PTB's schema 3.1.2); what the schema requires and no row
+/// has reads "not stated".
+std::string to_dcc(const CertificateData& data);
 inline constexpr std::chrono::seconds kPdfLimit{120};
 /// PDF of that HTML by WeasyPrint, terminated after the limit. Throws std::runtime_error, which names the
 /// package where it is missing.

@@ -176,9 +176,11 @@ int certify(const Connection& daemon, const CertificateCommand& command) try {
   make_directory(directory);
   write_atomically(directory / "certificate.json", certificate::to_json(data));
   write_atomically(directory / "certificate.html", certificate::to_html(data));
+  write_atomically(directory / "certificate.dcc.xml", certificate::to_dcc(data));
   // Raw data from which every figure can be recomputed.
   write_atomically(directory / "rows.jsonl", named.archive.at("rows.jsonl"));
-  std::vector<std::string> names{"certificate.json", "certificate.html", "rows.jsonl"};
+  std::vector<std::string> names{"certificate.json", "certificate.html", "certificate.dcc.xml",
+                                 "rows.jsonl"};
   const std::string no_pdf = command.pdf ? add_pdf(directory, names) : "";
   if (key)
     signing::sign_files(directory, names,

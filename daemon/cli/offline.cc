@@ -306,8 +306,21 @@ void warn_beyond_limits(const calib::JointRows& asked) {
                asked.beyond_limits - asked.beyond_limits_words.size());
 }
 
+/// Throws std::runtime_error for a load that no arm carries.
+calib::FlangeLoad flange_load(const std::vector<double>& given) {
+  constexpr double kMostKg = 5e3, kMostMm = 1e4;
+  const bool possible =
+      std::ranges::all_of(given, [](double v) { return std::abs(v) <= kMostMm; }) &&
+      given[0] >= 0.0 && given[0] <= kMostKg;
+  if (!possible)
+    throw std::runtime_error("--load: 0 to 5000 kg, and a centre within 10 m of the flange");
+  return {given[0], Eigen::Vector3d(given[1], given[2], given[3]) / calib::kMmPerM};
+}
+
 std::vector<Row> rows_of(const PredictCommand& command, const calib::Calibration& calibration) {
-  const calib::Predictor predictor(calibration);
+  const calib::Predictor predictor(command.load.empty()
+                                       ? calibration
+                                       : calib::with_load(calibration, flange_load(command.load)));
   std::vector<Row> rows;
   tell_reading(command.joints);
   const calib::JointRows asked = calib::load_joints(command.joints, calibration.cell.robot);

@@ -30,6 +30,7 @@ struct PredictCommand {
   std::filesystem::path calibration, joints, output;
   bool nominal = false, json = false;
   bool withheld = false;  ///< also a calibration withheld by its verdict
+  std::vector<double> load;  ///< mass [kg] and centre [mm, flange frame]; empty: the tools
 };
 int predict(const PredictCommand& command);
 

@@ -55,6 +55,13 @@ void add_predict(CLI::App& app, int& status) {
   command->add_option("--calibration", given->calibration, "Calibration (JSON)")->required();
   command->add_option("--joints", given->joints, "Joint angles (CSV, deg)")->required();
   command->add_flag("--nominal", given->nominal, "Use the nominal robot with a stiff tool");
+  command
+      ->add_option(
+          "--load", given->load,
+          "MASS,X,Y,Z: load on the flange with the tool and what it holds, in kg and mm from "
+          "the flange, as LOAD_DATA; default: the cell file's tool")
+      ->delimiter(',')
+      ->expected(4);
   command->add_flag("--withheld", given->withheld,
                     "Accept a withheld calibration, for inspection only");
   command->add_option("-o,--output,--out", given->output,

@@ -303,7 +303,8 @@ void add_certificate(CLI::App& app, int& status) {
   CLI::App* command =
       app.add_subcommand("certificate", "Write the certificate of a published calibration");
   command->footer(
-      "Writes certificate.html, certificate.pdf (needs the package 'weasyprint'), certificate.json and rows.jsonl, the\n"
+      "Writes certificate.html, certificate.pdf (needs the package 'weasyprint'), certificate.json,\n"
+      "certificate.dcc.xml (Digital Calibration Certificate) and rows.jsonl, the\n"
       "session's rows. "
       "Serial numbers, operator and the artefacts' certificates come from the cell file. A directory needs no "
       "daemon.\nSigned if a key exists (certificate.sums, certificate.sums.sig); 'cellcal verify' checks it.\nThe result is computed again first. A directory is signed for where its export is signed.\n"

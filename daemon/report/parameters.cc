@@ -92,6 +92,8 @@ std::string_view meaning_of(ParameterKind kind) {
       return "compliance under torque";
     case ParameterKind::kBearing:
       return "compliance across the axis";
+    case ParameterKind::kStiffening:
+      return "deflection at small loads";
     case ParameterKind::kPlay:
       return "half of the play, closed by the load";
     case ParameterKind::kCosine:

@@ -8,6 +8,7 @@
 
 #include "calib/files/cell_file.h"
 #include "calib/files/files.h"
+#include "calib/model/units.h"
 #include "tests/command_line/command_line.h"
 #include "tests/experiments/trial.h"
 
@@ -143,6 +144,7 @@ int main(int argc, char** argv) {
     Options options;
     std::string gears = "harmonics", touches = "planned";
     bool masses_unstated = false;
+    double tilt_deg = 0.0;
     options.arm = CELLCAL_EXPERIMENT_ROBOT;
     cellcal::CommandLine app(
         "Accuracy over random robots, beside the targets of the method (section 9).\n"
@@ -163,6 +165,12 @@ int main(int argc, char** argv) {
     app.option("--outliers", options.trial.outlier_share,
                "Share of the fit touches, 0.2 to 3 mm off")
         .between(0.0, 0.5);
+    app.option("--load-kg", options.trial.load_kg,
+               "On the flange where M2 to M4 are judged; the touches are made with the tool alone")
+        .between(0.0, 1000.0);
+    app.option("--tilt-deg", tilt_deg,
+               "Of the robot's foot: 0 on the floor, 90 on a wall, 180 under the ceiling")
+        .between(0.0, 180.0);
     app.option("--seed", options.seed, "");
     if (const auto code = app.parse(argc, argv)) return *code;
     options.trial.gears = gears == "none"       ? Gears::kNone
@@ -171,7 +179,9 @@ int main(int argc, char** argv) {
                                                 : Gears::kHarmonics;
     if (touches == "random") options.trial.criterion = calib::Criterion::kRandom;
     options.trial.masses_stated = !masses_unstated;
-    const calib::Robot robot = calib::load_robot(options.arm);
+    calib::Robot robot = calib::load_robot(options.arm);
+    robot.gravity_m_s2 = Eigen::AngleAxisd(tilt_deg * calib::kRadPerDeg, Eigen::Vector3d::UnitY()) *
+                         robot.gravity_m_s2;
     for (const Level& level : kLevels) {
       if (!options.level.empty() && options.level != level.name) continue;
       calib::Robot arm = robot;

@@ -8,6 +8,7 @@
 
 #include "calib/estimate/predict.h"
 #include "calib/estimate/region.h"
+#include "calib/export/corrector.h"
 #include "calib/files/robot_file.h"
 #include "calib/identify/identify.h"
 #include "calib/model/linear.h"
@@ -79,9 +80,14 @@ std::vector<calib::JointVector> postures(const calib::ArmModel& arm, int count, 
 
 namespace {
 
-Outcome judged(const World& world, const std::vector<calib::Touch>& touches) {
-  const calib::Calibration c = calib::identify(
-      world.cell, touches, {.region_poses = calib::kStatedPoses}, calib::shipped_robots);
+Outcome judged(World world, const std::vector<calib::Touch>& touches, double load_kg) {
+  calib::Calibration c = calib::identify(world.cell, touches, {.region_poses = calib::kStatedPoses},
+                                         calib::shipped_robots);
+  if (load_kg > 0.0) {
+    const Eigen::Vector3d com_m(0.0, 0.0, 0.15);
+    world.arm.carry(load_kg, com_m);
+    c = calib::with_load(std::move(c), {load_kg, com_m});
+  }
   const calib::Predictor predictor(c);
   Outcome o;
   o.m1 = c.check.mean_m;
@@ -135,6 +141,11 @@ Stage stage_of(const Trial& trial) {
   stage.truth.field_m = trial.field_m;
   stage.truth.length_factor = trial.length_factor;
   stage.truth.angle_factor = trial.angle_factor;
+  stage.truth.spring_nm = trial.spring_nm;
+  stage.truth.soft_rad = trial.soft_rad;
+  stage.truth.compliance_rad_per_nm = trial.compliance_rad_per_nm;
+  stage.size = trial.size;
+  stage.heavy_stated = trial.heavy_stated;
   stage.lengths = trial.lengths;
   stage.truth.gears = trial.gears;
   stage.truth.gear_arcsec = trial.gear_arcsec;
@@ -193,7 +204,7 @@ std::optional<Session> measured(const calib::Robot& robot, const Trial& trial, s
 std::optional<Outcome> run(const calib::Robot& robot, const Trial& trial, std::uint64_t seed) {
   const auto session = measured(robot, trial, seed);
   if (!session) return std::nullopt;
-  Outcome o = judged(session->world, session->touches);
+  Outcome o = judged(session->world, session->touches, trial.load_kg);
   o.planned_m3 = session->planned_m3;
   o.minutes = session->minutes;
   return o;
@@ -238,7 +249,7 @@ std::optional<OnlineOutcome> run_online(const calib::Robot& robot, const Trial& 
   result.u95_m = end.u95_m;
   result.why = calib::why_ended(end, goal);
   if (online->touches().empty()) return std::nullopt;
-  result.outcome = judged(world, online->touches());
+  result.outcome = judged(world, online->touches(), trial.load_kg);
   result.outcome.planned_m3 = end.mean_m;
   result.outcome.minutes = calib::duration_s(driven, robot, {}) / 60.0;
   return result;

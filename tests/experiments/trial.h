@@ -29,6 +29,12 @@ struct Trial {
   bool masses_stated = true;                ///< in the robot file
   double noise_m = 0.0;                     ///< of a touch; 0: as stated
   double play_arcsec = 0.0, field_m = 0.0;  ///< what the model lacks (true_arm.h)
+  double spring_nm = 0.0, soft_rad = 0.0;
+  double size = 1.0;         ///< world.h
+  bool heavy_stated = true;  ///< world.h
+  double compliance_rad_per_nm = 1e-5;
+  /// On the flange at the postures that M2 to M4 are judged at; 0: the tool, as at the touches.
+  double load_kg = 0.0;
   /// Of each joint, on the spreads of true lengths and angles; none: 1.
   std::vector<double> length_factor = {}, angle_factor = {};
   int repeated = 0;  ///< of the fit touches, so many are made four times

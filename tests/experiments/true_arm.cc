@@ -56,6 +56,33 @@ std::function<double(double, double)> make_gear(const TruthSettings& s, calib::R
   };
 }
 
+/// Torque on joint 2: a spring from a point behind its axis to one on the link arm, without torque
+/// where the link arm is upright (q = -90 deg).
+std::function<double(double)> make_spring(const TruthSettings& s, calib::Random& random) {
+  if (!(s.spring_nm > 0.0)) return {};
+  const double behind_m = random.uniform(0.5, 0.8), along_m = random.uniform(0.2, 0.35);
+  const double rate = random.uniform(0.5, 2.0);  // growth of the force with the length, 1/m
+  const double aside = 0.05 * random.normal();   // of the point, rad
+  const auto torque = [=](double lean) {
+    const double length = std::sqrt(behind_m * behind_m + along_m * along_m +
+                                    2.0 * behind_m * along_m * std::cos(lean));
+    const double force = 1.0 + rate * (behind_m + along_m - length);
+    return force * behind_m * along_m * std::sin(lean) / length;
+  };
+  constexpr double kUpright = -std::numbers::pi / 2.0, kLean = std::numbers::pi / 3.0;
+  const double scale = s.spring_nm / torque(kLean);
+  return [=](double q) { return -scale * torque(q - kUpright + aside); };
+}
+
+/// Softer at small loads, without a sign of its own.
+std::function<double(double)> make_soft(const TruthSettings& s, calib::Random& random) {
+  const double size = s.soft_rad * std::abs(random.normal());
+  const double stiff_nm = random.uniform(500.0, 2000.0);
+  return [=](double torque) {
+    return std::copysign(size * (1.0 - std::exp(-std::abs(torque) / stiff_nm)), torque);
+  };
+}
+
 double factor_of(const std::vector<double>& factors, std::size_t joint) {
   return joint < factors.size() ? factors[joint] : 1.0;
 }
@@ -81,7 +108,8 @@ TrueArm::TrueArm(const calib::Cell& cell, const TruthSettings& s, calib::Random&
             0.0,
             j.mass_kg,
             j.com_m,
-            make_gear(s, random)};
+            make_gear(s, random),
+            {}};
     const double length_sigma = s.length_sigma_m * factor_of(s.length_factor, joints_.size());
     const double angle_sigma = s.angle_sigma_rad * factor_of(s.angle_factor, joints_.size());
     for (const calib::JointError e : j.errors) {
@@ -113,6 +141,11 @@ TrueArm::TrueArm(const calib::Cell& cell, const TruthSettings& s, calib::Random&
           return gear(q, torque) + play * std::tanh(torque / kGivesNm);
         };
     }
+    if (index == 1) t.spring_nm = make_spring(s, random);
+    if (s.soft_rad > 0.0 && (index == 1 || index == 2 || index == 4))
+      t.gear = [gear = t.gear, soft = make_soft(s, random)](double q, double torque) {
+        return gear(q, torque) + soft(torque);
+      };
     joints_.push_back(std::move(t));
   }
   if (!(s.field_m > 0.0)) return;
@@ -162,6 +195,7 @@ Eigen::Vector3d TrueArm::tip(const std::vector<double>& q, double warm) const {
       }
       const Eigen::Vector3d tool = (flange * tool_com_.homogeneous()).head<3>();
       torque += axis.dot((tool - origin).cross(tool_mass_ * gravity_));
+      if (joints_[i].spring_nm) torque += joints_[i].spring_nm(q[i]);
       given[i] = theta[i] + joints_[i].stiffness * torque + joints_[i].gear(q[i], torque);
     }
   }

@@ -31,6 +31,11 @@ struct TruthSettings {
   /// Play of the three loaded joints, to the side that the load presses to; it gives way over some
   /// 100 N m.
   double play_arcsec = 0.0;
+  /// Largest torque of a gas spring between column and link arm, pressed together where the link arm
+  /// leans; 0: none.
+  double spring_nm = 0.0;
+  /// The three loaded gears: by how much they give more at small loads, 1 sigma.
+  double soft_rad = 0.0;
   /// An error of the tip that is no joint's: smooth in the posture, rms of each component, and over
   /// how far (of each of the first three axes; of the wrist's three times that) it stays alike.
   double field_m = 0.0, field_reach_rad = 0.6;
@@ -48,6 +53,12 @@ class TrueArm {
   void slip(std::size_t joint, double by_rad) {
     joints_[joint].offset += joints_[joint].sign * by_rad;
   }
+  /// Everything on the flange.
+  void carry(double mass_kg, const Eigen::Vector3d& com_m) {
+    c_t_ *= mass_kg > 0.0 ? tool_mass_ / mass_kg : 0.0;  // the tool bends by its own mass
+    tool_mass_ = mass_kg;
+    tool_com_ = com_m;
+  }
   void grow(double share) { grown_ += share; }  ///< of all lengths
 
  private:
@@ -57,6 +68,7 @@ class TrueArm {
     double sign, offset, d, a, alpha, beta, stiffness, mass;
     Eigen::Vector3d com;
     std::function<double(double q, double torque)> gear;
+    std::function<double(double q)> spring_nm;
   };
   struct Wave {  ///< of the field
     Eigen::Vector3d along;

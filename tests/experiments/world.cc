@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 namespace cellcal::experiments {
 
 namespace {
@@ -32,7 +34,7 @@ calib::Cell make_cell(const calib::Robot& robot, const Stage& stage, calib::Rand
   calib::Cell cell;
   cell.robot = robot;
   cell.tool.tcp.translation() = Eigen::Vector3d(0.0599, 0.0505, 0.4103);
-  cell.tool.mass_kg = 1.535;
+  cell.tool.mass_kg = 1.535 * std::pow(stage.size, 3);
   cell.tool.com_m = cell.tool.tcp.translation() / 2.0;
   cell.tool.length_m = cell.tool.tcp.translation().norm();
   cell.tool.deflection_sigma = 0.003;
@@ -48,7 +50,8 @@ calib::Cell make_cell(const calib::Robot& robot, const Stage& stage, calib::Rand
     t.diameter_sigma_m = 2e-6;
     t.has_centre = true;
     t.centre_sigma_m = 0.02;
-    for (int k = 0; k < 3; ++k) t.centre_m[k] = kPlaces[i][k] + random.uniform(-0.05, 0.05);
+    for (int k = 0; k < 3; ++k)
+      t.centre_m[k] = stage.size * kPlaces[i][k] + random.uniform(-0.05, 0.05);
     cell.targets.push_back(t);
   }
   // The plan has to know which lengths are certified, not yet how long they are.
@@ -62,6 +65,8 @@ calib::Cell make_cell(const calib::Robot& robot, const Stage& stage, calib::Rand
 }
 
 calib::Cell as_filed(calib::Cell cell, const Stage& stage) {
+  for (calib::Joint& joint : cell.robot.joints)
+    if (!stage.heavy_stated) joint.counterbalance_sigma_rad = joint.stiffening_sigma_rad = 0.0;
   if (stage.masses_stated) return cell;
   for (calib::Joint& joint : cell.robot.joints) {
     joint.mass_kg = 0.0;

@@ -22,6 +22,8 @@ struct Stage {
   double outlier_share = 0.02;     ///< of the fit touches, off by 0.2 to 3 mm
   bool outliers_dropped = false;   ///< instead of being reported
   bool masses_stated = true;       ///< of the links, and how far the joints give, in the robot file
+  double size = 1.0;               ///< of the cell, and of the tool's mass
+  bool heavy_stated = true;        ///< counterbalance and stiffening gears, in the robot file
   TruthSettings truth;
 };
 

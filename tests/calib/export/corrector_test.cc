@@ -180,6 +180,48 @@ TEST(Corrector, AnotherToolIsStiffAndLoadsTheJointsByItsOwnMass) {
   EXPECT_LT((there.translation() - wanted.translation()).norm(), kPromisedM);
 }
 
+struct LoadOnTheFlange : ::testing::Test {
+  Calibration c = [] {
+    Random random(10);
+    Cell cell = testing::demo_cell();
+    cell.tool.deflection_sigma = 0.0;
+    return testing::random_calibration(cell, random);
+  }();
+  JointVector pose{0.2, -1.0, 1.2, 0.3, 0.8, 0.1};
+  double sag_m(const Calibration& loaded) const {
+    return (Predictor(loaded).calibrated(pose).tcp.translation() -
+            Predictor(c).calibrated(pose).tcp.translation())
+        .norm();
+  }
+};
+
+TEST_F(LoadOnTheFlange, ThatIsTheToolsOwnChangesNothing) {
+  const Tool& tool = c.cell.tool;
+  EXPECT_LT(sag_m(with_load(c, {tool.mass_kg, tool.com_m})), kPromisedM);
+}
+
+TEST_F(LoadOnTheFlange, IsBorneByTheJointsWithOtherBounds) {
+  const FlangeLoad load{5.0, Eigen::Vector3d(0.02, 0.0, 0.15)};
+  Calibration as_tool = c;
+  as_tool.cell.tool.mass_kg = load.mass_kg;
+  as_tool.cell.tool.com_m = load.com_m;
+  const Predictor loaded(with_load(c, load)), of_tool(as_tool);
+  EXPECT_LT((loaded.calibrated(pose).tcp.translation() - of_tool.calibrated(pose).tcp.translation())
+                .norm(),
+            kPromisedM);
+  EXPECT_GT(sag_m(with_load(c, load)), 1e-6);
+  EXPECT_NE(loaded.calibrated(pose).u95_m, Predictor(c).calibrated(pose).u95_m);
+}
+
+TEST_F(LoadOnTheFlange, OfTheSameMassWithAnotherCentreIsAMomentAlone) {
+  const Tool& tool = c.cell.tool;
+  const FlangeLoad load{tool.mass_kg, tool.com_m + Eigen::Vector3d(0.3, 0.0, 0.0)};
+  Calibration as_tool = c;
+  as_tool.cell.tool.com_m = load.com_m;
+  EXPECT_NEAR(sag_m(with_load(c, load)), sag_m(as_tool), kPromisedM);
+  EXPECT_GT(sag_m(as_tool), 1e-6);
+}
+
 TEST(FarCorrection, IsTheOneThatIsFarthestBeyondItsToleranceAndNoneOfAnArmWithin) {
   const Cell& cell = testing::demo_cell();
   Random random(9);

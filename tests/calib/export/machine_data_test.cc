@@ -129,6 +129,18 @@ TEST(MachineData, OfAWholeArmMakeItsRobot) {
   EXPECT_TRUE(differences(read(whole_arm()), kr5()).empty());
 }
 
+TEST(MachineData, OfHeavyArmsAllowForACounterbalance) {
+  const auto counterbalance_rad = [](const std::string& type) {
+    return robot_of(read(whole_arm("$TRAFONAME[]=\"" + type + "\"")))
+        .joints[1]
+        .counterbalance_sigma_rad;
+  };
+  for (const char* type : {"#KR210R2700EXC4FLR", "#KR 120 R2700", "#KR_150_2"})
+    EXPECT_GT(counterbalance_rad(type), 0.0) << type;
+  for (const char* type : {"#KR16R1610-2", "#KR5 R1400 C4", "#KR", "", "#SCARA 210"})
+    EXPECT_EQ(counterbalance_rad(type), 0.0) << type;
+}
+
 TEST(MachineData, ThatDifferInSignOrHeightAreNamedWithIt) {
   for (const auto& [line, variable] :
        {std::pair("$TIRORO={X 0,Y 0,Z 500,A 0,B 0,C 0}", "$TIRORO Z"),

@@ -42,6 +42,11 @@ void expect_near(const Robot& a, const Robot& b) {
     EXPECT_NEAR(x.gear_ratio, y.gear_ratio, 1e-9);
     EXPECT_NEAR(x.harmonic_sigma_rad, y.harmonic_sigma_rad, 1e-15);
     EXPECT_NEAR(x.bearing_sigma_rad_per_nm, y.bearing_sigma_rad_per_nm, 1e-15);
+    EXPECT_NEAR(x.counterbalance_sigma_rad, y.counterbalance_sigma_rad, 1e-15);
+    EXPECT_NEAR(x.stiffening_sigma_rad, y.stiffening_sigma_rad, 1e-15);
+    if (x.stiffening_sigma_rad > 0.0) {
+      EXPECT_NEAR(x.stiffening_nm, y.stiffening_nm, 1e-9);
+    }
     EXPECT_NEAR(x.function_sigma_rad, y.function_sigma_rad, 1e-15);
     if (x.function_sigma_rad > 0.0) {
       EXPECT_NEAR(x.function_reach_rad, y.function_reach_rad, 1e-12);
@@ -71,6 +76,9 @@ TEST(RobotRoundTrip, KeepsWhatIsSetWithoutItsCompanions) {
   robot.joints[1].gear_ratio = 77.5;
   robot.joints[1].harmonic_sigma_rad = 1e-5;
   robot.joints[1].bearing_sigma_rad_per_nm = 3e-7;
+  robot.joints[1].counterbalance_sigma_rad = 1e-3;
+  robot.joints[1].stiffening_sigma_rad = 3e-4;
+  robot.joints[1].stiffening_nm = 700.0;
   robot.joints[1].function_sigma_rad = 2e-4;
   robot.joints[1].function_reach_rad = 0.1;
   robot.joints[1].function_min_rad = -1.0;

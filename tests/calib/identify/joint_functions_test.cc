@@ -128,5 +128,39 @@ TEST(Bearings, AreAbsentWhereThereAreNone) {
   EXPECT_FALSE(has_bearings(identify(demo_cell(), touches)));
 }
 
+/// Bearings that give by 40 arcsec per 10 N m.
+TEST(Bearings, AreLearntWhereTheTouchesShowThem) {
+  Cell soft = demo_cell();
+  for (std::size_t i : {0, 1, 2}) soft.robot.joints[i].bearing_sigma_rad_per_nm = 2e-5;
+  const auto touches =
+      make_touches(demo_cell(), plain_truth(soft, 7), {.fit = 150, .check = 60, .seed = 3}).touches;
+  const Calibration learnt = identify(demo_cell(), touches);
+  ASSERT_TRUE(has_bearings(learnt));
+  EXPECT_LT(learnt.check.rms_m,
+            0.8 * identify(demo_cell(), touches, {.level = ModelLevel{}}).check.rms_m);
+}
+
+Cell heavy_cell() {
+  Cell cell = demo_cell();
+  cell.robot.joints[1].counterbalance_sigma_rad = 300.0 * kRadPerArcsec;
+  for (std::size_t i : {1, 2}) {
+    cell.robot.joints[i].stiffening_sigma_rad = 60.0 * kRadPerArcsec;
+    cell.robot.joints[i].stiffening_nm = 50.0;
+  }
+  return cell;
+}
+
+TEST(HeavyArm, HasCounterbalanceAndStiffeningGearsWhereItsFileStatesThem) {
+  const auto touches =
+      make_touches(demo_cell(), plain_truth(heavy_cell(), 7), {.fit = 100, .check = 60, .seed = 3})
+          .touches;
+  const Calibration with = identify(heavy_cell(), touches);
+  EXPECT_TRUE(with.verdict.publish());
+  EXPECT_GT(with.log_evidence, identify(demo_cell(), touches).log_evidence + 10.0);
+  EXPECT_TRUE(std::ranges::any_of(with.parameters, [](const ParameterResult& p) {
+    return p.key.kind == ParameterKind::kStiffening;
+  }));
+}
+
 }  // namespace
 }  // namespace cellcal::calib

@@ -113,6 +113,10 @@ Eigen::Isometry3d naive_tcp(const ArmModel& arm, const JointVector& q, const Eig
             x[p] * (torque_by_energy_nm(moved, tool, theta)[parameter.joint] - with);
         break;
       }
+      case ParameterKind::kStiffening:
+        links[joint].theta +=
+            x[p] * std::tanh(torque[parameter.joint] / robot.joints[joint].stiffening_nm);
+        break;
       case ParameterKind::kPlay:
         links[joint].theta +=
             x[p] * std::tanh(torque[parameter.joint] / robot.joints[joint].play_closes_nm);

@@ -27,7 +27,7 @@ std::vector<ParameterKey> all_keys(const Cell& cell) {
   std::vector<ParameterKey> keys;
   for (std::size_t j = 0; j < cell.robot.joints.size(); ++j) {
     for (const Kind kind : {Kind::kTheta, Kind::kD, Kind::kA, Kind::kAlpha, Kind::kBeta,
-                            Kind::kCompliance, Kind::kPlay})
+                            Kind::kCompliance, Kind::kStiffening, Kind::kPlay})
       keys.push_back(joint_parameter(kind, j));
     for (std::size_t link = j; link < cell.robot.joints.size(); ++link)
       for (const int axis : {0, 1, 2}) keys.push_back(load_parameter(j, link, axis));

@@ -41,6 +41,11 @@ Joint random_joint(Random& random, int number) {
     joint.harmonic_sigma_rad = 20.0 * kRadPerArcsec;
   }
   if (joint.mass_kg < 6.0) joint.bearing_sigma_rad_per_nm = 1e-6;
+  if (joint.mass_kg > 10.0 && joint.mass_kg < 20.0) {
+    joint.stiffening_sigma_rad = 60.0 * kRadPerArcsec;
+    joint.stiffening_nm = 3.0 * joint.mass_kg;
+    joint.counterbalance_sigma_rad = 300.0 * kRadPerArcsec;
+  }
   if (joint.mass_kg > 24.0) {
     joint.function_sigma_rad = 20.0 * kRadPerArcsec;
     joint.function_reach_rad = 0.1;

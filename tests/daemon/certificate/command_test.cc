@@ -63,7 +63,7 @@ TEST_F(the_certificate_command,
   EXPECT_EQ(is["certificate"], printed["number"]);
   EXPECT_EQ(is["signed_by"], "Q. Auditor");
   EXPECT_EQ(is["emulated"], false);
-  EXPECT_EQ(is["files"].size(), 3u);
+  EXPECT_EQ(is["files"].size(), 4u);
 
   EXPECT_EQ(certify({"--key", dir / "k", "--out", dir / "c"}).status, 1)
       << "nothing is written over";
@@ -126,7 +126,7 @@ TEST_F(the_certificate_command, signs_the_other_files_where_the_pdf_fails) {
   EXPECT_NE(made.err.find("signed without it"), std::string::npos) << made.err;
   const Outcome verified = verify("c", "k.pub");
   EXPECT_EQ(verified.status, 0) << verified.err;
-  EXPECT_EQ(nlohmann::json::parse(verified.out)["files"].size(), 3u);
+  EXPECT_EQ(nlohmann::json::parse(verified.out)["files"].size(), 4u);
   const Outcome again = issue();
   EXPECT_EQ(again.status, 1);
   EXPECT_NE(

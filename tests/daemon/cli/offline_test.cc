@@ -112,6 +112,15 @@ TEST(a_plan, is_a_touch_file_that_identify_reads_and_predict_continues_from) {
   EXPECT_NE(beyond.err.find("beyond.csv:3: A1: 200 deg is outside the joint's limits"),
             std::string::npos)
       << beyond.err;
+  const auto with_load = [&](const std::string& load) {
+    return run_program({CELLCAL, "predict", "--calibration", calibration, "--joints",
+                        dir / "joints.csv", "--withheld", "--load", load});
+  };
+  EXPECT_NE(with_load("5,0,0,150").out, predicted.out);
+  EXPECT_EQ(lines(with_load("5,0,0,150").out), 3u);
+  EXPECT_EQ(with_load("-5,0,0,150").status, 1);
+  EXPECT_NE(with_load("nan,0,0,150").status, 0);
+  EXPECT_EQ(with_load("5,0,0").status, 2);
   const Outcome nominal = run_program({CELLCAL, "predict", "--calibration", calibration, "--joints",
                                        dir / "joints.csv", "--nominal", "--json"});
   ASSERT_EQ(nominal.status, 0) << nominal.err;
@@ -173,8 +182,8 @@ TEST(a_plan, serves_the_points_of_a_program) {
   std::ofstream(src, std::ios::binary) << program.src;
   std::ofstream(dir / "weld.dat", std::ios::binary) << program.dat;
   std::ofstream(config, std::ios::binary) << program.config;
-  const Outcome planned = run_program({CELLCAL, "plan", "--cell", kCell, "--touches", "8",
-                                       "--program", src, "--config", config});
+  const Outcome planned = run_program(
+      {CELLCAL, "plan", "--cell", kCell, "--touches", "8", "--program", src, "--config", config});
   ASSERT_EQ(planned.status, 0) << planned.err;
   EXPECT_NE(planned.out.find("(points of the programs)"), std::string::npos) << planned.out;
 

@@ -1,0 +1,286 @@
+// Digital Calibration Certificate, schema 3.1.2 of PTB (https://ptb.de/dcc), quantities as D-SI 2.1.0.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <pugixml.hpp>
+#include <sstream>
+
+#include "daemon/certificate/certificate.h"
+
+namespace cellcal::daemon::certificate {
+
+namespace {
+
+using Node = pugi::xml_node;
+
+constexpr const char* kSchema = "3.1.2";
+/// Required by the schema where the journal and the cell file have nothing.
+constexpr const char* kNotStated = "not stated";
+/// Of ISO 3166: user-assigned, as no place is named.
+constexpr const char* kNoCountry = "XX";
+constexpr const char* kProbability = "0.95";
+
+/// Units of entries as D-SI writes them; empty: none that D-SI has.
+std::string d_si(const std::string& unit) {
+  constexpr std::pair<const char*, const char*> kUnits[] = {
+      {"", "\\one"},
+      {"mm", "\\milli\\metre"},
+      {"mm/s", "\\milli\\metre\\second\\tothe{-1}"},
+      {"deg", "\\degree"},
+      {"arcsec", "\\arcsecond"},
+      {"ms", "\\milli\\second"},
+      {"%", "\\percent"},
+      {"°C", "\\degreecelsius"},
+      {"rad/(N m)", "\\radian\\newton\\tothe{-1}\\metre\\tothe{-1}"},
+      {"kg m rad/(N m)", "\\kilogram\\radian\\newton\\tothe{-1}"},
+      {"1/(N m^2)", "\\newton\\tothe{-1}\\metre\\tothe{-2}"}};
+  for (const auto& [own, written] : kUnits)
+    if (unit == own) return written;
+  return {};
+}
+
+Node add(Node parent, const char* name, const std::string& text) {
+  Node node = parent.append_child(name);
+  node.text().set(text.c_str());
+  return node;
+}
+
+/// dcc:textType and dcc:richContentType of one sentence.
+Node add_text(Node parent, const char* name, const std::string& text) {
+  Node node = parent.append_child(name);
+  add(node, "dcc:content", text).append_attribute("lang") = "en";
+  return node;
+}
+
+std::string or_not_stated(const Entry& entry) { return entry.stated() ? entry.text : kNotStated; }
+
+void add_contact(Node parent, const char* name, const Entry& who, const Entry& where) {
+  Node contact = parent.append_child(name);
+  add_text(contact, "dcc:name", or_not_stated(who));
+  add(contact, "dcc:eMail", kNotStated);
+  add(contact.append_child("dcc:location"), "dcc:city", or_not_stated(where));
+}
+
+void add_software(Node parent, const char* list, const Entry& release) {
+  Node software = parent.append_child(list).append_child("dcc:software");
+  add_text(software, "dcc:name", "cellcal");
+  add(software, "dcc:release", or_not_stated(release));
+  add(software, "dcc:type", "application");
+}
+
+void add_identification(Node list, const char* issuer, const char* name, const Entry& value) {
+  if (!value.stated()) return;
+  Node one = list.append_child("dcc:identification");
+  add(one, "dcc:issuer", issuer);
+  add(one, "dcc:value", value.text);
+  add_text(one, "dcc:name", name);
+}
+
+/// A number with its unit and, if stated, its expanded uncertainty; text where it is no number.
+void add_value(Node parent, const Entry& value, const Entry& expanded) {
+  const std::string unit = d_si(value.unit);
+  if (!value.value || unit.empty()) {
+    add(parent.append_child("dcc:noQuantity"), "dcc:content",
+        value.unit.empty() ? value.text : value.text + " " + value.unit);
+    return;
+  }
+  Node real = parent.append_child("si:real");
+  add(real, "si:value", fmt::format("{}", *value.value));
+  add(real, "si:unit", unit);
+  if (!expanded.value) return;
+  Node uncertainty = real.append_child("si:expandedUnc");
+  add(uncertainty, "si:uncertainty", fmt::format("{}", *expanded.value));
+  add(uncertainty, "si:coverageFactor", fmt::format("{}", kCoverage));
+  add(uncertainty, "si:coverageProbability", kProbability);
+}
+
+void add_quantity(Node data, const std::string& name, const Entry& value,
+                  const Entry& expanded = {}) {
+  if (!value.stated()) return;
+  Node quantity = data.append_child("dcc:quantity");
+  add_text(quantity, "dcc:name", name);
+  add_value(quantity, value, expanded);
+}
+
+/// "2026-11-22T..." or "2026-11-22 ...": the day.
+std::string day_of(const Entry& utc) { return utc.text.substr(0, 10); }
+
+void add_core_data(const CertificateData& d, Node administrative) {
+  Node core = administrative.append_child("dcc:coreData");
+  add(core, "dcc:countryCodeISO3166_1", kNoCountry);
+  add(core, "dcc:usedLangCodeISO639_1", "en");
+  add(core, "dcc:mandatoryLangCodeISO639_1", "en");
+  add(core, "dcc:uniqueIdentifier", d.number.text);
+  Node identifications = core.append_child("dcc:identifications");
+  add_identification(identifications, "calibrationLaboratory", "session", d.session);
+  add_identification(identifications, "owner", "cell", d.cell);
+  add_identification(identifications, "calibrationLaboratory", "SHA-256 of the calibration",
+                     d.calibration_sha256);
+  add(core, "dcc:beginPerformanceDate", day_of(d.began));
+  add(core, "dcc:endPerformanceDate", day_of(d.ended));
+  add(core, "dcc:performanceLocation", "customer");
+}
+
+void add_items(const CertificateData& d, Node administrative) {
+  Node item = administrative.append_child("dcc:items").append_child("dcc:item");
+  add_text(item, "dcc:name", "robot arm with its tool");
+  add_text(item.append_child("dcc:manufacturer"), "dcc:name", kNotStated);
+  add(item, "dcc:model", or_not_stated(d.robot));
+  Node identifications = item.append_child("dcc:identifications");
+  add_identification(identifications, "manufacturer", "serial number of the robot", d.robot_serial);
+  add_identification(identifications, "manufacturer", "serial number of the controller",
+                     d.controller_serial);
+  add_identification(identifications, "owner", "tool", d.tool);
+  add_identification(identifications, "owner", "cell", d.cell);
+  if (!identifications.first_child())
+    add_identification(identifications, "calibrationLaboratory", "certificate", d.number);
+}
+
+void add_statement(Node statements, const std::string& text) {
+  add_text(statements.append_child("dcc:statement"), "dcc:declaration", text);
+}
+
+/// Decision rule, scope, remarks, and what limits the result.
+void add_statements(const CertificateData& d, Node administrative) {
+  Node statements = administrative.append_child("dcc:statements");
+  add_statement(statements, d.workspace ? "Scope: the workspace of the arm"
+                                        : "Scope: within 150 mm of the targets");
+  if (d.emulated.stated()) add_statement(statements, "Emulated cell: no real arm was touched");
+  if (d.decision.stated) {
+    Node rule = statements.append_child("dcc:statement");
+    add(rule, "dcc:convention", "simple acceptance");
+    add_text(rule, "dcc:declaration",
+             d.decision.by_cell_file ? "The limit is that of the cell file"
+                                     : "The limit is the default of the software");
+    add(rule, "dcc:conformity", "pass");
+    Node data = rule.append_child("dcc:data");
+    add_quantity(data, "predicted mean position error", d.decision.predicted);
+    add_quantity(data, "largest permitted", d.decision.required);
+  }
+  for (const Entry& one : d.directions)
+    add_statement(statements, "Not identifiable from these touches: " + one.text);
+  for (const Entry& one : d.remarks) add_statement(statements, one.text);
+}
+
+void add_administrative(const CertificateData& d, Node root) {
+  Node administrative = root.append_child("dcc:administrativeData");
+  add_software(administrative, "dcc:dccSoftware", d.issuing_software);
+  add_core_data(d, administrative);
+  add_items(d, administrative);
+  add_contact(administrative.append_child("dcc:calibrationLaboratory"), "dcc:contact", d.issued_by,
+              d.site);
+  Node person = administrative.append_child("dcc:respPersons").append_child("dcc:respPerson");
+  add_text(person.append_child("dcc:person"), "dcc:name",
+           d.operator_name.stated() ? d.operator_name.text : or_not_stated(d.issued_by));
+  add(person, "dcc:mainSigner", "true");
+  add_contact(administrative, "dcc:customer", d.site, d.site);
+  add_statements(d, administrative);
+}
+
+Node add_equipment(Node list, const std::string& name, const Entry& serial,
+                   const Entry& certificate, const Entry& date) {
+  Node one = list.append_child("dcc:measuringEquipment");
+  add_text(one, "dcc:name", name);
+  if (!serial.stated() && !certificate.stated()) return one;
+  Node identifications = one.append_child("dcc:identifications");
+  add_identification(identifications, "manufacturer", "serial number", serial);
+  add_identification(identifications, "other", "certificate", certificate);
+  add_identification(identifications, "other", "date of the certificate", date);
+  return one;
+}
+
+void add_equipment_quantity(Node equipment, const char* name, const Entry& value,
+                            const Entry& expanded) {
+  if (!value.stated()) return;
+  Node quantity = equipment.append_child("dcc:measuringEquipmentQuantities")
+                      .append_child("dcc:measuringEquipmentQuantity");
+  add_text(quantity, "dcc:name", name);
+  add_value(quantity, value, expanded);
+}
+
+void add_equipments(const CertificateData& d, Node result) {
+  Node list = result.append_child("dcc:measuringEquipments");
+  for (const Artefact& one : d.artefacts)
+    add_equipment_quantity(add_equipment(list, or_not_stated(one.kind) + " " + one.id.text,
+                                         one.serial, one.certificate, one.date),
+                           "diameter", one.diameter, one.expanded);
+  for (const Length& one : d.lengths)
+    add_equipment_quantity(
+        add_equipment(list, "certified length " + one.from.text + " to " + one.to.text, {},
+                      one.certificate, one.date),
+        "distance of the centres", one.length, one.expanded);
+  if (d.sensor.stated() || d.artefacts.empty())
+    add_equipment(list, "contact sensor " + or_not_stated(d.sensor), d.sensor_serial, {}, {});
+}
+
+void add_conditions(const CertificateData& d, Node result) {
+  if (!d.lowest_c.stated()) return;
+  Node condition =
+      result.append_child("dcc:influenceConditions").append_child("dcc:influenceCondition");
+  add_text(condition, "dcc:name", "temperature during the touches");
+  Node data = condition.append_child("dcc:data");
+  add_quantity(data, "lowest", d.lowest_c);
+  add_quantity(data, "highest", d.highest_c);
+}
+
+Node add_result(Node results, const char* name) {
+  Node result = results.append_child("dcc:result");
+  add_text(result, "dcc:name", name);
+  return result.append_child("dcc:data");
+}
+
+/// "the same: largest" belongs to the line above.
+void add_figures(const CertificateData& d, Node results, const char* name, Entry Figure::*of) {
+  constexpr std::string_view kSame = "the same: ";
+  if (std::ranges::none_of(d.figures, [of](const Figure& one) { return (one.*of).stated(); }))
+    return;
+  Node data = add_result(results, name);
+  std::string subject;
+  for (const Figure& one : d.figures) {
+    const bool same = one.what.starts_with(kSame);
+    if (!same) subject = one.what.substr(0, one.what.rfind(':'));
+    add_quantity(data, same ? subject + ": " + one.what.substr(kSame.size()) : one.what, one.*of);
+  }
+}
+
+void add_measurement(const CertificateData& d, Node root) {
+  Node result = root.append_child("dcc:measurementResults").append_child("dcc:measurementResult");
+  add_text(result, "dcc:name", "geometry and position error of the robot arm");
+  Node method = result.append_child("dcc:usedMethods").append_child("dcc:usedMethod");
+  add_text(method, "dcc:name", "touches of artefacts, maximum a posteriori estimate");
+  add_text(method, "dcc:description", or_not_stated(d.method));
+  add_software(result, "dcc:usedSoftware", d.software);
+  add_equipments(d, result);
+  add_conditions(d, result);
+  Node results = result.append_child("dcc:results");
+  add_figures(d, results, "as found", &Figure::found);
+  add_figures(d, results, "as left", &Figure::left);
+  Node data = add_result(results, "corrections of the arm's parameters");
+  add_quantity(data, "touches", d.touches);
+  for (const Parameter& one : d.parameters)
+    add_quantity(data, one.name.text, one.correction, one.expanded);
+}
+
+}  // namespace
+
+std::string to_dcc(const CertificateData& d) {
+  pugi::xml_document document;
+  Node declaration = document.append_child(pugi::node_declaration);
+  declaration.append_attribute("version") = "1.0";
+  declaration.append_attribute("encoding") = "UTF-8";
+  Node root = document.append_child("dcc:digitalCalibrationCertificate");
+  root.append_attribute("xmlns:dcc") = "https://ptb.de/dcc";
+  root.append_attribute("xmlns:si") = "https://ptb.de/si";
+  root.append_attribute("xmlns:xsi") = "http://www.w3.org/2001/XMLSchema-instance";
+  root.append_attribute("xsi:schemaLocation") =
+      fmt::format("https://ptb.de/dcc https://ptb.de/dcc/v{}/dcc.xsd", kSchema).c_str();
+  root.append_attribute("schemaVersion") = kSchema;
+  add_administrative(d, root);
+  add_measurement(d, root);
+  std::ostringstream text;
+  document.save(text, " ", pugi::format_indent, pugi::encoding_utf8);
+  return text.str();
+}
+
+}  // namespace cellcal::daemon::certificate
