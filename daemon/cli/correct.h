@@ -23,6 +23,7 @@ struct CorrectCommand {
   std::filesystem::path from;      ///< calibration of the arm that the points were taught on
   bool upload = false;             ///< touched-up points become those of the nominal arm
   bool anywhere = false, withheld = false, json = false;
+  bool nominal_controller = false;  ///< the controller computes with the robot file's model
   bool force = false;  ///< replace existing program files in `output`
 };
 int correct(const CorrectCommand& command);
