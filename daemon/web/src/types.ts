@@ -400,7 +400,7 @@ export const CHECKS = [
   "real time", "wires", "plant", "sparkplug", "doctor", "robot link", "contact link", "contact access", "contact port",
   "contact adapter", "contact sensor", "contact configuration", "contact board", "contact delivery",
   "contact circuit", "contact self-test", "contact touch", "contact clock", "contact line", "rsi port",
-  "rsi packets", "rsi sender", "rsi cycle", "rsi decimals", "rsi elements", "rsi state", "rsi contact input", "rsi tool",
+  "rsi packets", "rsi sender", "rsi cycle", "rsi decimals", "rsi elements", "rsi state", "rsi contact input", "rsi tool", "controller's model",
   "rsi replies", "rsi reply times", "rsi joint angles", "rsi stop", "eki connection", "eki states", "eki elements",
   "eki decimals", "eki readiness", "eki contact input", "eki joint angles",
 ] as const;
