@@ -8,6 +8,7 @@
 // The robot's safe state is 'holds still'. Silence is a failed move, never 'no contact'. After a
 // loss of the link nothing moves until rereference() was called and the link is up again.
 
+#include <array>
 #include <boost/container/static_vector.hpp>
 #include <cstdint>
 #include <optional>
@@ -160,12 +161,16 @@ enum class ControllerRequest : std::uint8_t {
 
 const char* to_string(ControllerRequest request);
 
+/// A TCP in a base: X Y Z [m], A B C [rad], turned by Rz(A) Ry(B) Rx(C).
+using StatedTcp = std::array<double, 6>;
+
 /// Link quality, for the status page and the log. 0 if not available.
 struct RobotQuality {
   double jitter_s = 0.0;       ///< 1 sigma of the intervals between packets
   double longest_gap_s = 0.0;  ///< longest interval
   std::uint64_t gaps = 0;      ///< missing packets by the controller's own count
   std::uint64_t bad_packets = 0;
+  std::uint64_t duplicates = 0;  ///< packets received again
   std::uint64_t replies = 0;
   /// From a packet's arrival to its reply.
   double reply_p50_s = 0.0, reply_p99_s = 0.0, reply_p999_s = 0.0, reply_max_s = 0.0;
@@ -176,6 +181,9 @@ struct RobotState {
   RobotLink link = RobotLink::kDown;
   AxisAngles actual_rad;
   AxisAngles commanded_rad;
+  /// The controller's active TCP in its active base at actual_rad, by its own model of the arm;
+  /// empty: not sent. While the arm moves it may belong to another instant.
+  std::optional<StatedTcp> stated_tcp;
   bool moving = false;
   double cycle_s = 0.0;  ///< learned from the controller's packets
   std::uint64_t packets = 0;

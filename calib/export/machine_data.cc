@@ -122,6 +122,22 @@ std::optional<FrameMmDeg>* frame_named(const std::string& name, MachineData& dat
   return name == "$ROBROOT" ? &data.robroot : nullptr;
 }
 
+AbsoluteAccuracy accuracy_of(const Place& place) {
+  const std::string word = place.word();
+  for (const char* active : {"TRUE", "#ACTIVATED", "#ACTIVE"})
+    if (word == active) return AbsoluteAccuracy::kActive;
+  for (const char* off : {"FALSE", "#SUPPRESSED", "#NONE"})
+    if (word == off) return AbsoluteAccuracy::kOff;
+  place.fail("TRUE, FALSE, #ACTIVATED, #SUPPRESSED or #NONE");
+}
+
+void take_accuracy(const Place& place, MachineData& data) {
+  const std::string& name = place.given.name;
+  if (name == "$ABS_ACCUR" || name == "ABS_ACCUR") data.stated_accuracy = accuracy_of(place);
+  if (name == "$DEACTIVATE_ABS_ACCUR" || name == "$SUPPRESS_ABS_ACCUR")
+    data.accuracy_deactivated |= place.word() == "TRUE";
+}
+
 void take(const Place& place, MachineData& data, Drives& rpm) {
   const std::string& name = place.given.name;
   if (place.given.index >= 1) {
@@ -140,6 +156,7 @@ void take(const Place& place, MachineData& data, Drives& rpm) {
   if (name == "$TRAFONAME" || name == "$MODEL_NAME") {
     if (const std::string type = place.word(); !type.empty()) data.type = type;
   }
+  take_accuracy(place, data);
   for (const auto& [variable, usual] : kUsual)
     if (name == variable) data.kinds[name] = place.word();
 }
@@ -298,6 +315,11 @@ void read_machine_data(std::string_view text, const std::string& name, MachineDa
     if (const auto given = krl::read_given(line)) take({name, line, *given}, data, rpm);
 }
 
+void read_absolute_accuracy(std::string_view text, const std::string& name, MachineData& data) {
+  for (const krl::Line& line : krl::read_lines({name, std::string(text)}))
+    if (const auto given = krl::read_given(line)) take_accuracy({name, line, *given}, data);
+}
+
 Robot robot_of(const MachineData& data) {
   refuse_other_kinds(data);
   for (std::size_t i = 0; i < 6; ++i) check_axis(data.axes[i], i + 1);
@@ -356,6 +378,10 @@ Robot with_machine_data(Robot robot, const MachineData& data) {
     joint.max_rad = axis.max_rad.value_or(joint.max_rad);
     joint.max_speed_rad_s = axis.max_speed_rad_s.value_or(joint.max_speed_rad_s);
   }
+  // A file that holds the controller's model stays so.
+  const bool in_file = robot.absolute_accuracy == AbsoluteAccuracy::kInFile;
+  if (data.absolute_accuracy() != AbsoluteAccuracy::kNotStated && !in_file)
+    robot.absolute_accuracy = data.absolute_accuracy();
   return robot;
 }
 

@@ -36,6 +36,14 @@ struct MachineData {
   std::optional<FrameMmDeg> flange;              ///< $TFLWP: wrist's centre to flange
   std::array<std::optional<HandLink>, 2> hand;
   std::optional<FrameMmDeg> robroot;         ///< $ROBROOT: world to foot
+  /// $ABS_ACCUR: KRC2 TRUE or FALSE, later #ACTIVATED, #SUPPRESSED or #NONE.
+  AbsoluteAccuracy stated_accuracy = AbsoluteAccuracy::kNotStated;
+  bool accuracy_deactivated = false;  ///< $DEACTIVATE_ABS_ACCUR or $SUPPRESS_ABS_ACCUR is TRUE
+  AbsoluteAccuracy absolute_accuracy() const {
+    return stated_accuracy == AbsoluteAccuracy::kActive && accuracy_deactivated
+               ? AbsoluteAccuracy::kOff
+               : stated_accuracy;
+  }
   std::map<std::string, std::string> kinds;  ///< $KINCLASS and the like, as stated
   std::map<int, FrameMmDeg> tools;           ///< TOOL_DATA[n], other than zero
   std::map<int, FrameMmDeg> bases;           ///< BASE_DATA[n], likewise
@@ -45,6 +53,9 @@ struct MachineData {
 /// Merges the values stated in one file into `data`; other lines are ignored. Throws FileError
 /// naming file, line and variable for an invalid value.
 void read_machine_data(std::string_view text, const std::string& name, MachineData& data);
+
+/// Likewise what they state on absolute accuracy alone, whatever else is in the file.
+void read_absolute_accuracy(std::string_view text, const std::string& name, MachineData& data);
 
 /// The six-axis arm with a spherical wrist that they describe. Throws FileError naming the variable
 /// that is missing, or that belongs to another kind of arm.
@@ -60,7 +71,7 @@ struct LengthDifference {
 /// an empty variable, whose robot_m is the distance of the flanges.
 std::vector<LengthDifference> differences(const MachineData& data, const Robot& robot);
 
-/// The robot with the controller's limits and speeds, if stated.
+/// The robot with the controller's limits, speeds and absolute accuracy, if stated.
 Robot with_machine_data(Robot robot, const MachineData& data);
 
 }  // namespace cellcal::calib

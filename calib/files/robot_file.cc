@@ -37,6 +37,22 @@ constexpr std::pair<std::string_view, JointError> kErrorNames[] = {
     {"alpha", JointError::kAlpha}, {"beta", JointError::kBeta},
 };
 
+constexpr std::pair<std::string_view, AbsoluteAccuracy> kAccuracyNames[] = {
+    {"off", AbsoluteAccuracy::kOff},
+    {"active", AbsoluteAccuracy::kActive},
+    {"in this file", AbsoluteAccuracy::kInFile},
+};
+
+AbsoluteAccuracy read_accuracy(const TomlTable& document) {
+  if (!document.has("absolute_accuracy")) return AbsoluteAccuracy::kNotStated;
+  const std::string stated =
+      document.word("absolute_accuracy",
+                    {kAccuracyNames[0].first, kAccuracyNames[1].first, kAccuracyNames[2].first});
+  const auto* found = std::find_if(std::begin(kAccuracyNames), std::end(kAccuracyNames),
+                                   [&](const auto& one) { return one.first == stated; });
+  return found->second;
+}
+
 Eigen::Isometry3d read_frame(const TomlTable& table) {
   FrameMmDeg frame;
   const auto xyz = table.numbers_or("xyz_mm", {0, 0, 0}, kRobotLengthMm);
@@ -134,6 +150,7 @@ Robot read_robot(const TomlTable& document) {
   Robot robot;
   robot.name = document.string("name");
   robot.source = document.text_or("source", "");
+  robot.absolute_accuracy = read_accuracy(document);
   const auto gravity = document.numbers("gravity", 3, {-100.0, 100.0});
   robot.gravity_m_s2 = Eigen::Vector3d(gravity[0], gravity[1], gravity[2]);
   constexpr double kLeastGravity = 0.1;  // a smaller vector has no defined direction
@@ -173,12 +190,16 @@ Robot read_robot(const TomlTable& document) {
 
 std::string robot_to_toml(const Robot& robot) {
   const auto& g = robot.gravity_m_s2;
+  std::string accuracy;
+  for (const auto& [word, value] : kAccuracyNames)
+    if (value == robot.absolute_accuracy)
+      accuracy = fmt::format("absolute_accuracy = \"{}\"\n", word);
   // [tolerance] is only the joints' default; the first joint's value is written.
   std::string out = fmt::format(
-      "format = \"{}\"\nname = {}\nsource = {}\ngravity = [{}, {}, {}]\n\n"
+      "format = \"{}\"\nname = {}\nsource = {}\ngravity = [{}, {}, {}]\n{}\n"
       "[tolerance]\nlength_mm = {}\nangle_deg = {}\n",
       kRobotFormat, toml_string(robot.name), toml_string(robot.source), toml_number(g.x()),
-      toml_number(g.y()), toml_number(g.z()),
+      toml_number(g.y()), toml_number(g.z()), accuracy,
       toml_number(robot.joints.front().tolerance_length_m * kMmPerM),
       toml_number(robot.joints.front().tolerance_angle_rad * kDegPerRad));
   for (const Joint& j : robot.joints) {

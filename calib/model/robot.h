@@ -62,6 +62,14 @@ struct Joint {
   double radius_m = 0.0;          ///< of the capsule about this joint's link; 0: assumed (plan)
 };
 
+/// KUKA's option of that name: the controller computes with a measured model of this arm.
+enum class AbsoluteAccuracy {
+  kNotStated,
+  kOff,     ///< switched off, or not there: the controller's model is the nominal one
+  kActive,  ///< by a model that this file does not hold
+  kInFile   ///< by the model of this file
+};
+
 struct Robot {
   std::string name;
   std::string source;
@@ -69,6 +77,7 @@ struct Robot {
   std::vector<Joint> joints;                      ///< base to flange
   Eigen::Isometry3d base_fixed = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d flange_fixed = Eigen::Isometry3d::Identity();
+  AbsoluteAccuracy absolute_accuracy = AbsoluteAccuracy::kNotStated;
 };
 
 /// A robot and its file, as named by a cell file.

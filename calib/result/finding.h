@@ -57,6 +57,7 @@ enum class FindingKind {
   kRequired,           ///< predicted error above the required one
   kNoGain,             ///< no better than the nominal arm
   kGain,
+  kControllerModel,  ///< the controller computes with another model of the arm
   // Comparison with the last calibration.
   kChanged,
   kChangeAccepted,

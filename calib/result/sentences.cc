@@ -324,6 +324,14 @@ std::string no_gain(const Finding& f) {
       of(f, "most_of_nominal"));
 }
 
+std::string controller_model(const Finding& f) {
+  return fmt::format(
+      "{:.2f} mm from the robot file at {}, over {:.0f} postures with $TOOL and $BASE estimated: "
+      "another robot type, or absolute accuracy is active ($ABS_ACCUR). Compare the type plate with "
+      "the robot file. The calibration holds for joint angles; 'cellcal correct' refuses programs",
+      of(f, "difference"), f.text, of(f, "postures"));
+}
+
 std::string gain(const Finding& f) {
   return fmt::format(
       "{:.2f} mm predicted {}, {} with the nominal arm ({:.0f} %); {:.2f} mm {}",

@@ -76,6 +76,7 @@ std::string unchecked_touch(const Finding& f);
 std::string required(const Finding& f);
 std::string no_gain(const Finding& f);
 std::string gain(const Finding& f);
+std::string controller_model(const Finding& f);
 std::string changed(const Finding& f);
 std::string change_accepted(const Finding& f);
 std::string unchanged(const Finding& f);

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "calib/files/files.h"
 #include "daemon/backends/backends.h"
 #include "daemon/backends/virtual_cell.h"
 #include "daemon/config/config.h"
@@ -53,6 +54,21 @@ std::shared_ptr<const sim::CartesianArm> arm_as_the_controller_has_it(const Daem
   return sim::make_cartesian_arm(known);
 }
 
+/// The model of the arm that the controller's packets state.
+std::shared_ptr<const sim::CartesianArm> stated_arm(const DaemonConfig& config,
+                                                    const calib::Cell& cell) {
+  calib::Cell stated = cell;
+  stated.tool.tcp = controller_tcp(config, cell);
+  if (config.mock.absolute_accuracy)
+    stated.robot = sim::measured_robot(sim::draw_truth(cell, truth_for(config)));
+  if (!config.mock.stated_robot.empty())
+    stated.robot = calib::load_named_robot(config.mock.stated_robot);
+  if (!config.mock.stated_tool_m.empty())
+    stated.tool.tcp.translation() =
+        Eigen::Map<const Eigen::Vector3d>(config.mock.stated_tool_m.data());
+  return sim::make_cartesian_arm(stated);
+}
+
 /// POSCORR as configured, and the controller's own model of its arm.
 void set_space(sim::ControllerConfig& controller, const drivers::SpaceCorrection& space,
                const DaemonConfig& config, const calib::Cell& cell) {
@@ -92,6 +108,7 @@ VirtualCellOptions rsi_options(const DaemonConfig& config, const calib::Cell& ce
   options.controller.mode_tag = options.rsi.mode_tag;
   options.controller.override_tag = options.rsi.override_tag;
   options.controller.contact_tag = options.rsi.contact_tag;
+  options.controller.states = stated_arm(config, cell);
   if (options.rsi.space.on) set_space(options.controller, options.rsi.space, config, cell);
   return options;
 }
@@ -105,6 +122,7 @@ VirtualEkiCellOptions eki_options(const DaemonConfig& config, const calib::Cell&
   options.controller.cycle_ms = 4;
   options.controller.max_acceleration_rad_s2 = config.motion.acceleration_rad_s2;
   options.controller.arm = arm_as_the_controller_has_it(config, cell);
+  options.controller.states = stated_arm(config, cell);
   options.controller.files = drivers::eki_files(config.controller);
   options.eki = eki_config_for(config, cell);
   return options;
@@ -114,10 +132,11 @@ template <class VirtualCell>
 class MockBackend final : public Backend {
  public:
   template <class Options>
-  MockBackend(const calib::Cell& cell, Options options, bool wall_clock,
+  MockBackend(const DaemonConfig& config, const calib::Cell& cell, Options options,
               calib::Passable passable = {}, std::optional<double> axis_reach_rad = {})
       : cell_(cell, std::move(options)),
-        wall_clock_(wall_clock),
+        frames_(daemon::stated_frames(config, cell)),
+        wall_clock_(config.mock.wall_clock),
         passable_(std::move(passable)),
         axis_reach_rad_(axis_reach_rad) {}
 
@@ -128,6 +147,7 @@ class MockBackend final : public Backend {
   bool emulated() const override { return true; }
   calib::Passable passable() override { return passable_; }
   std::optional<double> axis_reach_rad() override { return axis_reach_rad_; }
+  calib::StatedFrames stated_frames() override { return frames_; }
   /// Counts from a fixed date, so that the same seed gives the same files, unless real dates are requested.
   std::string utc_now() override {
     if (wall_clock_) return wall_clock_utc();
@@ -138,6 +158,7 @@ class MockBackend final : public Backend {
 
  private:
   VirtualCell cell_;
+  calib::StatedFrames frames_;
   bool wall_clock_;
   calib::Passable passable_;
   std::optional<double> axis_reach_rad_;
@@ -146,15 +167,12 @@ class MockBackend final : public Backend {
 }  // namespace
 
 std::unique_ptr<Backend> make_mock_backend(const DaemonConfig& config, const calib::Cell& cell) {
-  if (wire_of(config) == WireKind::kEki) {
-    return std::make_unique<MockBackend<VirtualEkiCell>>(cell, eki_options(config, cell),
-                                                         config.mock.wall_clock);
-  }
+  if (wire_of(config) == WireKind::kEki)
+    return std::make_unique<MockBackend<VirtualEkiCell>>(config, cell, eki_options(config, cell));
   VirtualCellOptions options = rsi_options(config, cell);
   calib::Passable passable = passable_in_space(options.rsi.space);
-  return std::make_unique<MockBackend<VirtualCell>>(cell, std::move(options),
-                                                    config.mock.wall_clock, std::move(passable),
-                                                    correction_limit_rad(config));
+  return std::make_unique<MockBackend<VirtualCell>>(
+      config, cell, std::move(options), std::move(passable), correction_limit_rad(config));
 }
 
 }  // namespace cellcal::daemon

@@ -50,9 +50,10 @@ template <typename Robot>
 class WireBackend final : public Backend {
  public:
   template <typename RobotConfig>
-  WireBackend(const DaemonConfig& config, RobotConfig robot, calib::Passable passable = {},
-              std::optional<double> axis_reach_rad = {})
+  WireBackend(const DaemonConfig& config, const calib::Cell& cell, RobotConfig robot,
+              calib::Passable passable = {}, std::optional<double> axis_reach_rad = {})
       : wire_(wire_of(config)),
+        frames_(daemon::stated_frames(config, cell)),
         passable_(std::move(passable)),
         axis_reach_rad_(axis_reach_rad),
         io_(drivers::IoThreadOptions{.realtime = config.realtime}),
@@ -80,6 +81,7 @@ class WireBackend final : public Backend {
   std::string how_to_start() const override { return start_instruction(wire_); }
   calib::Passable passable() override { return passable_; }
   std::optional<double> axis_reach_rad() override { return axis_reach_rad_; }
+  calib::StatedFrames stated_frames() override { return frames_; }
   /// True if the devices' thread has run handlers since the last call.
   bool devices_alive() override {
     const std::uint64_t now = io_.beats();
@@ -88,6 +90,7 @@ class WireBackend final : public Backend {
 
  private:
   WireKind wire_;
+  calib::StatedFrames frames_;
   calib::Passable passable_;
   std::optional<double> axis_reach_rad_;
   std::uint64_t beats_seen_ = ~std::uint64_t{0};
@@ -103,11 +106,12 @@ std::unique_ptr<Backend> make_rsi_backend(const DaemonConfig& config, const cali
   drivers::RsiConfig rsi = rsi_config_for(config, cell);
   calib::Passable passable = passable_in_space(rsi.space);
   return std::make_unique<WireBackend<drivers::RsiRobot>>(
-      config, std::move(rsi), std::move(passable), correction_limit_rad(config));
+      config, cell, std::move(rsi), std::move(passable), correction_limit_rad(config));
 }
 
 std::unique_ptr<Backend> make_eki_backend(const DaemonConfig& config, const calib::Cell& cell) {
-  return std::make_unique<WireBackend<drivers::EkiRobot>>(config, eki_config_for(config, cell));
+  return std::make_unique<WireBackend<drivers::EkiRobot>>(config, cell,
+                                                          eki_config_for(config, cell));
 }
 
 }  // namespace cellcal::daemon

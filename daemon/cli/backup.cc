@@ -73,7 +73,8 @@ std::vector<KrlFile> read_backup(const fs::path& place) {
 }
 
 std::vector<KrlFile> machine_files(const std::vector<fs::path>& places) {
-  static const std::set<std::string> names = {"$machine.dat", "$robcor.dat", "$config.dat"};
+  static const std::set<std::string> names = {"$machine.dat", "$robcor.dat", "$config.dat",
+                                              "$custom.dat"};
   std::vector<KrlFile> all;
   for (const fs::path& place : places) {
     const bool archive = lower_name(place.string()).ends_with(".zip");

@@ -20,7 +20,7 @@ std::string lower_name(const std::string& path);
 /// True for paths below STEU, which has its own $machine.dat and $config.dat.
 bool is_of_the_controllers_side(const std::string& path);
 
-/// $machine.dat, $robcor.dat and $config.dat of folders, archives and files. Throws
+/// $machine.dat, $robcor.dat, $config.dat and $custom.dat of folders, archives and files. Throws
 /// calib::FileError if a place has two of the same name.
 std::vector<calib::krl::KrlFile> machine_files(const std::vector<std::filesystem::path>& places);
 

@@ -9,11 +9,13 @@
 
 #include "calib/estimate/predict.h"
 #include "calib/export/corrector.h"
+#include "calib/export/machine_data.h"
 #include "calib/files/input_file.h"
 #include "calib/files/poses.h"
 #include "calib/model/enum_table.h"
 #include "calib/model/error.h"
 #include "calib/model/units.h"
+#include "daemon/cli/backup.h"
 #include "daemon/cli/offline.h"
 #include "daemon/files/atomic_file.h"
 
@@ -360,6 +362,50 @@ int correct_poses(const CorrectCommand& command, const calib::Calibration& calib
 
 namespace {
 
+/// The given files of the controller: of a backup all that could state it.
+calib::AbsoluteAccuracy stated_accuracy(const CorrectCommand& command) {
+  calib::MachineData data;
+  const auto look = [&](const KrlFile& file) {
+    if (lower_name(file.name).starts_with("$") && !is_of_the_controllers_side(file.name))
+      calib::read_absolute_accuracy(file.text, file.name, data);
+  };
+  for (const fs::path& path : command.controller) look(read(path));
+  if (!command.backup.empty())
+    for (const KrlFile& file : read_backup(command.backup)) look(file);
+  return data.absolute_accuracy();
+}
+
+/// Why the controller would not go to corrected points by the robot file's model; empty: it does.
+std::string other_model(const CorrectCommand& command, const calib::Calibration& calibration) {
+  const auto& findings = calibration.verdict.findings;
+  if (const auto* found = calib::first(findings, calib::FindingKind::kControllerModel))
+    return calib::words(*found);
+  if (calibration.cell.robot.absolute_accuracy == calib::AbsoluteAccuracy::kActive)
+    return "robot file: absolute_accuracy = \"active\": the controller computes with a measured "
+           "model of this arm, which the file does not hold";
+  const bool in_file = calibration.cell.robot.absolute_accuracy == calib::AbsoluteAccuracy::kInFile;
+  if (!in_file && stated_accuracy(command) == calib::AbsoluteAccuracy::kActive)
+    return "the controller's files: $ABS_ACCUR: absolute accuracy is active, by a measured model of "
+           "this arm that the robot file does not hold";
+  return {};
+}
+
+/// Corrected points are those to which the nominal arm's inverse leads; angles are not concerned.
+bool refused_by_model(const CorrectCommand& command, const calib::Calibration& calibration) {
+  if (command.nominal_controller || !command.poses.empty()) return false;
+  const std::string why = other_model(command, calibration);
+  if (why.empty()) return false;
+  fmt::print(
+      stderr,
+      "cellcal correct: {}. A corrected program would be wrong by the difference. Switch "
+      "absolute accuracy off on the controller ($DEACTIVATE_ABS_ACCUR), or put its model into "
+      "the robot file (absolute_accuracy = \"in this file\") and calibrate again; "
+      "--nominal-controller states that the controller computes with the robot file's model "
+      "when the programs run\n",
+      why);
+  return true;
+}
+
 /// Corrects KRL programs taught on an arm that is not the nominal one.
 int correct_taught(const CorrectCommand& command, const calib::Calibration& calibration,
                    const calib::Calibration* from) {
@@ -373,6 +419,7 @@ int correct(const CorrectCommand& command) {
   if (!command.restore.empty()) return restore_program(command);
   const auto calibration = usable_calibration("correct", command.calibration, command.withheld);
   if (!calibration) return kNotPublishable;
+  if (refused_by_model(command, *calibration)) return kJobFailed;
   if (command.at_run_time) return correct_at_run_time(command, *calibration);
   if (command.upload) {
     const calib::Calibration drawn = krl::as_drawn(*calibration);

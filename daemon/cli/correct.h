@@ -27,6 +27,7 @@ struct CorrectCommand {
   bool at_run_time = false;       ///< rewrite the motions, and write CELLCAL_FIX
   int serial = 0;                 ///< of the robot, for CELLCAL_FIX
   std::filesystem::path restore;  ///< a .src whose motions go back to what they were
+  bool nominal_controller = false;  ///< the controller computes with the robot file's model
 };
 int correct(const CorrectCommand& command);
 

@@ -82,6 +82,16 @@ void print_tools(const calib::MachineData& data) {
                base.abc_deg[2]);
 }
 
+void print_accuracy(const calib::Robot& robot) {
+  if (robot.absolute_accuracy != calib::AbsoluteAccuracy::kActive) return;
+  fmt::print(stderr,
+             "warning: $ABS_ACCUR: absolute accuracy is active, and the controller computes with a "
+             "measured model of this arm that machine data do not hold. 'cellcal correct' refuses "
+             "programs for it: switch the option off on the controller ($DEACTIVATE_ABS_ACCUR) and "
+             "import again, or put the measured lengths into the robot file and write "
+             "absolute_accuracy = \"in this file\"\n");
+}
+
 /// Throws for joints as of a URDF in wrong units or without limits or speed.
 void check_joints(const calib::Robot& robot, const std::string& file) {
   constexpr double kMostTurnsRad = 25.0, kLongestM = 50.0;
@@ -129,6 +139,7 @@ int import_robot(const ImportRobotCommand& command) {
     robot = calib::with_machine_data(std::move(robot), data);
     if (!data.type.empty()) robot.source += (robot.source.empty() ? "" : "; ") + data.type;
     print_tools(data);
+    print_accuracy(robot);
   }
   if (!command.urdf.empty()) check_joints(robot, command.urdf.string());
   const std::string text = calib::robot_to_toml(robot);

@@ -421,6 +421,11 @@ void add_correct(CLI::App& app, int& status) {
       ->excludes(program);
   command->add_flag("--force", given->force, "Replace files of the same names in the folder of -o")
       ->excludes(poses);
+  command
+      ->add_flag("--nominal-controller", given->nominal_controller,
+                 "The controller computes with the robot file's model of the arm when the programs "
+                 "run, although absolute accuracy is stated or another model was found")
+      ->excludes(poses);
   command->add_flag("--withheld", given->withheld,
                     "Accept a withheld calibration, for inspection only");
   command->add_option("-o,--output,--out", given->output,

@@ -331,6 +331,13 @@ void read_mock(const TomlTable& table, MockConfig& mock) {
   mock.placement_m = table.number_or("placement_mm", mock.placement_m * 1e3, {0.0, 100.0}) * 1e-3;
   mock.joint_noise_deg = table.number_or("joint_noise_deg", mock.joint_noise_deg, {0.0, 1.0});
   mock.lag_s = table.number_or("lag_ms", mock.lag_s * 1e3, {0.0, 500.0}) * 1e-3;
+  mock.absolute_accuracy = table.boolean_or("absolute_accuracy", false);
+  if (table.has("stated_robot")) mock.stated_robot = table.string("stated_robot");
+  if (table.has("stated_tool_mm"))
+    for (const double mm : table.numbers("stated_tool_mm", 0, {-2000.0, 2000.0}))
+      mock.stated_tool_m.push_back(mm * 1e-3);
+  if (!mock.stated_tool_m.empty() && mock.stated_tool_m.size() != 3)
+    table.fail("stated_tool_mm", "must be [X, Y, Z], or [] for the configured tool");
   mock.cycle_ms = static_cast<int>(table.integer_or("cycle_ms", mock.cycle_ms, 4, 12));
   mock.busy_every_s = table.number_or("busy_every_s", 0.0, {0.0, 3600.0});
   mock.wall_clock = table.boolean_or("wall_clock", false);
@@ -541,6 +548,14 @@ void read_space(const calib::TomlTable& rsi, DaemonConfig& config) {
 
 Eigen::Isometry3d controller_tcp(const DaemonConfig& config, const calib::Cell& cell) {
   return config.controller.tool == 0 ? Eigen::Isometry3d::Identity() : cell.tool.tcp;
+}
+
+calib::StatedFrames stated_frames(const DaemonConfig& config, const calib::Cell& cell) {
+  calib::StatedFrames frames;
+  const bool in_space = wire_of(config) == WireKind::kRsi && config.rsi.space.on;
+  if (config.controller.tool == 0 || in_space) frames.tool = controller_tcp(config, cell);
+  if (config.controller.base == 0) frames.base = Eigen::Isometry3d::Identity();
+  return frames;
 }
 
 std::shared_ptr<const drivers::ArmGeometry> controller_arm(const DaemonConfig& config,

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/check/controller_model.h"
 #include "calib/files/toml.h"
 #include "calib/model/robot.h"
 #include "daemon/config/network_config.h"
@@ -54,6 +55,10 @@ struct MockConfig {
   double joint_noise_deg = 0.0005;
   double lag_s = 0.02;
   int cycle_ms = 4;
+  // The controller's own model of the arm, in what it sends alone.
+  bool absolute_accuracy = false;     ///< that of the true arm
+  std::string stated_robot;           ///< another robot file; empty: the cell's
+  std::vector<double> stated_tool_m;  ///< x, y, z of another tool; empty: as configured
   double busy_every_s = 0.0;  ///< busy computer: period of delayed sensor bytes; 0: never
   bool wall_clock = false;    ///< records carry the real date instead of a fixed day in 2000
   std::vector<double> start_rad;
@@ -125,6 +130,10 @@ void read_space(const calib::TomlTable& rsi, DaemonConfig& config);
 /// Flange to the active TCP of the controller: that of the cell file where [controller] tool names a
 /// TOOL_DATA, the flange for 0.
 Eigen::Isometry3d controller_tcp(const DaemonConfig& config, const calib::Cell& cell);
+
+/// $TOOL and $BASE of the controller's program where they are known: the flange and the world for 0,
+/// the cell file's tool with corrections in space.
+calib::StatedFrames stated_frames(const DaemonConfig& config, const calib::Cell& cell);
 
 /// Nominal arm of the robot file with that TCP. Throws drivers::ConfigError unless it has six joints.
 std::shared_ptr<const drivers::ArmGeometry> controller_arm(const DaemonConfig& config,

@@ -52,6 +52,11 @@ void judge_packets(const RsiSeen& seen, Findings& findings) {
     findings.fail(check, fmt::format("{}, then none after IPOC {}", s.packets, s.ipoc),
                   "read the message on the pendant (KSS29002: time-out by late replies, see "
                   "below; KSS29000: correction limit), reset CELLCAL_RSI and start it again");
+  } else if (const std::uint64_t twice = seen.state.quality.duplicates; twice > 0) {
+    findings.warn(check,
+                  fmt::format("{}, {} of them received twice (the same IPOC)", s.packets, twice),
+                  "look for two ways between controller and computer: a loop or a mirrored port at "
+                  "the switch, two cables, a bridge. Connect both by one cable");
   } else if (s.bad_packets > 0) {
     findings.warn(check,
                   fmt::format("{}, {} of them damaged: {}", s.packets, s.bad_packets,
@@ -292,6 +297,42 @@ void judge_rsi_end(std::optional<double> ended_after_s, Findings& findings) {
                 fmt::format("RSI ended {:.2f} s after Stop; start CELLCAL_RSI again for the next "
                             "session",
                             *ended_after_s));
+  }
+}
+
+void judge_model(const calib::ControllerModel& model, const calib::Robot& robot, bool sends,
+                 WireKind wire, Findings& findings) {
+  using enum calib::ControllerModel::Outcome;
+  const std::string check = "controller's model", found = words(model, robot);
+  switch (model.outcome) {
+    case kAgrees:
+      return findings.ok(check, found);
+    case kNotStated:
+      if (sends)
+        return findings.skip(check,
+                             wire == WireKind::kRsi
+                                 ? "0 postures: the arm did not rest for 0.3 s"
+                                 : "0 postures: CELLCAL_EKI does not run, or the arm did not rest");
+      return findings.warn(
+          check, found,
+          wire == WireKind::kRsi
+              ? "add DEF_RIst to SEND of the ethernet XML: without it another robot type or absolute "
+                "accuracy is not detected"
+              : "make the controller's files anew and copy CellcalEki.xml, cellcal_sub.sub and "
+                "cellcal_eki.dat: they send $POS_ACT. Without it another robot type or absolute "
+                "accuracy is not detected");
+    case kOtherFrames:
+      return findings.warn(check, found,
+                           "compare $TOOL and $BASE with [controller] tool and base; joint angles, "
+                           "and so the calibration, do not depend on them");
+    case kUndecided:
+      return findings.warn(check, found,
+                           "compare the pendant's actual position with 'robot geometry', and "
+                           "[controller] tool and base; each session compares it at every touch");
+    case kDiffers:
+      return findings.fail(check, found,
+                           "choose the robot file of the type plate, or switch absolute accuracy "
+                           "off ($DEACTIVATE_ABS_ACCUR)");
   }
 }
 

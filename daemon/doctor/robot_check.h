@@ -6,7 +6,9 @@
 #include <utility>
 #include <vector>
 
+#include "calib/check/controller_model.h"
 #include "calib/model/robot.h"
+#include "daemon/config/config.h"
 #include "daemon/doctor/examiner.h"
 #include "drivers/kuka/eki/eki_report.h"
 #include "drivers/kuka/rsi/rsi_report.h"
@@ -73,6 +75,10 @@ struct EkiExpected {
 };
 
 void judge_eki(const EkiSeen& seen, const EkiExpected& expected, Findings& findings);
+
+/// The controller's model of the arm. `sends`: its files send a TCP; `wire`: for the remedy.
+void judge_model(const calib::ControllerModel& model, const calib::Robot& robot, bool sends,
+                 WireKind wire, Findings& findings);
 
 /// Joint angles [rad] compared with the robot file's limits; skipped without a robot file.
 void judge_angles(const std::string& check, const drivers::AxisAngles& actual_rad,

@@ -16,6 +16,7 @@
 #include "daemon/config/config.h"
 #include "daemon/doctor/contact_check.h"
 #include "daemon/doctor/doctor.h"
+#include "daemon/doctor/rest_watch.h"
 #include "daemon/doctor/robot_check.h"
 #include "drivers/contact.h"
 #include "drivers/contact/serial_contact.h"
@@ -76,6 +77,7 @@ class Wires {
         config_(config),
         robot_(cell ? &cell->robot : nullptr),
         arm_(cell ? *cell : any_arm(config)),
+        rest_(arm_, config),
         findings_(findings),
         io_(drivers::IoThreadOptions{.realtime = config.realtime, .quiet = true}),
         contact_(io_.context(), contact_options(config)) {
@@ -108,11 +110,13 @@ class Wires {
   RsiSeen watch(drivers::RsiRobot& robot);
   EkiSeen watch(drivers::EkiRobot& robot);
   void judge_line();
+  void judge_model(bool sends);
 
   const DoctorRequest& request_;
   const DaemonConfig& config_;
   const calib::Robot* robot_;
   calib::Cell arm_;
+  RestWatch rest_;
   Findings& findings_;
   // Declaration order: objects on the context are destroyed before it.
   drivers::IoThread io_;
@@ -252,6 +256,11 @@ void Wires::judge_line() {
 
 // ---- RSI ---------------------------------------------------------------------------------------
 
+void Wires::judge_model(bool sends) {
+  if (robot_ == nullptr) return findings_.skip("controller's model", "not compared (no --cell)");
+  daemon::judge_model(rest_.judge(), *robot_, sends, wire_of(config_), findings_);
+}
+
 bool Wires::open_rsi(drivers::RsiRobot& robot) {
   const std::string check = "rsi port";
   const std::string& address = config_.rsi_files.pc_address;
@@ -325,6 +334,7 @@ RsiSeen Wires::watch(drivers::RsiRobot& robot) {
       seen.state = state;
     }
     seen.up = up.has_value();
+    if (up) rest_.look(state);
     if (up && core.input_path != drivers::InputPath::kUntold)
       input.look(core.input_contact, contact_seen_.newest.in_contact, contact_good_);
     seen.answered = seen.answered || core.replies > 0;
@@ -369,6 +379,7 @@ void Wires::rsi() {
             findings_);
   if (!seen.up) return robot.close();
   judge_angles("rsi joint angles", seen.state.actual_rad, robot_, findings_);
+  judge_model(seen.newest.states_tcp);
   const Steady::time_point asked = Steady::now();
   robot.close();
   while (robot.port() != 0 && since(asked) < kRsiCloseTimeoutS + kEnoughS) {
@@ -404,6 +415,7 @@ EkiSeen Wires::watch(drivers::EkiRobot& robot) {
     }
     seen.up = up.has_value();
     seen.lost = seen.lost || (up && !linked);
+    if (linked) rest_.look(state);
     if (linked) input.look(core.input, contact_seen_.newest.in_contact, contact_good_);
     seen.waited_s = since(begun);
     if (!up && seen.waited_s >= request_.wait_s) break;
@@ -432,7 +444,10 @@ void Wires::eki() {
             {config_.eki.stop == drivers::EkiStop::kInput, config_.controller.input,
              config_.controller.contact_is_on},
             findings_);
-  if (seen.up) judge_angles("eki joint angles", seen.state.actual_rad, robot_, findings_);
+  if (seen.up) {
+    judge_angles("eki joint angles", seen.state.actual_rad, robot_, findings_);
+    judge_model(seen.newest.sends_tcp);
+  }
   const Steady::time_point asked = Steady::now();
   robot.close();
   while (robot.is_open() && since(asked) < kEkiCloseTimeoutS) std::this_thread::sleep_for(kLook);

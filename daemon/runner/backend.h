@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "calib/check/controller_model.h"
 #include "calib/model/robot.h"
 #include "calib/result/calibration.h"
 #include "drivers/contact.h"
@@ -36,6 +37,8 @@ class Backend {
   virtual calib::Passable passable() { return {}; }
   /// Travel limit of any axis from its position at the opening of the link; none: up to the axis limits.
   virtual std::optional<double> axis_reach_rad() { return {}; }
+  /// $TOOL and $BASE of the controller, as far as known.
+  virtual calib::StatedFrames stated_frames() { return {}; }
   /// Wall time, ISO 8601 UTC; on virtual time a function of the clock only.
   virtual std::string utc_now() = 0;
   /// Simulated cells only: deviations of this result from the hidden truth, for the report.

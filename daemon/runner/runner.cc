@@ -222,9 +222,22 @@ std::optional<Event> Runner::links_changed() {
   return one;
 }
 
+namespace {
+
+/// The event shows the arm at rest, with its position settled.
+bool shows_rest(Phase phase, const Event& event) {
+  if (event.kind == EventKind::kContact) return true;
+  return event.kind == EventKind::kLinks && phase == Phase::kReferencing &&
+         event.links.robot == drivers::RobotLink::kReady;
+}
+
+}  // namespace
+
 void Runner::feed(Event event) {
   event.at = parts_.backend.clock().now();
   event.utc = parts_.backend.utc_now();
+  if (parts_.on_rest && open_ && shows_rest(state_.phase, event))
+    parts_.on_rest(parts_.backend.robot().state());
   if (event.kind == EventKind::kRecorded && on_its_way_) {
     touches_.push_back(std::move(*on_its_way_));
     on_its_way_.reset();

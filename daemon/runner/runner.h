@@ -128,6 +128,8 @@ struct RunnerParts {
   std::function<void(const State&, const std::vector<calib::Touch>&)> on_change;
   /// Called a few times a second while the devices are open, regardless of changes.
   std::function<void(const drivers::RobotState&, const drivers::ContactStatus&)> on_sample = {};
+  /// Called with the arm at rest: once referenced, and at each contact before the next move.
+  std::function<void(const drivers::RobotState&)> on_rest = {};
   /// Move::speed_share of a move about to begin.
   std::function<double(const drivers::Move&, const drivers::RobotState&)> speed_share = {};
   /// Progress of the worker's job, about a hundred times.

@@ -316,11 +316,16 @@ std::unique_ptr<Job> prepare(Journal& journal, const RunRequest& request, Sessio
   calib::load_meshes(job->cell, std::filesystem::path(job->inputs.cell_name).parent_path());
   if (!request.resume) check_new_session(request, *job);
   check_axis_count(*job);
+  if (job->cell.robot.absolute_accuracy == calib::AbsoluteAccuracy::kActive)
+    job->warnings.emplace_back(
+        "robot file: absolute accuracy is active: the calibration holds for joint angles, and "
+        "'cellcal correct' refuses programs");
   if (job->options.one_by_one && (job->options.find || must_find(job->cell)))
     job->left = search_left(journal, job->inputs);
   const bool dry =
       SessionKind::kDryRun == job->options.kind || SessionKind::kDryRun == request.kind;
   job->backend = make_backend(job->cell, dry ? kDryRunSpeed : 1.0);
+  job->stated_poses = std::make_shared<StatedPoses>(job->cell.robot, job->backend->stated_frames());
   if (!request.resume) job->options.emulated = job->backend->emulated();
   if (!job->backend->emulated()) job->hand_speed = hand_speed_of(journal, *job, dry);
   if (request.update) job->options.months = months_since(job->last_ended, job->backend->utc_now());

@@ -12,6 +12,7 @@
 #include "calib/model/robot.h"
 #include "calib/model/touch.h"
 #include "daemon/journal/journal.h"
+#include "daemon/runner/stated_poses.h"
 #include "daemon/service/journal_recorder.h"
 #include "daemon/service/request.h"
 #include "daemon/session/phase.h"
@@ -76,6 +77,7 @@ struct Job {
   std::shared_ptr<const calib::SearchUnderWay> left;  ///< unfinished search of the previous session
   std::vector<calib::Touch> touches;                  ///< made before the session was resumed
   std::unique_ptr<Backend> backend;
+  std::shared_ptr<StatedPoses> stated_poses;  ///< by the controller's model of the arm
   std::optional<HandSpeed> hand_speed;  ///< none: an emulated cell
   TouchPublication news;
   TimeLeft time_left;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "calib/check/controller_model.h"
 #include "calib/files/calibration_json.h"
 #include "calib/model/enum_table.h"
 #include "calib/model/kinematics.h"
@@ -61,6 +62,8 @@ Status status_of(const State& state, const Job& job, std::size_t done) {
   status.contact_words = state.links.contact_words;
   status.failure = state.failure;
   status.warnings = job.warnings;
+  if (const auto model = calib::finding_of(job.stated_poses->judged(), job.cell.robot))
+    status.warnings.push_back(calib::words(*model));
   status.interruptions = state.interruptions;
   if (state.busy_until && kAwaitingPhases.has(state.phase))
     status.busy_left_s = seconds_to(*state.busy_until, job);
@@ -297,6 +300,7 @@ TaskInputs SessionService::task_inputs(Job& job) {
   };
   inputs.readings = [this, &job] { return parts_.journal.readings(job.session); };
   inputs.interruptions = [this] { return status().interruptions; };
+  inputs.controller_model = [poses = job.stated_poses] { return poses->judge(); };
   inputs.truth = [&job](const calib::Calibration& calibration) {
     return job.backend->truth(calibration);
   };
@@ -324,6 +328,7 @@ void SessionService::carry_out(Job& job) {
                  [this](const drivers::RobotState& robot, const drivers::ContactStatus& contact) {
                    keep_links({true, robot, contact});
                  },
+                 [&job](const drivers::RobotState& robot) { job.stated_poses->look(robot); },
                  [&job](const drivers::Move& move, const drivers::RobotState& robot) {
                    return job.hand_speed ? job.hand_speed->share(move, robot) : 1.0;
                  },

@@ -303,10 +303,7 @@ Tasks calibration_tasks(const SharedInputs& inputs) {
   return tasks;
 }
 
-}  // namespace
-
-Tasks make_tasks(TaskInputs given) {
-  const auto inputs = std::make_shared<const TaskInputs>(std::move(given));
+Tasks tasks_of_kind(const SharedInputs& inputs) {
   switch (inputs->options.kind) {  // no default: a kind without tasks does not compile
     case SessionKind::kQualify:
       return with_route(qualification_tasks(inputs), inputs);
@@ -321,6 +318,35 @@ Tasks make_tasks(TaskInputs given) {
       return inputs->options.update ? update_tasks(inputs) : calibration_tasks(inputs);
   }
   throw std::logic_error("no tasks for this kind of session");
+}
+
+/// Compares the controller's model at each touch, and adds its finding to the result.
+Tasks with_controller_model(Tasks tasks, const SharedInputs& inputs) {
+  if (!inputs->controller_model) return tasks;
+  if (tasks.assess)
+    tasks.assess = [inputs, assess = tasks.assess](const std::vector<calib::Touch>& touches) {
+      inputs->controller_model();
+      return assess(touches);
+    };
+  tasks.identify = [inputs, identify = tasks.identify](const std::vector<calib::Touch>& touches) {
+    SessionResult result = identify(touches);
+    const calib::ControllerModel model = inputs->controller_model();
+    const auto finding = calib::finding_of(model, inputs->cell.robot);
+    if (auto* calibration = std::get_if<calib::Calibration>(&result.of); finding && calibration)
+      calibration->verdict.add(*finding);
+    if (inputs->note)
+      inputs->note(fmt::format("{}controller's model: {}", finding ? "warning: " : "",
+                               words(model, inputs->cell.robot)));
+    return result;
+  };
+  return tasks;
+}
+
+}  // namespace
+
+Tasks make_tasks(TaskInputs given) {
+  const auto inputs = std::make_shared<const TaskInputs>(std::move(given));
+  return with_controller_model(tasks_of_kind(inputs), inputs);
 }
 
 namespace {

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "calib/check/controller_model.h"
 #include "daemon/journal/journal.h"
 #include "daemon/runner/runner.h"
 #include "daemon/tasks/options.h"
@@ -38,6 +39,8 @@ struct TaskInputs {
   std::function<void(const std::string& json)> store;
   /// Harmless interruptions after which the session continued; null: none.
   std::function<InterruptionCounts()> interruptions;
+  /// The controller's model of the arm by the postures so far; null: not compared.
+  std::function<calib::ControllerModel()> controller_model;
   std::function<std::vector<std::pair<std::string, std::string>>(const calib::Calibration&)> truth;
 };
 

@@ -237,4 +237,22 @@ void EarlyContact::look(double gap_m, bool closed) {
   near_ = near;
 }
 
+calib::Robot measured_robot(const Truth& truth) {
+  calib::Robot robot = truth.arm.robot();
+  const auto& parameters = truth.arm.parameters();
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const calib::ParameterKey& key = parameters[i];
+    if (key.joint < 0) continue;
+    calib::Joint& joint = robot.joints[static_cast<std::size_t>(key.joint)];
+    const double error = truth.errors[static_cast<Eigen::Index>(i)];
+    using enum calib::ParameterKind;
+    if (key.kind == kTheta) joint.offset_rad += error;
+    if (key.kind == kD) joint.d_m += error;
+    if (key.kind == kA) joint.a_m += error;
+    if (key.kind == kAlpha) joint.alpha_rad += error;
+    if (key.kind == kBeta) joint.beta_rad += error;
+  }
+  return robot;
+}
+
 }  // namespace cellcal::sim

@@ -93,4 +93,8 @@ struct Truth {
 /// std::runtime_error if a centre is out of reach.
 Truth draw_truth(const calib::Cell& cell, const TruthOptions& options);
 
+/// The robot file with the true, cold lengths and angles: what KUKA measures and gives to a
+/// controller for absolute accuracy.
+calib::Robot measured_robot(const Truth& truth);
+
 }  // namespace cellcal::sim

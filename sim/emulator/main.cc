@@ -85,6 +85,26 @@ std::vector<double> start_of(const sim::EmulatorOptions& options, const calib::C
   return start_rad;
 }
 
+/// The cell with the tool that the controller's program sets: $NULLFRAME is the flange. Without a
+/// program it is the cell file's.
+calib::Cell with_tool_of(const std::string& program, calib::Cell cell) {
+  if (program.find("$TOOL=$NULLFRAME") != std::string::npos)
+    cell.tool.tcp = Eigen::Isometry3d::Identity();
+  return cell;
+}
+
+/// Model of the arm in the packets; null: the nominal one.
+std::shared_ptr<const sim::CartesianArm> stated_arm(const sim::EmulatorOptions& options,
+                                                    const sim::Truth& truth, calib::Cell cell) {
+  if (!options.absolute_accuracy && options.stated_robot.empty() && options.stated_tool_mm.empty())
+    return nullptr;
+  if (options.absolute_accuracy) cell.robot = sim::measured_robot(truth);
+  if (!options.stated_robot.empty()) cell.robot = calib::load_named_robot(options.stated_robot);
+  if (const auto& mm = options.stated_tool_mm; !mm.empty())
+    cell.tool.tcp.translation() = Eigen::Vector3d(mm[0], mm[1], mm[2]) / drivers::kMmPerM;
+  return sim::make_cartesian_arm(cell);
+}
+
 int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   std::atomic<bool> free{false};  // the opto output, connected to the controller's input
   Cell emulated(options, cell);
@@ -102,7 +122,9 @@ int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   if (!options.rsi_context.empty() && std::filesystem::exists(program))
     controller.program = calib::read_file(program.string());
   controller.start_rad = start_of(options, cell);
-  controller.arm = sim::make_cartesian_arm(cell);
+  const calib::Cell known = with_tool_of(controller.program, cell);
+  controller.arm = sim::make_cartesian_arm(known);
+  controller.states = stated_arm(options, emulated.physical.truth(), known);
   sim::ContactWatch watch(emulated.physical, [&](drivers::TimePoint t, bool closed) {
     emulated.sensor->edge(t, closed);
   });
@@ -207,7 +229,8 @@ int run_eki(const sim::EmulatorOptions& options, const calib::Cell& cell) {
        {"cellcal_eki.src", "cellcal_eki.dat", "cellcal_sub.sub", "cellcal_loop.sub"})
     controller.files[name] = calib::read_file((channel.parent_path() / name).string());
   controller.start_rad = start_of(options, cell);
-  controller.arm = sim::make_cartesian_arm(cell);
+  const calib::Cell known = with_tool_of(controller.files["cellcal_eki.src"], cell);
+  controller.arm = sim::make_cartesian_arm(known);
   for (const calib::Joint& joint : cell.robot.joints)
     controller.max_speed_rad_s.push_back(joint.max_speed_rad_s);
   controller.lag_s = options.controller.lag_s;
@@ -219,6 +242,7 @@ int run_eki(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   std::copy(tool.abc_deg.begin(), tool.abc_deg.end(), controller.tool_data[0].begin() + 3);
 
   Cell emulated(options, cell);
+  controller.states = stated_arm(options, emulated.physical.truth(), known);
   sim::EkiController* running = nullptr;
   sim::ContactWatch watch(emulated.physical, [&](drivers::TimePoint t, bool closed) {
     emulated.sensor->edge(t, closed);

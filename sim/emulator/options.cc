@@ -143,6 +143,14 @@ void add_controller_options(CLI::App& app, EmulatorOptions& options) {
       ->check(within(0.0, 1.0));
   app.add_option("--noise-seed", options.controller.seed, "Seed of that noise")
       ->capture_default_str();
+  CLI::Option* accurate = app.add_flag(
+      "--absolute-accuracy", options.absolute_accuracy,
+      "The controller's RIst or $POS_ACT is of the true arm: absolute accuracy is active");
+  app.add_option("--stated-robot", options.stated_robot,
+                 "The controller's RIst or $POS_ACT is of this robot file: another robot type")
+      ->excludes(accurate);
+  app.add_option("--stated-tool-mm", options.stated_tool_mm, "Likewise of this $TOOL, X Y Z")
+      ->expected(3);
   app.add_option_function<double>(
          "--clamp-deg",
          [&options](double degrees) {

@@ -24,6 +24,9 @@ struct EmulatorOptions {
   TruthOptions truth;
   std::string wire = "rsi";  ///< or "eki"
   ControllerConfig controller;
+  bool absolute_accuracy = false;      ///< the controller computes with the true lengths and angles
+  std::string stated_robot;            ///< or with another robot file; empty: the cell's
+  std::vector<double> stated_tool_mm;  ///< X Y Z of another $TOOL; empty: the program's
   std::vector<std::string> eki_xml;  ///< channel files of the emulated controller
   std::string listen;                ///< address for EKI; empty: 127.0.0.1
   std::string rsi_xml;               ///< RSI's ethernet file; empty: defined by the options

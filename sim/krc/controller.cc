@@ -300,9 +300,9 @@ struct Controller::Impl {
     values.input_on = input_on;
     values.actual_deg = std::span(actual_deg).first(axes);
     values.setpoint_deg = std::span(base_deg).first(axes);
-    if (config.arm) {
-      values.actual_frame = config.arm->frame(actual);
-      values.setpoint_frame = config.arm->frame(base);
+    if (const auto& model = config.states ? config.states : config.arm) {
+      values.actual_frame = model->frame(actual);
+      values.setpoint_frame = model->frame(base);
     }
     return format_packet(channel, values, config.precision);
   }

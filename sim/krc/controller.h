@@ -69,6 +69,8 @@ struct ControllerConfig {
   double monitor_mm = 1000.0, monitor_turn_deg = 180.0;  ///< POSCORRMON's
   CorrectionFrame cartesian_system = CorrectionFrame::kBase;
   std::shared_ptr<const CartesianArm> arm;  ///< null: RIst is 0, Cartesian corrections are a fault
+  /// Model of the arm in RIst alone, such as an absolutely accurate one; null: `arm`.
+  std::shared_ptr<const CartesianArm> states;
   std::vector<double> max_speed_rad_s;      ///< per axis, 'Command velocity' fault; empty: no check
   /// Per axis, 'Command gear torque' fault: maximum of the drives. Empty: no check.
   std::vector<double> max_acceleration_rad_s2;

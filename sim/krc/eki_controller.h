@@ -28,6 +28,8 @@ struct EkiControllerConfig {
   double max_acceleration_rad_s2 = 10.0;  ///< of PTP, as set by the program ($ACC_AXIS)
   /// Geometry for LIN's length; null: every axis at 1 m from the TCP.
   std::shared_ptr<const CartesianArm> arm;
+  /// Model of the arm in $POS_ACT alone, such as an absolutely accurate one; null: `arm`.
+  std::shared_ptr<const CartesianArm> states;
   double lag_s = 0.02;            ///< setpoint to arm
   int cycle_ms = 4;               ///< interpolation cycle
   int interrupt_ms = 12;          ///< interrupt cycle

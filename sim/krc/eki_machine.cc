@@ -56,6 +56,8 @@ ORI_TYPE $ORI_TYPE
 DATE $DATE={CSEC 0,SEC 0,MIN 0,HOUR 12,DAY 1,MONTH 1,YEAR 2026}
 FRAME TOOL_DATA[16],BASE_DATA[32]
 LOAD LOAD_DATA[16]
+ENUM VAR_STATE DECLARED,INITIALIZED,UNKNOWN
+EXTFCT VAR_STATE VARSTATE(CHAR[] :IN)
 EXTFCT E6POS FORWARD(E6AXIS :IN,INT :OUT)
 EXTFCT E6AXIS INVERSE(E6POS :IN,E6AXIS :IN,INT :OUT)
 EXT CWRITE(INT :IN,STATE_T :OUT,MODUS_T :IN,CHAR[] :IN)
@@ -403,6 +405,11 @@ std::vector<double> EkiMachine::measured() {
   return *measurement;
 }
 
+/// After a cold start no program has set them.
+bool EkiMachine::has_frames() {
+  return system("$TOOL").parts[0].given && system("$BASE").parts[0].given;
+}
+
 void EkiMachine::set_axes(Value& value, const std::vector<double>& rad) const {
   for (std::size_t i = 0; i < value.parts.size(); ++i)
     value.parts[i].set(i < axes ? rad[i] * kDegPerRad : 0.0);
@@ -471,7 +478,9 @@ void EkiMachine::bind_variables() {
     set_axes(value, input_edge.value_or(measured()));
   };
   program.variable("$POS_ACT").read = [this](Value& value, std::size_t) {
-    const KukaFrame frame = frame_of(arm.setpoint());
+    if (!has_frames()) throw krl::RunError("$POS_ACT is invalid without $TOOL and $BASE");
+    const KukaFrame frame =
+        config.states ? config.states->frame(arm.setpoint()) : frame_of(arm.setpoint());
     for (std::size_t i = 0; i < 6; ++i) value.parts[i].set(frame[i]);
   };
 }
@@ -514,6 +523,11 @@ void EkiMachine::bind_kinematics() {
     for (std::size_t i = 0; i < 6; ++i) result.parts[i].set(frame[i]);
     for (std::size_t i = 6; i < 12; ++i) result.parts[i + 2].set(a[0]->parts[i].r);
     a[1]->set_whole(0);
+    return result;
+  });
+  program.bind("VARSTATE", [this](std::span<Value* const> a) {
+    Value result(program.type("VAR_STATE"));
+    result.set_whole(a[0]->text() != "$POS_ACT" ? 3 : has_frames() ? 2 : 1);
     return result;
   });
   program.bind("CWRITE", [this](std::span<Value* const> a) {

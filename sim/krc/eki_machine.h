@@ -64,6 +64,7 @@ struct EkiMachine final : krl::Mover {
   void scale_speed();
   void read_input_edges();
   std::vector<double> measured();
+  bool has_frames();
 
   // ---- system variables and external routines
   krl::Value& system(const char* name) { return program[name]; }

@@ -117,7 +117,26 @@ class Doctor(Wires):
         self.assertIn("Z 960.0", self.found(answer, "robot geometry")["found"])
         self.assertIn("0.000, -90.000, 90.000",
                       self.found(answer, "rsi joint angles")["found"])
+        self.has_model(answer, "ok", r"^0\.0\d mm from the robot file over 1 posture$")
         self.never_moved(emulator, r"RSI_MOVECORR ended \(STOP\)")
+
+    def has_model(self, answer, outcome, words):
+        one = self.found(answer, "controller's model")
+        self.assertEqual(one["outcome"], outcome, one)
+        self.assertRegex(one["found"], words)
+
+    def test_absolute_accuracy_shows_in_millimetres_over_rsi(self):
+        self.make_files()
+        self.rsi_controller("--absolute-accuracy")
+        self.has_model(self.doctor(), "warning",
+                       r"^\d+\.\d\d mm from the robot file at A1 .*absolute accuracy")
+
+    def test_another_robot_type_shows_in_millimetres_over_eki(self):
+        self.use_eki()
+        self.make_files()
+        self.eki_controller("--stated-robot", "kr5_arc")
+        self.has_model(self.doctor(), "warning",
+                       r"^\d+\.\d\d mm from the robot file at A1 .*another robot type")
 
     def test_a_technician_gets_to_a_green_doctor_over_rsi_3(self):
         self.change("rsi_version = 4", "rsi_version = 3")
@@ -158,6 +177,7 @@ class Doctor(Wires):
         answer = self.doctor()
         self.is_green(answer, *self.CHECKS, "eki connection", "eki states", "eki elements",
                       "eki decimals", "eki readiness", "eki contact input", "eki joint angles")
+        self.has_model(answer, "ok", r"^0\.0\d mm from the robot file over 1 posture$")
         self.never_moved(emulator, "emulator: 0 moves")
 
     def test_a_wrong_sentype_is_named(self):

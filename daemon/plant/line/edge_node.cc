@@ -54,7 +54,7 @@ struct EdgeNode::Impl {
   void connect();
   void connect_later();
   void up();
-  void down(const LineFailure& failure);
+  void down(const LineFailure& lost);
   void look_again();
   void look();
   void bear();
@@ -69,6 +69,7 @@ struct EdgeNode::Impl {
   asio::io_context context;
   asio::steady_timer retry, tick, last;
   Backoff backoff;
+  Takeovers takeovers;
   std::unique_ptr<MqttLine> line;
   std::uint8_t line_count = 255;  ///< bdSeq: 0 on the first line
   std::uint8_t next_seq = 0;
@@ -119,6 +120,7 @@ void EdgeNode::Impl::connect_later() {
 void EdgeNode::Impl::up() {
   is_up = true;
   up_since = std::chrono::steady_clock::now();
+  takeovers.up(up_since);
   set([&](LineStatus& now) {
     now = {true, LineProblem::kNone, {}, wall_clock_utc(), now.acknowledged};
   });
@@ -130,7 +132,9 @@ void EdgeNode::Impl::up() {
   look();
 }
 
-void EdgeNode::Impl::down(const LineFailure& failure) {
+void EdgeNode::Impl::down(const LineFailure& lost) {
+  const LineFailure failure =
+      takeovers.judged(lost, parts.config, std::chrono::steady_clock::now());
   line.reset();
   tick.cancel();
   if (is_up && std::chrono::steady_clock::now() - up_since > parts.longest_wait) backoff.reset();

@@ -196,12 +196,7 @@ LineFailure MqttLine::Impl::failure_of(int code) const {
 
 LineFailure MqttLine::Impl::failure_of_reason(int reason) const {
   const char* why = mosquitto_reason_string(reason);
-  if (reason == MQTT_RC_SESSION_TAKEN_OVER)
-    return {
-        LineProblem::kTakenOver,
-        fmt::format(
-            "{}: client name {}/{} is used by another cell. Give each its own name under [plant]",
-            broker(), config.plant, config.cell)};
+  if (reason == MQTT_RC_SESSION_TAKEN_OVER) return taken_over(config);
   if (reason == MQTT_RC_NO_MATCHING_SUBSCRIBERS)
     return {
         LineProblem::kNobody,
@@ -415,6 +410,36 @@ void MqttLine::close() {
   impl_->closing = true;
   if (!impl_->ended && impl_->handle != nullptr)
     impl_->settle(mosquitto_disconnect_v5(impl_->handle, 0, nullptr));
+}
+
+LineFailure taken_over(const PlantConfig& of) {
+  return {
+      LineProblem::kTakenOver,
+      fmt::format("broker {}:{}: another cell uses this name, {}/{}. Give each its own name under "
+                  "[plant]",
+                  of.host, of.port, of.plant, of.cell)};
+}
+
+LineFailure Takeovers::judged(LineFailure failure, const PlantConfig& of, Time now) {
+  constexpr std::chrono::seconds kShort{10};
+  /// A suspect waits a minute before it comes back, and so does the other cell.
+  constexpr std::chrono::minutes kSound{10};
+  constexpr int kSeries = 3;
+  if (!up_) {  // nobody answers: no other cell either
+    short_lines_ = 0;
+    return failure;
+  }
+  const auto lasted = now - *std::exchange(up_, std::nullopt);
+  const bool suspect = short_lines_ >= kSeries;
+  if (failure.problem != LineProblem::kLost ||
+      lasted > (suspect ? Time::duration(kSound) : kShort)) {
+    short_lines_ = 0;
+    return failure;
+  }
+  if (!suspect && ++short_lines_ < kSeries) return failure;
+  LineFailure taken = taken_over(of);
+  taken.words += fmt::format("; or the broker ended {} lines at once: see its log", kSeries);
+  return taken;
 }
 
 }  // namespace cellcal::daemon::plant

@@ -103,4 +103,24 @@ class Backoff {
   std::minstd_rand chance_{std::random_device{}()};
 };
 
+// Two cells of one name end each other's lines for ever. MQTT 5 has a reason for it, which is not to be
+// relied on: mosquitto 2.0.11 closes the older line before libmosquitto has read one. What shows is lines
+// that are closed soon after each login, again and again.
+
+class Takeovers {
+ public:
+  using Time = std::chrono::steady_clock::time_point;
+
+  void up(Time now) { up_ = now; }
+  /// The failure of a line, as kTakenOver where it is one of a series of short ones. `of`: for the words.
+  LineFailure judged(LineFailure failure, const PlantConfig& of, Time now);
+
+ private:
+  std::optional<Time> up_;
+  int short_lines_ = 0;
+};
+
+/// "broker HOST:PORT: another cell uses this name, graz/weld-3. ..."
+LineFailure taken_over(const PlantConfig& of);
+
 }  // namespace cellcal::daemon::plant

@@ -68,7 +68,7 @@ struct Publisher::Impl {
   void await_stored(const Sent& sent);
   void hear(const Stored& news);
   void hear(const Proposal& proposal);
-  void down(const LineFailure& failure);
+  void down(const LineFailure& lost);
   void pump();
   void send_waiting();
   bool send(const WaitingFact& fact);
@@ -93,6 +93,7 @@ struct Publisher::Impl {
   std::unique_ptr<MqttLine> line;
   asio::steady_timer retry, pause, last, unstored;
   Backoff backoff;
+  Takeovers takeovers;
   struct {
     std::string time, source;
     std::int64_t newest = 0;
@@ -183,6 +184,7 @@ void Publisher::Impl::connect_later() {
 
 void Publisher::Impl::up() {
   is_up = true;
+  takeovers.up(std::chrono::steady_clock::now());
   under_way.clear();
   at_the_broker.clear();
   set_aside.clear();  // possibly another broker, or another limit
@@ -205,7 +207,9 @@ void Publisher::Impl::up() {
   pump();
 }
 
-void Publisher::Impl::down(const LineFailure& failure) {
+void Publisher::Impl::down(const LineFailure& lost) {
+  const LineFailure failure =
+      takeovers.judged(lost, parts.config, std::chrono::steady_clock::now());
   line.reset();
   if (is_up && failure.problem == LineProblem::kTooLarge)
     for (const auto& [message, sent] : under_way)

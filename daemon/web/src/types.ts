@@ -205,7 +205,7 @@ export const FINDINGS = [
   "certified_length", "certified_twice", "artefact_size", "stated_centre", "exchanged_centres",
   "negative_compliance", "arm_scale", "off_nominal", "effective_radius", "scale_by_lengths",
   "scale_by_readings", "scale_by_nothing", "scope_of_touches", "unchecked_readings", "unchecked_lengths", "unchecked_length", "unchecked_touch",
-  "required", "no_gain", "gain", "changed", "change_accepted", "unchanged", "not_compared",
+  "required", "no_gain", "gain", "controller_model", "changed", "change_accepted", "unchanged", "not_compared",
   "updated", "update_not_needed", "update_contradicted", "update_not_resolved", "update_not_found", "update_too_few",
   "not_identified", "likely_cause", "moved_target", "jumped", "still_with_model_error", "reference_method",
   "recorded",
@@ -225,6 +225,7 @@ export const EVIDENCE = [
   "required", "unseen", "rms", "sigma", "noise", "reach", "value", "below_zero", "expected", "coldest", "hottest", "shift", "turn",
   "growth", "reached", "before", "largest", "add", "d_mm", "a_mm", "farthest", "ratio", "outliers", "duplicates", "allowed",
   "determined", "directions", "degrees_of_freedom", "tolerances", "met", "together", "usual_touches", "usual_checks", "touches",
+  "difference", "postures",
 ] as const;
 export interface Quantity {
   name: (typeof EVIDENCE)[number];
@@ -399,7 +400,7 @@ export const CHECKS = [
   "real time", "wires", "plant", "sparkplug", "doctor", "robot link", "contact link", "contact access", "contact port",
   "contact adapter", "contact sensor", "contact configuration", "contact board", "contact delivery",
   "contact circuit", "contact self-test", "contact touch", "contact clock", "contact line", "rsi port",
-  "rsi packets", "rsi sender", "rsi cycle", "rsi decimals", "rsi elements", "rsi state", "rsi contact input", "rsi tool",
+  "rsi packets", "rsi sender", "rsi cycle", "rsi decimals", "rsi elements", "rsi state", "rsi contact input", "rsi tool", "controller's model",
   "rsi replies", "rsi reply times", "rsi joint angles", "rsi stop", "eki connection", "eki states", "eki elements",
   "eki decimals", "eki readiness", "eki contact input", "eki joint angles",
 ] as const;

@@ -184,6 +184,9 @@ struct EkiCore::Impl {
     state.mode = frame.mode;
     state.override_percent = frame.override_percent;
     state.fault = frame.fault;
+    state.sends_tcp = frame.sends_tcp;
+    state.states_tcp = frame.tcp.has_value();
+    if (frame.tcp) state.tcp = *frame.tcp;
     state.request = frame.request;
     state.unread_by_controller = frame.bad;
     state.longest_pass_ms = std::max(state.longest_pass_ms, frame.pass_ms);

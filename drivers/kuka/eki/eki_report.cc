@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "drivers/kuka/wire/stated_tcp.h"
+
 namespace cellcal::drivers {
 namespace {
 
@@ -129,6 +131,7 @@ RobotState to_robot_state(const EkiCoreState& s, const std::string& peer) {
   state.link = s.link;
   state.actual_rad.assign(s.actual_rad, s.actual_rad + s.axes);
   state.commanded_rad.assign(s.commanded_rad, s.commanded_rad + s.axes);
+  if (s.states_tcp) state.stated_tcp = to_stated_tcp(s.tcp);
   state.moving = s.moving;
   if (s.link == RobotLink::kLost) state.interruption = Interruption::kOther;
   state.session = s.session;

@@ -50,6 +50,9 @@ struct EkiCoreState {
   double jitter_s = 0.0, longest_gap_s = 0.0;  ///< of this connection's states
   double actual_rad[kMaxAxes] = {};
   double commanded_rad[kMaxAxes] = {};
+  bool sends_tcp = false;   ///< $POS_ACT is an element of the channel
+  bool states_tcp = false;  ///< and is known to the controller
+  EkiFrameValues tcp{};     ///< [mm, deg], of the state of actual_rad
   double cycle_s = 0.0;
   double waited_s = 0.0;  ///< since the last state, or since opening the link
   std::uint32_t session = 0, other_session = 0;

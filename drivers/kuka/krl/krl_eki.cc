@@ -276,6 +276,9 @@ krl::Places places_of(const EkiFilesConfig& c) {
       {"RECEIVE_AXES", axes("      <ELEMENT Tag=\"RobotCommand/{1}/@{0}\" Type=\"REAL\"/>")},
       {"COUNT_ELEMENTS", count_elements(c.external_axes)},
       {"SEND_AXES", axes("      <ELEMENT Tag=\"RobotState/{1}/@{0}\"/>")},
+      {"SEND_POS", per_component("      <ELEMENT Tag=\"RobotState/Pos/@{0}\"/>")},
+      {"SET_POS",
+       per_component("  RET=EKI_SetReal(\"CellcalEki\",\"RobotState/Pos/@{0}\",CC_TCP.{0})")},
       {"SEND_LATCH", axes("      <ELEMENT Tag=\"RobotState/{1}/@{0}\"/>", "Latch", "LatchExt")},
       {"GET_AXES", axes("    RET=EKI_GetReal(\"CellcalEki\",\"RobotCommand/{1}/@{0}\",AIM.{0})\n"
                         "    OK=OK AND (RET.Msg_No==0)")},

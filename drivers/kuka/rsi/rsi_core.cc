@@ -84,6 +84,8 @@ struct RsiCore::Impl {
     state.override_percent = frame.override_percent.value_or(-1);
     const bool heard = note_delay() == 0 || relative();
     std::copy(actual.begin(), actual.end(), state.actual_rad);
+    note_tcp();
+    if (arrival == Arrival::kRepeat && answered == frame.ipoc.value) ++state.duplicates;
     state.ipoc = frame.ipoc.value;
     state.decimals = stream.decimals();
     state.decimals_unproven = stream.decimals_unproven();
@@ -108,6 +110,12 @@ struct RsiCore::Impl {
       finish(*done);
     }
     return next_reply();
+  }
+
+  void note_tcp() {
+    constexpr auto kIsZero = [](double v) { return v == 0.0; };
+    state.states_tcp = frame.tcp && !std::all_of(frame.tcp->begin(), frame.tcp->end(), kIsZero);
+    if (state.states_tcp) state.tcp = *frame.tcp;
   }
 
   /// Evidence that the session is not the preceding one, if any.

@@ -6,6 +6,8 @@
 #include <cctype>
 #include <cmath>
 
+#include "drivers/kuka/wire/stated_tcp.h"
+
 namespace cellcal::drivers {
 
 namespace {
@@ -110,6 +112,7 @@ RobotState to_robot_state(const CoreState& s, const ReportNames& names) {
   state.link = s.link;
   state.actual_rad.assign(s.actual_rad, s.actual_rad + s.axes);
   state.commanded_rad.assign(s.commanded_rad, s.commanded_rad + s.axes);
+  if (s.states_tcp) state.stated_tcp = to_stated_tcp(s.tcp);
   state.moving = s.moving;
   state.interruption = s.interruption;
   state.interruptions = s.interruptions;
@@ -129,6 +132,7 @@ RobotState to_robot_state(const CoreState& s, const ReportNames& names) {
   state.quality.longest_gap_s = s.longest_gap_s;
   state.quality.gaps = s.gaps;
   state.quality.bad_packets = s.bad_packets;
+  state.quality.duplicates = s.duplicates;
   state.quality.replies = s.replies;
   add(state.words, link_words(s, names));
   add(state.words, trouble_words(s, names));

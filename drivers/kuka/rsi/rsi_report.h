@@ -50,10 +50,13 @@ struct CoreState {
   WireError last_error = WireError::kNone;
   double actual_rad[kMaxAxes] = {};
   double commanded_rad[kMaxAxes] = {};
+  bool states_tcp = false;  ///< RIst is sent, and not zero as by peers without a geometry
+  KukaFrame tcp{};          ///< RIst [mm, deg], of the packet of actual_rad
   double cycle_s = 0.0;
   double waited_s = 0.0;  ///< since the last packet, or since opening the link
   double silent_s = 0.0;  ///< at the loss of the link: since the last packet, or the last new one
   std::uint64_t packets = 0, replies = 0, late = 0, gaps = 0, bad_packets = 0;
+  std::uint64_t duplicates = 0;  ///< packets received again after their answer
   std::uint32_t late_while_moving = 0;
   std::int32_t decimals = -1;
   bool decimals_unproven = false;  ///< few decimals may be exact: the angles are unchanged

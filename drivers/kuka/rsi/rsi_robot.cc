@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <boost/asio/io_context.hpp>
@@ -128,6 +129,8 @@ struct RsiRobot::Impl : std::enable_shared_from_this<RsiRobot::Impl> {
                            std::memory_order_relaxed);
         continue;
       }
+      if (got == size && std::equal(spare.data(), spare.data() + got, newest.data()))
+        repeated.fetch_add(1, std::memory_order_relaxed);
       std::swap(newest, spare);
       size = got;
       newest_from = from;
@@ -204,6 +207,7 @@ struct RsiRobot::Impl : std::enable_shared_from_this<RsiRobot::Impl> {
   RobotShell<RsiCore> shell;
   ReplyHistogram times;
   std::atomic<std::uint64_t> foreign{0}, unsent{0};
+  std::atomic<std::uint64_t> repeated{0};  // datagrams dropped as copies of the one behind them
   std::atomic<std::uint32_t> foreign_from{0}, peer_v4{0};
   std::atomic<std::uint16_t> bound_port{0};
 
@@ -227,6 +231,7 @@ RobotState RsiRobot::state() const {
   }
   RobotState state =
       to_robot_state(impl_->shell.state(), {impl_->listening, impl_->config.sentype});
+  state.quality.duplicates += impl_->repeated.load(std::memory_order_relaxed);
   state.quality.reply_p50_s = impl_->times.quantile_s(0.5);
   state.quality.reply_p99_s = impl_->times.quantile_s(0.99);
   state.quality.reply_p999_s = impl_->times.quantile_s(0.999);

@@ -61,6 +61,16 @@ class Reader {
     return value;
   }
 
+  EkiFrameValues frame(const pugi::xml_node& node) {
+    EkiFrameValues values{};
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const char* found = text(node, wire::kFrameNames.substr(i, 1));
+      if (found == nullptr) note(EkiError::kMissing);
+      if (found != nullptr && !wire::parse_measure(found, values[i])) note(EkiError::kBadNumber);
+    }
+    return values;
+  }
+
   std::optional<std::uint32_t> count(const pugi::xml_node& node, std::string_view name) {
     const std::optional<double> value = number(node, name);
     if (!value) return std::nullopt;
@@ -118,6 +128,11 @@ EkiError read_state(const pugi::xml_node& root, EkiState& state) {
   state.heard = in.needed(root, "Heard");
   state.time_ms = in.count(root, "Time");
   state.axes_deg = in.axes("Axis", "Ext", state.decimals);
+  const pugi::xml_node pos = in.element("Pos");
+  state.sends_tcp = !pos.empty();
+  // Empty where a program that does not set it runs with this channel file.
+  if (const char* known = in.text(pos, "Known"); known != nullptr && *known != '\0')
+    if (in.count(pos, "Known") != 0u) state.tcp = in.frame(pos);
   const pugi::xml_node move = in.element("Move");
   state.move_id = in.needed(move, "Id");
   state.progress = static_cast<EkiProgress>(in.choice(in.needed(move, "State"), 2));

@@ -125,12 +125,18 @@ struct EkiCommand {
   double duration_s = 0.0;
 };
 
+/// X, Y, Z [mm], A, B, C [deg].
+using EkiFrameValues = std::array<double, 6>;
+
 struct EkiState {
   std::uint32_t session = 0;  ///< obeyed by the controller; 0: none
   std::uint32_t heard = 0;    ///< newest Seq of that session
   std::optional<std::uint32_t> time_ms;
   AxisAngles axes_deg;  ///< $AXIS_ACT_MEAS
   int decimals = 0;     ///< maximum over the angles
+  /// $POS_ACT in the active base; empty: not sent by older programs, or without a tool and a base.
+  std::optional<EkiFrameValues> tcp;
+  bool sends_tcp = false;  ///< Pos is an element of the channel
   std::uint32_t move_id = 0;
   EkiProgress progress = EkiProgress::kIdle;
   EkiOutcome outcome = EkiOutcome::kNone;
@@ -194,9 +200,6 @@ enum class EkiFrameDone : int {
   kOtherProgram = 5,  ///< refused: another robot program runs
   kIncomplete = 6,    ///< refused: elements of the telegram were missing
 };
-
-/// X, Y, Z [mm], A, B, C [deg].
-using EkiFrameValues = std::array<double, 6>;
 
 struct EkiFrameCommand {
   std::uint32_t ask = 0;  ///< 1..2^31-1, unique per telegram

@@ -56,6 +56,33 @@ TEST(MachineData, OfAKR5MakeTheShippedRobot) {
   }
 }
 
+TEST(MachineData, StateAbsoluteAccuracyInTheWordsOfEachRelease) {
+  using enum AbsoluteAccuracy;
+  const auto of = [](const std::string& lines) {
+    return with_machine_data(kr5(), read(kMachine + lines)).absolute_accuracy;
+  };
+  EXPECT_EQ(of(""), kNotStated);
+  for (const char* active :
+       {"BOOL $ABS_ACCUR=TRUE\r\n", "$ABS_ACCUR=#ACTIVATED\r\n", "ABS_ACCUR=TRUE\r\n"})
+    EXPECT_EQ(of(active), kActive) << active;
+  for (const char* off :
+       {"$ABS_ACCUR=FALSE\r\n", "$ABS_ACCUR=#NONE\r\n", "$ABS_ACCUR=#SUPPRESSED\r\n",
+        "$DEACTIVATE_ABS_ACCUR=TRUE\r\n$ABS_ACCUR=TRUE\r\n"})
+    EXPECT_EQ(of(off), kOff) << off;
+  EXPECT_EQ(of("$DEACTIVATE_ABS_ACCUR=FALSE\r\n$ABS_ACCUR=TRUE\r\n"), kActive);
+  EXPECT_EQ(of("$DEACTIVATE_ABS_ACCUR=TRUE\r\n"), kNotStated) << "the option is not there";
+  Robot with_model = kr5();
+  with_model.absolute_accuracy = kInFile;
+  EXPECT_EQ(with_machine_data(with_model, read(kMachine + "$ABS_ACCUR=TRUE\r\n")).absolute_accuracy,
+            kInFile);
+  const std::string refusal = machine_data_refusal("$ABS_ACCUR=7\r\n");
+  EXPECT_NE(refusal.find("$machine.dat:1: $ABS_ACCUR is not TRUE, FALSE"), std::string::npos)
+      << refusal;
+  MachineData alone;
+  read_absolute_accuracy("$LENGTH_A=x\r\n$ABS_ACCUR=TRUE\r\n", "$machine.dat", alone);
+  EXPECT_EQ(alone.absolute_accuracy(), kActive) << "whatever else is in the file";
+}
+
 TEST(MachineData, OfTheOtherKR5AreToldByTheirLengths) {
   const Robot arc = load_robot(CELLCAL_ROBOTS_FOLDER "/kr5_arc.toml");
   const auto found = differences(read(kMachine), arc);

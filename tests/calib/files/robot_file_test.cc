@@ -58,6 +58,26 @@ TEST(RobotFile, FillsInWhatMayBeLeftOut) {
   EXPECT_TRUE(a2.harmonics.empty());
 }
 
+TEST(RobotFile, StatesAbsoluteAccuracyOrNothingAndKeepsIt) {
+  using enum AbsoluteAccuracy;
+  const auto read_with = [](const char* line) {
+    std::string text = kRobot;
+    return read_robot(TomlTable::parse(text.insert(text.find("gravity"), line), "r.toml"));
+  };
+  for (const auto& [line, value] :
+       {std::pair("", kNotStated), std::pair("absolute_accuracy = \"off\"\n", kOff),
+        std::pair("absolute_accuracy = \"active\"\n", kActive),
+        std::pair("absolute_accuracy = \"in this file\"\n", kInFile)}) {
+    const Robot robot = read_with(line);
+    EXPECT_EQ(robot.absolute_accuracy, value) << line;
+    const std::string written = robot_to_toml(robot);
+    EXPECT_EQ(written.find("absolute_accuracy") == std::string::npos, value == kNotStated);
+    EXPECT_EQ(read_robot(TomlTable::parse(written, "w.toml")).absolute_accuracy, value);
+  }
+  EXPECT_THROW(read_with("absolute_accuracy = \"yes\"\n"), FileError);
+  EXPECT_THROW(read_with("absolute_accuracy = true\n"), FileError);
+}
+
 TEST(RobotFile, TakesKukasFrameConventionForBaseAndFlange) {
   // R = Rz(A) Ry(B) Rx(C), element by element.
   const double a = 10 * kRadPerDeg, b = 20 * kRadPerDeg, c = 30 * kRadPerDeg;

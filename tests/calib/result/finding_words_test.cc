@@ -98,6 +98,13 @@ TEST(FindingWords, OfTouches) {
   EXPECT_EQ(
       not_judged(target("T", TargetKind::kTracker), {{"touches", 3.0, ""}, {"unusable", 1.0, ""}}),
       "not judged: T, which has no fit touch: a reading is not a number. Leave it out");
+  EXPECT_EQ(said(FindingKind::kControllerModel, about_robot("", "KR 5"),
+                 {{"difference", 12.3, "mm"}, {"postures", 40.0, ""}}, {}, "A1 0.0, A2 -90.0 deg",
+                 Severity::kWarns),
+            "controller's model: 12.30 mm from the robot file at A1 0.0, A2 -90.0 deg, over 40 "
+            "postures with $TOOL and $BASE estimated: another robot type, or absolute accuracy is "
+            "active ($ABS_ACCUR). Compare the type plate with the robot file. The calibration holds "
+            "for joint angles; 'cellcal correct' refuses programs");
   EXPECT_EQ(said(FindingKind::kTemperature, {},
                  {{"coldest", -1.2, "degrees C"},
                   {"hottest", 21.5, "degrees C"},

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "calib/check/controller_model.h"
 #include "calib/files/calibration_json.h"
 #include "tests/daemon/cli/content.h"
 #include "tests/daemon/cli/process.h"
@@ -209,6 +210,52 @@ TEST_F(correct, writes_nothing_where_a_point_is_refused) {
   EXPECT_FALSE(std::filesystem::exists(folder));
   const Outcome json = run_correct({"--program", src, "--json"});
   EXPECT_EQ(nlohmann::json::parse(json.out).at("refusals").at(0).at("why"), "partial");
+}
+
+TEST_F(correct, refuses_programs_where_the_controller_computes_with_another_model) {
+  calibration_file();
+  const std::string poses =
+      put("poses.csv", kHead + std::string("\n980.5,-120.25,700,20,75,-10\n"));
+  const KrlProgram taught_here = taught(cell().robot, frames(), postures(3));
+  put("weld.src", taught_here.src);
+  put("weld.dat", taught_here.dat);
+  const std::string data = put("$config.dat", taught_here.config);
+  const std::string out = dir_ / "out";
+  const auto program = [&](std::vector<std::string> more = {}) {
+    std::filesystem::remove_all(out);
+    more.insert(more.begin(), {"--program", dir_ / "weld.src", "--config", data, "-o", out});
+    return run_correct(more);
+  };
+  ASSERT_EQ(program().status, 0) << program().err;
+  const auto refused_because = [&](const char* why) {
+    const Outcome refused = program();
+    EXPECT_EQ(refused.status, 1);
+    EXPECT_NE(refused.err.find(why), std::string::npos) << refused.err;
+    EXPECT_FALSE(std::filesystem::exists(out));
+    EXPECT_EQ(program({"--nominal-controller"}).status, 0) << "stated by the user";
+    EXPECT_EQ(run_correct({"--poses", poses}).status, 0) << "joint angles need no model";
+  };
+  calib::Calibration c = calibration();
+  c.verdict.judged = true;
+  c.cell.robot.absolute_accuracy = calib::AbsoluteAccuracy::kActive;
+  put("cal.json", calib::calibration_to_json(c));
+  refused_because("absolute_accuracy = \"active\"");
+  c.cell.robot.absolute_accuracy = calib::AbsoluteAccuracy::kOff;
+  put("cal.json", calib::calibration_to_json(c));
+  EXPECT_EQ(program().status, 0);
+  calib::ControllerModel model{calib::ControllerModel::Outcome::kDiffers, 20, 12.3e-3,
+                               calib::JointVector(6, 0.0)};
+  c.verdict.add(*calib::finding_of(model, c.cell.robot));
+  put("cal.json", calib::calibration_to_json(c));
+  refused_because("controller's model: 12.30 mm from the robot file");
+  calibration_file();
+  put("$config.dat", taught_here.config + "$ABS_ACCUR=TRUE\n");
+  refused_because("$ABS_ACCUR");
+  c = calibration();
+  c.verdict.judged = true;
+  c.cell.robot.absolute_accuracy = calib::AbsoluteAccuracy::kInFile;
+  put("cal.json", calib::calibration_to_json(c));
+  EXPECT_EQ(program().status, 0) << "its model is given";
 }
 
 TEST_F(correct, of_a_withheld_calibration_ends_with_status_3) {

@@ -386,6 +386,13 @@ TEST(machine_data, of_a_controller_are_held_against_the_robot_file_and_give_its_
   EXPECT_NE(made.err.find("$TFLWP Z 115.000 mm in the controller, 80.000 mm in the robot file"),
             std::string::npos)
       << made.err;
+  std::ofstream(data) << "BOOL $ABS_ACCUR=TRUE\r\n";
+  const Outcome accurate = run_program(
+      {CELLCAL, "import-robot", "--robot", "kr5_r1400", "--machine-data", data, "-o", robot});
+  ASSERT_EQ(accurate.status, 0) << accurate.err;
+  EXPECT_NE(accurate.err.find("$ABS_ACCUR: absolute accuracy is active"), std::string::npos)
+      << accurate.err;
+  EXPECT_EQ(calib::load_robot(robot).absolute_accuracy, calib::AbsoluteAccuracy::kActive);
   EXPECT_EQ(run_program({CELLCAL, "import-robot", "--robot", "kr9999"}).status, 1);
   EXPECT_EQ(run_program({CELLCAL, "import-robot"}).status, 2);
 }

@@ -155,10 +155,12 @@ std::string figures(const DaemonConfig& c) {
                c.rsi_files.rsi_version, c.rsi_files.timeout_cycles, c.rsi_files.flag);
   text += line("contact", c.contact.device, c.contact.baud, static_cast<int>(c.isolation));
   const MockConfig& m = c.mock;
-  text += line("mock", static_cast<int>(m.wire), m.seed, m.geometry_scale, m.deflection,
-               m.gear_arcsec, m.compliance_rad_per_nm, m.play_arcsec, m.tip_offset_m, m.growth,
-               m.warm_up_s, m.contact_noise_m, m.bad_contact_share, m.placement_m,
-               m.joint_noise_deg, m.lag_s, m.cycle_ms, m.busy_every_s, m.wall_clock);
+  text +=
+      line("mock", static_cast<int>(m.wire), m.seed, m.geometry_scale, m.deflection, m.gear_arcsec,
+           m.compliance_rad_per_nm, m.play_arcsec, m.tip_offset_m, m.growth, m.warm_up_s,
+           m.contact_noise_m, m.bad_contact_share, m.placement_m, m.joint_noise_deg, m.lag_s,
+           m.cycle_ms, m.busy_every_s, m.wall_clock, m.absolute_accuracy, m.stated_robot);
+  for (const double m_stated : m.stated_tool_m) text += line("stated tool", m_stated);
   for (const double rad : m.start_rad) text += line("start", rad);
   for (const double m_off : m.tool_shift_m) text += line("tool shift", m_off);
   return text;

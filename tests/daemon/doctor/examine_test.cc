@@ -7,6 +7,7 @@
 #include "daemon/config/config.h"
 #include "daemon/doctor/doctor.h"
 #include "drivers/kuka/krl/krl_files.h"
+#include "sim/krc/cartesian_arm.h"
 #include "sim/krc/krc_udp.h"
 #include "tests/daemon/cli/mistaken_cells.h"
 #include "tests/daemon/doctor/outcome_of.h"
@@ -225,6 +226,43 @@ TEST_F(an_examination, that_is_stopped_does_not_wait_for_the_controller) {
   Findings findings;
   examine_from_within(one, load_config(dir / "d.toml"), findings);
   EXPECT_EQ(outcome_of(findings, "rsi packets"), Outcome::kFailed) << "none came";
+}
+
+/// Over RSI on loopback, by a controller with this model of the demo cell's arm; null: none.
+Finding model_by(const TemporaryDirectory& dir, std::shared_ptr<const sim::CartesianArm> arm,
+                 const DoctorRequest& request) {
+  sim::ControllerConfig controller;
+  controller.timeout_cycles = 1000;
+  controller.arm = std::move(arm);
+  sim::KrcUdpOptions udp;
+  udp.pc_port = load_config(dir / "d.toml").rsi.port;
+  udp.restart_after_s = 0.1;
+  sim::KrcUdp krc(controller, udp, [](sim::Controller&, drivers::TimePoint) {});
+  krc.start();
+  Findings findings;
+  examine(request, findings);
+  krc.stop();
+  expect_advice(findings);
+  return finding_of(findings, "controller's model");
+}
+
+TEST_F(an_examination, over_rsi_compares_the_controllers_model_with_the_robot_file) {
+  const std::uint16_t port = 49800 + static_cast<std::uint16_t>(::getpid() % 100);
+  configure("backend = \"rsi\"\n[rsi]\nbind = \"127.0.0.1\"\nport = " + std::to_string(port) +
+            "\nrealtime = false\nsilence_cycles = 50\n[contact]\ndevice = \"" +
+            (dir / "none").string() + "\"\n");
+  calib::Cell cell = calib::load_cell(CELLCAL_DEMO_CELL);
+  cell.tool.tcp = Eigen::Isometry3d::Identity();  // $NULLFRAME
+  const Finding same = model_by(dir, sim::make_cartesian_arm(cell), request());
+  EXPECT_EQ(same.outcome, Outcome::kOk) << same.found;
+  EXPECT_NE(same.found.find("0.00 mm from the robot file"), std::string::npos) << same.found;
+  cell.robot = calib::load_named_robot("kr5_arc");
+  const Finding other = model_by(dir, sim::make_cartesian_arm(cell), request());
+  EXPECT_EQ(other.outcome, Outcome::kWarning) << other.found;
+  EXPECT_NE(other.found.find("another robot type"), std::string::npos) << other.found;
+  const Finding none = model_by(dir, nullptr, request());
+  EXPECT_EQ(none.outcome, Outcome::kWarning);
+  EXPECT_NE(none.advice.find("DEF_RIst"), std::string::npos) << none.advice;
 }
 
 TEST_F(an_examination, over_rsi_never_asks_for_a_correction) {

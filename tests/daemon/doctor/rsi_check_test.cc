@@ -41,6 +41,52 @@ TEST(an_rsi_link, that_is_sound_is_all_ok) {
   EXPECT_EQ(findings.all().size(), 8u);
 }
 
+TEST(an_rsi_link, whose_packets_arrive_twice_says_how_many_did) {
+  RsiSeen seen = sound_rsi();
+  seen.state.quality.duplicates = 7;
+  const Finding packets = finding_of(judged(seen), "rsi packets");
+  EXPECT_EQ(packets.outcome, Outcome::kWarning);
+  EXPECT_EQ(packets.found, "2500, 7 of them received twice (the same IPOC)");
+}
+
+Finding judged_model(const calib::ControllerModel& model, bool sends = true,
+                     WireKind wire = WireKind::kRsi) {
+  Findings findings;
+  calib::Robot robot;
+  robot.name = "KR 5";
+  for (const char* name : {"A1", "A2"}) robot.joints.emplace_back().name = name;
+  judge_model(model, robot, sends, wire, findings);
+  expect_advice(findings);
+  return finding_of(findings, "controller's model");
+}
+
+TEST(the_controllers_model, is_judged_by_its_difference_from_the_robot_file) {
+  using enum calib::ControllerModel::Outcome;
+  const std::vector<double> at{0.0, -1.5707963267948966};
+  EXPECT_EQ(judged_model({kAgrees, 3, 1e-6, at}).outcome, Outcome::kOk);
+  EXPECT_EQ(judged_model({kAgrees, 3, 1e-6, at}).found,
+            "0.00 mm from the robot file over 3 postures");
+  const Finding differs = judged_model({kDiffers, 9, 12.3e-3, at});
+  EXPECT_EQ(differs.outcome, Outcome::kFailed);
+  EXPECT_NE(differs.found.find("12.30 mm from the robot file at A1 0.0, A2 -90.0 deg"),
+            std::string::npos)
+      << differs.found;
+  const Finding frames = judged_model({kOtherFrames, 9, 0.0, at, 3.25e-3, 0.0});
+  EXPECT_EQ(frames.outcome, Outcome::kWarning);
+  EXPECT_NE(frames.found.find("$TOOL 3.2 mm"), std::string::npos) << frames.found;
+  EXPECT_EQ(judged_model({kUndecided, 1, 12.3e-3, at}).outcome, Outcome::kWarning);
+}
+
+TEST(the_controllers_model, that_is_not_sent_says_what_to_copy) {
+  EXPECT_NE(judged_model({}, false).advice.find("DEF_RIst"), std::string::npos);
+  const Finding eki = judged_model({}, false, WireKind::kEki);
+  EXPECT_EQ(eki.outcome, Outcome::kWarning);
+  for (const char* file : {"CellcalEki.xml", "cellcal_sub.sub", "cellcal_eki.dat"})
+    EXPECT_NE(eki.advice.find(file), std::string::npos) << eki.advice;
+  EXPECT_EQ(judged_model({}, true, WireKind::kEki).outcome, Outcome::kSkipped)
+      << "its program does not run";
+}
+
 TEST(an_rsi_link, with_a_second_stop_path_is_ok_once_the_input_was_seen_to_follow) {
   const auto outcome = [](const RsiSeen& seen) {
     Findings findings;

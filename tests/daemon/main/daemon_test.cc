@@ -53,6 +53,32 @@ TEST(a_daemon, calibrates_the_emulated_cell_and_leaves_its_results) {
   EXPECT_EQ(fixture.cellcal({"report", "1"}).out, (results / "report.html").string() + "\n");
 }
 
+TEST(a_session, compares_the_controllers_model_with_the_robot_file_over_both_wires) {
+  const auto session_with = [](const std::string& mock) {
+    DaemonFixture fixture("[mock]\nseed = 3\n" + mock);
+    fixture.start();
+    const Outcome outcome = fixture.cellcal(run("12", "0"));
+    EXPECT_TRUE(outcome.status == 0 || outcome.status == 3) << outcome.err << fixture.log();
+    const std::string shown = fixture.cellcal({"show", "1"}).out;
+    std::string found = "none";
+    const auto json =
+        nlohmann::json::parse(content(fixture.dir.path() / "state/sessions/1/calibration.json"));
+    for (const auto& one : json.at("verdict").at("findings"))
+      if (one.at("kind") == "controller_model") found = one.at("severity").get<std::string>();
+    return std::pair(found, shown);
+  };
+  for (const std::string wire : {"wire = \"rsi\"\n", "wire = \"eki\"\n"}) {
+    const auto [nominal, words] = session_with(wire);
+    EXPECT_EQ(nominal, "none") << words;
+    EXPECT_NE(words.find("controller's model: 0.0"), std::string::npos) << words;
+    EXPECT_EQ(session_with(wire + "absolute_accuracy = true\n").first, "warns") << wire;
+    EXPECT_EQ(session_with(wire + "stated_robot = \"kr5_arc\"\n").first, "warns") << wire;
+    const auto [tool, tool_words] = session_with(wire + "stated_tool_mm = [0, 0, 150]\n");
+    EXPECT_EQ(tool, "none") << "joint angles do not depend on it";
+    EXPECT_NE(tool_words.find("$TOOL 150.0 mm"), std::string::npos) << tool_words;
+  }
+}
+
 TEST(a_virtual_session, gives_the_same_bits_for_the_same_seed) {
   std::string touches[2], calibrations[2];
   for (int i = 0; i < 2; ++i) {

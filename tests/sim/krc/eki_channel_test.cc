@@ -38,7 +38,7 @@ TEST(EkiChannelFile, TellsPortLimitsAndElements) {
   EXPECT_EQ(config.alive_flag, 901);
   EXPECT_TRUE(config.survives_reset);
   EXPECT_EQ(config.receive.size(), 4u + 6u + 4u);
-  EXPECT_EQ(config.send.size(), 3u + 6u + 3u + 1u + 6u + 10u);
+  EXPECT_EQ(config.send.size(), 3u + 6u + 7u + 3u + 1u + 6u + 10u);
 }
 
 TEST(EkiChannelFile, IsRefusedWithWhatIsWrong) {

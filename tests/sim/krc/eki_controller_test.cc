@@ -27,6 +27,22 @@ EkiControllerConfig usual() {
   return config;
 }
 
+/// The TCP by lengths of its own: X is A1 in degrees.
+struct LongArm : CartesianArm {
+  KukaFrame frame(std::span<const double> rad) const override {
+    return {1000.0 + rad[0] / drivers::kRadPerDeg, 2.0, 3.0, 4.0, 5.0, 6.0};
+  }
+  std::optional<std::vector<double>> axes(const KukaFrame&,
+                                          const std::vector<double>&) const override {
+    return std::nullopt;
+  }
+  std::optional<std::vector<double>> corrected(std::span<const double>, const KukaFrame&,
+                                               CorrectionFrame,
+                                               const std::vector<double>&) const override {
+    return std::nullopt;
+  }
+};
+
 class EkiKrc : public ::testing::Test {
  protected:
   void TearDown() override {
@@ -121,6 +137,27 @@ TEST_F(EkiKrc, TellsItsLongestPassWhileSomebodyIsObeyedAndIsSlowerOtherwise) {
   states = 0;
   run(240ms);
   EXPECT_EQ(states, 10);
+}
+
+TEST_F(EkiKrc, SendsItsTcpOnceItsProgramHasSetToolAndBaseAndAsTheModelHasIt) {
+  EkiControllerConfig config = usual();
+  config.arm = config.states = std::make_shared<LongArm>();
+  krc = std::make_unique<EkiController>(config);
+  run(40ms);
+  ASSERT_TRUE(krc->connect());
+  tell(1);
+  run(40ms);
+  EXPECT_TRUE(state.sends_tcp);
+  EXPECT_FALSE(state.tcp) << "after a cold start $POS_ACT would halt the submit interpreter";
+  krc->start_program();
+  run(100ms);
+  ASSERT_TRUE(state.tcp);
+  EXPECT_EQ(*state.tcp, (drivers::EkiFrameValues{1000, 2, 3, 4, 5, 6}));
+  go(30);
+  run_to_rest();
+  run(200ms);
+  ASSERT_TRUE(state.tcp);
+  EXPECT_NEAR((*state.tcp)[0], 1030.0, 1e-3);
 }
 
 TEST_F(EkiKrc, MovesAtThePercentItIsToldAndRampsAtBothEnds) {

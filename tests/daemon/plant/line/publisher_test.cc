@@ -23,6 +23,7 @@
 #include "cell_line.h"
 #include "daemon/journal/store/sqlite.h"
 #include "daemon/plant/desk/journal_outbox.h"
+#include "daemon/plant/line/mqtt_line.h"
 #include "daemon/plant/messages/fact.h"
 #include "daemon/plant/messages/presence.h"
 #include "hostile_broker.h"
@@ -115,6 +116,55 @@ TEST_F(publisher, says_every_fact_once_and_in_order_and_is_born_and_dies_retaine
   EXPECT_TRUE(retained[0].retained);
   EXPECT_FALSE(presence_in(retained)->online);
   EXPECT_TRUE(presence_in(retained)->farewell);
+}
+
+TEST_F(publisher, of_a_second_cell_of_its_name_says_that_another_cell_uses_it) {
+  Broker broker(broker_dir.path());
+  Journal journal(dir / "j.db"), other_journal(dir / "k.db");
+  auto one = parts(journal, broker.port()), other = parts(other_journal, broker.port());
+  one.first_wait = one.longest_wait = milliseconds(1000);
+  const CellLine running(one);
+  wait_until([&] { return running.status().connected; });
+  const CellLine second(other);
+  wait_until([&] { return running.status().problem == LineProblem::kTakenOver; });
+  const std::string words = running.status().words;
+  EXPECT_NE(words.find("another cell uses this name, graz/weld-3"), std::string::npos) << words;
+}
+
+TEST_F(publisher, thrown_out_after_each_login_without_a_reason_says_so_too) {
+  HostileBroker broker;
+  broker.greet_with([] { return std::string("\xe0\x00", 2); });  // an end of the line, normal
+  Journal journal(dir / "j.db");
+  const CellLine running(parts(journal, broker.port()));
+  wait_until([&] { return running.status().problem == LineProblem::kTakenOver; });
+  EXPECT_GE(broker.lines(), 3) << "once or twice may be anything";
+  EXPECT_NE(running.status().words.find("another cell uses this name"), std::string::npos);
+}
+
+TEST(takeovers, are_three_short_lines_in_a_row_and_no_lines_that_failed_otherwise) {
+  using std::chrono::seconds;
+  const plant::LineFailure lost{LineProblem::kLost, "lost"};
+  PlantConfig of;
+  std::chrono::steady_clock::time_point now{};
+  plant::Takeovers takeovers;
+  const auto line_of = [&](seconds lasts, const plant::LineFailure& end) {
+    takeovers.up(now);
+    now += lasts;
+    return takeovers.judged(end, of, now).problem;
+  };
+  EXPECT_EQ(line_of(seconds(1), lost), LineProblem::kLost);
+  EXPECT_EQ(line_of(seconds(1), lost), LineProblem::kLost);
+  EXPECT_EQ(line_of(seconds(60), lost), LineProblem::kLost) << "a sound line in between";
+  EXPECT_EQ(line_of(seconds(1), lost), LineProblem::kLost);
+  EXPECT_EQ(line_of(seconds(1), lost), LineProblem::kLost);
+  const plant::LineFailure unreachable{LineProblem::kUnreachable, "down"};
+  EXPECT_EQ(takeovers.judged(unreachable, of, now).problem, LineProblem::kUnreachable);
+  EXPECT_EQ(line_of(seconds(1), lost), LineProblem::kLost) << "the broker was down in between";
+  EXPECT_EQ(line_of(seconds(1), lost), LineProblem::kLost);
+  EXPECT_EQ(line_of(seconds(1), lost), LineProblem::kTakenOver);
+  EXPECT_EQ(line_of(seconds(90), lost), LineProblem::kTakenOver) << "both wait a minute by now";
+  EXPECT_EQ(line_of(seconds(3600), lost), LineProblem::kLost) << "the other is gone";
+  EXPECT_EQ(line_of(seconds(1), lost), LineProblem::kLost);
 }
 
 TEST_F(publisher, loses_nothing_when_the_broker_is_killed_in_mid_session_and_comes_back) {

@@ -31,6 +31,19 @@ TEST(EkiSearch, LatchesTheAnglesThatTheControllersInterruptTook) {
   EXPECT_LT(result.latch->reaction_s, 0.2);
 }
 
+TEST(EkiSearch, EndsWithTheTcpAndTheAnglesOfOneRestingArm) {
+  EkiRig rig;  // without geometry: X is A1 at a metre
+  prepare(rig);
+  const auto off_m = [&] {
+    const RobotState state = rig.core.state();
+    return state.stated_tcp ? std::abs((*state.stated_tcp)[0] - state.actual_rad[0]) : 1.0;
+  };
+  EXPECT_LT(off_m(), 1e-6) << "referenced";
+  ASSERT_EQ(rig.search(3.0, 3.0).outcome, MoveOutcome::kContact);
+  EXPECT_LT(off_m(), 1e-4) << "$POS_ACT is the set-point's, $AXIS_ACT_MEAS the arm's";
+  EXPECT_GT(rig.core.state().actual_rad[0], 1.4 * kEkiDeg);
+}
+
 TEST(EkiSearch, TakesTheLatchsDelayOffAtTheSpeedOfTheSearch) {
   for (const double cruise_s : {3.0, 6.0}) {
     sim::EkiControllerConfig controller = eki_controller();

@@ -170,8 +170,8 @@ TEST(EkiFiles, ReadAndWriteEveryElementOnceWithItsType) {
     const std::vector<std::string>& found = calls[path];
     // Move/@Id is set in the two arms of an IF.
     EXPECT_EQ(found.size(), path == "RobotState/Move/@Id" ? 2u : 1u) << path;
-    const bool real =
-        std::regex_search(path, std::regex("(Axis|Ext|Latch|FrameOld|FrameNew)/@[A-FX-Z]\\d?$"));
+    const bool real = std::regex_search(
+        path, std::regex("(Axis|Ext|Pos|Latch|FrameOld|FrameNew)/@[A-FX-Z]\\d?$"));
     for (const std::string& one : found) EXPECT_EQ(one, real ? "SetReal" : "SetInt") << path;
     calls.erase(path);
   }

@@ -30,6 +30,44 @@ TEST_F(RsiFacts, BeforeTheFirstPacketNothingIsWrongAndNothingIsAsked) {
   EXPECT_EQ(facts().packets + facts().replies + facts().late + facts().gaps, 0u);
 }
 
+TEST_F(RsiFacts, TheTcpIsThatOfThePacketOfTheAngles) {
+  rig.krc.rsi_on();
+  rig.run(100ms);
+  EXPECT_FALSE(facts().states_tcp) << "zeros are no position";
+  EXPECT_FALSE(rig.core.state().stated_tcp);
+  const auto say = [&](const std::string& rist) {
+    const auto at = rig.packet.find("<RIst");
+    std::string packet = rig.packet;
+    packet.replace(at, packet.find("/>", at) + 2 - at, rist);
+    const auto ipoc = packet.find("<IPOC>") + 6;
+    const auto next = std::stoul(packet.substr(ipoc)) + 4;
+    packet.replace(ipoc, packet.find('<', ipoc) - ipoc, std::to_string(next));
+    rig.packet = packet;
+    rig.core.on_datagram(packet, rig.now += 4ms);
+  };
+  say(R"(<RIst X="780.5" Y="-1.0" Z="1005.0" A="180.0" B="0.0" C="-90.0"/>)");
+  const auto tcp = rig.core.state().stated_tcp;
+  ASSERT_TRUE(tcp);
+  EXPECT_NEAR((*tcp)[0], 0.7805, 1e-12);
+  EXPECT_NEAR((*tcp)[3], 180 * kDeg, 1e-12);
+  say(R"(<RIst X="780.5" Y="-1.0"/>)");
+  EXPECT_FALSE(rig.core.state().stated_tcp) << "incomplete";
+}
+
+TEST_F(RsiFacts, PacketsThatArriveTwiceAreCountedAndAnsweredAlike) {
+  rig.make_ready();
+  EXPECT_EQ(facts().duplicates, 0u);
+  rig.after_cycle = [&] {
+    if (rig.packet.empty()) return;
+    const std::string first = rig.reply;
+    EXPECT_EQ(rig.core.on_datagram(rig.packet, rig.now + 200us), first);
+  };
+  const auto packets = facts().packets;
+  rig.run(100ms);
+  EXPECT_EQ(facts().duplicates, 25u) << facts().packets - packets;
+  EXPECT_EQ(rig.core.state().quality.duplicates, 25u);
+}
+
 TEST_F(RsiFacts, AMoveWithoutPacketsIsRefusedWithHowLongItHasWaited) {
   rig.run(500ms);
   rig.begin(MoveKind::kTransit, AxisAngles(6, 0.0));

@@ -127,6 +127,30 @@ TEST_F(RsiOverUdp, MovesAnArmAndEndsTheSession) {
   EXPECT_EQ(robot.state().link, RobotLink::kDown);
 }
 
+TEST_F(RsiOverUdp, PacketsThatArriveTwiceAreCountedWhetherReadAtOnceOrApart) {
+  RsiRobot robot(io.context(), loopback(), nullptr);
+  robot.open();
+  Peer peer(robot);
+  for (int i = 0; i < 20; ++i) {
+    peer.send(packet(1000 + 4 * i));
+    peer.await();
+    if (i < 10) continue;
+    peer.send(packet(1000 + 4 * i));  // apart: answered again
+    peer.await();
+  }
+  EXPECT_TRUE(eventually([&] { return robot.state().quality.duplicates == 10; }))
+      << robot.state().quality.duplicates;
+  // Both wait in the socket while its thread is busy.
+  std::promise<void> go;
+  std::shared_future<void> gone = go.get_future().share();
+  asio::post(io.context(), [gone] { gone.wait(); });
+  peer.send(packet(1080));
+  peer.send(packet(1080));
+  go.set_value();
+  EXPECT_TRUE(eventually([&] { return robot.state().quality.duplicates == 11; }))
+      << robot.state().quality.duplicates;
+}
+
 TEST_F(RsiOverUdp, PortThatIsTakenIsNamed) {
   RsiRobot first(io.context(), loopback(), nullptr);
   first.open();

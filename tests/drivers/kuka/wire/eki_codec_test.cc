@@ -47,6 +47,27 @@ TEST(EkiState, TellsWhatTheControllerAsksForAndNothingWhereItDoesNot) {
   }
 }
 
+TEST(EkiState, HasTheTcpWhereTheProgramsSendOneAndKnowIt) {
+  EkiState state;
+  ASSERT_EQ(parse(kState, state), EkiError::kNone);
+  EXPECT_FALSE(state.sends_tcp || state.tcp) << "files of earlier releases";
+  const std::string pos =
+      "<Pos Known=\"1\" X=\"780.5\" Y=\"-1\" Z=\"1e3\" A=\"180\" B=\"0\" C=\"-90\"/><Move Id";
+  const std::string with = replaced(kState, "<Move Id", pos);
+  ASSERT_EQ(parse(with, state), EkiError::kNone);
+  ASSERT_TRUE(state.tcp);
+  EXPECT_EQ(*state.tcp, (EkiFrameValues{780.5, -1, 1000, 180, 0, -90}));
+  for (const char* unknown : {"Known=\"0\"", "Known=\"\"", ""}) {
+    ASSERT_EQ(parse(replaced(with, "Known=\"1\"", unknown), state), EkiError::kNone) << unknown;
+    EXPECT_TRUE(state.sends_tcp);
+    EXPECT_FALSE(state.tcp) << unknown;
+  }
+  EXPECT_EQ(error_of(replaced(with, "Z=\"1e3\"", "")), EkiError::kMissing);
+  for (const char* wrong : {"nan", "inf", "1e9", "x", ""})
+    EXPECT_EQ(error_of(replaced(with, "1e3", wrong)), EkiError::kBadNumber) << wrong;
+  EXPECT_EQ(error_of(replaced(with, "Known=\"1\"", "Known=\"-1\"")), EkiError::kBadNumber);
+}
+
 TEST(EkiParser, ReadsAState) {
   EkiState state;
   ASSERT_EQ(parse(kState, state), EkiError::kNone);
