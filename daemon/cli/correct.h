@@ -23,10 +23,10 @@ struct CorrectCommand {
   std::filesystem::path from;      ///< calibration of the arm that the points were taught on
   bool upload = false;             ///< touched-up points become those of the nominal arm
   bool anywhere = false, withheld = false, json = false;
-  bool force = false;             ///< replace existing program files in `output`
-  bool at_run_time = false;       ///< rewrite the motions, and write CELLCAL_FIX
-  int serial = 0;                 ///< of the robot, for CELLCAL_FIX
-  std::filesystem::path restore;  ///< a .src whose motions go back to what they were
+  bool force = false;               ///< replace existing program files in `output`
+  bool at_run_time = false;         ///< rewrite the motions, and write CELLCAL_FIX
+  int serial = 0;                   ///< of the robot, for CELLCAL_FIX
+  std::filesystem::path restore;    ///< a .src whose motions go back to what they were
   bool nominal_controller = false;  ///< the controller computes with the robot file's model
 };
 int correct(const CorrectCommand& command);
