@@ -92,7 +92,7 @@ struct Joints {
     Isometry3d nominal, real;  ///< behind the turn about the axis
     double sign = 1.0, offset_rad = 0.0, theta_rad = 0.0, mass_kg = 0.0;
     Vector3d com_m = Vector3d::Zero();
-    double compliance = 0.0, play_rad = 0.0, tilt_x = 0.0, tilt_y = 0.0;
+    double compliance = 0.0, play_rad = 0.0, stiffening_rad = 0.0, tilt_x = 0.0, tilt_y = 0.0;
   };
   std::array<One, kJoints> joint;
   std::map<std::pair<int, int>, Vector3d> loads;  ///< by joint and link
@@ -128,6 +128,9 @@ void add_by_posture(const ArmModel& arm, const ArmParameter& p, double x, Joints
       break;
     case ParameterKind::kPlay:
       one.play_rad = x;
+      break;
+    case ParameterKind::kStiffening:
+      one.stiffening_rad = x;
       break;
     case ParameterKind::kLoad:
       joints.loads.try_emplace({p.joint, p.link}, Vector3d::Zero()).first->second[p.axis] += x;
@@ -351,6 +354,10 @@ void write_joints(const calib::Robot& robot, const Joints& joints, Lines& out) {
   out.comment("what gravity's moment does: degrees per N m, play in degrees");
   out.reals("CCF_K", all, [](const auto& one) { return one.compliance * kDegPerRad; });
   out.reals("CCF_PLAY", all, [](const auto& one) { return one.play_rad * kDegPerRad; });
+  out.comment("a gear of rising stiffness: degrees, and one over the N m at which it is stiff");
+  out.reals("CCF_STIFF_DEG", all, [](const auto& one) { return one.stiffening_rad * kDegPerRad; });
+  out.reals("CCF_STIFF_AT", robot.joints,
+            [](const calib::Joint& j) { return 1.0 / j.stiffening_nm; });
   out.value("BOOL", "CCF_BEARINGS", bearings ? "TRUE" : "FALSE");
   out.reals("CCF_TILT_X", all, [](const auto& one) { return one.tilt_x * kTiltDeg; });
   out.reals("CCF_TILT_Y", all, [](const auto& one) { return one.tilt_y * kTiltDeg; });

@@ -29,6 +29,9 @@ calib::Cell rich(calib::Cell one) {
     joint.function_min_rad = joint.min_rad;
     joint.function_max_rad = joint.max_rad;
     joint.bearing_sigma_rad_per_nm = 1e-7;
+    joint.counterbalance_sigma_rad = 20.0 * calib::kRadPerArcsec;
+    joint.stiffening_sigma_rad = 30.0 * calib::kRadPerArcsec;
+    joint.stiffening_nm = 300.0;
   }
   return one;
 }
