@@ -14,6 +14,7 @@ namespace {
 
 /// Distance from all temperatures in the chart beyond which a temperature is unusual.
 constexpr double kUnusualK = 5.0;
+constexpr double kDayS = 86400.0;
 
 bool beyond(const Charts::Statistics& at, const ControlLimits& limits) {
   return !(at.ewma <= limits.ewma && at.cusum <= limits.cusum);  // NaN is not in control
@@ -176,12 +177,34 @@ DriftChart drift_chart(const std::vector<CheckMeasurement>& checks) {
 }
 
 void age(DriftChart& chart, double now_s) {
-  constexpr double kDayS = 86400.0;
   if (chart.state != DriftState::kInControl) return;
   const CheckMeasurement* decided = chart.newest_decided();
   if (decided == nullptr || now_s - decided->time_s <= kMostDays * kDayS) return;
   chart.state = DriftState::kUnknown;
   advise(chart);
+}
+
+namespace {
+
+Holding holding_of(const DriftChart& chart, bool overdue) {
+  if (chart.not_held) return Holding::kDoesNotHold;
+  // An alarm of the statistics that a single check may resolve is no statement yet.
+  if (chart.state == DriftState::kAlarms)
+    return chart.advice == DriftAdvice::kCheckAgain ? Holding::kUnknown : Holding::kDoesNotHold;
+  const bool known = chart.state != DriftState::kUnknown && chart.undecided == 0 && !overdue;
+  return known ? Holding::kHolds : Holding::kUnknown;
+}
+
+}  // namespace
+
+Standing standing_of(const DriftChart& chart, double calibrated_s, double now_s) {
+  const CheckMeasurement* decided = chart.newest_decided();
+  Standing standing;
+  standing.by_check = decided != nullptr;
+  standing.evidence_s = decided != nullptr ? decided->time_s : calibrated_s;
+  standing.due_s = standing.evidence_s + kMostDays * kDayS;
+  standing.holding = holding_of(chart, !(now_s <= standing.due_s));
+  return standing;
 }
 
 void advise(DriftChart& chart) { chart.advice = advice_for(chart); }
@@ -192,9 +215,8 @@ namespace {
 using Normal = Eigen::Matrix<double, 9, 9>;
 using Right = Eigen::Matrix<double, 9, 1>;
 
-/// Time in days, for the conditioning of the normal equations.
-constexpr double kDayS = 86400.0;
-/// Minimum duration of a creep: checks of one day give no rate per month.
+/// Minimum duration of a creep: checks of one day give no rate per month. Times of the fit are in days, for the
+/// conditioning of the normal equations.
 constexpr double kShortestCreepS = kDayS;
 
 /// Normal equations of centre, temperature coefficient and one trend: found = centre + per_K warm +

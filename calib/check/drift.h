@@ -24,6 +24,10 @@ void advise(DriftChart& chart);
 /// temp_0: the first known temperature of the checks that count.
 std::optional<double> reference_temperature_c(const std::vector<CheckMeasurement>& checks);
 
+/// The single decision whether a calibration holds at `now_s`, by its checks; without a decided one the calibration of
+/// `calibrated_s` is its own evidence (both since 1970, UTC). Evidence counts for kMostDays.
+Standing standing_of(const DriftChart& chart, double calibrated_s, double now_s);
+
 // Onset and rate of the TCP's shift: the step or linear creep, from any check on, with the smallest remaining
 // residuals.
 

@@ -101,6 +101,18 @@ const char* to_string(DriftAdvice advice) {
 
 const char* to_string(DriftShape shape) { return shape == DriftShape::kStep ? "step" : "creep"; }
 
+const char* to_string(Holding holding) {
+  switch (holding) {
+    case Holding::kHolds:
+      return "holds";
+    case Holding::kDoesNotHold:
+      return "does_not_hold";
+    case Holding::kUnknown:
+      break;
+  }
+  return "unknown";
+}
+
 namespace {
 
 constexpr double kDriftCoverage = 2.0;

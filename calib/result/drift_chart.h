@@ -107,6 +107,21 @@ struct DriftChart {
   const CheckMeasurement* newest_decided() const;
 };
 
+/// Whether the calibration may be relied on.
+enum class Holding {
+  kHolds,
+  kDoesNotHold,
+  kUnknown,  ///< the newest check is undecided or contradicts the chart, or the evidence is too old
+};
+
+/// Statement on a calibration, and the newest evidence for it.
+struct Standing {
+  Holding holding = Holding::kUnknown;
+  bool by_check = false;    ///< evidence: newest decided check; otherwise the calibration itself
+  double evidence_s = 0.0;  ///< its time, since 1970, UTC
+  double due_s = 0.0;       ///< the next check is due by then
+};
+
 /// Advice for a single check.
 DriftAdvice remedy_of(CheckVerdict verdict, ChangeKind change);
 /// Name in files: "re_measure_tcp". Empty for an unknown name.
@@ -116,6 +131,7 @@ const char* to_string(LeftOut why);
 const char* to_string(DriftState state);
 const char* to_string(DriftAdvice advice);
 const char* to_string(DriftShape shape);
+const char* to_string(Holding holding);
 
 // Sentences of a control chart: number first, then the remedy.
 

@@ -386,6 +386,16 @@ std::string scene_to_json(std::int64_t session, const calib::Cell& cell) {
                {"floor_mm", cell.floor_m ? number(*cell.floor_m, kMmPerM) : json(nullptr)}});
 }
 
+namespace {
+
+json way_to_json(const calib::PlannedTouch& touch) {
+  json way = json::array();
+  for (const calib::JointVector& corner : touch.transit) way.push_back(degrees(corner));
+  return way;
+}
+
+}  // namespace
+
 std::string plan_to_json(std::int64_t session, std::size_t first, const calib::Plan& plan,
                          const calib::Cell& cell) {
   const calib::ArmModel arm(cell);
@@ -396,6 +406,7 @@ std::string plan_to_json(std::int64_t session, std::size_t first, const calib::P
     touches.push_back({{"index", first + i},
                        {"target", touch.target},
                        {"set", to_string(touch.set)},
+                       {"way_deg", way_to_json(touch)},
                        {"joints_deg", degrees(touch.standoff)},
                        {"tip_mm", mm(tip)}});
   }
@@ -468,11 +479,20 @@ json session_to_json(const SessionRecord& record, const calib::Calibration& foun
           {"zeros", zeros_to_json(found)}};
 }
 
+json standing_to_json(const calib::Standing& standing) {
+  return {{"holds", calib::to_string(standing.holding)},
+          {"by_check", standing.by_check},
+          {"evidence_s", number(standing.evidence_s)},
+          {"due_s", number(standing.due_s)}};
+}
+
 /// The chart as serialised by calib, with its calibration.
 json checks_to_json(const Drift& checks) {
   json chart = json::parse(calib::drift_to_json(checks.chart));
   chart["calibration"] = checks.calibrated;
   chart["calibrated"] = checks.calibrated_at;
+  chart["cell"] = checks.cell;
+  chart["standing"] = standing_to_json(checks.standing);
   return chart;
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "calib/check/drift.h"
@@ -178,6 +179,18 @@ calib::DriftChart chart_of(const calib::Calibration& calibration, const Check* l
   return chart;
 }
 
+/// Seconds since 1970 of which the calibration's own clock gives no age: that of an emulated cell starts at 2000-01-01.
+constexpr double kYear2001S = 978'307'200.0;
+
+calib::Standing standing_at(const Drift& drift, double now_s) {
+  const double calibrated_s = calib::seconds_of(drift.calibrated_at).value_or(0.0);
+  const bool ages = calibrated_s >= kYear2001S;
+  calib::Standing standing =
+      calib::standing_of(drift.chart, calibrated_s, ages ? now_s : calibrated_s);
+  if (!ages) standing.due_s = std::numeric_limits<double>::infinity();
+  return standing;
+}
+
 std::shared_ptr<const Drift> worked_out(Journal& journal,
                                         const std::vector<SessionRecord>& newest_first,
                                         const std::filesystem::path& cell) try {
@@ -200,6 +213,8 @@ std::shared_ptr<const Drift> worked_out(Journal& journal,
     if (says) break;
     newest = false;
   }
+  // As of its evidence: look() compares it with that of the time.
+  drift->standing = standing_at(*drift, 0.0);
   return drift;
 } catch (const NothingToCheck&) {
   return nullptr;
@@ -226,13 +241,14 @@ std::shared_ptr<const Drift> DriftWatch::look(const std::filesystem::path& cell)
     newest_ = worked_out(journal_, sessions, cell);
     of_ = std::move(of);
   }
-  if (!newest_ || newest_->chart.state != calib::DriftState::kInControl) return newest_;
-  // An emulated cell's clock starts at 2000-01-01 and gives no age.
-  constexpr double kYear2001S = 978'307'200.0;
-  if (newest_->chart.points.back().check.time_s < kYear2001S) return newest_;
-  auto now = std::make_shared<Drift>(*newest_);
-  calib::age(now->chart, now_());
-  return now;
+  if (!newest_) return nullptr;
+  const double now_s = now_();
+  const calib::Standing standing = standing_at(*newest_, now_s);
+  if (standing.holding == newest_->standing.holding) return newest_;
+  auto aged = std::make_shared<Drift>(*newest_);
+  calib::age(aged->chart, now_s);
+  aged->standing = standing;
+  return aged;
 }
 
 }  // namespace cellcal::daemon

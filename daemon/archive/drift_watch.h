@@ -16,6 +16,7 @@ struct Drift {
   std::int64_t calibrated = 0;      ///< session of the calibration
   std::string cell, calibrated_at;  ///< cell file; end of its session, ISO 8601 UTC
   calib::DriftChart chart;
+  calib::Standing standing;  ///< at the time of look()
 };
 
 class DriftWatch {

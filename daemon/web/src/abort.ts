@@ -13,6 +13,10 @@ const button = document.getElementById("abort-button") as HTMLButtonElement;
 const hint = document.getElementById("abort-hint") as HTMLElement;
 const answer = document.getElementById("abort-answer") as HTMLElement;
 
+/** The button is small only as long as the page repeats that nothing moves. */
+const STILL_MS = 3000;
+
+let enlarging: ReturnType<typeof setTimeout> | undefined;
 let language = preferred_language();
 let said: Key | null = null;
 let forgetting: ReturnType<typeof setTimeout> | undefined;
@@ -73,7 +77,13 @@ addEventListener("cellcal-language", (event) => {
 // Earlier answers are obsolete once the page knows whether a session runs.
 addEventListener("cellcal-running", (event) => {
   const runs = (event as CustomEvent<boolean>).detail;
+  if (runs) form.dataset.small = "false";
   if (runs ? said === "abort.nothing" : form.dataset.alarm === "true") forget();
+});
+addEventListener("cellcal-still", () => {
+  form.dataset.small = "true";
+  clearTimeout(enlarging);
+  enlarging = setTimeout(() => { form.dataset.small = "false"; }, STILL_MS);
 });
 document.documentElement.lang = language;
 write();

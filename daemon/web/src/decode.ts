@@ -2,10 +2,10 @@
 // texts are truncated to bounded sizes. Null where the whole object is unusable.
 
 import {
-  ARM_MOTIONS, ADVICE, CAUSES, CHANGES, CHECKS, DRIFT_STATES, EVIDENCE, FAILURES, FINDINGS, KINDS, MODES, NOT_AS_STATED, OUTCOMES, PHASES, PROPOSALS, STATES, STEPS,
+  ARM_MOTIONS, ADVICE, CAUSES, CHANGES, CHECKS, DRIFT_STATES, EVIDENCE, FAILURES, FINDINGS, HOLDINGS, KINDS, MODES, NOT_AS_STATED, OUTCOMES, PHASES, PROPOSALS, STATES, STEPS,
   type AdviceStatus, type Comparison, type ContactLink, type ControlLimits, type Doctor, type DriftChart, type DriftNotHeld, type DriftPoint, type DriftRow, type DriftSeen, type DriftTrend, type FailureKind, type Figures, type Finding, type FindingKind, type FoundSphere, type Outcome, type OutcomeChange, type FindingPart, type Frame, type Joint, type Kind, type Phase,
   type PlannedTouch, type Point, type Proposal, type ProposalsSeen, type Quantity, type Result, type RobotLink, type Readiness, type RobotPosture, type Role,
-  type Scene, type SceneTarget, type SessionRow, type SessionState, type Solid, type Status, type StepSeen,
+  type Scene, type SceneTarget, type SessionRow, type Schedule, type SessionState, type Solid, type Standing, type Status, type StepSeen,
   type Summary, type Touch, type TouchSet, type Version,
 } from "./types";
 
@@ -118,7 +118,7 @@ export function status(value: unknown): Status | null {
   const phase: Phase = one_of(all.phase, PHASES);
   return {
     seq, phase,
-    session: count(all.session),
+    session: count(all.session), kind: one_of(all.kind, KINDS) as Kind,
     running: all.running === true,
     target: words(all.target),
     touches: count(all.touches),
@@ -233,7 +233,8 @@ export function scene(value: unknown): Scene | null {
 
 function planned_touch(value: unknown): PlannedTouch | null {
   const all = touch(value);
-  return all?.tip ? { ...all, tip: all.tip } : null;
+  const way = list(fields(value)?.way_deg).map(joints).filter((corner) => corner.length > 0);
+  return all?.tip ? { ...all, way, tip: all.tip } : null;
 }
 export const plan = (value: unknown): PlannedTouch[] =>
   known(list(fields(value)?.touches).map(planned_touch));
@@ -321,7 +322,7 @@ function drift_point(value: unknown): DriftPoint | null {
   const timeS = number(all?.time_s), state = DRIFT_STATES.find((one) => one === all?.state);
   if (!all || timeS === null || !state) return null;
   return {
-    session: count(all.session), timeS, state,
+    session: count(all.session), timeS, state, holds: truth(all.holds),
     leftOut: typeof all.left_out === "string" ? words(all.left_out) : null,
     offMm: point(all.off_mm), ewma: number(all.ewma) ?? 0, cusum: number(all.cusum) ?? 0, share: number(all.share) ?? 0,
   };
@@ -355,13 +356,20 @@ function control_limits(value: unknown): ControlLimits | null {
   const ewma = number(all?.ewma) ?? 0, cusum = number(all?.cusum) ?? 0;
   return ewma > 0 && cusum > 0 ? { ewma, cusum, runLength: count(all?.run_length) } : null;
 }
+function standing(value: unknown): Standing | null {
+  const all = fields(value);
+  const holds = HOLDINGS.find((one) => one === all?.holds);
+  const evidenceS = number(all?.evidence_s), dueS = number(all?.due_s);
+  return holds && evidenceS !== null ? { holds, byCheck: all?.by_check === true, evidenceS, dueS } : null;
+}
 function drift_chart(value: unknown): DriftChart | null {
   const all = fields(value);
   const state = DRIFT_STATES.find((one) => one === all?.state);
   const warns = control_limits(all?.warns), alarms = control_limits(all?.alarms);
   if (!all || !state || !warns || !alarms) return null;
   return {
-    calibration: count(all.calibration), state, advice: ADVICE.find((one) => one === all.advice) ?? "none",
+    calibration: count(all.calibration), calibrated: words(all.calibrated), cell: words(all.cell),
+    standing: standing(all.standing), state, advice: ADVICE.find((one) => one === all.advice) ?? "none",
     counted: count(all.counted), least: count(all.least),
     undecided: count(all.undecided), decidedS: number(all.decided_s) ?? 0, warns, alarms,
     trend: drift_trend(all.course), notHeld: not_held(all.not_held), points: known(list(all.points).map(drift_point)),
@@ -429,6 +437,17 @@ export function readiness(value: unknown): Readiness | null {
     cell: words(all.cell), robot: words(all.robot), spheres: count(all.spheres), placed: count(all.placed),
     next: STEPS.find((one) => one === all.next) ?? null, steps: known(list(all.steps).map(step)),
   };
+}
+
+export function schedule(value: unknown): Schedule | null {
+  const all = fields(value);
+  if (!all) return null;
+  const begins = known(list(all.entries).map((one) => {
+    const entry = fields(one);
+    return entry?.on_request === true ? null : number((fields(entry?.now) ?? fields(entry?.next))?.begins_utc_s);
+  }));
+  return { unattended: all.unattended === true, held: words(all.held) !== "",
+           nextS: begins.length > 0 ? Math.min(...begins) : null };
 }
 
 function finding(value: unknown): Finding | null {

@@ -4,6 +4,10 @@ import type { Language } from "./words";
 
 export interface Formats {
   mm: (value: number | null) => string;
+  /** With two significant digits: 0.10 mm. */
+  short_mm: (value: number) => string;
+  /** With its U, to the digit of that: 1.02 ± 0.05 mm. */
+  size_mm: (value: number, u: number) => string;
   ms: (value: number | null) => string;
   us: (value: number | null) => string;
   degrees: (value: number, digits?: number) => string;
@@ -16,12 +20,23 @@ export interface Formats {
   /** Local time of day of an instant [ms since 1970]. */
   clock: (ms: number) => string;
   time: (iso: string) => string;
+  /** Day of an instant, ISO 8601 or in seconds since 1970: "25 Nov", with the year where it is not the current one. */
+  day: (instant: string | number) => string;
 }
 
 export const NONE = "–";
 const SPACE = "\u00a0";
 /** Typographic forms of the daemon's units. */
 const UNITS: Record<string, string> = { deg: "°", sigma: "σ" };
+
+/** The month in letters: 5/11 is ambiguous. */
+function day(instant: string | number, language: Language): string {
+  const when = new Date(typeof instant === "number" ? instant * 1000 : instant);
+  if (Number.isNaN(when.getTime())) return NONE;
+  const year = when.getFullYear() === new Date().getFullYear() ? undefined : "numeric";
+  return when.toLocaleDateString(language === "en" ? "en-GB" : language, { day: "numeric", month: "short", year })
+    .replace(/ /g, SPACE);
+}
 
 export function formats(language: Language): Formats {
   const decimal = (value: number, digits: number) =>
@@ -30,6 +45,11 @@ export function formats(language: Language): Formats {
     value === null ? NONE : decimal(value, digits(Math.abs(value))) + SPACE + unit;
   return {
     mm: with_unit("mm", (size) => (size < 0.9995 ? 3 : size < 99.95 ? 2 : 1)),
+    short_mm: (value) => decimal(value, value < 0.0995 ? 3 : value < 9.95 ? 2 : 1) + SPACE + "mm",
+    size_mm: (value, u) => {
+      const digits = u > 0 ? Math.min(3, Math.max(1, Math.ceil(-Math.log10(u)))) : 2;
+      return decimal(value, digits) + (u > 0 ? `${SPACE}±${SPACE}${decimal(u, digits)}` : "") + SPACE + "mm";
+    },
     ms: with_unit("ms", (size) => (size < 0.9995 ? 3 : 1)),
     us: with_unit("µs", () => 0),
     degrees: (value, digits = 4) =>
@@ -42,6 +62,7 @@ export function formats(language: Language): Formats {
     whole: (value) => (value === null ? NONE : value.toLocaleString(language)),
     duration: (seconds) => (seconds === null ? NONE : duration(seconds)),
     seconds: (seconds) => decimal(seconds, 1) + SPACE + "s",
+    day: (instant) => day(instant, language),
     clock: (ms) => new Date(ms).toLocaleTimeString("sv-SE"),
     time: (iso) => {
       const when = new Date(iso);

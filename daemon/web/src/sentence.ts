@@ -2,7 +2,7 @@
 
 import type { Formats } from "./format";
 import type { Key, Say } from "./words";
-import type { Phase, Status } from "./types";
+import type { Phase, Schedule, Status } from "./types";
 
 /** Motion of the arm; `free`: cellcal holds no link to it, without a failure. */
 export type Motion = "moving" | "still" | "free" | "unknown";
@@ -26,16 +26,31 @@ export function motion(status: Status): Motion {
   }
 }
 
-/** With the age of that packet. `seen_s`: age of the status. */
+/** With the age of that packet; empty where cellcal holds no link. `seen_s`: age of the status. */
 export function motion_words(status: Status, seen_s: number, say: Say, fmt: Formats): string {
   const moves = motion(status);
   const { packetAgeS } = status.arm;
-  if (moves === "free") return say("motion.free");
+  if (moves === "free") return "";
   if (packetAgeS === null) return say("motion.never");
   const age_s = packetAgeS + seen_s;
   if (moves === "unknown")
     return say("motion.unknown", { since: fmt.clock(Date.now() - age_s * 1000), age: fmt.duration(age_s) });
   return say(`motion.${moves}`, { age: fmt.seconds(age_s) });
+}
+
+/** Whether something may move, for all that is known: a session runs, or the arm is not known to be at rest or free of cellcal. */
+export const may_move = (status: Status): boolean => status.running || ["moving", "unknown"].includes(motion(status));
+
+/** Advice on entering the cell; null: state not known. Never a release: that is the cell's own safety. */
+export function near_words(status: Status | null, schedule: Schedule | null, now_s: number, say: Say, fmt: Formats): string {
+  if (!status) return say("near.unknown");
+  const moves = motion(status);
+  if (moves === "moving") return say("near.moving");
+  if (status.running) return say("near.soon");
+  if (moves === "unknown") return say("near.unknown");
+  if (!schedule?.unattended || schedule.held || schedule.nextS === null) return say("near.free");
+  return schedule.nextS <= now_s ? say("near.scheduled.now")
+    : say("near.scheduled", { day: fmt.day(schedule.nextS), time: fmt.clock(schedule.nextS * 1000).slice(0, 5) });
 }
 
 export function mood(status: Status): Mood {

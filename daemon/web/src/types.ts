@@ -58,6 +58,7 @@ export type ArmMotion = (typeof ARM_MOTIONS)[number];
 export interface Status {
   seq: number;
   session: number;
+  kind: Kind;
   phase: Phase;
   running: boolean;
   target: string;
@@ -188,6 +189,8 @@ export interface PlannedTouch {
   target: string;
   set: TouchSet;
   joints: number[];
+  /** Waypoints from the touch before; the last is the stand-off. */
+  way: number[][];
   tip: Point;
 }
 
@@ -308,9 +311,22 @@ export const ADVICE = ["none", "check_again", "let_it_warm_up", "re_measure_tcp"
 export type Advice = (typeof ADVICE)[number];
 export const CHANGES = ["tool", "sphere", "joint", "growth", "touch"] as const;
 export type Change = (typeof CHANGES)[number];
+export const HOLDINGS = ["holds", "does_not_hold", "unknown"] as const;
+export type Holding = (typeof HOLDINGS)[number];
+/** Decided by cellcald at the time of its answer. */
+export interface Standing {
+  holds: Holding;
+  /** Evidence is the newest decided check; otherwise the calibration itself. */
+  byCheck: boolean;
+  evidenceS: number;
+  /** Null: an emulated cell, whose clock gives no age. */
+  dueS: number | null;
+}
 export interface DriftPoint {
   session: number;
   timeS: number;
+  /** Null: undecided. */
+  holds: boolean | null;
   /** Reason for the exclusion. */
   leftOut: string | null;
   /** Relative to the chart's centre, flange frame. */
@@ -352,6 +368,11 @@ export interface ControlLimits {
 }
 export interface DriftChart {
   calibration: number;
+  /** End of its session, and its cell file. */
+  calibrated: string;
+  cell: string;
+  /** Null: of a daemon that does not state it. */
+  standing: Standing | null;
   state: DriftState;
   advice: Advice;
   counted: number;
@@ -462,6 +483,14 @@ export interface Proposal {
 export interface ProposalsSeen {
   problem: string;
   proposals: Proposal[];
+}
+
+/** Sessions that begin without a person. */
+export interface Schedule {
+  unattended: boolean;
+  held: boolean;
+  /** Beginning of the current or next window; null: none. */
+  nextS: number | null;
 }
 
 export type Role = "look" | "operate" | "administer";

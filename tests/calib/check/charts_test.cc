@@ -139,6 +139,53 @@ TEST(DriftCharts, alarms_at_the_first_check_that_does_not_hold_after_some_that_d
   }
 }
 
+/// At `days` after the newest check.
+Holding holding_at(const std::vector<CheckMeasurement>& checks, double days) {
+  const double now_s = checks.back().time_s + days * kDayS;
+  DriftChart chart = drift_chart(checks);
+  age(chart, now_s);
+  return standing_of(chart, checks.front().time_s - kDayS, now_s).holding;
+}
+
+TEST(DriftCharts, let_a_calibration_hold_as_its_newest_check_does_and_for_two_weeks) {
+  for (const int count : {1, 4, 9}) {  // with and without enough checks for a chart
+    std::vector<CheckMeasurement> checks = checks_of(count, still);
+    EXPECT_EQ(holding_at(checks, 0.1), Holding::kHolds) << count;
+    EXPECT_EQ(holding_at(checks, kMostDays + 0.1), Holding::kUnknown) << count;
+    give_up(checks);
+    EXPECT_EQ(holding_at(checks, 0.1), Holding::kUnknown) << count;
+    checks.pop_back();
+    knock(checks, checks.size() - 1);
+    EXPECT_EQ(holding_at(checks, 0.1), Holding::kDoesNotHold) << count;
+    EXPECT_EQ(holding_at(checks, 1000.0), Holding::kDoesNotHold) << "however old";
+  }
+}
+
+TEST(DriftCharts, let_a_calibration_without_a_check_hold_for_two_weeks) {
+  const double calibrated_s = 1.8e9;
+  const Standing fresh = standing_of(drift_chart({}), calibrated_s, calibrated_s + kDayS);
+  EXPECT_EQ(fresh.holding, Holding::kHolds);
+  EXPECT_FALSE(fresh.by_check);
+  EXPECT_EQ(fresh.evidence_s, calibrated_s);
+  EXPECT_EQ(fresh.due_s, calibrated_s + kMostDays * kDayS);
+  const double late_s = fresh.due_s + 1.0;
+  EXPECT_EQ(standing_of(drift_chart({}), calibrated_s, late_s).holding, Holding::kUnknown);
+}
+
+TEST(DriftCharts, let_no_calibration_hold_that_has_crept_away) {
+  const std::vector<CheckMeasurement> checks = checks_of(90, creep(0.3, 10.0));
+  ASSERT_EQ(checks.back().verdict, CheckVerdict::kHolds);
+  EXPECT_EQ(holding_at(checks, 0.1), Holding::kDoesNotHold);
+}
+
+TEST(DriftCharts, leave_open_whether_a_calibration_holds_where_one_check_alone_alarms) {
+  const std::vector<CheckMeasurement> checks = checks_of(61, step(0.3, 20.0));
+  const DriftChart chart = drift_chart(checks);
+  ASSERT_EQ(chart.state, DriftState::kAlarms);
+  ASSERT_EQ(chart.advice, DriftAdvice::kCheckAgain);
+  EXPECT_EQ(holding_at(checks, 0.1), Holding::kUnknown);
+}
+
 TEST(DriftCharts, of_an_alarm_is_not_ended_by_an_undecided_check) {
   auto checks = checks_of(8, still);
   knock(checks, 7);

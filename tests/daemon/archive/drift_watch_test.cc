@@ -60,6 +60,22 @@ TEST_F(a_watch, does_not_say_in_control_for_ever) {
   EXPECT_EQ(look()->chart.state, DriftState::kInControl);
 }
 
+TEST_F(a_watch, states_whether_the_calibration_holds_at_the_time_it_is_asked) {
+  constexpr double kDayS = 86400.0;
+  const auto holding_now = [&] { return look()->standing.holding; };
+  now_s = look()->standing.evidence_s + kDayS;
+  EXPECT_FALSE(look()->standing.by_check);
+  EXPECT_EQ(holding_now(), calib::Holding::kHolds) << "it is its own evidence";
+  now_s = look()->standing.due_s + 1.0;
+  EXPECT_EQ(holding_now(), calib::Holding::kUnknown);
+  checks(1);
+  now_s = look()->standing.evidence_s;
+  EXPECT_TRUE(look()->standing.by_check);
+  EXPECT_EQ(holding_now(), calib::Holding::kHolds);
+  checked.check({.result = Checked::that_does_not_hold(ChangeKind::kSphere)});
+  EXPECT_EQ(holding_now(), calib::Holding::kDoesNotHold);
+}
+
 TEST_F(a_watch, goes_back_to_the_checks_of_a_calibration_that_is_put_into_use_again) {
   checks(6);
   const std::int64_t first = checked.calibrated;

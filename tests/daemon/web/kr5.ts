@@ -21,7 +21,7 @@ export const kr5 = () => ({
 });
 
 export const status = (more: Record<string, unknown> = {}) => ({
-  seq: 7, session: 3, phase: "transit", running: true, target: "S1", touches: 4, planned: 10,
+  seq: 7, session: 3, kind: "calibrate", phase: "transit", running: true, target: "S1", touches: 4, planned: 10,
   residual_mm: 0.5, goal_mm: null, u95_mm: null, finding: false, time_left_s: 90, arm: { motion: "moving", packet_age_s: 0.1 }, waiting: null,
   warnings: [], interruptions: 0, busyRepeats: 0, busyLeftS: null, outcome: null, reasons: [], links: null, interrupted: null, failure: null,
   version: "1", ...more,

@@ -83,6 +83,9 @@ TEST_F(a_page_of_the_demo_cell, has_a_plan_whose_tips_are_where_the_contacts_are
   touch.target = "S2";
   touch.set = calib::TouchSet::kCheck;
   touch.standoff = joints_rad;
+  calib::JointVector corner = joints_rad;
+  corner[0] += 0.5;
+  touch.transit = {corner, joints_rad};
   touch.normal = Eigen::Vector3d::UnitX();
   touch.expected_m = 0.012;
   calib::Plan plan;
@@ -92,6 +95,9 @@ TEST_F(a_page_of_the_demo_cell, has_a_plan_whose_tips_are_where_the_contacts_are
   const json& first = made.at("touches").at(0);
   EXPECT_EQ(first.at("index"), 5) << "counted in its session";
   EXPECT_EQ(first.at("set"), "check");
+  ASSERT_EQ(first.at("way_deg").size(), 2u);
+  EXPECT_EQ(first.at("way_deg").at(1), first.at("joints_deg")) << "it ends at the stand-off";
+  EXPECT_NE(first.at("way_deg").at(0), first.at("joints_deg"));
   const Eigen::Vector3d standoff = calib::ArmModel(cell).nominal_tip_m(joints_rad) * calib::kMmPerM;
   EXPECT_NEAR(first.at("tip_mm").at(0).get<double>(), standoff.x() - 12.0, 1e-5);
   EXPECT_NEAR(first.at("tip_mm").at(1).get<double>(), standoff.y(), 1e-5);

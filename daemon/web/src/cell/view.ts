@@ -8,7 +8,7 @@ import {
   type Material, type Object3D,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
-import { posture } from "../kinematics";
+import { origin, posture } from "../kinematics";
 import type { Frame, PlannedTouch, Point, Scene, Solid, Touch } from "../types";
 
 export type Side = "front" | "side" | "top" | "fit";
@@ -21,6 +21,8 @@ const SIDES: Record<Side, [number, number, number]> = {
 const PIN_MM = 70; // from the contact outwards
 const MARK_MM = 9;
 const NEXT_MM = 15;
+/** Drawn ways to the next touches, and lines of each. */
+const MOST_WAYS = 6, WAY_STEPS = 8;
 const EASE_MS = 180;
 const PEDESTAL_MM = 12;
 const FOV_DEG = 38;
@@ -137,8 +139,29 @@ export class CellView {
       const is_next = touch.index === next;
       this.pin(touch.target, touch.tip, is_next ? "next" : "planned", is_next ? NEXT_MM : MARK_MM * 0.6);
     }
+    this.show_ways(plan.filter((touch) => !done.has(touch.index)), made, next);
     for (const touch of made) if (touch.tip) this.pin(touch.target, touch.tip, touch.set, MARK_MM);
     this.draw_soon();
+  }
+
+  /** Way of the tip to the touches to come, joint by joint between waypoints; the nearest ones, else the lines hide the cell. */
+  private show_ways(ahead: PlannedTouch[], made: Touch[], next: number): void {
+    let from = made.at(-1)?.joints ?? [];
+    for (const touch of ahead.slice(0, MOST_WAYS)) {
+      const corners = [from, ...touch.way].filter((one) => one.length === this.scene?.joints.length);
+      const points = corners.slice(1).flatMap((to, k) => this.tips_between(corners[k] ?? to, to));
+      const is_next = touch.index === next;
+      const style = { color: this.colour(is_next ? "next" : "planned"), transparent: true, opacity: is_next ? 1 : 0.45 };
+      if (points.length > 1) this.touches.add(new Line(new BufferGeometry().setFromPoints(points), new LineBasicMaterial(style)));
+      from = touch.joints;
+    }
+  }
+
+  private tips_between(from: number[], to: number[]): Vector3[] {
+    return Array.from({ length: WAY_STEPS + 1 }, (_, k) => {
+      const at = this.scene && posture(this.scene, to.map((end, i) => (from[i] ?? end) + ((end - (from[i] ?? end)) * k) / WAY_STEPS));
+      return at ? point(origin(at.tip)) : null;
+    }).filter((one) => one !== null);
   }
 
   look_from(side: Side): void {

@@ -4,7 +4,8 @@ import { useEffect, useMemo, useReducer, useState } from "preact/hooks";
 import * as decode from "../decode";
 import { Live } from "../live";
 import { age_ms } from "../model";
-import { mood, sentence } from "../sentence";
+import { may_move, mood, sentence } from "../sentence";
+import { cell_name, standing_line } from "../standing";
 import { preferred_language, type Language } from "../words";
 import { CellPanel } from "./cell";
 import { VoiceContext, useFetched, voice_in } from "./context";
@@ -17,16 +18,18 @@ import { Header } from "./header";
 import { History } from "./history";
 import { LinksPanel } from "./links";
 import { Login } from "./login";
-import { ProgressPanel } from "./progress";
 import { Proposals } from "./proposals";
 import { Accuracy, Residuals } from "./residuals";
 import { ResultPanel } from "./result";
+import { Standing } from "./standing";
 import { StartButtons } from "./start";
 import { StatePanel } from "./state";
 import { useTheme } from "./theme";
 import { Versions } from "./versions";
 
 const TICK_MS = 500, PROPOSALS_MS = 60_000;
+/** Age of a check and times of the schedule change without a session. */
+const STANDING_MS = 300_000;
 const LICENCES = document.querySelector<HTMLLinkElement>('link[rel="license"]')?.href;
 
 export function App() {
@@ -56,13 +59,14 @@ export function App() {
   // With touches chosen one by one, the plan contains the current touch only.
   const chosen_as_it_goes = status?.goalMm !== null || status?.finding ? status?.touches : 0;
   const planned = status?.running ? `${session} ${status.planned} ${chosen_as_it_goes}` : ended;
+  const [said, said_something] = useReducer((n: number) => n + 1, 0);
+  const aged = Math.floor(now / STANDING_MS);
   const me = useFetched(asked === null ? null : "/v1/me", with_login, decode.role);
   const scene = useFetched(asked === null ? null : "/v1/scene", session, decode.scene);
   const plan = useFetched(session > 0 && asked !== null ? `/v1/sessions/${session}/plan` : null, planned, decode.plan) ?? NOTHING;
   const sessions = useFetched(asked === null ? null : "/v1/sessions", ended, decode.sessions);
-  const drift = useFetched(asked === null ? null : "/v1/drift", ended, decode.drift);
-
-  const [said, said_something] = useReducer((n: number) => n + 1, 0);
+  const drift = useFetched(asked === null ? null : "/v1/drift", `${ended} ${said} ${aged}`, decode.drift);
+  const schedule = useFetched(asked === null ? null : "/v1/schedule", `${ended} ${aged}`, decode.schedule);
   const versions = useFetched(asked === null ? null : "/v1/versions", `${ended} ${said}`, decode.versions);
   const proposals = useFetched(asked === null ? null : "/v1/proposals", `${ended} ${said} ${Math.floor(now / PROPOSALS_MS)}`, decode.proposals);
 
@@ -76,25 +80,36 @@ export function App() {
   const shown = chosen ?? (status?.phase === "done" ? session : null);
   const figures = useFetched(shown === null || asked === null ? null : `/v1/sessions/${shown}/figures`, ended, decode.figures);
 
-  const title = !status ? say("title")
-    : `${old ? say("link.unknown") : sentence(status, say)} · ${say("title")}`;
+  const file = (status?.session ? sessions?.find((one) => one.id === status.session)?.cell : "") || readiness?.cell || sessions?.[0]?.cell || "";
+  const cell = cell_name(file), robot = scene?.robot || readiness?.robot || "";
+  const standing = standing_line({ drift, versions, readiness, cell: file, running: status?.running ?? false }, Date.now() / 1000, voice.say, voice.fmt);
+  const names = [cell, robot].filter((one) => one !== "").join(", ") || say("title");
+  const state = !status ? "" : old ? say("link.unknown") : status.running || status.phase === "failed" ? sentence(status, say) : standing.headline;
+  const title = state === "" ? names : `${names} · ${state}`;
   useEffect(() => { document.title = title; }, [title]);
   const runs = status === null || old ? null : status.running;
   useEffect(() => {
     if (runs !== null) dispatchEvent(new CustomEvent("cellcal-running", { detail: runs }));
   }, [runs]);
+  useEffect(() => {
+    if (status && !old && !may_move(status)) dispatchEvent(new CustomEvent("cellcal-still"));
+  });
   const speak = (wanted: Language) => {
     set_language(wanted);
     dispatchEvent(new CustomEvent("cellcal-language", { detail: wanted }));
   };
   return (
     <VoiceContext.Provider value={voice}>
-      <Header model={model} now={now} choice={choice} choose={choose} speak={speak} />
+      <Header model={model} cell={cell} robot={robot} now={now} choice={choice} choose={choose} speak={speak} />
       {with_login ? <main><Login done={() => void live.ask()} /></main> : (
         <main data-mood={status && !old ? mood(status) : "unknown"}>
+          {status && (
+            <Standing line={standing} cell={drift?.checks?.cell || file} may={may} small={status.running} old={age_ms(model, now)}
+                      started={() => void live.ask()} />
+          )}
           <div class="top">
-            <StatePanel model={model} now={now} />
-            {status && !old && <StartButtons status={status} role={me} started={() => void live.ask()}
+            <StatePanel model={model} plan={plan} schedule={schedule} now={now} />
+            {status && !old && <StartButtons status={status} role={me} second={standing.action !== null && standing.state !== "holds"} started={() => void live.ask()}
                                              last_cell={readiness?.cell || (sessions?.[0]?.cell ?? "")} />}
           </div>
           {status && !old && <FailurePanel status={status} />}
@@ -111,10 +126,9 @@ export function App() {
               {figures && <ResultPanel figures={figures} />}
             </div>
             <div class="column first">
-              <ProgressPanel model={model} plan={plan} now={now} />
+              {status && <Accuracy touches={model.touches} status={status} old={old} />}
               <LinksPanel status={status} old={old} />
               {doctor && <DoctorPanel doctor={doctor} cell={readiness?.cell ?? ""} may={may} begun={() => look_again(undefined)} />}
-              {status && <Accuracy touches={model.touches} status={status} old={old} />}
               {figures?.result && <Residuals touches={figures.touches} found />}
             </div>
             {sessions && <History sessions={sessions} shown={shown} show={show} />}

@@ -7,10 +7,16 @@ import { useVoice } from "./context";
 
 const LONGEST_S = 1e11; // later dates are invalid
 
+const measured = (point: DriftPoint): boolean => point.leftOut === null && point.offMm !== null;
+
 /** Points that count and were measured, in order of time. */
-export const plotted = (points: DriftPoint[]): DriftPoint[] =>
-  points.filter((point) => point.leftOut === null && point.offMm !== null && point.timeS < LONGEST_S)
-    .sort((one, other) => one.timeS - other.timeS);
+export const plotted = (points: DriftPoint[]): DriftPoint[] => dated(points).filter(measured);
+
+/** In addition those that do not hold for another reason than the tool: a chart without them would be better than its newest check. */
+export const drawn = (points: DriftPoint[]): DriftPoint[] => dated(points).filter((point) => measured(point) || point.holds === false);
+
+const dated = (points: DriftPoint[]): DriftPoint[] =>
+  points.filter((point) => point.timeS < LONGEST_S).sort((one, other) => one.timeS - other.timeS);
 
 export const off_mm = (chart: DriftChart): number | null => {
   const newest = plotted(chart.points).pop()?.offMm;
@@ -45,17 +51,21 @@ function NotHeld({ one }: { one: DriftNotHeld }) {
 
 export function Checks({ chart, controller }: { chart: DriftChart; controller: AdviceStatus | null }) {
   const { say, fmt } = useVoice();
-  const points = useMemo(() => plotted(chart.points), [chart]);
+  const points = useMemo(() => drawn(chart.points), [chart]);
+  const counted = plotted(chart.points).length;
   const x = useMemo(() => points.map((point) => point.timeS), [points]);
   const places = useMemo((): Line[] => ["x", "y", "z"].map((label, axis) => ({
     label, colour: `axis${axis + 1}`, dashed: axis === 1, values: points.map((point) => point.offMm?.[axis] ?? null),
   })), [points]);
   const statistics = useMemo((): Line[] => [
-    { label: say("checks.ewma"), colour: "fit", values: points.map((point) => point.ewma / chart.alarms.ewma) },
-    { label: say("checks.cusum"), colour: "goal", dashed: true, values: points.map((point) => point.cusum / chart.alarms.cusum) },
+    { label: say("checks.ewma"), colour: "fit", values: points.map((point) => (measured(point) ? point.ewma / chart.alarms.ewma : null)) },
+    { label: say("checks.cusum"), colour: "goal", dashed: true,
+      values: points.map((point) => (measured(point) ? point.cusum / chart.alarms.cusum : null)) },
     { label: say("checks.limit"), colour: "next", values: points.map(() => 1) },
     { label: say("checks.beyond"), colour: "next", marks: "triangle",
-      values: points.map((point) => (point.state === "warns" || point.state === "alarms" ? point.share : null)) },
+      values: points.map((point) => (measured(point) && (point.state === "warns" || point.state === "alarms") ? point.share : null)) },
+    { label: say("checks.failed"), colour: "abort", marks: "square",
+      values: points.map((point) => (point.holds === false ? Math.max(1, point.share) : null)) },
   ], [points, chart, say]);
   const { trend } = chart;
   const left_out = chart.points.length - chart.counted;
@@ -78,9 +88,9 @@ export function Checks({ chart, controller }: { chart: DriftChart; controller: A
       {controller && <Acknowledged controller={controller} />}
       {points.length > 1 && (
         <div class="pair">
-          <Chart label={say("checks.label", { n: points.length })} x={x} x_label={say("checks.date")} time
+          <Chart label={say("checks.label", { n: counted })} x={x} x_label={say("checks.date")} time
                  y_label={say("checks.off")} lines={places} from={null} />
-          <Chart label={say("checks.label.limit", { n: points.length })} x={x} x_label={say("checks.date")} time
+          <Chart label={say("checks.label.limit", { n: counted })} x={x} x_label={say("checks.date")} time
                  y_label={say("checks.share")} lines={statistics} />
         </div>
       )}

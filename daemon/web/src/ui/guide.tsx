@@ -6,12 +6,11 @@ import type { Readiness, StepName, StepSeen } from "../types";
 import { useVoice } from "./context";
 import { CellDialog } from "./cell_form";
 import { examine } from "./doctor";
-import { StartDialog, type Wish } from "./start";
+import { StartDialog, WHOLE, type Wish } from "./start";
 
 const MARKS: Record<StepSeen["state"], string> = { done: "✔", wrong: "✖", todo: "○" };
 /** A few touches that test whether the cell works. */
 const FIRST: Partial<Wish> = { kind: "calibrate", touches: "8", check: "0" };
-const WHOLE: Partial<Wish> = { kind: "calibrate", touches: "100", check: "10" };
 /** The path of WHOLE, without touching. */
 const DRY: Partial<Wish> = { ...WHOLE, kind: "dry-run" };
 /** Steps that are a session. */

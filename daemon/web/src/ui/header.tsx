@@ -1,4 +1,4 @@
-// Title, state of the connection, language and colours.
+// Names of cell and robot, state of the connection, language and colours.
 
 import { age_ms, type Model } from "../model";
 import type { Language } from "../words";
@@ -6,8 +6,8 @@ import { Choices } from "./choices";
 import { useVoice } from "./context";
 import type { Choice } from "./theme";
 
-export function Header({ model, now, choice, choose, speak }: {
-  model: Model; now: number; choice: Choice; choose: (choice: Choice) => void;
+export function Header({ model, cell, robot, now, choice, choose, speak }: {
+  model: Model; cell: string; robot: string; now: number; choice: Choice; choose: (choice: Choice) => void;
   speak: (language: Language) => void;
 }) {
   const { say, fmt } = useVoice();
@@ -17,7 +17,8 @@ export function Header({ model, now, choice, choose, speak }: {
   return (
     <header>
       <a class="skip" href="#state">{say("skip")}</a>
-      <h1>{say("title")}</h1>
+      <h1>{cell || say("title")}</h1>
+      {robot !== "" && <span class="robot">{robot}</span>}
       <span class="link" data-link={link}>
         <span aria-hidden="true">{link === "live" ? "●" : "○"}</span>{" "}
         {words}

@@ -1,47 +1,49 @@
-// Progress, remaining time, and the next steps.
+// Progress of the session: how far, how long, how good, and notes on it.
 
-import { age_ms, type Model } from "../model";
 import { touch_in_hand } from "../sentence";
-import type { PlannedTouch } from "../types";
+import type { PlannedTouch, Status, Touch } from "../types";
 import { useVoice } from "./context";
 
-export function ProgressPanel({ model, plan, now }: { model: Model; plan: PlannedTouch[]; now: number }) {
+export function Progress({ status, touches, plan }: { status: Status; touches: Touch[]; plan: PlannedTouch[] }) {
+  const { say } = useVoice();
+  return (
+    <div class="progress">
+      {status.running && <Ahead status={status} touches={touches} plan={plan} />}
+      {status.warnings.map((one) => <p class="note" lang="en" key={one}>▲ {one}</p>)}
+      {status.interruptions > 0 && <p class="note">{say("interruptions", { n: status.interruptions })}</p>}
+      {status.busyRepeats > 0 && <p class="note">{say("busy.repeats", { n: status.busyRepeats })}</p>}
+    </div>
+  );
+}
+
+function Ahead({ status, touches, plan }: { status: Status; touches: Touch[]; plan: PlannedTouch[] }) {
   const { say, fmt } = useVoice();
-  const { status } = model;
-  if (!status || status.session === 0) return null;
   const { touches: n, planned: total } = status;
   const next = plan.find((touch) => touch.index === n);
-  const ahead = status.running && (touch_in_hand(status) !== null || next !== undefined);
+  const ahead = touch_in_hand(status) !== null || next !== undefined;
+  const first = touches.find((touch) => touch.u95Mm !== null)?.u95Mm ?? null;
   return (
-    <section class="panel" aria-labelledby="progress-title" data-old={age_ms(model, now) > 0}>
-      <h2 id="progress-title">{say("progress")}</h2>
+    <>
       <div class="bar-line">
         <progress max={Math.max(1, total)} value={Math.min(n, Math.max(1, total))}
                   aria-label={say("progress.touches", { n, total })} />
         <strong>{say("progress.touches", { n, total })}</strong>
       </div>
       <dl class="figures">
-        {status.running && status.timeLeftS !== null && (
-          <Figure name={say("progress.time")} value={fmt.duration(status.timeLeftS)} />
+        <Figure name={say("progress.kind")} value={say("progress.kind.of", { session: status.session, kind: say(`kind.${status.kind}`) })} />
+        <Figure name={say("progress.time")} value={status.timeLeftS === null ? say("progress.time.unknown") : fmt.duration(status.timeLeftS)} />
+        {status.u95Mm !== null && (
+          <Figure name={say("u95")} value={(first !== null && first > status.u95Mm ? `${fmt.short_mm(first)} → ` : "") +
+            `±${fmt.short_mm(status.u95Mm)}` + (status.goalMm !== null ? `, ${say("progress.u95.goal", { goal: fmt.short_mm(status.goalMm) })}` : "")} />
         )}
         {ahead && (
           <Figure name={say("progress.next")} value={next
             ? say("progress.next.touch", { n: n + 1, target: next.target, set: say(`set.${next.set}`) })
             : status.target || "–"} />
         )}
-        {status.running && status.residualMm !== null && (
-          <Figure name={say("progress.residual")} value={fmt.mm(status.residualMm)} />
-        )}
-        {status.u95Mm !== null && (
-          <Figure name={say("progress.u95")} value={fmt.mm(status.u95Mm) +
-            (status.goalMm !== null ? `, ${say("progress.u95.goal", { goal: fmt.mm(status.goalMm) })}` : "")} />
-        )}
+        {status.residualMm !== null && <Figure name={say("progress.residual")} value={fmt.mm(status.residualMm)} />}
       </dl>
-      {status.warnings.map((one) => <p class="note" lang="en" key={one}>▲ {one}</p>)}
-      {status.interruptions > 0 && <p class="note">{say("interruptions", { n: status.interruptions })}</p>}
-      {status.busyRepeats > 0 && <p class="note">{say("busy.repeats", { n: status.busyRepeats })}</p>}
-      {status.busyLeftS !== null && <p class="note">{say("busy.waiting", { left: fmt.duration(status.busyLeftS) })}</p>}
-    </section>
+    </>
   );
 }
 

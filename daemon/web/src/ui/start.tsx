@@ -16,6 +16,8 @@ export interface Wish {
   goal: string;
   find: boolean;
 }
+/** A full calibration. */
+export const WHOLE: Partial<Wish> = { kind: "calibrate", touches: "100", check: "10" };
 const USUAL: Wish = { kind: "calibrate", cell: "", touches: "50", check: "10", goal: "", find: false };
 
 export function run_request(wish: Wish): Record<string, unknown> {
@@ -42,8 +44,9 @@ async function begin(body: unknown, say: Say): Promise<string> {
   return is_good(run) ? "" : refusal(run, say);
 }
 
-export function StartButtons({ status, role, last_cell, started }: {
-  status: Status; role: Role | null; last_cell: string; started: () => void;
+/** `second`: another session is due first. */
+export function StartButtons({ status, role, last_cell, second, started }: {
+  status: Status; role: Role | null; last_cell: string; second: boolean; started: () => void;
 }) {
   const { say } = useVoice();
   const [open, become] = useState<"start" | "resume" | null>(null);
@@ -64,7 +67,7 @@ export function StartButtons({ status, role, last_cell, started }: {
           {say("resume", { session: left.session })}
         </button>
       )}
-      <button type="button" class={left ? "" : "go"} onClick={() => become("start")}>{say("start")}</button>
+      <button type="button" class={left || second ? "" : "go"} onClick={() => become("start")}>{say("start")}</button>
       {open === "start" && <StartDialog last_cell={last_cell} done={done} close={close} />}
       {open === "resume" && left && (
         <ClearDialog title={say("resume.title", left)} go={say("start.resume.go")}

@@ -2,9 +2,11 @@
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import { age_ms, type Model } from "../model";
-import { mood, motion, motion_words, sentence, type Mood, type Motion } from "../sentence";
+import { mood, motion, motion_words, near_words, sentence, type Mood, type Motion } from "../sentence";
+import type { PlannedTouch, Schedule } from "../types";
 import { useVoice } from "./context";
 import { OutcomeDetails, OutcomeLine } from "./outcome";
+import { Progress } from "./progress";
 
 /** Shapes in addition to the words, so that colour is not needed. */
 const MARKS: Record<Motion, string> = { moving: "▶", still: "■", free: "○", unknown: "?" };
@@ -26,7 +28,9 @@ function useCalm(words: string, at_once: boolean): string {
   return spoken;
 }
 
-export function StatePanel({ model, now }: { model: Model; now: number }) {
+export function StatePanel({ model, plan, schedule, now }: {
+  model: Model; plan: PlannedTouch[]; schedule: Schedule | null; now: number;
+}) {
   const { say, fmt } = useVoice();
   const { status } = model;
   const old = age_ms(model, now);
@@ -45,9 +49,14 @@ export function StatePanel({ model, now }: { model: Model; now: number }) {
   return (
     <section id="state" class="state" data-mood={shown} data-old={old > 0}>
       <p class="motion" data-motion={moves}>
-        <span aria-hidden="true">{MARKS[moves]}</span> {old > 0 ? say("link.unknown") : motion_words(status, seen_s, say, fmt)}
+        <span aria-hidden="true">{MARKS[moves]}</span>{" "}
+        {near_words(old > 0 ? null : status, schedule, Date.now() / 1000, say, fmt)}
+        {old === 0 && <small> {motion_words(status, seen_s, say, fmt)}</small>}
       </p>
       <p class="sentence">{words}</p>
+      {status.busyLeftS !== null && old === 0 && <p class="paused" role="alert">{say("busy.waiting", { left: fmt.duration(status.busyLeftS) })}</p>}
+      {old === 0 && status.phase === "aborted" && <p>{say("aborted.do")}</p>}
+      {old === 0 && status.session > 0 && <Progress status={status} touches={model.touches} plan={plan} />}
       <p class="unseen" role="status" aria-live="polite">{spoken}</p>
       {old > 0 && (
         <div class="lost" role="alert">

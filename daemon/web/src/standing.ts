@@ -1,0 +1,110 @@
+// The page's first line: whether the calibration holds, how good it is, since when, and what to do. cellcald decides whether it
+// holds; this is its wording. Pure.
+
+import type { Formats } from "./format";
+import type { DriftChart, DriftSeen, Holding, Readiness, Version } from "./types";
+import type { Key, Say } from "./words";
+
+export interface StandingLine {
+  /** none: nothing published; pending: no answer yet. */
+  state: Holding | "none" | "pending";
+  headline: string;
+  /** Accuracy or evidence where the headline lacks it, and the remedy. */
+  more: string[];
+  /** Session that the remedy asks for. */
+  action: "check" | "calibrate" | null;
+}
+
+const S_PER_MIN = 60, S_PER_H = 3600, S_PER_DAY = 86400;
+
+/** Duration in its largest unit: "2 h". */
+export function age_words(seconds: number, say: Say): string {
+  const at_least = Math.max(0, seconds);
+  if (at_least < 1.5 * S_PER_MIN) return say("age.minute");
+  if (at_least < 1.5 * S_PER_H) return say("age.minutes", { n: Math.round(at_least / S_PER_MIN) });
+  if (at_least < 2 * S_PER_DAY) return say("age.hours", { n: Math.round(at_least / S_PER_H) });
+  return say("age.days", { n: Math.floor(at_least / S_PER_DAY) });
+}
+
+/** "weld-3" of ".../weld-3.toml", "demo" of ".../demo/cell.toml". */
+export function cell_name(file: string): string {
+  const parts = file.split("/");
+  const folder = parts.at(-2) ?? "", stem = (parts.at(-1) ?? "").replace(/\.toml$/, "");
+  return stem === "cell" && folder !== "" && folder !== "cellcal" ? folder : stem;
+}
+
+function accuracy(version: Version | undefined, say: Say, fmt: Formats): string {
+  const scope = version?.workspace === false ? ` ${say("standing.near")}` : "";
+  if (version && version.u95Mm !== null) return say("standing.u95", { u: fmt.short_mm(version.u95Mm) }) + scope;
+  if (version && version.predictedMm !== null) return say("standing.mean", { mean: fmt.short_mm(version.predictedMm) }) + scope;
+  return say("standing.accuracy.unknown");
+}
+
+/** Cause of a calibration that does not hold. */
+function changed(chart: DriftChart, say: Say, fmt: Formats): string {
+  const { notHeld, trend } = chart;
+  const cause = notHeld ? notHeld.cause : trend?.cause ?? null;
+  const off = notHeld ? notHeld.shiftMm : trend?.offMm ?? null;
+  const u = (notHeld ? notHeld.uShiftMm : trend?.uOffMm) ?? 0;
+  const by = off === null ? "" : fmt.size_mm(off, u);
+  const name = (notHeld ? notHeld.causeName : trend?.causeName) ?? "";
+  if (cause === "tool" && by !== "") return say("standing.changed.tool", { by });
+  if (cause !== null && cause !== "tool") return say(`standing.changed.${cause}`, { name });
+  return by === "" ? say("standing.changed.unmet") : say("standing.changed.tcp", { by });
+}
+
+function unknown_because(chart: DriftChart, now_s: number, say: Say): string {
+  const { standing } = chart;
+  if (!standing) return say("standing.unknown.old_daemon");
+  if (chart.undecided > 0) return say("standing.unknown.undecided");
+  if (standing.dueS !== null && now_s > standing.dueS) return say("standing.unknown.late", { age: age_words(now_s - standing.evidenceS, say) });
+  return say("standing.unknown.contradicted");
+}
+
+function of_chart(chart: DriftChart, version: Version | undefined, cell: string, now_s: number, say: Say, fmt: Formats): StandingLine {
+  const { standing } = chart;
+  const of_another = cell !== "" && chart.cell !== "" && cell !== chart.cell;
+  const state = standing?.holds ?? "unknown";
+  const good = accuracy(version, say, fmt);
+  const date = fmt.day(chart.calibrated) + (of_another ? ` (${cell_name(chart.cell)})` : "");
+  const advised = chart.advice === "none" ? [] : [say(`checks.advice.${chart.advice}`)];
+  const repair = chart.advice === "recalibrate" || chart.advice === "re_measure_tcp";
+  if (state === "holds" && standing) {
+    const by = standing.byCheck ? "checked" : "unchecked";
+    const age = age_words(now_s - standing.evidenceS, say);
+    const todo = chart.state === "warns" ? [say("standing.warns"), ...advised]
+      : [say("standing.nothing"), ...(standing.dueS === null ? [] : [say("standing.due", { due: fmt.day(standing.dueS) })])];
+    return { state, action: "check", more: todo,
+             headline: standing.dueS === null ? say(`standing.emulated.${by}`, { good }) : say(`standing.holds.${by}`, { date, good, age }) };
+  }
+  if (state === "does_not_hold") {
+    const since = chart.notHeld?.sinceS ?? chart.trend?.sinceS ?? 0;
+    return { state, action: repair ? "calibrate" : "check",
+             headline: say("standing.broken", { date, what: changed(chart, say, fmt) }),
+             more: [...advised, say("standing.broken.since", { since: fmt.day(since), good })] };
+  }
+  return { state, action: "check", headline: say("standing.unknown", { date, why: unknown_because(chart, now_s, say) }),
+           more: [say("standing.check"), say("standing.unknown.good", { good })] };
+}
+
+export function standing_line(seen: {
+  drift: DriftSeen | null; versions: Version[] | null; readiness: Readiness | null; running: boolean;
+  /** Cell file that the page is named after. */
+  cell: string;
+}, now_s: number, say: Say, fmt: Formats): StandingLine {
+  const { drift, versions, readiness } = seen;
+  const damaged = versions?.find((one) => one.active && one.trouble !== "");
+  if (damaged)
+    return { state: "unknown", action: null, more: [damaged.trouble],
+             headline: say("standing.damaged", { session: damaged.session }) };
+  if (drift?.checks) {
+    const { calibration } = drift.checks;
+    return of_chart(drift.checks, versions?.find((one) => one.session === calibration), seen.cell, now_s, say, fmt);
+  }
+  if (!drift || !versions) return { state: "pending", headline: say("standing.pending"), more: [], action: null };
+  if (versions.length > 0)
+    return { state: "unknown", headline: say("standing.unreadable"), more: [say("standing.unreadable.do")], action: null };
+  const next: Key = seen.running ? "standing.none.running" : readiness?.next ? "standing.none.next" : "standing.none.do";
+  return { state: "none", headline: say("standing.none"), action: readiness?.next ? null : "calibrate",
+           more: [say(next, { step: readiness?.next ? say(`step.${readiness.next}`) : "" })] };
+}
