@@ -75,7 +75,8 @@ std::string module_line(const CorrectedModule& module, const calib::Robot& robot
   const std::string state = state_of(module);
   std::string text = fmt::format("{:<10} {}", state, calib::shown(module.src, 120));
   if (state == "corrected") text += fmt::format("  {} points", module.points);
-  if (state == "left") text += "  moves to points that stay";
+  if (state == "left")
+    text += module.kukas ? "  the controller's own program" : "  moves to points that stay";
   if (state == "refused") {
     text += "  " + words(module.refusals.front(), robot);
     if (module.refusals.size() > 1)

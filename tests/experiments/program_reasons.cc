@@ -1,9 +1,11 @@
 #include "tests/experiments/program_reasons.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -76,9 +78,11 @@ daemon::krl::BackupFiles files_of(const fs::path& backup) {
   }
   for (const fs::path& one : files_below(backup, ".dat")) {
     const std::string name = lower(one.filename().string());
-    if (of_the_other_side(one) || (name.starts_with("$") && name != "$config.dat")) continue;
+    if (of_the_other_side(one) ||
+        (name.starts_with("$") && name != "$config.dat" && name != "$machine.dat"))
+      continue;
     const auto module = by_stem.find(stem(one));
-    if (name == "$config.dat")
+    if (name == "$config.dat" || name == "$machine.dat")
       files.controller.push_back(read(one));
     else if (module == by_stem.end())
       files.data.push_back(read(one));
@@ -90,7 +94,15 @@ daemon::krl::BackupFiles files_of(const fs::path& backup) {
 
 std::string outcome(const daemon::krl::CorrectedModule& module) {
   if (!module.refusals.empty()) return name_of(module.refusals.front().why);
+  if (module.kukas) return "the controller's own";
   return module.points > 0 ? "corrected" : "homes alone";
+}
+
+/// All kinds of refusal of a module: one mended reason often uncovers the next.
+std::string kinds_of(const daemon::krl::CorrectedModule& module) {
+  std::set<std::string> kinds;
+  for (const auto& one : module.refusals) kinds.insert(name_of(one.why));
+  return fmt::format("{}", fmt::join(kinds, "+"));
 }
 
 void count(const fs::path& backup, bool verbose, std::map<std::string, int>& reasons) {
@@ -107,7 +119,8 @@ void count(const fs::path& backup, bool verbose, std::map<std::string, int>& rea
     if (module.motions == 0) continue;
     ++reasons[outcome(module)];
     if (!module.refusals.empty() && verbose)
-      fmt::print("    {}\n", daemon::krl::words(module.refusals.front(), cell.robot));
+      fmt::print("    {}: {}\n", kinds_of(module),
+                 daemon::krl::words(module.refusals.front(), cell.robot));
   }
 }
 
