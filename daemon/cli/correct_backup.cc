@@ -11,6 +11,7 @@
 #include "daemon/cli/backup.h"
 #include "daemon/cli/correct.h"
 #include "daemon/cli/offline.h"
+#include "daemon/cli/read_back.h"
 #include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {
@@ -147,6 +148,8 @@ std::vector<fs::path> places_of(const CorrectCommand& command, const CorrectedBa
 
 void write_backup(const std::vector<fs::path>& places, const CorrectedBackup& result,
                   const std::string& record) {
+  for (std::size_t i = 0; i < result.files.size(); ++i)
+    read_back(result.files[i].text, places[i], as_krl());
   fs::create_directories(places.back().parent_path());
   write_atomically(places.back(), record);  // first: programs without it would pass for originals
   for (std::size_t i = 0; i < result.files.size(); ++i) {
