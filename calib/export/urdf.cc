@@ -34,12 +34,20 @@ struct UrdfJoint {
 };
 
 struct Document {
+  std::string_view text;
   pugi::xml_document xml;
   std::string name;  ///< of the file
   pugi::xml_node robot;
   std::vector<UrdfJoint> joints;
 
   [[noreturn]] void fail(const std::string& words) const { throw FileError(name, ": " + words); }
+  std::ptrdiff_t line_at(std::ptrdiff_t offset) const {
+    const auto end = std::clamp<std::ptrdiff_t>(offset, 0, std::ssize(text));
+    return 1 + std::count(text.begin(), text.begin() + end, '\n');
+  }
+  [[noreturn]] void fail(const pugi::xml_node& node, const std::string& words) const {
+    throw FileError(name, fmt::format(":{}: {}", line_at(node.offset_debug()), words));
+  }
 };
 
 Vector3d three(const Document& document, const UrdfJoint& joint, const pugi::xml_node& node,
@@ -75,20 +83,42 @@ UrdfJoint read_joint(const Document& document, const pugi::xml_node& node) {
   return joint;
 }
 
+void refuse_xacro(const Document& document) {
+  const pugi::xml_node found = document.xml.find_node([](const pugi::xml_node& node) {
+    return std::string_view(node.name()).starts_with("xacro:");
+  });
+  if (found)
+    document.fail(found, fmt::format("<{}>: a xacro file. Expand it first: xacro {} > robot.urdf",
+                                     shown(found.name()), document.name));
+}
+
+/// A reference position that is not 0: the joint's zero may be another than the controller's.
+void refuse_calibration(const Document& document, const UrdfJoint& joint) {
+  const pugi::xml_node calibration = joint.node.child("calibration");
+  for (const char* edge : {"rising", "falling"}) {
+    const pugi::xml_attribute at = calibration.attribute(edge);
+    if (!at || number(at.value()) == 0.0) continue;
+    document.fail(calibration,
+                  fmt::format("joint \"{}\": <calibration {}=\"{}\">: a reference position other "
+                              "than 0. Remove it where the joint's zero is the controller's; "
+                              "otherwise turn the joint's <origin> by it",
+                              shown(joint.name), edge, shown(at.value())));
+  }
+}
+
 /// Throws unless the document is a robot whose joints form a tree.
 void read(Document& document, std::string_view text) {
+  document.text = text;
   if (text.size() > kMostUrdfBytes)
     document.fail(fmt::format("{} bytes (limit {})", text.size(), kMostUrdfBytes));
   const pugi::xml_parse_result parsed = document.xml.load_buffer(
       text.data(), text.size(), pugi::parse_full | pugi::parse_ws_pcdata, pugi::encoding_utf8);
   if (!parsed)
-    document.fail(fmt::format(
-        "line {}: {}",
-        1 + std::count(text.begin(),
-                       text.begin() + std::min<std::ptrdiff_t>(parsed.offset, text.size()), '\n'),
-        parsed.description()));
+    document.fail(
+        fmt::format("line {}: {}", document.line_at(parsed.offset), parsed.description()));
+  refuse_xacro(document);
   document.robot = document.xml.child("robot");
-  if (!document.robot) document.fail("no <robot>. Is it a URDF? (xacro files: expand them first)");
+  if (!document.robot) document.fail("no <robot>. Is it a URDF?");
   std::set<std::string> children, names;
   for (const pugi::xml_node& node : document.robot.children("joint")) {
     if (document.joints.size() >= kMostJoints)
@@ -205,6 +235,7 @@ Chain chain_of(const Document& document, const std::string& asked) {
                       shown(joint->name), shown(joint->type)));
     if (joint->node.child("mimic"))
       document.fail(fmt::format("joint \"{}\" mimics another", shown(joint->name)));
+    refuse_calibration(document, *joint);
     PlacedJoint& placed = chain.frames.joints.emplace_back();
     placed.name = joint->name;
     placed.origin = fixed * joint->origin;

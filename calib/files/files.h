@@ -62,5 +62,6 @@ struct JointRows {
 };
 /// Joint columns only, for prediction: any angle. Other columns are refused.
 JointRows load_joints(const std::filesystem::path& path, const Robot& robot);
+JointRows parse_joints(std::string_view text, const std::string& name, const Robot& robot);
 
 }  // namespace cellcal::calib

@@ -305,14 +305,16 @@ std::string format_touches(const std::vector<Touch>& touches, const Robot& robot
 }
 
 JointRows load_joints(const std::filesystem::path& path, const Robot& robot) {
-  const std::string text = read_file(path);
-  CsvTable table(text, path.string());
+  return parse_joints(read_file(path), path.string(), robot);
+}
+
+JointRows parse_joints(std::string_view text, const std::string& name, const Robot& robot) {
+  CsvTable table(text, name);
   table.refuse_unknown(joint_names(robot));
-  const auto columns = joint_columns(table, robot, path.string());
+  const auto columns = joint_columns(table, robot, name);
   JointRows rows;
   while (table.next()) {
-    if (rows.joint_rad.size() == kMaxRows)
-      throw FileError(path.string(), ": more than 2000000 rows");
+    if (rows.joint_rad.size() == kMaxRows) throw FileError(name, ": more than 2000000 rows");
     rows.joint_rad.push_back(read_joints(table, columns));
     const auto error = beyond_limits(table, robot, columns, rows.joint_rad.back());
     if (!error) continue;

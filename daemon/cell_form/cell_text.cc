@@ -377,6 +377,17 @@ void take(const calib::CsvTable& table, const char* column, double& value) {
     value = table.number(found);
 }
 
+/// Certificates state 0.0002 to 0.1 mm.
+constexpr double kMostCertifiedSigmaMm = 1.0;
+
+void refuse_micrometres(const calib::CsvTable& table, const char* column, double sigma_mm) {
+  if (sigma_mm <= kMostCertifiedSigmaMm) return;
+  table.fail(table.find(column),
+             fmt::format("{} mm is above any certificate's sigma (mostly 0.0002 to 0.1 mm). In "
+                         "micrometres say so in its name: [um] in place of _mm",
+                         toml_number(sigma_mm)));
+}
+
 }  // namespace
 
 std::vector<SphereForm> spheres_in(std::string_view csv, const std::string& file) {
@@ -388,6 +399,7 @@ std::vector<SphereForm> spheres_in(std::string_view csv, const std::string& file
                 sphere.id = table.text(needed(table, "id", name));
                 sphere.diameter_mm = table.number(needed(table, "diameter_mm", name));
                 take(table, "diameter_sigma_mm", sphere.diameter_sigma_mm);
+                refuse_micrometres(table, "diameter_sigma_mm", sphere.diameter_sigma_mm);
                 sphere.centre_mm = centre(table, name);
                 take(table, "centre_sigma_mm", sphere.centre_sigma_mm);
                 take(table, "serial", sphere.serial);
@@ -405,6 +417,7 @@ std::vector<LengthForm> certificate_in(std::string_view csv, const std::string& 
                 length.to = table.text(needed(table, "to", name));
                 length.mm = table.number(needed(table, "mm", name));
                 length.sigma_mm = table.number(needed(table, "sigma_mm", name));
+                refuse_micrometres(table, "sigma_mm", length.sigma_mm);
                 take(table, "certificate", length.certificate.number);
                 take(table, "certificate_date", length.certificate.date);
                 return length;

@@ -17,6 +17,7 @@
 #include "calib/model/units.h"
 #include "daemon/cli/backup.h"
 #include "daemon/cli/offline.h"
+#include "daemon/cli/read_back.h"
 #include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {
@@ -100,6 +101,8 @@ std::vector<fs::path> places(const CorrectCommand& command, const CorrectedProgr
 /// Writes the record first: a corrected program without it would pass for the original.
 void write(const std::vector<fs::path>& places, const CorrectedProgram& result,
            const std::string& record) {
+  for (std::size_t i = 0; i < result.files.size(); ++i)
+    read_back(result.files[i].text, places[i], as_krl());
   fs::create_directories(places.front().parent_path());
   write_atomically(places.back(), record);
   for (std::size_t i = 0; i < result.files.size(); ++i)
@@ -355,7 +358,7 @@ int correct_poses(const CorrectCommand& command, const calib::Calibration& calib
     }
     put(list.dump(1) + "\n", command.output);
   } else if (unreached == 0) {
-    put(csv(robot, all), command.output);
+    put_as(as_joints(robot), csv(robot, all), command.output);
   }
   return unreached == 0 ? kSuccess : kJobFailed;
 }

@@ -11,6 +11,7 @@
 #include "daemon/cli/backup.h"
 #include "daemon/cli/correct.h"
 #include "daemon/cli/offline.h"
+#include "daemon/cli/read_back.h"
 #include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {
@@ -40,7 +41,8 @@ std::string module_line(const CorrectedModule& module, const calib::Robot& robot
   const std::string state = state_of(module);
   std::string text = fmt::format("{:<10} {}", state, calib::shown(module.src, 120));
   if (state == "corrected") text += fmt::format("  {} points", module.points);
-  if (state == "left") text += "  moves to points that stay";
+  if (state == "left")
+    text += module.kukas ? "  the controller's own program" : "  moves to points that stay";
   if (state == "refused") {
     text += "  " + words(module.refusals.front(), robot);
     if (module.refusals.size() > 1)
@@ -111,6 +113,8 @@ std::vector<fs::path> places_of(const CorrectCommand& command, const CorrectedBa
 
 void write_backup(const std::vector<fs::path>& places, const CorrectedBackup& result,
                   const std::string& record) {
+  for (std::size_t i = 0; i < result.files.size(); ++i)
+    read_back(result.files[i].text, places[i], as_krl());
   fs::create_directories(places.back().parent_path());
   write_atomically(places.back(), record);  // first: programs without it would pass for originals
   for (std::size_t i = 0; i < result.files.size(); ++i) {

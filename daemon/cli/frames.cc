@@ -14,6 +14,7 @@
 #include "calib/files/input_file.h"
 #include "calib/model/units.h"
 #include "daemon/cli/offline.h"
+#include "daemon/cli/read_back.h"
 #include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {
@@ -130,7 +131,7 @@ int frames(const FramesCommand& command) {
   const auto calibration = usable_calibration("frames", command.calibration, command.withheld);
   if (!calibration) return kNotPublishable;
   const krl::ProposedFrames result = frames_of(command, *calibration);
-  if (!command.output.empty()) put(result.snippet, command.output);
+  if (!command.output.empty()) put_as(as_krl(), result.snippet, command.output);
   put(command.json ? json_of(result) : report(result), {});
   return kSuccess;
 }

@@ -19,11 +19,11 @@
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
 #include "calib/files/text.h"
-#include "calib/files/toml.h"
 #include "calib/model/error.h"
 #include "calib/model/units.h"
 #include "daemon/cli/backup.h"
 #include "daemon/cli/offline.h"
+#include "daemon/cli/read_back.h"
 
 namespace cellcal::daemon {
 
@@ -142,11 +142,7 @@ int import_robot(const ImportRobotCommand& command) {
     print_accuracy(robot);
   }
   if (!command.urdf.empty()) check_joints(robot, command.urdf.string());
-  const std::string text = calib::robot_to_toml(robot);
-  // Refuses a robot that plan would refuse later.
-  calib::read_robot(
-      calib::TomlTable::parse(text, command.output.empty() ? "robot" : command.output.string()));
-  put(text, command.output);
+  put_as(as_robot(), calib::robot_to_toml(robot), command.output);
   return kSuccess;
 }
 
@@ -198,6 +194,7 @@ int export_robot(const ExportRobotCommand& command) {
                                                   nominal, real),
                               words);
   }
+  if (command.as == "urdf") read_back(text, command.output, as_urdf(command.tip));
   put(text, command.output);
   fmt::print(stderr, "left out: {}. Where that is too much, correct poses: cellcal correct\n",
              rigid_words(out));

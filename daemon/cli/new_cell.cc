@@ -23,6 +23,7 @@
 #include "calib/plan/cell_check.h"
 #include "calib/plan/plan.h"
 #include "daemon/cell_form/cell_text.h"
+#include "daemon/cli/read_back.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/correction_limit.h"
 
@@ -168,7 +169,9 @@ int new_cell(const NewCellCommand& command, std::istream& in, std::ostream& aske
   const calib::Cell cell = cell_of(form);
   const std::vector<std::string> warnings =
       calib::refuse_faulty(cell);  // before an existing file is replaced
-  write_atomically(command.output, cell_text(form));
+  const std::string text = cell_text(form);
+  read_back(text, command.output, as_cell(form.robot.name, form.robot.text));
+  write_atomically(command.output, text);
   const Planned planned = plan_it(cell);
   fmt::print("{}", command.json ? as_json(command, warnings, planned)
                                 : words(command, form, cell, warnings, planned));

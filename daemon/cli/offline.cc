@@ -24,6 +24,7 @@
 #include "calib/result/unidentifiable.h"
 #include "calib/seed_paper/paper.h"
 #include "calib/verdict/change.h"
+#include "daemon/cli/read_back.h"
 #include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {
@@ -279,7 +280,7 @@ int identify(const IdentifyCommand& command) {
     calibration.inputs.push_back(input("last", command.last.string(), last));
   }
   const std::string json = calib::calibration_to_json(calibration);
-  if (!command.output.empty()) put(json, command.output);
+  if (!command.output.empty()) put_as(as_calibration(), json, command.output);
   if (command.json) {
     put(json, {});
   } else if (command.verbose) {

@@ -21,6 +21,7 @@
 #include "calib/plan/suggest_spheres.h"
 #include "daemon/cli/correct.h"
 #include "daemon/cli/offline.h"
+#include "daemon/cli/read_back.h"
 #include "daemon/files/correction_limit.h"
 #include "daemon/report/plan_picture.h"
 
@@ -183,9 +184,10 @@ int plan(const PlanCommand& command) {
   for (const calib::PlannedTouch& planned : made.touches) touches.push_back(nominal_touch(planned));
   const std::string foreseen = foreseen_words(region_words(command), made, cell.robot);
   const std::string travel = travel_words(needed, made, cell.robot);
-  put("# planned with nominal geometry, not measured\n" + left_out_comment(made, cell) + "# " +
-          foreseen + "\n# " + travel + "\n" + calib::format_touches(touches, cell.robot),
-      command.output);
+  put_as(as_touches(cell),
+         "# planned with nominal geometry, not measured\n" + left_out_comment(made, cell) + "# " +
+             foreseen + "\n# " + travel + "\n" + calib::format_touches(touches, cell.robot),
+         command.output);
   if (!command.output.empty())
     put(fmt::format("{}: {} touches written\n{}\n{}\n", command.output.string(),
                     made.touches.size(), foreseen, travel),

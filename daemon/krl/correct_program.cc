@@ -15,6 +15,7 @@
 #include "daemon/krl/krl_numbers.h"
 #include "daemon/krl/krl_program.h"
 #include "daemon/krl/point_value.h"
+#include "daemon/krl/postures.h"
 
 namespace cellcal::daemon::krl {
 
@@ -47,7 +48,8 @@ class Correction {
       : calibration_(calibration),
         program_(program),
         options_(options),
-        views_(calibration, program.data) {
+        views_(calibration, program.data),
+        postures_(program, views_) {
     if (options.from != nullptr) {
       if (calib::nominal_geometry_sha256(options.from->cell.robot) !=
           calib::nominal_geometry_sha256(calibration.cell.robot))
@@ -62,17 +64,20 @@ class Correction {
     for (std::size_t i = 0; i < program_.motions.size(); ++i) {
       const Motion& motion = program_.motions[i];
       if (motion.left) {
-        pass(i);
+        if (const auto q = postures_.at(i)) ends_[i] = *q;
         continue;
       }
-      const auto done = first_motion_.find(motion.point);
-      if (done == first_motion_.end()) {
-        first_motion_[motion.point] = i;
-        correct(i);
-      } else {
-        again(i, done->second);
+      if (postures_.never(i)) {
+        never_.insert(motion.point);
+        continue;
       }
+      const auto [first, fresh] = first_motion_.emplace(motion.point, i);
+      if (fresh)
+        correct(i);
+      else
+        again(i, first->second);
     }
+    for (std::size_t i = 0; i < program_.motions.size(); ++i) check_posture(i);
   }
 
   /// Edits of points whose key is among `keys`.
@@ -85,8 +90,10 @@ class Correction {
   }
   const std::map<std::string, CorrectedPoint>& points() const { return points_; }
   /// Joint angles of the nominal arm, by index of the motion.
-  const std::map<std::size_t, JointVector>& nominal() const { return nominal_; }
+  const JointsOfMotions& nominal() const { return postures_.all(); }
   const std::multimap<std::string, Refusal>& refusals() const { return refusals_; }
+  /// Points that stay, by key: no posture reaches them, and copies give their values.
+  const std::set<std::string>& never() const { return never_; }
   const std::vector<ToolUsed>& tools() const { return views_.used(); }
   const std::vector<std::string>& order() const { return order_; }
 
@@ -94,11 +101,11 @@ class Correction {
   void refuse(Why why, const Motion& motion, std::optional<calib::NotReached> reached = {},
               int number = -1) {
     const Point& point = program_.points.at(motion.point);
-    const bool of_the_motion = why == Why::kToolNotKnown || why == Why::kBaseNotKnown ||
-                               why == Why::kTwoFrames || why == Why::kExternalTool ||
-                               why == Why::kNoConfiguration || why == Why::kPostureNotKnown ||
-                               why == Why::kOtherPosture || why == Why::kFrameChanged ||
-                               why == Why::kNoSuchTool || why == Why::kNoSuchBase;
+    const bool of_the_motion =
+        why == Why::kToolNotKnown || why == Why::kBaseNotKnown || why == Why::kTwoFrames ||
+        why == Why::kExternalTool || why == Why::kNoConfiguration || why == Why::kPostureNotKnown ||
+        why == Why::kOtherPosture || why == Why::kFrameChanged || why == Why::kNoSuchTool ||
+        why == Why::kNoSuchBase || why == Why::kExternalBase;
     refusals_.emplace(motion.point,
                       Refusal{why, of_the_motion ? program_.modules[motion.module].src : point.file,
                               of_the_motion ? motion.line : point.line, name_of_key(motion.point),
@@ -106,79 +113,22 @@ class Correction {
   }
 
   /// The statement that makes the frame or posture unknown.
-  static Lost lost(Why why, const Motion& motion) {
+  Lost lost(Why why, const Motion& motion) const {
     if (why == Why::kToolNotKnown || why == Why::kBaseNotKnown) return motion.frames.lost;
-    if (why == Why::kPostureNotKnown || why == Why::kNoConfiguration) return motion.lost;
+    if (why == Why::kPostureNotKnown || why == Why::kNoConfiguration)
+      return program_.flow.before(motion.start).lost.value_or(Lost{});
     return {};
   }
 
-  /// An unchanged point: only its posture counts.
-  void pass(std::size_t index) {
+  /// CP motions keep the posture of their start, before and after the correction.
+  void check_posture(std::size_t index) {
     const Motion& motion = program_.motions[index];
-    const auto at = program_.left_points.find(motion.point);
-    if (at == program_.left_points.end() || wrong_value(at->second)) return;
-    std::optional<JointVector> q;
-    if (at->second.kind == PointKind::kAxes) {
-      q = axes_of(at->second);
-    } else if (const auto* view = left_view(motion)) {
-      const auto base = frame_of_ref(*motion.frames.base, program_.data.bases);
-      if (!base) return;
-      const Isometry3d tcp =
-          robroot().inverse() * *base * calib::to_isometry(*frame_of(at->second.value));
-      const auto stated = status_turn(at->second);
-      const auto before = previous(motion);
-      if (motion.cp && (!before || (stated && view->status_turn(*before).status != stated->status)))
-        return;
-      if (stated)
-        q = view->joints(tcp, *stated);
-      else if (before)
-        q = view->joints(tcp, *before);
-    }
-    if (q) nominal_[index] = ends_[index] = *q;
-  }
-
-  const ControllerView* left_view(const Motion& motion) {
-    if (motion.wrong_frame_data || motion.frames.external || !motion.frames.tool ||
-        !motion.frames.base || changed(motion, false))
-      return nullptr;
-    const ControllerView* const view = views_.of(*motion.frames.tool);
-    return view != nullptr && view->closed_form() ? view : nullptr;
-  }
-
-  /// True if the program changes the data that are valid at the motion.
-  bool changed(const Motion& motion, bool axes) const {
-    const FrameRef& tool = *motion.frames.tool;
-    const FrameChanges& changes = program_.modules[motion.module].changes;
-    if (!tool.literal && (changes.tools.has(tool.number) || changes.loads.has(tool.number)))
-      return true;
-    if (axes) return false;
-    return changes.robroot || (motion.frames.base && !motion.frames.base->literal &&
-                               changes.bases.has(motion.frames.base->number));
-  }
-
-  Isometry3d robroot() const {
-    return calib::to_isometry(program_.data.robroot.value_or(FrameMmDeg{}));
-  }
-
-  static JointVector axes_of(const Point& point) {
-    JointVector q;
-    for (int i = 1; i <= 6; ++i)
-      q.push_back(point.value.numbers.at("A" + std::to_string(i)).value * calib::kRadPerDeg);
-    return q;
-  }
-
-  /// A CP motion keeps the posture of its start, regardless of S.
-  std::optional<Why> wrong_posture(const Motion& motion, const ControllerView& view,
-                                   const std::map<std::size_t, JointVector>& joints,
-                                   const JointVector& q) const {
-    if (!motion.cp) return std::nullopt;
-    const auto before =
-        motion.previous < 0 ? joints.end() : joints.find(static_cast<std::size_t>(motion.previous));
-    if (before == joints.end()) return Why::kPostureNotKnown;
-    if (!view.closed_form()) return Why::kNoClosedForm;
-    return view.status_turn(before->second).status == view.status_turn(q).status
-               ? std::nullopt
-               : std::optional(Why::kOtherPosture);
+    if (motion.left || refused_.count(motion.point) > 0 || !postures_.at(index)) return;
+    auto wrong = postures_.wrong(index, postures_.all());
+    if (!wrong && ends_.count(index) > 0 && motion.cp) wrong = postures_.wrong(index, ends_);
+    if (!wrong) return;
+    refused_.insert(motion.point);
+    refuse(*wrong, motion);
   }
 
   /// A point already corrected for an earlier motion.
@@ -195,28 +145,20 @@ class Correction {
       refused_.insert(other.point);
       return refuse(other.frames.external ? Why::kExternalTool : Why::kTwoFrames, other);
     }
-    const auto joints = nominal_.find(first);
-    if (joints == nominal_.end()) return;
-    // Without S and T the same numbers may belong to another posture here.
-    if (!axes && !status_turn(program_.points.at(other.point))) {
-      const auto before = previous(other);
-      ControllerView& view = *views_.of(*other.frames.tool);
-      if (!before ||
-          !(view.status_turn(*before).status == view.status_turn(joints->second).status)) {
-        refused_.insert(other.point);
-        return refuse(Why::kNoConfiguration, other);
-      }
-    }
     const auto there = ends_.find(first);
     if (there == ends_.end()) return;
-    ControllerView& view = *views_.of(*other.frames.tool);
-    auto wrong = wrong_posture(other, view, nominal_, joints->second);
-    if (!wrong) wrong = wrong_posture(other, view, ends_, there->second);
-    if (wrong) {
+    const auto here = postures_.at(index);
+    if (!here) {
       refused_.insert(other.point);
-      return refuse(*wrong, other);
+      return refuse(Why::kNoConfiguration, other);
     }
-    nominal_[index] = joints->second;
+    // Without S and T the same numbers may belong to another posture here.
+    ControllerView& view = *postures_.view_of(other);
+    if (!axes && !status_turn(program_.points.at(other.point)) &&
+        view.status_turn(*here).status != view.status_turn(*postures_.at(first)).status) {
+      refused_.insert(other.point);
+      return refuse(Why::kNoConfiguration, other);
+    }
     ends_[index] = there->second;
   }
 
@@ -231,7 +173,7 @@ class Correction {
   }
 
   std::optional<Why> try_correct(std::size_t index, const Motion& motion, const Point& point) {
-    if (const auto wrong = wrong_value(point)) return wrong;
+    if (const auto wrong = wrong_value(point, program_.data.external)) return wrong;
     if (motion.wrong_frame_data) {
       refusals_.emplace(motion.point, *motion.wrong_frame_data);
       reported_ = true;
@@ -239,26 +181,31 @@ class Correction {
     }
     if (motion.frames.external) return Why::kExternalTool;
     if (!motion.frames.tool) return Why::kToolNotKnown;
-    if (changed(motion, point.kind == PointKind::kAxes)) return Why::kFrameChanged;
+    if (on_external_kinematic(motion, point)) return Why::kExternalBase;
+    if (postures_.changed(motion, point.kind == PointKind::kAxes)) return Why::kFrameChanged;
     ControllerView* view = view_of(motion);
     if (view == nullptr) return Why::kNoSuchTool;
     return point.kind == PointKind::kAxes ? correct_axes(index, motion, point, *view)
                                           : correct_pose(index, motion, point, *view);
   }
 
+  /// A positioner carries the base: its place is not that of BASE_DATA alone.
+  bool on_external_kinematic(const Motion& motion, const Point& point) const {
+    const auto& base = motion.frames.base;
+    return point.kind == PointKind::kCartesian && base && !base->literal &&
+           program_.data.external.carried_bases.count(base->number) > 0;
+  }
+
   std::optional<Why> correct_axes(std::size_t index, const Motion& motion, const Point& point,
                                   const ControllerView& view) {
     if (view.robot().joints.size() != 6) return Why::kPartial;
-    const JointVector q = axes_of(point);
-    nominal_[index] = q;
-    if (const auto wrong = wrong_posture(motion, view, nominal_, q)) return wrong;
+    const JointVector q = Postures::axes_of(point);
     const Isometry3d taught = view.nominal(q);
     const Isometry3d wanted = was_at(motion, q).value_or(taught);
     if (outside_scope(wanted)) return Why::kOutsideScope;
     const auto reached = reach(motion, view, wanted, q);
     if (!reached) return Why::kNotReached;
     ends_[index] = *reached;
-    if (const auto wrong = wrong_posture(motion, view, ends_, *reached)) return wrong;
     CorrectedPoint done = about(motion, point);
     const Isometry3d moved = view.nominal(*reached);
     done.shift_mm = (moved.translation() - taught.translation()) * calib::kMmPerM;
@@ -277,38 +224,23 @@ class Correction {
                                   const ControllerView& view) {
     if (!view.closed_form()) return Why::kNoClosedForm;
     if (!motion.frames.base) return Why::kBaseNotKnown;
-    const auto base = frame_of_ref(*motion.frames.base, program_.data.bases);
+    const auto base = postures_.base_of(motion);
     if (!base) {
       refuse(Why::kNoSuchBase, motion, {}, motion.frames.base->number);
       reported_ = true;
       return Why::kNoSuchBase;
     }
-    const Isometry3d in_robot = robroot().inverse() * *base;
+    const Isometry3d& in_robot = *base;
     const FrameMmDeg old = *frame_of(point.value);
     const Isometry3d taught = calib::to_isometry(old), wanted = in_robot * taught;
     const auto stated = status_turn(point);
-    std::optional<JointVector> q;
-    if (stated) {
-      q = view.joints(wanted, *stated);
-      if (!q) return Why::kWrongTurn;
-    } else {
-      const auto before = previous(motion);
-      if (!before) return Why::kNoConfiguration;
-      q = view.joints(wanted, *before);
-      if (!q) {
-        refuse(Why::kNotReached, motion, calib::NotReached{calib::Unreached::kTooFar});
-        reported_ = true;
-        return Why::kNotReached;
-      }
-    }
-    nominal_[index] = *q;
-    if (const auto wrong = wrong_posture(motion, view, nominal_, *q)) return wrong;
+    const auto q = postures_.at(index);
+    if (!q) return no_posture(index, stated.has_value());
     const Isometry3d goal = was_at(motion, *q).value_or(wanted);
     if (outside_scope(goal)) return Why::kOutsideScope;
     const auto reached = reach(motion, view, goal, *q);
     if (!reached) return Why::kNotReached;
     ends_[index] = *reached;
-    if (const auto wrong = wrong_posture(motion, view, ends_, *reached)) return wrong;
     CorrectedPoint done = about(motion, point);
     const Isometry3d moved = in_robot.inverse() * view.nominal(*reached);
     done.shift_mm = (moved.translation() - taught.translation()) * calib::kMmPerM;
@@ -332,6 +264,14 @@ class Correction {
     const auto commanded = stated ? view.joints(believed, now) : view.joints(believed, *q);
     if (!commanded) return Why::kNotVerified;
     return verified(done, motion, view, *commanded, goal);
+  }
+
+  Why no_posture(std::size_t index, bool stated) {
+    if (stated) return Why::kWrongTurn;
+    if (postures_.starts(index, postures_.all()).empty()) return Why::kNoConfiguration;
+    refuse(Why::kNotReached, program_.motions[index], calib::NotReached{calib::Unreached::kTooFar});
+    reported_ = true;
+    return Why::kNotReached;
   }
 
   /// TCP of the arm that the point was taught on.
@@ -395,14 +335,8 @@ class Correction {
         });
   }
 
-  std::optional<JointVector> previous(const Motion& motion) const {
-    if (motion.previous < 0) return std::nullopt;
-    const auto at = nominal_.find(static_cast<std::size_t>(motion.previous));
-    return at == nominal_.end() ? std::nullopt : std::optional(at->second);
-  }
-
   ControllerView* view_of(const Motion& motion) {
-    ControllerView* const view = views_.of(*motion.frames.tool);
+    ControllerView* const view = postures_.view_of(motion);
     if (view != nullptr) return view;
     refuse(Why::kNoSuchTool, motion, {}, motion.frames.tool->number);
     reported_ = true;
@@ -425,15 +359,15 @@ class Correction {
   const Program& program_;
   const CorrectionOptions& options_;
   ControllerViews views_;
+  Postures postures_;
   std::optional<ControllerViews> from_;              ///< for the arm that the points were taught on
   std::map<std::string, const std::string*> texts_;  ///< files with points
   std::map<std::string, CorrectedPoint> points_;     ///< by key
   std::vector<std::string> order_;                   ///< order of their first motions
   std::multimap<std::string, Refusal> refusals_;     ///< by the point's key
-  std::map<std::size_t, JointVector> nominal_;       ///< per motion, before correction
-  std::map<std::size_t, JointVector> ends_;          ///< per motion, after correction
+  JointsOfMotions ends_;                             ///< after correction
   std::map<std::string, std::size_t> first_motion_;
-  std::set<std::string> refused_;
+  std::set<std::string> refused_, never_;
   std::multimap<std::string, std::pair<std::string, Edit>>
       edits_;              ///< by file; with the point's key
   bool reported_ = false;  ///< the refusal is already listed
@@ -450,6 +384,8 @@ const CorrectedPoint* CorrectedProgram::largest() const {
 }
 
 namespace {
+
+constexpr const char* kNever = "no posture reaches it as stated; other points are copied to it";
 
 void sort_by_place(std::vector<Refusal>& refusals) {
   std::stable_sort(refusals.begin(), refusals.end(), [](const Refusal& a, const Refusal& b) {
@@ -492,8 +428,9 @@ void refuse_shared(const Program& program, std::vector<std::vector<Refusal>>& re
   for (std::size_t i = 0; i < refusals.size(); ++i)
     if (!refusals[i].empty()) open.push_back(i);
   while (!open.empty()) {
-    const auto [begin, end] = by_module.equal_range(open.back());
+    const std::size_t from = open.back();
     open.pop_back();
+    const auto [begin, end] = by_module.equal_range(from);
     for (auto at = begin; at != end; ++at) {
       const std::string& key = at->second->point;
       if (!seen.insert(key).second) continue;
@@ -501,8 +438,13 @@ void refuse_shared(const Program& program, std::vector<std::vector<Refusal>>& re
       for (auto one = first; one != last; ++one) {
         const Motion& motion = *one->second;
         if (!refusals[motion.module].empty()) continue;
-        refusals[motion.module].push_back(
-            {Why::kShared, program.modules[motion.module].src, motion.line, name_of_key(key)});
+        refusals[motion.module].push_back({Why::kShared,
+                                           program.modules[motion.module].src,
+                                           motion.line,
+                                           name_of_key(key),
+                                           -1,
+                                           std::nullopt,
+                                           {program.modules[from].src, 0}});
         open.push_back(motion.module);
       }
     }
@@ -528,6 +470,7 @@ CorrectedProgram correct_program(const calib::Calibration& calibration, const Pr
   Correction correction(calibration, texts, program, options);
   correction.run();
   result.tools = correction.tools();
+  for (const std::string& key : correction.never()) result.left.push_back({key, kNever});
   std::set<std::string> keys;
   for (const std::string& key : correction.order()) {
     result.points.push_back(correction.points().at(key));
@@ -578,15 +521,18 @@ CorrectedBackup correct_backup(const calib::Calibration& calibration, const Back
   result.robroot_stated = program.data.robroot.has_value();
   result.tools = correction.tools();
   for (const auto& [key, why] : program.left) result.left.push_back({name_of_key(key), why});
+  for (const std::string& key : correction.never())
+    result.left.push_back({name_of_key(key), kNever});
   std::vector<std::set<std::string>> points(program.modules.size());
   for (const Motion& motion : program.motions)
-    if (!motion.left) points[motion.module].insert(motion.point);
+    if (!motion.left && correction.never().count(motion.point) == 0)
+      points[motion.module].insert(motion.point);
   std::set<std::string> keys;
   for (std::size_t i = 0; i < program.modules.size(); ++i) {
     sort_by_place(refusals[i]);
     const int count = refusals[i].empty() ? static_cast<int>(points[i].size()) : 0;
-    result.modules.push_back(
-        {program.modules[i].src, program.modules[i].motion_lines, count, refusals[i]});
+    result.modules.push_back({program.modules[i].src, program.modules[i].motion_lines, count,
+                              refusals[i], program.modules[i].kukas});
     if (refusals[i].empty()) keys.insert(points[i].begin(), points[i].end());
   }
   for (const std::string& key : correction.order())

@@ -62,6 +62,7 @@ struct CorrectedModule {
   int points = 0;   ///< corrected points
   /// If any: none of its points is changed.
   std::vector<Refusal> refusals;
+  bool kukas = false;  ///< the controller's own program, left as it is
 };
 
 /// No module has corrected and uncorrected points, except points that stay unchanged in all of

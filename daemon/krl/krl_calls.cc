@@ -90,15 +90,14 @@ std::string upper_stem(const std::string& file) {
   return stem;
 }
 
-/// Name of the routine that starts in this line, after a function's return type.
+}  // namespace
+
 std::string routine_name(const Line& line) {
   const auto& t = line.tokens;
   for (std::size_t i = 1; i < t.size(); ++i)
     if (t[i].kind == Kind::kWord && (sign_of(t, i + 1, '(') || i + 1 == t.size())) return t[i].word;
   return {};
 }
-
-}  // namespace
 
 MotionKind motion_kind(const Line& line) {
   const Token& token = line.tokens[0];
@@ -207,10 +206,12 @@ FrameChanges Routines::changes(std::size_t module) const {
   for (; !called.empty(); called.pop_front()) {
     const Body& body = bodies_[called.front()];
     merge(body.changes, all);
-    for (const std::string& call : body.calls)
+    for (const std::string& call : body.calls) {
+      if (still_.count(call) > 0 || is_kukas(call)) continue;  // STOOL2 reads TOOL_DATA[n]
       if (const auto* places = bodies_of(body.module, call))
         for (const std::size_t one : *places)
           if (seen.insert(one).second) called.push_back(one);
+    }
   }
   return all;
 }
@@ -237,6 +238,17 @@ Effects Routines::of_name(std::size_t module, const std::string& name) const {
   }
   if (effects.moves || effects.frames) effects.call = name;
   return effects;
+}
+
+std::optional<std::pair<std::size_t, std::string>> Routines::called(std::size_t module,
+                                                                    const Line& line) const {
+  const auto& t = line.tokens;
+  if (!calls_at(t, 0) || !t.back().is(")")) return std::nullopt;
+  for (std::size_t i = 1; i < t.size(); ++i)
+    if (calls_at(t, i)) return std::nullopt;
+  const auto* places = bodies_of(module, t[0].word);
+  if (places == nullptr || places->size() != 1) return std::nullopt;
+  return std::pair{bodies_[places->front()].module, t[0].word};
 }
 
 Effects Routines::of(std::size_t module, const Line& line) const {

@@ -3,6 +3,7 @@
 // with a given body, and all others, which may have both effects.
 
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -30,6 +31,8 @@ bool declares(const Line& line);
 /// After GLOBAL, if present.
 const Token& first_word(const Line& line);
 bool begins_routine(const Line& line);
+/// Name of the routine that starts in this line, after a function's return type.
+std::string routine_name(const Line& line);
 /// $TOOL, $BASE, $IPO_MODE, FDAT_ACT, or a BAS command that may set them.
 bool sets_frames(const Line& line);
 /// BAS with a command that may set frames, at tokens[at].
@@ -44,6 +47,10 @@ class Routines {
 
   /// Effects of a statement of that module, counted from 0.
   Effects of(std::size_t module, const Line& line) const;
+  /// Name and module of the routine that the statement calls and does nothing else; empty: another
+  /// statement, no body or several.
+  std::optional<std::pair<std::size_t, std::string>> called(std::size_t module,
+                                                            const Line& line) const;
   /// Changes by that module's routines and all their callees.
   FrameChanges changes(std::size_t module) const;
 

@@ -1,5 +1,6 @@
 #include "daemon/krl/krl_data.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "calib/model/error.h"
@@ -59,6 +60,34 @@ bool read_robroot(const Line& line, std::size_t at, const std::string& file, Dat
     throw calib::FileError(file,
                            ":" + std::to_string(line.number) +
                                ": $ROBROOT is not like {X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}");
+  return true;
+}
+
+/// [INT] $EX_AX_NUM=0, $EX_KIN={ET1 #ERSYS,...}, MACHINE_FRAME_DAT[1]={MACH_DEF_INDEX 2,...}.
+bool read_external_axes(const Line& line, ExternalAxes& external) {
+  const auto given = read_given(line);
+  if (!given) return false;
+  if (given->name == "$EX_AX_NUM") {
+    const auto number = read_number(line.tokens, given->value);
+    const bool usable =
+        number && *number >= 0.0 && *number <= 6.0 && *number == std::floor(*number);
+    external.count = usable ? std::optional(static_cast<int>(*number)) : std::nullopt;
+    return true;
+  }
+  const bool kinematics = given->name == "$EX_KIN";
+  if (!kinematics && given->name != "MACHINE_FRAME_DAT") return false;
+  const auto value = read_aggregate(line.tokens, given->value);
+  if (kinematics) {
+    external.carry_arm.reset();
+    if (!value) return true;
+    external.carry_arm =
+        std::ranges::any_of(value->words, [](const auto& word) { return word.second == "#ERSYS"; });
+    return true;
+  }
+  const auto index =
+      value ? value->numbers.find("MACH_DEF_INDEX") : decltype(value->numbers.end()){};
+  if (!value || (index != value->numbers.end() && index->second.value > 0.0))
+    external.carried_bases.insert(given->index);
   return true;
 }
 
@@ -171,7 +200,7 @@ bool read_declaration(const Line& line, const std::string& file, Data& data) {
   bool global = false;
   for (; at < t.size() && (t[at].is("DECL") || t[at].is("GLOBAL") || t[at].is("CONST")); ++at)
     global = global || t[at].is("GLOBAL");
-  if (read_robroot(line, at, file, data)) return true;
+  if (read_robroot(line, at, file, data) || read_external_axes(line, data.external)) return true;
   if (at + 1 >= t.size() || t[at].kind != Kind::kWord) return at > 0;
   if (kCartesianTypes.count(t[at].word) > 0) {
     read_points(line, at, PointKind::kCartesian, file, global, data);

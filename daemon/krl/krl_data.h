@@ -32,6 +32,18 @@ struct FrameData {
   bool external = false;  ///< IPO_FRAME #TCP
 };
 
+/// Axes beyond the arm's six, of $machine.dat, and what they carry.
+struct ExternalAxes {
+  std::optional<int> count;       ///< $EX_AX_NUM
+  std::optional<bool> carry_arm;  ///< $EX_KIN has #ERSYS: a linear unit below the arm
+  std::set<int> carried_bases;    ///< MACHINE_FRAME_DAT[n] with MACH_DEF_INDEX above 0
+
+  /// True if the arm's place is regardless of E1 to E6: that one is not there, or none carries it.
+  bool leave_the_arm(int axis) const {
+    return (count && axis > *count) || (carry_arm && !*carry_arm);
+  }
+};
+
 struct Data {
   std::map<std::string, Point> points;
   std::map<std::string, int> declared;  ///< names of points without a value, and their line
@@ -43,6 +55,7 @@ struct Data {
   std::map<int, calib::FrameMmDeg> tools, bases;
   std::map<int, LoadData> loads;
   std::optional<calib::FrameMmDeg> robroot;
+  ExternalAxes external;
   std::vector<Refusal> refusals;
 };
 

@@ -38,18 +38,25 @@ class Reader {
         together_(together),
         module_(program.modules.size() - 1),
         data_(data),
-        program_(program) {}
+        program_(program),
+        flow_(program.flow, module_) {}
 
   void read(const std::vector<Line>& lines) {
     for (const Line& line : lines)
       if (declares_data(line)) read_declaration(line, src_.name, data_);
     FrameState state(lines, data_, calls_);
     for (const Line& line : lines) read(line, state);
+    flow_.end();
     for (const auto& [name, at] : state.frame_data_used())
       if (const auto found = mentioned_.find(name); found != mentioned_.end())
         refuse(Why::kNoSuchFrameData, found->second, name);
     for (const auto& [name, line] : mentioned_)
       program_.computed.emplace(key_of(name), Refusal{Why::kComputed, src_.name, line, name});
+  }
+
+  void count_motions(const std::vector<Line>& lines) {
+    for (const Line& line : lines)
+      if (motion_kind(line) != MotionKind::kNone) ++own().motion_lines;
   }
 
   bool has_all(const std::vector<std::string>& names) const {
@@ -105,7 +112,7 @@ class Reader {
   void read(const Line& line, FrameState& state) {
     const auto& t = line.tokens;
     depth_ = std::max(0, depth_ + FrameState::blocks(line));
-    if (state.breaks_order(line)) lose(line);
+    follow(line);
     const bool frames = state.read(line);
     if (declares_data(line) || t[0].is("EXT")) return;
     const MotionKind kind = motion_kind(line);
@@ -121,15 +128,54 @@ class Reader {
       const bool names_data = t[0].is("FDAT_ACT") && t.size() == 3;
       return names_data ? void() : mention(line, 1);
     }
-    if (assigns(line)) return;
+    if (assigns(line) || copies(line)) return;
     mention(line, 0);
   }
 
   /// The arm's position after this line is unknown.
   void lose(const Line& line) {
-    last_ = -1;
     const Effects effects = calls_.of(line);
-    lost_ = {effects.call.empty() ? line.tokens[0].word : effects.call, line.number};
+    flow_.lose({effects.call.empty() ? line.tokens[0].word : effects.call, line.number});
+  }
+
+  /// Where the arm may be after a statement that is no motion.
+  void follow(const Line& line) {
+    const Effects effects = calls_.of(line);
+    const auto routine = calls_.routines.called(module_, line);
+    if (effects.moves && routine && effects.call == routine->second)
+      flow_.call(*routine, {effects.call, line.number});
+    else if (effects.moves)
+      lose(line);
+    flow_.control(line);
+  }
+
+  /// XP2=XP1: both are corrected for all motions to either.
+  bool copies(const Line& line) {
+    const auto& t = line.tokens;
+    if (t.size() != 3 || t[0].kind != Kind::kWord || !is_sign(t, 1, '=') ||
+        t[2].kind != Kind::kWord)
+      return false;
+    for (const std::size_t i : {0U, 2U})
+      if (!corrected_by_name(t[i].word)) return false;
+    for (const std::size_t i : {0U, 2U}) {
+      const auto own_point = find_point(data_, t[i].word);
+      program_.points.emplace(key_of(t[i].word),
+                              own_point ? *own_point : *find_point(controller_, t[i].word));
+    }
+    program_.copies.push_back({key_of(t[0].word),
+                               key_of(t[2].word),
+                               {Why::kComputed, src_.name, line.number, t[0].word}});
+    return true;
+  }
+
+  /// A point with a value, which neither stays nor belongs to a file that is not corrected.
+  bool corrected_by_name(const std::string& name) const {
+    if (leave_.count(name) > 0) return false;
+    const bool own_point = data_.points.count(name) > 0;
+    const bool global = data_.globals.count(name) > 0;
+    if (!together_) return own_point && !global;
+    const bool others = controller_.points.count(name) > 0;
+    return (own_point || others) && !((global || !own_point) && stays(name));
   }
 
   /// XP1={X ...}: sets the point's value if it has none yet, and no motion used it before.
@@ -163,14 +209,17 @@ class Reader {
   /// Point at tokens[at]; advances `at`. False: the rest of the line is not understood.
   bool target(const Line& line, const FrameState& state, std::size_t& at) {
     const auto& t = line.tokens;
+    if (at < t.size() && kHere.count(t[at].word) > 0) {
+      if (!is_sign(t, ++at, ':')) return true;
+      lose(line);
+      return refuse(Why::kOperator, line.number, t[at - 1].word), false;
+    }
     Motion motion;
     motion.line = line.number;
     motion.module = module_;
     motion.cp = kAxisMotions.count(t[0].word) == 0;
-    motion.previous = last_;
-    if (last_ < 0) motion.lost = lost_;
-    last_ = -1;
-    lost_ = {};
+    motion.start = flow_.now();
+    flow_.lose({});  // unless the target is known
     motion.frames = state.at_motion(line, motion.wrong_frame_data);
     if (motion.wrong_frame_data) motion.wrong_frame_data->file = src_.name;
     if (is_sign(t, at, '{')) {
@@ -190,7 +239,6 @@ class Reader {
       if (at >= t.size() || t[at].kind != Kind::kWord)
         return refuse(Why::kComputed, line.number, "line " + std::to_string(line.number)), false;
       std::string name = t[at].word;
-      if (kHere.count(name) > 0) return ++at, !is_sign(t, at, ':');
       if (!rest_of_name(t, ++at, name)) return refuse(Why::kArray, line.number, name), false;
       if (is_sign(t, at, ':')) return refuse(Why::kOperator, line.number, name), false;
       if (is_sign(t, at, '(')) return refuse(Why::kComputed, line.number, name), false;
@@ -202,7 +250,7 @@ class Reader {
         if (!motion.left) return true;
       }
     }
-    last_ = static_cast<int>(program_.motions.size());
+    flow_.moved(program_.motions.size());
     program_.motions.push_back(std::move(motion));
     return true;
   }
@@ -260,9 +308,11 @@ class Reader {
       if (other->kind == PointKind::kCartesian && !stays(name)) refuse(Why::kElsewhere, line, name);
       return false;
     }
-    refuse(name.find('[') != std::string::npos   ? Why::kArray
-           : name.find('.') != std::string::npos ? Why::kComputed
-                                                 : Why::kUnknownPoint,
+    const bool computed =
+        name.find('.') != std::string::npos || data_.declared.count(variable_of(name)) > 0;
+    refuse(name.find('[') != std::string::npos ? Why::kArray
+           : computed                          ? Why::kComputed
+                                               : Why::kUnknownPoint,
            line, name);
     return false;
   }
@@ -287,11 +337,10 @@ class Reader {
   std::size_t module_;
   Data& data_;
   Program& program_;
-  Lost lost_;
+  FlowReader flow_;
   std::map<std::string, int> mentioned_;
   std::set<std::string> targets_;  ///< names of motion targets so far
   int depth_ = 0;                  ///< blocks of IF, LOOP and the like around the line
-  int last_ = -1;
 };
 
 /// Adds data missing in the program's own files.
@@ -302,6 +351,7 @@ void add(const Data& controller, Data& own) {
   own.bases = controller.bases;
   own.loads = controller.loads;
   own.robroot = controller.robroot;
+  own.external = controller.external;
 }
 
 /// Parts of a .dat file visible to other modules: all of $config.dat.
@@ -325,8 +375,74 @@ std::vector<Line> lines_of(const ProgramFiles& files) {
   return all;
 }
 
+/// Points that may have each other's value.
+class Alike {
+ public:
+  explicit Alike(const Program& program) {
+    for (const Copy& one : program.copies) merge(one.to, one.from);
+  }
+  /// Empty for a point that is not copied.
+  const std::set<std::string>& of(const std::string& key) const {
+    static const std::set<std::string> none;
+    const auto at = group_.find(key);
+    return at == group_.end() ? none : members_.at(at->second);
+  }
+
+ private:
+  void merge(const std::string& a, const std::string& b) {
+    for (const std::string& one : {a, b})
+      if (group_.emplace(one, one).second) members_[one] = {one};
+    std::string into = group_.at(a), from = group_.at(b);
+    if (into == from) return;
+    if (members_.at(into).size() < members_.at(from).size()) std::swap(into, from);
+    for (const std::string& one : members_.at(from)) group_[one] = into;
+    members_.at(into).merge(members_.at(from));
+    members_.erase(from);
+  }
+  std::map<std::string, std::string> group_;
+  std::map<std::string, std::set<std::string>> members_;
+};
+
+/// Beyond this a group of copied points is refused.
+constexpr std::size_t kMostAlike = 64;
+
+bool same_components(const Point& a, const Point& b) {
+  const auto has = [](const Point& point, const char* name) {
+    return point.value.numbers.count(name) > 0;
+  };
+  return a.kind == b.kind && has(a, "S") == has(b, "S") && has(a, "T") == has(b, "T");
+}
+
+/// A motion to a copied point may go to all values of its group: each is corrected for it.
+void follow_copies(Program& program) {
+  const Alike alike(program);
+  for (const Copy& one : program.copies) program.copied_to.insert(one.to);
+  for (const Copy& one : program.copies)
+    if (!same_components(program.points.at(one.to), program.points.at(one.from)) ||
+        alike.of(one.to).size() > kMostAlike)
+      program.computed.emplace(one.to, one.refusal);
+  std::map<std::string, Refusal> also;
+  for (const Copy& one : program.copies)
+    for (const std::string& key : alike.of(one.to))
+      if (const auto why = program.computed.find(key); why != program.computed.end())
+        also.emplace(one.to, why->second), also.emplace(one.from, why->second);
+  program.computed.merge(also);
+  const std::size_t own = program.motions.size();
+  for (std::size_t i = 0; i < own; ++i) {
+    if (program.computed.count(program.motions[i].point) > 0) continue;
+    for (const std::string& key : alike.of(program.motions[i].point)) {
+      if (key == program.motions[i].point) continue;
+      Motion other = program.motions[i];
+      other.point = key;
+      program.flow.instead(i, program.motions.size());
+      program.motions.push_back(std::move(other));
+    }
+  }
+}
+
 /// Points that are also read or changed, and values unknown for that reason.
 void settle(Program& program) {
+  follow_copies(program);
   const auto found = [&](const std::string& key) {
     const auto at = key.find('@');
     const std::string name = variable_of(key.substr(0, at));
@@ -348,6 +464,14 @@ void settle(Program& program) {
 
 std::string name_of_key(const std::string& key) { return key.substr(0, key.find('@')); }
 
+bool is_kukas_program(const std::string& src) {
+  const auto slash = src.find_last_of("/\\");
+  std::string name = slash == std::string::npos ? src : src.substr(slash + 1);
+  for (char& c : name) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+  return name.starts_with("$") || name.starts_with("BRAKETEST") || name == "BAS.SRC" ||
+         name == "IR_STOPM.SRC";
+}
+
 bool stays(const std::string& name) {
   return name.starts_with("XHOME") || name.find("MASREF") != std::string::npos ||
          name.starts_with("XBRAKE");
@@ -366,7 +490,7 @@ Program read_program(const ProgramFiles& files, const std::vector<std::string>& 
   for (const KrlFile& file : files.controller) read_data(file, known);
   if (files.dat) read_data(*files.dat, program.data);
   add(known, program.data);
-  program.modules.push_back({files.src.name, frame_changes(lines_of(files)), 0, {}});
+  program.modules.push_back({files.src.name, frame_changes(lines_of(files)), 0, {}, false});
   std::vector<const KrlFile*> sources = {&files.src};
   for (const KrlFile& one : files.modules) sources.push_back(&one);
   const Routines routines(sources, {still.begin(), still.end()});
@@ -413,10 +537,13 @@ Program read_programs(const BackupFiles& files, const std::vector<std::string>& 
       return own[i].globals.count(frame.first) > 0 && touched.count(frame.first) > 0;
     });
     add(seen, own[i]);
-    program.modules.push_back({one.src.name, frame_changes(lines_of(one)), 0, {}});
+    program.modules.push_back({one.src.name, frame_changes(lines_of(one)), 0, {}, false});
     merge(routines.changes(i), program.modules[i].changes);
     Reader reader(one.src, leave, seen, {routines, i}, true, own[i], program);
-    reader.read(read_lines(one.src));
+    if ((program.modules[i].kukas = is_kukas_program(one.src.name)))
+      reader.count_motions(read_lines(one.src));
+    else
+      reader.read(read_lines(one.src));
     std::erase_if(missing, [&](const std::string& name) { return reader.has_all({name}); });
     for (const Refusal& refusal : own[i].refusals) program.twice.push_back(refusal);
   }

@@ -10,11 +10,13 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "daemon/krl/krl_changes.h"
 #include "daemon/krl/krl_data.h"
+#include "daemon/krl/krl_flow.h"
 
 namespace cellcal::daemon::krl {
 
@@ -39,10 +41,14 @@ struct Motion {
   bool cp = false;    ///< LIN, CIRC, a spline: keeps the posture of its start
   Frames frames;
   int line = 0;
-  /// Preceding motion, whose end posture this one starts in; -1: none is certain.
-  int previous = -1;
-  Lost lost;                                ///< reason for its absence
+  int start = 0;                            ///< place in Program::flow
   std::optional<Refusal> wrong_frame_data;  ///< its FDAT is missing
+};
+
+/// XP2=XP1: a point that may have another's value.
+struct Copy {
+  std::string to, from;  ///< keys of points
+  Refusal refusal;       ///< where they cannot be corrected alike
 };
 
 /// A .src, its .dat, and its own changes.
@@ -51,6 +57,7 @@ struct Module {
   FrameChanges changes;
   int motion_lines = 0;           ///< including those not understood
   std::vector<Refusal> refusals;  ///< statements that are not understood
+  bool kukas = false;             ///< the controller's own program: stays as it is
 };
 
 /// One module, or a whole backup.
@@ -60,15 +67,21 @@ struct Program {
   /// have its number after '@'.
   std::map<std::string, Point> points;
   std::vector<Motion> motions;
+  Flow flow;
   std::map<std::string, Point> left_points;  ///< those of `left` with known values
   std::map<std::string, std::string> left;   ///< points that stay unchanged, and their file
   std::map<std::string, Refusal> computed;   ///< points read or changed outside motions, by key
   std::vector<Refusal> twice;                ///< points stated twice
+  std::vector<Copy> copies;
+  std::set<std::string> copied_to;  ///< keys of points that take another's value
   Data data;  ///< the controller's tools, bases, loads and FDATs; for a single module all data
 };
 
 /// Key without the module's number.
 std::string name_of_key(const std::string& key);
+/// Programs of the controller's system (BAS, IR_STOPM, the brake test, $...), which have no points
+/// of the user.
+bool is_kukas_program(const std::string& src);
 /// Homes and the mastering reference, which never change.
 bool stays(const std::string& name);
 

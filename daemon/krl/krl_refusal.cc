@@ -46,8 +46,9 @@ std::string what_is_wrong(const Refusal& r, const calib::Robot& robot) {
       return "point of another file: the path would mix corrected and uncorrected points. Correct "
              "all programs with --backup, or keep it as it is with --leave";
     case Why::kShared:
-      return "also moved to by a program that is refused: the point stays as it is, and so does this "
-             "program";
+      return fmt::format(
+          "also moved to by {}, which is refused: the point stays as it is, and so does this program",
+          calib::shown(r.lost.what, 120));
     case Why::kToolNotKnown:
       return fmt::format(
           "active tool unknown{}. Set $TOOL, or FDAT_ACT, directly before the motion{}",
@@ -75,7 +76,11 @@ std::string what_is_wrong(const Refusal& r, const calib::Robot& robot) {
     case Why::kExternalTool:
       return "external tool (IPO_FRAME #TCP): not corrected";
     case Why::kExternalAxes:
-      return "external axes moving or not at 0: not corrected";
+      return "external axis not at 0, and it may carry the arm: not corrected. Where it does not, give "
+             "the controller's $machine.dat ($EX_AX_NUM, $EX_KIN)";
+    case Why::kExternalBase:
+      return "base of an external kinematic (MACHINE_FRAME_DAT): the positioner carries the part, and "
+             "its place is not known here. Not corrected";
     case Why::kNoConfiguration:
       return fmt::format("S and T missing, and posture unknown{}. Touch it up as E6POS",
                          since(r.lost));
@@ -153,6 +158,8 @@ const char* name_of(Why why) {
       return "external_tool";
     case Why::kExternalAxes:
       return "external_axes";
+    case Why::kExternalBase:
+      return "external_base";
     case Why::kNoConfiguration:
       return "no_configuration";
     case Why::kPostureNotKnown:

@@ -30,7 +30,8 @@ enum class Why {
   kNoSuchFrameData,  ///< no FDAT of that name
   kTwoFrames,        ///< used with more than one tool or base
   kExternalTool,     ///< the tool is fixed in the cell, the arm carries the part
-  kExternalAxes,     ///< an external axis is not at 0, or moves
+  kExternalAxes,     ///< an external axis that may carry the arm is not at 0, or moves
+  kExternalBase,     ///< a positioner carries the base
   kNoConfiguration,  ///< no S and T, and no preceding motion that defines them
   kPostureNotKnown,  ///< a CP motion whose initial posture is unknown
   kOtherPosture,     ///< a CP motion whose initial posture differs from S

@@ -101,10 +101,6 @@ bool is_control(const Line& line) {
   return in(kOpens, token) || in(kCloses, token) || in(kBetween, token) || is_label(line);
 }
 
-bool FrameState::breaks_order(const Line& line) const {
-  return is_control(line) || begins_routine(line) || calls_.of(line).moves;
-}
-
 int FrameState::blocks(const Line& line) {
   if (in(kOpens, line.tokens[0])) return 1;
   return in(kCloses, line.tokens[0]) ? -1 : 0;
@@ -112,7 +108,7 @@ int FrameState::blocks(const Line& line) {
 
 void FrameState::find_strict(const std::vector<Line>& lines) {
   int begin = 0, depth = 0;
-  bool strict = false;
+  bool strict = false, jumps = false;
   const auto close = [&] { strict_[begin] = strict; };
   for (const Line& line : lines) {
     const Token& token = line.tokens[0];
@@ -120,13 +116,13 @@ void FrameState::find_strict(const std::vector<Line>& lines) {
       close();
       begin = line.number;
       depth = 0;
-      strict = false;
+      strict = jumps = false;
     }
     const bool inside_before = depth != 0;  // UNTIL f()
     depth += blocks(line);
     const bool changes = sets_frames(line) || calls_.of(line).frames;
-    if (((depth != 0 || inside_before) && changes) || token.is("GOTO") || is_label(line))
-      strict = true;
+    jumps = jumps || token.is("GOTO") || is_label(line);  // no jump leads to a line before
+    strict = strict || (changes && (depth != 0 || inside_before || jumps));
   }
   close();
   strict_now_ = strict_[0];

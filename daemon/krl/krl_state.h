@@ -29,8 +29,6 @@ class FrameState {
   const Frames& now() const { return now_; }
   /// FDATs used by motions.
   const std::map<std::string, int>& frame_data_used() const { return used_; }
-  /// True if lines may be executed in another order than that of the text.
-  bool breaks_order(const Line& line) const;
   /// Number of blocks that a line begins; negative: ends.
   static int blocks(const Line& line);
 

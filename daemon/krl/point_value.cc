@@ -19,7 +19,10 @@ const std::set<std::string>& needed(PointKind kind) {
   return kind == PointKind::kAxes ? axes : pose;
 }
 
-std::optional<Why> wrong_number(const std::string& name, double value, PointKind kind) {
+std::optional<Why> wrong_number(const std::string& name, double value, PointKind kind,
+                                const ExternalAxes& external) {
+  if (kExternalAxes.count(name) > 0 && external.leave_the_arm(name[1] - '0'))
+    return std::isfinite(value) ? std::nullopt : std::optional(Why::kNotANumber);
   if (!(std::abs(value) <= kLargestNumber)) return Why::kNotANumber;
   if (kExternalAxes.count(name) > 0)
     return std::abs(value) > kExternalAtZero ? std::optional(Why::kExternalAxes) : std::nullopt;
@@ -31,11 +34,11 @@ std::optional<Why> wrong_number(const std::string& name, double value, PointKind
 
 }  // namespace
 
-std::optional<Why> wrong_value(const Point& point) {
+std::optional<Why> wrong_value(const Point& point, const ExternalAxes& external) {
   const auto& numbers = point.value.numbers;
   if (!point.value.words.empty()) return Why::kNotANumber;
   for (const auto& [name, number] : numbers)
-    if (const auto wrong = wrong_number(name, number.value, point.kind)) return wrong;
+    if (const auto wrong = wrong_number(name, number.value, point.kind, external)) return wrong;
   for (const std::string& name : needed(point.kind))
     if (numbers.count(name) == 0) return Why::kPartial;
   if (numbers.count("S") != numbers.count("T")) return Why::kPartial;

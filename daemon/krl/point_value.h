@@ -12,8 +12,8 @@ namespace cellcal::daemon::krl {
 inline constexpr int kStatusBits = 7, kTurnBits = 63;
 
 /// Requirements: components of its kind only, all numeric; the six required ones, S and T both or
-/// none, external axes at 0.
-std::optional<Why> wrong_value(const Point& point);
+/// none; an external axis that may carry the arm at 0.
+std::optional<Why> wrong_value(const Point& point, const ExternalAxes& external);
 
 /// S and T, if stated.
 std::optional<StatusTurn> status_turn(const Point& point);

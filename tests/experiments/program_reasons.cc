@@ -1,9 +1,11 @@
 #include "tests/experiments/program_reasons.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -77,9 +79,11 @@ daemon::krl::BackupFiles files_of(const fs::path& backup) {
   }
   for (const fs::path& one : files_below(backup, ".dat")) {
     const std::string name = lower(one.filename().string());
-    if (of_the_other_side(one) || (name.starts_with("$") && name != "$config.dat")) continue;
+    if (of_the_other_side(one) ||
+        (name.starts_with("$") && name != "$config.dat" && name != "$machine.dat"))
+      continue;
     const auto module = by_stem.find(stem(one));
-    if (name == "$config.dat")
+    if (name == "$config.dat" || name == "$machine.dat")
       files.controller.push_back(read(one));
     else if (module == by_stem.end())
       files.data.push_back(read(one));
@@ -139,7 +143,8 @@ void count(const fs::path& backup, bool verbose, Reasons& reasons) {
     const auto found = rewritten.find(module.src);
     if (module.motions == 0 || found == rewritten.end()) continue;  // none, or the controller's own
     const daemon::krl::RewrittenModule& fixed = *found->second;
-    const std::string before = outcome(module.refusals, module.points);
+    const std::string before =
+        module.kukas ? "the controller's own" : outcome(module.refusals, module.points);
     const std::string running = outcome(fixed.refusals, fixed.corrected);
     ++reasons.offline[before];
     ++reasons.run_time[running];

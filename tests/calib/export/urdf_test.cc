@@ -187,6 +187,37 @@ TEST(ParsedUrdf, ThatCannotBeUsedIsRefusedByNameAndPlace) {
   EXPECT_NE(urdf_refusal(std::string(kMostUrdfBytes + 1, ' ')).find("limit"), std::string::npos);
 }
 
+TEST(ParsedUrdf, WithAReferencePositionOtherThanZeroIsRefusedByLine) {
+  const auto with = [](const std::string& calibration) {
+    return urdf_refusal(
+        replaced(kDrawn, "<limit lower=\"-2.7\"", calibration + "<limit lower=\"-2.7\""));
+  };
+  EXPECT_EQ(with("<calibration rising=\"0.0\" falling=\"0\"/>"), "");
+  EXPECT_EQ(with("<calibration/>"), "");
+  for (const char* value : {"0.5", "nan", "", "1e999", "${zero}"}) {
+    const std::string words = with("\n<calibration rising=\"" + std::string(value) + "\"/>\n");
+    EXPECT_NE(words.find("<calibration rising=\"" + std::string(value)), std::string::npos)
+        << words;
+    EXPECT_NE(words.find("joint \""), std::string::npos) << words;
+  }
+  const std::string before = kDrawn.substr(0, kDrawn.find("<limit lower=\"-2.7\""));
+  const auto line = 2 + std::count(before.begin(), before.end(), '\n');
+  EXPECT_NE(with("\n<calibration falling=\"-1\"/>").find(":" + std::to_string(line) + ": joint"),
+            std::string::npos)
+      << with("\n<calibration falling=\"-1\"/>");
+}
+
+TEST(ParsedUrdf, OfXacroNamesTheCommandThatExpandsIt) {
+  const std::string words = urdf_refusal(
+      "<robot xmlns:xacro=\"http://www.ros.org/wiki/xacro\" name=\"a\">\n<xacro:macro name=\"b\"/>"
+      "</robot>");
+  EXPECT_NE(words.find(":2: <xacro:macro>"), std::string::npos) << words;
+  EXPECT_NE(words.find("xacro "), std::string::npos) << words;
+  EXPECT_NE(words.find("> robot.urdf"), std::string::npos) << words;
+  // An expanded file keeps the namespace.
+  EXPECT_EQ(urdf_refusal(replaced(kDrawn, "<robot ", "<robot xmlns:xacro=\"http://x\" ")), "");
+}
+
 TEST(ParsedUrdf, CutAnywhereIsRefusedOrReadAndNothingElse) {
   for (std::size_t length = 0; length < kDrawn.size(); length += 7)
     EXPECT_NE(urdf_refusal(kDrawn.substr(0, length)), "") << length;

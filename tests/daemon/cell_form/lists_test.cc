@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <utility>
+
 #include "calib/model/error.h"
 #include "daemon/cell_form/cell_text.h"
 
@@ -30,6 +32,17 @@ TEST(lists, have_what_a_certificate_says_of_each_sphere_and_distance) {
   const auto lengths =
       certificate_in("from,to,mm,sigma_mm,certificate\nS1,S2,600.01,0.002,DKD-1\n", "given");
   EXPECT_EQ(lengths[0].certificate.number, "DKD-1");
+}
+
+TEST(lists, with_a_sigma_in_micrometres_are_refused_by_line_unless_the_column_says_so) {
+  for (const auto& [csv, lengths] :
+       {std::pair{"from,to,mm,sigma_mm\nS1,S2,600,0.002\nS1,S3,600.01,4\n", true},
+        std::pair{"id,diameter_mm,diameter_sigma_mm\nS1,50,0.5\nS2,50,4\n", false}}) {
+    const std::string words = refusal_of_list(csv, lengths);
+    EXPECT_NE(words.find("given:3: "), std::string::npos) << words;
+    EXPECT_NE(words.find("[um]"), std::string::npos) << words;
+  }
+  EXPECT_EQ(certificate_in("from,to,mm,sigma [um]\nS1,S2,600,4\n", "given").at(0).sigma_mm, 4e-3);
 }
 
 TEST(lists, that_are_wrong_are_refused_by_line_and_column) {

@@ -105,6 +105,7 @@ TEST(a_refused_module, keeps_its_points_and_those_it_shares) {
   EXPECT_EQ(of(result, "A").refusals.at(0).why, Why::kRelative);
   ASSERT_EQ(of(result, "B").refusals.size(), 1U);
   EXPECT_EQ(of(result, "B").refusals[0].why, Why::kShared);
+  EXPECT_NE(why_not(of(result, "B")).find("A.src"), std::string::npos);
   EXPECT_EQ(of(result, "C").points, 1);
   ASSERT_EQ(result.files.size(), 1U);
   EXPECT_EQ(result.files[0].name, "C.dat");
@@ -157,6 +158,19 @@ TEST(homes_and_the_mastering_reference, stay) {
   EXPECT_EQ(of(result, "A").motions, 3);
   EXPECT_TRUE(of(result, "A").refusals.empty());
   EXPECT_EQ(result.left.size(), 2U);
+}
+
+TEST(the_controllers_own_programs, stay_and_refuse_nothing) {
+  const auto result = corrected_together(
+      {module_named("bas", "LIN_REL {Z 5}\nPTP XNOWHERE"),
+       module_named("$tt_ident", "PTP XNOWHERE"), module_named("BrakeTestReq", "PTP XNOWHERE"),
+       module_named("A", "PTP XA", "DECL E6POS XA=" + taught_at(0) + "\n")});
+  for (const char* name : {"bas", "$tt_ident", "BrakeTestReq"}) {
+    EXPECT_TRUE(of(result, name).refusals.empty()) << name;
+    EXPECT_TRUE(of(result, name).kukas) << name;
+    EXPECT_GT(of(result, name).motions, 0) << name;
+  }
+  EXPECT_EQ(of(result, "A").points, 1);
 }
 
 TEST(a_backup_with_hostile_modules, refuses_them_by_name) {

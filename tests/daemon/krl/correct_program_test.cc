@@ -182,8 +182,8 @@ TEST(a_frame_without_status, is_reached_in_the_posture_of_the_motion_before_it) 
       calibration(), plain(frames + "PTP " + axes + "\nWAIT SEC 1\nLIN " + pose + "\n"));
   ASSERT_TRUE(good.refusals.empty()) << all_words(good);
   EXPECT_EQ(good.points.size(), 2U);
-  for (const std::string between : {"GOTO X\nX:\nBAS(#TOOL,1)\nBAS(#BASE,0)\n",
-                                    "GRIP()\nBAS(#TOOL,1)\nBAS(#BASE,0)\n", "IF A THEN\n"}) {
+  for (const std::string between : {"GRIP()\nBAS(#TOOL,1)\nBAS(#BASE,0)\n",
+                                    "IF A THEN\nGRIP()\nENDIF\nBAS(#TOOL,1)\nBAS(#BASE,0)\n"}) {
     const auto bad = correct_program(
         calibration(), plain(frames + "PTP " + axes + "\n" + between + "LIN " + pose + "\n"));
     ASSERT_EQ(bad.refusals.size(), 1U) << between << all_words(bad);

@@ -102,8 +102,7 @@ TEST(a_linear_motion, to_a_point_of_another_posture_is_refused) {
 }
 
 TEST(a_linear_motion, whose_beginning_is_not_known_is_refused) {
-  for (const char* before :
-       {"", "PTP XUP\nIF A THEN\n", "PTP XUP\nGRIP()\nBAS(#TOOL,1)\nBAS(#BASE,0)\n"}) {
+  for (const char* before : {"", "PTP XUP\nGRIP()\nBAS(#TOOL,1)\nBAS(#BASE,0)\n"}) {
     const auto result = correct_motions(before + std::string("LIN XNEAR\n"));
     ASSERT_EQ(result.refusals.size(), 1U) << before << all_words(result);
     EXPECT_EQ(result.refusals[0].why, Why::kPostureNotKnown) << before;

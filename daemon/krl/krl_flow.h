@@ -1,0 +1,105 @@
+#pragma once
+// Order of a program's motions: which of them may have been the last before a place, through branches, loops, GOTO
+// and calls of routines with a given body.
+
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "calib/export/krl_text.h"
+#include "daemon/krl/krl_refusal.h"
+
+namespace cellcal::daemon::krl {
+
+/// A routine: its module, from 0, and its name.
+using RoutineKey = std::pair<std::size_t, std::string>;
+
+/// Possible last motions before a place.
+struct Before {
+  std::set<std::size_t> motions;
+  std::optional<Lost> lost;  ///< on one of the ways the arm's place is unknown: the reason
+};
+
+/// Places of a program, by number.
+class Flow {
+ public:
+  int lost(Lost why) { return put({Kind::kLost, {}, 0, std::move(why), {}}); }
+  int motion(std::size_t index) { return put({Kind::kMotion, {}, index, {}, {}}); }
+  /// Where ways meet; without any: never reached.
+  int join(std::vector<int> from = {}) { return put({Kind::kJoin, std::move(from), 0, {}, {}}); }
+  void lead(int from, int to) { places_[static_cast<std::size_t>(to)].from.push_back(from); }
+  /// After a call at `from`; `why`: the reason where the routine's end is unknown.
+  int call(int from, RoutineKey routine, Lost why) {
+    return put({Kind::kCall, {from}, 0, std::move(why), std::move(routine)});
+  }
+  void keep(RoutineKey routine, int entry, int exit) {
+    routines_[std::move(routine)] = {entry, exit};
+  }
+  /// A motion that may take the place of another: to a point that is copied to the other's.
+  void instead(std::size_t motion, std::size_t other) { others_.emplace(motion, other); }
+
+  Before before(int place) const;
+
+ private:
+  enum class Kind { kLost, kMotion, kJoin, kCall };
+  struct Place {
+    Kind kind = Kind::kLost;
+    std::vector<int> from;
+    std::size_t motion = 0;
+    Lost why;
+    RoutineKey routine;
+  };
+  /// A place within calls, the outermost first.
+  using Way = std::pair<int, std::vector<int>>;
+
+  int put(Place place) {
+    places_.push_back(std::move(place));
+    return static_cast<int>(places_.size()) - 1;
+  }
+  void follow(const Way& way, Before& before, std::vector<Way>& open) const;
+
+  std::vector<Place> places_;
+  std::map<RoutineKey, std::pair<int, int>> routines_;  ///< entry and exit
+  std::multimap<std::size_t, std::size_t> others_;
+};
+
+/// Follows the control statements of one module.
+class FlowReader {
+ public:
+  FlowReader(Flow& flow, std::size_t module);
+  /// IF, LOOP, GOTO, a label, RETURN, DEF, END and the like; others change nothing.
+  void control(const Line& line);
+  int now() const { return now_; }
+  void moved(std::size_t motion) { now_ = flow_.motion(motion); }
+  void lose(Lost why) { now_ = flow_.lost(std::move(why)); }
+  void call(const RoutineKey& routine, Lost why) {
+    now_ = flow_.call(now_, routine, std::move(why));
+  }
+  void end();
+
+ private:
+  struct Block {
+    bool loop = false, all_cases = false;
+    int entry = 0, exit = 0;
+  };
+  void open(const std::string& word);
+  bool close(const std::string& word);
+  void next_case(bool last);
+  void leave_loop();
+  int label(const std::string& name);
+  void begin(const Line& line);
+  /// Sets `now` and returns what it was.
+  int stop() { return std::exchange(now_, flow_.join()); }
+
+  Flow& flow_;
+  std::size_t module_;
+  std::string routine_;
+  int now_ = 0, entry_ = 0, exit_ = 0;
+  std::vector<Block> blocks_;
+  std::map<std::string, int> labels_;
+};
+
+}  // namespace cellcal::daemon::krl

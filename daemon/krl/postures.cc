@@ -1,0 +1,190 @@
+#include "daemon/krl/postures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "calib/model/units.h"
+#include "daemon/krl/point_value.h"
+
+namespace cellcal::daemon::krl {
+
+namespace {
+
+using calib::JointVector;
+using Eigen::Isometry3d;
+
+/// Two ways to a place agree below.
+constexpr double kSameJointRad = 1e-6;
+/// Each follows the text; further ones follow loops and calls backwards.
+constexpr int kMostPasses = 8;
+
+bool same_joints(const JointVector& a, const JointVector& b) {
+  for (std::size_t i = 0; i < a.size(); ++i)
+    if (!(std::abs(a[i] - b[i]) < kSameJointRad)) return false;
+  return a.size() == b.size();
+}
+
+}  // namespace
+
+Postures::Postures(const Program& program, ControllerViews& views)
+    : program_(program), views_(views) {
+  for (const Motion& motion : program.motions) before_.push_back(program.flow.before(motion.start));
+  for (int pass = 0; pass < kMostPasses && fill(); ++pass) {
+  }
+  for (std::size_t i = 0; i < program.motions.size(); ++i)
+    if (joints_.count(i) == 0 && is_out_of_reach(program.motions[i])) never_.insert(i);
+  while (remove_wrong()) {
+  }
+}
+
+std::optional<JointVector> Postures::at(std::size_t motion) const {
+  const auto known = joints_.find(motion);
+  return known == joints_.end() ? std::nullopt : std::optional(known->second);
+}
+
+const Point* Postures::point_of(const Motion& motion) const {
+  const auto& points = motion.left ? program_.left_points : program_.points;
+  const auto at = points.find(motion.point);
+  return at == points.end() ? nullptr : &at->second;
+}
+
+JointVector Postures::axes_of(const Point& point) {
+  JointVector q;
+  for (int i = 1; i <= 6; ++i)
+    q.push_back(point.value.numbers.at("A" + std::to_string(i)).value * calib::kRadPerDeg);
+  return q;
+}
+
+std::optional<Isometry3d> Postures::base_of(const Motion& motion) const {
+  const auto base = frame_of_ref(*motion.frames.base, program_.data.bases);
+  if (!base) return std::nullopt;
+  return calib::to_isometry(program_.data.robroot.value_or(calib::FrameMmDeg{})).inverse() * *base;
+}
+
+bool Postures::changed(const Motion& motion, bool axes) const {
+  const FrameRef& tool = *motion.frames.tool;
+  const FrameChanges& changes = program_.modules[motion.module].changes;
+  if (!tool.literal && (changes.tools.has(tool.number) || changes.loads.has(tool.number)))
+    return true;
+  if (axes) return false;
+  return changes.robroot || (motion.frames.base && !motion.frames.base->literal &&
+                             changes.bases.has(motion.frames.base->number));
+}
+
+std::vector<JointVector> Postures::known_starts(std::size_t motion, const JointsOfMotions& joints,
+                                                bool& all) const {
+  const Before& before = before_[motion];
+  all = !before.lost && !before.motions.empty();
+  std::vector<JointVector> known;
+  if (before.lost) return known;
+  for (const std::size_t one : before.motions)
+    if (const auto at = joints.find(one); at != joints.end())
+      known.push_back(at->second);
+    else
+      all = all && never(one);
+  return known;
+}
+
+std::vector<JointVector> Postures::starts(std::size_t motion, const JointsOfMotions& joints) const {
+  bool all = false;
+  auto known = known_starts(motion, joints, all);
+  return all ? known : std::vector<JointVector>{};
+}
+
+/// A copied point whose own value has no posture: no motion goes there as it is stated.
+bool Postures::is_out_of_reach(const Motion& motion) {
+  return program_.copied_to.count(motion.point) > 0 && target_of(motion) &&
+         status_turn(*point_of(motion));
+}
+
+/// A Cartesian point's TCP in the robot's base, where all of its values are understood.
+std::optional<Isometry3d> Postures::target_of(const Motion& motion) {
+  const Point* const point = point_of(motion);
+  if (point == nullptr || point->kind == PointKind::kAxes || motion.wrong_frame_data ||
+      wrong_value(*point, program_.data.external) || motion.frames.external ||
+      !motion.frames.tool || !motion.frames.base || changed(motion, false))
+    return std::nullopt;
+  ControllerView* const view = view_of(motion);
+  if (view == nullptr || !view->closed_form()) return std::nullopt;
+  const auto base = base_of(motion);
+  return base ? std::optional(*base * calib::to_isometry(*frame_of(point->value))) : std::nullopt;
+}
+
+std::optional<JointVector> Postures::find_axes(const Motion& motion, const Point& point) {
+  if (wrong_value(point, program_.data.external)) return std::nullopt;
+  if (motion.left) return axes_of(point);
+  if (motion.wrong_frame_data || motion.frames.external || !motion.frames.tool ||
+      changed(motion, true))
+    return std::nullopt;
+  ControllerView* const view = view_of(motion);
+  return view != nullptr && view->robot().joints.size() == 6 ? std::optional(axes_of(point))
+                                                             : std::nullopt;
+}
+
+/// With the starts that are known so far.
+std::optional<JointVector> Postures::find(std::size_t index) {
+  const Motion& motion = program_.motions[index];
+  const Point* const point = point_of(motion);
+  if (point == nullptr) return std::nullopt;
+  if (point->kind == PointKind::kAxes) return find_axes(motion, *point);
+  const auto tcp = target_of(motion);
+  if (!tcp) return std::nullopt;
+  ControllerView* const view = view_of(motion);
+  if (const auto stated = status_turn(*point)) return view->joints(*tcp, *stated);
+  bool all = false;
+  const auto known = known_starts(index, joints_, all);
+  return known.empty() ? std::nullopt : view->joints(*tcp, known.front());
+}
+
+/// True if a further motion's posture is found.
+bool Postures::fill() {
+  bool news = false;
+  for (std::size_t i = 0; i < program_.motions.size(); ++i) {
+    if (joints_.count(i) > 0) continue;
+    const auto q = find(i);
+    if (q) joints_[i] = *q;
+    news = news || (q && !status_turn(*point_of(program_.motions[i])));
+  }
+  return news;
+}
+
+std::optional<Why> Postures::wrong(std::size_t index, const JointsOfMotions& joints) {
+  const Motion& motion = program_.motions[index];
+  const Point& point = *point_of(motion);
+  const bool follows = point.kind == PointKind::kCartesian && !status_turn(point);
+  if (!motion.cp && !follows) return std::nullopt;
+  const auto from = starts(index, joints);
+  if (from.empty()) return follows ? Why::kNoConfiguration : Why::kPostureNotKnown;
+  ControllerView& view = *view_of(motion);
+  if (!view.closed_form()) return Why::kNoClosedForm;
+  const JointVector& q = joints.at(index);
+  const int status = view.status_turn(q).status;
+  if (!std::ranges::all_of(
+          from, [&](const JointVector& one) { return view.status_turn(one).status == status; }))
+    return follows ? Why::kNoConfiguration : Why::kOtherPosture;
+  if (!follows || &joints != &joints_) return std::nullopt;
+  const Isometry3d tcp = *base_of(motion) * calib::to_isometry(*frame_of(point.value));
+  for (const JointVector& one : from)
+    if (const auto there = view.joints(tcp, one); !there || !same_joints(*there, q))
+      return Why::kNoConfiguration;
+  return std::nullopt;
+}
+
+/// Points that stay have no refusal: without a certain posture it is unknown. True if there was one.
+bool Postures::remove_wrong() {
+  bool news = false;
+  for (std::size_t i = 0; i < program_.motions.size(); ++i) {
+    const Motion& motion = program_.motions[i];
+    if (!motion.left || joints_.count(i) == 0) continue;
+    const Point& point = *point_of(motion);
+    if (!motion.cp && (point.kind == PointKind::kAxes || status_turn(point))) continue;
+    const bool known_frames = motion.frames.tool && view_of(motion) != nullptr;
+    if (known_frames && !wrong(i, joints_)) continue;
+    joints_.erase(i);
+    news = true;
+  }
+  return news;
+}
+
+}  // namespace cellcal::daemon::krl

@@ -1,0 +1,59 @@
+#pragma once
+// Joint angles of the nominal arm at the motions of a program.
+
+#include <map>
+#include <optional>
+#include <set>
+#include <vector>
+
+#include "calib/model/joint_vector.h"
+#include "daemon/krl/controller_view.h"
+#include "daemon/krl/krl_program.h"
+
+namespace cellcal::daemon::krl {
+
+/// Per motion.
+using JointsOfMotions = std::map<std::size_t, calib::JointVector>;
+
+class Postures {
+ public:
+  /// Keeps references to both.
+  Postures(const Program& program, ControllerViews& views);
+
+  /// Without a motion whose point, frames or posture are not understood.
+  const JointsOfMotions& all() const { return joints_; }
+  std::optional<calib::JointVector> at(std::size_t motion) const;
+  /// To a copied point whose own value no posture reaches: only its copies are moved to.
+  bool never(std::size_t motion) const { return never_.count(motion) > 0; }
+  /// Those in which it may start; empty: unknown on one of the ways to it.
+  std::vector<calib::JointVector> starts(std::size_t motion, const JointsOfMotions& joints) const;
+  /// CP motions keep the posture of their start regardless of S, and so does a point without S and T.
+  std::optional<Why> wrong(std::size_t motion, const JointsOfMotions& joints);
+
+  /// True if the program changes the data that are valid at the motion.
+  bool changed(const Motion& motion, bool axes) const;
+  /// Of a motion whose tool is known; null: its number is not stated.
+  ControllerView* view_of(const Motion& motion) { return views_.of(*motion.frames.tool); }
+  const Point* point_of(const Motion& motion) const;
+  /// Base in the robot's; empty: its number is not stated.
+  std::optional<Eigen::Isometry3d> base_of(const Motion& motion) const;
+  static calib::JointVector axes_of(const Point& point);
+
+ private:
+  std::vector<calib::JointVector> known_starts(std::size_t motion, const JointsOfMotions& joints,
+                                               bool& all) const;
+  bool is_out_of_reach(const Motion& motion);
+  std::optional<Eigen::Isometry3d> target_of(const Motion& motion);
+  std::optional<calib::JointVector> find_axes(const Motion& motion, const Point& point);
+  std::optional<calib::JointVector> find(std::size_t index);
+  bool fill();
+  bool remove_wrong();
+
+  const Program& program_;
+  ControllerViews& views_;
+  std::vector<Before> before_;  ///< of each motion
+  JointsOfMotions joints_;
+  std::set<std::size_t> never_;
+};
+
+}  // namespace cellcal::daemon::krl
