@@ -750,6 +750,19 @@ const steps = {
     const figures = await page.getByRole("link", { name: "Qualification (JSON)" }).getAttribute("href");
     assert.equal((await page.context().request.get(cell.url + figures)).status(), 200);
   },
+
+  async "lets it hold no longer once a real check has met a knocked tool, in its first line and in the chart"() {
+    const { page } = this;
+    await cell.kill();
+    cell.mock = "tool_shift_mm = [0.8, -0.5, 0.3]";
+    await cell.begin();
+    await cell.client("check");
+    const line = page.locator('.standing[data-standing="does_not_hold"]');
+    await line.getByText(/does not hold: tool shifted by (0\.9|1\.0)\d*.±.0\.\d+.mm/).waitFor(LONG);
+    await line.getByRole("button", { name: "Calibrate again" }).waitFor(LONG);
+    await page.locator('.checks[data-state="alarms"]').getByText(/^Alarm: check \d+ .* does not hold/).waitFor(LONG);
+    await picture("knocked-1280", page);
+  },
 };
 
 let failed = 0;

@@ -42,6 +42,7 @@ correction_limit_deg = 360
 seed = 12
 deflection = 0.002
 joint_noise_deg = 0.001
+${this.mock ?? ""}
 `);
     this.daemon = spawn(process.env.CELLCALD, ["--config", join(this.folder, "cellcald.toml")],
                         { stdio: ["ignore", "ignore", openSync(join(this.folder, "log"), "a")] });
