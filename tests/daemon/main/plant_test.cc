@@ -219,7 +219,7 @@ TEST(a_certificate, reaches_the_plant_byte_for_byte_with_what_verifies_it) {
   const auto& certificate = std::get<plant::CertificateFact>(facts.back().body);
   EXPECT_EQ(certificate.certificate, nlohmann::json::parse(made.out)["number"]);
   EXPECT_EQ(facts.back().session, 1);
-  EXPECT_EQ(certificate.files.size(), 5u);
+  EXPECT_EQ(certificate.files.size(), 6u);
   for (const plant::CertificateFile& file : certificate.files)
     EXPECT_TRUE(file.bytes == calib::read_file(fixture.dir / ("c/" + file.name))) << file.name;
 
