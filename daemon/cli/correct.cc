@@ -163,13 +163,24 @@ nlohmann::json json_of(const CorrectedProgram& result, const std::vector<fs::pat
   return all;
 }
 
+/// True if the point or its frame is computed while the program runs.
+bool known_at_run_time(const krl::Refusal& refusal) {
+  using enum krl::Why;
+  constexpr krl::Why kComputedThere[] = {kComputed,     kArray,        kOperator,     kRelative,
+                                         kToolNotKnown, kBaseNotKnown, kFrameChanged, kTwoFrames};
+  return std::ranges::find(kComputedThere, refusal.why) != std::end(kComputedThere);
+}
+
 void name_refusals(const CorrectedProgram& result, const calib::Robot& robot) {
   constexpr std::size_t kInWords = 30;
   for (std::size_t i = 0; i < std::min(kInWords, result.refusals.size()); ++i)
     fmt::print(stderr, "cellcal correct: {}\n", words(result.refusals[i], robot));
   if (result.refusals.size() > kInWords)
     fmt::print(stderr, "cellcal correct: {} more refusals\n", result.refusals.size() - kInWords);
-  fmt::print(stderr, "cellcal correct: nothing written, since points are refused\n");
+  fmt::print(stderr, "cellcal correct: nothing written, since points are refused{}\n",
+             std::ranges::any_of(result.refusals, known_at_run_time)
+                 ? ". Computed points are corrected while the program runs by --at-run-time"
+                 : "");
 }
 
 }  // namespace

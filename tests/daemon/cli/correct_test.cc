@@ -210,6 +210,11 @@ TEST_F(correct, writes_nothing_where_a_point_is_refused) {
   EXPECT_FALSE(std::filesystem::exists(folder));
   const Outcome json = run_correct({"--program", src, "--json"});
   EXPECT_EQ(nlohmann::json::parse(json.out).at("refusals").at(0).at("why"), "partial");
+  EXPECT_EQ(outcome.err.find("--at-run-time"), std::string::npos) << outcome.err;
+  const std::string computed =
+      put("q.src", "DEF q()\nDECL E6POS P\nP=P\nPTP P\nLIN_REL {Z 20.0}\nEND\n");
+  EXPECT_NE(run_correct({"--program", computed, "-o", folder}).err.find("--at-run-time"),
+            std::string::npos);
 }
 
 TEST_F(correct, refuses_programs_where_the_controller_computes_with_another_model) {
