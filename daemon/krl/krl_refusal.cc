@@ -102,6 +102,9 @@ std::string what_is_wrong(const Refusal& r, const calib::Robot& robot) {
              "corrects it, with its u95";
     case Why::kNotVerified:
       return "TCP more than 0.02 mm off with the corrected values";
+    case Why::kNotRestored:
+      return "motions could not be taken back byte for byte after rewriting. Leave this program "
+             "as it is";
     case Why::kNoClosedForm:
       return "Cartesian points need a six-axis arm with a spherical wrist (last three axes meet in "
              "a point)";
@@ -174,6 +177,8 @@ const char* name_of(Why why) {
       return "outside_scope";
     case Why::kNotVerified:
       return "not_verified";
+    case Why::kNotRestored:
+      return "not_restored";
     case Why::kNoClosedForm:
       return "no_closed_form";
   }

@@ -39,6 +39,7 @@ enum class Why {
   kNotReached,       ///< reason in `reached`
   kOutsideScope,     ///< the calibration is valid near its targets only
   kNotVerified,      ///< the TCP would miss with the written numbers
+  kNotRestored,      ///< its rewriting for run time could not be taken back byte for byte
   kNoClosedForm,     ///< S and T are defined for six axes with a spherical wrist only
 };
 

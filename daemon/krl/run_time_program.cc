@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <optional>
 #include <set>
 #include <tuple>
@@ -37,6 +38,8 @@ constexpr const char* kAdded = ",  ";
 constexpr const char* kNothing = " +0.0";
 /// Behind the type of a {..} that had none: a function's parameter needs it. With blanks as nobody else writes it.
 constexpr const char* kTyped = ":  ";
+/// Between a motion and a call where the file has nothing: LIN_REL{Z 100}.
+constexpr const char* kParted = " \t";
 
 const std::set<std::string> kPtp = {"PTP", "SPTP"};
 const std::set<std::string> kArc = {"CIRC", "SCIRC"};
@@ -71,6 +74,13 @@ std::size_t closed(const Tokens& t, std::size_t at) {
     if ((c == '}' || c == ']' || c == ')') && --depth == 0) return at + 1;
   }
   return 0;
+}
+
+/// The character before `at` belongs to a word.
+bool in_a_word(const std::string& text, std::size_t at) {
+  if (at == 0) return false;
+  const auto last = static_cast<unsigned char>(text[at - 1]);
+  return std::isalnum(last) != 0 || last == '_' || last == '$';
 }
 
 /// The type of the {..} at tokens[at] stands there as kTyped writes it.
@@ -275,7 +285,7 @@ class Rewriter {
             const std::string& more = {}) {
     const std::size_t begin = line.tokens[target.begin].begin;
     const std::size_t end = line.tokens[target.end - 1].end;
-    edits_.push_back({begin, begin, function + "("});
+    edits_.push_back({begin, begin, (in_a_word(src_.text, begin) ? kParted : "") + function + "("});
     if (target.literal && target.literal->type.empty())
       edits_.push_back({begin + 1, begin + 1, target.type + kTyped});
     edits_.push_back({end, end, more + ")"});
@@ -371,6 +381,14 @@ class Rewriter {
   RewrittenModule result_;
 };
 
+bool comes_back(const KrlFile& fresh, const std::string& before) {
+  try {
+    return restored(fresh) == before;
+  } catch (const calib::FileError&) {
+    return false;
+  }
+}
+
 /// CELLCAL_FIX itself, and the controller's and its options' own modules.
 bool stays_as_it_is(const std::string& file) {
   std::string path = "/" + file;
@@ -397,7 +415,11 @@ void take_back(const KrlFile& src, const Line& line, std::size_t at, std::vector
     throw calib::FileError(src.name, ":" + std::to_string(line.number) + ": " + t[at].word +
                                          " is not as cellcal writes it. Edit the line by hand");
   const std::size_t first = next_comma(t, at + 2, end - 1);
-  edits.push_back({t[at].begin, t[at + 1].end, ""});
+  std::size_t begin = t[at].begin;
+  const std::string_view before = std::string_view(src.text).substr(0, begin);
+  if (before.ends_with(kParted) && in_a_word(src.text, begin - std::string_view(kParted).size()))
+    begin -= std::string_view(kParted).size();
+  edits.push_back({begin, t[at + 1].end, ""});
   if (typed_by_us(src.text, t, at + 2))
     edits.push_back({t[at + 3].begin, t[at + 4].begin + std::string_view(kTyped).size(), ""});
   const std::size_t cut = t[first - 1].end;
@@ -426,9 +448,12 @@ RewrittenPrograms rewrite_motions(const BackupFiles& files, const std::vector<st
     result.modules.push_back(rewriter.result());
     KrlFile fresh{src.name, rewriter.text()};
     if (!rewriter.result().refusals.empty() || fresh.text == src.text) continue;
-    if (restored(fresh) != src.text)
-      throw calib::FileError(src.name, ": would not come back byte for byte. Report this program");
-    result.files.push_back(std::move(fresh));
+    if (comes_back(fresh, src.text)) {
+      result.files.push_back(std::move(fresh));
+      continue;
+    }
+    result.modules.back().corrected = 0;
+    result.modules.back().refusals.push_back({Why::kNotRestored, src.name, 1, src.name});
   }
   leave_what_exists(leave, seen);
   return result;

@@ -60,6 +60,17 @@ TEST(RunTimeProgram, WrapsThePointOfAMotionByItsTypeAndWay) {
   EXPECT_EQ(line_of("SPL XP1"), "SPL CC_FIX(XP1)");
 }
 
+TEST(RunTimeProgram, PartsAMotionFromItsCallWhereTheFileHasNoBlank) {
+  EXPECT_EQ(line_of("PTP{A1 10.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}").substr(0, 11),
+            "PTP \tCC_FIX");
+  EXPECT_EQ(line_of("LIN_REL{Z 100} #BASE").substr(0, 15), "LIN_REL \tCC_BY(");
+}
+
+/// As cellcal marks a blank of its own: it would be taken away.
+TEST(RunTimeProgram, IsRefusedAloneWhereItWouldNotComeBack) {
+  EXPECT_EQ(line_of("LIN \tXP1"), "not_restored");
+}
+
 TEST(RunTimeProgram, WrapsWhatOnlyTheRunningProgramKnows) {
   EXPECT_EQ(line_of("LIN XARR[I+1]"), "LIN CC_FIX(XARR[I+1])");
   EXPECT_EQ(line_of("LIN XS[N].ABOVE C_DIS"), "LIN CC_FIX(XS[N].ABOVE) C_DIS");
