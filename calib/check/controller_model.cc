@@ -44,17 +44,10 @@ struct FrameFit {
   bool determined = false;
 };
 
-Matrix3d cross_matrix(const Vector3d& v) {
-  Matrix3d m;
-  m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return m;
-}
-
-Isometry3d small_motion(const Vector3d& shift, const Vector3d& turn) {
+Isometry3d small_motion(const Vector3d& shift, const Vector3d& by_rad) {
   Isometry3d step = Isometry3d::Identity();
   step.translation() = shift;
-  if (const double angle = turn.norm(); angle > 0.0)
-    step.linear() = Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
+  step.linear() = turn(by_rad);
   return step;
 }
 
@@ -62,12 +55,11 @@ Isometry3d predicted_tcp(const FrameFit& fit, const PosturePair& at) {
   return fit.root_to_base * at.flange * fit.tool;
 }
 
-/// Place and turn of the stated TCP in the predicted_tcp one; turns_between scaled by the lever.
+/// Position and rotation vector of the stated TCP in the predicted one; rotations times the lever.
 Motion tcp_residual(const Isometry3d& is, const Isometry3d& stated) {
   const Isometry3d off = is.inverse() * stated;
-  const Eigen::AngleAxisd turn(off.linear());
   Motion r;
-  r << off.translation(), kLeverM * turn.angle() * turn.axis();
+  r << off.translation(), kLeverM * turn_vector(off.linear());
   return r;
 }
 

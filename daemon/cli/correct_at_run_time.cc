@@ -156,8 +156,8 @@ std::vector<Written> written_files(const CorrectCommand& command, const Rewritte
 void write_all(const std::vector<Written>& files) {
   for (const Written& one : files) fs::create_directories(one.place.parent_path());
   // The record first: a corrected program without it would pass for the original.
-  write_atomically(files.back().place, files.back().text);
-  for (const Written& one : files) write_atomically(one.place, one.text);
+  for (auto one = files.rbegin(); one != files.rend(); ++one)
+    write_atomically(one->place, one->text);
 }
 
 FixModule module_for(const CorrectCommand& command, const calib::Calibration& calibration,

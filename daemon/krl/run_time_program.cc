@@ -33,18 +33,20 @@ const std::array<Functions, 5> kFunctions = {
 constexpr const char* kByBase = "CC_BY";
 constexpr const char* kByTool = "CC_BY_TOOL";
 constexpr const char* kByAxes = "CC_BY_AXES";
-/// Components that a relative motion leaves out end its {..}, written as nobody else writes them.
+/// Components missing in a relative motion are appended to its {..}. The double blank marks them for
+/// restored(): no editor writes it there.
 constexpr const char* kAdded = ",  ";
 constexpr const char* kNothing = " +0.0";
-/// Behind the type of a {..} that had none: a function's parameter needs it. With blanks as nobody else writes it.
+/// Follows the type added to a {..} without one, which a parameter of a function requires; the double
+/// blank marks it for restored().
 constexpr const char* kTyped = ":  ";
-/// Between a motion and a call where the file has nothing: LIN_REL{Z 100}.
+/// Separates a motion from its call where the file has no blank: LIN_REL{Z 100}.
 constexpr const char* kParted = " \t";
 
 const std::set<std::string> kPtp = {"PTP", "SPTP"};
 const std::set<std::string> kArc = {"CIRC", "SCIRC"};
 const std::set<std::string> kRelativeWays = {"PTP_REL", "SPTP_REL", "LIN_REL", "SLIN_REL"};
-/// Where the arm stands: motions to these do not move, or go back onto a corrected path.
+/// Actual positions: motions to these do not move, or return to a corrected path.
 const std::set<std::string> kWhereItIs = {"$POS_ACT",  "$POS_ACT_MES", "$POS_INT",
                                           "$POS_BACK", "$POS_FOR",     "$POS_RET"};
 
@@ -64,7 +66,7 @@ bool sign_here(const Tokens& t, std::size_t at, char what) {
   return at < t.size() && is_sign_of(t[at], what);
 }
 
-/// Behind the bracket that closes the one at `at`; 0: none does.
+/// Index after the bracket that closes the one at `at`; 0: none does.
 std::size_t closed(const Tokens& t, std::size_t at) {
   int depth = 0;
   for (; at < t.size(); ++at) {
@@ -76,14 +78,14 @@ std::size_t closed(const Tokens& t, std::size_t at) {
   return 0;
 }
 
-/// The character before `at` belongs to a word.
+/// True if the character before `at` belongs to a word.
 bool in_a_word(const std::string& text, std::size_t at) {
   if (at == 0) return false;
   const auto last = static_cast<unsigned char>(text[at - 1]);
   return std::isalnum(last) != 0 || last == '_' || last == '$';
 }
 
-/// The type of the {..} at tokens[at] stands there as kTyped writes it.
+/// True if the {..} at tokens[at] has a type added with kTyped.
 bool typed_by_us(const std::string& text, const Tokens& t, std::size_t at) {
   return sign_here(t, at, '{') && at + 2 < t.size() && t[at + 1].begin == t[at].end &&
          t[at + 2].begin == t[at + 1].end &&
@@ -133,7 +135,7 @@ struct Target {
   std::optional<Literal> literal;  ///< of a single {..}
 };
 
-/// C_SPL and the like, behind WITH.
+/// Approximation after WITH: C_SPL and the like.
 bool approximates(const Token& token) {
   static const std::set<std::string> words = {"C_SPL", "C_DIS", "C_VEL", "C_ORI", "C_PTP"};
   return token.kind == Kind::kWord && words.count(token.word) > 0;
@@ -295,7 +297,7 @@ class Rewriter {
     return stays(name) || leave_.count(name) > 0 || leave_.count(variable_of(name)) > 0;
   }
 
-  /// A point at tokens[at]; returns the token behind it, 0 after a refusal.
+  /// Rewrites the point at tokens[at]. Returns the index after it; 0 after a refusal.
   std::size_t to(const Line& line, std::size_t at) {
     Target target;
     if (expression(line, at, target) == 0)
@@ -381,6 +383,7 @@ class Rewriter {
   RewrittenModule result_;
 };
 
+/// True if restored() gives the original, byte for byte.
 bool comes_back(const KrlFile& fresh, const std::string& before) {
   try {
     return restored(fresh) == before;

@@ -15,7 +15,6 @@ namespace {
 
 using namespace cellcal;
 using experiments::median;
-using experiments::Outcome;
 using experiments::Trial;
 
 /// Masses and centres assumed for simulation; compliance 1 sigma of gears of 3e6 N m/rad.

@@ -422,10 +422,10 @@ LineFailure taken_over(const PlantConfig& of) {
 
 LineFailure Takeovers::judged(LineFailure failure, const PlantConfig& of, Time now) {
   constexpr std::chrono::seconds kShort{10};
-  /// A suspect waits a minute before it comes back, and so does the other cell.
+  /// After a series each line is reopened a minute later, by this cell and by the other.
   constexpr std::chrono::minutes kSound{10};
   constexpr int kSeries = 3;
-  if (!up_) {  // nobody answers: no other cell either
+  if (!up_) {  // not logged in: no evidence of another cell
     short_lines_ = 0;
     return failure;
   }

@@ -103,9 +103,9 @@ class Backoff {
   std::minstd_rand chance_{std::random_device{}()};
 };
 
-// Two cells of one name end each other's lines for ever. MQTT 5 has a reason for it, which is not to be
-// relied on: mosquitto 2.0.11 closes the older line before libmosquitto has read one. What shows is lines
-// that are closed soon after each login, again and again.
+// Two cells of one name end each other's lines without end. The reason code of MQTT 5 is not reliable:
+// mosquitto 2.0.11 closes the older line before libmosquitto has read one. The evidence is a series of
+// lines that are closed soon after login.
 
 class Takeovers {
  public:
