@@ -31,6 +31,12 @@ bool is_krl(std::string_view path) {
   return name.ends_with(".src") || name.ends_with(".dat") || name.ends_with(".sub");
 }
 
+/// Options keep binary data of their own in files named .dat.
+bool is_other_data(const KrlFile& file) {
+  return in_lower_case(file.name).ends_with(".dat") && file.text.find('\0') != std::string::npos &&
+         in_lower_case(file.text).find("defdat") == std::string::npos;
+}
+
 std::vector<KrlFile> read_folder(const fs::path& folder) {
   std::vector<KrlFile> files;
   std::size_t bytes = 0;
@@ -67,6 +73,7 @@ bool is_of_the_controllers_side(const std::string& path) {
 
 std::vector<KrlFile> read_backup(const fs::path& place) {
   auto files = fs::is_directory(place) ? read_folder(place) : read_zip(place);
+  std::erase_if(files, is_other_data);
   std::sort(files.begin(), files.end(),
             [](const KrlFile& a, const KrlFile& b) { return a.name < b.name; });
   return files;

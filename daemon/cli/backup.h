@@ -12,7 +12,7 @@
 namespace cellcal::daemon {
 
 /// All .src, .sub and .dat files of a folder or ZIP archive, by their path in it, in order of the
-/// paths. Throws calib::FileError if it cannot be read, or has more files than a controller.
+/// paths; without binary .dat files of options. Throws calib::FileError if it cannot be read, or has more files than a controller.
 std::vector<calib::krl::KrlFile> read_backup(const std::filesystem::path& place);
 
 /// File name of a path in lower case: "$config.dat".
