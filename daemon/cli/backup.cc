@@ -67,8 +67,10 @@ std::string lower_name(const std::string& path) {
 }
 
 bool is_of_the_controllers_side(const std::string& path) {
-  const std::string all = "/" + in_lower_case(path);
-  return all.find("/steu/") != std::string::npos || all.find("\\steu\\") != std::string::npos;
+  std::string all = "/" + in_lower_case(path);
+  std::replace(all.begin(), all.end(), '\\', '/');
+  return all.find("/steu/") != std::string::npos ||
+         all.find("/roboter/template/") != std::string::npos;
 }
 
 std::vector<KrlFile> read_backup(const fs::path& place) {

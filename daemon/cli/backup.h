@@ -17,7 +17,8 @@ std::vector<calib::krl::KrlFile> read_backup(const std::filesystem::path& place)
 
 /// File name of a path in lower case: "$config.dat".
 std::string lower_name(const std::string& path);
-/// True for paths below STEU, which has its own $machine.dat and $config.dat.
+/// True for paths below STEU, which has its own $machine.dat and $config.dat, and for templates of
+/// new programs.
 bool is_of_the_controllers_side(const std::string& path);
 
 /// $machine.dat, $robcor.dat, $config.dat and $custom.dat of folders, archives and files. Throws

@@ -335,11 +335,15 @@ TEST_F(correct, a_backup_writes_the_changed_files_and_a_record_that_refuses_a_se
   EXPECT_EQ(run_correct({"--backup", backup, "-o", backup}).status, 1);
 }
 
-TEST_F(correct, a_backup_leaves_binary_data_of_options_and_refuses_a_damaged_data_list) {
+TEST_F(correct,
+       a_backup_leaves_templates_and_binary_data_of_options_and_refuses_a_damaged_data_list) {
   calibration_file();
   const std::string backup = put_backup(dir_ / "backup", false), out = dir_ / "out";
   std::ofstream(backup + "/SnmpData.dat", std::ios::binary) << std::string("\x01\0\xff data", 8);
-  EXPECT_EQ(run_correct({"--backup", backup, "-o", out}).status, 0);
+  std::filesystem::create_directories(dir_ / "backup/C/KRC/Roboter/Template");
+  std::ofstream(backup + "/C/KRC/Roboter/Template/vorgabe.src") << "DEF V()\nPTP XG\nEND\n";
+  const Outcome left = run_correct({"--backup", backup, "-o", out});
+  EXPECT_NE(left.out.find("2 of 2 modules"), std::string::npos) << left.out << left.err;
   EXPECT_FALSE(std::filesystem::exists(out + "/SnmpData.dat"));
   std::ofstream(backup + "/damaged.dat", std::ios::binary) << std::string("DEFDAT D\0\n", 10);
   const Outcome outcome = run_correct({"--backup", backup, "-o", dir_ / "more"});
