@@ -69,7 +69,8 @@ Bodies::Bodies(const ArmModel& arm) : arm_(arm), nominal_(arm.errors(nullptr)) {
     Body body;
     body.words = words_of(robot, i);
     body.joint = static_cast<int>(i);
-    body.radius_m = robot.joints[i].radius_m > 0.0 ? robot.joints[i].radius_m : assumed;
+    body.assumed = !(robot.joints[i].radius_m > 0.0);
+    body.radius_m = body.assumed ? assumed : robot.joints[i].radius_m;
     body.meets_cell = i > 0;
     list_.push_back(body);
   }

@@ -18,12 +18,13 @@ struct Segment {
 };
 
 struct Body {
-  std::string words;          ///< "the forearm (A4)"
-  int joint = 0;              ///< last joint that moves it
-  double radius_m = 0.0;      ///< about its axis
-  bool is_tip = false;        ///< the slim end, or the ball at its end
-  bool meets_cell = true;     ///< the column is fixed, regardless of what is next to it
-  std::vector<double> lever;  ///< per joint: bound of the axis' motion per radian [m]
+  std::string words;               ///< "the forearm (A4)"
+  int joint = 0;                   ///< last joint that moves it
+  double radius_m = 0.0;           ///< about its axis
+  bool is_tip = false;             ///< the slim end, or the ball at its end
+  bool meets_cell = true;          ///< the column is fixed, regardless of what is next to it
+  std::vector<double> lever = {};  ///< per joint: bound of the axis' motion per radian [m]
+  bool assumed = false;            ///< radius_m is not stated
 };
 
 /// Assumed radius of links without a stated one: 0.10 m for an arm of 1.34 m from shoulder to

@@ -266,8 +266,9 @@ struct Clearance::Impl {
   }
 
   Hit of(const Encounter& worst) const {
-    return {worst.low ? Hit::Kind::kBelowTargets : Hit::Kind::kTooNear,
-            bodies.list()[worst.body].words, worst.other, worst.gap_m};
+    const Body& body = bodies.list()[worst.body];
+    return {worst.low ? Hit::Kind::kBelowTargets : Hit::Kind::kTooNear, body.words, worst.other,
+            worst.gap_m, body.assumed ? body.radius_m : 0.0};
   }
 
   Bodies bodies;
@@ -439,9 +440,14 @@ namespace {
 
 std::string near_words(const Hit& hit) {
   constexpr double kTouching = 1e-6, kRoundingMm = 1e-3;
-  if (hit.gap_m < kTouching) return fmt::format("{} runs into {}", hit.body, hit.other);
-  return fmt::format("{} comes within {:.0f} mm of {}", hit.body,
-                     std::ceil(hit.gap_m * kMmPerM - kRoundingMm), hit.other);
+  std::string text = hit.gap_m < kTouching
+                         ? fmt::format("{} runs into {}", hit.body, hit.other)
+                         : fmt::format("{} comes within {:.0f} mm of {}", hit.body,
+                                       std::ceil(hit.gap_m * kMmPerM - kRoundingMm), hit.other);
+  if (hit.assumed_radius_m > 0.0)
+    text += fmt::format(" (its radius of {:.0f} mm is assumed: radius_mm of the robot file)",
+                        hit.assumed_radius_m * kMmPerM);
+  return text;
 }
 
 }  // namespace

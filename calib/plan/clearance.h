@@ -37,9 +37,10 @@ struct Hit {
     kImpassable     ///< without a body: near a singularity, or beyond a correction limit
   };
   Kind kind = Kind::kTooNear;
-  std::string body = {};   ///< "the forearm (A4)"
-  std::string other = {};  ///< kTooNear: "obstacle table"
-  double gap_m = 0.0;      ///< kTooNear; 0 or less at intersection
+  std::string body = {};          ///< "the forearm (A4)"
+  std::string other = {};         ///< kTooNear: "obstacle table"
+  double gap_m = 0.0;             ///< kTooNear; 0 or less at intersection
+  double assumed_radius_m = 0.0;  ///< of the body; 0: stated
 
   /// True for a hit of the same objects, at any distance.
   bool is_like(const Hit& hit) const {
@@ -47,7 +48,7 @@ struct Hit {
   }
 };
 
-/// "the forearm (A4) comes within 12 mm of obstacle table"
+/// "the forearm (A4) comes within 12 mm of obstacle table", and whether its radius is assumed
 std::string words(const Hit& hit);
 /// `otherwise` if nothing is hit.
 std::string words_or(const std::optional<Hit>& hit, const char* otherwise);

@@ -222,7 +222,10 @@ TEST(Clearance, SaysWhichPartOfTheArmComesHowNearToWhat) {
   Obstacle ball = post("lamp", middle - across, 0.1, 0.1);
   ball.frame.linear() =
       Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitX(), across).toRotationMatrix();
-  EXPECT_EQ(words_of(ball), "the forearm (A4) comes within 12 mm of obstacle lamp");
+  EXPECT_EQ(
+      words_of(ball),
+      "the forearm (A4) comes within 12 mm of obstacle lamp (its radius of 100 mm is assumed: "
+      "radius_mm of the robot file)");
   EXPECT_EQ(words_of(post("lamp", tip, 0.01, 0.01)), "the tool's slim end runs into obstacle lamp");
   EXPECT_EQ(words_of(box("far", {0.0, 3.0, 0.0}, {0.1, 0.1, 0.1})), "");
 }
