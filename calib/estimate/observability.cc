@@ -257,7 +257,7 @@ UnidentifiableDirection weak_direction(const Problem& problem, const Eigen::Vect
   if (result.parameters.size() == 1 && reach_m[order[0]] < kUnmeasurableM)
     result.kind = UnidentifiableKind::kNoEffect;
   else
-    result.kind = is_scale(problem, direction) && problem.lengths().empty()
+    result.kind = is_scale(problem, direction) && problem.fitted_lengths() == 0
                       ? UnidentifiableKind::kScale
                       : UnidentifiableKind::kWeak;
   return result;

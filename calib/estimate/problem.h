@@ -129,8 +129,15 @@ class Problem {
   struct Length {
     int block_a, block_b;
     double length_m, sigma_m;
+    bool is_check;  ///< its row has no weight
+    /// Sigma of its row.
+    double fit_sigma_m() const { return is_check ? kNoWeightM : sigma_m; }
+    static constexpr double kNoWeightM = 1e3;
   };
   const std::vector<Length>& lengths() const { return lengths_; }
+  int fitted_lengths() const {
+    return static_cast<int>(std::ranges::count(lengths_, false, &Length::is_check));
+  }
 
   Eigen::VectorXd to_si(const Eigen::VectorXd& u) const;
   std::span<const Touch> touches() const { return touches_; }

@@ -356,7 +356,7 @@ void WhitenedRows::length(const Problem::Length& length, double* r, double* j) c
   const int b = problem_.blocks()[length.block_b].first;
   const Eigen::Vector3d between = Eigen::Map<const Eigen::Vector3d>(x_.data() + a) -
                                   Eigen::Map<const Eigen::Vector3d>(x_.data() + b);
-  const double distance = between.norm(), sigma_m = std::max(length.sigma_m, floor_m_);
+  const double distance = between.norm(), sigma_m = std::max(length.fit_sigma_m(), floor_m_);
   *r = (distance - length.length_m) / sigma_m;  // (12)
   if (j == nullptr) return;
   const Eigen::Vector3d n =

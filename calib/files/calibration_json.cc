@@ -298,6 +298,8 @@ Table<C> calibration_fields() {
                field("observability", &C::observability, object(observability_fields()))),
       for_readers<C>("correlations", correlations_json),
       predicted_field(),
+      where<C>([](const C& c) { return !c.uncertainty.empty(); },
+               field("uncertainty", &C::uncertainty, list(object(uncertainty_fields())))),
       where<C>(with_discrepancy,
                field("discrepancy", &C::discrepancy, object(discrepancy_fields()))),
       optional(field("chi2", &C::chi2, not_negative())),

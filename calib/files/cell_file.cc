@@ -248,6 +248,7 @@ Cell read_cell(const TomlTable& document, Robot robot) {
     length.to = between[1];
     length.length_m = table.number("mm", {1e-3, 1e5}) / kMmPerM;
     length.sigma_m = table.number("sigma_mm", {1e-6, 1e4}) / kMmPerM;
+    length.is_check = table.has("role") && table.word("role", {"fit", "check"}) == "check";
     check_certificate(table);
     table.refuse_unknown();
     cell.lengths.push_back(length);
@@ -328,10 +329,10 @@ std::string cell_to_toml(const Cell& cell, const std::string& robot_reference) {
     if (has_a_centre(target.kind)) out += stand_to_toml(target);
   }
   for (const CertifiedLength& length : cell.lengths)
-    out +=
-        fmt::format("\n[[length]]\nbetween = [{}, {}]\nmm = {}\nsigma_mm = {}\n",
-                    toml_string(length.from), toml_string(length.to),
-                    toml_number(length.length_m * kMmPerM), toml_number(length.sigma_m * kMmPerM));
+    out += fmt::format(
+        "\n[[length]]\nbetween = [{}, {}]\nmm = {}\nsigma_mm = {}\n{}", toml_string(length.from),
+        toml_string(length.to), toml_number(length.length_m * kMmPerM),
+        toml_number(length.sigma_m * kMmPerM), length.is_check ? "role = \"check\"\n" : "");
   return out + obstacles_to_toml(cell.obstacles) +
          fmt::format("\n[touch]\nsigma_mm = {}\nradius_offset_sigma_mm = {}\n",
                      toml_number(cell.touch_sigma_m * kMmPerM),

@@ -21,10 +21,9 @@ namespace cellcal::calib {
 namespace {
 
 using fields::Field, fields::Json, fields::Table, fields::Value, fields::beside, fields::field,
-    fields::flag, fields::for_readers,
-    fields::joined, fields::list, fields::not_negative, fields::number, fields::of_member,
-    fields::only_of, fields::optional, fields::text, fields::vector, fields::where, fields::whole,
-    fields::word;
+    fields::flag, fields::for_readers, fields::joined, fields::list, fields::not_negative,
+    fields::number, fields::of_member, fields::only_of, fields::optional, fields::text,
+    fields::vector, fields::where, fields::whole, fields::word;
 
 /// In arcseconds.
 Value<double> arcsec() {
@@ -168,6 +167,26 @@ Table<Verdict> verdict_fields(const Cell& cell) {
                for_readers<V>("too_few_touches", [](const V&) -> Json { return true; }))};
 }
 
+Table<UncertaintyLine> uncertainty_fields() {
+  using L = UncertaintyLine;
+  const auto read_source = [](const JsonReader& r, L& line) {
+    const auto source = uncertainty_source(r.text());
+    if (!source) r.fail("no source of uncertainty");
+    line.source = *source;
+  };
+  const auto write_sigma = [](const L& line) -> Json {
+    return line.sigma * unit_of(line.source).per_si;
+  };
+  const auto read_sigma = [](const JsonReader& r, L& line) {
+    line.sigma = not_negative().from(r) / unit_of(line.source).per_si;
+  };
+  return {{"source", [](const L& line) -> Json { return to_string(line.source); }, read_source},
+          {"sigma", write_sigma, read_sigma},
+          for_readers<L>("unit", [](const L& line) -> Json { return unit_of(line.source).name; }),
+          field("m2_mm", &L::near_targets_m, not_negative(kMmPerM)),
+          field("m3_mm", &L::workspace_m, not_negative(kMmPerM))};
+}
+
 Table<LengthResult> length_fields() {
   using L = LengthResult;
   const auto read_ends = [](const JsonReader& r, L& length) {
@@ -184,7 +203,9 @@ Table<LengthResult> length_fields() {
           field("certified_mm", &L::certified_m, not_negative(kMmPerM)),
           field("certified_sigma_mm", &L::certified_sigma_m, not_negative(kMmPerM)),
           field("by_others_mm", &L::by_others_m, number(kMmPerM)),
-          field("by_others_sigma_mm", &L::sigma_m, not_negative(kMmPerM))};
+          field("by_others_sigma_mm", &L::sigma_m, not_negative(kMmPerM)),
+          where<L>([](const L& length) { return length.is_check; },
+                   field("role", &L::is_check, word<bool>({{true, "check"}, {false, "fit"}})))};
 }
 
 Table<MovedTarget> moved_fields() {

@@ -16,6 +16,7 @@ fields::Table<Discrepancy> discrepancy_fields();
 fields::Table<RepeatedTouches> repeats_fields();
 /// Rows of the verdict on a calibration of `cell`.
 fields::Table<Verdict> verdict_fields(const Cell& cell);
+fields::Table<UncertaintyLine> uncertainty_fields();
 fields::Table<LengthResult> length_fields();
 fields::Table<MovedTarget> moved_fields();
 fields::Table<Jump> jump_fields();

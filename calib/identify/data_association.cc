@@ -71,7 +71,7 @@ std::optional<Names> better_names(const Cell& cell, const std::vector<Touch>& to
     for (const CertifiedLength& length : cell.lengths) {
       const Eigen::Vector3d* from = centre[cell.target_index(length.from)];
       const Eigen::Vector3d* to = centre[cell.target_index(length.to)];
-      if (from == nullptr || to == nullptr) continue;
+      if (length.is_check || from == nullptr || to == nullptr) continue;
       sum += std::abs((*from - *to).norm() - length.length_m);
       ++count;
     }

@@ -7,6 +7,7 @@
 #include <limits>
 #include <memory>
 
+#include "calib/estimate/budget.h"
 #include "calib/estimate/discrepancy.h"
 #include "calib/estimate/estimate.h"
 #include "calib/estimate/joint_functions.h"
@@ -202,6 +203,18 @@ class Accuracy {
   double field_m2_, ripple_rad_;
 };
 
+/// Fills in the lines with a contribution over the workspace or near the targets.
+void fill_uncertainty(const UncertaintyBudget& budget, const std::vector<double>& near_targets_m,
+                      const std::vector<double>& workspace_m, Calibration& c) {
+  c.uncertainty.clear();
+  std::vector<UncertaintyLine> lines = budget.lines();
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    lines[i].near_targets_m = near_targets_m[i];
+    lines[i].workspace_m = workspace_m[i];
+    if (near_targets_m[i] > 0.0 || workspace_m[i] > 0.0) c.uncertainty.push_back(lines[i]);
+  }
+}
+
 /// Fills in parameters with covariance, unidentifiable directions, and predicted position errors.
 void fill_accuracy(const Problem& problem, const Estimate& e, int region_poses, Calibration& c) {
   // Scatter beyond the stated noise widens every bound.
@@ -224,6 +237,9 @@ void fill_accuracy(const Problem& problem, const Estimate& e, int region_poses, 
   c.nominal_workspace_u_m = over_workspace.u_m;
   c.tolerated_workspace_m = accuracy.tolerated_m(workspace, moves);
   c.unchecked_workspace = least_checked_touch(problem, e, moves);
+  const UncertaintyBudget budget(problem, e, inflation, c);
+  const std::vector<double> far_m = budget.contributions_m(workspace, moves);
+  fill_uncertainty(budget, far_m, far_m, c);
   c.predicted_near_targets_m = c.predicted_workspace_m;
   c.nominal_near_targets_m = c.nominal_workspace_m;
   c.nominal_near_targets_u_m = c.nominal_workspace_u_m;
@@ -238,6 +254,7 @@ void fill_accuracy(const Problem& problem, const Estimate& e, int region_poses, 
   c.nominal_near_targets_u_m = near.u_m;
   c.tolerated_near_targets_m = accuracy.tolerated_m(local, local_moves);
   c.unchecked_near_targets = least_checked_touch(problem, e, local_moves);
+  fill_uncertainty(budget, budget.contributions_m(local, local_moves), far_m, c);
 }
 
 /// Fills in outliers and contradictions; `moves`, `jumps`: searches for moves and jumps as well.

@@ -156,6 +156,7 @@ struct CertifiedLength {
   std::string from, to;
   double length_m = 0.0;
   double sigma_m = 0.0;
+  bool is_check = false;  ///< compared with the result and never fitted
 };
 
 /// True if the arm can be moved from one posture to the other.

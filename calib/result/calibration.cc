@@ -6,9 +6,51 @@
 #include <utility>
 #include <vector>
 
+#include "calib/model/enum_table.h"
 #include "calib/model/units.h"
 
 namespace cellcal::calib {
+
+namespace {
+
+constexpr EnumNames<UncertaintySource> kSources{
+    {{UncertaintySource::kTouches, "touches"},
+     {UncertaintySource::kLengths, "certified_lengths"},
+     {UncertaintySource::kDiameters, "diameters"},
+     {UncertaintySource::kEffectiveRadius, "effective_radius"},
+     {UncertaintySource::kLatchDelay, "latch_delay"},
+     {UncertaintySource::kTool, "tool"},
+     {UncertaintySource::kArmLengths, "arm_lengths"},
+     {UncertaintySource::kArmAngles, "arm_angles"},
+     {UncertaintySource::kTransmission, "transmission"},
+     {UncertaintySource::kLoads, "loads"},
+     {UncertaintySource::kPlaces, "places"},
+     {UncertaintySource::kRipple, "ripple"},
+     {UncertaintySource::kModel, "model"}}};
+constexpr SourceUnit kMm{"mm", kMmPerM}, kDeg{"deg", kDegPerRad},
+    kArcsec{"arcsec", 1.0 / kRadPerArcsec}, kSeveral{"", 1.0};
+constexpr EnumTable<UncertaintySource, SourceUnit> kSourceUnits{
+    {{UncertaintySource::kTouches, kMm},
+     {UncertaintySource::kLengths, kMm},
+     {UncertaintySource::kDiameters, kMm},
+     {UncertaintySource::kEffectiveRadius, kMm},
+     {UncertaintySource::kLatchDelay, {"ms", kMsPerS}},
+     {UncertaintySource::kTool, kMm},
+     {UncertaintySource::kArmLengths, kMm},
+     {UncertaintySource::kArmAngles, kDeg},
+     {UncertaintySource::kTransmission, kArcsec},
+     {UncertaintySource::kLoads, kSeveral},
+     {UncertaintySource::kPlaces, kMm},
+     {UncertaintySource::kRipple, kArcsec},
+     {UncertaintySource::kModel, kMm}}};
+
+}  // namespace
+
+const char* to_string(UncertaintySource source) { return kSources[source]; }
+std::optional<UncertaintySource> uncertainty_source(std::string_view name) {
+  return kSources.key_of(name);
+}
+SourceUnit unit_of(UncertaintySource source) { return kSourceUnits[source]; }
 
 bool Verdict::publish() const {
   return judged && std::ranges::none_of(findings, &Finding::withholds);

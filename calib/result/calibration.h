@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "calib/model/kinematics.h"
@@ -139,6 +140,7 @@ struct LengthResult {
   std::string from, to;
   double certified_m = 0.0, certified_sigma_m = 0.0;
   double by_others_m = 0.0, sigma_m = 0.0;  ///< 1 sigma, without the certificate's
+  bool is_check = false;                    ///< was not fitted
 };
 
 /// A sphere's radius or a wire's readings, compared with all other data.
@@ -214,6 +216,39 @@ struct UncheckedTouch {
   double shift_m = 0.0;   ///< mean tip shift by it over poses; 0: every touch is checked
 };
 
+/// Sources of the uncertainty of a TCP position (calib/estimate/budget.h).
+enum class UncertaintySource {
+  kTouches,          ///< scatter of one touch
+  kLengths,          ///< certified lengths
+  kDiameters,        ///< of spheres
+  kEffectiveRadius,  ///< of the tips
+  kLatchDelay,
+  kTool,          ///< its stated TCP
+  kArmLengths,    ///< tolerances of the robot file, d and a
+  kArmAngles,     ///< tolerances of the robot file, theta, alpha and beta
+  kTransmission,  ///< of the joints: waves, functions, play
+  kLoads,         ///< deflection of joints, bearings and tool
+  kPlaces,        ///< stated centres of targets
+  kRipple,        ///< of the gears, at every pose
+  kModel          ///< scatter that the model does not explain, at every pose
+};
+const char* to_string(UncertaintySource source);
+std::optional<UncertaintySource> uncertainty_source(std::string_view name);
+/// Unit of a source's sigma in files and documents; "" for several.
+struct SourceUnit {
+  const char* name;
+  double per_si;
+};
+SourceUnit unit_of(UncertaintySource source);
+
+/// A line of the budget; the squared contributions add up to the squared standard uncertainty, rms
+/// over the directions and mean over the poses.
+struct UncertaintyLine {
+  UncertaintySource source = UncertaintySource::kTouches;
+  double sigma = 0.0;  ///< of the source, 1 sigma, rms [m, rad, s]; 0: of several units
+  double near_targets_m = 0.0, workspace_m = 0.0;
+};
+
 struct InputFile {
   std::string role, name, sha256;
 };
@@ -247,6 +282,7 @@ struct Calibration {
   /// Mean error predicted from the tolerances for any arm of this model, over the same poses; not
   /// written to files.
   double tolerated_near_targets_m = 0.0, tolerated_workspace_m = 0.0;
+  std::vector<UncertaintyLine> uncertainty;                    ///< empty: not computed
   UncheckedTouch unchecked_near_targets, unchecked_workspace;  ///< not written to files
   double chi2 = 0.0;  ///< sum of the squared whitened residuals of the fit touches in use
   /// Degrees of freedom of chi2: sum over the touches of 1 - leverage, which counts an unknown by

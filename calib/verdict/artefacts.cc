@@ -154,7 +154,7 @@ std::vector<LengthResult> leave_one_out_lengths(const Problem& problem, const Es
     Eigen::MatrixXd information = touches.information;
     Eigen::VectorXd gradient = touches.gradient;
     for (std::size_t l = 0; l < lengths.size(); ++l) {
-      if (same_blocks(k, l)) continue;
+      if (l == k || (!lengths[k].is_check && same_blocks(k, l))) continue;
       const auto by = linear.jacobian.row(row(l));
       information.selfadjointView<Eigen::Lower>().rankUpdate(by.transpose());
       gradient += linear.residual[row(l)] * by.transpose();
@@ -163,7 +163,8 @@ std::vector<LengthResult> leave_one_out_lengths(const Problem& problem, const Es
     if (!factor.positive()) continue;
     const Eigen::VectorXd by = linear.jacobian.row(row(k)).transpose();
     const Eigen::VectorXd reached = factor.solve(by);
-    const double sigma_m = lengths[k].sigma_m, variance = by.dot(reached);  // in its own sigma^2
+    // In the squared sigma of its row.
+    const double row_m = lengths[k].fit_sigma_m(), variance = by.dot(reached);
     const double off = linear.residual[row(k)] - reached.dot(gradient);  // (46), in its own sigma
     // Excess scatter widens the result, except the part caused by this length.
     const double squared = off * off / (1.0 + variance);  // (45)
@@ -172,9 +173,10 @@ std::vector<LengthResult> leave_one_out_lengths(const Problem& problem, const Es
     result.from = problem.cell().targets[problem.blocks()[lengths[k].block_a].target].id;
     result.to = problem.cell().targets[problem.blocks()[lengths[k].block_b].target].id;
     result.certified_m = lengths[k].length_m;
-    result.certified_sigma_m = sigma_m;
-    result.by_others_m = lengths[k].length_m + off * sigma_m;
-    result.sigma_m = std::sqrt(inflation * variance) * sigma_m;
+    result.certified_sigma_m = lengths[k].sigma_m;
+    result.is_check = lengths[k].is_check;
+    result.by_others_m = lengths[k].length_m + off * row_m;
+    result.sigma_m = std::sqrt(inflation * variance) * row_m;
     results.push_back(std::move(result));
   }
   return results;

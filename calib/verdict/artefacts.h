@@ -41,7 +41,7 @@ bool is_of_sphere(const Cell& cell, const ArtefactBias& bias);
 // no information; the prediction by the others does (Baarda's data snooping).
 
 /// All lengths with both ends touched, in the order of the cell file; lengths between the same two
-/// ends are left out together. From the linearisation. `chi2`, `dof`: of the touches; excess
+/// ends are left out together, except for a check length, which nothing was fitted to. From the linearisation. `chi2`, `dof`: of the touches; excess
 /// scatter reduces the weight of the others.
 std::vector<LengthResult> leave_one_out_lengths(const Problem& problem, const Estimate& estimate,
                                                 const NormalEquations& touches, double chi2,

@@ -109,7 +109,7 @@ std::vector<Problem::Length> different_lengths(const Problem& problem,
   };
   std::vector<Problem::Length> different;
   for (const Problem::Length& length : problem.lengths()) {
-    if (is_loose(length.block_a) || is_loose(length.block_b)) continue;
+    if (length.is_check || is_loose(length.block_a) || is_loose(length.block_b)) continue;
     const auto known =
         std::find_if(different.begin(), different.end(), [&](const Problem::Length& other) {
           return std::minmax(length.block_a, length.block_b) ==
@@ -169,7 +169,7 @@ Finding near_targets(const Problem& problem, const HeldPlaces& places, const Sca
   return {FindingKind::kScaleByNothing,
           Severity::kInforms,
           {},
-          {{"lengths", static_cast<double>(problem.lengths().size()), ""},
+          {{"lengths", static_cast<double>(problem.fitted_lengths()), ""},
            {"lengths_with_held_ends", static_cast<double>(scale.lengths.size()), ""},
            {"loose_targets", static_cast<double>(places.loose.size()), ""},
            {"spheres", any([](TargetKind kind) { return kind == TargetKind::kSphere; }), ""},

@@ -125,7 +125,8 @@ std::string length_text(const LengthForm& length) {
       "\n[[length]]\nbetween = [{}, {}]\n{}{}{}", toml_string(length.from), toml_string(length.to),
       line("mm = " + toml_number(length.mm), "between the centres, as certified"),
       line("sigma_mm = " + toml_number(length.sigma_mm),
-           "1 sigma; a certificate's U is mostly 2 sigma"),
+           "1 sigma; a certificate's U is mostly 2 sigma") +
+          line("#role = \"fit\"", "\"check\": compared with the result, never fitted"),
       certificate_text(
           length.certificate, "",
           "# certificate = \"\", certificate_date = \"2026-04-01\": as printed by 'cellcal certificate'.\n"));
@@ -139,6 +140,7 @@ constexpr const char* kNoLengths = R"(
 #between = ["S1", "S2"]
 #mm = 500.0
 #sigma_mm = 0.005
+#role = "fit"                         # "check": compared with the result, never fitted
 #certificate = ""
 #certificate_date = "2026-04-01"
 )";
@@ -275,6 +277,16 @@ void keep_targets(json& now, const json& before, std::vector<std::string>& kept)
   }
 }
 
+void keep_lengths(json& now, const json& before, std::vector<std::string>& kept) {
+  constexpr std::array<std::string_view, 5> kOfALength{"between", "mm", "sigma_mm", "certificate",
+                                                       "certificate_date"};
+  if (!now.contains("length")) return;
+  for (const json& length : before.value("length", json::array()))
+    for (json& one : now["length"])
+      if (one.at("between") == length.at("between") && one.at("mm") == length.at("mm"))
+        keep(one, length, kOfALength, "length", kept);
+}
+
 /// Lists the entries of an array of tables by name.
 void name_list(const std::string& key, const json& list, std::vector<std::string>& kept) {
   for (const json& one : list)
@@ -290,6 +302,7 @@ json merged(const CellForm& form, const std::string& before_text, std::vector<st
   leave_out(now["touch"], touch, kNothing, "touch", kept);
   keep(now["tool"], before.at("tool"), kOfTheTool, "tool", kept);
   keep_targets(now, before, kept);
+  keep_lengths(now, before, kept);
   keep(now["touch"], touch, kNothing, "touch", kept);
   for (const auto& [key, value] : before.items()) {
     if (now.contains(key) || key == "length") continue;

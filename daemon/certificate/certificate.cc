@@ -7,6 +7,7 @@
 
 #include "calib/estimate/region.h"
 #include "calib/files/input_file.h"
+#include "calib/model/enum_table.h"
 #include "calib/model/units.h"
 #include "calib/result/finding.h"
 #include "calib/verdict/change.h"
@@ -107,6 +108,72 @@ void add_artefacts(const Sources& s, CertificateData& data) {
   }
 }
 
+/// In words of a certificate.
+constexpr EnumNames<calib::UncertaintySource> kSourceWords{
+    {{calib::UncertaintySource::kTouches, "scatter of a touch"},
+     {calib::UncertaintySource::kLengths, "certified lengths"},
+     {calib::UncertaintySource::kDiameters, "radii of the spheres"},
+     {calib::UncertaintySource::kEffectiveRadius, "effective radius of the tip"},
+     {calib::UncertaintySource::kLatchDelay, "latch delay"},
+     {calib::UncertaintySource::kTool, "stated TCP"},
+     {calib::UncertaintySource::kArmLengths, "lengths of the arm: tolerance"},
+     {calib::UncertaintySource::kArmAngles, "angles of the arm: tolerance"},
+     {calib::UncertaintySource::kTransmission, "transmission errors: tolerance"},
+     {calib::UncertaintySource::kLoads, "deflection under load: tolerance"},
+     {calib::UncertaintySource::kPlaces, "stated places of the targets"},
+     {calib::UncertaintySource::kRipple, "ripple of the gears"},
+     {calib::UncertaintySource::kModel, "scatter beyond the model"}}};
+
+/// Value computed from two others of the calibration.
+Entry of_two(const Sources& s, const char* function, const std::string& a, const std::string& b,
+             const std::string& unit, int decimals, double (*compute)(double, double)) {
+  const Entry one = s.number(kCalibration, a, unit, decimals),
+              other = s.number(kCalibration, b, unit, decimals);
+  const std::string from = fmt::format("{}({},{})", function, one.from, other.from);
+  if (!one.value || !other.value) return {"", from};
+  return figure(compute(*one.value, *other.value), unit, decimals, from);
+}
+
+void add_length_checks(const Sources& s, CertificateData& data) {
+  constexpr int kDecimals = 4;
+  for (std::size_t i = 0; i < s.size(kCalibration, "/lengths"); ++i) {
+    const std::string at = fmt::format("/lengths/{}/", i);
+    if (s.text(kCalibration, at + "role").text != "check") continue;
+    const auto value = [&](const char* key) {
+      return s.number(kCalibration, at + key, "mm", kDecimals);
+    };
+    const auto twice = [&](const char* key) {
+      return s.expanded(kCalibration, at + key, "mm", kDecimals);
+    };
+    data.length_checks.push_back(
+        {s.text(kCalibration, at + "between/0"), s.text(kCalibration, at + "between/1"),
+         value("certified_mm"), twice("certified_sigma_mm"), value("by_others_mm"),
+         twice("by_others_sigma_mm"),
+         of_two(s, "difference", at + "by_others_mm", at + "certified_mm", "mm", kDecimals,
+                [](double a, double b) { return a - b; }),
+         of_two(s, "k*hypot", at + "by_others_sigma_mm", at + "certified_sigma_mm", "mm", kDecimals,
+                [](double a, double b) { return kCoverage * std::hypot(a, b); })});
+  }
+}
+
+void add_budget(const Sources& s, CertificateData& data) {
+  constexpr int kDecimals = 4;
+  const auto& lines = s.calibration.uncertainty;
+  const char* key = data.workspace ? "m3_mm" : "m2_mm";
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const std::string at = fmt::format("/uncertainty/{}/", i);
+    const std::string unit = calib::unit_of(lines[i].source).name;
+    BudgetLine line{kSourceWords[lines[i].source], {}, {}, {}};
+    line.contribution = s.number(kCalibration, at + key, "mm", kDecimals);
+    if (lines[i].sigma > 0.0) {
+      line.sigma = s.number(kCalibration, at + "sigma", unit, kDecimals);
+      line.sensitivity = of_two(s, "ratio", at + key, at + "sigma", "mm/" + unit, kDecimals,
+                                [](double a, double b) { return a / b; });
+    }
+    data.budget.push_back(line);
+  }
+}
+
 Entry mm(double metres, const std::string& from) {
   return figure(metres * kMmPerM, "mm", kMmDecimals, from);
 }
@@ -185,7 +252,8 @@ void add_figures(const Sources& s, CertificateData& data) {
                                            s.touches, data.workspace);
   const Entry left = s.number(kCalibration, predicted, "mm", kMmDecimals);
   const double rms_mm = left.value.value_or(0.0) / calib::kMeanOverRms;
-  const Entry expanded =
+  data.standard = figure(rms_mm, "mm", kMmDecimals + 1, "rms(calibration#" + predicted + ")");
+  const Entry expanded = data.expanded =
       figure(kCoverage * rms_mm, "mm", kMmDecimals, "k*rms(calibration#" + predicted + ")");
   if (!scope) {
     data.figures.push_back({"TCP position error over the scope: mean", {}, left});
@@ -332,7 +400,9 @@ CertificateData make_certificate(const Archive& archive, const std::string& from
   CertificateData data;
   add_identity(sources, issue, data);
   add_artefacts(sources, data);
+  add_length_checks(sources, data);
   add_figures(sources, data);
+  add_budget(sources, data);
   data.decision = decision_of(sources);
   add_conditions(sources, data);
   add_findings(sources, data);

@@ -42,6 +42,15 @@ struct Artefact {
 struct Length {
   Entry from, to, length, expanded, certificate, date;
 };
+/// A certified length that was not fitted, and what the calibrated arm measures.
+struct LengthCheck {
+  Entry from, to, certified, certified_expanded, measured, expanded, deviation, deviation_expanded;
+};
+/// A line of the uncertainty budget of a TCP position; contributions are standard uncertainties.
+struct BudgetLine {
+  const char* source;  ///< wording of the form
+  Entry sigma, sensitivity, contribution;
+};
 /// One row of 'as found, as left'; inapplicable values are not stated.
 struct Figure {
   std::string what;  ///< wording of the form
@@ -88,9 +97,12 @@ struct CertificateData {
   Entry poses;  ///< poses of the scope's figures
   Decision decision;
   std::vector<Artefact> artefacts;
-  std::vector<Length> lengths;    ///< with both ends touched
-  std::vector<Entry> directions;  ///< not identifiable
-  std::vector<Entry> remarks;     ///< reasons of the verdict
+  std::vector<Length> lengths;  ///< with both ends touched
+  std::vector<LengthCheck> length_checks;
+  std::vector<BudgetLine> budget;  ///< empty: not recorded
+  Entry standard, expanded;        ///< combined standard uncertainty of a TCP position, and U
+  std::vector<Entry> directions;   ///< not identifiable
+  std::vector<Entry> remarks;      ///< reasons of the verdict
   std::vector<Break> breaks;
   /// Phase changes were recorded; otherwise interruptions are unknown.
   bool changes_recorded = false;

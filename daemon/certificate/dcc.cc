@@ -256,6 +256,18 @@ void add_measurement(const CertificateData& d, Node root) {
   Node results = result.append_child("dcc:results");
   add_figures(d, results, "as found", &Figure::found);
   add_figures(d, results, "as left", &Figure::left);
+  if (!d.length_checks.empty()) {
+    Node checks = add_result(results, "check of the scale: measured less certified");
+    for (const LengthCheck& one : d.length_checks)
+      add_quantity(checks, one.from.text + " to " + one.to.text, one.deviation,
+                   one.deviation_expanded);
+  }
+  if (!d.budget.empty()) {
+    Node budget =
+        add_result(results, "uncertainty budget: contributions to the standard uncertainty");
+    for (const BudgetLine& one : d.budget) add_quantity(budget, one.source, one.contribution);
+    add_quantity(budget, "combined standard uncertainty of a TCP position", d.standard);
+  }
   Node data = add_result(results, "corrections of the arm's parameters");
   add_quantity(data, "touches", d.touches);
   for (const Parameter& one : d.parameters)

@@ -156,6 +156,47 @@ std::string artefacts(const CertificateData& d) {
                  : "The touches do not hold the scale of the arm by them; it is not traced.");
 }
 
+std::string length_checks(const CertificateData& d) {
+  if (d.length_checks.empty()) return "";
+  std::string rows;
+  for (const LengthCheck& one : d.length_checks)
+    rows += "<tr>" + cell(shown(one.from) + " to " + shown(one.to)) +
+            cell(shown(one.certified), true) + cell(shown(one.certified_expanded), true) +
+            cell(shown(one.measured), true) + cell(shown(one.expanded), true) +
+            cell(shown(one.deviation), true) + cell(shown(one.deviation_expanded), true) +
+            "</tr>\n";
+  return "<h3>Check of the scale</h3>\n" +
+         table(
+             "<th>certified length, not fitted</th><th class=\"n\">certified, mm</th>"
+             "<th class=\"n\">U, mm</th><th class=\"n\">measured, mm</th><th class=\"n\">U, mm</th>"
+             "<th class=\"n\">deviation, mm</th><th class=\"n\">U, mm</th>",
+             rows) +
+         fmt::format(
+             "<p class=\"note\">U: k = {}. Measured: distance of the centres by the calibrated arm.</p>\n",
+             constant("k"));
+}
+
+std::string budget(const CertificateData& d) {
+  if (d.budget.empty()) return "";
+  std::string rows;
+  for (const BudgetLine& one : d.budget)
+    rows += "<tr>" + cell(one.source) + cell(with_unit(one.sigma, kNone), true) + cell("normal") +
+            cell(with_unit(one.sensitivity, kNone), true) + cell(shown(one.contribution), true) +
+            "</tr>\n";
+  rows += "<tr>" + cell("combined standard uncertainty") + cell("") + cell("") + cell("") +
+          cell(shown(d.standard), true) + "</tr>\n<tr>" +
+          cell("expanded uncertainty U, k = " + constant("k")) + cell("") + cell("") + cell("") +
+          cell(shown(d.expanded), true) + "</tr>\n";
+  return "<h2>Uncertainty budget of a TCP position</h2>\n" +
+         table(
+             "<th>source</th><th class=\"n\">standard uncertainty</th><th>distribution</th>"
+             "<th class=\"n\">sensitivity</th><th class=\"n\">contribution, mm</th>",
+             rows) +
+         "<p class=\"note\">Mean over the scope, all three directions; a motion of the base is excluded. The "
+         "contributions are uncorrelated, and their squares add up to the combined one. Where a "
+         "source has several units its contribution alone is given.</p>\n";
+}
+
 std::string list(const std::vector<Entry>& entries) {
   std::string items;
   for (const Entry& one : entries) items += "<li>" + shown(one) + "</li>\n";
@@ -290,7 +331,8 @@ std::string to_html(const CertificateData& d) {
         "<p class=\"emulated\">{}: a simulation, no real robot was touched. This document "
         "certifies no robot.</p>\n",
         shown(d.emulated));
-  html += object(d) + result(d) + decision(d) + artefacts(d) + frame(d) + conditions(d);
+  html += object(d) + result(d) + decision(d) + artefacts(d) + length_checks(d) + budget(d) +
+          frame(d) + conditions(d);
   html += "<h2>Remarks of the verdict</h2>\n" + list(d.remarks);
   html += issue(d) + sums(d) + parameters(d) + touches(d);
   return html + "</main>\n</body>\n</html>\n";

@@ -42,6 +42,24 @@ Json of_length(const Length& one) {
           {"certificate_date", to_value(one.date)}};
 }
 
+Json of_length_check(const LengthCheck& one) {
+  return {{"between", {to_value(one.from), to_value(one.to)}},
+          {"certified", to_value(one.certified)},
+          {"certified_expanded", to_value(one.certified_expanded)},
+          {"measured", to_value(one.measured)},
+          {"expanded", to_value(one.expanded)},
+          {"deviation", to_value(one.deviation)},
+          {"deviation_expanded", to_value(one.deviation_expanded)}};
+}
+
+Json of_budget_line(const BudgetLine& one) {
+  return {{"source", one.source},
+          {"distribution", "normal"},
+          {"sigma", to_value(one.sigma)},
+          {"sensitivity", to_value(one.sensitivity)},
+          {"contribution", to_value(one.contribution)}};
+}
+
 Json of_figure(const Figure& one) {
   return {{"what", one.what}, {"as_found", to_value(one.found)}, {"as_left", to_value(one.left)}};
 }
@@ -139,6 +157,10 @@ std::string to_json(const CertificateData& d) {
   whole["decision"] = of_decision(d.decision);
   whole["artefacts"] = list(d.artefacts, of_artefact);
   whole["lengths"] = list(d.lengths, of_length);
+  whole["length_checks"] = list(d.length_checks, of_length_check);
+  whole["uncertainty_budget"] = {{"lines", list(d.budget, of_budget_line)},
+                                 {"standard", to_value(d.standard)},
+                                 {"expanded", to_value(d.expanded)}};
   whole["not_identifiable"] = list(d.directions, to_value);
   whole["remarks"] = list(d.remarks, to_value);
   whole["breaks"] = of_breaks(d);

@@ -120,10 +120,10 @@ std::string lengths_table(const View& view) {
         in_sigma = fixed(calib::contradiction(found), kCoarseDecimals);
     }
     rows += fmt::format(
-        "<tr><th scope=\"row\">{} to {}</th><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td>"
+        "<tr><th scope=\"row\">{} to {}{}</th><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td>"
         "<td>{}</td></tr>\n",
-        escape(length.from), escape(length.to), mm(length.length_m), mm(length.sigma_m), by_others,
-        sigma, difference, in_sigma);
+        escape(length.from), escape(length.to), length.is_check ? " (check)" : "",
+        mm(length.length_m), mm(length.sigma_m), by_others, sigma, difference, in_sigma);
   }
   return fmt::format(
       "<h3>Certified lengths, mm</h3>\n<div class=\"scroll\"><table "

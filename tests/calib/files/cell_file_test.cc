@@ -177,6 +177,8 @@ TEST(CellFile, NamesLineAndKeyOfANumberOutOfRangeOrNotFinite) {
            {"centre_sigma_mm = 10.0", "centre_sigma_mm = nan", "target[1].centre_sigma_mm"},
            {"mm = 500.012", "mm = 0", "length[1].mm"},
            {"sigma_mm = 0.005", "sigma_mm = 0", "length[1].sigma_mm"},
+           {"sigma_mm = 0.005", "sigma_mm = 0.005\nrole = \"cheque\"", "length[1].role"},
+           {"sigma_mm = 0.005", "sigma_mm = 0.005\nrole = 1", "length[1].role"},
            {"sigma_mm = 0.03", "sigma_mm = 0", "touch.sigma_mm"},
            {"sigma_mm = 0.03", "sigma_mm = -0.03", "touch.sigma_mm"},
            {"radius_offset_sigma_mm = 0.3", "radius_offset_sigma_mm = -inf",

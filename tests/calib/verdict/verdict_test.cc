@@ -257,6 +257,50 @@ TEST(Verdict, ALengthThatWasMeasuredTwiceIsChecked) {
   EXPECT_TRUE(found(wrong, FindingKind::kCertifiedTwice)) << words_of(wrong);
 }
 
+TEST(Verdict, ACheckLengthIsComparedAndNeverFitted) {
+  Cell cell = demo_cell();
+  const auto touches = touches_of(cell, 100, 2);
+  Cell without = cell;
+  without.lengths.pop_back();
+  const Calibration plain = identify(without, touches);
+  cell.lengths.back().is_check = true;
+  const Calibration c = identify(cell, touches);
+  EXPECT_TRUE(c.verdict.publish()) << words_of(c);
+  ASSERT_EQ(c.parameters.size(), plain.parameters.size());
+  for (std::size_t i = 0; i < c.parameters.size(); ++i)
+    EXPECT_NEAR(c.parameters[i].correction, plain.parameters[i].correction,
+                1e-6 * plain.parameters[i].sigma)
+        << i;
+  ASSERT_EQ(c.lengths.size(), cell.lengths.size());
+  const LengthResult& check = c.lengths.back();
+  EXPECT_TRUE(check.is_check);
+  EXPECT_EQ(check.certified_sigma_m, cell.lengths.back().sigma_m);
+  EXPECT_LT(contradiction(check), 4.0);
+  EXPECT_GT(check.sigma_m, 0.0);
+  EXPECT_LT(check.sigma_m, 0.1e-3);
+}
+
+TEST(Verdict, ACheckLengthThatTheCalibratedArmDoesNotReproduceWithholds) {
+  Cell cell = demo_cell();
+  const auto touches = touches_of(cell, 100, 2);
+  cell.lengths.back().is_check = true;
+  const LengthResult right = identify(cell, touches).lengths.back();
+  cell.lengths.back().length_m += 0.5e-3;
+  const Calibration c = identify(cell, touches);
+  EXPECT_FALSE(c.verdict.publish());
+  EXPECT_EQ(the(c, FindingKind::kCertifiedLength).about.name, cell.lengths.back().from)
+      << words_of(c);
+  EXPECT_NEAR(c.lengths.back().by_others_m, right.by_others_m, 1e-7) << "it is not fitted";
+}
+
+TEST(Verdict, CheckLengthsAloneDoNotHoldTheScale) {
+  Cell cell = demo_cell();
+  for (CertifiedLength& one : cell.lengths) one.is_check = true;
+  const Calibration c = identify(cell, touches_of(demo_cell(), 100, 2));
+  EXPECT_FALSE(c.verdict.workspace) << words_of(c);
+  EXPECT_EQ(c.lengths.size(), cell.lengths.size());
+}
+
 TEST(Verdict, AWrongLengthDoesNotHideInTheScatterThatItMakes) {
   Cell cell = demo_cell();
   const auto touches = touches_of(cell, 48, 2);

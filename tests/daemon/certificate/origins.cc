@@ -227,12 +227,14 @@ std::variant<double, std::string> Origins::at(const std::string& from) const {
     if (!from.starts_with(function + "(") || !from.ends_with(")")) return std::nullopt;
     return from.substr(function.size() + 1, from.size() - function.size() - 2);
   };
-  if (from.starts_with("k*")) {
-    const std::string of = from.substr(2);
-    if (of.starts_with("rms("))
-      return 2.0 * number(at(of.substr(4, of.size() - 5))) / std::sqrt(8.0 / (3.0 * M_PI));
-    return 2.0 * number(at(of));
-  }
+  if (from.starts_with("k*")) return 2.0 * number(at(from.substr(2)));
+  if (const auto of = inside("rms")) return number(at(*of)) / std::sqrt(8.0 / (3.0 * M_PI));
+  for (const char* function : {"difference", "ratio", "hypot"})
+    if (const auto of = inside(function)) {
+      const std::size_t comma = of->find(',');
+      const double a = number(at(of->substr(0, comma))), b = number(at(of->substr(comma + 1)));
+      return *function == 'd' ? a - b : *function == 'r' ? a / b : std::hypot(a, b);
+    }
   if (const auto of = inside("local")) return local(std::get<std::string>(at(*of)));
   if (const auto of = inside("unit")) return unit(*of);
   if (const auto of = inside("sha256"))

@@ -23,6 +23,7 @@ struct Recording {
   double remastered_rad = 0.0;  ///< A2 reads more by this
   double longer_tool_m = 0.0;   ///< than the demo's
   bool lengths = true;          ///< certified ones; else the scope is near the targets
+  bool check_length = false;    ///< the last certified length is a check
   bool as_fit = false;  ///< the journal has the check touches as fit touches: none for 'as found'
   bool gross_check = false;  ///< the last check touch, by some millimetres
   bool emulated = false;     ///< of a daemon's own emulated cell

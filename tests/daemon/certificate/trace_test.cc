@@ -160,6 +160,33 @@ TEST_F(a_certificate, lists_the_certified_lengths_whose_ends_were_touched) {
   expect_all_traced(archive);
 }
 
+TEST_F(a_certificate, states_the_deviation_of_a_length_that_was_not_fitted_beside_its_uncertainty) {
+  const TemporaryDirectory directory;
+  Journal journal(directory / "j.db");
+  const std::int64_t id = record(journal, {.check_length = true, .fit = 60}, false);
+  const Archive archive = make_archive(journal, id, directory / "none");
+  const CertificateData data = make_certificate(archive, "e", kIssue);
+  ASSERT_EQ(data.length_checks.size(), 1u);
+  const certificate::LengthCheck& check = data.length_checks[0];
+  EXPECT_LT(std::abs(*check.deviation.value), 2.0 * *check.deviation_expanded.value);
+  EXPECT_NE(to_html(data).find("Check of the scale"), std::string::npos);
+  expect_all_traced(archive);
+}
+
+TEST_F(a_certificate, has_an_uncertainty_budget_whose_squares_add_up_to_the_standard_uncertainty) {
+  const CertificateData data = make_certificate(recorded().first, "e", kIssue);
+  ASSERT_GT(data.budget.size(), 4u);
+  double squares = 0.0;
+  for (const certificate::BudgetLine& one : data.budget) {
+    squares += std::pow(*one.contribution.value, 2);
+    if (one.sigma.stated())
+      EXPECT_NEAR(*one.sigma.value * *one.sensitivity.value, *one.contribution.value, 1e-9)
+          << one.source;
+  }
+  EXPECT_NEAR(std::sqrt(squares), *data.standard.value, 1e-6);
+  EXPECT_NEAR(2.0 * *data.standard.value, *data.expanded.value, 1e-9);
+}
+
 TEST_F(a_certificate, of_an_arm_without_certified_lengths_claims_nothing_beyond_the_targets) {
   const TemporaryDirectory directory;
   Journal journal(directory / "j.db");
