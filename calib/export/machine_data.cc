@@ -79,6 +79,7 @@ void of_axis(const Place& place, MachineData& data, Drives& rpm) {
   MachineAxis& axis = data.axes[i];
   if (name == "$SOFTN_END") axis.min_rad = place.real(kLargestDeg) * kRadPerDeg;
   if (name == "$SOFTP_END") axis.max_rad = place.real(kLargestDeg) * kRadPerDeg;
+  if (name == "$MAMES") axis.mastering_rad = place.real(kLargestDeg) * kRadPerDeg;
   if (name == "$AXIS_DIR") axis.sense = place.real(1.0) < 0.0 ? -1 : 1;
   if (name == "$VEL_AXIS_MA") rpm[i] = std::abs(place.real(kLargestRpm));
   if (name == "$RAT_MOT_AX") {

@@ -20,6 +20,7 @@ struct MachineAxis {
   std::optional<double> max_speed_rad_s;   ///< $VEL_AXIS_MA over $RAT_MOT_AX
   std::optional<double> gear_ratio;        ///< $RAT_MOT_AX: motor turns for one of the axis
   std::optional<int> sense;                ///< $AXIS_DIR
+  std::optional<double> mastering_rad;     ///< $MAMES: shown at the mark
 };
 
 /// $DH_4, $DH_5.

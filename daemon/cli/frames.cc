@@ -46,18 +46,6 @@ std::optional<Base> base_of(const std::string& text) {
   return base;
 }
 
-std::string decided_words(const krl::MasteringOffset& one) {
-  switch (one.decided_by) {
-    case calib::DecidedBy::kData:
-      return "";
-    case calib::DecidedBy::kPrior:
-      return "  not determined by the touches (prior)";
-    case calib::DecidedBy::kFrame:
-      return "  not identifiable: fixed by convention";
-  }
-  return "";
-}
-
 std::string report(const krl::ProposedFrames& result) {
   std::string text = result.config_lines;
   for (const krl::ProposedFrame& one : result.frames) {
@@ -74,13 +62,7 @@ std::string report(const krl::ProposedFrames& result) {
   if (!result.robroot_stated && !result.frames.empty() &&
       result.frames.back().kind == krl::ProposedFrame::Kind::kBase)
     text += "$ROBROOT not in the given files: the robot is taken to be at the world's origin\n";
-  text += "\nmastering, a proposal only; cellcal writes none of it:\n";
-  for (const krl::MasteringOffset& one : result.mastering)
-    text += fmt::format("  {:<4} {:+.4f} +- {:.4f} deg (k=2){}\n", one.joint, one.offset_deg,
-                        2 * one.sigma_deg, decided_words(one));
-  return text +
-         "WARNING: another mastering moves every taught point and the SafeOperation zones. "
-         "Find out first\nwhy an axis is off (hit, changed motor), and leave it to trained staff.\n";
+  return text + "zeros of the axes: 'cellcal mastering'\n";
 }
 
 nlohmann::json frame_json(const calib::FrameMmDeg& f) {

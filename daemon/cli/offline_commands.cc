@@ -260,6 +260,7 @@ void add_offline_commands(CLI::App& app, int& status) {
   add_predict(app, status);
   add_correct(app, status);
   add_frames(app, status);
+  add_mastering(app, status);
   add_plan(app, status);
   add_kuka_files(app, status);
   add_robots(app, status);
@@ -469,13 +470,12 @@ void add_sending(CLI::App* command, CLI::Option* calibration, SendFrames& sendin
 void add_frames(CLI::App& app, int& status) {
   auto given = std::make_shared<FramesCommand>();
   auto sending = std::make_shared<SendFrames>();
-  CLI::App* command = app.add_subcommand(
-      "frames", "Compute tool and base frames for a KUKA controller; propose mastering offsets");
+  CLI::App* command =
+      app.add_subcommand("frames", "Compute tool and base frames for a KUKA controller");
   command->footer(
       "Prints the lines of $config.dat, and with -o writes a KRL program that sets them; the old "
       "values\nare in its comments. Tool: the cell file's, as identified. Base: from "
-      "three\ntargets: origin, one on +x, one on the side of +y. Mastering offsets are printed "
-      "with a warning\nand never written.\n--send sets the frames on the controller, over EKI and "
+      "three\ntargets: origin, one on +x, one on the side of +y.\n--send sets the frames on the controller, over EKI and "
       "through the daemon, where [eki] write_frames = true\nallows it: old and new values are "
       "shown, and each is confirmed; nothing moves. --restore sets old values\nagain.\nExit status "
       "3: the calibration was withheld.\nExample: cellcal frames --calibration calibration.json "

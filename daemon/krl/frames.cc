@@ -87,18 +87,6 @@ Isometry3d base_of_targets(const calib::Calibration& c, const std::array<std::st
   return base;
 }
 
-std::vector<MasteringOffset> mastering_of(const calib::Calibration& c) {
-  std::vector<MasteringOffset> all;
-  for (std::size_t i = 0; i < c.cell.robot.joints.size(); ++i) {
-    const auto* found = find(c, calib::joint_parameter(calib::ParameterKind::kTheta, i));
-    if (found == nullptr) continue;
-    const calib::Joint& joint = c.cell.robot.joints[i];
-    all.push_back({joint.name, joint.sign * found->correction * calib::kDegPerRad,
-                   found->sigma * calib::kDegPerRad, found->decided_by});
-  }
-  return all;
-}
-
 std::string snippet_of(const std::vector<ProposedFrame>& frames, const std::string& calibration) {
   std::string ascii;
   for (const char c : calib::shown(calibration, 80))
@@ -116,6 +104,18 @@ std::string snippet_of(const std::vector<ProposedFrame>& frames, const std::stri
 }
 
 }  // namespace
+
+std::vector<MasteringOffset> mastering_of(const calib::Calibration& c) {
+  std::vector<MasteringOffset> all;
+  for (std::size_t i = 0; i < c.cell.robot.joints.size(); ++i) {
+    const auto* found = find(c, calib::joint_parameter(calib::ParameterKind::kTheta, i));
+    if (found == nullptr) continue;
+    const calib::Joint& joint = c.cell.robot.joints[i];
+    all.push_back({joint.name, joint.sign * found->correction * calib::kDegPerRad,
+                   found->sigma * calib::kDegPerRad, found->decided_by});
+  }
+  return all;
+}
 
 ProposedFrames propose_frames(const calib::Calibration& calibration, const FramesRequest& request) {
   Data data;

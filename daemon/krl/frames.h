@@ -42,6 +42,9 @@ struct MasteringOffset {
   calib::DecidedBy decided_by = calib::DecidedBy::kData;
 };
 
+/// Offsets of all axes with an identified zero.
+std::vector<MasteringOffset> mastering_of(const calib::Calibration& calibration);
+
 struct ProposedFrames {
   std::vector<ProposedFrame> frames;
   std::vector<MasteringOffset> mastering;

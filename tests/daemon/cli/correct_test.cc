@@ -288,7 +288,6 @@ TEST_F(correct, and_frames_write_a_krl_program_with_the_old_values_in_it) {
   const Outcome outcome = run_program(written);
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_EQ(outcome.out.find("TOOL_DATA[1]={X "), 0U) << outcome.out;
-  EXPECT_NE(outcome.out.find("WARNING: another mastering"), std::string::npos);
   EXPECT_NE(content(snippet).find(";   BASE_DATA[3]="), std::string::npos);
   auto as_json = all;
   as_json.emplace_back("--json");
@@ -298,6 +297,35 @@ TEST_F(correct, and_frames_write_a_krl_program_with_the_old_values_in_it) {
   auto wrong = all;
   wrong.back() = "3=S1,S2";
   EXPECT_EQ(run_program(wrong).status, 2);
+}
+
+TEST_F(correct, and_mastering_names_the_angle_of_each_axis_and_those_that_no_touch_tells) {
+  calibration_file();
+  const std::string data = put("$machine.dat",
+                               "$MAMES[1]=-20.0\n$MAMES[2]=-120.0\n$MAMES[3]=110.0\n"
+                               "$MAMES[4]=0.0\n$MAMES[5]=0.0\n$MAMES[6]=0.0\n");
+  std::vector<std::string> all = {CELLCAL, "mastering", "--calibration", dir_ / "cal.json"};
+  const Outcome relative = run_program(all);
+  ASSERT_EQ(relative.status, 0) << relative.err;
+  EXPECT_NE(relative.out.find("A1  no touch tells its zero"), std::string::npos) << relative.out;
+  EXPECT_NE(relative.out.find("WARNING: another mastering"), std::string::npos);
+  EXPECT_NE(relative.out.find("from the angle shown at its mark"), std::string::npos);
+  all.insert(all.end(), {"--machine-data", data});
+  EXPECT_NE(run_program(all).out.find("deg is shown, and set the mastering there (110.0000)"),
+            std::string::npos);
+  all.emplace_back("--json");
+  const auto json = nlohmann::json::parse(run_program(all).out);
+  bool off = false;
+  for (const auto& axis : json.at("axes")) {
+    const double offset = axis.at("offset_deg"), twice = 2.0 * axis.at("sigma_deg").get<double>();
+    const bool is_off = axis.at("decided_by") == "data" && std::abs(offset) > twice;
+    EXPECT_EQ(axis.at("off"), is_off) << axis;
+    EXPECT_EQ(axis.contains("jog_to_deg"), is_off) << axis;
+    if (is_off) EXPECT_DOUBLE_EQ(axis.at("jog_to_deg").get<double>() + offset, axis.at("mark_deg"));
+    off = off || is_off;
+  }
+  EXPECT_TRUE(off);
+  EXPECT_EQ(json.at("axes").at(0).at("decided_by"), "frame");
 }
 
 /// A backup of two modules that share a point of $config.dat, one of which moves relatively in `bad`.

@@ -1,0 +1,128 @@
+// Command cellcal mastering: angles at which an arm is mastered by its dial gauge or mark.
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "calib/export/machine_data.h"
+#include "calib/model/units.h"
+#include "daemon/cli/backup.h"
+#include "daemon/cli/commands.h"
+#include "daemon/cli/offline.h"
+#include "daemon/krl/frames.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+struct MasteringCommand {
+  std::filesystem::path calibration;
+  std::vector<std::filesystem::path> machine_data;
+  bool withheld = false, json = false;
+};
+
+/// An axis and its zero by the touches.
+struct MasteredAxis {
+  krl::MasteringOffset zero;
+  std::optional<double> mark_deg;  ///< shown at the mark, $MAMES
+
+  double expanded_deg() const { return 2.0 * zero.sigma_deg; }
+  bool is_told() const { return zero.decided_by == calib::DecidedBy::kData; }
+  bool is_off() const { return is_told() && std::abs(zero.offset_deg) > expanded_deg(); }
+};
+
+std::vector<MasteredAxis> axes_of(const calib::Calibration& calibration,
+                                  const calib::MachineData& data) {
+  std::vector<MasteredAxis> all;
+  for (krl::MasteringOffset& zero : krl::mastering_of(calibration)) {
+    const auto& joints = calibration.cell.robot.joints;
+    const auto joint = std::ranges::find(joints, zero.joint, &calib::Joint::name);
+    const auto i = static_cast<std::size_t>(joint - joints.begin());
+    MasteredAxis axis{std::move(zero), {}};
+    if (i < data.axes.size() && data.axes[i].mastering_rad)
+      axis.mark_deg = *data.axes[i].mastering_rad * calib::kDegPerRad;
+    all.push_back(std::move(axis));
+  }
+  return all;
+}
+
+std::string words_of(const MasteredAxis& axis) {
+  const krl::MasteringOffset& zero = axis.zero;
+  if (!axis.is_told())
+    return fmt::format("{:<3} no touch tells its zero{}. Master it by its mark", zero.joint,
+                       zero.decided_by == calib::DecidedBy::kFrame
+                           ? ": it turns arm and base alike, or the tool about its own axis"
+                           : "");
+  const std::string off =
+      fmt::format("{:+.4f} +- {:.4f} deg", zero.offset_deg, axis.expanded_deg());
+  if (!axis.is_off()) return fmt::format("{:<3} zero off by {}: leave it", zero.joint, off);
+  const std::string to =
+      axis.mark_deg ? fmt::format("until {:.4f} deg is shown, and set the mastering there ({:.4f})",
+                                  *axis.mark_deg - zero.offset_deg, *axis.mark_deg)
+                    : fmt::format(
+                          "by {:+.4f} deg from the angle shown at its mark, and set the "
+                          "mastering there",
+                          -zero.offset_deg);
+  return fmt::format("{:<3} zero off by {}: jog {}", zero.joint, off, to);
+}
+
+std::string report(const std::vector<MasteredAxis>& axes) {
+  std::string text;
+  for (const MasteredAxis& axis : axes) text += words_of(axis) + "\n";
+  return text +
+         "(true angle less shown angle, k=2)\n"
+         "WARNING: another mastering moves every taught point and the SafeOperation zones. "
+         "Find out first\nwhy an axis is off (hit, changed motor), and leave it to trained staff. "
+         "cellcal writes none of it.\nAfterwards, in under a minute: cellcal run --update "
+         "--accept-change\n";
+}
+
+nlohmann::json json_of(const std::vector<MasteredAxis>& axes) {
+  nlohmann::json all = nlohmann::json::array();
+  for (const MasteredAxis& axis : axes) {
+    all.push_back({{"joint", axis.zero.joint},
+                   {"offset_deg", axis.zero.offset_deg},
+                   {"sigma_deg", axis.zero.sigma_deg},
+                   {"decided_by", to_string(axis.zero.decided_by)},
+                   {"off", axis.is_off()}});
+    if (axis.mark_deg) all.back()["mark_deg"] = *axis.mark_deg;
+    if (axis.mark_deg && axis.is_off())
+      all.back()["jog_to_deg"] = *axis.mark_deg - axis.zero.offset_deg;
+  }
+  return {{"axes", all}};
+}
+
+int mastering(const MasteringCommand& command) {
+  const auto calibration = usable_calibration("mastering", command.calibration, command.withheld);
+  if (!calibration) return kNotPublishable;
+  calib::MachineData data;
+  for (const auto& file : machine_files(command.machine_data))
+    calib::read_machine_data(file.text, file.name, data);
+  const std::vector<MasteredAxis> axes = axes_of(*calibration, data);
+  put(command.json ? json_of(axes).dump(1) + "\n" : report(axes), {});
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_mastering(CLI::App& app, int& status) {
+  auto given = std::make_shared<MasteringCommand>();
+  CLI::App* command = app.add_subcommand(
+      "mastering", "Show at which angle each axis is to be mastered, and which no touch tells");
+  command->footer(
+      "The zeros of the axes by a calibration. An axis whose zero is off by more than its "
+      "uncertainty is jogged\nto the angle shown, and mastered there by 'dial' or 'reference' "
+      "mastering, not at its mark.\nExit status 3: the calibration was withheld.\n"
+      "Example: cellcal mastering --calibration calibration.json --machine-data '$machine.dat'");
+  command->add_option("--calibration", given->calibration, "Calibration (JSON)")->required();
+  command->add_option("--machine-data", given->machine_data,
+                      "The controller's $machine.dat, or its backup (folder, ZIP): the angles "
+                      "shown at the marks ($MAMES)");
+  command->add_flag("--withheld", given->withheld,
+                    "Accept a withheld calibration, for inspection only");
+  command->add_flag("--json", given->json, "Print JSON");
+  command->callback([given, &status] { status = mastering(*given); });
+}
+
+}  // namespace cellcal::daemon
