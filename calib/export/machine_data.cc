@@ -386,4 +386,13 @@ Robot with_machine_data(Robot robot, const MachineData& data) {
   return robot;
 }
 
+Robot arm_of_controller(const MachineData& data) {
+  Robot robot = with_machine_data(robot_of(data), data);
+  for (Joint& joint : robot.joints) {
+    joint.tolerance_length_m = kUsualLengthM;
+    joint.tolerance_angle_rad = kUsualAngleRad;
+  }
+  return robot;
+}
+
 }  // namespace cellcal::calib

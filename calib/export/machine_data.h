@@ -36,7 +36,7 @@ struct MachineData {
   std::optional<FrameMmDeg> wrist;               ///< $TX3P3: axis 3 to the wrist's centre
   std::optional<FrameMmDeg> flange;              ///< $TFLWP: wrist's centre to flange
   std::array<std::optional<HandLink>, 2> hand;
-  std::optional<FrameMmDeg> robroot;         ///< $ROBROOT: world to foot
+  std::optional<FrameMmDeg> robroot;  ///< $ROBROOT: world to foot
   /// $ABS_ACCUR: KRC2 TRUE or FALSE, later #ACTIVATED, #SUPPRESSED or #NONE.
   AbsoluteAccuracy stated_accuracy = AbsoluteAccuracy::kNotStated;
   bool accuracy_deactivated = false;  ///< $DEACTIVATE_ABS_ACCUR or $SUPPRESS_ABS_ACCUR is TRUE
@@ -61,6 +61,11 @@ void read_absolute_accuracy(std::string_view text, const std::string& name, Mach
 /// The six-axis arm with a spherical wrist that they describe. Throws FileError naming the variable
 /// that is missing, or that belongs to another kind of arm.
 Robot robot_of(const MachineData& data);
+
+/// Usual tolerances of an arm that nothing else is known of: 1 sigma of its d and a, and angles.
+inline constexpr double kUsualLengthM = 0.7e-3, kUsualAngleRad = 0.035 * kRadPerDeg;
+/// robot_of() with usual tolerances and the controller's limits and speeds: a robot file's content.
+Robot arm_of_controller(const MachineData& data);
 
 /// A length that differs between robot file and controller, with its sign.
 struct LengthDifference {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "calib/export/machine_data.h"
 #include "calib/files/robot_file.h"
 #include "calib/model/error.h"
 #include "daemon/api/handlers.h"
@@ -79,10 +80,11 @@ json shown_json(const std::string& name, const std::filesystem::path& file,
           {"form", shown.form ? to_json(*shown.form) : json(nullptr)}};
 }
 
-json robots_json() {
+json robots_json(const std::vector<calib::NamedRobot>& kept) {
   std::vector<calib::NamedRobot> robots = calib::shipped_robots();
   std::sort(robots.begin(), robots.end(),
             [](const auto& a, const auto& b) { return a.file < b.file; });
+  robots.insert(robots.end(), kept.begin(), kept.end());
   json list = json::array();
   for (const calib::NamedRobot& one : robots)
     list.push_back({{"name", one.file}, {"model", one.robot.name}});
@@ -99,7 +101,7 @@ const CellFileStore& Api::shelf() {
 std::optional<Response> Api::show_cell_form(const Call& call) {
   json answer{{"folder", shelf().folder().string()},
               {"cells", shelf().names()},
-              {"robots", robots_json()},
+              {"robots", robots_json(shelf().robots())},
               {"reads_position", position_ && position_()},
               {"shown", nullptr}};
   if (const auto other = call.request.query.find("file"); other != call.request.query.end()) {
@@ -127,6 +129,24 @@ std::optional<Response> Api::read_cell_lists(const Call& call) {
     if (!certificate.empty())
       answer["lengths"] = to_json(certificate_in(certificate, "certificate"));
     return Response{.body = dump(answer)};
+  });
+}
+
+std::optional<Response> Api::import_robot(const Call& call) {
+  const json body = cell_request(call.request);
+  refuse_others(body, {"machine_data", "robcor"});
+  const std::string machine = text_of(body, "machine_data"), robcor = text_of(body, "robcor");
+  if (machine.empty()) throw BadRequest("\"machine_data\" must be the text of $machine.dat");
+  return cell_act([&] {
+    calib::MachineData data;
+    calib::read_machine_data(machine, "$machine.dat", data);
+    if (!robcor.empty()) calib::read_machine_data(robcor, "$robcor.dat", data);
+    const calib::Robot robot = calib::arm_of_controller(data);
+    std::filesystem::path file;
+    service_.alone(kWriting, [&] { file = shelf().keep(robot); });
+    spdlog::info("robot file {} was written", file.string());
+    return Response{201, "application/json",
+                    dump({{"name", file.string()}, {"model", robot.name}})};
   });
 }
 

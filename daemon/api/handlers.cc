@@ -342,6 +342,7 @@ std::span<const Api::Route> Api::routes() {
       {"GET",  "/v1/cell-form",                      Role::kOperate, kSlow,   &Api::show_cell_form},
       {"POST", "/v1/cell-form",                      Role::kOperate, kSlow,   &Api::write_cell},
       {"POST", "/v1/cell-form/lists",                Role::kOperate, kSlow,   &Api::read_cell_lists},
+      {"POST", "/v1/cell-form/robot",                Role::kOperate, kSlow,   &Api::import_robot},
       {"GET",  "/v1/sessions/{id}/touches.csv",      Role::kLook,    kSlow,   &Api::touches_csv},
       {"GET",  "/v1/sessions/{id}/calibration.json", Role::kLook,    kSlow,   &Api::calibration},
       {"GET",  "/v1/sessions/{id}/found.json", Role::kLook,  kSlow,   &Api::found},

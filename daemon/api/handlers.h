@@ -142,6 +142,7 @@ class Api {
   // Creation of cell files over the network (cell_form_handlers.cc).
   std::optional<Response> show_cell_form(const Call& call);
   std::optional<Response> read_cell_lists(const Call& call);
+  std::optional<Response> import_robot(const Call& call);
   std::optional<Response> write_cell(const Call& call);
   const CellFileStore& shelf();
   /// Throws RequestError where a network request names a file outside the permitted folders; an empty name

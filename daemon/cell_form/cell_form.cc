@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 
 #include "calib/files/cell_file.h"
 #include "calib/files/files.h"
@@ -190,11 +191,33 @@ const Table<ToolForm>& tool_fields() {
   return kTable;
 }
 
+constexpr std::string_view kRobotEnding = ".robot.toml";
+constexpr std::size_t kLongestName = 64, kMostFiles = 1000;
+
+bool is_file_name(const std::string& name) {
+  const auto fits = [](char c) {
+    return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || ('0' <= c && c <= '9') || c == '_' ||
+           c == '-';
+  };
+  return !name.empty() && name.size() <= kLongestName && std::ranges::all_of(name, fits);
+}
+
+/// True for a regular file of CellFileStore::keep() in this folder.
+bool is_kept_robot(const std::filesystem::path& file, const std::filesystem::path& folder) {
+  const std::string name = file.filename().string();
+  std::error_code none;
+  return file == folder / name && name.ends_with(kRobotEnding) &&
+         is_file_name(name.substr(0, name.size() - kRobotEnding.size())) &&
+         std::filesystem::symlink_status(file, none).type() == std::filesystem::file_type::regular;
+}
+
 /// No file is read from a folder named over the network.
 NamedRobotFile robot_named(const JsonReader& reader, const std::filesystem::path& cell_file,
                            const CellForm* before) {
   const std::string name = reader.text();
   if (before != nullptr && name == before->robot.reference) return before->robot;
+  if (is_kept_robot(name, std::filesystem::absolute(cell_file).parent_path()))
+    return find_robot(name, cell_file);
   const auto robots = calib::shipped_robots();
   if (std::ranges::none_of(robots, [&](const auto& one) { return one.file == name; }))
     reader.fail("\"" + calib::shown(name) +
@@ -312,16 +335,6 @@ namespace {
 
 using Why = CellNotWritten::Why;
 
-constexpr std::size_t kLongestName = 64, kMostFiles = 1000;
-
-bool is_file_name(const std::string& name) {
-  const auto fits = [](char c) {
-    return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || ('0' <= c && c <= '9') || c == '_' ||
-           c == '-';
-  };
-  return !name.empty() && name.size() <= kLongestName && std::ranges::all_of(name, fits);
-}
-
 }  // namespace
 
 std::filesystem::path CellFileStore::file(const std::string& name) const {
@@ -341,6 +354,45 @@ std::vector<std::string> CellFileStore::names() const {
   }
   std::ranges::sort(names);
   return names;
+}
+
+std::vector<calib::NamedRobot> CellFileStore::robots() const {
+  std::vector<calib::NamedRobot> all;
+  std::error_code none;
+  for (std::filesystem::directory_iterator at(folder_, none), end;
+       !none && at != end && all.size() < kMostFiles; at.increment(none)) {
+    if (!is_kept_robot(at->path(), folder_)) continue;
+    try {
+      all.push_back({at->path().string(), calib::load_robot(at->path())});
+    } catch (const calib::FileError&) {  // altered by hand: not offered
+    }
+  }
+  std::ranges::sort(all, {}, &calib::NamedRobot::file);
+  return all;
+}
+
+std::filesystem::path CellFileStore::keep(const calib::Robot& robot) const {
+  const std::string text = calib::robot_to_toml(robot);
+  std::string name;
+  for (const char c : robot.name) {
+    constexpr std::size_t kMost = 40;
+    if (name.size() == kMost) break;
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0)
+      name += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    else if (!name.empty() && name.back() != '_')
+      name += '_';
+  }
+  constexpr std::size_t kDigits = 8;
+  const std::filesystem::path file =
+      folder_ / fmt::format("{}-{}{}", name.empty() ? "robot" : name,
+                            calib::sha256(text).substr(0, kDigits), kRobotEnding);
+  try {
+    std::filesystem::create_directories(folder_);
+    write_atomically(file, text);
+  } catch (const std::exception& failed) {
+    throw CellNotWritten(Why::kStorage, system_words(failed) + ". Let cellcald write there");
+  }
+  return file;
 }
 
 std::optional<CellFileStore::Shown> CellFileStore::look(const std::string& name) const {

@@ -120,6 +120,11 @@ class CellFileStore {
   std::vector<std::string> names() const;
   std::filesystem::path file(const std::string& name) const;
 
+  /// Robot files kept here, by absolute path, sorted.
+  std::vector<calib::NamedRobot> robots() const;
+  /// Writes MODEL-SUM.robot.toml and returns its path. Throws CellNotWritten (kStorage).
+  std::filesystem::path keep(const calib::Robot& robot) const;
+
   struct Shown {
     std::string text{}, sha256{};     ///< of the file
     std::optional<CellForm> form{};   ///< none: several tools, or not a cell file

@@ -29,10 +29,6 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// Typical values of the shipped robots.
-constexpr double kUsualLengthM = 0.7e-3;
-constexpr double kUsualAngleRad = 0.035 * calib::kRadPerDeg;
-
 calib::Robot from_urdf(const ImportRobotCommand& command) {
   const std::string name = command.urdf.string();
   const calib::UrdfChain chain =
@@ -42,8 +38,8 @@ calib::Robot from_urdf(const ImportRobotCommand& command) {
   robot.source = command.urdf.filename().string();
   for (calib::Joint& joint : robot.joints) {
     joint.name = calib::robot_joint_name(joint.name);
-    joint.tolerance_length_m = kUsualLengthM;
-    joint.tolerance_angle_rad = kUsualAngleRad;
+    joint.tolerance_length_m = calib::kUsualLengthM;
+    joint.tolerance_angle_rad = calib::kUsualAngleRad;
   }
   fmt::print(stderr,
              "chain \"{}\" to \"{}\", {} joints. Check joint senses and zeros against the "
@@ -119,12 +115,7 @@ void check_joints(const calib::Robot& robot, const std::string& file) {
 calib::Robot geometry(const ImportRobotCommand& command, const calib::MachineData& data) {
   if (!command.urdf.empty()) return from_urdf(command);
   if (!command.robot.empty()) return calib::load_named_robot(command.robot.string());
-  calib::Robot robot = calib::robot_of(data);
-  for (calib::Joint& joint : robot.joints) {
-    joint.tolerance_length_m = kUsualLengthM;
-    joint.tolerance_angle_rad = kUsualAngleRad;
-  }
-  return robot;
+  return calib::arm_of_controller(data);
 }
 
 }  // namespace

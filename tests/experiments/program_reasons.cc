@@ -52,11 +52,7 @@ calib::Robot arm_of(const fs::path& backup, std::string& words) {
     for (const char* name : {"$machine.dat", "$robcor.dat"})
       for (const fs::path& one : files_below(backup, name))
         if (!of_the_other_side(one)) read_machine_data(calib::read_file(one), one.string(), data);
-    calib::Robot robot = robot_of(data);
-    for (calib::Joint& joint : robot.joints) {
-      joint.tolerance_length_m = 0.7e-3;
-      joint.tolerance_angle_rad = 6e-4;
-    }
+    calib::Robot robot = arm_of_controller(data);
     words = robot.name;
     return robot;
   } catch (const calib::FileError& error) {

@@ -193,11 +193,21 @@ export function draft_of(name: string, value: unknown): CellDraft | null {
   };
 }
 
+export interface RobotChoice {
+  /** Shipped robot, or path of a robot file. */
+  name: string;
+  model: string;
+}
+export function robot_choice(value: unknown): RobotChoice | null {
+  const robot = fields(value);
+  return robot && { name: words(robot.name), model: words(robot.model) };
+}
+
 export interface CellForms {
   folder: string;
   /** The controller reports the arm's position outside of sessions. */
   readsPosition: boolean;
-  robots: { name: string; model: string }[];
+  robots: RobotChoice[];
   shown: { file: string; sha256: string; kept: string[]; draft: CellDraft | null } | null;
 }
 export function cell_forms(value: unknown): CellForms | null {
@@ -206,10 +216,7 @@ export function cell_forms(value: unknown): CellForms | null {
   const shown = fields(all.shown);
   return {
     folder: words(all.folder), readsPosition: truth(all.reads_position) === true,
-    robots: known(list(all.robots).map((one) => {
-      const robot = fields(one);
-      return robot && { name: words(robot.name), model: words(robot.model) };
-    })),
+    robots: known(list(all.robots).map(robot_choice)),
     shown: shown && { file: words(shown.file), sha256: words(shown.sha256), kept: list(shown.kept).map(words), draft: draft_of(words(shown.name), shown.form) },
   };
 }

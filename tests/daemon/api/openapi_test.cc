@@ -256,6 +256,26 @@ TEST_F(a_described_api, answers_as_it_is_described) {
             200);
   EXPECT_EQ(ask("POST", "/v1/cell-form/lists", R"({"spheres": "id,diameter_mm\nS1,x\n"})").status,
             422);
+  const std::string machine = calib::read_file(CELLCAL_MACHINE_DATA);
+  const auto imported =
+      ask("POST", "/v1/cell-form/robot", nlohmann::json{{"machine_data", machine}}.dump());
+  ASSERT_EQ(imported.status, 201) << imported.body;
+  const auto robot = json::parse(imported.body);
+  EXPECT_TRUE(std::filesystem::exists(robot.at("name").get<std::string>())) << robot;
+  bool offered = false;
+  for (const auto& given : json::parse(ask("GET", "/v1/cell-form").body).at("robots"))
+    offered = offered || given == robot;
+  EXPECT_TRUE(offered);
+  auto of_it = json::parse(form);
+  of_it["name"] = "imported";
+  of_it["form"]["robot"] = robot.at("name");
+  EXPECT_EQ(ask("POST", "/v1/cell-form", of_it.dump()).status, 201);
+  of_it["form"]["robot"] = (dir / "other.robot.toml").string();
+  std::filesystem::copy_file(robot.at("name").get<std::string>(), dir / "other.robot.toml");
+  EXPECT_EQ(ask("POST", "/v1/cell-form", of_it.dump()).status, 422) << "not in the cells' folder";
+  EXPECT_EQ(ask("POST", "/v1/cell-form/robot", R"({"machine_data": "$LENGTH_A=inf"})").status, 422);
+  EXPECT_EQ(ask("POST", "/v1/cell-form/robot", R"({"machine_data": ""})").status, 400);
+  EXPECT_EQ(ask("POST", "/v1/cell-form/robot", R"({"machine_data": 1})").status, 400);
   EXPECT_EQ(ask("POST", "/v1/position", "").status, 404);
   bool over_eki = false;
   drivers::EkiPosition position;

@@ -180,7 +180,13 @@ async function enter_cell(page, guide) {
   await dialog.getByRole("heading", { name: "The cell: robot, tool, spheres" }).waitFor(LONG);
   assert.ok(await is_in_reach(page), "the dialog must not cover the button that stops the arm");
   await dialog.getByLabel("Name of the file").fill("weld-3");
-  await dialog.locator(`select[name="cell-robot"]`).selectOption("kr5_r1400");
+  const robot = dialog.locator(`select[name="cell-robot"]`);
+  const machine = (text) => ({ name: "$machine.dat", mimeType: "application/octet-stream", buffer: Buffer.from(text) });
+  await dialog.getByLabel("Robot not in the list").setInputFiles(machine("$LENGTH_A=wide\n"));
+  await dialog.getByText("$machine.dat:1").waitFor(LONG);
+  await dialog.getByLabel("Robot not in the list").setInputFiles(machine(readFileSync(process.env.MACHINE_DATA, "latin1")));
+  await page.waitForFunction(() => /\/kuka-[0-9a-f]{8}\.robot\.toml$/.test(document.querySelector('[name="cell-robot"]').value));
+  await robot.selectOption("kr5_r1400");
   await dialog.getByLabel("TCP: X Y Z").fill("59,9 50,5 410,3");
   await dialog.getByLabel("TCP: A B C").fill("38.84 3.59 0");
   await dialog.getByLabel("Mass on the flange").fill("1.535");

@@ -3,8 +3,8 @@
 
 import { useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
 import {
-  cell_forms, EMPTY, form_of, imported, length_drafts, name_within, new_length, new_sphere, sphere_drafts, taught_angles, vouch,
-  type CellDraft, type CellForms, type LengthDraft, type Place, type SphereDraft,
+  cell_forms, EMPTY, form_of, imported, length_drafts, name_within, new_length, new_sphere, robot_choice, sphere_drafts, taught_angles,
+  vouch, type CellDraft, type CellForms, type LengthDraft, type Place, type SphereDraft,
 } from "../cell_form";
 import { fields, words } from "../decode";
 import { get, is_good, post, type Answer } from "../request";
@@ -13,7 +13,7 @@ import { useVoice } from "./context";
 import { examine } from "./doctor";
 
 const PLACES: Place[] = ["centre", "taught", "box"];
-const LARGEST_CSV = 1 << 20;
+const LARGEST_FILE = 1 << 20;
 
 const refusal = (answer: Answer, say: Say): string =>
   answer.status === 0 ? say("request.no-answer") : answer.words || say("request.refused", { status: answer.status });
@@ -72,6 +72,7 @@ export function CellDialog({ cell, done, close }: { cell: string; done: () => vo
 function CellFields({ cell, forms, done, close }: { cell: string; forms: CellForms; done: () => void; close: () => void }) {
   const { say } = useVoice();
   const [draft, become] = useState<CellDraft>(forms.shown?.draft ?? EMPTY);
+  const [robots, set_robots] = useState(forms.robots);
   // Created here: replaced. Any other file is left unchanged, and a new one is written.
   const own = forms.shown !== null && name_within(forms.folder, forms.shown.file) !== "";
   const [busy, set_busy] = useState(false);
@@ -110,10 +111,29 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
     set_said(words_);
     if (words_ === "") done();
   };
+  const text_in = async (file: File): Promise<string> => {
+    const read = file.size > LARGEST_FILE ? "" : await file.text().catch(() => "");
+    if (read === "") set_said(say("cell.csv.none", { file: file.name }));
+    return read;
+  };
+  const read_machine = async (files: File[]) => {
+    const request: { machine_data?: string; robcor?: string } = {};
+    for (const file of files) {
+      const data = await text_in(file);
+      if (data === "") return;
+      request[/robcor/i.test(file.name) ? "robcor" : "machine_data"] = data;
+    }
+    const answer = await post("/v1/cell-form/robot", request);
+    const robot = is_good(answer) ? robot_choice(answer.value) : null;
+    set_said(robot !== null ? "" : refusal(answer, say));
+    if (robot === null) return;
+    set_robots((now) => [...now.filter((one) => one.name !== robot.name), robot]);
+    set({ robot: robot.name });
+  };
   const read_csv = async (kind: "spheres" | "certificate", file: File | undefined) => {
     if (!file) return;
-    const csv = file.size > LARGEST_CSV ? "" : await file.text().catch(() => "");
-    if (csv === "") return set_said(say("cell.csv.none", { file: file.name }));
+    const csv = await text_in(file);
+    if (csv === "") return;
     const answer = await post("/v1/cell-form/lists", { [kind]: csv });
     set_said(is_good(answer) ? "" : refusal(answer, say));
     const read = fields(answer.value);
@@ -138,11 +158,12 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
           {say("cell.robot")}
           <select name="cell-robot" required value={draft.robot} onChange={(event) => set({ robot: event.currentTarget.value })}>
             <option value="">{say("cell.robot.choose")}</option>
-            {draft.robot.startsWith("/") && <option value={draft.robot}>{draft.robot}</option>}
-            {forms.robots.map((one) => <option key={one.name} value={one.name}>{one.model} ({one.name})</option>)}
+            {draft.robot.startsWith("/") && robots.every((one) => one.name !== draft.robot) && <option value={draft.robot}>{draft.robot}</option>}
+            {robots.map((one) => <option key={one.name} value={one.name}>{one.model} ({one.name.replace(/^.*\//, "")})</option>)}
           </select>
         </label>
       </div>
+      <Files name="machine" label={say("cell.robot.import")} accept=".dat" multiple take={(files) => void read_machine(files)} />
       <fieldset>
         <legend>{say("cell.tool")}</legend>
         <div class="pair">{text("xyz")}{text("abc")}</div>
@@ -160,7 +181,7 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
           <button type="button" class="small" onClick={() => set({ spheres: [...draft.spheres, new_sphere(draft.spheres.length + 1, draft)] })}>
             {say("cell.sphere.add")}
           </button>
-          <Csv name="spheres" label={say("cell.csv.spheres")} take={(file) => void read_csv("spheres", file)} />
+          <Files name="spheres" label={say("cell.csv.spheres")} take={([file]) => void read_csv("spheres", file)} />
         </div>
       </fieldset>
       <fieldset>
@@ -176,7 +197,7 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
                   onClick={() => set({ lengths: [...draft.lengths, new_length(draft.spheres[0]?.id, draft.spheres[1]?.id, draft)] })}>
             {say("cell.length.add")}
           </button>
-          <Csv name="certificate" label={say("cell.csv.certificate")} take={(file) => void read_csv("certificate", file)} />
+          <Files name="certificate" label={say("cell.csv.certificate")} take={([file]) => void read_csv("certificate", file)} />
         </div>
         <div class="pair">{text("certificate", true)}{text("date", true)}</div>
         <p class="note">{say("cell.certificate.rows")}</p>
@@ -193,13 +214,15 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
   );
 }
 
-function Csv({ name, label, take }: { name: string; label: string; take: (file: File | undefined) => void }) {
+function Files({ name, label, take, accept = ".csv,text/csv", multiple = false }: {
+  name: string; label: string; take: (files: File[]) => void; accept?: string; multiple?: boolean;
+}) {
   return (
     <label class="csv">
       {label}
-      <input name={`csv-${name}`} type="file" accept=".csv,text/csv"
+      <input name={`csv-${name}`} type="file" accept={accept} multiple={multiple}
              onChange={(event) => {
-               take(event.currentTarget.files?.[0]);
+               take([...event.currentTarget.files ?? []]);
                event.currentTarget.value = ""; // permits reading the same file again
              }} />
     </label>
