@@ -19,50 +19,6 @@ void keep_point(Point point, Data& data) {
   if (!fresh) data.refusals.push_back({Why::kTwice, point.file, point.line, point.name});
 }
 
-/// TOOL_DATA[1]={...}, BASE_DATA, LOAD_DATA, $ROBROOT={...}.
-bool read_controller_data(const std::vector<Token>& t, std::size_t at, Data& data) {
-  const std::string& name = t[at].word;
-  int index = -1;
-  std::size_t equals = at + 1;
-  if (name == "TOOL_DATA" || name == "BASE_DATA" || name == "LOAD_DATA")
-    equals = read_index(t, at + 1, index);
-  else if (name != "$ROBROOT")
-    return false;
-  if (equals == 0 || equals + 1 >= t.size() || !is_sign_of(t[equals], '=')) return false;
-  const auto value = read_aggregate(t, equals + 1);
-  const auto frame = value ? frame_of(*value) : std::nullopt;
-  // An unreadable value invalidates the earlier one, too.
-  if (name == "TOOL_DATA") data.tools.erase(index);
-  if (name == "BASE_DATA") data.bases.erase(index);
-  if (name == "LOAD_DATA") data.loads.erase(index);
-  if (!value) return false;
-  if (name == "LOAD_DATA") {
-    data.loads[index] = load_of(*value);
-    return true;
-  }
-  if (!frame) return false;
-  if (name == "TOOL_DATA")
-    data.tools[index] = *frame;
-  else if (name == "BASE_DATA")
-    data.bases[index] = *frame;
-  else
-    data.robroot = *frame;
-  return true;
-}
-
-/// [FRAME] $ROBROOT={...}: the robot's position is never guessed.
-bool read_robroot(const Line& line, std::size_t at, const std::string& file, Data& data) {
-  const auto& t = line.tokens;
-  if (at < t.size() && is_point_type(t[at].word)) ++at;
-  if (at >= t.size() || !t[at].is("$ROBROOT")) return false;
-  if (at + 1 == t.size()) return true;  // declared only
-  if (!read_controller_data(t, at, data))
-    throw calib::FileError(file,
-                           ":" + std::to_string(line.number) +
-                               ": $ROBROOT is not like {X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}");
-  return true;
-}
-
 /// [INT] $EX_AX_NUM=0, $EX_KIN={ET1 #ERSYS,...}, MACHINE_FRAME_DAT[1]={MACH_DEF_INDEX 2,...}.
 bool read_external_axes(const Line& line, ExternalAxes& external) {
   const auto given = read_given(line);
@@ -196,11 +152,16 @@ bool is_point_type(const std::string& word) {
 
 bool read_declaration(const Line& line, const std::string& file, Data& data) {
   const auto& t = line.tokens;
+  const Stated frames = read_controller_frames(line, data);
+  if (frames == Stated::kUnreadable && read_given(line)->name == "$ROBROOT")
+    throw calib::FileError(file,
+                           ":" + std::to_string(line.number) +
+                               ": $ROBROOT is not like {X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}");
+  if (frames != Stated::kNothing || read_external_axes(line, data.external)) return true;
   std::size_t at = 0;
   bool global = false;
   for (; at < t.size() && (t[at].is("DECL") || t[at].is("GLOBAL") || t[at].is("CONST")); ++at)
     global = global || t[at].is("GLOBAL");
-  if (read_robroot(line, at, file, data) || read_external_axes(line, data.external)) return true;
   if (at + 1 >= t.size() || t[at].kind != Kind::kWord) return at > 0;
   if (kCartesianTypes.count(t[at].word) > 0) {
     read_points(line, at, PointKind::kCartesian, file, global, data);
@@ -215,7 +176,6 @@ bool read_declaration(const Line& line, const std::string& file, Data& data) {
     read_frame_data(line, at + 1, data);
     return true;
   }
-  if (read_controller_data(t, at, data)) return true;
   read_element(line, global, file, data);
   return at > 0;
 }

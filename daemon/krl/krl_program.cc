@@ -347,10 +347,7 @@ class Reader {
 void add(const Data& controller, Data& own) {
   own.frames.insert(controller.frames.begin(), controller.frames.end());
   own.named_frames.insert(controller.named_frames.begin(), controller.named_frames.end());
-  own.tools = controller.tools;
-  own.bases = controller.bases;
-  own.loads = controller.loads;
-  own.robroot = controller.robroot;
+  static_cast<ControllerFrames&>(own) = controller;
   own.external = controller.external;
 }
 
