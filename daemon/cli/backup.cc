@@ -98,6 +98,13 @@ std::vector<KrlFile> machine_files(const std::vector<fs::path>& places) {
   return all;
 }
 
+calib::MachineData read_machine_files(const std::vector<fs::path>& places) {
+  calib::MachineData data;
+  for (const KrlFile& file : machine_files(places))
+    calib::read_machine_data(file.text, file.name, data);
+  return data;
+}
+
 namespace {
 
 struct CloseZip {
