@@ -17,12 +17,10 @@ constexpr double kLargest = 1e7;
 /// [n with its ']' at tokens[close]; the index of the next token, or 0.
 std::size_t index_until(const std::vector<Token>& t, std::size_t at, std::size_t close,
                         int& index) {
-  if (close >= t.size() || !is_sign_of(t[at], '[') || t[at + 1].kind != Kind::kNumber ||
-      !is_sign_of(t[close], ']'))
-    return 0;
-  const double value = t[at + 1].value;
-  if (!(value >= 0.0 && value <= 1000.0) || value != std::floor(value)) return 0;
-  index = static_cast<int>(value);
+  if (!sign_at(t, at, '[') || !sign_at(t, close, ']')) return 0;
+  const auto number = slot_number(t[at + 1]);
+  if (!number) return 0;
+  index = *number;
   return close + 1;
 }
 
@@ -70,12 +68,30 @@ bool is_sign_of(const Token& token, char what) {
   return token.kind == Kind::kSign && token.word[0] == what;
 }
 
+bool sign_at(const std::vector<Token>& t, std::size_t at, char what) {
+  return at < t.size() && is_sign_of(t[at], what);
+}
+
+bool word_at(const std::vector<Token>& t, std::size_t at) {
+  return at < t.size() && t[at].kind == Kind::kWord;
+}
+
+std::optional<int> slot_number(double value) {
+  constexpr double kMost = 1000.0;
+  if (!(value >= 0.0 && value <= kMost) || value != std::floor(value)) return std::nullopt;
+  return static_cast<int>(value);
+}
+
+std::optional<int> slot_number(const Token& token) {
+  return token.kind == Kind::kNumber ? slot_number(token.value) : std::nullopt;
+}
+
 std::size_t read_index(const std::vector<Token>& t, std::size_t at, int& index) {
   return index_until(t, at, at + 2, index);
 }
 
 std::optional<Aggregate> read_aggregate(const std::vector<Token>& t, std::size_t at) {
-  if (at >= t.size() || !is_sign_of(t[at], '{')) return std::nullopt;
+  if (!sign_at(t, at, '{')) return std::nullopt;
   Aggregate result;
   std::string prefix;  // of nested aggregates: "CM."
   std::vector<std::string> outer;
@@ -98,8 +114,7 @@ std::optional<Aggregate> read_aggregate(const std::vector<Token>& t, std::size_t
       continue;
     }
     ++at;
-    if (at + 1 < t.size() && is_sign_of(t[at], '[') && is_sign_of(t[at + 1], ']'))
-      at += 2;  // POINT2[]
+    if (sign_at(t, at, '[') && sign_at(t, at + 1, ']')) at += 2;  // POINT2[]
     if (at >= t.size()) return std::nullopt;
     if (is_sign_of(t[at], '{')) {
       if (outer.size() == kDeepest) return std::nullopt;
@@ -139,8 +154,8 @@ std::optional<FrameMmDeg> frame_of(const Aggregate& value) {
 }
 
 std::optional<double> read_number(const std::vector<Token>& t, std::size_t at) {
-  const bool minus = at < t.size() && is_sign_of(t[at], '-');
-  if (minus || (at < t.size() && is_sign_of(t[at], '+'))) ++at;
+  const bool minus = sign_at(t, at, '-');
+  if (minus || sign_at(t, at, '+')) ++at;
   if (at + 1 != t.size() || t[at].kind != Kind::kNumber || !std::isfinite(t[at].value))
     return std::nullopt;
   return minus ? -t[at].value : t[at].value;
@@ -154,11 +169,10 @@ std::optional<Given> read_given(const Line& line) {
   Given given;
   given.name = t[words - 1].word;
   std::size_t at = words;
-  if (at + 1 < t.size() && is_sign_of(t[at], '[') && is_sign_of(t[at + 1], ']'))
+  if (sign_at(t, at, '[') && sign_at(t, at + 1, ']'))
     at += 2;
-  else if (at < t.size() && is_sign_of(t[at], '['))
-    at = index_until(t, at, at + 2 < t.size() && is_sign_of(t[at + 2], ',') ? at + 3 : at + 2,
-                     given.index);
+  else if (sign_at(t, at, '['))
+    at = index_until(t, at, sign_at(t, at + 2, ',') ? at + 3 : at + 2, given.index);
   if (at == 0 || at + 1 >= t.size() || !is_sign_of(t[at], '=')) return std::nullopt;
   given.value = at + 1;
   return given;

@@ -32,6 +32,12 @@ std::optional<Aggregate> read_aggregate(const std::vector<Token>& tokens, std::s
 std::optional<FrameMmDeg> frame_of(const Aggregate& value);
 
 bool is_sign_of(const Token& token, char what);
+/// False beyond the last token.
+bool sign_at(const std::vector<Token>& tokens, std::size_t at, char what);
+bool word_at(const std::vector<Token>& tokens, std::size_t at);
+/// Number of a tool, base, element: whole, 0 to 1000.
+std::optional<int> slot_number(double value);
+std::optional<int> slot_number(const Token& token);
 /// [n] with a plain number, from tokens[at]; the index of the next token, or 0.
 std::size_t read_index(const std::vector<Token>& tokens, std::size_t at, int& index);
 /// With its sign, the last of the line; empty where it is none.

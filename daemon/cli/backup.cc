@@ -21,13 +21,8 @@ using calib::krl::KrlFile;
 
 constexpr std::size_t kMostBackupFiles = 10000, kMostBackupBytes = 256u << 20;
 
-std::string in_lower_case(std::string text) {
-  for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return text;
-}
-
 bool is_krl(std::string_view path) {
-  const std::string name = in_lower_case(std::string(path));
+  const std::string name = calib::krl::lower_case(std::string(path));
   return name.ends_with(".src") || name.ends_with(".dat") || name.ends_with(".sub");
 }
 
@@ -55,13 +50,8 @@ std::vector<KrlFile> read_zip(const fs::path& path) {
 
 }  // namespace
 
-std::string lower_name(const std::string& path) {
-  const auto slash = path.find_last_of("/\\");
-  return in_lower_case(slash == std::string::npos ? path : path.substr(slash + 1));
-}
-
 bool is_of_the_controllers_side(const std::string& path) {
-  const std::string all = "/" + in_lower_case(path);
+  const std::string all = "/" + calib::krl::lower_case(path);
   return all.find("/steu/") != std::string::npos || all.find("\\steu\\") != std::string::npos;
 }
 
@@ -77,16 +67,17 @@ std::vector<KrlFile> machine_files(const std::vector<fs::path>& places) {
                                               "$custom.dat"};
   std::vector<KrlFile> all;
   for (const fs::path& place : places) {
-    const bool archive = lower_name(place.string()).ends_with(".zip");
+    const bool archive = calib::krl::lower_name(place.string()).ends_with(".zip");
     if (!archive && !fs::is_directory(place)) {
       all.push_back({place.string(), calib::read_file(place)});
       continue;
     }
     std::map<std::string, std::string> seen;
     for (KrlFile& file : read_backup(place)) {
-      if (names.count(lower_name(file.name)) == 0 || is_of_the_controllers_side(file.name))
+      if (names.count(calib::krl::lower_name(file.name)) == 0 ||
+          is_of_the_controllers_side(file.name))
         continue;
-      const auto [first, fresh] = seen.emplace(lower_name(file.name), file.name);
+      const auto [first, fresh] = seen.emplace(calib::krl::lower_name(file.name), file.name);
       if (!fresh)
         throw calib::FileError(place.string(), ": both " + first->second + " and " + file.name +
                                                    ". Name the files of one robot");

@@ -16,8 +16,6 @@ namespace cellcal::daemon {
 /// paths. Throws calib::FileError if it cannot be read, or has more files than a controller.
 std::vector<calib::krl::KrlFile> read_backup(const std::filesystem::path& place);
 
-/// File name of a path in lower case: "$config.dat".
-std::string lower_name(const std::string& path);
 /// True for paths below STEU, which has its own $machine.dat and $config.dat.
 bool is_of_the_controllers_side(const std::string& path);
 

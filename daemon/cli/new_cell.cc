@@ -48,11 +48,10 @@ void take_tool(const ToolForm& of_controller, CellForm& form) {
 NamedRobotFile robot_file_of(const calib::MachineData& data, const NewCellCommand& command) {
   const calib::Robot robot = controllers_arm(data);
   NamedRobotFile file;
-  for (const char c : robot.name)
-    file.reference += std::isalnum(static_cast<unsigned char>(c)) != 0
-                          ? static_cast<char>(std::tolower(static_cast<unsigned char>(c)))
-                          : '_';
-  file.reference += ".toml";
+  file.reference = calib::krl::lower_case(robot.name) + ".toml";
+  std::ranges::replace_if(
+      file.reference.begin(), file.reference.end() - 5,
+      [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
   file.name = (command.output.parent_path() / file.reference).string();
   file.text = calib::robot_to_toml(robot);
   read_back(file.text, file.name, as_robot());
@@ -244,9 +243,10 @@ void add_new_cell_command(CLI::App& app, int& status) {
   command->add_option("-o,--output,--out", given->output, "The file to write")
       ->capture_default_str();
   command->add_option("--robot", given->robot, "Shipped robot by name, or path of a robot file");
-  command->add_option("--tool", given->tool,
-                      "X,Y,Z or X,Y,Z,A,B,C from flange to TCP, as TOOL_DATA (mm, deg); with "
-                      "--machine-data also the number of a TOOL_DATA, which has its LOAD_DATA with it");
+  command->add_option(
+      "--tool", given->tool,
+      "X,Y,Z or X,Y,Z,A,B,C from flange to TCP, as TOOL_DATA (mm, deg); with "
+      "--machine-data also the number of a TOOL_DATA, which has its LOAD_DATA with it");
   command->add_option(
       "--machine-data", given->machine_data,
       "The controller's backup (folder, ZIP) or its $machine.dat and $config.dat: the robot file, "
@@ -374,8 +374,8 @@ void Dialogue::tool() {
   const std::string which = listed ? "number of TOOL_DATA (" + given_.tool_list + "), or " : "";
   ask("Tool: " + which + "X Y Z A B C from flange to TCP, as in TOOL_DATA (mm, deg)",
       [&](const std::string& answer) {
-        const std::vector<double> six =
-            numbers(answer, listed ? std::vector<std::size_t>{1, 3, 6} : std::vector<std::size_t>{3, 6});
+        const std::vector<double> six = numbers(
+            answer, listed ? std::vector<std::size_t>{1, 3, 6} : std::vector<std::size_t>{3, 6});
         if (six.size() == 1) {
           const auto one = std::ranges::find_if(
               given_.tools, [&](const auto& tool) { return tool.first == six[0]; });

@@ -56,12 +56,12 @@ void read_points(const Line& line, std::size_t type, PointKind kind, const std::
     const std::string name = t[at].word;
     if (global) data.globals.insert(name);
     ++at;
-    if (at < t.size() && is_sign_of(t[at], '[')) {  // arrays are known by name only
+    if (sign_at(t, at, '[')) {  // arrays are known by name only
       while (at < t.size() && !is_sign_of(t[at], ']')) ++at;
       if (at < t.size()) ++at;
       data.declared.emplace(name, line.number);
       data.arrays.emplace(name, kind);
-    } else if (at + 1 < t.size() && is_sign_of(t[at], '=')) {
+    } else if (at + 1 < t.size() && sign_at(t, at, '=')) {
       auto value = read_aggregate(t, at + 1);
       if (!value) {
         data.declared.emplace(name, line.number);
@@ -75,7 +75,7 @@ void read_points(const Line& line, std::size_t type, PointKind kind, const std::
     } else {
       data.declared.emplace(name, line.number);
     }
-    if (at >= t.size() || !is_sign_of(t[at], ',')) return;
+    if (!sign_at(t, at, ',')) return;
     ++at;
   }
 }
@@ -134,10 +134,7 @@ FrameData frame_data_of(const Aggregate& value) {
   FrameData data;
   const auto number = [&](const char* name) {
     const auto at = value.numbers.find(name);
-    const bool usable = at != value.numbers.end() && at->second.value >= -1.0 &&
-                        at->second.value <= 1000.0 &&
-                        at->second.value == std::floor(at->second.value);
-    return usable ? static_cast<int>(at->second.value) : -1;
+    return at == value.numbers.end() ? -1 : slot_number(at->second.value).value_or(-1);
   };
   data.tool = number("TOOL_NO");
   data.base = number("BASE_NO");
