@@ -281,6 +281,7 @@ std::string with_tool(const std::string& text, const std::string& name, const To
     else
       *at = with_value(*at, setting);
   }
+  if (!head->ends_with('\n')) *head += "\n";
   *head += added;
   std::string all;
   for (const std::string& one : lines) all += one;

@@ -235,7 +235,8 @@ void add_new_cell_command(CLI::App& app, int& status) {
   command->footer(
       "Asks for what the options leave out; with --robot, --tool and --spheres it asks nothing. "
       "Ctrl-D or\nCtrl-C ends it and nothing is written. Spheres can be taught: jog the tip onto the "
-      "top of each and\nenter the axis angles that the pendant shows.\nExit status 1: nothing "
+      "top of each and\nenter the axis angles that the pendant shows. With --machine-data the robot file is made of it, beside the\n"
+      "cell file; the tool is its only one or that of --tool N; other tools and the bases follow as comments.\nExit status 1: nothing "
       "written, or no plan can be made of the file yet; the reason is printed.\nExample: cellcal new-cell -o "
       "cell.toml\n         cellcal new-cell -o cell.toml --robot kr6_r900_2 --tool 0,0,250,0,0,0 "
       "--spheres spheres.csv --certificate certificate.csv\n         cellcal new-cell -o cell.toml "
@@ -243,15 +244,13 @@ void add_new_cell_command(CLI::App& app, int& status) {
   command->add_option("-o,--output,--out", given->output, "The file to write")
       ->capture_default_str();
   command->add_option("--robot", given->robot, "Shipped robot by name, or path of a robot file");
-  command->add_option(
-      "--tool", given->tool,
-      "X,Y,Z or X,Y,Z,A,B,C from flange to TCP, as TOOL_DATA (mm, deg); with "
-      "--machine-data also the number of a TOOL_DATA, which has its LOAD_DATA with it");
+  command->add_option("--tool", given->tool,
+                      "X,Y,Z or X,Y,Z,A,B,C from flange to TCP, as TOOL_DATA (mm, deg); with "
+                      "--machine-data also N, for TOOL_DATA[N] with LOAD_DATA[N]");
   command->add_option(
       "--machine-data", given->machine_data,
-      "The controller's backup (folder, ZIP) or its $machine.dat and $config.dat: the robot file, "
-      "beside the cell file, where --robot names none; the tool, where it has one or --tool gives "
-      "its number; the other tools and bases as comments. May be repeated");
+      "The controller's backup (folder, ZIP), or its $machine.dat and $config.dat; may "
+      "be repeated");
   command
       ->add_option(
           "--tool-sigma", given->tool_sigma_mm,
