@@ -82,6 +82,21 @@ class Scanner {
 
 }  // namespace
 
+std::string upper_case(std::string text) {
+  for (char& c : text) c = upper(c);
+  return text;
+}
+
+std::string lower_case(std::string text) {
+  for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return text;
+}
+
+std::string lower_name(const std::string& path) {
+  const auto slash = path.find_last_of("/\\");
+  return lower_case(slash == std::string::npos ? path : path.substr(slash + 1));
+}
+
 std::optional<double> based_constant(std::string_view text) {
   if (text.size() < 4 || text.front() != '\'' || text.back() != '\'') return std::nullopt;
   const char base = upper(text[1]);

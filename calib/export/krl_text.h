@@ -15,6 +15,12 @@ struct KrlFile {
   std::string name, text;
 };
 
+/// KRL and its files' names ignore case; ASCII.
+std::string upper_case(std::string text);
+std::string lower_case(std::string text);
+/// File name of a path in lower case: "$config.dat".
+std::string lower_name(const std::string& path);
+
 /// Beyond these a file is refused. A controller's largest programs have some megabytes.
 inline constexpr std::size_t kMostBytes = 16u << 20, kMostLineBytes = 1u << 14;
 

@@ -1,6 +1,9 @@
 #include "calib/export/krl_values.h"
 
+#include <algorithm>
 #include <cmath>
+
+#include "calib/files/text.h"
 
 namespace cellcal::calib::krl {
 
@@ -11,24 +14,84 @@ using Kind = Token::Kind;
 /// No number of these files is larger; KRL's REAL holds seven digits.
 constexpr double kLargest = 1e7;
 
+/// [n with its ']' at tokens[close]; the index of the next token, or 0.
+std::size_t index_until(const std::vector<Token>& t, std::size_t at, std::size_t close,
+                        int& index) {
+  if (!sign_at(t, at, '[') || !sign_at(t, close, ']')) return 0;
+  const auto number = slot_number(t[at + 1]);
+  if (!number) return 0;
+  index = *number;
+  return close + 1;
+}
+
+LoadData load_of(const Aggregate& value) {
+  LoadData load;
+  const auto take = [&](const char* name, double& number) {
+    const auto at = value.numbers.find(name);
+    if (at != value.numbers.end() && std::abs(at->second.value) <= kLargest)
+      number = at->second.value;
+  };
+  take("M", load.mass_kg);
+  constexpr const char* kCentre[] = {"CM.X", "CM.Y", "CM.Z"};
+  for (std::size_t i = 0; i < 3; ++i) take(kCentre[i], load.com_mm[i]);
+  return load;
+}
+
+template <class V>
+Stated put(std::map<int, V>& all, int index, const std::optional<V>& value) {
+  if (value)
+    all[index] = *value;
+  else
+    all.erase(index);
+  return value ? Stated::kValue : Stated::kUnreadable;
+}
+
+/// "\"torch\"" without its quotes and blanks, from Latin-1.
+Stated put_name(std::map<int, std::string>& names, int index, const Token& token) {
+  std::string name;
+  for (const char c : token.word) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte >= 0x80) name += static_cast<char>(0xc0 | (byte >> 6));
+    if (c != '"') name += byte >= 0x80 ? static_cast<char>(0x80 | (byte & 0x3f)) : c;
+  }
+  name = shown(trimmed(name));
+  if (token.kind != Kind::kText || name.empty())
+    names.erase(index);
+  else
+    names[index] = name;
+  return Stated::kValue;
+}
+
 }  // namespace
 
 bool is_sign_of(const Token& token, char what) {
   return token.kind == Kind::kSign && token.word[0] == what;
 }
 
+bool sign_at(const std::vector<Token>& t, std::size_t at, char what) {
+  return at < t.size() && is_sign_of(t[at], what);
+}
+
+bool word_at(const std::vector<Token>& t, std::size_t at) {
+  return at < t.size() && t[at].kind == Kind::kWord;
+}
+
+std::optional<int> slot_number(double value) {
+  constexpr double kMost = 1000.0;
+  if (!(value >= 0.0 && value <= kMost) || value != std::floor(value)) return std::nullopt;
+  return static_cast<int>(value);
+}
+
+std::optional<int> slot_number(const Token& token) {
+  return token.kind == Kind::kNumber ? slot_number(token.value) : std::nullopt;
+}
+
 std::size_t read_index(const std::vector<Token>& t, std::size_t at, int& index) {
-  if (at + 2 >= t.size() || !is_sign_of(t[at], '[') || t[at + 1].kind != Kind::kNumber ||
-      !is_sign_of(t[at + 2], ']'))
-    return 0;
-  const double value = t[at + 1].value;
-  if (!(value >= 0.0 && value <= 1000.0) || value != std::floor(value)) return 0;
-  index = static_cast<int>(value);
-  return at + 3;
+  return index_until(t, at, at + 2, index);
 }
 
 std::optional<Aggregate> read_aggregate(const std::vector<Token>& t, std::size_t at) {
-  if (at >= t.size() || !is_sign_of(t[at], '{')) return std::nullopt;
+  if (!sign_at(t, at, '{')) return std::nullopt;
   Aggregate result;
   std::string prefix;  // of nested aggregates: "CM."
   std::vector<std::string> outer;
@@ -51,8 +114,7 @@ std::optional<Aggregate> read_aggregate(const std::vector<Token>& t, std::size_t
       continue;
     }
     ++at;
-    if (at + 1 < t.size() && is_sign_of(t[at], '[') && is_sign_of(t[at + 1], ']'))
-      at += 2;  // POINT2[]
+    if (sign_at(t, at, '[') && sign_at(t, at + 1, ']')) at += 2;  // POINT2[]
     if (at >= t.size()) return std::nullopt;
     if (is_sign_of(t[at], '{')) {
       if (outer.size() == kDeepest) return std::nullopt;
@@ -92,8 +154,8 @@ std::optional<FrameMmDeg> frame_of(const Aggregate& value) {
 }
 
 std::optional<double> read_number(const std::vector<Token>& t, std::size_t at) {
-  const bool minus = at < t.size() && is_sign_of(t[at], '-');
-  if (minus || (at < t.size() && is_sign_of(t[at], '+'))) ++at;
+  const bool minus = sign_at(t, at, '-');
+  if (minus || sign_at(t, at, '+')) ++at;
   if (at + 1 != t.size() || t[at].kind != Kind::kNumber || !std::isfinite(t[at].value))
     return std::nullopt;
   return minus ? -t[at].value : t[at].value;
@@ -107,24 +169,36 @@ std::optional<Given> read_given(const Line& line) {
   Given given;
   given.name = t[words - 1].word;
   std::size_t at = words;
-  if (at + 1 < t.size() && is_sign_of(t[at], '[') && is_sign_of(t[at + 1], ']'))
+  if (sign_at(t, at, '[') && sign_at(t, at + 1, ']'))
     at += 2;
-  else if (at < t.size() && is_sign_of(t[at], '['))
-    at = read_index(t, at, given.index);
+  else if (sign_at(t, at, '['))
+    at = index_until(t, at, sign_at(t, at + 2, ',') ? at + 3 : at + 2, given.index);
   if (at == 0 || at + 1 >= t.size() || !is_sign_of(t[at], '=')) return std::nullopt;
   given.value = at + 1;
   return given;
 }
 
-LoadData load_of(const Aggregate& value) {
-  LoadData load;
-  if (const auto mass = value.numbers.find("M"); mass != value.numbers.end())
-    load.mass_kg = mass->second.value;
-  constexpr const char* kCentre[] = {"CM.X", "CM.Y", "CM.Z"};
-  for (std::size_t i = 0; i < 3; ++i)
-    if (const auto one = value.numbers.find(kCentre[i]); one != value.numbers.end())
-      load.com_mm[i] = one->second.value;
-  return load;
+Stated read_controller_frames(const Line& line, ControllerFrames& frames) {
+  const auto given = read_given(line);
+  if (!given || (given->index < 0) != (given->name == "$ROBROOT")) return Stated::kNothing;
+  const auto& [name, index, at] = *given;
+  const Token& first = line.tokens[at];
+  if (name == "TOOL_NAME") return put_name(frames.tool_names, index, first);
+  if (name == "BASE_NAME") return put_name(frames.base_names, index, first);
+  if (name == "TOOL_TYPE") {
+    frames.fixed_tools.erase(index);
+    if (first.is("#TCP")) frames.fixed_tools.insert(index);
+    return Stated::kValue;
+  }
+  const auto value = read_aggregate(line.tokens, at);
+  if (name == "LOAD_DATA")
+    return put(frames.loads, index, value ? std::optional(load_of(*value)) : std::nullopt);
+  const auto frame = value ? frame_of(*value) : std::nullopt;
+  if (name == "TOOL_DATA") return put(frames.tools, index, frame);
+  if (name == "BASE_DATA") return put(frames.bases, index, frame);
+  if (name != "$ROBROOT") return Stated::kNothing;
+  frames.robroot = frame;
+  return frame ? Stated::kValue : Stated::kUnreadable;
 }
 
 }  // namespace cellcal::calib::krl

@@ -4,6 +4,7 @@
 #include <array>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -31,12 +32,18 @@ std::optional<Aggregate> read_aggregate(const std::vector<Token>& tokens, std::s
 std::optional<FrameMmDeg> frame_of(const Aggregate& value);
 
 bool is_sign_of(const Token& token, char what);
+/// False beyond the last token.
+bool sign_at(const std::vector<Token>& tokens, std::size_t at, char what);
+bool word_at(const std::vector<Token>& tokens, std::size_t at);
+/// Number of a tool, base, element: whole, 0 to 1000.
+std::optional<int> slot_number(double value);
+std::optional<int> slot_number(const Token& token);
 /// [n] with a plain number, from tokens[at]; the index of the next token, or 0.
 std::size_t read_index(const std::vector<Token>& tokens, std::size_t at, int& index);
 /// With its sign, the last of the line; empty where it is none.
 std::optional<double> read_number(const std::vector<Token>& tokens, std::size_t at);
 
-/// [DECL] [GLOBAL] [CONST] [type] NAME[n]=value.
+/// [DECL] [GLOBAL] [CONST] [type] NAME[n]=value; NAME[n,] of a text in an array of them.
 struct Given {
   std::string name;
   int index = -1;         ///< -1: none, or []
@@ -44,11 +51,23 @@ struct Given {
 };
 std::optional<Given> read_given(const Line& line);
 
-/// LOAD_DATA[n]; mass below 0: not stated.
+/// LOAD_DATA[n]; mass below 0: not stated. The centre is in the flange's frame.
 struct LoadData {
   double mass_kg = -1.0;
   std::array<double, 3> com_mm{};
 };
-LoadData load_of(const Aggregate& value);
+
+/// Tools, bases and loads of $config.dat by their number, and $ROBROOT, each as stated last.
+struct ControllerFrames {
+  std::map<int, FrameMmDeg> tools, bases;  ///< all zero: nobody measured it
+  std::map<int, LoadData> loads;
+  std::map<int, std::string> tool_names, base_names;  ///< other than blank
+  std::set<int> fixed_tools;                          ///< TOOL_TYPE[n]=#TCP: stands in the cell
+  std::optional<FrameMmDeg> robroot;
+};
+
+enum class Stated { kNothing, kValue, kUnreadable };
+/// Takes a value of the above. An unreadable one invalidates the earlier one, too.
+Stated read_controller_frames(const Line& line, ControllerFrames& frames);
 
 }  // namespace cellcal::calib::krl

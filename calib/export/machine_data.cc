@@ -97,30 +97,10 @@ constexpr std::pair<const char*, const char*> kUsual[] = {
     {"$KINCLASS", "#STANDARD"}, {"$MAIN_AXIS", "#NR"}, {"$A4PAR", "0"},  {"$DEF_A4FIX", "FALSE"},
     {"$DEF_A5LINK", "FALSE"},   {"$TRAFO_AXIS", "6"},  {"$SPINDLE", "0"}};
 
-bool is_nothing(const FrameMmDeg& frame) {
-  const auto zero = [](double v) { return v == 0.0; };
-  return std::all_of(frame.xyz_mm.begin(), frame.xyz_mm.end(), zero) &&
-         std::all_of(frame.abc_deg.begin(), frame.abc_deg.end(), zero);
-}
-
-/// TOOL_DATA[n] and the like, of $config.dat.
-void of_config(const Place& place, MachineData& data) {
-  const std::string& name = place.given.name;
-  if (name == "TOOL_DATA" || name == "BASE_DATA") {
-    const FrameMmDeg frame = place.frame();
-    auto& frames = name == "TOOL_DATA" ? data.tools : data.bases;
-    if (!is_nothing(frame)) frames[place.given.index] = frame;
-  } else if (name == "LOAD_DATA") {
-    const krl::LoadData load = krl::load_of(place.structure());
-    if (load.mass_kg > 0.0) data.loads[place.given.index] = load;
-  }
-}
-
 std::optional<FrameMmDeg>* frame_named(const std::string& name, MachineData& data) {
   if (name == "$TIRORO") return &data.base;
   if (name == "$TX3P3") return &data.wrist;
-  if (name == "$TFLWP") return &data.flange;
-  return name == "$ROBROOT" ? &data.robroot : nullptr;
+  return name == "$TFLWP" ? &data.flange : nullptr;
 }
 
 AbsoluteAccuracy accuracy_of(const Place& place) {
@@ -141,9 +121,16 @@ void take_accuracy(const Place& place, MachineData& data) {
 
 void take(const Place& place, MachineData& data, Drives& rpm) {
   const std::string& name = place.given.name;
+  const auto frames = krl::read_controller_frames(place.line, data);
+  if (frames == krl::Stated::kUnreadable)
+    place.fail("a structure with " +
+               std::string(name == "LOAD_DATA" ? "M and CM" : "X, Y, Z, A, B, C"));
+  if (name == "TOOL_DATA")
+    data.tool_places[place.given.index] = fmt::format("{}:{}", place.file, place.line.number);
+  if (frames == krl::Stated::kValue) return;
   if (place.given.index >= 1) {
     if (place.given.index <= 6) of_axis(place, data, rpm);
-    return of_config(place, data);
+    return;
   }
   if (auto* frame = frame_named(name, data)) *frame = place.frame();
   if (name == "$LENGTH_A") data.length_a_m = place.real(kLargestMm) / kMmPerM;
@@ -371,6 +358,19 @@ std::vector<LengthDifference> differences(const MachineData& data, const Robot& 
   return found;
 }
 
+std::optional<ZeroComparison> controllers_zeros(const MachineData& data, const Robot& robot) {
+  constexpr double kOtherLengthsM = 0.05;
+  if (robot.joints.size() != 6) return std::nullopt;
+  const ArmLengths is = lengths_of(robot, data);
+  // Of such lengths, none of them to the other side: only the flange may be turned.
+  const bool counted_alike = is.off_m <= kSame && is.length_m[2] > 0.0 && is.length_m[4] > 0.0;
+  const bool whole = data.base && data.length_a_m && data.length_b_m && data.wrist && data.flange;
+  if (!counted_alike && !whole) return std::nullopt;
+  const Robot own = counted_alike ? of_lengths(data, is.length_m) : standard_arm(data);
+  const auto zeros = compare_zeros(joint_frames({robot, {}}), joint_frames({own, {}}));
+  return zeros && zeros->aside_m < kOtherLengthsM ? zeros : std::nullopt;
+}
+
 Robot with_machine_data(Robot robot, const MachineData& data) {
   for (std::size_t i = 0; i < std::min(robot.joints.size(), data.axes.size()); ++i) {
     const MachineAxis& axis = data.axes[i];
@@ -386,12 +386,14 @@ Robot with_machine_data(Robot robot, const MachineData& data) {
   return robot;
 }
 
+void set_usual_tolerances(Joint& joint) {
+  joint.tolerance_length_m = 0.7e-3;
+  joint.tolerance_angle_rad = 0.035 * kRadPerDeg;
+}
+
 Robot arm_of_controller(const MachineData& data) {
   Robot robot = with_machine_data(robot_of(data), data);
-  for (Joint& joint : robot.joints) {
-    joint.tolerance_length_m = kUsualLengthM;
-    joint.tolerance_angle_rad = kUsualAngleRad;
-  }
+  for (Joint& joint : robot.joints) set_usual_tolerances(joint);
   return robot;
 }
 

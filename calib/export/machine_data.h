@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/export/joint_zeros.h"
 #include "calib/export/krl_values.h"
 #include "calib/model/robot.h"
 #include "calib/model/units.h"
@@ -28,7 +29,7 @@ struct HandLink {
   double a_mm = 0.0, d_mm = 0.0, alpha_deg = 0.0;
 };
 
-struct MachineData {
+struct MachineData : krl::ControllerFrames {
   std::string type;  ///< $TRAFONAME[], $MODEL_NAME[]
   std::array<MachineAxis, 6> axes;
   std::optional<double> length_a_m, length_b_m;  ///< $LENGTH_A, $LENGTH_B
@@ -36,7 +37,6 @@ struct MachineData {
   std::optional<FrameMmDeg> wrist;               ///< $TX3P3: axis 3 to the wrist's centre
   std::optional<FrameMmDeg> flange;              ///< $TFLWP: wrist's centre to flange
   std::array<std::optional<HandLink>, 2> hand;
-  std::optional<FrameMmDeg> robroot;  ///< $ROBROOT: world to foot
   /// $ABS_ACCUR: KRC2 TRUE or FALSE, later #ACTIVATED, #SUPPRESSED or #NONE.
   AbsoluteAccuracy stated_accuracy = AbsoluteAccuracy::kNotStated;
   bool accuracy_deactivated = false;  ///< $DEACTIVATE_ABS_ACCUR or $SUPPRESS_ABS_ACCUR is TRUE
@@ -45,10 +45,8 @@ struct MachineData {
                ? AbsoluteAccuracy::kOff
                : stated_accuracy;
   }
+  std::map<int, std::string> tool_places;    ///< "$config.dat:120" of TOOL_DATA[n]
   std::map<std::string, std::string> kinds;  ///< $KINCLASS and the like, as stated
-  std::map<int, FrameMmDeg> tools;           ///< TOOL_DATA[n], other than zero
-  std::map<int, FrameMmDeg> bases;           ///< BASE_DATA[n], likewise
-  std::map<int, krl::LoadData> loads;        ///< LOAD_DATA[n] with a mass
 };
 
 /// Merges the values stated in one file into `data`; other lines are ignored. Throws FileError
@@ -62,8 +60,8 @@ void read_absolute_accuracy(std::string_view text, const std::string& name, Mach
 /// that is missing, or that belongs to another kind of arm.
 Robot robot_of(const MachineData& data);
 
-/// Usual tolerances of an arm that nothing else is known of: 1 sigma of its d and a, and angles.
-inline constexpr double kUsualLengthM = 0.7e-3, kUsualAngleRad = 0.035 * kRadPerDeg;
+/// Typical tolerances of the shipped robots.
+void set_usual_tolerances(Joint& joint);
 /// robot_of() with usual tolerances and the controller's limits and speeds: a robot file's content.
 Robot arm_of_controller(const MachineData& data);
 
@@ -76,6 +74,10 @@ struct LengthDifference {
 /// arm. If the arm is not described by such lengths, or its axes turn the other way: one entry with
 /// an empty variable, whose robot_m is the distance of the flanges.
 std::vector<LengthDifference> differences(const MachineData& data, const Robot& robot);
+
+/// How the controller's angles follow from the robot's. Empty: the same arm cannot be seen in both, or the machine
+/// data do not describe it as a whole.
+std::optional<ZeroComparison> controllers_zeros(const MachineData& data, const Robot& robot);
 
 /// The robot with the controller's limits, speeds and absolute accuracy, if stated.
 Robot with_machine_data(Robot robot, const MachineData& data);

@@ -228,6 +228,15 @@ void check_reach(const Cell& cell, std::vector<CellFault>& faults) {
   }
 }
 
+void check_certified(const Cell& cell, std::vector<CellFault>& faults) {
+  for (const CertifiedLength& one : cell.lengths)
+    if (one.sigma_m > kMostCertifiedSigmaM)
+      faults.push_back({Kind::kCertifiedSigma, false, {one.from, one.to}, one.sigma_m});
+  for (const Target& one : cell.targets)
+    if (one.diameter_sigma_m > kMostCertifiedSigmaM)
+      faults.push_back({Kind::kCertifiedSigma, false, {one.id}, one.diameter_sigma_m});
+}
+
 /// True if the tool has a plausible length; otherwise the reach cannot be judged.
 bool check_unit_range(const Cell& cell, std::vector<CellFault>& faults) {
   const double tool = cell.tool.tcp.translation().norm();
@@ -259,6 +268,7 @@ std::vector<CellFault> faults_of(const Cell& cell) {
   const bool tool_is_sound = check_unit_range(cell, faults);
   compare_lengths(cell, faults);
   if (faults.empty()) compare_lengths_with_each_other(cell, faults);
+  check_certified(cell, faults);
   check_overlaps(cell, faults);
   check_containment(cell, faults);
   examine_load(cell, faults);
@@ -533,6 +543,11 @@ std::string found_words(const CellFault& f) {
       return fmt::format("sphere {}: {:.4f} mm of diameter", f.ids[0], mm(f.a_m));
     case Kind::kTouchSigma:
       return fmt::format("touch: sigma_mm = {:g}", mm(f.a_m));
+    case Kind::kCertifiedSigma:
+      return f.ids.size() > 1
+                 ? fmt::format("certified length {}-{}: sigma_mm = {:g}", f.ids[0], f.ids[1],
+                               mm(f.a_m))
+                 : fmt::format("sphere {}: diameter_sigma_mm = {:g}", f.ids[0], mm(f.a_m));
     case Kind::kToolTooHeavy:
       return fmt::format("tool: {:g} kg, limit {:g} kg (rated payload of the robot)", f.kg,
                          f.limit_kg);
@@ -599,6 +614,10 @@ std::string advice_words(const CellFault& f) {
       return "diameter_mm may be in metres. State it in millimetres";
     case Kind::kTouchSigma:
       return "sigma_mm may be in another unit. State it in millimetres; 0.03 is usual";
+    case Kind::kCertifiedSigma:
+      return fmt::format(
+          "Certificates state 0.0002 to 0.1 mm. If {:g} um is meant, state {:g} (mm)", mm(f.a_m),
+          mm(f.a_m) / kMmPerM);
     case Kind::kToolTooHeavy:
       return "Correct mass_kg of [tool] (kilograms), or use the file of the robot that carries it";
     case Kind::kInColumn:

@@ -34,6 +34,7 @@ enum class CellFaultKind {
   kToolInMetres,       ///< a: from the flange
   kDiameterInMetres,   ///< a: stated
   kTouchSigma,         ///< a: stated. Implausibly small or large for touches
+  kCertifiedSigma,     ///< of the length between two ids, or the diameter of one. a: stated
   kToolTooHeavy,       ///< kg: stated, limit_kg: the robot's rated payload, or any robot's
   kInColumn,           ///< the first id intersects axis A1. a: from the axis, b: limit
   kLargeBall,          ///< a: radius of the ball tip, b: clearance between touches
@@ -68,6 +69,9 @@ struct CellFault {
 
 /// Refused ones first. Empty if there is no contradiction. Meshes must be loaded.
 std::vector<CellFault> faults_of(const Cell& cell);
+
+/// Certificates state 0.2 um to 0.1 mm; more was probably stated in micrometres.
+inline constexpr double kMostCertifiedSigmaM = 1e-3;
 
 /// Warning if required_mm is below the predicted error of a plan of this cell.
 std::optional<CellFault> fault_of(const Cell& cell, const Plan& plan);

@@ -31,6 +31,7 @@ struct ToolForm {
   Triple xyz_sigma_mm{};
   std::optional<double> mass_kg{};  ///< none: unknown
   double tip_radius_mm = 0.0;
+  std::optional<Triple> com_mm{};  ///< none: half-way to the TCP. Not part of the page's form
 };
 
 /// Certificate of a value; empty: not stated.
@@ -60,6 +61,7 @@ struct CellForm {
   ToolForm tool;
   std::vector<SphereForm> spheres;
   std::vector<LengthForm> lengths;
+  std::vector<std::string> notes{};  ///< comment lines behind the tool
 };
 
 /// By name of a shipped robot, or by path. Throws calib::UnknownRobot where it does not exist,

@@ -10,7 +10,10 @@
 
 #include "calib/files/csv.h"
 #include "calib/files/input_file.h"
+#include "calib/files/text.h"
 #include "calib/files/toml.h"
+#include "calib/model/units.h"
+#include "calib/plan/cell_check.h"
 
 namespace cellcal::daemon {
 
@@ -27,7 +30,7 @@ std::string triple(const Triple& of) {
 double rounded(double value) { return std::round(value * 1e3) / 1e3; }
 
 std::string line(const std::string& setting, const std::string& words) {
-  return fmt::format("{:<38}# {}\n", setting, words);
+  return fmt::format("{:<37} # {}\n", setting, words);
 }
 
 std::string head(const CellForm& form) {
@@ -59,8 +62,10 @@ std::string tool_text(const ToolForm& tool) {
                "1 sigma; above 0: the TCP is estimated, too");
   text += line(tool.mass_kg ? "mass_kg = " + toml_number(*tool.mass_kg) : "#mass_kg = 0.0",
                "of all that is on the flange; 0: its bending is not estimated");
-  text += line("#com_mm = " + triple({rounded(half[0]), rounded(half[1]), rounded(half[2])}),
-               "centre of mass; half-way to the TCP");
+  text += tool.com_mm
+              ? line("com_mm = " + triple(*tool.com_mm), "centre of mass, from the flange")
+              : line("#com_mm = " + triple({rounded(half[0]), rounded(half[1]), rounded(half[2])}),
+                     "centre of mass; half-way to the TCP");
   text += line("#length_mm = " + toml_number(rounded(std::hypot(xyz[0], xyz[1], xyz[2]))),
                "of the cantilever that bends; |xyz_mm|");
   text += line("tip_radius_mm = " + toml_number(tool.tip_radius_mm),
@@ -205,6 +210,8 @@ constexpr const char* kTouch = R"(
 
 std::string cell_text(const CellForm& form) {
   std::string text = head(form) + tool_text(form.tool);
+  if (!form.notes.empty()) text += "\n";
+  for (const std::string& note : form.notes) text += "# " + note + "\n";
   for (const SphereForm& sphere : form.spheres) text += sphere_text(sphere);
   for (const LengthForm& length : form.lengths) text += length_text(length);
   if (form.lengths.empty()) text += kNoLengths;
@@ -215,6 +222,72 @@ std::string cell_text(const CellForm& form) {
   text += line("#delay_sigma_ms = 0.2", "1 sigma of it; with [eki] stop = \"flag\" 5");
   text += "# turn_sigma_deg = 0.01: 1 sigma of a tracker's turns, where there is one.\n";
   return text + kRest;
+}
+
+std::vector<std::pair<std::string, std::string>> tool_keys(const ToolForm& tool) {
+  std::vector<std::pair<std::string, std::string>> keys = {{"xyz_mm", triple(tool.xyz_mm)},
+                                                           {"abc_deg", triple(tool.abc_deg)}};
+  if (tool.mass_kg) keys.emplace_back("mass_kg", toml_number(*tool.mass_kg));
+  if (tool.com_mm) keys.emplace_back("com_mm", triple(*tool.com_mm));
+  return keys;
+}
+
+namespace {
+
+/// Lines with their ends.
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find('\n', at), text.size() - 1) + 1;
+    lines.push_back(text.substr(at, end - at));
+    at = end;
+  }
+  return lines;
+}
+
+bool sets(const std::string& one, const std::string& key) {
+  const std::string_view words = calib::trimmed(one);
+  return words.starts_with(key) && calib::trimmed(words.substr(key.size())).starts_with('=');
+}
+
+/// The line with another value, and its comment.
+std::string with_value(const std::string& old, const std::string& setting) {
+  const auto comment = old.find('#');
+  const std::string end = old.ends_with("\r\n") ? "\r\n" : "\n";
+  if (comment == std::string::npos) return setting + end;
+  return fmt::format("{:<37} {}", setting, std::string_view(old).substr(comment));
+}
+
+}  // namespace
+
+std::string with_tool(const std::string& text, const std::string& name, const ToolForm& tool) {
+  std::vector<std::string> lines = lines_of(text);
+  const auto head = std::ranges::find_if(
+      lines, [](const std::string& one) { return calib::trimmed(one).starts_with("[tool]"); });
+  if (head == lines.end())
+    throw calib::FileError(name,
+                           ": no [tool] table, or several tools ([[tool]]). Set the tool by hand");
+  auto end = std::find_if(head + 1, lines.end(), [](const std::string& one) {
+    return calib::trimmed(one).starts_with('[');
+  });
+  std::string added;
+  for (const auto& [key, value] : tool_keys(tool)) {
+    const auto at =
+        std::find_if(head + 1, end, [&](const std::string& one) { return sets(one, key); });
+    const std::string setting = key + " = " + value;
+    if (at == end)
+      added += setting + (head->ends_with("\r\n") ? "\r\n" : "\n");
+    else if (at->find('[') != std::string::npos && at->find(']') == std::string::npos)
+      throw calib::FileError(name, fmt::format(":{}: {} goes over several lines. Put it on one",
+                                               at - lines.begin() + 1, key));
+    else
+      *at = with_value(*at, setting);
+  }
+  if (!head->ends_with('\n')) *head += "\n";
+  *head += added;
+  std::string all;
+  for (const std::string& one : lines) all += one;
+  return all;
 }
 
 namespace {
@@ -390,11 +463,8 @@ void take(const calib::CsvTable& table, const char* column, double& value) {
     value = table.number(found);
 }
 
-/// Certificates state 0.0002 to 0.1 mm.
-constexpr double kMostCertifiedSigmaMm = 1.0;
-
 void refuse_micrometres(const calib::CsvTable& table, const char* column, double sigma_mm) {
-  if (sigma_mm <= kMostCertifiedSigmaMm) return;
+  if (sigma_mm <= calib::kMostCertifiedSigmaM * calib::kMmPerM) return;
   table.fail(table.find(column),
              fmt::format("{} mm is above any certificate's sigma (mostly 0.0002 to 0.1 mm). In "
                          "micrometres say so in its name: [um] in place of _mm",

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "daemon/cell_form/cell_form.h"
@@ -14,6 +15,12 @@
 namespace cellcal::daemon {
 
 std::string cell_text(const CellForm& form);
+
+/// xyz_mm, abc_deg and, where stated, mass_kg and com_mm: keys of [tool] and their values.
+std::vector<std::pair<std::string, std::string>> tool_keys(const ToolForm& tool);
+/// A cell file's text with these keys of [tool] set and all else as it is, byte by byte. Throws calib::FileError
+/// naming the line where they are not `key = value` on a line of its own below [tool].
+std::string with_tool(const std::string& text, const std::string& name, const ToolForm& tool);
 
 // Content of a cell file beyond the form: listed, and kept in the file that the form writes.
 

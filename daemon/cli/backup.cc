@@ -21,20 +21,16 @@ using calib::krl::KrlFile;
 
 constexpr std::size_t kMostBackupFiles = 10000, kMostBackupBytes = 256u << 20;
 
-std::string in_lower_case(std::string text) {
-  for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return text;
-}
-
 bool is_krl(std::string_view path) {
-  const std::string name = in_lower_case(std::string(path));
+  const std::string name = calib::krl::lower_case(std::string(path));
   return name.ends_with(".src") || name.ends_with(".dat") || name.ends_with(".sub");
 }
 
 /// Options keep binary data of their own in files named .dat.
 bool is_other_data(const KrlFile& file) {
-  return in_lower_case(file.name).ends_with(".dat") && file.text.find('\0') != std::string::npos &&
-         in_lower_case(file.text).find("defdat") == std::string::npos;
+  return calib::krl::lower_case(file.name).ends_with(".dat") &&
+         file.text.find('\0') != std::string::npos &&
+         calib::krl::lower_case(file.text).find("defdat") == std::string::npos;
 }
 
 std::vector<KrlFile> read_folder(const fs::path& folder) {
@@ -61,13 +57,8 @@ std::vector<KrlFile> read_zip(const fs::path& path) {
 
 }  // namespace
 
-std::string lower_name(const std::string& path) {
-  const auto slash = path.find_last_of("/\\");
-  return in_lower_case(slash == std::string::npos ? path : path.substr(slash + 1));
-}
-
 bool is_of_the_controllers_side(const std::string& path) {
-  std::string all = "/" + in_lower_case(path);
+  std::string all = "/" + calib::krl::lower_case(path);
   std::replace(all.begin(), all.end(), '\\', '/');
   return all.find("/steu/") != std::string::npos ||
          all.find("/roboter/template/") != std::string::npos;
@@ -86,16 +77,17 @@ std::vector<KrlFile> machine_files(const std::vector<fs::path>& places) {
                                               "$custom.dat"};
   std::vector<KrlFile> all;
   for (const fs::path& place : places) {
-    const bool archive = lower_name(place.string()).ends_with(".zip");
+    const bool archive = calib::krl::lower_name(place.string()).ends_with(".zip");
     if (!archive && !fs::is_directory(place)) {
       all.push_back({place.string(), calib::read_file(place)});
       continue;
     }
     std::map<std::string, std::string> seen;
     for (KrlFile& file : read_backup(place)) {
-      if (names.count(lower_name(file.name)) == 0 || is_of_the_controllers_side(file.name))
+      if (names.count(calib::krl::lower_name(file.name)) == 0 ||
+          is_of_the_controllers_side(file.name))
         continue;
-      const auto [first, fresh] = seen.emplace(lower_name(file.name), file.name);
+      const auto [first, fresh] = seen.emplace(calib::krl::lower_name(file.name), file.name);
       if (!fresh)
         throw calib::FileError(place.string(), ": both " + first->second + " and " + file.name +
                                                    ". Name the files of one robot");
@@ -105,6 +97,13 @@ std::vector<KrlFile> machine_files(const std::vector<fs::path>& places) {
       throw calib::FileError(place.string(), ": no $machine.dat, $robcor.dat or $config.dat in it");
   }
   return all;
+}
+
+calib::MachineData read_machine_files(const std::vector<fs::path>& places) {
+  calib::MachineData data;
+  for (const KrlFile& file : machine_files(places))
+    calib::read_machine_data(file.text, file.name, data);
+  return data;
 }
 
 namespace {

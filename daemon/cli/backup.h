@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "calib/export/krl_text.h"
+#include "calib/export/machine_data.h"
 
 namespace cellcal::daemon {
 
@@ -15,8 +16,6 @@ namespace cellcal::daemon {
 /// paths; without binary .dat files of options. Throws calib::FileError if it cannot be read, or has more files than a controller.
 std::vector<calib::krl::KrlFile> read_backup(const std::filesystem::path& place);
 
-/// File name of a path in lower case: "$config.dat".
-std::string lower_name(const std::string& path);
 /// True for paths below STEU, which has its own $machine.dat and $config.dat, and for templates of
 /// new programs.
 bool is_of_the_controllers_side(const std::string& path);
@@ -24,6 +23,7 @@ bool is_of_the_controllers_side(const std::string& path);
 /// $machine.dat, $robcor.dat, $config.dat and $custom.dat of folders, archives and files. Throws
 /// calib::FileError if a place has two of the same name.
 std::vector<calib::krl::KrlFile> machine_files(const std::vector<std::filesystem::path>& places);
+calib::MachineData read_machine_files(const std::vector<std::filesystem::path>& places);
 
 // Files out of a ZIP archive.
 

@@ -41,9 +41,7 @@ fs::path dat_beside(fs::path src) {
 }
 
 bool is_src(const fs::path& path) {
-  std::string ending = path.extension().string();
-  for (char& c : ending) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return ending == ".src";
+  return calib::krl::lower_case(path.extension().string()) == ".src";
 }
 
 /// Other programs of the folder, which may contain called routines. Empty if there are more than a
@@ -68,8 +66,7 @@ std::vector<KrlFile> modules_beside(const fs::path& program) {
 }
 
 std::vector<std::string> upper(std::vector<std::string> names) {
-  for (std::string& name : names)
-    for (char& c : name) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+  for (std::string& name : names) name = calib::krl::upper_case(std::move(name));
   return names;
 }
 
@@ -380,7 +377,8 @@ namespace {
 calib::AbsoluteAccuracy stated_accuracy(const CorrectCommand& command) {
   calib::MachineData data;
   const auto look = [&](const KrlFile& file) {
-    if (lower_name(file.name).starts_with("$") && !is_of_the_controllers_side(file.name))
+    if (calib::krl::lower_name(file.name).starts_with("$") &&
+        !is_of_the_controllers_side(file.name))
       calib::read_absolute_accuracy(file.text, file.name, data);
   };
   for (const fs::path& path : command.controller) look(read(path));

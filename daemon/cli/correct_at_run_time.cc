@@ -115,7 +115,7 @@ fs::path folder_of_module(const CorrectCommand& command, const RewrittenPrograms
     fs::path folder;
     for (const fs::path& part : fs::path(file.name).parent_path()) {
       folder /= part;
-      if (lower_name(part.string()) == "program") return folder;
+      if (calib::krl::lower_name(part.string()) == "program") return folder;
     }
   }
   return {};

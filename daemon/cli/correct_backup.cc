@@ -26,11 +26,6 @@ using krl::KrlFile;
 
 std::string stem_path(const std::string& path) { return path.substr(0, path.find_last_of('.')); }
 
-std::string lowered(std::string text) {
-  for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return text;
-}
-
 const char* state_of(const CorrectedModule& module) {
   if (!module.refusals.empty()) return "refused";
   if (module.points > 0) return "corrected";
@@ -143,19 +138,19 @@ krl::BackupFiles modules_of(std::vector<KrlFile> files) {
   std::map<std::string, std::size_t> by_stem;
   std::vector<KrlFile> data;
   for (KrlFile& file : files) {
-    const std::string name = lower_name(file.name);
+    const std::string name = calib::krl::lower_name(file.name);
     if (is_of_the_controllers_side(file.name)) continue;
     if (name == "$config.dat" || name == "$machine.dat") {
       all.controller.push_back(std::move(file));
     } else if (name.ends_with(".src") || name.ends_with(".sub")) {
-      by_stem.emplace(lowered(stem_path(file.name)), all.modules.size());
+      by_stem.emplace(calib::krl::lower_case(stem_path(file.name)), all.modules.size());
       all.modules.push_back({std::move(file), {}, {}, {}});
     } else if (name.ends_with(".dat") && !name.starts_with("$")) {
       data.push_back(std::move(file));
     }
   }
   for (KrlFile& file : data) {
-    const auto module = by_stem.find(lowered(stem_path(file.name)));
+    const auto module = by_stem.find(calib::krl::lower_case(stem_path(file.name)));
     if (module == by_stem.end())
       all.data.push_back(std::move(file));
     else

@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <sstream>
 #include <system_error>
 
 #include "calib/export/machine_data.h"
@@ -21,25 +23,68 @@
 #include "calib/files/text.h"
 #include "calib/model/error.h"
 #include "calib/model/units.h"
+#include "calib/plan/cell_check.h"
+#include "daemon/cell_form/cell_text.h"
 #include "daemon/cli/backup.h"
+#include "daemon/cli/controller_data.h"
 #include "daemon/cli/offline.h"
 #include "daemon/cli/read_back.h"
+#include "daemon/files/atomic_file.h"
+#include "daemon/files/child.h"
 
 namespace cellcal::daemon {
 
 namespace {
 
+/// The last lines, which name file and line of the fault.
+std::string end_of(const std::string& text, std::size_t most_lines) {
+  std::vector<std::string> lines;
+  std::istringstream all(text);
+  for (std::string line; std::getline(all, line);)
+    if (!calib::trimmed(line).empty()) lines.push_back(calib::shown(calib::trimmed(line), 300));
+  std::string words;
+  for (std::size_t i = lines.size() - std::min(lines.size(), most_lines); i < lines.size(); ++i)
+    words += (words.empty() ? "" : "; ") + lines[i];
+  return words;
+}
+
+/// The file's text; a .xacro expanded by the program of that name, where it is installed.
+std::string urdf_text(const std::filesystem::path& urdf) {
+  constexpr std::chrono::seconds kLimit{30};
+  std::string text = calib::read_file(urdf, calib::kMostUrdfBytes);
+  if (urdf.extension() != ".xacro") return text;
+  const ChildEnd end = run_child({.words = {"xacro", std::filesystem::absolute(urdf).string()},
+                                  .limit = kLimit,
+                                  .most_output = calib::kMostUrdfBytes});
+  switch (end.why) {
+    case ChildEnd::Why::kNotStarted:
+      return text;  // the reader refuses it by line, with the command that expands it
+    case ChildEnd::Why::kTooLong:
+      throw calib::FileError(urdf.string(),
+                             fmt::format(": xacro did not end within {} s", kLimit.count()));
+    case ChildEnd::Why::kTooMuch:
+      throw calib::FileError(urdf.string(), fmt::format(": xacro writes more than {} MB",
+                                                        calib::kMostUrdfBytes >> 20));
+    case ChildEnd::Why::kEnded:
+      break;
+  }
+  if (end.status != 0)
+    throw calib::FileError(urdf.string(), ": xacro: " + (end.err.empty() ? "failed without a reason"
+                                                                         : end_of(end.err, 4)));
+  if (const std::string told = end_of(end.err, 4); !told.empty())
+    fmt::print(stderr, "warning: xacro: {}\n", told);
+  return end.out;
+}
+
 calib::Robot from_urdf(const ImportRobotCommand& command) {
   const std::string name = command.urdf.string();
-  const calib::UrdfChain chain =
-      calib::read_urdf(calib::read_file(command.urdf, calib::kMostUrdfBytes), name, command.tip);
+  const calib::UrdfChain chain = calib::read_urdf(urdf_text(command.urdf), name, command.tip);
   calib::Robot robot = calib::robot_of(chain.frames);
   robot.name = chain.robot_name.empty() ? "robot" : chain.robot_name;
   robot.source = command.urdf.filename().string();
   for (calib::Joint& joint : robot.joints) {
     joint.name = calib::robot_joint_name(joint.name);
-    joint.tolerance_length_m = calib::kUsualLengthM;
-    joint.tolerance_angle_rad = calib::kUsualAngleRad;
+    calib::set_usual_tolerances(joint);
   }
   fmt::print(stderr,
              "chain \"{}\" to \"{}\", {} joints. Check joint senses and zeros against the "
@@ -62,20 +107,43 @@ void print_differences(const calib::MachineData& data, const calib::Robot& robot
                          one.robot_m * calib::kMmPerM, one.key, one.joint));
 }
 
-void print_tools(const calib::MachineData& data) {
-  for (const auto& [number, tool] : data.tools)
-    fmt::print(
-        stderr,
-        "TOOL_DATA[{}], for [tool] of the cell file: xyz_mm = [{}, {}, {}], abc_deg = [{}, {}, {}]\n",
-        number, tool.xyz_mm[0], tool.xyz_mm[1], tool.xyz_mm[2], tool.abc_deg[0], tool.abc_deg[1],
-        tool.abc_deg[2]);
-  for (const auto& [number, load] : data.loads)
-    fmt::print(stderr, "LOAD_DATA[{}], likewise: mass_kg = {}, com_mm = [{}, {}, {}]\n", number,
-               load.mass_kg, load.com_mm[0], load.com_mm[1], load.com_mm[2]);
-  for (const auto& [number, base] : data.bases)
-    fmt::print(stderr, "BASE_DATA[{}]: xyz_mm = [{}, {}, {}], abc_deg = [{}, {}, {}]\n", number,
-               base.xyz_mm[0], base.xyz_mm[1], base.xyz_mm[2], base.abc_deg[0], base.abc_deg[1],
-               base.abc_deg[2]);
+/// Angles counted otherwise than by the controller send the arm elsewhere. Throws calib::FileError for them.
+void refuse_other_zeros(const calib::MachineData& data, const calib::Robot& robot,
+                        const std::string& file) {
+  const auto zeros = calib::controllers_zeros(data, robot);
+  if (!zeros || zeros->same()) return;
+  std::string all;
+  for (std::size_t i = 0; i < zeros->joints.size(); ++i) {
+    const calib::JointZero& one = zeros->joints[i];
+    if (one.same()) continue;
+    all += fmt::format("{}: zero {:.2f} deg from the controller's{}; ",
+                       calib::shown(robot.joints[i].name), one.zero_rad * calib::kDegPerRad + 0.0,
+                       one.sense < 0 ? ", opposite sense" : "");
+  }
+  if (all.empty())
+    all = fmt::format("flange: turned by {:.3f} deg against the controller's; ",
+                      zeros->flange_rad * calib::kDegPerRad);
+  throw calib::FileError(
+      file, ": " + all +
+                "the arm would move to other places. Leave this file out (machine data give the "
+                "whole arm), or correct its joints' zeros and axes (a flange's: --tip)");
+}
+
+/// The controller's are taken.
+void print_limits(const calib::MachineData& data, const calib::Robot& robot) {
+  constexpr double kSameDeg = 0.1;
+  for (std::size_t i = 0; i < std::min(robot.joints.size(), data.axes.size()); ++i) {
+    const calib::Joint& joint = robot.joints[i];
+    const double low = data.axes[i].min_rad.value_or(joint.min_rad) * calib::kDegPerRad,
+                 high = data.axes[i].max_rad.value_or(joint.max_rad) * calib::kDegPerRad,
+                 low_here = joint.min_rad * calib::kDegPerRad,
+                 high_here = joint.max_rad * calib::kDegPerRad;
+    if (std::abs(low - low_here) < kSameDeg && std::abs(high - high_here) < kSameDeg) continue;
+    fmt::print(stderr,
+               "warning: {}: limits {:.3f} to {:.3f} deg in the URDF, {:.3f} to {:.3f} deg in the "
+               "controller, which are taken\n",
+               calib::shown(joint.name), low_here, high_here, low, high);
+  }
 }
 
 void print_accuracy(const calib::Robot& robot) {
@@ -118,18 +186,47 @@ calib::Robot geometry(const ImportRobotCommand& command, const calib::MachineDat
   return calib::arm_of_controller(data);
 }
 
+/// Puts TOOL_DATA[n] into the cell file, which is kept as NAME.before.
+void put_tool(const ImportRobotCommand& command, const calib::MachineData& data) {
+  const ToolForm tool = tool_of(data, command.tool);
+  const calib::CellText before = calib::read_cell_text(command.cell);
+  if (has_an_arm(data)) print_differences(data, calib::parse_cell(before).robot);
+  calib::CellText after = before;
+  after.cell_text = with_tool(before.cell_text, before.cell_name, tool);
+  const calib::Cell cell = calib::parse_cell(after);
+  const calib::FrameMmDeg is{tool.xyz_mm, tool.abc_deg};
+  if (!cell.tool.tcp.isApprox(calib::to_isometry(is), 1e-9))
+    throw calib::FileError(before.cell_name, ": [tool] could not be set (not written)");
+  for (const std::string& warning : calib::refuse_faulty(cell))
+    fmt::print(stderr, "warning: {}\n", warning);
+  write_atomically(command.cell.string() + ".before", before.cell_text);
+  write_atomically(command.cell, after.cell_text);
+  fmt::print(stderr, "{}: [tool] is TOOL_DATA[{}]{}; the file before: {}.before\n",
+             command.cell.string(), command.tool,
+             tool.mass_kg
+                 ? fmt::format(" with its load of {:g} kg", *tool.mass_kg)
+                 : fmt::format(". LOAD_DATA[{}] has no mass: mass_kg = {:g} stays, check it",
+                               command.tool, cell.tool.mass_kg),
+             command.cell.string());
+}
+
 }  // namespace
 
 int import_robot(const ImportRobotCommand& command) {
-  calib::MachineData data;
-  for (const auto& file : machine_files(command.machine_data))
-    calib::read_machine_data(file.text, file.name, data);
+  const calib::MachineData data = read_machine_files(command.machine_data);
+  if (!command.cell.empty()) put_tool(command, data);
+  if (!command.cell.empty() && command.output.empty()) return kSuccess;
   calib::Robot robot = geometry(command, data);
   if (!command.machine_data.empty()) {
-    if (!command.urdf.empty() || !command.robot.empty()) print_differences(data, robot);
+    if (!command.urdf.empty() || !command.robot.empty()) {
+      refuse_other_zeros(data, robot,
+                         (command.urdf.empty() ? command.robot : command.urdf).string());
+      print_differences(data, robot);
+    }
+    if (!command.urdf.empty()) print_limits(data, robot);
     robot = calib::with_machine_data(std::move(robot), data);
     if (!data.type.empty()) robot.source += (robot.source.empty() ? "" : "; ") + data.type;
-    print_tools(data);
+    for (const std::string& line : frame_lines(data)) fmt::print(stderr, "{}\n", line);
     print_accuracy(robot);
   }
   if (!command.urdf.empty()) check_joints(robot, command.urdf.string());
@@ -176,7 +273,7 @@ int export_robot(const ExportRobotCommand& command) {
     text = command.as == "urdf" ? calib::urdf_of(frames, calibration.cell.robot.name, words)
                                 : calib::ros_yaml(frames, words);
   } else {
-    const std::string given = calib::read_file(command.urdf, calib::kMostUrdfBytes);
+    const std::string given = urdf_text(command.urdf);
     const std::string name = command.urdf.string();
     text =
         command.as == "urdf"

@@ -96,10 +96,8 @@ nlohmann::json json_of(const std::vector<MasteredAxis>& axes) {
 int mastering(const MasteringCommand& command) {
   const auto calibration = usable_calibration("mastering", command.calibration, command.withheld);
   if (!calibration) return kNotPublishable;
-  calib::MachineData data;
-  for (const auto& file : machine_files(command.machine_data))
-    calib::read_machine_data(file.text, file.name, data);
-  const std::vector<MasteredAxis> axes = axes_of(*calibration, data);
+  const std::vector<MasteredAxis> axes =
+      axes_of(*calibration, read_machine_files(command.machine_data));
   put(command.json ? json_of(axes).dump(1) + "\n" : report(axes), {});
   return kSuccess;
 }

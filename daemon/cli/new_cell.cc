@@ -17,12 +17,15 @@
 
 #include "calib/files/cell_file.h"
 #include "calib/files/files.h"
+#include "calib/files/input_file.h"
 #include "calib/files/robot_file.h"
 #include "calib/files/text.h"
 #include "calib/files/toml.h"
 #include "calib/plan/cell_check.h"
 #include "calib/plan/plan.h"
 #include "daemon/cell_form/cell_text.h"
+#include "daemon/cli/backup.h"
+#include "daemon/cli/controller_data.h"
 #include "daemon/cli/read_back.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/correction_limit.h"
@@ -33,9 +36,53 @@ namespace {
 
 using nlohmann::json;
 
+/// Of TOOL_DATA and LOAD_DATA; what they do not state stays.
+void take_tool(const ToolForm& of_controller, CellForm& form) {
+  form.tool.xyz_mm = of_controller.xyz_mm;
+  form.tool.abc_deg = of_controller.abc_deg;
+  if (of_controller.mass_kg) form.tool.mass_kg = of_controller.mass_kg;
+  form.tool.com_mm = of_controller.com_mm;
+}
+
+/// kr210_r2700_extra.toml beside the cell file, of the controller's own arm.
+NamedRobotFile robot_file_of(const calib::MachineData& data, const NewCellCommand& command) {
+  const calib::Robot robot = calib::arm_of_controller(data);
+  NamedRobotFile file;
+  file.reference = calib::krl::lower_case(robot.name) + ".toml";
+  std::ranges::replace_if(
+      file.reference.begin(), file.reference.end() - 5,
+      [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
+  file.name = (command.output.parent_path() / file.reference).string();
+  file.text = calib::robot_to_toml(robot);
+  read_back(file.text, file.name, as_robot());
+  if (!command.force && std::filesystem::exists(file.name) &&
+      calib::read_file(file.name, calib::kMostTomlBytes) != file.text)
+    throw std::runtime_error(file.name +
+                             " exists and is another robot. Name it with --robot, or replace it "
+                             "with --force");
+  return file;
+}
+
+/// Arm, tool, load and bases of the controller, as far as no option states them.
+void apply_controller(const NewCellCommand& command, CellForm& form, Given& given) {
+  if (command.machine_data.empty()) return;
+  const calib::MachineData data = read_machine_files(command.machine_data);
+  if (!given.robot && (given.robot = has_an_arm(data))) form.robot = robot_file_of(data, command);
+  form.notes = frame_lines(data);
+  for (const int number : measured_tools(data)) given.tools[number] = tool_of(data, number);
+  given.tool_list = tool_list(data);
+  const bool by_number = command.tool.find_first_not_of("0123456789") == std::string::npos;
+  const bool only_one = command.tool.empty() && given.tools.size() == 1;
+  if (!by_number || (command.tool.empty() && !only_one)) return;
+  take_tool(only_one ? given.tools.begin()->second : tool_of(data, std::stoi(command.tool)), form);
+  given.tool = true;
+}
+
 /// Fills the form from the options and returns the parts given. Throws with the option's name as a prefix.
 Given apply_request_options(const NewCellCommand& command, CellForm& form) {
   Given given;
+  given.robot = !command.robot.empty();
+  apply_controller(command, form, given);
   const auto take = [](const char* option, auto what) {
     try {
       what();
@@ -43,9 +90,9 @@ Given apply_request_options(const NewCellCommand& command, CellForm& form) {
       throw std::runtime_error(fmt::format("{}: {}", option, wrong.what()));
     }
   };
-  if ((given.robot = !command.robot.empty()))
+  if (!command.robot.empty())
     take("--robot", [&] { form.robot = find_robot(command.robot, command.output); });
-  if ((given.tool = !command.tool.empty())) {
+  if (!given.tool && (given.tool = !command.tool.empty())) {
     take("--tool", [&] {
       const std::vector<double> six = numbers(command.tool, {3, 6});
       std::copy_n(six.begin(), 3, form.tool.xyz_mm.begin());
@@ -54,7 +101,8 @@ Given apply_request_options(const NewCellCommand& command, CellForm& form) {
   }
   form.tool.xyz_sigma_mm.fill(command.tool_sigma_mm.value_or(kUsualTcpSigmaMm));
   given.tool_sigma = command.tool_sigma_mm.has_value();
-  if ((given.mass = command.mass_kg.has_value())) form.tool.mass_kg = command.mass_kg;
+  if (command.mass_kg.has_value()) form.tool.mass_kg = command.mass_kg;
+  given.mass = form.tool.mass_kg.has_value();
   if ((given.tip_radius = command.tip_radius_mm.has_value()))
     form.tool.tip_radius_mm = *command.tip_radius_mm;
   if ((given.spheres = !command.spheres.empty()))
@@ -171,6 +219,9 @@ int new_cell(const NewCellCommand& command, std::istream& in, std::ostream& aske
       calib::refuse_faulty(cell);  // before an existing file is replaced
   const std::string text = cell_text(form);
   read_back(text, command.output, as_cell(form.robot.name, form.robot.text));
+  if (!std::filesystem::exists(form.robot.name) ||
+      calib::read_file(form.robot.name, calib::kMostTomlBytes) != form.robot.text)
+    write_atomically(form.robot.name, form.robot.text);  // of machine data
   write_atomically(command.output, text);
   const Planned planned = plan_it(cell);
   fmt::print("{}", command.json ? as_json(command, warnings, planned)
@@ -184,15 +235,22 @@ void add_new_cell_command(CLI::App& app, int& status) {
   command->footer(
       "Asks for what the options leave out; with --robot, --tool and --spheres it asks nothing. "
       "Ctrl-D or\nCtrl-C ends it and nothing is written. Spheres can be taught: jog the tip onto the "
-      "top of each and\nenter the axis angles that the pendant shows.\nExit status 1: nothing "
+      "top of each and\nenter the axis angles that the pendant shows. With --machine-data the robot file is made of it, beside the\n"
+      "cell file; the tool is its only one or that of --tool N; other tools and the bases follow as comments.\nExit status 1: nothing "
       "written, or no plan can be made of the file yet; the reason is printed.\nExample: cellcal new-cell -o "
       "cell.toml\n         cellcal new-cell -o cell.toml --robot kr6_r900_2 --tool 0,0,250,0,0,0 "
-      "--spheres spheres.csv --certificate certificate.csv");
+      "--spheres spheres.csv --certificate certificate.csv\n         cellcal new-cell -o cell.toml "
+      "--machine-data backup.zip --tool 3 --spheres spheres.csv");
   command->add_option("-o,--output,--out", given->output, "The file to write")
       ->capture_default_str();
   command->add_option("--robot", given->robot, "Shipped robot by name, or path of a robot file");
   command->add_option("--tool", given->tool,
-                      "X,Y,Z or X,Y,Z,A,B,C from flange to TCP, as TOOL_DATA (mm, deg)");
+                      "X,Y,Z or X,Y,Z,A,B,C from flange to TCP, as TOOL_DATA (mm, deg); with "
+                      "--machine-data also N, for TOOL_DATA[N] with LOAD_DATA[N]");
+  command->add_option(
+      "--machine-data", given->machine_data,
+      "The controller's backup (folder, ZIP), or its $machine.dat and $config.dat; may "
+      "be repeated");
   command
       ->add_option(
           "--tool-sigma", given->tool_sigma_mm,
@@ -235,9 +293,9 @@ std::string like(const std::string& given) {
 
 class Dialogue {
  public:
-  Dialogue(CellForm& form, const std::filesystem::path& cell_file, std::istream& in,
-           std::ostream& out)
-      : form_(form), cell_file_(cell_file), in_(in), out_(out) {}
+  Dialogue(CellForm& form, const Given& given, const std::filesystem::path& cell_file,
+           std::istream& in, std::ostream& out)
+      : form_(form), given_(given), cell_file_(cell_file), in_(in), out_(out) {}
 
   void robot();
   void tool();
@@ -260,6 +318,7 @@ class Dialogue {
   std::vector<std::string> joint_names() const;
 
   CellForm& form_;
+  const Given& given_;
   const std::filesystem::path& cell_file_;
   std::istream& in_;
   std::ostream& out_;
@@ -310,9 +369,19 @@ void Dialogue::robot() {
 }
 
 void Dialogue::tool() {
-  ask("Tool: X Y Z A B C from flange to TCP, as in TOOL_DATA (mm, deg)",
-      [this](const std::string& answer) {
-        const std::vector<double> six = numbers(answer, {3, 6});
+  const bool listed = !given_.tools.empty();
+  const std::string which = listed ? "number of TOOL_DATA (" + given_.tool_list + "), or " : "";
+  ask("Tool: " + which + "X Y Z A B C from flange to TCP, as in TOOL_DATA (mm, deg)",
+      [&](const std::string& answer) {
+        const std::vector<double> six = numbers(
+            answer, listed ? std::vector<std::size_t>{1, 3, 6} : std::vector<std::size_t>{3, 6});
+        if (six.size() == 1) {
+          const auto one = std::ranges::find_if(
+              given_.tools, [&](const auto& tool) { return tool.first == six[0]; });
+          if (one == given_.tools.end()) throw BadAnswer("measured are " + given_.tool_list);
+          take_tool(one->second, form_);
+          return look();
+        }
         std::copy_n(six.begin(), 3, form_.tool.xyz_mm.begin());
         form_.tool.abc_deg = {};
         if (six.size() == 6) std::copy_n(six.begin() + 3, 3, form_.tool.abc_deg.begin());
@@ -451,11 +520,11 @@ void ask_for_rest(CellForm& form, const Given& given, const std::filesystem::pat
   if (given.enough()) return;
   // Lengths of a certificate given as an option refer to spheres that are entered later.
   const std::vector<LengthForm> certified = std::exchange(form.lengths, {});
-  Dialogue dialogue(form, cell_file, in, out);
+  Dialogue dialogue(form, given, cell_file, in, out);
   if (!given.robot) dialogue.robot();
   if (!given.tool) dialogue.tool();
   if (!given.tool_sigma) dialogue.tool_sigma();
-  if (!given.mass) dialogue.mass();
+  if (!given.mass && !form.tool.mass_kg) dialogue.mass();
   if (!given.tip_radius) dialogue.tip_radius();
   if (!given.spheres) dialogue.spheres();
   form.lengths = certified;

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <iosfwd>
+#include <map>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -18,6 +19,7 @@ struct NewCellCommand {
   std::string robot{}, tool{};  ///< as typed; empty: asked for
   std::optional<double> tool_sigma_mm{}, mass_kg{}, tip_radius_mm{};
   std::filesystem::path spheres{}, certificate{};  ///< CSV
+  std::vector<std::filesystem::path> machine_data{};  ///< of the controller, or its backup
   bool force = false, json = false;
 };
 
@@ -47,6 +49,8 @@ struct EndOfInput : std::runtime_error {
 struct Given {
   bool robot = false, tool = false, tool_sigma = false, mass = false, tip_radius = false,
        spheres = false, certificate = false;
+  std::map<int, ToolForm> tools{};  ///< of the controller, by their number
+  std::string tool_list{};          ///< 1 "torch", 3 "probe"
   /// Sufficient without questions.
   bool enough() const { return robot && tool && spheres; }
 };

@@ -75,11 +75,13 @@ struct ExportRobotCommand {
 };
 int export_robot(const ExportRobotCommand& command);
 
-/// Creates a robot file from data of other programs.
+/// Creates a robot file from data of other programs, or puts a controller's tool into a cell file.
 struct ImportRobotCommand {
   std::filesystem::path urdf, robot, output;
   std::string tip;
   std::vector<std::filesystem::path> machine_data;
+  std::filesystem::path cell;  ///< cell file whose [tool] becomes TOOL_DATA[tool]; empty: none
+  int tool = 0;
 };
 int import_robot(const ImportRobotCommand& command);
 

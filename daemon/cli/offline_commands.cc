@@ -193,11 +193,15 @@ void add_import_robot(CLI::App& app, int& status) {
   command->footer(
       "Machine data: $machine.dat and $robcor.dat of KRC:\\R1\\Mada, $config.dat of "
       "KRC:\\R1\\System, or the\nbackup that has them, as a folder or ZIP archive. Geometry, limits, "
-      "speeds and gear ratios come from them; where\nthe geometry is another file's its lengths are "
-      "compared. Tools, loads and bases of $config.dat are printed.\nExample: cellcal import-robot "
-      "--machine-data backup.zip -o my_arm.toml\n         cellcal import-robot --robot kr5_r1400 "
-      "--machine-data '$machine.dat' -o my_kr5.toml\n         cellcal import-robot --urdf "
-      "robot.urdf -o robot.toml");
+      "speeds and gear ratios come from them.\nWhere the geometry is another file's, lengths and limits that "
+      "differ are named; joints that count their angles\notherwise than the controller are refused. Tools, loads "
+      "and bases of $config.dat are printed; 'cellcal new-cell\n--machine-data' makes robot and cell file in one, "
+      "and --cell FILE --tool N puts TOOL_DATA[N] with its LOAD_DATA\ninto the [tool] of a cell file, which is "
+      "kept as FILE.before. A .xacro is expanded by xacro where that is installed.\n"
+      "Example: cellcal import-robot --machine-data backup.zip -o my_arm.toml\n"
+      "         cellcal import-robot --robot kr5_r1400 --machine-data '$machine.dat' -o my_kr5.toml\n"
+      "         cellcal import-robot --urdf robot.urdf -o robot.toml\n"
+      "         cellcal import-robot --machine-data backup.zip --cell cell.toml --tool 3");
   CLI::Option* urdf = command->add_option("--urdf", given->urdf, "Geometry from this URDF");
   command
       ->add_option("--robot", given->robot,
@@ -209,6 +213,12 @@ void add_import_robot(CLI::App& app, int& status) {
                       "File of the controller, or its backup (folder, ZIP); may be repeated");
   command->add_option("-o,--output,--out", given->output,
                       "Write the robot to this file [standard output]");
+  CLI::Option* tool = command->add_option("--tool", given->tool, "Number of TOOL_DATA for --cell")
+                          ->check(CLI::Range(1, 1000));
+  command
+      ->add_option("--cell", given->cell, "Cell file to set; then no robot is written without -o")
+      ->needs(tool);
+  tool->needs(command->get_option("--cell"))->needs(command->get_option("--machine-data"));
   command->callback([given, &status] {
     if (given->urdf.empty() && given->robot.empty() && given->machine_data.empty())
       throw CLI::RequiredError("--machine-data (or --urdf, or --robot)");

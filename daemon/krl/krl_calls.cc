@@ -4,7 +4,9 @@
 #include <deque>
 #include <filesystem>
 
+#include "calib/export/krl_values.h"
 #include "calib/model/error.h"
+#include "daemon/krl/krl_inline.h"
 
 namespace cellcal::daemon::krl {
 
@@ -62,12 +64,12 @@ constexpr const char* kStillFamilies[] = {"EKI_", "EKX_", "RSI_", "ARCGET"};
 /// Exceptions: routines that move but do not set frames.
 const Words kMoveOnly = {"RSI_MOVECORR", "ST_MOVESENS", "ST_SKIPSENS"};
 
+/// Lines of a routine that are kept, to be followed.
+constexpr std::size_t kMostFollowed = 200;
+
 /// Instead of a module.
 constexpr std::size_t kEverywhere = static_cast<std::size_t>(-1);
 
-bool sign_of(const std::vector<Token>& t, std::size_t at, char what) {
-  return at < t.size() && t[at].kind == Kind::kSign && t[at].word[0] == what;
-}
 bool one_of(const Words& words, const Token& token) {
   return token.kind == Kind::kWord && words.count(token.word) > 0;
 }
@@ -80,14 +82,12 @@ bool is_kukas(const std::string& name) {
 
 /// NAME( of a routine.
 bool calls_at(const std::vector<Token>& t, std::size_t at) {
-  return t[at].kind == Kind::kWord && sign_of(t, at + 1, '(') && !one_of(kNoCalls, t[at]) &&
+  return t[at].kind == Kind::kWord && sign_at(t, at + 1, '(') && !one_of(kNoCalls, t[at]) &&
          t[at].word[0] != '$' && t[at].word[0] != '#';
 }
 
 std::string upper_stem(const std::string& file) {
-  std::string stem = std::filesystem::path(file).stem().string();
-  for (char& c : stem) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
-  return stem;
+  return upper_case(std::filesystem::path(file).stem().string());
 }
 
 }  // namespace
@@ -95,7 +95,7 @@ std::string upper_stem(const std::string& file) {
 std::string routine_name(const Line& line) {
   const auto& t = line.tokens;
   for (std::size_t i = 1; i < t.size(); ++i)
-    if (t[i].kind == Kind::kWord && (sign_of(t, i + 1, '(') || i + 1 == t.size())) return t[i].word;
+    if (t[i].kind == Kind::kWord && (sign_at(t, i + 1, '(') || i + 1 == t.size())) return t[i].word;
   return {};
 }
 
@@ -115,6 +115,12 @@ bool begins_routine(const Line& line) { return one_of(kBegins, first_word(line))
 bool declares(const Line& line) {
   static const Words words = {"DEF", "DEFFCT", "DECL", "EXT", "EXTFCT", "INTERRUPT", "SIGNAL"};
   return one_of(words, first_word(line));
+}
+
+bool calls_a_routine(const Line& line) {
+  for (std::size_t i = 0; i < line.tokens.size(); ++i)
+    if (calls_at(line.tokens, i)) return true;
+  return false;
 }
 
 bool frames_by_bas(const std::vector<Token>& t, std::size_t at) {
@@ -155,11 +161,13 @@ void Routines::read(const KrlFile& file, std::size_t module) {
       keep(name, std::move(body), global);
       body = {};
       body.module = module;
+      body.parameters = parameters_of(line);
       name = routine_name(line);
       global = name == upper_stem(file.name) || line.tokens[0].is("GLOBAL");
       continue;
     }
-    if (declares(line)) continue;
+    if (declares(line) || line.tokens[0].is("END")) continue;
+    if (body.lines.size() <= kMostFollowed) body.lines.push_back(line);
     body.moves = body.moves || motion_kind(line) != MotionKind::kNone;
     body.frames = body.frames || sets_frames(line);
     for (std::size_t i = 0; i < line.tokens.size(); ++i)
@@ -182,7 +190,7 @@ bool Routines::take_over(Body& body) const {
   return news;
 }
 
-/// Propagates effects through calls.
+/// Propagates effects through calls; then the lines of those without are not needed.
 void Routines::settle() {
   std::vector<std::vector<std::size_t>> callers(bodies_.size());
   std::deque<std::size_t> open;
@@ -195,6 +203,8 @@ void Routines::settle() {
   for (; !open.empty(); open.pop_front())
     if (take_over(bodies_[open.front()]))
       open.insert(open.end(), callers[open.front()].begin(), callers[open.front()].end());
+  for (Body& body : bodies_)
+    if (!body.may_set || body.lines.size() > kMostFollowed) std::vector<Line>().swap(body.lines);
 }
 
 FrameChanges Routines::changes(std::size_t module) const {
@@ -249,6 +259,17 @@ std::optional<std::pair<std::size_t, std::string>> Routines::called(std::size_t 
   const auto* places = bodies_of(module, t[0].word);
   if (places == nullptr || places->size() != 1) return std::nullopt;
   return std::pair{bodies_[places->front()].module, t[0].word};
+}
+
+std::optional<std::pair<std::size_t, std::vector<Line>>> Routines::body_of(std::size_t module,
+                                                                           const Line& line) const {
+  const auto routine = called(module, line);
+  if (!routine) return std::nullopt;
+  const Body& body = bodies_[bodies_of(module, routine->second)->front()];
+  if (body.lines.empty()) return std::nullopt;
+  auto lines = inlined(body.parameters, body.lines, line);
+  if (!lines) return std::nullopt;
+  return std::pair{body.module, *std::move(lines)};
 }
 
 Effects Routines::of(std::size_t module, const Line& line) const {

@@ -35,6 +35,8 @@ bool begins_routine(const Line& line);
 std::string routine_name(const Line& line);
 /// $TOOL, $BASE, $IPO_MODE, FDAT_ACT, or a BAS command that may set them.
 bool sets_frames(const Line& line);
+/// NAME( of a routine, without BAS.
+bool calls_a_routine(const Line& line);
 /// BAS with a command that may set frames, at tokens[at].
 bool frames_by_bas(const std::vector<Token>& tokens, std::size_t at);
 
@@ -51,6 +53,9 @@ class Routines {
   /// statement, no body or several.
   std::optional<std::pair<std::size_t, std::string>> called(std::size_t module,
                                                             const Line& line) const;
+  /// The module, and the statements of the routine that `called` finds with the call's arguments (krl_inline.h).
+  std::optional<std::pair<std::size_t, std::vector<Line>>> body_of(std::size_t module,
+                                                                   const Line& line) const;
   /// Changes by that module's routines and all their callees.
   FrameChanges changes(std::size_t module) const;
 
@@ -61,6 +66,8 @@ class Routines {
     bool may_move = false, may_set = false;  ///< including callees
     std::set<std::string> calls;
     FrameChanges changes;
+    std::vector<std::string> parameters;
+    std::vector<Line> lines;  ///< of those that set frames, if they are few
   };
   void read(const KrlFile& file, std::size_t module);
   void keep(const std::string& name, Body body, bool global);

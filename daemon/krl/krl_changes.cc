@@ -1,23 +1,17 @@
 #include "daemon/krl/krl_changes.h"
 
-#include <cmath>
+#include "calib/export/krl_values.h"
 
 namespace cellcal::daemon::krl {
 
 namespace {
 
-bool sign_at(const std::vector<Token>& t, std::size_t at, char what) {
-  return at < t.size() && t[at].kind == Token::Kind::kSign && t[at].word[0] == what;
-}
-
 void change(const std::vector<Token>& t, std::size_t at, ChangedNumbers& changed) {
   // In a declaration this is the array's length.
   const bool declares = t[0].is("DECL") || t[0].is("GLOBAL") || t[0].is("FRAME") || t[0].is("LOAD");
-  const bool plain = !declares && sign_at(t, at + 1, '[') && sign_at(t, at + 3, ']') &&
-                     t[at + 2].kind == Token::Kind::kNumber && t[at + 2].value >= 0.0 &&
-                     t[at + 2].value <= 1000.0 && t[at + 2].value == std::floor(t[at + 2].value);
-  if (plain)
-    changed.numbers.insert(static_cast<int>(t[at + 2].value));
+  int number = 0;
+  if (!declares && read_index(t, at + 1, number) > 0)
+    changed.numbers.insert(number);
   else
     changed.all = true;
 }

@@ -19,50 +19,6 @@ void keep_point(Point point, Data& data) {
   if (!fresh) data.refusals.push_back({Why::kTwice, point.file, point.line, point.name});
 }
 
-/// TOOL_DATA[1]={...}, BASE_DATA, LOAD_DATA, $ROBROOT={...}.
-bool read_controller_data(const std::vector<Token>& t, std::size_t at, Data& data) {
-  const std::string& name = t[at].word;
-  int index = -1;
-  std::size_t equals = at + 1;
-  if (name == "TOOL_DATA" || name == "BASE_DATA" || name == "LOAD_DATA")
-    equals = read_index(t, at + 1, index);
-  else if (name != "$ROBROOT")
-    return false;
-  if (equals == 0 || equals + 1 >= t.size() || !is_sign_of(t[equals], '=')) return false;
-  const auto value = read_aggregate(t, equals + 1);
-  const auto frame = value ? frame_of(*value) : std::nullopt;
-  // An unreadable value invalidates the earlier one, too.
-  if (name == "TOOL_DATA") data.tools.erase(index);
-  if (name == "BASE_DATA") data.bases.erase(index);
-  if (name == "LOAD_DATA") data.loads.erase(index);
-  if (!value) return false;
-  if (name == "LOAD_DATA") {
-    data.loads[index] = load_of(*value);
-    return true;
-  }
-  if (!frame) return false;
-  if (name == "TOOL_DATA")
-    data.tools[index] = *frame;
-  else if (name == "BASE_DATA")
-    data.bases[index] = *frame;
-  else
-    data.robroot = *frame;
-  return true;
-}
-
-/// [FRAME] $ROBROOT={...}: the robot's position is never guessed.
-bool read_robroot(const Line& line, std::size_t at, const std::string& file, Data& data) {
-  const auto& t = line.tokens;
-  if (at < t.size() && is_point_type(t[at].word)) ++at;
-  if (at >= t.size() || !t[at].is("$ROBROOT")) return false;
-  if (at + 1 == t.size()) return true;  // declared only
-  if (!read_controller_data(t, at, data))
-    throw calib::FileError(file,
-                           ":" + std::to_string(line.number) +
-                               ": $ROBROOT is not like {X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}");
-  return true;
-}
-
 /// [INT] $EX_AX_NUM=0, $EX_KIN={ET1 #ERSYS,...}, MACHINE_FRAME_DAT[1]={MACH_DEF_INDEX 2,...}.
 bool read_external_axes(const Line& line, ExternalAxes& external) {
   const auto given = read_given(line);
@@ -100,12 +56,12 @@ void read_points(const Line& line, std::size_t type, PointKind kind, const std::
     const std::string name = t[at].word;
     if (global) data.globals.insert(name);
     ++at;
-    if (at < t.size() && is_sign_of(t[at], '[')) {  // arrays are known by name only
+    if (sign_at(t, at, '[')) {  // arrays are known by name only
       while (at < t.size() && !is_sign_of(t[at], ']')) ++at;
       if (at < t.size()) ++at;
       data.declared.emplace(name, line.number);
       data.arrays.emplace(name, kind);
-    } else if (at + 1 < t.size() && is_sign_of(t[at], '=')) {
+    } else if (at + 1 < t.size() && sign_at(t, at, '=')) {
       auto value = read_aggregate(t, at + 1);
       if (!value) {
         data.declared.emplace(name, line.number);
@@ -119,7 +75,7 @@ void read_points(const Line& line, std::size_t type, PointKind kind, const std::
     } else {
       data.declared.emplace(name, line.number);
     }
-    if (at >= t.size() || !is_sign_of(t[at], ',')) return;
+    if (!sign_at(t, at, ',')) return;
     ++at;
   }
 }
@@ -178,10 +134,7 @@ FrameData frame_data_of(const Aggregate& value) {
   FrameData data;
   const auto number = [&](const char* name) {
     const auto at = value.numbers.find(name);
-    const bool usable = at != value.numbers.end() && at->second.value >= -1.0 &&
-                        at->second.value <= 1000.0 &&
-                        at->second.value == std::floor(at->second.value);
-    return usable ? static_cast<int>(at->second.value) : -1;
+    return at == value.numbers.end() ? -1 : slot_number(at->second.value).value_or(-1);
   };
   data.tool = number("TOOL_NO");
   data.base = number("BASE_NO");
@@ -196,11 +149,16 @@ bool is_point_type(const std::string& word) {
 
 bool read_declaration(const Line& line, const std::string& file, Data& data) {
   const auto& t = line.tokens;
+  const Stated frames = read_controller_frames(line, data);
+  if (frames == Stated::kUnreadable && read_given(line)->name == "$ROBROOT")
+    throw calib::FileError(file,
+                           ":" + std::to_string(line.number) +
+                               ": $ROBROOT is not like {X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}");
+  if (frames != Stated::kNothing || read_external_axes(line, data.external)) return true;
   std::size_t at = 0;
   bool global = false;
   for (; at < t.size() && (t[at].is("DECL") || t[at].is("GLOBAL") || t[at].is("CONST")); ++at)
     global = global || t[at].is("GLOBAL");
-  if (read_robroot(line, at, file, data) || read_external_axes(line, data.external)) return true;
   if (at + 1 >= t.size() || t[at].kind != Kind::kWord) return at > 0;
   if (kCartesianTypes.count(t[at].word) > 0) {
     read_points(line, at, PointKind::kCartesian, file, global, data);
@@ -215,7 +173,6 @@ bool read_declaration(const Line& line, const std::string& file, Data& data) {
     read_frame_data(line, at + 1, data);
     return true;
   }
-  if (read_controller_data(t, at, data)) return true;
   read_element(line, global, file, data);
   return at > 0;
 }

@@ -44,7 +44,7 @@ struct ExternalAxes {
   }
 };
 
-struct Data {
+struct Data : ControllerFrames {
   std::map<std::string, Point> points;
   std::map<std::string, int> declared;  ///< names of points without a value, and their line
   std::map<std::string, PointKind> arrays;
@@ -52,9 +52,6 @@ struct Data {
   std::set<std::string> globals;  ///< points, structures and FDATs visible to other modules
   std::map<std::string, calib::FrameMmDeg> named_frames;  ///< type FRAME
   std::map<std::string, FrameData> frames;
-  std::map<int, calib::FrameMmDeg> tools, bases;
-  std::map<int, LoadData> loads;
-  std::optional<calib::FrameMmDeg> robroot;
   ExternalAxes external;
   std::vector<Refusal> refusals;
 };

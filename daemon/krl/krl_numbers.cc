@@ -53,11 +53,13 @@ std::string rewritten(std::string_view old, double value, int least) {
   const int decimals = std::clamp(decimals_of(old), least, kMost);
   const double step = std::pow(10.0, -decimals);
   if (std::abs(value - value_of(old)) < 0.5 * step) return std::string(old);
-  std::string text = fmt::format("{:.{}f}", value, decimals);
-  if (text.starts_with('-') && text.find_first_of("123456789") == std::string::npos)
-    text.erase(0, 1);  // no -0.0000
-  if (old.starts_with('+') && !text.starts_with('-')) text.insert(0, "+");
-  return text;
+  const std::string digits = fmt::format("{:.{}f}", std::abs(value), decimals);
+  const bool is_zero = digits.find_first_of("123456789") == std::string::npos;
+  const bool has_sign = old.starts_with('-') || old.starts_with('+');
+  const std::string sign = value < 0.0 && !is_zero ? "-" : old.starts_with('+') ? "+" : "";
+  // Blanks after a sign stay: Y -  393.4
+  const std::size_t first = has_sign ? old.find_first_not_of(" \t", 1) : 0;
+  return sign + std::string(old.substr(has_sign, first - has_sign)) + digits;
 }
 
 calib::FrameMmDeg nearest_turns(const Eigen::Isometry3d& pose, const calib::FrameMmDeg& near) {

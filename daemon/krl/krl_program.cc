@@ -22,10 +22,6 @@ const std::set<std::string> kArcs = {"CIRC", "SCIRC"};
 const std::set<std::string> kHere = {"$AXIS_ACT",    "$AXIS_ACT_MEAS", "$POS_ACT",
                                      "$POS_ACT_MES", "$AXIS_INT",      "$POS_INT"};
 
-bool is_sign(const std::vector<Token>& t, std::size_t at, char what) {
-  return at < t.size() && t[at].kind == Kind::kSign && t[at].word[0] == what;
-}
-
 class Reader {
  public:
   /// `together`: all modules are read, so that points shared between modules are corrected, too.
@@ -44,7 +40,7 @@ class Reader {
   void read(const std::vector<Line>& lines) {
     for (const Line& line : lines)
       if (declares_data(line)) read_declaration(line, src_.name, data_);
-    FrameState state(lines, data_, calls_);
+    FrameState state(lines, data_, controller_, calls_);
     for (const Line& line : lines) read(line, state);
     flow_.end();
     for (const auto& [name, at] : state.frame_data_used())
@@ -152,7 +148,7 @@ class Reader {
   /// XP2=XP1: both are corrected for all motions to either.
   bool copies(const Line& line) {
     const auto& t = line.tokens;
-    if (t.size() != 3 || t[0].kind != Kind::kWord || !is_sign(t, 1, '=') ||
+    if (t.size() != 3 || t[0].kind != Kind::kWord || !sign_at(t, 1, '=') ||
         t[2].kind != Kind::kWord)
       return false;
     for (const std::size_t i : {0U, 2U})
@@ -181,7 +177,7 @@ class Reader {
   /// XP1={X ...}: sets the point's value if it has none yet, and no motion used it before.
   bool assigns(const Line& line) {
     const auto& t = line.tokens;
-    if (t.size() < 3 || t[0].kind != Kind::kWord || !is_sign(t, 1, '=') || !is_sign(t, 2, '{') ||
+    if (t.size() < 3 || t[0].kind != Kind::kWord || !sign_at(t, 1, '=') || !sign_at(t, 2, '{') ||
         (data_.declared.count(t[0].word) == 0 && data_.points.count(t[0].word) == 0) ||
         depth_ > 0 || targets_.count(t[0].word) > 0 ||
         (together_ && data_.globals.count(t[0].word) > 0))
@@ -201,7 +197,7 @@ class Reader {
     std::size_t at = 1;
     const bool arc = kArcs.count(t[0].word) > 0;
     bool understood = target(line, state, at);
-    if (understood && arc && is_sign(t, at, ',')) understood = target(line, state, ++at);
+    if (understood && arc && sign_at(t, at, ',')) understood = target(line, state, ++at);
     if (understood) return mention(line, at);
     if (together_) mention(line, 1);  // other modules must not correct these
   }
@@ -210,7 +206,7 @@ class Reader {
   bool target(const Line& line, const FrameState& state, std::size_t& at) {
     const auto& t = line.tokens;
     if (at < t.size() && kHere.count(t[at].word) > 0) {
-      if (!is_sign(t, ++at, ':')) return true;
+      if (!sign_at(t, ++at, ':')) return true;
       lose(line);
       return refuse(Why::kOperator, line.number, t[at - 1].word), false;
     }
@@ -222,12 +218,12 @@ class Reader {
     flow_.lose({});  // unless the target is known
     motion.frames = state.at_motion(line, motion.wrong_frame_data);
     if (motion.wrong_frame_data) motion.wrong_frame_data->file = src_.name;
-    if (is_sign(t, at, '{')) {
+    if (sign_at(t, at, '{')) {
       auto value = read_aggregate(t, at);
       motion.point = "line " + std::to_string(line.number);
       const std::string where = together_ ? "@" + std::to_string(module_) : "";
       if (!value) return refuse(Why::kPartial, line.number, motion.point), false;
-      if (is_sign(t, value->after, ':'))
+      if (sign_at(t, value->after, ':'))
         return refuse(Why::kOperator, line.number, motion.point), false;
       at = value->after;
       const PointKind kind =
@@ -240,8 +236,8 @@ class Reader {
         return refuse(Why::kComputed, line.number, "line " + std::to_string(line.number)), false;
       std::string name = t[at].word;
       if (!rest_of_name(t, ++at, name)) return refuse(Why::kArray, line.number, name), false;
-      if (is_sign(t, at, ':')) return refuse(Why::kOperator, line.number, name), false;
-      if (is_sign(t, at, '(')) return refuse(Why::kComputed, line.number, name), false;
+      if (sign_at(t, at, ':')) return refuse(Why::kOperator, line.number, name), false;
+      if (sign_at(t, at, '(')) return refuse(Why::kComputed, line.number, name), false;
       motion.point = key_of(name);
       targets_.insert(variable_of(name));
       targets_.insert(name);
@@ -257,8 +253,8 @@ class Reader {
 
   /// [2] and .P after the name; false: a computed index.
   static bool rest_of_name(const std::vector<Token>& t, std::size_t& at, std::string& name) {
-    while (is_sign(t, at, '[') || (is_sign(t, at, '.') && at + 1 < t.size())) {
-      if (is_sign(t, at, '.')) {
+    while (sign_at(t, at, '[') || (sign_at(t, at, '.') && at + 1 < t.size())) {
+      if (sign_at(t, at, '.')) {
         name += "." + t[at + 1].word;
         at += 2;
         continue;
@@ -322,7 +318,7 @@ class Reader {
     for (std::size_t i = from; i < t.size(); ++i) {
       if (t[i].kind != Kind::kWord) continue;
       // STOOL2(FP1) and the like read a FDAT without changing it.
-      const bool read_only = i >= 2 && is_sign(t, i - 1, '(') &&
+      const bool read_only = i >= 2 && sign_at(t, i - 1, '(') &&
                              (t[i - 2].is("STOOL2") || t[i - 2].is("SBASE") ||
                               t[i - 2].is("SIPO_MODE") || t[i - 2].is("SLOAD"));
       if (!read_only) mentioned_.emplace(t[i].word, line.number);
@@ -347,10 +343,7 @@ class Reader {
 void add(const Data& controller, Data& own) {
   own.frames.insert(controller.frames.begin(), controller.frames.end());
   own.named_frames.insert(controller.named_frames.begin(), controller.named_frames.end());
-  own.tools = controller.tools;
-  own.bases = controller.bases;
-  own.loads = controller.loads;
-  own.robroot = controller.robroot;
+  static_cast<ControllerFrames&>(own) = controller;
   own.external = controller.external;
 }
 
@@ -465,9 +458,7 @@ void settle(Program& program) {
 std::string name_of_key(const std::string& key) { return key.substr(0, key.find('@')); }
 
 bool is_kukas_program(const std::string& src) {
-  const auto slash = src.find_last_of("/\\");
-  std::string name = slash == std::string::npos ? src : src.substr(slash + 1);
-  for (char& c : name) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+  const std::string name = upper_case(lower_name(src));
   return name.starts_with("$") || name.starts_with("BRAKETEST") || name == "BAS.SRC" ||
          name == "IR_STOPM.SRC";
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "calib/files/text.h"
+#include "calib/model/enum_table.h"
 
 namespace cellcal::daemon::krl {
 
@@ -119,70 +120,41 @@ std::string words(const Refusal& r, const calib::Robot& robot) {
                      what_is_wrong(r, robot));
 }
 
-const char* name_of(Why why) {
-  switch (why) {
-    case Why::kComputed:
-      return "computed";
-    case Why::kArray:
-      return "array";
-    case Why::kOperator:
-      return "geometric_operator";
-    case Why::kRelative:
-      return "relative_motion";
-    case Why::kPartial:
-      return "partial";
-    case Why::kNotANumber:
-      return "not_a_number";
-    case Why::kUnknownPoint:
-      return "unknown_point";
-    case Why::kTwice:
-      return "declared_twice";
-    case Why::kGlobal:
-      return "global";
-    case Why::kElsewhere:
-      return "elsewhere";
-    case Why::kShared:
-      return "shared";
-    case Why::kToolNotKnown:
-      return "tool_not_known";
-    case Why::kBaseNotKnown:
-      return "base_not_known";
-    case Why::kNoSuchTool:
-      return "no_such_tool";
-    case Why::kNoSuchBase:
-      return "no_such_base";
-    case Why::kFrameChanged:
-      return "frame_changed";
-    case Why::kNoSuchFrameData:
-      return "no_such_frame_data";
-    case Why::kTwoFrames:
-      return "two_frames";
-    case Why::kExternalTool:
-      return "external_tool";
-    case Why::kExternalAxes:
-      return "external_axes";
-    case Why::kExternalBase:
-      return "external_base";
-    case Why::kNoConfiguration:
-      return "no_configuration";
-    case Why::kPostureNotKnown:
-      return "posture_not_known";
-    case Why::kOtherPosture:
-      return "other_posture";
-    case Why::kWrongTurn:
-      return "wrong_turn";
-    case Why::kNotReached:
-      return "not_reached";
-    case Why::kOutsideScope:
-      return "outside_scope";
-    case Why::kNotVerified:
-      return "not_verified";
-    case Why::kNotRestored:
-      return "not_restored";
-    case Why::kNoClosedForm:
-      return "no_closed_form";
-  }
-  return "";
-}
+namespace {
+
+constexpr EnumNames<Why> kNames({{Why::kComputed, "computed"},
+                                 {Why::kArray, "array"},
+                                 {Why::kOperator, "geometric_operator"},
+                                 {Why::kRelative, "relative_motion"},
+                                 {Why::kPartial, "partial"},
+                                 {Why::kNotANumber, "not_a_number"},
+                                 {Why::kUnknownPoint, "unknown_point"},
+                                 {Why::kTwice, "declared_twice"},
+                                 {Why::kGlobal, "global"},
+                                 {Why::kElsewhere, "elsewhere"},
+                                 {Why::kShared, "shared"},
+                                 {Why::kToolNotKnown, "tool_not_known"},
+                                 {Why::kBaseNotKnown, "base_not_known"},
+                                 {Why::kNoSuchTool, "no_such_tool"},
+                                 {Why::kNoSuchBase, "no_such_base"},
+                                 {Why::kFrameChanged, "frame_changed"},
+                                 {Why::kNoSuchFrameData, "no_such_frame_data"},
+                                 {Why::kTwoFrames, "two_frames"},
+                                 {Why::kExternalTool, "external_tool"},
+                                 {Why::kExternalAxes, "external_axes"},
+                                 {Why::kExternalBase, "external_base"},
+                                 {Why::kNoConfiguration, "no_configuration"},
+                                 {Why::kPostureNotKnown, "posture_not_known"},
+                                 {Why::kOtherPosture, "other_posture"},
+                                 {Why::kWrongTurn, "wrong_turn"},
+                                 {Why::kNotReached, "not_reached"},
+                                 {Why::kOutsideScope, "outside_scope"},
+                                 {Why::kNotVerified, "not_verified"},
+                                 {Why::kNotRestored, "not_restored"},
+                                 {Why::kNoClosedForm, "no_closed_form"}});
+
+}  // namespace
+
+const char* name_of(Why why) { return kNames[why]; }
 
 }  // namespace cellcal::daemon::krl

@@ -1,6 +1,6 @@
 #include "daemon/krl/krl_state.h"
 
-#include <cmath>
+#include <algorithm>
 #include <set>
 
 namespace cellcal::daemon::krl {
@@ -15,9 +15,6 @@ const std::set<std::string> kCloses = {"ENDIF",    "ENDLOOP", "ENDFOR",
 const std::set<std::string> kBetween = {"ELSE", "CASE", "DEFAULT", "EXIT", "GOTO"};
 /// BAS commands that take the frames from FDAT_ACT.
 const std::set<std::string> kFromFrameData = {"#PTP_PARAMS", "#CP_PARAMS", "#FRAMES"};
-bool is_state_sign(const std::vector<Token>& t, std::size_t at, char what) {
-  return at < t.size() && t[at].kind == Kind::kSign && t[at].word[0] == what;
-}
 bool is_word(const std::vector<Token>& t, std::size_t at, const char* what) {
   return at < t.size() && t[at].kind == Kind::kWord && t[at].word == what;
 }
@@ -27,14 +24,7 @@ bool in(const std::set<std::string>& words, const Token& token) {
 
 bool is_label(const Line& line) {
   return line.tokens.size() == 2 && line.tokens[0].kind == Kind::kWord &&
-         is_state_sign(line.tokens, 1, ':');
-}
-
-std::optional<int> whole(const Token& token) {
-  if (token.kind != Kind::kNumber || !(token.value >= 0.0 && token.value <= 1000.0) ||
-      token.value != std::floor(token.value))
-    return std::nullopt;
-  return static_cast<int>(token.value);
+         sign_at(line.tokens, 1, ':');
 }
 
 /// TRIGGER .. DO $BASE=..: an assignment or OUT parameter inside another statement.
@@ -42,7 +32,7 @@ bool sets_frames_inside(const Line& line) {
   const auto& t = line.tokens;
   for (std::size_t i = 1; i < t.size() && !t[i].is("WITH"); ++i)
     if (((t[i].is("$TOOL") || t[i].is("$BASE") || t[i].is("$IPO_MODE")) &&
-         !is_state_sign(t, i - 1, '=')) ||
+         !sign_at(t, i - 1, '=')) ||
         frames_by_bas(t, i))
       return true;
   return false;
@@ -56,7 +46,7 @@ std::set<std::string> touched_names(const std::vector<Line>& lines) {
     const auto& t = line.tokens;
     if (declares(line) || is_point_type(t[0].word)) continue;
     for (std::size_t i = 0; i < t.size(); ++i) {
-      const bool set_to = i >= 2 && is_state_sign(t, i - 1, '=') &&
+      const bool set_to = i >= 2 && sign_at(t, i - 1, '=') &&
                           (t[i - 2].is("$TOOL") || t[i - 2].is("$BASE") || t[i - 2].is("$LOAD"));
       if (t[i].kind == Kind::kWord && !set_to) touched.insert(t[i].word);
     }
@@ -72,14 +62,11 @@ std::optional<FrameRef> FrameState::assigned(const std::vector<Token>& t, std::s
   std::size_t behind = at + 1;
   if (is_word(t, at, "$NULLFRAME") || is_word(t, at, "$WORLD")) {
     frame.number = 0;
-  } else if (is_word(t, at, data) && is_state_sign(t, at + 1, '[') && at + 3 < t.size() &&
-             is_state_sign(t, at + 3, ']')) {
-    const auto number = whole(t[at + 2]);
-    if (!number) return std::nullopt;
-    frame.number = *number;
-    behind = at + 4;
+  } else if (is_word(t, at, data)) {
+    behind = read_index(t, at + 1, frame.number);
+    if (behind == 0) return std::nullopt;
   } else if (const auto named = data_.named_frames.find(t[at].word);
-             named != data_.named_frames.end() && touched_.count(named->first) == 0) {
+             !foreign_ && named != data_.named_frames.end() && touched_.count(named->first) == 0) {
     frame.number = -1;
     frame.literal = named->second;
   } else if (const auto value = read_aggregate(t, at)) {
@@ -92,7 +79,7 @@ std::optional<FrameRef> FrameState::assigned(const std::vector<Token>& t, std::s
     return std::nullopt;
   }
   // In WITH another assignment may follow; anything else is a calculation.
-  if (behind < t.size() && !is_state_sign(t, behind, ',')) return std::nullopt;
+  if (behind < t.size() && !sign_at(t, behind, ',')) return std::nullopt;
   return frame;
 }
 
@@ -150,14 +137,14 @@ bool FrameState::apply(const std::vector<Token>& t, std::size_t at, Frames& fram
   const bool mode = is_word(t, at, "$IPO_MODE");
   if (!tool && !base && !mode) return false;
   std::optional<FrameRef>& place = tool ? frames.tool : frames.base;
-  if (!is_state_sign(t, at + 1, '=')) {  // $TOOL.X=...
+  if (!sign_at(t, at + 1, '=')) {  // $TOOL.X=...
     if (!mode) place.reset();
     return true;
   }
   const std::size_t value = at + 2;
   const bool by_data = (is_word(t, value, "STOOL2") || is_word(t, value, "SBASE") ||
                         is_word(t, value, "SIPO_MODE")) &&
-                       is_state_sign(t, value + 1, '(') && value + 2 < t.size();
+                       sign_at(t, value + 1, '(') && value + 2 < t.size();
   if (by_data) {
     Frames named;
     take(t[value + 2].word, line, named, wrong);
@@ -181,7 +168,7 @@ Frames FrameState::at_motion(const Line& line, std::optional<Refusal>& wrong) co
   std::size_t with = 0;
   while (with < t.size() && !t[with].is("WITH")) ++with;
   for (std::size_t i = with + 1; i < t.size(); ++i)
-    if (is_state_sign(t, i - 1, ',') || i == with + 1) apply(t, i, frames, wrong, line.number);
+    if (sign_at(t, i - 1, ',') || i == with + 1) apply(t, i, frames, wrong, line.number);
   return frames;
 }
 
@@ -195,11 +182,82 @@ void FrameState::forget(const std::string& why, int line) {
 bool FrameState::read(const Line& line) {
   const bool frames = read_frames(line);
   const Effects effects = calls_.of(line);
-  if (effects.frames)
+  if (effects.frames && follow(line))
+    return frames;
+  else if (effects.frames)
     forget(effects.call, line.number);
   else if (sets_frames_inside(line) && !declares(line))
     forget(line.tokens[0].word, line.number);
   return frames;
+}
+
+bool FrameState::follow(const Line& call) {
+  constexpr int kDeepest = 8;
+  const auto body = calls_.routines.body_of(calls_.module, call);
+  if (!body || depth_ == kDeepest) return false;
+  const auto& [module, lines] = *body;
+  const bool foreign = module != calls_.module;
+  FrameState inside(lines, foreign ? shared_ : data_, shared_, {calls_.routines, module});
+  inside.foreign_ = foreign;
+  inside.depth_ = depth_ + 1;
+  inside.touched_.insert(touched_.begin(), touched_.end());
+  inside.now_ = now_;
+  inside.pending_ = pending_;
+  for (const Line& line : lines) inside.read(line);
+  if (inside.wrong_ || inside.pending_wrong_ || !inside.now_.lost.what.empty()) return false;
+  // Its own .dat may have another FDAT of the name; nobody has one of this.
+  if (foreign &&
+      std::ranges::any_of(inside.used_, [](const auto& one) { return one.first != "FDEFAULT"; }))
+    return false;
+  now_ = inside.now_;
+  pending_ = inside.pending_;
+  wrong_.reset();
+  pending_wrong_.reset();
+  used_.merge(inside.used_);
+  return true;
+}
+
+/// FDAT_ACT=FP1, FDAT_ACT={TOOL_NO 1,...}, FDAT_ACT.TOOL_NO=1
+bool FrameState::read_frame_data(const Line& line) {
+  const auto& t = line.tokens;
+  if (t.size() == 3 && sign_at(t, 1, '=') && t[2].kind == Kind::kWord) {
+    take(t[2].word, line.number, pending_, pending_wrong_);
+    return true;
+  }
+  if (t.size() == 5 && sign_at(t, 1, '.') && sign_at(t, 3, '=') &&
+      (t[2].is("TOOL_NO") || t[2].is("BASE_NO"))) {
+    auto& place = t[2].is("TOOL_NO") ? pending_.tool : pending_.base;
+    place.reset();
+    if (const auto number = slot_number(t[4])) place = FrameRef{*number, {}};
+    return true;
+  }
+  pending_ = {};
+  pending_wrong_.reset();
+  if (const auto value = sign_at(t, 1, '=') ? read_aggregate(t, 2) : std::nullopt) {
+    const FrameData data = frame_data_of(*value);
+    if (data.tool >= 0) pending_.tool = FrameRef{data.tool, {}};
+    if (data.base >= 0) pending_.base = FrameRef{data.base, {}};
+    pending_.external = data.external;
+  }
+  return true;
+}
+
+bool FrameState::read_bas(const Line& line) {
+  const auto& t = line.tokens;
+  const std::string& command = t[2].word;
+  const auto number = t.size() == 6 && sign_at(t, 3, ',') ? slot_number(t[4]) : std::nullopt;
+  if (kFromFrameData.count(command) > 0) {
+    now_ = pending_;
+    wrong_ = pending_wrong_;
+  } else if (command == "#TOOL" || command == "#BASE") {
+    auto& place = command == "#TOOL" ? now_.tool : now_.base;
+    place.reset();
+    if (number) place = FrameRef{*number, {}};
+    wrong_.reset();
+  } else if (frames_by_bas(t, 0)) {
+    forget("BAS(" + command + ")", line.number);
+  }
+  return true;
 }
 
 bool FrameState::read_frames(const Line& line) {
@@ -222,38 +280,8 @@ bool FrameState::read_frames(const Line& line) {
     now_ = outside_spline_;
     return true;
   }
-  if (t[0].is("FDAT_ACT")) {
-    if (t.size() == 3 && is_state_sign(t, 1, '=') && t[2].kind == Kind::kWord) {
-      take(t[2].word, line.number, pending_, pending_wrong_);
-    } else {
-      pending_ = {};
-      pending_wrong_.reset();
-      const auto value = is_state_sign(t, 1, '=') ? read_aggregate(t, 2) : std::nullopt;
-      if (value) {
-        const FrameData data = frame_data_of(*value);
-        if (data.tool >= 0) pending_.tool = FrameRef{data.tool, {}};
-        if (data.base >= 0) pending_.base = FrameRef{data.base, {}};
-        pending_.external = data.external;
-      }
-    }
-    return true;
-  }
-  if (t[0].is("BAS") && is_state_sign(t, 1, '(') && t.size() > 2) {
-    const std::string& command = t[2].word;
-    const auto number = t.size() == 6 && is_state_sign(t, 3, ',') ? whole(t[4]) : std::nullopt;
-    if (kFromFrameData.count(command) > 0) {
-      now_ = pending_;
-      wrong_ = pending_wrong_;
-    } else if (command == "#TOOL" || command == "#BASE") {
-      auto& place = command == "#TOOL" ? now_.tool : now_.base;
-      place.reset();
-      if (number) place = FrameRef{*number, {}};
-      wrong_.reset();
-    } else if (frames_by_bas(t, 0)) {
-      forget("BAS(" + command + ")", line.number);
-    }
-    return true;
-  }
+  if (t[0].is("FDAT_ACT")) return read_frame_data(line);
+  if (t[0].is("BAS") && sign_at(t, 1, '(') && t.size() > 2) return read_bas(line);
   return apply(t, 0, now_, wrong_, line.number);
 }
 

@@ -17,8 +17,9 @@ std::set<std::string> touched_names(const std::vector<Line>& lines);
 /// Statements that set frames, or after which they are unknown. Fed with each line in turn.
 class FrameState {
  public:
-  FrameState(const std::vector<Line>& lines, const Data& data, Calls calls)
-      : data_(data), calls_(calls), touched_(touched_names(lines)) {
+  /// `shared`: data that all modules see, those of routines of other modules.
+  FrameState(const std::vector<Line>& lines, const Data& data, const Data& shared, Calls calls)
+      : data_(data), shared_(shared), calls_(calls), touched_(touched_names(lines)) {
     find_strict(lines);
   }
 
@@ -34,6 +35,10 @@ class FrameState {
 
  private:
   bool read_frames(const Line& line);
+  bool read_frame_data(const Line& line);
+  bool read_bas(const Line& line);
+  /// Frames after a call whose body is given; false: not known.
+  bool follow(const Line& call);
   /// Unknown until they are set again; `why`: the responsible statement.
   void forget(const std::string& why = {}, int line = 0);
   void find_strict(const std::vector<Line>& lines);
@@ -42,7 +47,10 @@ class FrameState {
   void take(const std::string& name, int line, Frames& frames, std::optional<Refusal>& wrong) const;
 
   const Data& data_;
+  const Data& shared_;
   Calls calls_;
+  int depth_ = 0;         ///< of followed calls
+  bool foreign_ = false;  ///< a routine of another module, whose .dat is not seen
   Frames now_, pending_, outside_spline_;
   std::optional<Refusal> wrong_, pending_wrong_;
   mutable std::map<std::string, int> used_;

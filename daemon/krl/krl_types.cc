@@ -9,15 +9,6 @@ namespace cellcal::daemon::krl {
 
 namespace {
 
-using Kind = Token::Kind;
-
-bool word_at(const std::vector<Token>& t, std::size_t at) {
-  return at < t.size() && t[at].kind == Kind::kWord;
-}
-bool sign_is(const std::vector<Token>& t, std::size_t at, char what) {
-  return at < t.size() && is_sign_of(t[at], what);
-}
-
 /// The controller's own, as far as motions go to them.
 const std::map<std::string, std::string>& system_names() {
   static const std::map<std::string, std::string> names = [] {
@@ -43,9 +34,9 @@ std::string found_in(const std::map<std::string, std::string>& names, const std:
 
 std::size_t next_comma(const std::vector<Token>& t, std::size_t at, std::size_t end) {
   for (int depth = 0; at < end; ++at) {
-    if (sign_is(t, at, '{') || sign_is(t, at, '[') || sign_is(t, at, '(')) ++depth;
-    if (sign_is(t, at, '}') || sign_is(t, at, ']') || sign_is(t, at, ')')) --depth;
-    if (depth == 0 && sign_is(t, at, ',')) break;
+    if (sign_at(t, at, '{') || sign_at(t, at, '[') || sign_at(t, at, '(')) ++depth;
+    if (sign_at(t, at, '}') || sign_at(t, at, ']') || sign_at(t, at, ')')) --depth;
+    if (depth == 0 && sign_at(t, at, ',')) break;
   }
   return at;
 }
@@ -95,7 +86,7 @@ void Types::read_source(const KrlFile& file, Module& module) {
       std::size_t at = t[0].is("GLOBAL") ? 1 : 0;
       if (!t[at].is("DEFFCT") || !word_at(t, at + 1)) continue;
       const std::string type = t[at + 1].word;
-      at = sign_is(t, at + 2, '[') ? at + 4 : at + 2;
+      at = sign_at(t, at + 2, '[') ? at + 4 : at + 2;
       if (!word_at(t, at)) continue;
       keep(t[at].word, type, module.functions);
       keep(t[at].word, type, functions_);

@@ -62,10 +62,6 @@ bool is_ours(const Token& token) {
   return token.kind == Kind::kWord && all.count(token.word) > 0;
 }
 
-bool sign_here(const Tokens& t, std::size_t at, char what) {
-  return at < t.size() && is_sign_of(t[at], what);
-}
-
 /// Index after the bracket that closes the one at `at`; 0: none does.
 std::size_t closed(const Tokens& t, std::size_t at) {
   int depth = 0;
@@ -87,7 +83,7 @@ bool in_a_word(const std::string& text, std::size_t at) {
 
 /// True if the {..} at tokens[at] has a type added with kTyped.
 bool typed_by_us(const std::string& text, const Tokens& t, std::size_t at) {
-  return sign_here(t, at, '{') && at + 2 < t.size() && t[at + 1].begin == t[at].end &&
+  return sign_at(t, at, '{') && at + 2 < t.size() && t[at + 1].begin == t[at].end &&
          t[at + 2].begin == t[at + 1].end &&
          text.compare(t[at + 2].begin, std::string_view(kTyped).size(), kTyped) == 0;
 }
@@ -103,7 +99,7 @@ std::optional<Literal> literal_at(const Tokens& t, std::size_t at) {
   if (end == 0) return std::nullopt;
   Literal literal;
   ++at;
-  if (sign_here(t, at + 1, ':') && t[at].kind == Kind::kWord) {
+  if (sign_at(t, at + 1, ':') && t[at].kind == Kind::kWord) {
     literal.type = t[at].word;
     at += 2;
   }
@@ -182,7 +178,7 @@ class Rewriter {
     ++result_.motions;
     if (kind == MotionKind::kRelative) return relative(line);
     std::size_t at = to(line, 1);
-    if (at > 0 && kArc.count(t[0].word) > 0 && sign_here(t, at, ',')) at = to(line, at + 1);
+    if (at > 0 && kArc.count(t[0].word) > 0 && sign_at(t, at, ',')) at = to(line, at + 1);
     if (at > 0 && spoken_) ++result_.corrected;
     spoken_ = false;
   }
@@ -199,7 +195,7 @@ class Rewriter {
                                  : t[at].is("$BASE")     ? &with.base
                                  : t[at].is("$IPO_MODE") ? &with.mode
                                                          : nullptr;
-      if (place != nullptr && sign_here(t, at + 1, '=') && at + 2 < end)
+      if (place != nullptr && sign_at(t, at + 1, '=') && at + 2 < end)
         *place = src_.text.substr(t[at + 2].begin, t[end - 1].end - t[at + 2].begin);
       at = end;
     }
@@ -212,13 +208,13 @@ class Rewriter {
     target.type.clear();
     target.name.clear();
     target.literal.reset();
-    if (sign_here(t, at, '{')) {
+    if (sign_at(t, at, '{')) {
       target.literal = literal_at(t, at);
       if (!target.literal) return 0;
       target.type = type_of(*target.literal);
       return closed(t, at);
     }
-    if (sign_here(t, at, '(')) {
+    if (sign_at(t, at, '(')) {
       const std::size_t end = closed(t, at);
       Target inner;
       if (end == 0 || expression(line, at + 1, inner) + 1 != end) return 0;
@@ -227,7 +223,7 @@ class Rewriter {
     }
     if (at >= t.size() || t[at].kind != Kind::kWord) return 0;
     const std::string& word = t[at].word;
-    if (sign_here(t, at + 1, '(')) {
+    if (sign_at(t, at + 1, '(')) {
       target.type = types_.of_function(module_, word);
       return closed(t, at + 1);
     }
@@ -239,8 +235,8 @@ class Rewriter {
     const std::string& word = t[at].word;
     target.name = word;
     std::vector<std::string> components;
-    for (++at; sign_here(t, at, '[') || (sign_here(t, at, '.') && at + 1 < t.size());) {
-      if (sign_here(t, at, '.')) {
+    for (++at; sign_at(t, at, '[') || (sign_at(t, at, '.') && at + 1 < t.size());) {
+      if (sign_at(t, at, '.')) {
         components.push_back(t[at + 1].word);
         target.name += "." + t[at + 1].word;
         at += 2;
@@ -259,7 +255,7 @@ class Rewriter {
   std::size_t expression(const Line& line, std::size_t at, Target& target) const {
     target.begin = at;
     std::size_t end = operand(line, at, target);
-    while (end > 0 && sign_here(line.tokens, end, ':')) {
+    while (end > 0 && sign_at(line.tokens, end, ':')) {
       end = operand(line, end + 1, target);
       target.name.clear();
       target.literal.reset();
@@ -394,8 +390,7 @@ bool comes_back(const KrlFile& fresh, const std::string& before) {
 
 /// CELLCAL_FIX itself, and the controller's and its options' own modules.
 bool stays_as_it_is(const std::string& file) {
-  std::string path = "/" + file;
-  std::ranges::transform(path, path.begin(), [](unsigned char c) { return std::tolower(c); });
+  std::string path = "/" + lower_case(file);
   std::ranges::replace(path, '\\', '/');
   return path.ends_with("/cellcal_fix.src") || path.find("/r1/system/") != std::string::npos ||
          path.find("/r1/tp/") != std::string::npos;
@@ -410,7 +405,7 @@ void leave_what_exists(const std::vector<std::string>& leave, const std::set<std
 /// Cuts one call at tokens[at] down to its first argument.
 void take_back(const KrlFile& src, const Line& line, std::size_t at, std::vector<Edit>& edits) {
   const Tokens& t = line.tokens;
-  const std::size_t end = sign_here(t, at + 1, '(') ? closed(t, at + 1) : 0;
+  const std::size_t end = sign_at(t, at + 1, '(') ? closed(t, at + 1) : 0;
   const bool again =
       std::any_of(t.begin() + static_cast<std::ptrdiff_t>(at) + 1,
                   t.begin() + static_cast<std::ptrdiff_t>(std::max(end, at + 1)), is_ours);
@@ -426,7 +421,7 @@ void take_back(const KrlFile& src, const Line& line, std::size_t at, std::vector
   if (typed_by_us(src.text, t, at + 2))
     edits.push_back({t[at + 3].begin, t[at + 4].begin + std::string_view(kTyped).size(), ""});
   const std::size_t cut = t[first - 1].end;
-  if (t[at].word.starts_with(kByBase) && sign_here(t, first - 1, '}')) {
+  if (t[at].word.starts_with(kByBase) && sign_at(t, first - 1, '}')) {
     const std::size_t brace = t[first - 1].begin;
     const std::size_t added = src.text.rfind(kAdded, brace);
     if (added != std::string::npos && added >= t[at + 2].end &&

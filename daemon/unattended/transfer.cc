@@ -1,16 +1,9 @@
 #include "daemon/unattended/transfer.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <poll.h>
-#include <signal.h>
-#include <spawn.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <cstring>
 #include <exception>
@@ -18,12 +11,12 @@
 #include <new>
 #include <stdexcept>
 #include <string_view>
-#include <thread>
 #include <utility>
 
 #include "calib/files/calibration_json.h"
 #include "calib/model/units.h"
 #include "daemon/files/atomic_file.h"
+#include "daemon/files/child.h"
 
 namespace cellcal::daemon {
 
@@ -172,12 +165,9 @@ Delivery post(const WebhookConfig& config, const std::string& secret, const std:
 
 namespace {
 
-using Steady = std::chrono::steady_clock;
-
 /// RFC 2045: at most 76 characters per line.
 constexpr std::size_t kLongestLine = 72;
 constexpr int kTryLater = 75;  // EX_TEMPFAIL
-constexpr std::chrono::milliseconds kLook{10};
 
 bool plain(unsigned char c) { return (' ' <= c && c <= '~') && c != '='; }
 
@@ -226,84 +216,6 @@ std::string header_words(const std::string& text) {
   return out;
 }
 
-/// Closes the descriptor unless closed before.
-class Descriptor {
- public:
-  explicit Descriptor(int fd = -1) : fd_(fd) {}
-  ~Descriptor() { close(); }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  void close() {
-    if (fd_ >= 0) ::close(fd_);
-    fd_ = -1;
-  }
-  int get() const { return fd_; }
-
- private:
-  int fd_;
-};
-
-/// The child's standard input is `input`; no other descriptor is inherited.
-pid_t spawn(const MailConfig& config, int input, int& error) {
-  posix_spawn_file_actions_t files;
-  ::posix_spawn_file_actions_init(&files);
-  ::posix_spawn_file_actions_adddup2(&files, input, STDIN_FILENO);
-  ::posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  ::posix_spawn_file_actions_addopen(&files, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-  ::posix_spawn_file_actions_addclosefrom_np(&files, STDERR_FILENO + 1);
-  posix_spawnattr_t attributes;
-  ::posix_spawnattr_init(&attributes);
-  sigset_t usual, none;
-  ::sigemptyset(&usual);
-  for (const int signal : {SIGPIPE, SIGXFSZ}) ::sigaddset(&usual, signal);
-  ::sigemptyset(&none);
-  ::posix_spawnattr_setsigdefault(&attributes, &usual);
-  ::posix_spawnattr_setsigmask(&attributes, &none);
-  ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSIGMASK);
-  std::vector<std::string> words{config.program.string(), "-i", "-f", config.from, "--"};
-  words.insert(words.end(), config.to.begin(), config.to.end());
-  std::vector<char*> arguments;
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  std::string path = "PATH=/usr/sbin:/usr/bin:/sbin:/bin";
-  char* environment[] = {path.data(), nullptr};
-  pid_t pid = -1;
-  error = ::posix_spawn(&pid, config.program.c_str(), &files, &attributes, arguments.data(),
-                        environment);
-  ::posix_spawnattr_destroy(&attributes);
-  ::posix_spawn_file_actions_destroy(&files);
-  return error == 0 ? pid : -1;
-}
-
-/// Writes until everything is taken, the reader has closed, or the time limit.
-void feed(int fd, const std::string& mail, Steady::time_point end) {
-  std::size_t sent = 0;
-  while (sent < mail.size() && Steady::now() < end) {
-    pollfd ready{fd, POLLOUT, 0};
-    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - Steady::now());
-    if (::poll(&ready, 1, static_cast<int>(left.count())) <= 0) continue;
-    const ssize_t written = ::write(fd, mail.data() + sent, mail.size() - sent);
-    if (written < 0 && errno != EAGAIN && errno != EINTR) return;
-    if (written > 0) sent += static_cast<std::size_t>(written);
-  }
-}
-
-Delivery wait_for(pid_t pid, const MailConfig& config, Steady::time_point end) {
-  int status = 0;
-  while (::waitpid(pid, &status, WNOHANG) == 0) {
-    if (Steady::now() >= end) {
-      ::kill(pid, SIGKILL);
-      ::waitpid(pid, &status, 0);
-      return {false, true, config.program.string() + " did not end in time"};
-    }
-    std::this_thread::sleep_for(kLook);
-  }
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return {true, false, ""};
-  const int code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  return {false, code == kTryLater || code < 0,
-          fmt::format("{} ended with status {}", config.program.string(), code)};
-}
-
 }  // namespace
 
 std::string mail_text(const MailConfig& config, const Message& message, const std::string& date,
@@ -320,19 +232,19 @@ std::string mail_text(const MailConfig& config, const Message& message, const st
 
 Delivery send_mail(const MailConfig& config, const std::string& mail,
                    std::chrono::milliseconds longest) {
-  const Steady::time_point end = Steady::now() + longest;
-  int ends[2] = {-1, -1};
-  if (::pipe2(ends, O_CLOEXEC) != 0)
-    return {false, true, std::string("no pipe: ") + std::strerror(errno)};
-  Descriptor reader(ends[0]), writer(ends[1]);
-  ::fcntl(writer.get(), F_SETFL, O_NONBLOCK);
-  int error = 0;
-  const pid_t pid = spawn(config, reader.get(), error);
-  if (pid < 0) return {false, false, config.program.string() + ": " + std::strerror(error)};
-  reader.close();
-  feed(writer.get(), mail, end);
-  writer.close();
-  return wait_for(pid, config, end);
+  const std::string program = config.program.string();
+  Child child{.words = {program, "-i", "-f", config.from, "--"},
+              .input = mail,
+              .limit = longest,
+              .environment = {"PATH=/usr/sbin:/usr/bin:/sbin:/bin"}};
+  child.words.insert(child.words.end(), config.to.begin(), config.to.end());
+  const ChildEnd end = run_child(child);
+  if (end.why == ChildEnd::Why::kNotStarted)
+    return {false, false, program + ": " + std::strerror(end.error)};
+  if (end.why != ChildEnd::Why::kEnded) return {false, true, program + " did not end in time"};
+  if (end.status == 0) return {true, false, ""};
+  return {false, end.status == kTryLater || end.status < 0,
+          fmt::format("{} ended with status {}", program, end.status)};
 }
 
 namespace {

@@ -10,6 +10,7 @@
 #include "calib/export/machine_data.h"
 #include "calib/export/rigid_arm.h"
 #include "calib/export/urdf.h"
+#include "calib/files/text.h"
 #include "calib/model/error.h"
 
 namespace {
@@ -20,6 +21,21 @@ void require(bool condition, const char* what) {
   if (condition) return;
   std::fprintf(stderr, "broken promise: %s\n", what);
   std::abort();
+}
+
+/// With the lengths of a KR 6.
+void compare(const Robot& robot) {
+  MachineData data;
+  data.base = FrameMmDeg{{0, 0, 400}, {}};
+  data.length_a_m = 0.025;
+  data.length_b_m = 0.455;
+  data.wrist = FrameMmDeg{{420, 0, 35}, {0, 90, 0}};
+  data.flange = FrameMmDeg{{0, 0, 80}, {}};
+  const auto zeros = controllers_zeros(data, robot);
+  if (!zeros) return;
+  require(zeros->joints.size() == robot.joints.size(), "a zero for each joint");
+  for (const JointZero& one : zeros->joints)
+    require(std::isfinite(one.zero_rad), "zeros are finite");
 }
 
 void read_as_urdf(std::string_view text) {
@@ -35,7 +51,9 @@ void read_as_urdf(std::string_view text) {
     require(std::abs(joint.axis.norm() - 1.0) < 1e-9, "axes are unit");
     require(std::isfinite(joint.min_rad) && std::isfinite(joint.max_rad), "limits are finite");
   }
-  require(robot_of(chain.frames).joints.size() == chain.frames.joints.size(), "an arm of them");
+  const Robot robot = robot_of(chain.frames);
+  require(robot.joints.size() == chain.frames.joints.size(), "an arm of them");
+  compare(robot);
 }
 
 void read_as_machine_data(std::string_view text) {
@@ -50,6 +68,13 @@ void read_as_machine_data(std::string_view text) {
       require(!value || std::isfinite(*value), "limits are finite");
   for (const auto& [number, tool] : data.tools)
     for (const double value : tool.xyz_mm) require(std::isfinite(value), "tools are finite");
+  for (const auto& [number, load] : data.loads) {
+    require(std::isfinite(load.mass_kg), "loads are finite");
+    for (const double value : load.com_mm) require(std::isfinite(value), "centres are finite");
+  }
+  for (const auto* names : {&data.tool_names, &data.base_names})
+    for (const auto& [number, name] : *names)
+      require(!name.empty() && !has_control(name), "names are fit for a comment");
   try {
     for (const Joint& joint : robot_of(data).joints) {
       require(std::isfinite(joint.d_m) && std::isfinite(joint.a_m), "lengths are finite");

@@ -94,13 +94,33 @@ TEST(MachineData, OfTheOtherKR5AreToldByTheirLengths) {
   EXPECT_NEAR(found[1].robot_m, 0.115, 1e-12);
 }
 
-TEST(MachineData, HaveTheToolsOfTheConfiguration) {
+TEST(MachineData, HaveTheToolsBasesAndLoadsOfTheConfiguration) {
   const MachineData data = read(
-      "DECL FRAME TOOL_DATA[2]\nTOOL_DATA[1]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\n"
-      "TOOL_DATA[2]={X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}\nBASE_DATA[1]={X 1,Y 0,Z 0,A 0,B 0,C 0}\n");
-  ASSERT_EQ(data.tools.size(), 1U);
+      "DECL FRAME TOOL_DATA[3]\nTOOL_DATA[1]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\n"
+      "TOOL_DATA[2]={X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}\nframe base_data[1]={x 1,y -  2,z 0,a 0,b 0,c 0}\n"
+      "TOOL_NAME[1,]=\" D\xfcse 1 \"\nTOOL_NAME[2,]=\" \"\nBASE_NAME[1,]=\"table\"\nTOOL_TYPE[3]=#TCP\n"
+      "LOAD_DATA[1]={M 4.5,CM {X 1.0,Y 2.0,Z 80.0,A 0.0,B 0.0,C 0.0},J {X 0.1,Y 0.1,Z 0.1}}\n"
+      "LOAD_DATA[2]={M -1.0,CM {X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0},J {X 0.0,Y 0.0,Z 0.0}}\n");
+  ASSERT_EQ(data.tools.size(), 2U);
   EXPECT_EQ(data.tools.at(1).xyz_mm[2], 410.3);
   EXPECT_EQ(data.tools.at(1).abc_deg[0], 38.84);
+  EXPECT_EQ(data.tools.at(2).xyz_mm[2], 0.0);
+  EXPECT_EQ(data.tool_places.at(2), "$machine.dat:3");
+  EXPECT_EQ(data.tool_names, (std::map<int, std::string>{{1, "D\xc3\xbcse 1"}}));
+  EXPECT_EQ(data.base_names.at(1), "table");
+  EXPECT_EQ(data.bases.at(1).xyz_mm[1], -2.0);
+  EXPECT_EQ(data.fixed_tools, std::set<int>{3});
+  EXPECT_EQ(data.loads.at(1).mass_kg, 4.5);
+  EXPECT_EQ(data.loads.at(1).com_mm[2], 80.0);
+  EXPECT_LT(data.loads.at(2).mass_kg, 0.0);
+}
+
+TEST(MachineData, OfAToolThatCannotBeReadAreRefusedByFileAndLine) {
+  for (const char* line : {"TOOL_DATA[1]={X 1.0}", "BASE_DATA[2]=XWORK", "LOAD_DATA[3]=5",
+                           "$ROBROOT={X 1e9,Y 0,Z 0,A 0,B 0,C 0}"})
+    EXPECT_NE(machine_data_refusal(std::string("\n") + line).find("$machine.dat:2: "),
+              std::string::npos)
+        << line;
 }
 
 TEST(MachineData, ThatAreNoneOfItsAxesStay) {

@@ -151,6 +151,20 @@ TEST(CellCheck, NamesAToolOrADiameterInMetresAndATouchTooGoodToBeTrue) {
   EXPECT_EQ(refuse_faulty(cell).size(), 1u);
 }
 
+TEST(CellCheck, NamesASigmaThatACertificateStatesInMicrometres) {
+  Cell cell = demo_cell();
+  cell.lengths[0].sigma_m = 4e-3;
+  const CellFault length = only_fault(cell, CellFaultKind::kCertifiedSigma);
+  EXPECT_FALSE(length.refused);
+  expect_words(length, {"S1-S2: sigma_mm = 4", "If 4 um is meant, state 0.004"});
+  cell = demo_cell();
+  cell.targets[1].diameter_sigma_m = 2e-3;
+  expect_words(only_fault(cell, CellFaultKind::kCertifiedSigma),
+               {"sphere S2: diameter_sigma_mm = 2", "0.002"});
+  cell.targets[1].diameter_sigma_m = 1e-3;
+  EXPECT_EQ(all_words(faults_of(cell)), "");
+}
+
 TEST(CellCheck, NamesAToolThatTheRobotCannotCarry) {
   Cell cell = demo_cell();
   cell.robot.name = "KUKA KR 16 R1610-2";

@@ -326,6 +326,145 @@ TEST(a_taught_centre, lies_below_the_tip_that_touches_the_top) {
   EXPECT_NEAR(centre[2], tip[2] - 26.5, 1e-9);
 }
 
+// ---- a controller's backup --------------------------------------------------------------------
+
+/// A KR 5's machine data, with these lines of $config.dat.
+std::string backup(const TemporaryDirectory& dir, const std::string& config) {
+  std::filesystem::create_directories(dir / "backup/KRC/R1/Mada");
+  std::filesystem::create_directories(dir / "backup/KRC/R1/System");
+  std::string machine =
+      "$TRAFONAME[]=\"#KR5 R1400\"\n$TIRORO={X 0,Y 0,Z 400,A 0,B 0,C 0}\n$LENGTH_A=180\n"
+      "$LENGTH_B=600\n$TX3P3={X 620,Y 0,Z 40,A 0,B 90,C 0}\n$TFLWP={X 0,Y 0,Z 80,A 0,B 0,C 0}\n"
+      "$ROBROOT={X 100,Y 0,Z 500,A 90,B 0,C 0}\n";
+  for (int i = 1; i <= 6; ++i) {
+    const std::string n = "[" + std::to_string(i) + "]=";
+    machine += "$SOFTN_END" + n + "-150\n$SOFTP_END" + n + "150\n$VEL_AXIS_MA" + n +
+               "3000\n$RAT_MOT_AX" + n + "{N 125,D 1}\n";
+  }
+  write(dir / "backup/KRC/R1/Mada/$machine.dat", machine);
+  write(dir / "backup/KRC/R1/System/$config.dat", config);
+  return dir / "backup";
+}
+
+const std::string kTorch =
+    "TOOL_DATA[1]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\nTOOL_NAME[1,]=\"torch\"\n"
+    "LOAD_DATA[1]={M 1.535,CM {X 10.0,Y 5.0,Z 120.0,A 0.0,B 0.0,C 0.0},J {X 0.0,Y 0.0,Z 0.0}}\n";
+const std::string kProbe = "TOOL_DATA[3]={X 0.0,Y 0.0,Z 250.0,A 0.0,B 0.0,C 0.0}\n";
+const std::string kOthers =
+    "TOOL_DATA[2]={X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}\nBASE_NAME[4,]=\"table\"\n"
+    "BASE_DATA[4]={X 100.0,Y 1000.0,Z 500.0,A 90.0,B 0.0,C 0.0}\n"
+    "TOOL_DATA[5]={X 1.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}\nTOOL_TYPE[5]=#TCP\n";
+
+NewCellCommand from_backup(const TemporaryDirectory& dir, const std::string& config) {
+  write(dir / "spheres.csv",
+        "id,diameter_mm,x_mm,y_mm,z_mm\nS1,61.4,1080,-320,330\nS2,61.4,1060,380,330\n");
+  return {.output = dir / "cell.toml",
+          .spheres = dir / "spheres.csv",
+          .machine_data = {backup(dir, config)}};
+}
+
+std::string refusal(const NewCellCommand& command, const std::string& answers = "") {
+  std::istringstream in(answers);
+  std::ostringstream out;
+  try {
+    new_cell(command, in, out);
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return "written";
+}
+
+TEST(a_backup, gives_arm_tool_and_load_and_names_other_tools_and_bases) {
+  const TemporaryDirectory dir;
+  EXPECT_EQ(refusal(from_backup(dir, kTorch + kOthers)), "written");
+  const calib::Cell made = calib::load_cell(dir / "cell.toml");
+  EXPECT_EQ(made.robot.name, "KR5 R1400");
+  EXPECT_TRUE(std::filesystem::exists(dir / "kr5_r1400.toml"));
+  EXPECT_NEAR(made.tool.tcp.translation().z(), 0.4103, 1e-12);
+  EXPECT_EQ(made.tool.mass_kg, 1.535);
+  EXPECT_NEAR(made.tool.com_m.z(), 0.120, 1e-12);
+  const std::string text = content(dir / "cell.toml");
+  EXPECT_NE(text.find("# BASE_DATA[4] \"table\", in the robot's base frame:\n#   xyz_mm = [1000.0, "
+                      "0.0, 0.0]\n#   abc_deg = [0.0, 0.0, 0.0]\n"),
+            std::string::npos)
+      << text;
+  EXPECT_NE(text.find("# TOOL_DATA[1] \"torch\", as [tool]:"), std::string::npos);
+  EXPECT_EQ(text.find("TOOL_DATA[2]"), std::string::npos) << "nobody measured it";
+}
+
+TEST(a_backup, with_several_tools_has_the_one_of_its_number_or_asks) {
+  const TemporaryDirectory dir;
+  NewCellCommand command = from_backup(dir, kTorch + kProbe + kOthers);
+  EXPECT_NE(refusal(command).find("Tool: number of TOOL_DATA (1 \"torch\", 3), or X Y Z"),
+            std::string::npos)
+      << refusal(command);
+  EXPECT_EQ(refusal(command, "2\n3\n\n0.8\n\n\n"), "written");
+  EXPECT_EQ(calib::load_cell(dir / "cell.toml").tool.mass_kg, 0.8);
+  EXPECT_EQ(calib::load_cell(dir / "cell.toml").tool.tcp.translation().z(), 0.25);
+  command.force = true;
+  command.tool = "1";
+  EXPECT_EQ(refusal(command), "written");
+  EXPECT_EQ(calib::load_cell(dir / "cell.toml").tool.mass_kg, 1.535);
+}
+
+TEST(a_backup, whose_slot_has_no_tool_is_named_by_number_and_file) {
+  const TemporaryDirectory dir;
+  NewCellCommand command = from_backup(dir, kTorch + kOthers);
+  for (const auto& [number, words] : std::map<std::string, std::string>{
+           {"2", "$config.dat:4: TOOL_DATA[2] is empty (X, Y, Z, A, B, C all 0)"},
+           {"5", "$config.dat:7: TOOL_DATA[5] stands in the cell (TOOL_TYPE #TCP)"},
+           {"9", "TOOL_DATA[9]: not in the given files. Measured are 1 \"torch\""}}) {
+    command.tool = number;
+    EXPECT_NE(refusal(command).find(words), std::string::npos) << refusal(command);
+    EXPECT_FALSE(std::filesystem::exists(dir / "cell.toml"));
+    EXPECT_FALSE(std::filesystem::exists(dir / "kr5_r1400.toml"));
+  }
+}
+
+TEST(a_backup, does_not_replace_another_robot_file) {
+  const TemporaryDirectory dir;
+  NewCellCommand command = from_backup(dir, kTorch);
+  write(dir / "kr5_r1400.toml", "mine");
+  EXPECT_NE(refusal(command).find("kr5_r1400.toml exists and is another robot"), std::string::npos);
+  EXPECT_EQ(content(dir / "kr5_r1400.toml"), "mine");
+  command.robot = "kr5_r1400";
+  EXPECT_EQ(refusal(command), "written");
+  EXPECT_EQ(content(dir / "kr5_r1400.toml"), "mine");
+}
+
+TEST(a_cell_file, gets_another_tool_of_the_controller_and_keeps_all_else) {
+  const TemporaryDirectory dir;
+  ASSERT_EQ(refusal(from_backup(dir, kTorch)), "written");
+  const std::string before = content(dir / "cell.toml");
+  backup(dir, kTorch + kProbe + kOthers);
+  const auto put = [&](const std::string& number) {
+    return run_program({CELLCAL, "import-robot", "--machine-data", dir / "backup", "--cell",
+                        dir / "cell.toml", "--tool", number});
+  };
+  const Outcome done = put("3");
+  ASSERT_EQ(done.status, 0) << done.err;
+  EXPECT_NE(done.err.find("LOAD_DATA[3] has no mass: mass_kg = 1.535 stays"), std::string::npos)
+      << done.err;
+  EXPECT_EQ(calib::load_cell(dir / "cell.toml").tool.tcp.translation().z(), 0.25);
+  EXPECT_EQ(content(dir / "cell.toml.before"), before);
+  ASSERT_EQ(put("1").status, 0);
+  EXPECT_EQ(content(dir / "cell.toml"), before);
+  EXPECT_EQ(put("2").status, 1);
+  EXPECT_EQ(content(dir / "cell.toml"), before);
+}
+
+TEST(a_cell_files_tool, is_set_where_it_is_one_table_with_a_key_to_a_line) {
+  const ToolForm tool{.xyz_mm = {1, 2, 300}, .mass_kg = 4.0};
+  EXPECT_EQ(
+      with_tool("[tool]\r\nxyz_mm=[0,0,9] # TCP\r\n#mass_kg = 2\r\n[touch]\r\nabc_deg = 1\r\n",
+                "c.toml", tool),
+      "[tool]\r\nabc_deg = [0.0, 0.0, 0.0]\r\nmass_kg = 4.0\r\nxyz_mm = [1.0, 2.0, 300.0]"
+      "            # TCP\r\n#mass_kg = 2\r\n[touch]\r\nabc_deg = 1\r\n");
+  for (const char* text : {"", "[[tool]]\nxyz_mm = [0,0,9]\n", "tool = {xyz_mm = [0,0,9]}\n",
+                           "[tool]\nxyz_mm = [0,\n0,9]\n"})
+    EXPECT_THROW(with_tool(text, "c.toml", tool), calib::FileError) << text;
+}
+
 // ---- the command -----------------------------------------------------------------------------
 
 constexpr const char* kSpheres =

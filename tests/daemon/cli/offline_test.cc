@@ -455,6 +455,102 @@ TEST(a_urdf, that_no_plan_could_use_is_refused_by_joint) {
   }
 }
 
+/// A program xacro on the PATH of `import-robot --urdf r.xacro`.
+Outcome with_xacro(const TemporaryDirectory& dir, const std::string& script) {
+  std::filesystem::create_directories(dir / "bin");
+  std::ofstream(dir / "bin/xacro") << "#!/bin/sh\n" << script;
+  std::filesystem::permissions(dir / "bin/xacro", std::filesystem::perms::owner_all);
+  return run_program({"/usr/bin/env", "PATH=" + (dir / "bin").string() + ":/usr/bin:/bin", CELLCAL,
+                      "import-robot", "--urdf", dir / "r.xacro", "-o", dir / "r.toml"});
+}
+
+TEST(a_xacro_file, is_expanded_by_xacro_where_it_is_installed) {
+  const TemporaryDirectory dir;
+  std::ofstream(dir / "r.xacro") << "<robot xmlns:xacro=\"x\">\n<xacro:include/></robot>";
+  std::ofstream(dir / "r.urdf") << small_urdf();
+  const Outcome none = run_program({"/usr/bin/env", "PATH=" + (dir / "none").string(), CELLCAL,
+                                    "import-robot", "--urdf", dir / "r.xacro"});
+  EXPECT_EQ(none.status, 1);
+  EXPECT_NE(none.err.find("r.xacro:2: <xacro:include>: a xacro file"), std::string::npos)
+      << none.err;
+  const Outcome done = with_xacro(dir, "[ \"$1\" = '" + (dir / "r.xacro").string() +
+                                           "' ] && cat '" + (dir / "r.urdf").string() + "'\n");
+  EXPECT_EQ(done.status, 0) << done.err;
+  EXPECT_EQ(calib::load_robot(dir / "r.toml").joints.size(), 2U);
+}
+
+TEST(a_xacro_file, that_xacro_refuses_is_named_with_its_line) {
+  const TemporaryDirectory dir;
+  std::ofstream(dir / "r.xacro") << "<robot/>";
+  for (const auto& [script, words] : std::vector<std::pair<std::string, std::string>>{
+           {"echo 'Undefined [a]' >&2; echo 'when processing file: b.xacro:7' >&2; exit 2",
+            "r.xacro: xacro: Undefined [a]; when processing file: b.xacro:7"},
+           {"exit 1", "xacro: failed without a reason"},
+           {"kill -9 $$", "xacro: failed without a reason"},
+           {"yes", "xacro writes more than 16 MB"},
+           {"printf '\\033[2J' >&2; exit 1", "?[2J"},
+           {"exit 0", "r.xacro: "}}) {
+    const Outcome refused = with_xacro(dir, script);
+    EXPECT_EQ(refused.status, 1) << script;
+    EXPECT_NE(refused.err.find(words), std::string::npos) << refused.err;
+    EXPECT_FALSE(std::filesystem::exists(dir / "r.toml")) << script;
+  }
+}
+
+/// As ROS has a KR 6 R900, with one text in place of another.
+std::string kr6_urdf(const std::string& what = {}, const std::string& with = {}) {
+  std::string text = "<robot name=\"kr6\">";
+  const std::vector<std::array<std::string, 2>> joints{
+      {"0 0 0.4", "0 0 -1"},   {"0.025 0 0", "0 1 0"}, {"0.455 0 0", "0 1 0"},
+      {"0 0 0.035", "-1 0 0"}, {"0.42 0 0", "0 1 0"},  {"0.08 0 0", "-1 0 0"}};
+  for (std::size_t i = 0; i < 6; ++i) {
+    const std::string n = std::to_string(i + 1);
+    text += "<joint name=\"joint_a" + n + "\" type=\"revolute\"><parent link=\"l" +
+            std::to_string(i) + "\"/><child link=\"l" + n + "\"/><origin xyz=\"" + joints[i][0] +
+            "\" rpy=\"0 0 0\"/><axis xyz=\"" + joints[i][1] +
+            "\"/><limit lower=\"-2\" upper=\"2\" " + "velocity=\"3\"/></joint>";
+  }
+  text +=
+      "<joint name=\"t\" type=\"fixed\"><parent link=\"l6\"/><child link=\"tool0\"/><origin "
+      "xyz=\"0 0 0\" rpy=\"0 1.5707963267948966 0\"/></joint></robot>";
+  if (const auto at = text.find(what); !what.empty()) text.replace(at, what.size(), with);
+  return text;
+}
+
+TEST(a_urdf, that_counts_angles_otherwise_than_the_controller_is_refused_by_joint) {
+  const TemporaryDirectory dir;
+  std::ofstream machine(dir / "$machine.dat");
+  machine << "$TIRORO={X 0,Y 0,Z 400,A 0,B 0,C 0}\n$LENGTH_A=25\n$LENGTH_B=455\n"
+             "$TX3P3={X 420,Y 0,Z 35,A 0,B 90,C 0}\n$TFLWP={X 0,Y 0,Z 80,A 0,B 0,C 0}\n"
+             "$SOFTN_END[2]=-190\n$SOFTP_END[2]=45\n";
+  machine.close();
+  const auto import = [&](const std::string& what, const std::string& with) {
+    std::filesystem::remove(dir / "r.toml");
+    std::ofstream(dir / "r.urdf") << kr6_urdf(what, with);
+    Outcome made = run_program({CELLCAL, "import-robot", "--urdf", dir / "r.urdf", "--machine-data",
+                                dir / "$machine.dat", "-o", dir / "r.toml"});
+    EXPECT_EQ(made.status == 0, std::filesystem::exists(dir / "r.toml"));
+    return made;
+  };
+  const Outcome same = import("", "");
+  EXPECT_EQ(same.status, 0) << same.err;
+  EXPECT_NE(same.err.find("A2: limits -114.592 to 114.592 deg in the URDF, -190.000 to 45.000 deg"),
+            std::string::npos)
+      << same.err;
+  EXPECT_EQ(import("0.455 0 0", "0.445 0 0").status, 0) << "another length is a warning";
+  for (const auto& [what, with, words] : std::vector<std::array<std::string, 3>>{
+           {"0 0 -1", "0 0 1", "A1: zero 0.00 deg from the controller's, opposite sense;"},
+           {"0.455 0 0\" rpy=\"0 0 0", "0 0 0.455\" rpy=\"0 -1.5707963267948966 0",
+            "A2: zero -90.00 deg from the controller's;"},
+           {"0.42 0 0\" rpy=\"0 0 0", "0.42 0 0\" rpy=\"0 0.1 0",
+            "A5: zero 5.73 deg from the controller's;"},
+           {"0 1.5707963267948966 0", "0 0 0", "flange: turned by 90.000 deg"}}) {
+    const Outcome made = import(what, with);
+    EXPECT_EQ(made.status, 1) << with;
+    EXPECT_NE(made.err.find(words), std::string::npos) << made.err;
+  }
+}
+
 TEST(machine_data, of_a_whole_arm_make_its_robot_from_a_backup) {
   const TemporaryDirectory dir;
   std::filesystem::create_directories(dir / "backup/KRC/R1/Mada");

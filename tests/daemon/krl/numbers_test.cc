@@ -20,6 +20,13 @@ TEST(a_number, keeps_its_decimals_and_gets_as_many_as_it_needs) {
   EXPECT_EQ(rewritten("0.5", -0.00000001, 4), "0.0000");
 }
 
+TEST(a_number, keeps_the_blanks_behind_its_sign) {
+  EXPECT_EQ(rewritten("-  393.4", -393.41239, 4), "-  393.4124");
+  EXPECT_EQ(rewritten("-\t0.5", 0.25, 4), "\t0.2500");
+  EXPECT_EQ(rewritten("+ 0.5", -0.25, 4), "- 0.2500");
+  EXPECT_EQ(rewritten("+0.5", 0.25, 4), "+0.2500");
+}
+
 TEST(a_number, that_stays_the_same_keeps_its_text) {
   EXPECT_EQ(rewritten("6.19999992E-05", 6.19999992e-5, 4), "6.19999992E-05");
   EXPECT_EQ(rewritten("-90.0", -90.000001, 5), "-90.0");

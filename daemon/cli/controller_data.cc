@@ -1,0 +1,116 @@
+#include "daemon/cli/controller_data.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "calib/model/error.h"
+#include "calib/model/units.h"
+#include "daemon/cell_form/cell_text.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using calib::FrameMmDeg;
+using calib::MachineData;
+
+bool is_zero(const Triple& of) {
+  return std::ranges::all_of(of, [](double value) { return value == 0.0; });
+}
+bool is_empty(const FrameMmDeg& frame) { return is_zero(frame.xyz_mm) && is_zero(frame.abc_deg); }
+
+/// TOOL_DATA[3] "probe".
+std::string named(const std::string& slot, int number, const std::map<int, std::string>& names) {
+  const auto name = names.find(number);
+  return slot + (name == names.end() ? "" : fmt::format(" \"{}\"", name->second));
+}
+std::string tool_name(const MachineData& data, int number) {
+  return named(fmt::format("TOOL_DATA[{}]", number), number, data.tool_names);
+}
+
+std::string measured_words(const MachineData& data) {
+  const std::string list = tool_list(data);
+  return list.empty() ? "No tool is measured in them" : "Measured are " + list;
+}
+
+/// Bases are stated in the world.
+FrameMmDeg in_the_arms_base(const MachineData& data, const FrameMmDeg& base) {
+  return data.robroot ? calib::to_frame(calib::to_isometry(*data.robroot).inverse() *
+                                        calib::to_isometry(base))
+                      : base;
+}
+
+/// To 0.1 um and 0.1 arc seconds: calculated values have no more digits.
+FrameMmDeg rounded(FrameMmDeg frame) {
+  constexpr double kStep = 1e-4;
+  for (Triple* one : {&frame.xyz_mm, &frame.abc_deg})
+    for (double& value : *one) value = std::round(value / kStep) * kStep + 0.0;
+  return frame;
+}
+
+}  // namespace
+
+bool has_an_arm(const MachineData& data) {
+  return data.length_a_m || data.length_b_m || data.wrist || data.flange || data.base;
+}
+
+ToolForm tool_of(const MachineData& data, int number) {
+  const std::string name = tool_name(data, number);
+  const auto stated = data.tools.find(number);
+  if (stated == data.tools.end())
+    throw calib::FileError(fmt::format(
+        "{}: not in the given files. {}", name,
+        data.tools.empty() ? "Give the controller's $config.dat (KRC:\\R1\\System), or its backup"
+                           : measured_words(data)));
+  const auto refuse = [&](const char* why) {
+    throw calib::FileError(
+        fmt::format("{}: {} {}. {}", data.tool_places.at(number), name, why, measured_words(data)));
+  };
+  if (is_empty(stated->second)) refuse("is empty (X, Y, Z, A, B, C all 0)");
+  if (data.fixed_tools.count(number) > 0)
+    refuse("stands in the cell (TOOL_TYPE #TCP), not on the flange");
+  ToolForm tool{.xyz_mm = stated->second.xyz_mm, .abc_deg = stated->second.abc_deg};
+  const auto load = data.loads.find(number);
+  if (load == data.loads.end() || !(load->second.mass_kg > 0.0)) return tool;
+  tool.mass_kg = load->second.mass_kg;
+  if (!is_zero(load->second.com_mm)) tool.com_mm = load->second.com_mm;
+  return tool;
+}
+
+std::vector<int> measured_tools(const MachineData& data) {
+  std::vector<int> numbers;
+  for (const auto& [number, frame] : data.tools)
+    if (!is_empty(frame) && data.fixed_tools.count(number) == 0) numbers.push_back(number);
+  return numbers;
+}
+
+std::string tool_list(const MachineData& data) {
+  std::string list;
+  for (const int number : measured_tools(data))
+    list += (list.empty() ? "" : ", ") + named(std::to_string(number), number, data.tool_names);
+  return list;
+}
+
+std::vector<std::string> frame_lines(const MachineData& data) {
+  std::vector<std::string> lines;
+  for (const int number : measured_tools(data)) {
+    lines.push_back(tool_name(data, number) + ", as [tool]:");
+    for (const auto& [key, value] : tool_keys(tool_of(data, number)))
+      lines.push_back(fmt::format("  {} = {}", key, value));
+  }
+  for (const auto& [number, stated] : data.bases) {
+    if (is_empty(stated)) continue;
+    lines.push_back(named(fmt::format("BASE_DATA[{}]", number), number, data.base_names) +
+                    (data.robroot ? ", in the robot's base frame:"
+                                  : ", in the world ($ROBROOT is not in the given files):"));
+    const FrameMmDeg base = rounded(in_the_arms_base(data, stated));
+    for (const auto& [key, value] : tool_keys({.xyz_mm = base.xyz_mm, .abc_deg = base.abc_deg}))
+      lines.push_back(fmt::format("  {} = {}", key, value));
+  }
+  return lines;
+}
+
+}  // namespace cellcal::daemon
