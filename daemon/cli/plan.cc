@@ -67,8 +67,8 @@ calib::JointVector begin_of(const PlanCommand& command, const calib::Robot& robo
   calib::JointVector begin;
   const std::size_t stated = command.from_deg.size();
   if (stated > 0 && stated != robot.joints.size())
-    throw std::runtime_error(fmt::format("--from: {0} angles, {2} joints in {1}", stated, robot.name,
-                                         robot.joints.size()));
+    throw std::runtime_error(fmt::format("--from: {0} angles, {2} joints in {1}", stated,
+                                         robot.name, robot.joints.size()));
   for (std::size_t i = 0; i < stated; ++i) {
     begin.push_back(calib::joint_si(robot.joints[i], command.from_deg[i]));
     if (begin[i] < robot.joints[i].min_rad || begin[i] > robot.joints[i].max_rad)
