@@ -196,6 +196,7 @@ Cell with_learnt_of(const Robot& robot, Cell cell) {
 Robot with_bearings(Robot robot, double share) {
   double compliance = 0.0;
   for (auto joint = robot.joints.rbegin(); joint != robot.joints.rend(); ++joint) {
+    if (joint->is_prismatic()) continue;
     if (joint->compliance_sigma_rad_per_nm > 0.0) compliance = joint->compliance_sigma_rad_per_nm;
     joint->bearing_sigma_rad_per_nm = share * compliance;
   }
@@ -204,6 +205,7 @@ Robot with_bearings(Robot robot, double share) {
 
 Robot with_reference_functions(Robot robot) {
   for (Joint& joint : robot.joints) {
+    if (joint.is_prismatic()) continue;
     joint.function_sigma_rad = kUsualFunctionRad;
     joint.function_reach_rad = kFunctionReaches[1];
   }
@@ -256,10 +258,11 @@ std::optional<Robot> size_functions(const Problem& plain, Problem& reference,
     reach_rad = reach;
   }
   if (reach_rad == 0.0) return std::nullopt;
-  for (std::size_t i = 0; i < robot.joints.size(); ++i) {
+  const std::size_t first = robot.first_turning();
+  for (std::size_t i = first; i < robot.joints.size(); ++i) {
     Joint& joint = robot.joints[i];
     joint.function_reach_rad = reach_rad;
-    joint.function_sigma_rad *= std::sqrt(best.size[i]);
+    joint.function_sigma_rad *= std::sqrt(best.size[i - first]);
     joint.function_min_rad = std::numeric_limits<double>::infinity();
     joint.function_max_rad = -joint.function_min_rad;
     for (std::size_t touch = 0; touch < e.use.size(); ++touch) {

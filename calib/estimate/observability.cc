@@ -194,7 +194,12 @@ UnidentifiableKind kind_of_frame(const Problem& problem, const Eigen::VectorXd& 
       targets_move = true;
   }
   // Independent of the targets: a plane across the base axis is invariant to this rotation.
-  if (arm.size() == 1 && arm.front().joint == 0) {
+  const Robot& robot = problem.cell().robot;
+  const auto is_direction = [](const ParameterKey& key) {  // of travel: turns with the first joint
+    return key.kind == ParameterKind::kGuide && key.harmonic == 0;
+  };
+  if (robot.first_turning() > 0 && arm.size() > 1 && targets_move) std::erase_if(arm, is_direction);
+  if (arm.size() == 1 && arm.front().joint == static_cast<int>(robot.first_turning())) {
     if (arm.front().kind == ParameterKind::kTheta) return UnidentifiableKind::kZeroOfFirstJoint;
     if (arm.front().kind == ParameterKind::kD) return UnidentifiableKind::kHeightOfBase;
   }

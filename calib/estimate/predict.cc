@@ -191,7 +191,8 @@ double PositionBound::u95_m(std::span<const double> joint_rad, const Eigen::Vect
   // (36)
   Eigen::Matrix3d c = j * covariance_ * j.transpose() + base * base_covariance_ * base.transpose();
   if (ripple_rad_ > 0.0) {  // remains at every pose for any number of touches
-    const Eigen::Matrix3Xd by_joint = arm_.nominal_jacobian(joint_rad).topRows<3>();
+    Eigen::Matrix3Xd by_joint = arm_.nominal_jacobian(joint_rad).topRows<3>();
+    by_joint.leftCols(static_cast<Eigen::Index>(arm_.robot().first_turning())).setZero();
     const double variance = kElsewhere * ripple_rad_ * ripple_rad_;  // (37)
     c += variance * by_joint * by_joint.transpose();
   }

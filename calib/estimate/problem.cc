@@ -167,7 +167,9 @@ void Problem::weigh(std::size_t i) {
   ArmChain chain;
   arm_.walk(poses_[i], nominal_, chain);
   Eigen::Matrix3Xd by_joint(3, arm_.joint_count());
-  for (int k = 0; k < arm_.joint_count(); ++k)
+  const auto first = static_cast<int>(cell_.robot.first_turning());
+  by_joint.leftCols(first).setZero();
+  for (int k = first; k < arm_.joint_count(); ++k)
     by_joint.col(k) = chain.link[k].z.cross(chain.tip - chain.link[k].z_origin);
   const TargetPlace& place = places_[target_of_[i]];
   const Eigen::Vector3d normal = cell_.targets[target_of_[i]].kind == TargetKind::kPlane

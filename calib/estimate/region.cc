@@ -19,12 +19,16 @@ std::vector<JointVector> workspace_poses(const ArmModel& arm, int count, unsigne
        ++attempt) {
     JointVector q;
     for (const Joint& joint : arm.robot().joints) {
+      if (joint.is_prismatic()) {  // the whole track
+        q.push_back(random.uniform(joint.min_rad, joint.max_rad));
+        continue;
+      }
       const bool learnt = joint.function_min_rad < joint.function_max_rad;
       const double least = learnt ? joint.function_min_rad : joint.min_rad,
                    most = learnt ? joint.function_max_rad : joint.max_rad;
       const double middle = (least + most) / 2.0;
       double half = kMiddle * (most - least) / 2.0;
-      if (q.empty()) half = std::min(half, kFirstRad);
+      if (q.size() == arm.robot().first_turning()) half = std::min(half, kFirstRad);
       const double low = learnt ? middle - half : std::max(middle - half, -kWristRad),
                    high = learnt ? middle + half : std::min(middle + half, kWristRad);
       q.push_back(low < high ? random.uniform(low, high) : middle);
@@ -42,7 +46,7 @@ std::vector<JointVector> workspace_poses(const ArmModel& arm, int count, unsigne
 std::vector<JointVector> local_poses(const ArmModel& arm, const std::vector<JointVector>& around,
                                      const std::vector<Eigen::Vector3d>& centres_m, double half_m,
                                      int count, unsigned seed) {
-  constexpr double kSpreadRad = 0.3;
+  constexpr double kSpreadRad = 0.3, kSpreadM = 0.1;
   Random random(seed);
   std::vector<JointVector> poses;
   if (around.empty()) return poses;
@@ -50,8 +54,8 @@ std::vector<JointVector> local_poses(const ArmModel& arm, const std::vector<Join
     JointVector q = around[random.below(around.size())];
     for (std::size_t i = 0; i < q.size(); ++i) {
       const Joint& joint = arm.robot().joints[i];
-      q[i] =
-          std::clamp(q[i] + random.uniform(-kSpreadRad, kSpreadRad), joint.min_rad, joint.max_rad);
+      const double spread = joint.is_prismatic() ? kSpreadM : kSpreadRad;
+      q[i] = std::clamp(q[i] + random.uniform(-spread, spread), joint.min_rad, joint.max_rad);
     }
     const Eigen::Vector3d tip = arm.nominal_tip_m(q);
     for (const Eigen::Vector3d& centre : centres_m) {

@@ -54,6 +54,12 @@ bool finite(const Isometry3d& tcp, const JointVector& seed) {
          std::all_of(seed.begin(), seed.end(), [](double q) { return std::isfinite(q); });
 }
 
+const Calibration& of_a_fixed_foot(const Calibration& c) {
+  refuse_linear_unit(c.cell.robot, "the correction of poses and programs",
+                     "'cellcal predict' states where the tip is");
+  return c;
+}
+
 }  // namespace
 
 struct Corrector::Impl {
@@ -63,7 +69,7 @@ struct Corrector::Impl {
   Configurations ways;
 
   explicit Impl(const Calibration& c)
-      : arm(at_level(c.cell, c.level)),
+      : arm(at_level(of_a_fixed_foot(c).cell, c.level)),
         x(arm_values(arm, c)),
         errors(arm.errors(x.data())),
         ways(arm, 0.0) {}

@@ -23,7 +23,11 @@ double deviation(const Calibration& c, const ParameterKey& key) {
 
 }  // namespace
 
-RigidArm nominal_rigid_arm(const Cell& cell) { return {cell.robot, cell.tool.tcp}; }
+RigidArm nominal_rigid_arm(const Cell& cell) {
+  refuse_linear_unit(cell.robot, "an export as URDF, table or rigid arm",
+                     "Use the calibration (JSON) and 'cellcal predict'");
+  return {cell.robot, cell.tool.tcp};
+}
 
 RigidArm calibrated_rigid_arm(const Calibration& calibration) {
   RigidArm arm = nominal_rigid_arm(calibration.cell);

@@ -33,6 +33,10 @@ class CsvTable {
 
   /// Index of the column or -1: by its name, in any case, or with its unit in brackets.
   int find(std::string_view column) const;
+  /// Unit that the header states in brackets, as in names of columns; empty without one.
+  const std::string& unit(int column) const {
+    return columns_[static_cast<std::size_t>(column)].unit;
+  }
   /// Throws naming the first column not in `known`, and the known ones.
   void refuse_unknown(const std::vector<std::string>& known) const;
 

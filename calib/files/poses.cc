@@ -62,7 +62,7 @@ std::vector<PoseRow> parse_poses(std::string_view text, const std::string& name,
       frame.xyz_mm[i] = bounded(table, pose[i], kFarthestMm, "mm");
       frame.abc_deg[i] = bounded(table, pose[i + 3], kMostDeg, "deg");
     }
-    rows.push_back({to_isometry(frame), read_joints(table, seed), table.line()});
+    rows.push_back({to_isometry(frame), read_joints(table, robot, seed), table.line()});
   }
   return rows;
 }

@@ -246,13 +246,16 @@ namespace {
 using fields::Field, fields::Json, fields::Table, fields::field, fields::from_json, fields::to_json,
     fields::word;
 
-constexpr std::array<std::pair<const char*, double>, 7> kUnits{{{"mm", kMmPerM},
-                                                                {"ms", kMsPerS},
-                                                                {"deg", kDegPerRad},
-                                                                {"arcsec", 3600.0 * kDegPerRad},
-                                                                {"1/(N m^2)", 1.0},
-                                                                {"rad/(N m)", 1.0},
-                                                                {"kg m rad/(N m)", 1.0}}};
+constexpr std::array<std::pair<const char*, double>, 10> kUnits{{{"mm", kMmPerM},
+                                                                 {"ms", kMsPerS},
+                                                                 {"deg", kDegPerRad},
+                                                                 {"arcsec", 3600.0 * kDegPerRad},
+                                                                 {"mm/m", 1000.0},
+                                                                 {"mrad", 1000.0},
+                                                                 {"mrad/m", 1000.0},
+                                                                 {"1/(N m^2)", 1.0},
+                                                                 {"rad/(N m)", 1.0},
+                                                                 {"kg m rad/(N m)", 1.0}}};
 
 double per_si(const JsonReader& r) {
   const std::string unit = r.text();

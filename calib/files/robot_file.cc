@@ -63,14 +63,54 @@ Eigen::Isometry3d read_frame(const TomlTable& table) {
   return to_isometry(frame);
 }
 
-Joint read_joint(const TomlTable& t, double length_m, double angle_rad) {
-  Joint joint;
-  joint.name = t.string("name");
-  if (joint.name.empty() || joint.name.find_first_of(", \t\r\n\"#") != std::string::npos)
+std::string read_joint_name(const TomlTable& t) {
+  const std::string name = t.string("name");
+  if (name.empty() || name.find_first_of(", \t\r\n\"#") != std::string::npos)
     t.fail("name", "must be a word without spaces, commas or quotes: it names a CSV column");
-  if (std::find(std::begin(kTouchColumns), std::end(kTouchColumns), joint.name) !=
+  if (std::find(std::begin(kTouchColumns), std::end(kTouchColumns), name) !=
       std::end(kTouchColumns))
-    t.fail("name", "must not be \"" + joint.name + "\": a column of touches is named so");
+    t.fail("name", "must not be \"" + name + "\": a column of touches is named so");
+  return name;
+}
+
+/// Defaults: an installed unit of steel rails, rack and pinion.
+constexpr double kScaleMmPerM = 0.5, kDirectionMrad = 3.0, kStraightnessMm = 0.3,
+                 kTurnMradPerM = 0.5, kTurnMrad = 0.3;
+
+/// A linear unit's.
+Joint read_prismatic(const TomlTable& t) {
+  Joint joint;
+  joint.name = read_joint_name(t);
+  LinearGuide& guide = joint.guide.emplace();
+  const auto along = t.numbers("along", 3, {-1.0, 1.0});
+  guide.along = Eigen::Vector3d(along[0], along[1], along[2]);
+  constexpr double kUnitSlack = 0.01;
+  if (std::abs(guide.along.norm() - 1.0) > kUnitSlack)
+    t.fail("along", "must be a direction of length 1, as in [0.0, 1.0, 0.0]");
+  guide.along.normalize();
+  joint.min_rad = t.number("min_mm", kRobotLengthMm) / kMmPerM;
+  joint.max_rad = t.number("max_mm", kRobotLengthMm) / kMmPerM;
+  constexpr double kShortestM = 0.05;  // shorter strokes are given in metres
+  if (joint.max_rad - joint.min_rad < kShortestM)
+    t.fail("min_mm", "must be at least 50 mm less than max_mm");
+  if (t.has("max_speed_mm_s"))
+    joint.max_speed_rad_s = t.number("max_speed_mm_s", {1e-3, 1e5}) / kMmPerM;
+  constexpr Range kPerMille{0.0, 100.0};
+  const auto sigma = [&](const char* key, double usual, Range range) {
+    return t.number_or(key, usual, range) / 1000.0;  // mm to m, mm/m to m/m, mrad to rad
+  };
+  guide.scale_sigma = sigma("scale_sigma_mm_per_m", kScaleMmPerM, kPerMille);
+  guide.direction_sigma_rad = sigma("direction_sigma_mrad", kDirectionMrad, kPerMille);
+  guide.straightness_sigma_m = sigma("straightness_sigma_mm", kStraightnessMm, kToleranceMm);
+  guide.turn_sigma_rad_m = sigma("turn_sigma_mrad_per_m", kTurnMradPerM, kPerMille);
+  guide.turn_sigma_rad = sigma("turn_sigma_mrad", kTurnMrad, kPerMille);
+  t.refuse_unknown();
+  return joint;
+}
+
+Joint read_turning(const TomlTable& t, double length_m, double angle_rad) {
+  Joint joint;
+  joint.name = read_joint_name(t);
   joint.sign = static_cast<int>(t.integer_or("sign", 1, -1, 1));
   if (joint.sign == 0) t.fail("sign", "must be 1 or -1");
   joint.offset_rad = t.number_or("offset_deg", 0.0, kAngleDeg) * kRadPerDeg;
@@ -134,6 +174,32 @@ Joint read_joint(const TomlTable& t, double length_m, double angle_rad) {
   return joint;
 }
 
+Joint read_joint(const TomlTable& t, double length_m, double angle_rad) {
+  const bool prismatic = t.has("kind") && t.word("kind", {"revolute", "prismatic"}) == "prismatic";
+  return prismatic ? read_prismatic(t) : read_turning(t, length_m, angle_rad);
+}
+
+std::string prismatic_to_toml(const Joint& j) {
+  const LinearGuide& guide = *j.guide;
+  std::string out = fmt::format(
+      "\n[[joint]]\nname = {}\nkind = \"prismatic\"\nalong = [{}, {}, {}]\nmin_mm = {}\n"
+      "max_mm = {}\n",
+      toml_string(j.name), toml_number(guide.along.x()), toml_number(guide.along.y()),
+      toml_number(guide.along.z()), toml_number(j.min_rad * kMmPerM),
+      toml_number(j.max_rad * kMmPerM));
+  if (j.max_speed_rad_s > 0.0)
+    out += fmt::format("max_speed_mm_s = {}\n", toml_number(j.max_speed_rad_s * kMmPerM));
+  const std::pair<const char*, double> sigmas[] = {
+      {"scale_sigma_mm_per_m", guide.scale_sigma},
+      {"direction_sigma_mrad", guide.direction_sigma_rad},
+      {"straightness_sigma_mm", guide.straightness_sigma_m},
+      {"turn_sigma_mrad_per_m", guide.turn_sigma_rad_m},
+      {"turn_sigma_mrad", guide.turn_sigma_rad}};
+  for (const auto& [key, value] : sigmas)
+    out += fmt::format("{} = {}\n", key, toml_number(value * 1000.0));
+  return out;
+}
+
 std::string frame_table(const char* name, const Eigen::Isometry3d& isometry) {
   if (isometry.isApprox(Eigen::Isometry3d::Identity(), 0.0)) return {};
   const FrameMmDeg f = to_frame(isometry);
@@ -171,6 +237,9 @@ Robot read_robot(const TomlTable& document) {
     robot.joints.push_back(read_joint(table, length_m, angle_rad));
     if (!names.insert(robot.joints.back().name).second)
       table.fail("name", "\"" + shown(robot.joints.back().name) + "\" occurs twice");
+    if (robot.joints.back().is_prismatic() && (robot.joints.size() > 1 || joints.size() == 1))
+      table.fail("kind",
+                 "only the first joint may be prismatic: a linear unit that carries the arm");
   }
   robot.base_fixed = read_frame(document.table_or_empty("base"));
   robot.flange_fixed = read_frame(document.table_or_empty("flange"));
@@ -195,14 +264,19 @@ std::string robot_to_toml(const Robot& robot) {
     if (value == robot.absolute_accuracy)
       accuracy = fmt::format("absolute_accuracy = \"{}\"\n", word);
   // [tolerance] is only the joints' default; the first joint's value is written.
+  const Joint& first = robot.joints[robot.first_turning()];
   std::string out = fmt::format(
       "format = \"{}\"\nname = {}\nsource = {}\ngravity = [{}, {}, {}]\n{}\n"
       "[tolerance]\nlength_mm = {}\nangle_deg = {}\n",
       kRobotFormat, toml_string(robot.name), toml_string(robot.source), toml_number(g.x()),
       toml_number(g.y()), toml_number(g.z()), accuracy,
-      toml_number(robot.joints.front().tolerance_length_m * kMmPerM),
-      toml_number(robot.joints.front().tolerance_angle_rad * kDegPerRad));
+      toml_number(first.tolerance_length_m * kMmPerM),
+      toml_number(first.tolerance_angle_rad * kDegPerRad));
   for (const Joint& j : robot.joints) {
+    if (j.is_prismatic()) {
+      out += prismatic_to_toml(j);
+      continue;
+    }
     std::string errors;
     for (const JointError error : j.errors)
       for (const auto& [word, value] : kErrorNames)
@@ -216,9 +290,9 @@ std::string robot_to_toml(const Robot& robot) {
         toml_number(j.min_rad * kDegPerRad), toml_number(j.max_rad * kDegPerRad));
     if (j.max_speed_rad_s > 0.0)
       out += fmt::format("max_speed_deg_s = {}\n", toml_number(j.max_speed_rad_s * kDegPerRad));
-    if (j.tolerance_length_m != robot.joints.front().tolerance_length_m)
+    if (j.tolerance_length_m != first.tolerance_length_m)
       out += fmt::format("tolerance_length_mm = {}\n", toml_number(j.tolerance_length_m * kMmPerM));
-    if (j.tolerance_angle_rad != robot.joints.front().tolerance_angle_rad)
+    if (j.tolerance_angle_rad != first.tolerance_angle_rad)
       out += fmt::format("tolerance_angle_deg = {}\n",
                          toml_number(j.tolerance_angle_rad * kDegPerRad));
     if (j.mass_kg > 0.0 || !j.com_m.isZero(0.0))
@@ -380,6 +454,8 @@ std::string nominal_geometry_sha256(const Robot& robot) {
   std::string text = frame(robot.base_fixed);
   for (const Joint& j : robot.joints) {
     text += fmt::format("{} {} ", j.name, j.sign);
+    if (j.guide)
+      for (const double component : j.guide->along) text += nine_decimals(component);
     text +=
         deg(j.offset_rad) + drawn_mm(j.d_m) + drawn_mm(j.a_m) + deg(j.alpha_rad) + deg(j.beta_rad);
     std::vector<JointError> errors = j.errors;

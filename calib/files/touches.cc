@@ -22,19 +22,22 @@ namespace {
 /// The robot file states catalogue limits; a controller's own may be wider. Angles beyond this
 /// slack indicate another joint, unit or robot.
 constexpr double kLimitSlackRad = 10.0 * kRadPerDeg;
+constexpr double kLimitSlackM = 0.1;  ///< of a linear unit
 /// Error for the first angle outside its joint's limits, at its column.
 std::optional<FileError> beyond_limits(const CsvTable& table, const Robot& robot,
                                        const std::vector<int>& columns,
                                        const std::vector<double>& angles) {
   for (std::size_t i = 0; i < columns.size(); ++i) {
     const Joint& joint = robot.joints[i];
-    if (angles[i] < joint.min_rad - kLimitSlackRad || angles[i] > joint.max_rad + kLimitSlackRad)
+    const double slack = joint.is_prismatic() ? kLimitSlackM : kLimitSlackRad;
+    const JointUnit unit = unit_of(joint);
+    if (angles[i] < joint.min_rad - slack || angles[i] > joint.max_rad + slack)
       return table.error(
           columns[i],
-          fmt::format("{} deg is outside the joint's limits {:.6g} to {:.6g} deg in the "
+          fmt::format("{0} {1} is outside the joint's limits {2:.6g} to {3:.6g} {1} in the "
                       "robot file. Check that it is this arm's file, and the order of the columns",
-                      shown(table.text(columns[i])), joint.min_rad * kDegPerRad,
-                      joint.max_rad * kDegPerRad));
+                      shown(table.text(columns[i])), unit.name, joint.min_rad * unit.per_si,
+                      joint.max_rad * unit.per_si));
   }
   return std::nullopt;
 }
@@ -52,6 +55,9 @@ bool has_reading(const Touch& touch) {
 }
 
 constexpr std::size_t kMaxRows = 2'000'000;
+
+/// Column of a linear unit whose header states the unit.
+std::string with_unit(const Joint& joint) { return joint.name + "_mm"; }
 
 /// Columns other than the joints', and how they are read.
 class TouchColumns {
@@ -218,7 +224,7 @@ std::vector<Touch> parse_touches(std::string_view text, const std::string& name,
     if (touches.size() == kMaxRows) throw FileError(name, ": more than 2000000 touches");
     Touch touch;
     touch.line = table.line();
-    touch.joint_rad = read_joints(table, joints);
+    touch.joint_rad = read_joints(table, cell.robot, joints);
     if (const auto error = beyond_limits(table, cell.robot, joints, touch.joint_rad)) throw *error;
     columns.read(cell, touch);
     touches.push_back(std::move(touch));
@@ -295,7 +301,8 @@ std::string format_touches(const std::vector<Touch>& touches, const Robot& robot
   out += "\n";
   for (const Touch& touch : touches) {
     // Nine decimals of a degree are 2e-8 mm at 1.4 m: lossless.
-    for (const double angle : touch.joint_rad) out += fmt::format("{:.9f},", angle * kDegPerRad);
+    for (std::size_t i = 0; i < touch.joint_rad.size(); ++i)
+      out += fmt::format("{:.9f},", touch.joint_rad[i] * unit_of(robot.joints[i]).per_si);
     out += touch.target + "," + to_string(touch.set);
     for (const Written* column : columns)
       out += "," + (column->has(touch) ? column->field(touch) : empty_fields(*column));
@@ -315,7 +322,7 @@ JointRows parse_joints(std::string_view text, const std::string& name, const Rob
   JointRows rows;
   while (table.next()) {
     if (rows.joint_rad.size() == kMaxRows) throw FileError(name, ": more than 2000000 rows");
-    rows.joint_rad.push_back(read_joints(table, columns));
+    rows.joint_rad.push_back(read_joints(table, robot, columns));
     const auto error = beyond_limits(table, robot, columns, rows.joint_rad.back());
     if (!error) continue;
     constexpr std::size_t kInWords = 5;
@@ -328,6 +335,17 @@ std::vector<int> joint_columns(const CsvTable& table, const Robot& robot, const 
   std::vector<int> columns;
   for (const Joint& joint : robot.joints) {
     columns.push_back(table.find(joint.name));
+    if (const int other = joint.is_prismatic() ? table.find(with_unit(joint)) : -1; other >= 0) {
+      if (columns.back() >= 0 && columns.back() != other)
+        throw FileError(name, fmt::format(":{}: columns \"{}\" and \"{}\" are the same",
+                                          table.header_line(), joint.name, with_unit(joint)));
+      columns.back() = other;
+    }
+    if (columns.back() >= 0 && joint.is_prismatic() && table.unit(columns.back()) == "deg")
+      throw FileError(name,
+                      fmt::format(":{}: column \"{}\" is in degrees, but {} is a linear unit; "
+                                  "give its position in mm",
+                                  table.header_line(), joint.name, joint.name));
     if (columns.back() < 0)
       throw FileError(name, ":" + std::to_string(table.header_line()) + ": no column \"" +
                                 joint.name +
@@ -336,20 +354,31 @@ std::vector<int> joint_columns(const CsvTable& table, const Robot& robot, const 
   return columns;
 }
 
-std::vector<double> read_joints(const CsvTable& table, const std::vector<int>& columns) {
+double joint_si(const Joint& joint, double in_files) {
+  return joint.is_prismatic() ? in_files / kMmPerM : in_files * kRadPerDeg;
+}
+
+std::vector<double> read_joints(const CsvTable& table, const Robot& robot,
+                                const std::vector<int>& columns) {
   std::vector<double> angles(columns.size());
   for (std::size_t i = 0; i < columns.size(); ++i) {
-    angles[i] = table.number(columns[i]) * kRadPerDeg;
-    if (std::abs(angles[i]) > kAnyAngleRad)
-      table.fail(columns[i], fmt::format("{} deg is out of range; angles are in degrees",
-                                         shown(table.text(columns[i]))));
+    const Joint& joint = robot.joints[i];
+    angles[i] = joint_si(joint, table.number(columns[i]));
+    if (std::abs(angles[i]) > (joint.is_prismatic() ? kAnyPositionM : kAnyAngleRad))
+      table.fail(columns[i], fmt::format("{} {} is out of range; {}", shown(table.text(columns[i])),
+                                         unit_of(joint).name,
+                                         joint.is_prismatic() ? "positions are in millimetres"
+                                                              : "angles are in degrees"));
   }
   return angles;
 }
 
 std::vector<std::string> joint_names(const Robot& robot) {
   std::vector<std::string> names;
-  for (const Joint& joint : robot.joints) names.push_back(joint.name);
+  for (const Joint& joint : robot.joints) {
+    names.push_back(joint.name);
+    if (joint.is_prismatic()) names.push_back(with_unit(joint));
+  }
   return names;
 }
 

@@ -18,13 +18,19 @@ inline constexpr std::string_view kTouchColumns[] = {
 
 // Joint columns of a table, named as in the robot file.
 
-/// Plausibility limit: prediction, starting and settled poses accept any angle.
-inline constexpr double kAnyAngleRad = 3600.0 * kRadPerDeg;
+/// Plausibility limits: prediction, starting and settled poses accept any angle, and any position of
+/// a linear unit.
+inline constexpr double kAnyAngleRad = 3600.0 * kRadPerDeg, kAnyPositionM = 100.0;
 
+/// A joint's position [rad, m] from that in files [deg, mm].
+double joint_si(const Joint& joint, double in_files);
+/// Of a linear unit also with its unit: E1 and E1_mm.
 std::vector<std::string> joint_names(const Robot& robot);
 /// Index of each joint's column. Throws FileError naming the first that is missing.
 std::vector<int> joint_columns(const CsvTable& table, const Robot& robot, const std::string& name);
-/// Angles of the current row [rad]. Throws FileError for values that cannot be degrees.
-std::vector<double> read_joints(const CsvTable& table, const std::vector<int>& columns);
+/// Angles of the current row [rad], positions of linear units [m]. Throws FileError for values that
+/// cannot be degrees or millimetres.
+std::vector<double> read_joints(const CsvTable& table, const Robot& robot,
+                                const std::vector<int>& columns);
 
 }  // namespace cellcal::calib

@@ -381,7 +381,7 @@ Finding finding_of(const Cell& cell, const std::vector<Touch>& touches,
   // name of a joint.
   const Jump& likeliest = jumps.front();
   if (likeliest.what != Jump::What::kJoint) return finding;
-  if (likeliest.name == cell.robot.joints.front().name)
+  if (likeliest.name == cell.robot.joints[cell.robot.first_turning()].name)
     finding.evidence.push_back({"first_joint", 1.0, ""});
   else if (likeliest.name == cell.robot.joints.back().name)
     finding.evidence.push_back({"last_joint", 1.0, ""});

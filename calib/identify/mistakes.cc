@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <ranges>
 #include <string>
 
 #include "calib/estimate/target.h"
@@ -194,19 +195,21 @@ namespace mistakes {
 
 void radians(const Asked& asked) {
   double largest = 0.0;
+  const std::size_t first = asked.cell.robot.first_turning();
   for (const Touch& touch : asked.touches)
-    for (const double q : touch.joint_rad) largest = std::max(largest, std::abs(q) * kDegPerRad);
+    for (const double q : touch.joint_rad | std::views::drop(first))
+      largest = std::max(largest, std::abs(q) * kDegPerRad);
   if (largest > kRadPerTurn) return;  // degrees, as expected
   asked.with_touches(
-      [](Touch& touch) {
-        for (double& q : touch.joint_rad) q *= kDegPerRad;
+      [first](Touch& touch) {
+        for (double& q : touch.joint_rad | std::views::drop(first)) q *= kDegPerRad;
       },
       always(likely(LikelyCause::kRadians, {}, {{"largest", largest, "deg"}})));
 }
 
 void axis_signs(const Asked& asked) {
   const auto& joints = asked.cell.robot.joints;
-  for (std::size_t i = 0; i < joints.size(); ++i)
+  for (std::size_t i = asked.cell.robot.first_turning(); i < joints.size(); ++i)
     asked.with_touches([i](Touch& touch) { touch.joint_rad[i] = -touch.joint_rad[i]; },
                        always(likely(LikelyCause::kAxisSign, about_joint(joints[i].name))), true);
 }
@@ -214,7 +217,7 @@ void axis_signs(const Asked& asked) {
 /// An axis with lost mastering.
 void mastering(const Asked& asked) {
   constexpr double kAnyZeroRad = 0.1;
-  for (std::size_t i = 0; i < asked.cell.robot.joints.size(); ++i) {
+  for (std::size_t i = asked.cell.robot.first_turning(); i < asked.cell.robot.joints.size(); ++i) {
     const Joint& joint = asked.cell.robot.joints[i];
     const auto off_rad = [&](const Calibration& c) {
       const double off = correction_of(c, joint_parameter(ParameterKind::kTheta, i));
@@ -238,6 +241,7 @@ void mastering(const Asked& asked) {
 void exchanged_columns(const Asked& asked) {
   const auto& joints = asked.cell.robot.joints;
   for_each_pair(joints.size(), [&](std::size_t a, std::size_t b) {
+    if (joints[a].is_prismatic()) return;
     asked.with_touches(
         [=](Touch& touch) { std::swap(touch.joint_rad[a], touch.joint_rad[b]); },
         always(likely(LikelyCause::kExchangedColumns, {}, {},

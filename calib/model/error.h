@@ -42,6 +42,11 @@ struct IdentifyError : std::runtime_error {
   std::optional<std::size_t> touch;  ///< index of the given touches, if specific to one
 };
 
+/// Not possible yet for an arm on a linear unit. The message names both, and what to do.
+struct LinearUnitError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 /// No plan can be made; the message names target, direction and limit.
 struct PlanError : std::runtime_error {
   /// Classified by remedy.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <ranges>
 
 #include "calib/model/linear.h"
 #include "calib/model/units.h"
@@ -38,6 +39,7 @@ std::optional<JointVector> inverse(const ArmModel& arm, const Eigen::Isometry3d&
       return q;
     }
     Eigen::Matrix<double, 6, Eigen::Dynamic> j = arm.nominal_jacobian(q);
+    j.leftCols(static_cast<Eigen::Index>(arm.robot().first_turning())).setZero();
     j.bottomRows<3>() *= kLeverM;
     error.tail<3>() *= kLeverM;
     Eigen::Matrix<double, 6, 6> jjt = j * j.transpose();
@@ -64,6 +66,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr std::size_t kWristJoints = 6;
+using Angles6 = std::array<double, kWristJoints>;
 /// Tolerance for rounding; nominal geometry is exact.
 constexpr double kMeetM = 1e-9, kParallel = 1e-9;
 /// An angle is undetermined if the point that it moves is this close to its axis.
@@ -126,17 +129,21 @@ void keep(std::vector<JointVector>& all, JointVector q) {
 }  // namespace
 
 Configurations::Configurations(const ArmModel& arm, double margin_rad)
-    : arm_(arm), margin_rad_(margin_rad), wrist_(find_wrist(arm)) {}
+    : arm_(arm),
+      margin_rad_(margin_rad),
+      first_(arm.robot().first_turning()),
+      wrist_(find_wrist(arm)) {}
 
 std::optional<Configurations::Wrist> Configurations::find_wrist(const ArmModel& arm) {
-  if (arm.joint_count() != kWristJoints) return std::nullopt;
-  const JointVector zero(kWristJoints, 0.0);
+  const std::size_t first = arm.robot().first_turning();
+  if (arm.robot().joints.size() != first + kWristJoints) return std::nullopt;
+  const JointVector zero(first + kWristJoints, 0.0);
   ArmChain chain;
   arm.walk(arm.prepare(zero), arm.errors(nullptr), chain);
   Wrist w;
   for (std::size_t i = 0; i < kWristJoints; ++i) {
-    w.axis[i] = arm.robot().joints[i].sign * chain.link[i].z;
-    w.point[i] = chain.link[i].z_origin;
+    w.axis[i] = arm.robot().joints[first + i].sign * chain.link[first + i].z;
+    w.point[i] = chain.link[first + i].z_origin;
   }
   if (w.axis[1].cross(w.axis[2]).norm() > kParallel) return std::nullopt;
   // Least-squares intersection of the last three axes.
@@ -154,9 +161,18 @@ std::optional<Configurations::Wrist> Configurations::find_wrist(const ArmModel& 
   return w;
 }
 
-std::vector<JointVector> Configurations::reach(const Isometry3d& tcp) const {
+Isometry3d Configurations::from_carriage(const Isometry3d& tcp, double track_m) const {
+  if (first_ == 0) return tcp;
+  const Robot& robot = arm_.robot();
+  Isometry3d seen = tcp;
+  seen.translation() -= robot.base_fixed.linear() * (track_m * robot.joints[0].guide->along);
+  return seen;
+}
+
+std::vector<JointVector> Configurations::reach(const Isometry3d& tcp, double track_m) const {
   std::vector<JointVector> all;
-  for (JointVector& q : wrist_ ? closed(tcp) : from_seeds(tcp)) keep(all, std::move(q));
+  for (JointVector& q : wrist_ ? closed(tcp, track_m) : from_seeds(tcp, track_m))
+    keep(all, std::move(q));
   return all;
 }
 
@@ -204,15 +220,15 @@ void Configurations::by_subproblems(const Isometry3d& tcp, const Posture* wanted
   }
 }
 
-std::vector<JointVector> Configurations::closed(const Isometry3d& tcp) const {
+std::vector<JointVector> Configurations::closed(const Isometry3d& tcp, double track_m) const {
   const auto& joints = arm_.robot().joints;
   std::vector<JointVector> found;
-  by_subproblems(tcp, nullptr, [&](const std::array<double, kWristJoints>& theta) {
-    JointVector q(kWristJoints);
+  by_subproblems(from_carriage(tcp, track_m), nullptr, [&](const Angles6& theta) {
+    JointVector q(first_, track_m);
     for (std::size_t i = 0; i < kWristJoints; ++i) {
-      const auto angle = within(theta[i], joints[i], margin_rad_);
+      const auto angle = within(theta[i], joints[first_ + i], margin_rad_);
       if (!angle) return;
-      q[i] = *angle;
+      q.push_back(*angle);
     }
     if (auto exact = inverse(arm_, tcp, q, margin_rad_)) found.push_back(std::move(*exact));
   });
@@ -221,31 +237,32 @@ std::vector<JointVector> Configurations::closed(const Isometry3d& tcp) const {
 
 Posture Configurations::posture_of(const JointVector& q) const {
   const auto& [axis, point, centre, home] = *wrist_;
-  const Vector3d behind_3 = AngleAxisd(q[2], axis[2]) * (centre - point[2]);
-  const Vector3d behind_2 = point[1] + AngleAxisd(q[1], axis[1]) * (point[2] + behind_3 - point[1]);
+  const auto angle = [&](std::size_t i) { return q[first_ + i]; };
+  const Vector3d behind_3 = AngleAxisd(angle(2), axis[2]) * (centre - point[2]);
+  const Vector3d behind_2 =
+      point[1] + AngleAxisd(angle(1), axis[1]) * (point[2] + behind_3 - point[1]);
   const Vector3d upper = across(point[1] - point[2], axis[2]);
   return {axis[1].dot(axis[0].cross(behind_2 - point[0])) > 0.0,
           upper.dot(axis[2].cross(behind_3)) < 0.0,
-          axis[3].dot(axis[4].cross(AngleAxisd(q[4], axis[4]) * axis[5])) < 0.0};
+          axis[3].dot(axis[4].cross(AngleAxisd(angle(4), axis[4]) * axis[5])) < 0.0};
 }
 
-std::optional<JointVector> Configurations::in_posture(const Isometry3d& tcp,
-                                                      const Posture& posture) const {
+std::optional<JointVector> Configurations::in_posture(const Isometry3d& tcp, const Posture& posture,
+                                                      double track_m) const {
   std::optional<JointVector> found;
-  by_subproblems(tcp, &posture, [&](const std::array<double, kWristJoints>& theta) {
-    found.emplace(kWristJoints);
-    for (std::size_t i = 0; i < kWristJoints; ++i)
-      (*found)[i] = std::remainder(theta[i], kRadPerTurn);
+  by_subproblems(from_carriage(tcp, track_m), &posture, [&](const Angles6& theta) {
+    found.emplace(first_, track_m);
+    for (const double angle : theta) found->push_back(std::remainder(angle, kRadPerTurn));
   });
   return found;
 }
 
-std::vector<JointVector> Configurations::from_seeds(const Isometry3d& tcp) const {
+std::vector<JointVector> Configurations::from_seeds(const Isometry3d& tcp, double track_m) const {
   Random random(kSeed);  // deterministic for a pose
   std::vector<JointVector> found;
   for (int k = 0; k < kSeeds; ++k) {
-    JointVector seed;
-    for (const Joint& joint : arm_.robot().joints)
+    JointVector seed(first_, track_m);
+    for (const Joint& joint : arm_.robot().joints | std::views::drop(first_))
       seed.push_back(random.uniform(std::max(joint.min_rad, -std::numbers::pi),
                                     std::min(joint.max_rad, std::numbers::pi)));
     if (auto q = inverse(arm_, tcp, seed, margin_rad_)) found.push_back(std::move(*q));

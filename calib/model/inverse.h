@@ -11,8 +11,10 @@
 
 namespace cellcal::calib {
 
-/// Damped Newton's method from `seed`; usually converges to the nearest solution. Empty if it does
-/// not reach the pose (1e-9 m, 1e-9 rad) inside the joint limits reduced by `margin_rad`.
+/// Damped Newton's method from `seed`; usually converges to the nearest solution. A linear unit stays
+/// where the seed has it. Empty if it does
+/// not reach the pose (1e-9 m, 1e-9 rad) inside the joint limits reduced by `margin_rad`, of a
+/// linear unit by as many metres.
 std::optional<JointVector> inverse(const ArmModel& arm, const Eigen::Isometry3d& tcp,
                                    const JointVector& seed, double margin_rad);
 
@@ -40,17 +42,19 @@ class Configurations {
   bool closed_form() const { return wrist_.has_value(); }
   /// Joint angles that reach the pose (1e-9 m, 1e-9 rad), one entry per configuration. Among angles
   /// that differ by whole turns the one nearest to 0. Empty if out of reach.
-  std::vector<JointVector> reach(const Eigen::Isometry3d& tcp) const;
+  /// `track_m`: position of the linear unit, first in each entry; without one ignored.
+  std::vector<JointVector> reach(const Eigen::Isometry3d& tcp, double track_m = 0.0) const;
 
   /// Requires the closed form.
   Posture posture_of(const JointVector& joint_rad) const;
   /// Requires the closed form; ignores limits. The configuration in that posture, each angle within
   /// half a turn of 0, accurate to rounding. Empty if out of reach. At the wrist singularity only
   /// axis 6 turns.
-  std::optional<JointVector> in_posture(const Eigen::Isometry3d& tcp, const Posture& posture) const;
+  std::optional<JointVector> in_posture(const Eigen::Isometry3d& tcp, const Posture& posture,
+                                        double track_m = 0.0) const;
 
  private:
-  /// Six-axis arm with a spherical wrist, all joint angles 0: unit axes, a point on each, the wrist
+  /// Six-axis arm with a spherical wrist, all joint positions 0: unit axes, a point on each, the wrist
   /// centre, and the TCP.
   struct Wrist {
     std::array<Eigen::Vector3d, 6> axis, point;
@@ -62,11 +66,14 @@ class Configurations {
   template <typename Finish>
   void by_subproblems(const Eigen::Isometry3d& tcp, const Posture* wanted,
                       const Finish& finish) const;
-  std::vector<JointVector> closed(const Eigen::Isometry3d& tcp) const;
-  std::vector<JointVector> from_seeds(const Eigen::Isometry3d& tcp) const;
+  std::vector<JointVector> closed(const Eigen::Isometry3d& tcp, double track_m) const;
+  std::vector<JointVector> from_seeds(const Eigen::Isometry3d& tcp, double track_m) const;
+  /// As seen from the carriage: with the linear unit at 0.
+  Eigen::Isometry3d from_carriage(const Eigen::Isometry3d& tcp, double track_m) const;
 
   const ArmModel& arm_;
   double margin_rad_;
+  std::size_t first_;  ///< of the turning joints
   std::optional<Wrist> wrist_;
 };
 

@@ -4,7 +4,7 @@
 
 namespace cellcal::calib {
 
-/// The controller's axis angles [rad], base to flange.
+/// The controller's axis positions, base to flange: angles [rad], of a linear unit [m].
 using JointVector = std::vector<double>;
 
 }  // namespace cellcal::calib

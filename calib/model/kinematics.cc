@@ -16,155 +16,24 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-constexpr double kArcsecPerRad = 3600.0 * kDegPerRad;
 
 /// Cosine and sine.
 struct Turned {
   double c, s;
 };
-ParameterKind kind_of(JointError error) {
-  switch (error) {
-    case JointError::kTheta:
-      return ParameterKind::kTheta;
-    case JointError::kD:
-      return ParameterKind::kD;
-    case JointError::kA:
-      return ParameterKind::kA;
-    case JointError::kAlpha:
-      return ParameterKind::kAlpha;
-    case JointError::kBeta:
-      return ParameterKind::kBeta;
-  }
-  return ParameterKind::kTheta;
-}
-
-/// True if the link frame's axis coincides with the joint axis.
-bool along_own_axis(const Joint& joint, int axis) {
-  const Matrix3d turn = (Eigen::AngleAxisd(joint.alpha_rad, Vector3d::UnitX()) *
-                         Eigen::AngleAxisd(joint.beta_rad, Vector3d::UnitY()))
-                            .toRotationMatrix();
-  constexpr double kRounding = 1e-9;
-  return std::abs(turn(2, axis)) > 1.0 - kRounding;
-}
-
 /// Axis of a bearing's tilt.
 const Vector3d& tilt_axis(const ArmChain::Link& link, int axis) {
   return axis == 0 ? link.tilt_x : link.tilt_y;
 }
 
-bool is_length(JointError error) { return error == JointError::kD || error == JointError::kA; }
+/// (1b), of order 0 the slope [m] about the middle.
+double guide_wave(const Joint& joint, int order, double position_m) {
+  const double stroke_m = joint.max_rad - joint.min_rad;
+  if (order == 0) return position_m - (joint.min_rad + joint.max_rad) / 2.0;
+  return std::cos(order * std::numbers::pi * (position_m - joint.min_rad) / stroke_m);
+}
 
 }  // namespace
-
-ArmModel::ArmModel(const Robot& robot, const Tool& tool, const std::vector<Tool>& others)
-    : robot_(robot), tools_{tool} {
-  tools_.insert(tools_.end(), others.begin(), others.end());
-  if (tools_.size() > kMaxTools)
-    throw std::invalid_argument("ArmModel: " + std::to_string(tools_.size()) +
-                                " tools on one flange; at most " + std::to_string(kMaxTools));
-  if (robot.joints.empty() || robot.joints.size() > kMaxJoints)
-    throw std::invalid_argument("ArmModel: a robot needs 1 to " + std::to_string(kMaxJoints) +
-                                " joints, but has " + std::to_string(robot.joints.size()));
-  const std::size_t joints = robot_.joints.size();
-  for (std::size_t at = 0; at < joints; ++at) {
-    const Joint& joint = robot_.joints[at];
-    for (JointError error : joint.errors) {
-      const bool length = is_length(error);
-      const double sigma = length ? joint.tolerance_length_m : joint.tolerance_angle_rad;
-      if (sigma <= 0.0) continue;
-      parameters_.push_back({joint_parameter(kind_of(error), at), sigma, length ? "mm" : "deg",
-                             length ? 1000.0 : kDegPerRad});
-    }
-  }
-  first_by_pose_ = size();
-  for (std::size_t i = 0; i < joints; ++i) {
-    const Joint& joint = robot_.joints[i];
-    if (joint.compliance_sigma_rad_per_nm > 0.0)
-      parameters_.push_back({joint_parameter(ParameterKind::kCompliance, i),
-                             joint.compliance_sigma_rad_per_nm, "rad/(N m)", 1.0});
-  }
-  for (std::size_t i = 0; i < joints; ++i) {
-    const Joint& joint = robot_.joints[i];
-    if (joint.compliance_sigma_rad_per_nm <= 0.0) continue;
-    for (std::size_t j = i; j < joints; ++j) {
-      const Joint& link = robot_.joints[j];
-      for (int axis = 0; axis < 3 && link.moment_sigma_kg_m > 0.0; ++axis) {
-        if (j == i && along_own_axis(link, axis)) continue;  // does not load its own joint
-        parameters_.push_back({load_parameter(i, j, axis),
-                               joint.compliance_sigma_rad_per_nm * link.moment_sigma_kg_m,
-                               "kg m rad/(N m)", 1.0});
-      }
-    }
-  }
-  for (std::size_t i = 0; i < joints; ++i) {
-    const Joint& joint = robot_.joints[i];
-    if (joint.play_sigma_rad > 0.0)
-      parameters_.push_back({joint_parameter(ParameterKind::kPlay, i), joint.play_sigma_rad,
-                             "arcsec", kArcsecPerRad});
-  }
-  for (std::size_t i = 0; i < joints; ++i) {
-    const Joint& joint = robot_.joints[i];
-    if (joint.harmonic_sigma_rad <= 0.0) continue;
-    for (int h : joint.harmonics) {
-      const double sigma = joint.harmonic_sigma_rad / std::pow(h, joint.harmonic_falloff);
-      for (const ParameterKind kind : {ParameterKind::kCosine, ParameterKind::kSine})
-        parameters_.push_back({wave_parameter(kind, i, h), sigma, "arcsec", kArcsecPerRad});
-    }
-  }
-  for (std::size_t i = 0; i < joints; ++i) {
-    if (robot_.joints[i].stiffening_sigma_rad > 0.0)
-      parameters_.push_back({joint_parameter(ParameterKind::kStiffening, i),
-                             robot_.joints[i].stiffening_sigma_rad, "arcsec", kArcsecPerRad});
-    add_counterbalance(i);
-    add_function(i);
-  }
-  last_by_pose_ = size();
-  for (std::size_t i = 0; i < joints; ++i)
-    for (int axis = 0; axis < 2 && robot_.joints[i].bearing_sigma_rad_per_nm > 0.0; ++axis)
-      parameters_.push_back({bearing_parameter(i, axis), robot_.joints[i].bearing_sigma_rad_per_nm,
-                             "rad/(N m)", 1.0});
-  last_bearing_ = size();
-  for (int k = 0; k < tool_count(); ++k) add_tool_parameters(k);
-  none_ = errors(nullptr);
-}
-
-/// (2b): a spring's torque over its lever is smooth in the angle, its orders fall off fast.
-void ArmModel::add_counterbalance(std::size_t index) {
-  const double sigma = robot_.joints[index].counterbalance_sigma_rad;
-  for (int order = 1; sigma > 0.0 && order <= kCounterbalanceOrders; ++order)
-    for (const ParameterKind kind : {ParameterKind::kFunctionCosine, ParameterKind::kFunctionSine})
-      parameters_.push_back(
-          {wave_parameter(kind, index, order), sigma / (order * order), "arcsec", kArcsecPerRad});
-}
-
-/// (2a): the prior variances of the orders add up to that of the function.
-void ArmModel::add_function(std::size_t index) {
-  const Joint& joint = robot_.joints[index];
-  if (!(joint.function_sigma_rad > 0.0)) return;
-  const double edge = std::numbers::sqrt3 / joint.function_reach_rad;
-  const auto density = [&](int order) { return 1.0 / (edge * edge + order * order); };
-  double sum = 0.0;
-  for (int order = kLowestOrder; order <= kHighestOrder; ++order)
-    sum += std::pow(density(order), 2);
-  for (int order = kLowestOrder; order <= kHighestOrder; ++order)
-    for (const ParameterKind kind : {ParameterKind::kFunctionCosine, ParameterKind::kFunctionSine})
-      parameters_.push_back({wave_parameter(kind, index, order),
-                             joint.function_sigma_rad * density(order) / std::sqrt(sum), "arcsec",
-                             kArcsecPerRad});
-}
-
-void ArmModel::add_tool_parameters(int index) {
-  const Tool& tool = tools_[static_cast<std::size_t>(index)];
-  stiff_.push_back(tool.mass_kg * tool.length_m * tool.length_m * tool.length_m / 3.0);
-  const auto which = static_cast<std::size_t>(index);
-  if (tool.deflection_sigma > 0.0)
-    parameters_.push_back({tool_parameter(ParameterKind::kDeflection, which), tool.deflection_sigma,
-                           "1/(N m^2)", 1.0});
-  for (int axis = 0; axis < 3; ++axis)
-    if (tool.tcp_sigma_m[axis] > 0.0)
-      parameters_.push_back(
-          {tool_parameter(ParameterKind::kTcp, which, axis), tool.tcp_sigma_m[axis], "mm", 1000.0});
-}
 
 bool ArmModel::has_tool(std::string_view id) const {
   return id.empty() || std::ranges::find(tools_, id, &Tool::id) != tools_.end();
@@ -187,6 +56,10 @@ PreparedPose ArmModel::turned(std::span<const double> joint_rad, int tool) const
   pose.tool = tool;
   pose.direction.resize(2, joint_count());
   for (int i = 0; i < joint_count(); ++i) {
+    if (robot_.joints[i].is_prismatic()) {
+      pose.direction.col(i) << joint_rad[i], 0.0;
+      continue;
+    }
     // (2), nominal; prepare() adds the factors of the other terms
     const double theta = robot_.joints[i].sign * joint_rad[i] + robot_.joints[i].offset_rad;
     pose.direction.col(i) << std::cos(theta), std::sin(theta);
@@ -265,6 +138,9 @@ PreparedPose ArmModel::prepare(std::span<const double> joint_rad, int tool) cons
     const ArmChain::Link& link = chain.link[parameters_[p].joint];
     pose.factor[p] = m.dot(tilt_axis(link, parameters_[p].axis));
   }
+  for (int p = last_bearing_; p < last_guide_; ++p)
+    pose.factor[p] = guide_wave(robot_.joints[parameters_[p].joint], parameters_[p].harmonic,
+                                joint_rad[parameters_[p].joint]);
   return pose;
 }
 
@@ -344,6 +220,10 @@ Eigen::Matrix<double, 6, Eigen::Dynamic> ArmModel::nominal_jacobian(
   walk(turned(joint_rad, 0), none_, chain);
   Eigen::Matrix<double, 6, Eigen::Dynamic> jacobian(6, joint_count());
   for (int i = 0; i < joint_count(); ++i) {
+    if (guide_axes_[i]) {
+      jacobian.col(i) << chain.link[i].x, Vector3d::Zero();
+      continue;
+    }
     const Vector3d axis = robot_.joints[i].sign * chain.link[i].z;
     jacobian.col(i) << axis.cross(chain.tip - chain.link[i].z_origin), axis;
   }
@@ -391,6 +271,28 @@ Direction direction(double angle) {
 void set_deflection(double c, const Tool& tool, double stiff, ArmErrors::OfTool& its) {
   its.bend_m_per_accel = c * stiff;
   its.turn_rad_per_accel = c * tool.mass_kg * tool.length_m * tool.length_m / 2.0;
+}
+
+/// (1a): the carriage from the frame `rotation`, `origin` on, by its six motions.
+void carry(const Matrix3d& guide_axes, const std::array<double, kGuideMotions>& motion,
+           Matrix3d& rotation, Vector3d& origin, ArmChain::Link& link) {
+  Matrix3d axes = rotation * guide_axes;
+  link.x = axes.col(0);
+  link.y = axes.col(1);
+  link.z = axes.col(2);
+  link.z_origin = origin;
+  origin += motion[0] * link.x + motion[1] * link.y + motion[2] * link.z;
+  const Direction roll = direction(motion[3]), pitch = direction(motion[4]),
+                  yaw = direction(motion[5]);
+  link.turns.col(0) = axes.col(0);
+  turn_x(axes, roll.c, roll.s);
+  link.turns.col(1) = axes.col(1);
+  turn_y(axes, pitch.c, pitch.s);
+  link.turns.col(2) = axes.col(2);
+  turn_z(axes, yaw.c, yaw.s);
+  rotation = axes * guide_axes.transpose();
+  link.end = origin;
+  link.rotation = rotation;
 }
 
 void set_twist(double alpha, double beta, ArmErrors::OfJoint& its) {
@@ -441,6 +343,7 @@ ArmErrors ArmModel::errors(const double* x) const {
       case ParameterKind::kTcp:
         e.tool[parameter.tool].tcp_m[parameter.axis] += x[p];
         break;
+      case ParameterKind::kGuide:
       case ParameterKind::kCompliance:
       case ParameterKind::kLoad:
       case ParameterKind::kCosine:
@@ -457,6 +360,15 @@ ArmErrors ArmModel::errors(const double* x) const {
   }
   for (int i = 0; i < joint_count(); ++i) set_twist(alpha[i], beta[i], e.joint[i]);
   return e;
+}
+
+std::array<double, kGuideMotions> ArmModel::guide_motion(int joint, const PreparedPose& pose,
+                                                         const double* x) const {
+  std::array<double, kGuideMotions> motion{pose.direction(0, joint)};
+  if (x != nullptr)
+    for (int p = last_bearing_; p < last_guide_; ++p)
+      if (parameters_[p].joint == joint) motion[parameters_[p].axis] += x[p] * pose.factor[p];
+  return motion;
 }
 
 void ArmModel::walk_links(const PreparedPose& pose, const ArmErrors& errors,
@@ -477,6 +389,10 @@ void ArmModel::walk_links(const PreparedPose& pose, const ArmErrors& errors,
   for (int i = 0; i < joint_count(); ++i) {
     const ArmErrors::OfJoint& joint = errors.joint[i];
     ArmChain::Link& link = chain.link[i];
+    if (guide_axes_[i]) {
+      carry(*guide_axes_[i], guide_motion(i, pose, errors.x), rotation, origin, link);
+      continue;
+    }
     if (bearings) {
       const Direction about_x = direction(across[i][0]), about_y = direction(across[i][1]);
       link.tilt_x = rotation.col(0);
@@ -557,7 +473,18 @@ void ArmModel::derivative_along(const Vector3d& n, const PreparedPose& pose,
     derivative[p * stride] =
         pose.factor[p] * turn(tilt_axis(link, parameters_[p].axis), link.z_origin);
   }
-  for (int p = last_bearing_; p < size(); ++p) {
+  for (int p = last_bearing_; p < last_guide_; ++p) {
+    const ArmChain::Link& link = chain.link[parameters_[p].joint];
+    const int axis = parameters_[p].axis % 3;
+    const double by_motion = is_shift(GuideMotion{parameters_[p].axis})
+                                 ? (axis == 0   ? link.x
+                                    : axis == 1 ? link.y
+                                                : link.z)
+                                       .dot(n)
+                                 : turn(link.turns.col(axis), link.end);
+    derivative[p * stride] = pose.factor[p] * by_motion;
+  }
+  for (int p = last_guide_; p < size(); ++p) {
     const ArmParameter& parameter = parameters_[p];
     double& out = derivative[p * stride];
     if (parameter.tool != pose.tool)
@@ -619,6 +546,13 @@ void ArmModel::turn_derivative(const PreparedPose& pose, const ArmErrors& errors
       case ParameterKind::kBearing:
         jacobian.col(p) =
             carried(pose.factor[p] * tilt_axis(chain.link[parameter.joint], parameter.axis));
+        break;
+      case ParameterKind::kGuide:
+        if (is_shift(GuideMotion{parameter.axis}))
+          jacobian.col(p).setZero();
+        else
+          jacobian.col(p) =
+              carried(pose.factor[p] * chain.link[parameter.joint].turns.col(parameter.axis % 3));
         break;
       case ParameterKind::kDeflection: {
         const Tool& own = tool(parameter.tool);

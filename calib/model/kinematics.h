@@ -6,6 +6,8 @@
 //             + soft_i tanh(tau_i(q) / tau_si) + sum_h [wc_ih cos(h gear_i q_i) + ws_ih sin(h gear_i q_i)]
 //             + f_i(q_i)
 //   T_i     = Rz(theta_i) Tz(d_i + dd_i) Tx(a_i + da_i) Rx(alpha_i + dalpha_i) Ry(beta_i + dbeta_i)
+// and of a linear unit, in its guide's axes (along, across, above)
+//   T_i     = Trans(q_i + m_1(q_i), m_2(q_i), m_3(q_i)) Rx(m_4(q_i)) Ry(m_5(q_i)) Rz(m_6(q_i))
 //   TCP     = flange * tool, then displaced by c_t m_t l_t^3/3 g_perp and turned by c_t m_t l_t^2/2 (z_t cross g)
 // If a link's mass moment m_j com_j is not known, each of its components adds k_i times its torque about joint i, one
 // unknown per joint and component. tau_i is evaluated on the nominal geometry: errors of 1 mm and 1 mrad change it by a
@@ -16,6 +18,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -32,6 +35,9 @@ constexpr int kCounterbalanceOrders = 3;
 /// ones a small part of what its prior allows.
 constexpr int kLowestOrder = 5, kHighestOrder = 40;
 
+/// Waves per motion of a linear unit with this stroke [m]: half-waves down to 0.5 m.
+int guide_orders(double stroke_m);
+
 /// A possible error of the arm.
 struct ArmParameter : ParameterKey {
   double sigma = 0.0;  ///< prior 1 sigma, > 0
@@ -46,9 +52,10 @@ constexpr int kMaxTools = 8;
 
 /// The part of the model that depends on the axis angles only; computed once per touch.
 struct PreparedPose {
-  Eigen::Matrix2Xd direction;  ///< per joint: cosine and sine of the nominal theta
+  /// Per joint: cosine and sine of the nominal theta; of a linear unit, its position [m] and 0.
+  Eigen::Matrix2Xd direction;
   /// Per parameter: d(angle)/dx for compliance, load, play, harmonics, bearings,
-  /// stiffening; else 0.
+  /// stiffening; d(motion)/dx of a linear unit; else 0.
   Eigen::VectorXd factor;
   int tool = 0;  ///< index of the tool
 };
@@ -80,6 +87,8 @@ struct ArmChain {
     Eigen::Vector3d y;               ///< beta about y through end
     Eigen::Vector3d end;             ///< origin after the joint
     Eigen::Matrix3d rotation;        ///< after the joint
+    /// Linear unit: axes of roll, pitch and yaw, through `end`; x, y and z are along, across, above.
+    Eigen::Matrix3d turns;
   };
   std::array<Link, kMaxJoints> link;
   Eigen::Matrix3d flange;
@@ -145,7 +154,7 @@ class ArmModel {
   /// Position of nominal_tcp().
   Eigen::Vector3d nominal_tip_m(std::span<const double> joint_rad, int tool = 0) const;
   /// Geometric Jacobian of the first tool's nominal TCP, 6 x joints (linear above angular), per
-  /// controller axis angle, base frame.
+  /// controller axis angle or metre, base frame.
   Eigen::Matrix<double, 6, Eigen::Dynamic> nominal_jacobian(
       std::span<const double> joint_rad) const;
 
@@ -153,7 +162,11 @@ class ArmModel {
   PreparedPose turned(std::span<const double> joint_rad, int tool) const;
   void add_counterbalance(std::size_t joint);
   void add_function(std::size_t joint);
+  void add_guide(std::size_t joint);
   void add_tool_parameters(int index);
+  /// Of a linear unit, its position included.
+  std::array<double, kGuideMotions> guide_motion(int joint, const PreparedPose& pose,
+                                                 const double* x) const;
   void walk_links(const PreparedPose& pose, const ArmErrors& errors, ArmChain& chain) const;
   /// Moment of gravity about each joint's origin [N m], base frame.
   Eigen::Matrix3Xd gravity_moment_nm(const ArmChain& chain) const;
@@ -161,9 +174,11 @@ class ArmModel {
   Robot robot_;
   std::vector<Tool> tools_;
   std::vector<ArmParameter> parameters_;
-  /// Boundaries of the parameter ranges with pose-dependent rotation: about a joint's axis, then
-  /// across it.
-  int first_by_pose_ = 0, last_by_pose_ = 0, last_bearing_ = 0;
+  /// Boundaries of the parameter ranges with pose-dependent motion: about a joint's axis, across it,
+  /// of a linear unit.
+  int first_by_pose_ = 0, last_by_pose_ = 0, last_bearing_ = 0, last_guide_ = 0;
+  /// Per joint: of a linear unit, its guide's axes as columns, in the preceding frame.
+  std::vector<std::optional<Eigen::Matrix3d>> guide_axes_;
   std::vector<double> stiff_;  ///< m l^3/3 of each tool
   ArmErrors none_;             ///< of the nominal arm
 };

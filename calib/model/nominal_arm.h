@@ -4,6 +4,7 @@
 // Same chain as ArmModel::nominal_tcp, with the constant transforms multiplied out beforehand.
 
 #include <Eigen/Geometry>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -23,7 +24,8 @@ class NominalArm {
  private:
   struct Turn {
     double sign, offset_rad;
-    Eigen::Isometry3d behind;  ///< to the next joint; after the last one to the TCP
+    std::optional<Eigen::Vector3d> along;  ///< of a linear unit
+    Eigen::Isometry3d behind;              ///< to the next joint; after the last one to the TCP
   };
   Eigen::Isometry3d base_;
   std::vector<Turn> joints_;

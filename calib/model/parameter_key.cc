@@ -10,6 +10,9 @@ namespace cellcal::calib {
 namespace {
 
 constexpr std::array kAxis = {"x", "y", "z"};
+/// By GuideMotion.
+constexpr std::array kGuideNames = {"along", "across", "above", "roll", "pitch", "yaw"};
+static_assert(kGuideNames.size() == kGuideMotions);
 
 template <class T>
 const T& part(const std::vector<T>& all, int index) {
@@ -46,6 +49,9 @@ std::string what(const Cell& cell, const ParameterKey& key) {
       return "alpha";
     case ParameterKind::kBeta:
       return "beta";
+    case ParameterKind::kGuide:
+      return kGuideNames.at(static_cast<std::size_t>(key.axis)) +
+             (key.harmonic == 0 ? "_slope" : std::to_string(key.harmonic));
     case ParameterKind::kCompliance:
       return "compliance";
     case ParameterKind::kLoad:
@@ -126,6 +132,10 @@ class Search {
           ParameterKind::kPlay})
       consider(joint_parameter(kind, index));
     std::string_view rest = name_.substr(owner.size() + 1);
+    for (int motion = 0; motion < kGuideMotions; ++motion)
+      if (const std::string_view word = kGuideNames[static_cast<std::size_t>(motion)];
+          rest.starts_with(word))
+        consider(guide_parameter(index, GuideMotion{motion}, order_of(rest.substr(word.size()))));
     for (const int axis : {0, 1}) consider(bearing_parameter(index, axis));
     if (rest.starts_with("load_"))
       for (std::size_t link = index; link < cell_.robot.joints.size(); ++link)
@@ -166,6 +176,13 @@ class Search {
 
 ParameterKey joint_parameter(ParameterKind kind, std::size_t joint) {
   return {.kind = kind, .joint = static_cast<int>(joint)};
+}
+
+ParameterKey guide_parameter(std::size_t joint, GuideMotion motion, int order) {
+  return {.kind = ParameterKind::kGuide,
+          .joint = static_cast<int>(joint),
+          .harmonic = order,
+          .axis = static_cast<int>(motion)};
 }
 
 ParameterKey load_parameter(std::size_t joint, std::size_t link, int axis) {

@@ -19,6 +19,7 @@ enum class ParameterKind {
   kA,
   kAlpha,
   kBeta,        // geometric error of a joint
+  kGuide,       // slope or wave of one of a linear unit's six motions
   kCompliance,  // k_i
   kLoad,        // k_i times an unknown part of a link's mass moment
   kCosine,
@@ -41,14 +42,21 @@ enum class ParameterKind {
   kProbeTurn  // rotation of a tracker's probe on the tool
 };
 
+/// Motions of a linear unit's carriage: shifts along the travel, across it and above it (right-handed,
+/// above nearest to the preceding frame's z), and turns about these.
+enum class GuideMotion { kAlong, kAcross, kAbove, kRoll, kPitch, kYaw };
+constexpr int kGuideMotions = 6;
+constexpr bool is_shift(GuideMotion motion) { return motion < GuideMotion::kRoll; }
+
 /// Indices refer to the cell that the parameter belongs to.
 struct ParameterKey {
   ParameterKind kind = ParameterKind::kTheta;
   int joint = -1;    ///< -1: not of a joint
-  int harmonic = 0;  ///< kCosine to kFunctionSine: order h
-  int axis = 0;   ///< kTcp, kLoad, kCentre, kTurn, kProbeTurn: 0 x, 1 y, 2 z; kBearing, kTilt: 0, 1
-  int link = -1;  ///< kLoad: the joint whose link it is
-  int tool = 0;   ///< kDeflection, kTcp, kEffectiveRadius: tool index; 0 the first
+  int harmonic = 0;  ///< kCosine to kFunctionSine: order h; kGuide: order of the wave, 0 the slope
+  /// kTcp, kLoad, kCentre, kTurn, kProbeTurn: 0 x, 1 y, 2 z; kBearing, kTilt: 0, 1; kGuide: GuideMotion.
+  int axis = 0;
+  int link = -1;    ///< kLoad: the joint whose link it is
+  int tool = 0;     ///< kDeflection, kTcp, kEffectiveRadius: tool index; 0 the first
   int target = -1;  ///< target index, kCentre and following
 
   auto operator<=>(const ParameterKey&) const = default;
@@ -58,6 +66,8 @@ struct ParameterKey {
 ParameterKey joint_parameter(ParameterKind kind, std::size_t joint);
 ParameterKey load_parameter(std::size_t joint, std::size_t link, int axis);
 ParameterKey bearing_parameter(std::size_t joint, int axis);
+/// Order 0: the slope.
+ParameterKey guide_parameter(std::size_t joint, GuideMotion motion, int order);
 /// kCosine to kFunctionSine.
 ParameterKey wave_parameter(ParameterKind kind, std::size_t joint, int harmonic);
 /// kDeflection, kTcp, kEffectiveRadius.
@@ -82,11 +92,11 @@ constexpr bool is_function(ParameterKind kind) {
 constexpr bool is_by_evidence(ParameterKind kind) {
   return is_function(kind) || kind == ParameterKind::kBearing || kind == ParameterKind::kStiffening;
 }
-/// True for errors of the arm's geometry.
-constexpr bool is_geometric(ParameterKind kind) { return kind <= ParameterKind::kBeta; }
+/// True for errors of the arm's geometry, a linear unit's included.
+constexpr bool is_geometric(ParameterKind kind) { return kind <= ParameterKind::kGuide; }
 
-/// "A1.theta", "A2.compliance", "A2.load_A4_x", "A3.cos2", "tool.c_t", "touch.rho", "latch_delay",
-/// "S1.x", ... Throws std::out_of_range if the cell has no such part.
+/// "A1.theta", "A2.compliance", "A2.load_A4_x", "A3.cos2", "E1.along_slope", "E1.pitch3", "tool.c_t",
+/// "touch.rho", "latch_delay", "S1.x", ... Throws std::out_of_range if the cell has no such part.
 std::string parameter_name(const Cell& cell, const ParameterKey& key);
 /// Inverse of parameter_name(); empty if the cell has no such part.
 std::optional<ParameterKey> parameter_key(const Cell& cell, std::string_view name);

@@ -2,7 +2,20 @@
 
 #include <stdexcept>
 
+#include "calib/model/error.h"
+#include "calib/model/units.h"
+
 namespace cellcal::calib {
+
+JointUnit unit_of(const Joint& joint) {
+  return joint.is_prismatic() ? JointUnit{kMmPerM, "mm"} : JointUnit{kDegPerRad, "deg"};
+}
+
+void refuse_linear_unit(const Robot& robot, const std::string& what, const std::string& instead) {
+  if (robot.first_turning() > 0)
+    throw LinearUnitError(what + " is not possible yet for an arm on a linear unit (" +
+                          robot.joints[0].name + "). " + instead);
+}
 
 std::size_t Cell::target_index(const std::string& id) const {
   for (std::size_t i = 0; i < targets.size(); ++i)

@@ -5,6 +5,7 @@
 // Frames. base: the robot's root. Each joint defines the frame after it:
 //   T_i = Rz(theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i) Ry(beta_i),   theta_i = sgn_i q_i + offset_i
 // with q_i the controller's axis angle (Denavit-Hartenberg with Hayati's beta for parallel axes).
+// A linear unit is a prismatic first joint: T_1 = Trans(q_1 along), q_1 in metres.
 // flange = base_fixed * T_1 ... T_last * flange_fixed; the tool is mounted on the flange.
 
 #include <Eigen/Geometry>
@@ -23,8 +24,23 @@ namespace cellcal::calib {
 /// Geometric errors of one joint that may be identified.
 enum class JointError { kTheta, kD, kA, kAlpha, kBeta };
 
+/// What makes a joint prismatic: its carriage and all that follows move along `along`. Errors are six
+/// functions of its position, each a slope and waves (calib/model/README.md, (1a)).
+struct LinearGuide {
+  Eigen::Vector3d along = Eigen::Vector3d::UnitX();  ///< unit, preceding frame
+  // Prior 1 sigma; 0: known to be exact.
+  double scale_sigma = 0.0;           ///< of positioning, m per m
+  double direction_sigma_rad = 0.0;   ///< of the direction of travel, across it
+  double straightness_sigma_m = 0.0;  ///< rms of the waves of each of the three shifts
+  double turn_sigma_rad_m = 0.0;      ///< of roll, pitch and yaw, per metre
+  double turn_sigma_rad = 0.0;        ///< rms of the waves of each
+};
+
+/// Data of a prismatic joint are in metres where the name has _rad: range, speed, position.
 struct Joint {
   std::string name;
+  std::optional<LinearGuide> guide;  ///< empty: the joint turns
+  bool is_prismatic() const { return guide.has_value(); }
   int sign = 1;
   double offset_rad = 0.0;
   double d_m = 0.0;
@@ -78,7 +94,19 @@ struct Robot {
   Eigen::Isometry3d base_fixed = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d flange_fixed = Eigen::Isometry3d::Identity();
   AbsoluteAccuracy absolute_accuracy = AbsoluteAccuracy::kNotStated;
+
+  /// Index of the arm's first joint: 1 behind a linear unit, else 0.
+  std::size_t first_turning() const { return !joints.empty() && joints[0].is_prismatic() ? 1 : 0; }
 };
+
+/// Unit of a joint's position in files and interfaces.
+struct JointUnit {
+  double per_si = 1.0;
+  const char* name = "";  ///< "deg", "mm"
+};
+JointUnit unit_of(const Joint& joint);
+/// Throws LinearUnitError for an arm on a linear unit: "WHAT is not possible yet ...: INSTEAD".
+void refuse_linear_unit(const Robot& robot, const std::string& what, const std::string& instead);
 
 /// A robot and its file, as named by a cell file.
 struct NamedRobot {

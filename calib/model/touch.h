@@ -16,12 +16,13 @@ enum class TouchSet { kFit, kCheck };
 const char* to_string(TouchSet set);
 
 struct Touch {
-  std::vector<double> joint_rad;  ///< controller's axis angles at the instant of contact [rad]
-  std::string target;             ///< id of the target in the cell file
-  std::string tool;               ///< id of the tool that touched; empty: the cell's first
-  TouchSet set = TouchSet::kFit;  ///< check touches are held out of the fit
-  double sigma_m = 0.0;           ///< 1 sigma of this touch; 0: the cell's
-  double radius_m = 0.0;          ///< kind wire: this row's length
+  /// Controller's axis angles at the instant of contact [rad]; position of a linear unit [m].
+  std::vector<double> joint_rad;
+  std::string target;                     ///< id of the target in the cell file
+  std::string tool;                       ///< id of the tool that touched; empty: the cell's first
+  TouchSet set = TouchSet::kFit;          ///< check touches are held out of the fit
+  double sigma_m = 0.0;                   ///< 1 sigma of this touch; 0: the cell's
+  double radius_m = 0.0;                  ///< kind wire: this row's length
   double tracker_m[3] = {0.0, 0.0, 0.0};  ///< kind tracker: the tracker's reading
   /// Kind tracker with a measured pose: A, B, C of the probe in the tracker's frame, as stated in
   /// the file; and their 1 sigma, 0: the cell's.

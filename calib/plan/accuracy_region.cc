@@ -10,6 +10,7 @@
 #include "calib/model/inverse.h"
 #include "calib/model/linear.h"
 #include "calib/model/units.h"
+#include "calib/plan/track.h"
 
 namespace cellcal::calib {
 
@@ -51,7 +52,8 @@ std::vector<JointVector> in_box(const AccuracyRegion& region, const ArmModel& ar
     Eigen::Isometry3d pose = arm.nominal_tcp(held[random.below(held.size())]);
     for (int axis = 0; axis < 3; ++axis)
       pose.translation()[axis] = random.uniform(region.low_m[axis], region.high_m[axis]);
-    auto ways = configurations.reach(pose);
+    auto ways =
+        configurations.reach(pose, track_position_m(arm, pose.translation(), margin, random));
     if (!ways.empty()) postures.push_back(std::move(ways[random.below(ways.size())]));
   }
   if (static_cast<int>(postures.size()) < kLeast)

@@ -13,6 +13,9 @@ using Eigen::Vector3d;
 constexpr double kRadiusM = 0.10;  // forearm castings of 5 to 20 kg arms
 constexpr double kOfReachM = 1.34;
 constexpr double kLeastRadiusM = 0.06;
+/// Height of a moving column's capsule above the foot: more than the margin of bodies, so that what
+/// the foot stands on is not in its way.
+constexpr double kAboveFootM = 0.03;
 constexpr std::array kNames = {"the column",  "the upper arm", "the elbow",
                                "the forearm", "the wrist",     "the hand"};
 
@@ -20,7 +23,10 @@ double length_m(const Joint& joint) { return std::hypot(joint.d_m, joint.a_m); }
 
 std::string words_of(const Robot& robot, std::size_t i) {
   const std::string& name = robot.joints[i].name;
-  if (robot.joints.size() == kNames.size()) return std::string(kNames[i]) + " (" + name + ")";
+  const std::size_t first = robot.first_turning();
+  if (i < first) return "the carriage (" + name + ")";
+  if (robot.joints.size() == first + kNames.size())
+    return std::string(kNames[i - first]) + " (" + name + ")";
   return "the link that " + name + " moves";
 }
 
@@ -32,7 +38,8 @@ double off_axis_m(const Vector3d& point, const ArmChain::Link& link) {
 
 double assumed_radius_m(const Robot& robot) {
   double reach = robot.flange_fixed.translation().norm();
-  for (std::size_t i = 1; i < robot.joints.size(); ++i) reach += length_m(robot.joints[i]);
+  for (std::size_t i = robot.first_turning() + 1; i < robot.joints.size(); ++i)
+    reach += length_m(robot.joints[i]);
   return std::max(kLeastRadiusM, kRadiusM * reach / kOfReachM);
 }
 
@@ -111,11 +118,13 @@ Bodies::Bodies(const ArmModel& arm) : arm_(arm), nominal_(arm.errors(nullptr)) {
     } else {
       const Joint& own = robot.joints[static_cast<std::size_t>(body.joint)];
       beyond = length_m(own);
-      body.lever[static_cast<std::size_t>(body.joint)] = std::abs(own.a_m);
+      body.lever[static_cast<std::size_t>(body.joint)] =
+          own.is_prismatic() ? 1.0 : std::abs(own.a_m);
     }
     for (int j = body.joint - 1; j >= 0; --j) {
       const Joint& joint = robot.joints[static_cast<std::size_t>(j)];
-      body.lever[static_cast<std::size_t>(j)] = std::abs(joint.a_m) + beyond;
+      body.lever[static_cast<std::size_t>(j)] =
+          joint.is_prismatic() ? 1.0 : std::abs(joint.a_m) + beyond;
       beyond += length_m(joint);
     }
   }
@@ -126,9 +135,16 @@ void Bodies::place(std::span<const double> q, std::vector<Segment>& axes) const 
   arm_.walk(arm_.prepare(q), nominal_, chain);
   const std::size_t n = q.size();
   axes.clear();
+  const std::size_t first = arm_.robot().first_turning();
   for (std::size_t i = 0; i < n; ++i)
-    axes.push_back(
-        {chain.link[i].z_origin, i + 1 < n ? chain.link[i + 1].z_origin : chain.flange_origin});
+    axes.push_back({i < first ? chain.link[i].end : chain.link[i].z_origin,
+                    i + 1 < n ? chain.link[i + 1].z_origin : chain.flange_origin});
+  if (first > 0) {
+    Segment& column = axes[first];
+    const Vector3d up = column.b - column.a;
+    const double keeps = list_[first].radius_m + kAboveFootM;
+    column.a += std::min(1.0, keeps / std::max(keeps, up.norm())) * up;
+  }
   const Tool& tool = arm_.tool();
   const Vector3d &tip = chain.rigid_tip, &flange = chain.flange_origin;
   const double length = (flange - tip).norm();

@@ -1,7 +1,8 @@
 #pragma once
 // Arm and tool as capsules on the nominal geometry. A body's axis is the straight line from its
 // joint to the next one; the tool's shaft extends straight from the flange to the slim end, and the
-// slim end to the TCP. Further tools on the flange are two bodies each.
+// slim end to the TCP. Further tools on the flange are two bodies each. A linear unit's carriage is a
+// ball about the arm's foot; the column that it moves begins above it.
 
 #include <Eigen/Core>
 #include <span>
@@ -18,13 +19,15 @@ struct Segment {
 };
 
 struct Body {
-  std::string words;               ///< "the forearm (A4)"
-  int joint = 0;                   ///< last joint that moves it
-  double radius_m = 0.0;           ///< about its axis
-  bool is_tip = false;             ///< the slim end, or the ball at its end
-  bool meets_cell = true;          ///< the column is fixed, regardless of what is next to it
-  std::vector<double> lever = {};  ///< per joint: bound of the axis' motion per radian [m]
-  bool assumed = false;            ///< radius_m is not stated
+  std::string words;      ///< "the forearm (A4)"
+  int joint = 0;          ///< last joint that moves it
+  double radius_m = 0.0;  ///< about its axis
+  bool is_tip = false;    ///< the slim end, or the ball at its end
+  /// Of the fixed foot of the arm or its linear unit false: regardless of what is next to it.
+  bool meets_cell = true;
+  std::vector<double> lever =
+      {};                ///< per joint: bound of the axis' motion per radian [m], or metre
+  bool assumed = false;  ///< radius_m is not stated
 };
 
 /// Assumed radius of links without a stated one: 0.10 m for an arm of 1.34 m from shoulder to

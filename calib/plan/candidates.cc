@@ -10,6 +10,7 @@
 #include "calib/model/inverse.h"
 #include "calib/model/linear.h"
 #include "calib/model/long_work.h"
+#include "calib/plan/track.h"
 
 namespace cellcal::calib {
 
@@ -60,7 +61,7 @@ std::optional<Candidate> try_touch(const ArmModel& arm, const Clearance& clearan
     pose.translation() = spot.from + (spot.radius_m + outside) * spot.normal;
     return pose;
   };
-  for (std::size_t i = kFirstWristJoint; i < contact.size(); ++i)
+  for (std::size_t i = first_wrist_joint(arm.robot()); i < contact.size(); ++i)
     if (std::abs(contact[i]) > kWristRad) return std::nullopt;
   const auto standoff =
       inverse(arm, pose_at(options.standoff_m), contact, options.limit_margin_rad);
@@ -148,6 +149,15 @@ bool above_the_stand(const Vector3d& normal, const Vector3d& up) {
   return std::asin(std::clamp(normal.dot(up), -1.0, 1.0)) >= kLowestElevationRad;
 }
 
+/// The posture with a linear unit moved by the arm's usual lever times `by_rad`, rms.
+JointVector moved_along(const Robot& robot, JointVector q, double by_rad, Random& random) {
+  constexpr double kLeverM = 0.5;
+  if (robot.first_turning() == 0) return q;
+  const Joint& track = robot.joints[0];
+  q[0] = std::clamp(q[0] + kLeverM * by_rad * random.normal(), track.min_rad, track.max_rad);
+  return q;
+}
+
 /// Rotation about a random axis by an angle of this rms.
 Eigen::AngleAxisd turn_of(double rms_rad, Random& random) {
   Vector3d turn;
@@ -201,7 +211,8 @@ std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
         pose.linear() = flange * tool;
         pose.translation() = spot.from + spot.radius_m * normal;
         // A random configuration, and another one if the first is not clear.
-        std::vector<JointVector> ways = configurations.reach(pose);
+        std::vector<JointVector> ways = configurations.reach(
+            pose, track_position_m(arm, target.centre_m, options.limit_margin_rad, random));
         for (std::size_t left = ways.size(); left > 0; --left) {
           std::swap(ways[random.below(left)], ways[left - 1]);
           auto candidate = try_touch(arm, clearance, options, spot, pose.linear(), ways[left - 1]);
@@ -243,7 +254,8 @@ std::vector<Candidate> vary(const Cell& cell, const ArmModel& arm, const Clearan
     pose.linear() = turn_of(by_rad, random) * like.orientation;
     pose.translation() = spot.from + spot.radius_m * spot.normal;
     if ((pose.linear() * shaft).dot(-spot.normal) < cone) continue;
-    const auto contact = inverse(arm, pose, like.contact, options.limit_margin_rad);
+    const auto contact = inverse(arm, pose, moved_along(arm.robot(), like.contact, by_rad, random),
+                                 options.limit_margin_rad);
     if (!contact) continue;
     auto candidate = try_touch(arm, clearance, options, spot, pose.linear(), *contact);
     if (!candidate) continue;

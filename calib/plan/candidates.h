@@ -55,7 +55,7 @@ std::vector<Candidate> vary(const Cell& cell, const ArmModel& arm, const Clearan
 
 /// Wrists with a larger range are kept within one turn, to spare the cables.
 inline constexpr double kWristRad = 3.0;
-inline constexpr std::size_t kFirstWristJoint = 3;
+inline std::size_t first_wrist_joint(const Robot& robot) { return robot.first_turning() + 3; }
 
 /// Clearance of the nominal tip from every surface in transits; 0.92 of it, 10 mm, within a move.
 /// Arms of twice the usual tolerances have been 9 mm off.

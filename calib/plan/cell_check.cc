@@ -356,6 +356,7 @@ std::vector<DescriptionMistake> explain(const Cell& cell) {
   std::vector<DescriptionMistake> all;
   Cell other = cell;
   for (Joint& joint : other.robot.joints) {
+    if (joint.is_prismatic()) continue;
     joint.sign = -joint.sign;
     if (explains(other))
       all.push_back({.kind = What::kSign, .joint = joint.name, .sign = joint.sign});
@@ -366,6 +367,7 @@ std::vector<DescriptionMistake> explain(const Cell& cell) {
     all.push_back({.kind = What::kToolAxis, .tcp_m = other.tool.tcp.translation()});
   other.tool = cell.tool;
   for (Joint& joint : other.robot.joints) {
+    if (joint.is_prismatic()) continue;
     const double stated = joint.offset_rad;
     for (const double turn : {std::numbers::pi, std::numbers::pi / 2, -std::numbers::pi / 2}) {
       joint.offset_rad = std::remainder(stated + turn, 2.0 * std::numbers::pi);
@@ -401,7 +403,9 @@ void examine_load(const Cell& cell, std::vector<CellFault>& faults) {
 }
 
 void examine_column(const Cell& cell, std::vector<CellFault>& faults) {
-  if (cell.robot.joints.size() < 3 || cell.obstacles.empty()) return;
+  // A linear unit's column moves, and keeps clear of everything.
+  if (cell.robot.joints.size() < 3 || cell.obstacles.empty() || cell.robot.first_turning() > 0)
+    return;
   const ArmModel arm = planning_arm(cell);
   ArmChain chain;
   arm.walk(arm.prepare(JointVector(cell.robot.joints.size(), 0.0)), arm.errors(nullptr), chain);

@@ -14,9 +14,11 @@ namespace cellcal::calib {
 void require_speeds(const Robot& robot) {
   for (const Joint& joint : robot.joints)
     if (!(joint.max_speed_rad_s > 0.0)) {
-      PlanError error(PlanError::Kind::kCell,
-                      "robot file of " + robot.name + ": joint " + joint.name +
-                          " has no max_speed_deg_s. Add it: no motion can be planned without");
+      PlanError error(
+          PlanError::Kind::kCell,
+          "robot file of " + robot.name + ": joint " + joint.name +
+              (joint.is_prismatic() ? " has no max_speed_mm_s" : " has no max_speed_deg_s") +
+              ". Add it: no motion can be planned without");
       error.joint = joint.name;
       throw error;
     }

@@ -55,6 +55,7 @@ ArmModel planning_arm(const Cell& cell) {
     joint.errors.clear();
     joint.compliance_sigma_rad_per_nm = 0.0;
     joint.harmonics.clear();
+    if (joint.guide) joint.guide = LinearGuide{joint.guide->along};
   }
   const auto known = [](Tool tool) {
     tool.deflection_sigma = 0.0;
@@ -71,19 +72,25 @@ JointVector middle_posture(const Robot& robot) {
   constexpr double kInsideRad = 0.3;  // a joint with its zero near a limit is centred
   for (const Joint& joint : robot.joints) {
     const bool inside = joint.min_rad < -kInsideRad && joint.max_rad > kInsideRad;
-    q.push_back(inside ? 0.0 : (joint.min_rad + joint.max_rad) / 2.0);
+    q.push_back(inside && !joint.is_prismatic() ? 0.0 : (joint.min_rad + joint.max_rad) / 2.0);
   }
-  if (q.size() >= 3) {
-    q[1] = std::clamp(-1.2, robot.joints[1].min_rad, robot.joints[1].max_rad);
-    q[2] = std::clamp(1.6, robot.joints[2].min_rad, robot.joints[2].max_rad);
+  const std::size_t first = robot.first_turning(), arm_joints = q.size() - first;
+  const auto set = [&](std::size_t arm_joint, double rad) {
+    const Joint& joint = robot.joints[first + arm_joint];
+    q[first + arm_joint] = std::clamp(rad, joint.min_rad, joint.max_rad);
+  };
+  if (arm_joints >= 3) {
+    set(1, -1.2);
+    set(2, 1.6);
   }
-  if (q.size() >= 5) q[4] = std::clamp(1.0, robot.joints[4].min_rad, robot.joints[4].max_rad);
+  if (arm_joints >= 5) set(4, 1.0);
   return q;
 }
 
 JointVector resting_posture(const Robot& robot, const Clearance& clearance) {
   const JointVector middle = middle_posture(robot);
-  if (clearance.clear(middle, kTipMarginM) || middle.size() < 3) return middle;
+  const std::size_t first = robot.first_turning();
+  if (clearance.clear(middle, kTipMarginM) || middle.size() < first + 3) return middle;
   // Turned aside, lifted, folded: the smallest change first.
   constexpr double kMarginRad = 0.1;
   constexpr double kTurnRad[] = {0.0, 0.5, -0.5, 1.0, -1.0, 1.6, -1.6};
@@ -93,10 +100,12 @@ JointVector resting_posture(const Robot& robot, const Clearance& clearance) {
       for (const double turn : kTurnRad) {
         JointVector q = middle;
         const double change[] = {turn, lift, fold};
-        for (std::size_t i = 0; i < 3; ++i)
-          q[i] = std::clamp(
-              q[i] + change[i], robot.joints[i].min_rad + kMarginRad,
-              std::max(robot.joints[i].min_rad + kMarginRad, robot.joints[i].max_rad - kMarginRad));
+        for (std::size_t i = 0; i < 3; ++i) {
+          const Joint& joint = robot.joints[first + i];
+          q[first + i] =
+              std::clamp(q[first + i] + change[i], joint.min_rad + kMarginRad,
+                         std::max(joint.min_rad + kMarginRad, joint.max_rad - kMarginRad));
+        }
         if (clearance.clear(q, kTipMarginM)) return q;
       }
   return middle;  // the caller reports the obstacle

@@ -368,7 +368,8 @@ Detour find_detour(const Robot& robot, const Clearance& clearance, const JointVe
   for (unsigned i = 0; i < n; ++i) {
     const Joint& joint = robot.joints[i];
     const auto [low, high] = std::minmax(from[i], to[i]);
-    const double most = i < kFirstWristJoint ? std::numeric_limits<double>::max() : kWristRad;
+    const double most =
+        i < first_wrist_joint(robot) ? std::numeric_limits<double>::max() : kWristRad;
     bounds.low[i] = std::min(std::max(joint.min_rad + options.limit_margin_rad, -most), low);
     bounds.high[i] = std::max(std::min(joint.max_rad - options.limit_margin_rad, most), high);
     bounds.high[i] = std::max(bounds.high[i], bounds.low[i] + kLeastRangeRad);

@@ -122,6 +122,8 @@ double stated_value(const Cell& cell, const ParameterKey& parameter) {
       return joint.a_m;
     case ParameterKind::kAlpha:
       return joint.alpha_rad;
+    case ParameterKind::kGuide:
+      return 0.0;
     default:
       return joint.beta_rad;
   }

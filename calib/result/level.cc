@@ -40,7 +40,7 @@ bool stated(const Robot& robot, double Joint::*field) {
 /// Masses in proportion to the links' lengths, each centred between its joints.
 void assume_masses(Robot& robot) {
   double heaviest = 0.0;
-  for (std::size_t i = 1; i < robot.joints.size(); ++i) {
+  for (std::size_t i = robot.first_turning() + 1; i < robot.joints.size(); ++i) {
     Joint& joint = robot.joints[i];
     joint.mass_kg = kTypicalMassKgPerM * std::hypot(joint.a_m, joint.d_m);
     const Eigen::Matrix3d turn = (Eigen::AngleAxisd(joint.alpha_rad, Eigen::Vector3d::UnitX()) *
@@ -72,7 +72,8 @@ std::vector<double> largest_load_nm(const Robot& robot, const Cell& cell) {
     const double length = std::hypot(joint.a_m, joint.d_m);
     moment += mass * length + joint.mass_kg * std::max(0.0, length - joint.com_m.norm());
     mass += joint.mass_kg;
-    load[i] = i == 0 && upright ? 0.0 : std::max(kLeastLoadNm, kGravity * moment);
+    load[i] =
+        i == robot.first_turning() && upright ? 0.0 : std::max(kLeastLoadNm, kGravity * moment);
   }
   return load;
 }
@@ -105,7 +106,7 @@ Cell at_level(const Cell& cell, const ModelLevel& level) {
   if (level.compliance > 0.0 && !compliance_stated && !stated(cell.robot, &Joint::mass_kg))
     assume_masses(result.robot);
   const std::vector<double> load_nm = largest_load_nm(result.robot, cell);
-  for (std::size_t i = 0; i < load_nm.size(); ++i) {
+  for (std::size_t i = cell.robot.first_turning(); i < load_nm.size(); ++i) {
     Joint& joint = result.robot.joints[i];
     if (level.compliance > 0.0 && !compliance_stated && load_nm[i] > 0.0)
       joint.compliance_sigma_rad_per_nm = kTypicalSagRad / load_nm[i];  // (9)

@@ -46,11 +46,11 @@ std::string weak_words(const Cell& cell, const UnidentifiableDirection& d) {
 std::string sentence(const Cell& cell, const UnidentifiableDirection& d) {
   switch (d.kind) {
     case UnidentifiableKind::kZeroOfFirstJoint:
-      return "zero of " + cell.robot.joints.at(0).name +
+      return "zero of " + cell.robot.joints.at(cell.robot.first_turning()).name +
              ": the same as turning all targets about the base axis. Fixed by convention (gauge)";
     case UnidentifiableKind::kHeightOfBase:
       return "height of the arm on its base (" +
-             parameter_name(cell, joint_parameter(ParameterKind::kD, 0)) +
+             parameter_name(cell, joint_parameter(ParameterKind::kD, cell.robot.first_turning())) +
              "): the same as lowering all targets. Fixed by convention (gauge)";
     case UnidentifiableKind::kBehindLastJoint:
       return list(cell, d) +

@@ -79,9 +79,11 @@ void by_jumps(const Problem& problem, const Problem::At& at, std::size_t touch, 
   ArmChain chain;
   problem.arm().walk(problem.pose(touch), at.arm, chain);
   const int joints = problem.arm().joint_count(), count = problem.rows(touch);
+  const auto first = static_cast<int>(problem.arm().robot().first_turning());
+  rows.leftCols(first).setZero();
   for (int k = 3; k < count; ++k) {  // rotations: a joint's axis, and no effect of a displaced tip
     const double lever = problem.turn_lever_m(touch) / problem.sigma_m(touch);
-    for (int i = 0; i < joints; ++i)
+    for (int i = first; i < joints; ++i)
       rows(k, i) = problem.arm().robot().joints[static_cast<std::size_t>(i)].sign * lever *
                    chain.link[static_cast<std::size_t>(i)].z[k - 3];
     rows.row(k).tail<3>().setZero();
@@ -89,7 +91,7 @@ void by_jumps(const Problem& problem, const Problem::At& at, std::size_t touch, 
   for (int k = 0; k < problem.place_rows(touch); ++k) {
     const Eigen::Vector3d n = (count == 1 ? direction : Eigen::Vector3d(Eigen::Vector3d::Unit(k))) /
                               problem.sigma_m(touch);
-    for (int i = 0; i < joints; ++i) {
+    for (int i = first; i < joints; ++i) {
       const auto& link = chain.link[static_cast<std::size_t>(i)];
       const int sign = problem.arm().robot().joints[static_cast<std::size_t>(i)].sign;
       rows(k, i) = sign * n.dot(link.z.cross(chain.tip - link.z_origin));
@@ -201,7 +203,7 @@ void JumpSequence::set_prior(const Calibration& c, const Eigen::VectorXd& u) {
 
 void JumpSequence::fill_columns(const Eigen::VectorXd& x) {
   const int own = jump_columns(problem_), joints = own - 3;
-  for (int i = 0; i < joints; ++i)
+  for (int i = static_cast<int>(arm_.robot().first_turning()); i < joints; ++i)
     suspects_.push_back({Jump::What::kJoint, arm_.robot().joints[static_cast<std::size_t>(i)].name,
                          static_cast<std::size_t>(i), i, 1, kUsualSlipRad});
   suspects_.push_back({Jump::What::kTool, "tool", 0, joints, 3, kUsualKnockM});

@@ -213,7 +213,8 @@ std::vector<Jump> suspected_jump(const Problem& problem, const Estimate& e, doub
       best = {what, name, order[places[p] - 1]};
       best.squared_sigmas = squared;
     };
-    for (Eigen::Index i = 0; i < joints; ++i)
+    const auto first = static_cast<Eigen::Index>(problem.arm().robot().first_turning());
+    for (Eigen::Index i = first; i < joints; ++i)
       consider(Jump::What::kJoint, problem.arm().robot().joints[static_cast<std::size_t>(i)].name,
                i, 1, kUsualSlipRad);
     consider(Jump::What::kTool, "tool", joints, 3, kUsualKnockM);

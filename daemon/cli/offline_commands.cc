@@ -100,8 +100,10 @@ void add_plan(CLI::App& app, int& status) {
                       "The controller's $config.dat with the program's tools and bases; also "
                       "$machine.dat; may be repeated");
   command
-      ->add_option("--from", given->from_deg,
-                   "Joint angles where the session begins, A1,A2,... in deg [chosen by the plan]")
+      ->add_option(
+          "--from", given->from_deg,
+          "Joint angles where the session begins, A1,A2,... in deg; of a linear unit, which comes "
+          "first, mm [chosen by the plan]")
       ->delimiter(',');
   command->add_option("--picture", given->picture,
                       "Draw arm, cell and touches from above and from the side (SVG)");

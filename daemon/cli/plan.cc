@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "calib/files/files.h"
+#include "calib/files/touches.h"
 #include "calib/model/error.h"
 #include "calib/model/long_work.h"
 #include "calib/model/units.h"
@@ -64,14 +65,17 @@ double minutes(const calib::Plan& plan, const calib::Robot& robot) {
 /// Current position of the arm, or the plan's preferred start.
 calib::JointVector begin_of(const PlanCommand& command, const calib::Robot& robot) {
   calib::JointVector begin;
-  for (const double deg : command.from_deg) begin.push_back(deg * calib::kRadPerDeg);
-  if (!begin.empty() && begin.size() != robot.joints.size())
-    throw std::runtime_error(fmt::format("--from: {0} angles, {2} joints in {1}", begin.size(),
+  const std::size_t stated = command.from_deg.size();
+  if (stated > 0 && stated != robot.joints.size())
+    throw std::runtime_error(fmt::format("--from: {0} angles, {2} joints in {1}", stated,
                                          robot.name, robot.joints.size()));
-  for (std::size_t i = 0; i < begin.size(); ++i)
+  for (std::size_t i = 0; i < stated; ++i) {
+    begin.push_back(calib::joint_si(robot.joints[i], command.from_deg[i]));
     if (begin[i] < robot.joints[i].min_rad || begin[i] > robot.joints[i].max_rad)
-      throw std::runtime_error(fmt::format("--from: {1:g} deg for {0} is outside of its limits",
-                                           robot.joints[i].name, command.from_deg[i]));
+      throw std::runtime_error(fmt::format("--from: {1:g} {2} for {0} is outside of its limits",
+                                           robot.joints[i].name, command.from_deg[i],
+                                           unit_of(robot.joints[i]).name));
+  }
   return begin;
 }
 
@@ -109,7 +113,9 @@ std::string travel_words(const LimitNeeded& needed, const calib::Plan& plan,
                          const calib::Robot& robot) {
   std::string begin;
   for (std::size_t i = 0; i < robot.joints.size(); ++i)
-    begin += fmt::format("{}{:.0f}", i == 0 ? "" : ",", plan.start[i] * calib::kDegPerRad);
+    begin +=
+        fmt::format("{}{:.0f}", i == 0 ? "" : ",", plan.start[i] * unit_of(robot.joints[i]).per_si);
+  if (robot.first_turning() > 0) return "begins at " + begin + " (mm, deg)";
   return fmt::format(
       "largest axis travel {1:.1f} deg ({0}) from {2}. Over RSI set correction_limit_deg to at "
       "least {3:.0f}; {4:.0f} also covers a session that begins or is resumed anywhere on its "
@@ -121,16 +127,19 @@ std::string travel_words(const LimitNeeded& needed, const calib::Plan& plan,
 std::string json_of(const calib::Plan& plan, const calib::Robot& robot, const LimitNeeded& needed) {
   nlohmann::json list = nlohmann::json::array();
   for (const calib::PlannedTouch& planned : plan.touches) {
-    nlohmann::json joints;
+    nlohmann::json joints, tracks;
     const calib::Touch touch = nominal_touch(planned);
     for (std::size_t i = 0; i < robot.joints.size(); ++i) {
-      joints[robot.joints[i].name] = touch.joint_rad[i] * calib::kDegPerRad;
+      const calib::Joint& joint = robot.joints[i];
+      (joint.is_prismatic() ? tracks : joints)[joint.name] =
+          touch.joint_rad[i] * unit_of(joint).per_si;
     }
     list.push_back({{"target", planned.target},
                     {"set", to_string(planned.set)},
                     {"joints_deg", joints},
                     {"normal", {planned.normal.x(), planned.normal.y(), planned.normal.z()}},
                     {"search_mm", planned.search_m * calib::kMmPerM}});
+    if (!tracks.is_null()) list.back()["joints_mm"] = tracks;
   }
   return nlohmann::json{{"touches", list},
                         {"left_out", plan.left_out},

@@ -426,6 +426,9 @@ WireKind wire_of(const DaemonConfig& config) {
 namespace {
 
 std::vector<drivers::AxisLimit> axis_limits(const DaemonConfig& config, const calib::Cell& cell) {
+  refuse_linear_unit(
+      cell.robot, "a session over RSI or EKI",
+      "Move the arm by programs of its own, and give the touches to 'cellcal identify'");
   std::vector<drivers::AxisLimit> limits;
   for (const calib::Joint& joint : cell.robot.joints) {
     if (!(joint.max_speed_rad_s > 0.0)) {
@@ -460,6 +463,7 @@ drivers::RsiConfig rsi_config_for(const DaemonConfig& config, const calib::Cell&
 }
 
 drivers::RsiFilesConfig rsi_files_for(const DaemonConfig& config, const calib::Cell& cell) {
+  refuse_linear_unit(cell.robot, "a session over RSI", "Leave --cell out");
   drivers::RsiFilesConfig files = config.rsi_files;
   for (const calib::Joint& joint : cell.robot.joints) {
     files.ranges_deg.push_back(

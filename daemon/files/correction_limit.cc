@@ -24,7 +24,10 @@ double round_limit_deg(double turn_deg) {
 
 LimitNeeded limit_needed(const calib::Plan& plan, const calib::Robot& robot,
                          const calib::JointVector& begin, std::size_t next) {
-  const calib::AxisTravel travel = calib::axis_travel(plan, begin, next);
+  calib::AxisTravel travel = calib::axis_travel(plan, begin, next);
+  // A linear unit's travel is no angle.
+  for (std::size_t i = 0; i < robot.first_turning(); ++i)
+    travel.low_rad[i] = travel.high_rad[i] = begin.at(i);
   const calib::Turn turn = travel.from(begin), range = travel.from_anywhere();
   LimitNeeded needed;
   needed.axis = robot.joints.at(turn.axis).name;

@@ -88,6 +88,8 @@ std::string_view meaning_of(ParameterKind kind) {
       return "twist of the link";
     case ParameterKind::kBeta:
       return "tilt to the parallel axis";
+    case ParameterKind::kGuide:
+      return "motion of the carriage";
     case ParameterKind::kCompliance:
       return "compliance under torque";
     case ParameterKind::kBearing:

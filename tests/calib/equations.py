@@ -21,7 +21,7 @@ COMPUTES = re.compile(r"//[/!<]*\s*((?:" + NUMBER + r",? ?)+)")
 DEFINITION = re.compile(r"^ +" + NUMBER + r"  +(.*(?:\n {10,}\S.*)*)", re.M)
 NAME = re.compile(r"(?<![A-Za-z0-9_])[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)*")
 # What the table says in its text, the word a, and products of two symbols.
-NOTATION = {"N", "tr", "Rx", "Ry", "Rz", "Tx", "Tz", "O2", "O3", "O4", "M_last", "M_now", "H_a", "H_b", "H_ab",
+NOTATION = {"N", "tr", "Rx", "Ry", "Rz", "Tx", "Ty", "Tz", "O2", "O3", "O4", "M_last", "M_now", "H_a", "H_b", "H_ab",
             "m_t", "c_a", "c_b", "lam_max", "a", "WJ", "Wr"}
 # Which one of many: q_ik, sv_1, Z_one,last, Z_undone
 WHICH = re.compile(r"_(?:[ijkln]{1,2}|\d|last|undone|stated)$")

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <ranges>
 
 #include "calib/estimate/predict.h"
 #include "calib/estimate/region.h"
@@ -65,20 +66,22 @@ std::vector<calib::JointVector> postures(const calib::ArmModel& arm, int count, 
   constexpr double kLowDeg[] = {-60.0, -120.0, 20.0, -170.0, -110.0, -170.0};
   constexpr double kHighDeg[] = {60.0, -10.0, 145.0, 170.0, 110.0, 170.0};
   constexpr double kFloorM = 0.05;
-  if (arm.joint_count() != 6) return calib::workspace_poses(arm, count, seed);
+  const std::size_t first = arm.robot().first_turning();
+  if (arm.joint_count() != static_cast<int>(first) + 6)
+    return calib::workspace_poses(arm, count, seed);
   const Eigen::Isometry3d to_foot = arm.robot().base_fixed.inverse();
   calib::Random random(seed);
   std::vector<calib::JointVector> poses;
   while (static_cast<int>(poses.size()) < count) {
-    calib::JointVector q(6);
-    for (std::size_t i = 0; i < q.size(); ++i)
-      q[i] = random.uniform(kLowDeg[i], kHighDeg[i]) * std::numbers::pi / 180.0;
+    calib::JointVector q;
+    for (const calib::Joint& joint : arm.robot().joints | std::views::take(first))
+      q.push_back(random.uniform(joint.min_rad, joint.max_rad));
+    for (std::size_t i = 0; i < 6; ++i)
+      q.push_back(random.uniform(kLowDeg[i], kHighDeg[i]) * std::numbers::pi / 180.0);
     if ((to_foot * arm.nominal_tip_m(q)).z() > kFloorM) poses.push_back(std::move(q));
   }
   return poses;
 }
-
-namespace {
 
 Outcome judged(World world, const std::vector<calib::Touch>& touches, double load_kg) {
   calib::Calibration c = calib::identify(world.cell, touches, {.region_poses = calib::kStatedPoses},
@@ -132,6 +135,8 @@ Outcome judged(World world, const std::vector<calib::Touch>& touches, double loa
   return o;
 }
 
+namespace {
+
 Stage stage_of(const Trial& trial) {
   Stage stage;
   stage.spheres = trial.spheres;
@@ -147,6 +152,7 @@ Stage stage_of(const Trial& trial) {
   stage.size = trial.size;
   stage.heavy_stated = trial.heavy_stated;
   stage.lengths = trial.lengths;
+  stage.longest_m = trial.longest_m;
   stage.truth.gears = trial.gears;
   stage.truth.gear_arcsec = trial.gear_arcsec;
   stage.outlier_share = trial.outlier_share;

@@ -19,8 +19,9 @@ namespace cellcal::experiments {
 struct Trial {
   int spheres = 4, fit = 100, check = 30;
   double touch_sigma_m = 0.03e-3;
-  bool lengths = true;  ///< certified distances between all spheres
-  bool ideal = false;   ///< no noise, no gears, no compliance
+  bool lengths = true;     ///< certified distances between all spheres,
+  double longest_m = 1e3;  ///< no farther apart than this
+  bool ideal = false;      ///< no noise, no gears, no compliance
   Gears gears = Gears::kHarmonics;
   double gear_arcsec = 10.0;
   calib::Criterion criterion = calib::Criterion::kI;
@@ -80,6 +81,9 @@ OverPostures judge(const TrueArm& arm, const calib::Predictor& predictor,
 /// Postures in which the aims are judged: in front of the arm, as in the cases that the aims were
 /// set with. Narrower than what predictions and plans take for the workspace.
 std::vector<calib::JointVector> postures(const calib::ArmModel& arm, int count, unsigned seed);
+
+/// What the touches give in this world.
+Outcome judged(World world, const std::vector<calib::Touch>& touches, double load_kg = 0.0);
 
 /// Its outcome. Where the touches give no estimate all errors are infinite and `why_not` says so.
 std::optional<Outcome> run(const calib::Robot& robot, const Trial& trial, std::uint64_t seed);

@@ -99,6 +99,7 @@ TrueArm::TrueArm(const calib::Cell& cell, const TruthSettings& s, calib::Random&
       growth_(s.growth) {
   for (double& component : tcp_) component += s.tip_offset_m * random.uniform(-1.0, 1.0);
   for (const calib::Joint& j : cell.robot.joints) {
+    if (j.is_prismatic()) continue;
     Joint t{static_cast<double>(j.sign),
             j.offset_rad,
             j.d_m,
@@ -148,6 +149,7 @@ TrueArm::TrueArm(const calib::Cell& cell, const TruthSettings& s, calib::Random&
       };
     joints_.push_back(std::move(t));
   }
+  if (cell.robot.first_turning() > 0) track_.emplace(cell.robot.joints[0], s.track, random);
   if (!(s.field_m > 0.0)) return;
   // Many waves of random direction and length: nearly Gaussian, correlation exp(-d^2 / 2 reach^2).
   constexpr int kWaves = 100;
@@ -176,6 +178,13 @@ Eigen::Matrix4d TrueArm::link(std::size_t i, double theta, double warm) const {
 }
 
 Eigen::Vector3d TrueArm::tip(const std::vector<double>& q, double warm) const {
+  if (!track_) return tip_from_foot(q, gravity_, warm);
+  const Eigen::Isometry3d foot = track_->carriage(q[0]);
+  return foot * tip_from_foot({q.begin() + 1, q.end()}, foot.linear().transpose() * gravity_, warm);
+}
+
+Eigen::Vector3d TrueArm::tip_from_foot(const std::vector<double>& q, const Eigen::Vector3d& gravity,
+                                       double warm) const {
   std::vector<double> theta(q.size());
   for (std::size_t i = 0; i < q.size(); ++i) theta[i] = joints_[i].sign * q[i] + joints_[i].offset;
   // Twice: the second time with the torques of the arm as it hangs.
@@ -191,10 +200,10 @@ Eigen::Vector3d TrueArm::tip(const std::vector<double>& q, double warm) const {
       double torque = 0.0;
       for (std::size_t k = i; k < q.size(); ++k) {
         const Eigen::Vector3d com = (frame[k + 1] * joints_[k].com.homogeneous()).head<3>();
-        torque += axis.dot((com - origin).cross(joints_[k].mass * gravity_));
+        torque += axis.dot((com - origin).cross(joints_[k].mass * gravity));
       }
       const Eigen::Vector3d tool = (flange * tool_com_.homogeneous()).head<3>();
-      torque += axis.dot((tool - origin).cross(tool_mass_ * gravity_));
+      torque += axis.dot((tool - origin).cross(tool_mass_ * gravity));
       if (joints_[i].spring_nm) torque += joints_[i].spring_nm(q[i]);
       given[i] = theta[i] + joints_[i].stiffness * torque + joints_[i].gear(q[i], torque);
     }
@@ -204,7 +213,7 @@ Eigen::Vector3d TrueArm::tip(const std::vector<double>& q, double warm) const {
   const Eigen::Vector3d z = bent.block<3, 1>(0, 2);
   const double force_factor = c_t_ * tool_mass_ * std::pow(tool_length_, 3) / 3.0;
   Eigen::Vector3d tip =
-      (bent * tcp_.homogeneous()).head<3>() + force_factor * (gravity_ - gravity_.dot(z) * z);
+      (bent * tcp_.homogeneous()).head<3>() + force_factor * (gravity - gravity.dot(z) * z);
   for (const Wave& wave : field_)
     tip += wave.along *
            std::cos(std::inner_product(q.begin(), q.end(), wave.by_axis.begin(), wave.phase));

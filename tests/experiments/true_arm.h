@@ -4,10 +4,12 @@
 
 #include <Eigen/Geometry>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "calib/model/linear.h"
 #include "calib/model/robot.h"
+#include "tests/experiments/true_track.h"
 
 namespace cellcal::experiments {
 
@@ -39,6 +41,7 @@ struct TruthSettings {
   /// An error of the tip that is no joint's: smooth in the posture, rms of each component, and over
   /// how far (of each of the first three axes; of the wrist's three times that) it stays alike.
   double field_m = 0.0, field_reach_rad = 0.6;
+  TrackErrors track = {};  ///< of the linear unit that the arm stands on, if it does
 };
 
 class TrueArm {
@@ -63,6 +66,9 @@ class TrueArm {
 
  private:
   Eigen::Matrix4d link(std::size_t i, double theta, double warm) const;
+  /// As seen from the foot.
+  Eigen::Vector3d tip_from_foot(const std::vector<double>& q, const Eigen::Vector3d& gravity,
+                                double warm) const;
 
   struct Joint {
     double sign, offset, d, a, alpha, beta, stiffness, mass;
@@ -77,6 +83,7 @@ class TrueArm {
   };
   std::vector<Joint> joints_;
   std::vector<Wave> field_;
+  std::optional<TrueTrack> track_;
   Eigen::Vector3d tcp_, tool_com_, gravity_;
   double tool_mass_, tool_length_, c_t_, growth_, grown_ = 0.0;
 };

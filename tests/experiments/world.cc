@@ -28,6 +28,13 @@ std::optional<calib::JointVector> meet(const TrueArm& arm, const calib::PlannedT
   return at(out);
 }
 
+/// From a place in front of the arm to one beside the track, at this share of it.
+Eigen::Vector3d along_the_track(const calib::Joint& track, double share,
+                                const Eigen::Vector3d& place) {
+  const Eigen::Vector3d& along = track.guide->along;
+  return (track.min_rad + share * (track.max_rad - track.min_rad) - 0.8 * along.dot(place)) * along;
+}
+
 }  // namespace
 
 calib::Cell make_cell(const calib::Robot& robot, const Stage& stage, calib::Random& random) {
@@ -52,15 +59,19 @@ calib::Cell make_cell(const calib::Robot& robot, const Stage& stage, calib::Rand
     t.centre_sigma_m = 0.02;
     for (int k = 0; k < 3; ++k)
       t.centre_m[k] = stage.size * kPlaces[i][k] + random.uniform(-0.05, 0.05);
+    if (robot.first_turning() > 0)
+      t.centre_m += along_the_track(robot.joints[0], (i + 0.5) / stage.spheres, t.centre_m);
     cell.targets.push_back(t);
   }
   // The plan has to know which lengths are certified, not yet how long they are.
   constexpr double kLengthSigmaM = 5e-6;
   for (std::size_t a = 0; stage.lengths && a < cell.targets.size(); ++a)
-    for (std::size_t b = a + 1; b < cell.targets.size(); ++b)
+    for (std::size_t b = a + 1; b < cell.targets.size(); ++b) {
+      if ((cell.targets[a].centre_m - cell.targets[b].centre_m).norm() > stage.longest_m) continue;
       cell.lengths.push_back({cell.targets[a].id, cell.targets[b].id,
                               (cell.targets[a].centre_m - cell.targets[b].centre_m).norm(),
                               kLengthSigmaM});
+    }
   return cell;
 }
 

@@ -17,7 +17,8 @@ struct Stage {
   int spheres = 4;
   double touch_sigma_m = 0.03e-3;  ///< as the cell file says
   double noise_m = 0.03e-3;        ///< as it is
-  bool lengths = true;             ///< certified distances between all spheres
+  bool lengths = true;             ///< certified distances between all spheres,
+  double longest_m = 1e3;          ///< no farther apart than this
   double rho_sigma_m = 0.3e-3;     ///< effective radius; 0: no prior either
   double outlier_share = 0.02;     ///< of the fit touches, off by 0.2 to 3 mm
   bool outliers_dropped = false;   ///< instead of being reported

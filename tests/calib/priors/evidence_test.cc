@@ -77,6 +77,9 @@ TEST(Evidence, OfAWithheldCalibrationIsNone) {
 
 TEST(Evidence, WithoutTouchesIsNone) {
   EXPECT_EQ(refused(one_arm(0)), SetAsideKind::kUninformative);
+  Calibration on_a_track = one_arm();
+  on_a_track.cell.robot.joints[0].guide.emplace();
+  EXPECT_EQ(refused(on_a_track), SetAsideKind::kOtherNominalGeometry);
 }
 
 TEST(Evidence, ThatContradictsItselfIsNone) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "calib/model/error.h"
 #include "daemon/config/config_values.h"
 #include "drivers/error.h"
 #include "drivers/kuka/rsi/rsi_space.h"
@@ -378,6 +379,17 @@ TEST(axis_limits, that_the_robot_file_lacks_are_an_error_and_not_a_guess) {
   calib::Cell cell = cell_of_one_joint();
   cell.robot.joints[0].max_speed_rad_s = 0.0;
   EXPECT_THROW(rsi_config_for(parse_config(kRsi, "d.toml"), cell), drivers::ConfigError);
+}
+
+TEST(axis_limits, of_a_linear_unit_are_refused_by_name) {
+  calib::Cell cell = cell_of_one_joint();
+  cell.robot.joints.assign(7, cell.robot.joints.front());
+  cell.robot.joints[0].guide.emplace();
+  const DaemonConfig eki = parse_config(kEki + "[controller]\nexternal_axes = 1\n", "d.toml");
+  EXPECT_THROW(eki_config_for(eki, cell), calib::LinearUnitError);
+  const DaemonConfig rsi = parse_config(kRsi, "d.toml");
+  EXPECT_THROW(rsi_config_for(rsi, cell), calib::LinearUnitError);
+  EXPECT_THROW(rsi_files_for(rsi, cell), calib::LinearUnitError);
 }
 
 TEST(axis_limits, over_eki_come_with_the_full_speeds_and_for_the_channels_axes) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "calib/files/files.h"
+#include "calib/model/error.h"
 
 namespace cellcal::sim {
 namespace {
@@ -23,6 +24,12 @@ Truth drawn(std::uint64_t seed) {
   TruthOptions options;
   options.seed = seed;
   return draw_truth(demo_cell(), options);
+}
+
+TEST(Truth, OfALinearUnitIsRefusedByName) {
+  calib::Cell cell = demo_cell();
+  cell.robot.joints[0].guide.emplace();
+  EXPECT_THROW(draw_truth(cell, {}), calib::LinearUnitError);
 }
 
 TEST(Truth, IsTheSameForTheSameSeedAndAnotherForAnother) {
