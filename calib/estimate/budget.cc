@@ -18,6 +18,8 @@ UncertaintySource source_of(ParameterKind kind) {
     case ParameterKind::kAlpha:
     case ParameterKind::kBeta:
       return UncertaintySource::kArmAngles;
+    case ParameterKind::kGuide:
+      return UncertaintySource::kLinearUnit;
     case ParameterKind::kCosine:
     case ParameterKind::kSine:
     case ParameterKind::kFunctionCosine:

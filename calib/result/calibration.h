@@ -226,6 +226,7 @@ enum class UncertaintySource {
   kTool,          ///< its stated TCP
   kArmLengths,    ///< tolerances of the robot file, d and a
   kArmAngles,     ///< tolerances of the robot file, theta, alpha and beta
+  kLinearUnit,    ///< tolerances of its motions
   kTransmission,  ///< of the joints: waves, functions, play
   kLoads,         ///< deflection of joints, bearings and tool
   kPlaces,        ///< stated centres of targets

@@ -118,6 +118,7 @@ constexpr EnumNames<calib::UncertaintySource> kSourceWords{
      {calib::UncertaintySource::kTool, "stated TCP"},
      {calib::UncertaintySource::kArmLengths, "lengths of the arm: tolerance"},
      {calib::UncertaintySource::kArmAngles, "angles of the arm: tolerance"},
+     {calib::UncertaintySource::kLinearUnit, "linear unit: tolerance"},
      {calib::UncertaintySource::kTransmission, "transmission errors: tolerance"},
      {calib::UncertaintySource::kLoads, "deflection under load: tolerance"},
      {calib::UncertaintySource::kPlaces, "stated places of the targets"},
