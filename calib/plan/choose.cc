@@ -104,17 +104,22 @@ class Choosing {
         if (exchange(round) < kWorthIt) break;
     Choice choice;
     choice.picked = picked_;
-    const Eigen::Index arm = problem_.moves_m.cols();
-    const Eigen::MatrixXd left = design_->covariance_u().topLeftCorner(arm, arm);
+    const Eigen::Index moved = problem_.moves_m.cols(), arm = problem_.arm->size();
+    const Eigen::MatrixXd left = design_->covariance_u().topLeftCorner(moved, moved);
     const Eigen::VectorXd ripple_m2 =
         ripple_variance_m2(*problem_.arm, problem_.postures, problem_.ripple_rad);
     choice.predicted_mean_m = predicted_mean_error_m(problem_.moves_m, left, ripple_m2);
     choice.reducible_m = predicted_mean_error_m(problem_.moves_m, left, 0.0 * ripple_m2);
     if (options_.region.kind != AccuracyRegion::Kind::kTool) {
       const auto scale = problem_.scale.asDiagonal();
-      const PositionBound bound(*problem_.arm, Eigen::VectorXd::Zero(arm), scale * left * scale,
+      const Eigen::MatrixXd own = left.topLeftCorner(arm, arm);
+      const PositionBound bound(*problem_.arm, Eigen::VectorXd::Zero(arm), scale * own * scale,
                                 problem_.ripple_rad);
-      choice.predicted_u95_m = bound.mean_u95_m(problem_.postures);
+      // The bound is of the arm without functions.
+      const double without_m =
+          predicted_mean_error_m(problem_.moves_m.leftCols(arm), own, ripple_m2);
+      choice.predicted_u95_m =
+          bound.mean_u95_m(problem_.postures) * choice.predicted_mean_m / without_m;
     }
     return choice;
   }

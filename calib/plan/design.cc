@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "calib/estimate/problem.h"
 #include "calib/estimate/region.h"
@@ -18,21 +19,25 @@ namespace {
 /// Lower bound of 1 - h: 0 for a touch that alone constrains a direction.
 constexpr double kLeast = 1e-12;
 
-}  // namespace
-
-Design::Design(RowMajor rows, Eigen::MatrixXd covariance_u, const Eigen::MatrixXd& moves_m)
-    : rows_(std::move(rows)),
-      covariance_(std::move(covariance_u)),
-      in_(static_cast<std::size_t>(rows_.rows()), false) {
-  // Directions without effect on the relevant tips drop out of L.
+/// L with L L' = moves' moves; directions without effect on the relevant tips drop out of it.
+Eigen::MatrixXd root_of(const Eigen::MatrixXd& moves_m) {
+  if (moves_m.rows() <= moves_m.cols()) return moves_m.transpose();
   constexpr double kNothing = 1e-12;
   const Eigenpairs weight = eigenpairs(moves_m.transpose() * moves_m);
   const Eigen::VectorXd& values = weight.values;
   Eigen::Index none = 0;
   while (none < values.size() && values[none] <= kNothing * values.tail<1>()[0]) ++none;
   const Eigen::Index kept = values.size() - none;
-  const Eigen::MatrixXd root =
-      weight.vectors.rightCols(kept) * values.tail(kept).cwiseSqrt().asDiagonal();
+  return weight.vectors.rightCols(kept) * values.tail(kept).cwiseSqrt().asDiagonal();
+}
+
+}  // namespace
+
+Design::Design(RowMajor rows, Eigen::MatrixXd covariance_u, const Eigen::MatrixXd& moves_m)
+    : rows_(std::move(rows)),
+      covariance_(std::move(covariance_u)),
+      in_(static_cast<std::size_t>(rows_.rows()), false) {
+  const Eigen::MatrixXd root = root_of(moves_m);
   const Eigen::MatrixXd through = covariance_ * rows_.transpose();
   a_ = root.transpose() * through.topRows(moves_m.cols());
   h_ = rows_.cwiseProduct(through.transpose()).rowwise().sum();
@@ -134,6 +139,9 @@ constexpr double kLimitMarginRad = 0.05;
 constexpr double kTypicalCompliance = 0.3;
 /// Mean ripple left possible by the evidence after some tens of touches.
 constexpr double kTypicalRippleRad = 5.0 * kRadPerArcsec;
+/// A joint's function (calib/model/README.md, (2a)) as a few waves of no common period, alike at
+/// neighbouring angles: it has 72 unknowns itself, for the same choice in eight times the time.
+constexpr int kFunctionOrders[] = {6, 9, 14, 20, 29};
 /// Prior of centres without one: a metre, in prior units, carries no information.
 constexpr double kNoPriorWeight = 1e-2;
 
@@ -170,49 +178,104 @@ std::vector<JointVector> postures(const Problem& problem, const std::vector<Cand
   return accuracy_region_postures(region, problem.arm(), touches, centres, kLimitMarginRad, kPoses);
 }
 
-}  // namespace
-
-DesignProblem design_problem(const Cell& stated, const std::vector<Candidate>& candidates,
-                             const AccuracyRegion& region) {
-  // Includes non-geometric errors: touches are chosen with the model of the verdict.
-  const Cell cell = at_level(stated, {gives(stated) ? 1.0 : kTypicalCompliance, 1.0, 0.0},
-                             {});  // of the first tool
-  DesignProblem design;
-  design.arm = std::make_shared<const ArmModel>(cell);
-  const ArmModel& arm = *design.arm;
+/// The candidates' touches, and the targets' places.
+struct Contacts {
   std::vector<Touch> touches;
+  std::vector<TargetPlace> places;
+};
+
+Contacts contacts_of(const Cell& cell, const std::vector<Candidate>& candidates) {
+  Contacts contacts;
   for (const Candidate& c : candidates) {
     const Target& target = cell.targets[c.target];
     Touch touch;
     touch.joint_rad = c.contact;
     touch.target = target.id;
-    touches.push_back(std::move(touch));
+    contacts.touches.push_back(std::move(touch));
   }
-  std::vector<TargetPlace> places;
   for (const Target& target : cell.targets) {
-    places.emplace_back(target.centre_m);
+    contacts.places.emplace_back(target.centre_m);
     if (target.kind != TargetKind::kPlane) continue;
     const Eigen::Vector3d across = target.normal.unitOrthogonal();
-    places.back().axes << across, target.normal.cross(across), target.normal;
+    contacts.places.back().axes << across, target.normal.cross(across), target.normal;
   }
-  const Problem problem(cell, arm, touches, places, kTypicalRippleRad);
-  const int n = problem.size();
-  const Linearisation rows =
-      linearise(problem, Eigen::VectorXd::Zero(n), std::vector<bool>(touches.size(), true));
-  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(n, n);
-  for (int i = 0; i < n; ++i)
+  return contacts;
+}
+
+Linearisation linearised(const Problem& problem) {
+  return linearise(problem, Eigen::VectorXd::Zero(problem.size()),
+                   std::vector<bool>(problem.touches().size(), true));
+}
+
+Eigen::VectorXd scale_of(const Problem& problem) {
+  Eigen::VectorXd scale(problem.arm_size());
+  for (int i = 0; i < problem.arm_size(); ++i)
+    scale[i] = problem.unknowns()[static_cast<std::size_t>(i)].scale;
+  return scale;
+}
+
+/// Adds the stated functions of the joints' angles, as waves of kFunctionOrders.
+void add_functions(const Robot& stated, Cell cell, const Contacts& contacts,
+                   const AccuracyRegion& region, DesignProblem& design) {
+  for (std::size_t i = 0; i < stated.joints.size(); ++i) {
+    Joint& joint = cell.robot.joints[i];
+    joint.gear_ratio = 1.0;
+    joint.harmonics = {std::begin(kFunctionOrders), std::end(kFunctionOrders)};
+    joint.harmonic_falloff = 0.0;
+    joint.harmonic_sigma_rad =
+        stated.joints[i].function_sigma_rad / std::sqrt(std::size(kFunctionOrders));
+  }
+  const ArmModel arm(cell);
+  const Problem problem(cell, arm, contacts.touches, contacts.places, kTypicalRippleRad);
+  std::vector<int> waves;
+  for (int i = 0; i < arm.size(); ++i)
+    if (is_transmission(arm.parameters()[static_cast<std::size_t>(i)].kind)) waves.push_back(i);
+  const auto count = static_cast<Eigen::Index>(waves.size());
+  if (count == 0) return;
+  const Eigen::Index before = design.arm->size(), behind = design.rows.cols() - before;
+  const Linearisation at = linearised(problem);
+  RowMajor rows(design.rows.rows(), before + count + behind);
+  rows << design.rows.leftCols(before), at.jacobian(Eigen::seqN(0, rows.rows()), waves),
+      design.rows.rightCols(behind);
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Identity(rows.cols(), rows.cols());
+  std::vector<Eigen::Index> others(static_cast<std::size_t>(before + behind));
+  std::iota(others.begin(), others.end(), 0);
+  for (Eigen::Index& other : others)
+    if (other >= before) other += count;
+  covariance(others, others) = design.covariance_u;
+  Eigen::MatrixXd all(design.moves_m.rows(), before + count);
+  all << design.moves_m, moves(arm, design.postures, scale_of(problem), region)(Eigen::all, waves);
+  design.rows = std::move(rows);
+  design.covariance_u = std::move(covariance);
+  design.moves_m = std::move(all);
+}
+
+}  // namespace
+
+DesignProblem design_problem(const Cell& stated, const std::vector<Candidate>& candidates,
+                             const AccuracyRegion& region) {
+  // Includes non-geometric errors: touches are chosen with the model of the verdict.
+  Cell cell = at_level(stated, {gives(stated) ? 1.0 : kTypicalCompliance, 1.0, 0.0},
+                       {});  // of the first tool
+  for (Joint& joint : cell.robot.joints) joint.function_sigma_rad = 0.0;
+  DesignProblem design;
+  design.arm = std::make_shared<const ArmModel>(cell);
+  const Contacts contacts = contacts_of(cell, candidates);
+  const Problem problem(cell, *design.arm, contacts.touches, contacts.places, kTypicalRippleRad);
+  const Linearisation rows = linearised(problem);
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(problem.size(), problem.size());
+  for (int i = 0; i < problem.size(); ++i)
     information(i, i) = std::pow(
         std::max(problem.unknowns()[static_cast<std::size_t>(i)].prior_weight, kNoPriorWeight), 2);
   const auto lengths = rows.jacobian.bottomRows(rows.jacobian.rows() - rows.length_row);
   information += lengths.transpose() * lengths;
   design.rows = rows.jacobian.topRows(rows.length_row);
   design.covariance_u = Cholesky(information).inverse();
-  design.scale.resize(arm.size());
-  for (int i = 0; i < arm.size(); ++i)
-    design.scale[i] = problem.unknowns()[static_cast<std::size_t>(i)].scale;
+  design.scale = scale_of(problem);
   design.ripple_rad = region.kind == AccuracyRegion::Kind::kTool ? 0.0 : kTypicalRippleRad;
   design.postures = postures(problem, candidates, region);
-  design.moves_m = moves(arm, design.postures, design.scale, region);
+  design.moves_m = moves(*design.arm, design.postures, design.scale, region);
+  add_functions(stated.robot, cell, contacts, region, design);
   return design;
 }
 

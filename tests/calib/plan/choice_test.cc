@@ -102,6 +102,27 @@ std::vector<Candidate> some_candidates() {
   return candidates;
 }
 
+TEST(Choice, KnowsTheFunctionsThatTheRobotFileStates) {
+  const auto candidates = some_candidates();
+  const DesignProblem plain = design_problem(demo_cell(), candidates, {});
+  const auto of_size = [&](double sigma_rad) {
+    Cell cell = demo_cell();
+    for (Joint& joint : cell.robot.joints) joint.function_sigma_rad = sigma_rad;
+    for (Joint& joint : cell.robot.joints) joint.function_reach_rad = 0.1;
+    return design_problem(cell, candidates, {});
+  };
+  const DesignProblem once = of_size(5e-5), twice = of_size(1e-4);
+  const Eigen::Index arm = plain.arm->size(), waves = once.moves_m.cols() - arm;
+  EXPECT_EQ(waves, 6 * 5 * 2);
+  EXPECT_EQ(once.rows.cols(), plain.rows.cols() + waves);
+  EXPECT_TRUE(once.rows.leftCols(arm).isApprox(plain.rows.leftCols(arm)));
+  EXPECT_TRUE(once.rows.rightCols(plain.rows.cols() - arm)
+                  .isApprox(plain.rows.rightCols(plain.rows.cols() - arm)));
+  const auto of_waves = [&](const DesignProblem& p) { return p.rows.middleCols(arm, waves); };
+  EXPECT_TRUE(of_waves(twice).isApprox(2.0 * of_waves(once)));
+  EXPECT_TRUE(once.covariance_u.block(arm, arm, waves, waves).isIdentity());
+}
+
 TEST(Choice, ExchangesOnlyForBetterTouches) {
   const auto candidates = some_candidates();
   ChooseOptions options;
