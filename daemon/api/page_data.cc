@@ -258,7 +258,7 @@ std::string figures_to_json(const SessionRecord& record, const calib::Cell& cell
 
 namespace {
 
-Eigen::Isometry3d behind(const calib::Joint& joint) {
+Eigen::Isometry3d after_turn(const calib::Joint& joint) {
   using Eigen::AngleAxisd, Eigen::Vector3d;
   Eigen::Isometry3d fixed = Eigen::Isometry3d::Identity();
   fixed.translate(Vector3d(joint.a_m, 0.0, joint.d_m));
@@ -273,7 +273,7 @@ json joint_to_json(const calib::Joint& joint, double assumed_m) {
           {"offset_deg", number(joint.offset_rad, calib::kDegPerRad)},
           {"min_deg", number(joint.min_rad, calib::kDegPerRad)},
           {"max_deg", number(joint.max_rad, calib::kDegPerRad)},
-          {"behind", frame(behind(joint))},
+          {"behind", frame(after_turn(joint))},
           {"radius_mm", number(joint.radius_m > 0.0 ? joint.radius_m : assumed_m, kMmPerM)}};
 }
 

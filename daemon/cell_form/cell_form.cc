@@ -387,6 +387,7 @@ std::filesystem::path CellFileStore::keep(const calib::Robot& robot) const {
   const std::filesystem::path file =
       folder_ / fmt::format("{}-{}{}", name.empty() ? "robot" : name,
                             calib::sha256(text).substr(0, kDigits), kRobotEnding);
+  calib::read_robot(calib::TomlTable::parse(text, file.string()));
   try {
     std::filesystem::create_directories(folder_);
     write_atomically(file, text);

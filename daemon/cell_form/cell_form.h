@@ -124,7 +124,8 @@ class CellFileStore {
 
   /// Robot files kept here, by absolute path, sorted.
   std::vector<calib::NamedRobot> robots() const;
-  /// Writes MODEL-SUM.robot.toml and returns its path. Throws CellNotWritten (kStorage).
+  /// Writes MODEL-SUM.robot.toml and returns its path. Throws CellNotWritten (kStorage), calib::FileError for a robot
+  /// that cannot be read back.
   std::filesystem::path keep(const calib::Robot& robot) const;
 
   struct Shown {

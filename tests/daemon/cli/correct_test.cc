@@ -321,7 +321,9 @@ TEST_F(correct, and_mastering_names_the_angle_of_each_axis_and_those_that_no_tou
     const bool is_off = axis.at("decided_by") == "data" && std::abs(offset) > twice;
     EXPECT_EQ(axis.at("off"), is_off) << axis;
     EXPECT_EQ(axis.contains("jog_to_deg"), is_off) << axis;
-    if (is_off) EXPECT_DOUBLE_EQ(axis.at("jog_to_deg").get<double>() + offset, axis.at("mark_deg"));
+    if (is_off) {
+      EXPECT_DOUBLE_EQ(axis.at("jog_to_deg").get<double>() + offset, axis.at("mark_deg"));
+    }
     off = off || is_off;
   }
   EXPECT_TRUE(off);
