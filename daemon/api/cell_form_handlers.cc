@@ -142,6 +142,11 @@ std::optional<Response> Api::import_robot(const Call& call) {
     calib::read_machine_data(machine, "$machine.dat", data);
     if (!robcor.empty()) calib::read_machine_data(robcor, "$robcor.dat", data);
     const calib::Robot robot = calib::arm_of_controller(data);
+    for (const calib::Joint& joint : robot.joints)
+      if (!(joint.max_speed_rad_s > 0.0))
+        throw calib::FileError(
+            "$machine.dat",
+            ": no speed of " + joint.name + ": $VEL_AXIS_MA and $RAT_MOT_AX of it are needed");
     std::filesystem::path file;
     service_.alone(kWriting, [&] { file = shelf().keep(robot); });
     spdlog::info("robot file {} was written", file.string());

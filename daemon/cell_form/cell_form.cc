@@ -422,7 +422,7 @@ std::vector<std::string> CellFileStore::look_through(const CellForm& form) {
     throw CellNotWritten(Why::kUnusable, wrong);
   try {
     return calib::refuse_faulty(cell_of(form));
-  } catch (const std::runtime_error& wrong) {
+  } catch (const std::exception& wrong) {
     throw CellNotWritten(Why::kUnusable, wrong.what());
   }
 }

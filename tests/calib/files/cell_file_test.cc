@@ -177,8 +177,6 @@ TEST(CellFile, NamesLineAndKeyOfANumberOutOfRangeOrNotFinite) {
            {"centre_sigma_mm = 10.0", "centre_sigma_mm = nan", "target[1].centre_sigma_mm"},
            {"mm = 500.012", "mm = 0", "length[1].mm"},
            {"sigma_mm = 0.005", "sigma_mm = 0", "length[1].sigma_mm"},
-           {"sigma_mm = 0.005", "sigma_mm = 0.005\nrole = \"cheque\"", "length[1].role"},
-           {"sigma_mm = 0.005", "sigma_mm = 0.005\nrole = 1", "length[1].role"},
            {"sigma_mm = 0.03", "sigma_mm = 0", "touch.sigma_mm"},
            {"sigma_mm = 0.03", "sigma_mm = -0.03", "touch.sigma_mm"},
            {"radius_offset_sigma_mm = 0.3", "radius_offset_sigma_mm = -inf",
@@ -212,6 +210,22 @@ TEST(CellFile, NamesAnUnknownKeyInEveryTable) {
            {"robot = \"two.toml\"", "robot = \"two.toml\"\nrobots = 2", "robots"}})
     expect_words(cell_refusal(with(kCell, broken.line, broken.now)),
                  {"cell.toml:", broken.key, "unknown key"});
+}
+
+TEST(CellFile, KeepsTheRoleOfACertifiedLength) {
+  const auto with_role = [](const std::string& value) {
+    return with(kCell, "sigma_mm = 0.005", "sigma_mm = 0.005\nrole = " + value);
+  };
+  const auto read = [](const std::string& text) {
+    return read_cell(TomlTable::parse(text, "cell.toml"), testing::robot());
+  };
+  EXPECT_FALSE(read(kCell).lengths.front().is_check);
+  EXPECT_FALSE(read(with_role("\"fit\"")).lengths.front().is_check);
+  const Cell cell = read(with_role("\"check\""));
+  EXPECT_TRUE(cell.lengths.front().is_check);
+  EXPECT_TRUE(read(cell_to_toml(cell, "two.toml")).lengths.front().is_check);
+  for (const char* bad : {"\"cheque\"", "1", "[]"})
+    expect_words(cell_refusal(with_role(bad)), {"cell.toml:36: ", "length[1].role"});
 }
 
 TEST(CellFile, NamesTheKeyThatAMissingOneMayHaveBeenWrittenAs) {

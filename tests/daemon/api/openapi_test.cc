@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -256,16 +257,18 @@ TEST_F(a_described_api, answers_as_it_is_described) {
             200);
   EXPECT_EQ(ask("POST", "/v1/cell-form/lists", R"({"spheres": "id,diameter_mm\nS1,x\n"})").status,
             422);
-  const std::string machine = calib::read_file(CELLCAL_MACHINE_DATA);
+  std::string machine = calib::read_file(CELLCAL_MACHINE_DATA);
+  EXPECT_EQ(ask("POST", "/v1/cell-form/robot", json{{"machine_data", machine}}.dump()).status, 422)
+      << "no speeds";
+  for (int axis = 1; axis <= 6; ++axis)
+    machine += "\n$RAT_MOT_AX[" + std::to_string(axis) + "]={N 100,D 1}";
   const auto imported =
       ask("POST", "/v1/cell-form/robot", nlohmann::json{{"machine_data", machine}}.dump());
   ASSERT_EQ(imported.status, 201) << imported.body;
   const auto robot = json::parse(imported.body);
   EXPECT_TRUE(std::filesystem::exists(robot.at("name").get<std::string>())) << robot;
-  bool offered = false;
-  for (const auto& given : json::parse(ask("GET", "/v1/cell-form").body).at("robots"))
-    offered = offered || given == robot;
-  EXPECT_TRUE(offered);
+  const auto robots = json::parse(ask("GET", "/v1/cell-form").body).at("robots");
+  EXPECT_EQ(std::ranges::count(robots, robot), 1) << robots;
   auto of_it = json::parse(form);
   of_it["name"] = "imported";
   of_it["form"]["robot"] = robot.at("name");

@@ -300,7 +300,11 @@ TEST_F(correct, and_frames_write_a_krl_program_with_the_old_values_in_it) {
 }
 
 TEST_F(correct, and_mastering_names_the_angle_of_each_axis_and_those_that_no_touch_tells) {
-  calibration_file();
+  calib::Calibration found = calibration();
+  for (calib::ParameterResult& one : found.parameters)
+    if (one.key == calib::joint_parameter(calib::ParameterKind::kTheta, 0))
+      one.decided_by = calib::DecidedBy::kFrame;
+  put("cal.json", calib::calibration_to_json(found));
   const std::string data = put("$machine.dat",
                                "$MAMES[1]=-20.0\n$MAMES[2]=-120.0\n$MAMES[3]=110.0\n"
                                "$MAMES[4]=0.0\n$MAMES[5]=0.0\n$MAMES[6]=0.0\n");

@@ -182,9 +182,10 @@ async function enter_cell(page, guide) {
   await dialog.getByLabel("Name of the file").fill("weld-3");
   const robot = dialog.locator(`select[name="cell-robot"]`);
   const machine = (text) => ({ name: "$machine.dat", mimeType: "application/octet-stream", buffer: Buffer.from(text) });
+  const whole = [1, 2, 3, 4, 5, 6].reduce((text, axis) => `${text}\n$RAT_MOT_AX[${axis}]={N 100,D 1}`, readFileSync(process.env.MACHINE_DATA, "latin1"));
   await dialog.getByLabel("Robot not in the list").setInputFiles(machine("$LENGTH_A=wide\n"));
   await dialog.getByText("$machine.dat:1").waitFor(LONG);
-  await dialog.getByLabel("Robot not in the list").setInputFiles(machine(readFileSync(process.env.MACHINE_DATA, "latin1")));
+  await dialog.getByLabel("Robot not in the list").setInputFiles(machine(whole));
   await page.waitForFunction(() => /\/kuka-[0-9a-f]{8}\.robot\.toml$/.test(document.querySelector('[name="cell-robot"]').value));
   await robot.selectOption("kr5_r1400");
   await dialog.getByLabel("TCP: X Y Z").fill("59,9 50,5 410,3");
