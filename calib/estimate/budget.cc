@@ -1,5 +1,6 @@
 #include "calib/estimate/budget.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -50,101 +51,102 @@ UncertaintySource source_of(ParameterKind kind) {
   return UncertaintySource::kPlaces;
 }
 
-/// Variance summed over the coordinates of each tip.
-Eigen::VectorXd variance_m2(const Eigen::MatrixXd& moves, const Eigen::MatrixXd& covariance_u) {
-  const Eigen::VectorXd each = (moves * covariance_u).cwiseProduct(moves).rowwise().sum();
-  return each.reshaped(3, each.size() / 3).colwise().sum().cwiseMax(0.0).transpose();
+/// Sums of three rows each: the variance of each tip.
+Eigen::VectorXd of_tips(const Eigen::VectorXd& coordinates) {
+  return coordinates.reshaped(3, coordinates.size() / 3).colwise().sum().transpose();
+}
+
+double rms_sigma_m(const std::vector<Problem::Length>& lengths) {
+  double square_m2 = 0.0, count = 0.0;
+  for (const Problem::Length& length : lengths) {
+    if (length.is_check) continue;
+    square_m2 += length.sigma_m * length.sigma_m;
+    ++count;
+  }
+  return count > 0.0 ? std::sqrt(square_m2 / count) : 0.0;
 }
 
 }  // namespace
 
 UncertaintyBudget::UncertaintyBudget(const Problem& problem, const Estimate& e, double inflation,
                                      const Calibration& c)
-    : arm_(problem.arm()),
-      covariance_u_(inflation * e.posterior.covariance_u.topLeftCorner(arm_.size(), arm_.size())),
+    : problem_(problem),
+      estimate_(e),
+      inflation_(inflation),
+      touch_noise_m_(c.touch_noise_m),
       ripple_rad_(c.level.ripple_rad),
       field_m_(c.discrepancy.sigma_m) {
-  const Eigen::MatrixXd reach = e.posterior.covariance_u.topRows(arm_.size());
-  add_touches(e.posterior.linear, reach, c.touch_noise_m);
-  add_lengths(problem, e.posterior.linear, reach);
-  add_priors(problem, reach);
-}
-
-void UncertaintyBudget::add_touches(const Linearisation& linear, const Eigen::MatrixXd& reach,
-                                    double sigma_m) {
-  const Eigen::MatrixXd by_row = reach * linear.jacobian.topRows(linear.length_row).transpose();
-  parts_.push_back({{UncertaintySource::kTouches, sigma_m}, by_row * by_row.transpose()});
-}
-
-void UncertaintyBudget::add_lengths(const Problem& problem, const Linearisation& linear,
-                                    const Eigen::MatrixXd& reach) {
-  const int fitted = problem.fitted_lengths();
-  if (fitted == 0) return;
-  const Eigen::Index count = linear.jacobian.rows() - linear.length_row;
-  const Eigen::MatrixXd by_row = reach * linear.jacobian.bottomRows(count).transpose();
-  double square_m2 = 0.0;
-  for (const Problem::Length& length : problem.lengths())
-    if (!length.is_check) square_m2 += length.sigma_m * length.sigma_m;
-  parts_.push_back(
-      {{UncertaintySource::kLengths, std::sqrt(square_m2 / fitted)}, by_row * by_row.transpose()});
-}
-
-void UncertaintyBudget::add_priors(const Problem& problem, const Eigen::MatrixXd& reach) {
-  struct Group {
-    std::vector<int> unknowns;
-    double square = 0.0;
-    bool mixed = false;
-  };
-  std::map<UncertaintySource, Group> groups;
+  std::map<UncertaintySource, Priors> groups;
+  std::map<UncertaintySource, bool> mixed;
   for (int i = 0; i < problem.size(); ++i) {
     const Unknown& unknown = problem.unknowns()[static_cast<std::size_t>(i)];
     if (!(unknown.prior_weight > 0.0)) continue;
-    Group& group = groups[source_of(unknown.key.kind)];
-    group.mixed = group.mixed || unknown.unit != unit_of(source_of(unknown.key.kind)).name;
-    group.square += std::pow(unknown.scale / unknown.prior_weight, 2);
+    const UncertaintySource source = source_of(unknown.key.kind);
+    Priors& group = groups[source];
+    group.line.source = source;
+    group.line.sigma += std::pow(unknown.scale / unknown.prior_weight, 2);
     group.unknowns.push_back(i);
+    mixed[source] = mixed[source] || unknown.unit != unit_of(source).name;
   }
-  for (const auto& [source, group] : groups) {
-    Eigen::MatrixXd by_row(reach.rows(), static_cast<Eigen::Index>(group.unknowns.size()));
-    for (Eigen::Index k = 0; k < by_row.cols(); ++k) {
-      const int i = group.unknowns[static_cast<std::size_t>(k)];
-      by_row.col(k) = reach.col(i) * problem.unknowns()[static_cast<std::size_t>(i)].prior_weight;
-    }
-    const double sigma = std::sqrt(group.square / static_cast<double>(group.unknowns.size()));
-    parts_.push_back({{source, group.mixed ? 0.0 : sigma}, by_row * by_row.transpose()});
+  for (auto& [source, group] : groups) {
+    const double mean = group.line.sigma / static_cast<double>(group.unknowns.size());
+    group.line.sigma = mixed[source] ? 0.0 : std::sqrt(mean);
+    priors_.push_back(std::move(group));
   }
 }
 
 std::vector<UncertaintyLine> UncertaintyBudget::lines() const {
-  std::vector<UncertaintyLine> all;
-  for (const Part& part : parts_) all.push_back(part.line);
+  std::vector<UncertaintyLine> all = {
+      {UncertaintySource::kTouches, touch_noise_m_},
+      {UncertaintySource::kLengths, rms_sigma_m(problem_.lengths())}};
+  for (const Priors& one : priors_) all.push_back(one.line);
   all.push_back({UncertaintySource::kRipple, ripple_rad_});
   all.push_back({UncertaintySource::kModel, field_m_});
   return all;
 }
 
 std::vector<double> UncertaintyBudget::contributions_m(const std::vector<JointVector>& poses,
-                                                       const Eigen::MatrixXd& moves) const {
-  std::vector<Eigen::VectorXd> variance;
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(moves.rows() / 3);
-  for (const Part& part : parts_) {
-    variance.push_back(variance_m2(moves, part.covariance_u));
-    sum += variance.back();
+                                                       const Eigen::MatrixXd& moves,
+                                                       double standard_m) const {
+  constexpr std::size_t kSample = 40;
+  const std::vector<JointVector> sample(
+      poses.begin(), poses.begin() + static_cast<std::ptrdiff_t>(std::min(kSample, poses.size())));
+  const auto count = static_cast<Eigen::Index>(sample.size()), arm = moves.cols();
+  const Eigen::MatrixXd at = moves.topRows(3 * count);
+  // Motion of the tips by each unknown's information.
+  const Eigen::MatrixXd reach = at * estimate_.posterior.covariance_u.topRows(arm);
+  const Linearisation& linear = estimate_.posterior.linear;
+  const auto by_rows = [&](const auto& rows) -> Eigen::VectorXd {
+    return of_tips((reach * rows.transpose()).rowwise().squaredNorm());
+  };
+  std::vector<Eigen::VectorXd> variance_m2 = {by_rows(linear.jacobian.topRows(linear.length_row)),
+                                              Eigen::VectorXd::Zero(count)};
+  if (problem_.fitted_lengths() > 0)
+    variance_m2.back() =
+        by_rows(linear.jacobian.bottomRows(linear.jacobian.rows() - linear.length_row));
+  for (const Priors& group : priors_) {
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(3 * count);
+    for (const int i : group.unknowns)
+      sum += (reach.col(i) * problem_.unknowns()[static_cast<std::size_t>(i)].prior_weight)
+                 .cwiseAbs2();
+    variance_m2.push_back(of_tips(sum));
   }
-  const Eigen::VectorXd by_parameters = variance_m2(moves, covariance_u_);
-  for (Eigen::VectorXd& one : variance)
-    one = (sum.array() > 0.0).select(one.array() * by_parameters.array() / sum.array(), 0.0);
-  variance.push_back(ripple_variance_m2(arm_, poses, ripple_rad_));
-  variance.push_back(Eigen::VectorXd::Constant(sum.size(), 3.0 * field_m_ * field_m_));
-  Eigen::VectorXd whole = Eigen::VectorXd::Zero(sum.size());
-  for (const Eigen::VectorXd& one : variance) whole += one;
-  const Eigen::VectorXd standard_m = whole.cwiseSqrt();
+  Eigen::VectorXd parts = Eigen::VectorXd::Zero(count);
+  for (const Eigen::VectorXd& one : variance_m2) parts += one;
+  const Eigen::VectorXd by_parameters =
+      inflation_ * of_tips(reach.leftCols(arm).cwiseProduct(at).rowwise().sum()).cwiseMax(0.0);
+  for (Eigen::VectorXd& one : variance_m2)
+    one = (parts.array() > 0.0).select(one.array() * by_parameters.array() / parts.array(), 0.0);
+  variance_m2.push_back(ripple_variance_m2(problem_.arm(), sample, ripple_rad_));
+  variance_m2.push_back(Eigen::VectorXd::Constant(count, 3.0 * field_m_ * field_m_));
+  Eigen::VectorXd whole = Eigen::VectorXd::Zero(count);
+  for (const Eigen::VectorXd& one : variance_m2) whole += one;
+  const Eigen::ArrayXd root = whole.cwiseSqrt().array();
   std::vector<double> all;
-  for (const Eigen::VectorXd& one : variance) {
-    const Eigen::ArrayXd share =
-        (whole.array() > 0.0).select(one.array() / standard_m.array(), 0.0);
+  for (const Eigen::VectorXd& one : variance_m2) {
     // (40a)
-    all.push_back(std::sqrt(standard_m.mean() * share.mean()));
+    const Eigen::ArrayXd share = (root > 0.0).select(one.array() / root, 0.0);
+    all.push_back(root.sum() > 0.0 ? standard_m * std::sqrt(share.sum() / root.sum()) : 0.0);
   }
   return all;
 }

@@ -13,6 +13,7 @@
 
 namespace cellcal::calib {
 
+/// Keeps references to `problem` and `e`.
 class UncertaintyBudget {
  public:
   /// `inflation` of the estimate's covariance. Of `c`: touch noise, ripple and discrepancy.
@@ -22,26 +23,23 @@ class UncertaintyBudget {
   /// Sources with their sigmas, without contributions.
   std::vector<UncertaintyLine> lines() const;
 
-  /// Contribution of each line [m] to the standard uncertainty of a TCP position, mean over
-  /// `poses`; `moves`: of aligned_moves() there. The covariance is a mean over model levels, the
-  /// shares are those of the likeliest level.
+  /// Contribution of each line [m] to `standard_m`, the standard uncertainty of a TCP position, mean
+  /// over poses; `moves`: of aligned_moves() there. The shares are those at a sample of the poses, and
+  /// for the covariance, a mean over model levels, those of the likeliest level.
   std::vector<double> contributions_m(const std::vector<JointVector>& poses,
-                                      const Eigen::MatrixXd& moves) const;
+                                      const Eigen::MatrixXd& moves, double standard_m) const;
 
  private:
-  struct Part {
+  /// Unknowns with a prior from one source.
+  struct Priors {
     UncertaintyLine line;
-    Eigen::MatrixXd covariance_u;  ///< of the arm's parameters
+    std::vector<int> unknowns;
   };
-  void add_touches(const Linearisation& linear, const Eigen::MatrixXd& reach, double sigma_m);
-  void add_lengths(const Problem& problem, const Linearisation& linear,
-                   const Eigen::MatrixXd& reach);
-  void add_priors(const Problem& problem, const Eigen::MatrixXd& reach);
 
-  const ArmModel& arm_;
-  Eigen::MatrixXd covariance_u_;
-  std::vector<Part> parts_;
-  double ripple_rad_, field_m_;
+  const Problem& problem_;
+  const Estimate& estimate_;
+  double inflation_, touch_noise_m_, ripple_rad_, field_m_;
+  std::vector<Priors> priors_;
 };
 
 }  // namespace cellcal::calib

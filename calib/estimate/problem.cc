@@ -238,7 +238,8 @@ void Problem::add_lengths() {
             "a length ends at " + cell_.targets[end].id +
                 ", which has no centre; lengths lie between spheres, wires and points");
     const int a = block_of_target_[from], b = block_of_target_[to];
-    if (a >= 0 && b >= 0) lengths_.push_back({a, b, length.length_m, length.sigma_m, length.is_check});
+    if (a >= 0 && b >= 0)
+      lengths_.push_back({a, b, length.length_m, length.sigma_m, length.is_check});
   }
 }
 

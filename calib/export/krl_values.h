@@ -59,7 +59,7 @@ struct LoadData {
 
 /// Tools, bases and loads of $config.dat by their number, and $ROBROOT, each as stated last.
 struct ControllerFrames {
-  std::map<int, FrameMmDeg> tools, bases;  ///< all zero: nobody measured it
+  std::map<int, FrameMmDeg> tools, bases;  ///< all zero: not measured
   std::map<int, LoadData> loads;
   std::map<int, std::string> tool_names, base_names;  ///< other than blank
   std::set<int> fixed_tools;                          ///< TOOL_TYPE[n]=#TCP: stands in the cell

@@ -238,7 +238,8 @@ void fill_accuracy(const Problem& problem, const Estimate& e, int region_poses, 
   c.tolerated_workspace_m = accuracy.tolerated_m(workspace, moves);
   c.unchecked_workspace = least_checked_touch(problem, e, moves);
   const UncertaintyBudget budget(problem, e, inflation, c);
-  const std::vector<double> far_m = budget.contributions_m(workspace, moves);
+  const std::vector<double> far_m =
+      budget.contributions_m(workspace, moves, c.predicted_workspace_m / kMeanOverRms);
   fill_uncertainty(budget, far_m, far_m, c);
   c.predicted_near_targets_m = c.predicted_workspace_m;
   c.nominal_near_targets_m = c.nominal_workspace_m;
@@ -254,7 +255,9 @@ void fill_accuracy(const Problem& problem, const Estimate& e, int region_poses, 
   c.nominal_near_targets_u_m = near.u_m;
   c.tolerated_near_targets_m = accuracy.tolerated_m(local, local_moves);
   c.unchecked_near_targets = least_checked_touch(problem, e, local_moves);
-  fill_uncertainty(budget, budget.contributions_m(local, local_moves), far_m, c);
+  fill_uncertainty(
+      budget, budget.contributions_m(local, local_moves, c.predicted_near_targets_m / kMeanOverRms),
+      far_m, c);
 }
 
 /// Fills in outliers and contradictions; `moves`, `jumps`: searches for moves and jumps as well.

@@ -205,7 +205,7 @@ bool FrameState::follow(const Line& call) {
   inside.pending_ = pending_;
   for (const Line& line : lines) inside.read(line);
   if (inside.wrong_ || inside.pending_wrong_ || !inside.now_.lost.what.empty()) return false;
-  // Its own .dat may have another FDAT of the name; nobody has one of this.
+  // Its own .dat may have another FDAT of this name.
   if (foreign &&
       std::ranges::any_of(inside.used_, [](const auto& one) { return one.first != "FDEFAULT"; }))
     return false;

@@ -1,4 +1,4 @@
-// What cannot carry a linear unit yet says so.
+// Refusals of a linear unit.
 
 #include <gtest/gtest.h>
 

@@ -389,7 +389,7 @@ TEST(a_backup, gives_arm_tool_and_load_and_names_other_tools_and_bases) {
             std::string::npos)
       << text;
   EXPECT_NE(text.find("# TOOL_DATA[1] \"torch\", as [tool]:"), std::string::npos);
-  EXPECT_EQ(text.find("TOOL_DATA[2]"), std::string::npos) << "nobody measured it";
+  EXPECT_EQ(text.find("TOOL_DATA[2]"), std::string::npos) << "not measured";
 }
 
 TEST(a_backup, with_several_tools_has_the_one_of_its_number_or_asks) {
