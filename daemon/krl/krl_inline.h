@@ -15,8 +15,9 @@ using namespace calib::krl;
 /// DEF NAME(A :IN,B :OUT): A, B.
 std::vector<std::string> parameters_of(const Line& definition);
 
-/// IF with two constants is decided. Arguments are plain numbers and enum values; any other names nothing. Empty where more than the order of the lines decides what is set: a parameter that is
-/// changed or passed on, RETURN before the end, another number of arguments.
+/// The statements of `body` as `call` runs them: constant arguments are put in, any other argument names nothing, IF with
+/// two constants is decided. Empty where the order of the lines does not decide what is set: a parameter is changed or
+/// passed on, RETURN before the end, another number of arguments.
 std::optional<std::vector<Line>> inlined(const std::vector<std::string>& parameters,
                                          const std::vector<Line>& body, const Line& call);
 

@@ -9,9 +9,10 @@
 #include <vector>
 
 #include "calib/export/machine_data.h"
-#include "calib/files/input_file.h"
 #include "calib/model/error.h"
 #include "calib/model/linear.h"
+#include "daemon/cli/backup.h"
+#include "daemon/cli/correct.h"
 #include "daemon/krl/correct_program.h"
 #include "daemon/krl/run_time_program.h"
 #include "tests/calib/random_calibration.h"
@@ -22,70 +23,17 @@ namespace cellcal::experiments {
 namespace {
 
 namespace fs = std::filesystem;
-using daemon::krl::KrlFile;
-
-std::string lower(std::string text) {
-  for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return text;
-}
-
-/// Of one ending, or of one name.
-std::vector<fs::path> files_below(const fs::path& folder, const std::string& ending) {
-  std::vector<fs::path> all;
-  for (const auto& entry : fs::recursive_directory_iterator(folder))
-    if (entry.is_regular_file() && lower(entry.path().filename().string()).ends_with(ending))
-      all.push_back(entry.path());
-  std::sort(all.begin(), all.end());
-  return all;
-}
-
-bool of_the_other_side(const fs::path& path) {
-  return lower(path.string()).find("/steu/") != std::string::npos;
-}
-
-KrlFile read(const fs::path& path) { return {path.string(), calib::read_file(path)}; }
 
 /// The arm of the controller's machine data, or where they are not there the demo cell's.
 calib::Robot arm_of(const fs::path& backup, std::string& words) {
-  calib::MachineData data;
   try {
-    for (const char* name : {"$machine.dat", "$robcor.dat"})
-      for (const fs::path& one : files_below(backup, name))
-        if (!of_the_other_side(one)) read_machine_data(calib::read_file(one), one.string(), data);
-    calib::Robot robot = arm_of_controller(data);
+    calib::Robot robot = arm_of_controller(daemon::read_machine_files({backup}));
     words = robot.name;
     return robot;
   } catch (const calib::FileError& error) {
     words = std::string("demo cell's arm: ") + error.what();
     return calib::testing::demo_cell().robot;
   }
-}
-
-daemon::krl::BackupFiles files_of(const fs::path& backup) {
-  daemon::krl::BackupFiles files;
-  std::map<std::string, std::size_t> by_stem;
-  const auto stem = [](const fs::path& path) {
-    return lower((path.parent_path() / path.stem()).string());
-  };
-  for (const fs::path& one : files_below(backup, ".src")) {
-    if (of_the_other_side(one)) continue;
-    by_stem.emplace(stem(one), files.modules.size());
-    files.modules.push_back({read(one), {}, {}, {}});
-  }
-  for (const fs::path& one : files_below(backup, ".dat")) {
-    const std::string name = lower(one.filename().string());
-    if (of_the_other_side(one) ||
-        (name.starts_with("$") && name != "$config.dat" && name != "$machine.dat"))
-      continue;
-    const auto module = by_stem.find(stem(one));
-    if (name == "$config.dat" || name == "$machine.dat")
-      files.controller.push_back(read(one));
-    else if (module == by_stem.end())
-      files.data.push_back(read(one));
-    else
-      files.modules[module->second].dat = read(one);
-  }
-  return files;
 }
 
 std::string outcome(const std::vector<daemon::krl::Refusal>& refusals, int corrected) {
@@ -128,7 +76,7 @@ void count(const fs::path& backup, bool verbose, Reasons& reasons) {
   calib::Random random(1);
   daemon::krl::CorrectionOptions options;
   options.anywhere = true;
-  const auto files = files_of(backup);
+  const auto files = daemon::modules_of(daemon::read_backup(backup));
   const auto offline =
       correct_backup(calib::testing::random_calibration(cell, random, 1.0), files, options);
   const auto run_time = rewrite_motions(files, {});
