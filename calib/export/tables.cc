@@ -155,13 +155,14 @@ std::optional<double> number(std::string_view text) {
 std::optional<Eigen::Vector3d> three_numbers(std::string_view text) {
   Eigen::Vector3d values;
   text = trimmed(text);
+  const std::string_view between = text.find(',') == std::string_view::npos ? kBlanks : ",";
   for (int k = 0; k < 3; ++k) {
-    const auto end = k < 2 ? text.find_first_of(kBlanks) : text.size();
+    const auto end = k < 2 ? text.find_first_of(between) : text.size();
     if (end == std::string_view::npos) return std::nullopt;
     const auto value = number(text.substr(0, end));
     if (!value) return std::nullopt;
     values[k] = *value;
-    text = trimmed(text.substr(end));
+    text = trimmed(text.substr(std::min(end + 1, text.size())));
   }
   if (!text.empty()) return std::nullopt;
   return values;

@@ -32,6 +32,7 @@ std::string shortest(const Eigen::Vector3d& values);
 
 /// Parses the whole text, surrounding whitespace ignored; empty if it is not a finite number.
 std::optional<double> number(std::string_view text);
+/// Three numbers separated by blanks, or by commas alone.
 std::optional<Eigen::Vector3d> three_numbers(std::string_view text);
 
 /// "A1": "joint_a1".

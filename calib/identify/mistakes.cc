@@ -6,7 +6,6 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <ranges>
 #include <string>
 
 #include "calib/estimate/target.h"
@@ -197,12 +196,13 @@ void radians(const Asked& asked) {
   double largest = 0.0;
   const std::size_t first = asked.cell.robot.first_turning();
   for (const Touch& touch : asked.touches)
-    for (const double q : touch.joint_rad | std::views::drop(first))
-      largest = std::max(largest, std::abs(q) * kDegPerRad);
+    for (std::size_t i = first; i < touch.joint_rad.size(); ++i)
+      largest = std::max(largest, std::abs(touch.joint_rad[i]) * kDegPerRad);
   if (largest > kRadPerTurn) return;  // degrees, as expected
   asked.with_touches(
       [first](Touch& touch) {
-        for (double& q : touch.joint_rad | std::views::drop(first)) q *= kDegPerRad;
+        for (std::size_t i = first; i < touch.joint_rad.size(); ++i)
+          touch.joint_rad[i] *= kDegPerRad;
       },
       always(likely(LikelyCause::kRadians, {}, {{"largest", largest, "deg"}})));
 }

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <ranges>
 
 #include "calib/model/linear.h"
 #include "calib/model/units.h"
@@ -262,9 +261,11 @@ std::vector<JointVector> Configurations::from_seeds(const Isometry3d& tcp, doubl
   std::vector<JointVector> found;
   for (int k = 0; k < kSeeds; ++k) {
     JointVector seed(first_, track_m);
-    for (const Joint& joint : arm_.robot().joints | std::views::drop(first_))
+    for (std::size_t i = first_; i < arm_.robot().joints.size(); ++i) {
+      const Joint& joint = arm_.robot().joints[i];
       seed.push_back(random.uniform(std::max(joint.min_rad, -std::numbers::pi),
                                     std::min(joint.max_rad, std::numbers::pi)));
+    }
     if (auto q = inverse(arm_, tcp, seed, margin_rad_)) found.push_back(std::move(*q));
   }
   return found;

@@ -49,13 +49,16 @@ std::string end_of(const std::string& text, std::size_t most_lines) {
 }
 
 /// The file's text; a .xacro expanded by the program of that name, where it is installed.
-std::string urdf_text(const std::filesystem::path& urdf) {
+/// `arguments`: NAME:=VALUE each.
+std::string urdf_text(const std::filesystem::path& urdf,
+                      const std::vector<std::string>& arguments) {
   constexpr std::chrono::seconds kLimit{30};
   std::string text = calib::read_file(urdf, calib::kMostUrdfBytes);
   if (urdf.extension() != ".xacro") return text;
-  const ChildEnd end = run_child({.words = {"xacro", std::filesystem::absolute(urdf).string()},
-                                  .limit = kLimit,
-                                  .most_output = calib::kMostUrdfBytes});
+  std::vector<std::string> words{"xacro", std::filesystem::absolute(urdf).string()};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  const ChildEnd end =
+      run_child({.words = words, .limit = kLimit, .most_output = calib::kMostUrdfBytes});
   switch (end.why) {
     case ChildEnd::Why::kNotStarted:
       return text;  // the reader refuses it by line, with the command that expands it
@@ -78,7 +81,8 @@ std::string urdf_text(const std::filesystem::path& urdf) {
 
 calib::Robot from_urdf(const ImportRobotCommand& command) {
   const std::string name = command.urdf.string();
-  const calib::UrdfChain chain = calib::read_urdf(urdf_text(command.urdf), name, command.tip);
+  const calib::UrdfChain chain =
+      calib::read_urdf(urdf_text(command.urdf, command.xacro_arguments), name, command.tip);
   calib::Robot robot = calib::robot_of(chain.frames);
   robot.name = chain.robot_name.empty() ? "robot" : chain.robot_name;
   robot.source = command.urdf.filename().string();
@@ -273,7 +277,7 @@ int export_robot(const ExportRobotCommand& command) {
     text = command.as == "urdf" ? calib::urdf_of(frames, calibration.cell.robot.name, words)
                                 : calib::ros_yaml(frames, words);
   } else {
-    const std::string given = urdf_text(command.urdf);
+    const std::string given = urdf_text(command.urdf, {});
     const std::string name = command.urdf.string();
     text =
         command.as == "urdf"

@@ -79,6 +79,7 @@ int export_robot(const ExportRobotCommand& command);
 struct ImportRobotCommand {
   std::filesystem::path urdf, robot, output;
   std::string tip;
+  std::vector<std::string> xacro_arguments;  ///< NAME:=VALUE
   std::vector<std::filesystem::path> machine_data;
   std::filesystem::path cell;  ///< cell file whose [tool] becomes TOOL_DATA[tool]; empty: none
   int tool = 0;

@@ -211,6 +211,14 @@ void add_import_robot(CLI::App& app, int& status) {
       ->excludes(urdf);
   command->add_option("--tip", given->tip, "Link at the flange [tool0, flange, or the last]")
       ->needs(urdf);
+  command
+      ->add_option("--xacro-arg", given->xacro_arguments,
+                   "Argument of a .xacro, NAME:=VALUE; may be repeated")
+      ->check([](const std::string& text) {
+        const bool named = text.find(":=") != std::string::npos && text[0] != '-' && text[0] != ':';
+        return named ? std::string() : "'" + text + "' is not NAME:=VALUE";
+      })
+      ->needs(urdf);
   command->add_option("--machine-data", given->machine_data,
                       "File of the controller, or its backup (folder, ZIP); may be repeated");
   command->add_option("-o,--output,--out", given->output,

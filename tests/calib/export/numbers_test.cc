@@ -14,9 +14,11 @@ TEST(ParsedNumber, IsTheWholeTextAndFinite) {
     EXPECT_FALSE(number(no)) << no;
 }
 
-TEST(ThreeNumbers, AreThreeWithBlanksBetween) {
-  EXPECT_EQ(three_numbers(" 1  -2\n3e1 "), Eigen::Vector3d(1, -2, 30));
-  for (const char* no : {"", "1 2", "1 2 3 4", "1,2,3", "1 2 x", "1 2 nan"})
+TEST(ThreeNumbers, AreThreeWithBlanksOrCommasBetween) {
+  for (const char* yes : {" 1  -2\n3e1 ", "1,-2,30", "1 , -2,\t30 "})
+    EXPECT_EQ(three_numbers(yes), Eigen::Vector3d(1, -2, 30)) << yes;
+  for (const char* no : {"", "1 2", "1 2 3 4", "1,2,3,", "1,2,3,4", "0,1 0,2 0,3", "1 2,3", "1,,2",
+                         "1 2 x", "1 2 nan"})
     EXPECT_FALSE(three_numbers(no)) << no;
 }
 

@@ -455,13 +455,19 @@ TEST(a_urdf, that_no_plan_could_use_is_refused_by_joint) {
   }
 }
 
-/// A program xacro on the PATH of `import-robot --urdf r.xacro`.
-Outcome with_xacro(const TemporaryDirectory& dir, const std::string& script) {
+/// A program xacro on the PATH of `import-robot --urdf r.xacro`, with more words.
+Outcome with_xacro(const TemporaryDirectory& dir, const std::string& script,
+                   const std::vector<std::string>& more = {}) {
   std::filesystem::create_directories(dir / "bin");
   std::ofstream(dir / "bin/xacro") << "#!/bin/sh\n" << script;
   std::filesystem::permissions(dir / "bin/xacro", std::filesystem::perms::owner_all);
-  return run_program({"/usr/bin/env", "PATH=" + (dir / "bin").string() + ":/usr/bin:/bin", CELLCAL,
-                      "import-robot", "--urdf", dir / "r.xacro", "-o", dir / "r.toml"});
+  std::vector<std::string> words{
+      "/usr/bin/env", "PATH=" + (dir / "bin").string() + ":/usr/bin:/bin",
+      CELLCAL,        "import-robot",
+      "--urdf",       dir / "r.xacro",
+      "-o",           dir / "r.toml"};
+  words.insert(words.end(), more.begin(), more.end());
+  return run_program(words);
 }
 
 TEST(a_xacro_file, is_expanded_by_xacro_where_it_is_installed) {
@@ -477,6 +483,20 @@ TEST(a_xacro_file, is_expanded_by_xacro_where_it_is_installed) {
                                            "' ] && cat '" + (dir / "r.urdf").string() + "'\n");
   EXPECT_EQ(done.status, 0) << done.err;
   EXPECT_EQ(calib::load_robot(dir / "r.toml").joints.size(), 2U);
+}
+
+TEST(a_xacro_file, gets_its_arguments) {
+  const TemporaryDirectory dir;
+  std::ofstream(dir / "r.xacro") << "<robot/>";
+  std::ofstream(dir / "r.urdf") << small_urdf();
+  const std::string script =
+      "[ \"$2 $3\" = 'type:=kr6 prefix:=a b' ] && cat '" + (dir / "r.urdf").string() + "'\n";
+  EXPECT_EQ(
+      with_xacro(dir, script, {"--xacro-arg", "type:=kr6", "--xacro-arg", "prefix:=a b"}).status,
+      0);
+  EXPECT_EQ(with_xacro(dir, script).status, 1);
+  for (const char* wrong : {"type=kr6", ":=x", "--inorder:=1"})
+    EXPECT_NE(with_xacro(dir, script, {std::string("--xacro-arg=") + wrong}).status, 0) << wrong;
 }
 
 TEST(a_xacro_file, that_xacro_refuses_is_named_with_its_line) {
