@@ -17,16 +17,19 @@ class io_context;
 
 namespace cellcal::drivers {
 
+/// SCHED_FIFO 1..99; above the kernel's threaded interrupts (50).
+inline constexpr int kRobotPriority = 59;
+
 struct IoThreadOptions {
   bool realtime = true;           ///< requests SCHED_FIFO and locked memory
-  int priority = 59;              ///< SCHED_FIFO 1..99; above the kernel's threaded interrupts (50)
+  int priority = kRobotPriority;  ///< of SCHED_FIFO
   bool quiet = false;             ///< no logging; warnings() reports missing permissions
   std::string name = "robot-io";  ///< at most 15 characters, as shown by top and ps
 };
 
 /// Priority of the threads that transfer the contact sensor's bytes: just
 /// above the robot's. The highest requested, and granted by the service's unit (LimitRTPRIO).
-inline constexpr int kPortPriority = IoThreadOptions{}.priority + 1;
+inline constexpr int kPortPriority = kRobotPriority + 1;
 
 class IoThread {
  public:

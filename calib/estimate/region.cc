@@ -160,8 +160,13 @@ namespace {
 constexpr int kDrawnArms = 400;  // for a relative error of the spread of 4 %
 constexpr unsigned kDrawSeed = 41;
 
-/// Columns: deviations drawn from the covariance, which may be singular.
-Eigen::MatrixXd deviations(const Eigen::MatrixXd& covariance) {
+double variance(const Eigen::VectorXd& values) {
+  return (values.array() - values.mean()).square().sum() / static_cast<double>(values.size() - 1);
+}
+
+}  // namespace
+
+Eigen::MatrixXd drawn_arms(const Eigen::MatrixXd& covariance) {
   const Eigenpairs pairs = eigenpairs(covariance);
   Eigen::MatrixXd all(covariance.rows(), kDrawnArms);
   Random random(kDrawSeed);
@@ -169,20 +174,14 @@ Eigen::MatrixXd deviations(const Eigen::MatrixXd& covariance) {
   return pairs.vectors * pairs.values.cwiseMax(0.0).cwiseSqrt().asDiagonal() * all;
 }
 
-double variance(const Eigen::VectorXd& values) {
-  return (values.array() - values.mean()).square().sum() / static_cast<double>(values.size() - 1);
-}
-
-}  // namespace
-
 NominalError nominal_error(const ArmModel& arm, const std::vector<JointVector>& poses,
                            const double* x_si, const Eigen::MatrixXd& moves,
-                           const Eigen::MatrixXd& covariance, const Eigen::VectorXd& stays_m2) {
-  Eigen::MatrixXd apart_m = moves * deviations(covariance);
+                           const Eigen::MatrixXd& arms, const Eigen::VectorXd& stays_m2) {
+  Eigen::MatrixXd apart_m = moves * arms;
   apart_m.colwise() += apart(arm, poses, x_si, nullptr).reshaped();
   const auto count = static_cast<Eigen::Index>(poses.size());
-  Eigen::MatrixXd off_m(count, kDrawnArms);
-  for (Eigen::Index k = 0; k < kDrawnArms; ++k)
+  Eigen::MatrixXd off_m(count, arms.cols());
+  for (Eigen::Index k = 0; k < arms.cols(); ++k)
     for (Eigen::Index i = 0; i < count; ++i)
       off_m(i, k) = std::sqrt(apart_m.col(k).segment<3>(3 * i).squaredNorm() +
                               kMeanOverRms * kMeanOverRms * stays_m2[i]);

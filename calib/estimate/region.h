@@ -62,13 +62,16 @@ struct NominalError {
   double u_m = 0.0;  ///< expanded uncertainty of that mean, k = 2
 };
 
-/// (41): mean over arms drawn from the estimate and its covariance, and over all poses of the
-/// region that `poses` sample: u_m includes the spread of the arms and of the sample. With a
-/// covariance from tolerances alone it is the expected error of any such arm. `moves`: of
-/// aligned_moves() at `x_si`, per unit of `covariance`; `stays_m2`: variance at each pose that no
-/// parameter explains. Needs at least 3 poses.
+/// Arms drawn from a covariance, which may be singular: a column of deviations each. The same for
+/// all regions of one calibration.
+Eigen::MatrixXd drawn_arms(const Eigen::MatrixXd& covariance);
+
+/// (41): mean over the drawn arms, and over all poses of the region that `poses` sample: u_m
+/// includes the spread of the arms and of the sample. With arms drawn from tolerances alone it is
+/// the expected error of any such arm. `moves`: of aligned_moves() at `x_si`, per unit of `arms`;
+/// `stays_m2`: variance at each pose that no parameter explains. Needs at least 3 poses.
 NominalError nominal_error(const ArmModel& arm, const std::vector<JointVector>& poses,
                            const double* x_si, const Eigen::MatrixXd& moves,
-                           const Eigen::MatrixXd& covariance, const Eigen::VectorXd& stays_m2);
+                           const Eigen::MatrixXd& arms, const Eigen::VectorXd& stays_m2);
 
 }  // namespace cellcal::calib

@@ -163,6 +163,7 @@ class Accuracy {
         x_(problem.to_si(e.u)),
         scale_(arm_.size()),
         covariance_(inflation * e.posterior.covariance_u.topLeftCorner(arm_.size(), arm_.size())),
+        arms_(drawn_arms(covariance_)),
         field_m2_(3.0 * std::pow(c.discrepancy.sigma_m, 2)),
         ripple_rad_(c.level.ripple_rad) {
     for (int i = 0; i < arm_.size(); ++i) scale_[i] = problem.unknowns()[i].scale;
@@ -184,7 +185,7 @@ class Accuracy {
     return predicted_mean_error_m(moves, covariance_, stays_m2(poses));
   }
   NominalError nominal(const std::vector<JointVector>& poses, const Eigen::MatrixXd& moves) const {
-    return nominal_error(arm_, poses, x_.data(), moves, covariance_, stays_m2(poses));
+    return nominal_error(arm_, poses, x_.data(), moves, arms_, stays_m2(poses));
   }
   /// Prediction for any arm within its tolerances, before any touch.
   double tolerated_m(const std::vector<JointVector>& poses, const Eigen::MatrixXd& moves) const {
@@ -199,7 +200,7 @@ class Accuracy {
 
   const ArmModel& arm_;
   Eigen::VectorXd x_, scale_;
-  Eigen::MatrixXd covariance_;
+  Eigen::MatrixXd covariance_, arms_;
   double field_m2_, ripple_rad_;
 };
 

@@ -397,8 +397,8 @@ NominalError nominal_error_of(const Calibration& c, const std::vector<JointVecto
   if (poses.size() < kFewestPoses) return {};
   const ArmModel arm = arm_of(c);
   const Eigen::VectorXd x = arm_values(arm, c);
-  return nominal_error(arm, poses, x.data(), moves_at(arm, x, poses), arm_covariance(arm, c),
-                       stays_m2(arm, c, poses));
+  return nominal_error(arm, poses, x.data(), moves_at(arm, x, poses),
+                       drawn_arms(arm_covariance(arm, c)), stays_m2(arm, c, poses));
 }
 
 std::vector<JointVector> stated_workspace(const Calibration& c, int count) {

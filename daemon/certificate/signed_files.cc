@@ -176,7 +176,7 @@ void refuse_others(const fs::path& directory, Kind kind, const Sums& sums) {
 }  // namespace
 
 const char* to_string(Why why) {
-  using enum Why;
+  using enum NotVerified::Why;
   static constexpr EnumNames<Why> kTable{{{kNoSignature, "no_signature"},
                                           {kDamagedSignature, "damaged_signature"},
                                           {kOtherKey, "other_key"},

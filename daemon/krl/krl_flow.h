@@ -14,6 +14,8 @@
 
 namespace cellcal::daemon::krl {
 
+using namespace calib::krl;
+
 /// A routine: its module, from 0, and its name.
 using RoutineKey = std::pair<std::size_t, std::string>;
 

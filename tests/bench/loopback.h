@@ -10,7 +10,7 @@
 namespace cellcal::bench {
 
 /// Of a thread that stands for hardware: its own delays are not the driver's.
-inline constexpr int kHardwarePriority = drivers::IoThreadOptions{}.priority + 10;
+inline constexpr int kHardwarePriority = drivers::kRobotPriority + 10;
 /// Of a thread that the driver is compared with.
 inline constexpr int kDriverPriority = drivers::IoThreadOptions{}.priority;
 
