@@ -163,7 +163,7 @@ void Problem::weigh(std::size_t i) {
   const int tool = arm_.tool_index(touch.tool);
   const Target& target = cell_.targets[target_of_[i]];
   residuals_[i] = residual_of(touch, target, nominal_radius_m(target, tool), has_turns);
-  poses_[i] = arm_.prepare(touch.joint_rad, tool);
+  poses_[i] = arm_.prepare(touch.joint_rad, tool, arm_.load(touch.load));
   ArmChain chain;
   arm_.walk(poses_[i], nominal_, chain);
   Eigen::Matrix3Xd by_joint(3, arm_.joint_count());

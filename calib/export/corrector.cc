@@ -236,6 +236,17 @@ Calibration with_load(Calibration calibration, const FlangeLoad& load) {
   return calibration;
 }
 
+Calibration with_load(Calibration calibration, const std::string& state) {
+  if (const Load* load = ArmModel(calibration.cell).load(state)) {
+    Tool held;
+    held.id = "load";
+    held.mass_kg = load->mass_kg;
+    held.com_m = load->com_m;
+    calibration.cell.other_tools.push_back(std::move(held));
+  }
+  return calibration;
+}
+
 std::string words(const NotReached& reason, const Robot& robot) {
   const auto joint = [&]() -> const Joint& {
     return robot.joints[static_cast<std::size_t>(reason.joint)];

@@ -70,6 +70,9 @@ struct FlangeLoad {
 /// The calibration with this load on the flange, in place of its tools' masses. TCP and bending of
 /// the tools stay; the joints bear the load, and its bounds follow from those of their compliance.
 Calibration with_load(Calibration calibration, const FlangeLoad& load);
+/// The calibration with what the tools hold in this state of the cell file; empty: nothing. Throws
+/// std::out_of_range naming an unknown one.
+Calibration with_load(Calibration calibration, const std::string& state);
 
 /// Owns its data. Thread-safe.
 class Corrector {

@@ -22,7 +22,7 @@ namespace {
 constexpr std::string_view kCellFormat = "cellcal.cell/1";
 constexpr Range kLengthMm{-1e5, 1e5};
 constexpr Range kSigmaMm{0.0, 1e4};
-constexpr std::size_t kMaxTargets = 1000;
+constexpr std::size_t kMaxTargets = 1000, kMaxLoads = 16;
 
 Eigen::Vector3d vector_m(const std::vector<double>& mm) {
   return Eigen::Vector3d(mm[0], mm[1], mm[2]) / kMmPerM;
@@ -197,6 +197,25 @@ void read_delay(const TomlTable& touch, Cell& cell) {
 }
 
 /// Keys of the latch delay that differ from the defaults.
+/// [[load]]: what the tools may hold.
+void read_loads(const TomlTable& document, Cell& cell) {
+  for (const TomlTable& table : document.tables("load")) {
+    if (cell.loads.size() == kMaxLoads)
+      document.fail("load", fmt::format("at most {} [[load]] tables", kMaxLoads));
+    Load load{read_id(table), table.number("mass_kg", {0.0, 1e4}),
+              vector_m(table.numbers("com_mm", 3, kLengthMm))};
+    if (std::ranges::find(cell.loads, load.id, &Load::id) != cell.loads.end())
+      table.fail("id", "\"" + shown(load.id) + "\" occurs twice");
+    table.refuse_unknown();
+    cell.loads.push_back(std::move(load));
+  }
+}
+
+std::string load_to_toml(const Load& load) {
+  return fmt::format("\n[[load]]\nid = {}\nmass_kg = {}\ncom_mm = {}\n", toml_string(load.id),
+                     toml_number(load.mass_kg), vec_mm(load.com_m));
+}
+
 std::string delay_to_toml(const Cell& cell) {
   const Cell usual;
   std::string out;
@@ -217,6 +236,7 @@ Cell read_cell(const TomlTable& document, Robot robot) {
   Cell cell;
   cell.robot = std::move(robot);
   read_tools(document, cell);
+  read_loads(document, cell);
   const auto targets = document.tables("target");
   if (targets.empty() || targets.size() > kMaxTargets)
     document.fail(
@@ -306,6 +326,7 @@ std::string cell_to_toml(const Cell& cell, const std::string& robot_reference) {
                       : "");
   out += tool_to_toml(cell.tool);
   for (const Tool& tool : cell.other_tools) out += tool_to_toml(tool);
+  for (const Load& load : cell.loads) out += load_to_toml(load);
   for (const Target& target : cell.targets) {
     out += fmt::format("\n[[target]]\nid = {}\nkind = \"{}\"\n", toml_string(target.id),
                        to_string(target.kind));

@@ -67,6 +67,7 @@ class TouchColumns {
         name_(name),
         target_(table.find("target")),
         tool_(table.find("tool")),
+        load_(table.find("load")),
         sigma_(table.find("sigma_mm")),
         radius_(table.find("radius_mm")),
         set_(table.find("set")),
@@ -93,6 +94,7 @@ class TouchColumns {
       table_.fail(target_, "there is no target \"" + shown(touch.target) + "\" in the cell file");
     }
     read_tool(cell, touch);
+    read_load(cell, touch);
     if (stated(sigma_)) touch.sigma_m = within(sigma_, 1e-9, 1e3, "1e-9 and 1000 mm") / kMmPerM;
     if (stated(radius_)) {
       touch.radius_m = table_.number(radius_) / kMmPerM;
@@ -146,6 +148,14 @@ class TouchColumns {
         return;
       }
     table_.fail(tool_, "there is no tool \"" + shown(id) + "\" in the cell file");
+  }
+
+  void read_load(const Cell& cell, Touch& touch) const {
+    if (!stated(load_)) return;
+    touch.load = table_.text(load_);
+    if (std::ranges::find(cell.loads, touch.load, &Load::id) == cell.loads.end())
+      table_.fail(load_, "there is no [[load]] \"" + shown(touch.load) +
+                             "\" in the cell file. Without load leave it empty");
   }
 
   void read_place(TargetKind kind, Touch& touch) const {
@@ -206,7 +216,7 @@ class TouchColumns {
 
   const CsvTable& table_;
   const std::string& name_;
-  int target_, tool_, sigma_, radius_, set_, time_, turn_sigma_, temperature_, speed_;
+  int target_, tool_, load_, sigma_, radius_, set_, time_, turn_sigma_, temperature_, speed_;
   std::array<int, 3> xyz_{}, abc_{}, approach_{};
 };
 
@@ -249,6 +259,8 @@ const std::vector<Written>& written_columns() {
   static const std::vector<Written> kColumns = {
       {"tool", [](const Touch& t) { return !t.tool.empty(); },
        [](const Touch& t) { return t.tool; }},
+      {"load", [](const Touch& t) { return !t.load.empty(); },
+       [](const Touch& t) { return t.load; }},
       {"sigma_mm", [](const Touch& t) { return t.sigma_m > 0.0; },
        [](const Touch& t) { return fmt::format("{:.6g}", t.sigma_m * kMmPerM); }},
       {"radius_mm", [](const Touch& t) { return t.radius_m > 0.0; },

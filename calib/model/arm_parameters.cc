@@ -57,8 +57,9 @@ bool is_length(JointError error) { return error == JointError::kD || error == Jo
 
 }  // namespace
 
-ArmModel::ArmModel(const Robot& robot, const Tool& tool, const std::vector<Tool>& others)
-    : robot_(robot), tools_{tool} {
+ArmModel::ArmModel(const Robot& robot, const Tool& tool, const std::vector<Tool>& others,
+                   const std::vector<Load>& loads)
+    : robot_(robot), tools_{tool}, loads_(loads) {
   tools_.insert(tools_.end(), others.begin(), others.end());
   if (tools_.size() > kMaxTools)
     throw std::invalid_argument("ArmModel: " + std::to_string(tools_.size()) +

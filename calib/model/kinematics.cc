@@ -46,6 +46,13 @@ int ArmModel::tool_index(std::string_view id) const {
   throw std::out_of_range("no tool \"" + std::string(id) + "\" on the flange");
 }
 
+const Load* ArmModel::load(std::string_view id) const {
+  if (id.empty()) return nullptr;
+  const auto found = std::ranges::find(loads_, id, &Load::id);
+  if (found == loads_.end()) throw std::out_of_range("no load \"" + std::string(id) + "\"");
+  return &*found;
+}
+
 /// Only the terms that depend on the pose through the directions.
 PreparedPose ArmModel::turned(std::span<const double> joint_rad, int tool) const {
   if (joint_rad.size() != robot_.joints.size())
@@ -67,7 +74,8 @@ PreparedPose ArmModel::turned(std::span<const double> joint_rad, int tool) const
   return pose;
 }
 
-PreparedPose ArmModel::prepare(std::span<const double> joint_rad, int tool) const {
+PreparedPose ArmModel::prepare(std::span<const double> joint_rad, int tool,
+                               const Load* load) const {
   PreparedPose pose = turned(joint_rad, tool);
   pose.factor = Eigen::VectorXd::Zero(size());
   Eigen::Matrix3Xd moment;
@@ -75,7 +83,7 @@ PreparedPose ArmModel::prepare(std::span<const double> joint_rad, int tool) cons
   const auto moment_nm = [&](int joint) {
     if (moment.size() == 0) {
       walk_links(pose, none_, chain);
-      moment = gravity_moment_nm(chain);
+      moment = gravity_moment_nm(chain, load);
     }
     return moment.col(joint);
   };
@@ -144,14 +152,16 @@ PreparedPose ArmModel::prepare(std::span<const double> joint_rad, int tool) cons
   return pose;
 }
 
-Eigen::Matrix3Xd ArmModel::gravity_moment_nm(const ArmChain& chain) const {
+Eigen::Matrix3Xd ArmModel::gravity_moment_nm(const ArmChain& chain, const Load* load) const {
   // From the flange inwards: joint i carries the mass of its link and of all further ones.
   Vector3d moment_sum = Vector3d::Zero();
   double mass_sum = 0.0;
-  for (const Tool& tool : tools_) {
-    moment_sum += tool.mass_kg * (chain.flange_origin + chain.flange * tool.com_m);
-    mass_sum += tool.mass_kg;
-  }
+  const auto carry = [&](double mass_kg, const Vector3d& com_m) {
+    moment_sum += mass_kg * (chain.flange_origin + chain.flange * com_m);
+    mass_sum += mass_kg;
+  };
+  for (const Tool& tool : tools_) carry(tool.mass_kg, tool.com_m);
+  if (load) carry(load->mass_kg, load->com_m);
   Eigen::Matrix3Xd moment(3, joint_count());
   for (int i = joint_count() - 1; i >= 0; --i) {
     const Joint& joint = robot_.joints[i];

@@ -107,8 +107,10 @@ struct ArmShape {
 /// joints carry all of them, and each bends independently. Immutable; thread-safe.
 class ArmModel {
  public:
-  ArmModel(const Robot& robot, const Tool& tool, const std::vector<Tool>& others = {});
-  explicit ArmModel(const Cell& cell) : ArmModel(cell.robot, cell.tool, cell.other_tools) {}
+  ArmModel(const Robot& robot, const Tool& tool, const std::vector<Tool>& others = {},
+           const std::vector<Load>& loads = {});
+  explicit ArmModel(const Cell& cell)
+      : ArmModel(cell.robot, cell.tool, cell.other_tools, cell.loads) {}
 
   const std::vector<ArmParameter>& parameters() const { return parameters_; }
   int size() const { return static_cast<int>(parameters_.size()); }
@@ -120,9 +122,13 @@ class ArmModel {
   bool has_tool(std::string_view id) const;
   /// Index of the tool with this id (empty: the first); throws std::out_of_range naming it.
   int tool_index(std::string_view id) const;
+  /// The load with this id, null for an empty one; throws std::out_of_range naming it.
+  const Load* load(std::string_view id) const;
 
-  /// Throws std::invalid_argument if the number of angles differs from the robot's.
-  PreparedPose prepare(std::span<const double> joint_rad, int tool = 0) const;
+  /// `load`: held by the tools, null: nothing. Throws std::invalid_argument if the number of angles
+  /// differs from the robot's.
+  PreparedPose prepare(std::span<const double> joint_rad, int tool = 0,
+                       const Load* load = nullptr) const;
 
   /// x: size() values, SI; null: all zero.
   ArmErrors errors(const double* x) const;
@@ -169,10 +175,11 @@ class ArmModel {
                                                  const double* x) const;
   void walk_links(const PreparedPose& pose, const ArmErrors& errors, ArmChain& chain) const;
   /// Moment of gravity about each joint's origin [N m], base frame.
-  Eigen::Matrix3Xd gravity_moment_nm(const ArmChain& chain) const;
+  Eigen::Matrix3Xd gravity_moment_nm(const ArmChain& chain, const Load* load) const;
 
   Robot robot_;
   std::vector<Tool> tools_;
+  std::vector<Load> loads_;
   std::vector<ArmParameter> parameters_;
   /// Boundaries of the parameter ranges with pose-dependent motion: about a joint's axis, across it,
   /// of a linear unit.

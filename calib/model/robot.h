@@ -131,6 +131,14 @@ struct Tool {
   double slim_radius_m = 0.004;
 };
 
+/// What the tools hold: a gripper's part. The joints bear it in addition to the tools; it bends no
+/// tool.
+struct Load {
+  std::string id;
+  double mass_kg = 0.0;
+  Eigen::Vector3d com_m = Eigen::Vector3d::Zero();  ///< in the flange frame
+};
+
 enum class TargetKind { kSphere, kWire, kPlane, kPoint, kTracker };
 
 /// True if certified lengths can begin or end at targets of this kind.
@@ -194,6 +202,7 @@ struct Cell {
   Robot robot;
   Tool tool;                      ///< the first, used for sessions and accuracy figures
   std::vector<Tool> other_tools;  ///< other tips and reflectors mounted on the flange
+  std::vector<Load> loads;        ///< states of load besides the bare tools
   std::vector<Target> targets;
   std::vector<CertifiedLength> lengths;
   std::vector<Obstacle> obstacles;

@@ -20,6 +20,7 @@ struct Touch {
   std::vector<double> joint_rad;
   std::string target;                     ///< id of the target in the cell file
   std::string tool;                       ///< id of the tool that touched; empty: the cell's first
+  std::string load;                       ///< id of the load held; empty: none
   TouchSet set = TouchSet::kFit;          ///< check touches are held out of the fit
   double sigma_m = 0.0;                   ///< 1 sigma of this touch; 0: the cell's
   double radius_m = 0.0;                  ///< kind wire: this row's length

@@ -42,12 +42,17 @@ std::optional<std::vector<Seen>> seen_by(const Calibration& earlier, std::span<c
     const auto target = std::ranges::find(earlier.cell.targets, touches[i].target, &Target::id);
     if (target == earlier.cell.targets.end()) return {};
     if (target->kind != TargetKind::kSphere || outlier[i]) continue;
-    if (!arm.has_tool(touches[i].tool) || touches[i].joint_rad.size() != joints) return {};
-    const int tool = arm.tool_index(touches[i].tool);
-    seen.push_back({arm.position(arm.prepare(touches[i].joint_rad, tool), x.data()),
-                    target->diameter_m / 2.0 + arm.tool(tool).tip_radius_m,
-                    static_cast<std::size_t>(target - earlier.cell.targets.begin()),
-                    touches[i].set == TouchSet::kFit});
+    const Touch& touch = touches[i];
+    const bool known_load =
+        touch.load.empty() ||
+        std::ranges::find(levelled.loads, touch.load, &Load::id) != levelled.loads.end();
+    if (!arm.has_tool(touch.tool) || !known_load || touch.joint_rad.size() != joints) return {};
+    const int tool = arm.tool_index(touch.tool);
+    seen.push_back(
+        {arm.position(arm.prepare(touch.joint_rad, tool, arm.load(touch.load)), x.data()),
+         target->diameter_m / 2.0 + arm.tool(tool).tip_radius_m,
+         static_cast<std::size_t>(target - earlier.cell.targets.begin()),
+         touches[i].set == TouchSet::kFit});
   }
   // Without fit touches the place of a sphere is unknown.
   std::erase_if(seen, [&](const Seen& one) {

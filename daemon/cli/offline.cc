@@ -1,16 +1,19 @@
 #include "daemon/cli/offline.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <ranges>
 #include <stdexcept>
 
 #include "calib/estimate/predict.h"
 #include "calib/export/corrector.h"
+#include "calib/export/tables.h"
 #include "calib/files/calibration_json.h"
 #include "calib/files/csv.h"
 #include "calib/files/files.h"
@@ -307,21 +310,37 @@ void warn_beyond_limits(const calib::JointRows& asked) {
                asked.beyond_limits - asked.beyond_limits_words.size());
 }
 
-/// Throws std::runtime_error for a load that no arm carries.
-calib::FlangeLoad flange_load(const std::vector<double>& given) {
+/// MASS,X,Y,Z. Throws std::runtime_error for a load that no arm carries.
+calib::FlangeLoad flange_load(const std::vector<std::string>& given) {
   constexpr double kMostKg = 5e3, kMostMm = 1e4;
-  const bool possible =
-      std::ranges::all_of(given, [](double v) { return std::abs(v) <= kMostMm; }) &&
-      given[0] >= 0.0 && given[0] <= kMostKg;
-  if (!possible)
-    throw std::runtime_error("--load: 0 to 5000 kg, and a centre within 10 m of the flange");
-  return {given[0], Eigen::Vector3d(given[1], given[2], given[3]) / calib::kMmPerM};
+  std::vector<double> values;
+  for (const std::string& one : given)
+    if (const auto value = calib::number(one); value && std::abs(*value) <= kMostMm)
+      values.push_back(*value);
+  if (values.size() != 4 || given.size() != 4 || values[0] < 0.0 || values[0] > kMostKg)
+    throw std::runtime_error(
+        "--load: MASS,X,Y,Z with 0 to 5000 kg and a centre within 10 m of the flange, or a load of "
+        "the cell file by its id");
+  return {values[0], Eigen::Vector3d(values[1], values[2], values[3]) / calib::kMmPerM};
+}
+
+/// The calibration with a load by its id in the cell file, or by figures.
+calib::Calibration with_load(const calib::Calibration& calibration,
+                             const std::vector<std::string>& given) {
+  if (given.empty()) return calibration;
+  if (given.size() > 1) return calib::with_load(calibration, flange_load(given));
+  const auto& loads = calibration.cell.loads;
+  if (std::ranges::find(loads, given[0], &calib::Load::id) == loads.end())
+    throw std::runtime_error(fmt::format(
+        "--load {}: the calibration's cell has no such [[load]]; it has: {}", given[0],
+        loads.empty()
+            ? "none"
+            : fmt::format("{}", fmt::join(loads | std::views::transform(&calib::Load::id), ", "))));
+  return calib::with_load(calibration, given[0]);
 }
 
 std::vector<Row> rows_of(const PredictCommand& command, const calib::Calibration& calibration) {
-  const calib::Predictor predictor(command.load.empty()
-                                       ? calibration
-                                       : calib::with_load(calibration, flange_load(command.load)));
+  const calib::Predictor predictor(with_load(calibration, command.load));
   std::vector<Row> rows;
   tell_reading(command.joints);
   const calib::JointRows asked = calib::load_joints(command.joints, calibration.cell.robot);

@@ -30,7 +30,8 @@ struct PredictCommand {
   std::filesystem::path calibration, joints, output;
   bool nominal = false, json = false;
   bool withheld = false;  ///< also a calibration withheld by its verdict
-  std::vector<double> load;  ///< mass [kg] and centre [mm, flange frame]; empty: the tools
+  /// Id of a load in the cell file, or mass [kg] and centre [mm, flange frame]; empty: the tools.
+  std::vector<std::string> load;
 };
 int predict(const PredictCommand& command);
 
@@ -40,7 +41,7 @@ struct PlanCommand {
   std::string region = "workspace";
   std::vector<std::filesystem::path> programs;    ///< KRL, whose points are the region
   std::vector<std::filesystem::path> controller;  ///< $config.dat, $machine.dat of the programs
-  std::vector<double> from_deg;  ///< current position of the arm; empty: unknown
+  std::vector<double> from_deg;                   ///< current position of the arm; empty: unknown
   unsigned seed = 1;
   int suggest_spheres = 0;  ///< number of sphere positions to suggest instead of a plan; 0: a plan
   bool json = false;

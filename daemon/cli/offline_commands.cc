@@ -58,10 +58,10 @@ void add_predict(CLI::App& app, int& status) {
   command
       ->add_option(
           "--load", given->load,
-          "MASS,X,Y,Z: load on the flange with the tool and what it holds, in kg and mm from "
-          "the flange, as LOAD_DATA; default: the cell file's tool")
+          "A [[load]] of the cell file by its id; or MASS,X,Y,Z: all on the flange, in kg and mm "
+          "from the flange, as LOAD_DATA [the cell file's tool alone]")
       ->delimiter(',')
-      ->expected(4);
+      ->expected(1, 4);
   command->add_flag("--withheld", given->withheld,
                     "Accept a withheld calibration, for inspection only");
   command->add_option("-o,--output,--out", given->output,

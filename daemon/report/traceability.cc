@@ -132,6 +132,8 @@ struct Extra {
 constexpr Extra kExtras[] = {
     {"tool", [](const calib::Touch& t) { return !t.tool.empty(); },
      [](const calib::Touch& t) { return escape(t.tool); }},
+    {"load", [](const calib::Touch& t) { return !t.load.empty(); },
+     [](const calib::Touch& t) { return escape(t.load); }},
     {"&deg;C", [](const calib::Touch& t) { return t.temperature_c.has_value(); },
      [](const calib::Touch& t) { return ascii_fixed(*t.temperature_c, 1); }}};
 

@@ -143,7 +143,7 @@ int main(int argc, char** argv) {
   try {
     Options options;
     std::string gears = "harmonics", touches = "planned";
-    bool masses_unstated = false;
+    bool masses_unstated = false, without_track = false;
     double tilt_deg = 0.0;
     options.arm = CELLCAL_EXPERIMENT_ROBOT;
     cellcal::CommandLine app(
@@ -166,8 +166,13 @@ int main(int argc, char** argv) {
                "Share of the fit touches, 0.2 to 3 mm off")
         .between(0.0, 0.5);
     app.option("--load-kg", options.trial.load_kg,
-               "On the flange where M2 to M4 are judged; the touches are made with the tool alone")
+               "On the flange where M2 to M4 are judged; 0: the tool alone")
         .between(0.0, 1000.0);
+    app.option("--touched-kg", options.trial.touched_kg,
+               "On the flange at every second touch; 0: the tool alone at all")
+        .between(0.0, 1000.0);
+    app.option("--without-track", without_track,
+               "The arm of the robot file without its linear unit");
     app.option("--tilt-deg", tilt_deg,
                "Of the robot's foot: 0 on the floor, 90 on a wall, 180 under the ceiling")
         .between(0.0, 180.0);
@@ -180,6 +185,7 @@ int main(int argc, char** argv) {
     if (touches == "random") options.trial.criterion = calib::Criterion::kRandom;
     options.trial.masses_stated = !masses_unstated;
     calib::Robot robot = calib::load_robot(options.arm);
+    if (without_track && robot.first_turning() > 0) robot.joints.erase(robot.joints.begin());
     robot.gravity_m_s2 = Eigen::AngleAxisd(tilt_deg * calib::kRadPerDeg, Eigen::Vector3d::UnitY()) *
                          robot.gravity_m_s2;
     for (const Level& level : kLevels) {

@@ -83,13 +83,25 @@ std::vector<calib::JointVector> postures(const calib::ArmModel& arm, int count, 
   return poses;
 }
 
+namespace {
+
+/// Centre of all that is on the flange with a load.
+const Eigen::Vector3d kLoadedComM(0.0, 0.0, 0.15);
+
+/// As the cell file states it: what comes to the tool.
+calib::Load beside(const calib::Tool& tool, double all_kg) {
+  const double mass_kg = all_kg - tool.mass_kg;
+  return {"full", mass_kg, (all_kg * kLoadedComM - tool.mass_kg * tool.com_m) / mass_kg};
+}
+
+}  // namespace
+
 Outcome judged(World world, const std::vector<calib::Touch>& touches, double load_kg) {
   calib::Calibration c = calib::identify(world.cell, touches, {.region_poses = calib::kStatedPoses},
                                          calib::shipped_robots);
   if (load_kg > 0.0) {
-    const Eigen::Vector3d com_m(0.0, 0.0, 0.15);
-    world.arm.carry(load_kg, com_m);
-    c = calib::with_load(std::move(c), {load_kg, com_m});
+    world.arm.carry(load_kg, kLoadedComM);
+    c = calib::with_load(std::move(c), {load_kg, kLoadedComM});
   }
   const calib::Predictor predictor(c);
   Outcome o;
@@ -188,11 +200,20 @@ std::optional<Session> measured(const calib::Robot& robot, const Trial& trial, s
                   plan.predicted_mean_m,
                   calib::duration_s(plan, robot, {}) / 60.0};
   const World& world = session.world;
+  World loaded = world;
+  const bool carries = trial.touched_kg > 0.0;
+  if (carries) {
+    session.world.cell.loads = {beside(nominal.tool, trial.touched_kg)};
+    loaded.arm.carry(trial.touched_kg, kLoadedComM);
+  }
   std::vector<calib::Touch>& touches = session.touches;
   for (std::size_t i = 0; i < plan.touches.size(); ++i) {
     const double warm = static_cast<double>(i) / static_cast<double>(plan.touches.size());
-    if (auto t = world.touch(plan.touches[i], warm, kBeyond, random))
-      touches.push_back(std::move(*t));
+    const bool full = carries && i % 2 == 1;
+    auto t = (full ? loaded : world).touch(plan.touches[i], warm, kBeyond, random);
+    if (!t) continue;
+    if (full) t->load = "full";
+    touches.push_back(std::move(*t));
   }
   constexpr int kTimes = 4;
   for (int k = 0, made = 0; made < trial.repeated && k < static_cast<int>(plan.touches.size());

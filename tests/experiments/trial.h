@@ -36,6 +36,7 @@ struct Trial {
   double compliance_rad_per_nm = 1e-5;
   /// On the flange at the postures that M2 to M4 are judged at; 0: the tool, as at the touches.
   double load_kg = 0.0;
+  double touched_kg = 0.0;  ///< on the flange at every second touch; 0: the tool, as at the others
   /// Of each joint, on the spreads of true lengths and angles; none: 1.
   std::vector<double> length_factor = {}, angle_factor = {};
   int repeated = 0;  ///< of the fit touches, so many are made four times

@@ -213,6 +213,18 @@ TEST_F(LoadOnTheFlange, IsBorneByTheJointsWithOtherBounds) {
   EXPECT_NE(loaded.calibrated(pose).u95_m, Predictor(c).calibrated(pose).u95_m);
 }
 
+TEST_F(LoadOnTheFlange, OfTheCellFileComesToTheTool) {
+  const Tool& tool = c.cell.tool;
+  c.cell.loads = {{"full", 5.0, Eigen::Vector3d(0.02, 0.0, 0.15)}};
+  const Load& full = c.cell.loads.front();
+  const double all_kg = tool.mass_kg + full.mass_kg;
+  const Eigen::Vector3d com_m = (tool.mass_kg * tool.com_m + full.mass_kg * full.com_m) / all_kg;
+  EXPECT_NEAR(sag_m(with_load(c, "full")), sag_m(with_load(c, {all_kg, com_m})), kPromisedM);
+  EXPECT_GT(sag_m(with_load(c, "full")), 1e-6);
+  EXPECT_EQ(sag_m(with_load(c, "")), 0.0);
+  EXPECT_THROW((void)with_load(c, "empty"), std::out_of_range);
+}
+
 TEST_F(LoadOnTheFlange, OfTheSameMassWithAnotherCentreIsAMomentAlone) {
   const Tool& tool = c.cell.tool;
   const FlangeLoad load{tool.mass_kg, tool.com_m + Eigen::Vector3d(0.3, 0.0, 0.0)};

@@ -62,6 +62,60 @@ TEST(Tools, SurviveBeingWrittenAlsoThroughJson) {
   }
 }
 
+/// kCell with what its tool may hold.
+std::string with_loads(const std::string& more) {
+  return with(kCell, "[[target]]\nid = \"S1\"", more + "[[target]]\nid = \"S1\"");
+}
+
+constexpr const char* kFull = "[[load]]\nid = \"full\"\nmass_kg = 8.5\ncom_mm = [10, -20, 150]\n\n";
+
+TEST(Loads, AreReadAndSurviveBeingWrittenAlsoThroughJson) {
+  const Cell cell = cell_of(with_loads(kFull));
+  ASSERT_EQ(cell.loads.size(), 1u);
+  EXPECT_EQ(cell.loads[0].id, "full");
+  EXPECT_EQ(cell.loads[0].mass_kg, 8.5);
+  EXPECT_LT((cell.loads[0].com_m - Eigen::Vector3d(0.01, -0.02, 0.15)).norm(), 1e-15);
+  const std::string once = cell_to_toml(cell, "two.toml");
+  const Cell again = read_cell(table_from_json(toml_to_json(once), "json"), testing::robot());
+  EXPECT_EQ(cell_to_toml(again, "two.toml"), once);
+  EXPECT_EQ(cell_of(once).loads.size(), 1u);
+}
+
+TEST(Loads, ThatCannotBeAreRefusedByKey) {
+  for (const auto& [now, key] : std::initializer_list<std::pair<const char*, const char*>>{
+           {"id = \"\"", "load[1].id"},
+           {"id = \"a,b\"", "load[1].id"},
+           {"id = \"full\"\ncolour = 1", "load[1].colour"}})
+    expect_words(cell_refusal(with(with_loads(kFull), "id = \"full\"", now)), {"cell.toml:", key});
+  for (const auto& [was, now, key] :
+       std::initializer_list<std::tuple<const char*, const char*, const char*>>{
+           {"mass_kg = 8.5", "mass_kg = -1", "load[1].mass_kg"},
+           {"mass_kg = 8.5", "mass_kg = nan", "load[1].mass_kg"},
+           {"mass_kg = 8.5\n", "", "load[1].mass_kg"},
+           {"com_mm = [10, -20, 150]", "com_mm = [10]", "load[1].com_mm"}})
+    expect_words(cell_refusal(with(with_loads(kFull), was, now)), {"cell.toml:", key});
+  expect_words(cell_refusal(with_loads(std::string(kFull) + kFull)), {"load[2].id", "twice"});
+  std::string many;
+  for (int k = 0; k < 17; ++k) many += with(kFull, "full", "l" + std::to_string(k));
+  expect_words(cell_refusal(with_loads(many)), {"at most 16 [[load]] tables"});
+}
+
+TEST(Loads, ATouchNamesItsLoadAndAnUnknownOneIsRefusedByColumn) {
+  const Cell cell = cell_of(with_loads(kFull));
+  const std::string text = "A1,A2,target,load\n1,2,S1,full\n1,3,S1,\n";
+  const std::vector<Touch> touches = parse_touches(text, "touches.csv", cell);
+  ASSERT_EQ(touches.size(), 2u);
+  EXPECT_EQ(touches[0].load, "full");
+  EXPECT_EQ(touches[1].load, "");
+  std::vector<Touch> again =
+      parse_touches(format_touches(touches, cell.robot), "touches.csv", cell);
+  EXPECT_EQ(again[0].load, "full");
+  EXPECT_EQ(again[1].load, "");
+  const std::string refused =
+      refusal([&] { (void)parse_touches(with(text, "full", "empty"), "touches.csv", cell); });
+  expect_words(refused, {"touches.csv:2", "load", "no [[load]] \"empty\""});
+}
+
 TEST(Tools, ThatCannotBeToldApartOrAreTooManyAreRefusedWithTheirLine) {
   struct Broken {
     const char* now;  ///< replaces id = "P2"

@@ -133,6 +133,29 @@ TEST(ArmModel, TakesOneToThirtyTwoJointsAndSaysSo) {
   }
 }
 
+TEST(ArmModel, BearsALoadAsAToolOfItsMassWouldBe) {
+  Cell cell;
+  cell.robot = kr5().robot();
+  for (Joint& joint : cell.robot.joints) joint.compliance_sigma_rad_per_nm = 1e-6;
+  cell.tool.mass_kg = 1.5;
+  cell.tool.com_m = {0.0, 0.02, 0.2};
+  cell.loads = {{"full", 4.0, {0.1, -0.05, 0.3}}, {"half", 2.0, {0.1, -0.05, 0.3}}};
+  Tool held;
+  held.id = "held";
+  held.mass_kg = 4.0;
+  held.com_m = cell.loads[0].com_m;
+  const ArmModel arm(cell), as_tool(cell.robot, cell.tool, {held});
+  const JointVector q = deg({10, -70, 80, 20, 40, -30});
+  const Eigen::VectorXd bare = arm.prepare(q).factor;
+  const Eigen::VectorXd full = arm.prepare(q, 0, arm.load("full")).factor;
+  EXPECT_LT((full - as_tool.prepare(q).factor).norm(), 1e-9 * full.norm());
+  EXPECT_GT((full - bare).norm(), 0.01 * bare.norm());
+  const Eigen::VectorXd half = arm.prepare(q, 0, arm.load("half")).factor;
+  EXPECT_LT((half - (bare + full) / 2.0).norm(), 1e-9 * full.norm());
+  EXPECT_EQ(arm.prepare(q, 0, arm.load("")).factor, bare);
+  EXPECT_THROW((void)arm.load("empty"), std::out_of_range);
+}
+
 TEST(ArmModel, RefusesAnglesOfAnotherRobot) {
   EXPECT_THROW((void)kr5().prepare(deg({0, 0, 0, 0, 0})), std::invalid_argument);
   EXPECT_THROW((void)kr5().prepare(deg({0, 0, 0, 0, 0, 0, 0})), std::invalid_argument);

@@ -120,7 +120,12 @@ TEST(a_plan, is_a_touch_file_that_identify_reads_and_predict_continues_from) {
   EXPECT_EQ(lines(with_load("5,0,0,150").out), 3u);
   EXPECT_EQ(with_load("-5,0,0,150").status, 1);
   EXPECT_NE(with_load("nan,0,0,150").status, 0);
-  EXPECT_EQ(with_load("5,0,0").status, 2);
+  EXPECT_EQ(with_load("5,0,0").status, 1);
+  const Outcome unknown = with_load("full");
+  EXPECT_EQ(unknown.status, 1);
+  EXPECT_NE(unknown.err.find("--load full: the calibration's cell has no such [[load]]"),
+            std::string::npos)
+      << unknown.err;
   const Outcome nominal = run_program({CELLCAL, "predict", "--calibration", calibration, "--joints",
                                        dir / "joints.csv", "--nominal", "--json"});
   ASSERT_EQ(nominal.status, 0) << nominal.err;
