@@ -32,7 +32,7 @@ constexpr double kGross = 6.0;
 bool same_place(const Touch& a, const Touch& b) {
   for (std::size_t k = 0; k < a.joint_rad.size(); ++k)
     if (std::abs(a.joint_rad[k] - b.joint_rad[k]) > kSamePostureRad) return false;
-  return a.target == b.target && a.tool == b.tool;
+  return a.target == b.target && a.tool == b.tool && a.load == b.load;
 }
 
 /// Groups of two or more touches, each around its first touch in order of the first axis.

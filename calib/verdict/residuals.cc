@@ -294,7 +294,8 @@ std::vector<std::optional<std::size_t>> originals(std::span<const Touch> touches
   std::vector<std::size_t> order(touches.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   const auto key = [&](std::size_t i) {
-    return std::tuple_cat(reading(touches[i]), std::tie(touches[i].target, touches[i].tool));
+    return std::tuple_cat(reading(touches[i]),
+                          std::tie(touches[i].target, touches[i].tool, touches[i].load));
   };
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return key(a) < key(b); });

@@ -53,6 +53,16 @@ Repeats of(const std::vector<Touch>& touches) {
   return find_repeats(problem);
 }
 
+TEST(Repeats, AreNotWhereTheLoadIsAnother) {
+  Cell cell = demo_cell();
+  cell.loads = {{"full", 5.0, {0.0, 0.0, 0.1}}};
+  std::vector<Touch> touches = repeated(10, 2, 1e-5);
+  for (std::size_t i = 0; i < 10; ++i) touches[i].load = "full";
+  const ArmModel arm(cell);
+  const Problem problem(cell, arm, touches, starting_places(cell, arm, touches));
+  EXPECT_EQ(find_repeats(problem).touches, 0);
+}
+
 TEST(Repeats, MeasureTheNoiseOfATouchThroughTheErrorsOfAnUncalibratedArm) {
   for (const double noise : {1e-5, 5e-5}) {
     const Repeats repeats = of(repeated(30, 3, noise));
