@@ -6,10 +6,14 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/export/machine_data.h"
+#include "calib/files/cell_file.h"
 #include "calib/files/robot_file.h"
+#include "calib/files/toml.h"
 #include "calib/model/error.h"
+#include "calib/plan/pool.h"
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/http.h"
+#include "daemon/api/page_data.h"
 #include "daemon/cell_form/cell_form.h"
 #include "daemon/cell_form/cell_text.h"
 #include "daemon/files/atomic_file.h"
@@ -21,6 +25,7 @@ namespace {
 using nlohmann::json;
 
 constexpr const char* kWriting = "a cell file is being written";
+constexpr const char* kProposing = "places of the spheres are being computed";
 
 template <class Act>
 auto cell_act(Act act) {
@@ -28,6 +33,8 @@ auto cell_act(Act act) {
     return act();
   } catch (const calib::FileError& wrong) {
     throw RequestError(wrong.what());
+  } catch (const calib::PlanError& none) {
+    throw RequestError(none.what());
   } catch (const CellNotWritten& refused) {
     using Why = CellNotWritten::Why;
     switch (refused.why) {
@@ -132,21 +139,40 @@ std::optional<Response> Api::read_cell_lists(const Call& call) {
   });
 }
 
+namespace {
+
+calib::Robot robot_of_controller(const std::string& machine, const std::string& robcor) {
+  calib::MachineData data;
+  calib::read_machine_data(machine, "$machine.dat", data);
+  if (!robcor.empty()) calib::read_machine_data(robcor, "$robcor.dat", data);
+  calib::Robot robot = calib::arm_of_controller(data);
+  for (const calib::Joint& joint : robot.joints)
+    if (!(joint.max_speed_rad_s > 0.0))
+      throw calib::FileError("$machine.dat", ": no speed of " + joint.name +
+                                                 ": $VEL_AXIS_MA and $RAT_MOT_AX of it are needed");
+  return robot;
+}
+
+calib::Robot robot_of_file(const std::string& text) {
+  calib::Robot robot = calib::read_robot(calib::TomlTable::parse(text, "robot file"));
+  refuse_linear_unit(robot, "a cell form", "Write the cell file by hand");
+  return robot;
+}
+
+}  // namespace
+
 std::optional<Response> Api::import_robot(const Call& call) {
   const json body = cell_request(call.request);
-  refuse_others(body, {"machine_data", "robcor"});
+  refuse_others(body, {"machine_data", "robcor", "robot_file"});
   const std::string machine = text_of(body, "machine_data"), robcor = text_of(body, "robcor");
-  if (machine.empty()) throw BadRequest("\"machine_data\" must be the text of $machine.dat");
+  const std::string robot_file = text_of(body, "robot_file");
+  if (machine.empty() == robot_file.empty())
+    throw BadRequest(
+        "give either \"machine_data\", the text of $machine.dat, or \"robot_file\", that of a "
+        "robot file");
   return cell_act([&] {
-    calib::MachineData data;
-    calib::read_machine_data(machine, "$machine.dat", data);
-    if (!robcor.empty()) calib::read_machine_data(robcor, "$robcor.dat", data);
-    const calib::Robot robot = calib::arm_of_controller(data);
-    for (const calib::Joint& joint : robot.joints)
-      if (!(joint.max_speed_rad_s > 0.0))
-        throw calib::FileError(
-            "$machine.dat",
-            ": no speed of " + joint.name + ": $VEL_AXIS_MA and $RAT_MOT_AX of it are needed");
+    const calib::Robot robot =
+        machine.empty() ? robot_of_file(robot_file) : robot_of_controller(machine, robcor);
     std::filesystem::path file;
     service_.alone(kWriting, [&] { file = shelf().keep(robot); });
     spdlog::info("robot file {} was written", file.string());
@@ -155,14 +181,80 @@ std::optional<Response> Api::import_robot(const Call& call) {
   });
 }
 
+std::size_t Api::largest_body(const Request& request) {
+  constexpr std::size_t kMegabyte = std::size_t{1} << 20;
+  if (request.path == "/v1/cell-form/mesh") return 8 * kMegabyte;
+  return request.path.starts_with("/v1/cell-form") ? 2 * kMegabyte : 0;
+}
+
+std::optional<Response> Api::keep_mesh(const Call& call) {
+  return cell_act([&] {
+    CellFileStore::KeptMesh kept;
+    service_.alone(kWriting, [&] { kept = shelf().keep_mesh(call.request.body, "STL"); });
+    spdlog::info("STL file {} was written", kept.file.string());
+    return Response{201, "application/json",
+                    dump({{"file", kept.file.string()},
+                          {"triangles", kept.triangles},
+                          {"low_mm", kept.low_mm},
+                          {"high_mm", kept.high_mm}})};
+  });
+}
+
+std::optional<Response> Api::read_cell_file(const Call& call) {
+  const json body = cell_request(call.request);
+  refuse_others(body, {"cell"});
+  const std::string text = text_of(body, "cell");
+  return cell_act([&] {
+    const UploadedCell read = uploaded_cell(text, "cell file");
+    return Response{
+        .body =
+            dump({{"form", to_json(read.form)}, {"kept", read.kept}, {"missing", read.missing}})};
+  });
+}
+
+CellForm Api::unfinished_form(const Call& call) {
+  const json body = cell_request(call.request);
+  refuse_others(body, {"form", "from"});
+  const std::string origin = text_of(body, "from");
+  const std::filesystem::path from =
+      origin.empty() ? std::filesystem::path() : cell_file_in(origin);
+  keep_among_cells(call.request, from);
+  const auto before = from.empty() ? std::nullopt : CellFileStore::look_at(from).form;
+  return form_from_json(body.value("form", json()), shelf().file("draft"),
+                        before ? &*before : nullptr);
+}
+
+std::optional<Response> Api::draw_cell_form(const Call& call) {
+  return cell_act([&] {
+    const calib::Cell cell = sketch_of(unfinished_form(call));
+    const json joints = web::degrees(calib::middle_posture(cell.robot));
+    return Response{.body = "{\"joints_deg\":" + dump(joints) +
+                            ",\"scene\":" + web::scene_to_json(0, cell) + "}"};
+  });
+}
+
+std::optional<Response> Api::suggest_places_of_form(const Call& call) {
+  return cell_act([&] {
+    const CellForm form = unfinished_form(call);
+    SuggestedPlaces places;
+    service_.alone(kProposing, [&] { places = suggest_places(form); });
+    return Response{.body = dump({{"spheres", to_json(places.spheres)},
+                                  {"predicted_mean_mm", places.mean_mm},
+                                  {"predicted_u95_mm", places.u95_mm}})};
+  });
+}
+
 std::optional<Response> Api::write_cell(const Call& call) {
   const json body = cell_request(call.request);
-  refuse_others(body, {"name", "form", "instead_of", "from", "write"});
+  refuse_others(body, {"name", "form", "instead_of", "from", "from_text", "write"});
   if (body.contains("write") && !body["write"].is_boolean())
     throw BadRequest("\"write\" must be true or false");
   const bool write = body.value("write", true);
   const std::string name = text_of(body, "name"), instead_of = text_of(body, "instead_of");
   const std::string origin = text_of(body, "from");
+  std::string origin_text = text_of(body, "from_text");
+  if (!origin.empty() && !origin_text.empty())
+    throw BadRequest("\"from\" and \"from_text\" exclude each other");
   const std::filesystem::path from =
       origin.empty() ? std::filesystem::path() : cell_file_in(origin);
   keep_among_cells(call.request, from);
@@ -173,8 +265,10 @@ std::optional<Response> Api::write_cell(const Call& call) {
     const CellForm form = form_from_json(body.value("form", json()), file,
                                          before && before->form ? &*before->form : nullptr);
     const std::vector<std::string> warnings = CellFileStore::look_through(form);
+    if (!from.empty() && before && before->form) origin_text = before->text;
+    if (from.empty() && !origin_text.empty()) (void)uploaded_cell(origin_text, "cell file");
     if (write) {
-      service_.alone(kWriting, [&] { shelf().write(name, form, instead_of, from); });
+      service_.alone(kWriting, [&] { shelf().write(name, form, instead_of, origin_text); });
       spdlog::info("cell file {} was written", file.string());
     }
     return Response{write ? 201 : 200, "application/json",

@@ -26,6 +26,7 @@ namespace cellcal::daemon {
 
 class Access;
 class CellFileStore;
+struct CellForm;
 class Examiner;
 class FrameStation;
 class Schedule;
@@ -78,6 +79,8 @@ class Api {
   /// The request may block on the disk or compute for long. All others never block: status, watch and abort
   /// are answered independently of slow requests.
   static bool is_slow(const Request& request);
+  /// Largest body of an admitted request that is a file, such as an STL file [bytes]; 0: the server's limit.
+  static std::size_t largest_body(const Request& request);
 
   struct Call {
     const Request& request;
@@ -144,6 +147,11 @@ class Api {
   std::optional<Response> read_cell_lists(const Call& call);
   std::optional<Response> import_robot(const Call& call);
   std::optional<Response> write_cell(const Call& call);
+  std::optional<Response> keep_mesh(const Call& call);
+  std::optional<Response> read_cell_file(const Call& call);
+  std::optional<Response> draw_cell_form(const Call& call);
+  std::optional<Response> suggest_places_of_form(const Call& call);
+  CellForm unfinished_form(const Call& call);
   const CellFileStore& shelf();
   /// Throws RequestError where a network request names a file outside the permitted folders; an empty name
   /// passes.

@@ -3,7 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
+#include <cmath>
+#include <utility>
 
 #include "calib/files/cell_file.h"
 #include "calib/files/files.h"
@@ -15,8 +16,9 @@
 #include "calib/model/kinematics.h"
 #include "calib/model/units.h"
 #include "calib/plan/cell_check.h"
+#include "calib/plan/suggest_spheres.h"
 #include "daemon/cell_form/cell_text.h"
-#include "daemon/files/atomic_file.h"
+#include "daemon/cell_form/kept_files.h"
 
 namespace cellcal::daemon {
 
@@ -49,7 +51,43 @@ NamedRobotFile find_robot(const std::string& given, const std::filesystem::path&
 }
 
 calib::Cell cell_of(const CellForm& form) {
-  return calib::parse_cell({"new cell", cell_text(form), form.robot.name, form.robot.text});
+  calib::Cell cell =
+      calib::parse_cell({"new cell", cell_text(form), form.robot.name, form.robot.text});
+  calib::load_meshes(cell, {});  // absolute paths
+  return cell;
+}
+
+calib::Cell sketch_of(const CellForm& form) {
+  if (!form.spheres.empty()) return cell_of(form);
+  CellForm whole = form;
+  whole.spheres = {kAnySphere};
+  calib::Cell cell = cell_of(whole);
+  cell.targets.clear();
+  return cell;
+}
+
+SuggestedPlaces suggest_places(const CellForm& form) {
+  CellForm nowhere = form;
+  for (SphereForm& sphere : nowhere.spheres) {
+    sphere.centre_mm.reset();
+    sphere.box_mm.reset();
+  }
+  constexpr int kTouches = 50;
+  calib::PlanOptions options;
+  options.fit_touches = kTouches;
+  const calib::SuggestedSpheres found =
+      calib::suggest_spheres(cell_of(nowhere), options, static_cast<int>(form.spheres.size()));
+  SuggestedPlaces places{form.spheres, found.plan.predicted_mean_m * calib::kMmPerM,
+                         found.plan.predicted_u95_m * calib::kMmPerM};
+  for (SphereForm& sphere : places.spheres) {
+    const calib::Target& target = found.cell.targets[found.cell.target_index(sphere.id)];
+    const Eigen::Vector3d mm = target.centre_m * calib::kMmPerM;
+    // Multiples of 10 mm, without the noise of the division.
+    sphere.centre_mm = Triple{std::round(mm.x()), std::round(mm.y()), std::round(mm.z())};
+    sphere.centre_sigma_mm = target.centre_sigma_m * calib::kMmPerM;
+    sphere.box_mm.reset();
+  }
+  return places;
 }
 
 std::string objection(const CellForm& form) {
@@ -68,6 +106,7 @@ Triple tip_mm(const CellForm& form, const std::vector<double>& joint_deg) {
   CellForm arm = form;
   arm.spheres = {kAnySphere};
   arm.lengths.clear();
+  arm.obstacles.clear();
   const calib::Cell cell = cell_of(arm);
   const auto& joints = cell.robot.joints;
   if (joint_deg.size() != joints.size())
@@ -108,16 +147,17 @@ using fields::Json;
 using fields::Table;
 using fields::Value;
 
-constexpr std::size_t kMostSpheres = 100, kMostLengths = 1000, kLongestWord = 100;
+constexpr std::size_t kMostSpheres = 100, kMostLengths = 1000, kMostObstacles = 1000,
+                      kLongestWord = 100, kLongestPath = 1000;
 /// Axes of the arm and external axes.
 constexpr std::size_t kMostAxes = 20;
 
-Value<std::string> word() {
+Value<std::string> word(std::size_t longest = kLongestWord) {
   return {[](const std::string& text) { return text; },
-          [](const JsonReader& reader) {
+          [=](const JsonReader& reader) {
             std::string text = reader.text();
-            if (text.size() > kLongestWord || calib::has_control(text))
-              reader.fail("must have 100 characters at most, on one line");
+            if (text.size() > longest || calib::has_control(text))
+              reader.fail(fmt::format("must have {} characters at most, on one line", longest));
             return text;
           }};
 }
@@ -181,6 +221,40 @@ const Table<LengthForm>& length_fields() {
   return kTable;
 }
 
+template <calib::ObstacleShape kShape>
+bool is_of(const ObstacleForm& obstacle) {
+  return obstacle.shape == kShape;
+}
+
+Value<std::optional<Triple>> stated_triple() {
+  return {[](const std::optional<Triple>& of) { return Json(of.value_or(Triple{})); },
+          [](const JsonReader& reader) { return std::optional(triple().from(reader)); }};
+}
+
+Value<std::optional<double>> stated_number() {
+  return {[](const std::optional<double>& of) { return Json(of.value_or(0.0)); },
+          [](const JsonReader& reader) { return std::optional(reader.number()); }};
+}
+
+const Table<ObstacleForm>& obstacle_fields() {
+  using T = ObstacleForm;
+  using Shape = calib::ObstacleShape;
+  static const Table<T> kTable{
+      field("id", &T::id, word()),
+      field("shape", &T::shape,
+            fields::word<Shape>(
+                {{Shape::kBox, "box"}, {Shape::kCylinder, "cylinder"}, {Shape::kMesh, "mesh"}})),
+      fields::only_of<T>(is_of<Shape::kBox>, field("size_mm", &T::size_mm, stated_triple())),
+      fields::only_of<T>(is_of<Shape::kCylinder>,
+                         field("diameter_mm", &T::diameter_mm, stated_number())),
+      fields::only_of<T>(is_of<Shape::kCylinder>,
+                         field("height_mm", &T::height_mm, stated_number())),
+      fields::only_of<T>(is_of<Shape::kMesh>, field("file", &T::file, word(kLongestPath))),
+      field("xyz_mm", &T::xyz_mm, triple()),
+      fields::optional(field("abc_deg", &T::abc_deg, triple()))};
+  return kTable;
+}
+
 const Table<ToolForm>& tool_fields() {
   using T = ToolForm;
   static const Table<T> kTable{
@@ -188,28 +262,9 @@ const Table<ToolForm>& tool_fields() {
       fields::optional(field("abc_deg", &T::abc_deg, triple())),
       fields::optional(field("xyz_sigma_mm", &T::xyz_sigma_mm, triple())),
       fields::maybe("mass_kg", &T::mass_kg, fields::number()),
+      fields::maybe("com_mm", &T::com_mm, triple()),
       fields::optional(field("tip_radius_mm", &T::tip_radius_mm, fields::number()))};
   return kTable;
-}
-
-constexpr std::string_view kRobotEnding = ".robot.toml";
-constexpr std::size_t kLongestName = 64, kMostFiles = 1000;
-
-bool is_file_name(const std::string& name) {
-  const auto fits = [](char c) {
-    return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || ('0' <= c && c <= '9') || c == '_' ||
-           c == '-';
-  };
-  return !name.empty() && name.size() <= kLongestName && std::ranges::all_of(name, fits);
-}
-
-/// True for a regular file of CellFileStore::keep() in this folder.
-bool is_kept_robot(const std::filesystem::path& file, const std::filesystem::path& folder) {
-  const std::string name = file.filename().string();
-  std::error_code none;
-  return file == folder / name && name.ends_with(kRobotEnding) &&
-         is_file_name(name.substr(0, name.size() - kRobotEnding.size())) &&
-         std::filesystem::symlink_status(file, none).type() == std::filesystem::file_type::regular;
 }
 
 /// No file is read from a folder named over the network.
@@ -217,7 +272,7 @@ NamedRobotFile robot_named(const JsonReader& reader, const std::filesystem::path
                            const CellForm* before) {
   const std::string name = reader.text();
   if (before != nullptr && name == before->robot.reference) return before->robot;
-  if (is_kept_robot(name, std::filesystem::absolute(cell_file).parent_path()))
+  if (is_kept(name, std::filesystem::absolute(cell_file).parent_path(), kRobotEnding))
     return find_robot(name, cell_file);
   const auto robots = calib::shipped_robots();
   if (std::ranges::none_of(robots, [&](const auto& one) { return one.file == name; }))
@@ -265,17 +320,44 @@ nlohmann::json to_json(const CellForm& form) {
   return {{"robot", form.robot.reference},
           {"tool", fields::to_json(tool_fields(), form.tool)},
           {"spheres", to_json(form.spheres)},
-          {"lengths", to_json(form.lengths)}};
+          {"lengths", to_json(form.lengths)},
+          {"obstacles", few(fields::object(obstacle_fields()), kMostObstacles).to(form.obstacles)}};
 }
+
+namespace {
+
+/// Their meshes are files kept beside the cell, or those of the form before.
+std::vector<ObstacleForm> obstacles_in(const JsonReader& reader,
+                                       const std::filesystem::path& cell_file,
+                                       const CellForm* before) {
+  std::vector<ObstacleForm> all =
+      few(fields::object(obstacle_fields()), kMostObstacles).from(reader);
+  const auto rows = reader.items();
+  const std::filesystem::path folder = std::filesystem::absolute(cell_file).parent_path();
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    refuse_unknown(rows[i], {"id", "shape", "size_mm", "diameter_mm", "height_mm", "file", "xyz_mm",
+                             "abc_deg"});
+    const std::string& file = all[i].file;
+    const auto is_that = [&](const ObstacleForm& one) { return one.file == file; };
+    const bool was_there = before != nullptr && std::ranges::any_of(before->obstacles, is_that);
+    if (all[i].shape == calib::ObstacleShape::kMesh && !was_there &&
+        !is_kept(file, folder, kMeshEnding))
+      rows[i].at("file").fail("\"" + calib::shown(file) +
+                              "\" is no STL file that was sent here. Choose the file again");
+  }
+  return all;
+}
+
+}  // namespace
 
 CellForm form_from_json(const nlohmann::json& json, const std::filesystem::path& cell_file,
                         const CellForm* before) {
   const JsonReader reader(json, "form");
-  refuse_unknown(reader, {"robot", "tool", "spheres", "lengths"});
+  refuse_unknown(reader, {"robot", "tool", "spheres", "lengths", "obstacles"});
   CellForm form;
   form.robot = robot_named(reader.at("robot"), cell_file, before);
   refuse_unknown(reader.at("tool"),
-                 {"xyz_mm", "abc_deg", "xyz_sigma_mm", "mass_kg", "tip_radius_mm"});
+                 {"xyz_mm", "abc_deg", "xyz_sigma_mm", "mass_kg", "com_mm", "tip_radius_mm"});
   fields::from_json(tool_fields(), reader.at("tool"), form.tool);
   const JsonReader spheres = reader.at("spheres");
   form.spheres = few(fields::object(sphere_fields()), kMostSpheres).from(spheres);
@@ -299,170 +381,80 @@ CellForm form_from_json(const nlohmann::json& json, const std::filesystem::path&
     for (const JsonReader& row : reader.at("lengths").items())
       refuse_unknown(row, {"from", "to", "mm", "sigma_mm", "certificate", "certificate_date"});
   }
-  return form;
-}
-
-std::optional<CellForm> form_in(const std::string& text, const std::filesystem::path& cell_file) {
-  const auto file = nlohmann::json::parse(calib::toml_to_json(text));
-  CellForm form;
-  try {
-    nlohmann::json spheres = nlohmann::json::array(), lengths = nlohmann::json::array();
-    for (nlohmann::json target : file.value("target", nlohmann::json::array())) {
-      if (target.value("kind", "") != "sphere") continue;  // cell_text.h
-      // Defaults of the file reader, which differ from those of a new form.
-      target.emplace("diameter_sigma_mm", 0.0);
-      if (target.contains("centre_mm")) target.emplace("centre_sigma_mm", 0.0);
-      if (target.contains("search_low_mm"))
-        target["box_mm"] = {target.at("search_low_mm"), target.at("search_high_mm")};
-      spheres.push_back(std::move(target));
-    }
-    for (nlohmann::json length : file.value("length", nlohmann::json::array())) {
-      length["from"] = length.at("between").at(0);
-      length["to"] = length.at("between").at(1);
-      lengths.push_back(std::move(length));
-    }
-    const std::string name = cell_file.string();
-    form.robot = robot_of(file.at("robot").get<std::string>(), cell_file);
-    fields::from_json(tool_fields(), JsonReader(file.at("tool"), name), form.tool);
-    form.spheres = few(fields::object(sphere_fields()), kMostSpheres).from({spheres, name});
-    form.lengths = few(fields::object(length_fields()), kMostLengths).from({lengths, name});
-  } catch (const std::exception&) {  // not written by a form
-    return std::nullopt;
-  }
+  if (reader.has("obstacles"))
+    form.obstacles = obstacles_in(reader.at("obstacles"), cell_file, before);
   return form;
 }
 
 namespace {
 
-using Why = CellNotWritten::Why;
+/// All but the robot; files of meshes as they are named. Throws what the conversion throws.
+CellForm content_of(const nlohmann::json& file, const std::string& name) {
+  CellForm form;
+  nlohmann::json spheres = nlohmann::json::array(), lengths = nlohmann::json::array();
+  for (nlohmann::json target : file.value("target", nlohmann::json::array())) {
+    if (target.value("kind", "") != "sphere") continue;  // cell_text.h
+    // Defaults of the file reader, which differ from those of a new form.
+    target.emplace("diameter_sigma_mm", 0.0);
+    if (target.contains("centre_mm")) target.emplace("centre_sigma_mm", 0.0);
+    if (target.contains("search_low_mm"))
+      target["box_mm"] = {target.at("search_low_mm"), target.at("search_high_mm")};
+    spheres.push_back(std::move(target));
+  }
+  for (nlohmann::json length : file.value("length", nlohmann::json::array())) {
+    length["from"] = length.at("between").at(0);
+    length["to"] = length.at("between").at(1);
+    lengths.push_back(std::move(length));
+  }
+  fields::from_json(tool_fields(), JsonReader(file.at("tool"), name), form.tool);
+  form.spheres = few(fields::object(sphere_fields()), kMostSpheres).from({spheres, name});
+  form.lengths = few(fields::object(length_fields()), kMostLengths).from({lengths, name});
+  const nlohmann::json obstacles = file.value("obstacle", nlohmann::json::array());
+  form.obstacles = few(fields::object(obstacle_fields()), kMostObstacles).from({obstacles, name});
+  return form;
+}
 
 }  // namespace
 
-std::filesystem::path CellFileStore::file(const std::string& name) const {
-  if (!is_file_name(name))
-    throw CellNotWritten(
-        Why::kName, "name: \"" + calib::shown(name) + "\" must have 1 to 64 of A-Z a-z 0-9 _ -");
-  return folder_ / (name + ".toml");
-}
-
-std::vector<std::string> CellFileStore::names() const {
-  std::vector<std::string> names;
-  std::error_code none;
-  for (std::filesystem::directory_iterator at(folder_, none), end;
-       !none && at != end && names.size() < kMostFiles; at.increment(none)) {
-    const std::string name = at->path().stem().string();
-    if (at->path().extension() == ".toml" && is_file_name(name)) names.push_back(name);
-  }
-  std::ranges::sort(names);
-  return names;
-}
-
-std::vector<calib::NamedRobot> CellFileStore::robots() const {
-  std::vector<calib::NamedRobot> all;
-  std::error_code none;
-  for (std::filesystem::directory_iterator at(folder_, none), end;
-       !none && at != end && all.size() < kMostFiles; at.increment(none)) {
-    if (!is_kept_robot(at->path(), folder_)) continue;
-    try {
-      all.push_back({at->path().string(), calib::load_robot(at->path())});
-    } catch (const calib::FileError&) {  // altered by hand: not offered
-    }
-  }
-  std::ranges::sort(all, {}, &calib::NamedRobot::file);
-  return all;
-}
-
-std::filesystem::path CellFileStore::keep(const calib::Robot& robot) const {
-  const std::string text = calib::robot_to_toml(robot);
-  std::string name;
-  for (const char c : robot.name) {
-    constexpr std::size_t kMost = 40;
-    if (name.size() == kMost) break;
-    if (std::isalnum(static_cast<unsigned char>(c)) != 0)
-      name += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    else if (!name.empty() && name.back() != '_')
-      name += '_';
-  }
-  constexpr std::size_t kDigits = 8;
-  const std::filesystem::path file =
-      folder_ / fmt::format("{}-{}{}", name.empty() ? "robot" : name,
-                            calib::sha256(text).substr(0, kDigits), kRobotEnding);
-  calib::read_robot(calib::TomlTable::parse(text, file.string()));
+std::optional<CellForm> form_in(const std::string& text, const std::filesystem::path& cell_file) {
+  const auto file = nlohmann::json::parse(calib::toml_to_json(text));
   try {
-    std::filesystem::create_directories(folder_);
-    write_atomically(file, text);
-  } catch (const std::exception& failed) {
-    throw CellNotWritten(Why::kStorage, system_words(failed) + ". Let cellcald write there");
-  }
-  return file;
-}
-
-std::optional<CellFileStore::Shown> CellFileStore::look(const std::string& name) const {
-  const std::filesystem::path path = file(name);
-  std::error_code none;
-  if (!std::filesystem::exists(path, none)) return std::nullopt;
-  return look_at(path);
-}
-
-CellFileStore::Shown CellFileStore::look_at(const std::filesystem::path& path) {
-  Shown shown;
-  shown.text = calib::read_file(path, calib::kMostTomlBytes);
-  shown.sha256 = calib::sha256(shown.text);
-  try {
-    shown.form = form_in(shown.text, path);
-    if (shown.form) shown.kept = beyond(*shown.form, shown.text);
-  } catch (const calib::FileError&) {  // a foreign file without valid TOML is not replaced
-    shown.form.reset();
-  }
-  return shown;
-}
-
-std::vector<std::string> CellFileStore::look_through(const CellForm& form) {
-  if (const std::string wrong = objection(form); !wrong.empty())
-    throw CellNotWritten(Why::kUnusable, wrong);
-  try {
-    return calib::refuse_faulty(cell_of(form));
-  } catch (const std::exception& wrong) {
-    throw CellNotWritten(Why::kUnusable, wrong.what());
+    CellForm form = content_of(file, cell_file.string());
+    form.robot = robot_of(file.at("robot").get<std::string>(), cell_file);
+    const std::filesystem::path folder = std::filesystem::absolute(cell_file).parent_path();
+    for (ObstacleForm& one : form.obstacles)
+      if (!one.file.empty()) one.file = (folder / one.file).string();
+    return form;
+  } catch (const std::exception&) {  // not written by a form
+    return std::nullopt;
   }
 }
 
-std::filesystem::path CellFileStore::write(const std::string& name, const CellForm& form,
-                                           const std::string& instead_of,
-                                           const std::filesystem::path& from) const {
-  const std::filesystem::path path = file(name);
-  look_through(form);
-  try {
-    const auto there = look(name);
-    if (there && instead_of.empty())
-      throw CellNotWritten(Why::kThere, path.string() +
-                                            " exists. Choose another name, or "
-                                            "open it first to change it");
-    if ((!there && !instead_of.empty()) || (there && there->sha256 != instead_of))
-      throw CellNotWritten(Why::kChanged,
-                           path.string() + " has changed since it was shown. Open it again");
-    if (there && !there->form)
-      throw CellNotWritten(
-          Why::kMore,
-          path.string() + " has several tools, or cannot be read. Change it in an editor");
-    std::string text = cell_text(form);
-    if (there) text = cell_text_with(form, there->text, folder_);
-    if (!there && !from.empty())
-      if (const Shown origin = look_at(from); origin.form)
-        text = cell_text_with(form, origin.text, from.parent_path());
-    calib::parse_cell({path.string(), text, form.robot.name, form.robot.text});
-    std::filesystem::create_directories(folder_);
-    if (there) write_atomically(path.string() + ".before", there->text);
-    write_atomically(path, text);
-  } catch (const CellNotWritten&) {
-    throw;
-  } catch (const std::exception& failed) {
-    throw CellNotWritten(Why::kStorage,
-                         system_words(failed) +
-                             ". Let cellcald write there, or make the file in a terminal: "
-                             "'cellcal new-cell -o FILE'");
-  }
-  return path;
+UploadedCell uploaded_cell(const std::string& text, const std::string& name) {
+  const calib::TomlTable document = calib::TomlTable::parse(text, name);
+  const auto file = nlohmann::json::parse(calib::toml_to_json(text));
+  if (file.contains("tool") && file["tool"].is_array())
+    document.fail("tool", "several tools ([[tool]]); the form has one. Make it [tool]");
+  const std::string robot = document.string("robot");
+  const auto shipped = calib::shipped_robots();
+  const auto found = std::ranges::find(shipped, robot, &calib::NamedRobot::file);
+  UploadedCell uploaded;
+  if (found != shipped.end())
+    uploaded.form.robot = find_robot(robot, "/");
+  else
+    uploaded.missing.push_back(robot);
+  // Line and key of what is wrong are the reader's, which needs an arm of some kind.
+  const NamedRobotFile any = found != shipped.end() ? uploaded.form.robot
+                             : !shipped.empty()     ? find_robot(shipped.front().file, "/")
+                                                    : NamedRobotFile{};
+  calib::parse_cell({name, text, any.name, any.text});
+  const NamedRobotFile own = uploaded.form.robot;
+  uploaded.form = content_of(file, name);
+  uploaded.form.robot = own;
+  uploaded.kept = beyond(uploaded.form, text);
+  for (ObstacleForm& one : uploaded.form.obstacles)
+    if (!one.file.empty()) uploaded.missing.push_back(std::exchange(one.file, {}));
+  return uploaded;
 }
 
 }  // namespace cellcal::daemon

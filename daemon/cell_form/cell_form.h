@@ -31,7 +31,7 @@ struct ToolForm {
   Triple xyz_sigma_mm{};
   std::optional<double> mass_kg{};  ///< none: unknown
   double tip_radius_mm = 0.0;
-  std::optional<Triple> com_mm{};  ///< none: half-way to the TCP. Not part of the page's form
+  std::optional<Triple> com_mm{};  ///< none: half-way to the TCP
 };
 
 /// Certificate of a value; empty: not stated.
@@ -56,11 +56,22 @@ struct LengthForm {
   CertificateForm certificate{};
 };
 
+/// A static object to be avoided. Of the sizes those of its shape are used.
+struct ObstacleForm {
+  std::string id;
+  calib::ObstacleShape shape = calib::ObstacleShape::kBox;
+  std::optional<Triple> size_mm{};                   ///< box
+  std::optional<double> diameter_mm{}, height_mm{};  ///< cylinder, along its z
+  std::string file{};                                ///< mesh: absolute path of an STL file in mm
+  Triple xyz_mm{}, abc_deg{};                        ///< of its frame: the middle; the file's own
+};
+
 struct CellForm {
   NamedRobotFile robot;
   ToolForm tool;
   std::vector<SphereForm> spheres;
   std::vector<LengthForm> lengths;
+  std::vector<ObstacleForm> obstacles{};
   std::vector<std::string> notes{};  ///< comment lines behind the tool
 };
 
@@ -68,8 +79,10 @@ struct CellForm {
 /// calib::FileError where it cannot be read.
 NamedRobotFile find_robot(const std::string& given, const std::filesystem::path& cell_file);
 
-/// The cell as read from the form's file. Throws calib::FileError with key and reason.
+/// The cell as read from the form's file, with its meshes. Throws calib::FileError with key and reason.
 calib::Cell cell_of(const CellForm& form);
+/// The unfinished form as far as it can be drawn: spheres may be missing. Throws calib::FileError.
+calib::Cell sketch_of(const CellForm& form);
 /// First fault of the incomplete form and its remedy; empty: none. Spheres may still be missing.
 std::string objection(const CellForm& form);
 
@@ -77,6 +90,14 @@ std::string objection(const CellForm& form);
 Triple tip_mm(const CellForm& form, const std::vector<double>& joint_deg);
 /// Centre of a sphere whose top the tip touches at these angles.
 Triple centre_below(const CellForm& form, const std::vector<double>& joint_deg, double diameter_mm);
+
+struct SuggestedPlaces {
+  std::vector<SphereForm> spheres;     ///< those of the form, with centres
+  double mean_mm = 0.0, u95_mm = 0.0;  ///< predicted after 50 touches
+};
+/// Places for the form's spheres for the whole workspace (calib/plan/suggest_spheres.h); stated places are
+/// not regarded. Takes seconds. Throws calib::PlanError, calib::FileError.
+SuggestedPlaces suggest_places(const CellForm& form);
 
 // JSON representation of a form, as exchanged with the page. Millimetres and degrees, as typed.
 
@@ -86,16 +107,27 @@ nlohmann::json to_json(const std::vector<LengthForm>& lengths);
 
 /// The robot is given by the name of a shipped one. A sphere may have "joints_deg", the axis angles with the
 /// tip on its top, instead of "centre_mm"; the centre follows from the nominal arm. `cell_file`: destination
-/// of the form. `before`: form being changed, whose robot need not be a shipped one; null: none. Throws
-/// calib::FileError with the key.
+/// of the form. `before`: form being changed, whose robot need not be a shipped one, nor its meshes files kept
+/// here; null: none. Throws calib::FileError with the key.
 CellForm form_from_json(const nlohmann::json& json, const std::filesystem::path& cell_file,
                         const CellForm* before = nullptr);
 
-/// Robot, tool, spheres and lengths of any cell file; its remaining content is beyond() the form (cell_text.h).
+/// Robot, tool, spheres, lengths and obstacles of any cell file; its remaining content is beyond() the form (cell_text.h).
 /// None: several tools, or other content that no form can represent. Throws calib::FileError for invalid
 /// TOML.
 std::optional<CellForm> form_in(const std::string& cell_text,
                                 const std::filesystem::path& cell_file);
+
+/// A cell file of another computer.
+struct UploadedCell {
+  CellForm form;
+  std::vector<std::string> kept{};  ///< content beyond the form
+  std::vector<std::string>
+      missing{};  ///< files that it names and that are not here; empty in the form
+};
+/// Its robot is a shipped one, and no file that it names is opened. Throws calib::FileError with line and key, also
+/// for content that no form can represent.
+UploadedCell uploaded_cell(const std::string& cell_text, const std::string& name);
 
 // Folder of cell files created over the network, by name.
 
@@ -106,7 +138,7 @@ struct CellNotWritten : std::runtime_error {
     kUnusable,  ///< contradictory or unreadable content
     kThere,     ///< the file exists, and replacing it was not confirmed
     kChanged,   ///< the file has changed since it was displayed
-    kMore,      ///< not representable by a form (several tools): replacing it would lose content
+    kMore,      ///< replacing it would lose content, or the folder holds too many files
     kStorage,
   };
   CellNotWritten(Why reason, const std::string& words) : std::runtime_error(words), why(reason) {}
@@ -128,6 +160,15 @@ class CellFileStore {
   /// that cannot be read back.
   std::filesystem::path keep(const calib::Robot& robot) const;
 
+  struct KeptMesh {
+    std::filesystem::path file;
+    std::size_t triangles = 0;
+    Triple low_mm{}, high_mm{};  ///< extent, in the file's frame
+  };
+  /// Writes SUM.mesh.stl from the content of an STL file in mm. `name`: for messages. Throws CellNotWritten
+  /// (kStorage; kMore beyond 50 of them), calib::FileError for what is no STL file.
+  KeptMesh keep_mesh(const std::string& bytes, const std::string& name) const;
+
   struct Shown {
     std::string text{}, sha256{};     ///< of the file
     std::optional<CellForm> form{};   ///< none: several tools, or not a cell file
@@ -141,11 +182,10 @@ class CellFileStore {
   /// Non-fatal findings. Throws CellNotWritten (kUnusable).
   static std::vector<std::string> look_through(const CellForm& form);
   /// Writes atomically. `instead_of`: SHA-256 of the file to replace, which is kept as NAME.toml.before;
-  /// empty: a new file. Content beyond the form is kept, from the replaced file or from `from`, which is left
-  /// unchanged. Throws CellNotWritten.
+  /// empty: a new file. Content beyond the form is kept, from the replaced file or from `origin`, the text of
+  /// another cell file. Throws CellNotWritten.
   std::filesystem::path write(const std::string& name, const CellForm& form,
-                              const std::string& instead_of,
-                              const std::filesystem::path& from = {}) const;
+                              const std::string& instead_of, const std::string& origin = {}) const;
 
  private:
   std::filesystem::path folder_;

@@ -137,6 +137,28 @@ std::string length_text(const LengthForm& length) {
           "# certificate = \"\", certificate_date = \"2026-04-01\": as printed by 'cellcal certificate'.\n"));
 }
 
+std::string obstacle_text(const ObstacleForm& obstacle) {
+  std::string text = "\n[[obstacle]]\nid = " + toml_string(obstacle.id) + "\n";
+  switch (obstacle.shape) {
+    case calib::ObstacleShape::kBox:
+      text += "shape = \"box\"\nsize_mm = " + triple(obstacle.size_mm.value_or(Triple{})) + "\n";
+      break;
+    case calib::ObstacleShape::kCylinder:
+      text +=
+          "shape = \"cylinder\"\ndiameter_mm = " + toml_number(obstacle.diameter_mm.value_or(0.0)) +
+          "\n" +
+          line("height_mm = " + toml_number(obstacle.height_mm.value_or(0.0)), "along its z");
+      break;
+    case calib::ObstacleShape::kMesh:
+      text += "shape = \"mesh\"\n" + line("file = " + toml_string(obstacle.file), "STL, in mm");
+      break;
+  }
+  const bool mesh = obstacle.shape == calib::ObstacleShape::kMesh;
+  return text +
+         line("xyz_mm = " + triple(obstacle.xyz_mm), mesh ? "of the file's frame" : "its middle") +
+         line("abc_deg = " + triple(obstacle.abc_deg), "R = Rz(A) Ry(B) Rx(C)");
+}
+
 /// Example for a cell without certified lengths, which determine the scale of the arm.
 constexpr const char* kNoLengths = R"(
 # Certified distances of two centres, from a coordinate measuring machine. Without one the scale of
@@ -160,7 +182,8 @@ constexpr const char* kRest = R"(
 #sensor = "cellcal contact board"
 #sensor_serial = "7"
 
-# What must not be hit, besides targets, stands and floor. Everything that is not here can be hit. Examples:
+# What must not be hit, besides targets, stands and floor: [[obstacle]]. Everything that is not here can be hit.
+# Examples:
 #[[obstacle]]
 #id = "table"
 #shape = "box"
@@ -215,6 +238,7 @@ std::string cell_text(const CellForm& form) {
   for (const SphereForm& sphere : form.spheres) text += sphere_text(sphere);
   for (const LengthForm& length : form.lengths) text += length_text(length);
   if (form.lengths.empty()) text += kNoLengths;
+  for (const ObstacleForm& obstacle : form.obstacles) text += obstacle_text(obstacle);
   text += kTouch;
   text += line("sigma_mm = 0.03", "1 sigma of one touch");
   text += line("radius_offset_sigma_mm = 0.3", "1 sigma of the offset of the effective radius");
@@ -294,8 +318,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::array<std::string_view, 5> kOfTheTool{"xyz_mm", "abc_deg", "xyz_sigma_mm", "mass_kg",
-                                                     "tip_radius_mm"};
+constexpr std::array<std::string_view, 6> kOfTheTool{"xyz_mm",  "abc_deg",       "xyz_sigma_mm",
+                                                     "mass_kg", "tip_radius_mm", "com_mm"};
 constexpr std::array<std::string_view, 11> kOfASphere{"id",
                                                       "kind",
                                                       "diameter_mm",
@@ -378,7 +402,7 @@ json merged(const CellForm& form, const std::string& before_text, std::vector<st
   keep_lengths(now, before, kept);
   keep(now["touch"], touch, kNothing, "touch", kept);
   for (const auto& [key, value] : before.items()) {
-    if (now.contains(key) || key == "length") continue;
+    if (now.contains(key) || key == "length" || key == "obstacle") continue;
     now[key] = value;
     if (value.is_array() && !value.empty() && value.front().is_object())
       name_list(key, value, kept);
@@ -396,14 +420,10 @@ std::vector<std::string> beyond(const CellForm& form, const std::string& text) {
   return kept;
 }
 
-std::string cell_text_with(const CellForm& form, const std::string& before,
-                           const std::filesystem::path& folder) {
+std::string cell_text_with(const CellForm& form, const std::string& before) {
   std::vector<std::string> kept;
-  json now = merged(form, before, kept);
+  const json now = merged(form, before, kept);
   if (kept.empty()) return cell_text(form);
-  if (now.contains("obstacle"))
-    for (json& one : now["obstacle"])
-      if (one.contains("file")) one["file"] = (folder / one.value("file", "")).string();
   return "# Written by the form on the page, which keeps what it does not show.\n" +
          calib::json_to_toml(now.dump());
 }

@@ -24,15 +24,13 @@ std::string with_tool(const std::string& text, const std::string& name, const To
 
 // Content of a cell file beyond the form: listed, and kept in the file that the form writes.
 
-/// Its names, e.g. "tool.com_mm", "obstacle table"; empty: fully represented by the form. `text`: a cell file
+/// Its names, e.g. "tool.com_mm", "target plate"; empty: fully represented by the form. `text`: a cell file
 /// that form_in() reads as `form`.
 std::vector<std::string> beyond(const CellForm& form, const std::string& text);
 
 /// The form's file including the content of `before` beyond its form; with explanatory comments where there
-/// is none. `folder`: folder of the file `before`, to make relative mesh paths absolute. Throws
-/// calib::FileError.
-std::string cell_text_with(const CellForm& form, const std::string& before,
-                           const std::filesystem::path& folder);
+/// is none. Throws calib::FileError.
+std::string cell_text_with(const CellForm& form, const std::string& before);
 
 // Spheres and their certificate from CSV files. All functions throw calib::FileError with file, line and
 // column.

@@ -303,7 +303,8 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
       {[&api](Request& request) { return api.admit_local(request); },
        [&api](const Request& request, bool give_up) { return api.answer(request, give_up); },
        Api::is_slow,
-       {.body = kMostLocalBody}});
+       {.body = kMostLocalBody},
+       Api::largest_body});
   plant_line.open(plant_socket(config.socket));
   std::optional<NetworkServer> network;
   if (config.http) network.emplace(*config.http, api);

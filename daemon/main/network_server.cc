@@ -32,7 +32,9 @@ struct NetworkServer::Impl {
             context, address_of(config),
             {[&api](Request& request) { return api.admit_network(request); },
              [&api](const Request& request, bool give_up) { return api.answer(request, give_up); },
-             Api::is_slow}),
+             Api::is_slow,
+             {},
+             Api::largest_body}),
         thread([this] { context.run(); }) {}
   /// Its thread queries the journal and composes messages, at the lowest priority.
   Impl(const std::filesystem::path& socket, std::function<Response(const Request&)> answer)

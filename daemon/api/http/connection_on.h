@@ -2,6 +2,7 @@
 // Connection of one client, for any socket type: reads a request, waits for its answer, writes it, and
 // repeats. Instantiated in one file per socket type, since Beast and Asio compile slowly.
 
+#include <algorithm>
 #include <boost/asio/error.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/ssl/stream.hpp>
@@ -10,6 +11,7 @@
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/ssl.hpp>
+#include <limits>
 #include <optional>
 #include <string>
 
@@ -83,9 +85,30 @@ class ConnectionOn final : public Connection,
   void read() {
     waits_ = Waits::kForRequest;
     parser_.emplace();
-    parser_->body_limit(limits_.body);
+    parser_->body_limit(std::numeric_limits<std::uint64_t>::max());  // until the header is known
     parser_->header_limit(kMostHeader);
     lowest().expires_after(limits_.request);
+    http::async_read_header(stream_, buffer_, *parser_,
+                            [self = this->shared_from_this()](beast::error_code code, std::size_t) {
+                              code ? self->on_read(code) : self->read_body();
+                            });
+  }
+
+  void read_body() {
+    most_body_ = limits_.body;
+    const std::uint64_t length = parser_->content_length().value_or(0);
+    if (length > limits_.body) {
+      const auto server = server_.lock();
+      if (!server) return close();
+      Request head = head_of(parser_->get());
+      const auto& largest = server->parts.largest_body;
+      if (largest) most_body_ = std::max(most_body_, largest(head));
+      if (length > most_body_) return on_read(http::error::body_limit);
+      keep_ = false;  // of a refusal, which leaves the body unread
+      if (auto refusal = server->parts.admit(head)) return delay_answer(std::move(*refusal));
+      lowest().expires_after(limits_.upload);
+    }
+    parser_->body_limit(most_body_);
     http::async_read(stream_, buffer_, *parser_,
                      [self = this->shared_from_this()](beast::error_code code, std::size_t) {
                        self->on_read(code);
@@ -94,7 +117,7 @@ class ConnectionOn final : public Connection,
 
   void on_read(beast::error_code code) {
     if (code == http::error::body_limit)
-      return refuse(413, "the body is longer than " + std::to_string(limits_.body >> 10) + " KiB");
+      return refuse(413, "the body is longer than " + std::to_string(most_body_ >> 10) + " KiB");
     if (code == http::error::header_limit) return refuse(431, "the header is longer than 8 KiB");
     const bool malformed =
         code.category() == http::make_error_code(http::error::bad_method).category() &&
@@ -119,22 +142,30 @@ class ConnectionOn final : public Connection,
   /// Returns the name of a duplicated header that affects authentication or routing, since a proxy in front
   /// may have evaluated the other copy.
   std::string take_request() {
-    std::string twice;
     auto message = parser_->release();
     keep_ = message.keep_alive();
-    request_ = parse_target(std::string(message.method_string()), std::string(message.target()),
-                            std::move(message.body()));
+    std::string twice;
+    request_ = head_of(message, &twice);
+    request_.body = std::move(message.body());
+    taken_ = std::chrono::steady_clock::now();
+    return twice;
+  }
+
+  /// The request without its body. `twice`: see take_request().
+  Request head_of(const http::request<http::string_body>& message,
+                  std::string* twice = nullptr) const {
+    Request request =
+        parse_target(std::string(message.method_string()), std::string(message.target()), {});
     for (const auto& field : message) {
       std::string name(field.name_string());
       for (char& letter : name)
         letter = 'A' <= letter && letter <= 'Z' ? static_cast<char>(letter + 'a' - 'A') : letter;
       const bool decides = name == "host" || name == "origin" || name == "authorization";
-      if (decides && request_.headers.contains(name)) twice = name;
-      request_.headers.emplace(std::move(name), std::string(field.value()));
+      if (decides && twice != nullptr && request.headers.contains(name)) *twice = name;
+      request.headers.emplace(std::move(name), std::string(field.value()));
     }
-    request_.peer = this->peer();
-    taken_ = std::chrono::steady_clock::now();
-    return twice;
+    request.peer = this->peer();
+    return request;
   }
 
   void ask_clerk(HttpServer::Impl& server) {
@@ -308,6 +339,7 @@ class ConnectionOn final : public Connection,
   SocketStream stream_;
   asio::steady_timer timer_;
   ServerLimits limits_;
+  std::size_t most_body_ = limits_.body;  ///< of the current request [bytes]
   std::weak_ptr<HttpServer::Impl> server_;
   beast::flat_buffer buffer_{kMostBody + kMostHeader};
   std::optional<http::request_parser<http::string_body>> parser_;

@@ -39,6 +39,8 @@ struct ServerLimits {
   /// From the connection or the previous answer to the complete request; the TLS handshake has the same limit
   /// in addition.
   std::chrono::milliseconds request{5'000};
+  /// The same for a request with a file.
+  std::chrono::milliseconds upload{60'000};
   std::chrono::milliseconds answer{30'000};
   /// A follower, until it has read the last piece.
   std::chrono::milliseconds follower{10'000};
@@ -59,6 +61,9 @@ struct ServerParts {
   std::function<std::optional<Response>(const Request&, bool give_up)> handler;
   std::function<bool(const Request&)> slow{};
   ServerLimits limits{};
+  /// Limit for requests that carry a file, without their body [bytes]; 0: ServerLimits::body. They are admitted before
+  /// their body is read.
+  std::function<std::size_t(const Request&)> largest_body{};
 };
 
 class HttpServer {

@@ -3,6 +3,7 @@
 import { fields, known, list, number, truth, words } from "./decode";
 
 export type Place = "centre" | "taught" | "box";
+export type Shape = "box" | "cylinder" | "mesh";
 /** Certificate of a value, as stated by its row; empty: not stated. */
 interface Vouched {
   certificate: string;
@@ -23,6 +24,17 @@ export interface LengthDraft extends Vouched {
   mm: string;
   u: string;
 }
+export interface ObstacleDraft {
+  id: string;
+  shape: Shape;
+  /** Box: X Y Z; cylinder: diameter and height. */
+  size: string;
+  /** Mesh: STL file on the daemon's computer. */
+  file: string;
+  /** Middle; of a mesh its frame. */
+  middle: string;
+  turn: string;
+}
 /** Its own certificate and date are those shared by most rows: see `vouch`. */
 export interface CellDraft extends Vouched {
   name: string;
@@ -32,9 +44,12 @@ export interface CellDraft extends Vouched {
   /** Of X Y Z, k = 2: one number, or three. */
   tool_u: string;
   mass: string;
+  /** Empty: half-way to the TCP. */
+  com: string;
   tip: string;
   spheres: SphereDraft[];
   lengths: LengthDraft[];
+  obstacles: ObstacleDraft[];
 }
 
 const NOTHING: Vouched = { certificate: "", date: "" };
@@ -43,9 +58,11 @@ export const new_sphere = (n: number, { certificate, date }: Vouched = NOTHING):
 export const new_length = (from = "", to = "", { certificate, date }: Vouched = NOTHING): LengthDraft =>
   ({ from, to, mm: "", u: "", certificate, date });
 export const EMPTY: CellDraft = {
-  name: "cell", robot: "", xyz: "", abc: "0 0 0", tool_u: "1", mass: "", tip: "0",
-  spheres: [1, 2, 3, 4].map((n) => new_sphere(n)), lengths: [], ...NOTHING,
+  name: "cell", robot: "", xyz: "", abc: "0 0 0", tool_u: "1", mass: "", com: "", tip: "0",
+  spheres: [1, 2, 3, 4].map((n) => new_sphere(n)), lengths: [], obstacles: [], ...NOTHING,
 };
+export const new_obstacle = (n: number): ObstacleDraft =>
+  ({ id: `obstacle ${n}`, shape: "box", size: "", file: "", middle: "", turn: "0 0 0" });
 
 /** Applies an edit of the shared certificate to the rows that stated the same; rows with another certificate or none are
  *  unchanged. `before`: state at the begin of the edit, so that a temporarily empty field does not match rows without a
@@ -68,11 +85,15 @@ export function imported(draft: CellDraft, rows: { spheres: SphereDraft[] } | { 
 
 /** Invalid content of a field. */
 export interface Wrong {
-  field: "robot" | "xyz" | "abc" | "tool_u" | "mass" | "tip" | "diameter" | "u" | "where" | "rough" | "mm";
-  /** Id of the sphere or distance. */
+  field: "robot" | "xyz" | "abc" | "tool_u" | "mass" | "com" | "tip" | "diameter" | "u" | "where" | "rough" | "mm" | "size" | "file" | "middle" | "turn";
+  /** Id of the sphere, distance or obstacle. */
   of: string;
-  /** Permitted counts of numbers. */
+  /** Permitted counts of numbers; empty: something has to be chosen. */
   counts: readonly number[];
+  /** The numbers have to be above 0. */
+  positive: boolean;
+  /** Place in the form: "spheres.1.diameter". */
+  at: string;
 }
 
 /** Numbers separated by spaces or semicolons, with '.' or ',' as decimal mark. Null: not all are numbers. */
@@ -83,15 +104,25 @@ export function numbers_in(text: string): number[] | null {
 }
 
 class Reader {
-  wrong: Wrong | null = null;
-  take(text: string, field: Wrong["field"], of: string, counts: readonly number[]): number[] {
-    const values = numbers_in(text);
-    if (values !== null && counts.includes(values.length)) return values;
-    this.wrong ??= { field, of, counts };
-    return counts.length > 0 ? new Array<number>(counts[0] ?? 0).fill(0) : [];
+  readonly wrong: Wrong[] = [];
+  constructor(private at = "", private of = "") {}
+  /** The same list, for the fields of a row. */
+  row(at: string, of: string): this {
+    this.at = at;
+    this.of = of;
+    return this;
   }
-  one(text: string, field: Wrong["field"], of: string): number {
-    return this.take(text, field, of, [1])[0] ?? 0;
+  refuse(field: Wrong["field"], counts: readonly number[] = [], positive = false): void {
+    this.wrong.push({ field, of: this.of, counts, positive, at: `${this.at}.${field}` });
+  }
+  take(text: string, field: Wrong["field"], counts: readonly number[], positive = false): number[] {
+    const values = numbers_in(text);
+    if (values !== null && counts.includes(values.length) && (!positive || values.every((one) => one > 0))) return values;
+    this.refuse(field, counts, positive);
+    return new Array<number>(counts[0] ?? 0).fill(0);
+  }
+  one(text: string, field: Wrong["field"], positive = false): number {
+    return this.take(text, field, [1], positive)[0] ?? 0;
   }
 }
 
@@ -101,9 +132,9 @@ const three = (values: number[]): number[] => (values.length === 1 ? [0, 1, 2].m
 const twice = (sigma: number): string => String(Number((sigma * 2).toPrecision(12)));
 
 function place_of(sphere: SphereDraft, read: Reader): Record<string, unknown> {
-  if (sphere.place === "taught") return { joints_deg: read.take(sphere.where, "where", sphere.id, AXES) };
-  if (sphere.place === "centre") return { centre_mm: read.take(sphere.where, "where", sphere.id, [3]) };
-  const six = read.take(sphere.where, "where", sphere.id, [6]);
+  if (sphere.place === "taught") return { joints_deg: read.take(sphere.where, "where", AXES) };
+  if (sphere.place === "centre") return { centre_mm: read.take(sphere.where, "where", [3]) };
+  const six = read.take(sphere.where, "where", [6]);
   return { box_mm: [six.slice(0, 3), six.slice(3)] };
 }
 
@@ -112,35 +143,100 @@ const vouched = ({ certificate, date }: Vouched): Record<string, string> => ({
   ...(date.trim() === "" ? {} : { certificate_date: date.trim() }),
 });
 
-/** The `form` to send to the daemon, or the first error. */
-export function form_of(draft: CellDraft): { form: unknown } | { wrong: Wrong } {
-  const read = new Reader();
-  if (draft.robot === "") return { wrong: { field: "robot", of: "", counts: [] } };
+function tool_form(draft: CellDraft, read: Reader): Record<string, unknown> {
   const tool: Record<string, unknown> = {
-    xyz_mm: read.take(draft.xyz, "xyz", "", [3]),
-    abc_deg: read.take(draft.abc, "abc", "", [3]),
-    xyz_sigma_mm: three(read.take(draft.tool_u, "tool_u", "", [1, 3])).map(half),
-    tip_radius_mm: read.one(draft.tip, "tip", ""),
+    xyz_mm: read.take(draft.xyz, "xyz", [3]),
+    abc_deg: read.take(draft.abc, "abc", [3]),
+    xyz_sigma_mm: three(read.take(draft.tool_u, "tool_u", [1, 3])).map(half),
+    tip_radius_mm: read.one(draft.tip, "tip"),
   };
-  if (draft.mass.trim() !== "") tool.mass_kg = read.one(draft.mass, "mass", "");
-  const spheres = draft.spheres.map((sphere) => ({
-    id: sphere.id.trim(),
-    diameter_mm: read.one(sphere.diameter, "diameter", sphere.id),
-    diameter_sigma_mm: half(read.one(sphere.u, "u", sphere.id)),
-    ...place_of(sphere, read),
-    ...(sphere.place === "box" ? {} : { centre_sigma_mm: half(read.one(sphere.rough, "rough", sphere.id)) }),
-    ...(sphere.serial.trim() === "" ? {} : { serial: sphere.serial.trim() }),
-    ...vouched(sphere),
-  }));
-  const lengths = draft.lengths.map((length) => {
-    const of = `${length.from}–${length.to}`;
-    return {
-      from: length.from.trim(), to: length.to.trim(),
-      mm: read.one(length.mm, "mm", of), sigma_mm: half(read.one(length.u, "u", of)), ...vouched(length),
-    };
-  });
-  return read.wrong ? { wrong: read.wrong } : { form: { robot: draft.robot, tool, spheres, lengths } };
+  if (draft.mass.trim() !== "") tool.mass_kg = read.one(draft.mass, "mass");
+  if (draft.com.trim() !== "") tool.com_mm = read.take(draft.com, "com", [3]);
+  return tool;
 }
+
+const sphere_form = (sphere: SphereDraft, read: Reader): Record<string, unknown> => ({
+  id: sphere.id.trim(),
+  diameter_mm: read.one(sphere.diameter, "diameter", true),
+  diameter_sigma_mm: half(read.one(sphere.u, "u")),
+  ...place_of(sphere, read),
+  ...(sphere.place === "box" ? {} : { centre_sigma_mm: half(read.one(sphere.rough, "rough")) }),
+  ...(sphere.serial.trim() === "" ? {} : { serial: sphere.serial.trim() }),
+  ...vouched(sphere),
+});
+
+const length_form = (length: LengthDraft, read: Reader): Record<string, unknown> => ({
+  from: length.from.trim(), to: length.to.trim(),
+  mm: read.one(length.mm, "mm", true), sigma_mm: half(read.one(length.u, "u", true)), ...vouched(length),
+});
+
+function extent_of({ shape, size, file }: ObstacleDraft, read: Reader): Record<string, unknown> {
+  if (shape === "box") return { size_mm: read.take(size, "size", [3], true) };
+  if (shape === "mesh") {
+    if (file === "") read.refuse("file");
+    return { file };
+  }
+  const [diameter_mm, height_mm] = read.take(size, "size", [2], true);
+  return { diameter_mm, height_mm };
+}
+
+const obstacle_form = (obstacle: ObstacleDraft, read: Reader): Record<string, unknown> => ({
+  id: obstacle.id.trim(), shape: obstacle.shape, ...extent_of(obstacle, read),
+  xyz_mm: read.take(obstacle.middle, "middle", [3]), abc_deg: read.take(obstacle.turn, "turn", [3]),
+});
+
+const length_name = ({ from, to }: LengthDraft): string => `${from}–${to}`;
+
+/** The `form` to send to the daemon, or all errors. */
+export function form_of(draft: CellDraft): { form: unknown } | { wrong: Wrong[] } {
+  const read = new Reader("tool");
+  if (draft.robot === "") read.refuse("robot");
+  const form = {
+    robot: draft.robot, tool: tool_form(draft, read),
+    spheres: draft.spheres.map((one, i) => sphere_form(one, read.row(`spheres.${i}`, one.id))),
+    lengths: draft.lengths.map((one, i) => length_form(one, read.row(`lengths.${i}`, length_name(one)))),
+    obstacles: draft.obstacles.map((one, i) => obstacle_form(one, read.row(`obstacles.${i}`, one.id))),
+  };
+  return read.wrong.length > 0 ? { wrong: read.wrong } : { form };
+}
+
+/** Rows that are complete, one of each name. */
+function complete<R extends { id: string }>(rows: R[], make: (row: R, read: Reader) => Record<string, unknown>): Record<string, unknown>[] {
+  const seen = new Set<string>();
+  return rows.flatMap((row) => {
+    const read = new Reader();
+    const made = make(row, read);
+    const id = row.id.trim();
+    if (read.wrong.length > 0 || id === "" || seen.has(id)) return [];
+    seen.add(id);
+    return [made];
+  });
+}
+
+const stated = (text: string, counts: readonly number[], otherwise: string): string => {
+  const values = numbers_in(text);
+  return values !== null && counts.includes(values.length) ? text : otherwise;
+};
+
+/** As much of the form as can be drawn already; null without a robot. */
+export function sketch_of(draft: CellDraft): unknown {
+  if (draft.robot === "") return null;
+  const tool = { ...draft, xyz: stated(draft.xyz, [3], "0 0 0"), abc: stated(draft.abc, [3], "0 0 0"), tool_u: "0", mass: "", com: "", tip: stated(draft.tip, [1], "0") };
+  const spheres = draft.spheres.map((one) => ({ ...one, u: "0", rough: stated(one.rough, [1], "20"), serial: "", ...NOTHING }));
+  return { robot: draft.robot, tool: tool_form(tool, new Reader()), spheres: complete(spheres, sphere_form), lengths: [], obstacles: complete(draft.obstacles, obstacle_form) };
+}
+
+/** What the daemon needs to propose places: all but the places; or what is missing. */
+export function places_wanted(draft: CellDraft): { form: unknown } | { wrong: Wrong[] } {
+  const at = "0 0 0";
+  return form_of({ ...draft, spheres: draft.spheres.map((one) => ({ ...one, u: stated(one.u, [1], "0"), place: "centre", where: at, rough: "20" })) });
+}
+
+/** Spheres at the proposed places. */
+export const placed = (draft: CellDraft, spheres: SphereDraft[]): SphereDraft[] => draft.spheres.map((one) => {
+  const there = spheres.find((other) => other.id === one.id.trim());
+  return there ? { ...one, place: "centre", where: there.where, rough: there.rough } : one;
+});
 
 const spaced = (value: unknown): string =>
   list(value).flat().map(number).filter((one): one is number => one !== null).join(" ");
@@ -172,7 +268,15 @@ function length_draft(value: unknown): LengthDraft | null {
     ...vouched_by(all),
   };
 }
+function obstacle_draft(value: unknown): ObstacleDraft | null {
+  const all = fields(value);
+  const shape = SHAPES.find((one) => one === all?.shape);
+  if (!all || !shape) return null;
+  const size = shape === "box" ? all.size_mm : shape === "cylinder" ? [all.diameter_mm, all.height_mm] : [];
+  return { id: words(all.id), shape, size: spaced(size), file: words(all.file), middle: spaced(all.xyz_mm), turn: spaced(all.abc_deg) || "0 0 0" };
+}
 export const sphere_drafts = (value: unknown): SphereDraft[] => known(list(value).map(sphere_draft));
+export const SHAPES: readonly Shape[] = ["box", "cylinder", "mesh"];
 export const length_drafts = (value: unknown): LengthDraft[] => known(list(value).map(length_draft));
 
 /** Certificate of the first row that states one. */
@@ -188,8 +292,8 @@ export function draft_of(name: string, value: unknown): CellDraft | null {
   const spheres = sphere_drafts(form.spheres), lengths = length_drafts(form.lengths);
   return {
     name, robot: words(form.robot), xyz: spaced(tool.xyz_mm), abc: spaced(tool.abc_deg) || "0 0 0", tool_u: doubled(tool.xyz_sigma_mm),
-    mass: tool.mass_kg === undefined ? "" : String(number(tool.mass_kg) ?? ""), tip: String(number(tool.tip_radius_mm) ?? 0),
-    spheres, lengths, ...shared_by([...spheres, ...lengths]),
+    mass: tool.mass_kg === undefined ? "" : String(number(tool.mass_kg) ?? ""), com: spaced(tool.com_mm), tip: String(number(tool.tip_radius_mm) ?? 0),
+    spheres, lengths, obstacles: known(list(form.obstacles).map(obstacle_draft)), ...shared_by([...spheres, ...lengths]),
   };
 }
 
@@ -219,6 +323,19 @@ export function cell_forms(value: unknown): CellForms | null {
     robots: known(list(all.robots).map(robot_choice)),
     shown: shown && { file: words(shown.file), sha256: words(shown.sha256), kept: list(shown.kept).map(words), draft: draft_of(words(shown.name), shown.form) },
   };
+}
+
+/** A cell file of another computer, as a form. */
+export interface CellFileSeen {
+  draft: CellDraft;
+  kept: string[];
+  /** Files that it names and that are not here. */
+  missing: string[];
+}
+export function cell_file(name: string, value: unknown): CellFileSeen | null {
+  const all = fields(value);
+  const draft = draft_of(name.replace(/\.toml$/i, "").replace(/[^A-Za-z0-9_-]/g, "_").slice(0, 64) || "cell", all?.form);
+  return all && draft && { draft, kept: list(all.kept).map(words), missing: list(all.missing).map(words) };
 }
 
 /** Axis angles in the format of a taught sphere; null: none were read. */

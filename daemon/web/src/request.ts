@@ -20,8 +20,8 @@ export async function request(
   try {
     const answer = await fetch(path, {
       method, signal: limit.signal, cache: "no-store",
-      headers: body === undefined ? {} : { "Content-Type": "application/json" },
-      body: body === undefined ? null : JSON.stringify(body),
+      headers: body === undefined ? {} : { "Content-Type": body instanceof Blob ? "application/octet-stream" : "application/json" },
+      body: body === undefined ? null : body instanceof Blob ? body : JSON.stringify(body),
     });
     const value = parse(await answer.text());
     return { status: answer.status, value, words: answer.ok ? "" : error_words(value) };
@@ -34,5 +34,6 @@ export async function request(
 
 export const get = (path: string, longest_ms?: number) =>
   request("GET", path, undefined, longest_ms);
-export const post = (path: string, body: unknown = {}) => request("POST", path, body);
+export const post = (path: string, body: unknown = {}, longest_ms?: number) => request("POST", path, body, longest_ms);
+export const post_file = (path: string, file: Blob, longest_ms: number) => request("POST", path, file, longest_ms);
 export const is_good = (answer: Answer): boolean => answer.status >= 200 && answer.status < 300;

@@ -12,7 +12,7 @@ export interface StandingLine {
   /** Accuracy or evidence where the headline lacks it, and the remedy. */
   more: string[];
   /** Session that the remedy asks for. */
-  action: "check" | "calibrate" | null;
+  action: "check" | "calibrate" | "measure_tcp" | null;
 }
 
 const S_PER_MIN = 60, S_PER_H = 3600, S_PER_DAY = 86400;
@@ -30,7 +30,8 @@ export function age_words(seconds: number, say: Say): string {
 export function cell_name(file: string): string {
   const parts = file.split("/");
   const folder = parts.at(-2) ?? "", stem = (parts.at(-1) ?? "").replace(/\.toml$/, "");
-  return stem === "cell" && folder !== "" && folder !== "cellcal" ? folder : stem;
+  // Folders that hold cells of any name.
+  return stem === "cell" && !["", "cellcal", "cells"].includes(folder) ? folder : stem;
 }
 
 function accuracy(version: Version | undefined, say: Say, fmt: Formats): string {
@@ -68,7 +69,7 @@ function of_chart(chart: DriftChart, version: Version | undefined, cell: string,
   const good = accuracy(version, say, fmt);
   const date = fmt.day(chart.calibrated) + (of_another ? ` (${cell_name(chart.cell)})` : "");
   const advised = chart.advice === "none" ? [] : [say(`checks.advice.${chart.advice}`)];
-  const repair = chart.advice === "recalibrate" || chart.advice === "re_measure_tcp";
+  const repair = chart.advice === "recalibrate" ? "calibrate" : chart.advice === "re_measure_tcp" ? "measure_tcp" : "check";
   if (state === "holds" && standing) {
     const by = standing.byCheck ? "checked" : "unchecked";
     const age = age_words(now_s - standing.evidenceS, say);
@@ -79,7 +80,7 @@ function of_chart(chart: DriftChart, version: Version | undefined, cell: string,
   }
   if (state === "does_not_hold") {
     const since = chart.notHeld?.sinceS ?? chart.trend?.sinceS ?? 0;
-    return { state, action: repair ? "calibrate" : "check",
+    return { state, action: repair,
              headline: say("standing.broken", { date, what: changed(chart, say, fmt) }),
              more: [...advised, say("standing.broken.since", { since: fmt.day(since), good })] };
   }

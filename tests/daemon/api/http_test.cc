@@ -182,6 +182,48 @@ TEST(a_server, refuses_a_body_that_is_too_long_before_it_is_sent) {
   EXPECT_EQ(http_request(dir / "s", "POST", "/", std::string(60000, 'x')).status, 200);
 }
 
+TEST(a_server, takes_a_file_from_whom_it_admits_and_of_nobody_else) {
+  const TemporaryDirectory dir;
+  boost::asio::io_context context;
+  std::size_t got = 0;
+  HttpServer server(context, dir / "s",
+                    ServerParts{[](Request& request) -> std::optional<Response> {
+                                  if (request.header("authorization") == "Bearer t") return {};
+                                  return error(401, "a token is needed");
+                                },
+                                [&](const Request& request, bool) {
+                                  got = request.body.size();
+                                  return Response{};
+                                },
+                                {},
+                                {},
+                                [](const Request& request) {
+                                  return request.path == "/file" ? std::size_t{1} << 20 : 0;
+                                }});
+  std::thread thread([&] { context.run(); });
+  const auto sent = [&](const std::string& path, const std::string& token, std::size_t length,
+                        std::size_t bytes) {
+    return raw(dir / "s",
+               "POST " + path + " HTTP/1.1\r\nConnection: close\r\nAuthorization: Bearer " + token +
+                   "\r\nContent-Length: " + std::to_string(length) + "\r\n\r\n" +
+                   std::string(bytes, 'x'),
+               false)
+        .substr(0, 12);
+  };
+  EXPECT_EQ(sent("/file", "t", 300000, 300000), "HTTP/1.1 200");
+  EXPECT_EQ(got, 300000u);
+  EXPECT_EQ(sent("/other", "t", 300000, 0), "HTTP/1.1 413");
+  EXPECT_EQ(sent("/file", "t", (1u << 20) + 1, 0), "HTTP/1.1 413");
+  EXPECT_EQ(sent("/file", "none", 300000, 0), "HTTP/1.1 401") << "before it sends the file";
+  const std::string chunks =
+      "POST /file HTTP/1.1\r\nAuthorization: Bearer t\r\nTransfer-Encoding: "
+      "chunked\r\n\r\n20000\r\n" +
+      std::string(0x20000, 'x') + "\r\n0\r\n\r\n";
+  EXPECT_EQ(raw(dir / "s", chunks, false).substr(0, 12), "HTTP/1.1 413") << "of unknown length";
+  boost::asio::post(context, [&] { server.stop(); });
+  thread.join();
+}
+
 TEST(a_server, refuses_a_header_without_end) {
   const TemporaryDirectory dir;
   const ServedOnSocket served(dir / "s");

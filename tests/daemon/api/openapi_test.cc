@@ -279,6 +279,45 @@ TEST_F(a_described_api, answers_as_it_is_described) {
   EXPECT_EQ(ask("POST", "/v1/cell-form/robot", R"({"machine_data": "$LENGTH_A=inf"})").status, 422);
   EXPECT_EQ(ask("POST", "/v1/cell-form/robot", R"({"machine_data": ""})").status, 400);
   EXPECT_EQ(ask("POST", "/v1/cell-form/robot", R"({"machine_data": 1})").status, 400);
+  const std::string robot_file = calib::read_file(robot.at("name").get<std::string>());
+  EXPECT_EQ(ask("POST", "/v1/cell-form/robot", json{{"robot_file", robot_file}}.dump()).status,
+            201);
+  EXPECT_EQ(ask("POST", "/v1/cell-form/robot", R"({"robot_file": "robot = 3"})").status, 422);
+  const std::string stl =
+      "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 9 0 0\nvertex 0 9 0\nendloop\n"
+      "endfacet\nendsolid\n";
+  const auto mesh = ask("POST", "/v1/cell-form/mesh", stl);
+  ASSERT_EQ(mesh.status, 201) << mesh.body;
+  EXPECT_EQ(ask("POST", "/v1/cell-form/mesh", "<html>").status, 422);
+  json drawn = {{"form", json::parse(form).at("form")}};
+  drawn["form"]["obstacles"] = {{{"id", "fixture"},
+                                 {"shape", "mesh"},
+                                 {"file", json::parse(mesh.body).at("file")},
+                                 {"xyz_mm", {900, 0, 100}}}};
+  const auto sketch = ask("POST", "/v1/cell-form/scene", drawn.dump());
+  ASSERT_EQ(sketch.status, 200) << sketch.body;
+  EXPECT_EQ(json::parse(sketch.body).at("scene").at("obstacles").at(0).at("shape"), "mesh");
+  EXPECT_EQ(json::parse(sketch.body).at("joints_deg").size(), 6U);
+  EXPECT_EQ(ask("POST", "/v1/cell-form/scene", R"({"form": {}})").status, 422);
+  EXPECT_EQ(ask("POST", "/v1/cell-form/scene", R"({"form": {}, "more": 1})").status, 400);
+  drawn["form"]["spheres"] = json::array();
+  EXPECT_EQ(ask("POST", "/v1/cell-form/places", drawn.dump()).status, 422) << "no sphere";
+  drawn["form"]["spheres"] = {{{"id", "S1"}, {"diameter_mm", 50}},
+                              {{"id", "S2"}, {"diameter_mm", 40}}};
+  const auto places = ask("POST", "/v1/cell-form/places", drawn.dump());
+  ASSERT_EQ(places.status, 200) << places.body;
+  EXPECT_EQ(json::parse(places.body).at("spheres").at(1).at("diameter_mm"), 40);
+  const std::string elsewhere = calib::read_file(CELLCAL_DEMO_CELL);
+  const auto opened = ask("POST", "/v1/cell-form/read", json{{"cell", elsewhere}}.dump());
+  ASSERT_EQ(opened.status, 200) << opened.body;
+  EXPECT_EQ(json::parse(opened.body).at("missing"), json{"kr5_worn.toml"});
+  EXPECT_EQ(ask("POST", "/v1/cell-form/read", R"({"cell": "x = "})").status, 422);
+  json from_text = {
+      {"name", "opened"}, {"form", json::parse(opened.body).at("form")}, {"from_text", elsewhere}};
+  from_text["form"]["robot"] = "kr5_r1400";
+  EXPECT_EQ(ask("POST", "/v1/cell-form", from_text.dump()).status, 201);
+  from_text["from"] = "/c/cell.toml";
+  EXPECT_EQ(ask("POST", "/v1/cell-form", from_text.dump()).status, 400) << "one of both";
   EXPECT_EQ(ask("POST", "/v1/position", "").status, 404);
   bool over_eki = false;
   drivers::EkiPosition position;

@@ -61,18 +61,64 @@ TEST_F(a_cell_shelf, replaces_only_what_was_shown_and_keeps_it_beside) {
 
 TEST_F(a_cell_shelf, keeps_what_somebody_has_added_by_hand) {
   const std::filesystem::path file = shelf.write("weld", form, "");
-  std::ofstream(file, std::ios::app)
-      << "[[obstacle]]\nid = \"t\"\nshape = \"box\"\nsize_mm = [1, 1, 1]\nxyz_mm = [0, 0, 0]\n";
+  const auto plane = [](const std::filesystem::path& of) {
+    return calib::load_cell(of).targets.back().kind == calib::TargetKind::kPlane;
+  };
+  std::ofstream(file, std::ios::app) << "[[target]]\nid = \"p\"\nkind = \"plane\"\ncentre_mm = [1, "
+                                        "2, 3]\nnormal = [0, 0, 1]\n";
   const auto shown = shelf.look("weld");
   ASSERT_TRUE(shown->form);
-  EXPECT_EQ(shown->kept, std::vector<std::string>{"obstacle t"});
+  EXPECT_EQ(shown->kept, std::vector<std::string>{"target p"});
   EXPECT_EQ(refused("weld", form, shown->sha256), std::nullopt);
-  EXPECT_EQ(calib::load_cell(file).obstacles.size(), 1u);
-  const std::filesystem::path copy = shelf.write("copy", form, "", file);
-  EXPECT_EQ(calib::load_cell(copy).obstacles.size(), 1u) << "of the file that it was read of";
+  EXPECT_TRUE(plane(file));
+  EXPECT_TRUE(plane(shelf.write("copy", form, "", calib::read_file(file))))
+      << "of the file that it was read of";
   std::ofstream(file) << "this is no TOML";
   EXPECT_FALSE(shelf.look("weld")->form);
   EXPECT_EQ(refused("weld", form, shelf.look("weld")->sha256), Why::kMore);
+}
+
+/// ASCII STL of one triangle.
+std::string triangle(const std::string& corner) {
+  return "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 100 0 0\nvertex " + corner +
+         "\nendloop\nendfacet\nendsolid s\n";
+}
+
+TEST_F(a_cell_shelf, keeps_an_stl_file_that_an_obstacle_of_a_form_names) {
+  const CellFileStore::KeptMesh kept = shelf.keep_mesh(triangle("0 50 20"), "fixture.stl");
+  EXPECT_EQ(kept.triangles, 1u);
+  EXPECT_EQ(kept.low_mm, (Triple{0, 0, 0}));
+  EXPECT_NEAR(kept.high_mm[2], 20.0, 1e-9);
+  nlohmann::json json = example();
+  json["obstacles"] = {{{"id", "fixture"},
+                        {"shape", "mesh"},
+                        {"file", kept.file.string()},
+                        {"xyz_mm", {1000, 0, 100}}}};
+  form = form_from_json(json, dir / "cells" / "weld.toml");
+  const std::filesystem::path file = shelf.write("weld", form, "");
+  EXPECT_EQ(calib::load_cell(file).obstacles.at(0).mesh->triangles.size(), 1u);
+  EXPECT_EQ(to_json(*shelf.look("weld")->form), to_json(form));
+  EXPECT_EQ(shelf.names(), std::vector<std::string>{"weld"}) << "an STL file is no cell";
+  std::filesystem::remove(kept.file);
+  EXPECT_EQ(refused("other", form, ""), Why::kUnusable) << "the arm could hit what is not there";
+  EXPECT_NE(words.find("fixture"), std::string::npos) << words;
+}
+
+TEST_F(a_cell_shelf, refuses_what_is_no_stl_file_and_more_than_50_of_them) {
+  for (const std::string& bytes :
+       {std::string(), std::string("solid"), std::string(83, '\0'), std::string(200, '\xff'),
+        triangle("0 nan 0"), triangle("1e9 0 0"), std::string("<html>") + std::string(500, ' ')}) {
+    try {
+      (void)shelf.keep_mesh(bytes, "fixture.stl");
+      ADD_FAILURE() << bytes.substr(0, 40);
+    } catch (const calib::FileError& error) {
+      EXPECT_NE(std::string(error.what()).find("fixture.stl"), std::string::npos) << error.what();
+    }
+  }
+  EXPECT_FALSE(std::filesystem::exists(dir / "cells"));
+  for (int k = 1; k <= 50; ++k) (void)shelf.keep_mesh(triangle("0 50 " + std::to_string(k)), "f");
+  EXPECT_THROW((void)shelf.keep_mesh(triangle("0 50 51"), "f"), CellNotWritten);
+  EXPECT_NO_THROW((void)shelf.keep_mesh(triangle("0 50 50"), "f")) << "it is there already";
 }
 
 TEST_F(a_cell_shelf, writes_nothing_that_contradicts_itself) {

@@ -56,9 +56,9 @@ TEST(a_form, opens_any_cell_file_and_keeps_what_it_does_not_show) {
   auto form = form_in(text, "/cells/a.toml");
   ASSERT_TRUE(form);
   const std::vector<std::string> kept = beyond(*form, text);
-  EXPECT_EQ(kept, (std::vector<std::string>{"target plate", "touch.sigma_mm", "obstacle t"}));
+  EXPECT_EQ(kept, (std::vector<std::string>{"target plate", "touch.sigma_mm"}));
   form->spheres[0].diameter_mm = 30.0;
-  const std::string now = cell_text_with(*form, text, "/cells");
+  const std::string now = cell_text_with(*form, text);
   const calib::Cell cell = calib::parse_cell({"a.toml", now, form->robot.name, form->robot.text});
   EXPECT_EQ(cell.targets[0].diameter_m, 0.030);
   EXPECT_EQ(cell.targets.back().id, "plate");
@@ -72,11 +72,114 @@ TEST(a_form, writes_a_cell_file_of_another_hand_again_without_changing_what_it_s
   const std::string text = calib::read_file(CELLCAL_DEMO_CELL);
   const auto form = form_in(text, CELLCAL_DEMO_CELL);
   ASSERT_TRUE(form);
-  const std::string now =
-      cell_text_with(*form, text, std::filesystem::path(CELLCAL_DEMO_CELL).parent_path());
+  const std::string now = cell_text_with(*form, text);
   const calib::Cell before = calib::load_cell(CELLCAL_DEMO_CELL);
   const calib::Cell after = calib::parse_cell({"a.toml", now, form->robot.name, form->robot.text});
   EXPECT_EQ(calib::cell_to_toml(after, "r"), calib::cell_to_toml(before, "r"));
+}
+
+json with_obstacles() {
+  json form = example();
+  form["tool"]["com_mm"] = {30, 25, 205};
+  form["obstacles"] = json::parse(R"([
+    {"id": "table", "shape": "box", "size_mm": [800, 600, 20], "xyz_mm": [1000, 0, 90], "abc_deg": [30, 0, 0]},
+    {"id": "pillar", "shape": "cylinder", "diameter_mm": 120, "height_mm": 1500, "xyz_mm": [0, 1200, 750]}])");
+  return form;
+}
+
+TEST(a_form, has_obstacles_and_the_load_which_are_found_again_in_its_file) {
+  const CellForm form = form_from_json(with_obstacles(), "/cells/a.toml");
+  EXPECT_EQ(objection(form), "");
+  const calib::Cell cell = cell_of(form);
+  ASSERT_EQ(cell.obstacles.size(), 2u);
+  EXPECT_EQ(cell.obstacles[0].size_m, Eigen::Vector3d(0.8, 0.6, 0.02));
+  EXPECT_NEAR(cell.obstacles[0].frame.linear()(1, 0), 0.5, 1e-12) << "A turns about z";
+  EXPECT_EQ(cell.obstacles[1].height_m, 1.5);
+  EXPECT_EQ(cell.tool.com_m, Eigen::Vector3d(0.030, 0.025, 0.205));
+  const std::string text = cell_text(form);
+  const auto again = form_in(text, "/cells/a.toml");
+  ASSERT_TRUE(again);
+  EXPECT_EQ(to_json(*again), to_json(form));
+  EXPECT_TRUE(beyond(*again, text).empty());
+  CellForm fewer = *again;
+  fewer.obstacles.pop_back();
+  EXPECT_EQ(form_in(cell_text_with(fewer, text), "/cells/a.toml")->obstacles.size(), 1u)
+      << "what is removed in the form does not come back from the file before";
+}
+
+TEST(a_form, is_drawn_before_it_has_a_sphere) {
+  json form = with_obstacles();
+  form["spheres"] = json::array();
+  form["lengths"] = json::array();
+  const calib::Cell sketch = sketch_of(form_from_json(form, "/cells/a.toml"));
+  EXPECT_TRUE(sketch.targets.empty());
+  EXPECT_EQ(sketch.obstacles.size(), 2u);
+  EXPECT_EQ(sketch_of(form_from_json(with_obstacles(), "/cells/a.toml")).targets.size(), 3u);
+}
+
+TEST(places_for_spheres, are_proposed_clear_of_the_obstacles_for_all_spheres_of_the_form) {
+  json form = with_obstacles();
+  form["obstacles"][0]["xyz_mm"] = {1000, 0, 500};
+  form["lengths"] = json::array();
+  const SuggestedPlaces places = suggest_places(form_from_json(form, "/cells/a.toml"));
+  ASSERT_EQ(places.spheres.size(), 3u);
+  EXPECT_GT(places.mean_mm, 0.0);
+  EXPECT_GT(places.u95_mm, places.mean_mm);
+  form["spheres"] = to_json(places.spheres);
+  EXPECT_EQ(objection(form_from_json(form, "/cells/a.toml")), "");
+  for (const SphereForm& sphere : places.spheres) {
+    ASSERT_TRUE(sphere.centre_mm) << sphere.id;
+    EXPECT_FALSE(sphere.box_mm) << sphere.id;
+    const Triple& centre = *sphere.centre_mm;
+    const bool in_table = std::abs(centre[0] - 1000) < 300 && std::abs(centre[1]) < 300 &&
+                          std::abs(centre[2] - 500) < 30;
+    EXPECT_FALSE(in_table) << sphere.id;
+  }
+  EXPECT_EQ(places.spheres[0].serial, "77") << "all but the place is the sphere's own";
+}
+
+TEST(a_cell_file_from_elsewhere,
+     opens_with_what_the_form_does_not_show_and_names_what_is_not_here) {
+  std::string text = cell_text(form_from_json(with_obstacles(), "/cells/a.toml"));
+  EXPECT_TRUE(uploaded_cell(text, "cell file").kept.empty());
+  EXPECT_TRUE(uploaded_cell(text, "cell file").missing.empty());
+  text.replace(text.find("\"kr5_r1400\""), 11, "\"/etc/passwd\"");
+  text +=
+      "[[obstacle]]\nid = \"f\"\nshape = \"mesh\"\nfile = \"/etc/shadow\"\nxyz_mm = [0, 0, 0]\n"
+      "[[target]]\nid = \"plate\"\nkind = \"plane\"\ncentre_mm = [1, 2, 3]\nnormal = [0, 0, 1]\n";
+  const UploadedCell read = uploaded_cell(text, "cell file");
+  EXPECT_EQ(read.kept, std::vector<std::string>{"target plate"});
+  EXPECT_EQ(read.missing, (std::vector<std::string>{"/etc/passwd", "/etc/shadow"}));
+  EXPECT_EQ(read.form.robot.reference, "");
+  EXPECT_EQ(read.form.obstacles.back().file, "") << "no file is opened by what a text names";
+  EXPECT_EQ(read.form.spheres.size(), 3u);
+}
+
+TEST(a_cell_file_from_elsewhere, that_is_wrong_is_refused_with_line_and_key) {
+  const std::string text = cell_text(form_from_json(with_obstacles(), "/cells/a.toml"));
+  const auto refusal = [](const std::string& hostile) -> std::string {
+    try {
+      (void)uploaded_cell(hostile, "cell file");
+      return "";
+    } catch (const calib::FileError& refused) {
+      return refused.what();
+    }
+  };
+  const auto with = [&](const std::string& what, const std::string& instead) {
+    std::string changed = text;
+    changed.replace(changed.find(what), what.size(), instead);
+    return refusal(changed);
+  };
+  EXPECT_EQ(refusal(text), "");
+  EXPECT_NE(with("diameter_mm = 50.0", "diameter_mm = nan").find("diameter_mm"), std::string::npos);
+  EXPECT_NE(with("shape = \"box\"", "shape = \"cone\"").find("shape"), std::string::npos);
+  EXPECT_NE(with("[touch]", "colour = 1\n[touch]"), "");
+  EXPECT_NE(with("\n[tool]", "\n[[tool]]\nid = \"a\"").find("several tools"), std::string::npos);
+  for (const std::string& no_cell :
+       {std::string(), std::string("\0\xff", 2), std::string("robot = "), std::string("robot = 3"),
+        std::string("format = \"cellcal.cell/1\"\nrobot = \"kr5_r1400\"\n"), text.substr(0, 900),
+        std::string(100000, '['), "a" + std::string(100000, '.') + "b = 1"})
+    EXPECT_NE(refusal(no_cell), "") << no_cell.substr(0, 40);
 }
 
 TEST(a_sphere, that_was_taught_lies_below_the_tip_by_its_radius) {
@@ -125,6 +228,24 @@ TEST(a_form, that_is_wrong_is_refused_with_the_key_and_what_it_must_be) {
       std::string::npos);
   EXPECT_NE(with("/lengths/0/mm", "600"), "");
   EXPECT_NE(with("/lengths/0/more", 1), "");
+  const auto obstacle = [](const char* key, const json& value) {
+    json form = with_obstacles();
+    form["obstacles"][0][key] = value;
+    return refusal_of_form(form);
+  };
+  EXPECT_NE(obstacle("shape", "cone").find("obstacles[0].shape"), std::string::npos);
+  EXPECT_NE(obstacle("shape", "cylinder").find("diameter_mm"), std::string::npos);
+  EXPECT_NE(obstacle("size_mm", {1, 2}).find("obstacles[0].size_mm"), std::string::npos);
+  EXPECT_NE(obstacle("colour", "red").find("colour"), std::string::npos);
+  json mesh = with_obstacles();
+  mesh["obstacles"][0] = {{"id", "f"}, {"shape", "mesh"}, {"xyz_mm", {0, 0, 0}}};
+  EXPECT_NE(refusal_of_form(mesh).find("\"file\" is missing"), std::string::npos);
+  for (const char* file :
+       {"/etc/passwd", "fixture.stl", "../x.mesh.stl", "/cells/none.mesh.stl", ""}) {
+    mesh["obstacles"][0]["file"] = file;
+    EXPECT_NE(refusal_of_form(mesh).find("obstacles[0].file"), std::string::npos)
+        << "no file is read for somebody on the network: " << file;
+  }
   for (const json& no_form : {json(), json(3), json::array(), json::object(), json("form")})
     EXPECT_NE(refusal_of_form(no_form), "") << no_form;
   for (const char* key : {"robot", "tool", "spheres"}) {

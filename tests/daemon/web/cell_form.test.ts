@@ -1,7 +1,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import {
-  cell_forms, draft_of, EMPTY, form_of, imported, length_drafts, name_within, numbers_in, sphere_drafts, taught_angles, vouch, type CellDraft,
+  cell_file, cell_forms, draft_of, EMPTY, form_of, imported, length_drafts, name_within, new_obstacle, numbers_in, placed, places_wanted, sketch_of,
+  sphere_drafts, taught_angles, vouch, type CellDraft,
 } from "../src/cell_form";
 
 const DKD = { certificate: "DKD-1", date: "2026-04-01" };
@@ -36,25 +37,86 @@ test("a cell that was typed is sent in the daemon's keys: one sigma of what is s
       { id: "S3", diameter_mm: 50, diameter_sigma_mm: 0.002, box_mm: [[1000, -50, 350], [1100, 50, 450]], ...vouched },
     ],
     lengths: [{ from: "S1", to: "S2", mm: 600.012, sigma_mm: 0.004, ...vouched }],
+    obstacles: [],
   });
+});
+
+const OBSTACLES: CellDraft["obstacles"] = [
+  { id: "table", shape: "box", size: "800 600 20,5", file: "", middle: "1000 0 90", turn: "30 0 0" },
+  { id: "pillar", shape: "cylinder", size: "120 1500", file: "", middle: "0 1200 750", turn: "0 0 0" },
+  { id: "fixture", shape: "mesh", size: "", file: "/s/cells/0a.mesh.stl", middle: "1000 0 100", turn: "0 0 0" },
+];
+
+test("obstacles and the load's centre are sent in the daemon's keys, and shown as they were typed", () => {
+  const made = form_of({ ...DRAFT, com: "30 25,5 205", obstacles: OBSTACLES, spheres: [] });
+  assert.ok("form" in made);
+  const { tool, obstacles } = made.form as { tool: Record<string, unknown>; obstacles: unknown };
+  assert.deepEqual(tool.com_mm, [30, 25.5, 205]);
+  assert.deepEqual(obstacles, [
+    { id: "table", shape: "box", size_mm: [800, 600, 20.5], xyz_mm: [1000, 0, 90], abc_deg: [30, 0, 0] },
+    { id: "pillar", shape: "cylinder", diameter_mm: 120, height_mm: 1500, xyz_mm: [0, 1200, 750], abc_deg: [0, 0, 0] },
+    { id: "fixture", shape: "mesh", file: "/s/cells/0a.mesh.stl", xyz_mm: [1000, 0, 100], abc_deg: [0, 0, 0] },
+  ]);
+  const again = draft_of("weld", made.form);
+  assert.equal(again?.com, "30 25.5 205");
+  assert.deepEqual(again?.obstacles.map((one) => [one.id, one.size, one.file, one.middle, one.turn]),
+                   [["table", "800 600 20.5", "", "1000 0 90", "30 0 0"], ["pillar", "120 1500", "", "0 1200 750", "0 0 0"], ["fixture", "", "/s/cells/0a.mesh.stl", "1000 0 100", "0 0 0"]]);
+});
+
+test("the picture is drawn of what is complete, and of nothing before the robot is chosen", () => {
+  assert.equal(sketch_of(EMPTY), null);
+  const ids = (draft: CellDraft) => {
+    const { spheres, obstacles, tool } = sketch_of(draft) as { spheres: { id: string }[]; obstacles: { id: string }[]; tool: { xyz_mm: number[] } };
+    return [spheres.map((one) => one.id), obstacles.map((one) => one.id), tool.xyz_mm];
+  };
+  assert.deepEqual(ids({ ...EMPTY, robot: "kr5_r1400" }), [[], [], [0, 0, 0]]);
+  const half = DRAFT.spheres.map((one, i) => ({ ...one, u: "", ...(i === 1 ? { where: "0 -90" } : {}) }));
+  assert.deepEqual(ids({ ...DRAFT, spheres: [...half, half[0]!], obstacles: [...OBSTACLES, new_obstacle(4)] }),
+                   [["S1", "S3"], ["table", "pillar", "fixture"], [59.9, 50.5, 410.3]], "a half typed place and a second S1 are left out");
+});
+
+test("places are proposed once all but the places is there, and put into the rows of their names", () => {
+  const wanted = places_wanted({ ...DRAFT, spheres: DRAFT.spheres.map((one) => ({ ...one, u: "", where: "" })) });
+  assert.ok("form" in wanted);
+  const lacking = places_wanted(EMPTY);
+  assert.ok("wrong" in lacking);
+  assert.deepEqual(lacking.wrong.map((one) => one.at), ["tool.robot", "tool.xyz", ...[0, 1, 2, 3].map((i) => `spheres.${i}.diameter`)]);
+  const spheres = placed(DRAFT, sphere_drafts([{ id: "S2", diameter_mm: 50, centre_mm: [860, -1090, 810], centre_sigma_mm: 10 }]));
+  assert.deepEqual(spheres.map((one) => [one.place, one.where, one.rough]), [["centre", "900 -300 400", "10"], ["centre", "860 -1090 810", "20"], ["box", "1000 -50 350; 1100 50 450", ""]]);
+  assert.equal(spheres[1]?.diameter, "50");
+});
+
+test("a cell file of another computer becomes a draft with a name, what is kept and what is missing", () => {
+  const made = form_of(DRAFT);
+  assert.ok("form" in made);
+  const seen = cell_file("Zelle 3 (neu).toml", { form: made.form, kept: ["target plate"], missing: ["kr5_worn.toml"] });
+  assert.equal(seen?.draft.name, "Zelle_3__neu_");
+  assert.deepEqual([seen?.kept, seen?.missing], [["target plate"], ["kr5_worn.toml"]]);
+  for (const value of [null, {}, { form: 3 }]) assert.equal(cell_file("a.toml", value), null);
 });
 
 test("a sphere's uncertainty is that of its certificate: none is filled in", () => {
   assert.deepEqual(EMPTY.spheres.map((one) => one.u), ["", "", "", ""]);
 });
 
-test("what is wrong is named with its field, its sphere, and how many numbers it must hold", () => {
+test("what is wrong is named with its field, its row, and how many numbers it must hold", () => {
   const wrong = (change: Partial<CellDraft>) => {
     const made = form_of({ ...DRAFT, ...change });
-    return "wrong" in made ? made.wrong : null;
+    return "wrong" in made ? made.wrong.map(({ field, of, counts, positive, at }) => [at, field, of, counts.join("|"), positive]) : null;
   };
-  assert.deepEqual(wrong({ robot: "" }), { field: "robot", of: "", counts: [] });
-  assert.deepEqual(wrong({ xyz: "1 2" }), { field: "xyz", of: "", counts: [3] });
-  assert.deepEqual(wrong({ mass: "heavy" }), { field: "mass", of: "", counts: [1] });
+  assert.deepEqual(wrong({ robot: "" }), [["tool.robot", "robot", "", "", false]]);
+  assert.deepEqual(wrong({ xyz: "1 2", mass: "heavy" }), [["tool.xyz", "xyz", "", "3", false], ["tool.mass", "mass", "", "1", false]], "all of them");
   const sphere = (change: object) => wrong({ spheres: DRAFT.spheres.map((one, i) => (i === 1 ? { ...one, ...change } : one)) });
-  assert.deepEqual(sphere({ where: "1 2 3" }), { field: "where", of: "S2", counts: [6, 7] });
-  assert.deepEqual(sphere({ diameter: "" }), { field: "diameter", of: "S2", counts: [1] });
-  assert.deepEqual(wrong({ lengths: [{ from: "S1", to: "S2", mm: "x", u: "0", ...DKD }] }), { field: "mm", of: "S1–S2", counts: [1] });
+  assert.deepEqual(sphere({ where: "1 2 3" }), [["spheres.1.where", "where", "S2", "6|7", false]]);
+  assert.deepEqual(sphere({ diameter: "" }), [["spheres.1.diameter", "diameter", "S2", "1", true]]);
+  assert.deepEqual(sphere({ diameter: "0" }), [["spheres.1.diameter", "diameter", "S2", "1", true]]);
+  assert.deepEqual(wrong({ lengths: [{ from: "S1", to: "S2", mm: "x", u: "0.01", ...DKD }] }), [["lengths.0.mm", "mm", "S1–S2", "1", true]]);
+  const obstacle = (change: object) => wrong({ obstacles: [{ ...OBSTACLES[0]!, ...change }] });
+  assert.deepEqual(obstacle({}), null);
+  assert.deepEqual(obstacle({ size: "800 -1 20" }), [["obstacles.0.size", "size", "table", "3", true]]);
+  assert.deepEqual(obstacle({ shape: "cylinder" }), [["obstacles.0.size", "size", "table", "2", true]]);
+  assert.deepEqual(obstacle({ shape: "mesh" }), [["obstacles.0.file", "file", "table", "", false]]);
+  assert.deepEqual(obstacle({ middle: "", turn: "x" })?.map(([at]) => at), ["obstacles.0.middle", "obstacles.0.turn"]);
 });
 
 test("a cell that was made is shown as it was typed", () => {

@@ -2,27 +2,18 @@
 // it go to screenshots/ of the folder that this is run in. Skipped (77) where there is no browser.
 
 import assert from "node:assert/strict";
-import { existsSync, mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { readFileSync, rmSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { build } from "esbuild";
-import { chromium } from "playwright-core";
+import { accessible, find_browser, is_in_reach, launch, LONG, say_steps, sees as says } from "./page_browser.mjs";
 import { Cell } from "./page_test_cell.mjs";
 
-const PLACES = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
-const executablePath = process.env.CHROMIUM ?? PLACES.find(existsSync);
-if (!executablePath) {
-  console.log("page: skipped, no chromium here; tests/install browser installs it");
-  process.exit(77);
-}
-const LONG = { timeout: 60_000 };
+const executablePath = find_browser();
 const WIDTHS = [[390, 844], [1280, 800], [1920, 1080]];
 
 rmSync("screenshots", { recursive: true, force: true });
-mkdirSync("screenshots");
 const cell = new Cell();
-const browser = await chromium.launch({
-  executablePath, args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
-});
+const browser = await launch(executablePath);
 const wrong = [];
 
 async function open(options = {}) {
@@ -44,9 +35,6 @@ async function sign_in(page, token = cell.token) {
 }
 
 const sentence = (page) => page.locator(".sentence").innerText();
-const says = (page, words) =>
-  page.waitForFunction((source) => new RegExp(source).test(document.querySelector(".sentence")?.textContent ?? ""), words.source, LONG);
-
 /** Touches that are chosen one by one take their time; those of a plan are made in a blink here. */
 async function start(page, { touches, check = 3, goal = "" }) {
   await page.getByRole("button", { name: "Start a session" }).click();
@@ -60,13 +48,6 @@ async function start(page, { touches, check = 3, goal = "" }) {
   assert.ok(await is_in_reach(page), "the dialog must not cover the button that stops the arm");
   await go.click();
 }
-
-/** Whether a click on the middle of the abort button would meet it. */
-const is_in_reach = (page) =>
-  page.evaluate(() => {
-    const { left, top, width, height } = document.getElementById("abort-button").getBoundingClientRect();
-    return document.elementFromPoint(left + width / 2, top + height / 2)?.id === "abort-button";
-  });
 
 async function picture(name, page) {
   await page.screenshot({ path: `screenshots/${name}.png` });
@@ -108,17 +89,25 @@ async function answers(page, state, expected) {
 
 const VIEWS = [[1280, 800, "light"], [390, 844, "dark"], [1920, 1080, "dark"], [1280, 800, "dark"], [390, 844, "light"], [1920, 1080, "light"]];
 
-/** The first `views` of VIEWS. */
+/** In all sizes, colours and languages, to look at; otherwise the first `views` of VIEWS in the language shown. */
+const EVERY = process.env.PICTURES === "all";
+
 async function pictures(page, state, views = 2) {
-  for (const [width, height, colorScheme] of VIEWS.slice(0, views)) {
-    await page.emulateMedia({ colorScheme });
-    await page.setViewportSize({ width, height });
-    await page.waitForFunction((theme) => document.documentElement.dataset.theme === theme, colorScheme, LONG);
-    await page.waitForFunction(() => document.documentElement.scrollWidth <= innerWidth, null, { timeout: 5000 })
-      .catch(() => assert.fail(`${state}: the page is wider than ${width} px`));
-    assert.ok(await is_in_reach(page), `${state}: abort is covered at ${width}`);
-    await picture(`state-${state}-${width}-${colorScheme}`, page);
+  const shown = await page.evaluate(() => document.documentElement.lang);
+  for (const language of EVERY ? ["de", "en"] : [shown]) {
+    if (EVERY) await page.locator('[name="language"]').selectOption(language);
+    for (const [width, height, colorScheme] of VIEWS.slice(0, EVERY ? VIEWS.length : views)) {
+      await page.emulateMedia({ colorScheme });
+      await page.setViewportSize({ width, height });
+      await page.waitForFunction((theme) => document.documentElement.dataset.theme === theme, colorScheme, LONG);
+      await page.waitForFunction(() => document.documentElement.scrollWidth <= innerWidth, null, { timeout: 5000 })
+        .catch(() => assert.fail(`${state}: the page is wider than ${width} px`));
+      assert.ok(await is_in_reach(page), `${state}: abort is covered at ${width}`);
+      await accessible(page, `${state}, ${width} px, ${colorScheme}`);
+      await picture(`state-${state}-${width}-${colorScheme}${EVERY ? `-${language}` : ""}`, page);
+    }
   }
+  if (EVERY) await page.locator('[name="language"]').selectOption(shown);
   await page.emulateMedia({ colorScheme: "light" });
   await page.setViewportSize({ width: 1280, height: 800 });
 }
@@ -177,7 +166,7 @@ async function enter_cell(page, guide) {
   const made = guide.getByRole("button", { name: /Enter the cell here|Enter or change the cell here/ });
   await made.click();
   const dialog = page.locator("dialog");
-  await dialog.getByRole("heading", { name: "The cell: robot, tool, spheres" }).waitFor(LONG);
+  await dialog.getByRole("heading", { name: "The cell: robot, tool, spheres, obstacles" }).waitFor(LONG);
   assert.ok(await is_in_reach(page), "the dialog must not cover the button that stops the arm");
   await dialog.getByLabel("Name of the file").fill("weld-3");
   const robot = dialog.locator(`select[name="cell-robot"]`);
@@ -766,31 +755,24 @@ const steps = {
     await cell.client("check");
     const line = page.locator('.standing[data-standing="does_not_hold"]');
     await line.getByText(/does not hold: tool shifted by (0\.9|1\.0)\d*.±.0\.\d+.mm/).waitFor(LONG);
-    await line.getByRole("button", { name: "Calibrate again" }).waitFor(LONG);
+    await line.getByRole("button", { name: "Measure the TCP" }).waitFor(LONG);
     await page.locator('.checks[data-state="alarms"]').getByText(/^Alarm: check \d+ .* does not hold/).waitFor(LONG);
     await picture("knocked-1280", page);
   },
+
+  async "measures the TCP from its first line, and holds again"() {
+    const { page } = this;
+    await page.locator(".standing").getByRole("button", { name: "Measure the TCP" }).click();
+    assert.equal(await page.getByLabel("Kind").inputValue(), "update");
+    assert.equal(await page.locator("dialog").getByLabel("Cell file").inputValue(), process.env.CELL);
+    await page.locator("dialog").getByText("For one change since the last calibration").waitFor(LONG);
+    await page.getByLabel("The cell is clear").check();
+    await page.getByRole("button", { name: "Start: the arm moves" }).click();
+    await says(page, /Session 10 is done: \d\d? touches/);
+    await page.locator('.standing[data-standing="holds"]').getByText(/emulated cell holds: TCP ±0\.\d+.mm.*, not checked yet/).waitFor(LONG);
+    await picture("measured-1280", page);
+  },
 };
 
-let failed = 0;
-const shared = {};
-try {
-  await cell.begin();
-  for (const [name, step] of Object.entries(steps)) {
-    const begun = performance.now();
-    try {
-      await step.call(shared);
-      assert.deepEqual(wrong, [], "errors in the browser");
-      console.log(`ok      the page ${name} (${((performance.now() - begun) / 1000).toFixed(1)} s)`);
-    } catch (error) {
-      ++failed;
-      console.log(`FAILED  the page ${name}\n${error.stack}`);
-      if (shared.page) await picture("failed", shared.page);
-      break; // those that follow go on from here
-    }
-  }
-} finally {
-  await browser.close();
-  await cell.end();
-}
-process.exit(failed === 0 ? 0 : 1);
+await cell.begin();
+process.exit(await say_steps(steps, { cell, browser, wrong }) ? 0 : 1);

@@ -59,7 +59,7 @@ test("a drift that warns is said although the calibration holds", () => {
 
 test("a calibration that does not hold names the cause, its size, the remedy and its begin", () => {
   const got = line(checks(not_held()));
-  assert.deepEqual([got.state, got.action], ["does_not_hold", "calibrate"]);
+  assert.deepEqual([got.state, got.action], ["does_not_hold", "measure_tcp"]);
   assert.equal(got.headline.replace(/\u00a0/g, " "), "Calibration of 25 Nov does not hold: tool shifted by 1.0 ± 0.1 mm");
   assert.match(got.more.join(" ").replace(/\u00a0/g, " "), /measure the TCP .* Found 26 Nov\. Before: TCP ±0\.10 mm/);
   for (const kind of CHANGES) {
@@ -118,8 +118,8 @@ test("a calibration of another cell than the page's is named with its cell", () 
 });
 
 test("a cell is named by its file, or by its folder where the file is named as every one", () => {
-  assert.deepEqual(["/etc/cellcal/weld-3.toml", "/sim/demo/cell.toml", "/etc/cellcal/cell.toml", "cell.toml", ""].map(cell_name),
-    ["weld-3", "demo", "cell", "cell", ""]);
+  assert.deepEqual(["/etc/cellcal/weld-3.toml", "/sim/demo/cell.toml", "/etc/cellcal/cell.toml", "/s/cells/cell.toml", "cell.toml", ""].map(cell_name),
+    ["weld-3", "demo", "cell", "cell", "cell", ""]);
 });
 
 const of = (more: Record<string, unknown> = {}) => decode.status(status(more))!;

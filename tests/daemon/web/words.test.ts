@@ -98,6 +98,7 @@ test("a wish becomes the request that the daemon takes", () => {
   assert.deepEqual(run_request(wish), { cell: "/c/cell.toml", touches: 30, check: 5 });
   assert.deepEqual(run_request({ ...wish, goal: "0,15", find: true }), { cell: "/c/cell.toml", goal_mm: 0.15, check: 5, find: true });
   assert.deepEqual(run_request({ ...wish, kind: "qualify", find: true }), { cell: "/c/cell.toml", kind: "qualify" });
+  assert.deepEqual(run_request({ ...wish, kind: "update", find: true }), { cell: "/c/cell.toml", update: true });
   assert.deepEqual(run_request({ ...wish, kind: "check" }), { cell: "/c/cell.toml", kind: "check" });
 });
 

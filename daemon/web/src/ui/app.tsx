@@ -75,6 +75,8 @@ export function App() {
   const seen = `${ended} ${looked} ${doctor?.running} ${doctor?.ended}`;
   const readiness = useFetched(asked === null ? null : "/v1/readiness", seen, decode.readiness);
   const idle = status !== null && !old && !status.running;
+  // A failure or an aborted session has to be looked at first.
+  const guided = idle && readiness?.next != null && (status.phase === "idle" || status.phase === "done");
   const may = idle && me !== null && me !== "look";
 
   const shown = chosen ?? (status?.phase === "done" ? session : null);
@@ -109,13 +111,13 @@ export function App() {
           )}
           <div class="top">
             <StatePanel model={model} plan={plan} schedule={schedule} now={now} />
-            {status && !old && <StartButtons status={status} role={me} second={standing.action !== null && standing.state !== "holds"} started={() => void live.ask()}
+            {status && !old && <StartButtons status={status} role={me} second={guided || (standing.action !== null && standing.state !== "holds")} started={() => void live.ask()}
                                              last_cell={readiness?.cell || (sessions?.[0]?.cell ?? "")} />}
           </div>
           {status && !old && <FailurePanel status={status} />}
           {idle && readiness && (
             <GuidePanel readiness={readiness} may={may} looking={doctor?.running === true}
-                        quiet={status.phase !== "idle"} again={() => look_again(undefined)}
+                        quiet={!guided} again={() => look_again(undefined)}
                         begun={() => look_again(undefined)} started={() => void live.ask()} />
           )}
           {proposals && !old && <Proposals seen={proposals} may={may} changed={() => said_something(undefined)} />}

@@ -1,9 +1,10 @@
 // 3D view of the cell. Its library is loaded separately: nothing else waits for it.
 
-import { useEffect, useRef, useState } from "preact/hooks";
-import type { CellView, Side } from "../cell/view";
+import { useEffect } from "preact/hooks";
+import type { Side } from "../cell/view";
 import { age_ms, type Model } from "../model";
 import type { PlannedTouch, Scene } from "../types";
+import { useCellView } from "./cell_view";
 import { useVoice } from "./context";
 import type { Key } from "../words";
 
@@ -18,41 +19,15 @@ export function drawn_joints(model: Model, plan: PlannedTouch[]): { joints: numb
   return first ? { joints: first.joints, key: "view.pose.start" } : null;
 }
 
-/** Resolves when the rendering is on the screen; in a hidden tab, too. */
-const painted = () => new Promise<void>((resolve) => {
-  const timer = setTimeout(resolve, 500);
-  requestAnimationFrame(() => setTimeout(() => { clearTimeout(timer); resolve(); }));
-});
-
 /** `nothing`: no session, hence no cell. */
 export function CellPanel({ model, scene, plan, now, nothing }: {
   model: Model; scene: Scene | null; plan: PlannedTouch[]; now: number; nothing: boolean;
 }) {
   const { say, theme } = useVoice();
-  const box = useRef<HTMLDivElement>(null);
-  const [view, set_view] = useState<CellView | null>(null);
-  const [cannot, set_cannot] = useState(false);
+  const { box, view, cannot } = useCellView(model.status !== null);
   const old = age_ms(model, now) > 0;
   const drawn = drawn_joints(model, plan);
 
-  // After the first sentence is displayed: parsing the library occupies a slow computer for 0.1 s.
-  const answered = model.status !== null;
-  useEffect(() => {
-    if (!answered) return undefined;
-    let wanted = true, made: CellView | null = null;
-    void painted().then(() => import("../cell/view"))
-      .then(({ CellView: View }) => {
-        if (!wanted || !box.current) return;
-        made = new View(box.current);
-        set_view(made);
-      })
-      .catch(() => set_cannot(true)); // no WebGL, or the file was not loaded
-    return () => {
-      wanted = false;
-      made?.close();
-      set_view(null);
-    };
-  }, [answered]);
   useEffect(() => { if (view && scene) view.show_scene(scene); }, [view, scene, theme]);
   useEffect(() => {
     view?.show_touches(plan, model.touches, model.status?.running ? model.status.touches : -1);

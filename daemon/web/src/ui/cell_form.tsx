@@ -1,19 +1,23 @@
-// Form for the cell's file: robot, tool, spheres and their certificate, typed or from CSV. The daemon reads and writes it; causes
-// no motion.
+// Form for the cell's file: robot, tool, spheres and their certificate, obstacles; typed or from files. The daemon reads and writes
+// it; causes no motion.
 
 import { useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
 import {
-  cell_forms, EMPTY, form_of, imported, length_drafts, name_within, new_length, new_sphere, robot_choice, sphere_drafts, taught_angles,
-  vouch, type CellDraft, type CellForms, type LengthDraft, type Place, type SphereDraft,
+  cell_file, cell_forms, EMPTY, form_of, imported, length_drafts, name_within, new_length, new_obstacle, new_sphere, placed, places_wanted,
+  robot_choice, sphere_drafts, taught_angles, vouch, type CellDraft, type CellForms, type SphereDraft, type Wrong,
 } from "../cell_form";
-import { fields, words } from "../decode";
-import { get, is_good, post, type Answer } from "../request";
+import { fields, number, words } from "../decode";
+import { get, is_good, post, post_file, type Answer } from "../request";
 import type { Key, Say } from "../words";
+import { fault_words, FaultsContext, Files, LengthRow, ObstacleRow, SphereRow, TextField, useFault } from "./cell_rows";
+import { CellSketch } from "./cell_sketch";
 import { useVoice } from "./context";
 import { examine } from "./doctor";
 
-const PLACES: Place[] = ["centre", "taught", "box"];
-const LARGEST_FILE = 1 << 20;
+const MEGABYTE = 1 << 20;
+const LARGEST_FILE = MEGABYTE, LARGEST_MESH = 8 * MEGABYTE;
+/** Places are computed within seconds, more on a busy computer. */
+const PLACES_MS = 120_000, UPLOAD_MS = 60_000;
 
 const refusal = (answer: Answer, say: Say): string =>
   answer.status === 0 ? say("request.no-answer") : answer.words || say("request.refused", { status: answer.status });
@@ -69,233 +73,251 @@ export function CellDialog({ cell, done, close }: { cell: string; done: () => vo
   );
 }
 
+/** Where the form comes from, and what of it is not shown. */
+interface Basis {
+  /** Created here: the file is replaced. Any other is left unchanged, and a new one is written. */
+  own: boolean;
+  file: string;
+  sha256: string;
+  kept: string[];
+  missing: string[];
+  /** Of a file of another computer. */
+  text: string;
+}
+const NEW: Basis = { own: false, file: "", sha256: "", kept: [], missing: [], text: "" };
+const basis_of = ({ folder, shown }: CellForms): Basis =>
+  shown === null ? NEW : { ...NEW, own: name_within(folder, shown.file) !== "", file: shown.file, sha256: shown.sha256, kept: shown.kept };
+
+type TextKey = "name" | "xyz" | "abc" | "tool_u" | "mass" | "com" | "tip" | "certificate" | "date";
+
+/** Rows of the form: changed, removed. */
+function edits<R>(rows: R[], become: (rows: R[]) => void, i: number) {
+  return {
+    change: (change: Partial<R>) => become(rows.map((one, k) => (k === i ? { ...one, ...change } : one))),
+    drop: () => become(rows.filter((_, k) => k !== i)),
+  };
+}
+
+/** Files and positions that the daemon reads into the form. `say_it`: the refusal; empty: none. */
+function readers(say: Say, say_it: (words: string) => void, become: (next: (now: CellDraft) => CellDraft) => void) {
+  const text_in = async (file: File): Promise<string> => {
+    const read = file.size > LARGEST_FILE ? "" : await file.text().catch(() => "");
+    if (read === "") say_it(say("cell.csv.none", { file: file.name }));
+    return read;
+  };
+  const asked = async (path: string, body: unknown, longest_ms?: number): Promise<Record<string, unknown> | null> => {
+    const answer = await post(path, body, longest_ms);
+    say_it(is_good(answer) ? "" : refusal(answer, say));
+    return is_good(answer) ? fields(answer.value) : null;
+  };
+  return {
+    text_in, asked,
+    csv: async (kind: "spheres" | "certificate", file: File | undefined) => {
+      const csv = file ? await text_in(file) : "";
+      const read = csv === "" ? null : await asked("/v1/cell-form/lists", { [kind]: csv });
+      if (!read) return;
+      become((now) => imported(now, kind === "spheres" ? { spheres: sphere_drafts(read.spheres) } : { lengths: length_drafts(read.lengths) }));
+    },
+    position: async (row: number) => {
+      const where = taught_angles(await asked("/v1/position", {}));
+      if (where === null) return;
+      become((now) => ({ ...now, spheres: now.spheres.map((one, k) => (k === row ? { ...one, where } : one)) }));
+    },
+    mesh: async (row: number, file: File) => {
+      if (file.size > LARGEST_MESH) return say_it(say("cell.file.large", { file: file.name }));
+      const answer = await post_file("/v1/cell-form/mesh", file, UPLOAD_MS);
+      say_it(is_good(answer) ? "" : `${file.name}: ${refusal(answer, say)}`);
+      const kept = is_good(answer) ? words(fields(answer.value)?.file) : "";
+      if (kept !== "") become((now) => ({ ...now, obstacles: now.obstacles.map((one, k) => (k === row ? { ...one, file: kept } : one)) }));
+    },
+  };
+}
+
+/** Name of a field for the line that sums up its error. */
+function wrong_words(wrong: Wrong, say: Say): string {
+  if (wrong.field === "robot") return say("cell.wrong.robot");
+  return say("cell.wrong", { of: wrong.of === "" ? say("cell.tool") : wrong.of, field: say(`cell.${wrong.field}` as Key), what: fault_words(wrong, say) });
+}
+
 function CellFields({ cell, forms, done, close }: { cell: string; forms: CellForms; done: () => void; close: () => void }) {
   const { say } = useVoice();
   const [draft, become] = useState<CellDraft>(forms.shown?.draft ?? EMPTY);
   const [robots, set_robots] = useState(forms.robots);
-  // Created here: replaced. Any other file is left unchanged, and a new one is written.
-  const own = forms.shown !== null && name_within(forms.folder, forms.shown.file) !== "";
+  const [basis, set_basis] = useState<Basis>(() => basis_of(forms));
   const [busy, set_busy] = useState(false);
   const [said, set_said] = useState("");
+  /** Errors are shown from the first attempt to write on. */
+  const [tried, set_tried] = useState(false);
   const before = useRef(draft);
+  const form = useRef<HTMLFormElement>(null);
   const set = (change: Partial<CellDraft>) => become((now) => ({ ...now, ...change }));
-  const text = (key: "name" | "xyz" | "abc" | "tool_u" | "mass" | "tip" | "certificate" | "date", optional = false) => (
-    <label>
-      {say(`cell.${key}`)}
-      <input name={`cell-${key}`} type="text" required={!optional} value={draft[key]} disabled={key === "name" && own}
-             placeholder={key === "date" ? "2026-04-01" : undefined}
-             onFocus={() => { before.current = draft; }}
-             onInput={(event) => {
-               const value = event.currentTarget.value;
-               become((now) => (key === "certificate" || key === "date" ? vouch(now, { [key]: value }, before.current) : { ...now, [key]: value }));
-             }} />
-    </label>
+  const read = readers(say, set_said, become);
+  const made = form_of(draft);
+  const text = (key: TextKey, optional = false) => (
+    <TextField label={say(`cell.${key}`)} name={`cell-${key}`} at={`tool.${key}`} optional={optional} value={draft[key]} disabled={key === "name" && basis.own}
+               placeholder={key === "date" ? "2026-04-01" : undefined} focused={() => { before.current = draft; }}
+               change={(value) => become((now) => (key === "certificate" || key === "date" ? vouch(now, { [key]: value }, before.current) : { ...now, [key]: value }))} />
   );
+  const show = (wrong: Wrong[]) => {
+    set_tried(true);
+    set_said(wrong[0] ? wrong_words(wrong[0], say) : "");
+    requestAnimationFrame(() => form.current?.querySelector<HTMLElement>("[aria-invalid]")?.focus());
+  };
   const submit = async (event: Event) => {
     event.preventDefault();
     if (busy) return;
-    const made = form_of(draft);
-    if ("wrong" in made) {
-      const { field, of, counts } = made.wrong;
-      set_said(field === "robot" ? say("cell.wrong.robot")
-        : say("cell.wrong", { of: of === "" ? say("cell.tool") : of, field: say(`cell.${field}` as Key), n: counts.join(say("cell.or")) }));
-      return;
-    }
+    if ("wrong" in made) return show(made.wrong);
     set_busy(true);
-    const answer = await post("/v1/cell-form", {
-      name: draft.name.trim(), form: made.form, ...(!forms.shown ? {} : own ? { instead_of: forms.shown.sha256 } : { from: forms.shown.file }),
-    });
+    const { own, file, sha256, text: from_text } = basis;
+    const origin = from_text !== "" ? { from_text } : own ? { instead_of: sha256 } : file !== "" ? { from: file } : {};
+    const answer = await post("/v1/cell-form", { name: draft.name.trim(), form: made.form, ...origin });
     // The doctor examines it, and the guide refers to the cell examined last.
     const words_ = is_good(answer) ? await examine(words(fields(answer.value)?.file), say) : refusal(answer, say);
     set_busy(false);
     set_said(words_);
     if (words_ === "") done();
   };
-  const text_in = async (file: File): Promise<string> => {
-    const read = file.size > LARGEST_FILE ? "" : await file.text().catch(() => "");
-    if (read === "") set_said(say("cell.csv.none", { file: file.name }));
-    return read;
-  };
-  const read_machine = async (files: File[]) => {
-    const request: { machine_data?: string; robcor?: string } = {};
+  const take_robot = async (files: File[]) => {
+    const request: { machine_data?: string; robcor?: string; robot_file?: string } = {};
     for (const file of files) {
-      const data = await text_in(file);
+      const data = await read.text_in(file);
       if (data === "") return;
-      request[/robcor/i.test(file.name) ? "robcor" : "machine_data"] = data;
+      request[/\.toml$/i.test(file.name) ? "robot_file" : /robcor/i.test(file.name) ? "robcor" : "machine_data"] = data;
     }
-    const answer = await post("/v1/cell-form/robot", request);
-    const robot = is_good(answer) ? robot_choice(answer.value) : null;
-    set_said(robot !== null ? "" : refusal(answer, say));
+    const robot = robot_choice(await read.asked("/v1/cell-form/robot", request));
     if (robot === null) return;
     set_robots((now) => [...now.filter((one) => one.name !== robot.name), robot]);
     set({ robot: robot.name });
   };
-  const read_csv = async (kind: "spheres" | "certificate", file: File | undefined) => {
-    if (!file) return;
-    const csv = await text_in(file);
-    if (csv === "") return;
-    const answer = await post("/v1/cell-form/lists", { [kind]: csv });
-    set_said(is_good(answer) ? "" : refusal(answer, say));
-    const read = fields(answer.value);
-    if (!is_good(answer) || !read) return;
-    become((now) => imported(now, kind === "spheres" ? { spheres: sphere_drafts(read.spheres) } : { lengths: length_drafts(read.lengths) }));
+  const open_file = async (file: File | undefined) => {
+    const cell_text = file ? await read.text_in(file) : "";
+    const seen = file && cell_text !== "" ? cell_file(file.name, await read.asked("/v1/cell-form/read", { cell: cell_text })) : null;
+    if (!seen) return;
+    become(seen.draft);
+    set_basis({ ...NEW, kept: seen.kept, missing: seen.missing, text: cell_text });
+    set_tried(false);
   };
-  const read_position = async (row: number) => {
-    const answer = await post("/v1/position", {});
-    const where = is_good(answer) ? taught_angles(answer.value) : null;
-    set_said(where !== null ? "" : refusal(answer, say));
-    if (where === null) return;
-    become((now) => ({ ...now, spheres: now.spheres.map((one, k) => (k === row ? { ...one, where } : one)) }));
-  };
+  const own_robot = draft.robot.startsWith("/") && robots.every((one) => one.name !== draft.robot);
   return (
-    <form onSubmit={(event) => void submit(event)}>
+    <FaultsContext.Provider value={tried && "wrong" in made ? made.wrong : []}>
+    <form ref={form} onSubmit={(event) => void submit(event)}>
       <h2 id="cell-form-title">{say("cell.title")}</h2>
+      <CellSketch draft={draft} from={basis.text === "" ? basis.file : ""} />
       <p class="note">{say("cell.intro", { folder: forms.folder })}</p>
-      {cell !== "" && !own && <p>{say("cell.other", { file: cell })}</p>}
+      {cell !== "" && !basis.own && basis.text === "" && <p>{say("cell.other", { file: cell })}</p>}
+      <Files name="cell" label={say("cell.open")} accept=".toml" take={([file]) => void open_file(file)} />
+      {basis.missing.length > 0 && <p class="refused" role="status">{say("cell.missing", { what: basis.missing.join(", ") })}</p>}
       <div class="pair">
         {text("name")}
-        <label>
-          {say("cell.robot")}
-          <select name="cell-robot" required value={draft.robot} onChange={(event) => set({ robot: event.currentTarget.value })}>
-            <option value="">{say("cell.robot.choose")}</option>
-            {draft.robot.startsWith("/") && robots.every((one) => one.name !== draft.robot) && <option value={draft.robot}>{draft.robot}</option>}
-            {robots.map((one) => <option key={one.name} value={one.name}>{one.model} ({one.name.replace(/^.*\//, "")})</option>)}
-          </select>
-        </label>
+        <RobotField draft={draft} choices={own_robot ? [{ name: draft.robot, model: "" }, ...robots] : robots} choose={(robot) => set({ robot })} />
       </div>
-      <Files name="machine" label={say("cell.robot.import")} accept=".dat" multiple take={(files) => void read_machine(files)} />
+      <Files name="machine" label={say("cell.robot.import")} accept=".dat,.toml" multiple take={(files) => void take_robot(files)} />
       <fieldset>
         <legend>{say("cell.tool")}</legend>
         <div class="pair">{text("xyz")}{text("abc")}</div>
-        <div class="pair">{text("tool_u")}{text("mass", true)}{text("tip")}</div>
+        <div class="pair">{text("tool_u")}{text("tip")}{text("mass", true)}{text("com", true)}</div>
       </fieldset>
       <fieldset>
         <legend>{say("cell.spheres")}</legend>
         <p class="note">{say("cell.spheres.how")} {say(forms.readsPosition ? "cell.angles.read" : "cell.angles.typed")}</p>
         {draft.spheres.map((sphere, i) => (
-          <SphereRow key={i} sphere={sphere} read={forms.readsPosition ? () => read_position(i) : null}
-                     change={(change) => set({ spheres: draft.spheres.map((one, k) => (k === i ? { ...one, ...change } : one)) })}
-                     drop={() => set({ spheres: draft.spheres.filter((_, k) => k !== i) })} />
+          <SphereRow key={i} sphere={sphere} at={`spheres.${i}`} read={forms.readsPosition ? () => read.position(i) : null}
+                     {...edits(draft.spheres, (spheres) => set({ spheres }), i)} />
         ))}
         <div class="files">
           <button type="button" class="small" onClick={() => set({ spheres: [...draft.spheres, new_sphere(draft.spheres.length + 1, draft)] })}>
             {say("cell.sphere.add")}
           </button>
-          <Files name="spheres" label={say("cell.csv.spheres")} take={([file]) => void read_csv("spheres", file)} />
+          <Files name="spheres" label={say("cell.csv.spheres")} take={([file]) => void read.csv("spheres", file)} />
         </div>
+        <Places draft={draft} from={basis.text === "" ? basis.file : ""} asked={read.asked} show={show} take={(spheres) => set({ spheres })} />
       </fieldset>
       <fieldset>
         <legend>{say("cell.lengths")}</legend>
         <p class="note">{say("cell.lengths.why")}</p>
         {draft.lengths.map((length, i) => (
-          <LengthRow key={i} length={length} ids={draft.spheres.map((one) => one.id.trim())}
-                     change={(change) => set({ lengths: draft.lengths.map((one, k) => (k === i ? { ...one, ...change } : one)) })}
-                     drop={() => set({ lengths: draft.lengths.filter((_, k) => k !== i) })} />
+          <LengthRow key={i} length={length} at={`lengths.${i}`} ids={draft.spheres.map((one) => one.id.trim())}
+                     {...edits(draft.lengths, (lengths) => set({ lengths }), i)} />
         ))}
         <div class="files">
           <button type="button" class="small"
                   onClick={() => set({ lengths: [...draft.lengths, new_length(draft.spheres[0]?.id, draft.spheres[1]?.id, draft)] })}>
             {say("cell.length.add")}
           </button>
-          <Files name="certificate" label={say("cell.csv.certificate")} take={([file]) => void read_csv("certificate", file)} />
+          <Files name="certificate" label={say("cell.csv.certificate")} take={([file]) => void read.csv("certificate", file)} />
         </div>
         <div class="pair">{text("certificate", true)}{text("date", true)}</div>
         <p class="note">{say("cell.certificate.rows")}</p>
       </fieldset>
-      <p class="note">{say("cell.obstacles")}</p>
-      {forms.shown && forms.shown.kept.length > 0 && <p class="note">{say("cell.kept", { what: forms.shown.kept.join(", ") })}</p>}
-      {own && forms.shown && <p class="note">{say("cell.before", { file: `${forms.shown.file}.before` })}</p>}
+      <fieldset>
+        <legend>{say("cell.obstacles")}</legend>
+        <p class="note">{say("cell.obstacles.why")}</p>
+        {draft.obstacles.map((obstacle, i) => (
+          <ObstacleRow key={i} obstacle={obstacle} at={`obstacles.${i}`} send={(file) => void read.mesh(i, file)}
+                       {...edits(draft.obstacles, (obstacles) => set({ obstacles }), i)} />
+        ))}
+        <div class="files">
+          <button type="button" class="small" onClick={() => set({ obstacles: [...draft.obstacles, new_obstacle(draft.obstacles.length + 1)] })}>
+            {say("cell.obstacle.add")}
+          </button>
+        </div>
+      </fieldset>
+      {basis.kept.length > 0 && <p class="note">{say("cell.kept", { what: basis.kept.join(", ") })}</p>}
+      {basis.own && <p class="note">{say("cell.before", { file: `${basis.file}.before` })}</p>}
       {said !== "" && <p class="refused" role="alert">{said}</p>}
       <div class="buttons">
         <button type="button" onClick={close}>{say("cancel")}</button>
         <button type="submit" class="go" disabled={busy}>{say("cell.go")}</button>
       </div>
     </form>
+    </FaultsContext.Provider>
   );
 }
 
-function Files({ name, label, take, accept = ".csv,text/csv", multiple = false }: {
-  name: string; label: string; take: (files: File[]) => void; accept?: string; multiple?: boolean;
-}) {
-  return (
-    <label class="csv">
-      {label}
-      <input name={`csv-${name}`} type="file" accept={accept} multiple={multiple}
-             onChange={(event) => {
-               take([...event.currentTarget.files ?? []]);
-               event.currentTarget.value = ""; // permits reading the same file again
-             }} />
-    </label>
-  );
-}
-
-function SphereRow({ sphere, read, change, drop }: {
-  sphere: SphereDraft; read: (() => Promise<void>) | null; change: (change: Partial<SphereDraft>) => void; drop: () => void;
-}) {
+function RobotField({ draft, choices, choose }: { draft: CellDraft; choices: { name: string; model: string }[]; choose: (robot: string) => void }) {
   const { say } = useVoice();
-  const [reading, set_reading] = useState(false);
-  const text = (key: "id" | "diameter" | "u" | "where" | "rough" | "serial" | "certificate" | "date", label: string, optional = false) => (
-    <label class={key}>
-      {label}
-      <input name={`sphere-${key}`} type="text" required={!optional} value={sphere[key]}
-             onInput={(event) => change({ [key]: event.currentTarget.value })} />
-    </label>
-  );
+  const { marks, words: fault } = useFault("tool.robot");
   return (
-    <fieldset class="row" data-sphere={sphere.id}>
-      <legend>{sphere.id}</legend>
-      {text("id", say("cell.id"))}
-      {text("diameter", say("cell.diameter"))}
-      {text("u", say("cell.u"))}
-      {text("serial", say("cell.serial"), true)}
-      {text("certificate", say("cell.row.certificate"), true)}
-      {text("date", say("cell.row.date"), true)}
-      <label class="place">
-        {say("cell.place")}
-        <select name="sphere-place" value={sphere.place} onChange={(event) => change({ place: event.currentTarget.value as Place, where: "" })}>
-          {PLACES.map((one) => <option key={one} value={one}>{say(`cell.place.${one}`)}</option>)}
-        </select>
-      </label>
-      {text("where", say(`cell.where.${sphere.place}`))}
-      {sphere.place === "taught" && read && (
-        <button type="button" class="small read" disabled={reading}
-                onClick={() => { set_reading(true); void read().finally(() => set_reading(false)); }}>
-          {say("cell.position")}
-        </button>
-      )}
-      {sphere.place !== "box" && text("rough", say("cell.rough"))}
-      <button type="button" class="small drop" aria-label={say("cell.drop", { of: sphere.id })} onClick={drop}>✕</button>
-    </fieldset>
-  );
-}
-
-function LengthRow({ length, ids, change, drop }: {
-  length: LengthDraft; ids: string[]; change: (change: Partial<LengthDraft>) => void; drop: () => void;
-}) {
-  const { say } = useVoice();
-  const of = `${length.from}–${length.to}`;
-  const end = (key: "from" | "to") => (
-    <label class="id">
-      {say(`cell.${key}`)}
-      <select name={`length-${key}`} required value={length[key]} onChange={(event) => change({ [key]: event.currentTarget.value })}>
-        <option value="" />
-        {ids.map((id) => <option key={id} value={id}>{id}</option>)}
+    <label>
+      {say("cell.robot")}
+      <select name="cell-robot" required value={draft.robot} onChange={(event) => choose(event.currentTarget.value)} {...marks}>
+        <option value="">{say("cell.robot.choose")}</option>
+        {choices.map(({ name, model }) => <option key={name} value={name}>{model === "" ? name : `${model} (${name.replace(/^.*\//, "")})`}</option>)}
       </select>
+      {fault}
     </label>
   );
-  const text = (key: "mm" | "u" | "certificate" | "date", label: string, optional = false) => (
-    <label class={key === "mm" ? "diameter" : key}>
-      {label}
-      <input name={`length-${key}`} type="text" required={!optional} value={length[key]}
-             onInput={(event) => change({ [key]: event.currentTarget.value })} />
-    </label>
-  );
+}
+
+/** Proposal of places for the spheres, and the way back to those before. */
+function Places({ draft, from, asked, show, take }: {
+  draft: CellDraft; from: string; show: (wrong: Wrong[]) => void; take: (spheres: SphereDraft[]) => void;
+  asked: (path: string, body: unknown, longest_ms?: number) => Promise<Record<string, unknown> | null>;
+}) {
+  const { say, fmt } = useVoice();
+  const [busy, set_busy] = useState(false);
+  const [proposed, become] = useState<{ before: SphereDraft[]; mean: number; u95: number } | null>(null);
+  const propose = async () => {
+    const wanted = places_wanted(draft);
+    if ("wrong" in wanted) return show(wanted.wrong);
+    set_busy(true);
+    const answer = await asked("/v1/cell-form/places", { form: wanted.form, ...(from === "" ? {} : { from }) }, PLACES_MS);
+    set_busy(false);
+    if (!answer) return;
+    become({ before: draft.spheres, mean: number(answer.predicted_mean_mm) ?? 0, u95: number(answer.predicted_u95_mm) ?? 0 });
+    take(placed(draft, sphere_drafts(answer.spheres)));
+  };
+  const back = () => {
+    if (proposed) take(proposed.before);
+    become(null);
+  };
   return (
-    <fieldset class="row" data-length={of}>
-      <legend>{of}</legend>
-      {end("from")}{end("to")}{text("mm", say("cell.mm"))}{text("u", say("cell.u"))}
-      {text("certificate", say("cell.row.certificate"), true)}{text("date", say("cell.row.date"), true)}
-      <button type="button" class="small drop" aria-label={say("cell.drop", { of })} onClick={drop}>✕</button>
-    </fieldset>
+    <div class="files places">
+      <button type="button" class="small" disabled={busy || draft.spheres.length === 0} onClick={() => void propose()}>
+        {say(busy ? "cell.places.busy" : "cell.places")}
+      </button>
+      {proposed && <button type="button" class="small" onClick={back}>{say("cell.places.undo")}</button>}
+      <p class="note" role="status">{proposed ? say("cell.places.found", { mean: fmt.short_mm(proposed.mean), u95: fmt.short_mm(proposed.u95) }) : say("cell.places.why")}</p>
+    </div>
   );
 }

@@ -30,7 +30,10 @@ export function command_of(step: StepName, cell: string): string {
   }
 }
 
-/** `quiet`: another panel has priority. */
+/** Steps that are corrected in the form. */
+const IN_THE_FORM: StepName[] = ["cell", "robot", "spheres"];
+
+/** `quiet`: another panel has priority, and the next step is not the page's first button. */
 export function GuidePanel({ readiness, may, looking, quiet, begun, started, again }: {
   readiness: Readiness; may: boolean; looking: boolean; quiet: boolean;
   begun: () => void; started: () => void; again: () => void;
@@ -46,7 +49,7 @@ export function GuidePanel({ readiness, may, looking, quiet, begun, started, aga
         <summary><h2 id="guide-title">{say("guide", { n: done, total: steps.length })}</h2>{" "}
           <span class="note">{say("guide.next", { step: say(`step.${readiness.next}`) })}</span></summary>
         {cell !== "" && <p class="note">{[cell, readiness.robot].filter((one) => one !== "").join(" · ")}</p>}
-        {may && <Enter cell={cell} step={readiness.next} begun={begun} />}
+        {may && <Enter cell={cell} first={IN_THE_FORM.includes(readiness.next)} begun={begun} />}
         <ol>
           {steps.map((seen) => (
             <li key={seen.step} data-step={seen.step} data-state={seen.state}
@@ -70,12 +73,12 @@ export function GuidePanel({ readiness, may, looking, quiet, begun, started, aga
 }
 
 /** Entry of the cell's file on this page. */
-function Enter({ cell, step, begun }: { cell: string; step: StepName; begun: () => void }) {
+function Enter({ cell, first, begun }: { cell: string; first: boolean; begun: () => void }) {
   const { say } = useVoice();
   const [open, set_open] = useState(false);
   return (
     <div class="files">
-      <button type="button" class={step === "cell" && cell === "" ? "go" : "small"} onClick={() => set_open(true)}>
+      <button type="button" class={first ? "go" : "small"} onClick={() => set_open(true)}>
         {say(cell === "" ? "cell.make" : "cell.edit")}
       </button>
       {open && <CellDialog cell={cell} close={() => set_open(false)} done={() => { set_open(false); begun(); }} />}
@@ -102,8 +105,8 @@ function Next({ step, cell, may, looking, begun, started }: {
   return (
     <div class="next">
       <p>{say(`step.do.${step}`)}</p>
-      <p><code>{command_of(step, cell)}</code></p>
-      {may && !is_session(step) && <Look cell={cell} looking={looking} begun={begun} />}
+      <p class="note"><code>{command_of(step, cell)}</code></p>
+      {may && !is_session(step) && <Look cell={cell} first={!IN_THE_FORM.includes(step)} looking={looking} begun={begun} />}
       {may && is_session(step) && (
         <button type="button" class="go" onClick={() => set_open(true)}>{say(`step.go.${step}`)}</button>
       )}
@@ -116,7 +119,7 @@ function Next({ step, cell, may, looking, begun, started }: {
 }
 
 /** Selection of the cell, and its examination by the doctor. */
-function Look({ cell, looking, begun }: { cell: string; looking: boolean; begun: () => void }) {
+function Look({ cell, first, looking, begun }: { cell: string; first: boolean; looking: boolean; begun: () => void }) {
   const { say } = useVoice();
   const [path, become] = useState(cell);
   const [refused, set_refused] = useState("");
@@ -133,7 +136,7 @@ function Look({ cell, looking, begun }: { cell: string; looking: boolean; begun:
         <input name="guide-cell" type="text" required value={path} placeholder={say("start.cell.hint")}
                onInput={(event) => become(event.currentTarget.value)} />
       </label>
-      <button type="submit" class="go" disabled={looking}>{say(looking ? "doctor.running" : "doctor.look")}</button>
+      <button type="submit" class={first ? "go" : ""} disabled={looking}>{say(looking ? "doctor.running" : "doctor.look")}</button>
       {refused !== "" && <p class="refused" role="alert">{refused}</p>}
     </form>
   );

@@ -3,11 +3,15 @@
 import { useState } from "preact/hooks";
 import type { StandingLine } from "../standing";
 import { useVoice } from "./context";
-import { StartDialog, WHOLE } from "./start";
+import { StartDialog, WHOLE, type Wish } from "./start";
 
 /** Shapes in addition to the words, so that colour is not needed. */
 const MARKS: Record<StandingLine["state"], string> = {
   holds: "✔", does_not_hold: "✖", unknown: "?", none: "○", pending: "…",
+};
+
+const WISHES: Record<NonNullable<StandingLine["action"]>, Partial<Wish>> = {
+  check: { kind: "check" }, calibrate: WHOLE, measure_tcp: { kind: "update" },
 };
 
 /** `small`: a session has priority. `old`: age of the page's data [ms]; 0: current. */
@@ -27,7 +31,7 @@ export function Standing({ line, cell, may, small, old, started }: {
         <button type="button" class={line.state === "holds" ? "" : "go"} onClick={() => become(true)}>{say(`standing.go.${action}`)}</button>
       )}
       {open && action && (
-        <StartDialog last_cell={cell} preset={action === "check" ? { kind: "check" } : WHOLE} close={() => become(false)}
+        <StartDialog last_cell={cell} preset={WISHES[action]} close={() => become(false)}
                      done={() => { become(false); started(); }} />
       )}
     </section>

@@ -4,12 +4,15 @@ import type { ComponentChildren } from "preact";
 import { useLayoutEffect, useRef, useState } from "preact/hooks";
 import { is_good, post, type Answer } from "../request";
 import { resumable } from "../sentence";
-import { KINDS, type Role, type Status } from "../types";
+import type { KINDS, Role, Status } from "../types";
 import type { Say } from "../words";
 import { useVoice } from "./context";
 
+/** Kinds that can be started here: `update` is a calibration on top of the last one, by which the TCP is measured. */
+const WISHES = ["calibrate", "update", "qualify", "find", "dry-run", "check"] as const satisfies readonly ((typeof KINDS)[number] | "update")[];
+
 export interface Wish {
-  kind: (typeof KINDS)[number];
+  kind: (typeof WISHES)[number];
   cell: string;
   touches: string;
   check: string;
@@ -23,6 +26,7 @@ const USUAL: Wish = { kind: "calibrate", cell: "", touches: "50", check: "10", g
 export function run_request(wish: Wish): Record<string, unknown> {
   if (wish.kind === "dry-run")
     return { cell: wish.cell.trim(), kind: wish.kind, touches: Number(wish.touches), check: Number(wish.check) };
+  if (wish.kind === "update") return { cell: wish.cell.trim(), update: true };
   if (wish.kind !== "calibrate") return { cell: wish.cell.trim(), kind: wish.kind };
   const body: Record<string, unknown> = { cell: wish.cell.trim(), check: Number(wish.check) };
   const goal = Number(wish.goal.replace(",", "."));
@@ -101,10 +105,11 @@ export function StartDialog({ last_cell, preset, done, close }: {
         {say("start.kind")}
         <select name="kind" value={wish.kind}
                 onChange={(event) => become({ ...wish, kind: event.currentTarget.value as Wish["kind"] })}>
-          {KINDS.map((kind) => <option key={kind} value={kind}>{say(`start.kind.${kind}`)}</option>)}
+          {WISHES.map((kind) => <option key={kind} value={kind}>{say(`start.kind.${kind}`)}</option>)}
         </select>
       </label>
       {field("cell", "text")}
+      {wish.kind === "update" && <p class="note">{say("start.update")}</p>}
       {(wish.kind === "calibrate" || wish.kind === "dry-run") && (
         <div class="pair">{field("touches", "number")}{field("check", "number")}</div>
       )}
