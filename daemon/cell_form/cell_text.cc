@@ -14,6 +14,7 @@
 #include "calib/files/toml.h"
 #include "calib/model/units.h"
 #include "calib/plan/cell_check.h"
+#include "daemon/cell_form/dcc_reading.h"
 
 namespace cellcal::daemon {
 
@@ -494,6 +495,7 @@ void refuse_micrometres(const calib::CsvTable& table, const char* column, double
 }  // namespace
 
 std::vector<SphereForm> spheres_in(std::string_view csv, const std::string& file) {
+  if (is_xml(csv)) return spheres_in_dcc(csv, file);
   return rows(csv, file,
               {"id", "diameter_mm", "diameter_sigma_mm", "x_mm", "y_mm", "z_mm", "centre_sigma_mm",
                "serial", "certificate", "certificate_date"},
@@ -513,6 +515,7 @@ std::vector<SphereForm> spheres_in(std::string_view csv, const std::string& file
 }
 
 std::vector<LengthForm> certificate_in(std::string_view csv, const std::string& file) {
+  if (is_xml(csv)) return lengths_in_dcc(csv, file);
   return rows(csv, file, {"from", "to", "mm", "sigma_mm", "certificate", "certificate_date"},
               [](const calib::CsvTable& table, const std::string& name) {
                 LengthForm length;
@@ -528,11 +531,11 @@ std::vector<LengthForm> certificate_in(std::string_view csv, const std::string& 
 }
 
 std::vector<SphereForm> load_spheres(const std::filesystem::path& csv) {
-  return spheres_in(calib::read_file(csv, kMostBytes), csv.string());
+  return spheres_in(calib::read_file(csv, kMostCertificateBytes), csv.string());
 }
 
 std::vector<LengthForm> load_certificate(const std::filesystem::path& csv) {
-  return certificate_in(calib::read_file(csv, kMostBytes), csv.string());
+  return certificate_in(calib::read_file(csv, kMostCertificateBytes), csv.string());
 }
 
 }  // namespace cellcal::daemon

@@ -263,9 +263,10 @@ void add_new_cell_command(CLI::App& app, int& status) {
       ->check(CLI::Range(0.0, 1e3));
   command->add_option("--spheres", given->spheres,
                       "CSV: id,diameter_mm and, where known, diameter_sigma_mm,x_mm,y_mm,z_mm, "
-                      "centre_sigma_mm");
+                      "centre_sigma_mm; or their Digital Calibration Certificate (XML)");
   command->add_option("--certificate", given->certificate,
-                      "CSV of certified lengths: from,to,mm,sigma_mm");
+                      "CSV of certified lengths: from,to,mm,sigma_mm; or their Digital Calibration "
+                      "Certificate (XML)");
   command->add_flag("--force", given->force, "Replace an existing file");
   command->add_flag("--json", given->json, "Print the result as JSON");
   command->callback([given, &status] { status = new_cell(*given, std::cin, std::cerr); });
@@ -274,6 +275,10 @@ void add_new_cell_command(CLI::App& app, int& status) {
 namespace {
 
 constexpr std::size_t kMostSpheres = 100;
+bool is_file_of_values(const std::string& answer) {
+  return answer.ends_with(".csv") || answer.ends_with(".xml");
+}
+
 constexpr const char* kListsThem = "; ? lists those that come with cellcal";
 
 std::vector<calib::NamedRobot> robots_by_name() {
@@ -461,7 +466,7 @@ bool Dialogue::sphere() {
           "{}: diameter and 1 sigma of it, mm ({})", sphere.id,
           first ? "or a CSV file with all spheres" : "= as the one before; empty: no more spheres"),
       [&](const std::string& answer) {
-        if (first && answer.ends_with(".csv")) {
+        if (first && is_file_of_values(answer)) {
           form_.spheres = load_spheres(answer);
           look();
           more = false;
@@ -495,7 +500,7 @@ bool Dialogue::length(const std::string& from, const std::string& to) {
                   form_.lengths.empty() ? "; or a CSV file with all" : ""),
       [&](const std::string& answer) {
         if (answer.empty()) return;
-        if (answer.ends_with(".csv")) {
+        if (is_file_of_values(answer)) {
           form_.lengths = load_certificate(answer);
           all = true;
         } else {

@@ -1,4 +1,4 @@
-// Any text as a certificate, a list of spheres, and a cell file whose tool is set: refused with FileError, or read so
+// Any text as a certificate (CSV, or XML of a DCC), a list of spheres, and a cell file whose tool is set: refused with FileError, or read so
 // that its numbers are those of a certificate; what is set is a line of its own.
 
 #include <cmath>

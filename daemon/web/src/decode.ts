@@ -325,6 +325,7 @@ function drift_point(value: unknown): DriftPoint | null {
     session: count(all.session), timeS, state, holds: truth(all.holds),
     leftOut: typeof all.left_out === "string" ? words(all.left_out) : null,
     offMm: point(all.off_mm), ewma: number(all.ewma) ?? 0, cusum: number(all.cusum) ?? 0, share: number(all.share) ?? 0,
+    temperatureC: number(all.temperature_c),
   };
 }
 function drift_trend(value: unknown): DriftTrend | null {

@@ -336,6 +336,7 @@ export interface DriftPoint {
   /** Relative to the nearer alarm limit. */
   share: number;
   state: DriftState;
+  temperatureC: number | null;
 }
 export interface DriftTrend {
   shape: "step" | "creep";

@@ -105,7 +105,7 @@ const chart = (more: object = {}) => ({
   calibration: 7, state: "alarms", advice: "re_measure_tcp", counted: 2, least: 5,
   warns: { ewma: 3, cusum: 4, run_length: 200 }, alarms: { ewma: 4, cusum: 5, run_length: 1000 }, course: null,
   points: [
-    { session: 9, time_s: 2e9, left_out: null, off_mm: [0.3, 0.4, 0], ewma: 4, cusum: 1, share: 1, state: "alarms" },
+    { session: 9, time_s: 2e9, left_out: null, off_mm: [0.3, 0.4, 0], ewma: 4, cusum: 1, share: 1, state: "alarms", temperature_c: 21.5 },
     { session: 8, time_s: 1e9, left_out: null, off_mm: [0, 0, 0], ewma: 1, cusum: 1, share: 0.2, state: "in_control" },
   ], ...more,
 });
@@ -115,6 +115,7 @@ test("a control chart is taken whole, in the order of time, and not at all witho
   assert.ok(got);
   assert.deepEqual(plotted(got.points).map((one) => one.session), [8, 9]);
   assert.equal(off_mm(got), 0.5);
+  assert.deepEqual(got.points.map((one) => one.temperatureC).sort(), [null, 21.5].sort());
   for (const alarms of [null, {}, { ewma: 0, cusum: 5 }, { ewma: "4", cusum: 5 }, { ewma: -1, cusum: 5 }])
     assert.equal(decode.drift({ checks: chart({ alarms }) }).checks, null);
   assert.equal(decode.drift({ checks: chart({ state: "levitates" }) }).checks, null);

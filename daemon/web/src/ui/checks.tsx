@@ -67,6 +67,10 @@ export function Checks({ chart, controller }: { chart: DriftChart; controller: A
     { label: say("checks.failed"), colour: "abort", marks: "square",
       values: points.map((point) => (point.holds === false ? Math.max(1, point.share) : null)) },
   ], [points, chart, say]);
+  const warmth = useMemo((): Line[] => [
+    { label: say("checks.temperature"), colour: "next", values: points.map((point) => point.temperatureC) },
+  ], [points, say]);
+  const measured_warmth = points.filter((point) => point.temperatureC !== null).length > 1;
   const { trend } = chart;
   const left_out = chart.points.length - chart.counted;
   return (
@@ -92,6 +96,10 @@ export function Checks({ chart, controller }: { chart: DriftChart; controller: A
                  y_label={say("checks.off")} lines={places} from={null} />
           <Chart label={say("checks.label.limit", { n: counted })} x={x} x_label={say("checks.date")} time
                  y_label={say("checks.share")} lines={statistics} />
+          {measured_warmth && (
+            <Chart label={say("checks.temperature")} x={x} x_label={say("checks.date")} time
+                   y_label={say("checks.temperature")} lines={warmth} from={null} />
+          )}
         </div>
       )}
       {chart.counted > 0 && (

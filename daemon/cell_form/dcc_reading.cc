@@ -1,0 +1,382 @@
+#include "daemon/cell_form/dcc_reading.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <pugixml.hpp>
+#include <regex>
+#include <set>
+
+#include "calib/files/text.h"
+#include "calib/model/error.h"
+#include "calib/model/units.h"
+#include "calib/plan/cell_check.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using pugi::xml_node;
+
+constexpr std::size_t kMostQuantities = 1000, kMostShown = 5;
+constexpr int kDeepest = 60;
+/// Longer names are cut before they are searched.
+constexpr std::size_t kMostNameBytes = 300;
+constexpr double kSmallestMm = 1e-3, kLargestMm = 1e5;
+
+/// Without the prefix of its namespace, which issuers may choose.
+std::string_view local_name(const xml_node& node) {
+  const std::string_view name = node.name();
+  return name.substr(name.find(':') == std::string_view::npos ? 0 : name.find(':') + 1);
+}
+
+xml_node child(const xml_node& of, std::string_view name) {
+  for (const xml_node& one : of.children())
+    if (local_name(one) == name) return one;
+  return {};
+}
+
+xml_node along(xml_node from, std::initializer_list<std::string_view> names) {
+  for (const std::string_view name : names) from = child(from, name);
+  return from;
+}
+
+std::string text_of(const xml_node& node) { return std::string(calib::trimmed(node.text().get())); }
+
+/// <dcc:name> in all its languages.
+std::string name_of(const xml_node& node) {
+  std::string all;
+  for (const xml_node& content : child(node, "name").children())
+    all += (all.empty() ? "" : "; ") + text_of(content);
+  return std::string(calib::beginning(all, kMostNameBytes));
+}
+
+bool has_word(const std::string& text, const char* words) {
+  return std::regex_search(text, std::regex(words, std::regex::icase));
+}
+
+/// A length as certified.
+struct Certified {
+  xml_node node;
+  std::string name;    ///< of the quantity, and what it is part of
+  std::string serial;  ///< of its item, where it is known
+  double mm = 0.0;
+  std::optional<double> sigma_mm;
+};
+
+class Certificate {
+ public:
+  Certificate(std::string_view text, std::string file);
+
+  std::vector<SphereForm> spheres() const;
+  std::vector<LengthForm> lengths() const;
+
+ private:
+  struct Context {
+    std::string name;
+    std::string item;  ///< id of the item referred to
+  };
+  [[noreturn]] void fail(const std::string& words) const {
+    throw calib::FileError(file_, ": " + words);
+  }
+  [[noreturn]] void fail(const xml_node& node, const std::string& words) const;
+  void read_items(const xml_node& items);
+  void collect(const xml_node& node, const Context& context, int depth);
+  void take(const xml_node& quantity, const Context& context);
+  double number(const xml_node& node, const char* what) const;
+  std::optional<double> sigma_of(const xml_node& real, double per_unit) const;
+  std::string listed(const std::vector<const Certified*>& found) const;
+  std::vector<const Certified*> certified(const char* words, const char* what) const;
+
+  std::string_view text_;
+  std::string file_;
+  pugi::xml_document xml_;
+  CertificateForm of_;
+  std::map<std::string, std::string> serials_;  ///< by the item's id
+  std::string only_serial_;                     ///< of the only item
+  std::vector<Certified> all_;
+};
+
+void Certificate::fail(const xml_node& node, const std::string& words) const {
+  const auto end = std::clamp<std::ptrdiff_t>(node.offset_debug(), 0, std::ssize(text_));
+  throw calib::FileError(
+      file_,
+      fmt::format(":{}: {}", 1 + std::count(text_.begin(), text_.begin() + end, '\n'), words));
+}
+
+Certificate::Certificate(std::string_view text, std::string file)
+    : text_(text), file_(std::move(file)) {
+  if (text.size() > kMostCertificateBytes) fail("has more than 16 MB");
+  // pugixml skips a document type and knows the five entities of XML alone.
+  const auto parsed =
+      xml_.load_buffer(text.data(), text.size(), pugi::parse_default, pugi::encoding_auto);
+  if (!parsed) {
+    const auto end = std::clamp<std::ptrdiff_t>(parsed.offset, 0, std::ssize(text));
+    throw calib::FileError(
+        file_,
+        fmt::format(":{}: is not XML: {}", 1 + std::count(text.begin(), text.begin() + end, '\n'),
+                    parsed.description()));
+  }
+  const xml_node root = xml_.document_element();
+  if (local_name(root) != "digitalCalibrationCertificate")
+    fail(fmt::format("is XML, but no Digital Calibration Certificate: its root is <{}>",
+                     calib::shown(root.name())));
+  const xml_node core = along(root, {"administrativeData", "coreData"});
+  of_.number = text_of(child(core, "uniqueIdentifier"));
+  if (const std::string by =
+          name_of(along(root, {"administrativeData", "calibrationLaboratory", "contact"}));
+      !by.empty())
+    of_.number += (of_.number.empty() ? "" : ", ") + by;
+  constexpr std::size_t kLongest = 200, kDay = 10;
+  of_.number = calib::shown(calib::beginning(of_.number, kLongest), kLongest);
+  for (const char* date : {"issueDate", "endPerformanceDate", "beginPerformanceDate"})
+    if (of_.date.empty()) of_.date = text_of(child(core, date)).substr(0, kDay);
+  read_items(along(root, {"administrativeData", "items"}));
+  for (const xml_node& result : child(root, "measurementResults").children())
+    for (const xml_node& one : child(result, "results").children())
+      collect(one, {"", result.attribute("refId").value()}, 0);
+}
+
+std::string serial_of(const xml_node& item) {
+  std::string first;
+  for (const xml_node& one : child(item, "identifications").children()) {
+    const std::string value = text_of(child(one, "value"));
+    if (has_word(name_of(one), "serial|serien")) return value;
+    if (first.empty() && text_of(child(one, "issuer")) == "manufacturer") first = value;
+  }
+  return first;
+}
+
+void Certificate::read_items(const xml_node& items) {
+  int count = 0;
+  for (const xml_node& item : items.children()) {
+    if (local_name(item) != "item") continue;
+    ++count;
+    only_serial_ = serial_of(item);
+    serials_[item.attribute("id").value()] = only_serial_;
+    for (const xml_node& part : child(item, "subItems").children())
+      serials_[part.attribute("id").value()] = serial_of(part);
+  }
+  if (count != 1) only_serial_.clear();
+  serials_.erase("");
+}
+
+/// What is not a result of its own: conditions, limits, methods.
+bool is_aside(std::string_view name) {
+  return name == "measurementMetaData" || name == "influenceConditions" || name == "usedMethods" ||
+         name == "measuringEquipments";
+}
+
+void Certificate::collect(const xml_node& node, const Context& context, int depth) {
+  if (depth > kDeepest) fail(node, "is nested deeper than any certificate");
+  if (is_aside(local_name(node))) return;
+  Context inner = context;
+  if (const std::string name = name_of(node); !name.empty())
+    inner.name += (inner.name.empty() ? "" : " / ") + name;
+  inner.name = calib::beginning(inner.name, kMostNameBytes);
+  if (const auto refers = node.attribute("refId"); refers) inner.item = refers.value();
+  if (local_name(node) == "quantity") return take(node, inner);
+  for (const xml_node& one : node.children()) collect(one, inner, depth + 1);
+}
+
+/// Millimetres per unit of D-SI; empty: no length.
+std::optional<double> mm_per(const std::string& unit) {
+  static const std::map<std::string, double> kUnits{
+      {"\\metre", 1e3},        {"\\meter", 1e3},         {"\\centi\\metre", 10.0},
+      {"\\milli\\metre", 1.0}, {"\\micro\\metre", 1e-3}, {"\\nano\\metre", 1e-6}};
+  const auto found = kUnits.find(unit);
+  return found == kUnits.end() ? std::nullopt : std::optional(found->second);
+}
+
+double Certificate::number(const xml_node& node, const char* what) const {
+  const std::string text = text_of(node);
+  const char* const from = text.data() + (text.starts_with('+') ? 1 : 0);
+  double value = 0.0;
+  const auto [at, error] = std::from_chars(from, text.data() + text.size(), value);
+  if (error != std::errc() || at != text.data() + text.size() || !std::isfinite(value))
+    fail(node, fmt::format("{} \"{}\" is not a number", what, calib::shown(text)));
+  return value;
+}
+
+std::optional<double> Certificate::sigma_of(const xml_node& real, double per_unit) const {
+  const auto positive = [&](const xml_node& node, const char* what) {
+    const double value = number(node, what);
+    if (!(value > 0.0)) fail(node, fmt::format("{} must be above 0", what));
+    return value;
+  };
+  const xml_node univariate = child(real, "measurementUncertaintyUnivariate");
+  for (const auto& [expanded, name] :
+       {std::pair{child(real, "expandedUnc"), "uncertainty"},
+        std::pair{child(univariate, "expandedMU"), "valueExpandedMU"}}) {
+    if (!expanded) continue;
+    const xml_node k = child(expanded, "coverageFactor");
+    if (!k) fail(expanded, "states no coverageFactor: no sigma follows from it");
+    return positive(child(expanded, name), "the uncertainty") * per_unit /
+           positive(k, "the coverage factor");
+  }
+  for (const xml_node& standard : {along(univariate, {"standardMU", "valueStandardMU"}),
+                                   along(univariate, {"coverageIntervalMU", "valueStandardMU"}),
+                                   along(real, {"coverageInterval", "standardUnc"})})
+    if (standard) return positive(standard, "the standard uncertainty") * per_unit;
+  return std::nullopt;
+}
+
+void Certificate::take(const xml_node& quantity, const Context& context) {
+  std::vector<xml_node> reals;
+  for (const xml_node& one : quantity.children()) {
+    if (local_name(one) == "real") reals.push_back(one);
+    if (local_name(one) != "hybrid") continue;
+    for (const xml_node& part : one.children())
+      if (local_name(part) == "real") reals.push_back(part);
+  }
+  for (const xml_node& real : reals) {
+    const auto per_unit = mm_per(text_of(child(real, "unit")));
+    if (!per_unit) continue;
+    if (all_.size() == kMostQuantities) fail("has more than 1000 lengths");
+    Certified found{quantity, context.name, only_serial_, 0.0, {}};
+    if (const auto item = serials_.find(context.item); item != serials_.end())
+      found.serial = item->second;
+    found.mm = number(child(real, "value"), "the value") * *per_unit;
+    found.sigma_mm = sigma_of(real, *per_unit);
+    all_.push_back(std::move(found));
+    return;
+  }
+}
+
+std::string Certificate::listed(const std::vector<const Certified*>& found) const {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(found.size(), kMostShown); ++i)
+    text += fmt::format("{}\"{}\" {:.6f} mm, sigma {:.6f} mm", i == 0 ? "" : "; ",
+                        calib::shown(found[i]->name, 60), found[i]->mm,
+                        found[i]->sigma_mm.value_or(0.0));
+  return text + (found.size() > kMostShown ? "; ..." : "");
+}
+
+/// Measured values whose name has one of the words; those without an uncertainty are nominal.
+std::vector<const Certified*> Certificate::certified(const char* words, const char* what) const {
+  std::vector<const Certified*> found;
+  const Certified* bare = nullptr;
+  for (const Certified& one : all_) {
+    const std::string own =
+        name_of(one.node) + " " +
+        std::string(calib::beginning(one.node.attribute("refType").value(), kMostNameBytes));
+    if (!has_word(own, words) && !has_word(one.name, words)) continue;
+    if (has_word(own,
+                 "nominal|nenn|deviation|abweichung|error|toleran|limit|form|roundness|rundheit"))
+      continue;
+    if (!one.sigma_mm) {
+      bare = &one;
+      continue;
+    }
+    if (*one.sigma_mm > calib::kMostCertifiedSigmaM * calib::kMmPerM)
+      fail(one.node, fmt::format("sigma {:.3f} mm is above any certificate's", *one.sigma_mm));
+    if (!(one.mm >= kSmallestMm && one.mm <= kLargestMm))
+      fail(one.node, fmt::format("{:g} mm is not the {} of an artefact", one.mm, what));
+    found.push_back(&one);
+  }
+  if (found.empty() && bare != nullptr)
+    fail(bare->node,
+         fmt::format("\"{}\" states no uncertainty (si:expandedUnc or "
+                     "si:measurementUncertaintyUnivariate): enter it as CSV with its sigma",
+                     calib::shown(bare->name, 60)));
+  if (found.empty())
+    fail(fmt::format("no {} with an uncertainty among its results ({} other lengths)", what,
+                     all_.size()));
+  return found;
+}
+
+/// "S1", "sphere 1", "Kugel 1", "ball B2": ids of targets in a name, each once.
+std::vector<std::string> ids_in(const std::string& name) {
+  static const std::regex kId(
+      R"((?:(?:sphere|kugel|ball)\s*(?:no\.?|nr\.?)?\s*([A-Za-z]?\d{1,3})\b)|\b([A-Za-z]\d{1,3})\b)",
+      std::regex::icase);
+  std::vector<std::string> ids;
+  for (std::sregex_iterator at(name.begin(), name.end(), kId), end; at != end; ++at) {
+    std::string id = (*at)[1].matched ? (*at)[1].str() : (*at)[2].str();
+    if (std::isdigit(static_cast<unsigned char>(id[0])) != 0) id = "S" + id;
+    id[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(id[0])));
+    if (std::ranges::find(ids, id) == ids.end()) ids.push_back(id);
+  }
+  return ids;
+}
+
+constexpr const char* kAsCsv = "as CSV: id,diameter_mm,diameter_sigma_mm,serial,certificate";
+
+std::vector<SphereForm> Certificate::spheres() const {
+  const auto found = certified("diameter|durchmesser", "diameter");
+  std::vector<SphereForm> all;
+  std::set<std::string> taken;
+  for (const Certified* one : found) {
+    const std::vector<std::string> ids = ids_in(one->name);
+    SphereForm sphere;
+    sphere.diameter_mm = one->mm;
+    sphere.diameter_sigma_mm = *one->sigma_mm;
+    sphere.serial = one->serial;
+    sphere.certificate = of_;
+    if (ids.size() == 1)
+      sphere.id = ids[0];
+    else if (!one->serial.empty())
+      sphere.id = calib::shown(one->serial);
+    else if (found.size() == 1)
+      sphere.id = "S1";
+    else
+      fail(one->node,
+           fmt::format(
+               "{} diameters, and neither names nor serial numbers tell of which sphere: {}. "
+               "Choose, and enter them {}",
+               found.size(), listed(found), kAsCsv));
+    if (!taken.insert(sphere.id).second)
+      fail(one->node, fmt::format("two diameters of {}: {}. Choose one, and enter it {}",
+                                  calib::shown(sphere.id), listed(found), kAsCsv));
+    all.push_back(std::move(sphere));
+  }
+  return all;
+}
+
+std::vector<LengthForm> Certificate::lengths() const {
+  const auto found =
+      certified("distance|abstand|length|l.{1,2}nge|centre|center", "distance of two centres");
+  std::vector<LengthForm> all;
+  for (const Certified* one : found) {
+    if (has_word(one->name, "diameter|durchmesser")) continue;
+    const std::vector<std::string> ids = ids_in(one->name);
+    if (ids.size() != 2)
+      fail(one->node,
+           fmt::format(
+               "\"{}\" does not name its two spheres (as in \"distance S1-S2\"): {}. Enter the "
+               "lengths as CSV: from,to,mm,sigma_mm,certificate",
+               calib::shown(one->name, 60), listed(found)));
+    const bool again = std::ranges::any_of(all, [&](const LengthForm& other) {
+      return (other.from == ids[0] && other.to == ids[1]) ||
+             (other.from == ids[1] && other.to == ids[0]);
+    });
+    if (again)
+      fail(one->node, fmt::format("two lengths {}-{}: {}. Choose one, and enter it as CSV: "
+                                  "from,to,mm,sigma_mm,certificate",
+                                  ids[0], ids[1], listed(found)));
+    all.push_back({ids[0], ids[1], one->mm, *one->sigma_mm, of_});
+  }
+  if (all.empty()) fail("no distance of two centres among its results");
+  return all;
+}
+
+}  // namespace
+
+bool is_xml(std::string_view text) {
+  if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
+  return calib::trimmed(text).starts_with('<');
+}
+
+std::vector<SphereForm> spheres_in_dcc(std::string_view xml, const std::string& name) {
+  return Certificate(xml, name).spheres();
+}
+
+std::vector<LengthForm> lengths_in_dcc(std::string_view xml, const std::string& name) {
+  return Certificate(xml, name).lengths();
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,205 @@
+// Digital Calibration Certificates as the issuers write them, and as nobody should.
+
+#include "daemon/cell_form/dcc_reading.h"
+
+#include <gtest/gtest.h>
+
+#include "calib/model/error.h"
+#include "daemon/cell_form/cell_text.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+/// Expanded uncertainty 0.4 um, k = 2, in either spelling.
+const std::string kOldU =
+    "<si:expandedUnc><si:uncertainty>0.4</si:uncertainty><si:coverageFactor>2</si:coverageFactor>"
+    "<si:coverageProbability>0.95</si:coverageProbability></si:expandedUnc>";
+const std::string kNewU =
+    "<si:measurementUncertaintyUnivariate><si:expandedMU><si:valueExpandedMU>0.4</si:valueExpandedMU>"
+    "<si:coverageFactor>2</si:coverageFactor></si:expandedMU></si:measurementUncertaintyUnivariate>";
+
+std::string quantity(const std::string& name, const std::string& value,
+                     const std::string& uncertainty, const std::string& unit = "\\micro\\metre",
+                     const std::string& attributes = "") {
+  return "<dcc:quantity " + attributes + "><dcc:name><dcc:content lang=\"en\">" + name +
+         "</dcc:content></dcc:name><si:real><si:value>" + value + "</si:value><si:unit>" + unit +
+         "</si:unit>" + uncertainty + "</si:real></dcc:quantity>\n";
+}
+
+std::string item(const std::string& serial, const std::string& id) {
+  return "<dcc:item id=\"" + id +
+         "\"><dcc:name><dcc:content>ceramic sphere</dcc:content></dcc:name>" +
+         "<dcc:identifications><dcc:identification><dcc:issuer>customer</dcc:issuer><dcc:value>inventory 9"
+         "</dcc:value></dcc:identification><dcc:identification><dcc:issuer>manufacturer</dcc:issuer><dcc:value>" +
+         serial + "</dcc:value></dcc:identification></dcc:identifications></dcc:item>\n";
+}
+
+std::string dcc(const std::string& quantities, const std::string& items = item("K-77", "item1")) {
+  return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<dcc:digitalCalibrationCertificate "
+         "xmlns:dcc=\"https://ptb.de/dcc\" xmlns:si=\"https://ptb.de/si\" schemaVersion=\"3.2.1\">"
+         "<dcc:administrativeData><dcc:coreData><dcc:uniqueIdentifier>D-K 4711</dcc:uniqueIdentifier>"
+         "<dcc:endPerformanceDate>2026-04-01</dcc:endPerformanceDate></dcc:coreData><dcc:items>" +
+         items +
+         "</dcc:items><dcc:calibrationLaboratory><dcc:contact><dcc:name><dcc:content>Lab 1</dcc:content></dcc:name>"
+         "</dcc:contact></dcc:calibrationLaboratory></dcc:administrativeData><dcc:measurementResults>"
+         "<dcc:measurementResult><dcc:influenceConditions><dcc:influenceCondition><dcc:data>" +
+         quantity("diameter of the chamber", "3", "", "\\metre") +
+         "</dcc:data></dcc:influenceCondition></dcc:influenceConditions><dcc:results><dcc:result>"
+         "<dcc:name><dcc:content>results</dcc:content></dcc:name><dcc:data><dcc:list>\n" +
+         quantities +
+         "</dcc:list></dcc:data></dcc:result></dcc:results></dcc:measurementResult></dcc:measurementResults>"
+         "</dcc:digitalCalibrationCertificate>";
+}
+
+std::string refusal(const std::string& xml, bool lengths = false) {
+  try {
+    if (lengths)
+      (void)certificate_in(xml, "given.xml");
+    else
+      (void)spheres_in(xml, "given.xml");
+    return "";
+  } catch (const calib::FileError& refused) {
+    return refused.what();
+  }
+}
+
+TEST(a_dcc, of_one_sphere_gives_diameter_sigma_serial_number_and_certificate) {
+  for (const std::string& u : {kOldU, kNewU}) {
+    const auto spheres = spheres_in(
+        dcc(quantity("nominal diameter", "50000", "") + quantity("diameter", "49998.25", u) +
+            quantity("form deviation of the diameter", "0.08", u) +
+            quantity("mass", "1", u, "\\kilogram")),
+        "given.xml");
+    ASSERT_EQ(spheres.size(), 1u);
+    EXPECT_EQ(spheres[0].id, "K-77");
+    EXPECT_EQ(spheres[0].serial, "K-77");
+    EXPECT_DOUBLE_EQ(spheres[0].diameter_mm, 49.99825);
+    EXPECT_DOUBLE_EQ(spheres[0].diameter_sigma_mm, 0.0002);
+    EXPECT_EQ(spheres[0].certificate.number, "D-K 4711, Lab 1");
+    EXPECT_EQ(spheres[0].certificate.date, "2026-04-01");
+    EXPECT_FALSE(spheres[0].centre_mm);
+  }
+}
+
+TEST(a_dcc, states_lengths_in_any_multiple_of_the_metre_and_under_any_prefix) {
+  const auto mm_of = [](std::string xml) { return spheres_in(xml, "given.xml").at(0).diameter_mm; };
+  const std::string half =
+      "<si:expandedUnc><si:uncertainty>1e-9</si:uncertainty><si:coverageFactor>2"
+      "</si:coverageFactor></si:expandedUnc>";
+  EXPECT_DOUBLE_EQ(mm_of(dcc(quantity("diameter", "0.05", half, "\\metre"))), 50.0);
+  EXPECT_DOUBLE_EQ(mm_of(dcc(quantity("Durchmesser", "50", half, "\\milli\\metre"))), 50.0);
+  std::string other = dcc(quantity("diameter", "50", half, "\\milli\\metre"));
+  for (std::size_t at = 0; (at = other.find("dcc:", at)) != std::string::npos;)
+    other.replace(at, 4, "c:");
+  EXPECT_DOUBLE_EQ(mm_of(other), 50.0);
+  std::string hybrid = dcc(quantity("diameter", "50", half, "\\milli\\metre"));
+  hybrid.replace(hybrid.find("<si:real><si:value>50"), 9, "<si:hybrid><si:real>");
+  hybrid.replace(hybrid.find("</si:real></dcc:quantity>\n</dcc:list>"), 10,
+                 "</si:real></si:hybrid>");
+  EXPECT_DOUBLE_EQ(mm_of(hybrid), 50.0);
+}
+
+TEST(a_dcc, of_several_spheres_tells_them_apart_by_name_or_by_the_item_referred_to) {
+  const auto named = spheres_in(dcc(quantity("diameter of sphere 1", "50001", kNewU) +
+                                    quantity("Durchmesser Kugel 2", "50002", kNewU) +
+                                    quantity("diameter S3", "50003", kNewU)),
+                                "given.xml");
+  ASSERT_EQ(named.size(), 3u);
+  EXPECT_EQ(named[0].id, "S1");
+  EXPECT_EQ(named[1].id, "S2");
+  EXPECT_EQ(named[2].id, "S3");
+  const auto by_item =
+      spheres_in(dcc(quantity("diameter", "50001", kNewU, "\\micro\\metre", "refId=\"a\"") +
+                         quantity("diameter", "50002", kNewU, "\\micro\\metre", "refId=\"b\""),
+                     item("K-1", "a") + item("K-2", "b")),
+                 "given.xml");
+  ASSERT_EQ(by_item.size(), 2u);
+  EXPECT_EQ(by_item[0].serial, "K-1");
+  EXPECT_EQ(by_item[1].id, "K-2");
+}
+
+TEST(a_dcc, of_a_ball_plate_gives_the_lengths_between_its_spheres) {
+  const auto lengths =
+      certificate_in(dcc(quantity("diameter S1", "30000", kNewU) +
+                         quantity("centre distance S1-S2", "400000.1", kNewU) +
+                         quantity("distance sphere 1 to sphere 3", "500000", kNewU)),
+                     "given.xml");
+  ASSERT_EQ(lengths.size(), 2u);
+  EXPECT_EQ(lengths[0].from, "S1");
+  EXPECT_EQ(lengths[0].to, "S2");
+  EXPECT_DOUBLE_EQ(lengths[0].mm, 400.0001);
+  EXPECT_DOUBLE_EQ(lengths[0].sigma_mm, 0.0002);
+  EXPECT_EQ(lengths[1].to, "S3");
+}
+
+TEST(a_dcc, that_leaves_open_which_sphere_a_value_is_of_is_refused_with_what_to_choose) {
+  const std::string two =
+      quantity("diameter", "50001", kNewU) + quantity("diameter", "50002", kNewU);
+  for (const std::string& items : {std::string(), item("K-1", "a") + item("K-2", "b")}) {
+    const std::string words = refusal(dcc(two, items));
+    EXPECT_NE(words.find("2 diameters"), std::string::npos) << words;
+    EXPECT_NE(words.find("50.002000 mm"), std::string::npos) << words;
+    EXPECT_NE(words.find("CSV"), std::string::npos) << words;
+  }
+  EXPECT_NE(refusal(dcc(two)).find("two diameters of K-77"), std::string::npos);
+  EXPECT_NE(refusal(dcc(quantity("centre distance", "400000", kNewU)), true)
+                .find("does not name its two"),
+            std::string::npos);
+  EXPECT_NE(refusal(dcc(quantity("distance S1-S2", "400000", kNewU) +
+                        quantity("distance S2-S1", "400001", kNewU)),
+                    true)
+                .find("two lengths S2-S1"),
+            std::string::npos);
+}
+
+TEST(a_dcc, without_what_a_sigma_needs_is_refused_by_line) {
+  const auto with = [](const std::string& u) {
+    return refusal(dcc(quantity("diameter", "50001", u)));
+  };
+  EXPECT_NE(with("").find("states no uncertainty"), std::string::npos);
+  EXPECT_NE(with("<si:expandedUnc><si:uncertainty>1</si:uncertainty></si:expandedUnc>")
+                .find("coverageFactor"),
+            std::string::npos);
+  EXPECT_NE(
+      with(
+          "<si:expandedUnc><si:uncertainty>1</si:uncertainty><si:coverageFactor>0</si:coverageFactor>"
+          "</si:expandedUnc>")
+          .find("given.xml:5: the coverage factor"),
+      std::string::npos);
+  for (const char* bad : {"nan", "inf", "-1", "1,5", "1e999", ""})
+    EXPECT_NE(with(std::string("<si:expandedUnc><si:uncertainty>") + bad +
+                   "</si:uncertainty><si:coverageFactor>2</si:coverageFactor></si:expandedUnc>"),
+              "")
+        << bad;
+  EXPECT_NE(
+      refusal(dcc(quantity("diameter", "50", kNewU, "\\metre"))).find("above any certificate"),
+      std::string::npos);
+  EXPECT_NE(refusal(dcc(quantity("diameter", "0", kNewU))).find("not the diameter"),
+            std::string::npos);
+}
+
+TEST(foreign_xml, is_refused_by_name_and_no_entity_is_expanded) {
+  EXPECT_NE(refusal("<robot/>").find("no Digital Calibration Certificate"), std::string::npos);
+  EXPECT_NE(refusal("<dcc:digitalCalibrationCertificate>").find("is not XML"), std::string::npos);
+  EXPECT_NE(refusal(dcc("")).find("no diameter"), std::string::npos);
+  const std::string bomb =
+      "<!DOCTYPE d [<!ENTITY a \"aaaaaaaaaa\"><!ENTITY b \"&a;&a;&a;&a;\"><!ENTITY c SYSTEM \"file:///etc/passwd\">]>" +
+      dcc(quantity("diameter S1 &b; &c;", "50001", kNewU))
+          .substr(std::string("<?xml version=\"1.0\" encoding=\"UTF-8\"?>").size());
+  EXPECT_EQ(spheres_in(bomb, "given.xml").at(0).id, "S1");
+  std::string deep;
+  for (int i = 0; i < 100; ++i) deep += "<dcc:list>";
+  deep += quantity("diameter", "50001", kNewU);
+  for (int i = 0; i < 100; ++i) deep += "</dcc:list>";
+  EXPECT_NE(refusal(dcc(deep)).find("nested deeper"), std::string::npos);
+  EXPECT_NE(refusal("<" + std::string(17u << 20, 'x')).find("16 MB"), std::string::npos);
+  std::string many;
+  for (int i = 0; i < 1001; ++i) many += quantity("diameter", "50001", kNewU);
+  EXPECT_NE(refusal(dcc(many)).find("1000"), std::string::npos);
+  const std::string whole = dcc(quantity("diameter of sphere 1", "50001", kNewU));
+  for (std::size_t end = 1; end < whole.size(); end += 37)
+    EXPECT_NE(refusal(whole.substr(0, end)), "") << end;
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing
