@@ -1,6 +1,7 @@
 #pragma once
 // Interface of a robot as required for touching: move its axes, stop, and report the position.
-// Angles are the controller's axis angles in radians; time is drivers::TimePoint. No geometry.
+// Angles are the controller's axis angles in radians, base to flange; time is drivers::TimePoint. No
+// geometry. A linear unit that carries the arm is the first axis: metres where a name has radians.
 //
 // Threads: all functions are called from one thread (the session's). An implementation may run its
 // own thread for the controller's cycle. Nothing blocks.
@@ -21,7 +22,7 @@ namespace cellcal::drivers {
 
 inline constexpr std::size_t kMaxAxes = 12;  // six plus six external, as transmitted
 
-/// Axis angles [rad] without allocation, for the cycle.
+/// Axis angles [rad], of a linear unit its position [m], without allocation, for the cycle.
 using AxisAngles = boost::container::static_vector<double, kMaxAxes>;
 
 struct AxisLimit {
@@ -29,6 +30,7 @@ struct AxisLimit {
   double max_speed_rad_s = 0.0;
   double max_acceleration_rad_s2 = 0.0;
   double max_jerk_rad_s3 = 0.0;
+  bool linear = false;  ///< a linear unit's, in metres; first
 };
 
 enum class MoveKind {
@@ -179,6 +181,7 @@ struct RobotQuality {
 
 struct RobotState {
   RobotLink link = RobotLink::kDown;
+  bool linear_unit = false;  ///< the first axis is a linear unit's
   AxisAngles actual_rad;
   AxisAngles commanded_rad;
   /// The controller's active TCP in its active base at actual_rad, by its own model of the arm;

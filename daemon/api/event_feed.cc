@@ -172,7 +172,7 @@ void EventFeed::examine_joints() {
   seen_ = status.links;
   if (status.links->robot.actual_rad.empty()) return;
   ++joints_.number;
-  joints_.text = event("robot", "", joints_to_json(status.session, seen_->robot.actual_rad));
+  joints_.text = event("robot", "", joints_to_json(status.session, seen_->robot));
 }
 
 namespace {
@@ -270,20 +270,23 @@ json to_json(const std::shared_ptr<const LinkReport>& links) {
           {"contact", to_json(links->contact)}};
 }
 
+/// Degrees, of a linear unit millimetres.
 template <class Angles>
-json degrees(const Angles& angles_rad) {
+json shown_joints(const Angles& angles_rad, bool linear_unit) {
   json list = json::array();
-  for (const double angle : angles_rad) list.push_back(angle * calib::kDegPerRad);
+  for (const double angle : angles_rad)
+    list.push_back(angle *
+                   (linear_unit && list.empty() ? calib::kMmPerM : calib::kDegPerRad));
   return list;
 }
 
 }  // namespace
 
-nlohmann::json touch_json(std::size_t index, const calib::Touch& touch) {
+nlohmann::json touch_json(std::size_t index, const calib::Touch& touch, bool linear_unit) {
   return {{"index", index},
           {"target", touch.target},
           {"set", to_string(touch.set)},
-          {"joints_deg", degrees(touch.joint_rad)},
+          {"joints_deg", shown_joints(touch.joint_rad, linear_unit)},
           {"time", touch.time},
           {"readings", touch.readings},
           {"spread_mm", touch.spread_m * calib::kMmPerM},
@@ -351,7 +354,7 @@ std::string made_touch_to_json(const MadeTouch& made) {
              {"index", made.index},
              {"target", made.touch.target},
              {"set", to_string(made.touch.set)},
-             {"joints_deg", degrees(made.touch.joint_rad)},
+             {"joints_deg", shown_joints(made.touch.joint_rad, made.linear_unit)},
              {"tip_mm", nullptr},
              {"residual_mm", or_null(made.residual_m, calib::kMmPerM)},
              {"u95_mm", or_null(made.u95_m, calib::kMmPerM)}};
@@ -362,8 +365,9 @@ std::string made_touch_to_json(const MadeTouch& made) {
   return dump(value);
 }
 
-std::string joints_to_json(std::int64_t session, const drivers::AxisAngles& joints_rad) {
-  return dump({{"session", session}, {"joints_deg", degrees(joints_rad)}});
+std::string joints_to_json(std::int64_t session, const drivers::RobotState& robot) {
+  return dump({{"session", session},
+               {"joints_deg", shown_joints(robot.actual_rad, robot.linear_unit)}});
 }
 
 }  // namespace cellcal::daemon

@@ -78,13 +78,13 @@ class EventFeed {
 // Status of a session as JSON, without line breaks.
 
 /// A recorded touch, for lists.
-nlohmann::json touch_json(std::size_t index, const calib::Touch& touch);
+nlohmann::json touch_json(std::size_t index, const calib::Touch& touch, bool linear_unit);
 /// Keyed by cause.
 nlohmann::json to_json(const InterruptionCounts& counts);
 std::string status_to_json(const Status& status);
 /// {"session","index","target","set","joints_deg","tip_mm","residual_mm","u95_mm"}
 std::string made_touch_to_json(const MadeTouch& made);
 /// {"session","joints_deg"}
-std::string joints_to_json(std::int64_t session, const drivers::AxisAngles& joints_rad);
+std::string joints_to_json(std::int64_t session, const drivers::RobotState& robot);
 
 }  // namespace cellcal::daemon

@@ -161,7 +161,7 @@ json touch_to_json(std::size_t index, const calib::Touch& touch, const calib::Ar
   return {{"index", index},
           {"target", touch.target},
           {"set", to_string(touch.set)},
-          {"joints_deg", degrees(touch.joint_rad)},
+          {"joints_deg", shown_joints(touch.joint_rad, nominal.robot())},
           {"tip_mm", mm(nominal.nominal_tip_m(touch.joint_rad))},
           {"residual_mm", residual ? number(*residual, kMmPerM) : json(nullptr)},
           {"u95_mm", made.u95_m ? number(*made.u95_m, kMmPerM) : json(nullptr)}};
@@ -268,11 +268,14 @@ Eigen::Isometry3d after_turn(const calib::Joint& joint) {
 }
 
 json joint_to_json(const calib::Joint& joint, double assumed_m) {
+  const double per_si = calib::unit_of(joint).per_si;
+  const auto along = [&] { return std::vector(joint.guide->along.begin(), joint.guide->along.end()); };
   return {{"name", joint.name},
           {"sign", joint.sign},
           {"offset_deg", number(joint.offset_rad, calib::kDegPerRad)},
-          {"min_deg", number(joint.min_rad, calib::kDegPerRad)},
-          {"max_deg", number(joint.max_rad, calib::kDegPerRad)},
+          {"min_deg", number(joint.min_rad, per_si)},
+          {"max_deg", number(joint.max_rad, per_si)},
+          {"along", joint.is_prismatic() ? json(along()) : json(nullptr)},
           {"behind", frame(after_turn(joint))},
           {"radius_mm", number(joint.radius_m > 0.0 ? joint.radius_m : assumed_m, kMmPerM)}};
 }
@@ -388,9 +391,10 @@ std::string scene_to_json(std::int64_t session, const calib::Cell& cell) {
 
 namespace {
 
-json way_to_json(const calib::PlannedTouch& touch) {
+json way_to_json(const calib::PlannedTouch& touch, const calib::Robot& robot) {
   json way = json::array();
-  for (const calib::JointVector& corner : touch.transit) way.push_back(degrees(corner));
+  for (const calib::JointVector& corner : touch.transit)
+    way.push_back(shown_joints(corner, robot));
   return way;
 }
 
@@ -406,8 +410,8 @@ std::string plan_to_json(std::int64_t session, std::size_t first, const calib::P
     touches.push_back({{"index", first + i},
                        {"target", touch.target},
                        {"set", to_string(touch.set)},
-                       {"way_deg", way_to_json(touch)},
-                       {"joints_deg", degrees(touch.standoff)},
+                       {"way_deg", way_to_json(touch, cell.robot)},
+                       {"joints_deg", shown_joints(touch.standoff, cell.robot)},
                        {"tip_mm", mm(tip)}});
   }
   return dump({{"session", session}, {"touches", std::move(touches)}});
@@ -443,9 +447,12 @@ json frame(const Eigen::Isometry3d& frame) {
   return list;
 }
 
-json degrees(const calib::JointVector& joint_rad) {
+json shown_joints(const calib::JointVector& joint_rad, const calib::Robot& robot) {
   json list = json::array();
-  for (const double value : joint_rad) list.push_back(number(value, calib::kDegPerRad));
+  for (std::size_t i = 0; i < joint_rad.size(); ++i)
+    list.push_back(number(joint_rad[i], i < robot.joints.size()
+                                            ? calib::unit_of(robot.joints[i]).per_si
+                                            : calib::kDegPerRad));
   return list;
 }
 

@@ -39,7 +39,8 @@ std::string figures_to_json(const SessionRecord& record, const calib::Cell& cell
 
 // Data of a 3D view of the cell, which lets the page move the arm by its joint angles.
 //
-//   base . T_1 ... T_n . flange . tool,   T_i = Rz(sign_i q_i + offset_i) . behind_i
+//   base . T_1 ... T_n . flange . tool,   T_i = Rz(sign_i q_i + offset_i) . behind_i,
+//                                         of a linear unit Trans(q_i along_i)
 //
 // Frames are 3x4, row-major: rotation, and origin in mm. Nominal model.
 
@@ -63,7 +64,8 @@ nlohmann::json number(double value, double factor = 1.0);
 nlohmann::json mm(const Eigen::Vector3d& point_m);
 /// 3x4, row-major: rotation, and origin [mm].
 nlohmann::json frame(const Eigen::Isometry3d& frame);
-nlohmann::json degrees(const calib::JointVector& joint_rad);
+/// One number per joint: degrees, of a linear unit millimetres.
+nlohmann::json shown_joints(const calib::JointVector& joint_rad, const calib::Robot& robot);
 
 std::string dump(const nlohmann::json& value);
 

@@ -172,8 +172,10 @@ std::optional<Response> Api::session_touches(const Call& call) {
   const SessionRecord record = find(call);
   const std::vector<calib::Touch> touches = journal_.touches(record.id);
   const Part part = part_of(call.request, touches.size());
+  const bool linear_unit = cell_of(record.inputs).robot.first_turning() > 0;
   json list = json::array();
-  for (std::size_t i = part.begin; i < part.end; ++i) list.push_back(touch_json(i, touches[i]));
+  for (std::size_t i = part.begin; i < part.end; ++i)
+    list.push_back(touch_json(i, touches[i], linear_unit));
   return Response{.body = dump({{"session", record.id}, {"touches", list}, {"more", part.more}})};
 }
 

@@ -36,6 +36,13 @@ drivers::Duration busy_every(const DaemonConfig& config) {
 template <class Controller>
 void set_arm(Controller& controller, const DaemonConfig& config, const calib::Cell& cell) {
   controller.start_rad = config.mock.start_rad;
+  controller.linear_unit = cell.robot.first_turning() > 0;
+  if (controller.linear_unit) {
+    const calib::Joint& track = cell.robot.joints[0];
+    const double middle_m = (track.min_rad + track.max_rad) / 2.0;
+    controller.start_rad.insert(controller.start_rad.begin(),
+                                config.mock.start_m.value_or(middle_m));
+  }
   controller.start_rad.resize(cell.robot.joints.size(), 0.0);
   controller.cycle_ms = config.mock.cycle_ms;
   controller.lag_s = config.mock.lag_s;
@@ -83,7 +90,7 @@ void set_space(sim::ControllerConfig& controller, const drivers::SpaceCorrection
 /// Empty for an arm without the six axes that the program has.
 std::string rsi_program(const DaemonConfig& config, const calib::Cell& cell) {
   constexpr std::size_t kAxes = 6;
-  if (cell.robot.joints.size() < kAxes) return {};
+  if (cell.robot.joints.size() < kAxes || cell.robot.first_turning() > 0) return {};
   drivers::RsiFilesConfig files = rsi_files_for(config, cell);
   files.pc_address = "10.0.0.5";
   return drivers::rsi_files(files).at("cellcal_rsi.src");
@@ -121,10 +128,13 @@ VirtualEkiCellOptions eki_options(const DaemonConfig& config, const calib::Cell&
   // EKI's programs poll their interrupts every 12 ms, whatever RSI's cycle would be.
   options.controller.cycle_ms = 4;
   options.controller.max_acceleration_rad_s2 = config.motion.acceleration_rad_s2;
+  options.eki = eki_config_for(config, cell);
   options.controller.arm = arm_as_the_controller_has_it(config, cell);
   options.controller.states = stated_arm(config, cell);
   options.controller.files = drivers::eki_files(config.controller);
-  options.eki = eki_config_for(config, cell);
+  // External axes of the controller that no joint of the robot file is.
+  options.controller.start_rad.resize(options.eki.wire_axes(), 0.0);
+  options.controller.max_speed_rad_s.resize(options.eki.wire_axes(), 1.0);
   return options;
 }
 

@@ -23,6 +23,9 @@ constexpr const char* kFormat = "cellcal.daemon/1";
 /// Degrees: usual AXISCORR limits of installations, and the maximum for the emulated controller.
 constexpr double kUsualCorrection = 90.0, kAnyCorrection = 360.0;
 constexpr double kMs = 1e-3;
+/// Range of an arm of 1.4 m, with rotations well below half a turn. The emulated controller accepts the
+/// maximum.
+constexpr double kUsualMm = 500.0, kDefaultTurnDeg = 90.0, kAnyMm = 5000.0, kAnyTurnDeg = 180.0;
 /// Without a contact input on the controller, 50 to 70 ms pass between contact and braking: 0.2 mm at 2.5
 /// mm/s, as far as a search at 10 mm/s overtravels over RSI.
 const SearchLimits kFlagLimits{2.5e-3, 1, "with eki stop = \"flag\" (the stop takes 50 to 70 ms)"};
@@ -41,6 +44,10 @@ void read_motion(const TomlTable& table, DaemonConfig& config) {
       table.number_or("acceleration_deg_s2", 120.0, {1.0, 2000.0}) * calib::kRadPerDeg;
   config.motion.jerk_rad_s3 =
       table.number_or("jerk_deg_s3", 600.0, {1.0, 50000.0}) * calib::kRadPerDeg;
+  config.motion.travel_acceleration_m_s2 =
+      table.number_or("travel_acceleration_mm_s2", 500.0, {1.0, 20000.0}) * kMm;
+  config.motion.travel_jerk_m_s3 =
+      table.number_or("travel_jerk_mm_s3", 5000.0, {1.0, 500000.0}) * kMm;
   config.motion.hand_speed_m_s =
       table.number_or("hand_speed_mm_s", config.motion.hand_speed_m_s / kMm, {0.0, 250.0}) * kMm;
   const TouchPolicy policy;
@@ -347,6 +354,7 @@ void read_mock(const TomlTable& table, MockConfig& mock) {
        table.has("start_deg") ? table.numbers("start_deg", 0, {-360.0, 360.0}) : home) {
     mock.start_rad.push_back(deg * calib::kRadPerDeg);
   }
+  if (table.has("start_mm")) mock.start_m = table.number("start_mm", {-100'000.0, 100'000.0}) * kMm;
   table.refuse_unknown();
 }
 
@@ -426,22 +434,22 @@ WireKind wire_of(const DaemonConfig& config) {
 namespace {
 
 std::vector<drivers::AxisLimit> axis_limits(const DaemonConfig& config, const calib::Cell& cell) {
-  refuse_linear_unit(
-      cell.robot, "a session over RSI or EKI",
-      "Move the arm by programs of its own, and give the touches to 'cellcal identify'");
   std::vector<drivers::AxisLimit> limits;
   for (const calib::Joint& joint : cell.robot.joints) {
     if (!(joint.max_speed_rad_s > 0.0)) {
       throw drivers::ConfigError("robot file of " + cell.robot.name + ": joint " + joint.name +
-                                 " has no max_speed_deg_s. Add it: the arm cannot be moved "
-                                 "without");
+                                 " has no max_speed_" + (joint.is_prismatic() ? "mm_s" : "deg_s") +
+                                 ". Add it: the arm cannot be moved without");
     }
     drivers::AxisLimit limit;
     limit.min_rad = joint.min_rad;
     limit.max_rad = joint.max_rad;
     limit.max_speed_rad_s = joint.max_speed_rad_s * config.motion.speed_fraction;
-    limit.max_acceleration_rad_s2 = config.motion.acceleration_rad_s2;
-    limit.max_jerk_rad_s3 = config.motion.jerk_rad_s3;
+    limit.linear = joint.is_prismatic();
+    const MotionConfig& motion = config.motion;
+    limit.max_acceleration_rad_s2 =
+        limit.linear ? motion.travel_acceleration_m_s2 : motion.acceleration_rad_s2;
+    limit.max_jerk_rad_s3 = limit.linear ? motion.travel_jerk_m_s3 : motion.jerk_rad_s3;
     limits.push_back(limit);
   }
   return limits;
@@ -450,6 +458,8 @@ std::vector<drivers::AxisLimit> axis_limits(const DaemonConfig& config, const ca
 }  // namespace
 
 drivers::RsiConfig rsi_config_for(const DaemonConfig& config, const calib::Cell& cell) {
+  if (config.backend != BackendKind::kMock)
+    refuse_linear_unit(cell.robot, "a session over RSI", "Use EKI, with [controller] external_axes");
   drivers::RsiConfig rsi = config.rsi;
   rsi.limits = axis_limits(config, cell);
   rsi.full_speed_rad_s.clear();
@@ -457,6 +467,7 @@ drivers::RsiConfig rsi_config_for(const DaemonConfig& config, const calib::Cell&
     rsi.full_speed_rad_s.push_back(joint.max_speed_rad_s);
   }
   rsi.correction_limit_deg.assign(cell.robot.joints.size(), config.rsi.correction_limit_deg.at(0));
+  for (std::size_t i = 0; i < cell.robot.first_turning(); ++i) rsi.correction_limit_deg[i] = kAnyMm;
   if (rsi.space.on) rsi.space.geometry = controller_arm(config, cell);
   rsi.validate();
   return rsi;
@@ -475,12 +486,15 @@ drivers::RsiFilesConfig rsi_files_for(const DaemonConfig& config, const calib::C
 drivers::EkiConfig eki_config_for(const DaemonConfig& config, const calib::Cell& cell) {
   drivers::EkiConfig eki = config.eki;
   const std::size_t axes = 6 + static_cast<std::size_t>(config.controller.external_axes);
-  if (cell.robot.joints.size() != axes) {
-    throw drivers::ConfigError("robot file of " + cell.robot.name + ": " +
-                               std::to_string(cell.robot.joints.size()) +
+  const std::size_t joints = cell.robot.joints.size();
+  // External axes without a joint hold still.
+  if (joints < 6 + cell.robot.first_turning() || joints > axes) {
+    throw drivers::ConfigError("robot file of " + cell.robot.name + ": " + std::to_string(joints) +
                                " joints; the controller's EKI channel has " + std::to_string(axes) +
-                               " axes (six, and [controller] external_axes)");
+                               " axes (six, and [controller] external_axes, of which a linear unit "
+                               "is E1)");
   }
+  eki.external_axes = config.controller.external_axes;
   eki.limits = axis_limits(config, cell);
   for (const calib::Joint& joint : cell.robot.joints) {
     eki.full_speed_rad_s.push_back(joint.max_speed_rad_s);
@@ -505,10 +519,6 @@ const char* start_instruction(WireKind wire) {
 namespace {
 
 using drivers::CorrectionFrame;
-
-/// Range of an arm of 1.4 m, with rotations well below half a turn. The emulated controller accepts the
-/// maximum.
-constexpr double kUsualMm = 500.0, kDefaultTurnDeg = 90.0, kAnyMm = 5000.0, kAnyTurnDeg = 180.0;
 
 class NominalGeometry final : public drivers::ArmGeometry {
  public:

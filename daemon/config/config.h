@@ -32,6 +32,8 @@ struct MotionConfig {
   double speed_fraction = 0.2;  ///< of the robot file's axis speeds
   double acceleration_rad_s2 = 0.0;
   double jerk_rad_s3 = 0.0;
+  double travel_acceleration_m_s2 = 0.5;  ///< of a linear unit, over RSI
+  double travel_jerk_m_s3 = 5.0;
   /// Speed limit of TCP, flange and elbow in T1, and with an unknown mode until the first calibration has
   /// completed; 0: none.
   double hand_speed_m_s = 0.225;
@@ -61,7 +63,8 @@ struct MockConfig {
   std::vector<double> stated_tool_m;  ///< x, y, z of another tool; empty: as configured
   double busy_every_s = 0.0;  ///< busy computer: period of delayed sensor bytes; 0: never
   bool wall_clock = false;    ///< records carry the real date instead of a fixed day in 2000
-  std::vector<double> start_rad;
+  std::vector<double> start_rad;  ///< of the arm
+  std::optional<double> start_m;  ///< of its linear unit; none: the middle of the range
 };
 
 /// Isolation of the touch circuit's wires from the welding gun while it welds.

@@ -338,10 +338,14 @@ void judge_model(const calib::ControllerModel& model, const calib::Robot& robot,
 
 void judge_angles(const std::string& check, const drivers::AxisAngles& actual_rad,
                   const calib::Robot* robot, Findings& findings) {
-  constexpr double kNearDeg = 1.0;
+  constexpr double kNearDeg = 1.0, kNearMm = 10.0;
+  const bool track = robot != nullptr && robot->first_turning() > 0;
   std::string shown;
-  for (const double angle : actual_rad) {
-    shown += fmt::format("{}{:.3f}", shown.empty() ? "" : ", ", angle * calib::kDegPerRad);
+  for (std::size_t i = 0; i < actual_rad.size(); ++i) {
+    const bool in_mm = track && i == 0;
+    shown += fmt::format("{}{:.3f}{}", shown.empty() ? "" : ", ",
+                         actual_rad[i] * (in_mm ? calib::kMmPerM : calib::kDegPerRad),
+                         in_mm ? " mm" : "");
   }
   if (robot == nullptr) return findings.skip(check, shown + " deg; limits not checked (no --cell)");
   if (robot->joints.size() != actual_rad.size()) {
@@ -353,17 +357,19 @@ void judge_angles(const std::string& check, const drivers::AxisAngles& actual_ra
   std::string outside, near;
   for (std::size_t i = 0; i < actual_rad.size(); ++i) {
     const calib::Joint& joint = robot->joints[i];
-    const double room =
-        std::min(actual_rad[i] - joint.min_rad, joint.max_rad - actual_rad[i]) * calib::kDegPerRad;
+    const double room = std::min(actual_rad[i] - joint.min_rad, joint.max_rad - actual_rad[i]) *
+                        calib::unit_of(joint).per_si;
     std::string& list = room < 0.0 ? outside : near;
-    if (room < kNearDeg) list += fmt::format("{}{}", list.empty() ? "" : ", ", joint.name);
+    if (room < (joint.is_prismatic() ? kNearMm : kNearDeg)) list += fmt::format("{}{}", list.empty() ? "" : ", ", joint.name);
   }
   if (!outside.empty()) {
     findings.fail(check, fmt::format("{} deg: {} outside the robot file's limits", shown, outside),
                   "check the robot file; if it is right, jog the axis back (it may be a full "
                   "turn away)");
   } else if (!near.empty()) {
-    findings.warn(check, fmt::format("{} deg: {} within 1 deg of a limit", shown, near),
+    findings.warn(check,
+                  fmt::format("{} deg: {} within 1 deg{} of a limit", shown, near,
+                              track ? ", 10 mm," : ""),
                   "jog the arm towards the middle of its range");
   } else {
     findings.ok(check, shown + " deg, within the robot file's limits");

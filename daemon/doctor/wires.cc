@@ -258,6 +258,8 @@ void Wires::judge_line() {
 
 void Wires::judge_model(bool sends) {
   if (robot_ == nullptr) return findings_.skip("controller's model", "not compared (no --cell)");
+  if (robot_->first_turning() > 0)
+    return findings_.skip("controller's model", "not compared: the arm is on a linear unit");
   daemon::judge_model(rest_.judge(), *robot_, sends, wire_of(config_), findings_);
 }
 

@@ -14,7 +14,6 @@
 namespace cellcal::daemon::report {
 namespace {
 
-using calib::kDegPerRad;
 constexpr int kJointDecimals = 5;  // as in the touches CSV
 constexpr int kMassDecimals = 3;
 constexpr int kGravityDecimals = 3;
@@ -145,17 +144,19 @@ std::vector<const Extra*> extras_of(const std::vector<calib::Touch>& touches) {
   return used;
 }
 
-std::string touch_row(const calib::Touch& touch, std::size_t number, std::size_t joints,
+std::string touch_row(const calib::Touch& touch, std::size_t number,
+                      const std::vector<calib::Joint>& joints,
                       const std::vector<const Extra*>& extras) {
   std::string more;
   for (const Extra* extra : extras)
     more += fmt::format("<td class=\"word\">{}</td>",
                         extra->has(touch) ? extra->words(touch) : std::string());
   std::string cells;
-  for (std::size_t i = 0; i < joints; ++i) {
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const double per_si = calib::unit_of(joints[i]).per_si;
     cells += fmt::format("<td>{}</td>",
                          i < touch.joint_rad.size()
-                             ? ascii_fixed(touch.joint_rad[i] * kDegPerRad, kJointDecimals)
+                             ? ascii_fixed(touch.joint_rad[i] * per_si, kJointDecimals)
                              : std::string("\xE2\x80\x93"));
   }
   const bool known = touch.readings > 0;
@@ -191,7 +192,8 @@ std::string raw_touches(const View& view) {
   const auto& joints = view.result.cell.robot.joints;
   std::string head;
   for (const calib::Joint& joint : joints) {
-    head += fmt::format("<th scope=\"col\">{}, deg</th>", escape(joint.name));
+    head += fmt::format("<th scope=\"col\">{}, {}</th>", escape(joint.name),
+                        calib::unit_of(joint).name);
   }
   const auto extras = extras_of(touches);
   std::string more;
@@ -199,7 +201,7 @@ std::string raw_touches(const View& view) {
     more += fmt::format("<th scope=\"col\" class=\"word\">{}</th>", extra->head);
   std::string rows;
   for (std::size_t i = 0; i < touches.size(); ++i) {
-    rows += touch_row(touches[i], i + 1, joints.size(), extras);
+    rows += touch_row(touches[i], i + 1, joints, extras);
   }
   return fmt::format(
       "<details>\n<summary>Raw touches ({0}); open before printing to have them on "

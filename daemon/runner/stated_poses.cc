@@ -36,6 +36,8 @@ std::optional<calib::StatedPose> stated_pose(const drivers::RobotState& robot) {
 void StatedPoses::look(const drivers::RobotState& robot) {
   auto pose = stated_pose(robot);
   if (!pose || pose->joint_rad.size() != robot_.joints.size()) return;
+  // The frame between the unit and the arm's root is not known from the controller's files.
+  if (robot_.first_turning() > 0) return;
   const std::lock_guard lock(mutex_);
   if (poses_.size() >= kMostPoses) return;
   if (!poses_.empty() && alike(poses_.back().joint_rad, pose->joint_rad)) return;

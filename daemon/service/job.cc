@@ -226,8 +226,20 @@ void check_goal_value(const RunRequest& request, const Job& job) {
   }
 }
 
+/// Sessions that need more than the arm's touches at places that are known.
+void check_linear_unit(const RunRequest& request, const Job& job) {
+  const calib::Robot& robot = job.cell.robot;
+  if (job.options.kind == SessionKind::kCheck)
+    refuse_linear_unit(robot, "a check", "Run a full session, 'cellcal run --cell CELL'");
+  if (request.update)
+    refuse_linear_unit(robot, "an update", "Run a full session, 'cellcal run --cell CELL'");
+  if (request.kind == SessionKind::kFind || request.find || must_find(job.cell))
+    refuse_linear_unit(robot, "finding spheres", "State centre_mm of every sphere");
+}
+
 /// Checks of a new session, before anything is opened, planned or moved.
 void check_new_session(const RunRequest& request, Job& job) {
+  check_linear_unit(request, job);
   job.warnings = examine_cell(job.cell);
   if (request.goal_mm)
     if (const auto fault = calib::fault_of(job.cell, job.options.goal))

@@ -81,6 +81,7 @@ std::shared_ptr<const MadeTouch> TouchPublication::look(const State& state,
   made->session = session_;
   made->index = published_;
   made->touch = touches[published_];
+  made->linear_unit = arm_->robot().first_turning() > 0;
   made->tip_m = nominal_tip(*arm_, made->touch);
   if (state.assessed == nth) made->residual_m = state.residual_m;
   if (state.progress.u95_m > 0.0) made->u95_m = state.progress.u95_m;

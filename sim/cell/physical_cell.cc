@@ -33,9 +33,14 @@ double outside_m(const TrueFace& face, const Eigen::Vector3d& p) {
 
 }  // namespace
 
+/// A controller may have more axes than carry the tip.
+std::span<const double> PhysicalCell::own(std::span<const double> joint_rad) const {
+  return joint_rad.first(truth_.arm.robot().joints.size());
+}
+
 Eigen::Vector3d PhysicalCell::tip_m(std::span<const double> joint_rad, double warm) const {
   calib::ArmChain chain;
-  truth_.arm.walk(truth_.arm.prepare(joint_rad), truth_.arm.errors(truth_.errors.data()), chain);
+  truth_.arm.walk(truth_.arm.prepare(own(joint_rad)), truth_.arm.errors(truth_.errors.data()), chain);
   return chain.tip + grown_m(chain.flange_origin, warm);
 }
 
@@ -57,7 +62,7 @@ double PhysicalCell::gap_m(std::span<const double> joint_rad, double warm) const
 
 double PhysicalCell::shaft_depth_m(std::span<const double> joint_rad, double warm) const {
   const calib::ArmShape shape =
-      truth_.arm.shape(truth_.arm.prepare(joint_rad), truth_.errors.data());
+      truth_.arm.shape(truth_.arm.prepare(own(joint_rad)), truth_.errors.data());
   const Eigen::Vector3d grown = grown_m(shape.flange.translation(), warm);
   const Eigen::Vector3d tip = shape.tcp.translation() + grown;
   const Eigen::Vector3d flange = shape.flange.translation() + grown;
@@ -87,7 +92,7 @@ void assign_masses(calib::Robot& robot, calib::Random& random) {
   if (std::any_of(robot.joints.begin(), robot.joints.end(),
                   [](const calib::Joint& joint) { return joint.mass_kg > 0.0; }))
     return;
-  for (std::size_t i = 1; i < robot.joints.size(); ++i) {
+  for (std::size_t i = robot.first_turning() + 1; i < robot.joints.size(); ++i) {
     calib::Joint& joint = robot.joints[i];
     joint.mass_kg = std::hypot(joint.a_m, joint.d_m) * random.uniform(kLeastKgPerM, kMostKgPerM);
     // From the frame after the link back to the preceding joint.

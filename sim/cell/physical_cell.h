@@ -29,6 +29,7 @@ class PhysicalCell {
   const Truth& truth() const { return truth_; }
 
  private:
+  std::span<const double> own(std::span<const double> joint_rad) const;
   Eigen::Vector3d grown_m(const Eigen::Vector3d& flange, double warm) const;
 
   Truth truth_;

@@ -14,6 +14,11 @@ namespace cellcal::sim {
 Eigen::Matrix3d random_orientation(const calib::Tool& tool, calib::Random& random,
                                    const Eigen::Vector3d& normal, double cone_rad);
 
+/// The posture with the carriage of a linear unit opposite to the place [m, base], and the arm's first
+/// axis towards it, inside the limits.
+calib::JointVector facing(const calib::Robot& robot, calib::JointVector posture,
+                          const Eigen::Vector3d& place_m);
+
 /// Start of the inverse kinematics: the first axis towards `at` (m, base), elbow bent, the rest
 /// random inside the limits.
 calib::JointVector random_posture(const calib::Robot& robot, calib::Random& random,

@@ -8,6 +8,7 @@
 #include "calib/model/inverse.h"
 #include "calib/model/units.h"
 #include "sim/cell/physical_cell.h"
+#include "sim/cell/random_posture.h"
 
 namespace cellcal::sim {
 
@@ -31,6 +32,7 @@ calib::ArmModel true_arm(const calib::Cell& cell, const TruthOptions& options) {
   if (options.compliance_rad_per_nm > 0.0 || options.play_arcsec > 0.0)
     assign_masses(robot, random);
   for (calib::Joint& joint : robot.joints) {
+    if (joint.is_prismatic()) continue;
     if (options.gear_arcsec > 0.0) {
       joint.gear_ratio = 1.0;
       joint.harmonics = {1, 2};
@@ -64,7 +66,8 @@ Eigen::Matrix3Xd taught_places(const Truth& truth, const calib::Cell& cell) {
   const calib::ArmModel nominal(cell.robot, cell.tool);
   const calib::JointVector home = [&] {
     calib::JointVector q(cell.robot.joints.size(), 0.0);
-    if (q.size() >= 5) q[1] = -1.2, q[2] = 1.6, q[4] = 1.0;
+    const std::size_t arm = cell.robot.first_turning();
+    if (q.size() >= arm + 5) q[arm + 1] = -1.2, q[arm + 2] = 1.6, q[arm + 4] = 1.0;
     for (std::size_t i = 0; i < q.size(); ++i)
       q[i] = std::clamp(q[i], cell.robot.joints[i].min_rad, cell.robot.joints[i].max_rad);
     return q;
@@ -73,9 +76,7 @@ Eigen::Matrix3Xd taught_places(const Truth& truth, const calib::Cell& cell) {
   Eigen::Matrix3Xd places(3, static_cast<Eigen::Index>(targets.size()));
   for (std::size_t t = 0; t < targets.size(); ++t) {
     const Eigen::Vector3d& centre = targets[t]->centre_m;
-    calib::JointVector seed = home;
-    seed[0] = std::clamp(cell.robot.joints[0].sign * std::atan2(centre.y(), centre.x()),
-                         cell.robot.joints[0].min_rad, cell.robot.joints[0].max_rad);
+    const calib::JointVector seed = facing(cell.robot, home, centre);
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     int reached = 0;
     constexpr int kLooks = 6;
@@ -167,7 +168,6 @@ Eigen::Isometry3d artefact_place(const Truth& truth, const calib::Cell& cell,
 double Truth::warm_at(double seconds) const { return 1.0 - std::exp(-seconds / warm_up_s); }
 
 Truth draw_truth(const calib::Cell& stated, const TruthOptions& options) {
-  refuse_linear_unit(stated.robot, "the emulated cell", "Take a robot file without it");
   const calib::Cell cell = with_all_places(stated, options.seed);
   Truth truth{true_arm(cell, options), {}, {}, {}};
   truth.growth = options.growth;

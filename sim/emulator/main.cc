@@ -81,6 +81,10 @@ struct Cell {
 
 std::vector<double> start_of(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   std::vector<double> start_rad = options.controller.start_rad;
+  if (cell.robot.first_turning() > 0) {
+    const calib::Joint& track = cell.robot.joints[0];
+    start_rad.insert(start_rad.begin(), (track.min_rad + track.max_rad) / 2.0);
+  }
   if (start_rad.size() != cell.robot.joints.size()) start_rad.assign(cell.robot.joints.size(), 0.0);
   return start_rad;
 }
@@ -171,6 +175,8 @@ int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
 int run_eki_stream(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   if (!options.control.empty())
     throw std::invalid_argument("--control has no effect on channel files of others: leave it out");
+  refuse_linear_unit(cell.robot, "the emulation of other channel files",
+                     "Take a robot file without it, or the files of 'cellcal kuka-files'");
   sim::EkiStreamConfig controller;
   for (const std::string& path : options.eki_xml)
     controller.channel_xml.push_back(calib::read_file(path));
@@ -229,6 +235,7 @@ int run_eki(const sim::EmulatorOptions& options, const calib::Cell& cell) {
        {"cellcal_eki.src", "cellcal_eki.dat", "cellcal_sub.sub", "cellcal_loop.sub"})
     controller.files[name] = calib::read_file((channel.parent_path() / name).string());
   controller.start_rad = start_of(options, cell);
+  controller.linear_unit = cell.robot.first_turning() > 0;
   const calib::Cell known = with_tool_of(controller.files["cellcal_eki.src"], cell);
   controller.arm = sim::make_cartesian_arm(known);
   for (const calib::Joint& joint : cell.robot.joints)
@@ -279,6 +286,8 @@ int run(const sim::EmulatorOptions& options) {
     if (!(joint.max_speed_rad_s > 0.0))
       throw std::invalid_argument("robot file of " + cell.robot.name + ": joint " + joint.name +
                                   " has no max_speed_deg_s; an arm that moves needs it");
+  if (options.wire != "eki")
+    refuse_linear_unit(cell.robot, "the emulated cell over RSI", "Take --wire eki");
   return options.wire == "eki" ? run_eki(options, cell) : run_rsi(options, cell);
 }
 

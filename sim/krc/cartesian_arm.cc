@@ -42,35 +42,41 @@ class ModelArm final : public CartesianArm {
   explicit ModelArm(const calib::Cell& cell) : arm_(cell.robot, cell.tool) {}
 
   KukaFrame frame(std::span<const double> axis_rad) const override {
-    return to_frame(arm_.nominal_tcp(axis_rad));
+    return to_frame(arm_.nominal_tcp(own(axis_rad)));
   }
 
   std::optional<std::vector<double>> axes(const KukaFrame& tcp,
                                           const std::vector<double>& near_rad) const override {
-    return calib::inverse(arm_, to_pose(tcp), near_rad, 0.0);
+    const auto near = own(near_rad);
+    return calib::inverse(arm_, to_pose(tcp), {near.begin(), near.end()}, 0.0);
   }
 
   std::optional<std::vector<double>> corrected(std::span<const double> start_rad,
                                                const KukaFrame& correction, CorrectionFrame system,
                                                const std::vector<double>& near_rad) const override {
-    const Eigen::Isometry3d start = arm_.nominal_tcp(start_rad);
+    const Eigen::Isometry3d start = arm_.nominal_tcp(own(start_rad));
     const Eigen::Isometry3d by = to_pose(correction);
     Eigen::Isometry3d target = start * by;
     if (system == CorrectionFrame::kBase) {
       target.linear() = by.linear() * start.linear();
       target.translation() = start.translation() + by.translation();
     }
-    return calib::inverse(arm_, target, near_rad, 0.0);
+    const auto near = own(near_rad);
+    return calib::inverse(arm_, target, {near.begin(), near.end()}, 0.0);
   }
 
  private:
+  std::span<const double> own(std::span<const double> axis_rad) const {
+    return axis_rad.first(arm_.robot().joints.size());
+  }
+
   calib::ArmModel arm_;
 };
 
 }  // namespace
 
 std::shared_ptr<const CartesianArm> make_cartesian_arm(const calib::Cell& cell) {
-  if (cell.robot.joints.size() != 6) return nullptr;
+  if (cell.robot.joints.size() != cell.robot.first_turning() + 6) return nullptr;
   return std::make_shared<ModelArm>(cell);
 }
 

@@ -20,9 +20,9 @@ enum class CorrectionFrame { kBase, kTool };
 class CartesianArm {
  public:
   virtual ~CartesianArm() = default;
-  /// TCP in the base, axis angles in radians.
+  /// TCP in the base, axis angles in radians, a linear unit's position, which is first, in metres.
   virtual KukaFrame frame(std::span<const double> axis_rad) const = 0;
-  /// Axis angles near `near_rad` for this TCP; empty: out of reach or outside the axes' limits.
+  /// Axis angles, with the linear unit where it is in `near_rad`, near `near_rad` for this TCP; empty: out of reach or outside the axes' limits.
   virtual std::optional<std::vector<double>> axes(const KukaFrame& tcp,
                                                   const std::vector<double>& near_rad) const = 0;
   /// As above, for the pose at `start_rad` displaced by `correction`.
@@ -31,7 +31,8 @@ class CartesianArm {
       const std::vector<double>& near_rad) const = 0;
 };
 
-/// The nominal arm and tool of a cell; null unless it has six joints.
+/// The nominal arm and tool of a cell; null unless it has six joints, or a linear unit and six.
+/// Further axes of the controller are no part of it.
 std::shared_ptr<const CartesianArm> make_cartesian_arm(const calib::Cell& cell);
 
 }  // namespace cellcal::sim

@@ -7,6 +7,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "drivers/kuka/wire/wire_axes.h"
 #include "drivers/units.h"
 #include "sim/krc/rsi_program.h"
 
@@ -21,7 +22,8 @@ constexpr double kT1Share = 0.06;
 
 using drivers::kMaxAxes;
 
-std::string axis_name(std::size_t i) {
+std::string axis_name(const drivers::WireAxes& wire, std::size_t axis) {
+  const std::size_t i = wire.place(axis);
   return i < 6 ? "A" + std::to_string(i + 1) : "E" + std::to_string(i - 5);
 }
 
@@ -87,6 +89,9 @@ struct Controller::Impl {
     if (config.cycle_ms <= 0 || !(config.lag_s > 0.0)) {
       throw std::invalid_argument("emulated controller: cycle_ms and lag_s must be positive");
     }
+    if (config.linear_unit && axes <= drivers::kArmAxes)
+      throw std::invalid_argument("emulated controller: a linear unit carries an arm of six axes");
+    wire = {axes, config.linear_unit};
     check_size(config.max_speed_rad_s, axes, "max_speed_rad_s");
     check_size(config.max_acceleration_rad_s2, axes, "max_acceleration_rad_s2");
     check_size(config.soft_min_rad, axes, "soft_min_rad");
@@ -120,17 +125,26 @@ struct Controller::Impl {
 
   // To RSI_MOVECORR, or to a HALT before RSI_ON.
   void start_program() {
-    const auto deg = [](std::vector<double> values) {
-      for (double& value : values) value *= kDegPerRad;
-      return values;
-    };
-    RsiStart start{std::vector<double>(axes, -config.clamp_deg),
-                   std::vector<double>(axes, config.clamp_deg), std::nullopt};
-    if (!program.start(deg(actual), deg(config.soft_min_rad), deg(config.soft_max_rad), start))
+    RsiStart start;
+    for (std::size_t place = 0; place < axes; ++place) {
+      const bool linear = wire.linear(wire.at_place(place));
+      start.high_deg.push_back(linear ? config.clamp_external_mm : config.clamp_deg);
+      start.low_deg.push_back(-start.high_deg.back());
+    }
+    if (!program.start(on_wire(actual), on_wire(config.soft_min_rad),
+                       on_wire(config.soft_max_rad), start))
       return end(RsiPhase::kFaulted, program.message());
     low_deg = start.low_deg;
     high_deg = start.high_deg;
     if (start.relative) config.mode = *start.relative ? RsiMode::kRelative : RsiMode::kAbsolute;
+  }
+
+  /// In the wire's order and units.
+  std::vector<double> on_wire(const std::vector<double>& values) const {
+    std::vector<double> shown(values.size());
+    for (std::size_t i = 0; i < values.size(); ++i)
+      shown[wire.place(i)] = wire.shown(i, values[i]);
+    return shown;
   }
 
   bool manual() const { return mode == OperatingMode::kT1 || mode == OperatingMode::kT2; }
@@ -203,8 +217,10 @@ struct Controller::Impl {
 
   std::string monitors() const {
     for (std::size_t i = 0; i < axes; ++i) {
-      if (std::abs(axis_deg[i]) > config.monitor_deg)
-        return "KSS29000 AXISCORRMON: Permissible overall correction exceeded, " + axis_name(i);
+      if (std::abs(axis_deg[i]) > (wire.linear(wire.at_place(i)) ? config.monitor_external_mm
+                                                                : config.monitor_deg))
+        return "KSS29000 AXISCORRMON: Permissible overall correction exceeded, " +
+               axis_name(wire, wire.at_place(i));
     }
     const double shift = std::hypot(frame[0], frame[1], frame[2]);
     if (shift > config.monitor_mm || turn_deg(frame) > config.monitor_turn_deg)
@@ -219,7 +235,7 @@ struct Controller::Impl {
       return config.arm->corrected(base, frame, config.cartesian_system, setpoint);
     }
     std::vector<double> next = base;
-    for (std::size_t i = 0; i < axes; ++i) next[i] += axis_deg[i] * kRadPerDeg;
+    for (std::size_t i = 0; i < axes; ++i) next[i] += wire.inside(i, axis_deg[wire.place(i)]);
     return next;
   }
 
@@ -229,15 +245,15 @@ struct Controller::Impl {
     for (std::size_t i = 0; i < axes; ++i) {
       if ((i < config.soft_min_rad.size() && next[i] < config.soft_min_rad[i]) ||
           (i < config.soft_max_rad.size() && next[i] > config.soft_max_rad[i]))
-        return "Software limit switch " + axis_name(i);
+        return "Software limit switch " + axis_name(wire, i);
       if (i < config.max_speed_rad_s.size() && std::abs(speed[i]) > config.max_speed_rad_s[i])
-        return "Command velocity " + axis_name(i);
+        return "Command velocity " + axis_name(wire, i);
       if (i < config.max_acceleration_rad_s2.size() &&
           std::abs(speed[i] - speed_rad_s[i]) / dt > config.max_acceleration_rad_s2[i])
-        return "Command gear torque " + axis_name(i);
+        return "Command gear torque " + axis_name(wire, i);
       if (mode == OperatingMode::kT1 && !config.arm && !config.max_speed_rad_s.empty() &&
           std::abs(speed[i]) > kT1Share * config.max_speed_rad_s[i])
-        return "T1: speed of " + axis_name(i) + " too high";
+        return "T1: speed of " + axis_name(wire, i) + " too high";
     }
     if (mode == OperatingMode::kT1 && config.arm) {
       const KukaFrame from = config.arm->frame(setpoint), to = config.arm->frame(next);
@@ -288,9 +304,10 @@ struct Controller::Impl {
     std::array<double, kMaxAxes> actual_deg{}, base_deg{};
     std::normal_distribution<double> noise(0.0, 1.0);
     for (std::size_t i = 0; i < axes; ++i) {
-      actual_deg[i] = actual[i] * kDegPerRad;
-      if (config.noise_sigma_deg > 0.0) actual_deg[i] += config.noise_sigma_deg * noise(random);
-      base_deg[i] = base[i] * kDegPerRad;
+      double& shown = actual_deg[wire.place(i)];
+      shown = wire.shown(i, actual[i]);
+      if (config.noise_sigma_deg > 0.0) shown += config.noise_sigma_deg * noise(random);
+      base_deg[wire.place(i)] = wire.shown(i, base[i]);
     }
     RsiValues values;
     values.ipoc = ipoc;
@@ -351,6 +368,7 @@ struct Controller::Impl {
   ControllerConfig config;
   RsiChannelConfig channel;
   std::size_t axes = 0;
+  drivers::WireAxes wire{0, false};
   RsiProgram program;
   std::mt19937_64 random;
   std::string text;
@@ -361,7 +379,7 @@ struct Controller::Impl {
   std::string message;
   std::vector<double> base, setpoint, actual, speed_rad_s;
   std::vector<double> inputs;             // outputs of the ETHERNET object, one per received value
-  std::vector<double> axis_deg;           // current corrections
+  std::vector<double> axis_deg;           // current corrections, in the wire's order
   std::vector<double> low_deg, high_deg;  // their limits
   KukaFrame frame{};
   drivers::TimePoint tick_at{};

@@ -33,6 +33,9 @@ enum class RsiStop { kInfo = 0, kPathStop = 1, kSpeedStop = 2, kFastStop = 3, kE
 enum class OperatingMode { kT1, kT2, kAut, kExt };
 
 struct ControllerConfig {
+  /// start_rad[0] is a linear unit's position [m]: E1, which carries the arm. As elsewhere metres and
+  /// millimetres where a name has radians and degrees.
+  bool linear_unit = false;
   std::vector<double> start_rad{0.0, -1.5707963267948966, 1.5707963267948966,
                                 0.0, 1.5707963267948966,  0.0};  ///< KUKA's home pose
   int cycle_ms = 4;                                              ///< 4 (#IPO_FAST) or 12 (#IPO)
@@ -65,6 +68,8 @@ struct ControllerConfig {
   /// cellcal_rsi.src, executed around RSI_ON; empty: one that sets no limits and leaves `mode`.
   std::string program;
   double monitor_deg = 90.0;                             ///< AXISCORRMON: stops with KSS29000
+  double clamp_external_mm = 5000.0;    ///< AXISCORREXT's limit of a linear unit
+  double monitor_external_mm = 5000.0;  ///< AXISCORRMON's
   double clamp_mm = 1000.0, clamp_turn_deg = 180.0;      ///< POSCORR's, likewise
   double monitor_mm = 1000.0, monitor_turn_deg = 180.0;  ///< POSCORRMON's
   CorrectionFrame cartesian_system = CorrectionFrame::kBase;
@@ -106,7 +111,8 @@ class Controller {
   /// setpoint.
   std::vector<double> actual_rad_at(drivers::TimePoint t) const;
   std::vector<double> setpoint_rad() const;       ///< start pose plus current correction
-  std::vector<double> correction_deg() const;     ///< current one of the axes, clamped
+  /// Current one of the axes, clamped: A1 to A6, E1 on [deg], of a linear unit [mm].
+  std::vector<double> correction_deg() const;
   const KukaFrame& cartesian_correction() const;  ///< current [mm, deg]
 
   RsiPhase phase() const;

@@ -38,6 +38,9 @@ void EkiArm::tick(drivers::TimePoint now, double dt_s) {
   if (ticked_) actual_ = actual_at(now);
   ticked_ = true;
   tick_at_ = now;
+  if (creep_per_s_ != 0.0)
+    for (std::vector<double>* all : {&from_, &to_, &setpoint_, &actual_})
+      (*all)[creeping_] += creep_per_s_ * dt_s;
   if (!moving_) return;
   const double wanted = braking_ ? 0.0 : full_speed_ * scale_;
   const double step = acceleration_ * dt_s;

@@ -31,12 +31,16 @@ class EkiArm {
   std::vector<double> actual_at(drivers::TimePoint t) const;
   const std::vector<double>& setpoint() const { return setpoint_; }
   void place(const std::vector<double>& pose_rad);
+  /// A fault: moves the axis at this speed whatever is commanded; 0 ends it.
+  void creep(std::size_t axis, double per_s) { creeping_ = axis, creep_per_s_ = per_s; }
 
  private:
   double lag_s_;
   std::vector<double> from_, to_, setpoint_, actual_;
   double fraction_ = 1.0, speed_ = 0.0;
   double full_speed_ = 0.0, acceleration_ = 0.0, scale_ = 1.0;
+  std::size_t creeping_ = 0;
+  double creep_per_s_ = 0.0;
   bool moving_ = false, braking_ = false, ticked_ = false;
   drivers::TimePoint tick_at_{};
 };

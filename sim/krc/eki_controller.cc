@@ -96,6 +96,8 @@ void EkiController::set_override(int percent) {
   impl_->override_percent = std::clamp(percent, 0, 100);
 }
 
+void EkiController::creep(std::size_t axis, double per_s) { impl_->arm.creep(axis, per_s); }
+
 void EkiController::place(const std::vector<double>& pose_rad) {
   if (!impl_->arm.at_rest() || pose_rad.size() != impl_->axes) {
     throw std::invalid_argument("emulated EKI controller: place() at rest, one angle per axis");

@@ -22,6 +22,9 @@ namespace cellcal::sim {
 struct EkiControllerConfig {
   using Files = std::map<std::string, std::string>;
   Files files;  ///< installed on the controller: channel (.xml) and KRL
+  /// start_rad[0] is a linear unit's position [m]: E1, which carries the arm. As elsewhere metres and
+  /// millimetres where a name has radians and degrees.
+  bool linear_unit = false;
   std::vector<double> start_rad{0.0, -1.5707963267948966, 1.5707963267948966,
                                 0.0, 1.5707963267948966,  0.0};
   std::vector<double> max_speed_rad_s;    ///< per axis at 100 %; empty: 3 rad/s
@@ -91,6 +94,8 @@ class EkiController {
   void reconfigure_io();  ///< Reconfigure I/Os, or end of hibernation: EKI's channel is deleted
 
   // ---- faults
+  /// An external axis is moved by something else: per second, radians or metres; 0 ends it.
+  void creep(std::size_t axis, double per_s);
   void mute(bool muted) { muted_ = muted; }           ///< no states are sent
   void deaf(bool deaf) { deaf_ = deaf; }              ///< the submit program reads nothing
   void forgetful(bool on) { forgetful_ = on; }        ///< moves are accepted and never confirmed

@@ -146,6 +146,9 @@ EkiMachine::EkiMachine(EkiControllerConfig c)
   if (axes == 0 || axes > drivers::kMaxAxes) {
     throw std::invalid_argument("emulated EKI controller: 1 to 12 axes");
   }
+  if (config.linear_unit && axes <= drivers::kArmAxes)
+    throw std::invalid_argument("emulated EKI controller: a linear unit carries an arm of six axes");
+  wire = {axes, config.linear_unit};
   if (config.cycle_ms <= 0 || config.interrupt_ms % config.cycle_ms != 0 || !(config.lag_s > 0.0)) {
     throw std::invalid_argument(
         "emulated EKI controller: interrupt_ms must be a multiple of cycle_ms, lag_s positive");
@@ -310,11 +313,12 @@ std::vector<double> EkiMachine::target_of(const krl::Motion& motion) const {
     const std::string& name = to.type->names[i];
     if (!to.parts[i].given || name == "S" || name == "T") continue;
     const std::size_t number = name.size() > 1 ? static_cast<std::size_t>(name[1] - '1') : 0;
-    const std::size_t axis = number + (name[0] == 'E' ? 6 : 0);
+    const std::size_t place = number + (name[0] == 'E' ? drivers::kArmAxes : 0);
     if (!axial && i < 6) {
       frame[i] = to.parts[i].r;
-    } else if (axis < axes) {
-      rad[axis] = to.parts[i].r * kRadPerDeg;
+    } else if (place < axes) {
+      const std::size_t axis = wire.at_place(place);
+      rad[axis] = wire.inside(axis, to.parts[i].r);
     }
   }
   if (axial) return rad;
@@ -354,7 +358,8 @@ void EkiMachine::move(const krl::Motion& motion) {
     const double share = std::abs(target[i] - arm.setpoint()[i]);
     travel = std::max(travel, share);
     if (share <= 0.0) continue;
-    const Value& percent = system(i < 6 ? "$VEL_AXIS" : "$VEL_EXTAX").parts[i % 6];
+    const std::size_t place = wire.place(i);
+    const Value& percent = system(place < 6 ? "$VEL_AXIS" : "$VEL_EXTAX").parts[place % 6];
     speed = std::min(speed, config.max_speed_rad_s[i] / share * (lin ? 1.0 : percent.i / 100.0));
     acceleration = std::min(acceleration, config.max_acceleration_rad_s2 / share);
   }
@@ -411,8 +416,18 @@ bool EkiMachine::has_frames() {
 }
 
 void EkiMachine::set_axes(Value& value, const std::vector<double>& rad) const {
-  for (std::size_t i = 0; i < value.parts.size(); ++i)
-    value.parts[i].set(i < axes ? rad[i] * kDegPerRad : 0.0);
+  for (std::size_t i = 0; i < value.parts.size(); ++i) {
+    const std::size_t axis = wire.at_place(i);
+    value.parts[i].set(i < axes ? wire.shown(axis, rad[axis]) : 0.0);
+  }
+}
+
+/// E1 to E6 of a position, from those of the axes.
+void EkiMachine::set_external(Value& position, const std::vector<double>& rad) const {
+  for (std::size_t place = drivers::kArmAxes; place < 2 * drivers::kArmAxes; ++place) {
+    const std::size_t axis = wire.at_place(place);
+    position.parts[place + 2].set(place < axes ? wire.shown(axis, rad[axis]) : 0.0);
+  }
 }
 
 /// Variables that are computed when read.
@@ -453,8 +468,9 @@ void EkiMachine::bind_variables() {
   for (const char* name : {"$IN", "$OUT", "$FLAG"}) clear_all(system(name));
   constexpr double kNone = 1e6;
   for (std::size_t i = 0; i < 12; ++i) {
+    const std::size_t axis = wire.at_place(i);
     const auto limit = [&](const std::vector<double>& all, double otherwise) {
-      return i < all.size() ? all[i] * kDegPerRad : otherwise;
+      return axis < all.size() ? wire.shown(axis, all[axis]) : otherwise;
     };
     system("$SOFTN_END").parts[i].set(limit(config.soft_min_rad, -kNone));
     system("$SOFTP_END").parts[i].set(limit(config.soft_max_rad, kNone));
@@ -482,6 +498,7 @@ void EkiMachine::bind_variables() {
     const KukaFrame frame =
         config.states ? config.states->frame(arm.setpoint()) : frame_of(arm.setpoint());
     for (std::size_t i = 0; i < 6; ++i) value.parts[i].set(frame[i]);
+    set_external(value, arm.setpoint());
   };
 }
 
@@ -517,11 +534,12 @@ void EkiMachine::bind_timers() {
 void EkiMachine::bind_kinematics() {
   program.bind("FORWARD", [this](std::span<Value* const> a) {
     std::vector<double> rad(axes);
-    for (std::size_t i = 0; i < axes; ++i) rad[i] = a[0]->parts[i].r * kRadPerDeg;
+    for (std::size_t i = 0; i < axes; ++i)
+      rad[i] = wire.inside(i, a[0]->parts[wire.place(i)].r);
     Value result(program.type("E6POS"));
     const KukaFrame frame = frame_of(rad);
     for (std::size_t i = 0; i < 6; ++i) result.parts[i].set(frame[i]);
-    for (std::size_t i = 6; i < 12; ++i) result.parts[i + 2].set(a[0]->parts[i].r);
+    set_external(result, rad);
     a[1]->set_whole(0);
     return result;
   });

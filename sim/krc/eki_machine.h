@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "drivers/kuka/wire/wire_axes.h"
 #include "sim/krc/eki_arm.h"
 #include "sim/krc/eki_channel.h"
 #include "sim/krc/eki_controller.h"
@@ -70,6 +71,7 @@ struct EkiMachine final : krl::Mover {
   krl::Value& system(const char* name) { return program[name]; }
   int whole_or_0(const char* name) { return program.has(name) ? program[name].i : 0; }
   void set_axes(krl::Value& value, const std::vector<double>& rad) const;
+  void set_external(krl::Value& position, const std::vector<double>& rad) const;
   void bind_state();
   void bind_variables();
   void bind_timers();
@@ -91,6 +93,7 @@ struct EkiMachine final : krl::Mover {
   krl::Interpreter robot, submit;
   Faults faults;
   std::size_t axes = 0;
+  drivers::WireAxes wire{0, false};
   std::mt19937_64 random;
   std::uint64_t cycles = 0, moves = 0, frames_set = 0;
   TimePoint now{};

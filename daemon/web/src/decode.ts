@@ -175,7 +175,7 @@ function joint(value: unknown): Joint | null {
   const behind = frame(all?.behind);
   if (!all || !behind) return null;
   return {
-    name: words(all.name), sign: number(all.sign) === -1 ? -1 : 1,
+    name: words(all.name), along: point(all.along), sign: number(all.sign) === -1 ? -1 : 1,
     offsetDeg: number(all.offset_deg) ?? 0, behind, radiusMm: number(all.radius_mm) ?? 0,
   };
 }

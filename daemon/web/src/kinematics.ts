@@ -23,6 +23,10 @@ export function turned_about_z(degrees: number): Frame {
   return [c, -s, 0, 0, s, c, 0, 0, 0, 0, 1, 0];
 }
 
+export function shifted_along([x, y, z]: Point, mm: number): Frame {
+  return [1, 0, 0, mm * x, 0, 1, 0, mm * y, 0, 0, 1, mm * z];
+}
+
 export const origin = (frame: Frame): Point => [at(frame, 0, 3), at(frame, 1, 3), at(frame, 2, 3)];
 
 export function place(frame: Frame, [x, y, z]: Point): Point {
@@ -31,19 +35,21 @@ export function place(frame: Frame, [x, y, z]: Point): Point {
 }
 
 export interface Posture {
-  /** Frames before and after each joint's fixed part; the last is after the last joint. */
+  /** Frames before and after each joint's fixed part; the last is after the last joint. Of a linear unit its
+   * carriage's. */
   joints: { turned: Frame; behind: Frame }[];
   flange: Frame;
   tip: Frame;
 }
 
-/** Null where the number of angles differs from the robot's. */
-export function posture(scene: Scene, joints_deg: number[]): Posture | null {
-  if (joints_deg.length !== scene.joints.length) return null;
+/** `positions`: degrees, of a linear unit mm. Null where their number differs from the robot's. */
+export function posture(scene: Scene, positions: number[]): Posture | null {
+  if (positions.length !== scene.joints.length) return null;
   let frame = times(IDENTITY, scene.base);
   const joints = scene.joints.map((joint, i) => {
-    const angle = joint.sign * (joints_deg[i] ?? 0) + joint.offsetDeg;
-    const turned = times(frame, turned_about_z(angle));
+    const at = positions[i] ?? 0;
+    const moved = joint.along ? shifted_along(joint.along, at) : turned_about_z(joint.sign * at + joint.offsetDeg);
+    const turned = times(frame, moved);
     frame = times(turned, joint.behind);
     return { turned, behind: frame };
   });

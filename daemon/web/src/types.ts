@@ -151,6 +151,8 @@ export type Frame = number[];
 
 export interface Joint {
   name: string;
+  /** Direction of travel of a linear unit, whose positions are in mm; null: it turns, in degrees. */
+  along: Point | null;
   sign: number;
   offsetDeg: number;
   behind: Frame;

@@ -7,6 +7,8 @@
 #include <string_view>
 
 #include "drivers/error.h"
+#include "drivers/kuka/moves/move_queue.h"
+#include "drivers/kuka/wire/wire_axes.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -49,6 +51,11 @@ void check_axis(std::size_t i, const AxisLimit& limit, double full_speed) {
 
 }  // namespace
 
+std::size_t EkiConfig::wire_axes() const {
+  const std::size_t external = static_cast<std::size_t>(std::max(external_axes, 0));
+  return external == 0 ? limits.size() : std::max(limits.size(), kArmAxes + external);
+}
+
 int EkiConfig::transit_percent() const {
   double share = 1.0;
   for (std::size_t i = 0; i < limits.size(); ++i) {
@@ -77,6 +84,12 @@ void EkiConfig::validate() const {
     throw ConfigError(
         fmt::format("eki: {} full speeds for {} axes", full_speed_rad_s.size(), limits.size()));
   }
+  check_range("external_axes", external_axes, 0, static_cast<double>(kMaxAxes - kArmAxes));
+  if (external_axes > 0 && limits.size() < kArmAxes) {
+    throw ConfigError(fmt::format("eki: {} external axes with an arm of {} axes: six are needed",
+                                  external_axes, limits.size()));
+  }
+  check_linear_unit("eki", limits);
   for (std::size_t i = 0; i < limits.size(); ++i) check_axis(i, limits[i], full_speed_rad_s[i]);
 }
 

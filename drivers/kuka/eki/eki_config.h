@@ -43,10 +43,15 @@ struct EkiConfig {
   /// if its files permit it (CC_MAY_RUN) and no program is selected.
   bool run_program = false;
 
+  /// E1 to En of the channel. Those without a limit hold still: their position at the reference is
+  /// part of every command, and a change is a failure.
+  int external_axes = 0;
   std::vector<AxisLimit> limits;  ///< one per axis; acceleration and jerk are set on the controller
   std::vector<double> full_speed_rad_s;  ///< of each axis at 100 percent
   double follow_tolerance_deg = 0.05;    ///< largest deviation from the target at the end of a move
 
+  /// Axes of the channel.
+  std::size_t wire_axes() const;
   /// Percentage of the axis speeds at which no axis exceeds its limit, 1..100.
   int transit_percent() const;
   /// Throws ConfigError naming key, value and remedy.

@@ -23,6 +23,9 @@ constexpr int kFewestDecimals = 3;
 constexpr std::uint64_t kStatesToJudge = 10;
 // The reference is taken at rest: the means of two windows agree.
 constexpr std::size_t kReferenceWindow = 5;
+// Of an axis without a move, whose kind the channel does not tell: degrees or millimetres. Above the
+// servo's noise.
+constexpr double kUnusedStands = 0.1;
 // Interval between requests to start the program: selecting it takes the controller some time.
 constexpr std::chrono::seconds kRunEvery{2};
 
@@ -30,8 +33,10 @@ constexpr std::chrono::seconds kRunEvery{2};
 
 struct EkiCore::Impl {
   Impl(EkiConfig c, ContactGuard* guard)
-      : config((c.validate(), std::move(c))), mover(config, guard, record) {
+      : config((c.validate(), std::move(c))), wire(config.limits), mover(config, guard, record) {
     state.axes = static_cast<std::uint8_t>(config.limits.size());
+    state.wire_axes = static_cast<std::uint8_t>(config.wire_axes());
+    state.linear_unit = wire.linear(0);
   }
 
   std::size_t axes() const { return config.limits.size(); }
@@ -71,6 +76,7 @@ struct EkiCore::Impl {
     if (const auto move = queue.next_waiting_move()) refuse(*move, cause);
     rereference_asked = false;
     greeted = false;
+    held.clear();
     state.loss = loss;
     state.link = RobotLink::kLost;
     close = state.connected;
@@ -82,7 +88,7 @@ struct EkiCore::Impl {
     if (!state.connected || close) return;
     if (!greeted) return sender.repeat_hello(now);
     if (mover.wants_stop() && mover.wants_sending()) {
-      if (const auto done = mover.cancel(now)) finish(*done);
+      if (const auto done = mover.cancel(now)) end_move(*done);
       return;
     }
     if (mover.wants_stop()) {
@@ -145,7 +151,7 @@ struct EkiCore::Impl {
     if (const EkiError error = parser.parse_state(document, frame); error != EkiError::kNone) {
       return note_bad(error, document);
     }
-    too_few_axes = frame.axes_deg.size() < axes();
+    too_few_axes = frame.axes_deg.size() < config.wire_axes();
     if (too_few_axes) return note_bad(EkiError::kNoAxes, document);
     ++state.states;
     last_rx = t_rx;
@@ -164,7 +170,8 @@ struct EkiCore::Impl {
     if (state.link == RobotLink::kReady && !frame.ready && !mover.busy()) {
       state.link = RobotLink::kNotReferenced;
     }
-    if (const auto done = mover.on_state(frame, t_rx)) finish(*done);
+    watch_external(t_rx);
+    if (const auto done = mover.on_state(frame, t_rx)) end_move(*done);
     if (state.link == RobotLink::kNotReferenced) try_reference();
   }
 
@@ -204,8 +211,7 @@ struct EkiCore::Impl {
   }
 
   void record_position(TimePoint t_rx) {
-    AxisAngles actual;
-    for (std::size_t i = 0; i < axes(); ++i) actual.push_back(frame.axes_deg[i] * kRadPerDeg);
+    const AxisAngles actual = wire.inside(frame.axes_deg);
     // Falls back to the arrival time without the controller's clock.
     const auto arrival = static_cast<std::uint32_t>(
         std::chrono::duration_cast<std::chrono::milliseconds>(t_rx - connected_at).count());
@@ -228,7 +234,46 @@ struct EkiCore::Impl {
     if (frame.progress == EkiProgress::kMoving || states_here < kStatesToJudge) return;
     if (!record.rests(kReferenceWindow)) return;
     rereference_asked = false;
+    held = frame.axes_deg;
+    const auto used = static_cast<std::ptrdiff_t>(axes());
+    const auto all = static_cast<std::ptrdiff_t>(config.wire_axes());
+    mover.hold_unused(AxisAngles(held.begin() + used, held.begin() + all));
+    state.unasked.reset();
     state.link = RobotLink::kReady;
+  }
+
+  // ---- external axes ---------------------------------------------------------------------------
+
+  /// Farthest external axis from where a move may have it, or where it was left; empty: within the
+  /// tolerance.
+  std::optional<cause::MovedUnasked> moved_unasked() const {
+    for (std::size_t place = kArmAxes; place < frame.axes_deg.size(); ++place) {
+      const std::size_t axis = wire.at_place(place);
+      const bool used = axis < axes();
+      double low = place < held.size() ? held[place] : frame.axes_deg[place], high = low;
+      if (used && mover.busy()) {
+        const EkiMover::Span span = mover.asked(axis);
+        low = wire.shown(axis, span.min);
+        high = wire.shown(axis, span.max);
+      }
+      const double actual = frame.axes_deg[place], nearest = std::clamp(actual, low, high);
+      const double tolerance = used ? wire.shown(axis, config.follow_tolerance_deg * kRadPerDeg)
+                                    : kUnusedStands;
+      if (std::abs(actual - nearest) > tolerance)
+        return cause::MovedUnasked{{static_cast<std::uint8_t>(place), used && wire.linear(axis)},
+                                   nearest, actual};
+    }
+    return std::nullopt;
+  }
+
+  /// At every state: an external axis that moves unasked stops the arm, and requires inspection.
+  void watch_external(TimePoint now) {
+    if (state.link != RobotLink::kReady) return;
+    const auto moved = moved_unasked();
+    if (!moved) return;
+    state.unasked = moved;
+    if (mover.busy()) return mover.condemn(MoveOutcome::kNotFollowing, *moved, now);
+    state.link = RobotLink::kNotReferenced;
   }
 
   // ---- moves -----------------------------------------------------------------------------------
@@ -249,6 +294,7 @@ struct EkiCore::Impl {
     if (ending) return refuse(*move, cause::Closing{});
     if (!linked()) return refuse(*move, cause::NotConnected{state.waited_s});
     if (!state.ready) return refuse(*move, cause::ControllerNotReady{});
+    if (state.link != RobotLink::kReady && state.unasked) return refuse(*move, *state.unasked);
     if (state.link != RobotLink::kReady) return refuse(*move, cause::NotReferenced{});
     if (const auto objection = object_to(*move, config.limits)) return refuse(*move, *objection);
     if (const auto refusal = mover.start(*move, actual(), now)) return finish(*refusal);
@@ -266,7 +312,15 @@ struct EkiCore::Impl {
     const bool doubtful =
         result.outcome == MoveOutcome::kNotFollowing || result.outcome == MoveOutcome::kRobotSilent;
     if (doubtful && state.link == RobotLink::kReady) state.link = RobotLink::kNotReferenced;
+    if (state.unasked && state.link == RobotLink::kReady) state.link = RobotLink::kNotReferenced;
     queue.add(result);
+  }
+
+  /// The move is over, and has left the axes where they are.
+  void end_move(const CoreResult& result) {
+    if (held.size() == frame.axes_deg.size())
+      for (std::size_t i = 0; i < axes(); ++i) held[wire.place(i)] = frame.axes_deg[wire.place(i)];
+    finish(result);
   }
 
   void stop() {
@@ -291,7 +345,7 @@ struct EkiCore::Impl {
     if (state.connected && !greeted && now - connected_at > kHelloLimit) close = true;
     if (const auto done = mover.on_tick(now)) {
       const bool cut = is<cause::CommandNotTaken>(done->cause);
-      finish(*done);
+      end_move(*done);
       // The move could still begin later; closing the connection prevents it.
       if (cut) lose(EkiLoss::kNotTaken, done->cause);
     }
@@ -321,9 +375,11 @@ struct EkiCore::Impl {
   }
 
   EkiConfig config;
+  const WireAxes wire;
   EkiFramer framer;
   EkiParser parser;
   EkiState frame;
+  AxisAngles held;  // on the wire: at the reference, or where a move has left them
   PositionRecord record;
   EkiMover mover;
 
@@ -427,14 +483,15 @@ EkiLatchResult latch_of(const EkiTouch& touch, const EkiConfig& config,
   const auto span =
       std::chrono::duration_cast<Duration>(std::chrono::duration<double>(kSpeedSpanS));
   const auto before = record.actual_at(edge - span, kSecondsPerMs);
+  const WireAxes axes(config.limits);
   for (std::size_t i = 0; i < path->size(); ++i) {
     const double latched = (*touch.latched_rad)[i];
     const double speed = before ? ((*path)[i] - (*before)[i]) / kSpeedSpanS : 0.0;
     const double allowed =
         kLatchSlackRad + std::abs(speed) * (kLatchWindowS + std::abs(config.latch_delay_s));
     if (std::abs(latched - (*path)[i]) > allowed) {
-      return {std::nullopt, cause::LatchOutOfRange{static_cast<std::uint8_t>(i),
-                                                   latched * kDegPerRad, (*path)[i] * kDegPerRad}};
+      return {std::nullopt, cause::LatchOutOfRange{axes.name(i), axes.shown(i, latched),
+                                                   axes.shown(i, (*path)[i])}};
     }
     latch.contact_rad[i] = latched - speed * config.latch_delay_s;
   }
@@ -500,7 +557,7 @@ void EkiSender::begin(std::uint32_t session, TimePoint now) {
 
 bool EkiSender::send(const EkiCommand& command, TimePoint now, bool urgent) {
   const bool idle = outbox_.unconfirmed() == 0;
-  if (!outbox_.send(command, config_.limits.size(), config_.window, urgent)) return false;
+  if (!outbox_.send(command, config_.wire_axes(), config_.window, urgent)) return false;
   if (idle) last_progress_ = now;
   last_sent_ = now;
   return true;

@@ -35,12 +35,12 @@ void EkiMover::listen(TimePoint now) {
 std::optional<Cause> EkiMover::too_fast(const Move& move, const AxisAngles& at_rad) const {
   if (move.kind != MoveKind::kSearch || config_.stop != EkiStop::kFlag) return std::nullopt;
   for (std::size_t i = 0; i < at_rad.size(); ++i) {
+    if (axes().linear(i)) continue;  // at rest in a search
     const double speed = move.cruise_s > 0.0
                              ? std::abs(move.target_rad[i] - at_rad[i]) / move.cruise_s * kDegPerRad
                              : config_.limits[i].max_speed_rad_s * kDegPerRad;
     if (speed <= config_.flag_search_limit_deg_s) continue;
-    return cause::TooFastForFlag{static_cast<std::uint8_t>(i), speed,
-                                 config_.flag_search_limit_deg_s};
+    return cause::TooFastForFlag{axes().name(i), speed, config_.flag_search_limit_deg_s};
   }
   return std::nullopt;
 }
@@ -53,6 +53,9 @@ std::optional<CoreResult> EkiMover::start(const Move& move, const AxisAngles& at
     return refusal;
   }
   if (const auto why = too_fast(move, at_rad)) return refusal_of(move, *why, at_rad);
+  const double tolerance_rad = config_.follow_tolerance_deg * kRadPerDeg;
+  if (const auto why = object_to_travel(move, config_.limits, at_rad, tolerance_rad))
+    return refusal_of(move, *why, at_rad);
   sensor_.begin();
   move_ = move;
   outcome_ = MoveOutcome::kArrived;
@@ -72,7 +75,18 @@ void EkiMover::ask(std::size_t leg, const AxisAngles& from_rad, TimePoint now) {
   leg_ = leg;
   phase_ = Phase::kAsked;
   asked_at_ = now;
+  // At a way-point the arm lags, and may still be on its way to it.
+  low_rad_ = high_rad_ = from_rad;
+  if (leg > 0) widen(record_.newest().actual_rad);
+  widen(leg_target(move_, leg));
   choose_path(from_rad);
+}
+
+void EkiMover::widen(const AxisAngles& by_rad) {
+  for (std::size_t i = 0; i < by_rad.size(); ++i) {
+    low_rad_[i] = std::min(low_rad_[i], by_rad[i]);
+    high_rad_[i] = std::max(high_rad_[i], by_rad[i]);
+  }
 }
 
 /// Never exceeds the requested speed or the limits.
@@ -80,9 +94,11 @@ void EkiMover::choose_path(const AxisAngles& at_rad) {
   command_ = EkiCommand{};
   command_.type = EkiType::kMove;
   const AxisAngles& target_rad = leg_target(move_, leg_);
-  for (const double target : target_rad) {
-    command_.target_deg.push_back(target * kDegPerRad);
-  }
+  const WireAxes wire = axes();
+  command_.target_deg.resize(target_rad.size());
+  for (std::size_t i = 0; i < target_rad.size(); ++i)
+    command_.target_deg[wire.place(i)] = wire.shown(i, target_rad[i]);
+  for (const double held : unused_) command_.target_deg.push_back(held);
   const bool at_input = config_.stop == EkiStop::kInput && move_.kind != MoveKind::kRetreat;
   command_.guard = at_input ? EkiGuard::kInput : EkiGuard::kNone;
   // Rounds down, except for a share that is a whole percentage up to the last bit.
@@ -186,12 +202,8 @@ std::optional<CoreResult> EkiMover::on_state(const EkiState& state, TimePoint no
 
 void EkiMover::take_progress_report(const EkiState& state, TimePoint now) {
   done_at_ = now;
-  if (state.latch_id == command_.id && state.latch_deg.size() >= command_.target_deg.size()) {
-    latched_rad_.emplace();
-    for (std::size_t i = 0; i < command_.target_deg.size(); ++i) {
-      latched_rad_->push_back(state.latch_deg[i] * kRadPerDeg);
-    }
-  }
+  if (state.latch_id == command_.id && state.latch_deg.size() >= command_.target_deg.size())
+    latched_rad_ = axes().inside(state.latch_deg);
   begin_settling(now);
   if (!ends_well()) return;
   switch (state.outcome) {
@@ -277,16 +289,17 @@ std::optional<CoreResult> EkiMover::settle(TimePoint now) {
   const AxisAngles early = record_.mean_actual_rad(kSettleWindow, kSettleWindow);
   const AxisDistance moved = farthest_axis(late, early);
   const AxisDistance largest_deviation = farthest_axis(late, move_.target_rad);
+  const std::uint8_t far = largest_deviation.axis;
   const bool at_rest = moved.rad <= kSettledRad;
   if (!at_rest && now - settling_since_ < kSettleLimit) return std::nullopt;
   if (ends_well() && largest_deviation.rad > config_.follow_tolerance_deg * kRadPerDeg) {
     fail(MoveOutcome::kNotFollowing,
-         cause::NotAtTarget{largest_deviation.axis,
-                            move_.target_rad[largest_deviation.axis] * kDegPerRad,
-                            late[largest_deviation.axis] * kDegPerRad});
+         cause::NotAtTarget{axes().name(far), axes().shown(far, move_.target_rad[far]),
+                            axes().shown(far, late[far])});
   } else if (!at_rest && is<cause::None>(cause_)) {
     fail(outcome_,
-         cause::NotSettled{moved.axis, moved.rad * kDegPerRad, seconds(now - settling_since_)});
+         cause::NotSettled{axes().name(moved.axis), axes().shown(moved.axis, moved.rad),
+                           seconds(now - settling_since_)});
   }
   if (outcome_ == MoveOutcome::kContact) fill_latch(late, now);
   const bool closed =
@@ -379,6 +392,13 @@ void EkiMover::halt(MoveOutcome outcome, const Cause& cause) {
   if (!under_way() || !ends_well()) return;
   fail(outcome, cause);
   stop_wanted_ = true;
+}
+
+void EkiMover::condemn(MoveOutcome outcome, const Cause& cause, TimePoint now) {
+  if (under_way()) return halt(outcome, cause);
+  if (!busy() || !is<cause::None>(cause_)) return;
+  fail(outcome, cause);
+  if (phase_ == Phase::kVerdict) begin_settling(now);
 }
 
 void EkiMover::stop_sent(TimePoint now) {

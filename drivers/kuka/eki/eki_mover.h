@@ -22,6 +22,7 @@
 #include "drivers/kuka/moves/position_record.h"
 #include "drivers/kuka/moves/sensor_monitor.h"
 #include "drivers/kuka/wire/eki_codec.h"
+#include "drivers/kuka/wire/wire_axes.h"
 
 namespace cellcal::drivers {
 
@@ -35,6 +36,13 @@ class EkiMover {
   void listen(TimePoint now);
   /// After listen(), with the arm at rest at `at_rad`. Empty: started, command() is to be sent.
   std::optional<CoreResult> start(const Move& move, const AxisAngles& at_rad, TimePoint now);
+  /// As the controller has to hold the axes without a limit: at the end of every command.
+  void hold_unused(const AxisAngles& on_wire) { unused_ = on_wire; }
+  /// Bounds of this axis until the leg's end: where the leg begins and ends; idle: where it was left.
+  struct Span {
+    double min = 0.0, max = 0.0;
+  };
+  Span asked(std::size_t axis) const { return {low_rad_[axis], high_rad_[axis]}; }
   /// Target, path, speed and guard; session, seq and id are set by the core.
   const EkiCommand& command() const { return command_; }
   /// True if the command is due.
@@ -51,6 +59,8 @@ class EkiMover {
   std::optional<CoreResult> on_tick(TimePoint now);
   /// Stops with this outcome. No effect on a move that is already being stopped.
   void halt(MoveOutcome outcome, const Cause& cause);
+  /// Likewise, also of a move whose arm is at rest and whose result is still due.
+  void condemn(MoveOutcome outcome, const Cause& cause, TimePoint now);
   /// The move was halted before its command was sent: ends immediately, or, at a way-point, once
   /// the arm is at rest.
   std::optional<CoreResult> cancel(TimePoint now);
@@ -68,6 +78,7 @@ class EkiMover {
   void ask(std::size_t leg, const AxisAngles& from_rad, TimePoint now);
   bool last_leg() const { return leg_ + 1 == leg_count(move_); }
   void choose_path(const AxisAngles& at_rad);
+  void widen(const AxisAngles& by_rad);
   void on_leg_done(TimePoint now);
   std::optional<Cause> too_fast(const Move& move, const AxisAngles& at_rad) const;
   void watch_search(TimePoint now);
@@ -82,6 +93,8 @@ class EkiMover {
   void fill_latch(const AxisAngles& settled_rad, TimePoint now);
   CoreResult result(const AxisAngles& at_rad);
 
+  WireAxes axes() const { return WireAxes(config_.limits); }
+
   const EkiConfig& config_;
   const PositionRecord& record_;
   SensorMonitor sensor_;
@@ -89,7 +102,9 @@ class EkiMover {
   Phase phase_ = Phase::kIdle;
   Move move_;
   std::size_t leg_ = 0;
-  EkiCommand command_;  ///< of the current leg
+  AxisAngles low_rad_, high_rad_;  ///< of the leg, from where it begins to its end
+  AxisAngles unused_;    ///< on the wire
+  EkiCommand command_;   ///< of the current leg
   MoveOutcome outcome_ = MoveOutcome::kArrived;
   Cause cause_;
   TimePoint asked_at_{}, stop_sent_at_{}, done_at_{};

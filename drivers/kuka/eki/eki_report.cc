@@ -89,7 +89,7 @@ std::string trouble_words(const EkiCoreState& s, const std::string& peer) {
     case EkiTrouble::kTooFewAxes:
       return fmt::format(
           "states with fewer than {} axes. Add Axis/@A1.. (and Ext/@E1..) to the channel file",
-          s.axes);
+          s.wire_axes);
     case EkiTrouble::kCoarse:
       return "angles with fewer than 3 decimals: too coarse to calibrate";
     case EkiTrouble::kNotReady:
@@ -129,6 +129,7 @@ void add(std::string& words, const std::string& more) {
 RobotState to_robot_state(const EkiCoreState& s, const std::string& peer) {
   RobotState state;
   state.link = s.link;
+  state.linear_unit = s.linear_unit;
   state.actual_rad.assign(s.actual_rad, s.actual_rad + s.axes);
   state.commanded_rad.assign(s.commanded_rad, s.commanded_rad + s.axes);
   if (s.states_tcp) state.stated_tcp = to_stated_tcp(s.tcp);
@@ -152,6 +153,7 @@ RobotState to_robot_state(const EkiCoreState& s, const std::string& peer) {
       s.trouble == EkiTrouble::kNone) {
     add(state.words, "referencing: waiting for the arm to come to rest");
   }
+  if (s.unasked) add(state.words, words(*s.unasked));
   add(state.words, trouble_words(s, peer));
   add(state.words, request_words(s.connected ? s.request : EkiRequest::kNone));
   if (s.bad_documents > 0) {

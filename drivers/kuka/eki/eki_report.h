@@ -2,8 +2,10 @@
 // Plain values reported by the EKI core, and their sentences.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
+#include "drivers/kuka/moves/cause.h"
 #include "drivers/kuka/wire/eki_codec.h"
 #include "drivers/robot.h"
 
@@ -41,7 +43,9 @@ struct EkiCoreState {
   bool rereference_pending = false;
   bool connected = false;
   bool ready = false, drives = false, stopped = false, input = false;
-  std::uint8_t axes = 0;
+  std::uint8_t axes = 0, wire_axes = 0;
+  bool linear_unit = false;
+  std::optional<cause::MovedUnasked> unasked;  ///< since the last reference
   EkiMode mode = EkiMode::kUnknown;
   EkiRequest request = EkiRequest::kNone;
   EkiError last_error = EkiError::kNone;

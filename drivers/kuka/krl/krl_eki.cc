@@ -58,6 +58,21 @@ std::string external_speeds(const EkiFilesConfig& c) {
                      c.external_axes, c.acceleration_percent);
 }
 
+/// One block for each external axis; {0} is "E1".
+std::string per_external_axis(std::string_view form, int external_axes) {
+  std::string text;
+  for (int i = 1; i <= external_axes; ++i) {
+    if (!text.empty()) text += '\n';
+    text += fmt::format(fmt::runtime(form), fmt::format("E{}", i));
+  }
+  return text;
+}
+
+// Asked for no more than the servo's noise, an external axis does not move at all: deg, mm.
+constexpr const char* kExternalHold = R"(  IF ABS(CC_TARGET.{0}-$AXIS_ACT.{0})<0.1 THEN
+    CC_TARGET.{0}=$AXIS_ACT.{0}
+  ENDIF)";
+
 /// Requests of the controller, in order of precedence.
 std::string requests(const EkiFilesConfig& c) {
   std::string text;
@@ -258,6 +273,8 @@ krl::Places places_of(const EkiFilesConfig& c) {
                  "{M -1.0,CM {X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0},J {X 0.0,Y 0.0,Z 0.0}}")},
       {"ACC_AXIS", text(c.acceleration_percent)},
       {"EXTERNAL_SPEEDS", external_speeds(c)},
+      {"EXTERNAL_HOLD", per_external_axis(kExternalHold, c.external_axes)},
+      {"EXTERNAL_GOAL", per_external_axis("    GOAL.{0}=CC_TARGET.{0}", c.external_axes)},
       {"ACC_CP", kAccCp},
       {"LIN_LIMIT", kLinLimit},
       {"INTERRUPT_INPUT", text(c.first_interrupt)},

@@ -12,9 +12,12 @@ namespace cellcal::drivers {
 namespace {
 
 // Controllers number six axes A1..A6, then external ones E1..
-std::string name(std::uint8_t axis) {
-  return axis < 6 ? fmt::format("A{}", axis + 1) : fmt::format("E{}", axis - 5);
+std::string name(WireAxis axis) {
+  return axis.place < kArmAxes ? fmt::format("A{}", axis.place + 1)
+                               : fmt::format("E{}", axis.place - 5);
 }
+
+const char* unit(WireAxis axis) { return axis.linear ? "mm" : "deg"; }
 
 // Causes other than drives and obstacles (named by the session): the controller limits corrections
 // without a message.
@@ -54,24 +57,25 @@ struct Words {
                        c.via == 0 ? "the target" : fmt::format("way-point {}", c.via), c.expected);
   }
   std::string operator()(const cause::NotFinite& c) const {
-    return fmt::format("{}{}: target {} is not a finite angle", point(c.via), name(c.axis),
-                       c.target);
+    return fmt::format("{}{}: target {} is not a finite {}", point(c.via), name(c.axis), c.target,
+                       c.axis.linear ? "position" : "angle");
   }
   std::string operator()(const cause::BelowLimit& c) const {
-    return fmt::format("{}{}: target {:.4f} deg, lower axis limit {:.4f} deg", point(c.via),
-                       name(c.axis), c.target_deg, c.limit_deg);
+    return fmt::format("{}{}: target {:.4f} {unit}, lower axis limit {:.4f} {unit}", point(c.via),
+                       name(c.axis), c.target_deg, c.limit_deg, fmt::arg("unit", unit(c.axis)));
   }
   std::string operator()(const cause::AboveLimit& c) const {
-    return fmt::format("{}{}: target {:.4f} deg, upper axis limit {:.4f} deg", point(c.via),
-                       name(c.axis), c.target_deg, c.limit_deg);
+    return fmt::format("{}{}: target {:.4f} {unit}, upper axis limit {:.4f} {unit}", point(c.via),
+                       name(c.axis), c.target_deg, c.limit_deg, fmt::arg("unit", unit(c.axis)));
   }
   std::string operator()(const cause::CorrectionLimit& c) const {
     return fmt::format(
-        "{}{}: correction {:.4f} deg, limit +-{:.4f} deg. Begin the session nearer to the "
-        "target, or raise correction_limit_deg, make the controller's files again "
+        "{}{}: correction {:.4f} {unit}, limit +-{:.4f} {unit}. Begin the session nearer to the "
+        "target, or raise correction_limit_{key}, make the controller's files again "
         "(kuka-files: {}AXISCORRMON), copy them to the controller and cold-start it",
         point(c.via), name(c.axis), c.correction_deg, c.limit_deg,
-        result.in_space ? "" : "AXISCORR, ");
+        result.in_space ? "" : "AXISCORR, ", fmt::arg("unit", unit(c.axis)),
+        fmt::arg("key", c.axis.linear ? "external_mm" : "deg"));
   }
   std::string operator()(const cause::ShiftLimit& c) const {
     return fmt::format(
@@ -109,6 +113,12 @@ struct Words {
     return fmt::format("{}share {} is not within 0 and {}", point(c.via), c.share, c.limit);
   }
   std::string operator()(const cause::StopAsked&) const { return "stopped on request"; }
+  std::string operator()(const cause::TravelAtTarget& c) const {
+    return fmt::format(
+        "{}: {:.4f} {unit} of travel from {:.4f} {unit} in a search, or on the way out of a contact: "
+        "these move the arm alone. Move the linear unit in a transit",
+        name(c.axis), c.target_deg - c.from_deg, c.from_deg, fmt::arg("unit", unit(c.axis)));
+  }
 
   // ---- the contact sensor ----------------------------------------------------------------------
 
@@ -178,20 +188,27 @@ struct Words {
   // ---- motion of the arm -----------------------------------------------------------------------
 
   std::string operator()(const cause::AxisNotFollowing& c) const {
-    return fmt::format("{}: following error {:.4f} deg, set-point {:.4f} deg, actual {:.4f} deg{}",
-                       name(c.axis), std::abs(c.commanded_deg - c.actual_deg), c.commanded_deg,
-                       c.actual_deg, result.in_space ? kSpaceChecks : kAxisChecks);
+    return fmt::format(
+        "{}: following error {:.4f} {unit}, set-point {:.4f} {unit}, actual {:.4f} {unit}{}",
+        name(c.axis), std::abs(c.commanded_deg - c.actual_deg), c.commanded_deg, c.actual_deg,
+        result.in_space ? kSpaceChecks : kAxisChecks, fmt::arg("unit", unit(c.axis)));
   }
   std::string operator()(const cause::AxisStands& c) const {
     return fmt::format(
-        "{}: following error {:.4f} deg, at standstill at {:.4f} deg while its set-point advances to "
-        "{:.4f} deg{}",
+        "{}: following error {:.4f} {unit}, at standstill at {:.4f} {unit} while its set-point "
+        "advances to {:.4f} {unit}{}",
         name(c.axis), std::abs(c.commanded_deg - c.actual_deg), c.actual_deg, c.commanded_deg,
-        result.in_space ? kSpaceChecks : kAxisChecks);
+        result.in_space ? kSpaceChecks : kAxisChecks, fmt::arg("unit", unit(c.axis)));
+  }
+  std::string operator()(const cause::MovedUnasked& c) const {
+    return fmt::format(
+        "{}: {:.4f}, held at {:.4f} [{}]: the external axis moved and was not asked to. Find what moves "
+        "it (another program, a hand on its pendant key, a coupled axis), then reference again",
+        name(c.axis), c.actual_deg, c.held_deg, c.axis.linear ? "mm" : "deg, mm of a linear axis");
   }
   std::string operator()(const cause::NotSettled& c) const {
-    return fmt::format("{}: still moving by {:.4f} deg after {:.2f} s", name(c.axis), c.moved_deg,
-                       c.waited_s);
+    return fmt::format("{}: still moving by {:.4f} {} after {:.2f} s", name(c.axis), c.moved_deg,
+                       unit(c.axis), c.waited_s);
   }
 
   // ---- RSI link --------------------------------------------------------------------------------
@@ -218,10 +235,10 @@ struct Words {
             c.before, c.after, result.ipoc);
       case cause::SessionRestarted::Sign::kSetpoint:
         return fmt::format(
-            "{}: start pose (ASPos) went from {:.4f} deg to {:.4f} deg within the session (IPOC "
+            "{}: start pose (ASPos) went from {:.4f} {unit} to {:.4f} {unit} within the session (IPOC "
             "{}): RSI was restarted, or the controller's program moves the arm. Read the message "
             "on the pendant",
-            name(c.axis), c.before, c.after, result.ipoc);
+            name(c.axis), c.before, c.after, result.ipoc, fmt::arg("unit", unit(c.axis)));
     }
     return fmt::format("IPOC jumped (now {}): RSI was restarted, or many packets were lost",
                        result.ipoc);
@@ -234,13 +251,14 @@ struct Words {
   }
   std::string operator()(const cause::ReplyBeyondLimit& c) const {
     using Of = cause::ReplyBeyondLimit::Of;
-    const char* const unit = c.of == Of::kSpeed          ? "deg/s"
-                             : c.of == Of::kAcceleration ? "deg/s2"
-                                                         : "deg/s3";
+    const char* const per = c.of == Of::kSpeed          ? "/s"
+                            : c.of == Of::kAcceleration ? "/s2"
+                                                        : "/s3";
+    const std::string asked = unit(c.axis) + std::string(per);
     return fmt::format(
         "{}: the next correction asked for {:.0f} {}, limit {:.0f} {}. It was not sent, and the arm "
         "holds. Inspect the arm, reference it again, and report this",
-        name(c.axis), c.value, unit, c.limit, unit);
+        name(c.axis), c.value, asked, c.limit, asked);
   }
   std::string operator()(const cause::HeldUp& c) const {
     return fmt::format(
@@ -338,8 +356,8 @@ struct Words {
   }
   std::string operator()(const cause::LatchOutOfRange& c) const {
     return fmt::format(
-        "{}: {:.4f} deg latched, {:.4f} deg measured at the contact. Check latch_delay_ms",
-        name(c.axis), c.latched_deg, c.measured_deg);
+        "{}: {:.4f} {unit} latched, {:.4f} {unit} measured at the contact. Check latch_delay_ms",
+        name(c.axis), c.latched_deg, c.measured_deg, fmt::arg("unit", unit(c.axis)));
   }
   std::string operator()(const cause::TooFastForFlag& c) const {
     return fmt::format(
@@ -354,14 +372,20 @@ struct Words {
         c.still_s, c.override_percent);
   }
   std::string operator()(const cause::NotAtTarget& c) const {
-    return fmt::format("{}: target {:.4f} deg, at rest at {:.4f} deg", name(c.axis), c.target_deg,
-                       c.actual_deg);
+    return fmt::format("{}: target {:.4f} {unit}, at rest at {:.4f} {unit}", name(c.axis),
+                       c.target_deg, c.actual_deg, fmt::arg("unit", unit(c.axis)));
   }
 };
 
 }  // namespace
 
 std::string words(const CoreResult& result) { return std::visit(Words{result}, result.cause); }
+
+std::string words(const Cause& cause) {
+  CoreResult result;
+  result.cause = cause;
+  return words(result);
+}
 
 MoveResult to_move_result(const CoreResult& r) {
   return {r.id, r.outcome, words(r), r.interruption, r.at_rad, r.latch};

@@ -10,11 +10,12 @@
 #include <type_traits>
 #include <variant>
 
+#include "drivers/kuka/wire/wire_axes.h"
 #include "drivers/robot.h"
 
 namespace cellcal::drivers {
 
-/// Axes count from 0; limited values are followed by their limit. `via`: the way-point concerned,
+/// Values named _deg are millimetres of a linear axis. Limited values are followed by their limit. `via`: the way-point concerned,
 /// from 1; 0 is the target.
 namespace cause {
 
@@ -29,22 +30,22 @@ struct AxisCount {
   std::uint8_t via = 0;
 };
 struct NotFinite {
-  std::uint8_t axis = 0;
+  WireAxis axis{};
   double target = 0.0;
   std::uint8_t via = 0;
 };
 struct BelowLimit {
-  std::uint8_t axis = 0;
+  WireAxis axis{};
   double target_deg = 0.0, limit_deg = 0.0;
   std::uint8_t via = 0;
 };
 struct AboveLimit {
-  std::uint8_t axis = 0;
+  WireAxis axis{};
   double target_deg = 0.0, limit_deg = 0.0;
   std::uint8_t via = 0;
 };
 struct CorrectionLimit {
-  std::uint8_t axis = 0;
+  WireAxis axis{};
   double correction_deg = 0.0, limit_deg = 0.0;
   std::uint8_t via = 0;
 };
@@ -57,7 +58,7 @@ struct TurnLimit {
   std::uint8_t via = 0;
 };
 struct NearSingular {
-  std::uint8_t axis = 0;
+  WireAxis axis{};
   double gain = 0.0, limit = 0.0;  ///< axis motion per TCP motion [rad per m or rad]
   std::uint8_t via = 0;
 };
@@ -75,6 +76,11 @@ struct BadShare {
   std::uint8_t via = 0;
 };
 struct StopAsked {};
+
+struct TravelAtTarget {  ///< of the linear unit: searches and leaving a contact move the arm alone
+  WireAxis axis{};
+  double from_deg = 0.0, target_deg = 0.0;
+};
 
 // The contact sensor.
 struct NoSensor {};
@@ -112,15 +118,19 @@ struct InputTouched {};  ///< by the controller's contact input; not (yet) by th
 
 // Motion of the arm.
 struct AxisNotFollowing {
-  std::uint8_t axis = 0;
+  WireAxis axis{};
   double commanded_deg = 0.0, actual_deg = 0.0;
 };
 struct AxisStands {  ///< it does not move at all while its command advances
-  std::uint8_t axis = 0;
+  WireAxis axis{};
   double commanded_deg = 0.0, actual_deg = 0.0;
 };
+struct MovedUnasked {  ///< an external axis that is not part of the move, or between moves
+  WireAxis axis{};
+  double held_deg = 0.0, actual_deg = 0.0;  ///< held_deg: nearest position asked for
+};
 struct NotSettled {
-  std::uint8_t axis = 0;
+  WireAxis axis{};
   double moved_deg = 0.0, waited_s = 0.0;
 };
 
@@ -137,7 +147,7 @@ struct SessionRestarted {
   enum class Sign : std::uint8_t { kIpoc, kDelay, kSetpoint };
   Sign sign = Sign::kIpoc;
   double before = 0.0, after = 0.0;  ///< Delay; ASPos of the axis [deg]
-  std::uint8_t axis = 0;
+  WireAxis axis{};
 };
 struct DamagedPackets {  ///< with a valid IPOC but no valid angles, consecutive
   std::uint32_t packets = 0;
@@ -146,7 +156,7 @@ struct DamagedPackets {  ///< with a valid IPOC but no valid angles, consecutive
 struct ReplyBeyondLimit {
   enum class Of : std::uint8_t { kSpeed, kAcceleration, kJerk };
   Of of = Of::kSpeed;
-  std::uint8_t axis = 0;
+  WireAxis axis{};
   double value = 0.0, limit = 0.0;  ///< deg/s, deg/s^2, deg/s^3
 };
 struct HeldUp {  ///< this computer did not run the robot's thread; packets may have arrived
@@ -188,11 +198,11 @@ struct OutsideSoftLimits {};
 struct NotFeasible {};
 struct LatchMissing {};
 struct LatchOutOfRange {
-  std::uint8_t axis = 0;
+  WireAxis axis{};
   double latched_deg = 0.0, measured_deg = 0.0;  ///< measured: the path at the contact
 };
 struct TooFastForFlag {
-  std::uint8_t axis = 0;
+  WireAxis axis{};
   double speed_deg_s = 0.0, limit_deg_s = 0.0;
 };
 struct NotMoving {
@@ -200,7 +210,7 @@ struct NotMoving {
   int override_percent = 0;
 };
 struct NotAtTarget {
-  std::uint8_t axis = 0;
+  WireAxis axis{};
   double target_deg = 0.0, actual_deg = 0.0;
 };
 
@@ -210,12 +220,12 @@ using Cause = std::variant<
     cause::None, cause::NotReferenced, cause::Busy, cause::Closing, cause::AxisCount,
     cause::NotFinite, cause::BelowLimit, cause::AboveLimit, cause::CorrectionLimit,
     cause::ShiftLimit, cause::TurnLimit, cause::NearSingular, cause::BadCruise,
-    cause::CruiseByWayPoints, cause::SearchByWayPoints, cause::BadShare, cause::StopAsked,
+    cause::CruiseByWayPoints, cause::SearchByWayPoints, cause::BadShare, cause::StopAsked, cause::TravelAtTarget,
     cause::NoSensor, cause::NotArmed, cause::ArmedOtherwise, cause::TouchingAtStart,
     cause::TrippedAtStart, cause::SensorDead, cause::SensorLate, cause::KeepAliveLate,
     cause::ArmExpired, cause::TripUnconfirmed, cause::StampOutside, cause::StampDenied,
     cause::OpeningUnheard, cause::TouchedOutsideSearch, cause::ContactNotOpen, cause::InputTouched,
-    cause::AxisNotFollowing, cause::AxisStands, cause::NotSettled, cause::NoPackets,
+    cause::AxisNotFollowing, cause::AxisStands, cause::MovedUnasked, cause::NotSettled, cause::NoPackets,
     cause::NotAccepted, cause::Silence, cause::SessionRestarted, cause::DamagedPackets,
     cause::ReplyBeyondLimit, cause::HeldUp, cause::LateReplies, cause::IncrementLost,
     cause::DelayGone, cause::TooCoarse, cause::NotConnected, cause::ControllerNotReady,
@@ -253,6 +263,8 @@ CoreResult refusal_of(const Move& move, const Cause& why, const AxisAngles& at_r
 
 /// Event, location, and remedy; empty if there is nothing to report.
 std::string words(const CoreResult& result);
+/// Likewise, of a cause without a move.
+std::string words(const Cause& cause);
 MoveResult to_move_result(const CoreResult& result);
 
 }  // namespace cellcal::drivers

@@ -1,8 +1,11 @@
 #include "drivers/kuka/moves/move_queue.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
-#include "drivers/units.h"
+#include "drivers/error.h"
+#include "drivers/kuka/wire/wire_axes.h"
 
 namespace cellcal::drivers {
 
@@ -40,16 +43,17 @@ constexpr double kMostShare = 0.5;
 
 std::optional<Cause> object_to(const AxisAngles& point_rad, std::span<const AxisLimit> limits) {
   if (point_rad.size() != limits.size()) return cause::AxisCount{point_rad.size(), limits.size()};
+  const WireAxes axes(limits);
   for (std::size_t i = 0; i < limits.size(); ++i) {
-    const auto axis = static_cast<std::uint8_t>(i);
+    const WireAxis axis = axes.name(i);
     const double target = point_rad[i];
     const AxisLimit& limit = limits[i];
     if (!std::isfinite(target)) return cause::NotFinite{axis, target};
     if (target < limit.min_rad) {
-      return cause::BelowLimit{axis, target * kDegPerRad, limit.min_rad * kDegPerRad};
+      return cause::BelowLimit{axis, axes.shown(i, target), axes.shown(i, limit.min_rad)};
     }
     if (target > limit.max_rad) {
-      return cause::AboveLimit{axis, target * kDegPerRad, limit.max_rad * kDegPerRad};
+      return cause::AboveLimit{axis, axes.shown(i, target), axes.shown(i, limit.max_rad)};
     }
   }
   return std::nullopt;
@@ -100,16 +104,34 @@ std::optional<Cause> object_to(const Move& move, std::span<const AxisLimit> limi
                                std::span<const double> correction_limit_deg,
                                const AxisAngles& base_rad) {
   if (const auto objection = object_to(move, limits)) return objection;
+  const WireAxes axes(limits);
   for (std::size_t leg = 0; leg < leg_count(move); ++leg) {
     for (std::size_t i = 0; i < limits.size(); ++i) {
-      const double correction_deg = (leg_target(move, leg)[i] - base_rad[i]) * kDegPerRad;
+      const double correction_deg = axes.shown(i, leg_target(move, leg)[i] - base_rad[i]);
       if (std::abs(correction_deg) <= correction_limit_deg[i]) continue;
-      const cause::CorrectionLimit beyond{static_cast<std::uint8_t>(i), correction_deg,
-                                          correction_limit_deg[i]};
+      const cause::CorrectionLimit beyond{axes.name(i), correction_deg, correction_limit_deg[i]};
       return of_leg(beyond, move, leg);
     }
   }
   return std::nullopt;
+}
+
+std::optional<Cause> object_to_travel(const Move& move, std::span<const AxisLimit> limits,
+                                      const AxisAngles& at_rad, double tolerance_rad) {
+  const WireAxes axes(limits);
+  if (move.kind == MoveKind::kTransit || !axes.linear(0)) return std::nullopt;
+  const double target = leg_target(move, 0)[0];
+  if (std::abs(target - at_rad[0]) <= tolerance_rad) return std::nullopt;
+  return cause::TravelAtTarget{axes.name(0), axes.shown(0, at_rad[0]), axes.shown(0, target)};
+}
+
+void check_linear_unit(const char* wire, std::span<const AxisLimit> limits) {
+  for (std::size_t i = 0; i < limits.size(); ++i) {
+    if (!limits[i].linear || (i == 0 && limits.size() > kArmAxes)) continue;
+    throw ConfigError(fmt::format(
+        "{}: axis {} of {} is linear: a linear unit is the first axis, before an arm of six", wire,
+        i + 1, limits.size()));
+  }
 }
 
 }  // namespace cellcal::drivers

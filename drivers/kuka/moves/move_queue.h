@@ -75,11 +75,19 @@ class ArrivalSpread {
 /// within its triangle, so these points are sufficient.
 std::optional<Cause> object_to(const Move& move, std::span<const AxisLimit> limits);
 
-/// Additionally the limits of an axis correction, one per axis [deg]. `base_rad`: pose at
+/// Additionally the limits of an axis correction, one per axis [deg], of a linear unit [mm]. `base_rad`: pose at
 /// correction 0.
 std::optional<Cause> object_to(const Move& move, std::span<const AxisLimit> limits,
                                std::span<const double> correction_limit_deg,
                                const AxisAngles& base_rad);
+
+/// Throws ConfigError where a linear unit is not the first of seven axes or more. `wire`: "eki".
+void check_linear_unit(const char* wire, std::span<const AxisLimit> limits);
+
+/// A linear unit that travels in a search or on the first leg of a retreat, which move the arm alone.
+/// `at_rad`: where it begins; `tolerance_rad`: of rest.
+std::optional<Cause> object_to_travel(const Move& move, std::span<const AxisLimit> limits,
+                                      const AxisAngles& at_rad, double tolerance_rad);
 
 /// Legs of a move: way-points, and the target last.
 inline std::size_t leg_count(const Move& move) { return move.via.size() + 1; }

@@ -7,6 +7,8 @@
 #include <string_view>
 
 #include "drivers/error.h"
+#include "drivers/kuka/moves/move_queue.h"
+#include "drivers/kuka/wire/wire_axes.h"
 #include "drivers/kuka/wire/xml_values.h"
 #include "drivers/units.h"
 
@@ -159,6 +161,7 @@ void RsiConfig::validate() const {
     check_positive(fmt::format("axis {}: jerk limit", i + 1), limit.max_jerk_rad_s3);
     check_positive(fmt::format("axis {}: correction limit", i + 1), correction_limit_deg[i]);
   }
+  check_linear_unit("rsi", limits);
   check_space(*this);
   check_positive("follow_tolerance_deg", follow_tolerance_deg);
   check_positive("follow_window_s", follow_window_s);
@@ -173,9 +176,11 @@ std::vector<AxisLimit> limits_within_wire(const RsiConfig& config) {
   // Both set-points of a step are rounded, by half a unit each; one more unit allows for double
   // rounding.
   const double units = config.space.on ? kUnitsInSpace : 2.0;
-  const double add_rad_s = units * std::pow(10.0, -config.decimals) * kRadPerDeg / kShortestCycleS;
+  const WireAxes axes(config.limits);
   std::vector<AxisLimit> limits = config.limits;
   for (std::size_t i = 0; i < limits.size(); ++i) {
+    const double add_rad_s =
+        axes.inside(i, units * std::pow(10.0, -config.decimals)) / kShortestCycleS;
     double& speed = limits[i].max_speed_rad_s;
     const double full = config.full_speed_rad_s.empty() ? speed : config.full_speed_rad_s[i];
     speed = std::min(speed, std::max(full - add_rad_s, full / 2));

@@ -68,7 +68,8 @@ struct RsiConfig {
   /// One per axis: the controller's own limits, beyond which it stops. Empty: the speeds of
   /// `limits`.
   std::vector<double> full_speed_rad_s;
-  std::vector<double> correction_limit_deg;  ///< one per axis: at most AXISCORR's and the monitor's
+  /// One per axis, of a linear unit [mm]: at most AXISCORR's and the monitor's.
+  std::vector<double> correction_limit_deg;
   SpaceCorrection space;
   /// Tolerance to everything commanded within follow_window_s; beyond it the arm does not follow.
   double follow_tolerance_deg = 0.05;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "drivers/kuka/moves/cause.h"
 #include "drivers/kuka/moves/move_queue.h"
@@ -26,6 +27,9 @@ constexpr double kPeerWaitsS = 0.2;
 // Time limit of repetitions by a peer that waits for replies before the first answer: its silence
 // is caused by this adapter. Simulators take a second.
 constexpr double kPeerTimeoutS = 2.5;
+// Of an external axis without a move, whose kind the packets do not tell: degrees or millimetres.
+// Above the servo's noise.
+constexpr double kUnusedStands = 0.1;
 // A larger interval between ticks and packets shows that this thread was delayed.
 constexpr double kHeldUpS = 0.02;
 
@@ -39,8 +43,12 @@ RsiConfig checked(RsiConfig config) {
 
 struct RsiCore::Impl {
   Impl(RsiConfig c, ContactGuard* guard)
-      : config(checked(std::move(c))), mover(config, guard, record), setpoint(config) {
+      : config(checked(std::move(c))),
+        wire(config.limits),
+        mover(config, guard, record),
+        setpoint(config) {
     state.axes = static_cast<std::uint8_t>(config.limits.size());
+    state.linear_unit = wire.linear(0);
     state.relative = relative();
   }
 
@@ -51,7 +59,7 @@ struct RsiCore::Impl {
     check_silence();
     WireError error =
         parser.parse_rob(bytes, frame, {config.mode_tag, config.override_tag, config.contact_tag});
-    const AxisAngles actual = axes_of(frame.axes_deg, frame.external_deg, axes());
+    const AxisAngles actual = axes_of(frame.axes_deg, frame.external_deg, wire);
     if (error == WireError::kNone) {
       too_few_axes = actual.size() < axes();
       if (too_few_axes) error = WireError::kNoAxes;
@@ -100,6 +108,7 @@ struct RsiCore::Impl {
     if (!setpoint.known() && !setpoint.find(frame, actual, t_rx, peer_waits(t_rx)))
       return unknown_offset_reply();
     if (state.link == RobotLink::kReady && (coarse() || lacks_delay())) doubt();
+    watch_external(actual);
     if (state.link == RobotLink::kNotReferenced) {
       setpoint.hold_at(actual);
       state.tcp_apart = setpoint.tcp_apart(frame, actual);
@@ -281,8 +290,40 @@ struct RsiCore::Impl {
     if (!rereference_asked || !fit_for_reference() || !record.rests(kReferenceWindow)) return;
     setpoint.hold_at(record.mean_actual_rad(0, kReferenceWindow));
     rereference_asked = false;
+    held_external = frame.external_deg;
+    state.unasked.reset();
     state.interruption = Interruption::kNone;
     state.link = RobotLink::kReady;
+  }
+
+  /// An external axis that is no part of a move and not where it was left. A moving one is watched
+  /// as every axis is.
+  std::optional<cause::MovedUnasked> moved_unasked(const AxisAngles& actual) const {
+    for (std::size_t i = 0; i < frame.external_deg.size(); ++i) {
+      const std::size_t axis = wire.at_place(kArmAxes + i);
+      const bool used = axis < axes();
+      if (used && mover.busy()) continue;
+      if (!used && i >= held_external.size()) continue;
+      const double at = used ? wire.shown(axis, actual[axis]) : frame.external_deg[i];
+      const double left =
+          used ? wire.shown(axis, setpoint.commanded_rad()[axis]) : held_external[i];
+      const double tolerance =
+          used ? wire.shown(axis, config.follow_tolerance_deg * kRadPerDeg) : kUnusedStands;
+      if (std::abs(at - left) > tolerance)
+        return cause::MovedUnasked{
+            {static_cast<std::uint8_t>(kArmAxes + i), used && wire.linear(axis)}, left, at};
+    }
+    return std::nullopt;
+  }
+
+  /// At every packet: an external axis that moves unasked stops the arm, and requires inspection.
+  void watch_external(const AxisAngles& actual) {
+    if (state.link != RobotLink::kReady) return;
+    const auto moved = moved_unasked(actual);
+    if (!moved) return;
+    state.unasked = moved;
+    if (mover.busy()) return mover.condemn(MoveOutcome::kNotFollowing, *moved);
+    state.link = RobotLink::kNotReferenced;
   }
 
   bool fit_for_reference() const {
@@ -349,6 +390,7 @@ struct RsiCore::Impl {
     if (ending) return refuse(*move, cause::Closing{});
     if (!linked()) return refuse(*move, cause::NoPackets{std::max(state.waited_s, state.silent_s)});
     if (not_accepted()) return refuse(*move, cause::NotAccepted{});
+    if (state.link != RobotLink::kReady && state.unasked) return refuse(*move, *state.unasked);
     if (state.link != RobotLink::kReady) return refuse(*move, cause::NotReferenced{});
     if (const auto objection = setpoint.object_to(*move)) return refuse(*move, *objection);
     state.late_while_moving = 0;
@@ -372,6 +414,8 @@ struct RsiCore::Impl {
       state.link = RobotLink::kNotReferenced;
     }
     increments_lost = increments_lost && mover.busy();
+    if (state.unasked && !mover.busy() && state.link == RobotLink::kReady)
+      state.link = RobotLink::kNotReferenced;
     queue.add(result);
   }
 
@@ -486,6 +530,7 @@ struct RsiCore::Impl {
   }
 
   RsiConfig config;
+  const WireAxes wire;
   RsiParser parser;
   RsiStream stream{config.silence_cycles};
   ArrivalSpread spread;
@@ -498,6 +543,7 @@ struct RsiCore::Impl {
   MoveQueue queue;
 
   RobFrame frame;
+  AxisAngles held_external;  // EIPos at the reference
   std::array<char, kRsiBuffer> buffer{};
   CoreState state;
   TimePoint last_rx{}, looked{};

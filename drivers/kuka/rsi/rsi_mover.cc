@@ -61,6 +61,9 @@ std::optional<CoreResult> Mover::start(const Move& move, const AxisAngles& comma
     sensor_.explain(refusal);
     return refusal;
   }
+  const double tolerance_rad = config_.follow_tolerance_deg * kRadPerDeg;
+  if (const auto why = object_to_travel(move, config_.limits, commanded_rad, tolerance_rad))
+    return refusal_of(move, *why, commanded_rad);
   sensor_.begin();
   move_ = move;
   if (config_.space.on) rest_at_way_points(move_);
@@ -155,11 +158,12 @@ std::optional<CoreResult> Mover::settle(const MoverCycle& cycle, const AxisAngle
   if (!time_is_up && !(at_rest && (followed || !ends_well()))) return std::nullopt;
   if (ends_well() && !followed) {
     outcome_ = MoveOutcome::kNotFollowing;
-    cause_ = cause::AxisNotFollowing{largest_deviation.axis,
-                                     commanded_rad[largest_deviation.axis] * kDegPerRad,
-                                     late[largest_deviation.axis] * kDegPerRad};
+    const std::uint8_t far = largest_deviation.axis;
+    cause_ = cause::AxisNotFollowing{axes().name(far), axes().shown(far, commanded_rad[far]),
+                                     axes().shown(far, late[far])};
   } else if (!at_rest && is<cause::None>(cause_)) {
-    cause_ = cause::NotSettled{moved.axis, moved.rad * kDegPerRad, settling_s_};
+    cause_ = cause::NotSettled{axes().name(moved.axis), axes().shown(moved.axis, moved.rad),
+                               settling_s_};
   }
   if (outcome_ == MoveOutcome::kContact) fill_latch(cycle, late);
   if (!opening_known(cycle)) return std::nullopt;
@@ -202,9 +206,9 @@ void Mover::fill_latch(const MoverCycle& cycle, const AxisAngles& settled_rad) {
     const double actual = at_contact->actual_rad[i];
     if (actual >= range.min - tolerance_rad && actual <= range.max + tolerance_rad) continue;
     outcome_ = MoveOutcome::kNotFollowing;
-    cause_ = cause::AxisNotFollowing{static_cast<std::uint8_t>(i),
-                                     std::clamp(actual, range.min, range.max) * kDegPerRad,
-                                     actual * kDegPerRad};
+    cause_ = cause::AxisNotFollowing{
+        axes().name(i), axes().shown(i, std::clamp(actual, range.min, range.max)),
+        axes().shown(i, actual)};
     return;
   }
   Latch latch;

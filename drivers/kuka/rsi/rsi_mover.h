@@ -23,6 +23,7 @@
 #include "drivers/kuka/rsi/rsi_config.h"
 #include "drivers/kuka/rsi/rsi_report.h"
 #include "drivers/kuka/rsi/rsi_stops.h"
+#include "drivers/kuka/wire/wire_axes.h"
 
 namespace cellcal::drivers {
 
@@ -102,6 +103,8 @@ class Mover {
   std::optional<CoreResult> step(const MoverCycle& cycle, AxisAngles& commanded_rad);
   /// Stops with this outcome. No effect on a move that is already being stopped.
   void halt(MoveOutcome outcome, const Cause& cause);
+  /// Likewise, also of a move whose arm is at rest and whose result is still due.
+  void condemn(MoveOutcome outcome, const Cause& cause);
   /// Ends the move immediately: packets have ceased, or nothing more can be commanded.
   CoreResult abandon(const Cause& cause, MoveOutcome outcome = MoveOutcome::kRobotSilent);
 
@@ -127,6 +130,8 @@ class Mover {
   void judge_input();
   CoreResult result(const AxisAngles& commanded_rad);
   void fill_latch(const MoverCycle& cycle, const AxisAngles& settled_rad);
+
+  WireAxes axes() const { return WireAxes(config_.limits); }
 
   const RsiConfig& config_;
   const PositionRecord& record_;

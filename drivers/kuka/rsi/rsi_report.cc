@@ -110,6 +110,7 @@ void add(std::string& words, const std::string& more) {
 RobotState to_robot_state(const CoreState& s, const ReportNames& names) {
   RobotState state;
   state.link = s.link;
+  state.linear_unit = s.linear_unit;
   state.actual_rad.assign(s.actual_rad, s.actual_rad + s.axes);
   state.commanded_rad.assign(s.commanded_rad, s.commanded_rad + s.axes);
   if (s.states_tcp) state.stated_tcp = to_stated_tcp(s.tcp);
@@ -135,6 +136,7 @@ RobotState to_robot_state(const CoreState& s, const ReportNames& names) {
   state.quality.duplicates = s.duplicates;
   state.quality.replies = s.replies;
   add(state.words, link_words(s, names));
+  if (s.unasked) add(state.words, words(*s.unasked));
   add(state.words, trouble_words(s, names));
   add(state.words, input_words(state.input_path));
   if (s.late > 0) {

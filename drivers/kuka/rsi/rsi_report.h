@@ -7,8 +7,10 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <string>
 
+#include "drivers/kuka/moves/cause.h"
 #include "drivers/kuka/wire/rsi_codec.h"
 #include "drivers/robot.h"
 #include "drivers/time.h"
@@ -47,6 +49,8 @@ struct CoreState {
   bool rereference_pending = false;
   bool refused_when_lost = false;  ///< the lost session had accepted no reply
   std::uint8_t axes = 0;
+  bool linear_unit = false;
+  std::optional<cause::MovedUnasked> unasked;  ///< since the last reference
   WireError last_error = WireError::kNone;
   double actual_rad[kMaxAxes] = {};
   double commanded_rad[kMaxAxes] = {};

@@ -27,20 +27,20 @@ double most_difference(const AxisAngles& a, const AxisAngles& b) {
 
 }  // namespace
 
-AxisAngles axes_of(const AxisAngles& axes_deg, const AxisAngles& external_deg, std::size_t count) {
-  AxisAngles rad;
-  for (std::size_t i = 0; i < axes_deg.size() && rad.size() < count; ++i) {
-    rad.push_back(axes_deg[i] * kRadPerDeg);
-  }
-  for (std::size_t i = 0; i < external_deg.size() && rad.size() < count; ++i) {
-    rad.push_back(external_deg[i] * kRadPerDeg);
-  }
-  return rad;
+AxisAngles axes_of(const AxisAngles& axes_deg, const AxisAngles& external_deg,
+                   const WireAxes& wire) {
+  AxisAngles shown = axes_deg;
+  // Fewer than six of the arm's would put an external axis into their place.
+  if (shown.size() < std::min(wire.count(), kArmAxes)) return {};
+  for (std::size_t i = 0; i < external_deg.size() && shown.size() < wire.count(); ++i)
+    shown.push_back(external_deg[i]);
+  return shown.size() < wire.count() ? AxisAngles{} : wire.inside(shown);
 }
 
 RsiSetpoint::RsiSetpoint(const RsiConfig& config)
     : config_(config),
-      accumulator_(config.mode, config.decimals, config.limits.size()),
+      wire_(config.limits),
+      accumulator_(config.mode, config.decimals, wire_),
       bound_(config.limits),
       base_(config.limits.size(), 0.0),
       commanded_(base_),
@@ -76,7 +76,7 @@ void RsiSetpoint::remember(const OffsetMemory& link) {
 std::optional<cause::SessionRestarted> RsiSetpoint::start_pose_moved(const RobFrame& frame,
                                                                      const AxisAngles& actual_rad,
                                                                      bool moving) {
-  const AxisAngles setpoint = axes_of(frame.setpoint_axes_deg, frame.setpoint_external_deg, axes());
+  const AxisAngles setpoint = axes_of(frame.setpoint_axes_deg, frame.setpoint_external_deg, wire_);
   if (setpoint.size() != axes()) return std::nullopt;
   if (start_pose_.empty()) start_pose_ = setpoint;
   if (setpoint_follows_) return std::nullopt;
@@ -93,12 +93,13 @@ std::optional<cause::SessionRestarted> RsiSetpoint::start_pose_moved(const RobFr
   if (setpoint_follows_) return std::nullopt;
   const std::uint8_t axis = farthest_axis(setpoint, start_pose_).axis;
   return cause::SessionRestarted{cause::SessionRestarted::Sign::kSetpoint,
-                                 start_pose_[axis] * kDegPerRad, setpoint[axis] * kDegPerRad, axis};
+                                 wire_.shown(axis, start_pose_[axis]),
+                                 wire_.shown(axis, setpoint[axis]), wire_.name(axis)};
 }
 
 double RsiSetpoint::start_distance_rad(const RobFrame& frame, const AxisAngles& actual_rad) const {
   return most_difference(actual_rad,
-                         axes_of(frame.setpoint_axes_deg, frame.setpoint_external_deg, axes()));
+                         axes_of(frame.setpoint_axes_deg, frame.setpoint_external_deg, wire_));
 }
 
 bool RsiSetpoint::find(const RobFrame& frame, const AxisAngles& actual_rad, TimePoint t_rx,
@@ -107,7 +108,7 @@ bool RsiSetpoint::find(const RobFrame& frame, const AxisAngles& actual_rad, Time
   evidence.t_rx = t_rx;
   evidence.ipoc = frame.ipoc.value;
   evidence.actual_rad = actual_rad;
-  const AxisAngles setpoint = axes_of(frame.setpoint_axes_deg, frame.setpoint_external_deg, axes());
+  const AxisAngles setpoint = axes_of(frame.setpoint_axes_deg, frame.setpoint_external_deg, wire_);
   if (setpoint.size() == axes() && !memory_.setpoint_follows) {
     evidence.setpoint_rad = setpoint;
     if (start_pose_.empty()) start_pose_ = setpoint;
@@ -246,8 +247,8 @@ std::optional<cause::ReplyBeyondLimit> ReplyBound::admit(const AxisAngles& next_
       continue;
     }
     const auto beyond = [&](Of of, double value, double most) {
-      return cause::ReplyBeyondLimit{of, static_cast<std::uint8_t>(i), value * kDegPerRad,
-                                     most * kDegPerRad};
+      return cause::ReplyBeyondLimit{of, axes_.name(i), axes_.shown(i, value),
+                                     axes_.shown(i, most)};
     };
     // No motion before the cycle is known.
     if (!(cycle_s > 0.0)) return beyond(Of::kSpeed, HUGE_VAL, limit.max_speed_rad_s);
@@ -422,40 +423,42 @@ OffsetVerdict OffsetFinder::by_counters(const OffsetEvidence& evidence) {
   return OffsetVerdict::kUnknown;
 }
 
-CorrectionAccumulator::CorrectionAccumulator(CorrectionMode mode, int decimals, std::size_t axes)
-    : mode_(mode), per_deg_(std::pow(10.0, decimals)), held_rad_(axes, 0.0) {}
+CorrectionAccumulator::CorrectionAccumulator(CorrectionMode mode, int decimals, const WireAxes& axes)
+    : mode_(mode), axes_(axes), per_deg_(std::pow(10.0, decimals)), held_rad_(axes.count(), 0.0) {}
 
 void CorrectionAccumulator::set(const AxisAngles& held_rad) {
   held_rad_ = held_rad;
   for (std::size_t i = 0; i < held_rad.size(); ++i) {
-    held_[i] = std::llround(held_rad[i] * kDegPerRad * per_deg_);
+    held_[i] = std::llround(axes_.shown(i, held_rad[i]) * per_deg_);
   }
 }
 
 std::span<const double> CorrectionAccumulator::next_deg(const AxisAngles& wanted_rad,
                                                         const AxisAngles& step_rad) {
   for (std::size_t i = 0; i < held_rad_.size(); ++i) {
-    const double wanted_deg = wanted_rad[i] * kDegPerRad;
+    const double wanted_deg = axes_.shown(i, wanted_rad[i]);
+    double& sent_deg = sent_deg_[axes_.place(i)];
     if (mode_ == CorrectionMode::kAbsolute) {
-      sent_deg_[i] = wanted_deg;
+      sent_deg = wanted_deg;
       held_rad_[i] = wanted_rad[i];
       continue;
     }
     // One unit more than the step: the rounding of the last reply.
     const std::int64_t most =
-        static_cast<std::int64_t>(std::floor(step_rad[i] * kDegPerRad * per_deg_)) + 1;
+        static_cast<std::int64_t>(std::floor(axes_.shown(i, step_rad[i]) * per_deg_)) + 1;
     const std::int64_t wanted = std::llround(wanted_deg * per_deg_);
     const std::int64_t step = std::clamp(wanted - held_[i], -most, most);
     held_[i] += step;
-    sent_deg_[i] = static_cast<double>(step) / per_deg_;
-    held_rad_[i] = static_cast<double>(held_[i]) / per_deg_ / kDegPerRad;
+    sent_deg = static_cast<double>(step) / per_deg_;
+    held_rad_[i] = static_cast<double>(held_[i]) / per_deg_ / axes_.shown(i, 1.0);
   }
   return again_deg();
 }
 
 std::span<const double> CorrectionAccumulator::hold_deg() {
   for (std::size_t i = 0; i < held_rad_.size(); ++i) {
-    sent_deg_[i] = mode_ == CorrectionMode::kAbsolute ? held_rad_[i] * kDegPerRad : 0.0;
+    sent_deg_[axes_.place(i)] =
+        mode_ == CorrectionMode::kAbsolute ? axes_.shown(i, held_rad_[i]) : 0.0;
   }
   return again_deg();
 }

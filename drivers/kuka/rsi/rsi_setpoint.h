@@ -12,6 +12,7 @@
 #include "drivers/kuka/rsi/rsi_config.h"
 #include "drivers/kuka/rsi/rsi_space.h"
 #include "drivers/kuka/wire/rsi_codec.h"
+#include "drivers/kuka/wire/wire_axes.h"
 #include "drivers/robot.h"
 
 namespace cellcal::drivers {
@@ -102,12 +103,12 @@ class OffsetFinder {
 
 class CorrectionAccumulator {
  public:
-  CorrectionAccumulator(CorrectionMode mode, int decimals, std::size_t axes);
+  CorrectionAccumulator(CorrectionMode mode, int decimals, const WireAxes& axes);
 
   /// Sets the correction held by the controller [rad]: after taking over a session, or a new
   /// reference.
   void set(const AxisAngles& held_rad);
-  /// Reply for the controller to hold `wanted_rad` [deg]. Relative: no axis changes by more than
+  /// Reply for the controller to hold `wanted_rad`, in the wire's order and units. Relative: no axis changes by more than
   /// `step_rad` in one reply.
   std::span<const double> next_deg(const AxisAngles& wanted_rad, const AxisAngles& step_rad);
   /// Another reply to the packet answered last: identical, counted once.
@@ -119,6 +120,7 @@ class CorrectionAccumulator {
 
  private:
   CorrectionMode mode_;
+  WireAxes axes_;
   double per_deg_;  // units of the last decimal
   AxisAngles held_rad_;
   std::array<std::int64_t, kMaxAxes> held_{};  // relative: in these units
@@ -135,7 +137,7 @@ class CorrectionAccumulator {
 class ReplyBound {
  public:
   /// `limits` must outlive this.
-  explicit ReplyBound(std::span<const AxisLimit> limits) : limits_(limits) {}
+  explicit ReplyBound(std::span<const AxisLimit> limits) : limits_(limits), axes_(limits) {}
 
   /// The controller holds this correction [rad], at rest.
   void rest_at(const AxisAngles& held_rad) { last_ = before_ = Said{held_rad}; }
@@ -152,11 +154,14 @@ class ReplyBound {
     double cycle_s = 0.0, before_s = 0.0;          // to this reply, and to the preceding one
   };
   std::span<const AxisLimit> limits_;
+  WireAxes axes_;
   Said last_, before_;
 };
 
-/// The first `count` of the axes and external axes of a packet [deg -> rad]; fewer if it has fewer.
-AxisAngles axes_of(const AxisAngles& axes_deg, const AxisAngles& external_deg, std::size_t count);
+/// The axes of a packet, from AIPos and EIPos (ASPos and ESPos); fewer than `wire` has if the packet
+/// has fewer.
+AxisAngles axes_of(const AxisAngles& axes_deg, const AxisAngles& external_deg,
+                   const WireAxes& wire);
 
 class RsiSetpoint {
  public:
@@ -226,6 +231,7 @@ class RsiSetpoint {
   std::span<const double> on_wire(std::span<const double> axes_deg);
 
   const RsiConfig& config_;
+  const WireAxes wire_;
   CorrectionAccumulator accumulator_;
   ReplyBound bound_;
   std::optional<cause::ReplyBeyondLimit> beyond_;

@@ -85,6 +85,10 @@ void Mover::halt(MoveOutcome outcome, const Cause& cause) {
   end_travel(Phase::kSettling, outcome, cause);
 }
 
+void Mover::condemn(MoveOutcome outcome, const Cause& cause) {
+  if (busy() && is<cause::None>(cause_)) end_travel(Phase::kSettling, outcome, cause);
+}
+
 void Mover::end_travel(Phase next, MoveOutcome outcome, const Cause& cause) {
   phase_ = next;
   outcome_ = outcome;
@@ -182,10 +186,11 @@ bool stands(const PositionRecord& record, const RsiConfig& config, std::size_t a
 std::optional<Cause> following_fault(const PositionRecord& record, const RsiConfig& config,
                                      double cycle_s) {
   const PositionRecord::Sample& newest = record.newest();
+  const WireAxes axes(config.limits);
   for (std::size_t i = 0; i < newest.actual_rad.size(); ++i) {
-    const auto axis = static_cast<std::uint8_t>(i);
-    const double commanded_deg = newest.commanded_rad[i] * kDegPerRad;
-    const double actual_deg = newest.actual_rad[i] * kDegPerRad;
+    const WireAxis axis = axes.name(i);
+    const double commanded_deg = axes.shown(i, newest.commanded_rad[i]);
+    const double actual_deg = axes.shown(i, newest.actual_rad[i]);
     if (far_off(record, config, i, cycle_s)) {
       return cause::AxisNotFollowing{axis, commanded_deg, actual_deg};
     }

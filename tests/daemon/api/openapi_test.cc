@@ -559,9 +559,10 @@ TEST(a_described_status, has_nothing_that_is_not_described_even_where_all_of_it_
   made.residual_m = made.u95_m = 0.1;
   EXPECT_EQ(described().complaint(json::parse(made_touch_to_json(made)), std::string("TouchEvent")),
             "");
-  EXPECT_EQ(
-      described().complaint(json::parse(joints_to_json(1, {0.1, 0.2})), std::string("RobotEvent")),
-      "");
+  drivers::RobotState robot;
+  robot.actual_rad = {0.1, 0.2};
+  EXPECT_EQ(described().complaint(json::parse(joints_to_json(1, robot)), std::string("RobotEvent")),
+            "");
 }
 
 TEST(a_described_status, that_is_not_as_described_is_found_out) {

@@ -381,15 +381,42 @@ TEST(axis_limits, that_the_robot_file_lacks_are_an_error_and_not_a_guess) {
   EXPECT_THROW(rsi_config_for(parse_config(kRsi, "d.toml"), cell), drivers::ConfigError);
 }
 
-TEST(axis_limits, of_a_linear_unit_are_refused_by_name) {
+calib::Cell cell_on_track() {
   calib::Cell cell = cell_of_one_joint();
   cell.robot.joints.assign(7, cell.robot.joints.front());
   cell.robot.joints[0].guide.emplace();
-  const DaemonConfig eki = parse_config(kEki + "[controller]\nexternal_axes = 1\n", "d.toml");
-  EXPECT_THROW(eki_config_for(eki, cell), calib::LinearUnitError);
+  return cell;
+}
+
+TEST(axis_limits, of_a_linear_unit_are_refused_over_rsi_by_name) {
+  const calib::Cell cell = cell_on_track();
   const DaemonConfig rsi = parse_config(kRsi, "d.toml");
   EXPECT_THROW(rsi_config_for(rsi, cell), calib::LinearUnitError);
   EXPECT_THROW(rsi_files_for(rsi, cell), calib::LinearUnitError);
+}
+
+TEST(axis_limits, of_a_linear_unit_are_metres_over_eki_and_further_external_axes_have_none) {
+  const DaemonConfig two = parse_config(
+      kEki + "[motion]\nspeed_percent = 10\n[controller]\nexternal_axes = 2\n", "d.toml");
+  const drivers::EkiConfig eki = eki_config_for(two, cell_on_track());
+  ASSERT_EQ(eki.limits.size(), 7u);
+  EXPECT_EQ(eki.wire_axes(), 8u);
+  EXPECT_TRUE(eki.limits[0].linear);
+  EXPECT_FALSE(eki.limits[1].linear);
+  EXPECT_NEAR(eki.limits[0].max_speed_rad_s, 0.3, 1e-12) << "m/s";
+  EXPECT_THROW(eki_config_for(parse_config(kEki, "d.toml"), cell_on_track()), drivers::ConfigError)
+      << "no E1 in the channel";
+  calib::Cell unmoved = cell_on_track();
+  unmoved.robot.joints[0].max_speed_rad_s = 0.0;
+  try {
+    eki_config_for(two, unmoved);
+    ADD_FAILURE();
+  } catch (const drivers::ConfigError& error) {
+    EXPECT_NE(std::string(error.what()).find("max_speed_mm_s"), std::string::npos) << error.what();
+  }
+  calib::Cell six = cell_on_track();
+  six.robot.joints.erase(six.robot.joints.begin());
+  EXPECT_EQ(eki_config_for(two, six).wire_axes(), 8u) << "both external axes hold still";
 }
 
 TEST(axis_limits, over_eki_come_with_the_full_speeds_and_for_the_channels_axes) {

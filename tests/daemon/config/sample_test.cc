@@ -105,7 +105,8 @@ std::string figures(const DaemonConfig& c) {
   }
   text +=
       line("motion", c.motion.speed_fraction, c.motion.acceleration_rad_s2, c.motion.hand_speed_m_s,
-           c.motion.jerk_rad_s3, c.touch.confirm_every, c.touch.fast_m_s, c.touch.slow_m_s);
+           c.motion.jerk_rad_s3, c.motion.travel_acceleration_m_s2, c.motion.travel_jerk_m_s3,
+           c.touch.confirm_every, c.touch.fast_m_s, c.touch.slow_m_s);
   text += line("session", c.timeouts.connecting.count(), c.retries, c.repeats.of_touch,
                c.repeats.of_session, c.timeouts.busy.count());
   const ScheduleConfig& n = c.schedule;
@@ -162,6 +163,7 @@ std::string figures(const DaemonConfig& c) {
            m.cycle_ms, m.busy_every_s, m.wall_clock, m.absolute_accuracy, m.stated_robot);
   for (const double m_stated : m.stated_tool_m) text += line("stated tool", m_stated);
   for (const double rad : m.start_rad) text += line("start", rad);
+  text += line("start", m.start_m.value_or(0.0));
   for (const double m_off : m.tool_shift_m) text += line("tool shift", m_off);
   return text;
 }

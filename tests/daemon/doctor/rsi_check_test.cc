@@ -256,6 +256,27 @@ TEST(joint_angles, are_compared_with_the_robot_files_limits) {
   EXPECT_EQ(outcome({0.0, 1.1}, &robot), Outcome::kFailed);
   EXPECT_EQ(outcome({0.0}, &robot), Outcome::kFailed);
   EXPECT_EQ(outcome({0.0, 5.0}, nullptr), Outcome::kSkipped);
+  calib::Joint track;
+  track.name = "E1";
+  track.guide.emplace();
+  track.max_rad = 3.0;
+  robot.joints.insert(robot.joints.begin(), track);
+  EXPECT_EQ(outcome({1.5, 0.0, 0.5}, &robot), Outcome::kOk);
+  EXPECT_EQ(outcome({2.995, 0.0, 0.5}, &robot), Outcome::kWarning) << "5 mm from its end";
+  EXPECT_EQ(outcome({3.2, 0.0, 0.5}, &robot), Outcome::kFailed);
+}
+
+TEST(joint_angles, have_a_linear_units_position_in_millimetres) {
+  calib::Robot robot;
+  robot.joints.resize(2);
+  robot.joints[0].guide.emplace();
+  robot.joints[0].max_rad = 3.0;
+  robot.joints[1].min_rad = -1.0;
+  robot.joints[1].max_rad = 1.0;
+  Findings findings;
+  judge_angles("angles", {1.25, 0.0}, &robot, findings);
+  EXPECT_NE(findings.all().front().found.find("1250.000 mm, 0.000 deg"), std::string::npos)
+      << findings.all().front().found;
 }
 
 TEST(the_end_of_rsi, is_seen_or_warned_of) {

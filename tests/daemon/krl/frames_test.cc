@@ -49,6 +49,15 @@ TEST(the_tools_frame, is_what_was_identified_of_it) {
             "TOOL_DATA[1]={X 60.1000,Y 50.2000,Z 410.4000,A 38.84000,B 3.59000,C 0.00000}\n");
 }
 
+TEST(the_frames, of_an_arm_on_a_linear_unit_are_refused_by_name) {
+  calib::Calibration c = identified();
+  calib::Joint track;
+  track.name = "E1";
+  track.guide.emplace();
+  c.cell.robot.joints.insert(c.cell.robot.joints.begin(), track);
+  EXPECT_THROW(propose_frames(c, request()), calib::LinearUnitError);
+}
+
 TEST(the_snippet, sets_the_frames_and_keeps_the_old_ones_as_comments) {
   FramesRequest r = request();
   r.bases[3] = {"S1", "S2", "S3"};

@@ -24,3 +24,14 @@ test("angles of another robot place nothing", () => {
   assert.equal(posture(scene, [0, 0]), null);
   assert.equal(posture(scene, []), null);
 });
+
+test("a linear unit carries the arm by millimetres along its direction", () => {
+  const on_track = kr5();
+  on_track.joints.unshift({
+    ...on_track.joints[0]!, name: "E1", along: [0, 1, 0], behind: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0],
+  });
+  const carried = decode.scene(on_track);
+  assert.ok(carried);
+  near(origin(posture(carried, [1500, 0, -90, 90, 0, 0, 0])!.flange), [880, 1500, 1040]);
+  assert.equal(posture(carried, [0, -90, 90, 0, 0, 0]), null);
+});

@@ -5,7 +5,7 @@ const behind = (a: number, d: number, alpha: number) => {
   return [1, 0, 0, a, 0, c, -s, 0, 0, s, c, d];
 };
 const joint = (name: string, sign: number, offset: number, d: number, a: number, alpha: number) => ({
-  name, sign, offset_deg: offset, min_deg: -180, max_deg: 180, behind: behind(a, d, alpha), radius_mm: 100,
+  name, along: null as number[] | null, sign, offset_deg: offset, min_deg: -180, max_deg: 180, behind: behind(a, d, alpha), radius_mm: 100,
 });
 const IDENTITY = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0];
 

@@ -103,6 +103,10 @@ class FaultyCell : public drivers::Clock {
   virtual void input_wire(bool broken) = 0;
   virtual void input_stuck_on(bool) {
   }  ///< RSI: 24 V at the controller's input, independently of the sensor
+  /// Of the controller, which no joint is: moved by something else.
+  virtual void external_axis_moves(bool) {
+    throw std::logic_error("a controller without external axes");
+  }
   virtual void input_late(Duration) {}  ///< RSI: delay of the input
   /// Options::cell_src: the controller's own program.
   sim::CellSrc& cell_src() { return *cell_src_; }

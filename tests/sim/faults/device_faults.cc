@@ -148,6 +148,10 @@ void add_robot(std::vector<Fault>& all, Wire wire) {
                [](FaultyCell& cell, bool on) { cell.input_wire(on); });
   }
   if (wire == Wire::kRsiInput) add_input(all);
+  if (wire == Wire::kEkiInput)
+    for (const int ms : {0, 200})
+      add_switch(all, "external axis", "moves unasked", ms, "controller",
+                 [](FaultyCell& cell, bool on) { cell.external_axis_moves(on); });
 }
 
 void add_operator(std::vector<Fault>& all) {
@@ -225,6 +229,7 @@ std::vector<std::string> fault_names() {
           "second stop path",
           "boot in mid-search",
           "robot fault",
+          "external axis",
           "operator's stop",
           "a part that lies"};
 }

@@ -15,11 +15,18 @@ constexpr std::chrono::milliseconds kRetry{500};
 // $OUT of $BRAKETEST_REQ_INT where CELL.SRC selects the programs.
 constexpr int kBrakeTestOutput = 101;
 
+// An external axis stands here; moved unasked, this fast.
+constexpr double kExternalRad = 0.4, kExternalRadS = 1.0, kCreepRadS = 0.05;
+
 sim::EkiControllerConfig eki_controller(const daemon::DaemonConfig& config, const calib::Cell& cell,
                                         const CellOptions& options) {
   sim::EkiControllerConfig controller;
   controller.start_rad = config.mock.start_rad;
-  controller.start_rad.resize(cell.robot.joints.size(), 0.0);
+  const std::size_t joints = cell.robot.joints.size();
+  // External axes, which no joint is.
+  const auto external = static_cast<std::size_t>(config.controller.external_axes);
+  controller.start_rad.resize(joints, 0.0);
+  controller.start_rad.resize(joints + external, kExternalRad);
   controller.max_acceleration_rad_s2 = config.motion.acceleration_rad_s2;
   drivers::EkiFilesConfig files = config.controller;
   if (options.cell_src) files.brake_test_output = kBrakeTestOutput;
@@ -27,6 +34,7 @@ sim::EkiControllerConfig eki_controller(const daemon::DaemonConfig& config, cons
   for (const calib::Joint& joint : cell.robot.joints) {
     controller.max_speed_rad_s.push_back(joint.max_speed_rad_s);
   }
+  controller.max_speed_rad_s.resize(joints + external, kExternalRadS);
   controller.seed = options.seed;
   return controller;
 }
@@ -36,6 +44,7 @@ class EkiCell final : public FaultyCell {
   EkiCell(const calib::Cell& cell, const CellOptions& options, const daemon::DaemonConfig& config)
       : FaultyCell(cell, options),
         eki_(daemon::eki_config_for(config, cell)),
+        joints_(cell.robot.joints.size()),
         controller_(eki_controller(config, cell, options)),
         to_pc_(sim::LineKind::kStream, kSwitch, options.seed * 37 + 1),
         to_krc_(sim::LineKind::kStream, kSwitch, options.seed * 37 + 2) {
@@ -77,12 +86,17 @@ class EkiCell final : public FaultyCell {
       other_holds_ = false;
     }
   }
+  void external_axis_moves(bool moves) override {
+    controller_.creep(joints_, moves ? kCreepRadS : 0.0);
+  }
   void input_wire(bool broken) override { controller_.input_broken(broken, now_); }
   std::vector<double> position_rad() const override { return true_rad_at(now()); }
 
  protected:
   std::vector<double> true_rad_at(TimePoint t) const override {
-    return controller_.actual_rad_at(t);
+    std::vector<double> all = controller_.actual_rad_at(t);
+    all.resize(joints_);
+    return all;
   }
   Duration cycle() const override { return controller_.cycle(); }
   void tick(TimePoint t) override {
@@ -154,12 +168,14 @@ class EkiCell final : public FaultyCell {
     second_on_port(false);
     controller_.emergency_stop(false);
     controller_.drives(true);
+    external_axis_moves(false);
     controller_.input_broken(false, now_);
     controller_.start_program();
   }
 
  private:
   drivers::EkiConfig eki_;
+  std::size_t joints_;
   sim::EkiController controller_;
   sim::Line to_pc_, to_krc_;
   std::unique_ptr<drivers::EkiRobotInline> robot_;
@@ -180,11 +196,13 @@ std::unique_ptr<FaultyCell> make_cell(const calib::Cell& cell, const CellOptions
                           ? "contact_tag = \"Contact.R\"\n[controller]\ncontact_level = \"off\"\n"
                           : "";
   const char* stop = options.wire == Wire::kEkiFlag ? "flag" : "input";
+  const char* external =
+      options.wire == Wire::kEkiInput ? "[controller]\nexternal_axes = 1\n" : "";
   const std::string text = std::string("format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n") +
                            "[motion]\nspeed_percent = 80\nacceleration_deg_s2 = 600\n"
                            "jerk_deg_s3 = 8000\n" +
                            (rsi ? std::string("[rsi]\ncorrection_limit_deg = 360\n") + input
-                                : std::string("[eki]\nstop = \"") + stop + "\"\n") +
+                                : std::string("[eki]\nstop = \"") + stop + "\"\n" + external) +
                            "[mock]\nwire = \"" + (rsi ? "rsi" : "eki") + "\"\n";
   const daemon::DaemonConfig config = daemon::parse_config(text, "faults.toml");
   return rsi ? make_rsi_cell(cell, options, config) : make_eki_cell(cell, options, config);

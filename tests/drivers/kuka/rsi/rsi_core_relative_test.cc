@@ -393,7 +393,7 @@ TEST(RsiRelative, AfterSilenceNothingMovesUntilReferenced) {
 }
 
 TEST(CorrectionAccumulator, CapsEachIncrementAndNeverSendsMoreThanIsMissing) {
-  CorrectionAccumulator accumulator(CorrectionMode::kRelative, 6, 2);
+  CorrectionAccumulator accumulator(CorrectionMode::kRelative, 6, WireAxes(2, false));
   accumulator.set({0.0, 1.0 * kDeg});
   const AxisAngles wanted{1.0 * kDeg, 1.0 * kDeg}, step{0.4 * kDeg, 0.4 * kDeg};
   double sum = 0.0;
@@ -409,7 +409,7 @@ TEST(CorrectionAccumulator, CapsEachIncrementAndNeverSendsMoreThanIsMissing) {
 }
 
 TEST(CorrectionAccumulator, AbsoluteIsWhatIsWanted) {
-  CorrectionAccumulator accumulator(CorrectionMode::kAbsolute, 6, 1);
+  CorrectionAccumulator accumulator(CorrectionMode::kAbsolute, 6, WireAxes(1, false));
   accumulator.set({2.0 * kDeg});
   EXPECT_NEAR(accumulator.hold_deg()[0], 2.0, 1e-12);
   EXPECT_NEAR(accumulator.next_deg({3.0 * kDeg}, {0.0})[0], 3.0, 1e-12);

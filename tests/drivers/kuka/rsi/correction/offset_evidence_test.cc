@@ -339,7 +339,7 @@ TEST(DelayWatched, WithoutDelayOrInAnotherSessionNothingIsRefused) {
 // ---------------------------------------------------------------------------
 
 TEST(LedgerExact, BeginsWithNoneAndHoldsWhatItIsSet) {
-  CorrectionAccumulator absolute(CorrectionMode::kAbsolute, 4, 2);
+  CorrectionAccumulator absolute(CorrectionMode::kAbsolute, 4, WireAxes(2, false));
   EXPECT_EQ(absolute.held_rad(), (AxisAngles{0.0, 0.0}));
   absolute.set(deg(3, -4));
   const auto held = absolute.hold_deg();
@@ -353,7 +353,7 @@ TEST(LedgerExact, BeginsWithNoneAndHoldsWhatItIsSet) {
 }
 
 TEST(LedgerExact, RelativeSendsNoMoreThanAStepAndOneUnitAndForgetsNoRounding) {
-  CorrectionAccumulator relative(CorrectionMode::kRelative, 4, 2);
+  CorrectionAccumulator relative(CorrectionMode::kRelative, 4, WireAxes(2, false));
   relative.set(deg(1, -1));
   // 0.00236 deg per reply in units of 0.0001: 23 and one.
   auto sent_deg = relative.next_deg(deg(1.01, -1.01), deg(0.00236, 0.00236));

@@ -33,7 +33,7 @@ RobFrame packet(AxisAngles actual_deg, AxisAngles setpoint_deg = {}) {
   return frame;
 }
 
-AxisAngles rad(const AxisAngles& deg) { return axes_of(deg, {}, deg.size()); }
+AxisAngles rad(const AxisAngles& deg) { return axes_of(deg, {}, WireAxes(deg.size(), false)); }
 
 struct Stand {
   explicit Stand(CorrectionMode mode = CorrectionMode::kAbsolute) : config(two_axes(mode)) {}
@@ -81,12 +81,13 @@ TEST(AxesOfAPacket, AreItsOwnFirstAndTheExternalOnesBehindThem) {
     for (const double angle : angles) deg.push_back(std::round(1e6 * angle / kRadPerDeg) / 1e6);
     return deg;
   };
-  EXPECT_EQ(in_deg(axes_of(six, two, 7)), (std::vector<double>{1, 2, 3, 4, 5, 6, 7}));
-  EXPECT_EQ(in_deg(axes_of(six, two, 8)), (std::vector<double>{1, 2, 3, 4, 5, 6, 7, 8}));
-  EXPECT_EQ(in_deg(axes_of(six, two, 3)), (std::vector<double>{1, 2, 3}))
+  EXPECT_EQ(in_deg(axes_of(six, two, WireAxes(7, false))), (std::vector<double>{1, 2, 3, 4, 5, 6, 7}));
+  EXPECT_EQ(in_deg(axes_of(six, two, WireAxes(8, false))), (std::vector<double>{1, 2, 3, 4, 5, 6, 7, 8}));
+  EXPECT_EQ(in_deg(axes_of(six, two, WireAxes(3, false))), (std::vector<double>{1, 2, 3}))
       << "no more than asked for";
-  EXPECT_EQ(axes_of(six, two, 9).size(), 8u) << "fewer where it has fewer";
-  EXPECT_EQ(axes_of(six, {}, 6).size(), 6u);
+  EXPECT_TRUE(axes_of(six, two, WireAxes(9, false)).empty()) << "none where it has fewer";
+  EXPECT_TRUE(axes_of(two, two, WireAxes(4, false)).empty()) << "E1 is no A3";
+  EXPECT_EQ(axes_of(six, {}, WireAxes(6, false)).size(), 6u);
 }
 
 TEST(Setpoint, KnowsNothingBeforeAPacketBehindTheLinkAndInAnotherSession) {

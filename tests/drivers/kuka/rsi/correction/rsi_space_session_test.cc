@@ -273,7 +273,7 @@ struct SpaceSetpoint : testing::Test {
     deg[1] += a2_deg;
     return deg;
   }
-  static AxisAngles rad(const AxisAngles& deg) { return axes_of(deg, {}, 6); }
+  static AxisAngles rad(const AxisAngles& deg) { return axes_of(deg, {}, WireAxes(6, false)); }
   bool find(const AxisAngles& actual_deg, const AxisAngles& setpoint_deg) {
     RobFrame frame = packet(actual_deg, setpoint_deg);
     frame.ipoc.value = 5000;

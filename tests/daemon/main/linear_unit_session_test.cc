@@ -1,0 +1,119 @@
+// Whole calibrations of an arm on a linear unit: the daemon as a process, its emulated cell on virtual
+// time. Over EKI the controller has a further external axis, which no joint is.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "calib/files/files.h"
+#include "daemon_fixture.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+constexpr double kPlaces[][3] = {{1000, 300, 300},  {900, 600, 500},  {950, 1000, 350},
+                                 {1050, 1700, 250}, {900, 2300, 550}, {1000, 2800, 350}};
+constexpr const char* kUnit =
+    "[[joint]]\nname = \"E1\"\nkind = \"prismatic\"\nalong = [0.0, 1.0, 0.0]\nmin_mm = 0.0\n"
+    "max_mm = 3000.0\nmax_speed_mm_s = 1500.0\n\n";
+
+struct TrackFixture : DaemonFixture {
+  explicit TrackFixture(const std::string& wire)
+      : DaemonFixture(std::string("[motion]\nspeed_percent = 80\nacceleration_deg_s2 = 600\n"
+                                  "jerk_deg_s3 = 8000\ntravel_acceleration_mm_s2 = 4000\n"
+                                  "travel_jerk_mm_s3 = 60000\n[mock]\nseed = 3\n"
+                                  "start_deg = [0, -90, 90, 0, 60, 0]\nstart_mm = 1500\nwire = \"") +
+                      wire + "\"\n[controller]\nexternal_axes = 2\n") {
+    // The demonstration's arm, on a unit of 3 m.
+    std::string robot = content(CELLCAL_ROBOT);
+    robot.insert(robot.find("[[joint]]"), kUnit);
+    std::ofstream(dir / "track.toml") << robot;
+    std::ofstream file(cell);
+    file.precision(10);
+    file << "format = \"cellcal.cell/1\"\nrobot = \"track.toml\"\n[tool]\nxyz_mm = [60.0, 50.0, 410.0]\n"
+            "mass_kg = 2.0\n[touch]\nsigma_mm = 0.03\nradius_offset_sigma_mm = 0.1\n";
+    for (std::size_t i = 0; i < std::size(kPlaces); ++i)
+      file << "[[target]]\nid = \"S" << i + 1
+           << "\"\nkind = \"sphere\"\ndiameter_mm = 60.0\ncentre_sigma_mm = 5.0\ncentre_mm = ["
+           << kPlaces[i][0] << ".0, " << kPlaces[i][1] << ".0, " << kPlaces[i][2] << ".0]\n";
+    for (std::size_t i = 1; i < std::size(kPlaces); ++i) {
+      const auto &a = kPlaces[i - 1], &b = kPlaces[i];
+      file << "[[length]]\nbetween = [\"S" << i << "\", \"S" << i + 1 << "\"]\nmm = "
+           << std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]) << "\nsigma_mm = 0.01\n";
+    }
+  }
+  std::filesystem::path results() const { return dir.path() / "state/sessions/1"; }
+  nlohmann::json get(const std::string& path) const {
+    return nlohmann::json::parse(http_request(socket(), "GET", path).body);
+  }
+
+  std::string cell = dir / "cell.toml";
+};
+
+class a_session_on_a_track : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(a_session_on_a_track, ends_in_a_published_result) {
+  TrackFixture fixture(GetParam());
+  fixture.start();
+  const Outcome outcome = fixture.cellcal(
+      {"run", "--cell", fixture.cell, "--touches", "60", "--check", "10", "--seed", "12"});
+  ASSERT_EQ(outcome.status, 0) << outcome.out << outcome.err << fixture.log();
+  const auto json = nlohmann::json::parse(content(fixture.results() / "calibration.json"));
+  EXPECT_TRUE(json.at("verdict").at("publish").get<bool>());
+  EXPECT_LT(json.at("residuals").at("check").at("mean_mm").get<double>(), 0.2);
+
+  const calib::Cell cell = calib::load_cell(fixture.cell);
+  const auto touches = calib::load_touches((fixture.results() / "touches.csv").string(), cell);
+  ASSERT_EQ(touches.size(), 70u);
+  const auto [least, most] = std::ranges::minmax(
+      touches, {}, [](const calib::Touch& touch) { return touch.joint_rad[0]; });
+  EXPECT_GT(most.joint_rad[0] - least.joint_rad[0], 1.0);
+  for (const calib::Touch& touch : touches)
+    EXPECT_NEAR(touch.settled_joint_rad.empty() ? touch.joint_rad[0] : touch.settled_joint_rad[0],
+                touch.joint_rad[0], 5e-5)
+        << "the carriage stands in a touch";
+
+  const std::string report = content(fixture.results() / "report.html");
+  EXPECT_NE(report.find("<th scope=\"col\">E1, mm</th>"), std::string::npos);
+  EXPECT_NE(report.find("<th scope=\"col\">A1, deg</th>"), std::string::npos);
+  const auto first = fixture.get("/v1/sessions/1/touches").at("touches").at(0);
+  EXPECT_NEAR(first.at("joints_deg").at(0).get<double>(), 1e3 * touches[0].joint_rad[0], 1e-3);
+  const Outcome certified = fixture.cellcal(
+      {"certificate", "1", "--no-pdf", "--no-sign", "--out", fixture.dir / "certificate"});
+  EXPECT_EQ(certified.status, 1) << certified.out;
+  EXPECT_NE(certified.err.find("linear unit (E1)"), std::string::npos) << certified.err;
+  const auto joint = fixture.get("/v1/scene").at("joints").at(0);
+  EXPECT_EQ(joint.at("along"), nlohmann::json({0.0, 1.0, 0.0}));
+  EXPECT_EQ(joint.at("max_deg"), 3000.0);
+}
+
+INSTANTIATE_TEST_SUITE_P(wires, a_session_on_a_track, ::testing::Values("rsi", "eki"),
+                         [](const auto& one) { return std::string(one.param); });
+
+TEST(an_aborted_session_on_a_track, can_be_gone_on_with) {
+  TrackFixture fixture("eki");
+  fixture.start();
+  http_request(fixture.socket(), "POST", "/v1/run",
+               nlohmann::json{{"cell", fixture.cell}, {"touches", 24}, {"check", 4}}.dump());
+  fixture.wait_for_touches(2);
+  EXPECT_EQ(fixture.cellcal({"abort"}).status, 0);
+  const Outcome outcome = fixture.cellcal({"run", "--resume"});
+  EXPECT_TRUE(outcome.status == 0 || outcome.status == 3) << outcome.err;
+}
+
+TEST(a_search_for_spheres_on_a_track, is_refused_by_name_before_anything_moves) {
+  TrackFixture fixture("eki");
+  fixture.start();
+  const auto refused =
+      http_request(fixture.socket(), "POST", "/v1/run",
+                   nlohmann::json{{"cell", fixture.cell}, {"kind", "find"}}.dump());
+  EXPECT_GE(refused.status, 400) << refused.body;
+  EXPECT_NE(refused.body.find("linear unit (E1)"), std::string::npos) << refused.body;
+  EXPECT_EQ(fixture.status().at("session"), 0);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing
