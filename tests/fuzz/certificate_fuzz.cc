@@ -1,10 +1,12 @@
-// Any text as a certificate (CSV, or XML of a DCC), a list of spheres, and a cell file whose tool is set: refused with FileError, or read so
-// that its numbers are those of a certificate; what is set is a line of its own.
+// Any text as a certificate (CSV, or XML of a DCC), a list of spheres, a cell file whose tool is set, a cell file of
+// another computer, and a form: refused with FileError, or read so that its numbers are those of a certificate; what is
+// set is a line of its own; no file is opened that the text names.
 
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 
@@ -46,6 +48,24 @@ void set_tool(std::string_view text) try {
 } catch (const calib::FileError&) {
 }
 
+void open_form(std::string_view text) try {
+  const daemon::UploadedCell read = daemon::uploaded_cell(std::string(text), "fuzz.toml");
+  for (const daemon::ObstacleForm& one : read.form.obstacles)
+    require(one.file.empty(), "files of another computer are not here");
+  const auto same =
+      daemon::form_from_json(daemon::to_json(read.form), "/none/cell.toml", &read.form);
+  require(daemon::to_json(same) == daemon::to_json(read.form),
+          "a form survives the way to the page");
+} catch (const calib::FileError&) {
+}
+
+void take_form(std::string_view text) try {
+  const auto json = nlohmann::json::parse(text, nullptr, false);
+  for (const daemon::ObstacleForm& one : daemon::form_from_json(json, "/none/cell.toml").obstacles)
+    require(one.file.empty(), "no STL file is kept there");
+} catch (const calib::FileError&) {
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -53,5 +73,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   read_certificate(text);
   read_spheres(text);
   set_tool(text);
+  open_form(text);
+  take_form(text);
   return 0;
 }

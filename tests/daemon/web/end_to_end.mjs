@@ -570,7 +570,6 @@ const steps = {
     await result.locator(".evidence").getByText("übliche Antastungen").waitFor(LONG);
     assert.equal(await result.getByText("Now calibrate with").isVisible(), false, "English is one click away");
     await result.screenshot({ path: "screenshots/german-findings-dark.png" });
-    await page.getByText("Vorbereitung:").click();
     await page.getByRole("button", { name: /Zelle hier/ }).first().click();
     await page.locator("dialog fieldset").first().waitFor(LONG);
     await page.locator("dialog").screenshot({ path: "screenshots/cell-form-german-dark.png" });

@@ -82,6 +82,7 @@ test("only names and the field's own words are the same in both", () => {
 
 test("every catalogue holds what a person at a running robot needs", () => {
   assert.match(speaker("de")("phase.fast search", { touch: "Antastung 3" }), /^Antastung 3: schnelle Suche\.$/);
+  assert.match(speaker("de")("standing.due", { due: "11. Dez." }), /bis 11\. Dez\.$/, "one full stop");
   assert.match(speaker("en")("progress.touches", { n: 3, total: 9 }), /^3 of 9 touches$/);
 });
 

@@ -49,7 +49,7 @@ export function CellDetail({ cell }: { cell: FleetCell }) {
       {seen && (
         <>
           <h3>{say("fleet.calibrations")}</h3>
-          <div class="scroll"><table class="history"><tbody>
+          <div class="scroll" tabIndex={0}><table class="history"><tbody>
             {seen.calibrations.slice(0, FEW).map((one) => (
               <tr key={of(one)}>
                 <th scope="row">{one.session}</th>
@@ -62,7 +62,7 @@ export function CellDetail({ cell }: { cell: FleetCell }) {
             ))}
           </tbody></table></div>
           <h3>{say("fleet.checks")}</h3>
-          <div class="scroll"><table class="history"><tbody>
+          <div class="scroll" tabIndex={0}><table class="history"><tbody>
             {seen.checks.slice(0, FEW).map((one) => (
               <tr key={`${one.journal}/${one.session}`}>
                 <th scope="row">{one.session}</th>
@@ -73,7 +73,7 @@ export function CellDetail({ cell }: { cell: FleetCell }) {
             ))}
           </tbody></table></div>
           <h3>{say("fleet.sessions")}</h3>
-          <div class="scroll"><table class="history"><tbody>
+          <div class="scroll" tabIndex={0}><table class="history"><tbody>
             {seen.sessions.slice(0, FEW).map((one, i) => (
               <tr key={i}>
                 <th scope="row">{one.session}</th>

@@ -24,7 +24,7 @@ export function CellTable({ cells, old, chosen, choose }: {
     <section class={`panel wide${old ? " old" : ""}`} aria-labelledby="cells-title">
       <h2 id="cells-title">{say("fleet.cells")}</h2>
       <label>{say("fleet.search")} <input type="text" name="search" value={text} onInput={(event) => search(event.currentTarget.value)} /></label>
-      <div class="scroll"><table class="history fleet-cells">
+      <div class="scroll" tabIndex={0}><table class="history fleet-cells">
         <thead><tr>{COLUMNS.map((name) => <th scope="col" key={name}>{say(`fleet.column.${name}`)}</th>)}</tr></thead>
         <tbody>
           {rows.map((cell) => {

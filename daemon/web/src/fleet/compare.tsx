@@ -39,7 +39,7 @@ export function Compare({ cells }: { cells: FleetCell[] }) {
         {parameters.length > 0 && select("parameter", parameters, shown, choose_parameter)}
       </div>
       {rows.length === 0 ? <p class="note">{say("fleet.compare.none")}</p> : (
-        <div class="scroll"><table class="history compare">
+        <div class="scroll" tabIndex={0}><table class="history compare">
           <thead><tr>
             <th scope="col">{say("fleet.column.cell")}</th>
             <th scope="col">{say("fleet.compare.correction", { unit: rows[0]?.unit ?? "" })}</th>

@@ -75,8 +75,6 @@ export function App() {
   const seen = `${ended} ${looked} ${doctor?.running} ${doctor?.ended}`;
   const readiness = useFetched(asked === null ? null : "/v1/readiness", seen, decode.readiness);
   const idle = status !== null && !old && !status.running;
-  // A failure or an aborted session has to be looked at first.
-  const guided = idle && readiness?.next != null && (status.phase === "idle" || status.phase === "done");
   const may = idle && me !== null && me !== "look";
 
   const shown = chosen ?? (status?.phase === "done" ? session : null);
@@ -86,6 +84,9 @@ export function App() {
   const cell = cell_name(file), robot = scene?.robot || readiness?.robot || "";
   const standing = standing_line({ drift, versions, readiness, cell: file, running: status?.running ?? false }, Date.now() / 1000, voice.say, voice.fmt);
   const names = [cell, robot].filter((one) => one !== "").join(", ") || say("title");
+  // The page's first button: that of the first line, else that of the guide. A failed or aborted session is looked at first.
+  const due = standing.action !== null && standing.state !== "holds";
+  const guided = idle && !due && readiness?.next != null && (status.phase === "idle" || status.phase === "done");
   const state = !status ? "" : old ? say("link.unknown") : status.running || status.phase === "failed" ? sentence(status, say) : standing.headline;
   const title = state === "" ? names : `${names} · ${state}`;
   useEffect(() => { document.title = title; }, [title]);
@@ -111,7 +112,7 @@ export function App() {
           )}
           <div class="top">
             <StatePanel model={model} plan={plan} schedule={schedule} now={now} />
-            {status && !old && <StartButtons status={status} role={me} second={guided || (standing.action !== null && standing.state !== "holds")} started={() => void live.ask()}
+            {status && !old && <StartButtons status={status} role={me} second={guided || due} started={() => void live.ask()}
                                              last_cell={readiness?.cell || (sessions?.[0]?.cell ?? "")} />}
           </div>
           {status && !old && <FailurePanel status={status} />}

@@ -26,7 +26,7 @@ export function History({ sessions, shown, show }: {
     <section class="panel wide" aria-labelledby="history-title">
       <h2 id="history-title">{say("history")}</h2>
       {sessions.length === 0 ? <p class="note">{say("history.none")}</p> : (
-        <div class="scroll"><table class="history">
+        <div class="scroll" tabIndex={0}><table class="history">
           <thead><tr>
             {(["session", "started", "state", "touches", "cell", "results"] as const).map((name) => (
               <th scope="col" key={name} class={`column-${name}`}>{say(`history.${name}`)}</th>

@@ -32,7 +32,7 @@ export function OutcomeDetails({ outcome }: { outcome: Outcome }) {
       )}
       {remedy !== "none" && <p><strong>{say(`checks.advice.${remedy}`)}</strong></p>}
       {outcome.spheres.length > 0 && (
-        <div class="scroll"><table>
+        <div class="scroll" tabIndex={0}><table>
           <thead><tr><td /><th scope="col">{say("outcome.centre")}</th><th scope="col">U (k=2)</th>
             <th scope="col">{say("history.touches")}</th><th scope="col">{say("outcome.moved")}</th></tr></thead>
           <tbody>{outcome.spheres.map((one) => (

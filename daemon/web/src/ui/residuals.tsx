@@ -28,7 +28,7 @@ export function Residuals({ touches, found, old = false }: { touches: Touch[]; f
                  y_label={say(found ? "residuals.found" : "residuals.unit")} />
           <details>
             <summary>{say("table")}</summary>
-            <div class="scroll"><TouchTable touches={touches} /></div>
+            <div class="scroll" tabIndex={0}><TouchTable touches={touches} /></div>
           </details>
         </>
       )}

@@ -27,7 +27,7 @@ function Findings({ result }: { result: Result }) {
   const rows = (["before", "after", "check"] as const).filter((one) => result[one].touches > 0);
   return (
     <>
-      <div class="scroll"><table>
+      <div class="scroll" tabIndex={0}><table>
         <thead><tr><td /><th scope="col">{say("result.touches")}</th><th scope="col">{say("result.mean")}</th>
           <th scope="col">{say("result.max")}</th></tr></thead>
         <tbody>{rows.map((one) => <Row key={one} name={say(`result.${one}`)} of={result[one]} />)}</tbody>

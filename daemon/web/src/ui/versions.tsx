@@ -32,7 +32,7 @@ export function Versions({ versions, may, changed }: { versions: Version[]; may:
   return (
     <section class="panel wide versions" aria-labelledby="versions-title">
       <h2 id="versions-title">{say("versions")}</h2>
-      <div class="scroll"><table class="history">
+      <div class="scroll" tabIndex={0}><table class="history">
         <thead><tr>
           {(["session", "published", "predicted", "u95", "use"] as const).map((name) => (
             <th scope="col" key={name}>{say(`versions.${name}`)}</th>

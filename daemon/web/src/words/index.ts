@@ -16,7 +16,11 @@ export const LANGUAGE_NAMES: Record<Language, string> = { en: "English", de: "De
 export function speaker(language: Language): Say {
   const catalogue = CATALOGUES[language];
   return (key, values = {}) =>
-    catalogue[key].replace(/\{(\w+)\}/g, (_, name: string) => String(values[name] ?? ""));
+    // A value may end with a full stop of its own: "11. Dez.".
+    catalogue[key].replace(/\{(\w+)\}(\.?)/g, (_, name: string, stop: string) => {
+      const value = String(values[name] ?? "");
+      return value.endsWith(".") ? value : value + stop;
+    });
 }
 
 const STORED = "cellcal.language";
