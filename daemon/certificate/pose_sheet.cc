@@ -96,16 +96,16 @@ std::string pose_sheet_html(const PoseSheetData& sheet) {
     rows += sheet_row(
         {&one.target, &one.first, &one.repeats, &one.mean, &one.sigma, &one.rp, &one.predicted});
   if (!rows.empty())
-    html += sheet_table({"one place of", "first touch, no.", "repeats", "mean distance, mm",
-                         "standard deviation, mm", "RP, mm", "RP as predicted, mm"},
-                        rows);
+    html += sheet_table(
+        {"place on", "first touch", "repeats", "mean, mm", "s, mm", "RP, mm", "predicted, mm"},
+        rows);
   return html +
          fmt::format(
              "<p class=\"note\">After the terms of ISO {0}, not a test according to it: the standard asks for {1} cycles "
              "over five poses of a cube, at rated load and speed, with all three directions measured. Here a pose is "
-             "one touch of an artefact, at the search speed, measured along its normal alone. AP: distance of the mean "
-             "(one cycle) from where the calibration has the surface, after a fit to the other touches. RP: mean distance "
-             "of the repeats from their mean, plus three standard deviations; the scatter of the contact is in it.{2}</p>\n",
+             "measured along the normal of an artefact alone, at the search speed. AP: distance of the touch, one cycle "
+             "per pose, from where the calibration has the surface by the other touches. RP: mean distance of the repeats "
+             "from their mean, plus three standard deviations s of it; the scatter of the contact is in it.{2}</p>\n",
              constant("performance"), constant("cycles"),
              sheet.repeatability.empty() ? " No place was touched three times or more: no RP."
                                          : "");
