@@ -406,6 +406,7 @@ CertificateData make_certificate(const Archive& archive, const std::string& from
   add_length_checks(sources, data);
   add_figures(sources, data);
   add_budget(sources, data);
+  data.pose_sheet = pose_sheet_of(sources, outliers_of(sources));
   data.decision = decision_of(sources);
   add_conditions(sources, data);
   add_findings(sources, data);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "daemon/archive/archive.h"
+#include "daemon/certificate/pose_sheet.h"
 #include "daemon/certificate/sources.h"
 
 namespace cellcal::daemon::certificate {
@@ -99,6 +100,7 @@ struct CertificateData {
   std::vector<Artefact> artefacts;
   std::vector<Length> lengths;  ///< with both ends touched
   std::vector<LengthCheck> length_checks;
+  PoseSheetData pose_sheet;      ///< in the terms of ISO 9283
   std::vector<BudgetLine> budget;  ///< empty: not recorded
   Entry standard, expanded;        ///< combined standard uncertainty of a TCP position, and U
   std::vector<Entry> directions;   ///< not identifiable

@@ -25,13 +25,15 @@ constexpr std::string_view kContentPolicy =
     "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'";
 constexpr std::string_view kNone = "\xE2\x80\x93";
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kConstants{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kConstants{
     {{"k", "2"},
      {"percent", "95"},
      {"guidance", "ILAC-G8:09/2019"},
      {"standard", "14253-1"},
      {"sum", "256"},
-     {"guard_band", "0"}}};
+     {"guard_band", "0"},
+     {"performance", "9283"},
+     {"cycles", "30"}}};
 
 std::string cell(const std::string& html, bool number = false) {
   return fmt::format("<td{}>{}</td>", number ? " class=\"n\"" : "", html);
@@ -326,7 +328,7 @@ std::string to_html(const CertificateData& d) {
         "certifies no robot.</p>\n",
         shown(d.emulated));
   html += object(d) + result(d) + decision(d) + artefacts(d) + length_checks(d) + budget(d) +
-          frame(d) + conditions(d);
+          pose_sheet_html(d.pose_sheet) + frame(d) + conditions(d);
   html += "<h2>Remarks of the verdict</h2>\n" + list(d.remarks);
   html += issue(d) + sums(d) + parameters(d) + touches(d);
   return html + "</main>\n</body>\n</html>\n";

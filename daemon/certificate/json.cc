@@ -161,6 +161,7 @@ std::string to_json(const CertificateData& d) {
   whole["uncertainty_budget"] = {{"lines", list(d.budget, of_budget_line)},
                                  {"standard", to_value(d.standard)},
                                  {"expanded", to_value(d.expanded)}};
+  whole["pose_sheet"] = pose_sheet_json(d.pose_sheet);
   whole["not_identifiable"] = list(d.directions, to_value);
   whole["remarks"] = list(d.remarks, to_value);
   whole["breaks"] = of_breaks(d);

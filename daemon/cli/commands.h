@@ -16,6 +16,7 @@ void add_offline_commands(CLI::App& app, int& status);
 void add_correct(CLI::App& app, int& status);
 void add_frames(CLI::App& app, int& status);
 void add_mastering(CLI::App& app, int& status);
+void add_relate(CLI::App& app, int& status);
 void add_client_commands(CLI::App& app, int& status);
 void add_schedule_commands(CLI::App& app, int& status);
 void add_archive_commands(CLI::App& app, int& status);

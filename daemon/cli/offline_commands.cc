@@ -281,6 +281,7 @@ void add_offline_commands(CLI::App& app, int& status) {
   add_correct(app, status);
   add_frames(app, status);
   add_mastering(app, status);
+  add_relate(app, status);
   add_plan(app, status);
   add_kuka_files(app, status);
   add_robots(app, status);

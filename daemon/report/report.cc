@@ -64,7 +64,9 @@ std::string html_report(const ReportInput& input) {
   html += report::figures_table(view);
   html += report::meaning(view);
   html += report::residual_chart(view);
+  html += report::joint_residuals(view);
   html += report::residual_histogram(view);
+  html += report::error_map(view);
   html += report::cell_picture(view);
   html += report::plan(view);
   html += report::sphere_maps(view);

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "calib/check/error_map.h"
 #include "calib/model/touch.h"
 #include "calib/plan/plan.h"
 #include "calib/result/calibration.h"
@@ -30,6 +31,7 @@ struct ReportInput {
   std::vector<std::string> notes;   ///< remarks of the operator on the conditions, one line each
   std::optional<calib::Plan> plan;  ///< where the touches were planned
   double planned_s = 0.0;           ///< predicted robot time [s]; 0: unknown
+  std::optional<calib::ErrorMap> error_map;  ///< of the calibration
   /// Simulated cells only: name and deviation from the hidden truth, labelled as such.
   std::vector<std::pair<std::string, std::string>> truth;
 };
@@ -109,7 +111,9 @@ std::string summary(const View& view);
 std::string figures_table(const View& view);
 std::string meaning(const View& view);
 std::string residual_chart(const View& view);
+std::string joint_residuals(const View& view);  ///< empty without any to draw
 std::string residual_histogram(const View& view);
+std::string error_map(const View& view);  ///< empty without a map
 std::string cell_picture(const View& view);
 std::string plan(const View& view);
 std::string sphere_maps(const View& view);

@@ -138,6 +138,7 @@ details { margin-top: 20px; }
 summary { cursor: pointer; font-weight: 600; margin-bottom: 8px; }
 .signatures, .on-paper { display: none; }
 svg.chart { display: block; width: 100%; height: auto; }
+.small-plots { display: grid; grid-template-columns: repeat(3, 1fr); gap: 10px 14px; }
 svg text { font-size: 12px; fill: var(--ink); font-variant-numeric: tabular-nums; }
 svg .tick { fill: var(--soft); font-size: 11.5px; }
 svg .panel { font-size: 13px; font-weight: 600; }
@@ -174,8 +175,8 @@ svg.bar .hollow { fill: var(--paper); stroke: var(--soft); stroke-width: 1.4; }
 @media screen and (max-width: 760px) {
   main { padding: 18px 14px 48px; }
   .columns { columns: 1; }
-  .tiles, .beside, .pair { grid-template-columns: 1fr; }
-  .residuals { min-width: 700px; }
+  .tiles, .beside, .pair, .small-plots { grid-template-columns: 1fr; }
+  .residuals, .error-map { min-width: 700px; }
   .numbers { font-size: 13px; }
   .numbers th, .numbers td { padding-left: 6px; padding-right: 6px; }
   .numbers th:first-child { padding-left: 0; }

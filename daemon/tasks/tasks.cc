@@ -392,6 +392,7 @@ void write_results(const TaskInputs& inputs, const calib::Calibration& calibrati
                            "; 'before' is that calibration, not the nominal arm");
   report.truth = inputs.truth(calibration);
   report.plan = plan;
+  report.error_map = calib::error_map(calibration);
   if (plan) report.planned_s = calib::duration_s(*plan, inputs.cell.robot, {});
 
   write_touches(inputs, touches);

@@ -29,6 +29,7 @@ class Origins {
   std::variant<double, std::string> over_touches(const std::string& name) const;
   double found(const std::string& path) const;
   double scope(const std::string& name) const;
+  std::variant<double, std::string> poses(const std::string& path) const;
   std::string unit(const std::string& from) const;
 
   std::string rows_;

@@ -70,6 +70,10 @@ std::int64_t record(Journal& journal, const Recording& what, bool against_the_la
   if (what.gross_check)
     std::ranges::find(touches.rbegin(), touches.rend(), calib::TouchSet::kCheck, &calib::Touch::set)
         ->joint_rad[0] += 0.005;
+  for (int i = 0; i < what.repeats; ++i) {
+    touches.push_back(touches.front());
+    touches.back().joint_rad[0] += 1e-5 * (i % 2 == 0 ? i + 1 : -i);
+  }
   if (what.phases)
     journal.note(
         id, change(Phase::kIdle, Phase::kPlanning, EventKind::kRun, "2026-03-28T22:58:01.000Z"));

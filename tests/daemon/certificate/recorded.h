@@ -29,6 +29,7 @@ struct Recording {
   bool emulated = false;     ///< of a daemon's own emulated cell
   std::string untouched{};   ///< target of which no touch is made
   int fit = 32;              ///< touches
+  int repeats = 0;           ///< of the first touch, behind all others
   unsigned seed = 1;
 };
 

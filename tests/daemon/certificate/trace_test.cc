@@ -126,6 +126,33 @@ TEST_F(a_certificate,
   expect_all_traced(recorded().second);
 }
 
+TEST_F(
+    a_certificate,
+    states_accuracy_and_repeatability_after_the_terms_of_iso_9283_where_there_are_touches_for_it) {
+  const CertificateData none = [] {
+    const TemporaryDirectory directory;
+    Journal journal(directory / "j.db");
+    return make_certificate(
+        make_archive(journal, record(journal, {.as_fit = true, .fit = 60}, false),
+                     directory / "none"),
+        "e", kIssue);
+  }();
+  EXPECT_TRUE(none.pose_sheet.empty());
+  EXPECT_EQ(to_html(none).find("Pose accuracy"), std::string::npos);
+  EXPECT_TRUE(nlohmann::json::parse(to_json(none)).at("pose_sheet").is_null());
+  const TemporaryDirectory directory;
+  Journal journal(directory / "j.db");
+  const std::int64_t id = record(journal, {.fit = 60, .repeats = 5}, false);
+  const Archive archive = make_archive(journal, id, directory / "none");
+  const CertificateData data = make_certificate(archive, "e", kIssue);
+  ASSERT_EQ(data.pose_sheet.accuracy.size(), 4u);
+  ASSERT_EQ(data.pose_sheet.repeatability.size(), 1u);
+  EXPECT_EQ(data.pose_sheet.repeatability[0].repeats.text, "6");
+  EXPECT_NE(to_html(data).find("not a test according to it"), std::string::npos);
+  EXPECT_EQ(nlohmann::json::parse(to_json(data)).at("pose_sheet").at("is_a_test_by_it"), false);
+  expect_all_traced(archive);
+}
+
 TEST_F(a_certificate, leaves_out_the_check_touches_that_the_verdict_left_aside) {
   const TemporaryDirectory directory;
   Journal journal(directory / "j.db");

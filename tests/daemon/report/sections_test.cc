@@ -402,5 +402,31 @@ TEST(RawTouches, WithTooFewAnglesShowDashes) {
                    "<td>\xE2\x80\x93</td><td class=\"word\">S1</td>"));
 }
 
+TEST(ResidualByJoint, HasOnePlotPerJointAndNoOutlier) {
+  const ReportInput input = made_up_session();
+  const std::string html = section_of(html_report(input), "by-joint");
+  EXPECT_EQ(occurrences(html, "<svg"), input.calibration.cell.robot.joints.size());
+  EXPECT_TRUE(says(html, "A6, deg"));
+  EXPECT_EQ(occurrences(html, "outlier after"), 0u);
+  EXPECT_EQ(html_report(ReportInput{}).find("by-joint"), std::string::npos);
+}
+
+TEST(ErrorMap, ShowsBeforeAndAfterOnOneScaleWithTheTargets) {
+  ReportInput input = made_up_session();
+  EXPECT_EQ(html_report(input).find("id=\"error-map\""), std::string::npos) << "without a map";
+  input.error_map = calib::ErrorMap{
+      0.1,
+      {{0.95, 0.25, 9, 2.5e-3, 6e-5}, {1.05, 0.25, 5, 3.5e-3, 8e-5}, {1.05, 0.35, 5, 1.0, 1.0}}};
+  const std::string html = section_of(html_report(input), "error-map");
+  EXPECT_TRUE(says(html, "Before: nominal model, mean 335.33 mm"));
+  EXPECT_TRUE(says(html, "not measured"));
+  input.error_map->cells[2].nominal_m = std::numeric_limits<double>::quiet_NaN();
+  const std::string finite = html_report(input);
+  EXPECT_TRUE(says(finite, "Before: nominal model, mean 3.00 mm"));
+  EXPECT_TRUE(says(finite, "After: calibrated, mean 0.070 mm"));
+  input.error_map->step_m = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(html_report(input).find("id=\"error-map\""), std::string::npos);
+}
+
 }  // namespace
 }  // namespace cellcal::daemon::report

@@ -1,0 +1,137 @@
+#include "daemon/certificate/pose_sheet.h"
+
+#include <fmt/format.h>
+
+#include "calib/check/pose_sheet.h"
+#include "calib/model/units.h"
+#include "daemon/certificate/html.h"
+
+namespace cellcal::daemon::certificate {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kSheetDecimals = 3;
+
+std::string origin_of(const char* part, std::size_t row, const char* field) {
+  return fmt::format("poses#{}/{}/{}", part, row, field);
+}
+
+PoseAccuracyRow row_of(const calib::PoseAccuracy& one, std::size_t row) {
+  const auto from = [&](const char* field) { return origin_of("accuracy", row, field); };
+  const auto mm = [&](double metres, const char* field) {
+    return figure(metres * calib::kMmPerM, "mm", kSheetDecimals, from(field));
+  };
+  return {{one.target, from("target")},
+          figure(one.poses, "", 0, from("poses")),
+          mm(one.mean_m, "mean_mm"),
+          mm(one.max_m, "max_mm"),
+          mm(one.predicted_m, "predicted_mm")};
+}
+
+PoseRepeatabilityRow row_of(const calib::PoseRepeatability& one, std::size_t row) {
+  const auto from = [&](const char* field) { return origin_of("repeatability", row, field); };
+  const auto mm = [&](double metres, const char* field) {
+    return figure(metres * calib::kMmPerM, "mm", kSheetDecimals, from(field));
+  };
+  return {{one.target, from("target")},
+          figure(static_cast<double>(one.first + 1), "", 0, from("first")),
+          figure(one.repeats, "", 0, from("repeats")),
+          mm(one.mean_m, "mean_mm"),
+          mm(one.sigma_m, "sigma_mm"),
+          mm(one.rp_m, "rp_mm"),
+          mm(one.predicted_m, "predicted_mm")};
+}
+
+std::string sheet_table(std::initializer_list<const char*> head, const std::string& rows) {
+  std::string cells;
+  for (const char* one : head)
+    cells += fmt::format("<th{}>{}</th>", cells.empty() ? "" : " class=\"n\"", one);
+  return fmt::format("<table>\n<thead><tr>{}</tr></thead>\n<tbody>\n{}</tbody></table>\n", cells,
+                     rows);
+}
+
+std::string sheet_row(std::initializer_list<const Entry*> entries) {
+  std::string cells;
+  for (const Entry* one : entries)
+    cells += fmt::format("<td{}>{}</td>", cells.empty() ? "" : " class=\"n\"", shown(*one));
+  return "<tr>" + cells + "</tr>\n";
+}
+
+/// As in the rest of the document: text, value, unit, origin.
+Json value_of(const Entry& entry) {
+  Json value{{"text", entry.text}, {"from", entry.from}};
+  if (entry.value) value["value"] = *entry.value;
+  if (!entry.unit.empty()) value["unit"] = entry.unit;
+  return value;
+}
+
+}  // namespace
+
+PoseSheetData pose_sheet_of(const Sources& s, const std::vector<bool>& outlier) {
+  const calib::PoseSheet sheet = calib::pose_sheet(s.calibration, s.touches, outlier);
+  PoseSheetData data;
+  for (const calib::PoseAccuracy& one : sheet.accuracy)
+    data.accuracy.push_back(row_of(one, data.accuracy.size()));
+  for (const calib::PoseRepeatability& one : sheet.repeatability)
+    data.repeatability.push_back(row_of(one, data.repeatability.size()));
+  return data;
+}
+
+std::string pose_sheet_html(const PoseSheetData& sheet) {
+  if (sheet.empty()) return "";
+  std::string html =
+      fmt::format("<h2>Pose accuracy and repeatability, after the terms of ISO {}</h2>\n",
+                  constant("performance"));
+  std::string rows;
+  for (const PoseAccuracyRow& one : sheet.accuracy)
+    rows += sheet_row({&one.target, &one.poses, &one.mean, &one.largest, &one.predicted});
+  if (!rows.empty())
+    html += sheet_table({"held-out touches of", "poses", "AP: mean, mm", "AP: largest, mm",
+                         "mean as predicted, mm"},
+                        rows);
+  rows.clear();
+  for (const PoseRepeatabilityRow& one : sheet.repeatability)
+    rows += sheet_row(
+        {&one.target, &one.first, &one.repeats, &one.mean, &one.sigma, &one.rp, &one.predicted});
+  if (!rows.empty())
+    html += sheet_table(
+        {"place on", "first touch", "repeats", "mean, mm", "s, mm", "RP, mm", "predicted, mm"},
+        rows);
+  return html +
+         fmt::format(
+             "<p class=\"note\">After the terms of ISO {0}, not a test according to it: the standard asks for {1} cycles "
+             "over five poses of a cube, at rated load and speed, with all three directions measured. Here a pose is "
+             "measured along the normal of an artefact alone, at the search speed. AP: distance of the touch, one cycle "
+             "per pose, from where the calibration has the surface by the other touches. RP: mean distance of the repeats "
+             "from their mean, plus three standard deviations s of it; the scatter of the contact is in it.{2}</p>\n",
+             constant("performance"), constant("cycles"),
+             sheet.repeatability.empty() ? " No place was touched three times or more: no RP."
+                                         : "");
+}
+
+Json pose_sheet_json(const PoseSheetData& sheet) {
+  if (sheet.empty()) return nullptr;
+  Json accuracy = Json::array(), repeatability = Json::array();
+  for (const PoseAccuracyRow& one : sheet.accuracy)
+    accuracy.push_back({{"target", value_of(one.target)},
+                        {"poses", value_of(one.poses)},
+                        {"ap_mean", value_of(one.mean)},
+                        {"ap_largest", value_of(one.largest)},
+                        {"predicted", value_of(one.predicted)}});
+  for (const PoseRepeatabilityRow& one : sheet.repeatability)
+    repeatability.push_back({{"target", value_of(one.target)},
+                             {"first", value_of(one.first)},
+                             {"repeats", value_of(one.repeats)},
+                             {"mean", value_of(one.mean)},
+                             {"sigma", value_of(one.sigma)},
+                             {"rp", value_of(one.rp)},
+                             {"predicted", value_of(one.predicted)}});
+  return {{"terms", "ISO 9283"},
+          {"is_a_test_by_it", false},
+          {"accuracy", accuracy},
+          {"repeatability", repeatability}};
+}
+
+}  // namespace cellcal::daemon::certificate

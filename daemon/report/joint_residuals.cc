@@ -1,0 +1,95 @@
+// Residual by joint angle, one small plot per joint: what is left of a joint's own error shows as a wave or a step.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "calib/model/units.h"
+#include "daemon/report/plan_picture.h"
+#include "daemon/report/report.h"
+
+namespace cellcal::daemon::report {
+namespace {
+
+using svg::Anchor, svg::Svg;
+
+constexpr double kSmallWidth = 300.0, kSmallHeight = 170.0, kSmallLeft = 46.0, kSmallRight = 8.0,
+                 kSmallTop = 24.0, kSmallBottom = 24.0;
+constexpr double kDotRadius = 2.2;
+constexpr double kLeastSpanDeg = 1.0;
+
+/// Marks of touches with this joint's angle.
+struct JointMarks {
+  std::vector<const Mark*> marks;
+  std::vector<double> at;  ///< deg, or mm of a linear unit
+};
+
+JointMarks marks_of(const View& view, std::size_t joint, const calib::JointUnit& unit) {
+  JointMarks found;
+  for (const Mark& mark : view.marks) {
+    if (mark.number > view.input.touches.size() || mark.kind == MarkKind::kOutlier) continue;
+    const calib::Touch& touch = view.input.touches[mark.number - 1];
+    if (joint >= touch.joint_rad.size() || !std::isfinite(touch.joint_rad[joint])) continue;
+    found.marks.push_back(&mark);
+    found.at.push_back(touch.joint_rad[joint] * unit.per_si);
+  }
+  return found;
+}
+
+std::string plot(const JointMarks& of, const std::string& name, const calib::JointUnit& unit,
+                 double most_mm, double least_mm) {
+  const auto [low, high] = std::ranges::minmax(of.at);
+  const double spare = std::max(high - low, kLeastSpanDeg) * 0.04;
+  const Scale across{low - spare, high + spare, kSmallLeft, kSmallWidth - kSmallRight};
+  const Scale up{least_mm, most_mm, kSmallHeight - kSmallBottom, kSmallTop};
+  Svg svg(kSmallWidth, kSmallHeight, "chart small",
+          fmt::format("Residual after calibration by the position of {}", name));
+  svg.text({kSmallLeft, kSmallTop - 9.0}, Anchor::kStart, "panel",
+           fmt::format("{}, {}", shorten(name, 20), unit.name));
+  const std::vector<double> ticks = round_ticks(up.from, up.to, 4);
+  const std::vector<std::string> labels = tick_labels(ticks);
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    svg.line({across.at_from, up(ticks[i])}, {across.at_to, up(ticks[i])},
+             ticks[i] == 0.0 ? "zero" : "grid");
+    svg.text({across.at_from - 6.0, up(ticks[i]) + 4.0}, Anchor::kEnd, "tick", labels[i]);
+  }
+  for (const double tick : round_ticks(across.from, across.to, 4))
+    svg.text({across(tick), kSmallHeight - 8.0}, Anchor::kMiddle, "tick", fixed(tick, 0));
+  for (std::size_t i = 0; i < of.marks.size(); ++i) {
+    const Mark& mark = *of.marks[i];
+    const svg::Point at{across(of.at[i]), up.clamped(mark.after_mm)};
+    const std::string css = fmt::format("{} after", css_class(mark.kind));
+    if (mark.kind == MarkKind::kCheck)
+      svg.diamond(at, kDotRadius * 1.4, css, mark_title(mark));
+    else
+      svg.circle(at, kDotRadius, css, mark_title(mark));
+  }
+  return std::move(svg).finish();
+}
+
+}  // namespace
+
+std::string joint_residuals(const View& view) {
+  double most = 0.0;
+  for (const Mark& mark : view.marks)
+    if (mark.kind != MarkKind::kOutlier) most = std::max(most, std::abs(mark.after_mm));
+  most = round_up(most, 0.1);
+  const double least = view.points_only() ? 0.0 : -most;
+  std::string plots;
+  for (std::size_t j = 0; j < view.result.cell.robot.joints.size(); ++j) {
+    const calib::Joint& joint = view.result.cell.robot.joints[j];
+    const JointMarks of = marks_of(view, j, unit_of(joint));
+    if (!of.marks.empty()) plots += plot(of, joint.name, unit_of(joint), most, least);
+  }
+  if (plots.empty()) return "";
+  return section(
+      "by-joint", "Residual by joint angle",
+      fmt::format(
+          "<div class=\"small-plots\">{}</div>\n<p class=\"note\">Calibrated robot, mm, outliers left "
+          "out; filled: fitted, diamonds: held out. A level cloud: the model has this joint's errors. "
+          "A wave or a step: a transmission error, play or a jump of this joint is left.</p>\n",
+          plots));
+}
+
+}  // namespace cellcal::daemon::report
