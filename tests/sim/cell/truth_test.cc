@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "calib/files/files.h"
-#include "calib/model/error.h"
 
 namespace cellcal::sim {
 namespace {
@@ -26,10 +25,25 @@ Truth drawn(std::uint64_t seed) {
   return draw_truth(demo_cell(), options);
 }
 
-TEST(Truth, OfALinearUnitIsRefusedByName) {
+TEST(Truth, OfALinearUnitPlacesSpheresAlongItWithoutGearsOrPlayOfItsOwn) {
   calib::Cell cell = demo_cell();
-  cell.robot.joints[0].guide.emplace();
-  EXPECT_THROW(draw_truth(cell, {}), calib::LinearUnitError);
+  calib::Joint unit;
+  unit.name = "E1";
+  unit.guide.emplace();
+  unit.guide->along = Eigen::Vector3d::UnitY();
+  unit.guide->scale_sigma = 5e-4;
+  unit.max_rad = 3.0;
+  cell.robot.joints.insert(cell.robot.joints.begin(), unit);
+  for (calib::Target& target : cell.targets) target.centre_m.y() += 1.5;
+  TruthOptions options;
+  options.gear_arcsec = 10.0;
+  options.play_arcsec = 5.0;
+  const Truth truth = draw_truth(cell, options);
+  EXPECT_TRUE(truth.arm.robot().joints[0].harmonics.empty());
+  EXPECT_EQ(truth.arm.robot().joints[0].play_sigma_rad, 0.0);
+  EXPECT_FALSE(truth.arm.robot().joints[1].harmonics.empty());
+  for (std::size_t t = 0; t < cell.targets.size(); ++t)
+    EXPECT_LT((truth.centre_m[t] - cell.targets[t].centre_m).norm(), 0.02);
 }
 
 TEST(Truth, IsTheSameForTheSameSeedAndAnotherForAnother) {
