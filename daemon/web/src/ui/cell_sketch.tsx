@@ -60,7 +60,7 @@ export function CellSketch({ draft, from }: { draft: CellDraft; from: string }) 
         <div ref={box} class="canvas" role="img" aria-label={say("cell.sketch.label", counts)} data-spheres={counts.spheres}
              data-obstacles={counts.obstacles} data-empty={drawn === null || cannot} />
         <p class="note">
-          {cannot ? say("view.no-webgl") : drawn === null ? say("cell.sketch.none") : `${say("cell.sketch.label", counts)} ${say("cell.sketch.arm")}`}
+          {cannot ? say("view.no-webgl") : draft.robot === "" ? say("cell.sketch.none") : drawn && `${say("cell.sketch.label", counts)} ${say("cell.sketch.arm")}`}
         </p>
         {refused !== "" && <p class="refused" role="status">{refused}</p>}
       </div>
