@@ -214,7 +214,7 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
   );
 }
 
-function Files({ name, label, take, accept = ".csv,text/csv", multiple = false }: {
+function Files({ name, label, take, accept = ".csv,.xml,text/csv,text/xml", multiple = false }: {
   name: string; label: string; take: (files: File[]) => void; accept?: string; multiple?: boolean;
 }) {
   return (
