@@ -22,9 +22,9 @@ struct ErrorMap {
   std::vector<ErrorCell> cells;
 };
 
-/// Empty without covariance, and for an arm on a linear unit. Squares with fewer than kLeastPosesOfCell poses are left
-/// out.
+/// Squares with fewer poses are left out.
 inline constexpr int kLeastPosesOfCell = 4;
+/// Empty without covariance, and for an arm on a linear unit.
 std::optional<ErrorMap> error_map(const Calibration& calibration);
 
 }  // namespace cellcal::calib

@@ -41,7 +41,7 @@ export function TextField({ label, name, at = "", value, change, optional = fals
   );
 }
 
-export function Files({ name, label, take, accept = ".csv,text/csv", multiple = false, at = "" }: {
+export function Files({ name, label, take, accept = ".csv,.xml,text/csv,text/xml", multiple = false, at = "" }: {
   name: string; label: string; take: (files: File[]) => void; accept?: string; multiple?: boolean; at?: string;
 }) {
   const { marks, words } = useFault(at);
