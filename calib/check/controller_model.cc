@@ -260,33 +260,31 @@ std::string posture_words(const Robot& robot, const JointVector& joint_rad) {
   return words + " deg";
 }
 
-std::string words(const ControllerModel& model, const Robot& robot) {
+Phrase phrase(const ControllerModel& model, const Robot& robot) {
   using enum ControllerModel::Outcome;
-  const std::string over =
-      fmt::format("over {} posture{}", model.postures, model.postures == 1 ? "" : "s");
-  const std::string mm = fmt::format("{:.2f} mm from the robot file", model.worst_m * kMmPerM);
+  const std::vector<PhraseValue> values{{"mm", model.worst_m * kMmPerM},
+                                        {"postures", model.postures},
+                                        {"at", posture_words(robot, model.worst_rad)}};
+  const Phrase over(model.postures == 1 ? "say.model.over_one" : "say.model.over", values);
+  const Phrase agrees("say.model.agrees", {{"mm", model.worst_m * kMmPerM}, {"over", over}});
   switch (model.outcome) {
     case kNotStated:
-      return "0 postures: the controller sends no TCP";
+      return "say.model.not_stated";
     case kAgrees:
-      return mm + " " + over;
+      return agrees;
     case kOtherFrames: {
-      std::string frames;
+      Phrase frames = agrees;
       if (model.tool_off_m)
-        frames +=
-            fmt::format("; $TOOL {:.1f} mm from the configured one", *model.tool_off_m * kMmPerM);
+        frames = joined("say.join.semicolon", frames,
+                        {"say.model.tool_off", {{"mm", *model.tool_off_m * kMmPerM}}});
       if (model.base_off_m)
-        frames += fmt::format("; $BASE with $ROBROOT {:.1f} mm from the robot's root",
-                              *model.base_off_m * kMmPerM);
-      return mm + " " + over + frames;
+        frames = joined("say.join.semicolon", frames,
+                        {"say.model.base_off", {{"mm", *model.base_off_m * kMmPerM}}});
+      return frames;
     }
     case kUndecided:
-      if (model.worst_m > 0.0)
-        return fmt::format(
-            "{} at {}, with $TOOL and $BASE as configured: another $TOOL or $BASE, $ROBROOT, "
-            "another robot type, or absolute accuracy",
-            mm, posture_words(robot, model.worst_rad));
-      return over + ": too few to tell $TOOL and $BASE from the model";
+      if (model.worst_m > 0.0) return {"say.model.undecided", values};
+      return {"say.model.too_few", {{"over", over}}};
     case kDiffers:
       break;
   }

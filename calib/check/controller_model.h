@@ -18,6 +18,7 @@
 
 #include "calib/model/robot.h"
 #include "calib/result/finding.h"
+#include "calib/words/phrase.h"
 
 namespace cellcal::calib {
 
@@ -59,7 +60,7 @@ ControllerModel compare_controller_model(const Robot& robot, std::span<const Sta
 /// "A1 12.0, A2 -90.0 deg"
 std::string posture_words(const Robot& robot, const JointVector& joint_rad);
 /// The figure first; what to do where it does not agree.
-std::string words(const ControllerModel& model, const Robot& robot);
+Phrase phrase(const ControllerModel& model, const Robot& robot);
 
 /// Warning of a model that differs; none for all other outcomes.
 std::optional<Finding> finding_of(const ControllerModel& model, const Robot& robot);

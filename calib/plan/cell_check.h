@@ -14,6 +14,7 @@
 
 #include "calib/model/robot.h"
 #include "calib/plan/planned_touch.h"
+#include "calib/words/phrase.h"
 
 namespace cellcal::calib {
 
@@ -80,9 +81,9 @@ std::optional<CellFault> fault_of(const Cell& cell, const Plan& plan);
 std::optional<CellFault> fault_of(const Cell& cell, const Goal& goal);
 
 /// The finding with its numbers, and the remedy.
-std::string found_words(const CellFault& fault);
-std::string advice_words(const CellFault& fault);
-/// Finding and remedy on one line.
+Phrase found_phrase(const CellFault& fault);
+Phrase advice_phrase(const CellFault& fault);
+/// Finding and remedy on one line, in English.
 std::string words(const CellFault& fault);
 
 /// Throws PlanError naming all refused faults; returns the sentences of the others.

@@ -424,6 +424,16 @@ std::optional<std::int64_t> whole_number_in(const Request& request, const char* 
   return number;
 }
 
+calib::Language language_in(const Request& request) {
+  const auto given = request.query.find("language");
+  if (given == request.query.end()) return {};
+  const auto language = calib::Language::of(given->second);
+  if (!language)
+    throw BadRequest(
+        fmt::format("\"language\" must be one of {}", fmt::join(calib::Language::codes(), ", ")));
+  return *language;
+}
+
 bool Api::is_slow(const Request& request) {
   const Match found = match(request);
   return found.route != nullptr && found.route->slow;

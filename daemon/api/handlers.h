@@ -13,6 +13,7 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/words/phrase.h"
 #include "daemon/api/event_feed.h"
 #include "daemon/api/http/http.h"
 #include "daemon/archive/archive.h"
@@ -252,6 +253,8 @@ Match match(const Request& request);
 
 /// Integer parameter of the query; throws BadRequest where it is not an integer.
 std::optional<std::int64_t> whole_number_in(const Request& request, const char* key);
+/// "language" of the query: of the sentences in the answer. English by default. Throws BadRequest.
+calib::Language language_in(const Request& request);
 /// Non-negative, digits only.
 std::optional<std::int64_t> whole_number(std::string_view text);
 

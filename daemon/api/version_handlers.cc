@@ -140,10 +140,10 @@ namespace {
 
 json or_null(const std::string& text) { return text.empty() ? json() : json(text); }
 
-json to_json(const StepSeen& seen) {
+json to_json(const StepSeen& seen, const calib::Language& language) {
   return {{"step", to_string(seen.step)},
           {"state", to_string(seen.state)},
-          {"words", seen.words},
+          {"words", words(seen.words, language)},
           {"session", seen.session > 0 ? json(seen.session) : json()}};
 }
 
@@ -165,8 +165,7 @@ std::vector<Finding> findings_in(const json& list) try {
   std::vector<Finding> findings;
   for (const json& value : list) {
     const Finding one = finding_of(value);
-    findings.push_back(
-        {printable(one.check), one.outcome, printable(one.found), printable(one.advice)});
+    findings.push_back({printable(one.check), one.outcome, one.found, one.advice});
   }
   return findings;
 } catch (const std::invalid_argument& wrong) {
@@ -180,12 +179,13 @@ Examiner& Api::examiner() {
   return *examiner_;
 }
 
-std::optional<Response> Api::readiness(const Call&) {
+std::optional<Response> Api::readiness(const Call& call) {
+  const calib::Language language = language_in(call.request);
   const Evidence evidence = evidence_of(examiner().newest(), journal_);
   const std::vector<StepSeen> steps = steps_of(evidence);
   const std::optional<SetUpStep> next = next_of(steps);
   json list = json::array();
-  for (const StepSeen& seen : steps) list.push_back(to_json(seen));
+  for (const StepSeen& seen : steps) list.push_back(to_json(seen, language));
   return Response{.body = dump({{"cell", or_null(evidence.cell)},
                                 {"robot", or_null(evidence.robot)},
                                 {"spheres", evidence.spheres},
@@ -195,13 +195,18 @@ std::optional<Response> Api::readiness(const Call&) {
                                 {"steps", list}})};
 }
 
-std::optional<Response> Api::doctor(const Call&) {
+std::optional<Response> Api::doctor(const Call& call) {
+  const calib::Language language = language_in(call.request);
   const Examination newest = examiner().newest();
   json checks = json::array();
-  for (const Finding& one : newest.checks) checks.push_back(daemon::to_json(one));
+  for (const Finding& one : newest.checks) {
+    json& check = checks.emplace_back(daemon::to_json(one, language));
+    for (const char* key : {"found", "advice"})
+      check[key] = printable(check[key].get_ref<const std::string&>());
+  }
   return Response{.body = dump({{"cell", or_null(newest.cell.string())},
                                 {"running", newest.running},
-                                {"hint", newest.hint},
+                                {"hint", words(newest.hint, language)},
                                 {"ended", or_null(newest.ended)},
                                 {"green", newest.green()},
                                 {"ok", newest.count(Outcome::kOk)},

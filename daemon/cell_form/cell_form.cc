@@ -95,7 +95,7 @@ std::string objection(const CellForm& form) {
   if (whole.spheres.empty()) whole.spheres.push_back(kAnySphere);
   try {
     for (const calib::CellFault& fault : calib::faults_of(cell_of(whole)))
-      if (fault.refused) return found_words(fault) + ". " + advice_words(fault);
+      if (fault.refused) return words(fault);
   } catch (const calib::FileError& error) {
     return error.what();
   }

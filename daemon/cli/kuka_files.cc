@@ -7,6 +7,7 @@
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
 #include "daemon/api/http/http.h"
+#include "daemon/cli/language.h"
 #include "daemon/cli/offline.h"
 #include "daemon/config/config.h"
 #include "daemon/doctor/doctor.h"
@@ -150,11 +151,31 @@ int kuka_files(const KukaFilesCommand& command) {
 
 namespace {
 
-void print(const Finding& one) {
-  std::string line = fmt::format("{:<8} {:<22} {}\n", to_string(one.outcome), one.check, one.found);
-  if (!one.advice.empty()) line += fmt::format("{:<8} {:<22} -> {}\n", "", "", one.advice);
+void print(const Finding& one, const calib::Language& language) {
+  // English output has the names that --json has.
+  const std::string check =
+      language == calib::Language()
+          ? one.check
+          : calib::sentence_of("check." + one.check, language).value_or(one.check);
+  std::string line =
+      fmt::format("{:<8} {:<22} {}\n",
+                  calib::words(std::string("say.outcome.") + to_string(one.outcome), language),
+                  check, words(one.found, language));
+  if (!one.advice.empty())
+    line += fmt::format("{:<8} {:<22} -> {}\n", "", "", words(one.advice, language));
   std::fputs(line.c_str(), stdout);
   std::fflush(stdout);
+}
+
+calib::Phrase summary(const Findings& findings) {
+  return {"say.doctor.summary",
+          {{"ok", findings.count(Outcome::kOk)},
+           {"warnings", findings.count(Outcome::kWarning)},
+           {"failed", findings.count(Outcome::kFailed)},
+           {"skipped", findings.count(Outcome::kSkipped)},
+           {"what", !findings.green()                       ? "say.doctor.summary.failed"
+                    : findings.count(Outcome::kWarning) > 0 ? "say.doctor.summary.warned"
+                                                            : "say.doctor.summary.ready"}}};
 }
 
 nlohmann::json checks_of(const Findings& findings) {
@@ -207,6 +228,7 @@ std::string names_of_failed(const Findings& findings) {
 }  // namespace
 
 int doctor(const DoctorCommand& command) {
+  const calib::Language language = language_of(command.language, command.config);
   DoctorRequest request;
   request.config = command.config;
   request.cell = command.cell;
@@ -214,23 +236,17 @@ int doctor(const DoctorCommand& command) {
   request.wait_s = command.wait_s;
   request.observe_s = command.observe_s;
   if (::isatty(STDERR_FILENO) == 1) {
-    request.hint = [](const std::string& words) {
-      std::fprintf(stderr, "... %s\n", words.c_str());
+    request.hint = [language](const calib::Phrase& hint) {
+      std::fprintf(stderr, "... %s\n", words(hint, language).c_str());
     };
   }
-  Findings findings(command.json ? Findings::Listener() : print);
+  Findings findings(command.json ? Findings::Listener()
+                                 : [&](const Finding& one) { print(one, language); });
   examine(request, findings);
   if (command.json) {
     put(json_of(findings), {});
   } else {
-    put(fmt::format("{} ok, {} warnings, {} failed, {} skipped: {}\n", findings.count(Outcome::kOk),
-                    findings.count(Outcome::kWarning), findings.count(Outcome::kFailed),
-                    findings.count(Outcome::kSkipped),
-                    !findings.green() ? "correct what FAILED, from top to bottom"
-                    : findings.count(Outcome::kWarning) > 0
-                        ? "ready; read the warnings before the first motion"
-                        : "ready"),
-        {});
+    put(words(summary(findings), language) + "\n", {});
   }
   send_findings(command, findings);
   if (findings.green()) return kSuccess;

@@ -91,6 +91,7 @@ int import_robot(const ImportRobotCommand& command);
 struct DoctorCommand {
   std::filesystem::path config = "/etc/cellcal/cellcald.toml", cell, files;
   double wait_s = 20.0, observe_s = 10.0;
+  std::string language;  ///< empty: of the configuration
   bool json = false;
 };
 int doctor(const DoctorCommand& command);

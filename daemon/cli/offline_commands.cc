@@ -4,6 +4,7 @@
 #include "daemon/cli/commands.h"
 #include "daemon/cli/correct.h"
 #include "daemon/cli/frames.h"
+#include "daemon/cli/language.h"
 #include "daemon/cli/offline.h"
 #include "daemon/cli/priors.h"
 
@@ -258,6 +259,7 @@ void add_doctor(CLI::App& app, int& status) {
   command->add_option("--for", given->observe_s, "Seconds to observe the links")
       ->check(CLI::Range(1.0, 3600.0))
       ->capture_default_str();
+  add_language(*command, given->language);
   command->add_flag("--json", given->json, "Print JSON");
   command->callback([given, &status] { status = doctor(*given); });
 }

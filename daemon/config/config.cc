@@ -380,7 +380,8 @@ DaemonConfig read(const TomlTable& table) {
   read_controller(table.table_or_empty("controller"), config);
   read_session(table.table_or_empty("session"), config);
   read_retention(table.table_or_empty("retention"), config);
-  config.notify = read_notify(table.table_or_empty("notify"));
+  config.language = read_language(table, {});
+  config.notify = read_notify(table.table_or_empty("notify"), config.language);
   config.plant = read_plant(table.table_or_empty("plant"));
   config.schedule = read_schedule(table.table_or_empty("schedule"));
   check_program_start(table.table_or_empty("schedule"), config);
@@ -504,16 +505,7 @@ drivers::EkiConfig eki_config_for(const DaemonConfig& config, const calib::Cell&
 }
 
 const char* start_instruction(WireKind wire) {
-  switch (wire) {
-    case WireKind::kRsi:
-      return "start CELLCAL_RSI on the pendant: release emergency stops, acknowledge messages, "
-             "switch drives on, select and start it (in T1 hold enabling switch and start key)";
-    case WireKind::kEki:
-      break;
-  }
-  return "start CELLCAL_EKI on the pendant: check that CELLCAL_SUB runs in the submit "
-         "interpreter, release emergency stops, acknowledge messages, switch drives on, select "
-         "CELLCAL_EKI and start it (in T1 hold enabling switch and start key)";
+  return wire == WireKind::kRsi ? "say.start.rsi" : "say.start.eki";
 }
 
 namespace {

@@ -76,6 +76,7 @@ struct DaemonConfig {
   std::filesystem::path state_dir, socket;
   std::optional<HttpConfig> http;  ///< none: Unix socket only
   bool log_debug = false;          ///< logs every step of a session
+  calib::Language language;        ///< of documents and of the commands that print sentences
   MotionConfig motion;
   TouchPolicy touch;
   SearchLimits search_limits;  ///< limits of `touch`, also enforced on a resumed session
@@ -121,7 +122,7 @@ drivers::RsiFilesConfig rsi_files_for(const DaemonConfig& config, const calib::C
 
 // Operator actions at the pendant; the single source of this wording.
 
-/// "start CELLCAL_RSI on the pendant ...", without a full stop.
+/// Id of the phrase "start CELLCAL_RSI on the pendant ...", without a full stop.
 const char* start_instruction(WireKind wire);
 
 // Cartesian corrections of [rsi], and the arm model they are computed with.

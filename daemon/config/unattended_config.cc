@@ -169,10 +169,20 @@ MailConfig read_mail(const TomlTable& table) {
 
 }  // namespace
 
-NotifyConfig read_notify(const TomlTable& table) {
+calib::Language read_language(const TomlTable& table, const calib::Language& usual) {
+  if (!table.has("language")) return usual;
+  const std::string code = table.string("language");
+  const auto language = calib::Language::of(code);
+  if (language && language->code() == code) return *language;
+  std::string known;
+  for (const std::string& one : calib::Language::codes())
+    known += (known.empty() ? "\"" : ", \"") + one + "\"";
+  table.fail("language", "\"" + code + "\" is not known here; use one of " + known);
+}
+
+NotifyConfig read_notify(const TomlTable& table, const calib::Language& usual) {
   NotifyConfig notify;
-  if (table.has("language") && table.word("language", {"en", "de"}) == "de")
-    notify.language = Language::kGerman;
+  notify.language = read_language(table, usual);
   if (table.has("webhook")) {
     notify.webhook = read_webhook(table);
   } else {

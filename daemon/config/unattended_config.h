@@ -9,10 +9,9 @@
 #include <vector>
 
 #include "calib/files/toml.h"
+#include "calib/words/phrase.h"
 
 namespace cellcal::daemon {
-
-enum class Language { kEnglish, kGerman };
 
 /// Components of a webhook address.
 struct WebhookUrl {
@@ -58,15 +57,18 @@ struct MailConfig {
 };
 
 struct NotifyConfig {
-  Language language = Language::kEnglish;
+  calib::Language language;  ///< the top-level one unless stated
   std::optional<WebhookConfig> webhook;
   std::optional<MailConfig> mail;
 
   bool operator==(const NotifyConfig&) const = default;
 };
 
+/// Key "language", a language that has a catalogue. Throws calib::FileError.
+calib::Language read_language(const calib::TomlTable& table, const calib::Language& usual);
+
 /// Throws calib::FileError.
-NotifyConfig read_notify(const calib::TomlTable& table);
+NotifyConfig read_notify(const calib::TomlTable& table, const calib::Language& usual);
 
 // Section [schedule]: unattended sessions and their times.
 

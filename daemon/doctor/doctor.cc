@@ -2,7 +2,6 @@
 
 #include "daemon/doctor/doctor.h"
 
-#include <fmt/format.h>
 #include <unistd.h>
 
 #include <nlohmann/json.hpp>
@@ -17,6 +16,8 @@ namespace cellcal::daemon {
 
 namespace {
 
+using calib::Phrase;
+
 const char* name_of(BackendKind backend) {
   using enum BackendKind;
   static constexpr EnumNames<BackendKind> kTable{{{kRsi, "rsi"}, {kEki, "eki"}, {kMock, "mock"}}};
@@ -27,12 +28,11 @@ std::optional<DaemonConfig> examine_config(const DoctorRequest& request, Finding
   try {
     DaemonConfig config = load_config(request.config);
     findings.ok("configuration",
-                fmt::format("{}, backend {}", request.config.string(), name_of(config.backend)));
+                {"say.doctor.config",
+                 {{"file", request.config.string()}, {"backend", name_of(config.backend)}}});
     return config;
   } catch (const std::exception& error) {
-    findings.fail("configuration", error.what(),
-                  "correct the file (keys: daemon/main/README.md); 'cellcald --check' checks "
-                  "it alone");
+    findings.fail("configuration", error.what(), "say.doctor.config.do");
     return std::nullopt;
   }
 }
@@ -42,8 +42,7 @@ void examine_links(const DoctorRequest& request, const DaemonConfig& config,
                    const std::optional<ProcessRights>& rights, Findings& findings) {
   if (config.backend != BackendKind::kMock)
     return examine_wires(request, config, cell, rights, findings);
-  findings.warn("wires", "not checked: backend mock is an emulated cell inside the daemon",
-                "for a real cell set backend = \"rsi\" or \"eki\"");
+  findings.warn("wires", "say.doctor.wires.mock", "say.doctor.wires.mock.do");
 }
 
 }  // namespace
@@ -69,7 +68,7 @@ void examine(const DoctorRequest& request, Findings& findings) {
 void examine_from_within(const DoctorRequest& request, const DaemonConfig& config,
                          Findings& findings) {
   findings.ok("configuration",
-              fmt::format("as loaded by cellcald, backend {}", name_of(config.backend)));
+              {"say.doctor.config.loaded", {{"backend", name_of(config.backend)}}});
   const std::optional<calib::Cell> cell = examine_cell(request, config, findings);
   if (request.stop.stop_requested()) return;
   std::optional<ProcessRights> rights = rights_of_process(::getpid());
@@ -92,19 +91,19 @@ double figure(const json& value, const char* key) {
   return found != value.end() && found->is_number() ? found->get<double>() : 0.0;
 }
 
-std::string trimmed(std::string words) {
+/// Without the line's end.
+Phrase trimmed(std::string words) {
   while (!words.empty() && words.back() == '\n') words.pop_back();
   return words;
 }
 
 /// `words`: complaint of the device itself. `losses`: share of faulty messages.
-void judge_link(const std::string& check, const std::string& words, const std::string& figures,
+void judge_link(const std::string& check, const std::string& words, const Phrase& figures,
                 double losses, Findings& findings) {
   if (!words.empty()) {
-    findings.fail(check, words, "'cellcal watch' follows the session");
+    findings.fail(check, words, "say.doctor.link.do");
   } else if (losses > 0.0) {
-    findings.warn(check, figures,
-                  "messages were lost: run 'cellcal doctor' again after the session for details");
+    findings.warn(check, figures, "say.doctor.link.losses.do");
   } else {
     findings.ok(check, figures);
   }
@@ -118,77 +117,74 @@ std::optional<DaemonSeen> examine_daemon(const DaemonConfig& config, Findings& f
   try {
     seen.status = http_request(config.socket, "GET", "/v1/status").body;
   } catch (const SocketPermissionError&) {
-    findings.fail(check, "no permission for " + config.socket.string(),
-                  "sudo adduser \"$USER\" cellcal, then log in again");
+    findings.fail(check, {"say.doctor.daemon.permission", {{"socket", config.socket.string()}}},
+                  "say.doctor.daemon.permission.do");
     return std::nullopt;
   } catch (const SocketError&) {
-    findings.warn(check,
-                  fmt::format("not running ({}): ports and device are checked directly",
-                              config.socket.string()),
-                  "for a session: sudo systemctl start cellcald");
+    findings.warn(check, {"say.doctor.daemon.stopped", {{"socket", config.socket.string()}}},
+                  "say.doctor.daemon.stopped.do");
     return std::nullopt;
   }
   const json status = json::parse(seen.status, nullptr, false);
   if (!status.is_object()) {
-    findings.fail(check, fmt::format("{} is used by another program", config.socket.string()),
-                  "set another socket in the configuration");
+    findings.fail(check, {"say.doctor.daemon.other", {{"socket", config.socket.string()}}},
+                  "say.doctor.daemon.other.do");
     return std::nullopt;
   }
   seen.running = status.value("running", json(false)) == true;
   if (const auto process = process_behind(config.socket)) seen.rights = rights_of_process(*process);
   const std::string version = text(status, "version"), own = calib::software_version();
-  std::string words = seen.running
-                          ? fmt::format(
-                                "session {:.0f} is running ({}) and uses port and device; its "
-                                "figures follow",
-                                figure(status, "session"), text(status, "phase"))
-                          : std::string("running and idle: port and device are free");
+  const Phrase found =
+      seen.running ? Phrase("say.doctor.daemon.busy", {{"session", figure(status, "session")},
+                                                       {"phase", text(status, "phase")}})
+                   : Phrase("say.doctor.daemon.idle");
   if (version != own) {
-    findings.warn(check, fmt::format("{}; version {}, but this tool is {}", words, version, own),
-                  "sudo systemctl restart cellcald");
+    findings.warn(
+        check,
+        {"say.doctor.daemon.version", {{"found", found}, {"version", version}, {"own", own}}},
+        "sudo systemctl restart cellcald");
   } else {
-    findings.ok(check, words);
+    findings.ok(check, found);
   }
   return seen;
+}
+
+Phrase connected_since(const json& line, bool connected) {
+  return {connected ? "say.doctor.plant.connected" : "say.doctor.plant.not_connected",
+          {{"time", printable(text(line, "since"))}}};
 }
 
 void judge_sparkplug(const json& line, Findings& findings) {
   const std::string check = "sparkplug";
   const bool connected = line.value("connected", json()) == true;
-  const std::string found = fmt::format("{} since {}", connected ? "connected" : "not connected",
-                                        printable(text(line, "since")));
-  const std::string words = printable(text(line, "words"));
+  const Phrase found = connected_since(line, connected);
   if (connected)
     findings.ok(check, found);
   else
-    findings.warn(
-        check, found,
-        words.empty() ? "wait for the first connection, then run 'cellcal doctor' again" : words);
+    findings.warn(check, found,
+                  or_else(printable(text(line, "words")), "say.doctor.plant.wait.do"));
 }
 
 void judge_plant(const std::string& plant, Findings& findings) {
   const std::string check = "plant";
   const json line = json::parse(plant, nullptr, false);
   if (!line.is_object() || !line.contains("connected")) {
-    findings.skip(
-        check,
-        "not reported by this version of the daemon. Restart it: sudo systemctl restart cellcald");
+    findings.skip(check, "say.doctor.plant.unknown");
     return;
   }
   const bool connected = line["connected"] == true;
   const double waiting = figure(line, "waiting");
-  std::string found = fmt::format("{:.0f} messages queued", waiting);
+  Phrase found{"say.doctor.plant.queued", {{"messages", waiting}}};
   if (const std::string oldest = text(line, "oldest"); !oldest.empty())
-    found += ", oldest " + printable(oldest);
-  found += fmt::format("; {} since {}", connected ? "connected" : "not connected",
-                       printable(text(line, "since")));
+    found =
+        joined("say.join.comma", found, {"say.doctor.plant.oldest", {{"time", printable(oldest)}}});
+  found = joined("say.join.semicolon", found, connected_since(line, connected));
   if (const double dropped = figure(line, "dropped") + figure(line, "not_begun"); dropped > 0.0)
-    found += fmt::format("; {:.0f} telemetry messages dropped (queue full)", dropped);
+    found =
+        joined("say.join.semicolon", found, {"say.doctor.plant.dropped", {{"messages", dropped}}});
   const std::string words = printable(text(line, "words"));
-  if (!words.empty())
-    findings.warn(check, found, words);
-  else if (!connected)
-    findings.warn(check, found, "wait for the first connection, then run 'cellcal doctor' again");
+  if (!words.empty() || !connected)
+    findings.warn(check, found, or_else(words, "say.doctor.plant.wait.do"));
   else
     findings.ok(check, found);
   if (const json node = line.value("sparkplug", json()); node.is_object())
@@ -200,8 +196,7 @@ void examine_plant(const DaemonConfig& config, Findings& findings) {
   try {
     const Response answer = http_request(config.socket, "GET", "/v1/plant");
     if (answer.status == 404)
-      findings.warn("plant", "[plant] was added after the start of cellcald",
-                    "sudo systemctl reload cellcald");
+      findings.warn("plant", "say.doctor.plant.added", "sudo systemctl reload cellcald");
     else
       judge_plant(answer.body, findings);
   } catch (const SocketError& gone) {
@@ -213,8 +208,8 @@ void judge_links_of(const std::string& status_text, Findings& findings) {
   const json status = json::parse(status_text, nullptr, false);
   const json links = status.is_object() ? status.value("links", json()) : json();
   if (!links.is_object()) {
-    findings.skip("robot link", "the session has not opened its devices yet");
-    findings.skip("contact link", "the session has not opened its devices yet");
+    findings.skip("robot link", "say.doctor.link.closed");
+    findings.skip("contact link", "say.doctor.link.closed");
     return;
   }
   const json robot = links.value("robot", json::object());
@@ -230,34 +225,30 @@ void judge_realtime(const DaemonConfig& config, const std::optional<ProcessRight
                     const std::vector<std::string>& own_warnings, Findings& findings) {
   const std::string check = "real time";
   if (!config.realtime) {
-    findings.warn(check, "off (realtime = false)",
-                  "set realtime = true for a real cell: otherwise a busy computer replies too "
-                  "late");
+    findings.warn(check, "say.doctor.realtime.off", "say.doctor.realtime.off.do");
     return;
   }
   const std::optional<ProcessRights> rights = daemon ? daemon : rights_of_unit();
   if (!rights) {
     if (own_warnings.empty()) {
-      findings.ok(check, "granted to this process (no daemon runs, no service is installed)");
+      findings.ok(check, "say.doctor.realtime.own");
       return;
     }
-    std::string words;
-    for (const std::string& one : own_warnings) words += (words.empty() ? "" : "; ") + one;
-    findings.warn(check,
-                  "not granted to this process (no daemon runs, no service is installed): " + words,
-                  "install systemd/cellcald.service, which grants it");
+    Phrase warnings;
+    for (const std::string& one : own_warnings)
+      warnings = joined("say.join.semicolon", warnings, one);
+    findings.warn(check, {"say.doctor.realtime.own.not", {{"warnings", warnings}}},
+                  "say.doctor.realtime.own.not.do");
     return;
   }
-  std::string lacks;
-  if (!rights->realtime) lacks += "SCHED_FIFO (LimitRTPRIO=60)";
-  if (!rights->locked_memory) {
-    lacks += fmt::format("{}locked memory (LimitMEMLOCK=infinity)", lacks.empty() ? "" : ", ");
-  }
+  Phrase lacks;
+  if (!rights->realtime) lacks = "SCHED_FIFO (LimitRTPRIO=60)";
+  if (!rights->locked_memory) lacks = joined("say.join.comma", lacks, "say.doctor.realtime.memory");
   if (lacks.empty()) {
-    findings.ok(check, rights->who + " may use SCHED_FIFO and lock its memory");
+    findings.ok(check, {"say.doctor.realtime", {{"who", rights->who}}});
   } else {
-    findings.warn(check, fmt::format("{} lacks {}", rights->who, lacks),
-                  "start it as a service (systemd/cellcald.service), or grant these");
+    findings.warn(check, {"say.doctor.realtime.lacks", {{"who", rights->who}, {"lacks", lacks}}},
+                  "say.doctor.realtime.lacks.do");
   }
 }
 

@@ -25,7 +25,7 @@ struct DoctorRequest {
   double wait_s = 20.0;         ///< for the controller's first packet or state
   double observe_s = 10.0;      ///< observation period of the links, once they are up
   /// Operator action required now, and the time left for it.
-  std::function<void(const std::string&)> hint = [](const std::string&) {};
+  std::function<void(const calib::Phrase&)> hint = [](const calib::Phrase&) {};
   std::stop_token stop{};  ///< when requested, ends soon with incomplete findings
 };
 

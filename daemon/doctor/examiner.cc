@@ -9,6 +9,7 @@
 
 #include "calib/files/input_file.h"
 #include "calib/model/enum_table.h"
+#include "calib/words/phrase_json.h"
 #include "daemon/doctor/steps.h"
 #include "daemon/files/atomic_file.h"
 
@@ -110,20 +111,20 @@ void Examiner::examine(const std::filesystem::path& cell, const std::stop_token&
     const std::lock_guard lock(mutex_);
     newest_.checks.push_back(one);
   });
-  const auto hint = [this](const std::string& words) {
+  const auto hint = [this](const calib::Phrase& now) {
     const std::lock_guard lock(mutex_);
-    newest_.hint = words;
+    newest_.hint = now;
   };
   try {
     parts_.look(cell, findings, hint, stop);
   } catch (const std::exception& error) {
-    findings.fail("doctor", error.what(), "run 'cellcal doctor' on the cell's computer");
+    findings.fail("doctor", error.what(), "say.doctor.failed.do");
   }
   {
     const std::lock_guard lock(mutex_);
     newest_.running = false;
     newest_.whole = !stop.stop_requested();
-    newest_.hint.clear();
+    newest_.hint = {};
     newest_.ended = parts_.utc_now();
   }
   if (const Examination now = newest(); now.whole) keep(now);
@@ -151,11 +152,17 @@ const char* to_string(Outcome outcome) {
   return kTable[outcome];
 }
 
-nlohmann::json to_json(const Finding& finding) {
+calib::Phrase or_else(const std::string& said, const char* fallback) {
+  return said.empty() ? calib::Phrase(fallback) : calib::Phrase(said);
+}
+
+nlohmann::json to_json(const Finding& finding, const calib::Language& language) {
   return {{"check", finding.check},
           {"outcome", lower(to_string(finding.outcome))},
-          {"found", finding.found},
-          {"advice", finding.advice}};
+          {"found", words(finding.found, language)},
+          {"advice", words(finding.advice, language)},
+          {"said",
+           {{"found", calib::to_json(finding.found)}, {"advice", calib::to_json(finding.advice)}}}};
 }
 
 Finding finding_of(const nlohmann::json& value) {
@@ -164,23 +171,26 @@ Finding finding_of(const nlohmann::json& value) {
       kDoctorOutcomes, [&](Outcome one) { return lower(to_string(one)) == name; });
   if (outcome == kDoctorOutcomes.end())
     throw std::invalid_argument("\"outcome\" must be ok, warning, failed or skipped");
-  return {value.at("check").get<std::string>(), *outcome, value.at("found").get<std::string>(),
-          value.at("advice").get<std::string>()};
+  const nlohmann::json& said = value.contains("said") ? value["said"] : value;
+  return {value.at("check").get<std::string>(), *outcome, calib::phrase_of(said.at("found")),
+          calib::phrase_of(said.at("advice"))};
 }
 
-void Findings::ok(const std::string& check, const std::string& found) {
+void Findings::ok(const std::string& check, const calib::Phrase& found) {
   add({check, Outcome::kOk, found, ""});
 }
 
-void Findings::warn(const std::string& check, const std::string& found, const std::string& advice) {
+void Findings::warn(const std::string& check, const calib::Phrase& found,
+                    const calib::Phrase& advice) {
   add({check, Outcome::kWarning, found, advice});
 }
 
-void Findings::fail(const std::string& check, const std::string& found, const std::string& advice) {
+void Findings::fail(const std::string& check, const calib::Phrase& found,
+                    const calib::Phrase& advice) {
   add({check, Outcome::kFailed, found, advice});
 }
 
-void Findings::skip(const std::string& check, const std::string& why) {
+void Findings::skip(const std::string& check, const calib::Phrase& why) {
   add({check, Outcome::kSkipped, why, ""});
 }
 

@@ -12,6 +12,8 @@
 #include <thread>
 #include <vector>
 
+#include "calib/words/phrase.h"
+
 namespace cellcal::daemon {
 
 // Result of a check, with its remedy.
@@ -28,15 +30,20 @@ inline constexpr std::array kDoctorOutcomes{Outcome::kOk, Outcome::kWarning, Out
 /// "ok", "warning", "FAILED", "skipped".
 const char* to_string(Outcome outcome);
 
+/// What a device says of itself; the phrase where it says nothing.
+calib::Phrase or_else(const std::string& said, const char* fallback);
+
 struct Finding {
   std::string check;  ///< name of the check: "rsi packets"
   Outcome outcome = Outcome::kOk;
-  std::string found;
-  std::string advice;  ///< remedy; empty for kOk
+  calib::Phrase found;
+  calib::Phrase advice;  ///< remedy; empty for kOk
 };
-/// With "check", "outcome" (lower case), "found", "advice", as in `cellcal doctor --json` and the API.
-nlohmann::json to_json(const Finding& finding);
-/// Throws nlohmann::json::exception; std::invalid_argument for an unknown outcome.
+/// With "check", "outcome" (lower case), "found", "advice" in words, and "said" with both as phrases, as in
+/// `cellcal doctor --json` and the API.
+nlohmann::json to_json(const Finding& finding, const calib::Language& language = {});
+/// From the phrases, and without them from the words. Throws nlohmann::json::exception; std::invalid_argument
+/// for an unknown outcome and what is not a phrase.
 Finding finding_of(const nlohmann::json& value);
 
 /// Findings of one examination, passed to a listener as they arise.
@@ -46,10 +53,10 @@ class Findings {
 
   explicit Findings(Listener listener = {}) : listener_(std::move(listener)) {}
 
-  void ok(const std::string& check, const std::string& found);
-  void warn(const std::string& check, const std::string& found, const std::string& advice);
-  void fail(const std::string& check, const std::string& found, const std::string& advice);
-  void skip(const std::string& check, const std::string& why);
+  void ok(const std::string& check, const calib::Phrase& found);
+  void warn(const std::string& check, const calib::Phrase& found, const calib::Phrase& advice);
+  void fail(const std::string& check, const calib::Phrase& found, const calib::Phrase& advice);
+  void skip(const std::string& check, const calib::Phrase& why);
 
   const std::vector<Finding>& all() const { return all_; }
   std::size_t count(Outcome outcome) const;
@@ -68,7 +75,7 @@ struct Examination {
   bool kept = false;           ///< by an earlier daemon process
   bool running = false;
   bool whole = false;           ///< completed
-  std::string hint;             ///< required operator action while it runs
+  calib::Phrase hint;           ///< required operator action while it runs
   std::string cell_text;        ///< content of the cell file at the begin; empty: unreadable
   std::string ended;            ///< UTC
   std::vector<Finding> checks;  ///< so far
@@ -84,7 +91,7 @@ class Examiner {
     /// Runs all checks; reports each finding and required operator action as it arises. Ends soon after a
     /// stop request.
     std::function<void(const std::filesystem::path& cell, Findings& findings,
-                       const std::function<void(const std::string&)>& hint, std::stop_token)>
+                       const std::function<void(const calib::Phrase&)>& hint, std::stop_token)>
         look;
     /// Prevents sessions from beginning until `release`; throws where one is under way.
     std::function<void()> hold;

@@ -134,7 +134,7 @@ bool is_own_address(const std::string& address) {
   return own;
 }
 
-std::optional<std::string> holder_of_udp_port(std::uint16_t port) {
+std::optional<calib::Phrase> holder_of_udp_port(std::uint16_t port) {
   const std::optional<Listed> listed = listed_udp(port);
   if (!listed) return std::nullopt;
   const std::string socket = "socket:[" + listed->inode + "]";
@@ -142,10 +142,10 @@ std::optional<std::string> holder_of_udp_port(std::uint16_t port) {
   for (const auto& entry : std::filesystem::directory_iterator("/proc", error)) {
     const std::string name = entry.path().filename().string();
     if (!is_process(name) || !holds(entry.path(), socket)) continue;
-    return fmt::format("{} (process {})", command_of(entry.path()), name);
+    return calib::Phrase("say.doctor.machine.process",
+                         {{"name", command_of(entry.path())}, {"process", name}});
   }
-  return fmt::format("a program of user {} (run doctor as root to see its name)",
-                     user_name(listed->uid));
+  return calib::Phrase("say.doctor.machine.holder", {{"user", user_name(listed->uid)}});
 }
 
 std::optional<ProcessRights> rights_of_process(pid_t process) {
@@ -153,7 +153,7 @@ std::optional<ProcessRights> rights_of_process(pid_t process) {
   const std::string status = content(folder / "status"), limits = content(folder / "limits");
   if (status.empty()) return std::nullopt;
   ProcessRights rights;
-  rights.who = fmt::format("{} (process {})", command_of(folder), process);
+  rights.who = {"say.doctor.machine.process", {{"name", command_of(folder)}, {"process", process}}};
   std::istringstream uids(value_of(status, "Uid:"));
   uid_t real = 0, effective = 0;
   if (uids >> real >> effective) rights.uid = effective;
@@ -208,7 +208,7 @@ std::vector<gid_t> groups_of(const std::string& user, gid_t first) {
 
 ProcessRights rights_in_unit(const std::string& text) {
   ProcessRights rights;
-  rights.who = "the service's unit";
+  rights.who = "say.doctor.machine.unit";
   const std::string priority = value_of(text, "LimitRTPRIO=");
   int granted = 0;
   std::istringstream(priority) >> granted;

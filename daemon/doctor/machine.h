@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "calib/words/phrase.h"
+
 namespace cellcal::daemon {
 
 /// IPv4 addresses of this computer's interfaces, e.g. "192.168.1.10". Empty where the kernel cannot be
@@ -19,11 +21,11 @@ bool is_own_address(const std::string& address);
 
 /// Owner of a UDP socket on this port: "TestServer (process 812)", or only the user where the process is not
 /// accessible ("a program of user kuka"). None: port unused.
-std::optional<std::string> holder_of_udp_port(std::uint16_t port);
+std::optional<calib::Phrase> holder_of_udp_port(std::uint16_t port);
 
 /// Rights of a process.
 struct ProcessRights {
-  std::string who;  ///< "cellcald (process 77)", or "the service's unit"
+  calib::Phrase who;  ///< "cellcald (process 77)", or "the service's unit"
   std::optional<uid_t> uid;
   std::vector<gid_t> groups;
   bool realtime = false;       ///< SCHED_FIFO at the robot's priority

@@ -1,7 +1,5 @@
 // Checks without devices: cell, robot, controller files.
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 #include "calib/files/files.h"
@@ -17,6 +15,8 @@
 namespace cellcal::daemon {
 
 namespace {
+
+using calib::Phrase;
 
 /// KUKA's usual home position: A1..A6 [deg].
 constexpr double kHomeDeg[] = {0, -90, 90, 0, 90, 0};
@@ -39,15 +39,10 @@ void examine_geometry(const calib::Robot& robot, Findings& findings) {
   for (const double deg : kHomeDeg) home.push_back(deg * calib::kRadPerDeg);
   const Eigen::Vector3d flange_mm =
       calib::ArmModel(robot, {}).nominal_tcp(home).translation() * calib::kMmPerM;
-  const std::string found = fmt::format(
-      "{}: X {:.1f} mm, Z {:.1f} mm is what the pendant must show at A1..A6 = 0, -90, 90, 0, "
-      "90, 0 with $TOOL and $BASE at $NULLFRAME",
-      robot.name, flange_mm.x(), flange_mm.z());
+  const Phrase found{"say.doctor.geometry",
+                     {{"robot", robot.name}, {"x", flange_mm.x()}, {"z", flange_mm.z()}}};
   if (is_of_either_kr5(flange_mm)) {
-    findings.warn(check, found,
-                  "compare once, two KR 5 are called R1400: Z 1005.0 is robot = "
-                  "\"kr5_arc.toml\" (a3 120 mm, flange 115 mm), Z 960.0 is \"kr5_r1400.toml\" "
-                  "(40 mm, 80 mm)");
+    findings.warn(check, found, "say.doctor.geometry.kr5.do");
   } else {
     findings.ok(check, found);
   }
@@ -59,12 +54,12 @@ void examine_contradictions(const calib::Cell& cell, Findings& findings) {
   const std::vector<calib::CellFault> faults = calib::faults_of(cell);
   for (const calib::CellFault& fault : faults) {
     if (fault.refused) {
-      findings.fail(check, found_words(fault), advice_words(fault));
+      findings.fail(check, found_phrase(fault), advice_phrase(fault));
     } else {
-      findings.warn(check, found_words(fault), advice_words(fault));
+      findings.warn(check, found_phrase(fault), advice_phrase(fault));
     }
   }
-  if (faults.empty()) findings.ok(check, "centres, certified lengths, obstacles and reach agree");
+  if (faults.empty()) findings.ok(check, "say.doctor.cell.good");
 }
 
 bool any_to_be_found(const calib::Cell& cell) {
@@ -76,9 +71,7 @@ bool any_to_be_found(const calib::Cell& cell) {
 /// Plan of a session, and the axis travel that it requires.
 void examine_plan(const DaemonConfig& config, const calib::Cell& cell, Findings& findings) {
   const std::string check = "plan";
-  if (any_to_be_found(cell))
-    return findings.skip(
-        check, "some spheres have no centre_mm: the session finds them first and plans then");
+  if (any_to_be_found(cell)) return findings.skip(check, "say.doctor.plan.find");
   try {
     calib::PlanOptions options;
     const bool known = config.backend == BackendKind::kMock &&
@@ -86,29 +79,28 @@ void examine_plan(const DaemonConfig& config, const calib::Cell& cell, Findings&
     const calib::Plan plan =
         calib::make_plan(cell, options, known ? config.mock.start_rad : calib::JointVector{});
     if (const auto fault = calib::fault_of(cell, plan))
-      findings.warn("required accuracy", found_words(*fault), advice_words(*fault));
-    const std::string foreseen =
-        fmt::format("{} touches, predicted mean error {:.3f} mm", plan.touches.size(),
-                    plan.predicted_mean_m * calib::kMmPerM);
+      findings.warn("required accuracy", found_phrase(*fault), advice_phrase(*fault));
+    const Phrase foreseen{
+        "say.doctor.plan",
+        {{"touches", plan.touches.size()}, {"mm", plan.predicted_mean_m * calib::kMmPerM}}};
     if (wire_of(config) != WireKind::kRsi) return findings.ok(check, foreseen);
     const LimitNeeded needed = limit_needed(plan, cell.robot, plan.start);
     const double limit = config.rsi.correction_limit_deg.at(0);
-    const std::string found =
-        fmt::format("{}; {} needs {:.0f} deg of travel, correction_limit_deg is {:g}", foreseen,
-                    needed.widest_axis, needed.range_deg, limit);
+    const Phrase found{"say.doctor.plan.travel",
+                       {{"plan", foreseen},
+                        {"axis", needed.widest_axis},
+                        {"deg", needed.range_deg},
+                        {"limit", limit}}};
     // From the middle of its range an axis travels half of it.
     if (limit < needed.range_deg / 2.0 || (known && limit < needed.turn_deg)) {
-      findings.fail(check, found, widen_words(needed));
+      findings.fail(check, found, widen_phrase(needed));
     } else if (limit < std::min(needed.range_deg, kWidestLimitDeg)) {
-      findings.warn(
-          check, found,
-          "enough only if the arm is near the middle of it when CELLCAL_RSI is started: " +
-              widen_words(needed));
+      findings.warn(check, found, {"say.doctor.plan.travel.do", {{"widen", widen_phrase(needed)}}});
     } else {
       findings.ok(check, found);
     }
   } catch (const calib::PlanError& error) {
-    findings.fail(check, error.what(), "'cellcal plan --picture' draws the cell");
+    findings.fail(check, error.what(), "say.doctor.plan.none.do");
   }
 }
 
@@ -117,7 +109,7 @@ void examine_plan(const DaemonConfig& config, const calib::Cell& cell, Findings&
 std::optional<calib::Cell> examine_cell(const DoctorRequest& request, const DaemonConfig& config,
                                         Findings& findings) {
   if (request.cell.empty()) {
-    findings.warn("cell file", "not checked", "add --cell CELL.toml");
+    findings.warn("cell file", "say.doctor.cell_file.none", "say.doctor.cell_file.none.do");
     return std::nullopt;
   }
   try {
@@ -128,8 +120,10 @@ std::optional<calib::Cell> examine_cell(const DoctorRequest& request, const Daem
     } else {
       eki_config_for(config, cell);
     }
-    findings.ok("cell file", fmt::format("{}, {} targets, {} joints", request.cell.string(),
-                                         cell.targets.size(), cell.robot.joints.size()));
+    findings.ok("cell file", {"say.doctor.cell_file",
+                              {{"file", request.cell.string()},
+                               {"targets", cell.targets.size()},
+                               {"joints", cell.robot.joints.size()}}});
     examine_geometry(cell.robot, findings);
     examine_contradictions(cell, findings);
     examine_plan(config, cell, findings);
@@ -137,8 +131,7 @@ std::optional<calib::Cell> examine_cell(const DoctorRequest& request, const Daem
   } catch (const calib::Cancelled&) {
     return std::nullopt;  // cancelled on request; the findings are discarded
   } catch (const std::exception& error) {
-    findings.fail("cell file", error.what(),
-                  "correct the file (keys of cell and robot files: calib/files/README.md)");
+    findings.fail("cell file", error.what(), "say.doctor.cell_file.do");
     return std::nullopt;
   }
 }
@@ -157,18 +150,16 @@ void examine_schedule(const DaemonConfig& config, Findings& findings) {
   const ScheduleConfig& schedule = config.schedule;
   if (!schedule.unattended || schedule.sessions.empty()) return;
   if (const std::string obstacle = unattended_obstacle(config); !obstacle.empty())
-    return findings.fail(check, obstacle, "begin sessions by hand until then: unattended = false");
+    return findings.fail(check, obstacle, "say.doctor.unattended.do");
   // The PLC calls the program within this time; after a shorter timeout a late program finds no listener.
   constexpr std::chrono::minutes kEnough{5};
   if (schedule.program_start == ProgramStart::kCell && config.timeouts.connecting < kEnough)
     return findings.warn(
         check,
-        fmt::format("program_start = \"cell\", and a session waits {:.0f} s for it",
-                    std::chrono::duration<double>(config.timeouts.connecting).count()),
-        "set [session] connect_wait_s to 600, and have the PLC call it within that time");
-  findings.ok(
-      check,
-      "the controller's program starts without a person, as set by [schedule] program_start");
+        {"say.doctor.unattended.short",
+         {{"s", std::chrono::duration<double>(config.timeouts.connecting).count()}}},
+        "say.doctor.unattended.short.do");
+  findings.ok(check, "say.doctor.unattended");
 }
 
 void examine_files(const DoctorRequest& request, const DaemonConfig& config,
@@ -176,29 +167,24 @@ void examine_files(const DoctorRequest& request, const DaemonConfig& config,
   const std::string check = "controller files";
   if (request.files.empty()) {
     if (wire_of(config) == WireKind::kRsi)
-      findings.skip(
-          check,
-          fmt::format("limits of AXISCORR and AXISCORRMON on the controller not compared with "
-                      "correction_limit_deg = {:g}: a lower one clamps in silence. Give its files: "
-                      "--files DIR",
-                      config.rsi.correction_limit_deg.at(0)));
+      findings.skip(check,
+                    {"say.doctor.files.none", {{"deg", config.rsi.correction_limit_deg.at(0)}}});
     return;
   }
   try {
     const auto objections = verify_folder(config, wire_of(config), request.files, cell);
     for (const drivers::FileFinding& one : objections) {
       if (one.refused) {
-        findings.fail(check, to_string(one),
-                      "correct it here and on the controller, then cold-start the controller");
+        findings.fail(check, to_string(one), "say.doctor.files.refused.do");
       } else {
-        findings.warn(check, to_string(one), "check whether this is intended");
+        findings.warn(check, to_string(one), "say.doctor.files.warned.do");
       }
     }
     if (objections.empty()) {
-      findings.ok(check, fmt::format("{} fits the configuration", request.files.string()));
+      findings.ok(check, {"say.doctor.files", {{"folder", request.files.string()}}});
     }
   } catch (const std::exception& error) {
-    findings.fail(check, error.what(), "give the folder with the controller's files");
+    findings.fail(check, error.what(), "say.doctor.files.do");
   }
 }
 

@@ -20,14 +20,7 @@ constexpr double kGoodJitterS = 0.001;
 constexpr double kGoodReplyS = 0.001, kPoorReplyShare = 0.5;
 constexpr double kMsTolerance = 1e-6;
 
-const char* const kChecklist =
-    "check in this order: (1) CELLCAL_RSI is started on the pendant and shows no RSI fault "
-    "(KSS29002: reset it and start it again while doctor waits, this computer has to listen "
-    "before RSI_ON); (2) IP_NUMBER and PORT of the ethernet XML are this computer's, and the "
-    "controller was cold-started after a change; (3) RSI has a subnet of its own (not "
-    "192.168.0.x), and the cable is in it; (4) no firewall of this computer drops UDP ('nft "
-    "list ruleset'); (5) no other program (TestServer, another cellcald) uses the port on the "
-    "computer with that IP_NUMBER";
+using calib::Phrase;
 
 bool is_refused(const RsiSeen& seen) {
   const drivers::CoreState& s = seen.newest;
@@ -42,37 +35,42 @@ void judge_packets(const RsiSeen& seen, Findings& findings) {
   const drivers::CoreState& s = seen.newest;
   if (!seen.up && s.bad_packets > 0) {
     findings.fail(check,
-                  fmt::format("{} datagrams on {}, none of them from RSI: {}, \"{}\"",
-                              s.bad_packets, seen.listening, to_string(s.last_error), s.last_bad),
-                  "find out which device sends them; check that the ethernet XML has DEF_AIPos");
+                  {"say.doctor.packets.foreign",
+                   {{"packets", s.bad_packets},
+                    {"at", seen.listening},
+                    {"error", to_string(s.last_error)},
+                    {"bytes", s.last_bad}}},
+                  "say.doctor.packets.foreign.do");
   } else if (!seen.up) {
-    findings.fail(check, fmt::format("none in {:.0f} s on {}", seen.waited_s, seen.listening),
-                  kChecklist);
+    findings.fail(check,
+                  {"say.doctor.packets.none", {{"s", seen.waited_s}, {"at", seen.listening}}},
+                  "say.doctor.packets.none.do");
   } else if (seen.lost && !is_refused(seen)) {
-    findings.fail(check, fmt::format("{}, then none after IPOC {}", s.packets, s.ipoc),
-                  "read the message on the pendant (KSS29002: time-out by late replies, see "
-                  "below; KSS29000: correction limit), reset CELLCAL_RSI and start it again");
+    findings.fail(check, {"say.doctor.packets.ended", {{"packets", s.packets}, {"ipoc", s.ipoc}}},
+                  "say.doctor.packets.ended.do");
   } else if (const std::uint64_t twice = seen.state.quality.duplicates; twice > 0) {
-    findings.warn(check,
-                  fmt::format("{}, {} of them received twice (the same IPOC)", s.packets, twice),
-                  "look for two ways between controller and computer: a loop or a mirrored port at "
-                  "the switch, two cables, a bridge. Connect both by one cable");
+    findings.warn(check, {"say.doctor.packets.twice", {{"packets", s.packets}, {"twice", twice}}},
+                  "say.doctor.packets.twice.do");
   } else if (s.bad_packets > 0) {
-    findings.warn(check,
-                  fmt::format("{}, {} of them damaged: {}", s.packets, s.bad_packets,
-                              to_string(s.last_error)),
-                  "check network cards and cables between controller and computer");
+    findings.warn(
+        check,
+        {"say.doctor.packets.damaged",
+         {{"packets", s.packets}, {"damaged", s.bad_packets}, {"error", to_string(s.last_error)}}},
+        "say.doctor.packets.damaged.do");
   } else {
-    findings.ok(check, fmt::format("{} in {:.0f} s, first after {:.1f} s, {} missing", s.packets,
-                                   seen.observed_s, seen.first_packet_s, s.gaps));
+    findings.ok(check, {"say.doctor.packets",
+                        {{"packets", s.packets},
+                         {"s", seen.observed_s},
+                         {"first", seen.first_packet_s},
+                         {"missing", s.gaps}}});
   }
 }
 
 void judge_sender(const RsiSeen& seen, Findings& findings) {
   if (seen.foreign > 0) {
     findings.fail("rsi sender",
-                  fmt::format("{}; {} packets from another address", seen.sender, seen.foreign),
-                  "two controllers send to one port: give each a port of its own");
+                  {"say.doctor.sender.two", {{"sender", seen.sender}, {"packets", seen.foreign}}},
+                  "say.doctor.sender.two.do");
   } else {
     findings.ok("rsi sender", seen.sender);
   }
@@ -83,25 +81,23 @@ void judge_cycle(const RsiSeen& seen, Findings& findings) {
   const drivers::CoreState& s = seen.newest;
   if (!(s.cycle_s > 0.0)) {
     findings.fail(check,
-                  s.trouble == drivers::Trouble::kOddCycle ? "outside of 2 to 40 ms"
-                                                           : "unknown: too few packets",
-                  "use RSI_ON with #IPO_FAST (4 ms) or #IPO (12 ms)");
+                  s.trouble == drivers::Trouble::kOddCycle ? "say.doctor.cycle.odd"
+                                                           : "say.doctor.cycle.unknown",
+                  "say.doctor.cycle.do");
     return;
   }
   const double ms = s.cycle_s * calib::kMsPerS;
-  const std::string figures =
-      fmt::format("{:.2f} ms, jitter {:.2f} ms, longest {:.1f} ms, IPOC step {}", ms,
-                  s.jitter_s * calib::kMsPerS, s.longest_gap_s * calib::kMsPerS, s.ipoc_step);
+  const Phrase figures{"say.doctor.cycle",
+                       {{"ms", ms},
+                        {"jitter", s.jitter_s * calib::kMsPerS},
+                        {"longest", s.longest_gap_s * calib::kMsPerS},
+                        {"step", s.ipoc_step}}};
   const bool usual = std::abs(ms - 4.0) < 0.1 || std::abs(ms - 12.0) < 0.1;
   const bool milliseconds = std::abs(s.ipoc_step - ms) < 0.1 + kMsTolerance;
   if (!usual || !milliseconds) {
-    findings.warn(check, figures,
-                  "a KUKA controller has 4 or 12 ms and an IPOC in milliseconds: check for "
-                  "lost packets, and what this device is");
+    findings.warn(check, figures, "say.doctor.cycle.unusual.do");
   } else if (s.jitter_s > kGoodJitterS) {
-    findings.warn(check, figures,
-                  "connect controller and computer by a cable of their own, and stop other "
-                  "programs on this computer; see 'real time'");
+    findings.warn(check, figures, "say.doctor.cycle.jitter.do");
   } else {
     findings.ok(check, figures);
   }
@@ -110,52 +106,35 @@ void judge_cycle(const RsiSeen& seen, Findings& findings) {
 void judge_decimals(const RsiSeen& seen, Findings& findings) {
   const std::string check = "rsi decimals";
   const int decimals = seen.newest.decimals;
-  const std::string advice =
-      "set Precision of the ETHERNET object to 4 or more (default 1), as 'cellcal kuka-files' "
-      "does, and create the context again";
+  const char* const advice = "say.doctor.decimals.do";
+  const auto found = [decimals](const char* id) { return Phrase(id, {{"decimals", decimals}}); };
   switch (drivers::fitness_of_decimals(seen.newest)) {
     case drivers::Fitness::kUnfit:
-      return findings.fail(
-          check, fmt::format("AIPos with {} decimals: too coarse to calibrate", decimals), advice);
+      return findings.fail(check, found("say.doctor.decimals.coarse"), advice);
     case drivers::Fitness::kUnproven:
-      return findings.warn(
-          check,
-          fmt::format(
-              "AIPos with {} decimals from a device that is not a KUKA controller; at rest they "
-              "may be exact",
-              decimals),
-          "a session measures them at its first move and stops if they are too coarse; on a "
-          "controller " +
-              advice);
+      return findings.warn(check, found("say.doctor.decimals.unproven"),
+                           "say.doctor.decimals.unproven.do");
     case drivers::Fitness::kUsable:
-      return findings.warn(check, fmt::format("AIPos with {} decimals", decimals), advice);
+      return findings.warn(check, found("say.doctor.decimals"), advice);
     case drivers::Fitness::kGood:
-      return findings.ok(check, fmt::format("AIPos with {} decimals", decimals));
+      return findings.ok(check, found("say.doctor.decimals"));
   }
 }
 
 void judge_elements(const RsiSeen& seen, Findings& findings) {
   const drivers::CoreState& s = seen.newest;
-  std::string missing;
-  if (!s.sends_setpoint) missing += "ASPos";
-  if (!s.sends_delay) missing += missing.empty() ? "Delay" : " and Delay";
-  const std::string check = "rsi elements", found = missing + " is not sent";
-  const std::string wire = "add DEF_ASPos and DEF_Delay to SEND of the ethernet XML: ";
+  const std::string check = "rsi elements";
+  const char* const found = s.sends_setpoint ? "say.doctor.elements.delay"
+                            : s.sends_delay  ? "say.doctor.elements.setpoint"
+                                             : "say.doctor.elements.both";
   switch (drivers::fitness_of_elements(s)) {
     case drivers::Fitness::kUnfit:
-      return findings.fail(check, found,
-                           wire +
-                               "mode RELATIVE needs Delay, otherwise a lost increment is not "
-                               "detected");
+      return findings.fail(check, found, "say.doctor.elements.relative.do");
     case drivers::Fitness::kUnproven:
     case drivers::Fitness::kUsable:
-      return findings.warn(check, found,
-                           wire +
-                               "otherwise a restarted RSI session and refused replies are not "
-                               "detected, and an RSI session that already runs may not be "
-                               "answered");
+      return findings.warn(check, found, "say.doctor.elements.do");
     case drivers::Fitness::kGood:
-      return findings.ok(check, "AIPos, ASPos, Delay");
+      return findings.ok(check, "say.doctor.elements");
   }
 }
 
@@ -163,26 +142,22 @@ void judge_state(const RsiSeen& seen, const RsiExpected& expected, Findings& fin
   const std::string check = "rsi state";
   const drivers::CoreState& s = seen.newest;
   const bool mode = s.mode != drivers::OperatingMode::kUnknown, percent = s.override_percent >= 0;
-  const std::string figures =
-      fmt::format("mode {}, override {}", to_string(s.mode),
-                  percent ? fmt::format("{} %", s.override_percent) : std::string("unknown"));
+  const Phrase figures = percent ? Phrase("say.doctor.state", {{"mode", to_string(s.mode)},
+                                                               {"percent", s.override_percent}})
+                                 : Phrase("say.doctor.state.mode", {{"mode", to_string(s.mode)}});
   if (!expected.mode && !expected.override_percent) {
-    findings.skip(check, "[rsi] mode_tag and override_tag are empty");
+    findings.skip(check, "say.doctor.state.skip");
   } else if ((expected.mode && !mode) || (expected.override_percent && !percent)) {
-    findings.warn(check, figures,
-                  "install the files of 'cellcal kuka-files' anew: they send both. Until then the "
-                  "speed is bounded as in T1 before the first calibration alone, and an unattended "
-                  "session does not detect a person working in the cell");
+    findings.warn(check, figures, "say.doctor.state.do");
   } else {
-    findings.ok(check, figures + " (which does not slow RSI down)");
+    findings.ok(check, {"say.doctor.state.good", {{"figures", figures}}});
   }
 }
 
 void judge_second_path(const RsiSeen& seen, const RsiExpected& expected, Findings& findings) {
   const std::string check = "rsi contact input";
   if (seen.newest.input_path == drivers::InputPath::kUntold) {
-    return findings.fail(check, "not sent, but [rsi] contact_tag is set",
-                         "install the files of 'cellcal kuka-files' anew: they send it");
+    return findings.fail(check, "say.doctor.input.unsent", "say.doctor.input.unsent.do");
   }
   judge_input(check, seen.input, expected.input, false, findings);
 }
@@ -191,21 +166,13 @@ void judge_second_path(const RsiSeen& seen, const RsiExpected& expected, Finding
 void judge_tcp(const RsiSeen& seen, Findings& findings) {
   const std::string check = "rsi tool";
   const drivers::TcpApart& apart = seen.newest.tcp_apart;
-  const std::string figures = fmt::format(
-      "{:.2f} mm and {:.3f} deg between the controller's TCP (RIst) and that of robot and cell "
-      "file",
-      apart.mm, apart.deg);
+  const Phrase figures{"say.doctor.tool", {{"mm", apart.mm}, {"deg", apart.deg}}};
   if (apart.much()) {
-    findings.fail(check, figures,
-                  "compare $TOOL with [controller] tool (0: the flange) and with the cell "
-                  "file's tool, and the robot file with the arm's type; $BASE and $ROBROOT "
-                  "must be zero");
+    findings.fail(check, figures, "say.doctor.tool.do");
   } else if (apart.mm > 0.0 || apart.deg > 0.0) {
     findings.ok(check, figures);
   } else {
-    findings.warn(check, "not compared: RIst is not sent, or [controller] base is not 0",
-                  "add DEF_RIst to SEND of the ethernet XML, with $BASE=$NULLFRAME: otherwise "
-                  "a wrong tool or robot file shows only when the arm leaves its line");
+    findings.warn(check, "say.doctor.tool.unknown", "say.doctor.tool.unknown.do");
   }
 }
 
@@ -214,49 +181,42 @@ void judge_replies(const RsiSeen& seen, const RsiExpected& expected, Findings& f
   const drivers::CoreState& s = seen.newest;
   const std::uint64_t late = s.late - std::min(s.late, seen.late_at_start);
   if (is_refused(seen)) {
-    findings.fail(
-        check,
-        fmt::format("not accepted: {1} of {0} counted as late by the controller", s.replies,
-                    s.late),
-        fmt::format("set SENTYPE in the controller's ethernet XML to \"{}\", letter by letter: the "
-                    "controller silently discards any other",
-                    expected.sentype));
+    findings.fail(check, {"say.doctor.replies.refused", {{"late", s.late}, {"replies", s.replies}}},
+                  {"say.doctor.replies.refused.do", {{"sentype", expected.sentype}}});
   } else if (!seen.answered) {
-    findings.fail(check, seen.last_words.empty() ? "none were sent" : seen.last_words,
-                  "wait for RSI's time-out, reset CELLCAL_RSI and start it again while doctor "
-                  "waits");
+    findings.fail(check, or_else(seen.last_words, "say.doctor.replies.none"),
+                  "say.doctor.replies.none.do");
   } else if (late >= static_cast<std::uint64_t>(expected.late_limit)) {
-    findings.fail(check, fmt::format("{} of {} came too late for the controller", late, s.replies),
-                  "a move would be stopped: see 'real time' and 'rsi reply times', and check "
-                  "the switch between controller and computer");
+    findings.fail(check, {"say.doctor.replies.late", {{"late", late}, {"replies", s.replies}}},
+                  "say.doctor.replies.late.do");
   } else if (late > 0) {
-    findings.warn(check, fmt::format("{} of {} came too late for the controller", late, s.replies),
-                  "see 'real time' and 'rsi reply times'");
+    findings.warn(check, {"say.doctor.replies.late", {{"late", late}, {"replies", s.replies}}},
+                  "say.doctor.replies.some.do");
   } else {
-    findings.ok(check, fmt::format("{}, all accepted in time", s.replies));
+    findings.ok(check, {"say.doctor.replies", {{"replies", s.replies}}});
   }
 }
 
 void judge_times(const RsiSeen& seen, Findings& findings) {
   const std::string check = "rsi reply times";
   const drivers::RobotQuality& q = seen.state.quality;
-  if (q.replies == 0) return findings.skip(check, "no replies were sent");
-  std::string histogram;
+  if (q.replies == 0) return findings.skip(check, "say.doctor.times.none");
+  Phrase figures{"say.doctor.times",
+                 {{"p50", q.reply_p50_s * calib::kMsPerS},
+                  {"p99", q.reply_p99_s * calib::kMsPerS},
+                  {"p999", q.reply_p999_s * calib::kMsPerS},
+                  {"longest", q.reply_max_s * calib::kMsPerS},
+                  {"replies", q.replies}}};
   for (const auto& [ms, count] : seen.replies_within) {
     if (count == 0) continue;
-    histogram += fmt::format("; {} within {} ms", count, ms);
+    figures = joined("say.join.semicolon", figures,
+                     {"say.doctor.times.within", {{"replies", count}, {"ms", ms}}});
     if (count >= q.replies) break;
   }
-  const std::string figures =
-      fmt::format("p50 {1:.2f} ms, p99 {2:.2f} ms, p99.9 {3:.2f} ms, longest {4:.2f} ms of {0}{5}",
-                  q.replies, q.reply_p50_s * calib::kMsPerS, q.reply_p99_s * calib::kMsPerS,
-                  q.reply_p999_s * calib::kMsPerS, q.reply_max_s * calib::kMsPerS, histogram);
   if (q.reply_p99_s > kPoorReplyShare * seen.newest.cycle_s) {
-    findings.fail(check, figures, "this computer is too busy for RSI: see 'real time'");
+    findings.fail(check, figures, "say.doctor.times.bad.do");
   } else if (q.reply_p999_s > kGoodReplyS) {
-    findings.warn(check, figures,
-                  "grant real-time priority (see 'real time'), and stop other programs on this "
-                  "computer");
+    findings.warn(check, figures, "say.doctor.times.slow.do");
   } else {
     findings.ok(check, figures);
   }
@@ -269,10 +229,10 @@ void judge_rsi(const RsiSeen& seen, const RsiExpected& expected, Findings& findi
   if (!seen.up) {
     for (const char* check : {"rsi sender", "rsi cycle", "rsi decimals", "rsi elements",
                               "rsi state", "rsi replies", "rsi reply times"}) {
-      findings.skip(check, "no packets");
+      findings.skip(check, "say.doctor.no_packets");
     }
-    if (expected.in_space) findings.skip("rsi tool", "no packets");
-    if (expected.input > 0) findings.skip("rsi contact input", "no packets");
+    if (expected.in_space) findings.skip("rsi tool", "say.doctor.no_packets");
+    if (expected.input > 0) findings.skip("rsi contact input", "say.doctor.no_packets");
     return;
   }
   judge_sender(seen, findings);
@@ -289,50 +249,33 @@ void judge_rsi(const RsiSeen& seen, const RsiExpected& expected, Findings& findi
 void judge_rsi_end(std::optional<double> ended_after_s, Findings& findings) {
   const std::string check = "rsi stop";
   if (!ended_after_s) {
-    findings.warn(check, "the controller went on sending for 2 s after Stop",
-                  "wire the STOP object to the Stop element (Mode 4, rising edge) and check "
-                  "stop_tag: otherwise each session ends with a fault on the pendant");
+    findings.warn(check, "say.doctor.stop.none", "say.doctor.stop.none.do");
   } else {
-    findings.ok(check,
-                fmt::format("RSI ended {:.2f} s after Stop; start CELLCAL_RSI again for the next "
-                            "session",
-                            *ended_after_s));
+    findings.ok(check, {"say.doctor.stop", {{"s", *ended_after_s}}});
   }
 }
 
 void judge_model(const calib::ControllerModel& model, const calib::Robot& robot, bool sends,
                  WireKind wire, Findings& findings) {
   using enum calib::ControllerModel::Outcome;
-  const std::string check = "controller's model", found = words(model, robot);
+  const std::string check = "controller's model";
+  const Phrase found = phrase(model, robot);
   switch (model.outcome) {
     case kAgrees:
       return findings.ok(check, found);
     case kNotStated:
       if (sends)
-        return findings.skip(check,
-                             wire == WireKind::kRsi
-                                 ? "0 postures: the arm did not rest for 0.3 s"
-                                 : "0 postures: CELLCAL_EKI does not run, or the arm did not rest");
-      return findings.warn(
-          check, found,
-          wire == WireKind::kRsi
-              ? "add DEF_RIst to SEND of the ethernet XML: without it another robot type or absolute "
-                "accuracy is not detected"
-              : "make the controller's files anew and copy CellcalEki.xml, cellcal_sub.sub and "
-                "cellcal_eki.dat: they send $POS_ACT. Without it another robot type or absolute "
-                "accuracy is not detected");
+        return findings.skip(check, wire == WireKind::kRsi ? "say.doctor.model.moving.rsi"
+                                                           : "say.doctor.model.moving.eki");
+      return findings.warn(check, found,
+                           wire == WireKind::kRsi ? "say.doctor.model.unsent.do.rsi"
+                                                  : "say.doctor.model.unsent.do.eki");
     case kOtherFrames:
-      return findings.warn(check, found,
-                           "compare $TOOL and $BASE with [controller] tool and base; joint angles, "
-                           "and so the calibration, do not depend on them");
+      return findings.warn(check, found, "say.doctor.model.frames.do");
     case kUndecided:
-      return findings.warn(check, found,
-                           "compare the pendant's actual position with 'robot geometry', and "
-                           "[controller] tool and base; each session compares it at every touch");
+      return findings.warn(check, found, "say.doctor.model.undecided.do");
     case kDiffers:
-      return findings.fail(check, found,
-                           "choose the robot file of the type plate, or switch absolute accuracy "
-                           "off ($DEACTIVATE_ABS_ACCUR)");
+      return findings.fail(check, found, "say.doctor.model.differs.do");
   }
 }
 
@@ -347,12 +290,13 @@ void judge_angles(const std::string& check, const drivers::AxisAngles& actual_ra
                          actual_rad[i] * (in_mm ? calib::kMmPerM : calib::kDegPerRad),
                          in_mm ? " mm" : "");
   }
-  if (robot == nullptr) return findings.skip(check, shown + " deg; limits not checked (no --cell)");
+  if (robot == nullptr)
+    return findings.skip(check, {"say.doctor.angles.unchecked", {{"deg", shown}}});
   if (robot->joints.size() != actual_rad.size()) {
     return findings.fail(check,
-                         fmt::format("{} angles received, {} joints in the robot file",
-                                     actual_rad.size(), robot->joints.size()),
-                         "use the robot file of this arm");
+                         {"say.doctor.angles.count",
+                          {{"angles", actual_rad.size()}, {"joints", robot->joints.size()}}},
+                         "say.doctor.angles.count.do");
   }
   std::string outside, near;
   for (std::size_t i = 0; i < actual_rad.size(); ++i) {
@@ -360,19 +304,19 @@ void judge_angles(const std::string& check, const drivers::AxisAngles& actual_ra
     const double room = std::min(actual_rad[i] - joint.min_rad, joint.max_rad - actual_rad[i]) *
                         calib::unit_of(joint).per_si;
     std::string& list = room < 0.0 ? outside : near;
-    if (room < (joint.is_prismatic() ? kNearMm : kNearDeg)) list += fmt::format("{}{}", list.empty() ? "" : ", ", joint.name);
+    if (room < (joint.is_prismatic() ? kNearMm : kNearDeg))
+      list += fmt::format("{}{}", list.empty() ? "" : ", ", joint.name);
   }
   if (!outside.empty()) {
-    findings.fail(check, fmt::format("{} deg: {} outside the robot file's limits", shown, outside),
-                  "check the robot file; if it is right, jog the axis back (it may be a full "
-                  "turn away)");
+    findings.fail(check, {"say.doctor.angles.outside", {{"deg", shown}, {"axes", outside}}},
+                  "say.doctor.angles.outside.do");
   } else if (!near.empty()) {
     findings.warn(check,
-                  fmt::format("{} deg: {} within 1 deg{} of a limit", shown, near,
-                              track ? ", 10 mm," : ""),
-                  "jog the arm towards the middle of its range");
+                  {track ? "say.doctor.angles.near.unit" : "say.doctor.angles.near",
+                   {{"deg", shown}, {"axes", near}}},
+                  "say.doctor.angles.near.do");
   } else {
-    findings.ok(check, shown + " deg, within the robot file's limits");
+    findings.ok(check, {"say.doctor.angles", {{"deg", shown}}});
   }
 }
 
@@ -393,15 +337,10 @@ const char* mode_of(drivers::EkiMode mode) {
 
 bool judge_connection(const EkiSeen& seen, Findings& findings) {
   if (!seen.connected) {
-    findings.fail(
-        "eki connection", seen.last_words,
-        "check in this order: (1) 'ping' the controller's KLI address; (2) CELLCAL_SUB runs "
-        "(Configuration, Submit interpreter), and the controller was cold-started after "
-        "CellcalEki.xml was copied; (3) address and port are the same in CellcalEki.xml and in "
-        "[eki]; (4) no other client is connected: the controller accepts one");
+    findings.fail("eki connection", seen.last_words, "say.doctor.eki.connection.do");
     return false;
   }
-  findings.ok("eki connection", "to " + seen.peer);
+  findings.ok("eki connection", {"say.doctor.eki.connection", {{"peer", seen.peer}}});
   return true;
 }
 
@@ -409,25 +348,23 @@ bool judge_states(const EkiSeen& seen, Findings& findings) {
   const drivers::EkiCoreState& s = seen.newest;
   const std::string check = "eki states";
   if (!seen.up || s.states == 0) {
-    findings.fail(check, seen.last_words,
-                  "check that CELLCAL_SUB runs, and that CellcalEki.xml and the programs come "
-                  "from one run of 'cellcal kuka-files'");
+    findings.fail(check, seen.last_words, "say.doctor.eki.states.none.do");
     return false;
   }
-  std::string figures =
-      fmt::format("{} in {:.0f} s, every {:.1f} ms, jitter {:.1f} ms, longest gap {:.0f} ms",
-                  s.states, seen.observed_s, s.cycle_s * calib::kMsPerS,
-                  s.jitter_s * calib::kMsPerS, s.longest_gap_s * calib::kMsPerS);
+  Phrase figures{"say.doctor.eki.states",
+                 {{"states", s.states},
+                  {"s", seen.observed_s},
+                  {"every", s.cycle_s * calib::kMsPerS},
+                  {"jitter", s.jitter_s * calib::kMsPerS},
+                  {"gap", s.longest_gap_s * calib::kMsPerS}}};
   if (s.longest_pass_ms > 0)
-    figures += fmt::format(", longest pass of CELLCAL_SUB {} ms", s.longest_pass_ms);
+    figures = {"say.doctor.eki.states.pass", {{"figures", figures}, {"ms", s.longest_pass_ms}}};
   if (seen.lost) {
-    findings.fail(check, figures + "; link lost: " + seen.last_words,
-                  "check the cable and the messages on the pendant");
+    findings.fail(
+        check, {"say.doctor.eki.states.lost", {{"figures", figures}, {"words", seen.last_words}}},
+        "say.doctor.eki.states.lost.do");
   } else if (s.cycle_s > kSlowStatesS || s.longest_pass_ms > kSlowPassMs) {
-    findings.warn(
-        check, figures,
-        "the submit interpreter is slow, and stops over the network with it: remove other "
-        "programs from it, or call CELLCAL_SUB in one of its own");
+    findings.warn(check, figures, "say.doctor.eki.states.slow.do");
   } else {
     findings.ok(check, figures);
   }
@@ -436,53 +373,51 @@ bool judge_states(const EkiSeen& seen, Findings& findings) {
 
 void judge_elements(const EkiSeen& seen, Findings& findings) {
   const drivers::EkiCoreState& s = seen.newest;
-  const std::string advice =
-      "install channel file and programs from one run of 'cellcal kuka-files'; 'cellcal "
-      "kuka-files --verify DIR' compares them";
+  const char* const advice = "say.doctor.eki.elements.do";
   if (s.bad_documents > 0) {
-    findings.fail("eki elements",
-                  fmt::format("{} states damaged or incomplete: {}, \"{}\"", s.bad_documents,
-                              to_string(s.last_error), s.last_bad),
-                  advice);
-  } else if (s.unread_by_controller > 0) {
     findings.fail(
         "eki elements",
-        fmt::format("{} telegrams could not be read by the controller", s.unread_by_controller),
+        {"say.doctor.eki.elements.damaged",
+         {{"states", s.bad_documents}, {"error", to_string(s.last_error)}, {"bytes", s.last_bad}}},
         advice);
+  } else if (s.unread_by_controller > 0) {
+    findings.fail("eki elements",
+                  {"say.doctor.eki.elements.unread", {{"telegrams", s.unread_by_controller}}},
+                  advice);
   } else if (s.trouble == drivers::EkiTrouble::kUnread ||
              s.trouble == drivers::EkiTrouble::kOtherSession) {
     findings.fail("eki elements", seen.last_words, advice);
   } else {
-    findings.ok("eki elements", "all received, in both directions");
+    findings.ok("eki elements", "say.doctor.eki.elements");
   }
 }
 
 void judge_decimals(const EkiSeen& seen, Findings& findings) {
   const int decimals = seen.newest.decimals_seen;
   if (decimals < kFewestDecimals) {
-    findings.fail("eki decimals",
-                  fmt::format("{} decimals, too coarse (at least {})", decimals, kFewestDecimals),
-                  "install the programs as 'cellcal kuka-files' wrote them: they send "
-                  "$AXIS_ACT_MEAS as REAL");
+    findings.fail(
+        "eki decimals",
+        {"say.doctor.eki.decimals.coarse", {{"decimals", decimals}, {"least", kFewestDecimals}}},
+        "say.doctor.eki.decimals.do");
   } else {
-    findings.ok("eki decimals", fmt::format("{} decimals", decimals));
+    findings.ok("eki decimals", {"say.doctor.eki.decimals", {{"decimals", decimals}}});
   }
 }
 
 void judge_readiness(const EkiSeen& seen, Findings& findings) {
   const drivers::EkiCoreState& s = seen.newest;
   const std::string check = "eki readiness";
-  std::string figures = fmt::format("mode {}, override {} %, drives {}", mode_of(s.mode),
-                                    s.override_percent, s.drives ? "on" : "off");
-  if (s.stopped) figures += ", a stop is active";
+  Phrase figures{s.drives ? "say.doctor.eki.ready.drives_on" : "say.doctor.eki.ready.drives_off",
+                 {{"mode", mode_of(s.mode)}, {"percent", s.override_percent}}};
+  if (s.stopped) figures = joined("say.join.comma", figures, "say.doctor.eki.ready.stopped");
   if (s.fault != 0) {
-    findings.fail(check, fmt::format("{}, fault {} of CELLCAL_EKI", figures, s.fault),
-                  "read the message on the pendant, reset CELLCAL_EKI and start it again");
+    findings.fail(check, {"say.doctor.eki.ready.fault", {{"figures", figures}, {"fault", s.fault}}},
+                  "say.doctor.eki.ready.fault.do");
   } else if (!s.ready) {
-    findings.warn(check, figures + ": not ready to move",
-                  fmt::format("before a session {}", start_instruction(WireKind::kEki)));
+    findings.warn(check, {"say.doctor.eki.ready.not", {{"figures", figures}}},
+                  {"say.doctor.eki.ready.not.do", {{"what", start_instruction(WireKind::kEki)}}});
   } else {
-    findings.ok(check, figures + ", program runs");
+    findings.ok(check, {"say.doctor.eki.ready", {{"figures", figures}}});
   }
 }
 
@@ -490,35 +425,23 @@ void judge_readiness(const EkiSeen& seen, Findings& findings) {
 
 void judge_input(const std::string& check, const InputSeen& seen, int number, bool contact_is_on,
                  Findings& findings) {
-  const std::string input = fmt::format("$IN[{}]", number);
+  const auto found = [number](const char* id) { return Phrase(id, {{"number", number}}); };
   if (seen.on_while_open) {
-    findings.fail(
-        check, input + " is at its contact level although the contact circuit is open",
-        fmt::format("check the input's number, the wire to the sensor's box, and [controller] "
-                    "contact_level (\"{}\": the input during contact)",
-                    contact_is_on ? "on" : "off"));
+    findings.fail(check, found("say.doctor.input.on_while_open"),
+                  {"say.doctor.input.on_while_open.do", {{"level", contact_is_on ? "on" : "off"}}});
   } else if (seen.contact_changed && !seen.changed) {
-    findings.fail(check, "the sensor detected a contact, but " + input + " did not change",
-                  "check the wire from the sensor's output to the controller's input, and "
-                  "[controller] input");
+    findings.fail(check, found("say.doctor.input.dead"), "say.doctor.input.dead.do");
   } else if (seen.changed && seen.contact_changed && contact_is_on) {
-    findings.warn(check,
-                  input + " changed with the contact; but a broken wire would read as no contact",
-                  "set [controller] contact_level = \"off\", wire the sensor's own output "
-                  "(drivers/contact/firmware/README.md), and make the controller's files again");
+    findings.warn(check, found("say.doctor.input.normally_open"),
+                  "say.doctor.input.normally_open.do");
   } else if (seen.changed && seen.contact_changed) {
-    findings.ok(check, input + " changed with the contact: correctly wired");
+    findings.ok(check, found("say.doctor.input.good"));
   } else if (seen.changed) {
-    findings.fail(check, input + " changed although the sensor detected no contact",
-                  "check what else is wired to it, and [controller] input");
+    findings.fail(check, found("say.doctor.input.alone"), "say.doctor.input.alone.do");
   } else if (seen.on) {
-    findings.warn(check, input + " is at its contact level, and the contact is closed or unknown",
-                  "jog the tool free and run 'cellcal doctor' again");
+    findings.warn(check, found("say.doctor.input.closed"), "say.doctor.input.closed.do");
   } else {
-    findings.warn(
-        check, input + " is as expected of an open contact; its wire was not tested",
-        "run 'cellcal doctor --for 30' once, and meanwhile touch the tool with a wire from a "
-        "sphere's stand");
+    findings.warn(check, found("say.doctor.input.untested"), "say.doctor.input.untested.do");
   }
 }
 
@@ -527,7 +450,7 @@ void judge_eki(const EkiSeen& seen, const EkiExpected& expected, Findings& findi
   if (!fine) {
     for (const char* check :
          {"eki elements", "eki decimals", "eki readiness", "eki contact input"}) {
-      findings.skip(check, "no states");
+      findings.skip(check, "say.doctor.no_states");
     }
     return;
   }
@@ -537,7 +460,7 @@ void judge_eki(const EkiSeen& seen, const EkiExpected& expected, Findings& findi
   if (expected.by_input) {
     judge_input("eki contact input", seen.input, expected.input, expected.contact_is_on, findings);
   } else {
-    findings.ok("eki contact input", "not used: [eki] stop = \"flag\"");
+    findings.ok("eki contact input", "say.doctor.input.unused");
   }
 }
 

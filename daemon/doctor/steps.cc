@@ -136,12 +136,12 @@ std::optional<Looked> seen_by_doctor(const Examination& examination, const std::
   std::set<std::string> named;
   for (const Finding& one : examination.checks)
     if (one.outcome == Outcome::kFailed && named.insert(one.check).second)
-      looked.words += (looked.words.empty() ? "" : ", ") + one.check;
+      looked.words = joined("say.join.comma", looked.words, one.check);
   return looked;
 }
 
 Looked qualified(const SessionRecord& record) {
-  if (!record.outcome) return {false, "no outcome recorded", record.id};
+  if (!record.outcome) return {false, "say.doctor.no_outcome", record.id};
   return {is_good(record.outcome->kind), {}, record.id};
 }
 

@@ -29,7 +29,7 @@ const char* to_string(StepState state);
 /// Result of one inspection; none: not made yet.
 struct Looked {
   bool good = false;
-  std::string words{};       ///< reason of a failure
+  calib::Phrase words{};     ///< reason of a failure
   std::int64_t session = 0;  ///< its session; 0: none
 };
 
@@ -45,7 +45,7 @@ struct Evidence {
 struct StepSeen {
   SetUpStep step = SetUpStep::kCell;
   StepState state = StepState::kTodo;
-  std::string words{};
+  calib::Phrase words{};
   std::int64_t session = 0;
 };
 

@@ -33,6 +33,7 @@ namespace {
 
 using Steady = std::chrono::steady_clock;
 using namespace std::chrono_literals;
+using calib::Phrase;
 
 constexpr std::chrono::milliseconds kLook{5};
 /// 2 s for the board's bootloader, and as long for the driver's clock map and self-test.
@@ -129,13 +130,9 @@ class Wires {
 // ---- contact sensor ----------------------------------------------------------------------------
 
 /// Membership in group root grants all rights and is never recommended.
-std::string access_advice(const std::string& group) {
-  if (group == "root")
-    return "install the udev rule systemd/70-cellcal.rules (group 'dialout'), unplug and plug the sensor";
-  return fmt::format(
-      "add SupplementaryGroups={0} to the unit (the device belongs to group {0}), or install the "
-      "udev rule systemd/70-cellcal.rules",
-      group);
+Phrase access_advice(const std::string& group) {
+  if (group == "root") return "say.doctor.access.do.rule";
+  return {"say.doctor.access.do.group", {{"group", group}}};
 }
 
 /// The doctor may have rights that the daemon lacks.
@@ -144,7 +141,7 @@ void Wires::judge_access(const std::optional<ProcessRights>& daemon) {
   if (drivers::is_datagrams(config_.contact.device)) return;
   if (!rights || may_use(*rights, config_.contact.device).value_or(true)) return;
   findings_.fail("contact access",
-                 fmt::format("{} has no permission for {}", rights->who, config_.contact.device),
+                 {"say.doctor.access", {{"who", rights->who}, {"device", config_.contact.device}}},
                  access_advice(group_of(config_.contact.device)));
 }
 
@@ -152,17 +149,13 @@ bool Wires::open_contact() {
   try {
     contact_.open();
   } catch (const std::exception& error) {
-    findings_.fail(
-        "contact port", error.what(),
-        "plug the sensor in, or correct [contact] device (the udev rule in systemd/ makes "
-        "/dev/cellcal-contact)");
+    findings_.fail("contact port", error.what(), "say.doctor.port.do");
     return false;
   }
   const std::string warning = contact_.status().warning;
-  const std::string found =
-      drivers::is_datagrams(config_.contact.device)
-          ? config_.contact.device + ", exclusive"
-          : fmt::format("{} at {} baud, exclusive", config_.contact.device, config_.contact.baud);
+  const Phrase found{drivers::is_datagrams(config_.contact.device) ? "say.doctor.port.network"
+                                                                   : "say.doctor.port.serial",
+                     {{"device", config_.contact.device}, {"baud", config_.contact.baud}}};
   if (warning.empty()) {
     findings_.ok("contact port", found);
   } else {
@@ -192,7 +185,7 @@ void Wires::contact(const std::optional<ProcessRights>& daemon) {
   if (!contact_open_) {
     for (const char* check : {"contact sensor", "contact board", "contact configuration",
                               "contact circuit", "contact self-test", "contact clock"}) {
-      findings_.skip(check, "the port is not open");
+      findings_.skip(check, "say.doctor.port.closed");
     }
     return;
   }
@@ -238,9 +231,9 @@ void Wires::probe_baud_rates() {
 
 void Wires::judge_line() {
   if (!contact_open_) {
-    findings_.skip("contact touch", "the port is not open");
-    findings_.skip("contact line", "the port is not open");
-    return findings_.skip("contact delivery", "the port is not open");
+    findings_.skip("contact touch", "say.doctor.port.closed");
+    findings_.skip("contact line", "say.doctor.port.closed");
+    return findings_.skip("contact delivery", "say.doctor.port.closed");
   }
   examine_contact();
   contact_seen_.observed_s = since(contact_opened_);
@@ -249,44 +242,39 @@ void Wires::judge_line() {
   judge_contact_delivery(contact_seen_, findings_);
   const drivers::ContactStatus& s = contact_seen_.newest;
   if (contact_good_ && s.link != drivers::ContactLink::kReady) {
-    findings_.fail("contact link", s.words,
-                   "check supply, cable and plugs: the sensor was ready before");
+    findings_.fail("contact link", s.words, "say.doctor.contact.lost.do");
   }
 }
 
 // ---- RSI ---------------------------------------------------------------------------------------
 
 void Wires::judge_model(bool sends) {
-  if (robot_ == nullptr) return findings_.skip("controller's model", "not compared (no --cell)");
+  if (robot_ == nullptr) return findings_.skip("controller's model", "say.doctor.model.no_cell");
   if (robot_->first_turning() > 0)
-    return findings_.skip("controller's model", "not compared: the arm is on a linear unit");
+    return findings_.skip("controller's model", "say.doctor.model.unit");
   daemon::judge_model(rest_.judge(), *robot_, sends, wire_of(config_), findings_);
 }
 
 bool Wires::open_rsi(drivers::RsiRobot& robot) {
   const std::string check = "rsi port";
   const std::string& address = config_.rsi_files.pc_address;
-  std::string list;
-  for (const std::string& one : own_addresses()) list += (list.empty() ? "" : ", ") + one;
-  if (list.empty()) list = "those that 'ip address' shows";
+  Phrase list;
+  for (const std::string& one : own_addresses()) list = joined("say.join.comma", list, one);
+  if (list.empty()) list = "say.doctor.rsi.port.addresses";
   try {
     robot.open();
   } catch (const std::exception& error) {
     const auto holder = holder_of_udp_port(config_.rsi.port);
     findings_.fail(check, error.what(),
-                   holder ? fmt::format("stop {}, or set another port for one of them", *holder)
-                          : fmt::format("set bind to one of this computer's addresses: {}", list));
+                   holder ? Phrase("say.doctor.rsi.port.taken.do", {{"holder", *holder}})
+                          : Phrase("say.doctor.rsi.port.bind.do", {{"addresses", list}}));
     return false;
   }
   const std::string found = fmt::format("UDP {}:{}", config_.rsi.bind_address, config_.rsi.port);
   const bool stated = !address.empty() && address != "0.0.0.0";
   if (stated && !is_own_address(address)) {
-    findings_.fail(
-        check,
-        fmt::format("{}; but the controller's files send to {}, which is not an address of this "
-                    "computer",
-                    found, address),
-        fmt::format("set [controller] pc_address to one of {}", list));
+    findings_.fail(check, {"say.doctor.rsi.port.other", {{"port", found}, {"address", address}}},
+                   {"say.doctor.rsi.port.other.do", {{"addresses", list}}});
   } else {
     findings_.ok(check, found);
   }
@@ -367,11 +355,11 @@ RsiSeen Wires::watch(drivers::RsiRobot& robot) {
 void Wires::rsi() {
   drivers::RsiRobot robot(io_.context(), rsi_config_for(config_, arm_), &contact_.guard());
   if (!open_rsi(robot)) {
-    findings_.skip("rsi packets", "the port is not open");
+    findings_.skip("rsi packets", "say.doctor.port.closed");
     return judge_line();
   }
-  request_.hint(fmt::format("{}; waiting for its packets for up to {:.0f} s",
-                            start_instruction(WireKind::kRsi), request_.wait_s));
+  request_.hint({"say.doctor.hint.rsi",
+                 {{"what", start_instruction(WireKind::kRsi)}, {"s", request_.wait_s}}});
   const RsiSeen seen = watch(robot);
   judge_line();
   const drivers::RsiConfig& rsi = config_.rsi;
@@ -389,7 +377,7 @@ void Wires::rsi() {
   }
   const double after_s = since(asked);
   if (seen.lost || seen.refused || config_.rsi.stop_tag.empty()) {
-    findings_.skip("rsi stop", "no RSI session to end");
+    findings_.skip("rsi stop", "say.doctor.stop.skip");
   } else {
     judge_rsi_end(after_s < kRsiCloseTimeoutS ? std::optional(after_s) : std::nullopt, findings_);
   }
@@ -435,8 +423,9 @@ void Wires::eki() {
   EkiSeen seen;
   try {
     robot.open();
-    request_.hint(fmt::format("connecting to the controller at {}:{} for up to {:.0f} s",
-                              config_.eki.address, config_.eki.port, request_.wait_s));
+    request_.hint(
+        {"say.doctor.hint.eki",
+         {{"address", config_.eki.address}, {"port", config_.eki.port}, {"s", request_.wait_s}}});
     seen = watch(robot);
   } catch (const drivers::DriverError& error) {
     seen.last_words = error.what();
@@ -470,7 +459,7 @@ void examine_wires(const DoctorRequest& request, const DaemonConfig& config,
       wires.eki();
     }
   } catch (const std::exception& error) {
-    findings.fail("wires", error.what(), "correct the configuration");
+    findings.fail("wires", error.what(), "say.doctor.wires.do");
   }
 }
 
@@ -550,54 +539,45 @@ void judge_adapter(const std::string& device, const std::optional<drivers::Adapt
   using drivers::AdapterFit;
   const std::string check = "contact adapter";
   if (!adapter) {
-    findings.skip(check, fmt::format("{} is not a USB adapter of this computer", device));
+    findings.skip(check, {"say.doctor.adapter.none", {{"device", device}}});
     return;
   }
-  const std::string who =
-      fmt::format("{} ({:04x}:{:04x})", adapter->name.empty() ? "no name" : adapter->name,
-                  adapter->vendor, adapter->product);
-  const std::string tty = std::filesystem::path(device).filename().string();
-  const std::string timer = fmt::format(
-      "install systemd/70-cellcal.rules and plug the sensor in again. Until then, as root: "
-      "echo 1 > /sys/class/tty/{}/device/latency_timer",
-      tty);
-  constexpr const char* kSlower =
-      "connect D4 to GND, reset the board and set baud = 250000 under [contact]. Or use a "
-      "board with another USB chip (drivers/contact/firmware/README.md, Adapters)";
+  const Phrase who{"say.doctor.adapter.name",
+                   {{"name", or_else(adapter->name, "say.doctor.adapter.unnamed")},
+                    {"vendor", adapter->vendor},
+                    {"product", adapter->product}}};
+  const Phrase timer{"say.doctor.adapter.timer.do",
+                     {{"tty", std::filesystem::path(device).filename().string()}}};
+  const int latency_ms = adapter->latency_ms.value_or(0);
   switch (drivers::fit_of(*adapter, baud)) {
     case AdapterFit::kFits:
       findings.ok(check, adapter->latency_ms
-                             ? fmt::format("{}, latency timer {} ms", who, *adapter->latency_ms)
+                             ? Phrase("say.doctor.adapter.good", {{"who", who}, {"ms", latency_ms}})
                              : who);
       break;
     case AdapterFit::kTooLate:
-      findings.fail(
-          check,
-          fmt::format(
-              "latency timer {1} ms of {0}: {2} ms with one lost heartbeat, and the arm stops "
-              "at {3} ms",
-              who, *adapter->latency_ms, *adapter->latency_ms + 2 * int{CTP_KEEPALIVE_MS},
-              drivers::kHeartbeatLimit.count()),
-          timer);
-      break;
-    case AdapterFit::kHoldsBack:
-      findings.warn(check, fmt::format("{}: latency timer {} ms", who, *adapter->latency_ms),
+      findings.fail(check,
+                    {"say.doctor.adapter.late",
+                     {{"ms", latency_ms},
+                      {"who", who},
+                      {"lost", latency_ms + 2 * int{CTP_KEEPALIVE_MS}},
+                      {"limit", drivers::kHeartbeatLimit.count()}}},
                     timer);
       break;
+    case AdapterFit::kHoldsBack:
+      findings.warn(check, {"say.doctor.adapter.holds", {{"who", who}, {"ms", latency_ms}}}, timer);
+      break;
     case AdapterFit::kNoSuchRate:
-      findings.fail(check, fmt::format("{1} baud not supported by {0}", who, baud), kSlower);
+      findings.fail(check, {"say.doctor.adapter.rate", {{"baud", baud}, {"who", who}}},
+                    "say.doctor.adapter.slower.do");
       break;
     case AdapterFit::kRateUntried:
-      findings.warn(
-          check,
-          fmt::format("{1} baud supported by {0} according to its data sheet, but not tested", who,
-                      baud),
-          std::string("if the sensor does not answer: ") + kSlower);
+      findings.warn(check, {"say.doctor.adapter.rate_untried", {{"baud", baud}, {"who", who}}},
+                    "say.doctor.adapter.rate_untried.do");
       break;
     case AdapterFit::kUntried:
-      findings.warn(check, who + ": this adapter is not tested",
-                    "if bytes come late or not at all, use a tested one "
-                    "(drivers/contact/firmware/README.md, Adapters)");
+      findings.warn(check, {"say.doctor.adapter.untried", {{"who", who}}},
+                    "say.doctor.adapter.untried.do");
       break;
   }
 }
@@ -605,18 +585,17 @@ void judge_adapter(const std::string& device, const std::optional<drivers::Adapt
 void judge_interface(const std::optional<drivers::BoardInterface>& way, Findings& findings) {
   const std::string check = "contact adapter";
   if (!way) {
-    findings.fail(check, "0 network interfaces lead to the board",
-                  "set an address of the board's network on its network card "
-                  "(drivers/contact/firmware/README.md, Ethernet)");
+    findings.fail(check, "say.doctor.interface.none", "say.doctor.interface.none.do");
   } else if (!way->carrier) {
-    findings.fail(check, way->name + ": no link",
-                  "plug the cable in; both lamps at the sockets light");
+    findings.fail(check, {"say.doctor.interface.no_link", {{"name", way->name}}},
+                  "say.doctor.interface.no_link.do");
   } else if (way->wireless) {
-    findings.warn(check, way->name + " is wireless: datagrams come late or not at all",
-                  "use a cable from the board to this computer");
+    findings.warn(check, {"say.doctor.interface.wireless", {{"name", way->name}}},
+                  "say.doctor.interface.wireless.do");
   } else {
-    findings.ok(check, way->speed_mbit ? fmt::format("{}, {} Mbit/s", way->name, *way->speed_mbit)
-                                       : way->name);
+    findings.ok(check, way->speed_mbit ? Phrase("say.doctor.interface",
+                                                {{"name", way->name}, {"mbit", *way->speed_mbit}})
+                                       : Phrase(way->name));
   }
 }
 

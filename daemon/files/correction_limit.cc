@@ -1,7 +1,5 @@
 #include "daemon/files/correction_limit.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -43,28 +41,20 @@ double advised_limit_deg(const LimitNeeded& needed) {
   return std::min(needed.anywhere_deg, kWidestLimitDeg);
 }
 
-std::string widen_words(const LimitNeeded& needed) {
-  const std::string nearer = "jog the arm to the middle of its planned travel";
-  if (needed.turn_deg > kWidestLimitDeg) return nearer;
+calib::Phrase widen_phrase(const LimitNeeded& needed) {
+  if (needed.turn_deg > kWidestLimitDeg) return "say.limit.jog";
   const double anywhere = advised_limit_deg(needed);
   const double now = std::min(needed.limit_deg, kWidestLimitDeg);
-  return fmt::format(
-      "set correction_limit_deg = {:.0f} in [rsi]{}, make the controller's files again "
-      "('cellcal kuka-files': AXISCORR and AXISCORRMON have the limit, too), copy them to the "
-      "controller and cold-start it; or {}",
-      anywhere,
-      now < anywhere
-          ? fmt::format(" ({:.0f} is enough from here, but not where the session may be resumed)",
-                        now)
-          : "",
-      nearer);
+  return {now < anywhere ? "say.limit.widen.or_less" : "say.limit.widen",
+          {{"deg", anywhere}, {"less", now}}};
 }
 
 std::string beyond_limit_words(const LimitNeeded& needed, double limit_deg) {
-  return fmt::format(
-      "{1:.1f} deg travel of {0} from where the session begins, correction_limit_deg is {2:g}. "
-      "Nothing has moved. Do one of these: {3}",
-      needed.axis, needed.turn_deg, limit_deg, widen_words(needed));
+  return calib::words({"say.limit.beyond",
+                       {{"axis", needed.axis},
+                        {"deg", needed.turn_deg},
+                        {"limit", limit_deg},
+                        {"do", widen_phrase(needed)}}});
 }
 
 }  // namespace cellcal::daemon

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "calib/plan/duration.h"
+#include "calib/words/phrase.h"
 
 namespace cellcal::daemon {
 
@@ -28,8 +29,8 @@ LimitNeeded limit_needed(const calib::Plan& plan, const calib::Robot& robot,
 /// Recommended limit: sufficient for a resume anywhere on the path, bounded by the configurable maximum.
 double advised_limit_deg(const LimitNeeded& needed);
 /// "set correction_limit_deg = 240 ..., cold start"; where no limit is sufficient, another start position.
-std::string widen_words(const LimitNeeded& needed);
-/// The refusal, with its remedy.
+calib::Phrase widen_phrase(const LimitNeeded& needed);
+/// The refusal, with its remedy, in English.
 std::string beyond_limit_words(const LimitNeeded& needed, double limit_deg);
 
 }  // namespace cellcal::daemon

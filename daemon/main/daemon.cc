@@ -184,7 +184,7 @@ AccessConfig access_config(const std::optional<HttpConfig>& http,
 Examiner::Parts doctor_within(const LiveConfig& live, SessionService& service,
                               const std::filesystem::path& state_dir) {
   return {[&live](const std::filesystem::path& cell, Findings& findings,
-                  const std::function<void(const std::string&)>& hint, std::stop_token stop) {
+                  const std::function<void(const calib::Phrase&)>& hint, std::stop_token stop) {
             DoctorRequest request;
             request.cell = cell;
             request.hint = hint;

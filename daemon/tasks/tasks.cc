@@ -336,7 +336,7 @@ Tasks with_controller_model(Tasks tasks, const SharedInputs& inputs) {
       calibration->verdict.add(*finding);
     if (inputs->note)
       inputs->note(fmt::format("{}controller's model: {}", finding ? "warning: " : "",
-                               words(model, inputs->cell.robot)));
+                               words(phrase(model, inputs->cell.robot))));
     return result;
   };
   return tasks;

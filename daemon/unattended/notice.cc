@@ -1,9 +1,6 @@
 #include "daemon/unattended/notice.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <array>
 #include <functional>
 #include <nlohmann/json.hpp>
 
@@ -15,7 +12,6 @@
 #include "daemon/files/atomic_file.h"
 #include "daemon/result/outcome_json.h"
 #include "daemon/tasks/options.h"
-#include "page_words.h"
 
 namespace cellcal::daemon {
 
@@ -157,79 +153,52 @@ namespace {
 
 using nlohmann::json;
 
+using calib::Phrase;
+
 class Lines {
  public:
-  explicit Lines(Language language) : language_(language) {}
-  template <class... T>
-  std::string words(Text which, const T&... values) const {
-    return printable(fmt::format(fmt::runtime(text(language_, which)), values...));
+  explicit Lines(const calib::Language& language) : language_(language) {}
+
+  std::string words(const Phrase& phrase) const {
+    return printable(calib::words(phrase, language_));
   }
-  template <class... T>
-  void add(Text which, const T&... values) {
-    body += words(which, values...) + "\n";
-  }
-  void add(const std::string& sentence) {
-    if (!sentence.empty()) body += printable(sentence) + "\n";
+  void add(const Phrase& phrase) { body += words(phrase) + "\n"; }
+  /// Where there is such an id.
+  void add_if_known(const std::string& id) {
+    if (calib::sentence_of(id)) add(id);
   }
 
   std::string body;
 
  private:
-  Language language_;
+  calib::Language language_;
 };
 
-Text headline(News news) {
-  using enum News;
-  static constexpr EnumTable<News, Text> kTable{{{kDone, Text::kDone},
-                                                 {kWithheld, Text::kWithheld},
-                                                 {kDrifted, Text::kDrifted},
-                                                 {kUndecided, Text::kUndecided},
-                                                 {kRecovered, Text::kRecovered},
-                                                 {kFailed, Text::kFailed},
-                                                 {kAborted, Text::kAborted},
-                                                 {kNotBegun, Text::kNotBegun}}};
-  return kTable[news];
-}
-
-void add_what_to_do(Lines& lines, const Notice& notice, Language language) {
-  switch (notice.news) {
-    case News::kDone:
-    case News::kRecovered:
-      return;
-    case News::kWithheld:
-      return lines.add(Text::kDoWithheld);
-    case News::kDrifted:
-      return lines.add(Text::kDoDrifted);
-    case News::kUndecided:
-      return lines.add(Text::kDoUndecided);
-    case News::kAborted:
-      return lines.add(Text::kDoAborted);
-    case News::kNotBegun:
-      return lines.add(Text::kDoNotBegun);
-    case News::kFailed:
-      break;
-  }
+void add_what_to_do(Lines& lines, const Notice& notice) {
+  if (notice.news != News::kFailed)
+    return lines.add_if_known(std::string("say.notice.do.") + to_string(notice.news));
   if (!notice.failure) return;
-  lines.add(what_happened(language, notice.failure->kind));
-  lines.add(what_to_do(language, notice.failure->kind));
+  lines.add_if_known(std::string("failure.") + to_string(notice.failure->kind));
+  lines.add_if_known(std::string("do.") + to_string(notice.failure->kind));
 }
 
 void add_session(Lines& lines, const Notice& notice) {
   if (notice.session == 0) return;
   lines.body += "\n";
-  lines.add(Text::kCell, notice.cell);
-  lines.add(Text::kKind, notice.kind);
-  lines.add(Text::kTouches, notice.touches);
-  lines.add(Text::kTime, notice.started, notice.ended);
-  if (notice.near_m) lines.add(Text::kErrorNear, *notice.near_m * calib::kMmPerM);
-  if (notice.over_m) lines.add(Text::kErrorOver, *notice.over_m * calib::kMmPerM);
-  for (const std::string& one : notice.findings) lines.add(Text::kFinding, one);
+  lines.add({"say.notice.cell", {{"cell", notice.cell}}});
+  lines.add({"say.notice.kind", {{"kind", notice.kind}}});
+  lines.add({"say.notice.touches", {{"touches", notice.touches}}});
+  lines.add({"say.notice.time", {{"begin", notice.started}, {"end", notice.ended}}});
+  if (notice.near_m) lines.add({"say.notice.near", {{"mm", *notice.near_m * calib::kMmPerM}}});
+  if (notice.over_m) lines.add({"say.notice.over", {{"mm", *notice.over_m * calib::kMmPerM}}});
+  for (const std::string& one : notice.findings)
+    lines.add({"say.notice.finding", {{"words", one}}});
   const bool ended = notice.news == News::kDone || notice.news == News::kWithheld ||
                      notice.news == News::kDrifted || notice.news == News::kUndecided ||
                      notice.news == News::kRecovered;
   // Sessions of other kinds have no report.
   if (ended && notice.kind == to_string(SessionKind::kCalibrate))
-    lines.add(Text::kReport, notice.session);
+    lines.add({"say.notice.report", {{"session", notice.session}}});
 }
 
 template <class T>
@@ -252,19 +221,18 @@ const char* to_string(News news) {
   return kTable[news];
 }
 
-Message compose(const Notice& notice, Language language, const std::string& host) {
+Message compose(const Notice& notice, const calib::Language& language, const std::string& host) {
   Lines lines(language);
-  const Text head = headline(notice.news);
-  const std::string subject = notice.news == News::kNotBegun
-                                  ? lines.words(head, notice.entry, notice.night)
-                                  : lines.words(head, notice.session);
+  const std::string subject = lines.words(
+      {std::string("say.notice.") + to_string(notice.news),
+       {{"session", notice.session}, {"entry", notice.entry}, {"night", notice.night}}});
   lines.add(subject);
-  add_what_to_do(lines, notice, language);
+  add_what_to_do(lines, notice);
   add_session(lines, notice);
-  if (notice.failure) lines.add(Text::kEvidence, describe(*notice.failure));
-  if (!notice.why.empty()) lines.add(Text::kEvidence, notice.why);
+  if (notice.failure) lines.add({"say.notice.evidence", {{"words", describe(*notice.failure)}}});
+  if (!notice.why.empty()) lines.add({"say.notice.evidence", {{"words", notice.why}}});
   lines.body += "\n";
-  lines.add(Text::kSender, host);
+  lines.add({"say.notice.sender", {{"host", host}}});
   const json failure = notice.failure ? json{{"kind", to_string(notice.failure->kind)},
                                              {"detail", notice.failure->detail}}
                                       : json(nullptr);
@@ -289,71 +257,6 @@ Message compose(const Notice& notice, Language language, const std::string& host
                    {"subject", subject},
                    {"text", lines.body}};
   return {subject, lines.body, value.dump(-1, ' ', false, json::error_handler_t::replace)};
-}
-
-namespace {
-
-struct Phrase {
-  Text which;
-  const char* english;
-  const char* german;
-};
-
-// clang-format off
-constexpr std::array<Phrase, kTexts> kWords{{
-{Text::kDone,       "Session {}: done",                           "Sitzung {}: fertig"},
-{Text::kWithheld,   "Session {}: result withheld",                "Sitzung {}: Ergebnis zurückgehalten"},
-{Text::kDrifted,    "Session {}: the cell has changed",            "Sitzung {}: Die Zelle hat sich verändert"},
-{Text::kUndecided,  "Session {}: check undecided",                 "Sitzung {}: Prüfung unentschieden"},
-{Text::kRecovered,  "Session {}: the drift alarm is over",         "Sitzung {}: Der Driftalarm ist beendet"},
-{Text::kFailed,     "Session {}: failed",                         "Sitzung {}: fehlgeschlagen"},
-{Text::kAborted,    "Session {}: aborted",                        "Sitzung {}: abgebrochen"},
-{Text::kNotBegun,   "Schedule '{}': not begun in the night of {}", "Zeitplan '{}': in der Nacht vom {} nicht begonnen"},
-{Text::kDoWithheld, "Do not use this result. Read the findings, correct their cause, calibrate again.",
-                    "Dieses Ergebnis nicht verwenden. Befunde lesen, ihre Ursache beheben, neu kalibrieren."},
-{Text::kDoDrifted,  "Check tool, base and mastering. If the arm was repaired or mastered: 'cellcal run --accept-change'.",
-                    "Werkzeug, Sockel und Justage prüfen. Wurde der Arm repariert oder justiert: 'cellcal run --accept-change'."},
-{Text::kDoUndecided, "Clean tip and spheres and check again: 'cellcal check'.",
-                    "Spitze und Kugeln reinigen und erneut prüfen: 'cellcal check'."},
-{Text::kDoAborted,  "Stopped by a person. Inspect the cell, then: 'cellcal run --resume'.",
-                    "Von einer Person angehalten. Die Zelle prüfen, dann: 'cellcal run --resume'."},
-{Text::kDoNotBegun, "See 'cellcal schedule'.",                    "Siehe 'cellcal schedule'."},
-{Text::kCell,       "Cell: {}",                                   "Zelle: {}"},
-{Text::kKind,       "Kind: {}",                                   "Art: {}"},
-{Text::kTouches,    "Touches: {}",                                "Antastungen: {}"},
-{Text::kTime,       "From {} to {} (UTC)",                        "Von {} bis {} (UTC)"},
-{Text::kErrorNear,  "Predicted mean error near the targets: {:.3f} mm",
-                    "Vorhergesagter mittlerer Fehler nahe den Zielen: {:.3f} mm"},
-{Text::kErrorOver,  "Predicted mean error over the workspace: {:.3f} mm",
-                    "Vorhergesagter mittlerer Fehler im Arbeitsraum: {:.3f} mm"},
-{Text::kFinding,    "Finding: {}",                                "Befund (englisch): {}"},
-{Text::kEvidence,   "Evidence: {}",                               "Beleg (englisch): {}"},
-{Text::kReport,     "Report: 'cellcal report {}'",                "Bericht: 'cellcal report {}'"},
-{Text::kSender,     "cellcal on {}",                              "cellcal auf {}"},
-}};
-// clang-format on
-
-std::string in_page(Language language, const std::string& key) {
-  static const auto kEnglish = nlohmann::json::parse(kPageEnglish),
-                    kGerman = nlohmann::json::parse(kPageGerman);
-  return (language == Language::kGerman ? kGerman : kEnglish).value(key, "");
-}
-
-}  // namespace
-
-const char* text(Language language, Text which) {
-  for (const Phrase& one : kWords) {
-    if (one.which == which) return language == Language::kGerman ? one.german : one.english;
-  }
-  return "";
-}
-
-std::string what_happened(Language language, FailureKind kind) {
-  return in_page(language, std::string("failure.") + to_string(kind));
-}
-
-std::string what_to_do(Language language, FailureKind kind) {
-  return in_page(language, std::string("do.") + to_string(kind));
 }
 
 }  // namespace cellcal::daemon

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "calib/model/enum_table.h"
+#include "calib/words/phrase.h"
 #include "daemon/config/unattended_config.h"
 #include "daemon/journal/journal.h"
 #include "daemon/result/outcome.h"
@@ -66,42 +67,6 @@ struct Message {
 };
 
 /// `host`: name of this computer.
-Message compose(const Notice& notice, Language language, const std::string& host);
-
-// Sentences of messages, in each language. Descriptions and remedies of failures are taken from the page's
-// catalogue (daemon/web/src/words).
-
-enum class Text {
-  kDone,
-  kWithheld,
-  kDrifted,
-  kUndecided,
-  kRecovered,
-  kFailed,
-  kAborted,
-  kNotBegun,
-  kDoWithheld,
-  kDoDrifted,
-  kDoUndecided,
-  kDoAborted,
-  kDoNotBegun,
-  kCell,
-  kKind,
-  kTouches,
-  kTime,
-  kErrorNear,
-  kErrorOver,
-  kFinding,
-  kEvidence,
-  kReport,
-  kSender
-};
-inline constexpr int kTexts = static_cast<int>(Text::kSender) + 1;
-
-/// With {} as placeholders.
-const char* text(Language language, Text which);
-/// One sentence each; empty where the page's catalogue lacks it, which a test excludes.
-std::string what_happened(Language language, FailureKind kind);
-std::string what_to_do(Language language, FailureKind kind);
+Message compose(const Notice& notice, const calib::Language& language, const std::string& host);
 
 }  // namespace cellcal::daemon

@@ -6,6 +6,7 @@ import { createHash } from "node:crypto";
 import { readFileSync, writeFileSync } from "node:fs";
 import { extname } from "node:path";
 import { gzipSync } from "node:zlib";
+import { catalogues } from "./catalogues.mjs";
 
 const here = process.cwd();
 const out = process.argv[2];
@@ -42,6 +43,7 @@ const bundled = await build({
   chunkNames: "[name]-[hash]",
   assetNames: "[name]-[hash]",
   loader: { ".svg": "file" },
+  plugins: [catalogues],
   write: false,
   metafile: true,
   logLevel: "warning",

@@ -58,7 +58,7 @@ TEST(AControllersModel, ThatIsTheRobotFilesAgreesAtASinglePosture) {
   const auto model = compare_controller_model(kr5(), stated(kr5(), postures(1)), kFlangeAndWorld);
   EXPECT_EQ(model.outcome, Outcome::kAgrees);
   EXPECT_NEAR(model.worst_m, 0.0, 1e-12);
-  EXPECT_EQ(words(model, kr5()), "0.00 mm from the robot file over 1 posture");
+  EXPECT_EQ(words(phrase(model, kr5())), "0.00 mm from the robot file over 1 posture");
   EXPECT_FALSE(finding_of(model, kr5()));
 }
 

@@ -25,7 +25,7 @@ using testing::demo_cell;
 std::string all_words(const std::vector<CellFault>& faults) {
   std::string words;
   for (const CellFault& fault : faults)
-    words += found_words(fault) + " -> " + advice_words(fault) + "\n";
+    words += calib::words(found_phrase(fault)) + " -> " + calib::words(advice_phrase(fault)) + "\n";
   return words;
 }
 
@@ -243,9 +243,9 @@ TEST(CellCheck, NamesAPointTipWhoseShankMeetsTheSphereFirst) {
 TEST(CellCheck, CountsTheMistakesThatItDoesNotList) {
   CellFault fault{CellFaultKind::kDescription};
   fault.mistakes.resize(3);
-  EXPECT_EQ(advice_words(fault).find("more"), std::string::npos);
+  EXPECT_EQ(calib::words(advice_phrase(fault)).find("more"), std::string::npos);
   fault.more = 2;
-  EXPECT_NE(advice_words(fault).find(", or 2 more would fit"), std::string::npos);
+  EXPECT_NE(calib::words(advice_phrase(fault)).find(", or 2 more would fit"), std::string::npos);
 }
 
 TEST(CellCheck, NamesTheSignThatPutsTheArmIntoTheFloor) {

@@ -220,6 +220,12 @@ TEST_F(a_described_api, answers_as_it_is_described) {
               {"checks", {{{"check", "plan"}, {"outcome", "ok"}, {"found", "f"}, {"advice", ""}}}}};
   EXPECT_EQ(ask("POST", "/v1/doctor/result", result.dump()).status, 200);
   EXPECT_EQ(json::parse(ask("GET", "/v1/doctor").body).at("green"), true);
+  result["checks"][0]["said"] = {
+      {"found", {{"id", "say.doctor.circuit.open"}, {"values", {{"volts", 5.0}}}}}, {"advice", ""}};
+  EXPECT_EQ(ask("POST", "/v1/doctor/result", result.dump()).status, 200);
+  const json german = json::parse(ask("GET", "/v1/doctor?language=de", "", "/v1/doctor").body);
+  EXPECT_EQ(german.at("checks")[0].at("found"), "5,00 V, offen; Leitungen F, S und E in Ordnung");
+  EXPECT_EQ(ask("GET", "/v1/doctor?language=tlh", "", "/v1/doctor").status, 400);
   result["config_sha256"] = "d";
   EXPECT_EQ(ask("POST", "/v1/doctor/result", result.dump()).status, 409) << "another configuration";
   result["config_sha256"] = "c";

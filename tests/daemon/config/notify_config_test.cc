@@ -25,6 +25,19 @@ TEST(who_is_told, is_nobody_unless_it_is_configured) {
   EXPECT_FALSE(notify_of("language = \"de\"\n").webhook);
 }
 
+TEST(the_language, of_messages_is_the_top_level_one_unless_another_is_stated) {
+  const std::string german =
+      "format = \"cellcal.daemon/1\"\nbackend = \"rsi\"\nlanguage = \"de\"\n"
+      "[contact]\ndevice = \"/dev/x\"\n";
+  EXPECT_EQ(parse_config(german, "d.toml").language.code(), "de");
+  EXPECT_EQ(parse_config(german, "d.toml").notify.language.code(), "de");
+  EXPECT_EQ(parse_config(german + "[notify]\nlanguage = \"en\"\n", "d.toml").notify.language.code(),
+            "en");
+  const std::string refusal = refusal_of_notify("language = \"klingon\"\n");
+  EXPECT_NE(refusal.find("d.toml:6"), std::string::npos) << refusal;
+  EXPECT_NE(refusal.find("use one of \"de\", \"en\""), std::string::npos) << refusal;
+}
+
 TEST(an_address_for_post, is_taken_apart) {
   EXPECT_EQ(url("https://hooks.plant.example/cellcal?a=b"),
             (WebhookUrl{true, "hooks.plant.example", "443", "/cellcal?a=b"}));

@@ -119,7 +119,7 @@ std::string figures(const DaemonConfig& c) {
     for (const bool day : one.window.days) text += line("day", day);
   }
   text += line("retention", c.retain_days.value_or(0), c.retain_megabytes.value_or(0.0));
-  text += line("notify", static_cast<int>(c.notify.language));
+  text += line("language", c.language.code(), c.notify.language.code());
   if (const auto& hook = c.notify.webhook) {
     text += line("webhook", hook->url.tls, hook->url.host, hook->url.port, hook->url.target,
                  hook->secret_file, hook->ca, hook->timeout_s, hook->retries);

@@ -43,7 +43,7 @@ class Tree {
   static void write(const fs::path& file, const std::string& text) {
     std::ofstream(file) << text << '\n';
   }
-  Finding judged(const std::string& device, int baud = 1'000'000) const {
+  testing::Said judged(const std::string& device, int baud = 1'000'000) const {
     Findings findings;
     judge_adapter(device, drivers::adapter_of(device, root_), baud, findings);
     expect_advice(findings);
@@ -64,7 +64,7 @@ TEST(a_usb_adapter, of_an_uno_is_ok) {
 TEST(a_usb_adapter, of_ftdi_with_its_default_timer_fails_by_the_time_that_it_takes) {
   Tree tree;
   tree.plug("ttyUSB0", "0403", "6001", "FT232R USB UART", "16");
-  const Finding found = tree.judged("/dev/ttyUSB0");
+  const auto found = tree.judged("/dev/ttyUSB0");
   EXPECT_EQ(found.outcome, Outcome::kFailed);
   EXPECT_NE(found.found.find("36 ms"), std::string::npos) << found.found;
   EXPECT_NE(found.advice.find("ttyUSB0/device/latency_timer"), std::string::npos);
@@ -85,7 +85,7 @@ TEST(a_usb_adapter, of_the_older_cp210x_has_no_megabaud_and_works_slower) {
   for (const char* name : {"CP2102 USB to UART Bridge Controller", "CP2103", ""}) {
     Tree tree;
     tree.plug("ttyUSB0", "10c4", "ea60", name);
-    const Finding found = tree.judged("/dev/ttyUSB0");
+    const auto found = tree.judged("/dev/ttyUSB0");
     EXPECT_EQ(found.outcome, Outcome::kFailed) << name;
     EXPECT_NE(found.advice.find("250000"), std::string::npos);
     EXPECT_EQ(tree.judged("/dev/ttyUSB0", 250'000).outcome, Outcome::kOk) << name;
@@ -118,7 +118,7 @@ TEST(a_usb_adapter, is_found_behind_its_own_node) {
   Tree tree;
   tree.plug("ttyUSB0", "0403", "6001", "FT232R USB UART", "16");
   tree.name_node("001", "007");
-  const Finding found = tree.judged("/dev/bus/usb/001/007");
+  const auto found = tree.judged("/dev/bus/usb/001/007");
   EXPECT_EQ(found.outcome, Outcome::kOk) << "opening it sets the timer";
   EXPECT_NE(found.found.find("FT232R"), std::string::npos) << found.found;
   EXPECT_EQ(tree.judged("/dev/bus/usb/001/008").outcome, Outcome::kSkipped);

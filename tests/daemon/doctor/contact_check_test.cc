@@ -160,7 +160,7 @@ TEST(a_contact_sensors_delivery, is_judged_by_the_latest_heartbeat) {
   EXPECT_EQ(outcome(0.0).outcome, Outcome::kSkipped) << "not measured is not ok";
   EXPECT_EQ(outcome(0.001).outcome, Outcome::kOk);
   EXPECT_EQ(outcome(0.012).outcome, Outcome::kWarning);
-  const Finding late = outcome(0.040, 3);
+  const auto late = outcome(0.040, 3);
   EXPECT_EQ(late.outcome, Outcome::kWarning) << "the touch is repeated, and the session goes on";
   EXPECT_NE(
       late.found.find("0.20 ms late on this computer (median), 40.0 ms at worst (limit 25 ms, "

@@ -139,8 +139,8 @@ TEST_F(a_cell, that_is_sound_needs_the_doctor_next) {
 TEST_F(a_cell, whose_file_is_wrong_or_gone_says_so_by_line_and_key) {
   write(with("kind = \"sphere\"", "kind = \"cube\""));
   EXPECT_EQ(next(), "cell");
-  EXPECT_EQ(evidence.cell_file->words.find((dir / "cell.toml").string() + ":"), 0u)
-      << evidence.cell_file->words;
+  EXPECT_EQ(words(evidence.cell_file->words).find((dir / "cell.toml").string() + ":"), 0u)
+      << words(evidence.cell_file->words);
   std::filesystem::remove(dir / "cell.toml");
   EXPECT_EQ(steps(), "cell wrong" + kNothing.substr(std::string("cell todo").size()));
   for (const std::string& hostile : {std::string(), std::string("\xff\xfe\0x", 4),
@@ -162,14 +162,15 @@ TEST_F(a_cell, whose_mesh_is_not_there_is_wrong_itself_and_not_its_robot_file) {
         "\n[[obstacle]]\nid = \"fixture\"\nshape = \"mesh\"\nfile = \"none.stl\"\n"
         "xyz_mm = [0.0, 0.0, 0.0]\n");
   EXPECT_EQ(steps().find("cell wrong, robot todo"), 0u) << steps();
-  EXPECT_NE(evidence.cell_file->words.find("none.stl"), std::string::npos)
-      << evidence.cell_file->words;
+  EXPECT_NE(words(evidence.cell_file->words).find("none.stl"), std::string::npos)
+      << words(evidence.cell_file->words);
 }
 
 TEST_F(a_cell, that_contradicts_itself_or_has_a_sphere_nowhere_stops_at_the_spheres) {
   write(with("mm = 700.286", "mm = 770.286"));
   EXPECT_EQ(next(), "spheres");
-  EXPECT_NE(evidence.targets->words.find("770"), std::string::npos) << evidence.targets->words;
+  EXPECT_NE(words(evidence.targets->words).find("770"), std::string::npos)
+      << words(evidence.targets->words);
   write(with("centre_mm = \\[760[^\n]*\n", ""));
   EXPECT_EQ(next(), "spheres");
   EXPECT_EQ(evidence.placed, 3u);
@@ -178,7 +179,7 @@ TEST_F(a_cell, that_contradicts_itself_or_has_a_sphere_nowhere_stops_at_the_sphe
 TEST_F(a_cell, is_examined_when_nothing_failed_and_no_more_when_its_file_has_changed) {
   examined(Outcome::kFailed);
   EXPECT_EQ(next(), "doctor");
-  EXPECT_EQ(evidence.doctor->words, "rsi packets");
+  EXPECT_EQ(words(evidence.doctor->words), "rsi packets");
   examined(Outcome::kWarning);
   EXPECT_EQ(next(), "qualify");
   write(with("mass_kg = 1.535", "mass_kg = 1.5"));
@@ -245,8 +246,8 @@ TEST_F(a_cell, whose_calibration_in_use_cannot_be_used_is_not_calibrated_though_
   ASSERT_TRUE(evidence.calibration);
   EXPECT_FALSE(evidence.calibration->good);
   EXPECT_EQ(evidence.calibration->session, newest);
-  EXPECT_NE(evidence.calibration->words.find("'cellcal activate ID"), std::string::npos)
-      << evidence.calibration->words;
+  EXPECT_NE(words(evidence.calibration->words).find("'cellcal activate ID"), std::string::npos)
+      << words(evidence.calibration->words);
 }
 
 TEST_F(a_cell, has_no_part_in_what_another_cell_file_came_to) {

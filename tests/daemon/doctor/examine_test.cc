@@ -53,7 +53,7 @@ TEST_F(an_examination, of_a_wrong_configuration_names_it_and_ends_there) {
   Findings findings;
   examine(request(), findings);
   ASSERT_EQ(findings.all().size(), 1u);
-  EXPECT_NE(findings.all().front().found.find("d.toml"), std::string::npos);
+  EXPECT_NE(words(findings.all().front().found).find("d.toml"), std::string::npos);
   EXPECT_FALSE(findings.green());
 }
 
@@ -72,7 +72,7 @@ TEST_F(an_examination, tells_a_kr_5_apart_by_where_its_flange_is) {
   configure("backend = \"mock\"\n");
   Findings findings;
   examine(request(), findings);
-  const Finding geometry = finding_of(findings, "robot geometry");
+  const auto geometry = finding_of(findings, "robot geometry");
   EXPECT_EQ(geometry.outcome, Outcome::kWarning);
   EXPECT_NE(geometry.found.find("X 800.0 mm, Z 960.0 mm"), std::string::npos) << geometry.found;
 }
@@ -91,7 +91,7 @@ TEST_F(an_examination, knows_a_kr_5_by_its_geometry_and_not_by_its_name) {
   std::ofstream(one.cell) << demo_with("kr10_r1420");
   Findings other;
   examine(one, other);
-  const Finding geometry = finding_of(other, "robot geometry");
+  const auto geometry = finding_of(other, "robot geometry");
   EXPECT_EQ(geometry.outcome, Outcome::kOk) << geometry.advice;
   EXPECT_NE(geometry.found.find("X 810.0 mm, Z 1000.0 mm"), std::string::npos) << geometry.found;
 }
@@ -105,7 +105,7 @@ TEST_F(an_examination, foresees_how_far_the_axes_go_in_a_session) {
   configure("backend = \"mock\"\n[rsi]\ncorrection_limit_deg = 40\n");
   Findings narrow;
   examine(request(), narrow);
-  const Finding plan = finding_of(narrow, "plan");
+  const auto plan = finding_of(narrow, "plan");
   EXPECT_EQ(plan.outcome, Outcome::kFailed);
   EXPECT_NE(plan.found.find("correction_limit_deg is 40"), std::string::npos) << plan.found;
   for (const char* words : {"set correction_limit_deg = ", "kuka-files", "cold-start"})
@@ -150,7 +150,7 @@ TEST_F(an_examination, says_where_a_cell_file_contradicts_itself) {
   for (const Finding& finding : findings.all())
     if (finding.check == "cell itself") {
       EXPECT_EQ(finding.outcome, Outcome::kFailed);
-      found += finding.found + "\n";
+      found += words(finding.found) + "\n";
     }
   EXPECT_NE(found.find("S2-S3: 112.805 mm stated"), std::string::npos) << found;
   EXPECT_NE(found.find("sphere S2: "), std::string::npos) << found;
@@ -171,7 +171,7 @@ TEST_F(an_examination, names_the_usual_mistakes_with_their_values) {
       ASSERT_EQ(faults.size(), 1u) << one.name;
       EXPECT_EQ(faults[0].kind, one.kind) << one.name;
     }
-    const Finding found = finding_of(findings, of_the_plan ? "required accuracy" : "cell itself");
+    const auto found = finding_of(findings, of_the_plan ? "required accuracy" : "cell itself");
     EXPECT_EQ(found.outcome, one.refused ? Outcome::kFailed : Outcome::kWarning) << one.name;
     for (const std::string& value : one.values)
       EXPECT_NE((found.found + found.advice).find(value), std::string::npos)
@@ -195,7 +195,7 @@ TEST_F(an_examination, names_a_limit_on_the_controller_that_is_below_the_configu
   std::string found;
   for (const Finding& one : findings.all())
     if (one.check == "controller files" && one.outcome == Outcome::kFailed)
-      found += one.found + "\n";
+      found += words(one.found) + "\n";
   for (const char* value : {"is 40 deg, [rsi] correction_limit_deg is 90", "silently clamped"})
     EXPECT_NE(found.find(value), std::string::npos) << found;
 }
@@ -221,7 +221,7 @@ TEST_F(an_examination, that_is_stopped_does_not_wait_for_the_controller) {
   std::stop_source stop;
   one.stop = stop.get_token();
   // Asked for when the links are looked at; earlier, there would be nothing to wait for.
-  one.hint = [&](const std::string&) { stop.request_stop(); };
+  one.hint = [&](const calib::Phrase&) { stop.request_stop(); };
   one.cell.clear();
   Findings findings;
   examine_from_within(one, load_config(dir / "d.toml"), findings);
@@ -229,8 +229,8 @@ TEST_F(an_examination, that_is_stopped_does_not_wait_for_the_controller) {
 }
 
 /// Over RSI on loopback, by a controller with this model of the demo cell's arm; null: none.
-Finding model_by(const TemporaryDirectory& dir, std::shared_ptr<const sim::CartesianArm> arm,
-                 const DoctorRequest& request) {
+testing::Said model_by(const TemporaryDirectory& dir, std::shared_ptr<const sim::CartesianArm> arm,
+                       const DoctorRequest& request) {
   sim::ControllerConfig controller;
   controller.timeout_cycles = 1000;
   controller.arm = std::move(arm);
@@ -253,14 +253,14 @@ TEST_F(an_examination, over_rsi_compares_the_controllers_model_with_the_robot_fi
             (dir / "none").string() + "\"\n");
   calib::Cell cell = calib::load_cell(CELLCAL_DEMO_CELL);
   cell.tool.tcp = Eigen::Isometry3d::Identity();  // $NULLFRAME
-  const Finding same = model_by(dir, sim::make_cartesian_arm(cell), request());
+  const auto same = model_by(dir, sim::make_cartesian_arm(cell), request());
   EXPECT_EQ(same.outcome, Outcome::kOk) << same.found;
   EXPECT_NE(same.found.find("0.00 mm from the robot file"), std::string::npos) << same.found;
   cell.robot = calib::load_named_robot("kr5_arc");
-  const Finding other = model_by(dir, sim::make_cartesian_arm(cell), request());
+  const auto other = model_by(dir, sim::make_cartesian_arm(cell), request());
   EXPECT_EQ(other.outcome, Outcome::kWarning) << other.found;
   EXPECT_NE(other.found.find("another robot type"), std::string::npos) << other.found;
-  const Finding none = model_by(dir, nullptr, request());
+  const auto none = model_by(dir, nullptr, request());
   EXPECT_EQ(none.outcome, Outcome::kWarning);
   EXPECT_NE(none.advice.find("DEF_RIst"), std::string::npos) << none.advice;
 }

@@ -17,7 +17,7 @@ namespace {
 
 struct an_examiner : ::testing::Test {
   /// Looks until it is let go, or asked to stop.
-  void look(Findings& findings, const std::function<void(const std::string&)>& hint,
+  void look(Findings& findings, const std::function<void(const calib::Phrase&)>& hint,
             const std::stop_token& stop) {
     hint("start CELLCAL_RSI");
     findings.ok("configuration", "as it is");
@@ -161,6 +161,24 @@ TEST_F(an_examiner, keeps_what_was_found_before_where_it_is_stopped_and_what_is_
   ASSERT_FALSE(other.take(cell, sha256, "c1", {{"daemon", Outcome::kFailed, "gone", "start it"}}));
   EXPECT_EQ(Examiner(parts).newest().count(Outcome::kFailed), 1u);
   EXPECT_EQ(Examiner(parts).newest().cell, cell);
+}
+
+TEST(a_finding_in_json, has_its_words_and_comes_back_as_the_phrases_it_was_made_of) {
+  const Finding one{"contact circuit",
+                    Outcome::kOk,
+                    calib::Phrase("say.doctor.circuit.open", {{"volts", 5.02}}),
+                    {}};
+  const nlohmann::json english = to_json(one);
+  const nlohmann::json german = to_json(one, *calib::Language::of("de"));
+  EXPECT_EQ(english.at("found"), "5.02 V, open; wires F, S and E are sound");
+  EXPECT_EQ(german.at("found"), "5,02 V, offen; Leitungen F, S und E in Ordnung");
+  EXPECT_EQ(finding_of(german).found, one.found);
+  nlohmann::json earlier = english;
+  earlier.erase("said");
+  EXPECT_EQ(words(finding_of(earlier).found), english.at("found"));
+  nlohmann::json wrong = english;
+  wrong["said"]["found"] = {1};
+  EXPECT_THROW(finding_of(wrong), std::invalid_argument);
 }
 
 }  // namespace

@@ -38,8 +38,8 @@ TEST(a_udp_port, is_held_by_the_program_that_bound_it) {
   const std::uint16_t port = ntohs(address.sin_port);
   const auto holder = holder_of_udp_port(port);
   ASSERT_TRUE(holder.has_value());
-  EXPECT_NE(holder->find("(process " + std::to_string(::getpid()) + ")"), std::string::npos)
-      << *holder;
+  EXPECT_NE(words(*holder).find("(process " + std::to_string(::getpid()) + ")"), std::string::npos)
+      << words(*holder);
   ::close(fd);
   EXPECT_FALSE(holder_of_udp_port(port).has_value());
 }

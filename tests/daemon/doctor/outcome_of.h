@@ -8,10 +8,20 @@
 
 namespace cellcal::daemon::testing {
 
+/// In English.
+struct Said {
+  std::string check;
+  Outcome outcome = Outcome::kOk;
+  std::string found, advice;
+};
+inline Said said(const Finding& one) {
+  return {one.check, one.outcome, words(one.found), words(one.advice)};
+}
+
 /// The finding of that name; a failure of the test where there is none.
-inline Finding finding_of(const Findings& findings, const std::string& check) {
+inline Said finding_of(const Findings& findings, const std::string& check) {
   for (const Finding& one : findings.all()) {
-    if (one.check == check) return one;
+    if (one.check == check) return said(one);
   }
   ADD_FAILURE() << "nothing was said of " << check;
   return {};
@@ -25,6 +35,12 @@ inline Outcome outcome_of(const Findings& findings, const std::string& check) {
 inline void expect_advice(const Findings& findings) {
   for (const Finding& one : findings.all()) {
     EXPECT_FALSE(one.found.empty()) << one.check;
+    for (const std::string& language : calib::Language::codes())
+      for (const calib::Phrase& phrase : {one.found, one.advice}) {
+        const std::string text = words(phrase, *calib::Language::of(language));
+        EXPECT_EQ(text.find("say."), std::string::npos) << text;
+        EXPECT_EQ(text.find('{'), std::string::npos) << text;
+      }
     const bool needs = one.outcome == Outcome::kFailed || one.outcome == Outcome::kWarning;
     EXPECT_EQ(needs, !one.advice.empty()) << one.check;
   }

@@ -44,13 +44,13 @@ TEST(an_rsi_link, that_is_sound_is_all_ok) {
 TEST(an_rsi_link, whose_packets_arrive_twice_says_how_many_did) {
   RsiSeen seen = sound_rsi();
   seen.state.quality.duplicates = 7;
-  const Finding packets = finding_of(judged(seen), "rsi packets");
+  const auto packets = finding_of(judged(seen), "rsi packets");
   EXPECT_EQ(packets.outcome, Outcome::kWarning);
   EXPECT_EQ(packets.found, "2500, 7 of them received twice (the same IPOC)");
 }
 
-Finding judged_model(const calib::ControllerModel& model, bool sends = true,
-                     WireKind wire = WireKind::kRsi) {
+testing::Said judged_model(const calib::ControllerModel& model, bool sends = true,
+                           WireKind wire = WireKind::kRsi) {
   Findings findings;
   calib::Robot robot;
   robot.name = "KR 5";
@@ -66,12 +66,12 @@ TEST(the_controllers_model, is_judged_by_its_difference_from_the_robot_file) {
   EXPECT_EQ(judged_model({kAgrees, 3, 1e-6, at}).outcome, Outcome::kOk);
   EXPECT_EQ(judged_model({kAgrees, 3, 1e-6, at}).found,
             "0.00 mm from the robot file over 3 postures");
-  const Finding differs = judged_model({kDiffers, 9, 12.3e-3, at});
+  const auto differs = judged_model({kDiffers, 9, 12.3e-3, at});
   EXPECT_EQ(differs.outcome, Outcome::kFailed);
   EXPECT_NE(differs.found.find("12.30 mm from the robot file at A1 0.0, A2 -90.0 deg"),
             std::string::npos)
       << differs.found;
-  const Finding frames = judged_model({kOtherFrames, 9, 0.0, at, 3.25e-3, 0.0});
+  const auto frames = judged_model({kOtherFrames, 9, 0.0, at, 3.25e-3, 0.0});
   EXPECT_EQ(frames.outcome, Outcome::kWarning);
   EXPECT_NE(frames.found.find("$TOOL 3.2 mm"), std::string::npos) << frames.found;
   EXPECT_EQ(judged_model({kUndecided, 1, 12.3e-3, at}).outcome, Outcome::kWarning);
@@ -79,7 +79,7 @@ TEST(the_controllers_model, is_judged_by_its_difference_from_the_robot_file) {
 
 TEST(the_controllers_model, that_is_not_sent_says_what_to_copy) {
   EXPECT_NE(judged_model({}, false).advice.find("DEF_RIst"), std::string::npos);
-  const Finding eki = judged_model({}, false, WireKind::kEki);
+  const auto eki = judged_model({}, false, WireKind::kEki);
   EXPECT_EQ(eki.outcome, Outcome::kWarning);
   for (const char* file : {"CellcalEki.xml", "cellcal_sub.sub", "cellcal_eki.dat"})
     EXPECT_NE(eki.advice.find(file), std::string::npos) << eki.advice;
@@ -137,7 +137,7 @@ TEST(an_rsi_link, for_corrections_in_space_is_told_where_the_controller_has_its_
   };
   EXPECT_EQ(of(0.0, 0.0).outcome, Outcome::kWarning) << "not compared";
   EXPECT_EQ(of(0.003, 0.0001).outcome, Outcome::kOk);
-  const Finding wrong = of(417.2, 38.0);
+  const auto wrong = of(417.2, 38.0);
   EXPECT_EQ(wrong.outcome, Outcome::kFailed);
   EXPECT_NE(wrong.found.find("417.20 mm"), std::string::npos) << wrong.found;
   EXPECT_NE(wrong.advice.find("$TOOL"), std::string::npos);

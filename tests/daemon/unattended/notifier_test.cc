@@ -57,7 +57,7 @@ TEST(a_notifier, mails_and_posts_the_same_in_the_configured_language) {
   std::ofstream(dir / "sendmail") << "#!/bin/sh\ncat > '" << (dir / "mail").string() << "'\n";
   ::chmod((dir / "sendmail").c_str(), 0755);
   NotifyConfig config = hook(server);
-  config.language = Language::kGerman;
+  config.language = calib::Language::of("de").value();
   config.mail = MailConfig{{"a@b"}, "c@d", dir / "sendmail", {}};
   Notifier notifier({[&] { return config; }, "c", std::chrono::milliseconds(1)});
   notifier.tell([] { return aborted(); });

@@ -3,6 +3,7 @@
 import { build } from "esbuild";
 import { spawnSync } from "node:child_process";
 import { readdirSync, rmSync } from "node:fs";
+import { catalogues } from "../catalogues.mjs";
 
 const tests = readdirSync("tests").filter((file) => file.endsWith(".test.ts"));
 rmSync("unit", { recursive: true, force: true });
@@ -17,6 +18,7 @@ await build({
   jsxImportSource: "preact",
   outdir: "unit",
   outExtension: { ".js": ".mjs" },
+  plugins: [catalogues],
   logLevel: "warning",
 });
 const files = tests.map((file) => `unit/${file.replace(/\.ts$/, ".mjs")}`);

@@ -71,9 +71,9 @@ export function App() {
   const proposals = useFetched(asked === null ? null : "/v1/proposals", `${ended} ${said} ${Math.floor(now / PROPOSALS_MS)}`, decode.proposals);
 
   const [looked, look_again] = useReducer((n: number) => n + 1, 0);
-  const doctor = useDoctor(asked !== null, `${ended} ${looked}`);
+  const doctor = useDoctor(asked !== null, `${ended} ${looked}`, language);
   const seen = `${ended} ${looked} ${doctor?.running} ${doctor?.ended}`;
-  const readiness = useFetched(asked === null ? null : "/v1/readiness", seen, decode.readiness);
+  const readiness = useFetched(asked === null ? null : `/v1/readiness?language=${language}`, seen, decode.readiness);
   const idle = status !== null && !old && !status.running;
   const may = idle && me !== null && me !== "look";
 

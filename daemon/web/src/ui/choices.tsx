@@ -1,6 +1,6 @@
 // Language and colours.
 
-import { CATALOGUES, LANGUAGE_NAMES, type Language } from "../words";
+import { CATALOGUES, speaker, type Language } from "../words";
 import { useVoice } from "./context";
 import { CHOICES, type Choice } from "./theme";
 
@@ -13,9 +13,9 @@ export function Choices({ choice, choose, speak }: {
       <label>
         <span class="quiet">{say("language")}</span>
         <select name="language" value={language}
-                onChange={(event) => speak(event.currentTarget.value as Language)}>
-          {(Object.keys(CATALOGUES) as Language[]).map((one) => (
-            <option key={one} value={one} lang={one}>{LANGUAGE_NAMES[one]}</option>
+                onChange={(event) => speak(event.currentTarget.value)}>
+          {Object.keys(CATALOGUES).map((one) => (
+            <option key={one} value={one} lang={one}>{speaker(one)("language.name")}</option>
           ))}
         </select>
       </label>

@@ -4,20 +4,20 @@ import { useEffect, useState } from "preact/hooks";
 import * as decode from "../decode";
 import { get, is_good, post } from "../request";
 import type { Doctor, Finding } from "../types";
-import type { Say } from "../words";
+import type { Language, Say } from "../words";
 import { useVoice } from "./context";
 
 const ASK_EVERY_MS = 1000;
 const MARKS: Record<Finding["outcome"], string> = { ok: "✔", warning: "▲", failed: "✖", skipped: "–" };
 
 /** The newest findings; polled while an examination runs, and fetched when `key` changes. */
-export function useDoctor(wanted: boolean, key: unknown): Doctor | null {
+export function useDoctor(wanted: boolean, key: unknown, language: Language): Doctor | null {
   const [doctor, become] = useState<Doctor | null>(null);
   useEffect(() => {
     let timer: ReturnType<typeof setTimeout> | undefined;
     let over = !wanted;
     const ask = async () => {
-      const answer = await get("/v1/doctor");
+      const answer = await get(`/v1/doctor?language=${language}`);
       if (over) return;
       const now = answer.status === 200 ? decode.doctor(answer.value) : null;
       become(now);
@@ -28,7 +28,7 @@ export function useDoctor(wanted: boolean, key: unknown): Doctor | null {
       over = true;
       clearTimeout(timer);
     };
-  }, [wanted, key]);
+  }, [wanted, key, language]);
   return doctor;
 }
 
@@ -54,7 +54,7 @@ export function DoctorPanel({ doctor, cell, may, begun }: {
   return (
     <section class="panel" aria-labelledby="doctor-title" data-doctor={doctor.running ? "running" : doctor.ended === "" ? "none" : "done"}>
       <h2 id="doctor-title">{say("doctor")}</h2>
-      {doctor.running && <p role="status">{say("doctor.running")} {doctor.hint !== "" && <strong lang="en">{doctor.hint}</strong>}</p>}
+      {doctor.running && <p role="status">{say("doctor.running")} {doctor.hint !== "" && <strong>{doctor.hint}</strong>}</p>}
       {!doctor.running && doctor.ended === "" && <p class="note">{say("doctor.none")}</p>}
       {!doctor.running && doctor.ended !== "" && (
         <p>
@@ -86,8 +86,8 @@ function Checks({ checks }: { checks: Finding[] }) {
           <span class="badge" data-good={one.outcome === "ok"}>
             <span aria-hidden="true">{MARKS[one.outcome]}</span> {say(`outcome.${one.outcome}`)}
           </span>{" "}
-          <strong>{one.known ? say(`check.${one.known}`) : one.check}</strong>: <span lang="en">{one.found}</span>
-          {one.advice !== "" && <p class="todo" lang="en">→ {one.advice}</p>}
+          <strong>{one.known ? say(`check.${one.known}`) : one.check}</strong>: <span>{one.found}</span>
+          {one.advice !== "" && <p class="todo">→ {one.advice}</p>}
         </li>
       ))}
     </ul>

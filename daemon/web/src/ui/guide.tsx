@@ -91,7 +91,7 @@ function Wrong({ seen, readiness }: { seen: StepSeen; readiness: Readiness }) {
   const { spheres, placed } = readiness;
   return (
     <>
-      {seen.words !== "" && <p class="refused" lang="en">{seen.words}</p>}
+      {seen.words !== "" && <p class="refused">{seen.words}</p>}
       {seen.step === "spheres" && seen.words === "" && <p>{say("guide.placed", { placed, spheres })}</p>}
     </>
   );

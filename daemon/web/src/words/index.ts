@@ -1,20 +1,20 @@
-// Keys to words, in the language that is chosen: one JSON catalogue per language; daemon/unattended reads them as well.
-// {name} stands for a value.
+// Keys to words, in the language that is chosen: one JSON catalogue per language, shared with the programs
+// (calib/words), whose own sentences begin with "say." and are left out of the page. {name} stands for a value.
 
-import de from "./de.json";
-import en from "./en.json";
+import catalogues from "catalogues";
+import type en from "./en.json";
 
-export type Key = keyof typeof en;
+export type Key = Exclude<keyof typeof en, `say.${string}`>;
 export type Catalogue = Record<Key, string>;
-export type Language = "en" | "de";
+/** Name of its file. */
+export type Language = string;
 export type Values = Record<string, string | number>;
 export type Say = (key: Key, values?: Values) => string;
 
-export const CATALOGUES: Record<Language, Catalogue> = { en, de };
-export const LANGUAGE_NAMES: Record<Language, string> = { en: "English", de: "Deutsch" };
+export const CATALOGUES = catalogues as Record<Language, Catalogue> & { en: Catalogue };
 
 export function speaker(language: Language): Say {
-  const catalogue = CATALOGUES[language];
+  const catalogue = CATALOGUES[language] ?? CATALOGUES.en;
   return (key, values = {}) =>
     // A value may end with a full stop of its own: "11. Dez.".
     catalogue[key].replace(/\{(\w+)\}(\.?)/g, (_, name: string, stop: string) => {
@@ -32,8 +32,8 @@ export function preferred_language(): Language {
   } catch {
     // A browser that keeps nothing: its own language then.
   }
-  if (stored === "en" || stored === "de") return stored;
-  return navigator.language.toLowerCase().startsWith("de") ? "de" : "en";
+  const own = navigator.language.toLowerCase().split("-")[0] ?? "";
+  return [stored, own].find((one) => one !== null && one in CATALOGUES) ?? "en";
 }
 
 export function keep_language(language: Language): void {

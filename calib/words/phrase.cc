@@ -1,0 +1,111 @@
+#include "calib/words/phrase.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "catalogue_texts.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+using nlohmann::json;
+using Catalogue = std::map<std::string, std::string, std::less<>>;
+
+const std::map<std::string, Catalogue, std::less<>>& catalogues() {
+  static const auto kAll = [] {
+    std::map<std::string, Catalogue, std::less<>> all;
+    for (const auto& [code, text] : kCatalogueTexts)
+      all.emplace(code, json::parse(text).get<Catalogue>());
+    return all;
+  }();
+  return kAll;
+}
+
+const std::string* entry(const std::string& id, const Language& language) {
+  const Catalogue& catalogue = catalogues().at(language.code());
+  const auto found = catalogue.find(id);
+  return found == catalogue.end() ? nullptr : &found->second;
+}
+
+std::string localised(std::string number, const Language& language) {
+  const std::string* mark = entry("say.decimal_mark", language);
+  const std::size_t point = number.find('.');
+  if (mark != nullptr && point != std::string::npos) number.replace(point, 1, *mark);
+  return number;
+}
+
+/// `form`: ".2f", or empty.
+std::string words_of(const PhraseValue& value, const std::string& form,
+                     const Language& language) try {
+  const std::string pattern = "{:" + form + "}";
+  if (const auto* phrase = std::get_if<Phrase>(&value.value)) return words(*phrase, language);
+  if (const auto* number = std::get_if<std::int64_t>(&value.value))
+    return fmt::format(fmt::runtime(pattern), *number);
+  return localised(fmt::format(fmt::runtime(pattern), std::get<double>(value.value)), language);
+} catch (const fmt::format_error&) {
+  return words_of(value, "", language);  // a phrase from elsewhere may have a value of another type
+}
+
+std::string filled(const std::string& sentence, const Phrase& phrase, const Language& language) {
+  std::string text;
+  std::size_t at = 0;
+  for (std::size_t open = 0; (open = sentence.find('{', at)) != std::string::npos;) {
+    const std::size_t close = sentence.find('}', open);
+    if (close == std::string::npos) break;
+    const std::string place = sentence.substr(open + 1, close - open - 1);
+    const std::size_t colon = place.find(':');
+    const auto value =
+        std::ranges::find(phrase.values(), place.substr(0, colon), &PhraseValue::name);
+    text += sentence.substr(at, open - at);
+    text +=
+        value == phrase.values().end()
+            ? "{" + place + "}"
+            : words_of(*value, colon == std::string::npos ? "" : place.substr(colon + 1), language);
+    at = close + 1;
+  }
+  return text + sentence.substr(at);
+}
+
+}  // namespace
+
+std::optional<Language> Language::of(std::string_view code) {
+  const auto found = catalogues().find(code.substr(0, code.find_first_of("-_.")));
+  if (found == catalogues().end()) return std::nullopt;
+  return Language(found->first);
+}
+
+std::vector<std::string> Language::codes() {
+  std::vector<std::string> codes;
+  for (const auto& [code, catalogue] : catalogues()) codes.push_back(code);
+  return codes;
+}
+
+Phrase::Phrase(std::string id, std::vector<PhraseValue> values)
+    : id_(std::move(id)), values_(std::move(values)) {
+  std::ranges::sort(values_, {}, &PhraseValue::name);  // as in JSON
+}
+
+bool Phrase::operator==(const Phrase&) const = default;
+
+Phrase joined(const char* separator, const Phrase& a, const Phrase& b) {
+  if (a.empty()) return b;
+  if (b.empty()) return a;
+  return {separator, {{"a", a}, {"b", b}}};
+}
+
+std::optional<std::string> sentence_of(const std::string& id, const Language& language) {
+  const std::string* found = entry(id, language);
+  if (found == nullptr) return std::nullopt;
+  return *found;
+}
+
+std::string words(const Phrase& phrase, const Language& language) {
+  const std::string sentence = sentence_of(phrase.id(), language).value_or(phrase.id());
+  return phrase.values().empty() ? sentence : filled(sentence, phrase, language);
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,16 @@
+#pragma once
+// Phrases in JSON: what a program reads beside the words.
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "calib/words/phrase.h"
+
+namespace cellcal::calib {
+
+/// A string without values, otherwise {"id": ID, "values": {"volts": 2.5}}; a value is a number or a phrase.
+nlohmann::json to_json(const Phrase& phrase);
+/// Throws std::invalid_argument for anything else, and where phrases nest deeper than kMostNested.
+Phrase phrase_of(const nlohmann::json& value);
+inline constexpr int kMostNested = 8;
+
+}  // namespace cellcal::calib
