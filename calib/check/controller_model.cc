@@ -10,6 +10,7 @@
 
 #include "calib/model/nominal_arm.h"
 #include "calib/model/units.h"
+#include "calib/result/finding_phrase.h"
 
 namespace cellcal::calib {
 
@@ -288,7 +289,7 @@ Phrase phrase(const ControllerModel& model, const Robot& robot) {
     case kDiffers:
       break;
   }
-  return sentence(*finding_of(model, robot));
+  return sentence_phrase(*finding_of(model, robot));
 }
 
 std::optional<Finding> finding_of(const ControllerModel& model, const Robot& robot) {

@@ -68,7 +68,7 @@ std::vector<Quantity> evidence_from_json(const JsonReader& item) {
 /// Text as in files of versions without causes, remaining findings and reasons as values.
 std::string passed_on(const Finding& finding) {
   if (finding.cause) return cause_words(finding);
-  if (finding.kind == FindingKind::kUnseenNotJudged) return sentences::why_not_judged(finding);
+  if (finding.kind == FindingKind::kUnseenNotJudged) return words(sentences::why_not_judged(finding));
   return finding.still.empty() ? finding.text : words(finding.still.front());
 }
 

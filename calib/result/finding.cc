@@ -6,6 +6,7 @@
 
 #include "calib/model/enum_table.h"
 #include "calib/model/units.h"
+#include "calib/result/finding_phrase.h"
 #include "calib/result/likely_cause.h"
 #include "calib/result/sentences.h"
 
@@ -178,104 +179,109 @@ void erase(std::vector<Finding>& findings, FindingKind kind) {
 
 namespace {
 
-std::string passed_on(const Finding& f) { return f.text; }
+Phrase passed_on(const Finding& f) { return f.text; }
 
-std::string still_with_model_error(const Finding& f) {
-  return "also with the model error estimated: " +
-         (f.still.empty() ? f.text : words(f.still.front()));
+Phrase still_with_model_error(const Finding& f) {
+  return {"say.finding.still",
+          {{"finding", f.still.empty() ? Phrase(f.text) : phrase(f.still.front())}}};
 }
 
-std::string reference_method(const Finding&) { return "reference method, for comparison only"; }
-
 /// Wording of a kind. `opening`: subject of the sentence; null if it depends on more than the kind.
-struct Phrase {
+/// `sentence`: null if it depends on the kind alone.
+struct Wording {
   FindingKind kind;
   const char* opening;
-  std::string (*sentence)(const Finding&);
+  Phrase (*sentence)(const Finding&);
 };
 
-constexpr Phrase kPhrases[] = {
-    {FindingKind::kTouchScatter, "touch scatter (chi^2)", sentences::touch_scatter},
-    {FindingKind::kDuplicateTouches, "duplicate touches", sentences::duplicate_touches},
-    {FindingKind::kManyOutliers, "outliers", sentences::many_outliers},
-    {FindingKind::kOutliersOfTarget, "outliers", sentences::outliers_of_target},
-    {FindingKind::kCheckTouches, "check touches", sentences::check_touches},
-    {FindingKind::kGrossCheckTouches, "gross check touches", sentences::gross_check_touches},
-    {FindingKind::kNoCheckTouches, "no check touches", sentences::no_check_touches},
-    {FindingKind::kUnseenPlace, "unseen place", sentences::unseen_place},
-    {FindingKind::kUnseenNotJudged, "not judged", sentences::unseen_not_judged},
-    {FindingKind::kTemperature, "temperature", sentences::temperature},
-    {FindingKind::kModelError, "model error", sentences::model_error},
-    {FindingKind::kTooFewTouches, "too few touches", sentences::too_few_touches},
-    {FindingKind::kRank, "undetermined geometry", sentences::rank},
-    {FindingKind::kTooFewDirections, "too few directions", sentences::too_few_directions},
-    {FindingKind::kAllLeftOut, "too few directions", sentences::all_left_out},
-    {FindingKind::kNotTouched, "not touched", sentences::not_touched},
+constexpr Wording kWordings[] = {
+    {FindingKind::kTouchScatter, "say.opening.touch_scatter", sentences::touch_scatter},
+    {FindingKind::kDuplicateTouches, "say.opening.duplicate_touches", sentences::duplicate_touches},
+    {FindingKind::kManyOutliers, "say.opening.many_outliers", nullptr},
+    {FindingKind::kOutliersOfTarget, "say.opening.many_outliers", sentences::outliers_of_target},
+    {FindingKind::kCheckTouches, "say.opening.check_touches", sentences::check_touches},
+    {FindingKind::kGrossCheckTouches, "say.opening.gross_check_touches",
+     sentences::gross_check_touches},
+    {FindingKind::kNoCheckTouches, "say.opening.no_check_touches", nullptr},
+    {FindingKind::kUnseenPlace, "say.opening.unseen_place", nullptr},
+    {FindingKind::kUnseenNotJudged, "say.opening.unseen_not_judged", sentences::unseen_not_judged},
+    {FindingKind::kTemperature, "say.opening.temperature", nullptr},
+    {FindingKind::kModelError, "say.opening.model_error", sentences::model_error},
+    {FindingKind::kTooFewTouches, "say.opening.too_few_touches", sentences::too_few_touches},
+    {FindingKind::kRank, "say.opening.rank", nullptr},
+    {FindingKind::kTooFewDirections, "say.opening.too_few_directions",
+     sentences::too_few_directions},
+    {FindingKind::kAllLeftOut, "say.opening.too_few_directions", sentences::all_left_out},
+    {FindingKind::kNotTouched, "say.opening.not_touched", sentences::not_touched},
     {FindingKind::kCertifiedLength, nullptr, sentences::certified_length},
-    {FindingKind::kCertifiedTwice, nullptr, sentences::certified_twice},
+    {FindingKind::kCertifiedTwice, nullptr, nullptr},
     {FindingKind::kArtefactSize, nullptr, sentences::artefact_size},
-    {FindingKind::kStatedCentre, "stated centre", sentences::stated_centre},
-    {FindingKind::kExchangedCentres, "stated centre", sentences::exchanged_centres},
-    {FindingKind::kNegativeCompliance, "negative compliance", sentences::negative_compliance},
-    {FindingKind::kArmScale, "scale", sentences::arm_scale},
+    {FindingKind::kStatedCentre, "say.opening.stated_centre", sentences::stated_centre},
+    {FindingKind::kExchangedCentres, "say.opening.stated_centre", sentences::exchanged_centres},
+    {FindingKind::kNegativeCompliance, "say.opening.negative_compliance", nullptr},
+    {FindingKind::kArmScale, "say.opening.arm_scale", nullptr},
     {FindingKind::kOffNominal, nullptr, sentences::off_nominal},
     {FindingKind::kEffectiveRadius, nullptr, sentences::effective_radius},
-    {FindingKind::kScaleByLengths, "scope", sentences::scale_by_lengths},
-    {FindingKind::kScaleByReadings, "scope", sentences::scale_by_readings},
-    {FindingKind::kScaleByNothing, "scope", sentences::scale_by_nothing},
-    {FindingKind::kScopeOfTouches, "scope", sentences::scope_of_touches},
-    {FindingKind::kUncheckedReadings, "unchecked scale", sentences::unchecked_readings},
-    {FindingKind::kUncheckedTouch, "unchecked touch", sentences::unchecked_touch},
-    {FindingKind::kUncheckedLengths, "unchecked scale", sentences::unchecked_lengths},
-    {FindingKind::kUncheckedLength, "unchecked scale", sentences::unchecked_length},
-    {FindingKind::kRequired, "required accuracy", sentences::required},
-    {FindingKind::kNoGain, "gain too small", sentences::no_gain},
-    {FindingKind::kGain, "accuracy", sentences::gain},
-    {FindingKind::kControllerModel, "controller's model", sentences::controller_model},
-    {FindingKind::kChanged, "changed since the last calibration", sentences::changed},
-    {FindingKind::kChangeAccepted, "since the last calibration", sentences::change_accepted},
-    {FindingKind::kUnchanged, "since the last calibration", sentences::unchanged},
-    {FindingKind::kNotCompared, "not compared", sentences::not_compared},
-    {FindingKind::kUpdated, "updated", sentences::updated},
-    {FindingKind::kUpdateNotNeeded, "nothing to update", sentences::update_not_needed},
-    {FindingKind::kUpdateContradicted, "not updated", sentences::update_contradicted},
-    {FindingKind::kUpdateNotResolved, "not updated", sentences::update_not_resolved},
-    {FindingKind::kUpdateNotFound, "not updated", sentences::update_not_found},
-    {FindingKind::kUpdateTooFew, "not updated", sentences::update_too_few},
-    {FindingKind::kNotIdentified, "not identified", passed_on},
-    {FindingKind::kLikelyCause, "likely cause", cause_words},
+    {FindingKind::kScaleByLengths, "say.opening.scale_by_lengths", sentences::scale_by_lengths},
+    {FindingKind::kScaleByReadings, "say.opening.scale_by_lengths", sentences::scale_by_readings},
+    {FindingKind::kScaleByNothing, "say.opening.scale_by_lengths", sentences::scale_by_nothing},
+    {FindingKind::kScopeOfTouches, "say.opening.scale_by_lengths", nullptr},
+    {FindingKind::kUncheckedReadings, "say.opening.unchecked_readings", nullptr},
+    {FindingKind::kUncheckedTouch, "say.opening.unchecked_touch", nullptr},
+    {FindingKind::kUncheckedLengths, "say.opening.unchecked_readings", nullptr},
+    {FindingKind::kUncheckedLength, "say.opening.unchecked_readings", nullptr},
+    {FindingKind::kRequired, "say.opening.required", sentences::required},
+    {FindingKind::kNoGain, "say.opening.no_gain", sentences::no_gain},
+    {FindingKind::kGain, "say.opening.gain", sentences::gain},
+    {FindingKind::kControllerModel, "say.opening.controller_model", nullptr},
+    {FindingKind::kChanged, "say.opening.changed", sentences::changed},
+    {FindingKind::kChangeAccepted, "say.opening.change_accepted", sentences::change_accepted},
+    {FindingKind::kUnchanged, "say.opening.change_accepted", sentences::unchanged},
+    {FindingKind::kNotCompared, "say.opening.not_compared", nullptr},
+    {FindingKind::kUpdated, "say.opening.updated", sentences::updated},
+    {FindingKind::kUpdateNotNeeded, "say.opening.update_not_needed", sentences::update_not_needed},
+    {FindingKind::kUpdateContradicted, "say.opening.update_contradicted",
+     sentences::update_contradicted},
+    {FindingKind::kUpdateNotResolved, "say.opening.update_contradicted",
+     sentences::update_not_resolved},
+    {FindingKind::kUpdateNotFound, "say.opening.update_contradicted", sentences::update_not_found},
+    {FindingKind::kUpdateTooFew, "say.opening.update_contradicted", nullptr},
+    {FindingKind::kNotIdentified, "say.opening.not_identified", passed_on},
+    {FindingKind::kLikelyCause, "say.opening.likely_cause", sentences::cause},
     {FindingKind::kMovedTarget, nullptr, sentences::moved_target},
     {FindingKind::kJumped, nullptr, sentences::jumped},
     {FindingKind::kStillWithModelError, "", still_with_model_error},
-    {FindingKind::kReferenceMethod, "", reference_method},
+    {FindingKind::kReferenceMethod, "", nullptr},
     {FindingKind::kRecorded, "", passed_on},
 };
 
-const Phrase* phrase_of(FindingKind kind) {
-  for (const Phrase& one : kPhrases)
+const Wording* wording_of(FindingKind kind) {
+  for (const Wording& one : kWordings)
     if (one.kind == kind) return &one;
   return nullptr;
 }
 
 /// Opening of kinds where it depends on more.
-std::string own_opening(const Finding& f) {
+Phrase own_opening(const Finding& f) {
+  const auto about = [&](const char* id) { return sentences::said(id, f); };
   switch (f.kind) {
     case FindingKind::kCertifiedLength:
     case FindingKind::kCertifiedTwice:
-      return "certified length " + sentences::length_of(f);
+      return about("say.opening.certified_length");
     case FindingKind::kArtefactSize:
-      if (!sentences::has(f, "longer")) return "diameter of " + f.about.name;
-      return f.about.name.empty() ? "all wires" : "wire " + f.about.name;
+      if (!sentences::has(f, "longer")) return about("say.opening.diameter");
+      return about(f.about.name.empty() ? "say.opening.all_wires" : "say.opening.wire");
     case FindingKind::kOffNominal:
-      return f.withholds() ? "far from nominal" : "beyond tolerance";
+      return f.withholds() ? "say.opening.far_from_nominal" : "say.opening.beyond_tolerance";
     case FindingKind::kEffectiveRadius:
-      return f.withholds() ? "effective radius" : "radius offset";
+      return f.withholds() ? "say.opening.effective_radius" : "say.opening.radius_offset";
     case FindingKind::kMovedTarget:
-      return sentences::is_set(f, "or_lengths") ? "moved target or wrong certified length"
-                                                : "moved target";
+      return sentences::is_set(f, "or_lengths") ? "say.opening.moved_target.or_lengths"
+                                                : "say.opening.moved_target";
     case FindingKind::kJumped:
-      if (f.parts.size() != 1) return "change during the session";
-      return f.parts.front().about.of == Subject::Of::kTool ? "knocked tool" : "slipped joint";
+      if (f.parts.size() != 1) return "say.opening.jumped";
+      return f.parts.front().about.of == Subject::Of::kTool ? "say.opening.jumped.tool"
+                                                            : "say.opening.jumped.joint";
     default:
       return {};
   }
@@ -283,17 +289,24 @@ std::string own_opening(const Finding& f) {
 
 }  // namespace
 
-std::string sentence(const Finding& f) {
-  const Phrase* phrase = phrase_of(f.kind);
-  return phrase == nullptr ? std::string() : phrase->sentence(f);
+Phrase sentence_phrase(const Finding& f) {
+  const Wording* wording = wording_of(f.kind);
+  if (wording == nullptr) return {};
+  if (wording->sentence != nullptr) return wording->sentence(f);
+  return sentences::said(std::string("say.finding.") + to_string(f.kind), f);
 }
 
-std::string words(const Finding& f) {
-  const Phrase* phrase = phrase_of(f.kind);
-  const std::string about =
-      phrase != nullptr && phrase->opening != nullptr ? phrase->opening : own_opening(f);
-  return about.empty() ? sentence(f) : about + ": " + sentence(f);
+Phrase phrase(const Finding& f) {
+  const Wording* wording = wording_of(f.kind);
+  const Phrase about =
+      wording != nullptr && wording->opening != nullptr ? wording->opening : own_opening(f);
+  if (about.empty()) return sentence_phrase(f);
+  return {"say.finding", {{"about", about}, {"finding", sentence_phrase(f)}}};
 }
+
+std::string sentence(const Finding& f) { return words(sentence_phrase(f)); }
+
+std::string words(const Finding& f) { return words(phrase(f)); }
 
 std::vector<std::string> words(const std::vector<Finding>& findings) {
   std::vector<std::string> all;

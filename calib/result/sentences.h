@@ -1,99 +1,80 @@
 #pragma once
-// Sentences of findings, without their openings, by subject; finding.cc combines them. First the accessors
-// of evidence.
+// Sentences of findings, without their openings, where they depend on more than the kind; finding.cc has the
+// others. Values of a sentence: the evidence by name, "NAME_sigma", "name", "other", "touch", "text".
 
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "calib/result/finding.h"
+#include "calib/words/phrase.h"
 
 namespace cellcal::calib::sentences {
 
 /// Value by name, in its own unit; NaN if absent.
 double of(const Finding& f, const char* name);
-double sigma_of(const Finding& f, const char* name);
 bool has(const Finding& f, const char* name);
 /// True if present and not 0.
 bool is_set(const Finding& f, const char* name);
 bool is_one(const Finding& f, const char* name);
 
+/// With all values of the finding, or of its part, and further ones.
+Phrase said(std::string id, const Finding& f, std::vector<PhraseValue> more = {});
+Phrase said(std::string id, const FindingPart& part, std::vector<PhraseValue> more = {});
+
 /// "touch 12 (line 14)", counted from 1.
-std::string touch_of(const Subject& subject);
-/// "S1-S2"
-std::string length_of(const Finding& f);
-/// "over the workspace"
-const char* where(const Finding& f);
+Phrase touch_of(const Subject& subject);
 /// The first few parts; the rest is counted.
-std::string list(const Finding& f, const std::function<std::string(const FindingPart&)>& one);
-/// Remedy for a target whose touches do not fit.
-const char* again(const Finding& f);
+Phrase list(const Finding& f, const std::function<Phrase(const FindingPart&)>& one);
+/// All parts.
+Phrase all_parts(const Finding& f, const char* separator,
+                 const std::function<Phrase(const FindingPart&)>& one);
+Phrase name_of(const FindingPart& part);
 /// "0.40 +- 0.05 mm too long", from the required change of all readings.
-std::string reading_off(const Quantity& longer);
+Phrase reading_off(const Quantity& longer);
 
-// Touches, their noise and their distribution. (sentences_of_touches.cc, as the next section)
+// Touches, their noise and their distribution; statements of robot and cell file. (sentences_of_touches.cc)
 
-std::string touch_scatter(const Finding& f);
-std::string duplicate_touches(const Finding& f);
-std::string many_outliers(const Finding& f);
-std::string outliers_of_target(const Finding& f);
-std::string check_touches(const Finding& f);
-std::string gross_check_touches(const Finding& f);
-std::string no_check_touches(const Finding& f);
-std::string unseen_not_judged(const Finding& f);
+Phrase touch_scatter(const Finding& f);
+Phrase duplicate_touches(const Finding& f);
+Phrase outliers_of_target(const Finding& f);
+Phrase check_touches(const Finding& f);
+Phrase gross_check_touches(const Finding& f);
+Phrase unseen_not_judged(const Finding& f);
 /// The reason alone.
-std::string why_not_judged(const Finding& f);
-std::string all_left_out(const Finding& f);
-std::string unseen_place(const Finding& f);
-std::string temperature(const Finding& f);
-std::string model_error(const Finding& f);
-std::string too_few_touches(const Finding& f);
-std::string rank(const Finding& f);
-std::string too_few_directions(const Finding& f);
-std::string not_touched(const Finding& f);
+Phrase why_not_judged(const Finding& f);
+Phrase all_left_out(const Finding& f);
+Phrase model_error(const Finding& f);
+Phrase too_few_touches(const Finding& f);
+Phrase too_few_directions(const Finding& f);
+Phrase not_touched(const Finding& f);
+Phrase certified_length(const Finding& f);
+Phrase artefact_size(const Finding& f);
+Phrase stated_centre(const Finding& f);
+Phrase exchanged_centres(const Finding& f);
+Phrase off_nominal(const Finding& f);
+Phrase effective_radius(const Finding& f);
 
-// Statements of robot and cell file.
+/// Of a likely cause (likely_cause.cc).
+Phrase cause(const Finding& f);
 
-std::string certified_length(const Finding& f);
-std::string certified_twice(const Finding& f);
-std::string artefact_size(const Finding& f);
-std::string stated_centre(const Finding& f);
-std::string exchanged_centres(const Finding& f);
-std::string negative_compliance(const Finding& f);
-std::string arm_scale(const Finding& f);
-std::string off_nominal(const Finding& f);
-std::string effective_radius(const Finding& f);
+// Use of the result, the previous state, changes during a session, updates.
 
-// Use of the result, and the previous state.
-
-std::string scale_by_lengths(const Finding& f);
-std::string scale_by_readings(const Finding& f);
-std::string scale_by_nothing(const Finding& f);
-std::string scope_of_touches(const Finding& f);
-std::string unchecked_readings(const Finding& f);
-std::string unchecked_lengths(const Finding& f);
-std::string unchecked_length(const Finding& f);
-std::string unchecked_touch(const Finding& f);
-std::string required(const Finding& f);
-std::string no_gain(const Finding& f);
-std::string gain(const Finding& f);
-std::string controller_model(const Finding& f);
-std::string changed(const Finding& f);
-std::string change_accepted(const Finding& f);
-std::string unchanged(const Finding& f);
-std::string not_compared(const Finding& f);
-
-// Changes during a session.
-
-std::string moved_target(const Finding& f);
-std::string jumped(const Finding& f);
-
-// Updates: the change since the last calibration, or the reason for a full session.
-
-std::string updated(const Finding& f);
-std::string update_not_needed(const Finding& f);
-std::string update_contradicted(const Finding& f);
-std::string update_not_resolved(const Finding& f);
-std::string update_not_found(const Finding& f);
-std::string update_too_few(const Finding& f);
+Phrase scale_by_lengths(const Finding& f);
+Phrase scale_by_readings(const Finding& f);
+Phrase scale_by_nothing(const Finding& f);
+Phrase required(const Finding& f);
+Phrase no_gain(const Finding& f);
+Phrase gain(const Finding& f);
+Phrase changed(const Finding& f);
+Phrase change_accepted(const Finding& f);
+Phrase unchanged(const Finding& f);
+Phrase moved_target(const Finding& f);
+Phrase jumped(const Finding& f);
+Phrase updated(const Finding& f);
+Phrase update_not_needed(const Finding& f);
+Phrase update_contradicted(const Finding& f);
+Phrase update_not_resolved(const Finding& f);
+Phrase update_not_found(const Finding& f);
 
 }  // namespace cellcal::calib::sentences
