@@ -360,17 +360,18 @@ void judge_angles(const std::string& check, const drivers::AxisAngles& actual_ra
     const double room = std::min(actual_rad[i] - joint.min_rad, joint.max_rad - actual_rad[i]) *
                         calib::unit_of(joint).per_si;
     std::string& list = room < 0.0 ? outside : near;
-    if (room < (joint.is_prismatic() ? kNearMm : kNearDeg)) list += fmt::format("{}{}", list.empty() ? "" : ", ", joint.name);
+    if (room < (joint.is_prismatic() ? kNearMm : kNearDeg))
+      list += fmt::format("{}{}", list.empty() ? "" : ", ", joint.name);
   }
   if (!outside.empty()) {
     findings.fail(check, fmt::format("{} deg: {} outside the robot file's limits", shown, outside),
                   "check the robot file; if it is right, jog the axis back (it may be a full "
                   "turn away)");
   } else if (!near.empty()) {
-    findings.warn(check,
-                  fmt::format("{} deg: {} within 1 deg{} of a limit", shown, near,
-                              track ? ", 10 mm," : ""),
-                  "jog the arm towards the middle of its range");
+    findings.warn(
+        check,
+        fmt::format("{} deg: {} within 1 deg{} of a limit", shown, near, track ? ", 10 mm," : ""),
+        "jog the arm towards the middle of its range");
   } else {
     findings.ok(check, shown + " deg, within the robot file's limits");
   }
