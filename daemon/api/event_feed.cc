@@ -275,8 +275,7 @@ template <class Angles>
 json shown_joints(const Angles& angles_rad, bool linear_unit) {
   json list = json::array();
   for (const double angle : angles_rad)
-    list.push_back(angle *
-                   (linear_unit && list.empty() ? calib::kMmPerM : calib::kDegPerRad));
+    list.push_back(angle * (linear_unit && list.empty() ? calib::kMmPerM : calib::kDegPerRad));
   return list;
 }
 
@@ -366,8 +365,8 @@ std::string made_touch_to_json(const MadeTouch& made) {
 }
 
 std::string joints_to_json(std::int64_t session, const drivers::RobotState& robot) {
-  return dump({{"session", session},
-               {"joints_deg", shown_joints(robot.actual_rad, robot.linear_unit)}});
+  return dump(
+      {{"session", session}, {"joints_deg", shown_joints(robot.actual_rad, robot.linear_unit)}});
 }
 
 }  // namespace cellcal::daemon

@@ -269,7 +269,9 @@ Eigen::Isometry3d after_turn(const calib::Joint& joint) {
 
 json joint_to_json(const calib::Joint& joint, double assumed_m) {
   const double per_si = calib::unit_of(joint).per_si;
-  const auto along = [&] { return std::vector(joint.guide->along.begin(), joint.guide->along.end()); };
+  const auto along = [&] {
+    return std::vector(joint.guide->along.begin(), joint.guide->along.end());
+  };
   return {{"name", joint.name},
           {"sign", joint.sign},
           {"offset_deg", number(joint.offset_rad, calib::kDegPerRad)},
@@ -393,8 +395,7 @@ namespace {
 
 json way_to_json(const calib::PlannedTouch& touch, const calib::Robot& robot) {
   json way = json::array();
-  for (const calib::JointVector& corner : touch.transit)
-    way.push_back(shown_joints(corner, robot));
+  for (const calib::JointVector& corner : touch.transit) way.push_back(shown_joints(corner, robot));
   return way;
 }
 

@@ -154,10 +154,10 @@ std::string touch_row(const calib::Touch& touch, std::size_t number,
   std::string cells;
   for (std::size_t i = 0; i < joints.size(); ++i) {
     const double per_si = calib::unit_of(joints[i]).per_si;
-    cells += fmt::format("<td>{}</td>",
-                         i < touch.joint_rad.size()
-                             ? ascii_fixed(touch.joint_rad[i] * per_si, kJointDecimals)
-                             : std::string("\xE2\x80\x93"));
+    cells +=
+        fmt::format("<td>{}</td>", i < touch.joint_rad.size()
+                                       ? ascii_fixed(touch.joint_rad[i] * per_si, kJointDecimals)
+                                       : std::string("\xE2\x80\x93"));
   }
   const bool known = touch.readings > 0;
   return fmt::format(

@@ -59,7 +59,7 @@ struct MadeTouch {
   std::int64_t session = 0;
   std::size_t index = 0;  ///< within the session, from 0
   calib::Touch touch;
-  bool linear_unit = false;  ///< the touch's first joint is a linear unit's
+  bool linear_unit = false;                    ///< the touch's first joint is a linear unit's
   std::optional<std::array<double, 3>> tip_m;  ///< by the nominal model [m, base frame]
   std::optional<double> residual_m, u95_m;
 };

@@ -40,7 +40,8 @@ std::span<const double> PhysicalCell::own(std::span<const double> joint_rad) con
 
 Eigen::Vector3d PhysicalCell::tip_m(std::span<const double> joint_rad, double warm) const {
   calib::ArmChain chain;
-  truth_.arm.walk(truth_.arm.prepare(own(joint_rad)), truth_.arm.errors(truth_.errors.data()), chain);
+  truth_.arm.walk(truth_.arm.prepare(own(joint_rad)), truth_.arm.errors(truth_.errors.data()),
+                  chain);
   return chain.tip + grown_m(chain.flange_origin, warm);
 }
 

@@ -31,7 +31,8 @@ calib::JointVector facing(const calib::Robot& robot, calib::JointVector posture,
     off -= posture[0] * along;
   }
   const calib::Joint& first = robot.joints[arm];
-  posture[arm] = std::clamp(first.sign * std::atan2(off.y(), off.x()), first.min_rad, first.max_rad);
+  posture[arm] =
+      std::clamp(first.sign * std::atan2(off.y(), off.x()), first.min_rad, first.max_rad);
   return posture;
 }
 

@@ -131,8 +131,8 @@ struct Controller::Impl {
       start.high_deg.push_back(linear ? config.clamp_external_mm : config.clamp_deg);
       start.low_deg.push_back(-start.high_deg.back());
     }
-    if (!program.start(on_wire(actual), on_wire(config.soft_min_rad),
-                       on_wire(config.soft_max_rad), start))
+    if (!program.start(on_wire(actual), on_wire(config.soft_min_rad), on_wire(config.soft_max_rad),
+                       start))
       return end(RsiPhase::kFaulted, program.message());
     low_deg = start.low_deg;
     high_deg = start.high_deg;
@@ -142,8 +142,7 @@ struct Controller::Impl {
   /// In the wire's order and units.
   std::vector<double> on_wire(const std::vector<double>& values) const {
     std::vector<double> shown(values.size());
-    for (std::size_t i = 0; i < values.size(); ++i)
-      shown[wire.place(i)] = wire.shown(i, values[i]);
+    for (std::size_t i = 0; i < values.size(); ++i) shown[wire.place(i)] = wire.shown(i, values[i]);
     return shown;
   }
 
@@ -217,8 +216,8 @@ struct Controller::Impl {
 
   std::string monitors() const {
     for (std::size_t i = 0; i < axes; ++i) {
-      if (std::abs(axis_deg[i]) > (wire.linear(wire.at_place(i)) ? config.monitor_external_mm
-                                                                : config.monitor_deg))
+      if (std::abs(axis_deg[i]) >
+          (wire.linear(wire.at_place(i)) ? config.monitor_external_mm : config.monitor_deg))
         return "KSS29000 AXISCORRMON: Permissible overall correction exceeded, " +
                axis_name(wire, wire.at_place(i));
     }

@@ -147,7 +147,8 @@ EkiMachine::EkiMachine(EkiControllerConfig c)
     throw std::invalid_argument("emulated EKI controller: 1 to 12 axes");
   }
   if (config.linear_unit && axes <= drivers::kArmAxes)
-    throw std::invalid_argument("emulated EKI controller: a linear unit carries an arm of six axes");
+    throw std::invalid_argument(
+        "emulated EKI controller: a linear unit carries an arm of six axes");
   wire = {axes, config.linear_unit};
   if (config.cycle_ms <= 0 || config.interrupt_ms % config.cycle_ms != 0 || !(config.lag_s > 0.0)) {
     throw std::invalid_argument(
@@ -534,8 +535,7 @@ void EkiMachine::bind_timers() {
 void EkiMachine::bind_kinematics() {
   program.bind("FORWARD", [this](std::span<Value* const> a) {
     std::vector<double> rad(axes);
-    for (std::size_t i = 0; i < axes; ++i)
-      rad[i] = wire.inside(i, a[0]->parts[wire.place(i)].r);
+    for (std::size_t i = 0; i < axes; ++i) rad[i] = wire.inside(i, a[0]->parts[wire.place(i)].r);
     Value result(program.type("E6POS"));
     const KukaFrame frame = frame_of(rad);
     for (std::size_t i = 0; i < 6; ++i) result.parts[i].set(frame[i]);

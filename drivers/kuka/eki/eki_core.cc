@@ -257,11 +257,11 @@ struct EkiCore::Impl {
         high = wire.shown(axis, span.max);
       }
       const double actual = frame.axes_deg[place], nearest = std::clamp(actual, low, high);
-      const double tolerance = used ? wire.shown(axis, config.follow_tolerance_deg * kRadPerDeg)
-                                    : kUnusedStands;
+      const double tolerance =
+          used ? wire.shown(axis, config.follow_tolerance_deg * kRadPerDeg) : kUnusedStands;
       if (std::abs(actual - nearest) > tolerance)
-        return cause::MovedUnasked{{static_cast<std::uint8_t>(place), used && wire.linear(axis)},
-                                   nearest, actual};
+        return cause::MovedUnasked{
+            {static_cast<std::uint8_t>(place), used && wire.linear(axis)}, nearest, actual};
     }
     return std::nullopt;
   }

@@ -297,9 +297,8 @@ std::optional<CoreResult> EkiMover::settle(TimePoint now) {
          cause::NotAtTarget{axes().name(far), axes().shown(far, move_.target_rad[far]),
                             axes().shown(far, late[far])});
   } else if (!at_rest && is<cause::None>(cause_)) {
-    fail(outcome_,
-         cause::NotSettled{axes().name(moved.axis), axes().shown(moved.axis, moved.rad),
-                           seconds(now - settling_since_)});
+    fail(outcome_, cause::NotSettled{axes().name(moved.axis), axes().shown(moved.axis, moved.rad),
+                                     seconds(now - settling_since_)});
   }
   if (outcome_ == MoveOutcome::kContact) fill_latch(late, now);
   const bool closed =

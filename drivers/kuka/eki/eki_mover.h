@@ -103,8 +103,8 @@ class EkiMover {
   Move move_;
   std::size_t leg_ = 0;
   AxisAngles low_rad_, high_rad_;  ///< of the leg, from where it begins to its end
-  AxisAngles unused_;    ///< on the wire
-  EkiCommand command_;   ///< of the current leg
+  AxisAngles unused_;              ///< on the wire
+  EkiCommand command_;             ///< of the current leg
   MoveOutcome outcome_ = MoveOutcome::kArrived;
   Cause cause_;
   TimePoint asked_at_{}, stop_sent_at_{}, done_at_{};

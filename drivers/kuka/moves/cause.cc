@@ -251,9 +251,7 @@ struct Words {
   }
   std::string operator()(const cause::ReplyBeyondLimit& c) const {
     using Of = cause::ReplyBeyondLimit::Of;
-    const char* const per = c.of == Of::kSpeed          ? "/s"
-                            : c.of == Of::kAcceleration ? "/s2"
-                                                        : "/s3";
+    const char* const per = c.of == Of::kSpeed ? "/s" : c.of == Of::kAcceleration ? "/s2" : "/s3";
     const std::string asked = unit(c.axis) + std::string(per);
     return fmt::format(
         "{}: the next correction asked for {:.0f} {}, limit {:.0f} {}. It was not sent, and the arm "

@@ -220,19 +220,20 @@ using Cause = std::variant<
     cause::None, cause::NotReferenced, cause::Busy, cause::Closing, cause::AxisCount,
     cause::NotFinite, cause::BelowLimit, cause::AboveLimit, cause::CorrectionLimit,
     cause::ShiftLimit, cause::TurnLimit, cause::NearSingular, cause::BadCruise,
-    cause::CruiseByWayPoints, cause::SearchByWayPoints, cause::BadShare, cause::StopAsked, cause::TravelAtTarget,
-    cause::NoSensor, cause::NotArmed, cause::ArmedOtherwise, cause::TouchingAtStart,
-    cause::TrippedAtStart, cause::SensorDead, cause::SensorLate, cause::KeepAliveLate,
-    cause::ArmExpired, cause::TripUnconfirmed, cause::StampOutside, cause::StampDenied,
-    cause::OpeningUnheard, cause::TouchedOutsideSearch, cause::ContactNotOpen, cause::InputTouched,
-    cause::AxisNotFollowing, cause::AxisStands, cause::MovedUnasked, cause::NotSettled, cause::NoPackets,
-    cause::NotAccepted, cause::Silence, cause::SessionRestarted, cause::DamagedPackets,
-    cause::ReplyBeyondLimit, cause::HeldUp, cause::LateReplies, cause::IncrementLost,
-    cause::DelayGone, cause::TooCoarse, cause::NotConnected, cause::ControllerNotReady,
-    cause::CommandNotTaken, cause::LinkClosed, cause::SessionTaken, cause::DeadMan,
-    cause::ProgramAborted, cause::InputAtStart, cause::InputMissed, cause::InputAlone,
-    cause::OutsideSoftLimits, cause::NotFeasible, cause::LatchMissing, cause::LatchOutOfRange,
-    cause::TooFastForFlag, cause::NotMoving, cause::NotAtTarget>;
+    cause::CruiseByWayPoints, cause::SearchByWayPoints, cause::BadShare, cause::StopAsked,
+    cause::TravelAtTarget, cause::NoSensor, cause::NotArmed, cause::ArmedOtherwise,
+    cause::TouchingAtStart, cause::TrippedAtStart, cause::SensorDead, cause::SensorLate,
+    cause::KeepAliveLate, cause::ArmExpired, cause::TripUnconfirmed, cause::StampOutside,
+    cause::StampDenied, cause::OpeningUnheard, cause::TouchedOutsideSearch, cause::ContactNotOpen,
+    cause::InputTouched, cause::AxisNotFollowing, cause::AxisStands, cause::MovedUnasked,
+    cause::NotSettled, cause::NoPackets, cause::NotAccepted, cause::Silence,
+    cause::SessionRestarted, cause::DamagedPackets, cause::ReplyBeyondLimit, cause::HeldUp,
+    cause::LateReplies, cause::IncrementLost, cause::DelayGone, cause::TooCoarse,
+    cause::NotConnected, cause::ControllerNotReady, cause::CommandNotTaken, cause::LinkClosed,
+    cause::SessionTaken, cause::DeadMan, cause::ProgramAborted, cause::InputAtStart,
+    cause::InputMissed, cause::InputAlone, cause::OutsideSoftLimits, cause::NotFeasible,
+    cause::LatchMissing, cause::LatchOutOfRange, cause::TooFastForFlag, cause::NotMoving,
+    cause::NotAtTarget>;
 
 // It is passed through lock-free queues, from a cycle that does not allocate.
 static_assert(std::is_trivially_copyable_v<Cause>);

@@ -27,8 +27,7 @@ constexpr double kPeerWaitsS = 0.2;
 // Time limit of repetitions by a peer that waits for replies before the first answer: its silence
 // is caused by this adapter. Simulators take a second.
 constexpr double kPeerTimeoutS = 2.5;
-// Of an external axis without a move, whose kind the packets do not tell: degrees or millimetres.
-// Above the servo's noise.
+// Of an external axis without a move, degrees or millimetres: above the servo's noise.
 constexpr double kUnusedStands = 0.1;
 // A larger interval between ticks and packets shows that this thread was delayed.
 constexpr double kHeldUpS = 0.02;
@@ -296,14 +295,12 @@ struct RsiCore::Impl {
     state.link = RobotLink::kReady;
   }
 
-  /// An external axis that is no part of a move and not where it was left. A moving one is watched
-  /// as every axis is.
+  /// An external axis not where it was left; one that a move drives is watched as every axis is.
   std::optional<cause::MovedUnasked> moved_unasked(const AxisAngles& actual) const {
     for (std::size_t i = 0; i < frame.external_deg.size(); ++i) {
       const std::size_t axis = wire.at_place(kArmAxes + i);
       const bool used = axis < axes();
-      if (used && mover.busy()) continue;
-      if (!used && i >= held_external.size()) continue;
+      if (used ? mover.busy() : i >= held_external.size()) continue;
       const double at = used ? wire.shown(axis, actual[axis]) : frame.external_deg[i];
       const double left =
           used ? wire.shown(axis, setpoint.commanded_rad()[axis]) : held_external[i];

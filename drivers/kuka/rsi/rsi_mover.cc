@@ -206,9 +206,9 @@ void Mover::fill_latch(const MoverCycle& cycle, const AxisAngles& settled_rad) {
     const double actual = at_contact->actual_rad[i];
     if (actual >= range.min - tolerance_rad && actual <= range.max + tolerance_rad) continue;
     outcome_ = MoveOutcome::kNotFollowing;
-    cause_ = cause::AxisNotFollowing{
-        axes().name(i), axes().shown(i, std::clamp(actual, range.min, range.max)),
-        axes().shown(i, actual)};
+    cause_ = cause::AxisNotFollowing{axes().name(i),
+                                     axes().shown(i, std::clamp(actual, range.min, range.max)),
+                                     axes().shown(i, actual)};
     return;
   }
   Latch latch;

@@ -423,7 +423,8 @@ OffsetVerdict OffsetFinder::by_counters(const OffsetEvidence& evidence) {
   return OffsetVerdict::kUnknown;
 }
 
-CorrectionAccumulator::CorrectionAccumulator(CorrectionMode mode, int decimals, const WireAxes& axes)
+CorrectionAccumulator::CorrectionAccumulator(CorrectionMode mode, int decimals,
+                                             const WireAxes& axes)
     : mode_(mode), axes_(axes), per_deg_(std::pow(10.0, decimals)), held_rad_(axes.count(), 0.0) {}
 
 void CorrectionAccumulator::set(const AxisAngles& held_rad) {

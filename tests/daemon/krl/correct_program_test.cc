@@ -88,9 +88,8 @@ TEST(a_program, gives_no_postures_of_an_arm_on_a_linear_unit) {
   calib::Joint track;
   track.guide.emplace();
   on_track.robot.joints.insert(on_track.robot.joints.begin(), track);
-  EXPECT_THROW(
-      krl::program_postures(on_track, files(taught(cell().robot, frames(), postures(3)))),
-      calib::LinearUnitError);
+  EXPECT_THROW(krl::program_postures(on_track, files(taught(cell().robot, frames(), postures(3)))),
+               calib::LinearUnitError);
 }
 
 TEST(a_program, gives_the_postures_of_its_points_for_a_plan) {

@@ -22,27 +22,30 @@ constexpr const char* kUnit =
 
 struct TrackFixture : DaemonFixture {
   explicit TrackFixture(const std::string& wire)
-      : DaemonFixture(std::string("[motion]\nspeed_percent = 80\nacceleration_deg_s2 = 600\n"
-                                  "jerk_deg_s3 = 8000\ntravel_acceleration_mm_s2 = 4000\n"
-                                  "travel_jerk_mm_s3 = 60000\n[mock]\nseed = 3\n"
-                                  "start_deg = [0, -90, 90, 0, 60, 0]\nstart_mm = 1500\nwire = \"") +
-                      wire + "\"\n[controller]\nexternal_axes = 2\n") {
+      : DaemonFixture(
+            std::string("[motion]\nspeed_percent = 80\nacceleration_deg_s2 = 600\n"
+                        "jerk_deg_s3 = 8000\ntravel_acceleration_mm_s2 = 4000\n"
+                        "travel_jerk_mm_s3 = 60000\n[mock]\nseed = 3\n"
+                        "start_deg = [0, -90, 90, 0, 60, 0]\nstart_mm = 1500\nwire = \"") +
+            wire + "\"\n[controller]\nexternal_axes = 2\n") {
     // The demonstration's arm, on a unit of 3 m.
     std::string robot = content(CELLCAL_ROBOT);
     robot.insert(robot.find("[[joint]]"), kUnit);
     std::ofstream(dir / "track.toml") << robot;
     std::ofstream file(cell);
     file.precision(10);
-    file << "format = \"cellcal.cell/1\"\nrobot = \"track.toml\"\n[tool]\nxyz_mm = [60.0, 50.0, 410.0]\n"
-            "mass_kg = 2.0\n[touch]\nsigma_mm = 0.03\nradius_offset_sigma_mm = 0.1\n";
+    file
+        << "format = \"cellcal.cell/1\"\nrobot = \"track.toml\"\n[tool]\nxyz_mm = [60.0, 50.0, 410.0]\n"
+           "mass_kg = 2.0\n[touch]\nsigma_mm = 0.03\nradius_offset_sigma_mm = 0.1\n";
     for (std::size_t i = 0; i < std::size(kPlaces); ++i)
       file << "[[target]]\nid = \"S" << i + 1
            << "\"\nkind = \"sphere\"\ndiameter_mm = 60.0\ncentre_sigma_mm = 5.0\ncentre_mm = ["
            << kPlaces[i][0] << ".0, " << kPlaces[i][1] << ".0, " << kPlaces[i][2] << ".0]\n";
     for (std::size_t i = 1; i < std::size(kPlaces); ++i) {
       const auto &a = kPlaces[i - 1], &b = kPlaces[i];
-      file << "[[length]]\nbetween = [\"S" << i << "\", \"S" << i + 1 << "\"]\nmm = "
-           << std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]) << "\nsigma_mm = 0.01\n";
+      file << "[[length]]\nbetween = [\"S" << i << "\", \"S" << i + 1
+           << "\"]\nmm = " << std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2])
+           << "\nsigma_mm = 0.01\n";
     }
   }
   std::filesystem::path results() const { return dir.path() / "state/sessions/1"; }

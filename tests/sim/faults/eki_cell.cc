@@ -196,8 +196,7 @@ std::unique_ptr<FaultyCell> make_cell(const calib::Cell& cell, const CellOptions
                           ? "contact_tag = \"Contact.R\"\n[controller]\ncontact_level = \"off\"\n"
                           : "";
   const char* stop = options.wire == Wire::kEkiFlag ? "flag" : "input";
-  const char* external =
-      options.wire == Wire::kEkiInput ? "[controller]\nexternal_axes = 1\n" : "";
+  const char* external = options.wire == Wire::kEkiInput ? "[controller]\nexternal_axes = 1\n" : "";
   const std::string text = std::string("format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n") +
                            "[motion]\nspeed_percent = 80\nacceleration_deg_s2 = 600\n"
                            "jerk_deg_s3 = 8000\n" +

@@ -81,8 +81,10 @@ TEST(AxesOfAPacket, AreItsOwnFirstAndTheExternalOnesBehindThem) {
     for (const double angle : angles) deg.push_back(std::round(1e6 * angle / kRadPerDeg) / 1e6);
     return deg;
   };
-  EXPECT_EQ(in_deg(axes_of(six, two, WireAxes(7, false))), (std::vector<double>{1, 2, 3, 4, 5, 6, 7}));
-  EXPECT_EQ(in_deg(axes_of(six, two, WireAxes(8, false))), (std::vector<double>{1, 2, 3, 4, 5, 6, 7, 8}));
+  EXPECT_EQ(in_deg(axes_of(six, two, WireAxes(7, false))),
+            (std::vector<double>{1, 2, 3, 4, 5, 6, 7}));
+  EXPECT_EQ(in_deg(axes_of(six, two, WireAxes(8, false))),
+            (std::vector<double>{1, 2, 3, 4, 5, 6, 7, 8}));
   EXPECT_EQ(in_deg(axes_of(six, two, WireAxes(3, false))), (std::vector<double>{1, 2, 3}))
       << "no more than asked for";
   EXPECT_TRUE(axes_of(six, two, WireAxes(9, false)).empty()) << "none where it has fewer";
