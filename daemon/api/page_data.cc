@@ -15,7 +15,7 @@
 #include "calib/model/units.h"
 #include "calib/plan/bodies.h"
 #include "calib/plan/surroundings.h"
-#include "calib/result/finding.h"
+#include "calib/result/finding_phrase.h"
 #include "daemon/api/handlers.h"
 #include "daemon/result/outcome_json.h"
 #include "daemon/tasks/options.h"
@@ -98,9 +98,9 @@ std::optional<Response> Api::figures(const Call& call) {
   std::map<std::size_t, web::FigureOfTouch> made;
   for (const auto& touch : service_.made(record.id))
     made[touch->index] = {touch->residual_m, touch->u95_m};
-  return Response{.body = web::figures_to_json(record, cell_of(record.inputs),
-                                               journal_.touches(record.id),
-                                               calibration ? &*calibration : nullptr, made)};
+  return Response{.body = web::figures_to_json(
+                      record, cell_of(record.inputs), journal_.touches(record.id),
+                      calibration ? &*calibration : nullptr, made, language_in(call.request))};
 }
 
 }  // namespace cellcal::daemon
@@ -203,7 +203,8 @@ json parts_to_json(const std::vector<calib::FindingPart>& parts) {
   return list;
 }
 
-json findings_to_json(const std::vector<calib::Finding>& findings) {
+json findings_to_json(const std::vector<calib::Finding>& findings,
+                      const calib::Language& language) {
   json list = json::array();
   for (const calib::Finding& finding : findings)
     list.push_back(
@@ -213,16 +214,16 @@ json findings_to_json(const std::vector<calib::Finding>& findings) {
          {"about", about_to_json(finding.about)},
          {"evidence", evidence_to_json(finding.evidence)},
          {"parts", parts_to_json(finding.parts)},
-         {"words", calib::words(finding)}});
+         {"words", calib::words(calib::phrase(finding), language)}});
   return list;
 }
 
-json result_to_json(const calib::Calibration& found) {
+json result_to_json(const calib::Calibration& found, const calib::Language& language) {
   // Files of an earlier version contain the value predicted from the tolerances there, and no U.
   const bool stated = found.nominal_workspace_u_m > 0.0;
   return {{"publish", found.verdict.publish()},
           {"scope", found.verdict.workspace ? "workspace" : "near targets"},
-          {"findings", findings_to_json(found.verdict.findings)},
+          {"findings", findings_to_json(found.verdict.findings, language)},
           {"before", summary(found.before)},
           {"after", summary(found.after)},
           {"check", summary(found.check)},
@@ -241,7 +242,8 @@ std::optional<double> residual_m(const calib::Calibration& calibration, const ca
 std::string figures_to_json(const SessionRecord& record, const calib::Cell& cell,
                             const std::vector<calib::Touch>& touches,
                             const calib::Calibration* calibration,
-                            const std::map<std::size_t, FigureOfTouch>& made) {
+                            const std::map<std::size_t, FigureOfTouch>& made,
+                            const calib::Language& language) {
   const calib::ArmModel nominal(cell);
   std::optional<FoundArm> found;
   if (calibration != nullptr) found.emplace(*calibration);
@@ -253,7 +255,8 @@ std::string figures_to_json(const SessionRecord& record, const calib::Cell& cell
                {"state", to_string(record.state)},
                {"outcome", outcome_with_words(record.outcome)},
                {"touches", std::move(list)},
-               {"result", calibration == nullptr ? json(nullptr) : result_to_json(*calibration)}});
+               {"result",
+                calibration == nullptr ? json(nullptr) : result_to_json(*calibration, language)}});
 }
 
 namespace {

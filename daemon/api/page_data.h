@@ -16,6 +16,7 @@
 #include "calib/model/touch.h"
 #include "calib/plan/planned_touch.h"
 #include "calib/result/calibration.h"
+#include "calib/words/phrase.h"
 #include "daemon/archive/drift_watch.h"
 #include "daemon/controller/advice_publisher.h"
 #include "daemon/journal/journal.h"
@@ -32,10 +33,12 @@ struct FigureOfTouch {
 };
 
 /// `calibration`: null without one; the residuals are then the unsigned ones of `made`, by touch number.
+/// `language`: of the findings' words.
 std::string figures_to_json(const SessionRecord& record, const calib::Cell& cell,
                             const std::vector<calib::Touch>& touches,
                             const calib::Calibration* calibration,
-                            const std::map<std::size_t, FigureOfTouch>& made = {});
+                            const std::map<std::size_t, FigureOfTouch>& made = {},
+                            const calib::Language& language = {});
 
 // Data of a 3D view of the cell, which lets the page move the arm by its joint angles.
 //

@@ -2,9 +2,9 @@
 // texts are truncated to bounded sizes. Null where the whole object is unusable.
 
 import {
-  ARM_MOTIONS, ADVICE, CAUSES, CHANGES, CHECKS, DRIFT_STATES, EVIDENCE, FAILURES, FINDINGS, HOLDINGS, KINDS, MODES, NOT_AS_STATED, OUTCOMES, PHASES, PROPOSALS, STATES, STEPS,
-  type AdviceStatus, type Comparison, type ContactLink, type ControlLimits, type Doctor, type DriftChart, type DriftNotHeld, type DriftPoint, type DriftRow, type DriftSeen, type DriftTrend, type FailureKind, type Figures, type Finding, type FindingKind, type FoundSphere, type Outcome, type OutcomeChange, type FindingPart, type Frame, type Joint, type Kind, type Phase,
-  type PlannedTouch, type Point, type Proposal, type ProposalsSeen, type Quantity, type Result, type RobotLink, type Readiness, type RobotPosture, type Role,
+  ARM_MOTIONS, ADVICE, CHANGES, CHECKS, DRIFT_STATES, FAILURES, HOLDINGS, KINDS, MODES, NOT_AS_STATED, OUTCOMES, PHASES, PROPOSALS, STATES, STEPS,
+  type AdviceStatus, type Comparison, type ContactLink, type ControlLimits, type Doctor, type DriftChart, type DriftNotHeld, type DriftPoint, type DriftRow, type DriftSeen, type DriftTrend, type FailureKind, type Figures, type Finding, type FoundSphere, type Outcome, type OutcomeChange, type Frame, type Joint, type Kind, type Phase,
+  type PlannedTouch, type Point, type Proposal, type ProposalsSeen, type Result, type RobotLink, type Readiness, type RobotPosture, type Role,
   type Scene, type SceneTarget, type SessionRow, type Schedule, type SessionState, type Solid, type Standing, type Status, type StepSeen,
   type Summary, type Touch, type TouchSet, type Version,
 } from "./types";
@@ -244,17 +244,6 @@ function summary(value: unknown): Summary {
   return { touches: count(all.touches), meanMm: number(all.mean_mm), maxMm: number(all.max_mm) };
 }
 
-/** A numeric value of a known key; flags are ignored. */
-function quantity(value: unknown): Quantity | null {
-  const all = fields(value);
-  const name = EVIDENCE.find((one) => one === all?.name), of = number(all?.value);
-  return name && of !== null ? { name, value: of, unit: words(all?.unit), sigma: number(all?.sigma) ?? 0 } : null;
-}
-function finding_part(value: unknown): FindingPart {
-  const all = fields(value), about = fields(all?.about);
-  return { name: words(about?.name), touch: number(about?.touch), evidence: known(list(all?.evidence).map(quantity)) };
-}
-
 function result(value: unknown): Result | null {
   const all = fields(value);
   if (!all) return null;
@@ -263,11 +252,7 @@ function result(value: unknown): Result | null {
     publish: all.publish === true,
     scope: all.scope === "workspace" ? "workspace" : "near targets",
     findings: list(all.findings).map((one) => ({
-      ...finding_part(one),
-      kind: one_of(fields(one)?.kind, FINDINGS) as FindingKind,
       severity: severities.find((name) => name === fields(one)?.severity) ?? "informs",
-      cause: CAUSES.find((name) => name === fields(one)?.cause) ?? null,
-      parts: list(fields(one)?.parts).map(finding_part),
       words: words(fields(one)?.words),
     })),
     before: summary(all.before), after: summary(all.after), check: summary(all.check),

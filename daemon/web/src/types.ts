@@ -202,53 +202,9 @@ export interface Summary {
   maxMm: number | null;
 }
 
-/** Findings of a verdict (calib/result/finding.h). */
-export const FINDINGS = [
-  "touch_scatter", "duplicate_touches", "many_outliers", "outliers_of_target", "check_touches",
-  "gross_check_touches", "no_check_touches", "unseen_place", "unseen_not_judged", "temperature",
-  "model_error", "too_few_touches", "rank", "too_few_directions", "all_left_out", "not_touched",
-  "certified_length", "certified_twice", "artefact_size", "stated_centre", "exchanged_centres",
-  "negative_compliance", "arm_scale", "off_nominal", "effective_radius", "scale_by_lengths",
-  "scale_by_readings", "scale_by_nothing", "scope_of_touches", "unchecked_readings", "unchecked_lengths", "unchecked_length", "unchecked_touch",
-  "required", "no_gain", "gain", "controller_model", "changed", "change_accepted", "unchanged", "not_compared",
-  "updated", "update_not_needed", "update_contradicted", "update_not_resolved", "update_not_found", "update_too_few",
-  "not_identified", "likely_cause", "moved_target", "jumped", "still_with_model_error", "reference_method",
-  "recorded",
-] as const;
-export type FindingKind = (typeof FINDINGS)[number] | "unknown";
-
-/** Mistakes that explain a withheld result (calib/result/likely_cause.h). */
-export const CAUSES = [
-  "radians", "axis_sign", "mastering", "exchanged_columns", "target_names", "scattered_touches", "readings_unit",
-  "readings_handedness", "moved", "tool_unit", "tool_tip", "dimension", "other_robot", "axis_convention", "gravity",
-  "all_diameters", "diameter", "artefact_size", "certified_length", "exchanged_lengths", "lengths_of_target", "all_lengths",
-  "stated_centre", "all_centres",
-] as const;
-/** Known numeric values of findings; others appear in the sentence only. */
-export const EVIDENCE = [
-  "scatter", "stated", "off", "apart", "certified", "certified_again", "measured", "longer", "predicted", "nominal", "nominal_u", "tolerated", "of_nominal",
-  "required", "unseen", "rms", "sigma", "noise", "reach", "value", "below_zero", "expected", "coldest", "hottest", "shift", "turn",
-  "growth", "reached", "before", "largest", "add", "d_mm", "a_mm", "farthest", "ratio", "outliers", "duplicates", "allowed",
-  "determined", "directions", "degrees_of_freedom", "tolerances", "met", "together", "usual_touches", "usual_checks", "touches",
-  "difference", "postures",
-] as const;
-export interface Quantity {
-  name: (typeof EVIDENCE)[number];
-  value: number;
-  unit: string;
-  sigma: number;
-}
-export interface FindingPart {
-  name: string;
-  /** Counted from 1. */
-  touch: number | null;
-  evidence: Quantity[];
-}
-export interface VerdictFinding extends FindingPart {
-  kind: FindingKind;
+/** In the language of the request. */
+export interface VerdictFinding {
   severity: "withholds" | "warns" | "informs";
-  cause: (typeof CAUSES)[number] | null;
-  parts: FindingPart[];
   words: string;
 }
 

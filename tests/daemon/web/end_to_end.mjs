@@ -567,8 +567,8 @@ const steps = {
     await page.getByLabel("Farben").selectOption("dark");
     await picture("german-1280-dark", page);
     const result = page.locator("section", { has: page.locator("#result-title") });
-    await result.locator(".evidence").getByText("übliche Antastungen").waitFor(LONG);
-    assert.equal(await result.getByText("Now calibrate with").isVisible(), false, "English is one click away");
+    await result.getByText(/Jetzt mit \d+ Antastungen und \d+ zur Kontrolle kalibrieren/).waitFor(LONG);
+    assert.equal(await result.getByText("Now calibrate with").count(), 0, "no finding stays in English");
     await result.screenshot({ path: "screenshots/german-findings-dark.png" });
     await page.getByRole("button", { name: /Zelle hier/ }).first().click();
     await page.locator("dialog fieldset").first().waitFor(LONG);

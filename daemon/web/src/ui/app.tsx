@@ -78,7 +78,7 @@ export function App() {
   const may = idle && me !== null && me !== "look";
 
   const shown = chosen ?? (status?.phase === "done" ? session : null);
-  const figures = useFetched(shown === null || asked === null ? null : `/v1/sessions/${shown}/figures`, ended, decode.figures);
+  const figures = useFetched(shown === null || asked === null ? null : `/v1/sessions/${shown}/figures?language=${language}`, ended, decode.figures);
 
   const file = (status?.session ? sessions?.find((one) => one.id === status.session)?.cell : "") || readiness?.cell || sessions?.[0]?.cell || "";
   const cell = cell_name(file), robot = scene?.robot || readiness?.robot || "";

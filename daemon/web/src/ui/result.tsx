@@ -1,6 +1,6 @@
 // Result of a session: verdict, figures, findings, files.
 
-import type { Figures, FindingPart, Result, Summary, VerdictFinding } from "../types";
+import type { Figures, Result, Summary } from "../types";
 import { useVoice } from "./context";
 import { OutcomeDetails, OutcomeLine } from "./outcome";
 
@@ -23,7 +23,7 @@ export function ResultPanel({ figures }: { figures: Figures }) {
 }
 
 function Findings({ result }: { result: Result }) {
-  const { say, fmt, language } = useVoice();
+  const { say, fmt } = useVoice();
   const rows = (["before", "after", "check"] as const).filter((one) => result[one].touches > 0);
   return (
     <>
@@ -44,35 +44,13 @@ function Findings({ result }: { result: Result }) {
           {result.findings.map((finding, i) => (
             <li key={i} data-severity={finding.severity}>
               <span class="badge" data-good={finding.severity === "informs"}>{say(`severity.${finding.severity}`)}</span>{" "}
-              {/* In English the daemon's own sentence is complete. */}
-              {language === "en" ? finding.words : <Told finding={finding} />}
+              {finding.words}
             </li>
           ))}
         </ul>
       </details>
     </>
   );
-}
-
-/** A finding shown by its values only: for languages without sentences from the daemon. */
-function Told({ finding }: { finding: VerdictFinding }) {
-  const { say } = useVoice();
-  return (
-    <>
-      <strong>{say(finding.cause === null ? `finding.${finding.kind}` : `cause.${finding.cause}`)}</strong>
-      <Evidence part={finding} />
-      {finding.parts.map((part, i) => <Evidence key={i} part={part} />)}
-      <details class="original"><summary>{say("finding.original")}</summary><span lang="en">{finding.words}</span></details>
-    </>
-  );
-}
-
-function Evidence({ part }: { part: FindingPart }) {
-  const { say, fmt } = useVoice();
-  const about = [part.name, ...(part.touch === null ? [] : [say("finding.touch", { n: part.touch })])].filter((one) => one !== "");
-  const values = part.evidence.map((one) => `${say(`evidence.${one.name}`)} ${fmt.quantity(one.value, one.unit, one.sigma)}`);
-  if (about.length + values.length === 0) return null;
-  return <div class="evidence">{[about.join(", "), values.join(" · ")].filter((one) => one !== "").join(": ")}</div>;
 }
 
 function Row({ name, of }: { name: string; of: Summary }) {
