@@ -7,7 +7,7 @@
 #include "calib/files/calibration_json.h"
 #include "calib/model/units.h"
 #include "calib/result/drift_chart.h"
-#include "calib/result/finding.h"
+#include "calib/result/finding_phrase.h"
 #include "daemon/archive/drift_watch.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/result/outcome_json.h"
@@ -52,14 +52,18 @@ void add_outcome(Notice& notice, const SessionOutcome& outcome) {
   notice.outcome = to_string(outcome.kind);
   notice.news = news_of(outcome.kind);
   // A calibration has findings of its own.
-  if (!published(outcome)) notice.findings = words(outcome);
+  if (published(outcome)) return;
+  const std::vector<std::string> reasons = words(outcome);
+  notice.findings.assign(reasons.begin(), reasons.end());
 }
 
 void add_figures(Notice& notice, const std::string& json) {
   const calib::Calibration result = calib::calibration_from_json(json, "the journal");
   notice.near_m = result.predicted_near_targets_m;
   notice.over_m = result.predicted_workspace_m;
-  notice.findings = calib::words(result.verdict.findings);
+  notice.findings.clear();
+  for (const calib::Finding& finding : result.verdict.findings)
+    notice.findings.push_back(calib::phrase(finding));
   if (indicates_change(result.verdict))
     notice.news = News::kDrifted;
   else if (notice.outcome.empty())  // no outcome recorded
@@ -117,7 +121,7 @@ Notice news_of(const Status& status, Journal& journal) {
   notice.kind = status.kind;
   notice.touches = status.done;
   notice.failure = status.failure;
-  notice.findings = status.reasons;
+  notice.findings.assign(status.reasons.begin(), status.reasons.end());
   notice.news = status.phase == Phase::kDone      ? News::kDone
                 : status.phase == Phase::kAborted ? News::kAborted
                                                   : News::kFailed;
@@ -191,7 +195,7 @@ void add_session(Lines& lines, const Notice& notice) {
   lines.add({"say.notice.time", {{"begin", notice.started}, {"end", notice.ended}}});
   if (notice.near_m) lines.add({"say.notice.near", {{"mm", *notice.near_m * calib::kMmPerM}}});
   if (notice.over_m) lines.add({"say.notice.over", {{"mm", *notice.over_m * calib::kMmPerM}}});
-  for (const std::string& one : notice.findings)
+  for (const calib::Phrase& one : notice.findings)
     lines.add({"say.notice.finding", {{"words", one}}});
   const bool ended = notice.news == News::kDone || notice.news == News::kWithheld ||
                      notice.news == News::kDrifted || notice.news == News::kUndecided ||
@@ -233,6 +237,8 @@ Message compose(const Notice& notice, const calib::Language& language, const std
   if (!notice.why.empty()) lines.add({"say.notice.evidence", {{"words", notice.why}}});
   lines.body += "\n";
   lines.add({"say.notice.sender", {{"host", host}}});
+  json findings = json::array();
+  for (const calib::Phrase& one : notice.findings) findings.push_back(calib::words(one));
   const json failure = notice.failure ? json{{"kind", to_string(notice.failure->kind)},
                                              {"detail", notice.failure->detail}}
                                       : json(nullptr);
@@ -248,7 +254,7 @@ Message compose(const Notice& notice, const calib::Language& language, const std
                    {"touches", notice.touches},
                    {"outcome", notice.outcome.empty() ? json(nullptr) : json(notice.outcome)},
                    {"failure", failure},
-                   {"findings", notice.findings},
+                   {"findings", std::move(findings)},
                    {"predicted_near_targets_mm", or_null(notice.near_m, calib::kMmPerM)},
                    {"predicted_workspace_mm", or_null(notice.over_m, calib::kMmPerM)},
                    {"entry", notice.entry},

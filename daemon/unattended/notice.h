@@ -39,8 +39,8 @@ struct Notice {
   std::string kind, cell, started, ended;
   std::size_t touches = 0;
   std::optional<Failure> failure;
-  std::string outcome;                ///< to_string(OutcomeKind); empty: none
-  std::vector<std::string> findings;  ///< of the verdict, in English
+  std::string outcome;                  ///< to_string(OutcomeKind); empty: none
+  std::vector<calib::Phrase> findings;  ///< of the verdict; what is text already, in English
   std::optional<double> near_m,
       over_m;                     ///< predicted mean error: near the targets, over the workspace
   bool by_chart = false;          ///< kDrifted or kRecovered by the control chart alone

@@ -42,6 +42,17 @@ TEST(a_message, says_what_happened_what_to_do_and_the_evidence_in_the_language_t
   EXPECT_EQ(compose(failed(), Language(), "c").subject, "Session 7: failed");
 }
 
+TEST(a_message, has_findings_in_its_language_and_posts_them_in_english) {
+  Notice notice = failed();
+  notice.findings = {{"say.finding.update_too_few", {{"touches", 3.0}}}, "a reader's own words"};
+  const Message german = compose(notice, kGerman, "c");
+  EXPECT_NE(german.body.find("Befund: 3 Antastungen sind zu wenige"), std::string::npos);
+  EXPECT_NE(german.body.find("Befund: a reader's own words"), std::string::npos);
+  const auto posted = nlohmann::json::parse(german.json).at("findings");
+  ASSERT_EQ(posted.size(), 2U);
+  EXPECT_TRUE(posted[0].get<std::string>().starts_with("3 touches are too few")) << posted[0];
+}
+
 TEST(a_message, of_every_kind_is_written_in_both_languages_and_forges_no_line) {
   for (const News news : kAllNews) {
     for (const Language& language : {Language(), kGerman}) {

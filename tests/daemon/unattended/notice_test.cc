@@ -49,8 +49,9 @@ TEST_F(news_of_a_session, are_of_a_check_that_the_calibration_holds_or_what_chan
   const Notice failed = news_of(status, journal);
   EXPECT_EQ(failed.news, News::kDrifted);
   ASSERT_EQ(failed.findings.size(), 2U);
-  EXPECT_EQ(failed.findings[0], "calibration does not hold: TCP shift 0.31 +- 0.05 mm (k=2)");
-  EXPECT_TRUE(failed.findings[1].starts_with("probe shifted by 0.31")) << failed.findings[1];
+  EXPECT_EQ(calib::words(failed.findings[0]),
+            "calibration does not hold: TCP shift 0.31 +- 0.05 mm (k=2)");
+  EXPECT_TRUE(calib::words(failed.findings[1]).starts_with("probe shifted by 0.31"));
 }
 
 TEST_F(news_of_a_session, are_known_before_its_end_is_on_disk_with_why_it_failed) {
