@@ -227,7 +227,7 @@ CellForm Api::unfinished_form(const Call& call) {
 std::optional<Response> Api::draw_cell_form(const Call& call) {
   return cell_act([&] {
     const calib::Cell cell = sketch_of(unfinished_form(call));
-    const json joints = web::degrees(calib::middle_posture(cell.robot));
+    const json joints = web::shown_joints(calib::middle_posture(cell.robot), cell.robot);
     return Response{.body = "{\"joints_deg\":" + dump(joints) +
                             ",\"scene\":" + web::scene_to_json(0, cell) + "}"};
   });

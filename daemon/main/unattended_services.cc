@@ -59,7 +59,7 @@ void drop_old(SessionService& service, Journal& journal, const DaemonConfig& con
 }
 
 Report alarm_of(const Notice& notice, const std::string& host) {
-  const Message words = compose(notice, Language::kEnglish, host);
+  const Message words = compose(notice, calib::Language(), host);
   return plant::report_of(plant::AlarmFact{to_string(notice.news), words.subject, words.body});
 }
 

@@ -134,7 +134,7 @@ TEST(AControllersModel, IsNotDecidedByPosturesThatAToolOrBaseExplains) {
   const auto one = compare_controller_model(kr5(), stated(arc, postures(1)), kFlangeAndWorld);
   EXPECT_EQ(one.outcome, Outcome::kUndecided);
   EXPECT_GT(one.worst_m, 10e-3) << "as configured";
-  EXPECT_NE(words(one, kr5()).find("$ROBROOT"), std::string::npos);
+  EXPECT_NE(words(phrase(one, kr5())).find("$ROBROOT"), std::string::npos);
   const auto unknown = compare_controller_model(kr5(), stated(arc, postures(1)), StatedFrames{});
   EXPECT_EQ(unknown.outcome, Outcome::kUndecided);
   EXPECT_EQ(unknown.worst_m, 0.0);
