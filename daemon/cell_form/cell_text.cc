@@ -183,6 +183,12 @@ constexpr const char* kRest = R"(
 #sensor = "cellcal contact board"
 #sensor_serial = "7"
 
+# What the tool may hold; touches name it in their column "load", 'cellcal predict' by --load:
+#[[load]]
+#id = "full"
+#mass_kg = 8.0
+#com_mm = [0.0, 0.0, 150.0]           # from the flange, as LOAD_DATA
+
 # What must not be hit, besides targets, stands and floor: [[obstacle]]. Everything that is not here can be hit.
 # Examples:
 #[[obstacle]]

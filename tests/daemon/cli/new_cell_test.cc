@@ -100,6 +100,7 @@ Keys keys_of_the_reader(const CellForm& form) {
   add("tool", top + "[[tool]]\nid = \"a\"\nxyz_mm = [1, 2, 3]\n" + x + sphere + touch);
   add("touch", whole + x);
   add("identity", whole + "[identity]\n" + x);
+  add("load", whole + "[[load]]\nid = \"l\"\nmass_kg = 1\ncom_mm = [0, 0, 1]\n" + x);
   add("length", whole + "[[length]]\nbetween = [\"S\", \"T\"]\nmm = 9\nsigma_mm = 1\n" + x);
   for (const char* kind :
        {"sphere\"\ndiameter_mm = 9", "wire\"", "plane\"", "point\"", "tracker\""})
