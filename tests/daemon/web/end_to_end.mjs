@@ -365,7 +365,6 @@ const steps = {
       doing: /Touch \d+ of \d+ on S\d|Choosing the next touch|Planning a collision-free path/, long: /\d+ of \d+ touches .*Time left \d+ (s|min)/,
       wrong: /Not calibrated/, todo: /Wait for the session/, near: /Keep out: (the arm moves|a session runs)/,
     });
-    await pictures(page, "running");
   },
 
   async "keeps the residuals of its touches when it is reloaded in mid-session"() {
@@ -487,6 +486,9 @@ const steps = {
     assert.equal(await page.getByLabel("Kind").inputValue(), "check");
     assert.equal(await page.locator("dialog").getByLabel("Cell file").inputValue(), process.env.CELL);
     await page.keyboard.press("Escape");
+    await show(calibrated({}), { ...idle, phase: "transit", running: true, touches: 5, time_left_s: 95, u95_mm: 0.312, goal_mm: 0.05,
+                                 arm: { motion: "moving", packet_age_s: 0.1 } });
+    await pictures(page, "running"); // a real one would be over by then
     await show(calibrated({}), { ...idle, phase: "recovering", running: true, touches: 5, time_left_s: 95, u95_mm: 0.312, goal_mm: 0.05,
                                  busy_left_s: 42, arm: { motion: "at rest", packet_age_s: 0.1 } });
     await answers(page, "paused", {
@@ -496,7 +498,7 @@ const steps = {
     await abort_is(page, "large");
     await pictures(page, "paused");
     // After five of its touches: the cell is drawn with the way to the others.
-    await page.route("**/figures", async (route) => {
+    await page.route("**/figures*", async (route) => {
       const figures = await (await route.fetch()).json();
       await route.fulfill({ json: { ...figures, touches: figures.touches.slice(0, 5) } });
     });
