@@ -51,6 +51,16 @@ struct supervisor : ::testing::Test {
     for (int i = 0; i < 2000 && shared->begun < begun; ++i) std::this_thread::sleep_for(5ms);
     ASSERT_GE(shared->begun.load(), begun);
   }
+  /// Until it has seen the end of its work.
+  static void wait_without_children(pid_t process) {
+    const std::string task = std::to_string(process);
+    for (int i = 0; i < 2000; ++i) {
+      std::ifstream children("/proc/" + task + "/task/" + task + "/children");
+      if (std::string one; !(children >> one)) return;
+      std::this_thread::sleep_for(5ms);
+    }
+    FAIL() << "its work does not end";
+  }
 
   Shared* shared;
 };
@@ -95,6 +105,7 @@ TEST_F(supervisor, ends_while_it_waits_to_begin_again) {
           return 1;
         }));
   wait_for(1);
+  wait_without_children(process);
   ::kill(process, SIGTERM);
   EXPECT_EQ(end_of(process), 0);
 }
