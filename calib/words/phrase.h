@@ -35,10 +35,16 @@ struct PhraseValue;
 /// What no catalogue has as an id, e.g. the text of a device or of a parser, stands for itself.
 class Phrase {
  public:
-  Phrase() = default;
-  Phrase(std::string id) : id_(std::move(id)) {}  // NOLINT: text is a phrase
-  Phrase(const char* id) : id_(id) {}             // NOLINT
+  // Defined where PhraseValue is complete.
+  Phrase();
+  Phrase(std::string id);  // NOLINT: text is a phrase
+  Phrase(const char* id);  // NOLINT
   Phrase(std::string id, std::vector<PhraseValue> values);
+  Phrase(const Phrase&);
+  Phrase(Phrase&&) noexcept;
+  Phrase& operator=(const Phrase&);
+  Phrase& operator=(Phrase&&) noexcept;
+  ~Phrase();
 
   const std::string& id() const { return id_; }
   const std::vector<PhraseValue>& values() const { return values_; }
@@ -60,7 +66,7 @@ struct PhraseValue {
   PhraseValue(std::string its_name, Phrase phrase)
       : name(std::move(its_name)), value(std::move(phrase)) {}
 
-  bool operator==(const PhraseValue&) const = default;
+  bool operator==(const PhraseValue&) const;
 
   std::string name;
   std::variant<double, std::int64_t, Phrase> value;
