@@ -32,7 +32,7 @@ class Language {
 
 struct PhraseValue;
 
-/// What no catalogue has as an id, e.g. the text of a device or of a parser, stands for itself.
+/// An id that no catalogue has, e.g. the text of a device or of a parser, is shown unchanged.
 class Phrase {
  public:
   // Defined where PhraseValue is complete.

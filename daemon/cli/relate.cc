@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -137,7 +138,10 @@ std::string words_of(const calib::RelatedSphere& one) {
 }
 
 std::string report(const calib::BaseRelation& found) {
-  const calib::FrameMmDeg f = calib::to_frame(found.second_in_first);
+  calib::FrameMmDeg f = calib::to_frame(found.second_in_first);
+  // Below the printed digits: no "-0.0000".
+  for (double& mm : f.xyz_mm) mm = std::abs(mm) < 0.5e-4 ? 0.0 : mm;
+  for (double& deg : f.abc_deg) deg = std::abs(deg) < 0.5e-5 ? 0.0 : deg;
   const Eigen::Vector<double, 6> u = 2.0 * found.covariance.diagonal().cwiseSqrt();
   std::string text = fmt::format(
       "base of the second arm in the base of the first, both as calibrated (as $ROBROOT: R = Rz(A) Ry(B) Rx(C)):\n"

@@ -3,13 +3,11 @@
 #include "daemon/doctor/wires.h"
 
 #include <fmt/chrono.h>
-#include <fmt/format.h>
 
 #include <array>
 #include <chrono>
 #include <cmath>
 #include <ctime>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <thread>
 

@@ -69,13 +69,19 @@ struct Words {
                        name(c.axis), c.target_deg, c.limit_deg, fmt::arg("unit", unit(c.axis)));
   }
   std::string operator()(const cause::CorrectionLimit& c) const {
+    // No key sets a linear unit's: over RSI it is refused on a real controller.
+    const std::string raise =
+        c.axis.linear ? ""
+                      : fmt::format(
+                            ", or raise correction_limit_deg, make the controller's files "
+                            "again (kuka-files: {}AXISCORRMON), copy them to the "
+                            "controller and cold-start it",
+                            result.in_space ? "" : "AXISCORR, ");
     return fmt::format(
         "{}{}: correction {:.4f} {unit}, limit +-{:.4f} {unit}. Begin the session nearer to the "
-        "target, or raise correction_limit_{key}, make the controller's files again "
-        "(kuka-files: {}AXISCORRMON), copy them to the controller and cold-start it",
-        point(c.via), name(c.axis), c.correction_deg, c.limit_deg,
-        result.in_space ? "" : "AXISCORR, ", fmt::arg("unit", unit(c.axis)),
-        fmt::arg("key", c.axis.linear ? "external_mm" : "deg"));
+        "target{}",
+        point(c.via), name(c.axis), c.correction_deg, c.limit_deg, raise,
+        fmt::arg("unit", unit(c.axis)));
   }
   std::string operator()(const cause::ShiftLimit& c) const {
     return fmt::format(

@@ -1,4 +1,4 @@
-// Digital Calibration Certificates as the issuers write them, and as nobody should.
+// Digital Calibration Certificates as laboratories write them, and malformed ones.
 
 #include "daemon/cell_form/dcc_reading.h"
 

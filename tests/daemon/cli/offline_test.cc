@@ -466,11 +466,9 @@ Outcome with_xacro(const TemporaryDirectory& dir, const std::string& script,
   std::filesystem::create_directories(dir / "bin");
   std::ofstream(dir / "bin/xacro") << "#!/bin/sh\n" << script;
   std::filesystem::permissions(dir / "bin/xacro", std::filesystem::perms::owner_all);
-  std::vector<std::string> words{
-      "/usr/bin/env", "PATH=" + (dir / "bin").string() + ":/usr/bin:/bin",
-      CELLCAL,        "import-robot",
-      "--urdf",       dir / "r.xacro",
-      "-o",           dir / "r.toml"};
+  const std::string path = "PATH=" + (dir / "bin").string() + ":/usr/bin:/bin";
+  std::vector<std::string> words{"/usr/bin/env",  path, CELLCAL,       "import-robot", "--urdf",
+                                 dir / "r.xacro", "-o", dir / "r.toml"};
   words.insert(words.end(), more.begin(), more.end());
   return run_program(words);
 }
