@@ -20,7 +20,7 @@ struct Predictor::Impl {
       : arm(levelled),
         x(arm_values(arm, c)),
         sigma(arm_covariance(arm, c)),
-        bound(arm, x, sigma, c.level.ripple_rad, c.discrepancy.sigma_m) {}
+        bound(arm, x, sigma, c.level.ripple_rad, c.discrepancy.sigma_m, c.region) {}
 };
 
 Predictor::Predictor(const Calibration& calibration)
@@ -83,10 +83,12 @@ struct Region {
   Eigen::MatrixXd taken_up;  ///< 6 x parameters
 };
 
-/// All poses, and the lower and the upper half of them by each coordinate.
-std::vector<Region> regions_of(const Eigen::Matrix3Xd& tips) {
+/// All poses, and, where the base is measured in any of them, the lower and the upper half of them by
+/// each coordinate.
+std::vector<Region> regions_of(const Eigen::Matrix3Xd& tips, bool halves) {
   std::vector<Region> regions(1);
   for (Eigen::Index k = 0; k < tips.cols(); ++k) regions[0].poses.push_back(k);
+  if (!halves) return regions;
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<Eigen::Index> order = regions[0].poses;
     std::sort(order.begin(), order.end(),
@@ -122,13 +124,15 @@ double radius_95(const Eigen::Matrix3d& c) {
 }
 
 PositionBound::PositionBound(const ArmModel& arm, const Eigen::VectorXd& x,
-                             Eigen::MatrixXd covariance, double ripple_rad, double field_m)
+                             Eigen::MatrixXd covariance, double ripple_rad, double field_m,
+                             const std::vector<JointVector>& measured)
     : arm_(arm),
       x_(x),
       covariance_(std::move(covariance)),
       ripple_rad_(ripple_rad),
       field_m_(field_m) {
-  const auto poses = workspace_poses(arm, kPoses, kRegionSeed);
+  const auto poses = measured.empty() ? workspace_poses(arm, kPoses, kRegionSeed)
+                                      : poses_between(measured, kPoses, kRegionSeed);
   const auto count = static_cast<Eigen::Index>(poses.size());
   constexpr Eigen::Index kEnough = 6;  // each half has three points, which fix a rigid body
   taken_up_ = Eigen::MatrixXd::Zero(6, arm.size());
@@ -142,7 +146,7 @@ PositionBound::PositionBound(const ArmModel& arm, const Eigen::VectorXd& x,
   }
   const Eigen::MatrixXd root = root_of(covariance_);
   const Eigen::MatrixXd spread = moves * root;
-  std::vector<Region> regions = regions_of(tips);
+  std::vector<Region> regions = regions_of(tips, measured.empty());
   for (Region& region : regions) {
     const Eigen::MatrixXd its_rigid = rows_of(rigid, region.poses);
     region.taken_up = least_squares(its_rigid, rows_of(moves, region.poses));

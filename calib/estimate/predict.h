@@ -45,7 +45,8 @@ class Predictor {
 // can absorb is therefore removed. The region where the base is measured is unknown: the whole
 // workspace, or its left, right, near, far, low or high half. The difference between these regions
 // counts as uncertainty too; without it an arm of unknown scale would appear exact in the middle of
-// the workspace.
+// the workspace. A tracker measures the base itself, over the postures that it saw: the bound grows
+// away from them.
 // The errors of one arm are correlated between poses: where the estimate is off, it is off at many
 // poses. The radii are therefore widened so that, with 98 % confidence, they contain the error at
 // 95 % of the poses where the base of the individual arm was measured, rather than at 95 % of all
@@ -59,9 +60,11 @@ class PositionBound {
  public:
   /// `x`, `covariance`: of the arm's parameters, SI. `ripple_rad`: noise of each joint, 1 sigma.
   /// `field_m`: model discrepancy (discrepancy.h), 1 sigma per component of the tip position. Keeps
-  /// a reference to `arm`.
+  /// a reference to `arm`. `measured`: postures that span where the base was measured
+  /// (Calibration::region); empty: the workspace, or a half of it.
   PositionBound(const ArmModel& arm, const Eigen::VectorXd& x, Eigen::MatrixXd covariance,
-                double ripple_rad, double field_m = 0.0);
+                double ripple_rad, double field_m = 0.0,
+                const std::vector<JointVector>& measured = {});
 
   /// u95 [m] at a pose with the given tip and its derivative by the parameters (3 x parameters).
   double u95_m(std::span<const double> joint_rad, const Eigen::Vector3d& tip,

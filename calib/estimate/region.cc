@@ -67,6 +67,37 @@ std::vector<JointVector> local_poses(const ArmModel& arm, const std::vector<Join
   return poses;
 }
 
+std::vector<JointVector> tracker_region(const Cell& cell, std::span<const Touch> touches,
+                                        const std::vector<bool>& use) {
+  constexpr std::size_t kMost = 60;
+  std::vector<JointVector> all;
+  for (std::size_t i = 0; i < touches.size(); ++i) {
+    const Touch& touch = touches[i];
+    if (touch.set != TouchSet::kFit || (!use.empty() && !use[i])) continue;
+    if (cell.targets[cell.target_index(touch.target)].kind != TargetKind::kTracker) return {};
+    all.push_back(touch.joint_rad);
+  }
+  if (all.size() <= kMost) return all;
+  std::vector<JointVector> some;
+  for (std::size_t k = 0; k < kMost; ++k) some.push_back(std::move(all[k * all.size() / kMost]));
+  return some;
+}
+
+std::vector<JointVector> poses_between(const std::vector<JointVector>& postures, int count,
+                                       unsigned seed) {
+  std::vector<JointVector> poses;
+  if (postures.empty()) return poses;
+  Random random(seed);
+  while (static_cast<int>(poses.size()) < count) {
+    JointVector q = postures[random.below(postures.size())];
+    const JointVector& other = postures[random.below(postures.size())];
+    const double share = random.uniform();
+    for (std::size_t i = 0; i < q.size(); ++i) q[i] += share * (other[i] - q[i]);
+    poses.push_back(std::move(q));
+  }
+  return poses;
+}
+
 Eigen::Matrix<double, 3, 6> base_motion(const Eigen::Vector3d& p) {
   Eigen::Matrix<double, 3, 6> motion;
   motion.leftCols<3>().setIdentity();

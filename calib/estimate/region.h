@@ -2,10 +2,12 @@
 // Poses of the workspace, and TCP errors that a covariance predicts there.
 
 #include <Eigen/Core>
+#include <span>
 #include <vector>
 
 #include "calib/model/joint_vector.h"
 #include "calib/model/kinematics.h"
+#include "calib/model/touch.h"
 
 namespace cellcal::calib {
 
@@ -22,6 +24,15 @@ std::vector<JointVector> workspace_poses(const ArmModel& arm, int count, unsigne
 std::vector<JointVector> local_poses(const ArmModel& arm, const std::vector<JointVector>& around,
                                      const std::vector<Eigen::Vector3d>& centres_m, double half_m,
                                      int count, unsigned seed);
+
+/// Postures where trackers alone measured the arm: at most 60 of the fit touches, of those in `use`
+/// unless it is empty. None if a target of another kind was touched.
+std::vector<JointVector> tracker_region(const Cell& cell, std::span<const Touch> touches,
+                                        const std::vector<bool>& use = {});
+
+/// Random poses on the straight lines, in joint angles, between any two of the postures.
+std::vector<JointVector> poses_between(const std::vector<JointVector>& postures, int count,
+                                       unsigned seed);
 
 /// Motion of a point per metre of translation and radian of rotation of the base about its origin.
 Eigen::Matrix<double, 3, 6> base_motion(const Eigen::Vector3d& point_m);

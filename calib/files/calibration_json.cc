@@ -254,6 +254,33 @@ Field<C> predicted_field() {
        where<C>(sure, field("nominal_m3_u_mm", &C::nominal_workspace_u_m, nominal_mm))});
 }
 
+/// Postures as the controller shows them, in degrees, of a linear unit in mm.
+Field<C> region_field() {
+  const auto unit = [](const C& c, std::size_t joint) {
+    return c.cell.robot.joints[joint].is_prismatic() ? kMmPerM : kDegPerRad;
+  };
+  return group<C>("region",
+                  {{"postures",
+                    [=](const C& c) {
+                      Json all = Json::array();
+                      for (const JointVector& q : c.region) {
+                        Json& one = all.emplace_back(Json::array());
+                        for (std::size_t i = 0; i < q.size(); ++i) one.push_back(q[i] * unit(c, i));
+                      }
+                      return all;
+                    },
+                    [=](const JsonReader& r, C& c) {
+                      for (const JsonReader& posture : r.items()) {
+                        const auto values = posture.items();
+                        if (values.size() != c.cell.robot.joints.size())
+                          posture.fail("must have a value per joint of the robot");
+                        JointVector& q = c.region.emplace_back();
+                        for (const JsonReader& value : values)
+                          q.push_back(value.number() / unit(c, q.size()));
+                      }
+                    }}});
+}
+
 Field<C> touch_noise_field() {
   return group<C>("touch_noise",
                   joined({for_readers<C>("stated_mm",
@@ -300,6 +327,7 @@ Table<C> calibration_fields() {
       predicted_field(),
       where<C>([](const C& c) { return !c.uncertainty.empty(); },
                field("uncertainty", &C::uncertainty, list(object(uncertainty_fields())))),
+      where<C>([](const C& c) { return !c.region.empty(); }, region_field()),
       where<C>(with_discrepancy,
                field("discrepancy", &C::discrepancy, object(discrepancy_fields()))),
       optional(field("chi2", &C::chi2, not_negative())),

@@ -90,12 +90,13 @@ void fill_parameters(const Problem& problem, const Estimate& e, const FrameDirec
   }
 }
 
-std::vector<JointVector> poses_near_targets(const Problem& problem,
-                                            const std::vector<TargetResult>& targets, int count) {
+std::vector<JointVector> poses_near_targets(const Problem& problem, const Calibration& c,
+                                            int count) {
+  if (!c.region.empty()) return poses_between(c.region, count, kRegionSeed);
   std::vector<JointVector> around;
   for (const Touch& touch : problem.touches()) around.push_back(touch.joint_rad);
   std::vector<Eigen::Vector3d> centres;
-  for (const TargetResult& target : targets) {
+  for (const TargetResult& target : c.targets) {
     if (has_a_centre(target.kind) && target.kind != TargetKind::kWire) {
       centres.push_back(target.centre_m);
       continue;
@@ -247,7 +248,7 @@ void fill_accuracy(const Problem& problem, const Estimate& e, int region_poses, 
   c.nominal_near_targets_u_m = c.nominal_workspace_u_m;
   c.tolerated_near_targets_m = c.tolerated_workspace_m;
   c.unchecked_near_targets = c.unchecked_workspace;
-  const auto local = poses_near_targets(problem, c.targets, region_poses);
+  const auto local = poses_near_targets(problem, c, region_poses);
   if (local.size() < kFewestPoses) return;
   const Eigen::MatrixXd local_moves = accuracy.moves(local);
   c.predicted_near_targets_m = accuracy.predicted_m(local, local_moves);
@@ -426,6 +427,7 @@ Calibration not_identified(const Cell& cell, const std::vector<Touch>& touches,
 
   Calibration calibration;
   calibration.cell = cell;
+  calibration.region = tracker_region(cell, touches);
   calibration.level = options.level.value_or(ModelLevel{});
   calibration.level_reason = {LevelChoice::kNothingIdentified};
   const FrameDirections no_frame{Eigen::MatrixXd(problem.size(), 0), {}};
@@ -444,7 +446,7 @@ Calibration not_identified(const Cell& cell, const std::vector<Touch>& touches,
   calibration.predicted_workspace_m =
       predicted_m(workspace_poses(arm, options.region_poses, kRegionSeed));
   calibration.predicted_near_targets_m =
-      predicted_m(poses_near_targets(problem, calibration.targets, options.region_poses));
+      predicted_m(poses_near_targets(problem, calibration, options.region_poses));
   fill_residuals(problem, x, std::vector<bool>(touches.size(), false), calibration);
   Finding finding{FindingKind::kNotIdentified, Severity::kWithholds};
   finding.text = why;
@@ -480,6 +482,7 @@ Calibration identify_single_pass(const Cell& cell, const std::vector<Touch>& tou
     calibration.discrepancy.sigma_m =
         undetected_field_m(problem, e, likely->repeats, calibration.touch_noise_m);
   }
+  calibration.region = tracker_region(cell, touches, e.use);
   fill_accuracy(problem, e, options.region_poses, calibration);
   // Not with a discrepancy, for which they were sought before: the model error resembles moves and
   // jumps, and properties that a specified level omits resemble jumps.

@@ -407,6 +407,7 @@ std::vector<JointVector> stated_workspace(const Calibration& c, int count) {
 
 std::vector<JointVector> stated_near_targets(const Calibration& c,
                                              const std::vector<JointVector>& around, int count) {
+  if (!c.region.empty()) return poses_between(c.region, count, kSeed);
   std::vector<Eigen::Vector3d> centres;
   for (const TargetResult& target : c.targets) centres.push_back(target.centre_m);
   return local_poses(arm_of(c), around, centres, kLocalHalfM, count, kSeed);

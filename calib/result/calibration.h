@@ -284,6 +284,9 @@ struct Calibration {
   /// written to files.
   double tolerated_near_targets_m = 0.0, tolerated_workspace_m = 0.0;
   std::vector<UncertaintyLine> uncertainty;                    ///< empty: not computed
+  /// Postures that span where trackers alone measured the arm, and so its base: M2 and u95 hold
+  /// there (calib/estimate/region.h). Empty: other targets were touched.
+  std::vector<JointVector> region;
   UncheckedTouch unchecked_near_targets, unchecked_workspace;  ///< not written to files
   double chi2 = 0.0;  ///< sum of the squared whitened residuals of the fit touches in use
   /// Degrees of freedom of chi2: sum over the touches of 1 - leverage, which counts an unknown by

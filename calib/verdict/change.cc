@@ -135,6 +135,8 @@ std::vector<JointVector> poses_in_scope(const Cell& cell, std::span<const Touch>
                                         bool workspace, int count) {
   const ArmModel arm(cell);
   if (workspace) return workspace_poses(arm, count, kSeed);
+  const auto region = tracker_region(cell, touches);
+  if (!region.empty()) return poses_between(region, count, kSeed);
   constexpr double kNearM = 0.150;
   std::vector<JointVector> around;
   std::vector<Eigen::Vector3d> touched_m;

@@ -47,10 +47,16 @@ Foreseen foreseen(const Cell& cell, const Calibration& c, bool workspace) {
 
 }  // namespace
 
-void shrink_scope(const Cell& cell, const Calibration& c, Verdict& verdict) {
+bool holds_where_measured(const Cell& cell, const Calibration& c) {
+  if (c.region.empty() || cell.required_m || !(c.nominal_workspace_m > 0.0)) return false;
+  const Foreseen near = foreseen(cell, c, false);
+  return near.as_required() && near.gains();
+}
+
+void shrink_scope(const Cell& cell, const Calibration& c, bool determined, Verdict& verdict) {
   const Foreseen all = foreseen(cell, c, true), near = foreseen(cell, c, false);
   if (cell.required_m || !verdict.workspace || !(c.nominal_workspace_m > 0.0) ||
-      (all.as_required() && all.gains()) || !near.as_required() || !near.gains())
+      (determined && all.as_required() && all.gains()) || !near.as_required() || !near.gains())
     return;
   verdict.workspace = false;
   verdict.findings.push_back(

@@ -9,9 +9,14 @@
 
 namespace cellcal::calib {
 
+/// True if trackers alone measured, the prediction holds between the measured postures, whatever the
+/// touches leave undetermined elsewhere, and the cell file states no required_mm.
+bool holds_where_measured(const Cell& cell, const Calibration& c);
+
 /// Shrinks the scope to the touched places where the prediction holds there and not over the
-/// workspace, and states it; not where the cell file requires an accuracy.
-void shrink_scope(const Cell& cell, const Calibration& c, Verdict& verdict);
+/// workspace, or the geometry is not `determined`, and states it; not where the cell file states
+/// required_mm.
+void shrink_scope(const Cell& cell, const Calibration& c, bool determined, Verdict& verdict);
 /// Judges the calibration's prediction over its scope.
 void judge_predicted(const Cell& cell, const Calibration& c, bool workspace,
                      std::vector<Finding>& findings);

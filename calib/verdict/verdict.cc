@@ -22,13 +22,16 @@ constexpr double kDeterminedShare = 0.5;
 /// 30 most.
 constexpr double kMostUnchecked = 5.0;
 
-void judge_rank(const Calibration& c, std::vector<Finding>& findings) {
-  if (c.observability.determined < kDeterminedShare * c.observability.directions)
-    findings.push_back({FindingKind::kRank,
-                        Severity::kWithholds,
-                        {},
-                        {{"determined", static_cast<double>(c.observability.determined), ""},
-                         {"directions", static_cast<double>(c.observability.directions), ""}}});
+bool is_determined(const Calibration& c) {
+  return c.observability.determined >= kDeterminedShare * c.observability.directions;
+}
+
+Finding undetermined(const Calibration& c) {
+  return {FindingKind::kRank,
+          Severity::kWithholds,
+          {},
+          {{"determined", static_cast<double>(c.observability.determined), ""},
+           {"directions", static_cast<double>(c.observability.directions), ""}}};
 }
 
 /// True if further touches would resolve all findings.
@@ -46,7 +49,8 @@ Verdict judge(const Problem& problem, const Calibration& c) {
   judge_scatter(problem, c, findings);
   if (auto copies = duplicate_touches(problem.touches())) findings.push_back(std::move(*copies));
   judge_outliers(problem, c, findings);
-  judge_rank(c, findings);
+  const bool determined = is_determined(c);
+  if (!determined && !holds_where_measured(problem.cell(), c)) findings.push_back(undetermined(c));
   const HeldPlaces places = judge_places(problem, c, findings);
   judge_lengths(c, findings);
   judge_artefact_biases(c, findings);
@@ -61,7 +65,7 @@ Verdict judge(const Problem& problem, const Calibration& c) {
   }
   const Scale scale = scale_of(problem, places);
   verdict.workspace = scale.held();
-  shrink_scope(problem.cell(), c, verdict);
+  shrink_scope(problem.cell(), c, determined, verdict);
   judge_predicted(problem.cell(), c, verdict.workspace, findings);
 
   note_scope(problem, c, places, scale, findings);

@@ -32,7 +32,8 @@ constexpr int kLeastDecimalsMm = 4, kLeastDecimalsDeg = 5;
 constexpr double kNoShiftMm = 1e-5, kNoTurnDeg = 1e-6;
 /// Limit of the error by rounding of the written numbers.
 constexpr double kVerifiedMm = 0.02;
-/// Distance from a target, each way, within which a calibration without scale is valid (M2).
+/// Distance from a target, or from a place that a tracker measured, each way, within which a
+/// calibration that does not hold in the whole workspace is valid (M2).
 constexpr double kNearTargetM = 0.15;
 constexpr std::array<const char*, 6> kPose = {"X", "Y", "Z", "A", "B", "C"};
 
@@ -58,6 +59,10 @@ class Correction {
       from_.emplace(*options.from, program.data);
     }
     for (const KrlFile* file : files) texts_[file->name] = &file->text;
+    const calib::ArmModel arm(calibration.cell);
+    for (const JointVector& q : calibration.region) valid_near_m_.push_back(arm.nominal_tip_m(q));
+    if (calibration.region.empty())
+      for (const auto& target : calibration.targets) valid_near_m_.push_back(target.centre_m);
   }
 
   void run() {
@@ -329,10 +334,9 @@ class Correction {
 
   bool outside_scope(const Isometry3d& tcp) const {
     if (calibration_.verdict.workspace || options_.anywhere) return false;
-    return std::none_of(
-        calibration_.targets.begin(), calibration_.targets.end(), [&](const auto& target) {
-          return (tcp.translation() - target.centre_m).cwiseAbs().maxCoeff() <= kNearTargetM;
-        });
+    return std::ranges::none_of(valid_near_m_, [&](const Eigen::Vector3d& place_m) {
+      return (tcp.translation() - place_m).cwiseAbs().maxCoeff() <= kNearTargetM;
+    });
   }
 
   ControllerView* view_of(const Motion& motion) {
@@ -357,6 +361,7 @@ class Correction {
 
   const calib::Calibration& calibration_;
   const Program& program_;
+  std::vector<Eigen::Vector3d> valid_near_m_;
   const CorrectionOptions& options_;
   ControllerViews views_;
   Postures postures_;

@@ -41,6 +41,34 @@ TEST(Region, OfAnArmThatHardlyReachesAboveItsFootIsBelowIt) {
   for (const JointVector& q : poses) EXPECT_LT(arm.nominal_tip_m(q).z(), 0.0);
 }
 
+TEST(Region, OfATrackerIsSpannedByThePosturesThatItMeasured) {
+  Cell cell = testing::demo_cell();
+  cell.targets[0].kind = TargetKind::kTracker;
+  Touch touch;
+  touch.target = cell.targets[0].id;
+  touch.joint_rad = JointVector(6, 0.0);
+  std::vector<Touch> touches(200, touch);
+  for (std::size_t i = 0; i < touches.size(); ++i)
+    touches[i].joint_rad[0] = static_cast<double>(i) / 100.0;
+  touches[0].set = TouchSet::kCheck;
+  std::vector<bool> use(touches.size(), true);
+  use[199] = false;
+  const auto region = tracker_region(cell, touches, use);
+  ASSERT_EQ(region.size(), 60u);
+  const auto poses = poses_between(region, 500, 7);
+  ASSERT_EQ(poses.size(), 500u);
+  for (const JointVector& q : poses) {
+    EXPECT_GE(q[0], 0.01);
+    EXPECT_LE(q[0], 1.98);
+    EXPECT_EQ(q[1], 0.0);
+  }
+  EXPECT_EQ(poses, poses_between(region, 500, 7));
+  EXPECT_TRUE(poses_between({}, 10, 7).empty());
+
+  touches[5].target = cell.targets[1].id;
+  EXPECT_TRUE(tracker_region(cell, touches).empty()) << "a sphere was touched, too";
+}
+
 TEST(Region, MeanErrorOfAnArmThatIsKnownIsWhatItsJointsAreOff) {
   const Cell& cell = testing::demo_cell();
   const ArmModel arm(cell.robot, cell.tool);

@@ -63,6 +63,24 @@ Finding sorted(Finding finding) {
   return finding;
 }
 
+TEST(CalibrationJson, KeepsThePosturesThatATrackerMeasured) {
+  EXPECT_FALSE(json::parse(without_sum(written())).contains("region")) << "spheres were touched";
+  Calibration c = result();
+  c.region = {{0.1, -1.2, 1.3, 0.4, 0.5, 0.6}, {0.2, -1.1, 1.2, 0.3, 0.4, 0.5}};
+  json document = json::parse(without_sum(calibration_to_json(c)));
+  const Calibration back = calibration_from_json(document.dump(), "cal.json");
+  ASSERT_EQ(back.region.size(), 2u);
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(back.region[1][i], c.region[1][i], 1e-14);
+  for (const std::size_t joints : {5u, 7u, 5000u}) {
+    document["region"]["postures"][1] = std::vector<double>(joints, 0.1);
+    expect_words(refusal([&] { (void)calibration_from_json(document.dump(), "cal.json"); }),
+                 {"region.postures[1]", "value per joint"});
+  }
+  document["region"]["postures"] = "all";
+  expect_words(refusal([&] { (void)calibration_from_json(document.dump(), "cal.json"); }),
+               {"region.postures", "array"});
+}
+
 TEST(CalibrationJson, KeepsLikelyCausesAsValuesBesideTheirWords) {
   Calibration c = result();
   const Finding cause = likely(LikelyCause::kMastering, about_joint("A3"), {{"add", -2.0, "deg"}});

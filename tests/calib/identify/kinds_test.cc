@@ -222,6 +222,54 @@ TEST(Kinds, HoldTheScaleWithATrackerAndNotWithPlanes) {
   EXPECT_EQ(result.frame_basis.cols(), 3);
 }
 
+/// Read by a tracker around one posture; the tool turns with the first axis alone.
+Touch without_turning_the_tool(const Stage& stage, Random& random) {
+  Touch touch;
+  touch.target = "T";
+  const double arm = random.uniform(-0.25, 0.25), forearm = random.uniform(-0.25, 0.25);
+  touch.joint_rad = {random.uniform(-0.4, 0.4), -1.4 + arm, 1.6 + forearm, 0.0,
+                     0.9 - arm - forearm,       0.0};
+  const Vector3d tip = stage.truth.arm.position(stage.truth.arm.prepare(touch.joint_rad),
+                                                stage.truth.errors.data());
+  const Vector3d seen = stage.frame[0].inverse() * tip;
+  for (int k = 0; k < 3; ++k) touch.tracker_m[k] = seen[k] + 0.03 * kMm * random.normal();
+  return touch;
+}
+
+TEST(Kinds, HoldWhereATrackerMeasuredThoughTheToolWasNeverTurned) {
+  Cell cell = tracker_alone();
+  cell.tool.tcp_sigma_m.setConstant(30.0 * kMm);
+  const Stage stage = sim::constraints::set_up(cell, {.seed = 5});
+  Random random(3);
+  std::vector<Touch> touches;
+  for (int i = 0; i < 100; ++i) touches.push_back(without_turning_the_tool(stage, random));
+  const Calibration made = identify(stage.cell, touches);
+  EXPECT_TRUE(made.verdict.publish()) << words_of(made);
+  EXPECT_FALSE(made.verdict.workspace);
+  EXPECT_LT(made.predicted_near_targets_m, 0.3 * kMm);
+  EXPECT_GT(made.predicted_workspace_m, 2.0 * kMm);
+
+  const Calibration c = calibration_from_json(calibration_to_json(made), "c.json");
+  const Predictor predictor(c);
+  int inside = 0;
+  double error_m2 = 0.0, bound_m2 = 0.0;
+  constexpr int kPoses = 200;
+  for (int i = 0; i < kPoses; ++i) {
+    const Touch unseen = without_turning_the_tool(stage, random);
+    const Prediction at = predictor.calibrated(unseen.joint_rad);
+    const Vector3d seen(unseen.tracker_m[0], unseen.tracker_m[1], unseen.tracker_m[2]);
+    const double off_m = (c.targets[0].frame * seen - at.tcp.translation()).norm();
+    inside += off_m <= at.u95_m;
+    error_m2 += off_m * off_m;
+    bound_m2 += at.u95_m * at.u95_m;
+  }
+  EXPECT_GE(inside, kPoses * 9 / 10);
+  EXPECT_LT(bound_m2, 16.0 * error_m2) << "four times the error";
+  JointVector turned = touches[0].joint_rad;
+  turned[4] += 1.2;
+  EXPECT_GT(predictor.calibrated(turned).u95_m, 5.0 * kMm) << "of a tip that is hardly known";
+}
+
 TEST(Kinds, TellFromTheToolOnWhichSideAPlaneWasTouched) {
   const Stage stage = sim::constraints::set_up(three_planes(), {.seed = 6});
   const auto touches = sim::constraints::touch(stage, {.fit = 60, .cone_rad = 0.8, .seed = 6});
