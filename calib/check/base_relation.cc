@@ -297,8 +297,8 @@ bool BaseRelation::agrees() const {
 }
 
 CentresInBase centres_in_base(const Calibration& c, std::span<const std::string> ids) {
-  refuse_linear_unit(c.cell.robot, "a relation of two bases",
-                     "Measure the frame between the arms at the controllers");
+  refuse_external_axes(c.cell.robot, "a relation of two bases",
+                       "Measure the frame between the arms at the controllers");
   if (c.covariance.size() == 0)
     throw undetermined("the calibration of " + c.cell.robot.name +
                        " states no covariance. Identify it again");

@@ -224,8 +224,8 @@ ControllerModel::Outcome compared_frames(const FrameFit& fit, const StatedFrames
 ControllerModel compare_controller_model(const Robot& robot, std::span<const StatedPose> poses,
                                          const StatedFrames& known) {
   using enum ControllerModel::Outcome;
-  refuse_linear_unit(robot, "the comparison with the controller's model",
-                     "State the poses with a robot file without it");
+  refuse_external_axes(robot, "the comparison with the controller's model",
+                       "State the poses with a robot file without it");
   ControllerModel model;
   model.postures = poses.size();
   if (poses.empty()) return model;

@@ -94,8 +94,8 @@ std::vector<Unmet> unmet_of(const Calibration& calibration,
 }
 
 const Calibration& of_a_fixed_foot(const Calibration& calibration) {
-  refuse_linear_unit(calibration.cell.robot, "a check",
-                     "Identify anew from touches along the whole track, with --last");
+  refuse_external_axes(calibration.cell.robot, "a check",
+                       "Identify anew from touches all over the external axes' range, with --last");
   return calibration;
 }
 

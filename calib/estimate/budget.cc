@@ -41,6 +41,7 @@ UncertaintySource source_of(ParameterKind kind) {
       return UncertaintySource::kLatchDelay;
     case ParameterKind::kRadius:
       return UncertaintySource::kDiameters;
+    case ParameterKind::kPositioner:
     case ParameterKind::kCentre:
     case ParameterKind::kTilt:
     case ParameterKind::kShift:

@@ -23,7 +23,7 @@ constexpr double kFlatDirection = 1e-3;
 /// True for arm parameters of every model level: geometry, tool and bending.
 bool is_geometry(ParameterKind kind) {
   return !is_compliance(kind) && !is_transmission(kind) && !is_by_evidence(kind) &&
-         kind != ParameterKind::kPlay;
+         kind != ParameterKind::kPlay && kind != ParameterKind::kPositioner;
 }
 
 /// J'J of some columns, lower part; by blocks that fit into the cache.
@@ -74,21 +74,27 @@ Observability indices_of(std::span<const double> singular_values, int rows) {
 
 Observability observability(const Problem& problem, const Linearisation& linear,
                             const Eigen::MatrixXd& frame_basis_u) {
-  std::vector<int> columns;  // geometry, then nuisances: target positions and radii
+  std::vector<int> columns;  // geometry, then nuisances: positioner, target positions and radii
   for (int i = 0; i < problem.arm_size(); ++i)
     if (is_geometry(problem.arm().parameters()[static_cast<std::size_t>(i)].kind))
       columns.push_back(i);
   const auto geometry = static_cast<Eigen::Index>(columns.size());
-  for (int i = problem.arm_size(); i < problem.size(); ++i) columns.push_back(i);
+  const auto is_positioners = [&](int i) {
+    return i < problem.arm_size() && problem.arm().parameters()[static_cast<std::size_t>(i)].kind ==
+                                         ParameterKind::kPositioner;
+  };
+  for (int i = 0; i < problem.size(); ++i)
+    if (i >= problem.arm_size() || is_positioners(i)) columns.push_back(i);
   const Eigen::Index nuisances = static_cast<Eigen::Index>(columns.size()) - geometry;
 
   const Eigen::MatrixXd gram = gram_of(linear.jacobian, columns);
   Eigen::MatrixXd nuisance = gram.bottomRightCorner(nuisances, nuisances);
   for (Eigen::Index k = 0; k < nuisances; ++k) {
-    const Unknown& unknown = problem.unknowns()[static_cast<std::size_t>(problem.arm_size() + k)];
-    nuisance(k, k) += unknown.held_by_geometry
-                          ? 1.0
-                          : kFlatDirection * kFlatDirection;  // in its own prior sigmas
+    const int i = columns[static_cast<std::size_t>(geometry + k)];
+    nuisance(k, k) +=
+        is_positioners(i) || problem.unknowns()[static_cast<std::size_t>(i)].held_by_geometry
+            ? 1.0
+            : kFlatDirection * kFlatDirection;  // in its own prior sigmas
   }
   Eigen::MatrixXd coupling = gram.bottomLeftCorner(nuisances, geometry);
   coupling = Cholesky(nuisance).whitened(coupling);

@@ -187,13 +187,16 @@ PositionBound::PositionBound(const ArmModel& arm, const Eigen::VectorXd& x,
   widening_ = std::max(1.0, quantile(needed, kConfidence));  // (39)
 }
 
+Eigen::Matrix3d PositionBound::covariance(const Eigen::Matrix3Xd& jacobian,
+                                          const Eigen::Matrix<double, 3, 6>& base) const {
+  const Eigen::Matrix3Xd j = jacobian - base * taken_up_;
+  return j * covariance_ * j.transpose() + base * base_covariance_ * base.transpose();
+}
+
 double PositionBound::u95_m(std::span<const double> joint_rad, const Eigen::Vector3d& tip,
                             const Eigen::Matrix3Xd& jacobian) const {
   if (covariance_.size() == 0) return 0.0;
-  const Eigen::Matrix<double, 3, 6> base = base_motion(tip);
-  const Eigen::Matrix3Xd j = jacobian - base * taken_up_;
-  // (36)
-  Eigen::Matrix3d c = j * covariance_ * j.transpose() + base * base_covariance_ * base.transpose();
+  Eigen::Matrix3d c = covariance(jacobian, base_motion(tip));
   if (ripple_rad_ > 0.0) {  // remains at every pose for any number of touches
     Eigen::Matrix3Xd by_joint = arm_.nominal_jacobian(joint_rad).topRows<3>();
     by_joint.leftCols(static_cast<Eigen::Index>(arm_.robot().first_turning())).setZero();

@@ -69,6 +69,10 @@ class PositionBound {
   /// u95 [m] at a pose with the given tip and its derivative by the parameters (3 x parameters).
   double u95_m(std::span<const double> joint_rad, const Eigen::Vector3d& tip,
                const Eigen::Matrix3Xd& jacobian) const;
+  /// (36), of a vector with this derivative by the parameters and by the base's motion (region.h,
+  /// base_motion); without ripple and field.
+  Eigen::Matrix3d covariance(const Eigen::Matrix3Xd& jacobian,
+                             const Eigen::Matrix<double, 3, 6>& base) const;
   /// Mean u95 [m] over postures; 0 without any.
   double mean_u95_m(std::span<const JointVector> postures) const;
 

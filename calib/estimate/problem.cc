@@ -163,7 +163,8 @@ void Problem::weigh(std::size_t i) {
   const int tool = arm_.tool_index(touch.tool);
   const Target& target = cell_.targets[target_of_[i]];
   residuals_[i] = residual_of(touch, target, nominal_radius_m(target, tool), has_turns);
-  poses_[i] = arm_.prepare(touch.joint_rad, tool, arm_.load(touch.load));
+  poses_[i] =
+      arm_.prepare(touch.joint_rad, tool, arm_.load(touch.load), carrier_rad(touch, target));
   ArmChain chain;
   arm_.walk(poses_[i], nominal_, chain);
   Eigen::Matrix3Xd by_joint(3, arm_.joint_count());
@@ -181,8 +182,13 @@ void Problem::weigh(std::size_t i) {
   own_sigma_m_[i] = touch.sigma_m > 0.0 ? touch.sigma_m : usual_sigma_m_;
   // (74), v_l cos: by the nominal arm, whose error of a degree is negligible for the latch delay.
   const bool closes = touch.speed_m_s > 0.0 && has_a_surface(cell_.targets[target_of_[i]].kind);
-  const double cosine =
-      touch.approach ? -normal.dot(Eigen::Map<const Eigen::Vector3d>(touch.approach->data())) : 1.0;
+  double cosine = 1.0;
+  if (touch.approach) {
+    Eigen::Vector3d along = Eigen::Map<const Eigen::Vector3d>(touch.approach->data());
+    if (target.carried_by > 0)
+      along = carried_at(cell_.robot, carrier_rad(touch, target)).linear().transpose() * along;
+    cosine = -normal.dot(along);
+  }
   closing_m_s_[i] = closes ? touch.speed_m_s * cosine : 0.0;
 }
 

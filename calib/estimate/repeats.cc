@@ -32,6 +32,8 @@ constexpr double kGross = 6.0;
 bool same_place(const Touch& a, const Touch& b) {
   for (std::size_t k = 0; k < a.joint_rad.size(); ++k)
     if (std::abs(a.joint_rad[k] - b.joint_rad[k]) > kSamePostureRad) return false;
+  for (std::size_t k = 0; k < a.positioner_rad.size(); ++k)
+    if (std::abs(a.positioner_rad[k] - b.positioner_rad[k]) > kSamePostureRad) return false;
   return a.target == b.target && a.tool == b.tool && a.load == b.load;
 }
 

@@ -51,7 +51,8 @@ Seen see(const ArmModel& arm, const Target& target, const std::vector<Touch>& to
     if (touch.target != target.id || touch.set != TouchSet::kFit) continue;
     const int index = arm.tool_index(touch.tool);
     const Tool& tool = arm.tool(index);
-    const Eigen::Isometry3d tcp = arm.nominal_tcp(touch.joint_rad, index);
+    const Eigen::Isometry3d tcp =
+        arm.nominal_tcp(touch.joint_rad, index, carrier_rad(touch, target));
     seen.tips_m.push_back(tcp.translation());
     seen.readings_m.emplace_back(touch.tracker_m[0], touch.tracker_m[1], touch.tracker_m[2]);
     seen.radii_m.push_back(target.kind == TargetKind::kWire

@@ -55,8 +55,8 @@ bool finite(const Isometry3d& tcp, const JointVector& seed) {
 }
 
 const Calibration& of_a_fixed_foot(const Calibration& c) {
-  refuse_linear_unit(c.cell.robot, "the correction of poses and programs",
-                     "'cellcal predict' states where the tip is");
+  refuse_external_axes(c.cell.robot, "the correction of poses and programs",
+                       "'cellcal predict' states where the tip is");
   return c;
 }
 

@@ -24,8 +24,8 @@ double deviation(const Calibration& c, const ParameterKey& key) {
 }  // namespace
 
 RigidArm nominal_rigid_arm(const Cell& cell) {
-  refuse_linear_unit(cell.robot, "an export as URDF, table or rigid arm",
-                     "Use the calibration (JSON) and 'cellcal predict'");
+  refuse_external_axes(cell.robot, "an export as URDF, table or rigid arm",
+                       "Use the calibration (JSON) and 'cellcal predict'");
   return {cell.robot, cell.tool.tcp};
 }
 

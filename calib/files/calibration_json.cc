@@ -319,6 +319,8 @@ Table<C> calibration_fields() {
       parameters_field(),
       joint_functions_field(),
       targets_field(),
+      where<C>([](const C& c) { return !c.positioner.empty(); },
+               field("positioner", &C::positioner, list(object(positioner_fields())))),
       residuals_field(),
       unidentifiable_field(),
       where<C>(with_observability,

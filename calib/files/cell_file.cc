@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <set>
@@ -114,6 +115,7 @@ void read_tools(const TomlTable& document, Cell& cell) {
                                       kMaxTools, tables.size()));
   std::set<std::string> taken{"touch"};
   for (const Joint& joint : cell.robot.joints) taken.insert(joint.name);
+  for (const PositionerAxis& axis : cell.robot.positioner) taken.insert(axis.name);
   for (const TomlTable& table : tables) {
     const std::string id = read_id(table);
     if (!taken.insert(id).second)
@@ -128,12 +130,25 @@ void read_tools(const TomlTable& document, Cell& cell) {
   }
 }
 
-Target read_target(const TomlTable& t) {
+/// Places of carried targets are in the axis' frame, and only those of spheres are used.
+void read_on(const TomlTable& t, const Robot& robot, Target& target) {
+  target.carried_by = read_carrier(t, robot);
+  if (target.carried_by == 0) return;
+  if (target.kind != TargetKind::kSphere)
+    t.fail("on", "only spheres may be on a positioner. Put the target on the floor");
+  if (t.has("search_low_mm") || t.has("search_high_mm"))
+    t.fail("search_low_mm",
+           "a sphere on a positioner is not searched for. State centre_mm, in the "
+           "frame of its axis");
+}
+
+Target read_target(const TomlTable& t, const Robot& robot) {
   Target target;
   target.id = read_id(t);
   check_artefact(t);
   target.kind = target_kind(t.word("kind", {"sphere", "wire", "plane", "point", "tracker"}))
                     .value_or(TargetKind::kSphere);
+  read_on(t, robot, target);
   if (target.kind == TargetKind::kSphere) {
     target.diameter_m = t.number("diameter_mm", {1e-3, 1e5}) / kMmPerM;
     target.diameter_sigma_m = t.number_or("diameter_sigma_mm", 0.0, kSigmaMm) / kMmPerM;
@@ -245,10 +260,14 @@ Cell read_cell(const TomlTable& document, Robot robot) {
   if (!cell.tool.id.empty()) tools.insert(cell.tool.id);
   for (const Tool& tool : cell.other_tools) tools.insert(tool.id);
   for (const TomlTable& table : targets) {
-    cell.targets.push_back(read_target(table));
+    cell.targets.push_back(read_target(table, cell.robot));
     if (tools.contains(cell.targets.back().id))
       table.fail("id", "\"" + shown(cell.targets.back().id) +
                            "\" is the id of a tool. Give the target another");
+    if (std::ranges::find(cell.robot.positioner, cell.targets.back().id, &PositionerAxis::name) !=
+        cell.robot.positioner.end())
+      table.fail("id", "\"" + shown(cell.targets.back().id) +
+                           "\" is an axis of the positioner. Give the target another");
     if (!ids.insert(cell.targets.back().id).second)
       table.fail("id", "\"" + shown(cell.targets.back().id) + "\" occurs twice");
   }
@@ -266,6 +285,11 @@ Cell read_cell(const TomlTable& document, Robot robot) {
                                   "spheres, wires and points");
     length.from = between[0];
     length.to = between[1];
+    if (cell.targets[cell.target_index(length.from)].carried_by !=
+        cell.targets[cell.target_index(length.to)].carried_by)
+      table.fail("between",
+                 "the positioner moves one end against the other. A length lies between "
+                 "targets on the same axis, or on the floor");
     length.length_m = table.number("mm", {1e-3, 1e5}) / kMmPerM;
     length.sigma_m = table.number("sigma_mm", {1e-6, 1e4}) / kMmPerM;
     length.is_check = table.has("role") && table.word("role", {"fit", "check"}) == "check";
@@ -274,7 +298,7 @@ Cell read_cell(const TomlTable& document, Robot robot) {
     cell.lengths.push_back(length);
   }
   check_identity(document);
-  cell.obstacles = read_obstacles(document);
+  cell.obstacles = read_obstacles(document, cell.robot);
   if (document.has("floor_mm")) cell.floor_m = document.number("floor_mm", kLengthMm) / kMmPerM;
   if (document.has("required_mm"))
     cell.required_m = document.number("required_mm", {1e-3, 1e3}) / kMmPerM;
@@ -334,6 +358,7 @@ std::string cell_to_toml(const Cell& cell, const std::string& robot_reference) {
       out += fmt::format("diameter_mm = {}\ndiameter_sigma_mm = {}\n",
                          toml_number(target.diameter_m * kMmPerM),
                          toml_number(target.diameter_sigma_m * kMmPerM));
+    out += carrier_to_toml(target.carried_by, cell.robot);
     if (target.has_normal)
       out += fmt::format("normal = [{}, {}, {}]\nnormal_sigma_deg = {}\n",
                          toml_number(target.normal.x()), toml_number(target.normal.y()),
@@ -354,7 +379,7 @@ std::string cell_to_toml(const Cell& cell, const std::string& robot_reference) {
         "\n[[length]]\nbetween = [{}, {}]\nmm = {}\nsigma_mm = {}\n{}", toml_string(length.from),
         toml_string(length.to), toml_number(length.length_m * kMmPerM),
         toml_number(length.sigma_m * kMmPerM), length.is_check ? "role = \"check\"\n" : "");
-  return out + obstacles_to_toml(cell.obstacles) +
+  return out + obstacles_to_toml(cell.obstacles, cell.robot) +
          fmt::format("\n[touch]\nsigma_mm = {}\nradius_offset_sigma_mm = {}\n",
                      toml_number(cell.touch_sigma_m * kMmPerM),
                      toml_number(cell.radius_offset_sigma_m * kMmPerM)) +

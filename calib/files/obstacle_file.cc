@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <charconv>
@@ -30,7 +31,7 @@ constexpr Range kPlaceMm{-1e5, 1e5};
 constexpr Range kSizeMm{1e-2, 1e5};
 constexpr std::size_t kLongestId = 80;
 
-Obstacle read_obstacle(const TomlTable& t) {
+Obstacle read_obstacle(const TomlTable& t, const Robot& robot) {
   Obstacle obstacle;
   obstacle.id = t.string("id");
   if (obstacle.id.empty() || shown(obstacle.id, kLongestId) != obstacle.id)
@@ -54,6 +55,7 @@ Obstacle read_obstacle(const TomlTable& t) {
   std::copy(xyz.begin(), xyz.end(), frame.xyz_mm.begin());
   std::copy(abc.begin(), abc.end(), frame.abc_deg.begin());
   obstacle.frame = to_isometry(frame);
+  obstacle.carried_by = read_carrier(t, robot);
   t.refuse_unknown();
   return obstacle;
 }
@@ -62,19 +64,41 @@ std::string mm(double m) { return toml_number(m * kMmPerM); }
 
 }  // namespace
 
-std::vector<Obstacle> read_obstacles(const TomlTable& document) {
+std::vector<Obstacle> read_obstacles(const TomlTable& document, const Robot& robot) {
   std::vector<Obstacle> obstacles;
   std::set<std::string> ids;
   for (const TomlTable& table : document.tables("obstacle")) {
     if (obstacles.size() == kMaxObstacles) table.fail("id", "a cell holds at most 1000 obstacles");
-    obstacles.push_back(read_obstacle(table));
+    obstacles.push_back(read_obstacle(table, robot));
     if (!ids.insert(obstacles.back().id).second)
       table.fail("id", "\"" + shown(obstacles.back().id) + "\" occurs twice");
   }
   return obstacles;
 }
 
-std::string obstacles_to_toml(const std::vector<Obstacle>& obstacles) {
+int read_carrier(const TomlTable& table, const Robot& robot) {
+  const std::string on = table.string_or("on", "floor");
+  if (on == "floor") return 0;
+  const auto found = std::ranges::find(robot.positioner, on, &PositionerAxis::name);
+  if (found != robot.positioner.end())
+    return static_cast<int>(found - robot.positioner.begin()) + 1;
+  std::string known = "\"floor\"";
+  for (const PositionerAxis& axis : robot.positioner) known += " or \"" + axis.name + "\"";
+  table.fail("on",
+             robot.positioner.empty()
+                 ? "\"" + shown(on) +
+                       "\": the robot file has no [[positioner]]. Add its axes there, or leave "
+                       "the key out"
+                 : "\"" + shown(on) + "\" is no axis of the robot file's positioner; use " + known);
+}
+
+std::string carrier_to_toml(int carried_by, const Robot& robot) {
+  if (carried_by == 0) return {};
+  const std::size_t last = static_cast<std::size_t>(carried_by) - 1;
+  return fmt::format("on = {}\n", toml_string(robot.positioner.at(last).name));
+}
+
+std::string obstacles_to_toml(const std::vector<Obstacle>& obstacles, const Robot& robot) {
   std::string out;
   for (const Obstacle& o : obstacles) {
     out += fmt::format("\n[[obstacle]]\nid = {}\n", toml_string(o.id));
@@ -96,6 +120,7 @@ std::string obstacles_to_toml(const std::vector<Obstacle>& obstacles) {
         fmt::format("xyz_mm = [{}, {}, {}]\nabc_deg = [{}, {}, {}]\n", toml_number(f.xyz_mm[0]),
                     toml_number(f.xyz_mm[1]), toml_number(f.xyz_mm[2]), toml_number(f.abc_deg[0]),
                     toml_number(f.abc_deg[1]), toml_number(f.abc_deg[2]));
+    out += carrier_to_toml(o.carried_by, robot);
   }
   return out;
 }

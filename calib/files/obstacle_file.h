@@ -11,8 +11,13 @@
 
 namespace cellcal::calib {
 
-std::vector<Obstacle> read_obstacles(const TomlTable& document);
-std::string obstacles_to_toml(const std::vector<Obstacle>& obstacles);
+std::vector<Obstacle> read_obstacles(const TomlTable& document, const Robot& robot);
+/// `on`: number of the positioner's axes that carry it; 0 without the key. Refuses an axis that the
+/// robot lacks.
+int read_carrier(const TomlTable& table, const Robot& robot);
+/// Empty for the floor.
+std::string carrier_to_toml(int carried_by, const Robot& robot);
+std::string obstacles_to_toml(const std::vector<Obstacle>& obstacles, const Robot& robot);
 
 /// The keys stand, stand_diameter_mm and stand_height_mm of a target.
 void read_stand(const TomlTable& table, Target& target);

@@ -107,6 +107,17 @@ Table<TargetResult> target_fields(const Cell& cell) {
           only_of<T>(tracker, field("frame", &T::frame, frame()))};
 }
 
+Table<PositionerLine> positioner_fields() {
+  using P = PositionerLine;
+  constexpr double kMradPerRad = 1000.0;
+  return {field("axis", &P::axis, text()),
+          field("xyz_mm", &P::point_m, vector(kMmPerM)),
+          field("direction", &P::direction, direction()),
+          field("frame", &P::frame, frame()),
+          field("place_u95_mm", &P::place_u95_m, not_negative(kMmPerM)),
+          field("direction_u95_mrad", &P::direction_u95_rad, not_negative(kMradPerRad))};
+}
+
 Table<Observability> observability_fields() {
   using O = Observability;
   return {field("rows", &O::rows, whole<int>()),
@@ -246,13 +257,14 @@ namespace {
 using fields::Field, fields::Json, fields::Table, fields::field, fields::from_json, fields::to_json,
     fields::word;
 
-constexpr std::array<std::pair<const char*, double>, 10> kUnits{{{"mm", kMmPerM},
+constexpr std::array<std::pair<const char*, double>, 11> kUnits{{{"mm", kMmPerM},
                                                                  {"ms", kMsPerS},
                                                                  {"deg", kDegPerRad},
                                                                  {"arcsec", 3600.0 * kDegPerRad},
                                                                  {"mm/m", 1000.0},
                                                                  {"mrad", 1000.0},
                                                                  {"mrad/m", 1000.0},
+                                                                 {"mrad/rad", 1000.0},
                                                                  {"1/(N m^2)", 1.0},
                                                                  {"rad/(N m)", 1.0},
                                                                  {"kg m rad/(N m)", 1.0}}};

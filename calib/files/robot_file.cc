@@ -174,6 +174,38 @@ Joint read_turning(const TomlTable& t, double length_m, double angle_rad) {
   return joint;
 }
 
+/// Defaults: a positioner set up by its drawing, its rotation points measured by hand.
+constexpr double kAxisPlaceMm = 2.0, kAxisDirectionMrad = 2.0, kAxisScaleMradPerRad = 0.1;
+
+PositionerAxis read_positioner_axis(const TomlTable& t) {
+  PositionerAxis axis;
+  axis.name = read_joint_name(t);
+  axis.sign = static_cast<int>(t.integer_or("sign", 1, -1, 1));
+  if (axis.sign == 0) t.fail("sign", "must be 1 or -1");
+  axis.min_rad = t.number("min_deg", kAngleDeg) * kRadPerDeg;
+  axis.max_rad = t.number("max_deg", kAngleDeg) * kRadPerDeg;
+  if (axis.min_rad >= axis.max_rad) t.fail("min_deg", "must be less than max_deg");
+  constexpr Range kPerMille{0.0, 100.0};
+  axis.place_sigma_m = t.number_or("place_sigma_mm", kAxisPlaceMm, kToleranceMm) / kMmPerM;
+  axis.direction_sigma_rad =
+      t.number_or("direction_sigma_mrad", kAxisDirectionMrad, kPerMille) / 1000.0;
+  axis.scale_sigma =
+      t.number_or("scale_sigma_mrad_per_rad", kAxisScaleMradPerRad, kPerMille) / 1000.0;
+  axis.frame = read_frame(t);
+  return axis;
+}
+
+/// [[positioner]], one table per axis, base outwards.
+void read_positioner(const TomlTable& document, std::set<std::string> names, Robot& robot) {
+  for (const TomlTable& table : document.tables("positioner")) {
+    if (robot.positioner.size() == kMaxPositionerAxes)
+      table.fail("name", fmt::format("a positioner has at most {} axes", kMaxPositionerAxes));
+    robot.positioner.push_back(read_positioner_axis(table));
+    if (!names.insert(robot.positioner.back().name).second)
+      table.fail("name", "\"" + shown(robot.positioner.back().name) + "\" occurs twice");
+  }
+}
+
 Joint read_joint(const TomlTable& t, double length_m, double angle_rad) {
   const bool prismatic = t.has("kind") && t.word("kind", {"revolute", "prismatic"}) == "prismatic";
   return prismatic ? read_prismatic(t) : read_turning(t, length_m, angle_rad);
@@ -200,13 +232,27 @@ std::string prismatic_to_toml(const Joint& j) {
   return out;
 }
 
+std::string frame_lines(const Eigen::Isometry3d& isometry) {
+  const FrameMmDeg f = to_frame(isometry);
+  return fmt::format("xyz_mm = [{}, {}, {}]\nabc_deg = [{}, {}, {}]\n", toml_number(f.xyz_mm[0]),
+                     toml_number(f.xyz_mm[1]), toml_number(f.xyz_mm[2]), toml_number(f.abc_deg[0]),
+                     toml_number(f.abc_deg[1]), toml_number(f.abc_deg[2]));
+}
+
 std::string frame_table(const char* name, const Eigen::Isometry3d& isometry) {
   if (isometry.isApprox(Eigen::Isometry3d::Identity(), 0.0)) return {};
-  const FrameMmDeg f = to_frame(isometry);
-  return fmt::format("\n[{}]\nxyz_mm = [{}, {}, {}]\nabc_deg = [{}, {}, {}]\n", name,
-                     toml_number(f.xyz_mm[0]), toml_number(f.xyz_mm[1]), toml_number(f.xyz_mm[2]),
-                     toml_number(f.abc_deg[0]), toml_number(f.abc_deg[1]),
-                     toml_number(f.abc_deg[2]));
+  return fmt::format("\n[{}]\n", name) + frame_lines(isometry);
+}
+
+std::string axis_to_toml(const PositionerAxis& axis) {
+  return fmt::format(
+             "\n[[positioner]]\nname = {}\nsign = {}\nmin_deg = {}\nmax_deg = {}\n"
+             "place_sigma_mm = {}\ndirection_sigma_mrad = {}\nscale_sigma_mrad_per_rad = {}\n",
+             toml_string(axis.name), axis.sign, toml_number(axis.min_rad * kDegPerRad),
+             toml_number(axis.max_rad * kDegPerRad), toml_number(axis.place_sigma_m * kMmPerM),
+             toml_number(axis.direction_sigma_rad * 1000.0),
+             toml_number(axis.scale_sigma * 1000.0)) +
+         frame_lines(axis.frame);
 }
 
 }  // namespace
@@ -241,6 +287,7 @@ Robot read_robot(const TomlTable& document) {
       table.fail("kind",
                  "only the first joint may be prismatic: a linear unit that carries the arm");
   }
+  read_positioner(document, names, robot);
   robot.base_fixed = read_frame(document.table_or_empty("base"));
   robot.flange_fixed = read_frame(document.table_or_empty("flange"));
   constexpr double kTinyArmM = 0.02;
@@ -329,7 +376,9 @@ std::string robot_to_toml(const Robot& robot) {
                          toml_number(j.function_max_rad * kDegPerRad));
     if (j.radius_m > 0.0) out += fmt::format("radius_mm = {}\n", toml_number(j.radius_m * kMmPerM));
   }
-  return out + frame_table("base", robot.base_fixed) + frame_table("flange", robot.flange_fixed);
+  out += frame_table("base", robot.base_fixed) + frame_table("flange", robot.flange_fixed);
+  for (const PositionerAxis& axis : robot.positioner) out += axis_to_toml(axis);
+  return out;
 }
 
 Robot load_robot(const std::filesystem::path& path) { return read_robot(TomlTable::load(path)); }

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <optional>
 
 #include "calib/files/csv.h"
@@ -40,6 +41,19 @@ std::optional<FileError> beyond_limits(const CsvTable& table, const Robot& robot
                       joint.max_rad * unit.per_si));
   }
   return std::nullopt;
+}
+
+/// The positioner's axes as turning joints: their columns are read as those.
+Robot axes_of_positioner(const Robot& robot) {
+  Robot axes;
+  for (const PositionerAxis& axis : robot.positioner) {
+    Joint joint;
+    joint.name = axis.name;
+    joint.min_rad = axis.min_rad;
+    joint.max_rad = axis.max_rad;
+    axes.joints.push_back(std::move(joint));
+  }
+  return axes;
 }
 
 /// Maximum range of a tracker.
@@ -225,9 +239,12 @@ class TouchColumns {
 std::vector<Touch> parse_touches(std::string_view text, const std::string& name, const Cell& cell) {
   CsvTable table(text, name);
   auto known = joint_names(cell.robot);
+  const Robot positioner = axes_of_positioner(cell.robot);
+  std::ranges::move(joint_names(positioner), std::back_inserter(known));
   for (const std::string_view column : kTouchColumns) known.emplace_back(column);
   table.refuse_unknown(known);
   const auto joints = joint_columns(table, cell.robot, name);
+  const auto axes = joint_columns(table, positioner, name);
   const TouchColumns columns(table, name);
   std::vector<Touch> touches;
   while (table.next()) {
@@ -236,6 +253,9 @@ std::vector<Touch> parse_touches(std::string_view text, const std::string& name,
     touch.line = table.line();
     touch.joint_rad = read_joints(table, cell.robot, joints);
     if (const auto error = beyond_limits(table, cell.robot, joints, touch.joint_rad)) throw *error;
+    touch.positioner_rad = read_joints(table, positioner, axes);
+    if (const auto error = beyond_limits(table, positioner, axes, touch.positioner_rad))
+      throw *error;
     columns.read(cell, touch);
     touches.push_back(std::move(touch));
   }
@@ -308,6 +328,7 @@ std::string format_touches(const std::vector<Touch>& touches, const Robot& robot
     if (std::any_of(touches.begin(), touches.end(), column.has)) columns.push_back(&column);
   std::string out;
   for (const Joint& joint : robot.joints) out += joint.name + ",";
+  for (const PositionerAxis& axis : robot.positioner) out += axis.name + ",";
   out += "target,set";
   for (const Written* column : columns) out += std::string(",") + column->head;
   out += "\n";
@@ -315,6 +336,8 @@ std::string format_touches(const std::vector<Touch>& touches, const Robot& robot
     // Nine decimals of a degree are 2e-8 mm at 1.4 m: lossless.
     for (std::size_t i = 0; i < touch.joint_rad.size(); ++i)
       out += fmt::format("{:.9f},", touch.joint_rad[i] * unit_of(robot.joints[i]).per_si);
+    for (const double angle : touch.positioner_rad)
+      out += fmt::format("{:.9f},", angle * kDegPerRad);
     out += touch.target + "," + to_string(touch.set);
     for (const Written* column : columns)
       out += "," + (column->has(touch) ? column->field(touch) : empty_fields(*column));

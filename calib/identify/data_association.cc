@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "calib/estimate/target.h"
@@ -66,6 +67,9 @@ std::optional<Names> better_names(const Cell& cell, const std::vector<Touch>& to
   const auto off_m = [&](const std::vector<std::size_t>& names) {
     std::vector<const Eigen::Vector3d*> centre(cell.targets.size(), nullptr);
     for (std::size_t k = 0; k < which.size(); ++k) centre[names[k]] = &(*seen)[which[k]].centre_m;
+    for (std::size_t k = 0; k < which.size(); ++k)
+      if (cell.targets[names[k]].carried_by != cell.targets[which[k]].carried_by)
+        return std::numeric_limits<double>::infinity();  // its places are in another frame
     double sum = 0.0;
     int count = 0;
     for (const CertifiedLength& length : cell.lengths) {

@@ -13,6 +13,7 @@
 #include "calib/estimate/joint_functions.h"
 #include "calib/estimate/level_family.h"
 #include "calib/estimate/observability.h"
+#include "calib/estimate/positioner_lines.h"
 #include "calib/estimate/problem.h"
 #include "calib/estimate/region.h"
 #include "calib/estimate/repeats.h"
@@ -97,13 +98,16 @@ std::vector<JointVector> poses_near_targets(const Problem& problem, const Calibr
   for (const Touch& touch : problem.touches()) around.push_back(touch.joint_rad);
   std::vector<Eigen::Vector3d> centres;
   for (const TargetResult& target : c.targets) {
-    if (has_a_centre(target.kind) && target.kind != TargetKind::kWire) {
+    const std::size_t index = problem.cell().target_index(target.id);
+    const bool stands = problem.cell().targets[index].carried_by == 0;
+    if (stands && has_a_centre(target.kind) && target.kind != TargetKind::kWire) {
       centres.push_back(target.centre_m);
       continue;
     }
     for (std::size_t i = 0; i < problem.touches().size(); ++i)  // the touched position
       if (problem.touches()[i].target == target.id)
-        centres.push_back(problem.arm().position(problem.pose(i), nullptr));
+        centres.push_back(stands ? problem.arm().position(problem.pose(i), nullptr)
+                                 : problem.arm().nominal_tip_m(problem.touches()[i].joint_rad));
   }
   return local_poses(problem.arm(), around, centres, kLocalHalfM, count, kRegionSeed);
 }
@@ -395,7 +399,9 @@ void require_sound(const Cell& cell, const std::vector<Touch>& touches) {
   std::vector<bool> fitted(cell.targets.size(), false);
   for (std::size_t i = 0; i < touches.size(); ++i) {
     if (touches[i].set == TouchSet::kFit) fitted[cell.target_index(touches[i].target)] = true;
-    for (const double angle : touches[i].joint_rad)
+    std::vector<double> angles = touches[i].joint_rad;
+    angles.insert(angles.end(), touches[i].positioner_rad.begin(), touches[i].positioner_rad.end());
+    for (const double angle : angles)
       if (!std::isfinite(angle)) {
         IdentifyError error(
             IdentifyError::Kind::kTouches, touches[i].target,
@@ -487,6 +493,7 @@ Calibration identify_single_pass(const Cell& cell, const std::vector<Touch>& tou
   // Not with a discrepancy, for which they were sought before: the model error resembles moves and
   // jumps, and properties that a specified level omits resemble jumps.
   fill_consistency(problem, e, !together, !together && !options.level, calibration);
+  calibration.positioner = positioner_lines(calibration);
   calibration.verdict = judge(problem, calibration);
   return calibration;
 }

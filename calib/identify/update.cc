@@ -231,8 +231,9 @@ Resolved resolve(const Calibration& prior, TouchEquations& equations) {
 
 Calibration update(const Calibration& last, const std::vector<Touch>& touches,
                    const UpdateFacts& facts) {
-  refuse_linear_unit(last.cell.robot, "an update",
-                     "Calibrate anew, with 'cellcal identify' and touches along the whole track");
+  refuse_external_axes(
+      last.cell.robot, "an update",
+      "Calibrate anew, with 'cellcal identify' and touches all over the external axes' range");
   const Calibration prior = with_drift(last, facts.months);
   const std::vector<JointVector> workspace = stated_workspace(last, facts.region_poses);
   UpdateOrigin origin;

@@ -67,6 +67,9 @@ ArmModel::ArmModel(const Robot& robot, const Tool& tool, const std::vector<Tool>
   if (robot.joints.empty() || robot.joints.size() > kMaxJoints)
     throw std::invalid_argument("ArmModel: a robot needs 1 to " + std::to_string(kMaxJoints) +
                                 " joints, but has " + std::to_string(robot.joints.size()));
+  if (robot.positioner.size() > kMaxPositionerAxes)
+    throw std::invalid_argument("ArmModel: a positioner has at most " +
+                                std::to_string(kMaxPositionerAxes) + " axes");
   const std::size_t joints = robot_.joints.size();
   for (std::size_t at = 0; at < joints; ++at) {
     const Joint& joint = robot_.joints[at];
@@ -129,6 +132,8 @@ ArmModel::ArmModel(const Robot& robot, const Tool& tool, const std::vector<Tool>
   for (std::size_t i = 0; i < joints; ++i) add_guide(i);
   last_guide_ = size();
   for (int k = 0; k < tool_count(); ++k) add_tool_parameters(k);
+  last_tool_ = size();
+  add_positioner();
   none_ = errors(nullptr);
 }
 
@@ -203,6 +208,22 @@ void ArmModel::add_tool_parameters(int index) {
     if (tool.tcp_sigma_m[axis] > 0.0)
       parameters_.push_back(
           {tool_parameter(ParameterKind::kTcp, which, axis), tool.tcp_sigma_m[axis], "mm", 1000.0});
+}
+
+/// Zero of its angle and shift along the axis move all that it carries, and are left out: they are
+/// absorbed by the places of the next axis and of the targets.
+void ArmModel::add_positioner() {
+  for (std::size_t j = 0; j < robot_.positioner.size(); ++j) {
+    const PositionerAxis& axis = robot_.positioner[j];
+    const auto add = [&](AxisError error, double sigma, const char* unit) {
+      if (sigma > 0.0) parameters_.push_back({positioner_parameter(j, error), sigma, unit, 1000.0});
+    };
+    add(AxisError::kX, axis.place_sigma_m, "mm");
+    add(AxisError::kY, axis.place_sigma_m, "mm");
+    add(AxisError::kTurnX, axis.direction_sigma_rad, "mrad");
+    add(AxisError::kTurnY, axis.direction_sigma_rad, "mrad");
+    add(AxisError::kScale, axis.scale_sigma, "mrad/rad");
+  }
 }
 
 }  // namespace cellcal::calib

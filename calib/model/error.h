@@ -47,6 +47,11 @@ struct LinearUnitError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Not possible yet for an arm with a positioner. The message names both, and what to do.
+struct PositionerError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 /// No plan can be made; the message names target, direction and limit.
 struct PlanError : std::runtime_error {
   /// Classified by remedy.

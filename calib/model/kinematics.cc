@@ -54,13 +54,20 @@ const Load* ArmModel::load(std::string_view id) const {
 }
 
 /// Only the terms that depend on the pose through the directions.
-PreparedPose ArmModel::turned(std::span<const double> joint_rad, int tool) const {
+PreparedPose ArmModel::turned(std::span<const double> joint_rad, int tool,
+                              std::span<const double> carrier_rad) const {
   if (joint_rad.size() != robot_.joints.size())
     throw std::invalid_argument("ArmModel::prepare: " + std::to_string(joint_rad.size()) +
                                 " joint angles for a robot of " +
                                 std::to_string(robot_.joints.size()) + " joints");
+  if (carrier_rad.size() > robot_.positioner.size())
+    throw std::invalid_argument("ArmModel::prepare: " + std::to_string(carrier_rad.size()) +
+                                " angles for a positioner of " +
+                                std::to_string(robot_.positioner.size()) + " axes");
   PreparedPose pose;
   pose.tool = tool;
+  pose.carriers = static_cast<int>(carrier_rad.size());
+  std::ranges::copy(carrier_rad, pose.carrier_rad.begin());
   pose.direction.resize(2, joint_count());
   for (int i = 0; i < joint_count(); ++i) {
     if (robot_.joints[i].is_prismatic()) {
@@ -74,9 +81,9 @@ PreparedPose ArmModel::turned(std::span<const double> joint_rad, int tool) const
   return pose;
 }
 
-PreparedPose ArmModel::prepare(std::span<const double> joint_rad, int tool,
-                               const Load* load) const {
-  PreparedPose pose = turned(joint_rad, tool);
+PreparedPose ArmModel::prepare(std::span<const double> joint_rad, int tool, const Load* load,
+                               std::span<const double> carrier_rad) const {
+  PreparedPose pose = turned(joint_rad, tool, carrier_rad);
   pose.factor = Eigen::VectorXd::Zero(size());
   Eigen::Matrix3Xd moment;
   ArmChain chain;
@@ -110,7 +117,7 @@ PreparedPose ArmModel::prepare(std::span<const double> joint_rad, int tool,
         break;
       case ParameterKind::kLoad:  // after kCompliance: the chain is available
         pose.factor[p] = chain.link[parameter.joint].z.dot(
-            chain.link[parameter.link].rotation.col(parameter.axis).cross(robot_.gravity_m_s2));
+            chain.link[parameter.link].rotation.col(parameter.axis).cross(chain.gravity));
         break;
       case ParameterKind::kFunctionCosine:
       case ParameterKind::kCosine: {  // a joint's harmonics are consecutive, sine after cosine
@@ -169,7 +176,7 @@ Eigen::Matrix3Xd ArmModel::gravity_moment_nm(const ArmChain& chain, const Load* 
     moment_sum += joint.mass_kg * (link.end + link.rotation * joint.com_m);
     mass_sum += joint.mass_kg;
     const Vector3d lever = moment_sum - mass_sum * link.z_origin;  // kg m
-    moment.col(i) = lever.cross(robot_.gravity_m_s2);
+    moment.col(i) = lever.cross(chain.gravity);
   }
   return moment;
 }
@@ -208,9 +215,10 @@ ArmShape ArmModel::shape(const PreparedPose& pose, const double* x) const {
   return shape;
 }
 
-Eigen::Isometry3d ArmModel::nominal_tcp(std::span<const double> joint_rad, int index) const {
+Eigen::Isometry3d ArmModel::nominal_tcp(std::span<const double> joint_rad, int index,
+                                        std::span<const double> carrier_rad) const {
   ArmChain chain;
-  walk(turned(joint_rad, index), none_, chain);
+  walk(turned(joint_rad, index, carrier_rad), none_, chain);
   Eigen::Isometry3d tcp;
   tcp.linear() = chain.flange * tool(index).tcp.linear();
   tcp.translation() = chain.tip;
@@ -218,9 +226,10 @@ Eigen::Isometry3d ArmModel::nominal_tcp(std::span<const double> joint_rad, int i
   return tcp;
 }
 
-Vector3d ArmModel::nominal_tip_m(std::span<const double> joint_rad, int index) const {
+Vector3d ArmModel::nominal_tip_m(std::span<const double> joint_rad, int index,
+                                 std::span<const double> carrier_rad) const {
   ArmChain chain;
-  walk(turned(joint_rad, index), none_, chain);
+  walk(turned(joint_rad, index, carrier_rad), none_, chain);
   return chain.tip;
 }
 
@@ -381,6 +390,46 @@ std::array<double, kGuideMotions> ArmModel::guide_motion(int joint, const Prepar
   return motion;
 }
 
+// (1c), and its axes
+Eigen::Isometry3d ArmModel::base_of(const PreparedPose& pose, const double* x,
+                                    ArmChain& chain) const {
+  std::array<std::array<double, kAxisErrors>, kMaxPositionerAxes> error{};
+  for (int p = last_tool_; x != nullptr && p < size(); ++p)
+    error[static_cast<std::size_t>(parameters_[p].carrier)][parameters_[p].axis] = x[p];
+  const auto of = [&](std::size_t j, AxisError one) { return error[j][static_cast<int>(one)]; };
+  Matrix3d rotation = Matrix3d::Identity();
+  Vector3d origin = Vector3d::Zero();
+  for (std::size_t j = 0; j < static_cast<std::size_t>(pose.carriers); ++j) {
+    const PositionerAxis& axis = robot_.positioner[j];
+    ArmChain::Carrier& its = chain.carrier[j];
+    origin += rotation * axis.frame.translation();
+    rotation = rotation * axis.frame.linear();
+    its.x = rotation.col(0);
+    its.y = rotation.col(1);
+    origin += of(j, AxisError::kX) * its.x + of(j, AxisError::kY) * its.y;
+    const Direction about_x = direction(of(j, AxisError::kTurnX)),
+                    about_y = direction(of(j, AxisError::kTurnY));
+    its.tilt_x = rotation.col(0);
+    turn_x(rotation, about_x.c, about_x.s);
+    its.tilt_y = rotation.col(1);
+    turn_y(rotation, about_y.c, about_y.s);
+    its.z = rotation.col(2);
+    its.origin = origin;
+    const double angle = axis.sign * pose.carrier_rad[j] * (1.0 + of(j, AxisError::kScale));
+    turn_z(rotation, std::cos(angle), std::sin(angle));
+  }
+  Eigen::Isometry3d base = Eigen::Isometry3d::Identity();
+  base.linear() = rotation.transpose();
+  base.translation() = -(base.linear() * origin);
+  for (std::size_t j = 0; j < static_cast<std::size_t>(pose.carriers); ++j) {
+    ArmChain::Carrier& its = chain.carrier[j];
+    for (Vector3d* axis : {&its.x, &its.y, &its.tilt_x, &its.tilt_y, &its.z})
+      *axis = base.linear() * *axis;
+    its.origin = base * its.origin;
+  }
+  return base;
+}
+
 void ArmModel::walk_links(const PreparedPose& pose, const ArmErrors& errors,
                           ArmChain& chain) const {
   // (2): the errors in theta
@@ -396,6 +445,13 @@ void ArmModel::walk_links(const PreparedPose& pose, const ArmErrors& errors,
       across[parameters_[p].joint][parameters_[p].axis] = errors.x[p] * pose.factor[p];
   Matrix3d rotation = robot_.base_fixed.linear();
   Vector3d origin = robot_.base_fixed.translation();
+  chain.gravity = robot_.gravity_m_s2;
+  if (pose.carriers > 0) {
+    const Eigen::Isometry3d base = base_of(pose, errors.x, chain);
+    rotation = base.linear() * rotation;
+    origin = base * origin;
+    chain.gravity = base.linear() * chain.gravity;
+  }
   for (int i = 0; i < joint_count(); ++i) {
     const ArmErrors::OfJoint& joint = errors.joint[i];
     ArmChain::Link& link = chain.link[i];
@@ -430,7 +486,7 @@ void ArmModel::walk_links(const PreparedPose& pose, const ArmErrors& errors,
 void ArmModel::walk(const PreparedPose& pose, const ArmErrors& errors, ArmChain& chain) const {
   walk_links(pose, errors, chain);
   const Vector3d z = chain.flange.col(2);
-  const Vector3d& g = robot_.gravity_m_s2;
+  const Vector3d& g = chain.gravity;
   const ArmErrors::OfTool& tool = errors.tool[pose.tool];
   chain.rigid_tip = chain.flange_origin + chain.flange * tool.tcp_m;         // (3)
   chain.tip = chain.rigid_tip + tool.bend_m_per_accel * (g - g.dot(z) * z);  // (4)
@@ -440,7 +496,7 @@ void ArmModel::derivative_along(const Vector3d& n, const PreparedPose& pose,
                                 const ArmErrors& errors, const ArmChain& chain, double* derivative,
                                 std::ptrdiff_t stride) const {
   const Vector3d z = chain.flange.col(2);
-  const Vector3d& g = robot_.gravity_m_s2;
+  const Vector3d& g = chain.gravity;
   const double bend = errors.tool[pose.tool].bend_m_per_accel;
   // A rotation about x_a through o moves the rigid tip p_0 and turns the flange's z_t, and with it
   // the direction of the tool's bending, s_t (g - (g.z_t) z_t):
@@ -494,7 +550,7 @@ void ArmModel::derivative_along(const Vector3d& n, const PreparedPose& pose,
                                  : turn(link.turns.col(axis), link.end);
     derivative[p * stride] = pose.factor[p] * by_motion;
   }
-  for (int p = last_guide_; p < size(); ++p) {
+  for (int p = last_guide_; p < last_tool_; ++p) {
     const ArmParameter& parameter = parameters_[p];
     double& out = derivative[p * stride];
     if (parameter.tool != pose.tool)
@@ -503,6 +559,51 @@ void ArmModel::derivative_along(const Vector3d& n, const PreparedPose& pose,
       out = stiff_[parameter.tool] * (g.dot(n) - g.dot(z) * z.dot(n));
     else
       out = chain.flange.col(parameter.axis).dot(n);
+  }
+  carrier_derivative(n, pose, chain, derivative, stride);
+}
+
+namespace {
+
+/// Axis of a turn of what the carrier carries.
+const Vector3d& axis_of(const ArmChain::Carrier& carrier, AxisError error) {
+  switch (error) {
+    case AxisError::kX:
+      return carrier.x;
+    case AxisError::kY:
+      return carrier.y;
+    case AxisError::kTurnX:
+      return carrier.tilt_x;
+    case AxisError::kTurnY:
+      return carrier.tilt_y;
+    case AxisError::kScale:
+      break;
+  }
+  return carrier.z;
+}
+
+bool is_shift(AxisError error) { return error == AxisError::kX || error == AxisError::kY; }
+
+}  // namespace
+
+/// Its errors move the target's frame; seen from there the arm with its gravity moves as one body.
+void ArmModel::carrier_derivative(const Vector3d& n, const PreparedPose& pose,
+                                  const ArmChain& chain, double* derivative,
+                                  std::ptrdiff_t stride) const {
+  for (int p = last_tool_; p < size(); ++p) {
+    const ArmParameter& parameter = parameters_[p];
+    double& out = derivative[p * stride];
+    out = 0.0;
+    if (parameter.carrier >= pose.carriers) continue;
+    const auto j = static_cast<std::size_t>(parameter.carrier);
+    const AxisError error{parameter.axis};
+    const Vector3d& axis = axis_of(chain.carrier[j], error);
+    if (is_shift(error)) {
+      out = -axis.dot(n);
+      continue;
+    }
+    out = -axis.cross(chain.tip - chain.carrier[j].origin).dot(n);
+    if (error == AxisError::kScale) out *= robot_.positioner[j].sign * pose.carrier_rad[j];
   }
 }
 
@@ -516,14 +617,14 @@ void ArmModel::derivative(const PreparedPose& pose, const ArmErrors& errors, con
 Matrix3d ArmModel::rotation(const PreparedPose& pose, const ArmErrors& errors,
                             const ArmChain& chain) const {
   const Vector3d bend = errors.tool[pose.tool].turn_rad_per_accel *  // (5)
-                        Vector3d(chain.flange.col(2)).cross(robot_.gravity_m_s2);
+                        Vector3d(chain.flange.col(2)).cross(chain.gravity);
   return turn(bend) * chain.flange * tool(pose.tool).tcp.linear();
 }
 
 void ArmModel::turn_derivative(const PreparedPose& pose, const ArmErrors& errors,
                                const ArmChain& chain, Eigen::Ref<Eigen::Matrix3Xd> jacobian) const {
   const Vector3d z = chain.flange.col(2);
-  const Vector3d& g = robot_.gravity_m_s2;
+  const Vector3d& g = chain.gravity;
   const double per_accel = errors.tool[pose.tool].turn_rad_per_accel;
   const Vector3d bend = per_accel * z.cross(g);
   const Matrix3d bent = turn(bend), by_bend = calib::turn_derivative(bend);
@@ -569,6 +670,16 @@ void ArmModel::turn_derivative(const PreparedPose& pose, const ArmErrors& errors
         const double per_unit =
             parameter.tool == pose.tool ? own.mass_kg * own.length_m * own.length_m / 2.0 : 0.0;
         jacobian.col(p) = per_unit * (by_bend * z.cross(g));
+        break;
+      }
+      case ParameterKind::kPositioner: {
+        const AxisError error{parameter.axis};
+        jacobian.col(p).setZero();
+        if (parameter.carrier >= pose.carriers || is_shift(error)) break;
+        const auto j = static_cast<std::size_t>(parameter.carrier);
+        jacobian.col(p) = -axis_of(chain.carrier[j], error);
+        if (error == AxisError::kScale)
+          jacobian.col(p) *= robot_.positioner[j].sign * pose.carrier_rad[j];
         break;
       }
       case ParameterKind::kD:

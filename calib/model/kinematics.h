@@ -13,6 +13,9 @@
 // unknown per joint and component. tau_i is evaluated on the nominal geometry: errors of 1 mm and 1 mrad change it by a
 // few parts in a thousand, which moves the tip by less than 10 um on an arm that deflects by 5 mm.
 //
+// A positioner (positioner.h) carries targets: what is said of such a touch is in the frame that they are fixed in, where
+// the arm's base, gravity and all axes move with the positioner's angles.
+//
 // All parameters are in SI units and radians. The number of joints is arbitrary.
 
 #include <Eigen/Core>
@@ -58,6 +61,8 @@ struct PreparedPose {
   /// stiffening; d(motion)/dx of a linear unit; else 0.
   Eigen::VectorXd factor;
   int tool = 0;  ///< index of the tool
+  int carriers = 0;  ///< number of the positioner's axes that carry the target's frame
+  std::array<double, kMaxPositionerAxes> carrier_rad{};
 };
 
 /// The part of the model that depends on the errors only; computed once for many poses. Refers to
@@ -78,7 +83,8 @@ struct ArmErrors {
   const double* x;  ///< null: all zero
 };
 
-/// The arm in one pose under errors: axes and origins along the chain, base frame.
+/// The arm in one pose under errors: axes and origins along the chain, in the base frame, or in that
+/// of the target's carrier (PreparedPose).
 struct ArmChain {
   struct Link {
     Eigen::Vector3d tilt_x, tilt_y;  ///< bearing tilts, through z_origin; set where there are any
@@ -90,6 +96,13 @@ struct ArmChain {
     /// Linear unit: axes of roll, pitch and yaw, through `end`; x, y and z are along, across, above.
     Eigen::Matrix3d turns;
   };
+  /// A positioner's axis, in the chain's frame: x and y shift it, tilt_x, tilt_y and z turn what it
+  /// carries, through `origin`.
+  struct Carrier {
+    Eigen::Vector3d x, y, tilt_x, tilt_y, z, origin;
+  };
+  std::array<Carrier, kMaxPositionerAxes> carrier;  ///< of those that carry the target
+  Eigen::Vector3d gravity;
   std::array<Link, kMaxJoints> link;
   Eigen::Matrix3d flange;
   Eigen::Vector3d flange_origin;
@@ -125,10 +138,11 @@ class ArmModel {
   /// The load with this id, null for an empty one; throws std::out_of_range naming it.
   const Load* load(std::string_view id) const;
 
-  /// `load`: held by the tools, null: nothing. Throws std::invalid_argument if the number of angles
-  /// differs from the robot's.
-  PreparedPose prepare(std::span<const double> joint_rad, int tool = 0,
-                       const Load* load = nullptr) const;
+  /// `load`: held by the tools, null: nothing. `carrier_rad`: angles of the positioner's axes that
+  /// carry the frame which everything about the pose is in; empty: the base frame. Throws
+  /// std::invalid_argument if the number of angles differs from the robot's, or exceeds its axes.
+  PreparedPose prepare(std::span<const double> joint_rad, int tool = 0, const Load* load = nullptr,
+                       std::span<const double> carrier_rad = {}) const;
 
   /// x: size() values, SI; null: all zero.
   ArmErrors errors(const double* x) const;
@@ -155,17 +169,25 @@ class ArmModel {
                            Eigen::Ref<Eigen::Matrix3Xd> jacobian) const;
   ArmShape shape(const PreparedPose& pose, const double* x) const;
 
-  /// TCP pose of the nominal arm with a rigid tool.
-  Eigen::Isometry3d nominal_tcp(std::span<const double> joint_rad, int tool = 0) const;
+  /// TCP pose of the nominal arm with a rigid tool, in the frame of prepare().
+  Eigen::Isometry3d nominal_tcp(std::span<const double> joint_rad, int tool = 0,
+                                std::span<const double> carrier_rad = {}) const;
   /// Position of nominal_tcp().
-  Eigen::Vector3d nominal_tip_m(std::span<const double> joint_rad, int tool = 0) const;
+  Eigen::Vector3d nominal_tip_m(std::span<const double> joint_rad, int tool = 0,
+                                std::span<const double> carrier_rad = {}) const;
   /// Geometric Jacobian of the first tool's nominal TCP, 6 x joints (linear above angular), per
   /// controller axis angle or metre, base frame.
   Eigen::Matrix<double, 6, Eigen::Dynamic> nominal_jacobian(
       std::span<const double> joint_rad) const;
 
  private:
-  PreparedPose turned(std::span<const double> joint_rad, int tool) const;
+  PreparedPose turned(std::span<const double> joint_rad, int tool,
+                      std::span<const double> carrier_rad = {}) const;
+  void add_positioner();
+  /// The arm's base seen from the carrier of the pose.
+  Eigen::Isometry3d base_of(const PreparedPose& pose, const double* x, ArmChain& chain) const;
+  void carrier_derivative(const Eigen::Vector3d& n, const PreparedPose& pose, const ArmChain& chain,
+                          double* derivative, std::ptrdiff_t stride) const;
   void add_counterbalance(std::size_t joint);
   void add_function(std::size_t joint);
   void add_guide(std::size_t joint);
@@ -182,8 +204,8 @@ class ArmModel {
   std::vector<Load> loads_;
   std::vector<ArmParameter> parameters_;
   /// Boundaries of the parameter ranges with pose-dependent motion: about a joint's axis, across it,
-  /// of a linear unit.
-  int first_by_pose_ = 0, last_by_pose_ = 0, last_bearing_ = 0, last_guide_ = 0;
+  /// of a linear unit; behind the tools are the positioner's.
+  int first_by_pose_ = 0, last_by_pose_ = 0, last_bearing_ = 0, last_guide_ = 0, last_tool_ = 0;
   /// Per joint: of a linear unit, its guide's axes as columns, in the preceding frame.
   std::vector<std::optional<Eigen::Matrix3d>> guide_axes_;
   std::vector<double> stiff_;  ///< m l^3/3 of each tool

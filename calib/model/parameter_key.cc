@@ -13,6 +13,9 @@ constexpr std::array kAxis = {"x", "y", "z"};
 /// By GuideMotion.
 constexpr std::array kGuideNames = {"along", "across", "above", "roll", "pitch", "yaw"};
 static_assert(kGuideNames.size() == kGuideMotions);
+/// By AxisError.
+constexpr std::array kAxisErrorNames = {"x", "y", "rx", "ry", "scale"};
+static_assert(kAxisErrorNames.size() == kAxisErrors);
 
 template <class T>
 const T& part(const std::vector<T>& all, int index) {
@@ -31,6 +34,7 @@ const char* axis_of(const ParameterKey& key) {
 std::string owner(const Cell& cell, const ParameterKey& key) {
   if (key.joint >= 0) return part(cell.robot.joints, key.joint).name;
   if (key.target >= 0) return part(cell.targets, key.target).id;
+  if (key.carrier >= 0) return part(cell.robot.positioner, key.carrier).name;
   // The only tip of a cell needs no name, and its radius is common to all touches.
   if (key.kind == ParameterKind::kEffectiveRadius && cell.tool.id.empty()) return "touch";
   return tool_of(cell, key.tool).name();
@@ -79,6 +83,8 @@ std::string what(const Cell& cell, const ParameterKey& key) {
     case ParameterKind::kTcp:
     case ParameterKind::kCentre:
       return axis_of(key);
+    case ParameterKind::kPositioner:
+      return kAxisErrorNames.at(static_cast<std::size_t>(key.axis));
     case ParameterKind::kTilt:
       return key.axis == 0 ? "tilt1" : "tilt2";
     case ParameterKind::kShift:
@@ -109,6 +115,9 @@ class Search {
   std::optional<ParameterKey> found() {
     consider(latch_delay_parameter());
     for (std::size_t j = 0; j < cell_.robot.joints.size() && !key_; ++j) joint(j);
+    for (std::size_t j = 0; j < cell_.robot.positioner.size() && !key_; ++j)
+      for (int error = 0; error < kAxisErrors; ++error)
+        consider(positioner_parameter(j, AxisError{error}));
     for (std::size_t k = 0; k <= cell_.other_tools.size() && !key_; ++k) tool(k);
     for (std::size_t t = 0; t < cell_.targets.size() && !key_; ++t) target(t);
     return key_;
@@ -205,6 +214,12 @@ ParameterKey tool_parameter(ParameterKind kind, std::size_t tool, int axis) {
 }
 
 ParameterKey latch_delay_parameter() { return {.kind = ParameterKind::kLatchDelay}; }
+
+ParameterKey positioner_parameter(std::size_t carrier, AxisError error) {
+  return {.kind = ParameterKind::kPositioner,
+          .axis = static_cast<int>(error),
+          .carrier = static_cast<int>(carrier)};
+}
 
 ParameterKey target_parameter(ParameterKind kind, std::size_t target, int axis) {
   return {.kind = kind, .axis = axis, .target = static_cast<int>(target)};

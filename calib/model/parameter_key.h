@@ -31,6 +31,7 @@ enum class ParameterKind {
   kPlay,          // play_i
   kDeflection,    // c_t
   kTcp,           // one component of the tool's offset
+  kPositioner,    // error of one of the positioner's axes
   // Touches and targets.
   kEffectiveRadius,  // rho of a tool
   kLatchDelay,       // t_l, one for the cell
@@ -58,6 +59,7 @@ struct ParameterKey {
   int link = -1;    ///< kLoad: the joint whose link it is
   int tool = 0;     ///< kDeflection, kTcp, kEffectiveRadius: tool index; 0 the first
   int target = -1;  ///< target index, kCentre and following
+  int carrier = -1;  ///< kPositioner: index of its axis; `axis` is the AxisError
 
   auto operator<=>(const ParameterKey&) const = default;
 };
@@ -73,6 +75,7 @@ ParameterKey wave_parameter(ParameterKind kind, std::size_t joint, int harmonic)
 /// kDeflection, kTcp, kEffectiveRadius.
 ParameterKey tool_parameter(ParameterKind kind, std::size_t tool, int axis = 0);
 ParameterKey latch_delay_parameter();
+ParameterKey positioner_parameter(std::size_t carrier, AxisError error);
 /// For kCentre and following.
 ParameterKey target_parameter(ParameterKind kind, std::size_t target, int axis = 0);
 
@@ -96,6 +99,7 @@ constexpr bool is_by_evidence(ParameterKind kind) {
 constexpr bool is_geometric(ParameterKind kind) { return kind <= ParameterKind::kGuide; }
 
 /// "A1.theta", "A2.compliance", "A2.load_A4_x", "A3.cos2", "E1.along_slope", "E1.pitch3", "tool.c_t",
+/// "E2.rx",
 /// "touch.rho", "latch_delay", "S1.x", ... Throws std::out_of_range if the cell has no such part.
 std::string parameter_name(const Cell& cell, const ParameterKey& key);
 /// Inverse of parameter_name(); empty if the cell has no such part.

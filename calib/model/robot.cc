@@ -17,6 +17,27 @@ void refuse_linear_unit(const Robot& robot, const std::string& what, const std::
                           robot.joints[0].name + "). " + instead);
 }
 
+void refuse_positioner(const Robot& robot, const std::string& what, const std::string& instead) {
+  if (!robot.positioner.empty())
+    throw PositionerError(what + " is not possible yet for an arm with a positioner (" +
+                          robot.positioner[0].name + "). " + instead);
+}
+
+void refuse_external_axes(const Robot& robot, const std::string& what, const std::string& instead) {
+  refuse_linear_unit(robot, what, instead);
+  refuse_positioner(robot, what, instead);
+}
+
+Eigen::Isometry3d carried_at(const Robot& robot, std::span<const double> positioner_rad) {
+  Eigen::Isometry3d place = Eigen::Isometry3d::Identity();
+  for (std::size_t j = 0; j < positioner_rad.size(); ++j) {
+    const PositionerAxis& axis = robot.positioner.at(j);
+    place = place * axis.frame *
+            Eigen::AngleAxisd(axis.sign * positioner_rad[j], Eigen::Vector3d::UnitZ());
+  }
+  return place;
+}
+
 std::size_t Cell::target_index(const std::string& id) const {
   for (std::size_t i = 0; i < targets.size(); ++i)
     if (targets[i].id == id) return i;

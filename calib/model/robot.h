@@ -13,11 +13,13 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "calib/model/joint_vector.h"
+#include "calib/model/positioner.h"
 
 namespace cellcal::calib {
 
@@ -94,6 +96,7 @@ struct Robot {
   Eigen::Isometry3d base_fixed = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d flange_fixed = Eigen::Isometry3d::Identity();
   AbsoluteAccuracy absolute_accuracy = AbsoluteAccuracy::kNotStated;
+  std::vector<PositionerAxis> positioner;  ///< base outwards; empty: none
 
   /// Index of the arm's first joint: 1 behind a linear unit, else 0.
   std::size_t first_turning() const { return !joints.empty() && joints[0].is_prismatic() ? 1 : 0; }
@@ -107,6 +110,12 @@ struct JointUnit {
 JointUnit unit_of(const Joint& joint);
 /// Throws LinearUnitError for an arm on a linear unit: "WHAT is not possible yet ...: INSTEAD".
 void refuse_linear_unit(const Robot& robot, const std::string& what, const std::string& instead);
+/// Throws PositionerError for a robot with a positioner, likewise.
+void refuse_positioner(const Robot& robot, const std::string& what, const std::string& instead);
+/// Both.
+void refuse_external_axes(const Robot& robot, const std::string& what, const std::string& instead);
+/// Place in the base frame of what the nominal axes with these angles carry, at most all of them.
+Eigen::Isometry3d carried_at(const Robot& robot, std::span<const double> positioner_rad);
 
 /// A robot and its file, as named by a cell file.
 struct NamedRobot {
@@ -151,6 +160,9 @@ struct Target {
   TargetKind kind = TargetKind::kSphere;
   double diameter_m = 0.0;  ///< spheres
   double diameter_sigma_m = 0.0;
+  /// Number of the positioner's axes that carry it: 0 the floor, 1 the first, ... Its place is in the
+  /// frame of the last of them, else in the base frame.
+  int carried_by = 0;
   bool obstacle_only = false;  ///< an obstacle without planned touches; not in any file
   bool has_centre = false;     ///< centre_m is stated
   Eigen::Vector3d centre_m =
@@ -166,6 +178,9 @@ struct Target {
   bool has_stand = true;          ///< a vertical post below; targets with a centre only
   double stand_diameter_m = 0.0;  ///< 0: assumed (plan)
   double stand_height_m = 0.0;    ///< from its lowest point down; 0: assumed (plan)
+  /// From the stand to the target, unit; zero: against gravity. Not in any file: of a target on a
+  /// positioner, where that stands (plan).
+  Eigen::Vector3d stand_up = Eigen::Vector3d::Zero();
 };
 
 /// Triangle mesh in its own frame.
@@ -179,6 +194,7 @@ enum class ObstacleShape { kBox, kCylinder, kMesh };
 /// A static object of the cell to be avoided.
 struct Obstacle {
   std::string id;
+  int carried_by = 0;  ///< as a target's
   ObstacleShape shape = ObstacleShape::kBox;
   Eigen::Isometry3d frame = Eigen::Isometry3d::Identity();  ///< in the base frame
   Eigen::Vector3d size_m = Eigen::Vector3d::Zero();         ///< boxes, frame in the centre

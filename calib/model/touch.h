@@ -5,11 +5,14 @@
 #include <array>
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <string>
 #include <tuple>
 #include <vector>
 
 namespace cellcal::calib {
+
+struct Target;
 
 enum class TouchSet { kFit, kCheck };
 /// Name in files and interfaces: "fit", "check".
@@ -18,6 +21,8 @@ const char* to_string(TouchSet set);
 struct Touch {
   /// Controller's axis angles at the instant of contact [rad]; position of a linear unit [m].
   std::vector<double> joint_rad;
+  /// Angles of all of the positioner's axes, base outwards; empty without one.
+  std::vector<double> positioner_rad;
   std::string target;                     ///< id of the target in the cell file
   std::string tool;                       ///< id of the tool that touched; empty: the cell's first
   std::string load;                       ///< id of the load held; empty: none
@@ -46,9 +51,13 @@ struct Touch {
 
 /// All fields of a touch that are read from a file. Refers to it.
 inline auto reading(const Touch& touch) {
-  return std::tie(touch.joint_rad, touch.radius_m, touch.tracker_m[0], touch.tracker_m[1],
-                  touch.tracker_m[2], touch.tracker_abc_rad);
+  return std::tie(touch.joint_rad, touch.positioner_rad, touch.radius_m, touch.tracker_m[0],
+                  touch.tracker_m[1], touch.tracker_m[2], touch.tracker_abc_rad);
 }
+
+/// Angles of the axes that carry the touched target; empty for one on the floor. Refers to the touch.
+/// Throws std::invalid_argument for a touch that does not state them.
+std::span<const double> carrier_rad(const Touch& touch, const Target& target);
 
 /// "touch 12", counted from 1, and "touch 12 (line 14)" for a touch from a file.
 std::string touch_words(std::size_t index, const Touch& touch);

@@ -134,6 +134,10 @@ Vector3d upwards(const Robot& robot) {
   return up.allFinite() ? up : Vector3d::UnitZ();
 }
 
+Vector3d stand_up(const Robot& robot, const Target& target) {
+  return target.stand_up.isZero() ? upwards(robot) : target.stand_up;
+}
+
 /// From the flange to the TCP, flange frame.
 Vector3d shaft_of(const Tool& tool) {
   constexpr double kNoLengthM = 1e-6;
@@ -174,13 +178,13 @@ std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
   std::vector<Candidate> result;
   Random random(options.seed);
   const Configurations configurations(arm, options.limit_margin_rad);
-  const Vector3d up = upwards(cell.robot);
-  const Eigen::Quaterniond to_up = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), up);
   const Vector3d shaft = shaft_of(cell.tool);
   const Eigen::Matrix3d tool = cell.tool.tcp.linear();
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     const Target& target = cell.targets[t];
     if (!is_planned(target, kinds)) continue;
+    const Vector3d up = stand_up(cell.robot, target);
+    const Eigen::Quaterniond to_up = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), up);
     const bool plane = target.kind == TargetKind::kPlane;
     const double radius = contact_radius_m(target, cell.tool);
     const int directions = 2 * per_target;
@@ -234,7 +238,7 @@ std::vector<Candidate> vary(const Cell& cell, const ArmModel& arm, const Clearan
                             double by_rad, Random& random) {
   const Target& target = cell.targets[like.target];
   const bool plane = target.kind == TargetKind::kPlane;
-  const Vector3d up = upwards(cell.robot);
+  const Vector3d up = stand_up(cell.robot, target);
   const Vector3d shaft = cell.tool.tcp.linear().transpose() * shaft_of(cell.tool);  // TCP's frame
   const double cone = std::cos(kConeRad);
   std::vector<Candidate> result;

@@ -18,6 +18,7 @@ struct Candidate {
   JointVector contact;  ///< nominal
   JointVector standoff, end, clear;
   Eigen::Matrix3d orientation = Eigen::Matrix3d::Identity();  ///< of the TCP
+  std::vector<double> positioner_rad;  ///< where its axes stand; empty without one
   std::vector<JointVector> from_rest;  ///< clear path from the resting posture to the stand-off
   std::vector<JointVector> to_rest;    ///< clear path from the clear point back
 };

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 #include <regex>
+#include <utility>
 
 #include "calib/model/enum_table.h"
 #include "calib/model/units.h"
@@ -16,6 +17,7 @@
 #include "calib/plan/clearance.h"
 #include "calib/plan/online.h"
 #include "calib/plan/pool.h"
+#include "calib/plan/positioner_plan.h"
 #include "calib/plan/surroundings.h"
 
 namespace cellcal::calib {
@@ -264,7 +266,30 @@ std::optional<CellFault> fault_of(const Cell& cell, const Goal& goal) {
   return CellFault{Kind::kGoal, false, {}, *cell.required_m, goal.u95_m, mean_m};
 }
 
+namespace {
+
+/// Faults at every setting; at a single one the plan goes without.
+std::vector<CellFault> faults_at_all_settings(const Cell& cell) {
+  std::vector<CellFault> common;
+  bool first = true;
+  for (const std::vector<double>& setting : settings_of(cell.robot)) {
+    const std::vector<CellFault> here = faults_of(at_setting(cell, setting));
+    const auto is_here = [&](const CellFault& fault) {
+      return std::ranges::any_of(here, [&](const CellFault& one) {
+        return one.kind == fault.kind && one.ids == fault.ids;
+      });
+    };
+    if (std::exchange(first, false)) common = here;
+    std::erase_if(common, [&](const CellFault& fault) { return !is_here(fault); });
+    if (common.empty()) break;
+  }
+  return common;
+}
+
+}  // namespace
+
 std::vector<CellFault> faults_of(const Cell& cell) {
+  if (!cell.robot.positioner.empty()) return faults_at_all_settings(cell);
   std::vector<CellFault> faults;
   const bool tool_is_sound = check_unit_range(cell, faults);
   compare_lengths(cell, faults);

@@ -77,7 +77,11 @@ class Choosing {
     }
     for (const Candidate& c : candidates) {
       const Target& target = cell.targets[c.target];
-      constrained_direction_.push_back(c.normal);
+      const auto carriers =
+          std::span(c.positioner_rad).first(static_cast<std::size_t>(target.carried_by));
+      constrained_direction_.push_back(
+          carriers.empty() ? c.normal
+                           : carried_at(cell.robot, carriers).linear().transpose() * c.normal);
       if (target.kind != TargetKind::kPlane) continue;
       // Position in the circle, and 1 for the shift along the normal.
       const Eigen::Vector3d across = target.normal.unitOrthogonal();
@@ -86,7 +90,12 @@ class Choosing {
       constrained_direction_.back() = {place.dot(across), place.dot(target.normal.cross(across)),
                                        1.0};
     }
-    design_.emplace(std::move(problem_.rows), std::move(problem_.covariance_u), problem_.moves_m);
+    weighed_m_ = Eigen::MatrixXd::Zero(problem_.moves_m.rows() + problem_.on_table_m.rows(),
+                                       problem_.moves_m.cols());
+    weighed_m_.topRows(problem_.moves_m.rows()) = problem_.moves_m;
+    weighed_m_.bottomLeftCorner(problem_.on_table_m.rows(), problem_.on_table_m.cols()) =
+        problem_.on_table_m;
+    design_.emplace(std::move(problem_.rows), std::move(problem_.covariance_u), weighed_m_);
   }
 
   Choice run() {
@@ -213,9 +222,9 @@ class Choosing {
   /// the variance.
   double exchange(int round) {
     const auto variance = [&] {
-      const Eigen::Index arm = problem_.moves_m.cols();
-      return (problem_.moves_m * design_->covariance_u().topLeftCorner(arm, arm))
-          .cwiseProduct(problem_.moves_m)
+      const Eigen::Index arm = weighed_m_.cols();
+      return (weighed_m_ * design_->covariance_u().topLeftCorner(arm, arm))
+          .cwiseProduct(weighed_m_)
           .sum();
     };
     const double before = variance();
@@ -261,6 +270,7 @@ class Choosing {
   std::vector<Held> held_;
   std::vector<std::optional<bool>> possible_;
   Random random_;
+  Eigen::MatrixXd weighed_m_;  ///< moves whose variances the criterion adds up
   DesignProblem problem_;  ///< rows and covariance are moved into the design
   std::optional<Design> design_;
   std::vector<std::size_t> picked_;
@@ -272,6 +282,39 @@ Choice choose(const Cell& cell, const std::vector<Candidate>& candidates,
               const ChooseOptions& options) {
   if (candidates.empty()) return {};
   return Choosing(cell, candidates, options).run();
+}
+
+std::vector<Picked> with_check_touches(const Cell& cell, const std::vector<Candidate>& candidates,
+                                       const std::vector<std::size_t>& picked, std::size_t spread,
+                                       int targets, const PlanOptions& options,
+                                       const std::function<bool(std::size_t)>& possible) {
+  std::vector<bool> taken(candidates.size(), false), fitted(cell.targets.size(), false);
+  std::vector<Picked> all;
+  for (const std::size_t i : picked) {
+    taken[i] = true;
+    fitted[candidates[i].target] = true;
+    all.push_back({i, TouchSet::kFit});
+  }
+  Random random(options.seed + 1);
+  for (int k = 0; k < options.check_touches; ++k) {
+    std::vector<std::size_t> free;  // by target, only for those with fit touches
+    for (int turn = 0; turn < targets && free.empty(); ++turn)
+      for (std::size_t i = 0; i < spread; ++i)
+        if (!taken[i] && fitted[candidates[i].target] &&
+            static_cast<int>(candidates[i].target) % targets == (k + turn) % targets)
+          free.push_back(i);
+    if (free.empty())
+      throw PlanError(PlanError::Kind::kTooFew,
+                      "not enough reachable touches are left for the check. Plan fewer");
+    const std::size_t pick = free[random.below(free.size())];
+    taken[pick] = true;
+    if (!possible(pick)) {
+      --k;
+      continue;
+    }
+    all.push_back({pick, TouchSet::kCheck});
+  }
+  return all;
 }
 
 namespace {

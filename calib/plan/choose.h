@@ -37,6 +37,18 @@ struct Choice {
 Choice choose(const Cell& cell, const std::vector<Candidate>& candidates,
               const ChooseOptions& options);
 
+struct Picked {
+  std::size_t candidate = 0;
+  TouchSet set = TouchSet::kFit;
+};
+/// The picks, followed by check touches drawn at random from the first `spread` candidates, so that
+/// they represent postures not used by the fit. `targets`: number of planned ones. Throws PlanError
+/// if too few are left.
+std::vector<Picked> with_check_touches(const Cell& cell, const std::vector<Candidate>& candidates,
+                                       const std::vector<std::size_t>& picked, std::size_t spread,
+                                       int targets, const PlanOptions& options,
+                                       const std::function<bool(std::size_t)>& possible);
+
 // Joint choice of the touches that reduce the uncertainty of an estimate most.
 
 /// `count` candidates of the design, picked greedily by (67) and then exchanged; fewer if no more

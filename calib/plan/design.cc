@@ -174,7 +174,10 @@ std::vector<JointVector> postures(const Problem& problem, const std::vector<Cand
   std::vector<Eigen::Vector3d> centres;
   for (const Candidate& c : candidates) touches.push_back(c.contact);
   for (const TargetBlock& block : problem.blocks())
-    centres.push_back(problem.cell().targets[block.target].centre_m);
+    centres.push_back(
+        carried_at(problem.cell().robot, std::vector<double>(static_cast<std::size_t>(
+                                             problem.cell().targets[block.target].carried_by))) *
+        problem.cell().targets[block.target].centre_m);
   return accuracy_region_postures(region, problem.arm(), touches, centres, kLimitMarginRad, kPoses);
 }
 
@@ -190,6 +193,7 @@ Contacts contacts_of(const Cell& cell, const std::vector<Candidate>& candidates)
     const Target& target = cell.targets[c.target];
     Touch touch;
     touch.joint_rad = c.contact;
+    touch.positioner_rad = c.positioner_rad;
     touch.target = target.id;
     contacts.touches.push_back(std::move(touch));
   }
@@ -200,6 +204,31 @@ Contacts contacts_of(const Cell& cell, const std::vector<Candidate>& candidates)
     contacts.places.back().axes << across, target.normal.cross(across), target.normal;
   }
   return contacts;
+}
+
+/// Derivatives of the tip at candidates of carried targets, in the frame of their axis, after
+/// alignment: what a part on the positioner is worked with. Empty without any.
+Eigen::MatrixXd moves_on_table(const Cell& cell, const ArmModel& arm,
+                               const std::vector<Candidate>& candidates,
+                               const Eigen::VectorXd& scale) {
+  std::vector<const Candidate*> carried;
+  for (const Candidate& c : candidates)
+    if (cell.targets[c.target].carried_by > 0) carried.push_back(&c);
+  const std::size_t count = std::min<std::size_t>(carried.size(), kPoses);
+  constexpr std::size_t kEnough = 3;  // fix a rigid body
+  if (count < kEnough) return Eigen::MatrixXd(0, 0);
+  TipMoves at{Eigen::Matrix3Xd(3, count), Eigen::MatrixXd(3 * count, arm.size())};
+  Eigen::Matrix3Xd jacobian(3, arm.size());
+  for (std::size_t k = 0; k < count; ++k) {
+    const Candidate& c = *carried[k * carried.size() / count];
+    const auto carriers = std::span(c.positioner_rad)
+                              .first(static_cast<std::size_t>(cell.targets[c.target].carried_by));
+    const auto column = static_cast<Eigen::Index>(k);
+    at.tips_m.col(column) =
+        arm.position(arm.prepare(c.contact, 0, nullptr, carriers), nullptr, jacobian);
+    at.moves_m.middleRows<3>(3 * column) = jacobian * scale.asDiagonal();
+  }
+  return aligned(at);
 }
 
 Linearisation linearised(const Problem& problem) {
@@ -275,6 +304,7 @@ DesignProblem design_problem(const Cell& stated, const std::vector<Candidate>& c
   design.ripple_rad = region.kind == AccuracyRegion::Kind::kTool ? 0.0 : kTypicalRippleRad;
   design.postures = postures(problem, candidates, region);
   design.moves_m = moves(*design.arm, design.postures, design.scale, region);
+  design.on_table_m = moves_on_table(cell, *design.arm, candidates, design.scale);
   add_functions(stated.robot, cell, contacts, region, design);
   return design;
 }

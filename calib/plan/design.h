@@ -68,7 +68,9 @@ struct DesignProblem {
   RowMajor rows;                 ///< whitened derivatives, candidates x unknowns
   Eigen::MatrixXd covariance_u;  ///< priors and certified lengths
   Eigen::MatrixXd moves_m;       ///< 3 poses x arm's unknowns (region.h), which precede all others
-  std::vector<JointVector> postures;    ///< those poses
+  /// Of the tip in the frames of a positioner's targets, aligned: what is weighed beside moves_m.
+  Eigen::MatrixXd on_table_m;
+  std::vector<JointVector> postures;    ///< the poses of moves_m
   double ripple_rad;                    ///< predicted, of every joint; 0 if only a tool matters
   Eigen::VectorXd scale;                ///< SI value of one prior unit, per unknown of the arm
   std::shared_ptr<const ArmModel> arm;  ///< with all its unknowns

@@ -82,6 +82,10 @@ double duration_s(const Plan& plan, const Robot& robot, const Pace& pace) {
   const JointVector* at = &plan.start;
   std::map<std::string, int> touched;
   for (const PlannedTouch& touch : plan.touches) {
+    for (const JointVector& waypoint : touch.wait) {
+      sum += move_s(robot, *at, waypoint, pace);
+      at = &waypoint;
+    }
     sum += transit_s(robot, *at, touch, pace);
     const bool predicted = touched[touch.target]++ >= pace.unpredicted_touches;
     sum +=
@@ -161,6 +165,7 @@ AxisTravel axis_travel(const Plan& plan, const JointVector& begin, std::size_t n
   AxisTravel travel{begin, begin};
   for (std::size_t k = next; k < plan.touches.size(); ++k) {
     const PlannedTouch& touch = plan.touches[k];
+    for (const JointVector& waypoint : touch.wait) widen(travel, waypoint);
     for (const JointVector& waypoint : touch.transit) widen(travel, waypoint);
     for (const JointVector* posture : {&touch.standoff, &touch.end, &touch.clear})
       widen(travel, *posture);

@@ -110,7 +110,7 @@ struct Finder::Impl {
 
   Impl(const Cell& stated, const PlanOptions& how, bool all, const std::vector<Touch>& made)
       : cell(stated), options(how), arm(planning_arm(stated)) {
-    refuse_linear_unit(
+    refuse_external_axes(
         stated.robot, "a session",
         "Move the arm by programs of its own, and give the touches to 'cellcal identify'");
     for (std::size_t t = 0; t < cell.targets.size(); ++t) {

@@ -12,6 +12,7 @@
 #include "calib/plan/candidates.h"
 #include "calib/plan/choose.h"
 #include "calib/plan/pool.h"
+#include "calib/plan/positioner_plan.h"
 #include "calib/plan/route.h"
 #include "calib/plan/visit.h"
 
@@ -66,44 +67,10 @@ Choice choose_connected(const Cell& cell, const PlanOptions& options, ChooseOpti
   return choice;
 }
 
-/// The picks, followed by check touches drawn at random from the first `spread` candidates, so that
-/// they represent postures not used by the fit.
-std::vector<ToVisit> with_check_touches(const Cell& cell, const std::vector<std::size_t>& picked,
-                                        std::size_t spread, int targets, const PlanOptions& options,
-                                        Pool& pool) {
-  const std::vector<Candidate>& candidates = pool.candidates();
-  std::vector<bool> taken(candidates.size(), false), fitted(cell.targets.size(), false);
-  std::vector<ToVisit> todo;
-  for (const std::size_t i : picked) {
-    taken[i] = true;
-    fitted[candidates[i].target] = true;
-    todo.push_back({candidates[i], TouchSet::kFit});
-  }
-  Random random(options.seed + 1);
-  for (int k = 0; k < options.check_touches; ++k) {
-    std::vector<std::size_t> free;  // by target, only for those with fit touches
-    for (int turn = 0; turn < targets && free.empty(); ++turn)
-      for (std::size_t i = 0; i < spread; ++i)
-        if (!taken[i] && fitted[candidates[i].target] &&
-            static_cast<int>(candidates[i].target) % targets == (k + turn) % targets)
-          free.push_back(i);
-    if (free.empty())
-      throw PlanError(PlanError::Kind::kTooFew,
-                      "not enough reachable touches are left for the check. Plan fewer");
-    const std::size_t pick = free[random.below(free.size())];
-    taken[pick] = true;
-    if (!pool.connected(pick)) {
-      --k;
-      continue;
-    }
-    todo.push_back({candidates[pick], TouchSet::kCheck});
-  }
-  return todo;
-}
-
 }  // namespace
 
 Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& from) {
+  if (!cell.robot.positioner.empty()) return make_positioner_plan(cell, options, from);
   constexpr Kinds kKinds = Kinds::kSpheresAndPlanes;
   const auto targets = static_cast<int>(
       std::count_if(cell.targets.begin(), cell.targets.end(),
@@ -141,8 +108,10 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
   part.emplace(PlanStep::kChoose, kChosenShare, kRefinedShare);
   if (options.criterion == Criterion::kI) add_neighbours(cell, pool, spread, how, choice);
   part.emplace(PlanStep::kWays, kRefinedShare, 1.0);
-  std::vector<ToVisit> todo =
-      with_check_touches(cell, choice.picked, spread, targets, options, pool);
+  std::vector<ToVisit> todo;
+  for (const Picked& one :
+       with_check_touches(cell, candidates, choice.picked, spread, targets, options, how.possible))
+    todo.push_back({candidates[one.candidate], one.set});
   const JointVector start = from.empty() ? pool.middle() : from;
   if (const auto what = pool.clearance().hit(start, kTipMarginM))
     throw PlanError(
@@ -157,6 +126,7 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
 }
 
 Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const JointVector& from) {
+  refuse_positioner(cell.robot, "resuming a plan", "Plan anew, 'cellcal plan'");
   if (next >= plan.touches.size()) return plan;
   const ArmModel arm = planning_arm(cell);
   const Clearance clearance(cell, arm);

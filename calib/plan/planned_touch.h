@@ -33,7 +33,8 @@ struct PlannedTouch {
   std::string target;
   TouchSet set = TouchSet::kFit;
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< outward at the contact, base frame
-  std::vector<JointVector> transit;  ///< waypoints from the previous clear point; ends at standoff
+  /// Waypoints from the previous clear point, or where the arm waited; ends at standoff.
+  std::vector<JointVector> transit;
   /// One per waypoint; the last is at the stand-off, towards the search line. Empty: the arm stops
   /// at each.
   std::vector<Corner> corners;
@@ -45,6 +46,9 @@ struct PlannedTouch {
   double expected_m = 0.0;        ///< tip path from standoff to the expected surface
   double expected_sigma_m = 0.0;  ///< as in ExpectedContact
   double search_m_s = 0.0;        ///< speed of its first search; 0: the session's default
+  /// Angles of the positioner's axes; they turn while the arm stands at `wait`, before the transit.
+  std::vector<double> positioner_rad;
+  std::vector<JointVector> wait;  ///< waypoints from the previous clear point; empty: they stand
   bool may_miss = false;          ///< searches for a sphere: no contact is a valid result
 };
 

@@ -13,6 +13,7 @@ namespace cellcal::calib {
 namespace {
 
 void check_cell(const Cell& cell) {
+  refuse_positioner(cell.robot, "a plan touch by touch", "Plan a calibration, 'cellcal plan'");
   bool sphere = false;
   for (const Target& target : cell.targets) {
     if (target.kind != TargetKind::kSphere) continue;
@@ -125,11 +126,12 @@ PlannedTouch to_planned(const Cell& cell, const Candidate& c, TouchSet set,
   return touch;
 }
 
-Pool::Pool(const Cell& cell, const PlanOptions& options, int per_target, Kinds kinds)
+Pool::Pool(const Cell& cell, const PlanOptions& options, int per_target, Kinds kinds,
+           JointVector rest)
     : cell_(checked(cell)),
       arm_(planning_arm(cell)),
       clearance_(cell, arm_),
-      middle_(resting_posture(cell.robot, clearance_)),
+      middle_(rest.empty() ? resting_posture(cell.robot, clearance_) : std::move(rest)),
       router_(cell, arm_, clearance_, middle_, options.limit_margin_rad),
       spheres_(static_cast<int>(
           std::count_if(cell.targets.begin(), cell.targets.end(),

@@ -20,8 +20,9 @@ PlannedTouch to_planned(const Cell& cell, const Candidate& c, TouchSet set,
 class Pool {
  public:
   /// About `per_target` candidates each. Throws PlanError if one of these targets cannot be touched
-  /// at all. Refers to the cell.
-  Pool(const Cell& cell, const PlanOptions& options, int per_target, Kinds kinds = Kinds::kSpheres);
+  /// at all. `rest`: resting posture between touches; empty: resting_posture(). Refers to the cell.
+  Pool(const Cell& cell, const PlanOptions& options, int per_target, Kinds kinds = Kinds::kSpheres,
+       JointVector rest = {});
   Pool(const Pool&) = delete;  // members refer to each other
 
   const std::vector<Candidate>& candidates() const { return candidates_; }

@@ -225,9 +225,8 @@ class PlaceChoice {
 }  // namespace
 
 SuggestedSpheres suggest_spheres(const Cell& cell, const PlanOptions& options, int count) {
-  refuse_linear_unit(
-      cell.robot, "suggesting places of spheres",
-      "Place them by hand along the track, and let 'cellcal plan' state the accuracy");
+  refuse_external_axes(cell.robot, "suggesting places of spheres",
+                       "Place them by hand, and let 'cellcal plan' state the accuracy");
   if (options.region.kind != AccuracyRegion::Kind::kWorkspace &&
       options.region.kind != AccuracyRegion::Kind::kBox)
     throw PlanError(

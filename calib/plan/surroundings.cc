@@ -168,10 +168,10 @@ Vector3d up_of(const Robot& robot) {
 
 std::vector<Post> posts_of(const Cell& cell) {
   std::vector<Post> posts;
-  const Vector3d up = up_of(cell.robot);
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     const Target& target = cell.targets[t];
     if (!has_place(target) || !target.has_stand) continue;
+    const Vector3d up = target.stand_up.isZero() ? up_of(cell.robot) : target.stand_up;
     // From the centre down; at most as thick as the sphere, which would otherwise be untouchable.
     // It ends at the floor if that is known.
     const double radius = target.diameter_m / 2.0;

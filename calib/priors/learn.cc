@@ -272,8 +272,9 @@ std::optional<SetAsideKind> divide_out(const Eigen::VectorXd& mean,
 
 std::variant<ArmEvidence, SetAsideKind> evidence_of(const Calibration& c) {
   if (!c.verdict.publish()) return SetAsideKind::kWithheld;
-  // Priors are learnt for arms; a linear unit is part of its installation.
-  if (c.cell.robot.first_turning() > 0) return SetAsideKind::kOtherNominalGeometry;
+  // Priors are learnt for arms; external axes are part of the installation.
+  if (c.cell.robot.first_turning() > 0 || !c.cell.robot.positioner.empty())
+    return SetAsideKind::kOtherNominalGeometry;
   if (!is_whole(c)) return SetAsideKind::kInconsistent;
   const auto sigmas = prior_sigmas(c);
   ArmEvidence evidence;

@@ -250,6 +250,16 @@ struct UncertaintyLine {
   double near_targets_m = 0.0, workspace_m = 0.0;
 };
 
+/// A positioner's axis as found, its line in the base frame with all axes of the positioner at 0.
+/// The bounds exclude the base frame, as those of positions do (calib/estimate/predict.h).
+struct PositionerLine {
+  std::string axis;
+  Eigen::Vector3d point_m = Eigen::Vector3d::Zero();        ///< on it: the origin of its frame
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();     ///< unit
+  Eigen::Isometry3d frame = Eigen::Isometry3d::Identity();  ///< as PositionerAxis::frame
+  double place_u95_m = 0.0, direction_u95_rad = 0.0;        ///< across the axis
+};
+
 struct InputFile {
   std::string role, name, sha256;
 };
@@ -267,6 +277,7 @@ struct Calibration {
   std::vector<ParameterResult> parameters;
   std::vector<TargetResult> targets;
   std::vector<LengthResult> lengths;          ///< with both ends touched
+  std::vector<PositionerLine> positioner;     ///< its axes, base outwards
   std::vector<ArtefactBias> artefact_biases;  ///< of spheres and wires; not written to files
   ResidualSummary before, after, check_before, check;
   std::vector<TouchResidual> residuals;

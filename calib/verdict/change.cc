@@ -123,6 +123,11 @@ bool same_nominal(const Cell& a, const Cell& b) {
   return a.robot.joints.size() == b.robot.joints.size() &&
          a.tool.tcp.isApprox(b.tool.tcp, kRounding) &&
          a.robot.flange_fixed.isApprox(b.robot.flange_fixed, kRounding) &&
+         std::equal(a.robot.positioner.begin(), a.robot.positioner.end(),
+                    b.robot.positioner.begin(), b.robot.positioner.end(),
+                    [&](const PositionerAxis& x, const PositionerAxis& y) {
+                      return x.sign == y.sign && x.frame.isApprox(y.frame, kRounding);
+                    }) &&
          std::equal(a.robot.joints.begin(), a.robot.joints.end(), b.robot.joints.begin(),
                     [&](const Joint& x, const Joint& y) {
                       return x.sign == y.sign && near(x.offset_rad, y.offset_rad) &&

@@ -187,7 +187,9 @@ const Target* exchanged_with(const Problem& problem, const Calibration& c,
   const Target& a = cell.targets[cell.target_index(one.id)];
   for (const TargetResult& other : c.targets) {
     const Target& b = cell.targets[cell.target_index(other.id)];
-    if (!(one.id < other.id) || !centre_is_held(a) || !centre_is_held(b)) continue;
+    if (!(one.id < other.id) || !centre_is_held(a) || !centre_is_held(b) ||
+        a.carried_by != b.carried_by)
+      continue;
     const double sigma_m = kFarCentre * std::max(a.centre_sigma_m, b.centre_sigma_m);
     if ((a.centre_m - b.centre_m).norm() < 2.0 * sigma_m) continue;
     if ((one.centre_m - b.centre_m).norm() < sigma_m &&

@@ -219,9 +219,15 @@ std::optional<std::string> lies_on(const Problem& problem, const Calibration& ca
     const ParameterResult& p = calibration.parameters[static_cast<std::size_t>(i)];
     x[i] = p.nominal + p.correction;
   }
-  const Eigen::Vector3d tip_m = problem.arm().position(problem.pose(residual.touch), x.data());
+  const ArmModel& arm = problem.arm();
+  const Touch& touch = problem.touches()[residual.touch];
   for (const TargetResult& target : calibration.targets) {
-    if (target.id == problem.touches()[residual.touch].target) continue;
+    if (target.id == touch.target) continue;
+    const Target& stated = problem.cell().targets[problem.cell().target_index(target.id)];
+    const Eigen::Vector3d tip_m =
+        arm.position(arm.prepare(touch.joint_rad, arm.tool_index(touch.tool), arm.load(touch.load),
+                                 carrier_rad(touch, stated)),
+                     x.data());
     double off_m = 0.0;
     switch (target.kind) {
       case TargetKind::kSphere:

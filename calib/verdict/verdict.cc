@@ -106,7 +106,7 @@ std::optional<double> met_off_m(const Problem& problem, const Touch& touch) {
   const bool plane = target.kind == TargetKind::kPlane && target.has_normal;
   if (!target.has_centre || (!plane && target.kind != TargetKind::kSphere)) return std::nullopt;
   const Eigen::Vector3d from_centre =
-      problem.arm().nominal_tip_m(touch.joint_rad) - target.centre_m;
+      problem.arm().nominal_tip_m(touch.joint_rad, 0, carrier_rad(touch, target)) - target.centre_m;
   const double surface =
       plane ? from_centre.dot(target.normal) : from_centre.norm() - target.diameter_m / 2.0;
   return std::abs(surface - cell.tool.tip_radius_m);

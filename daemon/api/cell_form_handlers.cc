@@ -155,7 +155,7 @@ calib::Robot robot_of_controller(const std::string& machine, const std::string& 
 
 calib::Robot robot_of_file(const std::string& text) {
   calib::Robot robot = calib::read_robot(calib::TomlTable::parse(text, "robot file"));
-  refuse_linear_unit(robot, "a cell form", "Write the cell file by hand");
+  refuse_external_axes(robot, "a cell form", "Write the cell file by hand");
   return robot;
 }
 

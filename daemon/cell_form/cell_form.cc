@@ -45,8 +45,8 @@ NamedRobotFile find_robot(const std::string& given, const std::filesystem::path&
   }
   found.name = file.string();
   found.text = calib::read_file(file, calib::kMostTomlBytes);
-  refuse_linear_unit(calib::read_robot(calib::TomlTable::parse(found.text, found.name)),
-                     "making a cell file by questions", "Write the cell file by hand");
+  refuse_external_axes(calib::read_robot(calib::TomlTable::parse(found.text, found.name)),
+                       "making a cell file by questions", "Write the cell file by hand");
   return found;
 }
 

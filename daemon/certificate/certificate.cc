@@ -398,8 +398,8 @@ CertificateData make_certificate(const Archive& archive, const std::string& from
   const Sources sources = read_sources(archive, from);
   refuse_withheld(sources, from);
   refuse_update(sources, from);
-  refuse_linear_unit(sources.calibration.cell.robot, "a certificate",
-                     "Use the calibration (JSON), which states all figures");
+  refuse_external_axes(sources.calibration.cell.robot, "a certificate",
+                       "Use the calibration (JSON), which states all figures");
   CertificateData data;
   add_identity(sources, issue, data);
   add_artefacts(sources, data);

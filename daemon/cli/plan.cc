@@ -49,6 +49,7 @@ calib::Touch nominal_touch(const calib::PlannedTouch& planned) {
   calib::Touch touch;
   touch.target = planned.target;
   touch.set = planned.set;
+  touch.positioner_rad = planned.positioner_rad;
   const double fraction = planned.expected_m / planned.search_m;
   for (std::size_t i = 0; i < planned.standoff.size(); ++i) {
     touch.joint_rad.push_back(planned.standoff[i] +
@@ -140,6 +141,9 @@ std::string json_of(const calib::Plan& plan, const calib::Robot& robot, const Li
                     {"normal", {planned.normal.x(), planned.normal.y(), planned.normal.z()}},
                     {"search_mm", planned.search_m * calib::kMmPerM}});
     if (!tracks.is_null()) list.back()["joints_mm"] = tracks;
+    for (std::size_t j = 0; j < planned.positioner_rad.size(); ++j)
+      list.back()["positioner_deg"][robot.positioner[j].name] =
+          planned.positioner_rad[j] * calib::kDegPerRad;
   }
   return nlohmann::json{{"touches", list},
                         {"left_out", plan.left_out},
@@ -166,6 +170,8 @@ std::string left_out_comment(const calib::Plan& plan, const calib::Cell& cell) {
 
 int plan(const PlanCommand& command) {
   const calib::Cell cell = calib::load_cell(command.cell);
+  if (!command.picture.empty())
+    refuse_positioner(cell.robot, "a picture of a plan", "Leave --picture out");
   for (const std::string& warning : calib::refuse_faulty(cell))
     fmt::print(stderr, "warning: {}\n", warning);
   calib::PlanOptions options;

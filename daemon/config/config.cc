@@ -460,8 +460,8 @@ std::vector<drivers::AxisLimit> axis_limits(const DaemonConfig& config, const ca
 
 drivers::RsiConfig rsi_config_for(const DaemonConfig& config, const calib::Cell& cell) {
   if (config.backend != BackendKind::kMock)
-    refuse_linear_unit(cell.robot, "a session over RSI",
-                       "Use EKI, with [controller] external_axes");
+    refuse_external_axes(cell.robot, "a session over RSI",
+                         "Use EKI, with [controller] external_axes");
   drivers::RsiConfig rsi = config.rsi;
   rsi.limits = axis_limits(config, cell);
   rsi.full_speed_rad_s.clear();
@@ -476,7 +476,7 @@ drivers::RsiConfig rsi_config_for(const DaemonConfig& config, const calib::Cell&
 }
 
 drivers::RsiFilesConfig rsi_files_for(const DaemonConfig& config, const calib::Cell& cell) {
-  refuse_linear_unit(cell.robot, "a session over RSI", "Leave --cell out");
+  refuse_external_axes(cell.robot, "a session over RSI", "Leave --cell out");
   drivers::RsiFilesConfig files = config.rsi_files;
   for (const calib::Joint& joint : cell.robot.joints) {
     files.ranges_deg.push_back(

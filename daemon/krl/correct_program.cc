@@ -493,7 +493,7 @@ CorrectedProgram correct_program(const calib::Calibration& calibration, const Pr
 }
 
 ProgramPostures program_postures(const calib::Cell& cell, const ProgramFiles& files) {
-  refuse_linear_unit(cell.robot, "a plan for the points of programs", "Use --region");
+  refuse_external_axes(cell.robot, "a plan for the points of programs", "Use --region");
   const Program program = read_program(files, {}, {});
   calib::Calibration nominal;
   nominal.cell = cell;

@@ -153,7 +153,8 @@ void add_by_posture(const ArmModel& arm, const ArmParameter& p, double x, Joints
     case ParameterKind::kTcp:
       break;  // errors() has them
     case ParameterKind::kGuide:
-      break;  // fix_module() refuses a linear unit
+    case ParameterKind::kPositioner:
+      break;  // fix_module() refuses external axes
     case ParameterKind::kEffectiveRadius:
     case ParameterKind::kLatchDelay:
     case ParameterKind::kCentre:
@@ -479,8 +480,8 @@ std::string filled(std::string_view text, const std::map<std::string, std::strin
 
 FixModule fix_module(const calib::Calibration& c, const Data& data,
                      const FixModuleOptions& options) {
-  refuse_linear_unit(c.cell.robot, "a correction at run time",
-                     "'cellcal predict' states where the tip is");
+  refuse_external_axes(c.cell.robot, "a correction at run time",
+                       "'cellcal predict' states where the tip is");
   const ArmModel arm(at_level(c.cell, c.level));
   if (arm.joint_count() != static_cast<int>(kJoints) ||
       !calib::Configurations(arm, 0.0).closed_form())

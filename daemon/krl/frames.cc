@@ -118,8 +118,8 @@ std::vector<MasteringOffset> mastering_of(const calib::Calibration& c) {
 }
 
 ProposedFrames propose_frames(const calib::Calibration& calibration, const FramesRequest& request) {
-  refuse_linear_unit(calibration.cell.robot, "a proposal of frames",
-                     "Measure the base at the controller");
+  refuse_external_axes(calibration.cell.robot, "a proposal of frames",
+                       "Measure the base at the controller");
   Data data;
   for (const KrlFile& file : request.controller) read_data(file, data);
   ProposedFrames result;

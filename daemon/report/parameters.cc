@@ -106,6 +106,8 @@ std::string_view meaning_of(ParameterKind kind) {
       return "bending";
     case ParameterKind::kTcp:
       return "tip from the flange";
+    case ParameterKind::kPositioner:
+      return "axis of the positioner";
     case ParameterKind::kEffectiveRadius:
       return "offset of the radius";
     case ParameterKind::kLatchDelay:

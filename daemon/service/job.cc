@@ -226,9 +226,11 @@ void check_goal_value(const RunRequest& request, const Job& job) {
   }
 }
 
-/// Sessions that need more than the arm's touches at places that are known.
-void check_linear_unit(const RunRequest& request, const Job& job) {
+/// External axes: no session moves a positioner, and one on a linear unit needs places that are known.
+void check_external_axes(const RunRequest& request, const Job& job) {
   const calib::Robot& robot = job.cell.robot;
+  refuse_positioner(robot, "a session",
+                    "Touch at the positions of 'cellcal plan', and use 'cellcal identify'");
   if (job.options.kind == SessionKind::kCheck)
     refuse_linear_unit(robot, "a check", "Run a full session, 'cellcal run --cell CELL'");
   if (request.update)
@@ -239,7 +241,7 @@ void check_linear_unit(const RunRequest& request, const Job& job) {
 
 /// Checks of a new session, before anything is opened, planned or moved.
 void check_new_session(const RunRequest& request, Job& job) {
-  check_linear_unit(request, job);
+  check_external_axes(request, job);
   job.warnings = examine_cell(job.cell);
   if (request.goal_mm)
     if (const auto fault = calib::fault_of(job.cell, job.options.goal))

@@ -168,6 +168,7 @@ Eigen::Isometry3d artefact_place(const Truth& truth, const calib::Cell& cell,
 double Truth::warm_at(double seconds) const { return 1.0 - std::exp(-seconds / warm_up_s); }
 
 Truth draw_truth(const calib::Cell& stated, const TruthOptions& options) {
+  refuse_positioner(stated.robot, "a simulated cell", "Take a robot file without it");
   const calib::Cell cell = with_all_places(stated, options.seed);
   Truth truth{true_arm(cell, options), {}, {}, {}};
   truth.growth = options.growth;

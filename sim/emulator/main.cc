@@ -286,6 +286,7 @@ int run(const sim::EmulatorOptions& options) {
     if (!(joint.max_speed_rad_s > 0.0))
       throw std::invalid_argument("robot file of " + cell.robot.name + ": joint " + joint.name +
                                   " has no max_speed_deg_s; an arm that moves needs it");
+  refuse_positioner(cell.robot, "the emulated cell", "Take a robot file without it");
   if (options.wire != "eki")
     refuse_linear_unit(cell.robot, "the emulated cell over RSI", "Take --wire eki");
   return options.wire == "eki" ? run_eki(options, cell) : run_rsi(options, cell);

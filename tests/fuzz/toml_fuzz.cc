@@ -33,6 +33,9 @@ void as_robot(std::string_view text) {
   const ArmModel arm(robot, Tool{});
   const std::vector<double> zero(robot.joints.size(), 0.0);
   require(arm.nominal_tcp(zero).matrix().allFinite(), "an arm that was read has a finite TCP");
+  const std::vector<double> turned(robot.positioner.size(), 0.5);
+  require(arm.nominal_tcp(zero, 0, turned).matrix().allFinite(),
+          "nor does a positioner make it other");
   const std::string once = robot_to_toml(robot);
   const std::string twice = robot_to_toml(read_robot(TomlTable::parse(once, "once.toml")));
   require(read_robot(TomlTable::parse(twice, "twice.toml")).joints.size() == robot.joints.size(),
@@ -46,6 +49,9 @@ void as_cell(std::string_view text) {
     Robot robot;
     robot.joints.resize(1);
     robot.joints[0].name = "A1";
+    robot.positioner.resize(2);
+    robot.positioner[0].name = "E1";
+    robot.positioner[1].name = "E2";
     return robot;
   }();
   Cell cell;
@@ -65,7 +71,9 @@ void as_cell(std::string_view text) {
               again.floor_m.has_value() == cell.floor_m.has_value(),
           "what stands in the way survives");
   for (std::size_t i = 0; i < cell.targets.size(); ++i)
-    require(again.targets[i].id == cell.targets[i].id, "ids survive");
+    require(again.targets[i].id == cell.targets[i].id &&
+                again.targets[i].carried_by == cell.targets[i].carried_by,
+            "ids and what carries the targets survive");
   (void)read_cell(table_from_json(toml_to_json(once), "once.json"), kRobot);
 }
 

@@ -1,0 +1,93 @@
+#include "calib/estimate/positioner_lines.h"
+
+#include <cmath>
+
+#include "calib/estimate/predict.h"
+#include "calib/estimate/region.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+using Eigen::Vector3d;
+
+/// F_j with the axis' errors, and the directions of these in the base frame with all axes at 0.
+struct FoundAxis {
+  Eigen::Isometry3d frame, in_base;
+  Vector3d along_x, along_y;
+};
+
+FoundAxis found_axis(const Calibration& c, std::size_t j, const Eigen::Isometry3d& before) {
+  const auto error = [&](AxisError one) { return correction_of(c, positioner_parameter(j, one)); };
+  const Eigen::Isometry3d& nominal = c.cell.robot.positioner[j].frame;
+  FoundAxis axis;
+  axis.frame = nominal * Eigen::Translation3d(error(AxisError::kX), error(AxisError::kY), 0.0) *
+               Eigen::AngleAxisd(error(AxisError::kTurnX), Vector3d::UnitX()) *
+               Eigen::AngleAxisd(error(AxisError::kTurnY), Vector3d::UnitY());
+  axis.in_base = before * axis.frame;
+  const Eigen::Matrix3d drawn = (before * nominal).linear();
+  axis.along_x = drawn.col(0);
+  axis.along_y = drawn.col(1);
+  return axis;
+}
+
+/// Derivatives of a line's point and direction by the arm's parameters.
+struct LineMoves {
+  Eigen::Matrix3Xd point, direction;
+};
+
+/// `axes`: up to that of the line. The second tilt is about the y axis that the first has turned.
+LineMoves moves_of(const ArmModel& arm, const std::vector<FoundAxis>& axes) {
+  const Vector3d point = axes.back().in_base.translation(), z = axes.back().in_base.linear().col(2);
+  LineMoves moves{Eigen::Matrix3Xd::Zero(3, arm.size()), Eigen::Matrix3Xd::Zero(3, arm.size())};
+  for (int p = 0; p < arm.size(); ++p) {
+    const ArmParameter& parameter = arm.parameters()[static_cast<std::size_t>(p)];
+    const auto k = static_cast<std::size_t>(parameter.carrier);
+    if (parameter.kind != ParameterKind::kPositioner || k >= axes.size()) continue;
+    const AxisError error{parameter.axis};
+    const FoundAxis& axis = axes[k];
+    if (error == AxisError::kX || error == AxisError::kY) {
+      moves.point.col(p) = error == AxisError::kX ? axis.along_x : axis.along_y;
+      continue;
+    }
+    if (error == AxisError::kScale) continue;  // of an angle that is 0
+    const Vector3d about =
+        error == AxisError::kTurnX ? axis.along_x : Vector3d(axis.in_base.linear().col(1));
+    moves.point.col(p) = about.cross(point - axis.in_base.translation());
+    moves.direction.col(p) = about.cross(z);
+  }
+  return moves;
+}
+
+}  // namespace
+
+std::vector<PositionerLine> positioner_lines(const Calibration& c) {
+  std::vector<PositionerLine> lines;
+  if (c.cell.robot.positioner.empty()) return lines;
+  const ArmModel arm(at_level(c.cell, c.level));
+  const PositionBound bound(arm, arm_values(arm, c), arm_covariance(arm, c), 0.0);
+  Eigen::Isometry3d before = Eigen::Isometry3d::Identity();
+  std::vector<FoundAxis> axes;
+  for (std::size_t j = 0; j < c.cell.robot.positioner.size(); ++j) {
+    axes.push_back(found_axis(c, j, before));
+    before = axes.back().in_base;
+    PositionerLine line;
+    line.axis = c.cell.robot.positioner[j].name;
+    line.frame = axes.back().frame;
+    line.point_m = before.translation();
+    line.direction = before.linear().col(2);
+    if (c.covariance.size() > 0) {
+      const LineMoves moves = moves_of(arm, axes);
+      const auto base = base_motion(line.point_m);
+      const Eigen::Matrix3d across =
+          Eigen::Matrix3d::Identity() - line.direction * line.direction.transpose();
+      line.place_u95_m = radius_95(across * bound.covariance(moves.point, base) * across);
+      const Eigen::Matrix<double, 3, 6> turn = base_motion(line.point_m + line.direction) - base;
+      line.direction_u95_rad = radius_95(bound.covariance(moves.direction, turn));
+    }
+    lines.push_back(std::move(line));
+  }
+  return lines;
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,370 @@
+#include "calib/plan/positioner_plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <map>
+#include <memory>
+#include <numbers>
+#include <optional>
+
+#include "calib/model/long_work.h"
+#include "calib/model/units.h"
+#include "calib/plan/choose.h"
+#include "calib/plan/pool.h"
+#include "calib/plan/surroundings.h"
+#include "calib/plan/visit.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+constexpr Kinds kTouched = Kinds::kSpheresAndPlanes;
+/// Each setting costs a turn of the positioner with the arm at rest. More hardly add information.
+constexpr int kSettingsOfOne = 7, kSettingsOfTwo = 12;
+/// Off the limits, and within one turn.
+constexpr double kInsideLimitsRad = 0.05, kMostTurnRad = std::numbers::pi - kInsideLimitsRad;
+/// Height of a stand on a positioner whose file does not state it.
+constexpr double kStandOnTableM = 0.03;
+/// Candidates per touch and sphere over all settings, at least so many at each.
+constexpr int kCandidatesOverSettings = 24, kLeastAtSetting = 20;
+constexpr int kSettingExchanges = 4, kLeastOnSphere = 5;
+/// Steps at which the resting arm's clearance of the turning positioner is checked.
+constexpr double kTurnStepRad = 0.08;
+
+/// Van der Corput's sequence.
+double radical_inverse(int index, int base) {
+  double result = 0.0, share = 1.0;
+  for (; index > 0; index /= base) {
+    share /= base;
+    result += share * (index % base);
+  }
+  return result;
+}
+
+std::string setting_words(const Robot& robot, const std::vector<double>& setting) {
+  std::string words;
+  for (std::size_t j = 0; j < setting.size(); ++j)
+    words += fmt::format("{}{} {:.0f} deg", j > 0 ? ", " : "", robot.positioner[j].name,
+                         setting[j] * kDegPerRad);
+  return words;
+}
+
+/// The candidates at one setting, of those targets that can be touched there.
+struct SettingPool {
+  std::vector<double> angles_rad;
+  std::unique_ptr<Cell> cell;
+  std::unique_ptr<Pool> pool;  ///< null: no target can be touched
+  std::size_t first = 0;       ///< index of its first candidate among those of all settings
+};
+
+/// Why a target cannot be touched, by its id; empty: why the arm cannot rest.
+using Refused = std::map<std::string, PlanError>;
+
+/// `wanted`: per target; others are obstacles.
+SettingPool setting_at(const Cell& cell, std::vector<double> angles_rad,
+                       const std::vector<bool>& wanted, const PlanOptions& options, int per_target,
+                       const JointVector& rest, Refused& refused) {
+  SettingPool setting{std::move(angles_rad), nullptr, nullptr};
+  setting.cell = std::make_unique<Cell>(at_setting(cell, setting.angles_rad));
+  const auto leave_out = [&](std::size_t t) { setting.cell->targets[t].obstacle_only = true; };
+  for (std::size_t t = 0; t < cell.targets.size(); ++t)
+    if (!wanted[t]) leave_out(t);
+  const auto is_left = [](const Target& target) { return is_planned(target, kTouched); };
+  while (std::ranges::any_of(setting.cell->targets, is_left)) {
+    try {
+      setting.pool = std::make_unique<Pool>(*setting.cell, options, per_target, kTouched, rest);
+      break;
+    } catch (const PlanError& error) {
+      using enum PlanError::Kind;
+      if (error.kind != kOutOfReach && error.kind != kInTheWay) throw;
+      refused.insert_or_assign(error.target, error);
+      if (error.target.empty()) break;
+      leave_out(cell.target_index(error.target));
+    }
+  }
+  return setting;
+}
+
+/// All settings of a plan, and their candidates one after another.
+class SettingPools {
+ public:
+  /// `rest`: where the arm waits.
+  SettingPools(const Cell& cell, const PlanOptions& options, const JointVector& rest)
+      : cell_(cell) {
+    const std::vector<std::vector<double>> all = settings_of(cell.robot);
+    const int total = options.fit_touches + options.check_touches;
+    const int per_target =
+        std::max(kLeastAtSetting, kCandidatesOverSettings * total /
+                                      static_cast<int>(cell.targets.size() * all.size()));
+    Refused refused;
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      const Part part(PlanStep::kReach,
+                      kReachShare * static_cast<double>(k) / static_cast<double>(all.size()),
+                      kReachShare * static_cast<double>(k + 1) / static_cast<double>(all.size()));
+      add(setting_at(cell, all[k], wanted(), options, per_target, rest, refused));
+    }
+    if (candidates_.empty() && !refused.empty()) throw refused.begin()->second;
+    for (std::size_t t = 0; t < cell.targets.size(); ++t)
+      if (const auto why = refused.find(cell.targets[t].id); why != refused.end() && !is_met(t))
+        throw why->second;
+  }
+
+  const std::vector<Candidate>& candidates() const { return candidates_; }
+  const std::vector<SettingPool>& all() const { return settings_; }
+  std::size_t setting_of(std::size_t candidate) const {
+    std::size_t k = settings_.size();
+    while (settings_[--k].first > candidate) continue;
+    return k;
+  }
+  bool connected(std::size_t candidate) const {
+    const SettingPool& setting = settings_[setting_of(candidate)];
+    return setting.pool->connected(candidate - setting.first);
+  }
+  /// With its ways from and to the resting posture, once it is connected.
+  Candidate with_ways(std::size_t candidate) const {
+    const SettingPool& setting = settings_[setting_of(candidate)];
+    return setting.pool->candidates()[candidate - setting.first];
+  }
+
+ private:
+  bool is_met(std::size_t target) const {
+    return std::ranges::any_of(candidates_,
+                               [target](const Candidate& c) { return c.target == target; });
+  }
+  /// What stands on the floor is touched at one setting.
+  std::vector<bool> wanted() const {
+    std::vector<bool> all;
+    for (std::size_t t = 0; t < cell_.targets.size(); ++t)
+      all.push_back(cell_.targets[t].carried_by > 0 || !is_met(t));
+    return all;
+  }
+  void add(SettingPool setting) {
+    if (setting.pool == nullptr) return;
+    setting.first = candidates_.size();
+    for (Candidate candidate : setting.pool->candidates()) {
+      candidate.positioner_rad = setting.angles_rad;
+      candidates_.push_back(std::move(candidate));
+    }
+    settings_.push_back(std::move(setting));
+  }
+
+  const Cell& cell_;
+  std::vector<SettingPool> settings_;
+  std::vector<Candidate> candidates_;
+};
+
+/// The limits in steps that a sphere on the table does not pass between.
+std::vector<std::vector<double>> swept_settings(const Robot& robot) {
+  constexpr double kSweepStepRad = 0.26;
+  std::vector<std::vector<double>> all = {{}};
+  for (const PositionerAxis& axis : robot.positioner) {
+    const double range_rad = std::min(axis.max_rad - axis.min_rad, 2.0 * std::numbers::pi);
+    const int steps = static_cast<int>(std::ceil(range_rad / kSweepStepRad));
+    std::vector<std::vector<double>> more;
+    for (const std::vector<double>& before : all)
+      for (int k = 0; k <= steps; ++k) {
+        more.push_back(before);
+        more.back().push_back(axis.min_rad + range_rad * k / steps);
+      }
+    all = std::move(more);
+  }
+  return all;
+}
+
+/// Where the arm stands while the positioner turns: clear of all that it carries, wherever that is.
+JointVector waiting_posture(const Cell& cell) {
+  constexpr double kBetweenM = 0.1;  // twice the way from a step to the middle between two
+  Cell swept = at_setting(cell, std::vector<double>(cell.robot.positioner.size(), 0.0));
+  swept.lengths.clear();
+  swept.targets.clear();
+  swept.obstacles.clear();
+  bool floor = true;
+  for (const std::vector<double>& angles : swept_settings(cell.robot)) {
+    Cell here = at_setting(cell, angles);
+    for (std::size_t t = 0; t < here.targets.size(); ++t) {
+      if (cell.targets[t].carried_by > 0)
+        here.targets[t].diameter_m += kBetweenM;
+      else if (!floor)
+        continue;
+      swept.targets.push_back(std::move(here.targets[t]));
+    }
+    for (std::size_t i = 0; i < here.obstacles.size(); ++i)
+      if (floor || cell.obstacles[i].carried_by > 0)
+        swept.obstacles.push_back(std::move(here.obstacles[i]));
+    floor = false;
+  }
+  const ArmModel arm = planning_arm(swept);
+  return resting_posture(swept.robot, Clearance(swept, arm));
+}
+
+/// Throws if the positioner on its way meets the arm, which stands at `rest`.
+void require_clear_turn(const Cell& cell, const std::vector<double>& from,
+                        const std::vector<double>& to, const JointVector& rest) {
+  double farthest_rad = 0.0;
+  for (std::size_t j = 0; j < from.size(); ++j)
+    farthest_rad = std::max(farthest_rad, std::abs(to[j] - from[j]));
+  const int steps = std::max(1, static_cast<int>(std::ceil(farthest_rad / kTurnStepRad)));
+  const ArmModel arm = planning_arm(at_setting(cell, from));
+  for (int k = 0; k <= steps; ++k) {
+    poll_cancelled();
+    std::vector<double> at = from;
+    for (std::size_t j = 0; j < at.size(); ++j) at[j] += (to[j] - from[j]) * k / steps;
+    const Clearance clearance(at_setting(cell, at), arm);
+    if (const auto what = clearance.hit(rest, kTipMarginM))
+      throw PlanError(
+          PlanError::Kind::kInTheWay,
+          fmt::format("while the positioner passes {} the waiting arm is in the way: {}. "
+                      "Let the plan start elsewhere, or narrow the axes' limits",
+                      setting_words(cell.robot, at), words(*what)));
+  }
+}
+
+/// The settings with touches, each next one near the last.
+std::vector<std::size_t> order_of(const SettingPools& settings,
+                                  const std::vector<std::vector<ToVisit>>& todo) {
+  std::vector<std::size_t> used;
+  for (std::size_t k = 0; k < todo.size(); ++k)
+    if (!todo[k].empty()) used.push_back(k);
+  const auto count = static_cast<Eigen::Index>(used.size());
+  const auto apart = [&](std::size_t a, std::size_t b) {
+    double farthest_rad = 0.0;
+    for (std::size_t j = 0; j < settings.all()[a].angles_rad.size(); ++j)
+      farthest_rad = std::max(farthest_rad, std::abs(settings.all()[a].angles_rad[j] -
+                                                     settings.all()[b].angles_rad[j]));
+    return farthest_rad;
+  };
+  Eigen::MatrixXd cost(count, count);
+  Eigen::VectorXd from_start(count);
+  for (Eigen::Index a = 0; a < count; ++a) {
+    from_start[a] = apart(0, used[static_cast<std::size_t>(a)]);
+    for (Eigen::Index b = 0; b < count; ++b)
+      cost(a, b) = apart(used[static_cast<std::size_t>(a)], used[static_cast<std::size_t>(b)]);
+  }
+  std::vector<std::size_t> order;
+  for (const std::size_t k : short_order(cost, from_start)) order.push_back(used[k]);
+  return order;
+}
+
+/// One visit after another, from `start` and back to it each time.
+Plan visits_in_turn(const Cell& cell, const PlanOptions& options, const SettingPools& settings,
+                    std::vector<std::vector<ToVisit>> todo, const JointVector& start) {
+  Plan plan;
+  plan.start = start;
+  const std::vector<double>* last = nullptr;
+  for (const std::size_t k : order_of(settings, todo)) {
+    const SettingPool& setting = settings.all()[k];
+    if (const auto what = setting.pool->clearance().hit(start, kTipMarginM))
+      throw PlanError(PlanError::Kind::kArmStands,
+                      fmt::format("with the positioner at {} the arm is too close to something to "
+                                  "start: {}. Jog it free",
+                                  setting_words(cell.robot, setting.angles_rad), words(*what)));
+    if (last != nullptr) require_clear_turn(cell, *last, setting.angles_rad, start);
+    Plan part = visit(*setting.cell, options, setting.pool->clearance(), setting.pool->router(),
+                      std::move(todo[k]), start);
+    if (part.home.empty())
+      throw PlanError(PlanError::Kind::kInTheWay, part.touches.back().target,
+                      fmt::format("{}: no clear way back to where the arm waits while the "
+                                  "positioner turns. Start the plan elsewhere",
+                                  part.touches.back().target));
+    if (last != nullptr) part.touches.front().wait = std::move(plan.home);
+    for (PlannedTouch& touch : part.touches) {
+      touch.positioner_rad = setting.angles_rad;
+      plan.touches.push_back(std::move(touch));
+    }
+    plan.home = std::move(part.home);
+    last = &setting.angles_rad;
+  }
+  return plan;
+}
+
+}  // namespace
+
+Cell at_setting(const Cell& cell, const std::vector<double>& positioner_rad) {
+  Cell still = cell;
+  const std::vector<double> zero(positioner_rad.size(), 0.0);
+  const auto carried = [&](const std::vector<double>& angles, int axes) {
+    return carried_at(cell.robot, std::span(angles).first(static_cast<std::size_t>(axes)));
+  };
+  for (Target& target : still.targets) {
+    if (target.carried_by == 0) continue;
+    const Eigen::Isometry3d place = carried(positioner_rad, target.carried_by);
+    // Upright with all axes at 0.
+    target.stand_up =
+        place.linear() * carried(zero, target.carried_by).linear().transpose() * up_of(cell.robot);
+    if (!(target.stand_height_m > 0.0)) target.stand_height_m = kStandOnTableM;
+    target.centre_m = place * target.centre_m;
+    target.carried_by = 0;
+  }
+  for (Obstacle& obstacle : still.obstacles) {
+    obstacle.frame = carried(positioner_rad, obstacle.carried_by) * obstacle.frame;
+    obstacle.carried_by = 0;
+  }
+  still.robot.positioner.clear();
+  return still;
+}
+
+std::vector<std::vector<double>> settings_of(const Robot& robot) {
+  const bool two = robot.positioner.size() > 1;
+  std::vector<std::vector<double>> settings;
+  for (int k = 0; k < (two ? kSettingsOfTwo : kSettingsOfOne); ++k) {
+    std::vector<double> angles;
+    for (std::size_t j = 0; j < robot.positioner.size(); ++j) {
+      const PositionerAxis& axis = robot.positioner[j];
+      const double margin = std::min(kInsideLimitsRad, (axis.max_rad - axis.min_rad) / 4.0);
+      const double low = std::clamp(-kMostTurnRad, axis.min_rad + margin, axis.max_rad - margin);
+      const double high = std::clamp(kMostTurnRad, low, axis.max_rad - margin);
+      angles.push_back(k == 0 ? std::clamp(0.0, low, high)
+                              : low + (high - low) * radical_inverse(k, j == 0 ? 2 : 3));
+    }
+    settings.push_back(std::move(angles));
+  }
+  return settings;
+}
+
+Plan make_positioner_plan(const Cell& cell, const PlanOptions& options, const JointVector& from) {
+  const auto targets = static_cast<int>(std::ranges::count_if(
+      cell.targets, [](const Target& target) { return is_planned(target, kTouched); }));
+  if (options.fit_touches < 1 || options.check_touches < 0)
+    throw PlanError(PlanError::Kind::kRequest, "a plan needs at least one fit touch");
+  const JointVector start = from.empty() ? waiting_posture(cell) : from;
+  const SettingPools settings(cell, options, start);
+  if (settings.candidates().empty())
+    throw PlanError(PlanError::Kind::kTooFew,
+                    "no touch can be reached at any setting of the positioner. Check the targets' "
+                    "centre_mm, which are in the frame of their axis, and the limits");
+  ChooseOptions how;
+  how.count = options.fit_touches;
+  how.least_per_target = std::min(std::max(kLeastOnSphere, options.fit_touches / (2 * targets)),
+                                  options.fit_touches / targets);
+  how.criterion = options.criterion;
+  how.region = options.region;
+  how.exchanges = kSettingExchanges;
+  how.seed = options.seed;
+  how.possible = [&](std::size_t i) { return settings.connected(i); };
+  std::optional<Part> part(std::in_place, PlanStep::kChoose, kReachShare, kRefinedShare);
+  const Choice choice = choose(cell, settings.candidates(), how);
+  if (static_cast<int>(choice.picked.size()) < options.fit_touches)
+    throw PlanError(
+        PlanError::Kind::kTooFew,
+        fmt::format("only {} of {} touches can be reached by a clear way. Move the targets nearer "
+                    "to the middle of the workspace, or plan fewer touches",
+                    choice.picked.size(), options.fit_touches));
+  part.emplace(PlanStep::kWays, kRefinedShare, 1.0);
+  std::vector<std::vector<ToVisit>> todo(settings.all().size());
+  for (const Picked& one :
+       with_check_touches(cell, settings.candidates(), choice.picked, settings.candidates().size(),
+                          targets, options, how.possible))
+    todo[settings.setting_of(one.candidate)].push_back(
+        {settings.with_ways(one.candidate), one.set});
+  Plan plan = visits_in_turn(cell, options, settings, std::move(todo), start);
+  plan.predicted_mean_m = choice.predicted_mean_m;
+  plan.predicted_u95_m = choice.predicted_u95_m;
+  for (const Target& target : cell.targets)
+    if (!is_planned(target, kTouched)) plan.left_out.push_back(target.id);
+  return plan;
+}
+
+}  // namespace cellcal::calib

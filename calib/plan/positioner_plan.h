@@ -1,0 +1,22 @@
+#pragma once
+// Plans for a cell with a positioner: the same choice of touches, among candidates at several
+// settings of its axes. The axes turn only while the arm stands where the plan starts.
+
+#include <vector>
+
+#include "calib/plan/planned_touch.h"
+
+namespace cellcal::calib {
+
+/// The cell while the positioner stands at these angles: all places in the base frame, and no
+/// positioner.
+Cell at_setting(const Cell& cell, const std::vector<double>& positioner_rad);
+
+/// Angles spread over the axes' limits, the first nearest to zero.
+std::vector<std::vector<double>> settings_of(const Robot& robot);
+
+/// As make_plan(). Targets on the floor are touched at the first setting that lets them. Throws PlanError also
+/// where the resting arm is in the way of the turning positioner.
+Plan make_positioner_plan(const Cell& cell, const PlanOptions& options, const JointVector& from);
+
+}  // namespace cellcal::calib

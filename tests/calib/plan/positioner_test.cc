@@ -1,0 +1,178 @@
+// Plans for a cell with a positioner: touches at several of its settings.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "calib/model/error.h"
+#include "calib/model/kinematics.h"
+#include "calib/plan/cell_check.h"
+#include "calib/plan/clearance.h"
+#include "calib/plan/finder.h"
+#include "calib/plan/online.h"
+#include "calib/plan/plan.h"
+#include "calib/plan/pool.h"
+#include "calib/plan/positioner_plan.h"
+#include "calib/plan/suggest_spheres.h"
+#include "tests/calib/positioner_cell.h"
+
+namespace cellcal::calib {
+namespace {
+
+Cell with_positioner() { return testing::positioner_cell(CELLCAL_POSITIONER_ROBOT); }
+
+PlanOptions few() {
+  PlanOptions options;
+  options.fit_touches = 24;
+  options.check_touches = 4;
+  return options;
+}
+
+const Plan& planned() {
+  static const Plan plan = make_plan(with_positioner(), few());
+  return plan;
+}
+
+TEST(PositionerPlan, TouchesAtSeveralSettingsWithinTheLimits) {
+  const Cell cell = with_positioner();
+  ASSERT_EQ(planned().touches.size(), 28u);
+  EXPECT_TRUE(planned().left_out.empty());
+  std::set<std::vector<double>> settings;
+  double least[2] = {9.0, 9.0}, most[2] = {-9.0, -9.0};
+  for (const PlannedTouch& touch : planned().touches) {
+    ASSERT_EQ(touch.positioner_rad.size(), 2u);
+    settings.insert(touch.positioner_rad);
+    for (std::size_t j = 0; j < 2; ++j) {
+      EXPECT_GE(touch.positioner_rad[j], cell.robot.positioner[j].min_rad);
+      EXPECT_LE(touch.positioner_rad[j], cell.robot.positioner[j].max_rad);
+      least[j] = std::min(least[j], touch.positioner_rad[j]);
+      most[j] = std::max(most[j], touch.positioner_rad[j]);
+    }
+  }
+  EXPECT_GE(settings.size(), 4u);
+  EXPECT_GT(most[0] - least[0], 0.8);
+  EXPECT_GT(most[1] - least[1], 2.0);
+}
+
+TEST(PositionerPlan, TheTipMeetsItsSphereWhereThePositionerHasIt) {
+  const Cell cell = with_positioner();
+  const ArmModel arm = planning_arm(cell);
+  for (const PlannedTouch& touch : planned().touches) {
+    const Target& target = cell.targets[cell.target_index(touch.target)];
+    const auto carriers =
+        std::span(touch.positioner_rad).first(static_cast<std::size_t>(target.carried_by));
+    const Eigen::Vector3d tip = arm.nominal_tip_m(touch.standoff, 0, carriers);
+    EXPECT_NEAR((tip - target.centre_m).norm(), target.diameter_m / 2.0 + touch.expected_m, 1e-6);
+  }
+}
+
+TEST(PositionerPlan, TheAxesStandDuringATouchAndTurnWhileTheArmWaits) {
+  const Cell cell = with_positioner();
+  const std::vector<double>* last = nullptr;
+  JointVector at = planned().start;
+  int turns = 0;
+  for (const PlannedTouch& touch : planned().touches) {
+    const bool turned = last != nullptr && *last != touch.positioner_rad;
+    EXPECT_EQ(turned, !touch.wait.empty());
+    turns += turned;
+    const ArmModel arm = planning_arm(at_setting(cell, touch.positioner_rad));
+    if (turned) {
+      const Clearance before(at_setting(cell, *last), arm);
+      for (const JointVector& next : touch.wait) {
+        EXPECT_TRUE(before.clear(at, next, 0.009));
+        at = next;
+      }
+      EXPECT_EQ(at, planned().start);
+    }
+    const Clearance clearance(at_setting(cell, touch.positioner_rad), arm);
+    for (const JointVector& next : touch.transit) {
+      EXPECT_TRUE(clearance.clear(at, next, 0.009));
+      at = next;
+    }
+    at = touch.clear;
+    last = &touch.positioner_rad;
+  }
+  EXPECT_GE(turns, 3);
+}
+
+TEST(PositionerPlan, IsTheSameForTheSameSeed) {
+  PlanOptions options = few();
+  options.fit_touches = 12;
+  options.check_touches = 0;
+  const Plan one = make_plan(with_positioner(), options),
+             two = make_plan(with_positioner(), options);
+  ASSERT_EQ(one.touches.size(), two.touches.size());
+  for (std::size_t i = 0; i < one.touches.size(); ++i) {
+    EXPECT_EQ(one.touches[i].standoff, two.touches[i].standoff);
+    EXPECT_EQ(one.touches[i].positioner_rad, two.touches[i].positioner_rad);
+  }
+}
+
+TEST(PositionerPlan, OfOneAxisTurnsIt) {
+  Cell cell = with_positioner();
+  // The table alone, upright.
+  cell.robot.positioner.erase(cell.robot.positioner.begin());
+  cell.robot.positioner[0].frame = Eigen::Translation3d(1.05, 0.0, 0.55);
+  for (Target& target : cell.targets) target.carried_by = std::min(target.carried_by, 1);
+  PlanOptions options = few();
+  options.fit_touches = 15;
+  options.check_touches = 0;
+  const Plan plan = make_plan(cell, options);
+  std::set<double> angles;
+  for (const PlannedTouch& touch : plan.touches) angles.insert(touch.positioner_rad.at(0));
+  EXPECT_GE(angles.size(), 3u);
+}
+
+TEST(PositionerPlan, NamesASphereThatNoSettingBringsIntoReach) {
+  Cell cell = with_positioner();
+  cell.targets[1].centre_m = Eigen::Vector3d(0.0, 0.0, 3.0);
+  try {
+    make_plan(cell, few());
+    ADD_FAILURE();
+  } catch (const PlanError& error) {
+    EXPECT_EQ(error.target, cell.targets[1].id);
+  }
+}
+
+TEST(PositionerPlan, TheCellCheckLooksAtEverySetting) {
+  EXPECT_TRUE(faults_of(with_positioner()).empty());
+  Cell far = with_positioner();
+  far.targets[1].centre_m = Eigen::Vector3d(0.0, 0.0, 3.0);
+  far.lengths.clear();
+  const std::vector<CellFault> faults = faults_of(far);
+  ASSERT_FALSE(faults.empty());
+  EXPECT_EQ(faults[0].kind, CellFaultKind::kOutOfReach);
+  EXPECT_EQ(faults[0].ids.at(0), far.targets[1].id);
+  Cell wrong = with_positioner();
+  wrong.lengths[0].length_m *= 1.2;
+  EXPECT_FALSE(faults_of(wrong).empty());
+}
+
+TEST(PositionerPlan, AtASettingAllIsInTheBase) {
+  Cell cell = with_positioner();
+  Obstacle plate;
+  plate.id = "plate";
+  plate.carried_by = 1;
+  plate.frame = Eigen::Translation3d(0.0, -0.1, 0.0);
+  cell.obstacles.push_back(plate);
+  const Cell still = at_setting(cell, {0.5, -1.0});
+  EXPECT_TRUE(still.robot.positioner.empty());
+  const Eigen::Isometry3d table = carried_at(cell.robot, std::vector<double>{0.5, -1.0});
+  EXPECT_LT((still.targets[0].centre_m - table * cell.targets[0].centre_m).norm(), 1e-15);
+  EXPECT_LT((still.targets[0].stand_up - table.linear().col(2)).norm(), 1e-12);
+  EXPECT_EQ(still.targets[3].centre_m, cell.targets[3].centre_m);
+  EXPECT_TRUE(still.obstacles.back().frame.isApprox(
+      carried_at(cell.robot, std::vector<double>{0.5}) * plate.frame, 1e-12));
+}
+
+TEST(PositionerPlan, WhatPlansTouchByTouchRefusesIt) {
+  const Cell cell = with_positioner();
+  EXPECT_THROW(Finder(cell, {}, false, {}), PositionerError);
+  EXPECT_THROW(suggest_spheres(cell, {}, 4), PositionerError);
+  EXPECT_THROW(Pool(cell, {}, 10), PositionerError);
+  EXPECT_THROW(resume_plan(cell, planned(), 1, planned().start), PositionerError);
+}
+
+}  // namespace
+}  // namespace cellcal::calib

@@ -1,0 +1,296 @@
+// An arm beside a positioner that tilts and turns: its axes as found and as drawn, and where the arm
+// meets the spheres on it.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+#include "calib/files/files.h"
+#include "calib/files/robot_file.h"
+#include "calib/identify/identify.h"
+#include "calib/identify/identify_once.h"
+#include "calib/result/finding.h"
+#include "tests/command_line/command_line.h"
+#include "tests/experiments/trial.h"
+
+namespace {
+
+using namespace cellcal;
+using Eigen::AngleAxisd;
+using Eigen::Isometry3d;
+using Eigen::Translation3d;
+using Eigen::Vector3d;
+using experiments::median;
+
+/// A positioner as it is: turns about lines in the base frame, by angles with a zero, a scale and two
+/// waves of their own.
+class TruePositioner {
+ public:
+  TruePositioner(const calib::Robot& drawn, calib::Random& random) {
+    constexpr double kPlaceM = 1.5e-3, kDirectionRad = 1.5e-3, kZeroRad = 1e-3, kScale = 1e-4;
+    constexpr double kWaveRad = 5.0 / 3600.0 * std::numbers::pi / 180.0;
+    const auto scattered = [&](double sigma) {
+      return Vector3d(sigma * random.normal(), sigma * random.normal(), sigma * random.normal());
+    };
+    for (std::size_t j = 0; j < drawn.positioner.size(); ++j) {
+      const Isometry3d place = calib::carried_at(drawn, std::vector<double>(j + 1, 0.0));
+      axes_.push_back({place.translation() + scattered(kPlaceM),
+                       (place.linear().col(2) + scattered(kDirectionRad)).normalized(),
+                       drawn.positioner[j].sign * (1.0 + kScale * random.normal()),
+                       kZeroRad * random.normal(),
+                       {kWaveRad, kWaveRad / 2.0},
+                       {random.uniform(0.0, 6.28), random.uniform(0.0, 6.28)}});
+    }
+  }
+
+  /// Motion of the table from where it is at true zero.
+  Isometry3d moved(std::span<const double> angles_rad) const {
+    Isometry3d all = Isometry3d::Identity();
+    for (std::size_t j = 0; j < angles_rad.size(); ++j) {
+      const Axis& axis = axes_[j];
+      all = all * Translation3d(axis.point_m) *
+            AngleAxisd(axis.angle(angles_rad[j]), axis.direction) * Translation3d(-axis.point_m);
+    }
+    return all;
+  }
+  /// Point and direction with the controller's angles at 0.
+  std::pair<Vector3d, Vector3d> line(std::size_t j) const {
+    const Isometry3d before = moved(std::vector<double>(j, 0.0));
+    return {before * axes_[j].point_m, before.linear() * axes_[j].direction};
+  }
+
+ private:
+  struct Axis {
+    Vector3d point_m, direction;
+    double scale, zero_rad;
+    double wave_rad[2], phase[2];
+    double angle(double shown) const {
+      double sum = zero_rad + scale * shown;
+      for (int k = 0; k < 2; ++k) sum += wave_rad[k] * std::cos((k + 1) * shown + phase[k]);
+      return sum;
+    }
+  };
+  std::vector<Axis> axes_;
+};
+
+struct Made {
+  calib::Cell cell;
+  experiments::World world;
+  TruePositioner positioner;
+  std::vector<calib::Touch> touches;
+  std::size_t settings = 0;
+};
+
+/// Three spheres on the table and three beside it; lengths between those on one side.
+calib::Cell drawn_cell(const calib::Robot& robot, const experiments::Stage& stage,
+                       calib::Random& random) {
+  constexpr double kPlaces[][3] = {{0.35, 0.0, 0.10},  {-0.17, 0.30, 0.20}, {-0.17, -0.30, 0.06},
+                                   {0.75, -0.8, 0.35}, {0.75, 0.8, 0.65},   {0.3, -0.85, 0.9}};
+  calib::Cell cell = experiments::make_cell(robot, stage, random);
+  cell.lengths.clear();
+  for (std::size_t i = 0; i < cell.targets.size(); ++i) {
+    calib::Target& target = cell.targets[i];
+    target.carried_by = i < 3 ? 2 : 0;
+    target.diameter_m = 0.04;
+    for (int k = 0; k < 3; ++k) target.centre_m[k] = kPlaces[i][k] + random.uniform(-0.02, 0.02);
+  }
+  for (std::size_t a = 0; a < cell.targets.size(); ++a)
+    for (std::size_t b = a + 1; b < cell.targets.size(); ++b)
+      if (cell.targets[a].carried_by == cell.targets[b].carried_by)
+        cell.lengths.push_back({cell.targets[a].id, cell.targets[b].id,
+                                (cell.targets[a].centre_m - cell.targets[b].centre_m).norm(),
+                                5e-6});
+  return cell;
+}
+
+std::optional<Made> made(const calib::Robot& robot, int fit, int check, std::uint64_t seed) {
+  calib::Random random(seed);
+  experiments::Stage stage;
+  stage.spheres = 6;
+  const calib::Cell cell = drawn_cell(robot, stage, random);
+  calib::PlanOptions options;
+  options.fit_touches = fit;
+  options.check_touches = check;
+  options.seed = static_cast<unsigned>(seed);
+  calib::Plan plan;
+  try {
+    plan = calib::make_plan(cell, options);
+  } catch (const calib::PlanError& error) {
+    fmt::print(stderr, "seed {}: {}\n", seed, error.what());
+    return std::nullopt;
+  }
+  experiments::World world(cell, stage, random);
+  Made result{world.cell, std::move(world), TruePositioner(robot, random), {}, 1};
+  const Isometry3d table = calib::carried_at(robot, std::vector<double>{0.0, 0.0});
+  for (std::size_t t = 0; t < cell.targets.size(); ++t)
+    if (cell.targets[t].carried_by > 0) result.world.centre_m[t] = table * result.world.centre_m[t];
+  for (std::size_t i = 0; i < plan.touches.size(); ++i) {
+    const calib::PlannedTouch& planned = plan.touches[i];
+    result.settings += !planned.wait.empty();
+    const std::size_t t = cell.target_index(planned.target);
+    const Vector3d& at_zero = result.world.centre_m[t];
+    const Vector3d moved = cell.targets[t].carried_by > 0
+                               ? result.positioner.moved(planned.positioner_rad) * at_zero - at_zero
+                               : Vector3d(Vector3d::Zero());
+    auto touch = result.world.touch(planned, static_cast<double>(i) / plan.touches.size(),
+                                    experiments::kBeyond, random, moved);
+    if (!touch) continue;
+    touch->positioner_rad = planned.positioner_rad;
+    result.touches.push_back(std::move(*touch));
+  }
+  return result;
+}
+
+/// Motion that takes the tips as predicted to the true ones: the base is a convention.
+Isometry3d base_of(const Made& made, const calib::Calibration& c) {
+  constexpr int kPostures = 1000;
+  const calib::Predictor predictor(c);
+  const auto postures =
+      experiments::postures(calib::ArmModel(made.cell.robot, made.cell.tool), kPostures, 99);
+  Eigen::Matrix3Xd predicted(3, kPostures), real(3, kPostures);
+  for (int i = 0; i < kPostures; ++i) {
+    predicted.col(i) = predictor.calibrated(postures[i]).tcp.translation();
+    real.col(i) = made.world.arm.tip(postures[i]);
+  }
+  return Isometry3d(Eigen::umeyama(predicted, real, false));
+}
+
+struct Column {
+  struct OfAxis {
+    std::vector<double> place_mm, direction_mrad, place_share, direction_share;
+  };
+  OfAxis axis[2];
+  std::vector<double> covered, mean_mm, max_mm;
+  int published = 0;
+  std::string reasons;
+
+  void add(const Made& made, const calib::Calibration& c, std::uint64_t seed) {
+    const Isometry3d base = base_of(made, c);
+    int inside = 0;
+    for (std::size_t j = 0; j < 2; ++j) {
+      const calib::PositionerLine& line = c.positioner[j];
+      const auto [point, direction] = made.positioner.line(j);
+      const double place_m = direction.cross(base * line.point_m - point).norm();
+      const double angle_rad = (base.linear() * line.direction).cross(direction).norm();
+      axis[j].place_mm.push_back(1e3 * place_m);
+      axis[j].direction_mrad.push_back(1e3 * angle_rad);
+      axis[j].place_share.push_back(line.place_u95_m / place_m);
+      axis[j].direction_share.push_back(line.direction_u95_rad / angle_rad);
+      inside += (place_m <= line.place_u95_m) + (angle_rad <= line.direction_u95_rad);
+    }
+    covered.push_back(100.0 * inside / 4.0);
+    judge_table(made, c, base);
+    published += c.verdict.publish();
+    if (!c.verdict.publish())
+      reasons +=
+          fmt::format("    arm {} withheld: {}\n", seed, calib::words(c.verdict.findings)[0]);
+  }
+
+  /// Spheres on the table where the arm is told that they are, at settings all over the limits.
+  void judge_table(const Made& made, const calib::Calibration& c, const Isometry3d& base) {
+    constexpr int kSettings = 300;
+    calib::Random random(7);
+    double sum = 0.0, most = 0.0;
+    int count = 0;
+    for (int k = 0; k < kSettings; ++k) {
+      std::vector<double> angles;
+      calib::Robot found = c.cell.robot;
+      for (std::size_t j = 0; j < 2; ++j) {
+        const calib::PositionerAxis& drawn = made.cell.robot.positioner[j];
+        angles.push_back(random.uniform(drawn.min_rad, drawn.max_rad));
+        found.positioner[j].frame = c.positioner[j].frame;
+      }
+      std::vector<double> scaled = angles;
+      for (std::size_t j = 0; j < 2; ++j)
+        scaled[j] *=
+            1.0 + calib::correction_of(c, calib::positioner_parameter(j, calib::AxisError::kScale));
+      for (const calib::TargetResult& target : c.targets) {
+        const std::size_t t = made.cell.target_index(target.id);
+        if (made.cell.targets[t].carried_by == 0) continue;
+        const Vector3d told = base * (calib::carried_at(found, scaled) * target.centre_m);
+        const double off = (told - made.positioner.moved(angles) * made.world.centre_m[t]).norm();
+        sum += off;
+        most = std::max(most, off);
+        ++count;
+      }
+    }
+    mean_mm.push_back(1e3 * sum / count);
+    max_mm.push_back(1e3 * most);
+  }
+
+  void print(const char* name) const {
+    const auto worst = [](const std::vector<double>& v) { return *std::ranges::max_element(v); };
+    std::string axes;
+    for (const OfAxis& one : axis)
+      axes +=
+          fmt::format(" {:.3f}, {:.3f} | {:.3f}, {:.3f} |", median(one.place_mm),
+                      worst(one.place_mm), median(one.direction_mrad), worst(one.direction_mrad));
+    double all = 0.0;
+    for (const double one : covered) all += one / static_cast<double>(covered.size());
+    fmt::print("| {} |{} {:.0f}, {:.1f} % | {:.3f}/{:.3f} | {:.3f}/{:.3f} | {} of {} |\n", name,
+               axes, median(covered), all, median(mean_mm), median(max_mm), worst(mean_mm),
+               worst(max_mm), published, covered.size());
+  }
+  void print_bounds() const {
+    for (std::size_t j = 0; j < 2; ++j)
+      fmt::print("E{}: u95 over error, median: place {:.2f}, direction {:.2f}\n", j + 1,
+                 median(axis[j].place_share), median(axis[j].direction_share));
+  }
+};
+
+/// The robot file of somebody who takes the positioner for exact.
+calib::Cell with_exact_positioner(calib::Cell cell) {
+  for (calib::PositionerAxis& axis : cell.robot.positioner)
+    axis.place_sigma_m = axis.direction_sigma_rad = axis.scale_sigma = 0.0;
+  return cell;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    int robots = 20, fit = 130, check = 30;
+    std::uint64_t first = 1;
+    cellcal::CommandLine app(
+        "A KR 16 beside a positioner that tilts and turns: its axes [mm, mrad], and the spheres on "
+        "it [mm].\nExample: positioner --robots 20");
+    app.option("--robots", robots, "Random arms and positioners").between(1, 100);
+    app.option("--number", fit, "Touches for the fit").between(10, 2000);
+    app.option("--check", check, "Touches held out").between(0, 2000);
+    app.option("--seed", first, "Of the first arm");
+    if (const auto code = app.parse(argc, argv)) return *code;
+    const calib::Robot robot = calib::load_robot(CELLCAL_EXPERIMENT_POSITIONER);
+    Column exact, found;
+    std::vector<double> settings;
+    for (std::uint64_t seed = first; static_cast<int>(found.covered.size()) < robots; ++seed) {
+      if (seed > first + 200) throw std::runtime_error("no cell could be planned");
+      const auto session = made(robot, fit, check, seed);
+      if (!session) continue;
+      settings.push_back(static_cast<double>(session->settings));
+      found.add(*session,
+                calib::identify(session->cell, session->touches,
+                                {.region_poses = calib::kStatedPoses}, calib::shipped_robots),
+                seed);
+      exact.add(*session,
+                calib::identify_single_pass(with_exact_positioner(session->cell), session->touches),
+                seed);
+      fmt::print(stderr, "\r{} of {}", found.covered.size(), robots);
+    }
+    fmt::print(stderr, "\r");
+    fmt::print("{} touches and {} held out at {:.0f} settings\n\n", fit, check, median(settings));
+    fmt::print(
+        "| positioner | E1 place: median, worst | direction | E2 place | direction | inside u95: "
+        "median, all | on the table: median | worst | published |\n|---|---|---|---|---|---|---|---|---|\n");
+    exact.print("as drawn");
+    found.print("identified");
+    found.print_bounds();
+    fmt::print("{}", found.reasons);
+    return 0;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "positioner: %s\n", e.what());
+    return 1;
+  }
+}
