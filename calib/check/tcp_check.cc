@@ -93,17 +93,11 @@ std::vector<Unmet> unmet_of(const Calibration& calibration,
   return unmet;
 }
 
-const Calibration& of_a_fixed_foot(const Calibration& calibration) {
-  refuse_linear_unit(calibration.cell.robot, "a check",
-                     "Identify anew from touches along the whole track, with --last");
-  return calibration;
-}
-
 }  // namespace
 
 TcpChecker::TcpChecker(const Calibration& calibration, const std::vector<Touch>& expected,
                        const std::vector<std::vector<Touch>>& references)
-    : calibration_(of_a_fixed_foot(calibration)),
+    : calibration_(calibration),
       foresight_(foreseen(calibration, expected, references)),
       changes_(possible_changes(calibration, foresight_.contacts)),
       alarm_(changes_, foresight_.contacts, foresight_.covariance_m2()),

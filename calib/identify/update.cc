@@ -231,8 +231,6 @@ Resolved resolve(const Calibration& prior, TouchEquations& equations) {
 
 Calibration update(const Calibration& last, const std::vector<Touch>& touches,
                    const UpdateFacts& facts) {
-  refuse_linear_unit(last.cell.robot, "an update",
-                     "Calibrate anew, with 'cellcal identify' and touches along the whole track");
   const Calibration prior = with_drift(last, facts.months);
   const std::vector<JointVector> workspace = stated_workspace(last, facts.region_poses);
   UpdateOrigin origin;

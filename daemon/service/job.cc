@@ -226,15 +226,10 @@ void check_goal_value(const RunRequest& request, const Job& job) {
   }
 }
 
-/// Sessions that need more than the arm's touches at places that are known.
+/// A search for a sphere follows a line that the arm alone keeps.
 void check_linear_unit(const RunRequest& request, const Job& job) {
-  const calib::Robot& robot = job.cell.robot;
-  if (job.options.kind == SessionKind::kCheck)
-    refuse_linear_unit(robot, "a check", "Run a full session, 'cellcal run --cell CELL'");
-  if (request.update)
-    refuse_linear_unit(robot, "an update", "Run a full session, 'cellcal run --cell CELL'");
   if (request.kind == SessionKind::kFind || request.find || must_find(job.cell))
-    refuse_linear_unit(robot, "finding spheres", "State centre_mm of every sphere");
+    refuse_linear_unit(job.cell.robot, "finding spheres", "State centre_mm of every sphere");
 }
 
 /// Checks of a new session, before anything is opened, planned or moved.
