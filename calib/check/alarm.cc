@@ -95,9 +95,11 @@ std::vector<PossibleChange> possible_changes(const Calibration& c,
     changes.push_back(
         {ChangeKind::kSphere, id, 0, 3, kSphere / static_cast<double>(spheres.size()), kLengthsM});
   const std::vector<Joint>& joints = c.cell.robot.joints;
-  for (std::size_t i = 0; i + 1 < joints.size(); ++i)
+  // A linear unit's zero that slipped looks as the arm's foot moved, which is no single change either.
+  const std::size_t first = c.cell.robot.first_turning();
+  for (std::size_t i = first; i + 1 < joints.size(); ++i)
     changes.push_back({ChangeKind::kJoint, joints[i].name, i, 1,
-                       kJoint / static_cast<double>(joints.size() - 1), kAnglesRad});
+                       kJoint / static_cast<double>(joints.size() - 1 - first), kAnglesRad});
   changes.push_back({ChangeKind::kGrowth, "", 0, 1, kGrowth, kGrowths});
   for (std::size_t t = 0; t < contacts.size(); ++t)
     changes.push_back({ChangeKind::kTouch, contacts[t].target, t, 1,

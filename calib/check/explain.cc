@@ -192,7 +192,10 @@ ForeseenContact KnownTouches::contact(std::size_t t) const {
   contact.target = touches_[t].target;
   contact.tip_m = chain.tip;
   contact.flange = chain.flange;
-  contact.by_growth_m = chain.flange_origin - cell_.robot.base_fixed.translation();
+  // A linear unit does not grow with the arm.
+  const std::size_t first = cell_.robot.first_turning();
+  contact.by_growth_m = chain.flange_origin - (first > 0 ? chain.link[first].z_origin
+                                                         : cell_.robot.base_fixed.translation());
   for (std::size_t i = 0; i < cell_.robot.joints.size(); ++i)
     contact.axes.push_back({cell_.robot.joints[i].sign * chain.link[i].z, chain.link[i].z_origin});
   const TargetBlock& block = problem_.blocks()[static_cast<std::size_t>(problem_.block_of(t))];

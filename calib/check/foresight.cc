@@ -36,15 +36,17 @@ Eigen::MatrixXd covariance_of(const Calibration& c, const std::vector<Unknown>& 
 }
 
 /// As in calib/estimate: correlation between touches of the model error that the calibration found.
+/// `turning`: the first joint that turns.
 double alike(const ForeseenContact& a, const ForeseenContact& b, const Touch& at_a,
-             const Touch& at_b, double reach_rad) {
+             const Touch& at_b, std::size_t turning, double reach_rad) {
   const Eigen::Vector3d n_a = (a.tip_m - a.centre_m).normalized();
   const Eigen::Vector3d n_b = (b.tip_m - b.centre_m).normalized();
   if (!(reach_rad > 0.0)) return 0.0;
   double largest = 0.0, square = 0.0;
   std::vector<double> lever;
   for (const ForeseenContact::Axis& axis : a.axes) {
-    lever.push_back(axis.direction.cross(a.tip_m - axis.origin).norm());
+    const bool slides = lever.size() < turning;  // a metre of travel moves all by a metre
+    lever.push_back(slides ? 1.0 : axis.direction.cross(a.tip_m - axis.origin).norm());
     largest = std::max(largest, lever.back());
   }
   for (std::size_t i = 0; i < lever.size(); ++i)
@@ -87,8 +89,9 @@ Foresight foresee(const Calibration& c, const std::vector<Touch>& touches) {
     beside(a, a) = std::pow(at.problem().sigma_m(t), 2) - noise + field;
     for (Eigen::Index b = 0; field > 0.0 && b < n; ++b)
       if (const auto o = static_cast<std::size_t>(b); a != b)
-        beside(a, b) = field * alike(foresight.contacts[t], foresight.contacts[o], touches[t],
-                                     touches[o], c.discrepancy.reach_rad);
+        beside(a, b) =
+            field * alike(foresight.contacts[t], foresight.contacts[o], touches[t], touches[o],
+                          c.cell.robot.first_turning(), c.discrepancy.reach_rad);
   }
   const KnownTouches::RowMajor j = at.rows(at.x());
   const Eigen::MatrixXd v = j * covariance_of(c, at.unknowns()) * j.transpose() + beside;

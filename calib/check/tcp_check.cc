@@ -93,9 +93,9 @@ std::vector<Unmet> unmet_of(const Calibration& calibration,
   return unmet;
 }
 
-const Calibration& of_a_fixed_foot(const Calibration& calibration) {
-  refuse_external_axes(calibration.cell.robot, "a check",
-                       "Identify anew from touches all over the external axes' range, with --last");
+const Calibration& without_positioner(const Calibration& calibration) {
+  refuse_positioner(calibration.cell.robot, "a check",
+                    "Identify anew from touches all over the positioner's range, with --last");
   return calibration;
 }
 
@@ -103,7 +103,7 @@ const Calibration& of_a_fixed_foot(const Calibration& calibration) {
 
 TcpChecker::TcpChecker(const Calibration& calibration, const std::vector<Touch>& expected,
                        const std::vector<std::vector<Touch>>& references)
-    : calibration_(of_a_fixed_foot(calibration)),
+    : calibration_(without_positioner(calibration)),
       foresight_(foreseen(calibration, expected, references)),
       changes_(possible_changes(calibration, foresight_.contacts)),
       alarm_(changes_, foresight_.contacts, foresight_.covariance_m2()),

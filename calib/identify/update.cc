@@ -231,9 +231,9 @@ Resolved resolve(const Calibration& prior, TouchEquations& equations) {
 
 Calibration update(const Calibration& last, const std::vector<Touch>& touches,
                    const UpdateFacts& facts) {
-  refuse_external_axes(
+  refuse_positioner(
       last.cell.robot, "an update",
-      "Calibrate anew, with 'cellcal identify' and touches all over the external axes' range");
+      "Calibrate anew, with 'cellcal identify' and touches all over the positioner's range");
   const Calibration prior = with_drift(last, facts.months);
   const std::vector<JointVector> workspace = stated_workspace(last, facts.region_poses);
   UpdateOrigin origin;

@@ -22,7 +22,7 @@ void aim(const Known& known, const Candidate& candidate, PlannedTouch& touch) {
   const ArmModel& arm = problem.arm();
   const Eigen::VectorXd x = known.estimate.x_si();
   const double reach = std::clamp(kStandoffSigmas * known.sigma_m + kStandoffExtraM,
-                                  kStandoffLeastM, options.standoff_m);
+                                  kStandoffLeastM, touch.expected_m);
   const auto& blocks = problem.blocks();
   const auto block = std::find_if(blocks.begin(), blocks.end(), [&](const TargetBlock& b) {
     return b.target == candidate.target;

@@ -51,10 +51,19 @@ Spot spot_on_plane(const Target& plane, const Tool& tool, int i, int n, double s
           plane.normal, tool.tip_radius_m};
 }
 
+/// What a touch is tried with.
+struct Trying {
+  const ArmModel& arm;
+  const Clearance& clearance;
+  const PlanOptions& options;
+  const Target& target;
+  const TrackOff& unit;
+};
+
 /// The complete search line of a touch that starts in the given posture.
-std::optional<Candidate> try_touch(const ArmModel& arm, const Clearance& clearance,
-                                   const PlanOptions& options, const Spot& spot,
+std::optional<Candidate> try_touch(const Trying& with, const Spot& spot,
                                    const Eigen::Matrix3d& orientation, const JointVector& contact) {
+  const auto& [arm, clearance, options, target, unit] = with;
   const auto pose_at = [&](double outside) {
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
     pose.linear() = orientation;
@@ -63,10 +72,10 @@ std::optional<Candidate> try_touch(const ArmModel& arm, const Clearance& clearan
   };
   for (std::size_t i = first_wrist_joint(arm.robot()); i < contact.size(); ++i)
     if (std::abs(contact[i]) > kWristRad) return std::nullopt;
-  const auto standoff =
-      inverse(arm, pose_at(options.standoff_m), contact, options.limit_margin_rad);
-  const auto end = inverse(arm, pose_at(-options.beyond_m), contact, options.limit_margin_rad);
-  const auto away = inverse(arm, pose_at(options.clear_m), contact, options.limit_margin_rad);
+  const auto [before_m, behind_m, clear_m] = search_reach(unit, target, contact, options);
+  const auto standoff = inverse(arm, pose_at(before_m), contact, options.limit_margin_rad);
+  const auto end = inverse(arm, pose_at(-behind_m), contact, options.limit_margin_rad);
+  const auto away = inverse(arm, pose_at(clear_m), contact, options.limit_margin_rad);
   if (!standoff || !end || !away) return std::nullopt;
   // The line must be one smooth motion: a change of configuration appears as a large joint step.
   constexpr double kLargestRad = 0.2;
@@ -178,6 +187,7 @@ std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
   std::vector<Candidate> result;
   Random random(options.seed);
   const Configurations configurations(arm, options.limit_margin_rad);
+  const TrackOff unit(cell.robot);
   const Vector3d shaft = shaft_of(cell.tool);
   const Eigen::Matrix3d tool = cell.tool.tcp.linear();
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
@@ -185,6 +195,7 @@ std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
     if (!is_planned(target, kinds)) continue;
     const Vector3d up = stand_up(cell.robot, target);
     const Eigen::Quaterniond to_up = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), up);
+    const Trying with{arm, clearance, options, target, unit};
     const bool plane = target.kind == TargetKind::kPlane;
     const double radius = contact_radius_m(target, cell.tool);
     const int directions = 2 * per_target;
@@ -219,7 +230,7 @@ std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
             pose, track_position_m(arm, target.centre_m, options.limit_margin_rad, random));
         for (std::size_t left = ways.size(); left > 0; --left) {
           std::swap(ways[random.below(left)], ways[left - 1]);
-          auto candidate = try_touch(arm, clearance, options, spot, pose.linear(), ways[left - 1]);
+          auto candidate = try_touch(with, spot, pose.linear(), ways[left - 1]);
           if (!candidate) continue;
           candidate->target = t;
           result.push_back(std::move(*candidate));
@@ -241,6 +252,8 @@ std::vector<Candidate> vary(const Cell& cell, const ArmModel& arm, const Clearan
   const Vector3d up = stand_up(cell.robot, target);
   const Vector3d shaft = cell.tool.tcp.linear().transpose() * shaft_of(cell.tool);  // TCP's frame
   const double cone = std::cos(kConeRad);
+  const TrackOff unit(cell.robot);
+  const Trying with{arm, clearance, options, target, unit};
   std::vector<Candidate> result;
   for (int k = 0; k < count; ++k) {
     Spot spot{target.centre_m, like.normal, contact_radius_m(target, cell.tool)};
@@ -261,7 +274,7 @@ std::vector<Candidate> vary(const Cell& cell, const ArmModel& arm, const Clearan
     const auto contact = inverse(arm, pose, moved_along(arm.robot(), like.contact, by_rad, random),
                                  options.limit_margin_rad);
     if (!contact) continue;
-    auto candidate = try_touch(arm, clearance, options, spot, pose.linear(), *contact);
+    auto candidate = try_touch(with, spot, pose.linear(), *contact);
     if (!candidate) continue;
     candidate->target = like.target;
     result.push_back(std::move(*candidate));

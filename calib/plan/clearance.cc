@@ -15,6 +15,7 @@
 #include "calib/model/units.h"
 #include "calib/plan/bodies.h"
 #include "calib/plan/surroundings.h"
+#include "calib/plan/track.h"
 
 namespace cellcal::calib {
 
@@ -61,6 +62,7 @@ struct Clearance::Impl {
   Impl(const Cell& cell, const ArmModel& arm)
       : bodies(arm),
         things(cell),
+        unit(cell.robot),
         up(up_of(cell.robot)),
         hand(cell.robot.joints.size() - 1),
         passable(cell.passable) {
@@ -69,12 +71,30 @@ struct Clearance::Impl {
         if (has_a_centre(target.kind) && target.has_centre)
           lowest_m = std::min(lowest_m, target.centre_m.dot(up) - kBelowTargetsM);
     find_pairs(cell.robot);
+    if (unit.any())
+      for (std::size_t i = 0; i < things.size(); ++i) places.push_back(place_of(i));
   }
 
-  /// Margin between body and object; empty if contact is allowed.
-  std::optional<double> margin_m(const Body& body, std::size_t thing, const Mode& mode) const {
-    if (mode.touched < 0 || things.target(thing) != mode.touched)
-      return body.is_tip ? mode.tip_margin_m : kBodyMarginM;
+  std::optional<TrackOff::Place> place_of(std::size_t thing) const {
+    const auto middle_m = things.middle_m(thing);
+    return middle_m ? std::optional(unit.place(*middle_m)) : std::nullopt;
+  }
+
+  /// How far off the arm may be at each object by its linear unit's prior; empty without one.
+  void set_off_m(std::span<const double> q, std::vector<double>& off_m) const {
+    off_m.clear();
+    for (const auto& place : places)
+      off_m.push_back(place ? unit.off_m(*place, q[0]) : 0.0);  // the unit stands on the floor
+  }
+
+  /// Margin between body and object; empty if contact is allowed. Convex along a move, so that the
+  /// mean of those at its ends bounds that at its middle, as (64) needs.
+  std::optional<double> margin_m(const Body& body, std::size_t thing, const Mode& mode,
+                                 const std::vector<double>& off_m) const {
+    if (mode.touched < 0 || things.target(thing) != mode.touched) {
+      const double usual_m = body.is_tip ? mode.tip_margin_m : kBodyMarginM;
+      return off_m.empty() ? usual_m : std::hypot(usual_m, off_m[thing]);  // (64a)
+    }
     if (body.is_tip) return std::nullopt;
     return kSearchMarginM;
   }
@@ -88,7 +108,9 @@ struct Clearance::Impl {
   /// Smallest slack of the posture; kFar if nothing is hit.
   Encounter worst_of(const JointVector& q, const Mode& mode) const {
     thread_local std::vector<Segment> axes;
+    thread_local std::vector<double> off_m;
     bodies.place(q, axes);
+    set_off_m(q, off_m);
     const auto& list = bodies.list();
     Encounter worst;
     const auto note = [&](double value, double margin, std::size_t body, const std::string& other,
@@ -100,7 +122,7 @@ struct Clearance::Impl {
       if (!list[k].meets_cell) continue;
       note(height_m(k, axes[k]), 0.0, k, kNothing, true);
       for (std::size_t i = 0; i < things.size(); ++i) {
-        const auto margin = margin_m(list[k], i, mode);
+        const auto margin = margin_m(list[k], i, mode, off_m);
         if (!margin) continue;
         const double around = list[k].radius_m + *margin, near = around + kNearM;
         double distance = things.bound_m(i, axes[k]);
@@ -117,12 +139,13 @@ struct Clearance::Impl {
   /// on them. Beyond kNearM the lower bound is used.
   struct Around {
     std::vector<Segment> axes;
-    std::vector<double> low, high;
+    std::vector<double> off_m, low, high;
   };
 
   /// False if something is hit.
   bool look(std::span<const double> q, const Mode& mode, Around& around) const {
     bodies.place(q, around.axes);
+    set_off_m(q, around.off_m);
     const auto& list = bodies.list();
     around.low.assign(list.size() + pairs.size(), kFar);
     around.high.assign(list.size() + pairs.size(), kFar);
@@ -250,7 +273,9 @@ struct Clearance::Impl {
     farthest.assign(margin.size(), 0.0);
     for (const JointVector& corner : triangle) {
       set_paths_m(middle, corner, path);
-      for (std::size_t k = 0; k < path.size(); ++k) farthest[k] = std::max(farthest[k], path[k]);
+      const double wider_m = wider_by_m(corner, around.off_m);
+      for (std::size_t k = 0; k < path.size(); ++k)
+        farthest[k] = std::max(farthest[k], path[k] + wider_m);
     }
     const auto reaches = [&](std::size_t k, double slack) {
       return farthest[k] <= std::max(kShortM / 2.0, slack + (1.0 - kMarginKept) * margin[k]);
@@ -265,6 +290,15 @@ struct Clearance::Impl {
     return true;
   }
 
+  /// Most that a margin is wider there than with these.
+  double wider_by_m(const JointVector& q, const std::vector<double>& than_m) const {
+    thread_local std::vector<double> off_m;
+    set_off_m(q, off_m);
+    double most = 0.0;
+    for (std::size_t i = 0; i < off_m.size(); ++i) most = std::max(most, off_m[i] - than_m[i]);
+    return most;
+  }
+
   Hit of(const Encounter& worst) const {
     const Body& body = bodies.list()[worst.body];
     return {worst.low ? Hit::Kind::kBelowTargets : Hit::Kind::kTooNear, body.words, worst.other,
@@ -273,6 +307,8 @@ struct Clearance::Impl {
 
   Bodies bodies;
   Surroundings things;
+  TrackOff unit;
+  std::vector<std::optional<TrackOff::Place>> places;  ///< of the objects, with a linear unit
   Eigen::Vector3d up;
   std::size_t hand;  ///< the body of the last link
   Passable passable;
@@ -289,7 +325,7 @@ struct Clearance::Impl {
     double &low = around.low[k], &high = around.high[k];
     low = high = height_m(k, axis);
     for (std::size_t i = 0; i < things.size(); ++i) {
-      const auto margin = margin_m(body, i, mode);
+      const auto margin = margin_m(body, i, mode, around.off_m);
       if (!margin) continue;
       const double keeps = body.radius_m + *margin;
       // The object determines neither bound.
@@ -311,7 +347,7 @@ struct Clearance::Impl {
     double least = height_m(k, axis);
     const auto each = [&](bool in_doubt) {
       for (std::size_t i = 0; i < things.size(); ++i) {
-        const auto margin = margin_m(body, i, mode);
+        const auto margin = margin_m(body, i, mode, around.off_m);
         if (!margin) continue;
         const double keeps = body.radius_m + *margin;
         double distance = things.bound_m(i, axis);

@@ -17,10 +17,11 @@ constexpr std::ptrdiff_t kFewest = 4;
 constexpr double kMostOff = 10.0;
 constexpr double kStepM = 0.001;  ///< step between postures on a search line
 
-/// `speed_m_s`: includes the latch delay in the prediction.
-Touch on_line(const PlannedTouch& planned, double travel_m, double speed_m_s) {
+/// `like`: a touch with the load held; `speed_m_s`: includes the latch delay in the prediction.
+Touch on_line(const PlannedTouch& planned, double travel_m, const Touch& like, double speed_m_s) {
   Touch touch;
   touch.target = planned.target;
+  touch.load = like.load;
   touch.speed_m_s = speed_m_s;
   const double share = travel_m / planned.search_m;
   for (std::size_t i = 0; i < planned.standoff.size(); ++i)
@@ -114,7 +115,7 @@ std::vector<ExpectedContact> ContactForecast::of(const Plan& plan, std::size_t n
     which.push_back(k);
     for (const double further_m : {0.0, kStepM})
       postures.push_back(
-          on_line(plan.touches[k], plan.touches[k].expected_m + further_m, speed_m_s));
+          on_line(plan.touches[k], plan.touches[k].expected_m + further_m, fit_.back(), speed_m_s));
   }
   if (which.empty()) return expected;
   const Gaps nominal = gaps_at(*running_, postures);
@@ -126,7 +127,7 @@ std::vector<ExpectedContact> ContactForecast::of(const Plan& plan, std::size_t n
     slope.push_back((nominal.gap_m[k + 1] - nominal.gap_m[k]) / kStepM);
     const PlannedTouch& planned = plan.touches[which[n]];
     expected[which[n]].travel_m = planned.expected_m - nominal.gap_m[k] / slope[n];
-    postures.push_back(on_line(planned, expected[which[n]].travel_m, speed_m_s));
+    postures.push_back(on_line(planned, expected[which[n]].travel_m, fit_.back(), speed_m_s));
   }
   const Gaps gaps = gaps_at(*running_, postures);
   for (std::size_t n = 0; n < which.size(); ++n) {

@@ -7,6 +7,7 @@
 #include "calib/model/long_work.h"
 #include "calib/plan/candidates.h"
 #include "calib/plan/duration.h"
+#include "calib/plan/track.h"
 
 namespace cellcal::calib {
 
@@ -121,8 +122,10 @@ PlannedTouch to_planned(const Cell& cell, const Candidate& c, TouchSet set,
   touch.standoff = c.standoff;
   touch.end = c.end;
   touch.clear = c.clear;
-  touch.search_m = options.standoff_m + options.beyond_m;
-  touch.expected_m = options.standoff_m;
+  const SearchReach reach =
+      search_reach(TrackOff(cell.robot), cell.targets[c.target], c.contact, options);
+  touch.search_m = reach.before_m + reach.behind_m;
+  touch.expected_m = reach.before_m;
   return touch;
 }
 

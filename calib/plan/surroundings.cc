@@ -237,6 +237,11 @@ std::size_t Surroundings::size() const { return things_.size(); }
 const std::string& Surroundings::words(std::size_t i) const { return things_[i].words; }
 int Surroundings::target(std::size_t i) const { return things_[i].target; }
 
+std::optional<Vector3d> Surroundings::middle_m(std::size_t i) const {
+  const Thing& thing = things_[i];
+  return thing.form == Form::kFloor ? std::nullopt : std::optional(thing.middle);
+}
+
 double Surroundings::coarse_bound_m(std::size_t i, const Vector3d& middle, double half_m) const {
   const Thing& thing = things_[i];
   return (middle - thing.middle).norm() - half_m - thing.about_m;

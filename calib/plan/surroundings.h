@@ -3,6 +3,7 @@
 // Distances from a capsule's axis; for boxes, cylinders and meshes by FCL.
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,8 @@ class Surroundings {
   const std::string& words(std::size_t i) const;
   /// The target that it is or supports; -1 for others.
   int target(std::size_t i) const;
+  /// Centre of its bounding ball; empty for the floor.
+  std::optional<Eigen::Vector3d> middle_m(std::size_t i) const;
   /// Lower bound of bound_m() for an axis of this centre and half this length; faster still.
   double coarse_bound_m(std::size_t i, const Eigen::Vector3d& middle, double half_m) const;
   /// Lower bound of the distance of the axis from the object; fast.

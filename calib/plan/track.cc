@@ -32,4 +32,40 @@ double track_position_m(const ArmModel& arm, const Eigen::Vector3d& place_m, dou
   return random.uniform(low, high);
 }
 
+TrackOff::TrackOff(const Robot& robot)
+    : along_(Eigen::Vector3d::Zero()), foot_m_(robot.base_fixed.translation()) {
+  if (robot.first_turning() == 0) return;
+  const Joint& track = robot.joints[0];
+  guide_ = track.guide;
+  along_ = robot.base_fixed.linear() * guide_->along;
+  min_m_ = track.min_rad;
+  max_m_ = track.max_rad;
+}
+
+TrackOff::Place TrackOff::place(const Eigen::Vector3d& place_m) const {
+  const double opposite = std::clamp(along_.dot(place_m - foot_m_), min_m_, max_m_);
+  return {opposite, (place_m - foot_m_ - opposite * along_).norm()};
+}
+
+double TrackOff::off_m(const Place& place, double carriage_m) const {
+  constexpr double kSigmas = 3.0;
+  const double way = carriage_m - place.opposite_m, lever = std::hypot(place.beside_m, way);
+  const double shift = std::max(guide_->scale_sigma, guide_->direction_sigma_rad);
+  const double slope = std::hypot(shift, guide_->turn_sigma_rad_m * lever);
+  const double waves = std::hypot(guide_->straightness_sigma_m, guide_->turn_sigma_rad * lever);
+  return kSigmas * std::sqrt(way * way * slope * slope + 2.0 * waves * waves);  // (64a)
+}
+
+double TrackOff::widened_m(double usual_m, const Eigen::Vector3d& place_m,
+                           const JointVector& q) const {
+  return any() ? std::hypot(usual_m, off_m(place(place_m), q[0])) : usual_m;
+}
+
+SearchReach search_reach(const TrackOff& unit, const Target& target, const JointVector& contact,
+                         const PlanOptions& options) {
+  const double before_m = unit.widened_m(options.standoff_m, target.centre_m, contact);
+  return {before_m, unit.widened_m(options.beyond_m, target.centre_m, contact),
+          options.clear_m + (before_m - options.standoff_m)};
+}
+
 }  // namespace cellcal::calib

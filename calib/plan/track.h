@@ -1,10 +1,13 @@
 #pragma once
-// Positions of a linear unit from which the arm reaches a place.
+// Positions of a linear unit from which the arm reaches a place, and how far off the tip may be there
+// by the unit's prior.
 
 #include <Eigen/Core>
+#include <optional>
 
 #include "calib/model/kinematics.h"
 #include "calib/model/linear.h"
+#include "calib/plan/planned_touch.h"
 
 namespace cellcal::calib {
 
@@ -13,5 +16,36 @@ namespace cellcal::calib {
 /// unit.
 double track_position_m(const ArmModel& arm, const Eigen::Vector3d& place_m, double margin_m,
                         Random& random);
+
+/// A place is known as it is seen with the carriage opposite to it, since it is taught or measured
+/// from there: from elsewhere the tip is off by the errors of the way between. Nothing is added for
+/// an arm without linear unit.
+class TrackOff {
+ public:
+  struct Place {
+    double opposite_m, beside_m;  ///< carriage opposite to it, within its limits; distance then
+  };
+
+  /// `robot`: with the priors of its unit.
+  explicit TrackOff(const Robot& robot);
+  bool any() const { return guide_.has_value(); }
+  Place place(const Eigen::Vector3d& place_m) const;
+  /// Three sigma of the tip in the worst direction [m]; convex in the carriage's position.
+  double off_m(const Place& place, double carriage_m) const;
+  /// The usual distance, root sum square with off_m(): (64a).
+  double widened_m(double usual_m, const Eigen::Vector3d& place_m, const JointVector& q) const;
+
+ private:
+  std::optional<LinearGuide> guide_;
+  Eigen::Vector3d along_, foot_m_;
+  double min_m_ = 0.0, max_m_ = 0.0;
+};
+
+/// A search before and behind the nominal surface, and the clear point.
+struct SearchReach {
+  double before_m, behind_m, clear_m;
+};
+SearchReach search_reach(const TrackOff& unit, const Target& target, const JointVector& contact,
+                         const PlanOptions& options);
 
 }  // namespace cellcal::calib

@@ -226,17 +226,13 @@ void check_goal_value(const RunRequest& request, const Job& job) {
   }
 }
 
-/// External axes: no session moves a positioner, and one on a linear unit needs places that are known.
+/// External axes: no session moves a positioner, and a search for a sphere follows a line that the arm
+/// alone keeps.
 void check_external_axes(const RunRequest& request, const Job& job) {
-  const calib::Robot& robot = job.cell.robot;
-  refuse_positioner(robot, "a session",
+  refuse_positioner(job.cell.robot, "a session",
                     "Touch at the positions of 'cellcal plan', and use 'cellcal identify'");
-  if (job.options.kind == SessionKind::kCheck)
-    refuse_linear_unit(robot, "a check", "Run a full session, 'cellcal run --cell CELL'");
-  if (request.update)
-    refuse_linear_unit(robot, "an update", "Run a full session, 'cellcal run --cell CELL'");
   if (request.kind == SessionKind::kFind || request.find || must_find(job.cell))
-    refuse_linear_unit(robot, "finding spheres", "State centre_mm of every sphere");
+    refuse_linear_unit(job.cell.robot, "finding spheres", "State centre_mm of every sphere");
 }
 
 /// Checks of a new session, before anything is opened, planned or moved.

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "calib/check/tcp_check.h"
 #include "calib/estimate/predict.h"
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
@@ -11,6 +13,7 @@
 #include "calib/identify/update.h"
 #include "calib/model/error.h"
 #include "calib/model/linear.h"
+#include "calib/plan/check_plan.h"
 #include "calib/plan/plan.h"
 #include "tests/calib/track_cell.h"
 
@@ -150,9 +153,47 @@ TEST(LinearUnit, ATakenForExactUnitLeavesItsErrors) {
   EXPECT_GT(without.check.rms_m, 5.0 * calibrated().check.rms_m);
 }
 
-TEST(LinearUnit, AnUpdateRefusesIt) {
+const Eigen::Vector3d kKnock{0.5e-3, -0.3e-3, 0.2e-3};
+
+/// By the arm as it was calibrated, with its tool knocked.
+std::vector<Touch> touches_of(const Plan& plan, const Eigen::Vector3d& knock_m) {
+  Tool tool = made().cell.tool;
+  tool.tcp.translation() += knock_m;
+  const ArmModel arm(made().cell.robot, tool);
+  std::vector<Touch> touches;
+  for (const PlannedTouch& planned : plan.touches)
+    if (auto one = touch(arm, made().x, made().cell, planned)) touches.push_back(std::move(*one));
+  EXPECT_EQ(touches.size(), plan.touches.size());
+  return touches;
+}
+
+TEST(LinearUnit, ACheckAlongTheTrackHoldsAndNamesAKnockedTool) {
   const Calibration& c = calibrated();
-  EXPECT_THROW(update(c, made().touches, {}), LinearUnitError);
+  const Plan plan = make_check_plan(c, {});
+  const auto [least, most] = std::ranges::minmax(
+      plan.touches, {}, [](const PlannedTouch& planned) { return planned.end[0]; });
+  EXPECT_GT(most.end[0] - least.end[0], 0.5);
+  const std::vector<Touch> same = touches_of(plan, Eigen::Vector3d::Zero());
+  EXPECT_TRUE(TcpChecker(c, same).judge(same).holds);
+  const std::vector<Touch> knocked = touches_of(plan, kKnock);
+  const TcpCheck check = TcpChecker(c, knocked).judge(knocked);
+  EXPECT_FALSE(check.holds);
+  EXPECT_EQ(check.explanations.front().kind, ChangeKind::kTool);
+  EXPECT_LT((check.shift_m - kKnock).norm(), 0.15e-3);
+}
+
+TEST(LinearUnit, AnUpdateFollowsAKnockedTool) {
+  const Calibration& c = calibrated();
+  CheckPlanOptions how = first_update_touches();
+  how.most_touches = kMostUpdateTouches;
+  how.most_s = 1e3;
+  const std::vector<Touch> touches = touches_of(make_check_plan(c, {}, how), kKnock);
+  const Calibration updated = update(c, touches, {"session 1", 0.1, {}, 60});
+  EXPECT_EQ(updated.update->outcome, UpdateOutcome::kUpdated);
+  EXPECT_EQ(updated.update->explanations.front().kind, ChangeKind::kTool);
+  for (int axis = 0; axis < 3; ++axis)
+    EXPECT_NEAR(correction_of(updated, tool_parameter(ParameterKind::kTcp, 0, axis)), kKnock[axis],
+                0.15e-3);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "calib/model/error.h"
 #include "calib/model/kinematics.h"
@@ -13,6 +14,7 @@
 #include "calib/plan/plan.h"
 #include "calib/plan/pool.h"
 #include "calib/plan/suggest_spheres.h"
+#include "calib/plan/track.h"
 #include "tests/calib/track_cell.h"
 
 namespace cellcal::calib {
@@ -127,6 +129,77 @@ TEST(LinearUnitPlan, NoBodyMovesFartherThanItsLeversSay) {
       EXPECT_LE((after[b].b - before[b].b).norm(), bound + 1e-12) << bodies.list()[b].words;
     }
   }
+}
+
+TEST(LinearUnitPlan, SearchesFartherTheFartherTheCarriageIsFromThePlace) {
+  const Cell cell = track_cell();
+  PlanOptions options;
+  options.fit_touches = 24;
+  options.check_touches = 0;
+  const TrackOff unit(cell.robot);
+  double longest = 0.0, shortest = 1.0;
+  for (const PlannedTouch& touch : make_plan(cell, options).touches) {
+    const Eigen::Vector3d& centre = cell.targets[cell.target_index(touch.target)].centre_m;
+    // The track goes along y from the base frame's origin.
+    const double way = touch.end[0] - std::clamp(centre.y(), 0.0, 3.0);
+    const double lever = (centre - Eigen::Vector3d(0.0, touch.end[0], 0.0)).norm();
+    const LinearGuide& guide = *cell.robot.joints[0].guide;
+    const double off = 3.0 * std::sqrt(std::pow(way * guide.direction_sigma_rad, 2) +
+                                       std::pow(way * guide.turn_sigma_rad_m * lever, 2) +
+                                       2.0 * std::pow(guide.straightness_sigma_m, 2) +
+                                       2.0 * std::pow(guide.turn_sigma_rad * lever, 2));
+    EXPECT_NEAR(touch.expected_m, std::hypot(options.standoff_m, off), 1e-9);
+    EXPECT_NEAR(touch.search_m, 2.0 * touch.expected_m, 1e-9);
+    longest = std::max(longest, touch.expected_m);
+    shortest = std::min(shortest, touch.expected_m);
+  }
+  EXPECT_GT(longest, 1.1 * shortest);
+  EXPECT_LT(longest, 0.030);
+}
+
+TEST(LinearUnitPlan, AnArmOnItsFootKeepsTheUsualDistances) {
+  Robot robot = track_cell().robot;
+  robot.joints.erase(robot.joints.begin());
+  const TrackOff none(robot);
+  EXPECT_FALSE(none.any());
+  EXPECT_EQ(none.widened_m(0.012, {1.0, 2.0, 0.5}, JointVector(6, 0.3)), 0.012);
+}
+
+TEST(LinearUnitPlan, WhatMarginsWidenByIsConvexAlongTheTrack) {
+  const TrackOff unit(track_cell().robot);
+  Random random(5);
+  for (int k = 0; k < 300; ++k) {
+    const auto place = unit.place(
+        {random.uniform(-1.5, 1.5), random.uniform(-1.0, 4.0), random.uniform(-0.5, 1.5)});
+    const double a = random.uniform(0.0, 3.0), b = random.uniform(0.0, 3.0);
+    const auto margin = [&](double at) { return std::hypot(0.011, unit.off_m(place, at)); };
+    EXPECT_LE(margin((a + b) / 2.0), (margin(a) + margin(b)) / 2.0 + 1e-12);
+  }
+}
+
+TEST(LinearUnitPlan, TheTipKeepsFartherFromASphereThatTheCarriageIsFarFrom) {
+  Cell cell = track_cell();
+  cell.targets.resize(1);
+  cell.lengths.clear();
+  const ArmModel arm = planning_arm(cell);
+  // The sphere 13 mm before the tip of a posture.
+  JointVector q = middle_posture(cell.robot);
+  const auto is_clear = [&](double carriage_m, bool known) {
+    q[0] = carriage_m;
+    const Eigen::Isometry3d tcp = arm.nominal_tcp(q), flange = tcp * cell.tool.tcp.inverse();
+    Cell there = cell;
+    if (known) there.robot.joints[0].guide = LinearGuide{cell.robot.joints[0].guide->along};
+    there.targets[0].centre_m =
+        tcp.translation() +
+        (0.013 + 0.03) * (tcp.translation() - flange.translation()).normalized();
+    there.targets[0].has_stand = false;
+    return Clearance(there, arm).clear(q, kTipMarginM);
+  };
+  EXPECT_TRUE(is_clear(1.5, true));
+  EXPECT_TRUE(is_clear(1.5, false)) << "the arm reaches forward: the carriage is opposite";
+  q[1] = 0.8;  // turned aside
+  EXPECT_TRUE(is_clear(1.5, true));
+  EXPECT_FALSE(is_clear(1.5, false));
 }
 
 TEST(LinearUnitPlan, NeedsItsSpeed) {

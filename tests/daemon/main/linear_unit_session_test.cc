@@ -48,6 +48,14 @@ struct TrackFixture : DaemonFixture {
            << "\nsigma_mm = 0.01\n";
     }
   }
+  /// The same cell with its tool knocked, and a daemon that has been started anew.
+  void knock() {
+    daemon.reset();
+    std::string text = content(dir / "d.toml");
+    text.insert(text.find("[controller]"), "tool_shift_mm = [0.6, -0.5, 0.4]\n");
+    std::ofstream(dir / "d.toml") << text;
+    start();
+  }
   std::filesystem::path results() const { return dir.path() / "state/sessions/1"; }
   nlohmann::json get(const std::string& path) const {
     return nlohmann::json::parse(http_request(socket(), "GET", path).body);
@@ -95,6 +103,25 @@ TEST_P(a_session_on_a_track, ends_in_a_published_result) {
 
 INSTANTIATE_TEST_SUITE_P(wires, a_session_on_a_track, ::testing::Values("rsi", "eki"),
                          [](const auto& one) { return std::string(one.param); });
+
+TEST(a_check_on_a_track, holds_names_the_knocked_tool_and_an_update_follows_it) {
+  TrackFixture fixture("eki");
+  fixture.start();
+  ASSERT_EQ(fixture
+                .cellcal({"run", "--cell", fixture.cell, "--touches", "80", "--check", "0",
+                          "--seed", "12"})
+                .status,
+            0)
+      << fixture.log();
+  const Outcome held = fixture.cellcal({"check"});
+  EXPECT_EQ(held.status, 0) << held.out << held.err << fixture.log();
+  fixture.knock();
+  const Outcome knocked = fixture.cellcal({"check", "--json"});
+  ASSERT_EQ(knocked.status, 3) << knocked.out << knocked.err << fixture.log();
+  EXPECT_EQ(nlohmann::json::parse(knocked.out).at("changed"), "tool") << knocked.out;
+  const Outcome updated = fixture.cellcal({"run", "--cell", fixture.cell, "--update"});
+  EXPECT_EQ(updated.status, 0) << updated.out << updated.err << fixture.log();
+}
 
 TEST(an_aborted_session_on_a_track, can_be_gone_on_with) {
   TrackFixture fixture("eki");
