@@ -119,7 +119,7 @@ bool measured(const CheckMeasurement& check) {
   return check.left_out == LeftOut::kNo || check.left_out == LeftOut::kNotTheTool;
 }
 
-ordered_json point_to_json(const DriftPoint& point, const DriftChart& chart) {
+ordered_json point_to_json(const DriftPoint& point, double noise) {
   const CheckMeasurement& check = point.check;
   ordered_json json{
       {"session", check.session},
@@ -134,8 +134,8 @@ ordered_json point_to_json(const DriftPoint& point, const DriftChart& chart) {
       {"cusum", point.cusum},
       {"share", point.share},
       {"state", to_string(point.state)}};
-  if (!measured(check) || chart.counted == 0) return json;  // no reference yet
-  const Eigen::Vector3d sigma_m = chart.noise * check.covariance_m2.diagonal().cwiseSqrt();
+  if (!measured(check) || !(noise > 0.0)) return json;  // no reference yet
+  const Eigen::Vector3d sigma_m = noise * check.covariance_m2.diagonal().cwiseSqrt();
   json["off_mm"] = xyz_mm(point.off_m);
   json["u_mm"] = xyz_mm(kDriftCoverage * sigma_m);
   return json;
@@ -183,9 +183,29 @@ ordered_json not_held_to_json(const DriftChart& chart) {
   return json;
 }
 
+ordered_json points_to_json(const std::vector<DriftPoint>& points, double noise) {
+  ordered_json list = ordered_json::array();
+  for (const DriftPoint& point : points) list.push_back(point_to_json(point, noise));
+  return list;
+}
+
+ordered_json event_to_json(const DriftEvent& event, const Language& language) {
+  return {{"kind", to_string(event.kind)},
+          {"session", event.session},
+          {"time_s", event.time_s},
+          {"cell_changed", event.cell_changed},
+          {"robot_changed", event.robot_changed},
+          {"tcp_moved_mm", event.tcp_moved_m ? ordered_json(*event.tcp_moved_m * kMmPerM)
+                                             : ordered_json(nullptr)},
+          {"accepted", event.accepted},
+          {"by", event.by},
+          {"reason", event.reason},
+          {"words", words(phrase(event), language)}};
+}
+
 }  // namespace
 
-std::string drift_to_json(const DriftChart& chart) {
+std::string drift_to_json(const DriftChart& chart, const Language& language) {
   ordered_json json{{"format", "cellcal.drift/1"},
                     {"state", to_string(chart.state)},
                     {"advice", to_string(chart.advice)},
@@ -200,14 +220,19 @@ std::string drift_to_json(const DriftChart& chart) {
                     {"alarmed_at", or_null(chart.alarmed_at)},
                     {"not_held", not_held_to_json(chart)},
                     {"course", nullptr},
-                    {"points", ordered_json::array()},
+                    {"points", points_to_json(chart.points, chart.counted > 0 ? chart.noise : 0.0)},
+                    {"others", ordered_json::array()},
+                    {"events", ordered_json::array()},
                     {"words", words(chart)}};
   if (chart.per_kelvin_m) json["um_per_kelvin"] = xyz_mm(*chart.per_kelvin_m * 1e3);
   if (chart.trend) json["course"] = trend_to_json(*chart.trend);
   if (const CheckMeasurement* decided = chart.newest_decided()) json["decided_s"] = decided->time_s;
-  for (const DriftPoint& point : chart.points)
-    json["points"].push_back(point_to_json(point, chart));
-  return json.dump(1);
+  for (const OtherChart& other : chart.others)
+    json["others"].push_back({{"calibration", other.calibration},
+                              {"points", points_to_json(other.points, other.noise)}});
+  for (const DriftEvent& event : chart.events)
+    json["events"].push_back(event_to_json(event, language));
+  return json.dump(1, ' ', false, ordered_json::error_handler_t::replace);
 }
 
 }  // namespace cellcal::calib

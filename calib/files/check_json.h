@@ -5,6 +5,7 @@
 
 #include "calib/result/drift_chart.h"
 #include "calib/result/tcp_check.h"
+#include "calib/words/phrase.h"
 
 namespace cellcal::calib {
 
@@ -12,6 +13,7 @@ std::string check_to_json(const TcpCheck& check);
 
 // A control chart as a document: "cellcal.drift/1", millimetres, with its sentences.
 
-std::string drift_to_json(const DriftChart& chart);
+/// `language`: of its events' words.
+std::string drift_to_json(const DriftChart& chart, const Language& language = {});
 
 }  // namespace cellcal::calib

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "calib/model/error.h"
+#include "calib/files/key_error.h"
 
 namespace cellcal::calib {
 
@@ -67,7 +67,7 @@ class JsonReader {
   const std::string& where() const { return where_; }
   bool has(const char* key) const { return value_.is_object() && value_.contains(key); }
   [[noreturn]] void fail(const std::string& what) const {
-    throw FileError(where_.substr(0, file_letters_), where_.substr(file_letters_) + ": " + what);
+    throw KeyError(where_.substr(0, file_letters_), "", where_.substr(file_letters_), what);
   }
 
  private:

@@ -1,3 +1,4 @@
+#include "calib/files/key_error.h"
 #include "calib/files/toml.h"
 
 #include <fmt/format.h>
@@ -228,7 +229,7 @@ void TomlTable::fail(std::string_view key, const std::string& what) const {
   const auto line = at ? at->source().begin.line : node_->table->source().begin.line;
   // Line 0: the table comes from a JSON file, where only the key is known.
   const std::string place = line == 0 ? ": " : ":" + std::to_string(line) + ": ";
-  throw FileError(node_->file, place + shown(node_->full(key), kShownKey) + ": " + what);
+  throw KeyError(node_->file, place, shown(node_->full(key), kShownKey), what);
 }
 
 void TomlTable::missing(std::string_view key, const std::string& wanted) const {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "calib/check/explain.h"
+#include "calib/check/mastered.h"
 #include "calib/check/tcp_check.h"
 #include "calib/estimate/region.h"
 #include "calib/model/kinematics.h"
@@ -21,8 +22,8 @@ namespace {
 
 /// Effect at the tip of all other possible changes.
 constexpr double kElseM = 0.1e-3;
-/// Prior of a shift of the tool; avoids a singular information matrix for the first touches.
-constexpr double kToolM = 1e-3;
+/// Prior of a shift of the tool, and of a zero; avoids a singular information matrix for the first touches.
+constexpr double kToolM = 1e-3, kZeroRad = 0.02;
 /// A shift similar to another change is still detected, but attributed wrongly.
 constexpr double kDistinctionWeight = 0.3;
 constexpr int kRounds = 3;  ///< of exchange
@@ -30,7 +31,10 @@ constexpr int kRounds = 3;  ///< of exchange
 /// Rows of all candidates, from which those of any set are selected.
 class CheckDesign {
  public:
-  CheckDesign(const Calibration& calibration, const std::vector<Candidate>& candidates) {
+  /// Of the zeros of these joints; empty: of a shift of the tool.
+  CheckDesign(const Calibration& calibration, const std::vector<Candidate>& candidates,
+              const std::vector<std::string>& joints)
+      : prior_(joints.empty() ? kToolM : kZeroRad) {
     std::vector<Touch> touches;
     for (const Candidate& candidate : candidates) {
       touches.emplace_back();
@@ -43,16 +47,19 @@ class CheckDesign {
     for (const PossibleChange& change : possible_changes(calibration, foresight.contacts)) {
       if (change.kind == ChangeKind::kTouch) continue;
       const Eigen::MatrixXd by = columns_of(change, foresight.contacts);
-      if (change.kind == ChangeKind::kTool) {
-        tool_ = by;
+      if (change.kind == ChangeKind::kTool && joints.empty()) {
+        wanted_ = by;
         continue;
       }
+      if (change.kind == ChangeKind::kJoint && std::ranges::find(joints, change.name) != joints.end())
+        continue;
       const double size = kElseM / std::sqrt(by.rowwise().squaredNorm().maxCoeff());
       beside_.noalias() += size * size * by * by.transpose();
     }
+    if (!joints.empty()) wanted_ = by_zeros(calibration, joints, foresight.contacts);
   }
 
-  /// Remaining covariance of the tool under the set [m^2].
+  /// Remaining variance of the tool [m^2], or of the zeros [rad^2], under the set.
   double unknown(const std::vector<std::size_t>& set) const {
     return left(set, alone_) + kDistinctionWeight * left(set, beside_);
   }
@@ -60,27 +67,29 @@ class CheckDesign {
  private:
   double left(const std::vector<std::size_t>& set, const Eigen::MatrixXd& covariance) const {
     const auto n = static_cast<Eigen::Index>(set.size());
-    Eigen::MatrixXd v(n, n), g(n, 3);
+    Eigen::MatrixXd v(n, n), g(n, wanted_.cols());
     for (Eigen::Index a = 0; a < n; ++a) {
       const auto row = static_cast<Eigen::Index>(set[static_cast<std::size_t>(a)]);
-      g.row(a) = tool_.row(row);
+      g.row(a) = wanted_.row(row);
       for (Eigen::Index b = 0; b <= a; ++b)
         v(a, b) = covariance(row, static_cast<Eigen::Index>(set[static_cast<std::size_t>(b)]));
     }
     const Eigen::MatrixXd by = Cholesky(v).whitened(g);
-    Eigen::Matrix3d information = by.transpose() * by;
-    information.diagonal().array() += 1.0 / (kToolM * kToolM);
-    return information.inverse().trace();
+    Eigen::MatrixXd information = by.transpose() * by;
+    information.diagonal().array() += 1.0 / (prior_ * prior_);
+    return Cholesky(information).inverse().trace();
   }
 
-  Eigen::MatrixXd alone_, beside_, tool_;
+  double prior_;  ///< 1 sigma
+  Eigen::MatrixXd alone_, beside_, wanted_;
 };
 
 class Picker {
  public:
+  /// `every_target`: touches each target at least once.
   Picker(const std::vector<Candidate>& candidates, const CheckDesign& design,
-         const std::function<bool(std::size_t)>& possible)
-      : candidates_(candidates), design_(design), possible_(possible) {}
+         const std::function<bool(std::size_t)>& possible, bool every_target)
+      : candidates_(candidates), design_(design), possible_(possible), every_target_(every_target) {}
 
   /// The feasible candidate that, with the others, leaves the smallest uncertainty; of a target without touches
   /// among them, if there is one.
@@ -94,7 +103,7 @@ class Picker {
     for (std::size_t c = 0; c < candidates_.size(); ++c) {
       poll_cancelled();
       if (std::ranges::find(others, c) != others.end()) continue;
-      if (touched.size() < all.size() && touched.contains(candidates_[c].target)) continue;
+      if (every_target_ && touched.size() < all.size() && touched.contains(candidates_[c].target)) continue;
       set.back() = c;
       by_unknown.emplace_back(design_.unknown(set), c);
     }
@@ -108,15 +117,11 @@ class Picker {
   const std::vector<Candidate>& candidates_;
   const CheckDesign& design_;
   const std::function<bool(std::size_t)>& possible_;
+  bool every_target_;
 };
 
-}  // namespace
-
-std::vector<std::size_t> choose_check(const Calibration& calibration,
-                                      const std::vector<Candidate>& candidates, int count,
-                                      const std::function<bool(std::size_t)>& possible) {
-  const CheckDesign design(calibration, candidates);
-  const Picker picker(candidates, design, possible);
+/// One after the other, then exchanged.
+std::vector<std::size_t> pick(const Picker& picker, int count) {
   std::vector<std::size_t> picked;
   while (static_cast<int>(picked.size()) < count) {
     const auto next = picker.best_alternative(picked);
@@ -131,6 +136,23 @@ std::vector<std::size_t> choose_check(const Calibration& calibration,
       place = picker.best_alternative(others).value_or(place);
     }
   return picked;
+}
+
+}  // namespace
+
+std::vector<std::size_t> choose_check(const Calibration& calibration,
+                                      const std::vector<Candidate>& candidates, int count,
+                                      const std::function<bool(std::size_t)>& possible) {
+  const CheckDesign design(calibration, candidates, {});
+  return pick(Picker(candidates, design, possible, true), count);
+}
+
+std::vector<std::size_t> choose_for_zeros(const Calibration& calibration,
+                                          const std::vector<std::string>& joints,
+                                          const std::vector<Candidate>& candidates, int count,
+                                          const std::function<bool(std::size_t)>& possible) {
+  const CheckDesign design(calibration, candidates, joints);
+  return pick(Picker(candidates, design, possible, false), count);
 }
 
 namespace {

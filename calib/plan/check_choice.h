@@ -3,6 +3,7 @@
 // else unchanged and with small changes of everything else.
 
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "calib/plan/candidates.h"
@@ -15,6 +16,12 @@ namespace cellcal::calib {
 std::vector<std::size_t> choose_check(const Calibration& calibration,
                                       const std::vector<Candidate>& candidates, int count,
                                       const std::function<bool(std::size_t)>& possible);
+
+/// Likewise, of the zeros of these joints.
+std::vector<std::size_t> choose_for_zeros(const Calibration& calibration,
+                                          const std::vector<std::string>& joints,
+                                          const std::vector<Candidate>& candidates, int count,
+                                          const std::function<bool(std::size_t)>& possible);
 
 // Choice of an update's touches: minimises the remaining uncertainty of the arm over the workspace, and
 // of the spheres' centres.

@@ -17,8 +17,20 @@ Plan make_check_plan(const Calibration& calibration, const PlanOptions& options,
   return make_few_touches(calibration, options, how, from,
                           [&](const std::vector<Candidate>& candidates, int count,
                               const std::function<bool(std::size_t)>& possible) {
-                            return choose_check(calibration, candidates, count, possible);
+                            return how.joints.empty()
+                                       ? choose_check(calibration, candidates, count, possible)
+                                       : choose_for_zeros(calibration, how.joints, candidates,
+                                                          count, possible);
                           });
+}
+
+CheckPlanOptions mastered_touches(const std::vector<std::string>& joints) {
+  CheckPlanOptions how;
+  how.most_touches = 6;
+  how.least_touches = 4;
+  how.before_m = 0.006;
+  how.joints = joints;
+  return how;
 }
 
 PlannedTouch check_touch_from(const Calibration& calibration, const Plan& plan, std::size_t next,

@@ -3,7 +3,9 @@
 // changed otherwise.
 
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "calib/plan/planned_touch.h"
 #include "calib/result/calibration.h"
@@ -16,6 +18,8 @@ struct CheckPlanOptions {
   /// Search lines with the calibrated arm: distance before and after the contact.
   double before_m = 0.004, behind_m = 0.012;
   TouchSet set = TouchSet::kCheck;  ///< purpose of the touches
+  /// Joints whose zeros the touches tell; empty: the touches tell a shift of the tool.
+  std::vector<std::string> joints = {};
 };
 
 /// Touches of the calibration's spheres, at their calibrated places. Only the margins of PlanOptions are
@@ -27,6 +31,9 @@ Plan make_check_plan(const Calibration& calibration, const PlanOptions& options,
 /// Throws PlanError.
 PlannedTouch check_touch_from(const Calibration& calibration, const Plan& plan, std::size_t next,
                               const JointVector& from);
+
+/// Four to six touches that tell most about the zeros of these joints, in at most 20 s of robot time.
+CheckPlanOptions mastered_touches(const std::vector<std::string>& joints);
 
 // Touches of an update: first those of a check, then those that resolve the ambiguities found.
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/result/drift_event.h"
 #include "calib/result/tcp_check.h"
 
 namespace cellcal::calib {
@@ -89,6 +90,13 @@ struct DriftTrend {
   std::vector<Explanation> causes = {};  ///< most likely first; empty: not computed
 };
 
+/// Chart of another calibration of the same cell, relative to its own centre.
+struct OtherChart {
+  std::int64_t calibration = 0;  ///< its session
+  double noise = 0.0;            ///< as in DriftChart; 0: no reference
+  std::vector<DriftPoint> points = {};
+};
+
 struct DriftChart {
   std::size_t counted = 0;    ///< checks in the chart that held: its reference
   std::size_t least = 0;      ///< required number of them
@@ -102,6 +110,8 @@ struct DriftChart {
   std::optional<DriftTrend> trend = {};              ///< if it warns or alarms
   std::optional<std::int64_t> alarmed_at = {};       ///< the check that raised the current alarm
   std::optional<NotHeld> not_held = {};  ///< set if the newest decided check does not hold
+  std::vector<OtherChart> others = {};  ///< oldest calibration first
+  std::vector<DriftEvent> events = {};  ///< of the cell since the oldest of these charts, oldest first
 
   /// The newest check that held or did not; null if there is none.
   const CheckMeasurement* newest_decided() const;

@@ -7,6 +7,7 @@
 
 #include "calib/export/machine_data.h"
 #include "calib/files/cell_file.h"
+#include "calib/files/key_error.h"
 #include "calib/files/robot_file.h"
 #include "calib/files/toml.h"
 #include "calib/model/error.h"
@@ -31,6 +32,8 @@ template <class Act>
 auto cell_act(Act act) {
   try {
     return act();
+  } catch (const calib::KeyError& wrong) {
+    throw FieldError(wrong.what(), form_key(wrong.path), wrong.reason);
   } catch (const calib::FileError& wrong) {
     throw RequestError(wrong.what());
   } catch (const calib::PlanError& none) {
@@ -43,9 +46,11 @@ auto cell_act(Act act) {
       case Why::kMore:
         throw BusyError(refused.what());
       case Why::kName:
-      case Why::kUnusable:
+        throw FieldError(refused.what(), "name", refused.what());
       case Why::kStorage:
         throw RequestError(refused.what());
+      case Why::kUnusable:
+        throw FieldError(refused.what(), refused.fault.key, refused.fault.reason);
     }
     throw;
   }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <charconv>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -82,6 +83,10 @@ std::optional<Response> Api::answer(const Request& request, bool give_up) try {
   return error(409, busy.what());
 } catch (const TokenError& wrong) {
   return error(409, wrong.what());
+} catch (const FieldError& wrong) {
+  json body{{"error", wrong.what()}};
+  if (!wrong.key.empty()) body.update({{"key", wrong.key}, {"reason", wrong.reason}});
+  return Response{422, "application/json", dump(body)};
 } catch (const RequestError& wrong) {
   return error(422, wrong.what());
 } catch (const NotUsable& refused) {
@@ -218,6 +223,19 @@ void take(json& object, const char* key, T& value) {
   object.erase(found);
 }
 
+std::vector<std::string> take_names(json& object, const char* key) {
+  constexpr std::size_t kMostNames = 20;
+  const json list = object.at(key);
+  object.erase(key);
+  const auto is_name = [](const json& one) {
+    return one.is_string() && printable(one.get<std::string>()) == one.get<std::string>();
+  };
+  if (!list.is_array() || list.empty() || list.size() > kMostNames ||
+      !std::ranges::all_of(list, is_name))
+    throw BadRequest(fmt::format("\"{}\" must be a list of 1 to {} names", key, kMostNames));
+  return list;
+}
+
 }  // namespace
 
 RunRequest run_request(const std::string& body) {
@@ -238,6 +256,7 @@ RunRequest run_request(const std::string& body) {
     take(object, "calibration", session);
     request.calibration = session;
   }
+  if (object.contains("mastered")) request.mastered = take_names(object, "mastered");
   if (object.contains("temperature_c"))
     take(object, "temperature_c", request.temperature_c.emplace());
   if (object.contains("touches")) take(object, "touches", request.fit_touches.emplace());
@@ -333,6 +352,7 @@ std::span<const Api::Route> Api::routes() {
       {"GET",  "/v1/sessions/{id}/events",           Role::kLook,    kSlow,   &Api::session_events},
       {"GET",  "/v1/sessions/{id}/plan",             Role::kLook,    kSlow,   &Api::plan},
       {"GET",  "/v1/sessions/{id}/figures",          Role::kLook,    kSlow,   &Api::figures},
+      {"GET",  "/v1/sessions/{id}/plots",            Role::kLook,    kSlow,   &Api::plots},
       {"GET",  "/v1/scene",                          Role::kLook,    kSlow,   &Api::scene},
       {"GET",  "/v1/drift",                          Role::kLook,    kSlow,   &Api::drift},
       {"GET",  "/v1/readiness",                      Role::kLook,    kSlow,   &Api::readiness},

@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "calib/words/phrase.h"
@@ -174,6 +175,7 @@ class Api {
   std::optional<Response> drift(const Call& call);
   std::optional<Response> plan(const Call& call);
   std::optional<Response> figures(const Call& call);
+  std::optional<Response> plots(const Call& call);
   // Readiness steps, and the doctor within the daemon (version_handlers.cc).
   std::optional<Response> readiness(const Call& call);
   std::optional<Response> doctor(const Call& call);
@@ -238,6 +240,13 @@ void keep_within(const Request& request, const std::filesystem::path& file,
                  const NetworkFiles& allowed);
 
 // Selection of the handler of a request.
+
+/// A refused value, and where the form states it.
+struct FieldError : RequestError {
+  FieldError(const std::string& words, std::string of, std::string why)
+      : RequestError(words), key(std::move(of)), reason(std::move(why)) {}
+  std::string key, reason;  ///< as in FormFault; empty: unknown
+};
 
 /// The resource does not exist.
 struct NotFound : std::runtime_error {

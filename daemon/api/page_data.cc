@@ -2,11 +2,13 @@
 
 #include "daemon/api/page_data.h"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "calib/check/error_map.h"
 #include "calib/files/calibration_json.h"
 #include "calib/files/check_json.h"
 #include "calib/files/files.h"
@@ -17,6 +19,7 @@
 #include "calib/plan/surroundings.h"
 #include "calib/result/finding_phrase.h"
 #include "daemon/api/handlers.h"
+#include "daemon/report/report.h"
 #include "daemon/result/outcome_json.h"
 #include "daemon/tasks/options.h"
 
@@ -78,7 +81,8 @@ std::optional<Response> Api::drift(const Call& call) {
   const std::string cell = asked ? asked->inputs.cell_name : "";
   const auto checks = drift_watch_.look(cell);
   return Response{.body = web::drift_to_json(sessions, cell, calibration, checks.get(),
-                                             advice_ ? advice_() : AdviceStatus())};
+                                             advice_ ? advice_() : AdviceStatus(),
+                                             language_in(call.request))};
 }
 
 std::optional<Response> Api::plan(const Call& call) {
@@ -101,6 +105,24 @@ std::optional<Response> Api::figures(const Call& call) {
   return Response{.body = web::figures_to_json(
                       record, cell_of(record.inputs), journal_.touches(record.id),
                       calibration ? &*calibration : nullptr, made, language_in(call.request))};
+}
+
+/// Of the report; a calibration without one, as an imported one, has them too.
+std::optional<Response> Api::plots(const Call& call) {
+  const SessionRecord record = find(call);
+  ReportInput input;
+  const auto calibration = calibration_of(record);
+  if (!calibration)
+    throw NotFound(fmt::format("session {} has no calibration to draw", record.id));
+  input.calibration = *calibration;
+  input.touches = journal_.touches(record.id);
+  input.language = language_in(call.request);
+  input.error_map = calib::error_map(input.calibration);
+  const ReportPlots plots = report_plots(input);
+  return Response{.body = web::dump({{"session", record.id},
+                                     {"before_after", plots.before_after},
+                                     {"by_joint", plots.by_joint},
+                                     {"error_map", plots.error_map}})};
 }
 
 }  // namespace cellcal::daemon
@@ -498,8 +520,8 @@ json standing_to_json(const calib::Standing& standing) {
 }
 
 /// The chart as serialised by calib, with its calibration.
-json checks_to_json(const Drift& checks) {
-  json chart = json::parse(calib::drift_to_json(checks.chart));
+json checks_to_json(const Drift& checks, const calib::Language& language) {
+  json chart = json::parse(calib::drift_to_json(checks.chart, language));
   chart["calibration"] = checks.calibrated;
   chart["calibrated"] = checks.calibrated_at;
   chart["cell"] = checks.cell;
@@ -521,7 +543,7 @@ json acknowledged_to_json(const AdviceStatus& controller) {
 std::string drift_to_json(
     const std::vector<SessionRecord>& newest_first, std::string cell,
     const std::function<std::optional<calib::Calibration>(std::int64_t)>& calibration,
-    const Drift* checks, const AdviceStatus& controller) {
+    const Drift* checks, const AdviceStatus& controller, const calib::Language& language) {
   json list = json::array();
   for (const SessionRecord& record : newest_first) {
     if (list.size() == kMostCompared) break;
@@ -536,7 +558,7 @@ std::string drift_to_json(
   return dump(
       {{"cell", cell},
        {"sessions", std::move(list)},
-       {"checks", checks != nullptr ? checks_to_json(*checks) : json(nullptr)},
+       {"checks", checks != nullptr ? checks_to_json(*checks, language) : json(nullptr)},
        {"controller", controller.configured ? acknowledged_to_json(controller) : json(nullptr)}});
 }
 

@@ -79,10 +79,12 @@ inline constexpr std::size_t kMostCompared = 30;
 
 /// `calibration`: that of a session, none without a result. Only sessions of the cell file `cell` are
 /// included, where it is empty those of the newest with a result. Oldest first. `checks`: control chart of
-/// the newest published calibration; null: none. `controller`: advice acknowledged by the controller.
+/// the newest published calibration; null: none. `controller`: advice acknowledged by the controller. `language`: of
+/// the events' words.
 std::string drift_to_json(
     const std::vector<SessionRecord>& newest_first, std::string cell,
     const std::function<std::optional<calib::Calibration>(std::int64_t)>& calibration,
-    const Drift* checks = nullptr, const AdviceStatus& controller = {});
+    const Drift* checks = nullptr, const AdviceStatus& controller = {},
+    const calib::Language& language = {});
 
 }  // namespace cellcal::daemon::web

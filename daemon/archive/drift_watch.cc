@@ -6,12 +6,14 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <stdexcept>
 
 #include "calib/check/drift.h"
 #include "calib/check/shift_gauge.h"
 #include "calib/model/error.h"
 #include "calib/model/iso_time.h"
+#include "daemon/archive/cell_events.h"
 #include "daemon/result/outcome_json.h"
 #include "daemon/tasks/options.h"
 #include "daemon/tasks/planned_round.h"
@@ -21,6 +23,7 @@ namespace cellcal::daemon {
 namespace {
 
 constexpr std::size_t kMostChecks = 1500;
+constexpr std::size_t kMostOtherCharts = 3;
 /// Criterion for equal touches, as in daemon/tasks/kind_tasks.cc.
 constexpr double kSameLineRad = 0.08;
 
@@ -91,7 +94,10 @@ std::vector<Check> checks_of(Journal& journal, const std::vector<SessionRecord>&
     if (record.state != RecordState::kDone || record.origin) continue;
     try {
       const SessionOptions options = options_from_json(record.inputs.options);
-      if (options.kind != SessionKind::kCheck || options.against != calibrated) continue;
+      // After a mastering the arm is not as this calibration has it.
+      if (options.kind != SessionKind::kCheck || options.against != calibrated ||
+          !options.mastered.empty())
+        continue;
       Check check;
       check.touches = journal.touches(record.id);
       check.seen.session = record.id;
@@ -179,9 +185,6 @@ calib::DriftChart chart_of(const calib::Calibration& calibration, const Check* l
   return chart;
 }
 
-/// Seconds since 1970 of which the calibration's own clock gives no age: that of an emulated cell starts at 2000-01-01.
-constexpr double kYear2001S = 978'307'200.0;
-
 calib::Standing standing_at(const Drift& drift, double now_s) {
   const double calibrated_s = calib::seconds_of(drift.calibrated_at).value_or(0.0);
   const bool ages = calibrated_s >= kYear2001S;
@@ -189,6 +192,47 @@ calib::Standing standing_at(const Drift& drift, double now_s) {
       calib::standing_of(drift.chart, calibrated_s, ages ? now_s : calibrated_s);
   if (!ages) standing.due_s = std::numeric_limits<double>::infinity();
   return standing;
+}
+
+/// Chart of all checks of that calibration.
+calib::DriftChart chart_of(Journal& journal, const std::vector<SessionRecord>& newest_first,
+                           std::int64_t calibrated) {
+  const std::vector<Check> checks = checks_of(journal, newest_first, calibrated);
+  // By the newest touches; by earlier ones where these alarm or warn and the newest are too few to decide.
+  const calib::Calibration calibration = calibration_of(journal, calibrated);
+  calib::DriftChart shown = chart_of(calibration, nullptr, checks);
+  bool newest = true;
+  for (const Check* group : groups_of(checks)) {
+    calib::DriftChart chart = chart_of(calibration, group, checks);
+    const bool standing =
+        chart.state == calib::DriftState::kAlarms || chart.state == calib::DriftState::kWarns;
+    const bool says = chart.state != calib::DriftState::kTooFew;
+    if (newest || standing) shown = std::move(chart);
+    if (says) break;
+    newest = false;
+  }
+  return shown;
+}
+
+/// Charts of the calibrations before, so that a change is seen against the checks before it; and the cell's changes since.
+void add_history(Journal& journal, const std::vector<SessionRecord>& newest_first, Drift& drift) {
+  std::vector<calib::DriftEvent> events = events_of(journal, newest_first, drift.cell);
+  std::set<std::int64_t> sessions;
+  for (const calib::DriftEvent& event : events) sessions.insert(event.session);
+  sessions.erase(drift.calibrated);
+  std::int64_t oldest = drift.calibrated;
+  for (auto one = sessions.rbegin();
+       one != sessions.rend() && drift.chart.others.size() < kMostOtherCharts; ++one) try {
+      calib::DriftChart chart = chart_of(journal, newest_first, *one);
+      const double noise = chart.counted > 0 ? chart.noise : 0.0;
+      drift.chart.others.push_back({*one, noise, std::move(chart.points)});
+      oldest = std::min(oldest, *one);
+    } catch (const std::runtime_error& error) {
+      spdlog::warn("no control chart of the calibration of session {}: {}", *one, error.what());
+    }
+  std::ranges::reverse(drift.chart.others);
+  std::erase_if(events, [&](const calib::DriftEvent& event) { return event.session < oldest; });
+  drift.chart.events = std::move(events);
 }
 
 std::shared_ptr<const Drift> worked_out(Journal& journal,
@@ -199,20 +243,8 @@ std::shared_ptr<const Drift> worked_out(Journal& journal,
   drift->calibrated = calibrated.id;
   drift->cell = calibrated.inputs.cell_name;
   drift->calibrated_at = calibrated.ended;
-  std::vector<Check> checks = checks_of(journal, newest_first, calibrated.id);
-  // By the newest touches; by earlier ones where these alarm or warn and the newest are too few to decide.
-  const calib::Calibration calibration = calibration_of(journal, calibrated.id);
-  drift->chart = chart_of(calibration, nullptr, checks);
-  bool newest = true;
-  for (const Check* group : groups_of(checks)) {
-    calib::DriftChart chart = chart_of(calibration, group, checks);
-    const bool standing =
-        chart.state == calib::DriftState::kAlarms || chart.state == calib::DriftState::kWarns;
-    const bool says = chart.state != calib::DriftState::kTooFew;
-    if (newest || standing) drift->chart = std::move(chart);
-    if (says) break;
-    newest = false;
-  }
+  drift->chart = chart_of(journal, newest_first, calibrated.id);
+  add_history(journal, newest_first, *drift);
   // As of its evidence: look() compares it with that of the time.
   drift->standing = standing_at(*drift, 0.0);
   return drift;

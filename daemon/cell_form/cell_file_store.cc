@@ -159,8 +159,7 @@ CellFileStore::Shown CellFileStore::look_at(const std::filesystem::path& path) {
 }
 
 std::vector<std::string> CellFileStore::look_through(const CellForm& form) {
-  if (const std::string wrong = objection(form); !wrong.empty())
-    throw CellNotWritten(Why::kUnusable, wrong);
+  if (auto wrong = fault_in(form)) throw CellNotWritten(std::move(*wrong));
   try {
     return calib::refuse_faulty(cell_of(form));
   } catch (const std::exception& wrong) {

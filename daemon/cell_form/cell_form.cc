@@ -10,6 +10,7 @@
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
 #include "calib/files/json_fields.h"
+#include "calib/files/key_error.h"
 #include "calib/files/robot_file.h"
 #include "calib/files/text.h"
 #include "calib/files/toml.h"
@@ -18,6 +19,7 @@
 #include "calib/plan/cell_check.h"
 #include "calib/plan/suggest_spheres.h"
 #include "daemon/cell_form/cell_text.h"
+#include "daemon/cell_form/form_key.h"
 #include "daemon/cell_form/kept_files.h"
 
 namespace cellcal::daemon {
@@ -90,16 +92,23 @@ SuggestedPlaces suggest_places(const CellForm& form) {
   return places;
 }
 
-std::string objection(const CellForm& form) {
+std::optional<FormFault> fault_in(const CellForm& form) {
   CellForm whole = form;
   if (whole.spheres.empty()) whole.spheres.push_back(kAnySphere);
   try {
     for (const calib::CellFault& fault : calib::faults_of(cell_of(whole)))
-      if (fault.refused) return words(fault);
+      if (fault.refused) return FormFault{words(fault), key_of(fault, form), words(fault)};
+  } catch (const calib::KeyError& error) {
+    return FormFault{error.what(), form_key(error.path), error.reason};
   } catch (const calib::FileError& error) {
-    return error.what();
+    return FormFault{error.what()};
   }
-  return {};
+  return std::nullopt;
+}
+
+std::string objection(const CellForm& form) {
+  const auto fault = fault_in(form);
+  return fault ? fault->words : "";
 }
 
 Triple tip_mm(const CellForm& form, const std::vector<double>& joint_deg) {

@@ -8,6 +8,8 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "calib/model/robot.h"
@@ -83,8 +85,18 @@ NamedRobotFile find_robot(const std::string& given, const std::filesystem::path&
 calib::Cell cell_of(const CellForm& form);
 /// The unfinished form as far as it can be drawn: spheres may be missing. Throws calib::FileError.
 calib::Cell sketch_of(const CellForm& form);
-/// First fault of the incomplete form and its remedy; empty: none. Spheres may still be missing.
+/// Why a form is refused, and the field to change.
+struct FormFault {
+  std::string words{};   ///< fault and remedy
+  std::string key{};     ///< of form_from_json(): "spheres.1.diameter_mm"; empty: of no single field
+  std::string reason{};  ///< to be shown at the field: `words` without file and line
+};
+/// First fault of the incomplete form; none: it can be written. Spheres may still be missing.
+std::optional<FormFault> fault_in(const CellForm& form);
+/// Its words; empty: none.
 std::string objection(const CellForm& form);
+/// Key of the form for that of a cell file or of the form's JSON: "target[2].diameter_mm" is "spheres.1.diameter_mm".
+std::string form_key(std::string_view path);
 
 /// Tip position of the nominal arm with this tool. Throws calib::FileError for an invalid posture.
 Triple tip_mm(const CellForm& form, const std::vector<double>& joint_deg);
@@ -142,7 +154,10 @@ struct CellNotWritten : std::runtime_error {
     kStorage,
   };
   CellNotWritten(Why reason, const std::string& words) : std::runtime_error(words), why(reason) {}
+  explicit CellNotWritten(FormFault its_fault)
+      : std::runtime_error(its_fault.words), why(Why::kUnusable), fault(std::move(its_fault)) {}
   Why why;
+  FormFault fault;  ///< kUnusable
 };
 
 class CellFileStore {

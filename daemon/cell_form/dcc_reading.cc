@@ -40,8 +40,10 @@ xml_node child(const xml_node& of, std::string_view name) {
   return {};
 }
 
-xml_node along(xml_node from, std::initializer_list<std::string_view> names) {
-  for (const std::string_view name : names) from = child(from, name);
+/// `ending`: of every name.
+xml_node along(xml_node from, std::initializer_list<std::string_view> names,
+               std::string_view ending = {}) {
+  for (const std::string_view name : names) from = child(from, std::string(name).append(ending));
   return from;
 }
 
@@ -59,9 +61,29 @@ bool has_word(const std::string& text, const char* words) {
   return std::regex_search(text, std::regex(words, std::regex::icase));
 }
 
+/// Words of an XML list.
+std::vector<std::string> tokens_of(const std::string& text, const char* separators = " \t\r\n") {
+  std::vector<std::string> tokens;
+  for (std::size_t from = text.find_first_not_of(separators); from != std::string::npos;) {
+    const std::size_t to = text.find_first_of(separators, from);
+    tokens.push_back(text.substr(from, to - from));
+    from = to == std::string::npos ? to : text.find_first_not_of(separators, to);
+  }
+  return tokens;
+}
+
+constexpr std::string_view kListEnding = "XMLList";
+
+/// One of the values that a node states: all of a <si:real>, the i-th of a <si:realListXMLList>.
+struct OneOf {
+  std::string_view ending{};  ///< of the names in it
+  std::size_t i = 0, count = 1;
+};
+
 /// A length as certified.
 struct Certified {
   xml_node node;
+  std::string label{};  ///< of one value of a list: what tells it from the others; empty: its name does
   std::string name;    ///< of the quantity, and what it is part of
   std::string serial;  ///< of its item, where it is known
   double mm = 0.0;
@@ -87,8 +109,12 @@ class Certificate {
   void read_items(const xml_node& items);
   void collect(const xml_node& node, const Context& context, int depth);
   void take(const xml_node& quantity, const Context& context);
-  double number(const xml_node& node, const char* what) const;
-  std::optional<double> sigma_of(const xml_node& real, double per_unit) const;
+  void take_value(const xml_node& quantity, const xml_node& values, const OneOf& one,
+                  const Context& context, const std::string& label);
+  void take_list(const xml_node& quantity, const xml_node& values, const Context& context);
+  std::string text_in(const xml_node& node, const char* what, const OneOf& one) const;
+  double number(const xml_node& node, const char* what, const OneOf& one) const;
+  std::optional<double> sigma_of(const xml_node& values, const OneOf& one, double per_unit) const;
   std::string listed(const std::vector<const Certified*>& found) const;
   std::vector<const Certified*> certified(const char* words, const char* what) const;
 
@@ -192,8 +218,18 @@ std::optional<double> mm_per(const std::string& unit) {
   return found == kUnits.end() ? std::nullopt : std::optional(found->second);
 }
 
-double Certificate::number(const xml_node& node, const char* what) const {
-  const std::string text = text_of(node);
+/// A list may state one text for all of its values.
+std::string Certificate::text_in(const xml_node& node, const char* what, const OneOf& one) const {
+  if (one.ending.empty()) return text_of(node);
+  const std::vector<std::string> all = tokens_of(text_of(node));
+  if (all.size() == 1) return all[0];
+  if (all.size() != one.count)
+    fail(node, fmt::format("{}: {} for {} values of the list", what, all.size(), one.count));
+  return all[one.i];
+}
+
+double Certificate::number(const xml_node& node, const char* what, const OneOf& one) const {
+  const std::string text = text_in(node, what, one);
   const char* const from = text.data() + (text.starts_with('+') ? 1 : 0);
   double value = 0.0;
   const auto [at, error] = std::from_chars(from, text.data() + text.size(), value);
@@ -202,56 +238,113 @@ double Certificate::number(const xml_node& node, const char* what) const {
   return value;
 }
 
-std::optional<double> Certificate::sigma_of(const xml_node& real, double per_unit) const {
+std::optional<double> Certificate::sigma_of(const xml_node& values, const OneOf& one,
+                                            double per_unit) const {
   const auto positive = [&](const xml_node& node, const char* what) {
-    const double value = number(node, what);
+    const double value = number(node, what, one);
     if (!(value > 0.0)) fail(node, fmt::format("{} must be above 0", what));
     return value;
   };
-  const xml_node univariate = child(real, "measurementUncertaintyUnivariate");
+  const auto within = [&](const xml_node& from, std::initializer_list<std::string_view> names) {
+    return along(from, names, one.ending);
+  };
+  const xml_node univariate = within(values, {"measurementUncertaintyUnivariate"});
   for (const auto& [expanded, name] :
-       {std::pair{child(real, "expandedUnc"), "uncertainty"},
-        std::pair{child(univariate, "expandedMU"), "valueExpandedMU"}}) {
+       {std::pair{within(values, {"expandedUnc"}), "uncertainty"},
+        std::pair{within(univariate, {"expandedMU"}), "valueExpandedMU"}}) {
     if (!expanded) continue;
-    const xml_node k = child(expanded, "coverageFactor");
+    const xml_node k = within(expanded, {"coverageFactor"});
     if (!k) fail(expanded, "states no coverageFactor: no sigma follows from it");
-    return positive(child(expanded, name), "the uncertainty") * per_unit /
+    return positive(within(expanded, {name}), "the uncertainty") * per_unit /
            positive(k, "the coverage factor");
   }
-  for (const xml_node& standard : {along(univariate, {"standardMU", "valueStandardMU"}),
-                                   along(univariate, {"coverageIntervalMU", "valueStandardMU"}),
-                                   along(real, {"coverageInterval", "standardUnc"})})
+  for (const xml_node& standard : {within(univariate, {"standardMU", "valueStandardMU"}),
+                                   within(univariate, {"coverageIntervalMU", "valueStandardMU"}),
+                                   within(values, {"coverageInterval", "standardUnc"})})
     if (standard) return positive(standard, "the standard uncertainty") * per_unit;
   return std::nullopt;
 }
 
 void Certificate::take(const xml_node& quantity, const Context& context) {
-  std::vector<xml_node> reals;
+  std::vector<xml_node> stated;
+  const auto add = [&stated](const xml_node& one) {
+    if (local_name(one) == "real" || local_name(one) == "realListXMLList") stated.push_back(one);
+  };
   for (const xml_node& one : quantity.children()) {
-    if (local_name(one) == "real") reals.push_back(one);
+    add(one);
     if (local_name(one) != "hybrid") continue;
-    for (const xml_node& part : one.children())
-      if (local_name(part) == "real") reals.push_back(part);
+    for (const xml_node& part : one.children()) add(part);
   }
-  for (const xml_node& real : reals) {
-    const auto per_unit = mm_per(text_of(child(real, "unit")));
-    if (!per_unit) continue;
-    if (all_.size() == kMostQuantities) fail("has more than 1000 lengths");
-    Certified found{quantity, context.name, only_serial_, 0.0, {}};
-    if (const auto item = serials_.find(context.item); item != serials_.end())
-      found.serial = item->second;
-    found.mm = number(child(real, "value"), "the value") * *per_unit;
-    found.sigma_mm = sigma_of(real, *per_unit);
-    all_.push_back(std::move(found));
+  for (const xml_node& values : stated) {
+    const bool many = local_name(values) == "realListXMLList";
+    const auto units = tokens_of(text_of(child(values, many ? "unitXMLList" : "unit")));
+    if (units.empty() || !mm_per(units[0])) continue;
+    if (many)
+      take_list(quantity, values, context);
+    else
+      take_value(quantity, values, {}, context, "");
     return;
   }
+}
+
+void Certificate::take_value(const xml_node& quantity, const xml_node& values, const OneOf& one,
+                             const Context& context, const std::string& label) {
+  const xml_node unit = along(values, {"unit"}, one.ending);
+  const auto per_unit = mm_per(text_in(unit, "the unit", one));
+  if (!per_unit) fail(unit, "holds lengths and other units");
+  if (all_.size() == kMostQuantities) fail("has more than 1000 lengths");
+  Certified found{quantity, label, context.name, label.empty() ? only_serial_ : "", 0.0, {}};
+  if (const auto item = serials_.find(context.item); item != serials_.end() && label.empty())
+    found.serial = item->second;
+  found.mm = number(along(values, {"value"}, one.ending), "the value", one) * *per_unit;
+  found.sigma_mm = sigma_of(values, one, *per_unit);
+  all_.push_back(std::move(found));
+}
+
+/// "S1", "sphere 1", "Kugel 1", "ball B2": ids of targets in a name, each once.
+std::vector<std::string> ids_in(const std::string& name) {
+  static const std::regex kId(
+      R"((?:(?:sphere|kugel|ball)\s*(?:no\.?|nr\.?)?\s*([A-Za-z]?\d{1,3})\b)|\b([A-Za-z]\d{1,3})\b)",
+      std::regex::icase);
+  std::vector<std::string> ids;
+  for (std::sregex_iterator at(name.begin(), name.end(), kId), end; at != end; ++at) {
+    std::string id = (*at)[1].matched ? (*at)[1].str() : (*at)[2].str();
+    if (std::isdigit(static_cast<unsigned char>(id[0])) != 0) id = "S" + id;
+    id[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(id[0])));
+    if (std::ranges::find(ids, id) == ids.end()) ids.push_back(id);
+  }
+  return ids;
+}
+
+/// What tells the values of a list apart: its own labels, a column of texts beside it, or as many names in its name.
+std::vector<std::string> labels_of(const xml_node& quantity, const xml_node& values,
+                                   std::size_t count) {
+  std::vector<std::vector<std::string>> found{tokens_of(text_of(child(values, "labelXMLList")))};
+  for (const xml_node& column : quantity.parent().children())
+    found.push_back(tokens_of(text_of(child(column, "charsXMLList"))));
+  found.push_back(tokens_of(name_of(quantity), " \t\r\n,;"));
+  std::erase_if(found.back(), [](const std::string& word) { return ids_in(word).empty(); });
+  for (std::vector<std::string>& labels : found)
+    if (labels.size() == count) return std::move(labels);
+  return std::vector<std::string>(count);
+}
+
+void Certificate::take_list(const xml_node& quantity, const xml_node& values,
+                            const Context& context) {
+  const std::size_t count = tokens_of(text_of(child(values, "valueXMLList"))).size();
+  if (count == 0) fail(values, "is a list without values");
+  if (count > kMostQuantities) fail(values, "has more than 1000 values");
+  const std::vector<std::string> labels = labels_of(quantity, values, count);
+  for (std::size_t i = 0; i < count; ++i)
+    take_value(quantity, values, {kListEnding, i, count}, context,
+               std::string(calib::beginning(labels[i], kMostNameBytes)));
 }
 
 std::string Certificate::listed(const std::vector<const Certified*>& found) const {
   std::string text;
   for (std::size_t i = 0; i < std::min(found.size(), kMostShown); ++i)
     text += fmt::format("{}\"{}\" {:.6f} mm, sigma {:.6f} mm", i == 0 ? "" : "; ",
-                        calib::shown(found[i]->name, 60), found[i]->mm,
+                        calib::shown(found[i]->label.empty() ? found[i]->name : found[i]->label, 60), found[i]->mm,
                         found[i]->sigma_mm.value_or(0.0));
   return text + (found.size() > kMostShown ? "; ..." : "");
 }
@@ -289,21 +382,6 @@ std::vector<const Certified*> Certificate::certified(const char* words, const ch
   return found;
 }
 
-/// "S1", "sphere 1", "Kugel 1", "ball B2": ids of targets in a name, each once.
-std::vector<std::string> ids_in(const std::string& name) {
-  static const std::regex kId(
-      R"((?:(?:sphere|kugel|ball)\s*(?:no\.?|nr\.?)?\s*([A-Za-z]?\d{1,3})\b)|\b([A-Za-z]\d{1,3})\b)",
-      std::regex::icase);
-  std::vector<std::string> ids;
-  for (std::sregex_iterator at(name.begin(), name.end(), kId), end; at != end; ++at) {
-    std::string id = (*at)[1].matched ? (*at)[1].str() : (*at)[2].str();
-    if (std::isdigit(static_cast<unsigned char>(id[0])) != 0) id = "S" + id;
-    id[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(id[0])));
-    if (std::ranges::find(ids, id) == ids.end()) ids.push_back(id);
-  }
-  return ids;
-}
-
 constexpr const char* kAsCsv = "as CSV: id,diameter_mm,diameter_sigma_mm,serial,certificate";
 
 std::vector<SphereForm> Certificate::spheres() const {
@@ -311,7 +389,7 @@ std::vector<SphereForm> Certificate::spheres() const {
   std::vector<SphereForm> all;
   std::set<std::string> taken;
   for (const Certified* one : found) {
-    const std::vector<std::string> ids = ids_in(one->name);
+    const std::vector<std::string> ids = ids_in(one->label.empty() ? one->name : one->label);
     SphereForm sphere;
     sphere.diameter_mm = one->mm;
     sphere.diameter_sigma_mm = *one->sigma_mm;
@@ -343,7 +421,7 @@ std::vector<LengthForm> Certificate::lengths() const {
   std::vector<LengthForm> all;
   for (const Certified* one : found) {
     if (has_word(one->name, "diameter|durchmesser")) continue;
-    const std::vector<std::string> ids = ids_in(one->name);
+    const std::vector<std::string> ids = ids_in(one->label.empty() ? one->name : one->label);
     if (ids.size() != 2)
       fail(one->node,
            fmt::format(

@@ -420,6 +420,7 @@ int check(const Connection& daemon, const CheckCommand& command) {
   if (!command.cell.empty()) body["cell"] = std::filesystem::absolute(command.cell).string();
   if (command.calibration) body["calibration"] = *command.calibration;
   if (command.temperature_c) body["temperature_c"] = *command.temperature_c;
+  if (!command.mastered.empty()) body["mastered"] = command.mastered;
   return begin(daemon, body);
 }
 

@@ -53,6 +53,7 @@ struct CheckCommand {
   std::filesystem::path cell;      ///< empty: the one calibrated last
   std::optional<int> calibration;  ///< none: the calibration in use
   std::optional<double> temperature_c;
+  std::vector<std::string> mastered;  ///< joints mastered anew by the calibration
 };
 
 int run(const Connection& daemon, const RunCommand& command);

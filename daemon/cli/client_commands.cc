@@ -147,7 +147,7 @@ void add_check(CLI::App& app, int& status) {
   command->footer(
       "Prints the TCP shift and, if it does not hold, what changed: the tool, a sphere, a joint or "
       "the\nlength of the whole arm, with the likelihood of each. Exit status 0: it holds; 3: it does not; 1: "
-      "the check\nitself failed.\nExample: cellcal check\n         cellcal check --calibration 7 --json");
+      "the check\nitself failed.\nExample: cellcal check\n         cellcal check --calibration 7 --json\n         cellcal check --mastered A2,A3");
   auto daemon = add_connection(command);
   add_progress(command, *daemon);
   command->add_option("--cell", given->cell,
@@ -161,6 +161,11 @@ void add_check(CLI::App& app, int& status) {
           "--temperature", given->temperature_c,
           "Cell temperature in deg C, for temperature compensation in 'cellcal history --drift'")
       ->check(CLI::Range(-40.0, 80.0));
+  command
+      ->add_option("--mastered", given->mastered,
+                   "Joints that were mastered by 'cellcal mastering': four to six touches in 20 s show what is left of "
+                   "their zeros")
+      ->delimiter(',');
   command->callback([=, &status] { status = check(*daemon, *given); });
 }
 

@@ -106,6 +106,18 @@ std::string row(const json& point) {
                      left_out.empty() ? state : state + ", left out: " + left_out_words(left_out));
 }
 
+/// Changes of the cell that the checks are read with.
+std::string events_text(const json& checks) {
+  std::string text;
+  for (const json& one : checks.value("events", json::array()))
+    if (one.is_object()) {
+      const double time_s = number_or_zero(one, "time_s");
+      text += fmt::format("{:<10}  {}\n", time_s > 0.0 ? calib::date_words(time_s) : "-",
+                          word(one, "words"));
+    }
+  return text.empty() ? text : "\nchanges of the cell:\n" + text;
+}
+
 }  // namespace
 
 std::string update_line(const json& update) {
@@ -132,13 +144,13 @@ std::string drift_text(const json& checks) {
   std::vector<json> points;
   for (const json& point : checks.value("points", json::array()))
     if (point.is_object()) points.push_back(point);
-  if (points.empty()) return text;
+  if (points.empty()) return text + events_text(checks);
   if (std::ranges::count_if(points, counts) > 1) text += "\n" + plot(points);
   text += fmt::format("\n{:>6} {:<10} {:>6} {:>8} {:>8} {:>8} {:>7}  {}\n", "check", "ended",
                       "deg C", "x mm", "y mm", "z mm", "alarm %", "state");
   for (std::size_t k = points.size() - std::min(points.size(), kNewest); k < points.size(); ++k)
     text += row(points[k]);
-  return text;
+  return text + events_text(checks);
 }
 
 std::string acknowledged_text(const json& controller) {

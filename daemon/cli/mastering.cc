@@ -68,14 +68,21 @@ std::string words_of(const MasteredAxis& axis) {
 }
 
 std::string report(const std::vector<MasteredAxis>& axes) {
-  std::string text;
-  for (const MasteredAxis& axis : axes) text += words_of(axis) + "\n";
+  std::string text, off;
+  for (const MasteredAxis& axis : axes) {
+    text += words_of(axis) + "\n";
+    if (axis.is_off()) off += (off.empty() ? "" : ",") + axis.zero.joint;
+  }
+  if (!off.empty())
+    off = fmt::format("Afterwards, in 20 s: cellcal check --mastered {}\nThen, to take the new zeros over: cellcal run "
+                      "--update --accept-change\n",
+                      off);
   return text +
          "(true angle less shown angle, k=2)\n"
          "WARNING: another mastering moves every taught point and the SafeOperation zones. "
          "Find out first\nwhy an axis is off (hit, changed motor), and leave it to trained staff. "
-         "cellcal writes none of it.\nAfterwards, in under a minute: cellcal run --update "
-         "--accept-change\n";
+         "cellcal writes none of it.\n" +
+         off;
 }
 
 nlohmann::json json_of(const std::vector<MasteredAxis>& axes) {

@@ -67,6 +67,7 @@ std::string html_report(const ReportInput& input) {
   html += report::joint_residuals(view);
   html += report::residual_histogram(view);
   html += report::error_map(view);
+  html += report::check_chart(view);
   html += report::cell_picture(view);
   html += report::plan(view);
   html += report::sphere_maps(view);
@@ -80,6 +81,11 @@ std::string html_report(const ReportInput& input) {
   html += signatures();
   html += "</main>\n</body>\n</html>\n";
   return html;
+}
+
+ReportPlots report_plots(const ReportInput& input) {
+  const report::View view(input);
+  return {report::residual_plot(view), report::joint_plots(view), report::error_map_plot(view)};
 }
 
 }  // namespace cellcal::daemon
@@ -211,12 +217,15 @@ std::string_view css_class(MarkKind kind) {
   return kTable[kind];
 }
 
-std::string mark_title(const Mark& mark) {
-  std::string_view kind = mark.held_out ? "held out" : "fitted";
-  if (mark.kind == MarkKind::kOutlier) kind = "outlier, left out";
-  return fmt::format("touch {}{}{}, {}: {} mm before, {} mm after", mark.number,
-                     mark.target.empty() ? "" : " on ", shorten(mark.target, kTitleLength), kind,
-                     fixed(mark.before_mm, kMmDecimals), fixed(mark.after_mm, kMmDecimals));
+std::string mark_title(const View& view, const Mark& mark) {
+  const char* kind = mark.held_out ? "say.report.mark.held_out" : "say.report.mark.fitted";
+  if (mark.kind == MarkKind::kOutlier) kind = "say.report.mark.outlier";
+  return view.say({mark.target.empty() ? "say.report.mark" : "say.report.mark.on",
+                   {{"touch", mark.number},
+                    {"target", shorten(mark.target, kTitleLength)},
+                    {"kind", kind},
+                    {"before", fixed(mark.before_mm, kMmDecimals)},
+                    {"after", fixed(mark.after_mm, kMmDecimals)}}});
 }
 
 std::string section(std::string_view id, std::string_view heading, std::string_view body) {

@@ -14,6 +14,8 @@
 #include "calib/model/touch.h"
 #include "calib/plan/plan.h"
 #include "calib/result/calibration.h"
+#include "calib/result/drift_chart.h"
+#include "calib/words/phrase.h"
 
 namespace cellcal::daemon {
 
@@ -32,6 +34,9 @@ struct ReportInput {
   std::optional<calib::Plan> plan;  ///< where the touches were planned
   double planned_s = 0.0;           ///< predicted robot time [s]; 0: unknown
   std::optional<calib::ErrorMap> error_map;  ///< of the calibration
+  /// Checks of the cell's calibrations before this one, and its changes up to this one; none: not known.
+  std::optional<calib::DriftChart> checks;
+  calib::Language language;  ///< of the plots' labels
   /// Simulated cells only: name and deviation from the hidden truth, labelled as such.
   std::vector<std::pair<std::string, std::string>> truth;
 };
@@ -39,6 +44,14 @@ struct ReportInput {
 /// The complete document, UTF-8. Never throws for invalid input: a non-finite number is shown as a dash and
 /// counted in the text.
 std::string html_report(const ReportInput& input);
+
+/// Plots of the report as inline SVG, coloured by classes of a style sheet; empty without anything to draw.
+struct ReportPlots {
+  std::string before_after;           ///< residual of every touch
+  std::vector<std::string> by_joint;  ///< residual by joint angle
+  std::string error_map;
+};
+ReportPlots report_plots(const ReportInput& input);
 
 }  // namespace cellcal::daemon
 
@@ -88,6 +101,8 @@ struct View {
   bool any_point() const;
   /// Certified lengths with both ends touched; only these determine the scale.
   std::size_t touched_lengths() const;
+  /// In the language of the plots. Not escaped.
+  std::string say(const calib::Phrase& phrase) const { return calib::words(phrase, input.language); }
 };
 
 /// As in tables: "A2.theta".
@@ -98,7 +113,7 @@ std::string_view kind_word(calib::TargetKind kind);
 std::string target_words(const View& view);
 std::string_view css_class(MarkKind kind);
 /// "touch 12 on S1, held out: 2.310 mm before, 0.021 mm after".
-std::string mark_title(const Mark& mark);
+std::string mark_title(const View& view, const Mark& mark);
 
 /// "<section ...><h2>heading</h2>" ... "</section>" around the body.
 std::string section(std::string_view id, std::string_view heading, std::string_view body);
@@ -114,6 +129,7 @@ std::string residual_chart(const View& view);
 std::string joint_residuals(const View& view);  ///< empty without any to draw
 std::string residual_histogram(const View& view);
 std::string error_map(const View& view);  ///< empty without a map
+std::string check_chart(const View& view);  ///< empty without checks and changes
 std::string cell_picture(const View& view);
 std::string plan(const View& view);
 std::string sphere_maps(const View& view);
@@ -129,6 +145,12 @@ std::string raw_touches(const View& view);
 /// Selected model and method, escaped; empty for methods without levels.
 std::string level_words(const View& view);
 std::string method_words(std::string_view method);
+
+// Plots without their sections.
+
+std::string residual_plot(const View& view);
+std::vector<std::string> joint_plots(const View& view);
+std::string error_map_plot(const View& view);
 
 /// The style sheet, without the <style> tags.
 const char* style_sheet();

@@ -163,6 +163,7 @@ svg .curve { fill: none; stroke: var(--ink); stroke-width: 1.6; }
 svg .disc { fill: var(--wash); stroke: var(--line); }
 svg .equator { fill: none; stroke: var(--soft); stroke-width: 1.2; }
 svg .ball { fill: var(--accent-wash); stroke: var(--accent); stroke-width: 1.4; }
+svg .limit { stroke: var(--alarm); stroke-width: 1.4; fill: none; }
 svg .certified { stroke: var(--soft); stroke-width: 1; stroke-dasharray: 5 4; }
 svg .axis { stroke: var(--ink); stroke-width: 1.4; }
 svg .base { fill: var(--ink); }
@@ -176,7 +177,7 @@ svg.bar .hollow { fill: var(--paper); stroke: var(--soft); stroke-width: 1.4; }
   main { padding: 18px 14px 48px; }
   .columns { columns: 1; }
   .tiles, .beside, .pair, .small-plots { grid-template-columns: 1fr; }
-  .residuals, .error-map { min-width: 700px; }
+  .residuals, .error-map, .checks { min-width: 700px; }
   .numbers { font-size: 13px; }
   .numbers th, .numbers td { padding-left: 6px; padding-right: 6px; }
   .numbers th:first-child { padding-left: 0; }

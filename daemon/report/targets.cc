@@ -226,7 +226,7 @@ std::string disc(const View& view, const std::string& id) {
     if (mark.target != id || mark.direction.norm() < kLeastDirection) continue;
     const Point at = project(mark.direction);
     const std::string classes = fmt::format("{} after", css_class(mark.kind));
-    const std::string title = mark_title(mark);
+    const std::string title = mark_title(view, mark);
     switch (mark.kind) {
       case MarkKind::kFit:
         ++tally.fit;

@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "calib/check/mastered_zero.h"
 #include "calib/model/enum_table.h"
 #include "calib/result/calibration.h"
 #include "calib/result/drift_chart.h"
@@ -43,6 +44,7 @@ struct DryRun {
 /// `calibration.update`.
 struct SessionResult {
   std::variant<calib::Calibration, calib::TcpCheck, Qualification, FoundSpheres, DryRun> of;
+  std::vector<calib::MasteredZero> mastered = {};  ///< of a check after mastering
 
   /// Null: another kind.
   const calib::Calibration* calibration() const { return std::get_if<calib::Calibration>(&of); }

@@ -191,9 +191,32 @@ std::string document_of_found(const FoundSpheres& found) {
 
 }  // namespace
 
+namespace {
+
+/// The zeros follow the verdict in the words.
+std::string document_of_check(const SessionResult& result, const calib::TcpCheck& check) {
+  const std::string document = calib::check_to_json(check);
+  if (result.mastered.empty()) return document + "\n";
+  auto json = nlohmann::ordered_json::parse(document);
+  auto mastered = nlohmann::ordered_json::array(), words = nlohmann::ordered_json::array();
+  for (const calib::MasteredZero& one : result.mastered) {
+    mastered.push_back({{"joint", one.joint},
+                        {"error_deg", one.error_rad * calib::kDegPerRad},
+                        {"u_deg", one.u_rad() * calib::kDegPerRad},
+                        {"holds", one.holds()}});
+    words.push_back(calib::words(one));
+  }
+  auto& lines = json["words"];
+  lines.insert(lines.begin() + 1, words.begin(), words.end());
+  json["mastered"] = std::move(mastered);
+  return json.dump(1) + "\n";
+}
+
+}  // namespace
+
 std::string document_of(const SessionResult& result) {
   if (const auto* check = std::get_if<calib::TcpCheck>(&result.of))
-    return calib::check_to_json(*check) + "\n";
+    return document_of_check(result, *check);
   if (const auto* q = std::get_if<Qualification>(&result.of)) return document_of_qualification(*q);
   if (const auto* found = std::get_if<FoundSpheres>(&result.of)) return document_of_found(*found);
   return {};

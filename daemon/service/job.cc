@@ -9,7 +9,9 @@
 #include <limits>
 #include <utility>
 
+#include "calib/check/mastered.h"
 #include "calib/files/files.h"
+#include "calib/model/error.h"
 #include "calib/model/iso_time.h"
 #include "calib/model/units.h"
 #include "calib/plan/candidates.h"
@@ -189,12 +191,24 @@ void apply_request_options(const RunRequest& request, Job& job) {
   job.options.target = request.target;
 }
 
+/// Before anything is opened: the joints are those of the robot, and touches tell their zeros.
+void check_mastered(Journal& journal, const SessionOptions& options) {
+  if (options.mastered.empty()) return;
+  try {
+    (void)calib::as_mastered(calibration_of(journal, options.against), options.mastered);
+  } catch (const calib::IdentifyError& wrong) {
+    throw RequestError(wrong.what());
+  }
+}
+
 void begin_anew(Journal& journal, const RunRequest& request, Job& job) {
   if (request.kind == SessionKind::kCheck) {
     const SessionRecord calibrated = calibration_to_check(journal, request);
     job.inputs = calibrated.inputs;
     job.options.against = calibrated.id;
     job.options.temperature_c = request.temperature_c;
+    job.options.mastered = request.mastered;
+    check_mastered(journal, job.options);
   } else if (request.update) {
     const SessionRecord last = calibration_to_update(journal, request);
     job.inputs = last.inputs;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <set>
+
 namespace cellcal::daemon {
 
 namespace {
@@ -52,6 +54,10 @@ void check(const RunRequest& request) {
   if (!checks && request.calibration)
     throw RequestError(
         "\"calibration\" applies to a check: a calibration begins from the files alone");
+  if (!checks && !request.mastered.empty())
+    throw RequestError("\"mastered\" applies to a check: leave it out");
+  if (std::set(request.mastered.begin(), request.mastered.end()).size() != request.mastered.size())
+    throw RequestError("\"mastered\" names a joint twice");
   if (!checks && request.temperature_c)
     throw RequestError("\"temperature_c\" applies to a check: leave it out");
   if (request.temperature_c &&

@@ -33,6 +33,7 @@ struct RunRequest {
   /// Session of the calibration to check; none: the newest published one (of `cell` where given).
   std::optional<std::int64_t> calibration;
   std::optional<double> temperature_c;  ///< of a check: cell temperature [deg C]
+  std::vector<std::string> mastered;  ///< of a check: joints that were mastered anew by the calibration
   std::filesystem::path cell;           ///< absolute; empty only when resuming or checking
   std::optional<int> fit_touches;  ///< none: kPlannedTouches, or at most kMostChosen with a goal
   int check_touches = 10;

@@ -7,12 +7,14 @@
 #include <cstddef>
 
 #include "calib/check/controller_model.h"
+#include "calib/check/mastered.h"
 #include "calib/files/calibration_json.h"
 #include "calib/model/enum_table.h"
 #include "calib/model/kinematics.h"
 #include "calib/plan/cell_check.h"
 #include "calib/plan/online.h"
 #include "calib/result/finding.h"
+#include "daemon/archive/drift_watch.h"
 #include "daemon/files/log_context.h"
 #include "daemon/service/job.h"
 #include "daemon/service/journal_recorder.h"
@@ -270,6 +272,14 @@ void SessionService::run(Job& job) {
   idle_.notify_all();
 }
 
+std::optional<calib::DriftChart> SessionService::checks_of(const std::string& cell) try {
+  const auto drift = DriftWatch(parts_.journal).look(cell);
+  return drift ? std::optional(drift->chart) : std::nullopt;
+} catch (const std::runtime_error& error) {  // the result does not depend on it
+  spdlog::warn("the report is without checks: {}", error.what());
+  return std::nullopt;
+}
+
 TaskInputs SessionService::task_inputs(Job& job) {
   TaskInputs inputs;
   inputs.cell = job.cell;
@@ -280,9 +290,10 @@ TaskInputs SessionService::task_inputs(Job& job) {
   inputs.made = job.touches;
   if (job.left) inputs.left = *job.left;
   if (job.options.kind == SessionKind::kCheck) {
-    inputs.against = std::make_shared<const calib::Calibration>(
-        calibration_of(parts_.journal, job.options.against));
-    inputs.checks_before = checks_before(parts_.journal, job.options.against, job.session);
+    inputs.against = std::make_shared<const calib::Calibration>(calib::as_mastered(
+        calibration_of(parts_.journal, job.options.against), job.options.mastered));
+    if (job.options.mastered.empty())
+      inputs.checks_before = checks_before(parts_.journal, job.options.against, job.session);
   }
   inputs.note = [this, &job](const std::string& words) {
     parts_.journal.note(job.session, job.backend->utc_now(), words);
@@ -300,6 +311,7 @@ TaskInputs SessionService::task_inputs(Job& job) {
   };
   inputs.readings = [this, &job] { return parts_.journal.readings(job.session); };
   inputs.interruptions = [this] { return status().interruptions; };
+  inputs.checks_so_far = [this, cell = job.inputs.cell_name] { return checks_of(cell); };
   inputs.controller_model = [poses = job.stated_poses] { return poses->judge(); };
   inputs.truth = [&job](const calib::Calibration& calibration) {
     return job.backend->truth(calibration);

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "calib/files/input_file.h"
+#include "calib/result/drift_chart.h"
 #include "daemon/journal/journal.h"
 #include "daemon/runner/runner.h"
 #include "daemon/service/request.h"
@@ -101,6 +102,8 @@ class SessionService {
   std::int64_t begin(const RunRequest& request);
   void run(Job& job);
   void carry_out(Job& job);
+  /// None: nothing published, or unusable. Never throws for a damaged calibration.
+  std::optional<calib::DriftChart> checks_of(const std::string& cell);
   TaskInputs task_inputs(Job& job);
   void publish(const State& state, const std::vector<calib::Touch>& touches, Job& job);
   void publish_work(const calib::WorkDone& done);

@@ -1,10 +1,11 @@
 #include "daemon/tasks/kind_tasks.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <utility>
 
+#include "calib/check/mastered.h"
 #include "calib/check/tcp_check.h"
 #include "calib/files/calibration_json.h"
 #include "calib/identify/identify_once.h"
@@ -30,7 +31,9 @@ class Round {
       : inputs_(std::move(inputs)), round_(inputs_, *inputs_->against) {}
 
   Tasks::Planned begin() {
-    round_.add(calib::make_check_plan(round_.calibration(), inputs_->options.plan));
+    round_.add(calib::make_check_plan(round_.calibration(), inputs_->options.plan,
+                                      mastered().empty() ? calib::CheckPlanOptions()
+                                                         : calib::mastered_touches(mastered())));
     return {{}, "", round_.progress()};
   }
 
@@ -42,7 +45,7 @@ class Round {
     return chosen;
   }
 
-  calib::TcpCheck judge(const std::vector<calib::Touch>& touches) const {
+  SessionResult judge(const std::vector<calib::Touch>& touches) const {
     std::vector<calib::Touch> made;
     std::vector<std::size_t> planned;
     std::vector<calib::MissedTouch> missed;
@@ -64,12 +67,19 @@ class Round {
         calib::check_tcp(round_.calibration(), made, planned, missed, references(planned));
     check.holds &= unsteady.empty();
     check.unsteady = std::move(unsteady);
-    return check;
+    std::vector<calib::MasteredZero> zeros;
+    if (!mastered().empty() && made.size() >= calib::kLeastCheckTouches)
+      zeros = calib::zeros_left(round_.calibration(), mastered(), made);
+    check.holds &= std::ranges::all_of(zeros, &calib::MasteredZero::holds);
+    return {std::move(check), std::move(zeros)};
   }
 
   std::size_t references_counted() const { return references_taken_; }
+  double planned_s() const { return calib::duration_s(round_.plan(), inputs_->cell.robot, {}); }
 
  private:
+  const std::vector<std::string>& mastered() const { return inputs_->options.mastered; }
+
   /// One per planned touch; null where none was made.
   std::vector<const calib::Touch*> in_order(const std::vector<calib::Touch>& touches) const {
     std::vector<const calib::Touch*> ordered(round_.plan().touches.size(), nullptr);
@@ -112,7 +122,7 @@ Tasks check_tasks(std::shared_ptr<const TaskInputs> inputs) {
   };
   tasks.assess = [](const std::vector<calib::Touch>&) { return Tasks::Assessed{}; };
   tasks.identify = [round](const std::vector<calib::Touch>& touches) {
-    return SessionResult{round->judge(touches)};
+    return round->judge(touches);
   };
   tasks.report = [inputs, round](const SessionResult& result,
                                  const std::vector<calib::Touch>& touches) {
@@ -123,6 +133,11 @@ Tasks check_tasks(std::shared_ptr<const TaskInputs> inputs) {
                              calib::verdict_words(check)));
     if (const std::string change = calib::change_words(check); !change.empty())
       inputs->note(change);
+    for (const calib::MasteredZero& zero : result.mastered) inputs->note(calib::words(zero));
+    if (!inputs->options.mastered.empty())
+      inputs->note(fmt::format("check after mastering {}: {} touches, {:.1f} s planned",
+                               fmt::join(inputs->options.mastered, ", "), check.touches,
+                               round->planned_s()));
   };
   return tasks;
 }

@@ -76,6 +76,7 @@ void each_later_key(Options& options, Visitor visit) {
   visit("target", options.target);
   visit("against", options.against);
   visit("temperature_c", options.temperature_c);
+  visit("mastered", options.mastered);
   visit("region", options.region);
   visit("one_by_one", options.one_by_one);
   visit("goal_u95_m", options.goal.u95_m);

@@ -36,6 +36,7 @@ struct SessionOptions {
   std::string target;                   ///< kQualify: the sphere; empty: the first
   std::int64_t against = 0;             ///< kCheck: session of the checked calibration
   std::optional<double> temperature_c;  ///< kCheck: stated temperature of the cell
+  std::vector<std::string> mastered;    ///< kCheck: joints mastered by the calibration's zeros since
   calib::PlanOptions plan;
   std::string region = "workspace";  ///< as in `cellcal plan --region`
   /// Touches are chosen one by one until the goal is reached; otherwise planned beforehand.

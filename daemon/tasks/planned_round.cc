@@ -154,7 +154,9 @@ std::vector<std::vector<calib::Touch>> checks_before(Journal& journal, std::int6
       continue;
     try {
       const SessionOptions options = options_from_json(record.inputs.options);
-      if (options.kind != SessionKind::kCheck || options.against != calibrated) continue;
+      if (options.kind != SessionKind::kCheck || options.against != calibrated ||
+          !options.mastered.empty())
+        continue;
       checks.push_back(journal.touches(record.id));
     } catch (const std::runtime_error& error) {
       spdlog::warn("check {} is not referred to: {}", record.id, error.what());

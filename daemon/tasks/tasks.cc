@@ -11,6 +11,7 @@
 #include "calib/files/input_file.h"
 #include "calib/identify/identify.h"
 #include "calib/identify/identify_once.h"
+#include "calib/model/iso_time.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/units.h"
 #include "calib/plan/cell_check.h"
@@ -369,6 +370,25 @@ void write_document(const TaskInputs& inputs, const SessionResult& result,
   write_atomically(inputs.results_dir / name, document_of(result));
 }
 
+namespace {
+
+/// This calibration is the newest change.
+std::optional<calib::DriftChart> checks_up_to(const TaskInputs& inputs,
+                                              const calib::Calibration& calibration,
+                                              const std::string& finished) {
+  if (!inputs.checks_so_far) return std::nullopt;
+  std::optional<calib::DriftChart> chart = inputs.checks_so_far();
+  if (!chart) return std::nullopt;
+  calib::DriftEvent& event = chart->events.emplace_back();
+  if (calibration.update) event.kind = calib::DriftEventKind::kUpdated;
+  event.session = inputs.session;
+  event.time_s = calib::seconds_of(finished).value_or(0.0);
+  event.accepted = inputs.options.accept_change;
+  return chart;
+}
+
+}  // namespace
+
 void write_results(const TaskInputs& inputs, const calib::Calibration& calibration,
                    const std::vector<calib::Touch>& touches,
                    const std::optional<calib::Plan>& plan) {
@@ -393,6 +413,7 @@ void write_results(const TaskInputs& inputs, const calib::Calibration& calibrati
   report.truth = inputs.truth(calibration);
   report.plan = plan;
   report.error_map = calib::error_map(calibration);
+  report.checks = checks_up_to(inputs, calibration, report.finished);
   if (plan) report.planned_s = calib::duration_s(*plan, inputs.cell.robot, {});
 
   write_touches(inputs, touches);

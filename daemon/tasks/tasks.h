@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "calib/check/controller_model.h"
+#include "calib/result/drift_chart.h"
 #include "daemon/journal/journal.h"
 #include "daemon/runner/runner.h"
 #include "daemon/tasks/options.h"
@@ -39,6 +40,8 @@ struct TaskInputs {
   std::function<void(const std::string& json)> store;
   /// Harmless interruptions after which the session continued; null: none.
   std::function<InterruptionCounts()> interruptions;
+  /// Checks of the cell's calibrations and its changes so far; null: not known. Called once, for the report.
+  std::function<std::optional<calib::DriftChart>()> checks_so_far;
   /// The controller's model of the arm by the postures so far; null: not compared.
   std::function<calib::ControllerModel()> controller_model;
   std::function<std::vector<std::pair<std::string, std::string>>(const calib::Calibration&)> truth;

@@ -1,6 +1,7 @@
 // Cell form as typed and as sent to the daemon; pure. U is for k = 2, as in certificates; the daemon uses 1 sigma.
 
 import { fields, known, list, number, truth, words } from "./decode";
+import type { Key } from "./words";
 
 export type Place = "centre" | "taught" | "box";
 export type Shape = "box" | "cylinder" | "mesh";
@@ -94,6 +95,51 @@ export interface Wrong {
   positive: boolean;
   /** Place in the form: "spheres.1.diameter". */
   at: string;
+}
+
+/** A value that the daemon refuses, with the daemon's reason. */
+export interface Refused {
+  at: string;
+  /** Words of the page for the field's label. */
+  label: Key;
+  of: string;
+  reason: string;
+}
+
+/** Keys of the form as sent, by field of the draft and its label. */
+const SENT: Record<"tool" | "spheres" | "lengths" | "obstacles", Record<string, [field: string, label: Key]>> = {
+  tool: {
+    name: ["name", "cell.name"], robot: ["robot", "cell.robot"], xyz_mm: ["xyz", "cell.xyz"], abc_deg: ["abc", "cell.abc"], xyz_sigma_mm: ["tool_u", "cell.tool_u"],
+    mass_kg: ["mass", "cell.mass"], com_mm: ["com", "cell.com"], tip_radius_mm: ["tip", "cell.tip"],
+  },
+  spheres: {
+    id: ["id", "cell.id"], diameter_mm: ["diameter", "cell.diameter"], diameter_sigma_mm: ["u", "cell.u"], centre_mm: ["where", "cell.where"],
+    joints_deg: ["where", "cell.where"], box_mm: ["where", "cell.where"], centre_sigma_mm: ["rough", "cell.rough"], serial: ["serial", "cell.serial"],
+    certificate: ["certificate", "cell.row.certificate"], certificate_date: ["date", "cell.row.date"],
+  },
+  lengths: {
+    from: ["mm", "cell.mm"], to: ["mm", "cell.mm"], mm: ["mm", "cell.mm"], sigma_mm: ["u", "cell.u"],
+    certificate: ["certificate", "cell.row.certificate"], certificate_date: ["date", "cell.row.date"],
+  },
+  obstacles: {
+    id: ["id", "cell.id"], size_mm: ["size", "cell.size"], diameter_mm: ["size", "cell.size"], height_mm: ["size", "cell.size"], file: ["file", "cell.file"],
+    xyz_mm: ["middle", "cell.middle"], abc_deg: ["turn", "cell.turn"],
+  },
+};
+
+/** Field that a refusal of the daemon is about; null: of no single field. */
+export function refused_field(value: unknown, draft: CellDraft): Refused | null {
+  const all = fields(value);
+  const parts = words(all?.key).split("."), reason = words(all?.reason);
+  const [group = "", row = "", key = ""] = parts.length === 3 ? parts : ["tool", "", parts[parts.length - 1] ?? ""];
+  const of_group = SENT[group as keyof typeof SENT];
+  const found = of_group?.[key];
+  if (!Array.isArray(found) || reason === "") return null; // no field has a name of every object's
+  const [field, label] = found;
+  if (group === "tool") return { at: `tool.${field}`, label, of: "", reason };
+  const of = group === "spheres" ? draft.spheres[Number(row)]?.id : group === "obstacles" ? draft.obstacles[Number(row)]?.id
+    : draft.lengths.slice(Number(row)).map(length_name)[0];
+  return of === undefined ? null : { at: `${group}.${row}.${field}`, label, of, reason };
 }
 
 /** Numbers separated by spaces or semicolons, with '.' or ',' as decimal mark. Null: not all are numbers. */

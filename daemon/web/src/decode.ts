@@ -3,8 +3,8 @@
 
 import {
   ARM_MOTIONS, ADVICE, CHANGES, CHECKS, DRIFT_STATES, FAILURES, HOLDINGS, KINDS, MODES, NOT_AS_STATED, OUTCOMES, PHASES, PROPOSALS, STATES, STEPS,
-  type AdviceStatus, type Comparison, type ContactLink, type ControlLimits, type Doctor, type DriftChart, type DriftNotHeld, type DriftPoint, type DriftRow, type DriftSeen, type DriftTrend, type FailureKind, type Figures, type Finding, type FoundSphere, type Outcome, type OutcomeChange, type Frame, type Joint, type Kind, type Phase,
-  type PlannedTouch, type Point, type Proposal, type ProposalsSeen, type Result, type RobotLink, type Readiness, type RobotPosture, type Role,
+  type AdviceStatus, type Comparison, type ContactLink, type ControlLimits, type Doctor, type DriftChart, type DriftEvent, type DriftNotHeld, type DriftPoint, type DriftRow, type DriftSeen, type DriftTrend, type FailureKind, type Figures, type Finding, type FoundSphere, type Outcome, type OutcomeChange, type Frame, type Joint, type Kind, type Phase,
+  type PlannedTouch, type PlotsSeen, type Point, type Proposal, type ProposalsSeen, type Result, type RobotLink, type Readiness, type RobotPosture, type Role,
   type Scene, type SceneTarget, type SessionRow, type Schedule, type SessionState, type Solid, type Standing, type Status, type StepSeen,
   type Summary, type Touch, type TouchSet, type Version,
 } from "./types";
@@ -12,6 +12,7 @@ import {
 const MOST_LETTERS = 4000;
 const MOST_ITEMS = 5000;
 const MOST_NUMBERS = 400_000;
+const MOST_DRAWN = 4_000_000;
 const MOST_JOINTS = 32;
 
 type Fields = Record<string, unknown>;
@@ -313,6 +314,15 @@ function drift_point(value: unknown): DriftPoint | null {
     temperatureC: number(all.temperature_c),
   };
 }
+function other_chart(value: unknown): { calibration: number; points: DriftPoint[] } | null {
+  const all = fields(value);
+  return all && { calibration: count(all.calibration), points: known(list(all.points).map(drift_point)) };
+}
+function drift_event(value: unknown): DriftEvent | null {
+  const all = fields(value);
+  const timeS = number(all?.time_s);
+  return all && timeS !== null ? { session: count(all.session), timeS, words: words(all.words) } : null;
+}
 function drift_trend(value: unknown): DriftTrend | null {
   const all = fields(value);
   const offMm = number(all?.off_mm), sinceS = number(all?.since_s);
@@ -359,7 +369,14 @@ function drift_chart(value: unknown): DriftChart | null {
     counted: count(all.counted), least: count(all.least),
     undecided: count(all.undecided), decidedS: number(all.decided_s) ?? 0, warns, alarms,
     trend: drift_trend(all.course), notHeld: not_held(all.not_held), points: known(list(all.points).map(drift_point)),
+    others: known(list(all.others).map(other_chart)), events: known(list(all.events).map(drift_event)),
   };
+}
+/** A drawing cut off would be none. */
+const drawing = (value: unknown): string => (typeof value === "string" && value.length <= MOST_DRAWN ? value : "");
+export function plots(value: unknown): PlotsSeen | null {
+  const all = fields(value);
+  return all && { beforeAfter: drawing(all.before_after), byJoint: list(all.by_joint).map(drawing).filter((one) => one !== ""), errorMap: drawing(all.error_map) };
 }
 function advice_status(value: unknown): AdviceStatus | null {
   const all = fields(value);

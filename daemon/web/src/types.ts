@@ -344,6 +344,21 @@ export interface DriftChart {
   trend: DriftTrend | null;
   notHeld: DriftNotHeld | null;
   points: DriftPoint[];
+  /** Of other calibrations of the cell, each relative to its own centre. */
+  others: { calibration: number; points: DriftPoint[] }[];
+  events: DriftEvent[];
+}
+/** A calibration that came into use; its changes as text of the daemon, in the page's language. */
+export interface DriftEvent {
+  session: number;
+  timeS: number;
+  words: string;
+}
+/** SVG of the daemon; empty: nothing to draw. */
+export interface PlotsSeen {
+  beforeAfter: string;
+  byJoint: string[];
+  errorMap: string;
 }
 /** CELLCAL_ADVICE on the controller; `trouble`: why it is not the newest value, as text of the daemon. */
 export interface AdviceStatus {

@@ -203,6 +203,7 @@ TEST_F(a_described_api, answers_as_it_is_described) {
   EXPECT_EQ(ask("GET", one + "/events", "", "/v1/sessions/{id}/events").status, 200);
   EXPECT_EQ(ask("GET", one + "/touches.csv", "", "/v1/sessions/{id}/touches.csv").status, 200);
   EXPECT_EQ(ask("GET", one + "/figures", "", "/v1/sessions/{id}/figures").status, 200);
+  EXPECT_EQ(ask("GET", one + "/plots", "", "/v1/sessions/{id}/plots").status, 404);
   EXPECT_EQ(ask("GET", one + "/plan", "", "/v1/sessions/{id}/plan").status, 404);
   EXPECT_EQ(ask("GET", "/v1/scene").status, 200);
   EXPECT_EQ(ask("GET", "/v1/drift").status, 200);
@@ -258,6 +259,14 @@ TEST_F(a_described_api, answers_as_it_is_described) {
   EXPECT_EQ(ask("POST", "/v1/cell-form", form).status, 201);
   EXPECT_EQ(ask("POST", "/v1/cell-form", form).status, 409) << "it is there";
   EXPECT_EQ(ask("POST", "/v1/cell-form", "{}").status, 422);
+  json wrong = json::parse(form);
+  wrong["name"] = "other";
+  wrong["form"]["spheres"][0]["diameter_mm"] = -50;
+  const Response refused = ask("POST", "/v1/cell-form", wrong.dump());
+  EXPECT_EQ(refused.status, 422);
+  EXPECT_EQ(json::parse(refused.body).at("key"), "spheres.0.diameter_mm") << refused.body;
+  wrong["name"] = "../other";
+  EXPECT_EQ(json::parse(ask("POST", "/v1/cell-form", wrong.dump()).body).at("key"), "name");
   EXPECT_EQ(ask("POST", "/v1/cell-form", R"({"more": 1})").status, 400);
   EXPECT_EQ(ask("POST", "/v1/cell-form/lists", R"({"spheres": "id,diameter_mm\nS1,50\n"})").status,
             200);
@@ -499,6 +508,17 @@ TEST(a_described_chart, is_as_it_is_described_from_too_few_checks_to_an_alarm) {
   EXPECT_EQ(state(), "alarms") << "also where the tool is not the cause";
   for (int k = 0; k < 2; ++k) checked.check({.shift_m = {0.5e-3, 0, 0}, .temperature_c = 21.0});
   EXPECT_EQ(state(), "alarms");
+  checked.calibrate();
+  const json next = json::parse(answer("/v1/drift?language=de"));
+  EXPECT_EQ(described().complaint(next, std::string("Drift")), "");
+  EXPECT_EQ(next.at("checks").at("others").at(0).at("points").size(), 11u);
+  EXPECT_EQ(next.at("checks").at("events").at(0).at("words"), "Kalibrierung aus Sitzung 1");
+  const json plots = json::parse(answer("/v1/sessions/1/plots?language=de"));
+  EXPECT_EQ(described().complaint(plots, std::string("Plots")), "");
+  EXPECT_EQ(plots.at("by_joint").size(), 6u);
+  EXPECT_NE(plots.at("error_map").get<std::string>().find("Vorher: Nennmodell"), std::string::npos);
+  checked.journal.activate(
+      {.session = 1, .time = "2026-03-01T00:00:00.000Z", .who = "anna", .reason = "test"});
   const std::string metrics = answer("/metrics");
   EXPECT_NE(metrics.find("cellcal_drift_state{state=\"alarms\"} 1\n"), std::string::npos)
       << metrics;

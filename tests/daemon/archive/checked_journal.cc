@@ -37,8 +37,9 @@ const calib::Plan& plan() {
   return made;
 }
 
-SessionInputs inputs_of(const SessionOptions& options) {
-  return {"/cell.toml", "c", "r", "r", options_to_json(options)};
+SessionInputs inputs_of(const SessionOptions& options,
+                        const CheckedJournal::Files& files = {}) {
+  return {"/cell.toml", files.cell, "kr5_r1400", files.robot, options_to_json(options)};
 }
 
 }  // namespace
@@ -59,11 +60,13 @@ std::filesystem::path CheckedJournal::results_dir(std::int64_t session) const {
   return dir.path() / "sessions" / std::to_string(session);
 }
 
-std::int64_t CheckedJournal::calibrate() {
+std::int64_t CheckedJournal::calibrate(const SessionOptions& options, const Files& files) {
   const std::string utc = next_utc();
-  const std::int64_t id = journal.begin(inputs_of({}), utc);
+  const std::int64_t id = journal.begin(inputs_of(options, files), utc);
   journal.store_calibration(id, calib::calibration_to_json(calibration()), {});
-  journal.record(id, RecordEnd{Ending::kDone, ""}, utc);
+  RecordEnd end{Ending::kDone, ""};
+  end.result = std::make_shared<const SessionResult>(SessionResult{calibration()});
+  journal.record(id, end, utc);
   return calibrated = id;
 }
 

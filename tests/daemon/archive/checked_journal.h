@@ -8,6 +8,7 @@
 
 #include "calib/result/tcp_check.h"
 #include "daemon/journal/journal.h"
+#include "daemon/tasks/options.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
 namespace cellcal::daemon::testing {
@@ -32,8 +33,12 @@ class CheckedJournal {
   /// A shift later than the one before. Its session.
   std::int64_t check(const Check& how);
   std::int64_t check() { return check(Check{}); }
-  /// As a session that was published.
-  std::int64_t calibrate();
+  struct Files {
+    std::string cell = "c", robot = "r";
+  };
+  /// As a session that was published, of the same cell.
+  std::int64_t calibrate(const SessionOptions& options, const Files& files);
+  std::int64_t calibrate() { return calibrate({}, {}); }
   std::filesystem::path results_dir(std::int64_t session) const;
 
   TemporaryDirectory dir;

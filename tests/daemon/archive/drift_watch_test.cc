@@ -4,7 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "calib/check/charts.h"
+#include "calib/files/input_file.h"
+#include "calib/result/drift_event.h"
 #include "tests/daemon/archive/checked_journal.h"
 
 namespace cellcal::daemon {
@@ -183,6 +187,61 @@ TEST_F(a_watch, knows_the_temperature_that_was_stated) {
   EXPECT_TRUE(look()->chart.per_kelvin_m);
   checked.check({.temperature_c = 1e200});
   EXPECT_FALSE(look()->chart.points[2].check.temperature_c) << "no cell is that warm";
+}
+
+TEST_F(a_watch, shows_the_checks_of_the_calibrations_before_each_of_its_own) {
+  checks(6);
+  const std::int64_t first = checked.calibrated;
+  const std::int64_t second = checked.calibrate();
+  checks(2);
+  const auto drift = look();
+  EXPECT_EQ(drift->chart.counted, 2U);
+  ASSERT_EQ(drift->chart.others.size(), 1U);
+  EXPECT_EQ(drift->chart.others[0].calibration, first);
+  EXPECT_EQ(drift->chart.others[0].points.size(), 6U);
+  EXPECT_GT(drift->chart.others[0].noise, 0.0);
+  for (int k = 0; k < 4; ++k) checked.calibrate();
+  const auto later = look();
+  EXPECT_EQ(later->chart.others.size(), 3U) << "the newest ones";
+  for (const calib::OtherChart& other : later->chart.others) EXPECT_GT(other.calibration, second);
+  for (const calib::DriftEvent& event : later->chart.events) EXPECT_GT(event.session, second);
+}
+
+TEST_F(a_watch, names_the_changes_of_the_cell_with_their_dates) {
+  const std::string robot = calib::read_file(CELLCAL_DEMO_ROBOT);
+  const std::string cell = calib::read_file(CELLCAL_DEMO_CELL);
+  std::string other_tool = cell;
+  const std::size_t at = other_tool.find("xyz_mm = [");
+  ASSERT_NE(at, std::string::npos);
+  other_tool.insert(at + std::string("xyz_mm = [").size(), "1");  // 60 mm: 160 mm
+  const std::int64_t first = checked.calibrate({}, {cell, robot});
+  checked.check();
+  SessionOptions update, accepted;
+  update.update = true;
+  accepted.accept_change = true;
+  checked.calibrate(update, {cell, robot});
+  checked.calibrate(accepted, {other_tool, robot + "\n"});
+  checked.journal.activate({.session = first,
+                            .time = "2026-03-01T00:00:00.000Z",
+                            .who = "anna",
+                            .reason = "the torch was put back"});
+  const auto drift = look();
+  const std::vector<calib::DriftEvent>& events = drift->chart.events;
+  ASSERT_EQ(events.size(), 5U);
+  std::vector<std::string> words;
+  for (const calib::DriftEvent& event : events) words.push_back(calib::words(phrase(event)));
+  EXPECT_EQ(words[0], "calibration of session 1");
+  EXPECT_EQ(words[1], "calibration of session 2: cell file changed, robot file changed");
+  EXPECT_EQ(words[2], "update of session 4");
+  EXPECT_EQ(words[3],
+            "calibration of session 5: tool changed, TCP moved by 100.000 mm, robot file changed, "
+            "change of the arm accepted");
+  EXPECT_EQ(words[4],
+            "calibration of session 2 in use again, by anna (the torch was put back)");
+  EXPECT_EQ(calib::date_words(events[4].time_s), "2026-03-01");
+  EXPECT_TRUE(std::ranges::is_sorted(events, {}, &calib::DriftEvent::time_s));
+  EXPECT_EQ(calib::words(phrase(events[2]), *calib::Language::of("de")),
+            "Aktualisierung aus Sitzung 4");
 }
 
 TEST_F(a_watch, works_the_chart_out_once_per_check_that_ends) {

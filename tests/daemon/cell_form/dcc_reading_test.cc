@@ -178,6 +178,74 @@ TEST(a_dcc, without_what_a_sigma_needs_is_refused_by_line) {
             std::string::npos);
 }
 
+std::string list_of(const std::string& name, const std::string& values, const std::string& more,
+                    const std::string& unit = "\\milli\\metre") {
+  return "<dcc:quantity refType=\"basic_measuredValue\"><dcc:name><dcc:content>" + name +
+         "</dcc:content></dcc:name><si:realListXMLList><si:valueXMLList>" + values +
+         "</si:valueXMLList><si:unitXMLList>" + unit + "</si:unitXMLList>" + more +
+         "</si:realListXMLList></dcc:quantity>\n";
+}
+
+std::string expanded_mu(const std::string& values, const std::string& k) {
+  return "<si:measurementUncertaintyUnivariateXMLList><si:expandedMUXMLList><si:valueExpandedMUXMLList>" +
+         values + "</si:valueExpandedMUXMLList><si:coverageFactorXMLList>" + k +
+         "</si:coverageFactorXMLList><si:coverageProbabilityXMLList>0.95</si:coverageProbabilityXMLList>"
+         "</si:expandedMUXMLList></si:measurementUncertaintyUnivariateXMLList>";
+}
+
+TEST(a_dcc, with_several_values_in_one_list_tells_them_apart_by_the_names_in_its_name) {
+  const auto spheres = spheres_in(
+      dcc(list_of("diameters S1, S2, S4", "38.1001 38.0998 25.4", expanded_mu("0.0004 0.0006 0.001", "2"))),
+      "given.xml");
+  ASSERT_EQ(spheres.size(), 3u);
+  EXPECT_EQ(spheres[1].id, "S2");
+  EXPECT_DOUBLE_EQ(spheres[1].diameter_mm, 38.0998);
+  EXPECT_DOUBLE_EQ(spheres[1].diameter_sigma_mm, 0.0003);
+  EXPECT_EQ(spheres[2].id, "S4");
+  EXPECT_EQ(spheres[0].certificate.date, "2026-04-01");
+  EXPECT_EQ(spheres[0].serial, "") << "the item's number is not that of three spheres";
+}
+
+TEST(a_dcc, with_several_values_in_one_list_tells_them_apart_by_labels_or_by_a_column_beside_it) {
+  const auto labelled = certificate_in(
+      dcc(list_of("distances of the centres", "400.1 300.2",
+                  "<si:labelXMLList>S1-S2 S1-S3</si:labelXMLList><si:expandedUncXMLList><si:uncertaintyXMLList>"
+                  "0.002</si:uncertaintyXMLList><si:coverageFactorXMLList>2 2</si:coverageFactorXMLList>"
+                  "</si:expandedUncXMLList>")),
+      "given.xml");
+  ASSERT_EQ(labelled.size(), 2u);
+  EXPECT_EQ(labelled[1].to, "S3");
+  EXPECT_DOUBLE_EQ(labelled[1].mm, 300.2);
+  EXPECT_DOUBLE_EQ(labelled[1].sigma_mm, 0.001);
+  const auto beside = spheres_in(
+      dcc("<dcc:quantity><dcc:charsXMLList>S3 S5</dcc:charsXMLList></dcc:quantity>" +
+          list_of("diameter", "0.025 0.0381", expanded_mu("4e-7 6e-7", "2 2"), "\\metre \\metre")),
+      "given.xml");
+  ASSERT_EQ(beside.size(), 2u);
+  EXPECT_EQ(beside[1].id, "S5");
+  EXPECT_DOUBLE_EQ(beside[1].diameter_mm, 38.1);
+  EXPECT_NEAR(beside[1].diameter_sigma_mm, 0.0003, 1e-12);
+}
+
+TEST(a_dcc, whose_list_is_not_of_one_piece_is_refused) {
+  EXPECT_NE(refusal(dcc(list_of("diameters", "38.1 25.4", expanded_mu("0.0004", "2")))).find("Choose"),
+            std::string::npos)
+      << "nothing tells the two apart";
+  EXPECT_NE(refusal(dcc(list_of("diameters S1 S2 S3", "38 25 19", expanded_mu("0.1 0.2", "2"))))
+                .find("the uncertainty: 2 for 3 values of the list"),
+            std::string::npos);
+  EXPECT_NE(refusal(dcc(list_of("diameters S1 S2", "38 x", expanded_mu("0.1", "2")))).find("not a number"),
+            std::string::npos);
+  EXPECT_NE(refusal(dcc(list_of("diameters S1 S2", "", expanded_mu("0.1", "2")))).find("without values"),
+            std::string::npos);
+  EXPECT_NE(refusal(dcc(list_of("diameters S1 S2", "38 25", ""))).find("states no uncertainty"),
+            std::string::npos);
+  std::string many;
+  for (int i = 0; i < 1001; ++i) many += "38 ";
+  EXPECT_NE(refusal(dcc(list_of("diameters", many, expanded_mu("0.1", "2")))).find("more than 1000"),
+            std::string::npos);
+}
+
 TEST(foreign_xml, is_refused_by_name_and_no_entity_is_expanded) {
   EXPECT_NE(refusal("<robot/>").find("no Digital Calibration Certificate"), std::string::npos);
   EXPECT_NE(refusal("<dcc:digitalCalibrationCertificate>").find("is not XML"), std::string::npos);

@@ -78,6 +78,36 @@ TEST(a_form, writes_a_cell_file_of_another_hand_again_without_changing_what_it_s
   EXPECT_EQ(calib::cell_to_toml(after, "r"), calib::cell_to_toml(before, "r"));
 }
 
+TEST(a_refused_form, names_the_field_that_is_at_fault) {
+  const auto key_of = [](const char* pointer, const json& value) {
+    json form = example();
+    form[json::json_pointer(pointer)] = value;
+    const auto fault = fault_in(form_from_json(form, "/cells/a.toml"));
+    return fault ? fault->key : "";
+  };
+  EXPECT_EQ(key_of("/spheres/1/diameter_mm", -50), "spheres.1.diameter_mm");
+  EXPECT_EQ(key_of("/spheres/1/id", "S1"), "spheres.1.id");
+  EXPECT_EQ(key_of("/lengths/0/mm", 900), "lengths.0.mm") << "the centres are 600 mm apart";
+  EXPECT_EQ(key_of("/lengths/0/certificate_date", "soon"), "lengths.0.certificate_date");
+  EXPECT_EQ(key_of("/tool/mass_kg", 80), "tool.mass_kg") << "of an arm for 5 kg";
+  EXPECT_EQ(key_of("/spheres/2/box_mm", json::parse("[[1100, -50, 350], [1000, 50, 450]]")),
+            "spheres.2.box_mm");
+  EXPECT_EQ(key_of("/tool/tip_radius_mm", 0), "") << "nothing is wrong";
+}
+
+TEST(a_key_of_a_file, is_that_of_the_form) {
+  EXPECT_EQ(form_key("target[2].diameter_mm"), "spheres.1.diameter_mm");
+  EXPECT_EQ(form_key("target[1].search_high_mm"), "spheres.0.box_mm");
+  EXPECT_EQ(form_key("length[1].between"), "lengths.0.from");
+  EXPECT_EQ(form_key("obstacle[3].xyz_mm"), "obstacles.2.xyz_mm");
+  EXPECT_EQ(form_key(".spheres[0].centre_mm[2]"), "spheres.0.centre_mm");
+  EXPECT_EQ(form_key(".tool.xyz_mm[1]"), "tool.xyz_mm");
+  EXPECT_EQ(form_key("robot"), "robot");
+  for (const char* other : {"", "target[0].id", "target[x].id", "target[99999999999999999999].id",
+                            "plane[1].id", "target[1", "]["})
+    EXPECT_EQ(form_key(other), "") << other;
+}
+
 json with_obstacles() {
   json form = example();
   form["tool"]["com_mm"] = {30, 25, 205};

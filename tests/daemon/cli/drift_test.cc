@@ -56,6 +56,15 @@ TEST(the_drift, is_sentences_a_plot_and_the_newest_checks) {
   }
 }
 
+TEST(the_drift, names_the_changes_of_the_cell_below_the_checks) {
+  json chart = chart_of(3);
+  chart["events"] = json::array(
+      {{{"time_s", 1.78e9}, {"words", "update of session 12"}}, 3, {{"time_s", "soon"}}});
+  EXPECT_NE(drift_text(chart).find("\nchanges of the cell:\n2026-05-28  update of session 12\n"),
+            std::string::npos)
+      << drift_text(chart);
+}
+
 TEST(the_drift, of_few_checks_names_those_that_are_left_out) {
   const std::string text = drift_text(chart_of(3));
   EXPECT_NE(text.find("   21.5   +0.000"), std::string::npos) << text;

@@ -428,5 +428,61 @@ TEST(ErrorMap, ShowsBeforeAndAfterOnOneScaleWithTheTargets) {
   EXPECT_EQ(html_report(input).find("id=\"error-map\""), std::string::npos);
 }
 
+calib::DriftPoint check_of(std::int64_t session, double time_s, double share) {
+  calib::DriftPoint point;
+  point.check.session = session;
+  point.check.time_s = time_s;
+  point.check.verdict = calib::CheckVerdict::kHolds;
+  point.share = share;
+  return point;
+}
+
+TEST(CheckChart, ShowsTheChecksBeforeAndTheNumberedChangesOfTheCell) {
+  ReportInput input = made_up_session();
+  EXPECT_EQ(html_report(input).find("id=\"checks\""), std::string::npos) << "without any";
+  constexpr double kBegin = 1.77e9, kDay = 86400.0;
+  calib::DriftChart& chart = input.checks.emplace();
+  chart.others.push_back({3, 1.0, {check_of(4, kBegin, 0.2), check_of(5, kBegin + kDay, 0.4)}});
+  chart.points = {check_of(7, kBegin + 3 * kDay, 1.4)};
+  chart.points.back().check.verdict = calib::CheckVerdict::kDoesNotHold;
+  chart.events = {{.kind = calib::DriftEventKind::kUpdated,
+                   .session = 6,
+                   .time_s = kBegin + 2 * kDay,
+                   .cell_changed = true,
+                   .tcp_moved_m = 1.25e-3},
+                  {.kind = calib::DriftEventKind::kActivated,
+                   .session = 3,
+                   .time_s = kBegin + 4 * kDay,
+                   .by = "<anna>",
+                   .reason = "torch"}};
+  const std::string html = section_of(html_report(input), "checks");
+  EXPECT_TRUE(says(html, "update of session 6: tool changed, TCP moved by 1.250 mm")) << html;
+  EXPECT_TRUE(says(html, "calibration of session 3 in use again, by &lt;anna&gt; (torch)")) << html;
+  EXPECT_TRUE(says(html, "2026-02-04"));
+  EXPECT_EQ(occurrences(html, "class=\"fit after\""), 2u);
+  EXPECT_EQ(occurrences(html, "class=\"outlier after\""), 1u) << "a check that does not hold";
+  EXPECT_TRUE(says(html, "Control chart of 3 checks with 2 changes of the cell"));
+  chart.points[0].share = std::numeric_limits<double>::quiet_NaN();
+  chart.points[0].check.time_s = std::numeric_limits<double>::infinity();
+  chart.events[0].time_s = 1e300;
+  EXPECT_EQ(testing::joined(testing::complaints(html_report(input))), "");
+}
+
+TEST(Plots, AreThoseOfTheReportInTheLanguageAskedFor) {
+  ReportInput input = made_up_session();
+  input.error_map = calib::ErrorMap{0.1, {{0.95, 0.25, 9, 2.5e-3, 6e-5}}};
+  const ReportPlots plots = report_plots(input);
+  const std::string html = html_report(input);
+  EXPECT_NE(html.find(plots.before_after), std::string::npos);
+  EXPECT_NE(html.find(plots.error_map), std::string::npos);
+  ASSERT_EQ(plots.by_joint.size(), input.calibration.cell.robot.joints.size());
+  EXPECT_NE(html.find(plots.by_joint.back()), std::string::npos);
+  input.language = *calib::Language::of("de");
+  EXPECT_NE(report_plots(input).error_map.find("Vorher: Nennmodell, Mittel 2,50 mm"),
+            std::string::npos);
+  const ReportPlots none = report_plots(ReportInput{});
+  EXPECT_TRUE(none.before_after.empty() && none.by_joint.empty() && none.error_map.empty());
+}
+
 }  // namespace
 }  // namespace cellcal::daemon::report

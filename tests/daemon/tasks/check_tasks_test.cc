@@ -5,8 +5,10 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "calib/check/mastered.h"
 #include "calib/identify/identify.h"
 #include "calib/model/error.h"
+#include "calib/model/units.h"
 #include "daemon/tasks/kind_tasks.h"
 #include "daemon/tasks/planned_round.h"
 #include "tests/calib/plan/meet.h"
@@ -31,14 +33,19 @@ std::shared_ptr<const calib::Calibration> calibration() {
   return found;
 }
 
-/// The result of a check whose touch in second place is given up so many times.
-nlohmann::json checked(int given_up) {
+/// The result of a check whose touch in second place is given up so many times. `notes`: its log.
+nlohmann::json checked(int given_up, const std::vector<std::string>& mastered = {},
+                       const sim::Truth& arm = truth(), std::string* notes = nullptr) {
   const TemporaryDirectory dir;
   TaskInputs inputs;
   inputs.cell = demo_cell();
-  inputs.against = calibration();
+  inputs.options.mastered = mastered;
+  inputs.against =
+      std::make_shared<const calib::Calibration>(calib::as_mastered(*calibration(), mastered));
   inputs.results_dir = dir.path();
-  inputs.note = [](const std::string&) {};
+  inputs.note = [notes](const std::string& words) {
+    if (notes != nullptr) *notes += words + "\n";
+  };
   const Tasks tasks = check_tasks(std::make_shared<const TaskInputs>(std::move(inputs)));
   tasks.plan();
   calib::Random random(7);
@@ -56,7 +63,7 @@ nlohmann::json checked(int given_up) {
       --given_up;
       how.failed = calib::NotMade::kFailed;
     } else {
-      made.push_back(calib::testing::meet(demo_cell(), truth(), touch, random).value().touch);
+      made.push_back(calib::testing::meet(demo_cell(), arm, touch, random).value().touch);
     }
     from = touch.clear;
   }
@@ -105,6 +112,38 @@ TEST(a_check, does_not_hold_where_a_touch_was_given_up_twice) {
   ASSERT_EQ(result["unsteady"].size(), 1U);
   EXPECT_EQ(result["unsteady"][0]["touch"], 2);
   EXPECT_NE(result["words"].dump().find("did not agree, twice"), std::string::npos) << result;
+}
+
+/// A2 mastered by the calibration's zero, off by so much.
+sim::Truth mastered_arm(double off_deg) {
+  sim::Truth arm = truth();
+  calib::Robot robot = arm.arm.robot();
+  calib::Joint& joint = robot.joints[1];
+  joint.offset_rad -=
+      find(*calibration(), calib::joint_parameter(calib::ParameterKind::kTheta, 1))->correction;
+  joint.offset_rad += joint.sign * off_deg * calib::kRadPerDeg;
+  arm.arm = calib::ArmModel(robot, arm.arm.tool());
+  return arm;
+}
+
+TEST(a_check, after_mastering_names_the_joint_that_is_off_with_its_size) {
+  std::string notes;
+  const auto result = checked(0, {"A2"}, mastered_arm(0.03), &notes);
+  EXPECT_EQ(result["holds"], false) << result;
+  ASSERT_EQ(result["mastered"].size(), 1U);
+  EXPECT_EQ(result["mastered"][0]["joint"], "A2");
+  EXPECT_EQ(result["mastered"][0]["holds"], false);
+  EXPECT_NEAR(result["mastered"][0]["error_deg"].get<double>(), 0.03, 0.015) << result;
+  EXPECT_LE(result["touches"], 6);
+  EXPECT_NE(result["words"][1].get<std::string>().find("zero of A2 +0.0"), std::string::npos);
+  EXPECT_NE(notes.find("check after mastering A2: "), std::string::npos) << notes;
+  std::printf("%s", notes.c_str());
+}
+
+TEST(a_check, after_mastering_holds_where_the_zero_is_as_it_was_to_be) {
+  const auto result = checked(0, {"A2"}, mastered_arm(0.0));
+  EXPECT_EQ(result["holds"], true) << result;
+  EXPECT_EQ(result["mastered"][0]["holds"], true);
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import {
-  cell_file, cell_forms, draft_of, EMPTY, form_of, imported, length_drafts, name_within, new_obstacle, numbers_in, placed, places_wanted, sketch_of,
-  sphere_drafts, taught_angles, vouch, type CellDraft,
+  cell_file, cell_forms, draft_of, EMPTY, form_of, imported, length_drafts, name_within, new_obstacle, numbers_in, placed, places_wanted, refused_field,
+  sketch_of, sphere_drafts, taught_angles, vouch, type CellDraft,
 } from "../src/cell_form";
 
 const DKD = { certificate: "DKD-1", date: "2026-04-01" };
@@ -188,4 +188,19 @@ test("takes the angles that the robot says, and nothing that is none", () => {
   assert.equal(taught_angles({ axes_deg: [1, 2, 3, 4, 5, 6, 7] })?.split(" ").length, 7);
   for (const wrong of [null, {}, { axes_deg: [] }, { axes_deg: [1, 2, 3] }, { axes_deg: [1, 2, 3, 4, 5, null] }, { axes_deg: "x" }])
     assert.equal(taught_angles(wrong), null);
+});
+
+test("a refusal of the daemon is about the field that states the value, or about none", () => {
+  const at = (key: unknown, reason = "why") => refused_field({ error: "x", key, reason }, DRAFT)?.at;
+  assert.equal(at("spheres.1.diameter_mm"), "spheres.1.diameter");
+  assert.equal(at("spheres.2.box_mm"), "spheres.2.where");
+  assert.equal(at("lengths.0.sigma_mm"), "lengths.0.u");
+  assert.equal(at("tool.tip_radius_mm"), "tool.tip");
+  assert.equal(at("robot"), "tool.robot");
+  assert.equal(at("name"), "tool.name");
+  assert.equal(refused_field({ key: "lengths.0.mm", reason: "why" }, DRAFT)?.of, "S1–S2");
+  for (const other of ["spheres.9.diameter_mm", "spheres.x.diameter_mm", "spheres.-1.id", "lengths.5.mm", "spheres.0.constructor", "__proto__.0.id", "obstacles.0.id", "", 7, null])
+    assert.equal(at(other), undefined, String(other));
+  assert.equal(at("tool.xyz_mm", ""), undefined, "without a reason");
+  assert.equal(refused_field(null, DRAFT), null);
 });

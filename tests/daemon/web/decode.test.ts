@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import * as decode from "../src/decode";
 import * as fleet from "../src/fleet/decode";
-import { off_mm, plotted } from "../src/ui/checks";
+import { drawn_of_all, off_mm, plotted } from "../src/ui/checks";
 import { kr5, status } from "./kr5";
 
 const HOSTILE: unknown[] = [
@@ -14,7 +14,7 @@ const HOSTILE: unknown[] = [
 ];
 const DECODERS = {
   status: decode.status, touch: decode.touch, posture: decode.posture, scene: decode.scene,
-  plan: decode.plan, figures: decode.figures, sessions: decode.sessions, drift: decode.drift,
+  plan: decode.plan, figures: decode.figures, sessions: decode.sessions, drift: decode.drift, plots: decode.plots,
   readiness: decode.readiness, versions: decode.versions, comparison: decode.comparison, proposals: decode.proposals, doctor: decode.doctor, role: decode.role, error_words: decode.error_words, fleet_cells: fleet.cells, fleet_cell: fleet.cell_seen, corrections: fleet.corrections,
   certificate_files: fleet.certificate_files,
 };
@@ -164,4 +164,24 @@ test("a point of a control chart that was not measured, or at no date, is not dr
   assert.ok(got);
   assert.deepEqual(plotted(got.points), []);
   assert.equal(off_mm(got), null);
+});
+
+test("checks of other calibrations are drawn apart, between the changes of the cell", () => {
+  const point = (session: number, time_s: number) =>
+    ({ session, time_s, holds: true, off_mm: [0.01, 0, 0], ewma: 1, cusum: 1, share: 0.3, state: "in_control", temperature_c: null, left_out: null });
+  const got = decode.drift({ checks: chart({
+    points: [point(8, 300), point(9, 400)], others: [{ calibration: 2, points: [point(3, 100), point(4, 200)] }, 7, null],
+    events: [{ kind: "updated", session: 7, time_s: 250, words: "update of session 7" }, { time_s: "soon" }, null],
+  }) }).checks;
+  assert.ok(got);
+  const { points, breaks } = drawn_of_all(got);
+  assert.deepEqual(points.map((one) => one.session), [3, 4, 8, 9]);
+  assert.deepEqual(breaks, [[200, 300]]);
+  assert.deepEqual(got.events, [{ session: 7, timeS: 250, words: "update of session 7" }]);
+  assert.deepEqual(decode.drift({ checks: chart() }).checks?.others, [], "of an earlier daemon");
+});
+
+test("a drawing is whole or none", () => {
+  const plots = decode.plots({ before_after: "<svg/>", by_joint: ["<svg/>", 3, ""], error_map: "x".repeat(5_000_000) });
+  assert.deepEqual(plots, { beforeAfter: "<svg/>", byJoint: ["<svg/>"], errorMap: "" });
 });

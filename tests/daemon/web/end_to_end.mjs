@@ -151,6 +151,11 @@ function chart_of_months() {
     noise: 1, um_per_kelvin: null, alarmed_at: 110, points, words: [],
     course: { shape: "creep", since: 47, since_s: began_s + 46 * 28800, checks: 133, off_mm: 0.074, u_off_mm: 0.011, off_xyz_mm: [0.074, 0, 0],
               mm_per_month: 0.05, u_mm_per_month: 0.007, causes: [{ kind: "tool", name: "torch", probability: 0.97, words: "" }] },
+    others: [{ calibration: 1, points: points.slice(0, 20).map((one, k) => ({ ...one, session: 1000 + k, time_s: began_s - (21 - k) * 28800 })) }],
+    events: [
+      { kind: "calibrated", session: 1, time_s: began_s - 22 * 28800, words: "calibration of session 1" },
+      { kind: "updated", session: 2, time_s: began_s - 7200, words: "update of session 2: tool changed, TCP moved by 1.250 mm" },
+    ],
   };
 }
 
@@ -211,8 +216,16 @@ async function enter_cell(page, guide) {
   await dialog.getByText("S4: position must be 6 or 7 number(s)").waitFor(LONG);
   await fourth.getByLabel("A1 A2 A3").fill("0 -90 90 0 45 0");
   await write.click();
-  await dialog.locator(".refused").getByText(/S1.*S2|900/).waitFor(LONG); // 900 mm of centres that are 600 apart
-  await first.getByLabel("Distance").fill("600.012");
+  // 900 mm of centres that are 600 apart: the daemon alone finds it, and it stands at the field.
+  await dialog.locator(".refused").getByText("Not accepted: S1–S2, Distance, mm. The reason is shown there.").waitFor(LONG);
+  const distance = first.getByLabel("Distance");
+  assert.equal(await distance.getAttribute("aria-invalid"), "true");
+  await first.locator(".fault").getByText(/900/).waitFor(LONG);
+  await page.waitForFunction(() => document.activeElement?.name === "length-mm");
+  await accessible(page, "a distance that the daemon refuses");
+  await picture("cell-form-refused", page);
+  await distance.fill("600.012");
+  await first.locator(".fault").waitFor({ ...LONG, state: "detached" }); // what was changed is no longer refused
   for (const [width, height] of WIDTHS) {
     await page.setViewportSize({ width, height });
     await page.waitForFunction(() => document.documentElement.scrollWidth <= innerWidth && document.querySelector("dialog").scrollWidth <= document.querySelector("dialog").clientWidth + 1, null, { timeout: 5000 })
@@ -419,7 +432,7 @@ const steps = {
   async "shows a control chart of months of checks, with state, trend and advice, in both languages"() {
     // Months of checks are not touched here: the daemon's answer to the page's own question is taken, and its chart added.
     const page = await open();
-    await page.route("**/v1/drift", async (route) => {
+    await page.route("**/v1/drift*", async (route) => {
       const answer = await (await route.fetch()).json();
       assert.equal(answer.checks, null, "nothing is published yet");
       const controller = { told: "re_measure_tcp", value: 4, told_at: "2026-03-05T22:00:00.000Z", trouble: null };
@@ -434,7 +447,11 @@ const steps = {
     await panel.getByText("then measure the TCP or calibrate again").waitFor(LONG);
     await panel.getByText("CELLCAL_ADVICE on the controller: 4").waitFor(LONG);
     await panel.getByText("Average run length of an unchanged cell: 1000 checks to an alarm").waitFor(LONG);
-    await panel.getByRole("img", { name: "Control chart of 179 checks." }).waitFor(LONG);
+    await panel.getByRole("img", { name: "Control chart of 198 checks." }).waitFor(LONG);
+    const changes = panel.locator(".events li");
+    await changes.nth(1).getByText("update of session 2: tool changed, TCP moved by 1.250 mm").waitFor(LONG);
+    assert.equal(await changes.nth(1).locator("time").textContent(), "2026-01-04");
+    await accessible(page, "control chart with changes");
     for (const [width, height] of [[1280, 800], [390, 844]]) {
       await page.setViewportSize({ width, height });
       await panel.scrollIntoViewIfNeeded();
@@ -451,7 +468,7 @@ const steps = {
     // What takes weeks or a fault is not made here: the daemon's answers are taken, and the calibration or the failure added.
     const page = await open();
     let now = calibrated({}), status = {};
-    await page.route("**/v1/drift", async (route) => route.fulfill({ json: { ...await (await route.fetch()).json(), checks: now.drift } }));
+    await page.route("**/v1/drift*", async (route) => route.fulfill({ json: { ...await (await route.fetch()).json(), checks: now.drift } }));
     await page.route("**/v1/versions", (route) => route.fulfill({ json: now.versions }));
     await page.route("**/v1/events*", (route) => route.abort());
     await page.route("**/v1/status", async (route) => route.fulfill({ json: { ...await (await route.fetch()).json(), ...status } }));
@@ -688,6 +705,38 @@ const steps = {
     await panel.screenshot({ path: "screenshots/versions-1280.png" });
     const listed = JSON.parse(await cell.client("versions", "--json"));
     assert.deepEqual(listed.map((one) => [one.session, one.active]), [[6, false], [5, true]]);
+  },
+
+  async "shows the plots of the calibration in use, as the report has them, in every size, colour and language"() {
+    const { page } = this;
+    const panel = page.locator(".plots");
+    await panel.getByRole("heading", { name: "Plots of the calibration in use (session 5)" }).waitFor(LONG);
+    await panel.getByRole("img", { name: "Residual of every touch in millimetres, nominal robot above, calibrated below" }).waitFor(LONG);
+    await panel.getByRole("img", { name: "Predicted position error over distance from axis 1 and height" }).waitFor(LONG);
+    assert.equal(await panel.getByRole("img", { name: /^Residual after calibration by the position of A/ }).count(), 6);
+    for (const [width, height, colorScheme] of VIEWS) {
+      await page.emulateMedia({ colorScheme });
+      await page.setViewportSize({ width, height });
+      await page.waitForFunction((theme) => document.documentElement.dataset.theme === theme, colorScheme, LONG);
+      await panel.scrollIntoViewIfNeeded();
+      assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), `${width}`);
+      await panel.screenshot({ path: `screenshots/plots-${width}-${colorScheme}.png` });
+    }
+    await page.emulateMedia({ colorScheme: "light" });
+    await page.setViewportSize({ width: 1280, height: 800 });
+    await accessible(page, "plots");
+    await page.getByLabel("Language").selectOption("de");
+    await panel.getByRole("img", { name: /^Vorhergesagter Positionsfehler/ }).waitFor(LONG);
+    await panel.getByText("Vorher: Nennmodell").first().waitFor(LONG);
+    await panel.screenshot({ path: "screenshots/plots-de.png" });
+    await page.getByLabel("Sprache").selectOption("en");
+  },
+
+  async "marks the changes of its own journal in the chart"() {
+    const { page } = this;
+    const changes = page.locator(".checks .events li");
+    await changes.getByText("calibration of session 6").waitFor(LONG);
+    await changes.getByText(/calibration of session 5 in use again, by .* \(loose torch\)/).waitFor(LONG);
   },
 
   async "lets a real calibration hold, unchecked and by a check from its first line"() {

@@ -18,6 +18,7 @@ import { Header } from "./header";
 import { History } from "./history";
 import { LinksPanel } from "./links";
 import { Login } from "./login";
+import { Plots } from "./plots";
 import { Proposals } from "./proposals";
 import { Accuracy, Residuals } from "./residuals";
 import { ResultPanel } from "./result";
@@ -65,10 +66,12 @@ export function App() {
   const scene = useFetched(asked === null ? null : "/v1/scene", session, decode.scene);
   const plan = useFetched(session > 0 && asked !== null ? `/v1/sessions/${session}/plan` : null, planned, decode.plan) ?? NOTHING;
   const sessions = useFetched(asked === null ? null : "/v1/sessions", ended, decode.sessions);
-  const drift = useFetched(asked === null ? null : "/v1/drift", `${ended} ${said} ${aged}`, decode.drift);
+  const drift = useFetched(asked === null ? null : `/v1/drift?language=${language}`, `${ended} ${said} ${aged}`, decode.drift);
   const schedule = useFetched(asked === null ? null : "/v1/schedule", `${ended} ${aged}`, decode.schedule);
   const versions = useFetched(asked === null ? null : "/v1/versions", `${ended} ${said}`, decode.versions);
   const proposals = useFetched(asked === null ? null : "/v1/proposals", `${ended} ${said} ${Math.floor(now / PROPOSALS_MS)}`, decode.proposals);
+
+  const in_use = versions?.find((one) => one.active && one.trouble === "")?.session ?? null;
 
   const [looked, look_again] = useReducer((n: number) => n + 1, 0);
   const doctor = useDoctor(asked !== null, `${ended} ${looked}`, language);
@@ -136,6 +139,7 @@ export function App() {
             </div>
             {sessions && <History sessions={sessions} shown={shown} show={show} />}
             {versions && versions.length > 0 && <Versions versions={versions} may={may} changed={() => said_something(undefined)} />}
+            {in_use !== null && <Plots session={in_use} />}
             {drift?.checks && <Checks chart={drift.checks} controller={drift.controller} />}
             <Drift rows={drift?.rows ?? NOTHING} />
           </div>

@@ -4,7 +4,7 @@
 import { useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
 import {
   cell_file, cell_forms, EMPTY, form_of, imported, length_drafts, name_within, new_length, new_obstacle, new_sphere, placed, places_wanted,
-  robot_choice, sphere_drafts, taught_angles, vouch, type CellDraft, type CellForms, type SphereDraft, type Wrong,
+  refused_field, robot_choice, sphere_drafts, taught_angles, vouch, type CellDraft, type CellForms, type Refused, type SphereDraft, type Wrong,
 } from "../cell_form";
 import { fields, number, words } from "../decode";
 import { get, is_good, post, post_file, type Answer } from "../request";
@@ -105,9 +105,9 @@ function readers(say: Say, say_it: (words: string) => void, become: (next: (now:
     if (read === "") say_it(say("cell.csv.none", { file: file.name }));
     return read;
   };
-  const asked = async (path: string, body: unknown, longest_ms?: number): Promise<Record<string, unknown> | null> => {
+  const asked = async (path: string, body: unknown, longest_ms?: number, told = (answer: Answer) => refusal(answer, say)): Promise<Record<string, unknown> | null> => {
     const answer = await post(path, body, longest_ms);
-    say_it(is_good(answer) ? "" : refusal(answer, say));
+    say_it(is_good(answer) ? "" : told(answer));
     return is_good(answer) ? fields(answer.value) : null;
   };
   return {
@@ -148,6 +148,8 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
   const [said, set_said] = useState("");
   /** Errors are shown from the first attempt to write on. */
   const [tried, set_tried] = useState(false);
+  const [refused, set_refused] = useState<Refused | null>(null);
+  useEffect(() => set_refused(null), [draft]);
   const before = useRef(draft);
   const form = useRef<HTMLFormElement>(null);
   const set = (change: Partial<CellDraft>) => become((now) => ({ ...now, ...change }));
@@ -158,10 +160,19 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
                placeholder={key === "date" ? "2026-04-01" : undefined} focused={() => { before.current = draft; }}
                change={(value) => become((now) => (key === "certificate" || key === "date" ? vouch(now, { [key]: value }, before.current) : { ...now, [key]: value }))} />
   );
+  const focus = () => requestAnimationFrame(() => form.current?.querySelector<HTMLElement>("[aria-invalid]")?.focus());
   const show = (wrong: Wrong[]) => {
     set_tried(true);
     set_said(wrong[0] ? wrong_words(wrong[0], say) : "");
-    requestAnimationFrame(() => form.current?.querySelector<HTMLElement>("[aria-invalid]")?.focus());
+    focus();
+  };
+  /** A refusal of the form stands at its field, and here in short; any other in full. */
+  const told = (answer: Answer): string => {
+    const field = refused_field(answer.value, draft);
+    if (!field) return refusal(answer, say);
+    set_refused(field);
+    focus();
+    return say("cell.refused", { field: field.of === "" ? say(field.label) : `${field.of}, ${say(field.label)}` });
   };
   const submit = async (event: Event) => {
     event.preventDefault();
@@ -172,7 +183,7 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
     const origin = from_text !== "" ? { from_text } : own ? { instead_of: sha256 } : file !== "" ? { from: file } : {};
     const answer = await post("/v1/cell-form", { name: draft.name.trim(), form: made.form, ...origin });
     // The doctor examines it, and the guide refers to the cell examined last.
-    const words_ = is_good(answer) ? await examine(words(fields(answer.value)?.file), say) : refusal(answer, say);
+    const words_ = is_good(answer) ? await examine(words(fields(answer.value)?.file), say) : told(answer);
     set_busy(false);
     set_said(words_);
     if (words_ === "") done();
@@ -199,7 +210,7 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
   };
   const own_robot = draft.robot.startsWith("/") && robots.every((one) => one.name !== draft.robot);
   return (
-    <FaultsContext.Provider value={tried && "wrong" in made ? made.wrong : []}>
+    <FaultsContext.Provider value={[...(tried && "wrong" in made ? made.wrong : []), ...(refused ? [refused] : [])]}>
     <form ref={form} onSubmit={(event) => void submit(event)}>
       <h2 id="cell-form-title">{say("cell.title")}</h2>
       <CellSketch draft={draft} from={basis.text === "" ? basis.file : ""} />
@@ -230,7 +241,7 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
           </button>
           <Files name="spheres" label={say("cell.csv.spheres")} take={([file]) => void read.csv("spheres", file)} />
         </div>
-        <Places draft={draft} from={basis.text === "" ? basis.file : ""} asked={read.asked} show={show} take={(spheres) => set({ spheres })} />
+        <Places draft={draft} from={basis.text === "" ? basis.file : ""} asked={(path, body, longest_ms) => read.asked(path, body, longest_ms, told)} show={show} take={(spheres) => set({ spheres })} />
       </fieldset>
       <fieldset>
         <legend>{say("cell.lengths")}</legend>

@@ -2,14 +2,14 @@
 
 import { createContext } from "preact";
 import { useContext, useState } from "preact/hooks";
-import { SHAPES, type LengthDraft, type ObstacleDraft, type Place, type SphereDraft, type Wrong } from "../cell_form";
+import { SHAPES, type LengthDraft, type ObstacleDraft, type Place, type Refused, type SphereDraft, type Wrong } from "../cell_form";
 import type { Say } from "../words";
 import { useVoice } from "./context";
 
 const PLACES: Place[] = ["centre", "taught", "box"];
 
-/** Errors of the form, shown at their fields. */
-export const FaultsContext = createContext<Wrong[]>([]);
+/** Errors of the form, found here or by the daemon, shown at their fields. */
+export const FaultsContext = createContext<(Wrong | Refused)[]>([]);
 
 export const fault_words = ({ counts, positive }: Wrong, say: Say): string =>
   counts.length === 0 ? say("cell.wrong.choose")
@@ -22,7 +22,8 @@ export function useFault(at: string) {
   const id = `wrong-${at}`;
   return {
     marks: wrong ? { "aria-invalid": true as const, "aria-describedby": id } : {},
-    words: wrong ? <span id={id} class="fault">{fault_words(wrong, say)}</span> : null,
+    words: !wrong ? null : "reason" in wrong ? <span id={id} class="fault" lang="en">{wrong.reason}</span>
+      : <span id={id} class="fault">{fault_words(wrong, say)}</span>,
   };
 }
 

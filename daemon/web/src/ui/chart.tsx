@@ -55,12 +55,16 @@ export interface ChartProps {
   time?: boolean;
   /** Lower end of y; null: minimum of the values. */
   from?: number | null;
+  /** Values of x marked by numbered lines, in the order of the caller's list; 0: unknown, not drawn. */
+  events?: number[];
+  /** Pairs of neighbouring values of x between which lines are interrupted. */
+  breaks?: [number, number][];
 }
 
 export function Chart(props: ChartProps) {
   const { theme, language } = useVoice();
   const box = useRef<HTMLDivElement>(null);
-  const { x, lines } = props;
+  const { x, lines, events, breaks } = props;
   useEffect(() => {
     const parent = box.current;
     if (!parent) return;
@@ -71,7 +75,7 @@ export function Chart(props: ChartProps) {
       look.disconnect();
       chart.destroy();
     };
-  }, [theme, language, x, lines]);
+  }, [theme, language, x, lines, events, breaks]);
   return (
     <figure class="chart">
       <figcaption>{props.y_label}</figcaption>
@@ -80,7 +84,30 @@ export function Chart(props: ChartProps) {
   );
 }
 
-function options({ x_label, lines, time, from = 0 }: ChartProps, width: number, language: string): uPlot.Options {
+/** Dashed lines over the whole height, numbered at the top. */
+function draw_events(chart: uPlot, events: number[], colour: string): void {
+  const { ctx, bbox } = chart;
+  ctx.save();
+  ctx.strokeStyle = ctx.fillStyle = colour;
+  ctx.lineWidth = devicePixelRatio;
+  ctx.setLineDash([4 * devicePixelRatio, 4 * devicePixelRatio]);
+  ctx.font = `${12 * devicePixelRatio}px system-ui, sans-serif`;
+  ctx.textBaseline = "top";
+  events.forEach((event, i) => {
+    if (event === 0) return;
+    const left = chart.valToPos(event, "x", true);
+    if (left < bbox.left - 1 || left > bbox.left + bbox.width + 1) return;
+    ctx.beginPath();
+    ctx.moveTo(left, bbox.top);
+    ctx.lineTo(left, bbox.top + bbox.height);
+    ctx.stroke();
+    ctx.textAlign = left > bbox.left + bbox.width / 2 ? "right" : "left";
+    ctx.fillText(` ${i + 1} `, left, bbox.top);
+  });
+  ctx.restore();
+}
+
+function options({ x_label, lines, time, from = 0, events = [], breaks = [] }: ChartProps, width: number, language: string): uPlot.Options {
   const ink = colour_of("ink-soft"), grid = colour_of("line");
   const axis = { stroke: ink, grid: { stroke: grid, width: 1 }, ticks: { stroke: grid, width: 1 },
                  font: "13px system-ui, sans-serif", labelFont: "13px system-ui, sans-serif" };
@@ -92,7 +119,11 @@ function options({ x_label, lines, time, from = 0 }: ChartProps, width: number, 
   return {
     width, height: HEIGHT,
     scales: {
-      x: { time: time ?? false, range: (_, low, high) => (low === high ? [low - 1, high + 1] : [low, high]) },
+      x: { time: time ?? false, range: (_, low, high) => {
+        const known = events.filter((event) => event !== 0);
+        const first = Math.min(low, ...known), last = Math.max(high, ...known);
+        return first === last ? [first - 1, last + 1] : [first, last];
+      } },
       y: { range: (_, low, high) => {
         const lowest = from ?? low ?? 0, highest = high ?? 1;
         const room = 0.08 * (highest - lowest) || 0.1;
@@ -101,6 +132,7 @@ function options({ x_label, lines, time, from = 0 }: ChartProps, width: number, 
     },
     legend: { live: false },
     cursor: { show: false },
+    hooks: { draw: [(chart) => draw_events(chart, events, ink)] },
     axes: [
       { ...axis, label: x_label, labelSize: 18, size: 32, incrs: time ? undefined : [1, 2, 5, 10, 20, 50, 100],
         values: time ? days : numbers, space: time ? 90 : 40 },
@@ -114,7 +146,8 @@ function options({ x_label, lines, time, from = 0 }: ChartProps, width: number, 
         fill: line.marks ? colour_of(line.colour) : undefined,
         width: line.marks ? 0 : 2,
         dash: line.dashed ? [6, 5] : undefined,
-        spanGaps: !line.marks,
+        // Missing values are spanned, breaks are not.
+        gaps: (chart) => (line.marks ? [] : breaks.map(([left, right]) => [chart.valToPos(left, "x", true), chart.valToPos(right, "x", true)])),
         paths: line.marks ? () => null : undefined,
         points: { show: line.marks ? draw_marks(line.marks, colour_of(line.colour)) : false },
       })),

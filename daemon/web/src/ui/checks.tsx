@@ -1,7 +1,7 @@
 // Control chart of all checks of a calibration: drift, its begin, and the remedy.
 
 import { useMemo } from "preact/hooks";
-import type { AdviceStatus, DriftChart, DriftNotHeld, DriftPoint } from "../types";
+import type { AdviceStatus, DriftChart, DriftEvent, DriftNotHeld, DriftPoint } from "../types";
 import { Chart, type Line } from "./chart";
 import { useVoice } from "./context";
 
@@ -17,6 +17,18 @@ export const drawn = (points: DriftPoint[]): DriftPoint[] => dated(points).filte
 
 const dated = (points: DriftPoint[]): DriftPoint[] =>
   points.filter((point) => point.timeS < LONGEST_S).sort((one, other) => one.timeS - other.timeS);
+
+/** Those of all calibrations of the cell, and where one ends and the next begins. */
+export function drawn_of_all(chart: DriftChart): { points: DriftPoint[]; breaks: [number, number][] } {
+  const of = new Map<DriftPoint, number>();
+  for (const { calibration, points } of [...chart.others, chart]) for (const point of points) of.set(point, calibration);
+  const points = drawn([...of.keys()]);
+  const breaks = points.flatMap((point, i): [number, number][] => {
+    const before = points[i - 1];
+    return before && of.get(before) !== of.get(point) ? [[before.timeS, point.timeS]] : [];
+  });
+  return { points, breaks };
+}
 
 export const off_mm = (chart: DriftChart): number | null => {
   const newest = plotted(chart.points).pop()?.offMm;
@@ -49,10 +61,24 @@ function NotHeld({ one }: { one: DriftNotHeld }) {
   );
 }
 
+function Events({ events, marked }: { events: DriftEvent[]; marked: boolean }) {
+  const { say } = useVoice();
+  return (
+    <>
+      <h3>{say("checks.events")}</h3>
+      <ol class="events">
+        {events.map((event, i) => <li key={i}><time dateTime={date_of(event.timeS)}>{date_of(event.timeS)}</time> {event.words}</li>)}
+      </ol>
+      {marked && <p class="note">{say("checks.events.why")}</p>}
+    </>
+  );
+}
+
 export function Checks({ chart, controller }: { chart: DriftChart; controller: AdviceStatus | null }) {
   const { say, fmt } = useVoice();
-  const points = useMemo(() => drawn(chart.points), [chart]);
-  const counted = plotted(chart.points).length;
+  const { points, breaks } = useMemo(() => drawn_of_all(chart), [chart]);
+  const events = useMemo(() => chart.events.map((event) => event.timeS), [chart]);
+  const counted = points.filter(measured).length;
   const x = useMemo(() => points.map((point) => point.timeS), [points]);
   const places = useMemo((): Line[] => ["x", "y", "z"].map((label, axis) => ({
     label, colour: `axis${axis + 1}`, dashed: axis === 1, values: points.map((point) => point.offMm?.[axis] ?? null),
@@ -93,15 +119,16 @@ export function Checks({ chart, controller }: { chart: DriftChart; controller: A
       {points.length > 1 && (
         <div class="pair">
           <Chart label={say("checks.label", { n: counted })} x={x} x_label={say("checks.date")} time
-                 y_label={say("checks.off")} lines={places} from={null} />
+                 y_label={say("checks.off")} lines={places} from={null} events={events} breaks={breaks} />
           <Chart label={say("checks.label.limit", { n: counted })} x={x} x_label={say("checks.date")} time
-                 y_label={say("checks.share")} lines={statistics} />
+                 y_label={say("checks.share")} lines={statistics} events={events} breaks={breaks} />
           {measured_warmth && (
             <Chart label={say("checks.temperature")} x={x} x_label={say("checks.date")} time
-                   y_label={say("checks.temperature")} lines={warmth} from={null} />
+                   y_label={say("checks.temperature")} lines={warmth} from={null} events={events} />
           )}
         </div>
       )}
+      {chart.events.length > 0 && <Events events={chart.events} marked={points.length > 1} />}
       {chart.counted > 0 && (
         <p class="note">
           {say("checks.limits", { n: chart.alarms.runLength, warn: chart.warns.runLength })}

@@ -1,0 +1,35 @@
+#pragma once
+// Joints that were mastered anew, by dial or mark, at the angles that a calibration gives: what is left of their zeros,
+// by a few touches.
+//
+// With r the residuals of the touches against the calibration with these zeros at nominal, V their covariance in an
+// unchanged cell (foresight.h) and G their derivatives by the zeros, the errors are (G' V^-1 G)^-1 G' V^-1 r. V
+// includes the zeros' own uncertainty, since the joints were mastered by the estimate.
+//
+// Assumption: nothing but these zeros has changed. Failure case: another change is attributed to them.
+
+#include <string>
+#include <vector>
+
+#include "calib/check/foresight.h"
+#include "calib/check/mastered_zero.h"
+#include "calib/model/touch.h"
+#include "calib/result/calibration.h"
+
+namespace cellcal::calib {
+
+/// The calibration once these joints have been mastered by it: their zeros are nominal. Throws IdentifyError naming a
+/// joint that the robot lacks, or that no touch tells apart from base or tool.
+Calibration as_mastered(const Calibration& calibration, const std::vector<std::string>& joints);
+
+/// Derivatives of the touches' residuals by the zeros of these joints [m/rad], one column each.
+Eigen::MatrixXd by_zeros(const Calibration& calibration, const std::vector<std::string>& joints,
+                         const std::vector<ForeseenContact>& contacts);
+
+/// What is left of these zeros, in their order. `mastered`: of as_mastered(). Throws IdentifyError where the touches
+/// do not tell the zeros apart, and as foresee() does.
+std::vector<MasteredZero> zeros_left(const Calibration& mastered,
+                                     const std::vector<std::string>& joints,
+                                     const std::vector<Touch>& made);
+
+}  // namespace cellcal::calib

@@ -1,0 +1,21 @@
+#pragma once
+// What is left of the zero of a joint that was mastered anew (mastered.h).
+
+#include <cmath>
+#include <string>
+
+namespace cellcal::calib {
+
+struct MasteredZero {
+  std::string joint = {};
+  double error_rad = 0.0;  ///< true angle less shown angle, in the controller's sense
+  double sigma_rad = 0.0;
+
+  double u_rad() const { return 2.0 * sigma_rad; }  ///< k=2
+  bool holds() const { return std::abs(error_rad) <= u_rad(); }
+};
+
+/// "zero of A2 +0.0301 +- 0.0060 deg (k=2) from where it was to be mastered: does not hold. ..."
+std::string words(const MasteredZero& zero);
+
+}  // namespace cellcal::calib
