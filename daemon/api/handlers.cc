@@ -110,7 +110,7 @@ std::optional<Response> Api::me(const Call& call) {
 }
 
 std::optional<Response> Api::status(const Call&) {
-  return Response{.body = status_to_json(service_.status())};
+  return Response{.body = status_to_json(service_.status(), language_in(call.request))};
 }
 
 std::optional<Response> Api::watch(const Call& call) {
