@@ -137,7 +137,7 @@ void draw_slice(Svg& svg, const View& view, const calib::ErrorMap& map, const Sl
   }
 }
 
-void draw_key(Svg& svg, const ColourScale& colours, double top) {
+void draw_key(Svg& svg, const View& view, const ColourScale& colours, double top) {
   constexpr double kStep = kKeyWidth / kKeySteps;
   for (int i = 0; i < kKeySteps; ++i) {
     const std::string fill = ColourScale::at((i + 0.5) / kKeySteps);
@@ -145,8 +145,9 @@ void draw_key(Svg& svg, const ColourScale& colours, double top) {
   }
   for (const auto& [value, share] : colours.ticks())
     svg.text({kMapLeft + share * kKeyWidth, top + kKeyHeight + 14.0}, Anchor::kMiddle, "tick",
-             fmt::format("{:g}", value));
-  svg.text({kMapLeft + kKeyWidth + 10.0, top + 11.0}, Anchor::kStart, "tick", "mm, mean 3-D error");
+             significant(value, 6));
+  svg.text({kMapLeft + kKeyWidth + 10.0, top + 11.0}, Anchor::kStart, "tick",
+           view.say("say.report.error_map.key"));
 }
 
 /// Finite, and near any arm.
@@ -166,7 +167,7 @@ double mean_mm(const calib::ErrorMap& map, double calib::ErrorCell::*of) {
 
 }  // namespace
 
-std::string error_map(const View& view) {
+std::string error_map_plot(const View& view) {
   auto map = view.input.error_map;
   if (map)
     std::erase_if(map->cells, [](const calib::ErrorCell& cell) { return !can_be_drawn(cell); });
@@ -176,27 +177,27 @@ std::string error_map(const View& view) {
   const ColourScale colours(*map);
   const double key_top = before.up.at_from + 40.0;
   Svg svg(kMapWidth, key_top + kKeyHeight + 24.0, "chart error-map",
-          "Predicted position error over distance from axis 1 and height, before and after");
+          view.say("say.report.error_map.picture"));
   draw_slice(svg, view, *map, before, colours,
-             fmt::format("Before: nominal model, mean {} mm",
-                         fixed(mean_mm(*map, &calib::ErrorCell::nominal_m), 2)),
+             view.say({"say.report.error_map.before",
+                       {{"mean", mean_mm(*map, &calib::ErrorCell::nominal_m)}}}),
              &calib::ErrorCell::nominal_m);
   draw_slice(svg, view, *map, after, colours,
-             fmt::format("After: calibrated, mean {} mm",
-                         fixed(mean_mm(*map, &calib::ErrorCell::calibrated_m), 3)),
+             view.say({"say.report.error_map.after",
+                       {{"mean", mean_mm(*map, &calib::ErrorCell::calibrated_m)}}}),
              &calib::ErrorCell::calibrated_m);
-  draw_key(svg, colours, key_top);
+  draw_key(svg, view, colours, key_top);
+  return std::move(svg).finish();
+}
+
+std::string error_map(const View& view) {
+  const std::string plot = error_map_plot(view);
+  if (plot.empty()) return "";
   return section(
-      "error-map", "Predicted error over the reach",
-      fmt::format(
-          "<div class=\"scroll\">{}</div>\n<p class=\"note\">Slice along axis 1: distance from it to the right, "
-          "height upwards, mm; each square is the mean over the poses of the workspace whose tip is in it, a "
-          "motion of the base taken out. Both pictures have one scale. Predicted from the covariance, not "
-          "measured{}.</p>\n",
-          std::move(svg).finish(),
-          view.result.verdict.workspace
-              ? ""
-              : "; this calibration claims nothing away from its targets (circles)"));
+      "error-map", "say.report.error_map",
+      fmt::format("<div class=\"scroll\">{}</div>\n", plot) +
+          paragraph("note", say(view.result.verdict.workspace ? "say.report.error_map.note"
+                                                              : "say.report.error_map.note.near")));
 }
 
 }  // namespace cellcal::daemon::report

@@ -1,6 +1,6 @@
 // Residual by joint angle, one small plot per joint: what is left of a joint's own error shows as a wave or a step.
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -37,16 +37,16 @@ JointMarks marks_of(const View& view, std::size_t joint, const calib::JointUnit&
   return found;
 }
 
-std::string plot(const JointMarks& of, const std::string& name, const calib::JointUnit& unit,
-                 double most_mm, double least_mm) {
+std::string plot(const View& view, const JointMarks& of, const std::string& name,
+                 const calib::JointUnit& unit, double most_mm, double least_mm) {
   const auto [low, high] = std::ranges::minmax(of.at);
   const double spare = std::max(high - low, kLeastSpanDeg) * 0.04;
   const Scale across{low - spare, high + spare, kSmallLeft, kSmallWidth - kSmallRight};
   const Scale up{least_mm, most_mm, kSmallHeight - kSmallBottom, kSmallTop};
   Svg svg(kSmallWidth, kSmallHeight, "chart small",
-          fmt::format("Residual after calibration by the position of {}", name));
+          view.say({"say.report.by_joint.picture", {{"joint", name}}}));
   svg.text({kSmallLeft, kSmallTop - 9.0}, Anchor::kStart, "panel",
-           fmt::format("{}, {}", shorten(name, 20), unit.name));
+           fmt::format("{}, {}", shorten(name, 20), unit_word(unit.name)));
   const std::vector<double> ticks = round_ticks(up.from, up.to, 4);
   const std::vector<std::string> labels = tick_labels(ticks);
   for (std::size_t i = 0; i < ticks.size(); ++i) {
@@ -61,35 +61,37 @@ std::string plot(const JointMarks& of, const std::string& name, const calib::Joi
     const svg::Point at{across(of.at[i]), up.clamped(mark.after_mm)};
     const std::string css = fmt::format("{} after", css_class(mark.kind));
     if (mark.kind == MarkKind::kCheck)
-      svg.diamond(at, kDotRadius * 1.4, css, mark_title(mark));
+      svg.diamond(at, kDotRadius * 1.4, css, mark_title(view, mark));
     else
-      svg.circle(at, kDotRadius, css, mark_title(mark));
+      svg.circle(at, kDotRadius, css, mark_title(view, mark));
   }
   return std::move(svg).finish();
 }
 
 }  // namespace
 
-std::string joint_residuals(const View& view) {
+std::vector<std::string> joint_plots(const View& view) {
   double most = 0.0;
   for (const Mark& mark : view.marks)
     if (mark.kind != MarkKind::kOutlier) most = std::max(most, std::abs(mark.after_mm));
   most = round_up(most, 0.1);
   const double least = view.points_only() ? 0.0 : -most;
-  std::string plots;
+  std::vector<std::string> plots;
   for (std::size_t j = 0; j < view.result.cell.robot.joints.size(); ++j) {
     const calib::Joint& joint = view.result.cell.robot.joints[j];
     const JointMarks of = marks_of(view, j, unit_of(joint));
-    if (!of.marks.empty()) plots += plot(of, joint.name, unit_of(joint), most, least);
+    if (!of.marks.empty())
+      plots.push_back(plot(view, of, joint.name, unit_of(joint), most, least));
   }
+  return plots;
+}
+
+std::string joint_residuals(const View& view) {
+  const std::vector<std::string> plots = joint_plots(view);
   if (plots.empty()) return "";
-  return section(
-      "by-joint", "Residual by joint angle",
-      fmt::format(
-          "<div class=\"small-plots\">{}</div>\n<p class=\"note\">Calibrated robot, mm, outliers left "
-          "out; filled: fitted, diamonds: held out. A level cloud: the model has this joint's errors. "
-          "A wave or a step: a transmission error, play or a jump of this joint is left.</p>\n",
-          plots));
+  return section("by-joint", "say.report.by_joint",
+                 fmt::format("<div class=\"small-plots\">{}</div>\n", fmt::join(plots, "")) +
+                     paragraph("note", say("say.report.by_joint.note")));
 }
 
 }  // namespace cellcal::daemon::report

@@ -14,6 +14,8 @@
 #include "calib/model/touch.h"
 #include "calib/plan/plan.h"
 #include "calib/result/calibration.h"
+#include "calib/words/phrase.h"
+#include "daemon/report/say.h"
 
 namespace cellcal::daemon {
 
@@ -28,13 +30,17 @@ struct ReportInput {
   std::string finished;  ///< ISO 8601
   std::string cell_name;
   std::string software;             ///< e.g. calib::software_version()
-  std::vector<std::string> notes;   ///< remarks of the operator on the conditions, one line each
+  std::vector<calib::Phrase> notes;  ///< remarks on the conditions
   std::optional<calib::Plan> plan;  ///< where the touches were planned
   double planned_s = 0.0;           ///< predicted robot time [s]; 0: unknown
   std::optional<calib::ErrorMap> error_map;  ///< of the calibration
+  calib::Language language;
   /// Simulated cells only: name and deviation from the hidden truth, labelled as such.
   std::vector<std::pair<std::string, std::string>> truth;
 };
+
+/// "report.html"; "report.de.html" in another language than English.
+std::string report_name(const calib::Language& language);
 
 /// The complete document, UTF-8. Never throws for invalid input: a non-finite number is shown as a dash and
 /// counted in the text.
@@ -72,6 +78,7 @@ struct View {
   explicit View(const ReportInput& report_input);
 
   const ReportInput& input;
+  Speaking speaking;  ///< the input's language
   const calib::Calibration& result;
   std::vector<Mark> marks;  ///< usable ones only, in the order of the residuals
   std::size_t fit = 0, check = 0, outliers = 0;  ///< touches by kind
@@ -88,20 +95,22 @@ struct View {
   bool any_point() const;
   /// Certified lengths with both ends touched; only these determine the scale.
   std::size_t touched_lengths() const;
+  /// Not escaped.
+  std::string say(const calib::Phrase& phrase) const { return report::say(phrase); }
 };
 
 /// As in tables: "A2.theta".
 std::string name_of(const View& view, const calib::ParameterResult& parameter);
 
-std::string_view kind_word(calib::TargetKind kind);
-/// "4 spheres", "2 points"; "3 targets" for mixed kinds.
+std::string kind_word(calib::TargetKind kind);
+/// "4 spheres", "2 points"; "3 targets" for mixed kinds. In German in the dative: "an 4 Kugeln".
 std::string target_words(const View& view);
 std::string_view css_class(MarkKind kind);
 /// "touch 12 on S1, held out: 2.310 mm before, 0.021 mm after".
-std::string mark_title(const Mark& mark);
+std::string mark_title(const View& view, const Mark& mark);
 
-/// "<section ...><h2>heading</h2>" ... "</section>" around the body.
-std::string section(std::string_view id, std::string_view heading, std::string_view body);
+/// "<section ...><h2>" heading, an id of the catalogue, "</h2>" ... "</section>" around the body.
+std::string section(std::string_view id, const char* heading, std::string_view body);
 
 // Sections of the report, in page order. Each returns HTML and computes nothing beyond the calibration's own
 // values.
@@ -129,6 +138,12 @@ std::string raw_touches(const View& view);
 /// Selected model and method, escaped; empty for methods without levels.
 std::string level_words(const View& view);
 std::string method_words(std::string_view method);
+
+// Plots without their sections.
+
+std::string residual_plot(const View& view);
+std::vector<std::string> joint_plots(const View& view);
+std::string error_map_plot(const View& view);
 
 /// The style sheet, without the <style> tags.
 const char* style_sheet();

@@ -84,12 +84,13 @@ void draw_shape(Svg& svg, MarkKind kind, Point at, double size, std::string_view
   }
 }
 
-void draw_mark(Svg& svg, const Mark& mark, Point at, double size, std::string_view extra) {
+void draw_mark(Svg& svg, const View& view, const Mark& mark, Point at, double size, std::string_view extra) {
   draw_shape(svg, mark.kind, at, size, fmt::format("{} {}", css_class(mark.kind), extra),
-             mark_title(mark));
+             mark_title(view, mark));
 }
 
-void draw_touch_axis(Svg& svg, const Scale& across, const std::vector<Mark>& marks, double y) {
+void draw_touch_axis(Svg& svg, const View& view, const Scale& across, double y) {
+  const std::vector<Mark>& marks = view.marks;
   for (const double tick : round_ticks(across.from, across.to, kTouchTicks)) {
     // Ticks are at the index of the residual; the label is the number of the touch.
     if (tick < 1.0 || tick > static_cast<double>(marks.size()) || tick != std::floor(tick)) {
@@ -98,18 +99,19 @@ void draw_touch_axis(Svg& svg, const Scale& across, const std::vector<Mark>& mar
     const Mark& mark = marks[static_cast<std::size_t>(tick) - 1];
     svg.text({across(tick), y}, Anchor::kMiddle, "tick", fmt::format("{}", mark.number));
   }
-  svg.text({across.at_to, y + 18.0}, Anchor::kEnd, "tick", "touch, in the order of touching");
+  svg.text({across.at_to, y + 18.0}, Anchor::kEnd, "tick", view.say("say.report.residuals.axis"));
 }
 
-void draw_before(Svg& svg, const Panel& panel, const std::vector<Mark>& marks, double size) {
-  draw_frame(svg, panel, "Nominal robot, mm (small dots: calibrated)");
+void draw_before(Svg& svg, const View& view, const Panel& panel, double size) {
+  const std::vector<Mark>& marks = view.marks;
+  draw_frame(svg, panel, view.say("say.report.residuals.before"));
   for (std::size_t i = 0; i < marks.size(); ++i) {
     const double x = panel.across(static_cast<double>(i + 1));
     svg.line({x, panel.up(0.0)}, {x, panel.up.clamped(marks[i].before_mm)}, "stem");
   }
   for (std::size_t i = 0; i < marks.size(); ++i) {
     const double x = panel.across(static_cast<double>(i + 1));
-    draw_mark(svg, marks[i], {x, panel.up.clamped(marks[i].before_mm)}, size, "before");
+    draw_mark(svg, view, marks[i], {x, panel.up.clamped(marks[i].before_mm)}, size, "before");
   }
   for (std::size_t i = 0; i < marks.size(); ++i) {
     if (marks[i].kind == MarkKind::kOutlier) continue;
@@ -126,19 +128,19 @@ double next_outlier(const std::vector<Mark>& marks, std::size_t after, const Sca
   return across.at_to;
 }
 
-void draw_after(Svg& svg, const Panel& panel, const std::vector<Mark>& marks, double size,
-                double band_mm) {
+void draw_after(Svg& svg, const View& view, const Panel& panel, double size, double band_mm) {
+  const std::vector<Mark>& marks = view.marks;
   if (band_mm > 0.0 && std::isfinite(band_mm)) {
     const double top = panel.up.clamped(band_mm);
     svg.rectangle({panel.across.at_from, top}, panel.across.at_to - panel.across.at_from,
                   panel.up.clamped(-band_mm) - top, "band");
   }
-  draw_frame(svg, panel, "Calibrated robot, mm, on a scale of its own");
+  draw_frame(svg, panel, view.say("say.report.residuals.after"));
   double label_end = panel.across.at_from;
   for (std::size_t i = 0; i < marks.size(); ++i) {
     const Mark& mark = marks[i];
     const Point at{panel.across(static_cast<double>(i + 1)), panel.up.clamped(mark.after_mm)};
-    draw_mark(svg, mark, at, size, "after");
+    draw_mark(svg, view, mark, at, size, "after");
     if (mark.kind != MarkKind::kOutlier) continue;
     // Every outlier is listed in the table; labels are drawn only where space permits.
     const double next = next_outlier(marks, i, panel.across);
@@ -150,32 +152,32 @@ void draw_after(Svg& svg, const Panel& panel, const std::vector<Mark>& marks, do
         {at.x + (to_the_right ? kFlagGap : -kFlagGap), at.y + (mark.after_mm > 0.0 ? 10.0 : -3.0)},
         to_the_right ? Anchor::kStart : Anchor::kEnd, "flag",
         fmt::format("{}: {}{}", mark.number, signed_fixed(mark.after_mm, 2),
-                    panel.up.holds(mark.after_mm) ? "" : " off scale"));
+                    panel.up.holds(mark.after_mm)
+                        ? ""
+                        : " " + view.say("say.report.residuals.off_scale")));
   }
 }
 
 std::string legend() {
   constexpr double kSide = 12.0, kSize = 3.4;
-  constexpr std::array<std::pair<MarkKind, std::string_view>, 3> kMarks{
-      {{MarkKind::kFit, "fitted"},
-       {MarkKind::kCheck, "held out"},
-       {MarkKind::kOutlier, "outlier, left out of the fit"}}};
+  constexpr std::array<std::pair<MarkKind, const char*>, 3> kMarks{
+      {{MarkKind::kFit, "say.report.mark.fitted"},
+       {MarkKind::kCheck, "say.report.mark.held_out"},
+       {MarkKind::kOutlier, "say.report.mark.outlier"}}};
   std::string html = "<p class=\"legend\">";
-  for (const auto& [kind, words] : kMarks) {
+  for (const auto& [kind, id] : kMarks) {
+    const std::string words = say(id);
     Svg svg(kSide, kSide, "mark", words);
     draw_shape(svg, kind, {0.5 * kSide, 0.5 * kSide}, kSize,
                fmt::format("{} after", css_class(kind)), {});
-    html += std::move(svg).finish() + std::string(words) + "\n";
+    html += std::move(svg).finish() + words + "\n";
   }
   return html + "</p>\n";
 }
 
-std::string_view sign_words(const View& view) {
-  if (view.points_only()) return "Distance of the tip from the point; it has no sign. ";
-  if (view.any_point()) {
-    return "Positive: the tip is too far from the centre; on points, the distance without sign. ";
-  }
-  return "Positive: the tip is too far from the centre. ";
+std::string sign_words(const View& view) {
+  if (view.points_only()) return say("say.report.residuals.sign.points");
+  return say(view.any_point() ? "say.report.residuals.sign.mixed" : "say.report.residuals.sign");
 }
 
 bool any_off_scale(const View& view, double range_mm) {
@@ -185,47 +187,40 @@ bool any_off_scale(const View& view, double range_mm) {
 
 std::string note(const View& view, double band_mm, double range_mm) {
   std::string band;
-  if (band_mm > 0.0) {
-    band = fmt::format(
-        "Shaded band{}: {}{} mm contain 95&nbsp;% of the touches according to the cell "
-        "file&rsquo;s touch &sigma;, and more of the fitted ones. ",
-        band_mm >= range_mm ? " (here the whole panel)" : "", view.points_only() ? "" : "&plusmn;",
-        fixed(band_mm, kMmDecimals));
-  }
-  return fmt::format(
-      "<p class=\"note\">{}{}{}A drift from left to right: temperature, or a tool that moved. "
-      "One bad stretch: its target.</p>\n",
-      sign_words(view), band,
-      any_off_scale(view, range_mm) ? "Crosses at the edge lie beyond the scale (see Outliers). "
-                                    : "");
+  if (band_mm > 0.0)
+    band = say({band_mm >= range_mm ? "say.report.residuals.band.whole" : "say.report.residuals.band",
+                {{"mm", (view.points_only() ? "" : "&plusmn;") + fixed(band_mm, kMmDecimals)}}});
+  return paragraph("note", sign_words(view) + band +
+                               (any_off_scale(view, range_mm) ? say("say.report.residuals.beyond")
+                                                              : std::string()) +
+                               say("say.report.residuals.drift"));
 }
 
 std::string left_out(const View& view) {
   std::string words;
-  if (view.unusable > 0) {
-    words += fmt::format(
-        "<p class=\"warn\">{} not finite or too large to be a distance, and left out of every "
-        "drawing.</p>\n",
-        counted(view.unusable, "residual is", "residuals are"));
-  }
-  if (view.unknown > 0) {
-    words += fmt::format("<p class=\"warn\">{} to touches that the report was not given.</p>\n",
-                         counted(view.unknown, "residual belongs", "residuals belong"));
-  }
+  if (view.unusable > 0)
+    words += paragraph("warn", counted(view.unusable, "say.report.residuals.unusable."));
+  if (view.unknown > 0)
+    words += paragraph("warn", counted(view.unknown, "say.report.residuals.unknown."));
   return words;
 }
 
 }  // namespace
 
-std::string residual_chart(const View& view) {
+namespace {
+
+/// Half width of the band that holds 95 % of the touches; 0: unknown.
+double band_of(const View& view) {
+  const double sigmas = view.points_only() ? kBand3dSigmas : kBandSigmas;
+  const double band_mm = sigmas * view.result.cell.touch_sigma_m * calib::kMmPerM;
+  return std::isfinite(band_mm) && band_mm > 0.0 ? band_mm : 0.0;
+}
+
+}  // namespace
+
+std::string residual_plot(const View& view) {
   const std::vector<Mark>& marks = view.marks;
-  if (marks.empty()) {
-    return section("residuals", "Residual of every touch",
-                   "<p>There are no residuals to draw.</p>\n" + left_out(view));
-  }
-  const double band_sigmas = view.points_only() ? kBand3dSigmas : kBandSigmas;
-  double band_mm = band_sigmas * view.result.cell.touch_sigma_m * calib::kMmPerM;
-  if (!std::isfinite(band_mm) || band_mm < 0.0) band_mm = 0.0;
+  if (marks.empty()) return "";
   const double before = range_of(marks, &Mark::before_mm, 0.0);
   const double after = range_of(marks, &Mark::after_mm, 0.0);
   const double lowest = view.points_only() ? 0.0 : -1.0;  // distances from points have no sign
@@ -236,15 +231,22 @@ std::string residual_chart(const View& view) {
   const double size = marks.size() > kManyMarks ? 1.9 : 3.0;
 
   Svg svg(kChartWidth, kChartHeight, "chart residuals",
-          "Residual of every touch in millimetres, nominal robot above, calibrated below");
-  draw_before(svg, upper, marks, size);
-  draw_after(svg, lower, marks, size, band_mm);
-  draw_touch_axis(svg, across, marks, kAfterTop + kAfterHeight + 18.0);
+          view.say("say.report.residuals.picture"));
+  draw_before(svg, view, upper, size);
+  draw_after(svg, view, lower, size, band_of(view));
+  draw_touch_axis(svg, view, across, kAfterTop + kAfterHeight + 18.0);
+  return std::move(svg).finish();
+}
 
-  std::string body = legend();
-  body += fmt::format("<div class=\"scroll\">{}</div>\n", std::move(svg).finish());
-  body += note(view, band_mm, after);
-  return section("residuals", "Residual of every touch", body + left_out(view));
+std::string residual_chart(const View& view) {
+  const std::string plot = residual_plot(view);
+  if (plot.empty())
+    return section("residuals", "say.report.residuals",
+                   paragraph("", say("say.report.residuals.none")) + left_out(view));
+  const double after = range_of(view.marks, &Mark::after_mm, 0.0);
+  return section("residuals", "say.report.residuals",
+                 legend() + fmt::format("<div class=\"scroll\">{}</div>\n", plot) +
+                     note(view, band_of(view), after) + left_out(view));
 }
 
 }  // namespace cellcal::daemon::report
