@@ -109,7 +109,7 @@ std::optional<Response> Api::me(const Call& call) {
   return Response{.body = dump({{"role", to_string(caller.role)}, {"name", caller.name}})};
 }
 
-std::optional<Response> Api::status(const Call&) {
+std::optional<Response> Api::status(const Call& call) {
   return Response{.body = status_to_json(service_.status(), language_in(call.request))};
 }
 
