@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 
+#include "drivers/sentence.h"
 #include "drivers/time.h"
 
 namespace cellcal::drivers {
@@ -121,7 +122,7 @@ struct ContactStatus {
   /// The last arming was ended by a voltage between the bands instead of an edge.
   bool voltage_trip = false;
   LoopFlaw loop_flaw = LoopFlaw::kNone;
-  std::string words;    ///< for display: fault and remedy
+  Sentence words;       ///< fault and remedy
   std::string warning;  ///< of the port, with the remedy; also in `words`
   ContactQuality quality;
   ContactIdentity identity;
@@ -158,7 +159,7 @@ struct ArmResult {
   std::uint16_t arm_id = 0;
   bool armed = false;
   ArmRefusal refusal = ArmRefusal::kNone;
-  std::string why_not;  ///< the sensor's reason as a sentence
+  Sentence why_not;  ///< the sensor's reason
 };
 
 /// State for the robot's cycle. Plain values without sentences.

@@ -13,9 +13,9 @@
 #include <boost/container/static_vector.hpp>
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <vector>
 
+#include "drivers/sentence.h"
 #include "drivers/time.h"
 
 namespace cellcal::drivers {
@@ -89,7 +89,7 @@ enum class MoveOutcome {
 const char* to_string(MoveOutcome outcome);
 
 /// Interruption of a link that failed a move or invalidated the reference, as far as causes need to
-/// be distinguished. Sentences are in MoveResult::detail and RobotState::words.
+/// be distinguished. The sentences are MoveResult::detail and RobotState::words.
 enum class Interruption : std::uint8_t {
   kNone,
   kLateReplies,     ///< the controller continues, and has counted late replies
@@ -115,7 +115,7 @@ struct Latch {
 struct MoveResult {
   std::uint32_t id = 0;
   MoveOutcome outcome = MoveOutcome::kRefused;
-  std::string detail;  ///< event, location, and remedy; empty on success
+  Sentence detail;  ///< event, location, and remedy; empty on success
   Interruption interruption = Interruption::kNone;  ///< kRobotSilent, kContactSilent, kRefused
   /// Commanded position. The arm is at rest, or, after a transit or a retreat that arrived, within
   /// the following tolerance and coming to rest.
@@ -203,7 +203,7 @@ struct RobotState {
   ControllerRequest request = ControllerRequest::kNone;
   bool needs_operator = false;  ///< the link is up, but drives or program have to be started
   bool unsettled = false;       ///< the link is up, but not yet ready for rereference()
-  std::string words;            ///< for display: fault and what to check
+  Sentence words;               ///< fault and what to check
   RobotQuality quality;
 };
 

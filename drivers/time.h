@@ -27,12 +27,6 @@ class Clock {
 /// The machine's steady clock.
 Clock& steady_clock();
 
-// Sentence for bytes of the contact sensor that this computer processed late, used for both the
-// serial link and moves.
-
-/// `late_s`: age of the newest data [s]; `limit_s`: its limit.
-std::string late_bytes_words(double late_s, double limit_s);
-
 // Histogram of times with fixed bounds, and their sum: unlike quantiles it can be aggregated over sessions and
 // computers. Plain values without allocation, for the cycle.
 

@@ -1,7 +1,11 @@
 #pragma once
-// Findings as phrases, for words in any language; finding.h has the words in English.
+// Findings, outliers, undetermined directions and model levels as phrases, for words in any language; their own headers
+// have the words in English.
 
+#include "calib/result/calibration.h"
 #include "calib/result/finding.h"
+#include "calib/result/outlier.h"
+#include "calib/result/unidentifiable.h"
 #include "calib/words/phrase.h"
 
 namespace cellcal::calib {
@@ -10,5 +14,14 @@ namespace cellcal::calib {
 Phrase phrase(const Finding& finding);
 /// Without the opening ("scope: "), for display under a heading.
 Phrase sentence_phrase(const Finding& finding);
+
+Phrase phrase(const Outlier& outlier);
+Phrase phrase(const Cell& cell, const UnidentifiableDirection& direction);
+/// "geometry, tool bending, ..."
+Phrase phrase(const Cell& cell, const ModelLevel& level);
+/// Reason for the selection of the level; empty for methods without levels.
+Phrase reason_phrase(const Calibration& calibration);
+/// The level and its reason, as in files.
+Phrase level_and_reason_phrase(const Calibration& calibration);
 
 }  // namespace cellcal::calib

@@ -1,7 +1,5 @@
 #include "calib/result/level.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <map>
 #include <numbers>
@@ -9,6 +7,7 @@
 
 #include "calib/model/units.h"
 #include "calib/result/calibration.h"
+#include "calib/result/finding_phrase.h"
 
 namespace cellcal::calib {
 
@@ -125,67 +124,75 @@ Cell at_level(const Cell& cell, const ModelLevel& level) {
   return result;
 }
 
-std::string words(const Cell& cell, const ModelLevel& level) {
-  std::string text = "geometry";
+Phrase phrase(const Cell& cell, const ModelLevel& level) {
+  Phrase all("say.level.geometry");
+  const auto add = [&all](const Phrase& part) { all = joined("say.join.comma", all, part); };
   if (cell.tool.deflection_sigma > 0.0 ||
       std::any_of(cell.other_tools.begin(), cell.other_tools.end(),
                   [](const Tool& tool) { return tool.deflection_sigma > 0.0; }))
-    text += ", tool bending";
-  if (level.compliance > 0.0) text += ", joint compliance";
-  if (level.play > 0.0) text += ", play";
+    add("say.level.bending");
+  if (level.compliance > 0.0) add("say.level.compliance");
+  if (level.play > 0.0) add("say.level.play");
   if (level.transmission > 0.0)
-    text += fmt::format(", transmission {:.0f} arcsec",
-                        largest_transmission_rad(at_level(cell, level)) / kRadPerArcsec);
+    add({"say.level.transmission",
+         {{"arcsec", largest_transmission_rad(at_level(cell, level)) / kRadPerArcsec}}});
   if (level.ripple_rad > 0.0)
-    text += fmt::format(", ripple {:.3g} arcsec", level.ripple_rad / kRadPerArcsec);
-  return text;
+    add({"say.level.ripple", {{"arcsec", level.ripple_rad / kRadPerArcsec}}});
+  return all;
 }
+
+std::string words(const Cell& cell, const ModelLevel& level) { return words(phrase(cell, level)); }
 
 namespace {
 
-std::string mean_words(const Calibration& c) {
-  if (c.levels.empty()) return "mean over levels, weighted by evidence";
+Phrase mean_phrase(const Calibration& c) {
+  if (c.levels.empty()) return "say.level.mean.unknown";
   double play = 0.0;
   std::map<double, double> share;  // by size of the compliance
   for (const LevelEvidence& l : c.levels) {
     share[l.level.compliance] += l.probability;
     play += l.level.play > 0.0 ? l.probability : 0.0;
   }
-  std::string compliance;
+  Phrase sizes;
   for (const auto& [size, probability] : share)
-    compliance += fmt::format("{}{:g} x prior ({:.0f} %)", compliance.empty() ? "" : ", ", size,
-                              100.0 * probability);
-  return fmt::format(
-      "mean over {} levels, weighted by evidence. Joint compliance: {}{}. "
-      "Likeliest level ({:.0f} %): {}",
-      c.levels.size(), compliance,
-      c.level.play > 0.0 ? fmt::format("; play ({:.0f} %)", 100.0 * play) : "",
-      100.0 * c.levels.front().probability, words(c.cell, c.levels.front().level));
+    sizes = joined("say.join.comma", sizes,
+                   {"say.level.mean.size", {{"size", size}, {"percent", 100.0 * probability}}});
+  return {c.level.play > 0.0 ? "say.level.mean.play" : "say.level.mean",
+          {{"levels", c.levels.size()},
+           {"sizes", sizes},
+           {"play", 100.0 * play},
+           {"percent", 100.0 * c.levels.front().probability},
+           {"likeliest", phrase(c.cell, c.levels.front().level)}}};
 }
 
 }  // namespace
 
-std::string reason_words(const Calibration& c) {
+Phrase reason_phrase(const Calibration& c) {
   switch (c.level_reason.choice) {
     case LevelChoice::kNone:
       return {};
     case LevelChoice::kAskedFor:
-      return "as requested";
+      return "say.level.asked_for";
     case LevelChoice::kMeanByEvidence:
-      return mean_words(c);
+      return mean_phrase(c);
     case LevelChoice::kNothingIdentified:
-      return "nothing was identified; the nominal arm";
+      return "say.level.nothing_identified";
     case LevelChoice::kRecorded:
       return c.level_reason.text;
   }
   return {};
 }
 
-std::string level_and_reason_words(const Calibration& c) {
+std::string reason_words(const Calibration& c) { return words(reason_phrase(c)); }
+
+Phrase level_and_reason_phrase(const Calibration& c) {
   const LevelChoice choice = c.level_reason.choice;
   const bool of_a_level =
       choice == LevelChoice::kAskedFor || choice == LevelChoice::kMeanByEvidence;
-  return (of_a_level ? words(c.cell, c.level) + "; " : "") + reason_words(c);
+  if (!of_a_level) return reason_phrase(c);
+  return joined("say.join.semicolon", phrase(c.cell, c.level), reason_phrase(c));
 }
+
+std::string level_and_reason_words(const Calibration& c) { return words(level_and_reason_phrase(c)); }
 
 }  // namespace cellcal::calib

@@ -1,12 +1,11 @@
 #include "calib/result/outlier.h"
 
-#include <fmt/format.h>
-
 #include <array>
 #include <cmath>
 #include <utility>
 
 #include "calib/model/units.h"
+#include "calib/result/finding_phrase.h"
 
 namespace cellcal::calib {
 
@@ -19,36 +18,35 @@ constexpr std::array kNames = {
     std::pair{OutlierKind::kRecorded, "recorded"},
 };
 
-/// Hint on how the touch may have been made.
+/// Sentence with a hint on how the touch may have been made; null: none.
 const char* hint(TargetKind kind, double residual_m) {
-  if (!std::isfinite(residual_m)) return "";
+  if (!std::isfinite(residual_m)) return nullptr;
   const bool outside = residual_m > 0.0;
   switch (kind) {
     case TargetKind::kSphere:
     case TargetKind::kPlane:
-      return outside ? ": contact detected before the surface" : ": contact detected too late";
+      return outside ? "say.outlier.early" : "say.outlier.late";
     case TargetKind::kWire:
-      return outside ? ": wire reads too short. Check its zero, and that it was taut"
-                     : ": wire reads too long. Check that nothing held or bent it";
+      return outside ? "say.outlier.wire_short" : "say.outlier.wire_long";
     case TargetKind::kPoint:
-      return ". Check that the tip was seated";
+      return "say.outlier.seat";
     case TargetKind::kTracker:
-      return ". Check the line of sight and the reflector";
+      return "say.outlier.sight";
   }
-  return "";
+  return nullptr;
 }
 
 /// "+0.123 mm off S1 (4 sigma)"; a distance of three components has no sign.
-std::string off_words(const Outlier& o) {
+Phrase off_phrase(const Outlier& o) {
   const bool sideless =
       o.target_kind == TargetKind::kPoint || o.target_kind == TargetKind::kTracker;
   const double mm = (sideless ? std::abs(o.residual_m) : o.residual_m) * kMmPerM;
-  std::string text;
-  if (std::isfinite(mm))
-    text = sideless ? fmt::format("{:.3f} mm ", mm) : fmt::format("{:+.3f} mm ", mm);
-  text += "off " + o.target;
-  if (std::isfinite(o.sigmas)) text += fmt::format(" ({:.0f} sigma)", o.sigmas);
-  return text;
+  const char* const id = !std::isfinite(mm) ? "say.outlier.off.unknown"
+                         : sideless         ? "say.outlier.off.by"
+                                            : "say.outlier.off";
+  const Phrase off(id, {{"mm", mm}, {"target", o.target}});
+  if (!std::isfinite(o.sigmas)) return off;
+  return {"say.outlier.sigmas", {{"off", off}, {"sigmas", o.sigmas}}};
 }
 
 }  // namespace
@@ -65,16 +63,20 @@ std::optional<OutlierKind> outlier_kind(const std::string& name) {
   return std::nullopt;
 }
 
-std::string words(const Outlier& o) {
+Phrase phrase(const Outlier& o) {
   if (o.kind == OutlierKind::kRecorded) return o.text;
+  const Phrase off = off_phrase(o);
   if (o.kind == OutlierKind::kOnAnotherTarget)
-    return fmt::format("{}: it lies on {}. Correct its target", off_words(o), o.lies_on);
-  std::string text = off_words(o) + hint(o.target_kind, o.residual_m);
-  if (o.kind == OutlierKind::kHoldsItself && std::isfinite(o.leverage))
-    text += fmt::format(
-        ". Leverage {:.0f} %: hardly any other touch determines this place. {}", 100.0 * o.leverage,
-        o.target_kind == TargetKind::kTracker ? "Measure there again" : "Touch there again");
-  return text;
+    return {"say.outlier.on_another", {{"off", off}, {"on", o.lies_on}}};
+  const char* const id = hint(o.target_kind, o.residual_m);
+  const Phrase text = id == nullptr ? off : Phrase(id, {{"off", off}});
+  if (o.kind != OutlierKind::kHoldsItself || !std::isfinite(o.leverage)) return text;
+  return joined("say.join.sentences", text,
+                {o.target_kind == TargetKind::kTracker ? "say.outlier.leverage.measure"
+                                                       : "say.outlier.leverage",
+                 {{"percent", 100.0 * o.leverage}}});
 }
+
+std::string words(const Outlier& o) { return words(phrase(o)); }
 
 }  // namespace cellcal::calib

@@ -6,6 +6,7 @@
 
 #include "calib/model/linear.h"
 #include "calib/result/calibration.h"
+#include "calib/result/finding_phrase.h"
 
 namespace cellcal::calib {
 
@@ -23,49 +24,47 @@ constexpr std::array kUnidentifiableNames = {
 };
 
 /// "A1.d, A2.a and 3 more"
-std::string list(const Cell& cell, const UnidentifiableDirection& d) {
-  std::vector<std::string> names;
-  for (const ParameterKey& key : d.parameters) names.push_back(parameter_name(cell, key));
-  if (d.more_parameters > 0) names.push_back(std::to_string(d.more_parameters) + " more");
-  std::string text;
+Phrase list(const Cell& cell, const UnidentifiableDirection& d) {
+  std::vector<Phrase> names;
+  for (const ParameterKey& key : d.parameters) names.emplace_back(parameter_name(cell, key));
+  if (d.more_parameters > 0)
+    names.emplace_back("say.undetermined.more", std::vector<PhraseValue>{{"n", d.more_parameters}});
+  Phrase all;
   for (std::size_t i = 0; i < names.size(); ++i)
-    text += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
-  return text;
+    all = joined(i + 1 == names.size() ? "say.join.and" : "say.join.comma", all, names[i]);
+  return all;
 }
 
-std::string weak_words(const Cell& cell, const UnidentifiableDirection& d) {
+Phrase said(const char* id, const Cell& cell, const UnidentifiableDirection& d) {
+  return {id, {{"list", list(cell, d)}}};
+}
+
+Phrase weak_phrase(const Cell& cell, const UnidentifiableDirection& d) {
   const bool alone = d.parameters.size() + d.more_parameters == 1;
-  return list(cell, d) +
-         (alone ? " is not determined by these touches; its tolerance decides"
-                : " cannot be separated by these touches; their tolerances decide") +
-         (d.kind == UnidentifiableKind::kScale
-              ? ". All lengths scale together: touch a second sphere at a certified distance"
-              : ". Touch in other postures");
+  return joined(
+      "say.join.sentences",
+      said(alone ? "say.undetermined.alone" : "say.undetermined.together", cell, d),
+      d.kind == UnidentifiableKind::kScale ? "say.undetermined.scale" : "say.undetermined.touch");
 }
 
-std::string sentence(const Cell& cell, const UnidentifiableDirection& d) {
+Phrase sentence(const Cell& cell, const UnidentifiableDirection& d) {
   switch (d.kind) {
     case UnidentifiableKind::kZeroOfFirstJoint:
-      return "zero of " + cell.robot.joints.at(cell.robot.first_turning()).name +
-             ": the same as turning all targets about the base axis. Fixed by convention (gauge)";
+      return {"say.undetermined.first_zero",
+              {{"joint", cell.robot.joints.at(cell.robot.first_turning()).name}}};
     case UnidentifiableKind::kHeightOfBase:
-      return "height of the arm on its base (" +
-             parameter_name(cell, joint_parameter(ParameterKind::kD, cell.robot.first_turning())) +
-             "): the same as lowering all targets. Fixed by convention (gauge)";
+      return {"say.undetermined.height",
+              {{"parameter", parameter_name(cell, joint_parameter(ParameterKind::kD,
+                                                                  cell.robot.first_turning()))}}};
     case UnidentifiableKind::kBehindLastJoint:
-      return list(cell, d) +
-             " move the tip in three directions only, behind the last axis: one combination is not "
-             "observable. Fixed by convention (gauge)";
+      return said("say.undetermined.behind_last", cell, d);
     case UnidentifiableKind::kNothingMoves:
-      return list(cell, d) +
-             " can change together without moving anything. Fixed by convention (gauge)";
+      return said("say.undetermined.nothing_moves", cell, d);
     case UnidentifiableKind::kNoEffect:
-      return list(cell, d) +
-             " moves the tip by less than 0.001 mm: not observable, and without effect; its "
-             "tolerance decides";
+      return said("say.undetermined.no_effect", cell, d);
     case UnidentifiableKind::kScale:
     case UnidentifiableKind::kWeak:
-      return weak_words(cell, d);
+      return weak_phrase(cell, d);
     case UnidentifiableKind::kRecorded:
       return d.text;
   }
@@ -86,11 +85,14 @@ std::optional<UnidentifiableKind> unidentifiable_kind(const std::string& name) {
   return std::nullopt;
 }
 
+Phrase phrase(const Cell& cell, const UnidentifiableDirection& d) {
+  if (d.more_as_weak <= 0) return sentence(cell, d);
+  return joined("say.join.sentences", sentence(cell, d),
+                {"say.undetermined.as_weak", {{"n", d.more_as_weak}}});
+}
+
 std::string words(const Cell& cell, const UnidentifiableDirection& d) {
-  std::string text = sentence(cell, d);
-  if (d.more_as_weak > 0)
-    text += ". " + std::to_string(d.more_as_weak) + " further directions are as weak";
-  return text;
+  return words(phrase(cell, d));
 }
 
 namespace {

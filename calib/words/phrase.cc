@@ -38,11 +38,24 @@ std::string localised(std::string number, const Language& language) {
   return number;
 }
 
-/// `form`: ".2f", or empty.
+/// The first letter as a capital: ASCII, and the Latin letters with accents (UTF-8 C3 A0 to C3 BE).
+std::string capitalised(std::string text) {
+  const bool accented = text.size() > 1 && text[0] == '\xC3' && text[1] >= '\xA0' && text[1] != '\xB7';
+  char& first = text[accented ? 1 : 0];
+  if (accented || (first >= 'a' && first <= 'z')) first = static_cast<char>(first - 0x20);
+  return text;
+}
+
+/// `form`: ".2f", "C" for a phrase with a capital at its beginning, or empty.
 std::string words_of(const PhraseValue& value, const std::string& form,
                      const Language& language) try {
   const std::string pattern = "{:" + form + "}";
-  if (const auto* phrase = std::get_if<Phrase>(&value.value)) return words(*phrase, language);
+  if (const auto* phrase = std::get_if<Phrase>(&value.value)) {
+    // A name of the user's may be that of an entry of the page: "S1", "abort".
+    const bool is_name = phrase->values().empty() && !phrase->id().starts_with("say.");
+    std::string text = is_name ? phrase->id() : words(*phrase, language);
+    return form == "C" ? capitalised(std::move(text)) : text;
+  }
   if (const auto* number = std::get_if<std::int64_t>(&value.value))
     return fmt::format(fmt::runtime(pattern), *number);
   return localised(fmt::format(fmt::runtime(pattern), std::get<double>(value.value)), language);

@@ -57,7 +57,7 @@ class Phrase {
   std::vector<PhraseValue> values_;
 };
 
-/// Fills {name} or {name:.2f} of a sentence; the part behind the colon as in fmt.
+/// Fills {name} or {name:.2f} of a sentence; behind the colon as in fmt, or C: with a capital.
 struct PhraseValue {
   template <std::integral T>
   PhraseValue(std::string its_name, T number)

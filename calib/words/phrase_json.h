@@ -11,6 +11,6 @@ namespace cellcal::calib {
 nlohmann::json to_json(const Phrase& phrase);
 /// Throws std::invalid_argument for anything else, and where phrases nest deeper than kMostNested.
 Phrase phrase_of(const nlohmann::json& value);
-inline constexpr int kMostNested = 8;
+inline constexpr int kMostNested = 32;
 
 }  // namespace cellcal::calib

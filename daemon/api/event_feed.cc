@@ -10,6 +10,7 @@
 #include "calib/files/calibration_json.h"
 #include "calib/model/enum_table.h"
 #include "calib/model/units.h"
+#include "calib/words/phrase_json.h"
 #include "daemon/api/http/http.h"
 #include "daemon/result/outcome_json.h"
 
@@ -255,12 +256,12 @@ json to_json(const drivers::ContactStatus& contact) {
           {"contact_v", q.contact_voltage_v}};
 }
 
-json to_json(const std::optional<Waiting>& waiting) {
+json to_json(const std::optional<Waiting>& waiting, const calib::Language& language) {
   if (!waiting) return nullptr;
   return {{"robot", waiting->robot},
           {"contact", waiting->contact},
           {"left_s", waiting->left_s},
-          {"start", waiting->start}};
+          {"start", words(waiting->start, language)}};
 }
 
 json to_json(const std::shared_ptr<const LinkReport>& links) {
@@ -298,7 +299,7 @@ json to_json(const InterruptionCounts& counts) {
   return all;
 }
 
-std::string status_to_json(const Status& status) {
+std::string status_to_json(const Status& status, const calib::Language& language) {
   json value{{"seq", status.seq},
              {"session", status.session},
              {"kind", status.kind},
@@ -317,13 +318,13 @@ std::string status_to_json(const Status& status) {
              {"why_ended", status.why_ended},
              {"warnings", status.warnings},
              {"time_left_s", or_null(status.time_left_s)},
-             {"waiting", to_json(status.waiting)},
+             {"waiting", to_json(status.waiting, language)},
              {"interruptions", status.interruptions.total()},
              {"busy_repeats", status.interruptions.of_computer()},
              {"interruptions_by_cause", to_json(status.interruptions)},
              {"busy_left_s", or_null(status.busy_left_s)},
-             {"robot", status.robot_words},
-             {"contact", status.contact_words},
+             {"robot", words(status.robot_words, language)},
+             {"contact", words(status.contact_words, language)},
              {"outcome", outcome_with_words(status.outcome)},
              {"publish", or_null(status.outcome ? published(*status.outcome) : std::nullopt)},
              {"reasons", status.reasons},
@@ -343,7 +344,8 @@ std::string status_to_json(const Status& status) {
   }
   if (status.failure) {
     value["failure"] = {{"kind", to_string(status.failure->kind)},
-                        {"detail", status.failure->detail}};
+                        {"detail", words(status.failure->detail, language)},
+                        {"said", calib::to_json(status.failure->detail)}};
   }
   return dump(value);
 }

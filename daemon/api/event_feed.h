@@ -81,7 +81,8 @@ class EventFeed {
 nlohmann::json touch_json(std::size_t index, const calib::Touch& touch, bool linear_unit);
 /// Keyed by cause.
 nlohmann::json to_json(const InterruptionCounts& counts);
-std::string status_to_json(const Status& status);
+/// `language`: of the links' and the failure's sentences.
+std::string status_to_json(const Status& status, const calib::Language& language = {});
 /// {"session","index","target","set","joints_deg","tip_mm","residual_mm","u95_mm"}
 std::string made_touch_to_json(const MadeTouch& made);
 /// {"session","joints_deg"}

@@ -114,8 +114,8 @@ std::optional<Response> Api::me(const Call& call) {
   return Response{.body = dump({{"role", to_string(caller.role)}, {"name", caller.name}})};
 }
 
-std::optional<Response> Api::status(const Call&) {
-  return Response{.body = status_to_json(service_.status())};
+std::optional<Response> Api::status(const Call& call) {
+  return Response{.body = status_to_json(service_.status(), language_in(call.request))};
 }
 
 std::optional<Response> Api::watch(const Call& call) {

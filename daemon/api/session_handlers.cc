@@ -18,6 +18,7 @@
 #include "daemon/api/http/http.h"
 #include "daemon/archive/archive.h"
 #include "daemon/files/atomic_file.h"
+#include "daemon/report/report.h"
 #include "daemon/result/outcome_json.h"
 #include "daemon/runner/backend.h"
 #include "daemon/session/phase.h"
@@ -60,7 +61,7 @@ json holds(const SessionRecord& record) {
   return outcome->kind == OutcomeKind::kDoesNotHold ? json(false) : json();
 }
 
-json to_json(const SessionRecord& record) {
+json to_json(const SessionRecord& record, const calib::Language& language) {
   json value{{"kind", kind_of(record)},
              {"id", record.id},
              {"started", record.started},
@@ -69,7 +70,7 @@ json to_json(const SessionRecord& record) {
              {"cell", record.inputs.cell_name},
              {"touches", record.touches},
              {"planned", record.planned},
-             {"failure", record.failure},
+             {"failure", record.failure_words(language)},
              {"outcome", outcome_with_words(outcome_of(record))},
              {"holds", holds(record)},
              {"published", published(record)},
@@ -140,19 +141,20 @@ std::optional<Response> Api::sessions(const Call& call) {
   const auto before = whole_number_in(call.request, "before");
   const bool whole = !call.request.query.contains("limit");
   const auto limit = whole ? std::size_t(-1) : static_cast<std::size_t>(page_size(call.request, 0));
+  const calib::Language language = language_in(call.request);
   json list = json::array();
   for (SessionRecord& record :
        journal_.sessions(before.value_or(std::numeric_limits<std::int64_t>::max()), limit)) {
     calib::poll_cancelled();
     if (!journal_.is_whole(record.id)) record.state = RecordState::kDamaged;
-    list.push_back(to_json(record));
+    list.push_back(to_json(record, language));
   }
   return Response{.body = dump(list)};
 }
 
 std::optional<Response> Api::session(const Call& call) {
   const SessionRecord record = find(call);
-  json value = to_json(record);
+  json value = to_json(record, language_in(call.request));
   value["events"] = journal_.events(record.id);
   value["times"] =
       to_json(phase_times(journal_.changes(record.id)), journal_.interruptions(record.id));
@@ -217,7 +219,10 @@ std::optional<Response> Api::check(const Call& call) {
 
 std::optional<Response> Api::report(const Call& call) {
   const std::int64_t session = find(call).id;
-  const std::filesystem::path path = service_.results_dir(session) / "report.html";
+  const std::filesystem::path results = service_.results_dir(session);
+  std::filesystem::path path = results / report_name(language_in(call.request));
+  // Sessions of earlier versions have it in English alone.
+  if (!std::filesystem::exists(path)) path = results / report_name({});
   if (!std::filesystem::exists(path)) throw no_result(session);
   Response page{200, "text/html; charset=utf-8", calib::read_file(path)};
   // Same origin as the page, but sandboxed, whatever text the report contains.

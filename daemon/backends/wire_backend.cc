@@ -78,7 +78,7 @@ class WireBackend final : public Backend {
   drivers::ContactSensor& contact() override { return contact_; }
   drivers::Clock& clock() override { return drivers::steady_clock(); }
   std::string utc_now() override { return wall_clock_utc(); }
-  std::string how_to_start() const override { return calib::words(start_instruction(wire_)); }
+  calib::Phrase how_to_start() const override { return start_instruction(wire_); }
   calib::Passable passable() override { return passable_; }
   std::optional<double> axis_reach_rad() override { return axis_reach_rad_; }
   calib::StatedFrames stated_frames() override { return frames_; }

@@ -13,10 +13,12 @@
 #include "calib/files/calibration_json.h"
 #include "calib/model/units.h"
 #include "daemon/cli/drift.h"
+#include "daemon/cli/language.h"
 #include "daemon/cli/offline.h"
 #include "daemon/cli/progress.h"
 #include "daemon/doctor/wires.h"
 #include "daemon/files/atomic_file.h"
+#include "daemon/report/report.h"
 #include "daemon/session/interruption.h"
 
 namespace cellcal::daemon {
@@ -32,8 +34,15 @@ volatile std::sig_atomic_t g_detached = 0;
 
 void on_interrupt(int) { g_detached = 1; }
 
+/// The answer's sentences in the reader's language; JSON is in English.
+std::string in_language(const Connection& daemon, const std::string& target) {
+  const calib::Language language = language_of(daemon.language);
+  if (daemon.json || language == calib::Language()) return target;
+  return target + (target.find('?') == std::string::npos ? "?" : "&") + "language=" + language.code();
+}
+
 json get(const Connection& daemon, const std::string& target) {
-  return parse(ask(daemon, "GET", target));
+  return parse(ask(daemon, "GET", in_language(daemon, target)));
 }
 
 std::string session_path(std::int64_t session) { return fmt::format("/v1/sessions/{}", session); }
@@ -534,11 +543,14 @@ int fetch_report(const Connection& daemon, std::optional<std::int64_t> session,
     }
     if (!session) throw std::runtime_error("no calibration is finished yet. See 'cellcal history'");
   }
-  const Response html = ask(daemon, "GET", session_path(*session) + "/report.html");
+  const calib::Language language = language_of(daemon.language);
+  const Response html = ask(daemon, "GET",
+                            session_path(*session) + "/report.html?language=" + language.code());
   if (!output.empty()) put(html.body, output);
   const std::string where =
-      output.empty() ? text(get(daemon, session_path(*session)), "results") + "/report.html"
-                     : output.string();
+      output.empty()
+          ? text(get(daemon, session_path(*session)), "results") + "/" + report_name(language)
+          : output.string();
   return print_result(daemon.json, {{"session", *session}, {"report", where}}, where + "\n");
 }
 

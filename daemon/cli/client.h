@@ -15,6 +15,7 @@ namespace cellcal::daemon {
 struct Connection {
   std::filesystem::path socket;
   bool json = false;
+  std::string language;   ///< --language; empty: not given
   bool progress = false;  ///< a line every ten seconds, also without a terminal
 };
 

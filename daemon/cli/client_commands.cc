@@ -6,6 +6,7 @@
 #include "daemon/cli/commands.h"
 #include "daemon/cli/drift.h"
 #include "daemon/cli/frames.h"
+#include "daemon/cli/language.h"
 
 namespace cellcal::daemon {
 
@@ -22,6 +23,7 @@ std::shared_ptr<Connection> add_connection(CLI::App* command) {
   command->add_option("--socket", daemon->socket, "The daemon's socket (or set $CELLCAL_SOCKET)")
       ->capture_default_str();
   command->add_flag("--json", daemon->json, "Print JSON");
+  add_language(*command, daemon->language);
   return daemon;
 }
 

@@ -1,5 +1,7 @@
 #include "daemon/cli/language.h"
 
+#include <cstdlib>
+
 #include "daemon/config/config.h"
 
 namespace cellcal::daemon {
@@ -7,15 +9,26 @@ namespace cellcal::daemon {
 void add_language(CLI::App& command, std::string& given) {
   command
       .add_option("--language", given,
-                  "Language of the sentences, else the configuration's; JSON is in English")
+                  "Language of the sentences, else the configuration's or that of LC_ALL, LC_MESSAGES or "
+                  "LANG; JSON is in English")
       ->check(CLI::IsMember(calib::Language::codes()));
 }
 
-calib::Language language_of(const std::string& given, const std::filesystem::path& config) try {
-  if (const auto language = calib::Language::of(given)) return *language;
-  return load_config(config).language;
-} catch (const std::exception&) {
-  return {};
+calib::Language language_of(const std::string& given) {
+  std::string code = given;
+  for (const char* name : {"LC_ALL", "LC_MESSAGES", "LANG"})
+    if (const char* set = std::getenv(name); code.empty() && set != nullptr) code = set;
+  return calib::Language::of(code).value_or(calib::Language());
+}
+
+calib::Language language_of(const std::string& given, const std::filesystem::path& config) {
+  if (!given.empty()) return language_of(given);
+  calib::Language configured;
+  try {
+    configured = load_config(config).language;
+  } catch (const std::exception&) {  // the command itself reports it
+  }
+  return configured == calib::Language() ? language_of(given) : configured;
 }
 
 }  // namespace cellcal::daemon

@@ -11,7 +11,9 @@ namespace cellcal::daemon {
 
 /// Adds --language.
 void add_language(CLI::App& command, std::string& given);
-/// As given, otherwise of the configuration; English where that cannot be read.
+/// As given, otherwise of the first of LC_ALL, LC_MESSAGES and LANG that is set; English without a catalogue of it.
+calib::Language language_of(const std::string& given);
+/// As given, otherwise of the configuration where that is another than English, otherwise as above.
 calib::Language language_of(const std::string& given, const std::filesystem::path& config);
 
 }  // namespace cellcal::daemon

@@ -5,6 +5,7 @@
 #include <chrono>
 
 #include "calib/model/units.h"
+#include "daemon/session/driver_phrase.h"
 #include "drivers/contact/wire/ctp_codec.h"
 
 namespace cellcal::daemon {
@@ -52,7 +53,7 @@ void judge_circuit(const drivers::ContactStatus& s, Findings& findings) {
   } else if (!looked_at) {
     findings.skip(check, "say.doctor.circuit.unchecked");
   } else if (!s.loop_ok) {
-    findings.fail(check, or_else(s.words, "say.doctor.circuit.broken"),
+    findings.fail(check, or_else(phrase_of(s.words), "say.doctor.circuit.broken"),
                   "say.doctor.circuit.broken.do");
   } else if (s.in_contact) {
     findings.fail(check, {"say.doctor.circuit.closed", {{"volts", s.sense_voltage_v}}},
@@ -73,7 +74,7 @@ void judge_self_test(const drivers::ContactStatus& s, Findings& findings) {
   } else if (!s.loop_ok || s.in_contact) {
     findings.skip(check, "say.doctor.self_test.circuit");
   } else {
-    findings.fail(check, or_else(s.words, "say.doctor.self_test.failed"),
+    findings.fail(check, or_else(phrase_of(s.words), "say.doctor.self_test.failed"),
                   "say.doctor.self_test.do");
   }
 }
@@ -98,7 +99,7 @@ void judge_clock(const drivers::ContactStatus& s, Findings& findings) {
 
 void judge_baud(const ContactSeen& seen, Findings& findings) {
   if (!seen.answers_at) {
-    findings.fail("contact sensor", seen.newest.words, "say.doctor.baud.do");
+    findings.fail("contact sensor", phrase_of(seen.newest.words), "say.doctor.baud.do");
     return;
   }
   findings.fail(
@@ -116,7 +117,7 @@ bool judge_contact(const ContactSeen& seen, Findings& findings) {
     if (s.fault == drivers::ContactFault::kBaud) {
       judge_baud(seen, findings);
     } else {
-      findings.fail("contact sensor", or_else(s.words, "say.doctor.sensor.silent"),
+      findings.fail("contact sensor", or_else(phrase_of(s.words), "say.doctor.sensor.silent"),
                     seen.datagrams ? "say.doctor.sensor.silent.do.network"
                                    : "say.doctor.sensor.silent.do.serial");
     }
@@ -138,13 +139,13 @@ bool judge_contact(const ContactSeen& seen, Findings& findings) {
     findings.fail(
         "contact configuration",
         {"say.doctor.config.other", {{"crc", id.config_crc}, {"sent", seen.wanted_config_crc}}},
-        or_else(s.words, "say.doctor.config.other.do"));
+        or_else(phrase_of(s.words), "say.doctor.config.other.do"));
   }
   judge_circuit(s, findings);
   judge_self_test(s, findings);
   judge_clock(s, findings);
   const bool ready = s.link == drivers::ContactLink::kReady;
-  if (!ready && findings.green()) findings.fail("contact link", s.words, "say.doctor.contact.wait");
+  if (!ready && findings.green()) findings.fail("contact link", phrase_of(s.words), "say.doctor.contact.wait");
   return ready && s.self_test_ok && !s.in_contact;
 }
 

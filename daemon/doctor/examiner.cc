@@ -152,7 +152,7 @@ const char* to_string(Outcome outcome) {
   return kTable[outcome];
 }
 
-calib::Phrase or_else(const std::string& said, const char* fallback) {
+calib::Phrase or_else(const calib::Phrase& said, const char* fallback) {
   return said.empty() ? calib::Phrase(fallback) : calib::Phrase(said);
 }
 

@@ -31,7 +31,7 @@ inline constexpr std::array kDoctorOutcomes{Outcome::kOk, Outcome::kWarning, Out
 const char* to_string(Outcome outcome);
 
 /// What a device says of itself; the phrase where it says nothing.
-calib::Phrase or_else(const std::string& said, const char* fallback);
+calib::Phrase or_else(const calib::Phrase& said, const char* fallback);
 
 struct Finding {
   std::string check;  ///< name of the check: "rsi packets"

@@ -41,7 +41,7 @@ struct RsiSeen {
   /// Number of replies within each limit [ms]: the coarse histogram.
   std::vector<std::pair<double, std::uint64_t>> replies_within;
   InputSeen input;
-  std::string last_words;  ///< newest message of the adapter
+  calib::Phrase last_words;  ///< newest message of the adapter
   std::string listening;   ///< "UDP 10.0.0.5:49152"
 };
 
@@ -63,7 +63,7 @@ struct EkiSeen {
   drivers::RobotState state;
   bool connected = false, up = false, lost = false;
   double observed_s = 0.0, waited_s = 0.0;
-  std::string last_words;
+  calib::Phrase last_words;
   std::string peer;  ///< "172.31.1.147:54600"
   InputSeen input;
 };

@@ -16,6 +16,7 @@
 #include "daemon/doctor/doctor.h"
 #include "daemon/doctor/rest_watch.h"
 #include "daemon/doctor/robot_check.h"
+#include "daemon/session/driver_phrase.h"
 #include "drivers/contact.h"
 #include "drivers/contact/serial_contact.h"
 #include "drivers/contact/wire/ctp.h"
@@ -240,7 +241,7 @@ void Wires::judge_line() {
   judge_contact_delivery(contact_seen_, findings_);
   const drivers::ContactStatus& s = contact_seen_.newest;
   if (contact_good_ && s.link != drivers::ContactLink::kReady) {
-    findings_.fail("contact link", s.words, "say.doctor.contact.lost.do");
+    findings_.fail("contact link", phrase_of(s.words), "say.doctor.contact.lost.do");
   }
 }
 
@@ -312,7 +313,7 @@ RsiSeen Wires::watch(drivers::RsiRobot& robot) {
     examine_contact();
     const drivers::CoreState core = robot.core_state();
     const drivers::RobotState state = robot.state();
-    if (!state.words.empty()) seen.last_words = state.words;
+    if (!state.words.empty()) seen.last_words = phrase_of(state.words);
     if (core.packets > 0 && !up) {
       up = Steady::now();
       seen.first_packet_s = since(begun);
@@ -394,7 +395,7 @@ EkiSeen Wires::watch(drivers::EkiRobot& robot) {
     const drivers::EkiCoreState core = robot.core_state();
     const drivers::RobotState state = robot.state();
     const bool linked = core.link == drivers::RobotLink::kNotReferenced;
-    if (!state.words.empty()) seen.last_words = state.words;
+    if (!state.words.empty()) seen.last_words = phrase_of(state.words);
     seen.connected = seen.connected || core.connected;
     if (linked && !up) up = Steady::now();
     if (linked || !up) {

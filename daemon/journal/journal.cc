@@ -277,6 +277,9 @@ void Journal::record(std::int64_t session, const RecordEnd& end, const std::stri
                           outcome_to_json(outcome_of(*end.result)), document_of(*end.result),
                           session);
     }
+    if (end.why)
+      impl_->database.run("UPDATE session SET document=? WHERE id=?", failure_to_json(*end.why),
+                          session);
     impl_->set_state(session, state_after(end.ending), utc, as_utf8(end.failure));
     impl_->outbox.close_touch();
     impl_->report_session(session, utc, end.why ? std::optional(end.why->kind) : std::nullopt);

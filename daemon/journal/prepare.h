@@ -39,7 +39,7 @@ CREATE TABLE session (
   software    TEXT NOT NULL,       -- that began it
   origin      TEXT,                -- JSON, of an imported one
   outcome     TEXT,                -- JSON, cellcal.outcome/1; both written with the end
-  document    TEXT                 -- JSON of a check, a qualification or found spheres
+  document    TEXT                 -- JSON of a check, a qualification, found spheres or a failure
 ) STRICT;
 CREATE TABLE touch (
   session       INTEGER NOT NULL REFERENCES session(id),

@@ -60,6 +60,7 @@ struct SessionRecord {
   int planned = 0;                            ///< touches of the plan; 0 before planning
   int touches = 0;                            ///< on disk
   std::string failure;                        ///< to_journal(Failure); empty: it did not fail
+  calib::Phrase failure_said{};               ///< likewise, for other languages; empty: not recorded
   std::optional<FailureKind> failure_kind{};  ///< set for the report of a failure; not stored
   std::string calibration;                    ///< JSON; empty before identification
   bool has_calibration = false;               ///< even if it was not read with the record
@@ -70,6 +71,8 @@ struct SessionRecord {
   std::string
       dropped;  ///< time of deletion of its raw events and readings (retention); empty: not deleted
 
+  /// As recorded in English, where it was not recorded for other languages.
+  std::string failure_words(const calib::Language& language) const;
   /// True if the session is not complete and its plan can be continued.
   bool resumable() const {
     return state != RecordState::kDone && state != RecordState::kRunning && !origin;

@@ -19,7 +19,7 @@ constexpr const char* kSelectSession =
     " (SELECT count(*) FROM touch WHERE touch.session = session.id), software, origin, "
     "cell_text, robot_text, calibration, "
     "(SELECT max(time) FROM dropped WHERE dropped.session = session.id), outcome, "
-    "calibration <> '', document FROM session ";
+    "calibration <> '', document, CASE state WHEN 'failed' THEN document END FROM session ";
 
 SessionRecord session_from(Statement& row, bool with_texts) {
   SessionRecord record;
@@ -39,11 +39,12 @@ SessionRecord session_from(Statement& row, bool with_texts) {
   record.dropped = row.text(16);
   record.outcome = outcome_from_json(row.text(17));
   record.has_calibration = row.integer(18) != 0;
+  if (!row.is_null(20)) record.failure_said = failure_said_in(row.text(20));
   if (!with_texts) return record;
   record.inputs.cell_text = row.text(13);
   record.inputs.robot_text = row.text(14);
   record.calibration = row.text(15);
-  record.document = row.text(19);
+  if (row.is_null(20)) record.document = row.text(19);
   return record;
 }
 

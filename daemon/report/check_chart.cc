@@ -70,7 +70,7 @@ void draw_date_axes(Svg& svg, const View& view, const Scale& across, const Scale
   for (const double tick : round_ticks(up.from, up.to, 4)) {
     svg.line({across.at_from, up(tick)}, {across.at_to, up(tick)}, tick == 0.0 ? "zero" : "grid");
     svg.text({across.at_from - 6.0, up(tick) + 4.0}, Anchor::kEnd, "tick",
-             fmt::format("{:g}", tick));
+             significant(tick, 6));
   }
   svg.line({across.at_from, up(1.0)}, {across.at_to, up(1.0)}, "limit");
   constexpr int kDates = 5;
@@ -117,12 +117,12 @@ std::string picture(const View& view, const std::vector<DriftPoint>& points,
   return "<div class=\"scroll\">" + std::move(svg).finish() + "</div>\n";
 }
 
-std::string table_of(const View& view, const std::vector<DriftEvent>& events) {
+std::string table_of(const std::vector<DriftEvent>& events) {
   std::string rows;
   for (std::size_t i = 0; i < events.size(); ++i)
     rows += fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td><td class=\"word wide\">{}</td></tr>\n",
                         i + 1, calib::date_words(events[i].time_s),
-                        escape(view.say(phrase(events[i]))));
+                        escape(calib::words(phrase(events[i]), language())));
   return fmt::format("<div class=\"scroll\"><table class=\"numbers narrow\"><tbody>\n{}</tbody></table></div>\n",
                      rows);
 }
@@ -137,9 +137,9 @@ std::string check_chart(const View& view) {
     events.erase(events.begin(), events.end() - static_cast<std::ptrdiff_t>(kMostRows));
   const std::vector<DriftPoint> points = drawn_points(*view.input.checks);
   if (points.empty() && events.size() < 2) return "";
-  return section("checks", view.say("say.report.checks"),
-                 (points.empty() ? "" : picture(view, points, events)) + table_of(view, events) +
-                     "<p class=\"note\">" + escape(view.say("say.report.checks.note")) + "</p>\n");
+  return section("checks", "say.report.checks",
+                 (points.empty() ? "" : picture(view, points, events)) + table_of(events) +
+                     paragraph("note", say("say.report.checks.note")));
 }
 
 }  // namespace cellcal::daemon::report

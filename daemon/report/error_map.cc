@@ -145,7 +145,7 @@ void draw_key(Svg& svg, const View& view, const ColourScale& colours, double top
   }
   for (const auto& [value, share] : colours.ticks())
     svg.text({kMapLeft + share * kKeyWidth, top + kKeyHeight + 14.0}, Anchor::kMiddle, "tick",
-             fmt::format("{:g}", value));
+             significant(value, 6));
   svg.text({kMapLeft + kKeyWidth + 10.0, top + 11.0}, Anchor::kStart, "tick",
            view.say("say.report.error_map.key"));
 }
@@ -194,16 +194,10 @@ std::string error_map(const View& view) {
   const std::string plot = error_map_plot(view);
   if (plot.empty()) return "";
   return section(
-      "error-map", "Predicted error over the reach",
-      fmt::format(
-          "<div class=\"scroll\">{}</div>\n<p class=\"note\">Slice along axis 1: distance from it to the right, "
-          "height upwards, mm; each square is the mean over the poses of the workspace whose tip is in it, a "
-          "motion of the base taken out. Both pictures have one scale. Predicted from the covariance, not "
-          "measured{}.</p>\n",
-          plot,
-          view.result.verdict.workspace
-              ? ""
-              : "; this calibration claims nothing away from its targets (circles)"));
+      "error-map", "say.report.error_map",
+      fmt::format("<div class=\"scroll\">{}</div>\n", plot) +
+          paragraph("note", say(view.result.verdict.workspace ? "say.report.error_map.note"
+                                                              : "say.report.error_map.note.near")));
 }
 
 }  // namespace cellcal::daemon::report

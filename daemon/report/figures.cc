@@ -34,32 +34,31 @@ std::string group(std::string_view heading) {
                      heading);
 }
 
+std::string freedom_words(double degrees) {
+  return degrees < 1.5 ? say("say.report.noise.one_degree")
+                       : say({"say.report.noise.degrees", {{"n", fixed(degrees, 0)}}});
+}
+
 std::string noise_words(const View& view) {
   const calib::Calibration& result = view.result;
-  if (!(result.touch_noise_m > 0.0) || !(result.chi2_per_dof > 0.0)) {
-    return "The touch scatter was not determined.";
-  }
-  const bool ripple = result.level.ripple_rad > 0.0;
-  std::string words = fmt::format(
-      "Touch scatter {} mm (1&sigma;, from the fit{}), {} mm in the cell file{}. &chi;&sup2; "
-      "per degree of freedom is {}; expected is 1 from {}.",
-      positive_mm(result.touch_noise_m), view.any_point() ? ", along each axis" : "",
-      positive_mm(result.cell.touch_sigma_m), ripple ? ", to which the model adds gear ripple" : "",
-      fixed(result.chi2_per_dof, 2), ripple ? "both together" : "the scatter in the cell file");
+  if (!(result.touch_noise_m > 0.0) || !(result.chi2_per_dof > 0.0))
+    return say("say.report.noise.none");
+  std::string words = say({result.level.ripple_rad > 0.0 ? "say.report.noise.ripple"
+                                                         : "say.report.noise",
+                           {{"found", positive_mm(result.touch_noise_m)},
+                            {"axes", say(view.any_point() ? "say.report.noise.along_each_axis"
+                                                          : "say.report.noise.from_the_fit")},
+                            {"stated", positive_mm(result.cell.touch_sigma_m)},
+                            {"chi2", fixed(result.chi2_per_dof, 2)}}});
   if (is_known(result.repeats.degrees_of_freedom))
-    words +=
-        fmt::format(" Repeated touches scatter by {} mm ({} of freedom); {} mm is used in the fit.",
-                    positive_mm(result.repeats.scatter_m),
-                    result.repeats.degrees_of_freedom < 1.5
-                        ? "one degree"
-                        : fixed(result.repeats.degrees_of_freedom, 0) + " degrees",
-                    positive_mm(result.repeats.used_m));
-  if (result.chi2_per_dof > 1.0) words += " Every &sigma; in this report is widened accordingly.";
-  if (const double degrees = result.degrees_of_freedom; is_known(degrees)) {
-    words += fmt::format(" It rests on about {} of freedom{}.",
-                         degrees < 1.5 ? "one degree" : fixed(degrees, 0) + " degrees",
-                         degrees < kFewDegrees ? ": a rough figure" : "");
-  }
+    words += say({"say.report.noise.repeats",
+                  {{"scatter", positive_mm(result.repeats.scatter_m)},
+                   {"freedom", freedom_words(result.repeats.degrees_of_freedom)},
+                   {"used", positive_mm(result.repeats.used_m)}}});
+  if (result.chi2_per_dof > 1.0) words += say("say.report.noise.widened");
+  if (const double degrees = result.degrees_of_freedom; is_known(degrees))
+    words += say({degrees < kFewDegrees ? "say.report.noise.rests.roughly" : "say.report.noise.rests",
+                  {{"freedom", freedom_words(degrees)}}});
   return words;
 }
 
@@ -73,37 +72,30 @@ std::string tile(std::string_view label, std::string_view value, std::string_vie
 
 std::string big_mm(double metres) { return mm(metres) + " <span>mm</span>"; }
 
-std::string predicted_tile(std::string_view label, std::string_view where, double mean_m,
+std::string predicted_tile(const char* label, const char* where, double mean_m,
                            bool outside_scope) {
-  if (!is_known(mean_m)) {
-    return tile(label, positive_mm(0.0), "not predicted", "missing");
-  }
-  return tile(label, big_mm(mean_m),
-              fmt::format("predicted, mean over {}{}", where,
-                          outside_scope ? "; outside the scope of the verdict" : ""),
+  if (!is_known(mean_m))
+    return tile(say(label), positive_mm(0.0), say("say.report.tile.not_predicted"), "missing");
+  return tile(say(label), big_mm(mean_m),
+              say({outside_scope ? "say.report.tile.predicted.outside"
+                                 : "say.report.tile.predicted",
+                   {{"where", say(where)}}}),
               outside_scope ? "predicted outside" : "predicted");
 }
 
 std::string tiles(const View& view) {
   const calib::Calibration& result = view.result;
+  const std::string m1 = say("say.report.tile.m1");
   std::string out = "<div class=\"tiles\">\n";
-  if (result.check.count > 0) {
-    out +=
-        tile("Residual on held-out touches (M1)", big_mm(result.check.mean_m),
-             fmt::format("measured, mean of {}",
-                         counted(static_cast<std::size_t>(result.check.count), "touch", "touches")),
-             "measured");
-  } else {
-    out += tile("Residual on held-out touches (M1)", "\xE2\x80\x93",
-                "not measured: no touch was held out", "missing");
-  }
-  out += predicted_tile("3-D error near the targets (M2)",
-                        "postures like those of the touches, the tip within 150&nbsp;mm of a "
-                        "target&rsquo;s centre along each axis",
+  if (result.check.count > 0)
+    out += tile(m1, big_mm(result.check.mean_m),
+                counted(static_cast<std::size_t>(result.check.count), "say.report.tile.measured."),
+                "measured");
+  else
+    out += tile(m1, "\xE2\x80\x93", say("say.report.tile.not_measured"), "missing");
+  out += predicted_tile("say.report.tile.m2", "say.report.tile.near",
                         result.predicted_near_targets_m, false);
-  out += predicted_tile("3-D error over the workspace (M3)",
-                        "postures all over the region in front of the robot: first axis within "
-                        "60&deg; of its middle, the others in the middle three quarters",
+  out += predicted_tile("say.report.tile.m3", "say.report.tile.workspace",
                         result.predicted_workspace_m,
                         result.verdict.publish() && !result.verdict.workspace);
   return out + "</div>\n";
@@ -117,112 +109,81 @@ bool any_of_kind(const View& view, calib::TargetKind kind) {
 /// Meaning of the residual for each kind of target present.
 std::string residual_words(const View& view) {
   using calib::TargetKind;
-  std::vector<std::string_view> parts;
+  std::vector<const char*> parts;
   const bool centred = any_of_kind(view, TargetKind::kSphere) || view.result.targets.empty();
-  if (centred)
-    parts.push_back(
-        "distance of the tip from the target&rsquo;s centre minus the effective radius");
-  if (any_of_kind(view, TargetKind::kPlane))
-    parts.push_back("signed distance of the tip&rsquo;s ball from the plane");
-  if (any_of_kind(view, TargetKind::kWire))
-    parts.push_back("distance of the tip from the wire&rsquo;s end minus the length read");
+  if (centred) parts.push_back("say.report.residual_is.sphere");
+  if (any_of_kind(view, TargetKind::kPlane)) parts.push_back("say.report.residual_is.plane");
+  if (any_of_kind(view, TargetKind::kWire)) parts.push_back("say.report.residual_is.wire");
   if (any_of_kind(view, TargetKind::kPoint))
-    parts.push_back(parts.empty() ? "distance of the tip from the point"
-                                  : "on points, the distance of the tip from them");
-  if (any_of_kind(view, TargetKind::kTracker))
-    parts.push_back("distance of the tip from the tracker&rsquo;s reading");
+    parts.push_back(parts.empty() ? "say.report.residual_is.point"
+                                  : "say.report.residual_is.also_point");
+  if (any_of_kind(view, TargetKind::kTracker)) parts.push_back("say.report.residual_is.tracker");
   std::string words;
-  for (const std::string_view part : parts) {
-    if (!words.empty()) words += "; ";
-    words += part;
-  }
+  for (const char* part : parts) words += (words.empty() ? "" : "; ") + say(part);
   return words + ".";
 }
 
 std::string predicted_words(const View& view) {
   if (!is_known(view.result.predicted_near_targets_m) &&
-      !is_known(view.result.predicted_workspace_m)) {
-    return "<p>No 3-D error was predicted. To measure accuracy, use an independent instrument, "
-           "for example a laser tracker.</p>\n";
-  }
+      !is_known(view.result.predicted_workspace_m))
+    return paragraph("", say("say.report.predicted.none"));
   const double ripple_rad = view.result.level.ripple_rad;
-  return fmt::format(
-      "<p><strong>Predicted is not measured.</strong> M2 and M3 follow from the covariance of "
-      "the parameters, after the best alignment of the base. They are valid as far as the "
-      "model is: temperature, and a tool that moved since, are not in them{}. To measure "
-      "accuracy, use an independent instrument, for example a laser tracker.</p>\n",
-      std::isfinite(ripple_rad) && ripple_rad > 0.0 ? "; gear ripple is, as noise of every joint"
-                                                    : "");
+  return paragraph("", say(std::isfinite(ripple_rad) && ripple_rad > 0.0
+                               ? "say.report.predicted.ripple"
+                               : "say.report.predicted"));
 }
 
 std::string truth_block(const View& view) {
   if (view.input.truth.empty()) return {};
   std::string rows;
   for (const auto& [figure, value] : view.input.truth) {
-    rows += fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n", escape(figure),
+    rows += fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n", escape(say(figure)),
                         escape(value));
   }
   return fmt::format(
-      "<div class=\"truth\">\n<h3>Simulated cell: the truth is known</h3>\n<p>These figures "
-      "compare the result with the hidden errors of the simulation. A real cell has no such "
-      "table.</p>\n<table class=\"pairs\">\n{}</table>\n</div>\n",
-      rows);
+      "<div class=\"truth\">\n<h3>{}</h3>\n{}<table class=\"pairs\">\n{}</table>\n</div>\n",
+      say("say.report.truth"), paragraph("", say("say.report.truth.note")), rows);
 }
 
 }  // namespace
 
 std::string figures_table(const View& view) {
   const calib::Calibration& result = view.result;
+  const std::string before = say("say.report.figures.before"), after = say("say.report.figures.after");
   std::string body =
-      "<div class=\"beside\">\n<div class=\"scroll\"><table class=\"numbers figures\">\n<thead><tr>"
-      "<th scope=\"col\">Residual without its sign, mm</th><th scope=\"col\">touches</th>"
-      "<th scope=\"col\">mean</th><th scope=\"col\">max</th><th scope=\"col\">rms</th></tr></thead>"
-      "\n<tbody>\n";
-  body += group("Fitted touches");
-  body += row("before: nominal robot, stiff tool", result.before, false);
-  body += row("after: calibrated robot", result.after, false);
-  body += group("Held-out touches (check)");
-  body += row("before: nominal robot, stiff tool", result.check_before, false);
-  body += row("after: calibrated robot", result.check, true);
+      "<div class=\"beside\">\n<div class=\"scroll\"><table class=\"numbers figures\">\n" +
+      table_head({{say("say.report.figures.residual")},
+                  {say("say.report.col.touches")},
+                  {say("say.report.col.mean")},
+                  {say("say.report.col.max")},
+                  {"rms"}}) +
+      "<tbody>\n";
+  body += group(say("say.report.figures.fitted"));
+  body += row(before, result.before, false);
+  body += row(after, result.after, false);
+  body += group(say("say.report.figures.check"));
+  body += row(before, result.check_before, false);
+  body += row(after, result.check, true);
   body += "</tbody>\n</table></div>\n<div>\n";
-  body += fmt::format(
-      "<p class=\"note\">Residual: {} <em>Before</em>: nominal robot; the places of the "
-      "targets, the radius offset and the tip (within their tolerances in the cell file) are "
-      "fitted to it, so that only the robot&rsquo;s error counts. With few touches on a target "
-      "it is small. <em>After</em>: robot, tool and targets as calibrated. Held-out touches "
-      "are used in neither.{}</p>\n",
-      residual_words(view), view.outliers > 0 ? " Outliers are in neither." : "");
-  body += fmt::format("<p class=\"note\">{}</p>\n", noise_words(view));
-  if (result.check.count <= 0) {
-    body +=
-        "<p class=\"note\">No touch was held out, so the result is not checked on touches "
-        "outside of the fit. Mark some rows <code>check</code>, or run the next session with "
-        "<code>--check</code>.</p>\n";
-  }
-  body += "</div>\n</div>\n";
-  return section("figures", "Before, after, check", body);
+  body += paragraph("note", say({view.outliers > 0 ? "say.report.figures.note.outliers"
+                                                   : "say.report.figures.note",
+                                 {{"residual", residual_words(view)}}}));
+  body += paragraph("note", noise_words(view));
+  if (result.check.count <= 0) body += paragraph("note", say("say.report.figures.no_check"));
+  return section("figures", "say.report.figures", body + "</div>\n</div>\n");
 }
 
 std::string meaning(const View& view) {
-  std::string body = tiles(view);
-  body += fmt::format(
-      "<p><strong>The residual is not the accuracy of the robot.</strong> It is measured only "
-      "at the targets, in the postures of the touches{}. Errors that shift arm and fitted "
-      "targets together do not show in it. ",
-      view.points_only() ? "" : ", and along one line, from the target&rsquo;s centre to the tip");
-  if (view.touched_lengths() == 0) {
-    body +=
-        "A wrong scale does not show either: if all lengths of the arm are wrong in "
-        "proportion, the fitted targets shift with them. Without a certified length between "
-        "two targets the workspace can be wrong by 1 mm while held-out touches agree to 0.03 "
-        "mm. Certify a length in the cell; more touches do not help.</p>\n";
-  } else {
-    body += fmt::format("Scale is determined here by {} (see Targets).</p>\n",
-                        counted(view.touched_lengths(), "certified length", "certified lengths"));
-  }
-  body += predicted_words(view);
-  body += truth_block(view);
-  return section("meaning", "What the numbers mean, and what they do not", body);
+  const std::size_t lengths = view.touched_lengths();
+  const std::string scale = lengths == 0 ? say("say.report.meaning.no_scale")
+                                         : counted(lengths, "say.report.meaning.scale.");
+  return section(
+      "meaning", "say.report.meaning",
+      tiles(view) +
+          paragraph("", say({view.points_only() ? "say.report.meaning.points"
+                                                : "say.report.meaning.lines",
+                             {{"scale", scale}}})) +
+          predicted_words(view) + truth_block(view));
 }
 
 // Whitened residuals compared with the normal distribution, to verify the assumed scatter of a touch.
@@ -252,17 +213,23 @@ struct Shape {
   double from, to;  // sigma; only a few of 100 000 touches lie outside
   double peak;
   double (*density)(double);
-  std::string_view curve, expected, expected_fitted;
+  const char *curve, *expected, *expected_fitted;
 };
 constexpr Shape kAlongALine{
-    -4.0, 4.0, 0.0, normal_density, "normal curve", "about 1", "below 1: the fit follows them"};
+    -4.0,
+    4.0,
+    0.0,
+    normal_density,
+    "say.report.distribution.normal",
+    "say.report.distribution.one",
+    "say.report.distribution.below_one"};
 constexpr Shape kInSpace{0.0,
                          5.0,
                          std::numbers::sqrt2,
                          length_density,
-                         "curve of a normal error in space",
-                         "about 1.7",
-                         "below 1.7: the fit follows them"};
+                         "say.report.distribution.in_space",
+                         "say.report.distribution.space",
+                         "say.report.distribution.below_space"};
 
 struct Counts {
   explicit Counts(const Shape& shape)
@@ -305,7 +272,7 @@ std::string draw(const Counts& counts, const Shape& shape) {
   const Scale across{shape.from, shape.to, kHistogramLeft, kHistogramWidth - kHistogramRight};
   const Scale up{0.0, highest * 1.05, kHistogramBottom, kHistogramTop};
   Svg svg(kHistogramWidth, kHistogramHeight, "chart histogram",
-          "Histogram of residuals divided by their sigma, with the curve of pure noise");
+          say("say.report.distribution.picture"));
   const std::vector<double> ticks = round_ticks(0.0, up.to, 4);
   const std::vector<std::string> labels = tick_labels(ticks);
   for (std::size_t i = 0; i < ticks.size(); ++i) {
@@ -333,9 +300,10 @@ std::string draw(const Counts& counts, const Shape& shape) {
   for (double sigma = shape.from; sigma <= shape.to; sigma += 1.0) {
     svg.text({across(sigma), kHistogramBottom + 18.0}, Anchor::kMiddle, "tick", fixed(sigma, 0));
   }
-  svg.text({kHistogramLeft, kHistogramTop - 3.0}, Anchor::kStart, "tick", "touches");
+  svg.text({kHistogramLeft, kHistogramTop - 3.0}, Anchor::kStart, "tick",
+           say("say.report.col.touches"));
   svg.text({kHistogramWidth - kHistogramRight, kHistogramBottom + 36.0}, Anchor::kEnd, "tick",
-           "residual divided by its \xCF\x83");
+           say("say.report.distribution.axis"));
   return std::move(svg).finish();
 }
 
@@ -345,18 +313,13 @@ std::string scatter_words(int total, double squares) {
 
 std::string left_out(const Counts& counts, const Shape& shape) {
   std::string words;
-  if (counts.beyond > 0) {
-    words +=
-        fmt::format("<p class=\"warn\">{} further out than {}&sigma; and not drawn.</p>\n",
-                    counted(static_cast<std::size_t>(counts.beyond), "touch lies", "touches lie"),
-                    fixed(shape.to, 0));
-  }
-  if (counts.on_points > 0) {
-    words += fmt::format(
-        "<p class=\"note\">{} not drawn: distances in space follow another curve.</p>\n",
-        counted(static_cast<std::size_t>(counts.on_points), "touch on a point is",
-                "touches on points are"));
-  }
+  if (counts.beyond > 0)
+    words += paragraph("warn", say({counts.beyond == 1 ? "say.report.distribution.beyond.one"
+                                                       : "say.report.distribution.beyond.many",
+                                    {{"n", counts.beyond}, {"sigmas", fixed(shape.to, 0)}}}));
+  if (counts.on_points > 0)
+    words += paragraph("note", counted(static_cast<std::size_t>(counts.on_points),
+                                       "say.report.distribution.on_points."));
   return words;
 }
 
@@ -365,26 +328,24 @@ std::string left_out(const Counts& counts, const Shape& shape) {
 std::string residual_histogram(const View& view) {
   const Shape& shape = view.points_only() ? kInSpace : kAlongALine;
   const Counts counts = count(view, shape);
-  if (counts.fit_total + counts.check_total == 0) {
-    return section("distribution", "Residual distribution",
-                   "<p>There are no residuals to count.</p>\n");
-  }
+  if (counts.fit_total + counts.check_total == 0)
+    return section("distribution", "say.report.distribution",
+                   paragraph("", say("say.report.distribution.none")));
   const std::string body = fmt::format(
       "<div class=\"beside\">\n<div class=\"scroll\">{}</div>\n<div>\n<p class=\"legend\"><i "
-      "class=\"swatch fit\"></i>fitted <i class=\"swatch check\"></i>held out <i "
-      "class=\"swatch curve\"></i>{}</p>\n<p>Residuals divided by their expected scatter. Bars "
-      "that follow the curve: only touch noise is left. Wider: the model lacks an effect, or "
-      "the stated touch &sigma; is too small. Narrower: the stated &sigma; is too large, or "
-      "the touches are so few that the fit follows each of them. {}</p>\n<table "
-      "class=\"pairs\">\n<tr><th scope=\"row\">rms, fitted ({})</th><td>{}</td></tr>\n<tr><th "
-      "scope=\"row\">rms, held out ({})</th><td>{}</td></tr>\n</table>\n{}</div>\n</div>\n",
-      draw(counts, shape), shape.curve,
-      view.points_only()
-          ? ""
-          : "Held-out ones to one side: a common cause such as the trigger or a worn tip.",
-      shape.expected_fitted, scatter_words(counts.fit_total, counts.fit_squares), shape.expected,
+      "class=\"swatch fit\"></i>{} <i class=\"swatch check\"></i>{} <i "
+      "class=\"swatch curve\"></i>{}</p>\n{}<table "
+      "class=\"pairs\">\n<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n<tr><th "
+      "scope=\"row\">{}</th><td>{}</td></tr>\n</table>\n{}</div>\n</div>\n",
+      draw(counts, shape), say("say.report.mark.fitted"), say("say.report.mark.held_out"),
+      say(shape.curve),
+      paragraph("", say(view.points_only() ? "say.report.distribution.note"
+                                           : "say.report.distribution.note.sided")),
+      say({"say.report.distribution.rms.fitted", {{"expected", say(shape.expected_fitted)}}}),
+      scatter_words(counts.fit_total, counts.fit_squares),
+      say({"say.report.distribution.rms.check", {{"expected", say(shape.expected)}}}),
       scatter_words(counts.check_total, counts.check_squares), left_out(counts, shape));
-  return section("distribution", "Residual distribution", body);
+  return section("distribution", "say.report.distribution", body);
 }
 
 }  // namespace cellcal::daemon::report

@@ -46,7 +46,7 @@ std::string plot(const View& view, const JointMarks& of, const std::string& name
   Svg svg(kSmallWidth, kSmallHeight, "chart small",
           view.say({"say.report.by_joint.picture", {{"joint", name}}}));
   svg.text({kSmallLeft, kSmallTop - 9.0}, Anchor::kStart, "panel",
-           fmt::format("{}, {}", shorten(name, 20), unit.name));
+           fmt::format("{}, {}", shorten(name, 20), unit_word(unit.name)));
   const std::vector<double> ticks = round_ticks(up.from, up.to, 4);
   const std::vector<std::string> labels = tick_labels(ticks);
   for (std::size_t i = 0; i < ticks.size(); ++i) {
@@ -89,13 +89,9 @@ std::vector<std::string> joint_plots(const View& view) {
 std::string joint_residuals(const View& view) {
   const std::vector<std::string> plots = joint_plots(view);
   if (plots.empty()) return "";
-  return section(
-      "by-joint", "Residual by joint angle",
-      fmt::format(
-          "<div class=\"small-plots\">{}</div>\n<p class=\"note\">Calibrated robot, mm, outliers left "
-          "out; filled: fitted, diamonds: held out. A level cloud: the model has this joint's errors. "
-          "A wave or a step: a transmission error, play or a jump of this joint is left.</p>\n",
-          fmt::join(plots, "")));
+  return section("by-joint", "say.report.by_joint",
+                 fmt::format("<div class=\"small-plots\">{}</div>\n", fmt::join(plots, "")) +
+                     paragraph("note", say("say.report.by_joint.note")));
 }
 
 }  // namespace cellcal::daemon::report

@@ -13,6 +13,7 @@
 
 #include "calib/model/units.h"
 #include "calib/result/calibration.h"
+#include "calib/result/finding_phrase.h"
 #include "calib/result/level.h"
 #include "calib/svg/svg.h"
 #include "daemon/report/plan_picture.h"
@@ -46,16 +47,26 @@ struct Group {
 
 std::pair<std::string, bool> owner_of(const View& view, const calib::ParameterKey& key) {
   const calib::Cell& cell = view.result.cell;
+  const auto named = [](const char* id, const std::string& name) {
+    return say({id, {{"name", name}}});
+  };
   if (key.joint >= 0)
-    return {"Joint " + cell.robot.joints.at(static_cast<std::size_t>(key.joint)).name, true};
+    return {named("say.report.owner.joint",
+                  cell.robot.joints.at(static_cast<std::size_t>(key.joint)).name),
+            true};
   if (key.target >= 0)
-    return {"Target " + cell.targets.at(static_cast<std::size_t>(key.target)).id, false};
-  if (key.kind == ParameterKind::kLatchDelay) return {"Touch", false};
+    return {named("say.report.owner.target", cell.targets.at(static_cast<std::size_t>(key.target)).id),
+            false};
+  if (key.kind == ParameterKind::kLatchDelay) return {say("say.report.owner.touch"), false};
   if (!cell.tool.id.empty()) {
     const auto index = static_cast<std::size_t>(key.tool);
-    return {"Tool " + (index == 0 ? cell.tool : cell.other_tools.at(index - 1)).id, false};
+    return {named("say.report.owner.tool_named",
+                  (index == 0 ? cell.tool : cell.other_tools.at(index - 1)).id),
+            false};
   }
-  return {key.kind == ParameterKind::kEffectiveRadius ? "Touch" : "Tool", false};
+  return {say(key.kind == ParameterKind::kEffectiveRadius ? "say.report.owner.touch"
+                                                          : "say.report.owner.tool"),
+          false};
 }
 
 std::vector<Group> group_by_owner(const View& view, bool waves) {
@@ -76,46 +87,47 @@ std::vector<Group> group_by_owner(const View& view, bool waves) {
   return groups;
 }
 
-std::string_view meaning_of(ParameterKind kind) {
+/// Null without words.
+const char* meaning_of(ParameterKind kind) {
   switch (kind) {
     case ParameterKind::kTheta:
-      return "zero of the axis (mastering)";
+      return "say.report.parameter.theta";
     case ParameterKind::kD:
-      return "offset along the axis";
+      return "say.report.parameter.d";
     case ParameterKind::kA:
-      return "length of the link";
+      return "say.report.parameter.a";
     case ParameterKind::kAlpha:
-      return "twist of the link";
+      return "say.report.parameter.alpha";
     case ParameterKind::kBeta:
-      return "tilt to the parallel axis";
+      return "say.report.parameter.beta";
     case ParameterKind::kGuide:
-      return "motion of the carriage";
+      return "say.report.parameter.guide";
     case ParameterKind::kCompliance:
-      return "compliance under torque";
+      return "say.report.parameter.compliance";
     case ParameterKind::kBearing:
-      return "compliance across the axis";
+      return "say.report.parameter.bearing";
     case ParameterKind::kStiffening:
-      return "deflection at small loads";
+      return "say.report.parameter.stiffening";
     case ParameterKind::kPlay:
-      return "half of the play, closed by the load";
+      return "say.report.parameter.play";
     case ParameterKind::kCosine:
-      return "cosine wave";
+      return "say.report.parameter.cosine";
     case ParameterKind::kSine:
-      return "sine wave";
+      return "say.report.parameter.sine";
     case ParameterKind::kDeflection:
-      return "bending";
+      return "say.report.parameter.deflection";
     case ParameterKind::kTcp:
-      return "tip from the flange";
+      return "say.report.parameter.tcp";
     case ParameterKind::kPositioner:
-      return "axis of the positioner";
+      return "say.report.parameter.positioner";
     case ParameterKind::kEffectiveRadius:
-      return "offset of the radius";
+      return "say.report.parameter.effective_radius";
     case ParameterKind::kLatchDelay:
-      return "angles latched after the contact";
+      return "say.report.parameter.latch_delay";
     case ParameterKind::kRadius:
-      return "correction of the radius";
+      return "say.report.parameter.radius";
     case ParameterKind::kCentre:
-      return "position";
+      return "say.report.parameter.centre";
     case ParameterKind::kFunctionCosine:
     case ParameterKind::kFunctionSine:
     case ParameterKind::kLoad:
@@ -125,7 +137,7 @@ std::string_view meaning_of(ParameterKind kind) {
     case ParameterKind::kProbeTurn:
       break;
   }
-  return {};
+  return nullptr;
 }
 
 double nominal_of(const View& view, const ParameterResult& parameter) {
@@ -177,7 +189,7 @@ std::string bar(const ParameterResult& parameter, double range) {
   const double reach = kBarSigmas * std::abs(parameter.sigma * parameter.to_unit);
   if (!(range > 0.0) || !std::isfinite(correction) || !std::isfinite(reach)) return {};
   const Scale across{-range, range, kBarEnd, kBarWidth - kBarEnd};
-  Svg svg(kBarWidth, kBarHeight, "bar", "correction with two sigma");
+  Svg svg(kBarWidth, kBarHeight, "bar", say("say.report.parameters.bar"));
   svg.line({across(0.0), 1.0}, {across(0.0), kBarHeight - 1.0}, "zero");
   svg.line({across.clamped(correction - reach), kBarMiddle},
            {across.clamped(correction + reach), kBarMiddle}, "reach");
@@ -197,16 +209,18 @@ std::string unit_html(std::string_view unit) {
 
 std::string parameter_row(const View& view, const Group& group, const ParameterResult& parameter,
                           const Ranges& ranges) {
-  const std::string_view decided = calib::to_string(parameter.decided_by);
+  const std::string decided(calib::to_string(parameter.decided_by));
+  const char* const meaning = meaning_of(parameter.key.kind);
   const auto range = ranges.find(range_key(group, parameter));
   return fmt::format(
       "<tr class=\"by-{}\"><th scope=\"row\"><code>{}</code> <small>{}</small></th><td>{}</td>"
       "<td>{}</td><td>{}</td><td class=\"word\">{}</td><td "
       "class=\"word\">{}</td><td>{}</td></tr>\n",
-      decided, escape(name_of(view, parameter)), meaning_of(parameter.key.kind),
+      decided, escape(name_of(view, parameter)), meaning == nullptr ? "" : say(meaning),
       in_unit(nominal_of(view, parameter), parameter, false),
       in_unit(parameter.correction, parameter, true),
-      in_unit(parameter.sigma, parameter, false, kSigmaDigits), unit_html(parameter.unit), decided,
+      in_unit(parameter.sigma, parameter, false, kSigmaDigits), unit_html(unit_word(parameter.unit)),
+      say("say.report.decided." + decided),
       bar(parameter, range == ranges.end() ? 0.0 : range->second));
 }
 
@@ -215,18 +229,15 @@ std::string joint_range_words(const Ranges& ranges) {
   for (const auto& [key, range] : ranges) {
     if (!key.group.empty() || !(range > 0.0)) continue;
     words += fmt::format("{}&plusmn;{}&nbsp;{}", words.empty() ? "" : ", ", significant(range, 2),
-                         unit_html(key.unit));
+                         unit_html(unit_word(key.unit)));
   }
-  return words.empty() ? words : fmt::format(" All joints share one scale per unit ({}).", words);
+  return words.empty() ? words : say({"say.report.parameters.scale", {{"ranges", words}}});
 }
 
-std::string_view unstated_words(const View& view) {
+std::string unstated_words(const View& view) {
   for (const calib::TargetResult& target : view.result.targets) {
     const calib::Target* in_cell = view.cell_target(target.id);
-    if (in_cell && !in_cell->has_centre) {
-      return " For a target without a position in the cell file, nominal is where the nominal "
-             "robot finds it.";
-    }
+    if (in_cell && !in_cell->has_centre) return say("say.report.parameters.unstated");
   }
   return {};
 }
@@ -241,11 +252,14 @@ std::string table(const View& view, const std::vector<Group>& groups, const Rang
     rows += "</tbody>\n";
   }
   return fmt::format(
-      "<div class=\"scroll\"><table class=\"numbers parameters\">\n<thead><tr>"
-      "<th scope=\"col\">parameter</th><th scope=\"col\">nominal</th>"
-      "<th scope=\"col\">correction</th><th scope=\"col\">&sigma;</th>"
-      "<th scope=\"col\" class=\"word\">unit</th><th scope=\"col\" class=\"word\">decided by</th>"
-      "<th scope=\"col\">correction &plusmn; 2&sigma;</th></tr></thead>\n{}</table></div>\n",
+      "<div class=\"scroll\"><table class=\"numbers parameters\">\n{}{}</table></div>\n",
+      table_head({{say("say.report.col.parameter")},
+                  {say("say.report.col.nominal")},
+                  {say("say.report.col.correction")},
+                  {"&sigma;"},
+                  {say("say.report.col.unit"), true},
+                  {say("say.report.col.decided_by"), true},
+                  {say("say.report.col.correction_bar")}}),
       rows);
 }
 
@@ -261,15 +275,14 @@ std::string waves_table(const View& view, const std::vector<Group>& groups) {
   }
   if (count == 0) return {};
   const std::string words =
-      fmt::format("Transmission error: {} of the gears, {} decided by the data",
-                  counted(count, "wave", "waves"), decided == 0 ? "none" : std::to_string(decided));
+      say({"say.report.waves",
+           {{"waves", counted(count, "say.report.waves.")},
+            {"decided", decided == 0 ? say("say.report.waves.none") : std::to_string(decided)}}});
   const Ranges ranges = bar_ranges(groups);
   return fmt::format(
-      "<details>\n<summary>{0}</summary>\n<p class=\"note\">The number after cos and sin counts "
-      "the waves per turn of the motor where the robot file states a gear ratio, otherwise of the "
-      "joint.{1}</p>\n{2}"
-      "</details>\n<p class=\"on-paper\">{0}; listed in the electronic file of this report.</p>\n",
-      words, joint_range_words(ranges), table(view, groups, ranges));
+      "<details>\n<summary>{}</summary>\n{}{}</details>\n{}", words,
+      paragraph("note", say("say.report.waves.note") + joint_range_words(ranges)),
+      table(view, groups, ranges), paragraph("on-paper", say({"say.report.waves.on_paper", {{"words", words}}})));
 }
 
 // f_i of one joint with its 95 % band.
@@ -292,7 +305,7 @@ std::string function_chart(const calib::JointFunction& f, std::string_view joint
     band.push_back({across(calib::kDegPerRad * f.angle_rad[k]),
                     up(kArcsec * (f.error_rad[k] - f.u95_rad[k]))});
   svg::Svg svg(kWidth, kHeight, "chart",
-               fmt::format("Transmission error of {} over its angle, with its 95 % band", joint));
+               say({"say.report.function.picture", {{"joint", std::string(joint)}}}));
   svg.path(band, "band");
   const std::vector<double> heights = round_ticks(-most, most, 3);
   const std::vector<std::string> labels = tick_labels(heights);
@@ -305,7 +318,7 @@ std::string function_chart(const calib::JointFunction& f, std::string_view joint
     svg.text({across(angle), kBottom + 16.0}, svg::Anchor::kMiddle, "tick",
              fmt::format("{:g}", angle));
   svg.path(line, "curve");
-  svg.text({0.0, 14.0}, svg::Anchor::kStart, "panel", fmt::format("{}, arcsec over deg", joint));
+  svg.text({0.0, 14.0}, svg::Anchor::kStart, "panel", say({"say.report.function.axes", {{"joint", std::string(joint)}}}));
   return std::move(svg).finish();
 }
 
@@ -316,11 +329,9 @@ std::string function_charts(const View& view) {
   for (const calib::JointFunction& f : functions)
     charts += function_chart(f, view.result.cell.robot.joints[f.joint].name);
   return fmt::format(
-      "<details>\n<summary>Transmission error of {}, over the touched angles</summary>\n"
-      "<p class=\"note\">Line: what the touches determined and the correction takes out. Shaded: "
-      "its 95&nbsp;% band, wide where no touch had that angle.</p>\n<div class=\"pair\">{}</div>\n"
-      "</details>\n",
-      counted(functions.size(), "joint", "joints"), charts);
+      "<details>\n<summary>{}</summary>\n{}<div class=\"pair\">{}</div>\n</details>\n",
+      counted(functions.size(), "say.report.functions."),
+      paragraph("note", say("say.report.functions.note")), charts);
 }
 
 }  // namespace
@@ -329,19 +340,14 @@ std::string parameters_table(const View& view) {
   const std::vector<Group> groups = group_by_owner(view, false);
   const std::vector<Group> waves = group_by_owner(view, true);
   if (groups.empty() && waves.empty()) {
-    return section("parameters", "Parameters", "<p>No parameter was identified.</p>\n");
+    return section("parameters", "say.report.parameters",
+                   paragraph("", say("say.report.parameters.none")));
   }
   const Ranges ranges = bar_ranges(groups);
-  std::string body = fmt::format(
-      "<p class=\"note\">Decided by <strong>data</strong>: the touches reduced the variance of "
-      "the tolerance by at least half. <strong>Prior</strong>: they reduced it less, and the "
-      "value stays near nominal. <strong>Frame</strong>: most of &sigma; is the choice of the "
-      "frame (gauge), which no touch determines, and no error of the robot. The bar shows the "
-      "correction (dot, hollow where not decided by data) with &plusmn;2&sigma; (line) around "
-      "zero.{}{}</p>\n",
-      joint_range_words(ranges), unstated_words(view));
+  std::string body = paragraph("note", say("say.report.parameters.note") + joint_range_words(ranges) +
+                                           unstated_words(view));
   if (!groups.empty()) body += table(view, groups, ranges);
-  return section("parameters", "Parameters",
+  return section("parameters", "say.report.parameters",
                  body + waves_table(view, waves) + function_charts(view));
 }
 
@@ -353,43 +359,19 @@ constexpr int kEvidenceDecimals = 1;  // 0.1 is odds of eleven to ten: insignifi
 constexpr std::size_t kMostLevels = 6;
 constexpr double kLeastShareOfModel = 0.005;
 
-std::string capitalised(std::string text) {
-  if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') text[0] = static_cast<char>(text[0] - 32);
-  return text;
+const char* method_sentence(std::string_view method) {
+  if (method == "map") return "say.report.method.map.note";
+  if (method == "paper") return "say.report.method.paper.note";
+  return nullptr;
 }
 
-std::string_view method_sentence(std::string_view method) {
-  if (method == "map") {
-    return "Each parameter has its tolerance as prior; the touches correct it as far as their "
-           "information exceeds the prior&rsquo;s.";
-  }
-  if (method == "paper") {
-    return "The estimator of Wang et al. (2024): one sphere, geometry and tool bending, no "
-           "tolerances, no choice of a model level.";
-  }
-  return {};
-}
-
-// The level itself is displayed above.
-std::string reason_of(const calib::Calibration& result) {
-  const std::string reason = calib::reason_words(result);
-  if (reason.empty()) return {};
-  return fmt::format("<p>{}.</p>\n", capitalised(escape(reason)));
-}
-
-std::string_view parts() {
-  return "<table class=\"pairs parts\">\n"
-         "<tr><th scope=\"row\">geometry</th><td>zero, lengths and angles of each joint</td></tr>\n"
-         "<tr><th scope=\"row\">tool bending</th><td>the tool yields to its weight</td></tr>\n"
-         "<tr><th scope=\"row\">joint compliance</th><td>each joint yields in proportion to the "
-         "torque of gravity on it</td></tr>\n"
-         "<tr><th scope=\"row\">play</th><td>each joint lies to the side that gravity loads it to, the "
-         "more the larger its torque, up to half of its play</td></tr>\n"
-         "<tr><th scope=\"row\">transmission</th><td>error of the gears that is smooth in the "
-         "joint&rsquo;s angle; the figure is the tolerance (1&sigma;) of each of its "
-         "amplitudes</td></tr>\n"
-         "<tr><th scope=\"row\">ripple</th><td>error of the gears too fast to be followed from "
-         "touch to touch; counted as noise of each joint (1&sigma;)</td></tr>\n</table>\n";
+std::string parts() {
+  std::string rows;
+  for (const char* part : {"geometry", "bending", "compliance", "play", "transmission", "ripple"})
+    rows += fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n",
+                        say(std::string("say.report.part.") + part),
+                        say(std::string("say.report.part_is.") + part));
+  return "<table class=\"pairs parts\">\n" + rows + "</table>\n";
 }
 
 // "53 %"; a non-zero share below 0.5 % is not shown as zero.
@@ -400,7 +382,7 @@ std::string percent(double share) {
 
 std::string levels_table(const calib::Calibration& result) {
   if (result.levels.empty()) {
-    return "<p class=\"note\">No other level of the model was compared.</p>\n";
+    return paragraph("note", say("say.report.levels.none"));
   }
   const double best = result.levels.front().log_evidence;
   const auto odds = [best](const calib::LevelEvidence& entry) {
@@ -418,31 +400,28 @@ std::string levels_table(const calib::Calibration& result) {
     const double share = odds(entry) / sum;
     shown += share;
     rows += fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td></tr>\n",
-                        escape(calib::words(result.cell, entry.level)), percent(share),
+                        escape(say(calib::phrase(result.cell, entry.level))), percent(share),
                         fixed(entry.log_evidence - best, kEvidenceDecimals));
   }
   if (result.levels.size() > count) {
     rows += fmt::format(
         "<tr><th scope=\"row\">{}</th><td>{}</td><td></td></tr>\n",
-        counted(result.levels.size() - count, "more, less likely", "more, each less likely"),
+        counted(result.levels.size() - count, "say.report.levels.more."),
         percent(std::max(0.0, 1.0 - shown)));
   }
   return fmt::format(
-      "<div class=\"scroll\"><table class=\"numbers levels\">\n<thead><tr><th "
-      "scope=\"col\">levels compared</th><th scope=\"col\">probability</th><th "
-      "scope=\"col\">log evidence</th></tr></thead>\n<tbody>\n{}</tbody>\n</table></div>\n<p "
-      "class=\"note\">Probability among these levels: how well each predicts the touches, "
-      "averaged over the tolerances of all its parameters, and how common such arms are. A "
-      "level that fits better only by fine tuning loses. Log evidence: natural logarithm of "
-      "the same, relative to the best.</p>\n",
-      rows);
+      "<div class=\"scroll\"><table class=\"numbers levels\">\n{}<tbody>\n{}</tbody>\n</table></div>\n{}",
+      table_head({{say("say.report.levels.compared")},
+                  {say("say.report.levels.probability")},
+                  {say("say.report.levels.evidence")}}),
+      rows, paragraph("note", say("say.report.levels.note")));
 }
 
 }  // namespace
 
 std::string method_words(std::string_view method) {
-  if (method == "map") return "maximum a posteriori estimate";
-  if (method == "paper") return "reference method, for comparison only";
+  if (method == "map") return say("say.report.method.map");
+  if (method == "paper") return say("say.report.method.paper");
   return escape(method);
 }
 
@@ -450,7 +429,7 @@ std::string level_words(const View& view) {
   const calib::Calibration& result = view.result;
   // Methods without levels leave all three empty; the default level does not apply.
   if (result.level_reason.choice == calib::LevelChoice::kNone && result.levels.empty()) return {};
-  return escape(calib::words(result.cell, result.level));
+  return escape(say({"say.report.level", {{"level", calib::phrase(result.cell, result.level)}}}));
 }
 
 std::string model(const View& view) {
@@ -458,14 +437,18 @@ std::string model(const View& view) {
   const std::string level = level_words(view);
   std::string body;
   if (!level.empty()) {
-    body += fmt::format("<p class=\"fitted\">{}</p>\n", capitalised(level));
-    body += reason_of(result);
+    body += paragraph("fitted", level);
+    const std::string reason = sentence(calib::reason_phrase(result));
+    if (!reason.empty()) body += paragraph("", reason);
   }
   const std::string method = method_words(result.method);
-  body += fmt::format("<p>Method: {}. {}</p>\n", method.empty() ? "<em>not stated</em>" : method,
-                      method_sentence(result.method));
-  if (!level.empty()) body += levels_table(result) + std::string(parts());
-  return section("model", "Fitted model", body);
+  const char* const note = method_sentence(result.method);
+  body += paragraph("", say({"say.report.method",
+                             {{"method", method.empty() ? "<em>" + say("say.report.not_stated") + "</em>"
+                                                        : method},
+                              {"note", note == nullptr ? std::string() : say(note)}}}));
+  if (!level.empty()) body += levels_table(result) + parts();
+  return section("model", "say.report.model", body);
 }
 
 }  // namespace cellcal::daemon::report

@@ -28,23 +28,21 @@ std::size_t count(const calib::Plan& plan, calib::TouchSet set, std::string_view
 }
 
 std::string summary_of(const View& view, const calib::Plan& plan) {
-  std::string words = fmt::format("<p>{} for the fit and {} held out as a check were planned",
-                                  counted(count(plan, calib::TouchSet::kFit), "touch", "touches"),
-                                  count(plan, calib::TouchSet::kCheck));
-  if (view.input.planned_s > 0.0)
-    words += fmt::format(", {}&nbsp;min of robot time at its own axis speeds",
-                         fixed(view.input.planned_s / 60.0, 1));
-  words += ".";
-  if (is_known(plan.predicted_mean_m)) {
-    words += fmt::format(
-        " Predicted before the first touch, from tolerances and geometry: mean position error {}",
-        escape(mm_words(plan.predicted_mean_m)));
-    if (is_known(plan.predicted_u95_m))
-      words += fmt::format(" and 95&nbsp;% bound {}", escape(mm_words(plan.predicted_u95_m)));
-    words +=
-        " over the planned region. The result is the predicted error at the top of this report.";
-  }
-  return words + "</p>\n";
+  const std::string touches = counted(count(plan, calib::TouchSet::kFit), "say.report.touches.");
+  const std::size_t check = count(plan, calib::TouchSet::kCheck);
+  std::string words =
+      view.input.planned_s > 0.0
+          ? say({"say.report.plan.summary.time",
+                 {{"touches", touches},
+                  {"check", check},
+                  {"minutes", fixed(view.input.planned_s / 60.0, 1)}}})
+          : say({"say.report.plan.summary", {{"touches", touches}, {"check", check}}});
+  if (is_known(plan.predicted_mean_m))
+    words += say({is_known(plan.predicted_u95_m) ? "say.report.plan.predicted.bound"
+                                                 : "say.report.plan.predicted",
+                  {{"mean", mm_words(plan.predicted_mean_m)},
+                   {"bound", mm_words(plan.predicted_u95_m)}}});
+  return paragraph("", words);
 }
 
 std::string table_of(const View& view, const calib::Plan& plan) {
@@ -59,11 +57,13 @@ std::string table_of(const View& view, const calib::Plan& plan) {
     rows += fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{}</td></tr>\n",
                         escape(target.id), fit, check, made);
   }
-  return "<div class=\"scroll\"><table class=\"numbers narrow\">\n<thead><tr><th "
-         "scope=\"col\">Target</th><th scope=\"col\">planned for the fit</th><th "
-         "scope=\"col\">planned as a check</th><th "
-         "scope=\"col\">made</th></tr></thead>\n<tbody>\n" +
-         rows + "</tbody></table></div>\n";
+  return fmt::format(
+      "<div class=\"scroll\"><table class=\"numbers narrow\">\n{}<tbody>\n{}</tbody></table></div>\n",
+      table_head({{say("say.report.col.target")},
+                  {say("say.report.plan.col.fit")},
+                  {say("say.report.plan.col.check")},
+                  {say("say.report.plan.col.made")}}),
+      rows);
 }
 
 std::string picture_of(const View& view, const calib::Plan& plan) {
@@ -72,8 +72,7 @@ std::string picture_of(const View& view, const calib::Plan& plan) {
     return fmt::format("<div class=\"pair\">{}{}</div>\n<p class=\"note\">{}</p>\n", views.above,
                        views.side, escape(views.legend));
   } catch (const std::exception& error) {
-    return fmt::format("<p class=\"warn\">The plan cannot be drawn: {}.</p>\n",
-                       escape(error.what()));
+    return paragraph("warn", say({"say.report.plan.not_drawn", {{"why", escape(error.what())}}}));
   }
 }
 
@@ -82,7 +81,7 @@ std::string picture_of(const View& view, const calib::Plan& plan) {
 std::string plan(const View& view) {
   if (!view.input.plan) return {};
   const calib::Plan& made = *view.input.plan;
-  return section("plan", "The plan",
+  return section("plan", "say.report.plan",
                  summary_of(view, made) + table_of(view, made) + picture_of(view, made));
 }
 
@@ -148,18 +147,21 @@ std::string placed(const std::string& view, double x) {
 }
 
 std::string heading(const calib::Cell& cell, const calib::Plan& plan) {
-  const auto checks =
+  const auto checks = static_cast<std::size_t>(
       std::count_if(plan.touches.begin(), plan.touches.end(),
-                    [](const calib::PlannedTouch& t) { return t.set == calib::TouchSet::kCheck; });
-  std::string words = fmt::format(
-      "{}: {} for the fit, {} held out; about {:.0f} min at the robot's own axis speeds",
-      cell.robot.name,
-      report::counted(plan.touches.size() - static_cast<std::size_t>(checks), "touch", "touches"),
-      checks, calib::duration_s(plan, cell.robot, {}) / 60.0);
+                    [](const calib::PlannedTouch& t) { return t.set == calib::TouchSet::kCheck; }));
+  std::string words = report::say(
+      {"say.report.plan.heading",
+       {{"robot", cell.robot.name},
+        {"touches", report::counted(plan.touches.size() - checks, "say.report.touches.")},
+        {"check", checks},
+        {"minutes", calib::duration_s(plan, cell.robot, {}) / 60.0}}});
   if (plan.predicted_mean_m > 0.0)
-    words += fmt::format("; predicted mean error {}", report::mm_words(plan.predicted_mean_m));
+    words += report::say(
+        {"say.report.plan.heading.mean", {{"mean", report::mm_words(plan.predicted_mean_m)}}});
   if (plan.predicted_u95_m > 0.0)
-    words += fmt::format(", 95 % bound {}", report::mm_words(plan.predicted_u95_m));
+    words += report::say(
+        {"say.report.plan.heading.bound", {{"bound", report::mm_words(plan.predicted_u95_m)}}});
   return words;
 }
 
@@ -312,7 +314,7 @@ class PanelDrawing {
       svg_.text({kPictureLeft - 7.0, y + 4.0}, Anchor::kEnd, "tick", row_labels[i]);
     }
     svg_.text({kPanelWidth - kPictureRight, kPanelHeight - kPictureBottom + 33.0}, Anchor::kEnd,
-              "tick", fmt::format("{} across, {} up, mm", across_.name, upward_.name));
+              "tick", say({"say.report.view.axes", {{"across", std::string(1, across_.name)}, {"up", std::string(1, upward_.name)}}}));
   }
 
   void draw_base() {
@@ -325,7 +327,7 @@ class PanelDrawing {
               std::string(1, across_.name));
     svg_.text({origin.x, origin.y - kArrow - 4.0}, Anchor::kMiddle, "label",
               std::string(1, upward_.name));
-    svg_.text({origin.x, origin.y + 20.0}, Anchor::kMiddle, "label", "base");
+    svg_.text({origin.x, origin.y + 20.0}, Anchor::kMiddle, "label", say("say.report.view.base"));
     labels_.keep_free({origin.x - 18.0, origin.y - kArrow - 14.0}, kArrow + 32.0, kArrow + 36.0);
   }
 
@@ -363,25 +365,23 @@ std::string cell_picture(const View& view) {
   constexpr Axis kX{0, 'x'};
   constexpr Axis kY{1, 'y'};
   constexpr Axis kZ{2, 'z'};
-  PanelDrawing above(balls, kX, kY, "From above");
-  PanelDrawing side(balls, kX, kZ, "From the side, looking along +y");
+  PanelDrawing above(balls, kX, kY, say("say.report.view.above"));
+  PanelDrawing side(balls, kX, kZ, say("say.report.view.side"));
   above.draw_lengths(view.result.cell.lengths);
   side.draw_lengths(view.result.cell.lengths);
   std::string body = fmt::format("<div class=\"pair\">{}{}</div>\n", std::move(above).finish(),
                                  std::move(side).finish());
-  body += fmt::format(
-      "<p class=\"note\">Targets to scale in the robot&rsquo;s base frame, where the touches found "
-      "them.{}</p>\n",
-      view.result.cell.lengths.empty() ? "" : " Dashed: certified lengths.");
+  body += paragraph("note", say("say.report.cell.note") +
+                                (view.result.cell.lengths.empty() ? std::string()
+                                                                  : say("say.report.cell.dashed")));
   const auto trackers = static_cast<std::size_t>(
       std::count_if(view.result.targets.begin(), view.result.targets.end(),
                     [&](const calib::TargetResult& target) { return is_tracker(view, target); }));
   const std::size_t left_out = view.result.targets.size() - trackers - balls.size();
   if (left_out > 0) {
-    body += fmt::format("<p class=\"warn\">{} no usable centre and cannot be drawn.</p>\n",
-                        counted(left_out, "target has", "targets have"));
+    body += paragraph("warn", counted(left_out, "say.report.cell.left_out."));
   }
-  return section("cell", "The cell", body);
+  return section("cell", "say.report.cell.heading", body);
 }
 
 }  // namespace cellcal::daemon::report

@@ -28,7 +28,7 @@ constexpr std::size_t kPlanLabelLength = 18;
 
 struct Projection {
   int across, upward;
-  const char* heading;
+  std::string heading;
   char across_name, upward_name;
 };
 
@@ -176,7 +176,7 @@ class PlanPanel {
       svg_.text({kLeft - 7.0, y + 4.0}, Anchor::kEnd, "tick", row_labels[i]);
     }
     svg_.text({kWidth - kRight, kHeight - kBottom + 33.0}, Anchor::kEnd, "tick",
-              fmt::format("{} across, {} up, mm", view_.across_name, view_.upward_name));
+              say({"say.report.view.axes", {{"across", std::string(1, view_.across_name)}, {"up", std::string(1, view_.upward_name)}}}));
   }
 
   void floor() {
@@ -184,7 +184,7 @@ class PlanPanel {
     const double y = y_(*scene_.floor_z);
     svg_.rectangle({kLeft, y}, kWidth - kLeft - kRight, kHeight - kBottom - y, "solid");
     svg_.line({kLeft, y}, {kWidth - kRight, y}, "axis");
-    svg_.text({kWidth - kRight - 4.0, y + 13.0}, Anchor::kEnd, "tick", "floor");
+    svg_.text({kWidth - kRight - 4.0, y + 13.0}, Anchor::kEnd, "tick", say("say.report.view.floor"));
   }
 
   void outline(const PlanScene::Solid& solid) {
@@ -237,7 +237,7 @@ class PlanPanel {
       const Point surface = at(a.contact), begin = at((a.contact + kApproachMm * a.normal).eval());
       svg_.line(begin, surface, a.check ? "approach check" : "approach fit");
       svg_.circle(begin, kEndRadius, a.check ? "begin check" : "begin fit",
-                  fmt::format("touch {}{}", a.number, a.check ? ", check" : ""));
+                  say({a.check ? "say.report.plan.touch.check" : "say.report.plan.touch", {{"n", a.number}}}));
     }
   }
 
@@ -278,8 +278,8 @@ class PlanPanel {
 
 PlanViews plan_views(const calib::Cell& cell, const calib::Plan& plan) {
   const PlanScene scene = scene_of(cell, plan);
-  const Projection above{0, 1, scene.z_is_up ? "From above" : "Along z", 'x', 'y'};
-  const Projection side{0, 2, scene.z_is_up ? "From the side, looking along +y" : "Along +y", 'x',
+  const Projection above{0, 1, say(scene.z_is_up ? "say.report.view.above" : "say.report.view.along_z"), 'x', 'y'};
+  const Projection side{0, 2, say(scene.z_is_up ? "say.report.view.side" : "say.report.view.along_y"), 'x',
                         'z'};
   PlanViews views;
   const auto from_above = reach_of(cell, 0, 1), from_side = reach_of(cell, 0, 2);
@@ -288,16 +288,8 @@ PlanViews plan_views(const calib::Cell& cell, const calib::Plan& plan) {
   const bool shows_reach = one.shows_reach() || other.shows_reach();
   views.above = std::move(one).finish();
   views.side = std::move(other).finish();
-  views.legend = fmt::format(
-      "To scale in the robot's base frame, nominal geometry. The arm as it rests between "
-      "touches, with the room that the plan keeps for links and tool. Each short line is a "
-      "touch, coming from the dot {:.0f} mm away. Filled dots: for the fit; rings: held out. "
-      "Beside a target: the number of each.",
-      kApproachMm);
-  if (shows_reach)
-    views.legend += " Dashed: beyond it the tip cannot reach.";
-  else
-    views.legend += " All that is shown lies inside what the tip could reach.";
+  views.legend = say({"say.report.plan.legend", {{"mm", kApproachMm}}}) +
+                 say(shows_reach ? "say.report.plan.legend.dashed" : "say.report.plan.legend.inside");
   return views;
 }
 
@@ -443,20 +435,20 @@ std::string ascii_fixed(double value, int decimals) {
 }
 
 std::string fixed(double value, int decimals) {
-  return with_real_minus(ascii_fixed(value, decimals));
+  return localised(with_real_minus(ascii_fixed(value, decimals)));
 }
 
 std::string signed_fixed(double value, int decimals) {
   const std::string text = ascii_fixed(value, decimals);
   const bool plus = std::isfinite(value) && text.front() != '-' &&
                     text.find_first_of("123456789") != std::string::npos;
-  return plus ? fmt::format("+{}", text) : with_real_minus(text);
+  return localised(plus ? "+" + text : with_real_minus(text));
 }
 
 std::string significant(double value, int digits) {
   if (!std::isfinite(value)) return std::string(kDash);
   if (value == 0.0) return "0";
-  return with_real_minus(fmt::format("{:.{}g}", value, digits));
+  return localised(with_real_minus(fmt::format("{:.{}g}", value, digits)));
 }
 
 std::string mm(double metres, int decimals) { return fixed(metres * calib::kMmPerM, decimals); }
@@ -485,10 +477,6 @@ std::string readable_time(std::string_view iso) {
       rest.substr(0, rest.size() - 1).find_first_not_of(".0123456789") == std::string_view::npos;
   if (!matches) return std::string(iso);
   return fmt::format("{} {} UTC", iso.substr(0, 10), iso.substr(11, 8));
-}
-
-std::string counted(std::size_t count, std::string_view one, std::string_view many) {
-  return fmt::format("{} {}", count, count == 1 ? one : many);
 }
 
 }  // namespace cellcal::daemon::report

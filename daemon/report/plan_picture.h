@@ -9,6 +9,7 @@
 #include "calib/model/robot.h"
 #include "calib/plan/plan.h"
 #include "calib/svg/svg.h"
+#include "daemon/report/say.h"
 
 namespace cellcal::daemon {
 
@@ -81,7 +82,7 @@ std::vector<std::string> tick_labels(const std::vector<double>& ticks);
 /// the value is not finite or not positive.
 double round_up(double value, double fallback);
 
-// Formatting of texts and numbers for HTML, independent of the locale.
+// Formatting of texts and numbers for HTML, independent of the locale, with the document's decimal mark.
 
 using svg::escape, svg::shorten;
 
@@ -90,7 +91,7 @@ using svg::escape, svg::shorten;
 std::string fixed(double value, int decimals);
 /// The same with an explicit plus sign.
 std::string signed_fixed(double value, int decimals);
-/// As fixed(), with an ASCII minus, for values copied into files.
+/// As fixed(), with an ASCII minus and a decimal point, for values copied into files.
 std::string ascii_fixed(double value, int decimals);
 /// Shortest text with this many significant digits, e.g. "0.00036", "2.1e-06".
 std::string significant(double value, int digits);
@@ -109,8 +110,5 @@ std::string mm_words(double metres);
 
 /// "2025-03-14 02:10:00 UTC" for ISO 8601 in UTC; other texts unchanged. Not escaped.
 std::string readable_time(std::string_view iso);
-
-/// "1 touch", "12 touches".
-std::string counted(std::size_t count, std::string_view one, std::string_view many);
 
 }  // namespace cellcal::daemon::report

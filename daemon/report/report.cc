@@ -25,38 +25,44 @@ std::string masthead(const ReportInput& input) {
     if (value.empty()) return;
     facts += fmt::format("<span>{} <b>{}</b></span>\n", name, report::escape(value));
   };
-  add("Cell", input.cell_name);
-  add("Robot", robot);
-  add(input.finished.empty() ? "Started" : "Finished",
+  add(report::say("say.report.cell"), input.cell_name);
+  add(report::say("say.report.robot"), robot);
+  add(report::say(input.finished.empty() ? "say.report.started" : "say.report.finished"),
       report::readable_time(input.finished.empty() ? input.started : input.finished));
-  add("Session", input.session_id);
-  return fmt::format(
-      "<header>\n<h1>Calibration report</h1>\n<p class=\"facts\">{}</p>\n</header>\n", facts);
+  add(report::say("say.report.session"), input.session_id);
+  return fmt::format("<header>\n<h1>{}</h1>\n<p class=\"facts\">{}</p>\n</header>\n",
+                     report::say("say.report.title"), facts);
 }
 
 std::string page_title(const ReportInput& input) {
-  std::string title = "Calibration report";
+  std::string title = report::say("say.report.title");
   if (!input.cell_name.empty()) title += " - " + input.cell_name;
   if (!input.finished.empty()) title += " - " + input.finished;
   return report::escape(title);
 }
 
-std::string_view signatures() {
-  return "<div class=\"signatures\"><p>Reviewed by</p><p>Date</p><p>Signature</p></div>\n";
+std::string signatures() {
+  return fmt::format("<div class=\"signatures\"><p>{}</p><p>{}</p><p>{}</p></div>\n",
+                     report::say("say.report.reviewed_by"), report::say("say.report.date"),
+                     report::say("say.report.signature"));
 }
 
 }  // namespace
 
+std::string report_name(const calib::Language& language) {
+  return language == calib::Language() ? "report.html" : "report." + language.code() + ".html";
+}
+
 std::string html_report(const ReportInput& input) {
   const report::View view(input);
   std::string html = fmt::format(
-      "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<!doctype html>\n<html lang=\"{}\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta http-equiv=\"Content-Security-Policy\" content=\"{}\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       "<meta name=\"color-scheme\" content=\"light "
       "dark\">\n<title>{}</title>\n<style>\n{}</style>\n"
       "</head>\n<body>\n<main>\n",
-      report::escape(kContentPolicy), page_title(input),
+      report::language().code(), report::escape(kContentPolicy), page_title(input),
       std::string(report::style_sheet()) + report::plan_style());
   html += masthead(input);
   html += report::verdict_banner(view);
@@ -102,7 +108,7 @@ bool is_usable_mm(double value) { return std::isfinite(value) && std::abs(value)
 bool is_known(double predicted_m) { return std::isfinite(predicted_m) && predicted_m > 0.0; }
 
 View::View(const ReportInput& report_input)
-    : input(report_input), result(report_input.calibration) {
+    : input(report_input), speaking(input.language), result(report_input.calibration) {
   std::set<std::size_t> named;
   for (const calib::Outlier& outlier : result.outliers) named.insert(outlier.touch);
   std::set<std::size_t> set_aside = named;
@@ -189,7 +195,10 @@ std::string name_of(const View& view, const calib::ParameterResult& parameter) {
   return calib::parameter_name(view.result.cell, parameter.key);
 }
 
-std::string_view kind_word(calib::TargetKind kind) {
+namespace {
+
+/// Of the ids "say.report.kind.sphere", "say.report.on.sphere.one", "....many".
+std::string kind_id(calib::TargetKind kind) {
   using enum calib::TargetKind;
   static constexpr EnumNames<calib::TargetKind> kTable{{{kSphere, "sphere"},
                                                         {kWire, "wire"},
@@ -199,15 +208,19 @@ std::string_view kind_word(calib::TargetKind kind) {
   return kTable[kind];
 }
 
+}  // namespace
+
+std::string kind_word(calib::TargetKind kind) { return say("say.report.kind." + kind_id(kind)); }
+
 std::string target_words(const View& view) {
   const auto& targets = view.result.targets;
-  std::set<std::string_view> words;
+  std::set<std::string> kinds;
   for (const calib::TargetResult& target : targets) {
     const calib::Target* in_cell = view.cell_target(target.id);
-    words.insert(in_cell ? kind_word(in_cell->kind) : "target");
+    kinds.insert(in_cell ? kind_id(in_cell->kind) : "target");
   }
-  const std::string one(words.size() == 1 ? *words.begin() : "target");
-  return counted(targets.size(), one, one + "s");
+  const std::string kind = kinds.size() == 1 ? *kinds.begin() : "target";
+  return counted(targets.size(), "say.report.on." + kind + ".");
 }
 
 std::string_view css_class(MarkKind kind) {
@@ -228,8 +241,8 @@ std::string mark_title(const View& view, const Mark& mark) {
                     {"after", fixed(mark.after_mm, kMmDecimals)}}});
 }
 
-std::string section(std::string_view id, std::string_view heading, std::string_view body) {
-  return fmt::format("<section id=\"{}\">\n<h2>{}</h2>\n{}</section>\n", id, heading, body);
+std::string section(std::string_view id, const char* heading, std::string_view body) {
+  return fmt::format("<section id=\"{}\">\n<h2>{}</h2>\n{}</section>\n", id, say(heading), body);
 }
 
 }  // namespace cellcal::daemon::report

@@ -16,6 +16,7 @@
 #include "calib/result/calibration.h"
 #include "calib/result/drift_chart.h"
 #include "calib/words/phrase.h"
+#include "daemon/report/say.h"
 
 namespace cellcal::daemon {
 
@@ -30,16 +31,19 @@ struct ReportInput {
   std::string finished;  ///< ISO 8601
   std::string cell_name;
   std::string software;             ///< e.g. calib::software_version()
-  std::vector<std::string> notes;   ///< remarks of the operator on the conditions, one line each
+  std::vector<calib::Phrase> notes;  ///< remarks on the conditions
   std::optional<calib::Plan> plan;  ///< where the touches were planned
   double planned_s = 0.0;           ///< predicted robot time [s]; 0: unknown
   std::optional<calib::ErrorMap> error_map;  ///< of the calibration
   /// Checks of the cell's calibrations before this one, and its changes up to this one; none: not known.
   std::optional<calib::DriftChart> checks;
-  calib::Language language;  ///< of the plots' labels
+  calib::Language language;
   /// Simulated cells only: name and deviation from the hidden truth, labelled as such.
   std::vector<std::pair<std::string, std::string>> truth;
 };
+
+/// "report.html"; "report.de.html" in another language than English.
+std::string report_name(const calib::Language& language);
 
 /// The complete document, UTF-8. Never throws for invalid input: a non-finite number is shown as a dash and
 /// counted in the text.
@@ -85,6 +89,7 @@ struct View {
   explicit View(const ReportInput& report_input);
 
   const ReportInput& input;
+  Speaking speaking;  ///< the input's language
   const calib::Calibration& result;
   std::vector<Mark> marks;  ///< usable ones only, in the order of the residuals
   std::size_t fit = 0, check = 0, outliers = 0;  ///< touches by kind
@@ -101,22 +106,22 @@ struct View {
   bool any_point() const;
   /// Certified lengths with both ends touched; only these determine the scale.
   std::size_t touched_lengths() const;
-  /// In the language of the plots. Not escaped.
-  std::string say(const calib::Phrase& phrase) const { return calib::words(phrase, input.language); }
+  /// Not escaped.
+  std::string say(const calib::Phrase& phrase) const { return report::say(phrase); }
 };
 
 /// As in tables: "A2.theta".
 std::string name_of(const View& view, const calib::ParameterResult& parameter);
 
-std::string_view kind_word(calib::TargetKind kind);
-/// "4 spheres", "2 points"; "3 targets" for mixed kinds.
+std::string kind_word(calib::TargetKind kind);
+/// "4 spheres", "2 points"; "3 targets" for mixed kinds. In German in the dative: "an 4 Kugeln".
 std::string target_words(const View& view);
 std::string_view css_class(MarkKind kind);
 /// "touch 12 on S1, held out: 2.310 mm before, 0.021 mm after".
 std::string mark_title(const View& view, const Mark& mark);
 
-/// "<section ...><h2>heading</h2>" ... "</section>" around the body.
-std::string section(std::string_view id, std::string_view heading, std::string_view body);
+/// "<section ...><h2>" heading, an id of the catalogue, "</h2>" ... "</section>" around the body.
+std::string section(std::string_view id, const char* heading, std::string_view body);
 
 // Sections of the report, in page order. Each returns HTML and computes nothing beyond the calibration's own
 // values.

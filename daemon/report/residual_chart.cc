@@ -160,26 +160,24 @@ void draw_after(Svg& svg, const View& view, const Panel& panel, double size, dou
 
 std::string legend() {
   constexpr double kSide = 12.0, kSize = 3.4;
-  constexpr std::array<std::pair<MarkKind, std::string_view>, 3> kMarks{
-      {{MarkKind::kFit, "fitted"},
-       {MarkKind::kCheck, "held out"},
-       {MarkKind::kOutlier, "outlier, left out of the fit"}}};
+  constexpr std::array<std::pair<MarkKind, const char*>, 3> kMarks{
+      {{MarkKind::kFit, "say.report.mark.fitted"},
+       {MarkKind::kCheck, "say.report.mark.held_out"},
+       {MarkKind::kOutlier, "say.report.mark.outlier"}}};
   std::string html = "<p class=\"legend\">";
-  for (const auto& [kind, words] : kMarks) {
+  for (const auto& [kind, id] : kMarks) {
+    const std::string words = say(id);
     Svg svg(kSide, kSide, "mark", words);
     draw_shape(svg, kind, {0.5 * kSide, 0.5 * kSide}, kSize,
                fmt::format("{} after", css_class(kind)), {});
-    html += std::move(svg).finish() + std::string(words) + "\n";
+    html += std::move(svg).finish() + words + "\n";
   }
   return html + "</p>\n";
 }
 
-std::string_view sign_words(const View& view) {
-  if (view.points_only()) return "Distance of the tip from the point; it has no sign. ";
-  if (view.any_point()) {
-    return "Positive: the tip is too far from the centre; on points, the distance without sign. ";
-  }
-  return "Positive: the tip is too far from the centre. ";
+std::string sign_words(const View& view) {
+  if (view.points_only()) return say("say.report.residuals.sign.points");
+  return say(view.any_point() ? "say.report.residuals.sign.mixed" : "say.report.residuals.sign");
 }
 
 bool any_off_scale(const View& view, double range_mm) {
@@ -189,33 +187,21 @@ bool any_off_scale(const View& view, double range_mm) {
 
 std::string note(const View& view, double band_mm, double range_mm) {
   std::string band;
-  if (band_mm > 0.0) {
-    band = fmt::format(
-        "Shaded band{}: {}{} mm contain 95&nbsp;% of the touches according to the cell "
-        "file&rsquo;s touch &sigma;, and more of the fitted ones. ",
-        band_mm >= range_mm ? " (here the whole panel)" : "", view.points_only() ? "" : "&plusmn;",
-        fixed(band_mm, kMmDecimals));
-  }
-  return fmt::format(
-      "<p class=\"note\">{}{}{}A drift from left to right: temperature, or a tool that moved. "
-      "One bad stretch: its target.</p>\n",
-      sign_words(view), band,
-      any_off_scale(view, range_mm) ? "Crosses at the edge lie beyond the scale (see Outliers). "
-                                    : "");
+  if (band_mm > 0.0)
+    band = say({band_mm >= range_mm ? "say.report.residuals.band.whole" : "say.report.residuals.band",
+                {{"mm", (view.points_only() ? "" : "&plusmn;") + fixed(band_mm, kMmDecimals)}}});
+  return paragraph("note", sign_words(view) + band +
+                               (any_off_scale(view, range_mm) ? say("say.report.residuals.beyond")
+                                                              : std::string()) +
+                               say("say.report.residuals.drift"));
 }
 
 std::string left_out(const View& view) {
   std::string words;
-  if (view.unusable > 0) {
-    words += fmt::format(
-        "<p class=\"warn\">{} not finite or too large to be a distance, and left out of every "
-        "drawing.</p>\n",
-        counted(view.unusable, "residual is", "residuals are"));
-  }
-  if (view.unknown > 0) {
-    words += fmt::format("<p class=\"warn\">{} to touches that the report was not given.</p>\n",
-                         counted(view.unknown, "residual belongs", "residuals belong"));
-  }
+  if (view.unusable > 0)
+    words += paragraph("warn", counted(view.unusable, "say.report.residuals.unusable."));
+  if (view.unknown > 0)
+    words += paragraph("warn", counted(view.unknown, "say.report.residuals.unknown."));
   return words;
 }
 
@@ -255,10 +241,10 @@ std::string residual_plot(const View& view) {
 std::string residual_chart(const View& view) {
   const std::string plot = residual_plot(view);
   if (plot.empty())
-    return section("residuals", "Residual of every touch",
-                   "<p>There are no residuals to draw.</p>\n" + left_out(view));
+    return section("residuals", "say.report.residuals",
+                   paragraph("", say("say.report.residuals.none")) + left_out(view));
   const double after = range_of(view.marks, &Mark::after_mm, 0.0);
-  return section("residuals", "Residual of every touch",
+  return section("residuals", "say.report.residuals",
                  legend() + fmt::format("<div class=\"scroll\">{}</div>\n", plot) +
                      note(view, band_of(view), after) + left_out(view));
 }

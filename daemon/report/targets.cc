@@ -66,7 +66,7 @@ std::string target_row(const View& view, const calib::TargetResult& target) {
   return fmt::format(
       "<tr><th scope=\"row\">{}</th><td class=\"word\">{}</td><td>{}</td><td>{}</td><td>{}</td>{}"
       "<td>{}</td><td>{}</td><td>{}</td></tr>\n",
-      escape(target.id), in_cell ? kind_word(in_cell->kind) : kNoValue, mm(target.centre_m.x()),
+      escape(target.id), in_cell ? kind_word(in_cell->kind) : std::string(kNoValue), mm(target.centre_m.x()),
       mm(target.centre_m.y()), mm(target.centre_m.z()), radius_cells(view, target), sums.count,
       mean, rms);
 }
@@ -79,24 +79,22 @@ std::string stands_note(const View& view) {
     const calib::Target* in_cell = view.cell_target(target.id);
     if (!in_cell) continue;
     if (in_cell->kind == calib::TargetKind::kPlane)
-      items += fmt::format(
-          "<p class=\"note\">{}: plane, normal ({}, {}, {}), {}&nbsp;mm from the base&rsquo;s "
-          "origin; x, y, z is the middle of what was touched.</p>\n",
-          escape(target.id), signed_fixed(target.normal.x(), kNormalDecimals),
-          signed_fixed(target.normal.y(), kNormalDecimals),
-          signed_fixed(target.normal.z(), kNormalDecimals), mm(target.distance_m));
-    if (in_cell->kind == calib::TargetKind::kTracker) {
-      const calib::FrameMmDeg frame = calib::to_frame(target.frame);
-      items += fmt::format(
-          "<p class=\"note\">{}: tracker, its frame at ({}, {}, {})&nbsp;mm, A&nbsp;{}&deg;, "
-          "B&nbsp;{}&deg;, C&nbsp;{}&deg; in base; x, y, z is the middle of what it "
-          "measured.</p>\n",
-          escape(target.id), fixed(frame.xyz_mm[0], kMmDecimals),
-          fixed(frame.xyz_mm[1], kMmDecimals), fixed(frame.xyz_mm[2], kMmDecimals),
-          signed_fixed(frame.abc_deg[0], kDegreeDecimals),
-          signed_fixed(frame.abc_deg[1], kDegreeDecimals),
-          signed_fixed(frame.abc_deg[2], kDegreeDecimals));
-    }
+      items += paragraph("note", say({"say.report.targets.plane",
+                                      {{"name", escape(target.id)},
+                                       {"x", signed_fixed(target.normal.x(), kNormalDecimals)},
+                                       {"y", signed_fixed(target.normal.y(), kNormalDecimals)},
+                                       {"z", signed_fixed(target.normal.z(), kNormalDecimals)},
+                                       {"distance", mm(target.distance_m)}}}));
+    if (in_cell->kind != calib::TargetKind::kTracker) continue;
+    const calib::FrameMmDeg frame = calib::to_frame(target.frame);
+    items += paragraph("note", say({"say.report.targets.tracker",
+                                    {{"name", escape(target.id)},
+                                     {"x", fixed(frame.xyz_mm[0], kMmDecimals)},
+                                     {"y", fixed(frame.xyz_mm[1], kMmDecimals)},
+                                     {"z", fixed(frame.xyz_mm[2], kMmDecimals)},
+                                     {"a", signed_fixed(frame.abc_deg[0], kDegreeDecimals)},
+                                     {"b", signed_fixed(frame.abc_deg[1], kDegreeDecimals)},
+                                     {"c", signed_fixed(frame.abc_deg[2], kDegreeDecimals)}}}));
   }
   return items;
 }
@@ -104,7 +102,7 @@ std::string stands_note(const View& view) {
 std::string lengths_table(const View& view) {
   const auto& lengths = view.result.cell.lengths;
   if (lengths.empty()) {
-    return "<p class=\"note\">No certified length between targets was given.</p>\n";
+    return paragraph("note", say("say.report.lengths.none"));
   }
   std::string rows;
   for (const calib::CertifiedLength& length : lengths) {
@@ -120,51 +118,58 @@ std::string lengths_table(const View& view) {
         in_sigma = fixed(calib::contradiction(found), kCoarseDecimals);
     }
     rows += fmt::format(
-        "<tr><th scope=\"row\">{} to {}{}</th><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td>"
+        "<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td>"
         "<td>{}</td></tr>\n",
-        escape(length.from), escape(length.to), length.is_check ? " (check)" : "",
+        say({length.is_check ? "say.report.lengths.between.check" : "say.report.lengths.between",
+             {{"from", escape(length.from)}, {"to", escape(length.to)}}}),
         mm(length.length_m), mm(length.sigma_m), by_others, sigma, difference, in_sigma);
   }
   return fmt::format(
-      "<h3>Certified lengths, mm</h3>\n<div class=\"scroll\"><table "
-      "class=\"numbers\">\n<thead><tr><th scope=\"col\">between</th><th "
-      "scope=\"col\">certified</th><th scope=\"col\">&sigma;</th><th "
-      "scope=\"col\">measured</th><th scope=\"col\">&sigma;</th><th "
-      "scope=\"col\">difference</th><th scope=\"col\">in &sigma; of "
-      "both</th></tr></thead>\n<tbody>\n{}</tbody>\n</table></div>\n<p "
-      "class=\"note\">Measured: from the touches, the tolerances and the other lengths, "
-      "without its own certificate. If they are more than 5&nbsp;&sigma; apart, one of them is "
-      "wrong.</p>\n",
-      rows);
+      "<h3>{}</h3>\n<div class=\"scroll\"><table class=\"numbers\">\n{}<tbody>\n{}</tbody>\n</table>"
+      "</div>\n{}",
+      say("say.report.lengths"),
+      table_head({{say("say.report.lengths.col.between")},
+                  {say("say.report.lengths.col.certified")},
+                  {"&sigma;"},
+                  {say("say.report.lengths.col.measured")},
+                  {"&sigma;"},
+                  {say("say.report.lengths.col.difference")},
+                  {say("say.report.lengths.col.in_sigma")}}),
+      rows, paragraph("note", say("say.report.lengths.note")));
+}
+
+std::string span_head(int columns, const char* id) {
+  return fmt::format("<th class=\"span\" colspan=\"{}\" scope=\"colgroup\">{}</th>", columns, say(id));
+}
+
+std::string column(const std::string& html, bool is_word = false) {
+  return fmt::format("<th scope=\"col\"{}>{}</th>", is_word ? " class=\"word\"" : "", html);
+}
+
+std::string targets_head() {
+  return "<thead>\n<tr><th></th><th></th>" + span_head(3, "say.report.targets.col.centre") +
+         span_head(2, "say.report.targets.col.radius") +
+         span_head(3, "say.report.targets.col.residual") + "</tr>\n<tr>" +
+         column(say("say.report.col.target")) + column(say("say.report.col.kind"), true) +
+         column("x") + column("y") + column("z") + column(say("say.report.targets.col.found")) +
+         column(say("say.report.targets.col.less_nominal")) + column(say("say.report.col.touches")) +
+         column(say("say.report.col.mean")) + column("rms") + "</tr>\n</thead>\n";
 }
 
 }  // namespace
 
 std::string targets_table(const View& view) {
-  if (view.result.targets.empty()) {
-    return section("targets", "Targets", "<p>The calibration has no targets.</p>\n");
-  }
+  if (view.result.targets.empty())
+    return section("targets", "say.report.targets", paragraph("", say("say.report.targets.none")));
   std::string rows;
   for (const calib::TargetResult& target : view.result.targets) rows += target_row(view, target);
-  std::string body = fmt::format(
-      "<div class=\"scroll\"><table class=\"numbers\">\n<thead>\n<tr><th></th><th></th>"
-      "<th class=\"span\" colspan=\"3\" scope=\"colgroup\">centre in base, mm</th>"
-      "<th class=\"span\" colspan=\"2\" scope=\"colgroup\">effective radius, mm</th>"
-      "<th class=\"span\" colspan=\"3\" scope=\"colgroup\">residual after, mm</th></tr>\n"
-      "<tr><th scope=\"col\">target</th><th scope=\"col\" class=\"word\">kind</th>"
-      "<th scope=\"col\">x</th><th scope=\"col\">y</th><th scope=\"col\">z</th>"
-      "<th scope=\"col\">found</th><th scope=\"col\">&minus; nominal</th>"
-      "<th scope=\"col\">touches</th><th scope=\"col\">mean</th><th scope=\"col\">rms</th></tr>\n"
-      "</thead>\n<tbody>\n{}</tbody>\n</table></div>\n",
-      rows);
-  body += fmt::format(
-      "<p class=\"note\">Effective radius: sphere plus tip plus trigger offset; nominal: "
-      "sphere plus tip. Residuals are of fitted and held-out touches without outliers; a mean "
-      "away from zero suggests that the target moved{}.</p>\n",
-      view.any_point() ? "; residuals on points are distances and have none" : "");
-  body += stands_note(view);
-  body += lengths_table(view);
-  return section("targets", "Targets", body);
+  const std::string body =
+      fmt::format("<div class=\"scroll\"><table class=\"numbers\">\n{}<tbody>\n{}</tbody>\n</table></div>\n",
+                  targets_head(), rows) +
+      paragraph("note", say(view.any_point() ? "say.report.targets.note.points"
+                                             : "say.report.targets.note")) +
+      stands_note(view) + lengths_table(view);
+  return section("targets", "say.report.targets", body);
 }
 
 // Contact directions of each sphere: one Lambert equal-area disc per target, in top view. With equal areas,
@@ -197,11 +202,10 @@ struct Tally {
 };
 
 std::string caption(const Tally& tally) {
-  std::string words = fmt::format("{} fitted", tally.fit);
-  if (tally.check > 0) words += fmt::format(", {} held out", tally.check);
-  if (tally.outliers > 0) {
-    words += fmt::format(", {} {}", tally.outliers, tally.outliers == 1 ? "outlier" : "outliers");
-  }
+  std::string words = say({"say.report.directions.fitted", {{"n", tally.fit}}});
+  if (tally.check > 0) words += say({"say.report.directions.check", {{"n", tally.check}}});
+  if (tally.outliers > 0)
+    words += counted(static_cast<std::size_t>(tally.outliers), "say.report.directions.outliers.");
   return words;
 }
 
@@ -220,7 +224,7 @@ void draw_disc(Svg& svg) {
 // Empty where no touch of this target has a direction.
 std::string disc(const View& view, const std::string& id) {
   Tally tally;
-  Svg svg(kSide, kSide, "chart disc-map", fmt::format("Touches on {} seen from above", id));
+  Svg svg(kSide, kSide, "chart disc-map", say({"say.report.directions.picture", {{"target", id}}}));
   draw_disc(svg);
   for (const Mark& mark : view.marks) {
     if (mark.target != id || mark.direction.norm() < kLeastDirection) continue;
@@ -263,21 +267,17 @@ std::string sphere_maps(const View& view) {
   std::string body;
   if (!discs.empty()) {
     body += fmt::format("<div class=\"discs\">\n{}</div>\n", discs);
-    body +=
-        "<p class=\"note\">Seen from above: the middle is the top of the sphere, the heavier "
-        "ring its equator, the rim its bottom; equal areas of the disc are equal areas of the "
-        "sphere. x and y are the robot&rsquo;s base. Touches from one side only determine a "
-        "centre badly, and with it the scale of the arm.</p>\n";
+    body += paragraph("note", say("say.report.directions.note"));
   }
   if (!without.empty()) {
     std::string names;
     for (const std::string& id : without) {
       names += (names.empty() ? "" : ", ") + escape(shorten(id, kLabelLength));
     }
-    body += fmt::format("<p class=\"note\">Without directions of touch: {}.</p>\n", names);
+    body += paragraph("note", say({"say.report.directions.without", {{"names", names}}}));
   }
   if (body.empty()) return {};
-  return section("directions", "Where the targets were touched", body);
+  return section("directions", "say.report.directions", body);
 }
 
 }  // namespace cellcal::daemon::report

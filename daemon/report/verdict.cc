@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "calib/result/finding.h"
+#include "calib/result/finding_phrase.h"
 #include "calib/result/unidentifiable.h"
 #include "daemon/report/plan_picture.h"
 #include "daemon/report/report.h"
@@ -19,8 +19,8 @@ namespace cellcal::daemon::report {
 namespace {
 
 struct Reasons {
-  std::string scope;  // without its introduction; the first of them
-  std::vector<std::string> against, other;
+  calib::Phrase scope;  // without its introduction; the first of them
+  std::vector<calib::Phrase> against, other;
 };
 
 bool is_scope(calib::FindingKind kind) {
@@ -34,70 +34,47 @@ Reasons sorted_reasons(const calib::Verdict& verdict) {
   Reasons reasons;
   for (const calib::Finding& one : verdict.findings) {
     if (reasons.scope.empty() && is_scope(one.kind)) {
-      reasons.scope = calib::sentence(one);
+      reasons.scope = calib::sentence_phrase(one);
     } else {
       const bool note = verdict.publish() || !one.withholds();
-      (note ? reasons.other : reasons.against).push_back(calib::words(one));
+      (note ? reasons.other : reasons.against).push_back(calib::phrase(one));
     }
   }
   return reasons;
 }
 
-std::string sentence(std::string text) {
-  if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') text[0] = static_cast<char>(text[0] - 32);
-  return text.empty() ? text : escape(text) + ".";
-}
+
 
 std::string scope_words(const View& view, const Reasons& reasons) {
   const calib::Verdict& verdict = view.result.verdict;
-  if (verdict.too_few()) {
-    return "This was a first session, and the cell works. The touches are too few for a "
-           "calibration: do not put the figures below into service.";
-  }
-  if (!verdict.publish()) {
-    return "Do not put this result into service. The figures below are for diagnosis only.";
-  }
-  const std::string why = sentence(reasons.scope);
-  if (verdict.workspace) {
-    return fmt::format("Scope: the whole workspace. {}",
-                       why.empty()
-                           ? "A certified length was touched at both ends and determines the "
-                             "scale of the arm."
-                           : why);
-  }
-  const std::string_view elsewhere = "Elsewhere it only predicts, with a larger bound.";
-  return fmt::format(
-      "Scope: near the targets only, within about 150&nbsp;mm of them. {}",
-      why.empty() ? fmt::format("{}{}",
-                                view.touched_lengths() == 0
-                                    ? "No certified length was touched: only the size of the "
-                                      "targets determines the scale of the arm, and weakly. "
-                                    : "",
-                                elsewhere)
-                  : why);
+  if (verdict.too_few()) return say("say.report.verdict.few.scope");
+  if (!verdict.publish()) return say("say.report.verdict.no.scope");
+  std::string why = sentence(reasons.scope);
+  if (why.empty())
+    why = say(verdict.workspace             ? "say.report.verdict.workspace.by_length"
+              : view.touched_lengths() == 0 ? "say.report.verdict.near.by_sizes"
+                                            : "say.report.verdict.near.elsewhere");
+  return say({verdict.workspace ? "say.report.verdict.workspace.scope"
+                                : "say.report.verdict.near.scope",
+              {{"why", why}}});
 }
 
-std::string_view headline(const calib::Verdict& verdict) {
-  if (verdict.too_few()) return "The cell works; too few touches to calibrate";
-  if (!verdict.publish()) return "Not publishable";
-  return verdict.workspace ? "Publishable for the workspace" : "Publishable near the targets";
+const char* headline(const calib::Verdict& verdict) {
+  if (verdict.too_few()) return "say.report.verdict.few";
+  if (!verdict.publish()) return "say.report.verdict.no";
+  return verdict.workspace ? "say.report.verdict.workspace" : "say.report.verdict.near";
 }
 
 std::string data_sentence(const View& view) {
-  std::string sentence = fmt::format("{} on {} determined this calibration",
-                                     counted(view.fit, "touch", "touches"), target_words(view));
-  if (view.check > 0) {
-    sentence +=
-        fmt::format(", {} held out to check it", counted(view.check, "more was", "more were"));
-  } else {
-    sentence += ", none was held out to check it";
-  }
-  if (view.outliers > 0) {
-    sentence +=
-        fmt::format(", and {} left out as {}", counted(view.outliers, "touch was", "touches were"),
-                    view.outliers == 1 ? "an outlier" : "outliers");
-  }
-  return sentence + ".";
+  const std::string check = view.check == 0 ? say("say.report.data.no_check")
+                                            : counted(view.check, "say.report.data.check.");
+  const std::string outliers =
+      view.outliers == 0 ? std::string() : counted(view.outliers, "say.report.data.outliers.");
+  return say({"say.report.data",
+              {{"touches", counted(view.fit, "say.report.touches.")},
+               {"targets", target_words(view)},
+               {"check", check},
+               {"outliers", outliers}}});
 }
 
 std::string residual_sentence(const View& view) {
@@ -106,42 +83,35 @@ std::string residual_sentence(const View& view) {
   const calib::ResidualSummary& after = tested ? result.check : result.after;
   const bool same_touches_before = tested && result.check_before.count > 0;
   const calib::ResidualSummary& before = same_touches_before ? result.check_before : result.before;
-  if (after.count <= 0) return "There are no residuals to report.";
-  return fmt::format(
-      "Mean residual {} (max. {}) with the nominal robot, {} (max. {}) with this calibration, "
-      "on the touches {}.",
-      mm_words(before.mean_m), mm_words(before.max_m), mm_words(after.mean_m),
-      mm_words(after.max_m),
-      tested ? "that were held out" : "of the fit, where it is smaller than elsewhere");
+  if (after.count <= 0) return say("say.report.residual.none");
+  return say({tested ? "say.report.residual.checked" : "say.report.residual.fitted",
+              {{"before", mm_words(before.mean_m)},
+               {"before_max", mm_words(before.max_m)},
+               {"after", mm_words(after.mean_m)},
+               {"after_max", mm_words(after.max_m)}}});
 }
 
-std::string list(std::string_view heading, const std::vector<std::string>& reasons) {
+std::string list(const char* heading, const std::vector<calib::Phrase>& reasons) {
   if (reasons.empty()) return {};
   std::string items;
-  for (const std::string& reason : reasons) items += fmt::format("<li>{}</li>\n", escape(reason));
-  return fmt::format("<p class=\"because\">{}</p>\n<ul>\n{}</ul>\n", heading, items);
+  for (const calib::Phrase& reason : reasons)
+    items += fmt::format("<li>{}</li>\n", escape(say(reason)));
+  return paragraph("because", say(heading)) + fmt::format("<ul>\n{}</ul>\n", items);
 }
 
 std::string accuracy_sentence(const View& view) {
   const calib::Calibration& result = view.result;
-  if (!is_known(result.predicted_near_targets_m) || !is_known(result.predicted_workspace_m)) {
-    return "The 3-D position error was not predicted.";
-  }
-  const std::string near = fmt::format("Predicted mean 3-D position error: {} near the targets",
-                                       mm_words(result.predicted_near_targets_m));
-  const std::string far = mm_words(result.predicted_workspace_m);
-  const std::string nominal =
-      is_known(result.nominal_workspace_u_m)
-          ? fmt::format(" With the nominal model of this arm: {} ± {} over the workspace (k = 2).",
-                        mm_words(result.nominal_workspace_m),
-                        mm_words(result.nominal_workspace_u_m))
-          : std::string();
-  if (result.verdict.workspace || !result.verdict.publish()) {
-    return fmt::format("{}, {} over the workspace (from the covariance).{}", near, far, nominal);
-  }
-  return fmt::format(
-      "{}, {} over the workspace, which is outside of the scope (both from the covariance).{}",
-      near, far, nominal);
+  if (!is_known(result.predicted_near_targets_m) || !is_known(result.predicted_workspace_m))
+    return say("say.report.accuracy.none");
+  const bool in_scope = result.verdict.workspace || !result.verdict.publish();
+  const std::string predicted =
+      say({in_scope ? "say.report.accuracy" : "say.report.accuracy.outside",
+           {{"near", mm_words(result.predicted_near_targets_m)},
+            {"far", mm_words(result.predicted_workspace_m)}}});
+  if (!is_known(result.nominal_workspace_u_m)) return predicted;
+  return predicted + say({"say.report.accuracy.nominal",
+                          {{"far", mm_words(result.nominal_workspace_m)},
+                           {"u", mm_words(result.nominal_workspace_u_m)}}});
 }
 
 }  // namespace
@@ -149,13 +119,13 @@ std::string accuracy_sentence(const View& view) {
 std::string verdict_banner(const View& view) {
   const calib::Verdict& verdict = view.result.verdict;
   const Reasons reasons = sorted_reasons(verdict);
-  std::string words = list(verdict.too_few() ? "What it has shown" : "Why not", reasons.against);
+  std::string words = list(verdict.too_few() ? "say.report.shown" : "say.report.why_not", reasons.against);
   if (!verdict.publish() && reasons.against.empty()) {
-    words = "<p class=\"because\">No reason was recorded.</p>\n";
+    words = paragraph("because", say("say.report.no_reason"));
   }
-  words += list(verdict.publish() ? "Before using it" : "Other findings", reasons.other);
+  words += list(verdict.publish() ? "say.report.before_use" : "say.report.other_findings", reasons.other);
   if (!verdict.publish() && !reasons.scope.empty()) {
-    words += fmt::format("<p class=\"besides\">Scale: {}.</p>\n", escape(reasons.scope));
+    words += paragraph("besides", say({"say.report.scale", {{"words", escape(say(reasons.scope))}}}));
   }
   return fmt::format(
       "<div id=\"verdict\" class=\"verdict {}\">\n<span class=\"glyph\" aria-hidden=\"true\">{}"
@@ -163,7 +133,7 @@ std::string verdict_banner(const View& view) {
       verdict.publish()   ? "yes"
       : verdict.too_few() ? "few"
                           : "no",
-      verdict.publish() || verdict.too_few() ? "&#10003;" : "&#10005;", headline(verdict),
+      verdict.publish() || verdict.too_few() ? "&#10003;" : "&#10005;", say(headline(verdict)),
       scope_words(view, reasons), words);
 }
 
@@ -208,102 +178,95 @@ std::string outlier_row(const View& view, const calib::Outlier& outlier) {
     target = escape(touch.target);
     if (touch.line > 0) line = fmt::format("{}", touch.line);
   }
-  const std::string reason = words(outlier);
+  const std::string reason = say(calib::phrase(outlier));
   return fmt::format(
       "<tr><th scope=\"row\">{}</th><td>{}</td><td class=\"word\">{}</td><td>{}</td>"
       "<td class=\"word wide\">{}</td></tr>\n",
       outlier.touch + 1, line, target, signed_mm(outlier.residual_m),
-      reason.empty() ? std::string("reason not recorded") : escape(reason));
+      reason.empty() ? say("say.report.outliers.no_reason") : escape(reason));
 }
 
 // For the comparison of two plans of touches.
 std::string observability_words(const calib::Observability& o) {
   if (o.rows <= 0) return {};
-  const auto number = [](double value) {
-    return std::isfinite(value) ? fmt::format("{:.3g}", value) : std::string(kNothing);
-  };
+  const auto number = [](double value) { return significant(value, 3); };
   return fmt::format(
-      "<p id=\"observability\">Of the geometry&rsquo;s {} (without the frame) {} are "
-      "observable, {} determined better than their tolerance. Observability: O1&nbsp;{} "
-      "(average information of a touch), O2&nbsp;{} (how evenly), O3&nbsp;{} (the worst "
-      "direction), O4&nbsp;{} (noise amplification), O5&nbsp;{} (all directions together); "
-      "scaled condition number {}.</p>\n",
-      counted(static_cast<std::size_t>(std::max(0, o.directions)), "direction", "directions"),
-      o.rank, o.determined, number(o.o1), number(o.o2), number(o.o3), number(o.o4), number(o.o5),
-      number(o.condition));
+      "<p id=\"observability\">{}</p>\n",
+      say({"say.report.observability",
+           {{"directions", counted(static_cast<std::size_t>(std::max(0, o.directions)),
+                                   "say.report.observability.directions.")},
+            {"rank", o.rank},
+            {"determined", o.determined},
+            {"o1", number(o.o1)},
+            {"o2", number(o.o2)},
+            {"o3", number(o.o3)},
+            {"o4", number(o.o4)},
+            {"o5", number(o.o5)},
+            {"condition", number(o.condition)}}}));
 }
 
 }  // namespace
 
 std::string unidentifiable(const View& view) {
+  constexpr const char* kHeading = "say.report.unidentifiable";
   const auto& directions = view.result.unidentifiable;
-  if (view.result.verdict.too_few()) {
-    return section("unidentifiable", "Unobservable directions",
-                   "<p>Nearly all parameters: the touches are too few to calibrate.</p>\n");
-  }
-  if (directions.empty()) {
-    return section(
-        "unidentifiable", "Unobservable directions",
-        (view.result.observability.rows > 0 ? "<p>No undetermined direction was found.</p>\n"
-                                            : "<p>Not examined.</p>\n") +
-            observability_words(view.result.observability));
-  }
+  if (view.result.verdict.too_few())
+    return section("unidentifiable", kHeading, paragraph("", say("say.report.unidentifiable.few")));
+  if (directions.empty())
+    return section("unidentifiable", kHeading,
+                   paragraph("", say(view.result.observability.rows > 0
+                                         ? "say.report.unidentifiable.none"
+                                         : "say.report.unidentifiable.not_examined")) +
+                       observability_words(view.result.observability));
   std::string items;
   for (const calib::UnidentifiableDirection& direction : directions) {
     const std::string shares = shares_of(view, direction);
     items +=
-        fmt::format("<li>{}{}</li>\n", escape(words(view.result.cell, direction)),
+        fmt::format("<li>{}{}</li>\n", escape(say(calib::phrase(view.result.cell, direction))),
                     shares.empty() ? std::string() : fmt::format("<br><small>{}</small>", shares));
   }
-  const std::string body = fmt::format(
-      "<p>Not determined by the touches: {} of the parameters. Along each the result stays at "
-      "nominal, within the tolerances. The numbers are shares in units of each "
-      "parameter&rsquo;s tolerance.</p>\n<ol>\n{}</ol>\n{}",
-      counted(directions.size(), "combination", "combinations"), items,
-      observability_words(view.result.observability));
-  return section("unidentifiable", "Unobservable directions", body);
+  return section("unidentifiable", kHeading,
+                 paragraph("", counted(directions.size(), "say.report.unidentifiable.")) +
+                     fmt::format("<ol>\n{}</ol>\n", items) +
+                     observability_words(view.result.observability));
 }
 
 std::string outliers(const View& view) {
   const auto& list = view.result.outliers;
-  if (list.empty()) {
-    return section("outliers", "Outliers", "<p>No touch was left out.</p>\n");
-  }
+  if (list.empty())
+    return section("outliers", "say.report.outliers",
+                   paragraph("", say("say.report.outliers.none")));
   std::string rows;
   for (const calib::Outlier& outlier : list) rows += outlier_row(view, outlier);
-  const std::string body = fmt::format(
-      "<p>Left out of the fit and of the figures before and after; drawn as crosses.</p>\n<div "
-      "class=\"scroll\">"
-      "<table class=\"numbers\">\n<thead><tr><th scope=\"col\">touch</th>"
-      "<th scope=\"col\">line of file</th><th scope=\"col\" class=\"word\">target</th>"
-      "<th scope=\"col\">residual, mm</th><th scope=\"col\" class=\"word\">reason</th></tr></thead>"
-      "\n<tbody>\n{}</tbody>\n</table></div>\n",
-      rows);
-  return section("outliers", "Outliers", body);
+  return section(
+      "outliers", "say.report.outliers",
+      paragraph("", say("say.report.outliers.note")) +
+          fmt::format("<div class=\"scroll\"><table class=\"numbers\">\n{}<tbody>\n{}</tbody>\n"
+                      "</table></div>\n",
+                      table_head({{say("say.report.col.touch")},
+                                  {say("say.report.col.line")},
+                                  {say("say.report.col.target"), true},
+                                  {say("say.report.col.residual_mm")},
+                                  {say("say.report.col.reason"), true}}),
+                      rows));
 }
 
 std::string correlations(const View& view) {
+  constexpr const char* kHeading = "say.report.correlations";
   const calib::Correlations strong = calib::strong_correlations(view.result);
-  constexpr std::string_view kHeading = "Strongly correlated parameters";
-  if (!strong.available) {
-    return section("correlations", kHeading,
-                   "<p>Not known: the calibration has no usable covariance.</p>\n");
-  }
-  const std::string_view frame =
-      strong.frame_removed ? "Frame directions fixed. " : "Frame directions included. ";
+  if (!strong.available)
+    return section("correlations", kHeading, paragraph("", say("say.report.correlations.unknown")));
+  const std::string frame = say(strong.frame_removed ? "say.report.correlations.frame_fixed"
+                                                     : "say.report.correlations.frame_included");
   const std::size_t of_frame = strong.of_targets_or_frame;
   const std::string left_out =
       of_frame == 0 ? std::string()
-                    : fmt::format(
-                          "<p class=\"note\">Not listed: {} with a coordinate of a target or "
-                          "of the frame, which are no property of the robot.</p>\n",
-                          counted(of_frame, "pair", "pairs"));
-  if (strong.pairs.empty()) {
-    return section("correlations", kHeading,
-                   fmt::format("<p>{}No two parameters of robot, tool and touch correlate by more "
-                               "than {}.</p>\n{}",
-                               frame, fixed(calib::kStrongCorrelation, 1), left_out));
-  }
+                    : paragraph("note", counted(of_frame, "say.report.correlations.left_out."));
+  const std::string limit = fixed(calib::kStrongCorrelation, 1);
+  if (strong.pairs.empty())
+    return section(
+        "correlations", kHeading,
+        paragraph("", frame + say({"say.report.correlations.none", {{"limit", limit}}})) + left_out);
   std::string rows;
   const std::size_t shown = std::min(strong.pairs.size(), kMostPairs);
   for (std::size_t i = 0; i < shown; ++i) {
@@ -315,17 +278,17 @@ std::string correlations(const View& view) {
         escape(name_of(view, view.result.parameters[pair.second])),
         signed_fixed(pair.correlation, kCorrelationDecimals));
   }
-  std::string body = fmt::format(
-      "<p>{}Of a pair beyond &plusmn;{} a combination is determined much better than either "
-      "value: read them together.</p>\n<div class=\"scroll\"><table class=\"numbers "
-      "narrow\">\n<thead><tr><th scope=\"col\">parameter</th><th scope=\"col\" "
-      "class=\"word\">and</th><th "
-      "scope=\"col\">correlation</th></tr></thead>\n<tbody>\n{}</tbody>\n</table></div>\n",
-      frame, fixed(calib::kStrongCorrelation, 1), rows);
-  if (strong.pairs.size() > shown) {
-    body +=
-        fmt::format("<p class=\"note\">The strongest {} of {}.</p>\n", shown, strong.pairs.size());
-  }
+  std::string body =
+      paragraph("", frame + say({"say.report.correlations.note", {{"limit", limit}}})) +
+      fmt::format("<div class=\"scroll\"><table class=\"numbers narrow\">\n{}<tbody>\n{}</tbody>\n"
+                  "</table></div>\n",
+                  table_head({{say("say.report.col.parameter")},
+                              {say("say.report.col.and"), true},
+                              {say("say.report.col.correlation")}}),
+                  rows);
+  if (strong.pairs.size() > shown)
+    body += paragraph("note", say({"say.report.correlations.strongest",
+                                   {{"shown", shown}, {"of", strong.pairs.size()}}}));
   return section("correlations", kHeading, body + left_out);
 }
 

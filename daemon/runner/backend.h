@@ -31,7 +31,7 @@ class Backend {
   /// True if the device threads have progressed since the last call. To be called from a single thread.
   virtual bool devices_alive() { return true; }
   /// Program to start on the pendant for a session; for messages.
-  virtual std::string how_to_start() const { return ""; }
+  virtual calib::Phrase how_to_start() const { return {}; }
   /// Predicate for whether this wire can move the arm straight in joint space between two postures,
   /// regardless of obstacles; null: always. Outlives the backend; thread-safe.
   virtual calib::Passable passable() { return {}; }

@@ -7,6 +7,7 @@
 #include <exception>
 #include <utility>
 
+#include "daemon/session/driver_phrase.h"
 #include "daemon/session/interruption.h"
 
 namespace cellcal::daemon {
@@ -87,7 +88,7 @@ Runner::Runner(RunnerParts parts, State state, std::vector<calib::Touch> touches
 
 Runner::~Runner() = default;
 
-Event Runner::event(EventKind kind, std::string words) {
+Event Runner::event(EventKind kind, calib::Phrase words) {
   Event result;
   result.kind = kind;
   result.words = std::move(words);
@@ -171,7 +172,7 @@ std::optional<Event> Runner::device_result() {
   auto result = parts_.backend.robot().poll();
   note_contacts();  // after the event: its contacts are reported by then
   if (result) {
-    Event one = event(event_of(result->outcome), result->detail);
+    Event one = event(event_of(result->outcome), phrase_of(result->detail));
     one.move_id = result->id;
     one.at_rad = result->at_rad;
     one.latch = result->latch;
@@ -179,7 +180,8 @@ std::optional<Event> Runner::device_result() {
     return one;
   }
   if (auto answer = parts_.backend.contact().poll_arm()) {
-    Event one = event(answer->armed ? EventKind::kArmed : EventKind::kArmRefused, answer->why_not);
+    Event one = event(answer->armed ? EventKind::kArmed : EventKind::kArmRefused,
+                      phrase_of(answer->why_not));
     one.arm_id = answer->arm_id;
     one.refusal = answer->refusal;
     return one;
@@ -206,7 +208,7 @@ std::optional<Event> Runner::links_changed() {
                     robot.mode,
                     robot.override_percent,
                     robot.request,
-                    robot.words,
+                    phrase_of(robot.words),
                     contact.link,
                     contact.in_contact,
                     contact.can_guard_retreat,
@@ -214,7 +216,7 @@ std::optional<Event> Runner::links_changed() {
                     contact.clock_ok,
                     contact.fault,
                     contact.delivery,
-                    contact.words};
+                    phrase_of(contact.words)};
   if (seen_ && same(*seen_, links)) return std::nullopt;
   seen_ = links;
   Event one = event(EventKind::kLinks);
@@ -257,7 +259,7 @@ void Runner::feed(Event event) {
 void Runner::note_step(Phase before, const Event& event) {
   std::string words = fmt::format("{} -> {} on {}", to_string(before), to_string(state_.phase),
                                   to_string(event.kind));
-  if (!event.words.empty()) words += ": " + event.words;
+  if (!event.words.empty()) words += ": " + calib::words(event.words);
   if (state_.failure && state_.phase == Phase::kFailed) words += " | " + describe(*state_.failure);
   RecordChange change;
   change.change = {before, state_.phase};
@@ -282,7 +284,8 @@ void Runner::commit(std::function<void(Recorder&)> job, std::optional<Event> ans
     } catch (const std::exception& error) {
       answer = Event{};
       answer->kind = EventKind::kJournalFailed;
-      answer->words = what == nullptr ? error.what() : std::string(what) + ": " + error.what();
+      answer->words =
+          what == nullptr ? calib::Phrase(error.what()) : std::string(what) + ": " + error.what();
     }
     inbox->end_commit(std::move(answer));
   });
@@ -481,8 +484,8 @@ void Runner::give_up(const std::string& words) {
   if (open_) perform.try_and_note("stopping the arm", [&] { parts_.backend.robot().stop(); });
   perform(CloseDevices{});
   state_.failure =
-      Failure{FailureKind::kUnexpectedEvent, "while '" + std::string(to_string(state_.phase)) +
-                                                 "': " + words + ". Please report this"};
+      Failure{FailureKind::kUnexpectedEvent,
+              {"say.failure.report_this", {{"phase", to_string(state_.phase)}, {"what", words}}}};
   state_.phase = Phase::kFailed;
   perform(RecordEnd{Ending::kFailed, to_journal(*state_.failure), state_.failure});
   perform.try_and_note("reporting the end", [&] {

@@ -51,7 +51,7 @@ struct InterruptedSession {
 struct Waiting {
   bool robot = false, contact = false;  ///< the missing link
   double left_s = 0.0;                  ///< time until the timeout [s]
-  std::string start;                    ///< program to start on the pendant
+  calib::Phrase start;                  ///< program to start on the pendant
 };
 
 /// A touch that is on disk, with its first residual.
@@ -89,7 +89,7 @@ struct Status {
   InterruptionCounts interruptions;
   /// Remaining wait for a busy spell of this computer, arm at rest.
   std::optional<double> busy_left_s;
-  std::string robot_words, contact_words;
+  calib::Phrase robot_words, contact_words;
   std::optional<Failure> failure;
   std::optional<SessionOutcome> outcome;  ///< after identification
   std::vector<std::string> reasons;       ///< findings of a calibration, in words

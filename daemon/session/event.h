@@ -10,6 +10,7 @@
 
 #include "calib/model/enum_table.h"
 #include "calib/plan/touch_sequence.h"
+#include "calib/words/phrase.h"
 #include "drivers/contact.h"
 #include "drivers/robot.h"
 
@@ -92,7 +93,7 @@ struct Links {
   drivers::OperatingMode mode = drivers::OperatingMode::kUnknown;
   std::optional<int> override_percent;  ///< none: not reported
   drivers::ControllerRequest request = drivers::ControllerRequest::kNone;
-  std::string robot_words;
+  calib::Phrase robot_words;
   drivers::ContactLink contact = drivers::ContactLink::kDown;
   bool in_contact = false;
   bool can_guard_retreat = false;
@@ -100,7 +101,7 @@ struct Links {
   bool clock_ok = false;  ///< the sensor's clock map is valid
   drivers::ContactFault fault = drivers::ContactFault::kNone;
   drivers::ContactDelivery delivery;
-  std::string contact_words;
+  calib::Phrase contact_words;
 
   bool ready() const { return robot_up() && contact == drivers::ContactLink::kReady; }
   /// The sensor's data are late, or missing without evidence of a sensor fault.
@@ -119,7 +120,7 @@ struct Event {
   EventKind kind = EventKind::kRun;
   drivers::TimePoint at{};  ///< session clock
   std::string utc;          ///< wall time, ISO 8601
-  std::string words;        ///< reason given by driver, worker or journal
+  calib::Phrase words;      ///< reason given by driver, worker or journal
 
   std::uint32_t move_id = 0;  ///< results of a move, kJournalSound
   drivers::AxisAngles at_rad;

@@ -1,10 +1,11 @@
 #pragma once
-// Failures of a session: a named kind, and the evidence in words that state what happened, where, and what to
-// do next.
+// Failures of a session: a named kind, and the evidence as a phrase that states what happened, where, and what
+// to do next.
 
 #include <string>
 #include <string_view>
 
+#include "calib/words/phrase.h"
 #include "drivers/robot.h"
 
 namespace cellcal::daemon {
@@ -45,22 +46,28 @@ const char* to_string(FailureKind kind);
 
 struct Failure {
   FailureKind kind = FailureKind::kUnexpectedEvent;
-  std::string detail;
+  calib::Phrase detail;
   /// Cause of kRobotSilent, kComputerBusy, kContactSilent.
   drivers::Interruption by = drivers::Interruption::kNone;
 
   bool operator==(const Failure&) const = default;
 };
 
+/// Kind and evidence.
+calib::Phrase phrase(const Failure& failure);
 /// The failure as one line of text, safe for terminals and logs.
-std::string describe(const Failure& failure);
+std::string describe(const Failure& failure, const calib::Language& language = {});
 
-/// Column `failure` of the journal's table `session`, and RecordEnd::failure: the form of describe(), e.g.
+/// Column `failure` of the journal's table `session`, and RecordEnd::failure: the form of describe() in English, e.g.
 /// "no-contact: no contact up to 8 mm" (to_string of the kind, a colon, a blank, the detail). The cause of
 /// the failure is not included.
 std::string to_journal(const Failure& failure);
 /// Inverse of to_journal(), except for unprintable characters of the detail. A kind unknown to this version
 /// gives kUnexpectedEvent with the text after the colon as its detail.
 Failure failure_from_journal(std::string_view text);
+/// phrase() as JSON, {"format": "cellcal.failure/1", "said": ...}: column `document` of a failed session.
+std::string failure_to_json(const Failure& failure);
+/// Empty for anything else.
+calib::Phrase failure_said_in(std::string_view json);
 
 }  // namespace cellcal::daemon

@@ -93,14 +93,15 @@ std::optional<Interruption> cause_of(std::string_view name) {
   return std::nullopt;
 }
 
-std::string words(const InterruptionCounts& counts) {
-  std::string all;
+calib::Phrase phrase(const InterruptionCounts& counts) {
+  calib::Phrase all;
   for (std::size_t i = 0; i < counts.of.size(); ++i)
     if (counts.of[i] > 0)
-      all +=
-          (all.empty() ? "" : ", ") + std::to_string(counts.of[i]) + " " + kCountedCauses[i].words;
+      all = joined("say.join.comma", all, {kCountedCauses[i].words, {{"n", counts.of[i]}}});
   return all;
 }
+
+std::string words(const InterruptionCounts& counts) { return calib::words(phrase(counts)); }
 
 FailureKind failure_by(Interruption by, FailureKind otherwise) {
   const bool late = by == Interruption::kLateReplies || by == Interruption::kLateBytes;
@@ -113,7 +114,7 @@ namespace cellcal::daemon::rules {
 
 namespace {
 
-void count_interruption(State& state, FailureKind kind, std::string detail,
+void count_interruption(State& state, FailureKind kind, calib::Phrase detail,
                         drivers::Interruption by) {
   state.interrupted = Failure{kind, std::move(detail), by};
   state.interruptions.count(by);
@@ -128,7 +129,7 @@ void record_interruption_cause(State& state, const Event& event) {
   state.unheard = by == drivers::Interruption::kUnheard;
   const FailureKind kind =
       failure_by(by, state.unheard ? FailureKind::kContactSilent : FailureKind::kRobotSilent);
-  std::string detail = failure_detail(kind, state, event);
+  calib::Phrase detail = failure_detail(kind, state, event);
   state.late_then = state.links.delivery.late;
   state.silent_then = state.links.delivery.silent;
   if (state.unheard)

@@ -52,16 +52,16 @@ FailureKind failure_by(drivers::Interruption by, FailureKind otherwise);
 struct CountedCause {
   drivers::Interruption by;
   const char* name;   ///< in journal, API and metrics
-  const char* words;  ///< for messages, after a number
+  const char* words;  ///< sentence with the number
   bool of_computer;   ///< this computer was late
 };
 inline constexpr std::array kCountedCauses{
     CountedCause{drivers::Interruption::kLateBytes, "sensor-data-late",
-                 "sensor data late (this computer was busy)", true},
+                 "say.interruption.sensor_data_late", true},
     CountedCause{drivers::Interruption::kLateReplies, "robot-replies-late",
-                 "robot replies late (this computer was busy)", true},
+                 "say.interruption.robot_replies_late", true},
     CountedCause{drivers::Interruption::kPacketsStopped, "packets-stopped",
-                 "controller packets stopped", false}};
+                 "say.interruption.packets_stopped", false}};
 
 /// Number of interruptions by cause, in the order of kCountedCauses.
 struct InterruptionCounts {
@@ -77,6 +77,7 @@ const char* name_of_cause(drivers::Interruption by);
 /// Inverse of name_of_cause(); none for a name that is not counted.
 std::optional<drivers::Interruption> cause_of(std::string_view name);
 /// "5 sensor data late (this computer was busy), 1 controller packets stopped"; empty without any.
+calib::Phrase phrase(const InterruptionCounts& counts);
 std::string words(const InterruptionCounts& counts);
 
 /// Tolerance per axis within which the arm counts as not moved: at 40 deg/s, three cycles whose replies were

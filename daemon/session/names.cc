@@ -1,8 +1,10 @@
 // Names of phases, events, actions and failures.
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "calib/model/enum_table.h"
+#include "calib/words/phrase_json.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/session/action.h"
 #include "daemon/session/session.h"
@@ -156,17 +158,35 @@ const char* to_string(FailureKind kind) { return kFailureNames[kind]; }
 
 /// Separates a failure's kind from its detail.
 constexpr std::string_view kKindSeparator = ": ";
+constexpr const char* kFailureFormat = "cellcal.failure/1";
 
-std::string describe(const Failure& failure) {
-  return printable(std::string(to_string(failure.kind)).append(kKindSeparator) + failure.detail);
+calib::Phrase phrase(const Failure& failure) {
+  return {"say.failure", {{"kind", to_string(failure.kind)}, {"detail", failure.detail}}};
+}
+
+std::string describe(const Failure& failure, const calib::Language& language) {
+  return printable(calib::words(phrase(failure), language));
 }
 
 std::string to_journal(const Failure& failure) { return describe(failure); }
 
+std::string failure_to_json(const Failure& failure) {
+  const nlohmann::json value{{"format", kFailureFormat}, {"said", calib::to_json(phrase(failure))}};
+  return value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+calib::Phrase failure_said_in(std::string_view json) try {
+  const nlohmann::json value = nlohmann::json::parse(json);
+  return value.at("format") == kFailureFormat ? calib::phrase_of(value.at("said"))
+                                              : calib::Phrase();
+} catch (const std::exception&) {  // of another version, or damaged: the English text stays
+  return {};
+}
+
 Failure failure_from_journal(std::string_view text) {
   const std::size_t end = std::min(text.find(kKindSeparator.front()), text.size());
   Failure failure;
-  failure.detail = text.substr(std::min(text.size(), end + kKindSeparator.size()));
+  failure.detail = std::string(text.substr(std::min(text.size(), end + kKindSeparator.size())));
   failure.kind = kFailureNames.key_of(text.substr(0, end)).value_or(failure.kind);
   return failure;
 }

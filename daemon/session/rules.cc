@@ -454,8 +454,7 @@ void begin_way_home(State& state, const Event& event, Actions& actions) {
 
 void begin_way_out(State& state, const Event& event, Actions& actions) {
   state.deferred_failure =
-      Failure{FailureKind::kNotFound, failure_detail(FailureKind::kNotFound, state, event) +
-                                          next_step(FailureKind::kNotFound)};
+      Failure{FailureKind::kNotFound, failure_words(FailureKind::kNotFound, state, event)};
   begin_way_home(state, event, actions);
 }
 
@@ -518,22 +517,21 @@ void close_and_end(State&, const Event&, Actions& actions) {
 }
 
 void fail(FailureKind kind, State& state, const Event& event, Actions& actions) {
-  std::string detail = failure_detail(kind, state, event) + next_step(kind);
-  if (state.failure) detail += " (before that: " + describe(*state.failure) + ")";
+  calib::Phrase detail = failure_words(kind, state, event);
+  if (state.failure)
+    detail = {"say.failure.before_that", {{"what", detail}, {"before", phrase(*state.failure)}}};
   state.failure = Failure{kind, std::move(detail), behind(kind, state, event)};
   end_failed(state, event, actions);
 }
 
 void fail_and_stop(FailureKind kind, State& state, const Event& event, Actions& actions) {
-  state.failure = Failure{kind, failure_detail(kind, state, event) + next_step(kind),
-                          behind(kind, state, event)};
+  state.failure = Failure{kind, failure_words(kind, state, event), behind(kind, state, event)};
   stop(state, event, actions);
 }
 
 void fail_interrupted(Setback why, State& state, const Event& event, Actions& actions) {
   state.failure = state.interrupted.value_or(Failure{FailureKind::kRobotSilent, ""});
-  state.failure->detail +=
-      ". Not resumed automatically: " + setback_words(why, state) + next_step(state.failure->kind);
+  state.failure->detail = not_resumed_words(*state.failure, why, state);
   actions.emplace_back(StopArm{});
   end_failed(state, event, actions);
 }
@@ -551,8 +549,7 @@ void end_not_found(State& state, const Event& event, Actions& actions) {
 
 void note_journal_failure(State& state, const Event& event, Actions&) {
   state.failure =
-      Failure{FailureKind::kJournal, failure_detail(FailureKind::kJournal, state, event) +
-                                         next_step(FailureKind::kJournal)};
+      Failure{FailureKind::kJournal, failure_words(FailureKind::kJournal, state, event)};
 }
 
 }  // namespace cellcal::daemon::rules

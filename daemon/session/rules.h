@@ -204,10 +204,11 @@ void end_failed(State&, const Event&, Actions&);
 /// The end could not be written to disk; only reported.
 void note_journal_failure(State&, const Event&, Actions&);
 
-/// Text of a failure: what failed, where, and what to check.
-std::string failure_detail(FailureKind kind, const State& state, const Event& event);
-/// How to continue after the remedy: end of the failure's text; "" where it does not continue.
-const char* next_step(FailureKind kind);
-std::string setback_words(Setback why, const State& state);
+/// A failure's sentence: what failed, where, and what to check.
+calib::Phrase failure_detail(FailureKind kind, const State& state, const Event& event);
+/// Likewise, with how to continue after the remedy.
+calib::Phrase failure_words(FailureKind kind, const State& state, const Event& event);
+/// Of an interruption that cannot be resumed.
+calib::Phrase not_resumed_words(const Failure& failure, Setback why, const State& state);
 
 }  // namespace cellcal::daemon::rules

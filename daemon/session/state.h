@@ -55,7 +55,7 @@ struct State {
   bool unattended = false;    ///< begins only while no person works at the robot
   int retries = 0;            ///< automatic continuations after harmless interruptions
   BusyRepeats repeats{0, 0};  ///< likewise after lateness of this computer
-  std::string how_to_start;   ///< what the operator starts on the pendant; for messages
+  calib::Phrase how_to_start;  ///< what the operator starts on the pendant; for messages
   std::size_t done = 0;       ///< touches on disk; also the index of the next one
   std::string expected_hash;  ///< resumed: hash of the stored plan; empty: not compared
 

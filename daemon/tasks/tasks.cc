@@ -405,11 +405,12 @@ void write_results(const TaskInputs& inputs, const calib::Calibration& calibrati
   if (const InterruptionCounts counts =
           inputs.interruptions ? inputs.interruptions() : InterruptionCounts{};
       counts.total() > 0)
-    report.notes.push_back("interruptions: " + words(counts) +
-                           "; each resumed automatically, the touch under way repeated");
+    report.notes.emplace_back("say.report.note.interruptions",
+                              std::vector<calib::PhraseValue>{{"causes", phrase(counts)}});
   if (calibration.update)
-    report.notes.push_back("made on top of " + calibration.update->stands_on +
-                           "; 'before' is that calibration, not the nominal arm");
+    report.notes.emplace_back(
+        "say.report.note.update",
+        std::vector<calib::PhraseValue>{{"stands_on", calibration.update->stands_on}});
   report.truth = inputs.truth(calibration);
   report.plan = plan;
   report.error_map = calib::error_map(calibration);
@@ -418,7 +419,10 @@ void write_results(const TaskInputs& inputs, const calib::Calibration& calibrati
 
   write_touches(inputs, touches);
   write_atomically(inputs.results_dir / "calibration.json", json);
-  write_atomically(inputs.results_dir / "report.html", html_report(report));
+  for (const std::string& code : calib::Language::codes()) {
+    report.language = *calib::Language::of(code);
+    write_atomically(inputs.results_dir / report_name(report.language), html_report(report));
+  }
   inputs.store(json);
 }
 

@@ -233,14 +233,14 @@ Message compose(const Notice& notice, const calib::Language& language, const std
   lines.add(subject);
   add_what_to_do(lines, notice);
   add_session(lines, notice);
-  if (notice.failure) lines.add({"say.notice.evidence", {{"words", describe(*notice.failure)}}});
+  if (notice.failure) lines.add({"say.notice.failure", {{"words", phrase(*notice.failure)}}});
   if (!notice.why.empty()) lines.add({"say.notice.evidence", {{"words", notice.why}}});
   lines.body += "\n";
   lines.add({"say.notice.sender", {{"host", host}}});
   json findings = json::array();
   for (const calib::Phrase& one : notice.findings) findings.push_back(calib::words(one));
   const json failure = notice.failure ? json{{"kind", to_string(notice.failure->kind)},
-                                             {"detail", notice.failure->detail}}
+                                             {"detail", calib::words(notice.failure->detail)}}
                                       : json(nullptr);
   const json value{{"format", "cellcal.notice/1"},
                    {"news", to_string(notice.news)},

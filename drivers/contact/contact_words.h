@@ -3,14 +3,12 @@
 
 #include <array>
 #include <cstdint>
-#include <string>
 
 #include "drivers/contact.h"
 
 namespace cellcal::drivers {
 
-// State of the core as plain values that cross threads without allocation. contact_words.h
-// generates their sentences.
+// State of the core as plain values that cross threads without allocation.
 
 /// Step of the identification, in order; restarted after every loss.
 enum class ContactStep { kClosed, kHello, kConfig, kClock, kSelfTest, kReady };
@@ -56,7 +54,7 @@ struct ArmAnswer {
 };
 
 ContactLink link_of(const ContactFacts& facts);
-std::string words_of(const ContactFacts& facts);
+Sentence words_of(const ContactFacts& facts);
 ContactStatus status_of(const ContactFacts& facts);
 ArmResult result_of(const ArmAnswer& answer);
 

@@ -156,7 +156,7 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
     }
     ArmResult result = result_of(answer);
     const bool no_port = !result.armed && answer.facts.step == ContactStep::kClosed;
-    if (no_port) result.why_not = "the contact sensor is not ready: " + status().words;
+    if (no_port) result.why_not = {"say.contact.not_ready.why", {{"why", status().words}}};
     return result;
   }
 
@@ -174,7 +174,7 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
     const TimePoint now = Steady::now();
     if (now - std::max(p.at, opened_at_) > kIoThreadStuck) {
       s.link = ContactLink::kFault;
-      s.words = "the robot's thread does not run: the contact sensor's state is unknown";
+      s.words = "say.contact.thread_stuck";
       return s;
     }
     if (p.port == PortState::kLost) {
@@ -182,15 +182,14 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
       s.words = lost_words(p);
     } else if (p.port == PortState::kClosed) {
       s.link = ContactLink::kDown;
-      s.words = "the contact sensor's port is being opened";
+      s.words = "say.contact.opening";
     }
     const std::string warned = keeper_.warning();
     s.warning = warned;
-    if (!warned.empty()) s.words += (s.words.empty() ? "warning: " : "; warning: ") + warned;
-    if (p.unsent > 0) {
-      s.words += fmt::format("{}{} frames to the contact sensor could not be sent",
-                             s.words.empty() ? "" : "; ", p.unsent);
-    }
+    if (!warned.empty())
+      s.words = with_note(s.words, {"say.contact.warning", {{"words", warned}}});
+    if (p.unsent > 0)
+      s.words = with_note(s.words, {"say.contact.unsent", {{"frames", p.unsent}}});
     return s;
   }
 
@@ -212,15 +211,12 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
  private:
   static constexpr std::uint32_t kNone = 0;  ///< not a valid opening
 
-  std::string lost_words(const Published& p) const {
-    const std::string why = p.error == 0 ? std::string("end of file") : std::strerror(p.error);
-    std::string words = fmt::format(
-        "{}: the contact sensor was unplugged or its port failed ({}). Plug it in; nothing "
-        "moves until it is identified again",
-        options_.port.device, why);
+  Sentence lost_words(const Published& p) const {
+    const Sentence why = p.error == 0 ? "say.contact.end_of_file" : std::strerror(p.error);
+    const Sentence lost{"say.contact.lost", {{"device", options_.port.device}, {"why", why}}};
     const std::string attempt = keeper_.last_error();
-    if (!attempt.empty()) words += "; last attempt: " + attempt;
-    return words;
+    if (attempt.empty()) return lost;
+    return with_note(lost, {"say.contact.last_attempt", {{"words", attempt}}});
   }
 
   template <class Action>

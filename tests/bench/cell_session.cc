@@ -1,4 +1,5 @@
 #include "tests/bench/cell_session.h"
+#include "tests/drivers/said.h"
 
 #include <numbers>
 
@@ -57,7 +58,7 @@ CellSession::~CellSession() {
 
 std::string CellSession::wait_until_ready() {
   if (!eventually([&] { return contact_.status().link == ContactLink::kReady; })) {
-    return contact_.status().words;
+    return drivers::said(contact_.status().words);
   }
   const auto link = [&] { return robot_.state().link; };
   const bool ready = eventually([&] {
@@ -67,7 +68,7 @@ std::string CellSession::wait_until_ready() {
     }
     return link() == RobotLink::kReady;
   });
-  return ready ? std::string() : "not referenced: " + robot_.state().words;
+  return ready ? std::string() : "not referenced: " + drivers::said(robot_.state().words);
 }
 
 std::optional<Silence> CellSession::lose_heartbeat() {
@@ -76,7 +77,7 @@ std::optional<Silence> CellSession::lose_heartbeat() {
   const std::optional<Silence> silence = peer_.take_silence();
   peer_.release();
   if (result->outcome != MoveOutcome::kContactSilent) {
-    return spoiled(std::string(to_string(result->outcome)) + ": " + result->detail);
+    return spoiled(std::string(to_string(result->outcome)) + ": " + drivers::said(result->detail));
   }
   return silence ? silence : spoiled("silence, but no frozen reply was seen");
 }
@@ -88,7 +89,7 @@ std::optional<Contact> CellSession::search(std::optional<Duration> gap) {
   peer_.release();
   eventually([&] { return !contact_.status().in_contact; });
   if (result->outcome != MoveOutcome::kContact) {
-    return spoiled(std::string(to_string(result->outcome)) + ": " + result->detail);
+    return spoiled(std::string(to_string(result->outcome)) + ": " + drivers::said(result->detail));
   }
   return contact ? contact : spoiled("contact, but no frozen reply was seen");
 }
@@ -104,7 +105,7 @@ std::optional<MoveResult> CellSession::search_with(const std::function<void()>& 
     eventually([&] { return (armed = contact_.poll_arm()).has_value(); });
     if (!armed || armed->refusal != ArmRefusal::kClockNotSynchronised) break;
   }
-  if (!armed || !armed->armed) return spoiled(armed ? armed->why_not : "no answer to arm()");
+  if (!armed || !armed->armed) return spoiled(armed ? drivers::said(armed->why_not) : "no answer to arm()");
 
   constexpr double kTravelRad = 0.01;  // longer than any search lasts
   forth_ = !forth_;

@@ -36,6 +36,7 @@
 #include "sim/krc/krc_udp.h"
 #include "sim/mcu/mcu_thread.h"
 #include "tests/command_line/command_line.h"
+#include "tests/drivers/said.h"
 
 namespace {
 
@@ -120,7 +121,7 @@ bool eventually(Clock& clock, const std::function<bool()>& done) {
 /// Empty, or what keeps the two from being ready.
 std::string make_ready(Rig& rig) {
   if (!eventually(rig.clock, [&] { return rig.contact.status().link == ContactLink::kReady; }))
-    return rig.contact.status().words;
+    return drivers::said(rig.contact.status().words);
   const bool ready = eventually(rig.clock, [&] {
     if (rig.robot.state().link == RobotLink::kNotReferenced) {
       rig.robot.rereference();
@@ -128,7 +129,7 @@ std::string make_ready(Rig& rig) {
     }
     return rig.robot.state().link == RobotLink::kReady;
   });
-  return ready ? "" : rig.robot.state().words;
+  return ready ? "" : drivers::said(rig.robot.state().words);
 }
 
 std::optional<MoveResult> move(Rig& rig, const Move& what) {
@@ -160,7 +161,7 @@ Errors measure(Rig& rig, const Line& line, double speed_m_s, int searches, unsig
     const auto there = move(rig, back);
     at_m = from;
     if (!there || there->outcome != MoveOutcome::kArrived) {
-      ++errors.failed[there ? there->detail : "no end of the way back"];
+      ++errors.failed[there ? drivers::said(there->detail) : "no end of the way back"];
       continue;
     }
     in_contact = false;
@@ -172,7 +173,7 @@ Errors measure(Rig& rig, const Line& line, double speed_m_s, int searches, unsig
     std::optional<ArmResult> armed;
     eventually(rig.clock, [&] { return (armed = rig.contact.poll_arm()).has_value(); });
     if (!armed || !armed->armed) {
-      ++errors.failed[armed ? armed->why_not : "no answer to arm()"];
+      ++errors.failed[armed ? drivers::said(armed->why_not) : "no answer to arm()"];
       continue;
     }
     const double to = line.touch.expected_m + kBeyondM;
@@ -181,7 +182,7 @@ Errors measure(Rig& rig, const Line& line, double speed_m_s, int searches, unsig
     in_contact = true;
     at_m = line.touch.expected_m;
     if (!result || result->outcome != MoveOutcome::kContact || !result->latch) {
-      ++errors.failed[result ? std::string(to_string(result->outcome)) + ": " + result->detail
+      ++errors.failed[result ? std::string(to_string(result->outcome)) + ": " + drivers::said(result->detail)
                              : "no end of the search"];
       continue;
     }

@@ -1,7 +1,5 @@
 #include "drivers/kuka/eki/eki_report.h"
 
-#include <fmt/format.h>
-
 #include "drivers/kuka/wire/stated_tcp.h"
 
 namespace cellcal::drivers {
@@ -38,90 +36,73 @@ ControllerRequest request_of(EkiRequest request) {
 }
 
 /// Remedy for the operator; empty without a request.
-const char* request_words(EkiRequest request) {
+Sentence request_words(EkiRequest request) {
   switch (request) {
     case EkiRequest::kBrakeTest:
-      return "brake test requested by the controller. Run it";
+      return "say.eki.request.brake_test";
     case EkiRequest::kMasteringTest:
-      return "mastering test requested by the controller. Run it";
+      return "say.eki.request.mastering_test";
     case EkiRequest::kCollision:
-      return "collision detected by the controller. Look at arm and tool, then acknowledge it on the "
-             "pendant";
+      return "say.eki.request.collision";
     case EkiRequest::kNone:
       break;
   }
-  return "";
+  return {};
 }
 
-std::string readiness(const EkiCoreState& s) {
-  std::string words = fmt::format("the controller is not ready (mode {}, override {} %",
-                                  to_string(mode_of(s.mode)), s.override_percent);
-  if (s.fault != 0) words += fmt::format(", fault {}", s.fault);
-  words += ")";
-  if (!s.drives) words += ": drives off. Release emergency stops, switch the drives on";
-  if (s.stopped) words += ": a stop message is active. Acknowledge it on the pendant";
-  if (s.drives && !s.stopped)
-    words += ": the program does not run. Select CELLCAL_EKI and start it";
-  return words;
+void add(Sentence& all, Sentence more) { all = sentences(std::move(all), std::move(more)); }
+
+Sentence readiness(const EkiCoreState& s) {
+  Sentence all{s.fault != 0 ? "say.eki.not_ready.fault" : "say.eki.not_ready",
+               {{"mode", to_string(mode_of(s.mode))},
+                {"percent", s.override_percent},
+                {"fault", s.fault}}};
+  if (!s.drives) add(all, "say.eki.not_ready.drives");
+  if (s.stopped) add(all, "say.eki.not_ready.stopped");
+  if (s.drives && !s.stopped) add(all, "say.eki.not_ready.program");
+  return all;
 }
 
-std::string trouble_words(const EkiCoreState& s, const std::string& peer) {
+Sentence trouble_words(const EkiCoreState& s, const std::string& peer) {
   switch (s.trouble) {
     case EkiTrouble::kNone:
       return {};
     case EkiTrouble::kNotConnected:
-      return fmt::format(
-          "no connection to the controller at TCP {}. Check that its submit program runs (it "
-          "opens the port), address and port, the cable, the firewall (54600 to 54615 pass), "
-          "and that no other client is connected (the controller accepts one)",
-          peer);
+      return {"say.eki.not_connected", {{"at", peer}}};
     case EkiTrouble::kNoState:
-      return fmt::format("connected to {}, but no state for {:.1f} s. Check that CELLCAL_SUB runs",
-                         peer, s.waited_s);
+      return {"say.eki.no_state", {{"at", peer}, {"s", s.waited_s}}};
     case EkiTrouble::kNotHeard:
-      return "the controller sends states but has not accepted this computer's session yet. Check "
-             "that channel file and program come from one run of 'cellcal kuka-files'";
+      return "say.eki.not_heard";
     case EkiTrouble::kOtherSession:
-      return fmt::format(
-          "the controller obeys session {}, not this one ({}). Check whether another computer "
-          "is connected",
-          s.other_session, s.session);
+      return {"say.eki.other_session", {{"other", s.other_session}, {"session", s.session}}};
     case EkiTrouble::kTooFewAxes:
-      return fmt::format(
-          "states with fewer than {} axes. Add Axis/@A1.. (and Ext/@E1..) to the channel file",
-          s.wire_axes);
+      return {"say.eki.too_few_axes", {{"axes", s.wire_axes}}};
     case EkiTrouble::kCoarse:
-      return "angles with fewer than 3 decimals: too coarse to calibrate";
+      return "say.eki.coarse";
     case EkiTrouble::kNotReady:
       return readiness(s);
     case EkiTrouble::kUnread:
-      return "the controller reads no telegrams. Check that CELLCAL_SUB runs";
+      return "say.eki.unread";
   }
-  return "unknown trouble";
+  return {};
 }
 
-const char* loss_words(EkiLoss loss) {
+Sentence loss_words(EkiLoss loss) {
   switch (loss) {
     case EkiLoss::kNone:
-      return "";
+      return {};
     case EkiLoss::kSilence:
-      return "no more states";
+      return "say.eki.lost.silence";
     case EkiLoss::kClosed:
-      return "the connection was closed";
+      return "say.eki.lost.closed";
     case EkiLoss::kSessionTaken:
-      return "the controller obeyed another session";
+      return "say.eki.lost.session_taken";
     case EkiLoss::kNotAStream:
-      return "the received bytes are not EKI documents";
+      return "say.eki.lost.not_a_stream";
     case EkiLoss::kNotTaken:
-      return "the controller did not confirm a command";
+      return "say.eki.lost.not_taken";
   }
-  return "";
-}
-
-void add(std::string& words, const std::string& more) {
-  if (more.empty()) return;
-  if (!words.empty()) words += ". ";
-  words += more;
+  return {};
 }
 
 }  // namespace
@@ -145,28 +126,20 @@ RobotState to_robot_state(const EkiCoreState& s, const std::string& peer) {
   state.quality.jitter_s = s.jitter_s;
   state.quality.longest_gap_s = s.longest_gap_s;
   state.quality.bad_packets = s.bad_documents;
-  if (s.link == RobotLink::kLost) {
-    add(state.words, fmt::format("link lost: {}. Find the cause on the pendant and in the network",
-                                 loss_words(s.loss)));
-  }
+  if (s.link == RobotLink::kLost) add(state.words, {"say.eki.lost", {{"why", loss_words(s.loss)}}});
   if (s.link == RobotLink::kNotReferenced && s.rereference_pending &&
-      s.trouble == EkiTrouble::kNone) {
-    add(state.words, "referencing: waiting for the arm to come to rest");
-  }
+      s.trouble == EkiTrouble::kNone)
+    add(state.words, "say.robot.referencing");
   if (s.unasked) add(state.words, words(*s.unasked));
   add(state.words, trouble_words(s, peer));
   add(state.words, request_words(s.connected ? s.request : EkiRequest::kNone));
-  if (s.bad_documents > 0) {
-    add(state.words, fmt::format("{} damaged states, last: {}, \"{}\"", s.bad_documents,
-                                 to_string(s.last_error), s.last_bad));
-  }
-  if (s.unread_by_controller > 0) {
-    add(state.words,
-        fmt::format(
-            "{} telegrams not readable for the controller. Check that channel file and program "
-            "come from one run of 'cellcal kuka-files'",
-            s.unread_by_controller));
-  }
+  if (s.bad_documents > 0)
+    add(state.words, {"say.eki.damaged",
+                      {{"states", s.bad_documents},
+                       {"error", to_string(s.last_error)},
+                       {"bytes", std::string(s.last_bad)}}});
+  if (s.unread_by_controller > 0)
+    add(state.words, {"say.eki.unreadable", {{"telegrams", s.unread_by_controller}}});
   return state;
 }
 

@@ -202,14 +202,15 @@ void EkiRobot::open() { impl_->open(); }
 RobotState EkiRobot::state() const {
   if (!impl_->shell.is_open()) {
     RobotState state;
-    state.words = "the link to the controller is closed";
+    state.words = "say.robot.link_closed";
     return state;
   }
   const EkiCoreState core = impl_->shell.state();
   RobotState state = to_robot_state(core, impl_->peer_name);
   if (!core.connected) {
     const std::lock_guard lock(impl_->error_mutex);
-    if (!impl_->last_why.empty()) state.words += ". Last error: " + impl_->last_why;
+    if (!impl_->last_why.empty())
+      state.words = sentences(state.words, {"say.eki.last_error", {{"words", impl_->last_why}}});
   }
   return state;
 }

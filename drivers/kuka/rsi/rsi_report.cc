@@ -1,9 +1,6 @@
 #include "drivers/kuka/rsi/rsi_report.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 
 #include "drivers/kuka/wire/stated_tcp.h"
@@ -12,98 +9,55 @@ namespace cellcal::drivers {
 
 namespace {
 
-const char* const kReconnect =
-    ". Read the message on the pendant, and start RSI again if it asks for it";
-
-std::string trouble_words(const CoreState& s, const ReportNames& names) {
+Sentence trouble_words(const CoreState& s, const ReportNames& names) {
   switch (s.trouble) {
     case Trouble::kNone:
       return {};
     case Trouble::kLearning:
-      return "learning the controller's cycle";
+      return "say.rsi.learning";
     case Trouble::kOddCycle:
-      return "packet cycle outside of 2 to 40 ms. Use RSI_ON with #IPO_FAST (4 ms) or #IPO (12 ms)";
+      return "say.rsi.odd_cycle";
     case Trouble::kCoarse:
-      return fmt::format(
-          "AIPos with {} decimals: too coarse to calibrate. Set the ETHERNET object's "
-          "Precision to 4 or more",
-          s.decimals);
+      return {"say.rsi.coarse", {{"decimals", s.decimals}}};
     case Trouble::kTooFewAxes:
-      return fmt::format(
-          "packets with fewer than {} axes. Add DEF_AIPos (and DEF_EIPos) to the ethernet XML",
-          s.axes);
+      return {"say.rsi.too_few_axes", {{"axes", s.axes}}};
     case Trouble::kWaitingForRest:
-      return "not answering yet: the arm moves and its correction is unknown";
+      return "say.rsi.waiting_for_rest";
     case Trouble::kUnknownOffset:
-      return "not answering: the correction that the controller holds is unknown, and a wrong one "
-             "would make the arm jump. Wait for RSI's time-out, start it again on the pendant, "
-             "and add DEF_ASPos and DEF_Delay to the ethernet XML";
+      return "say.rsi.unknown_offset";
     case Trouble::kCorrectionDenied:
-      return "not answering: AIPos - ASPos is not the correction that was sent, IPOC and Delay show "
-             "no new session, and the arm holds. Wait for RSI's time-out, start it again on the "
-             "pendant, and check what sends ASPos";
+      return "say.rsi.correction_denied";
     case Trouble::kUnknownSum:
-      return "the correction that the controller holds is unknown, and so is what is left of its "
-             "limit. Start RSI again on the pendant, or add DEF_ASPos to the ethernet XML";
+      return "say.rsi.unknown_sum";
     case Trouble::kNoDelay:
-      return "mode RELATIVE without Delay: a lost increment would not be detected. Add DEF_Delay "
-             "to the ethernet XML";
+      return "say.rsi.no_delay";
     case Trouble::kTcpDiffers:
-      return fmt::format(
-          "{:.2f} mm and {:.3f} deg between the controller's TCP (RIst) and that of robot and "
-          "cell file: corrections in space would be wrong by as much. Compare $TOOL with "
-          "[controller] tool (0: the flange) and with the cell file's tool, and the robot file "
-          "with the arm's type; $BASE and $ROBROOT must be zero (or remove DEF_RIst from the "
-          "ethernet XML if $ROBROOT only shifts)",
-          s.tcp_apart.mm, s.tcp_apart.deg);
+      return {"say.rsi.tcp_differs", {{"mm", s.tcp_apart.mm}, {"deg", s.tcp_apart.deg}}};
     case Trouble::kNotAccepted:
-      return fmt::format(
-          "no reply accepted: the controller counts each of {} as late (Delay). This computer "
-          "sends SENTYPE \"{}\" and the received IPOC: set the same SENTYPE in the ethernet XML",
-          s.replies, names.sentype);
+      return {"say.rsi.not_accepted", {{"replies", s.replies}, {"sentype", names.sentype}}};
   }
-  return "unknown trouble";
+  return {};
 }
 
-std::string link_words(const CoreState& s, const ReportNames& names) {
-  if (s.link == RobotLink::kDown) {
-    return fmt::format(
-        "no packet for {:.1f} s on {}. Check that RSI runs on the pendant, IP_NUMBER and PORT "
-        "of the ethernet XML, the cable and the subnet (not 192.168.0.x), the firewall, and "
-        "that no other program listens; if this computer or its network card is new, "
-        "cold-start the controller (it keeps the old hardware address)",
-        s.waited_s, names.listening);
-  }
+Sentence link_words(const CoreState& s, const ReportNames& names) {
+  if (s.link == RobotLink::kDown)
+    return {"say.rsi.no_packet", {{"s", s.waited_s}, {"at", names.listening}}};
   if (s.link == RobotLink::kLost) {
     const double for_s = std::max(s.waited_s, s.silent_s);
-    return fmt::format("no packet for {}, last IPOC {}{}",
-                       for_s < 1.0 ? fmt::format("{:.0f} ms", std::ceil(1e3 * for_s))
-                                   : fmt::format("{:.1f} s", for_s),
-                       s.ipoc, kReconnect);
+    return {for_s < 1.0 ? "say.rsi.lost.ms" : "say.rsi.lost.s",
+            {{"ms", std::ceil(1e3 * for_s)}, {"s", for_s}, {"ipoc", s.ipoc}}};
   }
-  if (s.link == RobotLink::kNotReferenced && s.rereference_pending) {
-    return "referencing: waiting for the arm to come to rest";
-  }
+  if (s.link == RobotLink::kNotReferenced && s.rereference_pending) return "say.robot.referencing";
   return {};
 }
 
-std::string input_words(InputPath path) {
-  if (path == InputPath::kMissed)
-    return "the controller's contact input missed a touch: late bytes of the sensor stop the arm as "
-           "without it. Check the wire from O+ and O- to the input, and its number";
-  if (path == InputPath::kUntold)
-    return "the controller does not send its contact input ([rsi] contact_tag). Install the files of "
-           "'cellcal kuka-files' anew";
+Sentence input_words(InputPath path) {
+  if (path == InputPath::kMissed) return "say.rsi.input_missed";
+  if (path == InputPath::kUntold) return "say.rsi.input_untold";
   return {};
 }
 
-void add(std::string& words, const std::string& more) {
-  if (more.empty()) return;
-  const std::size_t begins = words.empty() ? 0 : words.size() + 2;
-  words += (begins == 0 ? "" : ". ") + more;
-  if (begins > 0)
-    words[begins] = static_cast<char>(std::toupper(static_cast<unsigned char>(words[begins])));
-}
+void add(Sentence& all, Sentence more) { all = sentences(std::move(all), std::move(more)); }
 
 }  // namespace
 
@@ -139,17 +93,13 @@ RobotState to_robot_state(const CoreState& s, const ReportNames& names) {
   if (s.unasked) add(state.words, words(*s.unasked));
   add(state.words, trouble_words(s, names));
   add(state.words, input_words(state.input_path));
-  if (s.late > 0) {
-    add(state.words,
-        fmt::format(
-            "{} of {} replies late. Check the load of this computer, its real-time priority, and "
-            "the network",
-            s.late, s.replies));
-  }
-  if (s.bad_packets > 0) {
-    add(state.words, fmt::format("{} damaged packets, last: {}, \"{}\"", s.bad_packets,
-                                 to_string(s.last_error), s.last_bad));
-  }
+  if (s.late > 0)
+    add(state.words, {"say.rsi.late", {{"late", s.late}, {"replies", s.replies}}});
+  if (s.bad_packets > 0)
+    add(state.words, {"say.rsi.damaged",
+                      {{"packets", s.bad_packets},
+                       {"error", to_string(s.last_error)},
+                       {"bytes", std::string(s.last_bad)}}});
   return state;
 }
 

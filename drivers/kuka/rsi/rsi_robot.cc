@@ -226,7 +226,7 @@ void RsiRobot::open() { impl_->open(); }
 RobotState RsiRobot::state() const {
   if (!impl_->shell.is_open()) {
     RobotState state;
-    state.words = "the link to the controller is closed";
+    state.words = "say.robot.link_closed";
     return state;
   }
   RobotState state =
@@ -237,19 +237,14 @@ RobotState RsiRobot::state() const {
   state.quality.reply_p999_s = impl_->times.quantile_s(0.999);
   state.quality.reply_max_s = impl_->times.max_s();
   state.quality.reply_times = impl_->times.coarse();
-  const auto add = [&](const std::string& words) {
-    if (!state.words.empty()) state.words += ". ";
-    state.words += words;
-  };
-  if (const std::uint64_t count = foreign_packets(); count > 0) {
-    add(fmt::format(
-        "{} packets from another sender ({}) ignored. Check whether two controllers send to "
-        "one port",
-        count, asio::ip::address_v4(impl_->foreign_from.load()).to_string()));
-  }
-  if (const std::uint64_t count = impl_->unsent.load(); count > 0) {
-    add(fmt::format("{} replies could not be sent. Check the network interface", count));
-  }
+  if (const std::uint64_t count = foreign_packets(); count > 0)
+    state.words = sentences(
+        state.words,
+        {"say.rsi.foreign",
+         {{"packets", count},
+          {"sender", asio::ip::address_v4(impl_->foreign_from.load()).to_string()}}});
+  if (const std::uint64_t count = impl_->unsent.load(); count > 0)
+    state.words = sentences(state.words, {"say.rsi.unsent", {{"replies", count}}});
   return state;
 }
 

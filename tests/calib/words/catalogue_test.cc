@@ -39,7 +39,7 @@ std::set<std::string> matches(const std::string& text, const char* pattern) {
 /// "say.x" in quotes, in all that is compiled; "say.x." begins ids that end by the name of a value.
 std::set<std::string> said_in_programs() {
   std::set<std::string> all;
-  for (const char* module : {"calib", "daemon"})
+  for (const char* module : {"calib", "daemon", "drivers"})
     for (const auto& entry : std::filesystem::recursive_directory_iterator(kSource / module))
       if (const auto kind = entry.path().extension(); kind == ".cc" || kind == ".h")
         all.merge(matches(content(entry.path()), R"re("(say\.[A-Za-z0-9_.-]+)")re"));

@@ -10,6 +10,7 @@
 #include "daemon/backends/virtual_cell.h"
 #include "daemon/config/config.h"
 #include "drivers/kuka/krl/krl_files.h"
+#include "tests/drivers/said.h"
 
 namespace cellcal::daemon {
 namespace {
@@ -124,7 +125,7 @@ TEST_P(an_eki_cell_with_an_input,
   cell->controller().input_broken(true, cell->now());
   const drivers::MoveResult stopped = result();
   EXPECT_EQ(stopped.outcome, MoveOutcome::kContactSilent) << stopped.detail;
-  EXPECT_NE(stopped.detail.find("sensor detected nothing"), std::string::npos) << stopped.detail;
+  EXPECT_NE(said(stopped.detail).find("sensor detected nothing"), std::string::npos) << stopped.detail;
   EXPECT_LT(a1_deg() - at_fault_deg, 0.06);
 }
 

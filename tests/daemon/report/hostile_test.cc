@@ -24,7 +24,6 @@ void for_each_string(ReportInput& input, void (*change)(std::string&, const std:
       &input.session_id,        &input.started, &input.finished,         &input.cell_name,
       &input.software,          &result.method, &result.cell.robot.name, &result.cell.robot.source,
       &result.level_reason.text};
-  for (auto& note : input.notes) strings.push_back(&note);
   for (auto& [figure, value] : input.truth) strings.insert(strings.end(), {&figure, &value});
   for (auto& touch : input.touches) strings.insert(strings.end(), {&touch.target, &touch.time});
   for (auto& joint : result.cell.robot.joints) strings.push_back(&joint.name);
@@ -44,6 +43,9 @@ void for_each_string(ReportInput& input, void (*change)(std::string&, const std:
   }
   for (auto& direction : result.unidentifiable) strings.push_back(&direction.text);
   for (std::string* text : strings) change(*text, with);
+  std::string note = "a note";
+  change(note, with);
+  input.notes.emplace_back(note);
 }
 
 ReportInput full_session() {

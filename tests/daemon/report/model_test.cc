@@ -92,7 +92,7 @@ TEST(Model, EvidenceThatIsNotFiniteIsADash) {
 
 TEST(Model, StandsInTheTraceabilityAsWell) {
   const std::string html = section_of(html_report(made_up_session()), "traceability");
-  EXPECT_TRUE(says(html, "geometry, tool bending, transmission 10 arcsec, ripple 5 arcsec"));
+  EXPECT_TRUE(says(html, "Geometry, tool bending, transmission 10 arcsec, ripple 5 arcsec"));
   EXPECT_TRUE(says(html, "maximum a posteriori estimate"));
 }
 

@@ -353,7 +353,7 @@ TEST(Traceability, HoldsEveryInputHashSoftwareAndNote) {
   }
   EXPECT_TRUE(says(html, input.software));
   EXPECT_TRUE(says(html, input.session_id));
-  EXPECT_TRUE(says(html, input.notes.front()));
+  EXPECT_TRUE(says(html, input.notes.front().id()));
   EXPECT_TRUE(says(html, "certified "));
 }
 

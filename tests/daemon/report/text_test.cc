@@ -64,14 +64,28 @@ TEST(Numbers, IgnoreTheLocale) {
   const std::locale before = std::locale::global(std::locale(std::locale::classic(), new Comma));
   EXPECT_EQ(fixed(12345.678, 3), "12345.678");
   EXPECT_EQ(significant(0.00036, 3), "0.00036");
-  EXPECT_EQ(counted(12345, "touch", "touches"), "12345 touches");
+  EXPECT_EQ(counted(12345, "say.report.touches."), "12345 touches");
   std::locale::global(before);
 }
 
+TEST(Numbers, HaveTheDecimalMarkOfTheDocument) {
+  {
+    const Speaking german(*calib::Language::of("de"));
+    EXPECT_EQ(fixed(-1234.5, 2), "\xE2\x88\x92" "1234,50");
+    EXPECT_EQ(signed_fixed(0.25, 2), "+0,25");
+    EXPECT_EQ(significant(0.00036, 3), "0,00036");
+    EXPECT_EQ(mm_words(3.1e-5), "0,031\xC2\xA0mm");
+    EXPECT_EQ(ascii_fixed(-0.5, 2), "-0.50") << "as in files";
+    const Speaking english((calib::Language()));
+    EXPECT_EQ(fixed(0.5, 1), "0.5");
+  }
+  EXPECT_EQ(fixed(0.5, 1), "0.5") << "until its end";
+}
+
 TEST(Counted, AgreesWithTheNumber) {
-  EXPECT_EQ(counted(0, "touch", "touches"), "0 touches");
-  EXPECT_EQ(counted(1, "touch", "touches"), "1 touch");
-  EXPECT_EQ(counted(2, "touch", "touches"), "2 touches");
+  EXPECT_EQ(counted(0, "say.report.touches."), "0 touches");
+  EXPECT_EQ(counted(1, "say.report.touches."), "1 touch");
+  EXPECT_EQ(counted(2, "say.report.touches."), "2 touches");
 }
 
 TEST(Times, InUtcReadLikeAClock) {

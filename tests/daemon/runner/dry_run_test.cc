@@ -19,7 +19,7 @@ struct DryRun : Session {
 TEST(a_dry_run, goes_from_stand_off_to_stand_off_over_the_clear_points_and_home) {
   DryRun session;
   const State end = session.run();
-  ASSERT_EQ(end.phase, Phase::kDone) << (end.failure ? end.failure->detail : "");
+  ASSERT_EQ(end.phase, Phase::kDone) << (end.failure ? words(end.failure->detail) : "");
   const calib::Plan plan = line_plan(3);
   std::vector<double> went;
   for (const drivers::Move& move : session.backend.world.moves) went.push_back(move.target_rad[0]);

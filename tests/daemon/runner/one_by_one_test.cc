@@ -54,7 +54,7 @@ TEST(touches_chosen_one_by_one, are_made_until_none_is_chosen_any_more) {
   Offers offers;
   Choosing session(offers);
   const State end = session.run();
-  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? end.failure->detail : "");
+  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? words(end.failure->detail) : "");
   ASSERT_EQ(session.recorder.touches.size(), 3u);
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_EQ(session.recorder.touches[i].index, i);
@@ -102,7 +102,7 @@ TEST(a_touch_chosen_one_by_one, that_meets_nothing_is_left_proven_and_replaced) 
   Offers offers;
   Choosing session(offers, {.outcome = {{3, MoveOutcome::kArrived}}});
   const State end = session.run();
-  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? end.failure->detail : "");
+  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? words(end.failure->detail) : "");
   EXPECT_EQ(end.failed_touches, 1);
   EXPECT_EQ(offers.failed, 1);
   ASSERT_EQ(session.recorder.touches.size(), 3u);
@@ -118,7 +118,7 @@ TEST(a_search_for_a_sphere, that_meets_nothing_is_an_answer_and_no_failure) {
   for (int move = 3; move < 23; move += 4) script.outcome[move] = MoveOutcome::kArrived;
   Choosing session(offers, script);
   const State end = session.run();
-  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? end.failure->detail : "");
+  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? words(end.failure->detail) : "");
   EXPECT_EQ(offers.failed, 5);
   EXPECT_EQ(end.failed_touches, 0);
   EXPECT_EQ(offers.asked[1].failed, calib::NotMade::kMissed);
@@ -129,7 +129,7 @@ TEST(a_search_for_a_sphere, that_lost_it_behind_the_first_contact_is_a_failed_to
   Offers offers{.wanted = 1, .may_miss = true};
   Choosing session(offers, {.outcome = {{5, MoveOutcome::kArrived}}});
   const State end = session.run();
-  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? end.failure->detail : "");
+  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? words(end.failure->detail) : "");
   EXPECT_EQ(end.failed_touches, 1);
   ASSERT_GE(offers.asked.size(), 2u);
   EXPECT_EQ(offers.asked[1].failed, calib::NotMade::kFailed)
@@ -142,8 +142,8 @@ TEST(a_session_of_chosen_touches, fails_by_name_where_nothing_can_be_chosen_to_b
   const State end = session.run();
   ASSERT_EQ(end.phase, Phase::kFailed);
   EXPECT_EQ(end.failure->kind, FailureKind::kPlan);
-  EXPECT_NE(end.failure->detail.find("no touch can be reached"), std::string::npos)
-      << end.failure->detail;
+  EXPECT_NE(words(end.failure->detail).find("no touch can be reached"), std::string::npos)
+      << words(end.failure->detail);
 }
 
 TEST(a_touch_chosen_one_by_one, of_readings_that_disagree_is_replaced) {
@@ -151,7 +151,7 @@ TEST(a_touch_chosen_one_by_one, of_readings_that_disagree_is_replaced) {
   Choosing session(offers,
                    {.late_m = {{5, 0.0}, {7, 0.0002}, {9, 0.0004}, {11, 0.0006}, {13, 0.0008}}});
   const State end = session.run();
-  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? end.failure->detail : "");
+  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? words(end.failure->detail) : "");
   EXPECT_EQ(session.recorder.touches.size(), 3u);
   EXPECT_EQ(end.failed_touches, 1);
 }
@@ -166,8 +166,8 @@ TEST(touches_chosen_one_by_one, that_fail_one_after_the_other_end_the_session_wh
   const State end = session.run();
   ASSERT_EQ(end.phase, Phase::kFailed);
   EXPECT_EQ(end.failure->kind, FailureKind::kNoContact);
-  EXPECT_EQ(end.failure->detail.find("touch 1 of about 3 (S3): no contact"), 0u)
-      << end.failure->detail;
+  EXPECT_EQ(words(end.failure->detail).find("touch 1 of about 3 (S3): no contact"), 0u)
+      << words(end.failure->detail);
   EXPECT_EQ(session.backend.world.moves.size(), 11u) << "the arm must hold still";
 }
 
@@ -192,7 +192,7 @@ TEST(a_session_of_chosen_touches, fails_where_nothing_can_be_chosen_and_holds_st
   const State end = session.run();
   ASSERT_EQ(end.phase, Phase::kFailed);
   EXPECT_EQ(end.failure->kind, FailureKind::kPlan);
-  EXPECT_NE(end.failure->detail.find("no way out of here"), std::string::npos);
+  EXPECT_NE(words(end.failure->detail).find("no way out of here"), std::string::npos);
   EXPECT_EQ(session.recorder.touches.size(), 1u);
 }
 
@@ -229,7 +229,7 @@ TEST(a_session_of_chosen_touches, goes_on_with_those_on_disk) {
   second.done = first.done;
   second.start.resumed = true;
   const State end = second.run();
-  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? end.failure->detail : "");
+  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? words(end.failure->detail) : "");
   EXPECT_EQ(later.seen.front(), 1u);
   EXPECT_EQ(second.recorder.touches.size(), 2u);
   EXPECT_EQ(second.recorder.touches.front().index, 1u);
@@ -240,7 +240,7 @@ TEST(a_session_of_chosen_touches, resumed_in_contact_frees_the_tip_before_anythi
   Choosing session(offers, {.contact_closed = true});
   session.start.resumed = true;
   const State end = session.run();
-  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? end.failure->detail : "");
+  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? words(end.failure->detail) : "");
   EXPECT_TRUE(offers.asked.front().in_contact);
   EXPECT_EQ(session.backend.world.moves.front().kind, MoveKind::kRetreat);
 }
@@ -255,7 +255,7 @@ TEST(a_session_of_chosen_touches, that_begins_in_contact_where_a_search_was_left
   Choosing session(offers, {.contact_closed = true});
   session.start.left = left_at(session.backend.world.at_rad);
   const State end = session.run();
-  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? end.failure->detail : "");
+  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? words(end.failure->detail) : "");
   EXPECT_TRUE(offers.asked.front().in_contact);
   EXPECT_EQ(session.backend.world.moves.front().kind, MoveKind::kRetreat);
 }
@@ -285,7 +285,7 @@ TEST(a_search_for_a_sphere, is_recorded_with_its_way_out_before_the_arm_goes_the
     return chosen;
   };
   const State end = session.run();
-  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? end.failure->detail : "");
+  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? words(end.failure->detail) : "");
   ASSERT_EQ(session.recorder.searches.size(), 2u) << "the search, and the way home";
   EXPECT_EQ(*session.recorder.searches.front().search, *left_at(0.0));
   EXPECT_EQ(*session.recorder.searches.back().search, *left_at(1.0));

@@ -80,8 +80,8 @@ TEST(a_disk_that_stalls, is_what_the_failure_speaks_of) {
   const State end = session.run();
   ASSERT_EQ(end.phase, Phase::kFailed);
   EXPECT_EQ(end.failure->kind, FailureKind::kJournal);
-  EXPECT_NE(end.failure->detail.find("the journal's disk does not answer"), std::string::npos)
-      << end.failure->detail;
+  EXPECT_NE(words(end.failure->detail).find("the journal's disk does not answer"), std::string::npos)
+      << words(end.failure->detail);
 }
 
 TEST(a_disk_that_stalls, keeps_no_abort_from_ending_a_session_that_records_a_touch) {
@@ -163,7 +163,7 @@ TEST(a_journal_that_is_gone, is_noticed_before_the_next_move) {
   const State end = runner.run();
   ASSERT_EQ(end.phase, Phase::kFailed);
   EXPECT_EQ(end.failure->kind, FailureKind::kJournal);
-  EXPECT_NE(end.failure->detail.find("x.db: was removed"), std::string::npos);
+  EXPECT_NE(words(end.failure->detail).find("x.db: was removed"), std::string::npos);
   EXPECT_EQ(session.backend.world.moves.back().kind, drivers::MoveKind::kSearch);
   EXPECT_FALSE(session.backend.world.robot_open);
 }

@@ -27,7 +27,7 @@ TEST_P(a_failure, is_named_and_nothing_moves_after_it) {
   ASSERT_EQ(end.phase, Phase::kFailed);
   ASSERT_TRUE(end.failure.has_value());
   EXPECT_EQ(end.failure->kind, GetParam().kind) << to_string(end.failure->kind);
-  EXPECT_NE(end.failure->detail.find(GetParam().words), std::string::npos) << end.failure->detail;
+  EXPECT_NE(words(end.failure->detail).find(GetParam().words), std::string::npos) << words(end.failure->detail);
   EXPECT_EQ(session.backend.world.moves.size(), GetParam().moves);
   EXPECT_FALSE(session.backend.world.robot_open);
   EXPECT_FALSE(session.backend.world.contact_open);
@@ -163,7 +163,7 @@ TEST(a_full_disk, at_any_record_stops_the_session_before_the_next_move) {
     const State end = session.run();
     ASSERT_EQ(end.phase, Phase::kFailed) << nth;
     EXPECT_EQ(end.failure->kind, FailureKind::kJournal) << nth;
-    EXPECT_NE(end.failure->detail.find("disk full; make room"), std::string::npos) << nth;
+    EXPECT_NE(words(end.failure->detail).find("disk full; make room"), std::string::npos) << nth;
     // Each reading is a record, and no search follows a record that failed.
     moves_at_failure = session.backend.world.moves.size();
     if (moves_at_failure > 0 && nth < calls) {
@@ -183,7 +183,7 @@ TEST(a_failing_worker, ends_the_session_with_its_words) {
   const auto planned = plan.run().failure;
   ASSERT_TRUE(planned);
   EXPECT_EQ(planned->kind, FailureKind::kPlan);
-  EXPECT_TRUE(planned->detail.starts_with("S3 is out of reach. ")) << planned->detail;
+  EXPECT_TRUE(words(planned->detail).starts_with("S3 is out of reach. ")) << words(planned->detail);
   EXPECT_EQ(plan.backend.world.opened, 0);
 
   Session route;
@@ -193,7 +193,7 @@ TEST(a_failing_worker, ends_the_session_with_its_words) {
   };
   const State lost = route.run();
   EXPECT_EQ(lost.failure->kind, FailureKind::kPlan);
-  EXPECT_NE(lost.failure->detail.find("jog the arm"), std::string::npos);
+  EXPECT_NE(words(lost.failure->detail).find("jog the arm"), std::string::npos);
   EXPECT_TRUE(route.backend.world.moves.empty());
 
   Session identify;
@@ -211,7 +211,7 @@ TEST(a_failing_worker, ends_the_session_with_its_words) {
   const auto reported = report.run().failure;
   ASSERT_TRUE(reported);
   EXPECT_EQ(reported->kind, FailureKind::kReport);
-  EXPECT_TRUE(reported->detail.starts_with("report.html: cannot be written. ")) << reported->detail;
+  EXPECT_TRUE(words(reported->detail).starts_with("report.html: cannot be written. ")) << words(reported->detail);
 }
 
 TEST(a_failure, reads_as_one_line_whatever_a_device_says) {
@@ -229,7 +229,7 @@ TEST(a_session, that_meets_an_exception_of_nobodys_stops_the_arm_and_ends_failed
   const State end = runner.run();
   EXPECT_EQ(end.phase, Phase::kFailed);
   ASSERT_TRUE(end.failure);
-  EXPECT_NE(end.failure->detail.find("out of paper"), std::string::npos) << end.failure->detail;
+  EXPECT_NE(words(end.failure->detail).find("out of paper"), std::string::npos) << words(end.failure->detail);
   EXPECT_GE(session.backend.world.stops, 1);
   EXPECT_FALSE(session.backend.world.robot_open);
   EXPECT_FALSE(session.backend.world.contact_open);

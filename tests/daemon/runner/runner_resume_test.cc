@@ -65,7 +65,7 @@ TEST(a_resumed_session, that_stands_in_contact_leaves_it_and_proves_the_sensor_f
   session.start.resumed = true;
   session.done = touches(1);
   const State end = session.run();
-  EXPECT_EQ(end.phase, Phase::kDone) << end.failure->detail;
+  EXPECT_EQ(end.phase, Phase::kDone) << words(end.failure->detail);
   EXPECT_EQ(session.backend.world.moves.at(0).kind, drivers::MoveKind::kRetreat);
   EXPECT_EQ(session.backend.world.moves.at(1).kind, drivers::MoveKind::kTransit);
   EXPECT_GE(session.backend.world.self_tests, 1);

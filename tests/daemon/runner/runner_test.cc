@@ -12,7 +12,7 @@ using drivers::MoveKind;
 TEST(a_session, makes_every_touch_of_the_plan_and_ends_done) {
   Session session;
   const State end = session.run();
-  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? end.failure->detail : "");
+  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? words(end.failure->detail) : "");
   ASSERT_EQ(session.recorder.touches.size(), 3u);
   for (std::size_t i = 0; i < 3; ++i) {
     const RecordTouch& record = session.recorder.touches[i];

@@ -14,8 +14,8 @@ TEST(a_touch, that_comes_too_early_is_refused_by_name) {
   const State end = session.run();
   ASSERT_EQ(end.phase, Phase::kFailed);
   EXPECT_EQ(end.failure->kind, FailureKind::kContactTooEarly);
-  EXPECT_NE(end.failure->detail.find("9.5 mm before the expected surface of S1"), std::string::npos)
-      << end.failure->detail;
+  EXPECT_NE(words(end.failure->detail).find("9.5 mm before the expected surface of S1"), std::string::npos)
+      << words(end.failure->detail);
   EXPECT_EQ(session.backend.world.moves.size(), 3u) << "the arm must hold still";
 }
 
@@ -24,9 +24,9 @@ TEST(a_touch, that_never_comes_names_the_target_and_the_cell_file) {
   const State end = session.run();
   ASSERT_EQ(end.phase, Phase::kFailed);
   EXPECT_EQ(end.failure->kind, FailureKind::kNoContact);
-  EXPECT_EQ(end.failure->detail.find("touch 1 of 3 (S1): no contact up to "), 0u)
-      << end.failure->detail;
-  EXPECT_NE(end.failure->detail.find("Check centre_mm"), std::string::npos);
+  EXPECT_EQ(words(end.failure->detail).find("touch 1 of 3 (S1): no contact up to "), 0u)
+      << words(end.failure->detail);
+  EXPECT_NE(words(end.failure->detail).find("Check centre_mm"), std::string::npos);
 }
 
 TEST(a_touch, that_never_comes_is_believed_only_of_a_sensor_that_proves_itself) {
@@ -38,7 +38,7 @@ TEST(a_touch, that_never_comes_is_believed_only_of_a_sensor_that_proves_itself) 
   Session blind({.outcome = {{3, MoveOutcome::kArrived}}, .sensor_fault_at_self_test = 1});
   const State end = blind.run();
   ASSERT_EQ(end.phase, Phase::kFailed);
-  EXPECT_EQ(end.failure->kind, FailureKind::kContactFault) << end.failure->detail;
+  EXPECT_EQ(end.failure->kind, FailureKind::kContactFault) << words(end.failure->detail);
   EXPECT_EQ(blind.backend.world.moves.size(), 3u) << "the arm must hold still";
 }
 
@@ -47,10 +47,10 @@ TEST(a_touch, that_the_slow_search_does_not_find_again_is_no_matter_of_the_cell_
   const State end = session.run();
   ASSERT_EQ(end.phase, Phase::kFailed);
   EXPECT_EQ(end.failure->kind, FailureKind::kReadingsDisagree);
-  EXPECT_NE(end.failure->detail.find("contact on S1 after 10.000 mm in the fast search"),
+  EXPECT_NE(words(end.failure->detail).find("contact on S1 after 10.000 mm in the fast search"),
             std::string::npos)
-      << end.failure->detail;
-  EXPECT_NE(end.failure->detail.find("up to 3.0 mm beyond it"), std::string::npos);
+      << words(end.failure->detail);
+  EXPECT_NE(words(end.failure->detail).find("up to 3.0 mm beyond it"), std::string::npos);
 }
 
 TEST(a_touch, whose_contact_is_told_wrongly_never_leads_the_arm_farther_in) {
@@ -66,9 +66,9 @@ TEST(a_touch, whose_readings_never_agree_is_given_up_with_all_of_them) {
   const State end = session.run();
   ASSERT_EQ(end.phase, Phase::kFailed);
   EXPECT_EQ(end.failure->kind, FailureKind::kReadingsDisagree);
-  EXPECT_NE(end.failure->detail.find("10.000, 10.200, 10.400, 10.600, 10.800 mm"),
+  EXPECT_NE(words(end.failure->detail).find("10.000, 10.200, 10.400, 10.600, 10.800 mm"),
             std::string::npos)
-      << end.failure->detail;
+      << words(end.failure->detail);
   EXPECT_TRUE(session.recorder.touches.empty());
 }
 
@@ -88,7 +88,7 @@ TEST(a_touch, counts_noise_for_itself_alone) {
   for (int move : {3, 5, 7}) script.outcome[move] = MoveOutcome::kRevoked;
   Session session(script, 2);
   const State end = session.run();
-  EXPECT_EQ(end.phase, Phase::kDone) << end.failure->detail;
+  EXPECT_EQ(end.phase, Phase::kDone) << words(end.failure->detail);
   EXPECT_EQ(end.revoked, 0);
   EXPECT_EQ(end.total_revoked, 3u);
 }
@@ -98,7 +98,7 @@ TEST(a_touch, stays_on_disk_when_the_contact_does_not_open_behind_it) {
   const State end = session.run();
   ASSERT_EQ(end.phase, Phase::kFailed);
   EXPECT_EQ(end.failure->kind, FailureKind::kStillInContact);
-  EXPECT_EQ(end.failure->detail.find("touch 1 of 2 (S1): "), 0u) << end.failure->detail;
+  EXPECT_EQ(words(end.failure->detail).find("touch 1 of 2 (S1): "), 0u) << words(end.failure->detail);
   EXPECT_EQ(session.recorder.touches.size(), 1u);
 }
 

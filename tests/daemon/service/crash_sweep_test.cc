@@ -85,7 +85,7 @@ void resume_to_the_end(const std::filesystem::path& path, const std::string& whe
     if (journal.sessions()[0].state == RecordState::kDone) return;
     journal.resume(1, "t1");
     const State end = run_with(journal, 1, true);
-    ASSERT_EQ(end.phase, Phase::kDone) << where << (end.failure ? end.failure->detail : "");
+    ASSERT_EQ(end.phase, Phase::kDone) << where << (end.failure ? words(end.failure->detail) : "");
   }
   expect_whole(path, before, where);
 }

@@ -148,7 +148,7 @@ TEST_F(one_by_one_walk, leaves_a_sphere_that_cannot_be_found_before_it_ends) {
     }
     ASSERT_EQ(walk.state.phase, Phase::kFailed);
     EXPECT_EQ(walk.state.failure->kind, FailureKind::kNotFound);
-    EXPECT_NE(walk.state.failure->detail.find("none of the places"), std::string::npos);
+    EXPECT_NE(words(walk.state.failure->detail).find("none of the places"), std::string::npos);
     EXPECT_EQ(walk.the<RecordEnd>().ending, Ending::kFailed);
   }
 }

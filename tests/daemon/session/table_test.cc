@@ -307,7 +307,7 @@ TEST(a_failure_in_words, says_once_what_the_driver_has_said) {
   touched.words = "contact outside of a search: look for an obstacle in the path";
   const State end = step(state_in(Phase::kTransit, {}), touched).state;
   ASSERT_TRUE(end.failure);
-  const std::string& words = end.failure->detail;
+  const std::string words = calib::words(end.failure->detail);
   const std::string said = "contact outside of a search";
   const std::size_t first = words.find(said);
   ASSERT_NE(first, std::string::npos) << words;

@@ -485,7 +485,7 @@ TEST(an_end, stops_what_moves_and_waits_five_seconds_for_its_rest) {
   EXPECT_EQ(late.state.failure->kind, FailureKind::kTimeout);
   late.on(EventKind::kDeadline);
   EXPECT_EQ(late.state.failure->kind, FailureKind::kStopUnconfirmed);
-  EXPECT_NE(late.state.failure->detail.find("before that"), std::string::npos);
+  EXPECT_NE(words(late.state.failure->detail).find("before that"), std::string::npos);
   EXPECT_EQ(late.the<RecordEnd>().failure, describe(*late.state.failure));
   EXPECT_EQ(late.the<RecordEnd>().ending, Ending::kFailed);
 }

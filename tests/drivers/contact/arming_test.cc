@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "rig.h"
+#include "tests/drivers/said.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -148,7 +149,7 @@ TEST_P(ContactRefusal, SaysWhyInWords) {
   const ArmResult result = rig.arm(5);
   EXPECT_FALSE(result.armed);
   EXPECT_EQ(result.arm_id, 5);
-  EXPECT_NE(result.why_not.find(GetParam().words), std::string::npos) << result.why_not;
+  EXPECT_NE(said(result.why_not).find(GetParam().words), std::string::npos) << result.why_not;
   EXPECT_FALSE(rig.mcu.armed());
   EXPECT_FALSE(rig.snapshot().armed);
 }
@@ -302,7 +303,7 @@ TEST(ContactArming, EndsByItsLifetimeOnBothSides) {
   rig.run(milliseconds{80});
   EXPECT_FALSE(rig.mcu.armed());
   EXPECT_FALSE(rig.snapshot().armed);
-  EXPECT_NE(rig.contact.status().words.find("lifetime"), std::string::npos);
+  EXPECT_NE(said(rig.contact.status().words).find("lifetime"), std::string::npos);
 }
 
 TEST(ContactArming, TheSensorDisarmsWithoutKeepAlive) {
@@ -315,7 +316,7 @@ TEST(ContactArming, TheSensorDisarmsWithoutKeepAlive) {
   rig.run(milliseconds{CTP_KEEPALIVE_LIMIT_MS + 30});
   EXPECT_FALSE(rig.mcu.armed());
   EXPECT_FALSE(rig.snapshot().armed);
-  EXPECT_NE(rig.contact.status().words.find("keep-alive"), std::string::npos);
+  EXPECT_NE(said(rig.contact.status().words).find("keep-alive"), std::string::npos);
 }
 
 TEST(ContactArming, SilenceOf25MillisecondsIsNotAliveWithoutAnyHandlerHavingRun) {
@@ -383,7 +384,7 @@ TEST(ContactArming, AWireThatBreaksInMidSearchStopsLikeATouchAndIsThenFound) {
   rig.contact.self_test();
   rig.run(milliseconds{100});
   EXPECT_EQ(rig.contact.status().link, ContactLink::kFault);
-  EXPECT_NE(rig.contact.status().words.find("broken or unplugged"), std::string::npos)
+  EXPECT_NE(said(rig.contact.status().words).find("broken or unplugged"), std::string::npos)
       << rig.contact.status().words;
 }
 

@@ -2,6 +2,7 @@
 
 #include "sim/mcu/mcu_line.h"
 #include "tests/drivers/contact/rig.h"
+#include "tests/drivers/said.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -48,7 +49,7 @@ TEST_F(Delivery, BytesThatWereSentInTimeAndCameLateAreThisComputersFault) {
   EXPECT_EQ(snapshot().last_end, ArmEnd::kDeliveredLate);
   EXPECT_NEAR(snapshot().delivered_late_s, 0.065, 0.006) << "nothing came for so long";
   EXPECT_EQ(contact.status().last_arm_end, ArmEnd::kDeliveredLate);
-  const std::string words = contact.status().words;
+  const std::string words = said(contact.status().words);
   EXPECT_TRUE(contains(words, "this computer was busy, sensor data 6")) << words;
   arm(2);
   EXPECT_EQ(snapshot().delivered_late_s, 0.0) << "it is forgotten with the next arming";
@@ -63,7 +64,7 @@ TEST_F(Delivery, ASensorThatWasSilentIsNotTakenForALateComputer) {
   run(milliseconds{200});
   EXPECT_EQ(snapshot().last_end, ArmEnd::kSilence);
   EXPECT_EQ(snapshot().delivered_late_s, 0.0);
-  EXPECT_TRUE(contains(contact.status().words, "no heartbeat")) << contact.status().words;
+  EXPECT_TRUE(contains(said(contact.status().words), "no heartbeat")) << contact.status().words;
 }
 
 TEST_F(Delivery, ALongSilenceIsNamedLateToo) {
@@ -75,7 +76,7 @@ TEST_F(Delivery, ALongSilenceIsNamedLateToo) {
   run(milliseconds{402});  // the answer to its HELLO came with the rest
   EXPECT_NE(contact.status().fault, ContactFault::kSilent);
   EXPECT_NEAR(snapshot().delivered_late_s, 0.85, 0.11);
-  EXPECT_TRUE(contains(contact.status().words, "limit 300 ms")) << contact.status().words;
+  EXPECT_TRUE(contains(said(contact.status().words), "limit 300 ms")) << contact.status().words;
   run(std::chrono::seconds{3});
   EXPECT_EQ(contact.status().link, ContactLink::kReady) << contact.status().words;
   EXPECT_EQ(snapshot().delivered_late_s, 0.0);
@@ -142,8 +143,8 @@ TEST(ContactBaud, BytesWithoutAFrameAreAnotherBaudRateAndNotASilentSensor) {
   const ContactStatus status = contact.status();
   EXPECT_EQ(status.fault, ContactFault::kBaud);
   EXPECT_EQ(status.link, ContactLink::kFault);
-  EXPECT_TRUE(contains(status.words, "no valid frame at 250000 baud")) << status.words;
-  EXPECT_TRUE(contains(status.words, "Set [contact] baud to the sensor's")) << status.words;
+  EXPECT_TRUE(contains(said(status.words), "no valid frame at 250000 baud")) << status.words;
+  EXPECT_TRUE(contains(said(status.words), "Set [contact] baud to the sensor's")) << status.words;
 }
 
 TEST(ContactBaud, NothingHeardIsNoBaudRate) {
@@ -152,7 +153,7 @@ TEST(ContactBaud, NothingHeardIsNoBaudRate) {
   rig.contact.open();
   rig.run(std::chrono::seconds{4});
   EXPECT_EQ(rig.contact.status().fault, ContactFault::kNone);
-  EXPECT_TRUE(contains(rig.contact.status().words, "nothing received"))
+  EXPECT_TRUE(contains(said(rig.contact.status().words), "nothing received"))
       << rig.contact.status().words;
 }
 

@@ -4,6 +4,7 @@
 
 #include "circuit_faults.h"
 #include "rig.h"
+#include "tests/drivers/said.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -173,7 +174,7 @@ TEST(VoltageTrip, IsExplainedWithWhatToClean) {
   rig.mcu.set_faults({.circuit = {.touch_ohm = 1000.0}}, rig.now());
   rig.mcu.edge(rig.now(), true);
   rig.run(milliseconds{20});
-  EXPECT_NE(rig.contact.status().words.find("oxide"), std::string::npos)
+  EXPECT_NE(said(rig.contact.status().words).find("oxide"), std::string::npos)
       << rig.contact.status().words;
 }
 

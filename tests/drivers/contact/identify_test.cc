@@ -1,6 +1,7 @@
 // From the open port to 'ready', and every refusal.
 
 #include "rig.h"
+#include "tests/drivers/said.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -13,7 +14,7 @@ TEST(ContactIdentify, BecomesReadyOnlyAfterIdentConfigClockAndSelfTest) {
   EXPECT_TRUE(s.loop_ok);
   EXPECT_TRUE(s.self_test_ok);
   EXPECT_FALSE(s.in_contact);
-  EXPECT_EQ(s.words, "");
+  EXPECT_TRUE(s.words.empty());
   EXPECT_TRUE(rig.snapshot().alive);
   EXPECT_GT(s.quality.round_trip_min_s, 0.0);
   EXPECT_LT(s.quality.clock_sigma_s, 20e-6);
@@ -39,8 +40,8 @@ TEST(ContactIdentify, SaysThatNothingIsHeardWhenTheSensorIsMute) {
   rig.run(std::chrono::seconds{4});
   const ContactStatus s = rig.contact.status();
   EXPECT_EQ(s.link, ContactLink::kDown);
-  EXPECT_NE(s.words.find("nothing received"), std::string::npos) << s.words;
-  EXPECT_NE(s.words.find("firmware"), std::string::npos) << s.words;
+  EXPECT_NE(said(s.words).find("nothing received"), std::string::npos) << s.words;
+  EXPECT_NE(said(s.words).find("firmware"), std::string::npos) << s.words;
   EXPECT_FALSE(rig.snapshot().alive);
 }
 
@@ -53,9 +54,9 @@ TEST(ContactIdentify, RefusesAnUnknownVersionAndSaysWhatToFlash) {
   rig.run(std::chrono::seconds{1});
   const ContactStatus s = rig.contact.status();
   EXPECT_EQ(s.link, ContactLink::kFault);
-  EXPECT_NE(s.words.find("CTP/2 in the contact sensor (firmware 2.3.1)"), std::string::npos)
+  EXPECT_NE(said(s.words).find("CTP/2 in the contact sensor (firmware 2.3.1)"), std::string::npos)
       << s.words;
-  EXPECT_NE(s.words.find("Flash firmware 1.x"), std::string::npos) << s.words;
+  EXPECT_NE(said(s.words).find("Flash firmware 1.x"), std::string::npos) << s.words;
   EXPECT_FALSE(rig.arm(1).armed);
 }
 
@@ -66,7 +67,7 @@ TEST(ContactIdentify, RefusesAConfigurationThatTheSensorDoesNotTake) {
   rig.contact.open();
   rig.run(std::chrono::seconds{1});
   EXPECT_EQ(rig.contact.status().link, ContactLink::kFault);
-  EXPECT_NE(rig.contact.status().words.find("open_mv"), std::string::npos);
+  EXPECT_NE(said(rig.contact.status().words).find("open_mv"), std::string::npos);
 }
 
 TEST(ContactIdentify, TellsABrokenWireFromATouch) {
@@ -76,7 +77,7 @@ TEST(ContactIdentify, TellsABrokenWireFromATouch) {
   broken.run(std::chrono::seconds{2});
   EXPECT_EQ(broken.contact.status().link, ContactLink::kFault);
   EXPECT_TRUE(broken.contact.status().in_contact) << "a break reads as contact";
-  EXPECT_NE(broken.contact.status().words.find("broken or unplugged"), std::string::npos)
+  EXPECT_NE(said(broken.contact.status().words).find("broken or unplugged"), std::string::npos)
       << broken.contact.status().words;
 
   Rig touching;
@@ -85,7 +86,7 @@ TEST(ContactIdentify, TellsABrokenWireFromATouch) {
   touching.run(std::chrono::seconds{2});
   EXPECT_EQ(touching.contact.status().link, ContactLink::kIdentifying);
   EXPECT_TRUE(touching.contact.status().loop_ok);
-  EXPECT_NE(touching.contact.status().words.find("Jog it free"), std::string::npos)
+  EXPECT_NE(said(touching.contact.status().words).find("Jog it free"), std::string::npos)
       << touching.contact.status().words;
   touching.mcu.edge(touching.now(), false);
   EXPECT_TRUE(
@@ -109,7 +110,7 @@ TEST(ContactIdentify, FindsAnInputThatIsStuckOpen) {
   rig.contact.open();
   rig.run(std::chrono::seconds{2});
   EXPECT_EQ(rig.contact.status().link, ContactLink::kFault);
-  EXPECT_NE(rig.contact.status().words.find("does not detect its own test edge"), std::string::npos)
+  EXPECT_NE(said(rig.contact.status().words).find("does not detect its own test edge"), std::string::npos)
       << rig.contact.status().words;
   EXPECT_FALSE(rig.contact.status().self_test_ok);
 }
@@ -121,7 +122,7 @@ TEST(ContactIdentify, SaysThatTheSensorDoesNotHearWhereNoCommandReachesIt) {
   rig.contact.self_test();
   rig.run(std::chrono::seconds{2});
   EXPECT_EQ(rig.contact.status().link, ContactLink::kFault);
-  EXPECT_NE(rig.contact.status().words.find("receives no command"), std::string::npos)
+  EXPECT_NE(said(rig.contact.status().words).find("receives no command"), std::string::npos)
       << rig.contact.status().words;
   rig.line.to_sensor = nullptr;
   EXPECT_TRUE(rig.run_until([&] { return rig.contact.status().self_test_ok; }));
@@ -182,7 +183,7 @@ TEST(ContactIdentify, RestartWhileInUseIsAFaultUntilItIsAcknowledged) {
   rig.mcu.reset(rig.now(), CTP_RESET_BROWN_OUT);
   rig.run(milliseconds{5});
   EXPECT_EQ(rig.contact.status().link, ContactLink::kFault);
-  EXPECT_NE(rig.contact.status().words.find("restarted"), std::string::npos);
+  EXPECT_NE(said(rig.contact.status().words).find("restarted"), std::string::npos);
   EXPECT_FALSE(rig.snapshot().alive);
   rig.run(std::chrono::seconds{5});
   EXPECT_EQ(rig.contact.status().link, ContactLink::kFault) << "must not heal by itself";
@@ -202,7 +203,7 @@ TEST(ContactIdentify, RestartIsNoticedEvenIfItsAnnouncementIsLost) {
   rig.mcu.reset(rig.now());
   rig.run(milliseconds{150});  // by the first heartbeat without our configuration
   EXPECT_EQ(rig.contact.status().link, ContactLink::kFault);
-  EXPECT_NE(rig.contact.status().words.find("restarted"), std::string::npos);
+  EXPECT_NE(said(rig.contact.status().words).find("restarted"), std::string::npos);
 }
 
 TEST(ContactIdentify, ClosingAndOpeningIdentifiesFromTheStart) {

@@ -18,6 +18,7 @@
 #include "sim/mcu/mcu_thread.h"
 #include "tests/drivers/contact/rig.h"
 #include "tests/drivers/contact/robot_thread.h"
+#include "tests/drivers/said.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -144,7 +145,7 @@ TEST(SerialContact, ArmingWithoutAPortIsRefusedWithTheReason) {
   ASSERT_TRUE(result);
   EXPECT_FALSE(result->armed);
   EXPECT_EQ(result->arm_id, 3);
-  EXPECT_TRUE(contains(result->why_not, "port is not open")) << result->why_not;
+  EXPECT_TRUE(contains(said(result->why_not), "port is not open")) << result->why_not;
 }
 
 TEST(SerialContact, UnpluggingIsNoticedAndTheSensorIdentifiedAfreshWhenItIsBack) {
@@ -160,8 +161,8 @@ TEST(SerialContact, UnpluggingIsNoticedAndTheSensorIdentifiedAfreshWhenItIsBack)
   ASSERT_TRUE(wait_for([&] { return robot.contact.status().link == ContactLink::kDown; }));
   ASSERT_TRUE(wait_for([&] { return !robot.snapshot().alive; }));
   EXPECT_FALSE(robot.snapshot().armed);
-  ASSERT_TRUE(wait_for([&] { return contains(robot.contact.status().words, "last attempt"); }));
-  const std::string words = robot.contact.status().words;
+  ASSERT_TRUE(wait_for([&] { return contains(said(robot.contact.status().words), "last attempt"); }));
+  const std::string words = said(robot.contact.status().words);
   EXPECT_TRUE(contains(words, "unplugged")) << words;
   EXPECT_TRUE(contains(words, "no such device")) << words;
   EXPECT_FALSE(robot.arm(++id).armed);
@@ -209,7 +210,7 @@ TEST(SerialContact, SaysWhenTheRobotsThreadDoesNotRun) {
   contact.open();
   EXPECT_EQ(contact.status().link, ContactLink::kDown);
   ASSERT_TRUE(wait_for([&] { return contact.status().link == ContactLink::kFault; }));
-  EXPECT_TRUE(contains(contact.status().words, "thread does not run"));
+  EXPECT_TRUE(contains(said(contact.status().words), "thread does not run"));
   io.stop();
 }
 
@@ -220,7 +221,7 @@ TEST(SerialContact, NamesABaudRateThatDoesNotFit) {
   RobotThread robot(options_for(pty.path()));
   robot.contact.open();
   ASSERT_TRUE(wait_for([&] { return robot.contact.status().fault == ContactFault::kBaud; }));
-  const std::string words = robot.contact.status().words;
+  const std::string words = said(robot.contact.status().words);
   EXPECT_TRUE(contains(words, "no valid frame at 1000000 baud")) << words;
   robot.contact.close();
 

@@ -10,6 +10,7 @@
 #include "rig.h"
 #include "robot_thread.h"
 #include "sim/mcu/mcu_thread.h"
+#include "tests/drivers/said.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -190,7 +191,7 @@ TEST(ContactOverUdp, SaysWhatToCheckWhereNothingAnswers) {
   RobotThread robot(options_for(mute.device()));
   robot.contact.open();
   ASSERT_TRUE(wait_for([&] {
-    return contains(robot.contact.status().words, "the address in [contact] device");
+    return contains(said(robot.contact.status().words), "the address in [contact] device");
   })) << robot.contact.status().words;
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "daemon/session/driver_phrase.h"
 #include "drivers/kuka/rsi/rsi_stops.h"
 
 namespace cellcal::faults {
@@ -236,9 +237,9 @@ void Matrix::judge_ending(Run& run) {
     if (!run.fault.asks_for_end) run.broke("ended as if on request, and nobody asked for it");
   } else if (state.failure) {
     run.verdict.name = to_string(state.failure->kind);
-    run.verdict.words = state.failure->detail;
+    run.verdict.words = words(state.failure->detail);
     if (state.failure->kind == FailureKind::kNoContact) {
-      run.broke("'no contact': " + state.failure->detail);
+      run.broke("'no contact': " + words(state.failure->detail));
     } else if (!names_a_cause(state.failure->kind) || state.failure->detail.empty()) {
       run.broke("no cause is named: " + describe(*state.failure));
     }
@@ -293,7 +294,7 @@ void Matrix::judge_reconnection(Run& run) {
     cell.live(milliseconds(1));
   }
   if (cell.robot().state().link != drivers::RobotLink::kNotReferenced) {
-    return run.broke("mended, and the link does not come back: " + cell.robot().state().words);
+    return run.broke("mended, and the link does not come back: " + words(phrase_of(cell.robot().state().words)));
   }
   drivers::Move move;
   move.id = 1;

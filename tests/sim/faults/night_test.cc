@@ -102,9 +102,9 @@ TEST_P(UnattendedSession, leaves_the_controller_to_its_brake_test_and_goes_on_be
   EXPECT_TRUE(daemon::aftermath(left.state.failure->kind, left.state.failure->by).resume)
       << describe(*left.state.failure);
   if (eki()) {
-    EXPECT_NE(left.state.failure->detail.find("brake test requested by the controller"),
+    EXPECT_NE(words(left.state.failure->detail).find("brake test requested by the controller"),
               std::string::npos)
-        << left.state.failure->detail;
+        << words(left.state.failure->detail);
     expect_right_touches(1);
   }
   cell->live(3s);

@@ -19,7 +19,7 @@ function outcome(row: SessionRow) {
 export function History({ sessions, shown, show }: {
   sessions: SessionRow[]; shown: number | null; show: (session: number | null) => void;
 }) {
-  const { say, fmt } = useVoice();
+  const { say, fmt, language } = useVoice();
   const [all, set_all] = useState(false);
   const rows = all ? sessions : sessions.slice(0, FEW);
   return (
@@ -58,7 +58,7 @@ export function History({ sessions, shown, show }: {
                     <> <a href={`/v1/sessions/${row.id}/check.json`} download={`session-${row.id}-check.json`}>{say("check.json")}</a></>
                   )}
                   {row.state === "done" && row.kind === "calibrate" && (
-                    <> <a href={`/v1/sessions/${row.id}/report.html`} target="_blank" rel="noopener"
+                    <> <a href={`/v1/sessions/${row.id}/report.html?language=${language}`} target="_blank" rel="noopener"
                           aria-label={say("report.of", { session: row.id })}>{say("report")}</a></>
                   )}
                 </td>

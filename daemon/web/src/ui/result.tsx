@@ -61,11 +61,11 @@ function Row({ name, of }: { name: string; of: Summary }) {
 }
 
 function Files({ session, has_result }: { session: number; has_result: boolean }) {
-  const { say } = useVoice();
+  const { say, language } = useVoice();
   const at = `/v1/sessions/${session}`;
   return (
     <p class="files">
-      {has_result && <a class="button" href={`${at}/report.html`} target="_blank" rel="noopener">{say("report")}</a>}
+      {has_result && <a class="button" href={`${at}/report.html?language=${language}`} target="_blank" rel="noopener">{say("report")}</a>}
       {has_result && <a href={`${at}/calibration.json`} download={`session-${session}-calibration.json`}>{say("calibration.json")}</a>}
       <a href={`${at}/touches.csv`} download={`session-${session}-touches.csv`}>{say("touches.csv")}</a>
     </p>

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "simavr_bench.h"
+#include "tests/drivers/said.h"
 
 namespace cellcal::test {
 namespace {
@@ -39,7 +40,7 @@ class Series {
 
   bool run(int contacts) {
     if (!bench_.get_ready()) {
-      std::printf("not ready: %s\n", bench_.contact.status().words.c_str());
+      std::printf("not ready: %s\n", said(bench_.contact.status().words).c_str());
       return false;
     }
     for (int i = 0; i < contacts; ++i) one(static_cast<std::uint16_t>(i % 60'000 + 1));
@@ -72,7 +73,7 @@ class Series {
     bench_.board.take_sent();
     const ArmResult armed = bench_.arm(id);
     if (!armed.armed) {
-      if (refused_++ == 0) std::printf("arming %d refused: %s\n", id, armed.why_not.c_str());
+      if (refused_++ == 0) std::printf("arming %d refused: %s\n", id, said(armed.why_not).c_str());
     }
     // Any phase relative to heartbeats and pings; no trip may occur meanwhile.
     bench_.run(microseconds{draw(0, 13'000)});

@@ -240,7 +240,7 @@ TEST(EkiLink, SaysWhatTheControllerLacksToBeReady) {
   rig.core.rereference();
   rig.run(500ms);
   EXPECT_EQ(rig.link(), RobotLink::kNotReferenced);
-  EXPECT_NE(rig.words().find("drives off"), std::string::npos) << rig.words();
+  EXPECT_NE(rig.words().find("Drives off"), std::string::npos) << rig.words();
   rig.krc.emergency_stop(false);
   rig.run(500ms);
   EXPECT_NE(rig.words().find("Acknowledge"), std::string::npos) << rig.words();

@@ -13,6 +13,7 @@
 #include "drivers/kuka/krl/krl_files.h"
 #include "sim/krc/eki_controller.h"
 #include "tests/drivers/kuka/rsi/virtual_rig.h"
+#include "tests/drivers/said.h"
 
 namespace cellcal::drivers {
 
@@ -84,7 +85,7 @@ class EkiRig : public VirtualRig<EkiRig> {
   }
 
   RobotLink link() const { return core.state().link; }
-  std::string words() const { return core.state().words; }
+  std::string words() const { return said(core.state().words); }
   AxisAngles actual() const { return core.state().actual_rad; }
   AxisAngles moved_by(std::size_t axis, double deg) const {
     AxisAngles target = actual();

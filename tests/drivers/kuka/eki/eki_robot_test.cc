@@ -16,6 +16,7 @@
 #include "tests/drivers/kuka/allocation_count.h"
 #include "tests/drivers/kuka/eki/eki_rig.h"
 #include "tests/drivers/kuka/eventually.h"
+#include "tests/drivers/said.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -120,7 +121,7 @@ TEST_F(EkiSockets, ASecondClientIsRefusedAndTheFirstIsNotDisturbed) {
   EXPECT_NE(second.state().link, RobotLink::kReady);
   // Reported once the attempt has ended, possibly after the controller counted it.
   EXPECT_TRUE(eventually([&] {
-    return second.state().words.find("accepts one") != std::string::npos;
+    return said(second.state().words).find("accepts one") != std::string::npos;
   })) << second.state().words;
   robot->begin({1, MoveKind::kTransit, moved_by(2), 0.0, 0});
   EXPECT_EQ(await_result().outcome, MoveOutcome::kArrived);
@@ -150,7 +151,7 @@ TEST_F(EkiSockets, SaysGoodbyeAndCanBeOpenedAgain) {
     krc.with([&](sim::EkiController& c) { obeys_nobody = c.session() == 0; });
     return obeys_nobody;
   }));
-  EXPECT_NE(robot->state().words.find("closed"), std::string::npos);
+  EXPECT_NE(said(robot->state().words).find("closed"), std::string::npos);
   robot->begin({1, MoveKind::kTransit, AxisAngles(6, 0.0), 0.0, 0});
   EXPECT_EQ(await_result().outcome, MoveOutcome::kRefused);
   ASSERT_TRUE(eventually([&] {
@@ -167,8 +168,8 @@ TEST_F(EkiSockets, NobodyThereIsNamedWithWhatToCheck) {
   EkiRobot alone(io.context(), loopback(1), nullptr);
   alone.open();
   EXPECT_TRUE(
-      eventually([&] { return alone.state().words.find("Last error: ") != std::string::npos; }));
-  EXPECT_NE(alone.state().words.find("127.0.0.1:1"), std::string::npos) << alone.state().words;
+      eventually([&] { return said(alone.state().words).find("Last error: ") != std::string::npos; }));
+  EXPECT_NE(said(alone.state().words).find("127.0.0.1:1"), std::string::npos) << alone.state().words;
 }
 
 TEST_F(EkiSockets, AnAddressThatIsNoneIsRefusedAtOnce) {

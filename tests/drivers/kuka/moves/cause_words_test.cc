@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "drivers/kuka/moves/cause.h"
+#include "tests/drivers/said.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -18,7 +19,7 @@ std::string said(const Cause& cause, bool in_space = false) {
   result.cause = cause;
   result.ipoc = 4711;
   result.in_space = in_space;
-  return words(result);
+  return said(words(result));
 }
 
 bool has(const std::string& text, const std::string& part) {

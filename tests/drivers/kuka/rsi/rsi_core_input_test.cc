@@ -2,6 +2,7 @@
 
 #include "drivers/kuka/rsi/rsi_stops.h"
 #include "tests/drivers/kuka/rsi/rig.h"
+#include "tests/drivers/said.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -158,7 +159,7 @@ TEST_F(InputOfTheController, ThatMissesATouchStopsNothingAndIsNamed) {
   prove();
   EXPECT_EQ(touch(std::nullopt).outcome, MoveOutcome::kContact) << "stopped by the sensor's bytes";
   EXPECT_EQ(path(), InputPath::kMissed);
-  EXPECT_TRUE(has(rig.core.state().words, "missed a touch")) << rig.core.state().words;
+  EXPECT_TRUE(has(said(rig.core.state().words), "missed a touch")) << rig.core.state().words;
   EXPECT_EQ(leave().outcome, MoveOutcome::kArrived);
   EXPECT_EQ(rig.guard.silence_limit(), kHeartbeatLimit);
   EXPECT_EQ(touch().outcome, MoveOutcome::kContact);

@@ -1,6 +1,7 @@
 #include "drivers/error.h"
 #include "tests/drivers/kuka/allocation_count.h"
 #include "tests/drivers/kuka/rsi/rig.h"
+#include "tests/drivers/said.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -60,7 +61,7 @@ TEST(RsiLink, CycleOutsideOfReasonIsNotTrusted) {
   rig.core.rereference();
   rig.run(5s);
   EXPECT_EQ(rig.core.state().link, RobotLink::kNotReferenced);
-  EXPECT_TRUE(has(rig.core.state().words, "2 to 40 ms")) << rig.core.state().words;
+  EXPECT_TRUE(has(said(rig.core.state().words), "2 to 40 ms")) << rig.core.state().words;
 }
 
 TEST(RsiLink, CoarseAnglesAreRefusedAndNamed) {
@@ -73,7 +74,7 @@ TEST(RsiLink, CoarseAnglesAreRefusedAndNamed) {
     rig.core.rereference();
     rig.run(1s);
     EXPECT_EQ(rig.core.state().link, RobotLink::kNotReferenced);
-    EXPECT_TRUE(has(rig.core.state().words, "Precision")) << rig.core.state().words;
+    EXPECT_TRUE(has(said(rig.core.state().words), "Precision")) << rig.core.state().words;
     EXPECT_EQ(rig.krc.late(), 0U) << "answered all the same";
   }
   sim::ControllerConfig krc;
@@ -87,10 +88,10 @@ TEST(RsiLink, NoPacketAtAllBringsTheChecklist) {
   rig.run(5s);
   const RobotState state = rig.core.state();
   EXPECT_EQ(state.link, RobotLink::kDown);
-  EXPECT_TRUE(has(state.words, "no packet for 5.0 s")) << state.words;
+  EXPECT_TRUE(has(said(state.words), "no packet for 5.0 s")) << state.words;
   for (const char* hint :
        {"49152", "RSI", "PORT", "cable", "firewall", "other program", "hardware address"}) {
-    EXPECT_TRUE(has(state.words, hint)) << hint;
+    EXPECT_TRUE(has(said(state.words), hint)) << hint;
   }
   const CoreResult result = rig.move(MoveKind::kTransit, rig.commanded());
   EXPECT_EQ(result.outcome, MoveOutcome::kRefused);
@@ -104,7 +105,7 @@ TEST(RsiLink, WrongSentypeIsDiagnosed) {
   rig.krc.rsi_on();
   rig.run(200ms);
   const RobotState state = rig.core.state();
-  EXPECT_TRUE(has(state.words, "SENTYPE") && has(state.words, "KROSHU")) << state.words;
+  EXPECT_TRUE(has(said(state.words), "SENTYPE") && has(said(state.words), "KROSHU")) << state.words;
   rig.core.rereference();
   rig.run(100ms);
   EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, 1)).outcome, MoveOutcome::kRefused);
@@ -122,8 +123,8 @@ TEST(RsiLink, RepliesThatWereRefusedAreStillNamedOnceTheControllerGaveUp) {
     ASSERT_EQ(rig.krc.phase(), sim::RsiPhase::kFaulted);
     const RobotState state = rig.core.state();
     EXPECT_EQ(state.link, RobotLink::kLost);
-    EXPECT_TRUE(has(state.words, "No reply accepted")) << state.words;
-    EXPECT_TRUE(has(state.words, "KROSHU")) << state.words;
+    EXPECT_TRUE(has(said(state.words), "No reply accepted")) << state.words;
+    EXPECT_TRUE(has(said(state.words), "KROSHU")) << state.words;
   }
 }
 
@@ -134,7 +135,7 @@ TEST(RsiLink, ASessionThatWasAcceptedIsNotSaidToBeRefusedWhenItIsLost) {
   rig.to_krc = false;
   rig.run(3s);
   EXPECT_EQ(rig.core.state().link, RobotLink::kLost);
-  EXPECT_FALSE(has(rig.core.state().words, "SENTYPE")) << rig.core.state().words;
+  EXPECT_FALSE(has(said(rig.core.state().words), "SENTYPE")) << rig.core.state().words;
 }
 
 TEST(RsiLink, WhatCameInsteadOfPacketsIsShown) {
@@ -144,20 +145,20 @@ TEST(RsiLink, WhatCameInsteadOfPacketsIsShown) {
   rig.core.on_tick(rig.now);
   const RobotState state = rig.core.state();
   EXPECT_EQ(state.link, RobotLink::kDown);
-  EXPECT_TRUE(has(state.words, "no packet for 2.0 s")) << state.words;
-  EXPECT_TRUE(has(state.words, "GET / HTTP/1.1..")) << state.words;
+  EXPECT_TRUE(has(said(state.words), "no packet for 2.0 s")) << state.words;
+  EXPECT_TRUE(has(said(state.words), "GET / HTTP/1.1..")) << state.words;
 }
 
 TEST(RsiLink, LateRepliesAreWarnedOf) {
   Rig rig;
   rig.make_ready();
-  EXPECT_FALSE(has(rig.core.state().words, "late"));
+  EXPECT_FALSE(has(said(rig.core.state().words), "late"));
   rig.to_krc = false;
   rig.cycle();
   rig.to_krc = true;
   rig.run(50ms);
   EXPECT_EQ(rig.core.state().link, RobotLink::kReady);
-  EXPECT_TRUE(has(rig.core.state().words, "replies late")) << rig.core.state().words;
+  EXPECT_TRUE(has(said(rig.core.state().words), "replies late")) << rig.core.state().words;
 }
 
 TEST(RsiLink, SilenceEndsTheMoveAndNothingMovesAfterItUntilReferenced) {
@@ -222,7 +223,7 @@ TEST(RsiLink, ADamagedPacketIsACycleAllTheSameAndTheMoveGoesOnByIt) {
   EXPECT_TRUE(has(rig.reply, std::to_string(rig.krc.ipoc())));
   EXPECT_EQ(rig.finish().outcome, MoveOutcome::kArrived);
   EXPECT_EQ(rig.krc.late(), 0U);
-  EXPECT_TRUE(has(rig.core.state().words, "damaged")) << rig.core.state().words;
+  EXPECT_TRUE(has(said(rig.core.state().words), "damaged")) << rig.core.state().words;
 }
 
 TEST(RsiLink, OnlyDamagedPacketsAreSilence) {

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "tests/drivers/kuka/rsi/rig.h"
+#include "tests/drivers/said.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -46,7 +47,7 @@ class Takeover {
     worst_jump_deg = 0.0;
     replies = 0;
   }
-  std::string words() const { return core->state().words; }
+  std::string words() const { return said(core->state().words); }
   bool usable() {
     core->rereference();
     run(500ms);

@@ -4,6 +4,7 @@
 
 #include "drivers/kuka/rsi/rsi_setpoint.h"
 #include "tests/drivers/kuka/rsi/rig.h"
+#include "tests/drivers/said.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -290,7 +291,7 @@ TEST(RsiRelative, WithoutDelayItIsNotDriven) {
   rig.core.rereference();
   rig.run(500ms);
   EXPECT_EQ(rig.core.state().link, RobotLink::kNotReferenced);
-  EXPECT_TRUE(has(rig.core.state().words, "DEF_Delay")) << rig.core.state().words;
+  EXPECT_TRUE(has(said(rig.core.state().words), "DEF_Delay")) << rig.core.state().words;
   EXPECT_EQ(rig.krc.late(), 0U) << "answered all the same";
 }
 
@@ -322,7 +323,7 @@ TEST(RsiRelative, WhereDelayIsSentNoLongerItIsNotDrivenOn) {
     rig.core.rereference();
     rig.run(500ms);
     EXPECT_EQ(rig.core.state().link, RobotLink::kNotReferenced);
-    EXPECT_TRUE(has(rig.core.state().words, "DEF_Delay")) << rig.core.state().words;
+    EXPECT_TRUE(has(said(rig.core.state().words), "DEF_Delay")) << rig.core.state().words;
   }
 }
 
@@ -358,7 +359,7 @@ TEST(RsiRelative, ARunningSessionIsHeldWithZerosAndItsSumIsReadFromAspos) {
     EXPECT_EQ(rig.krc.late(), 0U);
     if (!setpoint) {
       EXPECT_EQ(fresh.state().link, RobotLink::kNotReferenced);
-      EXPECT_TRUE(has(fresh.state().words, "DEF_ASPos")) << fresh.state().words;
+      EXPECT_TRUE(has(said(fresh.state().words), "DEF_ASPos")) << fresh.state().words;
       continue;
     }
     ASSERT_EQ(fresh.state().link, RobotLink::kReady) << fresh.state().words;

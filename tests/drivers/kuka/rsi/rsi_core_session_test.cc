@@ -3,6 +3,7 @@
 
 #include "tests/drivers/kuka/rsi/foreign_packet.h"
 #include "tests/drivers/kuka/rsi/rig.h"
+#include "tests/drivers/said.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -104,7 +105,7 @@ TEST_F(RsiSession, ThatSeemsToBeginWithoutASilenceBehindACorrectionIsNotAnswered
   EXPECT_EQ(answers, 0);
   EXPECT_EQ(facts().trouble, Trouble::kCorrectionDenied);
   EXPECT_EQ(facts().link, RobotLink::kNotReferenced);
-  EXPECT_TRUE(has(rig.core.state().words, "check what sends ASPos")) << rig.core.state().words;
+  EXPECT_TRUE(has(said(rig.core.state().words), "check what sends ASPos")) << rig.core.state().words;
   pause(300ms);
   rig.krc.rsi_on();  // by the operator
   rig.run(200ms);
@@ -219,7 +220,7 @@ TEST_F(RsiSession, AThreadThatDidNotRunIsThisComputersLatenessAndNoSilenceOfTheC
               one.held_up ? Interruption::kLateReplies : Interruption::kPacketsStopped);
     EXPECT_EQ(fresh.core.state().link, RobotLink::kLost) << "nothing moves either way";
     if (!one.held_up) continue;
-    EXPECT_TRUE(has(words(*result), "this computer was busy: no packet read for"))
+    EXPECT_TRUE(has(said(words(*result)), "this computer was busy: no packet read for"))
         << words(*result);
     // Its session continues, and by its own count it is the same one.
     const std::uint32_t session = fresh.core.state().session;

@@ -9,6 +9,7 @@
 #include "drivers/kuka/wire/rsi_codec.h"
 #include "tests/drivers/kuka/rsi/foreign_packet.h"
 #include "tests/drivers/kuka/rsi/rig.h"
+#include "tests/drivers/said.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -85,7 +86,7 @@ class ForeignPeer {
     return result.value_or(CoreResult{});
   }
   RsiCore& core() const { return *adapter; }
-  std::string words() const { return core().state().words; }
+  std::string words() const { return said(core().state().words); }
 
   Habits h;
   ScriptedGuard guard;

@@ -4,6 +4,7 @@
 
 #include "drivers/error.h"
 #include "tests/drivers/kuka/rsi/rig.h"
+#include "tests/drivers/said.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -143,7 +144,7 @@ TEST(RsiExternalAxis, ThatMovesBetweenMovesForbidsTheNextUntilAReference) {
     const CoreResult result = rig.move(MoveKind::kTransit, rig.moved_by(kA1, 1));
     EXPECT_EQ(result.outcome, MoveOutcome::kRefused);
     EXPECT_TRUE(is<cause::MovedUnasked>(result.cause)) << words(result);
-    EXPECT_TRUE(has(rig.core.state().words, axis)) << rig.core.state().words;
+    EXPECT_TRUE(has(said(rig.core.state().words), axis)) << rig.core.state().words;
     rig.make_referenced();
     EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(kA1, 1)).outcome, MoveOutcome::kArrived);
   }

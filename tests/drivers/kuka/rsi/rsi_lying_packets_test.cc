@@ -7,6 +7,7 @@
 #include "drivers/kuka/rsi/path_move.h"
 #include "drivers/kuka/rsi/rsi_setpoint.h"
 #include "tests/drivers/kuka/rsi/rig.h"
+#include "tests/drivers/said.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -289,7 +290,7 @@ TEST_F(InconsistentPackets, AnIpocThatGoesBackWithinTheSilenceLimitIsNamed) {
 TEST_F(InconsistentPackets, ALinkThatIsLostNeverSaysThatNothingCameForNoTime) {
   rig->to_pc = false;
   while (facts().link != RobotLink::kLost) rig->cycle();
-  EXPECT_TRUE(has(rig->core.state().words, "no packet for 16 ms")) << rig->core.state().words;
+  EXPECT_TRUE(has(said(rig->core.state().words), "no packet for 16 ms")) << rig->core.state().words;
   // The same packet repeatedly: not a new one.
   rig->to_pc = true;
   rig->run(100ms);
@@ -300,7 +301,7 @@ TEST_F(InconsistentPackets, ALinkThatIsLostNeverSaysThatNothingCameForNoTime) {
     rig->now += 4ms;
     rig->core.on_datagram(rig->packet, rig->now);
   }
-  EXPECT_TRUE(has(rig->core.state().words, "no packet for 20")) << rig->core.state().words;
+  EXPECT_TRUE(has(said(rig->core.state().words), "no packet for 20")) << rig->core.state().words;
 }
 
 // ---- the last line -----------------------------------------------------------------------------------

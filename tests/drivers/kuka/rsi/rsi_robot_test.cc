@@ -17,6 +17,7 @@
 #include "tests/drivers/kuka/allocation_count.h"
 #include "tests/drivers/kuka/eventually.h"
 #include "tests/drivers/kuka/rsi/rig.h"
+#include "tests/drivers/said.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -211,7 +212,7 @@ TEST_F(RsiOverUdp, SecondControllerOnThePortIsIgnoredAndNamed) {
   EXPECT_NE(first.await(), "");
   second.send(packet(77'000));
   EXPECT_TRUE(eventually([&] { return robot.foreign_packets() == 1; }));
-  EXPECT_NE(robot.state().words.find("127.0.0.1"), std::string::npos) << robot.state().words;
+  EXPECT_NE(said(robot.state().words).find("127.0.0.1"), std::string::npos) << robot.state().words;
   EXPECT_EQ(second.take(), "");
 }
 
@@ -220,7 +221,7 @@ TEST_F(RsiOverUdp, OversizedDatagramsAreCountedAsDamaged) {
   robot.open();
   Peer(robot).send(std::string(20'000, 'x'));
   EXPECT_TRUE(eventually([&] {
-    return robot.state().words.find("more than 8192 bytes") != std::string::npos;
+    return said(robot.state().words).find("more than 8192 bytes") != std::string::npos;
   })) << robot.state().words;
 }
 

@@ -8,6 +8,7 @@
 #include "drivers/kuka/rsi/rsi_core.h"
 #include "tests/drivers/kuka/rsi/rig.h"
 #include "tests/drivers/kuka/rsi/sleepy_peer.h"
+#include "tests/drivers/said.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -71,7 +72,7 @@ class SleepyRig {
         << words();
     return result.value_or(CoreResult{});
   }
-  std::string words() const { return core->state().words; }
+  std::string words() const { return said(core->state().words); }
 
   SleepyPeer peer;
   ScriptedGuard guard;
@@ -264,7 +265,7 @@ TEST(RsiLink, RepliesThatWereNeverGivenWereNotLate) {
   EXPECT_GT(rig.krc.late(), 25U);
   EXPECT_EQ(rig.core.state().quality.replies, 0U);
   EXPECT_EQ(rig.core.state().late, 0U);
-  const std::string words = rig.core.state().words;
+  const std::string words = said(rig.core.state().words);
   EXPECT_EQ(words.find("replies late"), std::string::npos) << words;
   EXPECT_NE(words.find("not answering"), std::string::npos) << words;
 }

@@ -5,6 +5,7 @@
 #include "drivers/kuka/rsi/rsi_setpoint.h"
 #include "tests/drivers/kuka/allocation_count.h"
 #include "tests/drivers/kuka/rsi/correction/space_rig.h"
+#include "tests/drivers/said.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -239,7 +240,7 @@ TEST(RsiSpaceOffset, WithoutAsposANewAdapterKeepsQuietAndSaysWhy) {
   takeover.watch();
   takeover.run(200ms);
   EXPECT_EQ(takeover.replies, 0);
-  EXPECT_NE(takeover.core->state().words.find("DEF_ASPos"), std::string::npos);
+  EXPECT_NE(said(takeover.core->state().words).find("DEF_ASPos"), std::string::npos);
   EXPECT_LT(takeover.jump_deg, 1e-9);
 }
 

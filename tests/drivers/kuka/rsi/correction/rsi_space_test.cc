@@ -6,6 +6,7 @@
 
 #include "calib/model/kinematics.h"
 #include "tests/drivers/kuka/rsi/correction/space_rig.h"
+#include "tests/drivers/said.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -247,7 +248,7 @@ TEST(RsiSpace, AnotherToolAtTheControllerShowsBeforeTheReference) {
   rig.core.rereference();
   rig.run(1s);
   EXPECT_EQ(rig.core.state().link, RobotLink::kNotReferenced);
-  const std::string words = rig.core.state().words;
+  const std::string words = said(rig.core.state().words);
   EXPECT_NE(words.find("RIst"), std::string::npos) << words;
   EXPECT_NE(words.find("417."), std::string::npos) << "how far: " << words;
   EXPECT_NE(words.find("[controller] tool"), std::string::npos) << words;
