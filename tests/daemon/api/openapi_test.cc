@@ -259,14 +259,14 @@ TEST_F(a_described_api, answers_as_it_is_described) {
   EXPECT_EQ(ask("POST", "/v1/cell-form", form).status, 201);
   EXPECT_EQ(ask("POST", "/v1/cell-form", form).status, 409) << "it is there";
   EXPECT_EQ(ask("POST", "/v1/cell-form", "{}").status, 422);
-  json wrong = json::parse(form);
-  wrong["name"] = "other";
-  wrong["form"]["spheres"][0]["diameter_mm"] = -50;
-  const Response refused = ask("POST", "/v1/cell-form", wrong.dump());
+  json faulty = json::parse(form);
+  faulty["name"] = "other";
+  faulty["form"]["spheres"][0]["diameter_mm"] = -50;
+  const Response refused = ask("POST", "/v1/cell-form", faulty.dump());
   EXPECT_EQ(refused.status, 422);
   EXPECT_EQ(json::parse(refused.body).at("key"), "spheres.0.diameter_mm") << refused.body;
-  wrong["name"] = "../other";
-  EXPECT_EQ(json::parse(ask("POST", "/v1/cell-form", wrong.dump()).body).at("key"), "name");
+  faulty["name"] = "../other";
+  EXPECT_EQ(json::parse(ask("POST", "/v1/cell-form", faulty.dump()).body).at("key"), "name");
   EXPECT_EQ(ask("POST", "/v1/cell-form", R"({"more": 1})").status, 400);
   EXPECT_EQ(ask("POST", "/v1/cell-form/lists", R"({"spheres": "id,diameter_mm\nS1,50\n"})").status,
             200);

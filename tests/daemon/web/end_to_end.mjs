@@ -447,7 +447,7 @@ const steps = {
     await panel.getByText("then measure the TCP or calibrate again").waitFor(LONG);
     await panel.getByText("CELLCAL_ADVICE on the controller: 4").waitFor(LONG);
     await panel.getByText("Average run length of an unchanged cell: 1000 checks to an alarm").waitFor(LONG);
-    await panel.getByRole("img", { name: "Control chart of 198 checks." }).waitFor(LONG);
+    await panel.getByRole("img", { name: "Control chart of 199 checks." }).waitFor(LONG);
     const changes = panel.locator(".events li");
     await changes.nth(1).getByText("update of session 2: tool changed, TCP moved by 1.250 mm").waitFor(LONG);
     assert.equal(await changes.nth(1).locator("time").textContent(), "2026-01-04");
