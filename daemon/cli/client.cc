@@ -18,7 +18,6 @@
 #include "daemon/cli/progress.h"
 #include "daemon/doctor/wires.h"
 #include "daemon/files/atomic_file.h"
-#include "daemon/report/report.h"
 #include "daemon/session/interruption.h"
 
 namespace cellcal::daemon {
@@ -549,7 +548,8 @@ int fetch_report(const Connection& daemon, std::optional<std::int64_t> session,
   if (!output.empty()) put(html.body, output);
   const std::string where =
       output.empty()
-          ? text(get(daemon, session_path(*session)), "results") + "/" + report_name(language)
+          ? text(get(daemon, session_path(*session)), "results") + "/" +
+                (language == calib::Language() ? "report.html" : "report." + language.code() + ".html")
           : output.string();
   return print_result(daemon.json, {{"session", *session}, {"report", where}}, where + "\n");
 }

@@ -294,7 +294,8 @@ void Matrix::judge_reconnection(Run& run) {
     cell.live(milliseconds(1));
   }
   if (cell.robot().state().link != drivers::RobotLink::kNotReferenced) {
-    return run.broke("mended, and the link does not come back: " + words(phrase_of(cell.robot().state().words)));
+    return run.broke("mended, and the link does not come back: " +
+                     words(daemon::phrase_of(cell.robot().state().words)));
   }
   drivers::Move move;
   move.id = 1;
