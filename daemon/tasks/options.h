@@ -38,6 +38,7 @@ struct SessionOptions {
   std::optional<double> temperature_c;  ///< kCheck: stated temperature of the cell
   calib::PlanOptions plan;
   std::string region = "workspace";  ///< as in `cellcal plan --region`
+  std::string load;                  ///< held in all touches: id in the cell file; empty: none
   /// Touches are chosen one by one until the goal is reached; otherwise planned beforehand.
   bool one_by_one = false;
   calib::Goal goal;

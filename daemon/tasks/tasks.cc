@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <set>
@@ -363,6 +364,24 @@ void write_touches(const TaskInputs& inputs, const std::vector<calib::Touch>& to
 
 }  // namespace
 
+namespace {
+
+/// "none, part (10 kg)"; empty where nothing was held.
+std::string loads_held(const calib::Cell& cell, const std::vector<calib::Touch>& touches) {
+  std::string words;
+  std::set<std::string> ids;
+  for (const calib::Touch& touch : touches) ids.insert(touch.load);
+  if (ids == std::set<std::string>{""}) return words;
+  for (const std::string& id : ids) {
+    const auto load = std::ranges::find(cell.loads, id, &calib::Load::id);
+    words += words.empty() ? "" : ", ";
+    words += load == cell.loads.end() ? "none" : fmt::format("{} ({:g} kg)", id, load->mass_kg);
+  }
+  return words;
+}
+
+}  // namespace
+
 void write_document(const TaskInputs& inputs, const SessionResult& result,
                     const std::vector<calib::Touch>& touches, const char* name) {
   write_touches(inputs, touches);
@@ -387,6 +406,8 @@ void write_results(const TaskInputs& inputs, const calib::Calibration& calibrati
       counts.total() > 0)
     report.notes.push_back("interruptions: " + words(counts) +
                            "; each resumed automatically, the touch under way repeated");
+  if (const std::string held = loads_held(calibration.cell, touches); !held.empty())
+    report.notes.push_back("loads held in the touches: " + held);
   if (calibration.update)
     report.notes.push_back("made on top of " + calibration.update->stands_on +
                            "; 'before' is that calibration, not the nominal arm");
