@@ -303,6 +303,7 @@ std::string status_to_json(const Status& status, const calib::Language& language
   json value{{"seq", status.seq},
              {"session", status.session},
              {"kind", status.kind},
+             {"load", status.load.empty() ? json(nullptr) : json(status.load)},
              {"phase", to_string(status.phase)},
              {"running", kActivePhases.has(status.phase) || status.phase == Phase::kStopping},
              {"target", status.target},

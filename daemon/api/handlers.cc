@@ -259,6 +259,7 @@ RunRequest run_request(const std::string& body) {
   if (object.contains("mastered")) request.mastered = take_names(object, "mastered");
   if (object.contains("temperature_c"))
     take(object, "temperature_c", request.temperature_c.emplace());
+  take(object, "load", request.load);
   if (object.contains("touches")) take(object, "touches", request.fit_touches.emplace());
   if (object.contains("goal_mm")) take(object, "goal_mm", request.goal_mm.emplace());
   take(object, "region", request.region);
@@ -272,8 +273,9 @@ RunRequest run_request(const std::string& body) {
   if (cell.empty() && !request.resume && request.kind != SessionKind::kCheck)
     throw BadRequest("\"cell\" is missing");
   if (printable(cell) != cell || printable(request.region) != request.region ||
-      printable(request.target) != request.target)
-    throw BadRequest("\"cell\", \"target\" and \"region\" must not contain control characters");
+      printable(request.target) != request.target || printable(request.load) != request.load)
+    throw BadRequest(
+        "\"cell\", \"target\", \"load\" and \"region\" must not contain control characters");
   request.cell = cell;
   return request;
 }

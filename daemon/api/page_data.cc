@@ -156,7 +156,8 @@ class FoundArm {
                                      [&](const auto& one) { return one.id == touch.target; });
     // The effective radius belongs to the first tool.
     if (target == found_.targets.end() || !touch.tool.empty()) return std::nullopt;
-    const Vector3d tip = arm_.position(arm_.prepare(touch.joint_rad), errors_.data());
+    const Vector3d tip =
+        arm_.position(arm_.prepare(touch.joint_rad, 0, arm_.load(touch.load)), errors_.data());
     Vector3d outwards = target->normal;
     double distance = outwards.dot(tip - target->centre_m);
     if (target->kind == calib::TargetKind::kSphere) {

@@ -32,12 +32,12 @@ using nlohmann::json;
 
 constexpr std::int64_t kUsualPage = 100, kLargestPage = 1000;
 
-/// Null for a damaged row, or one of another version.
-json kind_of(const SessionRecord& record) {
+/// None for a damaged row, or one of another version.
+std::optional<SessionOptions> options_of(const SessionRecord& record) {
   try {
-    return to_string(options_from_json(record.inputs.options).kind);
+    return options_from_json(record.inputs.options);
   } catch (const std::runtime_error&) {
-    return nullptr;
+    return std::nullopt;
   }
 }
 
@@ -62,7 +62,9 @@ json holds(const SessionRecord& record) {
 }
 
 json to_json(const SessionRecord& record, const calib::Language& language) {
-  json value{{"kind", kind_of(record)},
+  const std::optional<SessionOptions> options = options_of(record);
+  json value{{"kind", options ? json(to_string(options->kind)) : json(nullptr)},
+             {"load", options && !options->load.empty() ? json(options->load) : json(nullptr)},
              {"id", record.id},
              {"started", record.started},
              {"ended", record.ended},
@@ -233,7 +235,8 @@ std::optional<Response> Api::report(const Call& call) {
 
 Response Api::document(const Call& call, std::string SessionRecord::*text, SessionKind kind) {
   const SessionRecord record = find(call);
-  if ((record.*text).empty() || kind_of(record) != to_string(kind)) throw no_result(record.id);
+  const auto options = options_of(record);
+  if ((record.*text).empty() || !options || options->kind != kind) throw no_result(record.id);
   return {200, "application/json", record.*text};
 }
 

@@ -40,7 +40,9 @@ double ended_s(const SessionRecord& record) {
 }
 
 bool same_line(const calib::Touch& one, const calib::Touch& other) {
-  if (one.target != other.target || one.joint_rad.size() != other.joint_rad.size()) return false;
+  if (one.target != other.target || one.load != other.load ||
+      one.joint_rad.size() != other.joint_rad.size())
+    return false;
   for (std::size_t i = 0; i < one.joint_rad.size(); ++i)
     if (!(std::abs(one.joint_rad[i] - other.joint_rad[i]) < kSameLineRad)) return false;
   return true;

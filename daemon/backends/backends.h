@@ -17,6 +17,7 @@ std::unique_ptr<Backend> make_rsi_backend(const DaemonConfig& config, const cali
 std::unique_ptr<Backend> make_eki_backend(const DaemonConfig& config, const calib::Cell& cell);
 
 /// Emulated cell in this process, on virtual time, over the configured wire.
-std::unique_ptr<Backend> make_mock_backend(const DaemonConfig& config, const calib::Cell& cell);
+std::unique_ptr<Backend> make_mock_backend(const DaemonConfig& config, const calib::Cell& cell,
+                                           const std::string& load = {});
 
 }  // namespace cellcal::daemon

@@ -10,8 +10,9 @@ namespace cellcal::daemon {
 
 namespace {
 
-sim::TruthOptions truth_for(const DaemonConfig& config) {
+sim::TruthOptions truth_for(const DaemonConfig& config, const calib::Load* held = nullptr) {
   sim::TruthOptions truth;
+  if (held) truth.held = *held;
   truth.seed = config.mock.seed;
   truth.geometry_scale = config.mock.geometry_scale;
   truth.deflection = config.mock.deflection;
@@ -96,10 +97,11 @@ std::string rsi_program(const DaemonConfig& config, const calib::Cell& cell) {
   return drivers::rsi_files(files).at("cellcal_rsi.src");
 }
 
-VirtualCellOptions rsi_options(const DaemonConfig& config, const calib::Cell& cell) {
+VirtualCellOptions rsi_options(const DaemonConfig& config, const calib::Cell& cell,
+                               const calib::Load* held) {
   VirtualCellOptions options;
   options.busy_every = busy_every(config);
-  options.truth = truth_for(config);
+  options.truth = truth_for(config, held);
   set_arm(options.controller, config, cell);
   options.controller.clamp_deg = config.rsi.correction_limit_deg.at(0);
   options.controller.monitor_deg = config.rsi.correction_limit_deg.at(0);
@@ -120,10 +122,11 @@ VirtualCellOptions rsi_options(const DaemonConfig& config, const calib::Cell& ce
   return options;
 }
 
-VirtualEkiCellOptions eki_options(const DaemonConfig& config, const calib::Cell& cell) {
+VirtualEkiCellOptions eki_options(const DaemonConfig& config, const calib::Cell& cell,
+                                  const calib::Load* held) {
   VirtualEkiCellOptions options;
   options.busy_every = busy_every(config);
-  options.truth = truth_for(config);
+  options.truth = truth_for(config, held);
   set_arm(options.controller, config, cell);
   // EKI's programs poll their interrupts every 12 ms, whatever RSI's cycle would be.
   options.controller.cycle_ms = 4;
@@ -176,10 +179,14 @@ class MockBackend final : public Backend {
 
 }  // namespace
 
-std::unique_ptr<Backend> make_mock_backend(const DaemonConfig& config, const calib::Cell& cell) {
+std::unique_ptr<Backend> make_mock_backend(const DaemonConfig& config, const calib::Cell& cell,
+                                           const std::string& load) {
+  const calib::ArmModel arm(cell);
+  const calib::Load* held = arm.load(load);
   if (wire_of(config) == WireKind::kEki)
-    return std::make_unique<MockBackend<VirtualEkiCell>>(config, cell, eki_options(config, cell));
-  VirtualCellOptions options = rsi_options(config, cell);
+    return std::make_unique<MockBackend<VirtualEkiCell>>(config, cell,
+                                                         eki_options(config, cell, held));
+  VirtualCellOptions options = rsi_options(config, cell, held);
   calib::Passable passable = passable_in_space(options.rsi.space);
   return std::make_unique<MockBackend<VirtualCell>>(
       config, cell, std::move(options), std::move(passable), correction_limit_rad(config));

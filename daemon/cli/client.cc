@@ -274,6 +274,11 @@ std::string outcome_words(const json& of) {
   return words;
 }
 
+std::string load_words(const json& session) {
+  const std::string load = text(session, "load");
+  return load.empty() ? "" : ", with load " + load;
+}
+
 std::string status_words(const json& status) {
   const std::int64_t session = number(status, "session");
   if (const json left = status.value("interrupted", json()); session == 0 && left.is_object()) {
@@ -284,7 +289,8 @@ std::string status_words(const json& status) {
         number(left, "planned"));
   }
   if (session == 0) return "idle, no session since the daemon started\n";
-  std::string words = fmt::format("session {}: {}\n", session, text(status, "phase"));
+  std::string words =
+      fmt::format("session {}: {}{}\n", session, text(status, "phase"), load_words(status));
   words += outcome_words(status);
   for (const std::string& warning : warnings_of(status)) words += warning;
   if (number(status, "planned") > 0) words += progress_line(progress_of(status), 1000) + "\n";
@@ -344,9 +350,11 @@ std::string state_word(const json& session) {
 std::string session_line(const json& session) {
   const std::string kind = kind_words(session);
   return fmt::format(
-      "{:>5}  {:<24}  {:<15}  {:>4}/{:<4}  {}{}\n", number(session, "id"), text(session, "started"),
-      state_word(session), number(session, "touches"), number(session, "planned"), kind,
-      text(session, "failure").empty() ? text(session, "cell") : text(session, "failure"));
+      "{:>5}  {:<24}  {:<15}  {:>4}/{:<4}  {}{}{}\n", number(session, "id"),
+      text(session, "started"), state_word(session), number(session, "touches"),
+      number(session, "planned"), kind,
+      text(session, "failure").empty() ? text(session, "cell") : text(session, "failure"),
+      load_words(session));
 }
 
 /// True for options of a full session, as opposed to an update that falls back to one.
@@ -381,6 +389,7 @@ int run(const Connection& daemon, const RunCommand& command) {
   json body{{"resume", command.resume}};
   if (command.update) body["update"] = true;
   if (!command.cell.empty()) body["cell"] = std::filesystem::absolute(command.cell).string();
+  if (!command.load.empty()) body["load"] = command.load;
   if (has_own_touches(command)) {
     if (command.touches) body["touches"] = *command.touches;
     if (command.goal_mm) body["goal_mm"] = *command.goal_mm;
@@ -409,22 +418,25 @@ int dry_run(const Connection& daemon, const DryRunCommand& command) {
                         {"cell", std::filesystem::absolute(command.cell).string()},
                         {"touches", command.touches},
                         {"check", command.check},
-                        {"seed", command.seed}});
+                        {"seed", command.seed},
+                        {"load", command.load}});
 }
 
 int find(const Connection& daemon, const FindCommand& command) {
-  return begin(daemon,
-               {{"kind", "find"}, {"cell", std::filesystem::absolute(command.cell).string()}});
+  return begin(daemon, {{"kind", "find"},
+                        {"cell", std::filesystem::absolute(command.cell).string()},
+                        {"load", command.load}});
 }
 
 int qualify(const Connection& daemon, const QualifyCommand& command) {
   return begin(daemon, {{"kind", "qualify"},
                         {"cell", std::filesystem::absolute(command.cell).string()},
-                        {"target", command.target}});
+                        {"target", command.target},
+                        {"load", command.load}});
 }
 
 int check(const Connection& daemon, const CheckCommand& command) {
-  json body{{"kind", "check"}};
+  json body{{"kind", "check"}, {"load", command.load}};
   if (!command.cell.empty()) body["cell"] = std::filesystem::absolute(command.cell).string();
   if (command.calibration) body["calibration"] = *command.calibration;
   if (command.temperature_c) body["temperature_c"] = *command.temperature_c;

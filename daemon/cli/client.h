@@ -30,6 +30,7 @@ struct RunCommand {
   bool or_full = false;  ///< full session after a withheld update, unless nothing changed
   bool accept_change = false;
   unsigned seed = 1;
+  std::string load;  ///< id in the cell file; empty: none
   bool resume = false;
 };
 
@@ -37,17 +38,20 @@ struct DryRunCommand {
   std::filesystem::path cell;
   int touches = 50, check = 10;
   unsigned seed = 1;
+  std::string load;
 };
 int dry_run(const Connection& daemon, const DryRunCommand& command);
 
 struct FindCommand {
   std::filesystem::path cell;
+  std::string load;
 };
 int find(const Connection& daemon, const FindCommand& command);
 
 struct QualifyCommand {
   std::filesystem::path cell;
   std::string target;  ///< empty: the first sphere
+  std::string load;
 };
 
 struct CheckCommand {
@@ -55,6 +59,7 @@ struct CheckCommand {
   std::optional<int> calibration;  ///< none: the calibration in use
   std::optional<double> temperature_c;
   std::vector<std::string> mastered;  ///< joints mastered anew by the calibration
+  std::string load;
 };
 
 int run(const Connection& daemon, const RunCommand& command);

@@ -34,6 +34,12 @@ void add_progress(CLI::App* command, Connection& daemon) {
                     "Print progress every 10 s on standard error, even without a terminal");
 }
 
+void add_load(CLI::App* command, std::string& load) {
+  command->add_option("--load", load,
+                      "What the tools hold in all touches: a [[load]] of the cell file by its id "
+                      "[nothing]");
+}
+
 void add_run(CLI::App& app, int& status) {
   auto given = std::make_shared<RunCommand>();
   CLI::App* command = app.add_subcommand("run", "Calibrate the cell: touch, identify, report");
@@ -44,6 +50,7 @@ void add_run(CLI::App& app, int& status) {
       "cellcal run --cell cell.toml --update\n         cellcal run --resume");
   auto daemon = add_connection(command);
   add_progress(command, *daemon);
+  add_load(command, given->load);
   auto* cell = command->add_option("--cell", given->cell, "Cell file (TOML)");
   command
       ->add_option("--goal", given->goal_mm,
@@ -101,6 +108,7 @@ void add_qualify(CLI::App& app, int& status) {
       "status 3:\nnot as stated.\nExample: cellcal qualify --cell cell.toml --target S1");
   auto daemon = add_connection(command);
   add_progress(command, *daemon);
+  add_load(command, given->load);
   command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
   command->add_option("--target", given->target, "Sphere to touch [the first one]");
   command->callback([=, &status] { status = qualify(*daemon, *given); });
@@ -117,6 +125,7 @@ void add_dry_run(CLI::App& app, int& status) {
       "Example: cellcal dry-run --cell cell.toml --touches 50 --check 10");
   auto daemon = add_connection(command);
   add_progress(command, *daemon);
+  add_load(command, given->load);
   command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
   command->add_option("--touches", given->touches, "Touches for the fit")
       ->capture_default_str()
@@ -138,6 +147,7 @@ void add_find(CLI::App& app, int& status) {
       "Example: cellcal find --cell cell.toml");
   auto daemon = add_connection(command);
   add_progress(command, *daemon);
+  add_load(command, given->load);
   command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
   command->callback([=, &status] { status = find(*daemon, *given); });
 }
@@ -152,6 +162,7 @@ void add_check(CLI::App& app, int& status) {
       "the check\nitself failed.\nExample: cellcal check\n         cellcal check --calibration 7 --json\n         cellcal check --mastered A2,A3");
   auto daemon = add_connection(command);
   add_progress(command, *daemon);
+  add_load(command, given->load);
   command->add_option("--cell", given->cell,
                       "Cell file (TOML) of the calibration [the one calibrated last]");
   command

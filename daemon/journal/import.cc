@@ -181,7 +181,9 @@ class Import {
       refuse("there is no table '" + entry.table + "'");
     const std::vector<std::string> known = columns_of(database_, entry.table);
     std::string names, places;
-    if (entry.names != known)
+    // Rows of earlier versions lack the last columns.
+    if (entry.names.size() > known.size() ||
+        !std::equal(entry.names.begin(), entry.names.end(), known.begin()))
       refuse("the columns of table '" + entry.table + "' are not those of this version");
     for (const std::string& name : entry.names) {
       names += (names.empty() ? "" : ", ") + name;

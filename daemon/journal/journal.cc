@@ -97,6 +97,7 @@ calib::Touch touch_from(Statement& row) {
   touch.tracker_abc_rad = three(row, 13);
   touch.approach = three(row, 14);
   if (!row.is_null(15)) touch.temperature_c = row.number(15);
+  if (!row.is_null(16)) touch.load = row.text(16);
   return touch;
 }
 
@@ -257,12 +258,13 @@ void Journal::record(std::int64_t session, const RecordTouch& record) {
     impl_->database.run(
         "INSERT INTO touch (session, number, joint_rad, target, held_out, sigma_m, "
         "radius_m, tracker_m, time, settled_rad, readings, spread_m, speed_m_s, "
-        "tool, turn_sigma_rad, tracker_abc_rad, approach, temperature_c) "
-        "VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)",
+        "tool, turn_sigma_rad, tracker_abc_rad, approach, temperature_c, load) "
+        "VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)",
         session, record.index, blob(touch.joint_rad), touch.target,
         touch.set == calib::TouchSet::kCheck, touch.sigma_m, touch.radius_m, blob(touch.tracker_m),
         touch.time, blob(touch.settled_joint_rad), touch.readings, touch.spread_m, touch.speed_m_s,
-        touch.tool, number_of(touch.turn_sigma_rad, "turn_sigma"), abc, approach, temperature_c);
+        touch.tool, number_of(touch.turn_sigma_rad, "turn_sigma"), abc, approach, temperature_c,
+        touch.load.empty() ? std::nullopt : std::optional(touch.load));
     impl_->added(session, "touch");
     impl_->outbox.put_touch(session, record);
   });
@@ -355,7 +357,7 @@ std::vector<calib::Touch> Journal::Impl::touches(std::int64_t session) {
   Statement select(database,
                    "SELECT joint_rad, target, held_out, sigma_m, radius_m, tracker_m, time, "
                    "settled_rad, readings, spread_m, speed_m_s, tool, turn_sigma_rad, "
-                   "tracker_abc_rad, approach, temperature_c FROM touch WHERE session=? "
+                   "tracker_abc_rad, approach, temperature_c, load FROM touch WHERE session=? "
                    "ORDER BY number",
                    session);
   std::vector<calib::Touch> touches;

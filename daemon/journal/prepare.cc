@@ -9,6 +9,8 @@ namespace cellcal::daemon {
 
 namespace {
 
+constexpr int kConvertedVersion = 11;
+
 [[noreturn]] void refuse(const Database& database, const std::string& words) {
   throw JournalError("journal " + database.name() + ": " + words);
 }
@@ -34,7 +36,7 @@ void refuse_others(Database& database, std::int64_t version) {
   if (database.integer("PRAGMA application_id") != kApplicationId) {
     refuse(database, "this is the database of another program. Set another state directory");
   }
-  if (version != kSchemaVersion) {
+  if (version != kSchemaVersion && version != kConvertedVersion) {
     refuse(
         database,
         fmt::format(
@@ -42,6 +44,15 @@ void refuse_others(Database& database, std::int64_t version) {
             "with its -wal and .head files; the daemon begins a new one",
             version, kSchemaVersion));
   }
+}
+
+/// Its rows have the same checksums with the new column, which is NULL in all of them.
+void convert(Database& database) {
+  Transaction transaction(database);
+  database.execute(fmt::format("ALTER TABLE touch ADD COLUMN load TEXT; PRAGMA user_version = {}",
+                               kSchemaVersion)
+                       .c_str());
+  transaction.commit();
 }
 
 void refuse_damaged(Database& database) {
@@ -77,6 +88,7 @@ std::vector<std::string> prepare(Database& database, HeadFile& head, Chain& chai
     make_new(database, head, chain);
   } else {
     remarks = chain.open();
+    if (version == kConvertedVersion) convert(database);
     if (!remarks.empty()) {
       begin_source(
           database);  // a restored copy: the journal that it was copied from may continue, too

@@ -16,8 +16,9 @@ std::vector<std::string> prepare(Database& database, HeadFile& head, Chain& chai
 //
 // A later version appends columns that are NULL in earlier rows, or adds tables: the checksums of earlier rows stay valid.
 
-/// PRAGMA user_version. No other version is opened; versions up to 10 were never released.
-inline constexpr int kSchemaVersion = 11;
+/// PRAGMA user_version. Version 11 lacks the last column of touch and is converted; no other version is
+/// opened, and those up to 10 were never released.
+inline constexpr int kSchemaVersion = 12;
 /// PRAGMA application_id, "ccal": distinguishes a journal from other SQLite files.
 inline constexpr int kApplicationId = 0x6363616c;
 
@@ -60,6 +61,7 @@ CREATE TABLE touch (
   tracker_abc_rad BLOB,
   approach        BLOB,
   temperature_c   REAL,
+  load            TEXT,            -- held; NULL: none
   UNIQUE (session, number)
 ) STRICT;
 CREATE TABLE reading (

@@ -330,6 +330,7 @@ constexpr Column kColumns[] = {
     {"touch", "tracker_abc_rad", Holds::kThree, true},
     {"touch", "approach", Holds::kThree, true},
     {"touch", "temperature_c", Holds::kFinite, true},
+    {"touch", "load", Holds::kName, true},
     {"reading", "touch", Holds::kCount},
     {"reading", "number", Holds::kCount},
     {"reading", "slow", Holds::kFlag},

@@ -93,7 +93,8 @@ void set_log_status(const Status& status) {
   set_log_context(context);
 }
 
-std::unique_ptr<Backend> make_backend(const DaemonConfig& config, const calib::Cell& cell) {
+std::unique_ptr<Backend> make_backend(const DaemonConfig& config, const calib::Cell& cell,
+                                      const std::string& load) {
   switch (config.backend) {
     case BackendKind::kRsi:
       return make_rsi_backend(config, cell);
@@ -102,18 +103,19 @@ std::unique_ptr<Backend> make_backend(const DaemonConfig& config, const calib::C
     case BackendKind::kMock:
       break;
   }
-  return make_mock_backend(config, cell);
+  return make_mock_backend(config, cell, load);
 }
 
 /// Bound to this configuration, whatever is loaded later.
 MakeBackend backend_of(std::shared_ptr<const DaemonConfig> config) {
-  return [config = std::move(config)](const calib::Cell& cell, double most_speed) {
+  return [config = std::move(config)](const calib::Cell& cell, double most_speed,
+                                      const std::string& load) {
     if (config->plant && config->plant->touches)
       refuse_linear_unit(cell.robot, "reporting each touch to the plant",
                          "Set touches = false in [plant]");
     DaemonConfig slowed = *config;
     slowed.motion.speed_fraction = std::min(slowed.motion.speed_fraction, most_speed);
-    return make_backend(slowed, cell);
+    return make_backend(slowed, cell, load);
   };
 }
 

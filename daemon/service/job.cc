@@ -80,6 +80,15 @@ void check_centres(const calib::Cell& cell) {
         "cell file");
 }
 
+void examine_load(const calib::Cell& cell, const std::string& load) {
+  if (load.empty() || std::ranges::find(cell.loads, load, &calib::Load::id) != cell.loads.end())
+    return;
+  std::string known;
+  for (const calib::Load& one : cell.loads) known += (known.empty() ? "" : ", ") + one.id;
+  throw RequestError(fmt::format("load {}: the cell has no such [[load]]; it has: {}", load,
+                                 known.empty() ? "none" : known));
+}
+
 void examine_target(const calib::Cell& cell, const std::string& target) {
   try {
     calib::qualification_target(cell, target);
@@ -186,6 +195,7 @@ void apply_request_options(const RunRequest& request, Job& job) {
   }
   job.options.plan.check_touches = request.check_touches;
   job.options.plan.seed = request.seed;
+  job.options.load = request.load;
   job.options.touch = job.settings.touch;
   job.options.kind = request.kind;
   job.options.target = request.target;
@@ -257,6 +267,7 @@ void check_new_session(const RunRequest& request, Job& job) {
     if (const auto fault = calib::fault_of(job.cell, job.options.goal))
       job.warnings.push_back(words(*fault));
   if (request.kind == SessionKind::kDryRun) check_centres(job.cell);
+  examine_load(job.cell, request.load);
   if (request.kind != SessionKind::kQualify) return;
   examine_target(job.cell, request.target);
   check_qualification_speeds(job.options.touch);
@@ -348,7 +359,7 @@ std::unique_ptr<Job> prepare(Journal& journal, const RunRequest& request, Sessio
     job->left = search_left(journal, job->inputs);
   const bool dry =
       SessionKind::kDryRun == job->options.kind || SessionKind::kDryRun == request.kind;
-  job->backend = make_backend(job->cell, dry ? kDryRunSpeed : 1.0);
+  job->backend = make_backend(job->cell, dry ? kDryRunSpeed : 1.0, job->options.load);
   job->stated_poses = std::make_shared<StatedPoses>(job->cell.robot, job->backend->stated_frames());
   if (!request.resume) job->options.emulated = job->backend->emulated();
   if (!job->backend->emulated()) job->hand_speed = hand_speed_of(journal, *job, dry);
@@ -359,6 +370,7 @@ std::unique_ptr<Job> prepare(Journal& journal, const RunRequest& request, Sessio
 State first_state(const Job& job) {
   State state;
   state.policy = job.options.touch;
+  state.load = job.options.load;
   if (job.options.kind == SessionKind::kQualify) state.policy.confirm_every = 1;
   if (job.options.kind == SessionKind::kCheck || job.options.update) prepare_check(job.cell, state);
   // The arm has changed, so contacts surprise; an outlier is rejected against the other touches.

@@ -47,6 +47,8 @@ void check(const RunRequest& request) {
   if (request.update && request.kind != SessionKind::kCalibrate)
     throw RequestError(
         "\"update\" applies to a calibration: leave it out of a check or qualification");
+  if (request.resume && !request.load.empty())
+    throw RequestError("a resumed session keeps its load: leave \"load\" out");
   if (request.update && request.resume)
     throw RequestError("an update is not resumed: start a new one, without \"resume\"");
   if (request.update && (request.goal_mm || request.find || request.fit_touches))

@@ -34,6 +34,7 @@ struct RunRequest {
   std::optional<std::int64_t> calibration;
   std::optional<double> temperature_c;  ///< of a check: cell temperature [deg C]
   std::vector<std::string> mastered;  ///< of a check: joints that were mastered anew by the calibration
+  std::string load;                     ///< held in all touches: id in the cell file; empty: none
   std::filesystem::path cell;           ///< absolute; empty only when resuming or checking
   std::optional<int> fit_touches;  ///< none: kPlannedTouches, or at most kMostChosen with a goal
   int check_touches = 10;
@@ -69,6 +70,8 @@ struct SessionSettings {
 };
 
 /// `most_speed`: upper bound of the share of the robot file's axis speeds, whatever the configuration allows.
-using MakeBackend = std::function<std::unique_ptr<Backend>(const calib::Cell&, double most_speed)>;
+/// `load`: held by the emulated tools.
+using MakeBackend = std::function<std::unique_ptr<Backend>(const calib::Cell&, double most_speed,
+                                                           const std::string& load)>;
 
 }  // namespace cellcal::daemon

@@ -56,6 +56,7 @@ Status status_of(const State& state, const Job& job, std::size_t done) {
   Status status;
   status.session = job.session;
   status.kind = to_string(job.options.kind);
+  status.load = job.options.load;
   status.phase = state.phase;
   status.done = std::max(state.done, done);
   const calib::Calibration* calibration = state.result ? state.result->calibration() : nullptr;
@@ -293,7 +294,8 @@ TaskInputs SessionService::task_inputs(Job& job) {
     inputs.against = std::make_shared<const calib::Calibration>(calib::as_mastered(
         calibration_of(parts_.journal, job.options.against), job.options.mastered));
     if (job.options.mastered.empty())
-      inputs.checks_before = checks_before(parts_.journal, job.options.against, job.session);
+      inputs.checks_before =
+          checks_before(parts_.journal, job.options.against, job.session, job.options.load);
   }
   inputs.note = [this, &job](const std::string& words) {
     parts_.journal.note(job.session, job.backend->utc_now(), words);

@@ -68,6 +68,7 @@ struct Status {
   std::uint64_t seq = 0;           ///< increases with every change
   std::int64_t session = 0;        ///< 0: none since the daemon started
   std::string kind = "calibrate";  ///< of the session, to_string(SessionKind)
+  std::string load;                ///< held in its touches; empty: none
   Phase phase = Phase::kIdle;
   std::string target;  ///< of the current touch
   std::size_t done = 0, total = 0;

@@ -178,7 +178,9 @@ void record_reading(const State& state, const Reading& reading, Actions& actions
 
 void record(State& state, const Event& event, Actions& actions, const Agreement& agreement,
             double speed_m_s) {
-  actions.emplace_back(RecordTouch{state.done, touch_of(state.planned(), agreement, speed_m_s)});
+  calib::Touch touch = touch_of(state.planned(), agreement, speed_m_s);
+  touch.load = state.load;
+  actions.emplace_back(RecordTouch{state.done, std::move(touch)});
   if (!was_met(state)) state.met.push_back(state.planned().target);
   state.deadline = event.at + state.timeouts.recording;
 }

@@ -43,6 +43,7 @@ struct State {
 
   // Fixed when the session starts.
   TouchPolicy policy;
+  std::string load;  ///< held in all touches
   Timeouts timeouts;
   bool dry = false;         ///< from stand-off to stand-off, without searches and records
   bool one_by_one = false;  ///< touches are chosen during the session, not planned beforehand

@@ -57,6 +57,7 @@ class Round {
       } else if (round_.became(i) == PlannedRound::Became::kMissed) {
         calib::MissedTouch one{i, {}};
         one.at_end.target = round_.plan().touches[i].target;
+        one.at_end.load = inputs_->options.load;
         one.at_end.joint_rad = round_.plan().touches[i].end;
         missed.push_back(std::move(one));
       } else {

@@ -83,6 +83,7 @@ void each_later_key(Options& options, Visitor visit) {
   visit("goal_most_touches", options.goal.most_touches);
   visit("goal_worth_it", options.goal.worth_it);
   visit("find", options.find);
+  visit("load", options.load);
   visit("accept_change", options.accept_change);
   visit("update", options.update);
   visit("months", options.months);

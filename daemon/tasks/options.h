@@ -39,6 +39,7 @@ struct SessionOptions {
   std::vector<std::string> mastered;    ///< kCheck: joints mastered by the calibration's zeros since
   calib::PlanOptions plan;
   std::string region = "workspace";  ///< as in `cellcal plan --region`
+  std::string load;                  ///< held in all touches: id in the cell file; empty: none
   /// Touches are chosen one by one until the goal is reached; otherwise planned beforehand.
   bool one_by_one = false;
   calib::Goal goal;

@@ -146,7 +146,7 @@ calib::Calibration calibration_of(Journal& journal, std::int64_t session) {
 }
 
 std::vector<std::vector<calib::Touch>> checks_before(Journal& journal, std::int64_t calibrated,
-                                                     std::int64_t before) {
+                                                     std::int64_t before, const std::string& load) {
   std::vector<std::vector<calib::Touch>> checks;
   for (const SessionRecord& record : journal.sessions()) {
     if (record.id >= before || record.id <= calibrated || record.state != RecordState::kDone ||
@@ -155,7 +155,7 @@ std::vector<std::vector<calib::Touch>> checks_before(Journal& journal, std::int6
     try {
       const SessionOptions options = options_from_json(record.inputs.options);
       if (options.kind != SessionKind::kCheck || options.against != calibrated ||
-          !options.mastered.empty())
+          options.load != load || !options.mastered.empty())
         continue;
       checks.push_back(journal.touches(record.id));
     } catch (const std::runtime_error& error) {

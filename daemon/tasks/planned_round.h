@@ -72,9 +72,9 @@ SessionRecord published_session(Journal& journal, const std::filesystem::path& c
 /// Calibration of the session from published_session(). Throws NotUsable, JournalError.
 calib::Calibration calibration_of(Journal& journal, std::int64_t session);
 
-/// Touches of the checks of that calibration completed before this session, oldest first.
+/// Touches of the checks of that calibration with this load, completed before this session, oldest first.
 std::vector<std::vector<calib::Touch>> checks_before(Journal& journal, std::int64_t calibrated,
-                                                     std::int64_t before);
+                                                     std::int64_t before, const std::string& load);
 
 // Earlier calibration that a session's result is compared with.
 

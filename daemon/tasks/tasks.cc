@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <set>
@@ -364,6 +365,24 @@ void write_touches(const TaskInputs& inputs, const std::vector<calib::Touch>& to
 
 }  // namespace
 
+namespace {
+
+/// "none, part (10 kg)"; empty where nothing was held.
+std::string loads_held(const calib::Cell& cell, const std::vector<calib::Touch>& touches) {
+  std::string words;
+  std::set<std::string> ids;
+  for (const calib::Touch& touch : touches) ids.insert(touch.load);
+  if (ids == std::set<std::string>{""}) return words;
+  for (const std::string& id : ids) {
+    const auto load = std::ranges::find(cell.loads, id, &calib::Load::id);
+    words += words.empty() ? "" : ", ";
+    words += load == cell.loads.end() ? "0 kg" : fmt::format("{} ({:g} kg)", id, load->mass_kg);
+  }
+  return words;
+}
+
+}  // namespace
+
 void write_document(const TaskInputs& inputs, const SessionResult& result,
                     const std::vector<calib::Touch>& touches, const char* name) {
   write_touches(inputs, touches);
@@ -407,6 +426,9 @@ void write_results(const TaskInputs& inputs, const calib::Calibration& calibrati
       counts.total() > 0)
     report.notes.emplace_back("say.report.note.interruptions",
                               std::vector<calib::PhraseValue>{{"causes", phrase(counts)}});
+  if (const std::string held = loads_held(calibration.cell, touches); !held.empty())
+    report.notes.emplace_back("say.report.note.loads",
+                              std::vector<calib::PhraseValue>{{"loads", held}});
   if (calibration.update)
     report.notes.emplace_back(
         "say.report.note.update",

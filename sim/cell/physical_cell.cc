@@ -38,10 +38,13 @@ std::span<const double> PhysicalCell::own(std::span<const double> joint_rad) con
   return joint_rad.first(truth_.arm.robot().joints.size());
 }
 
+calib::PreparedPose PhysicalCell::prepared(std::span<const double> joint_rad) const {
+  return truth_.arm.prepare(own(joint_rad), 0, truth_.held ? &*truth_.held : nullptr);
+}
+
 Eigen::Vector3d PhysicalCell::tip_m(std::span<const double> joint_rad, double warm) const {
   calib::ArmChain chain;
-  truth_.arm.walk(truth_.arm.prepare(own(joint_rad)), truth_.arm.errors(truth_.errors.data()),
-                  chain);
+  truth_.arm.walk(prepared(joint_rad), truth_.arm.errors(truth_.errors.data()), chain);
   return chain.tip + grown_m(chain.flange_origin, warm);
 }
 
@@ -62,8 +65,7 @@ double PhysicalCell::gap_m(std::span<const double> joint_rad, double warm) const
 }
 
 double PhysicalCell::shaft_depth_m(std::span<const double> joint_rad, double warm) const {
-  const calib::ArmShape shape =
-      truth_.arm.shape(truth_.arm.prepare(own(joint_rad)), truth_.errors.data());
+  const calib::ArmShape shape = truth_.arm.shape(prepared(joint_rad), truth_.errors.data());
   const Eigen::Vector3d grown = grown_m(shape.flange.translation(), warm);
   const Eigen::Vector3d tip = shape.tcp.translation() + grown;
   const Eigen::Vector3d flange = shape.flange.translation() + grown;

@@ -30,6 +30,7 @@ class PhysicalCell {
 
  private:
   std::span<const double> own(std::span<const double> joint_rad) const;
+  calib::PreparedPose prepared(std::span<const double> joint_rad) const;
   Eigen::Vector3d grown_m(const Eigen::Vector3d& flange, double warm) const;
 
   Truth truth_;

@@ -194,6 +194,7 @@ Truth draw_truth(const calib::Cell& stated, const TruthOptions& options) {
     tool.tcp.translation() += options.tool_shift_m;
     truth.arm = calib::ArmModel(truth.arm.robot(), tool);
   }
+  truth.held = options.held;
   return truth;
 }
 

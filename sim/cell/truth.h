@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "calib/model/kinematics.h"
@@ -58,8 +59,9 @@ struct TruthOptions {
   double tip_offset_m = 0.0;  ///< maximum deviation from the cell file's tip, per component
   /// Shift of the tip on the flange after the spheres' places were taught: a knock.
   Eigen::Vector3d tool_shift_m = Eigen::Vector3d::Zero();
-  double growth = 0.0;      ///< relative growth of all the arm's lengths, warmed up
-  double warm_up_s = 60.0;  ///< time constant of the warm-up
+  std::optional<calib::Load> held;  ///< by the tools, once the spheres' places were taught
+  double growth = 0.0;              ///< relative growth of all the arm's lengths, warmed up
+  double warm_up_s = 60.0;          ///< time constant of the warm-up
   ContactScatter contacts{};
   /// Deviation of the artefact from its taught place, as a rigid body, 1 sigma.
   double placement_m = 0.001;
@@ -79,6 +81,7 @@ struct Truth {
   std::vector<Eigen::Vector3d> centre_m;  ///< per target of the cell, true base frame
   std::vector<double> radius_m;  ///< true radius of each sphere plus tip; 0 for other kinds
   std::vector<TrueFace> faces{};
+  std::optional<calib::Load> held{};
   double growth = 0.0, warm_up_s = 60.0;  ///< as in TruthOptions; `errors` are the cold arm's
   ContactScatter contacts{};
   std::uint64_t contact_seed = 0;

@@ -12,12 +12,13 @@ namespace cellcal::daemon::testing {
 struct WithoutHardware {
   TemporaryDirectory dir;
   Journal journal{dir / "journal.db"};
-  SessionService service{{journal,
-                          dir.path(),
-                          [](const calib::Cell&, double) -> std::unique_ptr<Backend> {
-                            throw drivers::ConfigError("no hardware in this test");
-                          },
-                          {}}};
+  SessionService service{
+      {journal,
+       dir.path(),
+       [](const calib::Cell&, double, const std::string&) -> std::unique_ptr<Backend> {
+         throw drivers::ConfigError("no hardware in this test");
+       },
+       {}}};
 };
 
 }  // namespace cellcal::daemon::testing

@@ -17,6 +17,7 @@ TEST(a_touch_with_all_that_one_can_have, comes_back_bit_for_bit) {
   const TemporaryDirectory dir;
   calib::Touch touch = touch_at(0.3);
   touch.tool = "probe 2";
+  touch.load = "part 7";
   touch.tracker_abc_rad = {{0.1, -1.0 / 3.0, 5e-324}};
   touch.turn_sigma_rad = 1e-7;
   touch.approach = {{0.0, -0.0, -1.0}};
@@ -179,6 +180,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Forged{"change_added", "INSERT INTO change SELECT * FROM change"},
                       Forged{"compared", "UPDATE compared SET accepted=1"},
                       Forged{"temperature", "UPDATE touch SET temperature_c=20"},
+                      Forged{"load", "UPDATE touch SET load='x'"},
                       Forged{"tool", "UPDATE touch SET tool='x'"},
                       Forged{"software", "UPDATE session SET software='x'"},
                       Forged{"origin", "UPDATE session SET origin='{}'"}),

@@ -48,7 +48,7 @@ struct SlowService {
   std::function<void()> before_a_backend = [] {};
   SessionService service{{journal,
                           dir.path(),
-                          [this](const calib::Cell&, double) {
+                          [this](const calib::Cell&, double, const std::string&) {
                             before_a_backend();
                             return std::make_unique<SlowToClose>(gate);
                           },

@@ -25,12 +25,13 @@ struct a_session_that_is_resumed : ::testing::Test {
     inputs.options = options_to_json(options);
     const std::int64_t id = journal.begin(inputs, "t0");
     journal.record(id, RecordEnd{Ending::kAborted, ""}, "t1");
-    SessionService service{{journal,
-                            dir.path(),
-                            [](const calib::Cell&, double) -> std::unique_ptr<Backend> {
-                              throw drivers::ConfigError("devices");
-                            },
-                            {{}, {}, 0, limits}}};
+    SessionService service{
+        {journal,
+         dir.path(),
+         [](const calib::Cell&, double, const std::string&) -> std::unique_ptr<Backend> {
+           throw drivers::ConfigError("devices");
+         },
+         {{}, {}, 0, limits}}};
     RunRequest request;
     request.resume = true;
     std::string why;
@@ -69,10 +70,12 @@ TEST(a_session, that_begins_while_the_configuration_is_read_again_has_all_of_one
   SessionSettings slow;
   slow.touch.fast_m_s = slow.touch.slow_m_s;
   std::atomic<int> mixed{0};
-  const MakeBackend fast_devices = [](const calib::Cell&, double) -> std::unique_ptr<Backend> {
+  const MakeBackend fast_devices = [](const calib::Cell&, double,
+                                      const std::string&) -> std::unique_ptr<Backend> {
     throw drivers::ConfigError("devices");
   };
-  const MakeBackend slow_devices = [&](const calib::Cell&, double) -> std::unique_ptr<Backend> {
+  const MakeBackend slow_devices = [&](const calib::Cell&, double,
+                                       const std::string&) -> std::unique_ptr<Backend> {
     ++mixed;
     throw drivers::ConfigError("mixed");
   };
@@ -102,8 +105,8 @@ TEST(a_dry_run, has_a_tenth_of_the_axis_speeds_at_most_and_no_other_session_has)
   const TemporaryDirectory dir;
   Journal journal(dir / "j.db");
   std::vector<double> shares;
-  const MakeBackend devices = [&](const calib::Cell&,
-                                  double most_speed) -> std::unique_ptr<Backend> {
+  const MakeBackend devices = [&](const calib::Cell&, double most_speed,
+                                  const std::string&) -> std::unique_ptr<Backend> {
     shares.push_back(most_speed);
     throw drivers::ConfigError("devices");
   };

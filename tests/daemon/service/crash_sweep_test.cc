@@ -219,7 +219,7 @@ class ACalibratedCell : public ::testing::TestWithParam<SessionKind> {
     SessionSettings settings;
     SessionService service{
         {journal, dir,
-         [](const calib::Cell& cell, double) {
+         [](const calib::Cell& cell, double, const std::string&) {
            return make_mock_backend(
                parse_config("format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n"
                             "[motion]\nspeed_percent = 100\nacceleration_deg_s2 = 900\n"

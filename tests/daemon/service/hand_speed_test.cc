@@ -152,11 +152,12 @@ struct hand_speed_of_a_session : hand_speed {
     settings.speed_fraction = kFraction;
     RunRequest request;
     request.cell = CELLCAL_DEMO_CELL;
-    const auto job = prepare(journal, request, settings,
-                             [&](const calib::Cell&, double) -> std::unique_ptr<Backend> {
-                               if (emulated) return std::make_unique<Emulated>();
-                               return std::make_unique<FakeBackend>();
-                             });
+    const auto job =
+        prepare(journal, request, settings,
+                [&](const calib::Cell&, double, const std::string&) -> std::unique_ptr<Backend> {
+                  if (emulated) return std::make_unique<Emulated>();
+                  return std::make_unique<FakeBackend>();
+                });
     if (!job->hand_speed) return false;
     drivers::AxisAngles from{0.0, -1.0, 1.5, 0.0, 0.5, 0.0}, to = from;
     to[0] = 1.0;

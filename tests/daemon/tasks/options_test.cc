@@ -38,6 +38,9 @@ TEST(stored_options, of_a_kind_that_this_version_does_not_know_are_no_calibratio
   EXPECT_EQ(options_from_json(options_to_json(check)).kind, SessionKind::kCheck);
   EXPECT_EQ(options_from_json(options_to_json(check)).against, 7);
   EXPECT_FALSE(options_from_json(options_to_json(check)).temperature_c);
+  EXPECT_EQ(options_from_json(options_to_json(check)).load, "");
+  check.load = "part";
+  EXPECT_EQ(options_from_json(options_to_json(check)).load, "part");
   check.temperature_c = 21.5;
   EXPECT_EQ(options_from_json(options_to_json(check)).temperature_c, 21.5);
   stored.replace(stored.find("qualify"), 7, "polish_");

@@ -46,7 +46,10 @@ struct UnattendedSession : ::testing::Test {
   testing::TemporaryDirectory dir;
   Journal journal{dir / "journal.db"};
   SessionService service{
-      {journal, dir.path(), [this](const calib::Cell& cell, double) { return backend(cell); }, {}}};
+      {journal,
+       dir.path(),
+       [this](const calib::Cell& cell, double, const std::string&) { return backend(cell); },
+       {}}};
   ServiceSessionGateway door{service, journal};
 };
 

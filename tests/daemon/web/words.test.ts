@@ -86,11 +86,12 @@ test("numbers have the language's decimal mark and always their unit", () => {
 });
 
 test("a wish becomes the request that the daemon takes", () => {
-  const wish = { kind: "calibrate" as const, cell: " /c/cell.toml ", touches: "30", check: "5", goal: "", find: false };
+  const wish = { kind: "calibrate" as const, cell: " /c/cell.toml ", touches: "30", check: "5", goal: "", load: "", find: false };
   assert.deepEqual(run_request(wish), { cell: "/c/cell.toml", touches: 30, check: 5 });
   assert.deepEqual(run_request({ ...wish, goal: "0,15", find: true }), { cell: "/c/cell.toml", goal_mm: 0.15, check: 5, find: true });
   assert.deepEqual(run_request({ ...wish, kind: "qualify", find: true }), { cell: "/c/cell.toml", kind: "qualify" });
   assert.deepEqual(run_request({ ...wish, kind: "update", find: true }), { cell: "/c/cell.toml", update: true });
+  assert.deepEqual(run_request({ ...wish, kind: "check", load: " part " }), { cell: "/c/cell.toml", kind: "check", load: "part" });
   assert.deepEqual(run_request({ ...wish, kind: "check" }), { cell: "/c/cell.toml", kind: "check" });
 });
 

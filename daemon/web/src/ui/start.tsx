@@ -17,13 +17,19 @@ export interface Wish {
   touches: string;
   check: string;
   goal: string;
+  load: string;
   find: boolean;
 }
 /** A full calibration. */
 export const WHOLE: Partial<Wish> = { kind: "calibrate", touches: "100", check: "10" };
-const USUAL: Wish = { kind: "calibrate", cell: "", touches: "50", check: "10", goal: "", find: false };
+const USUAL: Wish = { kind: "calibrate", cell: "", touches: "50", check: "10", goal: "", load: "", find: false };
 
 export function run_request(wish: Wish): Record<string, unknown> {
+  const body = request_of_kind(wish);
+  return wish.load.trim() === "" ? body : { ...body, load: wish.load.trim() };
+}
+
+function request_of_kind(wish: Wish): Record<string, unknown> {
   if (wish.kind === "dry-run")
     return { cell: wish.cell.trim(), kind: wish.kind, touches: Number(wish.touches), check: Number(wish.check) };
   if (wish.kind === "update") return { cell: wish.cell.trim(), update: true };
@@ -88,7 +94,7 @@ export function StartDialog({ last_cell, preset, done, close }: {
 }) {
   const { say } = useVoice();
   const [wish, become] = useState<Wish>({ ...USUAL, ...preset, cell: last_cell });
-  const field = (name: "cell" | "touches" | "check" | "goal", kind: "text" | "number") => (
+  const field = (name: "cell" | "touches" | "check" | "goal" | "load", kind: "text" | "number") => (
     <label>
       {say(`start.${name}`)}
       <input name={name} type={kind} inputMode={name === "goal" ? "decimal" : undefined}
@@ -109,6 +115,7 @@ export function StartDialog({ last_cell, preset, done, close }: {
         </select>
       </label>
       {field("cell", "text")}
+      {field("load", "text")}
       {wish.kind === "update" && <p class="note">{say("start.update")}</p>}
       {(wish.kind === "calibrate" || wish.kind === "dry-run") && (
         <div class="pair">{field("touches", "number")}{field("check", "number")}</div>
