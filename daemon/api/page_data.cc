@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/check/error_map.h"
 #include "calib/files/calibration_json.h"
 #include "calib/files/check_json.h"
 #include "calib/files/files.h"
@@ -19,7 +18,6 @@
 #include "calib/plan/surroundings.h"
 #include "calib/result/finding_phrase.h"
 #include "daemon/api/handlers.h"
-#include "daemon/report/report.h"
 #include "daemon/result/outcome_json.h"
 #include "daemon/tasks/options.h"
 
@@ -105,24 +103,6 @@ std::optional<Response> Api::figures(const Call& call) {
   return Response{.body = web::figures_to_json(
                       record, cell_of(record.inputs), journal_.touches(record.id),
                       calibration ? &*calibration : nullptr, made, language_in(call.request))};
-}
-
-/// Of the report; a calibration without one, as an imported one, has them too.
-std::optional<Response> Api::plots(const Call& call) {
-  const SessionRecord record = find(call);
-  ReportInput input;
-  const auto calibration = calibration_of(record);
-  if (!calibration)
-    throw NotFound(fmt::format("session {} has no calibration to draw", record.id));
-  input.calibration = *calibration;
-  input.touches = journal_.touches(record.id);
-  input.language = language_in(call.request);
-  input.error_map = calib::error_map(input.calibration);
-  const ReportPlots plots = report_plots(input);
-  return Response{.body = web::dump({{"session", record.id},
-                                     {"before_after", plots.before_after},
-                                     {"by_joint", plots.by_joint},
-                                     {"error_map", plots.error_map}})};
 }
 
 }  // namespace cellcal::daemon

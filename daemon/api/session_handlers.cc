@@ -233,6 +233,14 @@ std::optional<Response> Api::report(const Call& call) {
   return page;
 }
 
+std::optional<Response> Api::plots(const Call& call) {
+  const std::int64_t session = find(call).id;
+  const std::filesystem::path path =
+      service_.results_dir(session) / plots_name(language_in(call.request));
+  if (!std::filesystem::exists(path)) throw no_result(session);
+  return Response{200, "application/json", calib::read_file(path)};
+}
+
 Response Api::document(const Call& call, std::string SessionRecord::*text, SessionKind kind) {
   const SessionRecord record = find(call);
   const auto options = options_of(record);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 
+#include "calib/files/json.h"
 #include "calib/model/enum_table.h"
 #include "calib/model/units.h"
 #include "daemon/report/plan_picture.h"
@@ -51,6 +52,17 @@ std::string signatures() {
 
 std::string report_name(const calib::Language& language) {
   return language == calib::Language() ? "report.html" : "report." + language.code() + ".html";
+}
+
+std::string plots_name(const calib::Language& language) {
+  return language == calib::Language() ? "plots.json" : "plots." + language.code() + ".json";
+}
+
+std::string plots_json(std::int64_t session, const ReportPlots& plots) {
+  return calib::write_json({{"session", session},
+                            {"before_after", plots.before_after},
+                            {"by_joint", plots.by_joint},
+                            {"error_map", plots.error_map}});
 }
 
 std::string html_report(const ReportInput& input) {

@@ -44,6 +44,8 @@ struct ReportInput {
 
 /// "report.html"; "report.de.html" in another language than English.
 std::string report_name(const calib::Language& language);
+/// "plots.json", likewise.
+std::string plots_name(const calib::Language& language);
 
 /// The complete document, UTF-8. Never throws for invalid input: a non-finite number is shown as a dash and
 /// counted in the text.
@@ -56,6 +58,8 @@ struct ReportPlots {
   std::string error_map;
 };
 ReportPlots report_plots(const ReportInput& input);
+/// As JSON, with the session's number, for the page.
+std::string plots_json(std::int64_t session, const ReportPlots& plots);
 
 }  // namespace cellcal::daemon
 

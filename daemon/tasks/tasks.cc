@@ -444,6 +444,8 @@ void write_results(const TaskInputs& inputs, const calib::Calibration& calibrati
   for (const std::string& code : calib::Language::codes()) {
     report.language = *calib::Language::of(code);
     write_atomically(inputs.results_dir / report_name(report.language), html_report(report));
+    write_atomically(inputs.results_dir / plots_name(report.language),
+                     plots_json(inputs.session, report_plots(report)));
   }
   inputs.store(json);
 }

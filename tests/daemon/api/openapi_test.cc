@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -14,6 +16,7 @@
 #include "daemon/controller/frame_station.h"
 #include "daemon/doctor/examiner.h"
 #include "daemon/doctor/steps.h"
+#include "daemon/report/report.h"
 #include "daemon/plant/desk/proposal_box.h"
 #include "daemon/tasks/options.h"
 #include "daemon/unattended/schedule.h"
@@ -513,16 +516,29 @@ TEST(a_described_chart, is_as_it_is_described_from_too_few_checks_to_an_alarm) {
   EXPECT_EQ(described().complaint(next, std::string("Drift")), "");
   EXPECT_EQ(next.at("checks").at("others").at(0).at("points").size(), 11u);
   EXPECT_EQ(next.at("checks").at("events").at(0).at("words"), "Kalibrierung aus Sitzung 1");
-  const json plots = json::parse(answer("/v1/sessions/1/plots?language=de"));
-  EXPECT_EQ(described().complaint(plots, std::string("Plots")), "");
-  EXPECT_EQ(plots.at("by_joint").size(), 6u);
-  EXPECT_NE(plots.at("error_map").get<std::string>().find("Vorher: Nennmodell"), std::string::npos);
   checked.journal.activate(
       {.session = 1, .time = "2026-03-01T00:00:00.000Z", .who = "anna", .reason = "test"});
   const std::string metrics = answer("/metrics");
   EXPECT_NE(metrics.find("cellcal_drift_state{state=\"alarms\"} 1\n"), std::string::npos)
       << metrics;
   EXPECT_NE(metrics.find("cellcal_drift_checks 10\n"), std::string::npos);
+}
+
+TEST_F(a_described_api, gives_the_plots_that_a_session_left_in_the_language_asked_for) {
+  journal.begin({"/c/cell.toml", "c", "r", "r", "{}"}, "t");
+  EXPECT_EQ(ask("GET", "/v1/sessions/1/plots", "", "/v1/sessions/{id}/plots").status, 404);
+  const std::filesystem::path results = service.results_dir(1);
+  std::filesystem::create_directories(results);
+  for (const std::string& code : calib::Language::codes()) {
+    const calib::Language language = *calib::Language::of(code);
+    std::ofstream(results / plots_name(language))
+        << plots_json(1, {"<svg>" + code + "</svg>", {"<svg/>", "<svg/>"}, ""});
+    const json plots = json::parse(
+        ask("GET", "/v1/sessions/1/plots?language=" + code, "", "/v1/sessions/{id}/plots").body);
+    EXPECT_EQ(described().complaint(plots, std::string("Plots")), "");
+    EXPECT_EQ(plots.at("before_after"), "<svg>" + code + "</svg>");
+    EXPECT_EQ(plots.at("by_joint").size(), 2u);
+  }
 }
 
 TEST_F(a_described_api, gives_its_lists_page_by_page) {
