@@ -59,7 +59,7 @@ struct TruthOptions {
   double tip_offset_m = 0.0;  ///< maximum deviation from the cell file's tip, per component
   /// Shift of the tip on the flange after the spheres' places were taught: a knock.
   Eigen::Vector3d tool_shift_m = Eigen::Vector3d::Zero();
-  std::optional<calib::Load> held;  ///< by the tools, once the spheres' places were taught
+  std::optional<calib::Load> held{};  ///< by the tools, once the spheres' places were taught
   double growth = 0.0;              ///< relative growth of all the arm's lengths, warmed up
   double warm_up_s = 60.0;          ///< time constant of the warm-up
   ContactScatter contacts{};

@@ -50,16 +50,16 @@ std::string cell_text(const std::string& text = kOnTable) {
   return text.substr(0, from) + text.substr(to);
 }
 
-Cell cell_of(const std::string& text = cell_text()) {
+Cell positioner_cell_of(const std::string& text = cell_text()) {
   return read_cell(TomlTable::parse(text, "cell.toml"), robot_of());
 }
 
 std::string refused_cell(const std::string& text) {
-  return refusal([&] { cell_of(text); });
+  return refusal([&] { positioner_cell_of(text); });
 }
 
 std::vector<Touch> rows(const std::string& text) {
-  return parse_touches(text, "touches.csv", cell_of());
+  return parse_touches(text, "touches.csv", positioner_cell_of());
 }
 
 std::string refused_rows(const std::string& text) {
@@ -94,10 +94,10 @@ TEST(PositionerFile, SurvivesWritingAndReading) {
   EXPECT_EQ(robot_to_toml(again), written);
   ASSERT_EQ(again.positioner.size(), 2u);
   EXPECT_TRUE(again.positioner[0].frame.isApprox(robot_of().positioner[0].frame, 1e-12));
-  const std::string cell = cell_to_toml(cell_of(), "r.toml");
-  EXPECT_EQ(cell_to_toml(cell_of(cell), "r.toml"), cell);
-  EXPECT_EQ(cell_of(cell).targets[0].carried_by, 2);
-  EXPECT_EQ(cell_of(cell).targets[1].carried_by, 0);
+  const std::string cell = cell_to_toml(positioner_cell_of(), "r.toml");
+  EXPECT_EQ(cell_to_toml(positioner_cell_of(cell), "r.toml"), cell);
+  EXPECT_EQ(positioner_cell_of(cell).targets[0].carried_by, 2);
+  EXPECT_EQ(positioner_cell_of(cell).targets[1].carried_by, 0);
 }
 
 TEST(PositionerFile, ARobotWithoutOneIsWrittenAsBefore) {
@@ -145,15 +145,15 @@ TEST(PositionerFile, AnyTruncationIsRefusedOrReadable) {
 }
 
 TEST(PositionerCell, PutsSpheresAndObstaclesOnAnAxisThatIsThere) {
-  EXPECT_EQ(cell_of().targets[0].carried_by, 2);
+  EXPECT_EQ(positioner_cell_of().targets[0].carried_by, 2);
   const std::string floor = with(cell_text(), "on = \"E2\"", "on = \"floor\"");
-  EXPECT_EQ(cell_of(floor).targets[0].carried_by, 0);
+  EXPECT_EQ(positioner_cell_of(floor).targets[0].carried_by, 0);
   const std::string plate =
       "\n[[obstacle]]\nid = \"plate\"\nshape = \"cylinder\"\ndiameter_mm = 500.0\nheight_mm = 20.0\n"
       "xyz_mm = [0.0, 0.0, -10.0]\non = \"E1\"\n";
-  const Cell with_plate = cell_of(cell_text() + plate);
+  const Cell with_plate = positioner_cell_of(cell_text() + plate);
   EXPECT_EQ(with_plate.obstacles.at(0).carried_by, 1);
-  EXPECT_EQ(cell_of(cell_to_toml(with_plate, "r.toml")).obstacles.at(0).carried_by, 1);
+  EXPECT_EQ(positioner_cell_of(cell_to_toml(with_plate, "r.toml")).obstacles.at(0).carried_by, 1);
   expect_words(refused_cell(cell_text() + with(plate, "\"E1\"", "\"E7\"")),
                {"cell.toml:", "on", "E7", "\"E1\" or \"E2\""});
 }
@@ -174,7 +174,7 @@ TEST(PositionerCell, RefusesWhatCannotBeOnIt) {
                {"search_low_mm", "centre_mm"});
   expect_words(refused_cell(kOnTable), {"between", "positioner"});
   expect_words(refused_cell(with(cell_text(), "id = \"S2\"", "id = \"E1\"")), {"id", "axis"});
-  EXPECT_EQ(cell_of(with(kOnTable, "id = \"S2\"", "id = \"S2\"\non = \"E2\"")).lengths.size(), 1u);
+  EXPECT_EQ(positioner_cell_of(with(kOnTable, "id = \"S2\"", "id = \"S2\"\non = \"E2\"")).lengths.size(), 1u);
 }
 
 TEST(PositionerTouches, StateAllAxesInDegrees) {
@@ -206,7 +206,7 @@ TEST(PositionerTouches, NameTheColumnOfEveryError) {
 
 TEST(PositionerCalibration, CarriesTheLinesOfItsAxes) {
   Calibration c;
-  c.cell = cell_of();
+  c.cell = positioner_cell_of();
   PositionerLine line;
   line.axis = "E1";
   line.point_m = {1.2501, 0.0002, 0.4999};

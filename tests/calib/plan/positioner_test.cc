@@ -22,7 +22,7 @@ namespace {
 
 Cell with_positioner() { return testing::positioner_cell(CELLCAL_POSITIONER_ROBOT); }
 
-PlanOptions few() {
+PlanOptions few_beside_it() {
   PlanOptions options;
   options.fit_touches = 24;
   options.check_touches = 4;
@@ -30,7 +30,7 @@ PlanOptions few() {
 }
 
 const Plan& planned() {
-  static const Plan plan = make_plan(with_positioner(), few());
+  static const Plan plan = make_plan(with_positioner(), few_beside_it());
   return plan;
 }
 
@@ -97,7 +97,7 @@ TEST(PositionerPlan, TheAxesStandDuringATouchAndTurnWhileTheArmWaits) {
 }
 
 TEST(PositionerPlan, IsTheSameForTheSameSeed) {
-  PlanOptions options = few();
+  PlanOptions options = few_beside_it();
   options.fit_touches = 12;
   options.check_touches = 0;
   const Plan one = make_plan(with_positioner(), options),
@@ -115,7 +115,7 @@ TEST(PositionerPlan, OfOneAxisTurnsIt) {
   cell.robot.positioner.erase(cell.robot.positioner.begin());
   cell.robot.positioner[0].frame = Eigen::Translation3d(1.05, 0.0, 0.55);
   for (Target& target : cell.targets) target.carried_by = std::min(target.carried_by, 1);
-  PlanOptions options = few();
+  PlanOptions options = few_beside_it();
   options.fit_touches = 15;
   options.check_touches = 0;
   const Plan plan = make_plan(cell, options);
@@ -128,7 +128,7 @@ TEST(PositionerPlan, NamesASphereThatNoSettingBringsIntoReach) {
   Cell cell = with_positioner();
   cell.targets[1].centre_m = Eigen::Vector3d(0.0, 0.0, 3.0);
   try {
-    make_plan(cell, few());
+    make_plan(cell, few_beside_it());
     ADD_FAILURE();
   } catch (const PlanError& error) {
     EXPECT_EQ(error.target, cell.targets[1].id);

@@ -26,7 +26,7 @@ TEST(a_daemon, calibrates_the_emulated_cell_and_leaves_its_results) {
   EXPECT_EQ(outcome.err, "") << "no progress in a pipe";
   EXPECT_NE(outcome.out.find("check after"), std::string::npos);
   const auto results = fixture.dir.path() / "state/sessions/1";
-  for (const char* file : {"touches.csv", "calibration.json", "report.html"}) {
+  for (const char* file : {"touches.csv", "calibration.json", "report.html", "report.de.html", "plots.json", "plots.de.json"}) {
     EXPECT_TRUE(std::filesystem::exists(results / file)) << file;
   }
   const auto json = nlohmann::json::parse(content(results / "calibration.json"));

@@ -44,7 +44,7 @@ TEST_F(ASessionWithALoad, is_identified_with_it_and_states_it_everywhere) {
   const auto folder = fixture.dir.path() / "state/sessions/1";
   const auto json = nlohmann::json::parse(content(folder / "calibration.json"));
   EXPECT_LT(json.at("residuals").at("check").at("mean_mm").get<double>(), 0.1);
-  EXPECT_NE(content(folder / "report.html").find("loads held in the touches: part (3 kg)"),
+  EXPECT_NE(content(folder / "report.html").find("oads held in the touches: part (3 kg)"),
             std::string::npos);
   EXPECT_EQ(get("/v1/status")["load"], "part");
   EXPECT_EQ(get("/v1/sessions/1")["load"], "part");

@@ -53,7 +53,9 @@ TEST(GermanReport, HasNoSentenceInCommonWithTheEnglishOne) {
   for (const ReportInput& session : sessions()) {
     const std::set<std::string> english = texts(report_in(session, "en"));
     for (const std::string& text : texts(report_in(session, "de"))) {
-      if (words_in(text) >= 4) EXPECT_FALSE(english.contains(text)) << text;
+      if (words_in(text) >= 4) {
+        EXPECT_FALSE(english.contains(text)) << text;
+      }
       static const std::regex left("\\b(the|of|and|with|touch(es)?|is|are|not|from|for)\\b");
       EXPECT_FALSE(std::regex_search(text, left)) << text;
     }

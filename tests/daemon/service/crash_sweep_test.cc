@@ -152,7 +152,7 @@ void fail_from(long at, int error, int& failed, bool& went_through) {
       ++failed;
       ASSERT_EQ(end.failure->kind, FailureKind::kJournal) << where;
       EXPECT_FALSE(moving) << where;
-      const std::string& words = end.failure->detail;
+      const std::string words = calib::words(end.failure->detail);
       EXPECT_TRUE(advises(words, error)) << where << words;
     }
   }

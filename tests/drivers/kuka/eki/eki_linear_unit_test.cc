@@ -4,6 +4,7 @@
 
 #include "drivers/error.h"
 #include "tests/drivers/kuka/eki/eki_rig.h"
+#include "tests/drivers/said.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -95,7 +96,7 @@ TEST(EkiLinearUnit, IsCheckedInMillimetresBeforeAnythingMoves) {
   const CoreResult result = rig.move(MoveKind::kTransit, beyond);
   EXPECT_EQ(result.outcome, MoveOutcome::kRefused);
   expect_cause(result.cause, cause::AboveLimit{WireAxis(6, true), 3001.0, 3000.0});
-  EXPECT_NE(words(result).find("E1: target 3001.0000 mm"), std::string::npos) << words(result);
+  EXPECT_NE(said(words(result)).find("E1: target 3001.0000 mm"), std::string::npos) << words(result);
   beyond[kE1] = -0.002;
   expect_cause(rig.move(MoveKind::kTransit, beyond).cause,
                cause::BelowLimit{WireAxis(6, true), -2.0, 0.0});

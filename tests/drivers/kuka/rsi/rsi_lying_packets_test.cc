@@ -127,7 +127,7 @@ TEST_F(InconsistentPackets, AStartPoseThatIsShiftedInAMoveEndsItByItsNameAndIsNo
         ended->cause,
         cause::SessionRestarted{cause::SessionRestarted::Sign::kSetpoint, -90.0, -90.0 + by_deg, 1},
         1e-6);
-    EXPECT_TRUE(has(words(*ended), "A2: start pose (ASPos) went from")) << words(*ended);
+    EXPECT_TRUE(has(said(words(*ended)), "A2: start pose (ASPos) went from")) << words(*ended);
     rig->run(400ms);
     expect_within_limits(replies);
     EXPECT_EQ(facts().trouble, Trouble::kCorrectionDenied);
@@ -150,7 +150,7 @@ TEST_F(InconsistentPackets, DelayThatCountsBackEndsTheMoveByItsNameAndTheCorrect
   ASSERT_TRUE(ended);
   expect_cause(ended->cause,
                cause::SessionRestarted{cause::SessionRestarted::Sign::kDelay, 1.0, 0.0, 0});
-  EXPECT_TRUE(has(words(*ended), "Delay counted back from 1 to 0")) << words(*ended);
+  EXPECT_TRUE(has(said(words(*ended)), "Delay counted back from 1 to 0")) << words(*ended);
   rig->run(400ms);
   EXPECT_GT(facts().replies, 0u);
   rig->make_referenced();
@@ -265,7 +265,7 @@ TEST_F(InconsistentPackets, PacketsThatAreAllDamagedBringTheArmToRestWithinItsLi
     }
     EXPECT_EQ(ended->outcome, MoveOutcome::kRobotSilent);
     expect_cause(ended->cause, cause::DamagedPackets{3});
-    EXPECT_TRUE(has(words(*ended), "3 damaged packets")) << words(*ended);
+    EXPECT_TRUE(has(said(words(*ended)), "3 damaged packets")) << words(*ended);
     EXPECT_EQ(facts().link == RobotLink::kLost, damaged == 200);
   }
 }
