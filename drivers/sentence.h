@@ -51,7 +51,7 @@ struct SentenceValue {
 Sentence sentences(Sentence a, Sentence b);
 Sentence with_note(Sentence a, Sentence b);
 
-/// Of the contact sensor's bytes that this computer processed late, at a move and at rest. `late_s`: age of the
+/// The contact sensor's bytes that this computer processed late, at a move and at rest. `late_s`: age of the
 /// newest data [s]; `limit_s`: its limit.
 Sentence late_bytes(double late_s, double limit_s);
 

@@ -19,15 +19,15 @@
 namespace cellcal::calib {
 
 /// The calibration once these joints have been mastered by it: their zeros are nominal. Throws IdentifyError naming a
-/// joint that the robot lacks, or that no touch tells apart from base or tool.
+/// joint that the robot lacks, or that no touch separates from base or tool.
 Calibration as_mastered(const Calibration& calibration, const std::vector<std::string>& joints);
 
 /// Derivatives of the touches' residuals by the zeros of these joints [m/rad], one column each.
 Eigen::MatrixXd by_zeros(const Calibration& calibration, const std::vector<std::string>& joints,
                          const std::vector<ForeseenContact>& contacts);
 
-/// What is left of these zeros, in their order. `mastered`: of as_mastered(). Throws IdentifyError where the touches
-/// do not tell the zeros apart, and as foresee() does.
+/// Remaining errors of these zeros, in their order. `mastered`: of as_mastered(). Throws IdentifyError where the touches
+/// do not separate the zeros, and as foresee() does.
 std::vector<MasteredZero> zeros_left(const Calibration& mastered,
                                      const std::vector<std::string>& joints,
                                      const std::vector<Touch>& made);

@@ -1,5 +1,5 @@
 #pragma once
-// What is left of the zero of a joint that was mastered anew (mastered.h).
+// Remaining error of the zero of a joint that was mastered anew (mastered.h).
 
 #include <cmath>
 #include <string>

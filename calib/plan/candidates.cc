@@ -51,7 +51,7 @@ Spot spot_on_plane(const Target& plane, const Tool& tool, int i, int n, double s
           plane.normal, tool.tip_radius_m};
 }
 
-/// What a touch is tried with.
+/// Arguments of all trials of a touch.
 struct Trying {
   const ArmModel& arm;
   const Clearance& clearance;

@@ -31,7 +31,7 @@ constexpr int kRounds = 3;  ///< of exchange
 /// Rows of all candidates, from which those of any set are selected.
 class CheckDesign {
  public:
-  /// Of the zeros of these joints; empty: of a shift of the tool.
+  /// The zeros of these joints; empty: a shift of the tool.
   CheckDesign(const Calibration& calibration, const std::vector<Candidate>& candidates,
               const std::vector<std::string>& joints)
       : prior_(joints.empty() ? kToolM : kZeroRad) {

@@ -18,7 +18,7 @@ struct CheckPlanOptions {
   /// Search lines with the calibrated arm: distance before and after the contact.
   double before_m = 0.004, behind_m = 0.012;
   TouchSet set = TouchSet::kCheck;  ///< purpose of the touches
-  /// Joints whose zeros the touches tell; empty: the touches tell a shift of the tool.
+  /// Joints whose zeros are sought; empty: a shift of the tool is.
   std::vector<std::string> joints = {};
 };
 
@@ -32,7 +32,7 @@ Plan make_check_plan(const Calibration& calibration, const PlanOptions& options,
 PlannedTouch check_touch_from(const Calibration& calibration, const Plan& plan, std::size_t next,
                               const JointVector& from);
 
-/// Four to six touches that tell most about the zeros of these joints, in at most 20 s of robot time.
+/// Four to six touches with most information on the zeros of these joints, in at most 20 s of robot time.
 CheckPlanOptions mastered_touches(const std::vector<std::string>& joints);
 
 // Touches of an update: first those of a check, then those that resolve the ambiguities found.

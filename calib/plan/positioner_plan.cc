@@ -134,7 +134,7 @@ class SettingPools {
     return std::ranges::any_of(candidates_,
                                [target](const Candidate& c) { return c.target == target; });
   }
-  /// What stands on the floor is touched at one setting.
+  /// Targets on the floor are touched at one setting.
   std::vector<bool> wanted() const {
     std::vector<bool> all;
     for (std::size_t t = 0; t < cell_.targets.size(); ++t)
@@ -174,7 +174,7 @@ std::vector<std::vector<double>> swept_settings(const Robot& robot) {
   return all;
 }
 
-/// Where the arm stands while the positioner turns: clear of all that it carries, wherever that is.
+/// Posture of the waiting arm while the positioner turns: clear of all that it carries, wherever that is.
 JointVector waiting_posture(const Cell& cell) {
   constexpr double kBetweenM = 0.1;  // twice the way from a step to the middle between two
   Cell swept = at_setting(cell, std::vector<double>(cell.robot.positioner.size(), 0.0));
@@ -200,7 +200,7 @@ JointVector waiting_posture(const Cell& cell) {
   return resting_posture(swept.robot, Clearance(swept, arm));
 }
 
-/// Throws if the positioner on its way meets the arm, which stands at `rest`.
+/// Throws if the positioner on its way meets the arm at `rest`.
 void require_clear_turn(const Cell& cell, const std::vector<double>& from,
                         const std::vector<double>& to, const JointVector& rest) {
   double farthest_rad = 0.0;

@@ -19,7 +19,7 @@ bool same_tool(const calib::Tool& one, const calib::Tool& other) {
          one.mass_kg == other.mass_kg;
 }
 
-/// What differs between the inputs of two sessions.
+/// Differences between the inputs of two sessions.
 void compare(const SessionInputs& before, const SessionInputs& after, calib::DriftEvent& event) {
   event.robot_changed = before.robot_text != after.robot_text;
   event.cell_changed = before.cell_text != after.cell_text;
@@ -48,7 +48,7 @@ calib::DriftEvent event_of(const SessionRecord& record) {
     if (options.update) event.kind = calib::DriftEventKind::kUpdated;
     event.accepted = options.accept_change;
   } catch (const std::runtime_error&) {
-    // Of another version: a calibration without more known of it.
+    // An entry of another version is a calibration without details.
   }
   return event;
 }

@@ -316,7 +316,7 @@ std::vector<std::string> ids_in(const std::string& name) {
   return ids;
 }
 
-/// What tells the values of a list apart: its own labels, a column of texts beside it, or as many names in its name.
+/// Distinguishes the values of a list: its own labels, a column of texts beside it, or as many names in its name.
 std::vector<std::string> labels_of(const xml_node& quantity, const xml_node& values,
                                    std::size_t count) {
   std::vector<std::vector<std::string>> found{tokens_of(text_of(child(values, "labelXMLList")))};

@@ -34,7 +34,7 @@ bool failed(const DriftPoint& point) {
   return point.check.verdict == calib::CheckVerdict::kDoesNotHold;
 }
 
-/// Of the alarm limit; a check that does not hold is never drawn below it.
+/// Share of the alarm limit; a check that does not hold is never drawn below it.
 double share_of(const DriftPoint& point) {
   const double share = std::isfinite(point.share) ? point.share : kHighestScale;
   return std::min(failed(point) ? std::max(1.0, share) : share, kHighestScale);

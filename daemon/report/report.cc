@@ -209,7 +209,7 @@ std::string name_of(const View& view, const calib::ParameterResult& parameter) {
 
 namespace {
 
-/// Of the ids "say.report.kind.sphere", "say.report.on.sphere.one", "....many".
+/// Ids: "say.report.kind.sphere", "say.report.on.sphere.one", "....many".
 std::string kind_id(calib::TargetKind kind) {
   using enum calib::TargetKind;
   static constexpr EnumNames<calib::TargetKind> kTable{{{kSphere, "sphere"},

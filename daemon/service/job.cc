@@ -201,7 +201,7 @@ void apply_request_options(const RunRequest& request, Job& job) {
   job.options.target = request.target;
 }
 
-/// Before anything is opened: the joints are those of the robot, and touches tell their zeros.
+/// Before anything is opened: the joints are those of the robot, and touches determine their zeros.
 void check_mastered(Journal& journal, const SessionOptions& options) {
   if (options.mastered.empty()) return;
   try {

@@ -208,7 +208,7 @@ void note_journal_failure(State&, const Event&, Actions&);
 calib::Phrase failure_detail(FailureKind kind, const State& state, const Event& event);
 /// Likewise, with how to continue after the remedy.
 calib::Phrase failure_words(FailureKind kind, const State& state, const Event& event);
-/// Of an interruption that cannot be resumed.
+/// An interruption that cannot be resumed.
 calib::Phrase not_resumed_words(const Failure& failure, Setback why, const State& state);
 
 }  // namespace cellcal::daemon::rules
