@@ -12,7 +12,9 @@ struct MasteredZero {
   double sigma_rad = 0.0;
 
   double u_rad() const { return 2.0 * sigma_rad; }  ///< k=2
-  bool holds() const { return std::abs(error_rad) <= u_rad(); }
+  /// Within three sigma: the errors of one calibration are common to all checks of it, and a joint that
+  /// was mastered well is not to be mastered again.
+  bool holds() const { return std::abs(error_rad) <= 3.0 * sigma_rad; }
 };
 
 /// "zero of A2 +0.0301 +- 0.0060 deg (k=2) from where it was to be mastered: does not hold. ..."

@@ -74,8 +74,10 @@ std::vector<JointVector> tracker_region(const Cell& cell, std::span<const Touch>
   for (std::size_t i = 0; i < touches.size(); ++i) {
     const Touch& touch = touches[i];
     if (touch.set != TouchSet::kFit || (!use.empty() && !use[i])) continue;
-    const Target& target = cell.targets[cell.target_index(touch.target)];
-    if (target.kind != TargetKind::kTracker || target.carried_by != 0) return {};
+    const auto target = std::ranges::find(cell.targets, touch.target, &Target::id);
+    if (target == cell.targets.end() || target->kind != TargetKind::kTracker ||
+        target->carried_by != 0)
+      return {};
     all.push_back(touch.joint_rad);
   }
   if (all.size() <= kMost) return all;

@@ -118,6 +118,7 @@ std::string sphere_text(const SphereForm& sphere) {
       sphere.certificate, sphere.serial,
       "# serial = \"\", certificate = \"\", certificate_date = \"2026-04-01\": what 'cellcal certificate' prints of it.\n");
   text += centre_text(sphere);
+  text += line("#on = \"floor\"", "or the positioner's axis that carries it: \"E2\"");
   text += line("#stand = \"post\"", "below it; \"none\": nothing");
   text += line("#stand_diameter_mm = " + toml_number(rounded(std::min(30.0, sphere.diameter_mm))),
                "of the post");
@@ -197,6 +198,7 @@ constexpr const char* kRest = R"(
 #size_mm = [800.0, 600.0, 20.0]
 #xyz_mm = [1000.0, 0.0, 90.0]         # its middle
 #abc_deg = [0, 0, 0]
+#on = "floor"                         # or the positioner's axis that carries it
 #[[obstacle]]
 #id = "pillar"
 #shape = "cylinder"

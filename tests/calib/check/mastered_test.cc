@@ -82,7 +82,7 @@ TEST(after_mastering, zeros_set_as_they_were_to_be_hold) {
     const std::vector<MasteredZero> zeros = zeros_of(0.0, seed);
     held += static_cast<int>(std::ranges::all_of(zeros, &MasteredZero::holds));
   }
-  EXPECT_GE(held, 8) << "U is for k = 2";
+  EXPECT_GE(held, 8) << "three sigma, of one calibration";
 }
 
 TEST(after_mastering, joints_that_no_touch_tells_are_refused_by_name) {
