@@ -15,7 +15,12 @@ Sentence::Sentence(Sentence&&) noexcept = default;
 Sentence& Sentence::operator=(const Sentence&) = default;
 Sentence& Sentence::operator=(Sentence&&) noexcept = default;
 Sentence::~Sentence() = default;
-bool Sentence::operator==(const Sentence&) const = default;
+bool Sentence::operator==(const Sentence& other) const {
+  return id == other.id && values == other.values;
+}
+bool SentenceValue::operator==(const SentenceValue& other) const {
+  return name == other.name && value == other.value;
+}
 
 namespace {
 

@@ -41,7 +41,7 @@ struct SentenceValue {
   SentenceValue(std::string its_name, double number) : name(std::move(its_name)), value(number) {}
   SentenceValue(std::string its_name, Sentence sentence)
       : name(std::move(its_name)), value(std::move(sentence)) {}
-  bool operator==(const SentenceValue&) const = default;
+  bool operator==(const SentenceValue&) const;
 
   std::string name;
   std::variant<double, std::int64_t, Sentence> value;
