@@ -1,5 +1,5 @@
 #pragma once
-// A positioner: one or two rotary axes that turn the workpiece, beside the arm. Plain data.
+// A positioner: one or two rotary axes that turn the workpiece. Plain data.
 //
 // With the errors put into the exact chain (calib/model/README.md, (1c)), the frame that axes 1 ... n
 // carry lies in the arm's base frame at

@@ -84,7 +84,7 @@ struct Made {
   std::size_t settings = 0;
 };
 
-/// Three spheres on the table and three beside it; lengths between those on one side.
+/// Three spheres on the table and three on the floor; lengths between those on one side.
 calib::Cell drawn_cell(const calib::Robot& robot, const experiments::Stage& stage,
                        calib::Random& random) {
   constexpr double kPlaces[][3] = {{0.35, 0.0, 0.10},  {-0.17, 0.30, 0.20}, {-0.17, -0.30, 0.06},
@@ -189,7 +189,7 @@ struct Column {
           fmt::format("    arm {} withheld: {}\n", seed, calib::words(c.verdict.findings)[0]);
   }
 
-  /// Spheres on the table where the arm is told that they are, at settings all over the limits.
+  /// Predicted places of spheres on the table, at settings all over the limits.
   void judge_table(const Made& made, const calib::Calibration& c, const Isometry3d& base) {
     constexpr int kSettings = 300;
     calib::Random random(7);

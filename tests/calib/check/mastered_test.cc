@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -77,12 +78,17 @@ TEST(after_mastering, a_joint_that_is_3_hundredths_of_a_degree_off_is_named_with
 }
 
 TEST(after_mastering, zeros_set_as_they_were_to_be_hold) {
-  int held = 0;
-  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+  // Of 200 checks 99 % hold; each zero is inside U in 88 and 94 %: the calibration's own error, common to
+  // all, is 0.8 and 1.2 sigma.
+  int held = 0, inside = 0;
+  constexpr int kChecks = 40;
+  for (std::uint64_t seed = 1; seed <= kChecks; ++seed) {
     const std::vector<MasteredZero> zeros = zeros_of(0.0, seed);
     held += static_cast<int>(std::ranges::all_of(zeros, &MasteredZero::holds));
+    for (const MasteredZero& zero : zeros) inside += std::abs(zero.error_rad) <= zero.u_rad();
   }
-  EXPECT_GE(held, 8) << "three sigma, of one calibration";
+  EXPECT_GE(held, kChecks - 2);
+  EXPECT_GE(inside, 2 * kChecks * 8 / 10);
 }
 
 TEST(after_mastering, joints_that_no_touch_tells_are_refused_by_name) {
