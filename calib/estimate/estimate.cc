@@ -341,12 +341,6 @@ Eigen::VectorXd without_play(const Problem& played, const Eigen::VectorXd& plain
   return u;
 }
 
-double log_evidence_of(const std::vector<LevelEvidence>& levels) {
-  std::vector<double> logs;
-  for (const LevelEvidence& l : levels) logs.push_back(l.log_evidence);
-  return log_sum(logs);
-}
-
 }  // namespace
 
 bool estimate_with_play(const Problem& plain, Problem& played, const IdentifyOptions& options,
@@ -366,14 +360,14 @@ bool estimate_with_play(const Problem& plain, Problem& played, const IdentifyOpt
   });
   try {
     const double with_play =
-        log_evidence_of(mean_over_levels(played, with.u, with.posterior.linear, only_play).levels);
+        LevelSums(played, with.u, with.posterior.linear, only_play).log_evidence();
     const PlayBeforehand beforehand = play_beforehand();
     constexpr double kNotByChance = 1.0;  // joints without torque leave the odds unchanged
     const bool speaks_for_it =            // (27a)
-        with_play - log_evidence_of(likewise) >
+        with_play - log_evidence(likewise) >
         std::log(beforehand.odds_at_its_compliance) + kNotByChance;
     const bool is_influential =
-        with_play - log_evidence_of(e.levels.levels) > std::log(beforehand.odds);  // (27b)
+        with_play - log_evidence(e.levels.levels) > std::log(beforehand.odds);  // (27b)
     if (!speaks_for_it || !is_influential) return false;
     refine(played, options, std::move(levels), with);
   } catch (const IdentifyError&) {

@@ -187,31 +187,42 @@ Weighed weigh(const std::vector<Solved>& solved, Eigen::Index size, LevelMean& r
 }
 
 /// (27): covariance within the levels, and between them.
-Eigen::MatrixXd covariance_of(const std::list<Family>& families, const std::vector<Solved>& solved,
+Eigen::MatrixXd covariance_of(const std::list<Eliminated>& eliminated,
+                              const std::list<Family>& families, const std::vector<Solved>& solved,
                               const Weighed& all) {
-  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(all.mean.size(), all.mean.size());
-  for (const Family& family : families) {
-    std::vector<std::pair<const Step*, double>> own;
-    for (std::size_t k = 0; k < all.counted; ++k)
-      if (solved[k].family == &family)
-        own.emplace_back(&solved[k].step, all.weight[k] / all.sum_counted);
-    if (!own.empty()) family.add_covariance(own, covariance);
+  const Eigen::Index size = all.mean.size();
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(size, size);
+  for (const Eliminated& plain : eliminated) {
+    const Eigen::Index others = plain.coupling.cols();
+    Eigen::MatrixXd of_others = Eigen::MatrixXd::Zero(others, others);
+    double weight = 0.0;
+    for (const Family& family : families) {
+      std::vector<std::pair<const Step*, double>> own;
+      for (std::size_t k = 0; k < all.counted; ++k)
+        if (solved[k].family == &family && &family.plain() == &plain)
+          own.emplace_back(&solved[k].step, all.weight[k] / all.sum_counted);
+      for (const auto& [step, w] : own) weight += w;
+      if (!own.empty()) family.add_covariance(own, of_others);
+    }
+    if (weight > 0.0) plain.add_covariance(weight, of_others, covariance);
   }
-  for (std::size_t k = 0; k < all.solutions.size(); ++k) {
-    const Eigen::VectorXd off = all.solutions[k] - all.mean;
-    covariance.noalias() += (all.weight[k] * off) * off.transpose();
-  }
+  Eigen::MatrixXd off(size, static_cast<Eigen::Index>(all.solutions.size()));
+  for (std::size_t k = 0; k < all.solutions.size(); ++k)
+    off.col(static_cast<Eigen::Index>(k)) =
+        std::sqrt(all.weight[k]) * (all.solutions[k] - all.mean);
+  covariance.noalias() += off * off.transpose();
   return covariance;
 }
 
 }  // namespace
 
-LevelMean LevelSums::mean() const {
-  const Groups& groups = impl_->groups;
-  const Eigen::Index size = impl_->start.size();
-  std::list<Eliminated> eliminated;
-  std::list<Family> families;
-  const auto family_of = [&](const ModelLevel& level) {
+/// Solutions of all levels, with what they refer to.
+struct LevelSums::Solutions {
+  explicit Solutions(const Impl& sums) {
+    solved = solve_all(sums.levels, [&](const ModelLevel& level) { return family(sums, level); });
+  }
+
+  Family* family(const Impl& sums, const ModelLevel& level) {
     auto f = std::find_if(families.begin(), families.end(), [&](const Family& other) {
       return other.ripple_rad() == level.ripple_rad && other.compliance() == level.compliance &&
              other.play() == level.play;
@@ -221,18 +232,41 @@ LevelMean LevelSums::mean() const {
       return other.g.ripple_rad == level.ripple_rad;
     });
     if (plain == eliminated.end())
-      plain = eliminated.emplace(plain, groups, impl_->of(level.ripple_rad));
-    return &*families.emplace(f, groups, *plain, impl_->start, level.compliance, level.play);
-  };
-  const std::vector<Solved> solved = solve_all(impl_->levels, family_of);
+      plain = eliminated.emplace(plain, sums.groups, sums.of(level.ripple_rad));
+    return &*families.emplace(f, sums.groups, *plain, sums.start, level.compliance, level.play);
+  }
+
+  std::list<Eliminated> eliminated;
+  std::list<Family> families;
+  std::vector<Solved> solved;
+};
+
+LevelMean LevelSums::mean() const {
+  const std::vector<int>& order = impl_->groups.order;
+  const Eigen::Index size = impl_->start.size();
+  const Solutions levels(*impl_);
   LevelMean result;
-  const Weighed all = weigh(solved, size, result);
-  const Eigen::MatrixXd covariance = covariance_of(families, solved, all);
+  const Weighed all = weigh(levels.solved, size, result);
+  const Eigen::MatrixXd covariance =
+      covariance_of(levels.eliminated, levels.families, levels.solved, all);
   result.u.resize(size);
-  result.u(groups.order) = all.mean;
+  result.u(order) = all.mean;
   result.covariance_u.resize(size, size);
-  result.covariance_u(groups.order, groups.order) = covariance;
+  result.covariance_u(order, order) = covariance;
   return result;
+}
+
+double LevelSums::log_evidence() const {
+  const Solutions levels(*impl_);
+  std::vector<double> logs;
+  for (const Solved& s : levels.solved) logs.push_back(s.step.log_evidence);
+  return log_sum(logs);
+}
+
+double log_evidence(std::span<const LevelEvidence> levels) {
+  std::vector<double> logs;
+  for (const LevelEvidence& l : levels) logs.push_back(l.log_evidence);
+  return log_sum(logs);
 }
 
 LevelMean mean_over_levels(const Problem& problem, const Eigen::VectorXd& u,

@@ -56,11 +56,17 @@ class LevelSums {
   /// Adds the rows of further touches, linearised at the same u with the problem's ripple.
   void add(const Problem& problem, const Linearisation& rows);
   LevelMean mean() const;
+  /// Log evidence of all levels together; without their mean and covariance.
+  double log_evidence() const;
 
  private:
   struct Impl;
+  struct Solutions;
   std::unique_ptr<Impl> impl_;
 };
+
+/// Log evidence of these levels together.
+double log_evidence(std::span<const LevelEvidence> levels);
 
 /// Mean over `levels` in one call.
 LevelMean mean_over_levels(const Problem& problem, const Eigen::VectorXd& u,

@@ -281,13 +281,8 @@ double evidence_gain(const Problem& plain, Problem& richer, const Estimate& e) {
   std::vector<ModelLevel> likely;
   for (const LevelEvidence& l : e.levels.levels)
     if (l.probability > 0.01) likely.push_back(l.level);
-  const auto evidence = [](const LevelMean& mean) {
-    std::vector<double> logs;
-    for (const LevelEvidence& l : mean.levels) logs.push_back(l.log_evidence);
-    return log_sum(logs);
-  };
-  return evidence(mean_over_levels(richer, u, linearise(richer, u, e.use), likely)) -
-         evidence(e.levels);
+  return LevelSums(richer, u, linearise(richer, u, e.use), likely).log_evidence() -
+         log_evidence(e.levels.levels);
 }
 
 Estimate estimate_richer(const Problem& plain, Problem& richer, const IdentifyOptions& options,

@@ -118,33 +118,40 @@ Eliminated::Eliminated(const Groups& groups, const Gathered& gathered) : g(gathe
   reduced.noalias() -= coupling.transpose() * coupling;  // (26)
 }
 
+void Eliminated::add_covariance(double weight, const Eigen::MatrixXd& others,
+                                Eigen::MatrixXd& covariance) const {
+  const Eigen::Index p = coupling.rows(), o = coupling.cols();
+  const Eigen::MatrixXd root = inverse_of_lower(factor.packed());
+  const Eigen::MatrixXd through = root.transpose() * coupling;
+  const Eigen::MatrixXd shared = through * others;
+  auto plain = covariance.topLeftCorner(p, p);
+  plain.noalias() += shared * through.transpose();
+  plain.selfadjointView<Eigen::Lower>().rankUpdate(root.transpose(), weight);
+  plain.triangularView<Eigen::StrictlyUpper>() = plain.transpose();
+  covariance.topRightCorner(p, o) -= shared;
+  covariance.bottomLeftCorner(o, p) -= shared.transpose();
+  covariance.bottomRightCorner(o, o) += others;
+}
+
 Family::Family(const Groups& groups, const Eliminated& plain, const Eigen::VectorXd& u,
                double compliance, double play)
-    : groups_(groups), g_(plain.g), u_(u), compliance_(compliance), play_(play) {
+    : groups_(groups), plain_(plain), u_(u), compliance_(compliance), play_(play) {
   const Eigen::Index p = groups.plain, t = groups.transmission;
   const Eigen::Index soft = compliance > 0.0 ? groups.compliance : 0;
   const Eigen::Index played = compliance > 0.0 && play > 0.0 ? groups.play : 0;
-  const Eigen::Index c = soft + played;
-  size_ = p + c;
-  precision_ = groups.precision.head(size_);
+  bearing_ = soft + played;
+  precision_ = groups.precision.head(p + bearing_);
   precision_.segment(p, soft) /= compliance * compliance;
   precision_.tail(played) /= play * play;
   if (!plain.factor.positive()) return;
-  Eigen::MatrixXd bearing = plain.reduced.topLeftCorner(c, c);
-  bearing.diagonal() += kRegularisation * precision_.tail(c);
-  const Cholesky factor(bearing);
-  if (!factor.positive()) return;
-  lower_ = Eigen::MatrixXd::Zero(size_, size_);
-  lower_.topLeftCorner(p, p) = plain.factor.lower();
-  lower_.bottomLeftCorner(c, p) = plain.coupling.leftCols(c).transpose();
-  lower_.bottomRightCorner(c, c) = factor.lower();
-  coupling_.resize(size_, t);
-  coupling_.topRows(p) = plain.coupling.rightCols(t);
-  auto borne = coupling_.bottomRows(c);
-  borne = factor.whitened(Eigen::MatrixXd(plain.reduced.rightCols(t).topRows(c)));
+  Eigen::MatrixXd information = plain.reduced.topLeftCorner(bearing_, bearing_);
+  information.diagonal() += kRegularisation * precision_.tail(bearing_);
+  factor_ = Cholesky(information);
+  if (!factor_.positive()) return;
+  coupling_ = factor_.whitened(Eigen::MatrixXd(plain.reduced.topRightCorner(bearing_, t)));
   reduced_ = plain.reduced.bottomRightCorner(t, t);
-  reduced_.noalias() -= borne.transpose() * borne;
-  log_det_ = 2.0 * lower_.diagonal().array().log().sum();
+  reduced_.noalias() -= coupling_.transpose() * coupling_;
+  log_det_ = plain.factor.log_det() + factor_.log_det();
   solvable_ = true;
 }
 
@@ -153,9 +160,10 @@ Step Family::solve(const ModelLevel& level) {
   s.level = level;
   if (!solvable_) return s;
   const Right& right = level.transmission > 0.0 ? right_with() : right_without();
-  double square = right.square, gain = right.rest.squaredNorm();
+  double square = right.square, gain = right.plain.squaredNorm() + right.bearing.squaredNorm();
   double log_dets = log_det_, log_precision = precision_.array().log().sum();
-  s.rest = right.rest;
+  s.plain = right.plain;
+  s.bearing = right.bearing;
   if (level.transmission > 0.0) {
     const Eigen::Index t = groups_.transmission;
     const Eigen::VectorXd precision =
@@ -167,27 +175,32 @@ Step Family::solve(const ModelLevel& level) {
     if (!s.reduced->positive()) return s;
     const Eigen::VectorXd pull = right.transmission - precision.cwiseProduct(off);
     s.transmission = s.reduced->solve(pull);
-    s.rest.noalias() -= coupling_ * s.transmission;
+    s.plain.noalias() -= plain_.coupling.rightCols(t) * s.transmission;
+    s.bearing.noalias() -= coupling_ * s.transmission;
     square += precision.dot(off.cwiseAbs2());
     gain += pull.dot(s.transmission);
     log_dets += s.reduced->log_det();
     log_precision += precision.array().log().sum();
   }
-  s.log_evidence = 0.5 * (g_.log_weight - (square - gain) - log_dets + log_precision);  // (25)
+  s.log_evidence = 0.5 * (plain_.g.log_weight - (square - gain) - log_dets + log_precision);  // (25)
   s.solved = true;
   return s;
 }
 
 Eigen::VectorXd Family::solution(const Step& s) const {
+  const Eigen::Index p = groups_.plain;
   Eigen::VectorXd u = Eigen::VectorXd::Zero(u_.size());
-  u.head(size_) = u_.head(size_) + lower_.transpose().triangularView<Eigen::Upper>().solve(s.rest);
+  const Eigen::VectorXd bearing = factor_.coloured(s.bearing);
+  u.head(p) = u_.head(p) + plain_.factor.coloured(Eigen::VectorXd(
+                               s.plain - plain_.coupling.leftCols(bearing_) * bearing));
+  u.segment(p, bearing_) = u_.segment(p, bearing_) + bearing;
   if (s.transmission.size() > 0)
     u.tail(groups_.transmission) = u_.tail(groups_.transmission) + s.transmission;
   return u;
 }
 
 void Family::add_covariance(const std::vector<std::pair<const Step*, double>>& steps,
-                            Eigen::MatrixXd& covariance) const {
+                            Eigen::MatrixXd& others) const {
   const Eigen::Index t = groups_.transmission;
   double weight = 0.0;
   Eigen::MatrixXd inner = Eigen::MatrixXd::Zero(t, t);
@@ -198,39 +211,42 @@ void Family::add_covariance(const std::vector<std::pair<const Step*, double>>& s
           inverse_of_lower(step->reduced->packed()).transpose(), w);
   }
   inner.triangularView<Eigen::StrictlyUpper>() = inner.transpose();
-  const Eigen::MatrixXd root = inverse_of_lower(lower_);
-  Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(size_, size_);
-  inverse.selfadjointView<Eigen::Lower>().rankUpdate(root.transpose(), weight);
-  inverse.triangularView<Eigen::StrictlyUpper>() = inverse.transpose();
-  covariance.topLeftCorner(size_, size_) += inverse;
+  const Eigen::MatrixXd root = inverse_of_lower(factor_.packed());
   const Eigen::MatrixXd through = root.transpose() * coupling_;
   const Eigen::MatrixXd shared = through * inner;
-  covariance.topLeftCorner(size_, size_).noalias() += shared * through.transpose();
-  covariance.block(0, covariance.cols() - t, size_, t) -= shared;
-  covariance.block(covariance.rows() - t, 0, t, size_) -= shared.transpose();
-  covariance.bottomRightCorner(t, t) += inner;
+  others.topLeftCorner(bearing_, bearing_).noalias() += weight * root.transpose() * root;
+  others.topLeftCorner(bearing_, bearing_).noalias() += shared * through.transpose();
+  others.topRightCorner(bearing_, t) -= shared;
+  others.bottomLeftCorner(t, bearing_) -= shared.transpose();
+  others.bottomRightCorner(t, t) += inner;
 }
 
 const Family::Right& Family::right(Right& r, Eigen::Index transmission) {
   if (r.known) return r;
   r.known = true;
-  const Eigen::Index missing = u_.size() - size_ - transmission;
-  Eigen::VectorXd gradient = g_.gradient;
-  r.square = g_.square;
+  const Eigen::Index p = groups_.plain, size = p + bearing_;
+  const Eigen::Index missing = u_.size() - size - transmission;
+  Eigen::VectorXd gradient = plain_.g.gradient;
+  r.square = plain_.g.square;
   if (missing > 0) {
-    const Eigen::VectorXd forced = -u_.segment(size_, missing);
-    const auto columns = g_.gram.middleCols(size_, missing);
+    const Eigen::VectorXd forced = -u_.segment(size, missing);
+    const auto columns = plain_.g.gram.middleCols(size, missing);
     const Eigen::VectorXd pulled = columns * forced;
-    r.square += 2.0 * g_.gradient.segment(size_, missing).dot(forced) +
-                forced.dot(pulled.segment(size_, missing));
+    r.square += 2.0 * plain_.g.gradient.segment(size, missing).dot(forced) +
+                forced.dot(pulled.segment(size, missing));
     gradient += pulled;
   }
-  const Eigen::VectorXd off = u_.head(size_) - groups_.mean.head(size_);
+  const Eigen::VectorXd off = u_.head(size) - groups_.mean.head(size);
   r.square += precision_.dot(off.cwiseAbs2());
-  r.rest = -gradient.head(size_) - precision_.cwiseProduct(off);
-  lower_.triangularView<Eigen::Lower>().solveInPlace(r.rest);
+  const Eigen::VectorXd pull = -gradient.head(size) - precision_.cwiseProduct(off);
+  r.plain = plain_.factor.whitened(Eigen::VectorXd(pull.head(p)));
+  r.bearing = factor_.whitened(Eigen::VectorXd(
+      pull.tail(bearing_) - plain_.coupling.leftCols(bearing_).transpose() * r.plain));
   r.transmission = -gradient.tail(transmission);
-  if (transmission > 0) r.transmission.noalias() -= coupling_.transpose() * r.rest;
+  if (transmission > 0) {
+    r.transmission.noalias() -= plain_.coupling.rightCols(transmission).transpose() * r.plain;
+    r.transmission.noalias() -= coupling_.transpose() * r.bearing;
+  }
   return r;
 }
 

@@ -41,13 +41,13 @@ struct Gathered {
 /// Adds the rows of `at`, reweighted from the problem's ripple to that of `g`.
 void gather(const Problem& problem, const Linearisation& at, const Groups& groups, Gathered& g);
 
-/// One level's Gauss-Newton step from u and its evidence. `rest`: the plain unknowns and, where the
-/// level has them, compliance and play.
+/// One level's Gauss-Newton step from u and its evidence. `bearing`: compliance and play, where the
+/// level has them.
 struct Step {
   ModelLevel level;
   bool solved = false;
   double log_evidence = 0.0;
-  Eigen::VectorXd rest;          ///< L^-1 times right side, transmission eliminated
+  Eigen::VectorXd plain, bearing;  ///< L^-1 times right side, transmission eliminated
   Eigen::VectorXd transmission;  ///< step; empty where the level has none
   /// Information on transmission, the other unknowns integrated out; none without transmission.
   std::optional<Cholesky> reduced;
@@ -56,6 +56,11 @@ struct Step {
 /// Plain unknowns eliminated (Schur complement), common to all levels of one ripple.
 struct Eliminated {
   Eliminated(const Groups& groups, const Gathered& gathered);
+
+  /// Adds the covariance of levels of total weight `weight`, with `others` the sum of their weights
+  /// times the covariance of the other unknowns.
+  void add_covariance(double weight, const Eigen::MatrixXd& others,
+                      Eigen::MatrixXd& covariance) const;
 
   const Gathered& g;
   Cholesky factor;           ///< L L' of the plain unknowns' information
@@ -68,7 +73,7 @@ struct Eliminated {
 /// and play here.
 class Family {
  public:
-  /// Keeps references to `groups`, `plain.g` and `u`. `compliance` and `play` scale the priors; 0:
+  /// Keeps references to `groups`, `plain` and `u`. `compliance` and `play` scale the priors; 0:
   /// the level has none.
   Family(const Groups& groups, const Eliminated& plain, const Eigen::VectorXd& u, double compliance,
          double play);
@@ -79,11 +84,12 @@ class Family {
   /// Solution of the level; 0 for unknowns that it lacks.
   Eigen::VectorXd solution(const Step& s) const;
 
-  /// Adds the covariances of the levels, each times its weight.
+  /// Adds the levels' covariances of all but the plain unknowns, each times its weight.
   void add_covariance(const std::vector<std::pair<const Step*, double>>& steps,
-                      Eigen::MatrixXd& covariance) const;
+                      Eigen::MatrixXd& others) const;
 
-  double ripple_rad() const { return g_.ripple_rad; }
+  const Eliminated& plain() const { return plain_; }
+  double ripple_rad() const { return plain_.g.ripple_rad; }
   double compliance() const { return compliance_; }
   double play() const { return play_; }
 
@@ -93,7 +99,7 @@ class Family {
   struct Right {
     bool known = false;
     double square = 0.0;
-    Eigen::VectorXd rest;          ///< L^-1 times right side
+    Eigen::VectorXd plain, bearing;  ///< L^-1 times right side
     Eigen::VectorXd transmission;  ///< of the touches, the other unknowns eliminated
   };
 
@@ -103,14 +109,14 @@ class Family {
   const Right& right(Right& r, Eigen::Index transmission);
 
   const Groups& groups_;
-  const Gathered& g_;
+  const Eliminated& plain_;
   const Eigen::VectorXd& u_;
   double compliance_, play_;
-  Eigen::Index size_ = 0;
-  Eigen::VectorXd precision_;
+  Eigen::Index bearing_ = 0;   ///< number of unknowns of compliance and play
+  Eigen::VectorXd precision_;  ///< of the plain unknowns and these
   bool solvable_ = false;
-  Eigen::MatrixXd lower_;     ///< L, with L L' the rest's information
-  Eigen::MatrixXd coupling_;  ///< L^-1 times the block of rest by transmission
+  Cholesky factor_;           ///< L L' of the information on these, the plain ones integrated out
+  Eigen::MatrixXd coupling_;  ///< L^-1 times the block of these by transmission
   Eigen::MatrixXd reduced_;   ///< transmission's block, other unknowns integrated out, no prior
   double log_det_ = 0.0;
   Right with_, without_;

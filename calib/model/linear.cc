@@ -24,15 +24,17 @@ Eigen::MatrixXd Cholesky::inverse() const {
 }
 
 Eigen::VectorXd Cholesky::whitened(const Eigen::VectorXd& b) const {
-  return factor_.matrixL().solve(b);
-}
-
-Eigen::MatrixXd Cholesky::whitened(const Eigen::MatrixXd& b) const {
   if (b.size() == 0) return b;  // Eigen dereferences the first element even of an empty vector
   return factor_.matrixL().solve(b);
 }
 
+Eigen::MatrixXd Cholesky::whitened(const Eigen::MatrixXd& b) const {
+  if (b.size() == 0) return b;
+  return factor_.matrixL().solve(b);
+}
+
 Eigen::VectorXd Cholesky::coloured(const Eigen::VectorXd& b) const {
+  if (b.size() == 0) return b;
   return factor_.matrixU().solve(b);
 }
 
