@@ -240,7 +240,7 @@ class ACalibratedCell : public ::testing::TestWithParam<SessionKind> {
   /// Writes from one failure to the next: an update and what goes on after it take seconds. tests/disk_faults takes more of them.
   static long stride() {
     const char* every = std::getenv("CELLCAL_SWEEP_EVERY");
-    return every == nullptr ? 211 : std::max(1L, std::strtol(every, nullptr, 10));
+    return every == nullptr ? 421 : std::max(1L, std::strtol(every, nullptr, 10));
   }
   static void sweep(const RunRequest& wanted, int error);
   static const std::filesystem::path& calibrated() {
@@ -264,7 +264,8 @@ TEST_P(ACalibratedCell,
 
 void ACalibratedCell::sweep(const RunRequest& wanted, int error) {
   int failed = 0, refused = 0;
-  for (long at = 0;; at += stride()) {
+  // The two kinds of failure at different writes.
+  for (long at = error == EIO ? stride() / 2 : 0;; at += stride()) {
     const TemporaryDirectory dir;
     const std::string where = "failed from write " + std::to_string(at);
     std::filesystem::remove(dir.path());
