@@ -141,8 +141,12 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
     for (const std::size_t k : {next, next > 0 ? next - 1 : next}) {
       const PlannedTouch& near = plan.touches[k];
       if (off_segment(from, near.clear, near.end) > kOnLineRad) continue;
-      way.push_back(near.clear);
-      at = near.clear;
+      // Out of a contact the arm moves alone: a linear unit stays where it stands.
+      JointVector out = near.clear;
+      std::copy_n(from.begin(), cell.robot.first_turning(), out.begin());
+      if (out != near.clear && !clearance.clear(out, kTipMarginM)) continue;
+      way.push_back(out);
+      at = out;
       break;
     }
     if (way.empty())

@@ -158,6 +158,7 @@ struct Controller::Impl {
     const double moved = blocked ? 0.0 : -std::expm1(-dt / config.lag_s);
     std::vector<double> position = actual;
     for (std::size_t i = 0; i < axes; ++i) position[i] += moved * (setpoint[i] - actual[i]);
+    if (slide_per_s) position[sliding] = actual[sliding] + *slide_per_s * dt;
     return position;
   }
 
@@ -384,6 +385,8 @@ struct Controller::Impl {
   drivers::TimePoint tick_at{};
   std::deque<std::pair<drivers::TimePoint, bool>> edges;  // future edges of the contact input
   bool input_on = false;
+  std::size_t sliding = 0;
+  std::optional<double> slide_per_s;
   bool ticked = false, blocked = false, halted = false;
   bool awaiting = false, answered = false, stop_seen = false, stop_level = false;
   bool first_frame = false, e_stop = false, drives_on = true, start_held = true;
@@ -447,6 +450,11 @@ void Controller::input(drivers::TimePoint t, bool on) { impl_->edges.emplace_bac
 void Controller::cancel_program() { impl_->stop_running("Program cancelled"); }
 
 void Controller::block_drives(bool blocked) { impl_->blocked = blocked; }
+
+void Controller::slide(std::size_t axis, std::optional<double> per_s) {
+  impl_->sliding = axis;
+  impl_->slide_per_s = per_s;
+}
 
 void Controller::place(const std::vector<double>& pose_rad) {
   if (impl_->phase == RsiPhase::kRunning) {

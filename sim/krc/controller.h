@@ -140,6 +140,8 @@ class Controller {
 
   /// Faults. The arm keeps its position although the setpoint moves (drives off, brake closed).
   void block_drives(bool blocked);
+  /// An axis follows no command, and moves by this per second, radians or metres; nullopt ends it.
+  void slide(std::size_t axis, std::optional<double> per_s);
   /// Sets the arm to a pose; only while RSI does not run.
   void place(const std::vector<double>& pose_rad);
 

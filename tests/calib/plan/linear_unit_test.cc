@@ -32,6 +32,25 @@ std::vector<JointVector> postures_of(const Plan& plan) {
   return all;
 }
 
+TEST(LinearUnitPlan, LeavesAContactWhereTheUnitStandsAndTravelsAfterwards) {
+  const Cell cell = track_cell();
+  PlanOptions options;
+  options.fit_touches = 4;
+  options.check_touches = 0;
+  const Plan plan = make_plan(cell, options);
+  const PlannedTouch& near = plan.touches[1];
+  // The unit was moved by something else while the tip was in contact.
+  JointVector from = near.standoff;
+  for (std::size_t i = 0; i < from.size(); ++i) from[i] += 0.55 * (near.end[i] - near.standoff[i]);
+  from[0] += 0.002;
+  const PlannedTouch resumed = resume_plan(cell, plan, 2, from).touches[2];
+  ASSERT_GE(resumed.transit.size(), 2u);
+  JointVector out = near.clear;
+  out[0] = from[0];
+  EXPECT_EQ(resumed.transit.front(), out);
+  EXPECT_EQ(resumed.transit.back(), plan.touches[2].standoff);
+}
+
 TEST(LinearUnitPlan, MovesTheUnitWithinItsLimitsAndOverMostOfItsStroke) {
   Cell cell = track_cell();
   cell.robot.joints[0].min_rad = 0.4;

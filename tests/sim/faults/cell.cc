@@ -57,6 +57,10 @@ const char* to_string(Wire wire) {
       return "eki-flag";
     case Wire::kEthernet:
       return "ethernet";
+    case Wire::kRsiTrack:
+      return "rsi-track";
+    case Wire::kEkiTrack:
+      return "eki-track";
   }
   return "?";
 }

@@ -7,6 +7,7 @@
 // be scheduled for an instant, the adapters can be recreated on the running cell, and the truth is
 // recorded: the true position of the arm at each edge of the contact, and its last motion.
 
+#include <array>
 #include <functional>
 #include <map>
 #include <memory>
@@ -27,9 +28,15 @@ using drivers::Duration;
 using drivers::TimePoint;
 
 /// Between cellcal's computer and the controller. ..Input: with a wire from the sensor; kRsi6: the controller
-/// as configured by the generated files of RSI 6; kEthernet is RSI with the sensor on Ethernet.
-enum class Wire { kRsi, kRsiInput, kRsi6, kEkiInput, kEkiFlag, kEthernet };
-constexpr bool over_rsi(Wire wire) { return wire != Wire::kEkiInput && wire != Wire::kEkiFlag; }
+/// as configured by the generated files of RSI 6; kEthernet is RSI with the sensor on Ethernet; ..Track: the arm
+/// on a linear unit that travels from touch to touch, and a further external axis.
+enum class Wire { kRsi, kRsiInput, kRsi6, kEkiInput, kEkiFlag, kEthernet, kRsiTrack, kEkiTrack };
+inline constexpr std::array kWires{Wire::kRsi,     Wire::kRsiInput, Wire::kRsi6,     Wire::kEkiInput,
+                                   Wire::kEkiFlag, Wire::kEthernet, Wire::kRsiTrack, Wire::kEkiTrack};
+constexpr bool over_rsi(Wire wire) {
+  return wire != Wire::kEkiInput && wire != Wire::kEkiFlag && wire != Wire::kEkiTrack;
+}
+constexpr bool on_track(Wire wire) { return wire == Wire::kRsiTrack || wire == Wire::kEkiTrack; }
 const char* to_string(Wire wire);
 
 /// Options of a cell before power on.
@@ -103,7 +110,8 @@ class FaultyCell : public drivers::Clock {
   virtual void input_wire(bool broken) = 0;
   virtual void input_stuck_on(bool) {
   }  ///< RSI: 24 V at the controller's input, independently of the sensor
-  /// Of the controller, which no joint is: moved by something else.
+  /// Moved by something else: the linear unit, else an external axis of the controller, which no
+  /// joint is.
   virtual void external_axis_moves(bool) {
     throw std::logic_error("a controller without external axes");
   }

@@ -3,6 +3,7 @@
 #include "cells.h"
 #include "drivers/kuka/eki/eki_robot.h"
 #include "drivers/kuka/krl/krl_files.h"
+#include "sim/krc/cartesian_arm.h"
 #include "sim/krc/eki_controller.h"
 
 namespace cellcal::faults {
@@ -15,18 +16,23 @@ constexpr std::chrono::milliseconds kRetry{500};
 // $OUT of $BRAKETEST_REQ_INT where CELL.SRC selects the programs.
 constexpr int kBrakeTestOutput = 101;
 
-// An external axis stands here; moved unasked, this fast.
-constexpr double kExternalRad = 0.4, kExternalRadS = 1.0, kCreepRadS = 0.05;
+// An external axis stands here; moved unasked, this fast (rad/s, m/s).
+constexpr double kExternalRad = 0.4, kExternalRadS = 1.0, kCreepPerS = 0.05;
 
 sim::EkiControllerConfig eki_controller(const daemon::DaemonConfig& config, const calib::Cell& cell,
                                         const CellOptions& options) {
   sim::EkiControllerConfig controller;
   controller.start_rad = config.mock.start_rad;
+  controller.linear_unit = on_track(options.wire);
+  if (controller.linear_unit) {
+    controller.start_rad.insert(controller.start_rad.begin(), 0.0);
+    controller.arm = sim::make_cartesian_arm(cell);
+  }
   const std::size_t joints = cell.robot.joints.size();
-  // External axes, which no joint is.
-  const auto external = static_cast<std::size_t>(config.controller.external_axes);
   controller.start_rad.resize(joints, 0.0);
-  controller.start_rad.resize(joints + external, kExternalRad);
+  // External axes, which no joint is.
+  const auto axes = 6 + static_cast<std::size_t>(config.controller.external_axes);
+  controller.start_rad.resize(axes, kExternalRad);
   controller.max_acceleration_rad_s2 = config.motion.acceleration_rad_s2;
   drivers::EkiFilesConfig files = config.controller;
   if (options.cell_src) files.brake_test_output = kBrakeTestOutput;
@@ -34,7 +40,7 @@ sim::EkiControllerConfig eki_controller(const daemon::DaemonConfig& config, cons
   for (const calib::Joint& joint : cell.robot.joints) {
     controller.max_speed_rad_s.push_back(joint.max_speed_rad_s);
   }
-  controller.max_speed_rad_s.resize(joints + external, kExternalRadS);
+  controller.max_speed_rad_s.resize(axes, kExternalRadS);
   controller.seed = options.seed;
   return controller;
 }
@@ -87,7 +93,7 @@ class EkiCell final : public FaultyCell {
     }
   }
   void external_axis_moves(bool moves) override {
-    controller_.creep(joints_, moves ? kCreepRadS : 0.0);
+    controller_.creep(on_track(options_.wire) ? 0 : joints_, moves ? kCreepPerS : 0.0);
   }
   void input_wire(bool broken) override { controller_.input_broken(broken, now_); }
   std::vector<double> position_rad() const override { return true_rad_at(now()); }
@@ -196,10 +202,13 @@ std::unique_ptr<FaultyCell> make_cell(const calib::Cell& cell, const CellOptions
                           ? "contact_tag = \"Contact.R\"\n[controller]\ncontact_level = \"off\"\n"
                           : "";
   const char* stop = options.wire == Wire::kEkiFlag ? "flag" : "input";
-  const char* external = options.wire == Wire::kEkiInput ? "[controller]\nexternal_axes = 1\n" : "";
+  const char* external = options.wire == Wire::kEkiInput ? "[controller]\nexternal_axes = 1\n"
+                         : on_track(options.wire)        ? "[controller]\nexternal_axes = 2\n"
+                                                         : "";
   const std::string text = std::string("format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n") +
                            "[motion]\nspeed_percent = 80\nacceleration_deg_s2 = 600\n"
-                           "jerk_deg_s3 = 8000\n" +
+                           "jerk_deg_s3 = 8000\ntravel_acceleration_mm_s2 = 4000\n"
+                           "travel_jerk_mm_s3 = 60000\n" +
                            (rsi ? std::string("[rsi]\ncorrection_limit_deg = 360\n") + input
                                 : std::string("[eki]\nstop = \"") + stop + "\"\n" + external) +
                            "[mock]\nwire = \"" + (rsi ? "rsi" : "eki") + "\"\n";

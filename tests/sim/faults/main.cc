@@ -136,6 +136,16 @@ void Table::print(Wire wire) const {
   }
 }
 
+/// Of the variants of a row that apply to the phase one is run per stretch, each in turn. A linear
+/// unit changes the moves, not the lines: their variants are those of the wire without one.
+bool has_its_turn(const std::vector<Fault>& faults, const Fault& fault, TouchPhase phase,
+                  std::size_t stretch) {
+  std::vector<const Fault*> row;
+  for (const Fault& one : faults)
+    if (one.name == fault.name && !(one.why_not && one.why_not(phase))) row.push_back(&one);
+  return row.empty() || row[stretch % row.size()] == &fault;
+}
+
 Count Table::run(Wire wire) {
   cells_.clear();
   reasons_.clear();
@@ -143,9 +153,13 @@ Count Table::run(Wire wire) {
   worst_m_ = worst_rest_s_ = 0.0;
   by_itself_ = 0;
   std::uint64_t number = 0;
-  for (const Fault& fault : faults_of(wire)) {
-    for (const Stretch& stretch : matrix_.reference(wire).stretches) {
+  const std::vector<Fault> faults = faults_of(wire);
+  const std::vector<Stretch>& stretches = matrix_.reference(wire).stretches;
+  for (const Fault& fault : faults) {
+    for (std::size_t i = 0; i < stretches.size(); ++i) {
+      const Stretch& stretch = stretches[i];
       ++number;  // also for omitted ones, so that a partial run is identical to the whole
+      if (on_track(wire) && !has_its_turn(faults, fault, stretch.phase, i)) continue;
       if (!options_.fault.empty() && fault.name != options_.fault) continue;
       if (!options_.phase.empty() && to_string(stretch.phase) != options_.phase) continue;
       one(wire, fault, stretch, number);
@@ -178,8 +192,7 @@ Count Table::run(Wire wire) {
 int run(const Options& options) {
   Table table(options);
   Count all;
-  for (const Wire wire : {Wire::kRsi, Wire::kRsiInput, Wire::kRsi6, Wire::kEkiInput, Wire::kEkiFlag,
-                          Wire::kEthernet}) {
+  for (const Wire wire : kWires) {
     if (options.wire.empty() || options.wire == to_string(wire)) all += table.run(wire);
   }
   if (options.wire.empty()) {
@@ -202,11 +215,12 @@ int main(int argc, char** argv) {
   using namespace cellcal::faults;
   Options options;
   CLI::App app{"Every fault in every phase of a touch, in virtual time."};
-  std::vector<std::string> phases;
+  std::vector<std::string> phases, wires;
+  for (const Wire wire : kWires) wires.emplace_back(to_string(wire));
   for (const TouchPhase phase : kTouchPhases) phases.emplace_back(to_string(phase));
   app.add_option("--cell", options.cell_file, "cell file")->required();
   app.add_option("--wire", options.wire, "one wire alone")
-      ->check(CLI::IsMember({"rsi", "rsi-input", "rsi6", "eki", "eki-flag", "ethernet"}));
+      ->check(CLI::IsMember(wires));
   app.add_option("--fault", options.fault, "one row alone")->check(CLI::IsMember(fault_names()));
   app.add_option("--phase", options.phase, "one column alone")->check(CLI::IsMember(phases));
   app.add_option("--seed", options.seed, "of truth, instants and lines (1)");

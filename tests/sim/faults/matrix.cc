@@ -153,24 +153,30 @@ struct Matrix::Run {
 
 Matrix::Matrix(const std::filesystem::path& cell_file, std::filesystem::path folder,
                std::uint64_t seed, Expectation expectation)
-    : job_(make_job(cell_file)),
+    : cell_file_(cell_file),
       folder_(std::move(folder)),
       seed_(seed),
       expectation_(expectation) {}
+
+const Job& Matrix::job(Wire wire) {
+  const bool track = on_track(wire);
+  if (const auto known = jobs_.find(track); known != jobs_.end()) return known->second;
+  return jobs_.emplace(track, make_job(cell_file_, track)).first->second;
+}
 
 const Reference& Matrix::reference(Wire wire) {
   if (const auto known = references_.find(wire); known != references_.end()) return known->second;
   CellOptions options;
   options.wire = wire;
   options.seed = seed_;
-  const auto cell = make_cell(job_.cell, options);
+  const auto cell = make_cell(job(wire).cell, options);
   const auto file = folder_ / "reference.db";
   forget(file);
   daemon::Journal journal(file);
   const CellBackend backend(*cell);
-  const std::int64_t session = journal.begin(job_.inputs, "2000-01-01T00:00:00.000Z");
+  const std::int64_t session = journal.begin(job(wire).inputs, "2000-01-01T00:00:00.000Z");
   cell->end_by(cell->now() + kLongestRun);
-  const Ending ending = run_session(*cell, job_, journal, session, false);
+  const Ending ending = run_session(*cell, job(wire), journal, session, false);
   if (ending.state.phase != Phase::kDone) {
     throw std::runtime_error(
         "the session without faults fails: " + ending.hung +
@@ -217,7 +223,7 @@ void Matrix::judge_ending(Run& run) {
     run.broke("a time-out of the run itself: " + run.ending.hung + " (" +
               last.substr(last.size() > 600 ? last.size() - 600 : 0) + ")");
   }
-  if (run.touches.size() > job_.plan.touches.size()) run.broke("more touches than were planned");
+  if (run.touches.size() > job(run.wire).plan.touches.size()) run.broke("more touches than were planned");
   const std::size_t whole = run.stretch.phase == TouchPhase::kConnect ? 0 : 1;
   const auto& first = reference(run.wire).touches.front();
   // For any effect of a fault on the clocks, measurements before it must be unchanged.
@@ -227,7 +233,7 @@ void Matrix::judge_ending(Run& run) {
     run.broke("the touch that was on disk before the fault is not there as it was");
   }
   if (state.phase == Phase::kDone) {
-    if (run.touches.size() != job_.plan.touches.size()) run.broke("done without all touches");
+    if (run.touches.size() != job(run.wire).plan.touches.size()) run.broke("done without all touches");
     return;
   }
   run.verdict.outcome = Outcome::kNamed;
@@ -323,13 +329,13 @@ void Matrix::judge_resumption(Run& run) {
   run.cell.repair();
   run.cell.new_adapters();
   run.cell.end_by(run.cell.now() + kLongestRun);
-  const Ending ending = run_session(run.cell, job_, journal, run.session, true);
+  const Ending ending = run_session(run.cell, job(run.wire), journal, run.session, true);
   if (ending.state.phase != Phase::kDone) {
     return run.broke("mended and resumed, it ends with: " + ending.hung +
                      (ending.state.failure ? describe(*ending.state.failure) : std::string()));
   }
   std::vector<calib::Touch> touches = journal.touches(run.session);
-  if (touches.size() != job_.plan.touches.size()) run.broke("resumed, and not all touches");
+  if (touches.size() != job(run.wire).plan.touches.size()) run.broke("resumed, and not all touches");
   judge_touches(run, touches, "of the resumed session");
   touches.resize(std::min(touches.size(), run.touches.size()));
   if (touches != run.touches) run.broke("the resumed session has changed touches on disk");
@@ -344,15 +350,15 @@ Verdict Matrix::run(Wire wire, const Fault& fault, const Stretch& stretch, std::
   const Duration offset =
       stretch.from + std::chrono::duration_cast<Duration>((stretch.until - stretch.from) * u);
   if (fault.before) fault.before(options, options.power_on + offset);
-  const auto cell = make_cell(job_.cell, options);
+  const auto cell = make_cell(job(wire).cell, options);
   Run run{wire, fault, stretch, *cell, folder_ / "run.db", cell->power_on() + offset};
   cell->end_by(cell->power_on() + reference.lasts + kLongestRun);
   forget(run.file);
   {
     daemon::Journal journal(run.file);
-    run.session = journal.begin(job_.inputs, "2000-01-01T00:00:00.000Z");
+    run.session = journal.begin(job(wire).inputs, "2000-01-01T00:00:00.000Z");
     run.ending = run_session(
-        *cell, job_, journal, run.session, false,
+        *cell, job(wire), journal, run.session, false,
         [&](daemon::Runner& runner) {
           if (fault.book) fault.book({*cell, run.at, &runner});
         },

@@ -80,6 +80,7 @@ class Matrix {
  private:
   struct Run;
   double distance_from_truth_m(const FaultyCell& cell, const calib::Touch& touch) const;
+  const Job& job(Wire wire);
   void judge_touches(Run& run, const std::vector<calib::Touch>& touches, const char* when);
   void judge_ending(Run& run);
   double longest_to_rest_s(const Run& run) const;
@@ -87,7 +88,8 @@ class Matrix {
   void judge_reconnection(Run& run);
   void judge_resumption(Run& run);
 
-  Job job_;
+  std::filesystem::path cell_file_;
+  std::map<bool, Job> jobs_;  ///< by on_track
   std::filesystem::path folder_;
   std::uint64_t seed_;
   Expectation expectation_;

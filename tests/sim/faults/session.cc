@@ -1,11 +1,19 @@
 #include "session.h"
 
+#include <cmath>
+
 #include "daemon/service/journal_recorder.h"
 #include "daemon/tasks/options.h"
 #include "daemon/tasks/tasks.h"
 
 namespace cellcal::faults {
 namespace {
+
+constexpr const char* kUnit =
+    "[[joint]]\nname = \"E1\"\nkind = \"prismatic\"\nalong = [0.0, 1.0, 0.0]\nmin_mm = -400.0\n"
+    "max_mm = 400.0\nmax_speed_mm_s = 1500.0\n\n";
+// Least way of the linear unit between the planned touches.
+constexpr double kTravelM = 0.1;
 
 daemon::Tasks tasks_of(const Job& job) {
   daemon::Tasks tasks;
@@ -23,15 +31,20 @@ daemon::Tasks tasks_of(const Job& job) {
 
 }  // namespace
 
-Job make_job(const std::filesystem::path& cell_file) {
+Job make_job(const std::filesystem::path& cell_file, bool on_track) {
   Job job;
   job.inputs = daemon::read_inputs(cell_file);
+  std::string& robot = job.inputs.robot_text;
+  if (on_track) robot.insert(robot.find("[[joint]]"), kUnit);
   job.cell = daemon::cell_of(job.inputs);
   calib::PlanOptions options;
   options.fit_touches = 2;
   options.check_touches = 0;
+  if (on_track) options.criterion = calib::Criterion::kEven;
   job.plan = calib::make_plan(job.cell, options);
   job.plan_hash = daemon::plan_hash(job.plan);
+  if (on_track && std::abs(job.plan.touches.at(1).standoff[0] - job.plan.touches.at(0).standoff[0]) < kTravelM)
+    throw std::runtime_error("the linear unit does not travel between the planned touches");
   return job;
 }
 

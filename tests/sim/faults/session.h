@@ -14,14 +14,15 @@
 
 namespace cellcal::faults {
 
-/// The demo's cell and two touches on it.
+/// A cell and two touches on it.
 struct Job {
   calib::Cell cell;
   daemon::SessionInputs inputs;
   calib::Plan plan;
   std::string plan_hash;
 };
-Job make_job(const std::filesystem::path& cell_file);
+/// On a linear unit: the arm of the cell file is put on one, which travels between the touches.
+Job make_job(const std::filesystem::path& cell_file, bool on_track = false);
 
 /// Phases of the session with their times, from its own record.
 struct Mark {
