@@ -17,7 +17,7 @@ struct Options {
   std::string cell_file, wire, fault, phase;
   std::uint64_t seed = 1;
   int retries = 0;
-  bool verbose = false;
+  bool verbose = false, in_turn = false;
 };
 
 struct Count {
@@ -136,8 +136,8 @@ void Table::print(Wire wire) const {
   }
 }
 
-/// Of the variants of a row that apply to the phase one is run per stretch, each in turn. A linear
-/// unit changes the moves, not the lines: their variants are those of the wire without one.
+/// Of the variants of a row that apply to the phase one is run per stretch, each in turn. For wires
+/// that differ in one thing from another; a linear unit changes the moves alone.
 bool has_its_turn(const std::vector<Fault>& faults, const Fault& fault, TouchPhase phase,
                   std::size_t stretch) {
   std::vector<const Fault*> row;
@@ -159,7 +159,7 @@ Count Table::run(Wire wire) {
     for (std::size_t i = 0; i < stretches.size(); ++i) {
       const Stretch& stretch = stretches[i];
       ++number;  // also for omitted ones, so that a partial run is identical to the whole
-      if (on_track(wire) && !has_its_turn(faults, fault, stretch.phase, i)) continue;
+      if ((options_.in_turn || on_track(wire)) && !has_its_turn(faults, fault, stretch.phase, i)) continue;
       if (!options_.fault.empty() && fault.name != options_.fault) continue;
       if (!options_.phase.empty() && to_string(stretch.phase) != options_.phase) continue;
       one(wire, fault, stretch, number);
@@ -227,6 +227,8 @@ int main(int argc, char** argv) {
   app.add_option("--retries", options.retries,
                  "harmless interruptions after which a session goes on by itself (0)")
       ->check(CLI::Range(0, 100));
+  app.add_flag("--in-turn", options.in_turn,
+               "of the variants of a row one per stretch of a phase, as for a linear unit");
   app.add_flag("--verbose", options.verbose, "a line for every run, with the error's words");
   try {
     app.parse(argc, argv);
