@@ -8,6 +8,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "calib/model/turns.h"
 #include "calib/model/units.h"
 
 namespace cellcal::calib {
@@ -254,38 +255,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// R * Rz without building the elementary rotation: mixes columns x and y.
-void turn_z(Matrix3d& r, double c, double s) {
-  const Vector3d x = r.col(0);
-  r.col(0) = c * x + s * r.col(1);
-  r.col(1) = c * r.col(1) - s * x;
-}
-
-void turn_x(Matrix3d& r, double c, double s) {
-  const Vector3d y = r.col(1);
-  r.col(1) = c * y + s * r.col(2);
-  r.col(2) = c * r.col(2) - s * y;
-}
-
-void turn_y(Matrix3d& r, double c, double s) {
-  const Vector3d z = r.col(2);
-  r.col(2) = c * z + s * r.col(0);
-  r.col(0) = c * r.col(0) - s * z;
-}
-
-/// Cosine and sine.
-struct Direction {
-  double c, s;
-};
-/// Cosine and sine of an error angle, which is usually small: series accurate to 5e-20.
-Direction direction(double angle) {
-  constexpr double kSmall = 0.02;
-  if (std::abs(angle) > kSmall) return {std::cos(angle), std::sin(angle)};
-  const double q = angle * angle;
-  return {1.0 - q / 2.0 * (1.0 - q / 12.0 * (1.0 - q / 30.0 * (1.0 - q / 56.0))),
-          angle * (1.0 - q / 6.0 * (1.0 - q / 20.0 * (1.0 - q / 42.0)))};
-}
-
 /// Tool deflection by c_t; `stiff`: m l^3/3 of the tool.
 void set_deflection(double c, const Tool& tool, double stiff, ArmErrors::OfTool& its) {
   its.bend_m_per_accel = c * stiff;
@@ -388,46 +357,6 @@ std::array<double, kGuideMotions> ArmModel::guide_motion(int joint, const Prepar
     for (int p = last_bearing_; p < last_guide_; ++p)
       if (parameters_[p].joint == joint) motion[parameters_[p].axis] += x[p] * pose.factor[p];
   return motion;
-}
-
-// (1c), and its axes
-Eigen::Isometry3d ArmModel::base_of(const PreparedPose& pose, const double* x,
-                                    ArmChain& chain) const {
-  std::array<std::array<double, kAxisErrors>, kMaxPositionerAxes> error{};
-  for (int p = last_tool_; x != nullptr && p < size(); ++p)
-    error[static_cast<std::size_t>(parameters_[p].carrier)][parameters_[p].axis] = x[p];
-  const auto of = [&](std::size_t j, AxisError one) { return error[j][static_cast<int>(one)]; };
-  Matrix3d rotation = Matrix3d::Identity();
-  Vector3d origin = Vector3d::Zero();
-  for (std::size_t j = 0; j < static_cast<std::size_t>(pose.carriers); ++j) {
-    const PositionerAxis& axis = robot_.positioner[j];
-    ArmChain::Carrier& its = chain.carrier[j];
-    origin += rotation * axis.frame.translation();
-    rotation = rotation * axis.frame.linear();
-    its.x = rotation.col(0);
-    its.y = rotation.col(1);
-    origin += of(j, AxisError::kX) * its.x + of(j, AxisError::kY) * its.y;
-    const Direction about_x = direction(of(j, AxisError::kTurnX)),
-                    about_y = direction(of(j, AxisError::kTurnY));
-    its.tilt_x = rotation.col(0);
-    turn_x(rotation, about_x.c, about_x.s);
-    its.tilt_y = rotation.col(1);
-    turn_y(rotation, about_y.c, about_y.s);
-    its.z = rotation.col(2);
-    its.origin = origin;
-    const double angle = axis.sign * pose.carrier_rad[j] * (1.0 + of(j, AxisError::kScale));
-    turn_z(rotation, std::cos(angle), std::sin(angle));
-  }
-  Eigen::Isometry3d base = Eigen::Isometry3d::Identity();
-  base.linear() = rotation.transpose();
-  base.translation() = -(base.linear() * origin);
-  for (std::size_t j = 0; j < static_cast<std::size_t>(pose.carriers); ++j) {
-    ArmChain::Carrier& its = chain.carrier[j];
-    for (Vector3d* axis : {&its.x, &its.y, &its.tilt_x, &its.tilt_y, &its.z})
-      *axis = base.linear() * *axis;
-    its.origin = base * its.origin;
-  }
-  return base;
 }
 
 void ArmModel::walk_links(const PreparedPose& pose, const ArmErrors& errors,
@@ -563,50 +492,6 @@ void ArmModel::derivative_along(const Vector3d& n, const PreparedPose& pose,
   carrier_derivative(n, pose, chain, derivative, stride);
 }
 
-namespace {
-
-/// Axis of a turn of what the carrier carries.
-const Vector3d& axis_of(const ArmChain::Carrier& carrier, AxisError error) {
-  switch (error) {
-    case AxisError::kX:
-      return carrier.x;
-    case AxisError::kY:
-      return carrier.y;
-    case AxisError::kTurnX:
-      return carrier.tilt_x;
-    case AxisError::kTurnY:
-      return carrier.tilt_y;
-    case AxisError::kScale:
-      break;
-  }
-  return carrier.z;
-}
-
-bool is_shift(AxisError error) { return error == AxisError::kX || error == AxisError::kY; }
-
-}  // namespace
-
-/// Its errors move the target's frame; seen from there the arm with its gravity moves as one body.
-void ArmModel::carrier_derivative(const Vector3d& n, const PreparedPose& pose,
-                                  const ArmChain& chain, double* derivative,
-                                  std::ptrdiff_t stride) const {
-  for (int p = last_tool_; p < size(); ++p) {
-    const ArmParameter& parameter = parameters_[p];
-    double& out = derivative[p * stride];
-    out = 0.0;
-    if (parameter.carrier >= pose.carriers) continue;
-    const auto j = static_cast<std::size_t>(parameter.carrier);
-    const AxisError error{parameter.axis};
-    const Vector3d& axis = axis_of(chain.carrier[j], error);
-    if (is_shift(error)) {
-      out = -axis.dot(n);
-      continue;
-    }
-    out = -axis.cross(chain.tip - chain.carrier[j].origin).dot(n);
-    if (error == AxisError::kScale) out *= robot_.positioner[j].sign * pose.carrier_rad[j];
-  }
-}
-
 void ArmModel::derivative(const PreparedPose& pose, const ArmErrors& errors, const ArmChain& chain,
                           Eigen::Ref<Eigen::Matrix3Xd> jacobian) const {
   for (int axis = 0; axis < 3; ++axis)
@@ -673,13 +558,12 @@ void ArmModel::turn_derivative(const PreparedPose& pose, const ArmErrors& errors
         break;
       }
       case ParameterKind::kPositioner: {
-        const AxisError error{parameter.axis};
-        jacobian.col(p).setZero();
-        if (parameter.carrier >= pose.carriers || is_shift(error)) break;
         const auto j = static_cast<std::size_t>(parameter.carrier);
-        jacobian.col(p) = -axis_of(chain.carrier[j], error);
-        if (error == AxisError::kScale)
-          jacobian.col(p) *= robot_.positioner[j].sign * pose.carrier_rad[j];
+        if (parameter.carrier >= pose.carriers)
+          jacobian.col(p).setZero();
+        else
+          jacobian.col(p) = turn_by(chain.carrier[j], robot_.positioner[j],
+                                    AxisError{parameter.axis}, pose.carrier_rad[j]);
         break;
       }
       case ParameterKind::kD:
