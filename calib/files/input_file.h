@@ -41,10 +41,10 @@ class Withheld {
 // A refused value of a file whose place in the document is known.
 
 struct KeyError : FileError {
-  /// The message is `file` + `place` + `path_in_file` + ": " + `what_is_wrong`; place ":12: ".
-  KeyError(const std::string& file, const std::string& place, std::string path_in_file,
+  /// The message is `about` + `place` + `path_in_file` + ": " + `what_is_wrong`; place ":12: ".
+  KeyError(const std::string& about, const std::string& place, std::string path_in_file,
            std::string what_is_wrong)
-      : FileError(file, place + path_in_file + ": " + what_is_wrong),
+      : FileError(about, place + path_in_file + ": " + what_is_wrong),
         path(std::move(path_in_file)),
         reason(std::move(what_is_wrong)) {}
 
