@@ -8,15 +8,31 @@
 //
 // Assumption: nothing but these zeros has changed. Failure case: another change is attributed to them.
 
+#include <cmath>
 #include <string>
 #include <vector>
 
 #include "calib/check/foresight.h"
-#include "calib/check/mastered_zero.h"
 #include "calib/model/touch.h"
 #include "calib/result/calibration.h"
 
 namespace cellcal::calib {
+
+// Remaining error of the zero of a joint that was mastered anew (mastered.h).
+
+struct MasteredZero {
+  std::string joint = {};
+  double error_rad = 0.0;  ///< true angle less shown angle, in the controller's sense
+  double sigma_rad = 0.0;
+
+  double u_rad() const { return 2.0 * sigma_rad; }  ///< k=2
+  /// Within three sigma: the errors of one calibration are common to all checks of it, and a joint that
+  /// was mastered well is not to be mastered again.
+  bool holds() const { return std::abs(error_rad) <= 3.0 * sigma_rad; }
+};
+
+/// "zero of A2 +0.0301 +- 0.0060 deg (k=2) from where it was to be mastered: does not hold. ..."
+std::string words(const MasteredZero& zero);
 
 /// The calibration once these joints have been mastered by it: their zeros are nominal. Throws IdentifyError naming a
 /// joint that the robot lacks, or that no touch separates from base or tool.

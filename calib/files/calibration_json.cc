@@ -8,7 +8,6 @@
 
 #include "calib/files/cell_file.h"
 #include "calib/files/files.h"
-#include "calib/files/finding_json.h"
 #include "calib/files/input_file.h"
 #include "calib/files/json.h"
 #include "calib/files/json_fields.h"

@@ -1,7 +1,6 @@
-#include "calib/files/check_json.h"
-
 #include <nlohmann/json.hpp>
 
+#include "calib/files/calibration_json.h"
 #include "calib/model/units.h"
 #include "calib/result/drift_chart.h"
 #include "calib/result/tcp_check.h"

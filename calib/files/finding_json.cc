@@ -1,8 +1,7 @@
-#include "calib/files/finding_json.h"
-
 #include <string>
 #include <vector>
 
+#include "calib/files/result_fields.h"
 #include "calib/files/text.h"
 #include "calib/model/robot.h"
 #include "calib/model/units.h"

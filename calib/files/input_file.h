@@ -7,6 +7,9 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <utility>
+
+#include "calib/model/error.h"
 
 namespace cellcal::calib {
 
@@ -33,6 +36,20 @@ class Withheld {
  private:
   dev_t device_ = 0;
   ino_t inode_ = 0;
+};
+
+// A refused value of a file whose place in the document is known.
+
+struct KeyError : FileError {
+  /// The message is `about` + `place` + `path_in_file` + ": " + `what_is_wrong`; place ":12: ".
+  KeyError(const std::string& about, const std::string& place, std::string path_in_file,
+           std::string what_is_wrong)
+      : FileError(about, place + path_in_file + ": " + what_is_wrong),
+        path(std::move(path_in_file)),
+        reason(std::move(what_is_wrong)) {}
+
+  std::string path;    ///< TOML, counted from 1: "target[2].diameter_mm"; JSON, from 0: ".spheres[1].mm"
+  std::string reason;  ///< without the place
 };
 
 }  // namespace cellcal::calib

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "calib/files/json_fields.h"
 #include "calib/model/error.h"
 
 namespace cellcal::calib {
@@ -97,3 +98,36 @@ void refuse_deep_json(std::string_view text, const std::string& name) {
 }
 
 }  // namespace cellcal::calib
+
+namespace cellcal::calib::fields {
+
+Value<double> number(double per) {
+  return {[per](const double& v) { return v * per; },
+          [per](const JsonReader& r) { return r.number() / per; }};
+}
+
+Value<double> not_negative(double per) {
+  return {[per](const double& v) { return v * per; },
+          [per](const JsonReader& r) { return r.not_negative() / per; }};
+}
+
+Value<std::string> text() {
+  return {[](const std::string& v) { return v; }, [](const JsonReader& r) { return r.text(); }};
+}
+
+Value<bool> flag() {
+  return {[](const bool& v) { return v; }, [](const JsonReader& r) { return r.flag(); }};
+}
+
+Value<Eigen::Vector3d> vector(double per) {
+  return {[per](const Eigen::Vector3d& v) -> Json {
+            return {v.x() * per, v.y() * per, v.z() * per};
+          },
+          [per](const JsonReader& r) -> Eigen::Vector3d {
+            const auto items = r.items();
+            if (items.size() != 3) r.fail("must hold three numbers");
+            return Eigen::Vector3d(items[0].number(), items[1].number(), items[2].number()) / per;
+          }};
+}
+
+}  // namespace cellcal::calib::fields

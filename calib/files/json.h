@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "calib/files/key_error.h"
+#include "calib/files/input_file.h"
 
 namespace cellcal::calib {
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "calib/files/json.h"
+#include "calib/model/enum_table.h"
 
 namespace cellcal::calib::fields {
 
@@ -169,6 +170,13 @@ Value<E> word(std::vector<std::pair<E, const char*>> words) {
             }
             r.fail("must be " + expected);
           }};
+}
+
+template <class E>
+Value<E> named(const EnumNames<E>& names) {
+  std::vector<std::pair<E, const char*>> words;
+  for (const E one : all_values<E>()) words.emplace_back(one, names[one]);
+  return word(std::move(words));
 }
 
 template <class V>

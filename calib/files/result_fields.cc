@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "calib/files/finding_json.h"
 #include "calib/files/text.h"
 #include "calib/model/linear.h"
 #include "calib/model/units.h"

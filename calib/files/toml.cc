@@ -1,4 +1,3 @@
-#include "calib/files/key_error.h"
 #include "calib/files/toml.h"
 
 #include <fmt/format.h>

@@ -20,7 +20,6 @@
 #include "calib/estimate/target.h"
 #include "calib/verdict/artefacts.h"
 #include "calib/verdict/held_out.h"
-#include "calib/verdict/leave_one_out.h"
 #include "calib/verdict/residuals.h"
 #include "calib/verdict/suspected_changes.h"
 #include "calib/verdict/verdict.h"

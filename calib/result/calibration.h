@@ -209,7 +209,7 @@ struct UnseenChecks {
   std::vector<HeldOut> held_out;  ///< of the judged targets
 };
 
-/// The touch whose undetected error shifts the tip most (calib/verdict/leave_one_out.h).
+/// The touch whose undetected error shifts the tip most (calib/verdict/artefacts.h).
 struct UncheckedTouch {
   std::size_t touch = 0;  ///< index of the given touches
   double unseen_m = 0.0;  ///< largest error that the other touches do not contradict

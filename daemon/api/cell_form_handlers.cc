@@ -7,7 +7,7 @@
 
 #include "calib/export/machine_data.h"
 #include "calib/files/cell_file.h"
-#include "calib/files/key_error.h"
+#include "calib/files/input_file.h"
 #include "calib/files/robot_file.h"
 #include "calib/files/toml.h"
 #include "calib/model/error.h"

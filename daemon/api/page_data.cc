@@ -9,7 +9,6 @@
 #include <cmath>
 
 #include "calib/files/calibration_json.h"
-#include "calib/files/check_json.h"
 #include "calib/files/files.h"
 #include "calib/model/error.h"
 #include "calib/model/kinematics.h"

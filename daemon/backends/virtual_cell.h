@@ -125,7 +125,13 @@ struct RsiWire {
     return controller.tick(t);
   }
   static void exchange(Controller& controller, Robot& robot, std::string_view packet,
-                       drivers::TimePoint now);
+                       drivers::TimePoint now) {
+    if (!packet.empty()) {
+      const std::string_view reply = robot.on_datagram(packet, now);
+      if (!reply.empty()) controller.receive(reply);
+    }
+    robot.on_tick(now);
+  }
 };
 
 using VirtualCell = VirtualCellOn<RsiWire>;
@@ -162,7 +168,18 @@ struct EkiWire {
     controller.tick(t);
     return {};
   }
-  static void exchange(Controller& controller, Robot& robot, Nothing, drivers::TimePoint now);
+  static void exchange(Controller& controller, Robot& robot, Nothing, drivers::TimePoint now) {
+    if (robot.wants_close() && controller.connected()) {
+      controller.disconnect();
+      robot.on_closed(now);
+    } else if (robot.wants_connection() && controller.connect()) {
+      robot.on_connected(now);
+    }
+    robot.on_bytes(controller.drain_output(), now);
+    robot.on_tick(now);
+    controller.receive(robot.output());
+    robot.sent(robot.output().size());
+  }
 };
 
 using VirtualEkiCell = VirtualCellOn<EkiWire>;

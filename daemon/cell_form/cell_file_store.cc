@@ -15,7 +15,6 @@
 #include "calib/plan/cell_check.h"
 #include "daemon/cell_form/cell_form.h"
 #include "daemon/cell_form/cell_text.h"
-#include "daemon/cell_form/kept_files.h"
 #include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {

@@ -10,7 +10,6 @@
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
 #include "calib/files/json_fields.h"
-#include "calib/files/key_error.h"
 #include "calib/files/robot_file.h"
 #include "calib/files/text.h"
 #include "calib/files/toml.h"
@@ -19,8 +18,6 @@
 #include "calib/plan/cell_check.h"
 #include "calib/plan/suggest_spheres.h"
 #include "daemon/cell_form/cell_text.h"
-#include "daemon/cell_form/form_key.h"
-#include "daemon/cell_form/kept_files.h"
 
 namespace cellcal::daemon {
 

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "calib/model/robot.h"
+#include "calib/plan/cell_check.h"
 
 namespace cellcal::daemon {
 
@@ -205,5 +206,18 @@ class CellFileStore {
  private:
   std::filesystem::path folder_;
 };
+
+// Field of the form that a contradiction of the cell is about.
+
+/// As FormFault::key. Empty: of no single field.
+std::string key_of(const calib::CellFault& fault, const CellForm& form);
+
+// Files of the cells' folder that a request may name: robots and meshes that came over the network.
+
+inline constexpr std::string_view kRobotEnding = ".robot.toml", kMeshEnding = ".mesh.stl";
+
+/// True for a regular file NAME + `ending` directly in this folder.
+bool is_kept(const std::filesystem::path& file, const std::filesystem::path& folder,
+             std::string_view ending);
 
 }  // namespace cellcal::daemon

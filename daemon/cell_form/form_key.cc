@@ -1,12 +1,11 @@
 // Fields of the form for keys of files and faults of cells.
 
-#include "daemon/cell_form/form_key.h"
-
 #include <algorithm>
 #include <charconv>
 #include <map>
 
 #include "calib/model/enum_table.h"
+#include "daemon/cell_form/cell_form.h"
 
 namespace cellcal::daemon {
 

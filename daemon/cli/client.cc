@@ -12,8 +12,8 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/model/units.h"
+#include "daemon/cli/commands.h"
 #include "daemon/cli/drift.h"
-#include "daemon/cli/language.h"
 #include "daemon/cli/offline.h"
 #include "daemon/cli/progress.h"
 #include "daemon/doctor/wires.h"

@@ -6,7 +6,6 @@
 #include "daemon/cli/commands.h"
 #include "daemon/cli/drift.h"
 #include "daemon/cli/frames.h"
-#include "daemon/cli/language.h"
 
 namespace cellcal::daemon {
 

@@ -1,9 +1,37 @@
 #include "daemon/cli/commands.h"
 
+#include <cstdlib>
+
 #include "calib/files/calibration_json.h"
 #include "daemon/cli/new_cell.h"
+#include "daemon/config/config.h"
 
 namespace cellcal::daemon {
+
+void add_language(CLI::App& command, std::string& given) {
+  command
+      .add_option("--language", given,
+                  "Language of the sentences, else the configuration's or that of LC_ALL, LC_MESSAGES or "
+                  "LANG; JSON is in English")
+      ->check(CLI::IsMember(calib::Language::codes()));
+}
+
+calib::Language language_of(const std::string& given) {
+  std::string code = given;
+  for (const char* name : {"LC_ALL", "LC_MESSAGES", "LANG"})
+    if (const char* set = std::getenv(name); code.empty() && set != nullptr) code = set;
+  return calib::Language::of(code).value_or(calib::Language());
+}
+
+calib::Language language_of(const std::string& given, const std::filesystem::path& config) {
+  if (!given.empty()) return language_of(given);
+  calib::Language configured;
+  try {
+    configured = load_config(config).language;
+  } catch (const std::exception&) {  // the command itself reports it
+  }
+  return configured == calib::Language() ? language_of(given) : configured;
+}
 
 void describe_cellcal(CLI::App& app, int& status) {
   app.name("cellcal");

@@ -4,9 +4,11 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <string>
 
+#include "calib/words/phrase.h"
 #include "daemon/cli/client.h"
 
 namespace cellcal::daemon {
@@ -46,5 +48,14 @@ inline CLI::Validator session_number() {
       },
       "");
 }
+
+// Language of a command's sentences.
+
+/// Adds --language.
+void add_language(CLI::App& command, std::string& given);
+/// As given, otherwise of the first of LC_ALL, LC_MESSAGES and LANG that is set; English without a catalogue of it.
+calib::Language language_of(const std::string& given);
+/// As given, otherwise of the configuration where that is another than English, otherwise as above.
+calib::Language language_of(const std::string& given, const std::filesystem::path& config);
 
 }  // namespace cellcal::daemon

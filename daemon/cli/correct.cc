@@ -11,13 +11,12 @@
 #include "calib/export/corrector.h"
 #include "calib/export/machine_data.h"
 #include "calib/files/input_file.h"
-#include "calib/files/poses.h"
+#include "calib/files/touches.h"
 #include "calib/model/enum_table.h"
 #include "calib/model/error.h"
 #include "calib/model/units.h"
 #include "daemon/cli/backup.h"
 #include "daemon/cli/offline.h"
-#include "daemon/cli/read_back.h"
 #include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {

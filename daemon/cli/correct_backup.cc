@@ -11,7 +11,6 @@
 #include "daemon/cli/backup.h"
 #include "daemon/cli/correct.h"
 #include "daemon/cli/offline.h"
-#include "daemon/cli/read_back.h"
 #include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {

@@ -14,7 +14,6 @@
 #include "calib/files/input_file.h"
 #include "calib/model/units.h"
 #include "daemon/cli/offline.h"
-#include "daemon/cli/read_back.h"
 #include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {

@@ -28,7 +28,6 @@
 #include "daemon/cli/backup.h"
 #include "daemon/cli/controller_data.h"
 #include "daemon/cli/offline.h"
-#include "daemon/cli/read_back.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/child.h"
 

@@ -7,7 +7,7 @@
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
 #include "daemon/api/http/http.h"
-#include "daemon/cli/language.h"
+#include "daemon/cli/commands.h"
 #include "daemon/cli/offline.h"
 #include "daemon/config/config.h"
 #include "daemon/doctor/doctor.h"

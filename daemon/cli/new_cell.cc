@@ -26,7 +26,7 @@
 #include "daemon/cell_form/cell_text.h"
 #include "daemon/cli/backup.h"
 #include "daemon/cli/controller_data.h"
-#include "daemon/cli/read_back.h"
+#include "daemon/cli/offline.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/correction_limit.h"
 

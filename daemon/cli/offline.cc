@@ -12,22 +12,26 @@
 #include <stdexcept>
 
 #include "calib/estimate/predict.h"
+#include "calib/estimate/seed_paper.h"
 #include "calib/export/corrector.h"
+#include "calib/export/krl_text.h"
 #include "calib/export/tables.h"
+#include "calib/export/urdf.h"
 #include "calib/files/calibration_json.h"
+#include "calib/files/cell_file.h"
 #include "calib/files/csv.h"
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
+#include "calib/files/priors_file.h"
 #include "calib/files/robot_file.h"
+#include "calib/files/toml.h"
 #include "calib/identify/identify.h"
 #include "calib/model/error.h"
 #include "calib/model/units.h"
 #include "calib/plan/cell_check.h"
 #include "calib/result/finding.h"
 #include "calib/result/unidentifiable.h"
-#include "calib/seed_paper/paper.h"
 #include "calib/verdict/change.h"
-#include "daemon/cli/read_back.h"
 #include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {
@@ -443,6 +447,66 @@ std::optional<calib::Calibration> usable_calibration(const std::string& command,
   // A large correction may be the reason for withholding, which the user has accepted.
   if (calibration.verdict.publish()) refuse_far(calibration, file);
   return calibration;
+}
+
+Reader as_robot() {
+  return [](const std::string& text, const std::string& name) {
+    calib::read_robot(calib::TomlTable::parse(text, name));
+  };
+}
+
+Reader as_cell(std::string robot_name, std::string robot_text) {
+  return [=](const std::string& text, const std::string& name) {
+    calib::parse_cell({name, text, robot_name, robot_text});
+  };
+}
+
+Reader as_urdf(std::string tip) {
+  return
+      [=](const std::string& text, const std::string& name) { calib::read_urdf(text, name, tip); };
+}
+
+Reader as_touches(const calib::Cell& cell) {
+  return [&cell](const std::string& text, const std::string& name) {
+    calib::parse_touches(text, name, cell);
+  };
+}
+
+Reader as_joints(const calib::Robot& robot) {
+  return [&robot](const std::string& text, const std::string& name) {
+    calib::parse_joints(text, name, robot);
+  };
+}
+
+Reader as_calibration() {
+  return [](const std::string& text, const std::string& name) {
+    calib::calibration_from_json(text, name);
+  };
+}
+
+Reader as_priors() {
+  return [](const std::string& text, const std::string& name) { calib::parse_priors(text, name); };
+}
+
+Reader as_krl() {
+  return [](const std::string& text, const std::string& name) {
+    calib::krl::read_lines({name, text});
+  };
+}
+
+void read_back(const std::string& text, const std::filesystem::path& output, const Reader& reader) {
+  const std::string name = output.empty() ? "standard output" : output.string();
+  try {
+    reader(text, name);
+  } catch (const calib::FileError& error) {
+    throw calib::FileError(std::string(error.what()) +
+                           " (cellcal could not read this file again: not written)");
+  }
+}
+
+void put_as(const Reader& reader, const std::string& text, const std::filesystem::path& output) {
+  read_back(text, output, reader);
+  put(text, output);
 }
 
 }  // namespace cellcal::daemon

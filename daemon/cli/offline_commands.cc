@@ -4,7 +4,6 @@
 #include "daemon/cli/commands.h"
 #include "daemon/cli/correct.h"
 #include "daemon/cli/frames.h"
-#include "daemon/cli/language.h"
 #include "daemon/cli/offline.h"
 #include "daemon/cli/priors.h"
 

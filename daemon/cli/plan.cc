@@ -22,7 +22,6 @@
 #include "calib/plan/suggest_spheres.h"
 #include "daemon/cli/correct.h"
 #include "daemon/cli/offline.h"
-#include "daemon/cli/read_back.h"
 #include "daemon/files/correction_limit.h"
 #include "daemon/report/plan_picture.h"
 

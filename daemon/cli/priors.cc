@@ -19,7 +19,6 @@
 #include "calib/model/error.h"
 #include "calib/model/iso_time.h"
 #include "daemon/cli/offline.h"
-#include "daemon/cli/read_back.h"
 
 namespace cellcal::daemon {
 

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "calib/priors/accept.h"
 #include "calib/priors/learn.h"
 
 namespace cellcal::daemon {

@@ -1,5 +1,3 @@
-#include "daemon/fleet/rows.h"
-
 #include "calib/files/input_file.h"
 #include "calib/model/enum_table.h"
 #include "calib/model/units.h"

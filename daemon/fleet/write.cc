@@ -9,7 +9,6 @@
 #include "calib/files/calibration_json.h"
 #include "calib/files/input_file.h"
 #include "calib/files/text.h"
-#include "daemon/fleet/rows.h"
 #include "daemon/plant/messages/fact.h"
 #include "daemon/plant/messages/text_fields.h"
 

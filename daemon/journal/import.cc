@@ -1,7 +1,5 @@
 // Import of the rows of another journal's session.
 
-#include "daemon/journal/import.h"
-
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <stdio.h>
@@ -21,6 +19,8 @@
 #include "daemon/journal/journal.h"
 #include "daemon/journal/journal_impl.h"
 #include "daemon/journal/outbox_rows.h"
+#include "daemon/journal/rows.h"
+#include "daemon/journal/store/sqlite.h"
 
 namespace cellcal::daemon {
 
@@ -229,47 +229,11 @@ class Import {
   std::int64_t id_ = 0;
 };
 
-}  // namespace
-
-std::string Journal::name() {
-  const std::lock_guard lock(impl_->mutex);
-  return impl_->chain.name();
-}
-
-std::string Journal::rows(std::int64_t session) {
-  if (!impl_->pending.all().empty()) impl_->write([] {});
-  const std::lock_guard lock(impl_->mutex);
-  impl_->chain.verify(session);
-  return to_lines(read_rows(impl_->database, impl_->chain.name(), session));
-}
-
-std::pair<std::int64_t, bool> Journal::import(const std::string& lines, const std::string& from,
-                                              std::optional<std::size_t> stated_touches) {
-  const SessionRows rows = parse_lines(lines, from);
-  if (stated_touches && *stated_touches != touches_in(rows))
-    throw JournalError(fmt::format(
-        "{}: it holds {} of {} touches that the export states: damaged or altered. Export "
-        "the session again",
-        from, touches_in(rows), *stated_touches));
-  refuse_impossible(rows, from);
-  const std::string sum = calib::sha256(lines);
-  const std::vector<SessionRecord> all = sessions();
-  for (const SessionRecord& there : all)
-    if (there.origin && there.origin->sum == sum) return {there.id, false};
-  // A session of this journal, unchanged since its export.
-  if (rows.journal == name() && session(rows.session) && this->rows(rows.session) == to_lines(rows))
-    return {rows.session, false};
-  const std::string origin = to_text({rows.journal, rows.session, sum, rows.entries.size(),
-                                      sum_of_entries(rows, rows.entries.size())});
-  std::int64_t id = 0;
-  impl_->write([&] {
-    compare_with_imported(impl_->database, impl_->chain.name(), rows, from);
-    id = Import(impl_->database, impl_->chain, rows, origin, from).run();
-  });
-  return {id, true};
-}
-
-namespace {
+// Comparison of a session to be imported with the journal's own entries.
+//
+// Entries are append-only: of two exports of one session, one is a prefix of the other, or one of them was
+// altered. The comparison covers the journal's own entries and, for a session imported earlier, their sum at
+// that time.
 
 /// Start time to the millisecond, which distinguishes sessions of the same number.
 std::string started_of(const SessionRows& rows) {
@@ -327,12 +291,51 @@ void compare_with_other_import(Database& database, const SessionRows& rows,
   }
 }
 
-}  // namespace
-
+/// Throws JournalError naming `from` if they differ. `name`: name of the journal.
 void compare_with_imported(Database& database, const std::string& name, const SessionRows& rows,
                            const std::string& from) {
   if (is_own(database, name, rows)) compare_with_own(database, rows, from);
   compare_with_other_import(database, rows, from);
+}
+
+}  // namespace
+
+std::string Journal::name() {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->chain.name();
+}
+
+std::string Journal::rows(std::int64_t session) {
+  if (!impl_->pending.all().empty()) impl_->write([] {});
+  const std::lock_guard lock(impl_->mutex);
+  impl_->chain.verify(session);
+  return to_lines(read_rows(impl_->database, impl_->chain.name(), session));
+}
+
+std::pair<std::int64_t, bool> Journal::import(const std::string& lines, const std::string& from,
+                                              std::optional<std::size_t> stated_touches) {
+  const SessionRows rows = parse_lines(lines, from);
+  if (stated_touches && *stated_touches != touches_in(rows))
+    throw JournalError(fmt::format(
+        "{}: it holds {} of {} touches that the export states: damaged or altered. Export "
+        "the session again",
+        from, touches_in(rows), *stated_touches));
+  refuse_impossible(rows, from);
+  const std::string sum = calib::sha256(lines);
+  const std::vector<SessionRecord> all = sessions();
+  for (const SessionRecord& there : all)
+    if (there.origin && there.origin->sum == sum) return {there.id, false};
+  // A session of this journal, unchanged since its export.
+  if (rows.journal == name() && session(rows.session) && this->rows(rows.session) == to_lines(rows))
+    return {rows.session, false};
+  const std::string origin = to_text({rows.journal, rows.session, sum, rows.entries.size(),
+                                      sum_of_entries(rows, rows.entries.size())});
+  std::int64_t id = 0;
+  impl_->write([&] {
+    compare_with_imported(impl_->database, impl_->chain.name(), rows, from);
+    id = Import(impl_->database, impl_->chain, rows, origin, from).run();
+  });
+  return {id, true};
 }
 
 // Copy of the whole journal during operation.

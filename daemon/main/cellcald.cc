@@ -8,9 +8,9 @@
 
 #include "calib/estimate/solve.h"
 #include "daemon/files/atomic_file.h"
+#include "daemon/files/log.h"
+#include "daemon/files/service_options.h"
 #include "daemon/main/daemon.h"
-#include "daemon/main/log.h"
-#include "daemon/main/options.h"
 
 int main(int argc, char** argv) {
   using cellcal::daemon::DaemonConfig;

@@ -9,10 +9,8 @@
 #include "calib/files/calibration_json.h"
 #include "daemon/cli/commands.h"
 #include "daemon/files/atomic_file.h"
-#include "daemon/fleet/main/fleet_options.h"
-#include "daemon/main/options.h"
+#include "daemon/files/service_options.h"
 #include "daemon/manual/man_page.h"
-#include "daemon/plant/process/plant_options.h"
 
 namespace {
 
@@ -41,10 +39,10 @@ int main(int argc, char** argv) try {
   describe_cellcal(client, status);
   DaemonOptions options;
   describe_cellcald(daemon, options);
-  fleet::FleetOptions fleet_options;
-  fleet::describe_cellcal_fleet(collector, fleet_options);
-  plant::PlantOptions plant_options;
-  plant::describe_cellcal_plant(line, plant_options);
+  FleetOptions fleet_options;
+  describe_cellcal_fleet(collector, fleet_options);
+  PlantOptions plant_options;
+  describe_cellcal_plant(line, plant_options);
   write({command_tree(client), 1, version, cellcal_sections(), {"cellcald(8)"}}, folder);
   write({command_tree(daemon), 8, version, cellcald_sections(), {"cellcal(1)", "systemctl(1)"}},
         folder);

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "calib/svg/svg.h"
+#include "calib/export/svg.h"
 #include "daemon/report/plan_picture.h"
 #include "daemon/report/report.h"
 

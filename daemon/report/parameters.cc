@@ -11,11 +11,11 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/export/svg.h"
 #include "calib/model/units.h"
 #include "calib/result/calibration.h"
 #include "calib/result/finding_phrase.h"
 #include "calib/result/level.h"
-#include "calib/svg/svg.h"
 #include "daemon/report/plan_picture.h"
 #include "daemon/report/report.h"
 

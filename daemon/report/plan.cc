@@ -9,10 +9,10 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/export/svg.h"
 #include "calib/files/files.h"
 #include "calib/model/units.h"
 #include "calib/plan/duration.h"
-#include "calib/svg/svg.h"
 #include "daemon/report/plan_picture.h"
 #include "daemon/report/report.h"
 

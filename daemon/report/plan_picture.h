@@ -6,9 +6,9 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/export/svg.h"
 #include "calib/model/robot.h"
 #include "calib/plan/plan.h"
-#include "calib/svg/svg.h"
 #include "daemon/report/say.h"
 
 namespace cellcal::daemon {

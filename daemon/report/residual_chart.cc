@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "calib/export/svg.h"
 #include "calib/model/units.h"
-#include "calib/svg/svg.h"
 #include "daemon/report/plan_picture.h"
 #include "daemon/report/report.h"
 

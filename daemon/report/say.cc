@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "calib/svg/svg.h"
+#include "calib/export/svg.h"
 
 namespace cellcal::daemon::report {
 

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/export/svg.h"
 #include "calib/model/units.h"
-#include "calib/svg/svg.h"
 #include "calib/verdict/artefacts.h"
 #include "daemon/report/plan_picture.h"
 #include "daemon/report/report.h"

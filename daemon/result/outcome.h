@@ -9,14 +9,14 @@
 #include <variant>
 #include <vector>
 
-#include "calib/check/mastered_zero.h"
+#include "calib/check/mastered.h"
 #include "calib/model/enum_table.h"
 #include "calib/result/calibration.h"
 #include "calib/result/drift_chart.h"
 #include "calib/result/finding.h"
 #include "calib/result/tcp_check.h"
 #include "calib/result/update.h"
-#include "daemon/qualification/qualification.h"
+#include "daemon/result/qualification.h"
 
 namespace cellcal::daemon {
 

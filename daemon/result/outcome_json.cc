@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "calib/files/check_json.h"
+#include "calib/files/calibration_json.h"
 #include "calib/model/units.h"
 
 namespace cellcal::daemon {

@@ -4,9 +4,12 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <exception>
 #include <utility>
 
+#include "calib/model/iso_time.h"
+#include "daemon/runner/backend.h"
 #include "daemon/session/driver_phrase.h"
 #include "daemon/session/interruption.h"
 
@@ -550,6 +553,11 @@ void ThreadWorker::run() {
     job();
     lock.lock();
   }
+}
+
+std::string wall_clock_utc() {
+  return calib::utc_text(
+      std::chrono::floor<std::chrono::milliseconds>(std::chrono::system_clock::now()));
 }
 
 }  // namespace cellcal::daemon

@@ -18,7 +18,7 @@
 #include "calib/plan/cell_check.h"
 #include "calib/plan/check_plan.h"
 #include "calib/plan/duration.h"
-#include "daemon/qualification/contact_delay.h"
+#include "daemon/result/contact_delay.h"
 #include "daemon/session/rules.h"
 #include "daemon/tasks/planned_round.h"
 

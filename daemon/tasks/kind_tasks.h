@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "calib/model/robot.h"
-#include "daemon/qualification/qualification.h"
 #include "daemon/result/outcome.h"
+#include "daemon/result/qualification.h"
 #include "daemon/tasks/tasks.h"
 
 namespace cellcal::daemon {
@@ -28,7 +28,7 @@ Tasks find_tasks(Tasks tasks, std::shared_ptr<const TaskInputs> inputs);
 
 Tasks dry_run_tasks(std::shared_ptr<const TaskInputs> inputs);
 
-// Worker tasks of a qualification (daemon/qualification/qualification.h).
+// Worker tasks of a qualification (daemon/result/qualification.h).
 
 /// Planning and results: touches.csv and qualification.json, no calibration.
 Tasks qualification_tasks(std::shared_ptr<const TaskInputs> inputs);

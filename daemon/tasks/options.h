@@ -12,7 +12,7 @@
 #include "calib/plan/touch_sequence.h"
 #include "calib/result/calibration.h"
 #include "daemon/journal/journal.h"
-#include "daemon/qualification/contact_delay.h"
+#include "daemon/result/contact_delay.h"
 #include "daemon/session/touch_policy.h"
 
 namespace cellcal::daemon {

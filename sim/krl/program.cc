@@ -6,7 +6,6 @@
 #include "calib/model/error.h"
 #include "sim/krl/compiler.h"
 #include "sim/krl/interpreter.h"
-#include "sim/krl/system.h"
 
 namespace cellcal::sim::krl {
 

@@ -142,4 +142,11 @@ class Program {
   std::map<std::string, Routine*, std::less<>> routine_names_;
 };
 
+// Declarations of every controller, in KRL: types, numeric and text functions.
+
+extern const std::string_view kSystem;
+
+/// SQRT, SIN, StrComp, INV_POS, ...
+void bind_functions(Program& program);
+
 }  // namespace cellcal::sim::krl

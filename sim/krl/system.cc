@@ -1,8 +1,8 @@
-#include "sim/krl/system.h"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include "sim/krl/program.h"
 
 namespace cellcal::sim::krl {
 

@@ -9,7 +9,7 @@
 #include "calib/files/files.h"
 #include "calib/model/inverse.h"
 #include "calib/model/linear.h"
-#include "sim/cell/random_posture.h"
+#include "sim/cell/truth.h"
 
 namespace cellcal::calib::testing {
 

@@ -14,7 +14,6 @@
 
 #include "calib/check/alarm.h"
 #include "calib/check/charts.h"
-#include "calib/check/shift_gauge.h"
 #include "calib/files/files.h"
 #include "calib/files/robot_file.h"
 #include "calib/identify/identify.h"

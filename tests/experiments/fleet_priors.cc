@@ -17,7 +17,6 @@
 #include "calib/identify/identify.h"
 #include "calib/model/linear.h"
 #include "calib/model/units.h"
-#include "calib/priors/accept.h"
 #include "calib/priors/learn.h"
 #include "tests/command_line/command_line.h"
 #include "tests/experiments/trial.h"

@@ -11,7 +11,7 @@
 #include "calib/files/priors_file.h"
 #include "calib/files/robot_file.h"
 #include "calib/model/error.h"
-#include "calib/priors/accept.h"
+#include "calib/priors/learn.h"
 
 namespace {
 

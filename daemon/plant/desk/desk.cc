@@ -303,7 +303,7 @@ const fields::Table<LineStatus>& line_fields() {
   using T = LineStatus;
   static const fields::Table<T> kTable{
       field("connected", &T::connected, fields::flag()),
-      field("problem", &T::problem, fields::word<LineProblem>(line_problems())),
+      field("problem", &T::problem, fields::named(kLineProblems)),
       field("words", &T::words, bounded(kLongestWords)), field("since", &T::since, line()),
       field("acknowledged", &T::acknowledged, count<std::uint64_t>())};
   return kTable;

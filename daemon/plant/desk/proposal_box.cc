@@ -13,6 +13,11 @@ namespace cellcal::daemon::plant {
 
 namespace {
 
+constexpr EnumNames<Stand> kStands{{{Stand::kOpen, "open"},
+                                    {Stand::kAccepted, "accepted"},
+                                    {Stand::kRefused, "refused"},
+                                    {Stand::kWithdrawn, "withdrawn"}}};
+
 constexpr const char* kCell = "cellcald";
 constexpr const char* kPolicy = "[plant] accept";
 
@@ -56,12 +61,7 @@ std::string own_reason(const std::string& words) {
 
 }  // namespace
 
-const char* to_string(Stand stand) {
-  using enum Stand;
-  static constexpr EnumNames<Stand> kTable{
-      {{kOpen, "open"}, {kAccepted, "accepted"}, {kRefused, "refused"}, {kWithdrawn, "withdrawn"}}};
-  return kTable[stand];
-}
+const char* to_string(Stand stand) { return kStands[stand]; }
 
 std::optional<std::string> unusable(const Proposal& proposal) {
   if (proposal.kind == ProposalKind::kActivate && proposal.session < 1) return "names no session";
@@ -289,10 +289,7 @@ const fields::Table<StoredProposal>& kept_fields() {
       field("proposal", &T::proposal, proposal()),
       field("received", &T::received, line()),
       field("stand", &T::stand,
-            fields::word<Stand>({{Stand::kOpen, "open"},
-                                 {Stand::kAccepted, "accepted"},
-                                 {Stand::kRefused, "refused"},
-                                 {Stand::kWithdrawn, "withdrawn"}})),
+            fields::named(kStands)),
       field("decided", &T::decided, line()),
       field("by", &T::by, line()),
       field("reason", &T::reason, bounded(kLongestText)),

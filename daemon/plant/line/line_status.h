@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <utility>
-#include <vector>
+
+#include "calib/model/enum_table.h"
 
 namespace cellcal::daemon::plant {
 
@@ -26,9 +26,22 @@ enum class LineProblem {
   kLost,
   kJournal  ///< cannot be read or written
 };
-/// Hyphenated.
-const char* to_string(LineProblem problem);
-const std::vector<std::pair<LineProblem, const char*>>& line_problems();
+inline constexpr EnumNames<LineProblem> kLineProblems{{{LineProblem::kNone, "none"},
+                                                       {LineProblem::kNotRunning, "not-running"},
+                                                       {LineProblem::kFiles, "files"},
+                                                       {LineProblem::kNoName, "no-name"},
+                                                       {LineProblem::kUnreachable, "unreachable"},
+                                                       {LineProblem::kCertificate, "certificate"},
+                                                       {LineProblem::kLogin, "login"},
+                                                       {LineProblem::kRefused, "refused"},
+                                                       {LineProblem::kTooLarge, "too-large"},
+                                                       {LineProblem::kNobody, "nobody-collects"},
+                                                       {LineProblem::kTakenOver, "taken-over"},
+                                                       {LineProblem::kUnstored, "not-stored"},
+                                                       {LineProblem::kRenamed, "renamed"},
+                                                       {LineProblem::kLost, "lost"},
+                                                       {LineProblem::kJournal, "journal"}}};
+inline const char* to_string(LineProblem problem) { return kLineProblems[problem]; }
 
 struct LineStatus {
   bool connected = false;

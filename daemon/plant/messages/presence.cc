@@ -102,18 +102,17 @@ namespace {
 constexpr const char* kProposalFormat = "cellcal.proposal/1";
 constexpr std::size_t kLargestProposal = std::size_t{1} << 18;
 
-const std::vector<std::pair<ProposalKind, const char*>>& kinds() {
-  static const std::vector<std::pair<ProposalKind, const char*>> kAll{
-      {ProposalKind::kCalibrate, "calibrate"}, {ProposalKind::kCheck, "check"},
-      {ProposalKind::kActivate, "activate"},   {ProposalKind::kSchedule, "schedule"},
-      {ProposalKind::kPriors, "priors"},       {ProposalKind::kWithdraw, "withdraw"}};
-  return kAll;
-}
+constexpr EnumNames<ProposalKind> kKinds{{{ProposalKind::kCalibrate, "calibrate"},
+                                          {ProposalKind::kCheck, "check"},
+                                          {ProposalKind::kActivate, "activate"},
+                                          {ProposalKind::kSchedule, "schedule"},
+                                          {ProposalKind::kPriors, "priors"},
+                                          {ProposalKind::kWithdraw, "withdraw"}}};
 
 const fields::Table<Proposal>& proposal_fields() {
   using T = Proposal;
   static const fields::Table<T> kTable{field("id", &T::id, name()),
-                                       field("kind", &T::kind, fields::word<ProposalKind>(kinds())),
+                                       field("kind", &T::kind, fields::named(kKinds)),
                                        field("session", &T::session, count<std::int64_t>()),
                                        field("text", &T::text, bounded(kLongestText)),
                                        field("by", &T::by, line()),
@@ -124,11 +123,7 @@ const fields::Table<Proposal>& proposal_fields() {
 
 }  // namespace
 
-const char* to_string(ProposalKind kind) {
-  for (const auto& [one, name] : kinds())
-    if (one == kind) return name;
-  return "";
-}
+const char* to_string(ProposalKind kind) { return kKinds[kind]; }
 
 std::string to_json(const Proposal& proposal) {
   fields::Json json{

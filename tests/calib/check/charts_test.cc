@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/check/drift.h"
-#include "calib/files/check_json.h"
+#include "calib/files/calibration_json.h"
 #include "calib/model/linear.h"
 #include "calib/result/drift_chart.h"
 

@@ -1,12 +1,11 @@
 // Checks of a simulated arm as measurements of the TCP: repeatable while nothing changes, and equal to the shift of
 // a knocked tool. Many checks identify a cause that a single one cannot.
 
-#include "calib/check/shift_gauge.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
 
+#include "calib/check/drift.h"
 #include "calib/identify/identify.h"
 #include "calib/model/error.h"
 #include "calib/plan/check_plan.h"

@@ -9,7 +9,7 @@
 #include <set>
 #include <string>
 
-#include "calib/files/check_json.h"
+#include "calib/files/calibration_json.h"
 #include "calib/model/error.h"
 #include "calib/plan/check_plan.h"
 #include "calib/plan/duration.h"

@@ -4,9 +4,9 @@
 
 #include "calib/identify/identify.h"
 #include "sim/cell/compare.h"
-#include "sim/experiments/paper/task.h"
 #include "tests/calib/millimetre.h"
 #include "tests/calib/simulate.h"
+#include "tests/experiments/paper/task.h"
 
 namespace cellcal::calib {
 namespace {

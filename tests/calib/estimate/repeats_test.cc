@@ -10,8 +10,8 @@
 #include "calib/identify/identify.h"
 #include "calib/identify/identify_once.h"
 #include "calib/model/linear.h"
-#include "sim/experiments/constraints/stage.h"
 #include "tests/calib/simulate.h"
+#include "tests/experiments/constraints/stage.h"
 
 namespace cellcal::calib {
 namespace {

@@ -1,7 +1,6 @@
-#include "calib/files/poses.h"
-
 #include <gtest/gtest.h>
 
+#include "calib/files/touches.h"
 #include "calib/model/error.h"
 #include "calib/model/units.h"
 #include "tests/calib/simulate.h"

@@ -9,11 +9,11 @@
 #include "calib/identify/identify_once.h"
 #include "calib/model/error.h"
 #include "sim/cell/compare.h"
-#include "sim/experiments/constraints/stage.h"
 #include "tests/calib/findings.h"
 #include "tests/calib/millimetre.h"
 #include "tests/calib/simulate.h"
 #include "tests/calib/thrown.h"
+#include "tests/experiments/constraints/stage.h"
 
 namespace cellcal::calib {
 namespace {

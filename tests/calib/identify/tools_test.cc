@@ -8,9 +8,9 @@
 
 #include "calib/estimate/problem.h"
 #include "calib/estimate/region.h"
+#include "calib/estimate/seed_paper.h"
 #include "calib/identify/identify.h"
 #include "calib/model/linear.h"
-#include "calib/seed_paper/paper.h"
 #include "tests/calib/findings.h"
 #include "tests/calib/millimetre.h"
 #include "tests/calib/simulate.h"

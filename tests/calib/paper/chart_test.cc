@@ -3,7 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "sim/experiments/paper/figures.h"
+#include "tests/experiments/paper/figures.h"
 
 namespace cellcal::sim::paper {
 namespace {

@@ -8,9 +8,9 @@
 #include <fstream>
 #include <sstream>
 
-#include "sim/experiments/paper/figures.h"
-#include "sim/experiments/paper/table.h"
-#include "sim/experiments/paper/task.h"
+#include "tests/experiments/paper/figures.h"
+#include "tests/experiments/paper/table.h"
+#include "tests/experiments/paper/task.h"
 
 namespace cellcal::sim::paper {
 namespace {

@@ -1,11 +1,10 @@
 // The seed paper's estimator, on its own task and beyond its assumptions.
 
-#include "calib/seed_paper/paper.h"
-
 #include <gtest/gtest.h>
 
-#include "sim/experiments/paper/task.h"
+#include "calib/estimate/seed_paper.h"
 #include "tests/calib/thrown.h"
+#include "tests/experiments/paper/task.h"
 
 namespace cellcal::calib {
 namespace {

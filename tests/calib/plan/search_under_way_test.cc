@@ -1,7 +1,5 @@
 // Interrupted searches, and the retreat from them.
 
-#include "calib/plan/search_under_way.h"
-
 #include <gtest/gtest.h>
 
 #include <cstdio>

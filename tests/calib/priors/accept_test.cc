@@ -1,9 +1,8 @@
-#include "calib/priors/accept.h"
-
 #include <gtest/gtest.h>
 
 #include "calib/files/cell_file.h"
 #include "calib/files/robot_file.h"
+#include "calib/priors/learn.h"
 #include "calib/result/level.h"
 #include "tests/calib/priors/simulated_fleet.h"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/priors/accept.h"
+#include "calib/priors/learn.h"
 #include "tests/calib/priors/simulated_fleet.h"
 
 namespace cellcal::calib::testing {

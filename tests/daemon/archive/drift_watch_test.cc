@@ -8,7 +8,7 @@
 
 #include "calib/check/charts.h"
 #include "calib/files/input_file.h"
-#include "calib/result/drift_event.h"
+#include "calib/result/drift_chart.h"
 #include "tests/daemon/archive/checked_journal.h"
 
 namespace cellcal::daemon {

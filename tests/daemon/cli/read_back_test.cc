@@ -1,7 +1,5 @@
 // Files are read as their kind before they are written.
 
-#include "daemon/cli/read_back.h"
-
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -14,6 +12,7 @@
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
 #include "calib/model/error.h"
+#include "daemon/cli/offline.h"
 #include "tests/calib/random_calibration.h"
 #include "tests/calib/simulate.h"
 

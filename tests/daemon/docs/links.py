@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """links.py SOURCE: every link of the Markdown files leads to a file and heading of the source tree, every path that they
-name in backticks from the top level on exists (with or without .h, .cc, .py), and README.md has 90 lines at most."""
+name in backticks from the top level on exists (with or without .h, .cc, .py), a source file named alone is in the
+document's folder or below it and not named twice in a row, and README.md has 90 lines at most."""
 import re
 import sys
 from pathlib import Path
@@ -8,6 +9,8 @@ from pathlib import Path
 LARGEST_README = 90
 TOP = ("calib", "daemon", "drivers", "sim", "systemd", "tests")
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
+ALONE = re.compile(r"`([\w-]+\.(?:h|cc))`")
+TWICE = re.compile(r"`([^`\s]+)`, `\1`")
 NAMED = re.compile(r"`((?:" + "|".join(TOP) + r")/[^`\s]*)`")
 
 
@@ -54,6 +57,8 @@ def faults(source):
         yield from (f"{shown}: {fault}" for fault in wrong_links(path, without_code(text)))
         if path.name != "CHANGELOG.md":
             yield from (f"{shown}: {name} does not exist" for name in NAMED.findall(text) if not exists(source, name))
+            yield from (f"{shown}: no {name} in its folder" for name in ALONE.findall(text) if not any(path.parent.rglob(name)))
+            yield from (f"{shown}: {name} twice" for name in TWICE.findall(text))
     lines = len((source / "README.md").read_text().splitlines())
     if lines > LARGEST_README:
         yield f"README.md: {lines} lines (limit {LARGEST_README})"

@@ -1,4 +1,4 @@
-#include "daemon/fleet/main/fleet_config.h"
+#include "daemon/fleet/fleet_config.h"
 
 #include <gtest/gtest.h>
 

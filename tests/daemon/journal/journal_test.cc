@@ -7,7 +7,7 @@
 
 #include "daemon/journal/prepare.h"
 #include "daemon/journal/store/sqlite.h"
-#include "daemon/qualification/contact_delay.h"
+#include "daemon/result/contact_delay.h"
 #include "temporary_directory.h"
 
 namespace cellcal::daemon {

@@ -6,7 +6,7 @@
 #include <iterator>
 
 #include "daemon/journal/store/sqlite.h"
-#include "daemon/qualification/contact_delay.h"
+#include "daemon/result/contact_delay.h"
 #include "images.h"
 #include "temporary_directory.h"
 

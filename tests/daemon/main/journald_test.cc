@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <thread>
 
-#include "daemon/main/log.h"
+#include "daemon/files/log.h"
 
 namespace cellcal::daemon {
 namespace {

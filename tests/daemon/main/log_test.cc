@@ -1,6 +1,6 @@
 // Whatever others' words hold, a message is one line of the log and steers no terminal.
 
-#include "daemon/main/log.h"
+#include "daemon/files/log.h"
 
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>

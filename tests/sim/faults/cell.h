@@ -18,9 +18,9 @@
 #include "drivers/contact/serial_contact.h"
 #include "sim/cell/physical_cell.h"
 #include "sim/cell/truth.h"
-#include "sim/krc/cell_src.h"
-#include "sim/mcu/line.h"
 #include "sim/mcu/mcu_line.h"
+#include "tests/sim/faults/cell_src.h"
+#include "tests/sim/faults/line.h"
 
 namespace cellcal::faults {
 

@@ -188,3 +188,32 @@ void sensor_on_byte(sensor* s, uint8_t byte, uint32_t t) {
 }
 
 void sensor_log(sensor* s, const char* text) { s->log = text; }
+
+/* The relay in place of plug X1: its state is determined only by its mirror contact. */
+
+static void relay_changed(sensor* s, uint32_t t) {
+  s->relay_since = t;
+  s->relay_due = true;
+}
+
+void sensor_want_relay(sensor* s, uint32_t t, bool on) {
+  s->relay_due = true; /* the answer, also without a change */
+  if (on == s->relay_wanted) return;
+  s->relay_wanted = on;
+  if (!on) sensor_disarm(s);
+  relay_changed(s, t);
+}
+
+void sensor_on_mirror(sensor* s, uint32_t t, bool open) {
+  if (open == s->relay_closed) return;
+  s->relay_closed = open;
+  relay_changed(s, t);
+}
+
+void sensor_run_relay(sensor* s, uint32_t now) {
+  bool fault = s->relay_wanted != s->relay_closed;
+  if (s->relay_wanted && due(s->relay_until, now)) sensor_want_relay(s, now, false);
+  if (fault && now - s->relay_since < CTP_RELAY_MS * TICKS_PER_MS) return; /* switching time */
+  if (fault != s->relay_fault) s->relay_due = true;
+  s->relay_fault = fault;
+}

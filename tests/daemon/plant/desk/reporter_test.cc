@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "calib/files/check_json.h"
+#include "calib/files/calibration_json.h"
 #include "daemon/plant/desk/journal_outbox.h"
 #include "daemon/plant/messages/fact.h"
 #include "daemon/result/outcome_json.h"

@@ -1,0 +1,66 @@
+// What touches at two speeds say about the latch.
+
+#include "daemon/result/contact_delay.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+namespace cellcal::daemon {
+namespace {
+
+constexpr double kFast = 0.010, kSlow = 0.002;
+
+/// Contacts of a latch that is late by `delay_s`, scattered by `noise_m`.
+std::vector<FastAndSlow> touches(int count, double delay_s, double noise_m) {
+  std::vector<FastAndSlow> made;
+  for (int i = 0; i < count; ++i) {
+    const double surface = 0.012 + 1e-4 * i;
+    const double noise = noise_m * std::sin(12.9 * i + 1.0);
+    made.push_back({surface + kFast * delay_s + noise, surface + kSlow * delay_s});
+  }
+  return made;
+}
+
+TEST(the_delay_of_the_latch, is_the_slope_of_depth_over_speed) {
+  const auto delay = contact_delay(touches(20, 0.0123, 0.0), kFast, kSlow);
+  ASSERT_TRUE(delay);
+  EXPECT_NEAR(delay->delay_s, 0.0123, 1e-12);
+  EXPECT_NEAR(delay->sigma_s, 0.0, 1e-12);
+  EXPECT_EQ(delay->touches, 20);
+  EXPECT_EQ(in_words(*delay), "12.30 +- 0.00 ms (20 touches)");
+}
+
+TEST(the_delay_of_the_latch, is_no_worse_than_it_says_with_noise_and_a_touch_that_slipped) {
+  std::vector<FastAndSlow> made = touches(41, -0.001, 30e-6);
+  made[7].fast_m += 0.005;
+  const auto delay = contact_delay(made, kFast, kSlow);
+  ASSERT_TRUE(delay);
+  EXPECT_NEAR(delay->delay_s, -0.001, 4.0 * delay->sigma_s);
+  EXPECT_LT(delay->sigma_s, 0.0015);
+  EXPECT_GT(delay->sigma_s, 0.0001);
+}
+
+TEST(the_delay_of_the_latch, is_not_known_of_few_touches_or_of_one_speed) {
+  EXPECT_FALSE(contact_delay(touches(4, 0.001, 0.0), kFast, kSlow));
+  EXPECT_FALSE(contact_delay(touches(20, 0.001, 0.0), kSlow, kSlow));
+  EXPECT_FALSE(contact_delay(touches(20, 0.001, 0.0), 0.0025, kSlow));
+  EXPECT_FALSE(contact_delay({}, kFast, kSlow));
+}
+
+TEST(a_complaint, is_made_of_a_delay_that_is_large_or_has_changed) {
+  const ContactDelay fine{0.001, 0.0001, 30};
+  EXPECT_EQ(complaint(fine, std::nullopt), "");
+  EXPECT_EQ(complaint(fine, ContactDelay{0.0012, 0.0001, 30}), "");
+  EXPECT_NE(complaint(fine, ContactDelay{0.0080, 0.0001, 30}).find("8.00"), std::string::npos);
+  EXPECT_EQ(complaint(fine, ContactDelay{0.0080, 0.0030, 30}), "") << "within its uncertainty";
+  const std::string large = complaint({0.055, 0.001, 30}, std::nullopt);
+  EXPECT_NE(large.find("55 ms after"), std::string::npos) << large;
+  EXPECT_NE(large.find("latch_delay_ms"), std::string::npos) << large;
+  EXPECT_NE(complaint({-0.055, 0.001, 30}, std::nullopt).find("before the contact"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon

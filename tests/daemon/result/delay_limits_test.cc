@@ -1,0 +1,59 @@
+// Where the delay of the latch begins to be known, and to be worth a word.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "daemon/result/contact_delay.h"
+
+namespace cellcal::daemon {
+namespace {
+
+std::vector<FastAndSlow> of_delays(const std::vector<double>& delays_s, double fast_m_s = 0.010,
+                                   double slow_m_s = 0.002) {
+  std::vector<FastAndSlow> touches;
+  for (const double delay_s : delays_s) {
+    touches.push_back({0.012 + fast_m_s * delay_s, 0.012 + slow_m_s * delay_s});
+  }
+  return touches;
+}
+
+TEST(the_delay_of_the_latch, is_the_middle_of_five_and_more) {
+  const auto five = contact_delay(of_delays({0.004, 0.001, 0.003, 0.009, 0.002}), 0.010, 0.002);
+  ASSERT_TRUE(five);
+  EXPECT_EQ(five->touches, 5);
+  EXPECT_NEAR(five->delay_s, 0.003, 1e-12);
+  // The middle deviation of 1, 2, 0, 6, 1 ms, as a normal distribution's sigma, and of its middle.
+  EXPECT_NEAR(five->sigma_s, 1.4826 * 0.001 * std::sqrt(std::numbers::pi / 2.0 / 5.0), 1e-9);
+  EXPECT_FALSE(contact_delay(of_delays({0.004, 0.001, 0.003, 0.002}), 0.010, 0.002));
+}
+
+TEST(the_delay_of_the_latch, needs_speeds_a_millimetre_per_second_apart) {
+  const std::vector<double> delays(6, 0.001);
+  EXPECT_TRUE(contact_delay(of_delays(delays, 0.0031, 0.002), 0.0031, 0.002));
+  EXPECT_FALSE(contact_delay(of_delays(delays, 0.0029, 0.002), 0.0029, 0.002));
+  EXPECT_FALSE(contact_delay(of_delays(delays, 0.002, 0.010), 0.002, 0.010)) << "slower than slow";
+  EXPECT_FALSE(contact_delay(of_delays(delays), NAN, 0.002));
+}
+
+TEST(a_complaint, is_made_beyond_20_ms_and_four_sigmas_of_either_sign) {
+  for (const double sign : {1.0, -1.0}) {
+    EXPECT_EQ(complaint({sign * 0.0239, 0.001, 30}, std::nullopt), "");
+    EXPECT_NE(complaint({sign * 0.0241, 0.001, 30}, std::nullopt), "");
+    EXPECT_EQ(complaint({sign * 0.0199, 0.0, 30}, std::nullopt), "");
+    EXPECT_NE(complaint({sign * 0.0201, 0.0, 30}, std::nullopt), "");
+  }
+}
+
+TEST(a_complaint, is_made_of_a_change_beyond_2_ms_and_four_sigmas_of_both) {
+  const ContactDelay now{0.005, 0.0003, 30};
+  for (const double sign : {1.0, -1.0}) {  // sigma of the difference: 0.5 ms
+    EXPECT_EQ(complaint(now, ContactDelay{0.005 + sign * 0.0039, 0.0004, 30}), "");
+    EXPECT_NE(complaint(now, ContactDelay{0.005 + sign * 0.0041, 0.0004, 30}), "");
+  }
+}
+
+}  // namespace
+}  // namespace cellcal::daemon
