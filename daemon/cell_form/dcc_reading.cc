@@ -26,6 +26,7 @@ constexpr std::size_t kMostQuantities = 1000, kMostShown = 5;
 constexpr int kDeepest = 60;
 /// Longer names are cut before they are searched.
 constexpr std::size_t kMostNameBytes = 300;
+constexpr std::size_t kMostSerialBytes = 60;
 constexpr double kSmallestMm = 1e-3, kLargestMm = 1e5;
 
 /// Without the prefix of its namespace, which issuers may choose.
@@ -47,6 +48,11 @@ xml_node along(xml_node from, std::initializer_list<std::string_view> names,
   return from;
 }
 
+/// For the cell file: bounded, on one line.
+std::string printable(std::string_view text, std::size_t most) {
+  return calib::shown(calib::beginning(text, most), most);
+}
+
 std::string text_of(const xml_node& node) { return std::string(calib::trimmed(node.text().get())); }
 
 /// <dcc:name> in all its languages.
@@ -61,10 +67,11 @@ bool has_word(const std::string& text, const char* words) {
   return std::regex_search(text, std::regex(words, std::regex::icase));
 }
 
-/// Words of an XML list.
+/// Words of an XML list: one more than may be at most, where there are more.
 std::vector<std::string> tokens_of(const std::string& text, const char* separators = " \t\r\n") {
   std::vector<std::string> tokens;
-  for (std::size_t from = text.find_first_not_of(separators); from != std::string::npos;) {
+  for (std::size_t from = text.find_first_not_of(separators);
+       from != std::string::npos && tokens.size() <= kMostQuantities;) {
     const std::size_t to = text.find_first_of(separators, from);
     tokens.push_back(text.substr(from, to - from));
     from = to == std::string::npos ? to : text.find_first_not_of(separators, to);
@@ -158,9 +165,9 @@ Certificate::Certificate(std::string_view text, std::string file)
       !by.empty())
     of_.number += (of_.number.empty() ? "" : ", ") + by;
   constexpr std::size_t kLongest = 200, kDay = 10;
-  of_.number = calib::shown(calib::beginning(of_.number, kLongest), kLongest);
+  of_.number = printable(of_.number, kLongest);
   for (const char* date : {"issueDate", "endPerformanceDate", "beginPerformanceDate"})
-    if (of_.date.empty()) of_.date = text_of(child(core, date)).substr(0, kDay);
+    if (of_.date.empty()) of_.date = printable(text_of(child(core, date)), kDay);
   read_items(along(root, {"administrativeData", "items"}));
   for (const xml_node& result : child(root, "measurementResults").children())
     for (const xml_node& one : child(result, "results").children())
@@ -170,7 +177,7 @@ Certificate::Certificate(std::string_view text, std::string file)
 std::string serial_of(const xml_node& item) {
   std::string first;
   for (const xml_node& one : child(item, "identifications").children()) {
-    const std::string value = text_of(child(one, "value"));
+    const std::string value = printable(text_of(child(one, "value")), kMostSerialBytes);
     if (has_word(name_of(one), "serial|serien")) return value;
     if (first.empty() && text_of(child(one, "issuer")) == "manufacturer") first = value;
   }
@@ -398,7 +405,7 @@ std::vector<SphereForm> Certificate::spheres() const {
     if (ids.size() == 1)
       sphere.id = ids[0];
     else if (!one->serial.empty())
-      sphere.id = calib::shown(one->serial);
+      sphere.id = one->serial;
     else if (found.size() == 1)
       sphere.id = "S1";
     else

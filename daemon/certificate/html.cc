@@ -7,6 +7,7 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <map>
 #include <stdexcept>
 #include <utility>
 
@@ -53,14 +54,15 @@ std::string moment(const Entry& local, const Entry& utc) {
 }
 
 std::string object(const CertificateData& d) {
-  return "<h2>Object</h2>\n" +
+  return "<h2>Object</h2>\n<div class=\"columns\">" +
          pairs(pair("Robot", shown(d.robot)) + pair("Serial number, robot", shown(d.robot_serial)) +
                pair("Serial number, controller", shown(d.controller_serial)) +
                (d.tool.stated() ? pair("Tool", shown(d.tool)) : "") +
                pair("Tip radius", with_unit(d.tip_radius, "not stated")) +
                pair("Contact sensor", shown(d.sensor)) +
                pair("Serial number, sensor", shown(d.sensor_serial)) + pair("Site", shown(d.site)) +
-               pair("Cell file", shown(d.cell)));
+               pair("Cell file", shown(d.cell))) +
+         "</div>\n";
 }
 
 std::string figures(const CertificateData& d) {
@@ -116,6 +118,23 @@ std::string table(const std::string& head, const std::string& rows, std::string_
                      css.empty() ? "" : fmt::format(" class=\"{}\"", css), head, rows);
 }
 
+/// What holds the scale, with the certificates of its lengths.
+std::string traceability(const CertificateData& d) {
+  if (d.lengths.empty())
+    return d.workspace
+               ? "No certified length: readings of an instrument hold the scale of the arm, by that "
+                 "instrument&rsquo;s calibration."
+               : "No certified length: the scale of the arm is not traced.";
+  if (!d.workspace) return "The touches do not hold the scale of the arm by them; it is not traced.";
+  std::map<std::string, std::string> certificates;
+  for (const Length& one : d.lengths)
+    if (one.certificate.stated()) certificates.try_emplace(one.certificate.text, shown(one.certificate));
+  std::string all;
+  for (const auto& [text, html] : certificates) all += (all.empty() ? ": " : ", ") + html;
+  return "The certified lengths hold the scale; the unit of length is that of their certificates" +
+         all + ".";
+}
+
 std::string artefacts(const CertificateData& d) {
   std::string rows;
   for (const Artefact& one : d.artefacts)
@@ -124,7 +143,7 @@ std::string artefacts(const CertificateData& d) {
             cell(shown(one.serial)) + cell(shown(one.certificate)) + cell(shown(one.date)) +
             "</tr>\n";
   std::string html =
-      "<h2>Traceability: artefacts</h2>\n" +
+      "<h2>Artefacts</h2>\n" +
       table(
           "<th>artefact</th><th>kind</th><th class=\"n\">diameter, mm</th><th class=\"n\">U, "
           "mm</th><th>serial number</th><th>certificate</th><th>of</th>",
@@ -134,22 +153,13 @@ std::string artefacts(const CertificateData& d) {
     rows += "<tr>" + cell(shown(one.from) + " to " + shown(one.to)) +
             cell(shown(one.length), true) + cell(shown(one.expanded), true) +
             cell(shown(one.certificate)) + cell(shown(one.date)) + "</tr>\n";
-  if (d.lengths.empty())
-    return html +
-           (d.workspace
-                ? "<p>No certified length: readings of an instrument hold the scale of the arm, by that "
-                  "instrument&rsquo;s calibration.</p>\n"
-                : "<p>No certified length: the scale of the arm is not traced.</p>\n");
+  if (d.lengths.empty()) return html;
   return html +
          table(
              "<th>certified length</th><th class=\"n\">mm</th><th class=\"n\">U, mm</th>"
              "<th>certificate</th><th>of</th>",
              rows) +
-         fmt::format(
-             "<p class=\"note\">U: k = {}, from the cell file. {}</p>\n", constant("k"),
-             d.workspace
-                 ? "The certified lengths hold the scale; the unit of length is that of their certificates."
-                 : "The touches do not hold the scale of the arm by them; it is not traced.");
+         fmt::format("<p class=\"note\">U: k = {}, from the cell file.</p>\n", constant("k"));
 }
 
 std::string length_checks(const CertificateData& d) {
@@ -234,10 +244,12 @@ std::string conditions(const CertificateData& d) {
                pair("Software, certificate", shown(d.issuing_software)));
 }
 
+/// On the first page.
 std::string issue(const CertificateData& d) {
   return "<div class=\"signatures\">" +
          pairs(pair("Issued", moment(d.issued_local, d.issued)) +
-               (d.issued_by.stated() ? pair("Issued by", shown(d.issued_by)) : "")) +
+               (d.issued_by.stated() ? pair("Issued by", shown(d.issued_by)) : "") +
+               pair("Traceability", traceability(d))) +
          "<table class=\"sign\"><tr><td><span>Issued by</span></td><td><span>Reviewed by</span></td>"
          "<td><span>Date</span></td></tr></table></div>\n";
 }
@@ -327,10 +339,10 @@ std::string to_html(const CertificateData& d) {
         "<p class=\"emulated\">{}: a simulation, no real robot was touched. This document "
         "certifies no robot.</p>\n",
         shown(d.emulated));
-  html += object(d) + result(d) + decision(d) + artefacts(d) + length_checks(d) + budget(d) +
+  html += issue(d) + object(d) + result(d) + decision(d) + artefacts(d) + length_checks(d) + budget(d) +
           pose_sheet_html(d.pose_sheet) + frame(d) + conditions(d);
   html += "<h2>Remarks of the verdict</h2>\n" + list(d.remarks);
-  html += issue(d) + sums(d) + parameters(d) + touches(d);
+  html += sums(d) + parameters(d) + touches(d);
   return html + "</main>\n</body>\n</html>\n";
 }
 
@@ -366,6 +378,7 @@ tr { break-inside: avoid; }
 th, td { text-align: left; vertical-align: top; padding: 0.7mm 2mm 0.7mm 0; font-weight: normal;
   border-bottom: 0.15mm solid #ccc; }
 thead th { font-weight: 600; border-bottom: 0.3mm solid #555; vertical-align: bottom; }
+.columns { columns: 2; column-gap: 6mm; }
 .pairs th { width: 42mm; color: #444; }
 td.n, th.n { text-align: right; white-space: nowrap; font-variant-numeric: tabular-nums; }
 .whole { break-inside: avoid; }
@@ -374,8 +387,8 @@ td.n, th.n { text-align: right; white-space: nowrap; font-variant-numeric: tabul
 .small, .small td, .small th { font-size: 7.5pt; padding-top: 0.4mm; padding-bottom: 0.4mm; }
 td.word { overflow-wrap: anywhere; }
 .wide { page: wide; break-before: page; }
-.signatures { break-inside: avoid; margin-top: 10mm; }
-.sign td { border: 0; padding-top: 12mm; width: 33%; }
+.signatures { break-inside: avoid; }
+.sign td { border: 0; padding-top: 7mm; width: 33%; }
 .sign span { display: block; border-top: 0.3mm solid #111; padding-top: 1mm; }
 .appendix { break-before: page; }
 )css";

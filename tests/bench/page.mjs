@@ -1,43 +1,116 @@
-// What a browser loads of the page, and how long it takes: from the request until the state's sentence
-// stands, and until the cell is drawn. Against a real cellcald that has one session; medians.
+// First visits of the page, as Lighthouse describes them: a real cellcald on the emulated cell, headless Chromium that
+// draws in software, without network throttling. LOADS in the environment: visits of each kind (5).
 
 import { existsSync } from "node:fs";
 import { chromium } from "playwright-core";
 import { Cell } from "./tests/page_test_cell.mjs";
 
-const RUNS = 7;
+const LOADS = Number(process.env.LOADS ?? 5);
+const VIEWS = [[390, 844], [1280, 800]], SLOWDOWNS = [1, 4];
+/** A long task takes more than this of the main thread [ms]. */
+const LONG_TASK_MS = 50;
+/** The page is at rest after so long without a long task [ms]. */
+const REST_MS = 1500;
+
 const executablePath = process.env.CHROMIUM ?? ["/usr/bin/chromium", "/usr/bin/chromium-browser"].find(existsSync);
 if (!executablePath) {
   console.log("page      no chromium here; tests/install browser installs it");
   process.exit(0);
 }
-const median = (values) => values.sort((a, b) => a - b)[Math.floor(values.length / 2)];
+
+/** Runs in the page from its first byte on. `clicks`: clicks the start button as soon as it is there. */
+function watch(clicks) {
+  const seen = { first_paint: NaN, largest_paint: NaN, shift: 0, tasks: [], sentence: NaN, drawn: NaN, answered: NaN };
+  globalThis.bench = seen;
+  const follow = (type, take) =>
+    new PerformanceObserver((list) => list.getEntries().forEach(take)).observe({ type, buffered: true });
+  follow("paint", (one) => { if (one.name === "first-contentful-paint") seen.first_paint = one.startTime; });
+  follow("largest-contentful-paint", (one) => { seen.largest_paint = one.startTime; });
+  follow("layout-shift", (one) => { seen.shift += one.value; });
+  follow("longtask", (one) => { seen.tasks.push([one.startTime, one.duration]); });
+  const first = (name, found) => { if (Number.isNaN(seen[name]) && found) seen[name] = performance.now(); };
+  let clicked = false;
+  const look = () => {
+    first("sentence", document.querySelector("p.sentence")?.textContent.includes("1"));
+    first("drawn", document.querySelector(".canvas canvas") && document.querySelector(".legend"));
+    if (clicks) first("answered", document.querySelector("dialog[open]"));
+    const button = clicks && !clicked && [...document.querySelectorAll("main button")].find((one) => one.textContent === "Start a session");
+    if (button) { clicked = true; button.click(); }
+    requestAnimationFrame(look);
+  };
+  requestAnimationFrame(look);
+}
+
+/** Bytes as they were on the wire, headers included; by kind of resource. */
+async function count(traffic, devtools) {
+  const kinds = new Map();
+  const add = (kind, bytes) => { traffic.bytes += bytes; if (kind === "Script") traffic.script += bytes; };
+  devtools.on("Network.requestWillBeSent", () => { ++traffic.requests; });
+  devtools.on("Network.responseReceived", ({ requestId, type, response }) => {
+    kinds.set(requestId, type);
+    add(type, response.encodedDataLength);
+  });
+  devtools.on("Network.dataReceived", ({ requestId, encodedDataLength }) => add(kinds.get(requestId), encodedDataLength));
+  await devtools.send("Network.enable");
+}
+
+async function visit(browser, cell, [width, height], slowdown, clicks) {
+  const context = await browser.newContext({ viewport: { width, height }, locale: "en-GB" });
+  await context.request.post(cell.url + "/v1/login", { data: { token: cell.token } });
+  const page = await context.newPage();
+  const devtools = await context.newCDPSession(page), traffic = { bytes: 0, script: 0, requests: 0 };
+  await count(traffic, devtools);
+  await devtools.send("Emulation.setCPUThrottlingRate", { rate: slowdown });
+  await page.addInitScript(watch, clicks);
+  await page.goto(cell.url, { waitUntil: "commit" });
+  await page.waitForFunction(([clicking, rest]) => {
+    const { sentence, drawn, answered, tasks } = globalThis.bench;
+    const [start, duration] = tasks.at(-1) ?? [0, 0];
+    return performance.now() > Math.max(sentence, drawn, clicking ? answered : 0, start + duration) + rest;
+  }, [clicks, REST_MS], { timeout: 120_000 });
+  const seen = await page.evaluate(() => globalThis.bench);
+  await context.close();
+  const late = seen.tasks.filter(([start]) => start >= seen.first_paint);
+  return {
+    ...traffic, ...seen, kB: traffic.bytes / 1000, script_kB: traffic.script / 1000,
+    blocked: late.reduce((sum, [, duration]) => sum + duration - LONG_TASK_MS, 0),
+    interactive: Math.max(seen.first_paint, ...late.map(([start, duration]) => start + duration)),
+  };
+}
+
+const FIGURES = {
+  kB: ["transferred, kB", 0], requests: ["requests", 0], script_kB: ["scripts of that, kB", 0],
+  first_paint: ["first contentful paint, ms", 0], largest_paint: ["largest contentful paint, ms", 0],
+  sentence: ["state's sentence stands, ms", 0], drawn: ["cell drawn, ms", 0],
+  interactive: ["end of the last long task, ms", 0], blocked: ["total blocking time, ms", 0],
+  shift: ["cumulative layout shift", 3],
+};
+
+function print(name, values, digits) {
+  const sorted = [...values].sort((a, b) => a - b);
+  const median = sorted[Math.floor(sorted.length / 2)];
+  console.log(`  ${name.padEnd(40)} ${median.toFixed(digits).padStart(8)} ${sorted.at(-1).toFixed(digits).padStart(8)}`);
+}
 
 const cell = new Cell();
 await cell.begin();
 const browser = await chromium.launch({
   executablePath, args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
 });
-await cell.client("run", "--cell", process.env.CELL, "--touches", "12", "--check", "3");
-
-const sentence = [], drawn = [];
-let bytes = 0;
-for (let i = 0; i < RUNS; ++i) {
-  const context = await browser.newContext({ viewport: { width: 1280, height: 800 } });
-  const page = await context.newPage();
-  await context.request.post(cell.url + "/v1/login", { data: { token: cell.token } });
-  const begun = performance.now();
-  await page.goto(cell.url, { waitUntil: "commit" });
-  await page.locator(".sentence", { hasText: "Session 1" }).waitFor();
-  sentence.push(performance.now() - begun);
-  await page.locator(".legend").waitFor();
-  await page.locator(".canvas canvas").waitFor();
-  drawn.push(performance.now() - begun);
-  bytes = await page.evaluate(() =>
-    [...performance.getEntriesByType("navigation"), ...performance.getEntriesByType("resource")]
-      .filter(({ name }) => !name.includes("/v1/")).reduce((sum, { encodedBodySize }) => sum + encodedBodySize, 0));
-  await context.close();
+try {
+  await cell.client("run", "--cell", process.env.CELL, "--touches", "12", "--check", "3");
+  for (const slowdown of SLOWDOWNS)
+    for (const view of VIEWS) {
+      const visits = [], clicked = [];
+      for (let i = 0; i < LOADS; ++i) {
+        visits.push(await visit(browser, cell, view, slowdown, false));
+        clicked.push(await visit(browser, cell, view, slowdown, true));
+      }
+      console.log(`page      ${view.join(" x ")}, processor ${slowdown === 1 ? "as it is" : `${slowdown} times slower`}, ${LOADS} first visits: median, worst`);
+      for (const [key, [name, digits]] of Object.entries(FIGURES)) print(name, visits.map((one) => one[key]), digits);
+      print("first click answered by its dialog, ms", clicked.map((one) => one.answered), 0);
+    }
+} finally {
+  await browser.close();
+  await cell.end();
 }
-await browser.close();
-await cell.end();
-console.log(`page      ${(bytes / 1000).toFixed(0)} kB compressed; first visit, ${RUNS} times: state after ${median(sentence).toFixed(0)} ms, cell drawn after ${median(drawn).toFixed(0)} ms`);

@@ -2,7 +2,8 @@
 // holds; this is its wording. Pure.
 
 import type { Formats } from "./format";
-import type { DriftChart, DriftSeen, Holding, Readiness, Version } from "./types";
+import { mood } from "./sentence";
+import type { DriftChart, DriftSeen, Holding, Readiness, Status, Version } from "./types";
 import type { Key, Say } from "./words";
 
 export interface StandingLine {
@@ -14,6 +15,12 @@ export interface StandingLine {
   /** Session that the remedy asks for. */
   action: "check" | "calibrate" | "measure_tcp" | null;
 }
+
+/** amiss: the newest session failed, was aborted or withheld its result; lost: data of the past. */
+export type Now = "calm" | "running" | "amiss" | "lost";
+
+export const now_of = (status: Status | null, old: boolean): Now =>
+  old ? "lost" : status?.running ? "running" : status && ["wait", "bad"].includes(mood(status)) ? "amiss" : "calm";
 
 const S_PER_MIN = 60, S_PER_H = 3600, S_PER_DAY = 86400;
 
@@ -62,7 +69,10 @@ function unknown_because(chart: DriftChart, now_s: number, say: Say): string {
   return say("standing.unknown.contradicted");
 }
 
-function of_chart(chart: DriftChart, version: Version | undefined, cell: string, now_s: number, say: Say, fmt: Formats): StandingLine {
+/** What to do about a calibration in order: another panel says it of what is amiss. */
+const in_order: Record<Now, Key[]> = { calm: ["standing.nothing"], running: ["standing.none.running"], amiss: [], lost: [] };
+
+function of_chart(chart: DriftChart, version: Version | undefined, cell: string, now: Now, now_s: number, say: Say, fmt: Formats): StandingLine {
   const { standing } = chart;
   const of_another = cell !== "" && chart.cell !== "" && cell !== chart.cell;
   const state = standing?.holds ?? "unknown";
@@ -74,7 +84,7 @@ function of_chart(chart: DriftChart, version: Version | undefined, cell: string,
     const by = standing.byCheck ? "checked" : "unchecked";
     const age = age_words(now_s - standing.evidenceS, say);
     const todo = chart.state === "warns" ? [say("standing.warns"), ...advised]
-      : [say("standing.nothing"), ...(standing.dueS === null ? [] : [say("standing.due", { due: fmt.day(standing.dueS) })])];
+      : [...in_order[now].map((key) => say(key)), ...(standing.dueS === null ? [] : [say("standing.due", { due: fmt.day(standing.dueS) })])];
     return { state, action: "check", more: todo,
              headline: standing.dueS === null ? say(`standing.emulated.${by}`, { good }) : say(`standing.holds.${by}`, { date, good, age }) };
   }
@@ -89,7 +99,7 @@ function of_chart(chart: DriftChart, version: Version | undefined, cell: string,
 }
 
 export function standing_line(seen: {
-  drift: DriftSeen | null; versions: Version[] | null; readiness: Readiness | null; running: boolean;
+  drift: DriftSeen | null; versions: Version[] | null; readiness: Readiness | null; now: Now;
   /** Cell file that the page is named after. */
   cell: string;
 }, now_s: number, say: Say, fmt: Formats): StandingLine {
@@ -100,12 +110,12 @@ export function standing_line(seen: {
              headline: say("standing.damaged", { session: damaged.session }) };
   if (drift?.checks) {
     const { calibration } = drift.checks;
-    return of_chart(drift.checks, versions?.find((one) => one.session === calibration), seen.cell, now_s, say, fmt);
+    return of_chart(drift.checks, versions?.find((one) => one.session === calibration), seen.cell, seen.now, now_s, say, fmt);
   }
   if (!drift || !versions) return { state: "pending", headline: say("standing.pending"), more: [], action: null };
   if (versions.length > 0)
     return { state: "unknown", headline: say("standing.unreadable"), more: [say("standing.unreadable.do")], action: null };
-  const next: Key = seen.running ? "standing.none.running" : readiness?.next ? "standing.none.next" : "standing.none.do";
+  const next: Key = seen.now === "running" ? "standing.none.running" : readiness?.next ? "standing.none.next" : "standing.none.do";
   return { state: "none", headline: say("standing.none"), action: readiness?.next ? null : "calibrate",
-           more: [say(next, { step: readiness?.next ? say(`step.${readiness.next}`) : "" })] };
+           more: seen.now === "lost" ? [] : [say(next, { step: readiness?.next ? say(`step.${readiness.next}`) : "" })] };
 }

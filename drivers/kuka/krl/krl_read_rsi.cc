@@ -28,6 +28,8 @@ void count(const XmlText& xml, const pugi::xml_node& node, std::size_t number) {
 
 std::vector<RsiElement> rsi_elements(const XmlText& xml, const char* direction, bool receives) {
   std::vector<RsiElement> result;
+  std::map<std::string, int> by_tag;  // lines
+  std::map<int, std::size_t> by_index;
   const pugi::xml_node list = xml.only(xml.only(xml.root(), direction), "ELEMENTS");
   for (const pugi::xml_node& node : list.children("ELEMENT")) {
     RsiElement element;
@@ -44,10 +46,12 @@ std::vector<RsiElement> rsi_elements(const XmlText& xml, const char* direction, 
     } else if (receives && element.index > 0) {
       xml.fail(node, fmt::format("HOLDON of {} is missing", element.tag));
     }
-    for (const RsiElement& other : result) {
-      if (wire::same_name(other.tag, element.tag))
-        xml.fail(node, fmt::format("{} is already in line {}", element.tag, other.line));
-      if (element.index > 0 && other.index == element.index) {
+    if (const auto [other, is_new] = by_tag.try_emplace(wire::lower(element.tag), element.line);
+        !is_new)
+      xml.fail(node, fmt::format("{} is already in line {}", element.tag, other->second));
+    if (element.index > 0) {
+      if (const auto [at, is_new] = by_index.try_emplace(element.index, result.size()); !is_new) {
+        const RsiElement& other = result[at->second];
         xml.fail(node, fmt::format("INDX {} is already used by {} (line {})", element.index,
                                    other.tag, other.line));
       }

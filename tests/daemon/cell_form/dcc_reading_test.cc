@@ -81,6 +81,14 @@ TEST(a_dcc, of_one_sphere_gives_diameter_sigma_serial_number_and_certificate) {
   }
 }
 
+TEST(a_dcc, gives_the_cell_file_short_texts_of_one_line) {
+  std::string xml = dcc(quantity("diameter S1", "50001", kNewU), item(std::string(5000, '7') + "\x1b[2J\n8", "item1"));
+  xml.replace(xml.find("2026-04-01"), 10, "2026-04-0\x1b\n" + std::string(5000, '1'));
+  const SphereForm sphere = spheres_in(xml, "given.xml").at(0);
+  EXPECT_EQ(sphere.serial, std::string(60, '7'));
+  EXPECT_EQ(sphere.certificate.date, "2026-04-0?");
+}
+
 TEST(a_dcc, states_lengths_in_any_multiple_of_the_metre_and_under_any_prefix) {
   const auto mm_of = [](std::string xml) { return spheres_in(xml, "given.xml").at(0).diameter_mm; };
   const std::string half =

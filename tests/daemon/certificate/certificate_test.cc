@@ -288,6 +288,22 @@ TEST(a_certificate_on_paper, is_a_pdf_of_the_same_document) {
   EXPECT_FALSE(std::filesystem::exists(directory / "c.pdf.part"));
 }
 
+TEST(a_certificate_on_paper, has_date_issuer_signature_traceability_and_result_on_its_first_page) {
+  const TemporaryDirectory directory;
+  CertificateData data = second();
+  data.issued_by = {"A. Name", "issue#by"};
+  std::ofstream(directory / "c.html") << to_html(data);
+  const auto out = directory / "page.txt";
+  const std::string command = fmt::format("/usr/bin/python3 {} {} > {}", CELLCAL_FIRST_PAGE,
+                                          (directory / "c.html").string(), out.string());
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  const std::string page = calib::read_file(out);
+  for (const char* words : {"Issued ", "A. Name", "Reviewed by", "Traceability", "hold the scale",
+                            "Calibration accepted", "Bound of a TCP position"})
+    EXPECT_NE(page.find(words), page.npos) << words << " is not in: " << page;
+  EXPECT_EQ(page.find("Decision rule"), page.npos) << "it is the first page alone";
+}
+
 TEST(a_certificate_on_paper, is_given_up_where_the_program_takes_longer_than_its_limit) {
   const TemporaryDirectory directory;
   std::ofstream(directory / "c.html") << "<p>";

@@ -5,7 +5,9 @@ import assert from "node:assert/strict";
 import { readFileSync, rmSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { build } from "esbuild";
-import { accessible, find_browser, is_in_reach, launch, LONG, say_steps, sees as says } from "./page_browser.mjs";
+import { abort_is, answers, any, first_screen, picture, pictures, said, seq, VIEWS } from "./first_screen.mjs";
+import { accessible, find_browser, is_in_reach, launch, leave, LONG, say_steps, sees as says } from "./page_browser.mjs";
+import { broken, calibrated, chart_of_months, DAY_S } from "./page_calibrations.mjs";
 import { Cell } from "./page_test_cell.mjs";
 
 const executablePath = find_browser();
@@ -34,6 +36,11 @@ async function sign_in(page, token = cell.token) {
   await page.getByRole("button", { name: "Sign in" }).click();
 }
 
+/** Answers of a cell without a calibration. */
+const NONE = { calibrated: "standing.none", good: "standing.none", since: "standing.none" };
+/** u95 of a running session on its way to 0.050 mm. */
+const falling = (u95) => seq("u95", u95, said("progress.u95.goal", { goal: /0[.,]050 mm/ }));
+
 const sentence = (page) => page.locator(".sentence").innerText();
 /** Touches that are chosen one by one take their time; those of a plan are made in a blink here. */
 async function start(page, { touches, check = 3, goal = "" }) {
@@ -47,116 +54,6 @@ async function start(page, { touches, check = 3, goal = "" }) {
   await page.getByLabel("The cell is clear").check();
   assert.ok(await is_in_reach(page), "the dialog must not cover the button that stops the arm");
   await go.click();
-}
-
-async function picture(name, page) {
-  await page.screenshot({ path: `screenshots/${name}.png` });
-}
-
-/** Text of the first screen: what lies within the window and above the abort bar. */
-const first_screen = (page) => page.evaluate(() => {
-  const floor = document.getElementById("abort").getBoundingClientRect().top;
-  const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
-  const seen = [];
-  for (let node = walker.nextNode(); node; node = walker.nextNode()) {
-    const parent = node.parentElement;
-    if (node.textContent.trim() === "" || !parent.checkVisibility() || parent.closest(".unseen, .skip, dialog, [aria-hidden=true]")) continue;
-    const range = document.createRange();
-    range.selectNodeContents(node);
-    const { top, bottom, left, right } = range.getBoundingClientRect();
-    if (top >= 0 && bottom <= floor && left >= 0 && right <= innerWidth) seen.push(node.textContent);
-  }
-  return seen.join(" ").replace(/\s+/g, " ");
-});
-
-const QUESTIONS = ["calibrated", "good", "since", "doing", "long", "wrong", "todo", "near"];
-
-/** The eight questions are answered at 1280 x 800 without scrolling; then pictures of the state, on which nothing is too wide. */
-async function answers(page, state, expected) {
-  assert.deepEqual(Object.keys(expected).sort(), [...QUESTIONS].sort());
-  await page.setViewportSize({ width: 1280, height: 800 });
-  await page.evaluate(() => scrollTo(0, 0));
-  const all = { names: /^demo KUKA KR 5/, ...expected };
-  const lacking = (text) => Object.keys(all).filter((one) => !all[one].test(text));
-  let text = "";
-  for (let k = 0; k < 40 && (text === "" || lacking(text).length > 0); ++k) {
-    text = await first_screen(page);
-    await page.waitForTimeout(100);
-  }
-  assert.deepEqual(lacking(text), [], `${state}: not answered by the first screen, which reads: ${text}`);
-  assert.match(await page.title(), /^demo, KUKA KR 5.* · ./, state);
-}
-
-const VIEWS = [[1280, 800, "light"], [390, 844, "dark"], [1920, 1080, "dark"], [1280, 800, "dark"], [390, 844, "light"], [1920, 1080, "light"]];
-
-/** In all sizes, colours and languages, to look at; otherwise the first `views` of VIEWS in the language shown. */
-const EVERY = process.env.PICTURES === "all";
-
-async function pictures(page, state, views = 2) {
-  const shown = await page.evaluate(() => document.documentElement.lang);
-  for (const language of EVERY ? ["de", "en"] : [shown]) {
-    if (EVERY) await page.locator('[name="language"]').selectOption(language);
-    for (const [width, height, colorScheme] of VIEWS.slice(0, EVERY ? VIEWS.length : views)) {
-      await page.emulateMedia({ colorScheme });
-      await page.setViewportSize({ width, height });
-      await page.waitForFunction((theme) => document.documentElement.dataset.theme === theme, colorScheme, LONG);
-      await page.waitForFunction(() => document.documentElement.scrollWidth <= innerWidth, null, { timeout: 5000 })
-        .catch(() => assert.fail(`${state}: the page is wider than ${width} px`));
-      assert.ok(await is_in_reach(page), `${state}: abort is covered at ${width}`);
-      await accessible(page, `${state}, ${width} px, ${colorScheme}`);
-      await picture(`state-${state}-${width}-${colorScheme}${EVERY ? `-${language}` : ""}`, page);
-    }
-  }
-  if (EVERY) await page.locator('[name="language"]').selectOption(shown);
-  await page.emulateMedia({ colorScheme: "light" });
-  await page.setViewportSize({ width: 1280, height: 800 });
-}
-
-/** Large: three times the smallest height of a target. */
-const abort_is = (page, size) => page.waitForFunction((large) => {
-  const { height } = document.getElementById("abort-button").getBoundingClientRect();
-  return large ? height >= 60 : height >= 44 && height < 60;
-}, size === "large", LONG);
-
-/** Answers of a calibration of today that holds, as GET /v1/drift and /v1/versions have them. */
-const HOUR_S = 3600, DAY_S = 86400;
-function calibrated(standing, more = {}) {
-  const now_s = Date.now() / 1000, calibrated_s = now_s - 20 * DAY_S;
-  return {
-    drift: { ...chart_of_months(), points: [], course: null, state: "in_control", advice: "none", calibration: 2, cell: process.env.CELL,
-             calibrated: new Date(calibrated_s * 1000).toISOString(),
-             standing: { holds: "holds", by_check: true, evidence_s: now_s - 2 * HOUR_S, due_s: now_s + 14 * DAY_S, ...standing }, ...more },
-    versions: [{ session: 2, ended: "", scope: "workspace", predicted_mm: 0.08, u95_mm: 0.104, active: true, trouble: "", activated: null }],
-  };
-}
-const broken = () => calibrated({ holds: "does_not_hold" }, {
-  state: "alarms", advice: "re_measure_tcp",
-  not_held: { session: 9, time_s: Date.now() / 1000 - HOUR_S, since: 8, since_s: Date.now() / 1000 - DAY_S, checks: 2, tcp_shift_mm: 1.02,
-              u_tcp_shift_mm: 0.05, cause: { kind: "tool", name: "torch", probability: 0.98, words: "" } },
-});
-
-/** Two months at rest and one of creep, a check a shift; as GET /v1/drift has it. */
-function chart_of_months() {
-  const began_s = Date.UTC(2026, 0, 5) / 1000;
-  const points = Array.from({ length: 180 }, (_, k) => {
-    const creep = 0.05 * Math.max(0, k - 46) / 90, scatter = 0.012 * Math.sin(12.9898 * k);
-    const share = Math.abs(creep) / 0.04 + Math.abs(scatter) * 30;
-    return { session: k, time_s: began_s + k * 28800, temperature_c: null, holds: true, left_out: k === 20 ? "undecided" : null,
-             off_mm: k === 20 ? null : [creep + scatter, 0.01 * Math.cos(3.1 * k), 0.008 * Math.sin(5.7 * k)], u_mm: [0.04, 0.04, 0.04],
-             ewma: 3.984 * share, cusum: 4 * share, share, state: share > 1 ? "alarms" : share > 0.8 ? "warns" : "in_control" };
-  });
-  return {
-    format: "cellcal.drift/1", calibration: 2, calibrated: "2026-01-04T22:00:00.000Z", state: "alarms", advice: "re_measure_tcp",
-    counted: 179, least: 5, warns: { ewma: 3.456, cusum: 4.059, run_length: 200 }, alarms: { ewma: 3.984, cusum: 5.091, run_length: 1000 },
-    noise: 1, um_per_kelvin: null, alarmed_at: 110, points, words: [],
-    course: { shape: "creep", since: 47, since_s: began_s + 46 * 28800, checks: 133, off_mm: 0.074, u_off_mm: 0.011, off_xyz_mm: [0.074, 0, 0],
-              mm_per_month: 0.05, u_mm_per_month: 0.007, causes: [{ kind: "tool", name: "torch", probability: 0.97, words: "" }] },
-    others: [{ calibration: 1, points: points.slice(0, 20).map((one, k) => ({ ...one, session: 1000 + k, time_s: began_s - (21 - k) * 28800 })) }],
-    events: [
-      { kind: "calibrated", session: 1, time_s: began_s - 22 * 28800, words: "calibration of session 1" },
-      { kind: "updated", session: 2, time_s: began_s - 7200, words: "update of session 2: tool changed, TCP moved by 1.250 mm" },
-    ],
-  };
 }
 
 /** Robot, tool, four spheres and two distances, typed and from CSV; refused first, then written, opened again and changed. */
@@ -328,8 +225,8 @@ const steps = {
     await guide.getByText(process.env.CELL).first().waitFor(LONG);
     for (const name of ["cell", "robot", "spheres", "doctor"]) await step(name, "done");
     await answers(page, "empty", {
-      calibrated: /Not calibrated/, good: /accuracy unknown/, since: /nothing published yet/, doing: /Idle: no session is running/, long: /Idle/,
-      wrong: /Not calibrated/, todo: /Follow the steps below\. Next: Qualification/, near: /cellcal moves nothing\. Enter by the rules/,
+      ...NONE, doing: "phase.idle", long: "phase.idle", wrong: "standing.none",
+      todo: said("standing.none.next", { step: "step.qualify" }), near: "near.free",
     });
     await pictures(page, "empty");
     await guide.locator('[data-step="qualify"][aria-current="step"]').waitFor(LONG);
@@ -374,9 +271,9 @@ const steps = {
     await picture("running-1280", page);
     await abort_is(page, "large");
     await answers(page, "running", {
-      calibrated: /Not calibrated/, good: /Predicted accuracy .*±\d.* mm, goal 0\.050 mm/, since: /nothing published yet/,
-      doing: /Touch \d+ of \d+ on S\d|Choosing the next touch|Planning a collision-free path/, long: /\d+ of \d+ touches .*Time left \d+ (s|min)/,
-      wrong: /Not calibrated/, todo: /Wait for the session/, near: /Keep out: (the arm moves|a session runs)/,
+      ...NONE, good: falling(/±\d[.,]\d+ mm/), doing: any(said("touch.n", { target: /S\d/ }), "phase.choosing", "phase.routing", "phase.planning"),
+      long: seq("progress.touches", "progress.time", /\d+ (s|min)/), wrong: "standing.none", todo: "standing.none.running",
+      near: any("near.moving", "near.soon"),
     });
   },
 
@@ -401,8 +298,8 @@ const steps = {
     await page.getByRole("button", { name: "Resume session 1" }).waitFor(LONG);
     await page.waitForTimeout(300); // the arm comes to rest
     await answers(page, "aborted", {
-      calibrated: /Not calibrated/, good: /accuracy unknown/, since: /nothing published yet/, doing: /Session 1 was aborted after \d+ touches/,
-      long: /was aborted/, wrong: /was aborted/, todo: /Look at the robot and at the cell\. Then resume/, near: /Keep out: the state of the arm is unknown/,
+      ...NONE, doing: said("phase.aborted", { session: /1/, n: /\d+/ }), long: "phase.aborted", wrong: "phase.aborted", todo: "aborted.do",
+      near: "near.unknown",
     });
     await abort_is(page, "large");
     await pictures(page, "aborted");
@@ -413,11 +310,15 @@ const steps = {
     await start(page, { touches: 12 });
     await says(page, /Session 2 is done: 15 touches/);
     await page.getByText("Calibration withheld").first().waitFor(LONG);
-    await page.getByText("too few touches").waitFor(LONG);
+    await page.locator("#state").getByText("too few touches").waitFor(LONG);
     await page.getByRole("img", { name: /Residuals of 15 touches/ }).waitFor(LONG);
     const report = await page.getByRole("link", { name: "Report", exact: true }).first().getAttribute("href");
     assert.equal((await page.context().request.get(cell.url + report)).status(), 200);
     await page.locator("table.history tbody tr").nth(1).waitFor(LONG);
+    await answers(page, "withheld", {
+      ...NONE, doing: said("phase.done", { session: /2/, n: /15/ }), long: "phase.done", wrong: "outcome.withheld",
+      todo: any(/too few touches.*Now calibrate with \d+ touches/, /Jetzt mit \d+ Antastungen und \d+ zur Kontrolle kalibrieren/), near: "near.free",
+    });
     assert.match(await page.locator("table.history").innerText(), /withheld[\s\S]*aborted/);
   },
 
@@ -461,7 +362,7 @@ const steps = {
     await page.getByLabel("Language").selectOption("de");
     await panel.getByText(/Alarm: TCP .* von der Mittellinie/).waitFor(LONG);
     await panel.screenshot({ path: "screenshots/checks-de.png" });
-    await page.context().close();
+    await leave(page);
   },
 
   async "answers eight questions from its first screen, whether the calibration holds or not, and after a failure"() {
@@ -478,23 +379,25 @@ const steps = {
       await page.reload();
       await page.locator(".standing").waitFor(LONG);
     };
-    const free = { doing: /Idle: no session is running/, long: /Idle/, near: /cellcal moves nothing\. Enter by the rules of this cell/ };
+    const free = { doing: "phase.idle", long: "phase.idle", near: "near.free" };
+    const u95 = said("standing.u95", { u: /0[.,]10 mm/ });
+    const holds = said("standing.holds.checked", { good: u95, age: said("age.hours", { n: /2/ }) });
+    const held = { calibrated: holds, good: u95, since: holds };
     await show(calibrated({}), idle);
     await answers(page, "holds", {
-      calibrated: /Calibration of \d+ \w+.* holds/, good: /TCP ±0\.10 mm/, since: /checked 2 h ago/, ...free,
-      wrong: /Nothing to do/, todo: /Nothing to do\. Next check by \d+ \w+/, near: free.near });
+      ...held, ...free, wrong: "standing.nothing", todo: seq("standing.nothing", said("standing.due", { due: /\d+\.? \w+\.?/ })) });
     await abort_is(page, "small");
     await pictures(page, "holds", 6);
     await show(broken(), idle);
     await answers(page, "does-not-hold", {
-      calibrated: /Calibration of .* does not hold/, good: /Before: TCP ±0\.10 mm/, since: /Found \d+ \w+/, ...free,
-      wrong: /tool shifted by 1\.02 ± 0\.05 mm/, todo: /measure the TCP or calibrate again/, near: free.near });
+      ...free, calibrated: "standing.broken", good: said("standing.broken.since", { good: u95 }), since: said("standing.broken.since", { since: /\d+\.? \w+\.?/ }),
+      wrong: said("standing.broken", { what: said("standing.changed.tool", { by: /1[.,]02 ± 0[.,]05 mm/ }) }), todo: "checks.advice.re_measure_tcp" });
     await pictures(page, "does-not-hold", 4);
     const late = { holds: "unknown", evidence_s: Date.now() / 1000 - 16.5 * DAY_S, due_s: Date.now() / 1000 - 2.5 * DAY_S };
+    const unchecked = said("standing.unknown.late", { age: said("age.days", { n: /16/ }) });
     await show(calibrated(late, { state: "unknown", advice: "check_again" }), idle);
     await answers(page, "unknown", {
-      calibrated: /Calibration of .* unknown/, good: /When it last held: TCP ±0\.10 mm/, since: /no check for 16 days/, ...free,
-      wrong: /no check for 16 days/, todo: /Check now, about 20 s/, near: free.near });
+      ...free, calibrated: "standing.unknown", good: said("standing.unknown.good", { good: u95 }), since: unchecked, wrong: unchecked, todo: "standing.check" });
     await page.getByLabel("Language").selectOption("de");
     await page.getByText(/Kalibrierung vom .* unbekannt: keine Prüfung seit 16 Tagen/).waitFor(LONG);
     await pictures(page, "unknown-german");
@@ -505,13 +408,21 @@ const steps = {
     await page.keyboard.press("Escape");
     await show(calibrated({}), { ...idle, phase: "transit", running: true, touches: 5, time_left_s: 95, u95_mm: 0.312, goal_mm: 0.05,
                                  arm: { motion: "moving", packet_age_s: 0.1 } });
+    await answers(page, "running", {
+      ...held, good: falling(/±0[.,]31 mm/), doing: said("touch.some", { n: /6/ }), long: seq(said("progress.touches", { n: /5/, total: /16/ }), "progress.time", /1 min 35 s/),
+      wrong: holds, todo: "standing.none.running", near: "near.moving" });
     await pictures(page, "running"); // a real one would be over by then
+    await show(calibrated({}), { ...idle, phase: "connecting", running: true, touches: 0, waiting: { robot: true, contact: true, left_s: 87, start: "CELLCAL_RSI" } });
+    const silent = said("waiting.both", { left: /1 min 27 s/ });
+    await answers(page, "connecting", {
+      ...held, doing: "phase.connecting", long: silent, wrong: silent, todo: said("waiting.start", { what: /CELLCAL_RSI/ }), near: "near.soon" });
+    await pictures(page, "connecting");
     await show(calibrated({}), { ...idle, phase: "recovering", running: true, touches: 5, time_left_s: 95, u95_mm: 0.312, goal_mm: 0.05,
                                  busy_left_s: 42, arm: { motion: "at rest", packet_age_s: 0.1 } });
+    const busy = said("busy.waiting", { left: /42 s/ });
     await answers(page, "paused", {
-      calibrated: /Calibration of .* holds/, good: /Predicted accuracy .*±0\.31 mm, goal 0\.050 mm/, since: /checked 2 h ago/,
-      doing: /Harmless interruption/, long: /5 of 16 touches .*Time left 1 min 35 s/, wrong: /This computer is busy: waiting for 42 s at most/,
-      todo: /Stop other programs on it/, near: /Keep out: a session runs/ });
+      ...held, good: falling(/±0[.,]31 mm/), doing: "phase.recovering", long: seq(said("progress.touches", { n: /5/, total: /16/ }), "progress.time", /1 min 35 s/),
+      wrong: busy, todo: busy, near: "near.soon" });
     await abort_is(page, "large");
     await pictures(page, "paused");
     // After five of its touches: the cell is drawn with the way to the others.
@@ -521,12 +432,15 @@ const steps = {
     });
     await show(calibrated({}), { ...idle, phase: "failed", touches: 5, failure: { kind: "no-contact", detail: "touch 9 on S2: no contact within 24.0 mm" } });
     await answers(page, "failed", {
-      calibrated: /Calibration of .* holds/, good: /TCP ±0\.10 mm/, since: /checked 2 h ago/, doing: /Session \d+ failed after 5 touches/,
-      long: /failed/, wrong: /No contact up to the end of the search/, todo: /Check in this order: tip, position/, near: /Keep out: the state of the arm is unknown/ });
+      ...held, doing: said("phase.failed", { n: /5/ }), long: "phase.failed", wrong: "failure.no-contact", todo: "do.no-contact", near: "near.unknown" });
+    assert.doesNotMatch(await first_screen(page), /Nothing to do/, "a calibration that holds is not all that is to be said");
     await page.locator(".canvas canvas").waitFor(LONG);
     await abort_is(page, "large");
     await pictures(page, "failed");
-    await page.context().close();
+    await show(calibrated({}), { ...idle, phase: "failed", touches: 5, arm: { motion: "moving", packet_age_s: 0.1 }, failure: { kind: "stop-unconfirmed", detail: "" } });
+    await answers(page, "stop-unconfirmed", {
+      ...held, doing: "phase.failed.unconfirmed", long: "phase.failed.unconfirmed", wrong: "failure.stop-unconfirmed", todo: "do.stop-unconfirmed", near: "near.unknown" });
+    await leave(page);
   },
 
   async "puts the tip where 'cellcal predict --nominal' has it"() {
@@ -572,7 +486,7 @@ const steps = {
         await page.waitForTimeout(300); // it is drawn anew
         await picture(`done-${width}-${colorScheme}`, page);
       }
-    await page.context().close();
+    await leave(page);
   },
 
   async "speaks German when asked to, and keeps to it"() {
@@ -599,7 +513,8 @@ const steps = {
   async "has on a phone, in both languages, nothing cut off, nothing without a name and nothing too small to hit"() {
     for (const language of ["en", "de"]) {
       const page = await open({ viewport: { width: 390, height: 844 } });
-      await page.locator(".sentence").waitFor(LONG);
+      await page.locator('.standing:not([data-standing="pending"])').waitFor(LONG);
+      await page.locator(".canvas canvas").waitFor(LONG);
       await page.getByRole("combobox", { name: "Language" }).selectOption(language);
       const look = async (where) => {
         const found = await page.evaluate(() => {
@@ -628,7 +543,7 @@ const steps = {
       await look("start");
       await picture(`phone-start-${language}`, page);
       await page.keyboard.press("Escape");
-      await page.context().close();
+      await leave(page);
     }
   },
 
@@ -660,8 +575,8 @@ const steps = {
     assert.equal(await page.getByRole("button", { name: "Start a session" }).count(), 0);
     await abort_is(page, "large");
     await answers(page, "gone", {
-      calibrated: /Not calibrated/, good: /accuracy unknown/, since: /Last known, \d+ (s|min) old/, doing: /State unknown.*Last known: Touch/,
-      long: /data \d+ s old/, wrong: /Connection lost/, todo: /Do not rely on this page\. Look at the robot/, near: /Keep out: the state of the arm is unknown/,
+      ...NONE, since: said("standing.old", { age: /\d+ (s|min)/ }), doing: seq("link.unknown", said("link.last", { state: said("touch.n", { target: /S\d/ }) })),
+      long: said("link.lost", { age: /\d+ s/ }), wrong: "link.lost", todo: "link.lost.do", near: "near.unknown",
     });
     await pictures(page, "gone");
   },
@@ -779,7 +694,7 @@ const steps = {
     await panel.getByText("put /var/lib/cellcal/proposals/p-1.toml under [schedule]").waitFor(LONG);
     assert.equal(await panel.locator("li").count(), 0);
     assert.deepEqual(said, [["/v1/proposals/p-2/refuse", { reason: "tomorrow" }]]);
-    await page.context().close();
+    await leave(page);
   },
 
   async "qualifies, and gives the figures"() {

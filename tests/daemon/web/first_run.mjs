@@ -70,6 +70,16 @@ const steps = {
     await form.locator('[id="wrong-tool.xyz"]').waitFor({ ...LONG, state: "detached" });
   },
 
+  async "keeps what is typed while the daemon does not answer"() {
+    const { page, form } = this;
+    await page.context().setOffline(true);
+    await page.locator(".lost").first().waitFor(LONG);
+    assert.equal(await form.getByLabel("TCP: X Y Z").inputValue(), "59,9 50,5 410,3");
+    await page.context().setOffline(false);
+    await page.locator(".lost").first().waitFor({ ...LONG, state: "detached" });
+    assert.equal(await form.getByLabel("TCP: X Y Z").inputValue(), "59,9 50,5 410,3");
+  },
+
   async "draws the obstacles as they are typed, and refuses what is no STL file"() {
     const { page, form } = this;
     const drawn = (obstacles) => form.locator(`.canvas[data-obstacles="${obstacles}"] canvas`).waitFor(LONG);

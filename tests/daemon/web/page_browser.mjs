@@ -20,6 +20,12 @@ export function launch(executablePath) {
   return chromium.launch({ executablePath, args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"] });
 }
 
+/** Closes a page whose requests are answered by the test: one may be on its way. */
+export async function leave(page) {
+  await page.unrouteAll({ behavior: "ignoreErrors" });
+  await page.context().close();
+}
+
 /** Waits for the state's sentence. */
 export const sees = (page, words) =>
   page.waitForFunction((source) => new RegExp(source).test(document.querySelector(".sentence")?.textContent ?? ""), words.source, LONG);

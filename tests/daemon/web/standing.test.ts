@@ -5,7 +5,7 @@ import { test } from "node:test";
 import * as decode from "../src/decode";
 import { formats } from "../src/format";
 import { may_move, near_words } from "../src/sentence";
-import { age_words, cell_name, standing_line } from "../src/standing";
+import { age_words, cell_name, now_of, standing_line, type Now } from "../src/standing";
 import { HOLDINGS, ADVICE, CHANGES } from "../src/types";
 import { speaker } from "../src/words";
 import { drawn, plotted } from "../src/ui/checks";
@@ -31,7 +31,7 @@ const not_held = (more: object = {}) => ({
 const version = (more: object = {}) =>
   ({ session: 7, ended: CALIBRATED, scope: "workspace", predicted_mm: 0.08, u95_mm: 0.104, active: true, trouble: "", activated: null, ...more });
 const line = (chart: object | null, versions: object[] = [version()], language: "en" | "de" = "en", more: object = {}) =>
-  standing_line({ drift: decode.drift({ checks: chart }), versions: decode.versions(versions), readiness: null, running: false, cell: "/c/weld-3.toml", ...more },
+  standing_line({ drift: decode.drift({ checks: chart }), versions: decode.versions(versions), readiness: null, now: "calm", cell: "/c/weld-3.toml", ...more },
                 NOW_S, speaker(language), formats(language));
 
 test("a calibration that holds says how good it is, since when, and when it is checked next", () => {
@@ -43,6 +43,17 @@ test("a calibration that holds says how good it is, since when, and when it is c
   assert.match(unchecked.headline, /made 2 days ago, not checked since/);
   const german = line(checks(), [version({ scope: "near targets" })], "de");
   assert.match(german.headline.replace(/\u00a0/g, " "), /^Kalibrierung vom 25\. Nov\.? gilt: TCP ±0,10 mm nahe den Kugeln, geprüft vor 2 Std\.$/);
+});
+
+test("nothing is to be done only while nothing runs, nothing has failed and the daemon answers", () => {
+  const told = (now: Now, chart: Record<string, unknown> | null = checks()) => line(chart, chart ? [version()] : [], "en", { now }).more.join(" ");
+  assert.match(told("running"), /^Wait for the session\. Next check by 11\u00a0Dec\.$/);
+  for (const now of ["amiss", "lost"] as const) assert.match(told(now), /^Next check by 11\u00a0Dec\.$/);
+  assert.equal(told("lost", null), "");
+  const now = (more: Record<string, unknown>, old = false) => now_of(decode.status(status(more)), old);
+  const ended = { running: false, phase: "done" };
+  assert.deepEqual([now({}), now(ended), now({ ...ended, phase: "failed" }), now({ ...ended, phase: "aborted" }), now({}, true), now_of(null, false)],
+    ["running", "calm", "amiss", "amiss", "lost", "calm"]);
 });
 
 test("an emulated cell, whose clock gives no age, has none", () => {
@@ -95,11 +106,11 @@ test("without a calibration, or with a damaged one, it says so and what comes ne
   const readiness = decode.readiness({ cell: "", robot: "", spheres: 0, placed: 0, next: "qualify", steps: [] });
   const led = line(null, [], "en", { readiness });
   assert.deepEqual([led.action, led.more.join(" ")], [null, "Follow the steps below. Next: Qualification."]);
-  assert.equal(line(null, [], "en", { readiness, running: true }).more.join(" "), "Wait for the session.");
+  assert.equal(line(null, [], "en", { readiness, now: "running" }).more.join(" "), "Wait for the session.");
   const damaged = line(null, [version({ trouble: "session 7: damaged" })]);
   assert.deepEqual([damaged.state, damaged.more], ["unknown", ["session 7: damaged"]]);
   assert.equal(line(null).state, "unknown", "published, but not judged");
-  assert.equal(standing_line({ drift: null, versions: null, readiness: null, running: false, cell: "" }, NOW_S, say, fmt).state, "pending");
+  assert.equal(standing_line({ drift: null, versions: null, readiness: null, now: "calm", cell: "" }, NOW_S, say, fmt).state, "pending");
 });
 
 test("an accuracy that is not stated is not invented", () => {

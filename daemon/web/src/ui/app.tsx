@@ -5,9 +5,10 @@ import * as decode from "../decode";
 import { Live } from "../live";
 import { age_ms } from "../model";
 import { may_move, mood, sentence } from "../sentence";
-import { cell_name, standing_line } from "../standing";
+import { cell_name, now_of, standing_line } from "../standing";
 import { preferred_language, type Language } from "../words";
 import { CellPanel } from "./cell";
+import { CellDialog } from "./cell_form";
 import { VoiceContext, useFetched, voice_in } from "./context";
 import { DoctorPanel, useDoctor } from "./doctor";
 import { Checks } from "./checks";
@@ -73,6 +74,8 @@ export function App() {
 
   const in_use = versions?.find((one) => one.active && one.trouble === "")?.session ?? null;
 
+  // What is typed outlives a lost connection.
+  const [entered, enter] = useState<string | null>(null);
   const [looked, look_again] = useReducer((n: number) => n + 1, 0);
   const doctor = useDoctor(asked !== null, `${ended} ${looked}`, language);
   const seen = `${ended} ${looked} ${doctor?.running} ${doctor?.ended}`;
@@ -83,9 +86,11 @@ export function App() {
   const shown = chosen ?? (status?.phase === "done" ? session : null);
   const figures = useFetched(shown === null || asked === null ? null : `/v1/sessions/${shown}/figures?language=${language}`, ended, decode.figures);
 
+  const why = (shown === session && figures?.result?.findings.find((one) => one.severity === "withholds")?.words) || "";
+
   const file = (status?.session ? sessions?.find((one) => one.id === status.session)?.cell : "") || readiness?.cell || sessions?.[0]?.cell || "";
   const cell = cell_name(file), robot = scene?.robot || readiness?.robot || "";
-  const standing = standing_line({ drift, versions, readiness, cell: file, running: status?.running ?? false }, Date.now() / 1000, voice.say, voice.fmt);
+  const standing = standing_line({ drift, versions, readiness, cell: file, now: now_of(status, old) }, Date.now() / 1000, voice.say, voice.fmt);
   const names = [cell, robot].filter((one) => one !== "").join(", ") || say("title");
   // The page's first button: that of the first line, else that of the guide. A failed or aborted session is looked at first.
   const due = standing.action !== null && standing.state !== "holds";
@@ -114,14 +119,14 @@ export function App() {
                       started={() => void live.ask()} />
           )}
           <div class="top">
-            <StatePanel model={model} plan={plan} schedule={schedule} now={now} />
+            <StatePanel model={model} plan={plan} schedule={schedule} now={now} why={why} />
             {status && !old && <StartButtons status={status} role={me} second={guided || due} started={() => void live.ask()}
                                              last_cell={readiness?.cell || (sessions?.[0]?.cell ?? "")} />}
           </div>
           {status && !old && <FailurePanel status={status} />}
           {idle && readiness && (
             <GuidePanel readiness={readiness} may={may} looking={doctor?.running === true}
-                        quiet={!guided} again={() => look_again(undefined)}
+                        quiet={!guided} enter={() => enter(readiness.cell)} again={() => look_again(undefined)}
                         begun={() => look_again(undefined)} started={() => void live.ask()} />
           )}
           {proposals && !old && <Proposals seen={proposals} may={may} changed={() => said_something(undefined)} />}
@@ -145,6 +150,7 @@ export function App() {
           </div>
         </main>
       )}
+      {entered !== null && <CellDialog cell={entered} close={() => enter(null)} done={() => { enter(null); look_again(undefined); }} />}
       <footer class="note">
         {status?.version && `cellcald ${status.version} · `}<a href={LICENCES}>{say("licences")}</a>
       </footer>

@@ -21,16 +21,20 @@ export const voice_in = (language: Language, theme: Voice["theme"]): Voice => ({
 export const VoiceContext = createContext<Voice>(voice_in("en", "light"));
 export const useVoice = (): Voice => useContext(VoiceContext);
 
-const TRIES = 5, AGAIN_MS = 2000, BUSY = 503;
+const TRIES = 5, AGAIN_MS = 2000, BUSY = 503, SILENT = 0;
 
-/** Content of a path; fetched again when `key` changes, or when the daemon was busy. Null until then, and where it does not exist. */
+/**
+ * Content of a path; fetched again when `key` changes, when the daemon was busy, and until it answers. Null until then, and where
+ * it does not exist; that of the path before where the daemon is gone.
+ */
 export function useFetched<T>(path: string | null, key: unknown, decode: (value: unknown) => T | null): T | null {
   const [value, become] = useState<T | null>(null);
   useEffect(() => {
     let wanted = true, timer: ReturnType<typeof setTimeout> | undefined;
     const ask = (asked: string, left: number) => void get(asked).then((answer) => {
       if (!wanted) return;
-      become(answer.status === 200 ? decode(answer.value) : null);
+      if (answer.status !== SILENT) become(answer.status === 200 ? decode(answer.value) : null);
+      if (answer.status === SILENT) timer = setTimeout(() => ask(asked, left), AGAIN_MS);
       if (answer.status === BUSY && left > 1) timer = setTimeout(() => ask(asked, left - 1), AGAIN_MS);
     });
     if (path === null) become(null);

@@ -4,7 +4,6 @@
 import { useEffect, useState } from "preact/hooks";
 import type { Readiness, StepName, StepSeen } from "../types";
 import { useVoice } from "./context";
-import { CellDialog } from "./cell_form";
 import { examine } from "./doctor";
 import { StartDialog, WHOLE, type Wish } from "./start";
 
@@ -33,10 +32,10 @@ export function command_of(step: StepName, cell: string): string {
 /** Steps that are corrected in the form. */
 const IN_THE_FORM: StepName[] = ["cell", "robot", "spheres"];
 
-/** `quiet`: another panel has priority, and the next step is not the page's first button. */
-export function GuidePanel({ readiness, may, looking, quiet, begun, started, again }: {
+/** `quiet`: another panel has priority, and the next step is not the page's first button. `enter`: opens the cell's form. */
+export function GuidePanel({ readiness, may, looking, quiet, enter, begun, started, again }: {
   readiness: Readiness; may: boolean; looking: boolean; quiet: boolean;
-  begun: () => void; started: () => void; again: () => void;
+  enter: () => void; begun: () => void; started: () => void; again: () => void;
 }) {
   const { say } = useVoice();
   const { steps, cell } = readiness;
@@ -49,7 +48,13 @@ export function GuidePanel({ readiness, may, looking, quiet, begun, started, aga
         <summary><h2 id="guide-title">{say("guide", { n: done, total: steps.length })}</h2>{" "}
           <span class="note">{say("guide.next", { step: say(`step.${readiness.next}`) })}</span></summary>
         {cell !== "" && <p class="note">{[cell, readiness.robot].filter((one) => one !== "").join(" · ")}</p>}
-        {may && <Enter cell={cell} first={IN_THE_FORM.includes(readiness.next)} begun={begun} />}
+        {may && (
+          <div class="files">
+            <button type="button" class={IN_THE_FORM.includes(readiness.next) ? "go" : "small"} onClick={enter}>
+              {say(cell === "" ? "cell.make" : "cell.edit")}
+            </button>
+          </div>
+        )}
         <ol>
           {steps.map((seen) => (
             <li key={seen.step} data-step={seen.step} data-state={seen.state}
@@ -69,20 +74,6 @@ export function GuidePanel({ readiness, may, looking, quiet, begun, started, aga
         <button type="button" class="small" onClick={again}>{say("guide.again")}</button>
       </details>
     </section>
-  );
-}
-
-/** Entry of the cell's file on this page. */
-function Enter({ cell, first, begun }: { cell: string; first: boolean; begun: () => void }) {
-  const { say } = useVoice();
-  const [open, set_open] = useState(false);
-  return (
-    <div class="files">
-      <button type="button" class={first ? "go" : "small"} onClick={() => set_open(true)}>
-        {say(cell === "" ? "cell.make" : "cell.edit")}
-      </button>
-      {open && <CellDialog cell={cell} close={() => set_open(false)} done={() => { set_open(false); begun(); }} />}
-    </div>
   );
 }
 

@@ -21,30 +21,32 @@ export function LinksPanel({ status, old }: { status: Status | null; old: boolea
       <h2 id="links-title">{say("links")}</h2>
       {!links && <p class="note">{say("links.none")}</p>}
       {links && !links.open && <p class="note">{say("links.closed")}</p>}
-      {links && <Robot link={links.robot} />}
-      {links && <Contact link={links.contact} />}
+      {links && <Robot link={links.robot} old={old} />}
+      {links && <Contact link={links.contact} old={old} />}
     </section>
   );
 }
 
-function Heading({ name, good }: { name: string; good: boolean }) {
+function Heading({ name, good, old }: { name: string; good: boolean; old: boolean }) {
   const { say } = useVoice();
   return (
     <h3>
       {name}{" "}
-      <span class="badge" data-good={good}>
-        <span aria-hidden="true">{good ? "✔" : "▲"}</span> {say(good ? "links.ok" : "links.warn")}
-      </span>
+      {!old && (
+        <span class="badge" data-good={good}>
+          <span aria-hidden="true">{good ? "✔" : "▲"}</span> {say(good ? "links.ok" : "links.warn")}
+        </span>
+      )}
     </h3>
   );
 }
 
-function Robot({ link }: { link: RobotLink }) {
+function Robot({ link, old }: { link: RobotLink; old: boolean }) {
   const { say, fmt } = useVoice();
   const late = say("links.late.of", { late: fmt.whole(link.late), replies: fmt.whole(link.replies) });
   return (
     <>
-      <Heading name={say("links.robot")} good={robot_is_good(link)} />
+      <Heading name={say("links.robot")} good={robot_is_good(link)} old={old} />
       <dl class="figures">
         <Figure name={say("links.mode")} value={link.mode === "unknown" ? "–" : link.mode} />
         <Figure name={say("links.override")} value={link.overridePercent === null ? "–" : `${fmt.whole(link.overridePercent)} %`} />
@@ -59,7 +61,7 @@ function Robot({ link }: { link: RobotLink }) {
   );
 }
 
-function Contact({ link }: { link: ContactLink }) {
+function Contact({ link, old }: { link: ContactLink; old: boolean }) {
   const { say, fmt } = useVoice();
   const heartbeat = say("links.heartbeat.of", {
     worst: fmt.ms(link.lateWorstMs), limit: fmt.ms(link.lateLimitMs),
@@ -69,7 +71,7 @@ function Contact({ link }: { link: ContactLink }) {
     : say(link.inContact ? "links.contact.closed" : "links.contact.open");
   return (
     <>
-      <Heading name={say("links.contact")} good={contact_is_good(link)} />
+      <Heading name={say("links.contact")} good={contact_is_good(link)} old={old} />
       <dl class="figures">
         <Figure name={say("links.contact.now")} value={contact} />
         <Figure name={say("links.loop")} value={loop} bad={link.loopOk === false} />

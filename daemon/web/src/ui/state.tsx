@@ -28,8 +28,9 @@ function useCalm(words: string, at_once: boolean): string {
   return spoken;
 }
 
-export function StatePanel({ model, plan, schedule, now }: {
-  model: Model; plan: PlannedTouch[]; schedule: Schedule | null; now: number;
+/** `why`: first finding that withholds the session's result; empty: none, or not known yet. */
+export function StatePanel({ model, plan, schedule, now, why }: {
+  model: Model; plan: PlannedTouch[]; schedule: Schedule | null; now: number; why: string;
 }) {
   const { say, fmt } = useVoice();
   const { status } = model;
@@ -69,6 +70,7 @@ export function StatePanel({ model, plan, schedule, now }: {
       {old === 0 && status.phase === "done" && status.outcome && (
         <>
           <OutcomeLine outcome={status.outcome} />
+          {why !== "" && <p>{why}</p>}
           <OutcomeDetails outcome={status.outcome} />
         </>
       )}
