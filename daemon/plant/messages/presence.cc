@@ -102,7 +102,7 @@ namespace {
 constexpr const char* kProposalFormat = "cellcal.proposal/1";
 constexpr std::size_t kLargestProposal = std::size_t{1} << 18;
 
-constexpr EnumNames<ProposalKind> kKinds{{{ProposalKind::kCalibrate, "calibrate"},
+constexpr EnumNames<ProposalKind> kProposalKinds{{{ProposalKind::kCalibrate, "calibrate"},
                                           {ProposalKind::kCheck, "check"},
                                           {ProposalKind::kActivate, "activate"},
                                           {ProposalKind::kSchedule, "schedule"},
@@ -112,7 +112,7 @@ constexpr EnumNames<ProposalKind> kKinds{{{ProposalKind::kCalibrate, "calibrate"
 const fields::Table<Proposal>& proposal_fields() {
   using T = Proposal;
   static const fields::Table<T> kTable{field("id", &T::id, name()),
-                                       field("kind", &T::kind, fields::named(kKinds)),
+                                       field("kind", &T::kind, fields::named(kProposalKinds)),
                                        field("session", &T::session, count<std::int64_t>()),
                                        field("text", &T::text, bounded(kLongestText)),
                                        field("by", &T::by, line()),
@@ -123,7 +123,7 @@ const fields::Table<Proposal>& proposal_fields() {
 
 }  // namespace
 
-const char* to_string(ProposalKind kind) { return kKinds[kind]; }
+const char* to_string(ProposalKind kind) { return kProposalKinds[kind]; }
 
 std::string to_json(const Proposal& proposal) {
   fields::Json json{
