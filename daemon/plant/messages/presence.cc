@@ -103,11 +103,11 @@ constexpr const char* kProposalFormat = "cellcal.proposal/1";
 constexpr std::size_t kLargestProposal = std::size_t{1} << 18;
 
 constexpr EnumNames<ProposalKind> kProposalKinds{{{ProposalKind::kCalibrate, "calibrate"},
-                                          {ProposalKind::kCheck, "check"},
-                                          {ProposalKind::kActivate, "activate"},
-                                          {ProposalKind::kSchedule, "schedule"},
-                                          {ProposalKind::kPriors, "priors"},
-                                          {ProposalKind::kWithdraw, "withdraw"}}};
+                                                  {ProposalKind::kCheck, "check"},
+                                                  {ProposalKind::kActivate, "activate"},
+                                                  {ProposalKind::kSchedule, "schedule"},
+                                                  {ProposalKind::kPriors, "priors"},
+                                                  {ProposalKind::kWithdraw, "withdraw"}}};
 
 const fields::Table<Proposal>& proposal_fields() {
   using T = Proposal;
