@@ -18,8 +18,7 @@
 
 namespace cellcal::calib {
 
-// Remaining error of the zero of a joint that was mastered anew (mastered.h).
-
+/// Remaining error of a zero.
 struct MasteredZero {
   std::string joint = {};
   double error_rad = 0.0;  ///< true angle less shown angle, in the controller's sense
