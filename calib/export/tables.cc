@@ -10,6 +10,7 @@
 #include "calib/files/text.h"
 #include "calib/model/units.h"
 #include "calib/result/calibration.h"
+#include "calib/result/level.h"
 
 namespace cellcal::calib {
 
@@ -58,7 +59,68 @@ constexpr Field kGeometry[] = {{ParameterKind::kTheta, "theta_offset_deg", kDegP
                                {ParameterKind::kAlpha, "alpha_deg", kDegPerRad},
                                {ParameterKind::kBeta, "beta_deg", kDegPerRad}};
 
-ordered_json joint_json(const Calibration& c, std::size_t i, const PlacedJoint& placed) {
+ordered_json with_sigma(const ParameterResult& p, double to_unit = 1.0) {
+  return {{"value", (p.nominal + p.correction) * to_unit}, {"sigma", p.sigma * to_unit}};
+}
+
+/// Waves of one joint with these kinds as orders with both amplitudes, in the parameters' order.
+ordered_json waves_json(const Calibration& c, std::size_t i, ParameterKind cosine,
+                        ParameterKind sine) {
+  ordered_json waves = ordered_json::array();
+  for (const ParameterResult& p : c.parameters) {
+    if (p.key.kind != cosine || p.key.joint != static_cast<int>(i)) continue;
+    const double sine_rad = correction_of(c, wave_parameter(sine, i, p.key.harmonic));
+    waves.push_back({{"order", p.key.harmonic},
+                     {"cos_arcsec", p.correction / kRadPerArcsec},
+                     {"sin_arcsec", sine_rad / kRadPerArcsec}});
+  }
+  return waves;
+}
+
+void add_waves(const Calibration& c, std::size_t i, const Joint& levelled, ordered_json& json) {
+  if (ordered_json gear = waves_json(c, i, ParameterKind::kCosine, ParameterKind::kSine);
+      !gear.empty()) {
+    json["gear_ratio"] = levelled.gear_ratio;
+    json["gear"] = std::move(gear);
+  }
+  ordered_json waves =
+      waves_json(c, i, ParameterKind::kFunctionCosine, ParameterKind::kFunctionSine);
+  if (waves.empty()) return;
+  json["function"] = std::move(waves);
+  if (levelled.function_max_rad > levelled.function_min_rad)
+    json["function_deg"] = {levelled.function_min_rad * kDegPerRad,
+                            levelled.function_max_rad * kDegPerRad};
+}
+
+/// Deflections by gravity's moments, with the masses that these follow from.
+void add_elastic(const Calibration& c, std::size_t i, const Joint& levelled, ordered_json& json) {
+  if (levelled.mass_kg > 0.0) {
+    json["mass_kg"] = levelled.mass_kg;
+    json["com_m"] = {levelled.com_m[0], levelled.com_m[1], levelled.com_m[2]};
+  }
+  for (const ParameterResult& p : c.parameters) {
+    if (p.key.joint != static_cast<int>(i)) continue;
+    if (p.key.kind == ParameterKind::kCompliance) {
+      json["compliance_rad_per_nm"] = with_sigma(p);
+    } else if (p.key.kind == ParameterKind::kPlay) {
+      json["half_play_arcsec"] = with_sigma(p, 1.0 / kRadPerArcsec);
+      json["half_play_arcsec"]["closes_nm"] = levelled.play_closes_nm;
+    } else if (p.key.kind == ParameterKind::kStiffening) {
+      json["stiffening_arcsec"] = with_sigma(p, 1.0 / kRadPerArcsec);
+      json["stiffening_arcsec"]["stiff_nm"] = levelled.stiffening_nm;
+    } else if (p.key.kind == ParameterKind::kBearing) {
+      json[p.key.axis == 0 ? "bearing_x_rad_per_nm" : "bearing_y_rad_per_nm"] = with_sigma(p);
+    } else if (p.key.kind == ParameterKind::kLoad) {
+      ordered_json load = with_sigma(p);
+      load["link"] = c.cell.robot.joints.at(static_cast<std::size_t>(p.key.link)).name;
+      load["axis"] = std::string(1, "xyz"[p.key.axis]);
+      json["load_kg_m_rad_per_nm"].push_back(std::move(load));
+    }
+  }
+}
+
+ordered_json joint_json(const Calibration& c, std::size_t i, const Joint& levelled,
+                        const PlacedJoint& placed) {
   const Joint& nominal = c.cell.robot.joints.at(i);
   ordered_json json{{"name", nominal.name}, {"sign", nominal.sign}};
   for (const Field& field : kGeometry) {
@@ -73,25 +135,8 @@ ordered_json joint_json(const Calibration& c, std::size_t i, const PlacedJoint& 
   }
   json["frame"] = frame_json(placed.origin);
   json["axis"] = {placed.axis[0], placed.axis[1], placed.axis[2]};
-  if (const auto* found = find(c, joint_parameter(ParameterKind::kCompliance, i)))
-    json["compliance_rad_per_nm"] = {{"value", found->nominal + found->correction},
-                                     {"sigma", found->sigma}};
-  if (const auto* found = find(c, joint_parameter(ParameterKind::kPlay, i)))
-    json["half_play_arcsec"] = {{"value", (found->nominal + found->correction) / kRadPerArcsec},
-                                {"sigma", found->sigma / kRadPerArcsec}};
-  ordered_json gear = ordered_json::array();
-  for (const int order : nominal.harmonics) {
-    const auto* cosine = find(c, wave_parameter(ParameterKind::kCosine, i, order));
-    const auto* sine = find(c, wave_parameter(ParameterKind::kSine, i, order));
-    if (cosine != nullptr && sine != nullptr)
-      gear.push_back({{"order", order},
-                      {"cos_arcsec", cosine->correction / kRadPerArcsec},
-                      {"sin_arcsec", sine->correction / kRadPerArcsec}});
-  }
-  if (!gear.empty()) {
-    json["gear_ratio"] = nominal.gear_ratio;
-    json["gear"] = gear;
-  }
+  add_elastic(c, i, levelled, json);
+  add_waves(c, i, levelled, json);
   return json;
 }
 
@@ -122,14 +167,22 @@ std::string arm_json(const Calibration& calibration) {
   const OmittedEffects out = left_out(calibration);
   ordered_json json{{"format", "cellcal.arm/1"}, {"robot", calibration.cell.robot.name}};
   json["joints"] = ordered_json::array();
+  const Robot levelled = at_level(calibration.cell, calibration.level).robot;
   for (std::size_t i = 0; i < frames.joints.size(); ++i)
-    json["joints"].push_back(joint_json(calibration, i, frames.joints[i]));
+    json["joints"].push_back(
+        joint_json(calibration, i, levelled.joints.at(i), frames.joints[i]));
   json["base"] = frame_json(real.robot.base_fixed);
   json["flange"] = frame_json(frames.flange);
   json["tcp"] = frame_json(frames.tcp);
   if (const auto* bending = find(calibration, tool_parameter(ParameterKind::kDeflection, 0)))
     json["tool_bending_1_per_nm2"] = {{"value", bending->nominal + bending->correction},
                                       {"sigma", bending->sigma}};
+  const Tool& tool = calibration.cell.tool;
+  json["tool"] = {{"mass_kg", tool.mass_kg},
+                  {"com_m", {tool.com_m[0], tool.com_m[1], tool.com_m[2]}},
+                  {"length_m", tool.length_m}};
+  const Eigen::Vector3d& gravity = calibration.cell.robot.gravity_m_s2;
+  json["gravity_m_s2"] = {gravity[0], gravity[1], gravity[2]};
   json["left_out_by_rigid_links"] = {{"mean_mm", out.mean_m * kMmPerM},
                                      {"max_mm", out.max_m * kMmPerM}};
   return json.dump(1, ' ', false, ordered_json::error_handler_t::replace) + '\n';

@@ -19,8 +19,8 @@ std::string ros_yaml(const JointFrames& frames, const std::string& comment);
 /// sense of rotation.
 std::string dh_csv(const RigidArm& nominal, const RigidArm& calibrated);
 
-/// "cellcal.arm/1": per joint its Denavit-Hartenberg parameters and frame with sigmas, compliance, play and gear
-/// amplitudes; the tool; the deviation of the rigid part from the full model. Keys include the units.
+/// "cellcal.arm/1" (README.md): all that a program needs to compute the calibrated arm, and the deviation of the rigid
+/// part from it. Keys include the units.
 std::string arm_json(const Calibration& calibration);
 
 // Numbers and names in other programs' text formats, independent of the locale.

@@ -72,7 +72,7 @@ void Verdict::add(Finding finding) {
 }
 
 std::vector<JointFunction> joint_functions(const Calibration& c) {
-  constexpr double kStepRad = 1.0 * kRadPerDeg, kNormal975 = 1.959963984540054;
+  constexpr double kStepRad = 0.5 * kRadPerDeg, kNormal975 = 1.959963984540054;
   std::vector<JointFunction> all;
   for (std::size_t j = 0; j < c.cell.robot.joints.size(); ++j) {
     std::vector<Eigen::Index> coefficients;

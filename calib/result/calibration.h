@@ -333,7 +333,7 @@ inline double correction_of(const Calibration& c, const ParameterKey& key) {
   return found == nullptr ? 0.0 : found->correction;
 }
 
-/// f_i of one joint over the touched angles, at most a degree apart.
+/// f_i of one joint over the touched angles, at most half a degree apart.
 struct JointFunction {
   std::size_t joint = 0;
   std::vector<double> angle_rad;           ///< axis angle as the controller shows it

@@ -1,6 +1,7 @@
 #include "calib/result/level.h"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <string>
@@ -124,6 +125,24 @@ Cell at_level(const Cell& cell, const ModelLevel& level) {
   return result;
 }
 
+namespace {
+
+/// What an arm has only by the touches or by its file.
+void add_learnt(const Robot& robot, Phrase& all) {
+  if (stated(robot, &Joint::bearing_sigma_rad_per_nm))
+    all = joined("say.join.comma", all, "say.level.bearings");
+  double least = std::numeric_limits<double>::infinity(), most = 0.0;
+  for (const Joint& joint : robot.joints) {
+    if (!(joint.function_sigma_rad > 0.0)) continue;
+    least = std::min(least, joint.function_sigma_rad / kRadPerArcsec);
+    most = std::max(most, joint.function_sigma_rad / kRadPerArcsec);
+  }
+  if (most > 0.0)
+    all = joined("say.join.comma", all, {"say.level.functions", {{"least", least}, {"most", most}}});
+}
+
+}  // namespace
+
 Phrase phrase(const Cell& cell, const ModelLevel& level) {
   Phrase all("say.level.geometry");
   const auto add = [&all](const Phrase& part) { all = joined("say.join.comma", all, part); };
@@ -136,6 +155,7 @@ Phrase phrase(const Cell& cell, const ModelLevel& level) {
   if (level.transmission > 0.0)
     add({"say.level.transmission",
          {{"arcsec", largest_transmission_rad(at_level(cell, level)) / kRadPerArcsec}}});
+  add_learnt(cell.robot, all);
   if (level.ripple_rad > 0.0)
     add({"say.level.ripple", {{"arcsec", level.ripple_rad / kRadPerArcsec}}});
   return all;

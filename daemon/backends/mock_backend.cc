@@ -17,6 +17,7 @@ sim::TruthOptions truth_for(const DaemonConfig& config, const calib::Load* held 
   truth.geometry_scale = config.mock.geometry_scale;
   truth.deflection = config.mock.deflection;
   truth.gear_arcsec = config.mock.gear_arcsec;
+  truth.wave_arcsec = config.mock.wave_arcsec;
   truth.compliance_rad_per_nm = config.mock.compliance_rad_per_nm;
   truth.play_arcsec = config.mock.play_arcsec;
   truth.tip_offset_m = config.mock.tip_offset_m;

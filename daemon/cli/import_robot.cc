@@ -264,14 +264,12 @@ int export_robot(const ExportRobotCommand& command) {
   }
   const calib::RigidArm nominal = calib::nominal_rigid_arm(calibration.cell);
   const calib::RigidArm real = calib::calibrated_rigid_arm(calibration);
-  if (command.as == "dh") {
-    put(calib::dh_csv(nominal, real), command.output);
-    return kSuccess;
-  }
   const calib::OmittedEffects out = calib::left_out(calibration);
   const std::string words = comment(command, calibration, out);
   std::string text;
-  if (command.urdf.empty()) {
+  if (command.as == "dh") {
+    text = calib::dh_csv(nominal, real);
+  } else if (command.urdf.empty()) {
     const calib::JointFrames frames = calib::joint_frames(real);
     text = command.as == "urdf" ? calib::urdf_of(frames, calibration.cell.robot.name, words)
                                 : calib::ros_yaml(frames, words);

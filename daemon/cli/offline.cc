@@ -110,6 +110,13 @@ std::string outlier_list(const calib::Calibration& calibration,
   return text + (count > kShown ? ", ...\n" : "\n");
 }
 
+/// Parts of the arm's model that the touches gave evidence for.
+std::string model_words(const calib::Calibration& c) {
+  const bool by_level = c.level_reason.choice == calib::LevelChoice::kMeanByEvidence ||
+                        c.level_reason.choice == calib::LevelChoice::kAskedFor;
+  return by_level ? "model: " + calib::words(c.cell, c.level) + "\n" : "";
+}
+
 std::string predicted_words(const calib::Calibration& c) {
   if (!(c.predicted_workspace_m > 0.0)) return {};
   std::string text = fmt::format(
@@ -200,7 +207,7 @@ std::string result_words(const calib::Calibration& calibration,
   text += line("check before", calibration.check_before);
   text += line("check after", calibration.check);
   if (too_few) return text + delay_words(nullptr, contacts) + verdict;
-  text += predicted_words(calibration);
+  text += model_words(calibration) + predicted_words(calibration);
   text += detail == Detail::kAll ? evidence_words(calibration, touches, contacts)
                                  : outlier_list(calibration, touches);
   return text + verdict;

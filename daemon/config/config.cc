@@ -324,6 +324,7 @@ void read_mock(const TomlTable& table, MockConfig& mock) {
   mock.geometry_scale = table.number_or("geometry_scale", mock.geometry_scale, {0.0, 100.0});
   mock.deflection = table.number_or("deflection", mock.deflection, {-1.0, 1.0});
   mock.gear_arcsec = table.number_or("gear_arcsec", mock.gear_arcsec, {0.0, 1000.0});
+  mock.wave_arcsec = table.number_or("wave_arcsec", mock.wave_arcsec, {0.0, 1000.0});
   mock.compliance_rad_per_nm = table.number_or("compliance_sigma_rad_per_nm", 0.0, {0.0, 1e-3});
   mock.play_arcsec = table.number_or("play_arcsec", 0.0, {0.0, 1000.0});
   mock.tip_offset_m = table.number_or("tip_offset_mm", 0.0, {0.0, 10.0}) * 1e-3;

@@ -46,6 +46,7 @@ struct MockConfig {
   double geometry_scale = 1.0;
   double deflection = -1.0;
   double gear_arcsec = 0.0;
+  double wave_arcsec = 0.0;
   double compliance_rad_per_nm = 0.0;
   double play_arcsec = 0.0;
   double tip_offset_m = 0.0;

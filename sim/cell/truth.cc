@@ -21,9 +21,37 @@ constexpr double kLargestTruthSigma = 2.5;
 constexpr std::uint64_t kHiddenTruthSeedOffset = 15485863;
 /// Load that closes most of an elastic backlash.
 constexpr double kPlayClosesNm = 20.0;
+/// Fast waves of a joint, and their orders per turn.
+constexpr std::size_t kWaves = 6;
+constexpr int kLowestWave = 5, kHighestWave = 35;
 
 double bounded_normal(calib::Random& random) {
   return std::clamp(random.normal(), -kLargestTruthSigma, kLargestTruthSigma);
+}
+
+/// 1 sigma of each amplitude of the fast waves [rad].
+double wave_sigma_rad(const TruthOptions& options) {
+  return options.wave_arcsec * calib::kRadPerArcsec / std::sqrt(1.0 * kWaves);
+}
+
+bool is_fast(const TruthOptions& options, const calib::ArmParameter& parameter) {
+  return options.wave_arcsec > 0.0 && parameter.harmonic >= kLowestWave;
+}
+
+/// Slow orders with the stated sigma; drawn_errors() gives the fast ones their own.
+void add_gear(const TruthOptions& options, calib::Random& random, calib::Joint& joint) {
+  if (!(options.gear_arcsec > 0.0) && !(options.wave_arcsec > 0.0)) return;
+  joint.gear_ratio = 1.0;
+  joint.harmonics.clear();
+  if (options.gear_arcsec > 0.0) joint.harmonics = {1, 2};
+  joint.harmonic_sigma_rad = options.gear_arcsec > 0.0 ? options.gear_arcsec * calib::kRadPerArcsec
+                                                       : wave_sigma_rad(options);
+  const std::size_t all = joint.harmonics.size() + (options.wave_arcsec > 0.0 ? kWaves : 0);
+  while (joint.harmonics.size() < all) {
+    const int order = static_cast<int>(random.uniform(kLowestWave, kHighestWave + 1.0));
+    if (std::ranges::find(joint.harmonics, order) == joint.harmonics.end())
+      joint.harmonics.push_back(order);
+  }
 }
 
 calib::ArmModel true_arm(const calib::Cell& cell, const TruthOptions& options) {
@@ -33,11 +61,7 @@ calib::ArmModel true_arm(const calib::Cell& cell, const TruthOptions& options) {
     assign_masses(robot, random);
   for (calib::Joint& joint : robot.joints) {
     if (joint.is_prismatic()) continue;
-    if (options.gear_arcsec > 0.0) {
-      joint.gear_ratio = 1.0;
-      joint.harmonics = {1, 2};
-      joint.harmonic_sigma_rad = options.gear_arcsec * calib::kRadPerArcsec;
-    }
+    add_gear(options, random, joint);
     if (options.compliance_rad_per_nm > 0.0)
       joint.compliance_sigma_rad_per_nm = options.compliance_rad_per_nm;
     if (options.play_arcsec > 0.0) {
@@ -128,6 +152,8 @@ Eigen::VectorXd drawn_errors(const calib::ArmModel& arm, const TruthOptions& opt
         break;
       case calib::ParameterKind::kCosine:
       case calib::ParameterKind::kSine:
+        errors[i] = (is_fast(options, parameter) ? wave_sigma_rad(options) : parameter.sigma) * draw;
+        break;
       case calib::ParameterKind::kTcp:
         errors[i] = parameter.sigma * draw;
         break;

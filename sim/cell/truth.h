@@ -54,6 +54,8 @@ struct TruthOptions {
   double geometry_scale = 1.0;  ///< scale of the robot file's tolerances for drawing errors
   double deflection = -1.0;     ///< c_t [1/(N m^2)]; negative: drawn from its prior
   double gear_arcsec = 0.0;     ///< 1 sigma of each of two harmonics per joint
+  /// Six waves of random orders from 5 to 35 per turn of each joint, as strain-wave gears have; rms of all, 1 sigma.
+  double wave_arcsec = 0.0;
   /// 1 sigma of each joint's compliance; 0: the robot file's. If the file states no masses the
   /// links get some (physical_cell.h).
   double compliance_rad_per_nm = 0.0;

@@ -63,6 +63,10 @@ void add_truth_options(CLI::App& app, EmulatorOptions& options) {
                  "Transmission error, 1 sigma per harmonic")
       ->capture_default_str()
       ->check(within(0.0, 1000.0));
+  app.add_option("--wave-arcsec", options.truth.wave_arcsec,
+                 "Six waves of 5 to 35 per turn of each joint, rms, 1 sigma")
+      ->capture_default_str()
+      ->check(within(0.0, 1000.0));
   app.add_option("--compliance-sigma-rad-per-nm", options.truth.compliance_rad_per_nm,
                  "Compliance of each joint under its load, 1 sigma; 0: the robot file's")
       ->capture_default_str()

@@ -150,7 +150,7 @@ int main(int argc, char** argv) {
         "Accuracy over random robots, beside the targets of the method (section 9).\n"
         "Example: accuracy --robots 20 --gears spectrum");
     app.option("--robots", options.robots, "Per level").between(1, 1000);
-    app.option("--gears", gears, "Truth's form").one_of({"none", "harmonics", "spectrum", "waves"});
+    app.option("--gears", gears, "Truth's form").one_of({"none", "harmonics", "spectrum", "waves", "mixed"});
     app.option("--gear-arcsec", options.trial.gear_arcsec, "rms per joint");
     app.option("--touches", touches, "planned or random").one_of({"planned", "random"});
     app.option("--number", options.number, "Touches for the fit; 0: as many as the level has")
@@ -181,6 +181,7 @@ int main(int argc, char** argv) {
     options.trial.gears = gears == "none"       ? Gears::kNone
                           : gears == "spectrum" ? Gears::kSpectrum
                           : gears == "waves"    ? Gears::kWaves
+                          : gears == "mixed"    ? Gears::kMixed
                                                 : Gears::kHarmonics;
     if (touches == "random") options.trial.criterion = calib::Criterion::kRandom;
     options.trial.masses_stated = !masses_unstated;

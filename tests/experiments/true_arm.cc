@@ -1,5 +1,6 @@
 #include "tests/experiments/true_arm.h"
 
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -10,9 +11,37 @@ namespace {
 
 constexpr double kRadPerArcsec = std::numbers::pi / 180.0 / 3600.0;
 
+/// One of four kinds with equal odds: no error; waves of 5 to 35 periods per turn; such a wave with flat halves, as
+/// of a tooth's mesh; one that decays from a damaged spot over a radian. `rms` over the turn.
+std::function<double(double, double)> make_mixed_gear(double rms, calib::Random& random) {
+  constexpr double kFlat = 4.0, kRmsOfFlat = 0.88, kWaves = 3.0, kDecayRad = 1.0;
+  constexpr double kTurn = 2.0 * std::numbers::pi;
+  const double kind = random.uniform(0.0, 4.0), spot = random.uniform(-2.0, 2.0);
+  std::array<double, 3> order, phase;
+  for (double& one : order) one = random.uniform(5.0, 35.0);
+  for (double& one : phase) one = random.uniform(0.0, kTurn);
+  if (kind < 1.0) return [](double, double) { return 0.0; };
+  if (kind < 2.0)
+    return [=](double q, double) {
+      double sum = 0.0;
+      for (std::size_t k = 0; k < order.size(); ++k) sum += std::sin(order[k] * q + phase[k]);
+      return rms * std::sqrt(2.0 / kWaves) * sum;
+    };
+  if (kind < 3.0)
+    return [=](double q, double) {
+      return rms / kRmsOfFlat * std::tanh(kFlat * std::sin(order[0] * q + phase[0]));
+    };
+  const double highest = rms * std::sqrt(2.0 * kTurn / kDecayRad);
+  return [=](double q, double) {
+    const double away = std::abs(std::remainder(q - spot, kTurn));
+    return highest * std::exp(-away / kDecayRad) * std::sin(order[0] * q + phase[0]);
+  };
+}
+
 std::function<double(double, double)> make_gear(const TruthSettings& s, calib::Random& random) {
   const double rms = s.gear_arcsec * kRadPerArcsec;
   if (s.gears == Gears::kNone || rms <= 0.0) return [](double, double) { return 0.0; };
+  if (s.gears == Gears::kMixed) return make_mixed_gear(rms, random);
   struct Wave {
     double order, amplitude, phase;
   };

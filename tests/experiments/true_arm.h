@@ -18,6 +18,7 @@ enum class Gears {
   kHarmonics,  ///< orders 1 and 2 of the axis angle
   kSpectrum,   ///< orders 1 to 5 falling off, one fast order per joint, and backlash with the load
   kWaves,      ///< of strain-wave gears: six waves of 5 to 35 periods per turn beside two slow ones
+  kMixed,     ///< each joint: nothing, waves, one with flat halves, or one that decays from a spot
 };
 
 struct TruthSettings {

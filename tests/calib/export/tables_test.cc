@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "calib/estimate/predict.h"
 #include "calib/model/units.h"
 #include "tests/calib/export/arms.h"
 
@@ -65,6 +67,88 @@ TEST(ArmJson, HasValueAndSigmaOfEveryGeometricParameter) {
               600.0 + 1e3 * correction_of(c, joint_parameter(ParameterKind::kA, 1)), 1e-9);
   EXPECT_NEAR(a["sigma"].get<double>(), 1e-2, 1e-12);
   EXPECT_LT(json["left_out_by_rigid_links"]["max_mm"].get<double>(), 1e-9);
+}
+
+/// A KR 5 with two slow waves per joint, a function of two orders, and a compliant joint.
+Calibration waved_calibration() {
+  Calibration c = rigid_calibration(25);
+  const auto add = [&c](const ParameterKey& key, double value) {
+    ParameterResult p;
+    p.key = key;
+    p.correction = value;
+    p.sigma = 1e-5;
+    c.parameters.push_back(p);
+  };
+  for (std::size_t i = 0; i < c.cell.robot.joints.size(); ++i) {
+    Joint& joint = c.cell.robot.joints[i];
+    joint.function_sigma_rad = 1e-4;
+    joint.function_reach_rad = 0.1;
+    joint.function_min_rad = -1.0;
+    joint.function_max_rad = 1.5;
+    for (const int order : {1, 4}) {
+      add(wave_parameter(ParameterKind::kCosine, i, order), 5e-5);
+      add(wave_parameter(ParameterKind::kSine, i, order), -3e-5);
+    }
+    for (const int order : {7, 23}) {
+      add(wave_parameter(ParameterKind::kFunctionCosine, i, order), 4e-5);
+      add(wave_parameter(ParameterKind::kFunctionSine, i, order), 6e-5);
+    }
+  }
+  return c;
+}
+
+/// Added to theta of the joint, rad.
+double by_waves(const nlohmann::json& joint, double angle_rad) {
+  const auto sum = [&](const char* key, double ratio) {
+    double arcsec = 0.0;
+    for (const auto& wave : joint.at(key)) {
+      const double phase = wave["order"].get<double>() * ratio * angle_rad;
+      arcsec += wave["cos_arcsec"].get<double>() * std::cos(phase) +
+                wave["sin_arcsec"].get<double>() * std::sin(phase);
+    }
+    return arcsec * kRadPerArcsec;
+  };
+  return sum("gear", joint.at("gear_ratio")) + sum("function", 1.0);
+}
+
+TEST(ArmJson, AnotherProgramComputesThePredictedTipFromItsWaves) {
+  const Calibration c = waved_calibration();
+  const auto json = nlohmann::json::parse(arm_json(c));
+  std::mt19937 random(26);
+  const RigidArm arm = calibrated_rigid_arm(c);
+  const Predictor predictor(c);
+  for (int k = 0; k < 20; ++k) {
+    const auto q = random_joints(arm.robot, random);
+    auto turned = q;
+    for (std::size_t i = 0; i < q.size(); ++i)
+      turned[i] += json["joints"][i]["sign"].get<double>() * by_waves(json["joints"][i], q[i]);
+    const Eigen::Vector3d tip = predictor.calibrated(q).tcp.translation();
+    EXPECT_LT((tip - pose_of(arm, turned).tcp.translation()).norm(), 1e-9);
+    EXPECT_GT((tip - pose_of(arm, q).tcp.translation()).norm(), 1e-6);
+  }
+  EXPECT_NEAR(json["joints"][2]["function_deg"][1].get<double>(), 1.5 * kDegPerRad, 1e-9);
+}
+
+TEST(ArmJson, LeavesNoDeflectionByMomentsOut) {
+  Calibration c = waved_calibration();
+  const auto add = [&c](const ParameterKey& key, double value) {
+    ParameterResult p;
+    p.key = key;
+    p.correction = value;
+    c.parameters.push_back(p);
+  };
+  c.cell.robot.joints[1].mass_kg = 20.0;
+  add(joint_parameter(ParameterKind::kCompliance, 1), 2e-6);
+  add(load_parameter(1, 2, 2), 3e-6);
+  add(bearing_parameter(1, 1), 4e-6);
+  add(joint_parameter(ParameterKind::kStiffening, 1), 5.0 * kRadPerArcsec);
+  const auto joint = nlohmann::json::parse(arm_json(c))["joints"][1];
+  EXPECT_EQ(joint["mass_kg"], 20.0);
+  EXPECT_EQ(joint["compliance_rad_per_nm"]["value"], 2e-6);
+  EXPECT_EQ(joint["load_kg_m_rad_per_nm"][0]["link"], c.cell.robot.joints[2].name);
+  EXPECT_EQ(joint["load_kg_m_rad_per_nm"][0]["axis"], "z");
+  EXPECT_EQ(joint["bearing_y_rad_per_nm"]["value"], 4e-6);
+  EXPECT_NEAR(joint["stiffening_arcsec"]["value"].get<double>(), 5.0, 1e-9);
 }
 
 }  // namespace

@@ -35,6 +35,17 @@ Cell soft_cell() {
   return cell;
 }
 
+TEST(Level, ItsWordsNameWhatTheTouchesGaveEvidenceFor) {
+  Cell cell = demo_cell();
+  EXPECT_EQ(words(cell, {0.0, 0.0, 0.0}).find("functions"), std::string::npos);
+  cell.robot.joints[1].function_sigma_rad = 12.0 * kArcsec;
+  cell.robot.joints[2].function_sigma_rad = 38.0 * kArcsec;
+  cell.robot.joints[2].bearing_sigma_rad_per_nm = 1e-6;
+  EXPECT_NE(words(cell, {0.0, 0.0, 0.0})
+                .find("compliance across the axes, functions of the joints' angles 12 to 38 arcsec"),
+            std::string::npos);
+}
+
 TEST(Level, EveryArmHasGearsWhetherItsFileNamesThemOrNot) {
   const Cell cell = at_level(demo_cell(), ModelLevel{});
   EXPECT_EQ(count(demo_cell(), ParameterKind::kCosine), 0);

@@ -157,7 +157,7 @@ std::string figures(const DaemonConfig& c) {
   text += line("contact", c.contact.device, c.contact.baud, static_cast<int>(c.isolation));
   const MockConfig& m = c.mock;
   text +=
-      line("mock", static_cast<int>(m.wire), m.seed, m.geometry_scale, m.deflection, m.gear_arcsec,
+      line("mock", static_cast<int>(m.wire), m.seed, m.geometry_scale, m.deflection, m.gear_arcsec, m.wave_arcsec,
            m.compliance_rad_per_nm, m.play_arcsec, m.tip_offset_m, m.growth, m.warm_up_s,
            m.contact_noise_m, m.bad_contact_share, m.placement_m, m.joint_noise_deg, m.lag_s,
            m.cycle_ms, m.busy_every_s, m.wall_clock, m.absolute_accuracy, m.stated_robot);

@@ -139,6 +139,27 @@ TEST(Truth, AddsGearsOnlyWhereAskedAndScalesTheGeometry) {
   }
 }
 
+TEST(Truth, StrainWaveGearsHaveSixWavesPerJointOfTheStatedSize) {
+  TruthOptions options;
+  options.seed = 3;
+  options.gear_arcsec = 10.0;
+  options.wave_arcsec = 20.0;
+  const Truth truth = draw_truth(demo_cell(), options);
+  double square = 0.0;
+  int waves = 0;
+  for (int p = 0; p < truth.arm.size(); ++p) {
+    const calib::ArmParameter& parameter = truth.arm.parameters()[static_cast<std::size_t>(p)];
+    if (!calib::is_transmission(parameter.kind) || parameter.harmonic < 3) continue;
+    EXPECT_GE(parameter.harmonic, 5);
+    EXPECT_LE(parameter.harmonic, 35);
+    square += truth.errors[p] * truth.errors[p];
+    ++waves;
+  }
+  EXPECT_EQ(waves, 6 * 6 * 2);
+  // Of 72 amplitudes: the mean square is known to a sixth, 1 sigma.
+  EXPECT_NEAR(square / 12.0 / std::pow(20.0 * calib::kRadPerArcsec, 2), 1.0, 0.5);
+}
+
 TEST(Truth, TrueRadiiHoldTheTipAndTheDiametersTolerance) {
   calib::Cell cell = demo_cell();
   cell.tool.tip_radius_m = 0.6e-3;

@@ -130,6 +130,7 @@ TEST_F(Options, NonsenseIsRefused) {
            {"--growth-ppm", "nan"},
            {"--gear-arcsec", "nan"},
            {"--gear-arcsec", "inf"},
+           {"--wave-arcsec", "-1"},
            {"--warm-up-s", "0"},
            {"--contact-noise-mm", "0.2"},
            {"--bad-contact-percent", "101"}})
