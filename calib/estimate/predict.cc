@@ -113,6 +113,20 @@ Eigen::MatrixXd rows_of(const Eigen::MatrixXd& all, const std::vector<Eigen::Ind
 
 }  // namespace
 
+Scope::Scope(const Calibration& calibration) : workspace_(calibration.verdict.workspace) {
+  const ArmModel arm(calibration.cell);
+  for (const JointVector& q : calibration.region) near_m_.push_back(arm.nominal_tip_m(q));
+  if (calibration.region.empty())
+    for (const TargetResult& target : calibration.targets) near_m_.push_back(target.centre_m);
+}
+
+bool Scope::holds_at(const Eigen::Vector3d& tcp_m) const {
+  constexpr double kNearM = 0.15;
+  return workspace_ || std::ranges::any_of(near_m_, [&](const Eigen::Vector3d& place_m) {
+           return (tcp_m - place_m).cwiseAbs().maxCoeff() <= kNearM;
+         });
+}
+
 double radius_95(const Eigen::Matrix3d& c) {
   const double mean = c.trace();
   if (!(mean > 0.0)) return 0.0;

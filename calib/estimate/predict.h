@@ -38,6 +38,19 @@ class Predictor {
   std::unique_ptr<Impl> impl_;
 };
 
+/// Where a calibration holds: anywhere in scope "workspace", else near its targets, or near the
+/// touched postures where a tracker measured.
+class Scope {
+ public:
+  explicit Scope(const Calibration& calibration);
+  /// True within 150 mm, per coordinate, of one of them; `tcp_m` in the base frame.
+  bool holds_at(const Eigen::Vector3d& tcp_m) const;
+
+ private:
+  bool workspace_;
+  std::vector<Eigen::Vector3d> near_m_;
+};
+
 // Bound u95 of the TCP position error: a radius about the predicted position.
 //
 // It excludes the position of the base frame: a convention of six numbers, which no touch in the

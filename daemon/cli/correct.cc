@@ -356,6 +356,9 @@ int correct_poses(const CorrectCommand& command, const calib::Calibration& calib
   const auto rows = calib::load_poses(command.poses, robot);
   const std::vector<Reach> all = reached(calibration, rows);
   const std::size_t unreached = name_unreached(command, robot, rows, all);
+  std::vector<Eigen::Vector3d> tcps_m;
+  for (const calib::PoseRow& row : rows) tcps_m.push_back(row.tcp.translation());
+  warn_outside_scope(calibration, tcps_m);
   if (command.json) {
     const calib::Predictor predictor(calibration);
     nlohmann::json list = nlohmann::json::array();

@@ -398,12 +398,28 @@ std::string json_of(const std::vector<Row>& rows, bool nominal) {
 
 }  // namespace
 
+void warn_outside_scope(const calib::Calibration& calibration,
+                        const std::vector<Eigen::Vector3d>& tcps_m) {
+  const calib::Scope scope(calibration);
+  const auto outside = [&](const Eigen::Vector3d& tcp_m) { return !scope.holds_at(tcp_m); };
+  const auto count = std::ranges::count_if(tcps_m, outside);
+  if (count == 0) return;
+  fmt::print(stderr,
+             "warning: {} of {} poses, the first in row {}, are outside the scope of the calibration: "
+             "more than 150 mm from its {}. No touch checks them; calibrate with targets near them\n",
+             count, tcps_m.size(), std::ranges::find_if(tcps_m, outside) - tcps_m.begin() + 1,
+             calibration.region.empty() ? "targets" : "touched postures");
+}
+
 int predict(const PredictCommand& command) {
   // The nominal arm is not a result; a withheld file contains it as well.
   const auto calibration =
       usable_calibration("predict", command.calibration, command.withheld || command.nominal);
   if (!calibration) return kNotPublishable;
   const std::vector<Row> rows = rows_of(command, *calibration);
+  std::vector<Eigen::Vector3d> tcps_m;
+  for (const Row& row : rows) tcps_m.push_back(Eigen::Vector3d::Map(row.frame.xyz_mm.data()) / calib::kMmPerM);
+  if (!command.nominal) warn_outside_scope(*calibration, tcps_m);
   put(command.json ? json_of(rows, command.nominal) : csv(rows, command.nominal), command.output);
   return kSuccess;
 }

@@ -149,6 +149,10 @@ std::string result_words(const calib::Calibration& calibration,
                          Detail detail = Detail::kSummary,
                          const std::optional<ContactsDelay>& contacts = {});
 
+/// Warns of poses, in the base frame, that are outside the calibration's scope, on standard error.
+void warn_outside_scope(const calib::Calibration& calibration,
+                        const std::vector<Eigen::Vector3d>& tcps_m);
+
 // Files go through the reader of their kind before they are written: a file that its own program refuses is
 // never left behind.
 

@@ -8,6 +8,7 @@
 #include <tuple>
 #include <variant>
 
+#include "calib/estimate/predict.h"
 #include "calib/files/robot_file.h"
 #include "calib/model/error.h"
 #include "calib/model/units.h"
@@ -32,9 +33,6 @@ constexpr int kLeastDecimalsMm = 4, kLeastDecimalsDeg = 5;
 constexpr double kNoShiftMm = 1e-5, kNoTurnDeg = 1e-6;
 /// Limit of the error by rounding of the written numbers.
 constexpr double kVerifiedMm = 0.02;
-/// Distance from a target, or from a place that a tracker measured, each way, within which a
-/// calibration that does not hold in the whole workspace is valid (M2).
-constexpr double kNearTargetM = 0.15;
 constexpr std::array<const char*, 6> kPose = {"X", "Y", "Z", "A", "B", "C"};
 
 double degrees_between(const Isometry3d& a, const Isometry3d& b) {
@@ -46,9 +44,9 @@ class Correction {
   /// `files`: those with points.
   Correction(const calib::Calibration& calibration, const std::vector<const KrlFile*>& files,
              const Program& program, const CorrectionOptions& options)
-      : calibration_(calibration),
-        program_(program),
+      : program_(program),
         options_(options),
+        scope_(calibration),
         views_(calibration, program.data),
         postures_(program, views_) {
     if (options.from != nullptr) {
@@ -59,10 +57,6 @@ class Correction {
       from_.emplace(*options.from, program.data);
     }
     for (const KrlFile* file : files) texts_[file->name] = &file->text;
-    const calib::ArmModel arm(calibration.cell);
-    for (const JointVector& q : calibration.region) valid_near_m_.push_back(arm.nominal_tip_m(q));
-    if (calibration.region.empty())
-      for (const auto& target : calibration.targets) valid_near_m_.push_back(target.centre_m);
   }
 
   void run() {
@@ -333,10 +327,7 @@ class Correction {
   }
 
   bool outside_scope(const Isometry3d& tcp) const {
-    if (calibration_.verdict.workspace || options_.anywhere) return false;
-    return std::ranges::none_of(valid_near_m_, [&](const Eigen::Vector3d& place_m) {
-      return (tcp.translation() - place_m).cwiseAbs().maxCoeff() <= kNearTargetM;
-    });
+    return !options_.anywhere && !scope_.holds_at(tcp.translation());
   }
 
   ControllerView* view_of(const Motion& motion) {
@@ -359,10 +350,9 @@ class Correction {
     return value_of(fresh);
   }
 
-  const calib::Calibration& calibration_;
   const Program& program_;
-  std::vector<Eigen::Vector3d> valid_near_m_;
   const CorrectionOptions& options_;
+  calib::Scope scope_;
   ControllerViews views_;
   Postures postures_;
   std::optional<ControllerViews> from_;              ///< for the arm that the points were taught on

@@ -104,6 +104,30 @@ TEST_F(correct, turns_poses_into_joints_that_predict_brings_back) {
   EXPECT_EQ(list[0].at("joints_deg").size(), 6U);
 }
 
+TEST_F(correct, warns_as_predict_does_of_poses_outside_the_scope) {
+  calib::Calibration c = calibration();
+  c.verdict.judged = true;
+  c.verdict.workspace = false;
+  c.targets.resize(1);
+  c.targets[0].id = cell().targets[0].id;
+  c.targets[0].centre_m = {0.98, -0.12, 0.7};
+  put("cal.json", calib::calibration_to_json(c));
+  const std::string poses = put(
+      "poses.csv", std::string(kHead) + "\n980.5,-120.25,700,20,75,-10\n980.5,200,700,20,75,-10\n");
+  const std::string joints = dir_ / "joints.csv";
+  const Outcome corrected = run_correct({"--poses", poses, "-o", joints});
+  ASSERT_EQ(corrected.status, 0) << corrected.err;
+  const std::string warning = "1 of 2 poses, the first in row 2, are outside the scope";
+  EXPECT_NE(corrected.err.find(warning), std::string::npos) << corrected.err;
+  const Outcome predicted =
+      run_program({CELLCAL, "predict", "--calibration", dir_ / "cal.json", "--joints", joints});
+  ASSERT_EQ(predicted.status, 0) << predicted.err;
+  EXPECT_NE(predicted.err.find(warning), std::string::npos) << predicted.err;
+  c.verdict.workspace = true;
+  put("cal.json", calib::calibration_to_json(c));
+  EXPECT_EQ(run_correct({"--poses", poses, "-o", joints}).err.find("scope"), std::string::npos);
+}
+
 TEST_F(correct, takes_the_seeds_configuration) {
   calibration_file();
   const auto poses = [&](const char* seed) {
