@@ -38,6 +38,8 @@ XmlText::XmlText(std::string_view text, std::string name) : name_(std::move(name
   if (is_utf16(text_)) {
     throw ConfigError(name_ + ":1: not UTF-8 text. Save it as UTF-8");
   }
+  for (std::size_t at = text_.find('\n'); at != std::string::npos; at = text_.find('\n', at + 1))
+    newlines_.push_back(static_cast<std::ptrdiff_t>(at));
   const pugi::xml_parse_result result =
       document_.load_buffer(text_.data(), text_.size(), pugi::parse_default, pugi::encoding_utf8);
   if (!result) {
@@ -48,9 +50,7 @@ XmlText::XmlText(std::string_view text, std::string name) : name_(std::move(name
 }
 
 int XmlText::line_at(std::ptrdiff_t offset) const {
-  const auto end = text_.begin() +
-                   std::clamp<std::ptrdiff_t>(offset, 0, static_cast<std::ptrdiff_t>(text_.size()));
-  return 1 + static_cast<int>(std::count(text_.begin(), end, '\n'));
+  return 1 + static_cast<int>(std::ranges::lower_bound(newlines_, offset) - newlines_.begin());
 }
 
 int XmlText::line_of(const pugi::xml_node& node) const { return line_at(node.offset_debug()); }

@@ -2,9 +2,11 @@
 // A controller's XML file from any source, possibly truncated, with errors that name file, line and
 // element. Only for the readers of such files, so that pugixml is confined to them.
 
+#include <cstddef>
 #include <pugixml.hpp>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace cellcal::drivers::krl {
 
@@ -33,6 +35,7 @@ class XmlText {
   int line_at(std::ptrdiff_t offset) const;
 
   std::string name_, text_;
+  std::vector<std::ptrdiff_t> newlines_;  ///< offsets
   pugi::xml_document document_;
 };
 

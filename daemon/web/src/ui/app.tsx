@@ -1,6 +1,6 @@
 // The complete page.
 
-import { useEffect, useMemo, useReducer, useState } from "preact/hooks";
+import { useEffect, useMemo, useReducer, useRef, useState } from "preact/hooks";
 import * as decode from "../decode";
 import { Live } from "../live";
 import { age_ms } from "../model";
@@ -9,7 +9,7 @@ import { cell_name, now_of, standing_line } from "../standing";
 import { preferred_language, type Language } from "../words";
 import { CellPanel } from "./cell";
 import { CellDialog } from "./cell_form";
-import { VoiceContext, useFetched, voice_in } from "./context";
+import { VoiceContext, answers_awaited, useFetched, voice_in } from "./context";
 import { DoctorPanel, useDoctor } from "./doctor";
 import { Checks } from "./checks";
 import { Drift } from "./drift";
@@ -32,6 +32,8 @@ import { Versions } from "./versions";
 const TICK_MS = 500, PROPOSALS_MS = 60_000;
 /** Age of a check and times of the schedule change without a session. */
 const STANDING_MS = 300_000;
+/** The parts below the state wait so long for each other, so that none pushes another one away. */
+const TOGETHER_MS = 3000;
 const LICENCES = document.querySelector<HTMLLinkElement>('link[rel="license"]')?.href;
 
 export function App() {
@@ -71,6 +73,9 @@ export function App() {
   const schedule = useFetched(asked === null ? null : "/v1/schedule", `${ended} ${aged}`, decode.schedule);
   const versions = useFetched(asked === null ? null : "/v1/versions", `${ended} ${said}`, decode.versions);
   const proposals = useFetched(asked === null ? null : "/v1/proposals", `${ended} ${said} ${Math.floor(now / PROPOSALS_MS)}`, decode.proposals);
+
+  const together = useRef(false);
+  together.current ||= (versions !== null && sessions !== null && answers_awaited() === 0) || now > TOGETHER_MS;
 
   const in_use = versions?.find((one) => one.active && one.trouble === "")?.session ?? null;
 
@@ -124,13 +129,13 @@ export function App() {
                                              last_cell={readiness?.cell || (sessions?.[0]?.cell ?? "")} />}
           </div>
           {status && !old && <FailurePanel status={status} />}
-          {idle && readiness && (
+          {together.current && idle && readiness && (
             <GuidePanel readiness={readiness} may={may} looking={doctor?.running === true}
                         quiet={!guided} enter={() => enter(readiness.cell)} again={() => look_again(undefined)}
                         begun={() => look_again(undefined)} started={() => void live.ask()} />
           )}
-          {proposals && !old && <Proposals seen={proposals} may={may} changed={() => said_something(undefined)} />}
-          <div class="grid">
+          {together.current && proposals && !old && <Proposals seen={proposals} may={may} changed={() => said_something(undefined)} />}
+          {together.current && <div class="grid">
             <div class="column">
               <CellPanel model={model} scene={scene} plan={plan} now={now} nothing={sessions?.length === 0} />
               {session > 0 && status?.phase !== "done" && <Residuals touches={model.touches} found={false} old={old} />}
@@ -147,7 +152,7 @@ export function App() {
             {in_use !== null && <Plots session={in_use} />}
             {drift?.checks && <Checks chart={drift.checks} controller={drift.controller} />}
             <Drift rows={drift?.rows ?? NOTHING} />
-          </div>
+          </div>}
         </main>
       )}
       {entered !== null && <CellDialog cell={entered} close={() => enter(null)} done={() => { enter(null); look_again(undefined); }} />}
