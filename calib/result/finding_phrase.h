@@ -21,6 +21,8 @@ Phrase phrase(const Cell& cell, const UnidentifiableDirection& direction);
 Phrase phrase(const Cell& cell, const ModelLevel& level);
 /// Reason for the selection of the level; empty for methods without levels.
 Phrase reason_phrase(const Calibration& calibration);
+/// A calibration's name in files, "session 12 of 2026-11-20"; other text is left as it is.
+Phrase calibration_phrase(const std::string& in_file);
 /// The level and its reason, as in files.
 Phrase level_and_reason_phrase(const Calibration& calibration);
 

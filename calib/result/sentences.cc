@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/result/finding_phrase.h"
+
 namespace cellcal::calib::sentences {
 
 namespace {
@@ -35,7 +37,7 @@ bool is_set(const Finding& f, const char* name) { return has(f, name) && of(f, n
 bool is_one(const Finding& f, const char* name) { return of(f, name) == 1.0; }
 
 Phrase said(std::string id, const Finding& f, std::vector<PhraseValue> more) {
-  more.emplace_back("text", f.text);
+  more.emplace_back("text", calibration_phrase(f.text));
   return {std::move(id), values_of(f.about, f.evidence, std::move(more))};
 }
 

@@ -9,7 +9,7 @@
 #include "calib/files/input_file.h"
 #include "calib/model/enum_table.h"
 #include "calib/model/units.h"
-#include "calib/result/finding.h"
+#include "calib/result/finding_phrase.h"
 #include "calib/verdict/change.h"
 #include "calib/verdict/found_residuals.h"
 #include "daemon/files/atomic_file.h"
@@ -75,6 +75,7 @@ void add_identity(const Sources& s, const Issue& issue, CertificateData& data) {
   data.ended_local = local(data.ended);
   data.software = s.session("software", s.record.software);
   data.method = s.text(kCalibration, "/model/reason");
+  data.method_said = calib::level_and_reason_phrase(s.calibration);
 }
 
 /// True if both ends were touched and located; unused lengths of the cell file do not concern this arm.
@@ -110,20 +111,20 @@ void add_artefacts(const Sources& s, CertificateData& data) {
 
 /// In words of a certificate.
 constexpr EnumNames<calib::UncertaintySource> kSourceWords{
-    {{calib::UncertaintySource::kTouches, "scatter of a touch"},
-     {calib::UncertaintySource::kLengths, "certified lengths"},
-     {calib::UncertaintySource::kDiameters, "radii of the spheres"},
-     {calib::UncertaintySource::kEffectiveRadius, "effective radius of the tip"},
-     {calib::UncertaintySource::kLatchDelay, "latch delay"},
-     {calib::UncertaintySource::kTool, "stated TCP"},
-     {calib::UncertaintySource::kArmLengths, "lengths of the arm: tolerance"},
-     {calib::UncertaintySource::kArmAngles, "angles of the arm: tolerance"},
-     {calib::UncertaintySource::kLinearUnit, "linear unit: tolerance"},
-     {calib::UncertaintySource::kTransmission, "transmission errors: tolerance"},
-     {calib::UncertaintySource::kLoads, "deflection under load: tolerance"},
-     {calib::UncertaintySource::kPlaces, "stated places of the targets"},
-     {calib::UncertaintySource::kRipple, "ripple of the gears"},
-     {calib::UncertaintySource::kModel, "scatter beyond the model"}}};
+    {{calib::UncertaintySource::kTouches, "say.certificate.source.touches"},
+     {calib::UncertaintySource::kLengths, "say.certificate.source.lengths"},
+     {calib::UncertaintySource::kDiameters, "say.certificate.source.diameters"},
+     {calib::UncertaintySource::kEffectiveRadius, "say.certificate.source.effective_radius"},
+     {calib::UncertaintySource::kLatchDelay, "say.certificate.source.latch_delay"},
+     {calib::UncertaintySource::kTool, "say.certificate.source.tool"},
+     {calib::UncertaintySource::kArmLengths, "say.certificate.source.arm_lengths"},
+     {calib::UncertaintySource::kArmAngles, "say.certificate.source.arm_angles"},
+     {calib::UncertaintySource::kLinearUnit, "say.certificate.source.linear_unit"},
+     {calib::UncertaintySource::kTransmission, "say.certificate.source.transmission"},
+     {calib::UncertaintySource::kLoads, "say.certificate.source.loads"},
+     {calib::UncertaintySource::kPlaces, "say.certificate.source.places"},
+     {calib::UncertaintySource::kRipple, "say.certificate.source.ripple"},
+     {calib::UncertaintySource::kModel, "say.certificate.source.model"}}};
 
 /// Value computed from two others of the calibration.
 Entry of_two(const Sources& s, const char* function, const std::string& a, const std::string& b,
@@ -239,15 +240,17 @@ std::optional<calib::FoundResiduals> add_found_by(const Sources& s, CertificateD
 void add_figures(const Sources& s, CertificateData& data) {
   data.workspace = s.calibration.verdict.workspace;
   const auto found = add_found_by(s, data);
-  add_summary(
-      s, {"Tip against the artefacts, fitted touches: mean", "the same: largest", "the same: rms"},
-      "fit", found ? &found->fit : nullptr, "/residuals/before/", "/residuals/after/", data);
+  add_summary(s,
+              {"say.certificate.tip.fitted.mean", "say.certificate.tip.fitted.largest",
+               "say.certificate.tip.fitted.rms"},
+              "fit", found ? &found->fit : nullptr, "/residuals/before/", "/residuals/after/",
+              data);
   if (s.calibration.check.count > 0)
-    add_summary(
-        s,
-        {"Tip against the artefacts, held-out touches: mean", "the same: largest", "the same: rms"},
-        "check", found ? &found->check : nullptr, "/residuals/check_before/", "/residuals/check/",
-        data);
+    add_summary(s,
+                {"say.certificate.tip.check.mean", "say.certificate.tip.check.largest",
+                 "say.certificate.tip.check.rms"},
+                "check", found ? &found->check : nullptr, "/residuals/check_before/",
+                "/residuals/check/", data);
   const std::string predicted = data.workspace ? "/predicted/m3_mm" : "/predicted/m2_mm";
   const auto scope = calib::apart_in_scope(data.found_by ? &*s.earlier : nullptr, s.calibration,
                                            s.touches, data.workspace);
@@ -257,8 +260,8 @@ void add_figures(const Sources& s, CertificateData& data) {
   const Entry expanded = data.expanded =
       figure(kCoverage * rms_mm, "mm", kMmDecimals, "k*rms(calibration#" + predicted + ")");
   if (!scope) {
-    data.figures.push_back({"TCP position error over the scope: mean", {}, left});
-    data.figures.push_back({"Expanded uncertainty U of a TCP position", {}, expanded});
+    data.figures.push_back({"say.certificate.tcp.mean", {}, left});
+    data.figures.push_back({"say.certificate.u", {}, expanded});
     return;
   }
   data.poses = {std::to_string(scope->poses), "scope#poses", scope->poses};
@@ -269,13 +272,15 @@ void add_figures(const Sources& s, CertificateData& data) {
                                   : mm(scope->mean_apart_m, "scope#mean_mm");
   const Entry found_u =
       stated ? s.number(kCalibration, nominal + "_u_mm", "mm", kMmDecimals) : Entry{};
-  data.figures.push_back({"TCP position error over the scope: mean", found_mean, left});
-  data.figures.push_back({"the same: largest", mm(scope->max_apart_m, "scope#max_mm"), {}});
-  if (stated) data.figures.push_back({"Expanded uncertainty U of that mean", found_u, {}});
-  data.figures.push_back({"Expanded uncertainty U of a TCP position", expanded, expanded});
+  data.figures.push_back({"say.certificate.tcp.mean", found_mean, left});
   data.figures.push_back(
-      {"Bound of a TCP position: mean", {}, mm(scope->mean_u95_m, "scope#u95_mean_mm")});
-  data.figures.push_back({"the same: largest", {}, mm(scope->max_u95_m, "scope#u95_max_mm")});
+      {"say.certificate.tcp.largest", mm(scope->max_apart_m, "scope#max_mm"), {}});
+  if (stated) data.figures.push_back({"say.certificate.u_of_mean", found_u, {}});
+  data.figures.push_back({"say.certificate.u", expanded, expanded});
+  data.figures.push_back(
+      {"say.certificate.bound.mean", {}, mm(scope->mean_u95_m, "scope#u95_mean_mm")});
+  data.figures.push_back(
+      {"say.certificate.bound.largest", {}, mm(scope->max_u95_m, "scope#u95_max_mm")});
 }
 
 void add_conditions(const Sources& s, CertificateData& data) {
@@ -314,10 +319,16 @@ void add_conditions(const Sources& s, CertificateData& data) {
 }
 
 void add_findings(const Sources& s, CertificateData& data) {
+  const auto& directions = s.calibration.unidentifiable;
   for (std::size_t i = 0; i < s.size(kCalibration, "/unidentifiable"); ++i)
-    data.directions.push_back(s.text(kCalibration, fmt::format("/unidentifiable/{}/words", i)));
+    data.directions.push_back({s.text(kCalibration, fmt::format("/unidentifiable/{}/words", i)),
+                               i < directions.size()
+                                   ? calib::phrase(s.calibration.cell, directions[i])
+                                   : calib::Phrase()});
+  const auto& findings = s.calibration.verdict.findings;
   for (std::size_t i = 0; i < s.size(kCalibration, "/verdict/reasons"); ++i)
-    data.remarks.push_back(s.text(kCalibration, fmt::format("/verdict/reasons/{}", i)));
+    data.remarks.push_back({s.text(kCalibration, fmt::format("/verdict/reasons/{}", i)),
+                            i < findings.size() ? calib::phrase(findings[i]) : calib::Phrase()});
 }
 
 void add_parameters(const Sources& s, CertificateData& data) {

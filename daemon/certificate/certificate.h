@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/words/phrase.h"
 #include "daemon/archive/archive.h"
 #include "daemon/certificate/pose_sheet.h"
 #include "daemon/certificate/sources.h"
@@ -47,14 +48,19 @@ struct Length {
 struct LengthCheck {
   Entry from, to, certified, certified_expanded, measured, expanded, deviation, deviation_expanded;
 };
+/// A sentence of the calibration's file, and as a phrase for other languages; empty: not known.
+struct Said {
+  Entry entry;
+  calib::Phrase phrase;
+};
 /// A line of the uncertainty budget of a TCP position; contributions are standard uncertainties.
 struct BudgetLine {
-  const char* source;  ///< wording of the form
+  const char* source;  ///< id of the form's wording
   Entry sigma, sensitivity, contribution;
 };
 /// One row of 'as found, as left'; inapplicable values are not stated.
 struct Figure {
-  std::string what;  ///< wording of the form
+  std::string what;  ///< id of the form's wording
   Entry found, left;
 };
 struct Break {
@@ -89,6 +95,7 @@ struct CertificateData {
       issuing_software;
   Entry robot, robot_serial, controller_serial, sensor, sensor_serial, tool, tip_radius;
   Entry began, began_local, ended, ended_local, software, method;
+  calib::Phrase method_said;
   Entry touches, lowest_c, highest_c;
   bool workspace = false;         ///< scope; otherwise near the targets
   std::optional<Entry> found_by;  ///< the earlier calibration; none: the nominal arm
@@ -103,8 +110,8 @@ struct CertificateData {
   PoseSheetData pose_sheet;      ///< in the terms of ISO 9283
   std::vector<BudgetLine> budget;  ///< empty: not recorded
   Entry standard, expanded;        ///< combined standard uncertainty of a TCP position, and U
-  std::vector<Entry> directions;   ///< not identifiable
-  std::vector<Entry> remarks;      ///< reasons of the verdict
+  std::vector<Said> directions;    ///< not identifiable
+  std::vector<Said> remarks;       ///< reasons of the verdict
   std::vector<Break> breaks;
   /// Phase changes were recorded; otherwise interruptions are unknown.
   bool changes_recorded = false;
@@ -125,11 +132,13 @@ CertificateData make_certificate(const Archive& archive, const std::string& from
 void refuse_unless_reproduced(const Archive& archive, const std::string& from);
 
 /// Complete document without scripts and external content; A4 in print.
-std::string to_html(const CertificateData& data);
+std::string to_html(const CertificateData& data, const calib::Language& language = {});
+/// "certificate.html"; "certificate.de.html" in another language than English.
+std::string document_name(const calib::Language& language, const std::string& extension);
 /// "cellcal.certificate/1": every entry with its text, value, unit and origin.
 std::string to_json(const CertificateData& data);
-/// Digital Calibration Certificate (XML, PTB's schema 3.1.2); what the schema requires and no row
-/// has reads "not stated".
+/// Digital Calibration Certificate (XML, PTB's schema 3.1.2), its sentences in every language; what the schema
+/// requires and no row has reads "not stated".
 std::string to_dcc(const CertificateData& data);
 inline constexpr std::chrono::seconds kPdfLimit{120};
 /// PDF of that HTML by WeasyPrint, terminated after the limit. Throws std::runtime_error, which names the

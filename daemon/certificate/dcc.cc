@@ -16,7 +16,7 @@ using Node = pugi::xml_node;
 
 constexpr const char* kSchema = "3.1.2";
 /// Required by the schema where the journal and the cell file have nothing.
-constexpr const char* kNotStated = "not stated";
+constexpr const char* kNotStated = "say.report.not_stated";
 /// Of ISO 3166: user-assigned, as no place is named.
 constexpr const char* kNoCountry = "XX";
 constexpr const char* kProbability = "0.95";
@@ -46,26 +46,45 @@ Node add(Node parent, const char* name, const std::string& text) {
   return node;
 }
 
-/// dcc:textType and dcc:richContentType of one sentence.
-Node add_text(Node parent, const char* name, const std::string& text) {
+/// English first.
+std::vector<calib::Language> languages() {
+  std::vector<calib::Language> all{{}};
+  for (const std::string& code : calib::Language::codes())
+    if (const auto one = calib::Language::of(code); *one != all.front()) all.push_back(*one);
+  return all;
+}
+
+/// dcc:textType and dcc:richContentType of one sentence, in every language.
+Node add_text(Node parent, const char* name, const calib::Phrase& text) {
   Node node = parent.append_child(name);
-  add(node, "dcc:content", text).append_attribute("lang") = "en";
+  for (const calib::Language& language : languages())
+    add(node, "dcc:content", words(text, language)).append_attribute("lang") =
+        language.code().c_str();
   return node;
 }
 
-std::string or_not_stated(const Entry& entry) { return entry.stated() ? entry.text : kNotStated; }
+calib::Phrase or_not_stated(const Entry& entry) {
+  return entry.stated() ? calib::Phrase(entry.text) : kNotStated;
+}
+
+/// Of plain elements, which have one language.
+std::string text_or_not_stated(const Entry& entry) { return words(or_not_stated(entry)); }
+
+calib::Phrase said_of(const Said& one) {
+  return one.phrase.empty() ? calib::Phrase(one.entry.text) : one.phrase;
+}
 
 void add_contact(Node parent, const char* name, const Entry& who, const Entry& where) {
   Node contact = parent.append_child(name);
   add_text(contact, "dcc:name", or_not_stated(who));
-  add(contact, "dcc:eMail", kNotStated);
-  add(contact.append_child("dcc:location"), "dcc:city", or_not_stated(where));
+  add(contact, "dcc:eMail", words(calib::Phrase(kNotStated)));
+  add(contact.append_child("dcc:location"), "dcc:city", text_or_not_stated(where));
 }
 
 void add_software(Node parent, const char* list, const Entry& release) {
   Node software = parent.append_child(list).append_child("dcc:software");
   add_text(software, "dcc:name", "cellcal");
-  add(software, "dcc:release", or_not_stated(release));
+  add(software, "dcc:release", text_or_not_stated(release));
   add(software, "dcc:type", "application");
 }
 
@@ -95,7 +114,7 @@ void add_value(Node parent, const Entry& value, const Entry& expanded) {
   add(uncertainty, "si:coverageProbability", kProbability);
 }
 
-void add_quantity(Node data, const std::string& name, const Entry& value,
+void add_quantity(Node data, const calib::Phrase& name, const Entry& value,
                   const Entry& expanded = {}) {
   if (!value.stated()) return;
   Node quantity = data.append_child("dcc:quantity");
@@ -109,14 +128,14 @@ std::string day_of(const Entry& utc) { return utc.text.substr(0, 10); }
 void add_core_data(const CertificateData& d, Node administrative) {
   Node core = administrative.append_child("dcc:coreData");
   add(core, "dcc:countryCodeISO3166_1", kNoCountry);
-  add(core, "dcc:usedLangCodeISO639_1", "en");
+  for (const calib::Language& language : languages())
+    add(core, "dcc:usedLangCodeISO639_1", language.code());
   add(core, "dcc:mandatoryLangCodeISO639_1", "en");
   add(core, "dcc:uniqueIdentifier", d.number.text);
   Node identifications = core.append_child("dcc:identifications");
-  add_identification(identifications, "calibrationLaboratory", "session", d.session);
-  add_identification(identifications, "owner", "cell", d.cell);
-  add_identification(identifications, "calibrationLaboratory", "SHA-256 of the calibration",
-                     d.calibration_sha256);
+  add_identification(identifications, "calibrationLaboratory", "say.dcc.session", d.session);
+  add_identification(identifications, "owner", "say.dcc.cell", d.cell);
+  add_identification(identifications, "calibrationLaboratory", "say.dcc.sum", d.calibration_sha256);
   add(core, "dcc:beginPerformanceDate", day_of(d.began));
   add(core, "dcc:endPerformanceDate", day_of(d.ended));
   add(core, "dcc:performanceLocation", "customer");
@@ -124,43 +143,41 @@ void add_core_data(const CertificateData& d, Node administrative) {
 
 void add_items(const CertificateData& d, Node administrative) {
   Node item = administrative.append_child("dcc:items").append_child("dcc:item");
-  add_text(item, "dcc:name", "robot arm with its tool");
+  add_text(item, "dcc:name", "say.dcc.item");
   add_text(item.append_child("dcc:manufacturer"), "dcc:name", kNotStated);
-  add(item, "dcc:model", or_not_stated(d.robot));
+  add(item, "dcc:model", text_or_not_stated(d.robot));
   Node identifications = item.append_child("dcc:identifications");
-  add_identification(identifications, "manufacturer", "serial number of the robot", d.robot_serial);
-  add_identification(identifications, "manufacturer", "serial number of the controller",
+  add_identification(identifications, "manufacturer", "say.dcc.robot_serial", d.robot_serial);
+  add_identification(identifications, "manufacturer", "say.dcc.controller_serial",
                      d.controller_serial);
-  add_identification(identifications, "owner", "tool", d.tool);
-  add_identification(identifications, "owner", "cell", d.cell);
+  add_identification(identifications, "owner", "say.dcc.tool", d.tool);
+  add_identification(identifications, "owner", "say.dcc.cell", d.cell);
   if (!identifications.first_child())
-    add_identification(identifications, "calibrationLaboratory", "certificate", d.number);
+    add_identification(identifications, "calibrationLaboratory", "say.dcc.certificate", d.number);
 }
 
-void add_statement(Node statements, const std::string& text) {
+void add_statement(Node statements, const calib::Phrase& text) {
   add_text(statements.append_child("dcc:statement"), "dcc:declaration", text);
 }
 
 /// Decision rule, scope, remarks, and what limits the result.
 void add_statements(const CertificateData& d, Node administrative) {
   Node statements = administrative.append_child("dcc:statements");
-  add_statement(statements, d.workspace ? "Scope: the workspace of the arm"
-                                        : "Scope: within 150 mm of the targets");
-  if (d.emulated.stated()) add_statement(statements, "Emulated cell: no real arm was touched");
+  add_statement(statements, d.workspace ? "say.dcc.scope.workspace" : "say.dcc.scope.near");
+  if (d.emulated.stated()) add_statement(statements, "say.dcc.emulated");
   if (d.decision.stated) {
     Node rule = statements.append_child("dcc:statement");
     add(rule, "dcc:convention", "simple acceptance");
     add_text(rule, "dcc:declaration",
-             d.decision.by_cell_file ? "The limit is that of the cell file"
-                                     : "The limit is the default of the software");
+             d.decision.by_cell_file ? "say.dcc.limit.cell_file" : "say.dcc.limit.default");
     add(rule, "dcc:conformity", "pass");
     Node data = rule.append_child("dcc:data");
-    add_quantity(data, "predicted mean position error", d.decision.predicted);
-    add_quantity(data, "largest permitted", d.decision.required);
+    add_quantity(data, "say.dcc.predicted", d.decision.predicted);
+    add_quantity(data, "say.dcc.permitted", d.decision.required);
   }
-  for (const Entry& one : d.directions)
-    add_statement(statements, "Not identifiable from these touches: " + one.text);
-  for (const Entry& one : d.remarks) add_statement(statements, one.text);
+  for (const Said& one : d.directions)
+    add_statement(statements, {"say.dcc.not_identifiable", {{"words", said_of(one)}}});
+  for (const Said& one : d.remarks) add_statement(statements, said_of(one));
 }
 
 void add_administrative(const CertificateData& d, Node root) {
@@ -172,21 +189,21 @@ void add_administrative(const CertificateData& d, Node root) {
               d.site);
   Node person = administrative.append_child("dcc:respPersons").append_child("dcc:respPerson");
   add_text(person.append_child("dcc:person"), "dcc:name",
-           d.operator_name.stated() ? d.operator_name.text : or_not_stated(d.issued_by));
+           or_not_stated(d.operator_name.stated() ? d.operator_name : d.issued_by));
   add(person, "dcc:mainSigner", "true");
   add_contact(administrative, "dcc:customer", d.site, d.site);
   add_statements(d, administrative);
 }
 
-Node add_equipment(Node list, const std::string& name, const Entry& serial,
+Node add_equipment(Node list, const calib::Phrase& name, const Entry& serial,
                    const Entry& certificate, const Entry& date) {
   Node one = list.append_child("dcc:measuringEquipment");
   add_text(one, "dcc:name", name);
   if (!serial.stated() && !certificate.stated()) return one;
   Node identifications = one.append_child("dcc:identifications");
-  add_identification(identifications, "manufacturer", "serial number", serial);
-  add_identification(identifications, "other", "certificate", certificate);
-  add_identification(identifications, "other", "date of the certificate", date);
+  add_identification(identifications, "manufacturer", "say.dcc.serial", serial);
+  add_identification(identifications, "other", "say.dcc.certificate", certificate);
+  add_identification(identifications, "other", "say.dcc.certificate_date", date);
   return one;
 }
 
@@ -199,29 +216,38 @@ void add_equipment_quantity(Node equipment, const char* name, const Entry& value
   add_value(quantity, value, expanded);
 }
 
+/// Kind of the cell file as a word of the language.
+calib::Phrase kind_of(const Entry& kind) {
+  const std::string id = "say.report.kind." + kind.text;
+  return calib::sentence_of(id) ? calib::Phrase(id) : or_not_stated(kind);
+}
+
 void add_equipments(const CertificateData& d, Node result) {
   Node list = result.append_child("dcc:measuringEquipments");
   for (const Artefact& one : d.artefacts)
-    add_equipment_quantity(add_equipment(list, or_not_stated(one.kind) + " " + one.id.text,
-                                         one.serial, one.certificate, one.date),
-                           "diameter", one.diameter, one.expanded);
+    add_equipment_quantity(
+        add_equipment(list,
+                      {"say.dcc.artefact", {{"kind", kind_of(one.kind)}, {"name", one.id.text}}},
+                      one.serial, one.certificate, one.date),
+        "say.dcc.diameter", one.diameter, one.expanded);
   for (const Length& one : d.lengths)
     add_equipment_quantity(
-        add_equipment(list, "certified length " + one.from.text + " to " + one.to.text, {},
+        add_equipment(list, {"say.dcc.length", {{"from", one.from.text}, {"to", one.to.text}}}, {},
                       one.certificate, one.date),
-        "distance of the centres", one.length, one.expanded);
+        "say.dcc.distance", one.length, one.expanded);
   if (d.sensor.stated() || d.artefacts.empty())
-    add_equipment(list, "contact sensor " + or_not_stated(d.sensor), d.sensor_serial, {}, {});
+    add_equipment(list, {"say.dcc.sensor", {{"name", or_not_stated(d.sensor)}}}, d.sensor_serial,
+                  {}, {});
 }
 
 void add_conditions(const CertificateData& d, Node result) {
   if (!d.lowest_c.stated()) return;
   Node condition =
       result.append_child("dcc:influenceConditions").append_child("dcc:influenceCondition");
-  add_text(condition, "dcc:name", "temperature during the touches");
+  add_text(condition, "dcc:name", "say.dcc.temperature");
   Node data = condition.append_child("dcc:data");
-  add_quantity(data, "lowest", d.lowest_c);
-  add_quantity(data, "highest", d.highest_c);
+  add_quantity(data, "say.dcc.lowest", d.lowest_c);
+  add_quantity(data, "say.dcc.highest", d.highest_c);
 }
 
 Node add_result(Node results, const char* name) {
@@ -230,46 +256,39 @@ Node add_result(Node results, const char* name) {
   return result.append_child("dcc:data");
 }
 
-/// "the same: largest" belongs to the line above.
 void add_figures(const CertificateData& d, Node results, const char* name, Entry Figure::*of) {
-  constexpr std::string_view kSame = "the same: ";
   if (std::ranges::none_of(d.figures, [of](const Figure& one) { return (one.*of).stated(); }))
     return;
   Node data = add_result(results, name);
-  std::string subject;
-  for (const Figure& one : d.figures) {
-    const bool same = one.what.starts_with(kSame);
-    if (!same) subject = one.what.substr(0, one.what.rfind(':'));
-    add_quantity(data, same ? subject + ": " + one.what.substr(kSame.size()) : one.what, one.*of);
-  }
+  for (const Figure& one : d.figures) add_quantity(data, one.what, one.*of);
 }
 
 void add_measurement(const CertificateData& d, Node root) {
   Node result = root.append_child("dcc:measurementResults").append_child("dcc:measurementResult");
-  add_text(result, "dcc:name", "geometry and position error of the robot arm");
+  add_text(result, "dcc:name", "say.dcc.result");
   Node method = result.append_child("dcc:usedMethods").append_child("dcc:usedMethod");
-  add_text(method, "dcc:name", "touches of artefacts, maximum a posteriori estimate");
-  add_text(method, "dcc:description", or_not_stated(d.method));
+  add_text(method, "dcc:name", "say.dcc.method");
+  add_text(method, "dcc:description",
+           d.method_said.empty() ? or_not_stated(d.method) : d.method_said);
   add_software(result, "dcc:usedSoftware", d.software);
   add_equipments(d, result);
   add_conditions(d, result);
   Node results = result.append_child("dcc:results");
-  add_figures(d, results, "as found", &Figure::found);
-  add_figures(d, results, "as left", &Figure::left);
+  add_figures(d, results, "say.certificate.as_found", &Figure::found);
+  add_figures(d, results, "say.certificate.as_left", &Figure::left);
   if (!d.length_checks.empty()) {
-    Node checks = add_result(results, "check of the scale: measured less certified");
+    Node checks = add_result(results, "say.dcc.scale");
     for (const LengthCheck& one : d.length_checks)
-      add_quantity(checks, one.from.text + " to " + one.to.text, one.deviation,
-                   one.deviation_expanded);
+      add_quantity(checks, {"say.dcc.between", {{"from", one.from.text}, {"to", one.to.text}}},
+                   one.deviation, one.deviation_expanded);
   }
   if (!d.budget.empty()) {
-    Node budget =
-        add_result(results, "uncertainty budget: contributions to the standard uncertainty");
+    Node budget = add_result(results, "say.dcc.budget");
     for (const BudgetLine& one : d.budget) add_quantity(budget, one.source, one.contribution);
-    add_quantity(budget, "combined standard uncertainty of a TCP position", d.standard);
+    add_quantity(budget, "say.dcc.combined", d.standard);
   }
-  Node data = add_result(results, "corrections of the arm's parameters");
-  add_quantity(data, "touches", d.touches);
+  Node data = add_result(results, "say.dcc.corrections");
+  add_quantity(data, "say.dcc.touches", d.touches);
   for (const Parameter& one : d.parameters)
     add_quantity(data, one.name.text, one.correction, one.expanded);
 }

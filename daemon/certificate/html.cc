@@ -11,20 +11,23 @@
 #include <stdexcept>
 #include <utility>
 
+#include "calib/result/finding_phrase.h"
 #include "daemon/certificate/certificate.h"
 #include "daemon/files/child.h"
 #include "daemon/report/plan_picture.h"
+#include "daemon/report/say.h"
 
 namespace cellcal::daemon::certificate {
 
 namespace {
 
-using report::escape;
+using report::escape, report::say;
 
 // No scripts and no external content, even if an escaping fault remained.
 constexpr std::string_view kContentPolicy =
     "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'";
-constexpr std::string_view kNone = "\xE2\x80\x93";
+constexpr const char* kNone = "\xE2\x80\x93";
+constexpr const char* kMissing = "say.report.not_stated";
 
 constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kConstants{
     {{"k", "2"},
@@ -36,81 +39,108 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kConstant
      {"performance", "9283"},
      {"cycles", "30"}}};
 
-std::string cell(const std::string& html, bool number = false) {
-  return fmt::format("<td{}>{}</td>", number ? " class=\"n\"" : "", html);
+std::string cell(const std::string& html, bool is_number = false) {
+  return fmt::format("<td{}>{}</td>", is_number ? " class=\"n\"" : "", html);
 }
 
-std::string pair(std::string_view name, const std::string& html) {
-  return fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n", name, html);
+std::string pair(const char* name, const std::string& html) {
+  return fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n", say(name), html);
 }
 
 std::string pairs(const std::string& rows) {
   return "<table class=\"pairs\">\n" + rows + "</table>\n";
 }
 
+std::string heading(const char* id) { return "<h2>" + say(id) + "</h2>\n"; }
+
 /// Local time, followed by UTC.
 std::string moment(const Entry& local, const Entry& utc) {
   return utc.stated() ? fmt::format("{} &middot; {}", shown(local), shown(utc)) : shown(utc);
 }
 
+/// In English the entry's own text is shown.
+bool is_translated() { return report::language() != calib::Language(); }
+
+/// As that phrase in another language; empty: as it is.
+std::string shown_as(Entry entry, const calib::Phrase& phrase) {
+  if (is_translated() && entry.stated() && !phrase.empty()) entry.text = say(phrase);
+  return shown(entry);
+}
+
+/// A name of the files ("sphere", "fast search") in the document's language, where it has an entry.
+std::string named(const char* ids, const Entry& entry) {
+  const std::string id = ids + entry.text;
+  return shown_as(entry, calib::sentence_of(id) ? id : "");
+}
+
 std::string object(const CertificateData& d) {
-  return "<h2>Object</h2>\n<div class=\"columns\">" +
-         pairs(pair("Robot", shown(d.robot)) + pair("Serial number, robot", shown(d.robot_serial)) +
-               pair("Serial number, controller", shown(d.controller_serial)) +
-               (d.tool.stated() ? pair("Tool", shown(d.tool)) : "") +
-               pair("Tip radius", with_unit(d.tip_radius, "not stated")) +
-               pair("Contact sensor", shown(d.sensor)) +
-               pair("Serial number, sensor", shown(d.sensor_serial)) + pair("Site", shown(d.site)) +
-               pair("Cell file", shown(d.cell))) +
+  return heading("say.certificate.object") + "<div class=\"columns\">" +
+         pairs(pair("say.certificate.robot", shown(d.robot)) +
+               pair("say.certificate.robot_serial", shown(d.robot_serial)) +
+               pair("say.certificate.controller_serial", shown(d.controller_serial)) +
+               (d.tool.stated() ? pair("say.certificate.tool", shown(d.tool)) : "") +
+               pair("say.certificate.tip_radius", with_unit(d.tip_radius, kMissing)) +
+               pair("say.certificate.sensor", shown(d.sensor)) +
+               pair("say.certificate.sensor_serial", shown(d.sensor_serial)) +
+               pair("say.certificate.site", shown(d.site)) +
+               pair("say.certificate.cell", shown(d.cell))) +
          "</div>\n";
 }
 
 std::string figures(const CertificateData& d) {
   std::string rows;
   for (const Figure& one : d.figures)
-    rows += fmt::format("<tr><th scope=\"row\">{}</th>{}{}</tr>\n", one.what,
+    rows += fmt::format("<tr><th scope=\"row\">{}</th>{}{}</tr>\n", say(one.what),
                         cell(shown(one.found, kNone), true), cell(shown(one.left, kNone), true));
-  std::string found = d.found_by ? "the calibration of " + shown(*d.found_by)
-                                 : std::string("the nominal arm, as drawn");
-  if (d.earlier_not_comparable)
-    found += " (earlier calibration not used: another nominal arm, tool or version)";
+  std::string found =
+      d.found_by ? say({"say.certificate.found_by",
+                        {{"calibration",
+                          shown_as(*d.found_by, calib::calibration_phrase(d.found_by->text))}}})
+                 : say("say.certificate.found_by.nominal");
+  if (d.earlier_not_comparable) found += say("say.certificate.found_by.not_comparable");
   return fmt::format(
-      "<table class=\"whole\">\n<thead><tr><th scope=\"col\">mm</th><th scope=\"col\" class=\"n\">as "
-      "found</th><th scope=\"col\" class=\"n\">as left</th></tr></thead>\n<tbody>\n{}</tbody></table>\n"
-      "<p class=\"note\">As found: {}. As left: this calibration. Tip against the artefacts: distance from "
-      "where contact is expected, the artefacts where they fit best. TCP position error as found: against this calibration, a motion of the "
-      "base taken out{}. As left: predicted from the covariance. U: expanded uncertainty, k = {}, of a TCP "
-      "position (in three dimensions, mean over the scope). Bound: radius that holds the position error at {} % of "
-      "the scope.</p>\n",
-      rows, found,
-      d.poses.stated() ? fmt::format(", over {} poses", shown(d.poses)) : std::string(),
-      constant("k"), constant("percent"));
+             "<table class=\"whole\">\n<thead><tr><th scope=\"col\">mm</th>"
+             "<th scope=\"col\" class=\"n\">{}</th><th scope=\"col\" class=\"n\">{}</th></tr></thead>\n"
+             "<tbody>\n{}</tbody></table>\n",
+             say("say.certificate.as_found"), say("say.certificate.as_left"), rows) +
+         report::paragraph("note",
+                           say({"say.certificate.figures.note",
+                                {{"found", found},
+                                 {"poses", d.poses.stated() ? say({"say.certificate.over_poses",
+                                                                   {{"n", shown(d.poses)}}})
+                                                            : std::string()},
+                                 {"k", constant("k")},
+                                 {"percent", constant("percent")}}}));
 }
 
 std::string result(const CertificateData& d) {
-  return fmt::format(
-             "<h2>Result</h2>\n<div class=\"result\"><p class=\"verdict\">Calibration accepted. Scope: {}.</p>\n"
-             "<p>{}</p></div>\n",
-             d.workspace ? "workspace" : "near the targets",
-             d.workspace
-                 ? "The figures hold over the workspace in front of the arm."
-                 : "The figures hold near the targets only; nothing is claimed elsewhere.") +
+  return heading("say.certificate.result") +
+         fmt::format(
+             "<div class=\"result\"><p class=\"verdict\">{}</p>\n<p>{}</p></div>\n",
+             say(d.workspace ? "say.certificate.accepted.workspace"
+                             : "say.certificate.accepted.near"),
+             say(d.workspace ? "say.certificate.holds.workspace" : "say.certificate.holds.near")) +
          figures(d);
 }
 
 std::string decision(const CertificateData& d) {
   const Decision& rule = d.decision;
-  if (!rule.stated) return "<h2>Decision rule</h2>\n<p>Not recorded with the result.</p>\n";
-  return fmt::format(
-      "<h2>Decision rule</h2>\n<p>Simple acceptance ({}, guard band {} mm; compare ISO {}): the calibration is accepted "
-      "where the predicted mean TCP position error, {}, is not above {} ({}) and not above {} of the nominal arm&rsquo;s "
-      "own, {} (it is {} of it), or of what its tolerances foresee where that is more, and where no other reason of the verdict withholds it. The predicted error is itself "
-      "the measure of uncertainty; nothing is added to the limit.</p>\n",
-      constant("guidance"), constant("guard_band"), constant("standard"), with_unit(rule.predicted),
-      with_unit(rule.required),
-      rule.by_cell_file ? "required by the cell file"
-                        : "the limit where the cell file requires none",
-      with_unit(rule.most_of_nominal), with_unit(rule.nominal), with_unit(rule.of_nominal));
+  if (!rule.stated)
+    return heading("say.certificate.rule") +
+           report::paragraph("", say("say.certificate.rule.not_recorded"));
+  return heading("say.certificate.rule") +
+         report::paragraph("",
+                           say({"say.certificate.rule.simple",
+                                {{"guidance", constant("guidance")},
+                                 {"guard_band", constant("guard_band")},
+                                 {"standard", constant("standard")},
+                                 {"predicted", with_unit(rule.predicted)},
+                                 {"required", with_unit(rule.required)},
+                                 {"by", say(rule.by_cell_file ? "say.certificate.rule.by_cell_file"
+                                                              : "say.certificate.rule.by_default")},
+                                 {"most_of_nominal", with_unit(rule.most_of_nominal)},
+                                 {"nominal", with_unit(rule.nominal)},
+                                 {"of_nominal", with_unit(rule.of_nominal)}}}));
 }
 
 std::string table(const std::string& head, const std::string& rows, std::string_view css = "") {
@@ -121,150 +151,181 @@ std::string table(const std::string& head, const std::string& rows, std::string_
 /// What holds the scale, with the certificates of its lengths.
 std::string traceability(const CertificateData& d) {
   if (d.lengths.empty())
-    return d.workspace
-               ? "No certified length: readings of an instrument hold the scale of the arm, by that "
-                 "instrument&rsquo;s calibration."
-               : "No certified length: the scale of the arm is not traced.";
-  if (!d.workspace) return "The touches do not hold the scale of the arm by them; it is not traced.";
+    return say(d.workspace ? "say.certificate.no_length.instrument" : "say.certificate.no_length");
+  if (!d.workspace) return say("say.certificate.traceability.none");
   std::map<std::string, std::string> certificates;
   for (const Length& one : d.lengths)
     if (one.certificate.stated()) certificates.try_emplace(one.certificate.text, shown(one.certificate));
-  std::string all;
-  for (const auto& [text, html] : certificates) all += (all.empty() ? ": " : ", ") + html;
-  return "The certified lengths hold the scale; the unit of length is that of their certificates" +
-         all + ".";
+  calib::Phrase all;
+  for (const auto& [text, html] : certificates) all = joined("say.join.comma", all, html);
+  return all.empty() ? say("say.certificate.traceability.held")
+                     : say({"say.certificate.traceability", {{"certificates", all}}});
+}
+
+/// Head of a column by its id.
+struct Head {
+  Head(const char* its_id, bool number = false)
+      : id(its_id), is_number(number) {}  // NOLINT: text is a head
+  const char* id;
+  bool is_number;
+};
+Head number(const char* id) { return {id, true}; }
+
+std::string heads(std::initializer_list<Head> columns) {
+  std::string cells;
+  for (const Head& one : columns)
+    cells += fmt::format("<th{}>{}</th>", one.is_number ? " class=\"n\"" : "", say(one.id));
+  return cells;
+}
+
+std::string between(const Entry& from, const Entry& to) {
+  return say({"say.report.lengths.between", {{"from", shown(from)}, {"to", shown(to)}}});
+}
+
+std::string certified_lengths(const CertificateData& d) {
+  if (d.lengths.empty()) return {};
+  std::string rows;
+  for (const Length& one : d.lengths)
+    rows += "<tr>" + cell(between(one.from, one.to)) + cell(shown(one.length), true) +
+            cell(shown(one.expanded), true) + cell(shown(one.certificate)) + cell(shown(one.date)) +
+            "</tr>\n";
+  return table(
+             heads({"say.certificate.col.length", number("mm"), number("say.certificate.col.u_mm"),
+                    "say.certificate.col.certificate", "say.certificate.col.date"}),
+             rows) +
+         report::paragraph("note", say({"say.certificate.lengths.u", {{"k", constant("k")}}}));
 }
 
 std::string artefacts(const CertificateData& d) {
   std::string rows;
   for (const Artefact& one : d.artefacts)
-    rows += "<tr>" + cell(shown(one.id)) + cell(shown(one.kind)) +
+    rows += "<tr>" + cell(shown(one.id)) + cell(named("say.report.kind.", one.kind)) +
             cell(shown(one.diameter, kNone), true) + cell(shown(one.expanded, kNone), true) +
             cell(shown(one.serial)) + cell(shown(one.certificate)) + cell(shown(one.date)) +
             "</tr>\n";
-  std::string html =
-      "<h2>Artefacts</h2>\n" +
-      table(
-          "<th>artefact</th><th>kind</th><th class=\"n\">diameter, mm</th><th class=\"n\">U, "
-          "mm</th><th>serial number</th><th>certificate</th><th>of</th>",
-          rows);
-  rows.clear();
-  for (const Length& one : d.lengths)
-    rows += "<tr>" + cell(shown(one.from) + " to " + shown(one.to)) +
-            cell(shown(one.length), true) + cell(shown(one.expanded), true) +
-            cell(shown(one.certificate)) + cell(shown(one.date)) + "</tr>\n";
-  if (d.lengths.empty()) return html;
-  return html +
-         table(
-             "<th>certified length</th><th class=\"n\">mm</th><th class=\"n\">U, mm</th>"
-             "<th>certificate</th><th>of</th>",
-             rows) +
-         fmt::format("<p class=\"note\">U: k = {}, from the cell file.</p>\n", constant("k"));
+  return heading("say.certificate.artefacts") +
+         table(heads({"say.certificate.col.artefact", "say.report.col.kind",
+                      number("say.certificate.col.diameter"), number("say.certificate.col.u_mm"),
+                      "say.certificate.col.serial", "say.certificate.col.certificate",
+                      "say.certificate.col.date"}),
+               rows) +
+         certified_lengths(d);
 }
 
 std::string length_checks(const CertificateData& d) {
   if (d.length_checks.empty()) return "";
   std::string rows;
   for (const LengthCheck& one : d.length_checks)
-    rows += "<tr>" + cell(shown(one.from) + " to " + shown(one.to)) +
-            cell(shown(one.certified), true) + cell(shown(one.certified_expanded), true) +
-            cell(shown(one.measured), true) + cell(shown(one.expanded), true) +
-            cell(shown(one.deviation), true) + cell(shown(one.deviation_expanded), true) +
-            "</tr>\n";
-  return "<h3>Check of the scale</h3>\n" +
-         table(
-             "<th>certified length, not fitted</th><th class=\"n\">certified, mm</th>"
-             "<th class=\"n\">U, mm</th><th class=\"n\">measured, mm</th><th class=\"n\">U, mm</th>"
-             "<th class=\"n\">deviation, mm</th><th class=\"n\">U, mm</th>",
-             rows) +
-         fmt::format(
-             "<p class=\"note\">U: k = {}. Measured: distance of the centres by the calibrated arm.</p>\n",
-             constant("k"));
+    rows += "<tr>" + cell(between(one.from, one.to)) + cell(shown(one.certified), true) +
+            cell(shown(one.certified_expanded), true) + cell(shown(one.measured), true) +
+            cell(shown(one.expanded), true) + cell(shown(one.deviation), true) +
+            cell(shown(one.deviation_expanded), true) + "</tr>\n";
+  return "<h3>" + say("say.certificate.scale") + "</h3>\n" +
+         table(heads({"say.certificate.col.not_fitted", number("say.certificate.col.certified"),
+                      number("say.certificate.col.u_mm"), number("say.certificate.col.measured"),
+                      number("say.certificate.col.u_mm"), number("say.certificate.col.deviation"),
+                      number("say.certificate.col.u_mm")}),
+               rows) +
+         report::paragraph("note", say({"say.certificate.scale.note", {{"k", constant("k")}}}));
 }
 
 std::string budget(const CertificateData& d) {
   if (d.budget.empty()) return "";
   std::string rows;
   for (const BudgetLine& one : d.budget)
-    rows += "<tr>" + cell(one.source) + cell(with_unit(one.sigma, kNone), true) + cell("normal") +
-            cell(with_unit(one.sensitivity, kNone), true) + cell(shown(one.contribution), true) +
-            "</tr>\n";
-  rows += "<tr>" + cell("combined standard uncertainty") + cell("") + cell("") + cell("") +
-          cell(shown(d.standard), true) + "</tr>\n<tr>" +
-          cell("expanded uncertainty U, k = " + constant("k")) + cell("") + cell("") + cell("") +
-          cell(shown(d.expanded), true) + "</tr>\n";
-  return "<h2>Uncertainty budget of a TCP position</h2>\n" +
-         table(
-             "<th>source</th><th class=\"n\">standard uncertainty</th><th>distribution</th>"
-             "<th class=\"n\">sensitivity</th><th class=\"n\">contribution, mm</th>",
-             rows) +
-         "<p class=\"note\">Mean over the scope, all three directions; a motion of the base is excluded. The "
-         "contributions are uncorrelated, and their squares add up to the combined one. Where a "
-         "source has several units its contribution alone is given.</p>\n";
+    rows += "<tr>" + cell(say(one.source)) + cell(with_unit(one.sigma, kNone), true) +
+            cell(say("say.certificate.normal")) + cell(with_unit(one.sensitivity, kNone), true) +
+            cell(shown(one.contribution), true) + "</tr>\n";
+  const auto total = [](const std::string& name, const Entry& value) {
+    return "<tr>" + cell(name) + cell("") + cell("") + cell("") + cell(shown(value), true) +
+           "</tr>\n";
+  };
+  rows += total(say("say.certificate.combined"), d.standard) +
+          total(say({"say.certificate.expanded", {{"k", constant("k")}}}), d.expanded);
+  return heading("say.certificate.budget") +
+         table(heads({"say.certificate.col.source", number("say.certificate.col.standard"),
+                      "say.certificate.col.distribution", number("say.certificate.col.sensitivity"),
+                      number("say.certificate.col.contribution")}),
+               rows) +
+         report::paragraph("note", say("say.certificate.budget.note"));
 }
 
-std::string list(const std::vector<Entry>& entries) {
+std::string list(const std::vector<Said>& entries) {
   std::string items;
-  for (const Entry& one : entries) items += "<li>" + shown(one) + "</li>\n";
+  for (const Said& one : entries) items += "<li>" + shown_as(one.entry, one.phrase) + "</li>\n";
   return "<ul>\n" + items + "</ul>\n";
 }
 
 std::string frame(const CertificateData& d) {
-  return "<h2>Frame, and what is not identifiable</h2>\n<p>Positions are in the robot&rsquo;s base "
-         "frame: its root, z along the first axis of the nominal arm. The place of that frame in the "
-         "cell is not observable (gauge): it is held by convention at nominal, and a user fixes it "
-         "by measuring a base. Errors and uncertainties are stated without it.</p>\n" +
-         (d.directions.empty()
-              ? std::string("<p>No direction was found that the touches do not determine.</p>\n")
-              : list(d.directions));
+  return heading("say.certificate.frame") +
+         report::paragraph("", say("say.certificate.frame.note")) +
+         (d.directions.empty() ? report::paragraph("", say("say.certificate.frame.none"))
+                               : list(d.directions));
 }
 
 std::string breaks(const CertificateData& d) {
-  if (d.dropped.stated()) return "not known: raw rows were dropped on " + shown(d.dropped);
-  if (!d.changes_recorded) return "not recorded";
-  if (d.breaks.empty()) return "none";
+  if (d.dropped.stated())
+    return say({"say.certificate.breaks.dropped", {{"at", shown(d.dropped)}}});
+  if (!d.changes_recorded) return say("say.certificate.not_recorded");
+  if (d.breaks.empty()) return say("say.certificate.breaks.none");
   std::string words;
   for (const Break& one : d.breaks)
     words += fmt::format(
-        "<div>{}: {}{}</div>", one.resumed ? "resumed" : "interrupted", moment(one.local, one.utc),
-        one.resumed ? std::string()
-                    : fmt::format(", in {}, on {}", shown(one.phase), shown(one.event)));
+        "<div>{}</div>",
+        one.resumed ? say({"say.certificate.breaks.resumed", {{"at", moment(one.local, one.utc)}}})
+                    : say({"say.certificate.breaks.interrupted",
+                           {{"at", moment(one.local, one.utc)},
+                            {"phase", named("say.phase.", one.phase)},
+                            {"event", named("say.happened.", one.event)}}}));
   return words;
 }
 
 std::string conditions(const CertificateData& d) {
-  return "<h2>Conditions</h2>\n" +
-         pairs(pair("Session", shown(d.session)) + pair("Operator", shown(d.operator_name)) +
-               pair("Begun", moment(d.began_local, d.began)) +
-               pair("Ended", moment(d.ended_local, d.ended)) + pair("Interruptions", breaks(d)) +
-               pair("Temperature", d.lowest_c.stated()
-                                       ? with_unit(d.lowest_c) + " to " + with_unit(d.highest_c)
-                                       : std::string("not recorded")) +
-               pair("Touches", shown(d.touches)) + pair("Software, session", shown(d.software)) +
-               pair("Software, certificate", shown(d.issuing_software)));
+  const std::string temperature =
+      d.lowest_c.stated()
+          ? say({"say.certificate.temperature.range",
+                 {{"low", with_unit(d.lowest_c)}, {"high", with_unit(d.highest_c)}}})
+          : say("say.certificate.not_recorded");
+  return heading("say.certificate.conditions") +
+         pairs(pair("say.report.session", shown(d.session)) +
+               pair("say.certificate.operator", shown(d.operator_name)) +
+               pair("say.certificate.begun", moment(d.began_local, d.began)) +
+               pair("say.certificate.ended", moment(d.ended_local, d.ended)) +
+               pair("say.certificate.breaks", breaks(d)) +
+               pair("say.certificate.temperature", temperature) +
+               pair("say.certificate.touches", shown(d.touches)) +
+               pair("say.certificate.software.session", shown(d.software)) +
+               pair("say.certificate.software.issue", shown(d.issuing_software)));
 }
 
 /// On the first page.
 std::string issue(const CertificateData& d) {
+  const auto field = [](const char* id) { return "<td><span>" + say(id) + "</span></td>"; };
   return "<div class=\"signatures\">" +
-         pairs(pair("Issued", moment(d.issued_local, d.issued)) +
-               (d.issued_by.stated() ? pair("Issued by", shown(d.issued_by)) : "") +
-               pair("Traceability", traceability(d))) +
-         "<table class=\"sign\"><tr><td><span>Issued by</span></td><td><span>Reviewed by</span></td>"
-         "<td><span>Date</span></td></tr></table></div>\n";
+         pairs(
+             pair("say.certificate.issued", moment(d.issued_local, d.issued)) +
+             (d.issued_by.stated() ? pair("say.certificate.issued_by", shown(d.issued_by)) : "") +
+             pair("say.certificate.traceability.head", traceability(d))) +
+         "<table class=\"sign\"><tr>" + field("say.certificate.issued_by") +
+         field("say.report.reviewed_by") + field("say.report.date") + "</tr></table></div>\n";
 }
 
 std::string sums(const CertificateData& d) {
   std::string rows;
   for (const File& one : d.files)
-    rows += "<tr>" + cell(shown(one.role)) + "<td class=\"word\">" + shown(one.name) + "</td>" +
-            "<td class=\"hash\">" + shown(one.sha256) + "</td></tr>\n";
-  rows += "<tr><td>rows</td><td>all rows of the session in the journal</td><td class=\"hash\">" +
-          shown(d.rows_sha256) + "</td></tr>\n";
-  rows += "<tr><td>calibration</td><td>the result</td><td class=\"hash\">" +
-          shown(d.calibration_sha256) + "</td></tr>\n";
-  return "<h2 class=\"appendix\">Appendix: inputs</h2>\n" +
-         table("<th>role</th><th>file</th><th>SHA-" + constant("sum") + "</th>", rows);
+    rows += "<tr>" + cell(named("say.report.files.role.", one.role)) + "<td class=\"word\">" +
+            shown(one.name) + "</td>" + "<td class=\"hash\">" + shown(one.sha256) + "</td></tr>\n";
+  const auto row = [](const char* role, const char* what, const Entry& sum) {
+    return "<tr><td>" + say(role) + "</td><td>" + say(what) + "</td><td class=\"hash\">" +
+           shown(sum) + "</td></tr>\n";
+  };
+  rows +=
+      row("say.certificate.rows", "say.certificate.rows.what", d.rows_sha256) +
+      row("say.certificate.calibration", "say.certificate.calibration.what", d.calibration_sha256);
+  return "<h2 class=\"appendix\">" + say("say.certificate.inputs") + "</h2>\n" +
+         table(heads({"say.report.files.col.role", "say.report.files.col.file"}) + "<th>SHA-" +
+                   constant("sum") + "</th>",
+               rows);
 }
 
 std::string parameters(const CertificateData& d) {
@@ -273,48 +334,58 @@ std::string parameters(const CertificateData& d) {
     rows += "<tr>" + cell(shown(one.name)) + cell(shown(one.nominal, kNone), true) +
             cell(shown(one.correction, kNone), true) + cell(shown(one.expanded, kNone), true) +
             cell(one.nominal.unit.empty() ? std::string() : unit(one.nominal)) +
-            cell(shown(one.decided_by)) + "</tr>\n";
-  return "<h2>Appendix: parameters</h2>\n<p class=\"note\">Fitted: " + shown(d.method) + ".</p>\n" +
-         table(
-             "<th>parameter</th><th class=\"n\">nominal</th><th class=\"n\">correction</th>"
-             "<th class=\"n\">U</th><th>unit</th><th>decided by</th>",
-             rows, "small") +
-         "<p class=\"note\">U includes directions that are held by convention: what &lsquo;frame&rsquo; decides is "
-         "no uncertainty of a position.</p>\n";
+            cell(named("say.report.decided.", one.decided_by)) + "</tr>\n";
+  return heading("say.certificate.parameters") +
+         report::paragraph("note", say({"say.certificate.fitted",
+                                        {{"method", shown_as(d.method, d.method_said)}}})) +
+         table(heads({"say.report.col.parameter", number("say.report.col.nominal"),
+                      number("say.report.col.correction"), number("U"), "say.report.col.unit",
+                      "say.report.col.decided_by"}),
+               rows, "small") +
+         report::paragraph("note", say("say.certificate.parameters.note"));
+}
+
+/// As in files: with a decimal point.
+std::string raw(const Entry& entry) {
+  const report::Speaking plain((calib::Language()));
+  return shown(entry, kNone);
 }
 
 std::string touches(const CertificateData& d) {
-  std::string head = "<th class=\"n\">no.</th><th>artefact</th><th>set</th>";
+  std::string head = heads({number("say.report.raw.col.number"), "say.certificate.col.artefact",
+                            "say.report.raw.col.set"});
   for (const Entry& name : d.joint_names)
-    head += fmt::format("<th class=\"n\">{}, deg</th>", shown(name));
-  head +=
-      "<th class=\"n\">readings</th><th class=\"n\">mm/s</th><th class=\"n\">&deg;C</th><th>time, UTC</th>";
+    head += fmt::format("<th class=\"n\">{}, {}</th>", shown(name), say("say.unit.deg"));
+  head += heads({number("say.report.raw.col.readings"), number("mm/s"), number("&deg;C"),
+                 "say.certificate.col.time"});
   std::string rows;
   for (const TouchRow& one : d.rows) {
-    rows += "<tr>" + cell(shown(one.number), true) + cell(shown(one.target)) + cell(shown(one.set));
-    for (const Entry& joint : one.joints) rows += cell(shown(joint, kNone), true);
-    rows += cell(shown(one.readings, kNone), true) + cell(shown(one.speed, kNone), true) +
-            cell(shown(one.temperature, kNone), true) + cell(shown(one.time, kNone)) + "</tr>\n";
+    rows += "<tr>" + cell(raw(one.number), true) + cell(shown(one.target)) +
+            cell(named("say.report.raw.set.", one.set));
+    for (const Entry& joint : one.joints) rows += cell(raw(joint), true);
+    rows += cell(raw(one.readings), true) + cell(raw(one.speed), true) +
+            cell(raw(one.temperature), true) + cell(raw(one.time)) + "</tr>\n";
   }
-  return "<div class=\"wide\">\n<h2>Appendix: raw touches</h2>\n" + table(head, rows, "small") +
+  return "<div class=\"wide\">\n" + heading("say.certificate.raw") + table(head, rows, "small") +
          "</div>\n";
 }
 
 }  // namespace
 
-std::string shown(const Entry& entry, std::string_view otherwise) {
-  if (!entry.stated()) return std::string(otherwise);
-  return fmt::format("<span data-from=\"{}\">{}</span>", escape(entry.from), escape(entry.text));
+std::string shown(const Entry& entry, const char* otherwise) {
+  if (!entry.stated()) return say(otherwise);
+  return fmt::format("<span data-from=\"{}\">{}</span>", escape(entry.from),
+                     escape(entry.value ? report::localised(entry.text) : entry.text));
 }
 
 std::string unit(const Entry& entry) {
   return fmt::format("<span data-from=\"unit({})\">{}</span>", escape(entry.from),
-                     escape(entry.unit));
+                     escape(report::unit_word(entry.unit)));
 }
 
-std::string with_unit(const Entry& entry, std::string_view otherwise) {
-  if (!entry.stated()) return std::string(otherwise);
-  return shown(entry) + "&nbsp;" + escape(entry.unit);
+std::string with_unit(const Entry& entry, const char* otherwise) {
+  if (!entry.stated()) return say(otherwise);
+  return shown(entry) + "&nbsp;" + escape(report::unit_word(entry.unit));
 }
 
 std::string_view value_of_constant(std::string_view name) {
@@ -327,21 +398,28 @@ std::string constant(const char* name) {
   return shown({std::string(value_of_constant(name)), std::string("method#") + name});
 }
 
-std::string to_html(const CertificateData& d) {
+std::string document_name(const calib::Language& language, const std::string& extension) {
+  return report::file_name("certificate", language, extension);
+}
+
+std::string to_html(const CertificateData& d, const calib::Language& language) {
+  const report::Speaking speaking(language);
+  const std::string title = say("say.certificate.title");
   std::string html = fmt::format(
-      "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<!doctype html>\n<html lang=\"{}\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta http-equiv=\"Content-Security-Policy\" content=\"{}\">\n"
-      "<title>Calibration certificate</title>\n<style>\n{}</style>\n</head>\n<body>\n<main>\n"
-      "<h1>Calibration certificate</h1>\n<p class=\"number\">Certificate {}</p>\n",
-      escape(kContentPolicy), style_sheet(), shown(d.number));
+      "<title>{}</title>\n<style>\n{}{}</style>\n</head>\n<body>\n<main>\n<h1>{}</h1>\n{}",
+      language.code(), escape(kContentPolicy), title, style_sheet(),
+      fmt::format("@page {{ @bottom-right {{ content: {}; }} }}\n", say("say.certificate.page_of")),
+      title,
+      report::paragraph("number", say({"say.certificate.number", {{"number", shown(d.number)}}})));
   if (d.emulated.stated())
-    html += fmt::format(
-        "<p class=\"emulated\">{}: a simulation, no real robot was touched. This document "
-        "certifies no robot.</p>\n",
-        shown(d.emulated));
+    html += report::paragraph(
+        "emulated", say({"say.certificate.emulated",
+                         {{"cell", shown_as(d.emulated, "say.certificate.emulated_cell")}}}));
   html += issue(d) + object(d) + result(d) + decision(d) + artefacts(d) + length_checks(d) + budget(d) +
           pose_sheet_html(d.pose_sheet) + frame(d) + conditions(d);
-  html += "<h2>Remarks of the verdict</h2>\n" + list(d.remarks);
+  html += heading("say.certificate.remarks") + list(d.remarks);
   html += sums(d) + parameters(d) + touches(d);
   return html + "</main>\n</body>\n</html>\n";
 }
@@ -353,8 +431,7 @@ const char* style_sheet() {
 @page {
   size: A4; margin: 16mm 16mm 20mm 16mm;
   @bottom-left { content: string(number); font: 8pt "DejaVu Sans", sans-serif; color: #555; }
-  @bottom-right { content: "page " counter(page) " of " counter(pages);
-    font: 8pt "DejaVu Sans", sans-serif; color: #555; }
+  @bottom-right { font: 8pt "DejaVu Sans", sans-serif; color: #555; }
 }
 @page wide { size: A4 landscape; }
 * { box-sizing: border-box; }

@@ -9,10 +9,11 @@
 
 namespace cellcal::daemon::certificate {
 
-/// The entry with its origin; `otherwise` (wording of the form) where it is not stated.
-std::string shown(const Entry& entry, std::string_view otherwise = "not stated");
+/// The entry with its origin, numbers with the document's decimal mark; `otherwise`, an id of the catalogue or a sign,
+/// where it is not stated.
+std::string shown(const Entry& entry, const char* otherwise = "say.report.not_stated");
 /// The number followed by its unit.
-std::string with_unit(const Entry& entry, std::string_view otherwise = "\xE2\x80\x93");
+std::string with_unit(const Entry& entry, const char* otherwise = "\xE2\x80\x93");
 /// The unit only, as "unit(origin)".
 std::string unit(const Entry& entry);
 /// A constant of the method (README, Origins).

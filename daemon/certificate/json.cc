@@ -24,6 +24,8 @@ Json list(const std::vector<T>& items, F to) {
   return values;
 }
 
+Json of_said(const Said& one) { return to_value(one.entry); }
+
 Json of_artefact(const Artefact& one) {
   return {{"id", to_value(one.id)},
           {"kind", to_value(one.kind)},
@@ -53,7 +55,7 @@ Json of_length_check(const LengthCheck& one) {
 }
 
 Json of_budget_line(const BudgetLine& one) {
-  return {{"source", one.source},
+  return {{"source", calib::words(calib::Phrase(one.source))},
           {"distribution", "normal"},
           {"sigma", to_value(one.sigma)},
           {"sensitivity", to_value(one.sensitivity)},
@@ -61,7 +63,9 @@ Json of_budget_line(const BudgetLine& one) {
 }
 
 Json of_figure(const Figure& one) {
-  return {{"what", one.what}, {"as_found", to_value(one.found)}, {"as_left", to_value(one.left)}};
+  return {{"what", calib::words(calib::Phrase(one.what))},
+          {"as_found", to_value(one.found)},
+          {"as_left", to_value(one.left)}};
 }
 
 Json of_break(const Break& one) {
@@ -162,8 +166,8 @@ std::string to_json(const CertificateData& d) {
                                  {"standard", to_value(d.standard)},
                                  {"expanded", to_value(d.expanded)}};
   whole["pose_sheet"] = pose_sheet_json(d.pose_sheet);
-  whole["not_identifiable"] = list(d.directions, to_value);
-  whole["remarks"] = list(d.remarks, to_value);
+  whole["not_identifiable"] = list(d.directions, of_said);
+  whole["remarks"] = list(d.remarks, of_said);
   whole["breaks"] = of_breaks(d);
   whole["parameters"] = list(d.parameters, of_parameter);
   whole["files"] = list(d.files, of_file);

@@ -5,12 +5,14 @@
 #include "calib/check/pose_sheet.h"
 #include "calib/model/units.h"
 #include "daemon/certificate/html.h"
+#include "daemon/report/say.h"
 
 namespace cellcal::daemon::certificate {
 
 namespace {
 
 using Json = nlohmann::ordered_json;
+using report::say;
 
 constexpr int kSheetDecimals = 3;
 
@@ -47,7 +49,7 @@ PoseRepeatabilityRow row_of(const calib::PoseRepeatability& one, std::size_t row
 std::string sheet_table(std::initializer_list<const char*> head, const std::string& rows) {
   std::string cells;
   for (const char* one : head)
-    cells += fmt::format("<th{}>{}</th>", cells.empty() ? "" : " class=\"n\"", one);
+    cells += fmt::format("<th{}>{}</th>", cells.empty() ? "" : " class=\"n\"", say(one));
   return fmt::format("<table>\n<thead><tr>{}</tr></thead>\n<tbody>\n{}</tbody></table>\n", cells,
                      rows);
 }
@@ -82,33 +84,29 @@ PoseSheetData pose_sheet_of(const Sources& s, const std::vector<bool>& outlier) 
 std::string pose_sheet_html(const PoseSheetData& sheet) {
   if (sheet.empty()) return "";
   std::string html =
-      fmt::format("<h2>Pose accuracy and repeatability, after the terms of ISO {}</h2>\n",
-                  constant("performance"));
+      "<h2>" + say({"say.certificate.poses", {{"standard", constant("performance")}}}) + "</h2>\n";
   std::string rows;
   for (const PoseAccuracyRow& one : sheet.accuracy)
     rows += sheet_row({&one.target, &one.poses, &one.mean, &one.largest, &one.predicted});
   if (!rows.empty())
-    html += sheet_table({"held-out touches of", "poses", "AP: mean, mm", "AP: largest, mm",
-                         "mean as predicted, mm"},
-                        rows);
+    html +=
+        sheet_table({"say.certificate.ap.of", "say.certificate.ap.poses", "say.certificate.ap.mean",
+                     "say.certificate.ap.largest", "say.certificate.ap.predicted"},
+                    rows);
   rows.clear();
   for (const PoseRepeatabilityRow& one : sheet.repeatability)
     rows += sheet_row(
         {&one.target, &one.first, &one.repeats, &one.mean, &one.sigma, &one.rp, &one.predicted});
   if (!rows.empty())
     html += sheet_table(
-        {"place on", "first touch", "repeats", "mean, mm", "s, mm", "RP, mm", "predicted, mm"},
+        {"say.certificate.rp.place", "say.certificate.rp.first", "say.certificate.rp.repeats",
+         "say.certificate.rp.mean", "s, mm", "RP, mm", "say.certificate.rp.predicted"},
         rows);
-  return html +
-         fmt::format(
-             "<p class=\"note\">After the terms of ISO {0}, not a test according to it: the standard asks for {1} cycles "
-             "over five poses of a cube, at rated load and speed, with all three directions measured. Here a pose is "
-             "measured along the normal of an artefact alone, at the search speed. AP: distance of the touch, one cycle "
-             "per pose, from where the calibration has the surface by the other touches. RP: mean distance of the repeats "
-             "from their mean, plus three standard deviations s of it; the scatter of the contact is in it.{2}</p>\n",
-             constant("performance"), constant("cycles"),
-             sheet.repeatability.empty() ? " No place was touched three times or more: no RP."
-                                         : "");
+  return html + report::paragraph(
+                    "note",
+                    say({sheet.repeatability.empty() ? "say.certificate.poses.note.no_rp"
+                                                     : "say.certificate.poses.note",
+                         {{"standard", constant("performance")}, {"cycles", constant("cycles")}}}));
 }
 
 Json pose_sheet_json(const PoseSheetData& sheet) {

@@ -12,6 +12,7 @@
 #include "daemon/api/http/http.h"
 #include "daemon/certificate/certificate.h"
 #include "daemon/cli/archive.h"
+#include "daemon/cli/commands.h"
 #include "daemon/cli/offline.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/plant/messages/fact.h"
@@ -72,9 +73,10 @@ void refuse_unless_proven(const Connection& daemon, const CertificateCommand& co
 }
 
 /// Returns why there is no PDF; the certificate is then complete without it, and signed so.
-std::string add_pdf(const fs::path& directory, std::vector<std::string>& names) try {
-  certificate::write_pdf(directory / "certificate.html", directory / "certificate.pdf");
-  names.emplace_back("certificate.pdf");
+std::string add_pdf(const fs::path& directory, const std::string& html, const std::string& pdf,
+                    std::vector<std::string>& names) try {
+  certificate::write_pdf(directory / html, directory / pdf);
+  names.push_back(pdf);
   return {};
 } catch (const std::runtime_error& error) {
   return error.what();
@@ -175,13 +177,16 @@ int certify(const Connection& daemon, const CertificateCommand& command) try {
   const std::optional<signing::PrivateKey> key = signer ? std::optional(signer->key) : std::nullopt;
   make_directory(directory);
   write_atomically(directory / "certificate.json", certificate::to_json(data));
-  write_atomically(directory / "certificate.html", certificate::to_html(data));
+  const calib::Language language = language_of(daemon.language);
+  const std::string html = certificate::document_name(language, "html");
+  write_atomically(directory / html, certificate::to_html(data, language));
   write_atomically(directory / "certificate.dcc.xml", certificate::to_dcc(data));
   // Raw data from which every figure can be recomputed.
   write_atomically(directory / "rows.jsonl", named.archive.at("rows.jsonl"));
-  std::vector<std::string> names{"certificate.json", "certificate.html", "certificate.dcc.xml",
-                                 "rows.jsonl"};
-  const std::string no_pdf = command.pdf ? add_pdf(directory, names) : "";
+  std::vector<std::string> names{"certificate.json", html, "certificate.dcc.xml", "rows.jsonl"};
+  const std::string no_pdf =
+      command.pdf ? add_pdf(directory, html, certificate::document_name(language, "pdf"), names)
+                  : "";
   if (key)
     signing::sign_files(directory, names,
                         {data.number.text, data.issued_by.text, data.issued.text, ""}, *key);

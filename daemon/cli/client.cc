@@ -12,6 +12,7 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/model/units.h"
+#include "calib/words/phrase_json.h"
 #include "daemon/cli/commands.h"
 #include "daemon/cli/drift.h"
 #include "daemon/cli/offline.h"
@@ -124,27 +125,26 @@ std::string failure_words(const json& status) {
   return text(failure, "kind") + ": " + text(failure, "detail");
 }
 
-/// Prints a result file of the session. The sentences come from the daemon; `last`: what to do next, empty: the
+/// Prints a result file of the session, whose sentences are the daemon's; `last`: what to do next, empty: the
 /// file's name. Success: the flag is set, or none is named.
 int conclude_with(const Connection& daemon, const json& status, const std::string& file,
-                  const char* flag, const std::string& last = {}) {
+                  const char* flag, const calib::Phrase& last = {}) {
   const json result = get(daemon, session_path(number(status, "session")) + "/" + file);
   std::string words;
-  for (const json& line : result.value("words", json::array()))
-    if (line.is_string()) words += line.get<std::string>() + "\n";
-  words += last.empty() ? "figures: " + text(status, "results") + "/" + file + "\n" : last;
-  print_result(daemon.json, result, words);
+  // Sessions of earlier versions have their sentences in English alone.
+  for (const json& line : result.value(result.contains("said") ? "said" : "words", json::array()))
+    words += say(calib::phrase_of(line)) + "\n";
+  words += say(last.empty() ? calib::Phrase("say.cli.figures",
+                                            {{"file", text(status, "results") + "/" + file}})
+                            : last);
+  print_result(daemon.json, result, words + "\n");
   return flag == nullptr || result.value(flag, false) ? kSuccess : kNotPublishable;
 }
 
 /// A dry run that did not fail has covered the whole path.
 int conclude_dry_run(const Connection& daemon, const json& status) {
-  return print_result(
-      daemon.json, status,
-      fmt::format(
-          "{} stand-offs reached, the tip met nothing. 'cellcal run' with the same cell file, touches, "
-          "check and seed goes the same way and touches\n",
-          number(status, "touches")));
+  return print_result(daemon.json, status,
+                      say({"say.cli.dry_run", {{"n", number(status, "touches")}}}) + "\n");
 }
 
 /// Prints the result of a session; the exit status follows from it.
@@ -153,16 +153,13 @@ int conclude(const Connection& daemon, const json& status) {
   const std::string phase = text(status, "phase");
   if (phase == "failed") throw std::runtime_error(failure_words(status));
   if (phase == "aborted") {
-    throw std::runtime_error(fmt::format(
-        "session {} was aborted; its touches are kept. Resume: 'cellcal run --resume'", session));
+    throw std::runtime_error(say({"say.cli.aborted", {{"session", session}}}));
   }
   const std::string kind = text(status, "kind");
   if (kind == "qualify") return conclude_with(daemon, status, "qualification.json", "passed");
   if (kind == "check") return conclude_with(daemon, status, "check.json", "holds");
   if (kind == "find")
-    return conclude_with(
-        daemon, status, "found.json", nullptr,
-        "Put these centres into the cell file. Then: cellcal dry-run, cellcal run\n");
+    return conclude_with(daemon, status, "found.json", nullptr, "say.cli.found.do");
   if (kind == "dry-run") return conclude_dry_run(daemon, status);
   const Response calibration = ask(daemon, "GET", session_path(session) + "/calibration.json");
   const calib::Calibration result =
@@ -170,9 +167,10 @@ int conclude(const Connection& daemon, const json& status) {
   json value = status;
   value["residuals"] = json::parse(calibration.body).value("residuals", json());
   const std::string why = text(status, "why_ended");
-  print_result(daemon.json, value,
-               (why.empty() ? "" : "stopped: " + why + "\n") + result_words(result) +
-                   "report: " + text(status, "results") + "/report.html\n");
+  print_result(
+      daemon.json, value,
+      (why.empty() ? "" : say({"say.cli.stopped", {{"why", why}}}) + "\n") + result_words(result) +
+          say({"say.cli.report", {{"file", text(status, "results") + "/report.html"}}}) + "\n");
   return result.verdict.publish() ? kSuccess : kNotPublishable;
 }
 
@@ -270,27 +268,31 @@ std::string outcome_words(const json& of) {
   if (!outcome.is_object()) return words;
   for (const json& line : outcome.value("words", json::array()))
     if (line.is_string())
-      words += (words.empty() ? "outcome: " : "  ") + line.get<std::string>() + "\n";
+      words +=
+          (words.empty() ? say("say.cli.outcome") + " " : "  ") + line.get<std::string>() + "\n";
   return words;
 }
 
 std::string load_words(const json& session) {
   const std::string load = text(session, "load");
-  return load.empty() ? "" : ", with load " + load;
+  return load.empty() ? "" : say({"say.cli.with_load", {{"load", load}}});
 }
 
 std::string status_words(const json& status) {
   const std::int64_t session = number(status, "session");
   if (const json left = status.value("interrupted", json()); session == 0 && left.is_object()) {
-    return fmt::format(
-        "idle. Session {} of {} was interrupted after touch {} of {}. Resume: 'cellcal run "
-        "--resume'\n",
-        number(left, "session"), text(left, "started"), number(left, "touches"),
-        number(left, "planned"));
+    return say({"say.cli.idle.interrupted",
+                {{"session", number(left, "session")},
+                 {"started", text(left, "started")},
+                 {"touches", number(left, "touches")},
+                 {"planned", number(left, "planned")}}}) +
+           "\n";
   }
-  if (session == 0) return "idle, no session since the daemon started\n";
+  if (session == 0) return say("say.cli.idle") + "\n";
   std::string words =
-      fmt::format("session {}: {}{}\n", session, text(status, "phase"), load_words(status));
+      say({"say.cli.session",
+           {{"session", session}, {"phase", "say.phase." + text(status, "phase")}}}) +
+      load_words(status) + "\n";
   words += outcome_words(status);
   for (const std::string& warning : warnings_of(status)) words += warning;
   if (number(status, "planned") > 0) words += progress_line(progress_of(status), 1000) + "\n";
@@ -300,17 +302,17 @@ std::string status_words(const json& status) {
   words += interruption_words(status);
   if (const auto left = figure(status, "busy_left_s");
       left && text(status, "phase") == "recovering")
-    words += fmt::format(
-        "this computer is busy: waiting for {:.0f} s at most, arm at rest. Stop "
-        "other programs on it\n",
-        *left);
-  if (!text(status, "robot").empty()) words += "robot: " + text(status, "robot") + "\n";
-  if (!text(status, "contact").empty())
-    words += "contact sensor: " + text(status, "contact") + "\n";
+    words += say({"say.cli.busy", {{"s", *left}}}) + "\n";
+  const auto add = [&](const char* id, const char* key) {
+    if (const std::string of = text(status, key); !of.empty())
+      words += say({id, {{"words", of}}}) + "\n";
+  };
+  add("say.cli.robot", "robot");
+  add("say.cli.contact", "contact");
   if (text(status, "phase") != "done") words += arm_words(status.value("arm", json()));
   words += link_words(status.value("links", json()));
   if (!failure_words(status).empty()) words += failure_words(status) + "\n";
-  if (!text(status, "results").empty()) words += "results: " + text(status, "results") + "\n";
+  add("say.cli.results", "results");
   return words;
 }
 
@@ -629,33 +631,36 @@ constexpr std::size_t kShown = 10;
 std::string entry_words(const json& entry) {
   const json& now = entry.at("now");
   const json& next = entry.at("next");
-  std::string when = next.is_null()
-                         ? "no next window"
-                         : "next " + next.value("begins", "") + " to " + next.value("ends", "");
-  if (!now.is_null()) when = "now, until " + now.value("ends", "") + "; " + when;
-  std::string text = fmt::format("{:<16}  {:<10}  {}{}, {:.0f} min expected\n",
-                                 entry.value("name", ""), entry.value("kind", ""), when,
-                                 entry.value("on_request", false) ? ", on request" : "",
-                                 entry.value("foreseen_s", 0.0) / 60.0);
-  const json& last = entry.at("last");
-  if (!last.is_null())
-    text +=
-        fmt::format("{:<16}  last: {}  {}\n", "", last.value("at", ""), last.value("words", ""));
-  return text;
+  calib::Phrase when = "say.cli.schedule.no_next";
+  if (!next.is_null())
+    when = {"say.cli.schedule.next",
+            {{"begin", text(next, "begins")}, {"end", text(next, "ends")}}};
+  if (!now.is_null())
+    when =
+        joined("say.join.semicolon", {"say.cli.schedule.now", {{"end", text(now, "ends")}}}, when);
+  const bool on_request = entry.value("on_request", false);
+  std::string words =
+      fmt::format("{:<16}  {:<10}  {}\n", text(entry, "name"), text(entry, "kind"),
+                  say({on_request ? "say.cli.schedule.entry.on_request" : "say.cli.schedule.entry",
+                       {{"when", when}, {"min", entry.value("foreseen_s", 0.0) / 60.0}}}));
+  if (const json& last = entry.at("last"); !last.is_null())
+    words += fmt::format(
+        "{:<16}  {}\n", "",
+        say({"say.cli.schedule.last", {{"at", text(last, "at")}, {"words", text(last, "words")}}}));
+  return words;
 }
 
 std::string schedule_words(const json& schedule) {
-  std::string text;
-  if (!schedule.value("unattended", false)) {
-    text += "unattended = false: nothing begins without a person ([schedule] in cellcald.toml)\n";
-  } else {
-    text += "without a person; responsible: " + schedule.value("responsible", "") + "\n";
-  }
+  std::string text = say(schedule.value("unattended", false)
+                             ? calib::Phrase("say.cli.schedule.unattended",
+                                             {{"who", schedule.value("responsible", "")}})
+                             : "say.cli.schedule.attended") +
+                     "\n";
   if (!schedule.at("held").is_null()) text += schedule.value("held", "") + "\n";
-  if (schedule.at("entries").empty()) text += "no [[schedule.session]] in cellcald.toml\n";
+  if (schedule.at("entries").empty()) text += say("say.cli.schedule.none") + "\n";
   for (const json& entry : schedule.at("entries")) text += entry_words(entry);
   const json& decisions = schedule.at("decisions");
-  if (!decisions.empty()) text += "decisions, newest first\n";
+  if (!decisions.empty()) text += say("say.cli.schedule.decisions") + "\n";
   for (std::size_t i = 0; i < decisions.size() && i < kShown; ++i) {
     text += fmt::format("{}  {:<16}  {}\n", decisions[i].value("at", ""),
                         decisions[i].value("entry", ""), decisions[i].value("words", ""));
@@ -666,19 +671,20 @@ std::string schedule_words(const json& schedule) {
 }  // namespace
 
 int show_schedule(const Connection& daemon) {
-  const json schedule = parse(ask(daemon, "GET", "/v1/schedule"));
+  const json schedule = get(daemon, "/v1/schedule");
   return print_result(daemon.json, schedule, schedule_words(schedule));
 }
 
 int begin_scheduled(const Connection& daemon, const std::string& name) {
-  const json made = parse(ask(daemon, "POST", "/v1/schedule/begin", json{{"name", name}}.dump()));
+  const json made = parse(
+      ask(daemon, "POST", in_language(daemon, "/v1/schedule/begin"), json{{"name", name}}.dump()));
   return print_result(daemon.json, made,
-                      fmt::format("session {} begun\n", made.value("session", std::int64_t{0})));
+                      say({"say.schedule.begun", {{"session", number(made, "session")}}}) + "\n");
 }
 
 int release_schedule(const Connection& daemon) {
-  const json answer = parse(ask(daemon, "POST", "/v1/schedule/release"));
-  return print_result(daemon.json, answer, "released: scheduled sessions begin again\n");
+  const json answer = parse(ask(daemon, "POST", in_language(daemon, "/v1/schedule/release")));
+  return print_result(daemon.json, answer, say("say.cli.schedule.released") + "\n");
 }
 
 }  // namespace cellcal::daemon

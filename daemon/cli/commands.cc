@@ -8,12 +8,29 @@
 
 namespace cellcal::daemon {
 
+namespace {
+
+std::string& given_language() {
+  static std::string code;
+  return code;
+}
+
+}  // namespace
+
 void add_language(CLI::App& command, std::string& given) {
   command
-      .add_option("--language", given,
-                  "Language of the sentences, else the configuration's or that of LC_ALL, LC_MESSAGES or "
-                  "LANG; JSON is in English")
-      ->check(CLI::IsMember(calib::Language::codes()));
+      .add_option(
+          "--language", given,
+          "Language of the sentences, else the configuration's or that of LC_ALL, LC_MESSAGES or "
+          "LANG; JSON is in English")
+      ->check(CLI::IsMember(calib::Language::codes()))
+      ->each([](const std::string& code) { given_language() = code; });
+}
+
+void add_language(CLI::App& command) { add_language(command, given_language()); }
+
+std::string say(const calib::Phrase& phrase) {
+  return calib::words(phrase, language_of(given_language()));
 }
 
 calib::Language language_of(const std::string& given) {

@@ -53,6 +53,10 @@ inline CLI::Validator session_number() {
 
 /// Adds --language.
 void add_language(CLI::App& command, std::string& given);
+/// Likewise, for say() alone.
+void add_language(CLI::App& command);
+/// In the language of this command's --language, otherwise of the environment.
+std::string say(const calib::Phrase& phrase);
 /// As given, otherwise of the first of LC_ALL, LC_MESSAGES and LANG that is set; English without a catalogue of it.
 calib::Language language_of(const std::string& given);
 /// As given, otherwise of the configuration where that is another than English, otherwise as above.

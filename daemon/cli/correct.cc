@@ -16,6 +16,7 @@
 #include "calib/model/error.h"
 #include "calib/model/units.h"
 #include "daemon/cli/backup.h"
+#include "daemon/cli/commands.h"
 #include "daemon/cli/offline.h"
 #include "daemon/files/atomic_file.h"
 
@@ -106,37 +107,44 @@ void write(const std::vector<fs::path>& places, const CorrectedProgram& result,
 }
 
 /// TOOL_DATA[n] or BASE_DATA[n]; below 0: written out in the program.
-std::string frame_words(int number) { return number < 0 ? "text" : std::to_string(number); }
+std::string frame_words(int number) {
+  return fmt::format("{:>6}", number < 0 ? say("say.correct.text") : std::to_string(number));
+}
 
-std::string table(const CorrectedProgram& result) {
-  std::string text =
-      fmt::format("{:<16}{:>6}{:>6}{:>6}{:>10}{:>10}{:>10}{:>10}{:>10}{:>9}\n", "point", "line",
-                  "tool", "base", "dx mm", "dy mm", "dz mm", "shift mm", "turn deg", "u95 mm");
-  for (const CorrectedPoint& p : result.points)
-    text += fmt::format(
-        "{:<16}{:>6}{:>6}{:>6}{:>10.3f}{:>10.3f}{:>10.3f}{:>10.3f}{:>10.4f}{:>9.3f}{}\n", p.name,
-        p.line, frame_words(p.tool), p.axes ? "axes" : frame_words(p.base), p.shift_mm.x(),
-        p.shift_mm.y(), p.shift_mm.z(), p.shift_mm.norm(), p.turn_deg, p.u95_mm,
-        p.status_changed ? "  S, T changed" : "");
-  return text;
+std::string point_words(const CorrectedPoint& p) {
+  return say(
+      {p.status_changed ? "say.correct.point.status" : "say.correct.point",
+       {{"name", fmt::format("{:<16}", p.name)},
+        {"line", p.line},
+        {"tool", frame_words(p.tool)},
+        {"base", p.axes ? fmt::format("{:>6}", say("say.correct.axes")) : frame_words(p.base)},
+        {"x", p.shift_mm.x()},
+        {"y", p.shift_mm.y()},
+        {"z", p.shift_mm.z()},
+        {"shift", p.shift_mm.norm()},
+        {"turn", p.turn_deg},
+        {"u95", p.u95_mm}}});
 }
 
 std::string report(const CorrectedProgram& result, const std::vector<fs::path>& written) {
-  std::string text = table(result);
+  std::string text = say("say.correct.head") + "\n";
+  for (const CorrectedPoint& p : result.points) text += point_words(p) + "\n";
   for (const krl::ToolUsed& tool : result.tools) text += tool_words(tool);
   for (const krl::LeftPoint& one : result.left)
-    text += fmt::format("left as it is: {} ({})\n", one.name, one.why);
-  if (!result.robroot_stated)
-    text += "$ROBROOT not in the given files: the robot is taken to be at the world's origin\n";
+    text += say({"say.correct.left", {{"name", one.name}, {"why", one.why}}}) + "\n";
+  if (!result.robroot_stated) text += say("say.correct.robroot") + "\n";
   const CorrectedPoint* largest = result.largest();
-  text += largest == nullptr
-              ? "no point to correct\n"
-              : fmt::format("{} points corrected; the largest shift is {:.3f} mm: {} ({}:{})\n",
-                            result.points.size(), largest->shift_mm.norm(), largest->name,
-                            largest->file, largest->line);
-  for (const fs::path& path : written) text += path.string() + " written\n";
-  if (written.empty() && largest != nullptr)
-    text += "nothing written; -o FOLDER writes the program\n";
+  text += (largest == nullptr ? say("say.correct.no_point")
+                              : say({"say.correct.largest",
+                                     {{"n", result.points.size()},
+                                      {"mm", largest->shift_mm.norm()},
+                                      {"name", largest->name},
+                                      {"file", largest->file},
+                                      {"line", largest->line}}})) +
+          "\n";
+  for (const fs::path& path : written)
+    text += say({"say.correct.written", {{"file", path.string()}}}) + "\n";
+  if (written.empty() && largest != nullptr) text += say("say.correct.nothing_written") + "\n";
   return text;
 }
 
@@ -209,11 +217,14 @@ krl::CorrectionOptions correction_options(const CorrectCommand& command,
 }
 
 std::string tool_words(const krl::ToolUsed& tool) {
-  const std::string name =
-      tool.number < 0 ? "tool in the text" : fmt::format("tool {}", tool.number);
-  if (tool.cells) return name + ": the cell file's, with its bending\n";
-  return fmt::format("{}: not the cell file's; taken as stated and stiff, load {}\n", name,
-                     tool.load_known ? "from LOAD_DATA" : "of the cell's tool (no LOAD_DATA)");
+  const calib::Phrase name = tool.number < 0
+                                 ? calib::Phrase("say.correct.tool.text")
+                                 : calib::Phrase("say.correct.tool", {{"n", tool.number}});
+  return say({tool.cells        ? "say.correct.tool.cells"
+              : tool.load_known ? "say.correct.tool.load"
+                                : "say.correct.tool.no_load",
+              {{"tool", name}}}) +
+         "\n";
 }
 
 nlohmann::json point_json(const CorrectedPoint& p) {

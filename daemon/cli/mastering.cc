@@ -47,42 +47,31 @@ std::vector<MasteredAxis> axes_of(const calib::Calibration& calibration,
   return all;
 }
 
-std::string words_of(const MasteredAxis& axis) {
+calib::Phrase phrase_of(const MasteredAxis& axis) {
   const krl::MasteringOffset& zero = axis.zero;
-  if (!axis.is_told())
-    return fmt::format("{:<3} no touch tells its zero{}. Master it by its mark", zero.joint,
-                       zero.decided_by == calib::DecidedBy::kFrame
-                           ? ": it turns arm and base alike, or the tool about its own axis"
-                           : "");
-  const std::string off =
-      fmt::format("{:+.4f} +- {:.4f} deg", zero.offset_deg, axis.expanded_deg());
-  if (!axis.is_off()) return fmt::format("{:<3} zero off by {}: leave it", zero.joint, off);
-  const std::string to =
-      axis.mark_deg ? fmt::format("until {:.4f} deg is shown, and set the mastering there ({:.4f})",
-                                  *axis.mark_deg - zero.offset_deg, *axis.mark_deg)
-                    : fmt::format(
-                          "by {:+.4f} deg from the angle shown at its mark, and set the "
-                          "mastering there",
-                          -zero.offset_deg);
-  return fmt::format("{:<3} zero off by {}: jog {}", zero.joint, off, to);
+  const bool by_frame = zero.decided_by == calib::DecidedBy::kFrame;
+  const char* id = !axis.is_told()
+                       ? by_frame ? "say.mastering.untold.frame" : "say.mastering.untold"
+                   : !axis.is_off() ? "say.mastering.leave"
+                   : axis.mark_deg  ? "say.mastering.jog.to"
+                                    : "say.mastering.jog";
+  return {id,
+          {{"joint", fmt::format("{:<3}", zero.joint)},
+           {"off", zero.offset_deg},
+           {"u", axis.expanded_deg()},
+           {"by", -zero.offset_deg},
+           {"shown", axis.mark_deg.value_or(0.0) - zero.offset_deg},
+           {"mark", axis.mark_deg.value_or(0.0)}}};
 }
 
 std::string report(const std::vector<MasteredAxis>& axes) {
   std::string text, off;
   for (const MasteredAxis& axis : axes) {
-    text += words_of(axis) + "\n";
+    text += say(phrase_of(axis)) + "\n";
     if (axis.is_off()) off += (off.empty() ? "" : ",") + axis.zero.joint;
   }
-  if (!off.empty())
-    off = fmt::format("Afterwards, in 20 s: cellcal check --mastered {}\nThen, to take the new zeros over: cellcal run "
-                      "--update --accept-change\n",
-                      off);
-  return text +
-         "(true angle less shown angle, k=2)\n"
-         "WARNING: another mastering moves every taught point and the SafeOperation zones. "
-         "Find out first\nwhy an axis is off (hit, changed motor), and leave it to trained staff. "
-         "cellcal writes none of it.\n" +
-         off;
+  text += say("say.mastering.warning") + "\n";
+  return off.empty() ? text : text + say({"say.mastering.then", {{"joints", off}}}) + "\n";
 }
 
 nlohmann::json json_of(const std::vector<MasteredAxis>& axes) {
@@ -127,6 +116,7 @@ void add_mastering(CLI::App& app, int& status) {
   command->add_flag("--withheld", given->withheld,
                     "Accept a withheld calibration, for inspection only");
   command->add_flag("--json", given->json, "Print JSON");
+  add_language(*command);
   command->callback([given, &status] { status = mastering(*given); });
 }
 

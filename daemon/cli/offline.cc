@@ -29,9 +29,10 @@
 #include "calib/model/error.h"
 #include "calib/model/units.h"
 #include "calib/plan/cell_check.h"
-#include "calib/result/finding.h"
+#include "calib/result/finding_phrase.h"
 #include "calib/result/unidentifiable.h"
 #include "calib/verdict/change.h"
+#include "daemon/cli/commands.h"
 #include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {
@@ -40,40 +41,55 @@ namespace {
 
 using calib::kMmPerM;
 
-std::string line(const char* name, const calib::ResidualSummary& summary) {
-  if (summary.count == 0) return fmt::format("{:<14} {:>7}\n", name, "none");
-  return fmt::format("{:<14} {:>7} {:>9.4f} {:>9.4f} {:>9.4f}\n", name, summary.count,
-                     summary.mean_m * kMmPerM, summary.max_m * kMmPerM, summary.rms_m * kMmPerM);
+std::string line(const char* id, const calib::ResidualSummary& summary) {
+  const std::string name = fmt::format("{:<14}", say(id));
+  if (summary.count == 0) return say({"say.cli.residual.none", {{"name", name}}}) + "\n";
+  return say({"say.cli.residual",
+              {{"name", name},
+               {"n", summary.count},
+               {"mean", summary.mean_m * kMmPerM},
+               {"max", summary.max_m * kMmPerM},
+               {"rms", summary.rms_m * kMmPerM}}}) +
+         "\n";
+}
+
+/// A sentence on a line of its own.
+std::string said(const calib::Phrase& phrase) { return say(phrase) + "\n"; }
+
+const char* verdict_id(const calib::Calibration& calibration) {
+  const calib::Verdict& verdict = calibration.verdict;
+  if (calibration.update && calibration.update->outcome == calib::UpdateOutcome::kNothingChanged)
+    return "say.cli.verdict.nothing_changed";
+  if (verdict.too_few()) return "say.cli.verdict.too_few";
+  if (verdict.publish())
+    return verdict.workspace ? "say.cli.verdict.workspace" : "say.cli.verdict.near";
+  return verdict.workspace ? "say.cli.verdict.not.workspace" : "say.cli.verdict.not.near";
 }
 
 std::string verdict_words(const calib::Calibration& calibration, Detail detail) {
-  const calib::Verdict& verdict = calibration.verdict;
-  std::string text;
-  if (calibration.update && calibration.update->outcome == calib::UpdateOutcome::kNothingChanged) {
-    text = "verdict: nothing changed, the calibration in use holds\n";
-  } else if (verdict.too_few()) {
-    text = "verdict: too few touches to calibrate; nothing else is wrong\n";
-  } else {
-    text = verdict.publish() ? "verdict: publishable" : "verdict: NOT publishable";
-    text += verdict.workspace ? ", scope: workspace\n" : ", scope: near targets\n";
-  }
-  for (const calib::Finding& finding : verdict.findings) {
+  std::string text = said(verdict_id(calibration));
+  for (const calib::Finding& finding : calibration.verdict.findings) {
     // A change of the arm is of interest in every result.
     if (detail == Detail::kAll || finding.severity != calib::Severity::kInforms ||
         finding.kind == calib::FindingKind::kUnchanged ||
         finding.kind == calib::FindingKind::kUpdated)
-      text += "  - " + calib::words(finding) + "\n";
+      text += "  - " + said(calib::phrase(finding));
   }
   return text;
 }
 
 std::string observability_words(const calib::Observability& o) {
   if (o.rows == 0) return {};
-  return fmt::format(
-      "observability: {} of {} directions of the geometry determined better than their "
-      "tolerance, {} observable; O1 {:.3g}, O2 {:.3g}, O3 {:.3g}, O4 {:.3g}, O5 {:.3g}, "
-      "condition {:.0f}\n",
-      o.determined, o.directions, o.rank, o.o1, o.o2, o.o3, o.o4, o.o5, o.condition);
+  return said({"say.cli.observability",
+               {{"determined", o.determined},
+                {"directions", o.directions},
+                {"rank", o.rank},
+                {"o1", o.o1},
+                {"o2", o.o2},
+                {"o3", o.o3},
+                {"o4", o.o4},
+                {"o5", o.o5},
+                {"condition", o.condition}}});
 }
 
 /// The most correlated pairs of parameters.
@@ -84,14 +100,25 @@ std::string correlation_words(const calib::Calibration& calibration) {
   const auto name = [&](std::size_t index) {
     return calib::parameter_name(calibration.cell, calibration.parameters[index].key);
   };
-  std::string text = "strongly correlated parameters:";
+  calib::Phrase list;
   for (std::size_t i = 0; i < std::min(kShown, pairs.size()); ++i)
-    text += fmt::format("{} {} and {} ({:+.2f})", i == 0 ? "" : ",", name(pairs[i].first),
-                        name(pairs[i].second), pairs[i].correlation);
+    list = joined("say.join.comma", list,
+                  {"say.cli.correlated.pair",
+                   {{"a", name(pairs[i].first)},
+                    {"b", name(pairs[i].second)},
+                    {"by", pairs[i].correlation}}});
   if (pairs.size() > kShown)
-    text += fmt::format("; {} more pair{} beyond {:.1f}", pairs.size() - kShown,
-                        pairs.size() == kShown + 1 ? "" : "s", calib::kStrongCorrelation);
-  return text + "\n";
+    list =
+        joined("say.join.semicolon", list,
+               {pairs.size() == kShown + 1 ? "say.cli.correlated.one" : "say.cli.correlated.more",
+                {{"n", pairs.size() - kShown}, {"beyond", calib::kStrongCorrelation}}});
+  return said({"say.cli.correlated", {{"pairs", list}}});
+}
+
+/// "touch 12 (line 14)"
+calib::Phrase touch_phrase(std::size_t index, std::span<const calib::Touch> touches) {
+  const std::size_t line = index < touches.size() ? touches[index].line : 0;
+  return {line > 0 ? "say.cli.touch.line" : "say.cli.touch", {{"n", index + 1}, {"line", line}}};
 }
 
 /// Numbers and lines of the rejected touches, as one line of the summary.
@@ -100,48 +127,66 @@ std::string outlier_list(const calib::Calibration& calibration,
   constexpr std::size_t kShown = 6;
   const std::size_t count = calibration.outliers.size();
   if (count == 0) return {};
-  std::string text = fmt::format("{} outlier{} left out:", count, count == 1 ? "" : "s");
-  const calib::Touch unknown;
-  for (std::size_t i = 0; i < std::min(kShown, count); ++i) {
-    const std::size_t k = calibration.outliers[i].touch;
-    text +=
-        (i == 0 ? " " : ", ") + calib::touch_words(k, k < touches.size() ? touches[k] : unknown);
-  }
-  return text + (count > kShown ? ", ...\n" : "\n");
+  calib::Phrase list;
+  for (std::size_t i = 0; i < std::min(kShown, count); ++i)
+    list = joined("say.join.comma", list, touch_phrase(calibration.outliers[i].touch, touches));
+  if (count > kShown) list = joined("say.join.comma", list, "...");
+  return said({count == 1 ? "say.cli.outliers.one" : "say.cli.outliers",
+               {{"n", count}, {"touches", list}}});
 }
 
 /// Parts of the arm's model that the touches gave evidence for.
 std::string model_words(const calib::Calibration& c) {
   const bool by_level = c.level_reason.choice == calib::LevelChoice::kMeanByEvidence ||
                         c.level_reason.choice == calib::LevelChoice::kAskedFor;
-  return by_level ? "model: " + calib::words(c.cell, c.level) + "\n" : "";
+  return by_level ? said({"say.cli.model", {{"model", phrase(c.cell, c.level)}}}) : "";
+}
+
+/// Axes of the positioner, one per line.
+std::string positioner_words(const calib::Calibration& c) {
+  std::string text;
+  for (const calib::PositionerLine& line : c.positioner) {
+    const Eigen::Vector3d point_mm = line.point_m * kMmPerM;
+    text += said({"say.cli.positioner",
+                  {{"axis", line.axis},
+                   {"x", point_mm.x()},
+                   {"y", point_mm.y()},
+                   {"z", point_mm.z()},
+                   {"dx", line.direction.x()},
+                   {"dy", line.direction.y()},
+                   {"dz", line.direction.z()},
+                   {"u", line.place_u95_m * kMmPerM},
+                   {"turn", line.direction_u95_rad * 1e3}}});
+  }
+  return text;
 }
 
 std::string predicted_words(const calib::Calibration& c) {
   if (!(c.predicted_workspace_m > 0.0)) return {};
-  std::string text = fmt::format(
-      "predicted mean position error: {:.3f} mm near the targets, {:.3f} mm over the workspace\n",
-      c.predicted_near_targets_m * kMmPerM, c.predicted_workspace_m * kMmPerM);
+  std::string text = said({"say.cli.predicted",
+                           {{"near", c.predicted_near_targets_m * kMmPerM},
+                            {"over", c.predicted_workspace_m * kMmPerM}}});
   if (c.nominal_workspace_u_m > 0.0)
-    text += fmt::format(
-        "with the nominal arm: {:.2f} ± {:.2f} mm near the targets, {:.2f} ± {:.2f} mm over the workspace (k = 2)\n",
-        c.nominal_near_targets_m * kMmPerM, c.nominal_near_targets_u_m * kMmPerM,
-        c.nominal_workspace_m * kMmPerM, c.nominal_workspace_u_m * kMmPerM);
+    text += said({"say.cli.predicted.nominal",
+                  {{"near", c.nominal_near_targets_m * kMmPerM},
+                   {"near_u", c.nominal_near_targets_u_m * kMmPerM},
+                   {"over", c.nominal_workspace_m * kMmPerM},
+                   {"over_u", c.nominal_workspace_u_m * kMmPerM}}});
   return text;
 }
 
 std::string fit_words(const calib::Calibration& c) {
   std::string text;
   if (c.degrees_of_freedom > 0.0)
-    text +=
-        fmt::format("chi^2 of the fit: {:.1f} at {:.1f} degrees of freedom, {:.2f} per degree\n",
-                    c.chi2, c.degrees_of_freedom, c.chi2_per_dof);
+    text += said({"say.cli.chi2",
+                  {{"chi2", c.chi2}, {"dof", c.degrees_of_freedom}, {"per", c.chi2_per_dof}}});
   if (c.repeats.degrees_of_freedom > 0.0)
-    text += fmt::format(
-        "touch noise: {:.3f} mm stated, {:.3f} mm measured by {} repeated touches ({:.0f} degrees "
-        "of freedom), {:.3f} mm used\n",
-        c.cell.touch_sigma_m * kMmPerM, c.repeats.scatter_m * kMmPerM, c.repeats.touches,
-        c.repeats.degrees_of_freedom, c.repeats.used_m * kMmPerM);
+    text += said({"say.cli.noise",
+                  {{"stated", c.cell.touch_sigma_m * kMmPerM},
+                   {"measured", c.repeats.scatter_m * kMmPerM},
+                   {"touches", c.repeats.touches},
+                   {"dof", c.repeats.degrees_of_freedom},
+                   {"used", c.repeats.used_m * kMmPerM}}});
   return text;
 }
 
@@ -151,14 +196,11 @@ std::string evidence_words(const calib::Calibration& c, std::span<const calib::T
   std::string text = fit_words(c) + delay_words(&c, contacts) +
                      observability_words(c.observability) + correlation_words(c);
   for (const calib::UnidentifiableDirection& direction : c.unidentifiable)
-    text += "not identifiable: " + calib::words(c.cell, direction) + "\n";
-  const calib::Touch unknown;
-  for (const calib::Outlier& one : c.outliers) {
-    const calib::Touch& touch = one.touch < touches.size() ? touches[one.touch] : unknown;
-    // The text includes the residual.
-    text +=
-        fmt::format("outlier: {}: {}\n", calib::touch_words(one.touch, touch), calib::words(one));
-  }
+    text += said({"say.cli.not_identifiable", {{"words", calib::phrase(c.cell, direction)}}});
+  // The phrase of an outlier includes its residual.
+  for (const calib::Outlier& one : c.outliers)
+    text += said({"say.cli.outlier",
+                  {{"touch", touch_phrase(one.touch, touches)}, {"words", calib::phrase(one)}}});
   return text;
 }
 
@@ -172,25 +214,22 @@ std::string delay_words(const calib::Calibration* fit,
   if (found != nullptr && found->decided_by != calib::DecidedBy::kData) found = nullptr;
   if (found == nullptr && !contacts) return {};
   const auto in_ms = [](double delay_s, double sigma_s) {
-    return fmt::format("{:+.2f} ± {:.2f} ms", calib::kMsPerS * delay_s,
-                       calib::kMsPerS * 2.0 * sigma_s);
+    return calib::Phrase("say.cli.delay.ms",
+                         {{"ms", calib::kMsPerS * delay_s}, {"u", calib::kMsPerS * 2.0 * sigma_s}});
   };
-  const auto by_contacts = [&] {
-    return fmt::format("{} by fast against slow contacts of {} touches",
-                       in_ms(contacts->delay_s, contacts->sigma_s), contacts->touches);
-  };
-  std::string text = "latch delay (k = 2): ";
-  if (found == nullptr) return text + by_contacts() + "\n";
+  calib::Phrase by_contacts, by_fit;
+  if (contacts)
+    by_contacts = {
+        "say.cli.delay.contacts",
+        {{"delay", in_ms(contacts->delay_s, contacts->sigma_s)}, {"touches", contacts->touches}}};
+  if (found == nullptr) return said({"say.cli.delay", {{"what", by_contacts}}});
   const double fit_s = found->nominal + found->correction;
-  text += in_ms(fit_s, found->sigma) + " by the fit";
-  if (contacts) {
-    const bool one =
-        std::abs(fit_s - contacts->delay_s) <= 2.0 * std::hypot(found->sigma, contacts->sigma_s);
-    text += fmt::format(
-        ", {}: {}", by_contacts(),
-        one ? "they agree" : "not one delay. Measure the contact itself: 'cellcal qualify'");
-  }
-  return text + "\n";
+  by_fit = {"say.cli.delay.fit", {{"delay", in_ms(fit_s, found->sigma)}}};
+  if (!contacts) return said({"say.cli.delay", {{"what", by_fit}}});
+  const bool one =
+      std::abs(fit_s - contacts->delay_s) <= 2.0 * std::hypot(found->sigma, contacts->sigma_s);
+  return said({one ? "say.cli.delay.agree" : "say.cli.delay.disagree",
+               {{"fit", by_fit}, {"contacts", by_contacts}}});
 }
 
 std::string result_words(const calib::Calibration& calibration,
@@ -200,14 +239,13 @@ std::string result_words(const calib::Calibration& calibration,
   const std::string verdict = verdict_words(calibration, detail);
   // With one or two touches per target the fit's residuals are negligible in any case.
   if (too_few && calibration.check.count == 0) return delay_words(nullptr, contacts) + verdict;
-  std::string text = fmt::format("{:<14} {:>7} {:>9} {:>9} {:>9}\n", "residual", "touches",
-                                 "mean mm", "max mm", "rms mm");
-  text += line("fit before", calibration.before);
-  text += line("fit after", calibration.after);
-  text += line("check before", calibration.check_before);
-  text += line("check after", calibration.check);
+  std::string text = said("say.cli.residual.head");
+  text += line("say.cli.residual.fit.before", calibration.before);
+  text += line("say.cli.residual.fit.after", calibration.after);
+  text += line("say.cli.residual.check.before", calibration.check_before);
+  text += line("say.cli.residual.check.after", calibration.check);
   if (too_few) return text + delay_words(nullptr, contacts) + verdict;
-  text += model_words(calibration) + predicted_words(calibration);
+  text += model_words(calibration) + predicted_words(calibration) + positioner_words(calibration);
   text += detail == Detail::kAll ? evidence_words(calibration, touches, contacts)
                                  : outlier_list(calibration, touches);
   return text + verdict;
@@ -300,7 +338,7 @@ int identify(const IdentifyCommand& command) {
   } else if (command.verbose) {
     put(result_words(calibration, touches, Detail::kAll), {});
   } else {
-    put(result_words(calibration, touches) + "all findings, noise, correlations: --verbose\n", {});
+    put(result_words(calibration, touches) + said("say.cli.identify.verbose"), {});
   }
   return calibration.verdict.publish() ? kSuccess : kNotPublishable;
 }
@@ -404,11 +442,13 @@ void warn_outside_scope(const calib::Calibration& calibration,
   const auto outside = [&](const Eigen::Vector3d& tcp_m) { return !scope.holds_at(tcp_m); };
   const auto count = std::ranges::count_if(tcps_m, outside);
   if (count == 0) return;
-  fmt::print(stderr,
-             "warning: {} of {} poses, the first in row {}, are outside the scope of the calibration: "
-             "more than 150 mm from its {}. No touch checks them; calibrate with targets near them\n",
-             count, tcps_m.size(), std::ranges::find_if(tcps_m, outside) - tcps_m.begin() + 1,
-             calibration.region.empty() ? "targets" : "touched postures");
+  fmt::print(
+      stderr, "warning: {}",
+      said({calibration.region.empty() ? "say.cli.outside_scope.targets"
+                                       : "say.cli.outside_scope.postures",
+            {{"n", count},
+             {"all", tcps_m.size()},
+             {"row", std::ranges::find_if(tcps_m, outside) - tcps_m.begin() + 1}}}));
 }
 
 int predict(const PredictCommand& command) {

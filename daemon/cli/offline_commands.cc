@@ -39,6 +39,7 @@ void add_identify(CLI::App& app, int& status) {
       ->capture_default_str();
   command->add_flag("--json", given->json, "Print the calibration as JSON");
   command->add_flag("--verbose", given->verbose, "Print all findings, not only the summary");
+  add_language(*command);
   command->callback([given, &status] { status = identify(*given); });
 }
 
@@ -112,6 +113,7 @@ void add_plan(CLI::App& app, int& status) {
   command->add_option("-o,--output,--out", given->output,
                       "Write the plan to this file (CSV) [standard output]");
   command->add_flag("--json", given->json, "Write JSON");
+  add_language(*command);
   command
       ->add_option(
           "--suggest-spheres", given->suggest_spheres,
@@ -454,6 +456,7 @@ void add_correct(CLI::App& app, int& status) {
   command->add_option("-o,--output,--out", given->output,
                       "Poses: write to this file [standard output]; programs: to this folder");
   command->add_flag("--json", given->json, "Write JSON");
+  add_language(*command);
   command->callback([given, &status] {
     if (given->restore.empty() && given->calibration.empty())
       throw CLI::RequiredError("--calibration");

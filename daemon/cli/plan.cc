@@ -20,6 +20,7 @@
 #include "calib/plan/cell_check.h"
 #include "calib/plan/duration.h"
 #include "calib/plan/suggest_spheres.h"
+#include "daemon/cli/commands.h"
 #include "daemon/cli/correct.h"
 #include "daemon/cli/offline.h"
 #include "daemon/files/correction_limit.h"
@@ -96,32 +97,32 @@ calib::AccuracyRegion region_of_programs(const PlanCommand& command, const calib
   return region;
 }
 
-std::string region_words(const PlanCommand& command) {
-  return command.programs.empty() ? command.region : "points of the programs";
+calib::Phrase region_phrase(const PlanCommand& command) {
+  return command.programs.empty() ? calib::Phrase(command.region) : "say.plan.programs";
 }
 
-std::string foreseen_words(const std::string& region, const calib::Plan& plan,
-                           const calib::Robot& robot) {
-  return fmt::format(
-      "predicted mean error {1:.3f} mm, u95 {2:.3f} mm ({0}); robot time {3:.1f} min at the "
-      "robot file's axis speeds",
-      region, plan.predicted_mean_m * calib::kMmPerM, plan.predicted_u95_m * calib::kMmPerM,
-      minutes(plan, robot));
+calib::Phrase foreseen(const calib::Phrase& region, const calib::Plan& plan,
+                       const calib::Robot& robot) {
+  return {"say.plan.foreseen",
+          {{"region", region},
+           {"mean", plan.predicted_mean_m * calib::kMmPerM},
+           {"u95", plan.predicted_u95_m * calib::kMmPerM},
+           {"min", minutes(plan, robot)}}};
 }
 
-std::string travel_words(const LimitNeeded& needed, const calib::Plan& plan,
-                         const calib::Robot& robot) {
+calib::Phrase travel(const LimitNeeded& needed, const calib::Plan& plan,
+                     const calib::Robot& robot) {
   std::string begin;
   for (std::size_t i = 0; i < robot.joints.size(); ++i)
     begin +=
         fmt::format("{}{:.0f}", i == 0 ? "" : ",", plan.start[i] * unit_of(robot.joints[i]).per_si);
-  if (robot.first_turning() > 0) return "begins at " + begin + " (mm, deg)";
-  return fmt::format(
-      "largest axis travel {1:.1f} deg ({0}) from {2}. Over RSI set correction_limit_deg to at "
-      "least {3:.0f}; {4:.0f} also covers a session that begins or is resumed anywhere on its "
-      "way",
-      needed.axis, needed.turn_deg, begin, needed.limit_deg,
-      std::min(needed.anywhere_deg, kWidestLimitDeg));
+  if (robot.first_turning() > 0) return {"say.plan.begin", {{"begin", begin}}};
+  return {"say.plan.travel",
+          {{"axis", needed.axis},
+           {"deg", needed.turn_deg},
+           {"begin", begin},
+           {"limit", needed.limit_deg},
+           {"anywhere", std::min(needed.anywhere_deg, kWidestLimitDeg)}}};
 }
 
 std::string json_of(const calib::Plan& plan, const calib::Robot& robot, const LimitNeeded& needed) {
@@ -196,15 +197,18 @@ int plan(const PlanCommand& command) {
   }
   std::vector<calib::Touch> touches;
   for (const calib::PlannedTouch& planned : made.touches) touches.push_back(nominal_touch(planned));
-  const std::string foreseen = foreseen_words(region_words(command), made, cell.robot);
-  const std::string travel = travel_words(needed, made, cell.robot);
+  const calib::Phrase accuracy = foreseen(region_phrase(command), made, cell.robot),
+                      turn = travel(needed, made, cell.robot);
   put_as(as_touches(cell),
          "# planned with nominal geometry, not measured\n" + left_out_comment(made, cell) + "# " +
-             foreseen + "\n# " + travel + "\n" + calib::format_touches(touches, cell.robot),
+             words(accuracy) + "\n# " + words(turn) + "\n" +
+             calib::format_touches(touches, cell.robot),
          command.output);
   if (!command.output.empty())
-    put(fmt::format("{}: {} touches written\n{}\n{}\n", command.output.string(),
-                    made.touches.size(), foreseen, travel),
+    put(fmt::format("{}\n{}\n{}\n",
+                    say({"say.plan.written",
+                         {{"file", command.output.string()}, {"n", made.touches.size()}}}),
+                    say(accuracy), say(turn)),
         {});
   return kSuccess;
 }
@@ -222,9 +226,9 @@ std::optional<calib::Plan> plan_of_today(const calib::Cell& cell,
   return std::nullopt;
 }
 
-std::string accuracy_words(const calib::Plan& plan) {
-  return fmt::format("predicted mean error {:.3f} mm, u95 {:.3f} mm",
-                     plan.predicted_mean_m * kMmPerM, plan.predicted_u95_m * kMmPerM);
+calib::Phrase accuracy_of(const calib::Plan& plan) {
+  return {"say.plan.accuracy",
+          {{"mean", plan.predicted_mean_m * kMmPerM}, {"u95", plan.predicted_u95_m * kMmPerM}}};
 }
 
 std::vector<calib::Target> spheres_of(const calib::Cell& cell) {
@@ -277,19 +281,23 @@ int suggest_spheres(const PlanCommand& command, const calib::Cell& cell,
     return kSuccess;
   }
   const bool gains = !today || suggested.plan.predicted_mean_m < today->predicted_mean_m;
-  const std::string words =
-      fmt::format("# {} with {} touches, region {}: {} spheres at these places\n",
-                  accuracy_words(suggested.plan), command.touches, region_words(command),
-                  spheres_of(suggested.cell).size()) +
-      (today ? fmt::format("# {} today{}\n", accuracy_words(*today),
-                           gains ? "" : ": today's places are as good, leave the spheres there")
-             : "") +
-      fmt::format(
-          "# Put each sphere within {:.0f} mm of its place, base frame. Then have the distances certified and run "
-          "'cellcal find'\n",
-          suggested.cell.targets.front().centre_sigma_m * kMmPerM);
-  put(words + file_lines(suggested.cell), command.output);
-  if (!command.output.empty()) put(words, {});
+  std::vector<calib::Phrase> lines{{"say.plan.suggested",
+                                    {{"accuracy", accuracy_of(suggested.plan)},
+                                     {"touches", command.touches},
+                                     {"region", region_phrase(command)},
+                                     {"spheres", spheres_of(suggested.cell).size()}}}};
+  if (today)
+    lines.push_back(
+        {gains ? "say.plan.today" : "say.plan.today.as_good", {{"accuracy", accuracy_of(*today)}}});
+  lines.push_back(
+      {"say.plan.suggested.do", {{"mm", suggested.cell.targets.front().centre_sigma_m * kMmPerM}}});
+  std::string in_file, on_terminal;
+  for (const calib::Phrase& line : lines) {
+    in_file += "# " + words(line) + "\n";
+    on_terminal += "# " + say(line) + "\n";
+  }
+  put(in_file + file_lines(suggested.cell), command.output);
+  if (!command.output.empty()) put(on_terminal, {});
   return kSuccess;
 }
 

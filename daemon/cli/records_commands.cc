@@ -305,7 +305,7 @@ void add_certificate(CLI::App& app, int& status) {
   command->footer(
       "Writes certificate.html, certificate.pdf (needs the package 'weasyprint'), certificate.json,\n"
       "certificate.dcc.xml (Digital Calibration Certificate) and rows.jsonl, the\n"
-      "session's rows. "
+      "session's rows. With --language de certificate.de.html and certificate.de.pdf; the XML has all languages.\n"
       "Serial numbers, operator and the artefacts' certificates come from the cell file. A directory needs no "
       "daemon.\nSigned if a key exists (certificate.sums, certificate.sums.sig); 'cellcal verify' checks it.\nThe result is computed again first. A directory is signed for where its export is signed.\n"
       "Status 3 where the result was withheld, is an update or is not reproduced to the bit, where its rows are not\n"

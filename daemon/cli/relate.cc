@@ -126,38 +126,43 @@ std::string name_of(const SpherePair& pair) {
 }
 
 std::string words_of(const calib::RelatedSphere& one) {
-  const std::string off = fmt::format("  {:<10} {:.3f} mm apart, U {:.3f} mm", name_of(one.sphere),
-                                      one.off_m.norm() * kMmPerM, one.u_m * kMmPerM);
-  if (!one.agrees)
-    return off +
-           fmt::format(
-               " ({:.0f} sigma): does not agree and is left out. It moved between the two sessions, or "
-               "is another sphere\n",
-               one.sigmas);
-  return off + (one.suspect ? ": contradicts the others, or one of them it\n" : ": agrees\n");
+  const char* id = !one.agrees   ? "say.relate.sphere.moved"
+                   : one.suspect ? "say.relate.sphere.suspect"
+                                 : "say.relate.sphere";
+  return say({id,
+              {{"name", fmt::format("{:<10}", name_of(one.sphere))},
+               {"off", one.off_m.norm() * kMmPerM},
+               {"u", one.u_m * kMmPerM},
+               {"sigmas", one.sigmas}}}) +
+         "\n";
 }
 
-std::string report(const calib::BaseRelation& found) {
-  calib::FrameMmDeg f = calib::to_frame(found.second_in_first);
+/// As $ROBROOT: in the controller's syntax, with decimal points.
+std::string krl_frame(calib::FrameMmDeg f) {
   // Below the printed digits: no "-0.0000".
   for (double& mm : f.xyz_mm) mm = std::abs(mm) < 0.5e-4 ? 0.0 : mm;
   for (double& deg : f.abc_deg) deg = std::abs(deg) < 0.5e-5 ? 0.0 : deg;
+  return fmt::format("{{X {:.4f},Y {:.4f},Z {:.4f},A {:.5f},B {:.5f},C {:.5f}}}\n", f.xyz_mm[0],
+                     f.xyz_mm[1], f.xyz_mm[2], f.abc_deg[0], f.abc_deg[1], f.abc_deg[2]);
+}
+
+std::string report(const calib::BaseRelation& found) {
   const Eigen::Vector<double, 6> u = 2.0 * found.covariance.diagonal().cwiseSqrt();
-  std::string text = fmt::format(
-      "base of the second arm in the base of the first, both as calibrated (as $ROBROOT: R = Rz(A) Ry(B) Rx(C)):\n"
-      "{{X {:.4f},Y {:.4f},Z {:.4f},A {:.5f},B {:.5f},C {:.5f}}}\n"
-      "U (k=2): X {:.3f}, Y {:.3f}, Z {:.3f} mm; about X {:.4f}, Y {:.4f}, Z {:.4f} deg; "
-      "between the spheres {:.3f} mm\n",
-      f.xyz_mm[0], f.xyz_mm[1], f.xyz_mm[2], f.abc_deg[0], f.abc_deg[1], f.abc_deg[2],
-      u[0] * kMmPerM, u[1] * kMmPerM, u[2] * kMmPerM, u[3] * kDegPerRad, u[4] * kDegPerRad,
-      u[5] * kDegPerRad, u_mm(found.middle_covariance));
-  text += fmt::format("spheres by both arms (chi2 {:.1f}, {} degrees of freedom):\n", found.chi2,
-                      found.degrees_of_freedom);
+  std::string text =
+      say("say.relate.frame") + "\n" + krl_frame(calib::to_frame(found.second_in_first)) +
+      say({"say.relate.u",
+           {{"x", u[0] * kMmPerM},
+            {"y", u[1] * kMmPerM},
+            {"z", u[2] * kMmPerM},
+            {"about_x", u[3] * kDegPerRad},
+            {"about_y", u[4] * kDegPerRad},
+            {"about_z", u[5] * kDegPerRad},
+            {"middle", u_mm(found.middle_covariance)}}}) +
+      "\n" +
+      say({"say.relate.spheres", {{"chi2", found.chi2}, {"dof", found.degrees_of_freedom}}}) + "\n";
   for (const calib::RelatedSphere& one : found.spheres) text += words_of(one);
   if (std::ranges::any_of(found.spheres, &calib::RelatedSphere::suspect))
-    text +=
-        "The spheres contradict each other, and too few remain to tell which one moved or is another. Touch one more "
-        "with both arms\n";
+    text += say("say.relate.contradiction") + "\n";
   return text;
 }
 
@@ -208,6 +213,7 @@ void add_relate(CLI::App& app, int& status) {
       ->excludes(same);
   command->add_option("-o,--output,--out", given->output, "Write to this file [standard output]");
   command->add_flag("--json", given->json, "Print JSON");
+  add_language(*command);
   command->callback([given, &status] { status = relate(*given); });
 }
 

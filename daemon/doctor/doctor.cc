@@ -134,10 +134,10 @@ std::optional<DaemonSeen> examine_daemon(const DaemonConfig& config, Findings& f
   seen.running = status.value("running", json(false)) == true;
   if (const auto process = process_behind(config.socket)) seen.rights = rights_of_process(*process);
   const std::string version = text(status, "version"), own = calib::software_version();
-  const Phrase found =
-      seen.running ? Phrase("say.doctor.daemon.busy", {{"session", figure(status, "session")},
-                                                       {"phase", text(status, "phase")}})
-                   : Phrase("say.doctor.daemon.idle");
+  const Phrase found = seen.running ? Phrase("say.doctor.daemon.busy",
+                                             {{"session", figure(status, "session")},
+                                              {"phase", "say.phase." + text(status, "phase")}})
+                                    : Phrase("say.doctor.daemon.idle");
   if (version != own) {
     findings.warn(
         check,

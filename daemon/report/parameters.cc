@@ -57,6 +57,10 @@ std::pair<std::string, bool> owner_of(const View& view, const calib::ParameterKe
   if (key.target >= 0)
     return {named("say.report.owner.target", cell.targets.at(static_cast<std::size_t>(key.target)).id),
             false};
+  if (key.carrier >= 0)
+    return {named("say.report.owner.joint",
+                  cell.robot.positioner.at(static_cast<std::size_t>(key.carrier)).name),
+            false};
   if (key.kind == ParameterKind::kLatchDelay) return {say("say.report.owner.touch"), false};
   if (!cell.tool.id.empty()) {
     const auto index = static_cast<std::size_t>(key.tool);

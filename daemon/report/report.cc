@@ -51,11 +51,11 @@ std::string signatures() {
 }  // namespace
 
 std::string report_name(const calib::Language& language) {
-  return language == calib::Language() ? "report.html" : "report." + language.code() + ".html";
+  return report::file_name("report", language, "html");
 }
 
 std::string plots_name(const calib::Language& language) {
-  return language == calib::Language() ? "plots.json" : "plots." + language.code() + ".json";
+  return report::file_name("plots", language, "json");
 }
 
 std::string plots_json(std::int64_t session, const ReportPlots& plots) {

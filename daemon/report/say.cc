@@ -42,6 +42,11 @@ std::string sentence(const calib::Phrase& phrase) {
   return svg::escape(say({"say.report.sentence", {{"words", phrase}}}));
 }
 
+std::string file_name(const std::string& stem, const calib::Language& language,
+                      const std::string& extension) {
+  return stem + (language == calib::Language() ? "" : "." + language.code()) + "." + extension;
+}
+
 std::string paragraph(std::string_view css_class, const std::string& html) {
   return css_class.empty() ? fmt::format("<p>{}</p>\n", html)
                            : fmt::format("<p class=\"{}\">{}</p>\n", css_class, html);

@@ -36,6 +36,10 @@ std::string unit_word(const std::string& unit);
 /// Escaped, with a capital and a full stop; empty without words.
 std::string sentence(const calib::Phrase& phrase);
 
+/// "report.html"; "report.de.html" in another language than English.
+std::string file_name(const std::string& stem, const calib::Language& language,
+                      const std::string& extension);
+
 /// <p class="note">...</p>; without a class where it is empty.
 std::string paragraph(std::string_view css_class, const std::string& html);
 

@@ -488,7 +488,8 @@ void Runner::give_up(const std::string& words) {
   perform(CloseDevices{});
   state_.failure =
       Failure{FailureKind::kUnexpectedEvent,
-              {"say.failure.report_this", {{"phase", to_string(state_.phase)}, {"what", words}}}};
+              {"say.failure.report_this",
+               {{"phase", std::string("say.phase.") + to_string(state_.phase)}, {"what", words}}}};
   state_.phase = Phase::kFailed;
   perform(RecordEnd{Ending::kFailed, to_journal(*state_.failure), state_.failure});
   perform.try_and_note("reporting the end", [&] {

@@ -150,7 +150,8 @@ Phrase attended_words(const Links& links) {
 
 Phrase unexpected_words(const State& state, const Event& event) {
   return sentences({"say.failure.unexpected",
-                    {{"event", to_string(event.kind)}, {"phase", to_string(state.phase)}}},
+                    {{"event", std::string("say.happened.") + to_string(event.kind)},
+                     {"phase", std::string("say.phase.") + to_string(state.phase)}}},
                    sentences(event.words, "say.failure.export"));
 }
 
@@ -208,7 +209,9 @@ Phrase what(FailureKind kind, const State& state, const Event& event) {
     case FailureKind::kStoppedElsewhere:
       return sentences("say.failure.stopped_elsewhere", words);
     case FailureKind::kTimeout:
-      return sentences({"say.failure.timeout", {{"phase", to_string(state.phase)}}}, words);
+      return sentences(
+          {"say.failure.timeout", {{"phase", std::string("say.phase.") + to_string(state.phase)}}},
+          words);
     case FailureKind::kStopUnconfirmed:
       return sentences("say.failure.stop_unconfirmed", link_words(links));
     case FailureKind::kJournal:

@@ -19,6 +19,7 @@
 #include "calib/plan/contact_forecast.h"
 #include "calib/plan/duration.h"
 #include "calib/plan/touch_sequence.h"
+#include "calib/result/finding_phrase.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/correction_limit.h"
 #include "daemon/report/report.h"
@@ -432,7 +433,8 @@ void write_results(const TaskInputs& inputs, const calib::Calibration& calibrati
   if (calibration.update)
     report.notes.emplace_back(
         "say.report.note.update",
-        std::vector<calib::PhraseValue>{{"stands_on", calibration.update->stands_on}});
+        std::vector<calib::PhraseValue>{
+            {"stands_on", calib::calibration_phrase(calibration.update->stands_on)}});
   report.truth = inputs.truth(calibration);
   report.plan = plan;
   report.error_map = calib::error_map(calibration);

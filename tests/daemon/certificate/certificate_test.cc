@@ -52,15 +52,14 @@ TEST(a_certificates_words, name_who_and_what_was_there) {
   ASSERT_TRUE(calibrated.found_by);
   EXPECT_EQ(calibrated.found_by->text, "session 1 of 2026-03-29");
   const auto error = [](const CertificateData& of) {
-    return *std::ranges::find(of.figures, "TCP position error over the scope: mean",
-                              &certificate::Figure::what);
+    return *std::ranges::find(of.figures, "say.certificate.tcp.mean", &certificate::Figure::what);
   };
   EXPECT_GT(*error(drawn).found.value, 5.0 * *error(drawn).left.value);
   EXPECT_LT(*error(calibrated).found.value, *error(drawn).found.value / 5.0);
   EXPECT_LT(*error(calibrated).left.value, *error(drawn).left.value);
   // The frame, and what is not identifiable.
   EXPECT_GE(calibrated.directions.size(), 3u);
-  for (const Entry& one : calibrated.directions) EXPECT_TRUE(one.stated());
+  for (const certificate::Said& one : calibrated.directions) EXPECT_TRUE(one.entry.stated());
   EXPECT_TRUE(says(to_html(calibrated), "base frame"));
 }
 
@@ -107,11 +106,9 @@ TEST(a_certificates_words, have_no_figures_of_check_touches_as_found_where_there
   const CertificateData data =
       make_certificate(make_archive(journal, id, directory / "none"), "e", kIssue);
   ASSERT_TRUE(data.found_by);
-  const auto fit =
-                 std::ranges::find(data.figures, "Tip against the artefacts, fitted touches: mean",
-                                   &certificate::Figure::what),
-             check = std::ranges::find(data.figures,
-                                       "Tip against the artefacts, held-out touches: mean",
+  const auto fit = std::ranges::find(data.figures, "say.certificate.tip.fitted.mean",
+                                     &certificate::Figure::what),
+             check = std::ranges::find(data.figures, "say.certificate.tip.check.mean",
                                        &certificate::Figure::what);
   ASSERT_LE(check + 3, data.figures.end());
   for (int i = 0; i < 3; ++i) {
@@ -241,8 +238,9 @@ void for_each_text(CertificateData& d, const std::function<void(std::string&)>& 
       act(entry->text);
   for (auto& one : d.lengths)
     for (Entry* entry : {&one.from, &one.to, &one.certificate, &one.date}) act(entry->text);
-  for (auto* list : {&d.directions, &d.remarks, &d.joint_names})
-    for (Entry& one : *list) act(one.text);
+  for (auto* list : {&d.directions, &d.remarks})
+    for (certificate::Said& one : *list) act(one.entry.text);
+  for (Entry& one : d.joint_names) act(one.text);
   for (auto& one : d.breaks) act(one.event.text), act(one.phase.text);
   for (auto& one : d.parameters)
     act(one.name.text), act(one.nominal.unit), act(one.decided_by.text);

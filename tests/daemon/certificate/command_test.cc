@@ -77,6 +77,17 @@ TEST_F(the_certificate_command,
   EXPECT_EQ(changed.err.find("cellcal verify: "), 0u);
 }
 
+TEST_F(the_certificate_command, writes_the_document_in_the_language_asked_for) {
+  const Outcome made = certify({"--language", "de", "--no-sign", "--out", dir / "c"});
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_TRUE(std::filesystem::exists(dir / "c/certificate.de.html"));
+  EXPECT_FALSE(std::filesystem::exists(dir / "c/certificate.html"));
+  EXPECT_NE(calib::read_file(dir / "c/certificate.de.html").find("Kalibrierschein"),
+            std::string::npos);
+  EXPECT_NE(calib::read_file(dir / "c/certificate.json").find("scatter of a touch"),
+            std::string::npos);
+}
+
 TEST_F(the_certificate_command, of_an_emulated_cell_is_named_by_verify) {
   export_of({.emulated = true}, "m");
   ASSERT_EQ(run_program({CELLCAL, "certificate", dir / "m", "--no-pdf", "--key", dir / "k", "--out",

@@ -59,8 +59,8 @@ TEST(a_digital_certificate, names_robot_artefacts_and_dates) {
 TEST(a_digital_certificate, has_the_certificates_numbers_with_full_precision) {
   const CertificateData data = first_of_dcc();
   const Dcc dcc(data);
-  const std::string what = "TCP position error over the scope: mean";
-  const Figure& figure = *std::ranges::find(data.figures, what, &Figure::what);
+  const std::string id = "say.certificate.tcp.mean", what = calib::words(calib::Phrase(id));
+  const Figure& figure = *std::ranges::find(data.figures, id, &Figure::what);
   for (const auto& [result, entry] :
        {std::pair("as found", &figure.found), std::pair("as left", &figure.left)}) {
     const pugi::xml_node real = quantity(dcc, result, what).child("si:real");

@@ -341,6 +341,15 @@ TEST_F(correct, and_mastering_names_the_angle_of_each_axis_and_those_that_no_tou
   all.insert(all.end(), {"--machine-data", data});
   EXPECT_NE(run_program(all).out.find("deg is shown, and set the mastering there (110.0000)"),
             std::string::npos);
+  all.insert(all.end(), {"--language", "de"});
+  const std::string german = run_program(all).out;
+  EXPECT_NE(german.find("A1  keine Antastung bestimmt ihren Nullpunkt: Er dreht"),
+            std::string::npos)
+      << german;
+  EXPECT_NE(german.find("Grad angezeigt wird, und dort die Justage setzen (110,0000)"),
+            std::string::npos)
+      << german;
+  EXPECT_NE(german.find("WARNUNG: Eine andere Justage"), std::string::npos) << german;
   all.emplace_back("--json");
   const auto json = nlohmann::json::parse(run_program(all).out);
   bool off = false;

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <thread>
 
 #include "calib/files/files.h"
@@ -130,6 +131,41 @@ TEST(a_plan, is_a_touch_file_that_identify_reads_and_predict_continues_from) {
                                        dir / "joints.csv", "--nominal", "--json"});
   ASSERT_EQ(nominal.status, 0) << nominal.err;
   EXPECT_EQ(nlohmann::json::parse(nominal.out).size(), 2u);
+}
+
+/// Neither English nor a decimal point in what a command says in German.
+void expect_german(std::string said) {
+  said = std::regex_replace(said, std::regex("'[^']*'"), "");  // commands
+  static const std::regex kEnglish(
+      "\\b(the|of|and|with|is|are|not|from|touches|mean|verdict|check|before|after|[0-9]+\\.[0-9]+)\\b");
+  std::smatch left;
+  EXPECT_FALSE(std::regex_search(said, left, kEnglish)) << left.str() << " in " << said;
+  EXPECT_EQ(said.find("say."), std::string::npos) << said;
+  EXPECT_FALSE(std::regex_search(said, std::regex("\\{[a-z_]+(:[^}]*)?\\}"))) << said;
+}
+
+TEST(a_plan_and_its_result, are_told_in_the_language_asked_for_and_written_in_none) {
+  const TemporaryDirectory dir;
+  const std::string plan = dir / "p.csv", calibration = dir / "c.json";
+  const auto in_german = [](std::vector<std::string> command) {
+    command.insert(command.end(), {"--language", "de"});
+    return run_program(command);
+  };
+  const Outcome planned =
+      in_german({CELLCAL, "plan", "--cell", kCell, "--touches", "30", "--check", "6", "-o", plan});
+  ASSERT_EQ(planned.status, 0) << planned.err;
+  EXPECT_EQ(planned.out.find(plan + ": 36 Antastungen geschrieben\n"), 0u) << planned.out;
+  expect_german(planned.out.substr(planned.out.find('\n')));
+  EXPECT_NE(content(plan).find("# predicted mean error "), std::string::npos);
+  const Outcome identified = in_german(
+      {CELLCAL, "identify", "--cell", kCell, "--touches", plan, "-o", calibration, "--verbose"});
+  ASSERT_TRUE(identified.status == 0 || identified.status == 3) << identified.err;
+  EXPECT_NE(identified.out.find("Fit nachher"), std::string::npos) << identified.out;
+  EXPECT_NE(identified.out.find("Urteil: "), std::string::npos) << identified.out;
+  EXPECT_NE(identified.out.find("Beobachtbarkeit: "), std::string::npos) << identified.out;
+  expect_german(identified.out);
+  const auto json = nlohmann::json::parse(content(calibration));
+  EXPECT_NE(json.at("verdict").dump().find("certified lengths hold the scale"), std::string::npos);
 }
 
 TEST(a_result_that_must_not_be_published, is_written_and_ends_with_status_3) {

@@ -78,6 +78,7 @@ TEST(a_positioner, is_planned_and_identified_and_the_result_states_its_axes) {
   const Outcome identified = run_program(
       {CELLCAL, "identify", "--cell", files.cell, "--touches", files.plan, "-o", files.result});
   ASSERT_TRUE(identified.status == 0 || identified.status == 3) << identified.err;
+  EXPECT_NE(identified.out.find("\nE2: X "), std::string::npos) << identified.out;
   const auto c = nlohmann::json::parse(content(files.result));
   ASSERT_EQ(c.at("positioner").size(), 2u);
   EXPECT_EQ(c["positioner"][1]["axis"], "E2");

@@ -4,6 +4,7 @@
 
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <regex>
 
 #include "calib/files/calibration_json.h"
 #include "tests/calib/check/second_arm.h"
@@ -48,6 +49,16 @@ TEST(relate, prints_the_second_base_in_the_first_with_its_uncertainty_and_every_
   EXPECT_EQ(json.at("spheres").size(), 4u);
   EXPECT_EQ(json.at("agrees"), true);
   EXPECT_LT(json.at("u_middle_mm").get<double>(), 1.0);
+}
+
+TEST(relate, in_german_has_decimal_commas_but_in_the_frame) {
+  const Outcome words = TwoArms().relate({"--language", "de"});
+  ASSERT_EQ(words.status, 0) << words.err;
+  EXPECT_NE(words.out.find("Basis des zweiten Arms in der Basis des ersten"), std::string::npos)
+      << words.out;
+  EXPECT_TRUE(std::regex_search(words.out, std::regex("\\{X 1[0-9]+\\.[0-9]{4},Y "))) << words.out;
+  EXPECT_TRUE(std::regex_search(words.out, std::regex("S4 +[0-9],[0-9]{3} mm Abstand")))
+      << words.out;
 }
 
 TEST(relate, exits_with_three_and_names_the_sphere_that_moved) {
