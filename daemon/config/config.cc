@@ -474,6 +474,9 @@ std::optional<drivers::AxisRange> linear_unit_mm(const calib::Robot& robot) {
 }  // namespace
 
 drivers::RsiConfig rsi_config_for(const DaemonConfig& config, const calib::Cell& cell) {
+  if (config.backend != BackendKind::kMock)
+    refuse_positioner(cell.robot, "a session over RSI",
+                      "Touch at the positions of 'cellcal plan', and use 'cellcal identify'");
   drivers::RsiConfig rsi = config.rsi;
   rsi.limits = axis_limits(config, cell);
   rsi.full_speed_rad_s.clear();
@@ -489,6 +492,7 @@ drivers::RsiConfig rsi_config_for(const DaemonConfig& config, const calib::Cell&
 }
 
 drivers::RsiFilesConfig rsi_files_for(const DaemonConfig& config, const calib::Cell& cell) {
+  refuse_positioner(cell.robot, "a session over RSI", "Leave --cell out");
   drivers::RsiFilesConfig files = config.rsi_files;
   files.linear_unit = linear_unit_mm(cell.robot);
   if (files.linear_unit) files.external_axes = std::max(files.external_axes, 1);
