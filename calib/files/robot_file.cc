@@ -77,6 +77,20 @@ std::string read_joint_name(const TomlTable& t) {
 constexpr double kScaleMmPerM = 0.5, kDirectionMrad = 3.0, kStraightnessMm = 0.3,
                  kTurnMradPerM = 0.5, kTurnMrad = 0.3;
 
+}  // namespace
+
+LinearGuide usual_guide() {
+  LinearGuide guide;
+  guide.scale_sigma = kScaleMmPerM / 1000.0;
+  guide.direction_sigma_rad = kDirectionMrad / 1000.0;
+  guide.straightness_sigma_m = kStraightnessMm / 1000.0;
+  guide.turn_sigma_rad_m = kTurnMradPerM / 1000.0;
+  guide.turn_sigma_rad = kTurnMrad / 1000.0;
+  return guide;
+}
+
+namespace {
+
 /// A linear unit's.
 Joint read_prismatic(const TomlTable& t) {
   Joint joint;

@@ -92,7 +92,7 @@ void set_space(sim::ControllerConfig& controller, const drivers::SpaceCorrection
 /// Empty for an arm without the six axes that the program has.
 std::string rsi_program(const DaemonConfig& config, const calib::Cell& cell) {
   constexpr std::size_t kAxes = 6;
-  if (cell.robot.joints.size() < kAxes || cell.robot.first_turning() > 0) return {};
+  if (cell.robot.joints.size() < kAxes) return {};
   drivers::RsiFilesConfig files = rsi_files_for(config, cell);
   files.pc_address = "10.0.0.5";
   return drivers::rsi_files(files).at("cellcal_rsi.src");
@@ -107,6 +107,9 @@ VirtualCellOptions rsi_options(const DaemonConfig& config, const calib::Cell& ce
   options.controller.clamp_deg = config.rsi.correction_limit_deg.at(0);
   options.controller.monitor_deg = config.rsi.correction_limit_deg.at(0);
   options.rsi = rsi_config_for(config, cell);
+  if (options.controller.linear_unit)
+    options.controller.clamp_external_mm = options.controller.monitor_external_mm =
+        options.rsi.correction_limit_deg[0];
   options.controller.program = rsi_program(config, cell);
   const bool relative = options.rsi.mode == drivers::CorrectionMode::kRelative;
   options.controller.mode = relative ? sim::RsiMode::kRelative : sim::RsiMode::kAbsolute;

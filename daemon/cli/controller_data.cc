@@ -57,6 +57,19 @@ bool has_an_arm(const MachineData& data) {
   return data.length_a_m || data.length_b_m || data.wrist || data.flange || data.base;
 }
 
+std::optional<calib::Joint> linear_unit_or_warning(const MachineData& data) {
+  try {
+    return calib::linear_unit_of(data);
+  } catch (const calib::FileError& error) {
+    fmt::print(
+        stderr,
+        "warning: {}. What carries the arm is left out: the robot file is the arm's where it "
+        "stands\n",
+        error.what());
+    return std::nullopt;
+  }
+}
+
 ToolForm tool_of(const MachineData& data, int number) {
   const std::string name = tool_name(data, number);
   const auto stated = data.tools.find(number);

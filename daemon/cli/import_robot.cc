@@ -159,6 +159,20 @@ void print_accuracy(const calib::Robot& robot) {
              "absolute_accuracy = \"in this file\"\n");
 }
 
+/// The arm on the linear unit that carries it in the machine data, if one does.
+calib::Robot on_its_unit(calib::Robot arm, const calib::MachineData& data) {
+  const auto unit = linear_unit_or_warning(data);
+  if (!unit) return arm;
+  const Eigen::Vector3d along = unit->guide->along;
+  fmt::print(stderr,
+             "linear unit E1: {:g} to {:g} mm along [{:g}, {:g}, {:g}] of the arm's foot. Machine "
+             "data state no speed of it: add max_speed_mm_s. Jog E1 and check the direction\n",
+             unit->min_rad * calib::kMmPerM, unit->max_rad * calib::kMmPerM, along.x(), along.y(),
+             along.z());
+  arm.joints.insert(arm.joints.begin(), *unit);
+  return arm;
+}
+
 /// Throws for joints as of a URDF in wrong units or without limits or speed.
 void check_joints(const calib::Robot& robot, const std::string& file) {
   constexpr double kMostTurnsRad = 25.0, kLongestM = 50.0;
@@ -233,6 +247,7 @@ int import_robot(const ImportRobotCommand& command) {
     print_accuracy(robot);
   }
   if (!command.urdf.empty()) check_joints(robot, command.urdf.string());
+  robot = on_its_unit(std::move(robot), data);
   put_as(as_robot(), calib::robot_to_toml(robot), command.output);
   return kSuccess;
 }

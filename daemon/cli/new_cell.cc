@@ -47,6 +47,10 @@ void take_tool(const ToolForm& of_controller, CellForm& form) {
 /// kr210_r2700_extra.toml beside the cell file, of the controller's own arm.
 NamedRobotFile robot_file_of(const calib::MachineData& data, const NewCellCommand& command) {
   const calib::Robot robot = calib::arm_of_controller(data);
+  if (linear_unit_or_warning(data))
+    fmt::print(stderr,
+               "warning: $EX_KIN: a linear unit carries the arm; this cell file is the arm's where "
+               "it stands. 'cellcal import-robot --machine-data' writes a robot file with it\n");
   NamedRobotFile file;
   file.reference = calib::krl::lower_case(robot.name) + ".toml";
   std::ranges::replace_if(

@@ -2,6 +2,7 @@
 
 #include <sys/un.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
@@ -11,6 +12,7 @@
 #include "daemon/config/config_values.h"
 #include "drivers/contact/port/udp_port.h"
 #include "drivers/error.h"
+#include "drivers/units.h"
 
 namespace cellcal::daemon {
 
@@ -269,6 +271,8 @@ void share_with_rsi_files(DaemonConfig& config) {
   files.port = config.rsi.port;
   files.sentype = config.rsi.sentype;
   files.axis_tag = config.rsi.axis_tag;
+  files.external_axis_tag = config.rsi.external_axis_tag;
+  files.external_axes = config.controller.external_axes;
   files.stop_tag = config.rsi.stop_tag;
   files.mode_tag = config.rsi.mode_tag;
   files.override_tag = config.rsi.override_tag;
@@ -459,10 +463,21 @@ std::vector<drivers::AxisLimit> axis_limits(const DaemonConfig& config, const ca
 
 }  // namespace
 
+namespace {
+
+/// Range of the linear unit that carries the arm [mm].
+std::optional<drivers::AxisRange> linear_unit_mm(const calib::Robot& robot) {
+  if (robot.first_turning() == 0) return std::nullopt;
+  return drivers::AxisRange{robot.joints[0].min_rad * drivers::kMmPerM,
+                            robot.joints[0].max_rad * drivers::kMmPerM};
+}
+
+}  // namespace
+
 drivers::RsiConfig rsi_config_for(const DaemonConfig& config, const calib::Cell& cell) {
   if (config.backend != BackendKind::kMock)
-    refuse_external_axes(cell.robot, "a session over RSI",
-                         "Use EKI, with [controller] external_axes");
+    refuse_positioner(cell.robot, "a session over RSI",
+                      "Touch at the positions of 'cellcal plan', and use 'cellcal identify'");
   drivers::RsiConfig rsi = config.rsi;
   rsi.limits = axis_limits(config, cell);
   rsi.full_speed_rad_s.clear();
@@ -470,16 +485,20 @@ drivers::RsiConfig rsi_config_for(const DaemonConfig& config, const calib::Cell&
     rsi.full_speed_rad_s.push_back(joint.max_speed_rad_s);
   }
   rsi.correction_limit_deg.assign(cell.robot.joints.size(), config.rsi.correction_limit_deg.at(0));
-  for (std::size_t i = 0; i < cell.robot.first_turning(); ++i) rsi.correction_limit_deg[i] = kAnyMm;
+  if (const auto unit = linear_unit_mm(cell.robot))
+    rsi.correction_limit_deg[0] = drivers::travel_limit_mm(*unit);
   if (rsi.space.on) rsi.space.geometry = controller_arm(config, cell);
   rsi.validate();
   return rsi;
 }
 
 drivers::RsiFilesConfig rsi_files_for(const DaemonConfig& config, const calib::Cell& cell) {
-  refuse_external_axes(cell.robot, "a session over RSI", "Leave --cell out");
+  refuse_positioner(cell.robot, "a session over RSI", "Leave --cell out");
   drivers::RsiFilesConfig files = config.rsi_files;
+  files.linear_unit = linear_unit_mm(cell.robot);
+  if (files.linear_unit) files.external_axes = std::max(files.external_axes, 1);
   for (const calib::Joint& joint : cell.robot.joints) {
+    if (joint.is_prismatic()) continue;
     files.ranges_deg.push_back(
         {joint.min_rad * calib::kDegPerRad, joint.max_rad * calib::kDegPerRad});
   }

@@ -117,8 +117,8 @@ double correction_limit_rad(const DaemonConfig& config);
 /// drivers::ConfigError where the robot file lacks a limit.
 drivers::RsiConfig rsi_config_for(const DaemonConfig& config, const calib::Cell& cell);
 drivers::EkiConfig eki_config_for(const DaemonConfig& config, const calib::Cell& cell);
-/// RSI files for the controller, with the ranges of this cell's first six axes. Throws drivers::ConfigError
-/// where it has fewer.
+/// RSI files for the controller, with the ranges of this cell's arm, and E1 where a linear unit carries it.
+/// Throws drivers::ConfigError where it has fewer than six axes.
 drivers::RsiFilesConfig rsi_files_for(const DaemonConfig& config, const calib::Cell& cell);
 
 // Operator actions at the pendant; the single source of this wording.

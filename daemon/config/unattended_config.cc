@@ -204,8 +204,8 @@ namespace {
 
 constexpr std::size_t kMostSessions = 32, kLongestScheduleName = 40;
 constexpr std::array<std::string_view, 7> kDays{"sun", "mon", "tue", "wed", "thu", "fri", "sat"};
-constexpr const char* kKeys[] = {"name",  "kind",    "cell",  "days",    "from",   "to",
-                                 "begin", "touches", "check", "goal_mm", "minutes"};
+constexpr const char* kKeys[] = {"name",  "kind",    "cell",  "days",    "from", "to",
+                                 "begin", "touches", "check", "goal_mm", "load", "minutes"};
 constexpr int kMinutesPerHour = 60, kHoursPerDay = 24;
 
 /// "22:30" as minutes since midnight.
@@ -261,6 +261,17 @@ std::string read_session_name(const TomlTable& table) {
   return name;
 }
 
+/// Whether the cell has it is known where the session begins.
+std::string read_load(const TomlTable& table) {
+  constexpr std::size_t kLongest = 64;
+  const std::string load = table.string("load");
+  if (load.empty() || load.size() > kLongest || calib::shown(load) != load)
+    table.fail("load", "\"" + calib::shown(load) +
+                           "\" must be the id of a [[load]] of the cell file: 1 to 64 characters. "
+                           "Without load leave it out");
+  return load;
+}
+
 void refuse_touches_of_others(const TomlTable& table, const ScheduledSession& session) {
   if (session.kind == "calibrate") return;
   for (const char* key : {"touches", "check", "goal_mm"}) {
@@ -281,6 +292,7 @@ ScheduledSession read_session(const TomlTable& table) {
   if (table.has("touches")) session.touches = static_cast<int>(table.integer("touches", 4, 2000));
   if (table.has("check")) session.check = static_cast<int>(table.integer("check", 0, 2000));
   if (table.has("goal_mm")) session.goal_mm = table.number("goal_mm", {0.01, 10.0});
+  if (table.has("load")) session.load = read_load(table);
   if (table.has("minutes")) session.minutes = table.number("minutes", {0.1, 1440.0});
   table.refuse_unknown();
   return session;

@@ -92,6 +92,7 @@ struct ScheduledSession {
   std::optional<int> touches;
   std::optional<int> check;
   std::optional<double> goal_mm;
+  std::string load;  ///< held in all touches: id of a [[load]] of the cell file; empty: none
   std::optional<double> minutes;  ///< duration; none: estimated from earlier sessions
 
   bool operator==(const ScheduledSession&) const = default;

@@ -133,6 +133,7 @@ std::int64_t ServiceSessionGateway::begin(const ScheduledSession& session, const
   request.fit_touches = session.touches;
   if (session.check) request.check_touches = *session.check;
   request.goal_mm = session.goal_mm;
+  request.load = session.load;
   request.unattended = by;
   request.unless_aborted = aborts;
   return start(request);

@@ -126,6 +126,7 @@ int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   if (!options.rsi_context.empty() && std::filesystem::exists(program))
     controller.program = calib::read_file(program.string());
   controller.start_rad = start_of(options, cell);
+  controller.linear_unit = cell.robot.first_turning() > 0;
   const calib::Cell known = with_tool_of(controller.program, cell);
   controller.arm = sim::make_cartesian_arm(known);
   controller.states = stated_arm(options, emulated.physical.truth(), known);
@@ -287,8 +288,6 @@ int run(const sim::EmulatorOptions& options) {
       throw std::invalid_argument("robot file of " + cell.robot.name + ": joint " + joint.name +
                                   " has no max_speed_deg_s; an arm that moves needs it");
   refuse_positioner(cell.robot, "the emulated cell", "Take a robot file without it");
-  if (options.wire != "eki")
-    refuse_linear_unit(cell.robot, "the emulated cell over RSI", "Take --wire eki");
   return options.wire == "eki" ? run_eki(options, cell) : run_rsi(options, cell);
 }
 

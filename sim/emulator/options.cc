@@ -438,6 +438,32 @@ void apply_axis_limits(const RsiContextFile& context, const RsiObject& corrector
   }
 }
 
+/// AXISCORREXT, which drives E1 alone; without it no external axis is corrected.
+void apply_travel_limits(const RsiContextFile& context, const RsiChannelFile& channel,
+                         ControllerConfig& controller) {
+  constexpr int kRsi3Input = 7;
+  controller.clamp_external_mm = 0.0;
+  const RsiObject* corrector = context.only("AXISCORREXT");
+  if (corrector == nullptr) return;
+  const RsiObject* monitor = context.only("AXISCORRMON");
+  const drivers::RsiInput* input = corrector->input(context.rsi_version == 3 ? kRsi3Input : 1);
+  if (input == nullptr)
+    throw std::invalid_argument(
+        fmt::format("{}: {}: E1 is not wired", context.name, corrector->id));
+  check_index(channel, context, *input);
+  const bool of_e1 = std::ranges::any_of(channel.receive, [&](const RsiElement& one) {
+    return one.index == input->from_index && one.tag.ends_with(".E1");
+  });
+  if (!of_e1)
+    throw std::invalid_argument(
+        fmt::format("{}:{}: {} takes another value's channel, which is not emulated", context.name,
+                    input->line, corrector->id));
+  controller.clamp_external_mm = std::min(-number(*corrector, "LowerLimE1", -kDefaultClampMm),
+                                          number(*corrector, "UpperLimE1", kDefaultClampMm));
+  controller.monitor_external_mm =
+      monitor == nullptr ? kDefaultMonitorDeg : number(*monitor, "MaxE1", kDefaultMonitorDeg);
+}
+
 void apply_space_limits(const RsiContextFile& context, const RsiObject& corrector,
                         ControllerConfig& controller) {
   controller.clamp_mm = std::numeric_limits<double>::infinity();
@@ -505,6 +531,7 @@ void apply_context(const RsiContextFile& context, const RsiChannelFile& channel,
   } else {
     apply_axis_limits(context, *corrector, controller);
   }
+  apply_travel_limits(context, channel, controller);
   if (const RsiObject* stop = context.only("STOP"); stop != nullptr && stop->input(1) != nullptr) {
     check_index(channel, context, *stop->input(1));
   }

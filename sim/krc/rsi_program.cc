@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "drivers/kuka/wire/wire_axes.h"
+
 namespace cellcal::sim {
 
 namespace {
@@ -72,12 +74,15 @@ RsiProgram::RsiProgram(const std::string& text)
     bind(name, [this](Arguments a) { start_->relative = a[0]->i == 2; });
 }
 
-/// "LowerLimA1"
+/// "LowerLimA1", "UpperLimE1"
 void RsiProgram::set_limit(const std::string& parameter, double value) {
-  const bool lower = parameter.starts_with("LowerLimA");
-  if (!(lower || parameter.starts_with("UpperLimA")) || parameter.size() != 10)
+  const bool lower = parameter.starts_with("LowerLim");
+  const bool external = parameter.size() == 10 && parameter[8] == 'E';
+  if (!(lower || parameter.starts_with("UpperLim")) || parameter.size() != 10 ||
+      !(external || parameter[8] == 'A'))
     throw krl::RunError("RSI: no parameter " + parameter);
-  const auto axis = static_cast<std::size_t>(parameter[9] - '1');
+  const auto axis =
+      static_cast<std::size_t>(parameter[9] - '1') + (external ? drivers::kArmAxes : 0);
   std::vector<double>& limits = lower ? start_->low_deg : start_->high_deg;
   if (axis < limits.size()) limits[axis] = value;
 }

@@ -11,7 +11,7 @@ namespace cellcal::sim {
 
 /// Settings of the program at RSI_MOVECORR.
 struct RsiStart {
-  std::vector<double> low_deg, high_deg;  ///< AXISCORR's limits of A1 to A6
+  std::vector<double> low_deg, high_deg;  ///< AXISCORR's limits of A1 to A6, then AXISCORREXT's
   std::optional<bool> relative;           ///< RSI_ON's argument
 };
 

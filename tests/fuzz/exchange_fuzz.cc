@@ -76,6 +76,13 @@ void read_as_machine_data(std::string_view text) {
     for (const auto& [number, name] : *names)
       require(!name.empty() && !has_control(name), "names are fit for a comment");
   try {
+    if (const auto unit = linear_unit_of(data)) {
+      require(std::abs(unit->guide->along.norm() - 1.0) < 1e-6, "travels along a direction");
+      require(unit->min_rad < unit->max_rad, "travels");
+    }
+  } catch (const FileError&) {  // not whole, or another kinematic
+  }
+  try {
     for (const Joint& joint : robot_of(data).joints) {
       require(std::isfinite(joint.d_m) && std::isfinite(joint.a_m), "lengths are finite");
       require(joint.min_rad < joint.max_rad, "limits are in order");

@@ -34,6 +34,10 @@ RsiFilesConfig config(int version) {
   RsiFilesConfig c;
   c.pc_address = "10.0.0.5";
   c.rsi_version = version;
+  if (version == 6) {
+    c.external_axes = 1;
+    c.linear_unit = AxisRange{0.0, 3000.0};
+  }
   return c;
 }
 

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -38,10 +39,15 @@ struct EkiFilesConfig {
   void validate() const;
 };
 
-/// Range of one axis, from the robot file.
+/// Range of one axis, from the robot file; of a linear unit [mm].
 struct AxisRange {
   double low_deg = -360.0, high_deg = 360.0;
 };
+
+/// Greatest correction of a linear unit: its whole stroke, either way, and what is measured beyond it.
+constexpr double travel_limit_mm(const AxisRange& range) {
+  return range.high_deg - range.low_deg + 1.0;
+}
 
 /// Display text: the releases of RSI, by major version.
 inline constexpr const char* kRsiVersions =
@@ -55,12 +61,15 @@ struct RsiFilesConfig {
   std::string pc_address;  ///< this computer's, in the controller's RSI subnet (not 192.168.0.x)
   std::uint16_t port = 49152;
   int rsi_version = 4;  ///< one of kRsiVersions
-  std::string sentype = "ImFree", axis_tag = "AK", stop_tag = "Stop";
+  std::string sentype = "ImFree", axis_tag = "AK", external_axis_tag = "EK", stop_tag = "Stop";
   std::string mode_tag = "Mode.R", override_tag = "OvPro.R";  ///< empty: not sent
   std::string contact_tag;  ///< likewise $IN[input], the contact sensor's output
   int input = 1;
   CorrectionMode mode = CorrectionMode::kAbsolute;  ///< of RSI_ON; determines HOLDON of the axes
   double correction_limit_deg = 90.0;  ///< of AXISCORR (clamps silently) and its monitor
+  int external_axes = 0;               ///< of the controller: in the packets, and watched there
+  /// Range of E1, which carries the arm and is corrected with it [mm]; none: no external axis is.
+  std::optional<AxisRange> linear_unit;
   /// Ranges of A1 to A6 beyond which the controller does not correct; empty: only the software
   /// limit switches. Corrections in space have no such limits.
   std::vector<AxisRange> ranges_deg;
@@ -68,6 +77,11 @@ struct RsiFilesConfig {
   int timeout_cycles = 100;          ///< late replies before KSS29002
   int flag = 901;                    ///< $FLAG, TRUE during an interruption of the connection
   int tool = 0, base = 0, load = 0;  ///< as in EkiFilesConfig
+
+  /// AXISCORREXT's limits of E1, and its monitor's.
+  double travel_limit_mm() const {
+    return linear_unit ? drivers::travel_limit_mm(*linear_unit) : 0.0;
+  }
 
   /// Throws ConfigError naming key, value and remedy.
   void validate() const;
@@ -80,7 +94,8 @@ using ControllerFiles = std::map<std::string, std::string>;
 ControllerFiles eki_files(const EkiFilesConfig& config);
 
 /// cellcal_rsi.src, cellcal_rsi_ethernet.xml, and the context: cellcal_rsi.rsi.xml, .rsi and
-/// .rsi.diagram for RSI 3, cellcal_rsi.rsix from RSI 4 on. Six axes. Throws ConfigError.
+/// .rsi.diagram for RSI 3, cellcal_rsi.rsix from RSI 4 on. Six axes, and E1 of a linear unit. Throws
+/// ConfigError.
 ControllerFiles rsi_files(const RsiFilesConfig& config);
 
 }  // namespace cellcal::drivers

@@ -203,7 +203,12 @@ RsiContextFile read_rsi_model(std::string_view text, const std::string& name) {
     one.line = xml.line_of(node);
     one.type = xml.attribute(node, "objType");
     one.id = xml.attribute(node, "name");
-    int index = 0;
+    // Of AXISCORREXT, which numbers its inputs behind those of AXISCORR.
+    int index = node.attribute("inputOffset")
+                    ? xml.integer(node, "inputOffset", node.attribute("inputOffset").value(), 1,
+                                  kRsiChannels) -
+                          1
+                    : 0;
     for (const pugi::xml_node& port : node.child("rSIInPorts").children("rSIInPort")) {
       ++index;
       const pugi::xml_node from = port.child("source").child("rSIOutPortMoniker");

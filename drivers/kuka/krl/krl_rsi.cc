@@ -12,6 +12,7 @@
 #include "drivers/kuka/krl/krl_rsi_drawing.h"
 #include "drivers/kuka/krl/krl_rsi_fence.h"
 #include "drivers/kuka/krl/krl_rsi_state.h"
+#include "drivers/kuka/krl/krl_rsi_travel.h"
 #include "drivers/kuka/wire/xml_values.h"
 
 namespace cellcal::drivers {
@@ -56,15 +57,18 @@ std::string limits(const RsiFilesConfig& c, const std::string& form, int from) {
   return text;
 }
 
-std::string monitor(const std::string& form, double limit_deg, int from) {
+std::string monitor(const RsiFilesConfig& c, const std::string& form, int from) {
   std::string text;
   for (int i = 0; i < kRsiAxes; ++i) {
     if (i > 0) text += '\n';
-    text += fmt::format(fmt::runtime(form), "MaxA", i + 1, from + i, decimal(limit_deg));
+    text +=
+        fmt::format(fmt::runtime(form), "MaxA", i + 1, from + i, decimal(c.correction_limit_deg));
   }
-  // External axes are not driven: the object's defaults.
+  // The object's default for external axes that are not driven.
   for (int i = 0; i < kRsiAxes; ++i) {
-    text += '\n' + fmt::format(fmt::runtime(form), "MaxE", i + 1, from + kRsiAxes + i, "6.0");
+    const bool driven = i == 0 && c.linear_unit;
+    text += '\n' + fmt::format(fmt::runtime(form), "MaxE", i + 1, from + kRsiAxes + i,
+                               driven ? decimal(c.travel_limit_mm()) : "6.0");
   }
   return text;
 }
@@ -96,14 +100,24 @@ constexpr const char* kActivate =
     ENDLOOP
   ENDIF)";
 
+/// CC_LOW and CC_HIGH: the limits of an axis by its greatest correction, its switches and its range.
+std::string fence_ends(krl::Places places, const char* ending, double limit) {
+  places["OF_AXIS"] = ending;
+  places["CORRECTION_LIMIT"] = decimal(limit);
+  places["LIMIT_KEY"] = *ending ? "the linear unit's stroke" : "correction_limit_deg";
+  return '\n' + part("fence_ends.src.in", places);
+}
+
 void add_fence(const RsiFilesConfig& c, krl::Places& places) {
   const bool six = c.rsi_version == 6;
   places["FENCE_CALL"] = c.space.on ? "" : fmt::format(kFenceCall, six ? " " : "CONTID");
   places["FENCE_PARAMETER"] = six ? " " : "CONTID :IN ";
   places["FENCE_NUMBER"] = six ? "" : "  DECL INT CONTID";
   places["FENCE_AXES"] = krl::fence_axes(c);
-  places["CORRECTION_LIMIT"] = decimal(c.correction_limit_deg);
-  places["FENCE"] = c.space.on ? "" : part("fence.src.in", places);
+  places["FENCE"] =
+      c.space.on ? ""
+                 : part("fence.src.in", places) + fence_ends(places, "", c.correction_limit_deg);
+  if (c.linear_unit) places["FENCE"] += fence_ends(places, krl::kTravelFence, c.travel_limit_mm());
 }
 
 /// Names of RSI's calls, and destination of its files.
@@ -160,14 +174,13 @@ void add_limits(const RsiFilesConfig& c, krl::Places& places) {
   const char* const open = c.space.on ? "" : "IsPublic=\"true\" ";
   const char* const open_model = c.space.on ? "" : "isPublic=\"true\" ";
   const char* const fixed = c.rsi_version == 6 ? "IsRuntime=\"false\" " : "";
-  const double limit = c.correction_limit_deg;
   places["FIXED"] = fixed;
   places["RSI3_LIMITS"] = limits(c, context_parameter(true, open), 1);
   places["RSI4_LIMITS"] = limits(c, context_parameter(false, open), 0);
-  places["RSI3_MONITOR"] = monitor(context_parameter(true, ""), limit, 1);
-  places["RSI4_MONITOR"] = monitor(context_parameter(false, fixed), limit, 0);
+  places["RSI3_MONITOR"] = monitor(c, context_parameter(true, ""), 1);
+  places["RSI4_MONITOR"] = monitor(c, context_parameter(false, fixed), 0);
   places["MODEL_LIMITS"] = limits(c, model_parameter("-2147483648", open_model), 1);
-  places["MODEL_MONITOR"] = monitor(model_parameter("0", ""), limit, 1);
+  places["MODEL_MONITOR"] = monitor(c, model_parameter("0", ""), 1);
 }
 
 krl::Places places_of(const RsiFilesConfig& c) {
@@ -218,6 +231,7 @@ krl::Places places_of(const RsiFilesConfig& c) {
   add_limits(c, places);
   add_release(c, places);
   add_correction(c, places);
+  krl::add_travel(c, places);
   add_fence(c, places);
   krl::add_state(c, places);
   return places;
@@ -286,6 +300,7 @@ void RsiFilesConfig::validate() const {
   }
   check_name("sentype", sentype);
   check_name("axis_tag", axis_tag);
+  check_name("external_axis_tag", external_axis_tag);
   check_name("stop_tag", stop_tag);
   check_sent_name("mode_tag", mode_tag);
   check_sent_name("override_tag", override_tag);
@@ -300,6 +315,14 @@ void RsiFilesConfig::validate() const {
           "controller files: correction = \"space\" is not possible with mode RELATIVE. Use "
           "mode = \"absolute\"");
     }
+  }
+  check_number("external_axes", external_axes, linear_unit ? 1 : 0, 6);
+  if (linear_unit) {
+    check_number("E1's range", travel_limit_mm(), 1.0, 200'000.0);
+    if (space.on)
+      throw ConfigError(
+          "controller files: correction = \"space\" drives six axes and no linear unit. Use "
+          "correction = \"axes\"");
   }
   check_number("port", port, 1, 65535);
   check_number("timeout_cycles", timeout_cycles, 1, 1000);

@@ -56,6 +56,9 @@ ParameterValue value_of(const RsiSet& set, const RsiContextFile& file, const Rsi
 void check_wire(const RsiSet& set, const RsiContextFile& file, const RsiObject& object, int input,
                 const std::string& ethernet, const std::string& tag);
 
+/// HOLDON of a correction has to match the mode.
+void check_hold(const RsiSet& set, const RsiElement& one);
+
 /// POSCORR's limits, frame and monitor.
 void check_space(const RsiSet& set, const RsiContextFile& file, const RsiObject& corrector);
 /// Checks $TOOL and $BASE in the program, which corrections in space depend on.

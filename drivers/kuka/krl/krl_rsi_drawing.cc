@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "drivers/kuka/krl/krl_rsi_state.h"
+#include "drivers/kuka/krl/krl_rsi_travel.h"
 #include "drivers/kuka/wire/xml_values.h"
 
 namespace cellcal::drivers::krl {
@@ -36,19 +37,21 @@ std::vector<std::string> frame_names(const std::string& front) {
   return result;
 }
 
-std::vector<Shape> shapes(bool space, const std::vector<RsiStateSource>& state) {
+std::vector<Shape> shapes(const RsiFilesConfig& config, const std::vector<RsiStateSource>& state) {
+  const bool space = config.space.on, travels = config.linear_unit.has_value();
   std::vector<std::string> values = space ? frame_names("") : names("A", 6);
   std::vector<std::string> with_status = values, all = names("A", 6);
   with_status.insert(with_status.begin(), "Stat");
   for (const std::string& external : names("E", 6)) all.push_back(external);
-  std::vector<Shape> result{
-      {"ETHERNET1", names("In", static_cast<int>(state.size()) + 1), names("Out", 7)}};
+  std::vector<Shape> result{{"ETHERNET1", names("In", static_cast<int>(state.size()) + 1),
+                             names("Out", travels ? kTravelChannel : 7)}};
   if (space) {
     result.push_back({"POSCORR1", frame_names("Corr"), with_status});
     result.push_back({"POSCORRMON1", {}, values});
   } else {
     result.push_back({"AXISCORR1", names("CorrA", 6), with_status});
   }
+  if (travels) result.push_back({"AXISCORREXT1", {"CorrE1"}, {"Stat", "E1"}});
   result.push_back({"AXISCORRMON1", {}, all});
   result.push_back({"STOP1", {"In1"}, {}});
   for (const RsiStateSource& one : state) result.push_back({object_id(one, 3), {}, {one.output}});
@@ -61,7 +64,7 @@ class Drawing {
     std::string body;
     double left = kLeft;
     const std::vector<RsiStateSource> state = state_sources(config);
-    const std::vector<Shape> all = shapes(config.space.on, state);
+    const std::vector<Shape> all = shapes(config, state);
     for (const Shape& shape : all) {
       body += draw(shape, left);
       left += kColumn;
@@ -71,6 +74,8 @@ class Drawing {
       body += connect(fmt::format("{}/{}", corrector.object, corrector.in[i]),
                       fmt::format("ETHERNET1/Out{}", i + 1));
     body += connect("STOP1/In1", fmt::format("ETHERNET1/Out{}", corrector.in.size() + 1));
+    if (config.linear_unit)
+      body += connect("AXISCORREXT1/CorrE1", fmt::format("ETHERNET1/Out{}", kTravelChannel));
     for (std::size_t i = 0; i < state.size(); ++i)
       body += connect(fmt::format("ETHERNET1/In{}", i + 1),
                       fmt::format("{}/{}", object_id(state[i], 3), state[i].output));

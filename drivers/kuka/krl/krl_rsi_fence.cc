@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "drivers/kuka/krl/krl_rsi.h"
+#include "drivers/kuka/krl/krl_rsi_travel.h"
 #include "drivers/kuka/wire/xml_values.h"
 
 namespace cellcal::drivers::krl {
@@ -26,25 +27,33 @@ bool sets_limits(const std::string& text, const RsiFilesConfig& config) {
   });
 }
 
+/// Lower and upper limit of an axis, degrees or millimetres; `range`: null if unknown.
+void add_limits(std::vector<FenceLimit>& limits, const char* object, const std::string& axis,
+                std::size_t number, const AxisRange* range, const char* ending) {
+  for (const bool lower : {true, false}) {
+    const std::string soft = fmt::format("$SOFT{}_END[{}]", lower ? 'N' : 'P', number);
+    std::string span = soft;
+    if (range != nullptr)
+      span = fmt::format(
+          "{:.1f}", lower ? range->low_deg - kRangeSlackDeg : range->high_deg + kRangeSlackDeg);
+    limits.push_back({object, fmt::format("{}Lim{}", lower ? "Lower" : "Upper", axis),
+                      fmt::format("{}{}({},{},$AXIS_ACT_MEAS.{})", lower ? "CC_LOW" : "CC_HIGH",
+                                  ending, soft, span, axis),
+                      lower});
+  }
+}
+
 }  // namespace
 
 std::vector<FenceLimit> fence_limits(const RsiFilesConfig& config) {
   std::vector<FenceLimit> limits;
   for (std::size_t i = 0; i < kFencedAxes; ++i) {
-    for (const bool lower : {true, false}) {
-      const std::string soft = fmt::format("$SOFT{}_END[{}]", lower ? 'N' : 'P', i + 1);
-      std::string span = soft;
-      if (!config.ranges_deg.empty()) {
-        const AxisRange& range = config.ranges_deg.at(i);
-        span = fmt::format(
-            "{:.1f}", lower ? range.low_deg - kRangeSlackDeg : range.high_deg + kRangeSlackDeg);
-      }
-      limits.push_back({fmt::format("{}LimA{}", lower ? "Lower" : "Upper", i + 1),
-                        fmt::format("{}({},{},$AXIS_ACT_MEAS.A{})", lower ? "CC_LOW" : "CC_HIGH",
-                                    soft, span, i + 1),
-                        lower});
-    }
+    const AxisRange* range = config.ranges_deg.empty() ? nullptr : &config.ranges_deg.at(i);
+    add_limits(limits, corrector(config), fmt::format("A{}", i + 1), i + 1, range, "");
   }
+  if (config.linear_unit)
+    add_limits(limits, travel_corrector(config), "E1", kFencedAxes + 1,
+               config.ranges_deg.empty() ? nullptr : &*config.linear_unit, kTravelFence);
   return limits;
 }
 
@@ -57,19 +66,20 @@ std::string fence_axes(const RsiFilesConfig& config) {
         "  OK=OK AND (RET==RSIOK) AND (LIMIT{}0.0)",
         one.value,
         config.rsi_version == 6 ? "RSI_SetParameter(\"cellcal_rsi\"" : "RSI_SetPublicPar(CONTID",
-        corrector(config), one.parameter, one.lower ? "<=" : ">=");
+        one.object, one.parameter, one.lower ? "<=" : ">=");
   }
   return text;
 }
 
 void check_public(const ControllerFiles& files, const RsiContextFile& context,
                   const RsiFilesConfig& config, Findings& findings) {
-  const RsiObject* object = context.only("AXISCORR");
-  if (object == nullptr || config.space.on) return;  // reported already
+  const RsiObject *arm = context.only("AXISCORR"), *unit = context.only("AXISCORREXT");
+  if (arm == nullptr || config.space.on) return;  // reported already
   for (const auto& [name, text] : files) {
     if (!(name.ends_with(".src") || name.ends_with(".SRC")) || !sets_limits(text, config)) continue;
     for (const FenceLimit& one : fence_limits(config)) {
-      const RsiParameter* limit = object->parameter(one.parameter);
+      const RsiObject* object = one.parameter.ends_with("E1") ? unit : arm;
+      const RsiParameter* limit = object == nullptr ? nullptr : object->parameter(one.parameter);
       if (limit == nullptr || limit->open) continue;
       return findings.refuse(context.name, limit->line,
                              "{} of {} lacks IsPublic=\"true\": {} cannot set it and halts. Make "
@@ -96,9 +106,12 @@ void check_fence(const std::string& name, const std::string& text, const RsiFile
         "sides of the start, not by the software limit switches. Make the files again",
         config.correction_limit_deg);
   }
+  bool of_travel = false;
   for (const Placed<std::string>& one : lines) {
     double limit_deg = 0.0;
-    if (!one.value.starts_with(kLimit) ||
+    if (one.value.starts_with("DEFFCT"))
+      of_travel = one.value.find(kTravelFence) != std::string::npos;
+    if (of_travel || !one.value.starts_with(kLimit) ||
         !wire::parse_number(one.value.substr(kLimit.size()), limit_deg) ||
         std::abs(limit_deg) >= config.correction_limit_deg)
       continue;

@@ -12,10 +12,13 @@ namespace cellcal::drivers::krl {
 
 /// Calls of CC_LOW and CC_HIGH, in the order of the axes, required in a program.
 struct FenceLimit {
+  std::string object;     ///< "AXISCORR1"
   std::string parameter;  ///< "LowerLimA1"
   std::string value;      ///< "CC_LOW($SOFTN_END[1],-155.1,$AXIS_ACT_MEAS.A1)"
   bool lower = true;
 };
+/// Ending of the functions for E1, in millimetres.
+inline constexpr const char* kTravelFence = "_E1";
 std::vector<FenceLimit> fence_limits(const RsiFilesConfig& config);
 
 /// Body of CC_FENCE, which sets them.

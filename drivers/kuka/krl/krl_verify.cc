@@ -108,9 +108,9 @@ void check_stop(const RsiSet& set, const RsiContextFile& file, const RsiObject* 
 void check_spelling(const RsiSet& set, const RsiContextFile& file) {
   for (const auto& [three, four] :
        {std::pair{"ETHERNET", "Ethernet"}, std::pair{"AXISCORR", "AxisCorr"},
-        std::pair{"AXISCORRMON", "AxisCorrMon"}, std::pair{"POSCORR", "PosCorr"},
-        std::pair{"POSCORRMON", "PosCorrMon"}, std::pair{"STOP", "Stop"},
-        std::pair{"STATUS", "Status"}, std::pair{"DIGIN", "DigIn"}}) {
+        std::pair{"AXISCORRMON", "AxisCorrMon"}, std::pair{"AXISCORREXT", "AxisCorrExt"},
+        std::pair{"POSCORR", "PosCorr"}, std::pair{"POSCORRMON", "PosCorrMon"},
+        std::pair{"STOP", "Stop"}, std::pair{"STATUS", "Status"}, std::pair{"DIGIN", "DigIn"}}) {
     for (const RsiObject& one : file.objects) {
       const char* right = file.rsi_version == 3 ? three : four;
       if (!wire::same_name(one.type, three) || one.type == right) continue;

@@ -9,6 +9,7 @@
 #include "drivers/kuka/krl/krl_rsi.h"
 #include "drivers/kuka/krl/krl_rsi_fence.h"
 #include "drivers/kuka/krl/krl_rsi_state.h"
+#include "drivers/kuka/krl/krl_rsi_travel.h"
 #include "drivers/kuka/wire/xml_values.h"
 
 namespace cellcal::drivers {
@@ -77,7 +78,9 @@ void check_sent(const RsiSet& set) {
   }
 }
 
-void check_hold(const RsiSet& set, const RsiElement& one) {
+}  // namespace
+
+void krl::check_hold(const RsiSet& set, const RsiElement& one) {
   const bool wanted = set.mode == CorrectionMode::kAbsolute;
   if (one.hold_on.value_or(!wanted) == wanted) return;
   set.findings.refuse(set.channel.name, one.line,
@@ -87,6 +90,8 @@ void check_hold(const RsiSet& set, const RsiElement& one) {
                              : "every late reply repeats the last step",
                       wanted ? 1 : 0);
 }
+
+namespace {
 
 void check_received(const RsiSet& set) {
   for (int i = 1; i <= kVerifiedAxes; ++i) {
@@ -102,7 +107,7 @@ void check_received(const RsiSet& set) {
       set.findings.refuse(set.channel.name, one->line,
                           "{} must have TYPE=\"DOUBLE\" and a channel number as its INDX", tag);
     }
-    check_hold(set, *one);
+    krl::check_hold(set, *one);
   }
   const RsiElement* stop = set.received(set.config.stop_tag);
   if (stop == nullptr) {
@@ -296,6 +301,7 @@ std::vector<FileFinding> verify_rsi_files(const ControllerFiles& files,
       check_received(set);
       if (context) krl::check_context(set, *context);
       if (context) krl::check_public(files, *context, config, findings);
+      krl::check_travel(set, context ? &*context : nullptr);
       krl::check_state(set, context ? &*context : nullptr);
     }
     if (context && context->rsi_version == 3) check_unit(files, *context, findings);

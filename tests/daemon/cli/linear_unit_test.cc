@@ -1,5 +1,6 @@
 // An arm on a linear unit through the commands: planned, identified, predicted; all else refuses it.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -49,6 +50,53 @@ centre_sigma_mm = 5.0
 sigma_mm = 0.03
 radius_offset_sigma_mm = 0.1
 )";
+
+/// Of an arm with these lengths, and E1 along y of its foot.
+constexpr const char* kMachineOnTrack = R"($TIRORO={X 0.0,Y 0.0,Z 400.0,A 0.0,B 0.0,C 0.0}
+$LENGTH_A=180.0
+$LENGTH_B=600.0
+$TX3P3={X 620.0,Y 0.0,Z 40.0,A 0.0,B 90.0,C 0.0}
+$TFLWP={X 0.0,Y 0.0,Z 80.0,A 0.0,B 0.0,C 0.0}
+$EX_AX_NUM=1
+$AXIS_TYPE[7]=1
+$SOFTN_END[7]=0.0
+$SOFTP_END[7]=3000.0
+$EX_KIN={ET1 #ERSYS,ET2 #NONE,ET3 #NONE,ET4 #NONE,ET5 #NONE,ET6 #NONE}
+$ET1_AX={TR_A1 #E1,TR_A2 #NONE,TR_A3 #NONE}
+$ET1_TA1KR={X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C -90.0}
+)";
+
+std::string machine_on_track(const std::string& flange) {
+  std::string text = kMachineOnTrack + flange;
+  for (int axis = 1; axis <= 6; ++axis)
+    text += fmt::format("$SOFTN_END[{0}]=-100.0\n$SOFTP_END[{0}]=120.0\n", axis);
+  return text;
+}
+
+TEST(import_robot_with_machine_data,
+     writes_the_linear_unit_that_carries_the_arm_or_names_what_is_missing) {
+  TemporaryDirectory dir;
+  const std::string robot = dir / "r.toml";
+  std::ofstream(dir / "$machine.dat")
+      << machine_on_track("$ET1_TFLA3={X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 90.0}\n");
+  const Outcome whole =
+      run_program({CELLCAL, "import-robot", "--machine-data", dir.path(), "-o", robot});
+  ASSERT_EQ(whole.status, 0) << whole.err;
+  EXPECT_NE(whole.err.find("linear unit E1: 0 to 3000 mm along [0, 1, 0]"), std::string::npos)
+      << whole.err;
+  EXPECT_NE(whole.err.find("add max_speed_mm_s"), std::string::npos) << whole.err;
+  const calib::Robot read = calib::load_robot(robot);
+  ASSERT_EQ(read.joints.size(), 7u);
+  EXPECT_EQ(read.joints[0].guide->along, Eigen::Vector3d(0, 1, 0));
+
+  std::ofstream(dir / "$machine.dat") << machine_on_track("");
+  const Outcome part =
+      run_program({CELLCAL, "import-robot", "--machine-data", dir.path(), "-o", robot});
+  ASSERT_EQ(part.status, 0) << part.err;
+  EXPECT_NE(part.err.find("warning: $ET1_TFLA3: not in the given machine data"), std::string::npos)
+      << part.err;
+  EXPECT_EQ(calib::load_robot(robot).joints.size(), 6u);
+}
 
 struct TrackFiles {
   TemporaryDirectory dir;

@@ -388,11 +388,23 @@ calib::Cell cell_on_track() {
   return cell;
 }
 
-TEST(axis_limits, of_a_linear_unit_are_refused_over_rsi_by_name) {
-  const calib::Cell cell = cell_on_track();
-  const DaemonConfig rsi = parse_config(kRsi, "d.toml");
-  EXPECT_THROW(rsi_config_for(rsi, cell), calib::LinearUnitError);
-  EXPECT_THROW(rsi_files_for(rsi, cell), calib::LinearUnitError);
+TEST(axis_limits, of_a_linear_unit_are_metres_over_rsi_and_its_correction_its_whole_stroke) {
+  calib::Cell cell = cell_on_track();
+  cell.robot.joints[0].min_rad = -0.5;
+  cell.robot.joints[0].max_rad = 2.5;
+  const DaemonConfig config = parse_config(kRsi, "d.toml");
+  const drivers::RsiConfig rsi = rsi_config_for(config, cell);
+  EXPECT_TRUE(rsi.limits[0].linear);
+  EXPECT_EQ(rsi.correction_limit_deg[0], 3001.0);
+  EXPECT_EQ(rsi.correction_limit_deg[1], config.rsi.correction_limit_deg.at(0));
+  const drivers::RsiFilesConfig files = rsi_files_for(config, cell);
+  ASSERT_TRUE(files.linear_unit);
+  EXPECT_EQ(files.linear_unit->low_deg, -500.0);
+  EXPECT_EQ(files.travel_limit_mm(), rsi.correction_limit_deg[0]);
+  EXPECT_EQ(files.external_axes, 1) << "in the packets without a key of its own";
+  EXPECT_EQ(files.ranges_deg.size(), 6u) << "of the arm";
+  const DaemonConfig space = parse_config(kRsi + "[rsi]\ncorrection = \"space\"\n", "d.toml");
+  EXPECT_THROW(rsi_config_for(space, cell), drivers::ConfigError);
 }
 
 TEST(axis_limits, of_a_linear_unit_are_metres_over_eki_and_further_external_axes_have_none) {

@@ -115,7 +115,7 @@ std::string figures(const DaemonConfig& c) {
   for (const ScheduledSession& one : n.sessions) {
     text += line("scheduled", one.name, one.kind, one.cell, one.window.from_min, one.window.to_min,
                  one.on_request, one.touches.value_or(0), one.check.value_or(0),
-                 one.goal_mm.value_or(0.0), one.minutes.value_or(0.0));
+                 one.goal_mm.value_or(0.0), one.load, one.minutes.value_or(0.0));
     for (const bool day : one.window.days) text += line("day", day);
   }
   text += line("retention", c.retain_days.value_or(0), c.retain_megabytes.value_or(0.0));

@@ -88,7 +88,7 @@ TEST(a_schedule_in_the_configuration, is_read_with_days_times_and_what_to_do) {
   const ScheduledSession one =
       schedule_of(kNightly +
                   "days = [\"mon\", \"sat\"]\ntouches = 60\ncheck = 5\ngoal_mm = 0.2\n"
-                  "minutes = 45\nbegin = \"on request\"\n")
+                  "minutes = 45\nbegin = \"on request\"\nload = \"full\"\n")
           .sessions.at(0);
   EXPECT_EQ(one.window.from_min, 22 * 60);
   EXPECT_EQ(one.window.to_min, 5 * 60 + 30);
@@ -97,6 +97,7 @@ TEST(a_schedule_in_the_configuration, is_read_with_days_times_and_what_to_do) {
   EXPECT_TRUE(one.on_request);
   EXPECT_EQ(one.touches, 60);
   EXPECT_EQ(one.minutes, 45.0);
+  EXPECT_EQ(one.load, "full");
   EXPECT_EQ(schedule_of(kNightly).sessions[0].kind, "calibrate");
 }
 
@@ -109,6 +110,10 @@ TEST(a_schedule_in_the_configuration, that_is_wrong_is_refused_with_line_and_key
       {"kind = \"qualify\"\ntouches = 9\n", "touches"},
       {"minutes = 0\n", "minutes"},
       {"goal_mm = nan\n", "goal_mm"},
+      {"load = \"\"\n", "load"},
+      {"load = \"a\\nb\"\n", "load"},
+      {"load = \"" + std::string(65, 'x') + "\"\n", "load"},
+      {"load = 3\n", "load"},
       {"when = \"now\"\n", "when"},
       {kNightly, "name"}};
   for (const auto& [text, words] : kWrong) {

@@ -105,6 +105,19 @@ TEST_F(UnattendedSession, is_not_begun_where_somebody_has_aborted_meanwhile) {
   EXPECT_TRUE(journal.sessions().empty());
 }
 
+TEST_F(UnattendedSession, begins_with_the_load_of_its_entry) {
+  ScheduledSession full = session();
+  full.load = "full";
+  try {
+    door.begin(full, "by", door.standing().aborts);
+    ADD_FAILURE() << "the cell has no [[load]]";
+  } catch (const RequestError& error) {
+    EXPECT_NE(std::string(error.what()).find("load full: the cell has no such [[load]]"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
 TEST_F(UnattendedSession, stands_behind_the_end_that_the_journal_has_when_the_daemon_begins) {
   const std::int64_t id = journal.begin({"c", "c", "r", "r", "{}"}, "2026-01-01T00:00:00.000Z");
   journal.record(id, RecordEnd{Ending::kFailed, "no-contact: no contact up to 8 mm"},

@@ -52,6 +52,18 @@ TEST_P(InstalledFiles, OfAxisCorrectionsGiveTheirLimits) {
   EXPECT_EQ(controller.precision, 5);
 }
 
+TEST_P(InstalledFiles, OfALinearUnitGiveItsLimitsAndWithoutItNoExternalAxisIsCorrected) {
+  drivers::RsiFilesConfig config;
+  EXPECT_EQ(loaded(config).clamp_external_mm, 0.0);
+  config.external_axes = 1;
+  config.linear_unit = drivers::AxisRange{0.0, 3000.0};
+  const ControllerConfig controller = loaded(config);
+  EXPECT_EQ(controller.clamp_external_mm, 3001.0);
+  EXPECT_EQ(controller.monitor_external_mm, 3001.0);
+  EXPECT_THROW(loaded(config, GetParam() == 3 ? "OutIdx=\"8\"" : "OutIdx=\"7\"", "OutIdx=\"3\""),
+               std::invalid_argument);
+}
+
 TEST_P(InstalledFiles, OfCorrectionsInSpaceGiveTheirFrameAndLimits) {
   drivers::RsiFilesConfig config;
   config.space.on = true;
