@@ -4,6 +4,8 @@
 #include <cmath>
 #include <string>
 
+#include "calib/words/phrase.h"
+
 namespace cellcal::calib {
 
 struct MasteredZero {
@@ -18,6 +20,6 @@ struct MasteredZero {
 };
 
 /// "zero of A2 +0.0301 +- 0.0060 deg (k=2) from where it was to be mastered: does not hold. ..."
-std::string words(const MasteredZero& zero);
+Phrase phrase(const MasteredZero& zero);
 
 }  // namespace cellcal::calib
