@@ -28,12 +28,11 @@ bool is_told(const ParameterResult& zero) { return zero.decided_by == DecidedBy:
 
 }  // namespace
 
-std::string words(const MasteredZero& zero) {
-  return fmt::format("zero of {} {:+.4f} +- {:.4f} deg (k=2) from where it was to be mastered: {}", zero.joint,
-                     zero.error_rad * kDegPerRad, zero.u_rad() * kDegPerRad,
-                     zero.holds() ? "holds"
-                                  : "does not hold. Master it again, or take it over: cellcal run --update "
-                                    "--accept-change");
+Phrase phrase(const MasteredZero& zero) {
+  return {zero.holds() ? "say.mastered.holds" : "say.mastered.off",
+          {{"joint", zero.joint},
+           {"deg", zero.error_rad * kDegPerRad},
+           {"u", zero.u_rad() * kDegPerRad}}};
 }
 
 Calibration as_mastered(const Calibration& calibration, const std::vector<std::string>& joints) {

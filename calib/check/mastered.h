@@ -15,6 +15,7 @@
 #include "calib/check/foresight.h"
 #include "calib/model/touch.h"
 #include "calib/result/calibration.h"
+#include "calib/words/phrase.h"
 
 namespace cellcal::calib {
 
@@ -31,7 +32,7 @@ struct MasteredZero {
 };
 
 /// "zero of A2 +0.0301 +- 0.0060 deg (k=2) from where it was to be mastered: does not hold. ..."
-std::string words(const MasteredZero& zero);
+Phrase phrase(const MasteredZero& zero);
 
 /// The calibration once these joints have been mastered by it: their zeros are nominal. Throws IdentifyError naming a
 /// joint that the robot lacks, or that no touch separates from base or tool.

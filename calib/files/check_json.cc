@@ -3,7 +3,9 @@
 #include "calib/files/calibration_json.h"
 #include "calib/model/units.h"
 #include "calib/result/drift_chart.h"
+#include "calib/result/finding_phrase.h"
 #include "calib/result/tcp_check.h"
+#include "calib/words/phrase_json.h"
 
 namespace cellcal::calib {
 
@@ -60,7 +62,12 @@ std::string check_to_json(const TcpCheck& check) {
                     {"explanations", ordered_json::array()},
                     {"not_found", ordered_json::array()},
                     {"unsteady", ordered_json::array()},
-                    {"words", words(check)}};
+                    {"words", ordered_json::array()},
+                    {"said", ordered_json::array()}};
+  for (const Phrase& line : phrases(check)) {
+    json["words"].push_back(words(line));
+    json["said"].emplace_back(calib::to_json(line));
+  }
   for (const UnsteadyTouch& one : check.unsteady)
     json["unsteady"].push_back({{"touch", one.touch + 1}, {"target", one.target}});
   for (const NotFound& one : check.not_found)

@@ -5,6 +5,7 @@
 #include "calib/result/calibration.h"
 #include "calib/result/finding.h"
 #include "calib/result/outlier.h"
+#include "calib/result/tcp_check.h"
 #include "calib/result/unidentifiable.h"
 #include "calib/words/phrase.h"
 
@@ -14,6 +15,14 @@ namespace cellcal::calib {
 Phrase phrase(const Finding& finding);
 /// Without the opening ("scope: "), for display under a heading.
 Phrase sentence_phrase(const Finding& finding);
+
+/// "tool shifted by 0.31 +- 0.08 mm (k=2) on the flange"
+Phrase phrase(const Explanation& explanation);
+/// Remedy for a change; empty for none.
+Phrase remedy_phrase(const Explanation& change);
+/// All sentences of a check, one per line: verdict, remedy, spheres not found, every explanation with its
+/// likelihood, and the resolution of the check.
+std::vector<Phrase> phrases(const TcpCheck& check);
 
 Phrase phrase(const Outlier& outlier);
 Phrase phrase(const Cell& cell, const UnidentifiableDirection& direction);

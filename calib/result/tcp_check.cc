@@ -1,13 +1,13 @@
 #include "calib/result/tcp_check.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "calib/model/enum_table.h"
 #include "calib/model/units.h"
+#include "calib/result/finding_phrase.h"
 
 namespace cellcal::calib {
 
@@ -75,133 +75,100 @@ double TcpCheck::u_along_m() const {
 
 namespace {
 
-std::string mm(double value_m, double sigma_m) {
-  return fmt::format("{:.2f} +- {:.2f} mm (k=2)", value_m * kMmPerM, kCoverage * sigma_m * kMmPerM);
+Phrase xyz_mm(const Eigen::Vector3d& m) {
+  return {"say.check.xyz_mm",
+          {{"x", m.x() * kMmPerM}, {"y", m.y() * kMmPerM}, {"z", m.z() * kMmPerM}}};
 }
 
-std::string vector_words(const Eigen::Vector3d& m) {
-  return fmt::format("({:+.2f}, {:+.2f}, {:+.2f})", m.x() * kMmPerM, m.y() * kMmPerM,
-                     m.z() * kMmPerM);
+Phrase verdict_phrase(const TcpCheck& check) {
+  const std::string verdict = std::string("say.check.") + to_string(check.verdict());
+  const std::size_t without = check.not_found.size() + check.unsteady.size();
+  const Phrase evidence =
+      check.explanations.empty()
+          ? Phrase("say.check.without_contact", {{"n", without}, {"all", check.touches + without}})
+          : Phrase("say.check.shift", {{"mm", check.shift_m.norm() * kMmPerM},
+                                       {"u", check.u_along_m() * kMmPerM},
+                                       {"xyz", xyz_mm(check.shift_m)}});
+  return joined("say.join.colon", verdict, evidence);
 }
 
-std::string not_found_words(const NotFound& one) {
-  return fmt::format(
-      "touch {}: no contact up to {:.0f} mm beyond the expected surface of {}. "
-      "Check that {} was not moved and that the tool is not damaged",
-      one.touch + 1, one.beyond_m * kMmPerM, one.target, one.target);
-}
-
-const char* opening(CheckVerdict verdict) {
-  switch (verdict) {
-    case CheckVerdict::kHolds:
-      return "holds";
-    case CheckVerdict::kDoesNotHold:
-      return "does not hold";
-    case CheckVerdict::kUndecided:
-      break;
-  }
-  return "undecided";
-}
-
-std::string unsteady_words(const UnsteadyTouch& one) {
-  return fmt::format(
-      "touch {}: contacts with {} did not agree, twice. Clean tip and sphere, check that tip, sphere and "
-      "stand are tight, and check again",
-      one.touch + 1, one.target);
-}
-
-}  // namespace
-
-std::string verdict_words(const TcpCheck& check) {
-  if (check.explanations.empty())
-    return fmt::format("{}: {} of {} touches without a contact point", opening(check.verdict()),
-                       check.not_found.size() + check.unsteady.size(),
-                       check.touches + check.not_found.size() + check.unsteady.size());
-  return fmt::format("{}: TCP shift {:.2f} +- {:.2f} mm (k=2) {} in the flange's frame",
-                     opening(check.verdict()), check.shift_m.norm() * kMmPerM,
-                     check.u_along_m() * kMmPerM, vector_words(check.shift_m));
-}
-
-std::string words(const Explanation& one) {
-  switch (one.kind) {
-    case ChangeKind::kNothing:
-      return "nothing changed";
-    case ChangeKind::kTool:
-      return fmt::format("{} shifted by {} {} on the flange", one.name,
-                         mm(one.shift_m.norm(), one.sigma), vector_words(one.shift_m));
-    case ChangeKind::kSphere:
-      return fmt::format("{} moved by {} {}", one.name, mm(one.shift_m.norm(), one.sigma),
-                         vector_words(one.shift_m));
-    case ChangeKind::kJoint:
-      return fmt::format("zero of {} off by {:+.3f} +- {:.3f} deg (k=2)", one.name,
-                         one.amount * kDegPerRad, kCoverage * one.sigma * kDegPerRad);
-    case ChangeKind::kGrowth:
-      return fmt::format("whole arm {} by {:.0f} +- {:.0f} ppm (k=2)",
-                         one.amount < 0.0 ? "shorter" : "longer",
-                         std::abs(one.amount) * kPerMillion, kCoverage * one.sigma * kPerMillion);
-    case ChangeKind::kTouch:
-      return fmt::format("touch {} of {} alone {:+.2f} +- {:.2f} mm (k=2) off", one.touch + 1,
-                         one.name, one.amount * kMmPerM, kCoverage * one.sigma * kMmPerM);
-  }
-  return "";
-}
-
-std::string remedy_words(const Explanation& change) {
-  switch (change.kind) {
-    case ChangeKind::kTool:
-      return "Check the tool's fastening, its tip and, if it can slip, the zero of the last axis; then measure the "
-             "TCP or calibrate again";
-    case ChangeKind::kSphere:
-      return fmt::format("Clamp the stand of {} and calibrate again; the robot itself is as it was",
-                         change.name);
-    case ChangeKind::kJoint:
-      return fmt::format("Check the mastering, belt, coupling and brake of {}, and calibrate again",
-                         change.name);
-    case ChangeKind::kGrowth:
-      return "Let the arm come to its usual temperature and check again; if that is the new one, "
-             "calibrate again";
-    case ChangeKind::kTouch:
-      return fmt::format("Clean tip and {}, and check again", change.name);
-    case ChangeKind::kNothing:
-      break;
-  }
-  return "";
-}
-
-std::string change_words(const TcpCheck& check) {
+Phrase change_phrase(const TcpCheck& check) {
   const Explanation* change = check.change();
-  if (check.holds || change == nullptr || change->kind == ChangeKind::kNothing) return "";
-  return fmt::format("{}. {}", words(*change), remedy_words(*change));
+  if (check.holds || change == nullptr) return {};
+  return joined("say.join.sentences", phrase(*change), remedy_phrase(*change));
 }
 
 /// Minimum probability for display: most of some twenty explanations are negligible.
 constexpr double kMinShownProbability = 0.01;
 
-std::vector<std::string> words(const TcpCheck& check) {
-  std::vector<std::string> lines{verdict_words(check)};
-  for (const NotFound& one : check.not_found) lines.push_back(not_found_words(one));
-  for (const UnsteadyTouch& one : check.unsteady) lines.push_back(unsteady_words(one));
-  if (const std::string change = change_words(check); !change.empty()) lines.push_back(change);
-  if (check.explanations.empty()) return lines;
-  lines.push_back(fmt::format(
-      "{:.2f} mm rms residual over {} touches; log odds of a change {:.1f}, alarm above {:.1f} "
-      "({:g} % false alarms)",
-      check.rms_m * kMmPerM, check.touches, check.log_odds, check.log_alarm,
-      100.0 * check.false_alarms));
-  lines.push_back(fmt::format("a tool shift of {:.2f} mm is found in {:.0f} of 100 such checks",
-                              check.finds_m * kMmPerM, 100.0 * check.found));
+void add_explanations(const TcpCheck& check, std::vector<Phrase>& lines) {
+  lines.push_back({"say.check.residual",
+                   {{"rms", check.rms_m * kMmPerM},
+                    {"n", check.touches},
+                    {"odds", check.log_odds},
+                    {"alarm", check.log_alarm},
+                    {"percent", 100.0 * check.false_alarms}}});
+  lines.push_back(
+      {"say.check.finds", {{"mm", check.finds_m * kMmPerM}, {"n", 100.0 * check.found}}});
   std::size_t unlikely = 0;
   for (const Explanation& one : check.explanations) {
     if (one.probability < kMinShownProbability) {
       ++unlikely;
       continue;
     }
-    lines.push_back(fmt::format("{:5.1f} %  log likelihood {:+8.1f}  {}", 100.0 * one.probability,
-                                one.log_likelihood, words(one)));
+    lines.push_back({"say.check.explanation",
+                     {{"percent", 100.0 * one.probability},
+                      {"log", one.log_likelihood},
+                      {"what", phrase(one)}}});
   }
   if (unlikely > 0)
     lines.push_back(
-        fmt::format("{} more, each below {:g} %", unlikely, 100.0 * kMinShownProbability));
+        {"say.check.unlikely", {{"n", unlikely}, {"percent", 100.0 * kMinShownProbability}}});
+}
+
+}  // namespace
+
+Phrase phrase(const Explanation& one) {
+  const bool is_shift = one.kind == ChangeKind::kTool || one.kind == ChangeKind::kSphere;
+  const bool shrinks = one.kind == ChangeKind::kGrowth && one.amount < 0.0;
+  const double unit = one.kind == ChangeKind::kJoint    ? kDegPerRad
+                      : one.kind == ChangeKind::kGrowth ? kPerMillion
+                                                        : kMmPerM;
+  const double by = is_shift ? one.shift_m.norm() : shrinks ? -one.amount : one.amount;
+  return {std::string("say.change.") + to_string(one.kind) + (shrinks ? ".shorter" : ""),
+          {{"name", one.name},
+           {"touch", one.touch + 1},
+           {"by", unit * by},
+           {"u", kCoverage * unit * one.sigma},
+           {"xyz", xyz_mm(one.shift_m)}}};
+}
+
+Phrase remedy_phrase(const Explanation& change) {
+  if (change.kind == ChangeKind::kNothing) return {};
+  return {std::string("say.change.do.") + to_string(change.kind), {{"name", change.name}}};
+}
+
+std::vector<Phrase> phrases(const TcpCheck& check) {
+  std::vector<Phrase> lines{verdict_phrase(check)};
+  for (const NotFound& one : check.not_found)
+    lines.push_back(
+        {"say.check.not_found",
+         {{"touch", one.touch + 1}, {"target", one.target}, {"beyond", one.beyond_m * kMmPerM}}});
+  for (const UnsteadyTouch& one : check.unsteady)
+    lines.push_back({"say.check.unsteady", {{"touch", one.touch + 1}, {"target", one.target}}});
+  if (Phrase change = change_phrase(check); !change.empty()) lines.push_back(std::move(change));
+  if (!check.explanations.empty()) add_explanations(check, lines);
+  return lines;
+}
+
+std::string verdict_words(const TcpCheck& check) { return words(verdict_phrase(check)); }
+std::string change_words(const TcpCheck& check) { return words(change_phrase(check)); }
+std::string words(const Explanation& explanation) { return words(phrase(explanation)); }
+std::string remedy_words(const Explanation& change) { return words(remedy_phrase(change)); }
+
+std::vector<std::string> words(const TcpCheck& check) {
+  std::vector<std::string> lines;
+  for (const Phrase& line : phrases(check)) lines.push_back(words(line));
   return lines;
 }
 

@@ -326,7 +326,7 @@ std::string status_to_json(const Status& status, const calib::Language& language
              {"busy_left_s", or_null(status.busy_left_s)},
              {"robot", words(status.robot_words, language)},
              {"contact", words(status.contact_words, language)},
-             {"outcome", outcome_with_words(status.outcome)},
+             {"outcome", outcome_with_words(status.outcome, language)},
              {"publish", or_null(status.outcome ? published(*status.outcome) : std::nullopt)},
              {"reasons", status.reasons},
              {"results", status.results_dir},

@@ -255,7 +255,7 @@ std::string figures_to_json(const SessionRecord& record, const calib::Cell& cell
                                  made.contains(i) ? made.at(i) : FigureOfTouch()));
   return dump({{"session", record.id},
                {"state", to_string(record.state)},
-               {"outcome", outcome_with_words(record.outcome)},
+               {"outcome", outcome_with_words(record.outcome, language)},
                {"touches", std::move(list)},
                {"result",
                 calibration == nullptr ? json(nullptr) : result_to_json(*calibration, language)}});

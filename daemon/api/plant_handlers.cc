@@ -209,11 +209,11 @@ std::optional<Response> Api::refuse_proposal(const Call& call) {
 
 namespace {
 
-json to_json(const Decision& d) {
+json to_json(const Decision& d, const calib::Language& language) {
   return {{"at", local_time(d.at)},    {"utc_s", d.at},
           {"entry", d.entry},          {"night", d.night},
           {"verb", to_string(d.verb)}, {"why", to_string(d.why)},
-          {"session", d.session},      {"words", words(d)}};
+          {"session", d.session},      {"words", words(d, language)}};
 }
 
 json to_json(const Night& night) {
@@ -224,7 +224,7 @@ json to_json(const Night& night) {
           {"ends_utc_s", night.ends}};
 }
 
-json to_json(const SchedulePicture::Entry& entry) {
+json to_json(const SchedulePicture::Entry& entry, const calib::Language& language) {
   return {{"name", entry.session.name},
           {"kind", entry.session.kind},
           {"cell", entry.session.cell.string()},
@@ -232,7 +232,7 @@ json to_json(const SchedulePicture::Entry& entry) {
           {"now", to_json(entry.now)},
           {"next", to_json(entry.next)},
           {"foreseen_s", entry.foreseen_s},
-          {"last", entry.last ? to_json(*entry.last) : json(nullptr)}};
+          {"last", entry.last ? to_json(*entry.last, language) : json(nullptr)}};
 }
 
 }  // namespace
@@ -242,18 +242,21 @@ Schedule& Api::schedule() {
   return *schedule_;
 }
 
-std::optional<Response> Api::show_schedule(const Call&) {
+std::optional<Response> Api::show_schedule(const Call& call) {
+  const calib::Language language = language_in(call.request);
   const SchedulePicture picture = schedule().picture();
   json entries = json::array(), decisions = json::array();
-  for (const auto& entry : picture.entries) entries.push_back(to_json(entry));
-  for (const Decision& one : picture.decisions) decisions.push_back(to_json(one));
-  return Response{
-      .body = dump({{"unattended", picture.unattended},
-                    {"responsible", picture.responsible},
-                    {"resumes", picture.resumes},
-                    {"held", picture.held_words.empty() ? json(nullptr) : json(picture.held_words)},
-                    {"entries", std::move(entries)},
-                    {"decisions", std::move(decisions)}})};
+  for (const auto& entry : picture.entries) entries.push_back(to_json(entry, language));
+  for (const Decision& one : picture.decisions) decisions.push_back(to_json(one, language));
+  return Response{.body =
+                      dump({{"unattended", picture.unattended},
+                            {"responsible", picture.responsible},
+                            {"resumes", picture.resumes},
+                            {"held", picture.held_words.empty()
+                                         ? json(nullptr)
+                                         : json(printable(words(picture.held_words, language)))},
+                            {"entries", std::move(entries)},
+                            {"decisions", std::move(decisions)}})};
 }
 
 std::optional<Response> Api::begin_scheduled(const Call& call) {
@@ -263,7 +266,7 @@ std::optional<Response> Api::begin_scheduled(const Call& call) {
   if (!fits) throw BadRequest("the body must be {\"name\": \"a session of the schedule\"}");
   return with_clear_cell(call, [&] {
     const Decision decision = schedule().begin(body["name"]);
-    if (decision.verb != Verb::kBegun) throw BusyError(words(decision));
+    if (decision.verb != Verb::kBegun) throw BusyError(words(decision, language_in(call.request)));
     return Response{201, "application/json", dump({{"session", decision.session}})};
   });
 }
@@ -271,7 +274,8 @@ std::optional<Response> Api::begin_scheduled(const Call& call) {
 std::optional<Response> Api::release_schedule(const Call& call) {
   return with_clear_cell(call, [&] {
     const Decision decision = schedule().release(call.request.caller.name);
-    if (decision.verb != Verb::kReleased) throw BusyError(words(decision));
+    if (decision.verb != Verb::kReleased)
+      throw BusyError(words(decision, language_in(call.request)));
     return Response{.body = dump(json::object())};
   });
 }

@@ -73,7 +73,7 @@ json to_json(const SessionRecord& record, const calib::Language& language) {
              {"touches", record.touches},
              {"planned", record.planned},
              {"failure", record.failure_words(language)},
-             {"outcome", outcome_with_words(outcome_of(record))},
+             {"outcome", outcome_with_words(outcome_of(record), language)},
              {"holds", holds(record)},
              {"published", published(record)},
              {"imported", nullptr},

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "calib/model/units.h"
+#include "calib/result/finding_phrase.h"
 
 namespace cellcal::daemon {
 
@@ -140,102 +141,79 @@ std::optional<bool> published(const SessionOutcome& outcome) {
 
 namespace {
 
-using calib::kMmPerM;
+using calib::kMmPerM, calib::Phrase;
 
-std::string shift_words(const SessionOutcome& outcome) {
-  if (!outcome.tcp_shift) return "";
-  return fmt::format(": TCP shift {:.2f} +- {:.2f} mm (k=2)",
-                     kMmPerM * outcome.tcp_shift->shift_m.norm(), kMmPerM * outcome.tcp_shift->u_m);
-}
-
-/// "not_resolved" -> "not resolved"
-std::string spaced(std::string name) {
-  std::ranges::replace_if(
-      name, [](char c) { return c == '_' || c == '-'; }, ' ');
-  return name;
-}
-
+/// Names of a list as "say.ID.NAME", with commas between.
 template <class T>
-std::string in_a_row(const std::vector<T>& list) {
-  std::string names;
-  for (const T& one : list) names += (names.empty() ? "" : ", ") + spaced(to_string(one));
+Phrase in_a_row(const char* id, const std::vector<T>& list) {
+  Phrase names;
+  for (const T& one : list)
+    names = joined("say.join.comma", names, std::string(id) + to_string(one));
   return names;
 }
 
-std::string opening(const SessionOutcome& outcome) {
+/// What a result that is not good is due to; empty for others.
+Phrase reason(const SessionOutcome& outcome) {
   switch (outcome.kind) {
-    case OutcomeKind::kPublished:
-      return "calibration published";
     case OutcomeKind::kWithheld:
-      return "calibration withheld: " + in_a_row(outcome.withheld_by);
-    case OutcomeKind::kHolds:
-      return "calibration holds" + shift_words(outcome);
-    case OutcomeKind::kDoesNotHold:
-      return "calibration does not hold" + shift_words(outcome);
-    case OutcomeKind::kUndecided:
-      return "check undecided" + shift_words(outcome);
-    case OutcomeKind::kQualified:
-      return fmt::format("contacts qualified: {} touches", outcome.touches);
+      return in_a_row("say.kind.", outcome.withheld_by);
     case OutcomeKind::kNotQualified:
-      return outcome.not_as_stated.empty()
-                 ? fmt::format("contacts not qualified: {} touches are too few", outcome.touches)
-                 : "contacts not qualified: " + in_a_row(outcome.not_as_stated);
-    case OutcomeKind::kFound:
-      return fmt::format("{} spheres found. Put these centres into the cell file",
-                         outcome.spheres.size());
-    case OutcomeKind::kNothingMet:
-      return fmt::format("{} stand-offs reached, the tip met nothing", outcome.touches);
-    case OutcomeKind::kUpdated:
-      return "calibration updated";
-    case OutcomeKind::kNothingChanged:
-      return "nothing changed: the last calibration holds";
+      if (!outcome.not_as_stated.empty()) return in_a_row("say.contacts.", outcome.not_as_stated);
+      return {"say.session.not_qualified.few", {{"n", outcome.touches}}};
     case OutcomeKind::kUpdateWithheld:
-      return "update withheld: " + spaced(outcome.update ? to_string(*outcome.update) : "");
+      return outcome.update ? std::string("say.update.") + to_string(*outcome.update) : "";
+    default:
+      return {};
   }
-  return "";
+}
+
+Phrase opening(const SessionOutcome& outcome) {
+  const Phrase opening{
+      std::string("say.session.") + to_string(outcome.kind),
+      {{"n", outcome.touches}, {"spheres", outcome.spheres.size()}, {"what", reason(outcome)}}};
+  if (!outcome.tcp_shift) return opening;
+  return joined("say.join.colon", opening,
+                {"say.session.shift",
+                 {{"mm", kMmPerM * outcome.tcp_shift->shift_m.norm()},
+                  {"u", kMmPerM * outcome.tcp_shift->u_m}}});
 }
 
 /// Remedy where no change is identified.
-std::string remedy(const SessionOutcome& outcome) {
-  switch (outcome.kind) {
-    case OutcomeKind::kDoesNotHold:
-      return outcome.change
-                 ? ""
-                 : "Check that no sphere was moved and that the tool is not damaged, then calibrate again";
-    case OutcomeKind::kUndecided:
-      return "Clean tip and spheres, check that tip, spheres and stands are tight, and check again";
-    case OutcomeKind::kUpdateWithheld:
-      return "Run a full session: 'cellcal run'";
-    default:
-      return "";
-  }
+Phrase remedy(const SessionOutcome& outcome) {
+  std::string id = std::string("say.session.") + to_string(outcome.kind) + ".do";
+  if (outcome.kind == OutcomeKind::kDoesNotHold && outcome.change) return {};
+  return calib::sentence_of(id) ? Phrase(std::move(id)) : Phrase();
 }
 
 }  // namespace
 
-std::string words(const FoundSphere& sphere) {
-  std::string text =
-      fmt::format("{}: centre_mm = [{:.2f}, {:.2f}, {:.2f}]  # +- {:g} mm (k=2), {} touches",
-                  sphere.target, kMmPerM * sphere.centre_m.x(), kMmPerM * sphere.centre_m.y(),
-                  kMmPerM * sphere.centre_m.z(), kMmPerM * sphere.u_m, sphere.touches);
-  if (sphere.moved_m)
-    text += fmt::format(", {:.1f} mm from the cell file's", kMmPerM * *sphere.moved_m);
-  return text;
+Phrase phrase(const FoundSphere& sphere) {
+  // As in the cell file: with decimal points.
+  const std::string line = fmt::format("{}: centre_mm = [{:.2f}, {:.2f}, {:.2f}]", sphere.target,
+                                       kMmPerM * sphere.centre_m.x(), kMmPerM * sphere.centre_m.y(),
+                                       kMmPerM * sphere.centre_m.z());
+  return {sphere.moved_m ? "say.sphere.found.moved" : "say.sphere.found",
+          {{"line", line},
+           {"u", kMmPerM * sphere.u_m},
+           {"touches", sphere.touches},
+           {"moved", kMmPerM * sphere.moved_m.value_or(0.0)}}};
 }
 
-std::vector<std::string> words(const SessionOutcome& outcome) {
-  std::vector<std::string> lines{opening(outcome)};
-  if (!outcome.not_found.empty())
-    lines.push_back(fmt::format("no contact with {}", fmt::join(outcome.not_found, ", ")));
-  if (!outcome.unsteady.empty())
-    lines.push_back(
-        fmt::format("contacts with {} did not agree", fmt::join(outcome.unsteady, ", ")));
-  if (outcome.change && outcome.kind == OutcomeKind::kDoesNotHold)
-    lines.push_back(calib::words(*outcome.change) + ". " + calib::remedy_words(*outcome.change));
-  else if (outcome.change)
-    lines.push_back(calib::words(*outcome.change));
-  for (const FoundSphere& one : outcome.spheres) lines.push_back(words(one));
-  if (const std::string what = remedy(outcome); !what.empty()) lines.push_back(what);
+std::vector<Phrase> phrases(const SessionOutcome& outcome) {
+  std::vector<Phrase> lines{opening(outcome)};
+  const auto add_targets = [&](const char* id, const std::vector<std::string>& targets) {
+    if (!targets.empty())
+      lines.push_back({id, {{"targets", fmt::format("{}", fmt::join(targets, ", "))}}});
+  };
+  add_targets("say.session.no_contact", outcome.not_found);
+  add_targets("say.session.unsteady", outcome.unsteady);
+  if (outcome.change) {
+    const bool acts = outcome.kind == OutcomeKind::kDoesNotHold;
+    lines.push_back(joined("say.join.sentences", calib::phrase(*outcome.change),
+                           acts ? calib::remedy_phrase(*outcome.change) : Phrase()));
+  }
+  for (const FoundSphere& one : outcome.spheres) lines.push_back(phrase(one));
+  if (Phrase what = remedy(outcome); !what.empty()) lines.push_back(std::move(what));
   return lines;
 }
 

@@ -111,8 +111,8 @@ std::optional<bool> published(const SessionOutcome& outcome);
 // Sentences of an outcome; the single source of this wording: number first, then the remedy.
 
 /// The first line is the outcome, followed by its evidence and the remedy.
-std::vector<std::string> words(const SessionOutcome& outcome);
+std::vector<calib::Phrase> phrases(const SessionOutcome& outcome);
 /// "S1: centre_mm = [1200.00, 0.00, 300.00]  # +- 5 mm (k=2), 9 touches", in the cell file's syntax.
-std::string words(const FoundSphere& sphere);
+calib::Phrase phrase(const FoundSphere& sphere);
 
 }  // namespace cellcal::daemon

@@ -4,6 +4,7 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/model/units.h"
+#include "calib/words/phrase_json.h"
 
 namespace cellcal::daemon {
 
@@ -146,6 +147,15 @@ json figure(const std::optional<Figure>& figure, double factor) {
   return {{"value", factor * figure->value}, {"sigma", factor * figure->sigma}};
 }
 
+/// `words` in English, and `said` for other languages.
+void add_lines(const std::vector<calib::Phrase>& lines, json& value) {
+  value["words"] = value["said"] = json::array();
+  for (const calib::Phrase& line : lines) {
+    value["words"].push_back(calib::words(line));
+    value["said"].push_back(calib::to_json(line));
+  }
+}
+
 std::string document_of_qualification(const Qualification& q) {
   json value{{"format", "cellcal.qualification/1"},
              {"target", q.target},
@@ -165,8 +175,8 @@ std::string document_of_qualification(const Qualification& q) {
                {"latch_delay_sigma_ms", kMsPerS * q.stated.delay_sigma_s},
                {"radius_offset_sigma_mm", kMmPerM * q.stated.radius_offset_sigma_m}}},
              {"passed", q.passed()},
-             {"findings", json::array()},
-             {"words", in_words(q)}};
+             {"findings", json::array()}};
+  add_lines(phrases(q), value);
   if (q.delay)
     value["latch_delay_ms"] = {{"value", kMsPerS * q.delay->delay_s},
                                {"sigma", kMsPerS * q.delay->sigma_s}};
@@ -181,11 +191,13 @@ std::string document_of_qualification(const Qualification& q) {
 }
 
 std::string document_of_found(const FoundSpheres& found) {
-  json value{{"format", "cellcal.found/1"}, {"spheres", json::array()}, {"words", json::array()}};
+  json value{{"format", "cellcal.found/1"}, {"spheres", json::array()}};
+  std::vector<calib::Phrase> lines;
   for (const FoundSphere& one : found.spheres) {
     value["spheres"].push_back(to_json(one));
-    value["words"].push_back(words(one));
+    lines.push_back(phrase(one));
   }
+  add_lines(lines, value);
   return value.dump(2) + "\n";
 }
 
@@ -198,16 +210,20 @@ std::string document_of_check(const SessionResult& result, const calib::TcpCheck
   const std::string document = calib::check_to_json(check);
   if (result.mastered.empty()) return document + "\n";
   auto json = nlohmann::ordered_json::parse(document);
-  auto mastered = nlohmann::ordered_json::array(), words = nlohmann::ordered_json::array();
+  auto mastered = nlohmann::ordered_json::array(), words = mastered, said = mastered;
   for (const calib::MasteredZero& one : result.mastered) {
     mastered.push_back({{"joint", one.joint},
                         {"error_deg", one.error_rad * calib::kDegPerRad},
                         {"u_deg", one.u_rad() * calib::kDegPerRad},
                         {"holds", one.holds()}});
-    words.push_back(calib::words(one));
+    words.push_back(calib::words(phrase(one)));
+    said.emplace_back(calib::to_json(phrase(one)));
   }
-  auto& lines = json["words"];
-  lines.insert(lines.begin() + 1, words.begin(), words.end());
+  const auto insert = [&](const char* key, const nlohmann::ordered_json& lines) {
+    json[key].insert(json[key].begin() + 1, lines.begin(), lines.end());
+  };
+  insert("words", words);
+  insert("said", said);
   json["mastered"] = std::move(mastered);
   return json.dump(1) + "\n";
 }
@@ -233,13 +249,16 @@ std::optional<SessionOutcome> outcome_from_json(const std::string& text) try {
   return std::nullopt;
 }
 
-json outcome_with_words(const std::optional<SessionOutcome>& outcome) {
+json outcome_with_words(const std::optional<SessionOutcome>& outcome,
+                        const calib::Language& language) {
   if (!outcome) return nullptr;
   json value = document_of(*outcome);
   const std::string cause = cause_of(*outcome);
   value["good"] = is_good(outcome->kind);
   value["cause"] = cause.empty() ? json() : json(cause);
-  value["words"] = words(*outcome);
+  value["words"] = json::array();
+  for (const calib::Phrase& line : phrases(*outcome))
+    value["words"].push_back(calib::words(line, language));
   return value;
 }
 

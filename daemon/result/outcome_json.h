@@ -16,6 +16,7 @@ std::string outcome_to_json(const SessionOutcome& outcome);
 /// None for an empty text, or one of another version.
 std::optional<SessionOutcome> outcome_from_json(const std::string& text);
 /// With "good", "cause" and "words"; null where none is recorded.
-nlohmann::json outcome_with_words(const std::optional<SessionOutcome>& outcome);
+nlohmann::json outcome_with_words(const std::optional<SessionOutcome>& outcome,
+                                  const calib::Language& language = {});
 
 }  // namespace cellcal::daemon

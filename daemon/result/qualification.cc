@@ -163,6 +163,7 @@ namespace {
 
 using calib::kMmPerM;
 using calib::kMsPerS;
+using calib::Phrase;
 
 double longest_m(const Qualification& q) {
   double longest_m = 0.0;
@@ -170,68 +171,68 @@ double longest_m(const Qualification& q) {
   return longest_m;
 }
 
-std::string words(QualificationFinding finding, const Qualification& q) {
+/// A value of a file, with a decimal point in every language.
+std::string stated(double value, int decimals) { return fmt::format("{:.{}f}", value, decimals); }
+
+Phrase phrase(QualificationFinding finding, const Qualification& q) {
+  const std::string id = std::string("say.qualify.") + to_string(finding);
   switch (finding) {
     case QualificationFinding::kNoiseAboveStated:
-      return fmt::format(
-          "{:.3f} +- {:.3f} mm touch noise, {:.3f} mm stated. Clean tip and spheres; tighten tip, spheres "
-          "and tool; qualify again. If it stays, set sigma_mm = {:.3f} under [touch] in the cell file",
-          kMmPerM * q.noise_m->value, kMmPerM * q.noise_m->sigma, kMmPerM * q.stated.touch_sigma_m,
-          kMmPerM * q.noise_m->value);
+      return {id,
+              {{"noise", kMmPerM * q.noise_m->value},
+               {"sigma", kMmPerM * q.noise_m->sigma},
+               {"stated", kMmPerM * q.stated.touch_sigma_m},
+               {"set", stated(kMmPerM * q.noise_m->value, 3)}}};
     case QualificationFinding::kOvertravelTooLong:
-      return fmt::format(
-          "{:.2f} mm overtravel at the median (limit {:.1f} mm). Set a smaller fast_search_mm_s under "
-          "[motion]",
-          kMmPerM * longest_m(q), kMmPerM * kOvertravelLimitM);
+      return {id, {{"mm", kMmPerM * longest_m(q)}, {"limit", kMmPerM * kOvertravelLimitM}}};
     case QualificationFinding::kDelayNotAsStated:
-      return fmt::format(
-          "{:.2f} +- {:.2f} ms latch delay, {:.2f} +- {:.2f} ms stated. Set delay_ms = {:.2f} and "
-          "delay_sigma_ms = {:.2f} under [touch] in the cell file",
-          kMsPerS * q.delay->delay_s, kMsPerS * q.delay->sigma_s, kMsPerS * q.stated.delay_s,
-          kMsPerS * q.stated.delay_sigma_s, kMsPerS * q.delay->delay_s,
-          kMsPerS * std::max(q.delay->sigma_s, 1e-5));
+      return {id,
+              {{"delay", kMsPerS * q.delay->delay_s},
+               {"sigma", kMsPerS * q.delay->sigma_s},
+               {"stated", kMsPerS * q.stated.delay_s},
+               {"stated_sigma", kMsPerS * q.stated.delay_sigma_s},
+               {"set", stated(kMsPerS * q.delay->delay_s, 2)},
+               {"set_sigma", stated(kMsPerS * std::max(q.delay->sigma_s, 1e-5), 2)}}};
     case QualificationFinding::kRadiusNotAsStated:
-      return fmt::format(
-          "{:+.2f} +- {:.2f} mm effective radius minus stated radius of {} and tip. Check diameter_mm and "
-          "tip_radius_mm in the cell file",
-          kMmPerM * q.radius_offset_m->value, kMmPerM * q.radius_offset_m->sigma, q.target);
+      return {id,
+              {{"mm", kMmPerM * q.radius_offset_m->value},
+               {"sigma", kMmPerM * q.radius_offset_m->sigma},
+               {"target", q.target}}};
   }
   return {};
 }
 
 }  // namespace
 
-std::vector<std::string> in_words(const Qualification& q) {
-  std::vector<std::string> lines{
-      fmt::format("{} touches on {} at {} places", q.touches, q.target, q.places)};
-  if (q.noise_m)
-    lines.push_back(fmt::format("touch noise       {:.3f} +- {:.3f} mm, 1 sigma ({:.3f} mm stated)",
-                                kMmPerM * q.noise_m->value, kMmPerM * q.noise_m->sigma,
-                                kMmPerM * q.stated.touch_sigma_m));
-  else
-    lines.emplace_back("touch noise       not measured: too few touches");
+std::vector<Phrase> phrases(const Qualification& q) {
+  std::vector<Phrase> lines{
+      {"say.qualify.touches", {{"n", q.touches}, {"target", q.target}, {"places", q.places}}}};
+  lines.push_back(q.noise_m
+                      ? Phrase("say.qualify.noise", {{"mm", kMmPerM * q.noise_m->value},
+                                                     {"sigma", kMmPerM * q.noise_m->sigma},
+                                                     {"stated", kMmPerM * q.stated.touch_sigma_m}})
+                      : "say.qualify.noise.unknown");
   for (const Overtravel& o : q.overtravel)
-    lines.push_back(
-        fmt::format("overtravel        {:.3f} mm median, {:.3f} mm worst of {} at {:.1f} mm/s",
-                    kMmPerM * o.median_m, kMmPerM * o.worst_m, o.searches, kMmPerM * o.speed_m_s));
-  if (q.delay)
-    lines.push_back(
-        fmt::format("latch delay       {:.2f} +- {:.2f} ms ({:.2f} +- {:.2f} ms stated)",
-                    kMsPerS * q.delay->delay_s, kMsPerS * q.delay->sigma_s,
-                    kMsPerS * q.stated.delay_s, kMsPerS * q.stated.delay_sigma_s));
-  else
-    lines.emplace_back("latch delay       not measured: too few touches, or one speed only");
-  if (q.radius_offset_m)
-    lines.push_back(fmt::format("effective radius  {:+.3f} +- {:.3f} mm from the stated one",
-                                kMmPerM * q.radius_offset_m->value,
-                                kMmPerM * q.radius_offset_m->sigma));
-  else
-    lines.emplace_back("effective radius  not resolved by one sphere; a calibration does");
-  lines.push_back(fmt::format("contact to stop   {:.1f} ms worst; {} bounces at most",
-                              kMsPerS * q.reaction_worst_s, q.bounces_worst));
+    lines.push_back({"say.qualify.overtravel",
+                     {{"median", kMmPerM * o.median_m},
+                      {"worst", kMmPerM * o.worst_m},
+                      {"n", o.searches},
+                      {"speed", kMmPerM * o.speed_m_s}}});
+  lines.push_back(
+      q.delay ? Phrase("say.qualify.delay", {{"ms", kMsPerS * q.delay->delay_s},
+                                             {"sigma", kMsPerS * q.delay->sigma_s},
+                                             {"stated", kMsPerS * q.stated.delay_s},
+                                             {"stated_sigma", kMsPerS * q.stated.delay_sigma_s}})
+              : "say.qualify.delay.unknown");
+  lines.push_back(q.radius_offset_m ? Phrase("say.qualify.radius",
+                                             {{"mm", kMmPerM * q.radius_offset_m->value},
+                                              {"sigma", kMmPerM * q.radius_offset_m->sigma}})
+                                    : "say.qualify.radius.unknown");
+  lines.push_back(
+      {"say.qualify.stop", {{"ms", kMsPerS * q.reaction_worst_s}, {"n", q.bounces_worst}}});
   for (const QualificationFinding finding : q.findings)
-    lines.push_back("not as stated: " + words(finding, q));
-  lines.emplace_back(q.passed() ? "result: qualified" : "result: not qualified");
+    lines.push_back({"say.qualify.not_as_stated", {{"what", phrase(finding, q)}}});
+  lines.emplace_back(q.passed() ? "say.qualify.passed" : "say.qualify.failed");
   return lines;
 }
 

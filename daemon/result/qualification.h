@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "calib/plan/plan.h"
+#include "calib/words/phrase.h"
 #include "daemon/result/contact_delay.h"
 #include "daemon/session/action.h"
 
@@ -87,6 +88,6 @@ Qualification qualify(const calib::Plan& plan, std::span<const RecordReading> re
                       std::optional<Figure> radius_offset_m = {}, bool touches_are_slow = false);
 
 /// One line each, number first, followed by the findings with their remedies.
-std::vector<std::string> in_words(const Qualification& qualification);
+std::vector<calib::Phrase> phrases(const Qualification& qualification);
 
 }  // namespace cellcal::daemon

@@ -134,7 +134,8 @@ Tasks check_tasks(std::shared_ptr<const TaskInputs> inputs) {
                              calib::verdict_words(check)));
     if (const std::string change = calib::change_words(check); !change.empty())
       inputs->note(change);
-    for (const calib::MasteredZero& zero : result.mastered) inputs->note(calib::words(zero));
+    for (const calib::MasteredZero& zero : result.mastered)
+      inputs->note(calib::words(phrase(zero)));
     if (!inputs->options.mastered.empty())
       inputs->note(fmt::format("check after mastering {}: {} touches, {:.1f} s planned",
                                fmt::join(inputs->options.mastered, ", "), check.touches,
@@ -186,7 +187,7 @@ Tasks dry_run_tasks(std::shared_ptr<const TaskInputs> inputs) {
     return SessionResult{DryRun{*standoffs}};
   };
   tasks.report = [inputs](const SessionResult& result, const std::vector<calib::Touch>&) {
-    inputs->note("dry run: " + words(outcome_of(result)).front());
+    inputs->note("dry run: " + calib::words(phrases(outcome_of(result)).front()));
   };
   return tasks;
 }

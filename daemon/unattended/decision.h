@@ -1,6 +1,5 @@
 #pragma once
-// Decisions of the schedule with their reasons. Typed until the edge: decision.cc formats the
-// sentences.
+// Decisions of the schedule with their reasons. Typed until the edge; their words are in the catalogues.
 
 #include <chrono>
 #include <cstdint>
@@ -9,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/words/phrase.h"
 #include "daemon/config/unattended_config.h"
 #include "daemon/session/failure.h"
 
@@ -94,14 +94,16 @@ struct Decision {
   Verb verb = Verb::kWaiting;
   Why why = Why::kNothing;
   std::int64_t session = 0;  ///< 0: none
-  std::string detail;        ///< evidence: a failure, a file's error, a name
+  calib::Phrase detail;      ///< evidence: a failure, a file's error, a name
   double figure_s = 0.0;     ///< expected duration, or step of the clock
 
   bool operator==(const Decision&) const = default;
 };
 
-/// One line, with the remedy.
-std::string words(const Decision& decision);
+/// With the remedy.
+calib::Phrase phrase(const Decision& decision);
+/// One line.
+std::string words(const Decision& decision, const calib::Language& language = {});
 
 // Permitted unattended actions after a failed session. One table, with the reason for each kind of failure;
 // everything else requires an operator, however rare.

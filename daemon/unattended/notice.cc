@@ -53,8 +53,7 @@ void add_outcome(Notice& notice, const SessionOutcome& outcome) {
   notice.news = news_of(outcome.kind);
   // A calibration has findings of its own.
   if (published(outcome)) return;
-  const std::vector<std::string> reasons = words(outcome);
-  notice.findings.assign(reasons.begin(), reasons.end());
+  notice.findings = phrases(outcome);
 }
 
 void add_figures(Notice& notice, const std::string& json) {
@@ -149,7 +148,7 @@ std::optional<Notice> news_of(const Decision& decision) {
   notice.news = News::kNotBegun;
   notice.entry = decision.entry;
   notice.night = decision.night;
-  notice.why = words(decision);
+  notice.why = phrase(decision);
   return notice;
 }
 
@@ -259,7 +258,7 @@ Message compose(const Notice& notice, const calib::Language& language, const std
                    {"predicted_workspace_mm", or_null(notice.over_m, calib::kMmPerM)},
                    {"entry", notice.entry},
                    {"night", notice.night},
-                   {"why", notice.why},
+                   {"why", printable(calib::words(notice.why))},
                    {"subject", subject},
                    {"text", lines.body}};
   return {subject, lines.body, value.dump(-1, ' ', false, json::error_handler_t::replace)};

@@ -44,7 +44,8 @@ struct Notice {
   std::optional<double> near_m,
       over_m;                     ///< predicted mean error: near the targets, over the workspace
   bool by_chart = false;          ///< kDrifted or kRecovered by the control chart alone
-  std::string entry, night, why;  ///< kNotBegun: of the schedule; reason in English
+  std::string entry, night;       ///< kNotBegun: of the schedule
+  calib::Phrase why;              ///< kNotBegun
 };
 
 /// Notice kind of a completed session with this outcome.

@@ -172,7 +172,7 @@ Why Schedule::held(const Look& look, Decision& why) const {
   }
   if (cell.state == State::kLeft) return Why::kLeftBefore;
   if (cell.state != State::kFailed || state_.harmless == cell.end) return Why::kNothing;
-  why.detail = describe(cell.failure);
+  why.detail = phrase(cell.failure);
   return Why::kFailedBefore;
 }
 
@@ -316,7 +316,7 @@ void Schedule::follow_end(const Look& look) {
   decision.verb = Verb::kEnded;
   decision.session = own_->session;
   const bool failed = cell.state == Standing::State::kFailed;
-  if (failed) decision.detail = describe(cell.failure);
+  if (failed) decision.detail = phrase(cell.failure);
   const bool may = failed && aftermath(cell.failure.kind, cell.failure.by).resume;
   if (own_->stopped && cell.state == Standing::State::kAborted) {
     state_.harmless = cell.end;  // caused by the schedule itself
@@ -402,7 +402,7 @@ Decision Schedule::begin(const std::string& name) {
   decision.verb = Verb::kRefused;
   if (entry == look.config.sessions.end()) {
     decision.why = Why::kCannotBegin;
-    decision.detail = "no [[schedule.session]] of this name has begin = \"on request\"";
+    decision.detail = "say.schedule.no_such";
     return decision;
   }
   decision.entry = entry->name;
@@ -430,7 +430,7 @@ Decision Schedule::release(const std::string& by) {
   Decision decision;
   decision.at = look.now;
   decision.verb = Verb::kReleased;
-  decision.detail = "by " + by;
+  decision.detail = {"say.schedule.by", {{"who", by}}};
   if (look.cell.busy) {
     decision.verb = Verb::kRefused;
     decision.why = Why::kBusy;
@@ -487,7 +487,7 @@ void Schedule::show(const Look& look) {
   why.verb = Verb::kHeld;
   if (!look.cell.busy) why.why = held(look, why);
   picture.held = why.why;
-  if (why.why != Why::kNothing) picture.held_words = words(why);
+  if (why.why != Why::kNothing) picture.held_words = phrase(why);
   for (const ScheduledSession& session : look.config.sessions) {
     SchedulePicture::Entry entry{session, {}, next_night(session.window, look.now), 0.0, {}};
     for (const Night& night : nights(session.window, look.now, look.now))

@@ -34,7 +34,7 @@ struct SchedulePicture {
   std::string responsible;
   int resumes = 0;
   Why held = Why::kNothing;  ///< why no session begins automatically
-  std::string held_words;    ///< empty: not held
+  calib::Phrase held_words;  ///< empty: not held
   std::vector<Entry> entries;
   std::vector<Decision> decisions;  ///< newest first
 };

@@ -4,6 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "calib/words/phrase_json.h"
+
 namespace cellcal::daemon {
 
 namespace {
@@ -22,7 +24,7 @@ json to_json(const Decision& d) {
           {"verb", to_string(d.verb)},
           {"why", to_string(d.why)},
           {"session", d.session},
-          {"detail", d.detail},
+          {"detail", calib::to_json(d.detail)},
           {"figure_s", d.figure_s}};
 }
 
@@ -30,7 +32,7 @@ Decision decision_from(const json& j) {
   return {j.at("at").get<UtcSeconds>(),           j.at("entry").get<std::string>(),
           j.at("night").get<std::string>(),       verb_of(j.at("verb").get<std::string>()),
           why_of(j.at("why").get<std::string>()), j.at("session").get<std::int64_t>(),
-          j.at("detail").get<std::string>(),      j.at("figure_s").get<double>()};
+          calib::phrase_of(j.at("detail")),       j.at("figure_s").get<double>()};
 }
 
 ScheduleState state_from(const json& j) {
@@ -83,6 +85,8 @@ ScheduleState schedule_state_from(const std::string& text) {
   try {
     return state_from(json::parse(text));
   } catch (const json::exception&) {
+    throw std::runtime_error("the schedule's row is malformed");
+  } catch (const std::invalid_argument&) {  // a phrase
     throw std::runtime_error("the schedule's row is malformed");
   }
 }

@@ -73,8 +73,12 @@ TEST(after_mastering, a_joint_that_is_3_hundredths_of_a_degree_off_is_named_with
       EXPECT_LT(zeros[1].u_rad(), 0.015 * kRadPerDeg);
       EXPECT_NEAR(zeros[0].error_rad, 0.0, 1.5 * zeros[0].u_rad()) << seed;
     }
-  EXPECT_NE(words(zeros_of(0.03, 1)[1]).find("zero of A3 +0.0"), std::string::npos);
-  EXPECT_NE(words(zeros_of(0.03, 1)[1]).find("does not hold. Master it again"), std::string::npos);
+  const Phrase off = phrase(zeros_of(0.03, 1)[1]);
+  EXPECT_NE(words(off).find("zero of A3 +0.0"), std::string::npos);
+  EXPECT_NE(words(off).find("does not hold. Master it again"), std::string::npos);
+  const std::string german = words(off, *Language::of("de"));
+  EXPECT_TRUE(german.starts_with("Nullpunkt von A3 +0,0")) << german;
+  EXPECT_NE(german.find("gilt nicht. Erneut justieren"), std::string::npos) << german;
 }
 
 TEST(after_mastering, zeros_set_as_they_were_to_be_hold) {

@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "calib/model/enum_table.h"
+#include "calib/words/phrase_json.h"
 #include "daemon/result/outcome_json.h"
 
 namespace cellcal::daemon {
@@ -76,6 +78,13 @@ TEST(an_outcome, is_published_or_withheld_of_a_calibration_alone) {
   EXPECT_EQ(published(of(DryRun{})), std::nullopt);
 }
 
+std::vector<std::string> in_language(const SessionOutcome& outcome, const char* code) {
+  std::vector<std::string> lines;
+  for (const calib::Phrase& line : phrases(outcome))
+    lines.push_back(words(line, *calib::Language::of(code)));
+  return lines;
+}
+
 TEST(an_outcome, of_a_check_that_does_not_hold_has_shift_cause_and_remedy) {
   const SessionOutcome outcome = of(a_check(false));
   ASSERT_TRUE(outcome.tcp_shift);
@@ -83,7 +92,7 @@ TEST(an_outcome, of_a_check_that_does_not_hold_has_shift_cause_and_remedy) {
   EXPECT_NEAR(outcome.tcp_shift->u_m, 0.05e-3, 1e-9);
   EXPECT_EQ(cause_of(outcome), "tool");
   EXPECT_EQ(outcome.remedy, calib::DriftAdvice::kRemeasureTcp);
-  const auto lines = words(outcome);
+  const std::vector<std::string> lines = in_language(outcome, "en");
   ASSERT_EQ(lines.size(), 2U);
   EXPECT_EQ(lines[0], "calibration does not hold: TCP shift 0.99 +- 0.05 mm (k=2)");
   EXPECT_NE(lines[1].find("probe shifted by 0.99"), std::string::npos) << lines[1];
@@ -129,8 +138,50 @@ TEST(an_outcome, is_read_back_as_it_was_written) {
     ASSERT_TRUE(read) << text;
     EXPECT_EQ(outcome_with_words(read), outcome_with_words(one)) << text;
     EXPECT_EQ(read->kind, one.kind);
-    EXPECT_EQ(words(*read), words(one));
-    EXPECT_FALSE(words(one).front().empty());
+    EXPECT_EQ(phrases(*read), phrases(one));
+    const auto english = in_language(one, "en"), german = in_language(one, "de");
+    for (std::size_t i = 0; i < english.size(); ++i) {
+      EXPECT_NE(german[i], english[i]);
+      EXPECT_EQ((german[i] + english[i]).find("say."), std::string::npos) << german[i];
+    }
+  }
+}
+
+TEST(a_document, has_its_sentences_in_english_and_as_phrases) {
+  SessionResult check{a_check(false)};
+  check.mastered = {{"A2", 5e-4, 5e-5}, {"A3", 0.0, 5e-5}};
+  for (const SessionResult& result :
+       {check, SessionResult{Qualification{}},
+        SessionResult{FoundSpheres{{{"S1", {1.2, -0.1, 0.3}, 5e-3, 9, {}}}}}}) {
+    const auto document = nlohmann::json::parse(document_of(result));
+    ASSERT_EQ(document.at("said").size(), document.at("words").size());
+    EXPECT_FALSE(document.at("said").empty());
+    for (std::size_t i = 0; i < document.at("said").size(); ++i)
+      EXPECT_EQ(words(calib::phrase_of(document["said"][i])), document["words"][i]);
+  }
+  const auto document = nlohmann::json::parse(document_of(check));
+  EXPECT_NE(document["words"][1].get<std::string>().find("zero of A2"), std::string::npos);
+  EXPECT_NE(document["words"][2].get<std::string>().find("zero of A3"), std::string::npos);
+}
+
+TEST(every_kind, of_outcome_finding_and_cause_has_a_name_in_every_language) {
+  for (const std::string& code : calib::Language::codes()) {
+    const calib::Language language = *calib::Language::of(code);
+    const auto expect = [&](const std::string& id) {
+      EXPECT_TRUE(calib::sentence_of(id, language)) << code << ": " << id;
+    };
+    for (const OutcomeKind kind : kOutcomeKinds)
+      expect(std::string("say.session.") + to_string(kind));
+    for (const calib::FindingKind kind : all_values<calib::FindingKind>())
+      expect(std::string("say.kind.") + to_string(kind));
+    for (const calib::ChangeKind kind : all_values<calib::ChangeKind>())
+      expect(std::string("say.change.") + to_string(kind));
+    for (const calib::UpdateOutcome kind : all_values<calib::UpdateOutcome>())
+      expect(std::string("say.update.") + to_string(kind));
+    for (const QualificationFinding kind : all_values<QualificationFinding>()) {
+      expect(std::string("say.contacts.") + to_string(kind));
+      expect(std::string("say.qualify.") + to_string(kind));
+    }
   }
 }
 

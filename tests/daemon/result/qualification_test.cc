@@ -174,14 +174,14 @@ TEST(AQualification, OfTooLittleOrNoNumbersHasNoFiguresAndDoesNotPass) {
   const Qualification none = qualify(made, all, kFastMS, kSlowMS, kStated);
   EXPECT_EQ(none.touches, 0);
   EXPECT_FALSE(none.passed());
-  for (const std::string& line : in_words(none))
-    EXPECT_EQ(line.find("nan"), std::string::npos) << line;
+  for (const calib::Phrase& line : phrases(none))
+    EXPECT_EQ(words(line).find("nan"), std::string::npos) << words(line);
 }
 
 TEST(AQualificationsWords, HaveTheNumberFirstAndWhatToDo) {
   const auto last = [](const Cell& cell) {
-    const std::vector<std::string> lines = in_words(of(cell));
-    return lines[lines.size() - 2] + "\n" + lines.back();
+    const std::vector<calib::Phrase> lines = phrases(of(cell));
+    return words(lines[lines.size() - 2]) + "\n" + words(lines.back());
   };
   EXPECT_EQ(last({0.0, 0.0, 0.0400}),
             "not as stated: 0.40 mm overtravel at the median (limit 0.3 mm). Set a smaller "
@@ -189,7 +189,14 @@ TEST(AQualificationsWords, HaveTheNumberFirstAndWhatToDo) {
   const std::string delay = last({1e-6, 0.004, 0.020});
   EXPECT_EQ(delay.find("not as stated: 4.0"), 0u) << delay;
   EXPECT_NE(delay.find("Set delay_ms = "), std::string::npos) << delay;
-  EXPECT_EQ(in_words(of({0.0, 0.0, 0.020})).back(), "result: qualified");
+  EXPECT_EQ(words(phrases(of({0.0, 0.0, 0.020})).back()), "result: qualified");
+}
+
+TEST(AQualificationsWords, InGermanHaveDecimalCommasButForValuesOfTheCellFile) {
+  const std::vector<calib::Phrase> lines = phrases(of({1e-6, 0.004, 0.020}));
+  const std::string delay = words(lines[lines.size() - 2], *calib::Language::of("de"));
+  EXPECT_EQ(delay.find("nicht wie angegeben: 4,0"), 0u) << delay;
+  EXPECT_NE(delay.find("delay_ms = 4.0"), std::string::npos) << delay;
 }
 
 }  // namespace

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <regex>
+
+#include "calib/model/enum_table.h"
+
 namespace cellcal::daemon {
 namespace {
 
@@ -55,6 +59,41 @@ TEST(the_schedules_state, that_is_damaged_is_refused_wherever_it_is_cut) {
     EXPECT_NE(refusal(whole.substr(0, cut)), "") << cut;
   for (const char* wrong : {"[]", "{}", R"({"format": "cellcal.schedule/2"})", "null"})
     EXPECT_NE(refusal(wrong), "") << wrong;
+}
+
+TEST(the_schedules_state, keeps_evidence_as_a_phrase_and_reads_the_text_of_earlier_versions) {
+  ScheduleState state;
+  const calib::Phrase evidence("say.schedule.by", {{"who", "A. Name"}});
+  state.add({1, "nightly", "2026-11-22", Verb::kReleased, Why::kNothing, 0, evidence, 0.0});
+  state.add({2, "nightly", "2026-11-22", Verb::kEnded, Why::kHarmful, 7, "no-contact: x", 0.0});
+  const std::string text = to_text(state);
+  const ScheduleState read = schedule_state_from(text);
+  EXPECT_EQ(read.decisions, state.decisions);
+  EXPECT_NE(text.find(R"("detail":"no-contact: x")"), std::string::npos) << text;
+  std::string wrong = text;
+  wrong.replace(wrong.find(R"("no-contact: x")"), 15, "[[3]]");
+  EXPECT_EQ(refusal(wrong), "the schedule's row is malformed");
+}
+
+TEST(every_decision, has_words_in_german) {
+  const calib::Language german = *calib::Language::of("de");
+  for (const Verb verb : all_values<Verb>())
+    for (const Why why : all_values<Why>())
+      for (const std::int64_t session : {0, 12}) {
+        const Decision one{1, "nightly", "2026-11-22", verb, why, session, "say.join.colon", 90.0};
+        const std::string words = daemon::words(one, german);
+        EXPECT_NE(words, daemon::words(one));
+        EXPECT_EQ(words.find("say."), std::string::npos) << words;
+        static const std::regex kEnglish("\\b(the|of|and|is|are|not|was|has|by|for)\\b");
+        EXPECT_FALSE(std::regex_search(words, kEnglish)) << words;
+      }
+  const Decision step{1, "", "", Verb::kHeld, Why::kClockStepped, 0, {}, -90.0};
+  EXPECT_EQ(words(step).find("on hold, no automatic start: this computer's clock was set by -90 s. "
+                             "Check date and time"),
+            0u);
+  EXPECT_EQ(words({1, "", "", Verb::kHeld, Why::kAbortedBefore, 0, {}, 0.0}, german)
+                .find("gesperrt, kein automatischer Start: 'abort' wurde gegeben. Zelle und Arm"),
+            0u);
 }
 
 TEST(a_missed_night, can_come_again_and_a_begun_one_cannot) {
