@@ -212,7 +212,8 @@ krl::CorrectionOptions correction_options(const CorrectCommand& command,
 std::string tool_words(const krl::ToolUsed& tool) {
   const std::string name =
       tool.number < 0 ? "tool in the text" : fmt::format("tool {}", tool.number);
-  if (tool.cells) return name + ": the cell file's, with its bending\n";
+  const std::string load = tool.load < 0 ? "" : fmt::format(" and LOAD_DATA[{}]", tool.load);
+  if (tool.cells) return name + load + ": the cell file's, with its bending\n";
   return fmt::format("{}: not the cell file's; taken as stated and stiff, load {}\n", name,
                      tool.load_known ? "from LOAD_DATA" : "of the cell's tool (no LOAD_DATA)");
 }
