@@ -217,9 +217,13 @@ krl::CorrectionOptions correction_options(const CorrectCommand& command,
 }
 
 std::string tool_words(const krl::ToolUsed& tool) {
-  const calib::Phrase name = tool.number < 0
-                                 ? calib::Phrase("say.correct.tool.text")
-                                 : calib::Phrase("say.correct.tool", {{"n", tool.number}});
+  const calib::Phrase tool_name = tool.number < 0
+                                      ? calib::Phrase("say.correct.tool.text")
+                                      : calib::Phrase("say.correct.tool", {{"n", tool.number}});
+  const calib::Phrase name =
+      tool.cells && tool.load >= 0
+          ? calib::Phrase("say.correct.tool.and_load", {{"tool", tool_name}, {"n", tool.load}})
+          : tool_name;
   return say({tool.cells        ? "say.correct.tool.cells"
               : tool.load_known ? "say.correct.tool.load"
                                 : "say.correct.tool.no_load",

@@ -52,17 +52,22 @@ bool is_the_cells_tool(const calib::Calibration& c, const Eigen::Isometry3d& too
 }
 
 calib::Calibration real_arm(const calib::Calibration& c, const Eigen::Isometry3d& tool,
-                            const std::optional<LoadData>& load) {
-  return is_the_cells_tool(c, tool) ? c : calib::with_tool(c, stiff(c, tool, load));
+                            const std::optional<LoadData>& load, bool in_force) {
+  if (!is_the_cells_tool(c, tool)) return calib::with_tool(c, stiff(c, tool, load));
+  if (!load || !in_force) return c;
+  const auto& com = load->com_mm;
+  return calib::with_load(
+      c, calib::FlangeLoad{load->mass_kg,
+                           Eigen::Vector3d(com[0], com[1], com[2]) / calib::kMmPerM});
 }
 
 ControllerView::ControllerView(const calib::Calibration& calibration, const Eigen::Isometry3d& tool,
-                               const std::optional<LoadData>& load)
+                               const std::optional<LoadData>& load, bool in_force)
     : cells_(is_the_cells_tool(calibration, tool)),
       arm_(calibration.cell.robot, of_controller(tool)),
       ways_(std::make_unique<calib::Configurations>(arm_, 0.0)),
-      corrector_(real_arm(calibration, tool, load)),
-      predictor_(real_arm(calibration, tool, load)) {}
+      corrector_(real_arm(calibration, tool, load, in_force)),
+      predictor_(real_arm(calibration, tool, load, in_force)) {}
 
 std::optional<calib::JointVector> ControllerView::joints(const Eigen::Isometry3d& tcp,
                                                          const calib::JointVector& near) const {
@@ -85,19 +90,25 @@ std::optional<Eigen::Isometry3d> frame_of_ref(const FrameRef& ref,
   return calib::to_isometry(at->second);
 }
 
-ControllerView* ControllerViews::of(const FrameRef& tool) {
-  const std::string key = key_of(tool);
+std::optional<LoadData> load_of(const Data& data, int number) {
+  const auto at = data.loads.find(number);
+  const bool stated = at != data.loads.end() && at->second.mass_kg >= 0.0;
+  return stated ? std::optional(at->second) : std::nullopt;
+}
+
+ControllerView* ControllerViews::of(const Frames& frames) {
+  const FrameRef& tool = *frames.tool;
+  const std::optional<int> other = frames.other_load();
+  const std::string key = key_of(tool) + (other ? " load " + std::to_string(*other) : "");
   if (const auto known = views_.find(key); known != views_.end()) return known->second.get();
   const auto frame = frame_of_ref(tool, data_.tools);
   if (!frame) return nullptr;
   std::optional<LoadData> load;
-  if (const auto at = data_.loads.find(tool.number);
-      !tool.literal && at != data_.loads.end() && at->second.mass_kg >= 0.0)
-    load = at->second;
+  if (other || !tool.literal) load = load_of(data_, other.value_or(tool.number));
   auto& view = views_[key];
-  view = std::make_unique<ControllerView>(calibration_, *frame, load);
+  view = std::make_unique<ControllerView>(calibration_, *frame, load, other.has_value());
   used_.push_back({tool.literal ? -1 : tool.number, view->is_the_cells(),
-                   view->is_the_cells() || load.has_value()});
+                   view->is_the_cells() || load.has_value(), other.value_or(-1)});
   return view.get();
 }
 

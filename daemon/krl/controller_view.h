@@ -25,14 +25,16 @@ inline constexpr double kSameToolMm = 0.05, kSameToolDeg = 0.02;
 bool is_the_cells_tool(const calib::Calibration& calibration, const Eigen::Isometry3d& tool);
 /// The calibration with that tool: the cell's with its bending and identified tip, any other stiff and as stated with
 /// its own load, if stated, else with that of the cell's tool.
+/// `in_force`: the load is that of the program, and takes the place of the cell's tool's, too.
 calib::Calibration real_arm(const calib::Calibration& calibration, const Eigen::Isometry3d& tool,
-                            const std::optional<LoadData>& load);
+                            const std::optional<LoadData>& load, bool in_force = false);
 
 class ControllerView {
  public:
   /// `tool`: flange to TCP in the controller's data. `load`: from LOAD_DATA, if stated.
+  /// `in_force`: as in real_arm.
   ControllerView(const calib::Calibration& calibration, const Eigen::Isometry3d& tool,
-                 const std::optional<LoadData>& load);
+                 const std::optional<LoadData>& load, bool in_force = false);
 
   /// The cell file's tool, with its bending and its identified tip.
   bool is_the_cells() const { return cells_; }
@@ -67,13 +69,16 @@ class ControllerView {
 std::optional<Eigen::Isometry3d> frame_of_ref(const FrameRef& ref,
                                               const std::map<int, calib::FrameMmDeg>& stated);
 
-/// One view per tool of a program, created on first use. Keeps references to both.
+/// LOAD_DATA of that number with a mass.
+std::optional<LoadData> load_of(const Data& data, int number);
+
+/// One view per tool and load of a program, created on first use. Keeps references to both.
 class ControllerViews {
  public:
   ControllerViews(const calib::Calibration& calibration, const Data& data)
       : calibration_(calibration), data_(data) {}
-  /// Null: its number is not stated.
-  ControllerView* of(const FrameRef& tool);
+  /// Of known frames' tool and load. Null: the tool's number is not stated.
+  ControllerView* of(const Frames& frames);
   const std::vector<ToolUsed>& used() const { return used_; }
 
  private:

@@ -104,7 +104,8 @@ class Correction {
         why == Why::kToolNotKnown || why == Why::kBaseNotKnown || why == Why::kTwoFrames ||
         why == Why::kExternalTool || why == Why::kNoConfiguration || why == Why::kPostureNotKnown ||
         why == Why::kOtherPosture || why == Why::kFrameChanged || why == Why::kNoSuchTool ||
-        why == Why::kNoSuchBase || why == Why::kExternalBase;
+        why == Why::kNoSuchBase || why == Why::kExternalBase || why == Why::kLoadNotKnown ||
+        why == Why::kNoSuchLoad;
     refusals_.emplace(motion.point,
                       Refusal{why, of_the_motion ? program_.modules[motion.module].src : point.file,
                               of_the_motion ? motion.line : point.line, name_of_key(motion.point),
@@ -114,6 +115,7 @@ class Correction {
   /// The statement that makes the frame or posture unknown.
   Lost lost(Why why, const Motion& motion) const {
     if (why == Why::kToolNotKnown || why == Why::kBaseNotKnown) return motion.frames.lost;
+    if (why == Why::kLoadNotKnown) return motion.frames.load_lost;
     if (why == Why::kPostureNotKnown || why == Why::kNoConfiguration)
       return program_.flow.before(motion.start).lost.value_or(Lost{});
     return {};
@@ -139,7 +141,12 @@ class Correction {
       refused_.insert(other.point);
       return refuse(other.frames.tool ? Why::kBaseNotKnown : Why::kToolNotKnown, other);
     }
+    if (const auto why = wrong_load(other)) {
+      refused_.insert(other.point);
+      return refuse(*why, other, {}, other.frames.load.value_or(-1));
+    }
     if (!(one.frames.tool == other.frames.tool) ||
+        one.frames.other_load() != other.frames.other_load() ||
         (!axes && !(one.frames.base == other.frames.base)) || other.frames.external) {
       refused_.insert(other.point);
       return refuse(other.frames.external ? Why::kExternalTool : Why::kTwoFrames, other);
@@ -180,12 +187,25 @@ class Correction {
     }
     if (motion.frames.external) return Why::kExternalTool;
     if (!motion.frames.tool) return Why::kToolNotKnown;
+    if (const auto why = wrong_load(motion)) {
+      refuse(*why, motion, {}, motion.frames.load.value_or(-1));
+      reported_ = true;
+      return why;
+    }
     if (on_external_kinematic(motion, point)) return Why::kExternalBase;
     if (postures_.changed(motion, point.kind == PointKind::kAxes)) return Why::kFrameChanged;
     ControllerView* view = view_of(motion);
     if (view == nullptr) return Why::kNoSuchTool;
     return point.kind == PointKind::kAxes ? correct_axes(index, motion, point, *view)
                                           : correct_pose(index, motion, point, *view);
+  }
+
+  /// The load in force is unknown, or not stated.
+  std::optional<Why> wrong_load(const Motion& motion) const {
+    if (!motion.frames.load_lost.what.empty()) return Why::kLoadNotKnown;
+    const auto other = motion.frames.other_load();
+    if (other && !load_of(program_.data, *other)) return Why::kNoSuchLoad;
+    return std::nullopt;
   }
 
   /// A positioner carries the base: its place is not that of BASE_DATA alone.
@@ -276,7 +296,7 @@ class Correction {
   /// TCP of the arm that the point was taught on.
   std::optional<Isometry3d> was_at(const Motion& motion, const JointVector& q) {
     if (!from_) return std::nullopt;
-    return from_->of(*motion.frames.tool)->real(q).tcp;
+    return from_->of(motion.frames)->real(q).tcp;
   }
 
   /// Sets the bits of the arm's own axes; higher ones are kept. True if one changed.

@@ -129,7 +129,7 @@ bool frames_by_bas(const std::vector<Token>& t, std::size_t at) {
 }
 
 bool sets_frames(const Line& line) {
-  static const Words frames = {"$TOOL", "$BASE", "FDAT_ACT", "$IPO_MODE"};
+  static const Words frames = {"$TOOL", "$BASE", "$LOAD", "FDAT_ACT", "$IPO_MODE"};
   for (std::size_t i = 0; i < line.tokens.size(); ++i)
     if (one_of(frames, line.tokens[i]) || frames_by_bas(line.tokens, i)) return true;
   return false;

@@ -33,7 +33,7 @@ const Token& first_word(const Line& line);
 bool begins_routine(const Line& line);
 /// Name of the routine that starts in this line, after a function's return type.
 std::string routine_name(const Line& line);
-/// $TOOL, $BASE, $IPO_MODE, FDAT_ACT, or a BAS command that may set them.
+/// $TOOL, $BASE, $LOAD, $IPO_MODE, FDAT_ACT, or a BAS command that may set them.
 bool sets_frames(const Line& line);
 /// NAME( of a routine, without BAS.
 bool calls_a_routine(const Line& line);

@@ -31,7 +31,15 @@ struct FrameRef {
 struct Frames {
   std::optional<FrameRef> tool, base;
   bool external = false;  ///< the tool is fixed in the cell
-  Lost lost;              ///< reason for an unknown tool or base
+  /// LOAD_DATA in force by $LOAD; none: the tool's own, as BAS and inline forms set it.
+  std::optional<int> load;
+  Lost lost;       ///< reason for an unknown tool or base
+  Lost load_lost;  ///< likewise for a load
+
+  /// The load's number where it is not the tool's own.
+  std::optional<int> other_load() const {
+    return load && tool && !tool->literal && *load == tool->number ? std::nullopt : load;
+  }
 };
 
 struct Motion {

@@ -66,6 +66,16 @@ std::string what_is_wrong(const Refusal& r, const calib::Robot& robot) {
       return fmt::format(
           "BASE_DATA[{}] not in the given files. Give the controller's $config.dat with --config",
           r.number);
+    case Why::kLoadNotKnown:
+      return fmt::format(
+          "load in force unknown{}: the arm sags by it. Set $LOAD=LOAD_DATA[n], or FDAT_ACT, before "
+          "the motion",
+          since(r.lost));
+    case Why::kNoSuchLoad:
+      return fmt::format(
+          "LOAD_DATA[{}] not in the given files, or without a mass. Give the controller's "
+          "$config.dat with --config",
+          r.number);
     case Why::kFrameChanged:
       return "the program changes the TOOL_DATA, BASE_DATA, LOAD_DATA or $ROBROOT used here. Set "
              "it in $config.dat only";
@@ -137,6 +147,8 @@ constexpr EnumNames<Why> kNames({{Why::kComputed, "computed"},
                                  {Why::kBaseNotKnown, "base_not_known"},
                                  {Why::kNoSuchTool, "no_such_tool"},
                                  {Why::kNoSuchBase, "no_such_base"},
+                                 {Why::kLoadNotKnown, "load_not_known"},
+                                 {Why::kNoSuchLoad, "no_such_load"},
                                  {Why::kFrameChanged, "frame_changed"},
                                  {Why::kNoSuchFrameData, "no_such_frame_data"},
                                  {Why::kTwoFrames, "two_frames"},

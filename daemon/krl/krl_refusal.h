@@ -26,6 +26,8 @@ enum class Why {
   kBaseNotKnown,     ///< the active base is unknown
   kNoSuchTool,       ///< no TOOL_DATA of that number
   kNoSuchBase,       ///< no BASE_DATA of that number
+  kLoadNotKnown,     ///< the load in force is unknown
+  kNoSuchLoad,       ///< no LOAD_DATA of that number with a mass
   kFrameChanged,     ///< the program changes the TOOL_DATA, BASE_DATA, LOAD_DATA or $ROBROOT
   kNoSuchFrameData,  ///< no FDAT of that name
   kTwoFrames,        ///< used with more than one tool or base
@@ -54,7 +56,7 @@ struct Refusal {
   std::string file;
   int line = 0;
   std::string what;  ///< name of the point, tool or statement, as in the file
-  int number = -1;   ///< kNoSuchTool, kNoSuchBase
+  int number = -1;   ///< kNoSuchTool, kNoSuchBase, kNoSuchLoad
   std::optional<calib::NotReached> reached = std::nullopt;
   Lost lost = {};  ///< for unknown frames and postures
 };

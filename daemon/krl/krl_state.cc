@@ -31,7 +31,7 @@ bool is_label(const Line& line) {
 bool sets_frames_inside(const Line& line) {
   const auto& t = line.tokens;
   for (std::size_t i = 1; i < t.size() && !t[i].is("WITH"); ++i)
-    if (((t[i].is("$TOOL") || t[i].is("$BASE") || t[i].is("$IPO_MODE")) &&
+    if (((t[i].is("$TOOL") || t[i].is("$BASE") || t[i].is("$IPO_MODE") || t[i].is("$LOAD")) &&
          !sign_at(t, i - 1, '=')) ||
         frames_by_bas(t, i))
       return true;
@@ -52,6 +52,34 @@ std::set<std::string> touched_names(const std::vector<Line>& lines) {
     }
   }
   return touched;
+}
+
+bool sets_load(const std::vector<Line>& lines) {
+  return std::ranges::any_of(lines, [](const Line& line) {
+    const auto& t = line.tokens;
+    for (std::size_t i = 0; i + 1 < t.size(); ++i)
+      if (t[i].is("$LOAD") && !sign_at(t, i - 1, '=') && !is_word(t, i + 2, "SLOAD")) return true;
+    return false;
+  });
+}
+
+void FrameState::apply_load(const std::vector<Token>& t, std::size_t at, Frames& frames,
+                            int line) const {
+  frames.load.reset();
+  frames.load_lost = {"$LOAD", line};
+  if (!sign_at(t, at + 1, '=')) return;  // $LOAD.M=...
+  const std::size_t value = at + 2;
+  std::optional<int> number;
+  if (int stated = 0; is_word(t, value, "LOAD_DATA")) {
+    const std::size_t behind = read_index(t, value + 1, stated);
+    if (behind > 0 && (behind == t.size() || sign_at(t, behind, ','))) number = stated;
+  } else if (is_word(t, value, "SLOAD") && value + 2 < t.size()) {
+    const auto data = data_.frames.find(t[value + 2].word);
+    if (data != data_.frames.end() && data->second.tool >= 0) number = data->second.tool;
+  }
+  if (!number) return;
+  frames.load = number;
+  frames.load_lost = {};
 }
 
 /// Frame assigned by a statement, from the token after '='; empty: unknown.
@@ -130,9 +158,10 @@ void FrameState::take(const std::string& name, int line, Frames& frames,
   frames.external = data->second.external;
 }
 
-/// Applies an assignment of $TOOL, $BASE or $IPO_MODE that begins at tokens[at].
+/// Applies an assignment of $TOOL, $BASE, $LOAD or $IPO_MODE that begins at tokens[at].
 bool FrameState::apply(const std::vector<Token>& t, std::size_t at, Frames& frames,
                        std::optional<Refusal>& wrong, int line) const {
+  if (is_word(t, at, "$LOAD")) return apply_load(t, at, frames, line), true;
   const bool tool = is_word(t, at, "$TOOL"), base = is_word(t, at, "$BASE");
   const bool mode = is_word(t, at, "$IPO_MODE");
   if (!tool && !base && !mode) return false;
@@ -175,6 +204,7 @@ Frames FrameState::at_motion(const Line& line, std::optional<Refusal>& wrong) co
 void FrameState::forget(const std::string& why, int line) {
   now_ = pending_ = outside_spline_ = {};
   now_.lost = pending_.lost = outside_spline_.lost = {why, line};
+  if (sets_load_) now_.load_lost = outside_spline_.load_lost = {why.empty() ? "$LOAD" : why, line};
   wrong_.reset();
   pending_wrong_.reset();
 }
@@ -253,6 +283,10 @@ bool FrameState::read_bas(const Line& line) {
     auto& place = command == "#TOOL" ? now_.tool : now_.base;
     place.reset();
     if (number) place = FrameRef{*number, {}};
+    if (command == "#TOOL") {
+      now_.load.reset();
+      now_.load_lost = {};
+    }
     wrong_.reset();
   } else if (frames_by_bas(t, 0)) {
     forget("BAS(" + command + ")", line.number);

@@ -14,12 +14,15 @@ namespace cellcal::daemon::krl {
 /// Names that these lines read or change, except values of $TOOL, $BASE and $LOAD.
 std::set<std::string> touched_names(const std::vector<Line>& lines);
 
+/// True if one of these lines sets $LOAD otherwise than inline forms do.
+bool sets_load(const std::vector<Line>& lines);
+
 /// Statements that set frames, or after which they are unknown. Fed with each line in turn.
 class FrameState {
  public:
   /// `shared`: data that all modules see, those of routines of other modules.
   FrameState(const std::vector<Line>& lines, const Data& data, const Data& shared, Calls calls)
-      : data_(data), shared_(shared), calls_(calls), touched_(touched_names(lines)) {
+      : data_(data), shared_(shared), calls_(calls), touched_(touched_names(lines)), sets_load_(sets_load(lines)) {
     find_strict(lines);
   }
 
@@ -44,6 +47,8 @@ class FrameState {
   void find_strict(const std::vector<Line>& lines);
   bool apply(const std::vector<Token>& tokens, std::size_t at, Frames& frames,
              std::optional<Refusal>& wrong, int line) const;
+  /// An assignment of $LOAD that begins at tokens[at].
+  void apply_load(const std::vector<Token>& tokens, std::size_t at, Frames& frames, int line) const;
   void take(const std::string& name, int line, Frames& frames, std::optional<Refusal>& wrong) const;
 
   const Data& data_;
@@ -58,6 +63,7 @@ class FrameState {
                                    const char* data) const;
 
   std::set<std::string> touched_;
+  bool sets_load_ = false;
   std::map<int, bool> strict_;  ///< first line of each sub-program
   bool strict_now_ = false;
 };

@@ -65,8 +65,8 @@ std::optional<Isometry3d> Postures::base_of(const Motion& motion) const {
 bool Postures::changed(const Motion& motion, bool axes) const {
   const FrameRef& tool = *motion.frames.tool;
   const FrameChanges& changes = program_.modules[motion.module].changes;
-  if (!tool.literal && (changes.tools.has(tool.number) || changes.loads.has(tool.number)))
-    return true;
+  const int load = motion.frames.load.value_or(tool.literal ? -1 : tool.number);
+  if (changes.loads.has(load) || (!tool.literal && changes.tools.has(tool.number))) return true;
   if (axes) return false;
   return changes.robroot || (motion.frames.base && !motion.frames.base->literal &&
                              changes.bases.has(motion.frames.base->number));

@@ -33,7 +33,7 @@ class Postures {
   /// True if the program changes the data that are valid at the motion.
   bool changed(const Motion& motion, bool axes) const;
   /// Of a motion whose tool is known; null: its number is not stated.
-  ControllerView* view_of(const Motion& motion) { return views_.of(*motion.frames.tool); }
+  ControllerView* view_of(const Motion& motion) { return views_.of(motion.frames); }
   const Point* point_of(const Motion& motion) const;
   /// Base in the robot's; empty: its number is not stated.
   std::optional<Eigen::Isometry3d> base_of(const Motion& motion) const;

@@ -152,7 +152,11 @@ class Rewriter {
   }
 
   void read() {
-    for (const Line& line : read_lines(src_)) {
+    const std::vector<Line> lines = read_lines(src_);
+    for (std::size_t i = 0; i < lines.size(); ++i)
+      if (const std::string load = other_load(lines, i); !load.empty())
+        refuse(Why::kLoadNotKnown, lines[i], load);
+    for (const Line& line : lines) {
       for (const Token& token : line.tokens)
         if (is_ours(token))
           throw calib::FileError(src_.name,
@@ -165,6 +169,27 @@ class Rewriter {
   std::string text() const { return edited(src_.text, edits_); }
 
  private:
+  /// CELLCAL_FIX knows a tool's own load alone: what $LOAD is set to, where that is another's than the
+  /// tool's within two lines. Empty: none.
+  static std::string other_load(const std::vector<Line>& lines, std::size_t at) {
+    constexpr std::size_t kNear = 2;
+    const Tokens& t = lines[at].tokens;
+    if (!t[0].is("$LOAD")) return {};
+    int load = 0;
+    const bool numbered = t.size() > 2 && sign_at(t, 1, '=') && t[2].is("LOAD_DATA") &&
+                          read_index(t, 3, load) > 0;
+    const std::size_t first = at < kNear ? 0 : at - kNear;
+    const std::size_t behind = std::min(lines.size(), at + kNear + 1);
+    for (std::size_t i = first; numbered && i < behind; ++i) {
+      const Tokens& near = lines[i].tokens;
+      int tool = 0;
+      if (near[0].is("$TOOL") && near.size() > 2 && near[2].is("TOOL_DATA") &&
+          read_index(near, 3, tool) > 0 && tool == load)
+        return {};
+    }
+    return numbered ? "LOAD_DATA[" + std::to_string(load) + "]" : "$LOAD";
+  }
+
   void refuse(Why why, const Line& line, const std::string& what) {
     result_.refusals.push_back({why, src_.name, line.number, what});
   }

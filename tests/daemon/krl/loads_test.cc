@@ -1,0 +1,110 @@
+// Loads that a program sets in force: $LOAD=LOAD_DATA[n].
+
+#include <gtest/gtest.h>
+
+#include "calib/estimate/predict.h"
+#include "daemon/krl/correct_program.h"
+#include "daemon/krl/run_time_program.h"
+#include "tests/daemon/krl/fixture.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+using krl::correct_program;
+using krl::CorrectedProgram;
+
+constexpr const char* kHere = "PTP {A1 20.0,A2 -80.0,A3 80.0,A4 10.0,A5 40.0,A6 0.0}\n";
+
+krl::ProgramFiles loaded(const std::string& body) {
+  krl::ProgramFiles f;
+  f.src = {"p.src", "DEF p()\n" + body + "END\n"};
+  f.dat = krl::KrlFile{"p.dat", "DEFDAT P\nENDDAT\n"};
+  f.controller = {{"$config.dat",
+                   "TOOL_DATA[1]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\n"
+                   "LOAD_DATA[1]={M 1.5,CM {X 0.0,Y 0.0,Z 90.0,A 0.0,B 0.0,C 0.0},J {X 0.0,Y 0.0,Z 0.0}}\n"
+                   "LOAD_DATA[2]={M 5.0,CM {X 60.0,Y 0.0,Z 150.0,A 0.0,B 0.0,C 0.0},J {X 0.0,Y 0.0,Z 0.0}}\n"
+                   "LOAD_DATA[3]={M -1.0,CM {X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0},J {X 0.0,Y 0.0,Z 0.0}}\n"}};
+  return f;
+}
+
+CorrectedProgram corrected_with(const std::string& body) {
+  return correct_program(calibration(), loaded(body));
+}
+
+/// "kind:line" of each refusal.
+std::string refused_as(const std::string& body) {
+  std::string text;
+  for (const krl::Refusal& one : corrected_with(body).refusals)
+    text += krl::name_of(one.why) + (":" + std::to_string(one.line)) + " ";
+  return text;
+}
+
+TEST(a_load_in_force, is_borne_by_the_cells_tool_from_its_statement_on) {
+  const CorrectedProgram own = corrected_with("$TOOL=TOOL_DATA[1]\n$LOAD=LOAD_DATA[1]\n" + std::string(kHere));
+  const CorrectedProgram full = corrected_with("$TOOL=TOOL_DATA[1]\n$LOAD=LOAD_DATA[2]\n" + std::string(kHere));
+  ASSERT_TRUE(own.refusals.empty()) << all_words(own);
+  ASSERT_TRUE(full.refusals.empty()) << all_words(full);
+  const CorrectedProgram before = corrected_with("BAS(#TOOL,1)\n" + std::string(kHere));
+  EXPECT_EQ(own.points[0].shift_mm, before.points[0].shift_mm) << "its own load changes nothing";
+  EXPECT_EQ(full.tools.at(0).load, 2);
+  // By how much the arm sags more.
+  const calib::Calibration c = calibration();
+  const calib::JointVector q = [] {
+    calib::JointVector at;
+    for (const double deg : {20.0, -80.0, 80.0, 10.0, 40.0, 0.0}) at.push_back(deg * calib::kRadPerDeg);
+    return at;
+  }();
+  const calib::Calibration heavy =
+      calib::with_load(c, calib::FlangeLoad{5.0, Eigen::Vector3d(0.06, 0.0, 0.15)});
+  const Eigen::Vector3d more_mm =
+      (calib::Predictor(heavy).calibrated(q).tcp.translation() - calib::Predictor(c).calibrated(q).tcp.translation()) * 1e3;
+  EXPECT_GT(more_mm.norm(), 0.005) << "there is something to correct";
+  EXPECT_LT((own.points[0].shift_mm - full.points[0].shift_mm - more_mm).norm(), 0.1 * more_mm.norm());
+}
+
+TEST(a_load_in_force, stays_until_another_is_set) {
+  const CorrectedProgram result = corrected_with(
+      "BAS(#TOOL,1)\n" + std::string(kHere) + "$LOAD=LOAD_DATA[2]\nPTP {A1 25.0,A2 -80.0,A3 80.0,A4 10.0,A5 40.0,A6 0.0}\n"
+      "BAS(#TOOL,1)\nPTP {A1 30.0,A2 -80.0,A3 80.0,A4 10.0,A5 40.0,A6 0.0}\n");
+  ASSERT_TRUE(result.refusals.empty()) << all_words(result);
+  ASSERT_EQ(result.tools.size(), 2u);
+  EXPECT_EQ(result.tools[0].load, -1);
+  EXPECT_EQ(result.tools[1].load, 2);
+}
+
+TEST(a_load_in_force, that_cannot_be_resolved_is_refused_by_name_and_line) {
+  const std::string tool = "$TOOL=TOOL_DATA[1]\n";
+  EXPECT_EQ(refused_as(tool + "$LOAD=LOAD_DATA[9]\n" + kHere), "no_such_load:4 ");
+  EXPECT_EQ(refused_as(tool + "$LOAD=LOAD_DATA[3]\n" + kHere), "no_such_load:4 ") << "no mass";
+  for (const char* unknown : {"$LOAD=PART_LOAD\n", "$LOAD=LOAD_DATA[I]\n", "$LOAD=LOAD_DATA[1+1]\n",
+                              "$LOAD.M=3.0\n", "$LOAD={M 3.0}\n"})
+    EXPECT_EQ(refused_as(tool + unknown + kHere), "load_not_known:4 ") << unknown;
+  const auto result = corrected_with(tool + "$LOAD=PART_LOAD\n" + kHere);
+  EXPECT_NE(all_words(result).find("load in force unknown"), std::string::npos);
+  EXPECT_NE(all_words(result).find("$LOAD"), std::string::npos);
+}
+
+TEST(a_load_in_force, in_a_branch_is_unknown_behind_it) {
+  EXPECT_NE(refused_as("$TOOL=TOOL_DATA[1]\nIF $IN[1] THEN\n$LOAD=LOAD_DATA[2]\nENDIF\n" + std::string(kHere)), "");
+}
+
+TEST(a_load_in_force, at_run_time_is_the_tools_own_or_refused_by_line) {
+  const auto refusals = [](const std::string& body) {
+    krl::BackupFiles files;
+    krl::ProgramFiles module;
+    module.src = {"p.src", "DEF p()\n" + body + "LIN {X 1.0,Y 2.0,Z 3.0,A 0.0,B 0.0,C 0.0}\nEND\n"};
+    files.modules.push_back(module);
+    const krl::RewrittenPrograms result = krl::rewrite_motions(files, {});
+    std::string text;
+    for (const krl::Refusal& one : result.modules.at(0).refusals)
+      text += krl::name_of(one.why) + (":" + std::to_string(one.line) + ":" + one.what + " ");
+    return text;
+  };
+  EXPECT_EQ(refusals("$TOOL=TOOL_DATA[2]\n$BASE=BASE_DATA[1]\n$LOAD=LOAD_DATA[2]\n"), "");
+  EXPECT_EQ(refusals("$LOAD=LOAD_DATA[2]\n$TOOL=TOOL_DATA[2]\n"), "");
+  EXPECT_EQ(refusals("$TOOL=TOOL_DATA[1]\n$LOAD=LOAD_DATA[2]\n"), "load_not_known:3:LOAD_DATA[2] ");
+  EXPECT_EQ(refusals("$LOAD.M=3.0\n"), "load_not_known:2:$LOAD ");
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing
