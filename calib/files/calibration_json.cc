@@ -329,6 +329,8 @@ Table<C> calibration_fields() {
       where<C>([](const C& c) { return !c.uncertainty.empty(); },
                field("uncertainty", &C::uncertainty, list(object(uncertainty_fields())))),
       where<C>([](const C& c) { return !c.region.empty(); }, region_field()),
+      where<C>([](const C& c) { return !c.touched_loads.empty(); },
+               field("touched_loads", &C::touched_loads, list(text()))),
       where<C>(with_discrepancy,
                field("discrepancy", &C::discrepancy, object(discrepancy_fields()))),
       optional(field("chi2", &C::chi2, not_negative())),

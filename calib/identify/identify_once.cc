@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <set>
 
 #include "calib/estimate/budget.h"
 #include "calib/estimate/discrepancy.h"
@@ -392,6 +393,13 @@ std::unique_ptr<Stated> likeliest(const Cell& cell, const std::vector<Touch>& to
   return likely;
 }
 
+std::vector<std::string> touched_loads(const Cell& cell, const std::vector<Touch>& touches) {
+  std::set<std::string> loads;
+  for (const Touch& touch : touches)
+    if (!cell.loads.empty() && touch.set == TouchSet::kFit) loads.insert(touch.load);
+  return {loads.begin(), loads.end()};
+}
+
 }  // namespace
 
 void require_sound(const Cell& cell, const std::vector<Touch>& touches) {
@@ -488,6 +496,7 @@ Calibration identify_single_pass(const Cell& cell, const std::vector<Touch>& tou
         undetected_field_m(problem, e, likely->repeats, calibration.touch_noise_m);
   }
   calibration.region = tracker_region(cell, touches, e.use);
+  calibration.touched_loads = touched_loads(cell, touches);
   fill_accuracy(problem, e, options.region_poses, calibration);
   // Not with a discrepancy, for which they were sought before: the model error resembles moves and
   // jumps, and properties that a specified level omits resemble jumps.

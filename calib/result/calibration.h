@@ -298,6 +298,8 @@ struct Calibration {
   /// Postures that span where trackers alone measured the arm, and so its base: M2 and u95 hold
   /// there (calib/estimate/region.h). Empty: other targets were touched.
   std::vector<JointVector> region;
+  /// Ids of the loads held in fit touches; "" where none was held. Empty: the cell has no loads.
+  std::vector<std::string> touched_loads;
   UncheckedTouch unchecked_near_targets, unchecked_workspace;  ///< not written to files
   double chi2 = 0.0;  ///< sum of the squared whitened residuals of the fit touches in use
   /// Degrees of freedom of chi2: sum over the touches of 1 - leverage, which counts an unknown by

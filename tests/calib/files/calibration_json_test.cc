@@ -63,6 +63,14 @@ Finding sorted(Finding finding) {
   return finding;
 }
 
+TEST(CalibrationJson, KeepsTheLoadsOfItsTouches) {
+  EXPECT_FALSE(json::parse(without_sum(written())).contains("touched_loads"));
+  Calibration c = result();
+  c.touched_loads = {"", "full"};
+  const std::string text = without_sum(calibration_to_json(c));
+  EXPECT_EQ(calibration_from_json(text, "cal.json").touched_loads, c.touched_loads);
+}
+
 TEST(CalibrationJson, KeepsThePosturesThatATrackerMeasured) {
   EXPECT_FALSE(json::parse(without_sum(written())).contains("region")) << "spheres were touched";
   Calibration c = result();

@@ -251,5 +251,16 @@ TEST(Tools, ThatHangOnTheFlangeTogetherLoadTheJointsTogether) {
   EXPECT_GE(loaded, 3);
 }
 
+TEST(Loads, OfTheFitTouchesAreStatedByTheResult) {
+  Cell cell = demo_cell();
+  auto touches = make_touches(cell, plain_truth(cell, 3), {.fit = 40, .check = 4}).touches;
+  EXPECT_TRUE(identify(cell, touches).touched_loads.empty()) << "the cell has none";
+  cell.loads = {{"full", 1.0, Eigen::Vector3d(0.0, 0.0, 0.1)},
+                {"half", 0.5, Eigen::Vector3d::Zero()}};
+  for (std::size_t i = 0; i < touches.size(); ++i)
+    touches[i].load = touches[i].set == TouchSet::kCheck ? "half" : i % 2 == 0 ? "full" : "";
+  EXPECT_EQ(identify(cell, touches).touched_loads, (std::vector<std::string>{"", "full"}));
+}
+
 }  // namespace
 }  // namespace cellcal::calib
