@@ -169,7 +169,7 @@ Tasks find_tasks(Tasks tasks, std::shared_ptr<const TaskInputs> inputs) {
   tasks.report = [inputs](const SessionResult& result, const std::vector<calib::Touch>& touches) {
     write_document(*inputs, result, touches, "found.json");
     for (const FoundSphere& one : std::get<FoundSpheres>(result.of).spheres)
-      inputs->note("found " + words(one));
+      inputs->note("found " + calib::words(phrase(one)));
   };
   return tasks;
 }
