@@ -113,7 +113,7 @@ TEST(news_of_the_schedule, are_told_where_a_window_passed_without_its_session) {
   const auto notice = news_of(decision);
   ASSERT_TRUE(notice);
   EXPECT_EQ(notice->news, News::kNotBegun);
-  EXPECT_NE(notice->why.find("--release"), std::string::npos) << notice->why;
+  EXPECT_NE(words(notice->why).find("--release"), std::string::npos) << words(notice->why);
   decision.verb = Verb::kWaiting;
   EXPECT_FALSE(news_of(decision));
   decision.verb = Verb::kBegun;

@@ -216,7 +216,7 @@ TEST_F(a_schedule, begins_nothing_behind_a_harmful_failure_until_somebody_has_lo
   EXPECT_TRUE(cell.begun.empty());
   EXPECT_EQ(count(Verb::kMissed, Why::kFailedBefore), 1);
   EXPECT_EQ(schedule->picture().held, Why::kFailedBefore);
-  EXPECT_NE(schedule->picture().held_words.find("session 4"), std::string::npos);
+  EXPECT_NE(words(schedule->picture().held_words).find("session 4"), std::string::npos);
   restart();
   live(kDay);
   EXPECT_TRUE(cell.begun.empty()) << "a restart releases nothing";
@@ -323,8 +323,8 @@ TEST_F(a_schedule, begins_nothing_because_the_clock_was_set_into_a_window) {
   pass(5);
   EXPECT_TRUE(cell.begun.empty());
   EXPECT_EQ(count(Verb::kWaiting, Why::kClockStepped), 1);
-  EXPECT_NE(schedule->picture().held_words.find("+294"), std::string::npos)
-      << schedule->picture().held_words;
+  EXPECT_NE(words(schedule->picture().held_words).find("+294"), std::string::npos)
+      << words(schedule->picture().held_words);
   live(kHour);
   EXPECT_TRUE(cell.begun.empty());
   restart();
