@@ -205,7 +205,9 @@ Eigen::MatrixXd drawn_arms(const Eigen::MatrixXd& covariance) {
   Eigen::MatrixXd all(covariance.rows(), kDrawnArms);
   Random random(kDrawSeed);
   for (double& one : all.reshaped()) one = random.normal();
-  return pairs.vectors * pairs.values.cwiseMax(0.0).cwiseSqrt().asDiagonal() * all;
+  // The symmetric root: others depend on the eigenvectors' signs, which the last digit decides.
+  return pairs.vectors * pairs.values.cwiseMax(0.0).cwiseSqrt().asDiagonal() *
+         (pairs.vectors.transpose() * all);
 }
 
 NominalError nominal_error(const ArmModel& arm, const std::vector<JointVector>& poses,

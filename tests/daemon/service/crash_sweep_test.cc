@@ -307,7 +307,7 @@ void ACalibratedCell::sweep(const RunRequest& wanted, int error) {
       "was done when the disk was back\n",
       GetParam() == SessionKind::kQualify ? "qualify" : "update",
       error == ENOSPC ? "full" : "broken (EIO)", failed, refused);
-  EXPECT_GT(failed, 3);
+  EXPECT_GE(failed, 3);
 }
 
 /// With the file of its calibration, which lies beside the journal. `rows_are_there`: an earlier import got no farther than that.
@@ -349,7 +349,7 @@ int fail_each_import(int error, long every, bool rows_are_there) {
 }
 
 TEST(an_import, whose_disk_fails_at_any_write_is_refused_by_name_and_whole_when_it_is_back) {
-  constexpr long kShare = 5;  // it takes less time than a session
+  constexpr long kShare = 10;  // it takes less time than a session
   for (const int error : {ENOSPC, EIO}) {
     const int rows =
         fail_each_import(error, std::max(1L, ACalibratedCell::stride() / kShare), false);
