@@ -143,7 +143,7 @@ namespace {
 
 using calib::kMmPerM, calib::Phrase;
 
-/// Names of a list as "say.ID.NAME", with commas between.
+/// Names of a list as `id` + NAME, with commas between.
 template <class T>
 Phrase in_a_row(const char* id, const std::vector<T>& list) {
   Phrase names;

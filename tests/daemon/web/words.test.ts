@@ -100,7 +100,7 @@ test("the page has words for every outcome that a session has, as a sentence and
   const named = [...source.matchAll(/\{OutcomeKind::\w+, \{"(\w+)"/g)].map((match) => match[1]);
   assert.ok(named.length > 10);
   assert.deepEqual([...OUTCOMES].sort(), named.sort());
-  const stated = readFileSync(`${realpathSync("src")}/../../qualification/qualification.cc`, "utf8")
+  const stated = readFileSync(`${realpathSync("src")}/../../result/qualification.cc`, "utf8")
     .split("EnumNames<QualificationFinding> ")[1]?.split("}};")[0] ?? "";
   assert.deepEqual([...NOT_AS_STATED], [...stated.matchAll(/, *"(\w[\w-]+)"/g)].map((match) => match[1]));
   const keys: string[] = [...OUTCOMES.flatMap((one) => [`outcome.${one}`, `history.${one}`]),
