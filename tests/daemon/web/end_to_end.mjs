@@ -217,6 +217,8 @@ const steps = {
     await enter_cell(page, guide);
     for (const name of ["cell", "robot", "spheres"]) await step(name, "done");
     // Another cell than the one that is next to be qualified is named when the doctor has ended.
+    // Until the page has heard of this examination it shows the end of the one before.
+    await page.waitForFunction(async () => !(await (await fetch("/v1/doctor")).json()).running, null, { ...LONG, polling: 500 });
     await page.locator('[data-doctor="done"]').waitFor(LONG);
     assert.equal(await page.evaluate(async (file) => (await fetch("/v1/doctor", {
       method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ cell: file }),
