@@ -74,9 +74,6 @@ export function App() {
   const versions = useFetched(asked === null ? null : "/v1/versions", `${ended} ${said}`, decode.versions);
   const proposals = useFetched(asked === null ? null : "/v1/proposals", `${ended} ${said} ${Math.floor(now / PROPOSALS_MS)}`, decode.proposals);
 
-  const together = useRef(false);
-  together.current ||= (versions !== null && sessions !== null && answers_awaited() === 0) || now > TOGETHER_MS;
-
   const in_use = versions?.find((one) => one.active && one.trouble === "")?.session ?? null;
 
   // What is typed outlives a lost connection.
@@ -85,6 +82,9 @@ export function App() {
   const doctor = useDoctor(asked !== null, `${ended} ${looked}`, language);
   const seen = `${ended} ${looked} ${doctor?.running} ${doctor?.ended}`;
   const readiness = useFetched(asked === null ? null : `/v1/readiness?language=${language}`, seen, decode.readiness);
+  const together = useRef(false);
+  together.current ||=
+    (versions !== null && sessions !== null && readiness !== null && answers_awaited() === 0) || now > TOGETHER_MS;
   const idle = status !== null && !old && !status.running;
   const may = idle && me !== null && me !== "look";
 
@@ -123,11 +123,11 @@ export function App() {
             <Standing line={standing} cell={drift?.checks?.cell || file} may={may} small={status.running} old={age_ms(model, now)}
                       started={() => void live.ask()} />
           )}
-          <div class="top">
+          {(status || together.current) && <div class="top">
             <StatePanel model={model} plan={plan} schedule={schedule} now={now} why={why} />
             {status && !old && <StartButtons status={status} role={me} second={guided || due} started={() => void live.ask()}
                                              last_cell={readiness?.cell || (sessions?.[0]?.cell ?? "")} />}
-          </div>
+          </div>}
           {status && !old && <FailurePanel status={status} />}
           {together.current && idle && readiness && (
             <GuidePanel readiness={readiness} may={may} looking={doctor?.running === true}
