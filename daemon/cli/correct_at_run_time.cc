@@ -91,6 +91,9 @@ std::string report_words(const RewrittenPrograms& result, const FixModule& fix,
       corrected += module.corrected > 0 ? 1 : 0;
       motions += module.corrected;
       text += fmt::format("  {} of {} motions", module.corrected, module.motions);
+      if (!module.other_load.empty())
+        text += fmt::format(" with the tool's own load, not {} of line {}", module.other_load,
+                            module.other_load_line);
     }
     text += "\n";
   }

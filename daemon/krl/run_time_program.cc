@@ -153,9 +153,10 @@ class Rewriter {
 
   void read() {
     const std::vector<Line> lines = read_lines(src_);
-    for (std::size_t i = 0; i < lines.size(); ++i)
-      if (const std::string load = other_load(lines, i); !load.empty())
-        refuse(Why::kLoadNotKnown, lines[i], load);
+    for (std::size_t i = 0; i < lines.size() && result_.other_load.empty(); ++i) {
+      result_.other_load = other_load(lines, i);
+      result_.other_load_line = lines[i].number;
+    }
     for (const Line& line : lines) {
       for (const Token& token : line.tokens)
         if (is_ours(token))

@@ -14,6 +14,10 @@ struct RewrittenModule {
   int motions = 0;    ///< lines with a motion of the arm
   int corrected = 0;  ///< those whose points are corrected at run time; the others stay, as homes
   std::vector<Refusal> refusals;  ///< if any: the module is unchanged
+  /// The first $LOAD that is not the tool's own, with its line: CELLCAL_FIX corrects with the tool's
+  /// own. Empty: none.
+  std::string other_load = {};
+  int other_load_line = 0;
 };
 
 struct RewrittenPrograms {

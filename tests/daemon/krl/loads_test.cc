@@ -88,22 +88,21 @@ TEST(a_load_in_force, in_a_branch_is_unknown_behind_it) {
   EXPECT_NE(refused_as("$TOOL=TOOL_DATA[1]\nIF $IN[1] THEN\n$LOAD=LOAD_DATA[2]\nENDIF\n" + std::string(kHere)), "");
 }
 
-TEST(a_load_in_force, at_run_time_is_the_tools_own_or_refused_by_line) {
-  const auto refusals = [](const std::string& body) {
+TEST(a_load_in_force, at_run_time_is_the_tools_own_and_another_named_by_line) {
+  const auto other = [](const std::string& body) {
     krl::BackupFiles files;
     krl::ProgramFiles module;
     module.src = {"p.src", "DEF p()\n" + body + "LIN {X 1.0,Y 2.0,Z 3.0,A 0.0,B 0.0,C 0.0}\nEND\n"};
     files.modules.push_back(module);
     const krl::RewrittenPrograms result = krl::rewrite_motions(files, {});
-    std::string text;
-    for (const krl::Refusal& one : result.modules.at(0).refusals)
-      text += krl::name_of(one.why) + (":" + std::to_string(one.line) + ":" + one.what + " ");
-    return text;
+    const krl::RewrittenModule& made = result.modules.at(0);
+    EXPECT_TRUE(made.refusals.empty());
+    return made.other_load.empty() ? std::string() : std::to_string(made.other_load_line) + ":" + made.other_load;
   };
-  EXPECT_EQ(refusals("$TOOL=TOOL_DATA[2]\n$BASE=BASE_DATA[1]\n$LOAD=LOAD_DATA[2]\n"), "");
-  EXPECT_EQ(refusals("$LOAD=LOAD_DATA[2]\n$TOOL=TOOL_DATA[2]\n"), "");
-  EXPECT_EQ(refusals("$TOOL=TOOL_DATA[1]\n$LOAD=LOAD_DATA[2]\n"), "load_not_known:3:LOAD_DATA[2] ");
-  EXPECT_EQ(refusals("$LOAD.M=3.0\n"), "load_not_known:2:$LOAD ");
+  EXPECT_EQ(other("$TOOL=TOOL_DATA[2]\n$BASE=BASE_DATA[1]\n$LOAD=LOAD_DATA[2]\n"), "");
+  EXPECT_EQ(other("$LOAD=LOAD_DATA[2]\n$TOOL=TOOL_DATA[2]\n"), "");
+  EXPECT_EQ(other("$TOOL=TOOL_DATA[1]\n$LOAD=LOAD_DATA[2]\n"), "3:LOAD_DATA[2]");
+  EXPECT_EQ(other("$LOAD.M=3.0\n"), "2:$LOAD");
 }
 
 }  // namespace
