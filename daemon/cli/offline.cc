@@ -118,7 +118,7 @@ std::string correlation_words(const calib::Calibration& calibration) {
 /// "touch 12 (line 14)"
 calib::Phrase touch_phrase(std::size_t index, std::span<const calib::Touch> touches) {
   const std::size_t line = index < touches.size() ? touches[index].line : 0;
-  return {line > 0 ? "say.cli.touch.line" : "say.cli.touch", {{"n", index + 1}, {"line", line}}};
+  return {line > 0 ? "say.touch.line" : "say.touch", {{"n", index + 1}, {"line", line}}};
 }
 
 /// Numbers and lines of the rejected touches, as one line of the summary.

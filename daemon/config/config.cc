@@ -461,10 +461,6 @@ std::vector<drivers::AxisLimit> axis_limits(const DaemonConfig& config, const ca
   return limits;
 }
 
-}  // namespace
-
-namespace {
-
 /// Range of the linear unit that carries the arm [mm].
 std::optional<drivers::AxisRange> linear_unit_mm(const calib::Robot& robot) {
   if (robot.first_turning() == 0) return std::nullopt;
