@@ -5,6 +5,7 @@
 #include <map>
 
 #include "calib/estimate/region.h"
+#include "calib/model/product.h"
 
 namespace cellcal::calib {
 
@@ -115,10 +116,10 @@ std::vector<double> UncertaintyBudget::contributions_m(const std::vector<JointVe
   const auto count = static_cast<Eigen::Index>(sample.size()), arm = moves.cols();
   const Eigen::MatrixXd at = moves.topRows(3 * count);
   // Motion of the tips by each unknown's information.
-  const Eigen::MatrixXd reach = at * estimate_.posterior.covariance_u.topRows(arm);
+  const Eigen::MatrixXd reach = product(at, estimate_.posterior.covariance_u.topRows(arm));
   const Linearisation& linear = estimate_.posterior.linear;
   const auto by_rows = [&](const auto& rows) -> Eigen::VectorXd {
-    return of_tips((reach * rows.transpose()).rowwise().squaredNorm());
+    return of_tips(product(reach, rows.transpose()).rowwise().squaredNorm());
   };
   std::vector<Eigen::VectorXd> variance_m2 = {by_rows(linear.jacobian.topRows(linear.length_row)),
                                               Eigen::VectorXd::Zero(count)};

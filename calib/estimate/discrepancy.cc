@@ -8,6 +8,7 @@
 #include "calib/model/error.h"
 #include "calib/model/linear.h"
 #include "calib/model/long_work.h"
+#include "calib/model/product.h"
 
 namespace cellcal::calib {
 
@@ -186,7 +187,7 @@ Sizes sizes_of(const Problem& problem, const Eigen::VectorXd& u, const Eigen::Ma
   }
   const Eigen::VectorXd y = m.residual_m + m.jacobian * off;
   const Eigen::MatrixXd reached = m.jacobian * prior.asDiagonal();
-  const Eigen::MatrixXd by_unknowns = reached * reached.transpose();
+  const Eigen::MatrixXd by_unknowns = product(reached, reached.transpose());
   Eigen::VectorXd own(n);
   for (Eigen::Index k = 0; k < n; ++k)
     own[k] = std::pow(problem.own_sigma_m(rows[static_cast<std::size_t>(k)].touch), 2);
@@ -277,7 +278,7 @@ std::vector<std::size_t> spread_over(const std::vector<bool>& use) {
 }
 
 Eigen::VectorXd leverage_of(const RowMajor& j, const Eigen::MatrixXd& covariance) {
-  return (j * covariance).cwiseProduct(j).rowwise().sum();
+  return product(j, covariance).cwiseProduct(j).rowwise().sum();
 }
 
 std::vector<ModelLevel> levels_without_ripple() {
@@ -341,11 +342,11 @@ bool judged_by_others(const Problem& problem, const IdentifyOptions& options, Es
   const Eigen::Index n = p.linear.length_row;
   const auto lower = p.together.triangularView<Eigen::Lower>();
   const Eigen::MatrixXd inverse = lower.solve(Eigen::MatrixXd::Identity(n, n));
-  const Eigen::MatrixXd by_unknowns = inverse.transpose() * p.linear.jacobian.topRows(n);
+  const Eigen::MatrixXd by_unknowns = product(inverse.transpose(), p.linear.jacobian.topRows(n));
   const Eigen::VectorXd pull = inverse.transpose() * p.linear.residual.head(n);
   const Eigen::VectorXd information =
       inverse.colwise().squaredNorm().transpose() -
-      (by_unknowns * p.covariance_u).cwiseProduct(by_unknowns).rowwise().sum();
+      product(by_unknowns, p.covariance_u).cwiseProduct(by_unknowns).rowwise().sum();
   constexpr double kLeast = 1e-9;
   std::vector<double> off;
   for (const auto& [touch, row] : p.linear.touch_row) {
@@ -375,7 +376,7 @@ double alike_sigmas(const Problem& problem, const Estimate& e, double chi2_per_d
   const auto j = linear.jacobian.topRows(linear.length_row);
   const Eigen::VectorXd r = linear.residual.head(linear.length_row);
   // Covariance of the residuals of independent errors, less the part absorbed by the fit.
-  Eigen::MatrixXd left = -j * e.posterior.covariance_u * j.transpose();
+  Eigen::MatrixXd left = -product(product(j, e.posterior.covariance_u), j.transpose());
   left.diagonal().array() += 1.0;
   const Eigen::MatrixXd apart = distances(postures, rows);
   double most = 0.0;
@@ -385,7 +386,7 @@ double alike_sigmas(const Problem& problem, const Estimate& e, double chi2_per_d
     for (Eigen::Index a = 0; a < k.rows(); ++a)
       for (Eigen::Index b = 0; b < k.cols(); ++b)
         if (apart(a, b) < kSamePlaceRad) k(a, b) = 0.0;
-    const Eigen::MatrixXd through = k * left;
+    const Eigen::MatrixXd through = product(k, left);
     const double variance = 2.0 * through.cwiseProduct(through.transpose()).sum();
     if (!(variance > 0.0)) continue;
     // (30)

@@ -8,6 +8,7 @@
 #include "calib/estimate/level_family.h"
 #include "calib/model/error.h"
 #include "calib/model/long_work.h"
+#include "calib/model/product.h"
 #include "calib/model/units.h"
 
 namespace cellcal::calib {
@@ -210,7 +211,7 @@ Eigen::MatrixXd covariance_of(const std::list<Eliminated>& eliminated,
   for (std::size_t k = 0; k < all.solutions.size(); ++k)
     off.col(static_cast<Eigen::Index>(k)) =
         std::sqrt(all.weight[k]) * (all.solutions[k] - all.mean);
-  covariance.noalias() += off * off.transpose();
+  add_product(1.0, off, off.transpose(), covariance);
   return covariance;
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "calib/model/linear.h"
+#include "calib/model/product.h"
 
 namespace cellcal::calib {
 
@@ -39,7 +40,7 @@ Information::Information(Eigen::Index unknowns, bool all_digits)
 void Information::add(const Eigen::Ref<const RowMajor>& rows) {
   if (rows.rows() == 0) return;  // a product over nothing divides by its depth in Eigen 3.4
   if (!all_digits_) {
-    sum_.selfadjointView<Eigen::Lower>().rankUpdate(rows.transpose());
+    add_square(1.0, rows.transpose(), sum_);
     return;
   }
   const Eigen::Index n = sum_.rows();

@@ -7,6 +7,7 @@
 #include "calib/model/error.h"
 #include "calib/model/linear.h"
 #include "calib/model/long_work.h"
+#include "calib/model/product.h"
 #include "calib/model/units.h"
 
 namespace cellcal::calib {
@@ -120,7 +121,7 @@ std::vector<Eigen::MatrixXd> function_covariances(const Problem& plain, const Pr
     Eigen::MatrixXd columns = rows.added.middleCols(first, behind - first);
     for (Eigen::Index k = first; k < behind; ++k)
       columns.col(k - first) *= parameter(of, k).sigma / parameter(reference.arm(), k).sigma;
-    all.push_back(columns * columns.transpose());
+    all.push_back(product(columns, columns.transpose()));
     first = behind;
   }
   return all;
@@ -133,12 +134,12 @@ bool correlated(const SizedRows& rows, Eigen::MatrixXd k, const Estimate& e) {
   k = weight.asDiagonal() * k * weight.asDiagonal();
   k.diagonal().setZero();
   const RowMajor j = weight.asDiagonal() * rows.plain;
-  Eigen::MatrixXd left = -j * e.posterior.covariance_u * j.transpose();
+  Eigen::MatrixXd left = -product(product(j, e.posterior.covariance_u), j.transpose());
   left.diagonal().array() += 1.0;
   const Eigen::VectorXd r = weight.cwiseProduct(rows.residual_m);
   const double scatter = r.squaredNorm() / std::max(1.0, left.trace());
   if (scatter > kTestedScatter) return true;
-  const Eigen::MatrixXd through = k * left;
+  const Eigen::MatrixXd through = product(k, left);
   const double variance = 2.0 * through.cwiseProduct(through.transpose()).sum();
   return variance > 0.0 &&
          r.dot(k * r) / scatter - through.trace() > kTestedSigmas * std::sqrt(variance);
@@ -215,14 +216,14 @@ Robot with_reference_functions(Robot robot) {
 bool speaks_for(const Problem& plain, Problem& richer, const Estimate& e) {
   const SizedRows rows = sized_rows(plain, richer, e);
   return rows.residual_m.size() >= kFewestRows &&
-         correlated(rows, rows.added * rows.added.transpose(), e);
+         correlated(rows, product(rows.added, rows.added.transpose()), e);
 }
 
 std::optional<Robot> size_functions(const Problem& plain, Problem& reference,
                                     const Repeats& repeats, const Estimate& e) {
   const SizedRows rows = sized_rows(plain, reference, e);
   if (rows.residual_m.size() < kFewestRows ||
-      !correlated(rows, rows.added * rows.added.transpose(), e))
+      !correlated(rows, product(rows.added, rows.added.transpose()), e))
     return std::nullopt;
   Eigen::VectorXd prior(plain.size()), off(plain.size());
   for (int i = 0; i < plain.size(); ++i) {
@@ -233,7 +234,7 @@ std::optional<Robot> size_functions(const Problem& plain, Problem& reference,
   }
   const Eigen::VectorXd y = rows.residual_m + rows.plain * off;
   const Eigen::MatrixXd reached = rows.plain * prior.asDiagonal();
-  Eigen::MatrixXd by_unknowns = reached * reached.transpose();
+  Eigen::MatrixXd by_unknowns = product(reached, reached.transpose());
   constexpr double kEnoughRepeats = 3.0;
   const bool measured = repeats.degrees_of_freedom >= kEnoughRepeats;
   if (measured) by_unknowns.diagonal() += rows.own_m2;

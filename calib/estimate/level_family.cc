@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "calib/estimate/parallel.h"
+#include "calib/model/product.h"
 
 namespace cellcal::calib {
 
@@ -12,22 +13,6 @@ namespace {
 
 /// Keeps a centre without prior, which turns with the frame, finite.
 constexpr double kRegularisation = 1.0 + 1e-12;
-
-/// Inverse of a lower triangle. A solve with the identity would take three times as long, since it
-/// does not exploit that one half of the result is zero.
-Eigen::MatrixXd inverse_of_lower(const Eigen::MatrixXd& lower) {
-  const Eigen::Index n = lower.rows();
-  Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(n, n);
-  for (Eigen::Index c = 0; c < n; ++c) {
-    auto column = inverse.col(c);
-    column[c] = 1.0;
-    for (Eigen::Index k = c; k < n; ++k) {
-      column[k] /= lower(k, k);
-      column.tail(n - k - 1) -= column[k] * lower.col(k).tail(n - k - 1);
-    }
-  }
-  return inverse;
-}
 
 }  // namespace
 
@@ -88,7 +73,7 @@ void gather(const Problem& problem, const Linearisation& at, const Groups& group
       const auto w = weight.segment(first, count);
       rows = w.asDiagonal() * at.jacobian.middleRows(first, count);
       residual = w.cwiseProduct(at.residual.segment(first, count));
-      sum.gram.selfadjointView<Eigen::Lower>().rankUpdate(rows.transpose());
+      add_square(1.0, rows.transpose(), sum.gram);
       sum.gradient.noalias() += rows.transpose() * residual;
       sum.square += residual.squaredNorm();
     }
@@ -112,21 +97,21 @@ Eliminated::Eliminated(const Groups& groups, const Gathered& gathered) : g(gathe
   information.diagonal() = kRegularisation * (information.diagonal() + groups.precision.head(p));
   factor = Cholesky(information);
   if (!factor.positive()) return;
-  coupling = factor.whitened(Eigen::MatrixXd(g.gram.topRightCorner(p, others)));
+  root = factor.lower_inverse();
+  coupling = product(root, g.gram.topRightCorner(p, others));
   reduced = g.gram.bottomRightCorner(others, others);
   reduced.diagonal() *= kRegularisation;
-  reduced.noalias() -= coupling.transpose() * coupling;  // (26)
+  add_product(-1.0, coupling.transpose(), coupling, reduced);  // (26)
 }
 
 void Eliminated::add_covariance(double weight, const Eigen::MatrixXd& others,
                                 Eigen::MatrixXd& covariance) const {
   const Eigen::Index p = coupling.rows(), o = coupling.cols();
-  const Eigen::MatrixXd root = inverse_of_lower(factor.packed());
-  const Eigen::MatrixXd through = root.transpose() * coupling;
-  const Eigen::MatrixXd shared = through * others;
+  const Eigen::MatrixXd through = product(root.transpose(), coupling);
+  const Eigen::MatrixXd shared = product(through, others);
   auto plain = covariance.topLeftCorner(p, p);
-  plain.noalias() += shared * through.transpose();
-  plain.selfadjointView<Eigen::Lower>().rankUpdate(root.transpose(), weight);
+  add_product(1.0, shared, through.transpose(), plain);
+  add_square(weight, root.transpose(), plain);
   plain.triangularView<Eigen::StrictlyUpper>() = plain.transpose();
   covariance.topRightCorner(p, o) -= shared;
   covariance.bottomLeftCorner(o, p) -= shared.transpose();
@@ -150,7 +135,7 @@ Family::Family(const Groups& groups, const Eliminated& plain, const Eigen::Vecto
   if (!factor_.positive()) return;
   coupling_ = factor_.whitened(Eigen::MatrixXd(plain.reduced.topRightCorner(bearing_, t)));
   reduced_ = plain.reduced.bottomRightCorner(t, t);
-  reduced_.noalias() -= coupling_.transpose() * coupling_;
+  add_product(-1.0, coupling_.transpose(), coupling_, reduced_);
   log_det_ = plain.factor.log_det() + factor_.log_det();
   solvable_ = true;
 }
@@ -182,7 +167,8 @@ Step Family::solve(const ModelLevel& level) {
     log_dets += s.reduced->log_det();
     log_precision += precision.array().log().sum();
   }
-  s.log_evidence = 0.5 * (plain_.g.log_weight - (square - gain) - log_dets + log_precision);  // (25)
+  s.log_evidence =
+      0.5 * (plain_.g.log_weight - (square - gain) - log_dets + log_precision);  // (25)
   s.solved = true;
   return s;
 }
@@ -207,15 +193,14 @@ void Family::add_covariance(const std::vector<std::pair<const Step*, double>>& s
   for (const auto& [step, w] : steps) {
     weight += w;
     if (step->transmission.size() > 0)
-      inner.selfadjointView<Eigen::Lower>().rankUpdate(
-          inverse_of_lower(step->reduced->packed()).transpose(), w);
+      add_square(w, step->reduced->lower_inverse().transpose(), inner);
   }
   inner.triangularView<Eigen::StrictlyUpper>() = inner.transpose();
-  const Eigen::MatrixXd root = inverse_of_lower(factor_.packed());
-  const Eigen::MatrixXd through = root.transpose() * coupling_;
-  const Eigen::MatrixXd shared = through * inner;
-  others.topLeftCorner(bearing_, bearing_).noalias() += weight * root.transpose() * root;
-  others.topLeftCorner(bearing_, bearing_).noalias() += shared * through.transpose();
+  const Eigen::MatrixXd root = factor_.lower_inverse();
+  const Eigen::MatrixXd through = product(root.transpose(), coupling_);
+  const Eigen::MatrixXd shared = product(through, inner);
+  add_product(weight, root.transpose(), root, others.topLeftCorner(bearing_, bearing_));
+  add_product(1.0, shared, through.transpose(), others.topLeftCorner(bearing_, bearing_));
   others.topRightCorner(bearing_, t) -= shared;
   others.bottomLeftCorner(t, bearing_) -= shared.transpose();
   others.bottomRightCorner(t, t) += inner;

@@ -48,7 +48,7 @@ struct Step {
   bool solved = false;
   double log_evidence = 0.0;
   Eigen::VectorXd plain, bearing;  ///< L^-1 times right side, transmission eliminated
-  Eigen::VectorXd transmission;  ///< step; empty where the level has none
+  Eigen::VectorXd transmission;    ///< step; empty where the level has none
   /// Information on transmission, the other unknowns integrated out; none without transmission.
   std::optional<Cholesky> reduced;
 };
@@ -64,6 +64,7 @@ struct Eliminated {
 
   const Gathered& g;
   Cholesky factor;           ///< L L' of the plain unknowns' information
+  Eigen::MatrixXd root;      ///< L^-1
   Eigen::MatrixXd coupling;  ///< L^-1 times the block of plain by others
   Eigen::MatrixXd reduced;   ///< other unknowns' block, plain integrated out, no prior
 };
@@ -100,7 +101,7 @@ class Family {
     bool known = false;
     double square = 0.0;
     Eigen::VectorXd plain, bearing;  ///< L^-1 times right side
-    Eigen::VectorXd transmission;  ///< of the touches, the other unknowns eliminated
+    Eigen::VectorXd transmission;    ///< of the touches, the other unknowns eliminated
   };
 
   const Right& right_with() { return right(with_, groups_.transmission); }

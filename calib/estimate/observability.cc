@@ -7,6 +7,7 @@
 
 #include "calib/estimate/information.h"
 #include "calib/model/linear.h"
+#include "calib/model/product.h"
 
 namespace cellcal::calib {
 
@@ -38,7 +39,7 @@ Eigen::MatrixXd gram_of(const RowMajor& jacobian, const std::vector<int>& column
     for (Eigen::Index r = 0; r < rows; ++r)
       for (Eigen::Index k = 0; k < width; ++k)
         block(k, r) = jacobian(first + r, columns[static_cast<std::size_t>(k)]);
-    gram.selfadjointView<Eigen::Lower>().rankUpdate(block);
+    add_square(1.0, block, gram);
   }
   return gram;
 }
@@ -99,7 +100,7 @@ Observability observability(const Problem& problem, const Linearisation& linear,
   Eigen::MatrixXd coupling = gram.bottomLeftCorner(nuisances, geometry);
   coupling = Cholesky(nuisance).whitened(coupling);
   Eigen::MatrixXd left = gram.topLeftCorner(geometry, geometry).selfadjointView<Eigen::Lower>();
-  left.noalias() -= coupling.transpose() * coupling;  // (42)
+  add_product(-1.0, coupling.transpose(), coupling, left);  // (42)
 
   // The frame directions' rows of the geometry span the subspace to be removed.
   if (frame_basis_u.cols() > 0 && geometry > 0) {
@@ -287,7 +288,7 @@ Weak weaker_than(double most, const Eigen::MatrixXd& triangle) {
   Eigen::MatrixXd root = Eigen::MatrixXd::Identity(n, n);
   triangle.triangularView<Eigen::Upper>().solveInPlace(root);
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(n, n);
-  covariance.selfadjointView<Eigen::Lower>().rankUpdate(root);
+  add_square(1.0, root, covariance);
   const Eigenpairs pairs = eigenpairs(covariance);
   const auto seen_by = [&](Eigen::Index k) {
     return std::sqrt(std::max(0.0, 1.0 / pairs.values[k] - kFlat * kFlat));

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "calib/model/linear.h"
+#include "calib/model/product.h"
 
 namespace cellcal::calib {
 
@@ -179,7 +180,7 @@ double predicted_mean_error_m(const Eigen::MatrixXd& moves, const Eigen::MatrixX
   const Eigen::Index count = moves.rows() / 3;
   if (count == 0) return 0.0;
   // Variance of each coordinate, three per tip.
-  const Eigen::MatrixXd through = moves * covariance_u;
+  const Eigen::MatrixXd through = product(moves, covariance_u);
   Eigen::VectorXd variance = Eigen::VectorXd::Zero(moves.rows());
   for (Eigen::Index c = 0; c < moves.cols(); ++c)
     variance += through.col(c).cwiseProduct(moves.col(c));
@@ -206,14 +207,14 @@ Eigen::MatrixXd drawn_arms(const Eigen::MatrixXd& covariance) {
   Random random(kDrawSeed);
   for (double& one : all.reshaped()) one = random.normal();
   // The symmetric root: others depend on the eigenvectors' signs, which the last digit decides.
-  return pairs.vectors * pairs.values.cwiseMax(0.0).cwiseSqrt().asDiagonal() *
-         (pairs.vectors.transpose() * all);
+  const Eigen::MatrixXd roots = pairs.vectors * pairs.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  return product(roots, product(pairs.vectors.transpose(), all));
 }
 
 NominalError nominal_error(const ArmModel& arm, const std::vector<JointVector>& poses,
                            const double* x_si, const Eigen::MatrixXd& moves,
                            const Eigen::MatrixXd& arms, const Eigen::VectorXd& stays_m2) {
-  Eigen::MatrixXd apart_m = moves * arms;
+  Eigen::MatrixXd apart_m = product(moves, arms);
   apart_m.colwise() += apart(arm, poses, x_si, nullptr).reshaped();
   const auto count = static_cast<Eigen::Index>(poses.size());
   Eigen::MatrixXd off_m(count, arms.cols());

@@ -10,6 +10,7 @@
 #include "calib/estimate/parallel.h"
 #include "calib/model/error.h"
 #include "calib/model/long_work.h"
+#include "calib/model/product.h"
 
 namespace cellcal::calib {
 
@@ -301,7 +302,8 @@ Eigen::VectorXd leverage_of(const RowMajor& rows, const Eigen::MatrixXd& covaria
     const auto end = static_cast<Eigen::Index>(behind);
     for (auto first = static_cast<Eigen::Index>(begin); first < end; first += kRows) {
       const auto some = rows.middleRows(first, std::min(kRows, end - first));
-      result.segment(first, some.rows()) = (some * covariance_u).cwiseProduct(some).rowwise().sum();
+      result.segment(first, some.rows()) =
+          product(some, covariance_u).cwiseProduct(some).rowwise().sum();
     }
   });
   return result;

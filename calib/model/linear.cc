@@ -3,39 +3,90 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <Eigen/SVD>
+#include <utility>
+
+#include "calib/model/product.h"
 
 namespace cellcal::calib {
 
-Cholesky::Cholesky(const Eigen::MatrixXd& symmetric) : factor_(symmetric) {}
+namespace {
 
-Eigen::MatrixXd Cholesky::lower() const { return factor_.matrixL(); }
+/// Up to this size a loop over columns is quickest.
+constexpr Eigen::Index kBlock = 24;
 
-double Cholesky::log_det() const {
-  return 2.0 * factor_.matrixLLT().diagonal().array().log().sum();
+/// Inverse of a lower triangle, by halves; the upper triangle of the result is zero beforehand.
+void invert(const Eigen::Ref<const Eigen::MatrixXd>& lower, SumOfProducts inverse) {
+  const Eigen::Index n = lower.rows(), half = n / 2, rest = n - half;
+  if (n > kBlock) {
+    invert(lower.topLeftCorner(half, half), inverse.topLeftCorner(half, half));
+    invert(lower.bottomRightCorner(rest, rest), inverse.bottomRightCorner(rest, rest));
+    add_product(-1.0, inverse.bottomRightCorner(rest, rest),
+                product(lower.bottomLeftCorner(rest, half), inverse.topLeftCorner(half, half)),
+                inverse.bottomLeftCorner(rest, half));
+    return;
+  }
+  for (Eigen::Index c = 0; c < n; ++c) {
+    auto column = inverse.col(c);
+    column[c] = 1.0;
+    for (Eigen::Index k = c; k < n; ++k) {
+      column[k] /= lower(k, k);
+      column.tail(n - k - 1) -= column[k] * lower.col(k).tail(n - k - 1);
+    }
+  }
 }
 
-Eigen::VectorXd Cholesky::solve(const Eigen::VectorXd& b) const { return factor_.solve(b); }
+}  // namespace
 
-Eigen::MatrixXd Cholesky::solve(const Eigen::MatrixXd& b) const { return factor_.solve(b); }
+Cholesky::Cholesky(Eigen::MatrixXd symmetric) : factor_(std::move(symmetric)), positive_(true) {
+  const Eigen::Index n = factor_.rows();
+  for (Eigen::Index first = 0; first < n && positive_; first += kBlock) {
+    const Eigen::Index size = std::min(kBlock, n - first), rest = n - first - size;
+    Eigen::Ref<Eigen::MatrixXd> corner = factor_.block(first, first, size, size);
+    positive_ =
+        Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>>(corner).info() == Eigen::Success &&
+        (corner.diagonal().array() > 0.0).all();  // a pivot that is no number passes Eigen's test
+    if (!positive_ || rest == 0) continue;
+    auto below = factor_.block(first + size, first, rest, size);
+    corner.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(below);
+    add_square(-1.0, below, factor_.bottomRightCorner(rest, rest));
+  }
+}
+
+Eigen::MatrixXd Cholesky::lower() const { return triangle(); }
+
+double Cholesky::log_det() const { return 2.0 * factor_.diagonal().array().log().sum(); }
+
+Eigen::VectorXd Cholesky::solve(const Eigen::VectorXd& b) const { return coloured(whitened(b)); }
+
+Eigen::MatrixXd Cholesky::solve(const Eigen::MatrixXd& b) const {
+  if (b.size() == 0) return b;
+  return factor_.transpose().triangularView<Eigen::Upper>().solve(whitened(b));
+}
+
+Eigen::MatrixXd Cholesky::lower_inverse() const {
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(factor_.rows(), factor_.rows());
+  invert(factor_, inverse);
+  return inverse;
+}
 
 Eigen::MatrixXd Cholesky::inverse() const {
-  const Eigen::Index n = factor_.rows();
-  return factor_.solve(Eigen::MatrixXd::Identity(n, n));
+  const Eigen::MatrixXd root = lower_inverse();
+  return product(root.transpose(), root);
 }
 
 Eigen::VectorXd Cholesky::whitened(const Eigen::VectorXd& b) const {
   if (b.size() == 0) return b;  // Eigen dereferences the first element even of an empty vector
-  return factor_.matrixL().solve(b);
+  return triangle().solve(b);
 }
 
 Eigen::MatrixXd Cholesky::whitened(const Eigen::MatrixXd& b) const {
   if (b.size() == 0) return b;
-  return factor_.matrixL().solve(b);
+  return triangle().solve(b);
 }
 
 Eigen::VectorXd Cholesky::coloured(const Eigen::VectorXd& b) const {
   if (b.size() == 0) return b;
-  return factor_.matrixU().solve(b);
+  return factor_.transpose().triangularView<Eigen::Upper>().solve(b);
 }
 
 Eigen::VectorXd pivoted_solve(const Eigen::MatrixXd& symmetric, const Eigen::VectorXd& b) {

@@ -20,15 +20,14 @@ namespace cellcal::calib {
 class Cholesky {
  public:
   Cholesky() = default;
-  explicit Cholesky(const Eigen::MatrixXd& symmetric);
+  explicit Cholesky(Eigen::MatrixXd symmetric);
 
   /// True if A is positive definite; a precondition of all other members.
-  bool positive() const { return factor_.info() == Eigen::Success; }
+  bool positive() const { return positive_; }
 
-  Eigen::MatrixXd lower() const;  ///< L
-  /// L in the lower triangle including the diagonal; the upper one is unchanged.
-  const Eigen::MatrixXd& packed() const { return factor_.matrixLLT(); }
-  double log_det() const;  ///< of A
+  Eigen::MatrixXd lower() const;          ///< L
+  Eigen::MatrixXd lower_inverse() const;  ///< L^-1
+  double log_det() const;                 ///< of A
 
   Eigen::VectorXd solve(const Eigen::VectorXd& b) const;  ///< A^-1 b
   Eigen::MatrixXd solve(const Eigen::MatrixXd& b) const;
@@ -38,7 +37,10 @@ class Cholesky {
   Eigen::VectorXd coloured(const Eigen::VectorXd& b) const;  ///< L'^-1 b
 
  private:
-  Eigen::LLT<Eigen::MatrixXd> factor_;
+  auto triangle() const { return factor_.triangularView<Eigen::Lower>(); }
+
+  Eigen::MatrixXd factor_;
+  bool positive_ = false;
 };
 
 /// A^-1 b of a possibly singular matrix, by pivoted L D L'.

@@ -6,6 +6,7 @@
 
 #include "calib/estimate/parallel.h"
 #include "calib/model/linear.h"
+#include "calib/model/product.h"
 
 namespace cellcal::calib {
 
@@ -62,8 +63,7 @@ Eigen::MatrixXd lower_gram(const Eigen::Ref<const RowMajor>& j) {
     constexpr Eigen::Index kRows = 128;  // stays in the cache
     const auto end = static_cast<Eigen::Index>(behind);
     for (auto first = static_cast<Eigen::Index>(begin); first < end; first += kRows)
-      sums[part].selfadjointView<Eigen::Lower>().rankUpdate(
-          j.middleRows(first, std::min(kRows, end - first)).transpose());
+      add_square(1.0, j.middleRows(first, std::min(kRows, end - first)).transpose(), sums[part]);
   });
   for (std::size_t part = 1; part < sums.size(); ++part) sums[0] += sums[part];
   return std::move(sums[0]);

@@ -13,6 +13,7 @@
 #include "calib/model/iso_time.h"
 #include "calib/model/linear.h"
 #include "calib/model/long_work.h"
+#include "calib/model/product.h"
 #include "calib/result/level.h"
 
 namespace cellcal::calib {
@@ -256,7 +257,7 @@ std::optional<FoundJump> JumpSequence::best_place(const JumpSuspect& suspect,
   const auto r = linear_.residual.head(rows);
   const RowMajor weighed = weight.cwiseSqrt().asDiagonal() * j;
   Eigen::MatrixXd information = information_;
-  information.selfadjointView<Eigen::Lower>().rankUpdate(weighed.transpose());
+  add_square(1.0, weighed.transpose(), information);
   const Cholesky factor(information);
   if (!factor.positive()) return {};
   const Eigen::VectorXd gradient =

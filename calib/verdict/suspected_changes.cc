@@ -6,6 +6,7 @@
 #include <string>
 
 #include "calib/model/long_work.h"
+#include "calib/model/product.h"
 #include "calib/verdict/session_order.h"
 
 namespace cellcal::calib {
@@ -58,10 +59,9 @@ Split loudest_split(const Problem& problem, const Estimate& e, const std::vector
         later.add(linear.jacobian.row(i).segment<3>(block.first), linear.jacobian.row(i),
                   linear.residual[i]);
       if (k > last || (k - first) % step != 0) continue;
-      const Eigen::Matrix3Xd by_all = later.by_all.transpose();
-      const double squared =
-          squared_sigmas<3>(later.square - by_all * e.posterior.covariance_u * by_all.transpose(),
-                            later.gradient, usual_u);
+      const Eigen::MatrixXd held = product(e.posterior.covariance_u, later.by_all);
+      const double squared = squared_sigmas<3>(later.square - later.by_all.transpose() * held,
+                                               later.gradient, usual_u);
       if (squared > best.squared_sigmas) best = {k, squared};
     }
   };
@@ -196,7 +196,8 @@ std::vector<Jump> suspected_jump(const Problem& problem, const Estimate& e, doub
   Eigen::MatrixXd all(problem.size(), columns * static_cast<Eigen::Index>(places.size()));
   for (std::size_t p = 0; p < places.size(); ++p)
     all.middleCols(columns * static_cast<Eigen::Index>(p), columns) = scores[p].by_all;
-  const Eigen::MatrixXd held = e.posterior.covariance_u * all;  // of all places at once: faster
+  const Eigen::MatrixXd held =
+      product(e.posterior.covariance_u, all);  // of all places at once: faster
   Jump best;
   for (std::size_t p = 0; p < places.size(); ++p) {
     const ChangeScore<>& score = scores[p];
