@@ -75,7 +75,7 @@ class Charts {
   double forgotten_ = 1.0;  ///< 0.9^(2 n_chart)
 };
 
-// Control limits, computed by 'tests/experiments/drift --limits': the charts over 20 000 series of checks with
+// Control limits, computed by 'tests/experiments/run drift --limits': the charts over 20 000 series of checks with
 // scatter only, at equal alarm rates of both charts.
 
 inline constexpr ControlLimits kWarnLimits{.ewma = 3.456, .cusum = 4.059, .run_length = 200.0};

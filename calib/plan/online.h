@@ -22,7 +22,7 @@ namespace cellcal::calib {
 inline constexpr int kFirstTouches = 5;
 
 /// Ratio of u95, after the touches have determined the model errors of the arm, to the reducible
-/// error of a plan (tests/experiments/online).
+/// error of a plan (tests/experiments/run online).
 inline constexpr double kBoundOverError = 2.1;
 
 struct Goal {

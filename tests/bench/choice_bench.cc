@@ -153,4 +153,5 @@ int main(int argc, char** argv) {
              "greedy, the posterior worked out anew", pick_s, naive_s, picks,
              naive_s / (greedy.quantile(0.5) / 1e6));
   fmt::print("both picked the same {} times of {}\n", same, compared);
+  return 0;
 }

@@ -170,4 +170,5 @@ int main(int argc, char** argv) {
   row("demo cell", Clearance(cell, arm));
   row("with obstacles and a mesh", Clearance(full, arm));
   measure_mesh(cell, arm);
+  return 0;
 }

@@ -28,7 +28,7 @@ def run(command):
 
 
 def main():
-    peers = sys.argv[1]
+    peers = [sys.argv[1], "compare_peers"]
     scipy = os.path.join(os.path.dirname(os.path.abspath(__file__)), "compare_scipy.py")
     counts = [int(word) for word in sys.argv[2:]] or [50, 100, 400, 10000, 100000]
     print(" touches  solver           runs   median ms    worst ms   peak MB  iterations"
@@ -36,11 +36,11 @@ def main():
     for count in counts:
         runs = 20 if count <= 1000 else 5 if count <= 10000 else 3
         with tempfile.TemporaryDirectory() as folder:
-            subprocess.run([peers, "write", folder, "--touches", str(count)], check=True)
+            subprocess.run([*peers, "write", folder, "--touches", str(count)], check=True)
             answers = {}
             for solver in SOLVERS:
                 command = ([sys.executable, scipy, folder, str(runs)] if solver == "scipy"
-                           else [peers, solver, folder, "--runs", str(runs)])
+                           else [*peers, solver, folder, "--runs", str(runs)])
                 answers[solver] = run(command)
         reference = answers["scipy"][0]
         base = statistics.median(reference["seconds"])

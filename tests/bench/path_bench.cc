@@ -90,4 +90,5 @@ int main(int argc, char** argv) {
   if (const auto code = app.parse(argc, argv)) return *code;
   for (const int points : {0, 1, 2, 4, 8, 12}) usual_paths(usual, points, seed);
   odd_paths(odd, seed);
+  return 0;
 }

@@ -250,7 +250,7 @@ int main(int argc, char** argv) {
     std::string file = CELLCAL_EXPERIMENT_ROBOT, level, touches, arm, sigma;
     cellcal::CommandLine app(
         "False alarms of healthy sessions in orders drawn at random, and power.\n"
-        "Example: alarms_experiment --arms 20 --level L2");
+        "Example: alarms --arms 20 --level L2");
     app.option("--arms", arms, "Per row").between(1, 1000);
     app.option("--orders", orders, "Of each healthy arm's touches");
     app.option("--planted", planted, "Orders with each change, of each arm");

@@ -195,7 +195,7 @@ int main(int argc, char** argv) {
     bool detail = false;
     cellcal::CommandLine app(
         "The check by six to eight touches: power, false alarms, accuracy, causes.\n"
-        "Example: checks_experiment --arms 10 --checks 1000 --gears harmonics");
+        "Example: checks --arms 10 --checks 1000 --gears harmonics");
     app.option("--arms", arms, "Random arms, each calibrated once");
     app.option("--checks", checks,
                "Of all arms with nothing changed; a twelfth of them of each change");
@@ -250,7 +250,7 @@ int main(int argc, char** argv) {
     }
     return 0;
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "checks_experiment: %s\n", e.what());
+    std::fprintf(stderr, "checks: %s\n", e.what());
     return 1;
   }
 }

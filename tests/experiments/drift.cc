@@ -303,7 +303,7 @@ int main(int argc, char** argv) {
     std::uint64_t seed = 1;
     CommandLine app(
         "Control charts over checks: run length unchanged, delay of creeps and steps, beside the single check.\n"
-        "Example: drift_experiment --arms 4 --runs 10\n         drift_experiment --limits");
+        "Example: drift --arms 4 --runs 10\n         drift --limits");
     app.option("--arms", arms, "Random arms, each calibrated once");
     app.option("--runs", runs, "Of each arm and change");
     app.option("--runs-unchanged", runs_unchanged, "Of each arm with nothing changed");
@@ -373,7 +373,7 @@ int main(int argc, char** argv) {
     }
     return 0;
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "drift_experiment: %s\n", e.what());
+    std::fprintf(stderr, "drift: %s\n", e.what());
     return 1;
   }
 }

@@ -73,7 +73,7 @@ int main(int argc, char** argv) {
     bool detail = false;
     cellcal::CommandLine app(
         "Spheres whose centres are stated roughly: found, and with how many searches.\n"
-        "Example: finding_experiment --spheres 10 --diameters-mm 40 --sigmas-mm 10 20");
+        "Example: finding --spheres 10 --diameters-mm 40 --sigmas-mm 10 20");
     app.option("--spheres", spheres, "Per row");
     app.option("--diameters-mm", diameters_mm, "");
     app.option("--sigmas-mm", sigmas_mm, "Of the stated centres, per component");
@@ -101,7 +101,7 @@ int main(int argc, char** argv) {
         }
     return 0;
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "finding_experiment: %s\n", e.what());
+    std::fprintf(stderr, "finding: %s\n", e.what());
     return 1;
   }
 }

@@ -150,7 +150,7 @@ int main(int argc, char** argv) {
     std::vector<double> moved_mm{0.0, 0.1, 0.2, 0.5}, arcsec{10.0, 20.0};
     cellcal::CommandLine app(
         "Spheres that move during a session: found, and accused wrongly.\n"
-        "Example: moved_experiment --sessions 200 --moved-mm 0 0.15");
+        "Example: moved --sessions 200 --moved-mm 0 0.15");
     app.option("--sessions", sessions, "Per row");
     app.option("--moved-mm", moved_mm, "By how much");
     app.option("--gears", gears, "Truth's form").one_of({"none", "harmonics", "spectrum"});
@@ -189,7 +189,7 @@ int main(int argc, char** argv) {
     for (const Row& row : rows) print(row);
     return 0;
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "moved_experiment: %s\n", e.what());
+    std::fprintf(stderr, "moved: %s\n", e.what());
     return 1;
   }
 }

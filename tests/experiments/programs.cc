@@ -258,8 +258,8 @@ int main(int argc, char** argv) {
     std::string only, folder;
     CommandLine app(
         "TCP error at the taught points of a KRL program before and after its correction.\n"
-        "Example: programs_experiment --arms 20 --level L2\n"
-        "         programs_experiment --folder backups");
+        "Example: programs --arms 20 --level L2\n"
+        "         programs --folder backups");
     app.option("--folder", folder, "Count what becomes of the programs below it, by reason");
     app.option("--verbose", verbose, "With --folder: the first refusal of each module");
     app.option("--arms", arms, "Hidden arms per level").between(1, 1000);

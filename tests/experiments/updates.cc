@@ -241,7 +241,7 @@ int main(int argc, char** argv) {
     int pairs = 8;
     cellcal::CommandLine app(
         "Re-calibration by at most 15 touches: 10 changes of one thing, 8 of two and 2 of nothing on each arm.\n"
-        "Example: updates_experiment --arms 5 --detail");
+        "Example: updates --arms 5 --detail");
     app.option("--arms", arms, "Random arms, each calibrated once");
     app.option("--level", level, "Touches of the calibration: L2 100, L3 400").one_of({"L2", "L3"});
     app.option("--gears", gears, "Truth's form").one_of({"none", "harmonics", "spectrum"});
@@ -321,7 +321,7 @@ int main(int argc, char** argv) {
           those([](const Result& r) { return r.happenings.front().kind == ChangeKind::kNothing; }));
     return 0;
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "updates_experiment: %s\n", e.what());
+    std::fprintf(stderr, "updates: %s\n", e.what());
     return 1;
   }
 }

@@ -130,7 +130,7 @@ Cell stating(double sigma_m) {
   return cell;
 }
 
-// What is foreseen is too small on some arms: of those in tests/experiments/discrepancy the worst
+// What is foreseen is too small on some arms: of those in tests/experiments/run discrepancy the worst
 // was off by 1.9 times as much.
 constexpr double kUnderstated = 2.0;
 

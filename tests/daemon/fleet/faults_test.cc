@@ -167,7 +167,7 @@ TEST(FleetFaults, TheLargestFactsFitIntoTheCollectorAndAPacketOf256MegabytesDoes
   EXPECT_TRUE(arrive(database, 1));
 }
 
-// Broker, database and collector killed, facts twice and in any order, clocks that jump, a cell that was away: tests/experiments/fleet_faults for
+// Broker, database and collector killed, facts twice and in any order, clocks that jump, a cell that was away: tests/experiments/run fleet_faults for
 // longer and with networks that are cut.
 TEST(FleetFaults, WhateverHappensEveryResultIsThereOnceAndInOrder) {
   spdlog::set_level(spdlog::level::err);
