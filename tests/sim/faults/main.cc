@@ -18,6 +18,7 @@ struct Options {
   std::uint64_t seed = 1;
   int retries = 0;
   bool verbose = false, in_turn = false;
+  int every = 1;
 };
 
 struct Count {
@@ -136,14 +137,19 @@ void Table::print(Wire wire) const {
   }
 }
 
-/// Of the variants of a row that apply to the phase one is run per stretch, each in turn. For wires
-/// that differ in one thing from another; a linear unit changes the moves alone.
+/// Of the variants of a row that apply to the phase every `every`-th is run per stretch, each in turn; with
+/// 0, one. For wires that differ in one thing from another; a linear unit changes the moves alone.
 bool has_its_turn(const std::vector<Fault>& faults, const Fault& fault, TouchPhase phase,
-                  std::size_t stretch) {
+                  std::size_t stretch, int every) {
+  if (every == 1) return true;
   std::vector<const Fault*> row;
   for (const Fault& one : faults)
     if (one.name == fault.name && !(one.why_not && one.why_not(phase))) row.push_back(&one);
-  return row.empty() || row[stretch % row.size()] == &fault;
+  if (row.empty()) return true;  // counted as one that makes no sense
+  const auto step = every > 0 ? std::min(static_cast<std::size_t>(every), row.size()) : row.size();
+  const auto own =
+      static_cast<std::size_t>(std::find(row.begin(), row.end(), &fault) - row.begin());
+  return own < row.size() && own % step == stretch % step;
 }
 
 Count Table::run(Wire wire) {
@@ -159,7 +165,8 @@ Count Table::run(Wire wire) {
     for (std::size_t i = 0; i < stretches.size(); ++i) {
       const Stretch& stretch = stretches[i];
       ++number;  // also for omitted ones, so that a partial run is identical to the whole
-      if ((options_.in_turn || on_track(wire)) && !has_its_turn(faults, fault, stretch.phase, i)) continue;
+      const int every = options_.in_turn || on_track(wire) ? 0 : options_.every;
+      if (!has_its_turn(faults, fault, stretch.phase, i, every)) continue;
       if (!options_.fault.empty() && fault.name != options_.fault) continue;
       if (!options_.phase.empty() && to_string(stretch.phase) != options_.phase) continue;
       one(wire, fault, stretch, number);
@@ -219,14 +226,16 @@ int main(int argc, char** argv) {
   for (const Wire wire : kWires) wires.emplace_back(to_string(wire));
   for (const TouchPhase phase : kTouchPhases) phases.emplace_back(to_string(phase));
   app.add_option("--cell", options.cell_file, "cell file")->required();
-  app.add_option("--wire", options.wire, "one wire alone")
-      ->check(CLI::IsMember(wires));
+  app.add_option("--wire", options.wire, "one wire alone")->check(CLI::IsMember(wires));
   app.add_option("--fault", options.fault, "one row alone")->check(CLI::IsMember(fault_names()));
   app.add_option("--phase", options.phase, "one column alone")->check(CLI::IsMember(phases));
   app.add_option("--seed", options.seed, "of truth, instants and lines (1)");
   app.add_option("--retries", options.retries,
                  "harmless interruptions after which a session goes on by itself (0)")
       ->check(CLI::Range(0, 100));
+  app.add_option("--every", options.every, "of the variants of a row every so many, in turn")
+      ->check(CLI::Range(1, 100))
+      ->capture_default_str();
   app.add_flag("--in-turn", options.in_turn,
                "of the variants of a row one per stretch of a phase, as for a linear unit");
   app.add_flag("--verbose", options.verbose, "a line for every run, with the error's words");
