@@ -144,16 +144,16 @@ TEST(Diagnosis, AnAxisThatLostItsMasteringIsNamedWithHowMuchIsMissing) {
 }
 
 TEST(Diagnosis, WhatWasWrongAllAlongIsNotToldAsAJumpAfterTheFirstTouches) {
-  for (const std::size_t joint : {std::size_t{3}, std::size_t{4}})
-    for (const double off_deg : {-5.0, 5.0}) {
-      SCOPED_TRACE(joint);
-      std::vector<Touch> wrong = good_touches();
-      for (Touch& touch : wrong) touch.joint_rad[joint] += off_deg * std::numbers::pi / 180.0;
-      const Calibration c = withheld(demo_cell(), wrong);
-      EXPECT_FALSE(found(c, FindingKind::kJumped)) << words_of(c);
-      EXPECT_EQ(testing::cause(c, LikelyCause::kMastering).cause, LikelyCause::kMastering)
-          << words_of(c);
-    }
+  for (const auto& [joint, off_deg] :
+       {std::pair{std::size_t{3}, -5.0}, std::pair{std::size_t{4}, 5.0}}) {
+    SCOPED_TRACE(joint);
+    std::vector<Touch> wrong = good_touches();
+    for (Touch& touch : wrong) touch.joint_rad[joint] += off_deg * std::numbers::pi / 180.0;
+    const Calibration c = withheld(demo_cell(), wrong);
+    EXPECT_FALSE(found(c, FindingKind::kJumped)) << words_of(c);
+    EXPECT_EQ(testing::cause(c, LikelyCause::kMastering).cause, LikelyCause::kMastering)
+        << words_of(c);
+  }
   Cell cell = demo_cell();
   cell.tool.tcp.translation() =
       Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitZ()) * cell.tool.tcp.translation();
