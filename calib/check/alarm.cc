@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "calib/model/linear.h"
+#include "calib/model/product.h"
 
 namespace cellcal::calib {
 
@@ -178,7 +179,7 @@ Alarm::Alarm(const std::vector<PossibleChange>& changes,
 }
 
 Eigen::VectorXd Alarm::log_odds_of(const Eigen::MatrixXd& whitened) const {
-  const Eigen::MatrixXd along = (directions_.transpose() * whitened).array().square();
+  const Eigen::MatrixXd along = product(directions_.transpose(), whitened).array().square();
   Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(whitened.cols());
   for (const Part& part : parts_)
     for (const double usual : part.usual) {

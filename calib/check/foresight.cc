@@ -6,6 +6,7 @@
 #include "calib/check/explain.h"
 #include "calib/model/error.h"
 #include "calib/model/linear.h"
+#include "calib/model/product.h"
 
 namespace cellcal::calib {
 
@@ -94,7 +95,8 @@ Foresight foresee(const Calibration& c, const std::vector<Touch>& touches) {
                           c.cell.robot.first_turning(), c.discrepancy.reach_rad);
   }
   const KnownTouches::RowMajor j = at.rows(at.x());
-  const Eigen::MatrixXd v = j * covariance_of(c, at.unknowns()) * j.transpose() + beside;
+  const Eigen::MatrixXd v =
+      product(product(j, covariance_of(c, at.unknowns())), j.transpose()) + beside;
   foresight.lasting_m2 = 0.5 * (v + v.transpose());
   return foresight;
 }
