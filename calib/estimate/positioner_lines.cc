@@ -1,5 +1,6 @@
 #include "calib/estimate/positioner_lines.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "calib/estimate/predict.h"
@@ -18,14 +19,10 @@ struct FoundAxis {
 };
 
 FoundAxis found_axis(const Calibration& c, std::size_t j, const Eigen::Isometry3d& before) {
-  const auto error = [&](AxisError one) { return correction_of(c, positioner_parameter(j, one)); };
-  const Eigen::Isometry3d& nominal = c.cell.robot.positioner[j].frame;
   FoundAxis axis;
-  axis.frame = nominal * Eigen::Translation3d(error(AxisError::kX), error(AxisError::kY), 0.0) *
-               Eigen::AngleAxisd(error(AxisError::kTurnX), Vector3d::UnitX()) *
-               Eigen::AngleAxisd(error(AxisError::kTurnY), Vector3d::UnitY());
+  axis.frame = axis_as_found(c, j);
   axis.in_base = before * axis.frame;
-  const Eigen::Matrix3d drawn = (before * nominal).linear();
+  const Eigen::Matrix3d drawn = (before * c.cell.robot.positioner[j].frame).linear();
   axis.along_x = drawn.col(0);
   axis.along_y = drawn.col(1);
   return axis;
@@ -59,9 +56,27 @@ LineMoves moves_of(const ArmModel& arm, const std::vector<FoundAxis>& axes) {
   return moves;
 }
 
+/// Angles of an axis while something that it carries was touched.
+std::optional<std::array<double, 2>> touched_range(const Cell& cell,
+                                                   std::span<const Touch> touches,
+                                                   std::size_t axis) {
+  std::optional<std::array<double, 2>> range;
+  for (const Touch& touch : touches) {
+    const auto target = std::ranges::find(cell.targets, touch.target, &Target::id);
+    if (touch.set != TouchSet::kFit || target == cell.targets.end() ||
+        static_cast<int>(axis) >= target->carried_by || touch.positioner_rad.size() <= axis)
+      continue;
+    const double angle = touch.positioner_rad[axis];
+    if (!range) range = {angle, angle};
+    range = {std::min((*range)[0], angle), std::max((*range)[1], angle)};
+  }
+  return range;
+}
+
 }  // namespace
 
-std::vector<PositionerLine> positioner_lines(const Calibration& c) {
+std::vector<PositionerLine> positioner_lines(const Calibration& c,
+                                             std::span<const Touch> touches) {
   std::vector<PositionerLine> lines;
   if (c.cell.robot.positioner.empty()) return lines;
   const ArmModel arm(at_level(c.cell, c.level));
@@ -76,6 +91,7 @@ std::vector<PositionerLine> positioner_lines(const Calibration& c) {
     line.frame = axes.back().frame;
     line.point_m = before.translation();
     line.direction = before.linear().col(2);
+    line.touched_rad = touched_range(c.cell, touches, j);
     if (c.covariance.size() > 0) {
       const LineMoves moves = moves_of(arm, axes);
       const auto base = base_motion(line.point_m);
@@ -88,6 +104,27 @@ std::vector<PositionerLine> positioner_lines(const Calibration& c) {
     lines.push_back(std::move(line));
   }
   return lines;
+}
+
+Eigen::Isometry3d axis_as_found(const Calibration& c, std::size_t axis) {
+  const auto error = [&](AxisError one) {
+    return correction_of(c, positioner_parameter(axis, one));
+  };
+  return c.cell.robot.positioner.at(axis).frame *
+         Eigen::Translation3d(error(AxisError::kX), error(AxisError::kY), 0.0) *
+         Eigen::AngleAxisd(error(AxisError::kTurnX), Vector3d::UnitX()) *
+         Eigen::AngleAxisd(error(AxisError::kTurnY), Vector3d::UnitY());
+}
+
+Eigen::Isometry3d carried_as_found(const Calibration& c, std::span<const double> positioner_rad) {
+  Eigen::Isometry3d place = Eigen::Isometry3d::Identity();
+  for (std::size_t j = 0; j < positioner_rad.size(); ++j) {
+    const double scale = 1.0 + correction_of(c, positioner_parameter(j, AxisError::kScale));
+    place = place * axis_as_found(c, j) *
+            Eigen::AngleAxisd(c.cell.robot.positioner.at(j).sign * scale * positioner_rad[j],
+                              Vector3d::UnitZ());
+  }
+  return place;
 }
 
 }  // namespace cellcal::calib

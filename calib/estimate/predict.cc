@@ -4,11 +4,19 @@
 #include <cmath>
 
 #include "calib/estimate/region.h"
+#include "calib/model/error.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/linear.h"
 #include "calib/result/calibration.h"
 
 namespace cellcal::calib {
+
+namespace {
+
+constexpr int kPoses = 200;
+constexpr unsigned kRegionSeed = 20240924;
+
+}  // namespace
 
 struct Predictor::Impl {
   ArmModel arm;
@@ -16,25 +24,40 @@ struct Predictor::Impl {
   Eigen::MatrixXd sigma;  ///< covariance of the arm's parameters, SI
   PositionBound bound;
 
-  Impl(const Calibration& c, const Cell& levelled)
+  Impl(const Calibration& c, const Cell& levelled, int carriers)
       : arm(levelled),
         x(arm_values(arm, c)),
         sigma(arm_covariance(arm, c)),
-        bound(arm, x, sigma, c.level.ripple_rad, c.discrepancy.sigma_m, c.region) {}
+        bound(carriers == 0 ? PositionBound(arm, x, sigma, c.level.ripple_rad,
+                                            c.discrepancy.sigma_m, c.region)
+                            : PositionBound(arm, x, sigma, c.level.ripple_rad,
+                                            c.discrepancy.sigma_m, work_on(c, carriers))) {}
+
+  std::vector<CarriedPose> work_on(const Calibration& c, int carriers) const {
+    auto poses = carried_poses(arm, c, carriers, kPoses, kRegionSeed);
+    if (poses.empty())
+      throw PositionerError("no touched target stands on " +
+                            c.cell.robot.positioner.at(static_cast<std::size_t>(carriers) - 1).name +
+                            " within the arm's reach: its place is as drawn. Calibrate with "
+                            "spheres on it");
+    return poses;
+  }
 };
 
-Predictor::Predictor(const Calibration& calibration)
-    : impl_(std::make_unique<Impl>(calibration, at_level(calibration.cell, calibration.level))) {}
+Predictor::Predictor(const Calibration& calibration, int carriers)
+    : impl_(std::make_unique<Impl>(calibration, at_level(calibration.cell, calibration.level),
+                                   carriers)) {}
 Predictor::~Predictor() = default;
 Predictor::Predictor(Predictor&&) noexcept = default;
 
-Prediction Predictor::calibrated(std::span<const double> joint_rad) const {
-  const PreparedPose pose = impl_->arm.prepare(joint_rad);
+Prediction Predictor::calibrated(std::span<const double> joint_rad,
+                                 std::span<const double> carrier_rad) const {
+  const PreparedPose pose = impl_->arm.prepare(joint_rad, 0, nullptr, carrier_rad);
   Prediction result;
   result.tcp = impl_->arm.shape(pose, impl_->x.data()).tcp;
   Eigen::Matrix3Xd jacobian(3, impl_->arm.size());
   const Eigen::Vector3d tip = impl_->arm.position(pose, impl_->x.data(), jacobian);
-  result.u95_m = impl_->bound.u95_m(joint_rad, tip, jacobian);
+  result.u95_m = impl_->bound.u95_m(joint_rad, tip, jacobian, carrier_rad);
   return result;
 }
 
@@ -45,14 +68,13 @@ double Predictor::mean_error_m(const std::vector<JointVector>& poses) const {
                                 Eigen::VectorXd::Zero(static_cast<Eigen::Index>(poses.size())));
 }
 
-Eigen::Isometry3d Predictor::nominal(std::span<const double> joint_rad) const {
-  return impl_->arm.nominal_tcp(joint_rad);
+Eigen::Isometry3d Predictor::nominal(std::span<const double> joint_rad,
+                                     std::span<const double> carrier_rad) const {
+  return impl_->arm.nominal_tcp(joint_rad, 0, carrier_rad);
 }
 
 namespace {
 
-constexpr int kPoses = 200;
-constexpr unsigned kRegionSeed = 20240924;
 constexpr int kArms = 400;  ///< drawn from the covariance
 constexpr double kShare = 0.95, kConfidence = 0.98;
 /// Variance of the ripple away from the touches, relative to that among them. The touches do not
@@ -84,15 +106,15 @@ struct Region {
 };
 
 /// All poses, and, where the base is measured in any of them, the lower and the upper half of them by
-/// each coordinate.
-std::vector<Region> regions_of(const Eigen::Matrix3Xd& tips, bool halves) {
+/// each row: coordinates of the tips, angles of a positioner.
+std::vector<Region> regions_of(const Eigen::MatrixXd& by, bool halves) {
   std::vector<Region> regions(1);
-  for (Eigen::Index k = 0; k < tips.cols(); ++k) regions[0].poses.push_back(k);
+  for (Eigen::Index k = 0; k < by.cols(); ++k) regions[0].poses.push_back(k);
   if (!halves) return regions;
-  for (int axis = 0; axis < 3; ++axis) {
+  for (Eigen::Index row = 0; row < by.rows(); ++row) {
     std::vector<Eigen::Index> order = regions[0].poses;
     std::sort(order.begin(), order.end(),
-              [&](Eigen::Index a, Eigen::Index b) { return tips(axis, a) < tips(axis, b); });
+              [&](Eigen::Index a, Eigen::Index b) { return by(row, a) < by(row, b); });
     const auto middle = order.begin() + static_cast<std::ptrdiff_t>(order.size() / 2);
     regions.push_back({{order.begin(), middle}, {}});
     regions.push_back({{middle, order.end()}, {}});
@@ -115,15 +137,20 @@ Eigen::MatrixXd rows_of(const Eigen::MatrixXd& all, const std::vector<Eigen::Ind
 
 Scope::Scope(const Calibration& calibration) : workspace_(calibration.verdict.workspace) {
   const ArmModel arm(calibration.cell);
-  for (const JointVector& q : calibration.region) near_m_.push_back(arm.nominal_tip_m(q));
-  if (calibration.region.empty())
-    for (const TargetResult& target : calibration.targets) near_m_.push_back(target.centre_m);
+  for (const JointVector& q : calibration.region) near_.push_back({arm.nominal_tip_m(q), 0});
+  if (!calibration.region.empty()) return;
+  for (const TargetResult& target : calibration.targets) {
+    const auto stated = std::ranges::find(calibration.cell.targets, target.id, &Target::id);
+    near_.push_back(
+        {target.centre_m, stated == calibration.cell.targets.end() ? 0 : stated->carried_by});
+  }
 }
 
-bool Scope::holds_at(const Eigen::Vector3d& tcp_m) const {
+bool Scope::holds_at(const Eigen::Vector3d& tcp_m, int carriers) const {
   constexpr double kNearM = 0.15;
-  return workspace_ || std::ranges::any_of(near_m_, [&](const Eigen::Vector3d& place_m) {
-           return (tcp_m - place_m).cwiseAbs().maxCoeff() <= kNearM;
+  return workspace_ || std::ranges::any_of(near_, [&](const Place& place) {
+           return place.carriers == carriers &&
+                  (tcp_m - place.place_m).cwiseAbs().maxCoeff() <= kNearM;
          });
 }
 
@@ -140,27 +167,45 @@ double radius_95(const Eigen::Matrix3d& c) {
 PositionBound::PositionBound(const ArmModel& arm, const Eigen::VectorXd& x,
                              Eigen::MatrixXd covariance, double ripple_rad, double field_m,
                              const std::vector<JointVector>& measured)
+    : PositionBound(arm, x, std::move(covariance), ripple_rad, field_m,
+                    std::vector<CarriedPose>{}) {
+  const auto poses = measured.empty() ? workspace_poses(arm, kPoses, kRegionSeed)
+                                      : poses_between(measured, kPoses, kRegionSeed);
+  std::vector<CarriedPose> in_base;
+  for (const JointVector& q : poses) in_base.push_back({q, {}});
+  spread_over(in_base, measured.empty());
+}
+
+PositionBound::PositionBound(const ArmModel& arm, const Eigen::VectorXd& x,
+                             Eigen::MatrixXd covariance, double ripple_rad, double field_m,
+                             const std::vector<CarriedPose>& on_positioner)
     : arm_(arm),
       x_(x),
       covariance_(std::move(covariance)),
       ripple_rad_(ripple_rad),
       field_m_(field_m) {
-  const auto poses = measured.empty() ? workspace_poses(arm, kPoses, kRegionSeed)
-                                      : poses_between(measured, kPoses, kRegionSeed);
+  taken_up_ = Eigen::MatrixXd::Zero(6, arm.size());
+  spread_over(on_positioner, true);
+}
+
+void PositionBound::spread_over(const std::vector<CarriedPose>& poses, bool halves) {
   const auto count = static_cast<Eigen::Index>(poses.size());
   constexpr Eigen::Index kEnough = 6;  // each half has three points, which fix a rigid body
-  taken_up_ = Eigen::MatrixXd::Zero(6, arm.size());
   if (count < kEnough || covariance_.size() == 0) return;
-  Eigen::MatrixXd moves(3 * count, arm.size()), rigid(3 * count, 6);
-  Eigen::Matrix3Xd jacobian(3, arm.size()), tips(3, count);
+  const auto carriers = static_cast<Eigen::Index>(poses.front().carrier_rad.size());
+  Eigen::MatrixXd moves(3 * count, arm_.size()), rigid(3 * count, 6), places(3 + carriers, count);
+  Eigen::Matrix3Xd jacobian(3, arm_.size());
   for (Eigen::Index k = 0; k < count; ++k) {
-    tips.col(k) = arm.position(arm.prepare(poses[static_cast<std::size_t>(k)]), x.data(), jacobian);
+    const CarriedPose& one = poses[static_cast<std::size_t>(k)];
+    const Eigen::Vector3d tip = arm_.position(
+        arm_.prepare(one.joint_rad, 0, nullptr, one.carrier_rad), x_.data(), jacobian);
     moves.middleRows<3>(3 * k) = jacobian;
-    rigid.middleRows<3>(3 * k) = base_motion(tips.col(k));
+    rigid.middleRows<3>(3 * k) = base_motion(tip);
+    places.col(k) << tip, Eigen::VectorXd::Map(one.carrier_rad.data(), carriers);
   }
   const Eigen::MatrixXd root = root_of(covariance_);
   const Eigen::MatrixXd spread = moves * root;
-  std::vector<Region> regions = regions_of(tips, measured.empty());
+  std::vector<Region> regions = regions_of(places, halves);
   for (Region& region : regions) {
     const Eigen::MatrixXd its_rigid = rows_of(rigid, region.poses);
     region.taken_up = least_squares(its_rigid, rows_of(moves, region.poses));
@@ -208,12 +253,15 @@ Eigen::Matrix3d PositionBound::covariance(const Eigen::Matrix3Xd& jacobian,
 }
 
 double PositionBound::u95_m(std::span<const double> joint_rad, const Eigen::Vector3d& tip,
-                            const Eigen::Matrix3Xd& jacobian) const {
+                            const Eigen::Matrix3Xd& jacobian,
+                            std::span<const double> carrier_rad) const {
   if (covariance_.size() == 0) return 0.0;
   Eigen::Matrix3d c = covariance(jacobian, base_motion(tip));
   if (ripple_rad_ > 0.0) {  // remains at every pose for any number of touches
     Eigen::Matrix3Xd by_joint = arm_.nominal_jacobian(joint_rad).topRows<3>();
     by_joint.leftCols(static_cast<Eigen::Index>(arm_.robot().first_turning())).setZero();
+    if (!carrier_rad.empty())
+      by_joint = carried_at(arm_.robot(), carrier_rad).linear().transpose() * by_joint;
     const double variance = kElsewhere * ripple_rad_ * ripple_rad_;  // (37)
     c += variance * by_joint * by_joint.transpose();
   }

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "calib/estimate/carried_poses.h"
 #include "calib/model/joint_vector.h"
 #include "calib/model/kinematics.h"
 #include "calib/result/calibration.h"
@@ -14,24 +15,29 @@
 namespace cellcal::calib {
 
 struct Prediction {
-  Eigen::Isometry3d tcp = Eigen::Isometry3d::Identity();  ///< base frame
+  Eigen::Isometry3d tcp = Eigen::Isometry3d::Identity();  ///< frame of the predictor
   /// Radius that contains the position error at 95 % of the poses of the region where the base was
-  /// measured, with 98 % confidence; excludes the position of the base frame (PositionBound).
+  /// measured, with 98 % confidence; excludes the position of that frame (PositionBound).
   double u95_m = 0.0;
 };
 
 /// Evaluates a calibration at poses. Holds copies of its data; cheap to call.
 class Predictor {
  public:
-  explicit Predictor(const Calibration& calibration);
+  /// In the base frame; with `carriers` in the frame that so many of the positioner's axes carry.
+  /// Throws PositionerError where no touched target stands there: nothing was measured of it.
+  explicit Predictor(const Calibration& calibration, int carriers = 0);
   ~Predictor();
   Predictor(Predictor&&) noexcept;
 
-  Prediction calibrated(std::span<const double> joint_rad) const;
+  /// `carrier_rad`: angles of those axes. Throws std::invalid_argument for another number.
+  Prediction calibrated(std::span<const double> joint_rad,
+                        std::span<const double> carrier_rad = {}) const;
   /// Predicted mean 3-D error [m] over at least 3 poses after alignment by a base motion; excludes
   /// gear errors beyond the model. 0 without covariance.
   double mean_error_m(const std::vector<JointVector>& poses) const;
-  Eigen::Isometry3d nominal(std::span<const double> joint_rad) const;
+  Eigen::Isometry3d nominal(std::span<const double> joint_rad,
+                            std::span<const double> carrier_rad = {}) const;
 
  private:
   struct Impl;
@@ -43,12 +49,17 @@ class Predictor {
 class Scope {
  public:
   explicit Scope(const Calibration& calibration);
-  /// True within 150 mm, per coordinate, of one of them; `tcp_m` in the base frame.
-  bool holds_at(const Eigen::Vector3d& tcp_m) const;
+  /// True within 150 mm, per coordinate, of one of them; `tcp_m` in the base frame, or in that which
+  /// the first `carriers` axes of a positioner carry.
+  bool holds_at(const Eigen::Vector3d& tcp_m, int carriers = 0) const;
 
  private:
+  struct Place {
+    Eigen::Vector3d place_m;
+    int carriers;
+  };
   bool workspace_;
-  std::vector<Eigen::Vector3d> near_m_;
+  std::vector<Place> near_;
 };
 
 // Bound u95 of the TCP position error: a radius about the predicted position.
@@ -60,6 +71,8 @@ class Scope {
 // counts as uncertainty too; without it an arm of unknown scale would appear exact in the middle of
 // the workspace. A tracker measures the base itself, over the postures that it saw: the bound grows
 // away from them.
+// On a positioner the frame that it carries takes the base's place: a user measures a base on the table, at
+// all angles or at the lower or upper half of those of an axis.
 // The errors of one arm are correlated between poses: where the estimate is off, it is off at many
 // poses. The radii are therefore widened so that, with 98 % confidence, they contain the error at
 // 95 % of the poses where the base of the individual arm was measured, rather than at 95 % of all
@@ -78,10 +91,13 @@ class PositionBound {
   PositionBound(const ArmModel& arm, const Eigen::VectorXd& x, Eigen::MatrixXd covariance,
                 double ripple_rad, double field_m = 0.0,
                 const std::vector<JointVector>& measured = {});
+  /// Of tips in the frame that the positioner's axes carry, measured there at poses like these.
+  PositionBound(const ArmModel& arm, const Eigen::VectorXd& x, Eigen::MatrixXd covariance,
+                double ripple_rad, double field_m, const std::vector<CarriedPose>& on_positioner);
 
   /// u95 [m] at a pose with the given tip and its derivative by the parameters (3 x parameters).
   double u95_m(std::span<const double> joint_rad, const Eigen::Vector3d& tip,
-               const Eigen::Matrix3Xd& jacobian) const;
+               const Eigen::Matrix3Xd& jacobian, std::span<const double> carrier_rad = {}) const;
   /// (36), of a vector with this derivative by the parameters and by the base's motion (region.h,
   /// base_motion); without ripple and field.
   Eigen::Matrix3d covariance(const Eigen::Matrix3Xd& jacobian,
@@ -90,6 +106,9 @@ class PositionBound {
   double mean_u95_m(std::span<const JointVector> postures) const;
 
  private:
+  /// (36) and (39). `halves`: the base may also be measured in half of the poses.
+  void spread_over(const std::vector<CarriedPose>& poses, bool halves);
+
   const ArmModel& arm_;
   Eigen::VectorXd x_;
   Eigen::MatrixXd covariance_;

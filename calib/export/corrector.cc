@@ -55,8 +55,8 @@ bool finite(const Isometry3d& tcp, const JointVector& seed) {
 }
 
 const Calibration& of_a_fixed_foot(const Calibration& c) {
-  refuse_external_axes(c.cell.robot, "the correction of poses and programs",
-                       "'cellcal predict' states where the tip is");
+  refuse_linear_unit(c.cell.robot, "the correction of poses and programs",
+                     "'cellcal predict' states where the tip is");
   return c;
 }
 
@@ -247,27 +247,31 @@ Calibration with_load(Calibration calibration, const std::string& state) {
   return calibration;
 }
 
-std::string words(const NotReached& reason, const Robot& robot) {
+Phrase phrase(const NotReached& reason, const Robot& robot) {
   const auto joint = [&]() -> const Joint& {
     return robot.joints[static_cast<std::size_t>(reason.joint)];
   };
   switch (reason.why) {
     case Unreached::kNotANumber:
-      return "not all numbers are finite";
+      return "say.unreached.not_a_number";
     case Unreached::kTooFar:
-      return "out of reach in this configuration, whatever the limits";
+      return "say.unreached.too_far";
     case Unreached::kBeyondLimit: {
       const double limit = reason.joint_rad < joint().min_rad ? joint().min_rad : joint().max_rad;
-      return fmt::format("{} would have to turn to {:.3f} deg, beyond its limit of {:.3f} deg",
-                         joint().name, reason.joint_rad * kDegPerRad, limit * kDegPerRad);
+      return {"say.unreached.beyond_limit",
+              {{"joint", joint().name},
+               {"deg", reason.joint_rad * kDegPerRad},
+               {"limit", limit * kDegPerRad}}};
     }
     case Unreached::kNearSingularity:
-      return fmt::format(
-          "near a singularity: {} would have to turn by {:.1f} deg to correct it. Move the point, "
-          "or turn the tool",
-          joint().name, reason.joint_rad * kDegPerRad);
+      return {"say.unreached.near_singularity",
+              {{"joint", joint().name}, {"deg", reason.joint_rad * kDegPerRad}}};
   }
   return {};
+}
+
+std::string words(const NotReached& reason, const Robot& robot) {
+  return words(phrase(reason, robot));
 }
 
 std::string words(const FarCorrection& far) {

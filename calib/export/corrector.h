@@ -18,6 +18,7 @@
 #include "calib/model/joint_vector.h"
 #include "calib/model/robot.h"
 #include "calib/result/calibration.h"
+#include "calib/words/phrase.h"
 
 namespace cellcal::calib {
 
@@ -43,6 +44,8 @@ struct Reached {
 using Reach = std::variant<Reached, NotReached>;
 
 /// "A3 would have to turn to 158.20 deg, beyond its limit of 158.00 deg"
+Phrase phrase(const NotReached& reason, const Robot& robot);
+/// In English, as in files.
 std::string words(const NotReached& reason, const Robot& robot);
 
 /// A correction beyond what the tolerances of robot and cell allow for any arm: the file was altered or belongs

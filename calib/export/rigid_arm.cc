@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/estimate/positioner_lines.h"
 #include "calib/estimate/predict.h"
 #include "calib/estimate/region.h"
 #include "calib/model/error.h"
@@ -24,8 +25,8 @@ double deviation(const Calibration& c, const ParameterKey& key) {
 }  // namespace
 
 RigidArm nominal_rigid_arm(const Cell& cell) {
-  refuse_external_axes(cell.robot, "an export as URDF, table or rigid arm",
-                       "Use the calibration (JSON) and 'cellcal predict'");
+  refuse_linear_unit(cell.robot, "an export as URDF, table or rigid arm",
+                     "Use the calibration (JSON) and 'cellcal predict'");
   return {cell.robot, cell.tool.tcp};
 }
 
@@ -42,6 +43,8 @@ RigidArm calibrated_rigid_arm(const Calibration& calibration) {
     joint.alpha_rad += off(ParameterKind::kAlpha);
     joint.beta_rad += off(ParameterKind::kBeta);
   }
+  for (std::size_t j = 0; j < arm.robot.positioner.size(); ++j)
+    arm.robot.positioner[j].frame = axis_as_found(calibration, j);
   for (int axis = 0; axis < 3; ++axis)
     arm.tcp.translation()[axis] +=
         deviation(calibration, tool_parameter(ParameterKind::kTcp, 0, axis));
@@ -116,6 +119,14 @@ JointFrames joint_frames(const RigidArm& arm) {
   }
   frames.flange = before * arm.robot.flange_fixed;
   frames.tcp = arm.tcp;
+  for (const PositionerAxis& axis : arm.robot.positioner) {
+    PlacedJoint& one = frames.positioner.emplace_back();
+    one.name = axis.name;
+    one.origin = axis.frame;
+    one.axis = axis.sign * Vector3d::UnitZ();
+    one.min_rad = axis.min_rad;
+    one.max_rad = axis.max_rad;
+  }
   return frames;
 }
 
@@ -127,6 +138,7 @@ JointFrames moved_frames(const JointFrames& given, const RigidArm& nominal,
                                 given.joints.size(), joints));
   const std::vector<Isometry3d> before = frames_before(nominal.robot);
   JointFrames moved = given;
+  moved.positioner = joint_frames(calibrated).positioner;
   Isometry3d link = Isometry3d::Identity();  // the given frame before the joint, at zero angles
   Isometry3d fixed = calibrated.robot.base_fixed;  // from the preceding moved frame to the joint's
   for (std::size_t i = 0; i < joints; ++i) {

@@ -17,8 +17,8 @@ struct RigidArm {
 };
 
 RigidArm nominal_rigid_arm(const Cell& cell);
-/// Geometric corrections are included in the joints' parameters. Elastic and gear errors are
-/// omitted.
+/// Geometric corrections are included in the joints' parameters, and in the frames of a positioner's
+/// axes. Elastic and gear errors are omitted, and scales of a positioner's angles.
 RigidArm calibrated_rigid_arm(const Calibration& calibration);
 
 /// Flange and TCP in the base frame.
@@ -53,6 +53,8 @@ struct JointFrames {
   std::vector<PlacedJoint> joints;                           ///< angles are the controller's
   Eigen::Isometry3d flange = Eigen::Isometry3d::Identity();  ///< relative to the last joint
   Eigen::Isometry3d tcp = Eigen::Isometry3d::Identity();     ///< relative to the flange
+  /// A positioner's axes, base outwards: a chain of its own from the base.
+  std::vector<PlacedJoint> positioner;
 };
 
 /// T_i (calib/model/README.md, (1)) without the rotation by the controller's angle, which precedes it.

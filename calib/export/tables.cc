@@ -140,13 +140,38 @@ ordered_json joint_json(const Calibration& c, std::size_t i, const Joint& levell
   return json;
 }
 
+/// An axis that turns by `axis` times e_j (1 + scale) in its frame.
+ordered_json positioner_json(const Calibration& c, std::size_t j, const PlacedJoint& placed) {
+  ordered_json json{{"name", placed.name}};
+  json["frame"] = frame_json(placed.origin);
+  json["axis"] = {placed.axis[0], placed.axis[1], placed.axis[2]};
+  json["min_deg"] = placed.min_rad * kDegPerRad;
+  json["max_deg"] = placed.max_rad * kDegPerRad;
+  struct Error {
+    AxisError error;
+    const char* name;
+  };
+  constexpr Error kErrors[] = {{AxisError::kX, "x_m"},
+                               {AxisError::kY, "y_m"},
+                               {AxisError::kTurnX, "rx_rad"},
+                               {AxisError::kTurnY, "ry_rad"},
+                               {AxisError::kScale, "scale"}};
+  for (const Error& one : kErrors)
+    if (const auto* found = find(c, positioner_parameter(j, one.error)))
+      json[one.name] = with_sigma(*found);
+  return json;
+}
+
 }  // namespace
 
 std::string ros_yaml(const JointFrames& frames, const std::string& comment) {
   std::string text = comment_lines(comment) + "kinematics:\n";
   for (const PlacedJoint& joint : frames.joints)
     text += yaml_frame(ros_joint_name(joint.name), joint.origin);
-  return text + yaml_frame("flange", frames.flange) + yaml_frame("tcp", frames.tcp);
+  text += yaml_frame("flange", frames.flange) + yaml_frame("tcp", frames.tcp);
+  for (const PlacedJoint& joint : frames.positioner)
+    text += yaml_frame(ros_joint_name(joint.name), joint.origin);
+  return text;
 }
 
 std::string dh_csv(const RigidArm& nominal, const RigidArm& calibrated) {
@@ -181,6 +206,8 @@ std::string arm_json(const Calibration& calibration) {
   json["tool"] = {{"mass_kg", tool.mass_kg},
                   {"com_m", {tool.com_m[0], tool.com_m[1], tool.com_m[2]}},
                   {"length_m", tool.length_m}};
+  for (std::size_t j = 0; j < frames.positioner.size(); ++j)
+    json["positioner"].push_back(positioner_json(calibration, j, frames.positioner[j]));
   const Eigen::Vector3d& gravity = calibration.cell.robot.gravity_m_s2;
   json["gravity_m_s2"] = {gravity[0], gravity[1], gravity[2]};
   json["left_out_by_rigid_links"] = {{"mean_mm", out.mean_m * kMmPerM},

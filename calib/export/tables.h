@@ -12,11 +12,11 @@
 namespace cellcal::calib {
 
 /// Kinematics file of ROS 2 drivers: kinematics: {joint_a1: {x, y, z, roll, pitch, yaw}, ...} in m and rad,
-/// then flange and tcp. The lines of `comment` form the header.
+/// then flange and tcp, then a positioner's joints from the base. The lines of `comment` form the header.
 std::string ros_yaml(const JointFrames& frames, const std::string& comment);
 
-/// One row per joint: nominal and calibrated theta offset, d, a, alpha, beta in deg and mm, and the
-/// sense of rotation.
+/// One row per joint of the arm: nominal and calibrated theta offset, d, a, alpha, beta in deg and mm, and
+/// the sense of rotation.
 std::string dh_csv(const RigidArm& nominal, const RigidArm& calibrated);
 
 /// "cellcal.arm/1" (README.md): all that a program needs to compute the calibrated arm, and the deviation of the rigid

@@ -273,10 +273,64 @@ void put_axis(pugi::xml_node joint, const Vector3d& axis) {
   attribute.set_value(shortest(axis).c_str());
 }
 
+void append_link(pugi::xml_node robot, const std::string& name) {
+  robot.append_child("link").append_attribute("name").set_value(name.c_str());
+}
+
+pugi::xml_node append_joint(pugi::xml_node robot, const std::string& name, const char* type,
+                            const std::string& parent, const std::string& child,
+                            const Isometry3d& origin) {
+  pugi::xml_node node = robot.append_child("joint");
+  node.append_attribute("name").set_value(name.c_str());
+  node.append_attribute("type").set_value(type);
+  put_origin(node, origin);
+  node.append_child("parent").append_attribute("link").set_value(parent.c_str());
+  node.append_child("child").append_attribute("link").set_value(child.c_str());
+  return node;
+}
+
+/// A link, and the joint that turns it.
+void append_turning(pugi::xml_node robot, const PlacedJoint& one, const std::string& parent,
+                    const std::string& link) {
+  append_link(robot, link);
+  pugi::xml_node node =
+      append_joint(robot, ros_joint_name(one.name), "revolute", parent, link, one.origin);
+  put_axis(node, one.axis);
+  pugi::xml_node limit = node.append_child("limit");
+  limit.append_attribute("lower").set_value(shortest(one.min_rad).c_str());
+  limit.append_attribute("upper").set_value(shortest(one.max_rad).c_str());
+  limit.append_attribute("velocity").set_value(shortest(one.max_speed_rad_s).c_str());
+  limit.append_attribute("effort").set_value("0");
+}
+
+/// The second chain: positioner_1, positioner_2 from the link of the base frame.
+void append_positioner(pugi::xml_node robot, const JointFrames& frames, std::string parent) {
+  for (std::size_t j = 0; j < frames.positioner.size(); ++j) {
+    const std::string link = fmt::format("positioner_{}", j + 1);
+    append_turning(robot, frames.positioner[j], parent, link);
+    parent = link;
+  }
+}
+
 /// "--" is not allowed within an XML comment.
 std::string commentable(std::string text) {
   for (std::size_t at = 0; (at = text.find("--", at)) != std::string::npos;) text[at + 1] = ' ';
   return text;
+}
+
+/// A document that has a positioner of its own.
+void refuse_second(const Document& document, const JointFrames& frames) {
+  for (std::size_t j = 0; j < frames.positioner.size(); ++j) {
+    const std::string joint = ros_joint_name(frames.positioner[j].name),
+                      link = fmt::format("positioner_{}", j + 1);
+    for (const pugi::xml_node& node : document.robot.children()) {
+      const std::string_view name = node.attribute("name").value();
+      if (name == joint || name == link)
+        document.fail(node, fmt::format("\"{}\" is there already, and the calibration has that axis of "
+                                        "the positioner. Remove it from this file",
+                                        shown(name)));
+    }
+  }
 }
 
 }  // namespace
@@ -319,6 +373,8 @@ std::string calibrated_urdf(std::string_view text, const std::string& name,
         fmt::format("nothing is fixed to link \"{}\", so the flange's own error has no "
                     "place. Add a fixed joint to a link \"flange\" (xyz and rpy 0)",
                     shown(found.turning.back()->child)));
+  refuse_second(document, moved);
+  append_positioner(document.robot, moved, found.chain.base_link);
   document.robot.prepend_child(pugi::node_comment)
       .set_value((" " + commentable(comment) + " ").c_str());
   std::ostringstream out;
@@ -332,40 +388,18 @@ std::string urdf_of(const JointFrames& frames, const std::string& robot_name,
   document.append_child(pugi::node_comment).set_value((" " + commentable(comment) + " ").c_str());
   pugi::xml_node robot = document.append_child("robot");
   robot.append_attribute("name").set_value(robot_name.c_str());
-  const auto link = [&](const std::string& name) {
-    pugi::xml_node node = robot.append_child("link");
-    node.append_attribute("name").set_value(name.c_str());
-    return node;
-  };
-  const auto joint = [&](const std::string& name, const char* type, const std::string& parent,
-                         const std::string& child, const Isometry3d& origin) {
-    pugi::xml_node node = robot.append_child("joint");
-    node.append_attribute("name").set_value(name.c_str());
-    node.append_attribute("type").set_value(type);
-    put_origin(node, origin);
-    node.append_child("parent").append_attribute("link").set_value(parent.c_str());
-    node.append_child("child").append_attribute("link").set_value(child.c_str());
-    return node;
-  };
   std::string last = "base_link";
-  link(last);
+  append_link(robot, last);
   for (std::size_t i = 0; i < frames.joints.size(); ++i) {
-    const PlacedJoint& one = frames.joints[i];
     const std::string name = fmt::format("link_{}", i + 1);
-    link(name);
-    pugi::xml_node node = joint(ros_joint_name(one.name), "revolute", last, name, one.origin);
-    put_axis(node, one.axis);
-    pugi::xml_node limit = node.append_child("limit");
-    limit.append_attribute("lower").set_value(shortest(one.min_rad).c_str());
-    limit.append_attribute("upper").set_value(shortest(one.max_rad).c_str());
-    limit.append_attribute("velocity").set_value(shortest(one.max_speed_rad_s).c_str());
-    limit.append_attribute("effort").set_value("0");
+    append_turning(robot, frames.joints[i], last, name);
     last = name;
   }
-  link("flange");
-  joint("joint_flange", "fixed", last, "flange", frames.flange);
-  link("tcp");
-  joint("joint_tcp", "fixed", "flange", "tcp", frames.tcp);
+  append_link(robot, "flange");
+  append_joint(robot, "joint_flange", "fixed", last, "flange", frames.flange);
+  append_link(robot, "tcp");
+  append_joint(robot, "joint_tcp", "fixed", "flange", "tcp", frames.tcp);
+  append_positioner(robot, frames, "base_link");
   std::ostringstream out;
   document.save(out, "  ", pugi::format_default, pugi::encoding_utf8);
   return out.str();

@@ -12,8 +12,9 @@ namespace cellcal::calib {
 /// Larger documents are refused.
 inline constexpr std::size_t kMostUrdfBytes = 16u << 20;
 
-/// A generated URDF: base_link, link_1 ..., flange, tcp; no shapes. Joints are named as in the robot file,
-/// in lower case with the prefix "joint_". `comment` forms the header.
+/// A generated URDF: base_link, link_1 ..., flange, tcp, and of a positioner positioner_1 ... from
+/// base_link; no shapes. Joints are named as in the robot file, in lower case with the prefix "joint_".
+/// `comment` forms the header.
 std::string urdf_of(const JointFrames& frames, const std::string& robot_name,
                     const std::string& comment);
 
@@ -30,7 +31,8 @@ struct UrdfChain {
 UrdfChain read_urdf(std::string_view text, const std::string& name,
                     const std::string& tip_link = {});
 
-/// The given URDF with its chain's joints at their calibrated places. Throws FileError.
+/// The given URDF with its chain's joints at their calibrated places, and the positioner from the chain's
+/// base. Throws FileError, also where a joint or link has the name of one of the positioner's.
 std::string calibrated_urdf(std::string_view text, const std::string& name,
                             const std::string& tip_link, const RigidArm& nominal,
                             const RigidArm& calibrated, const std::string& comment);

@@ -55,12 +55,15 @@ std::string format_touches(const std::vector<Touch>& touches, const Robot& robot
 /// Rows of joint angles.
 struct JointRows {
   std::vector<std::vector<double>> joint_rad;
+  /// Angles of all of the positioner's axes, a row each; empty: not in the file.
+  std::vector<std::vector<double>> positioner_rad;
   /// Number of rows with an angle far outside its joint's limits, which no touch can have; the
   /// first few are described.
   std::size_t beyond_limits = 0;
   std::vector<std::string> beyond_limits_words;
 };
-/// Joint columns only, for prediction: any angle. Other columns are refused.
+/// Joint columns, and those of a positioner, all or none, for prediction: any angle. Other columns are
+/// refused.
 JointRows load_joints(const std::filesystem::path& path, const Robot& robot);
 JointRows parse_joints(std::string_view text, const std::string& name, const Robot& robot);
 

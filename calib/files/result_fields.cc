@@ -20,8 +20,8 @@ namespace cellcal::calib {
 namespace {
 
 using fields::Field, fields::Json, fields::Table, fields::Value, fields::beside, fields::field,
-    fields::flag, fields::for_readers, fields::joined, fields::list, fields::not_negative,
-    fields::number, fields::of_member, fields::only_of, fields::optional, fields::text,
+    fields::flag, fields::for_readers, fields::joined, fields::list, fields::maybe,
+    fields::not_negative, fields::number, fields::of_member, fields::only_of, fields::optional, fields::text,
     fields::vector, fields::where, fields::whole, fields::word;
 
 /// In arcseconds.
@@ -42,6 +42,18 @@ Value<Eigen::Isometry3d> frame() {
           },
           [](const JsonReader& r) {
             return to_isometry({read_three(r.at("xyz_mm")), read_three(r.at("abc_deg"))});
+          }};
+}
+
+/// Least and greatest, in degrees.
+Value<std::array<double, 2>> angle_range() {
+  return {[](const std::array<double, 2>& v) -> Json {
+            return {v[0] * kDegPerRad, v[1] * kDegPerRad};
+          },
+          [](const JsonReader& r) {
+            const std::vector<double> ends = list(number(kDegPerRad)).from(r);
+            if (ends.size() != 2 || !(ends[0] <= ends[1])) r.fail("must be two ascending angles");
+            return std::array<double, 2>{ends[0], ends[1]};
           }};
 }
 
@@ -114,7 +126,8 @@ Table<PositionerLine> positioner_fields() {
           field("direction", &P::direction, direction()),
           field("frame", &P::frame, frame()),
           field("place_u95_mm", &P::place_u95_m, not_negative(kMmPerM)),
-          field("direction_u95_mrad", &P::direction_u95_rad, not_negative(kMradPerRad))};
+          field("direction_u95_mrad", &P::direction_u95_rad, not_negative(kMradPerRad)),
+          maybe("touched_deg", &P::touched_rad, angle_range())};
 }
 
 Table<Observability> observability_fields() {

@@ -371,19 +371,38 @@ std::string format_touches(const std::vector<Touch>& touches, const Robot& robot
   return out;
 }
 
+namespace {
+
+/// Columns of joints that a table has all of, or none.
+std::vector<int> columns_or_none(const CsvTable& table, const Robot& robot,
+                                 const std::string& name) {
+  const bool any = std::ranges::any_of(
+      joint_names(robot), [&](const std::string& joint) { return table.find(joint) >= 0; });
+  return any ? joint_columns(table, robot, name) : std::vector<int>{};
+}
+
+}  // namespace
+
 JointRows load_joints(const std::filesystem::path& path, const Robot& robot) {
   return parse_joints(read_file(path), path.string(), robot);
 }
 
 JointRows parse_joints(std::string_view text, const std::string& name, const Robot& robot) {
   CsvTable table(text, name);
-  table.refuse_unknown(joint_names(robot));
+  auto known = joint_names(robot);
+  const Robot positioner = axes_of_positioner(robot);
+  std::ranges::move(joint_names(positioner), std::back_inserter(known));
+  table.refuse_unknown(known);
   const auto columns = joint_columns(table, robot, name);
+  const auto axes = columns_or_none(table, positioner, name);
   JointRows rows;
   while (table.next()) {
     if (rows.joint_rad.size() == kMaxRows) throw FileError(name, ": more than 2000000 rows");
     rows.joint_rad.push_back(read_joints(table, robot, columns));
-    const auto error = beyond_limits(table, robot, columns, rows.joint_rad.back());
+    auto error = beyond_limits(table, robot, columns, rows.joint_rad.back());
+    if (!axes.empty()) rows.positioner_rad.push_back(read_joints(table, positioner, axes));
+    if (!axes.empty() && !error)
+      error = beyond_limits(table, positioner, axes, rows.positioner_rad.back());
     if (!error) continue;
     constexpr std::size_t kInWords = 5;
     if (++rows.beyond_limits <= kInWords) rows.beyond_limits_words.emplace_back(error->what());
@@ -445,14 +464,14 @@ std::vector<std::string> joint_names(const Robot& robot) {
 std::vector<PoseRow> parse_poses(std::string_view text, const std::string& name,
                                  const Robot& robot) {
   CsvTable table(text, name);
-  const std::vector<std::string> joints = joint_names(robot);
+  const Robot positioner = axes_of_positioner(robot);
   std::vector<std::string> known(kPose.begin(), kPose.end());
-  known.insert(known.end(), joints.begin(), joints.end());
+  std::ranges::move(joint_names(robot), std::back_inserter(known));
+  std::ranges::move(joint_names(positioner), std::back_inserter(known));
   table.refuse_unknown(known);
   const auto pose = pose_columns(table, name);
-  const bool seeded = std::any_of(joints.begin(), joints.end(),
-                                  [&](const std::string& joint) { return table.find(joint) >= 0; });
-  const std::vector<int> seed = seeded ? joint_columns(table, robot, name) : std::vector<int>{};
+  const auto seed = columns_or_none(table, robot, name);
+  const auto axes = columns_or_none(table, positioner, name);
   std::vector<PoseRow> rows;
   while (table.next()) {
     if (rows.size() == kMaxPoses) throw FileError(name, ": more than 2000000 rows");
@@ -461,7 +480,8 @@ std::vector<PoseRow> parse_poses(std::string_view text, const std::string& name,
       frame.xyz_mm[i] = bounded(table, pose[i], kFarthestMm, "mm");
       frame.abc_deg[i] = bounded(table, pose[i + 3], kMostDeg, "deg");
     }
-    rows.push_back({to_isometry(frame), read_joints(table, robot, seed), table.line()});
+    rows.push_back({to_isometry(frame), read_joints(table, robot, seed),
+                    read_joints(table, positioner, axes), table.line()});
   }
   return rows;
 }

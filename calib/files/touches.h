@@ -38,11 +38,12 @@ std::vector<double> read_joints(const CsvTable& table, const Robot& robot,
                                 const std::vector<int>& columns);
 
 // TCP poses as a CSV for cellcal correct: x_mm,y_mm,z_mm,a_deg,b_deg,c_deg, and optionally the joint
-// angles to start from, of all joints or none.
+// angles to start from, of all joints or none, and those of a positioner, likewise.
 
 struct PoseRow {
-  Eigen::Isometry3d tcp = Eigen::Isometry3d::Identity();  ///< base frame
+  Eigen::Isometry3d tcp = Eigen::Isometry3d::Identity();  ///< base frame, or that of --on
   JointVector seed_rad;                                   ///< empty: not in the file
+  std::vector<double> positioner_rad;                     ///< likewise
   int line = 0;
 };
 

@@ -501,7 +501,7 @@ Calibration identify_single_pass(const Cell& cell, const std::vector<Touch>& tou
   // Not with a discrepancy, for which they were sought before: the model error resembles moves and
   // jumps, and properties that a specified level omits resemble jumps.
   fill_consistency(problem, e, !together, !together && !options.level, calibration);
-  calibration.positioner = positioner_lines(calibration);
+  calibration.positioner = positioner_lines(calibration, touches);
   calibration.verdict = judge(problem, calibration);
   return calibration;
 }

@@ -3,6 +3,7 @@
 // calib/files/calibration_json.h writes it as "cellcal.calibration/1".
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -258,6 +259,8 @@ struct PositionerLine {
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();     ///< unit
   Eigen::Isometry3d frame = Eigen::Isometry3d::Identity();  ///< as PositionerAxis::frame
   double place_u95_m = 0.0, direction_u95_rad = 0.0;        ///< across the axis
+  /// Least and greatest angle that something it carries was touched at; empty: not stated.
+  std::optional<std::array<double, 2>> touched_rad;
 };
 
 struct InputFile {

@@ -164,7 +164,6 @@ std::vector<Phrase> phrases(const TcpCheck& check) {
 std::string verdict_words(const TcpCheck& check) { return words(verdict_phrase(check)); }
 std::string change_words(const TcpCheck& check) { return words(change_phrase(check)); }
 std::string words(const Explanation& explanation) { return words(phrase(explanation)); }
-std::string remedy_words(const Explanation& change) { return words(remedy_phrase(change)); }
 
 std::vector<std::string> words(const TcpCheck& check) {
   std::vector<std::string> lines;

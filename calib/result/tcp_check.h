@@ -93,8 +93,6 @@ std::string verdict_words(const TcpCheck& check);
 std::string change_words(const TcpCheck& check);
 /// "tool shifted by 0.31 +- 0.08 mm (k=2) on the flange"
 std::string words(const Explanation& explanation);
-/// Remedy for a change; empty for none.
-std::string remedy_words(const Explanation& change);
 /// All sentences, one per line: verdict, remedy, spheres not found, every explanation with its likelihood,
 /// and the resolution of the check.
 std::vector<std::string> words(const TcpCheck& check);

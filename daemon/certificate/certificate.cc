@@ -350,6 +350,22 @@ void add_parameters(const Sources& s, CertificateData& data) {
   }
 }
 
+void add_positioner(const Sources& s, CertificateData& data) {
+  constexpr int kDirectionDecimals = 6;
+  for (std::size_t i = 0; i < s.size(kCalibration, "/positioner"); ++i) {
+    const std::string at = fmt::format("/positioner/{}/", i);
+    const auto value = [&](const char* key, const char* unit, int decimals) {
+      return s.number(kCalibration, at + key, unit, decimals);
+    };
+    data.positioner.push_back(
+        {s.text(kCalibration, at + "axis"), value("xyz_mm/0", "mm", kMmDecimals),
+         value("xyz_mm/1", "mm", kMmDecimals), value("xyz_mm/2", "mm", kMmDecimals),
+         value("direction/0", "", kDirectionDecimals), value("direction/1", "", kDirectionDecimals),
+         value("direction/2", "", kDirectionDecimals), value("place_u95_mm", "mm", kMmDecimals),
+         value("direction_u95_mrad", "mrad", kMmDecimals)});
+  }
+}
+
 void add_files(const Sources& s, CertificateData& data) {
   for (std::size_t i = 0; i < s.size(kCalibration, "/inputs/files"); ++i) {
     const auto text = [&](const char* key) {
@@ -364,6 +380,8 @@ void add_files(const Sources& s, CertificateData& data) {
 void add_touches(const Sources& s, CertificateData& data) {
   for (std::size_t j = 0; j < s.calibration.cell.robot.joints.size(); ++j)
     data.joint_names.push_back(s.text("robot", fmt::format("/joint/{}/name", j)));
+  for (std::size_t j = 0; j < s.calibration.cell.robot.positioner.size(); ++j)
+    data.joint_names.push_back(s.text("robot", fmt::format("/positioner/{}/name", j)));
   const std::vector<bool> outlier = outliers_of(s);
   for (std::size_t i = 0; i < s.touches.size(); ++i) {
     const calib::Touch& touch = s.touches[i];
@@ -387,6 +405,9 @@ void add_touches(const Sources& s, CertificateData& data) {
     for (std::size_t j = 0; j < touch.joint_rad.size(); ++j)
       row.joints.push_back(raw_figure(touch.joint_rad[j] * calib::kDegPerRad, "deg", kJointDecimals,
                                       from(fmt::format("joint_deg/{}", j))));
+    for (std::size_t j = 0; j < touch.positioner_rad.size(); ++j)
+      row.joints.push_back(raw_figure(touch.positioner_rad[j] * calib::kDegPerRad, "deg",
+                                      kJointDecimals, from(fmt::format("positioner_deg/{}", j))));
     data.rows.push_back(std::move(row));
   }
 }
@@ -409,8 +430,8 @@ CertificateData make_certificate(const Archive& archive, const std::string& from
   const Sources sources = read_sources(archive, from);
   refuse_withheld(sources, from);
   refuse_update(sources, from);
-  refuse_external_axes(sources.calibration.cell.robot, "a certificate",
-                       "Use the calibration (JSON), which states all figures");
+  refuse_linear_unit(sources.calibration.cell.robot, "a certificate",
+                     "Use the calibration (JSON), which states all figures");
   CertificateData data;
   add_identity(sources, issue, data);
   add_artefacts(sources, data);
@@ -422,6 +443,7 @@ CertificateData make_certificate(const Archive& archive, const std::string& from
   add_conditions(sources, data);
   add_findings(sources, data);
   add_parameters(sources, data);
+  add_positioner(sources, data);
   add_files(sources, data);
   add_touches(sources, data);
   return data;

@@ -70,6 +70,11 @@ struct Break {
 struct Parameter {
   Entry name, nominal, correction, expanded, decided_by;
 };
+/// Axis of a positioner as found: a point of it and its direction in the base frame, all axes at 0; bounds
+/// of 95 % across it and of the direction.
+struct PositionerAxis {
+  Entry name, x, y, z, direction_x, direction_y, direction_z, place, direction;
+};
 struct File {
   Entry role, name, sha256;
 };
@@ -117,6 +122,7 @@ struct CertificateData {
   bool changes_recorded = false;
   Entry dropped;  ///< time of deletion of raw rows: interruptions are unknown then
   std::vector<Parameter> parameters;
+  std::vector<PositionerAxis> positioner;
   std::vector<File> files;
   Entry rows_sha256, calibration_sha256;
   std::vector<Entry> joint_names;

@@ -28,6 +28,8 @@ std::string d_si(const std::string& unit) {
       {"mm", "\\milli\\metre"},
       {"mm/s", "\\milli\\metre\\second\\tothe{-1}"},
       {"deg", "\\degree"},
+      {"mrad", "\\milli\\radian"},
+      {"mrad/rad", "\\milli\\radian\\radian\\tothe{-1}"},
       {"arcsec", "\\arcsecond"},
       {"ms", "\\milli\\second"},
       {"%", "\\percent"},
@@ -263,6 +265,23 @@ void add_figures(const CertificateData& d, Node results, const char* name, Entry
   for (const Figure& one : d.figures) add_quantity(data, one.what, one.*of);
 }
 
+/// Bounds are of distances and angles across the axis, not of components.
+void add_positioner(const CertificateData& d, Node data) {
+  for (const PositionerAxis& one : d.positioner) {
+    const auto add_one = [&](const char* id, const Entry& value) {
+      add_quantity(data, {id, {{"axis", one.name.text}}}, value);
+    };
+    add_one("say.dcc.positioner.x", one.x);
+    add_one("say.dcc.positioner.y", one.y);
+    add_one("say.dcc.positioner.z", one.z);
+    add_one("say.dcc.positioner.direction_x", one.direction_x);
+    add_one("say.dcc.positioner.direction_y", one.direction_y);
+    add_one("say.dcc.positioner.direction_z", one.direction_z);
+    add_one("say.dcc.positioner.place", one.place);
+    add_one("say.dcc.positioner.direction", one.direction);
+  }
+}
+
 void add_measurement(const CertificateData& d, Node root) {
   Node result = root.append_child("dcc:measurementResults").append_child("dcc:measurementResult");
   add_text(result, "dcc:name", "say.dcc.result");
@@ -287,6 +306,7 @@ void add_measurement(const CertificateData& d, Node root) {
     for (const BudgetLine& one : d.budget) add_quantity(budget, one.source, one.contribution);
     add_quantity(budget, "say.dcc.combined", d.standard);
   }
+  if (!d.positioner.empty()) add_positioner(d, add_result(results, "say.report.positioner"));
   Node data = add_result(results, "say.dcc.corrections");
   add_quantity(data, "say.dcc.touches", d.touches);
   for (const Parameter& one : d.parameters)

@@ -345,6 +345,28 @@ std::string parameters(const CertificateData& d) {
          report::paragraph("note", say("say.certificate.parameters.note"));
 }
 
+std::string positioner(const CertificateData& d) {
+  if (d.positioner.empty()) return {};
+  std::string rows;
+  for (const PositionerAxis& one : d.positioner) {
+    rows += "<tr>" + cell(shown(one.name));
+    for (const Entry* value : {&one.x, &one.y, &one.z, &one.direction_x, &one.direction_y,
+                               &one.direction_z, &one.place, &one.direction})
+      rows += cell(shown(*value, kNone), true);
+    rows += "</tr>\n";
+  }
+  return heading("say.report.positioner") +
+         table(heads({"say.report.positioner.col.axis", number("x, mm"),
+                      number("y, mm"), number("z, mm"),
+                      number("say.report.positioner.col.direction_x"),
+                      number("y"),
+                      number("z"),
+                      number("say.report.positioner.col.place"),
+                      number("say.report.positioner.col.direction")}),
+               rows, "small") +
+         report::paragraph("note", say("say.report.positioner.note"));
+}
+
 /// As in files: with a decimal point.
 std::string raw(const Entry& entry) {
   const report::Speaking plain((calib::Language()));
@@ -420,7 +442,7 @@ std::string to_html(const CertificateData& d, const calib::Language& language) {
   html += issue(d) + object(d) + result(d) + decision(d) + artefacts(d) + length_checks(d) + budget(d) +
           pose_sheet_html(d.pose_sheet) + frame(d) + conditions(d);
   html += heading("say.certificate.remarks") + list(d.remarks);
-  html += sums(d) + parameters(d) + touches(d);
+  html += sums(d) + parameters(d) + positioner(d) + touches(d);
   return html + "</main>\n</body>\n</html>\n";
 }
 

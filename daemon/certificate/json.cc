@@ -91,6 +91,15 @@ Json of_parameter(const Parameter& one) {
           {"decided_by", to_value(one.decided_by)}};
 }
 
+Json of_positioner_axis(const PositionerAxis& one) {
+  return {{"axis", to_value(one.name)},
+          {"xyz", {to_value(one.x), to_value(one.y), to_value(one.z)}},
+          {"direction",
+           {to_value(one.direction_x), to_value(one.direction_y), to_value(one.direction_z)}},
+          {"place_u95", to_value(one.place)},
+          {"direction_u95", to_value(one.direction)}};
+}
+
 Json of_file(const File& one) {
   return {
       {"role", to_value(one.role)}, {"name", to_value(one.name)}, {"sha256", to_value(one.sha256)}};
@@ -170,6 +179,7 @@ std::string to_json(const CertificateData& d) {
   whole["remarks"] = list(d.remarks, of_said);
   whole["breaks"] = of_breaks(d);
   whole["parameters"] = list(d.parameters, of_parameter);
+  if (!d.positioner.empty()) whole["positioner"] = list(d.positioner, of_positioner_axis);
   whole["files"] = list(d.files, of_file);
   whole["joints"] = list(d.joint_names, to_value);
   whole["raw_touches"] = list(d.rows, of_touch);

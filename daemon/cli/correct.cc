@@ -7,14 +7,13 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "calib/estimate/predict.h"
 #include "calib/export/corrector.h"
 #include "calib/export/machine_data.h"
 #include "calib/files/input_file.h"
-#include "calib/files/touches.h"
-#include "calib/model/enum_table.h"
+#include "calib/files/text.h"
 #include "calib/model/error.h"
 #include "calib/model/units.h"
+#include "calib/result/finding_phrase.h"
 #include "daemon/cli/backup.h"
 #include "daemon/cli/commands.h"
 #include "daemon/cli/offline.h"
@@ -160,7 +159,8 @@ nlohmann::json json_of(const CorrectedProgram& result, const std::vector<fs::pat
     all["left"].push_back({{"name", one.name}, {"why", one.why}});
   for (const krl::ToolUsed& tool : result.tools)
     all["tools"].push_back(
-        {{"number", tool.number}, {"of_the_cell", tool.cells}, {"load_known", tool.load_known}});
+        {{"number", tool.number}, {"of_the_cell", tool.cells}, {"load_known", tool.load_known},
+         {"load", load_name(tool)}});
   for (const krl::Refusal& one : result.refusals)
     all["refusals"].push_back(refusal_json(one, robot));
   for (const fs::path& path : written) all["written"].push_back(path.string());
@@ -178,13 +178,14 @@ bool known_at_run_time(const krl::Refusal& refusal) {
 void name_refusals(const CorrectedProgram& result, const calib::Robot& robot) {
   constexpr std::size_t kInWords = 30;
   for (std::size_t i = 0; i < std::min(kInWords, result.refusals.size()); ++i)
-    fmt::print(stderr, "cellcal correct: {}\n", words(result.refusals[i], robot));
+    fmt::print(stderr, "cellcal correct: {}\n", say(phrase(result.refusals[i], robot)));
   if (result.refusals.size() > kInWords)
-    fmt::print(stderr, "cellcal correct: {} more refusals\n", result.refusals.size() - kInWords);
-  fmt::print(stderr, "cellcal correct: nothing written, since points are refused{}\n",
-             std::ranges::any_of(result.refusals, known_at_run_time)
-                 ? ". Computed points are corrected while the program runs by --at-run-time"
-                 : "");
+    fmt::print(stderr, "{}\n",
+               say({"say.correct.refused.more", {{"n", result.refusals.size() - kInWords}}}));
+  const calib::Phrase instead = std::ranges::any_of(result.refusals, known_at_run_time)
+                                    ? "say.correct.refused.at_run_time"
+                                    : "";
+  fmt::print(stderr, "{}\n", say({"say.correct.refused.nothing", {{"instead", instead}}}));
 }
 
 }  // namespace
@@ -229,6 +230,20 @@ std::string tool_words(const krl::ToolUsed& tool) {
                                 : "say.correct.tool.no_load",
               {{"tool", name}}}) +
          "\n";
+}
+
+std::string module_line(const std::string& state, const std::string& src,
+                        const calib::Phrase& what) {
+  const std::string id = state == "no motion" ? "no_motion" : state;
+  return say({"say.correct.module",
+              {{"state", fmt::format("{:<10}", say("say.correct.state." + id))},
+               {"src", calib::shown(src, 120)},
+               {"what", what}}}) +
+         "\n";
+}
+
+std::string load_name(const krl::ToolUsed& tool) {
+  return tool.load < 0 ? kOwnLoad : fmt::format("LOAD_DATA[{}]", tool.load);
 }
 
 nlohmann::json point_json(const CorrectedPoint& p) {
@@ -279,113 +294,8 @@ int correct_krl(const CorrectCommand& command, const calib::Calibration& calibra
   }
   put(command.json ? json_text(all) : report(result, written), {});
   if (nothing)
-    fmt::print(stderr, "cellcal correct: {} motions and no point to correct; nothing written\n",
-               result.motions);
+    fmt::print(stderr, "{}\n", say({"say.correct.no_motion_point", {{"n", result.motions}}}));
   return nothing ? kNotPublishable : kSuccess;
-}
-
-namespace {
-
-using calib::kDegPerRad;
-using calib::NotReached;
-using calib::Reach;
-using calib::Reached;
-
-const char* name_of(calib::Unreached why) {
-  using enum calib::Unreached;
-  static constexpr EnumNames<calib::Unreached> kTable{{{kNotANumber, "not_a_number"},
-                                                       {kTooFar, "too_far"},
-                                                       {kBeyondLimit, "beyond_limit"},
-                                                       {kNearSingularity, "near_singularity"}}};
-  return kTable[why];
-}
-
-/// A row without seed continues from the previous one, the first from the middle of the joint ranges.
-std::vector<Reach> reached(const calib::Calibration& calibration,
-                           const std::vector<calib::PoseRow>& rows) {
-  const calib::Corrector corrector(calibration);
-  calib::JointVector last = corrector.middle();
-  std::vector<Reach> all;
-  for (const calib::PoseRow& row : rows) {
-    all.push_back(row.seed_rad.empty() ? corrector.nearest(row.tcp, last)
-                                       : corrector.joints(row.tcp, row.seed_rad));
-    if (const auto* at = std::get_if<Reached>(&all.back())) last = at->joint_rad;
-  }
-  return all;
-}
-
-std::string csv(const calib::Robot& robot, const std::vector<Reach>& all) {
-  std::string text;
-  for (const calib::Joint& joint : robot.joints) text += (text.empty() ? "" : ",") + joint.name;
-  text += "\n";
-  for (const Reach& reach : all) {
-    std::string row;
-    // Ten decimals of a degree are 3e-9 mm at 1.4 m.
-    for (const double q : std::get<Reached>(reach).joint_rad)
-      row += fmt::format("{}{:.10f}", row.empty() ? "" : ",", q * kDegPerRad);
-    text += row + "\n";
-  }
-  return text;
-}
-
-nlohmann::json json_of(const calib::Robot& robot, const Reach& reach,
-                       const calib::Predictor& predictor) {
-  nlohmann::json one;
-  if (const auto* reason = std::get_if<NotReached>(&reach)) {
-    one["unreached"] = {{"why", name_of(reason->why)}, {"words", calib::words(*reason, robot)}};
-    if (reason->joint >= 0) {
-      one["unreached"]["joint"] = robot.joints[static_cast<std::size_t>(reason->joint)].name;
-      one["unreached"]["deg"] = reason->joint_rad * kDegPerRad;
-    }
-    return one;
-  }
-  const auto& at = std::get<Reached>(reach);
-  for (std::size_t i = 0; i < at.joint_rad.size(); ++i)
-    one["joints_deg"][robot.joints[i].name] = at.joint_rad[i] * kDegPerRad;
-  one["off_mm"] = at.off_m * calib::kMmPerM;
-  one["u95_mm"] = predictor.calibrated(at.joint_rad).u95_m * calib::kMmPerM;
-  return one;
-}
-
-/// Returns the number of unreachable poses and prints the first of them.
-std::size_t name_unreached(const CorrectCommand& command, const calib::Robot& robot,
-                           const std::vector<calib::PoseRow>& rows, const std::vector<Reach>& all) {
-  constexpr std::size_t kInWords = 20;
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    const auto* reason = std::get_if<NotReached>(&all[i]);
-    if (reason == nullptr || ++count > kInWords) continue;
-    fmt::print(stderr, "cellcal correct: {}:{}: {}\n", command.poses.string(), rows[i].line,
-               calib::words(*reason, robot));
-  }
-  if (count > kInWords)
-    fmt::print(stderr, "cellcal correct: {} more poses are not reached\n", count - kInWords);
-  return count;
-}
-
-}  // namespace
-
-int correct_poses(const CorrectCommand& command, const calib::Calibration& calibration) {
-  const calib::Robot& robot = calibration.cell.robot;
-  tell_reading(command.poses);
-  const auto rows = calib::load_poses(command.poses, robot);
-  const std::vector<Reach> all = reached(calibration, rows);
-  const std::size_t unreached = name_unreached(command, robot, rows, all);
-  std::vector<Eigen::Vector3d> tcps_m;
-  for (const calib::PoseRow& row : rows) tcps_m.push_back(row.tcp.translation());
-  warn_outside_scope(calibration, tcps_m);
-  if (command.json) {
-    const calib::Predictor predictor(calibration);
-    nlohmann::json list = nlohmann::json::array();
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      list.push_back(json_of(robot, all[i], predictor));
-      list.back()["line"] = rows[i].line;
-    }
-    put(list.dump(1) + "\n", command.output);
-  } else if (unreached == 0) {
-    put_as(as_joints(robot), csv(robot, all), command.output);
-  }
-  return unreached == 0 ? kSuccess : kJobFailed;
 }
 
 namespace {
@@ -405,33 +315,24 @@ calib::AbsoluteAccuracy stated_accuracy(const CorrectCommand& command) {
 }
 
 /// Why the controller would not go to corrected points by the robot file's model; empty: it does.
-std::string other_model(const CorrectCommand& command, const calib::Calibration& calibration) {
+calib::Phrase other_model(const CorrectCommand& command, const calib::Calibration& calibration) {
   const auto& findings = calibration.verdict.findings;
   if (const auto* found = calib::first(findings, calib::FindingKind::kControllerModel))
-    return calib::words(*found);
+    return calib::phrase(*found);
   if (calibration.cell.robot.absolute_accuracy == calib::AbsoluteAccuracy::kActive)
-    return "robot file: absolute_accuracy = \"active\": the controller computes with a measured "
-           "model of this arm, which the file does not hold";
+    return "say.correct.other_model.robot_file";
   const bool in_file = calibration.cell.robot.absolute_accuracy == calib::AbsoluteAccuracy::kInFile;
   if (!in_file && stated_accuracy(command) == calib::AbsoluteAccuracy::kActive)
-    return "the controller's files: $ABS_ACCUR: absolute accuracy is active, by a measured model of "
-           "this arm that the robot file does not hold";
+    return "say.correct.other_model.controller";
   return {};
 }
 
 /// Corrected points are those to which the nominal arm's inverse leads; angles are not concerned.
 bool refused_by_model(const CorrectCommand& command, const calib::Calibration& calibration) {
   if (command.nominal_controller || !command.poses.empty()) return false;
-  const std::string why = other_model(command, calibration);
+  const calib::Phrase why = other_model(command, calibration);
   if (why.empty()) return false;
-  fmt::print(
-      stderr,
-      "cellcal correct: {}. A corrected program would be wrong by the difference. Switch "
-      "absolute accuracy off on the controller ($DEACTIVATE_ABS_ACCUR), or put its model into "
-      "the robot file (absolute_accuracy = \"in this file\") and calibrate again; "
-      "--nominal-controller states that the controller computes with the robot file's model "
-      "when the programs run\n",
-      why);
+  fmt::print(stderr, "{}\n", say({"say.correct.other_model", {{"why", why}}}));
   return true;
 }
 

@@ -14,6 +14,7 @@ namespace cellcal::daemon {
 struct CorrectCommand {
   std::filesystem::path calibration, output;
   std::filesystem::path poses;         ///< a CSV, or
+  std::string on;  ///< axis of the positioner whose frame the poses are in; empty: the base frame
   std::filesystem::path backup;        ///< all programs of a controller: folder or ZIP, or
   std::filesystem::path program, dat;  ///< a .src; dat empty: next to it, if it exists
   std::vector<std::filesystem::path>
@@ -53,6 +54,11 @@ std::string json_text(const nlohmann::json& all);
 krl::CorrectionOptions correction_options(const CorrectCommand& command,
                                           const calib::Calibration* from);
 std::string tool_words(const krl::ToolUsed& tool);
+/// In records: the load of LOAD_DATA that the points were corrected with.
+inline constexpr const char* kOwnLoad = "the tool's own";
+std::string load_name(const krl::ToolUsed& tool);
+/// `state`: "corrected", "left", "refused", "no motion". Ends with a line break.
+std::string module_line(const std::string& state, const std::string& src, const calib::Phrase& what);
 nlohmann::json point_json(const krl::CorrectedPoint& point);
 nlohmann::json refusal_json(const krl::Refusal& refusal, const calib::Robot& robot);
 

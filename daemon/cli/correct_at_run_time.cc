@@ -9,6 +9,7 @@
 #include "calib/files/text.h"
 #include "calib/model/error.h"
 #include "daemon/cli/backup.h"
+#include "daemon/cli/commands.h"
 #include "daemon/cli/correct.h"
 #include "daemon/cli/offline.h"
 #include "daemon/files/atomic_file.h"
@@ -62,6 +63,9 @@ Json report_json(const RewrittenPrograms& result, const FixModule& fix, int seri
                        {"motions", module.motions},
                        {"corrected", module.corrected},
                        {"refusals", refusals}});
+    if (module.corrected > 0) modules.back()["load"] = kOwnLoad;
+    if (module.corrected > 0 && !module.other_load.empty())
+      modules.back()["other_load"] = {{"name", module.other_load}, {"line", module.other_load_line}};
   }
   for (const krl::FixTool& tool : fix.tools)
     tools.push_back({{"xyz_mm", tool.stated.xyz_mm},
@@ -77,38 +81,38 @@ Json report_json(const RewrittenPrograms& result, const FixModule& fix, int seri
             {"tools", tools}}}};
 }
 
+calib::Phrase what_of_module(const RewrittenModule& module, const calib::Robot& robot) {
+  if (!module.refusals.empty())
+    return {"say.correct.module.refused", {{"why", phrase(module.refusals.front(), robot)}}};
+  return {module.other_load.empty() ? "say.correct.module.motions"
+                                    : "say.correct.module.other_load",
+          {{"n", module.corrected},
+           {"all", module.motions},
+           {"load", module.other_load},
+           {"line", module.other_load_line}}};
+}
+
 std::string report_words(const RewrittenPrograms& result, const FixModule& fix,
                          const calib::Robot& robot) {
   std::string text;
   int moving = 0, corrected = 0, motions = 0;
   for (const RewrittenModule& module : result.modules) {
-    moving += module.motions > 0 ? 1 : 0;
     if (module.motions == 0) continue;
-    text += fmt::format("{:<10} {}", state_of_module(module), calib::shown(module.src, 120));
-    if (!module.refusals.empty()) {
-      text += "  " + words(module.refusals.front(), robot);
-    } else {
-      corrected += module.corrected > 0 ? 1 : 0;
-      motions += module.corrected;
-      text += fmt::format("  {} of {} motions", module.corrected, module.motions);
-      if (!module.other_load.empty())
-        text += fmt::format(" with the tool's own load, not {} of line {}", module.other_load,
-                            module.other_load_line);
-    }
-    text += "\n";
+    ++moving;
+    text += module_line(state_of_module(module), module.src, what_of_module(module, robot));
+    if (!module.refusals.empty()) continue;
+    corrected += module.corrected > 0 ? 1 : 0;
+    motions += module.corrected;
   }
   const auto cells = std::ranges::count_if(fix.tools, &krl::FixTool::cells);
-  return text +
-         fmt::format(
-             "{} of {} modules with motions corrected at run time, {} motions\n"
-             "within {:.3f} mm of the correction in double precision (REAL), {:.4f} mm of it by the "
-             "table of the joints' own errors\n"
-             "a correction above {:.1f} mm or {:.2f} deg holds the arm\n"
-             "tools: the cell file's, with its bending{}, and {} as stated and stiff; any other "
-             "holds the arm\n",
-             corrected, moving, motions, kRoundingMm, fix.table_mm, fix.most_mm, fix.most_deg,
-             cells > 1 ? ", as stated and as identified" : "",
-             static_cast<std::ptrdiff_t>(fix.tools.size()) - cells);
+  const calib::Phrase lines[] = {
+      {"say.correct.run_time.sum", {{"n", corrected}, {"all", moving}, {"motions", motions}}},
+      {"say.correct.run_time.within", {{"mm", kRoundingMm}, {"table", fix.table_mm}}},
+      {"say.correct.run_time.holds", {{"mm", fix.most_mm}, {"deg", fix.most_deg}}},
+      {cells > 1 ? "say.correct.run_time.tools.both" : "say.correct.run_time.tools",
+       {{"n", std::ssize(fix.tools) - cells}}}};
+  for (const calib::Phrase& line : lines) text += say(line) + "\n";
+  return text;
 }
 
 /// The modules' folder: R1/Program of a backup.
@@ -201,9 +205,9 @@ int correct_at_run_time(const CorrectCommand& command, const calib::Calibration&
   std::string text = report_words(result, fix, robot);
   for (const Written& one : written) {
     report["written"].push_back(one.place.string());
-    text += one.place.string() + " written\n";
+    text += say({"say.correct.written", {{"file", one.place.string()}}}) + "\n";
   }
-  if (written.empty()) text += "nothing written; -o FOLDER writes the programs and CELLCAL_FIX\n";
+  if (written.empty()) text += say("say.correct.run_time.not_written") + "\n";
   put(command.json ? json_text(report) : text, {});
   if (!result.files.empty()) return kSuccess;
   return std::ranges::any_of(result.modules, [](const auto& m) { return !m.refusals.empty(); })
@@ -222,7 +226,7 @@ int restore_program(const CorrectCommand& command) {
                            ": exists. Replace it with --force, or write to another folder");
   fs::create_directories(command.output);
   write_atomically(place, text);
-  put(place.string() + " written, as it was before --at-run-time\n", {});
+  put(say({"say.correct.restored", {{"file", place.string()}}}) + "\n", {});
   return kSuccess;
 }
 

@@ -9,6 +9,7 @@
 #include "calib/files/text.h"
 #include "calib/model/error.h"
 #include "daemon/cli/backup.h"
+#include "daemon/cli/commands.h"
 #include "daemon/cli/correct.h"
 #include "daemon/cli/offline.h"
 #include "daemon/files/atomic_file.h"
@@ -31,18 +32,14 @@ const char* state_of(const CorrectedModule& module) {
   return module.motions > 0 ? "left" : "no motion";
 }
 
-std::string module_line(const CorrectedModule& module, const calib::Robot& robot) {
-  const std::string state = state_of(module);
-  std::string text = fmt::format("{:<10} {}", state, calib::shown(module.src, 120));
-  if (state == "corrected") text += fmt::format("  {} points", module.points);
-  if (state == "left")
-    text += module.kukas ? "  the controller's own program" : "  moves to points that stay";
-  if (state == "refused") {
-    text += "  " + words(module.refusals.front(), robot);
-    if (module.refusals.size() > 1)
-      text += fmt::format(" (and {} more)", module.refusals.size() - 1);
-  }
-  return text + "\n";
+/// Behind the module's name.
+calib::Phrase what_of(const CorrectedModule& module, const calib::Robot& robot) {
+  if (!module.refusals.empty())
+    return {module.refusals.size() == 1 ? "say.correct.module.refused"
+                                        : "say.correct.module.refused.more",
+            {{"why", phrase(module.refusals.front(), robot)}, {"n", module.refusals.size() - 1}}};
+  if (module.points > 0) return {"say.correct.module.points", {{"n", module.points}}};
+  return module.kukas ? "say.correct.module.kukas" : "say.correct.module.stays";
 }
 
 Json module_json(const CorrectedModule& module, const calib::Robot& robot) {
@@ -53,6 +50,11 @@ Json module_json(const CorrectedModule& module, const calib::Robot& robot) {
               {"refusals", Json::array()}};
   for (const krl::Refusal& refusal : module.refusals)
     one["refusals"].push_back(refusal_json(refusal, robot));
+  for (const krl::ToolUsed& tool : module.tools)
+    one["loads"].push_back({{"tool", tool.number},
+                            {"of_the_cell", tool.cells},
+                            {"load_known", tool.load_known},
+                            {"load", load_name(tool)}});
   return one;
 }
 
@@ -72,15 +74,18 @@ std::string report(const CorrectedBackup& result, const calib::Robot& robot) {
   std::string text;
   for (const char* state : {"corrected", "left", "refused"})
     for (const CorrectedModule& module : result.modules)
-      if (state == std::string(state_of(module))) text += module_line(module, robot);
+      if (state == std::string(state_of(module)))
+        text += module_line(state, module.src, what_of(module, robot));
   for (const krl::ToolUsed& tool : result.tools) text += tool_words(tool);
   for (const krl::LeftPoint& one : result.left)
-    text += fmt::format("left as it is: {} ({})\n", calib::shown(one.name), one.why);
-  if (!result.robroot_stated)
-    text += "$ROBROOT not in the given files: the robot is taken to be at the world's origin\n";
+    text +=
+        say({"say.correct.left", {{"name", calib::shown(one.name)}, {"why", one.why}}}) + "\n";
+  if (!result.robroot_stated) text += say("say.correct.robroot") + "\n";
   const Counts counts = counts_of(result);
-  return text + fmt::format("{} of {} modules with motions corrected, {} points\n",
-                            counts.corrected, counts.moving, result.points.size());
+  return text +
+         say({"say.correct.backup.sum",
+              {{"n", counts.corrected}, {"all", counts.moving}, {"points", result.points.size()}}}) +
+         "\n";
 }
 
 /// Output paths of the changed files, then of the record. Throws for existing files without
@@ -181,15 +186,14 @@ int correct_backup_files(const CorrectCommand& command, const calib::Calibration
   all["written"] = Json::array();
   for (const fs::path& place : places) all["written"].push_back(place.string());
   std::string text = report(result, robot);
-  for (const fs::path& place : places) text += place.string() + " written\n";
+  for (const fs::path& place : places)
+    text += say({"say.correct.written", {{"file", place.string()}}}) + "\n";
   if (places.empty() && !result.files.empty())
-    text += "nothing written; -o FOLDER writes the changed files\n";
+    text += say("say.correct.backup.not_written") + "\n";
   put(command.json ? json_text(all) : text, {});
   const Counts counts = counts_of(result);
   if (counts.moving == 0 || counts.corrected > 0) return kSuccess;
-  fmt::print(stderr,
-             "cellcal correct: {} modules with motions and none corrected; nothing written\n",
-             counts.moving);
+  fmt::print(stderr, "{}\n", say({"say.correct.backup.none", {{"n", counts.moving}}}));
   return kNotPublishable;
 }
 

@@ -13,6 +13,7 @@
 #include <sstream>
 #include <system_error>
 
+#include "calib/export/external_kinematic.h"
 #include "calib/export/machine_data.h"
 #include "calib/export/rigid_arm.h"
 #include "calib/export/tables.h"
@@ -261,10 +262,28 @@ std::string rigid_words(const calib::OmittedEffects& out) {
       out.mean_m * calib::kMmPerM, out.max_m * calib::kMmPerM);
 }
 
+/// What of a positioner the form does not hold, a line each; empty without one.
+std::string positioner_words(const ExportRobotCommand& command, const calib::Calibration& c) {
+  std::string words;
+  for (std::size_t j = 0; j < c.cell.robot.positioner.size(); ++j) {
+    const std::string& name = c.cell.robot.positioner[j].name;
+    const double scale = correction_of(c, positioner_parameter(j, calib::AxisError::kScale));
+    words += command.as == "dh"
+                 ? fmt::format("\n{} of the positioner: not in a table of the arm; --as urdf, yaml, "
+                               "json and kuka have it",
+                               name)
+                 : fmt::format("\n{} of the positioner: scale of its angle {:+.3f} mrad/rad, not in "
+                               "its joint",
+                               name, 1e3 * scale);
+  }
+  return words;
+}
+
 std::string comment(const ExportRobotCommand& command, const calib::Calibration& calibration,
                     const calib::OmittedEffects& out) {
-  return fmt::format("calibrated {}, from {}\n{}", calibration.cell.robot.name,
-                     command.calibration.filename().string(), rigid_words(out));
+  return fmt::format("calibrated {}, from {}\n{}{}", calibration.cell.robot.name,
+                     command.calibration.filename().string(), rigid_words(out),
+                     positioner_words(command, calibration));
 }
 
 }  // namespace
@@ -275,6 +294,10 @@ int export_robot(const ExportRobotCommand& command) {
   const calib::Calibration& calibration = *usable;
   if (command.as == "json") {
     put(calib::arm_json(calibration), command.output);
+    return kSuccess;
+  }
+  if (command.as == "kuka") {
+    put(calib::external_kinematic_lines(calibration), command.output);
     return kSuccess;
   }
   const calib::RigidArm nominal = calib::nominal_rigid_arm(calibration.cell);
@@ -300,8 +323,8 @@ int export_robot(const ExportRobotCommand& command) {
   }
   if (command.as == "urdf") read_back(text, command.output, as_urdf(command.tip));
   put(text, command.output);
-  fmt::print(stderr, "left out: {}. Where that is too much, correct poses: cellcal correct\n",
-             rigid_words(out));
+  fmt::print(stderr, "left out: {}. Where that is too much, correct poses: cellcal correct{}\n",
+             rigid_words(out), positioner_words(command, calibration));
   return kSuccess;
 }
 

@@ -1,7 +1,6 @@
 #include "daemon/cli/offline.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +10,6 @@
 #include <ranges>
 #include <stdexcept>
 
-#include "calib/estimate/predict.h"
 #include "calib/estimate/seed_paper.h"
 #include "calib/export/corrector.h"
 #include "calib/export/krl_text.h"
@@ -341,130 +339,6 @@ int identify(const IdentifyCommand& command) {
     put(result_words(calibration, touches) + said("say.cli.identify.verbose"), {});
   }
   return calibration.verdict.publish() ? kSuccess : kNotPublishable;
-}
-
-namespace {
-
-struct Row {
-  calib::FrameMmDeg frame;
-  double u95_mm = 0.0;
-};
-
-/// No touch was made there and the arm cannot reach it; the prediction itself is valid.
-void warn_beyond_limits(const calib::JointRows& asked) {
-  for (const std::string& row : asked.beyond_limits_words)
-    fmt::print(stderr, "warning: {}; predicted nevertheless\n", row);
-  if (asked.beyond_limits > asked.beyond_limits_words.size())
-    fmt::print(stderr, "warning: {} more such rows\n",
-               asked.beyond_limits - asked.beyond_limits_words.size());
-}
-
-/// MASS,X,Y,Z. Throws std::runtime_error for a load that no arm carries.
-calib::FlangeLoad flange_load(const std::vector<std::string>& given) {
-  constexpr double kMostKg = 5e3, kMostMm = 1e4;
-  std::vector<double> values;
-  for (const std::string& one : given)
-    if (const auto value = calib::number(one); value && std::abs(*value) <= kMostMm)
-      values.push_back(*value);
-  if (values.size() != 4 || given.size() != 4 || values[0] < 0.0 || values[0] > kMostKg)
-    throw std::runtime_error(
-        "--load: MASS,X,Y,Z with 0 to 5000 kg and a centre within 10 m of the flange, or a load of "
-        "the cell file by its id");
-  return {values[0], Eigen::Vector3d(values[1], values[2], values[3]) / calib::kMmPerM};
-}
-
-/// The calibration with a load by its id in the cell file, or by figures.
-calib::Calibration with_load(const calib::Calibration& calibration,
-                             const std::vector<std::string>& given) {
-  if (given.empty()) return calibration;
-  if (given.size() > 1) return calib::with_load(calibration, flange_load(given));
-  const auto& loads = calibration.cell.loads;
-  if (std::ranges::find(loads, given[0], &calib::Load::id) == loads.end())
-    throw std::runtime_error(fmt::format(
-        "--load {}: the calibration's cell has no such [[load]]; it has: {}", given[0],
-        loads.empty()
-            ? "none"
-            : fmt::format("{}", fmt::join(loads | std::views::transform(&calib::Load::id), ", "))));
-  const auto& touched = calibration.touched_loads;
-  if (!touched.empty() && std::ranges::find(touched, given[0]) == touched.end())
-    fmt::print(stderr, "warning: {}", said({"say.cli.load.untouched", {{"load", given[0]}}}));
-  return calib::with_load(calibration, given[0]);
-}
-
-std::vector<Row> rows_of(const PredictCommand& command, const calib::Calibration& calibration) {
-  const calib::Predictor predictor(with_load(calibration, command.load));
-  std::vector<Row> rows;
-  tell_reading(command.joints);
-  const calib::JointRows asked = calib::load_joints(command.joints, calibration.cell.robot);
-  warn_beyond_limits(asked);
-  for (const auto& joints : asked.joint_rad) {
-    if (command.nominal) {
-      rows.push_back({calib::to_frame(predictor.nominal(joints)), 0.0});
-    } else {
-      const calib::Prediction at = predictor.calibrated(joints);
-      rows.push_back({calib::to_frame(at.tcp), at.u95_m * calib::kMmPerM});
-    }
-  }
-  return rows;
-}
-
-std::string csv(const std::vector<Row>& rows, bool nominal) {
-  std::string text =
-      nominal ? "x_mm,y_mm,z_mm,a_deg,b_deg,c_deg\n" : "x_mm,y_mm,z_mm,a_deg,b_deg,c_deg,u95_mm\n";
-  for (const Row& row : rows) {
-    const auto& xyz = row.frame.xyz_mm;
-    const auto& abc = row.frame.abc_deg;
-    text += fmt::format("{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f}", xyz[0], xyz[1], xyz[2], abc[0],
-                        abc[1], abc[2]);
-    text += nominal ? "\n" : fmt::format(",{:.9f}\n", row.u95_mm);
-  }
-  return text;
-}
-
-std::string json_of(const std::vector<Row>& rows, bool nominal) {
-  nlohmann::json list = nlohmann::json::array();
-  for (const Row& row : rows) {
-    const auto& xyz = row.frame.xyz_mm;
-    const auto& abc = row.frame.abc_deg;
-    list.push_back({{"x_mm", xyz[0]},
-                    {"y_mm", xyz[1]},
-                    {"z_mm", xyz[2]},
-                    {"a_deg", abc[0]},
-                    {"b_deg", abc[1]},
-                    {"c_deg", abc[2]}});
-    if (!nominal) list.back()["u95_mm"] = row.u95_mm;
-  }
-  return list.dump(1) + "\n";
-}
-
-}  // namespace
-
-void warn_outside_scope(const calib::Calibration& calibration,
-                        const std::vector<Eigen::Vector3d>& tcps_m) {
-  const calib::Scope scope(calibration);
-  const auto outside = [&](const Eigen::Vector3d& tcp_m) { return !scope.holds_at(tcp_m); };
-  const auto count = std::ranges::count_if(tcps_m, outside);
-  if (count == 0) return;
-  fmt::print(
-      stderr, "warning: {}",
-      said({calibration.region.empty() ? "say.cli.outside_scope.targets"
-                                       : "say.cli.outside_scope.postures",
-            {{"n", count},
-             {"all", tcps_m.size()},
-             {"row", std::ranges::find_if(tcps_m, outside) - tcps_m.begin() + 1}}}));
-}
-
-int predict(const PredictCommand& command) {
-  // The nominal arm is not a result; a withheld file contains it as well.
-  const auto calibration =
-      usable_calibration("predict", command.calibration, command.withheld || command.nominal);
-  if (!calibration) return kNotPublishable;
-  const std::vector<Row> rows = rows_of(command, *calibration);
-  std::vector<Eigen::Vector3d> tcps_m;
-  for (const Row& row : rows) tcps_m.push_back(Eigen::Vector3d::Map(row.frame.xyz_mm.data()) / calib::kMmPerM);
-  if (!command.nominal) warn_outside_scope(*calibration, tcps_m);
-  put(command.json ? json_of(rows, command.nominal) : csv(rows, command.nominal), command.output);
-  return kSuccess;
 }
 
 namespace {

@@ -33,6 +33,7 @@ struct PredictCommand {
   bool withheld = false;  ///< also a calibration withheld by its verdict
   /// Id of a load in the cell file, or mass [kg] and centre [mm, flange frame]; empty: the tools.
   std::vector<std::string> load;
+  std::string on;  ///< axis of the positioner whose frame the poses are in; empty: the base frame
 };
 int predict(const PredictCommand& command);
 
@@ -148,10 +149,6 @@ std::string result_words(const calib::Calibration& calibration,
                          std::span<const calib::Touch> touches = {},
                          Detail detail = Detail::kSummary,
                          const std::optional<ContactsDelay>& contacts = {});
-
-/// Warns of poses, in the base frame, that are outside the calibration's scope, on standard error.
-void warn_outside_scope(const calib::Calibration& calibration,
-                        const std::vector<Eigen::Vector3d>& tcps_m);
 
 // Files go through the reader of their kind before they are written: a file that its own program refuses is
 // never left behind.

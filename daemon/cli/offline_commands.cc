@@ -50,12 +50,16 @@ void add_predict(CLI::App& app, int& status) {
   command->footer(
       "u95_mm: radius that contains the position error at 95 % of the workspace, with 98 "
       "%\nconfidence. The position of the base frame is not part of it. The nominal model has "
-      "none.\nExit status 3: the calibration was withheld; nothing is predicted without "
+      "none.\n--on E2: poses in the frame that this axis of the positioner carries, at the angles of the file's columns\n"
+      "E1,E2; u95 excludes the position of that frame, and dx_mm,dy_mm,dz_mm is the predicted error: the calibrated\n"
+      "tip minus the nominal one there.\nExit status 3: the calibration was withheld; nothing is predicted without "
       "--withheld.\nExample: cellcal predict --calibration calibration.json --joints "
       "joints.csv -o tcp.csv");
   command->add_option("--calibration", given->calibration, "Calibration (JSON)")->required();
   command->add_option("--joints", given->joints, "Joint angles (CSV, deg)")->required();
   command->add_flag("--nominal", given->nominal, "Use the nominal robot with a stiff tool");
+  command->add_option("--on", given->on,
+                      "Axis of the positioner that carries the frame of the poses [the base frame]");
   command
       ->add_option(
           "--load", given->load,
@@ -161,10 +165,11 @@ void add_kuka_files(CLI::App& app, int& status) {
 void add_export_robot(CLI::App& app, int& status) {
   auto given = std::make_shared<ExportRobotCommand>();
   CLI::App* command = app.add_subcommand(
-      "export-robot", "Write the calibrated arm for other programs: URDF, ROS, DH table, JSON");
+      "export-robot", "Write the calibrated arm for other programs: URDF, ROS, DH table, JSON, KUKA machine data");
   command->footer(
       "URDF, YAML and DH table hold rigid links; what compliance, gears and bending add is printed "
-      "in mm.\nExit status 3: the calibration was withheld; nothing is written without "
+      "in mm. A positioner\nis a second chain from the base; its DH table has the arm alone.\n"
+      "Exit status 3: the calibration was withheld; nothing is written without "
       "--withheld.\nExample: cellcal export-robot --calibration calibration.json --urdf "
       "kr5.urdf -o kr5_calibrated.urdf\n         cellcal export-robot --calibration "
       "calibration.json --as dh -o dh.csv");
@@ -172,8 +177,9 @@ void add_export_robot(CLI::App& app, int& status) {
   command
       ->add_option("--as", given->as,
                    "urdf; yaml: frames of the joints for ROS 2 drivers; dh: Denavit-Hartenberg "
-                   "parameters (CSV); json: all parameters")
-      ->check(CLI::IsMember({"urdf", "yaml", "dh", "json"}))
+                   "parameters (CSV); json: all parameters; kuka: a positioner's frames for the machine data, "
+                   "$ETn_TA1KR or the root point")
+      ->check(CLI::IsMember({"urdf", "yaml", "dh", "json", "kuka"}))
       ->capture_default_str();
   CLI::Option* urdf = command->add_option(
       "--urdf", given->urdf,
@@ -390,6 +396,11 @@ void add_correct(CLI::App& app, int& status) {
       command->add_option("--calibration", given->calibration, "Calibration (JSON)");
   CLI::Option* poses =
       command->add_option("--poses", given->poses, "Poses of the TCP in the base frame (CSV)");
+  command
+      ->add_option("--on", given->on,
+                   "Axis of the positioner that carries the frame of the poses, with its angles in columns "
+                   "E1,E2 [the base frame]")
+      ->needs(poses);
   CLI::Option* program =
       command->add_option("--program", given->program, "KRL program (.src)")->excludes(poses);
   command

@@ -88,7 +88,7 @@ calib::AccuracyRegion region_of_programs(const PlanCommand& command, const calib
         krl::program_postures(cell, read_program_files(program, {}, command.controller));
     region.postures.insert(region.postures.end(), found.postures.begin(), found.postures.end());
     for (const krl::Refusal& one : found.refusals)
-      fmt::print(stderr, "warning: {}\n", krl::words(one, cell.robot));
+      fmt::print(stderr, "warning: {}\n", say(krl::phrase(one, cell.robot)));
   }
   if (region.postures.size() < calib::AccuracyRegion::kFewestPostures)
     throw calib::FileError(fmt::format(
@@ -170,8 +170,6 @@ std::string left_out_comment(const calib::Plan& plan, const calib::Cell& cell) {
 
 int plan(const PlanCommand& command) {
   const calib::Cell cell = calib::load_cell(command.cell);
-  if (!command.picture.empty())
-    refuse_positioner(cell.robot, "a picture of a plan", "Leave --picture out");
   for (const std::string& warning : calib::refuse_faulty(cell))
     fmt::print(stderr, "warning: {}\n", warning);
   calib::PlanOptions options;

@@ -468,6 +468,22 @@ void refuse_shared(const Program& program, std::vector<std::vector<Refusal>>& re
 
 }  // namespace
 
+namespace {
+
+/// The tool and load of a motion among those in use; null if its tool is not known.
+const ToolUsed* tool_of(const Motion& motion, const std::vector<ToolUsed>& used) {
+  const auto& tool = motion.frames.tool;
+  if (!tool) return nullptr;
+  const int number = tool->literal ? -1 : tool->number,
+            load = motion.frames.other_load().value_or(-1);
+  const auto found = std::ranges::find_if(used, [&](const ToolUsed& one) {
+    return one.number == number && one.load == load;
+  });
+  return found == used.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
 calib::Calibration as_drawn(calib::Calibration calibration) {
   for (calib::ParameterResult& one : calibration.parameters) one.correction = 0.0;
   return calibration;
@@ -540,15 +556,21 @@ CorrectedBackup correct_backup(const calib::Calibration& calibration, const Back
   for (const std::string& key : correction.never())
     result.left.push_back({name_of_key(key), kNever});
   std::vector<std::set<std::string>> points(program.modules.size());
-  for (const Motion& motion : program.motions)
-    if (!motion.left && correction.never().count(motion.point) == 0)
-      points[motion.module].insert(motion.point);
+  std::vector<std::vector<ToolUsed>> tools(program.modules.size());
+  for (const Motion& motion : program.motions) {
+    if (motion.left || correction.never().count(motion.point) > 0) continue;
+    points[motion.module].insert(motion.point);
+    const ToolUsed* tool = tool_of(motion, result.tools);
+    if (tool != nullptr && std::ranges::find(tools[motion.module], *tool) == tools[motion.module].end())
+      tools[motion.module].push_back(*tool);
+  }
   std::set<std::string> keys;
   for (std::size_t i = 0; i < program.modules.size(); ++i) {
     sort_by_place(refusals[i]);
     const int count = refusals[i].empty() ? static_cast<int>(points[i].size()) : 0;
     result.modules.push_back({program.modules[i].src, program.modules[i].motion_lines, count,
-                              refusals[i], program.modules[i].kukas});
+                              refusals[i], program.modules[i].kukas,
+                              count > 0 ? tools[i] : std::vector<ToolUsed>{}});
     if (refusals[i].empty()) keys.insert(points[i].begin(), points[i].end());
   }
   for (const std::string& key : correction.order())

@@ -63,6 +63,7 @@ struct CorrectedModule {
   /// If any: none of its points is changed.
   std::vector<Refusal> refusals;
   bool kukas = false;  ///< the controller's own program, left as it is
+  std::vector<ToolUsed> tools;  ///< tools and loads of its corrected points
 };
 
 /// No module has corrected and uncorrected points, except points that stay unchanged in all of

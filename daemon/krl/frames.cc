@@ -64,6 +64,13 @@ ProposedFrame tool_frame(const calib::Calibration& c, int number, const Data& da
 }
 
 Vector3d centre_of(const calib::Calibration& c, const std::string& id) {
+  const auto stated = std::ranges::find(c.cell.targets, id, &calib::Target::id);
+  if (stated != c.cell.targets.end() && stated->carried_by > 0)
+    throw calib::FileError(fmt::format(
+        "target {} stands on {} of the positioner, and BASE_DATA is in the world. Measure a base on the table at "
+        "the controller; 'cellcal export-robot --as kuka' has the frames of its axes",
+        calib::shown(id),
+        c.cell.robot.positioner.at(static_cast<std::size_t>(stated->carried_by) - 1).name));
   for (const calib::TargetResult& target : c.targets)
     if (target.id == id) return target.centre_m;
   throw calib::FileError("no target \"" + calib::shown(id) + "\" in the calibration");
@@ -118,8 +125,8 @@ std::vector<MasteringOffset> mastering_of(const calib::Calibration& c) {
 }
 
 ProposedFrames propose_frames(const calib::Calibration& calibration, const FramesRequest& request) {
-  refuse_external_axes(calibration.cell.robot, "a proposal of frames",
-                       "Measure the base at the controller");
+  refuse_linear_unit(calibration.cell.robot, "a proposal of frames",
+                     "Measure the base at the controller");
   Data data;
   for (const KrlFile& file : request.controller) read_data(file, data);
   ProposedFrames result;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "calib/export/corrector.h"
+#include "calib/words/phrase.h"
 
 namespace cellcal::daemon::krl {
 
@@ -62,6 +63,8 @@ struct Refusal {
 };
 
 /// "weld.src:12: XP3: ... : what to do".
+calib::Phrase phrase(const Refusal& refusal, const calib::Robot& robot);
+/// In English, as in files.
 std::string words(const Refusal& refusal, const calib::Robot& robot);
 /// For programs: "computed", "no_such_tool", ...
 const char* name_of(Why why);

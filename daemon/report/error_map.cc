@@ -127,7 +127,7 @@ void draw_slice(Svg& svg, const View& view, const calib::ErrorMap& map, const Sl
   const Eigen::Isometry3d to_foot = view.result.cell.robot.base_fixed.inverse();
   for (const calib::TargetResult& target : view.result.targets) {
     if (!target.centre_m.allFinite()) continue;
-    const Eigen::Vector3d at = to_foot * target.centre_m * calib::kMmPerM;
+    const Eigen::Vector3d at = to_foot * place_in_base(view, target) * calib::kMmPerM;
     const double r = at.head<2>().norm();
     if (!panel.across.holds(r) || !panel.up.holds(at.z())) continue;
     const Point where{panel.across(r), panel.up(at.z())};

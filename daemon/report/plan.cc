@@ -217,6 +217,24 @@ struct Ball {
   double radius_mm = 0.0;
 };
 
+// A positioner's axis at 0.
+struct TurningAxis {
+  std::string id;
+  Eigen::Vector3d from_mm, to_mm;
+};
+
+std::vector<TurningAxis> axes_of(const View& view) {
+  constexpr double kHalfMm = 300.0;
+  std::vector<TurningAxis> axes;
+  for (const calib::PositionerLine& line : view.result.positioner) {
+    const Eigen::Vector3d middle = line.point_m * calib::kMmPerM;
+    if (middle.allFinite() && middle.cwiseAbs().maxCoeff() < kUsableMm)
+      axes.push_back(
+          {line.axis, middle - kHalfMm * line.direction, middle + kHalfMm * line.direction});
+  }
+  return axes;
+}
+
 // A tracker is outside the cell.
 bool is_tracker(const View& view, const calib::TargetResult& target) {
   const calib::Target* in_cell = view.cell_target(target.id);
@@ -227,7 +245,7 @@ std::vector<Ball> balls_of(const View& view) {
   std::vector<Ball> balls;
   for (const calib::TargetResult& target : view.result.targets) {
     if (is_tracker(view, target)) continue;
-    const Eigen::Vector3d centre = target.centre_m * calib::kMmPerM;
+    const Eigen::Vector3d centre = place_in_base(view, target) * calib::kMmPerM;
     const double radius = target.effective_radius_m * calib::kMmPerM;
     if (!is_usable_mm(centre.x()) || !is_usable_mm(centre.y()) || !is_usable_mm(centre.z())) {
       continue;
@@ -245,8 +263,10 @@ struct Axis {
 // One view; `across` and `upward` select two of x, y, z.
 class PanelDrawing {
  public:
-  PanelDrawing(const std::vector<Ball>& balls, Axis across, Axis upward, std::string_view heading)
+  PanelDrawing(const std::vector<Ball>& balls, const std::vector<TurningAxis>& axes, Axis across,
+               Axis upward, std::string_view heading)
       : balls_(balls),
+        axes_(axes),
         across_(across),
         upward_(upward),
         svg_(kPanelWidth, kPanelHeight, "chart cell", heading) {
@@ -265,6 +285,12 @@ class PanelDrawing {
 
   std::string finish() && {
     draw_base();
+    for (const TurningAxis& axis : axes_) {
+      svg_.line(at(axis.from_mm), at(axis.to_mm), "axis");
+      labels_.keep_free(at(axis.to_mm), 1.0, 1.0);
+      svg_.text(labels_.beside(at(axis.to_mm), 0.0, axis.id.size()), Anchor::kStart, "label",
+                shorten(axis.id, kPictureLabelLength));
+    }
     for (const Ball& ball : balls_) {
       const double radius = std::max(ball.radius_mm * px_per_mm_, kLeastRadius);
       const Point centre = at(ball.centre_mm);
@@ -285,6 +311,12 @@ class PanelDrawing {
       least = least.cwiseMin((centre.array() - reach).matrix());
       most = most.cwiseMax((centre.array() + reach).matrix());
     }
+    for (const TurningAxis& axis : axes_)
+      for (const Eigen::Vector3d& end : {axis.from_mm, axis.to_mm}) {
+        const Eigen::Vector2d at(end[across_.index], end[upward_.index]);
+        least = least.cwiseMin(at);
+        most = most.cwiseMax(at);
+      }
     const double width = kPanelWidth - kPictureLeft - kPictureRight;
     const double height = kPanelHeight - kPictureTop - kPictureBottom;
     px_per_mm_ = std::min(width / (most.x() - least.x()), height / (most.y() - least.y()));
@@ -350,6 +382,7 @@ class PanelDrawing {
   }
 
   const std::vector<Ball>& balls_;
+  const std::vector<TurningAxis>& axes_;
   Axis across_, upward_;
   Svg svg_;
   Scale x_, y_;
@@ -365,15 +398,17 @@ std::string cell_picture(const View& view) {
   constexpr Axis kX{0, 'x'};
   constexpr Axis kY{1, 'y'};
   constexpr Axis kZ{2, 'z'};
-  PanelDrawing above(balls, kX, kY, say("say.report.view.above"));
-  PanelDrawing side(balls, kX, kZ, say("say.report.view.side"));
+  const std::vector<TurningAxis> axes = axes_of(view);
+  PanelDrawing above(balls, axes, kX, kY, say("say.report.view.above"));
+  PanelDrawing side(balls, axes, kX, kZ, say("say.report.view.side"));
   above.draw_lengths(view.result.cell.lengths);
   side.draw_lengths(view.result.cell.lengths);
   std::string body = fmt::format("<div class=\"pair\">{}{}</div>\n", std::move(above).finish(),
                                  std::move(side).finish());
   body += paragraph("note", say("say.report.cell.note") +
                                 (view.result.cell.lengths.empty() ? std::string()
-                                                                  : say("say.report.cell.dashed")));
+                                                                  : say("say.report.cell.dashed")) +
+                                (axes.empty() ? std::string() : say("say.report.cell.axes")));
   const auto trackers = static_cast<std::size_t>(
       std::count_if(view.result.targets.begin(), view.result.targets.end(),
                     [&](const calib::TargetResult& target) { return is_tracker(view, target); }));

@@ -105,6 +105,10 @@ struct Frame {
       hold(rod.b, rod.radius);
     }
     for (const PlanScene::Ball& ball : scene.balls) hold(ball.centre, ball.radius + kPlanMarginMm);
+    for (const PlanScene::Axle& axle : scene.axles) {
+      hold(axle.a, 0.0);
+      hold(axle.b, 0.0);
+    }
     for (const PlanScene::Solid& solid : scene.solids)
       for (const Vector3d& corner : solid.corners) hold(corner.cwiseMax(low).cwiseMin(high), 0.0);
     if (scene.floor_z && std::isfinite(*scene.floor_z))
@@ -136,6 +140,7 @@ class PlanPanel {
       shows_reach_ = line(at(reach[i]), at(reach[(i + 1) % reach.size()]), "reach") || shows_reach_;
     for (const PlanScene::Solid& solid : scene.solids) outline(solid);
     arm();
+    axles();
     balls();
     labels();
     svg_.text({0.0, kTop - 10.0}, Anchor::kStart, "panel", view.heading);
@@ -230,6 +235,13 @@ class PlanPanel {
     }
   }
 
+  void axles() {
+    for (const PlanScene::Axle& axle : scene_.axles) {
+      line(at(axle.a), at(axle.b), "axis");
+      names_.emplace_back(at(axle.b), shorten(axle.id, kPlanLabelLength));
+    }
+  }
+
   void balls() {
     for (const PlanScene::Ball& ball : scene_.balls)
       svg_.circle(at(ball.centre), radius(ball), "ball", words(ball));
@@ -289,7 +301,8 @@ PlanViews plan_views(const calib::Cell& cell, const calib::Plan& plan) {
   views.above = std::move(one).finish();
   views.side = std::move(other).finish();
   views.legend = say({"say.report.plan.legend", {{"mm", kApproachMm}}}) +
-                 say(shows_reach ? "say.report.plan.legend.dashed" : "say.report.plan.legend.inside");
+                 say(shows_reach ? "say.report.plan.legend.dashed" : "say.report.plan.legend.inside") +
+                 (scene.axles.empty() ? "" : say("say.report.plan.legend.axes"));
   return views;
 }
 

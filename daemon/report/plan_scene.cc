@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 #include <stdexcept>
 
 #include "calib/files/files.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/linear.h"
 #include "calib/plan/bodies.h"
+#include "calib/plan/positioner_plan.h"
 #include "calib/plan/surroundings.h"
 
 namespace cellcal::daemon::report {
@@ -83,9 +85,34 @@ calib::JointVector furthest(const calib::Robot& robot, calib::JointVector q, con
   return q;
 }
 
+/// From where the touched target is to where the positioner at 0 has it.
+Eigen::Isometry3d back_to_zero(const calib::Cell& cell, const calib::PlannedTouch& touch) {
+  const auto target = std::ranges::find(cell.targets, touch.target, &calib::Target::id);
+  if (target == cell.targets.end() || target->carried_by == 0) return Eigen::Isometry3d::Identity();
+  const auto axes = static_cast<std::size_t>(target->carried_by);
+  if (touch.positioner_rad.size() < axes)
+    throw std::invalid_argument("the plan is of another robot");
+  return carried_at(cell.robot, std::vector<double>(axes)) *
+         carried_at(cell.robot, std::span(touch.positioner_rad).first(axes)).inverse();
+}
+
+std::vector<PlanScene::Axle> axles_of(const calib::Robot& robot) {
+  constexpr double kHalfMm = 300.0;
+  std::vector<PlanScene::Axle> axles;
+  for (std::size_t j = 0; j < robot.positioner.size(); ++j) {
+    const Eigen::Isometry3d place = carried_at(robot, std::vector<double>(j + 1));
+    const Vector3d middle = kMmPerM * place.translation(), z = place.linear().col(2);
+    axles.push_back({robot.positioner[j].name, middle - kHalfMm * z, middle + kHalfMm * z});
+  }
+  return axles;
+}
+
 }  // namespace
 
-PlanScene scene_of(const calib::Cell& cell, const calib::Plan& plan) {
+PlanScene scene_of(const calib::Cell& stated, const calib::Plan& plan) {
+  const std::size_t positioner = stated.robot.positioner.size();
+  const calib::Cell cell =
+      positioner == 0 ? stated : at_setting(stated, std::vector<double>(positioner));
   const calib::ArmModel arm = arm_of(cell);
   if (plan.start.size() != cell.robot.joints.size())
     throw std::invalid_argument("the plan is of another robot");
@@ -96,6 +123,7 @@ PlanScene scene_of(const calib::Cell& cell, const calib::Plan& plan) {
   for (std::size_t k = 0; k < axes.size(); ++k)
     scene.arm.push_back({kMmPerM * axes[k].a, kMmPerM * axes[k].b,
                          kMmPerM * bodies.list()[k].radius_m, k >= cell.robot.joints.size()});
+  scene.axles = axles_of(stated.robot);
   const Vector3d up = calib::up_of(cell.robot);
   constexpr double kNearlyUp = 0.99;
   scene.z_is_up = up.z() > kNearlyUp;
@@ -122,8 +150,9 @@ PlanScene scene_of(const calib::Cell& cell, const calib::Plan& plan) {
     const bool check = touch.set == calib::TouchSet::kCheck;
     // Centre of the tip at the stand-off, and the direction to the surface.
     const Vector3d standoff = arm.nominal_tip_m(touch.standoff);
-    scene.approaches.push_back(
-        {kMmPerM * (standoff - touch.expected_m * touch.normal), touch.normal, check, k + 1});
+    const Eigen::Isometry3d back = back_to_zero(stated, touch);
+    scene.approaches.push_back({kMmPerM * (back * (standoff - touch.expected_m * touch.normal)),
+                                back.linear() * touch.normal, check, k + 1});
     for (PlanScene::Ball& ball : scene.balls)
       if (ball.id == touch.target) ++(check ? ball.check : ball.fit);
   }

@@ -1,6 +1,6 @@
 #pragma once
 // Content of a plan's drawing as points in space [mm, base frame]. Computed with the nominal geometry, as the
-// plan is.
+// plan is. A positioner stands at 0, and the touches of what it carries are drawn as seen from there.
 
 #include <Eigen/Core>
 #include <optional>
@@ -36,7 +36,13 @@ struct PlanScene {
     bool check;
     std::size_t number;  ///< of the touch, from 1
   };
+  /// A positioner's axis.
+  struct Axle {
+    std::string id;
+    Eigen::Vector3d a, b;
+  };
   std::vector<Rod> arm;  ///< in the plan's start posture
+  std::vector<Axle> axles;
   std::vector<Solid> solids;
   std::vector<Ball> balls;
   std::vector<Approach> approaches;

@@ -145,6 +145,10 @@ std::string sphere_maps(const View& view);
 std::string targets_table(const View& view);
 std::string model(const View& view);
 std::string parameters_table(const View& view);
+/// Axes of a positioner as found; empty without one.
+std::string positioner_table(const View& view);
+/// In the base frame [m]; of a target on a positioner with all its axes at 0.
+Eigen::Vector3d place_in_base(const View& view, const calib::TargetResult& target);
 std::string unidentifiable(const View& view);
 std::string outliers(const View& view);
 std::string correlations(const View& view);

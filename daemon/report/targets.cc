@@ -99,6 +99,24 @@ std::string stands_note(const View& view) {
   return items;
 }
 
+// Targets on a positioner, whose places are in the frame of its axis.
+std::string carried_note(const View& view) {
+  const auto& axes = view.result.cell.robot.positioner;
+  std::string items;
+  for (std::size_t j = 0; j < axes.size(); ++j) {
+    calib::Phrase names;
+    for (const calib::TargetResult& target : view.result.targets) {
+      const calib::Target* in_cell = view.cell_target(target.id);
+      if (in_cell != nullptr && in_cell->carried_by == static_cast<int>(j) + 1)
+        names = joined("say.join.comma", names, escape(target.id));
+    }
+    if (!names.empty())
+      items += paragraph("note", say({"say.report.targets.carried",
+                                      {{"names", names}, {"axis", escape(axes[j].name)}}}));
+  }
+  return items;
+}
+
 std::string lengths_table(const View& view) {
   const auto& lengths = view.result.cell.lengths;
   if (lengths.empty()) {
@@ -168,7 +186,7 @@ std::string targets_table(const View& view) {
                   targets_head(), rows) +
       paragraph("note", say(view.any_point() ? "say.report.targets.note.points"
                                              : "say.report.targets.note")) +
-      stands_note(view) + lengths_table(view);
+      stands_note(view) + carried_note(view) + lengths_table(view);
   return section("targets", "say.report.targets", body);
 }
 

@@ -1,25 +1,232 @@
-// Refusals of a positioner.
+// A positioner in exports, corrections, and a KUKA controller's machine data.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "calib/export/corrector.h"
-#include "calib/export/rigid_arm.h"
-#include "calib/files/files.h"
-#include "calib/model/error.h"
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <regex>
 
-namespace cellcal::calib {
+#include "calib/estimate/positioner_lines.h"
+#include "calib/estimate/predict.h"
+#include "calib/export/corrector.h"
+#include "calib/export/external_kinematic.h"
+#include "calib/export/tables.h"
+#include "calib/export/urdf.h"
+#include "calib/model/error.h"
+#include "calib/model/linear.h"
+#include "calib/model/units.h"
+#include "tests/calib/export/arms.h"
+
+namespace cellcal::calib::testing {
 namespace {
 
-TEST(PositionerExport, IsRefusedByCorrectionsAndRigidArms) {
-  Calibration c;
-  c.cell.robot = load_robot(CELLCAL_ROBOTS_FOLDER "/kr16_2.toml");
-  EXPECT_NO_THROW(nominal_rigid_arm(c.cell));
-  c.cell.robot.positioner.resize(1);
-  c.cell.robot.positioner[0].name = "E1";
-  EXPECT_THROW(Corrector{c}, PositionerError);
-  EXPECT_THROW(nominal_rigid_arm(c.cell), PositionerError);
-  EXPECT_THROW(calibrated_rigid_arm(c), PositionerError);
+using Eigen::AngleAxisd;
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+/// rigid_calibration() beside a positioner of two axes, the second counting the other way, with errors.
+Calibration calibration_with_positioner(double scale = 3e-4) {
+  Calibration c = rigid_calibration(31);
+  c.cell.robot.positioner.resize(2);
+  PositionerAxis &tilt = c.cell.robot.positioner[0], &turn = c.cell.robot.positioner[1];
+  tilt.name = "E1";
+  tilt.frame = Eigen::Translation3d(1.1, 0.1, 0.4) * AngleAxisd(-1.5708, Vector3d::UnitX());
+  tilt.min_rad = -1.0;
+  tilt.max_rad = 1.2;
+  turn.name = "E2";
+  turn.sign = -1;
+  turn.frame = Eigen::Translation3d(0.0, -0.1, 0.02) * AngleAxisd(1.5708, Vector3d::UnitX());
+  turn.min_rad = -3.2;
+  turn.max_rad = 3.2;
+  for (PositionerAxis* axis : {&tilt, &turn}) {
+    axis->place_sigma_m = axis->direction_sigma_rad = 2e-3;
+    axis->scale_sigma = 1e-3;
+  }
+  Target sphere;
+  sphere.id = "T1";
+  sphere.carried_by = 2;
+  c.cell.targets.push_back(sphere);
+  c.targets.push_back({"T1", Vector3d(0.1, 0.0, 0.1)});
+  Random random(5);
+  for (std::size_t j = 0; j < 2; ++j)
+    for (int k = 0; k < kAxisErrors; ++k) {
+      ParameterResult p;
+      p.key = positioner_parameter(j, AxisError{k});
+      p.correction = AxisError{k} == AxisError::kScale ? scale : 1e-3 * random.normal();
+      p.sigma = 1e-5;
+      c.parameters.push_back(p);
+    }
+  return c;
+}
+
+Isometry3d frame_of_json(const nlohmann::json& json) {
+  const auto xyz = json.at("xyz_m").get<std::vector<double>>(),
+             rpy = json.at("rpy_rad").get<std::vector<double>>();
+  return Eigen::Translation3d(xyz[0], xyz[1], xyz[2]) *
+         AngleAxisd(rpy[2], Vector3d::UnitZ()) * AngleAxisd(rpy[1], Vector3d::UnitY()) *
+         AngleAxisd(rpy[0], Vector3d::UnitX());
+}
+
+Isometry3d turn_of_json(const nlohmann::json& json, double angle_rad) {
+  const auto axis = json.at("axis").get<std::vector<double>>();
+  return Isometry3d(AngleAxisd(angle_rad, Vector3d(axis[0], axis[1], axis[2])));
+}
+
+/// As the README says, without anything of this library.
+Isometry3d tcp_on_table(const nlohmann::json& arm, const std::vector<double>& joints_rad,
+                        const std::vector<double>& positioner_rad) {
+  Isometry3d table = Isometry3d::Identity(), tcp = Isometry3d::Identity();
+  for (std::size_t j = 0; j < positioner_rad.size(); ++j) {
+    const auto& axis = arm.at("positioner")[j];
+    table = table * frame_of_json(axis.at("frame")) *
+            turn_of_json(axis, positioner_rad[j] * (1.0 + axis["scale"]["value"].get<double>()));
+  }
+  for (std::size_t i = 0; i < joints_rad.size(); ++i)
+    tcp = tcp * frame_of_json(arm.at("joints")[i].at("frame")) *
+          turn_of_json(arm["joints"][i], joints_rad[i]);
+  return table.inverse() * tcp * frame_of_json(arm.at("flange")) * frame_of_json(arm.at("tcp"));
+}
+
+TEST(PositionerJson, AnotherProgramComputesThePredictedTipOnTheTable) {
+  const Calibration c = calibration_with_positioner();
+  const auto json = nlohmann::json::parse(arm_json(c));
+  ASSERT_EQ(json.at("positioner").size(), 2u);
+  EXPECT_EQ(json["positioner"][1]["name"], "E2");
+  EXPECT_NEAR(json["positioner"][0]["max_deg"].get<double>(), 1.2 * kDegPerRad, 1e-12);
+  EXPECT_EQ(json["positioner"][0]["scale"]["value"], 3e-4);
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> angle(-1.0, 1.0);
+  for (const int carriers : {1, 2}) {
+    const Predictor predictor(c, carriers);
+    for (int k = 0; k < 10; ++k) {
+      const auto q = random_joints(c.cell.robot, random);
+      std::vector<double> e;
+      for (int j = 0; j < carriers; ++j) e.push_back(angle(random));
+      const Isometry3d told = predictor.calibrated(q, e).tcp, found = tcp_on_table(json, q, e);
+      EXPECT_LT(apart_m(told, found), 1e-9);
+      EXPECT_LT(apart_rad(told, found), 1e-9);
+      EXPECT_GT(apart_m(predictor.nominal(q, e), found), 1e-5);
+    }
+  }
+}
+
+TEST(PositionerUrdf, HasTheAxesAsAChainOfTheirOwnFromTheBase) {
+  const Calibration c = calibration_with_positioner(0.0);
+  const RigidArm arm = calibrated_rigid_arm(c);
+  const std::string text = urdf_of(joint_frames(arm), "a", "b");
+  const UrdfChain second = read_urdf(text, "a.urdf", "positioner_2");
+  ASSERT_EQ(second.frames.joints.size(), 2u);
+  EXPECT_EQ(second.base_link, "base_link");
+  EXPECT_EQ(second.frames.joints[0].name, "joint_e1");
+  EXPECT_EQ(second.frames.joints[1].min_rad, -3.2);
+  EXPECT_EQ(read_urdf(text, "a.urdf").tip_link, "flange");
+  for (const double angle : {-0.9, 0.0, 0.4}) {
+    const std::vector<double> e = {angle, 2.0 * angle};
+    EXPECT_LT(apart_m(flange_of(second.frames, e), carried_as_found(c, e)), 1e-12);
+    EXPECT_LT(apart_rad(flange_of(second.frames, e), carried_as_found(c, e)), 1e-12);
+  }
+}
+
+TEST(PositionerUrdf, IsPutIntoAGivenOneOnce) {
+  const Calibration c = calibration_with_positioner(0.0);
+  const RigidArm nominal = nominal_rigid_arm(c.cell), real = calibrated_rigid_arm(c);
+  RigidArm alone = nominal;
+  alone.robot.positioner.clear();
+  const std::string given = urdf_of(joint_frames(alone), "a", "b");
+  const std::string text = calibrated_urdf(given, "a.urdf", "flange", nominal, real, "c");
+  const std::vector<double> e = {0.5, -1.0};
+  EXPECT_LT(apart_m(flange_of(read_urdf(text, "b.urdf", "positioner_2").frames, e),
+                    carried_as_found(c, e)),
+            1e-12);
+  try {
+    const std::string twice = urdf_of(joint_frames(nominal), "a", "b");
+    calibrated_urdf(twice, "a.urdf", "flange", nominal, real, "c");
+    FAIL();
+  } catch (const FileError& error) {
+    EXPECT_NE(std::string(error.what()).find("\"positioner_1\" is there already"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
+TEST(PositionerTables, HaveItAsJointFramesAndLeaveTheDhTableAsItWas) {
+  const Calibration c = calibration_with_positioner();
+  const RigidArm arm = calibrated_rigid_arm(c);
+  const std::string yaml = ros_yaml(joint_frames(arm), "");
+  EXPECT_GT(yaml.find("\n  joint_e2:\n"), yaml.find("\n  tcp:\n"));
+  EXPECT_NE(yaml.find("\n  joint_e2:\n"), std::string::npos);
+  RigidArm nominal_alone = nominal_rigid_arm(c.cell), alone = arm;
+  nominal_alone.robot.positioner.clear();
+  alone.robot.positioner.clear();
+  EXPECT_EQ(dh_csv(nominal_rigid_arm(c.cell), arm), dh_csv(nominal_alone, alone));
+}
+
+TEST(PositionerCorrector, GivesTheArmsAnglesAsWithoutIt) {
+  const Calibration c = calibration_with_positioner();
+  Calibration alone = c;
+  alone.cell.robot.positioner.clear();
+  std::erase_if(alone.parameters, [](const ParameterResult& p) {
+    return p.key.kind == ParameterKind::kPositioner;
+  });
+  const JointVector seed = {0.1, -1.2, 1.5, 0.2, 0.8, -0.3};
+  const Isometry3d wanted = Predictor(c).nominal(seed);
+  const Reach one = Corrector(c).joints(wanted, seed), other = Corrector(alone).joints(wanted, seed);
+  ASSERT_TRUE(std::holds_alternative<Reached>(one));
+  EXPECT_EQ(std::get<Reached>(one).joint_rad, std::get<Reached>(other).joint_rad);
+}
+
+Isometry3d turned_about_z(const Isometry3d& frame, double angle) {
+  return frame * AngleAxisd(angle, Vector3d::UnitZ());
+}
+
+TEST(ExternalKinematic, TurnsEachAxisInTheControllersSense) {
+  const auto& axes = calibration_with_positioner().cell.robot.positioner;
+  const ExternalKinematic kuka = external_kinematic(axes);
+  ASSERT_EQ(kuka.axes.size(), 2u);
+  Robot robot;
+  robot.positioner = axes;
+  for (const double angle : {-0.7, 0.0, 0.3}) {
+    const std::vector<double> e = {angle, -2.0 * angle};
+    const Isometry3d table = turned_about_z(turned_about_z(kuka.axes[0], e[0]) * kuka.axes[1], e[1]) *
+                             kuka.flange;
+    EXPECT_LT(apart_m(table, carried_at(robot, e)), 1e-12);
+    EXPECT_LT(apart_rad(table, carried_at(robot, e)), 1e-12);
+  }
+}
+
+/// The first frame of a variable in the lines.
+Isometry3d stated_frame(const std::string& lines, const std::string& variable) {
+  const std::regex pattern(
+      variable + "=\\{X (\\S+),Y (\\S+),Z (\\S+),A (\\S+),B (\\S+),C (\\S+)\\}");
+  std::smatch found;
+  EXPECT_TRUE(std::regex_search(lines, found, pattern)) << variable << "\n" << lines;
+  FrameMmDeg frame;
+  for (std::size_t k = 0; k < 6; ++k)
+    (k < 3 ? frame.xyz_mm[k] : frame.abc_deg[k - 3]) = std::stod(found[k + 1]);
+  return to_isometry(frame);
+}
+
+TEST(ExternalKinematic, IsPrintedAsFoundByTheAxisOrByTheRootPoint) {
+  const Calibration c = calibration_with_positioner(0.0);
+  const std::string lines = external_kinematic_lines(c);
+  const Isometry3d first = stated_frame(lines, "\\$ETn_TA1KR"),
+                   second = stated_frame(lines, "\\$ETn_TA2A1"),
+                   flange = stated_frame(lines, "\\$ETn_TFLA3"),
+                   root = stated_frame(lines, "MACHINE_DEF\\[n\\]\\.ROOT");
+  const ExternalKinematic drawn = external_kinematic(c.cell.robot.positioner);
+  const std::vector<double> e = {0.4, 1.1};
+  const Isometry3d found = carried_as_found(c, e);
+  constexpr double kDecimals = 1e-6;  // of the printed digits, over the arm of the positioner
+  for (const Isometry3d& start : {first, Isometry3d(root * drawn.axes[0])}) {
+    const Isometry3d table =
+        turned_about_z(turned_about_z(start, e[0]) * second, e[1]) * flange;
+    EXPECT_LT(apart_m(table, found), kDecimals);
+    EXPECT_LT(apart_rad(table, found), kDecimals);
+  }
+  EXPECT_NE(lines.find("scale of its angle +0.000 mrad/rad"), std::string::npos) << lines;
+  EXPECT_THROW(external_kinematic_lines(rigid_calibration(1)), FileError);
 }
 
 }  // namespace
-}  // namespace cellcal::calib
+}  // namespace cellcal::calib::testing

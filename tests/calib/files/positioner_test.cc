@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "calib/files/calibration_json.h"
 #include "calib/files/robot_file.h"
+#include "calib/files/touches.h"
 #include "calib/model/units.h"
 #include "tests/calib/files/documents.h"
 
@@ -204,6 +207,42 @@ TEST(PositionerTouches, NameTheColumnOfEveryError) {
   expect_words(plain, {"E1"});
 }
 
+TEST(PositionerRows, HaveItsAnglesInAllColumnsOrNone) {
+  const Robot robot = robot_of();
+  const JointRows with_angles =
+      parse_joints("E2,A1,A2,E1\n-45.5,1,2,30\n0,3,4,95\n", "j.csv", robot);
+  ASSERT_EQ(with_angles.positioner_rad.size(), 2u);
+  EXPECT_DOUBLE_EQ(with_angles.positioner_rad[0][0], 30.0 * kRadPerDeg);
+  EXPECT_DOUBLE_EQ(with_angles.positioner_rad[0][1], -45.5 * kRadPerDeg);
+  EXPECT_EQ(with_angles.beyond_limits, 0u);
+  EXPECT_TRUE(parse_joints("A1,A2\n1,2\n", "j.csv", robot).positioner_rad.empty());
+  const JointRows beyond = parse_joints("A1,A2,E1,E2\n1,2,150,0\n", "j.csv", robot);
+  EXPECT_EQ(beyond.beyond_limits, 1u);
+  expect_words(beyond.beyond_limits_words.at(0), {"j.csv:2", "E1", "150 deg"});
+  const auto refused = [&](const std::string& text) {
+    return refusal([&] { parse_joints(text, "j.csv", robot); });
+  };
+  expect_words(refused("A1,A2,E1\n1,2,3\n"), {"j.csv:1", "E2"});
+  expect_words(refused("A1,A2,E1,E2\n1,2,nan,3\n"), {"j.csv:2", "E1"});
+  expect_words(refused("A1,A2,E1,E2\n1,2,3,1e9\n"), {"E2", "out of range"});
+  expect_words(refused("A1,A2,E1,E2,E3\n1,2,3,4,5\n"), {"E3"});
+  expect_words(refusal([] { parse_joints("A1,A2,E1\n1,2,3\n", "j.csv", testing::robot()); }),
+               {"E1"});
+}
+
+TEST(PositionerRows, OfPosesHaveThemToo) {
+  const Robot robot = robot_of();
+  const std::string head = "x_mm,y_mm,z_mm,a_deg,b_deg,c_deg";
+  const auto rows = parse_poses(head + ",E1,E2\n1,2,3,4,5,6,30,-60\n", "p.csv", robot);
+  ASSERT_EQ(rows.size(), 1u);
+  ASSERT_EQ(rows[0].positioner_rad.size(), 2u);
+  EXPECT_DOUBLE_EQ(rows[0].positioner_rad[1], -60.0 * kRadPerDeg);
+  EXPECT_TRUE(rows[0].seed_rad.empty());
+  EXPECT_TRUE(parse_poses(head + "\n1,2,3,4,5,6\n", "p.csv", robot)[0].positioner_rad.empty());
+  expect_words(refusal([&] { parse_poses(head + ",E2\n1,2,3,4,5,6,7\n", "p.csv", robot); }),
+               {"p.csv:1", "E1"});
+}
+
 TEST(PositionerCalibration, CarriesTheLinesOfItsAxes) {
   Calibration c;
   c.cell = positioner_cell_of();
@@ -214,6 +253,7 @@ TEST(PositionerCalibration, CarriesTheLinesOfItsAxes) {
   line.frame = c.cell.robot.positioner[0].frame;
   line.place_u95_m = 2e-5;
   line.direction_u95_rad = 4e-5;
+  line.touched_rad = {-30.0 * kRadPerDeg, 45.0 * kRadPerDeg};
   c.positioner = {line};
   c.parameters.push_back(
       {positioner_parameter(1, AxisError::kScale), "mrad/rad", 1000.0, 0.0, 2e-5, 1e-6});
@@ -232,6 +272,15 @@ TEST(PositionerCalibration, CarriesTheLinesOfItsAxes) {
   const std::string bad =
       with(testing::without_sum(text), "\"place_u95_mm\": 0.02", "\"place_u95_mm\": -1");
   expect_words(refusal([&] { calibration_from_json(bad, "c.json"); }), {"place_u95_mm"});
+  ASSERT_TRUE(again.positioner[0].touched_rad.has_value());
+  EXPECT_NEAR((*again.positioner[0].touched_rad)[1], 45.0 * kRadPerDeg, 1e-15);
+  auto json = nlohmann::json::parse(testing::without_sum(text));
+  for (const char* range : {"[45, -30]", "[1]", "[1, 2, 3]", "[1, null]", "\"all\"", "[]"}) {
+    json["positioner"][0]["touched_deg"] = nlohmann::json::parse(range);
+    expect_words(refusal([&] { calibration_from_json(json.dump(), "c.json"); }), {"touched_deg"});
+  }
+  json["positioner"][0].erase("touched_deg");
+  EXPECT_FALSE(calibration_from_json(json.dump(), "c.json").positioner[0].touched_rad);
 }
 
 }  // namespace

@@ -2,8 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
+#include "calib/estimate/carried_poses.h"
+#include "calib/estimate/positioner_lines.h"
+#include "calib/estimate/predict.h"
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
 #include "calib/identify/identify.h"
@@ -119,6 +124,100 @@ TEST(PositionerIdentified, ItsAxesAreStatedAsLinesWithBounds) {
     EXPECT_LT((place.translation() - line.point_m).norm(), 1e-12);
     EXPECT_LT((place.linear().col(2) - line.direction).norm(), 1e-12);
   }
+}
+
+TEST(PositionerIdentified, StatesTheAnglesThatItsSpheresWereTouchedAt) {
+  for (std::size_t j = 0; j < 2; ++j) {
+    const auto& range = with_positioner().positioner[j].touched_rad;
+    ASSERT_TRUE(range.has_value());
+    const PositionerAxis& axis = session().cell.robot.positioner[j];
+    EXPECT_GE((*range)[0], axis.min_rad - 1e-9);
+    EXPECT_LE((*range)[1], axis.max_rad + 1e-9);
+    EXPECT_GT((*range)[1] - (*range)[0], 0.5 * (axis.max_rad - axis.min_rad));
+  }
+  EXPECT_EQ(calibration_from_json(calibration_to_json(with_positioner()), "c.json")
+                .positioner[1]
+                .touched_rad.has_value(),
+            true);
+}
+
+TEST(PositionerPredicted, IsWhereTheTableAsFoundHasTheTip) {
+  const Calibration& c = with_positioner();
+  const Predictor in_base(c), on_table(c, 2), on_first(c, 1);
+  const JointVector q = {0.1, -1.2, 1.5, 0.2, 0.8, -0.3};
+  const std::vector<double> e = {0.4, -1.3};
+  const Eigen::Isometry3d tcp = in_base.calibrated(q).tcp;
+  EXPECT_TRUE(
+      (carried_as_found(c, e) * on_table.calibrated(q, e).tcp).isApprox(tcp, 1e-12));
+  const std::span<const double> first = std::span(e).first(1);
+  EXPECT_TRUE(
+      (carried_as_found(c, first) * on_first.calibrated(q, first).tcp).isApprox(tcp, 1e-12));
+  EXPECT_GT(on_table.calibrated(q, e).u95_m, 0.0);
+  EXPECT_THROW(on_table.calibrated(q, std::vector<double>{0.0, 0.0, 0.0}), std::invalid_argument);
+}
+
+/// Tips on the table as predicted and as they are, and the bound, over poses near its spheres.
+struct OnTable {
+  Eigen::Matrix3Xd told, real;
+  std::vector<double> u95_m;
+};
+
+OnTable on_table_of(const Calibration& c, const std::vector<CarriedPose>& poses) {
+  const Predictor predictor(c, 2);
+  const auto count = static_cast<Eigen::Index>(poses.size());
+  OnTable at{Eigen::Matrix3Xd(3, count), Eigen::Matrix3Xd(3, count), {}};
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const CarriedPose& one = poses[static_cast<std::size_t>(k)];
+    const Prediction told = predictor.calibrated(one.joint_rad, one.carrier_rad);
+    at.told.col(k) = told.tcp.translation();
+    at.real.col(k) = session().arm.position(
+        session().arm.prepare(one.joint_rad, 0, nullptr, one.carrier_rad), session().x.data());
+    at.u95_m.push_back(told.u95_m);
+  }
+  return at;
+}
+
+TEST(PositionerPredicted, TheBoundOnTheTableHoldsForTheArmAsItIs) {
+  const Calibration& c = with_positioner();
+  const auto poses = carried_poses(ArmModel(c.cell), c, 2, 300, 11);
+  ASSERT_GT(poses.size(), 200u);
+  const OnTable at = on_table_of(c, poses);
+  // The base is measured on the table at one angle after the other.
+  const Eigen::Isometry3d base(Eigen::umeyama(at.told, at.real, false));
+  int inside = 0;
+  double sum_m = 0.0, bound_m = 0.0;
+  for (Eigen::Index k = 0; k < at.told.cols(); ++k) {
+    const double off_m = (base * at.told.col(k) - at.real.col(k)).norm();
+    inside += off_m <= at.u95_m[static_cast<std::size_t>(k)];
+    sum_m += off_m;
+    bound_m += at.u95_m[static_cast<std::size_t>(k)];
+  }
+  EXPECT_GE(inside, 0.95 * static_cast<double>(poses.size()));
+  EXPECT_LT(bound_m, 20.0 * sum_m);  // and says something
+  EXPECT_LT(sum_m / static_cast<double>(poses.size()), 1e-4);
+}
+
+TEST(PositionerPredicted, IsRefusedOnAnAxisWithoutATouchedTarget) {
+  Calibration c = with_positioner();
+  std::erase_if(c.targets, [](const TargetResult& target) { return target.id.starts_with("T"); });
+  EXPECT_NO_THROW(Predictor{c});
+  try {
+    Predictor(c, 2);
+    FAIL();
+  } catch (const PositionerError& error) {
+    EXPECT_NE(std::string(error.what()).find("stands on E2"), std::string::npos) << error.what();
+  }
+}
+
+TEST(PositionerScope, IsNearTheTargetsInTheirOwnFrame) {
+  Calibration c = with_positioner();
+  c.verdict.workspace = false;
+  const Scope scope(c);
+  const TargetResult& on_table = *std::ranges::find(c.targets, "T1", &TargetResult::id);
+  EXPECT_TRUE(scope.holds_at(on_table.centre_m, 2));
+  EXPECT_FALSE(scope.holds_at(on_table.centre_m, 0));
+  EXPECT_FALSE(scope.holds_at(on_table.centre_m, 1));
+  EXPECT_TRUE(scope.holds_at(std::ranges::find(c.targets, "S4", &TargetResult::id)->centre_m));
 }
 
 TEST(PositionerIdentified, OutlivesTheCalibrationFile) {

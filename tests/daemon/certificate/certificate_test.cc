@@ -136,6 +136,27 @@ TEST(a_certificates_words, say_that_interruptions_were_not_recorded_where_no_cha
   EXPECT_EQ(breaks(data), "not known");
 }
 
+TEST(a_certificates_words, list_the_axes_of_a_positioner_with_their_bounds) {
+  const TemporaryDirectory directory;
+  Journal journal(directory / "j.db");
+  const Archive archive = make_archive(
+      journal, record(journal, {.positioner = true}, false), directory / "none");
+  const CertificateData data = make_certificate(archive, "e", kIssue);
+  ASSERT_EQ(data.positioner.size(), 1u);
+  EXPECT_EQ(data.positioner[0].name.text, "E1");
+  EXPECT_EQ(data.positioner[0].place.text, "0.025");
+  EXPECT_NEAR(std::get<double>(Origins(archive).at(data.positioner[0].x.from)), 1150.2, 1e-9);
+  EXPECT_TRUE(says(to_html(data), "<h2>Axes of the positioner</h2>"));
+  EXPECT_TRUE(says(to_html(data, *calib::Language::of("de")), "<h2>Achsen des Drehkipptischs</h2>"));
+  EXPECT_TRUE(says(to_dcc(data), "E1: bound of the direction (95 %)"));
+  EXPECT_TRUE(says(to_dcc(data), "\\milli\\radian"));
+  const auto axis = nlohmann::json::parse(to_json(data)).at("positioner").at(0);
+  EXPECT_EQ(axis.at("direction_u95").at("unit"), "mrad");
+  EXPECT_NEAR(axis["direction_u95"]["value"].get<double>(), 0.061, 1e-12);
+  EXPECT_FALSE(says(to_html(second()), "Axes of the positioner"));
+  EXPECT_FALSE(nlohmann::json::parse(to_json(second())).contains("positioner"));
+}
+
 TEST(a_certificates_words, have_the_verdicts_own_rule) {
   const CertificateData data = first();
   ASSERT_TRUE(data.decision.stated);
@@ -244,6 +265,7 @@ void for_each_text(CertificateData& d, const std::function<void(std::string&)>& 
   for (auto& one : d.breaks) act(one.event.text), act(one.phase.text);
   for (auto& one : d.parameters)
     act(one.name.text), act(one.nominal.unit), act(one.decided_by.text);
+  for (auto& one : d.positioner) act(one.name.text), act(one.x.text), act(one.direction.unit);
   for (auto& one : d.files) act(one.name.text), act(one.role.text), act(one.sha256.text);
   for (auto& one : d.rows) act(one.target.text), act(one.time.text);
 }

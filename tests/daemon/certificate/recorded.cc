@@ -111,6 +111,15 @@ std::int64_t record(Journal& journal, const Recording& what, bool against_the_la
     calibration.predicted_workspace_m /= 10.0;
     calibration.predicted_near_targets_m /= 10.0;
   }
+  if (what.positioner) {
+    calib::PositionerLine line;
+    line.axis = "E1";
+    line.point_m = {1.1502, 0.0, 0.4};
+    line.direction = {0.0, -1.0, 0.0};
+    line.place_u95_m = 2.5e-5;
+    line.direction_u95_rad = 6.1e-5;
+    calibration.positioner.push_back(line);
+  }
   journal.store_calibration(id, calib::calibration_to_json(calibration), compared);
   RecordEnd end{what.ending, ""};
   if (what.ending == Ending::kDone)

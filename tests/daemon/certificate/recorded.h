@@ -27,6 +27,7 @@ struct Recording {
   bool as_fit = false;  ///< the journal has the check touches as fit touches: none for 'as found'
   bool gross_check = false;  ///< the last check touch, by some millimetres
   bool emulated = false;     ///< of a daemon's own emulated cell
+  bool positioner = false;   ///< the result states an axis E1 of one
   std::string untouched{};   ///< target of which no touch is made
   int fit = 32;              ///< touches
   int repeats = 0;           ///< of the first touch, behind all others

@@ -6,6 +6,7 @@
 #include <limits>
 #include <string>
 
+#include "calib/model/units.h"
 #include "daemon/report/report.h"
 #include "tests/daemon/report/fixture.h"
 #include "tests/daemon/report/html_checker.h"
@@ -34,6 +35,35 @@ TEST(Parameters, AreGroupedByJointInTheUnitsOfTheFiles) {
                    "0.0200</td><td>0.0010</td>"
                    "<td class=\"word\">deg</td><td class=\"word\">frame</td>"));
   EXPECT_TRUE(says(table, "1/(N m&sup2;)"));
+}
+
+TEST(Parameters, OfAPositionerAreItsAxesWithTheirBounds) {
+  ReportInput input = made_up_session();
+  const std::string before = html_report(input);
+  EXPECT_FALSE(says(before, "Axes of the positioner"));
+  calib::Cell& cell = input.calibration.cell;
+  cell.robot.positioner.resize(1);
+  cell.robot.positioner[0].name = "E<1>";
+  cell.robot.positioner[0].frame.translation() = Eigen::Vector3d(1.2, 0.1, 0.4);
+  cell.targets[0].carried_by = 1;
+  calib::PositionerLine line;
+  line.axis = "E<1>";
+  line.point_m = {1.2, 0.1, 0.4};
+  line.direction = {0.0, -1.0, 0.0};
+  line.place_u95_m = 2.5e-5;
+  line.direction_u95_rad = 6.1e-5;
+  line.touched_rad = {-0.5 * calib::kRadPerDeg, 40.0 * calib::kRadPerDeg};
+  input.calibration.positioner = {line};
+  const std::string page = html_report(input), table = section_of(page, "parameters");
+  EXPECT_EQ(testing::complaints(page), std::vector<std::string>{});
+  EXPECT_TRUE(says(table, "<th scope=\"row\">E&lt;1&gt;</th><td>1200.000</td><td>100.000</td>"));
+  EXPECT_TRUE(says(table, "<td>0.025</td><td>0.061</td><td>\xE2\x88\x92"
+                          "0.5</td><td>40.0</td>"));
+  EXPECT_TRUE(says(section_of(page, "targets"),
+                   cell.targets[0].id + ": x, y, z in the frame that E&lt;1&gt;"));
+  EXPECT_TRUE(says(section_of(page, "cell"), ">E&lt;1&gt;</text>"));
+  input.language = *calib::Language::of("de");
+  EXPECT_TRUE(says(section_of(html_report(input), "parameters"), "Achsen des Drehkipptischs"));
 }
 
 TEST(Parameters, OfTheArmShowWhatTheirCorrectionIsACorrectionOf) {

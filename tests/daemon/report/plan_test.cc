@@ -53,6 +53,39 @@ ReportInput session_with_plan() {
   return input;
 }
 
+TEST(PlanScene, HasAPositionerAtZeroAndItsTouchesAsSeenFromThere) {
+  ReportInput input = session_with_plan();
+  calib::Cell cell = input.calibration.cell;
+  calib::Plan plan = *input.plan;
+  const PlanScene floor = scene_of(cell, plan);
+  EXPECT_TRUE(floor.axles.empty());
+  cell.robot.positioner.resize(1);
+  calib::PositionerAxis& axis = cell.robot.positioner[0];
+  axis.name = "E1";
+  axis.frame.translation() = Eigen::Vector3d(1.0, 0.0, 0.2);
+  cell.targets[0].carried_by = 1;
+  cell.targets[0].centre_m = {0.1, 0.2, 0.3};
+  for (calib::PlannedTouch& touch : plan.touches) touch.positioner_rad = {0.5};
+  const PlanScene scene = scene_of(cell, plan);
+  ASSERT_EQ(scene.axles.size(), 1u);
+  EXPECT_EQ(scene.axles[0].id, "E1");
+  EXPECT_LT((0.5 * (scene.axles[0].a + scene.axles[0].b) - Eigen::Vector3d(1000.0, 0.0, 200.0)).norm(),
+            1e-9);
+  EXPECT_LT((scene.balls[0].centre - Eigen::Vector3d(1100.0, 200.0, 500.0)).norm(), 1e-9);
+  EXPECT_EQ(scene.balls[1].centre, floor.balls[1].centre);
+  // The arm touched it half a radian further on.
+  const Eigen::AngleAxisd back(-0.5, Eigen::Vector3d::UnitZ());
+  const Eigen::Vector3d middle(1000.0, 0.0, 200.0);
+  EXPECT_LT((scene.approaches[0].contact -
+             (middle + back * (floor.approaches[0].contact - middle)))
+                .norm(),
+            1e-9);
+  EXPECT_EQ(scene.approaches[4].contact, floor.approaches[4].contact);
+  EXPECT_TRUE(says(plan_svg(cell, plan), ">E1</text>"));
+  plan.touches[0].positioner_rad.clear();
+  EXPECT_THROW(scene_of(cell, plan), std::invalid_argument);
+}
+
 TEST(PlanSection, IsThereOnlyWhereTouchesWerePlanned) {
   ReportInput input = session_with_plan();
   EXPECT_FALSE(section_of(html_report(input), "plan").empty());

@@ -1,0 +1,152 @@
+// cellcal correct --poses.
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <span>
+
+#include "calib/estimate/positioner_lines.h"
+#include "calib/estimate/predict.h"
+#include "calib/export/corrector.h"
+#include "calib/files/touches.h"
+#include "calib/model/enum_table.h"
+#include "calib/model/units.h"
+#include "daemon/cli/commands.h"
+#include "daemon/cli/correct.h"
+#include "daemon/cli/offline.h"
+#include "daemon/cli/on_positioner.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using calib::kDegPerRad;
+using calib::NotReached;
+using calib::Reach;
+using calib::Reached;
+
+const char* name_of(calib::Unreached why) {
+  using enum calib::Unreached;
+  static constexpr EnumNames<calib::Unreached> kTable{{{kNotANumber, "not_a_number"},
+                                                       {kTooFar, "too_far"},
+                                                       {kBeyondLimit, "beyond_limit"},
+                                                       {kNearSingularity, "near_singularity"}}};
+  return kTable[why];
+}
+
+/// In the base frame; on an axis of the positioner from where it is as found.
+Eigen::Isometry3d in_base(const calib::Calibration& calibration, const calib::PoseRow& row,
+                          int carriers) {
+  if (carriers == 0) return row.tcp;
+  return calib::carried_as_found(
+             calibration, std::span(row.positioner_rad).first(static_cast<std::size_t>(carriers))) *
+         row.tcp;
+}
+
+/// A row without seed continues from the previous one, the first from the middle of the joint ranges.
+std::vector<Reach> reached(const calib::Calibration& calibration,
+                           const std::vector<calib::PoseRow>& rows, int carriers) {
+  const calib::Corrector corrector(calibration);
+  calib::JointVector last = corrector.middle();
+  std::vector<Reach> all;
+  for (const calib::PoseRow& row : rows) {
+    const Eigen::Isometry3d tcp = in_base(calibration, row, carriers);
+    all.push_back(row.seed_rad.empty() ? corrector.nearest(tcp, last)
+                                       : corrector.joints(tcp, row.seed_rad));
+    if (const auto* at = std::get_if<Reached>(&all.back())) last = at->joint_rad;
+  }
+  return all;
+}
+
+/// With the positioner's angles of each row, where the poses are on it.
+std::string joints_csv(const calib::Robot& robot, const std::vector<Reach>& all,
+                       const std::vector<calib::PoseRow>& rows, bool on_axis) {
+  std::string text;
+  for (const calib::Joint& joint : robot.joints) text += (text.empty() ? "" : ",") + joint.name;
+  for (const calib::PositionerAxis& axis : robot.positioner)
+    if (on_axis) text += "," + axis.name;
+  text += "\n";
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    std::string row;
+    // Ten decimals of a degree are 3e-9 mm at 1.4 m.
+    for (const double q : std::get<Reached>(all[i]).joint_rad)
+      row += fmt::format("{}{:.10f}", row.empty() ? "" : ",", q * kDegPerRad);
+    for (const double e : rows[i].positioner_rad)
+      if (on_axis) row += fmt::format(",{:.10f}", e * kDegPerRad);
+    text += row + "\n";
+  }
+  return text;
+}
+
+nlohmann::json reach_json(const calib::Robot& robot, const Reach& reach,
+                          const calib::Predictor& predictor, std::span<const double> carrier_rad) {
+  nlohmann::json one;
+  if (const auto* reason = std::get_if<NotReached>(&reach)) {
+    one["unreached"] = {{"why", name_of(reason->why)}, {"words", calib::words(*reason, robot)}};
+    if (reason->joint >= 0) {
+      one["unreached"]["joint"] = robot.joints[static_cast<std::size_t>(reason->joint)].name;
+      one["unreached"]["deg"] = reason->joint_rad * kDegPerRad;
+    }
+    return one;
+  }
+  const auto& at = std::get<Reached>(reach);
+  for (std::size_t i = 0; i < at.joint_rad.size(); ++i)
+    one["joints_deg"][robot.joints[i].name] = at.joint_rad[i] * kDegPerRad;
+  one["off_mm"] = at.off_m * calib::kMmPerM;
+  one["u95_mm"] = predictor.calibrated(at.joint_rad, carrier_rad).u95_m * calib::kMmPerM;
+  return one;
+}
+
+/// Returns the number of unreachable poses and prints the first of them.
+std::size_t name_unreached(const CorrectCommand& command, const calib::Robot& robot,
+                           const std::vector<calib::PoseRow>& rows, const std::vector<Reach>& all) {
+  constexpr std::size_t kInWords = 20;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const auto* reason = std::get_if<NotReached>(&all[i]);
+    if (reason == nullptr || ++count > kInWords) continue;
+    fmt::print(stderr, "{}\n",
+               say({"say.correct.unreached",
+                    {{"file", command.poses.string()},
+                     {"line", rows[i].line},
+                     {"why", calib::phrase(*reason, robot)}}}));
+  }
+  if (count > kInWords)
+    fmt::print(stderr, "{}\n", say({"say.correct.unreached.more", {{"n", count - kInWords}}}));
+  return count;
+}
+
+}  // namespace
+
+int correct_poses(const CorrectCommand& command, const calib::Calibration& calibration) {
+  const calib::Robot& robot = calibration.cell.robot;
+  const int carriers = carriers_of(robot, command.on);
+  tell_reading(command.poses);
+  const auto rows = calib::load_poses(command.poses, robot);
+  std::vector<Eigen::Vector3d> tcps_m;
+  std::vector<std::vector<double>> angles;
+  for (const calib::PoseRow& row : rows) {
+    tcps_m.push_back(row.tcp.translation());
+    if (!row.positioner_rad.empty()) angles.push_back(row.positioner_rad);
+  }
+  if (!rows.empty()) angles = carrier_angles(std::move(angles), carriers, command.poses, robot);
+  const std::vector<Reach> all = reached(calibration, rows, carriers);
+  const std::size_t unreached = name_unreached(command, robot, rows, all);
+  warn_outside_scope(calibration, tcps_m, angles);
+  if (command.json) {
+    const calib::Predictor predictor(calibration, carriers);
+    nlohmann::json list = nlohmann::json::array();
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      list.push_back(reach_json(robot, all[i], predictor,
+                                carriers > 0 ? angles[i] : std::span<const double>{}));
+      list.back()["line"] = rows[i].line;
+    }
+    put(list.dump(1) + "\n", command.output);
+  } else if (unreached == 0) {
+    put_as(as_joints(robot), joints_csv(robot, all, rows, carriers > 0), command.output);
+  }
+  return unreached == 0 ? kSuccess : kJobFailed;
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,171 @@
+// Command cellcal predict.
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <ranges>
+#include <span>
+#include <stdexcept>
+
+#include "calib/estimate/predict.h"
+#include "calib/export/corrector.h"
+#include "calib/export/tables.h"
+#include "calib/files/files.h"
+#include "calib/model/units.h"
+#include "daemon/cli/commands.h"
+#include "daemon/cli/offline.h"
+#include "daemon/cli/on_positioner.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+/// What is asked for: the frame of all rows.
+struct AskedRows {
+  calib::JointRows rows;
+  int carriers = 0;
+  std::vector<std::vector<double>> carrier_rad;  ///< of each row; empty: the base frame
+};
+
+struct PredictedRow {
+  calib::FrameMmDeg frame;
+  double u95_mm = 0.0;
+  Eigen::Vector3d error_mm = Eigen::Vector3d::Zero();  ///< calibrated minus nominal tip
+};
+
+/// No touch was made there and the arm cannot reach it; the prediction itself is valid.
+void warn_beyond_limits(const calib::JointRows& asked) {
+  for (const std::string& row : asked.beyond_limits_words)
+    fmt::print(stderr, "warning: {}; predicted nevertheless\n", row);
+  if (asked.beyond_limits > asked.beyond_limits_words.size())
+    fmt::print(stderr, "warning: {} more such rows\n",
+               asked.beyond_limits - asked.beyond_limits_words.size());
+}
+
+/// MASS,X,Y,Z. Throws std::runtime_error for a load that no arm carries.
+calib::FlangeLoad flange_load(const std::vector<std::string>& given) {
+  constexpr double kMostKg = 5e3, kMostMm = 1e4;
+  std::vector<double> values;
+  for (const std::string& one : given)
+    if (const auto value = calib::number(one); value && std::abs(*value) <= kMostMm)
+      values.push_back(*value);
+  if (values.size() != 4 || given.size() != 4 || values[0] < 0.0 || values[0] > kMostKg)
+    throw std::runtime_error(
+        "--load: MASS,X,Y,Z with 0 to 5000 kg and a centre within 10 m of the flange, or a load of "
+        "the cell file by its id");
+  return {values[0], Eigen::Vector3d(values[1], values[2], values[3]) / calib::kMmPerM};
+}
+
+/// The calibration with a load by its id in the cell file, or by figures.
+calib::Calibration with_load(const calib::Calibration& calibration,
+                             const std::vector<std::string>& given) {
+  if (given.empty()) return calibration;
+  if (given.size() > 1) return calib::with_load(calibration, flange_load(given));
+  const auto& loads = calibration.cell.loads;
+  if (std::ranges::find(loads, given[0], &calib::Load::id) == loads.end())
+    throw std::runtime_error(fmt::format(
+        "--load {}: the calibration's cell has no such [[load]]; it has: {}", given[0],
+        loads.empty()
+            ? "none"
+            : fmt::format("{}", fmt::join(loads | std::views::transform(&calib::Load::id), ", "))));
+  const auto& touched = calibration.touched_loads;
+  if (!touched.empty() && std::ranges::find(touched, given[0]) == touched.end())
+    fmt::print(stderr, "warning: {}\n", say({"say.cli.load.untouched", {{"load", given[0]}}}));
+  return calib::with_load(calibration, given[0]);
+}
+
+AskedRows asked_rows(const PredictCommand& command, const calib::Robot& robot) {
+  tell_reading(command.joints);
+  AskedRows asked{calib::load_joints(command.joints, robot), carriers_of(robot, command.on), {}};
+  warn_beyond_limits(asked.rows);
+  asked.carrier_rad =
+      carrier_angles(asked.rows.positioner_rad, asked.carriers, command.joints, robot);
+  return asked;
+}
+
+std::vector<PredictedRow> predicted_rows(const PredictCommand& command,
+                                         const calib::Calibration& calibration,
+                                         const AskedRows& asked) {
+  const calib::Predictor predictor(with_load(calibration, command.load), asked.carriers);
+  std::vector<PredictedRow> rows;
+  for (std::size_t i = 0; i < asked.rows.joint_rad.size(); ++i) {
+    const auto& joints = asked.rows.joint_rad[i];
+    const std::span<const double> carriers =
+        asked.carriers > 0 ? asked.carrier_rad[i] : std::span<const double>{};
+    const Eigen::Isometry3d nominal = predictor.nominal(joints, carriers);
+    if (command.nominal) {
+      rows.push_back({calib::to_frame(nominal)});
+      continue;
+    }
+    const calib::Prediction at = predictor.calibrated(joints, carriers);
+    rows.push_back({calib::to_frame(at.tcp), at.u95_m * calib::kMmPerM,
+                    (at.tcp.translation() - nominal.translation()) * calib::kMmPerM});
+  }
+  return rows;
+}
+
+/// With the deviation from the nominal arm and positioner in the frame of an axis.
+std::string predicted_csv(const std::vector<PredictedRow>& rows, bool nominal, bool on_axis) {
+  std::string text = "x_mm,y_mm,z_mm,a_deg,b_deg,c_deg";
+  if (!nominal) text += on_axis ? ",u95_mm,dx_mm,dy_mm,dz_mm" : ",u95_mm";
+  text += "\n";
+  for (const PredictedRow& row : rows) {
+    const auto& xyz = row.frame.xyz_mm;
+    const auto& abc = row.frame.abc_deg;
+    const Eigen::Vector3d& d = row.error_mm;
+    text += fmt::format("{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f}", xyz[0], xyz[1], xyz[2], abc[0],
+                        abc[1], abc[2]);
+    if (!nominal) text += fmt::format(",{:.9f}", row.u95_mm);
+    if (!nominal && on_axis) text += fmt::format(",{:.9f},{:.9f},{:.9f}", d.x(), d.y(), d.z());
+    text += "\n";
+  }
+  return text;
+}
+
+std::string predicted_json(const std::vector<PredictedRow>& rows, bool nominal, bool on_axis) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const PredictedRow& row : rows) {
+    const auto& xyz = row.frame.xyz_mm;
+    const auto& abc = row.frame.abc_deg;
+    const Eigen::Vector3d& d = row.error_mm;
+    list.push_back({{"x_mm", xyz[0]},
+                    {"y_mm", xyz[1]},
+                    {"z_mm", xyz[2]},
+                    {"a_deg", abc[0]},
+                    {"b_deg", abc[1]},
+                    {"c_deg", abc[2]}});
+    if (!nominal) list.back()["u95_mm"] = row.u95_mm;
+    if (!nominal && on_axis) {
+      list.back()["dx_mm"] = d.x();
+      list.back()["dy_mm"] = d.y();
+      list.back()["dz_mm"] = d.z();
+    }
+  }
+  return list.dump(1) + "\n";
+}
+
+}  // namespace
+
+int predict(const PredictCommand& command) {
+  // The nominal arm is not a result; a withheld file contains it as well.
+  const auto calibration =
+      usable_calibration("predict", command.calibration, command.withheld || command.nominal);
+  if (!calibration) return kNotPublishable;
+  const AskedRows asked = asked_rows(command, calibration->cell.robot);
+  const std::vector<PredictedRow> rows = predicted_rows(command, *calibration, asked);
+  std::vector<Eigen::Vector3d> tcps_m;
+  for (const PredictedRow& row : rows)
+    tcps_m.push_back(Eigen::Vector3d::Map(row.frame.xyz_mm.data()) / calib::kMmPerM);
+  if (!command.nominal) warn_outside_scope(*calibration, tcps_m, asked.carrier_rad);
+  const bool on_axis = asked.carriers > 0;
+  put(command.json ? predicted_json(rows, command.nominal, on_axis)
+                   : predicted_csv(rows, command.nominal, on_axis),
+      command.output);
+  return kSuccess;
+}
+
+}  // namespace cellcal::daemon
