@@ -11,6 +11,23 @@ namespace cellcal::calib {
 
 namespace {
 
+/// Sums of three rows each: the variance of each tip.
+Eigen::VectorXd of_tips(const Eigen::VectorXd& coordinates) {
+  return coordinates.reshaped(3, coordinates.size() / 3).colwise().sum().transpose();
+}
+
+double rms_sigma_m(const std::vector<Problem::Length>& lengths) {
+  double square_m2 = 0.0, count = 0.0;
+  for (const Problem::Length& length : lengths) {
+    if (length.is_check) continue;
+    square_m2 += length.sigma_m * length.sigma_m;
+    ++count;
+  }
+  return count > 0.0 ? std::sqrt(square_m2 / count) : 0.0;
+}
+
+}  // namespace
+
 UncertaintySource source_of(ParameterKind kind) {
   switch (kind) {
     case ParameterKind::kD:
@@ -52,23 +69,6 @@ UncertaintySource source_of(ParameterKind kind) {
   }
   return UncertaintySource::kPlaces;
 }
-
-/// Sums of three rows each: the variance of each tip.
-Eigen::VectorXd of_tips(const Eigen::VectorXd& coordinates) {
-  return coordinates.reshaped(3, coordinates.size() / 3).colwise().sum().transpose();
-}
-
-double rms_sigma_m(const std::vector<Problem::Length>& lengths) {
-  double square_m2 = 0.0, count = 0.0;
-  for (const Problem::Length& length : lengths) {
-    if (length.is_check) continue;
-    square_m2 += length.sigma_m * length.sigma_m;
-    ++count;
-  }
-  return count > 0.0 ? std::sqrt(square_m2 / count) : 0.0;
-}
-
-}  // namespace
 
 UncertaintyBudget::UncertaintyBudget(const Problem& problem, const Estimate& e, double inflation,
                                      const Calibration& c)

@@ -9,9 +9,13 @@
 #include "calib/estimate/estimate.h"
 #include "calib/estimate/problem.h"
 #include "calib/model/joint_vector.h"
+#include "calib/model/parameter_key.h"
 #include "calib/result/calibration.h"
 
 namespace cellcal::calib {
+
+/// Source of the prior of an unknown.
+UncertaintySource source_of(ParameterKind kind);
 
 /// Keeps references to `problem` and `e`.
 class UncertaintyBudget {

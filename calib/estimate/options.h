@@ -24,6 +24,8 @@ struct IdentifyOptions {
   /// Estimates the model discrepancy with the parameters (discrepancy.h), even if the residuals
   /// show none. identify() sets it if nothing else explains the residuals.
   bool with_discrepancy = false;
+  /// Functions of the joints' angles where the touches show them; false for comparison only.
+  bool functions = true;
 };
 
 }  // namespace cellcal::calib

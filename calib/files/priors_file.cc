@@ -28,6 +28,7 @@ const char* ending(SpreadKind kind) {
     case SpreadKind::kCompliance:
       return "rad_per_nm";
     case SpreadKind::kGear:
+    case SpreadKind::kFunction:
       return "arcsec";
   }
   return "";
@@ -43,6 +44,7 @@ Range allowed(SpreadKind kind) {
     case SpreadKind::kCompliance:
       return {1e-20, 1.0};
     case SpreadKind::kGear:
+    case SpreadKind::kFunction:
       return {1e-9, 1e5};
   }
   return kPositive;
@@ -78,9 +80,11 @@ std::optional<Spread> read_spread(const TomlTable& table, SpreadKind kind, int a
 }
 
 JointPriors read_joint(const TomlTable& table, int arms) {
-  JointPriors joint{table.string("name"), {}};
+  JointPriors joint{table.string("name"), {}, 0.0};
   if (joint.joint.empty()) table.fail("name", "must not be empty");
   for (const SpreadKind kind : kSpreadKinds) joint.of(kind) = read_spread(table, kind, arms);
+  if (joint.of(SpreadKind::kFunction))
+    joint.function_reach_rad = table.number("function_reach_deg", {0.1, 180.0}) * kRadPerDeg;
   table.refuse_unknown();
   return joint;
 }
@@ -130,6 +134,8 @@ SpreadUnit unit_of(SpreadKind kind) {
       return {"compliance", "rad/(N m)", 1.0};
     case SpreadKind::kGear:
       return {"gear", "arcsec", 1.0 / kRadPerArcsec};
+    case SpreadKind::kFunction:
+      return {"function", "arcsec", 1.0 / kRadPerArcsec};
   }
   return {"", "", 1.0};
 }
@@ -156,6 +162,9 @@ std::string priors_to_toml(const FleetPriors& priors) {
     out += fmt::format("\n[[joint]]\nname = {}\n", toml_string(joint.joint));
     for (const SpreadKind kind : kSpreadKinds)
       if (const auto& spread = joint.of(kind)) out += spread_to_toml(*spread, kind);
+    if (joint.of(SpreadKind::kFunction))
+      out += fmt::format("function_reach_deg = {}\n",
+                         toml_number(joint.function_reach_rad * kDegPerRad));
   }
   return out;
 }

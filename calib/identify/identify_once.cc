@@ -389,7 +389,8 @@ std::unique_ptr<Stated> likeliest(const Cell& cell, const std::vector<Touch>& to
   if (!richer || contradicts_files(likely->problem, likely->repeats, e)) return likely;
   if (!states(cell, &Joint::bearing_sigma_rad_per_nm))
     add_bearings(cell, touches, options, likely, e);
-  if (!states(cell, &Joint::function_sigma_rad)) add_functions(cell, touches, options, likely, e);
+  if (options.functions && !states(cell, &Joint::function_sigma_rad))
+    add_functions(cell, touches, options, likely, e);
   return likely;
 }
 

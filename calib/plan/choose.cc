@@ -129,6 +129,9 @@ class Choosing {
           predicted_mean_error_m(problem_.moves_m.leftCols(arm), own, ripple_m2);
       choice.predicted_u95_m =
           bound.mean_u95_m(problem_.postures) * choice.predicted_mean_m / without_m;
+      choice.largest =
+          largest_part(*problem_.arm, {problem_.postures, problem_.moves_m, design_->covariance_u(),
+                                       problem_.keys, problem_.prior_weight, 0.0});
     }
     return choice;
   }
@@ -271,7 +274,7 @@ class Choosing {
   std::vector<std::optional<bool>> possible_;
   Random random_;
   Eigen::MatrixXd weighed_m_;  ///< moves whose variances the criterion adds up
-  DesignProblem problem_;  ///< rows and covariance are moved into the design
+  DesignProblem problem_;      ///< rows and covariance are moved into the design
   std::optional<Design> design_;
   std::vector<std::size_t> picked_;
 };

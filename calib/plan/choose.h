@@ -8,6 +8,7 @@
 #include "calib/plan/accuracy_region.h"
 #include "calib/plan/candidates.h"
 #include "calib/plan/design.h"
+#include "calib/plan/missing.h"
 #include "calib/plan/pool.h"
 
 namespace cellcal::calib {
@@ -31,6 +32,7 @@ struct Choice {
   double reducible_m = 0.0;         ///< part of it that further touches could remove
   /// Mean over the region of the 95 % radius (calib/estimate/predict.h); 0 for the tool's region.
   double predicted_u95_m = 0.0;
+  Missing largest = {};  ///< part of what further touches could remove
 };
 
 /// Fewer than `count` if no more are feasible.

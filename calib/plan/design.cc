@@ -274,12 +274,28 @@ void add_functions(const Robot& stated, Cell cell, const Contacts& contacts,
   covariance(others, others) = design.covariance_u;
   Eigen::MatrixXd all(design.moves_m.rows(), before + count);
   all << design.moves_m, moves(arm, design.postures, scale_of(problem), region)(Eigen::all, waves);
+  for (std::size_t k = 0; k < waves.size(); ++k)
+    design.keys.insert(design.keys.begin() + before + static_cast<Eigen::Index>(k),
+                       arm.parameters()[static_cast<std::size_t>(waves[k])]);
+  Eigen::VectorXd weight = Eigen::VectorXd::Ones(rows.cols());
+  weight(others) = design.prior_weight;
+  design.prior_weight = std::move(weight);
   design.rows = std::move(rows);
   design.covariance_u = std::move(covariance);
   design.moves_m = std::move(all);
 }
 
 }  // namespace
+
+Cell with_functions_of(const Robot& learnt, Cell cell) {
+  for (Joint& to : cell.robot.joints) {
+    const auto from = std::ranges::find(learnt.joints, to.name, &Joint::name);
+    if (from == learnt.joints.end() || to.is_prismatic() || to.function_sigma_rad > 0.0) continue;
+    to.function_sigma_rad = from->function_sigma_rad;
+    to.function_reach_rad = from->function_reach_rad;
+  }
+  return cell;
+}
 
 DesignProblem design_problem(const Cell& stated, const std::vector<Candidate>& candidates,
                              const AccuracyRegion& region) {
@@ -293,9 +309,13 @@ DesignProblem design_problem(const Cell& stated, const std::vector<Candidate>& c
   const Problem problem(cell, *design.arm, contacts.touches, contacts.places, kTypicalRippleRad);
   const Linearisation rows = linearised(problem);
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(problem.size(), problem.size());
-  for (int i = 0; i < problem.size(); ++i)
-    information(i, i) = std::pow(
-        std::max(problem.unknowns()[static_cast<std::size_t>(i)].prior_weight, kNoPriorWeight), 2);
+  design.prior_weight.resize(problem.size());
+  for (int i = 0; i < problem.size(); ++i) {
+    const Unknown& unknown = problem.unknowns()[static_cast<std::size_t>(i)];
+    design.keys.push_back(unknown.key);
+    design.prior_weight[i] = unknown.prior_weight;
+    information(i, i) = std::pow(std::max(unknown.prior_weight, kNoPriorWeight), 2);
+  }
   const auto lengths = rows.jacobian.bottomRows(rows.jacobian.rows() - rows.length_row);
   information += lengths.transpose() * lengths;
   design.rows = rows.jacobian.topRows(rows.length_row);

@@ -74,7 +74,13 @@ struct DesignProblem {
   double ripple_rad;                    ///< predicted, of every joint; 0 if only a tool matters
   Eigen::VectorXd scale;                ///< SI value of one prior unit, per unknown of the arm
   std::shared_ptr<const ArmModel> arm;  ///< with all its unknowns
+  std::vector<ParameterKey> keys;       ///< of the unknowns
+  Eigen::VectorXd prior_weight;         ///< of the unknowns, 1 / prior sigma; 0: none
 };
+
+/// The cell, its joints that state no function with the sizes and reaches of those that the arm's
+/// last calibration learnt, by the joints' names.
+Cell with_functions_of(const Robot& learnt, Cell cell);
 
 /// `candidates`: not empty, of targets with stated centres. Throws PlanError if the region of
 /// interest is out of reach.

@@ -43,8 +43,8 @@ RemainingUncertainty remaining_uncertainty(const Cell& cell, const Pool& pool,
   Eigen::VectorXd scale(arm.size());
   for (int i = 0; i < arm.size(); ++i)
     scale[i] = known.unknowns()[static_cast<std::size_t>(i)].scale;
-  const auto postures = accuracy_region_postures(options.region, arm, contacts, centres,
-                                                 options.limit_margin_rad, kPostures);
+  auto postures = accuracy_region_postures(options.region, arm, contacts, centres,
+                                           options.limit_margin_rad, kPostures);
   Eigen::MatrixXd moves = aligned_moves(arm, postures, x.data(), scale);
   const Eigen::Index n = arm.size();
   const double mean_m =
@@ -53,7 +53,8 @@ RemainingUncertainty remaining_uncertainty(const Cell& cell, const Pool& pool,
   const PositionBound bound(arm, x, estimate.covariance_si().topLeftCorner(n, n),
                             estimate.ripple_rad());
   Design design(linear.jacobian.topRows(linear.length_row), estimate.covariance_u(), moves);
-  return {std::move(design), std::move(moves), mean_m, bound.mean_u95_m(postures)};
+  const double u95_m = bound.mean_u95_m(postures);
+  return {std::move(design), std::move(moves), mean_m, u95_m, std::move(postures)};
 }
 
 int touches_by_trend(const std::vector<std::pair<int, double>>& bounds, double goal_m, int most) {

@@ -11,10 +11,11 @@
 namespace cellcal::calib {
 
 struct RemainingUncertainty {
-  Design design;          ///< candidates under the estimate; none taken
-  Eigen::MatrixXd moves;  ///< of the region, at the estimate (region.h)
-  double mean_m;          ///< predicted mean error over the region
-  double u95_m;           ///< mean of the 95 % radius over the region
+  Design design;                      ///< candidates under the estimate; none taken
+  Eigen::MatrixXd moves;              ///< of the region, at the estimate (region.h)
+  double mean_m;                      ///< predicted mean error over the region
+  double u95_m;                       ///< mean of the 95 % radius over the region
+  std::vector<JointVector> postures;  ///< of the region
 };
 
 /// For the candidates of `pool` and the region of `options`.

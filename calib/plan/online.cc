@@ -65,7 +65,8 @@ struct Online::Impl {
   std::vector<std::size_t> checks;  ///< remaining, made after the fit touches
   std::vector<Touch> touches;
   std::optional<IncrementalEstimate> estimate;
-  Eigen::MatrixXd moves;  ///< of the region, at the estimate
+  Eigen::MatrixXd moves;              ///< of the region, at the estimate
+  std::vector<JointVector> postures;  ///< of the region
   std::optional<Design> design;
   std::optional<std::size_t> offered;
   std::optional<PlannedTouch> planned;  ///< the touch offered, with its path from
@@ -250,6 +251,7 @@ struct Online::Impl {
     RemainingUncertainty seen = remaining_uncertainty(cell, pool, options, *estimate);
     design = std::move(seen.design);
     moves = std::move(seen.moves);
+    postures = std::move(seen.postures);
     progress.mean_m = seen.mean_m;
     progress.u95_m = seen.u95_m;
   }
@@ -298,10 +300,25 @@ struct Online::Impl {
     return (moves * design->covariance_u().topLeftCorner(n, n)).cwiseProduct(moves).sum();
   }
 
+  /// What keeps u95 above the goal, under the current estimate.
+  Missing missing() const {
+    const Problem& problem = estimate->problem();
+    std::vector<ParameterKey> keys;
+    Eigen::VectorXd prior_weight(problem.size());
+    for (const Unknown& unknown : problem.unknowns()) {
+      prior_weight[static_cast<Eigen::Index>(keys.size())] = unknown.prior_weight;
+      keys.push_back(unknown.key);
+    }
+    return largest_part(problem.arm(), {postures, moves, estimate->covariance_u(), keys,
+                                        prior_weight, estimate->ripple_rad()});
+  }
+
   void finish(Ended why) {
     progress.fitted = true;
     progress.touches_left = 0;
     progress.ended = why;
+    if (why != Ended::kGoal && goal.u95_m > 0.0 && estimate && !postures.empty())
+      progress.missing = missing();
     if (!estimate) progress.checks_left = 0;
     for (int k = 0; k < progress.checks_left; ++k) draw_check(static_cast<std::size_t>(k));
     progress.checks_left = static_cast<int>(checks.size());
@@ -492,26 +509,37 @@ std::vector<JointVector> Online::way_home() const {
 const Progress& Online::progress() const { return impl_->progress; }
 const std::vector<Touch>& Online::touches() const { return impl_->touches; }
 
-std::string why_ended(const Progress& progress, const Goal& goal) {
-  if (!progress.ended) return {};
+namespace {
+
+std::string end_words(const Progress& progress, const Goal& goal) {
   const double u95_mm = progress.u95_m * kMmPerM, goal_mm = goal.u95_m * kMmPerM;
+  const std::string reached = goal_mm > 0.0
+                                  ? fmt::format("u95 {:.3f} mm, goal {:.3f} mm", u95_mm, goal_mm)
+                                  : fmt::format("u95 {:.3f} mm", u95_mm);
   switch (*progress.ended) {
     case Ended::kGoal:
-      return fmt::format("goal reached: u95 {:.3f} mm, goal {:.3f} mm", u95_mm, goal_mm);
+      return "goal reached: " + reached;
     case Ended::kMostTouches:
-      return fmt::format("all {} touches made; u95 {:.3f} mm{}", progress.touches, u95_mm,
-                         goal_mm > 0.0 ? fmt::format(", goal {:.3f} mm", goal_mm) : "");
+      return fmt::format("all {} touches made; {}", progress.touches, reached);
     case Ended::kNoGain:
       return fmt::format(
-          "ten more touches would reduce the error by less than {:.0f} %; u95 {:.3f} mm, goal "
-          "{:.3f} mm. Certified lengths, more spheres or other postures help more",
-          100.0 * goal.worth_it, u95_mm, goal_mm);
+          "after touch {} ten more would reduce the error by less than {:.0f} %; {}. Certified "
+          "lengths, more spheres or other postures help more",
+          progress.touches, 100.0 * goal.worth_it, reached);
     case Ended::kNoEstimate:
       return "some targets cannot be touched often enough for a first estimate";
     case Ended::kAllReachable:
-      return "every reachable touch was made";
+      return fmt::format("all {} reachable touches made; {}", progress.touches, reached);
   }
   return {};
+}
+
+}  // namespace
+
+std::string why_ended(const Progress& progress, const Goal& goal) {
+  if (!progress.ended) return {};
+  const std::string end = end_words(progress, goal);
+  return progress.missing ? end + ". " + words(phrase_of(*progress.missing)) : end;
 }
 
 }  // namespace cellcal::calib

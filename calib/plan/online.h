@@ -46,9 +46,11 @@ struct Progress {
   double mean_m = 0.0;  ///< mean 3-D error over the region, predicted
   /// Predicted number to the goal, available from the start; to the end if the goal is out of reach.
   int touches_left = 0;
-  int checks_left = 0;           ///< check touches remaining
-  bool finding = false;          ///< spheres are still being located
-  bool fitted = false;           ///< all fit touches are made
+  int checks_left = 0;   ///< check touches remaining
+  bool finding = false;  ///< spheres are still being located
+  bool fitted = false;   ///< all fit touches are made
+  /// What keeps u95 above the goal; set at the end if it was not reached.
+  std::optional<Missing> missing{};
   std::optional<Ended> ended{};  ///< reason for the end; empty for touches planned beforehand
   bool done = false;             ///< including the check touches
 };

@@ -11,6 +11,7 @@
 #include "calib/model/long_work.h"
 #include "calib/plan/candidates.h"
 #include "calib/plan/choose.h"
+#include "calib/plan/online.h"
 #include "calib/plan/pool.h"
 #include "calib/plan/positioner_plan.h"
 #include "calib/plan/route.h"
@@ -31,6 +32,8 @@ constexpr int kExchanges = 6;
 /// Fewer directions do not constrain a sphere reliably; and half of all touches are distributed
 /// evenly, since the choice covers only the errors in the model.
 constexpr int kLeastPerSphere = 5;
+/// Touches of each target that a plan to a goal begins with.
+constexpr int kFirstToGoal = 10;
 
 /// Distance of q from the segment a-b in joint space, maximum norm.
 double off_segment(const JointVector& q, const JointVector& a, const JointVector& b) {
@@ -46,9 +49,21 @@ double off_segment(const JointVector& q, const JointVector& a, const JointVector
   return worst;
 }
 
+/// u95 that a session reaches by these touches, which exclude most model errors.
+double foreseen_u95_m(const Choice& choice) { return kBoundOverError * choice.reducible_m; }
+
+/// (92), from a choice; at least a tenth more than that has, unless no more are allowed.
+int touches_to_goal(const Choice& choice, const PlanOptions& options) {
+  constexpr double kErrorPower = 0.55, kLeastMore = 1.1;
+  const auto count = static_cast<double>(choice.picked.size());
+  const double more =
+      count * std::pow(foreseen_u95_m(choice) / options.goal_u95_m, 1.0 / kErrorPower);
+  return static_cast<int>(
+      std::min(std::ceil(std::max(more, kLeastMore * count)), 1.0 * options.fit_touches));
+}
+
 /// The fit touches; throws if too few are reachable.
-Choice choose_connected(const Cell& cell, const PlanOptions& options, ChooseOptions& how,
-                        Pool& pool) {
+Choice choose_connected(const Cell& cell, const ChooseOptions& how, Pool& pool) {
   const std::vector<Candidate>& candidates = pool.candidates();
   Choice choice = choose(cell, candidates, how);
   // If simple paths reach too few touches, paths are sampled.
@@ -58,18 +73,49 @@ Choice choose_connected(const Cell& cell, const PlanOptions& options, ChooseOpti
   for (std::size_t t = 0; t < made.size(); ++t)
     if (made[t] < how.least_per_target) harder = pool.try_harder(t) || harder;
   if (harder) choice = choose(cell, candidates, how);
-  if (static_cast<int>(choice.picked.size()) < options.fit_touches)
+  if (static_cast<int>(choice.picked.size()) < how.count)
     throw PlanError(
         PlanError::Kind::kTooFew,
         fmt::format("only {} of {} touches can be reached by a clear way. Move the targets nearer "
                     "to the middle of the workspace, or plan fewer touches",
-                    choice.picked.size(), options.fit_touches));
+                    choice.picked.size(), how.count));
+  return choice;
+}
+
+/// Chosen and refined; to a goal as many as it takes.
+Choice choose_fit_touches(const Cell& cell, const PlanOptions& options, int targets, Pool& pool) {
+  ChooseOptions how;
+  how.criterion = options.criterion;
+  how.region = options.region;
+  how.exchanges = kExchanges;
+  how.seed = options.seed;
+  how.possible = [&pool](std::size_t i) { return pool.connected(i); };
+  const std::size_t spread = pool.candidates().size();
+  Choice choice;
+  const auto choose_of = [&](int count) {
+    how.count = count;
+    how.least_per_target =
+        std::min(std::max(kLeastPerSphere, count / (2 * targets)), count / targets);
+    pool.forget(spread, {});
+    {
+      const Part part(PlanStep::kChoose, kReachShare, kChosenShare);
+      choice = choose_connected(cell, how, pool);
+    }
+    const Part part(PlanStep::kChoose, kChosenShare, kRefinedShare);
+    if (options.criterion == Criterion::kI) add_neighbours(cell, pool, spread, how, choice);
+  };
+  const bool to_goal = options.goal_u95_m > 0.0;
+  choose_of(to_goal ? std::min(options.fit_touches, kFirstToGoal * targets) : options.fit_touches);
+  while (to_goal && foreseen_u95_m(choice) > options.goal_u95_m && how.count < options.fit_touches)
+    choose_of(touches_to_goal(choice, options));
   return choice;
 }
 
 }  // namespace
 
 Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& from) {
+  if (options.goal_u95_m > 0.0)
+    refuse_positioner(cell.robot, "a plan to a goal", "Leave --goal out");
   if (!cell.robot.positioner.empty()) return make_positioner_plan(cell, options, from);
   constexpr Kinds kKinds = Kinds::kSpheresAndPlanes;
   const auto targets = static_cast<int>(
@@ -93,24 +139,14 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
             "only {} touches can be reached inside the joint limits and clear of obstacles, {} are "
             "needed. Move the targets nearer to the middle of the workspace, or plan fewer touches",
             candidates.size(), total));
-  ChooseOptions how;
-  how.count = options.fit_touches;
-  how.least_per_target = std::min(std::max(kLeastPerSphere, options.fit_touches / (2 * targets)),
-                                  options.fit_touches / targets);
-  how.criterion = options.criterion;
-  how.region = options.region;
-  how.exchanges = kExchanges;
-  how.seed = options.seed;
-  how.possible = [&](std::size_t i) { return pool.connected(i); };
-  part.emplace(PlanStep::kChoose, kReachShare, kChosenShare);
-  Choice choice = choose_connected(cell, options, how, pool);
   const std::size_t spread = candidates.size();  // those distributed over all targets
-  part.emplace(PlanStep::kChoose, kChosenShare, kRefinedShare);
-  if (options.criterion == Criterion::kI) add_neighbours(cell, pool, spread, how, choice);
+  part.reset();
+  const Choice choice = choose_fit_touches(cell, options, targets, pool);
   part.emplace(PlanStep::kWays, kRefinedShare, 1.0);
+  const auto possible = [&](std::size_t i) { return pool.connected(i); };
   std::vector<ToVisit> todo;
   for (const Picked& one :
-       with_check_touches(cell, candidates, choice.picked, spread, targets, options, how.possible))
+       with_check_touches(cell, candidates, choice.picked, spread, targets, options, possible))
     todo.push_back({candidates[one.candidate], one.set});
   const JointVector start = from.empty() ? pool.middle() : from;
   if (const auto what = pool.clearance().hit(start, kTipMarginM))
@@ -120,6 +156,10 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
   Plan plan = visit(cell, options, pool.clearance(), pool.router(), std::move(todo), start);
   plan.predicted_mean_m = choice.predicted_mean_m;
   plan.predicted_u95_m = choice.predicted_u95_m;
+  if (options.goal_u95_m > 0.0) {
+    plan.predicted_u95_m = foreseen_u95_m(choice);
+    if (plan.predicted_u95_m > options.goal_u95_m) plan.missing = choice.largest;
+  }
   for (const Target& target : cell.targets)
     if (!is_planned(target, kKinds)) plan.left_out.push_back(target.id);
   return plan;

@@ -2,6 +2,7 @@
 // A planned touch, a plan of touches, and the options of all planners.
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "calib/model/robot.h"
 #include "calib/model/touch.h"
 #include "calib/plan/accuracy_region.h"
+#include "calib/plan/missing.h"
 
 namespace cellcal::calib {
 
@@ -59,6 +61,7 @@ struct Plan {
   std::vector<std::string> left_out;  ///< ids of targets without planned touches
   double predicted_mean_m = 0.0;      ///< predicted mean 3-D error over the region
   double predicted_u95_m = 0.0;       ///< mean of its 95 % radius; 0: not predicted
+  std::optional<Missing> missing{};   ///< what keeps u95 above the goal asked for
 };
 
 /// Criterion for the choice of touches.
@@ -70,7 +73,10 @@ enum class Criterion {
 };
 
 struct PlanOptions {
-  int fit_touches = 40;
+  int fit_touches = 40;  ///< with a goal the most
+  /// u95, mean over the region, for which as few touches as it is predicted to take are planned; 0:
+  /// all of them.
+  double goal_u95_m = 0.0;
   int check_touches = 10;
   unsigned seed = 1;
   double standoff_m = 0.012;  ///< an uncalibrated arm is off by up to 10 mm

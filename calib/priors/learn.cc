@@ -12,6 +12,7 @@
 #include "calib/files/robot_file.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/linear.h"
+#include "calib/model/units.h"
 #include "calib/priors/spreads.h"
 #include "calib/result/level.h"
 
@@ -20,6 +21,8 @@ namespace cellcal::calib {
 namespace {
 
 constexpr double kMostOutliers = 0.2;
+/// Smaller functions are none.
+constexpr double kLeastFunctionRad = 0.5 * kRadPerArcsec;
 
 std::optional<SpreadKind> kind_of(const ParameterKey& key) {
   switch (key.kind) {
@@ -136,7 +139,7 @@ int report_set_aside(const std::vector<ArmEvidence>& arms, const Population& p,
 
 std::vector<JointPriors> joints_of(const Drawn& drawn, const Robot& robot, const SpreadFit& fit) {
   std::vector<JointPriors> joints;
-  for (const Joint& joint : robot.joints) joints.push_back({joint.name, {}});
+  for (const Joint& joint : robot.joints) joints.push_back({joint.name, {}, 0.0});
   for (Eigen::Index g = 0; g < drawn.groups.size(); ++g) {
     const auto k = static_cast<std::size_t>(g);
     const double found = drawn.stated[k] * std::exp(fit.mode[g]);
@@ -144,6 +147,38 @@ std::vector<JointPriors> joints_of(const Drawn& drawn, const Robot& robot, const
         Spread{drawn.stated[k], found, found * fit.sigma[g], fit.arms[g]};
   }
   return joints;
+}
+
+/// Prior size, which counts for one arm.
+constexpr double kUsualFunctionRad = 15.0 * kRadPerArcsec;
+/// A larger size of one arm is taken for this many times the arms' median.
+constexpr double kMostOfMedian = 3.0;
+
+/// The functions' sizes and reaches over the arms in use; none unless half of the arms have
+/// functions.
+void learn_functions(const std::vector<ArmEvidence>& arms, const std::vector<bool>& use,
+                     std::vector<JointPriors>& joints) {
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    std::vector<double> sizes, reaches;
+    for (std::size_t k = 0; k < arms.size(); ++k) {
+      if (!use[k] || j >= arms[k].functions.size()) continue;
+      const FunctionSize& one = arms[k].functions[j];
+      sizes.push_back(std::max(one.size_rad, kLeastFunctionRad));
+      if (one.reach_rad > 0.0) reaches.push_back(one.reach_rad);
+    }
+    const auto n = static_cast<double>(sizes.size());
+    if (static_cast<double>(reaches.size()) < std::max<double>(kFewestArms, n / 2.0)) continue;
+    const Eigen::ArrayXd size =
+        Eigen::Map<const Eigen::ArrayXd>(sizes.data(), static_cast<Eigen::Index>(sizes.size()))
+            .min(kMostOfMedian * median(sizes));
+    const Eigen::ArrayXd logs = size.log();
+    const double scatter = std::sqrt((logs - logs.mean()).square().sum() / (n - 1.0) / n);
+    const double found =
+        std::sqrt((size.square().sum() + kUsualFunctionRad * kUsualFunctionRad) / (n + 1.0));
+    joints[j].of(SpreadKind::kFunction) =
+        Spread{kUsualFunctionRad, found, found * std::max(scatter, 1.0 / std::sqrt(2.0 * n)), n};
+    joints[j].function_reach_rad = median(std::move(reaches));
+  }
 }
 
 double tolerances(const Robot& robot) {
@@ -163,6 +198,8 @@ double Joint::*place_of(SpreadKind kind) {
       return &Joint::compliance_sigma_rad_per_nm;
     case SpreadKind::kGear:
       return &Joint::harmonic_sigma_rad;
+    case SpreadKind::kFunction:
+      return &Joint::function_sigma_rad;
   }
   return nullptr;
 }
@@ -220,6 +257,7 @@ Learned learn(const Robot& nominal, std::vector<ArmEvidence> arms) {
       learned.none = NoPriors::kTooFewArms;
     else
       priors.joints = joints_of(drawn, nominal, p.spreads);
+    learn_functions(arms, p.use, priors.joints);  // of no joints without priors
   }
   std::ranges::sort(learned.set_aside, {},
                     [](const SetAside& one) { return std::tie(one.name, one.kind, one.other); });
@@ -262,6 +300,29 @@ std::map<ParameterKey, double> prior_sigmas(const Calibration& c) {
     if (p.kind == ParameterKind::kCompliance && stated) sigmas[p] = p.sigma * compliance;
   }
   return sigmas;
+}
+
+/// MacKay's fixed point of the size, from the coefficients that the touches determined.
+/// `widened`: factor on the covariance.
+std::vector<FunctionSize> function_sizes(const Calibration& c, double widened) {
+  std::vector<FunctionSize> all;
+  const ArmModel arm(at_level(c.cell, {}));
+  for (std::size_t j = 0; j < c.cell.robot.joints.size(); ++j) {
+    double square = 0.0, determined = 0.0;
+    for (const ArmParameter& p : arm.parameters()) {
+      const ParameterResult* result = find(c, p);
+      if (!is_function(p.kind) || p.joint != static_cast<int>(j) || result == nullptr) continue;
+      square += std::pow(result->correction / p.sigma, 2);
+      determined += std::max(0.0, 1.0 - std::pow(result->sigma / p.sigma, 2) / widened);
+    }
+    const Joint& joint = c.cell.robot.joints[j];
+    constexpr double kEnough = 4.0;
+    const double shown = std::sqrt(square / std::max(determined, 1.0));
+    all.push_back(determined < kEnough
+                      ? FunctionSize{c.level.ripple_rad, 0.0}
+                      : FunctionSize{joint.function_sigma_rad * shown, joint.function_reach_rad});
+  }
+  return all;
 }
 
 bool is_whole(const Calibration& c) {
@@ -325,6 +386,7 @@ std::variant<ArmEvidence, SetAsideKind> evidence_of(const Calibration& c) {
   if (at.empty()) return SetAsideKind::kUninformative;
   // In an update the last calibration's covariance enters as it was stated.
   const double widened = evidence.update ? 1.0 : std::max(1.0, c.chi2_per_dof);
+  evidence.functions = function_sizes(c, widened);
   const auto n = static_cast<Eigen::Index>(at.size());
   const auto as_vector = [n](const std::vector<double>& v) -> Eigen::VectorXd {
     return Eigen::Map<const Eigen::VectorXd>(v.data(), n);
@@ -351,8 +413,9 @@ std::variant<Accepted, OtherNominalGeometry> accept(const Robot& robot, const Fl
     for (const SpreadKind kind : kSpreadKinds) {
       const auto& spread = prior.of(kind);
       double& value = (*at).*place_of(kind);
-      if (!spread || !(value > 0.0)) continue;
+      if (!spread || !(value > 0.0 || kind == SpreadKind::kFunction)) continue;
       value = offered(*spread);
+      if (kind == SpreadKind::kFunction) at->function_reach_rad = prior.function_reach_rad;
       accepted.changes.push_back({prior.joint, kind, old.*place_of(kind), value});
     }
   }

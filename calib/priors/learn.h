@@ -15,6 +15,12 @@ namespace cellcal::calib {
 
 // Evidence of one arm's touches on its errors, with the priors of its calibration divided out.
 
+/// Size of a joint's function by the touches: rms over a turn; of an arm without functions the
+/// ripple that stands for them.
+struct FunctionSize {
+  double size_rad = 0.0, reach_rad = 0.0;  ///< reach 0: the touches showed no function
+};
+
 /// rows * (errors [SI]) + N(0, 1) = values.
 struct ArmEvidence {
   std::string name;  ///< of the calibration: its file
@@ -26,6 +32,7 @@ struct ArmEvidence {
   std::vector<ParameterKey> keys;  ///< of the errors
   Eigen::MatrixXd rows;
   Eigen::VectorXd values;
+  std::vector<FunctionSize> functions;  ///< per joint
 };
 
 /// Or the reason for setting the calibration aside.
@@ -75,7 +82,7 @@ struct OtherNominalGeometry {
 
 /// The robot with the priors offered: tolerances for errors that it allows; compliance if the file states it; gear
 /// amplitudes for the orders that it names, or for orders 1 to 4 of all joints if it names none, decreasing with the
-/// order as an estimate assumes.
+/// order as an estimate assumes; the joints' functions with their reach, at all angles.
 std::variant<Accepted, OtherNominalGeometry> accept(const Robot& robot, const FleetPriors& priors);
 
 }  // namespace cellcal::calib

@@ -12,14 +12,15 @@
 namespace cellcal::calib {
 
 /// Groups of a joint's errors; each has one spread.
-enum class SpreadKind { kLength, kAngle, kCompliance, kGear };
+enum class SpreadKind { kLength, kAngle, kCompliance, kGear, kFunction };
 inline constexpr std::array kSpreadKinds{SpreadKind::kLength, SpreadKind::kAngle,
-                                         SpreadKind::kCompliance, SpreadKind::kGear};
+                                         SpreadKind::kCompliance, SpreadKind::kGear,
+                                         SpreadKind::kFunction};
 
 /// Weight of the robot file's tolerances, as a number of arms with perfectly known errors as large as stated.
 inline constexpr double kDrawnArms = 4.0;
 
-/// SI units and radians; for gears the amplitude of order 1.
+/// SI units and radians; for gears the amplitude of order 1, for functions the rms over a turn.
 struct Spread {
   double drawn = 0.0;        ///< 1 sigma stated by the robot file; prevails for few arms
   double found = 0.0;        ///< 1 sigma of the arms
@@ -36,6 +37,7 @@ struct JointPriors {
   std::string joint;
   std::array<std::optional<Spread>, kSpreadKinds.size()>
       spreads;  ///< by SpreadKind; empty: not learned
+  double function_reach_rad = 0.0;  ///< of the joint's function, if that was learned
 
   std::optional<Spread>& of(SpreadKind kind) { return spreads[static_cast<std::size_t>(kind)]; }
   const std::optional<Spread>& of(SpreadKind kind) const {

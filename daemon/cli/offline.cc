@@ -314,11 +314,12 @@ int identify(const IdentifyCommand& command) {
   const std::string csv = calib::read_file(command.touches);
   const std::vector<calib::Touch> touches =
       calib::parse_touches(csv, command.touches.string(), cell);
-  calib::Calibration calibration =
-      command.method == "paper"
-          ? calib::identify_paper(cell, touches)
-          : calib::identify(cell, touches, {.region_poses = calib::kStatedPoses},
-                            calib::shipped_robots);
+  calib::Calibration calibration = command.method == "paper"
+                                       ? calib::identify_paper(cell, touches)
+                                       : calib::identify(cell, touches,
+                                                         {.region_poses = calib::kStatedPoses,
+                                                          .functions = command.method != "plain"},
+                                                         calib::shipped_robots);
   calibration.inputs = {input("cell", files.cell_name, files.cell_text),
                         input("robot", files.robot_name, files.robot_text),
                         input("touches", command.touches.string(), csv)};

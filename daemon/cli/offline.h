@@ -39,7 +39,9 @@ int predict(const PredictCommand& command);
 
 struct PlanCommand {
   std::filesystem::path cell, output, picture;
-  int touches = 50, check = 0;
+  std::filesystem::path last;     ///< previous calibration of the arm; empty: none
+  int touches = 200, check = 0;   ///< with a goal the most touches
+  std::optional<double> goal_mm;  ///< u95, mean over the region
   std::string region = "workspace";
   std::vector<std::filesystem::path> programs;    ///< KRL, whose points are the region
   std::vector<std::filesystem::path> controller;  ///< $config.dat, $machine.dat of the programs

@@ -33,9 +33,9 @@ void add_identify(CLI::App& app, int& status) {
       ->needs("--last");
   command
       ->add_option("--method", given->method,
-                   "map: maximum a posteriori (usual); paper: method of Wang et al. 2024, for "
-                   "comparison")
-      ->check(CLI::IsMember({"map", "paper"}))
+                   "map: maximum a posteriori (usual). For comparison: plain, the same without "
+                   "functions of the joints' angles; paper, method of Wang et al. 2024")
+      ->check(CLI::IsMember({"map", "plain", "paper"}))
       ->capture_default_str();
   command->add_flag("--json", given->json, "Print the calibration as JSON");
   command->add_flag("--verbose", given->verbose, "Print all findings, not only the summary");
@@ -84,11 +84,23 @@ void add_plan(CLI::App& app, int& status) {
       "cell file that\ncontradicts itself is refused.\nExample: cellcal plan --cell cell.toml "
       "--touches 50 --check 10 -o plan.csv --picture plan.svg\n"
       "         cellcal plan --cell cell.toml --touches 50 --program weld.src --config '$config.dat'\n"
+      "         cellcal plan --cell cell.toml --goal 0.15\n"
       "         cellcal plan --cell cell.toml --touches 50 --suggest-spheres");
   command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
-  command->add_option("--touches", given->touches, "Touches for the fit")
-      ->required()
-      ->check(CLI::Range(1, 2000));
+  auto* touches = command
+                      ->add_option("--touches", given->touches,
+                                   "Touches for the fit; with --goal the most [with --goal 200]")
+                      ->check(CLI::Range(1, 2000));
+  auto* goal = command
+                   ->add_option("--goal", given->goal_mm,
+                                "Accuracy to reach: predicted u95 in mm, mean over the region. As "
+                                "many touches as it takes; where the most allowed do not reach it, "
+                                "what remains is named, with the joint and its angles")
+                   ->check(CLI::Range(0.01, 10.0));
+  command->add_option(
+      "--last", given->last,
+      "Previous calibration of this arm: the transmission errors that it learnt are "
+      "known to the choice of touches");
   command->add_option("--check", given->check, "Held-out touches, to check the result")
       ->check(CLI::Range(0, 2000))
       ->capture_default_str();
@@ -125,8 +137,13 @@ void add_plan(CLI::App& app, int& status) {
           "accuracy beside today's [4]")
       ->expected(0, 1)
       ->default_str("4")
-      ->check(CLI::Range(1, 12));
-  command->callback([given, &status] { status = plan(*given); });
+      ->check(CLI::Range(1, 12))
+      ->excludes(goal);
+  command->callback([=, &status] {
+    if (touches->count() == 0 && goal->count() == 0)
+      throw CLI::RequiredError("--touches (or --goal)");
+    status = plan(*given);
+  });
 }
 
 void add_kuka_files(CLI::App& app, int& status) {

@@ -18,6 +18,7 @@
 #include "calib/model/units.h"
 #include "calib/plan/candidates.h"
 #include "calib/plan/cell_check.h"
+#include "calib/plan/design.h"
 #include "calib/plan/duration.h"
 #include "calib/plan/suggest_spheres.h"
 #include "daemon/cli/commands.h"
@@ -110,6 +111,24 @@ calib::Phrase foreseen(const calib::Phrase& region, const calib::Plan& plan,
            {"min", minutes(plan, robot)}}};
 }
 
+/// Why the goal is missed with all touches that were allowed; none where it is reached.
+std::optional<calib::Phrase> missed(const PlanCommand& command, const calib::Plan& plan) {
+  if (!plan.missing) return std::nullopt;
+  return calib::Phrase{"say.plan.goal.missed",
+                       {{"u95", plan.predicted_u95_m * calib::kMmPerM},
+                        {"n", command.touches},
+                        {"goal", *command.goal_mm},
+                        {"what", phrase_of(*plan.missing)}}};
+}
+
+nlohmann::json json_of(const calib::Missing& missing) {
+  nlohmann::json json{{"source", to_string(missing.source)}, {"share", missing.share}};
+  if (missing.joint.empty()) return json;
+  json["joint"] = missing.joint;
+  json["angle_deg"] = {missing.from_rad * calib::kDegPerRad, missing.to_rad * calib::kDegPerRad};
+  return json;
+}
+
 calib::Phrase travel(const LimitNeeded& needed, const calib::Plan& plan,
                      const calib::Robot& robot) {
   std::string begin;
@@ -125,7 +144,8 @@ calib::Phrase travel(const LimitNeeded& needed, const calib::Plan& plan,
            {"anywhere", std::min(needed.anywhere_deg, kWidestLimitDeg)}}};
 }
 
-std::string json_of(const calib::Plan& plan, const calib::Robot& robot, const LimitNeeded& needed) {
+nlohmann::json json_of(const calib::Plan& plan, const calib::Robot& robot,
+                       const LimitNeeded& needed) {
   nlohmann::json list = nlohmann::json::array();
   for (const calib::PlannedTouch& planned : plan.touches) {
     nlohmann::json joints, tracks;
@@ -145,16 +165,14 @@ std::string json_of(const calib::Plan& plan, const calib::Robot& robot, const Li
       list.back()["positioner_deg"][robot.positioner[j].name] =
           planned.positioner_rad[j] * calib::kDegPerRad;
   }
-  return nlohmann::json{{"touches", list},
-                        {"left_out", plan.left_out},
-                        {"predicted_m3_mm", plan.predicted_mean_m * calib::kMmPerM},
-                        {"predicted_u95_mm", plan.predicted_u95_m * calib::kMmPerM},
-                        {"farthest_turn_deg", needed.turn_deg},
-                        {"correction_limit_deg", needed.limit_deg},
-                        {"correction_limit_anywhere_deg", needed.anywhere_deg},
-                        {"robot_minutes", minutes(plan, robot)}}
-             .dump(1) +
-         "\n";
+  return {{"touches", list},
+          {"left_out", plan.left_out},
+          {"predicted_m3_mm", plan.predicted_mean_m * calib::kMmPerM},
+          {"predicted_u95_mm", plan.predicted_u95_m * calib::kMmPerM},
+          {"farthest_turn_deg", needed.turn_deg},
+          {"correction_limit_deg", needed.limit_deg},
+          {"correction_limit_anywhere_deg", needed.anywhere_deg},
+          {"robot_minutes", minutes(plan, robot)}};
 }
 
 std::string left_out_comment(const calib::Plan& plan, const calib::Cell& cell) {
@@ -169,12 +187,15 @@ std::string left_out_comment(const calib::Plan& plan, const calib::Cell& cell) {
 }  // namespace
 
 int plan(const PlanCommand& command) {
-  const calib::Cell cell = calib::load_cell(command.cell);
+  calib::Cell cell = calib::load_cell(command.cell);
+  if (!command.last.empty())
+    cell = with_functions_of(read_calibration(command.last).cell.robot, std::move(cell));
   for (const std::string& warning : calib::refuse_faulty(cell))
     fmt::print(stderr, "warning: {}\n", warning);
   calib::PlanOptions options;
   options.fit_touches = command.touches;
   options.check_touches = command.check;
+  options.goal_u95_m = command.goal_mm.value_or(0.0) / calib::kMmPerM;
   options.seed = command.seed;
   options.region = command.programs.empty() ? calib::parse_accuracy_region(command.region)
                                             : region_of_programs(command, cell);
@@ -187,10 +208,15 @@ int plan(const PlanCommand& command) {
   }();
   if (const auto fault = calib::fault_of(cell, made))
     fmt::print(stderr, "warning: {}\n", words(*fault));
+  const auto short_of = missed(command, made);
+  if (short_of) fmt::print(stderr, "warning: {}\n", say(*short_of));
   const LimitNeeded needed = limit_needed(made, cell.robot, made.start);
   if (!command.picture.empty()) put(plan_svg(cell, made), command.picture);
   if (command.json) {
-    put(json_of(made, cell.robot, needed), command.output);
+    nlohmann::json json = json_of(made, cell.robot, needed);
+    if (command.goal_mm) json["goal_mm"] = *command.goal_mm;
+    if (made.missing) json["missing"] = json_of(*made.missing);
+    put(json.dump(1) + "\n", command.output);
     return kSuccess;
   }
   std::vector<calib::Touch> touches;
@@ -200,6 +226,7 @@ int plan(const PlanCommand& command) {
   put_as(as_touches(cell),
          "# planned with nominal geometry, not measured\n" + left_out_comment(made, cell) + "# " +
              words(accuracy) + "\n# " + words(turn) + "\n" +
+             (short_of ? "# " + words(*short_of) + "\n" : "") +
              calib::format_touches(touches, cell.robot),
          command.output);
   if (!command.output.empty())

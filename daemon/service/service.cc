@@ -301,9 +301,11 @@ TaskInputs SessionService::task_inputs(Job& job) {
     parts_.journal.note(job.session, job.backend->utc_now(), words);
     spdlog::info("session {}: {}", job.session, words);
   };
-  if (job.options.kind == SessionKind::kCalibrate)
+  // A dry run follows the path of a calibration, which is planned by what the last one learnt.
+  const bool dry = job.options.kind == SessionKind::kDryRun;
+  if (dry || job.options.kind == SessionKind::kCalibrate)
     inputs.compared = last_calibration(parts_.journal, job.inputs.cell_name, job.session,
-                                       job.options.accept_change);
+                                       dry || job.options.accept_change);
   inputs.session = job.session;
   inputs.started = job.started;
   inputs.results_dir = results_dir(job.session);

@@ -17,6 +17,7 @@
 #include "calib/model/units.h"
 #include "calib/plan/cell_check.h"
 #include "calib/plan/contact_forecast.h"
+#include "calib/plan/design.h"
 #include "calib/plan/duration.h"
 #include "calib/plan/touch_sequence.h"
 #include "calib/result/finding_phrase.h"
@@ -117,6 +118,14 @@ std::string plan_hash(const calib::Plan& plan) {
 
 namespace {
 
+/// The cell for the choice of touches: with the transmission errors that its last calibration learnt.
+calib::Cell cell_to_plan(const TaskInputs& inputs) {
+  if (!inputs.compared) return inputs.cell;
+  const calib::Calibration last =
+      calib::calibration_from_json(inputs.compared->calibration, inputs.compared->words);
+  return with_functions_of(last.cell.robot, inputs.cell);
+}
+
 /// Touches chosen one by one. Used by the worker only, job after job.
 class Chooser {
  public:
@@ -163,7 +172,7 @@ class Chooser {
   }
 
   void open_sequence() {
-    calib::Cell cell = inputs_->cell;
+    calib::Cell cell = cell_to_plan(*inputs_);
     if (is_bounded()) cell.passable = within_reach(cell.passable);
     const calib::TouchSequenceOptions options{inputs_->options.plan, inputs_->options.goal,
                                               inputs_->options.find, only_find(), inputs_->left};
@@ -240,7 +249,7 @@ Tasks with_route(Tasks tasks, const std::shared_ptr<const TaskInputs>& inputs) {
 }  // namespace
 
 Tasks::Planned plan_beforehand(const TaskInputs& inputs) {
-  Tasks::Planned planned{calib::make_plan(inputs.cell, inputs.options.plan), "", {}};
+  Tasks::Planned planned{calib::make_plan(cell_to_plan(inputs), inputs.options.plan), "", {}};
   check(planned.plan, inputs.cell.robot.joints.size());
   planned.hash = plan_hash(planned.plan);
   return planned;

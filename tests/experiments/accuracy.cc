@@ -44,7 +44,7 @@ struct Options {
   Trial trial;
   std::string level, arm;
   std::uint64_t seed = 1;
-  bool each = false;
+  bool each = false, both = false;
 };
 
 void run(const calib::Robot& robot, const Level& level, const Options& options) {
@@ -160,6 +160,8 @@ int main(int argc, char** argv) {
     app.option("--outliers-dropped", options.trial.outliers_dropped,
                "Gross touches are taken away before the estimate: what could be had at best");
     app.option("--each", options.each, "A line for every robot");
+    app.option("--both", options.both,
+               "Also the same touches without functions of the joints' angles");
     app.option("--level", options.level, "Only this one").one_of({"L0", "L1", "L2", "L3"});
     app.option("--robot", options.arm, "Robot file");
     app.option("--outliers", options.trial.outlier_share,
@@ -198,6 +200,11 @@ int main(int argc, char** argv) {
           joint.compliance_sigma_rad_per_nm = 0.0;
         }
       run(arm, level, options);
+      if (!options.both) continue;
+      fmt::print("the same touches, without functions of the joints' angles:\n");
+      Options plain = options;
+      plain.trial.functions = false;
+      run(arm, level, plain);
     }
     return 0;
   } catch (const std::exception& e) {

@@ -25,11 +25,14 @@ struct Arm {
   experiments::Gears gears;
   double play_arcsec, field_m;
   double misfit_m;  ///< what the fit leaves, about: what a user would type in
+  double reach_rad = 0.6;
 };
 constexpr Arm kArms[] = {
     {"as the model has it", experiments::Gears::kHarmonics, 0.0, 0.0, 0.03e-3},
     {"play 60 arcsec", experiments::Gears::kHarmonics, 60.0, 0.0, 0.10e-3},
     {"field 0.3 mm", experiments::Gears::kHarmonics, 0.0, 0.3e-3, 0.22e-3},
+    {"short field 0.1 rad", experiments::Gears::kHarmonics, 0.0, 0.05e-3, 0.06e-3, 0.1},
+    {"short field 0.03 rad", experiments::Gears::kHarmonics, 0.0, 0.05e-3, 0.06e-3, 0.03},
 };
 
 struct Row {
@@ -48,6 +51,7 @@ void run(const calib::Robot& robot, Trial trial, const Row& row, int robots, std
   trial.gears = row.arm.gears;
   trial.play_arcsec = row.arm.play_arcsec;
   trial.field_m = row.arm.field_m;
+  trial.field_reach_rad = row.arm.reach_rad;
   trial.touch_sigma_m = row.sigma_m;
   trial.noise_m = kNoiseM;
   trial.repeated = row.repeated;

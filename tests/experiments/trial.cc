@@ -96,9 +96,11 @@ calib::Load beside(const calib::Tool& tool, double all_kg) {
 
 }  // namespace
 
-Outcome judged(World world, const std::vector<calib::Touch>& touches, double load_kg) {
-  calib::Calibration c = calib::identify(world.cell, touches, {.region_poses = calib::kStatedPoses},
-                                         calib::shipped_robots);
+Outcome judged(World world, const std::vector<calib::Touch>& touches, double load_kg,
+               bool functions) {
+  calib::Calibration c = calib::identify(
+      world.cell, touches, {.region_poses = calib::kStatedPoses, .functions = functions},
+      calib::shipped_robots);
   if (load_kg > 0.0) {
     world.arm.carry(load_kg, kLoadedComM);
     c = calib::with_load(std::move(c), {load_kg, kLoadedComM});
@@ -140,7 +142,10 @@ Outcome judged(World world, const std::vector<calib::Touch>& touches, double loa
   for (const auto& t : c.targets) centres.push_back(t.centre_m);
   o.nominal_workspace = {
       c.nominal_workspace_m, c.nominal_workspace_u_m,
-      nominal_mean_m(world.arm, predictor, calib::workspace_poses(model, kPoses, 97))};
+      // The calibration's own workspace: within the angles that functions were learnt over.
+      nominal_mean_m(
+          world.arm, predictor,
+          calib::workspace_poses(calib::ArmModel(c.cell.robot, c.cell.tool), kPoses, 97))};
   o.nominal_near = {c.nominal_near_targets_m, c.nominal_near_targets_u_m,
                     nominal_mean_m(world.arm, predictor,
                                    calib::local_poses(model, around, centres, 0.15, kPoses, 97))};
@@ -156,6 +161,7 @@ Stage stage_of(const Trial& trial) {
   if (trial.noise_m > 0.0) stage.noise_m = trial.noise_m;
   stage.truth.play_arcsec = trial.play_arcsec;
   stage.truth.field_m = trial.field_m;
+  stage.truth.field_reach_rad = trial.field_reach_rad;
   stage.truth.length_factor = trial.length_factor;
   stage.truth.angle_factor = trial.angle_factor;
   stage.truth.spring_nm = trial.spring_nm;
@@ -231,7 +237,7 @@ std::optional<Session> measured(const calib::Robot& robot, const Trial& trial, s
 std::optional<Outcome> run(const calib::Robot& robot, const Trial& trial, std::uint64_t seed) {
   const auto session = measured(robot, trial, seed);
   if (!session) return std::nullopt;
-  Outcome o = judged(session->world, session->touches, trial.load_kg);
+  Outcome o = judged(session->world, session->touches, trial.load_kg, trial.functions);
   o.planned_m3 = session->planned_m3;
   o.minutes = session->minutes;
   return o;

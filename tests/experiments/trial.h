@@ -30,6 +30,8 @@ struct Trial {
   bool masses_stated = true;                ///< in the robot file
   double noise_m = 0.0;                     ///< of a touch; 0: as stated
   double play_arcsec = 0.0, field_m = 0.0;  ///< what the model lacks (true_arm.h)
+  double field_reach_rad = 0.6;
+  bool functions = true;  ///< of the joints' angles, in the estimate
   double spring_nm = 0.0, soft_rad = 0.0;
   double size = 1.0;         ///< world.h
   bool heavy_stated = true;  ///< world.h
@@ -84,7 +86,8 @@ OverPostures judge(const TrueArm& arm, const calib::Predictor& predictor,
 std::vector<calib::JointVector> postures(const calib::ArmModel& arm, int count, unsigned seed);
 
 /// What the touches give in this world.
-Outcome judged(World world, const std::vector<calib::Touch>& touches, double load_kg = 0.0);
+Outcome judged(World world, const std::vector<calib::Touch>& touches, double load_kg = 0.0,
+               bool functions = true);
 
 /// Its outcome. Where the touches give no estimate all errors are infinite and `why_not` says so.
 std::optional<Outcome> run(const calib::Robot& robot, const Trial& trial, std::uint64_t seed);

@@ -11,12 +11,14 @@
 #include "calib/identify/identify.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/units.h"
+#include "tests/calib/identify/judged.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
 namespace {
 
 using testing::demo_cell;
+using testing::has_functions;
 using testing::make_touches;
 using testing::plain_truth;
 
@@ -41,11 +43,6 @@ const std::vector<Touch>& touches_of_waves() {
 const Calibration& learnt() {
   static const Calibration c = identify(demo_cell(), touches_of_waves());
   return c;
-}
-
-bool has_functions(const Calibration& c) {
-  return std::any_of(c.parameters.begin(), c.parameters.end(),
-                     [](const ParameterResult& p) { return is_function(p.key.kind); });
 }
 
 TEST(JointFunctions, AreLearntWhereTouchesSpeakForThem) {

@@ -20,14 +20,15 @@
 #include "tests/calib/check/changed_cell.h"
 #include "tests/calib/files/documents.h"
 #include "tests/calib/findings.h"
+#include "tests/calib/identify/judged.h"
 #include "tests/calib/plan/meet.h"
 #include "tests/calib/thrown.h"
 
 namespace cellcal::calib {
 namespace {
 
-using testing::calibration, testing::demo_cell, testing::knocked, testing::moved, testing::truth,
-    testing::with_robot;
+using testing::calibration, testing::demo_cell, testing::knocked, testing::moved, testing::off,
+    testing::Off, testing::truth, testing::with_robot;
 
 const UpdateFacts kFacts{"session 3 of 2026-11-20", 1.0, {}, 60};
 
@@ -68,33 +69,6 @@ class Session {
   sim::Truth arm_;
   Random random_;
 };
-
-struct Off {
-  double mean_m = 0.0, inside = 0.0;
-};
-
-/// Of the tip over the workspace, a motion of the base taken out, and the share within u95.
-Off off(const Calibration& c, const sim::Truth& arm) {
-  const auto poses = workspace_poses(ArmModel(demo_cell()), 200, 7);
-  const auto n = static_cast<Eigen::Index>(poses.size());
-  const Predictor predictor(c);
-  Eigen::Matrix3Xd real(3, n), predicted(3, n);
-  Eigen::ArrayXd u95(n);
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const JointVector& q = poses[static_cast<std::size_t>(k)];
-    const Prediction p = predictor.calibrated(q);
-    real.col(k) = arm.arm.position(arm.arm.prepare(q), arm.errors.data());
-    predicted.col(k) = p.tcp.translation();
-    u95[k] = p.u95_m;
-  }
-  const Eigen::Matrix4d motion = Eigen::umeyama(predicted, real, false);
-  const Eigen::ArrayXd e =
-      ((motion.topLeftCorner<3, 3>() * predicted).colwise() + motion.topRightCorner<3, 1>() - real)
-          .colwise()
-          .norm()
-          .transpose();
-  return {e.mean(), static_cast<double>((e <= u95).count()) / static_cast<double>(n)};
-}
 
 /// As accurate as before, but for a fifth, and honest about it.
 void expect_as_before(const Calibration& c, const sim::Truth& arm) {

@@ -10,6 +10,7 @@
 
 #include "calib/model/linear.h"
 #include "calib/model/long_work.h"
+#include "calib/model/units.h"
 #include "calib/plan/candidates.h"
 #include "calib/plan/clearance.h"
 #include "calib/plan/forecast.h"
@@ -111,6 +112,20 @@ TEST(Online, SaysInWordsWhyItEndedAndNothingBefore) {
     words.insert(why_ended(progress, goal));
   }
   EXPECT_EQ(words.size(), 5U);
+}
+
+TEST(Online, SaysWhatKeepsItFromTheGoal) {
+  Cell cell = demo_cell();
+  for (Joint& joint : cell.robot.joints) joint.function_sigma_rad = 40.0 * kRadPerArcsec;
+  for (Joint& joint : cell.robot.joints) joint.function_reach_rad = 0.1;
+  const Goal goal{.u95_m = 0.01e-3, .most_touches = 25};
+  const Driven driven = drive(cell, goal);
+  ASSERT_EQ(driven.end.ended, Ended::kMostTouches);
+  ASSERT_TRUE(driven.end.missing);
+  EXPECT_EQ(driven.end.missing->source, UncertaintySource::kTransmission);
+  EXPECT_FALSE(driven.end.missing->joint.empty());
+  EXPECT_NE(why_ended(driven.end, goal).find("transmission error of A"), std::string::npos);
+  EXPECT_FALSE(drive(demo_cell(), {.u95_m = 0.5e-3}).end.missing);
 }
 
 TEST(Online, OffersTheSameTouchUntilToldWhatBecameOfIt) {

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/files/priors_file.h"
+#include "calib/model/error.h"
+#include "calib/model/units.h"
 #include "calib/priors/learn.h"
 #include "tests/calib/priors/simulated_fleet.h"
 
@@ -235,6 +238,71 @@ TEST(FleetOrder, InWhichCalibrationsComeDoesNotMatter) {
       EXPECT_EQ(spread(forth, joint, kind).found, spread(back, joint, kind).found);
       EXPECT_EQ(spread(forth, joint, kind).found_sigma, spread(back, joint, kind).found_sigma);
     }
+}
+
+/// Each joint with a function of this size.
+Robot with_functions(double sigma_rad) {
+  Robot robot = drawn_robot();
+  for (Joint& joint : robot.joints) {
+    joint.function_sigma_rad = sigma_rad;
+    joint.function_reach_rad = 6.0 * kRadPerDeg;
+  }
+  return robot;
+}
+
+std::vector<ArmEvidence> arms_with_functions(int arms, double real_rad, double stated_rad) {
+  constexpr int kTouches = 250;
+  Random random(7);
+  std::vector<Calibration> fleet;
+  for (int k = 0; k < arms; ++k)
+    fleet.push_back(calibration_of(with_functions(real_rad), with_functions(stated_rad), uneven(),
+                                   kTouches, random));
+  return evidence_of_all(fleet);
+}
+
+TEST(FunctionsOfAFleet, HaveTheirSizeWhateverTheArmsCalibrationsAssumed) {
+  constexpr double kReal = 30.0 * kRadPerArcsec;
+  for (const double stated : {20.0 * kRadPerArcsec, 45.0 * kRadPerArcsec}) {
+    const Learned learned = learn(drawn_robot(), arms_with_functions(6, kReal, stated));
+    ASSERT_FALSE(learned.none);
+    for (std::size_t j = 0; j < 3; ++j) {
+      const Spread& found = spread(learned, j, SpreadKind::kFunction);
+      EXPECT_NEAR(std::log(found.found / kReal), 0.0, 0.25) << j << " " << stated;
+      EXPECT_EQ(found.arms, 6.0);
+      EXPECT_NEAR(learned.priors.joints[j].function_reach_rad, 6.0 * kRadPerDeg, 1e-12);
+    }
+  }
+}
+
+TEST(FunctionsOfAFleet, AreNoneWhereLessThanHalfOfTheArmsHaveThem) {
+  std::vector<ArmEvidence> arms = arms_with_functions(3, 3e-4, 3e-4);
+  for (ArmEvidence& plain : evidence_of_all(fleet_of(4, uneven()))) {
+    plain.name = "plain " + plain.name;
+    arms.push_back(std::move(plain));
+  }
+  for (const JointPriors& joint : learn(drawn_robot(), arms).priors.joints)
+    EXPECT_FALSE(joint.of(SpreadKind::kFunction));
+}
+
+TEST(FunctionsOfAFleet, AreInTheirFileAndInTheRobotThatAcceptsThem) {
+  FleetPriors priors = learn(drawn_robot(), arms_with_functions(4, 1.5e-4, 1.5e-4)).priors;
+  priors.made = "2026-11-22T20:15:00Z";
+  const FleetPriors read = parse_priors(priors_to_toml(priors), "priors.toml");
+  EXPECT_EQ(priors_to_toml(read), priors_to_toml(priors));
+  const auto accepted = std::get<Accepted>(accept(drawn_robot(), read));
+  const Joint& joint = accepted.robot.joints[1];
+  EXPECT_NEAR(joint.function_sigma_rad, offered(spread({priors, {}, {}}, 1, SpreadKind::kFunction)),
+              1e-12);
+  EXPECT_NEAR(joint.function_reach_rad, 6.0 * kRadPerDeg, 1e-9);
+  EXPECT_TRUE(std::ranges::any_of(accepted.changes, [](const PriorChange& one) {
+    return one.kind == SpreadKind::kFunction && one.before == 0.0;
+  }));
+  const std::string text = priors_to_toml(priors);
+  const auto at = text.find("function_reach_deg");
+  EXPECT_THROW((void)parse_priors(text.substr(0, at) + text.substr(text.find('\n', at) + 1),
+                                  "priors.toml"),
+               FileError)
+      << "a size without its reach";
 }
 
 }  // namespace

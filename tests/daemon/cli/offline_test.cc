@@ -294,6 +294,21 @@ TEST(a_plan, says_how_far_the_axes_go_from_where_the_arm_stands) {
   EXPECT_NE(beyond.err.find("400 deg for A1"), std::string::npos) << beyond.err;
 }
 
+TEST(a_plan, to_a_goal_names_what_is_missing) {
+  const Outcome planned =
+      run_program({CELLCAL, "plan", "--cell", kCell, "--goal", "0.02", "--touches", "24", "--json"});
+  ASSERT_EQ(planned.status, 0) << planned.err;
+  const auto json = nlohmann::json::parse(planned.out);
+  EXPECT_EQ(json["touches"].size(), 24u);
+  EXPECT_EQ(json["goal_mm"], 0.02);
+  EXPECT_GT(json["predicted_u95_mm"], 0.02);
+  EXPECT_GT(json["missing"]["share"], 0.0);
+  EXPECT_NE(planned.err.find("predicted at touch 24, the last allowed; goal 0.020 mm. "),
+            std::string::npos)
+      << planned.err;
+  EXPECT_EQ(run_program({CELLCAL, "plan", "--cell", kCell}).status, 2);
+}
+
 TEST(an_unknown_command, is_named) {
   const Outcome outcome = run_program({CELLCAL, "dance", "--poses", "p.csv"});
   EXPECT_EQ(outcome.status, 2);
