@@ -159,7 +159,8 @@ Count Table::run(Wire wire) {
     for (std::size_t i = 0; i < stretches.size(); ++i) {
       const Stretch& stretch = stretches[i];
       ++number;  // also for omitted ones, so that a partial run is identical to the whole
-      if ((options_.in_turn || on_track(wire)) && !has_its_turn(faults, fault, stretch.phase, i)) continue;
+      const bool by_turns = options_.in_turn || on_track(wire) || wire == Wire::kEkiTable;
+      if (by_turns && !has_its_turn(faults, fault, stretch.phase, i)) continue;
       if (!options_.fault.empty() && fault.name != options_.fault) continue;
       if (!options_.phase.empty() && to_string(stretch.phase) != options_.phase) continue;
       one(wire, fault, stretch, number);
