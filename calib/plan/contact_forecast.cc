@@ -22,6 +22,7 @@ Touch on_line(const PlannedTouch& planned, double travel_m, const Touch& like, d
   Touch touch;
   touch.target = planned.target;
   touch.load = like.load;
+  touch.positioner_rad = planned.positioner_rad;
   touch.speed_m_s = speed_m_s;
   const double share = travel_m / planned.search_m;
   for (std::size_t i = 0; i < planned.standoff.size(); ++i)

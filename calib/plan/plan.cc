@@ -165,37 +165,48 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
   return plan;
 }
 
-Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const JointVector& from) {
-  refuse_positioner(cell.robot, "resuming a plan", "Plan anew, 'cellcal plan'");
-  if (next >= plan.touches.size()) return plan;
-  const ArmModel arm = planning_arm(cell);
-  const Clearance clearance(cell, arm);
-  Router router(cell, arm, clearance, resting_posture(cell.robot, clearance), 0.0);
-  Plan result = plan;
-  PlannedTouch& touch = result.touches[next];
-  JointVector at = from;
-  std::vector<JointVector> way;
-  if (!clearance.clear(at, kTipMarginM)) {
-    // Inside a search: back along its line.
-    constexpr double kOnLineRad = 0.02;
-    for (const std::size_t k : {next, next > 0 ? next - 1 : next}) {
-      const PlannedTouch& near = plan.touches[k];
-      if (off_segment(from, near.clear, near.end) > kOnLineRad) continue;
-      // Out of a contact the arm moves alone: a linear unit stays where it stands.
-      JointVector out = near.clear;
-      std::copy_n(from.begin(), cell.robot.first_turning(), out.begin());
-      if (out != near.clear && !clearance.clear(out, kTipMarginM)) continue;
-      way.push_back(out);
-      at = out;
-      break;
-    }
-    if (way.empty())
-      throw PlanError(
-          PlanError::Kind::kArmStands,
-          fmt::format(
-              "the arm is not on the line of its last touch, and at its position {}. Jog it free",
-              words_or(clearance.hit(from, kTipMarginM), "something is too close")));
+namespace {
+
+/// Out of a search that the arm stopped in, `lines`: back along its line. Empty: the arm stands clear.
+/// `as_planned`: what is around their ends stands where it stood.
+std::optional<JointVector> out_of_search(const Cell& cell, const Clearance& clearance,
+                                         std::initializer_list<const PlannedTouch*> lines,
+                                         const JointVector& from, bool as_planned) {
+  if (clearance.clear(from, kTipMarginM)) return std::nullopt;
+  constexpr double kOnLineRad = 0.02;
+  for (const PlannedTouch* near : lines) {
+    if (off_segment(from, near->clear, near->end) > kOnLineRad) continue;
+    // Out of a contact the arm moves alone: a linear unit stays where it stands.
+    JointVector out = near->clear;
+    std::copy_n(from.begin(), cell.robot.first_turning(), out.begin());
+    if ((out != near->clear || !as_planned) && !clearance.clear(out, kTipMarginM)) continue;
+    return out;
   }
+  throw PlanError(
+      PlanError::Kind::kArmStands,
+      fmt::format(
+          "the arm is not on the line of its last touch, and at its position {}. Jog it free",
+          words_or(clearance.hit(from, kTipMarginM), "something is too close")));
+}
+
+Candidate leaving_at(const Cell& cell, const ArmModel& arm, const std::string& target,
+                     const JointVector& clear) {
+  Candidate leaving;  // its path to the resting posture is unknown
+  leaving.target = cell.target_index(target);
+  leaving.clear = clear;
+  leaving.orientation = arm.nominal_tcp(clear).linear();
+  return leaving;
+}
+
+/// The touch with its transit from `from`. `before`: made last, else itself. `rest`: as of a Router.
+PlannedTouch resumed_touch(const Cell& cell, const ArmModel& arm, const Clearance& clearance,
+                           const JointVector& rest, PlannedTouch touch, const PlannedTouch& before,
+                           const JointVector& from) {
+  Router router(cell, arm, clearance, rest, 0.0);
+  std::vector<JointVector> way;
+  if (const auto out = out_of_search(cell, clearance, {&touch, &before}, from, true))
+    way.push_back(*out);
+  const JointVector at = way.empty() ? from : way.back();
   Candidate to;
   to.target = cell.target_index(touch.target);
   to.normal = touch.normal;
@@ -208,17 +219,10 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
         PlanError::Kind::kInTheWay, touch.target,
         fmt::format(
             "{}: no clear way to the next touch of this plan: {}. Check what was changed in the cell",
-            touch.target,
-            words_or(
-                clearance.hit(resting_posture(cell.robot, clearance), touch.standoff, kTipMarginM),
-                kBlockedAround)));
-  const PlannedTouch& before = plan.touches[next > 0 ? next - 1 : next];
-  Candidate leaving;  // its path to the resting posture is unknown, unlike that of `to`
-  leaving.target = cell.target_index(before.target);
-  leaving.clear = before.clear;
-  leaving.orientation = arm.nominal_tcp(leaving.clear).linear();
-  const auto rest = router.to_standoff(at, &leaving, to);
-  if (!rest)
+            touch.target, words_or(clearance.hit(rest, touch.standoff, kTipMarginM), kBlockedAround)));
+  const Candidate leaving = leaving_at(cell, arm, before.target, before.clear);
+  const auto onward = router.to_standoff(at, &leaving, to);
+  if (!onward)
     throw PlanError(
         PlanError::Kind::kArmStands, touch.target,
         fmt::format(
@@ -226,9 +230,98 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
             "spheres",
             touch.target,
             words_or(clearance.hit(at, touch.standoff, kTipMarginM), kBlockedAround)));
-  way.insert(way.end(), rest->begin(), rest->end());
+  way.insert(way.end(), onward->begin(), onward->end());
   touch.transit = std::move(way);
   round_corners(clearance, {}, from, touch);
+  return touch;
+}
+
+/// Waypoints to where the arm waits, also out of a search on either touch whose sphere the positioner has
+/// moved since.
+std::vector<JointVector> way_to_wait(const Cell& still, const JointVector& start,
+                                     const PlannedTouch& touch, const PlannedTouch& last,
+                                     const JointVector& from) {
+  const ArmModel arm = planning_arm(still);
+  const Clearance clearance(still, arm);
+  std::vector<JointVector> way;
+  if (const auto out = out_of_search(still, clearance, {&touch, &last}, from, false))
+    way.push_back(*out);
+  const JointVector at = way.empty() ? from : way.back();
+  const auto onward = Router(still, arm, clearance, start, 0.0)
+                          .to_rest(leaving_at(still, arm, last.target, at));
+  if (!onward)
+    throw PlanError(
+        PlanError::Kind::kArmStands,
+        fmt::format("no clear way to where the arm waits while the positioner turns: {}. Jog it there",
+                    words_or(clearance.hit(at, start, kTipMarginM), kBlockedAround)));
+  way.insert(way.end(), onward->begin(), onward->end());
+  return way;
+}
+
+/// Beyond what the controller's program leaves an external axis at, 0.1 deg.
+constexpr double kStandsRad = 0.0021;
+
+bool stands_at(const std::vector<double>& angles, const std::vector<double>& setting) {
+  return std::ranges::equal(angles, setting, [](double a, double b) {
+    return std::abs(a - b) <= kStandsRad;
+  });
+}
+
+/// The touches from `next` on at its setting, as the positioner stands.
+void take_as_it_stands(Plan& plan, std::size_t next, const std::vector<double>& positioner_rad) {
+  const std::vector<double> setting = plan.touches[next].positioner_rad;
+  for (std::size_t k = next; k < plan.touches.size(); ++k) {
+    PlannedTouch& touch = plan.touches[k];
+    if (touch.positioner_rad != setting) {
+      touch.wait_rad = positioner_rad;
+      return;
+    }
+    touch.positioner_rad = positioner_rad;
+  }
+}
+
+PlannedTouch resumed_at_setting(const Cell& cell, const JointVector& start, PlannedTouch touch,
+                                const PlannedTouch& before, const JointVector& from) {
+  const Cell still = at_setting(cell, touch.positioner_rad);
+  const ArmModel arm = planning_arm(still);
+  const Clearance clearance(still, arm);
+  return resumed_touch(still, arm, clearance, start, std::move(touch), before, from);
+}
+
+Plan resume_with_positioner(const Cell& cell, Plan plan, std::size_t next, const JointVector& from,
+                            const std::vector<double>& positioner_rad) {
+  if (positioner_rad.size() != cell.robot.positioner.size())
+    throw PlanError(PlanError::Kind::kRequest, "the angles of the positioner's axes are not known");
+  PlannedTouch& touch = plan.touches[next];
+  const PlannedTouch last = plan.touches[next > 0 ? next - 1 : next];
+  if (stands_at(positioner_rad, touch.positioner_rad)) {
+    const bool made_here = stands_at(last.positioner_rad, touch.positioner_rad);
+    take_as_it_stands(plan, next, positioner_rad);
+    touch = resumed_at_setting(cell, plan.start, touch, made_here ? last : touch, from);
+    touch.wait.clear();
+    touch.wait_rad.clear();
+    return plan;
+  }
+  require_clear_turn(cell, positioner_rad, touch.positioner_rad, plan.start);
+  touch.wait = way_to_wait(at_setting(cell, positioner_rad), plan.start, touch, last, from);
+  touch.wait_rad = positioner_rad;
+  touch = resumed_at_setting(cell, plan.start, touch, touch, plan.start);
+  return plan;
+}
+
+}  // namespace
+
+Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const JointVector& from,
+                 const std::vector<double>& positioner_rad) {
+  if (next >= plan.touches.size()) return plan;
+  if (!cell.robot.positioner.empty())
+    return resume_with_positioner(cell, plan, next, from, positioner_rad);
+  const ArmModel arm = planning_arm(cell);
+  const Clearance clearance(cell, arm);
+  Plan result = plan;
+  result.touches[next] = resumed_touch(
+      cell, arm, clearance, resting_posture(cell.robot, clearance), plan.touches[next],
+      plan.touches[next > 0 ? next - 1 : next], from);
   return result;
 }
 

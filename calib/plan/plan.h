@@ -18,6 +18,10 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
 /// The same plan resumed at touch `next` with the arm at `from`: only the transit to that touch
 /// changes. If `from` lies on a search line, the first waypoint leads back out of it. Throws
 /// PlanError if no clear path is found; the operator has to jog the arm.
-Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const JointVector& from);
+///
+/// `positioner_rad`: where the positioner's axes stand. Unless that is the touch's setting, the arm
+/// goes to the plan's start first, and they turn there. Within 0.12 deg it is: they stay as they stand.
+Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const JointVector& from,
+                 const std::vector<double>& positioner_rad = {});
 
 }  // namespace cellcal::calib

@@ -48,9 +48,11 @@ struct PlannedTouch {
   double expected_m = 0.0;        ///< tip path from standoff to the expected surface
   double expected_sigma_m = 0.0;  ///< as in ExpectedContact
   double search_m_s = 0.0;        ///< speed of its first search; 0: the session's default
-  /// Angles of the positioner's axes; they turn while the arm stands at `wait`, before the transit.
+  /// Angles of the positioner's axes. They turn from `wait_rad` while the arm stands at the end of
+  /// `wait`, before the transit.
   std::vector<double> positioner_rad;
   std::vector<JointVector> wait;  ///< waypoints from the previous clear point; empty: they stand
+  std::vector<double> wait_rad;   ///< angles of the positioner's axes on that way
   bool may_miss = false;          ///< searches for a sphere: no contact is a valid result
 };
 

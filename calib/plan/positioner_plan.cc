@@ -52,6 +52,64 @@ std::string setting_words(const Robot& robot, const std::vector<double>& setting
   return words;
 }
 
+/// The robot with one error of an axis of its positioner at this size; not its scale.
+Robot with_error(const Robot& robot, std::size_t axis, AxisError error, double size) {
+  Robot erring = robot;
+  Eigen::Isometry3d& frame = erring.positioner[axis].frame;
+  const Eigen::Vector3d along = error == AxisError::kX || error == AxisError::kTurnX
+                                    ? Eigen::Vector3d::UnitX()
+                                    : Eigen::Vector3d::UnitY();
+  if (error == AxisError::kX || error == AxisError::kY)
+    frame.translate(size * along);
+  else
+    frame.rotate(Eigen::AngleAxisd(size, along));
+  return erring;
+}
+
+/// How far off a target may be at these angles by the prior of the axes that carry it. Its place was
+/// taught with the axes at `taught`, and is known as it is seen from there. (64b)
+double off_by_positioner_m(const Robot& robot, const Target& target,
+                           const std::vector<double>& angles, const std::vector<double>& taught) {
+  constexpr double kSigmas = 3.0;
+  const auto carriers = static_cast<std::size_t>(target.carried_by);
+  const auto at = [&](const Robot& one, const std::vector<double>& all) {
+    return carried_at(one, std::span(all).first(carriers));
+  };
+  const Eigen::Vector3d seen = at(robot, taught) * target.centre_m;
+  const Eigen::Vector3d expected = at(robot, angles) * target.centre_m;
+  double squares = 0.0;
+  for (std::size_t j = 0; j < carriers; ++j) {
+    const PositionerAxis& axis = robot.positioner[j];
+    for (const auto& [error, sigma] : {std::pair(AxisError::kX, axis.place_sigma_m),
+                                       std::pair(AxisError::kY, axis.place_sigma_m),
+                                       std::pair(AxisError::kTurnX, axis.direction_sigma_rad),
+                                       std::pair(AxisError::kTurnY, axis.direction_sigma_rad)}) {
+      const Robot erring = with_error(robot, j, error, sigma);
+      squares += (at(erring, angles) * (at(erring, taught).inverse() * seen) - expected).squaredNorm();
+    }
+    std::vector<double> scaled = angles;
+    scaled[j] += axis.scale_sigma * (angles[j] - taught[j]);
+    squares += (at(robot, scaled) * target.centre_m - expected).squaredNorm();
+  }
+  return kSigmas * std::sqrt(squares);
+}
+
+/// Stand-off and search are longer where the positioner's prior may have moved the targets.
+PlanOptions widened(PlanOptions options, const Cell& cell, const std::vector<double>& angles) {
+  std::vector<double> taught;
+  for (const PositionerAxis& axis : cell.robot.positioner)
+    taught.push_back(std::clamp(0.0, axis.min_rad, axis.max_rad));
+  double off_m = 0.0;
+  for (const Target& target : cell.targets)
+    if (target.carried_by > 0)
+      off_m = std::max(off_m, off_by_positioner_m(cell.robot, target, angles, taught));
+  const double usual_m = options.standoff_m;
+  options.standoff_m = std::hypot(options.standoff_m, off_m);
+  options.beyond_m = std::hypot(options.beyond_m, off_m);
+  options.clear_m += options.standoff_m - usual_m;
+  return options;
+}
+
 /// The candidates at one setting, of those targets that can be touched there.
 struct SettingPool {
   std::vector<double> angles_rad;
@@ -75,7 +133,8 @@ SettingPool setting_at(const Cell& cell, std::vector<double> angles_rad,
   const auto is_left = [](const Target& target) { return is_planned(target, kTouched); };
   while (std::ranges::any_of(setting.cell->targets, is_left)) {
     try {
-      setting.pool = std::make_unique<Pool>(*setting.cell, options, per_target, kTouched, rest);
+      setting.pool = std::make_unique<Pool>(*setting.cell, widened(options, cell, setting.angles_rad),
+                                            per_target, kTouched, rest);
       break;
     } catch (const PlanError& error) {
       using enum PlanError::Kind;
@@ -200,28 +259,6 @@ JointVector waiting_posture(const Cell& cell) {
   return resting_posture(swept.robot, Clearance(swept, arm));
 }
 
-/// Throws if the positioner on its way meets the arm at `rest`.
-void require_clear_turn(const Cell& cell, const std::vector<double>& from,
-                        const std::vector<double>& to, const JointVector& rest) {
-  double farthest_rad = 0.0;
-  for (std::size_t j = 0; j < from.size(); ++j)
-    farthest_rad = std::max(farthest_rad, std::abs(to[j] - from[j]));
-  const int steps = std::max(1, static_cast<int>(std::ceil(farthest_rad / kTurnStepRad)));
-  const ArmModel arm = planning_arm(at_setting(cell, from));
-  for (int k = 0; k <= steps; ++k) {
-    poll_cancelled();
-    std::vector<double> at = from;
-    for (std::size_t j = 0; j < at.size(); ++j) at[j] += (to[j] - from[j]) * k / steps;
-    const Clearance clearance(at_setting(cell, at), arm);
-    if (const auto what = clearance.hit(rest, kTipMarginM))
-      throw PlanError(
-          PlanError::Kind::kInTheWay,
-          fmt::format("while the positioner passes {} the waiting arm is in the way: {}. "
-                      "Let the plan start elsewhere, or narrow the axes' limits",
-                      setting_words(cell.robot, at), words(*what)));
-  }
-}
-
 /// The settings with touches, each next one near the last.
 std::vector<std::size_t> order_of(const SettingPools& settings,
                                   const std::vector<std::vector<ToVisit>>& todo) {
@@ -262,14 +299,17 @@ Plan visits_in_turn(const Cell& cell, const PlanOptions& options, const SettingP
                                   "start: {}. Jog it free",
                                   setting_words(cell.robot, setting.angles_rad), words(*what)));
     if (last != nullptr) require_clear_turn(cell, *last, setting.angles_rad, start);
-    Plan part = visit(*setting.cell, options, setting.pool->clearance(), setting.pool->router(),
-                      std::move(todo[k]), start);
+    Plan part = visit(*setting.cell, widened(options, cell, setting.angles_rad),
+                      setting.pool->clearance(), setting.pool->router(), std::move(todo[k]), start);
     if (part.home.empty())
       throw PlanError(PlanError::Kind::kInTheWay, part.touches.back().target,
                       fmt::format("{}: no clear way back to where the arm waits while the "
                                   "positioner turns. Start the plan elsewhere",
                                   part.touches.back().target));
-    if (last != nullptr) part.touches.front().wait = std::move(plan.home);
+    if (last != nullptr) {
+      part.touches.front().wait = std::move(plan.home);
+      part.touches.front().wait_rad = *last;
+    }
     for (PlannedTouch& touch : part.touches) {
       touch.positioner_rad = setting.angles_rad;
       plan.touches.push_back(std::move(touch));
@@ -281,6 +321,27 @@ Plan visits_in_turn(const Cell& cell, const PlanOptions& options, const SettingP
 }
 
 }  // namespace
+
+void require_clear_turn(const Cell& cell, const std::vector<double>& from,
+                        const std::vector<double>& to, const JointVector& rest) {
+  double farthest_rad = 0.0;
+  for (std::size_t j = 0; j < from.size(); ++j)
+    farthest_rad = std::max(farthest_rad, std::abs(to[j] - from[j]));
+  const int steps = std::max(1, static_cast<int>(std::ceil(farthest_rad / kTurnStepRad)));
+  const ArmModel arm = planning_arm(at_setting(cell, from));
+  for (int k = 0; k <= steps; ++k) {
+    poll_cancelled();
+    std::vector<double> at = from;
+    for (std::size_t j = 0; j < at.size(); ++j) at[j] += (to[j] - from[j]) * k / steps;
+    const Clearance clearance(at_setting(cell, at), arm);
+    if (const auto what = clearance.hit(rest, kTipMarginM))
+      throw PlanError(
+          PlanError::Kind::kInTheWay,
+          fmt::format("while the positioner passes {} the waiting arm is in the way: {}. "
+                      "Let the plan start elsewhere, or narrow the axes' limits",
+                      setting_words(cell.robot, at), words(*what)));
+  }
+}
 
 Cell at_setting(const Cell& cell, const std::vector<double>& positioner_rad) {
   Cell still = cell;

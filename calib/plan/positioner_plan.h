@@ -12,6 +12,10 @@ namespace cellcal::calib {
 /// positioner.
 Cell at_setting(const Cell& cell, const std::vector<double>& positioner_rad);
 
+/// Throws PlanError if the positioner on its way from one setting to the other meets the arm at `rest`.
+void require_clear_turn(const Cell& cell, const std::vector<double>& from,
+                        const std::vector<double>& to, const JointVector& rest);
+
 /// Angles spread over the axes' limits, the first nearest to zero.
 std::vector<std::vector<double>> settings_of(const Robot& robot);
 

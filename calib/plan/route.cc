@@ -253,6 +253,12 @@ std::optional<std::vector<JointVector>> Router::away(const Candidate& leaving,
   return std::nullopt;
 }
 
+std::optional<std::vector<JointVector>> Router::to_rest(const Candidate& leaving) const {
+  if (auto way = away(leaving, rest_)) return way;
+  std::vector<JointVector> way = detour(leaving.clear, rest_, kSteps);
+  return way.empty() ? std::nullopt : std::optional(std::move(way));
+}
+
 namespace {
 
 namespace ob = ompl::base;

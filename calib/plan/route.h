@@ -41,6 +41,8 @@ class Router {
   /// Waypoints from a clear point to a clear posture.
   std::optional<std::vector<JointVector>> away(const Candidate& leaving,
                                                const JointVector& to) const;
+  /// Waypoints from a clear point to the resting posture, sampled where simple ones fail.
+  std::optional<std::vector<JointVector>> to_rest(const Candidate& leaving) const;
 
  private:
   /// The tip raised to `height_m` above the candidate's sphere, with the tool orientation of the

@@ -283,14 +283,17 @@ json shown_joints(const Angles& angles_rad, bool linear_unit) {
 }  // namespace
 
 nlohmann::json touch_json(std::size_t index, const calib::Touch& touch, bool linear_unit) {
-  return {{"index", index},
-          {"target", touch.target},
-          {"set", to_string(touch.set)},
-          {"joints_deg", shown_joints(touch.joint_rad, linear_unit)},
-          {"time", touch.time},
-          {"readings", touch.readings},
-          {"spread_mm", touch.spread_m * calib::kMmPerM},
-          {"speed_mm_s", touch.speed_m_s * calib::kMmPerM}};
+  json value{{"index", index},
+             {"target", touch.target},
+             {"set", to_string(touch.set)},
+             {"joints_deg", shown_joints(touch.joint_rad, linear_unit)},
+             {"time", touch.time},
+             {"readings", touch.readings},
+             {"spread_mm", touch.spread_m * calib::kMmPerM},
+             {"speed_mm_s", touch.speed_m_s * calib::kMmPerM}};
+  if (!touch.positioner_rad.empty())
+    value["positioner_deg"] = shown_joints(touch.positioner_rad, false);
+  return value;
 }
 
 json to_json(const InterruptionCounts& counts) {

@@ -14,6 +14,7 @@
 #include "calib/model/kinematics.h"
 #include "calib/model/units.h"
 #include "calib/plan/bodies.h"
+#include "calib/plan/positioner_plan.h"
 #include "calib/plan/surroundings.h"
 #include "calib/result/finding_phrase.h"
 #include "daemon/api/handlers.h"
@@ -32,7 +33,7 @@ std::int64_t session_asked_for(const Request& request, const Status& status, Jou
   return all.empty() ? 0 : all.front().id;
 }
 
-/// Includes meshes whose files still exist at their place in the cell file.
+/// Includes meshes whose files still exist at their place in the cell file. With a positioner at 0.
 calib::Cell drawn_cell(const SessionInputs& inputs) {
   calib::Cell cell = cell_of(inputs);
   try {
@@ -40,7 +41,8 @@ calib::Cell drawn_cell(const SessionInputs& inputs) {
   } catch (const calib::FileError& missing) {
     spdlog::warn("drawn without meshes: {}", missing.what());
   }
-  return cell;
+  if (cell.robot.positioner.empty()) return cell;
+  return calib::at_setting(cell, std::vector<double>(cell.robot.positioner.size(), 0.0));
 }
 
 std::optional<calib::Calibration> calibration_of(const SessionRecord& record) {

@@ -226,13 +226,19 @@ void validate_touch(const RowEntry& entry, const calib::Cell& cell) {
     throw std::runtime_error(fmt::format("target \"{}\" is not in the cell", printable(target)));
   if (!has_tool(cell, tool))
     throw std::runtime_error(fmt::format("tool \"{}\" is not in the cell", printable(tool)));
-  for (std::size_t i = 0; i < entry.names.size(); ++i)
-    if (const auto* angles = std::get_if<Blob>(&entry.columns[i]);
-        entry.names[i] == "joint_rad" && angles != nullptr &&
-        angles->bytes.size() != cell.robot.joints.size() * sizeof(double))
-      throw std::runtime_error(fmt::format("joint_rad has {} angles, the robot {} joints",
-                                           angles->bytes.size() / sizeof(double),
+  std::size_t turned = 0;
+  for (std::size_t i = 0; i < entry.names.size(); ++i) {
+    const auto* angles = std::get_if<Blob>(&entry.columns[i]);
+    if (angles == nullptr) continue;
+    const std::size_t count = angles->bytes.size() / sizeof(double);
+    if (entry.names[i] == "positioner_rad") turned = count;
+    if (entry.names[i] == "joint_rad" && count != cell.robot.joints.size())
+      throw std::runtime_error(fmt::format("joint_rad has {} angles, the robot {} joints", count,
                                            cell.robot.joints.size()));
+  }
+  if (turned != cell.robot.positioner.size())
+    throw std::runtime_error(fmt::format("positioner_rad has {} angles, the positioner {} axes",
+                                         turned, cell.robot.positioner.size()));
 }
 
 void refuse_unreadable(const SessionRows& rows, const std::string& from) {

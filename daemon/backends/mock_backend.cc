@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "calib/files/files.h"
 #include "daemon/backends/backends.h"
 #include "daemon/backends/virtual_cell.h"
@@ -34,6 +36,9 @@ drivers::Duration busy_every(const DaemonConfig& config) {
       std::chrono::duration<double>(config.mock.busy_every_s));
 }
 
+/// Of a positioner for parts of some hundred kilograms [rad/s].
+constexpr double kPositionerRadS = 1.5;
+
 /// Common settings of the emulated controllers of both wires.
 template <class Controller>
 void set_arm(Controller& controller, const DaemonConfig& config, const calib::Cell& cell) {
@@ -46,6 +51,8 @@ void set_arm(Controller& controller, const DaemonConfig& config, const calib::Ce
                                 config.mock.start_m.value_or(middle_m));
   }
   controller.start_rad.resize(cell.robot.joints.size(), 0.0);
+  for (const calib::PositionerAxis& axis : cell.robot.positioner)
+    controller.start_rad.push_back(std::clamp(0.0, axis.min_rad, axis.max_rad));
   controller.cycle_ms = config.mock.cycle_ms;
   controller.lag_s = config.mock.lag_s;
   controller.noise_sigma_deg = config.mock.joint_noise_deg;
@@ -53,6 +60,7 @@ void set_arm(Controller& controller, const DaemonConfig& config, const calib::Ce
   for (const calib::Joint& joint : cell.robot.joints) {
     controller.max_speed_rad_s.push_back(joint.max_speed_rad_s);
   }
+  controller.max_speed_rad_s.resize(controller.start_rad.size(), kPositionerRadS);
 }
 
 /// Arm with the controller's own tool frame.

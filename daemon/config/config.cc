@@ -12,6 +12,7 @@
 #include "daemon/config/config_values.h"
 #include "drivers/contact/port/udp_port.h"
 #include "drivers/error.h"
+#include "drivers/kuka/wire/wire_axes.h"
 #include "drivers/units.h"
 
 namespace cellcal::daemon {
@@ -471,9 +472,8 @@ std::optional<drivers::AxisRange> linear_unit_mm(const calib::Robot& robot) {
 }  // namespace
 
 drivers::RsiConfig rsi_config_for(const DaemonConfig& config, const calib::Cell& cell) {
-  if (config.backend != BackendKind::kMock)
-    refuse_positioner(cell.robot, "a session over RSI",
-                      "Touch at the positions of 'cellcal plan', and use 'cellcal identify'");
+  refuse_positioner(cell.robot, "a session over RSI",
+                    "Use EKI, by which the controller turns it between the touches");
   drivers::RsiConfig rsi = config.rsi;
   rsi.limits = axis_limits(config, cell);
   rsi.full_speed_rad_s.clear();
@@ -489,7 +489,7 @@ drivers::RsiConfig rsi_config_for(const DaemonConfig& config, const calib::Cell&
 }
 
 drivers::RsiFilesConfig rsi_files_for(const DaemonConfig& config, const calib::Cell& cell) {
-  refuse_positioner(cell.robot, "a session over RSI", "Leave --cell out");
+  refuse_positioner(cell.robot, "a session over RSI", "Use EKI, or leave --cell out");
   drivers::RsiFilesConfig files = config.rsi_files;
   files.linear_unit = linear_unit_mm(cell.robot);
   if (files.linear_unit) files.external_axes = std::max(files.external_axes, 1);
@@ -501,14 +501,42 @@ drivers::RsiFilesConfig rsi_files_for(const DaemonConfig& config, const calib::C
   return files;
 }
 
+namespace {
+
+/// Of a positioner's axis; its speed is a share of the controller's own [rad/s].
+constexpr double kAnyFullSpeed = 1.0;
+
+/// Behind the arm's axes, in the order of the robot file.
+void add_positioner(const DaemonConfig& config, const calib::Robot& robot, drivers::EkiConfig& eki) {
+  for (const calib::PositionerAxis& axis : robot.positioner) {
+    const std::string name = "E" + std::to_string(eki.limits.size() - drivers::kArmAxes + 1);
+    if (axis.name != name)
+      throw drivers::ConfigError("robot file of " + robot.name + ": [[positioner]] " + axis.name +
+                                 " is " + name + " of the controller, behind the arm's axes. Name "
+                                 "it so, also in the cell file");
+    drivers::AxisLimit limit;
+    limit.min_rad = axis.min_rad;
+    limit.max_rad = axis.max_rad;
+    limit.max_speed_rad_s = kAnyFullSpeed * config.motion.speed_fraction;
+    eki.limits.push_back(limit);
+    eki.full_speed_rad_s.push_back(kAnyFullSpeed);
+  }
+}
+
+}  // namespace
+
 drivers::EkiConfig eki_config_for(const DaemonConfig& config, const calib::Cell& cell) {
   drivers::EkiConfig eki = config.eki;
   const std::size_t axes = 6 + static_cast<std::size_t>(config.controller.external_axes);
-  const std::size_t joints = cell.robot.joints.size();
+  const std::size_t joints = cell.robot.joints.size(), turning = cell.robot.positioner.size();
   // External axes without a joint hold still.
-  if (joints < 6 + cell.robot.first_turning() || joints > axes) {
+  if (joints < 6 + cell.robot.first_turning() || joints + turning > axes) {
     throw drivers::ConfigError("robot file of " + cell.robot.name + ": " + std::to_string(joints) +
-                               " joints; the controller's EKI channel has " + std::to_string(axes) +
+                               " joints" +
+                               (turning > 0 ? " and " + std::to_string(turning) +
+                                                  " axes of a positioner"
+                                            : "") +
+                               "; the controller's EKI channel has " + std::to_string(axes) +
                                " axes (six, and [controller] external_axes, of which a linear unit "
                                "is E1)");
   }
@@ -517,6 +545,7 @@ drivers::EkiConfig eki_config_for(const DaemonConfig& config, const calib::Cell&
   for (const calib::Joint& joint : cell.robot.joints) {
     eki.full_speed_rad_s.push_back(joint.max_speed_rad_s);
   }
+  add_positioner(config, cell.robot, eki);
   eki.validate();
   return eki;
 }

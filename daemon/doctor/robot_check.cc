@@ -279,6 +279,18 @@ void judge_model(const calib::ControllerModel& model, const calib::Robot& robot,
   }
 }
 
+namespace {
+
+calib::Joint joint_like(const calib::PositionerAxis& axis) {
+  calib::Joint joint;
+  joint.name = axis.name;
+  joint.min_rad = axis.min_rad;
+  joint.max_rad = axis.max_rad;
+  return joint;
+}
+
+}  // namespace
+
 void judge_angles(const std::string& check, const drivers::AxisAngles& actual_rad,
                   const calib::Robot* robot, Findings& findings) {
   constexpr double kNearDeg = 1.0, kNearMm = 10.0;
@@ -292,19 +304,23 @@ void judge_angles(const std::string& check, const drivers::AxisAngles& actual_ra
   }
   if (robot == nullptr)
     return findings.skip(check, {"say.doctor.angles.unchecked", {{"deg", shown}}});
-  if (robot->joints.size() != actual_rad.size()) {
-    return findings.fail(check,
-                         {"say.doctor.angles.count",
-                          {{"angles", actual_rad.size()}, {"joints", robot->joints.size()}}},
-                         "say.doctor.angles.count.do");
+  const std::size_t joints = robot->joints.size(), axes = joints + robot->positioner.size();
+  if (axes != actual_rad.size()) {
+    return findings.fail(
+        check,
+        {"say.doctor.angles.count", {{"angles", actual_rad.size()}, {"joints", axes}}},
+        "say.doctor.angles.count.do");
   }
   std::string outside, near;
   for (std::size_t i = 0; i < actual_rad.size(); ++i) {
-    const calib::Joint& joint = robot->joints[i];
+    const bool turns = i >= joints;  // an axis of the positioner
+    const calib::Joint joint =
+        turns ? joint_like(robot->positioner[i - joints]) : robot->joints[i];
     const double room = std::min(actual_rad[i] - joint.min_rad, joint.max_rad - actual_rad[i]) *
                         calib::unit_of(joint).per_si;
     std::string& list = room < 0.0 ? outside : near;
-    if (room < (joint.is_prismatic() ? kNearMm : kNearDeg))
+    // A positioner may stand at the end of its range.
+    if (room < (turns ? 0.0 : joint.is_prismatic() ? kNearMm : kNearDeg))
       list += fmt::format("{}{}", list.empty() ? "" : ", ", joint.name);
   }
   if (!outside.empty()) {

@@ -98,6 +98,7 @@ calib::Touch touch_from(Statement& row) {
   touch.approach = three(row, 14);
   if (!row.is_null(15)) touch.temperature_c = row.number(15);
   if (!row.is_null(16)) touch.load = row.text(16);
+  if (!row.is_null(17)) touch.positioner_rad = numbers(row.text(17));
   return touch;
 }
 
@@ -250,7 +251,8 @@ void Journal::record(std::int64_t session, const RecordReading& record) {
 void Journal::record(std::int64_t session, const RecordTouch& record) {
   const calib::Touch& touch = record.touch;
   impl_->write([&] {
-    std::optional<Blob> abc, approach;
+    std::optional<Blob> abc, approach, positioner;
+    if (!touch.positioner_rad.empty()) positioner = blob(touch.positioner_rad);
     if (touch.tracker_abc_rad) abc = blob(*touch.tracker_abc_rad);
     if (touch.approach) approach = blob(*touch.approach);
     std::optional<double> temperature_c;
@@ -258,13 +260,13 @@ void Journal::record(std::int64_t session, const RecordTouch& record) {
     impl_->database.run(
         "INSERT INTO touch (session, number, joint_rad, target, held_out, sigma_m, "
         "radius_m, tracker_m, time, settled_rad, readings, spread_m, speed_m_s, "
-        "tool, turn_sigma_rad, tracker_abc_rad, approach, temperature_c, load) "
-        "VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)",
+        "tool, turn_sigma_rad, tracker_abc_rad, approach, temperature_c, load, positioner_rad) "
+        "VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)",
         session, record.index, blob(touch.joint_rad), touch.target,
         touch.set == calib::TouchSet::kCheck, touch.sigma_m, touch.radius_m, blob(touch.tracker_m),
         touch.time, blob(touch.settled_joint_rad), touch.readings, touch.spread_m, touch.speed_m_s,
         touch.tool, number_of(touch.turn_sigma_rad, "turn_sigma"), abc, approach, temperature_c,
-        touch.load.empty() ? std::nullopt : std::optional(touch.load));
+        touch.load.empty() ? std::nullopt : std::optional(touch.load), positioner);
     impl_->added(session, "touch");
     impl_->outbox.put_touch(session, record);
   });
@@ -357,8 +359,8 @@ std::vector<calib::Touch> Journal::Impl::touches(std::int64_t session) {
   Statement select(database,
                    "SELECT joint_rad, target, held_out, sigma_m, radius_m, tracker_m, time, "
                    "settled_rad, readings, spread_m, speed_m_s, tool, turn_sigma_rad, "
-                   "tracker_abc_rad, approach, temperature_c, load FROM touch WHERE session=? "
-                   "ORDER BY number",
+                   "tracker_abc_rad, approach, temperature_c, load, positioner_rad FROM touch "
+                   "WHERE session=? ORDER BY number",
                    session);
   std::vector<calib::Touch> touches;
   while (select.step()) touches.push_back(touch_from(select));

@@ -9,7 +9,7 @@ namespace cellcal::daemon {
 
 namespace {
 
-constexpr int kConvertedVersion = 11;
+constexpr int kEarliestVersion = 11;
 
 [[noreturn]] void refuse(const Database& database, const std::string& words) {
   throw JournalError("journal " + database.name() + ": " + words);
@@ -36,7 +36,7 @@ void refuse_others(Database& database, std::int64_t version) {
   if (database.integer("PRAGMA application_id") != kApplicationId) {
     refuse(database, "this is the database of another program. Set another state directory");
   }
-  if (version != kSchemaVersion && version != kConvertedVersion) {
+  if (version < kEarliestVersion || version > kSchemaVersion) {
     refuse(
         database,
         fmt::format(
@@ -46,12 +46,14 @@ void refuse_others(Database& database, std::int64_t version) {
   }
 }
 
-/// Its rows have the same checksums with the new column, which is NULL in all of them.
-void convert(Database& database) {
+/// Its rows have the same checksums with the new columns, which are NULL in all of them.
+void convert(Database& database, std::int64_t version) {
   Transaction transaction(database);
-  database.execute(fmt::format("ALTER TABLE touch ADD COLUMN load TEXT; PRAGMA user_version = {}",
-                               kSchemaVersion)
-                       .c_str());
+  if (version < 12) database.execute("ALTER TABLE touch ADD COLUMN load TEXT");
+  database.execute(
+      fmt::format("ALTER TABLE touch ADD COLUMN positioner_rad BLOB; PRAGMA user_version = {}",
+                  kSchemaVersion)
+          .c_str());
   transaction.commit();
 }
 
@@ -88,7 +90,7 @@ std::vector<std::string> prepare(Database& database, HeadFile& head, Chain& chai
     make_new(database, head, chain);
   } else {
     remarks = chain.open();
-    if (version == kConvertedVersion) convert(database);
+    if (version < kSchemaVersion) convert(database, version);
     if (!remarks.empty()) {
       begin_source(
           database);  // a restored copy: the journal that it was copied from may continue, too

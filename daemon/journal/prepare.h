@@ -16,9 +16,9 @@ std::vector<std::string> prepare(Database& database, HeadFile& head, Chain& chai
 //
 // A later version appends columns that are NULL in earlier rows, or adds tables: the checksums of earlier rows stay valid.
 
-/// PRAGMA user_version. Version 11 lacks the last column of touch and is converted; no other version is
-/// opened, and those up to 10 were never released.
-inline constexpr int kSchemaVersion = 12;
+/// PRAGMA user_version. Versions 11 and 12 lack the last two, or the last, of touch's columns and are
+/// converted; no other version is opened, and those up to 10 were never released.
+inline constexpr int kSchemaVersion = 13;
 /// PRAGMA application_id, "ccal": distinguishes a journal from other SQLite files.
 inline constexpr int kApplicationId = 0x6363616c;
 
@@ -62,6 +62,7 @@ CREATE TABLE touch (
   approach        BLOB,
   temperature_c   REAL,
   load            TEXT,            -- held; NULL: none
+  positioner_rad  BLOB,            -- of a positioner's axes; NULL: none
   UNIQUE (session, number)
 ) STRICT;
 CREATE TABLE reading (

@@ -331,6 +331,7 @@ constexpr Column kColumns[] = {
     {"touch", "approach", Holds::kThree, true},
     {"touch", "temperature_c", Holds::kFinite, true},
     {"touch", "load", Holds::kName, true},
+    {"touch", "positioner_rad", Holds::kAngles, true},
     {"reading", "touch", Holds::kCount},
     {"reading", "number", Holds::kCount},
     {"reading", "slow", Holds::kFlag},
@@ -459,20 +460,29 @@ Complaint complaint(const Value& value, Holds holds) {
   return std::nullopt;
 }
 
-/// Checks that all angles are of one arm.
+/// Checks that all angles are of one arm and one positioner: a touch has them apart, other rows together.
 class Axes {
  public:
   Complaint complaint(const Column& column, const Value& value) {
     if (column.holds != Holds::kAngles && column.holds != Holds::kAnglesOrNone) return std::nullopt;
     const std::size_t has = std::get<Blob>(value).bytes.size() / sizeof(double);
     if (has == 0) return std::nullopt;
-    if (count_ == 0) count_ = has;
-    if (has == count_) return std::nullopt;
-    return fmt::format("has {} angles, other rows {}", has, count_);
+    const std::string_view table = column.table, name = column.name;
+    std::size_t& count = table != "touch" ? all_ : name == "positioner_rad" ? turning_ : joints_;
+    if (count == 0) count = has;
+    return unless_equal(has, count);
+  }
+  /// After the last column of a row.
+  Complaint complaint() const {
+    return all_ == 0 || joints_ == 0 ? std::nullopt : unless_equal(joints_ + turning_, all_);
   }
 
  private:
-  std::size_t count_ = 0;
+  static Complaint unless_equal(std::size_t has, std::size_t count) {
+    if (has == count) return std::nullopt;
+    return fmt::format("has {} angles, other rows {}", has, count);
+  }
+  std::size_t all_ = 0, joints_ = 0, turning_ = 0;
 };
 
 }  // namespace
@@ -481,6 +491,13 @@ void refuse_impossible(const SessionRows& rows, const std::string& from) {
   Axes axes;
   for (std::size_t i = 0; i < rows.entries.size(); ++i) {
     const RowEntry& entry = rows.entries[i];
+    const auto refuse_for = [&](const char* column, const Complaint& why) {
+      if (!why) return;
+      throw JournalError(fmt::format(
+          "{}:{}: row {} of '{}': {} {}. No session has such a row: damaged or forged. "
+          "Export the session again",
+          from, i + 2, entry.row, entry.table, column, *why));
+    };
     for (std::size_t k = 0; k < entry.names.size(); ++k) {
       const auto* column = std::ranges::find_if(kColumns, [&](const Column& one) {
         return entry.table == one.table && entry.names[k] == one.name;
@@ -490,14 +507,10 @@ void refuse_impossible(const SessionRows& rows, const std::string& from) {
       if (column == std::end(kColumns) ||
           (column->may_be_null && std::holds_alternative<std::monostate>(value)))
         continue;
-      Complaint why = complaint(value, column->holds);
-      if (!why) why = axes.complaint(*column, value);
-      if (why)
-        throw JournalError(fmt::format(
-            "{}:{}: row {} of '{}': {} {}. No session has such a row: damaged or forged. "
-            "Export the session again",
-            from, i + 2, entry.row, entry.table, column->name, *why));
+      refuse_for(column->name, complaint(value, column->holds));
+      refuse_for(column->name, axes.complaint(*column, value));
     }
+    refuse_for(entry.table == "touch" ? "joint_rad" : "contact_rad", axes.complaint());
   }
 }
 

@@ -111,8 +111,8 @@ MakeBackend backend_of(std::shared_ptr<const DaemonConfig> config) {
   return [config = std::move(config)](const calib::Cell& cell, double most_speed,
                                       const std::string& load) {
     if (config->plant && config->plant->touches)
-      refuse_linear_unit(cell.robot, "reporting each touch to the plant",
-                         "Set touches = false in [plant]");
+      refuse_external_axes(cell.robot, "reporting each touch to the plant",
+                           "Set touches = false in [plant]");
     DaemonConfig slowed = *config;
     slowed.motion.speed_fraction = std::min(slowed.motion.speed_fraction, most_speed);
     return make_backend(slowed, cell, load);

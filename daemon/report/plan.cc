@@ -67,6 +67,8 @@ std::string table_of(const View& view, const calib::Plan& plan) {
 }
 
 std::string picture_of(const View& view, const calib::Plan& plan) {
+  // One picture shows one setting.
+  if (!view.result.cell.robot.positioner.empty()) return {};
   try {
     const PlanViews views = plan_views(view.result.cell, plan);
     return fmt::format("<div class=\"pair\">{}{}</div>\n<p class=\"note\">{}</p>\n", views.above,

@@ -35,7 +35,8 @@ std::optional<calib::StatedPose> stated_pose(const drivers::RobotState& robot) {
 
 void StatedPoses::look(const drivers::RobotState& robot) {
   auto pose = stated_pose(robot);
-  if (!pose || pose->joint_rad.size() != robot_.joints.size()) return;
+  if (!pose || pose->joint_rad.size() != robot_.joints.size() + robot_.positioner.size()) return;
+  pose->joint_rad.resize(robot_.joints.size());
   // The frame between the unit and the arm's root is not known from the controller's files.
   if (robot_.first_turning() > 0) return;
   const std::lock_guard lock(mutex_);
@@ -51,7 +52,9 @@ calib::ControllerModel StatedPoses::judge() {
     if (poses_.size() == judged_.postures) return judged_;
     poses = poses_;
   }
-  const calib::ControllerModel model = calib::compare_controller_model(robot_, poses, known_);
+  calib::Robot arm = robot_;  // in the base, wherever a positioner stands
+  arm.positioner.clear();
+  const calib::ControllerModel model = calib::compare_controller_model(arm, poses, known_);
   const std::lock_guard lock(mutex_);
   return judged_ = model;
 }

@@ -250,11 +250,17 @@ void check_goal_value(const RunRequest& request, const Job& job) {
   }
 }
 
-/// External axes: no session moves a positioner, and a search for a sphere follows a line that the arm
-/// alone keeps.
+/// External axes: a positioner turns in touches planned beforehand alone, and a search for a sphere follows
+/// a line that the arm alone keeps.
 void check_external_axes(const RunRequest& request, const Job& job) {
-  refuse_positioner(job.cell.robot, "a session",
-                    "Touch at the positions of 'cellcal plan', and use 'cellcal identify'");
+  const bool planned =
+      request.kind == SessionKind::kCalibrate || request.kind == SessionKind::kDryRun;
+  if (!planned || job.options.one_by_one)
+    refuse_positioner(job.cell.robot,
+                      planned ? "a session with touches chosen one by one (--goal, --find, --update)"
+                              : "a session of this kind",
+                      "Calibrate with a number of touches, and centre_mm of every sphere: "
+                      "'cellcal run --touches N'");
   if (request.kind == SessionKind::kFind || request.find || must_find(job.cell))
     refuse_linear_unit(job.cell.robot, "finding spheres", "State centre_mm of every sphere");
 }
@@ -292,9 +298,10 @@ std::shared_ptr<const calib::SearchUnderWay> search_left(Journal& journal,
 }
 
 void check_axis_count(const Job& job) {
-  if (job.cell.robot.joints.size() > drivers::kMaxAxes) {
-    throw RequestError("the robot file has " + std::to_string(job.cell.robot.joints.size()) +
-                       " joints, more than can be driven: " + std::to_string(drivers::kMaxAxes));
+  const std::size_t axes = job.cell.robot.joints.size() + job.cell.robot.positioner.size();
+  if (axes > drivers::kMaxAxes) {
+    throw RequestError("the robot file has " + std::to_string(axes) +
+                       " axes, more than can be driven: " + std::to_string(drivers::kMaxAxes));
   }
 }
 
@@ -396,7 +403,11 @@ namespace {
 /// deadline.
 constexpr double kLeastShare = 1e-3;
 
-std::vector<double> angles(const drivers::AxisAngles& from) { return {from.begin(), from.end()}; }
+/// Of the arm, without a positioner's.
+std::vector<double> angles(const drivers::AxisAngles& from, const calib::Robot& robot) {
+  return {from.begin(), from.end() - static_cast<std::ptrdiff_t>(
+                                         std::min(robot.positioner.size(), from.size()))};
+}
 
 }  // namespace
 
@@ -408,10 +419,10 @@ double HandSpeed::share(const drivers::Move& move, const drivers::RobotState& ro
   const bool applies =
       robot.mode == Mode::kT1 || (bound_.mode_unknown && robot.mode == Mode::kUnknown);
   if (!applies || !(bound_.speed_m_s > 0.0) || move.cruise_s > 0.0) return 1.0;
-  std::vector<double> from = angles(robot.commanded_rad);
+  std::vector<double> from = angles(robot.commanded_rad, arm_->robot());
   double share = 1.0;
   const auto leg_to = [&](const drivers::AxisAngles& at_rad) {
-    std::vector<double> to = angles(at_rad);
+    std::vector<double> to = angles(at_rad, arm_->robot());
     const bool known =
         from.size() == to.size() && static_cast<int>(to.size()) == arm_->joint_count();
     share = std::min(share, known ? share_of_leg(from, to) : kLeastShare);

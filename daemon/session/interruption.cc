@@ -269,9 +269,11 @@ namespace {
 /// A nearer stand-off that saves less is not worth a move.
 constexpr double kShortestApproachM = 0.0005;
 
-calib::JointVector mean(const drivers::AxisAngles& a, const drivers::AxisAngles& b) {
+/// Of the axes from `first` up to `end`, as far as there are any.
+calib::JointVector mean(const drivers::AxisAngles& a, const drivers::AxisAngles& b,
+                        std::size_t first, std::size_t end) {
   calib::JointVector result;
-  for (std::size_t i = 0; i < a.size() && i < b.size(); ++i) {
+  for (std::size_t i = first; i < end && i < a.size() && i < b.size(); ++i) {
     result.push_back(0.5 * (a[i] + b[i]));
   }
   return result;
@@ -279,8 +281,11 @@ calib::JointVector mean(const drivers::AxisAngles& a, const drivers::AxisAngles&
 
 }  // namespace
 
-drivers::AxisAngles axis_angles(const calib::JointVector& joint_rad) {
-  return {joint_rad.begin(), joint_rad.end()};
+drivers::AxisAngles axis_angles(const calib::JointVector& joint_rad,
+                                const std::vector<double>& positioner_rad) {
+  drivers::AxisAngles all(joint_rad.begin(), joint_rad.end());
+  all.insert(all.end(), positioner_rad.begin(), positioner_rad.end());
+  return all;
 }
 
 calib::JointVector joint_vector(const drivers::AxisAngles& axes_rad) {
@@ -299,11 +304,11 @@ double travel_m(const calib::PlannedTouch& planned, const drivers::AxisAngles& a
 
 drivers::AxisAngles at_travel(const calib::PlannedTouch& planned, double travel_m) {
   const double fraction = travel_m / planned.search_m;
-  drivers::AxisAngles result;
+  calib::JointVector result;
   for (std::size_t i = 0; i < planned.standoff.size(); ++i) {
     result.push_back(planned.standoff[i] + fraction * (planned.end[i] - planned.standoff[i]));
   }
-  return result;
+  return axis_angles(result, planned.positioner_rad);
 }
 
 double approach_m(const calib::PlannedTouch& planned, const calib::ExpectedContact& expected,
@@ -352,8 +357,11 @@ calib::Touch touch_of(const calib::PlannedTouch& planned, const Agreement& agree
   const Reading& low = readings[(readings.size() - 1) / 2];
   const Reading& high = readings[readings.size() / 2];
   calib::Touch touch;
-  touch.joint_rad = mean(low.contact_rad, high.contact_rad);
-  touch.settled_joint_rad = mean(low.settled_rad, high.settled_rad);
+  const std::size_t joints = planned.standoff.size();
+  touch.joint_rad = mean(low.contact_rad, high.contact_rad, 0, joints);
+  touch.positioner_rad =
+      mean(low.contact_rad, high.contact_rad, joints, joints + planned.positioner_rad.size());
+  touch.settled_joint_rad = mean(low.settled_rad, high.settled_rad, 0, joints);
   touch.target = planned.target;
   touch.set = planned.set;
   touch.readings = static_cast<int>(readings.size());

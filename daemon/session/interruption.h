@@ -90,12 +90,14 @@ inline constexpr double kLeftThereRad = 0.0175;  // 1 deg
 // from a straight line in space by micrometres only. Travel along it is the fraction of the joint distance
 // times the plan's tip path.
 
-drivers::AxisAngles axis_angles(const calib::JointVector& joint_rad);
+/// Of all driven axes: those of a positioner follow those of the arm.
+drivers::AxisAngles axis_angles(const calib::JointVector& joint_rad,
+                                const std::vector<double>& positioner_rad = {});
 calib::JointVector joint_vector(const drivers::AxisAngles& axes_rad);
 
 /// Tip travel [m] from the stand-off to the point of the search line nearest to these joints.
 double travel_m(const calib::PlannedTouch& planned, const drivers::AxisAngles& axes_rad);
-/// Joint angles [rad] at this travel [m].
+/// Angles [rad] of all axes at this travel [m].
 drivers::AxisAngles at_travel(const calib::PlannedTouch& planned, double travel_m);
 
 /// Travel [m] at which the search for the expected contact begins: 0 (the stand-off) without an expectation,

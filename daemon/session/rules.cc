@@ -35,8 +35,18 @@ calib::ExpectedContact expected_contact(const State& state) {
   return {planned.expected_m, planned.expected_sigma_m};
 }
 
+namespace {
+
+/// Waypoints before the transit: those to where the arm waits, and the positioner's turn.
+std::size_t before_transit(const calib::PlannedTouch& planned) {
+  return planned.wait.empty() ? 0 : planned.wait.size() + 1;
+}
+
+}  // namespace
+
 std::size_t to_standoff(const State& state) {
-  return std::max<std::size_t>(1, state.planned().transit.size());
+  const calib::PlannedTouch& planned = state.planned();
+  return before_transit(planned) + std::max<std::size_t>(1, planned.transit.size());
 }
 
 std::size_t waypoint_count(const State& state) {
@@ -98,11 +108,32 @@ void begin(State& state, const Event& event, Actions& actions, MoveKind kind,
   begin(state, event, actions, std::move(move), timeout);
 }
 
-/// Joints [rad] at waypoint `k` of the current transit.
+/// Angles [rad] at waypoint `k` of the current transit.
 drivers::AxisAngles waypoint(const State& state, std::size_t k) {
   const calib::PlannedTouch& planned = state.planned();
   if (k >= to_standoff(state)) return at_travel(planned, state.approach_m);
-  return axis_angles(planned.transit.empty() ? planned.standoff : planned.transit.at(k));
+  if (k < planned.wait.size()) return axis_angles(planned.wait[k], planned.wait_rad);
+  const std::size_t before = before_transit(planned);
+  if (k < before) return axis_angles(planned.wait.back(), planned.positioner_rad);
+  return axis_angles(planned.transit.empty() ? planned.standoff : planned.transit.at(k - before),
+                     planned.positioner_rad);
+}
+
+/// The arm comes to rest before the positioner turns, and that before the arm goes on.
+bool is_beside_turn(const calib::PlannedTouch& planned, std::size_t k) {
+  const std::size_t before = before_transit(planned);
+  return k + 2 == before || k + 1 == before;
+}
+
+drivers::AxisAngles clear_point(const State& state) {
+  return axis_angles(state.planned().clear, state.planned().positioner_rad);
+}
+
+/// Waypoint of the way home, on which the positioner stands.
+drivers::AxisAngles way_home(const State& state, std::size_t k) {
+  const calib::Plan& plan = *state.plan;
+  return axis_angles(plan.home.at(k), plan.touches.empty() ? std::vector<double>{}
+                                                           : plan.touches.back().positioner_rad);
 }
 
 drivers::Via via(const drivers::AxisAngles& at_rad, const calib::Corner& corner) {
@@ -112,10 +143,15 @@ drivers::Via via(const drivers::AxisAngles& at_rad, const calib::Corner& corner)
 /// Appends the waypoints from `state.waypoint` on to `move`, up to the stand-off or the capacity of one move,
 /// without a stop.
 void go_on(State& state, const Event& event, Actions& actions, drivers::Move move) {
-  const std::vector<calib::Corner>& corners = state.planned().corners;
+  const calib::PlannedTouch& planned = state.planned();
+  const std::vector<calib::Corner>& corners = planned.corners;
+  const std::size_t before = before_transit(planned);
   std::size_t& k = state.waypoint;
-  for (; k + 1 < waypoint_count(state) && move.via.size() < drivers::kMaxVias; ++k)
-    move.via.push_back(via(waypoint(state, k), k < corners.size() ? corners[k] : calib::Corner{}));
+  for (; k + 1 < waypoint_count(state) && move.via.size() < drivers::kMaxVias; ++k) {
+    if (is_beside_turn(planned, k)) break;
+    const bool rounded = k >= before && k - before < corners.size();
+    move.via.push_back(via(waypoint(state, k), rounded ? corners[k - before] : calib::Corner{}));
+  }
   move.target_rad = waypoint(state, k);
   const auto moves = static_cast<int>(move.via.size()) + 1;
   begin(state, event, actions, std::move(move), moves * state.timeouts.waypoint);
@@ -262,7 +298,7 @@ void begin_back_to_search(State& state, const Event& event, Actions& actions) {
 
 void begin_back_to_clear(State& state, const Event& event, Actions& actions) {
   end_interruption(state);
-  begin(state, event, actions, MoveKind::kRetreat, axis_angles(state.planned().clear), 0.0,
+  begin(state, event, actions, MoveKind::kRetreat, clear_point(state), 0.0,
         state.timeouts.waypoint);
 }
 
@@ -372,7 +408,7 @@ void record_first_contact(State& state, const Event& event, Actions& actions) {
 void leave(State& state, const Event& event, Actions& actions) {
   // Computed while the arm retreats.
   actions.emplace_back(Assess{});
-  const drivers::AxisAngles clear = axis_angles(state.planned().clear);
+  const drivers::AxisAngles clear = clear_point(state);
   if (state.one_by_one) {
     actions.emplace_back(ChooseTouch{std::nullopt, false, clear, ++state.route_id});
     state.ahead = {true, nullptr};
@@ -385,7 +421,7 @@ void leave(State& state, const Event& event, Actions& actions) {
 
 void leave_for_next(State& state, const Event& event, Actions& actions) {
   actions.emplace_back(Assess{});
-  const drivers::AxisAngles clear = axis_angles(state.planned().clear);
+  const drivers::AxisAngles clear = clear_point(state);
   ++state.done;
   forget_touch(state);
   decide_approach(state);
@@ -398,7 +434,7 @@ void leave_for_next(State& state, const Event& event, Actions& actions) {
 
 /// Retreat without a touch (dry run): any contact on this path ends the session.
 void pass_by(State& state, const Event& event, Actions& actions) {
-  const drivers::AxisAngles clear = axis_angles(state.planned().clear);
+  const drivers::AxisAngles clear = clear_point(state);
   const drivers::Via leaving = via(clear, state.planned().leaving);
   const bool last = !next_is_known(state, event);
   ++state.done;
@@ -413,7 +449,7 @@ void pass_by(State& state, const Event& event, Actions& actions) {
 
 /// Retreats along the search line, as after any touch. The sphere is not at the searched position.
 void leave_empty_place(State& state, const Event& event, Actions& actions) {
-  begin(state, event, actions, MoveKind::kRetreat, axis_angles(state.planned().clear), 0.0,
+  begin(state, event, actions, MoveKind::kRetreat, clear_point(state), 0.0,
         state.timeouts.waypoint);
   state.leads_on = false;
   state.touch_failed = calib::NotMade::kMissed;
@@ -450,7 +486,7 @@ void choose_next(State& state, const Event& event, Actions& actions) {
 void begin_way_home(State& state, const Event& event, Actions& actions) {
   apply_final_choice(state, event, actions);
   record_search(event, actions);
-  begin(state, event, actions, MoveKind::kTransit, axis_angles(state.plan->home.front()), 0.0,
+  begin(state, event, actions, MoveKind::kTransit, way_home(state, 0), 0.0,
         state.timeouts.waypoint);
 }
 
@@ -467,13 +503,13 @@ void end_touching(State& state, const Event& event, Actions& actions) {
 
 void go_home(State& state, const Event& event, Actions& actions) {
   forget_touch(state);
-  begin(state, event, actions, MoveKind::kTransit, axis_angles(state.plan->home.front()), 0.0,
+  begin(state, event, actions, MoveKind::kTransit, way_home(state, 0), 0.0,
         state.timeouts.waypoint);
 }
 
 void next_waypoint_home(State& state, const Event& event, Actions& actions) {
   ++state.waypoint;
-  begin(state, event, actions, MoveKind::kTransit, axis_angles(state.plan->home.at(state.waypoint)),
+  begin(state, event, actions, MoveKind::kTransit, way_home(state, state.waypoint),
         0.0, state.timeouts.waypoint);
 }
 

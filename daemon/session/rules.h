@@ -19,7 +19,8 @@ Reading reading_of(const State&, const Event&, bool slow);
 std::vector<Reading> with_new(const State&, const Event&);
 calib::ExpectedContact expected_contact(const State&);
 /// Number of waypoints to the end of the transit: the stand-off, or a point on the search line nearer to the
-/// expected contact. 0 for a transit without waypoints, which leads there directly.
+/// expected contact. 0 for a transit without waypoints, which leads there directly. Where the positioner
+/// turns, those to where the arm waits come first, then the turn with the arm at rest.
 std::size_t to_standoff(const State&);
 std::size_t waypoint_count(const State&);
 /// True if its target was touched before.

@@ -70,7 +70,9 @@ std::optional<double> nominal_residual(const calib::Cell& cell, const calib::Tou
   const calib::Target& target = cell.targets.at(cell.target_index(touch.target));
   if (!target.has_centre || target.kind != calib::TargetKind::kSphere) return std::nullopt;
   const calib::ArmModel arm(cell.robot, cell.tool);
-  const double distance = (arm.nominal_tcp(touch.joint_rad).translation() - target.centre_m).norm();
+  const auto carrier_rad = calib::carrier_rad(touch, target);
+  const double distance =
+      (arm.nominal_tcp(touch.joint_rad, 0, carrier_rad).translation() - target.centre_m).norm();
   return std::abs(distance - target.diameter_m / 2.0 - cell.tool.tip_radius_m);
 }
 
@@ -102,6 +104,8 @@ std::string plan_hash(const calib::Plan& plan) {
   for (const calib::PlannedTouch& touch : plan.touches) {
     bytes += touch.target;
     bytes += touch.set == calib::TouchSet::kFit ? '\0' : '\1';
+    append(bytes, touch.positioner_rad);
+    for (const calib::JointVector& waypoint : touch.wait) append(bytes, waypoint);
     for (const calib::JointVector& waypoint : touch.transit) append(bytes, waypoint);
     append(bytes, touch.standoff);
     append(bytes, touch.end);
@@ -237,9 +241,13 @@ Tasks with_route(Tasks tasks, const std::shared_ptr<const TaskInputs>& inputs) {
   const auto begin = std::make_shared<calib::JointVector>();
   tasks.route = [inputs, begin](const calib::Plan& plan, std::size_t next,
                                 const calib::JointVector& from) {
-    calib::Plan routed = calib::resume_plan(inputs->cell, plan, next, from);
-    check(routed, inputs->cell.robot.joints.size());
-    if (begin->empty()) *begin = from;
+    const std::size_t joints = inputs->cell.robot.joints.size();
+    const auto arm_end = from.begin() + static_cast<std::ptrdiff_t>(std::min(joints, from.size()));
+    const calib::JointVector arm(from.begin(), arm_end);
+    calib::Plan routed =
+        calib::resume_plan(inputs->cell, plan, next, arm, std::vector(arm_end, from.end()));
+    check(routed, joints);
+    if (begin->empty()) *begin = arm;
     refuse_beyond_reach(*inputs, routed, next, *begin);
     return routed;
   };

@@ -75,7 +75,9 @@ SurfaceFigures surface_figures(const Truth& truth, const std::vector<calib::Touc
   for (const calib::Touch& touch : touches) {
     const auto begin = calib::seconds_of(touches.front().time), now = calib::seconds_of(touch.time);
     const double warm = begin && now ? truth.warm_at(*now - *begin) : kWarmedUp;
-    const double off_m = std::abs(cell.gap_m(touch.joint_rad, warm));
+    calib::JointVector at = touch.joint_rad;
+    at.insert(at.end(), touch.positioner_rad.begin(), touch.positioner_rad.end());
+    const double off_m = std::abs(cell.gap_m(at, warm));
     f.mean_m += off_m / static_cast<double>(touches.size());
     f.max_m = std::max(f.max_m, off_m);
     f.bad += off_m > kBadM ? 1 : 0;

@@ -38,8 +38,24 @@ std::span<const double> PhysicalCell::own(std::span<const double> joint_rad) con
   return joint_rad.first(truth_.arm.robot().joints.size());
 }
 
-calib::PreparedPose PhysicalCell::prepared(std::span<const double> joint_rad) const {
-  return truth_.arm.prepare(own(joint_rad), 0, truth_.held ? &*truth_.held : nullptr);
+calib::PreparedPose PhysicalCell::prepared(std::span<const double> joint_rad,
+                                           std::size_t carriers) const {
+  return truth_.arm.prepare(own(joint_rad), 0, truth_.held ? &*truth_.held : nullptr,
+                            joint_rad.subspan(own(joint_rad).size(), carriers));
+}
+
+/// The arm seen from the base and from an axis of the positioner is one body: this gives the axis' frame.
+std::vector<Eigen::Vector3d> PhysicalCell::centres_m(std::span<const double> joint_rad) const {
+  std::vector<Eigen::Vector3d> centres = truth_.centre_m;
+  const auto flange = [&](std::size_t carriers) {
+    return truth_.arm.shape(prepared(joint_rad, carriers), truth_.errors.data()).flange;
+  };
+  for (std::size_t axes = 1; axes <= truth_.arm.robot().positioner.size(); ++axes) {
+    const Eigen::Isometry3d carried = flange(0) * flange(axes).inverse();
+    for (std::size_t i = 0; i < centres.size(); ++i)
+      if (truth_.carried_by[i] == static_cast<int>(axes)) centres[i] = carried * centres[i];
+  }
+  return centres;
 }
 
 Eigen::Vector3d PhysicalCell::tip_m(std::span<const double> joint_rad, double warm) const {
@@ -55,10 +71,11 @@ Eigen::Vector3d PhysicalCell::grown_m(const Eigen::Vector3d& flange, double warm
 
 double PhysicalCell::gap_m(std::span<const double> joint_rad, double warm) const {
   const Eigen::Vector3d tip = tip_m(joint_rad, warm);
+  const std::vector<Eigen::Vector3d> centres = centres_m(joint_rad);
   double gap = std::numeric_limits<double>::max();
-  for (std::size_t i = 0; i < truth_.centre_m.size(); ++i)
+  for (std::size_t i = 0; i < centres.size(); ++i)
     if (truth_.radius_m[i] > 0.0)
-      gap = std::min(gap, (tip - truth_.centre_m[i]).norm() - truth_.radius_m[i]);
+      gap = std::min(gap, (tip - centres[i]).norm() - truth_.radius_m[i]);
   for (const TrueFace& face : truth_.faces)
     gap = std::min(gap, outside_m(face, tip) - face.tip_radius_m);
   return gap;
@@ -72,11 +89,12 @@ double PhysicalCell::shaft_depth_m(std::span<const double> joint_rad, double war
   const double length = (flange - tip).norm();
   if (length <= kTipLengthM) return 0.0;
   const Eigen::Vector3d neck = tip + (flange - tip) * (kTipLengthM / length);
+  const std::vector<Eigen::Vector3d> centres = centres_m(joint_rad);
   double depth = 0.0;
-  for (std::size_t i = 0; i < truth_.centre_m.size(); ++i)
+  for (std::size_t i = 0; i < centres.size(); ++i)
     if (truth_.radius_m[i] > 0.0)
-      depth = std::max(
-          depth, truth_.radius_m[i] + kNeckRadiusM - distance(truth_.centre_m[i], neck, flange));
+      depth = std::max(depth,
+                       truth_.radius_m[i] + kNeckRadiusM - distance(centres[i], neck, flange));
   // The point of a straight shaft nearest to a plate outside of it is one of its ends.
   for (const TrueFace& face : truth_.faces)
     for (const Eigen::Vector3d& end : {neck, flange})

@@ -18,8 +18,8 @@ class PhysicalCell {
  public:
   explicit PhysicalCell(Truth truth) : truth_(std::move(truth)) {}
 
-  /// True TCP [m, true base frame] for the arm's true axis angles [rad]. `warm`: 0 at power on, 1
-  /// warmed up (Truth::warm_at).
+  /// True TCP [m, true base frame] for the true axis angles [rad]: of the arm, then of a positioner.
+  /// `warm`: 0 at power on, 1 warmed up (Truth::warm_at).
   Eigen::Vector3d tip_m(std::span<const double> joint_rad, double warm = 0.0) const;
   /// Distance of the tip from the nearest sphere's or plate's surface [m]; the circuit is closed at
   /// <= 0.
@@ -30,7 +30,9 @@ class PhysicalCell {
 
  private:
   std::span<const double> own(std::span<const double> joint_rad) const;
-  calib::PreparedPose prepared(std::span<const double> joint_rad) const;
+  calib::PreparedPose prepared(std::span<const double> joint_rad, std::size_t carriers = 0) const;
+  /// Centres of all targets in the true base frame.
+  std::vector<Eigen::Vector3d> centres_m(std::span<const double> joint_rad) const;
   Eigen::Vector3d grown_m(const Eigen::Vector3d& flange, double warm) const;
 
   Truth truth_;

@@ -76,17 +76,27 @@ calib::ArmModel true_arm(const calib::Cell& cell, const TruthOptions& options) {
   return {robot, tool};
 }
 
-/// Targets with a place in the cell; a tracker may be anywhere.
-std::vector<const calib::Target*> placed_targets(const calib::Cell& cell) {
+/// Targets with a place in the cell, in one frame; a tracker may be anywhere.
+std::vector<const calib::Target*> placed_targets(const calib::Cell& cell, int carried_by) {
   std::vector<const calib::Target*> placed;
   for (const calib::Target& target : cell.targets)
-    if (target.kind != calib::TargetKind::kTracker) placed.push_back(&target);
+    if (target.kind != calib::TargetKind::kTracker && target.carried_by == carried_by)
+      placed.push_back(&target);
   return placed;
 }
 
-/// Position of the real arm's tip with the nominal arm at the centres; mean over several tool
-/// orientations, as in teaching.
-Eigen::Matrix3Xd taught_places(const Truth& truth, const calib::Cell& cell) {
+/// Angles of the axes that carry a frame while it is taught.
+std::vector<double> taught_rad(const calib::Robot& robot, int carried_by) {
+  std::vector<double> angles;
+  for (const calib::PositionerAxis& axis :
+       std::span(robot.positioner).first(static_cast<std::size_t>(carried_by)))
+    angles.push_back(std::clamp(0.0, axis.min_rad, axis.max_rad));
+  return angles;
+}
+
+/// Position of the real arm's tip with the nominal arm at the centres, in the frame that carries them;
+/// mean over several tool orientations, as in teaching.
+Eigen::Matrix3Xd taught_places(const Truth& truth, const calib::Cell& cell, int carried_by) {
   const calib::ArmModel nominal(cell.robot, cell.tool);
   const calib::JointVector home = [&] {
     calib::JointVector q(cell.robot.joints.size(), 0.0);
@@ -96,10 +106,13 @@ Eigen::Matrix3Xd taught_places(const Truth& truth, const calib::Cell& cell) {
       q[i] = std::clamp(q[i], cell.robot.joints[i].min_rad, cell.robot.joints[i].max_rad);
     return q;
   }();
-  const auto targets = placed_targets(cell);
+  const auto targets = placed_targets(cell, carried_by);
+  const std::vector<double> carrier_rad = taught_rad(cell.robot, carried_by);
+  const Eigen::Isometry3d carried = calib::carried_at(cell.robot, carrier_rad);
   Eigen::Matrix3Xd places(3, static_cast<Eigen::Index>(targets.size()));
   for (std::size_t t = 0; t < targets.size(); ++t) {
-    const Eigen::Vector3d& centre = targets[t]->centre_m;
+    const Eigen::Vector3d centre =
+        carried_by > 0 ? carried * targets[t]->centre_m : targets[t]->centre_m;
     const calib::JointVector seed = facing(cell.robot, home, centre);
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     int reached = 0;
@@ -113,7 +126,7 @@ Eigen::Matrix3Xd taught_places(const Truth& truth, const calib::Cell& cell) {
               .toRotationMatrix();
       const auto q = calib::inverse(nominal, pose, seed, 0.0);
       if (!q) continue;
-      sum += truth.arm.position(truth.arm.prepare(*q), truth.errors.data());
+      sum += truth.arm.position(truth.arm.prepare(*q, 0, nullptr, carrier_rad), truth.errors.data());
       ++reached;
     }
     if (reached == 0)
@@ -164,14 +177,14 @@ Eigen::VectorXd drawn_errors(const calib::ArmModel& arm, const TruthOptions& opt
   return errors;
 }
 
-/// From the cell file's frame to the true base frame: at the taught places, with an error of the
-/// placement's sigmas.
-Eigen::Isometry3d artefact_place(const Truth& truth, const calib::Cell& cell,
+/// From the cell file's frame to the true one: at the taught places, with an error of the placement's
+/// sigmas.
+Eigen::Isometry3d artefact_place(const Truth& truth, const calib::Cell& cell, int carried_by,
                                  const TruthOptions& options, calib::Random& random) {
-  const Eigen::Matrix3Xd taught = taught_places(truth, cell);
+  const Eigen::Matrix3Xd taught = taught_places(truth, cell, carried_by);
   Eigen::Matrix3Xd nominal(3, taught.cols());
   for (Eigen::Index i = 0; i < nominal.cols(); ++i)
-    nominal.col(i) = placed_targets(cell)[static_cast<std::size_t>(i)]->centre_m;
+    nominal.col(i) = placed_targets(cell, carried_by)[static_cast<std::size_t>(i)]->centre_m;
   const Eigen::Vector3d middle =
       taught.cols() > 0 ? taught.rowwise().mean() : Eigen::Vector3d::Zero().eval();
   Eigen::Isometry3d place = Eigen::Isometry3d::Identity();
@@ -194,7 +207,6 @@ Eigen::Isometry3d artefact_place(const Truth& truth, const calib::Cell& cell,
 double Truth::warm_at(double seconds) const { return 1.0 - std::exp(-seconds / warm_up_s); }
 
 Truth draw_truth(const calib::Cell& stated, const TruthOptions& options) {
-  refuse_positioner(stated.robot, "a simulated cell", "Take a robot file without it");
   const calib::Cell cell = with_all_places(stated, options.seed);
   Truth truth{true_arm(cell, options), {}, {}, {}};
   truth.growth = options.growth;
@@ -203,9 +215,13 @@ Truth draw_truth(const calib::Cell& stated, const TruthOptions& options) {
   truth.contact_seed = options.seed;
   calib::Random random(options.seed);
   truth.errors = drawn_errors(truth.arm, options, random);
-  const Eigen::Isometry3d place = artefact_place(truth, cell, options, random);
+  std::vector<Eigen::Isometry3d> places;
+  for (int axes = 0; axes <= static_cast<int>(cell.robot.positioner.size()); ++axes)
+    places.push_back(artefact_place(truth, cell, axes, options, random));
   for (const calib::Target& target : cell.targets) {
+    const Eigen::Isometry3d& place = places[static_cast<std::size_t>(target.carried_by)];
     truth.centre_m.push_back(place * target.centre_m);
+    truth.carried_by.push_back(target.carried_by);
     const double draw = bounded_normal(random);
     truth.radius_m.push_back(target.kind == calib::TargetKind::kSphere
                                  ? (target.diameter_m + target.diameter_sigma_m * draw) / 2.0 +

@@ -82,9 +82,12 @@ struct TrueFace {
 struct Truth {
   calib::ArmModel arm;                    ///< with gears added if requested
   Eigen::VectorXd errors;                 ///< true values of arm.parameters()
-  std::vector<Eigen::Vector3d> centre_m;  ///< per target of the cell, true base frame
+  /// Per target of the cell, in the true frame of the positioner's axis that carries it, else the
+  /// true base frame.
+  std::vector<Eigen::Vector3d> centre_m;
   std::vector<double> radius_m;  ///< true radius of each sphere plus tip; 0 for other kinds
   std::vector<TrueFace> faces{};
+  std::vector<int> carried_by{};  ///< calib::Target::carried_by of each
   std::optional<calib::Load> held{};
   double growth = 0.0, warm_up_s = 60.0;  ///< as in TruthOptions; `errors` are the cold arm's
   ContactScatter contacts{};
@@ -97,7 +100,8 @@ struct Truth {
 /// The cell file's centres are taught by an installer with the tip at a sphere: correct for the arm
 /// including its errors. The artefact is therefore placed, as one rigid body, where the real arm
 /// arrives when commanded to them. A sphere without a centre is anywhere in its box. Throws
-/// std::runtime_error if a centre is out of reach.
+/// std::runtime_error if a centre is out of reach. What a positioner's axis carries is one more rigid body,
+/// taught with its axes at 0 or as near as their limits allow.
 Truth draw_truth(const calib::Cell& cell, const TruthOptions& options);
 
 /// The robot file with the true, cold lengths and angles: what KUKA measures and gives to a

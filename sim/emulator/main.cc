@@ -86,6 +86,8 @@ std::vector<double> start_of(const sim::EmulatorOptions& options, const calib::C
     start_rad.insert(start_rad.begin(), (track.min_rad + track.max_rad) / 2.0);
   }
   if (start_rad.size() != cell.robot.joints.size()) start_rad.assign(cell.robot.joints.size(), 0.0);
+  for (const calib::PositionerAxis& axis : cell.robot.positioner)
+    start_rad.push_back(std::clamp(0.0, axis.min_rad, axis.max_rad));
   return start_rad;
 }
 
@@ -176,7 +178,7 @@ int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
 int run_eki_stream(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   if (!options.control.empty())
     throw std::invalid_argument("--control has no effect on channel files of others: leave it out");
-  refuse_linear_unit(cell.robot, "the emulation of other channel files",
+  refuse_external_axes(cell.robot, "the emulation of other channel files",
                      "Take a robot file without it, or the files of 'cellcal kuka-files'");
   sim::EkiStreamConfig controller;
   for (const std::string& path : options.eki_xml)
@@ -241,6 +243,8 @@ int run_eki(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   controller.arm = sim::make_cartesian_arm(known);
   for (const calib::Joint& joint : cell.robot.joints)
     controller.max_speed_rad_s.push_back(joint.max_speed_rad_s);
+  constexpr double kPositionerRadS = 1.5;
+  controller.max_speed_rad_s.resize(controller.start_rad.size(), kPositionerRadS);
   controller.lag_s = options.controller.lag_s;
   controller.noise_sigma_deg = options.controller.noise_sigma_deg;
   controller.seed = options.controller.seed;
@@ -287,7 +291,8 @@ int run(const sim::EmulatorOptions& options) {
     if (!(joint.max_speed_rad_s > 0.0))
       throw std::invalid_argument("robot file of " + cell.robot.name + ": joint " + joint.name +
                                   " has no max_speed_deg_s; an arm that moves needs it");
-  refuse_positioner(cell.robot, "the emulated cell", "Take a robot file without it");
+  if (options.wire != "eki")
+    refuse_positioner(cell.robot, "the emulated cell over RSI", "Take --wire eki");
   return options.wire == "eki" ? run_eki(options, cell) : run_rsi(options, cell);
 }
 

@@ -78,7 +78,7 @@ struct BadShare {
 };
 struct StopAsked {};
 
-struct TravelAtTarget {  ///< of the linear unit: searches and leaving a contact move the arm alone
+struct TravelAtTarget {  ///< of an external axis: searches and leaving a contact move the arm alone
   WireAxis axis{};
   double from_deg = 0.0, target_deg = 0.0;
 };

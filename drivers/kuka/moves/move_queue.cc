@@ -119,10 +119,13 @@ std::optional<Cause> object_to(const Move& move, std::span<const AxisLimit> limi
 std::optional<Cause> object_to_travel(const Move& move, std::span<const AxisLimit> limits,
                                       const AxisAngles& at_rad, double tolerance_rad) {
   const WireAxes axes(limits);
-  if (move.kind == MoveKind::kTransit || !axes.linear(0)) return std::nullopt;
-  const double target = leg_target(move, 0)[0];
-  if (std::abs(target - at_rad[0]) <= tolerance_rad) return std::nullopt;
-  return cause::TravelAtTarget{axes.name(0), axes.shown(0, at_rad[0]), axes.shown(0, target)};
+  if (move.kind == MoveKind::kTransit) return std::nullopt;
+  for (std::size_t i = 0; i < limits.size(); ++i) {
+    const double target = leg_target(move, 0)[i];
+    if (axes.place(i) < kArmAxes || std::abs(target - at_rad[i]) <= tolerance_rad) continue;
+    return cause::TravelAtTarget{axes.name(i), axes.shown(i, at_rad[i]), axes.shown(i, target)};
+  }
+  return std::nullopt;
 }
 
 void check_linear_unit(const char* wire, std::span<const AxisLimit> limits) {

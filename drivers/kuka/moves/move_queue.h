@@ -84,7 +84,7 @@ std::optional<Cause> object_to(const Move& move, std::span<const AxisLimit> limi
 /// Throws ConfigError where a linear unit is not the first of seven axes or more. `wire`: "eki".
 void check_linear_unit(const char* wire, std::span<const AxisLimit> limits);
 
-/// A linear unit that travels in a search or on the first leg of a retreat, which move the arm alone.
+/// An external axis that moves in a search or on the first leg of a retreat, which move the arm alone.
 /// `at_rad`: where it begins; `tolerance_rad`: of rest.
 std::optional<Cause> object_to_travel(const Move& move, std::span<const AxisLimit> limits,
                                       const AxisAngles& at_rad, double tolerance_rad);

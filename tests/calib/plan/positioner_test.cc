@@ -166,12 +166,79 @@ TEST(PositionerPlan, AtASettingAllIsInTheBase) {
       carried_at(cell.robot, std::vector<double>{0.5}) * plate.frame, 1e-12));
 }
 
+/// Index of the first touch after a turn.
+std::size_t first_turned() {
+  std::size_t k = 0;
+  while (planned().touches.at(k).wait.empty()) ++k;
+  return k;
+}
+
+JointVector between(const JointVector& a, const JointVector& b, double share) {
+  JointVector q = a;
+  for (std::size_t i = 0; i < q.size(); ++i) q[i] += share * (b[i] - a[i]);
+  return q;
+}
+
+TEST(PositionerPlan, ResumedInContactTheArmLeavesItAndWaitsBeforeThePositionerTurns) {
+  const Cell cell = with_positioner();
+  const std::size_t next = first_turned();
+  const PlannedTouch& last = planned().touches[next - 1];
+  const Plan resumed = resume_plan(cell, planned(), next, between(last.standoff, last.end, 0.55),
+                                   last.positioner_rad);
+  const PlannedTouch& touch = resumed.touches[next];
+  ASSERT_GE(touch.wait.size(), 2u);
+  EXPECT_EQ(touch.wait.front(), last.clear);
+  EXPECT_EQ(touch.wait.back(), planned().start);
+  EXPECT_EQ(touch.wait_rad, last.positioner_rad);
+  EXPECT_EQ(touch.transit.back(), touch.standoff);
+  const ArmModel arm = planning_arm(at_setting(cell, touch.positioner_rad));
+  const auto expect_clear = [&](const std::vector<double>& setting, JointVector at,
+                                const std::vector<JointVector>& way) {
+    const Clearance clearance(at_setting(cell, setting), arm);
+    for (const JointVector& waypoint : way) {
+      EXPECT_TRUE(clearance.clear(at, waypoint, 0.009));
+      at = waypoint;
+    }
+  };
+  expect_clear(last.positioner_rad, last.clear, touch.wait);
+  expect_clear(touch.positioner_rad, planned().start, touch.transit);
+}
+
+TEST(PositionerPlan, ResumedBetweenTwoSettingsItTurnsOnFromThere) {
+  const std::size_t next = first_turned();
+  const PlannedTouch& touch = planned().touches[next];
+  const std::vector<double> halfway =
+      between(planned().touches[next - 1].positioner_rad, touch.positioner_rad, 0.5);
+  const Plan resumed =
+      resume_plan(with_positioner(), planned(), next, planned().start, halfway);
+  EXPECT_EQ(resumed.touches[next].wait_rad, halfway);
+  EXPECT_EQ(resumed.touches[next].wait.back(), planned().start);
+  EXPECT_EQ(resumed.touches[next].positioner_rad, touch.positioner_rad);
+}
+
+TEST(PositionerPlan, ResumedAtItsSettingItStaysAsItStands) {
+  const std::size_t turned = first_turned();
+  std::vector<double> stands = planned().touches[0].positioner_rad;
+  stands[1] += 0.002;
+  const Plan resumed = resume_plan(with_positioner(), planned(), 0, planned().start, stands);
+  EXPECT_TRUE(resumed.touches[0].wait.empty());
+  for (std::size_t k = 0; k < turned; ++k) EXPECT_EQ(resumed.touches[k].positioner_rad, stands);
+  EXPECT_EQ(resumed.touches[turned].wait_rad, stands);
+  EXPECT_EQ(resumed.touches[turned].positioner_rad, planned().touches[turned].positioner_rad);
+  stands[1] += 0.002;
+  EXPECT_FALSE(
+      resume_plan(with_positioner(), planned(), 0, planned().start, stands).touches[0].wait.empty());
+}
+
+TEST(PositionerPlan, IsNotResumedWithoutThePositionersAngles) {
+  EXPECT_THROW(resume_plan(with_positioner(), planned(), 0, planned().start), PlanError);
+}
+
 TEST(PositionerPlan, WhatPlansTouchByTouchRefusesIt) {
   const Cell cell = with_positioner();
   EXPECT_THROW(Finder(cell, {}, false, {}), PositionerError);
   EXPECT_THROW(suggest_spheres(cell, {}, 4), PositionerError);
   EXPECT_THROW(Pool(cell, {}, 10), PositionerError);
-  EXPECT_THROW(resume_plan(cell, planned(), 1, planned().start), PositionerError);
 }
 
 }  // namespace

@@ -431,6 +431,28 @@ TEST(axis_limits, of_a_linear_unit_are_metres_over_eki_and_further_external_axes
   EXPECT_EQ(eki_config_for(two, six).wire_axes(), 8u) << "both external axes hold still";
 }
 
+TEST(axis_limits, of_a_positioner_follow_the_arms_over_eki_and_are_refused_by_name_over_rsi) {
+  calib::Cell cell = cell_on_track();
+  calib::PositionerAxis axis;
+  axis.name = "E2";
+  axis.min_rad = -1.0;
+  axis.max_rad = 1.5;
+  cell.robot.positioner = {axis};
+  const DaemonConfig two = parse_config(
+      kEki + "[motion]\nspeed_percent = 10\n[controller]\nexternal_axes = 2\n", "d.toml");
+  const drivers::EkiConfig eki = eki_config_for(two, cell);
+  ASSERT_EQ(eki.limits.size(), 8u);
+  EXPECT_EQ(eki.limits[7].min_rad, -1.0);
+  EXPECT_EQ(eki.limits[7].max_rad, 1.5);
+  EXPECT_EQ(eki.transit_percent(), 10);
+  const DaemonConfig one = parse_config(kEki + "[controller]\nexternal_axes = 1\n", "d.toml");
+  EXPECT_THROW(eki_config_for(one, cell), drivers::ConfigError) << "no E2 in the channel";
+  cell.robot.positioner[0].name = "E1";
+  EXPECT_THROW(eki_config_for(two, cell), drivers::ConfigError) << "E1 is the linear unit";
+  EXPECT_THROW(rsi_config_for(parse_config(kRsi, "d.toml"), cell), calib::PositionerError);
+  EXPECT_THROW(rsi_files_for(parse_config(kRsi, "d.toml"), cell), calib::PositionerError);
+}
+
 TEST(axis_limits, over_eki_come_with_the_full_speeds_and_for_the_channels_axes) {
   calib::Cell cell = cell_of_one_joint();
   const DaemonConfig config = parse_config(kEki + "[motion]\nspeed_percent = 10\n", "d.toml");

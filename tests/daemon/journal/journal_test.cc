@@ -230,31 +230,38 @@ TEST(a_journal, refuses_one_of_another_schema_version_and_leaves_it_unchanged) {
     Database(dir / "j.db").execute(("PRAGMA user_version = " + std::to_string(version)).c_str());
     const std::string why = reason(dir / "j.db");
     EXPECT_NE(why.find("j.db"), std::string::npos) << why;
-    EXPECT_NE(why.find("schema version " + std::to_string(version) + ", supported is 12. Install"),
+    EXPECT_NE(why.find("schema version " + std::to_string(version) + ", supported is 13. Install"),
               std::string::npos)
         << why;
     EXPECT_EQ(Database(dir / "j.db").integer("PRAGMA user_version"), version);
   }
 }
 
-TEST(a_journal, of_version_11_is_converted_and_keeps_its_checksums) {
-  const TemporaryDirectory dir;
-  {
-    Journal journal(dir / "j.db");
-    const std::int64_t id = journal.begin(inputs(), "t0");
-    for (std::size_t i = 0; i < 3; ++i) journal.record(id, RecordTouch{i, touch()});
+TEST(a_journal, of_an_earlier_version_is_converted_and_keeps_its_checksums) {
+  for (const char* earlier :
+       {"ALTER TABLE touch DROP COLUMN positioner_rad; ALTER TABLE touch DROP COLUMN load; "
+        "PRAGMA user_version = 11",
+        "ALTER TABLE touch DROP COLUMN positioner_rad; PRAGMA user_version = 12"}) {
+    const TemporaryDirectory dir;
+    {
+      Journal journal(dir / "j.db");
+      const std::int64_t id = journal.begin(inputs(), "t0");
+      for (std::size_t i = 0; i < 3; ++i) journal.record(id, RecordTouch{i, touch()});
+    }
+    const std::vector<calib::Touch> touches(3, touch());
+    Database(dir / "j.db").execute(earlier);
+    {
+      Journal journal(dir / "j.db");
+      EXPECT_EQ(journal.touches(1), touches);
+      calib::Touch loaded = touch();
+      loaded.load = "part";
+      loaded.positioner_rad = {0.25, -1.5};
+      journal.record(1, RecordTouch{3, loaded});
+    }
+    EXPECT_EQ(Database(dir / "j.db").integer("PRAGMA user_version"), 13);
+    EXPECT_EQ(Journal(dir / "j.db").touches(1).back().load, "part");
+    EXPECT_EQ(Journal(dir / "j.db").touches(1).back().positioner_rad, (std::vector{0.25, -1.5}));
   }
-  const std::vector<calib::Touch> touches(3, touch());
-  Database(dir / "j.db").execute("ALTER TABLE touch DROP COLUMN load; PRAGMA user_version = 11");
-  {
-    Journal journal(dir / "j.db");
-    EXPECT_EQ(journal.touches(1), touches);
-    calib::Touch loaded = touch();
-    loaded.load = "part";
-    journal.record(1, RecordTouch{3, loaded});
-  }
-  EXPECT_EQ(Database(dir / "j.db").integer("PRAGMA user_version"), 12);
-  EXPECT_EQ(Journal(dir / "j.db").touches(1).back().load, "part");
 }
 
 TEST(a_journal, refuses_a_damaged_one) {

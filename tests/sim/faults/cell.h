@@ -29,12 +29,25 @@ using drivers::TimePoint;
 
 /// Between cellcal's computer and the controller. ..Input: with a wire from the sensor; kRsi6: the controller
 /// as configured by the generated files of RSI 6; kEthernet is RSI with the sensor on Ethernet; ..Track: the arm
-/// on a linear unit that travels from touch to touch, and a further external axis.
-enum class Wire { kRsi, kRsiInput, kRsi6, kEkiInput, kEkiFlag, kEthernet, kRsiTrack, kEkiTrack };
-inline constexpr std::array kWires{Wire::kRsi,     Wire::kRsiInput, Wire::kRsi6,     Wire::kEkiInput,
-                                   Wire::kEkiFlag, Wire::kEthernet, Wire::kRsiTrack, Wire::kEkiTrack};
+/// on a linear unit that travels from touch to touch, and a further external axis; kEkiTable: the sphere on a
+/// positioner that turns between the touches, and a further external axis.
+enum class Wire {
+  kRsi,
+  kRsiInput,
+  kRsi6,
+  kEkiInput,
+  kEkiFlag,
+  kEthernet,
+  kRsiTrack,
+  kEkiTrack,
+  kEkiTable
+};
+inline constexpr std::array kWires{Wire::kRsi,      Wire::kRsiInput, Wire::kRsi6,
+                                   Wire::kEkiInput, Wire::kEkiFlag,  Wire::kEthernet,
+                                   Wire::kRsiTrack, Wire::kEkiTrack, Wire::kEkiTable};
 constexpr bool over_rsi(Wire wire) {
-  return wire != Wire::kEkiInput && wire != Wire::kEkiFlag && wire != Wire::kEkiTrack;
+  return wire != Wire::kEkiInput && wire != Wire::kEkiFlag && wire != Wire::kEkiTrack &&
+         wire != Wire::kEkiTable;
 }
 constexpr bool on_track(Wire wire) { return wire == Wire::kRsiTrack || wire == Wire::kEkiTrack; }
 const char* to_string(Wire wire);
@@ -110,8 +123,8 @@ class FaultyCell : public drivers::Clock {
   virtual void input_wire(bool broken) = 0;
   virtual void input_stuck_on(bool) {
   }  ///< RSI: 24 V at the controller's input, independently of the sensor
-  /// Moved by something else: the linear unit, else an external axis of the controller, which no
-  /// joint is.
+  /// Moved by something else: the linear unit or the positioner, else an external axis of the
+  /// controller that is neither.
   virtual void external_axis_moves(bool) {
     throw std::logic_error("a controller without external axes");
   }

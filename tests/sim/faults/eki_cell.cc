@@ -51,6 +51,7 @@ class EkiCell final : public FaultyCell {
       : FaultyCell(cell, options),
         eki_(daemon::eki_config_for(config, cell)),
         joints_(cell.robot.joints.size()),
+        axes_(joints_ + cell.robot.positioner.size()),
         controller_(eki_controller(config, cell, options)),
         to_pc_(sim::LineKind::kStream, kSwitch, options.seed * 37 + 1),
         to_krc_(sim::LineKind::kStream, kSwitch, options.seed * 37 + 2) {
@@ -101,7 +102,7 @@ class EkiCell final : public FaultyCell {
  protected:
   std::vector<double> true_rad_at(TimePoint t) const override {
     std::vector<double> all = controller_.actual_rad_at(t);
-    all.resize(joints_);
+    all.resize(axes_);
     return all;
   }
   Duration cycle() const override { return controller_.cycle(); }
@@ -181,7 +182,7 @@ class EkiCell final : public FaultyCell {
 
  private:
   drivers::EkiConfig eki_;
-  std::size_t joints_;
+  std::size_t joints_, axes_;  ///< axes: with those of a positioner
   sim::EkiController controller_;
   sim::Line to_pc_, to_krc_;
   std::unique_ptr<drivers::EkiRobotInline> robot_;
@@ -203,7 +204,8 @@ std::unique_ptr<FaultyCell> make_cell(const calib::Cell& cell, const CellOptions
                           : "";
   const char* stop = options.wire == Wire::kEkiFlag ? "flag" : "input";
   const char* external = options.wire == Wire::kEkiInput ? "[controller]\nexternal_axes = 1\n"
-                         : on_track(options.wire)        ? "[controller]\nexternal_axes = 2\n"
+                         : on_track(options.wire) || options.wire == Wire::kEkiTable
+                             ? "[controller]\nexternal_axes = 2\n"
                                                          : "";
   const std::string text = std::string("format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n") +
                            "[motion]\nspeed_percent = 80\nacceleration_deg_s2 = 600\n"

@@ -165,8 +165,8 @@ Count Table::run(Wire wire) {
     for (std::size_t i = 0; i < stretches.size(); ++i) {
       const Stretch& stretch = stretches[i];
       ++number;  // also for omitted ones, so that a partial run is identical to the whole
-      const int every = options_.in_turn || on_track(wire) ? 0 : options_.every;
-      if (!has_its_turn(faults, fault, stretch.phase, i, every)) continue;
+      const bool by_turns = options_.in_turn || on_track(wire) || wire == Wire::kEkiTable;
+      if (!has_its_turn(faults, fault, stretch.phase, i, by_turns ? 0 : options_.every)) continue;
       if (!options_.fault.empty() && fault.name != options_.fault) continue;
       if (!options_.phase.empty() && to_string(stretch.phase) != options_.phase) continue;
       one(wire, fault, stretch, number);

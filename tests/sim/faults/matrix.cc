@@ -83,8 +83,9 @@ std::vector<Stretch> stretches_of(const Ending& ending, const FaultyCell& cell) 
     };
     return std::pair{at(from), at(until)};
   };
-  // The retreat from the first touch leads to the second.
-  const Span transit = nth(Phase::kRetreat, 1, 0), arming = nth(Phase::kArmingFast, 1, 0);
+  // The retreat from the first touch leads to the second, or to where the arm waits for the table.
+  const Phase way = cell.wire() == Wire::kEkiTable ? Phase::kTransit : Phase::kRetreat;
+  const Span transit = nth(way, 1, 0), arming = nth(Phase::kArmingFast, 1, 0);
   const Span fast = nth(Phase::kFastSearch, 1, 0), slow = nth(Phase::kSlowSearch, 1, 0);
   const Span last = nth(Phase::kSlowSearch, 1, 1);
   const Span back = nth(Phase::kBackingOff, 1, 0), leave = nth(Phase::kRetreat, 2, 0);
@@ -115,9 +116,9 @@ bool fits(TouchPhase phase, Phase was) {
       return was == Phase::kConnecting || was == Phase::kReferencing || was == Phase::kRouting ||
              was == Phase::kIdle || was == Phase::kPlanning;
     case TouchPhase::kTransit:
-      return was == Phase::kRetreat;
+      return was == Phase::kRetreat || was == Phase::kTransit;
     case TouchPhase::kApproach:
-      return was == Phase::kRetreat || was == Phase::kArmingFast;
+      return was == Phase::kRetreat || was == Phase::kTransit || was == Phase::kArmingFast;
     case TouchPhase::kSearch:
     case TouchPhase::kContact:
     case TouchPhase::kLatch:
@@ -159,9 +160,8 @@ Matrix::Matrix(const std::filesystem::path& cell_file, std::filesystem::path fol
       expectation_(expectation) {}
 
 const Job& Matrix::job(Wire wire) {
-  const bool track = on_track(wire);
-  if (const auto known = jobs_.find(track); known != jobs_.end()) return known->second;
-  return jobs_.emplace(track, make_job(cell_file_, track)).first->second;
+  if (const auto known = jobs_.find(wire); known != jobs_.end()) return known->second;
+  return jobs_.emplace(wire, make_job(cell_file_, wire)).first->second;
 }
 
 const Reference& Matrix::reference(Wire wire) {
@@ -197,7 +197,9 @@ double Matrix::distance_from_truth_m(const FaultyCell& cell, const calib::Touch&
     }
   }
   // An edge alone might belong to another contact: the surface has to be there, too.
-  return std::max(nearest, std::abs(cell.physical().gap_m(touch.joint_rad)));
+  std::vector<double> at = touch.joint_rad;
+  at.insert(at.end(), touch.positioner_rad.begin(), touch.positioner_rad.end());
+  return std::max(nearest, std::abs(cell.physical().gap_m(at)));
 }
 
 void Matrix::judge_touches(Run& run, const std::vector<calib::Touch>& touches, const char* when) {

@@ -89,7 +89,7 @@ class Matrix {
   void judge_resumption(Run& run);
 
   std::filesystem::path cell_file_;
-  std::map<bool, Job> jobs_;  ///< by on_track
+  std::map<Wire, Job> jobs_;
   std::filesystem::path folder_;
   std::uint64_t seed_;
   Expectation expectation_;

@@ -14,6 +14,11 @@ constexpr const char* kUnit =
     "max_mm = 400.0\nmax_speed_mm_s = 1500.0\n\n";
 // Least way of the linear unit between the planned touches.
 constexpr double kTravelM = 0.1;
+constexpr const char* kTable =
+    "\n[[positioner]]\nname = \"E1\"\nxyz_mm = [950.0, 0.0, 200.0]\nmin_deg = -120.0\nmax_deg = 120.0\n"
+    "place_sigma_mm = 0.5\ndirection_sigma_mrad = 0.5\n";
+const Eigen::Vector3d kOnTableM(0.15, 0.0, 0.15);
+constexpr double kTurnRad = 0.5;  // least, between the touches
 
 daemon::Tasks tasks_of(const Job& job) {
   daemon::Tasks tasks;
@@ -21,7 +26,8 @@ daemon::Tasks tasks_of(const Job& job) {
   tasks.route = [&job](const calib::Plan& plan, std::size_t next, const calib::JointVector& from) {
     // Planned from the emulated arm's position at power on: the path is the plan's own.
     if (next == 0 && from == plan.start) return plan;
-    return calib::resume_plan(job.cell, plan, next, from);
+    const auto arm_end = from.begin() + static_cast<std::ptrdiff_t>(job.cell.robot.joints.size());
+    return calib::resume_plan(job.cell, plan, next, {from.begin(), arm_end}, {arm_end, from.end()});
   };
   tasks.assess = [](const std::vector<calib::Touch>&) { return daemon::Tasks::Assessed{}; };
   tasks.identify = [](const std::vector<calib::Touch>&) { return daemon::SessionResult{}; };
@@ -31,20 +37,41 @@ daemon::Tasks tasks_of(const Job& job) {
 
 }  // namespace
 
-Job make_job(const std::filesystem::path& cell_file, bool on_track) {
+namespace {
+
+void put_on_table(calib::Cell& cell) {
+  cell.targets.erase(cell.targets.begin() + 1, cell.targets.end());
+  cell.lengths.clear();
+  cell.targets[0].carried_by = 1;
+  cell.targets[0].centre_m = kOnTableM;
+}
+
+/// Throws where the external axis stands between the planned touches.
+void require_moves(const calib::Plan& plan, Wire wire) {
+  const calib::PlannedTouch &one = plan.touches.at(0), &two = plan.touches.at(1);
+  if (on_track(wire) && std::abs(two.standoff[0] - one.standoff[0]) < kTravelM)
+    throw std::runtime_error("the linear unit does not travel between the planned touches");
+  if (wire == Wire::kEkiTable && std::abs(two.positioner_rad[0] - one.positioner_rad[0]) < kTurnRad)
+    throw std::runtime_error("the table does not turn between the planned touches");
+}
+
+}  // namespace
+
+Job make_job(const std::filesystem::path& cell_file, Wire wire) {
   Job job;
   job.inputs = daemon::read_inputs(cell_file);
   std::string& robot = job.inputs.robot_text;
-  if (on_track) robot.insert(robot.find("[[joint]]"), kUnit);
+  if (on_track(wire)) robot.insert(robot.find("[[joint]]"), kUnit);
+  if (wire == Wire::kEkiTable) robot += kTable;
   job.cell = daemon::cell_of(job.inputs);
+  if (wire == Wire::kEkiTable) put_on_table(job.cell);
   calib::PlanOptions options;
   options.fit_touches = 2;
   options.check_touches = 0;
-  if (on_track) options.criterion = calib::Criterion::kEven;
+  if (on_track(wire) || wire == Wire::kEkiTable) options.criterion = calib::Criterion::kEven;
   job.plan = calib::make_plan(job.cell, options);
   job.plan_hash = daemon::plan_hash(job.plan);
-  if (on_track && std::abs(job.plan.touches.at(1).standoff[0] - job.plan.touches.at(0).standoff[0]) < kTravelM)
-    throw std::runtime_error("the linear unit does not travel between the planned touches");
+  require_moves(job.plan, wire);
   return job;
 }
 
@@ -72,9 +99,7 @@ Ending run_session(FaultyCell& cell, const Job& job, daemon::Journal& journal, s
   }
   Ending ending;
   const auto note = [&](const daemon::State& now, const std::vector<calib::Touch>&) {
-    const bool planned = now.plan && now.current_index() < now.plan->touches.size();
-    const bool last = planned && now.waypoint + 1 >= now.planned().transit.size();
-    ending.marks.push_back({cell.now(), now.phase, now.done, last});
+    ending.marks.push_back({cell.now(), now.phase, now.done});
     ending.state = now;
   };
   daemon::Runner runner({backend, recorder, worker, worker, tasks_of(job), note}, state, touches);

@@ -21,15 +21,15 @@ struct Job {
   calib::Plan plan;
   std::string plan_hash;
 };
-/// On a linear unit: the arm of the cell file is put on one, which travels between the touches.
-Job make_job(const std::filesystem::path& cell_file, bool on_track = false);
+/// ..Track: the arm of the cell file is put on a linear unit, which travels between the touches. kEkiTable: its
+/// first sphere alone, on a table that turns between them.
+Job make_job(const std::filesystem::path& cell_file, Wire wire = Wire::kRsi);
 
 /// Phases of the session with their times, from its own record.
 struct Mark {
   TimePoint t{};
   daemon::Phase phase = daemon::Phase::kIdle;
-  std::size_t done = 0;   ///< touches on disk
-  bool last_leg = false;  ///< of a transit
+  std::size_t done = 0;  ///< touches on disk
 };
 
 struct Ending {

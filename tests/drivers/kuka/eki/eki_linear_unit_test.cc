@@ -1,4 +1,5 @@
-// An arm on a linear unit, and external axes that no move uses. E2 is such an axis.
+// An arm on a linear unit, a positioner beside it, and external axes that no move uses; on the linear unit
+// E2 is such an axis.
 
 #include <cmath>
 
@@ -232,6 +233,106 @@ TEST(EkiExternalAxis, OfAnArmOfSixAxesIsHeldAndWatchedToo) {
   rig.run(400ms);
   rig.krc.creep(6, 0.1);
   EXPECT_TRUE(is<cause::MovedUnasked>(rig.finish().cause));
+}
+
+// A positioner of two axes, E1 and E2, behind an arm of six.
+struct TableRig : EkiRig {
+  TableRig() : EkiRig(controller(), config()) { make_ready(); }
+  static EkiConfig config() {
+    EkiConfig config = eki_config();
+    config.external_axes = 2;
+    for (const double limit_deg : {60.0, 185.0}) {
+      const double limit = limit_deg * kEkiDeg;
+      config.limits.push_back({-limit, limit, 0.5, 0, 0});
+      config.full_speed_rad_s.push_back(1.0);
+    }
+    return config;
+  }
+  static sim::EkiControllerConfig controller() {
+    sim::EkiControllerConfig config = eki_controller();
+    EkiFilesConfig files;
+    files.external_axes = 2;
+    config.files = eki_files(files);
+    config.start_rad.insert(config.start_rad.end(), {0.1, -0.2});
+    config.max_speed_rad_s.assign(8, 200 * kEkiDeg);
+    config.noise_sigma_deg = 0.0005;
+    return config;
+  }
+  AxisAngles turned_by(double tilt_deg, double turn_deg) const {
+    AxisAngles target = actual();
+    target[6] += tilt_deg * kEkiDeg;
+    target[7] += turn_deg * kEkiDeg;
+    return target;
+  }
+};
+
+TEST(EkiPositioner, IsTurnedByTheControllerWhileTheArmRests) {
+  TableRig rig;
+  const double a1_deg = rig.true_deg(0);
+  const AxisAngles target = rig.turned_by(20, -90);
+  const CoreResult result = rig.move(MoveKind::kTransit, target);
+  EXPECT_EQ(result.outcome, MoveOutcome::kArrived) << words(result);
+  EXPECT_NEAR(rig.krc.actual_rad_at(rig.now)[6], target[6], 1e-4);
+  EXPECT_NEAR(rig.krc.actual_rad_at(rig.now)[7], target[7], 1e-4);
+  EXPECT_NEAR(rig.true_deg(0), a1_deg, 2e-3);
+}
+
+TEST(EkiPositioner, IsCheckedAgainstItsLimitsBeforeAnythingMoves) {
+  TableRig rig;
+  const CoreResult result = rig.move(MoveKind::kTransit, rig.turned_by(60, 0));
+  EXPECT_EQ(result.outcome, MoveOutcome::kRefused);
+  ASSERT_TRUE(is<cause::AboveLimit>(result.cause)) << words(result);
+  EXPECT_NE(said(words(result)).find("E1"), std::string::npos) << words(result);
+  EXPECT_EQ(rig.written.find("Type=\"3\""), std::string::npos);
+}
+
+TEST(EkiPositioner, DoesNotTurnInASearchNorOnTheWayOutOfAContact) {
+  TableRig rig;
+  for (const MoveKind kind : {MoveKind::kSearch, MoveKind::kRetreat}) {
+    rig.guard.arm(++rig.arm_id);
+    const CoreResult result = rig.move(kind, rig.turned_by(0, 1), 5.0, rig.arm_id);
+    EXPECT_EQ(result.outcome, MoveOutcome::kRefused);
+    ASSERT_TRUE(is<cause::TravelAtTarget>(result.cause)) << words(result);
+    EXPECT_EQ(std::get<cause::TravelAtTarget>(result.cause).axis.place, 7);
+  }
+}
+
+TEST(EkiPositioner, StopsWithTheArmWhenToldTo) {
+  TableRig rig;
+  rig.begin(MoveKind::kTransit, rig.turned_by(0, 90));
+  rig.run(700ms);
+  ASSERT_TRUE(rig.krc.moving());
+  rig.core.stop();
+  const CoreResult result = rig.finish();
+  EXPECT_EQ(result.outcome, MoveOutcome::kStopped) << words(result);
+  const double stopped = rig.krc.actual_rad_at(rig.now)[7];
+  EXPECT_LT(stopped, 89 * kEkiDeg - 0.2);
+  rig.run(1s);
+  EXPECT_NEAR(rig.krc.actual_rad_at(rig.now)[7], stopped, 1e-6);
+}
+
+TEST(EkiPositioner, ThatDoesNotReachItsAngleEndsTheMoveByItsName) {
+  TableRig rig;
+  rig.begin(MoveKind::kTransit, rig.turned_by(0, 45));
+  rig.run(400ms);
+  rig.krc.creep(7, -0.1);
+  rig.run(200ms);
+  rig.krc.creep(7, 0.0);
+  const CoreResult result = rig.finish();
+  EXPECT_EQ(result.outcome, MoveOutcome::kNotFollowing);
+  ASSERT_TRUE(is<cause::NotAtTarget>(result.cause)) << words(result);
+  EXPECT_EQ(std::get<cause::NotAtTarget>(result.cause).axis.place, 7);
+}
+
+TEST(EkiPositioner, ThatMovesWhileTheArmAloneIsAskedToStopsIt) {
+  TableRig rig;
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 60));
+  rig.run(400ms);
+  rig.krc.creep(6, 0.1);
+  const CoreResult result = rig.finish();
+  EXPECT_EQ(result.outcome, MoveOutcome::kNotFollowing);
+  ASSERT_TRUE(is<cause::MovedUnasked>(result.cause)) << words(result);
+  EXPECT_EQ(std::get<cause::MovedUnasked>(result.cause).axis.place, 6);
 }
 
 TEST(EkiLinearUnit, IsTheFirstOfSevenAxesOrMore) {

@@ -1,0 +1,175 @@
+// Whole calibrations of an arm with a positioner: the daemon as a process, its emulated cell over EKI on
+// virtual time.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <set>
+
+#include "calib/files/calibration_json.h"
+#include "calib/files/files.h"
+#include "calib/model/units.h"
+#include "daemon_fixture.h"
+#include "sim/cell/truth.h"
+#include "tests/calib/positioner_cell.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+constexpr std::uint64_t kSeed = 3;
+
+struct PositionerFixture : DaemonFixture {
+  explicit PositionerFixture(const std::string& wire = "eki")
+      : DaemonFixture(std::string(kFast) + "[mock]\nseed = " + std::to_string(kSeed) +
+                      "\nstart_deg = [0, -90, 90, 0, 60, 0]\nwire = \"" + wire +
+                      "\"\n[controller]\nexternal_axes = 2\n") {
+    // Its gears as stiff as a KR 16's: the experiments' are softer.
+    std::string robot = content(CELLCAL_POSITIONER_ROBOT);
+    const std::string soft = "per_nm = 2e-5";
+    for (auto at = robot.find(soft); at != std::string::npos; at = robot.find(soft))
+      robot.replace(at, soft.size(), "per_nm = 2e-6");
+    std::ofstream(dir / "robot.toml") << robot;
+    std::ofstream file(cell);
+    file << "format = \"cellcal.cell/1\"\nrobot = \"robot.toml\"\n[tool]\nxyz_mm = [60.0, 50.0, 410.0]\n[touch]\nsigma_mm = 0.03\n"
+            "radius_offset_sigma_mm = 0.1\n";
+    for (const calib::Target& target : stated.targets)
+      file << fmt::format(
+          "[[target]]\nid = \"{}\"\nkind = \"sphere\"\ndiameter_mm = 40.0\ncentre_sigma_mm = 10.0\n"
+          "centre_mm = [{:.1f}, {:.1f}, {:.1f}]\non = \"{}\"\n",
+          target.id, 1e3 * target.centre_m.x(), 1e3 * target.centre_m.y(),
+          1e3 * target.centre_m.z(), target.carried_by > 0 ? "E2" : "floor");
+    for (const calib::CertifiedLength& length : stated.lengths)
+      file << fmt::format("[[length]]\nbetween = [\"{}\", \"{}\"]\nmm = {:.6f}\nsigma_mm = 0.005\n",
+                          length.from, length.to, 1e3 * length.length_m);
+  }
+  std::filesystem::path results() const { return dir.path() / "state/sessions/1"; }
+  int run(const nlohmann::json& request) const {
+    return http_request(socket(), "POST", "/v1/run", request.dump()).status;
+  }
+
+  calib::Cell stated = calib::testing::positioner_cell(CELLCAL_POSITIONER_ROBOT);
+  std::string cell = dir / "cell.toml";
+};
+
+/// A line in the base frame: point and direction.
+using Line = std::pair<Eigen::Vector3d, Eigen::Vector3d>;
+
+/// Axes with all angles at 0, by the errors that the cell was drawn with.
+std::vector<Line> true_axes(const calib::Cell& cell) {
+  sim::TruthOptions options;
+  options.seed = kSeed;
+  const sim::Truth truth = sim::draw_truth(cell, options);
+  std::vector<Line> lines;
+  Eigen::Isometry3d place = Eigen::Isometry3d::Identity();
+  for (std::size_t j = 0; j < cell.robot.positioner.size(); ++j) {
+    double error[calib::kAxisErrors] = {};
+    for (std::size_t p = 0; p < truth.arm.parameters().size(); ++p) {
+      const calib::ArmParameter& parameter = truth.arm.parameters()[p];
+      if (parameter.kind == calib::ParameterKind::kPositioner &&
+          parameter.carrier == static_cast<int>(j))
+        error[parameter.axis] = truth.errors[static_cast<Eigen::Index>(p)];
+    }
+    place = place * cell.robot.positioner[j].frame *
+            Eigen::Translation3d(error[0], error[1], 0.0) *
+            Eigen::AngleAxisd(error[2], Eigen::Vector3d::UnitX()) *
+            Eigen::AngleAxisd(error[3], Eigen::Vector3d::UnitY());
+    lines.emplace_back(place.translation(), place.linear().col(2));
+  }
+  return lines;
+}
+
+double angle_between(const Line& a, const Line& b) {
+  return std::acos(a.second.dot(b.second));
+}
+double distance_between(const Line& a, const Line& b) {
+  return std::abs((b.first - a.first).dot(a.second.cross(b.second).normalized()));
+}
+
+TEST(a_session_with_a_positioner, ends_in_a_published_result_with_its_axes_where_they_are) {
+  PositionerFixture fixture;
+  fixture.start();
+  const Outcome outcome = fixture.cellcal(
+      {"run", "--cell", fixture.cell, "--touches", "80", "--check", "10", "--seed", "12"});
+  ASSERT_EQ(outcome.status, 0) << outcome.out << outcome.err << fixture.log();
+  const std::string file = fixture.results() / "calibration.json";
+  const calib::Calibration found = calib::calibration_from_json(content(file), file);
+  EXPECT_TRUE(found.verdict.publish());
+  EXPECT_LT(found.check.rms_m, 2e-4);
+
+  const calib::Cell cell = calib::load_cell(fixture.cell);
+  const auto touches = calib::load_touches((fixture.results() / "touches.csv").string(), cell);
+  ASSERT_EQ(touches.size(), 90u);
+  std::set<long> settings;
+  for (const calib::Touch& touch : touches) {
+    ASSERT_EQ(touch.joint_rad.size(), 6u);
+    ASSERT_EQ(touch.positioner_rad.size(), 2u);
+    settings.insert(std::lround(1e3 * touch.positioner_rad[1]));
+  }
+  EXPECT_GE(settings.size(), 4u);
+
+  ASSERT_EQ(found.positioner.size(), 2u);
+  std::vector<Line> axes;
+  for (const calib::PositionerLine& line : found.positioner)
+    axes.emplace_back(line.point_m, line.direction);
+  const std::vector<Line> truth = true_axes(cell);
+  const double angle_off = angle_between(axes[0], axes[1]) - angle_between(truth[0], truth[1]);
+  const double place_off = distance_between(axes[0], axes[1]) - distance_between(truth[0], truth[1]);
+  // As drawn 2.1 mrad and 0.56 mm.
+  EXPECT_LT(std::abs(angle_off), 2e-4);
+  EXPECT_LT(std::abs(place_off), 1e-4);
+
+  const std::string again = fixture.dir / "again.json";
+  const Outcome identified =
+      run_program({CELLCAL, "identify", "--cell", fixture.cell, "--touches",
+                   fixture.results() / "touches.csv", "--out", again});
+  ASSERT_EQ(identified.status, 0) << identified.out << identified.err;
+  const calib::Calibration from_file = calib::calibration_from_json(content(again), again);
+  for (std::size_t j = 0; j < 2; ++j) {
+    const calib::PositionerLine &one = found.positioner[j], &two = from_file.positioner.at(j);
+    EXPECT_LT((one.point_m - two.point_m).norm(), 1e-6) << "the file's angles have fewer digits";
+    EXPECT_LT((one.direction - two.direction).norm(), 1e-6);
+  }
+}
+
+TEST(a_session_with_a_positioner, that_was_aborted_goes_on_from_where_it_stands) {
+  PositionerFixture fixture;
+  fixture.start();
+  ASSERT_EQ(fixture.run({{"cell", fixture.cell}, {"touches", 24}, {"check", 4}}), 201);
+  fixture.wait_for_touches(3);
+  EXPECT_EQ(fixture.cellcal({"abort"}).status, 0);
+  const Outcome outcome = fixture.cellcal({"run", "--resume"});
+  EXPECT_TRUE(outcome.status == 0 || outcome.status == 3) << outcome.err << fixture.log();
+  const auto list = nlohmann::json::parse(
+      http_request(fixture.socket(), "GET", "/v1/sessions/1/touches").body);
+  ASSERT_EQ(list.at("touches").size(), 28u);
+  EXPECT_EQ(list.at("touches").at(27).at("positioner_deg").size(), 2u);
+}
+
+TEST(a_session_with_a_positioner, is_tried_dry_first) {
+  PositionerFixture fixture;
+  fixture.start();
+  const Outcome outcome =
+      fixture.cellcal({"dry-run", "--cell", fixture.cell, "--touches", "12", "--check", "0"});
+  EXPECT_EQ(outcome.status, 0) << outcome.out << outcome.err << fixture.log();
+}
+
+TEST(a_session_with_a_positioner, of_another_kind_or_wire_is_refused_by_name) {
+  for (const char* wire : {"eki", "rsi"}) {
+    PositionerFixture fixture(wire);
+    fixture.start();
+    std::vector<nlohmann::json> refusals = {{{"kind", "find"}}, {{"goal_mm", 0.1}}};
+    if (std::string(wire) == "rsi") refusals.push_back({{"touches", 24}});
+    for (nlohmann::json request : refusals) {
+      request["cell"] = fixture.cell;
+      const auto refused = http_request(fixture.socket(), "POST", "/v1/run", request.dump());
+      EXPECT_GE(refused.status, 400) << request << refused.body;
+      EXPECT_NE(refused.body.find("positioner (E1)"), std::string::npos) << refused.body;
+    }
+    EXPECT_EQ(fixture.status().at("session"), 0);
+  }
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing
