@@ -249,7 +249,8 @@ class Joints : public ::testing::Test {
 };
 
 TEST_F(Joints, AreReadInTheRobotsOrderBeyondItsLimitsToo) {
-  const auto [rows, beyond, words] = read("A2,A1\n1,2\n300,-300\n");
+  const auto [rows, of_positioner, beyond, words] = read("A2,A1\n1,2\n300,-300\n");
+  EXPECT_TRUE(of_positioner.empty());
   ASSERT_EQ(rows.size(), 2u);
   EXPECT_EQ(rows[0], (std::vector<double>{2 * kRadPerDeg, 1 * kRadPerDeg}));
   EXPECT_EQ(rows[1], (std::vector<double>{-300 * kRadPerDeg, 300 * kRadPerDeg}));

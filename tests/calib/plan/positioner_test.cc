@@ -173,7 +173,7 @@ std::size_t first_turned() {
   return k;
 }
 
-JointVector between(const JointVector& a, const JointVector& b, double share) {
+JointVector part_way(const JointVector& a, const JointVector& b, double share) {
   JointVector q = a;
   for (std::size_t i = 0; i < q.size(); ++i) q[i] += share * (b[i] - a[i]);
   return q;
@@ -183,7 +183,7 @@ TEST(PositionerPlan, ResumedInContactTheArmLeavesItAndWaitsBeforeThePositionerTu
   const Cell cell = with_positioner();
   const std::size_t next = first_turned();
   const PlannedTouch& last = planned().touches[next - 1];
-  const Plan resumed = resume_plan(cell, planned(), next, between(last.standoff, last.end, 0.55),
+  const Plan resumed = resume_plan(cell, planned(), next, part_way(last.standoff, last.end, 0.55),
                                    last.positioner_rad);
   const PlannedTouch& touch = resumed.touches[next];
   ASSERT_GE(touch.wait.size(), 2u);
@@ -208,7 +208,7 @@ TEST(PositionerPlan, ResumedBetweenTwoSettingsItTurnsOnFromThere) {
   const std::size_t next = first_turned();
   const PlannedTouch& touch = planned().touches[next];
   const std::vector<double> halfway =
-      between(planned().touches[next - 1].positioner_rad, touch.positioner_rad, 0.5);
+      part_way(planned().touches[next - 1].positioner_rad, touch.positioner_rad, 0.5);
   const Plan resumed =
       resume_plan(with_positioner(), planned(), next, planned().start, halfway);
   EXPECT_EQ(resumed.touches[next].wait_rad, halfway);
