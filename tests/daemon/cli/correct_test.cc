@@ -321,6 +321,11 @@ TEST_F(correct, and_frames_write_a_krl_program_with_the_old_values_in_it) {
   const auto json = nlohmann::json::parse(run_program(as_json).out);
   EXPECT_EQ(json.at("frames").size(), 2U);
   EXPECT_EQ(json.at("mastering_proposal").size(), 6U);
+  auto german = all;
+  german.insert(german.end(), {"--language", "de"});
+  const std::string words = run_program(german).out;
+  EXPECT_NE(words.find("mm und "), std::string::npos) << words;
+  EXPECT_NE(words.find("Nullpunkte der Achsen: 'cellcal mastering'"), std::string::npos) << words;
   auto wrong = all;
   wrong.back() = "3=S1,S2";
   EXPECT_EQ(run_program(wrong).status, 2);
