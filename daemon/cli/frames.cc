@@ -13,6 +13,7 @@
 
 #include "calib/files/input_file.h"
 #include "calib/model/units.h"
+#include "daemon/cli/commands.h"
 #include "daemon/cli/offline.h"
 #include "daemon/files/atomic_file.h"
 
@@ -45,23 +46,28 @@ std::optional<Base> base_of(const std::string& text) {
   return base;
 }
 
+/// How well a tool's tip is known; empty for a base.
+calib::Phrase tip_phrase(const krl::ProposedFrame& one) {
+  if (one.kind != krl::ProposedFrame::Kind::kTool) return {};
+  if (one.sigma_mm == std::array<double, 3>{}) return "say.frames.tip.stated";
+  return {"say.frames.tip",
+          {{"x", 2 * one.sigma_mm[0]}, {"y", 2 * one.sigma_mm[1]}, {"z", 2 * one.sigma_mm[2]}}};
+}
+
 std::string report(const krl::ProposedFrames& result) {
   std::string text = result.config_lines;
   for (const krl::ProposedFrame& one : result.frames) {
-    text += one.old ? fmt::format("{}: {:.3f} mm and {:.4f} deg from the old one", one.name,
-                                  one.shift_mm, one.turn_deg)
-                    : fmt::format("{}: no old one in the files given with --config", one.name);
-    if (one.kind == krl::ProposedFrame::Kind::kTool)
-      text += one.sigma_mm == std::array<double, 3>{}
-                  ? "; as the cell file states it (no xyz_sigma_mm)"
-                  : fmt::format("; +- {:.3f}, {:.3f}, {:.3f} mm (k=2)", 2 * one.sigma_mm[0],
-                                2 * one.sigma_mm[1], 2 * one.sigma_mm[2]);
-    text += "\n";
+    text += say({one.old ? "say.frames.from_old" : "say.frames.no_old",
+                 {{"frame", one.name},
+                  {"mm", one.shift_mm},
+                  {"deg", one.turn_deg},
+                  {"tip", tip_phrase(one)}}}) +
+            "\n";
   }
   if (!result.robroot_stated && !result.frames.empty() &&
       result.frames.back().kind == krl::ProposedFrame::Kind::kBase)
-    text += "$ROBROOT not in the given files: the robot is taken to be at the world's origin\n";
-  return text + "zeros of the axes: 'cellcal mastering'\n";
+    text += say("say.correct.robroot") + "\n";
+  return text + say("say.frames.zeros") + "\n";
 }
 
 nlohmann::json frame_json(const calib::FrameMmDeg& f) {
@@ -135,6 +141,10 @@ std::string frame_line(const json& values) {
   return text;
 }
 
+std::string now_words(const std::string& frame, const json& values) {
+  return say({"say.frames.now", {{"frame", frame}, {"values", frame_line(values)}}});
+}
+
 /// True if the controller's frame differs from that of $config.dat, which makes the reference ambiguous.
 bool apart(const json& values, const calib::FrameMmDeg& stated) {
   constexpr double kMm = 1e-3, kDeg = 1e-4;  // above the rounding of files and pendants
@@ -179,11 +189,14 @@ double turn_deg(const json& from, const json& to) {
 std::string move_words(const krl::ProposedFrame& one, const json& was, const json& then) {
   const double mm = shift_mm(was, then);
   if (!is_tool(one))
-    return fmt::format("{} moves by {:.3f} mm, turns by {:.4f} deg", one.name, mm,
-                       turn_deg(was, then));
-  return fmt::format(
-      "{} moves by {:.3f} mm; X, Y, Z +- {:.3f}, {:.3f}, {:.3f} mm (k=2); A, B, C stay", one.name,
-      mm, 2 * one.sigma_mm[0], 2 * one.sigma_mm[1], 2 * one.sigma_mm[2]);
+    return say(
+        {"say.frames.moves", {{"frame", one.name}, {"mm", mm}, {"deg", turn_deg(was, then)}}});
+  return say({"say.frames.tool_moves",
+              {{"frame", one.name},
+               {"mm", mm},
+               {"x", 2 * one.sigma_mm[0]},
+               {"y", 2 * one.sigma_mm[1]},
+               {"z", 2 * one.sigma_mm[2]}}});
 }
 
 /// Record of a frame that was sent without confirmation that it was set.
@@ -197,10 +210,11 @@ std::optional<json> record_in(const std::exception& failure) {
 
 /// "1 of 2 frames set before that: TOOL_DATA[1] ('cellcal frames --restore 8' sets it back)"
 void name_done(const json& all, std::size_t wanted) {
-  fmt::print(stderr, "{} of {} frames set before that\n", all.size(), wanted);
+  fmt::print(stderr, "{}\n", say({"say.frames.set_before", {{"n", all.size()}, {"all", wanted}}}));
   for (const json& done : all)
-    fmt::print(stderr, "{}: 'cellcal frames --restore {}' sets the old values\n",
-               printable(done.value("frame", "")), done.value("id", 0));
+    fmt::print(stderr, "{}\n",
+               say({"say.frames.set_back",
+                    {{"frame", printable(done.value("frame", ""))}, {"n", done.value("id", 0)}}}));
 }
 
 /// Tip and target positions belong to one cell: the file has to be the calibration in use on the daemon.
@@ -229,7 +243,7 @@ void require_yes(bool confirmed, const std::string& question) {
   if (::isatty(STDIN_FILENO) != 1)
     throw std::runtime_error(
         "no terminal to confirm. Compare old and new values, then give --confirm");
-  std::cerr << question << " Type yes to set it: " << std::flush;
+  std::cerr << say({"say.frames.type_yes", {{"question", question}}}) << std::flush;
   std::string answer;
   std::getline(std::cin, answer);
   if (answer != "yes") throw std::runtime_error("not confirmed: nothing was set");
@@ -241,7 +255,7 @@ int send_frames(const Connection& daemon, const FramesCommand& frames, const Sen
   const calib::Calibration calibration = read_calibration(frames.calibration);
   // Also with --withheld, which only permits inspection.
   if (!calibration.verdict.publish()) {
-    fmt::print(stderr, "the calibration was withheld: its frames are not set on a controller\n");
+    fmt::print(stderr, "{}\n", say("say.frames.withheld"));
     return kNotPublishable;
   }
   refuse_far(calibration, frames.calibration);
@@ -263,8 +277,9 @@ int send_frames(const Connection& daemon, const FramesCommand& frames, const Sen
     json then = values_of(one.frame);
     // Touches determine the position of the tip but not the orientation of the tool.
     if (is_tool(one)) then["abc_deg"] = was.at("abc_deg");
-    fmt::print(stderr, "{} now  {}\n{} then {}\n{}\n", one.name, frame_line(was), one.name,
-               frame_line(then), move_words(one, was, then));
+    fmt::print(stderr, "{}\n{}\n{}\n", now_words(one.name, was),
+               say({"say.frames.then", {{"frame", one.name}, {"values", frame_line(then)}}}),
+               move_words(one, was, then));
     orders.push_back(
         {{"frame", one.name},
          {"values", then},
@@ -276,7 +291,7 @@ int send_frames(const Connection& daemon, const FramesCommand& frames, const Sen
   std::string names;
   for (const json& order : orders)
     names += (names.empty() ? "" : ", ") + order.at("frame").get<std::string>();
-  require_yes(how.confirm, "Every point taught in " + names + " moves with it.");
+  require_yes(how.confirm, say({"say.frames.points_move", {{"frames", names}}}));
   json all = json::array();
   const auto tell = [&] {
     if (daemon.json) put(all.dump() + "\n", {});
@@ -307,7 +322,7 @@ int list_sent_frames(const Connection& daemon) {
              "\n";
   if (all.at("problem").is_string()) words += printable(all["problem"].get<std::string>()) + "\n";
   return print_result(daemon.json, all,
-                      words.empty() ? "no frame was sent to the controller\n" : words);
+                      words.empty() ? say("say.frames.none_sent") + "\n" : words);
 }
 
 int restore_frame(const Connection& daemon, const SendFrames& how) {
@@ -323,12 +338,13 @@ int restore_frame(const Connection& daemon, const SendFrames& how) {
   const std::string name = printable(found->value("frame", ""));
   const json was = parse(ask(daemon, "POST", "/v1/frames/read", json{{"frame", name}}.dump()));
   const json& then = found->at("before");
-  fmt::print(stderr,
-             "{} now  {}\n{} then {}, as before number {}\n{} moves by {:.3f} mm, turns by {:.4f} "
-             "deg\n",
-             name, frame_line(was), name, frame_line(then), how.restore, name, shift_mm(was, then),
-             turn_deg(was, then));
-  require_yes(how.confirm, "Every point taught in " + name + " moves with it.");
+  fmt::print(
+      stderr, "{}\n{}\n{}\n", now_words(name, was),
+      say({"say.frames.then.as_before",
+           {{"frame", name}, {"values", frame_line(then)}, {"n", how.restore}}}),
+      say({"say.frames.moves",
+           {{"frame", name}, {"mm", shift_mm(was, then)}, {"deg", turn_deg(was, then)}}}));
+  require_yes(how.confirm, say({"say.frames.points_move", {{"frames", name}}}));
   const json body{{"id", how.restore}, {"by", user_name()}, {"confirm", true}};
   json done;
   try {

@@ -232,8 +232,11 @@ TEST_F(correct, writes_nothing_where_a_point_is_refused) {
   EXPECT_EQ(outcome.status, 1);
   EXPECT_EQ(outcome.err.find("cellcal correct: " + src + ":2: line 2: "), 0U) << outcome.err;
   EXPECT_FALSE(std::filesystem::exists(folder));
-  const Outcome json = run_correct({"--program", src, "--json"});
+  const Outcome json = run_correct({"--program", src, "--json", "--language", "de"});
   EXPECT_EQ(nlohmann::json::parse(json.out).at("refusals").at(0).at("why"), "partial");
+  EXPECT_NE(json.out.find("incomplete components"), std::string::npos) << "files stay English";
+  EXPECT_NE(json.err.find("unvollständige Komponenten"), std::string::npos) << json.err;
+  EXPECT_NE(json.err.find("nichts geschrieben"), std::string::npos) << json.err;
   EXPECT_EQ(outcome.err.find("--at-run-time"), std::string::npos) << outcome.err;
   const std::string computed =
       put("q.src", "DEF q()\nDECL E6POS P\nP=P\nPTP P\nLIN_REL {Z 20.0}\nEND\n");
@@ -318,6 +321,11 @@ TEST_F(correct, and_frames_write_a_krl_program_with_the_old_values_in_it) {
   const auto json = nlohmann::json::parse(run_program(as_json).out);
   EXPECT_EQ(json.at("frames").size(), 2U);
   EXPECT_EQ(json.at("mastering_proposal").size(), 6U);
+  auto german = all;
+  german.insert(german.end(), {"--language", "de"});
+  const std::string words = run_program(german).out;
+  EXPECT_NE(words.find("mm und "), std::string::npos) << words;
+  EXPECT_NE(words.find("Nullpunkte der Achsen: 'cellcal mastering'"), std::string::npos) << words;
   auto wrong = all;
   wrong.back() = "3=S1,S2";
   EXPECT_EQ(run_program(wrong).status, 2);
@@ -475,6 +483,7 @@ TEST_F(correct, at_run_time_rewrites_the_motions_and_writes_the_module_and_resto
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   const auto report = nlohmann::json::parse(outcome.out);
   EXPECT_EQ(report.at("modules").at(0).at("corrected"), 3);
+  EXPECT_EQ(report.at("modules").at(0).at("load"), "the tool's own");
   EXPECT_EQ(report.at("fix_module").at("serial"), 123456);
   EXPECT_GT(report.at("fix_module").at("most_mm").get<double>(), 1.0);
   EXPECT_EQ(report.at("written").size(), 4U);

@@ -49,6 +49,30 @@ TEST(the_tools_frame, is_what_was_identified_of_it) {
             "TOOL_DATA[1]={X 60.1000,Y 50.2000,Z 410.4000,A 38.84000,B 3.59000,C 0.00000}\n");
 }
 
+TEST(the_frames, of_an_arm_beside_a_positioner_are_those_of_targets_on_the_floor) {
+  calib::Calibration c = identified();
+  for (int k = 0; k < 4; ++k) {
+    calib::Target target;
+    target.id = "P" + std::to_string(k);
+    target.carried_by = k == 3 ? 1 : 0;
+    c.cell.targets.push_back(target);
+    c.targets.push_back({target.id, Eigen::Vector3d(k == 1, k >= 2, 0.0)});
+  }
+  FramesRequest asked = request();
+  asked.bases = {{3, {"P0", "P1", "P2"}}};
+  const auto before = propose_frames(c, asked);
+  c.cell.robot.positioner.resize(1);
+  c.cell.robot.positioner[0].name = "E1";
+  EXPECT_EQ(propose_frames(c, asked).config_lines, before.config_lines);
+  asked.bases = {{3, {"P0", "P1", "P3"}}};
+  try {
+    propose_frames(c, asked);
+    FAIL();
+  } catch (const calib::FileError& error) {
+    EXPECT_NE(std::string(error.what()).find("P3 stands on E1"), std::string::npos) << error.what();
+  }
+}
+
 TEST(the_frames, of_an_arm_on_a_linear_unit_are_refused_by_name) {
   calib::Calibration c = identified();
   calib::Joint track;

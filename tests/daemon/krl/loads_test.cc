@@ -62,6 +62,29 @@ TEST(a_load_in_force, is_borne_by_the_cells_tool_from_its_statement_on) {
   EXPECT_LT((own.points[0].shift_mm - full.points[0].shift_mm - more_mm).norm(), 0.1 * more_mm.norm());
 }
 
+TEST(a_load_in_force, is_named_with_each_module_of_a_backup) {
+  const auto module = [](const std::string& name, const std::string& body) {
+    krl::ProgramFiles one = loaded("$TOOL=TOOL_DATA[1]\n" + body);
+    one.src.name = name + ".src";
+    one.dat->name = name + ".dat";
+    one.controller.clear();
+    return one;
+  };
+  krl::BackupFiles files;
+  files.controller = loaded("").controller;
+  files.modules = {module("empty", kHere),
+                   module("full", "$LOAD=LOAD_DATA[2]\n" + std::string(kHere)),
+                   module("refused", "$LOAD=LOAD_DATA[9]\n" + std::string(kHere))};
+  const krl::CorrectedBackup result = correct_backup(calibration(), files);
+  ASSERT_EQ(result.modules.size(), 3u);
+  ASSERT_EQ(result.modules[0].tools.size(), 1u);
+  EXPECT_EQ(result.modules[0].tools[0].number, 1);
+  EXPECT_EQ(result.modules[0].tools[0].load, -1) << "the tool's own";
+  ASSERT_EQ(result.modules[1].tools.size(), 1u);
+  EXPECT_EQ(result.modules[1].tools[0].load, 2);
+  EXPECT_TRUE(result.modules[2].tools.empty());
+}
+
 TEST(a_load_in_force, stays_until_another_is_set) {
   const CorrectedProgram result = corrected_with(
       "BAS(#TOOL,1)\n" + std::string(kHere) + "$LOAD=LOAD_DATA[2]\nPTP {A1 25.0,A2 -80.0,A3 80.0,A4 10.0,A5 40.0,A6 0.0}\n"
