@@ -25,7 +25,7 @@ struct Prediction {
 class Predictor {
  public:
   /// In the base frame; with `carriers` in the frame that so many of the positioner's axes carry.
-  /// Throws PositionerError where no touched target stands there: nothing was measured of it.
+  /// Throws PositionerError without any touched target there: nothing was measured of it.
   explicit Predictor(const Calibration& calibration, int carriers = 0);
   ~Predictor();
   Predictor(Predictor&&) noexcept;
@@ -91,7 +91,7 @@ class PositionBound {
   PositionBound(const ArmModel& arm, const Eigen::VectorXd& x, Eigen::MatrixXd covariance,
                 double ripple_rad, double field_m = 0.0,
                 const std::vector<JointVector>& measured = {});
-  /// Of tips in the frame that the positioner's axes carry, measured there at poses like these.
+  /// Uncertainty of tips in the frame that the positioner's axes carry, measured there at poses like these.
   PositionBound(const ArmModel& arm, const Eigen::VectorXd& x, Eigen::MatrixXd covariance,
                 double ripple_rad, double field_m, const std::vector<CarriedPose>& on_positioner);
 

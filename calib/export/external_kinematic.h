@@ -19,7 +19,7 @@ struct ExternalKinematic {
 ExternalKinematic external_kinematic(const std::vector<PositionerAxis>& positioner);
 
 /// Lines of $MACHINE.DAT for the axes as found, with their bounds, and instead of the first the root point
-/// that lets $ETn_TA1KR stay as drawn. Comments say what each is for. ASCII, LF. Throws FileError for a robot
+/// that lets $ETn_TA1KR stay as drawn. A comment states the use of each. ASCII, LF. Throws FileError for a robot
 /// without a positioner.
 std::string external_kinematic_lines(const Calibration& calibration);
 

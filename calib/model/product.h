@@ -4,7 +4,7 @@
 // Each element is summed in the order of the depth, by a multiplication and an addition per term. The width of the
 // processor's vectors changes how many elements are summed at a time and not a bit of any: the result is the same
 // on every processor, and that of Eigen's product for a depth of up to kProductDepth. Eigen itself takes the width
-// that the compiler was told, two doubles on any x86-64.
+// of the compiler's target, two doubles on any x86-64.
 
 #include <Eigen/Core>
 #include <vector>

@@ -1,5 +1,5 @@
 #pragma once
-// What keeps the predicted uncertainty above a goal: the source of the largest part of it, and for
+// The obstacle between the predicted uncertainty and a goal: the source of the largest part of it, and for
 // transmission errors the joint and the range of its angles.
 
 #include <Eigen/Core>

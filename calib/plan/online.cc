@@ -300,7 +300,7 @@ struct Online::Impl {
     return (moves * design->covariance_u().topLeftCorner(n, n)).cwiseProduct(moves).sum();
   }
 
-  /// What keeps u95 above the goal, under the current estimate.
+  /// Largest contribution to u95 above the goal, under the current estimate.
   Missing missing() const {
     const Problem& problem = estimate->problem();
     std::vector<ParameterKey> keys;

@@ -49,7 +49,7 @@ struct Progress {
   int checks_left = 0;   ///< check touches remaining
   bool finding = false;  ///< spheres are still being located
   bool fitted = false;   ///< all fit touches are made
-  /// What keeps u95 above the goal; set at the end if it was not reached.
+  /// Largest contribution to u95 above the goal; set at the end if it was not reached.
   std::optional<Missing> missing{};
   std::optional<Ended> ended{};  ///< reason for the end; empty for touches planned beforehand
   bool done = false;             ///< including the check touches

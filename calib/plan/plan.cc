@@ -167,8 +167,8 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
 
 namespace {
 
-/// Out of a search that the arm stopped in, `lines`: back along its line. Empty: the arm stands clear.
-/// `as_planned`: what is around their ends stands where it stood.
+/// Out of a search that the arm stopped in, `lines`: back along its line. Empty: the arm is clear.
+/// `as_planned`: what is around their ends has not moved.
 std::optional<JointVector> out_of_search(const Cell& cell, const Clearance& clearance,
                                          std::initializer_list<const PlannedTouch*> lines,
                                          const JointVector& from, bool as_planned) {
@@ -219,7 +219,8 @@ PlannedTouch resumed_touch(const Cell& cell, const ArmModel& arm, const Clearanc
         PlanError::Kind::kInTheWay, touch.target,
         fmt::format(
             "{}: no clear way to the next touch of this plan: {}. Check what was changed in the cell",
-            touch.target, words_or(clearance.hit(rest, touch.standoff, kTipMarginM), kBlockedAround)));
+            touch.target,
+            words_or(clearance.hit(rest, touch.standoff, kTipMarginM), kBlockedAround)));
   const Candidate leaving = leaving_at(cell, arm, before.target, before.clear);
   const auto onward = router.to_standoff(at, &leaving, to);
   if (!onward)
@@ -247,13 +248,14 @@ std::vector<JointVector> way_to_wait(const Cell& still, const JointVector& start
   if (const auto out = out_of_search(still, clearance, {&touch, &last}, from, false))
     way.push_back(*out);
   const JointVector at = way.empty() ? from : way.back();
-  const auto onward = Router(still, arm, clearance, start, 0.0)
-                          .to_rest(leaving_at(still, arm, last.target, at));
+  const auto onward =
+      Router(still, arm, clearance, start, 0.0).to_rest(leaving_at(still, arm, last.target, at));
   if (!onward)
     throw PlanError(
         PlanError::Kind::kArmStands,
-        fmt::format("no clear way to where the arm waits while the positioner turns: {}. Jog it there",
-                    words_or(clearance.hit(at, start, kTipMarginM), kBlockedAround)));
+        fmt::format(
+            "no clear way to where the arm waits while the positioner turns: {}. Jog it there",
+            words_or(clearance.hit(at, start, kTipMarginM), kBlockedAround)));
   way.insert(way.end(), onward->begin(), onward->end());
   return way;
 }
@@ -262,12 +264,11 @@ std::vector<JointVector> way_to_wait(const Cell& still, const JointVector& start
 constexpr double kStandsRad = 0.0021;
 
 bool stands_at(const std::vector<double>& angles, const std::vector<double>& setting) {
-  return std::ranges::equal(angles, setting, [](double a, double b) {
-    return std::abs(a - b) <= kStandsRad;
-  });
+  return std::ranges::equal(angles, setting,
+                            [](double a, double b) { return std::abs(a - b) <= kStandsRad; });
 }
 
-/// The touches from `next` on at its setting, as the positioner stands.
+/// The touches from `next` on at its setting, at the positioner's present angles.
 void take_as_it_stands(Plan& plan, std::size_t next, const std::vector<double>& positioner_rad) {
   const std::vector<double> setting = plan.touches[next].positioner_rad;
   for (std::size_t k = next; k < plan.touches.size(); ++k) {
@@ -319,9 +320,9 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
   const ArmModel arm = planning_arm(cell);
   const Clearance clearance(cell, arm);
   Plan result = plan;
-  result.touches[next] = resumed_touch(
-      cell, arm, clearance, resting_posture(cell.robot, clearance), plan.touches[next],
-      plan.touches[next > 0 ? next - 1 : next], from);
+  result.touches[next] =
+      resumed_touch(cell, arm, clearance, resting_posture(cell.robot, clearance),
+                    plan.touches[next], plan.touches[next > 0 ? next - 1 : next], from);
   return result;
 }
 

@@ -19,8 +19,8 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
 /// changes. If `from` lies on a search line, the first waypoint leads back out of it. Throws
 /// PlanError if no clear path is found; the operator has to jog the arm.
 ///
-/// `positioner_rad`: where the positioner's axes stand. Unless that is the touch's setting, the arm
-/// goes to the plan's start first, and they turn there. Within 0.12 deg it is: they stay as they stand.
+/// `positioner_rad`: the positioner's present angles. Unless they are the touch's setting, the arm
+/// goes to the plan's start first, and they turn there. Within 0.12 deg they stay.
 Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const JointVector& from,
                  const std::vector<double>& positioner_rad = {});
 

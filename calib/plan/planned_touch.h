@@ -48,7 +48,7 @@ struct PlannedTouch {
   double expected_m = 0.0;        ///< tip path from standoff to the expected surface
   double expected_sigma_m = 0.0;  ///< as in ExpectedContact
   double search_m_s = 0.0;        ///< speed of its first search; 0: the session's default
-  /// Angles of the positioner's axes. They turn from `wait_rad` while the arm stands at the end of
+  /// Angles of the positioner's axes. They turn from `wait_rad` while the arm rests at the end of
   /// `wait`, before the transit.
   std::vector<double> positioner_rad;
   std::vector<JointVector> wait;  ///< waypoints from the previous clear point; empty: they stand

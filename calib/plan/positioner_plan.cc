@@ -85,7 +85,8 @@ double off_by_positioner_m(const Robot& robot, const Target& target,
                                        std::pair(AxisError::kTurnX, axis.direction_sigma_rad),
                                        std::pair(AxisError::kTurnY, axis.direction_sigma_rad)}) {
       const Robot erring = with_error(robot, j, error, sigma);
-      squares += (at(erring, angles) * (at(erring, taught).inverse() * seen) - expected).squaredNorm();
+      squares +=
+          (at(erring, angles) * (at(erring, taught).inverse() * seen) - expected).squaredNorm();
     }
     std::vector<double> scaled = angles;
     scaled[j] += axis.scale_sigma * (angles[j] - taught[j]);
@@ -133,8 +134,8 @@ SettingPool setting_at(const Cell& cell, std::vector<double> angles_rad,
   const auto is_left = [](const Target& target) { return is_planned(target, kTouched); };
   while (std::ranges::any_of(setting.cell->targets, is_left)) {
     try {
-      setting.pool = std::make_unique<Pool>(*setting.cell, widened(options, cell, setting.angles_rad),
-                                            per_target, kTouched, rest);
+      setting.pool = std::make_unique<Pool>(
+          *setting.cell, widened(options, cell, setting.angles_rad), per_target, kTouched, rest);
       break;
     } catch (const PlanError& error) {
       using enum PlanError::Kind;

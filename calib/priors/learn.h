@@ -16,7 +16,7 @@ namespace cellcal::calib {
 // Evidence of one arm's touches on its errors, with the priors of its calibration divided out.
 
 /// Size of a joint's function by the touches: rms over a turn; of an arm without functions the
-/// ripple that stands for them.
+/// ripple that represents them.
 struct FunctionSize {
   double size_rad = 0.0, reach_rad = 0.0;  ///< reach 0: the touches showed no function
 };

@@ -36,7 +36,7 @@ drivers::Duration busy_every(const DaemonConfig& config) {
       std::chrono::duration<double>(config.mock.busy_every_s));
 }
 
-/// Of a positioner for parts of some hundred kilograms [rad/s].
+/// Speed of a positioner for parts of some hundred kilograms [rad/s].
 constexpr double kPositionerRadS = 1.5;
 
 /// Common settings of the emulated controllers of both wires.

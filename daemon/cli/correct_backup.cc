@@ -32,7 +32,7 @@ const char* state_of(const CorrectedModule& module) {
   return module.motions > 0 ? "left" : "no motion";
 }
 
-/// Behind the module's name.
+/// Follows the module's name.
 calib::Phrase what_of(const CorrectedModule& module, const calib::Robot& robot) {
   if (!module.refusals.empty())
     return {module.refusals.size() == 1 ? "say.correct.module.refused"

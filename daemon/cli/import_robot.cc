@@ -262,7 +262,7 @@ std::string rigid_words(const calib::OmittedEffects& out) {
       out.mean_m * calib::kMmPerM, out.max_m * calib::kMmPerM);
 }
 
-/// What of a positioner the form does not hold, a line each; empty without one.
+/// Properties of a positioner that the form does not hold, a line each; empty without one.
 std::string positioner_words(const ExportRobotCommand& command, const calib::Calibration& c) {
   std::string words;
   for (std::size_t j = 0; j < c.cell.robot.positioner.size(); ++j) {

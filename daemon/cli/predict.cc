@@ -24,7 +24,7 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// What is asked for: the frame of all rows.
+/// The frame of all rows.
 struct AskedRows {
   calib::JointRows rows;
   int carriers = 0;

@@ -503,16 +503,18 @@ drivers::RsiFilesConfig rsi_files_for(const DaemonConfig& config, const calib::C
 
 namespace {
 
-/// Of a positioner's axis; its speed is a share of the controller's own [rad/s].
+/// Full speed of a positioner's axis; its speed is a share of the controller's own [rad/s].
 constexpr double kAnyFullSpeed = 1.0;
 
-/// Behind the arm's axes, in the order of the robot file.
-void add_positioner(const DaemonConfig& config, const calib::Robot& robot, drivers::EkiConfig& eki) {
+/// Appends the positioner's axes to the arm's, in the order of the robot file.
+void add_positioner(const DaemonConfig& config, const calib::Robot& robot,
+                    drivers::EkiConfig& eki) {
   for (const calib::PositionerAxis& axis : robot.positioner) {
     const std::string name = "E" + std::to_string(eki.limits.size() - drivers::kArmAxes + 1);
     if (axis.name != name)
       throw drivers::ConfigError("robot file of " + robot.name + ": [[positioner]] " + axis.name +
-                                 " is " + name + " of the controller, behind the arm's axes. Name "
+                                 " is " + name +
+                                 " of the controller, behind the arm's axes. Name "
                                  "it so, also in the cell file");
     drivers::AxisLimit limit;
     limit.min_rad = axis.min_rad;
@@ -531,14 +533,12 @@ drivers::EkiConfig eki_config_for(const DaemonConfig& config, const calib::Cell&
   const std::size_t joints = cell.robot.joints.size(), turning = cell.robot.positioner.size();
   // External axes without a joint hold still.
   if (joints < 6 + cell.robot.first_turning() || joints + turning > axes) {
-    throw drivers::ConfigError("robot file of " + cell.robot.name + ": " + std::to_string(joints) +
-                               " joints" +
-                               (turning > 0 ? " and " + std::to_string(turning) +
-                                                  " axes of a positioner"
-                                            : "") +
-                               "; the controller's EKI channel has " + std::to_string(axes) +
-                               " axes (six, and [controller] external_axes, of which a linear unit "
-                               "is E1)");
+    throw drivers::ConfigError(
+        "robot file of " + cell.robot.name + ": " + std::to_string(joints) + " joints" +
+        (turning > 0 ? " and " + std::to_string(turning) + " axes of a positioner" : "") +
+        "; the controller's EKI channel has " + std::to_string(axes) +
+        " axes (six, and [controller] external_axes, of which a linear unit "
+        "is E1)");
   }
   eki.external_axes = config.controller.external_axes;
   eki.limits = axis_limits(config, cell);

@@ -307,19 +307,17 @@ void judge_angles(const std::string& check, const drivers::AxisAngles& actual_ra
   const std::size_t joints = robot->joints.size(), axes = joints + robot->positioner.size();
   if (axes != actual_rad.size()) {
     return findings.fail(
-        check,
-        {"say.doctor.angles.count", {{"angles", actual_rad.size()}, {"joints", axes}}},
+        check, {"say.doctor.angles.count", {{"angles", actual_rad.size()}, {"joints", axes}}},
         "say.doctor.angles.count.do");
   }
   std::string outside, near;
   for (std::size_t i = 0; i < actual_rad.size(); ++i) {
     const bool turns = i >= joints;  // an axis of the positioner
-    const calib::Joint joint =
-        turns ? joint_like(robot->positioner[i - joints]) : robot->joints[i];
+    const calib::Joint joint = turns ? joint_like(robot->positioner[i - joints]) : robot->joints[i];
     const double room = std::min(actual_rad[i] - joint.min_rad, joint.max_rad - actual_rad[i]) *
                         calib::unit_of(joint).per_si;
     std::string& list = room < 0.0 ? outside : near;
-    // A positioner may stand at the end of its range.
+    // A positioner may rest at the end of its range.
     if (room < (turns ? 0.0 : joint.is_prismatic() ? kNearMm : kNearDeg))
       list += fmt::format("{}{}", list.empty() ? "" : ", ", joint.name);
   }

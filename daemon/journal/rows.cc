@@ -493,10 +493,10 @@ void refuse_impossible(const SessionRows& rows, const std::string& from) {
     const RowEntry& entry = rows.entries[i];
     const auto refuse_for = [&](const char* column, const Complaint& why) {
       if (!why) return;
-      throw JournalError(fmt::format(
-          "{}:{}: row {} of '{}': {} {}. No session has such a row: damaged or forged. "
-          "Export the session again",
-          from, i + 2, entry.row, entry.table, column, *why));
+      throw JournalError(
+          fmt::format("{}:{}: row {} of '{}': {} {}. No session has such a row: damaged or forged. "
+                      "Export the session again",
+                      from, i + 2, entry.row, entry.table, column, *why));
     };
     for (std::size_t k = 0; k < entry.names.size(); ++k) {
       const auto* column = std::ranges::find_if(kColumns, [&](const Column& one) {

@@ -1,6 +1,6 @@
 #pragma once
 // Content of a plan's drawing as points in space [mm, base frame]. Computed with the nominal geometry, as the
-// plan is. A positioner stands at 0, and the touches of what it carries are drawn as seen from there.
+// plan is. A positioner is at 0, and the touches of what it carries are drawn as seen from there.
 
 #include <Eigen/Core>
 #include <optional>

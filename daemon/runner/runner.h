@@ -80,7 +80,7 @@ struct Tasks {
     std::string why{};       ///< reason of not_found, for the operator
   };
   std::function<Planned()> plan;
-  /// `from`: where all axes stand, those of a positioner behind the arm's.
+  /// `from`: present angles of all axes, the arm's before those of a positioner.
   std::function<calib::Plan(const calib::Plan&, std::size_t next, const calib::JointVector& from)>
       route;
   /// Chooses the next touch from all previous ones.

@@ -257,8 +257,9 @@ void check_external_axes(const RunRequest& request, const Job& job) {
       request.kind == SessionKind::kCalibrate || request.kind == SessionKind::kDryRun;
   if (!planned || job.options.one_by_one)
     refuse_positioner(job.cell.robot,
-                      planned ? "a session with touches chosen one by one (--goal, --find, --update)"
-                              : "a session of this kind",
+                      planned
+                          ? "a session with touches chosen one by one (--goal, --find, --update)"
+                          : "a session of this kind",
                       "Calibrate with a number of touches, and centre_mm of every sphere: "
                       "'cellcal run --touches N'");
   if (request.kind == SessionKind::kFind || request.find || must_find(job.cell))
@@ -403,10 +404,10 @@ namespace {
 /// deadline.
 constexpr double kLeastShare = 1e-3;
 
-/// Of the arm, without a positioner's.
+/// Angles of the arm, without a positioner's.
 std::vector<double> angles(const drivers::AxisAngles& from, const calib::Robot& robot) {
-  return {from.begin(), from.end() - static_cast<std::ptrdiff_t>(
-                                         std::min(robot.positioner.size(), from.size()))};
+  return {from.begin(),
+          from.end() - static_cast<std::ptrdiff_t>(std::min(robot.positioner.size(), from.size()))};
 }
 
 }  // namespace

@@ -269,7 +269,7 @@ namespace {
 /// A nearer stand-off that saves less is not worth a move.
 constexpr double kShortestApproachM = 0.0005;
 
-/// Of the axes from `first` up to `end`, as far as there are any.
+/// Mean angles of the axes from `first` up to `end`, as far as there are any.
 calib::JointVector mean(const drivers::AxisAngles& a, const drivers::AxisAngles& b,
                         std::size_t first, std::size_t end) {
   calib::JointVector result;

@@ -90,7 +90,7 @@ inline constexpr double kLeftThereRad = 0.0175;  // 1 deg
 // from a straight line in space by micrometres only. Travel along it is the fraction of the joint distance
 // times the plan's tip path.
 
-/// Of all driven axes: those of a positioner follow those of the arm.
+/// Angles of all driven axes: those of a positioner follow those of the arm.
 drivers::AxisAngles axis_angles(const calib::JointVector& joint_rad,
                                 const std::vector<double>& positioner_rad = {});
 calib::JointVector joint_vector(const drivers::AxisAngles& axes_rad);

@@ -129,7 +129,7 @@ drivers::AxisAngles clear_point(const State& state) {
   return axis_angles(state.planned().clear, state.planned().positioner_rad);
 }
 
-/// Waypoint of the way home, on which the positioner stands.
+/// Waypoint of the way home, during which the positioner is at rest.
 drivers::AxisAngles way_home(const State& state, std::size_t k) {
   const calib::Plan& plan = *state.plan;
   return axis_angles(plan.home.at(k), plan.touches.empty() ? std::vector<double>{}
@@ -509,8 +509,8 @@ void go_home(State& state, const Event& event, Actions& actions) {
 
 void next_waypoint_home(State& state, const Event& event, Actions& actions) {
   ++state.waypoint;
-  begin(state, event, actions, MoveKind::kTransit, way_home(state, state.waypoint),
-        0.0, state.timeouts.waypoint);
+  begin(state, event, actions, MoveKind::kTransit, way_home(state, state.waypoint), 0.0,
+        state.timeouts.waypoint);
 }
 
 void identify_at_once(State& state, const Event& event, Actions& actions) {

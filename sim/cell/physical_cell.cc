@@ -93,8 +93,8 @@ double PhysicalCell::shaft_depth_m(std::span<const double> joint_rad, double war
   double depth = 0.0;
   for (std::size_t i = 0; i < centres.size(); ++i)
     if (truth_.radius_m[i] > 0.0)
-      depth = std::max(depth,
-                       truth_.radius_m[i] + kNeckRadiusM - distance(centres[i], neck, flange));
+      depth =
+          std::max(depth, truth_.radius_m[i] + kNeckRadiusM - distance(centres[i], neck, flange));
   // The point of a straight shaft nearest to a plate outside of it is one of its ends.
   for (const TrueFace& face : truth_.faces)
     for (const Eigen::Vector3d& end : {neck, flange})

@@ -126,7 +126,8 @@ Eigen::Matrix3Xd taught_places(const Truth& truth, const calib::Cell& cell, int 
               .toRotationMatrix();
       const auto q = calib::inverse(nominal, pose, seed, 0.0);
       if (!q) continue;
-      sum += truth.arm.position(truth.arm.prepare(*q, 0, nullptr, carrier_rad), truth.errors.data());
+      sum +=
+          truth.arm.position(truth.arm.prepare(*q, 0, nullptr, carrier_rad), truth.errors.data());
       ++reached;
     }
     if (reached == 0)

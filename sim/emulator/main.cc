@@ -179,7 +179,7 @@ int run_eki_stream(const sim::EmulatorOptions& options, const calib::Cell& cell)
   if (!options.control.empty())
     throw std::invalid_argument("--control has no effect on channel files of others: leave it out");
   refuse_external_axes(cell.robot, "the emulation of other channel files",
-                     "Take a robot file without it, or the files of 'cellcal kuka-files'");
+                       "Take a robot file without it, or the files of 'cellcal kuka-files'");
   sim::EkiStreamConfig controller;
   for (const std::string& path : options.eki_xml)
     controller.channel_xml.push_back(calib::read_file(path));

@@ -96,6 +96,18 @@ TEST(PositionerPlan, TheAxesStandDuringATouchAndTurnWhileTheArmWaits) {
   EXPECT_GE(turns, 3);
 }
 
+TEST(PositionerPlan, SearchesFartherTheFartherThePositionerIsFromWhereItsSpheresWereTaught) {
+  double at_zero_m = 0.0, farthest_m = 0.0;
+  for (const PlannedTouch& touch : planned().touches) {
+    EXPECT_NEAR(touch.expected_m, touch.search_m / 2.0, 1e-9);
+    const bool zero = touch.positioner_rad == std::vector<double>{0.0, 0.0};
+    (zero ? at_zero_m : farthest_m) = std::max(zero ? at_zero_m : farthest_m, touch.search_m);
+  }
+  EXPECT_NEAR(at_zero_m, 0.024, 1e-9);
+  EXPECT_GT(farthest_m, 0.036);
+  EXPECT_LT(farthest_m, 0.054);
+}
+
 TEST(PositionerPlan, IsTheSameForTheSameSeed) {
   PlanOptions options = few_beside_it();
   options.fit_touches = 12;
@@ -209,8 +221,7 @@ TEST(PositionerPlan, ResumedBetweenTwoSettingsItTurnsOnFromThere) {
   const PlannedTouch& touch = planned().touches[next];
   const std::vector<double> halfway =
       part_way(planned().touches[next - 1].positioner_rad, touch.positioner_rad, 0.5);
-  const Plan resumed =
-      resume_plan(with_positioner(), planned(), next, planned().start, halfway);
+  const Plan resumed = resume_plan(with_positioner(), planned(), next, planned().start, halfway);
   EXPECT_EQ(resumed.touches[next].wait_rad, halfway);
   EXPECT_EQ(resumed.touches[next].wait.back(), planned().start);
   EXPECT_EQ(resumed.touches[next].positioner_rad, touch.positioner_rad);
@@ -226,8 +237,9 @@ TEST(PositionerPlan, ResumedAtItsSettingItStaysAsItStands) {
   EXPECT_EQ(resumed.touches[turned].wait_rad, stands);
   EXPECT_EQ(resumed.touches[turned].positioner_rad, planned().touches[turned].positioner_rad);
   stands[1] += 0.002;
-  EXPECT_FALSE(
-      resume_plan(with_positioner(), planned(), 0, planned().start, stands).touches[0].wait.empty());
+  EXPECT_FALSE(resume_plan(with_positioner(), planned(), 0, planned().start, stands)
+                   .touches[0]
+                   .wait.empty());
 }
 
 TEST(PositionerPlan, IsNotResumedWithoutThePositionersAngles) {

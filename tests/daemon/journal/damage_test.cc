@@ -204,7 +204,8 @@ const Change kChanges[] = {
     {"a_touch_put_in",
      "INSERT INTO touch SELECT session, 7, joint_rad, target, held_out, sigma_m, radius_m, "
      "tracker_m, time, settled_rad, readings, spread_m, speed_m_s, tool, turn_sigma_rad, "
-     "tracker_abc_rad, approach, temperature_c, load FROM touch WHERE session=2 AND number=0",
+     "tracker_abc_rad, approach, temperature_c, load, positioner_rad FROM touch "
+     "WHERE session=2 AND number=0",
      2},
     {"two_touches_exchanged",
      "UPDATE touch SET number=-number WHERE session=2 AND number IN (1, 2);"

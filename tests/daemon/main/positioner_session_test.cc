@@ -32,8 +32,9 @@ struct PositionerFixture : DaemonFixture {
       robot.replace(at, soft.size(), "per_nm = 2e-6");
     std::ofstream(dir / "robot.toml") << robot;
     std::ofstream file(cell);
-    file << "format = \"cellcal.cell/1\"\nrobot = \"robot.toml\"\n[tool]\nxyz_mm = [60.0, 50.0, 410.0]\n[touch]\nsigma_mm = 0.03\n"
-            "radius_offset_sigma_mm = 0.1\n";
+    file
+        << "format = \"cellcal.cell/1\"\nrobot = \"robot.toml\"\n[tool]\nxyz_mm = [60.0, 50.0, 410.0]\n[touch]\nsigma_mm = 0.03\n"
+           "radius_offset_sigma_mm = 0.1\n";
     for (const calib::Target& target : stated.targets)
       file << fmt::format(
           "[[target]]\nid = \"{}\"\nkind = \"sphere\"\ndiameter_mm = 40.0\ncentre_sigma_mm = 10.0\n"
@@ -71,8 +72,7 @@ std::vector<Line> true_axes(const calib::Cell& cell) {
           parameter.carrier == static_cast<int>(j))
         error[parameter.axis] = truth.errors[static_cast<Eigen::Index>(p)];
     }
-    place = place * cell.robot.positioner[j].frame *
-            Eigen::Translation3d(error[0], error[1], 0.0) *
+    place = place * cell.robot.positioner[j].frame * Eigen::Translation3d(error[0], error[1], 0.0) *
             Eigen::AngleAxisd(error[2], Eigen::Vector3d::UnitX()) *
             Eigen::AngleAxisd(error[3], Eigen::Vector3d::UnitY());
     lines.emplace_back(place.translation(), place.linear().col(2));
@@ -80,9 +80,7 @@ std::vector<Line> true_axes(const calib::Cell& cell) {
   return lines;
 }
 
-double angle_between(const Line& a, const Line& b) {
-  return std::acos(a.second.dot(b.second));
-}
+double angle_between(const Line& a, const Line& b) { return std::acos(a.second.dot(b.second)); }
 double distance_between(const Line& a, const Line& b) {
   return std::abs((b.first - a.first).dot(a.second.cross(b.second).normalized()));
 }
@@ -115,15 +113,15 @@ TEST(a_session_with_a_positioner, ends_in_a_published_result_with_its_axes_where
     axes.emplace_back(line.point_m, line.direction);
   const std::vector<Line> truth = true_axes(cell);
   const double angle_off = angle_between(axes[0], axes[1]) - angle_between(truth[0], truth[1]);
-  const double place_off = distance_between(axes[0], axes[1]) - distance_between(truth[0], truth[1]);
+  const double place_off =
+      distance_between(axes[0], axes[1]) - distance_between(truth[0], truth[1]);
   // As drawn 2.1 mrad and 0.56 mm.
   EXPECT_LT(std::abs(angle_off), 2e-4);
   EXPECT_LT(std::abs(place_off), 1e-4);
 
   const std::string again = fixture.dir / "again.json";
-  const Outcome identified =
-      run_program({CELLCAL, "identify", "--cell", fixture.cell, "--touches",
-                   fixture.results() / "touches.csv", "--out", again});
+  const Outcome identified = run_program({CELLCAL, "identify", "--cell", fixture.cell, "--touches",
+                                          fixture.results() / "touches.csv", "--out", again});
   ASSERT_EQ(identified.status, 0) << identified.out << identified.err;
   const calib::Calibration from_file = calib::calibration_from_json(content(again), again);
   for (std::size_t j = 0; j < 2; ++j) {
@@ -141,8 +139,8 @@ TEST(a_session_with_a_positioner, that_was_aborted_goes_on_from_where_it_stands)
   EXPECT_EQ(fixture.cellcal({"abort"}).status, 0);
   const Outcome outcome = fixture.cellcal({"run", "--resume"});
   EXPECT_TRUE(outcome.status == 0 || outcome.status == 3) << outcome.err << fixture.log();
-  const auto list = nlohmann::json::parse(
-      http_request(fixture.socket(), "GET", "/v1/sessions/1/touches").body);
+  const auto list =
+      nlohmann::json::parse(http_request(fixture.socket(), "GET", "/v1/sessions/1/touches").body);
   ASSERT_EQ(list.at("touches").size(), 28u);
   EXPECT_EQ(list.at("touches").at(27).at("positioner_deg").size(), 2u);
 }

@@ -206,7 +206,7 @@ std::unique_ptr<FaultyCell> make_cell(const calib::Cell& cell, const CellOptions
   const char* external = options.wire == Wire::kEkiInput ? "[controller]\nexternal_axes = 1\n"
                          : on_track(options.wire) || options.wire == Wire::kEkiTable
                              ? "[controller]\nexternal_axes = 2\n"
-                                                         : "";
+                             : "";
   const std::string text = std::string("format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n") +
                            "[motion]\nspeed_percent = 80\nacceleration_deg_s2 = 600\n"
                            "jerk_deg_s3 = 8000\ntravel_acceleration_mm_s2 = 4000\n"

@@ -68,7 +68,8 @@ Job make_job(const std::filesystem::path& cell_file, Wire wire) {
   calib::PlanOptions options;
   options.fit_touches = 2;
   options.check_touches = 0;
-  if (on_track(wire) || wire == Wire::kEkiTable) options.criterion = calib::Criterion::kEven;
+  if (on_track(wire)) options.criterion = calib::Criterion::kEven;
+  if (wire == Wire::kEkiTable) options.criterion = calib::Criterion::kRandom;
   job.plan = calib::make_plan(job.cell, options);
   job.plan_hash = daemon::plan_hash(job.plan);
   require_moves(job.plan, wire);
