@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/estimate/positioner_lines.h"
+#include "calib/estimate/positioner.h"
 #include "calib/model/error.h"
 #include "calib/model/units.h"
 

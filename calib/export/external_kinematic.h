@@ -13,7 +13,8 @@
 namespace cellcal::calib {
 
 struct ExternalKinematic {
-  std::vector<Eigen::Isometry3d> axes;  ///< of the first in the base frame, of the next in the one before
+  std::vector<Eigen::Isometry3d>
+      axes;  ///< of the first in the base frame, of the next in the one before
   Eigen::Isometry3d flange = Eigen::Isometry3d::Identity();
 };
 ExternalKinematic external_kinematic(const std::vector<PositionerAxis>& positioner);

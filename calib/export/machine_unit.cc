@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "calib/export/machine_data.h"
-#include "calib/files/usual_guide.h"
+#include "calib/files/robot_file.h"
 #include "calib/model/error.h"
 
 namespace cellcal::calib {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/estimate/positioner_lines.h"
+#include "calib/estimate/positioner.h"
 #include "calib/estimate/predict.h"
 #include "calib/estimate/region.h"
 #include "calib/model/error.h"

@@ -17,4 +17,7 @@ std::vector<NamedRobot> shipped_robots();
 /// errors; the frames before and after them. Rounded to 1 nm and 1e-9 deg.
 std::string nominal_geometry_sha256(const Robot& robot);
 
+/// Priors of a linear unit whose robot file states none: an installed unit of steel rails, rack and pinion; along x.
+LinearGuide usual_guide();
+
 }  // namespace cellcal::calib

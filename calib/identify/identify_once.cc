@@ -14,7 +14,7 @@
 #include "calib/estimate/joint_functions.h"
 #include "calib/estimate/level_family.h"
 #include "calib/estimate/observability.h"
-#include "calib/estimate/positioner_lines.h"
+#include "calib/estimate/positioner.h"
 #include "calib/estimate/problem.h"
 #include "calib/estimate/region.h"
 #include "calib/estimate/repeats.h"

@@ -2,7 +2,9 @@
 // Deviation of the arms of one robot model from their nominal geometry, learned from many calibrations
 // (calib/priors). calib/files/priors_file.h writes it as "cellcal.priors/1".
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,12 +33,16 @@ struct Spread {
 /// Prior offered to a cell: the spread found, widened by its uncertainty, and not narrower than the stated one if the
 /// arms weigh less than the robot file, so that data of other joints can widen but not narrow it. Priors that are too
 /// narrow make bounds too small; priors that are too wide only make them wide.
-double offered(const Spread& spread);
+inline double offered(const Spread& spread) {
+  if (!(spread.found > 0.0)) return 0.0;
+  const double wider = spread.found * std::exp(spread.found_sigma / spread.found);  // (91)
+  return spread.arms < kDrawnArms ? std::max(wider, spread.drawn) : wider;
+}
 
 struct JointPriors {
   std::string joint;
   std::array<std::optional<Spread>, kSpreadKinds.size()>
-      spreads;  ///< by SpreadKind; empty: not learned
+      spreads;                      ///< by SpreadKind; empty: not learned
   double function_reach_rad = 0.0;  ///< of the joint's function, if that was learned
 
   std::optional<Spread>& of(SpreadKind kind) { return spreads[static_cast<std::size_t>(kind)]; }

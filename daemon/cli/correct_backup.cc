@@ -78,13 +78,14 @@ std::string report(const CorrectedBackup& result, const calib::Robot& robot) {
         text += module_line(state, module.src, what_of(module, robot));
   for (const krl::ToolUsed& tool : result.tools) text += tool_words(tool);
   for (const krl::LeftPoint& one : result.left)
-    text +=
-        say({"say.correct.left", {{"name", calib::shown(one.name)}, {"why", one.why}}}) + "\n";
+    text += say({"say.correct.left", {{"name", calib::shown(one.name)}, {"why", one.why}}}) + "\n";
   if (!result.robroot_stated) text += say("say.correct.robroot") + "\n";
   const Counts counts = counts_of(result);
   return text +
          say({"say.correct.backup.sum",
-              {{"n", counts.corrected}, {"all", counts.moving}, {"points", result.points.size()}}}) +
+              {{"n", counts.corrected},
+               {"all", counts.moving},
+               {"points", result.points.size()}}}) +
          "\n";
 }
 
@@ -188,8 +189,7 @@ int correct_backup_files(const CorrectCommand& command, const calib::Calibration
   std::string text = report(result, robot);
   for (const fs::path& place : places)
     text += say({"say.correct.written", {{"file", place.string()}}}) + "\n";
-  if (places.empty() && !result.files.empty())
-    text += say("say.correct.backup.not_written") + "\n";
+  if (places.empty() && !result.files.empty()) text += say("say.correct.backup.not_written") + "\n";
   put(command.json ? json_text(all) : text, {});
   const Counts counts = counts_of(result);
   if (counts.moving == 0 || counts.corrected > 0) return kSuccess;

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
-#include "calib/estimate/positioner_lines.h"
+#include "calib/estimate/positioner.h"
 #include "calib/estimate/predict.h"
 #include "calib/export/corrector.h"
 #include "calib/files/touches.h"

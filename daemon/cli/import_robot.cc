@@ -269,12 +269,14 @@ std::string positioner_words(const ExportRobotCommand& command, const calib::Cal
     const std::string& name = c.cell.robot.positioner[j].name;
     const double scale = correction_of(c, positioner_parameter(j, calib::AxisError::kScale));
     words += command.as == "dh"
-                 ? fmt::format("\n{} of the positioner: not in a table of the arm; --as urdf, yaml, "
-                               "json and kuka have it",
-                               name)
-                 : fmt::format("\n{} of the positioner: scale of its angle {:+.3f} mrad/rad, not in "
-                               "its joint",
-                               name, 1e3 * scale);
+                 ? fmt::format(
+                       "\n{} of the positioner: not in a table of the arm; --as urdf, yaml, "
+                       "json and kuka have it",
+                       name)
+                 : fmt::format(
+                       "\n{} of the positioner: scale of its angle {:+.3f} mrad/rad, not in "
+                       "its joint",
+                       name, 1e3 * scale);
   }
   return words;
 }

@@ -1,5 +1,7 @@
 // Command cellcal predict.
 
+#include "calib/estimate/predict.h"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -11,7 +13,6 @@
 #include <span>
 #include <stdexcept>
 
-#include "calib/estimate/predict.h"
 #include "calib/export/corrector.h"
 #include "calib/export/tables.h"
 #include "calib/files/files.h"

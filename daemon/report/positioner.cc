@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/estimate/positioner_lines.h"
+#include "calib/estimate/positioner.h"
 #include "calib/model/units.h"
 #include "calib/result/calibration.h"
 #include "daemon/report/plan_picture.h"

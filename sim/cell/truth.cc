@@ -166,7 +166,8 @@ Eigen::VectorXd drawn_errors(const calib::ArmModel& arm, const TruthOptions& opt
         break;
       case calib::ParameterKind::kCosine:
       case calib::ParameterKind::kSine:
-        errors[i] = (is_fast(options, parameter) ? wave_sigma_rad(options) : parameter.sigma) * draw;
+        errors[i] =
+            (is_fast(options, parameter) ? wave_sigma_rad(options) : parameter.sigma) * draw;
         break;
       case calib::ParameterKind::kTcp:
         errors[i] = parameter.sigma * draw;

@@ -6,8 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/estimate/carried_poses.h"
-#include "calib/estimate/positioner_lines.h"
+#include "calib/estimate/positioner.h"
 #include "calib/estimate/predict.h"
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"

@@ -154,8 +154,8 @@ void add_robot(std::vector<Fault>& all, Wire wire) {
                                  : wire == Wire::kEkiInput                 ? std::vector{0, 200}
                                                                            : std::vector<int>{};
   for (const int ms : lasts)
-      add_switch(all, "external axis", "moves unasked", ms, "controller",
-                 [](FaultyCell& cell, bool on) { cell.external_axis_moves(on); });
+    add_switch(all, "external axis", "moves unasked", ms, "controller",
+               [](FaultyCell& cell, bool on) { cell.external_axis_moves(on); });
 }
 
 void add_operator(std::vector<Fault>& all) {

@@ -1,10 +1,12 @@
 #pragma once
-// The axes of a positioner as lines in the arm's base frame, and how well they are known.
+// A positioner as found: its axes as lines in the arm's base frame with their bounds, and poses of work on it.
 
 #include <Eigen/Geometry>
 #include <span>
 #include <vector>
 
+#include "calib/model/joint_vector.h"
+#include "calib/model/kinematics.h"
 #include "calib/model/touch.h"
 #include "calib/result/calibration.h"
 
@@ -23,5 +25,17 @@ Eigen::Isometry3d axis_as_found(const Calibration& calibration, std::size_t axis
 /// calibration's axes. Throws std::out_of_range for more angles than it has axes.
 Eigen::Isometry3d carried_as_found(const Calibration& calibration,
                                    std::span<const double> positioner_rad);
+
+/// A pose described in the frame that the positioner's axes with these angles carry.
+struct CarriedPose {
+  JointVector joint_rad;
+  std::vector<double> carrier_rad;
+};
+
+/// Random poses of the nominal tip within 150 mm, per coordinate, of targets that the first `axes`
+/// axes carry, in any orientation that the arm reaches, at angles all over the axes' limits. At
+/// most `count`; fewer where the arm hardly reaches them, none without such a target. Reproducible.
+std::vector<CarriedPose> carried_poses(const ArmModel& arm, const Calibration& calibration,
+                                       int axes, int count, unsigned seed);
 
 }  // namespace cellcal::calib
