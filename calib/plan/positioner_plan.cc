@@ -67,7 +67,7 @@ Robot with_error(const Robot& robot, std::size_t axis, AxisError error, double s
 }
 
 /// How far off a target may be at these angles by the prior of the axes that carry it. Its place was
-/// taught with the axes at `taught`, and is known as it is seen from there. (64b)
+/// taught with the axes at `taught`, and is known as it is seen from there.
 double off_by_positioner_m(const Robot& robot, const Target& target,
                            const std::vector<double>& angles, const std::vector<double>& taught) {
   constexpr double kSigmas = 3.0;
@@ -92,7 +92,7 @@ double off_by_positioner_m(const Robot& robot, const Target& target,
     scaled[j] += axis.scale_sigma * (angles[j] - taught[j]);
     squares += (at(robot, scaled) * target.centre_m - expected).squaredNorm();
   }
-  return kSigmas * std::sqrt(squares);
+  return kSigmas * std::sqrt(squares);  // (64b)
 }
 
 /// Stand-off and search are longer where the positioner's prior may have moved the targets.

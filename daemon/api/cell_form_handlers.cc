@@ -146,7 +146,13 @@ std::optional<Response> Api::read_cell_lists(const Call& call) {
 
 namespace {
 
-calib::Robot robot_of_controller(const std::string& machine, const std::string& robcor) {
+struct ImportedRobot {
+  calib::Robot robot;
+  /// A linear unit carries the arm; the form's robot is the arm alone.
+  bool linear_unit = false;
+};
+
+ImportedRobot robot_of_controller(const std::string& machine, const std::string& robcor) {
   calib::MachineData data;
   calib::read_machine_data(machine, "$machine.dat", data);
   if (!robcor.empty()) calib::read_machine_data(robcor, "$robcor.dat", data);
@@ -155,13 +161,14 @@ calib::Robot robot_of_controller(const std::string& machine, const std::string& 
     if (!(joint.max_speed_rad_s > 0.0))
       throw calib::FileError("$machine.dat", ": no speed of " + joint.name +
                                                  ": $VEL_AXIS_MA and $RAT_MOT_AX of it are needed");
-  return robot;
+  return {robot, std::ranges::any_of(data.external.kinds,
+                                     [](const auto& kind) { return kind.second == "#ERSYS"; })};
 }
 
-calib::Robot robot_of_file(const std::string& text) {
+ImportedRobot robot_of_file(const std::string& text) {
   calib::Robot robot = calib::read_robot(calib::TomlTable::parse(text, "robot file"));
   refuse_external_axes(robot, "a cell form", "Write the cell file by hand");
-  return robot;
+  return {robot};
 }
 
 }  // namespace
@@ -176,13 +183,14 @@ std::optional<Response> Api::import_robot(const Call& call) {
         "give either \"machine_data\", the text of $machine.dat, or \"robot_file\", that of a "
         "robot file");
   return cell_act([&] {
-    const calib::Robot robot =
+    const auto [robot, linear_unit] =
         machine.empty() ? robot_of_file(robot_file) : robot_of_controller(machine, robcor);
     std::filesystem::path file;
-    service_.alone(kWriting, [&] { file = shelf().keep(robot); });
+    service_.alone(kWriting, [&, &arm = robot] { file = shelf().keep(arm); });
     spdlog::info("robot file {} was written", file.string());
-    return Response{201, "application/json",
-                    dump({{"name", file.string()}, {"model", robot.name}})};
+    json answer{{"name", file.string()}, {"model", robot.name}};
+    if (linear_unit) answer["linear_unit"] = true;
+    return Response{201, "application/json", dump(answer)};
   });
 }
 

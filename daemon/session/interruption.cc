@@ -357,10 +357,10 @@ calib::Touch touch_of(const calib::PlannedTouch& planned, const Agreement& agree
   const Reading& low = readings[(readings.size() - 1) / 2];
   const Reading& high = readings[readings.size() / 2];
   calib::Touch touch;
-  const std::size_t joints = planned.standoff.size();
+  const std::size_t turning = planned.positioner_rad.size();
+  const std::size_t joints = low.contact_rad.size() - std::min(turning, low.contact_rad.size());
   touch.joint_rad = mean(low.contact_rad, high.contact_rad, 0, joints);
-  touch.positioner_rad =
-      mean(low.contact_rad, high.contact_rad, joints, joints + planned.positioner_rad.size());
+  touch.positioner_rad = mean(low.contact_rad, high.contact_rad, joints, joints + turning);
   touch.settled_joint_rad = mean(low.settled_rad, high.settled_rad, 0, joints);
   touch.target = planned.target;
   touch.set = planned.set;

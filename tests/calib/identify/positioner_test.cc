@@ -48,7 +48,7 @@ std::optional<Touch> contact(const ArmModel& arm, const Eigen::VectorXd& x, cons
     const PreparedPose pose = arm.prepare(at(s), 0, nullptr, carrier_rad(made, target));
     return (arm.position(pose, x.data()) - target.centre_m).norm() - target.diameter_m / 2.0;
   };
-  double out = -0.8, in = 1.8;
+  double out = -0.8, in = 1.1;  // a search that the positioner lengthens ends near the middle
   if (gap(out) < 0.0 || gap(in) > 0.0) return std::nullopt;
   for (int k = 0; k < 60; ++k) (gap((out + in) / 2.0) > 0.0 ? out : in) = (out + in) / 2.0;
   made.joint_rad = at(out);

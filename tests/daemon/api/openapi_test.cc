@@ -16,8 +16,8 @@
 #include "daemon/controller/frame_station.h"
 #include "daemon/doctor/examiner.h"
 #include "daemon/doctor/steps.h"
-#include "daemon/report/report.h"
 #include "daemon/plant/desk/proposal_box.h"
+#include "daemon/report/report.h"
 #include "daemon/tasks/options.h"
 #include "daemon/unattended/schedule.h"
 #include "daemon/unattended/service_session_gateway.h"
@@ -294,6 +294,12 @@ TEST_F(a_described_api, answers_as_it_is_described) {
   of_it["form"]["robot"] = (dir / "other.robot.toml").string();
   std::filesystem::copy_file(robot.at("name").get<std::string>(), dir / "other.robot.toml");
   EXPECT_EQ(ask("POST", "/v1/cell-form", of_it.dump()).status, 422) << "not in the cells' folder";
+  EXPECT_FALSE(robot.contains("linear_unit"));
+  const auto carried =
+      ask("POST", "/v1/cell-form/robot",
+          nlohmann::json{{"machine_data", machine + "\n$EX_KIN={ET1 #ERSYS,ET2 #NONE}"}}.dump());
+  ASSERT_EQ(carried.status, 201) << carried.body;
+  EXPECT_EQ(json::parse(carried.body).at("linear_unit"), true);
   EXPECT_EQ(ask("POST", "/v1/cell-form/robot", R"({"machine_data": "$LENGTH_A=inf"})").status, 422);
   EXPECT_EQ(ask("POST", "/v1/cell-form/robot", R"({"machine_data": ""})").status, 400);
   EXPECT_EQ(ask("POST", "/v1/cell-form/robot", R"({"machine_data": 1})").status, 400);

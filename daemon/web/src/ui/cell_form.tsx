@@ -195,10 +195,12 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
       if (data === "") return;
       request[/\.toml$/i.test(file.name) ? "robot_file" : /robcor/i.test(file.name) ? "robcor" : "machine_data"] = data;
     }
-    const robot = robot_choice(await read.asked("/v1/cell-form/robot", request));
+    const imported = await read.asked("/v1/cell-form/robot", request);
+    const robot = robot_choice(imported);
     if (robot === null) return;
     set_robots((now) => [...now.filter((one) => one.name !== robot.name), robot]);
     set({ robot: robot.name });
+    if (fields(imported)?.linear_unit === true) set_said(say("cell.robot.unit"));
   };
   const open_file = async (file: File | undefined) => {
     const cell_text = file ? await read.text_in(file) : "";
