@@ -38,7 +38,7 @@ Information::Information(Eigen::Index unknowns, bool all_digits)
     : all_digits_(all_digits), sum_(Eigen::MatrixXd::Zero(unknowns + 1, unknowns + 1)) {}
 
 void Information::add(const Eigen::Ref<const RowMajor>& rows) {
-  if (rows.rows() == 0) return;  // a product over nothing divides by its depth in Eigen 3.4
+  if (rows.rows() == 0) return;
   if (!all_digits_) {
     add_square(1.0, rows.transpose(), sum_);
     return;

@@ -8,6 +8,7 @@
 
 #include "calib/estimate/budget.h"
 #include "calib/estimate/region.h"
+#include "calib/model/product.h"
 #include "calib/model/units.h"
 
 namespace cellcal::calib {
@@ -44,7 +45,7 @@ std::pair<double, double> fullest_angles(const std::vector<JointVector>& posture
 
 Missing largest_part(const ArmModel& arm, const Remainder& left) {
   const Eigen::Index moved = left.moves_m.cols();
-  const Eigen::MatrixXd reach = left.moves_m * left.covariance_u.topRows(moved);
+  const Eigen::MatrixXd reach = product(left.moves_m, left.covariance_u.topRows(moved));
   std::map<UncertaintySource, Eigen::VectorXd> parts;
   std::map<int, Eigen::VectorXd> of_joint;
   const auto count = static_cast<Eigen::Index>(left.postures.size());

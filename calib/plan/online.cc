@@ -26,8 +26,6 @@ namespace cellcal::calib {
 namespace {
 
 constexpr int kCandidatesPerTarget = 400;
-/// Exponent of the decrease of the error with the number of touches.
-constexpr double kErrorPower = 0.55;
 constexpr Kinds kKinds = Kinds::kSpheresAndPlanes;
 /// Maximum rounds of exchange, of the plan.
 constexpr int kExchangesAhead = 6;
@@ -131,10 +129,9 @@ struct Online::Impl {
     };
     Choice choice = choose_some(goal.u95_m > 0.0 ? std::min(most, 2 * fewest) : most);
     if (goal.u95_m > 0.0) {
-      const double more =  // (92)
-          std::pow(kBoundOverError * choice.reducible_m / goal.u95_m, 1.0 / kErrorPower);
-      choice =
-          choose_some(static_cast<int>(std::clamp(more * how.count, 1.0 * fewest, 1.0 * most)));
+      const double needed =
+          touches_to_goal(static_cast<std::size_t>(how.count), choice.reducible_m, goal.u95_m);
+      choice = choose_some(static_cast<int>(std::clamp(needed, 1.0 * fewest, 1.0 * most)));
     }
     if (how.count > fewest) {
       const Part part(PlanStep::kChoose, kChosenShare, kRefinedShare);
@@ -509,6 +506,12 @@ std::vector<JointVector> Online::way_home() const {
 const Progress& Online::progress() const { return impl_->progress; }
 const std::vector<Touch>& Online::touches() const { return impl_->touches; }
 
+double touches_to_goal(std::size_t count, double reducible_m, double goal_u95_m) {
+  constexpr double kErrorPower = 0.55;  // of the decrease of the error with the number of touches
+  return static_cast<double>(count) *
+         std::pow(kBoundOverError * reducible_m / goal_u95_m, 1.0 / kErrorPower);  // (92)
+}
+
 namespace {
 
 std::string end_words(const Progress& progress, const Goal& goal) {
@@ -520,7 +523,8 @@ std::string end_words(const Progress& progress, const Goal& goal) {
     case Ended::kGoal:
       return "goal reached: " + reached;
     case Ended::kMostTouches:
-      return fmt::format("all {} touches made; {}", progress.touches, reached);
+      return fmt::format("all {} touches made; {}{}", progress.touches, reached,
+                         goal_mm > 0.0 ? ". Allow more touches (--touches)" : "");
     case Ended::kNoGain:
       return fmt::format(
           "after touch {} ten more would reduce the error by less than {:.0f} %; {}. Certified "

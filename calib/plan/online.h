@@ -25,6 +25,9 @@ inline constexpr int kFirstTouches = 5;
 /// error of a plan (tests/experiments/run online).
 inline constexpr double kBoundOverError = 2.1;
 
+/// (92): touches to a goal, foreseen from a plan of `count` touches that leaves `reducible_m`.
+double touches_to_goal(std::size_t count, double reducible_m, double goal_u95_m);
+
 struct Goal {
   double u95_m = 0.15e-3;  ///< mean over the region of the 95 % radius of the position error
   int most_touches = 200;  ///< maximum number of fit touches

@@ -52,14 +52,14 @@ double off_segment(const JointVector& q, const JointVector& a, const JointVector
 /// u95 that a session reaches by these touches, which exclude most model errors.
 double foreseen_u95_m(const Choice& choice) { return kBoundOverError * choice.reducible_m; }
 
-/// (92), from a choice; at least a tenth more than that has, unless no more are allowed.
-int touches_to_goal(const Choice& choice, const PlanOptions& options) {
-  constexpr double kErrorPower = 0.55, kLeastMore = 1.1;
-  const auto count = static_cast<double>(choice.picked.size());
-  const double more =
-      count * std::pow(foreseen_u95_m(choice) / options.goal_u95_m, 1.0 / kErrorPower);
+/// At least a tenth more than the choice has, unless no more are allowed.
+int more_touches(const Choice& choice, const PlanOptions& options) {
+  constexpr double kLeastMore = 1.1;
+  const std::size_t count = choice.picked.size();
+  const double needed = touches_to_goal(count, choice.reducible_m, options.goal_u95_m);
   return static_cast<int>(
-      std::min(std::ceil(std::max(more, kLeastMore * count)), 1.0 * options.fit_touches));
+      std::min(std::ceil(std::max(needed, kLeastMore * static_cast<double>(count))),
+               1.0 * options.fit_touches));
 }
 
 /// The fit touches; throws if too few are reachable.
@@ -107,7 +107,7 @@ Choice choose_fit_touches(const Cell& cell, const PlanOptions& options, int targ
   const bool to_goal = options.goal_u95_m > 0.0;
   choose_of(to_goal ? std::min(options.fit_touches, kFirstToGoal * targets) : options.fit_touches);
   while (to_goal && foreseen_u95_m(choice) > options.goal_u95_m && how.count < options.fit_touches)
-    choose_of(touches_to_goal(choice, options));
+    choose_of(more_touches(choice, options));
   return choice;
 }
 

@@ -23,16 +23,7 @@ namespace {
 using testing::demo_cell, testing::has_functions, testing::off, testing::Off;
 
 const sim::Truth& waved_arm() {
-  static const sim::Truth drawn = [] {
-    Cell waved = demo_cell();
-    for (Joint& joint : waved.robot.joints) {
-      joint.harmonics = {7, 15, 23};
-      joint.harmonic_sigma_rad = 25.0 * kRadPerArcsec;
-      joint.harmonic_falloff = 0.0;
-      joint.gear_ratio = 1.0;
-    }
-    return testing::plain_truth(waved, 7);
-  }();
+  static const sim::Truth drawn = testing::truth_with_waves();
   return drawn;
 }
 

@@ -21,18 +21,7 @@ using testing::demo_cell;
 using testing::has_functions;
 using testing::make_touches;
 using testing::plain_truth;
-
-/// Three waves per joint, of orders that no file names.
-sim::Truth truth_with_waves() {
-  Cell waved = demo_cell();
-  for (Joint& joint : waved.robot.joints) {
-    joint.harmonics = {7, 15, 23};
-    joint.harmonic_sigma_rad = 25.0 * kRadPerArcsec;
-    joint.harmonic_falloff = 0.0;
-    joint.gear_ratio = 1.0;
-  }
-  return plain_truth(waved, 7);
-}
+using testing::truth_with_waves;
 
 const std::vector<Touch>& touches_of_waves() {
   static const std::vector<Touch> touches =

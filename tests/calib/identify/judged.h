@@ -6,6 +6,7 @@
 
 #include "calib/estimate/predict.h"
 #include "calib/estimate/region.h"
+#include "calib/model/units.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib::testing {
@@ -35,6 +36,18 @@ inline Off off(const Calibration& c, const sim::Truth& arm) {
           .norm()
           .transpose();
   return {e.mean(), static_cast<double>((e <= u95).count()) / static_cast<double>(n), u95.mean()};
+}
+
+/// Three waves per joint, of orders that no file names.
+inline sim::Truth truth_with_waves() {
+  Cell waved = demo_cell();
+  for (Joint& joint : waved.robot.joints) {
+    joint.harmonics = {7, 15, 23};
+    joint.harmonic_sigma_rad = 25.0 * kRadPerArcsec;
+    joint.harmonic_falloff = 0.0;
+    joint.gear_ratio = 1.0;
+  }
+  return plain_truth(waved, 7);
 }
 
 inline bool has_functions(const Calibration& c) {

@@ -1,4 +1,4 @@
-// An arm on a linear unit, a positioner beside it, and external axes that no move uses; on the linear unit
+// An arm on a linear unit, an arm with a positioner, and external axes that no move uses; on the linear unit
 // E2 is such an axis.
 
 #include <cmath>
@@ -97,7 +97,8 @@ TEST(EkiLinearUnit, IsCheckedInMillimetresBeforeAnythingMoves) {
   const CoreResult result = rig.move(MoveKind::kTransit, beyond);
   EXPECT_EQ(result.outcome, MoveOutcome::kRefused);
   expect_cause(result.cause, cause::AboveLimit{WireAxis(6, true), 3001.0, 3000.0});
-  EXPECT_NE(said(words(result)).find("E1: target 3001.0000 mm"), std::string::npos) << words(result);
+  EXPECT_NE(said(words(result)).find("E1: target 3001.0000 mm"), std::string::npos)
+      << words(result);
   beyond[kE1] = -0.002;
   expect_cause(rig.move(MoveKind::kTransit, beyond).cause,
                cause::BelowLimit{WireAxis(6, true), -2.0, 0.0});
@@ -297,7 +298,7 @@ TEST(EkiPositioner, DoesNotTurnInASearchNorOnTheWayOutOfAContact) {
   }
 }
 
-TEST(EkiPositioner, StopsWithTheArmWhenToldTo) {
+TEST(EkiPositioner, StopsWithTheArm) {
   TableRig rig;
   rig.begin(MoveKind::kTransit, rig.turned_by(0, 90));
   rig.run(700ms);
