@@ -30,9 +30,13 @@ struct hostile_broker : ::testing::Test {
   }
   template <class F>
   void wait_until(F done) const {
-    for (int i = 0; i < 6000 && !done(); ++i)
+    // Evaluated once per step: all facts so far have come at one moment and need not at the next.
+    bool met = done();
+    for (int i = 0; i < 6000 && !met; ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    ASSERT_TRUE(done()) << fixture.log() << content(fixture.dir / "plant.log");
+      met = done();
+    }
+    ASSERT_TRUE(met) << fixture.log() << content(fixture.dir / "plant.log");
   }
   json plant() const {
     return json::parse(http_request(fixture.socket(), "GET", "/v1/plant").body);

@@ -51,8 +51,12 @@ std::function<bool(const std::vector<Heard>&)> number_heard(std::int64_t number)
 
 template <class F>
 void wait_until(F done) {
-  for (int i = 0; i < 6000 && !done(); ++i) std::this_thread::sleep_for(milliseconds(10));
-  ASSERT_TRUE(done()) << "it never came";
+  bool met = done();
+  for (int i = 0; i < 6000 && !met; ++i) {
+    std::this_thread::sleep_for(milliseconds(10));
+    met = done();
+  }
+  ASSERT_TRUE(met) << "it never came";
 }
 
 /// Every number from 1 on, in order, each with one content however often it came.
