@@ -17,9 +17,11 @@ namespace {
 /// Candidate reaches: the waves of strain-wave gears have 8 to 30 periods per turn.
 constexpr double kFunctionReaches[] = {3.0 * kRadPerDeg, 6.0 * kRadPerDeg, 12.0 * kRadPerDeg};
 /// Prior size of a joint's function, and of its ripple; each counts as one degree of freedom.
-constexpr double kUsualFunctionRad = 15.0 * kRadPerArcsec,
+constexpr double kUsualFunctionRad = 15.0 * kRadPerArcsec, kUsualFastRad = 5.0 * kRadPerArcsec,
                  kUsualJointNoiseRad = 3.0 * kRadPerArcsec;
 constexpr double kPriorFreedom = 1.0;
+/// Gain of log likelihood by a joint's fast orders, above which it has them.
+constexpr double kGainOfFastOrders = 5.0;
 /// Maximum number of rows for the sizes.
 constexpr std::size_t kMostRowsOfSizes = 300;
 constexpr Eigen::Index kFewestRows = 3;
@@ -105,26 +107,35 @@ SizedRows sized_rows(const Problem& plain, Problem& reference, const Estimate& e
   return rows;
 }
 
-/// Covariance that each joint's function, of the size in `of`, gives the rows.
-std::vector<Eigen::MatrixXd> function_covariances(const Problem& plain, const Problem& reference,
-                                                  const SizedRows& rows, const ArmModel& of) {
+/// Orders of a joint's function with a size of their own, and the covariance that they give the rows.
+struct Band {
+  std::size_t joint = 0;
+  bool fast = false;
+  Eigen::MatrixXd covariance;
+};
+
+/// Those of all joints, of the sizes in `of`, which has the parameters of the reference.
+std::vector<Band> bands_of(const Problem& plain, const Problem& reference, const SizedRows& rows,
+                           const ArmModel& of) {
   const Carried which = carried(plain, reference);
-  std::vector<Eigen::MatrixXd> all;
-  Eigen::Index first = 0;
+  const auto parameter = [&](const ArmModel& arm, Eigen::Index k) -> const ArmParameter& {
+    return arm.parameters()[static_cast<std::size_t>(which.added[static_cast<std::size_t>(k)])];
+  };
+  const auto is_fast = [&](Eigen::Index k) { return parameter(of, k).harmonic > kHighestOrder; };
+  std::vector<Band> bands;
   const auto count = static_cast<Eigen::Index>(which.added.size());
-  while (first < count) {
-    const auto parameter = [&](const ArmModel& arm, Eigen::Index k) {
-      return arm.parameters()[static_cast<std::size_t>(which.added[static_cast<std::size_t>(k)])];
-    };
-    Eigen::Index behind = first;
-    while (behind < count && parameter(of, behind).joint == parameter(of, first).joint) ++behind;
+  for (Eigen::Index first = 0, behind = 0; first < count; first = behind) {
+    const int joint = parameter(of, first).joint;
+    while (behind < count && parameter(of, behind).joint == joint &&
+           is_fast(behind) == is_fast(first))
+      ++behind;
     Eigen::MatrixXd columns = rows.added.middleCols(first, behind - first);
     for (Eigen::Index k = first; k < behind; ++k)
       columns.col(k - first) *= parameter(of, k).sigma / parameter(reference.arm(), k).sigma;
-    all.push_back(product(columns, columns.transpose()));
-    first = behind;
+    bands.push_back(
+        {static_cast<std::size_t>(joint), is_fast(first), product(columns, columns.transpose())});
   }
-  return all;
+  return bands;
 }
 
 /// True if the residuals of rows that `k` correlates are correlated, (30), or scatter by far more
@@ -152,15 +163,19 @@ struct Components {
   double log_likelihood = -std::numeric_limits<double>::infinity();
 };
 
+Eigen::MatrixXd variance_of(const Eigen::MatrixXd& by_unknowns, const Components& c) {
+  Eigen::MatrixXd v = by_unknowns;
+  for (std::size_t k = 0; k < c.size.size(); ++k) v += c.size[k] * c.covariance[k];
+  return v;
+}
+
 /// (27c), maximised by steps that never decrease it (Zhou et al. 2019).
 void maximise(const Eigen::MatrixXd& by_unknowns, const Eigen::VectorXd& y, Components& c) {
   constexpr int kRounds = 25;
   constexpr double kEnough = 0.01;
   for (int round = 0; round < kRounds; ++round) {
     poll_cancelled();
-    Eigen::MatrixXd v = by_unknowns;
-    for (std::size_t k = 0; k < c.size.size(); ++k) v += c.size[k] * c.covariance[k];
-    const Cholesky factor(v);
+    const Cholesky factor(variance_of(by_unknowns, c));
     if (!factor.positive()) return;
     const Eigen::MatrixXd inverse = factor.inverse();
     const Eigen::VectorXd pull = inverse * y;
@@ -187,6 +202,7 @@ Cell with_learnt_of(const Robot& robot, Cell cell) {
     Joint& to = cell.robot.joints[i];
     to.bearing_sigma_rad_per_nm = from.bearing_sigma_rad_per_nm;
     to.function_sigma_rad = from.function_sigma_rad;
+    to.function_fast_sigma_rad = from.function_fast_sigma_rad;
     to.function_reach_rad = from.function_reach_rad;
     to.function_min_rad = from.function_min_rad;
     to.function_max_rad = from.function_max_rad;
@@ -219,51 +235,69 @@ bool speaks_for(const Problem& plain, Problem& richer, const Estimate& e) {
          correlated(rows, product(rows.added, rows.added.transpose()), e);
 }
 
-std::optional<Robot> size_functions(const Problem& plain, Problem& reference,
-                                    const Repeats& repeats, const Estimate& e) {
-  const SizedRows rows = sized_rows(plain, reference, e);
-  if (rows.residual_m.size() < kFewestRows ||
-      !correlated(rows, product(rows.added, rows.added.transpose()), e))
-    return std::nullopt;
-  Eigen::VectorXd prior(plain.size()), off(plain.size());
-  for (int i = 0; i < plain.size(); ++i) {
-    const Unknown& unknown = plain.unknowns()[static_cast<std::size_t>(i)];
-    const bool stated = unknown.prior_weight > 0.0;
-    prior[i] = std::min(kFarAway, stated ? 1.0 / unknown.prior_weight : kFarAway);
-    off[i] = stated ? unknown.prior_mean_u - e.u[i] : 0.0;
+namespace {
+
+/// Variances of the rows, and what the unknowns of the plain arm give them.
+struct Sizing {
+  Sizing(const Problem& plain, const Repeats& repeats, const Estimate& e, const SizedRows& of)
+      : rows(of) {
+    Eigen::VectorXd prior(plain.size()), off(plain.size());
+    for (int i = 0; i < plain.size(); ++i) {
+      const Unknown& unknown = plain.unknowns()[static_cast<std::size_t>(i)];
+      const bool stated = unknown.prior_weight > 0.0;
+      prior[i] = std::min(kFarAway, stated ? 1.0 / unknown.prior_weight : kFarAway);
+      off[i] = stated ? unknown.prior_mean_u - e.u[i] : 0.0;
+    }
+    y = rows.residual_m + rows.plain * off;
+    const Eigen::MatrixXd reached = rows.plain * prior.asDiagonal();
+    by_unknowns = product(reached, reached.transpose());
+    constexpr double kEnoughRepeats = 3.0;
+    noise_measured = repeats.degrees_of_freedom >= kEnoughRepeats;
+    if (noise_measured) by_unknowns.diagonal() += rows.own_m2;
   }
-  const Eigen::VectorXd y = rows.residual_m + rows.plain * off;
-  const Eigen::MatrixXd reached = rows.plain * prior.asDiagonal();
-  Eigen::MatrixXd by_unknowns = product(reached, reached.transpose());
-  constexpr double kEnoughRepeats = 3.0;
-  const bool measured = repeats.degrees_of_freedom >= kEnoughRepeats;
-  if (measured) by_unknowns.diagonal() += rows.own_m2;
-  Components best;
-  Robot robot = reference.arm().robot();
-  double reach_rad = 0.0;
-  for (const double reach : kFunctionReaches) {
-    for (Joint& joint : robot.joints) joint.function_reach_rad = reach;
-    const ArmModel of(robot, reference.arm().tool(), reference.cell().other_tools);
+
+  /// Likeliest sizes of the bands, over those in `robot`, followed by those of ripple and noise.
+  Components sized(const std::vector<Band>& bands, const Robot& robot) const {
     Components c;
-    c.covariance = function_covariances(plain, reference, rows, of);
-    c.size.assign(c.covariance.size(), 1.0);
-    c.usual = c.size;
+    for (const Band& band : bands) {
+      const Joint& joint = robot.joints[band.joint];
+      c.covariance.push_back(band.covariance);
+      c.usual.push_back(std::pow(band.fast ? kUsualFastRad / joint.function_fast_sigma_rad
+                                           : kUsualFunctionRad / joint.function_sigma_rad,
+                                 2));
+    }
     c.covariance.push_back(std::pow(kUsualJointNoiseRad, 2) *
                            rows.lever2_m2.asDiagonal().toDenseMatrix());
-    if (!measured) c.covariance.push_back(rows.own_m2.asDiagonal());
-    c.size.resize(c.covariance.size(), 1.0);
+    if (!noise_measured) c.covariance.push_back(rows.own_m2.asDiagonal());
+    c.size.assign(c.covariance.size(), 1.0);
     c.usual.resize(c.covariance.size(), 1.0);
     maximise(by_unknowns, y, c);
-    if (!(c.log_likelihood > best.log_likelihood)) continue;
-    best = std::move(c);
-    reach_rad = reach;
+    return c;
   }
-  if (reach_rad == 0.0) return std::nullopt;
-  const std::size_t first = robot.first_turning();
-  for (std::size_t i = first; i < robot.joints.size(); ++i) {
+
+  /// log L of the sizes, over that without component k.
+  double gain_of(std::size_t k, Components c) const {
+    const double with = log_likelihood(c);
+    c.size[k] = 0.0;
+    return with - log_likelihood(c);
+  }
+
+  const SizedRows& rows;
+  Eigen::VectorXd y;
+  Eigen::MatrixXd by_unknowns;
+  bool noise_measured = false;
+
+ private:
+  double log_likelihood(const Components& c) const {
+    const Cholesky factor(variance_of(by_unknowns, c));
+    return -0.5 * factor.whitened(y).squaredNorm() - 0.5 * factor.log_det();
+  }
+};
+
+/// Angles of the touches that the functions are learnt from.
+void set_ranges(const Problem& plain, const Estimate& e, Robot& robot) {
+  for (std::size_t i = robot.first_turning(); i < robot.joints.size(); ++i) {
     Joint& joint = robot.joints[i];
-    joint.function_reach_rad = reach_rad;
-    joint.function_sigma_rad *= std::sqrt(best.size[i - first]);
     joint.function_min_rad = std::numeric_limits<double>::infinity();
     joint.function_max_rad = -joint.function_min_rad;
     for (std::size_t touch = 0; touch < e.use.size(); ++touch) {
@@ -272,6 +306,62 @@ std::optional<Robot> size_functions(const Problem& plain, Problem& reference,
       joint.function_min_rad = std::min(joint.function_min_rad, angle);
       joint.function_max_rad = std::max(joint.function_max_rad, angle);
     }
+  }
+}
+
+}  // namespace
+
+std::optional<Robot> size_functions(const Problem& plain, Problem& reference,
+                                    const Repeats& repeats, const Estimate& e) {
+  const SizedRows rows = sized_rows(plain, reference, e);
+  if (rows.residual_m.size() < kFewestRows ||
+      !correlated(rows, product(rows.added, rows.added.transpose()), e))
+    return std::nullopt;
+  const Sizing sizing(plain, repeats, e, rows);
+  Components best;
+  Robot robot = reference.arm().robot();
+  std::vector<Band> bands;
+  double reach_rad = 0.0;
+  for (const double reach : kFunctionReaches) {
+    for (Joint& joint : robot.joints) joint.function_reach_rad = reach;
+    const ArmModel of(robot, reference.arm().tool(), reference.cell().other_tools);
+    bands = bands_of(plain, reference, rows, of);
+    Components c = sizing.sized(bands, robot);
+    if (!(c.log_likelihood > best.log_likelihood)) continue;
+    best = std::move(c);
+    reach_rad = reach;
+  }
+  if (reach_rad == 0.0) return std::nullopt;
+  for (std::size_t k = 0; k < bands.size(); ++k) {
+    Joint& joint = robot.joints[bands[k].joint];
+    joint.function_reach_rad = reach_rad;
+    joint.function_sigma_rad *= std::sqrt(best.size[k]);
+  }
+  set_ranges(plain, e, robot);
+  return robot;
+}
+
+Robot with_fast_orders(Robot robot) {
+  for (Joint& joint : robot.joints)
+    if (joint.function_sigma_rad > 0.0) joint.function_fast_sigma_rad = kUsualFastRad;
+  return robot;
+}
+
+Robot size_fast_orders(const Problem& plain, Problem& reference, const Repeats& repeats,
+                       const Estimate& e) {
+  const SizedRows rows = sized_rows(plain, reference, e);
+  const std::vector<Band> bands = bands_of(plain, reference, rows, reference.arm());
+  Robot robot = reference.arm().robot();
+  const Sizing sizing(plain, repeats, e, rows);
+  const Components c = sizing.sized(bands, robot);
+  for (std::size_t k = 0; k < bands.size(); ++k) {
+    Joint& joint = robot.joints[bands[k].joint];
+    if (!bands[k].fast)
+      joint.function_sigma_rad *= std::sqrt(c.size[k]);
+    else if (c.size[k] > 1.0 && sizing.gain_of(k, c) > kGainOfFastOrders)
+      joint.function_fast_sigma_rad *= std::sqrt(c.size[k]);
+    else
+      joint.function_fast_sigma_rad = 0.0;
   }
   return robot;
 }

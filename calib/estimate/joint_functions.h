@@ -30,6 +30,14 @@ bool speaks_for(const Problem& plain, Problem& richer, const Estimate& e);
 std::optional<Robot> size_functions(const Problem& plain, Problem& reference,
                                     const Repeats& repeats, const Estimate& e);
 
+/// The robot with the usual fast orders in every function, as size_fast_orders() requires.
+Robot with_fast_orders(Robot robot);
+
+/// The robot with the sizes of the functions' fast orders, and of the others beside them; those of
+/// joints that show none are 0. `reference`: the problem of with_fast_orders().
+Robot size_fast_orders(const Problem& plain, Problem& reference, const Repeats& repeats,
+                       const Estimate& e);
+
 /// log evidence of `richer` minus that of `plain`, whose estimate `e` is, at the likely levels.
 double evidence_gain(const Problem& plain, Problem& richer, const Estimate& e);
 

@@ -170,6 +170,8 @@ Joint read_turning(const TomlTable& t, double length_m, double angle_rad) {
   joint.harmonic_falloff = t.number_or("harmonic_falloff", 0.0, {0.0, 10.0});
   joint.bearing_sigma_rad_per_nm = t.number_or("bearing_sigma_rad_per_nm", 0.0, {0.0, 1.0});
   joint.function_sigma_rad = t.number_or("function_sigma_arcsec", 0.0, {0.0, 1e5}) * kRadPerArcsec;
+  joint.function_fast_sigma_rad =
+      t.number_or("function_fast_sigma_arcsec", 0.0, {0.0, 1e5}) * kRadPerArcsec;
   joint.function_reach_rad = t.number_or("function_reach_deg", 5.0, {0.1, 180.0}) * kRadPerDeg;
   joint.counterbalance_sigma_rad =
       t.number_or("counterbalance_sigma_arcsec", 0.0, {0.0, 1e5}) * kRadPerArcsec;
@@ -385,6 +387,9 @@ std::string robot_to_toml(const Robot& robot) {
       out += fmt::format("function_sigma_arcsec = {}\nfunction_reach_deg = {}\n",
                          toml_number(j.function_sigma_rad / kRadPerArcsec),
                          toml_number(j.function_reach_rad * kDegPerRad));
+    if (j.function_fast_sigma_rad > 0.0)
+      out += fmt::format("function_fast_sigma_arcsec = {}\n",
+                         toml_number(j.function_fast_sigma_rad / kRadPerArcsec));
     if (j.function_min_rad < j.function_max_rad)
       out += fmt::format("function_deg = [{}, {}]\n", toml_number(j.function_min_rad * kDegPerRad),
                          toml_number(j.function_max_rad * kDegPerRad));

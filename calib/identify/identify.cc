@@ -44,6 +44,7 @@ void confirm_without_lengths(const Cell& cell, const std::vector<Touch>& touches
   std::optional<Calibration> without = tried(changed, touches, options);
   if (!without) return;  // the touches alone determine nothing and so do not contradict it
   without->moved = calibration.moved;
+  without->predicted_near_targets_m = calibration.predicted_near_targets_m;  // the result's
   confirm_moves(changed, touches, options, *without);
   if (!without->moved.empty()) {
     calibration.lengths.clear();  // the position that they refer to is unknown
@@ -85,7 +86,7 @@ bool explained_by_jump(const Cell& cell, const std::vector<Touch>& touches,
              jump.log_odds < kUnlikely;
     });
   });
-  const std::vector<Jump> jumps = confirmed_jumps(all);
+  const std::vector<Jump> jumps = confirmed_jumps(cell, touches, calibration, all);
   calibration.jumped.clear();
   if (jumps.empty()) return false;
   // If the session stays inconsistent with the jump undone, the other findings are reported.

@@ -343,15 +343,23 @@ void add_bearings(const Cell& cell, const std::vector<Touch>& touches,
         e);
 }
 
+bool states(const Robot& robot, double Joint::*sigma) {
+  return std::ranges::any_of(robot.joints,
+                             [sigma](const Joint& joint) { return joint.*sigma > 0.0; });
+}
+
 /// Adds functions of the joint angles, if the touches show them.
 void add_functions(const Cell& cell, const std::vector<Touch>& touches,
                    const IdentifyOptions& options, std::unique_ptr<Stated>& likely, Estimate& e) {
   const Cell plain = with_learnt_of(likely->levelled.robot, cell);
   Stated reference(with_learnt_of(with_reference_functions(plain.robot), plain), touches,
                    likely->level);
-  const std::optional<Robot> sized =
+  std::optional<Robot> sized =
       size_functions(likely->problem, reference.problem, likely->repeats, e);
   if (!sized) return;
+  Stated fast(with_learnt_of(with_fast_orders(*sized), plain), touches, likely->level);
+  const Robot faster = size_fast_orders(likely->problem, fast.problem, likely->repeats, e);
+  if (states(faster, &Joint::function_fast_sigma_rad)) sized = faster;
   adopt(std::make_unique<Stated>(with_learnt_of(*sized, plain), touches, likely->level),
         kGainOfFunctions, options, levels_beside_functions(likely->level.play > 0.0), likely, e);
 }
@@ -365,11 +373,6 @@ bool contradicts_files(const Problem& problem, const Repeats& repeats, const Est
                                                   c.degrees_of_freedom)) != nullptr ||
          worst_contradicted(artefact_biases(problem, e, equations, c.chi2, c.degrees_of_freedom)) !=
              nullptr;
-}
-
-bool states(const Cell& cell, double Joint::*sigma) {
-  return std::ranges::any_of(cell.robot.joints,
-                             [sigma](const Joint& joint) { return joint.*sigma > 0.0; });
 }
 
 /// Starts with the fullest level without play: outliers are tested against a model that explains
@@ -387,9 +390,9 @@ std::unique_ptr<Stated> likeliest(const Cell& cell, const std::vector<Touch>& to
   if (!options.with_discrepancy && estimate_with_play(likely->problem, played->problem, options, e))
     likely = std::move(played);
   if (!richer || contradicts_files(likely->problem, likely->repeats, e)) return likely;
-  if (!states(cell, &Joint::bearing_sigma_rad_per_nm))
+  if (!states(cell.robot, &Joint::bearing_sigma_rad_per_nm))
     add_bearings(cell, touches, options, likely, e);
-  if (options.functions && !states(cell, &Joint::function_sigma_rad))
+  if (options.functions && !states(cell.robot, &Joint::function_sigma_rad))
     add_functions(cell, touches, options, likely, e);
   return likely;
 }

@@ -354,9 +354,36 @@ class JumpSearch {
   std::map<std::string, std::size_t> left_out_;  ///< number of excluded touches, by target
 };
 
-bool is_confirmed_jump(const Jump& jump) {
-  return jump.log_odds > kConfirmedOdds && jump.squared_sigmas > kSized;
+/// Displacement of the tip by the jump [m], rms over the touches.
+double at_the_tip_m(const Cell& cell, const std::vector<Touch>& touches, const Jump& jump) {
+  if (jump.what != Jump::What::kJoint) return jump.shift_m.norm();
+  const ArmModel arm(cell);
+  const auto joint = std::ranges::find(cell.robot.joints, jump.name, &Joint::name);
+  const auto column = joint - cell.robot.joints.begin();
+  double square_m2 = 0.0;
+  for (const Touch& touch : touches)
+    square_m2 += arm.nominal_jacobian(touch.joint_rad).col(column).head<3>().squaredNorm();
+  return std::abs(jump.angle_rad) * std::sqrt(square_m2 / static_cast<double>(touches.size()));
 }
+
+/// Accepts jumps that are significant and, of a result that would be published otherwise, exceed
+/// its predicted error: the bounds cover smaller ones.
+class Confirmed {
+ public:
+  Confirmed(const Cell& cell, const std::vector<Touch>& touches, const Calibration& calibration)
+      : cell_(cell),
+        touches_(touches),
+        covered_m_(calibration.verdict.publish() ? calibration.predicted_near_targets_m : 0.0) {}
+  bool operator()(const Jump& jump) const {
+    return jump.log_odds > kConfirmedOdds && jump.squared_sigmas > kSized &&
+           at_the_tip_m(cell_, touches_, jump) > covered_m_;
+  }
+
+ private:
+  const Cell& cell_;
+  const std::vector<Touch>& touches_;
+  double covered_m_;
+};
 
 FindingPart part_of(const Cell& cell, const std::vector<Touch>& touches, const Jump& jump) {
   FindingPart part;
@@ -425,8 +452,9 @@ double log_evidence_with_model(const Cell& cell, const std::vector<Touch>& touch
                   log_evidence_of(tried(cell, touches, options)));
 }
 
-std::vector<Jump> confirmed_jumps(std::vector<Jump> jumps) {
-  std::erase_if(jumps, [](const Jump& jump) { return !is_confirmed_jump(jump); });
+std::vector<Jump> confirmed_jumps(const Cell& cell, const std::vector<Touch>& touches,
+                                  const Calibration& calibration, std::vector<Jump> jumps) {
+  std::erase_if(jumps, std::not_fn(Confirmed(cell, touches, calibration)));
   if (jumps.empty()) return jumps;
   const double best = jumps.front().log_odds;
   std::erase_if(jumps, [&](const Jump& j) { return j.log_odds < best - kClear; });
@@ -452,10 +480,11 @@ void withhold_for_jumps(const Cell& cell, const std::vector<Touch>& touches,
 void confirm_moves(const Cell& cell, const std::vector<Touch>& touches,
                    const IdentifyOptions& options, Calibration& calibration) {
   JumpSearch search(cell, touches, options, calibration);
+  const Confirmed confirmed(cell, touches, calibration);
   std::optional<Jump> likeliest;
   for (const MovedTarget& suspect : calibration.moved) {
     const auto move = search.move(suspect.target, suspect.after_touch);
-    if (move && is_confirmed_jump(*move) && (!likeliest || move->log_odds > likeliest->log_odds))
+    if (move && confirmed(*move) && (!likeliest || move->log_odds > likeliest->log_odds))
       likeliest = move;
   }
   calibration.moved.clear();

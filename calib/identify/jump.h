@@ -28,9 +28,11 @@ double log_evidence_with_model(const Cell& cell, const std::vector<Touch>& touch
 /// Log odds above which a change is accepted.
 inline constexpr double kConfirmedOdds = 6.0;
 
-/// Accepted jumps: clearly likelier than no change, and not much less likely than the first.
-/// `jumps`: likeliest first.
-std::vector<Jump> confirmed_jumps(std::vector<Jump> jumps);
+/// Accepted jumps: clearly likelier than no change, not much less likely than the first, and, where
+/// the calibration would be published otherwise, displacing the tip by more than its predicted error
+/// near the targets. `jumps`: likeliest first.
+std::vector<Jump> confirmed_jumps(const Cell& cell, const std::vector<Touch>& touches,
+                                  const Calibration& calibration, std::vector<Jump> jumps);
 
 /// Tests the suspects in `calibration.moved`, whose place in the session is known. Keeps the
 /// likeliest accepted one and withholds the result; clears `moved` if none is accepted.

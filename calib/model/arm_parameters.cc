@@ -146,20 +146,24 @@ void ArmModel::add_counterbalance(std::size_t index) {
           {wave_parameter(kind, index, order), sigma / (order * order), "arcsec", kArcsecPerRad});
 }
 
-/// (2a): the prior variances of the orders add up to that of the function.
+/// (2a): the prior variances of the orders add up to that of the function, of each band by itself.
 void ArmModel::add_function(std::size_t index) {
   const Joint& joint = robot_.joints[index];
-  if (!(joint.function_sigma_rad > 0.0)) return;
   const double edge = std::numbers::sqrt3 / joint.function_reach_rad;
   const auto density = [&](int order) { return 1.0 / (edge * edge + order * order); };
-  double sum = 0.0;
-  for (int order = kLowestOrder; order <= kHighestOrder; ++order)
-    sum += std::pow(density(order), 2);
-  for (int order = kLowestOrder; order <= kHighestOrder; ++order)
-    for (const ParameterKind kind : {ParameterKind::kFunctionCosine, ParameterKind::kFunctionSine})
-      parameters_.push_back({wave_parameter(kind, index, order),
-                             joint.function_sigma_rad * density(order) / std::sqrt(sum), "arcsec",
-                             kArcsecPerRad});
+  const auto add = [&](double sigma_rad, int lowest, int highest) {
+    if (!(sigma_rad > 0.0)) return;
+    double sum = 0.0;
+    for (int order = lowest; order <= highest; ++order) sum += std::pow(density(order), 2);
+    for (int order = lowest; order <= highest; ++order)
+      for (const ParameterKind kind :
+           {ParameterKind::kFunctionCosine, ParameterKind::kFunctionSine})
+        parameters_.push_back({wave_parameter(kind, index, order),
+                               sigma_rad * density(order) / std::sqrt(sum), "arcsec",
+                               kArcsecPerRad});
+  };
+  add(joint.function_sigma_rad, kLowestOrder, kHighestOrder);
+  add(joint.function_fast_sigma_rad, kHighestOrder + 1, kFastestOrder);
 }
 
 int guide_orders(double stroke_m) {

@@ -69,6 +69,7 @@ struct Joint {
   double bearing_sigma_rad_per_nm = 0.0;  ///< prior of the compliance across the axis; 0: rigid
   /// Prior of the joint's function f_i(q_i), rms over a turn; 0: none.
   double function_sigma_rad = 0.0;
+  double function_fast_sigma_rad = 0.0;  ///< likewise, of its fast orders (kHighestOrder)
   double function_reach_rad = 0.0;  ///< correlation length of f_i, l_i, > 0
   /// Angles that f_i was learnt over; equal: not stated.
   double function_min_rad = 0.0, function_max_rad = 0.0;

@@ -85,7 +85,8 @@ std::vector<JointFunction> joint_functions(const Calibration& c) {
     Eigen::MatrixXd covariance;
     if (c.covariance.size() > 0) covariance = c.covariance(coefficients, coefficients);
     JointFunction one{j, {}, {}, {}};
-    const int steps = std::max(1, static_cast<int>(std::ceil(range / kStepRad)));
+    const double step_rad = joint.function_fast_sigma_rad > 0.0 ? 0.5 * kStepRad : kStepRad;
+    const int steps = std::max(1, static_cast<int>(std::ceil(range / step_rad)));
     for (int k = 0; k <= steps; ++k) {
       const double angle = joint.function_min_rad + range * k / steps;
       Eigen::VectorXd wave(static_cast<Eigen::Index>(coefficients.size()));

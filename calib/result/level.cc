@@ -134,11 +134,14 @@ void add_learnt(const Robot& robot, Phrase& all) {
   double least = std::numeric_limits<double>::infinity(), most = 0.0;
   for (const Joint& joint : robot.joints) {
     if (!(joint.function_sigma_rad > 0.0)) continue;
-    least = std::min(least, joint.function_sigma_rad / kRadPerArcsec);
-    most = std::max(most, joint.function_sigma_rad / kRadPerArcsec);
+    const double arcsec =
+        std::hypot(joint.function_sigma_rad, joint.function_fast_sigma_rad) / kRadPerArcsec;
+    least = std::min(least, arcsec);
+    most = std::max(most, arcsec);
   }
   if (most > 0.0)
-    all = joined("say.join.comma", all, {"say.level.functions", {{"least", least}, {"most", most}}});
+    all =
+        joined("say.join.comma", all, {"say.level.functions", {{"least", least}, {"most", most}}});
 }
 
 }  // namespace
@@ -213,6 +216,8 @@ Phrase level_and_reason_phrase(const Calibration& c) {
   return joined("say.join.semicolon", phrase(c.cell, c.level), reason_phrase(c));
 }
 
-std::string level_and_reason_words(const Calibration& c) { return words(level_and_reason_phrase(c)); }
+std::string level_and_reason_words(const Calibration& c) {
+  return words(level_and_reason_phrase(c));
+}
 
 }  // namespace cellcal::calib

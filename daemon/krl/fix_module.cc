@@ -30,7 +30,7 @@ constexpr std::size_t kJoints = 6, kMostTools = 64;
 constexpr double kAlongMm = 1000.0;
 constexpr double kTiltDeg = kDegPerRad / kAlongMm;
 /// Orders per turn that the table holds; faster waves are computed one by one.
-constexpr int kHighestInTable = calib::kHighestOrder;
+constexpr int kHighestInTable = calib::kFastestOrder;
 
 /// A REAL's digits.
 std::string real(double value) {

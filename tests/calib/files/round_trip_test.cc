@@ -49,6 +49,7 @@ void expect_near(const Robot& a, const Robot& b) {
     }
     EXPECT_NEAR(x.function_sigma_rad, y.function_sigma_rad, 1e-15);
     if (x.function_sigma_rad > 0.0) {
+      EXPECT_NEAR(x.function_fast_sigma_rad, y.function_fast_sigma_rad, 1e-15);
       EXPECT_NEAR(x.function_reach_rad, y.function_reach_rad, 1e-12);
       EXPECT_NEAR(x.function_min_rad, y.function_min_rad, 1e-12);
       EXPECT_NEAR(x.function_max_rad, y.function_max_rad, 1e-12);

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <string>
 
 #include "calib/estimate/predict.h"
 #include "calib/estimate/region.h"
@@ -38,11 +39,12 @@ inline Off off(const Calibration& c, const sim::Truth& arm) {
   return {e.mean(), static_cast<double>((e <= u95).count()) / static_cast<double>(n), u95.mean()};
 }
 
-/// Three waves per joint, of orders that no file names.
-inline sim::Truth truth_with_waves() {
+/// Three waves per joint, of orders that no file names; those of one joint may be faster.
+inline sim::Truth truth_with_waves(const std::string& faster = {}) {
   Cell waved = demo_cell();
   for (Joint& joint : waved.robot.joints) {
     joint.harmonics = {7, 15, 23};
+    if (joint.name == faster) joint.harmonics = {7, 23, 62};
     joint.harmonic_sigma_rad = 25.0 * kRadPerArcsec;
     joint.harmonic_falloff = 0.0;
     joint.gear_ratio = 1.0;

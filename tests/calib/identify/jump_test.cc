@@ -230,6 +230,30 @@ TEST(Jump, IsNamedBesideAnErrorThatTheTouchesOfOnePostureShare) {
   EXPECT_NEAR(c.jumped[0].angle_rad / kRadPerDegree, 0.1, 0.02);
 }
 
+TEST(Jump, BelowThePredictedErrorWithholdsNothing) {
+  const Cell cell = demo_cell();
+  const auto touches = slipped(0, 0.0, 61);
+  Calibration c;
+  c.verdict.judged = true;
+  c.predicted_near_targets_m = 0.05e-3;
+  const auto confirmed = [&](Jump jump) {
+    jump.log_odds = 20.0;
+    jump.squared_sigmas = 100.0;
+    return !confirmed_jumps(cell, touches, c, {std::move(jump)}).empty();
+  };
+  Jump slip{Jump::What::kJoint, cell.robot.joints[0].name, kJumpedAt};
+  slip.angle_rad = 0.001 * kRadPerDegree;  // at most 0.03 mm within the arm's reach
+  EXPECT_FALSE(confirmed(slip));
+  slip.angle_rad = 0.02 * kRadPerDegree;
+  EXPECT_TRUE(confirmed(slip));
+  Jump knock{Jump::What::kTool, "tool", kJumpedAt};
+  knock.shift_m = {0.0, 0.04e-3, 0.0};
+  EXPECT_FALSE(confirmed(knock));
+  // It is named as the cause where the result is withheld anyway.
+  c.verdict.add({FindingKind::kManyOutliers, Severity::kWithholds});
+  EXPECT_TRUE(confirmed(knock));
+}
+
 TEST(Jump, OfManyTouchesIsSaidByAShareOfThem) {
   const sim::Truth truth = plain_truth(demo_cell(), 3);
   auto touches = make_touches(demo_cell(), truth, {.fit = 2500, .seed = 3}).touches;

@@ -49,6 +49,7 @@ Joint random_joint(Random& random, int number) {
   if (joint.mass_kg > 24.0) {
     joint.function_sigma_rad = 20.0 * kRadPerArcsec;
     joint.function_reach_rad = 0.1;
+    if (joint.mass_kg > 27.0) joint.function_fast_sigma_rad = 5.0 * kRadPerArcsec;
   }
   return joint;
 }

@@ -33,6 +33,7 @@ calib::Cell rich(calib::Cell one) {
     joint.stiffening_sigma_rad = 30.0 * calib::kRadPerArcsec;
     joint.stiffening_nm = 300.0;
   }
+  one.robot.joints[2].function_fast_sigma_rad = 8.0 * calib::kRadPerArcsec;
   return one;
 }
 
