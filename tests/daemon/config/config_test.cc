@@ -472,12 +472,13 @@ TEST(axis_limits, of_a_positioner_over_rsi_are_its_own_and_its_correction_its_wh
   EXPECT_NEAR(rsi.limits[7].max_speed_rad_s, 8 * drivers::kRadPerDeg, 1e-12);
   EXPECT_NEAR(rsi.limits[7].max_acceleration_rad_s2, 20 * drivers::kRadPerDeg, 1e-12);
   EXPECT_NEAR(rsi.limits[7].max_jerk_rad_s3, 40 * drivers::kRadPerDeg, 1e-12);
-  EXPECT_NEAR(rsi.correction_limit_deg[7], 2.5 * drivers::kDegPerRad + 1.0, 1e-9);
+  EXPECT_NEAR(rsi.correction_limit_deg[7], 2.5 * drivers::kDegPerRad + 1.0, 1e-5);
   const drivers::RsiFilesConfig files = rsi_files_for(config, cell);
   ASSERT_EQ(files.external.size(), 2u);
   EXPECT_TRUE(files.external[0].linear);
   EXPECT_FALSE(files.external[1].linear);
-  EXPECT_NEAR(files.external[1].high_deg, 1.5 * drivers::kDegPerRad, 1e-9);
+  EXPECT_NEAR(files.external[1].high_deg, 1.5 * drivers::kDegPerRad, 1e-6);
+  EXPECT_EQ(rsi.correction_limit_deg[7], drivers::travel_limit(files.external[1]));
   EXPECT_EQ(files.external_axes, 2);
 }
 
