@@ -115,9 +115,9 @@ VirtualCellOptions rsi_options(const DaemonConfig& config, const calib::Cell& ce
   options.controller.clamp_deg = config.rsi.correction_limit_deg.at(0);
   options.controller.monitor_deg = config.rsi.correction_limit_deg.at(0);
   options.rsi = rsi_config_for(config, cell);
-  if (options.controller.linear_unit)
-    options.controller.clamp_external_mm = options.controller.monitor_external_mm =
-        options.rsi.correction_limit_deg[0];
+  for (const drivers::AxisRange& range : rsi_files_for(config, cell).external)
+    options.controller.clamp_external.push_back(drivers::travel_limit(range));
+  options.controller.monitor_external = options.controller.clamp_external;
   options.controller.program = rsi_program(config, cell);
   const bool relative = options.rsi.mode == drivers::CorrectionMode::kRelative;
   options.controller.mode = relative ? sim::RsiMode::kRelative : sim::RsiMode::kAbsolute;

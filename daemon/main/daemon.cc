@@ -129,7 +129,8 @@ SessionSettings settings_of(const DaemonConfig& config) {
           config.search_limits,
           config.repeats,
           config.motion.speed_fraction,
-          config.motion.hand_speed_m_s};
+          config.motion.hand_speed_m_s,
+          wire_of(config) == WireKind::kRsi ? config.motion.positioner_speed_rad_s : 0.0};
 }
 
 /// Reloads the configuration file; the log lists which changes take effect and which do not.

@@ -332,7 +332,9 @@ HandSpeed hand_speed_of(Journal& journal, const Job& job, bool dry) {
       dry ? std::min(job.settings.speed_fraction, kDryRunSpeed) : job.settings.speed_fraction;
   return HandSpeed(
       std::make_shared<const calib::ArmModel>(job.cell), fraction,
-      {job.settings.hand_speed_m_s, !calibrated_before(journal, job.inputs.cell_name)});
+      {job.settings.hand_speed_m_s, !calibrated_before(journal, job.inputs.cell_name),
+       job.settings.positioner_speed_rad_s},
+      job.cell.targets);
 }
 
 }  // namespace
@@ -404,29 +406,41 @@ namespace {
 /// deadline.
 constexpr double kLeastShare = 1e-3;
 
-/// Angles of the arm, without a positioner's.
-std::vector<double> angles(const drivers::AxisAngles& from, const calib::Robot& robot) {
-  return {from.begin(),
-          from.end() - static_cast<std::ptrdiff_t>(std::min(robot.positioner.size(), from.size()))};
+/// Angles of the arm, and of a positioner behind it.
+struct Angles {
+  std::vector<double> arm, positioner;
+};
+
+Angles angles(const drivers::AxisAngles& from, const calib::Robot& robot) {
+  const auto behind =
+      from.end() - static_cast<std::ptrdiff_t>(std::min(robot.positioner.size(), from.size()));
+  return {{from.begin(), behind}, {behind, from.end()}};
 }
 
 }  // namespace
 
-HandSpeed::HandSpeed(std::shared_ptr<const calib::ArmModel> arm, double speed_fraction, Bound bound)
-    : arm_(std::move(arm)), speed_fraction_(speed_fraction), bound_(bound) {}
+HandSpeed::HandSpeed(std::shared_ptr<const calib::ArmModel> arm, double speed_fraction, Bound bound,
+                     std::vector<calib::Target> targets)
+    : arm_(std::move(arm)),
+      speed_fraction_(speed_fraction),
+      bound_(bound),
+      targets_(std::move(targets)) {}
 
 double HandSpeed::share(const drivers::Move& move, const drivers::RobotState& robot) const {
   using Mode = drivers::OperatingMode;
   const bool applies =
       robot.mode == Mode::kT1 || (bound_.mode_unknown && robot.mode == Mode::kUnknown);
   if (!applies || !(bound_.speed_m_s > 0.0) || move.cruise_s > 0.0) return 1.0;
-  std::vector<double> from = angles(robot.commanded_rad, arm_->robot());
+  Angles from = angles(robot.commanded_rad, arm_->robot());
   double share = 1.0;
   const auto leg_to = [&](const drivers::AxisAngles& at_rad) {
-    std::vector<double> to = angles(at_rad, arm_->robot());
-    const bool known =
-        from.size() == to.size() && static_cast<int>(to.size()) == arm_->joint_count();
-    share = std::min(share, known ? share_of_leg(from, to) : kLeastShare);
+    Angles to = angles(at_rad, arm_->robot());
+    const bool known = from.arm.size() == to.arm.size() &&
+                       static_cast<int>(to.arm.size()) == arm_->joint_count() &&
+                       from.positioner.size() == to.positioner.size();
+    share = known ? std::min({share, share_of_leg(from.arm, to.arm),
+                              share_of_turn(from.positioner, to.positioner)})
+                  : kLeastShare;
     from = std::move(to);
   };
   for (const drivers::Via& via : move.via) leg_to(via.at_rad);
@@ -444,6 +458,40 @@ double HandSpeed::share_of_leg(const std::vector<double>& from,
   }
   const double fastest_m = calib::fastest_point_m_s(*arm_, from, to);
   return fastest_m > 0.0 ? std::min(1.0, bound_.speed_m_s * shortest_s / fastest_m) : 1.0;
+}
+
+double HandSpeed::share_of_turn(const std::vector<double>& from,
+                                const std::vector<double>& to) const {
+  if (!(bound_.positioner_rad_s > 0.0)) return 1.0;
+  double shortest_s = 0.0;
+  for (std::size_t j = 0; j < to.size(); ++j)
+    shortest_s = std::max(shortest_s, std::abs(to[j] - from[j]) / bound_.positioner_rad_s);
+  const double fastest_m = fastest_carried_m(from, to);
+  return fastest_m > 0.0 ? std::min(1.0, bound_.speed_m_s * shortest_s / fastest_m) : 1.0;
+}
+
+/// Greatest speed of a carried target's centre in a turn of one second, within 1 % [m/s].
+double HandSpeed::fastest_carried_m(std::vector<double> at, const std::vector<double>& to) const {
+  constexpr int kSteps = 90;
+  const std::vector<double> from = at;
+  const auto place = [&](const calib::Target& target) {
+    const auto axes = static_cast<std::size_t>(target.carried_by);
+    return calib::carried_at(arm_->robot(), std::span(at).first(axes)) * target.centre_m;
+  };
+  double fastest_m = 0.0;
+  for (const calib::Target& target : targets_) {
+    if (target.carried_by == 0) continue;
+    at = from;
+    Eigen::Vector3d before = place(target);
+    for (int k = 1; k <= kSteps; ++k) {
+      for (std::size_t j = 0; j < at.size(); ++j)
+        at[j] = from[j] + (to[j] - from[j]) * k / kSteps;
+      const Eigen::Vector3d now = place(target);
+      fastest_m = std::max(fastest_m, kSteps * (now - before).norm());
+      before = now;
+    }
+  }
+  return fastest_m;
 }
 
 std::optional<double> TimeLeft::look(Phase phase, std::size_t done, std::size_t total,

@@ -43,11 +43,14 @@ class TimeLeft {
 class HandSpeed {
  public:
   struct Bound {
-    double speed_m_s = 0.0;     ///< of TCPs, flange and joint origins; 0: unbounded
+    double speed_m_s = 0.0;  ///< of TCPs, flange, joint origins and what a positioner turns; 0: unbounded
     bool mode_unknown = false;  ///< applies in T1, and also where the link does not report the mode
+    double positioner_rad_s = 0.0;  ///< speed limit of its axes; 0: the controller bounds it
   };
-  /// `speed_fraction`: share of the robot file's axis speeds, as configured for the link.
-  HandSpeed(std::shared_ptr<const calib::ArmModel> arm, double speed_fraction, Bound bound);
+  /// `speed_fraction`: share of the robot file's axis speeds, as configured for the link. `targets`: of the
+  /// cell; those that a positioner carries count.
+  HandSpeed(std::shared_ptr<const calib::ArmModel> arm, double speed_fraction, Bound bound,
+            std::vector<calib::Target> targets = {});
 
   /// Share of each axis' speed limit for this move from the commanded position (Move::speed_share). 1 for
   /// moves with a speed of their own: searches, and straight lines with a duration.
@@ -55,10 +58,13 @@ class HandSpeed {
 
  private:
   double share_of_leg(const std::vector<double>& from, const std::vector<double>& to) const;
+  double share_of_turn(const std::vector<double>& from, const std::vector<double>& to) const;
+  double fastest_carried_m(std::vector<double> at, const std::vector<double>& to) const;
 
   std::shared_ptr<const calib::ArmModel> arm_;
   double speed_fraction_;
   Bound bound_;
+  std::vector<calib::Target> targets_;
 };
 
 /// Everything that one session owns until it has ended.

@@ -79,6 +79,9 @@ struct Cell {
   std::unique_ptr<sim::McuThread> sensor;
 };
 
+/// Speed of a positioner for parts of some hundred kilograms [rad/s].
+constexpr double kPositionerRadS = 1.5;
+
 std::vector<double> start_of(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   std::vector<double> start_rad = options.controller.start_rad;
   if (cell.robot.first_turning() > 0) {
@@ -119,9 +122,15 @@ int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
     controller.max_speed_rad_s.push_back(joint.max_speed_rad_s);
     controller.soft_min_rad.push_back(joint.min_rad);
     controller.soft_max_rad.push_back(joint.max_rad);
-    if (options.max_acceleration_deg_s2 > 0.0)
-      controller.max_acceleration_rad_s2.push_back(options.max_acceleration_deg_s2 * kRadPerDeg);
   }
+  for (const calib::PositionerAxis& axis : cell.robot.positioner) {
+    controller.max_speed_rad_s.push_back(kPositionerRadS);
+    controller.soft_min_rad.push_back(axis.min_rad);
+    controller.soft_max_rad.push_back(axis.max_rad);
+  }
+  if (options.max_acceleration_deg_s2 > 0.0)
+    controller.max_acceleration_rad_s2.assign(controller.max_speed_rad_s.size(),
+                                              options.max_acceleration_deg_s2 * kRadPerDeg);
   // The context's program is in the same folder.
   const std::filesystem::path program =
       std::filesystem::path(options.rsi_context).replace_filename("cellcal_rsi.src");
@@ -243,7 +252,6 @@ int run_eki(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   controller.arm = sim::make_cartesian_arm(known);
   for (const calib::Joint& joint : cell.robot.joints)
     controller.max_speed_rad_s.push_back(joint.max_speed_rad_s);
-  constexpr double kPositionerRadS = 1.5;
   controller.max_speed_rad_s.resize(controller.start_rad.size(), kPositionerRadS);
   controller.lag_s = options.controller.lag_s;
   controller.noise_sigma_deg = options.controller.noise_sigma_deg;
@@ -291,8 +299,6 @@ int run(const sim::EmulatorOptions& options) {
     if (!(joint.max_speed_rad_s > 0.0))
       throw std::invalid_argument("robot file of " + cell.robot.name + ": joint " + joint.name +
                                   " has no max_speed_deg_s; an arm that moves needs it");
-  if (options.wire != "eki")
-    refuse_positioner(cell.robot, "the emulated cell over RSI", "Take --wire eki");
   return options.wire == "eki" ? run_eki(options, cell) : run_rsi(options, cell);
 }
 

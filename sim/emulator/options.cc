@@ -438,30 +438,47 @@ void apply_axis_limits(const RsiContextFile& context, const RsiObject& corrector
   }
 }
 
-/// AXISCORREXT, which drives E1 alone; without it no external axis is corrected.
+/// The channel of a correction has to be that of the external axis (from 1) that it is wired to.
+void check_external(const RsiContextFile& context, const RsiChannelFile& channel,
+                    const RsiObject& corrector, const drivers::RsiInput& input, int axis) {
+  check_index(channel, context, input);
+  const std::string name = fmt::format(".E{}", axis);
+  const bool own = std::ranges::any_of(channel.receive, [&](const RsiElement& one) {
+    return one.index == input.from_index && one.tag.ends_with(name);
+  });
+  if (!own)
+    throw std::invalid_argument(
+        fmt::format("{}:{}: {} takes another value's channel, which is not emulated", context.name,
+                    input.line, corrector.id));
+}
+
+/// AXISCORREXT; an external axis that it does not drive is not corrected.
 void apply_travel_limits(const RsiContextFile& context, const RsiChannelFile& channel,
                          ControllerConfig& controller) {
-  constexpr int kRsi3Input = 7;
-  controller.clamp_external_mm = 0.0;
+  constexpr int kRsi3Input = 7, kMostExternal = 6;
+  controller.clamp_external.assign(kMostExternal, 0.0);
+  controller.monitor_external.assign(kMostExternal, kDefaultMonitorDeg);
   const RsiObject* corrector = context.only("AXISCORREXT");
   if (corrector == nullptr) return;
   const RsiObject* monitor = context.only("AXISCORRMON");
-  const drivers::RsiInput* input = corrector->input(context.rsi_version == 3 ? kRsi3Input : 1);
-  if (input == nullptr)
+  bool wired = false;
+  for (int i = 0; i < kMostExternal; ++i) {
+    const drivers::RsiInput* input =
+        corrector->input((context.rsi_version == 3 ? kRsi3Input : 1) + i);
+    if (input == nullptr) continue;
+    wired = true;
+    check_external(context, channel, *corrector, *input, i + 1);
+    const auto axis = static_cast<std::size_t>(i);
+    controller.clamp_external[axis] =
+        std::min(-number(*corrector, fmt::format("LowerLimE{}", i + 1), -kDefaultClampMm),
+                 number(*corrector, fmt::format("UpperLimE{}", i + 1), kDefaultClampMm));
+    if (monitor != nullptr)
+      controller.monitor_external[axis] =
+          number(*monitor, fmt::format("MaxE{}", i + 1), kDefaultMonitorDeg);
+  }
+  if (!wired)
     throw std::invalid_argument(
-        fmt::format("{}: {}: E1 is not wired", context.name, corrector->id));
-  check_index(channel, context, *input);
-  const bool of_e1 = std::ranges::any_of(channel.receive, [&](const RsiElement& one) {
-    return one.index == input->from_index && one.tag.ends_with(".E1");
-  });
-  if (!of_e1)
-    throw std::invalid_argument(
-        fmt::format("{}:{}: {} takes another value's channel, which is not emulated", context.name,
-                    input->line, corrector->id));
-  controller.clamp_external_mm = std::min(-number(*corrector, "LowerLimE1", -kDefaultClampMm),
-                                          number(*corrector, "UpperLimE1", kDefaultClampMm));
-  controller.monitor_external_mm =
-      monitor == nullptr ? kDefaultMonitorDeg : number(*monitor, "MaxE1", kDefaultMonitorDeg);
+        fmt::format("{}: {}: no external axis is wired", context.name, corrector->id));
 }
 
 void apply_space_limits(const RsiContextFile& context, const RsiObject& corrector,

@@ -33,6 +33,14 @@ void check_size(const std::vector<double>& values, std::size_t axes, const char*
                               " needs one value per axis");
 }
 
+/// Limit of the axis at that place on the wire: of the arm, or of an external axis.
+double limit_at(std::size_t place, double of_arm, const std::vector<double>& external) {
+  constexpr double kWide = 5000.0;
+  if (place < drivers::kArmAxes) return of_arm;
+  const std::size_t i = place - drivers::kArmAxes;
+  return i < external.size() ? external[i] : kWide;
+}
+
 /// Total rotation angle of A, B and C: that of Rz(A) Ry(B) Rx(C), by its quaternion.
 double turn_deg(const KukaFrame& frame) {
   const auto half = [&](std::size_t i) { return frame[i] * kRadPerDeg / 2.0; };
@@ -127,8 +135,7 @@ struct Controller::Impl {
   void start_program() {
     RsiStart start;
     for (std::size_t place = 0; place < axes; ++place) {
-      const bool linear = wire.linear(wire.at_place(place));
-      start.high_deg.push_back(linear ? config.clamp_external_mm : config.clamp_deg);
+      start.high_deg.push_back(limit_at(place, config.clamp_deg, config.clamp_external));
       start.low_deg.push_back(-start.high_deg.back());
     }
     if (!program.start(on_wire(actual), on_wire(config.soft_min_rad), on_wire(config.soft_max_rad),
@@ -217,8 +224,7 @@ struct Controller::Impl {
 
   std::string monitors() const {
     for (std::size_t i = 0; i < axes; ++i) {
-      if (std::abs(axis_deg[i]) >
-          (wire.linear(wire.at_place(i)) ? config.monitor_external_mm : config.monitor_deg))
+      if (std::abs(axis_deg[i]) > limit_at(i, config.monitor_deg, config.monitor_external))
         return "KSS29000 AXISCORRMON: Permissible overall correction exceeded, " +
                axis_name(wire, wire.at_place(i));
     }

@@ -68,8 +68,8 @@ struct ControllerConfig {
   /// cellcal_rsi.src, executed around RSI_ON; empty: one that sets no limits and leaves `mode`.
   std::string program;
   double monitor_deg = 90.0;                             ///< AXISCORRMON: stops with KSS29000
-  double clamp_external_mm = 5000.0;                     ///< AXISCORREXT's limit of a linear unit
-  double monitor_external_mm = 5000.0;                   ///< AXISCORRMON's
+  /// AXISCORREXT's limits of E1 on and AXISCORRMON's [deg], of a linear unit [mm]; beyond their ends: wide.
+  std::vector<double> clamp_external, monitor_external;
   double clamp_mm = 1000.0, clamp_turn_deg = 180.0;      ///< POSCORR's, likewise
   double monitor_mm = 1000.0, monitor_turn_deg = 180.0;  ///< POSCORRMON's
   CorrectionFrame cartesian_system = CorrectionFrame::kBase;

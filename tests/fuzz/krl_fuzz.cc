@@ -35,8 +35,8 @@ RsiFilesConfig config(int version) {
   c.pc_address = "10.0.0.5";
   c.rsi_version = version;
   if (version == 6) {
-    c.external_axes = 1;
-    c.linear_unit = AxisRange{0.0, 3000.0};
+    c.external_axes = 2;
+    c.external = {{0.0, 3000.0, true}, {-185.0, 185.0}};
   }
   return c;
 }

@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <map>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -42,10 +41,12 @@ struct EkiFilesConfig {
 /// Range of one axis, from the robot file; of a linear unit [mm].
 struct AxisRange {
   double low_deg = -360.0, high_deg = 360.0;
+  bool linear = false;
 };
 
-/// Greatest correction of a linear unit: its whole stroke, either way, and what is measured beyond it.
-constexpr double travel_limit_mm(const AxisRange& range) {
+/// Greatest correction of an external axis [deg], of a linear unit [mm]: its whole range, either way, and
+/// what is measured beyond it.
+constexpr double travel_limit(const AxisRange& range) {
   return range.high_deg - range.low_deg + 1.0;
 }
 
@@ -68,8 +69,9 @@ struct RsiFilesConfig {
   CorrectionMode mode = CorrectionMode::kAbsolute;  ///< of RSI_ON; determines HOLDON of the axes
   double correction_limit_deg = 90.0;  ///< of AXISCORR (clamps silently) and its monitor
   int external_axes = 0;               ///< of the controller: in the packets, and watched there
-  /// Range of E1, which carries the arm and is corrected with it [mm]; none: no external axis is.
-  std::optional<AxisRange> linear_unit;
+  /// Ranges of E1 on that are corrected: of a linear unit, which is E1, and of a positioner's axes. Empty: no
+  /// external axis is.
+  std::vector<AxisRange> external;
   /// Ranges of A1 to A6 beyond which the controller does not correct; empty: only the software
   /// limit switches. Corrections in space have no such limits.
   std::vector<AxisRange> ranges_deg;
@@ -77,11 +79,6 @@ struct RsiFilesConfig {
   int timeout_cycles = 100;          ///< late replies before KSS29002
   int flag = 901;                    ///< $FLAG, TRUE during an interruption of the connection
   int tool = 0, base = 0, load = 0;  ///< as in EkiFilesConfig
-
-  /// AXISCORREXT's limits of E1, and its monitor's.
-  double travel_limit_mm() const {
-    return linear_unit ? drivers::travel_limit_mm(*linear_unit) : 0.0;
-  }
 
   /// Throws ConfigError naming key, value and remedy.
   void validate() const;
@@ -94,8 +91,8 @@ using ControllerFiles = std::map<std::string, std::string>;
 ControllerFiles eki_files(const EkiFilesConfig& config);
 
 /// cellcal_rsi.src, cellcal_rsi_ethernet.xml, and the context: cellcal_rsi.rsi.xml, .rsi and
-/// .rsi.diagram for RSI 3, cellcal_rsi.rsix from RSI 4 on. Six axes, and E1 of a linear unit. Throws
-/// ConfigError.
+/// .rsi.diagram for RSI 3, cellcal_rsi.rsix from RSI 4 on. Six axes, and the corrected external
+/// ones. Throws ConfigError.
 ControllerFiles rsi_files(const RsiFilesConfig& config);
 
 }  // namespace cellcal::drivers

@@ -66,9 +66,10 @@ std::string monitor(const RsiFilesConfig& c, const std::string& form, int from) 
   }
   // The object's default for external axes that are not driven.
   for (int i = 0; i < kRsiAxes; ++i) {
-    const bool driven = i == 0 && c.linear_unit;
+    const auto axis = static_cast<std::size_t>(i);
     text += '\n' + fmt::format(fmt::runtime(form), "MaxE", i + 1, from + kRsiAxes + i,
-                               driven ? decimal(c.travel_limit_mm()) : "6.0");
+                               axis < c.external.size() ? decimal(travel_limit(c.external[axis]))
+                                                        : "6.0");
   }
   return text;
 }
@@ -101,10 +102,11 @@ constexpr const char* kActivate =
   ENDIF)";
 
 /// CC_LOW and CC_HIGH: the limits of an axis by its greatest correction, its switches and its range.
-std::string fence_ends(krl::Places places, const char* ending, double limit) {
+std::string fence_ends(krl::Places places, const std::string& ending, double limit,
+                       const char* limit_key) {
   places["OF_AXIS"] = ending;
   places["CORRECTION_LIMIT"] = decimal(limit);
-  places["LIMIT_KEY"] = *ending ? "the linear unit's stroke" : "correction_limit_deg";
+  places["LIMIT_KEY"] = limit_key;
   return '\n' + part("fence_ends.src.in", places);
 }
 
@@ -116,8 +118,12 @@ void add_fence(const RsiFilesConfig& c, krl::Places& places) {
   places["FENCE_AXES"] = krl::fence_axes(c);
   places["FENCE"] =
       c.space.on ? ""
-                 : part("fence.src.in", places) + fence_ends(places, "", c.correction_limit_deg);
-  if (c.linear_unit) places["FENCE"] += fence_ends(places, krl::kTravelFence, c.travel_limit_mm());
+                 : part("fence.src.in", places) +
+                       fence_ends(places, "", c.correction_limit_deg, "correction_limit_deg");
+  for (std::size_t i = 0; i < c.external.size(); ++i)
+    places["FENCE"] += fence_ends(
+        places, krl::travel_fence(i), travel_limit(c.external[i]),
+        c.external[i].linear ? "the linear unit's stroke" : "the range of the positioner's axis");
 }
 
 /// Names of RSI's calls, and destination of its files.
@@ -316,14 +322,14 @@ void RsiFilesConfig::validate() const {
           "mode = \"absolute\"");
     }
   }
-  check_number("external_axes", external_axes, linear_unit ? 1 : 0, 6);
-  if (linear_unit) {
-    check_number("E1's range", travel_limit_mm(), 1.0, 200'000.0);
-    if (space.on)
-      throw ConfigError(
-          "controller files: correction = \"space\" drives six axes and no linear unit. Use "
-          "correction = \"axes\"");
-  }
+  check_number("external_axes", external_axes, static_cast<double>(external.size()), 6);
+  for (std::size_t i = 0; i < external.size(); ++i)
+    check_number(fmt::format("E{}'s range", i + 1).c_str(), travel_limit(external[i]), 1.0,
+                 200'000.0);
+  if (!external.empty() && space.on)
+    throw ConfigError(
+        "controller files: correction = \"space\" drives six axes, and neither a linear unit nor a "
+        "positioner. Use correction = \"axes\"");
   check_number("port", port, 1, 65535);
   check_number("timeout_cycles", timeout_cycles, 1, 1000);
   check_number("flag", flag, 1, 999);

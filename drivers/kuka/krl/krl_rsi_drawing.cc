@@ -38,20 +38,25 @@ std::vector<std::string> frame_names(const std::string& front) {
 }
 
 std::vector<Shape> shapes(const RsiFilesConfig& config, const std::vector<RsiStateSource>& state) {
-  const bool space = config.space.on, travels = config.linear_unit.has_value();
+  const bool space = config.space.on;
+  const int travelling = static_cast<int>(config.external.size());
   std::vector<std::string> values = space ? frame_names("") : names("A", 6);
   std::vector<std::string> with_status = values, all = names("A", 6);
   with_status.insert(with_status.begin(), "Stat");
   for (const std::string& external : names("E", 6)) all.push_back(external);
   std::vector<Shape> result{{"ETHERNET1", names("In", static_cast<int>(state.size()) + 1),
-                             names("Out", travels ? kTravelChannel : 7)}};
+                             names("Out", kTravelChannel - 1 + travelling)}};
   if (space) {
     result.push_back({"POSCORR1", frame_names("Corr"), with_status});
     result.push_back({"POSCORRMON1", {}, values});
   } else {
     result.push_back({"AXISCORR1", names("CorrA", 6), with_status});
   }
-  if (travels) result.push_back({"AXISCORREXT1", {"CorrE1"}, {"Stat", "E1"}});
+  if (travelling > 0) {
+    std::vector<std::string> axes = names("E", travelling);
+    axes.insert(axes.begin(), "Stat");
+    result.push_back({"AXISCORREXT1", names("CorrE", travelling), axes});
+  }
   result.push_back({"AXISCORRMON1", {}, all});
   result.push_back({"STOP1", {"In1"}, {}});
   for (const RsiStateSource& one : state) result.push_back({object_id(one, 3), {}, {one.output}});
@@ -74,8 +79,9 @@ class Drawing {
       body += connect(fmt::format("{}/{}", corrector.object, corrector.in[i]),
                       fmt::format("ETHERNET1/Out{}", i + 1));
     body += connect("STOP1/In1", fmt::format("ETHERNET1/Out{}", corrector.in.size() + 1));
-    if (config.linear_unit)
-      body += connect("AXISCORREXT1/CorrE1", fmt::format("ETHERNET1/Out{}", kTravelChannel));
+    for (int i = 0; i < static_cast<int>(config.external.size()); ++i)
+      body += connect(fmt::format("AXISCORREXT1/CorrE{}", i + 1),
+                      fmt::format("ETHERNET1/Out{}", kTravelChannel + i));
     for (std::size_t i = 0; i < state.size(); ++i)
       body += connect(fmt::format("ETHERNET1/In{}", i + 1),
                       fmt::format("{}/{}", object_id(state[i], 3), state[i].output));

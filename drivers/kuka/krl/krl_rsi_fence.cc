@@ -1,6 +1,7 @@
 #include "drivers/kuka/krl/krl_rsi_fence.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "drivers/kuka/krl/krl_rsi.h"
@@ -11,7 +12,7 @@ namespace cellcal::drivers::krl {
 namespace {
 
 constexpr std::size_t kFencedAxes = 6;
-constexpr std::string_view kLimit = "LIMIT=";
+constexpr std::string_view kLimit = "LIMIT=", kOfTravel = "_E";
 /// Difference between measured angles, which the limits are computed from, and commanded ones:
 /// targets at the end of a range stay reachable.
 constexpr double kRangeSlackDeg = 0.1;
@@ -27,9 +28,16 @@ bool sets_limits(const std::string& text, const RsiFilesConfig& config) {
   });
 }
 
+/// A function of the limits of an external axis, by its heading.
+bool bounds_travel(const std::string& heading) {
+  return std::ranges::any_of(std::array{"CC_LOW", "CC_HIGH"}, [&](const char* function) {
+    return heading.find(fmt::format("{}{}", function, kOfTravel)) != std::string::npos;
+  });
+}
+
 /// Lower and upper limit of an axis, degrees or millimetres; `range`: null if unknown.
 void add_limits(std::vector<FenceLimit>& limits, const char* object, const std::string& axis,
-                std::size_t number, const AxisRange* range, const char* ending) {
+                std::size_t number, const AxisRange* range, const std::string& ending) {
   for (const bool lower : {true, false}) {
     const std::string soft = fmt::format("$SOFT{}_END[{}]", lower ? 'N' : 'P', number);
     std::string span = soft;
@@ -45,15 +53,17 @@ void add_limits(std::vector<FenceLimit>& limits, const char* object, const std::
 
 }  // namespace
 
+std::string travel_fence(std::size_t axis) { return fmt::format("{}{}", kOfTravel, axis + 1); }
+
 std::vector<FenceLimit> fence_limits(const RsiFilesConfig& config) {
   std::vector<FenceLimit> limits;
   for (std::size_t i = 0; i < kFencedAxes; ++i) {
     const AxisRange* range = config.ranges_deg.empty() ? nullptr : &config.ranges_deg.at(i);
     add_limits(limits, corrector(config), fmt::format("A{}", i + 1), i + 1, range, "");
   }
-  if (config.linear_unit)
-    add_limits(limits, travel_corrector(config), "E1", kFencedAxes + 1,
-               config.ranges_deg.empty() ? nullptr : &*config.linear_unit, kTravelFence);
+  for (std::size_t i = 0; i < config.external.size(); ++i)
+    add_limits(limits, travel_corrector(config), fmt::format("E{}", i + 1), kFencedAxes + 1 + i,
+               config.ranges_deg.empty() ? nullptr : &config.external[i], travel_fence(i));
   return limits;
 }
 
@@ -73,12 +83,12 @@ std::string fence_axes(const RsiFilesConfig& config) {
 
 void check_public(const ControllerFiles& files, const RsiContextFile& context,
                   const RsiFilesConfig& config, Findings& findings) {
-  const RsiObject *arm = context.only("AXISCORR"), *unit = context.only("AXISCORREXT");
+  const RsiObject *arm = context.only("AXISCORR"), *external = context.only("AXISCORREXT");
   if (arm == nullptr || config.space.on) return;  // reported already
   for (const auto& [name, text] : files) {
     if (!(name.ends_with(".src") || name.ends_with(".SRC")) || !sets_limits(text, config)) continue;
     for (const FenceLimit& one : fence_limits(config)) {
-      const RsiObject* object = one.parameter.ends_with("E1") ? unit : arm;
+      const RsiObject* object = one.object == travel_corrector(config) ? external : arm;
       const RsiParameter* limit = object == nullptr ? nullptr : object->parameter(one.parameter);
       if (limit == nullptr || limit->open) continue;
       return findings.refuse(context.name, limit->line,
@@ -110,7 +120,7 @@ void check_fence(const std::string& name, const std::string& text, const RsiFile
   for (const Placed<std::string>& one : lines) {
     double limit_deg = 0.0;
     if (one.value.starts_with("DEFFCT"))
-      of_travel = one.value.find(kTravelFence) != std::string::npos;
+      of_travel = bounds_travel(one.value);
     if (of_travel || !one.value.starts_with(kLimit) ||
         !wire::parse_number(one.value.substr(kLimit.size()), limit_deg) ||
         std::abs(limit_deg) >= config.correction_limit_deg)

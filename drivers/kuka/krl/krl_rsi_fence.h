@@ -3,6 +3,7 @@
 // correction_limit_deg, symmetric and equal for all axes; the program narrows them to the software
 // limit switches and the cell's ranges, relative to the current position.
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -17,8 +18,8 @@ struct FenceLimit {
   std::string value;      ///< "CC_LOW($SOFTN_END[1],-155.1,$AXIS_ACT_MEAS.A1)"
   bool lower = true;
 };
-/// Ending of the functions for E1, in millimetres.
-inline constexpr const char* kTravelFence = "_E1";
+/// Ending of the functions for an external axis, in its unit: "_E1" of the first.
+std::string travel_fence(std::size_t axis);
 std::vector<FenceLimit> fence_limits(const RsiFilesConfig& config);
 
 /// Body of CC_FENCE, which sets them.

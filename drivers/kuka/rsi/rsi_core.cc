@@ -295,12 +295,12 @@ struct RsiCore::Impl {
     state.link = RobotLink::kReady;
   }
 
-  /// An external axis not where it was left; one that a move drives is watched as every axis is.
+  /// An external axis not where it was left; one that the move drives is watched as every axis is.
   std::optional<cause::MovedUnasked> moved_unasked(const AxisAngles& actual) const {
     for (std::size_t i = 0; i < frame.external_deg.size(); ++i) {
       const std::size_t axis = wire.at_place(kArmAxes + i);
       const bool used = axis < axes();
-      if (used ? mover.busy() : i >= held_external.size()) continue;
+      if (used ? mover.drives(axis) : i >= held_external.size()) continue;
       const double at = used ? wire.shown(axis, actual[axis]) : frame.external_deg[i];
       const double left =
           used ? wire.shown(axis, setpoint.commanded_rad()[axis]) : held_external[i];

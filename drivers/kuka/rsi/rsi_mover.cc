@@ -37,6 +37,16 @@ Limits slowed(std::span<const AxisLimit> limits, double speed_share) {
   return slow;
 }
 
+/// Axes that a leg of the move leads elsewhere; a smaller difference is the rest of the preceding move.
+std::bitset<kMaxAxes> driven_by(const Move& move, const AxisAngles& from_rad,
+                                double tolerance_rad) {
+  std::bitset<kMaxAxes> driven;
+  for (std::size_t leg = 0; leg < leg_count(move); ++leg)
+    for (std::size_t i = 0; i < from_rad.size(); ++i)
+      if (std::abs(leg_target(move, leg)[i] - from_rad[i]) > tolerance_rad) driven.set(i);
+  return driven;
+}
+
 }  // namespace
 
 Mover::Mover(const RsiConfig& config, ContactGuard* guard, const PositionRecord& record)
@@ -66,6 +76,7 @@ std::optional<CoreResult> Mover::start(const Move& move, const AxisAngles& comma
     return refusal_of(move, *why, commanded_rad);
   sensor_.begin();
   move_ = move;
+  driven_ = driven_by(move, commanded_rad, tolerance_rad);
   if (config_.space.on) rest_at_way_points(move_);
   const Limits limits = slowed(config_.limits, move.speed_share);
   path_ = PathMove(commanded_rad, move.target_rad, {limits.data(), limits.size()}, move.cruise_s,

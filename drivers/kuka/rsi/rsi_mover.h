@@ -13,6 +13,7 @@
 // Way-points are passed without stops. With corrections in space the arm comes to rest at each of
 // them: limits and singularities are checked along straight lines.
 
+#include <bitset>
 #include <cstdint>
 #include <optional>
 
@@ -82,6 +83,8 @@ class Mover {
 
   bool busy() const { return phase_ != Phase::kIdle; }
   bool moves() const { return busy() && in_motion_; }  ///< its command advances
+  /// The move under way, at rest in the end or not, leads this axis elsewhere.
+  bool drives(std::size_t axis) const { return busy() && driven_[axis]; }
   double fastest_axis_rad_s() const { return moves() ? path_.fastest_axis_rad_s(t_s_) : 0.0; }
   /// No move active, or it is being stopped.
   bool stops() const { return !moves() || braking_; }
@@ -142,6 +145,7 @@ class Mover {
 
   Phase phase_ = Phase::kIdle;
   Move move_;
+  std::bitset<kMaxAxes> driven_;  ///< by the move
   PathMove path_;
   double t_s_ = 0.0;
   bool in_motion_ = false, braking_ = false;  ///< on the path

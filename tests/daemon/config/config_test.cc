@@ -10,6 +10,7 @@
 #include "daemon/config/config_values.h"
 #include "drivers/error.h"
 #include "drivers/kuka/rsi/rsi_space.h"
+#include "drivers/units.h"
 #include "tests/daemon/config/reason.h"
 
 namespace cellcal::daemon {
@@ -398,9 +399,10 @@ TEST(axis_limits, of_a_linear_unit_are_metres_over_rsi_and_its_correction_its_wh
   EXPECT_EQ(rsi.correction_limit_deg[0], 3001.0);
   EXPECT_EQ(rsi.correction_limit_deg[1], config.rsi.correction_limit_deg.at(0));
   const drivers::RsiFilesConfig files = rsi_files_for(config, cell);
-  ASSERT_TRUE(files.linear_unit);
-  EXPECT_EQ(files.linear_unit->low_deg, -500.0);
-  EXPECT_EQ(files.travel_limit_mm(), rsi.correction_limit_deg[0]);
+  ASSERT_EQ(files.external.size(), 1u);
+  EXPECT_TRUE(files.external[0].linear);
+  EXPECT_EQ(files.external[0].low_deg, -500.0);
+  EXPECT_EQ(drivers::travel_limit(files.external[0]), rsi.correction_limit_deg[0]);
   EXPECT_EQ(files.external_axes, 1) << "in the packets without a key of its own";
   EXPECT_EQ(files.ranges_deg.size(), 6u) << "of the arm";
   const DaemonConfig space = parse_config(kRsi + "[rsi]\ncorrection = \"space\"\n", "d.toml");
@@ -431,13 +433,19 @@ TEST(axis_limits, of_a_linear_unit_are_metres_over_eki_and_further_external_axes
   EXPECT_EQ(eki_config_for(two, six).wire_axes(), 8u) << "both external axes hold still";
 }
 
-TEST(axis_limits, of_a_positioner_follow_the_arms_over_eki_and_are_refused_by_name_over_rsi) {
+/// E2 behind a linear unit, from -1 to 1.5 rad.
+calib::Cell cell_with_positioner() {
   calib::Cell cell = cell_on_track();
   calib::PositionerAxis axis;
   axis.name = "E2";
   axis.min_rad = -1.0;
   axis.max_rad = 1.5;
   cell.robot.positioner = {axis};
+  return cell;
+}
+
+TEST(axis_limits, of_a_positioner_follow_the_arms_over_eki) {
+  calib::Cell cell = cell_with_positioner();
   const DaemonConfig two = parse_config(
       kEki + "[motion]\nspeed_percent = 10\n[controller]\nexternal_axes = 2\n", "d.toml");
   const drivers::EkiConfig eki = eki_config_for(two, cell);
@@ -445,12 +453,55 @@ TEST(axis_limits, of_a_positioner_follow_the_arms_over_eki_and_are_refused_by_na
   EXPECT_EQ(eki.limits[7].min_rad, -1.0);
   EXPECT_EQ(eki.limits[7].max_rad, 1.5);
   EXPECT_EQ(eki.transit_percent(), 10);
+  EXPECT_NEAR(eki.limits[7].max_speed_rad_s / eki.full_speed_rad_s[7], 0.1, 1e-12);
   const DaemonConfig one = parse_config(kEki + "[controller]\nexternal_axes = 1\n", "d.toml");
   EXPECT_THROW(eki_config_for(one, cell), drivers::ConfigError) << "no E2 in the channel";
   cell.robot.positioner[0].name = "E1";
   EXPECT_THROW(eki_config_for(two, cell), drivers::ConfigError) << "E1 is the linear unit";
-  EXPECT_THROW(rsi_config_for(parse_config(kRsi, "d.toml"), cell), calib::PositionerError);
-  EXPECT_THROW(rsi_files_for(parse_config(kRsi, "d.toml"), cell), calib::PositionerError);
+}
+
+TEST(axis_limits, of_a_positioner_over_rsi_are_its_own_and_its_correction_its_whole_range) {
+  const calib::Cell cell = cell_with_positioner();
+  const DaemonConfig config =
+      parse_config(kRsi + "[motion]\nspeed_percent = 50\npositioner_speed_deg_s = 8\n"
+                          "positioner_acceleration_deg_s2 = 20\n"
+                          "positioner_jerk_deg_s3 = 40\n",
+                   "d.toml");
+  const drivers::RsiConfig rsi = rsi_config_for(config, cell);
+  ASSERT_EQ(rsi.limits.size(), 8u);
+  EXPECT_NEAR(rsi.limits[7].max_speed_rad_s, 8 * drivers::kRadPerDeg, 1e-12);
+  EXPECT_NEAR(rsi.limits[7].max_acceleration_rad_s2, 20 * drivers::kRadPerDeg, 1e-12);
+  EXPECT_NEAR(rsi.limits[7].max_jerk_rad_s3, 40 * drivers::kRadPerDeg, 1e-12);
+  EXPECT_NEAR(rsi.correction_limit_deg[7], 2.5 * drivers::kDegPerRad + 1.0, 1e-5);
+  const drivers::RsiFilesConfig files = rsi_files_for(config, cell);
+  ASSERT_EQ(files.external.size(), 2u);
+  EXPECT_TRUE(files.external[0].linear);
+  EXPECT_FALSE(files.external[1].linear);
+  EXPECT_NEAR(files.external[1].high_deg, 1.5 * drivers::kDegPerRad, 1e-6);
+  EXPECT_EQ(rsi.correction_limit_deg[7], drivers::travel_limit(files.external[1]));
+  EXPECT_EQ(files.external_axes, 2);
+}
+
+TEST(axis_limits, of_a_positioner_over_rsi_are_refused_by_name_where_it_cannot_be_moved) {
+  const DaemonConfig config = parse_config(kRsi, "d.toml");
+  calib::Cell cell = cell_with_positioner();
+  cell.robot.positioner[0].name = "E3";
+  EXPECT_THROW(rsi_config_for(config, cell), drivers::ConfigError) << "behind the unit it is E2";
+  EXPECT_THROW(rsi_files_for(config, cell), drivers::ConfigError);
+  cell = cell_with_positioner();
+  cell.robot.joints.pop_back();
+  EXPECT_THROW(rsi_config_for(config, cell), drivers::ConfigError) << "five axes on a unit";
+  cell = cell_with_positioner();
+  try {
+    rsi_config_for(parse_config(kRsi + "[motion]\npositioner_speed_deg_s = 0.5\n", "d.toml"), cell);
+    ADD_FAILURE();
+  } catch (const drivers::ConfigError& error) {
+    EXPECT_NE(std::string(error.what()).find("E2 turns through its range in 286 s"),
+              std::string::npos)
+        << error.what();
+  }
+  const DaemonConfig space = parse_config(kRsi + "[rsi]\ncorrection = \"space\"\n", "d.toml");
+  EXPECT_THROW(rsi_config_for(space, cell_with_positioner()), drivers::ConfigError);
 }
 
 TEST(axis_limits, over_eki_come_with_the_full_speeds_and_for_the_channels_axes) {

@@ -1,5 +1,5 @@
-// Whole calibrations of an arm with a positioner: the daemon as a process, its emulated cell over EKI on
-// virtual time.
+// Whole calibrations of an arm with a positioner: the daemon as a process, its emulated cell over both wires
+// on virtual time.
 
 #include <gtest/gtest.h>
 
@@ -21,9 +21,11 @@ namespace {
 constexpr std::uint64_t kSeed = 3;
 
 struct PositionerFixture : DaemonFixture {
-  explicit PositionerFixture(const std::string& wire = "eki")
-      : DaemonFixture(std::string(kFast) + "[mock]\nseed = " + std::to_string(kSeed) +
-                      "\nstart_deg = [0, -90, 90, 0, 60, 0]\nwire = \"" + wire +
+  explicit PositionerFixture(const std::string& wire = "eki", const std::string& more = "")
+      : DaemonFixture(std::string(kFast) +
+                      "positioner_speed_deg_s = 80\npositioner_acceleration_deg_s2 = 200\n"
+                      "positioner_jerk_deg_s3 = 2000\n" +
+                      more + "[mock]\nseed = " + std::to_string(kSeed) + "\nstart_deg = [0, -90, 90, 0, 60, 0]\nwire = \"" + wire +
                       "\"\n[controller]\nexternal_axes = 2\n") {
     // Its gears as stiff as a KR 16's: the experiments' are softer.
     std::string robot = content(CELLCAL_POSITIONER_ROBOT);
@@ -85,8 +87,12 @@ double distance_between(const Line& a, const Line& b) {
   return std::abs((b.first - a.first).dot(a.second.cross(b.second).normalized()));
 }
 
-TEST(a_session_with_a_positioner, ends_in_a_published_result_with_its_axes_where_they_are) {
-  PositionerFixture fixture;
+class a_session_with_a_positioner : public ::testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(wires, a_session_with_a_positioner, ::testing::Values("rsi", "eki"),
+                         [](const auto& one) { return std::string(one.param); });
+
+TEST_P(a_session_with_a_positioner, ends_in_a_published_result_with_its_axes_where_they_are) {
+  PositionerFixture fixture(GetParam());
   fixture.start();
   const Outcome outcome = fixture.cellcal(
       {"run", "--cell", fixture.cell, "--touches", "80", "--check", "10", "--seed", "12"});
@@ -131,8 +137,8 @@ TEST(a_session_with_a_positioner, ends_in_a_published_result_with_its_axes_where
   }
 }
 
-TEST(a_session_with_a_positioner, that_was_aborted_goes_on_from_where_it_stands) {
-  PositionerFixture fixture;
+TEST_P(a_session_with_a_positioner, that_was_aborted_goes_on_from_where_it_stands) {
+  PositionerFixture fixture(GetParam());
   fixture.start();
   ASSERT_EQ(fixture.run({{"cell", fixture.cell}, {"touches", 24}, {"check", 4}}), 201);
   fixture.wait_for_touches(3);
@@ -145,28 +151,38 @@ TEST(a_session_with_a_positioner, that_was_aborted_goes_on_from_where_it_stands)
   EXPECT_EQ(list.at("touches").at(27).at("positioner_deg").size(), 2u);
 }
 
-TEST(a_session_with_a_positioner, is_tried_dry_first) {
-  PositionerFixture fixture;
+TEST_P(a_session_with_a_positioner, is_tried_dry_first) {
+  PositionerFixture fixture(GetParam());
   fixture.start();
   const Outcome outcome =
       fixture.cellcal({"dry-run", "--cell", fixture.cell, "--touches", "12", "--check", "0"});
   EXPECT_EQ(outcome.status, 0) << outcome.out << outcome.err << fixture.log();
 }
 
-TEST(a_session_with_a_positioner, of_another_kind_or_wire_is_refused_by_name) {
-  for (const char* wire : {"eki", "rsi"}) {
-    PositionerFixture fixture(wire);
-    fixture.start();
-    std::vector<nlohmann::json> refusals = {{{"kind", "find"}}, {{"goal_mm", 0.1}}};
-    if (std::string(wire) == "rsi") refusals.push_back({{"touches", 24}});
-    for (nlohmann::json request : refusals) {
-      request["cell"] = fixture.cell;
-      const auto refused = http_request(fixture.socket(), "POST", "/v1/run", request.dump());
-      EXPECT_GE(refused.status, 400) << request << refused.body;
-      EXPECT_NE(refused.body.find("positioner (E1)"), std::string::npos) << refused.body;
-    }
-    EXPECT_EQ(fixture.status().at("session"), 0);
+TEST_P(a_session_with_a_positioner, of_another_kind_is_refused_by_name) {
+  PositionerFixture fixture(GetParam());
+  fixture.start();
+  const std::vector<nlohmann::json> refusals = {{{"kind", "find"}}, {{"goal_mm", 0.1}}};
+  for (nlohmann::json request : refusals) {
+    request["cell"] = fixture.cell;
+    const auto refused = http_request(fixture.socket(), "POST", "/v1/run", request.dump());
+    EXPECT_GE(refused.status, 400) << request << refused.body;
+    EXPECT_NE(refused.body.find("positioner (E1)"), std::string::npos) << refused.body;
   }
+  EXPECT_EQ(fixture.status().at("session"), 0);
+}
+
+TEST(a_session_with_a_positioner_over_rsi, turns_it_by_increments_where_the_mode_is_relative) {
+  PositionerFixture fixture("rsi", "[rsi]\nmode = \"relative\"\nhold_on = false\n");
+  fixture.start();
+  ASSERT_EQ(fixture.run({{"cell", fixture.cell}, {"touches", 12}, {"check", 0}}), 201);
+  fixture.wait_for_touches(6);
+  const auto list = nlohmann::json::parse(
+      http_request(fixture.socket(), "GET", "/v1/sessions/1/touches").body);
+  std::set<long> settings;
+  for (const auto& touch : list.at("touches"))
+    settings.insert(std::lround(touch.at("positioner_deg").at(1).get<double>()));
+  EXPECT_GE(settings.size(), 2u);
 }
 
 }  // namespace

@@ -117,6 +117,29 @@ TEST_F(hand_speed, is_used_up_on_a_way_that_the_axes_could_run_faster) {
   EXPECT_NEAR(share * full_m_s, kBoundMS, 0.01 * kBoundMS);
 }
 
+TEST_F(hand_speed, bounds_what_a_positioner_turns) {
+  calib::PositionerAxis axis;
+  axis.frame.translation() = Eigen::Vector3d(1.0, 0.0, 0.5);
+  axis.min_rad = -3.0;
+  axis.max_rad = 3.0;
+  calib::Cell with = cell;
+  with.robot.positioner = {axis};
+  with.targets[0].carried_by = 1;
+  with.targets[0].centre_m = Eigen::Vector3d(0.6, 0.0, 0.2);
+  const HandSpeed speed(std::make_shared<const calib::ArmModel>(with), kFraction,
+                        {kBoundMS, true, 1.0}, with.targets);
+  drivers::AxisAngles from{0.0, -1.0, 1.5, 0.0, 0.5, 0.0, -1.0}, to = from;
+  to[6] = 2.0;
+  const double share = speed.share(transit(to), at(from, drivers::OperatingMode::kT1));
+  EXPECT_NEAR(share * 0.6, kBoundMS, 0.01 * kBoundMS);
+  to[6] = from[6];
+  to[0] = 0.1;
+  EXPECT_EQ(speed.share(transit(to), at(from, drivers::OperatingMode::kT1)),
+            bound().share(transit({to.begin(), to.end() - 1}),
+                          at({from.begin(), from.end() - 1}, drivers::OperatingMode::kT1)))
+      << "a table at rest";
+}
+
 TEST_F(hand_speed, applies_in_t1_and_where_the_mode_is_unknown_before_the_first_calibration) {
   using Mode = drivers::OperatingMode;
   drivers::AxisAngles from{0.0, -1.0, 1.5, 0.0, 0.5, 0.0}, to = from;

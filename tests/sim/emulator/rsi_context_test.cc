@@ -54,13 +54,29 @@ TEST_P(InstalledFiles, OfAxisCorrectionsGiveTheirLimits) {
 
 TEST_P(InstalledFiles, OfALinearUnitGiveItsLimitsAndWithoutItNoExternalAxisIsCorrected) {
   drivers::RsiFilesConfig config;
-  EXPECT_EQ(loaded(config).clamp_external_mm, 0.0);
+  EXPECT_EQ(loaded(config).clamp_external.at(0), 0.0);
   config.external_axes = 1;
-  config.linear_unit = drivers::AxisRange{0.0, 3000.0};
+  config.external = {{0.0, 3000.0, true}};
   const ControllerConfig controller = loaded(config);
-  EXPECT_EQ(controller.clamp_external_mm, 3001.0);
-  EXPECT_EQ(controller.monitor_external_mm, 3001.0);
+  EXPECT_EQ(controller.clamp_external.at(0), 3001.0);
+  EXPECT_EQ(controller.monitor_external.at(0), 3001.0);
+  EXPECT_EQ(controller.clamp_external.at(1), 0.0);
   EXPECT_THROW(loaded(config, GetParam() == 3 ? "OutIdx=\"8\"" : "OutIdx=\"7\"", "OutIdx=\"3\""),
+               std::invalid_argument);
+}
+
+TEST_P(InstalledFiles, OfAPositionerBehindALinearUnitGiveTheLimitsOfEachAxis) {
+  drivers::RsiFilesConfig config;
+  config.external_axes = 3;
+  config.external = {{0.0, 3000.0, true}, {-60.0, 60.0}, {-185.0, 185.0}};
+  const ControllerConfig controller = loaded(config);
+  EXPECT_EQ(controller.clamp_external,
+            (std::vector<double>{3001.0, 121.0, 371.0, 0.0, 0.0, 0.0}));
+  EXPECT_EQ(controller.monitor_external,
+            (std::vector<double>{3001.0, 121.0, 371.0, 6.0, 6.0, 6.0}));
+  // E3's input, from the channel of E2.
+  EXPECT_THROW(loaded(config, GetParam() == 3 ? "OutIdx=\"10\"" : "OutIdx=\"9\"",
+                      GetParam() == 3 ? "OutIdx=\"9\"" : "OutIdx=\"8\""),
                std::invalid_argument);
 }
 

@@ -61,6 +61,8 @@ const char* to_string(Wire wire) {
       return "rsi-track";
     case Wire::kEkiTrack:
       return "eki-track";
+    case Wire::kRsiTable:
+      return "rsi-table";
     case Wire::kEkiTable:
       return "eki-table";
   }

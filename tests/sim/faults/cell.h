@@ -29,7 +29,7 @@ using drivers::TimePoint;
 
 /// Between cellcal's computer and the controller. ..Input: with a wire from the sensor; kRsi6: the controller
 /// as configured by the generated files of RSI 6; kEthernet is RSI with the sensor on Ethernet; ..Track: the arm
-/// on a linear unit that travels from touch to touch, and a further external axis; kEkiTable: the sphere on a
+/// on a linear unit that travels from touch to touch, and a further external axis; ..Table: the sphere on a
 /// positioner that turns between the touches, and a further external axis.
 enum class Wire {
   kRsi,
@@ -40,16 +40,19 @@ enum class Wire {
   kEthernet,
   kRsiTrack,
   kEkiTrack,
+  kRsiTable,
   kEkiTable
 };
 inline constexpr std::array kWires{Wire::kRsi,      Wire::kRsiInput, Wire::kRsi6,
                                    Wire::kEkiInput, Wire::kEkiFlag,  Wire::kEthernet,
-                                   Wire::kRsiTrack, Wire::kEkiTrack, Wire::kEkiTable};
+                                   Wire::kRsiTrack, Wire::kEkiTrack, Wire::kRsiTable,
+                                   Wire::kEkiTable};
 constexpr bool over_rsi(Wire wire) {
   return wire != Wire::kEkiInput && wire != Wire::kEkiFlag && wire != Wire::kEkiTrack &&
          wire != Wire::kEkiTable;
 }
 constexpr bool on_track(Wire wire) { return wire == Wire::kRsiTrack || wire == Wire::kEkiTrack; }
+constexpr bool on_table(Wire wire) { return wire == Wire::kRsiTable || wire == Wire::kEkiTable; }
 const char* to_string(Wire wire);
 
 /// Options of a cell before power on.

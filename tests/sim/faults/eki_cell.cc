@@ -204,14 +204,17 @@ std::unique_ptr<FaultyCell> make_cell(const calib::Cell& cell, const CellOptions
                           : "";
   const char* stop = options.wire == Wire::kEkiFlag ? "flag" : "input";
   const char* external = options.wire == Wire::kEkiInput ? "[controller]\nexternal_axes = 1\n"
-                         : on_track(options.wire) || options.wire == Wire::kEkiTable
+                         : on_track(options.wire) || on_table(options.wire)
                              ? "[controller]\nexternal_axes = 2\n"
                              : "";
   const std::string text = std::string("format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n") +
                            "[motion]\nspeed_percent = 80\nacceleration_deg_s2 = 600\n"
                            "jerk_deg_s3 = 8000\ntravel_acceleration_mm_s2 = 4000\n"
-                           "travel_jerk_mm_s3 = 60000\n" +
-                           (rsi ? std::string("[rsi]\ncorrection_limit_deg = 360\n") + input
+                           "travel_jerk_mm_s3 = 60000\n"
+                           "positioner_speed_deg_s = 80\npositioner_acceleration_deg_s2 = 200\n"
+                           "positioner_jerk_deg_s3 = 2000\n" +
+                           (rsi ? std::string("[rsi]\ncorrection_limit_deg = 360\n") +
+                                      (on_table(options.wire) ? external : input)
                                 : std::string("[eki]\nstop = \"") + stop + "\"\n" + external) +
                            "[mock]\nwire = \"" + (rsi ? "rsi" : "eki") + "\"\n";
   const daemon::DaemonConfig config = daemon::parse_config(text, "faults.toml");

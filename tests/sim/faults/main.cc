@@ -165,7 +165,7 @@ Count Table::run(Wire wire) {
     for (std::size_t i = 0; i < stretches.size(); ++i) {
       const Stretch& stretch = stretches[i];
       ++number;  // also for omitted ones, so that a partial run is identical to the whole
-      const bool by_turns = options_.in_turn || on_track(wire) || wire == Wire::kEkiTable;
+      const bool by_turns = options_.in_turn || on_track(wire) || on_table(wire);
       if (!has_its_turn(faults, fault, stretch.phase, i, by_turns ? 0 : options_.every)) continue;
       if (!options_.fault.empty() && fault.name != options_.fault) continue;
       if (!options_.phase.empty() && to_string(stretch.phase) != options_.phase) continue;

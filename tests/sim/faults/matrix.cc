@@ -84,7 +84,7 @@ std::vector<Stretch> stretches_of(const Ending& ending, const FaultyCell& cell) 
     return std::pair{at(from), at(until)};
   };
   // The retreat from the first touch leads to the second, or to where the arm waits for the table.
-  const Phase way = cell.wire() == Wire::kEkiTable ? Phase::kTransit : Phase::kRetreat;
+  const Phase way = on_table(cell.wire()) ? Phase::kTransit : Phase::kRetreat;
   const Span transit = nth(way, 1, 0), arming = nth(Phase::kArmingFast, 1, 0);
   const Span fast = nth(Phase::kFastSearch, 1, 0), slow = nth(Phase::kSlowSearch, 1, 0);
   const Span last = nth(Phase::kSlowSearch, 1, 1);

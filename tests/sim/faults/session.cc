@@ -51,7 +51,7 @@ void require_moves(const calib::Plan& plan, Wire wire) {
   const calib::PlannedTouch &one = plan.touches.at(0), &two = plan.touches.at(1);
   if (on_track(wire) && std::abs(two.standoff[0] - one.standoff[0]) < kTravelM)
     throw std::runtime_error("the linear unit does not travel between the planned touches");
-  if (wire == Wire::kEkiTable && std::abs(two.positioner_rad[0] - one.positioner_rad[0]) < kTurnRad)
+  if (on_table(wire) && std::abs(two.positioner_rad[0] - one.positioner_rad[0]) < kTurnRad)
     throw std::runtime_error("the table does not turn between the planned touches");
 }
 
@@ -62,14 +62,14 @@ Job make_job(const std::filesystem::path& cell_file, Wire wire) {
   job.inputs = daemon::read_inputs(cell_file);
   std::string& robot = job.inputs.robot_text;
   if (on_track(wire)) robot.insert(robot.find("[[joint]]"), kUnit);
-  if (wire == Wire::kEkiTable) robot += kTable;
+  if (on_table(wire)) robot += kTable;
   job.cell = daemon::cell_of(job.inputs);
-  if (wire == Wire::kEkiTable) put_on_table(job.cell);
+  if (on_table(wire)) put_on_table(job.cell);
   calib::PlanOptions options;
   options.fit_touches = 2;
   options.check_touches = 0;
   if (on_track(wire)) options.criterion = calib::Criterion::kEven;
-  if (wire == Wire::kEkiTable) options.criterion = calib::Criterion::kRandom;
+  if (on_table(wire)) options.criterion = calib::Criterion::kRandom;
   job.plan = calib::make_plan(job.cell, options);
   job.plan_hash = daemon::plan_hash(job.plan);
   require_moves(job.plan, wire);

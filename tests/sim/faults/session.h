@@ -21,7 +21,7 @@ struct Job {
   calib::Plan plan;
   std::string plan_hash;
 };
-/// ..Track: the arm of the cell file is put on a linear unit, which travels between the touches. kEkiTable: its
+/// ..Track: the arm of the cell file is put on a linear unit, which travels between the touches. ..Table: its
 /// first sphere alone, on a table that turns between them.
 Job make_job(const std::filesystem::path& cell_file, Wire wire = Wire::kRsi);
 
