@@ -34,7 +34,7 @@ struct MotionConfig {
   double jerk_rad_s3 = 0.0;
   double travel_acceleration_m_s2 = 0.5;  ///< of a linear unit, over RSI
   double travel_jerk_m_s3 = 5.0;
-  double positioner_speed_rad_s = 0.0;  ///< of a positioner's axes, over RSI, whatever speed_fraction
+  double positioner_speed_rad_s = 0.0;  ///< of a positioner's axes, over RSI
   double positioner_acceleration_rad_s2 = 0.0;
   double positioner_jerk_rad_s3 = 0.0;
   /// Speed limit of TCP, flange and elbow in T1, and with an unknown mode until the first calibration has

@@ -330,11 +330,10 @@ bool calibrated_before(Journal& journal, const std::string& cell) {
 HandSpeed hand_speed_of(Journal& journal, const Job& job, bool dry) {
   const double fraction =
       dry ? std::min(job.settings.speed_fraction, kDryRunSpeed) : job.settings.speed_fraction;
-  return HandSpeed(
-      std::make_shared<const calib::ArmModel>(job.cell), fraction,
-      {job.settings.hand_speed_m_s, !calibrated_before(journal, job.inputs.cell_name),
-       job.settings.positioner_speed_rad_s},
-      job.cell.targets);
+  return HandSpeed(std::make_shared<const calib::ArmModel>(job.cell), fraction,
+                   {job.settings.hand_speed_m_s, !calibrated_before(journal, job.inputs.cell_name),
+                    job.settings.positioner_speed_rad_s},
+                   job.cell.targets);
 }
 
 }  // namespace
@@ -484,8 +483,7 @@ double HandSpeed::fastest_carried_m(std::vector<double> at, const std::vector<do
     at = from;
     Eigen::Vector3d before = place(target);
     for (int k = 1; k <= kSteps; ++k) {
-      for (std::size_t j = 0; j < at.size(); ++j)
-        at[j] = from[j] + (to[j] - from[j]) * k / kSteps;
+      for (std::size_t j = 0; j < at.size(); ++j) at[j] = from[j] + (to[j] - from[j]) * k / kSteps;
       const Eigen::Vector3d now = place(target);
       fastest_m = std::max(fastest_m, kSteps * (now - before).norm());
       before = now;

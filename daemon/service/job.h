@@ -43,7 +43,7 @@ class TimeLeft {
 class HandSpeed {
  public:
   struct Bound {
-    double speed_m_s = 0.0;  ///< of TCPs, flange, joint origins and what a positioner turns; 0: unbounded
+    double speed_m_s = 0.0;     ///< of flange, TCPs, joint origins, carried targets; 0: none
     bool mode_unknown = false;  ///< applies in T1, and also where the link does not report the mode
     double positioner_rad_s = 0.0;  ///< speed limit of its axes; 0: the controller bounds it
   };

@@ -67,7 +67,7 @@ struct SessionSettings {
   BusyRepeats repeats{};        ///< after lateness of this computer; also of today's configuration
   double speed_fraction = 1.0;  ///< share of the robot file's axis speeds in transits
   double hand_speed_m_s = 0.0;  ///< HandSpeed::Bound; 0: none
-  double positioner_speed_rad_s = 0.0;  ///< of its axes, likewise; 0: the controller's, which bounds it
+  double positioner_speed_rad_s = 0.0;  ///< likewise; 0: the controller bounds it
 };
 
 /// `most_speed`: upper bound of the share of the robot file's axis speeds, whatever the configuration allows.

@@ -67,9 +67,9 @@ std::string monitor(const RsiFilesConfig& c, const std::string& form, int from) 
   // The object's default for external axes that are not driven.
   for (int i = 0; i < kRsiAxes; ++i) {
     const auto axis = static_cast<std::size_t>(i);
-    text += '\n' + fmt::format(fmt::runtime(form), "MaxE", i + 1, from + kRsiAxes + i,
-                               axis < c.external.size() ? decimal(travel_limit(c.external[axis]))
-                                                        : "6.0");
+    text += '\n' +
+            fmt::format(fmt::runtime(form), "MaxE", i + 1, from + kRsiAxes + i,
+                        axis < c.external.size() ? decimal(travel_limit(c.external[axis])) : "6.0");
   }
   return text;
 }

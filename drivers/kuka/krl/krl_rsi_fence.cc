@@ -119,8 +119,7 @@ void check_fence(const std::string& name, const std::string& text, const RsiFile
   bool of_travel = false;
   for (const Placed<std::string>& one : lines) {
     double limit_deg = 0.0;
-    if (one.value.starts_with("DEFFCT"))
-      of_travel = bounds_travel(one.value);
+    if (one.value.starts_with("DEFFCT")) of_travel = bounds_travel(one.value);
     if (of_travel || !one.value.starts_with(kLimit) ||
         !wire::parse_number(one.value.substr(kLimit.size()), limit_deg) ||
         std::abs(limit_deg) >= config.correction_limit_deg)

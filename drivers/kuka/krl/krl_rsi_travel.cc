@@ -185,7 +185,8 @@ void check_object(const RsiSet& set, const RsiContextFile& file) {
                                "positioner is known. Give the cell file (--cell), or remove it",
                                corrector->id);
   const int first = file.rsi_version == 3 ? kRsi3Input : 1;
-  for (int input = first + static_cast<int>(external.size()); input < first + kMostExternal; ++input)
+  for (int input = first + static_cast<int>(external.size()); input < first + kMostExternal;
+       ++input)
     if (corrector->input(input) != nullptr)
       set.findings.refuse(file.name, corrector->input(input)->line,
                           "{} corrects E{}, which the robot file does not move. Give the cell file "

@@ -463,9 +463,10 @@ TEST(axis_limits, of_a_positioner_follow_the_arms_over_eki) {
 TEST(axis_limits, of_a_positioner_over_rsi_are_its_own_and_its_correction_its_whole_range) {
   const calib::Cell cell = cell_with_positioner();
   const DaemonConfig config =
-      parse_config(kRsi + "[motion]\nspeed_percent = 50\npositioner_speed_deg_s = 8\n"
-                          "positioner_acceleration_deg_s2 = 20\n"
-                          "positioner_jerk_deg_s3 = 40\n",
+      parse_config(kRsi +
+                       "[motion]\nspeed_percent = 50\npositioner_speed_deg_s = 8\n"
+                       "positioner_acceleration_deg_s2 = 20\n"
+                       "positioner_jerk_deg_s3 = 40\n",
                    "d.toml");
   const drivers::RsiConfig rsi = rsi_config_for(config, cell);
   ASSERT_EQ(rsi.limits.size(), 8u);

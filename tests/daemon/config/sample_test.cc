@@ -103,11 +103,11 @@ std::string figures(const DaemonConfig& c) {
     for (const std::string& name : http->host_names) text += line("host", name);
     for (const auto& folder : http->cell_folders) text += line("cells", folder);
   }
-  text +=
-      line("motion", c.motion.speed_fraction, c.motion.acceleration_rad_s2, c.motion.hand_speed_m_s,
-           c.motion.jerk_rad_s3, c.motion.travel_acceleration_m_s2, c.motion.travel_jerk_m_s3,
-           c.motion.positioner_speed_rad_s, c.motion.positioner_acceleration_rad_s2, c.motion.positioner_jerk_rad_s3,
-           c.touch.confirm_every, c.touch.fast_m_s, c.touch.slow_m_s);
+  text += line("motion", c.motion.speed_fraction, c.motion.acceleration_rad_s2,
+               c.motion.hand_speed_m_s, c.motion.jerk_rad_s3, c.motion.travel_acceleration_m_s2,
+               c.motion.travel_jerk_m_s3, c.motion.positioner_speed_rad_s,
+               c.motion.positioner_acceleration_rad_s2, c.motion.positioner_jerk_rad_s3,
+               c.touch.confirm_every, c.touch.fast_m_s, c.touch.slow_m_s);
   text += line("session", c.timeouts.connecting.count(), c.retries, c.repeats.of_touch,
                c.repeats.of_session, c.timeouts.busy.count());
   const ScheduleConfig& n = c.schedule;

@@ -25,7 +25,8 @@ struct PositionerFixture : DaemonFixture {
       : DaemonFixture(std::string(kFast) +
                       "positioner_speed_deg_s = 80\npositioner_acceleration_deg_s2 = 200\n"
                       "positioner_jerk_deg_s3 = 2000\n" +
-                      more + "[mock]\nseed = " + std::to_string(kSeed) + "\nstart_deg = [0, -90, 90, 0, 60, 0]\nwire = \"" + wire +
+                      more + "[mock]\nseed = " + std::to_string(kSeed) +
+                      "\nstart_deg = [0, -90, 90, 0, 60, 0]\nwire = \"" + wire +
                       "\"\n[controller]\nexternal_axes = 2\n") {
     // Its gears as stiff as a KR 16's: the experiments' are softer.
     std::string robot = content(CELLCAL_POSITIONER_ROBOT);
@@ -177,8 +178,8 @@ TEST(a_session_with_a_positioner_over_rsi, turns_it_by_increments_where_the_mode
   fixture.start();
   ASSERT_EQ(fixture.run({{"cell", fixture.cell}, {"touches", 12}, {"check", 0}}), 201);
   fixture.wait_for_touches(6);
-  const auto list = nlohmann::json::parse(
-      http_request(fixture.socket(), "GET", "/v1/sessions/1/touches").body);
+  const auto list =
+      nlohmann::json::parse(http_request(fixture.socket(), "GET", "/v1/sessions/1/touches").body);
   std::set<long> settings;
   for (const auto& touch : list.at("touches"))
     settings.insert(std::lround(touch.at("positioner_deg").at(1).get<double>()));

@@ -70,8 +70,7 @@ TEST_P(InstalledFiles, OfAPositionerBehindALinearUnitGiveTheLimitsOfEachAxis) {
   config.external_axes = 3;
   config.external = {{0.0, 3000.0, true}, {-60.0, 60.0}, {-185.0, 185.0}};
   const ControllerConfig controller = loaded(config);
-  EXPECT_EQ(controller.clamp_external,
-            (std::vector<double>{3001.0, 121.0, 371.0, 0.0, 0.0, 0.0}));
+  EXPECT_EQ(controller.clamp_external, (std::vector<double>{3001.0, 121.0, 371.0, 0.0, 0.0, 0.0}));
   EXPECT_EQ(controller.monitor_external,
             (std::vector<double>{3001.0, 121.0, 371.0, 6.0, 6.0, 6.0}));
   // E3's input, from the channel of E2.

@@ -43,10 +43,9 @@ enum class Wire {
   kRsiTable,
   kEkiTable
 };
-inline constexpr std::array kWires{Wire::kRsi,      Wire::kRsiInput, Wire::kRsi6,
-                                   Wire::kEkiInput, Wire::kEkiFlag,  Wire::kEthernet,
-                                   Wire::kRsiTrack, Wire::kEkiTrack, Wire::kRsiTable,
-                                   Wire::kEkiTable};
+inline constexpr std::array kWires{
+    Wire::kRsi,      Wire::kRsiInput, Wire::kRsi6,     Wire::kEkiInput, Wire::kEkiFlag,
+    Wire::kEthernet, Wire::kRsiTrack, Wire::kEkiTrack, Wire::kRsiTable, Wire::kEkiTable};
 constexpr bool over_rsi(Wire wire) {
   return wire != Wire::kEkiInput && wire != Wire::kEkiFlag && wire != Wire::kEkiTrack &&
          wire != Wire::kEkiTable;

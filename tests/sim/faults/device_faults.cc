@@ -151,8 +151,8 @@ void add_robot(std::vector<Fault>& all, Wire wire) {
   if (wire == Wire::kRsiInput) add_input(all);
   // A carriage that goes on for good could not rest.
   const std::vector<int> lasts = on_track(wire) || on_table(wire) ? std::vector{40, 200}
-                                 : wire == Wire::kEkiInput                 ? std::vector{0, 200}
-                                                                           : std::vector<int>{};
+                                 : wire == Wire::kEkiInput        ? std::vector{0, 200}
+                                                                  : std::vector<int>{};
   for (const int ms : lasts)
     add_switch(all, "external axis", "moves unasked", ms, "controller",
                [](FaultyCell& cell, bool on) { cell.external_axis_moves(on); });

@@ -199,8 +199,7 @@ TEST(RsiPositionerFiles, AreRefusedByFileAndWords) {
                        *kThree = "cellcal_rsi.rsi.xml";
   const Spoiled cases[] = {
       {kChannel, "EK.E2", "EKorr.E2", "RECEIVE: EK.E2 is missing ([rsi] external_axis_tag"},
-      {kChannel, "INDX=\"10\" HOLDON=\"1\"", "INDX=\"10\" HOLDON=\"0\"",
-       "EK.E3 has HOLDON=\"0\""},
+      {kChannel, "INDX=\"10\" HOLDON=\"1\"", "INDX=\"10\" HOLDON=\"0\"", "EK.E3 has HOLDON=\"0\""},
       {kFour, "OutIdx=\"9\"", "OutIdx=\"7\"", "input 3 comes from Ethernet_1 output 8"},
       {kThree, "InIdx=\"9\"", "InIdx=\"10\"", "input 9 is not connected. Connect EK.E3", 3},
       {kThree, "InIdx=\"9\"", "InIdx=\"10\"", "corrects E4, which the robot file does not move", 3},

@@ -18,8 +18,7 @@ constexpr double kSpeed = 40 * kDeg, kAcceleration = 80 * kDeg, kJerk = 400 * kD
 RsiConfig with_table(CorrectionMode mode = CorrectionMode::kAbsolute) {
   RsiConfig config = rig_config();
   for (const double limit_deg : {60.0, 185.0}) {
-    config.limits.push_back(
-        {-limit_deg * kDeg, limit_deg * kDeg, kSpeed, kAcceleration, kJerk});
+    config.limits.push_back({-limit_deg * kDeg, limit_deg * kDeg, kSpeed, kAcceleration, kJerk});
     config.correction_limit_deg.push_back(2 * limit_deg + 1.0);
   }
   config.mode = mode;

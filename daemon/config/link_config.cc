@@ -1,0 +1,166 @@
+// Axes of the robot file as the adapters, and the controller's files, take them.
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "calib/model/units.h"
+#include "daemon/config/config.h"
+#include "drivers/error.h"
+#include "drivers/kuka/wire/wire_axes.h"
+#include "drivers/units.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+drivers::AxisLimit axis_limit(const MotionConfig& motion, const calib::Joint& joint) {
+  drivers::AxisLimit limit;
+  limit.min_rad = joint.min_rad;
+  limit.max_rad = joint.max_rad;
+  limit.max_speed_rad_s = joint.max_speed_rad_s * motion.speed_fraction;
+  limit.linear = joint.is_prismatic();
+  limit.max_acceleration_rad_s2 =
+      limit.linear ? motion.travel_acceleration_m_s2 : motion.acceleration_rad_s2;
+  limit.max_jerk_rad_s3 = limit.linear ? motion.travel_jerk_m_s3 : motion.jerk_rad_s3;
+  return limit;
+}
+
+drivers::AxisLimit axis_limit(const MotionConfig& motion, const calib::PositionerAxis& axis) {
+  drivers::AxisLimit limit;
+  limit.min_rad = axis.min_rad;
+  limit.max_rad = axis.max_rad;
+  limit.max_speed_rad_s = motion.positioner_speed_rad_s;
+  limit.max_acceleration_rad_s2 = motion.positioner_acceleration_rad_s2;
+  limit.max_jerk_rad_s3 = motion.positioner_jerk_rad_s3;
+  return limit;
+}
+
+/// A positioner's axes follow those of an arm of six, and its linear unit's, in the robot file's order and by
+/// the controller's names.
+void check_positioner(const calib::Robot& robot) {
+  std::size_t number = robot.first_turning();
+  if (!robot.positioner.empty() && robot.joints.size() != drivers::kArmAxes + number)
+    throw drivers::ConfigError("robot file of " + robot.name + ": " +
+                               std::to_string(robot.joints.size()) +
+                               " joints beside a [[positioner]], whose E1 follows A6. State six, "
+                               "behind a linear unit if there is one");
+  for (const calib::PositionerAxis& axis : robot.positioner) {
+    const std::string name = "E" + std::to_string(++number);
+    if (axis.name != name)
+      throw drivers::ConfigError("robot file of " + robot.name + ": [[positioner]] " + axis.name +
+                                 " is " + name +
+                                 " of the controller, behind the arm's axes. Name it so, also in "
+                                 "the cell file");
+  }
+}
+
+/// Of the joints, and of the positioner's axes behind them.
+std::vector<drivers::AxisLimit> axis_limits(const DaemonConfig& config, const calib::Cell& cell) {
+  check_positioner(cell.robot);
+  std::vector<drivers::AxisLimit> limits;
+  for (const calib::Joint& joint : cell.robot.joints) {
+    if (!(joint.max_speed_rad_s > 0.0)) {
+      throw drivers::ConfigError("robot file of " + cell.robot.name + ": joint " + joint.name +
+                                 " has no max_speed_" + (joint.is_prismatic() ? "mm_s" : "deg_s") +
+                                 ". Add it: the arm cannot be moved without");
+    }
+    limits.push_back(axis_limit(config.motion, joint));
+  }
+  for (const calib::PositionerAxis& axis : cell.robot.positioner)
+    limits.push_back(axis_limit(config.motion, axis));
+  return limits;
+}
+
+/// The controller's own, likewise. A positioner's is unknown: over RSI that of its turns, over EKI, whose
+/// commands state a share of it, any.
+std::vector<double> full_speeds(const calib::Robot& robot, double of_positioner_rad_s) {
+  std::vector<double> speeds;
+  for (const calib::Joint& joint : robot.joints) speeds.push_back(joint.max_speed_rad_s);
+  speeds.resize(speeds.size() + robot.positioner.size(), of_positioner_rad_s);
+  return speeds;
+}
+
+/// Ranges of the external axes that a session moves, from E1 on: a linear unit's [mm], a positioner's [deg].
+std::vector<drivers::AxisRange> external_ranges(const calib::Robot& robot) {
+  std::vector<drivers::AxisRange> ranges;
+  if (robot.first_turning() > 0)
+    ranges.push_back({robot.joints[0].min_rad * drivers::kMmPerM,
+                      robot.joints[0].max_rad * drivers::kMmPerM, true});
+  // As in the robot file, for limits that can be read.
+  const auto deg = [](double rad) { return std::round(rad * calib::kDegPerRad * 1e6) / 1e6; };
+  for (const calib::PositionerAxis& axis : robot.positioner)
+    ranges.push_back({deg(axis.min_rad), deg(axis.max_rad)});
+  return ranges;
+}
+
+/// A turn through the whole range has to end within a session's time limit of a waypoint.
+void check_turn_time(const calib::Robot& robot, double speed_rad_s) {
+  constexpr double kLongestTurnS = 150.0;
+  for (const calib::PositionerAxis& axis : robot.positioner) {
+    const double turn_s = (axis.max_rad - axis.min_rad) / speed_rad_s;
+    if (turn_s > kLongestTurnS)
+      throw drivers::ConfigError("robot file of " + robot.name + ": [[positioner]] " + axis.name +
+                                 " turns through its range in " +
+                                 std::to_string(std::lround(turn_s)) + " s, at most " +
+                                 std::to_string(std::lround(kLongestTurnS)) +
+                                 " s are waited for. Raise [motion] positioner_speed_deg_s");
+  }
+}
+
+}  // namespace
+
+drivers::RsiConfig rsi_config_for(const DaemonConfig& config, const calib::Cell& cell) {
+  drivers::RsiConfig rsi = config.rsi;
+  rsi.limits = axis_limits(config, cell);
+  check_turn_time(cell.robot, config.motion.positioner_speed_rad_s);
+  rsi.full_speed_rad_s = full_speeds(cell.robot, config.motion.positioner_speed_rad_s);
+  rsi.correction_limit_deg.assign(rsi.limits.size(), config.rsi.correction_limit_deg.at(0));
+  const std::vector<drivers::AxisRange> external = external_ranges(cell.robot);
+  const drivers::WireAxes axes(rsi.limits);
+  for (std::size_t i = 0; i < external.size(); ++i)
+    rsi.correction_limit_deg.at(axes.at_place(drivers::kArmAxes + i)) =
+        drivers::travel_limit(external[i]);
+  if (rsi.space.on) rsi.space.geometry = controller_arm(config, cell);
+  rsi.validate();
+  return rsi;
+}
+
+drivers::RsiFilesConfig rsi_files_for(const DaemonConfig& config, const calib::Cell& cell) {
+  check_positioner(cell.robot);
+  drivers::RsiFilesConfig files = config.rsi_files;
+  files.external = external_ranges(cell.robot);
+  files.external_axes = std::max(files.external_axes, static_cast<int>(files.external.size()));
+  for (const calib::Joint& joint : cell.robot.joints) {
+    if (joint.is_prismatic()) continue;
+    files.ranges_deg.push_back(
+        {joint.min_rad * calib::kDegPerRad, joint.max_rad * calib::kDegPerRad});
+  }
+  return files;
+}
+
+drivers::EkiConfig eki_config_for(const DaemonConfig& config, const calib::Cell& cell) {
+  drivers::EkiConfig eki = config.eki;
+  const std::size_t axes = 6 + static_cast<std::size_t>(config.controller.external_axes);
+  const std::size_t joints = cell.robot.joints.size(), turning = cell.robot.positioner.size();
+  // External axes without a joint hold still.
+  if (joints < 6 + cell.robot.first_turning() || joints + turning > axes) {
+    throw drivers::ConfigError(
+        "robot file of " + cell.robot.name + ": " + std::to_string(joints) + " joints" +
+        (turning > 0 ? " and " + std::to_string(turning) + " axes of a positioner" : "") +
+        "; the controller's EKI channel has " + std::to_string(axes) +
+        " axes (six, and [controller] external_axes, of which a linear unit "
+        "is E1)");
+  }
+  eki.external_axes = config.controller.external_axes;
+  eki.limits = axis_limits(config, cell);
+  constexpr double kAnyFullSpeed = 1.0;
+  eki.full_speed_rad_s = full_speeds(cell.robot, kAnyFullSpeed);
+  for (std::size_t i = joints; i < eki.limits.size(); ++i)
+    eki.limits[i].max_speed_rad_s = kAnyFullSpeed * config.motion.speed_fraction;
+  eki.validate();
+  return eki;
+}
+
+}  // namespace cellcal::daemon
