@@ -6,6 +6,7 @@
 
 #include "calib/model/linear.h"
 #include "calib/model/product.h"
+#include "calib/model/units.h"
 
 namespace cellcal::calib {
 
@@ -25,6 +26,15 @@ struct Place {
   double outside_m = 0.0;  ///< offset along the normal, independent of the geometry
 };
 
+/// The tip as it is seen from a sphere that the positioner carries, after a motion of its foot: shift and
+/// turn, base frame (95a).
+Eigen::Vector3d seen_after(const ForeseenContact::Foot& foot, const double* motion,
+                           const Eigen::Vector3d& tip_m) {
+  const Eigen::Map<const Eigen::Vector3d> shift(motion), about(motion + 3);
+  return foot.origin +
+         turn(-(foot.base * about)) * (tip_m - foot.base * shift - foot.origin);
+}
+
 Place place_of(const PossibleChange& change, const double* size, const ForeseenContact& at,
                std::size_t touch) {
   Place place{at.tip_m, at.centre_m, at.flange};
@@ -36,11 +46,15 @@ Place place_of(const PossibleChange& change, const double* size, const ForeseenC
       if (at.target == change.name) place.centre_m += Eigen::Map<const Eigen::Vector3d>(size);
       break;
     case ChangeKind::kJoint: {
+      if (change.index >= at.axes.size()) break;  // of a positioner, beside this sphere
       const ForeseenContact::Axis& axis = at.axes[change.index];
       place.tip_m =
           axis.origin + Eigen::AngleAxisd(*size, axis.direction) * (at.tip_m - axis.origin);
       break;
     }
+    case ChangeKind::kPositioner:
+      if (at.foot) place.tip_m = seen_after(*at.foot, size, at.tip_m);
+      break;
     case ChangeKind::kGrowth:
       place.tip_m += *size * at.by_growth_m;
       break;
@@ -53,8 +67,8 @@ Place place_of(const PossibleChange& change, const double* size, const ForeseenC
   return place;
 }
 
-void fill_row(const PossibleChange& change, const ForeseenContact& at, const Place& place,
-              std::size_t touch, Eigen::Ref<Eigen::RowVectorXd, 0, Eigen::InnerStride<>> row) {
+void fill_row(const PossibleChange& change, const double* size, const ForeseenContact& at,
+              const Place& place, std::size_t touch, Eigen::Ref<Eigen::RowVectorXd, 0, Eigen::InnerStride<>> row) {
   const Eigen::RowVector3d n = (place.tip_m - place.centre_m).normalized().transpose();
   switch (change.kind) {
     case ChangeKind::kTool:
@@ -64,8 +78,18 @@ void fill_row(const PossibleChange& change, const ForeseenContact& at, const Pla
       if (at.target == change.name) row = -n;
       return;
     case ChangeKind::kJoint: {
+      if (change.index >= at.axes.size()) return;
       const ForeseenContact::Axis& axis = at.axes[change.index];
       row[0] = n * axis.direction.cross(place.tip_m - axis.origin);
+      return;
+    }
+    case ChangeKind::kPositioner: {
+      if (!at.foot) return;
+      const Eigen::Matrix3d& base = at.foot->base;
+      const Eigen::Vector3d back = -(base * Eigen::Map<const Eigen::Vector3d>(size + 3));
+      const Eigen::Vector3d lever = place.tip_m - at.foot->origin;
+      row.head<3>() = -n * turn(back) * base;
+      row.tail<3>() = -lever.cross(n.transpose()).transpose() * turn_derivative(back) * base;
       return;
     }
     case ChangeKind::kGrowth:
@@ -89,7 +113,7 @@ std::vector<PossibleChange> possible_changes(const Calibration& c,
       spheres.push_back(contact.target);
   // Tools are displaced most often, then spheres; a joint's zero rarely slips, and a confirmed
   // touch is rarely wrong.
-  constexpr double kTool = 0.4, kSphere = 0.25, kJoint = 0.15, kGrowth = 0.15, kTouch = 0.05;
+  constexpr double kTool = 0.4, kSphere = 0.25, kJoint = 0.15, kGrowth = 0.15, kTouch = 0.05, kPositioner = 0.15;
   std::vector<PossibleChange> changes{
       {ChangeKind::kTool, c.cell.tool.name(), 0, 3, kTool, kLengthsM}};
   for (const std::string& id : spheres)
@@ -98,13 +122,20 @@ std::vector<PossibleChange> possible_changes(const Calibration& c,
   const std::vector<Joint>& joints = c.cell.robot.joints;
   // A linear unit's zero that slipped looks as the arm's foot moved, which is no single change either.
   const std::size_t first = c.cell.robot.first_turning();
+  const std::vector<PositionerAxis>& axes = c.cell.robot.positioner;
+  const double each = kJoint / static_cast<double>(joints.size() - 1 - first + axes.size());
   for (std::size_t i = first; i + 1 < joints.size(); ++i)
-    changes.push_back({ChangeKind::kJoint, joints[i].name, i, 1,
-                       kJoint / static_cast<double>(joints.size() - 1 - first), kAnglesRad});
+    changes.push_back({ChangeKind::kJoint, joints[i].name, i, 1, each, kAnglesRad});
+  for (std::size_t j = 0; j < axes.size(); ++j)
+    changes.push_back({ChangeKind::kJoint, axes[j].name, joints.size() + j, 1, each, kAnglesRad});
   changes.push_back({ChangeKind::kGrowth, "", 0, 1, kGrowth, kGrowths});
   for (std::size_t t = 0; t < contacts.size(); ++t)
     changes.push_back({ChangeKind::kTouch, contacts[t].target, t, 1,
                        kTouch / static_cast<double>(contacts.size()), kLengthsM});
+  if (!axes.empty()) {
+    for (PossibleChange& change : changes) change.weight *= 1.0 - kPositioner;
+    changes.push_back({ChangeKind::kPositioner, axes[0].name, 0, 6, kPositioner, kLengthsM});
+  }
   return changes;
 }
 
@@ -118,7 +149,7 @@ Changed changed(const PossibleChange& change, const Eigen::VectorXd& size,
     const Place place = place_of(change, size.data(), at, touch);
     result.off_m[k] =
         (place.tip_m - place.centre_m).norm() - at.radius_m - at.offset_m + place.outside_m;
-    fill_row(change, at, place, touch, result.by_size.row(k));
+    fill_row(change, size.data(), at, place, touch, result.by_size.row(k));
   }
   return result;
 }

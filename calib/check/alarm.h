@@ -18,7 +18,8 @@ namespace cellcal::calib {
 struct PossibleChange {
   ChangeKind kind = ChangeKind::kTool;
   std::string name;       ///< as in Explanation
-  std::size_t index = 0;  ///< of the joint, of the touch
+  /// Of the touch; of the joint, a positioner's axes after the arm's.
+  std::size_t index = 0;
   int size = 3;           ///< components
   double weight = 1.0;    ///< prior probability, among all changes
   /// Sizes considered, equally likely: 1 sigma of each component, SI.

@@ -88,17 +88,34 @@ Explanation explain(const PossibleChange& change, const std::vector<ForeseenCont
   for (const double one : logs) sum += std::exp(one - best.log_likelihood);
   explanation.log_likelihood =
       best.log_likelihood + std::log(sum / static_cast<double>(logs.size()));
-  if (change.size == 1) {
-    explanation.amount = best.size[0];
-    explanation.sigma = std::sqrt(best.covariance(0, 0));
-    return explanation;
-  }
-  explanation.shift_m = best.size;
-  const double length = best.size.norm();
-  const Eigen::Vector3d along = length > 0.0 ? Eigen::Vector3d(best.size / length)
-                                             : Eigen::Vector3d(Eigen::Vector3d::UnitX());
-  explanation.sigma = std::sqrt(along.dot(best.covariance * along));
+  put_size(best.size, best.covariance, explanation);
   return explanation;
+}
+
+namespace {
+
+/// Of the vector's length.
+double sigma_along(const Eigen::Vector3d& v, const Eigen::Matrix3d& covariance) {
+  const double length = v.norm();
+  const Eigen::Vector3d along =
+      length > 0.0 ? Eigen::Vector3d(v / length) : Eigen::Vector3d(Eigen::Vector3d::UnitX());
+  return std::sqrt(std::max(0.0, along.dot(covariance * along)));
+}
+
+}  // namespace
+
+void put_size(const Eigen::VectorXd& size, const Eigen::MatrixXd& covariance,
+              Explanation& explanation) {
+  if (size.size() == 1) {
+    explanation.amount = size[0];
+    explanation.sigma = std::sqrt(std::max(0.0, covariance(0, 0)));
+  }
+  if (size.size() < 3) return;
+  explanation.shift_m = size.head<3>();
+  explanation.sigma = sigma_along(size.head<3>(), covariance.topLeftCorner<3, 3>());
+  if (size.size() < 6) return;
+  explanation.amount = size.tail<3>().norm();
+  explanation.turn_sigma = sigma_along(size.tail<3>(), covariance.bottomRightCorner<3, 3>());
 }
 
 double log_unmet(const std::vector<Unmet>& unmet) {
@@ -181,6 +198,17 @@ KnownTouches::RowMajor KnownTouches::rows(const Eigen::VectorXd& x) const {
   return j;
 }
 
+void KnownTouches::add_carriers(const ArmChain& chain, int carriers, ForeseenContact& contact) const {
+  const std::vector<PositionerAxis>& axes = cell_.robot.positioner;
+  for (std::size_t j = 0; j < static_cast<std::size_t>(carriers); ++j)
+    contact.axes.push_back({-axes[j].sign * chain.carrier[j].z, chain.carrier[j].origin});
+  if (carriers == 0) return;
+  const ArmChain::Carrier& first = chain.carrier[0];
+  Eigen::Matrix3d frame;  // of the first axis, without its errors
+  frame << first.x, first.y, first.x.cross(first.y);
+  contact.foot = {frame * axes[0].frame.linear().transpose(), first.origin};
+}
+
 ForeseenContact KnownTouches::contact(std::size_t t) const {
   const Problem::At here = problem_.at(x_.data());
   ForeseenContact contact;
@@ -193,11 +221,12 @@ ForeseenContact KnownTouches::contact(std::size_t t) const {
   contact.tip_m = chain.tip;
   contact.flange = chain.flange;
   // A linear unit does not grow with the arm.
-  const std::size_t first = cell_.robot.first_turning();
-  contact.by_growth_m = chain.flange_origin - (first > 0 ? chain.link[first].z_origin
-                                                         : cell_.robot.base_fixed.translation());
-  for (std::size_t i = 0; i < cell_.robot.joints.size(); ++i)
-    contact.axes.push_back({cell_.robot.joints[i].sign * chain.link[i].z, chain.link[i].z_origin});
+  contact.by_growth_m =
+      chain.flange_origin - chain.link[cell_.robot.first_turning()].z_origin;
+  const std::vector<Joint>& joints = cell_.robot.joints;
+  for (std::size_t i = 0; i < joints.size(); ++i)
+    contact.axes.push_back({joints[i].sign * chain.link[i].z, chain.link[i].z_origin});
+  add_carriers(chain, problem_.pose(t).carriers, contact);
   const TargetBlock& block = problem_.blocks()[static_cast<std::size_t>(problem_.block_of(t))];
   contact.centre_m = Eigen::Map<const Eigen::Vector3d>(here.x + block.first);
   contact.radius_m = (contact.tip_m - contact.centre_m).norm() - residual;

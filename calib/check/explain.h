@@ -33,6 +33,9 @@ struct Unmet {
 /// Marginalised over all sizes considered, including the probability of the missed contacts.
 Explanation explain(const PossibleChange& change, const std::vector<ForeseenContact>& contacts,
                     const Cholesky& covariance, const std::vector<Unmet>& unmet);
+/// Size of the change with its uncertainty: of one, three, or six components, of which three turn.
+void put_size(const Eigen::VectorXd& size, const Eigen::MatrixXd& covariance,
+              Explanation& explanation);
 /// Log probability of the missed contacts in an unchanged cell.
 double log_unmet(const std::vector<Unmet>& unmet);
 
@@ -60,6 +63,8 @@ class KnownTouches {
   ForeseenContact contact(std::size_t touch) const;
 
  private:
+  void add_carriers(const ArmChain& chain, int carriers, ForeseenContact& contact) const;
+
   std::vector<Touch> touches_;
   Cell cell_;
   ArmModel arm_;

@@ -45,8 +45,9 @@ double alike(const ForeseenContact& a, const ForeseenContact& b, const Touch& at
   if (!(reach_rad > 0.0)) return 0.0;
   double largest = 0.0, square = 0.0;
   std::vector<double> lever;
-  for (const ForeseenContact::Axis& axis : a.axes) {
-    const bool slides = lever.size() < turning;  // a metre of travel moves all by a metre
+  for (std::size_t i = 0; i < at_a.joint_rad.size(); ++i) {
+    const ForeseenContact::Axis& axis = a.axes[i];
+    const bool slides = i < turning;  // a metre of travel moves all by a metre
     lever.push_back(slides ? 1.0 : axis.direction.cross(a.tip_m - axis.origin).norm());
     largest = std::max(largest, lever.back());
   }

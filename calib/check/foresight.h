@@ -3,6 +3,7 @@
 // cell, and the geometry from which the effect of any change follows.
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,7 +12,8 @@
 
 namespace cellcal::calib {
 
-/// Arm and sphere at one touch, as calibrated; base frame.
+/// Arm and sphere at one touch, as calibrated; in the frame that the sphere is fixed in: the base's, or that
+/// of the positioner's axis that carries it.
 struct ForeseenContact {
   struct Axis {
     Eigen::Vector3d direction, origin;  ///< sense of rotation as counted by the controller
@@ -21,7 +23,13 @@ struct ForeseenContact {
   Eigen::Matrix3d flange;
   /// Derivative of the tip by a relative growth of all the arm's lengths.
   Eigen::Vector3d by_growth_m;
-  std::vector<Axis> axes;
+  std::vector<Axis> axes;  ///< the arm's, then the positioner's that carry the sphere, as the arm turns
+  /// Of a carried sphere: the foot of the positioner.
+  struct Foot {
+    Eigen::Matrix3d base;    ///< axes of the base frame
+    Eigen::Vector3d origin;  ///< of the first axis
+  };
+  std::optional<Foot> foot;
   Eigen::Vector3d centre_m;
   double radius_m = 0.0;  ///< at which contact is latched, at this touch's speed
   double offset_m = 0.0;  ///< mean distance outside the surface in earlier checks that held

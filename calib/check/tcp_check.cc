@@ -93,17 +93,11 @@ std::vector<Unmet> unmet_of(const Calibration& calibration,
   return unmet;
 }
 
-const Calibration& without_positioner(const Calibration& calibration) {
-  refuse_positioner(calibration.cell.robot, "a check",
-                    "Identify anew from touches all over the positioner's range, with --last");
-  return calibration;
-}
-
 }  // namespace
 
 TcpChecker::TcpChecker(const Calibration& calibration, const std::vector<Touch>& expected,
                        const std::vector<std::vector<Touch>>& references)
-    : calibration_(without_positioner(calibration)),
+    : calibration_(calibration),
       foresight_(foreseen(calibration, expected, references)),
       changes_(possible_changes(calibration, foresight_.contacts)),
       alarm_(changes_, foresight_.contacts, foresight_.covariance_m2()),

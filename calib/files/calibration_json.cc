@@ -38,7 +38,8 @@ Value<E> named(Name name, Named named) {
 }
 
 bool is_shift(const Explanation& one) {
-  return one.kind == ChangeKind::kTool || one.kind == ChangeKind::kSphere;
+  return one.kind == ChangeKind::kTool || one.kind == ChangeKind::kSphere ||
+         one.kind == ChangeKind::kPositioner;
 }
 
 /// One row of the kind whose amount has this unit.
@@ -65,6 +66,7 @@ Table<Explanation> explanation_fields() {
       amount("angle_deg", ChangeKind::kJoint, kDegPerRad),
       amount("growth_ppm", ChangeKind::kGrowth, kPerMillion),
       amount("off_mm", ChangeKind::kTouch, kMmPerM),
+      amount("turn_deg", ChangeKind::kPositioner, kDegPerRad),
       sigma(
           "sigma_mm", [](const E& one) { return is_shift(one) || one.kind == ChangeKind::kTouch; },
           kMmPerM),
@@ -72,6 +74,8 @@ Table<Explanation> explanation_fields() {
           "sigma_deg", [](const E& one) { return one.kind == ChangeKind::kJoint; }, kDegPerRad),
       sigma(
           "sigma_ppm", [](const E& one) { return one.kind == ChangeKind::kGrowth; }, kPerMillion),
+      only_of<E>([](const E& one) { return one.kind == ChangeKind::kPositioner; },
+                 field("turn_sigma_deg", &E::turn_sigma, not_negative(kDegPerRad))),
       for_readers<E>("words", [](const E& one) -> Json { return words(one); })};
 }
 
@@ -101,7 +105,10 @@ Table<UpdateOrigin> update_fields() {
           field("log_odds_second", &U::log_odds_second, number()),
           second_field(),
           field("m3_before_mm", &U::before_m, not_negative(kMmPerM)),
-          field("m3_reached_mm", &U::reached_m, not_negative(kMmPerM))};
+          field("m3_reached_mm", &U::reached_m, not_negative(kMmPerM)),
+          where<U>([](const U& u) { return u.on_positioner; },
+                   {"on_positioner", [](const U&) { return Json(true); },
+                    [](const JsonReader& r, U& u) { u.on_positioner = r.flag(); }})};
 }
 
 using fields::Field, fields::Json, fields::Table, fields::Value, fields::beside, fields::field,

@@ -45,6 +45,13 @@ ordered_json explanation_to_json(const Explanation& one) {
       json["off_mm"] = one.amount * kMmPerM;
       json["u_mm"] = kCoverage * one.sigma * kMmPerM;
       break;
+    case ChangeKind::kPositioner:
+      json["shift_mm"] = vector_mm(one.shift_m);
+      json["length_mm"] = one.shift_m.norm() * kMmPerM;
+      json["u_mm"] = kCoverage * one.sigma * kMmPerM;
+      json["turn_deg"] = one.amount * kDegPerRad;
+      json["u_turn_deg"] = kCoverage * one.turn_sigma * kDegPerRad;
+      break;
     case ChangeKind::kNothing:
       break;
   }

@@ -132,16 +132,7 @@ Explanation explanation_of(const Weighed& one) {
   e.kind = one.change.kind;
   e.name = one.change.name;
   e.touch = e.kind == ChangeKind::kTouch ? one.change.index : 0;
-  const Eigen::VectorXd& size = one.how.size;
-  if (one.change.size == 1) {
-    e.amount = size[0];
-    e.sigma = std::sqrt(std::max(0.0, one.how.size_covariance(0, 0)));
-  } else if (one.change.size == 3) {
-    e.shift_m = size;
-    const Eigen::Vector3d along =
-        size.norm() > 0.0 ? Eigen::Vector3d(size.normalized()) : Eigen::Vector3d::UnitX();
-    e.sigma = std::sqrt(std::max(0.0, along.dot(one.how.size_covariance * along)));
-  }
+  put_size(one.how.size, one.how.size_covariance, e);
   return e;
 }
 
@@ -374,6 +365,18 @@ double per_root_month(const ParameterKey& key, const DriftPerMonth& drift) {
       return key.tool == 0 ? drift.tip_m : 0.0;
     case ParameterKind::kCentre:
       return drift.centre_m;
+    case ParameterKind::kPositioner:
+      switch (AxisError{key.axis}) {
+        case AxisError::kX:
+        case AxisError::kY:
+          return drift.axis_m;
+        case AxisError::kTurnX:
+        case AxisError::kTurnY:
+          return drift.axis_rad;
+        case AxisError::kScale:
+          break;
+      }
+      return 0.0;
     default:
       return 0.0;
   }
@@ -385,6 +388,72 @@ bool set(Eigen::MatrixXd& columns, Eigen::Index column, const Calibration& c,
   const auto row = place_of(c, key);
   if (row) columns(*row, column) = value;
   return row.has_value();
+}
+
+/// Small motions of what a positioner carries, as changes of the parameters: an axis has no error along
+/// itself nor about itself, so that these move what it carries. A column of the parameters each.
+class CarriedMotion {
+ public:
+  CarriedMotion(const Calibration& c, Eigen::MatrixXd& columns, Eigen::Index column)
+      : c_(c), columns_(columns), column_(column) {}
+
+  /// Of what the first `carriers` axes carry, in its own frame: shift of the origin, and turn. False if the
+  /// calibration lacks a parameter for it.
+  bool carried(std::size_t carriers, const Eigen::Vector3d& shift, const Eigen::Vector3d& about) {
+    for (const TargetResult& target : c_.targets) {
+      const std::size_t t = c_.cell.target_index(target.id);
+      if (c_.cell.targets[t].carried_by != static_cast<int>(carriers)) continue;
+      const Eigen::Vector3d by = shift + about.cross(target.centre_m);
+      for (int axis = 0; axis < 3; ++axis)
+        if (!put(target_parameter(ParameterKind::kCentre, t, axis), by[axis])) return false;
+    }
+    return carriers == c_.cell.robot.positioner.size() || stands(carriers, shift, about);
+  }
+  /// Of what an axis stands on, in that frame: of the first the base frame.
+  bool stands(std::size_t axis, const Eigen::Vector3d& shift, const Eigen::Vector3d& about) {
+    const Eigen::Isometry3d& frame = c_.cell.robot.positioner[axis].frame;
+    const Eigen::Matrix3d into = frame.linear().transpose();
+    const Eigen::Vector3d by = into * (shift + about.cross(frame.translation())),
+                          turn = into * about;
+    const auto error = [&](AxisError one) { return positioner_parameter(axis, one); };
+    return put(error(AxisError::kX), by.x()) && put(error(AxisError::kY), by.y()) &&
+           put(error(AxisError::kTurnX), turn.x()) && put(error(AxisError::kTurnY), turn.y()) &&
+           carried(axis + 1, by.z() * Eigen::Vector3d::UnitZ(),
+                   turn.z() * Eigen::Vector3d::UnitZ());
+  }
+
+ private:
+  bool put(const ParameterKey& key, double value) {
+    constexpr double kNothing = 1e-9;
+    return set(columns_, column_, c_, key, value) || std::abs(value) < kNothing;
+  }
+
+  const Calibration& c_;
+  Eigen::MatrixXd& columns_;
+  Eigen::Index column_;
+};
+
+/// By each component of a motion of the positioner's foot: shift of its first axis, and turn, base frame.
+bool fill_foot(const Calibration& c, Eigen::MatrixXd& columns) {
+  const Eigen::Vector3d at = c.cell.robot.positioner.front().frame.translation();
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d along = Eigen::Vector3d::Unit(axis), none = Eigen::Vector3d::Zero();
+    if (!CarriedMotion(c, columns, axis).stands(0, along, none) ||
+        !CarriedMotion(c, columns, axis + 3).stands(0, at.cross(along), along))
+      return false;
+  }
+  return true;
+}
+
+/// By the zero of a joint, or of a positioner's axis.
+bool fill_zero(const Calibration& c, std::size_t index, Eigen::MatrixXd& columns) {
+  const std::vector<Joint>& joints = c.cell.robot.joints;
+  if (index < joints.size())
+    return set(columns, 0, c, joint_parameter(ParameterKind::kTheta, index), joints[index].sign);
+  const std::size_t axis = index - joints.size();
+  return CarriedMotion(c, columns, 0)
+      .carried(axis + 1, Eigen::Vector3d::Zero(),
+               c.cell.robot.positioner[axis].sign * Eigen::Vector3d::UnitZ());
 }
 
 bool fill(const PossibleChange& change, const Calibration& c, Eigen::MatrixXd& columns) {
@@ -404,8 +473,9 @@ bool fill(const PossibleChange& change, const Calibration& c, Eigen::MatrixXd& c
       }
       return true;
     case ChangeKind::kJoint:
-      return set(columns, 0, c, joint_parameter(ParameterKind::kTheta, change.index),
-                 c.cell.robot.joints[change.index].sign);
+      return fill_zero(c, change.index, columns);
+    case ChangeKind::kPositioner:
+      return fill_foot(c, columns);
     case ChangeKind::kGrowth:
       for (std::size_t i = 0; i < c.cell.robot.joints.size(); ++i) {
         const Joint& joint = c.cell.robot.joints[i];

@@ -116,6 +116,8 @@ struct DriftPerMonth {
   double zero_rad = 5e-6;   ///< of each joint: belts, bearings
   double tip_m = 10e-6;     ///< of each component of the tool's tip: wear, its seat
   double centre_m = 10e-6;  ///< of each component of a sphere's centre: posts, glue
+  double axis_m = 10e-6;    ///< of each component of a positioner's axis' place: its foot, bearings
+  double axis_rad = 5e-6;   ///< of its direction
 };
 
 /// The last calibration with the tool's tip among its parameters, even if the cell file states it

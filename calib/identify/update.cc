@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "calib/estimate/positioner.h"
 #include "calib/estimate/region.h"
 #include "calib/identify/explained.h"
 #include "calib/model/error.h"
@@ -96,6 +97,9 @@ Calibration at(const Calibration& last, const Calibration& prior, Mean mean) {
   c.covariance = std::move(mean.covariance);
   close_tip(last, c);
   place_targets(last, c);
+  c.positioner = positioner_lines(c, {});
+  for (std::size_t j = 0; j < c.positioner.size() && j < last.positioner.size(); ++j)
+    c.positioner[j].touched_rad = last.positioner[j].touched_rad;
   return c;
 }
 
@@ -145,6 +149,22 @@ void forget_session(Calibration& c) {
   c.verdict = {.workspace = c.verdict.workspace};
 }
 
+/// As kUpdateGoal, on a positioner: its foot has six unknowns, and fifteen touches cannot say all that a session does.
+constexpr double kGoalOnPositioner = 1.5;
+
+/// Where the tip is known too little on the positioner, `origin` states its error there.
+void compare_on_positioner(const Calibration& last, const Calibration& c, int count,
+                           UpdateOrigin& origin) {
+  const std::vector<CarriedPose> poses = stated_on_positioner(last, count);
+  const double before_m = foreseen_carried_m(last, poses), reached_m = foreseen_carried_m(c, poses);
+  if (reached_m <= kGoalOnPositioner * before_m ||
+      origin.reached_m > kUpdateGoal * origin.before_m)
+    return;
+  origin.before_m = before_m;
+  origin.reached_m = reached_m;
+  origin.on_positioner = true;
+}
+
 bool contradicted(const Sufficient& enough) {
   // A non-finite value counts as a contradiction.
   return !(enough.by_chance >= kByChance && enough.log_odds_more <= std::log(kMoreOdds));
@@ -155,7 +175,8 @@ bool two_things(double log_odds) { return !(log_odds <= std::log(kTwoOdds)); }
 UpdateOutcome outcome_of(const UpdateOrigin& origin, bool contradictory) {
   const Explanation& first = origin.explanations.front();
   if (contradictory) return UpdateOutcome::kContradicted;
-  if (!(origin.reached_m <= kUpdateGoal * origin.before_m)) return UpdateOutcome::kNotResolved;
+  if (origin.on_positioner || !(origin.reached_m <= kUpdateGoal * origin.before_m))
+    return UpdateOutcome::kNotResolved;
   // A single erroneous touch is no change of the cell.
   if (first.kind == ChangeKind::kNothing || first.kind == ChangeKind::kTouch)
     return UpdateOutcome::kNothingChanged;
@@ -231,9 +252,6 @@ Resolved resolve(const Calibration& prior, TouchEquations& equations) {
 
 Calibration update(const Calibration& last, const std::vector<Touch>& touches,
                    const UpdateFacts& facts) {
-  refuse_positioner(
-      last.cell.robot, "an update",
-      "Calibrate anew, with 'cellcal identify' and touches all over the positioner's range");
   const Calibration prior = with_drift(last, facts.months);
   const std::vector<JointVector> workspace = stated_workspace(last, facts.region_poses);
   UpdateOrigin origin;
@@ -269,6 +287,7 @@ Calibration update(const Calibration& last, const std::vector<Touch>& touches,
     c.nominal_workspace_u_m = over_workspace.u_m;
     c.nominal_near_targets_m = local.mean_m;
     c.nominal_near_targets_u_m = local.u_m;
+    compare_on_positioner(last, c, facts.region_poses, origin);
     origin.outcome = outcome_of(origin, contradicted(r.enough) || two_things(r.log_odds_two));
     if (best.change.kind == ChangeKind::kSphere)  // its certificates refer to the previous position
       std::erase_if(c.lengths, [&](const LengthResult& length) {
@@ -297,6 +316,8 @@ Subject about(const Explanation& one, const Cell& cell) {
       return about_target(cell.targets[cell.target_index(one.name)]);
     case ChangeKind::kJoint:
       return about_joint(one.name);
+    case ChangeKind::kPositioner:
+      return about_positioner(one.name);
     default:
       return {};
   }
@@ -307,6 +328,11 @@ std::vector<Quantity> evidence_of(const Explanation& one) {
     case ChangeKind::kTool:
     case ChangeKind::kSphere:
       return shift_in_mm(one.shift_m, one.sigma);
+    case ChangeKind::kPositioner: {
+      std::vector<Quantity> evidence = shift_in_mm(one.shift_m, one.sigma);
+      evidence.push_back(in_deg("turn", one.amount, one.turn_sigma));
+      return evidence;
+    }
     case ChangeKind::kJoint:
       return {in_deg("turn", one.amount, one.sigma)};
     case ChangeKind::kGrowth:
@@ -353,6 +379,7 @@ void judge_update(Calibration& c) {
   finding.evidence.push_back({"touches", static_cast<double>(origin.touches), ""});
   finding.evidence.push_back(in_mm("reached", origin.reached_m));
   finding.evidence.push_back(in_mm("before", origin.before_m));
+  if (origin.on_positioner) finding.evidence.push_back({"on_positioner", 1.0, ""});
   for (const std::string& id : origin.not_found)
     finding.parts.push_back({about_target(c.cell.targets[c.cell.target_index(id)]), {}});
   if (origin.outcome == UpdateOutcome::kContradicted && origin.second)
@@ -386,6 +413,36 @@ Eigen::VectorXd stays_m2(const ArmModel& arm, const Calibration& c,
 
 }  // namespace
 
+std::vector<CarriedPose> stated_on_positioner(const Calibration& c, int count) {
+  return carried_poses(arm_of(c), c, static_cast<int>(c.cell.robot.positioner.size()), count,
+                       kSeed);
+}
+
+Eigen::MatrixXd carried_moves(const Calibration& c, const std::vector<CarriedPose>& poses) {
+  const ArmModel arm = arm_of(c);
+  if (poses.size() < kFewestPoses) return Eigen::MatrixXd(0, arm.size());
+  const Eigen::VectorXd x = arm_values(arm, c);
+  const auto count = static_cast<Eigen::Index>(poses.size());
+  TipMoves at{Eigen::Matrix3Xd(3, count), Eigen::MatrixXd(3 * count, arm.size())};
+  Eigen::Matrix3Xd jacobian(3, arm.size());
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const CarriedPose& pose = poses[static_cast<std::size_t>(k)];
+    at.tips_m.col(k) =
+        arm.position(arm.prepare(pose.joint_rad, 0, nullptr, pose.carrier_rad), x.data(), jacobian);
+    at.moves_m.middleRows<3>(3 * k) = jacobian;
+  }
+  return aligned(at);
+}
+
+double foreseen_carried_m(const Calibration& c, const std::vector<CarriedPose>& poses) {
+  if (poses.size() < kFewestPoses) return 0.0;
+  const ArmModel arm = arm_of(c);
+  std::vector<JointVector> postures;
+  for (const CarriedPose& pose : poses) postures.push_back(pose.joint_rad);
+  return predicted_mean_error_m(carried_moves(c, poses), arm_covariance(arm, c),
+                                stays_m2(arm, c, postures));
+}
+
 double foreseen_error_m(const Calibration& c, const std::vector<JointVector>& poses) {
   if (poses.size() < kFewestPoses) return 0.0;
   const ArmModel arm = arm_of(c);
@@ -409,9 +466,14 @@ std::vector<JointVector> stated_workspace(const Calibration& c, int count) {
 std::vector<JointVector> stated_near_targets(const Calibration& c,
                                              const std::vector<JointVector>& around, int count) {
   if (!c.region.empty()) return poses_between(c.region, count, kSeed);
+  const ArmModel arm = arm_of(c);
   std::vector<Eigen::Vector3d> centres;
-  for (const TargetResult& target : c.targets) centres.push_back(target.centre_m);
-  return local_poses(arm_of(c), around, centres, kLocalHalfM, count, kSeed);
+  for (const TargetResult& target : c.targets)
+    if (c.cell.targets[c.cell.target_index(target.id)].carried_by == 0)
+      centres.push_back(target.centre_m);
+  if (!c.cell.robot.positioner.empty())  // where its targets were touched
+    for (const JointVector& touched : around) centres.push_back(arm.nominal_tip_m(touched));
+  return local_poses(arm, around, centres, kLocalHalfM, count, kSeed);
 }
 
 }  // namespace cellcal::calib

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/estimate/positioner.h"
 #include "calib/estimate/region.h"
 #include "calib/model/joint_vector.h"
 #include "calib/model/touch.h"
@@ -47,10 +48,16 @@ void judge_update(Calibration& c);
 
 /// Mean 3-D error [m] over the poses, including ripple and discrepancy; 0 for fewer than three.
 double foreseen_error_m(const Calibration& c, const std::vector<JointVector>& poses);
+/// The same in the frame that a positioner's axes carry.
+double foreseen_carried_m(const Calibration& c, const std::vector<CarriedPose>& poses);
+/// Motion of the tip there per parameter of the arm, after alignment: 3 rows per pose, none for fewer than three.
+Eigen::MatrixXd carried_moves(const Calibration& c, const std::vector<CarriedPose>& poses);
 /// Error of this arm's nominal model; zero for fewer than three poses.
 NominalError nominal_error_of(const Calibration& c, const std::vector<JointVector>& poses);
 /// Poses of the workspace, and poses near the targets in postures similar to those of the touches.
 std::vector<JointVector> stated_workspace(const Calibration& c, int count);
+/// Poses of work on all axes of a positioner; none without one.
+std::vector<CarriedPose> stated_on_positioner(const Calibration& c, int count);
 std::vector<JointVector> stated_near_targets(const Calibration& c,
                                              const std::vector<JointVector>& around, int count);
 

@@ -5,14 +5,18 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <set>
+#include <span>
 #include <utility>
+#include <variant>
 
 #include "calib/check/explain.h"
 #include "calib/check/foresight.h"
 #include "calib/check/mastered.h"
 #include "calib/check/tcp_check.h"
+#include "calib/estimate/positioner.h"
 #include "calib/estimate/predict.h"
 #include "calib/estimate/region.h"
 #include "calib/identify/update.h"
@@ -24,6 +28,7 @@
 #include "calib/plan/duration.h"
 #include "calib/plan/plan.h"
 #include "calib/plan/pool.h"
+#include "calib/plan/positioner_plan.h"
 #include "calib/plan/visit.h"
 #include "calib/result/calibration.h"
 #include "calib/result/level.h"
@@ -55,6 +60,7 @@ void set_predicted_sigmas(const Calibration& calibration, Plan& plan) {
   for (const PlannedTouch& planned : plan.touches) {
     contacts.emplace_back();
     contacts.back().target = planned.target;
+    contacts.back().positioner_rad = planned.positioner_rad;
     const double share = planned.expected_m / planned.search_m;
     for (std::size_t i = 0; i < planned.standoff.size(); ++i)
       contacts.back().joint_rad.push_back(planned.standoff[i] +
@@ -67,8 +73,8 @@ void set_predicted_sigmas(const Calibration& calibration, Plan& plan) {
   }
 }
 
-/// The cell with spheres at their calibrated places; targets without one are obstacles. Throws PlanError if there is
-/// no sphere.
+/// The cell with spheres at their calibrated places, and a positioner's axes as found; targets without one are
+/// obstacles. Throws PlanError if there is no sphere.
 Cell as_known(const Calibration& calibration) {
   Cell cell = calibration.cell;
   bool any = false;
@@ -83,16 +89,93 @@ Cell as_known(const Calibration& calibration) {
     throw PlanError(
         PlanError::Kind::kCalibration,
         "the calibration contains no sphere: only spheres can be touched. Calibrate first");
+  for (std::size_t j = 0; j < cell.robot.positioner.size(); ++j)
+    cell.robot.positioner[j].frame = axis_as_found(calibration, j);
   return cell;
+}
+
+/// The cell while a positioner stands, and its candidates.
+struct Still {
+  std::vector<double> positioner_rad;  ///< empty: there is none
+  Cell cell;                           ///< all places in the base frame
+  std::unique_ptr<Pool> pool = {};
+};
+
+/// `known`: of as_known().
+std::unique_ptr<Still> still_at(const Calibration& calibration, const Cell& known,
+                                const std::vector<double>& positioner_rad) {
+  auto still = std::make_unique<Still>(positioner_rad, at_setting(known, positioner_rad));
+  for (std::size_t t = 0; t < known.targets.size(); ++t) {
+    const auto carriers = static_cast<std::size_t>(known.targets[t].carried_by);
+    if (carriers > 0)  // with the scale of their angles, too
+      still->cell.targets[t].centre_m =
+          carried_as_found(calibration, std::span(positioner_rad).first(carriers)) *
+          known.targets[t].centre_m;
+  }
+  return still;
+}
+
+/// Fills the pool; targets that cannot be touched at this setting become obstacles. Their number, or the
+/// reason why none is left.
+std::variant<std::size_t, PlanError> fill_pool(const PlanOptions& options, const JointVector& rest,
+                                               Still& still) {
+  std::size_t without = 0;
+  while (true) {
+    try {
+      still.pool = std::make_unique<Pool>(still.cell, options, kCandidatesForFew, Kinds::kSpheres, rest);
+      return without;
+    } catch (const PlanError& error) {
+      using enum PlanError::Kind;
+      if (error.kind != kOutOfReach && error.kind != kInTheWay) throw;
+      if (error.target.empty()) return error;
+      still.cell.targets[still.cell.target_index(error.target)].obstacle_only = true;
+      ++without;
+      const auto is_left = [](const Target& one) { return is_planned(one, Kinds::kSpheres); };
+      if (std::ranges::none_of(still.cell.targets, is_left)) return error;
+    }
+  }
+}
+
+/// The cell as known, of one with a positioner at the setting asked for, else at the first that lets most
+/// spheres be touched. Throws PlanError.
+std::unique_ptr<Still> still_cell(const Calibration& calibration, const PlanOptions& options,
+                                  const std::vector<double>& asked) {
+  const Cell known = as_known(calibration);
+  if (known.robot.positioner.empty()) {
+    auto still = std::make_unique<Still>(std::vector<double>{}, known);
+    still->pool = std::make_unique<Pool>(still->cell, options, kCandidatesForFew);
+    return still;
+  }
+  const JointVector rest = waiting_posture(known);
+  std::unique_ptr<Still> best;
+  std::size_t least = known.targets.size();
+  std::optional<PlanError> why;
+  for (const std::vector<double>& angles :
+       asked.empty() ? settings_of(known.robot) : std::vector<std::vector<double>>{asked}) {
+    std::unique_ptr<Still> still = still_at(calibration, known, angles);
+    const auto without = fill_pool(options, rest, *still);
+    if (const auto* error = std::get_if<PlanError>(&without)) {
+      if (!why) why = *error;
+      continue;
+    }
+    if (std::get<std::size_t>(without) < least) {
+      least = std::get<std::size_t>(without);
+      best = std::move(still);
+    }
+    if (least == 0) break;
+  }
+  if (best == nullptr) throw *why;
+  return best;
 }
 
 /// Candidates, choice, paths and short search lines within a time limit. Throws PlanError.
 Plan make_few_touches(const Calibration& calibration, const PlanOptions& options,
                       const CheckPlanOptions& how, const JointVector& from,
                       const ChoiceOfFew& choose) {
-  const Cell cell = as_known(calibration);
+  const std::unique_ptr<Still> still = still_cell(calibration, options, how.positioner_rad);
+  const Cell& cell = still->cell;
   const Predictor predictor(calibration);
-  Pool pool(cell, options, kCandidatesForFew);
+  Pool& pool = *still->pool;
   const JointVector start = from.empty() ? pool.middle() : from;
   if (const auto what = pool.clearance().hit(start, kTipMarginM))
     throw PlanError(
@@ -100,24 +183,30 @@ Plan make_few_touches(const Calibration& calibration, const PlanOptions& options
         fmt::format("the arm is too close to something to start: {}. Jog it free", words(*what)));
   const Aim aim = [&](const Candidate& candidate, PlannedTouch& touch) {
     const TargetResult& sphere = *known_sphere(calibration, cell.targets[candidate.target]);
-    const Surface surface{sphere.centre_m, candidate.normal, sphere.effective_radius_m,
+    const Surface surface{cell.targets[candidate.target].centre_m, candidate.normal, sphere.effective_radius_m,
                           [&](const JointVector& q) -> Eigen::Vector3d {
                             return predictor.calibrated(q).tcp.translation();
                           }};
     aim_at(pool, options, surface, {how.before_m, how.behind_m}, candidate, touch);
     touch.may_miss = true;
+    touch.positioner_rad = still->positioner_rad;
   };
   Pace pace;
   pace.predicted_m = how.before_m;
   const auto possible = [&](std::size_t candidate) { return pool.connected(candidate); };
+  const auto picked_of = [&](int count) {
+    std::vector<Candidate> candidates = pool.candidates();
+    for (Candidate& one : candidates) one.positioner_rad = still->positioner_rad;
+    return choose(candidates, count, possible);
+  };
   Random random(options.seed);
   const std::size_t spread = pool.candidates().size();
   for (int count = how.most_touches;; --count) {
     pool.forget(spread, {});
-    auto picked = choose(pool.candidates(), count, possible);
+    auto picked = picked_of(count);
     for (const double by_rad : kLookAroundFewRad) {
       pool.vary(picked, kAroundFew * count, by_rad, random);
-      picked = choose(pool.candidates(), count, possible);
+      picked = picked_of(count);
     }
     if (static_cast<int>(picked.size()) < how.least_touches)
       throw PlanError(PlanError::Kind::kTooFew,
@@ -137,6 +226,7 @@ std::vector<Touch> touches_of(const Calibration& c, const std::vector<Candidate>
   for (const Candidate& candidate : candidates) {
     touches.emplace_back();
     touches.back().joint_rad = candidate.contact;
+    touches.back().positioner_rad = candidate.positioner_rad;
     touches.back().target = c.cell.targets[candidate.target].id;
   }
   return touches;
@@ -283,26 +373,32 @@ Eigen::Index place_of(const Calibration& c, const ParameterKey& key) {
   return found == c.parameters.end() ? -1 : found - c.parameters.begin();
 }
 
-/// Objective: the tip over the workspace, without base motion, and every sphere's centre; each as mean
-/// square.
+/// Objective: the tip over the workspace, and in the frame that a positioner carries, without base motion, and
+/// every sphere's centre; each as mean square.
 Eigen::MatrixXd wanted(const Calibration& c) {
   const ArmModel arm(at_level(c.cell, c.level));
   const Eigen::VectorXd x = arm_values(arm, c);
   const Eigen::MatrixXd moves = aligned_moves(arm, workspace_poses(arm, kUpdatePoses, kCheckSeed),
                                               x.data(), Eigen::VectorXd::Ones(arm.size())) /
                                 std::sqrt(static_cast<double>(kUpdatePoses));
+  const Eigen::MatrixXd carried = carried_moves(c, stated_on_positioner(c, kUpdatePoses)) /
+                                  std::sqrt(static_cast<double>(kUpdatePoses));
   const auto spheres = static_cast<Eigen::Index>(c.targets.size());
   const auto n = static_cast<Eigen::Index>(c.parameters.size());
-  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(moves.rows() + 3 * spheres, n);
+  const Eigen::Index first = moves.rows() + carried.rows();  // of the spheres
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(first + 3 * spheres, n);
   for (int i = 0; i < arm.size(); ++i)
-    if (const Eigen::Index at = place_of(c, arm.parameters()[static_cast<std::size_t>(i)]); at >= 0)
+    if (const Eigen::Index at = place_of(c, arm.parameters()[static_cast<std::size_t>(i)]);
+        at >= 0) {
       rows.col(at).head(moves.rows()) = moves.col(i);
+      rows.col(at).segment(moves.rows(), carried.rows()) = carried.col(i);
+    }
   const double each = 1.0 / std::sqrt(static_cast<double>(std::max<Eigen::Index>(1, spheres)));
   for (Eigen::Index s = 0; s < spheres; ++s)
     for (int axis = 0; axis < 3; ++axis) {
       const std::size_t target = c.cell.target_index(c.targets[static_cast<std::size_t>(s)].id);
       const Eigen::Index at = place_of(c, target_parameter(ParameterKind::kCentre, target, axis));
-      if (at >= 0) rows(moves.rows() + 3 * s + axis, at) = each;
+      if (at >= 0) rows(first + 3 * s + axis, at) = each;
     }
   return rows;
 }
@@ -357,6 +453,20 @@ bool can_be_touched(const Target& target) {
          is_planned(target, Kinds::kSpheresAndPlanes);
 }
 
+/// All touches at the first setting of the positioner that lets them. Throws PlanError.
+Plan make_still_plan(const Cell& cell, const PlanOptions& options) {
+  const JointVector rest = waiting_posture(cell);
+  std::optional<PlanError> why;
+  for (const std::vector<double>& angles : settings_of(cell.robot)) try {
+      Plan plan = make_plan(at_setting(cell, angles), options, rest);
+      for (PlannedTouch& touch : plan.touches) touch.positioner_rad = angles;
+      return plan;
+    } catch (const PlanError& error) {
+      if (!why) why = error;
+    }
+  throw *why;
+}
+
 /// The same touch again, from its clear point.
 PlannedTouch again(PlannedTouch touch) {
   touch.transit = {touch.standoff};
@@ -389,15 +499,15 @@ CheckPlanOptions mastered_touches(const std::vector<std::string>& joints) {
 }
 
 PlannedTouch check_touch_from(const Calibration& calibration, const Plan& plan, std::size_t next,
-                              const JointVector& from) {
+                              const JointVector& from, const std::vector<double>& positioner_rad) {
   const PlannedTouch& planned = plan.touches.at(next);
   const JointVector& before = next == 0 ? plan.start : plan.touches[next - 1].clear;
-  if (from == before) return planned;
+  if (from == before && positioner_rad == planned.positioner_rad) return planned;
   // To the stand-off clear of the sphere, then straight on as planned.
   Plan far = plan;
   const bool aimed = planned.transit.size() > 1 && planned.transit.back() == planned.standoff;
   if (aimed) far.touches[next].standoff = planned.transit[planned.transit.size() - 2];
-  PlannedTouch touch = resume_plan(as_known(calibration), far, next, from).touches[next];
+  PlannedTouch touch = resume_plan(as_known(calibration), far, next, from, positioner_rad).touches[next];
   if (!aimed) return touch;
   touch.standoff = planned.standoff;
   touch.transit.push_back(planned.standoff);
@@ -456,7 +566,7 @@ Plan make_qualification_plan(const Cell& cell, const PlanOptions& options, std::
   few.fit_touches = places;
   few.check_touches = 0;
   few.criterion = Criterion::kEven;
-  const Plan once = make_plan(one, few);
+  const Plan once = cell.robot.positioner.empty() ? make_plan(one, few) : make_still_plan(one, few);
   Plan plan = once;
   plan.touches.clear();
   plan.predicted_mean_m = plan.predicted_u95_m = 0.0;

@@ -20,17 +20,20 @@ struct CheckPlanOptions {
   TouchSet set = TouchSet::kCheck;  ///< purpose of the touches
   /// Joints whose zeros are sought; empty: a shift of the tool is.
   std::vector<std::string> joints = {};
+  /// Where a positioner stands; empty: at the first setting that lets most spheres be touched.
+  std::vector<double> positioner_rad = {};
 };
 
-/// Touches of the calibration's spheres, at their calibrated places. Only the margins of PlanOptions are
-/// used, not the numbers. `from`: current position; empty: the resting posture. Throws PlanError.
+/// Touches of the calibration's spheres, at their calibrated places; all at one setting of a positioner. Only
+/// the margins of PlanOptions are used, not the numbers. `from`: current position; empty: the resting posture,
+/// or where the arm waits while a positioner turns. Throws PlanError.
 Plan make_check_plan(const Calibration& calibration, const PlanOptions& options,
                      const CheckPlanOptions& how = {}, const JointVector& from = {});
 
-/// The plan's touch `next`, with spheres at their calibrated places, and a path from any position; as resume_plan().
-/// Throws PlanError.
+/// The plan's touch `next`, with spheres at their calibrated places, and a path from any position and from
+/// any angles of a positioner; as resume_plan(). Throws PlanError.
 PlannedTouch check_touch_from(const Calibration& calibration, const Plan& plan, std::size_t next,
-                              const JointVector& from);
+                              const JointVector& from, const std::vector<double>& positioner_rad = {});
 
 /// Four to six touches with most information on the zeros of these joints, in at most 20 s of robot time.
 CheckPlanOptions mastered_touches(const std::vector<std::string>& joints);

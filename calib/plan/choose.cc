@@ -12,6 +12,7 @@
 #include "calib/model/linear.h"
 #include "calib/model/long_work.h"
 #include "calib/plan/design.h"
+#include "calib/plan/online.h"
 
 namespace cellcal::calib {
 
@@ -285,6 +286,43 @@ Choice choose(const Cell& cell, const std::vector<Candidate>& candidates,
               const ChooseOptions& options) {
   if (candidates.empty()) return {};
   return Choosing(cell, candidates, options).run();
+}
+
+namespace {
+
+/// Touches of each target that a plan to a goal begins with.
+constexpr int kFirstToGoal = 10;
+
+/// u95 that a session reaches by these touches, which exclude most model errors.
+double foreseen_u95_m(const Choice& choice) { return kBoundOverError * choice.reducible_m; }
+
+/// At least a tenth more than the choice has, unless no more are allowed.
+int more_touches(const Choice& choice, const PlanOptions& options) {
+  constexpr double kLeastMore = 1.1;
+  const std::size_t count = choice.picked.size();
+  const double needed = touches_to_goal(count, choice.reducible_m, options.goal_u95_m);
+  return static_cast<int>(
+      std::min(std::ceil(std::max(needed, kLeastMore * static_cast<double>(count))),
+               1.0 * options.fit_touches));
+}
+
+}  // namespace
+
+void choose_to_goal(const PlanOptions& options, int targets,
+                    const std::function<void(int count)>& choose_of, const Choice& choice) {
+  if (!(options.goal_u95_m > 0.0)) return choose_of(options.fit_touches);
+  int count = std::min(options.fit_touches, kFirstToGoal * targets);
+  choose_of(count);
+  while (foreseen_u95_m(choice) > options.goal_u95_m && count < options.fit_touches)
+    choose_of(count = more_touches(choice, options));
+}
+
+void foresee(const Choice& choice, const PlanOptions& options, Plan& plan) {
+  plan.predicted_mean_m = choice.predicted_mean_m;
+  plan.predicted_u95_m = choice.predicted_u95_m;
+  if (!(options.goal_u95_m > 0.0)) return;
+  plan.predicted_u95_m = foreseen_u95_m(choice);
+  if (plan.predicted_u95_m > options.goal_u95_m) plan.missing = choice.largest;
 }
 
 std::vector<Picked> with_check_touches(const Cell& cell, const std::vector<Candidate>& candidates,

@@ -51,6 +51,15 @@ std::vector<Picked> with_check_touches(const Cell& cell, const std::vector<Candi
                                        int targets, const PlanOptions& options,
                                        const std::function<bool(std::size_t)>& possible);
 
+// A plan to a goal: as many touches as it is predicted to take (92).
+
+/// Calls `choose_of` with growing numbers until the `choice` that it fills reaches options.goal_u95_m, or the most
+/// touches allowed; without a goal once. `targets`: number of planned ones.
+void choose_to_goal(const PlanOptions& options, int targets,
+                    const std::function<void(int count)>& choose_of, const Choice& choice);
+/// Fills the predicted figures of the plan, with a goal for the end of a session, and what keeps it from the goal.
+void foresee(const Choice& choice, const PlanOptions& options, Plan& plan);
+
 // Joint choice of the touches that reduce the uncertainty of an estimate most.
 
 /// `count` candidates of the design, picked greedily by (67) and then exchanged; fewer if no more

@@ -47,7 +47,7 @@ Missing largest_part(const ArmModel& arm, const Remainder& left) {
   const Eigen::Index moved = left.moves_m.cols();
   const Eigen::MatrixXd reach = product(left.moves_m, left.covariance_u.topRows(moved));
   std::map<UncertaintySource, Eigen::VectorXd> parts;
-  std::map<int, Eigen::VectorXd> of_joint;
+  std::map<int, Eigen::VectorXd> of_joint, of_carrier;
   const auto count = static_cast<Eigen::Index>(left.postures.size());
   const auto add = [count](auto& to, auto key, const Eigen::VectorXd& part) {
     to.try_emplace(key, Eigen::VectorXd::Zero(count)).first->second += part;
@@ -61,6 +61,8 @@ Missing largest_part(const ArmModel& arm, const Remainder& left) {
     by_touches -= part;
     add(parts, source, part);
     if (source == UncertaintySource::kTransmission) add(of_joint, left.keys[i].joint, part);
+    if (left.keys[i].kind == ParameterKind::kPositioner)
+      add(of_carrier, left.keys[i].carrier, part);
   }
   add(parts, UncertaintySource::kTouches, by_touches.cwiseMax(0.0));
   add(parts, UncertaintySource::kRipple, ripple_variance_m2(arm, left.postures, left.ripple_rad));
@@ -69,6 +71,12 @@ Missing largest_part(const ArmModel& arm, const Remainder& left) {
   double whole = 0.0;
   for (const auto& [source, part] : parts) whole += part.sum();
   Missing missing{largest->first, whole > 0.0 ? largest->second.sum() / whole : 0.0};
+  if (missing.source == UncertaintySource::kPlaces && !of_carrier.empty()) {
+    const auto axis = std::ranges::max_element(of_carrier, less);
+    if (2.0 * axis->second.sum() < largest->second.sum()) return missing;
+    missing.share = axis->second.sum() / whole;
+    missing.joint = arm.robot().positioner[static_cast<std::size_t>(axis->first)].name;
+  }
   if (missing.source != UncertaintySource::kTransmission) return missing;
   const auto joint = std::ranges::max_element(of_joint, less);
   const auto index = static_cast<std::size_t>(joint->first);
@@ -85,6 +93,9 @@ Phrase phrase_of(const Missing& missing) {
         "say.plan.missing.source",
         {{"share", percent},
          {"source", Phrase(std::string("say.certificate.source.") + to_string(missing.source))}}};
+  if (missing.source == UncertaintySource::kPlaces)
+    return {"say.plan.missing.positioner",
+            {{"share", percent}, {"axis", Phrase(missing.joint)}}};
   return {"say.plan.missing.joint",
           {{"share", percent},
            {"joint", Phrase(missing.joint)},

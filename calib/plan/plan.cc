@@ -32,8 +32,6 @@ constexpr int kExchanges = 6;
 /// Fewer directions do not constrain a sphere reliably; and half of all touches are distributed
 /// evenly, since the choice covers only the errors in the model.
 constexpr int kLeastPerSphere = 5;
-/// Touches of each target that a plan to a goal begins with.
-constexpr int kFirstToGoal = 10;
 
 /// Distance of q from the segment a-b in joint space, maximum norm.
 double off_segment(const JointVector& q, const JointVector& a, const JointVector& b) {
@@ -47,19 +45,6 @@ double off_segment(const JointVector& q, const JointVector& a, const JointVector
   for (std::size_t i = 0; i < q.size(); ++i)
     worst = std::max(worst, std::abs(q[i] - a[i] - s * (b[i] - a[i])));
   return worst;
-}
-
-/// u95 that a session reaches by these touches, which exclude most model errors.
-double foreseen_u95_m(const Choice& choice) { return kBoundOverError * choice.reducible_m; }
-
-/// At least a tenth more than the choice has, unless no more are allowed.
-int more_touches(const Choice& choice, const PlanOptions& options) {
-  constexpr double kLeastMore = 1.1;
-  const std::size_t count = choice.picked.size();
-  const double needed = touches_to_goal(count, choice.reducible_m, options.goal_u95_m);
-  return static_cast<int>(
-      std::min(std::ceil(std::max(needed, kLeastMore * static_cast<double>(count))),
-               1.0 * options.fit_touches));
 }
 
 /// The fit touches; throws if too few are reachable.
@@ -104,18 +89,13 @@ Choice choose_fit_touches(const Cell& cell, const PlanOptions& options, int targ
     const Part part(PlanStep::kChoose, kChosenShare, kRefinedShare);
     if (options.criterion == Criterion::kI) add_neighbours(cell, pool, spread, how, choice);
   };
-  const bool to_goal = options.goal_u95_m > 0.0;
-  choose_of(to_goal ? std::min(options.fit_touches, kFirstToGoal * targets) : options.fit_touches);
-  while (to_goal && foreseen_u95_m(choice) > options.goal_u95_m && how.count < options.fit_touches)
-    choose_of(more_touches(choice, options));
+  choose_to_goal(options, targets, choose_of, choice);
   return choice;
 }
 
 }  // namespace
 
 Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& from) {
-  if (options.goal_u95_m > 0.0)
-    refuse_positioner(cell.robot, "a plan to a goal", "Leave --goal out");
   if (!cell.robot.positioner.empty()) return make_positioner_plan(cell, options, from);
   constexpr Kinds kKinds = Kinds::kSpheresAndPlanes;
   const auto targets = static_cast<int>(
@@ -154,12 +134,7 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
         PlanError::Kind::kArmStands,
         fmt::format("the arm is too close to something to start: {}. Jog it free", words(*what)));
   Plan plan = visit(cell, options, pool.clearance(), pool.router(), std::move(todo), start);
-  plan.predicted_mean_m = choice.predicted_mean_m;
-  plan.predicted_u95_m = choice.predicted_u95_m;
-  if (options.goal_u95_m > 0.0) {
-    plan.predicted_u95_m = foreseen_u95_m(choice);
-    if (plan.predicted_u95_m > options.goal_u95_m) plan.missing = choice.largest;
-  }
+  foresee(choice, options, plan);
   for (const Target& target : cell.targets)
     if (!is_planned(target, kKinds)) plan.left_out.push_back(target.id);
   return plan;

@@ -60,6 +60,8 @@ struct Plan {
   JointVector start;  ///< required position before the first transit
   std::vector<PlannedTouch> touches;
   std::vector<JointVector> home;      ///< waypoints from the last clear point back to start
+  /// Angles of the positioner's axes on that way, of a plan without touches.
+  std::vector<double> home_rad{};
   std::vector<std::string> left_out;  ///< ids of targets without planned touches
   double predicted_mean_m = 0.0;      ///< predicted mean 3-D error over the region
   double predicted_u95_m = 0.0;       ///< mean of its 95 % radius; 0: not predicted

@@ -30,6 +30,8 @@ constexpr double kInsideLimitsRad = 0.05, kMostTurnRad = std::numbers::pi - kIns
 constexpr double kStandOnTableM = 0.03;
 /// Candidates per touch and sphere over all settings, at least so many at each.
 constexpr int kCandidatesOverSettings = 24, kLeastAtSetting = 20;
+/// Touches to a goal that candidates are made for, where more are allowed.
+constexpr int kCandidatesToGoal = 100;
 constexpr int kSettingExchanges = 4, kLeastOnSphere = 5;
 /// Steps at which the resting arm's clearance of the turning positioner is checked.
 constexpr double kTurnStepRad = 0.08;
@@ -155,7 +157,8 @@ class SettingPools {
   SettingPools(const Cell& cell, const PlanOptions& options, const JointVector& rest)
       : cell_(cell) {
     const std::vector<std::vector<double>> all = settings_of(cell.robot);
-    const int total = options.fit_touches + options.check_touches;
+    const int most = options.goal_u95_m > 0.0 ? kCandidatesToGoal : options.fit_touches;
+    const int total = std::min(most, options.fit_touches) + options.check_touches;
     const int per_target =
         std::max(kLeastAtSetting, kCandidatesOverSettings * total /
                                       static_cast<int>(cell.targets.size() * all.size()));
@@ -234,30 +237,30 @@ std::vector<std::vector<double>> swept_settings(const Robot& robot) {
   return all;
 }
 
-/// Posture of the waiting arm while the positioner turns: clear of all that it carries, wherever that is.
-JointVector waiting_posture(const Cell& cell) {
-  constexpr double kBetweenM = 0.1;  // twice the way from a step to the middle between two
-  Cell swept = at_setting(cell, std::vector<double>(cell.robot.positioner.size(), 0.0));
-  swept.lengths.clear();
-  swept.targets.clear();
-  swept.obstacles.clear();
-  bool floor = true;
-  for (const std::vector<double>& angles : swept_settings(cell.robot)) {
-    Cell here = at_setting(cell, angles);
-    for (std::size_t t = 0; t < here.targets.size(); ++t) {
-      if (cell.targets[t].carried_by > 0)
-        here.targets[t].diameter_m += kBetweenM;
-      else if (!floor)
-        continue;
-      swept.targets.push_back(std::move(here.targets[t]));
-    }
-    for (std::size_t i = 0; i < here.obstacles.size(); ++i)
-      if (floor || cell.obstacles[i].carried_by > 0)
-        swept.obstacles.push_back(std::move(here.obstacles[i]));
-    floor = false;
-  }
-  const ArmModel arm = planning_arm(swept);
-  return resting_posture(swept.robot, Clearance(swept, arm));
+/// The fit touches, to a goal as many as it takes. Throws PlanError if too few are reachable.
+Choice choose_at_settings(const Cell& cell, const PlanOptions& options, int targets,
+                          const SettingPools& settings) {
+  ChooseOptions how;
+  how.criterion = options.criterion;
+  how.region = options.region;
+  how.exchanges = kSettingExchanges;
+  how.seed = options.seed;
+  how.possible = [&](std::size_t i) { return settings.connected(i); };
+  Choice choice;
+  const auto choose_of = [&](int count) {
+    how.count = count;
+    how.least_per_target =
+        std::min(std::max(kLeastOnSphere, count / (2 * targets)), count / targets);
+    choice = choose(cell, settings.candidates(), how);
+    if (static_cast<int>(choice.picked.size()) < count)
+      throw PlanError(
+          PlanError::Kind::kTooFew,
+          fmt::format("only {} of {} touches can be reached by a clear way. Move the targets nearer "
+                      "to the middle of the workspace, or plan fewer touches",
+                      choice.picked.size(), count));
+  };
+  choose_to_goal(options, targets, choose_of, choice);
+  return choice;
 }
 
 /// The settings with touches, each next one near the last.
@@ -368,6 +371,31 @@ Cell at_setting(const Cell& cell, const std::vector<double>& positioner_rad) {
   return still;
 }
 
+JointVector waiting_posture(const Cell& cell) {
+  constexpr double kBetweenM = 0.1;  // twice the way from a step to the middle between two
+  Cell swept = at_setting(cell, std::vector<double>(cell.robot.positioner.size(), 0.0));
+  swept.lengths.clear();
+  swept.targets.clear();
+  swept.obstacles.clear();
+  bool floor = true;
+  for (const std::vector<double>& angles : swept_settings(cell.robot)) {
+    Cell here = at_setting(cell, angles);
+    for (std::size_t t = 0; t < here.targets.size(); ++t) {
+      if (cell.targets[t].carried_by > 0)
+        here.targets[t].diameter_m += kBetweenM;
+      else if (!floor)
+        continue;
+      swept.targets.push_back(std::move(here.targets[t]));
+    }
+    for (std::size_t i = 0; i < here.obstacles.size(); ++i)
+      if (floor || cell.obstacles[i].carried_by > 0)
+        swept.obstacles.push_back(std::move(here.obstacles[i]));
+    floor = false;
+  }
+  const ArmModel arm = planning_arm(swept);
+  return resting_posture(swept.robot, Clearance(swept, arm));
+}
+
 std::vector<std::vector<double>> settings_of(const Robot& robot) {
   const bool two = robot.positioner.size() > 1;
   std::vector<std::vector<double>> settings;
@@ -397,33 +425,17 @@ Plan make_positioner_plan(const Cell& cell, const PlanOptions& options, const Jo
     throw PlanError(PlanError::Kind::kTooFew,
                     "no touch can be reached at any setting of the positioner. Check the targets' "
                     "centre_mm, which are in the frame of their axis, and the limits");
-  ChooseOptions how;
-  how.count = options.fit_touches;
-  how.least_per_target = std::min(std::max(kLeastOnSphere, options.fit_touches / (2 * targets)),
-                                  options.fit_touches / targets);
-  how.criterion = options.criterion;
-  how.region = options.region;
-  how.exchanges = kSettingExchanges;
-  how.seed = options.seed;
-  how.possible = [&](std::size_t i) { return settings.connected(i); };
   std::optional<Part> part(std::in_place, PlanStep::kChoose, kReachShare, kRefinedShare);
-  const Choice choice = choose(cell, settings.candidates(), how);
-  if (static_cast<int>(choice.picked.size()) < options.fit_touches)
-    throw PlanError(
-        PlanError::Kind::kTooFew,
-        fmt::format("only {} of {} touches can be reached by a clear way. Move the targets nearer "
-                    "to the middle of the workspace, or plan fewer touches",
-                    choice.picked.size(), options.fit_touches));
+  const Choice choice = choose_at_settings(cell, options, targets, settings);
   part.emplace(PlanStep::kWays, kRefinedShare, 1.0);
   std::vector<std::vector<ToVisit>> todo(settings.all().size());
   for (const Picked& one :
        with_check_touches(cell, settings.candidates(), choice.picked, settings.candidates().size(),
-                          targets, options, how.possible))
+                          targets, options, [&](std::size_t i) { return settings.connected(i); }))
     todo[settings.setting_of(one.candidate)].push_back(
         {settings.with_ways(one.candidate), one.set});
   Plan plan = visits_in_turn(cell, options, settings, std::move(todo), start);
-  plan.predicted_mean_m = choice.predicted_mean_m;
-  plan.predicted_u95_m = choice.predicted_u95_m;
+  foresee(choice, options, plan);
   for (const Target& target : cell.targets)
     if (!is_planned(target, kTouched)) plan.left_out.push_back(target.id);
   return plan;

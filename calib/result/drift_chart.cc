@@ -40,6 +40,7 @@ DriftAdvice remedy_of(CheckVerdict verdict, ChangeKind change) {
     case ChangeKind::kNothing:  // too few touches made contact
     case ChangeKind::kSphere:
     case ChangeKind::kJoint:
+    case ChangeKind::kPositioner:
       break;
   }
   return DriftAdvice::kRecalibrate;

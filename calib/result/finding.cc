@@ -79,7 +79,8 @@ constexpr EnumNames<Subject::Of> kSubjects{{{Subject::Of::kSession, "session"},
                                             {Subject::Of::kTool, "tool"},
                                             {Subject::Of::kLength, "length"},
                                             {Subject::Of::kParameter, "parameter"},
-                                            {Subject::Of::kRobot, "robot"}}};
+                                            {Subject::Of::kRobot, "robot"},
+                                            {Subject::Of::kPositioner, "positioner"}}};
 
 Subject about(Subject::Of of, std::string name) {
   Subject subject;
@@ -107,6 +108,9 @@ Subject about_target(const Target& target) {
 }
 Subject about_joint(std::string name) { return about(Subject::Of::kJoint, std::move(name)); }
 Subject about_tool(std::string name) { return about(Subject::Of::kTool, std::move(name)); }
+Subject about_positioner(std::string axis) {
+  return about(Subject::Of::kPositioner, std::move(axis));
+}
 Subject about_length(std::string from, std::string to) {
   Subject subject = about(Subject::Of::kLength, std::move(from));
   subject.other_end = std::move(to);

@@ -94,7 +94,7 @@ std::optional<Severity> severity(const std::string& name);
 
 /// Subject of a finding.
 struct Subject {
-  enum class Of { kSession, kTouch, kTarget, kJoint, kTool, kLength, kParameter, kRobot };
+  enum class Of { kSession, kTouch, kTarget, kJoint, kTool, kLength, kParameter, kRobot, kPositioner };
   Of of = Of::kSession;
   /// Name in files and sentences; identifies target, joint or tool. For a touch its target; for a
   /// length one end; for a robot its file, or the stated robot's name.
@@ -118,6 +118,8 @@ Subject about_touch(std::size_t index, const Touch& touch);
 Subject about_target(const Target& target);
 Subject about_joint(std::string name);
 Subject about_tool(std::string name);
+/// `axis`: the first.
+Subject about_positioner(std::string axis);
 Subject about_length(std::string from, std::string to);
 Subject about_parameter(const Cell& cell, const ParameterKey& key);
 Subject about_robot(std::string file, std::string name);

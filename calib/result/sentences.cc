@@ -138,6 +138,7 @@ Phrase change(const FindingPart& part) {
   if (part.about.of == kTool) return sized("say.finding.change.tool", "shift");
   if (part.about.of == kTarget) return sized("say.finding.change.target", "shift");
   if (part.about.of == kJoint) return sized("say.finding.change.joint", "turn");
+  if (part.about.of == kPositioner) return sized("say.finding.change.positioner", "shift");
   if (find(part.evidence, "growth") != nullptr) return sized("say.finding.change.growth", "growth");
   if (find(part.evidence, "off") != nullptr) return sized("say.finding.change.touch", "off");
   return "say.finding.change.nothing";
@@ -149,10 +150,11 @@ Phrase change(const Finding& f) { return change({f.about, f.evidence}); }
 
 Phrase updated(const Finding& f) {
   using enum Subject::Of;
-  const char* id = f.about.of == kTool     ? "say.finding.updated.tool"
-                   : f.about.of == kTarget ? "say.finding.updated.target"
-                   : f.about.of == kJoint  ? "say.finding.updated.joint"
-                                           : "say.finding.updated";
+  const char* id = f.about.of == kTool         ? "say.finding.updated.tool"
+                   : f.about.of == kTarget     ? "say.finding.updated.target"
+                   : f.about.of == kJoint      ? "say.finding.updated.joint"
+                   : f.about.of == kPositioner ? "say.finding.updated.positioner"
+                                               : "say.finding.updated";
   return said(id, f, {{"change", change(f)}});
 }
 
@@ -167,7 +169,9 @@ Phrase update_contradicted(const Finding& f) {
 }
 
 Phrase update_not_resolved(const Finding& f) {
-  return said("say.finding.update_not_resolved", f, {{"change", change(f)}});
+  return said(is_set(f, "on_positioner") ? "say.finding.update_not_resolved.positioner"
+                                         : "say.finding.update_not_resolved",
+              f, {{"change", change(f)}});
 }
 
 Phrase update_not_found(const Finding& f) {

@@ -1,7 +1,6 @@
 #include "calib/result/tcp_check.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
@@ -14,8 +13,14 @@ namespace cellcal::calib {
 namespace {
 
 constexpr double kCoverage = 2.0;  // U(k=2)
-constexpr std::array kChangeKinds{ChangeKind::kNothing, ChangeKind::kTool,   ChangeKind::kSphere,
-                                  ChangeKind::kJoint,   ChangeKind::kGrowth, ChangeKind::kTouch};
+constexpr double kMradPerRad = 1e3;
+constexpr EnumNames<ChangeKind> kChangeKinds{{{ChangeKind::kNothing, "nothing"},
+                                              {ChangeKind::kTool, "tool"},
+                                              {ChangeKind::kSphere, "sphere"},
+                                              {ChangeKind::kJoint, "joint"},
+                                              {ChangeKind::kGrowth, "growth"},
+                                              {ChangeKind::kTouch, "touch"},
+                                              {ChangeKind::kPositioner, "positioner"}}};
 
 constexpr EnumNames<CheckVerdict> kVerdicts{{{CheckVerdict::kHolds, "holds"},
                                              {CheckVerdict::kDoesNotHold, "does_not_hold"},
@@ -28,29 +33,8 @@ std::optional<CheckVerdict> check_verdict(const std::string& name) {
   return kVerdicts.key_of(name);
 }
 
-const char* to_string(ChangeKind kind) {
-  switch (kind) {
-    case ChangeKind::kNothing:
-      return "nothing";
-    case ChangeKind::kTool:
-      return "tool";
-    case ChangeKind::kSphere:
-      return "sphere";
-    case ChangeKind::kJoint:
-      return "joint";
-    case ChangeKind::kGrowth:
-      return "growth";
-    case ChangeKind::kTouch:
-      return "touch";
-  }
-  return "";
-}
-
-std::optional<ChangeKind> change_kind(const std::string& name) {
-  for (const ChangeKind kind : kChangeKinds)
-    if (name == to_string(kind)) return kind;
-  return std::nullopt;
-}
+const char* to_string(ChangeKind kind) { return kChangeKinds[kind]; }
+std::optional<ChangeKind> change_kind(const std::string& name) { return kChangeKinds.key_of(name); }
 
 CheckVerdict TcpCheck::verdict() const {
   if (holds) return CheckVerdict::kHolds;
@@ -129,7 +113,8 @@ void add_explanations(const TcpCheck& check, std::vector<Phrase>& lines) {
 }  // namespace
 
 Phrase phrase(const Explanation& one) {
-  const bool is_shift = one.kind == ChangeKind::kTool || one.kind == ChangeKind::kSphere;
+  const bool is_shift = one.kind == ChangeKind::kTool || one.kind == ChangeKind::kSphere ||
+                        one.kind == ChangeKind::kPositioner;
   const bool shrinks = one.kind == ChangeKind::kGrowth && one.amount < 0.0;
   const double unit = one.kind == ChangeKind::kJoint    ? kDegPerRad
                       : one.kind == ChangeKind::kGrowth ? kPerMillion
@@ -140,7 +125,9 @@ Phrase phrase(const Explanation& one) {
            {"touch", one.touch + 1},
            {"by", unit * by},
            {"u", kCoverage * unit * one.sigma},
-           {"xyz", xyz_mm(one.shift_m)}}};
+           {"xyz", xyz_mm(one.shift_m)},
+           {"turn", kMradPerRad * one.amount},
+           {"u_turn", kCoverage * kMradPerRad * one.turn_sigma}}};
 }
 
 Phrase remedy_phrase(const Explanation& change) {

@@ -14,10 +14,11 @@ namespace cellcal::calib {
 enum class ChangeKind {
   kNothing,
   kTool,    ///< its tip on the flange, three components
-  kSphere,  ///< one sphere, three components, base frame
-  kJoint,   ///< a joint's zero
+  kSphere,  ///< one sphere, three components, in the frame that it is fixed in
+  kJoint,   ///< the zero of a joint, or of a positioner's axis
   kGrowth,  ///< all the arm's lengths by one factor: temperature
-  kTouch    ///< a single touch: dirt on tip or sphere
+  kTouch,   ///< a single touch: dirt on tip or sphere
+  kPositioner  ///< a positioner's foot: shift of its first axis, base frame, and turn
 };
 
 /// Name in files: "sphere". Empty for an unknown name.
@@ -37,14 +38,18 @@ std::optional<CheckVerdict> check_verdict(const std::string& name);
 /// A possible single change, and how well it explains the touches.
 struct Explanation {
   ChangeKind kind = ChangeKind::kNothing;
-  std::string name = {};        ///< of the sphere or joint; kTouch: its target; kTool: the tool's
+  /// Of the sphere or joint; kTouch: its target; kTool: the tool's; kPositioner: its first axis'.
+  std::string name = {};
   std::size_t touch = 0;        ///< kTouch: index of the planned touches
   double log_likelihood = 0.0;  ///< over that of no change, size integrated out; natural logarithm
   double probability = 0.0;     ///< among all explanations
-  /// kTool: in the flange's frame; kSphere: in the base's.
+  /// kTool: in the flange's frame; kSphere: in that of its axis, or the base's; kPositioner: in the base's.
   Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();
-  double amount = 0.0;  ///< kJoint: rad, in the controller's sense; kGrowth: 1; kTouch: m, outwards
-  double sigma = 0.0;   ///< of the shift along it, or of the amount
+  /// kJoint: rad, in the controller's sense; kGrowth: 1; kTouch: m, outwards; kPositioner: rad, of
+  /// its turn.
+  double amount = 0.0;
+  double sigma = 0.0;       ///< of the shift along it, or of the amount
+  double turn_sigma = 0.0;  ///< kPositioner: of its turn [rad]
 };
 
 /// A planned touch without contact by the end of its search.

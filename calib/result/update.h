@@ -40,6 +40,8 @@ struct UpdateOrigin {
   std::optional<Explanation> second = {};  ///< the second change
   double before_m = 0.0;   ///< predicted mean error over the workspace, of the calibration before
   double reached_m = 0.0;  ///< the same of this one
+  /// Both are of the tip in the frame that a positioner carries: known well enough over the workspace, not there.
+  bool on_positioner = false;
 };
 
 }  // namespace cellcal::calib

@@ -173,7 +173,7 @@ void EventFeed::examine_joints() {
   seen_ = status.links;
   if (status.links->robot.actual_rad.empty()) return;
   ++joints_.number;
-  joints_.text = event("robot", "", joints_to_json(status.session, seen_->robot));
+  joints_.text = event("robot", "", joints_to_json(status.session, *seen_));
 }
 
 namespace {
@@ -370,9 +370,14 @@ std::string made_touch_to_json(const MadeTouch& made) {
   return dump(value);
 }
 
-std::string joints_to_json(std::int64_t session, const drivers::RobotState& robot) {
-  return dump(
-      {{"session", session}, {"joints_deg", shown_joints(robot.actual_rad, robot.linear_unit)}});
+std::string joints_to_json(std::int64_t session, const LinkReport& links) {
+  const drivers::AxisAngles& all = links.robot.actual_rad;
+  const auto arm_end =
+      all.end() - static_cast<std::ptrdiff_t>(std::min(links.positioner_axes, all.size()));
+  const std::vector<double> arm(all.begin(), arm_end), turning(arm_end, all.end());
+  json value{{"session", session}, {"joints_deg", shown_joints(arm, links.robot.linear_unit)}};
+  if (!turning.empty()) value["positioner_deg"] = shown_joints(turning, false);
+  return dump(value);
 }
 
 }  // namespace cellcal::daemon

@@ -85,7 +85,7 @@ nlohmann::json to_json(const InterruptionCounts& counts);
 std::string status_to_json(const Status& status, const calib::Language& language = {});
 /// {"session","index","target","set","joints_deg","tip_mm","residual_mm","u95_mm"}
 std::string made_touch_to_json(const MadeTouch& made);
-/// {"session","joints_deg"}
-std::string joints_to_json(std::int64_t session, const drivers::RobotState& robot);
+/// {"session","joints_deg"}, with a positioner also "positioner_deg"
+std::string joints_to_json(std::int64_t session, const LinkReport& links);
 
 }  // namespace cellcal::daemon

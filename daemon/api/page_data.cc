@@ -136,9 +136,14 @@ class FoundArm {
     const auto target = std::find_if(found_.targets.begin(), found_.targets.end(),
                                      [&](const auto& one) { return one.id == touch.target; });
     // The effective radius belongs to the first tool.
-    if (target == found_.targets.end() || !touch.tool.empty()) return std::nullopt;
-    const Vector3d tip =
-        arm_.position(arm_.prepare(touch.joint_rad, 0, arm_.load(touch.load)), errors_.data());
+    const auto stated = std::ranges::find(found_.cell.targets, touch.target, &calib::Target::id);
+    if (target == found_.targets.end() || stated == found_.cell.targets.end() ||
+        !touch.tool.empty() ||
+        touch.positioner_rad.size() < static_cast<std::size_t>(stated->carried_by))
+      return std::nullopt;
+    const auto carriers = calib::carrier_rad(touch, *stated);  // the centre is in the frame of the last
+    const Vector3d tip = arm_.position(
+        arm_.prepare(touch.joint_rad, 0, arm_.load(touch.load), carriers), errors_.data());
     Vector3d outwards = target->normal;
     double distance = outwards.dot(tip - target->centre_m);
     if (target->kind == calib::TargetKind::kSphere) {
@@ -148,7 +153,10 @@ class FoundArm {
       return std::nullopt;
     }
     double closing = touch.speed_m_s;
-    if (touch.approach) closing *= -Vector3d(touch.approach->data()).dot(outwards);
+    if (touch.approach)
+      closing *= -(carried_at(found_.cell.robot, carriers).linear().transpose() *
+                   Vector3d(touch.approach->data()))
+                      .dot(outwards);
     return distance - target->effective_radius_m + closing * delay_s_;
   }
 

@@ -125,6 +125,7 @@ nlohmann::json json_of(const calib::Missing& missing) {
   nlohmann::json json{{"source", to_string(missing.source)}, {"share", missing.share}};
   if (missing.joint.empty()) return json;
   json["joint"] = missing.joint;
+  if (missing.source != calib::UncertaintySource::kTransmission) return json;
   json["angle_deg"] = {missing.from_rad * calib::kDegPerRad, missing.to_rad * calib::kDegPerRad};
   return json;
 }

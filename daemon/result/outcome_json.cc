@@ -39,13 +39,15 @@ Unit unit_of(calib::ChangeKind kind) {
     case calib::ChangeKind::kTool:
     case calib::ChangeKind::kSphere:
     case calib::ChangeKind::kTouch:
+    case calib::ChangeKind::kPositioner:
       break;
   }
   return {"mm", kMmPerM};
 }
 
 bool has_shift(calib::ChangeKind kind) {
-  return kind == calib::ChangeKind::kTool || kind == calib::ChangeKind::kSphere;
+  return kind == calib::ChangeKind::kTool || kind == calib::ChangeKind::kSphere ||
+         kind == calib::ChangeKind::kPositioner;
 }
 
 json to_json(const calib::Explanation& one) {

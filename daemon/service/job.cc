@@ -250,20 +250,10 @@ void check_goal_value(const RunRequest& request, const Job& job) {
   }
 }
 
-/// External axes: a positioner turns in touches planned beforehand alone, and a search for a sphere follows
-/// a line that the arm alone keeps.
+/// A search for a sphere follows a line that the arm alone keeps, about a place in the base frame.
 void check_external_axes(const RunRequest& request, const Job& job) {
-  const bool planned =
-      request.kind == SessionKind::kCalibrate || request.kind == SessionKind::kDryRun;
-  if (!planned || job.options.one_by_one)
-    refuse_positioner(job.cell.robot,
-                      planned
-                          ? "a session with touches chosen one by one (--goal, --find, --update)"
-                          : "a session of this kind",
-                      "Calibrate with a number of touches, and centre_mm of every sphere: "
-                      "'cellcal run --touches N'");
   if (request.kind == SessionKind::kFind || request.find || must_find(job.cell))
-    refuse_linear_unit(job.cell.robot, "finding spheres", "State centre_mm of every sphere");
+    refuse_external_axes(job.cell.robot, "finding spheres", "State centre_mm of every sphere");
 }
 
 /// Checks of a new session, before anything is opened, planned or moved.

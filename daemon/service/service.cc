@@ -267,7 +267,8 @@ void SessionService::run(Job& job) {
     }
   }
   job.backend.reset();
-  if (const auto links = status().links) keep_links({false, links->robot, links->contact});
+  if (const auto links = status().links) 
+    keep_links({false, links->robot, links->contact, links->positioner_axes});
   const std::lock_guard lock(mutex_);
   busy_ = false;
   idle_.notify_all();
@@ -341,8 +342,9 @@ void SessionService::carry_out(Job& job) {
                  [this, &job](const State& now, const std::vector<calib::Touch>& touches) {
                    publish(now, touches, job);
                  },
-                 [this](const drivers::RobotState& robot, const drivers::ContactStatus& contact) {
-                   keep_links({true, robot, contact});
+                 [this, axes = job.cell.robot.positioner.size()](
+                     const drivers::RobotState& robot, const drivers::ContactStatus& contact) {
+                   keep_links({true, robot, contact, axes});
                  },
                  [&job](const drivers::RobotState& robot) { job.stated_poses->look(robot); },
                  [&job](const drivers::Move& move, const drivers::RobotState& robot) {

@@ -25,6 +25,7 @@ struct LinkReport {
   bool open = false;  ///< the session holds its devices; false: values at its end
   drivers::RobotState robot;
   drivers::ContactStatus contact;
+  std::size_t positioner_axes = 0;  ///< last ones of the robot's axes
 };
 
 /// Motion of the arm according to the controller's newest packet.

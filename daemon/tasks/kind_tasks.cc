@@ -59,6 +59,7 @@ class Round {
         one.at_end.target = round_.plan().touches[i].target;
         one.at_end.load = inputs_->options.load;
         one.at_end.joint_rad = round_.plan().touches[i].end;
+        one.at_end.positioner_rad = round_.plan().touches[i].positioner_rad;
         missed.push_back(std::move(one));
       } else {
         unsteady.push_back({i, round_.plan().touches[i].target});
@@ -306,14 +307,17 @@ class Update {
     if (!pays) return;
     calib::Pace pace;
     pace.predicted_m = calib::first_update_touches().before_m;
-    const auto how =
+    auto how =
         calib::further_update_touches(static_cast<int>(touches.size()),
                                       calib::duration_s(round_.plan(), inputs_->cell.robot, pace));
+    const auto& [arm_rad, positioner_rad] = parted(inputs_->cell.robot, from);
+    how.positioner_rad = positioner_rad;
     if (how.most_touches < how.least_touches) return;
     const calib::Calibration known = round_.calibration();
     try {
       round_.know(so_far);
-      round_.add(calib::make_update_plan(round_.calibration(), inputs_->options.plan, how, from));
+      round_.add(calib::make_update_plan(round_.calibration(), inputs_->options.plan, how,
+                                        arm_rad));
     } catch (const calib::PlanError& error) {  // continues with the existing touches
       round_.know(known);
       inputs_->note(fmt::format("no further touches: {}", error.what()));

@@ -80,20 +80,29 @@ void PlannedRound::learn(const ChooseTouch& how, const std::vector<calib::Touch>
   in_hand_.reset();
 }
 
+PartedAxes parted(const calib::Robot& robot, const calib::JointVector& all_rad) {
+  const std::size_t joints = std::min(robot.joints.size(), all_rad.size());
+  const auto arm_end = all_rad.begin() + static_cast<std::ptrdiff_t>(joints);
+  return {{all_rad.begin(), arm_end}, {arm_end, all_rad.end()}};
+}
+
 Tasks::Chosen PlannedRound::offer(const calib::JointVector& from) {
+  const auto& [arm_rad, positioner_rad] = parted(inputs_->cell.robot, from);
   if (begin_.empty()) {
-    begin_ = from;
+    begin_ = arm_rad;
     refuse_beyond_reach(*inputs_, plan_, 0, begin_);
   }
   Tasks::Chosen chosen;
   const auto next = std::ranges::find(became_, Became::kOpen);
   if (next != became_.end()) {
     in_hand_ = static_cast<std::size_t>(next - became_.begin());
-    chosen.plan.touches.push_back(calib::check_touch_from(calibration_, plan_, *in_hand_, from));
+    chosen.plan.touches.push_back(
+        calib::check_touch_from(calibration_, plan_, *in_hand_, arm_rad, positioner_rad));
     refuse_beyond_reach(*inputs_, chosen.plan, 0,
                         begin_);  // its path may differ from the planned one
-  } else if (!plan_.touches.empty() && from == plan_.touches.back().clear) {
+  } else if (!plan_.touches.empty() && arm_rad == plan_.touches.back().clear) {
     chosen.plan.home = plan_.home;
+    chosen.plan.home_rad = positioner_rad;
   }
   chosen.progress = progress();
   return chosen;

@@ -16,6 +16,13 @@
 
 namespace cellcal::daemon {
 
+/// Angles of all axes, as a session has them, for the planners.
+struct PartedAxes {
+  calib::JointVector arm_rad;
+  std::vector<double> positioner_rad;
+};
+PartedAxes parted(const calib::Robot& robot, const calib::JointVector& all_rad);
+
 /// Used by the worker only, job after job.
 class PlannedRound {
  public:
@@ -38,7 +45,7 @@ class PlannedRound {
   void add(calib::Plan plan);
   /// Records the result of the current touch.
   void learn(const ChooseTouch& how, const std::vector<calib::Touch>& touches);
-  /// The next open touch, or the way home if the arm is at its beginning.
+  /// The next open touch, or the way home if the arm is at its beginning. `from`: angles of all axes.
   Tasks::Chosen offer(const calib::JointVector& from);
   calib::Progress progress() const;
 

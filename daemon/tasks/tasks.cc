@@ -19,6 +19,7 @@
 #include "calib/plan/contact_forecast.h"
 #include "calib/plan/design.h"
 #include "calib/plan/duration.h"
+#include "calib/plan/goal_batches.h"
 #include "calib/plan/touch_sequence.h"
 #include "calib/result/finding_phrase.h"
 #include "daemon/files/atomic_file.h"
@@ -26,6 +27,7 @@
 #include "daemon/report/report.h"
 #include "daemon/result/outcome_json.h"
 #include "daemon/tasks/kind_tasks.h"
+#include "daemon/tasks/planned_round.h"
 
 namespace cellcal::daemon {
 
@@ -235,19 +237,69 @@ class Chooser {
   std::size_t learnt_ = 0;
 };
 
+/// Touches to a goal in a cell with a positioner. Used by the worker only, job after job.
+class Batches {
+ public:
+  /// `chosen`: receives every chosen touch.
+  Batches(std::shared_ptr<const TaskInputs> inputs,
+          std::shared_ptr<std::optional<calib::Plan>> chosen)
+      : inputs_(std::move(inputs)), all_(std::move(chosen)) {}
+
+  Tasks::Planned begin() {
+    batches_.emplace(cell_to_plan(*inputs_), inputs_->options.plan, inputs_->options.goal,
+                     inputs_->made);
+    learnt_ = inputs_->made.size();
+    return {{}, "", batches_->progress()};
+  }
+
+  Tasks::Chosen choose(const ChooseTouch& how, const std::vector<calib::Touch>& touches,
+                       const calib::JointVector& from) {
+    const auto& [arm_rad, positioner_rad] = parted(inputs_->cell.robot, from);
+    if (!*all_) all_->emplace().start = arm_rad;
+    if (how.failed) batches_->failed();
+    while (learnt_ < touches.size()) batches_->touched(touches[learnt_++]);
+    Tasks::Chosen chosen;
+    if (auto touch = batches_->next(arm_rad, positioner_rad)) {
+      chosen.plan.touches.push_back(*touch);
+      (*all_)->touches.push_back(std::move(*touch));
+    } else {
+      chosen.plan.home = batches_->way_home(arm_rad);
+      chosen.plan.home_rad = positioner_rad;
+    }
+    check(chosen.plan, inputs_->cell.robot.joints.size());
+    refuse_beyond_reach(*inputs_, chosen.plan, 0, (*all_)->start);
+    chosen.progress = batches_->progress();
+    chosen.stage = chosen.progress.fitted ? "checking" : "touching";
+    return chosen;
+  }
+
+ private:
+  std::shared_ptr<const TaskInputs> inputs_;
+  std::shared_ptr<std::optional<calib::Plan>> all_;
+  std::optional<calib::GoalBatches> batches_;
+  std::size_t learnt_ = 0;
+};
+
+/// `chooser`: begins and chooses, as Chooser.
+template <class T>
+void choose_by(const std::shared_ptr<T>& chooser, Tasks& tasks) {
+  tasks.plan = [chooser] { return chooser->begin(); };
+  tasks.choose = [chooser](const ChooseTouch& how, const std::vector<calib::Touch>& touches,
+                           const calib::JointVector& from) {
+    return chooser->choose(how, touches, from);
+  };
+}
+
 /// Adds the path from the arm's current position to the plan's next touch.
 Tasks with_route(Tasks tasks, const std::shared_ptr<const TaskInputs>& inputs) {
   // Position at the begin of the controller's session.
   const auto begin = std::make_shared<calib::JointVector>();
   tasks.route = [inputs, begin](const calib::Plan& plan, std::size_t next,
                                 const calib::JointVector& from) {
-    const std::size_t joints = inputs->cell.robot.joints.size();
-    const auto arm_end = from.begin() + static_cast<std::ptrdiff_t>(std::min(joints, from.size()));
-    const calib::JointVector arm(from.begin(), arm_end);
-    calib::Plan routed =
-        calib::resume_plan(inputs->cell, plan, next, arm, std::vector(arm_end, from.end()));
-    check(routed, joints);
-    if (begin->empty()) *begin = arm;
+    const auto& [arm_rad, positioner_rad] = parted(inputs->cell.robot, from);
+    calib::Plan routed = calib::resume_plan(inputs->cell, plan, next, arm_rad, positioner_rad);
+    check(routed, arm_rad.size());
+    if (begin->empty()) *begin = arm_rad;
     refuse_beyond_reach(*inputs, routed, next, *begin);
     return routed;
   };
@@ -282,13 +334,10 @@ using SharedInputs = std::shared_ptr<const TaskInputs>;
 Tasks touching_tasks(const SharedInputs& inputs,
                      const std::shared_ptr<std::optional<calib::Plan>>& planned) {
   Tasks tasks;
-  if (inputs->options.one_by_one) {
-    const auto chooser = std::make_shared<Chooser>(inputs, planned);
-    tasks.plan = [chooser] { return chooser->begin(); };
-    tasks.choose = [chooser](const ChooseTouch& how, const std::vector<calib::Touch>& touches,
-                             const calib::JointVector& from) {
-      return chooser->choose(how, touches, from);
-    };
+  if (inputs->options.one_by_one && !inputs->cell.robot.positioner.empty()) {
+    choose_by(std::make_shared<Batches>(inputs, planned), tasks);
+  } else if (inputs->options.one_by_one) {
+    choose_by(std::make_shared<Chooser>(inputs, planned), tasks);
   } else {
     tasks.plan = [inputs, planned] {
       Tasks::Planned now = plan_beforehand(*inputs);

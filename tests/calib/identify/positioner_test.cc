@@ -12,73 +12,16 @@
 #include "calib/files/files.h"
 #include "calib/identify/identify.h"
 #include "calib/identify/identify_once.h"
-#include "calib/identify/update.h"
 #include "calib/model/error.h"
-#include "calib/model/linear.h"
-#include "calib/plan/plan.h"
-#include "tests/calib/positioner_cell.h"
+#include "tests/calib/positioner_session.h"
 
 namespace cellcal::calib {
 namespace {
 
-/// Rigid, exact gears, so that what is left is geometry.
-Cell cell_with_positioner() {
-  Cell cell = testing::positioner_cell(CELLCAL_POSITIONER_ROBOT);
-  for (Joint& joint : cell.robot.joints) {
-    joint.compliance_sigma_rad_per_nm = 0.0;
-    joint.mass_kg = 0.0;
-  }
-  return cell;
-}
-
-/// Where the true tip meets the sphere on the planned search line.
-std::optional<Touch> contact(const ArmModel& arm, const Eigen::VectorXd& x, const Cell& cell,
-                             const PlannedTouch& planned) {
-  const Target& target = cell.targets[cell.target_index(planned.target)];
-  Touch made;
-  made.target = planned.target;
-  made.set = planned.set;
-  made.positioner_rad = planned.positioner_rad;
-  const auto at = [&](double s) {
-    JointVector q = planned.standoff;
-    for (std::size_t i = 0; i < q.size(); ++i) q[i] += s * (planned.end[i] - planned.standoff[i]);
-    return q;
-  };
-  const auto gap = [&](double s) {
-    const PreparedPose pose = arm.prepare(at(s), 0, nullptr, carrier_rad(made, target));
-    return (arm.position(pose, x.data()) - target.centre_m).norm() - target.diameter_m / 2.0;
-  };
-  double out = -0.8, in = 1.1;  // a search that the positioner lengthens ends near the middle
-  if (gap(out) < 0.0 || gap(in) > 0.0) return std::nullopt;
-  for (int k = 0; k < 60; ++k) (gap((out + in) / 2.0) > 0.0 ? out : in) = (out + in) / 2.0;
-  made.joint_rad = at(out);
-  return made;
-}
-
-struct PositionerSession {
-  Cell cell = cell_with_positioner();
-  ArmModel arm{cell};
-  Eigen::VectorXd x = Eigen::VectorXd::Zero(arm.size());
-  std::vector<Touch> touches;
-
-  PositionerSession() {
-    Random random(3);
-    for (int p = 0; p < arm.size(); ++p) {
-      const ArmParameter& parameter = arm.parameters()[static_cast<std::size_t>(p)];
-      // A tenth of the arm's tolerances, so that the positioner's errors are the large ones.
-      const double share = parameter.kind == ParameterKind::kPositioner ? 1.0 : 0.1;
-      x[p] = share * parameter.sigma * random.normal();
-    }
-    PlanOptions options;
-    options.fit_touches = 70;
-    options.check_touches = 15;
-    for (const PlannedTouch& planned : make_plan(cell, options).touches)
-      if (auto one = contact(arm, x, cell, planned)) touches.push_back(std::move(*one));
-  }
-};
+using testing::PositionerSession;
 
 const PositionerSession& session() {
-  static const PositionerSession one;
+  static const PositionerSession one(CELLCAL_POSITIONER_ROBOT);
   return one;
 }
 
@@ -240,10 +183,6 @@ TEST(PositionerIdentified, AnAngleThatIsNotANumberIsRefused) {
   std::vector<Touch> touches = session().touches;
   touches[3].positioner_rad[1] = std::nan("");
   EXPECT_THROW(identify(session().cell, touches), IdentifyError);
-}
-
-TEST(PositionerIdentified, AnUpdateRefusesIt) {
-  EXPECT_THROW(update(with_positioner(), session().touches, {}), PositionerError);
 }
 
 }  // namespace

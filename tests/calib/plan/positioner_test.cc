@@ -246,6 +246,43 @@ TEST(PositionerPlan, IsNotResumedWithoutThePositionersAngles) {
   EXPECT_THROW(resume_plan(with_positioner(), planned(), 0, planned().start), PlanError);
 }
 
+/// u95 that a session is foreseen to reach, and the number of its touches.
+Plan plan_to(double goal_m) {
+  PlanOptions options;
+  options.fit_touches = 60;
+  options.check_touches = 0;
+  options.goal_u95_m = goal_m;
+  return make_plan(with_positioner(), options);
+}
+
+TEST(PositionerPlan, ToAGoalHasAsManyTouchesAsItTakes) {
+  const Plan easy = plan_to(2e-3), missed = plan_to(1e-5);
+  EXPECT_LE(easy.predicted_u95_m, 2e-3);
+  EXPECT_FALSE(easy.missing);
+  EXPECT_LT(easy.touches.size(), 60u);
+  EXPECT_EQ(missed.touches.size(), 60u);
+  EXPECT_GT(missed.predicted_u95_m, 1e-5);
+  EXPECT_LT(missed.predicted_u95_m, easy.predicted_u95_m);
+  EXPECT_TRUE(missed.missing.has_value());
+}
+
+TEST(PositionerPlan, NamesTheAxisThatKeepsItFromTheGoal) {
+  const ArmModel arm(with_positioner());
+  const std::vector<JointVector> postures(1, middle_posture(arm.robot()));
+  std::vector<ParameterKey> keys;
+  for (const ArmParameter& one : arm.parameters()) keys.push_back(one);
+  const Eigen::MatrixXd moves = Eigen::MatrixXd::Ones(3, arm.size());
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(arm.size(), arm.size());
+  for (Eigen::Index i = 0; i < arm.size(); ++i)
+    if (keys[static_cast<std::size_t>(i)].carrier == 1) covariance(i, i) = 1.0;
+  const Eigen::VectorXd weight = Eigen::VectorXd::Ones(arm.size());
+  const Missing missing = largest_part(arm, {postures, moves, covariance, keys, weight, 0.0});
+  EXPECT_EQ(missing.source, UncertaintySource::kPlaces);
+  EXPECT_EQ(missing.joint, "E2");
+  EXPECT_NEAR(missing.share, 1.0, 1e-9);
+  EXPECT_NE(words(phrase_of(missing)).find("place and direction of E2"), std::string::npos);
+}
+
 TEST(PositionerPlan, WhatPlansTouchByTouchRefusesIt) {
   const Cell cell = with_positioner();
   EXPECT_THROW(Finder(cell, {}, false, {}), PositionerError);

@@ -607,10 +607,15 @@ TEST(a_described_status, has_nothing_that_is_not_described_even_where_all_of_it_
   made.residual_m = made.u95_m = 0.1;
   EXPECT_EQ(described().complaint(json::parse(made_touch_to_json(made)), std::string("TouchEvent")),
             "");
-  drivers::RobotState robot;
-  robot.actual_rad = {0.1, 0.2};
-  EXPECT_EQ(described().complaint(json::parse(joints_to_json(1, robot)), std::string("RobotEvent")),
-            "");
+  LinkReport links;
+  links.robot.actual_rad = {0.1, 0.2, 0.3};
+  for (const std::size_t turning : {0u, 1u}) {
+    links.positioner_axes = turning;
+    const json event = json::parse(joints_to_json(1, links));
+    EXPECT_EQ(described().complaint(event, std::string("RobotEvent")), "");
+    EXPECT_EQ(event.at("joints_deg").size(), 3u - turning);
+    EXPECT_EQ(event.contains("positioner_deg"), turning > 0);
+  }
 }
 
 TEST(a_described_status, that_is_not_as_described_is_found_out) {

@@ -138,6 +138,48 @@ TEST_P(a_session_with_a_positioner, ends_in_a_published_result_with_its_axes_whe
   }
 }
 
+/// Angles of the positioner in a session's touches, in thousandths of a degree.
+std::set<std::pair<long, long>> settings_in(const PositionerFixture& fixture, int session) {
+  const auto list = nlohmann::json::parse(
+      http_request(fixture.socket(), "GET", fmt::format("/v1/sessions/{}/touches", session)).body);
+  std::set<std::pair<long, long>> all;
+  for (const auto& touch : list.at("touches")) {
+    const auto deg = touch.at("positioner_deg").get<std::vector<double>>();
+    all.emplace(std::lround(1e3 * deg.at(0)), std::lround(1e3 * deg.at(1)));
+  }
+  return all;
+}
+
+TEST(a_session_with_a_positioner_over_eki,
+     is_followed_by_checks_that_hold_and_updates_that_change_nothing) {
+  PositionerFixture fixture("eki");
+  fixture.start();
+  const Outcome calibrated = fixture.cellcal(
+      {"run", "--cell", fixture.cell, "--touches", "80", "--check", "10", "--seed", "12"});
+  ASSERT_EQ(calibrated.status, 0) << calibrated.out << calibrated.err << fixture.log();
+  for (const int session : {2, 3}) {
+    const Outcome checked = fixture.cellcal({"check", "--cell", fixture.cell});
+    EXPECT_EQ(checked.status, 0) << checked.out << checked.err << fixture.log();
+    EXPECT_EQ(settings_in(fixture, session).size(), 1u);
+  }
+  const Outcome updated = fixture.cellcal({"run", "--cell", fixture.cell, "--update"});
+  EXPECT_EQ(updated.status, 3) << updated.out << updated.err << fixture.log();
+  EXPECT_NE(updated.out.find("nothing changed"), std::string::npos) << updated.out;
+}
+
+TEST(a_session_with_a_positioner_over_rsi, to_a_goal_ends_when_it_is_reached) {
+  PositionerFixture fixture("rsi");
+  fixture.start();
+  const Outcome outcome = fixture.cellcal(
+      {"run", "--cell", fixture.cell, "--goal", "2", "--touches", "60", "--check", "4"});
+  EXPECT_TRUE(outcome.status == 0 || outcome.status == 3) << outcome.err << fixture.log();
+  const auto status = fixture.status();
+  EXPECT_NE(status.at("why_ended").get<std::string>().find("goal reached"), std::string::npos)
+      << status << fixture.log();
+  EXPECT_LT(status.at("touches").get<int>(), 64);
+  EXPECT_GE(settings_in(fixture, 1).size(), 3u);
+}
+
 TEST_P(a_session_with_a_positioner, that_was_aborted_goes_on_from_where_it_stands) {
   PositionerFixture fixture(GetParam());
   fixture.start();
@@ -163,7 +205,7 @@ TEST_P(a_session_with_a_positioner, is_tried_dry_first) {
 TEST_P(a_session_with_a_positioner, of_another_kind_is_refused_by_name) {
   PositionerFixture fixture(GetParam());
   fixture.start();
-  const std::vector<nlohmann::json> refusals = {{{"kind", "find"}}, {{"goal_mm", 0.1}}};
+  const std::vector<nlohmann::json> refusals = {{{"kind", "find"}}, {{"find", true}}};
   for (nlohmann::json request : refusals) {
     request["cell"] = fixture.cell;
     const auto refused = http_request(fixture.socket(), "POST", "/v1/run", request.dump());
