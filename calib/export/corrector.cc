@@ -54,12 +54,6 @@ bool finite(const Isometry3d& tcp, const JointVector& seed) {
          std::all_of(seed.begin(), seed.end(), [](double q) { return std::isfinite(q); });
 }
 
-const Calibration& of_a_fixed_foot(const Calibration& c) {
-  refuse_linear_unit(c.cell.robot, "the correction of poses and programs",
-                     "'cellcal predict' states where the tip is");
-  return c;
-}
-
 }  // namespace
 
 struct Corrector::Impl {
@@ -67,12 +61,14 @@ struct Corrector::Impl {
   Eigen::VectorXd x;
   ArmErrors errors;  // refers to x
   Configurations ways;
+  std::size_t first;  ///< joint that turns; a linear unit before it stays
 
   explicit Impl(const Calibration& c)
-      : arm(at_level(of_a_fixed_foot(c).cell, c.level)),
+      : arm(at_level(c.cell, c.level)),
         x(arm_values(arm, c)),
         errors(arm.errors(x.data())),
-        ways(arm, 0.0) {}
+        ways(arm, 0.0),
+        first(arm.robot().first_turning()) {}
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
@@ -91,9 +87,9 @@ struct Corrector::Impl {
       if (!q) return NotReached{Unreached::kTooFar};
       return std::move(*q);
     }
-    auto q = ways.in_posture(tcp, ways.posture_of(seed));
+    auto q = ways.in_posture(tcp, ways.posture_of(seed), seed.front());
     if (!q) return NotReached{Unreached::kTooFar};
-    for (std::size_t i = 0; i < q->size(); ++i)
+    for (std::size_t i = first; i < q->size(); ++i)
       (*q)[i] += kRadPerTurn * std::round((seed[i] - (*q)[i]) / kRadPerTurn);
     return std::move(*q);
   }
@@ -101,7 +97,7 @@ struct Corrector::Impl {
   Reach correct(const Isometry3d& tcp, const JointVector& nominal_rad) const {
     Reached at{nominal_rad};
     JointVector& q = at.joint_rad;
-    const auto joints = static_cast<Eigen::Index>(q.size());
+    const auto joints = static_cast<Eigen::Index>(q.size() - first);
     Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMaxJoints> jacobian(6, joints);
     ArmChain chain;
     for (int k = 0;; ++k) {
@@ -115,13 +111,14 @@ struct Corrector::Impl {
       at.off_rad = off.tail<3>().norm();
       if (std::max(at.off_m, at.off_rad) < kThere || k == kSteps) break;
       for (Eigen::Index i = 0; i < joints; ++i) {
-        const auto& link = chain.link[static_cast<std::size_t>(i)];
-        const Eigen::Vector3d axis = arm.robot().joints[static_cast<std::size_t>(i)].sign * link.z;
+        const std::size_t joint = first + static_cast<std::size_t>(i);
+        const auto& link = chain.link[joint];
+        const Eigen::Vector3d axis = arm.robot().joints[joint].sign * link.z;
         jacobian.col(i) << axis.cross(chain.tip - link.z_origin), axis;
       }
       const Eigen::VectorXd step = solve(jacobian, off);
-      for (std::size_t i = 0; i < q.size(); ++i) {
-        q[i] += step[static_cast<Eigen::Index>(i)];
+      for (std::size_t i = first; i < q.size(); ++i) {
+        q[i] += step[static_cast<Eigen::Index>(i - first)];
         if (!(std::abs(q[i] - nominal_rad[i]) <= kMostTurn))
           return NotReached{Unreached::kNearSingularity, static_cast<int>(i),
                             std::isfinite(q[i]) ? q[i] - nominal_rad[i] : kRadPerTurn};
@@ -176,7 +173,7 @@ Reach Corrector::joints(const Isometry3d& tcp, const JointVector& seed) const {
 Reach Corrector::nearest(const Isometry3d& tcp, const JointVector& near) const {
   if (!finite(tcp, near)) return NotReached{Unreached::kNotANumber};
   if (!impl_->ways.closed_form()) return joints(tcp, near);
-  std::vector<JointVector> all = impl_->ways.reach(tcp);
+  std::vector<JointVector> all = impl_->ways.reach(tcp, near.front());
   if (all.empty()) return joints(tcp, near);  // reports the reason
   const auto best =
       std::min_element(all.begin(), all.end(), [&](const JointVector& a, const JointVector& b) {
@@ -257,6 +254,12 @@ Phrase phrase(const NotReached& reason, const Robot& robot) {
     case Unreached::kTooFar:
       return "say.unreached.too_far";
     case Unreached::kBeyondLimit: {
+      if (joint().is_prismatic())
+        return {"say.unreached.beyond_limit.linear",
+                {{"joint", joint().name},
+                 {"mm", reason.joint_rad * kMmPerM},
+                 {"least", joint().min_rad * kMmPerM},
+                 {"most", joint().max_rad * kMmPerM}}};
       const double limit = reason.joint_rad < joint().min_rad ? joint().min_rad : joint().max_rad;
       return {"say.unreached.beyond_limit",
               {{"joint", joint().name},

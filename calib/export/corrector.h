@@ -88,10 +88,11 @@ class Corrector {
   Corrector(Corrector&&) noexcept;
 
   /// `tcp`: in the base frame. Returns the joint angles nearest to `seed` in whole turns, in its
-  /// posture; for an arm without closed form the solution of Newton's method from the seed.
+  /// posture; for an arm without closed form the solution of Newton's method from the seed. A linear
+  /// unit stays where the seed has it.
   Reach joints(const Eigen::Isometry3d& tcp, const JointVector& seed) const;
   /// Without a seed posture: the solution within the limits, over all postures, nearest to `near`
-  /// in the sum of squares.
+  /// in the sum of squares, its linear unit where `near` has it.
   Reach nearest(const Eigen::Isometry3d& tcp, const JointVector& near) const;
   /// Middle of the joint ranges.
   JointVector middle() const;

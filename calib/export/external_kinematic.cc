@@ -5,7 +5,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "calib/estimate/linear_unit.h"
 #include "calib/estimate/positioner.h"
+#include "calib/export/rigid_arm.h"
 #include "calib/model/error.h"
 #include "calib/model/units.h"
 
@@ -63,10 +65,30 @@ ExternalKinematic external_kinematic(const std::vector<PositionerAxis>& position
   return found;
 }
 
-std::string external_kinematic_lines(const Calibration& c) {
+namespace {
+
+/// A linear unit: its direction of travel seen from the arm's foot is a turn of the foot on the carriage.
+std::string unit_lines(const Calibration& c) {
+  const RigidArm real = calibrated_rigid_arm(c);
+  const Joint &drawn = c.cell.robot.joints.front(), &found = real.robot.joints.front();
+  const LinearUnitLine line = c.linear_unit ? *c.linear_unit : *linear_unit_line(c, {});
+  const Isometry3d foot(
+      Eigen::Quaterniond::FromTwoVectors(found.guide->along, drawn.guide->along));
+  const OmittedEffects rest = left_out_of_unit(c, true), all = left_out_of_unit(c, false);
+  return fmt::format(
+      "; linear unit {0} as calibrated: direction of travel +- {1:.3f} mrad (95 %). The arm's foot on the carriage\n"
+      "; turns by the frame below: $ETn_TFLA3=$ETn_TFLA3:$ROBROOT:(frame):INV_POS($ROBROOT), ETn its kinematic in\n"
+      "; $EX_KIN with #ERSYS. Angles and {0} count as before; measure bases anew.\n"
+      "; scale {2:+.4f} mm/m +- {3:.4f}, straightness, roll, pitch and yaw are not in machine data. As drawn the unit\n"
+      "; costs {4:.3f} mm in the mean, {5:.3f} mm at most over the workspace; with the turn {6:.3f} and {7:.3f} mm.\n"
+      "; (frame)={8}\n",
+      found.name, line.direction_u95_rad * kMmPerM, line.scale * kMmPerM,
+      line.scale_u95 * kMmPerM, all.mean_m * kMmPerM, all.max_m * kMmPerM, rest.mean_m * kMmPerM,
+      rest.max_m * kMmPerM, krl_frame(foot));
+}
+
+std::string positioner_lines_of(const Calibration& c) {
   std::vector<PositionerAxis> axes = c.cell.robot.positioner;
-  if (axes.empty())
-    throw FileError("the robot has no positioner ([[positioner]] of the robot file), and --as kuka is its data");
   const ExternalKinematic drawn = external_kinematic(axes);
   for (std::size_t j = 0; j < axes.size(); ++j) axes[j].frame = axis_as_found(c, j);
   const ExternalKinematic found = external_kinematic(axes);
@@ -84,6 +106,17 @@ std::string external_kinematic_lines(const Calibration& c) {
       "; MACHINE_DEF[n].ROOT=" +
       krl_frame(found.axes[0] * drawn.axes[0].inverse()) + "\n";
   return text;
+}
+
+}  // namespace
+
+std::string external_kinematic_lines(const Calibration& c) {
+  const bool unit = c.cell.robot.first_turning() > 0, positioner = !c.cell.robot.positioner.empty();
+  if (!unit && !positioner)
+    throw FileError(
+        "the robot has neither a linear unit (first [[joint]] prismatic) nor a positioner ([[positioner]] of the "
+        "robot file), and --as kuka is their data");
+  return (unit ? unit_lines(c) : std::string()) + (positioner ? positioner_lines_of(c) : std::string());
 }
 
 }  // namespace cellcal::calib

@@ -20,8 +20,8 @@ struct ExternalKinematic {
 ExternalKinematic external_kinematic(const std::vector<PositionerAxis>& positioner);
 
 /// Lines of $MACHINE.DAT for the axes as found, with their bounds, and instead of the first the root point
-/// that lets $ETn_TA1KR stay as drawn. A comment states the use of each. ASCII, LF. Throws FileError for a robot
-/// without a positioner.
+/// that lets $ETn_TA1KR stay as drawn; of a linear unit the turn of the arm's foot, and what machine data lack of it.
+/// A comment states the use of each. ASCII, LF. Throws FileError for a robot without either.
 std::string external_kinematic_lines(const Calibration& calibration);
 
 }  // namespace cellcal::calib

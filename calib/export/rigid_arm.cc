@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/estimate/linear_unit.h"
 #include "calib/estimate/positioner.h"
 #include "calib/estimate/predict.h"
 #include "calib/estimate/region.h"
@@ -24,14 +25,31 @@ double deviation(const Calibration& c, const ParameterKey& key) {
 
 }  // namespace
 
-RigidArm nominal_rigid_arm(const Cell& cell) {
-  refuse_linear_unit(cell.robot, "an export as URDF, table or rigid arm",
-                     "Use the calibration (JSON) and 'cellcal predict'");
-  return {cell.robot, cell.tool.tcp};
+namespace {
+
+/// Puts the direction of travel into the guide: its carriage is at its place in the middle.
+void turn_unit(const Calibration& c, Robot& robot) {
+  const auto slope = [&](GuideMotion motion) {
+    return correction_of(c, guide_parameter(0, motion, 0));
+  };
+  Joint& unit = robot.joints.front();
+  const Eigen::Matrix3d axes = guide_axes(robot);
+  const Eigen::Vector3d drawn = axes.col(0);
+  const Eigen::Vector3d found =
+      (axes * Eigen::Vector3d(1.0 + slope(GuideMotion::kAlong), slope(GuideMotion::kAcross),
+                              slope(GuideMotion::kAbove)))
+          .normalized();
+  robot.base_fixed.translate((drawn - found) * ((unit.min_rad + unit.max_rad) / 2.0));
+  unit.guide->along = found;
 }
+
+}  // namespace
+
+RigidArm nominal_rigid_arm(const Cell& cell) { return {cell.robot, cell.tool.tcp}; }
 
 RigidArm calibrated_rigid_arm(const Calibration& calibration) {
   RigidArm arm = nominal_rigid_arm(calibration.cell);
+  if (arm.robot.first_turning() > 0) turn_unit(calibration, arm.robot);
   for (std::size_t i = 0; i < arm.robot.joints.size(); ++i) {
     Joint& joint = arm.robot.joints[i];
     const auto off = [&](ParameterKind kind) {
@@ -59,22 +77,50 @@ RigidPose pose_of(const RigidArm& arm, const std::vector<double>& joint_rad) {
   return {shape.flange, shape.tcp};
 }
 
+namespace {
+
+constexpr int kPoses = 1000;
+constexpr unsigned kSeed = 1;
+
+/// Over poses of the workspace, in the mean and at most.
+template <typename Apart>
+OmittedEffects over_workspace(const ArmModel& model, const Apart& apart_m) {
+  OmittedEffects result;
+  const auto poses = workspace_poses(model, kPoses, kSeed);
+  for (const JointVector& q : poses) {
+    const double off_m = apart_m(q);
+    result.mean_m += off_m / static_cast<double>(poses.size());
+    result.max_m = std::max(result.max_m, off_m);
+  }
+  return result;
+}
+
+}  // namespace
+
 OmittedEffects left_out(const Calibration& calibration) {
-  constexpr int kPoses = 1000;
-  constexpr unsigned kSeed = 1;
   const RigidArm rigid = calibrated_rigid_arm(calibration);
   Tool tool;
   tool.tcp = rigid.tcp;
   const ArmModel model(rigid.robot, tool);
   const Predictor whole(calibration);
-  OmittedEffects result;
-  const auto poses = workspace_poses(model, kPoses, kSeed);
-  for (const JointVector& q : poses) {
-    const double off_m = (whole.calibrated(q).tcp.translation() - model.nominal_tip_m(q)).norm();
-    result.mean_m += off_m / static_cast<double>(poses.size());
-    result.max_m = std::max(result.max_m, off_m);
-  }
-  return result;
+  return over_workspace(model, [&](const JointVector& q) {
+    return (whole.calibrated(q).tcp.translation() - model.nominal_tip_m(q)).norm();
+  });
+}
+
+OmittedEffects left_out_of_unit(const Calibration& calibration, bool with_direction) {
+  Calibration rigid = calibration;
+  if (rigid.cell.robot.first_turning() == 0) return {};
+  if (with_direction) turn_unit(calibration, rigid.cell.robot);
+  for (ParameterResult& one : rigid.parameters)
+    if (one.key.kind == ParameterKind::kGuide) one.correction = 0.0;
+  const ArmModel whole(at_level(calibration.cell, calibration.level)),
+      less(at_level(rigid.cell, rigid.level));
+  const Eigen::VectorXd x = arm_values(whole, calibration), y = arm_values(less, rigid);
+  return over_workspace(whole, [&](const JointVector& q) {
+    return (whole.position(whole.prepare(q), x.data()) - less.position(less.prepare(q), y.data()))
+        .norm();
+  });
 }
 
 namespace {
@@ -110,11 +156,17 @@ JointFrames joint_frames(const RigidArm& arm) {
     one.name = joint.name;
     one.origin = before;
     one.axis = joint.sign * Vector3d::UnitZ();
+    one.slides = joint.is_prismatic();
+    const Isometry3d axes(one.slides ? guide_axes(arm.robot) : Eigen::Matrix3d::Identity());
+    if (one.slides) {
+      one.origin = before * axes;
+      one.axis = Vector3d::UnitX();
+    }
     one.min_rad = joint.min_rad;
     one.max_rad = joint.max_rad;
     one.max_speed_rad_s = joint.max_speed_rad_s;
     one.mass_kg = joint.mass_kg;
-    before = behind(joint);
+    before = axes.inverse() * behind(joint);
     one.com_m = joint.mass_kg > 0.0 ? Vector3d(before * joint.com_m) : Vector3d::Zero();
   }
   frames.flange = before * arm.robot.flange_fixed;
@@ -133,6 +185,13 @@ JointFrames joint_frames(const RigidArm& arm) {
 JointFrames moved_frames(const JointFrames& given, const RigidArm& nominal,
                          const RigidArm& calibrated) {
   const std::size_t joints = nominal.robot.joints.size();
+  const bool slides = !given.joints.empty() && given.joints.front().slides;
+  if (slides != (nominal.robot.first_turning() > 0))
+    throw FileError(slides ? fmt::format("joint \"{}\" slides, and the calibrated robot is on no linear unit",
+                                         given.joints.front().name)
+                           : fmt::format("no prismatic joint carries its arm, and {} carries the calibrated "
+                                         "robot. Add it before the arm, or leave --urdf out",
+                                         nominal.robot.joints.front().name));
   if (given.joints.size() != joints)
     throw FileError(fmt::format("{} joints turn in its chain, {} in the calibrated robot",
                                 given.joints.size(), joints));
@@ -146,9 +205,10 @@ JointFrames moved_frames(const JointFrames& given, const RigidArm& nominal,
     const Joint& joint = nominal.robot.joints[i];
     link = link * one.origin;
     Isometry3d on_axis = before[i].inverse() * link;  // place_i
-    const double off_m = on_axis.translation().head<2>().norm();
+    const Vector3d z = joint.is_prismatic() ? joint.guide->along : Vector3d::UnitZ();
+    const double off_m = joint.is_prismatic() ? 0.0 : on_axis.translation().head<2>().norm();
     const Vector3d axis = on_axis.linear() * one.axis * joint.sign;
-    const double off_rad = std::atan2(axis.head<2>().norm(), axis.z());
+    const double off_rad = std::atan2(axis.cross(z).norm(), axis.dot(z));
     if (!(off_m <= kSameM) || !(off_rad <= kSameRad))
       throw FileError(fmt::format(
           "joint \"{}\": its axis is {:.3f} mm and {:.4f} deg off the axis of {} in the nominal "
@@ -156,12 +216,16 @@ JointFrames moved_frames(const JointFrames& given, const RigidArm& nominal,
           "and senses of rotation",
           one.name, off_m * kMmPerM, off_rad * kDegPerRad, joint.name, nominal.robot.name,
           kSameM * kMmPerM, kSameRad * kDegPerRad));
-    on_axis.translation().head<2>().setZero();  // removes rounding off the axis
-    moved.joints[i].origin = fixed * on_axis;
+    Isometry3d turn = Isometry3d::Identity();
+    if (joint.is_prismatic())
+      turn = Eigen::Quaterniond::FromTwoVectors(z, calibrated.robot.joints[i].guide->along);
+    else
+      on_axis.translation().head<2>().setZero();  // removes rounding off the axis
+    moved.joints[i].origin = fixed * turn * on_axis;
     // The joint turns about its own z before place_i: set exactly, without the rounding of the
     // given axis.
-    moved.joints[i].axis = joint.sign * (on_axis.linear().transpose() * Vector3d::UnitZ());
-    fixed = on_axis.inverse() * behind(calibrated.robot.joints[i]);
+    moved.joints[i].axis = joint.sign * (on_axis.linear().transpose() * z);
+    fixed = (turn * on_axis).inverse() * behind(calibrated.robot.joints[i]);
   }
   // A flange of the given URDF that coincides with the nominal robot's stays on the calibrated
   // one's.
@@ -173,8 +237,14 @@ JointFrames moved_frames(const JointFrames& given, const RigidArm& nominal,
 
 Isometry3d flange_of(const JointFrames& frames, const std::vector<double>& joint_rad) {
   Isometry3d at = Isometry3d::Identity();
-  for (std::size_t i = 0; i < frames.joints.size(); ++i)
-    at = at * frames.joints[i].origin * AngleAxisd(joint_rad.at(i), frames.joints[i].axis);
+  for (std::size_t i = 0; i < frames.joints.size(); ++i) {
+    const PlacedJoint& one = frames.joints[i];
+    at = at * one.origin;
+    if (one.slides)
+      at.translate(joint_rad.at(i) * one.axis);
+    else
+      at.rotate(AngleAxisd(joint_rad.at(i), one.axis));
+  }
   return at * frames.flange;
 }
 

@@ -17,8 +17,9 @@ struct RigidArm {
 };
 
 RigidArm nominal_rigid_arm(const Cell& cell);
-/// Geometric corrections are included in the joints' parameters, and in the frames of a positioner's
-/// axes. Elastic and gear errors are omitted, and scales of a positioner's angles.
+/// Geometric corrections are included in the joints' parameters, in the direction of a linear unit, and
+/// in the frames of a positioner's axes. Omitted are elastic and gear errors, scales of a positioner's
+/// angles, and of a linear unit scale, straightness and turns.
 RigidArm calibrated_rigid_arm(const Calibration& calibration);
 
 /// Flange and TCP in the base frame.
@@ -33,12 +34,17 @@ struct OmittedEffects {
   double mean_m = 0.0, max_m = 0.0;
 };
 OmittedEffects left_out(const Calibration& calibration);
+/// Likewise of the linear unit alone, with all else as calibrated: beside its direction, or with the unit
+/// as drawn; 0 without one.
+OmittedEffects left_out_of_unit(const Calibration& calibration, bool with_direction);
 
 // An arm as represented in ROS and URDF: each joint is a fixed frame relative to the preceding
 // joint, then a rotation.
 
 struct PlacedJoint {
   std::string name;
+  /// A linear unit, along `axis` from its place at position 0; _rad are metres.
+  bool slides = false;
   /// From the frame after the preceding joint (the base's for the first) to this joint's, at angle
   /// 0.
   Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();
@@ -60,12 +66,13 @@ struct JointFrames {
 /// T_i (calib/model/README.md, (1)) without the rotation by the controller's angle, which precedes it.
 Eigen::Isometry3d behind(const Joint& joint);
 
-/// Each frame in the middle of its joint, z along the Denavit-Hartenberg axis.
+/// Each frame in the middle of its joint, z along the Denavit-Hartenberg axis; of a linear unit x along its
+/// travel.
 JointFrames joint_frames(const RigidArm& arm);
 
 /// The joints of `given`, whose kinematics are those of `nominal`, at their calibrated places: each
 /// frame keeps its position and rotation relative to its joint's axis. Throws FileError naming the
-/// first joint whose axis differs from the nominal one's.
+/// first joint whose axis differs from the nominal one's. A linear unit keeps its axis in its frame.
 JointFrames moved_frames(const JointFrames& given, const RigidArm& nominal,
                          const RigidArm& calibrated);
 
@@ -82,7 +89,7 @@ Eigen::Matrix3d rotation_of(const Eigen::Vector3d& roll_pitch_yaw);
 /// Preserves the forward kinematics to rounding. The largest component of each joint's z, in the
 /// base frame at zero angle, is positive; `sign` carries the sense of rotation. Names, limits,
 /// speeds and masses are copied; identifiable errors are set, without tolerances. The last joint's
-/// frame is the flange if possible; the rest goes to the robot's fixed flange transform.
+/// frame is the flange if possible; the rest goes to the robot's fixed flange transform. No joint may slide.
 Robot robot_of(const JointFrames& frames);
 
 }  // namespace cellcal::calib

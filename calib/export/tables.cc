@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "calib/estimate/linear_unit.h"
 #include "calib/files/text.h"
 #include "calib/model/units.h"
 #include "calib/result/calibration.h"
@@ -140,6 +142,32 @@ ordered_json joint_json(const Calibration& c, std::size_t i, const Joint& levell
   return json;
 }
 
+/// Motions of a linear unit by (1b) of calib/model: slopes and waves in the guide's axes.
+ordered_json linear_unit_json(const Calibration& c) {
+  const Joint& unit = c.cell.robot.joints.front();
+  ordered_json json{{"name", unit.name}};
+  json["frame"] = frame_json(c.cell.robot.base_fixed * Eigen::Isometry3d(guide_axes(c.cell.robot)));
+  json["min_m"] = unit.min_rad;
+  json["max_m"] = unit.max_rad;
+  constexpr const char* kNames[] = {"along_m", "across_m", "above_m", "roll_rad", "pitch_rad", "yaw_rad"};
+  for (int k = 0; k < kGuideMotions; ++k) {
+    ordered_json motion{{"slope_per_m", {{"value", 0.0}, {"sigma", 0.0}}},
+                        {"wave", ordered_json::array()}};
+    for (const ParameterResult& p : c.parameters) {
+      if (p.key.kind != ParameterKind::kGuide || p.key.axis != k) continue;
+      if (p.key.harmonic == 0) {
+        motion["slope_per_m"] = with_sigma(p);
+        continue;
+      }
+      ordered_json wave{{"order", p.key.harmonic}};
+      wave.update(with_sigma(p));
+      motion["wave"].push_back(std::move(wave));
+    }
+    json[kNames[k]] = std::move(motion);
+  }
+  return json;
+}
+
 /// An axis that turns by `axis` times e_j (1 + scale) in its frame.
 ordered_json positioner_json(const Calibration& c, std::size_t j, const PlacedJoint& placed) {
   ordered_json json{{"name", placed.name}};
@@ -164,6 +192,35 @@ ordered_json positioner_json(const Calibration& c, std::size_t j, const PlacedJo
 
 }  // namespace
 
+std::string unit_yaml(const Calibration& c, const PlacedJoint& placed) {
+  if (c.cell.robot.first_turning() == 0) return {};
+  constexpr const char* kKeys[] = {"x", "y", "z", "roll", "pitch", "yaw"};
+  constexpr double kIntervalM = 0.01;
+  const double low_m = c.cell.robot.joints.front().min_rad,
+               stroke_m = c.cell.robot.joints.front().max_rad - low_m;
+  const int intervals = std::max(1, static_cast<int>(std::ceil(stroke_m / kIntervalM)));
+  std::vector<double> positions;
+  for (int k = 0; k <= intervals; ++k) positions.push_back(low_m + stroke_m * k / intervals);
+  const std::vector<Eigen::Isometry3d> carriage = carriage_as_found(c, positions);
+  const Eigen::Isometry3d foot =
+      calibrated_rigid_arm(c).robot.base_fixed.inverse() * placed.origin;
+  std::array<std::string, 7> rows;
+  for (std::size_t k = 0; k < positions.size(); ++k) {
+    const Eigen::Isometry3d off = Eigen::Translation3d(-positions[k] * placed.axis) *
+                                  (placed.origin.inverse() * carriage[k] * foot);
+    const Eigen::Vector3d rpy = roll_pitch_yaw(off.linear());
+    const double row[] = {positions[k],          off.translation()[0], off.translation()[1],
+                          off.translation()[2], rpy[0],               rpy[1],
+                          rpy[2]};
+    for (std::size_t j = 0; j < rows.size(); ++j)
+      rows[j] += (k == 0 ? "" : ", ") + shortest(row[j]);
+  }
+  std::string text = ros_joint_name(placed.name) + "_motion:\n  position: [" + rows[0] + "]\n";
+  for (std::size_t j = 1; j < rows.size(); ++j)
+    text += fmt::format("  {}: [{}]\n", kKeys[j - 1], rows[j]);
+  return text;
+}
+
 std::string ros_yaml(const JointFrames& frames, const std::string& comment) {
   std::string text = comment_lines(comment) + "kinematics:\n";
   for (const PlacedJoint& joint : frames.joints)
@@ -178,7 +235,7 @@ std::string dh_csv(const RigidArm& nominal, const RigidArm& calibrated) {
   std::string text =
       "joint,sign,nominal_theta_offset_deg,nominal_d_mm,nominal_a_mm,nominal_alpha_deg,nominal_beta_deg,"
       "theta_offset_deg,d_mm,a_mm,alpha_deg,beta_deg\n";
-  for (std::size_t i = 0; i < nominal.robot.joints.size(); ++i) {
+  for (std::size_t i = nominal.robot.first_turning(); i < nominal.robot.joints.size(); ++i) {
     const Joint& stated = nominal.robot.joints[i];
     text += fmt::format("{},{},{},{}\n", stated.name, stated.sign, dh_cells(stated),
                         dh_cells(calibrated.robot.joints.at(i)));
@@ -188,15 +245,18 @@ std::string dh_csv(const RigidArm& nominal, const RigidArm& calibrated) {
 
 std::string arm_json(const Calibration& calibration) {
   const RigidArm real = calibrated_rigid_arm(calibration);
-  const JointFrames frames = joint_frames(real);
+  JointFrames frames = joint_frames(real);
   const OmittedEffects out = left_out(calibration);
+  const std::size_t first = calibration.cell.robot.first_turning();
+  if (first > 0) frames.joints[1].origin = guide_axes(calibration.cell.robot).transpose();
   ordered_json json{{"format", "cellcal.arm/1"}, {"robot", calibration.cell.robot.name}};
+  if (first > 0) json["linear_unit"] = linear_unit_json(calibration);
   json["joints"] = ordered_json::array();
   const Robot levelled = at_level(calibration.cell, calibration.level).robot;
-  for (std::size_t i = 0; i < frames.joints.size(); ++i)
+  for (std::size_t i = first; i < frames.joints.size(); ++i)
     json["joints"].push_back(
         joint_json(calibration, i, levelled.joints.at(i), frames.joints[i]));
-  json["base"] = frame_json(real.robot.base_fixed);
+  json["base"] = frame_json(calibration.cell.robot.base_fixed);
   json["flange"] = frame_json(frames.flange);
   json["tcp"] = frame_json(frames.tcp);
   if (const auto* bending = find(calibration, tool_parameter(ParameterKind::kDeflection, 0)))

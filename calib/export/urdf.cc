@@ -31,6 +31,8 @@ struct UrdfJoint {
   Isometry3d origin;
   Vector3d axis;
   bool turns() const { return type == "revolute" || type == "continuous"; }
+  bool slides() const { return type == "prismatic"; }
+  bool moves() const { return turns() || slides(); }
 };
 
 struct Document {
@@ -77,9 +79,9 @@ UrdfJoint read_joint(const Document& document, const pugi::xml_node& node) {
       Eigen::Quaterniond(rotation_of(three(document, joint, origin, "rpy", Vector3d::Zero())));
   joint.axis = three(document, joint, node.child("axis"), "xyz", Vector3d::UnitX());
   const double length = joint.axis.norm();
-  if (joint.turns() && !(length > 1e-6 && length < 1e6))
+  if (joint.moves() && !(length > 1e-6 && length < 1e6))
     document.fail(fmt::format("joint \"{}\": <axis> has no direction", shown(joint.name)));
-  joint.axis /= joint.turns() ? length : 1.0;
+  joint.axis /= joint.moves() ? length : 1.0;
   return joint;
 }
 
@@ -205,11 +207,11 @@ void read_link(const Document& document, const UrdfJoint& joint, PlacedJoint& pl
   }
 }
 
-/// A chain, and the file's joints that are its turning ones.
+/// A chain, and the file's joints that move in it.
 struct Chain {
   UrdfChain chain;
-  std::vector<const UrdfJoint*> turning;
-  std::vector<Isometry3d> fixed_before;  ///< fixed transforms before each turning joint
+  std::vector<const UrdfJoint*> moving;
+  std::vector<Isometry3d> fixed_before;  ///< fixed transforms before each of them
 };
 
 Chain chain_of(const Document& document, const std::string& asked) {
@@ -228,16 +230,17 @@ Chain chain_of(const Document& document, const std::string& asked) {
       fixed = fixed * joint->origin;
       continue;
     }
-    if (!joint->turns())
+    if (!joint->turns() && !(joint->slides() && found.moving.empty()))
       document.fail(
           fmt::format("joint \"{}\" is {}. Only revolute, continuous and fixed joints "
-                      "can be in the chain",
+                      "can be in the chain, and before them a prismatic one that carries the arm",
                       shown(joint->name), shown(joint->type)));
     if (joint->node.child("mimic"))
       document.fail(fmt::format("joint \"{}\" mimics another", shown(joint->name)));
     refuse_calibration(document, *joint);
     PlacedJoint& placed = chain.frames.joints.emplace_back();
     placed.name = joint->name;
+    placed.slides = joint->slides();
     placed.origin = fixed * joint->origin;
     placed.axis = joint->axis;
     const pugi::xml_node limit = joint->node.child("limit");
@@ -245,7 +248,7 @@ Chain chain_of(const Document& document, const std::string& asked) {
     placed.max_rad = attribute_or_zero(document, *joint, limit, "upper");
     placed.max_speed_rad_s = attribute_or_zero(document, *joint, limit, "velocity");
     read_link(document, *joint, placed);
-    found.turning.push_back(joint);
+    found.moving.push_back(joint);
     found.fixed_before.push_back(fixed);
     fixed = Isometry3d::Identity();
   }
@@ -289,12 +292,13 @@ pugi::xml_node append_joint(pugi::xml_node robot, const std::string& name, const
   return node;
 }
 
-/// A link, and the joint that turns it.
-void append_turning(pugi::xml_node robot, const PlacedJoint& one, const std::string& parent,
+/// A link, and the joint that moves it.
+void append_moving(pugi::xml_node robot, const PlacedJoint& one, const std::string& parent,
                     const std::string& link) {
   append_link(robot, link);
   pugi::xml_node node =
-      append_joint(robot, ros_joint_name(one.name), "revolute", parent, link, one.origin);
+      append_joint(robot, ros_joint_name(one.name), one.slides ? "prismatic" : "revolute", parent,
+                   link, one.origin);
   put_axis(node, one.axis);
   pugi::xml_node limit = node.append_child("limit");
   limit.append_attribute("lower").set_value(shortest(one.min_rad).c_str());
@@ -307,7 +311,7 @@ void append_turning(pugi::xml_node robot, const PlacedJoint& one, const std::str
 void append_positioner(pugi::xml_node robot, const JointFrames& frames, std::string parent) {
   for (std::size_t j = 0; j < frames.positioner.size(); ++j) {
     const std::string link = fmt::format("positioner_{}", j + 1);
-    append_turning(robot, frames.positioner[j], parent, link);
+    append_moving(robot, frames.positioner[j], parent, link);
     parent = link;
   }
 }
@@ -355,16 +359,16 @@ std::string calibrated_urdf(std::string_view text, const std::string& name,
   } catch (const FileError& error) {
     document.fail(error.what());
   }
-  for (std::size_t i = 0; i < found.turning.size(); ++i) {
-    put_origin(found.turning[i]->node, found.fixed_before[i].inverse() * moved.joints[i].origin);
-    if (!moved.joints[i].axis.isApprox(found.turning[i]->axis, 1e-12))
-      put_axis(found.turning[i]->node, moved.joints[i].axis);
+  for (std::size_t i = 0; i < found.moving.size(); ++i) {
+    put_origin(found.moving[i]->node, found.fixed_before[i].inverse() * moved.joints[i].origin);
+    if (!moved.joints[i].axis.isApprox(found.moving[i]->axis, 1e-12))
+      put_axis(found.moving[i]->node, moved.joints[i].axis);
   }
   // The correction of the last link applies to everything fixed to it.
   const Isometry3d off = moved.flange * found.chain.frames.flange.inverse();
   bool carried = false;
   for (const UrdfJoint& joint : document.joints) {
-    if (joint.parent != found.turning.back()->child) continue;
+    if (joint.parent != found.moving.back()->child) continue;
     put_origin(joint.node, off * joint.origin);
     carried = true;
   }
@@ -372,7 +376,7 @@ std::string calibrated_urdf(std::string_view text, const std::string& name,
     document.fail(
         fmt::format("nothing is fixed to link \"{}\", so the flange's own error has no "
                     "place. Add a fixed joint to a link \"flange\" (xyz and rpy 0)",
-                    shown(found.turning.back()->child)));
+                    shown(found.moving.back()->child)));
   refuse_second(document, moved);
   append_positioner(document.robot, moved, found.chain.base_link);
   document.robot.prepend_child(pugi::node_comment)
@@ -392,7 +396,7 @@ std::string urdf_of(const JointFrames& frames, const std::string& robot_name,
   append_link(robot, last);
   for (std::size_t i = 0; i < frames.joints.size(); ++i) {
     const std::string name = fmt::format("link_{}", i + 1);
-    append_turning(robot, frames.joints[i], last, name);
+    append_moving(robot, frames.joints[i], last, name);
     last = name;
   }
   append_link(robot, "flange");

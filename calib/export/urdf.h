@@ -24,7 +24,8 @@ struct UrdfChain {
   JointFrames frames;
 };
 
-/// The chain of turning joints from the root to `tip_link`. By default the end of the longest
+/// The chain of turning joints from the root to `tip_link`, the first of which may be prismatic: a linear
+/// unit. By default the end of the longest
 /// chain; among links that differ by fixed joints only, "tool0", otherwise "flange", with or
 /// without a prefix, otherwise the first in the file. A root "world" is skipped: the arm begins at
 /// the link fixed to it. Messages name the file `name`. Throws FileError.

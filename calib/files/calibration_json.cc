@@ -112,7 +112,7 @@ Table<UpdateOrigin> update_fields() {
 }
 
 using fields::Field, fields::Json, fields::Table, fields::Value, fields::beside, fields::field,
-    fields::for_readers, fields::from_json, fields::group, fields::joined, fields::list,
+    fields::for_readers, fields::from_json, fields::group, fields::joined, fields::list, fields::maybe,
     fields::not_negative, fields::number, fields::object, fields::of_member, fields::optional,
     fields::text, fields::to_json, fields::where;
 using C = Calibration;
@@ -327,6 +327,7 @@ Table<C> calibration_fields() {
       targets_field(),
       where<C>([](const C& c) { return !c.positioner.empty(); },
                field("positioner", &C::positioner, list(object(positioner_fields())))),
+      maybe("linear_unit", &C::linear_unit, object(linear_unit_fields())),
       residuals_field(),
       unidentifiable_field(),
       where<C>(with_observability,

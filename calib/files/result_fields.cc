@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <set>
@@ -21,7 +22,7 @@ namespace {
 
 using fields::Field, fields::Json, fields::Table, fields::Value, fields::beside, fields::field,
     fields::flag, fields::for_readers, fields::joined, fields::list, fields::maybe,
-    fields::not_negative, fields::number, fields::of_member, fields::only_of, fields::optional, fields::text,
+    fields::not_negative, fields::number, fields::object, fields::of_member, fields::only_of, fields::optional, fields::text,
     fields::vector, fields::where, fields::whole, fields::word;
 
 /// In arcseconds.
@@ -45,15 +46,31 @@ Value<Eigen::Isometry3d> frame() {
           }};
 }
 
-/// Least and greatest, in degrees.
-Value<std::array<double, 2>> angle_range() {
-  return {[](const std::array<double, 2>& v) -> Json {
-            return {v[0] * kDegPerRad, v[1] * kDegPerRad};
+/// Least and greatest.
+Value<std::array<double, 2>> range(double to_unit) {
+  return {[to_unit](const std::array<double, 2>& v) -> Json {
+            return {v[0] * to_unit, v[1] * to_unit};
+          },
+          [to_unit](const JsonReader& r) {
+            const std::vector<double> ends = list(number(to_unit)).from(r);
+            if (ends.size() != 2 || !(ends[0] <= ends[1])) r.fail("must be two ascending numbers");
+            return std::array<double, 2>{ends[0], ends[1]};
+          }};
+}
+
+/// Of a carriage, in mm and mrad.
+Value<std::array<double, kGuideMotions>> guide_motions() {
+  return {[](const std::array<double, kGuideMotions>& v) -> Json {
+            Json out = Json::array();
+            for (const double one : v) out.push_back(one * kMmPerM);
+            return out;
           },
           [](const JsonReader& r) {
-            const std::vector<double> ends = list(number(kDegPerRad)).from(r);
-            if (ends.size() != 2 || !(ends[0] <= ends[1])) r.fail("must be two ascending angles");
-            return std::array<double, 2>{ends[0], ends[1]};
+            const std::vector<double> read = list(number(kMmPerM)).from(r);
+            std::array<double, kGuideMotions> v{};
+            if (read.size() != v.size()) r.fail("must be six numbers");
+            std::ranges::copy(read, v.begin());
+            return v;
           }};
 }
 
@@ -127,7 +144,23 @@ Table<PositionerLine> positioner_fields() {
           field("frame", &P::frame, frame()),
           field("place_u95_mm", &P::place_u95_m, not_negative(kMmPerM)),
           field("direction_u95_mrad", &P::direction_u95_rad, not_negative(kMradPerRad)),
-          maybe("touched_deg", &P::touched_rad, angle_range())};
+          maybe("touched_deg", &P::touched_rad, range(kDegPerRad))};
+}
+
+Table<LinearUnitLine> linear_unit_fields() {
+  using L = LinearUnitLine;
+  using At = LinearUnitLine::At;
+  constexpr double kPerMille = 1000.0;
+  const Table<At> at{field("position_mm", &At::position_m, number(kMmPerM)),
+                     field("motion", &At::motion, guide_motions()),
+                     field("u95", &At::u95, guide_motions())};
+  return {field("axis", &L::axis, text()),
+          field("direction", &L::direction, direction()),
+          field("direction_u95_mrad", &L::direction_u95_rad, not_negative(kPerMille)),
+          field("scale_mm_per_m", &L::scale, number(kPerMille)),
+          field("scale_u95_mm_per_m", &L::scale_u95, not_negative(kPerMille)),
+          field("at", &L::at, list(object(at))),
+          maybe("touched_mm", &L::touched_m, range(kMmPerM))};
 }
 
 Table<Observability> observability_fields() {

@@ -42,6 +42,7 @@ fields::Table<LevelEvidence> evidence_fields();
 /// Rows of a target of `cell`, which defines its kind.
 fields::Table<TargetResult> target_fields(const Cell& cell);
 fields::Table<PositionerLine> positioner_fields();
+fields::Table<LinearUnitLine> linear_unit_fields();
 fields::Table<Observability> observability_fields();
 fields::Table<Discrepancy> discrepancy_fields();
 fields::Table<RepeatedTouches> repeats_fields();

@@ -14,6 +14,7 @@
 #include "calib/estimate/joint_functions.h"
 #include "calib/estimate/level_family.h"
 #include "calib/estimate/observability.h"
+#include "calib/estimate/linear_unit.h"
 #include "calib/estimate/positioner.h"
 #include "calib/estimate/problem.h"
 #include "calib/estimate/region.h"
@@ -506,6 +507,7 @@ Calibration identify_single_pass(const Cell& cell, const std::vector<Touch>& tou
   // jumps, and properties that a specified level omits resemble jumps.
   fill_consistency(problem, e, !together, !together && !options.level, calibration);
   calibration.positioner = positioner_lines(calibration, touches);
+  calibration.linear_unit = linear_unit_line(calibration, touches);
   calibration.verdict = judge(problem, calibration);
   return calibration;
 }

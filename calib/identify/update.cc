@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "calib/estimate/linear_unit.h"
 #include "calib/estimate/positioner.h"
 #include "calib/estimate/region.h"
 #include "calib/identify/explained.h"
@@ -293,6 +294,11 @@ Calibration update(const Calibration& last, const std::vector<Touch>& touches,
       std::erase_if(c.lengths, [&](const LengthResult& length) {
         return length.from == best.change.name || length.to == best.change.name;
       });
+  }
+  if (c.linear_unit) {
+    const auto touched_m = c.linear_unit->touched_m;
+    c.linear_unit = linear_unit_line(c, {});
+    c.linear_unit->touched_m = touched_m;
   }
   if (!facts.not_found.empty()) origin.outcome = UpdateOutcome::kNotFound;
   forget_session(c);

@@ -263,6 +263,22 @@ struct PositionerLine {
   std::optional<std::array<double, 2>> touched_rad;
 };
 
+/// A linear unit as found. `motion`: (1b) of calib/model/README.md without the slopes of the shifts,
+/// which are `scale` and `direction`; [m, rad], with bounds of 95 %.
+struct LinearUnitLine {
+  struct At {
+    double position_m = 0.0;
+    std::array<double, kGuideMotions> motion{}, u95{};
+  };
+  std::string axis;
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitX();  ///< of travel, unit, base frame
+  double direction_u95_rad = 0.0;                        ///< without a turn of the base frame
+  double scale = 0.0, scale_u95 = 0.0;                   ///< m per m
+  std::vector<At> at;                                    ///< from end to end, evenly
+  /// Least and greatest position of a touch; empty: not stated.
+  std::optional<std::array<double, 2>> touched_m;
+};
+
 struct InputFile {
   std::string role, name, sha256;
 };
@@ -281,6 +297,7 @@ struct Calibration {
   std::vector<TargetResult> targets;
   std::vector<LengthResult> lengths;          ///< with both ends touched
   std::vector<PositionerLine> positioner;     ///< its axes, base outwards
+  std::optional<LinearUnitLine> linear_unit;
   std::vector<ArtefactBias> artefact_biases;  ///< of spheres and wires; not written to files
   ResidualSummary before, after, check_before, check;
   std::vector<TouchResidual> residuals;

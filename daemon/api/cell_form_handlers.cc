@@ -11,6 +11,7 @@
 #include "calib/files/robot_file.h"
 #include "calib/files/toml.h"
 #include "calib/model/error.h"
+#include "calib/model/units.h"
 #include "calib/plan/pool.h"
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/http.h"
@@ -146,36 +147,74 @@ std::optional<Response> Api::read_cell_lists(const Call& call) {
 
 namespace {
 
+constexpr double kFastestUnitMmS = 1e4;
+
 struct ImportedRobot {
   calib::Robot robot;
-  /// A linear unit carries the arm; the form's robot is the arm alone.
-  bool linear_unit = false;
+  json linear_unit{};  ///< of the answer; null: none carries the arm
 };
 
-ImportedRobot robot_of_controller(const std::string& machine, const std::string& robcor) {
+json unit_json(const calib::Joint& unit) {
+  const auto& along = unit.guide->along;
+  return {{"name", unit.name},
+          {"along", {along.x(), along.y(), along.z()}},
+          {"min_mm", unit.min_rad * calib::kMmPerM},
+          {"max_mm", unit.max_rad * calib::kMmPerM},
+          {"max_speed_mm_s", unit.max_speed_rad_s > 0.0
+                                 ? json(unit.max_speed_rad_s * calib::kMmPerM)
+                                 : json()}};
+}
+
+/// The unit that carries the arm, where the machine data describe it; else the arm where it stands, and why.
+void put_on_its_unit(const calib::MachineData& data, double speed_mm_s, ImportedRobot& imported) {
+  try {
+    std::optional<calib::Joint> unit = calib::linear_unit_of(data);
+    if (!unit) return;
+    unit->max_speed_rad_s = speed_mm_s / calib::kMmPerM;
+    imported.linear_unit = unit_json(*unit);
+    imported.robot.joints.insert(imported.robot.joints.begin(), std::move(*unit));
+  } catch (const calib::FileError& missing) {
+    imported.linear_unit = {{"missing", missing.what()}};
+  }
+}
+
+ImportedRobot robot_of_controller(const std::string& machine, const std::string& robcor,
+                                  double speed_mm_s) {
   calib::MachineData data;
   calib::read_machine_data(machine, "$machine.dat", data);
   if (!robcor.empty()) calib::read_machine_data(robcor, "$robcor.dat", data);
-  calib::Robot robot = calib::arm_of_controller(data);
-  for (const calib::Joint& joint : robot.joints)
+  ImportedRobot imported{calib::arm_of_controller(data)};
+  for (const calib::Joint& joint : imported.robot.joints)
     if (!(joint.max_speed_rad_s > 0.0))
       throw calib::FileError("$machine.dat", ": no speed of " + joint.name +
                                                  ": $VEL_AXIS_MA and $RAT_MOT_AX of it are needed");
-  return {robot, std::ranges::any_of(data.external.kinds,
-                                     [](const auto& kind) { return kind.second == "#ERSYS"; })};
+  put_on_its_unit(data, speed_mm_s, imported);
+  return imported;
 }
 
 ImportedRobot robot_of_file(const std::string& text) {
-  calib::Robot robot = calib::read_robot(calib::TomlTable::parse(text, "robot file"));
-  refuse_external_axes(robot, "a cell form", "Write the cell file by hand");
-  return {robot};
+  ImportedRobot imported{calib::read_robot(calib::TomlTable::parse(text, "robot file"))};
+  refuse_positioner(imported.robot, "a cell form", "Write the cell file by hand");
+  if (imported.robot.first_turning() > 0)
+    imported.linear_unit = unit_json(imported.robot.joints.front());
+  return imported;
+}
+
+double unit_speed_mm_s(const json& body) {
+  const auto given = body.find("unit_speed_mm_s");
+  if (given == body.end()) return 0.0;
+  const double speed = given->is_number() ? given->get<double>() : -1.0;
+  if (!(speed > 0.0 && speed <= kFastestUnitMmS))
+    throw BadRequest("\"unit_speed_mm_s\" must be a number above 0, 10000 at most");
+  return speed;
 }
 
 }  // namespace
 
 std::optional<Response> Api::import_robot(const Call& call) {
   const json body = cell_request(call.request);
-  refuse_others(body, {"machine_data", "robcor", "robot_file"});
+  refuse_others(body, {"machine_data", "robcor", "robot_file", "unit_speed_mm_s"});
+  const double speed_mm_s = unit_speed_mm_s(body);
   const std::string machine = text_of(body, "machine_data"), robcor = text_of(body, "robcor");
   const std::string robot_file = text_of(body, "robot_file");
   if (machine.empty() == robot_file.empty())
@@ -183,13 +222,14 @@ std::optional<Response> Api::import_robot(const Call& call) {
         "give either \"machine_data\", the text of $machine.dat, or \"robot_file\", that of a "
         "robot file");
   return cell_act([&] {
-    const auto [robot, linear_unit] =
-        machine.empty() ? robot_of_file(robot_file) : robot_of_controller(machine, robcor);
+    const auto [robot, linear_unit] = machine.empty()
+                                          ? robot_of_file(robot_file)
+                                          : robot_of_controller(machine, robcor, speed_mm_s);
     std::filesystem::path file;
     service_.alone(kWriting, [&, &arm = robot] { file = shelf().keep(arm); });
     spdlog::info("robot file {} was written", file.string());
     json answer{{"name", file.string()}, {"model", robot.name}};
-    if (linear_unit) answer["linear_unit"] = true;
+    if (!linear_unit.is_null()) answer["linear_unit"] = linear_unit;
     return Response{201, "application/json", dump(answer)};
   });
 }

@@ -44,8 +44,8 @@ NamedRobotFile find_robot(const std::string& given, const std::filesystem::path&
   }
   found.name = file.string();
   found.text = calib::read_file(file, calib::kMostTomlBytes);
-  refuse_external_axes(calib::read_robot(calib::TomlTable::parse(found.text, found.name)),
-                       "making a cell file by questions", "Write the cell file by hand");
+  refuse_positioner(calib::read_robot(calib::TomlTable::parse(found.text, found.name)),
+                    "making a cell file by questions", "Write the cell file by hand");
   return found;
 }
 
@@ -115,17 +115,23 @@ Triple tip_mm(const CellForm& form, const std::vector<double>& joint_deg) {
   arm.obstacles.clear();
   const calib::Cell cell = cell_of(arm);
   const auto& joints = cell.robot.joints;
+  const std::size_t first = cell.robot.first_turning();
   if (joint_deg.size() != joints.size())
-    throw calib::FileError(fmt::format("there must be {} angles, A1 first", joints.size()));
+    throw calib::FileError(
+        first > 0 ? fmt::format("there must be {} angles, A1 first, and behind them {} in mm",
+                                joints.size() - first, joints[0].name)
+                  : fmt::format("there must be {} angles, A1 first", joints.size()));
   std::vector<double> joint_rad;
   for (std::size_t i = 0; i < joints.size(); ++i) {
-    joint_rad.push_back(joint_deg[i] * calib::kRadPerDeg);
+    const calib::JointUnit unit = unit_of(joints[i]);
+    const double shown = joint_deg[i < first ? joints.size() - first + i : i - first];
+    joint_rad.push_back(shown / unit.per_si);
     const bool limited = joints[i].min_rad < joints[i].max_rad;
     if (limited && (joint_rad[i] < joints[i].min_rad || joint_rad[i] > joints[i].max_rad))
       throw calib::FileError(fmt::format(
-          "{} at {} deg is beyond its limits, {:.1f} to {:.1f} deg. Type the angles as the pendant shows them",
-          joints[i].name, joint_deg[i], joints[i].min_rad * calib::kDegPerRad,
-          joints[i].max_rad * calib::kDegPerRad));
+          "{} at {} {unit} is beyond its limits, {:.1f} to {:.1f} {unit}. Type the angles as the pendant shows them",
+          joints[i].name, shown, joints[i].min_rad * unit.per_si, joints[i].max_rad * unit.per_si,
+          fmt::arg("unit", unit.name)));
   }
   const Eigen::Vector3d tip =
       calib::ArmModel(cell.robot, cell.tool).nominal_tcp(joint_rad).translation() * calib::kMmPerM;

@@ -99,7 +99,8 @@ std::string objection(const CellForm& form);
 /// Key of the form for that of a cell file or of the form's JSON: "target[2].diameter_mm" is "spheres.1.diameter_mm".
 std::string form_key(std::string_view path);
 
-/// Tip position of the nominal arm with this tool. Throws calib::FileError for an invalid posture.
+/// Tip position of the nominal arm with this tool, at the angles as the pendant shows them: A1 first, a linear unit
+/// [mm] behind the arm's. Throws calib::FileError for an invalid posture.
 Triple tip_mm(const CellForm& form, const std::vector<double>& joint_deg);
 /// Centre of a sphere whose top the tip touches at these angles.
 Triple centre_below(const CellForm& form, const std::vector<double>& joint_deg, double diameter_mm);

@@ -366,6 +366,32 @@ void add_positioner(const Sources& s, CertificateData& data) {
   }
 }
 
+void add_linear_unit(const Sources& s, CertificateData& data) {
+  if (!s.calibration.linear_unit) return;
+  constexpr int kDirectionDecimals = 6, kScaleDecimals = 4;
+  const std::string at = "/linear_unit/";
+  const auto value = [&](const std::string& key, const char* unit, int decimals) {
+    return s.number(kCalibration, at + key, unit, decimals);
+  };
+  LinearUnit& unit = data.linear_unit.emplace(
+      LinearUnit{s.text(kCalibration, at + "axis"), value("direction/0", "", kDirectionDecimals),
+                 value("direction/1", "", kDirectionDecimals),
+                 value("direction/2", "", kDirectionDecimals),
+                 value("direction_u95_mrad", "mrad", kMmDecimals),
+                 value("scale_mm_per_m", "mm/m", kScaleDecimals),
+                 value("scale_u95_mm_per_m", "mm/m", kScaleDecimals),
+                 {}});
+  for (std::size_t i = 0; i < s.size(kCalibration, at + "at"); ++i) {
+    LinearUnit::Row& row = unit.rows.emplace_back();
+    row.position = value(fmt::format("at/{}/position_mm", i), "mm", 0);
+    for (std::size_t k = 0; k < row.motion.size(); ++k) {
+      const char* const one = is_shift(calib::GuideMotion{static_cast<int>(k)}) ? "mm" : "mrad";
+      row.motion[k] = value(fmt::format("at/{}/motion/{}", i, k), one, kMmDecimals);
+      row.u95[k] = value(fmt::format("at/{}/u95/{}", i, k), one, kMmDecimals);
+    }
+  }
+}
+
 void add_files(const Sources& s, CertificateData& data) {
   for (std::size_t i = 0; i < s.size(kCalibration, "/inputs/files"); ++i) {
     const auto text = [&](const char* key) {
@@ -378,8 +404,11 @@ void add_files(const Sources& s, CertificateData& data) {
 }
 
 void add_touches(const Sources& s, CertificateData& data) {
-  for (std::size_t j = 0; j < s.calibration.cell.robot.joints.size(); ++j)
+  const auto& joints = s.calibration.cell.robot.joints;
+  for (std::size_t j = 0; j < joints.size(); ++j) {
     data.joint_names.push_back(s.text("robot", fmt::format("/joint/{}/name", j)));
+    data.joint_names.back().unit = unit_of(joints[j]).name;
+  }
   for (std::size_t j = 0; j < s.calibration.cell.robot.positioner.size(); ++j)
     data.joint_names.push_back(s.text("robot", fmt::format("/positioner/{}/name", j)));
   const std::vector<bool> outlier = outliers_of(s);
@@ -402,9 +431,11 @@ void add_touches(const Sources& s, CertificateData& data) {
     if (touch.temperature_c)
       row.temperature =
           raw_figure(*touch.temperature_c, "°C", kTemperatureDecimals, row.temperature.from);
-    for (std::size_t j = 0; j < touch.joint_rad.size(); ++j)
-      row.joints.push_back(raw_figure(touch.joint_rad[j] * calib::kDegPerRad, "deg", kJointDecimals,
-                                      from(fmt::format("joint_deg/{}", j))));
+    for (std::size_t j = 0; j < touch.joint_rad.size(); ++j) {
+      const calib::JointUnit unit = unit_of(joints.at(j));
+      row.joints.push_back(raw_figure(touch.joint_rad[j] * unit.per_si, unit.name, kJointDecimals,
+                                      from(fmt::format("joint_{}/{}", unit.name, j))));
+    }
     for (std::size_t j = 0; j < touch.positioner_rad.size(); ++j)
       row.joints.push_back(raw_figure(touch.positioner_rad[j] * calib::kDegPerRad, "deg",
                                       kJointDecimals, from(fmt::format("positioner_deg/{}", j))));
@@ -430,8 +461,6 @@ CertificateData make_certificate(const Archive& archive, const std::string& from
   const Sources sources = read_sources(archive, from);
   refuse_withheld(sources, from);
   refuse_update(sources, from);
-  refuse_linear_unit(sources.calibration.cell.robot, "a certificate",
-                     "Use the calibration (JSON), which states all figures");
   CertificateData data;
   add_identity(sources, issue, data);
   add_artefacts(sources, data);
@@ -444,6 +473,7 @@ CertificateData make_certificate(const Archive& archive, const std::string& from
   add_findings(sources, data);
   add_parameters(sources, data);
   add_positioner(sources, data);
+  add_linear_unit(sources, data);
   add_files(sources, data);
   add_touches(sources, data);
   return data;

@@ -2,6 +2,7 @@
 // Certificate of a published calibration: the printed values, each with its origin (README.md), and the files
 // made from it.
 
+#include <array>
 #include <chrono>
 #include <filesystem>
 #include <optional>
@@ -10,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/model/parameter_key.h"
 #include "calib/words/phrase.h"
 #include "daemon/archive/archive.h"
 #include "daemon/certificate/pose_sheet.h"
@@ -75,6 +77,16 @@ struct Parameter {
 struct PositionerAxis {
   Entry name, x, y, z, direction_x, direction_y, direction_z, place, direction;
 };
+/// Linear unit as found: direction of travel in the base frame, scale, and the motions of its carriage over its
+/// position (shifts beside both, then roll, pitch and yaw), with bounds of 95 %.
+struct LinearUnit {
+  struct Row {
+    Entry position;
+    std::array<Entry, calib::kGuideMotions> motion, u95;
+  };
+  Entry name, direction_x, direction_y, direction_z, direction, scale, scale_u95;
+  std::vector<Row> rows;
+};
 struct File {
   Entry role, name, sha256;
 };
@@ -123,6 +135,7 @@ struct CertificateData {
   Entry dropped;  ///< time of deletion of raw rows: interruptions are unknown then
   std::vector<Parameter> parameters;
   std::vector<PositionerAxis> positioner;
+  std::optional<LinearUnit> linear_unit;
   std::vector<File> files;
   Entry rows_sha256, calibration_sha256;
   std::vector<Entry> joint_names;

@@ -29,6 +29,8 @@ std::string d_si(const std::string& unit) {
       {"mm/s", "\\milli\\metre\\second\\tothe{-1}"},
       {"deg", "\\degree"},
       {"mrad", "\\milli\\radian"},
+      {"mm/m", "\\milli\\metre\\metre\\tothe{-1}"},
+      {"mrad/m", "\\milli\\radian\\metre\\tothe{-1}"},
       {"mrad/rad", "\\milli\\radian\\radian\\tothe{-1}"},
       {"arcsec", "\\arcsecond"},
       {"ms", "\\milli\\second"},
@@ -282,6 +284,24 @@ void add_positioner(const CertificateData& d, Node data) {
   }
 }
 
+void add_linear_unit(const LinearUnit& unit, Node data) {
+  const auto add_one = [&](const char* id, const Entry& value, const Entry& bound = {}) {
+    add_quantity(data, {id, {{"axis", unit.name.text}}}, value, bound);
+  };
+  add_one("say.dcc.positioner.direction_x", unit.direction_x);
+  add_one("say.dcc.positioner.direction_y", unit.direction_y);
+  add_one("say.dcc.positioner.direction_z", unit.direction_z);
+  add_one("say.dcc.positioner.direction", unit.direction);
+  add_one("say.dcc.linear_unit.scale", unit.scale, unit.scale_u95);
+  constexpr const char* kMotions[] = {"along", "across", "above", "roll", "pitch", "yaw"};
+  for (const LinearUnit::Row& row : unit.rows)
+    for (std::size_t k = 0; k < row.motion.size(); ++k)
+      add_quantity(data,
+                   {std::string("say.dcc.linear_unit.") + kMotions[k],
+                    {{"axis", unit.name.text}, {"at", row.position.text}}},
+                   row.motion[k], row.u95[k]);
+}
+
 void add_measurement(const CertificateData& d, Node root) {
   Node result = root.append_child("dcc:measurementResults").append_child("dcc:measurementResult");
   add_text(result, "dcc:name", "say.dcc.result");
@@ -307,6 +327,8 @@ void add_measurement(const CertificateData& d, Node root) {
     add_quantity(budget, "say.dcc.combined", d.standard);
   }
   if (!d.positioner.empty()) add_positioner(d, add_result(results, "say.report.positioner"));
+  if (d.linear_unit)
+    add_linear_unit(*d.linear_unit, add_result(results, "say.report.linear_unit"));
   Node data = add_result(results, "say.dcc.corrections");
   add_quantity(data, "say.dcc.touches", d.touches);
   for (const Parameter& one : d.parameters)

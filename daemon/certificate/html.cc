@@ -367,6 +367,34 @@ std::string positioner(const CertificateData& d) {
          report::paragraph("note", say("say.report.positioner.note"));
 }
 
+std::string linear_unit(const CertificateData& d) {
+  if (!d.linear_unit) return {};
+  const LinearUnit& unit = *d.linear_unit;
+  std::string line = "<tr>" + cell(shown(unit.name)), rows;
+  for (const Entry* value : {&unit.direction_x, &unit.direction_y, &unit.direction_z,
+                             &unit.direction, &unit.scale, &unit.scale_u95})
+    line += cell(shown(*value, kNone), true);
+  for (const LinearUnit::Row& row : unit.rows) {
+    rows += "<tr>" + cell(shown(row.position), true);
+    for (std::size_t k = 0; k < row.motion.size(); ++k)
+      rows += cell(shown(row.motion[k], kNone), true) + cell(shown(row.u95[k], kNone), true);
+    rows += "</tr>\n";
+  }
+  return heading("say.report.linear_unit") +
+         table(heads({"say.report.positioner.col.axis", number("say.report.positioner.col.direction_x"),
+                      number("y"), number("z"), number("say.report.positioner.col.direction"),
+                      number("say.report.linear_unit.col.scale"), number("U")}),
+               line + "</tr>\n", "small") +
+         table(heads({number("say.report.linear_unit.col.at"), number("say.report.linear_unit.col.along"),
+                      number("U"), number("say.report.linear_unit.col.across"), number("U"),
+                      number("say.report.linear_unit.col.above"), number("U"),
+                      number("say.report.linear_unit.col.roll"), number("U"),
+                      number("say.report.linear_unit.col.pitch"), number("U"),
+                      number("say.report.linear_unit.col.yaw"), number("U")}),
+               rows, "small") +
+         report::paragraph("note", say("say.report.linear_unit.note"));
+}
+
 /// As in files: with a decimal point.
 std::string raw(const Entry& entry) {
   const report::Speaking plain((calib::Language()));
@@ -377,7 +405,8 @@ std::string touches(const CertificateData& d) {
   std::string head = heads({number("say.report.raw.col.number"), "say.certificate.col.artefact",
                             "say.report.raw.col.set"});
   for (const Entry& name : d.joint_names)
-    head += fmt::format("<th class=\"n\">{}, {}</th>", shown(name), say("say.unit.deg"));
+    head += fmt::format("<th class=\"n\">{}, {}</th>", shown(name),
+                        name.unit == "mm" ? "mm" : say("say.unit.deg"));
   head += heads({number("say.report.raw.col.readings"), number("mm/s"), number("&deg;C"),
                  "say.certificate.col.time"});
   std::string rows;
@@ -442,7 +471,7 @@ std::string to_html(const CertificateData& d, const calib::Language& language) {
   html += issue(d) + object(d) + result(d) + decision(d) + artefacts(d) + length_checks(d) + budget(d) +
           pose_sheet_html(d.pose_sheet) + frame(d) + conditions(d);
   html += heading("say.certificate.remarks") + list(d.remarks);
-  html += sums(d) + parameters(d) + positioner(d) + touches(d);
+  html += sums(d) + parameters(d) + positioner(d) + linear_unit(d) + touches(d);
   return html + "</main>\n</body>\n</html>\n";
 }
 

@@ -100,6 +100,25 @@ Json of_positioner_axis(const PositionerAxis& one) {
           {"direction_u95", to_value(one.direction)}};
 }
 
+Json of_linear_unit(const LinearUnit& one) {
+  Json rows = Json::array();
+  for (const LinearUnit::Row& row : one.rows) {
+    Json motion = Json::array(), u95 = Json::array();
+    for (const Entry& entry : row.motion) motion.push_back(to_value(entry));
+    for (const Entry& entry : row.u95) u95.push_back(to_value(entry));
+    rows.push_back({{"position", to_value(row.position)},
+                    {"motion", std::move(motion)},
+                    {"u95", std::move(u95)}});
+  }
+  return {{"axis", to_value(one.name)},
+          {"direction",
+           {to_value(one.direction_x), to_value(one.direction_y), to_value(one.direction_z)}},
+          {"direction_u95", to_value(one.direction)},
+          {"scale", to_value(one.scale)},
+          {"scale_u95", to_value(one.scale_u95)},
+          {"at", std::move(rows)}};
+}
+
 Json of_file(const File& one) {
   return {
       {"role", to_value(one.role)}, {"name", to_value(one.name)}, {"sha256", to_value(one.sha256)}};
@@ -179,6 +198,7 @@ std::string to_json(const CertificateData& d) {
   whole["remarks"] = list(d.remarks, of_said);
   whole["breaks"] = of_breaks(d);
   whole["parameters"] = list(d.parameters, of_parameter);
+  if (d.linear_unit) whole["linear_unit"] = of_linear_unit(*d.linear_unit);
   if (!d.positioner.empty()) whole["positioner"] = list(d.positioner, of_positioner_axis);
   whole["files"] = list(d.files, of_file);
   whole["joints"] = list(d.joint_names, to_value);

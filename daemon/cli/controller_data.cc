@@ -57,6 +57,8 @@ bool has_an_arm(const MachineData& data) {
   return data.length_a_m || data.length_b_m || data.wrist || data.flange || data.base;
 }
 
+namespace {
+
 std::optional<calib::Joint> linear_unit_or_warning(const MachineData& data) {
   try {
     return calib::linear_unit_of(data);
@@ -68,6 +70,21 @@ std::optional<calib::Joint> linear_unit_or_warning(const MachineData& data) {
         error.what());
     return std::nullopt;
   }
+}
+
+}  // namespace
+
+calib::Robot on_its_unit(calib::Robot arm, const calib::MachineData& data) {
+  const auto unit = linear_unit_or_warning(data);
+  if (!unit) return arm;
+  const Eigen::Vector3d along = unit->guide->along;
+  fmt::print(stderr,
+             "linear unit E1: {:g} to {:g} mm along [{:g}, {:g}, {:g}] of the arm's foot. Machine "
+             "data state no speed of it: add max_speed_mm_s. Jog E1 and check the direction\n",
+             unit->min_rad * calib::kMmPerM, unit->max_rad * calib::kMmPerM, along.x(), along.y(),
+             along.z());
+  arm.joints.insert(arm.joints.begin(), *unit);
+  return arm;
 }
 
 ToolForm tool_of(const MachineData& data, int number) {

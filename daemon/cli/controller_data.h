@@ -13,9 +13,9 @@ namespace cellcal::daemon {
 /// True if the files state any of the arm's lengths.
 bool has_an_arm(const calib::MachineData& data);
 
-/// The linear unit that carries the arm, if the files describe it; where they do in part, or describe
-/// another kinematic, a warning that names the variable.
-std::optional<calib::Joint> linear_unit_or_warning(const calib::MachineData& data);
+/// The arm on the linear unit that carries it, if the files describe one, with a line that states it; where they do in
+/// part, or describe another kinematic, the arm alone and a warning that names the variable.
+calib::Robot on_its_unit(calib::Robot arm, const calib::MachineData& data);
 
 /// TOOL_DATA[number] with mass and centre of its LOAD_DATA, if stated. Throws calib::FileError naming number and
 /// file: not stated, empty, or a tool that stands in the cell.

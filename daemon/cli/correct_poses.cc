@@ -10,6 +10,7 @@
 #include "calib/estimate/predict.h"
 #include "calib/export/corrector.h"
 #include "calib/files/touches.h"
+#include "calib/model/error.h"
 #include "calib/model/enum_table.h"
 #include "calib/model/units.h"
 #include "daemon/cli/commands.h"
@@ -69,9 +70,10 @@ std::string joints_csv(const calib::Robot& robot, const std::vector<Reach>& all,
   text += "\n";
   for (std::size_t i = 0; i < all.size(); ++i) {
     std::string row;
+    const calib::JointVector& q = std::get<Reached>(all[i]).joint_rad;
     // Ten decimals of a degree are 3e-9 mm at 1.4 m.
-    for (const double q : std::get<Reached>(all[i]).joint_rad)
-      row += fmt::format("{}{:.10f}", row.empty() ? "" : ",", q * kDegPerRad);
+    for (std::size_t k = 0; k < q.size(); ++k)
+      row += fmt::format("{}{:.10f}", row.empty() ? "" : ",", q[k] * unit_of(robot.joints[k]).per_si);
     for (const double e : rows[i].positioner_rad)
       if (on_axis) row += fmt::format(",{:.10f}", e * kDegPerRad);
     text += row + "\n";
@@ -85,14 +87,17 @@ nlohmann::json reach_json(const calib::Robot& robot, const Reach& reach,
   if (const auto* reason = std::get_if<NotReached>(&reach)) {
     one["unreached"] = {{"why", name_of(reason->why)}, {"words", calib::words(*reason, robot)}};
     if (reason->joint >= 0) {
-      one["unreached"]["joint"] = robot.joints[static_cast<std::size_t>(reason->joint)].name;
-      one["unreached"]["deg"] = reason->joint_rad * kDegPerRad;
+      const calib::Joint& joint = robot.joints[static_cast<std::size_t>(reason->joint)];
+      one["unreached"]["joint"] = joint.name;
+      one["unreached"][unit_of(joint).name] = reason->joint_rad * unit_of(joint).per_si;
     }
     return one;
   }
   const auto& at = std::get<Reached>(reach);
-  for (std::size_t i = 0; i < at.joint_rad.size(); ++i)
-    one["joints_deg"][robot.joints[i].name] = at.joint_rad[i] * kDegPerRad;
+  for (std::size_t i = 0; i < at.joint_rad.size(); ++i) {
+    const calib::JointUnit unit = unit_of(robot.joints[i]);
+    one[std::string("joints_") + unit.name][robot.joints[i].name] = at.joint_rad[i] * unit.per_si;
+  }
   one["off_mm"] = at.off_m * calib::kMmPerM;
   one["u95_mm"] = predictor.calibrated(at.joint_rad, carrier_rad).u95_m * calib::kMmPerM;
   return one;
@@ -124,6 +129,12 @@ int correct_poses(const CorrectCommand& command, const calib::Calibration& calib
   const int carriers = carriers_of(robot, command.on);
   tell_reading(command.poses);
   const auto rows = calib::load_poses(command.poses, robot);
+  if (robot.first_turning() > 0 && !rows.empty() && rows.front().seed_rad.empty())
+    throw calib::FileError(
+        command.poses.string(),
+        fmt::format(": no columns of the joints. {0} carries the arm, and where it stands has to be stated: add {0} in mm "
+                    "and the angles near the pose, A1 to A6",
+                    robot.joints.front().name));
   std::vector<Eigen::Vector3d> tcps_m;
   std::vector<std::vector<double>> angles;
   for (const calib::PoseRow& row : rows) {

@@ -83,6 +83,11 @@ calib::Robot from_urdf(const ImportRobotCommand& command) {
   const std::string name = command.urdf.string();
   const calib::UrdfChain chain =
       calib::read_urdf(urdf_text(command.urdf, command.xacro_arguments), name, command.tip);
+  if (chain.frames.joints.front().slides)
+    throw calib::FileError(
+        name, fmt::format(": joint \"{}\" slides. Take the arm behind it (--urdf of it alone, or its base as root), and "
+                          "state the linear unit as the robot file's first [[joint]], kind = \"prismatic\"",
+                          chain.frames.joints.front().name));
   calib::Robot robot = calib::robot_of(chain.frames);
   robot.name = chain.robot_name.empty() ? "robot" : chain.robot_name;
   robot.source = command.urdf.filename().string();
@@ -158,20 +163,6 @@ void print_accuracy(const calib::Robot& robot) {
              "programs for it: switch the option off on the controller ($DEACTIVATE_ABS_ACCUR) and "
              "import again, or put the measured lengths into the robot file and write "
              "absolute_accuracy = \"in this file\"\n");
-}
-
-/// The arm on the linear unit that carries it in the machine data, if one does.
-calib::Robot on_its_unit(calib::Robot arm, const calib::MachineData& data) {
-  const auto unit = linear_unit_or_warning(data);
-  if (!unit) return arm;
-  const Eigen::Vector3d along = unit->guide->along;
-  fmt::print(stderr,
-             "linear unit E1: {:g} to {:g} mm along [{:g}, {:g}, {:g}] of the arm's foot. Machine "
-             "data state no speed of it: add max_speed_mm_s. Jog E1 and check the direction\n",
-             unit->min_rad * calib::kMmPerM, unit->max_rad * calib::kMmPerM, along.x(), along.y(),
-             along.z());
-  arm.joints.insert(arm.joints.begin(), *unit);
-  return arm;
 }
 
 /// Throws for joints as of a URDF in wrong units or without limits or speed.
@@ -281,11 +272,27 @@ std::string positioner_words(const ExportRobotCommand& command, const calib::Cal
   return words;
 }
 
+/// What the form lacks of a linear unit; empty without one.
+std::string unit_words(const ExportRobotCommand& command, const calib::Calibration& c) {
+  if (c.cell.robot.first_turning() == 0) return {};
+  const bool arm_alone = command.as == "dh";
+  const calib::OmittedEffects out = calib::left_out_of_unit(c, !arm_alone);
+  return fmt::format(
+      "\n{} carries the arm: {}: {:.3f} mm mean, {:.3f} mm max over the workspace{}",
+      c.cell.robot.joints.front().name,
+      arm_alone ? "not in a table of the arm; driven as drawn it costs"
+                : "its joint has the direction found; scale, straightness, roll, pitch and yaw, which a joint "
+                  "cannot hold",
+      out.mean_m * calib::kMmPerM, out.max_m * calib::kMmPerM,
+      command.as == "yaml" ? ", are the table below (a frame after that joint, linear between its rows)"
+                           : "; --as json and yaml have them");
+}
+
 std::string comment(const ExportRobotCommand& command, const calib::Calibration& calibration,
                     const calib::OmittedEffects& out) {
   return fmt::format("calibrated {}, from {}\n{}{}", calibration.cell.robot.name,
                      command.calibration.filename().string(), rigid_words(out),
-                     positioner_words(command, calibration));
+                     unit_words(command, calibration) + positioner_words(command, calibration));
 }
 
 }  // namespace
@@ -307,26 +314,28 @@ int export_robot(const ExportRobotCommand& command) {
   const calib::OmittedEffects out = calib::left_out(calibration);
   const std::string words = comment(command, calibration, out);
   std::string text;
+  const auto yaml = [&](const calib::JointFrames& frames) {
+    return calib::ros_yaml(frames, words) + calib::unit_yaml(calibration, frames.joints.front());
+  };
   if (command.as == "dh") {
     text = calib::dh_csv(nominal, real);
   } else if (command.urdf.empty()) {
     const calib::JointFrames frames = calib::joint_frames(real);
     text = command.as == "urdf" ? calib::urdf_of(frames, calibration.cell.robot.name, words)
-                                : calib::ros_yaml(frames, words);
+                                : yaml(frames);
   } else {
     const std::string given = urdf_text(command.urdf, {});
     const std::string name = command.urdf.string();
-    text =
-        command.as == "urdf"
-            ? calib::calibrated_urdf(given, name, command.tip, nominal, real, words)
-            : calib::ros_yaml(calib::moved_frames(calib::read_urdf(given, name, command.tip).frames,
-                                                  nominal, real),
-                              words);
+    text = command.as == "urdf"
+               ? calib::calibrated_urdf(given, name, command.tip, nominal, real, words)
+               : yaml(calib::moved_frames(calib::read_urdf(given, name, command.tip).frames,
+                                          nominal, real));
   }
   if (command.as == "urdf") read_back(text, command.output, as_urdf(command.tip));
   put(text, command.output);
   fmt::print(stderr, "left out: {}. Where that is too much, correct poses: cellcal correct{}\n",
-             rigid_words(out), positioner_words(command, calibration));
+             rigid_words(out),
+             unit_words(command, calibration) + positioner_words(command, calibration));
   return kSuccess;
 }
 

@@ -46,11 +46,7 @@ void take_tool(const ToolForm& of_controller, CellForm& form) {
 
 /// kr210_r2700_extra.toml beside the cell file, of the controller's own arm.
 NamedRobotFile robot_file_of(const calib::MachineData& data, const NewCellCommand& command) {
-  const calib::Robot robot = calib::arm_of_controller(data);
-  if (linear_unit_or_warning(data))
-    fmt::print(stderr,
-               "warning: $EX_KIN: a linear unit carries the arm; this cell file is the arm's where "
-               "it stands. 'cellcal import-robot --machine-data' writes a robot file with it\n");
+  const calib::Robot robot = on_its_unit(calib::arm_of_controller(data), data);
   NamedRobotFile file;
   file.reference = calib::krl::lower_case(robot.name) + ".toml";
   std::ranges::replace_if(
@@ -433,6 +429,7 @@ std::vector<std::string> Dialogue::joint_names() const {
   std::vector<std::string> names;
   const auto robot = calib::read_robot(calib::TomlTable::parse(form_.robot.text, form_.robot.name));
   for (const calib::Joint& joint : robot.joints) names.push_back(joint.name);
+  std::ranges::rotate(names, names.begin() + static_cast<std::ptrdiff_t>(robot.first_turning()));
   return names;
 }
 

@@ -185,7 +185,8 @@ void add_export_robot(CLI::App& app, int& status) {
       "export-robot", "Write the calibrated arm for other programs: URDF, ROS, DH table, JSON, KUKA machine data");
   command->footer(
       "URDF, YAML and DH table hold rigid links; what compliance, gears and bending add is printed "
-      "in mm. A positioner\nis a second chain from the base; its DH table has the arm alone.\n"
+      "in mm. A positioner\nis a second chain from the base, a linear unit a prismatic joint in the direction found; the DH table has the "
+      "arm alone.\n"
       "Exit status 3: the calibration was withheld; nothing is written without "
       "--withheld.\nExample: cellcal export-robot --calibration calibration.json --urdf "
       "kr5.urdf -o kr5_calibrated.urdf\n         cellcal export-robot --calibration "
@@ -195,7 +196,7 @@ void add_export_robot(CLI::App& app, int& status) {
       ->add_option("--as", given->as,
                    "urdf; yaml: frames of the joints for ROS 2 drivers; dh: Denavit-Hartenberg "
                    "parameters (CSV); json: all parameters; kuka: a positioner's frames for the machine data, "
-                   "$ETn_TA1KR or the root point")
+                   "$ETn_TA1KR or the root point, and the turn of the foot on a linear unit")
       ->check(CLI::IsMember({"urdf", "yaml", "dh", "json", "kuka"}))
       ->capture_default_str();
   CLI::Option* urdf = command->add_option(

@@ -67,13 +67,28 @@ ControllerView::ControllerView(const calib::Calibration& calibration, const Eige
       arm_(calibration.cell.robot, of_controller(tool)),
       ways_(std::make_unique<calib::Configurations>(arm_, 0.0)),
       corrector_(real_arm(calibration, tool, load, in_force)),
-      predictor_(real_arm(calibration, tool, load, in_force)) {}
+      predictor_(real_arm(calibration, tool, load, in_force)) {
+  if (!calibration.cell.robot.positioner.empty())
+    on_a_positioner_ = real_arm(calibration, tool, load, in_force);
+}
+
+double ControllerView::u95_m(const calib::JointVector& q,
+                             const std::vector<double>& carrier_rad) const {
+  if (carrier_rad.empty()) return real(q).u95_m;
+  auto at = by_carriers_.find(carrier_rad.size());
+  if (at == by_carriers_.end())
+    at = by_carriers_
+             .emplace(carrier_rad.size(),
+                      calib::Predictor(*on_a_positioner_, static_cast<int>(carrier_rad.size())))
+             .first;
+  return at->second.calibrated(q, carrier_rad).u95_m;
+}
 
 std::optional<calib::JointVector> ControllerView::joints(const Eigen::Isometry3d& tcp,
                                                          const calib::JointVector& near) const {
-  auto q = ways_->in_posture(tcp, ways_->posture_of(near));
+  auto q = ways_->in_posture(tcp, ways_->posture_of(near), near.front());
   if (!q) return std::nullopt;
-  for (std::size_t i = 0; i < q->size(); ++i) {
+  for (std::size_t i = robot().first_turning(); i < q->size(); ++i) {
     (*q)[i] += calib::kRadPerTurn * std::round((near[i] - (*q)[i]) / calib::kRadPerTurn);
     if ((*q)[i] < robot().joints[i].min_rad || (*q)[i] > robot().joints[i].max_rad)
       return std::nullopt;

@@ -43,10 +43,11 @@ class ControllerView {
 
   /// TCP by the controller's nominal arm.
   Eigen::Isometry3d nominal(const calib::JointVector& q) const { return arm_.nominal_tcp(q); }
-  std::optional<calib::JointVector> joints(const Eigen::Isometry3d& tcp, StatusTurn wanted) const {
-    return joints_of(*ways_, robot(), tcp, wanted);
+  std::optional<calib::JointVector> joints(const Eigen::Isometry3d& tcp, StatusTurn wanted,
+                                           double unit_m) const {
+    return joints_of(*ways_, robot(), tcp, wanted, unit_m);
   }
-  /// In the posture of `near`, with the nearest whole turns.
+  /// In the posture of `near`, with the nearest whole turns; a linear unit stays where it is there.
   std::optional<calib::JointVector> joints(const Eigen::Isometry3d& tcp,
                                            const calib::JointVector& near) const;
   StatusTurn status_turn(const calib::JointVector& q) const { return status_turn_of(*ways_, q); }
@@ -56,6 +57,8 @@ class ControllerView {
     return corrector_.joints(tcp, seed);
   }
   calib::Prediction real(const calib::JointVector& q) const { return predictor_.calibrated(q); }
+  /// u95 [m] in the frame that the positioner's axes carry at these angles; without any, in the base frame.
+  double u95_m(const calib::JointVector& q, const std::vector<double>& carrier_rad) const;
 
  private:
   bool cells_ = false;
@@ -63,6 +66,8 @@ class ControllerView {
   std::unique_ptr<calib::Configurations> ways_;  // refers to arm_
   calib::Corrector corrector_;
   calib::Predictor predictor_;
+  std::optional<calib::Calibration> on_a_positioner_;  ///< of a robot with one
+  mutable std::map<std::size_t, calib::Predictor> by_carriers_;
 };
 
 /// Frame of a tool or base; empty: its number is not stated.

@@ -12,9 +12,11 @@
 #include "calib/files/robot_file.h"
 #include "calib/model/error.h"
 #include "calib/model/units.h"
+#include "daemon/krl/carriers.h"
 #include "daemon/krl/controller_view.h"
 #include "daemon/krl/krl_numbers.h"
 #include "daemon/krl/krl_program.h"
+#include "daemon/krl/module_refusals.h"
 #include "daemon/krl/point_value.h"
 #include "daemon/krl/postures.h"
 
@@ -48,13 +50,16 @@ class Correction {
         options_(options),
         scope_(calibration),
         views_(calibration, program.data),
-        postures_(program, views_) {
+        carriers_(calibration, program.data),
+        first_(calibration.cell.robot.first_turning()),
+        postures_(program, views_, carriers_) {
     if (options.from != nullptr) {
       if (calib::nominal_geometry_sha256(options.from->cell.robot) !=
           calib::nominal_geometry_sha256(calibration.cell.robot))
         throw calib::FileError(
             "the two calibrations are of different nominal geometry. Choose two of one robot type");
       from_.emplace(*options.from, program.data);
+      from_carriers_.emplace(*options.from, program.data);
     }
     for (const KrlFile* file : files) texts_[file->name] = &file->text;
   }
@@ -104,7 +109,7 @@ class Correction {
         why == Why::kToolNotKnown || why == Why::kBaseNotKnown || why == Why::kTwoFrames ||
         why == Why::kExternalTool || why == Why::kNoConfiguration || why == Why::kPostureNotKnown ||
         why == Why::kOtherPosture || why == Why::kFrameChanged || why == Why::kNoSuchTool ||
-        why == Why::kNoSuchBase || why == Why::kExternalBase || why == Why::kLoadNotKnown ||
+        why == Why::kNoSuchBase || why == Why::kExternalBase || why == Why::kOtherKinematic || why == Why::kLoadNotKnown ||
         why == Why::kNoSuchLoad;
     refusals_.emplace(motion.point,
                       Refusal{why, of_the_motion ? program_.modules[motion.module].src : point.file,
@@ -179,7 +184,7 @@ class Correction {
   }
 
   std::optional<Why> try_correct(std::size_t index, const Motion& motion, const Point& point) {
-    if (const auto wrong = wrong_value(point, program_.data.external)) return wrong;
+    if (const auto wrong = carriers_.wrong_value(point)) return wrong;
     if (motion.wrong_frame_data) {
       refusals_.emplace(motion.point, *motion.wrong_frame_data);
       reported_ = true;
@@ -192,7 +197,7 @@ class Correction {
       reported_ = true;
       return why;
     }
-    if (on_external_kinematic(motion, point)) return Why::kExternalBase;
+    if (const auto why = wrong_carrier(motion, point)) return why;
     if (postures_.changed(motion, point.kind == PointKind::kAxes)) return Why::kFrameChanged;
     ControllerView* view = view_of(motion);
     if (view == nullptr) return Why::kNoSuchTool;
@@ -208,17 +213,34 @@ class Correction {
     return std::nullopt;
   }
 
-  /// A positioner carries the base: its place is not that of BASE_DATA alone.
-  bool on_external_kinematic(const Motion& motion, const Point& point) const {
-    const auto& base = motion.frames.base;
-    return point.kind == PointKind::kCartesian && base && !base->literal &&
-           program_.data.external.carried_bases.count(base->number) > 0;
+  /// A positioner carries the base, and it is not known as the calibration's, or not at these angles.
+  std::optional<Why> wrong_carrier(const Motion& motion, const Point& point) const {
+    const int machine = machine_of(motion, point);
+    if (machine == 0) return std::nullopt;
+    const auto flange = carriers_.flange(machine, point);
+    if (const auto* const why = std::get_if<Why>(&flange)) return *why;
+    const bool known = options_.anywhere || carriers_.touched(std::get<CarriedFlange>(flange));
+    return known ? std::nullopt : std::optional(Why::kOutsideTouched);
+  }
+
+  /// MACHINE_DEF that carries the point's base; 0: none.
+  int machine_of(const Motion& motion, const Point& point) const {
+    const bool has_base = point.kind == PointKind::kCartesian && motion.frames.base;
+    return has_base ? carriers_.machine_of(*motion.frames.base) : 0;
+  }
+
+  /// Of a point that wrong_carrier() let pass; empty: on the floor.
+  std::optional<CarriedFlange> flange_of(const Carriers& carriers, const Motion& motion,
+                                         const Point& point) const {
+    const int machine = machine_of(motion, point);
+    if (machine == 0) return std::nullopt;
+    return std::get<CarriedFlange>(carriers.flange(machine, point));
   }
 
   std::optional<Why> correct_axes(std::size_t index, const Motion& motion, const Point& point,
                                   const ControllerView& view) {
-    if (view.robot().joints.size() != 6) return Why::kPartial;
-    const JointVector q = Postures::axes_of(point);
+    if (turning_axes(view.robot()) != 6) return Why::kPartial;
+    const JointVector q = carriers_.axes_of(point);
     const Isometry3d taught = view.nominal(q);
     const Isometry3d wanted = was_at(motion, q).value_or(taught);
     if (outside_scope(wanted)) return Why::kOutsideScope;
@@ -232,11 +254,11 @@ class Correction {
     JointVector written = q;
     if (moves(done)) {
       for (std::size_t i = 0; i < 6; ++i)
-        written[i] =
+        written[first_ + i] =
             calib::kRadPerDeg * write(motion, point, "A" + std::to_string(i + 1),
-                                      (*reached)[i] * calib::kDegPerRad, kLeastDecimalsDeg);
+                                      (*reached)[first_ + i] * calib::kDegPerRad, kLeastDecimalsDeg);
     }
-    return verified(done, motion, view, written, wanted);
+    return verified(done, motion, view, written, wanted, {});
   }
 
   std::optional<Why> correct_pose(std::size_t index, const Motion& motion, const Point& point,
@@ -255,8 +277,9 @@ class Correction {
     const auto stated = status_turn(point);
     const auto q = postures_.at(index);
     if (!q) return no_posture(index, stated.has_value());
-    const Isometry3d goal = was_at(motion, *q).value_or(wanted);
-    if (outside_scope(goal)) return Why::kOutsideScope;
+    const auto flange = flange_of(carriers_, motion, point);
+    const Isometry3d goal = goal_of(motion, point, *q, flange, wanted);
+    if (flange ? outside_scope_on(*flange, goal) : outside_scope(goal)) return Why::kOutsideScope;
     const auto reached = reach(motion, view, goal, *q);
     if (!reached) return Why::kNotReached;
     ends_[index] = *reached;
@@ -280,9 +303,21 @@ class Correction {
       }
     }
     const Isometry3d believed = in_robot * calib::to_isometry(written);
-    const auto commanded = stated ? view.joints(believed, now) : view.joints(believed, *q);
+    const auto commanded = stated ? view.joints(believed, now, carriers_.unit_m(point))
+                                  : view.joints(believed, *q);
     if (!commanded) return Why::kNotVerified;
-    return verified(done, motion, view, *commanded, goal);
+    return verified(done, motion, view, *commanded, goal,
+                    flange ? flange->carrier_rad : std::vector<double>{});
+  }
+
+  /// Where the TCP shall be: on a positioner beside the part that its axes as found carry.
+  Isometry3d goal_of(const Motion& motion, const Point& point, const JointVector& q,
+                     const std::optional<CarriedFlange>& flange, const Isometry3d& wanted) {
+    const auto was = was_at(motion, q);
+    if (!flange) return was.value_or(wanted);
+    const Isometry3d from =
+        was ? flange_of(*from_carriers_, motion, point)->real : flange->nominal;
+    return flange->real * from.inverse() * was.value_or(wanted);
   }
 
   Why no_posture(std::size_t index, bool stated) {
@@ -315,10 +350,11 @@ class Correction {
   /// Evaluates the written numbers as the controller does.
   std::optional<Why> verified(CorrectedPoint& done, const Motion& motion,
                               const ControllerView& view, const JointVector& commanded,
-                              const Isometry3d& wanted) {
+                              const Isometry3d& wanted, const std::vector<double>& carrier_rad) {
     const calib::Prediction real = view.real(commanded);
     done.left_mm = (real.tcp.translation() - wanted.translation()).norm() * calib::kMmPerM;
-    done.u95_mm = real.u95_m * calib::kMmPerM;
+    done.u95_mm = (carrier_rad.empty() ? real.u95_m : view.u95_m(commanded, carrier_rad)) *
+                  calib::kMmPerM;
     if (!(done.left_mm < kVerifiedMm)) return Why::kNotVerified;
     points_.emplace(motion.point, done);
     order_.push_back(motion.point);
@@ -350,6 +386,13 @@ class Correction {
     return !options_.anywhere && !scope_.holds_at(tcp.translation());
   }
 
+  /// In the frame that the positioner's axes carry.
+  bool outside_scope_on(const CarriedFlange& flange, const Isometry3d& tcp) const {
+    const Eigen::Vector3d there = flange.mount * flange.real.inverse() * tcp.translation();
+    return !options_.anywhere &&
+           !scope_.holds_at(there, static_cast<int>(flange.carrier_rad.size()));
+  }
+
   ControllerView* view_of(const Motion& motion) {
     ControllerView* const view = postures_.view_of(motion);
     if (view != nullptr) return view;
@@ -374,8 +417,11 @@ class Correction {
   const CorrectionOptions& options_;
   calib::Scope scope_;
   ControllerViews views_;
+  Carriers carriers_;
+  std::size_t first_;  ///< of A1 among the joints
   Postures postures_;
   std::optional<ControllerViews> from_;              ///< for the arm that the points were taught on
+  std::optional<Carriers> from_carriers_;            ///< likewise
   std::map<std::string, const std::string*> texts_;  ///< files with points
   std::map<std::string, CorrectedPoint> points_;     ///< by key
   std::vector<std::string> order_;                   ///< order of their first motions
@@ -401,74 +447,6 @@ const CorrectedPoint* CorrectedProgram::largest() const {
 namespace {
 
 constexpr const char* kNever = "no posture reaches it as stated; other points are copied to it";
-
-void sort_by_place(std::vector<Refusal>& refusals) {
-  std::stable_sort(refusals.begin(), refusals.end(), [](const Refusal& a, const Refusal& b) {
-    return std::tie(a.file, a.line) < std::tie(b.file, b.line);
-  });
-}
-
-/// Refusals of each module: unreadable statements, and the refused points of its motions.
-std::vector<std::vector<Refusal>> refusals_of_modules(const Program& program,
-                                                      const Correction& correction) {
-  std::multimap<std::string, Refusal> of_points = correction.refusals();
-  for (const auto& [key, refusal] : program.computed) of_points.emplace(key, refusal);
-  for (const Refusal& refusal : program.twice)
-    for (const auto& [key, point] : program.points)
-      if (variable_of(name_of_key(key)) == variable_of(refusal.what) &&
-          (point.file == refusal.file || key.find('@') == std::string::npos))
-        of_points.emplace(key, refusal);
-  std::vector<std::vector<Refusal>> all;
-  for (const Module& module : program.modules) all.push_back(module.refusals);
-  std::set<std::pair<std::size_t, std::string>> done;
-  for (const Motion& motion : program.motions) {
-    if (!done.emplace(motion.module, motion.point).second) continue;
-    const auto [begin, end] = of_points.equal_range(motion.point);
-    for (auto at = begin; at != end; ++at) all[motion.module].push_back(at->second);
-  }
-  return all;
-}
-
-/// A point of a refused module stays unchanged, and with it all modules that move to it.
-void refuse_shared(const Program& program, std::vector<std::vector<Refusal>>& refusals) {
-  std::multimap<std::string, const Motion*> by_point;
-  std::multimap<std::size_t, const Motion*> by_module;
-  for (const Motion& motion : program.motions) {
-    if (motion.left) continue;
-    by_point.emplace(motion.point, &motion);
-    by_module.emplace(motion.module, &motion);
-  }
-  std::vector<std::size_t> open;
-  std::set<std::string> seen;
-  for (std::size_t i = 0; i < refusals.size(); ++i)
-    if (!refusals[i].empty()) open.push_back(i);
-  while (!open.empty()) {
-    const std::size_t from = open.back();
-    open.pop_back();
-    const auto [begin, end] = by_module.equal_range(from);
-    for (auto at = begin; at != end; ++at) {
-      const std::string& key = at->second->point;
-      if (!seen.insert(key).second) continue;
-      const auto [first, last] = by_point.equal_range(key);
-      for (auto one = first; one != last; ++one) {
-        const Motion& motion = *one->second;
-        if (!refusals[motion.module].empty()) continue;
-        refusals[motion.module].push_back({Why::kShared,
-                                           program.modules[motion.module].src,
-                                           motion.line,
-                                           name_of_key(key),
-                                           -1,
-                                           std::nullopt,
-                                           {program.modules[from].src, 0}});
-        open.push_back(motion.module);
-      }
-    }
-  }
-}
-
-}  // namespace
-
-namespace {
 
 /// The tool and load of a motion among those in use; null if its tool is not known.
 const ToolUsed* tool_of(const Motion& motion, const std::vector<ToolUsed>& used) {
@@ -547,7 +525,7 @@ CorrectedBackup correct_backup(const calib::Calibration& calibration, const Back
     for (const KrlFile& file : *more) texts.push_back(&file);
   Correction correction(calibration, texts, program, options);
   correction.run();
-  auto refusals = refusals_of_modules(program, correction);
+  auto refusals = refusals_of_modules(program, correction.refusals());
   refuse_shared(program, refusals);
   CorrectedBackup result;
   result.robroot_stated = program.data.robroot.has_value();

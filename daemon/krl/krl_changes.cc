@@ -23,8 +23,14 @@ void merge_numbers(const ChangedNumbers& from, ChangedNumbers& into) {
 
 }  // namespace
 
+bool sets_kinematic_base(const std::vector<Token>& t) {
+  return t.size() > 3 && t[0].is("$BASE") && sign_at(t, 1, '=') && t[2].is("EK");
+}
+
 void add_changes(const Line& line, FrameChanges& changes) {
   const auto& t = line.tokens;
+  if (sets_kinematic_base(t)) return;
+  if (t[0].is("MACHINE_DEF") || t[0].is("MACHINE_FRAME_DAT")) changes.robroot = true;
   for (std::size_t i = 0; i < t.size(); ++i) {
     if (t[i].kind != Token::Kind::kWord || (i > 0 && sign_at(t, i - 1, '='))) continue;
     if (t[i].word == "TOOL_DATA") change(t, i, changes.tools);

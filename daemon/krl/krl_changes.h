@@ -26,6 +26,8 @@ struct FrameChanges {
 /// assignments, components, OUT parameters, and declarations that hide the controller's.
 FrameChanges frame_changes(const std::vector<Line>& lines);
 void add_changes(const Line& line, FrameChanges& changes);
+/// $BASE=EK(MACHINE_DEF[n].ROOT,...): reads what it names.
+bool sets_kinematic_base(const std::vector<Token>& tokens);
 void merge(const FrameChanges& from, FrameChanges& into);
 
 }  // namespace cellcal::daemon::krl

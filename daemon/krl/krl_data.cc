@@ -1,8 +1,5 @@
 #include "daemon/krl/krl_data.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include "calib/model/error.h"
 
 namespace cellcal::daemon::krl {
@@ -17,34 +14,6 @@ const std::set<std::string> kAxisTypes = {"E6AXIS", "AXIS"};
 void keep_point(Point point, Data& data) {
   const auto [at, fresh] = data.points.emplace(point.name, point);
   if (!fresh) data.refusals.push_back({Why::kTwice, point.file, point.line, point.name});
-}
-
-/// [INT] $EX_AX_NUM=0, $EX_KIN={ET1 #ERSYS,...}, MACHINE_FRAME_DAT[1]={MACH_DEF_INDEX 2,...}.
-bool read_external_axes(const Line& line, ExternalAxes& external) {
-  const auto given = read_given(line);
-  if (!given) return false;
-  if (given->name == "$EX_AX_NUM") {
-    const auto number = read_number(line.tokens, given->value);
-    const bool usable =
-        number && *number >= 0.0 && *number <= 6.0 && *number == std::floor(*number);
-    external.count = usable ? std::optional(static_cast<int>(*number)) : std::nullopt;
-    return true;
-  }
-  const bool kinematics = given->name == "$EX_KIN";
-  if (!kinematics && given->name != "MACHINE_FRAME_DAT") return false;
-  const auto value = read_aggregate(line.tokens, given->value);
-  if (kinematics) {
-    external.carry_arm.reset();
-    if (!value) return true;
-    external.carry_arm =
-        std::ranges::any_of(value->words, [](const auto& word) { return word.second == "#ERSYS"; });
-    return true;
-  }
-  const auto index =
-      value ? value->numbers.find("MACH_DEF_INDEX") : decltype(value->numbers.end()){};
-  if (!value || (index != value->numbers.end() && index->second.value > 0.0))
-    external.carried_bases.insert(given->index);
-  return true;
 }
 
 /// NAME[=value]{,NAME[=value]} of a point type, which is tokens[type].

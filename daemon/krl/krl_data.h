@@ -10,6 +10,7 @@
 
 #include "calib/export/krl_values.h"
 #include "calib/model/units.h"
+#include "daemon/krl/external_axes.h"
 #include "daemon/krl/krl_refusal.h"
 
 namespace cellcal::daemon::krl {
@@ -30,18 +31,6 @@ struct Point {
 struct FrameData {
   int tool = -1, base = -1;
   bool external = false;  ///< IPO_FRAME #TCP
-};
-
-/// Axes beyond the arm's six, of $machine.dat, and what they carry.
-struct ExternalAxes {
-  std::optional<int> count;       ///< $EX_AX_NUM
-  std::optional<bool> carry_arm;  ///< $EX_KIN has #ERSYS: a linear unit below the arm
-  std::set<int> carried_bases;    ///< MACHINE_FRAME_DAT[n] with MACH_DEF_INDEX above 0
-
-  /// True if the arm's place is regardless of E1 to E6: that one is not there, or none carries it.
-  bool leave_the_arm(int axis) const {
-    return (count && axis > *count) || (carry_arm && !*carry_arm);
-  }
 };
 
 struct Data : ControllerFrames {

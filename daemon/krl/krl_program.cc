@@ -469,7 +469,8 @@ bool stays(const std::string& name) {
 }
 
 bool FrameRef::operator==(const FrameRef& other) const {
-  return number == other.number && literal.has_value() == other.literal.has_value() &&
+  return number == other.number && std::max(machine, 0) == std::max(other.machine, 0) &&
+         literal.has_value() == other.literal.has_value() &&
          (!literal ||
           (literal->xyz_mm == other.literal->xyz_mm && literal->abc_deg == other.literal->abc_deg));
 }

@@ -24,6 +24,9 @@ namespace cellcal::daemon::krl {
 struct FrameRef {
   int number = 0;
   std::optional<calib::FrameMmDeg> literal;
+  /// Base on an external kinematic, EK(...): the index of MACHINE_DEF. 0: as MACHINE_FRAME_DAT[number] says; -1: set
+  /// as $BASE itself, which turns with no axis.
+  int machine = 0;
   bool operator==(const FrameRef& other) const;
 };
 

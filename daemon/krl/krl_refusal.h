@@ -34,7 +34,11 @@ enum class Why {
   kTwoFrames,        ///< used with more than one tool or base
   kExternalTool,     ///< the tool is fixed in the cell, the arm carries the part
   kExternalAxes,     ///< an external axis that may carry the arm is not at 0, or moves
-  kExternalBase,     ///< a positioner carries the base
+  kExternalBase,     ///< a positioner carries the base, and the calibration has none
+  kNoExternalValue,  ///< position of the linear unit, or of the positioner that carries the base, missing
+  kOtherUnit,        ///< the machine data have another linear unit than the calibration, or none
+  kOtherKinematic,   ///< the machine data's external kinematic is not the calibration's positioner
+  kOutsideTouched,   ///< the positioner's angles were not touched
   kNoConfiguration,  ///< no S and T, and no preceding motion that defines them
   kPostureNotKnown,  ///< a CP motion whose initial posture is unknown
   kOtherPosture,     ///< a CP motion whose initial posture differs from S

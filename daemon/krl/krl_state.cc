@@ -44,7 +44,7 @@ std::set<std::string> touched_names(const std::vector<Line>& lines) {
   std::set<std::string> touched;
   for (const Line& line : lines) {
     const auto& t = line.tokens;
-    if (declares(line) || is_point_type(t[0].word)) continue;
+    if (declares(line) || is_point_type(t[0].word) || sets_kinematic_base(t)) continue;
     for (std::size_t i = 0; i < t.size(); ++i) {
       const bool set_to = i >= 2 && sign_at(t, i - 1, '=') &&
                           (t[i - 2].is("$TOOL") || t[i - 2].is("$BASE") || t[i - 2].is("$LOAD"));
@@ -82,32 +82,59 @@ void FrameState::apply_load(const std::vector<Token>& t, std::size_t at, Frames&
   frames.load_lost = {};
 }
 
+/// A frame from tokens[at]; the index of the next token, 0: none.
+std::size_t FrameState::read_frame(const std::vector<Token>& t, std::size_t at, const char* data,
+                                   FrameRef& frame) const {
+  if (at >= t.size()) return 0;
+  if (is_word(t, at, "$NULLFRAME") || is_word(t, at, "$WORLD")) {
+    frame.number = 0;
+    return at + 1;
+  }
+  if (is_word(t, at, data)) return read_index(t, at + 1, frame.number);
+  if (const auto named = data_.named_frames.find(t[at].word);
+      !foreign_ && named != data_.named_frames.end() && touched_.count(named->first) == 0) {
+    frame.number = -1;
+    frame.literal = named->second;
+    return at + 1;
+  }
+  const auto value = read_aggregate(t, at);
+  frame.literal = value ? frame_of(*value) : std::nullopt;
+  if (!frame.literal) return 0;
+  frame.number = -1;
+  return value->after;
+}
+
+/// EK(MACHINE_DEF[n].ROOT,MACHINE_DEF[n].MECH_TYPE,frame) from tokens[at]; empty: otherwise.
+std::optional<FrameRef> FrameState::on_kinematic(const std::vector<Token>& t,
+                                                 std::size_t at) const {
+  FrameRef frame;
+  std::size_t next = at + 1;
+  if (!sign_at(t, next++, '(')) return std::nullopt;
+  for (const char* member : {"ROOT", "MECH_TYPE"}) {
+    int machine = 0;
+    if (!is_word(t, next, "MACHINE_DEF")) return std::nullopt;
+    next = read_index(t, next + 1, machine);
+    if (next == 0 || machine < 1 || (frame.machine > 0 && machine != frame.machine) ||
+        !sign_at(t, next, '.') || !is_word(t, next + 1, member) || !sign_at(t, next + 2, ','))
+      return std::nullopt;
+    frame.machine = machine;
+    next += 3;
+  }
+  next = read_frame(t, next, "BASE_DATA", frame);
+  if (next == 0 || !sign_at(t, next, ')')) return std::nullopt;
+  if (next + 1 < t.size() && !sign_at(t, next + 1, ',')) return std::nullopt;
+  return frame;
+}
+
 /// Frame assigned by a statement, from the token after '='; empty: unknown.
 std::optional<FrameRef> FrameState::assigned(const std::vector<Token>& t, std::size_t at,
                                              const char* data) const {
-  if (at >= t.size()) return std::nullopt;
+  if (is_word(t, at, "EK")) return on_kinematic(t, at);
   FrameRef frame;
-  std::size_t behind = at + 1;
-  if (is_word(t, at, "$NULLFRAME") || is_word(t, at, "$WORLD")) {
-    frame.number = 0;
-  } else if (is_word(t, at, data)) {
-    behind = read_index(t, at + 1, frame.number);
-    if (behind == 0) return std::nullopt;
-  } else if (const auto named = data_.named_frames.find(t[at].word);
-             !foreign_ && named != data_.named_frames.end() && touched_.count(named->first) == 0) {
-    frame.number = -1;
-    frame.literal = named->second;
-  } else if (const auto value = read_aggregate(t, at)) {
-    const auto literal = frame_of(*value);
-    if (!literal) return std::nullopt;
-    frame.number = -1;
-    frame.literal = literal;
-    behind = value->after;
-  } else {
-    return std::nullopt;
-  }
+  frame.machine = -1;
+  const std::size_t behind = read_frame(t, at, data, frame);
   // In WITH another assignment may follow; anything else is a calculation.
-  if (behind < t.size() && !sign_at(t, behind, ',')) return std::nullopt;
+  if (behind == 0 || (behind < t.size() && !sign_at(t, behind, ','))) return std::nullopt;
   return frame;
 }
 

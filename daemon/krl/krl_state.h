@@ -61,6 +61,9 @@ class FrameState {
   mutable std::map<std::string, int> used_;
   std::optional<FrameRef> assigned(const std::vector<Token>& tokens, std::size_t at,
                                    const char* data) const;
+  std::optional<FrameRef> on_kinematic(const std::vector<Token>& tokens, std::size_t at) const;
+  std::size_t read_frame(const std::vector<Token>& tokens, std::size_t at, const char* data,
+                         FrameRef& frame) const;
 
   std::set<std::string> touched_;
   bool sets_load_ = false;

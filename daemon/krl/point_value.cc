@@ -10,8 +10,6 @@ namespace {
 constexpr double kExternalAtZero = 1e-6;
 constexpr double kLargestNumber = 1e6;
 
-const std::set<std::string> kExternalAxes = {"E1", "E2", "E3", "E4", "E5", "E6"};
-
 /// The six components required for a point of this kind.
 const std::set<std::string>& needed(PointKind kind) {
   static const std::set<std::string> pose = {"X", "Y", "Z", "A", "B", "C"},
@@ -20,11 +18,14 @@ const std::set<std::string>& needed(PointKind kind) {
 }
 
 std::optional<Why> wrong_number(const std::string& name, double value, PointKind kind,
-                                const ExternalAxes& external) {
-  if (kExternalAxes.count(name) > 0 && external.leave_the_arm(name[1] - '0'))
+                                const ExternalAxes& external, const std::set<int>& understood) {
+  const int axis = external_axis(name);
+  const bool ours = understood.count(axis) > 0;
+  if (axis > 0 && !ours && external.leave_the_arm(axis))
     return std::isfinite(value) ? std::nullopt : std::optional(Why::kNotANumber);
   if (!(std::abs(value) <= kLargestNumber)) return Why::kNotANumber;
-  if (kExternalAxes.count(name) > 0)
+  if (ours) return std::nullopt;
+  if (axis > 0)
     return std::abs(value) > kExternalAtZero ? std::optional(Why::kExternalAxes) : std::nullopt;
   if (needed(kind).count(name) > 0) return std::nullopt;
   const bool bits = kind == PointKind::kCartesian && (name == "S" || name == "T") && value >= 0.0 &&
@@ -34,11 +35,13 @@ std::optional<Why> wrong_number(const std::string& name, double value, PointKind
 
 }  // namespace
 
-std::optional<Why> wrong_value(const Point& point, const ExternalAxes& external) {
+std::optional<Why> wrong_value(const Point& point, const ExternalAxes& external,
+                               const std::set<int>& understood) {
   const auto& numbers = point.value.numbers;
   if (!point.value.words.empty()) return Why::kNotANumber;
   for (const auto& [name, number] : numbers)
-    if (const auto wrong = wrong_number(name, number.value, point.kind, external)) return wrong;
+    if (const auto wrong = wrong_number(name, number.value, point.kind, external, understood))
+      return wrong;
   for (const std::string& name : needed(point.kind))
     if (numbers.count(name) == 0) return Why::kPartial;
   if (numbers.count("S") != numbers.count("T")) return Why::kPartial;

@@ -2,6 +2,7 @@
 // Value of a taught point, or the reason why it is not understood.
 
 #include <optional>
+#include <set>
 
 #include "daemon/krl/krl_data.h"
 #include "daemon/krl/status_turn.h"
@@ -12,8 +13,9 @@ namespace cellcal::daemon::krl {
 inline constexpr int kStatusBits = 7, kTurnBits = 63;
 
 /// Requirements: components of its kind only, all numeric; the six required ones, S and T both or
-/// none; an external axis that may carry the arm at 0.
-std::optional<Why> wrong_value(const Point& point, const ExternalAxes& external);
+/// none; an external axis that may carry the arm at 0, save those of `understood`.
+std::optional<Why> wrong_value(const Point& point, const ExternalAxes& external,
+                               const std::set<int>& understood);
 
 /// S and T, if stated.
 std::optional<StatusTurn> status_turn(const Point& point);

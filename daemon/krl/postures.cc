@@ -27,8 +27,8 @@ bool same_joints(const JointVector& a, const JointVector& b) {
 
 }  // namespace
 
-Postures::Postures(const Program& program, ControllerViews& views)
-    : program_(program), views_(views) {
+Postures::Postures(const Program& program, ControllerViews& views, const Carriers& carriers)
+    : program_(program), views_(views), carriers_(carriers) {
   for (const Motion& motion : program.motions) before_.push_back(program.flow.before(motion.start));
   for (int pass = 0; pass < kMostPasses && fill(); ++pass) {
   }
@@ -49,17 +49,17 @@ const Point* Postures::point_of(const Motion& motion) const {
   return at == points.end() ? nullptr : &at->second;
 }
 
-JointVector Postures::axes_of(const Point& point) {
-  JointVector q;
-  for (int i = 1; i <= 6; ++i)
-    q.push_back(point.value.numbers.at("A" + std::to_string(i)).value * calib::kRadPerDeg);
-  return q;
-}
-
 std::optional<Isometry3d> Postures::base_of(const Motion& motion) const {
-  const auto base = frame_of_ref(*motion.frames.base, program_.data.bases);
+  const FrameRef& ref = *motion.frames.base;
+  const auto base = frame_of_ref(ref, program_.data.bases);
   if (!base) return std::nullopt;
-  return calib::to_isometry(program_.data.robroot.value_or(calib::FrameMmDeg{})).inverse() * *base;
+  const int machine = carriers_.machine_of(ref);
+  if (machine == 0) return carriers_.foot_in_world().inverse() * *base;
+  const Point* const point = point_of(motion);
+  if (point == nullptr) return std::nullopt;
+  const auto flange = carriers_.flange(machine, *point);
+  const auto* const found = std::get_if<CarriedFlange>(&flange);
+  return found == nullptr ? std::nullopt : std::optional(found->nominal * *base);
 }
 
 bool Postures::changed(const Motion& motion, bool axes) const {
@@ -102,7 +102,7 @@ bool Postures::is_out_of_reach(const Motion& motion) {
 std::optional<Isometry3d> Postures::target_of(const Motion& motion) {
   const Point* const point = point_of(motion);
   if (point == nullptr || point->kind == PointKind::kAxes || motion.wrong_frame_data ||
-      wrong_value(*point, program_.data.external) || motion.frames.external ||
+      carriers_.wrong_value(*point) || motion.frames.external ||
       !motion.frames.tool || !motion.frames.base || changed(motion, false))
     return std::nullopt;
   ControllerView* const view = view_of(motion);
@@ -112,14 +112,15 @@ std::optional<Isometry3d> Postures::target_of(const Motion& motion) {
 }
 
 std::optional<JointVector> Postures::find_axes(const Motion& motion, const Point& point) {
-  if (wrong_value(point, program_.data.external)) return std::nullopt;
-  if (motion.left) return axes_of(point);
+  if (carriers_.wrong_value(point)) return std::nullopt;
+  if (motion.left) return carriers_.axes_of(point);
   if (motion.wrong_frame_data || motion.frames.external || !motion.frames.tool ||
       changed(motion, true))
     return std::nullopt;
   ControllerView* const view = view_of(motion);
-  return view != nullptr && view->robot().joints.size() == 6 ? std::optional(axes_of(point))
-                                                             : std::nullopt;
+  return view != nullptr && turning_axes(view->robot()) == 6
+             ? std::optional(carriers_.axes_of(point))
+             : std::nullopt;
 }
 
 /// With the starts that are known so far.
@@ -131,10 +132,12 @@ std::optional<JointVector> Postures::find(std::size_t index) {
   const auto tcp = target_of(motion);
   if (!tcp) return std::nullopt;
   ControllerView* const view = view_of(motion);
-  if (const auto stated = status_turn(*point)) return view->joints(*tcp, *stated);
+  if (const auto stated = status_turn(*point))
+    return view->joints(*tcp, *stated, carriers_.unit_m(*point));
   bool all = false;
   const auto known = known_starts(index, joints_, all);
-  return known.empty() ? std::nullopt : view->joints(*tcp, known.front());
+  if (known.empty()) return std::nullopt;
+  return view->joints(*tcp, carriers_.at_the_unit(known.front(), *point));
 }
 
 /// True if a further motion's posture is found.
@@ -166,7 +169,7 @@ std::optional<Why> Postures::wrong(std::size_t index, const JointsOfMotions& joi
   if (!follows || &joints != &joints_) return std::nullopt;
   const Isometry3d tcp = *base_of(motion) * calib::to_isometry(*frame_of(point.value));
   for (const JointVector& one : from)
-    if (const auto there = view.joints(tcp, one); !there || !same_joints(*there, q))
+    if (const auto there = view.joints(tcp, carriers_.at_the_unit(one, point)); !there || !same_joints(*there, q))
       return Why::kNoConfiguration;
   return std::nullopt;
 }

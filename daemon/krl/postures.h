@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "calib/model/joint_vector.h"
+#include "daemon/krl/carriers.h"
 #include "daemon/krl/controller_view.h"
 #include "daemon/krl/krl_program.h"
 
@@ -17,8 +18,8 @@ using JointsOfMotions = std::map<std::size_t, calib::JointVector>;
 
 class Postures {
  public:
-  /// Keeps references to both.
-  Postures(const Program& program, ControllerViews& views);
+  /// Keeps references to all.
+  Postures(const Program& program, ControllerViews& views, const Carriers& carriers);
 
   /// Without a motion whose point, frames or posture are not understood.
   const JointsOfMotions& all() const { return joints_; }
@@ -35,9 +36,8 @@ class Postures {
   /// Of a motion whose tool is known; null: its number is not stated.
   ControllerView* view_of(const Motion& motion) { return views_.of(motion.frames); }
   const Point* point_of(const Motion& motion) const;
-  /// Base in the robot's; empty: its number is not stated.
+  /// Base in the robot's, on a positioner at the angles of the motion's point; empty: it is not stated.
   std::optional<Eigen::Isometry3d> base_of(const Motion& motion) const;
-  static calib::JointVector axes_of(const Point& point);
 
  private:
   std::vector<calib::JointVector> known_starts(std::size_t motion, const JointsOfMotions& joints,
@@ -51,6 +51,7 @@ class Postures {
 
   const Program& program_;
   ControllerViews& views_;
+  const Carriers& carriers_;
   std::vector<Before> before_;  ///< of each motion
   JointsOfMotions joints_;
   std::set<std::size_t> never_;

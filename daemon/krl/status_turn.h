@@ -18,13 +18,13 @@ struct StatusTurn {
   bool operator==(const StatusTurn&) const = default;
 };
 
-/// For a robot in closed form (calib/model/inverse.h), whose angles are KUKA's.
+/// For a robot in closed form (calib/model/inverse.h), whose angles are KUKA's; a linear unit has no bits.
 StatusTurn status_turn_of(const calib::Configurations& ways, const calib::JointVector& joint_rad);
 
 /// Joint angles that a controller selects for the pose; empty if none within the limits fits. An
-/// axis within 0.01 deg of 0 fits either way.
+/// axis within 0.01 deg of 0 fits either way. `unit_m`: position of the linear unit.
 std::optional<calib::JointVector> joints_of(const calib::Configurations& ways,
                                             const calib::Robot& robot, const Eigen::Isometry3d& tcp,
-                                            StatusTurn wanted);
+                                            StatusTurn wanted, double unit_m = 0.0);
 
 }  // namespace cellcal::daemon::krl

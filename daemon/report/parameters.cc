@@ -351,7 +351,7 @@ std::string parameters_table(const View& view) {
   std::string body = paragraph("note", say("say.report.parameters.note") + joint_range_words(ranges) +
                                            unstated_words(view));
   if (!groups.empty()) body += table(view, groups, ranges);
-  body += positioner_table(view);
+  body += positioner_table(view) + linear_unit_table(view);
   return section("parameters", "say.report.parameters",
                  body + waves_table(view, waves) + function_charts(view));
 }

@@ -147,6 +147,8 @@ std::string model(const View& view);
 std::string parameters_table(const View& view);
 /// Axes of a positioner as found; empty without one.
 std::string positioner_table(const View& view);
+/// A linear unit as found; empty without one.
+std::string linear_unit_table(const View& view);
 /// In the base frame [m]; of a target on a positioner with all its axes at 0.
 Eigen::Vector3d place_in_base(const View& view, const calib::TargetResult& target);
 std::string unidentifiable(const View& view);

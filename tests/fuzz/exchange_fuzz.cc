@@ -51,6 +51,9 @@ void read_as_urdf(std::string_view text) {
     require(std::abs(joint.axis.norm() - 1.0) < 1e-9, "axes are unit");
     require(std::isfinite(joint.min_rad) && std::isfinite(joint.max_rad), "limits are finite");
   }
+  for (std::size_t i = 1; i < chain.frames.joints.size(); ++i)
+    require(!chain.frames.joints[i].slides, "the first joint alone slides");
+  if (chain.frames.joints.front().slides) return;
   const Robot robot = robot_of(chain.frames);
   require(robot.joints.size() == chain.frames.joints.size(), "an arm of them");
   compare(robot);

@@ -39,6 +39,28 @@ const calib::Calibration& calibration() {
   return c;
 }
 
+/// That arm on a linear unit E1, beside a positioner E2.
+const calib::Calibration& carried() {
+  static const calib::Calibration c = [] {
+    calib::Calibration one = calibration();
+    for (auto& parameter : one.parameters) ++parameter.key.joint;
+    calib::Joint unit;
+    unit.name = "E1";
+    unit.max_rad = 3.0;
+    unit.guide.emplace().along = Eigen::Vector3d::UnitY();
+    one.cell.robot.joints.insert(one.cell.robot.joints.begin(), unit);
+    calib::PositionerAxis axis;
+    axis.name = "E2";
+    axis.frame.translation() = Eigen::Vector3d(0.9, 0.0, 0.3);
+    axis.place_sigma_m = 1e-3;
+    one.cell.robot.positioner.push_back(axis);
+    one.parameters.push_back({calib::positioner_parameter(0, calib::AxisError::kX), "mm", 1e3, 0.0,
+                              1e-3, 1e-5, calib::DecidedBy::kData});
+    return one;
+  }();
+  return c;
+}
+
 /// Digits and signs aside, and 'B110' and 'H6'.
 std::string without_numbers(std::string_view text) {
   std::string rest;
@@ -61,6 +83,16 @@ void rewrite(const daemon::krl::ProgramFiles& files) {
   for (const auto& file : result.files)
     require(daemon::krl::restored(file) == files.src.text, "what comes back");
   require(result.files.size() <= 1, "more files than modules");
+}
+
+void correct(const calib::Calibration& c, const daemon::krl::ProgramFiles& files) {
+  const CorrectedProgram result = correct_program(c, files);
+  require(result.files.empty() != result.refusals.empty(), "files beside refusals, or neither");
+  for (const auto& one : result.refusals)
+    require(!words(one, c.cell.robot).empty(), "no words");
+  if (result.files.empty()) return;
+  require(without_numbers(result.files[0].text) == without_numbers(files.src.text), "the .src");
+  require(without_numbers(result.files[1].text) == without_numbers(files.dat->text), "the .dat");
 }
 
 }  // namespace
@@ -86,16 +118,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   } catch (const calib::FileError& error) {
     named(error);
   }
-  try {
-    const CorrectedProgram result = correct_program(calibration(), files);
-    require(result.files.empty() != result.refusals.empty(), "files beside refusals, or neither");
-    for (const auto& one : result.refusals)
-      require(!words(one, calibration().cell.robot).empty(), "no words");
-    if (result.files.empty()) return 0;
-    require(without_numbers(result.files[0].text) == without_numbers(parts[0]), "the .src");
-    require(without_numbers(result.files[1].text) == without_numbers(parts[1]), "the .dat");
-  } catch (const calib::FileError& error) {
-    named(error);
-  }
+  for (const calib::Calibration* c : {&calibration(), &carried()}) try {
+      correct(*c, files);
+    } catch (const calib::FileError& error) {
+      named(error);
+    }
   return 0;
 }

@@ -353,6 +353,28 @@ export function robot_choice(value: unknown): RobotChoice | null {
   return robot && { name: words(robot.name), model: words(robot.model) };
 }
 
+/** The linear unit that carries an imported robot. */
+export interface UnitSeen {
+  /** Empty: it is described. */
+  missing: string;
+  name: string;
+  along: number[];
+  min: number;
+  max: number;
+  /** mm/s; null: not stated. */
+  speed: number | null;
+}
+/** Of the answer to an imported robot; null: nothing carries the arm. */
+export function unit_seen(value: unknown): UnitSeen | null {
+  const unit = fields(fields(value)?.linear_unit);
+  if (!unit) return null;
+  const along = known(list(unit.along).map(number));
+  const min = number(unit.min_mm), max = number(unit.max_mm);
+  const missing = words(unit.missing);
+  if (missing === "" && (along.length !== 3 || min === null || max === null)) return null;
+  return { missing, name: words(unit.name), along, min: min ?? 0, max: max ?? 0, speed: number(unit.max_speed_mm_s) };
+}
+
 export interface CellForms {
   folder: string;
   /** The controller reports the arm's position outside of sessions. */

@@ -171,7 +171,7 @@ TEST(ParsedUrdf, ThatCannotBeUsedIsRefusedByNameAndPlace) {
       {"joint_a2", "joint_a1", "two joints \"joint_a1\""},
       {"<child link=\"link_2\"/>", "<child link=\"link_1\"/>", "the child of two joints"},
       {"<parent link=\"base_link\"/>", "<parent link=\"link_6\"/>", "form a loop"},
-      {"\"revolute\"", "\"prismatic\"", "is prismatic"},
+      {"joint_a2\" type=\"revolute\"", "joint_a2\" type=\"prismatic\"", "is prismatic"},
       {"<robot name", "<automat name", "line "},
       {"velocity=\"2.6\"", "velocity=\"fast\"", "velocity=\"fast\" is not a number"},
       {"<parent link=\"link_1\"/>", "", "needs name, parent and child"},

@@ -157,6 +157,33 @@ TEST(a_certificates_words, list_the_axes_of_a_positioner_with_their_bounds) {
   EXPECT_FALSE(nlohmann::json::parse(to_json(second())).contains("positioner"));
 }
 
+TEST(a_certificates_words, list_a_linear_units_figures_with_their_bounds) {
+  const TemporaryDirectory directory;
+  Journal journal(directory / "j.db");
+  const Archive archive = make_archive(
+      journal, record(journal, {.linear_unit = true}, false), directory / "none");
+  const CertificateData data = make_certificate(archive, "e", kIssue);
+  ASSERT_TRUE(data.linear_unit.has_value());
+  EXPECT_EQ(data.linear_unit->name.text, "E1");
+  EXPECT_EQ(data.linear_unit->direction.text, "0.081");
+  ASSERT_EQ(data.linear_unit->rows.size(), 2u);
+  const auto& row = data.linear_unit->rows[0];
+  EXPECT_EQ(row.position.text, "250");
+  EXPECT_EQ(row.motion[1].text, "0.020");
+  EXPECT_EQ(row.motion[4].unit, "mrad");
+  EXPECT_NEAR(std::get<double>(Origins(archive).at(row.motion[4].from)), 0.05, 1e-12);
+  EXPECT_NEAR(std::get<double>(Origins(archive).at(row.u95[4].from)), 0.005, 1e-12);
+  EXPECT_TRUE(says(to_html(data), "<h2>Linear unit</h2>"));
+  EXPECT_TRUE(says(to_html(data, *calib::Language::of("de")), "<h2>Lineareinheit</h2>"));
+  EXPECT_TRUE(says(to_dcc(data), "E1 at 250 mm: pitch"));
+  EXPECT_TRUE(says(to_dcc(data), "\\milli\\metre\\metre\\tothe{-1}"));
+  const auto unit = nlohmann::json::parse(to_json(data)).at("linear_unit");
+  EXPECT_EQ(unit.at("scale").at("unit"), "mm/m");
+  EXPECT_NEAR(unit.at("at").at(0).at("motion").at(5)["value"].get<double>(), 0.06, 1e-12);
+  EXPECT_FALSE(says(to_html(second()), "Linear unit"));
+  EXPECT_FALSE(nlohmann::json::parse(to_json(second())).contains("linear_unit"));
+}
+
 TEST(a_certificates_words, have_the_verdicts_own_rule) {
   const CertificateData data = first();
   ASSERT_TRUE(data.decision.stated);
@@ -266,6 +293,7 @@ void for_each_text(CertificateData& d, const std::function<void(std::string&)>& 
   for (auto& one : d.parameters)
     act(one.name.text), act(one.nominal.unit), act(one.decided_by.text);
   for (auto& one : d.positioner) act(one.name.text), act(one.x.text), act(one.direction.unit);
+  if (d.linear_unit) act(d.linear_unit->name.text), act(d.linear_unit->scale.unit);
   for (auto& one : d.files) act(one.name.text), act(one.role.text), act(one.sha256.text);
   for (auto& one : d.rows) act(one.target.text), act(one.time.text);
 }

@@ -28,6 +28,7 @@ struct Recording {
   bool gross_check = false;  ///< the last check touch, by some millimetres
   bool emulated = false;     ///< of a daemon's own emulated cell
   bool positioner = false;   ///< the result states an axis E1 of one
+  bool linear_unit = false;  ///< the result states one, E1
   std::string untouched{};   ///< target of which no touch is made
   int fit = 32;              ///< touches
   int repeats = 0;           ///< of the first touch, behind all others

@@ -1,4 +1,4 @@
-// An arm on a linear unit through the commands: planned, identified, predicted; all else refuses it.
+// An arm on a linear unit through the commands: planned, identified, predicted, exported, corrected; all else refuses it.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -148,8 +148,66 @@ TEST(a_linear_unit, is_planned_identified_and_predicted_in_millimetres) {
   EXPECT_NEAR(x[1], x[0], 1e-3);
   EXPECT_NEAR(y[1], y[0] + 1000.0, 1e-3);
   EXPECT_NEAR(z[1], z[0], 1e-3);
-  expect_refused(run_program({CELLCAL, "export-robot", "--calibration", files.result, "--as", "dh",
-                              "--withheld", "-o", files.dir / "dh.csv"}));
+}
+
+TEST(a_linear_unit, is_exported_with_what_a_form_cannot_hold_in_millimetres) {
+  const TrackFiles files;
+  ASSERT_EQ(files.planned({"-o", files.plan}).status, 0);
+  (void)run_program(
+      {CELLCAL, "identify", "--cell", files.cell, "--touches", files.plan, "-o", files.result});
+  const auto exported = [&](const std::string& as) {
+    const Outcome made = run_program({CELLCAL, "export-robot", "--calibration", files.result,
+                                      "--as", as, "--withheld", "-o", files.dir / as});
+    EXPECT_EQ(made.status, 0) << made.err;
+    return made.err;
+  };
+  EXPECT_NE(exported("urdf").find("E1 carries the arm: its joint has the direction found; scale"),
+            std::string::npos);
+  EXPECT_NE(content(files.dir / "urdf").find("type=\"prismatic\""), std::string::npos);
+  EXPECT_NE(exported("yaml").find("are the table below"), std::string::npos);
+  EXPECT_NE(content(files.dir / "yaml").find("\njoint_e1_motion:\n  position: [0, "),
+            std::string::npos);
+  EXPECT_NE(exported("dh").find("E1 carries the arm: not in a table of the arm; driven as drawn it costs"),
+            std::string::npos);
+  exported("json");
+  EXPECT_TRUE(nlohmann::json::parse(content(files.dir / "json")).contains("linear_unit"));
+  exported("kuka");
+  EXPECT_NE(content(files.dir / "kuka").find("; linear unit E1 as calibrated"), std::string::npos);
+  const auto unit = nlohmann::json::parse(content(files.result)).at("linear_unit");
+  EXPECT_EQ(unit.at("axis"), "E1");
+  EXPECT_EQ(unit.at("at").size(), 13u);
+  EXPECT_GT(unit.at("direction_u95_mrad").get<double>(), 0.0);
+  EXPECT_LT(unit.at("direction_u95_mrad").get<double>(), 3.0) << "without a turn of the base";
+  EXPECT_GT(unit.at("touched_mm").at(1).get<double>(), 1500.0);
+}
+
+TEST(a_linear_unit, is_corrected_for_single_poses_where_it_stands) {
+  const TrackFiles files;
+  ASSERT_EQ(files.planned({"-o", files.plan}).status, 0);
+  (void)run_program(
+      {CELLCAL, "identify", "--cell", files.cell, "--touches", files.plan, "-o", files.result});
+  const std::string poses = files.dir / "poses.csv";
+  std::ofstream(poses) << "X,Y,Z,A,B,C,E1,A1,A2,A3,A4,A5,A6\n1200,1500,700,0,90,0,1500,0,-70,80,0,60,0\n";
+  const auto corrected = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> all = {CELLCAL, "correct", "--calibration", files.result, "--poses", poses,
+                                    "--withheld"};
+    all.insert(all.end(), more.begin(), more.end());
+    return run_program(all);
+  };
+  const Outcome json = corrected({"--json"});
+  ASSERT_EQ(json.status, 0) << json.err;
+  const auto row = nlohmann::json::parse(json.out).at(0);
+  EXPECT_NEAR(row.at("joints_mm").at("E1").get<double>(), 1500.0, 1e-9);
+  EXPECT_EQ(row.at("joints_deg").size(), 6u);
+  const Outcome csv = corrected({});
+  ASSERT_EQ(csv.status, 0) << csv.err;
+  EXPECT_NE(csv.out.find("E1,A1,A2,A3,A4,A5,A6\n1500.0000000000,"), std::string::npos) << csv.out;
+  std::ofstream(poses) << "X,Y,Z,A,B,C\n1200,1500,700,0,90,0\n";
+  const Outcome without = corrected({});
+  EXPECT_EQ(without.status, 1);
+  EXPECT_NE(without.err.find("E1 carries the arm, and where it stands has to be stated"),
+            std::string::npos)
+      << without.err;
 }
 
 TEST(a_linear_unit, has_its_positions_beside_the_angles_in_the_plans_json) {
@@ -171,8 +229,17 @@ TEST(a_linear_unit, has_its_positions_beside_the_angles_in_the_plans_json) {
 TEST(a_linear_unit, is_refused_by_name_where_it_cannot_be_carried_yet) {
   const TrackFiles files;
   expect_refused(files.planned({"--suggest-spheres", "4"}));
-  expect_refused(run_program({CELLCAL, "new-cell", "-o", files.dir / "new.toml", "--robot",
-                              files.dir / "track.toml", "--tool", "0,0,250,0,0,0"}));
+}
+
+TEST(a_linear_unit, is_carried_by_a_new_cell) {
+  const TrackFiles files;
+  std::ofstream(files.dir / "spheres.csv")
+      << "id,diameter_mm,x_mm,y_mm,z_mm\nS1,50,900,0,400\nS2,50,900,1500,600\n";
+  const Outcome made = run_program({CELLCAL, "new-cell", "-o", files.dir / "new.toml", "--robot",
+                                    files.dir / "track.toml", "--tool", "0,0,250,0,0,0", "--mass",
+                                    "1", "--spheres", files.dir / "spheres.csv"});
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_EQ(calib::load_cell(files.dir / "new.toml").robot.joints[0].name, "E1");
 }
 
 }  // namespace

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import {
   cell_file, cell_forms, draft_of, EMPTY, form_of, imported, length_drafts, name_within, new_obstacle, numbers_in, placed, places_wanted, refused_field,
-  sketch_of, sphere_drafts, taught_angles, vouch, type CellDraft,
+  sketch_of, sphere_drafts, taught_angles, unit_seen, vouch, type CellDraft,
 } from "../src/cell_form";
 
 const DKD = { certificate: "DKD-1", date: "2026-04-01" };
@@ -188,6 +188,15 @@ test("takes the angles that the robot says, and nothing that is none", () => {
   assert.equal(taught_angles({ axes_deg: [1, 2, 3, 4, 5, 6, 7] })?.split(" ").length, 7);
   for (const wrong of [null, {}, { axes_deg: [] }, { axes_deg: [1, 2, 3] }, { axes_deg: [1, 2, 3, 4, 5, null] }, { axes_deg: "x" }])
     assert.equal(taught_angles(wrong), null);
+});
+
+test("the linear unit of an imported robot is read whole, or not at all", () => {
+  const unit = { name: "E1", along: [0, 1, 0], min_mm: 0, max_mm: 3000, max_speed_mm_s: null };
+  assert.deepEqual(unit_seen({ linear_unit: unit }), { missing: "", name: "E1", along: [0, 1, 0], min: 0, max: 3000, speed: null });
+  assert.equal(unit_seen({ linear_unit: { ...unit, max_speed_mm_s: 1500 } })?.speed, 1500);
+  assert.equal(unit_seen({ linear_unit: { missing: "$ET1_AX" } })?.missing, "$ET1_AX");
+  for (const wrong of [null, {}, { linear_unit: true }, { linear_unit: { ...unit, along: [0, 1] } }, { linear_unit: { ...unit, along: [0, 1, "x"] } }, { linear_unit: { ...unit, min_mm: "0" } }])
+    assert.equal(unit_seen(wrong), null);
 });
 
 test("a refusal of the daemon is about the field that states the value, or about none", () => {

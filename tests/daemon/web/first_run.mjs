@@ -2,6 +2,7 @@
 // the real cellcald. Pictures go to screenshots/first-run-*. Skipped (77) where there is no browser.
 
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
 import { accessible, find_browser, is_in_reach, launch, LONG, say_steps, sees } from "./page_browser.mjs";
 import { Cell } from "./page_test_cell.mjs";
 
@@ -163,6 +164,29 @@ const steps = {
     await form.getByText("Not shown here, kept in the file: target plate").waitFor(LONG);
     assert.equal(await form.getByLabel("Name of the file").inputValue(), "hall-3");
     assert.equal(await form.locator('[name="sphere-where"]').nth(1).inputValue(), "1060 380 330");
+    await page.keyboard.press("Escape");
+  },
+
+  async "takes the linear unit of machine data into the cell, with the speed that they lack"() {
+    const { page, form } = this;
+    await page.getByRole("button", { name: "Enter or change the cell here" }).click();
+    const machine = readFileSync(process.env.MACHINE_DATA, "latin1")
+      + [1, 2, 3, 4, 5, 6].map((axis) => `\n$RAT_MOT_AX[${axis}]={N 100,D 1}`).join("")
+      + "\n$EX_AX_NUM=1\n$AXIS_TYPE[7]=1\n$SOFTN_END[7]=0.0\n$SOFTP_END[7]=3000.0\n$EX_KIN={ET1 #ERSYS,ET2 #NONE}";
+    const described = "\n$ET1_AX={TR_A1 #E1,TR_A2 #NONE,TR_A3 #NONE}\n$ET1_TA1KR={X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C -90.0}"
+      + "\n$ET1_TFLA3={X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 90.0}\n";
+    const robot = form.getByLabel("Robot not in the list");
+    await robot.setInputFiles(file("machine.dat", machine));
+    await form.getByText(/A linear unit carries the arm.*\$ET1_AX/).waitFor(LONG);
+    await robot.setInputFiles(file("machine.dat", machine + described));
+    await form.getByText("E1 carries the arm, 0 to 3000 mm along X 0, Y 1, Z 0 of its base").waitFor(LONG);
+    await form.getByRole("button", { name: "Write and run the doctor" }).click();
+    await form.getByText("State the highest speed of the linear unit and take it over").waitFor(LONG);
+    await form.locator(".unit").scrollIntoViewIfNeeded();
+    await page.screenshot({ path: "screenshots/first-run-linear-unit.png" });
+    await form.getByLabel("Highest speed of the linear unit").fill("1500");
+    await form.getByRole("button", { name: "Take it over" }).click();
+    await form.getByText(/E1 carries the arm.* at 1500 mm\/s at most/).waitFor(LONG);
     await page.keyboard.press("Escape");
   },
 

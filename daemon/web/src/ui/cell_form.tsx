@@ -4,7 +4,7 @@
 import { useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
 import {
   cell_file, cell_forms, EMPTY, form_of, imported, length_drafts, name_within, new_length, new_obstacle, new_sphere, placed, places_wanted,
-  refused_field, robot_choice, sphere_drafts, taught_angles, vouch, type CellDraft, type CellForms, type Refused, type SphereDraft, type Wrong,
+  refused_field, robot_choice, sphere_drafts, taught_angles, unit_seen, vouch, type CellDraft, type CellForms, type Refused, type SphereDraft, type UnitSeen, type Wrong,
 } from "../cell_form";
 import { fields, number, words } from "../decode";
 import { get, is_good, post, post_file, type Answer } from "../request";
@@ -71,6 +71,14 @@ export function CellDialog({ cell, done, close }: { cell: string; done: () => vo
       </dialog>
     </>
   );
+}
+
+/** Request of an imported robot. */
+interface RobotFiles {
+  machine_data?: string;
+  robcor?: string;
+  robot_file?: string;
+  unit_speed_mm_s?: number;
 }
 
 /** Where the form comes from, and what of it is not shown. */
@@ -149,6 +157,7 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
   /** Errors are shown from the first attempt to write on. */
   const [tried, set_tried] = useState(false);
   const [refused, set_refused] = useState<Refused | null>(null);
+  const [unit, set_unit] = useState<{ robot: string; request: RobotFiles; seen: UnitSeen } | null>(null);
   useEffect(() => set_refused(null), [draft]);
   const before = useRef(draft);
   const form = useRef<HTMLFormElement>(null);
@@ -178,6 +187,7 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
     event.preventDefault();
     if (busy) return;
     if ("wrong" in made) return show(made.wrong);
+    if (unit?.robot === draft.robot && unit.seen.speed === null) return set_said(say("cell.unit.needed"));
     set_busy(true);
     const { own, file, sha256, text: from_text } = basis;
     const origin = from_text !== "" ? { from_text } : own ? { instead_of: sha256 } : file !== "" ? { from: file } : {};
@@ -189,18 +199,23 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
     if (words_ === "") done();
   };
   const take_robot = async (files: File[]) => {
-    const request: { machine_data?: string; robcor?: string; robot_file?: string } = {};
+    const request: RobotFiles = {};
     for (const file of files) {
       const data = await read.text_in(file);
       if (data === "") return;
       request[/\.toml$/i.test(file.name) ? "robot_file" : /robcor/i.test(file.name) ? "robcor" : "machine_data"] = data;
     }
+    await import_robot(request);
+  };
+  const import_robot = async (request: RobotFiles) => {
     const imported = await read.asked("/v1/cell-form/robot", request);
     const robot = robot_choice(imported);
     if (robot === null) return;
     set_robots((now) => [...now.filter((one) => one.name !== robot.name), robot]);
     set({ robot: robot.name });
-    if (fields(imported)?.linear_unit === true) set_said(say("cell.robot.unit"));
+    const seen = unit_seen(imported);
+    set_unit(seen && seen.missing === "" ? { robot: robot.name, request, seen } : null);
+    if (seen && seen.missing !== "") set_said(say("cell.robot.unit", { why: seen.missing }));
   };
   const open_file = async (file: File | undefined) => {
     const cell_text = file ? await read.text_in(file) : "";
@@ -225,6 +240,9 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
         <RobotField draft={draft} choices={own_robot ? [{ name: draft.robot, model: "" }, ...robots] : robots} choose={(robot) => set({ robot })} />
       </div>
       <Files name="machine" label={say("cell.robot.import")} accept=".dat,.toml" multiple take={(files) => void take_robot(files)} />
+      {unit?.robot === draft.robot && (
+        <LinearUnit key={unit.robot} seen={unit.seen} take={(unit_speed_mm_s) => void import_robot({ ...unit.request, unit_speed_mm_s })} />
+      )}
       <fieldset>
         <legend>{say("cell.tool")}</legend>
         <div class="pair">{text("xyz")}{text("abc")}</div>
@@ -284,6 +302,23 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
       </div>
     </form>
     </FaultsContext.Provider>
+  );
+}
+
+/** What carries the arm; machine data lack its speed. */
+function LinearUnit({ seen, take }: { seen: UnitSeen; take: (speed_mm_s: number) => void }) {
+  const { say } = useVoice();
+  const [typed, become] = useState("");
+  const [x, y, z] = seen.along.map((one) => String(Number(one.toFixed(6))));
+  const values = { name: seen.name, min: String(seen.min), max: String(seen.max), x: x ?? "", y: y ?? "", z: z ?? "" };
+  if (seen.speed !== null) return <p class="note" role="status">{say("cell.unit.of_file", { ...values, speed: String(seen.speed) })}</p>;
+  const speed = Number(typed.trim().replace(",", "."));
+  return (
+    <div class="files unit">
+      <p class="note" role="status">{say("cell.unit", values)}</p>
+      <TextField label={say("cell.unit.speed")} name="cell-unit-speed" value={typed} change={become} optional />
+      <button type="button" class="small" disabled={!(speed > 0)} onClick={() => take(speed)}>{say("cell.unit.take")}</button>
+    </div>
   );
 }
 
