@@ -69,6 +69,40 @@ TEST(CheckWithPositioner, TouchesEverySphereAtOneSettingWhereTheCalibrationHasIt
   EXPECT_EQ(touched.size(), calibrated_session().cell.targets.size());
 }
 
+TEST(CheckWithPositioner, IsReachedFromWhereArmAndPositionerStand) {
+  const Plan& plan = plan_with_positioner();
+  const std::vector<double> setting = plan.touches[0].positioner_rad;
+  const JointVector upright = {0.0, -1.5708, 1.5708, 0.0, 1.0472, 0.0};
+  const auto touch = [&](std::size_t next, const JointVector& from, std::vector<double> stands) {
+    return check_touch_from(calibrated_with_positioner(), plan, next, from, stands);
+  };
+  const std::vector<double> elsewhere = {setting[0] + 0.4, setting[1] - 1.0};
+  const PlannedTouch turned = touch(0, upright, elsewhere);
+  ASSERT_FALSE(turned.wait.empty());
+  EXPECT_EQ(turned.wait.back(), plan.start);
+  EXPECT_EQ(turned.wait_rad, elsewhere);
+  EXPECT_EQ(turned.positioner_rad, setting);
+  EXPECT_EQ(turned.transit.back(), turned.standoff);
+  EXPECT_TRUE(touch(0, upright, setting).wait.empty());
+  EXPECT_EQ(touch(1, plan.touches[0].clear, setting).transit, plan.touches[1].transit);
+  const std::vector<double> nearby = {setting[0] + 0.001, setting[1]};
+  const PlannedTouch as_it_stands = touch(1, plan.touches[0].clear, nearby);
+  EXPECT_TRUE(as_it_stands.wait.empty());
+  EXPECT_EQ(as_it_stands.positioner_rad, nearby);
+}
+
+TEST(QualificationWithPositioner, StaysAtOneSetting) {
+  const std::vector<double> speeds_m_s = {0.01, 0.02};
+  const Plan plan = make_qualification_plan(calibrated_session().cell, {}, "T1", 3, speeds_m_s);
+  ASSERT_EQ(plan.touches.size(), 6u);
+  for (const PlannedTouch& touch : plan.touches) {
+    EXPECT_EQ(touch.target, "T1");
+    EXPECT_EQ(touch.positioner_rad, plan.touches[0].positioner_rad);
+    EXPECT_EQ(touch.positioner_rad.size(), 2u);
+    EXPECT_TRUE(touch.wait.empty());
+  }
+}
+
 TEST(CheckWithPositioner, HoldsWhereNothingChanged) {
   const TcpCheck check = checked(unchanged_cell());
   EXPECT_TRUE(check.holds) << verdict_words(check);
