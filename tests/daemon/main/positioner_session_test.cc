@@ -162,8 +162,8 @@ TEST(a_session_with_a_positioner, is_followed_by_checks_that_hold_and_updates_th
 TEST(a_session_with_a_positioner, to_a_goal_ends_when_it_is_reached) {
   PositionerFixture fixture;
   fixture.start();
-  const Outcome outcome = fixture.cellcal({"run", "--cell", fixture.cell, "--goal", "2", "--touches",
-                                           "60", "--check", "4"});
+  const Outcome outcome = fixture.cellcal(
+      {"run", "--cell", fixture.cell, "--goal", "2", "--touches", "60", "--check", "4"});
   EXPECT_TRUE(outcome.status == 0 || outcome.status == 3) << outcome.err << fixture.log();
   const auto status = fixture.status();
   EXPECT_NE(status.at("why_ended").get<std::string>().find("goal reached"), std::string::npos)
