@@ -31,8 +31,7 @@ struct Place {
 Eigen::Vector3d seen_after(const ForeseenContact::Foot& foot, const double* motion,
                            const Eigen::Vector3d& tip_m) {
   const Eigen::Map<const Eigen::Vector3d> shift(motion), about(motion + 3);
-  return foot.origin +
-         turn(-(foot.base * about)) * (tip_m - foot.base * shift - foot.origin);
+  return foot.origin + turn(-(foot.base * about)) * (tip_m - foot.base * shift - foot.origin);
 }
 
 Place place_of(const PossibleChange& change, const double* size, const ForeseenContact& at,
@@ -68,7 +67,8 @@ Place place_of(const PossibleChange& change, const double* size, const ForeseenC
 }
 
 void fill_row(const PossibleChange& change, const double* size, const ForeseenContact& at,
-              const Place& place, std::size_t touch, Eigen::Ref<Eigen::RowVectorXd, 0, Eigen::InnerStride<>> row) {
+              const Place& place, std::size_t touch,
+              Eigen::Ref<Eigen::RowVectorXd, 0, Eigen::InnerStride<>> row) {
   const Eigen::RowVector3d n = (place.tip_m - place.centre_m).normalized().transpose();
   switch (change.kind) {
     case ChangeKind::kTool:
@@ -113,7 +113,8 @@ std::vector<PossibleChange> possible_changes(const Calibration& c,
       spheres.push_back(contact.target);
   // Tools are displaced most often, then spheres; a joint's zero rarely slips, and a confirmed
   // touch is rarely wrong.
-  constexpr double kTool = 0.4, kSphere = 0.25, kJoint = 0.15, kGrowth = 0.15, kTouch = 0.05, kPositioner = 0.15;
+  constexpr double kTool = 0.4, kSphere = 0.25, kJoint = 0.15, kGrowth = 0.15, kTouch = 0.05,
+                   kPositioner = 0.15;
   std::vector<PossibleChange> changes{
       {ChangeKind::kTool, c.cell.tool.name(), 0, 3, kTool, kLengthsM}};
   for (const std::string& id : spheres)

@@ -198,7 +198,8 @@ KnownTouches::RowMajor KnownTouches::rows(const Eigen::VectorXd& x) const {
   return j;
 }
 
-void KnownTouches::add_carriers(const ArmChain& chain, int carriers, ForeseenContact& contact) const {
+void KnownTouches::add_carriers(const ArmChain& chain, int carriers,
+                                ForeseenContact& contact) const {
   const std::vector<PositionerAxis>& axes = cell_.robot.positioner;
   for (std::size_t j = 0; j < static_cast<std::size_t>(carriers); ++j)
     contact.axes.push_back({-axes[j].sign * chain.carrier[j].z, chain.carrier[j].origin});
@@ -221,8 +222,7 @@ ForeseenContact KnownTouches::contact(std::size_t t) const {
   contact.tip_m = chain.tip;
   contact.flange = chain.flange;
   // A linear unit does not grow with the arm.
-  contact.by_growth_m =
-      chain.flange_origin - chain.link[cell_.robot.first_turning()].z_origin;
+  contact.by_growth_m = chain.flange_origin - chain.link[cell_.robot.first_turning()].z_origin;
   const std::vector<Joint>& joints = cell_.robot.joints;
   for (std::size_t i = 0; i < joints.size(); ++i)
     contact.axes.push_back({joints[i].sign * chain.link[i].z, chain.link[i].z_origin});

@@ -23,7 +23,8 @@ struct ForeseenContact {
   Eigen::Matrix3d flange;
   /// Derivative of the tip by a relative growth of all the arm's lengths.
   Eigen::Vector3d by_growth_m;
-  std::vector<Axis> axes;  ///< the arm's, then the positioner's that carry the sphere, as the arm turns
+  /// The arm's, then the positioner's that carry the sphere: as the arm turns, seen from there.
+  std::vector<Axis> axes;
   /// Of a carried sphere: the foot of the positioner.
   struct Foot {
     Eigen::Matrix3d base;    ///< axes of the base frame

@@ -158,8 +158,7 @@ void compare_on_positioner(const Calibration& last, const Calibration& c, int co
                            UpdateOrigin& origin) {
   const std::vector<CarriedPose> poses = stated_on_positioner(last, count);
   const double before_m = foreseen_carried_m(last, poses), reached_m = foreseen_carried_m(c, poses);
-  if (reached_m <= kGoalOnPositioner * before_m ||
-      origin.reached_m > kUpdateGoal * origin.before_m)
+  if (reached_m <= kGoalOnPositioner * before_m || origin.reached_m > kUpdateGoal * origin.before_m)
     return;
   origin.before_m = before_m;
   origin.reached_m = reached_m;

@@ -122,7 +122,8 @@ std::variant<std::size_t, PlanError> fill_pool(const PlanOptions& options, const
   std::size_t without = 0;
   while (true) {
     try {
-      still.pool = std::make_unique<Pool>(still.cell, options, kCandidatesForFew, Kinds::kSpheres, rest);
+      still.pool =
+          std::make_unique<Pool>(still.cell, options, kCandidatesForFew, Kinds::kSpheres, rest);
       return without;
     } catch (const PlanError& error) {
       using enum PlanError::Kind;
@@ -183,8 +184,8 @@ Plan make_few_touches(const Calibration& calibration, const PlanOptions& options
         fmt::format("the arm is too close to something to start: {}. Jog it free", words(*what)));
   const Aim aim = [&](const Candidate& candidate, PlannedTouch& touch) {
     const TargetResult& sphere = *known_sphere(calibration, cell.targets[candidate.target]);
-    const Surface surface{cell.targets[candidate.target].centre_m, candidate.normal, sphere.effective_radius_m,
-                          [&](const JointVector& q) -> Eigen::Vector3d {
+    const Surface surface{cell.targets[candidate.target].centre_m, candidate.normal,
+                          sphere.effective_radius_m, [&](const JointVector& q) -> Eigen::Vector3d {
                             return predictor.calibrated(q).tcp.translation();
                           }};
     aim_at(pool, options, surface, {how.before_m, how.behind_m}, candidate, touch);
@@ -507,7 +508,8 @@ PlannedTouch check_touch_from(const Calibration& calibration, const Plan& plan, 
   Plan far = plan;
   const bool aimed = planned.transit.size() > 1 && planned.transit.back() == planned.standoff;
   if (aimed) far.touches[next].standoff = planned.transit[planned.transit.size() - 2];
-  PlannedTouch touch = resume_plan(as_known(calibration), far, next, from, positioner_rad).touches[next];
+  PlannedTouch touch =
+      resume_plan(as_known(calibration), far, next, from, positioner_rad).touches[next];
   if (!aimed) return touch;
   touch.standoff = planned.standoff;
   touch.transit.push_back(planned.standoff);

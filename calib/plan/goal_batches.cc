@@ -43,12 +43,11 @@ struct GoalBatches::Impl {
   }
 
   void count() {
-    progress.touches =
-        static_cast<int>(std::ranges::count(touches, TouchSet::kFit, &Touch::set));
+    progress.touches = static_cast<int>(std::ranges::count(touches, TouchSet::kFit, &Touch::set));
     const auto left = [&](TouchSet set) {
-      return static_cast<int>(std::count_if(
-          plan.touches.begin() + static_cast<std::ptrdiff_t>(at), plan.touches.end(),
-          [set](const PlannedTouch& one) { return one.set == set; }));
+      return static_cast<int>(
+          std::count_if(plan.touches.begin() + static_cast<std::ptrdiff_t>(at), plan.touches.end(),
+                        [set](const PlannedTouch& one) { return one.set == set; }));
     };
     progress.touches_left = left(TouchSet::kFit);
     progress.checks_left = left(TouchSet::kCheck);
@@ -108,8 +107,8 @@ struct GoalBatches::Impl {
     if (progress.u95_m <= goal.u95_m) return Ended::kGoal;
     if (progress.touches >= goal.most_touches) return Ended::kMostTouches;
     if (last_count == 0) return std::nullopt;
-    const double more = std::max(1.0, static_cast<double>(progress.touches) -
-                                          static_cast<double>(last_count));
+    const double more =
+        std::max(1.0, static_cast<double>(progress.touches) - static_cast<double>(last_count));
     const double gain = 1.0 - std::pow(progress.u95_m / last_u95_m, kTouchesOfGain / more);
     return gain < goal.worth_it ? std::optional(Ended::kNoGain) : std::nullopt;
   }
@@ -122,8 +121,8 @@ struct GoalBatches::Impl {
     more.seed = options.seed + static_cast<unsigned>(made);
     more.check_touches = 0;
     const int most = goal.most_touches - progress.touches;
-    more.fit_touches = std::min(most, std::max(kLeastBatch, static_cast<int>(std::min(
-                                                                std::ceil(needed), 1.0 * most))));
+    more.fit_touches = std::min(
+        most, std::max(kLeastBatch, static_cast<int>(std::min(std::ceil(needed), 1.0 * most))));
     take(make_positioner_plan(cell, more, plan.start));
   }
 

@@ -24,7 +24,8 @@ class GoalBatches {
 
   /// The next touch with its path from the arm's and the positioner's present angles; empty once done. Repeated
   /// until touched() or failed() is called. Throws PlanError if no clear path leads away.
-  std::optional<PlannedTouch> next(const JointVector& from, const std::vector<double>& positioner_rad);
+  std::optional<PlannedTouch> next(const JointVector& from,
+                                   const std::vector<double>& positioner_rad);
   /// Throws IdentifyError if all touches of a batch together determine no estimate, PlanError as make_plan().
   void touched(const Touch& touch);
   /// The touch is left out.

@@ -94,8 +94,7 @@ Phrase phrase_of(const Missing& missing) {
         {{"share", percent},
          {"source", Phrase(std::string("say.certificate.source.") + to_string(missing.source))}}};
   if (missing.source == UncertaintySource::kPlaces)
-    return {"say.plan.missing.positioner",
-            {{"share", percent}, {"axis", Phrase(missing.joint)}}};
+    return {"say.plan.missing.positioner", {{"share", percent}, {"axis", Phrase(missing.joint)}}};
   return {"say.plan.missing.joint",
           {{"share", percent},
            {"joint", Phrase(missing.joint)},

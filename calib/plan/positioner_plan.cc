@@ -255,9 +255,10 @@ Choice choose_at_settings(const Cell& cell, const PlanOptions& options, int targ
     if (static_cast<int>(choice.picked.size()) < count)
       throw PlanError(
           PlanError::Kind::kTooFew,
-          fmt::format("only {} of {} touches can be reached by a clear way. Move the targets nearer "
-                      "to the middle of the workspace, or plan fewer touches",
-                      choice.picked.size(), count));
+          fmt::format(
+              "only {} of {} touches can be reached by a clear way. Move the targets nearer "
+              "to the middle of the workspace, or plan fewer touches",
+              choice.picked.size(), count));
   };
   choose_to_goal(options, targets, choose_of, choice);
   return choice;

@@ -94,7 +94,17 @@ std::optional<Severity> severity(const std::string& name);
 
 /// Subject of a finding.
 struct Subject {
-  enum class Of { kSession, kTouch, kTarget, kJoint, kTool, kLength, kParameter, kRobot, kPositioner };
+  enum class Of {
+    kSession,
+    kTouch,
+    kTarget,
+    kJoint,
+    kTool,
+    kLength,
+    kParameter,
+    kRobot,
+    kPositioner
+  };
   Of of = Of::kSession;
   /// Name in files and sentences; identifies target, joint or tool. For a touch its target; for a
   /// length one end; for a robot its file, or the stated robot's name.

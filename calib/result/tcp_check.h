@@ -13,11 +13,11 @@ namespace cellcal::calib {
 
 enum class ChangeKind {
   kNothing,
-  kTool,    ///< its tip on the flange, three components
-  kSphere,  ///< one sphere, three components, in the frame that it is fixed in
-  kJoint,   ///< the zero of a joint, or of a positioner's axis
-  kGrowth,  ///< all the arm's lengths by one factor: temperature
-  kTouch,   ///< a single touch: dirt on tip or sphere
+  kTool,       ///< its tip on the flange, three components
+  kSphere,     ///< one sphere, three components, in the frame that it is fixed in
+  kJoint,      ///< the zero of a joint, or of a positioner's axis
+  kGrowth,     ///< all the arm's lengths by one factor: temperature
+  kTouch,      ///< a single touch: dirt on tip or sphere
   kPositioner  ///< a positioner's foot: shift of its first axis, base frame, and turn
 };
 

@@ -141,7 +141,8 @@ class FoundArm {
         !touch.tool.empty() ||
         touch.positioner_rad.size() < static_cast<std::size_t>(stated->carried_by))
       return std::nullopt;
-    const auto carriers = calib::carrier_rad(touch, *stated);  // the centre is in the frame of the last
+    const auto carriers =
+        calib::carrier_rad(touch, *stated);  // the centre is in the frame of the last
     const Vector3d tip = arm_.position(
         arm_.prepare(touch.joint_rad, 0, arm_.load(touch.load), carriers), errors_.data());
     Vector3d outwards = target->normal;

@@ -267,7 +267,7 @@ void SessionService::run(Job& job) {
     }
   }
   job.backend.reset();
-  if (const auto links = status().links) 
+  if (const auto links = status().links)
     keep_links({false, links->robot, links->contact, links->positioner_axes});
   const std::lock_guard lock(mutex_);
   busy_ = false;

@@ -132,8 +132,8 @@ drivers::AxisAngles clear_point(const State& state) {
 /// Waypoint of the way home, during which the positioner is at rest.
 drivers::AxisAngles way_home(const State& state, std::size_t k) {
   const calib::Plan& plan = *state.plan;
-  return axis_angles(plan.home.at(k), plan.touches.empty() ? plan.home_rad
-                                                           : plan.touches.back().positioner_rad);
+  return axis_angles(plan.home.at(k),
+                     plan.touches.empty() ? plan.home_rad : plan.touches.back().positioner_rad);
 }
 
 drivers::Via via(const drivers::AxisAngles& at_rad, const calib::Corner& corner) {

@@ -316,8 +316,8 @@ class Update {
     const calib::Calibration known = round_.calibration();
     try {
       round_.know(so_far);
-      round_.add(calib::make_update_plan(round_.calibration(), inputs_->options.plan, how,
-                                        arm_rad));
+      round_.add(
+          calib::make_update_plan(round_.calibration(), inputs_->options.plan, how, arm_rad));
     } catch (const calib::PlanError& error) {  // continues with the existing touches
       round_.know(known);
       inputs_->note(fmt::format("no further touches: {}", error.what()));

@@ -122,7 +122,8 @@ test("the page has words for every state, advice and cause that a control chart 
   };
   assert.deepEqual([...DRIFT_STATES].sort(), named("drift_chart.cc", "DriftState"));
   assert.deepEqual([...ADVICE].sort(), named("drift_chart.cc", "DriftAdvice"));
-  assert.deepEqual([...CHANGES, "nothing"].sort(), named("tcp_check.cc", "ChangeKind"));
+  const table = readFileSync(`${calib}/tcp_check.cc`, "utf8").split("EnumNames<ChangeKind> ")[1]?.split("}};")[0] ?? "";
+  assert.deepEqual([...CHANGES, "nothing"].sort(), [...table.matchAll(/, *"(\w+)"/g)].map((match) => match[1]).sort());
   const keys: string[] = [...DRIFT_STATES.map((one) => `checks.state.${one}`), ...CHANGES.map((one) => `checks.cause.${one}`),
     ...ADVICE.filter((one) => one !== "none").map((one) => `checks.advice.${one}`)];
   assert.deepEqual(keys.filter((key) => !(key in en)), []);
