@@ -17,11 +17,11 @@ namespace cellcal::calib {
 
 struct PossibleChange {
   ChangeKind kind = ChangeKind::kTool;
-  std::string name;       ///< as in Explanation
-  /// Of the touch; of the joint, a positioner's axes after the arm's.
+  std::string name;  ///< as in Explanation
+  /// Index of the touch, or of the joint, a positioner's axes after the arm's.
   std::size_t index = 0;
-  int size = 3;           ///< components
-  double weight = 1.0;    ///< prior probability, among all changes
+  int size = 3;         ///< components
+  double weight = 1.0;  ///< prior probability, among all changes
   /// Sizes considered, equally likely: 1 sigma of each component, SI.
   std::vector<double> usual = {};
 };

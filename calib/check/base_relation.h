@@ -34,7 +34,7 @@ struct RelatedSphere {
 
 struct BaseRelation {
   Eigen::Isometry3d second_in_first = Eigen::Isometry3d::Identity();
-  /// Of the second base's origin [m] and rotation vector [rad], along the axes of the first base.
+  /// Bounds of the second base's origin [m] and rotation vector [rad], along the axes of the first base.
   Eigen::Matrix<double, 6, 6> covariance;
   Eigen::Vector3d middle_m = Eigen::Vector3d::Zero();  ///< of the used spheres, first base frame
   Eigen::Matrix3d middle_covariance;                   ///< of a point there [m^2]

@@ -94,7 +94,7 @@ Explanation explain(const PossibleChange& change, const std::vector<ForeseenCont
 
 namespace {
 
-/// Of the vector's length.
+/// Significance of the vector's length.
 double sigma_along(const Eigen::Vector3d& v, const Eigen::Matrix3d& covariance) {
   const double length = v.norm();
   const Eigen::Vector3d along =

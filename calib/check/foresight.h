@@ -25,7 +25,7 @@ struct ForeseenContact {
   Eigen::Vector3d by_growth_m;
   /// The arm's, then the positioner's that carry the sphere: as the arm turns, seen from there.
   std::vector<Axis> axes;
-  /// Of a carried sphere: the foot of the positioner.
+  /// Foot of the positioner, for a carried sphere.
   struct Foot {
     Eigen::Matrix3d base;    ///< axes of the base frame
     Eigen::Vector3d origin;  ///< of the first axis

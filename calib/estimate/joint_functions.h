@@ -33,7 +33,7 @@ std::optional<Robot> size_functions(const Problem& plain, Problem& reference,
 /// The robot with the usual fast orders in every function, as size_fast_orders() requires.
 Robot with_fast_orders(Robot robot);
 
-/// The robot with the sizes of the functions' fast orders, and of the others beside them; those of
+/// The robot with the sizes of the functions' fast orders and of the other orders; those of
 /// joints that show none are 0. `reference`: the problem of with_fast_orders().
 Robot size_fast_orders(const Problem& plain, Problem& reference, const Repeats& repeats,
                        const Estimate& e);

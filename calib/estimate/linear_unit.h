@@ -17,7 +17,7 @@ namespace cellcal::calib {
 std::optional<LinearUnitLine> linear_unit_line(const Calibration& calibration,
                                                std::span<const Touch> touches);
 
-/// The frame behind the unit in the base frame, at each position [m]. Requires a linear unit.
+/// The frame after the unit in the base frame, at each position [m]. Requires a linear unit.
 std::vector<Eigen::Isometry3d> carriage_as_found(const Calibration& calibration,
                                                  std::span<const double> positions_m);
 

@@ -24,7 +24,7 @@ struct ZeroComparison {
   bool same() const;
 };
 
-/// Of several explanations the one with fewest and smallest differences. Empty: the axes are those of different
+/// The explanation with fewest and smallest differences. Empty: the axes are those of different
 /// arms.
 std::optional<ZeroComparison> compare_zeros(const JointFrames& arm, const JointFrames& other);
 

@@ -69,7 +69,7 @@ void set_range(const MachineExternal& external, Joint& joint) {
   joint.max_rad = *external.high / kMmPerM;
 }
 
-/// Carriage to the arm's foot: the frames behind the axis, which moves along z.
+/// Carriage to the arm's foot: the frames after the axis, which moves along z.
 Eigen::Matrix3d foot_in_carriage(const MachineKinematic& of, const std::string& which,
                                  const MachineData& data) {
   if (!of.frames.contains("TFLA3"))

@@ -34,7 +34,7 @@ struct OmittedEffects {
   double mean_m = 0.0, max_m = 0.0;
 };
 OmittedEffects left_out(const Calibration& calibration);
-/// Likewise of the linear unit alone, with all else as calibrated: beside its direction, or with the unit
+/// Likewise of the linear unit alone, with all else as calibrated: compared with its direction, or with the unit
 /// as drawn; 0 without one.
 OmittedEffects left_out_of_unit(const Calibration& calibration, bool with_direction);
 

@@ -15,7 +15,7 @@ namespace cellcal::calib {
 /// then flange and tcp, then a positioner's joints from the base. The lines of `comment` form the header.
 std::string ros_yaml(const JointFrames& frames, const std::string& comment);
 
-/// What a linear unit adds to its joint `placed`, which stands in the base frame: NAME_motion: {position: [...],
+/// What a linear unit adds to its joint `placed`, in the base frame: NAME_motion: {position: [...],
 /// x, y, z, roll, pitch, yaw: [...]} in m and rad, the origin of a further frame after that joint, every 10 mm or less.
 /// Empty without a unit.
 std::string unit_yaml(const Calibration& calibration, const PlacedJoint& placed);

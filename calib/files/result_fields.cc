@@ -22,8 +22,8 @@ namespace {
 
 using fields::Field, fields::Json, fields::Table, fields::Value, fields::beside, fields::field,
     fields::flag, fields::for_readers, fields::joined, fields::list, fields::maybe,
-    fields::not_negative, fields::number, fields::object, fields::of_member, fields::only_of, fields::optional, fields::text,
-    fields::vector, fields::where, fields::whole, fields::word;
+    fields::not_negative, fields::number, fields::object, fields::of_member, fields::only_of,
+    fields::optional, fields::text, fields::vector, fields::where, fields::whole, fields::word;
 
 /// In arcseconds.
 Value<double> arcsec() {
@@ -58,7 +58,7 @@ Value<std::array<double, 2>> range(double to_unit) {
           }};
 }
 
-/// Of a carriage, in mm and mrad.
+/// Errors of a carriage, in mm and mrad.
 Value<std::array<double, kGuideMotions>> guide_motions() {
   return {[](const std::array<double, kGuideMotions>& v) -> Json {
             Json out = Json::array();

@@ -397,7 +397,7 @@ class CarriedMotion {
   CarriedMotion(const Calibration& c, Eigen::MatrixXd& columns, Eigen::Index column)
       : c_(c), columns_(columns), column_(column) {}
 
-  /// Of what the first `carriers` axes carry, in its own frame: shift of the origin, and turn. False if the
+  /// Shift of the origin and turn of the frame that the first `carriers` axes carry, in that frame. False if the
   /// calibration lacks a parameter for it.
   bool carried(std::size_t carriers, const Eigen::Vector3d& shift, const Eigen::Vector3d& about) {
     for (const TargetResult& target : c_.targets) {
@@ -409,7 +409,7 @@ class CarriedMotion {
     }
     return carriers == c_.cell.robot.positioner.size() || stands(carriers, shift, about);
   }
-  /// Of what an axis stands on, in that frame: of the first the base frame.
+  /// Likewise of the frame that carries an axis, the base frame for the first.
   bool stands(std::size_t axis, const Eigen::Vector3d& shift, const Eigen::Vector3d& about) {
     const Eigen::Isometry3d& frame = c_.cell.robot.positioner[axis].frame;
     const Eigen::Matrix3d into = frame.linear().transpose();

@@ -153,7 +153,7 @@ void forget_session(Calibration& c) {
 /// As kUpdateGoal, on a positioner: its foot has six unknowns, and fifteen touches cannot say all that a session does.
 constexpr double kGoalOnPositioner = 1.5;
 
-/// Where the tip is known too little on the positioner, `origin` states its error there.
+/// States in `origin` the tip's error on the positioner if it is too large there.
 void compare_on_positioner(const Calibration& last, const Calibration& c, int count,
                            UpdateOrigin& origin) {
   const std::vector<CarriedPose> poses = stated_on_positioner(last, count);

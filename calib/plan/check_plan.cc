@@ -94,7 +94,7 @@ Cell as_known(const Calibration& calibration) {
   return cell;
 }
 
-/// The cell while a positioner stands, and its candidates.
+/// The cell at fixed angles of the positioner, and its candidates.
 struct Still {
   std::vector<double> positioner_rad;  ///< empty: there is none
   Cell cell;                           ///< all places in the base frame
@@ -261,7 +261,8 @@ class CheckDesign {
         wanted_ = by;
         continue;
       }
-      if (change.kind == ChangeKind::kJoint && std::ranges::find(joints, change.name) != joints.end())
+      if (change.kind == ChangeKind::kJoint &&
+          std::ranges::find(joints, change.name) != joints.end())
         continue;
       const double size = kElseM / std::sqrt(by.rowwise().squaredNorm().maxCoeff());
       beside_.noalias() += size * size * by * by.transpose();
@@ -299,7 +300,10 @@ class Picker {
   /// `every_target`: touches each target at least once.
   Picker(const std::vector<Candidate>& candidates, const CheckDesign& design,
          const std::function<bool(std::size_t)>& possible, bool every_target)
-      : candidates_(candidates), design_(design), possible_(possible), every_target_(every_target) {}
+      : candidates_(candidates),
+        design_(design),
+        possible_(possible),
+        every_target_(every_target) {}
 
   /// The feasible candidate that, with the others, leaves the smallest uncertainty; of a target without touches
   /// among them, if there is one.
@@ -313,7 +317,8 @@ class Picker {
     for (std::size_t c = 0; c < candidates_.size(); ++c) {
       poll_cancelled();
       if (std::ranges::find(others, c) != others.end()) continue;
-      if (every_target_ && touched.size() < all.size() && touched.contains(candidates_[c].target)) continue;
+      if (every_target_ && touched.size() < all.size() && touched.contains(candidates_[c].target))
+        continue;
       set.back() = c;
       by_unknown.emplace_back(design_.unknown(set), c);
     }

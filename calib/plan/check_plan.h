@@ -20,7 +20,7 @@ struct CheckPlanOptions {
   TouchSet set = TouchSet::kCheck;  ///< purpose of the touches
   /// Joints whose zeros are sought; empty: a shift of the tool is.
   std::vector<std::string> joints = {};
-  /// Where a positioner stands; empty: at the first setting that lets most spheres be touched.
+  /// Angles of a positioner; empty: at the first setting that lets most spheres be touched.
   std::vector<double> positioner_rad = {};
 };
 

@@ -68,7 +68,7 @@ struct DesignProblem {
   RowMajor rows;                 ///< whitened derivatives, candidates x unknowns
   Eigen::MatrixXd covariance_u;  ///< priors and certified lengths
   Eigen::MatrixXd moves_m;       ///< 3 poses x arm's unknowns (region.h), which precede all others
-  /// Of the tip in the frames of a positioner's targets, aligned: weighed together with moves_m.
+  /// Moves of the tip in the frames of a positioner's targets, aligned; weighed together with moves_m.
   Eigen::MatrixXd on_table_m;
   std::vector<JointVector> postures;    ///< the poses of moves_m
   double ripple_rad;                    ///< predicted, of every joint; 0 if only a tool matters

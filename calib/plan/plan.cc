@@ -151,7 +151,7 @@ std::optional<JointVector> out_of_search(const Cell& cell, const Clearance& clea
   constexpr double kOnLineRad = 0.02;
   for (const PlannedTouch* near : lines) {
     if (off_segment(from, near->clear, near->end) > kOnLineRad) continue;
-    // Out of a contact the arm moves alone: a linear unit stays where it stands.
+    // Out of a contact the arm moves alone: a linear unit stays.
     JointVector out = near->clear;
     std::copy_n(from.begin(), cell.robot.first_turning(), out.begin());
     if ((out != near->clear || !as_planned) && !clearance.clear(out, kTipMarginM)) continue;

@@ -1,6 +1,6 @@
 #pragma once
 // Plans for a cell with a positioner: the same choice of touches, among candidates at several
-// settings of its axes. The axes turn only while the arm stands where the plan starts.
+// settings of its axes. The axes turn only while the arm waits at the start of the plan.
 
 #include <vector>
 
@@ -8,7 +8,7 @@
 
 namespace cellcal::calib {
 
-/// The cell while the positioner stands at these angles: all places in the base frame, and no
+/// The cell with the positioner at these angles: all places in the base frame, and no
 /// positioner.
 Cell at_setting(const Cell& cell, const std::vector<double>& positioner_rad);
 

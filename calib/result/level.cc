@@ -127,7 +127,7 @@ Cell at_level(const Cell& cell, const ModelLevel& level) {
 
 namespace {
 
-/// What an arm has only by the touches or by its file.
+/// Parts of the model by evidence of the touches or by the robot file.
 void add_learnt(const Robot& robot, Phrase& all) {
   if (stated(robot, &Joint::bearing_sigma_rad_per_nm))
     all = joined("say.join.comma", all, "say.level.bearings");

@@ -38,7 +38,7 @@ std::optional<CheckVerdict> check_verdict(const std::string& name);
 /// A possible single change, and how well it explains the touches.
 struct Explanation {
   ChangeKind kind = ChangeKind::kNothing;
-  /// Of the sphere or joint; kTouch: its target; kTool: the tool's; kPositioner: its first axis'.
+  /// Name of the sphere or joint; kTouch: its target; kTool: the tool's; kPositioner: its first axis'.
   std::string name = {};
   std::size_t touch = 0;        ///< kTouch: index of the planned touches
   double log_likelihood = 0.0;  ///< over that of no change, size integrated out; natural logarithm

@@ -160,12 +160,11 @@ json unit_json(const calib::Joint& unit) {
           {"along", {along.x(), along.y(), along.z()}},
           {"min_mm", unit.min_rad * calib::kMmPerM},
           {"max_mm", unit.max_rad * calib::kMmPerM},
-          {"max_speed_mm_s", unit.max_speed_rad_s > 0.0
-                                 ? json(unit.max_speed_rad_s * calib::kMmPerM)
-                                 : json()}};
+          {"max_speed_mm_s",
+           unit.max_speed_rad_s > 0.0 ? json(unit.max_speed_rad_s * calib::kMmPerM) : json()}};
 }
 
-/// The unit that carries the arm, where the machine data describe it; else the arm where it stands, and why.
+/// The unit that carries the arm, if the machine data describe it; else the arm's foot, and the reason.
 void put_on_its_unit(const calib::MachineData& data, double speed_mm_s, ImportedRobot& imported) {
   try {
     std::optional<calib::Joint> unit = calib::linear_unit_of(data);

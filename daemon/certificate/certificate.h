@@ -78,7 +78,7 @@ struct PositionerAxis {
   Entry name, x, y, z, direction_x, direction_y, direction_z, place, direction;
 };
 /// Linear unit as found: direction of travel in the base frame, scale, and the motions of its carriage over its
-/// position (shifts beside both, then roll, pitch and yaw), with bounds of 95 %.
+/// position (shifts in both other directions, then roll, pitch and yaw), with bounds of 95 %.
 struct LinearUnit {
   struct Row {
     Entry position;
@@ -124,7 +124,7 @@ struct CertificateData {
   std::vector<Artefact> artefacts;
   std::vector<Length> lengths;  ///< with both ends touched
   std::vector<LengthCheck> length_checks;
-  PoseSheetData pose_sheet;      ///< in the terms of ISO 9283
+  PoseSheetData pose_sheet;        ///< in the terms of ISO 9283
   std::vector<BudgetLine> budget;  ///< empty: not recorded
   Entry standard, expanded;        ///< combined standard uncertainty of a TCP position, and U
   std::vector<Said> directions;    ///< not identifiable

@@ -85,9 +85,11 @@ calib::Robot from_urdf(const ImportRobotCommand& command) {
       calib::read_urdf(urdf_text(command.urdf, command.xacro_arguments), name, command.tip);
   if (chain.frames.joints.front().slides)
     throw calib::FileError(
-        name, fmt::format(": joint \"{}\" slides. Take the arm behind it (--urdf of it alone, or its base as root), and "
-                          "state the linear unit as the robot file's first [[joint]], kind = \"prismatic\"",
-                          chain.frames.joints.front().name));
+        name,
+        fmt::format(
+            ": joint \"{}\" slides. Take the arm behind it (--urdf of it alone, or its base as root), and "
+            "state the linear unit as the robot file's first [[joint]], kind = \"prismatic\"",
+            chain.frames.joints.front().name));
   calib::Robot robot = calib::robot_of(chain.frames);
   robot.name = chain.robot_name.empty() ? "robot" : chain.robot_name;
   robot.source = command.urdf.filename().string();
@@ -272,7 +274,7 @@ std::string positioner_words(const ExportRobotCommand& command, const calib::Cal
   return words;
 }
 
-/// What the form lacks of a linear unit; empty without one.
+/// Properties of a linear unit that the form lacks; empty without one.
 std::string unit_words(const ExportRobotCommand& command, const calib::Calibration& c) {
   if (c.cell.robot.first_turning() == 0) return {};
   const bool arm_alone = command.as == "dh";
@@ -280,12 +282,14 @@ std::string unit_words(const ExportRobotCommand& command, const calib::Calibrati
   return fmt::format(
       "\n{} carries the arm: {}: {:.3f} mm mean, {:.3f} mm max over the workspace{}",
       c.cell.robot.joints.front().name,
-      arm_alone ? "not in a table of the arm; driven as drawn it costs"
-                : "its joint has the direction found; scale, straightness, roll, pitch and yaw, which a joint "
-                  "cannot hold",
+      arm_alone
+          ? "not in a table of the arm; driven as drawn it costs"
+          : "its joint has the direction found; scale, straightness, roll, pitch and yaw, which a joint "
+            "cannot hold",
       out.mean_m * calib::kMmPerM, out.max_m * calib::kMmPerM,
-      command.as == "yaml" ? ", are the table below (a frame after that joint, linear between its rows)"
-                           : "; --as json and yaml have them");
+      command.as == "yaml"
+          ? ", are the table below (a frame after that joint, linear between its rows)"
+          : "; --as json and yaml have them");
 }
 
 std::string comment(const ExportRobotCommand& command, const calib::Calibration& calibration,

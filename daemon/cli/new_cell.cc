@@ -36,7 +36,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Of TOOL_DATA and LOAD_DATA; what they do not state stays.
+/// Tool by TOOL_DATA and LOAD_DATA; other properties stay.
 void take_tool(const ToolForm& of_controller, CellForm& form) {
   form.tool.xyz_mm = of_controller.xyz_mm;
   form.tool.abc_deg = of_controller.abc_deg;

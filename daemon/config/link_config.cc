@@ -56,7 +56,7 @@ void check_positioner(const calib::Robot& robot) {
   }
 }
 
-/// Of the joints, and of the positioner's axes behind them.
+/// Limits of the joints, followed by those of the positioner's axes.
 std::vector<drivers::AxisLimit> axis_limits(const DaemonConfig& config, const calib::Cell& cell) {
   check_positioner(cell.robot);
   std::vector<drivers::AxisLimit> limits;

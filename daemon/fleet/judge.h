@@ -52,7 +52,7 @@ void judge(Message message, Meters& meters, Meters::Time now, Batch& batch);
 /// True for a time such as "2026-11-22T20:51:17.123Z", with a valid date in the years 1970 to 9999.
 bool is_time(std::string_view text);
 
-// What is asked of the plant's database. Answers are JSON as the API gives it.
+// Queries of the plant's database. Answers are JSON as the API gives it.
 
 struct StoredFile {
   std::string name;

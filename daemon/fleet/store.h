@@ -13,7 +13,7 @@
 
 namespace cellcal::daemon::fleet {
 
-// What is written together, and what it was refused for.
+// A batch, and the reason of its refusal.
 
 enum class Refusal {
   kTopic,    ///< none of ours

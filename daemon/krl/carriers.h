@@ -1,5 +1,5 @@
 #pragma once
-// What carries arm and bases: a calibration's linear unit and positioner in the controller's machine data.
+// Carriers of arm and bases: a calibration's linear unit and positioner in the controller's machine data.
 //
 // The controller places the arm's foot at ERSYSROOT TA1KR z(E1) TFLA3 ROBROOT in the world ($EX_KIN with #ERSYS), and
 // the flange of a positioner at ROOT TA1KR Rz(E) [TA2A1 Rz(E)] TFLA3 (MACHINE_DEF[n]). The base frame of the calibration
@@ -38,7 +38,7 @@ class Carriers {
   /// As krl::wrong_value, with the axes that the calibration has; a linear unit's position has to be stated, and
   /// the machine data must not contradict the unit.
   std::optional<Why> wrong_value(const Point& point) const;
-  /// A1 to A6, behind the position of a linear unit.
+  /// Position of a linear unit, if there is one, followed by A1 to A6.
   calib::JointVector axes_of(const Point& point) const;
   /// Angles with the linear unit, if there is one, where the point has it.
   calib::JointVector at_the_unit(calib::JointVector joints, const Point& point) const;
@@ -64,7 +64,7 @@ class Carriers {
 
   const calib::Calibration& calibration_;
   const Data& data_;
-  int unit_ = 0;  ///< number of its axis; 0: none
+  int unit_ = 0;                  ///< number of its axis; 0: none
   std::size_t touched_axes_ = 0;  ///< of the positioner, that carry something touched
   bool unit_fits_ = true;
   std::set<int> understood_;

@@ -109,8 +109,8 @@ class Correction {
         why == Why::kToolNotKnown || why == Why::kBaseNotKnown || why == Why::kTwoFrames ||
         why == Why::kExternalTool || why == Why::kNoConfiguration || why == Why::kPostureNotKnown ||
         why == Why::kOtherPosture || why == Why::kFrameChanged || why == Why::kNoSuchTool ||
-        why == Why::kNoSuchBase || why == Why::kExternalBase || why == Why::kOtherKinematic || why == Why::kLoadNotKnown ||
-        why == Why::kNoSuchLoad;
+        why == Why::kNoSuchBase || why == Why::kExternalBase || why == Why::kOtherKinematic ||
+        why == Why::kLoadNotKnown || why == Why::kNoSuchLoad;
     refusals_.emplace(motion.point,
                       Refusal{why, of_the_motion ? program_.modules[motion.module].src : point.file,
                               of_the_motion ? motion.line : point.line, name_of_key(motion.point),
@@ -229,7 +229,7 @@ class Correction {
     return has_base ? carriers_.machine_of(*motion.frames.base) : 0;
   }
 
-  /// Of a point that wrong_carrier() let pass; empty: on the floor.
+  /// Flange that carries a point accepted by wrong_carrier(); empty: none.
   std::optional<CarriedFlange> flange_of(const Carriers& carriers, const Motion& motion,
                                          const Point& point) const {
     const int machine = machine_of(motion, point);
@@ -254,9 +254,9 @@ class Correction {
     JointVector written = q;
     if (moves(done)) {
       for (std::size_t i = 0; i < 6; ++i)
-        written[first_ + i] =
-            calib::kRadPerDeg * write(motion, point, "A" + std::to_string(i + 1),
-                                      (*reached)[first_ + i] * calib::kDegPerRad, kLeastDecimalsDeg);
+        written[first_ + i] = calib::kRadPerDeg * write(motion, point, "A" + std::to_string(i + 1),
+                                                        (*reached)[first_ + i] * calib::kDegPerRad,
+                                                        kLeastDecimalsDeg);
     }
     return verified(done, motion, view, written, wanted, {});
   }
@@ -303,20 +303,19 @@ class Correction {
       }
     }
     const Isometry3d believed = in_robot * calib::to_isometry(written);
-    const auto commanded = stated ? view.joints(believed, now, carriers_.unit_m(point))
-                                  : view.joints(believed, *q);
+    const auto commanded =
+        stated ? view.joints(believed, now, carriers_.unit_m(point)) : view.joints(believed, *q);
     if (!commanded) return Why::kNotVerified;
     return verified(done, motion, view, *commanded, goal,
                     flange ? flange->carrier_rad : std::vector<double>{});
   }
 
-  /// Where the TCP shall be: on a positioner beside the part that its axes as found carry.
+  /// Wanted TCP; on a positioner relative to the part, which its axes as found carry.
   Isometry3d goal_of(const Motion& motion, const Point& point, const JointVector& q,
                      const std::optional<CarriedFlange>& flange, const Isometry3d& wanted) {
     const auto was = was_at(motion, q);
     if (!flange) return was.value_or(wanted);
-    const Isometry3d from =
-        was ? flange_of(*from_carriers_, motion, point)->real : flange->nominal;
+    const Isometry3d from = was ? flange_of(*from_carriers_, motion, point)->real : flange->nominal;
     return flange->real * from.inverse() * was.value_or(wanted);
   }
 
@@ -353,8 +352,8 @@ class Correction {
                               const Isometry3d& wanted, const std::vector<double>& carrier_rad) {
     const calib::Prediction real = view.real(commanded);
     done.left_mm = (real.tcp.translation() - wanted.translation()).norm() * calib::kMmPerM;
-    done.u95_mm = (carrier_rad.empty() ? real.u95_m : view.u95_m(commanded, carrier_rad)) *
-                  calib::kMmPerM;
+    done.u95_mm =
+        (carrier_rad.empty() ? real.u95_m : view.u95_m(commanded, carrier_rad)) * calib::kMmPerM;
     if (!(done.left_mm < kVerifiedMm)) return Why::kNotVerified;
     points_.emplace(motion.point, done);
     order_.push_back(motion.point);
@@ -454,9 +453,8 @@ const ToolUsed* tool_of(const Motion& motion, const std::vector<ToolUsed>& used)
   if (!tool) return nullptr;
   const int number = tool->literal ? -1 : tool->number,
             load = motion.frames.other_load().value_or(-1);
-  const auto found = std::ranges::find_if(used, [&](const ToolUsed& one) {
-    return one.number == number && one.load == load;
-  });
+  const auto found = std::ranges::find_if(
+      used, [&](const ToolUsed& one) { return one.number == number && one.load == load; });
   return found == used.end() ? nullptr : &*found;
 }
 
@@ -539,7 +537,8 @@ CorrectedBackup correct_backup(const calib::Calibration& calibration, const Back
     if (motion.left || correction.never().count(motion.point) > 0) continue;
     points[motion.module].insert(motion.point);
     const ToolUsed* tool = tool_of(motion, result.tools);
-    if (tool != nullptr && std::ranges::find(tools[motion.module], *tool) == tools[motion.module].end())
+    if (tool != nullptr &&
+        std::ranges::find(tools[motion.module], *tool) == tools[motion.module].end())
       tools[motion.module].push_back(*tool);
   }
   std::set<std::string> keys;

@@ -30,7 +30,7 @@ class Flow {
  public:
   int lost(Lost why) { return put({Kind::kLost, {}, 0, std::move(why), {}}); }
   int motion(std::size_t index) { return put({Kind::kMotion, {}, index, {}, {}}); }
-  /// Where ways meet; without any: never reached.
+  /// State at a junction; without ways: never reached.
   int join(std::vector<int> from = {}) { return put({Kind::kJoin, std::move(from), 0, {}, {}}); }
   void lead(int from, int to) { places_[static_cast<std::size_t>(to)].from.push_back(from); }
   /// After a call at `from`; `why`: the reason where the routine's end is unknown.

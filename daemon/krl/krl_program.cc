@@ -134,7 +134,7 @@ class Reader {
     flow_.lose({effects.call.empty() ? line.tokens[0].word : effects.call, line.number});
   }
 
-  /// Where the arm may be after a statement that is no motion.
+  /// Possible postures after a statement that is no motion.
   void follow(const Line& line) {
     const Effects effects = calls_.of(line);
     const auto routine = calls_.routines.called(module_, line);

@@ -152,7 +152,7 @@ Phrase in_a_row(const char* id, const std::vector<T>& list) {
   return names;
 }
 
-/// What a result that is not good is due to; empty for others.
+/// Reason of a result that is not good; empty for others.
 Phrase reason(const SessionOutcome& outcome) {
   switch (outcome.kind) {
     case OutcomeKind::kWithheld:

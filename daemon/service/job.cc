@@ -395,7 +395,7 @@ namespace {
 /// deadline.
 constexpr double kLeastShare = 1e-3;
 
-/// Angles of the arm, and of a positioner behind it.
+/// Angles of the arm and of the positioner.
 struct Angles {
   std::vector<double> arm, positioner;
 };

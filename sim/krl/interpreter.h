@@ -61,7 +61,7 @@ class Interpreter {
   bool is_in(std::string_view routine) const;
   /// An interrupt's sub-program is executed.
   bool in_interrupt() const;
-  /// What has been executed since the interpreter was made.
+  /// Statements executed since construction.
   struct Executed {
     std::int64_t statements =
         0;  ///< lines begun; a line that calls a DEFFCT begins again behind it

@@ -23,7 +23,7 @@ constexpr int kFewestDecimals = 3;
 constexpr std::uint64_t kStatesToJudge = 10;
 // The reference is taken at rest: the means of two windows agree.
 constexpr std::size_t kReferenceWindow = 5;
-// Of an axis without a move, whose kind the channel does not tell: degrees or millimetres. Above the
+// Tolerance of an axis without a move, whose kind the channel does not state: degrees or millimetres. Above the
 // servo's noise.
 constexpr double kUnusedStands = 0.1;
 // Interval between requests to start the program: selecting it takes the controller some time.

@@ -203,7 +203,7 @@ RsiContextFile read_rsi_model(std::string_view text, const std::string& name) {
     one.line = xml.line_of(node);
     one.type = xml.attribute(node, "objType");
     one.id = xml.attribute(node, "name");
-    // Of AXISCORREXT, which numbers its inputs behind those of AXISCORR.
+    // Inputs of AXISCORREXT, numbered after those of AXISCORR.
     int index = node.attribute("inputOffset")
                     ? xml.integer(node, "inputOffset", node.attribute("inputOffset").value(), 1,
                                   kRsiChannels) -

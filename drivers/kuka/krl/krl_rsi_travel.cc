@@ -9,14 +9,14 @@
 namespace cellcal::drivers::krl {
 namespace {
 
-// RSI 3 numbers the inputs and limits of AXISCORREXT behind those of AXISCORR, RSI 4 from 0.
+// RSI 3 numbers the inputs and limits of AXISCORREXT after those of AXISCORR, RSI 4 from 0.
 constexpr int kRsi3Input = 7, kRsi3Lower = 7, kRsi3Upper = 19, kRsi4Lower = 0, kRsi4Upper = 6;
 // Defaults of the objects for parameters absent from the context.
 constexpr double kUsualClamp = 5, kUsualMonitor = 6;
 constexpr double kTravelRounding = 1e-9;
 constexpr int kMostExternal = 6;
 
-/// What `line` returns for each corrected axis, from 0.
+/// Lines by `line` for each corrected axis, from 0.
 template <class Line>
 std::string each(const RsiFilesConfig& c, Line line) {
   std::string text;

@@ -9,7 +9,7 @@
 
 namespace cellcal::drivers::krl {
 
-/// Channel of ETHERNET of E1's correction, behind the six of the arm and STOP; E2 has the next.
+/// Channel of ETHERNET of E1's correction, after the six of the arm and STOP; E2 has the next.
 inline constexpr int kTravelChannel = 8;
 
 /// "AXISCORREXT1" in RSI 3, "AxisCorrExt_1" from RSI 4 on.

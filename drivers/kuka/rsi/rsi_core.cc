@@ -27,7 +27,7 @@ constexpr double kPeerWaitsS = 0.2;
 // Time limit of repetitions by a peer that waits for replies before the first answer: its silence
 // is caused by this adapter. Simulators take a second.
 constexpr double kPeerTimeoutS = 2.5;
-// Of an external axis without a move, degrees or millimetres: above the servo's noise.
+// Tolerance of an external axis without a move, degrees or millimetres: above the servo's noise.
 constexpr double kUnusedStands = 0.1;
 // A larger interval between ticks and packets shows that this thread was delayed.
 constexpr double kHeldUpS = 0.02;
