@@ -27,11 +27,12 @@ struct Place {
 };
 
 /// The tip as it is seen from a sphere that the positioner carries, after a motion of its foot: shift and
-/// turn, base frame (95a).
+/// turn, base frame.
 Eigen::Vector3d seen_after(const ForeseenContact::Foot& foot, const double* motion,
                            const Eigen::Vector3d& tip_m) {
   const Eigen::Map<const Eigen::Vector3d> shift(motion), about(motion + 3);
-  return foot.origin + turn(-(foot.base * about)) * (tip_m - foot.base * shift - foot.origin);
+  return foot.origin +  // (95a)
+         turn(-(foot.base * about)) * (tip_m - foot.base * shift - foot.origin);
 }
 
 Place place_of(const PossibleChange& change, const double* size, const ForeseenContact& at,

@@ -44,8 +44,7 @@ void confirm_without_lengths(const Cell& cell, const std::vector<Touch>& touches
   std::optional<Calibration> without = tried(changed, touches, options);
   if (!without) return;  // the touches alone determine nothing and so do not contradict it
   without->moved = calibration.moved;
-  without->predicted_near_targets_m = calibration.predicted_near_targets_m;  // the result's
-  confirm_moves(changed, touches, options, *without);
+  confirm_moves(changed, touches, options, covered_m(calibration), *without);
   if (!without->moved.empty()) {
     calibration.lengths.clear();  // the position that they refer to is unknown
     erase(findings, FindingKind::kCertifiedLength);
@@ -86,7 +85,7 @@ bool explained_by_jump(const Cell& cell, const std::vector<Touch>& touches,
              jump.log_odds < kUnlikely;
     });
   });
-  const std::vector<Jump> jumps = confirmed_jumps(cell, touches, calibration, all);
+  const std::vector<Jump> jumps = confirmed_jumps(cell, touches, covered_m(calibration), all);
   calibration.jumped.clear();
   if (jumps.empty()) return false;
   // If the session stays inconsistent with the jump undone, the other findings are reported.
@@ -177,7 +176,7 @@ Calibration diagnosed_result(const Cell& cell, const std::vector<Touch>& touches
     if (moved && has_two_centres(cell, cause.moved->target) &&
         !is_moved(calibration.moved, cause.moved->target))
       calibration.moved.push_back(*cause.moved);
-  confirm_moves(cell, touches, options, calibration);
+  confirm_moves(cell, touches, options, covered_m(calibration), calibration);
   if (!calibration.moved.empty()) confirm_without_lengths(cell, touches, options, calibration);
   // An apparent move without which the result would be published may be another mistake.
   if (!calibration.moved.empty() && causes.empty()) {

@@ -366,14 +366,11 @@ double at_the_tip_m(const Cell& cell, const std::vector<Touch>& touches, const J
   return std::abs(jump.angle_rad) * std::sqrt(square_m2 / static_cast<double>(touches.size()));
 }
 
-/// Accepts jumps that are significant and, of a result that would be published otherwise, exceed
-/// its predicted error: the bounds cover smaller ones.
+/// Accepts jumps that are significant and displace the tip by more than `covered_m`.
 class Confirmed {
  public:
-  Confirmed(const Cell& cell, const std::vector<Touch>& touches, const Calibration& calibration)
-      : cell_(cell),
-        touches_(touches),
-        covered_m_(calibration.verdict.publish() ? calibration.predicted_near_targets_m : 0.0) {}
+  Confirmed(const Cell& cell, const std::vector<Touch>& touches, double covered_m)
+      : cell_(cell), touches_(touches), covered_m_(covered_m) {}
   bool operator()(const Jump& jump) const {
     return jump.log_odds > kConfirmedOdds && jump.squared_sigmas > kSized &&
            at_the_tip_m(cell_, touches_, jump) > covered_m_;
@@ -452,9 +449,13 @@ double log_evidence_with_model(const Cell& cell, const std::vector<Touch>& touch
                   log_evidence_of(tried(cell, touches, options)));
 }
 
+double covered_m(const Calibration& calibration) {
+  return calibration.verdict.publish() ? calibration.predicted_near_targets_m : 0.0;
+}
+
 std::vector<Jump> confirmed_jumps(const Cell& cell, const std::vector<Touch>& touches,
-                                  const Calibration& calibration, std::vector<Jump> jumps) {
-  std::erase_if(jumps, std::not_fn(Confirmed(cell, touches, calibration)));
+                                  double covered_m, std::vector<Jump> jumps) {
+  std::erase_if(jumps, std::not_fn(Confirmed(cell, touches, covered_m)));
   if (jumps.empty()) return jumps;
   const double best = jumps.front().log_odds;
   std::erase_if(jumps, [&](const Jump& j) { return j.log_odds < best - kClear; });
@@ -478,9 +479,9 @@ void withhold_for_jumps(const Cell& cell, const std::vector<Touch>& touches,
 }
 
 void confirm_moves(const Cell& cell, const std::vector<Touch>& touches,
-                   const IdentifyOptions& options, Calibration& calibration) {
+                   const IdentifyOptions& options, double covered_m, Calibration& calibration) {
   JumpSearch search(cell, touches, options, calibration);
-  const Confirmed confirmed(cell, touches, calibration);
+  const Confirmed confirmed(cell, touches, covered_m);
   std::optional<Jump> likeliest;
   for (const MovedTarget& suspect : calibration.moved) {
     const auto move = search.move(suspect.target, suspect.after_touch);

@@ -28,17 +28,20 @@ double log_evidence_with_model(const Cell& cell, const std::vector<Touch>& touch
 /// Log odds above which a change is accepted.
 inline constexpr double kConfirmedOdds = 6.0;
 
-/// Accepted jumps: clearly likelier than no change, not much less likely than the first, and, where
-/// the calibration would be published otherwise, displacing the tip by more than its predicted error
-/// near the targets. `jumps`: likeliest first.
-std::vector<Jump> confirmed_jumps(const Cell& cell, const std::vector<Touch>& touches,
-                                  const Calibration& calibration, std::vector<Jump> jumps);
+/// Displacement of the tip that the bounds of a result include: its predicted error near the targets;
+/// 0 if it is withheld anyway, since any jump may be the cause.
+double covered_m(const Calibration& calibration);
 
-/// Tests the suspects in `calibration.moved`, whose place in the session is known. Keeps the
-/// likeliest accepted one and withholds the result; clears `moved` if none is accepted.
+/// Accepted jumps: clearly likelier than no change, not much less likely than the first, and
+/// displacing the tip by more than `covered_m`. `jumps`: likeliest first.
+std::vector<Jump> confirmed_jumps(const Cell& cell, const std::vector<Touch>& touches,
+                                  double covered_m, std::vector<Jump> jumps);
+
+/// Tests the suspects in `calibration.moved`, whose place in the session is known, as
+/// confirmed_jumps() does. Keeps the likeliest accepted one and withholds the result; clears `moved` if none is accepted.
 /// `calibration` is that of the touches.
 void confirm_moves(const Cell& cell, const std::vector<Touch>& touches,
-                   const IdentifyOptions& options, Calibration& calibration);
+                   const IdentifyOptions& options, double covered_m, Calibration& calibration);
 
 /// Withholds the result for a moved target, and adds the finding.
 void withhold_for_move(const Cell& cell, const std::vector<Touch>& touches, const Jump& move,

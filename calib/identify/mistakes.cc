@@ -329,7 +329,7 @@ std::optional<Calibration> sensible(const Cell& cell, const std::vector<Touch>& 
                                     const IdentifyOptions& options) {
   std::optional<Calibration> calibration = tried(cell, touches, options);
   if (!calibration) return {};
-  confirm_moves(cell, touches, options, *calibration);
+  confirm_moves(cell, touches, options, 0.0, *calibration);
   if (!calibration->moved.empty() || !calibration->verdict.publish()) return {};
   return calibration;
 }

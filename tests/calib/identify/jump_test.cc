@@ -239,7 +239,7 @@ TEST(Jump, BelowThePredictedErrorWithholdsNothing) {
   const auto confirmed = [&](Jump jump) {
     jump.log_odds = 20.0;
     jump.squared_sigmas = 100.0;
-    return !confirmed_jumps(cell, touches, c, {std::move(jump)}).empty();
+    return !confirmed_jumps(cell, touches, covered_m(c), {std::move(jump)}).empty();
   };
   Jump slip{Jump::What::kJoint, cell.robot.joints[0].name, kJumpedAt};
   slip.angle_rad = 0.001 * kRadPerDegree;  // at most 0.03 mm within the arm's reach

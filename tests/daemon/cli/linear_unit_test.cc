@@ -187,7 +187,7 @@ TEST(a_linear_unit, is_corrected_for_single_poses_where_it_stands) {
   (void)run_program(
       {CELLCAL, "identify", "--cell", files.cell, "--touches", files.plan, "-o", files.result});
   const std::string poses = files.dir / "poses.csv";
-  std::ofstream(poses) << "X,Y,Z,A,B,C,E1,A1,A2,A3,A4,A5,A6\n1200,1500,700,0,90,0,1500,0,-70,80,0,60,0\n";
+  std::ofstream(poses) << "x_mm,y_mm,z_mm,a_deg,b_deg,c_deg,E1,A1,A2,A3,A4,A5,A6\n1200,1500,700,0,90,0,1500,0,-70,80,0,60,0\n";
   const auto corrected = [&](const std::vector<std::string>& more) {
     std::vector<std::string> all = {CELLCAL, "correct", "--calibration", files.result, "--poses", poses,
                                     "--withheld"};
@@ -202,7 +202,7 @@ TEST(a_linear_unit, is_corrected_for_single_poses_where_it_stands) {
   const Outcome csv = corrected({});
   ASSERT_EQ(csv.status, 0) << csv.err;
   EXPECT_NE(csv.out.find("E1,A1,A2,A3,A4,A5,A6\n1500.0000000000,"), std::string::npos) << csv.out;
-  std::ofstream(poses) << "X,Y,Z,A,B,C\n1200,1500,700,0,90,0\n";
+  std::ofstream(poses) << "x_mm,y_mm,z_mm,a_deg,b_deg,c_deg\n1200,1500,700,0,90,0\n";
   const Outcome without = corrected({});
   EXPECT_EQ(without.status, 1);
   EXPECT_NE(without.err.find("E1 carries the arm, and where it stands has to be stated"),
