@@ -22,7 +22,7 @@ struct SearchedShare {
 /// A plan's search that the positioner's prior lengthens ends near the middle.
 inline constexpr SearchedShare kBeyondTheLine{-0.8, 1.1};
 
-/// What stands in the cell, with the errors of arm and positioner.
+/// The cell as built, with the errors of arm and positioner.
 struct StandingCell {
   Cell cell;
   Eigen::VectorXd x;

@@ -361,7 +361,7 @@ TEST(a_program_on_a_positioner, of_a_controller_that_has_the_axes_as_found_is_co
   const CorrectedProgram result = correct_program(positioner_calibration(), program.files);
   const Isometry3d there =
       axis_found(0, kTilt) * about_z(kE1) * axis_found(1, kTurn) * about_z(kE2) * kTable * kOffset;
-  // The taught text is of the drawn base; the controller's is another, and the part lies by the scales beside it.
+  // The text was taught in the drawn base; the controller has another one, and the part is placed by the scales.
   expect_on_the_part(program, result, there, table_found(kE1, kE2) * kOffset);
 }
 

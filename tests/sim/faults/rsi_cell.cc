@@ -40,7 +40,7 @@ sim::ControllerConfig rsi_controller(const daemon::DaemonConfig& config, const c
   for (const calib::Joint& joint : cell.robot.joints) {
     controller.max_speed_rad_s.push_back(joint.max_speed_rad_s);
   }
-  // A positioner, and behind it an axis that stands.
+  // A positioner, followed by an axis at rest.
   controller.start_rad.resize(controller.start_rad.size() + cell.robot.positioner.size(), 0.0);
   if (on_table(options.wire)) controller.start_rad.push_back(kFurtherRad);
   controller.max_speed_rad_s.resize(controller.start_rad.size(), kTableRadS);
