@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "calib/estimate/positioner.h"
+#include "calib/estimate/external_axes.h"
 #include "calib/model/joint_vector.h"
 #include "calib/model/kinematics.h"
 #include "calib/result/calibration.h"

@@ -5,8 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/estimate/linear_unit.h"
-#include "calib/estimate/positioner.h"
+#include "calib/estimate/external_axes.h"
 #include "calib/export/rigid_arm.h"
 #include "calib/model/error.h"
 #include "calib/model/units.h"

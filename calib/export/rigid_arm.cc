@@ -5,8 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/estimate/linear_unit.h"
-#include "calib/estimate/positioner.h"
+#include "calib/estimate/external_axes.h"
 #include "calib/estimate/predict.h"
 #include "calib/estimate/region.h"
 #include "calib/model/error.h"

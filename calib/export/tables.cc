@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "calib/estimate/linear_unit.h"
+#include "calib/estimate/external_axes.h"
 #include "calib/files/text.h"
 #include "calib/model/units.h"
 #include "calib/result/calibration.h"

@@ -8,8 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "calib/estimate/linear_unit.h"
-#include "calib/estimate/positioner.h"
+#include "calib/estimate/external_axes.h"
 #include "calib/estimate/region.h"
 #include "calib/identify/explained.h"
 #include "calib/model/error.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/estimate/positioner.h"
+#include "calib/estimate/external_axes.h"
 #include "calib/estimate/region.h"
 #include "calib/model/joint_vector.h"
 #include "calib/model/touch.h"

@@ -16,7 +16,7 @@
 #include "calib/check/foresight.h"
 #include "calib/check/mastered.h"
 #include "calib/check/tcp_check.h"
-#include "calib/estimate/positioner.h"
+#include "calib/estimate/external_axes.h"
 #include "calib/estimate/predict.h"
 #include "calib/estimate/region.h"
 #include "calib/identify/update.h"

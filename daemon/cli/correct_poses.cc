@@ -6,12 +6,12 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
-#include "calib/estimate/positioner.h"
+#include "calib/estimate/external_axes.h"
 #include "calib/estimate/predict.h"
 #include "calib/export/corrector.h"
 #include "calib/files/touches.h"
-#include "calib/model/error.h"
 #include "calib/model/enum_table.h"
+#include "calib/model/error.h"
 #include "calib/model/units.h"
 #include "daemon/cli/commands.h"
 #include "daemon/cli/correct.h"

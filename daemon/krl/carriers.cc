@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "calib/estimate/positioner.h"
+#include "calib/estimate/external_axes.h"
 #include "calib/model/units.h"
 #include "daemon/krl/point_value.h"
 

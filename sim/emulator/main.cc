@@ -168,7 +168,7 @@ int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
     late = c.late_ever();
     message = c.message();
   });
-  const sim::ReplyClock::Figures times = krc.reply_times();
+  const sim::KrcUdp::ReplyTimes times = krc.reply_times();
   fmt::print(
       "emulator: packet to reply {:.3f} ms (median), {:.3f} (p99), {:.3f} (worst) of {}; {} "
       "packets "

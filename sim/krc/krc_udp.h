@@ -1,6 +1,7 @@
 #pragma once
 // The emulated controller in real time: its own thread, a hard clock, and a UDP socket to the PC.
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -8,7 +9,6 @@
 #include <string>
 
 #include "sim/krc/controller.h"
-#include "sim/krc/reply_clock.h"
 
 namespace cellcal::sim {
 
@@ -23,6 +23,11 @@ struct KrcUdpOptions {
 
 class KrcUdp {
  public:
+  /// Of replies to packets.
+  struct ReplyTimes {
+    std::size_t replies = 0;
+    double median_ms = 0.0, p99_ms = 0.0, worst_ms = 0.0;
+  };
   /// Called after each tick on the controller's thread: a physical cell computes the contacts
   /// between `now` and the next tick (Controller::actual_rad_at).
   using CycleHook = std::function<void(Controller&, drivers::TimePoint now)>;
@@ -41,7 +46,7 @@ class KrcUdp {
   /// Cable disconnected: neither packets nor replies pass while true; the clock continues.
   void unplug(bool unplugged);
   /// From packet to reply, over all sessions. After stop().
-  ReplyClock::Figures reply_times() const;
+  ReplyTimes reply_times() const;
   bool realtime_granted() const;   ///< requested and permitted
   std::uint64_t overruns() const;  ///< ticks more than half a cycle late
 

@@ -8,7 +8,6 @@
 #include <boost/beast/http.hpp>
 
 #include "calib/model/enum_table.h"
-#include "daemon/api/http/unix_listener.h"
 
 namespace cellcal::daemon {
 
@@ -26,11 +25,10 @@ constexpr std::size_t kLongestPath = 107;
 
 }  // namespace
 
-Local::endpoint endpoint_of(const std::filesystem::path& socket) {
+void require_socket_path(const std::filesystem::path& socket) {
   if (socket.empty() || socket.string().size() > kLongestPath) {
     throw SocketError("socket path \"" + socket.string() + "\" must have 1 to 107 characters");
   }
-  return Local::endpoint(socket.string());
 }
 
 Response http_request(const std::filesystem::path& socket, const std::string& method,
@@ -38,8 +36,9 @@ Response http_request(const std::filesystem::path& socket, const std::string& me
                       std::chrono::milliseconds most) {
   asio::io_context context;
   beast::basic_stream<Local> peer(context);
+  require_socket_path(socket);
   beast::error_code code;
-  peer.socket().connect(endpoint_of(socket), code);
+  peer.socket().connect(socket.string(), code);
   if (code == asio::error::access_denied) {
     throw SocketPermissionError(
         "no permission for " + socket.string() +

@@ -96,6 +96,9 @@ struct SocketPermissionError : SocketError {
   using SocketError::SocketError;
 };
 
+/// Throws SocketError where the path is empty or exceeds the system's limit.
+void require_socket_path(const std::filesystem::path& socket);
+
 /// Sends one request and returns its answer. `most`: time limit; 0: unlimited. Throws SocketError (no daemon,
 /// no permission, no answer).
 Response http_request(const std::filesystem::path& socket, const std::string& method,

@@ -1,11 +1,10 @@
 // Listener on a Unix socket; access is controlled by the file system.
 
-#include "daemon/api/http/unix_listener.h"
-
 #include <sys/stat.h>
 
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/basic_socket_acceptor.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
 
 #include "daemon/api/http/connection_on.h"
 
@@ -28,7 +27,7 @@ void remove_stale_socket(asio::io_context& context, const std::filesystem::path&
   }
   Local::socket probe(context);
   beast::error_code code;
-  probe.connect(endpoint_of(socket), code);
+  probe.connect(socket.string(), code);
   if (!code) {
     throw SocketError("another cellcald listens on " + socket.string() +
                       ". Stop it first, or set another socket");
@@ -43,12 +42,13 @@ class UnixListener final : public HttpServer::Impl {
  public:
   UnixListener(asio::io_context& io, std::filesystem::path path, ServerParts given)
       : Impl(io, std::move(given)), socket_(std::move(path)), acceptor_(io) {
+    require_socket_path(socket_);
     remove_stale_socket(io, socket_);
     beast::error_code code;
     acceptor_.open(Local());
     // Created with its final mode: no window between bind and chmod.
     const mode_t before = ::umask(static_cast<mode_t>(~kSocketMode & 0777));
-    acceptor_.bind(endpoint_of(socket_), code);
+    acceptor_.bind(socket_.string(), code);
     ::umask(before);
     if (!code) acceptor_.listen(asio::socket_base::max_listen_connections, code);
     if (code) {

@@ -8,7 +8,7 @@
 #include <regex>
 #include <sstream>
 
-#include "calib/estimate/linear_unit.h"
+#include "calib/estimate/external_axes.h"
 #include "calib/estimate/predict.h"
 #include "calib/export/corrector.h"
 #include "calib/export/external_kinematic.h"

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/estimate/positioner.h"
+#include "calib/estimate/external_axes.h"
 #include "calib/estimate/predict.h"
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"

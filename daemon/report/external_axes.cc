@@ -1,9 +1,11 @@
-// A linear unit as found: direction, scale, and the motions of its carriage.
+// External axes as found: linear unit, and positioner with places on it.
 
 #include <fmt/format.h>
 
 #include <string>
+#include <vector>
 
+#include "calib/estimate/external_axes.h"
 #include "calib/model/units.h"
 #include "calib/result/calibration.h"
 #include "daemon/report/plan_picture.h"
@@ -13,7 +15,7 @@ namespace cellcal::daemon::report {
 
 namespace {
 
-constexpr int kTravelDecimals = 6;  // of a direction: a microradian
+constexpr int kDirectionDecimals = 6;  // a microradian
 constexpr int kScaleDecimals = 4;
 constexpr double kPerMille = 1e3;  // mm per m, mrad
 
@@ -24,7 +26,7 @@ std::string cells(std::initializer_list<std::string> texts) {
 }
 
 std::string line_table(const calib::LinearUnitLine& line) {
-  const auto direction = [&](int k) { return signed_fixed(line.direction[k], kTravelDecimals); };
+  const auto direction = [&](int k) { return signed_fixed(line.direction[k], kDirectionDecimals); };
   return fmt::format(
       "<div class=\"scroll\"><table class=\"numbers\">\n{}<tbody>\n<tr><th scope=\"row\">{}</th>{}</tr>\n"
       "</tbody>\n</table></div>\n",
@@ -74,6 +76,23 @@ std::string motion_table(const calib::LinearUnitLine& line) {
       rows);
 }
 
+constexpr int kAngleDecimals = 1;
+
+std::string axis_row(const calib::PositionerLine& line) {
+  std::string cells;
+  for (const double one : line.point_m) cells += "<td>" + mm(one) + "</td>";
+  for (const double one : line.direction)
+    cells += "<td>" + signed_fixed(one, kDirectionDecimals) + "</td>";
+  const auto end = [&](std::size_t k) {
+    return line.touched_rad ? fixed((*line.touched_rad)[k] * calib::kDegPerRad, kAngleDecimals)
+                            : std::string("&ndash;");
+  };
+  return fmt::format(
+      "<tr><th scope=\"row\">{}</th>{}<td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
+      escape(line.axis), cells, positive_mm(line.place_u95_m),
+      fixed(line.direction_u95_rad * kPerMille, kMmDecimals), end(0), end(1));
+}
+
 }  // namespace
 
 std::string linear_unit_table(const View& view) {
@@ -81,6 +100,35 @@ std::string linear_unit_table(const View& view) {
   const calib::LinearUnitLine& line = *view.result.linear_unit;
   return fmt::format("<h3>{}</h3>\n", say("say.report.linear_unit")) + line_table(line) +
          motion_table(line) + paragraph("note", say("say.report.linear_unit.note"));
+}
+
+std::string positioner_table(const View& view) {
+  if (view.result.positioner.empty()) return {};
+  std::string rows;
+  for (const calib::PositionerLine& line : view.result.positioner) rows += axis_row(line);
+  return fmt::format(
+      "<h3>{}</h3>\n<div class=\"scroll\"><table class=\"numbers\">\n{}<tbody>\n{}</tbody>\n</table>"
+      "</div>\n{}",
+      say("say.report.positioner"),
+      table_head({{say("say.report.positioner.col.axis")},
+                  {"x, mm"},
+                  {"y, mm"},
+                  {"z, mm"},
+                  {say("say.report.positioner.col.direction_x")},
+                  {"y"},
+                  {"z"},
+                  {say("say.report.positioner.col.place")},
+                  {say("say.report.positioner.col.direction")},
+                  {say("say.report.positioner.col.from")},
+                  {say("say.report.positioner.col.to")}}),
+      rows, paragraph("note", say("say.report.positioner.note")));
+}
+
+Eigen::Vector3d place_in_base(const View& view, const calib::TargetResult& target) {
+  const calib::Target* stated = view.cell_target(target.id);
+  if (stated == nullptr || stated->carried_by == 0) return target.centre_m;
+  const std::vector<double> zero(static_cast<std::size_t>(stated->carried_by));
+  return calib::carried_as_found(view.result, zero) * target.centre_m;
 }
 
 }  // namespace cellcal::daemon::report

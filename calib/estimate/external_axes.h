@@ -1,7 +1,9 @@
 #pragma once
-// A positioner as found: its axes as lines in the arm's base frame with their bounds, and poses of work on it.
+// External axes as found: direction, scale and carriage motions of a linear unit; the axes of a positioner as
+// lines in the arm's base frame, and poses of work on it; with their bounds.
 
 #include <Eigen/Geometry>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -11,6 +13,18 @@
 #include "calib/result/calibration.h"
 
 namespace cellcal::calib {
+
+/// By the calibration's parameters and covariance; empty without a linear unit. A turn of the base moves
+/// the direction as it moves the tips: it is taken out of its bound. `touches`: of the calibration.
+std::optional<LinearUnitLine> linear_unit_line(const Calibration& calibration,
+                                               std::span<const Touch> touches);
+
+/// The frame after the unit in the base frame, at each position [m]. Requires a linear unit.
+std::vector<Eigen::Isometry3d> carriage_as_found(const Calibration& calibration,
+                                                 std::span<const double> positions_m);
+
+/// Along, across and above as columns, in the frame before the unit. Requires a linear unit.
+Eigen::Matrix3d guide_axes(const Robot& robot);
 
 /// By the calibration's parameters and covariance; empty without a positioner. A turn of the base
 /// moves the lines as it moves the tips: it is taken out of the bounds as of those of positions.
