@@ -92,41 +92,12 @@ void of_axis(const Place& place, MachineData& data, Drives& rpm) {
     axis.max_speed_rad_s = rpm[i] / 60.0 / *axis.gear_ratio * kRadPerTurn;
 }
 
-int whole(const Place& place, double most) {
-  const double value = place.real(most);
-  if (value != std::floor(value)) place.fail("a whole number");
-  return static_cast<int>(value);
-}
-
-/// E1.
-void of_external_axis(const Place& place, MachineExternal& external) {
-  const std::string& name = place.given.name;
-  if (name == "$SOFTN_END") external.low = place.real(kLargestDeg);
-  if (name == "$SOFTP_END") external.high = place.real(kLargestDeg);
-  if (name == "$AXIS_TYPE") external.type = whole(place, 9.0);
-  if (name == "$AXIS_DIR") external.sense = place.real(1.0) < 0.0 ? -1 : 1;
-}
-
-/// $ET1_NAME[], $ET1_AX, $ET1_TFLA3.
-void of_kinematic(const Place& place, MachineExternal& external) {
-  const std::string& name = place.given.name;
-  if (name.size() < 6 || !name.starts_with("$ET") || name[3] < '1' || name[3] > '6' ||
-      name[4] != '_')
-    return;
-  const std::string part = name.substr(5);
-  MachineKinematic& kinematic = external.kinematics[name.substr(1, 3)];
-  if (part == "NAME") kinematic.name = place.word();
-  if (part == "AX") kinematic.axes = place.structure().words;
-  for (const char* frame : {"TA1KR", "TA2A1", "TA3A2", "TFLA3"})
-    if (part == frame) kinematic.frames[part] = place.frame();
-}
-
-void of_external(const Place& place, MachineExternal& external) {
-  const std::string& name = place.given.name;
-  if (name == "$EX_AX_NUM") external.count = whole(place, 6.0);
-  if (name == "$EX_KIN") external.kinds = place.structure().words;
-  if (name == "$ASR_ERSYSROOT") external.root = place.frame();
-  of_kinematic(place, external);
+/// The form of such a value, for messages.
+std::string form_of(const krl::Given& given) {
+  if (given.index >= 0) return "a number in its range";
+  if (given.name == "$EX_AX_NUM") return "a whole number from 0 to 6";
+  const bool words = given.name == "$EX_KIN" || given.name.ends_with("_AX");
+  return words ? "a structure {...} of names" : "a structure with X, Y, Z, A, B, C";
 }
 
 /// Properties of other kinds of arms, with the value of a six-axis arm.
@@ -165,9 +136,11 @@ void take(const Place& place, MachineData& data, Drives& rpm) {
   if (name == "TOOL_DATA")
     data.tool_places[place.given.index] = fmt::format("{}:{}", place.file, place.line.number);
   if (frames == krl::Stated::kValue) return;
+  const auto external = read_external_axes(place.line, data.external);
+  if (external == krl::Stated::kUnreadable) place.fail(form_of(place.given));
+  if (external == krl::Stated::kValue) return;
   if (place.given.index >= 1) {
     if (place.given.index <= 6) of_axis(place, data, rpm);
-    if (place.given.index == 7) of_external_axis(place, data.external);
     return;
   }
   if (auto* frame = frame_named(name, data)) *frame = place.frame();
@@ -182,7 +155,6 @@ void take(const Place& place, MachineData& data, Drives& rpm) {
   if (name == "$TRAFONAME" || name == "$MODEL_NAME") {
     if (const std::string type = place.word(); !type.empty()) data.type = type;
   }
-  of_external(place, data.external);
   take_accuracy(place, data);
   for (const auto& [variable, usual] : kUsual)
     if (name == variable) data.kinds[name] = place.word();
@@ -351,7 +323,7 @@ Robot robot_of(const MachineData& data) {
   refuse_other_kinds(data);
   for (std::size_t i = 0; i < 6; ++i) check_axis(data.axes[i], i + 1);
   Robot robot = with_machine_data(standard_arm(data), data);
-  robot.gravity_m_s2 = foot_in_world(data).transpose() * robot.gravity_m_s2;
+  robot.gravity_m_s2 = foot_in_world(data.external, data.robroot).linear().transpose() * robot.gravity_m_s2;
   robot.name = data.type.empty() ? "KUKA" : data.type;
   std::erase(robot.name, '#');
   robot.source = "machine data";

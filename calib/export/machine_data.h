@@ -11,6 +11,7 @@
 
 #include "calib/export/joint_zeros.h"
 #include "calib/export/krl_values.h"
+#include "calib/export/machine_external.h"
 #include "calib/model/robot.h"
 #include "calib/model/units.h"
 
@@ -27,24 +28,6 @@ struct MachineAxis {
 /// $DH_4, $DH_5.
 struct HandLink {
   double a_mm = 0.0, d_mm = 0.0, alpha_deg = 0.0;
-};
-
-/// A kinematic of external axes.
-struct MachineKinematic {
-  std::string name;                          ///< $ETn_NAME[]
-  std::map<std::string, std::string> axes;   ///< $ETn_AX: TR_A1 #E1
-  std::map<std::string, FrameMmDeg> frames;  ///< $ETn_TA1KR, $ETn_TFLA3, ... by their ending
-};
-
-/// Axes beyond the arm's six.
-struct MachineExternal {
-  std::optional<int> count;                            ///< $EX_AX_NUM
-  std::map<std::string, std::string> kinds;            ///< $EX_KIN: ET1 #ERSYS
-  std::map<std::string, MachineKinematic> kinematics;  ///< by "ET1"
-  std::optional<FrameMmDeg> root;                      ///< $ASR_ERSYSROOT: in the world
-  std::optional<double> low, high;                     ///< $SOFTN_END[7], $SOFTP_END[7]
-  std::optional<int> type;                             ///< $AXIS_TYPE[7]
-  int sense = 1;                                       ///< $AXIS_DIR[7]
 };
 
 struct MachineData : krl::ControllerFrames {
@@ -65,7 +48,7 @@ struct MachineData : krl::ControllerFrames {
   }
   std::map<int, std::string> tool_places;    ///< "$config.dat:120" of TOOL_DATA[n]
   std::map<std::string, std::string> kinds;  ///< $KINCLASS and the like, as stated
-  MachineExternal external;
+  ExternalAxes external;
 };
 
 /// Merges the values stated in one file into `data`; other lines are ignored. Throws FileError
@@ -83,13 +66,6 @@ Robot robot_of(const MachineData& data);
 void set_usual_tolerances(Joint& joint);
 /// robot_of() with usual tolerances and the controller's limits and speeds: a robot file's content.
 Robot arm_of_controller(const MachineData& data);
-
-/// The linear unit that carries the arm ($EX_KIN with #ERSYS), with the usual priors and without a
-/// speed, which machine data state as turns of a motor alone; empty: none. Its axis moves along z of
-/// $ETn_TA1KR. Throws FileError naming the variable that is missing, or of another kinematic.
-std::optional<Joint> linear_unit_of(const MachineData& data);
-/// Turn of the arm's foot against the world, by the kinematic that carries it and $ROBROOT.
-Eigen::Matrix3d foot_in_world(const MachineData& data);
 
 /// A length that differs between robot file and controller, with its sign.
 struct LengthDifference {

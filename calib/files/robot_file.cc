@@ -89,6 +89,14 @@ LinearGuide usual_guide() {
   return guide;
 }
 
+PositionerAxis usual_positioner_axis() {
+  PositionerAxis axis;
+  axis.place_sigma_m = 2e-3;
+  axis.direction_sigma_rad = 2e-3;
+  axis.scale_sigma = 1e-4;
+  return axis;
+}
+
 namespace {
 
 /// A linear unit's.
@@ -190,11 +198,8 @@ Joint read_turning(const TomlTable& t, double length_m, double angle_rad) {
   return joint;
 }
 
-/// Defaults: a positioner set up by its drawing, its rotation points measured by hand.
-constexpr double kAxisPlaceMm = 2.0, kAxisDirectionMrad = 2.0, kAxisScaleMradPerRad = 0.1;
-
 PositionerAxis read_positioner_axis(const TomlTable& t) {
-  PositionerAxis axis;
+  PositionerAxis axis = usual_positioner_axis();
   axis.name = read_joint_name(t);
   axis.sign = static_cast<int>(t.integer_or("sign", 1, -1, 1));
   if (axis.sign == 0) t.fail("sign", "must be 1 or -1");
@@ -202,11 +207,12 @@ PositionerAxis read_positioner_axis(const TomlTable& t) {
   axis.max_rad = t.number("max_deg", kAngleDeg) * kRadPerDeg;
   if (axis.min_rad >= axis.max_rad) t.fail("min_deg", "must be less than max_deg");
   constexpr Range kPerMille{0.0, 100.0};
-  axis.place_sigma_m = t.number_or("place_sigma_mm", kAxisPlaceMm, kToleranceMm) / kMmPerM;
-  axis.direction_sigma_rad =
-      t.number_or("direction_sigma_mrad", kAxisDirectionMrad, kPerMille) / 1000.0;
-  axis.scale_sigma =
-      t.number_or("scale_sigma_mrad_per_rad", kAxisScaleMradPerRad, kPerMille) / 1000.0;
+  const auto sigma = [&](const char* key, double usual, const Range& range) {
+    return t.has(key) ? t.number(key, range) / 1000.0 : usual;
+  };
+  axis.place_sigma_m = sigma("place_sigma_mm", axis.place_sigma_m, kToleranceMm);
+  axis.direction_sigma_rad = sigma("direction_sigma_mrad", axis.direction_sigma_rad, kPerMille);
+  axis.scale_sigma = sigma("scale_sigma_mrad_per_rad", axis.scale_sigma, kPerMille);
   axis.frame = read_frame(t);
   return axis;
 }

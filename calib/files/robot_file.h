@@ -19,5 +19,7 @@ std::string nominal_geometry_sha256(const Robot& robot);
 
 /// Priors of a linear unit whose robot file states none: an installed unit of steel rails, rack and pinion; along x.
 LinearGuide usual_guide();
+/// Priors of a positioner set up by its drawing, its rotation points measured by hand.
+PositionerAxis usual_positioner_axis();
 
 }  // namespace cellcal::calib

@@ -167,7 +167,7 @@ json unit_json(const calib::Joint& unit) {
 /// The unit that carries the arm, if the machine data describe it; else the arm's foot, and the reason.
 void put_on_its_unit(const calib::MachineData& data, double speed_mm_s, ImportedRobot& imported) {
   try {
-    std::optional<calib::Joint> unit = calib::linear_unit_of(data);
+    std::optional<calib::Joint> unit = calib::linear_unit_of(data.external, data.robroot);
     if (!unit) return;
     unit->max_speed_rad_s = speed_mm_s / calib::kMmPerM;
     imported.linear_unit = unit_json(*unit);

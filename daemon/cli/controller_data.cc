@@ -61,7 +61,7 @@ namespace {
 
 std::optional<calib::Joint> linear_unit_or_warning(const MachineData& data) {
   try {
-    return calib::linear_unit_of(data);
+    return calib::linear_unit_of(data.external, data.robroot);
   } catch (const calib::FileError& error) {
     fmt::print(
         stderr,
@@ -72,18 +72,34 @@ std::optional<calib::Joint> linear_unit_or_warning(const MachineData& data) {
   }
 }
 
+std::vector<calib::PositionerAxis> positioner_or_warning(const MachineData& data) {
+  try {
+    return calib::positioner_of(data.external, data.robroot);
+  } catch (const calib::FileError& error) {
+    fmt::print(stderr,
+               "warning: {}. The positioner is left out; if spheres are to be touched on it, add "
+               "[[positioner]] tables to the robot file\n",
+               error.what());
+    return {};
+  }
+}
+
 }  // namespace
 
-calib::Robot on_its_unit(calib::Robot arm, const calib::MachineData& data) {
-  const auto unit = linear_unit_or_warning(data);
-  if (!unit) return arm;
-  const Eigen::Vector3d along = unit->guide->along;
-  fmt::print(stderr,
-             "linear unit E1: {:g} to {:g} mm along [{:g}, {:g}, {:g}] of the arm's foot. Machine "
-             "data state no speed of it: add max_speed_mm_s. Jog E1 and check the direction\n",
-             unit->min_rad * calib::kMmPerM, unit->max_rad * calib::kMmPerM, along.x(), along.y(),
-             along.z());
-  arm.joints.insert(arm.joints.begin(), *unit);
+calib::Robot with_external_axes(calib::Robot arm, const calib::MachineData& data) {
+  if (const auto unit = linear_unit_or_warning(data)) {
+    const Eigen::Vector3d along = unit->guide->along;
+    fmt::print(stderr,
+               "linear unit E1: {:g} to {:g} mm along [{:g}, {:g}, {:g}] of the arm's foot. Machine "
+               "data state no speed of it: add max_speed_mm_s. Jog E1 and check the direction\n",
+               unit->min_rad * calib::kMmPerM, unit->max_rad * calib::kMmPerM, along.x(), along.y(),
+               along.z());
+    arm.joints.insert(arm.joints.begin(), *unit);
+  }
+  arm.positioner = positioner_or_warning(data);
+  for (const calib::PositionerAxis& axis : arm.positioner)
+    fmt::print(stderr, "positioner {}: {:g} to {:g} deg. Jog it and check its place and sense\n",
+               axis.name, axis.min_rad * calib::kDegPerRad, axis.max_rad * calib::kDegPerRad);
   return arm;
 }
 

@@ -13,9 +13,9 @@ namespace cellcal::daemon {
 /// True if the files state any of the arm's lengths.
 bool has_an_arm(const calib::MachineData& data);
 
-/// The arm on the linear unit that carries it, if the files describe one, with a line that states it; where they do in
-/// part, or describe another kinematic, the arm alone and a warning that names the variable.
-calib::Robot on_its_unit(calib::Robot arm, const calib::MachineData& data);
+/// The arm on the linear unit that carries it and with the positioner, if the files describe them, with a line that
+/// states each; where they do in part, or describe another kinematic, without it and a warning that names the variable.
+calib::Robot with_external_axes(calib::Robot arm, const calib::MachineData& data);
 
 /// TOOL_DATA[number] with mass and centre of its LOAD_DATA, if stated. Throws calib::FileError naming number and
 /// file: not stated, empty, or a tool that stands in the cell.

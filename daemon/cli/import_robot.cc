@@ -241,7 +241,7 @@ int import_robot(const ImportRobotCommand& command) {
     print_accuracy(robot);
   }
   if (!command.urdf.empty()) check_joints(robot, command.urdf.string());
-  robot = on_its_unit(std::move(robot), data);
+  robot = with_external_axes(std::move(robot), data);
   put_as(as_robot(), calib::robot_to_toml(robot), command.output);
   return kSuccess;
 }

@@ -48,12 +48,12 @@ Carriers::Carriers(const calib::Calibration& calibration, const Data& data)
     : calibration_(calibration), data_(data) {
   const calib::Robot& robot = calibration.cell.robot;
   if (robot.first_turning() > 0) {
-    unit_ = std::max(1, external_axis(robot.joints.front().name));
+    unit_ = std::max(1, calib::external_axis(robot.joints.front().name));
     understood_.insert(unit_);
     unit_fits_ = fits_the_unit();
   }
   for (const calib::PositionerAxis& axis : robot.positioner)
-    if (const int number = external_axis(axis.name); number > 0) understood_.insert(number);
+    if (const int number = calib::external_axis(axis.name); number > 0) understood_.insert(number);
   for (const calib::TargetResult& target : calibration.targets)
     for (const calib::Target& stated : calibration.cell.targets)
       if (stated.id == target.id)
@@ -64,33 +64,27 @@ Carriers::Carriers(const calib::Calibration& calibration, const Data& data)
 
 /// Machine data, where they are given, have this unit and nothing else below the arm.
 bool Carriers::fits_the_unit() const {
-  const ExternalAxes& external = data_.external;
+  const calib::ExternalAxes& external = data_.external;
   if (!external.carry_arm) return true;
-  const Kinematic* const kinematic = external.of_kind("#ERSYS");
+  const calib::MachineKinematic* const kinematic = external.of_kind("#ERSYS");
   if (kinematic == nullptr || kinematic->axes != std::vector<int>{unit_}) return false;
-  const auto flange = flange_of(*kinematic, std::vector<double>{0.0});
+  const auto flange = calib::flange_of(*kinematic, std::vector<double>{0.0});
   if (!flange) return false;
   const Eigen::Matrix3d travels = calib::to_isometry(kinematic->frames.at("TA1KR")).linear();
   Eigen::Matrix3d foot = flange->linear();
   if (data_.robroot) foot *= calib::to_isometry(*data_.robroot).linear();
-  const Vector3d along = external.sense * (foot.transpose() * travels.col(2));
+  const Vector3d along = external.drives[0].sense * (foot.transpose() * travels.col(2));
   const calib::Robot& robot = calibration_.cell.robot;
   const Vector3d drawn = robot.base_fixed.linear() * robot.joints.front().guide->along;
   return along.cross(drawn).norm() < kSameTravelRad && along.dot(drawn) > 0.0;
 }
 
 Isometry3d Carriers::foot_in_world() const {
-  const Isometry3d robroot = calib::to_isometry(data_.robroot.value_or(calib::FrameMmDeg{}));
-  const Kinematic* const kinematic = unit_ > 0 ? data_.external.of_kind("#ERSYS") : nullptr;
-  const auto flange = kinematic == nullptr
-                          ? std::nullopt
-                          : flange_of(*kinematic, std::vector<double>{0.0});
-  if (!flange) return robroot;
-  return calib::to_isometry(data_.external.ersys_root.value_or(calib::FrameMmDeg{})) * *flange *
-         robroot;
+  const calib::ExternalAxes none;
+  return calib::foot_in_world(unit_ > 0 ? data_.external : none, data_.robroot);
 }
 
-std::optional<Carriers::Mounted> Carriers::mounted(const MachineDef& machine) const {
+std::optional<Carriers::Mounted> Carriers::mounted(const calib::MachineDef& machine) const {
   const calib::Robot& robot = calibration_.cell.robot;
   Mounted one;
   one.kinematic = data_.external.of_kind(machine.kind);
@@ -98,10 +92,10 @@ std::optional<Carriers::Mounted> Carriers::mounted(const MachineDef& machine) co
   const std::size_t axes = one.kinematic->axes.size();
   if (axes == 0 || axes > std::min(touched_axes_, robot.positioner.size())) return std::nullopt;
   for (std::size_t j = 0; j < axes; ++j)
-    if (external_axis(robot.positioner[j].name) != one.kinematic->axes[j]) return std::nullopt;
+    if (calib::external_axis(robot.positioner[j].name) != one.kinematic->axes[j]) return std::nullopt;
   one.root = foot_in_world().inverse() * calib::to_isometry(machine.root);
   const std::vector<double> zero(axes);
-  const auto flange = flange_of(*one.kinematic, zero);
+  const auto flange = calib::flange_of(*one.kinematic, zero);
   if (!flange) return std::nullopt;
   // The data are those of the drawing, or the axes as found that were put into them.
   for (const calib::Robot& known : {robot, with_axes_as_found(calibration_)}) {
@@ -109,7 +103,7 @@ std::optional<Carriers::Mounted> Carriers::mounted(const MachineDef& machine) co
     bool same = true;
     for (const std::vector<double>& angles : settings(axes))
       same = same && same_place(calib::carried_at(known, angles) * one.mount,
-                                one.root * *flange_of(*one.kinematic, angles));
+                                one.root * *calib::flange_of(*one.kinematic, angles));
     if (same) return one;
   }
   return std::nullopt;
@@ -163,7 +157,7 @@ std::variant<CarriedFlange, Why> Carriers::flange(int machine, const Point& poin
     found.carrier_rad.push_back(value->second.value * calib::kRadPerDeg);
   }
   found.mount = one.mount;
-  found.nominal = one.root * *flange_of(*one.kinematic, found.carrier_rad);
+  found.nominal = one.root * *calib::flange_of(*one.kinematic, found.carrier_rad);
   found.real = calib::carried_as_found(calibration_, found.carrier_rad) * one.mount;
   return found;
 }

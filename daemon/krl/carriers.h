@@ -56,11 +56,11 @@ class Carriers {
  private:
   /// A MACHINE_DEF whose kinematic is the calibration's positioner.
   struct Mounted {
-    const Kinematic* kinematic = nullptr;
+    const calib::MachineKinematic* kinematic = nullptr;
     Eigen::Isometry3d root, mount;  ///< root in the robot's base
   };
   bool fits_the_unit() const;
-  std::optional<Mounted> mounted(const MachineDef& machine) const;
+  std::optional<Mounted> mounted(const calib::MachineDef& machine) const;
 
   const calib::Calibration& calibration_;
   const Data& data_;

@@ -123,7 +123,9 @@ bool read_declaration(const Line& line, const std::string& file, Data& data) {
     throw calib::FileError(file,
                            ":" + std::to_string(line.number) +
                                ": $ROBROOT is not like {X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}");
-  if (frames != Stated::kNothing || read_external_axes(line, data.external)) return true;
+  if (frames != Stated::kNothing ||
+      calib::read_external_axes(line, data.external) != Stated::kNothing)
+    return true;
   std::size_t at = 0;
   bool global = false;
   for (; at < t.size() && (t[at].is("DECL") || t[at].is("GLOBAL") || t[at].is("CONST")); ++at)

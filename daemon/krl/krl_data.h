@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "calib/export/krl_values.h"
+#include "calib/export/machine_external.h"
 #include "calib/model/units.h"
-#include "daemon/krl/external_axes.h"
 #include "daemon/krl/krl_refusal.h"
 
 namespace cellcal::daemon::krl {
@@ -41,7 +41,7 @@ struct Data : ControllerFrames {
   std::set<std::string> globals;  ///< points, structures and FDATs visible to other modules
   std::map<std::string, calib::FrameMmDeg> named_frames;  ///< type FRAME
   std::map<std::string, FrameData> frames;
-  ExternalAxes external;
+  calib::ExternalAxes external;
   std::vector<Refusal> refusals;
 };
 

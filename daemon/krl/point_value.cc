@@ -18,8 +18,8 @@ const std::set<std::string>& needed(PointKind kind) {
 }
 
 std::optional<Why> wrong_number(const std::string& name, double value, PointKind kind,
-                                const ExternalAxes& external, const std::set<int>& understood) {
-  const int axis = external_axis(name);
+                                const calib::ExternalAxes& external, const std::set<int>& understood) {
+  const int axis = calib::external_axis(name);
   const bool ours = understood.count(axis) > 0;
   if (axis > 0 && !ours && external.leave_the_arm(axis))
     return std::isfinite(value) ? std::nullopt : std::optional(Why::kNotANumber);
@@ -35,7 +35,7 @@ std::optional<Why> wrong_number(const std::string& name, double value, PointKind
 
 }  // namespace
 
-std::optional<Why> wrong_value(const Point& point, const ExternalAxes& external,
+std::optional<Why> wrong_value(const Point& point, const calib::ExternalAxes& external,
                                const std::set<int>& understood) {
   const auto& numbers = point.value.numbers;
   if (!point.value.words.empty()) return Why::kNotANumber;

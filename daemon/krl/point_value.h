@@ -14,7 +14,7 @@ inline constexpr int kStatusBits = 7, kTurnBits = 63;
 
 /// Requirements: components of its kind only, all numeric; the six required ones, S and T both or
 /// none; an external axis that may carry the arm at 0, save those of `understood`.
-std::optional<Why> wrong_value(const Point& point, const ExternalAxes& external,
+std::optional<Why> wrong_value(const Point& point, const calib::ExternalAxes& external,
                                const std::set<int>& understood);
 
 /// S and T, if stated.

@@ -79,9 +79,16 @@ void read_as_machine_data(std::string_view text) {
     for (const auto& [number, name] : *names)
       require(!name.empty() && !has_control(name), "names are fit for a comment");
   try {
-    if (const auto unit = linear_unit_of(data)) {
+    if (const auto unit = linear_unit_of(data.external, data.robroot)) {
       require(std::abs(unit->guide->along.norm() - 1.0) < 1e-6, "travels along a direction");
       require(unit->min_rad < unit->max_rad, "travels");
+    }
+  } catch (const FileError&) {  // not whole, or another kinematic
+  }
+  try {
+    for (const PositionerAxis& axis : positioner_of(data.external, data.robroot)) {
+      require(axis.frame.matrix().allFinite(), "axes of a positioner are somewhere");
+      require(axis.min_rad < axis.max_rad, "axes of a positioner turn");
     }
   } catch (const FileError&) {  // not whole, or another kinematic
   }

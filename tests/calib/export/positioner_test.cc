@@ -11,6 +11,7 @@
 #include "calib/estimate/predict.h"
 #include "calib/export/corrector.h"
 #include "calib/export/external_kinematic.h"
+#include "calib/export/machine_data.h"
 #include "calib/export/tables.h"
 #include "calib/export/urdf.h"
 #include "calib/model/error.h"
@@ -226,6 +227,28 @@ TEST(ExternalKinematic, IsPrintedAsFoundByTheAxisOrByTheRootPoint) {
   }
   EXPECT_NE(lines.find("scale of its angle +0.000 mrad/rad"), std::string::npos) << lines;
   EXPECT_THROW(external_kinematic_lines(rigid_calibration(1)), FileError);
+}
+
+TEST(a_positioner_as_found, is_read_back_from_the_machine_data_that_it_is_exported_to) {
+  const Calibration c = calibration_with_positioner(0.0);
+  const std::string text =
+      std::regex_replace(external_kinematic_lines(c), std::regex("\\$ETn"), "$$ET2") +
+      "$EX_KIN={ET2 #EASYS}\n$ET2_AX={TR_A1 #E1,TR_A2 #E2}\n"
+      "MACHINE_DEF[2]={ROOT {X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0},MECH_TYPE #EASYS}\n"
+      "$AXIS_TYPE[7]=3\n$SOFTN_END[7]=-57.0\n$SOFTP_END[7]=68.0\n"
+      "$AXIS_TYPE[8]=3\n$SOFTN_END[8]=-180.0\n$SOFTP_END[8]=180.0\n";
+  MachineData data;
+  read_machine_data(text, "kuka", data);
+  Robot read;
+  read.positioner = positioner_of(data.external, data.robroot);
+  ASSERT_EQ(read.positioner.size(), 2u) << text;
+  const Isometry3d flange = to_isometry(data.external.kinematics.at("ET2").frames.at("TFLA3"));
+  for (const std::vector<double>& angles : {std::vector{0.0, 0.0}, {0.6, -1.1}, {-0.9, 3.0}}) {
+    const Isometry3d stated = carried_at(read, angles) * flange,
+                     found = carried_as_found(c, angles);
+    EXPECT_LT((stated.translation() - found.translation()).norm(), 3e-7);
+    EXPECT_LT(AngleAxisd(stated.linear().transpose() * found.linear()).angle(), 1e-6);
+  }
 }
 
 }  // namespace
