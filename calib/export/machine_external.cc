@@ -13,13 +13,10 @@ namespace cellcal::calib {
 namespace {
 
 using Eigen::Isometry3d;
-using krl::Aggregate;
-using krl::Given;
-using krl::Line;
 using krl::Stated;
 
 constexpr int kMostAxes = 6, kArmAxes = 6, kMostType = 9;
-constexpr double kLargestMm = 1e5, kLargestDeg = 1e5;
+constexpr double kFarthestMm = 1e5, kWidestDeg = 1e5;
 constexpr std::array<const char*, 3> kBefore = {"TA1KR", "TA2A1", "TA3A2"};
 
 Stated stated(bool readable) { return readable ? Stated::kValue : Stated::kUnreadable; }
@@ -30,34 +27,34 @@ Stated put(std::optional<T>& into, std::optional<T> value) {
   return stated(into.has_value());
 }
 
-std::optional<double> bounded_number(const Line& line, const Given& given, double largest) {
+std::optional<double> bounded_number(const krl::Line& line, const krl::Given& given, double largest) {
   const auto number = krl::read_number(line.tokens, given.value);
   return number && std::abs(*number) <= largest ? number : std::nullopt;
 }
 
-std::optional<int> small_whole(const Line& line, const Given& given, int most) {
+std::optional<int> small_whole(const krl::Line& line, const krl::Given& given, int most) {
   const auto number = bounded_number(line, given, most);
   const bool usable = number && *number >= 0.0 && *number == std::floor(*number);
   return usable ? std::optional(static_cast<int>(*number)) : std::nullopt;
 }
 
-std::optional<FrameMmDeg> bounded_frame(const std::optional<Aggregate>& value) {
+std::optional<FrameMmDeg> bounded_frame(const std::optional<krl::Aggregate>& value) {
   auto frame = value ? krl::frame_of(*value) : std::nullopt;
   const auto within = [](const auto& numbers, double largest) {
     return std::ranges::all_of(numbers, [&](double one) { return std::abs(one) <= largest; });
   };
-  if (frame && !(within(frame->xyz_mm, kLargestMm) && within(frame->abc_deg, kLargestDeg)))
+  if (frame && !(within(frame->xyz_mm, kFarthestMm) && within(frame->abc_deg, kWidestDeg)))
     frame.reset();
   return frame;
 }
 
 /// $SOFTN_END[7], $SOFTP_END[7], $AXIS_TYPE[7], $AXIS_DIR[7], ...
-Stated read_drive(const Line& line, const Given& given, ExternalAxes& external) {
+Stated read_drive(const krl::Line& line, const krl::Given& given, ExternalAxes& external) {
   const int axis = given.index - kArmAxes;
   if (axis < 1 || axis > kMostAxes) return Stated::kNothing;
   MachineDrive& drive = external.drives[static_cast<std::size_t>(axis - 1)];
-  if (given.name == "$SOFTN_END") return put(drive.low, bounded_number(line, given, kLargestDeg));
-  if (given.name == "$SOFTP_END") return put(drive.high, bounded_number(line, given, kLargestDeg));
+  if (given.name == "$SOFTN_END") return put(drive.low, bounded_number(line, given, kWidestDeg));
+  if (given.name == "$SOFTP_END") return put(drive.high, bounded_number(line, given, kWidestDeg));
   if (given.name == "$AXIS_TYPE") return put(drive.type, small_whole(line, given, kMostType));
   if (given.name != "$AXIS_DIR") return Stated::kNothing;
   const auto sense = bounded_number(line, given, 1.0);
@@ -66,7 +63,7 @@ Stated read_drive(const Line& line, const Given& given, ExternalAxes& external) 
 }
 
 /// $EX_KIN={ET1 #ERSYS,ET2 #NONE}
-Stated read_kinds(const std::optional<Aggregate>& value, ExternalAxes& external) {
+Stated read_kinds(const std::optional<krl::Aggregate>& value, ExternalAxes& external) {
   external.carry_arm.reset();
   for (auto& [name, kinematic] : external.kinematics) kinematic.kind.clear();
   if (!value) return Stated::kUnreadable;
@@ -78,7 +75,7 @@ Stated read_kinds(const std::optional<Aggregate>& value, ExternalAxes& external)
 }
 
 /// $ETn_AX={TR_A1 #E1,TR_A2 #NONE}: axes up to the first gap.
-std::vector<int> axes_of(const Aggregate& value) {
+std::vector<int> axes_of(const krl::Aggregate& value) {
   std::vector<int> axes;
   for (const char* place : {"TR_A1", "TR_A2", "TR_A3"}) {
     const auto at = value.words.find(place);
@@ -91,7 +88,7 @@ std::vector<int> axes_of(const Aggregate& value) {
 }
 
 /// $ET1_AX, $ET1_TFLA3, ...
-Stated read_kinematic(const Line& line, const Given& given, ExternalAxes& external) {
+Stated read_kinematic(const krl::Line& line, const krl::Given& given, ExternalAxes& external) {
   const std::string& name = given.name;
   if (name.size() < 6 || !name.starts_with("$ET") || name[3] < '1' || name[3] > '6' ||
       name[4] != '_')
@@ -114,10 +111,10 @@ Stated read_kinematic(const Line& line, const Given& given, ExternalAxes& extern
 }
 
 /// MACHINE_DEF[2]={NAME[] "DKP",...,ROOT {X ...},MECH_TYPE #EASYS,...}
-void read_machine(const std::optional<Aggregate>& value, int index, ExternalAxes& external) {
+void read_machine(const std::optional<krl::Aggregate>& value, int index, ExternalAxes& external) {
   external.machines.erase(index);
   if (!value) return;
-  Aggregate root;
+  krl::Aggregate root;
   for (const auto& [member, number] : value->numbers)
     if (member.starts_with("ROOT.")) root.numbers.emplace(member.substr(5), number);
   const auto frame = bounded_frame(root);
@@ -126,7 +123,7 @@ void read_machine(const std::optional<Aggregate>& value, int index, ExternalAxes
 }
 
 /// MACHINE_FRAME_DAT[3]={MACH_DEF_INDEX 2,...}
-void read_carried_base(const std::optional<Aggregate>& value, int index, ExternalAxes& external) {
+void read_carried_base(const std::optional<krl::Aggregate>& value, int index, ExternalAxes& external) {
   if (!value) {
     external.carried_bases[index] = -1;
     return;
@@ -168,7 +165,7 @@ const MachineKinematic* ExternalAxes::of_kind(const std::string& kind) const {
   return found;
 }
 
-Stated read_external_axes(const Line& line, ExternalAxes& external) {
+Stated read_external_axes(const krl::Line& line, ExternalAxes& external) {
   const auto given = krl::read_given(line);
   if (!given) return Stated::kNothing;
   const auto value = [&] { return krl::read_aggregate(line.tokens, given->value); };
