@@ -297,7 +297,8 @@ class Rewriter {
 
   static std::string type_of(const Literal& literal) {
     if (!literal.type.empty()) return literal.type;
-    if (literal.parts.count("A1") > 0) return "E6AXIS";
+    if (std::ranges::any_of(kAxes, [&](const char* n) { return literal.parts.count(n) > 0; }))
+      return "E6AXIS";
     return literal.parts.count("S") + literal.parts.count("T") + literal.parts.count("E1") > 0
                ? "E6POS"
                : "FRAME";
