@@ -192,7 +192,8 @@ int correct_at_run_time(const CorrectCommand& command, const calib::Calibration&
   const FixModule fix = module_for(command, calibration, files.controller);
   const calib::Robot& robot = calibration.cell.robot;
   const RewrittenPrograms result =
-      rewrite_motions(files, correction_options(command, nullptr).leave, external_names(robot));
+      rewrite_motions(files, correction_options(command, nullptr).leave,
+                      krl::external_names(robot));
   Json report = report_json(result, fix, command.serial, robot);
   std::vector<Written> written;
   if (!result.files.empty() && !command.output.empty()) {
