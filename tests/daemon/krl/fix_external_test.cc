@@ -443,6 +443,21 @@ TEST(fix_module_with_external_axes,
   }
 }
 
+TEST(fix_module_with_external_axes, are_not_known_after_a_home_without_them) {
+  const World world = world_of(true, 1);
+  const Point point = points_of(world, 1)[0];
+  const std::string pose = pose_of(world, point, 3, false);
+  const auto controller = controller_with(
+      world,
+      "DEF P ( )\nBAS(#TOOL,1)\nBAS(#BASE,3)\nPTP CC_STAY_AXIS(XB)\nLIN CC_FIX_FRAME(XF)\nEND\n",
+      "DECL AXIS XB=" + axes_of(world, point, false) +
+          "\nDECL FRAME XF=" + pose.substr(0, pose.find(",S")) + "}\n");
+  controller->run("P");
+  EXPECT_EQ(controller->state(), State::kHalted);
+  EXPECT_EQ(controller->reached.size(), 1U);
+  EXPECT_NE(why(*controller).find("posture unknown"), std::string::npos) << why(*controller);
+}
+
 TEST(fix_module_with_external_axes, corrects_relative_motions_with_the_carriage_where_it_goes) {
   const World world = world_of(true, 1);
   auto points = points_of(world, 1);
