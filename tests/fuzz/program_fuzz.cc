@@ -80,7 +80,8 @@ void rewrite(const daemon::krl::ProgramFiles& files) {
   daemon::krl::BackupFiles all;
   all.modules.push_back({files.src, files.dat, {}, {}});
   all.controller = files.controller;
-  for (const std::vector<std::string>& external : {std::vector<std::string>{}, {"E1", "E2"}}) {
+  static const std::vector<std::vector<std::string>> axes = {{}, {"E1", "E2"}};
+  for (const std::vector<std::string>& external : axes) {
     const auto result = rewrite_motions(all, {}, external);
     for (const auto& file : result.files)
       require(daemon::krl::restored(file) == files.src.text, "what comes back");
