@@ -13,6 +13,7 @@
 #include "daemon/cli/correct.h"
 #include "daemon/cli/offline.h"
 #include "daemon/files/atomic_file.h"
+#include "daemon/krl/fix_external.h"
 #include "daemon/krl/fix_module.h"
 #include "daemon/krl/run_time_program.h"
 
@@ -179,7 +180,8 @@ FixModule module_for(const CorrectCommand& command, const calib::Calibration& ca
   krl::Data data;
   for (const KrlFile& file : controller) read_data(file, data);
   return fix_module(calibration, data,
-                    {command.serial, calib::sha256(calib::read_file(command.calibration))});
+                    {command.serial, calib::sha256(calib::read_file(command.calibration)),
+                     command.anywhere});
 }
 
 }  // namespace
@@ -188,9 +190,10 @@ int correct_at_run_time(const CorrectCommand& command, const calib::Calibration&
   const krl::BackupFiles files =
       command.backup.empty() ? one_program(command) : whole_backup(command);
   const FixModule fix = module_for(command, calibration, files.controller);
-  const RewrittenPrograms result =
-      rewrite_motions(files, correction_options(command, nullptr).leave);
   const calib::Robot& robot = calibration.cell.robot;
+  const RewrittenPrograms result =
+      rewrite_motions(files, correction_options(command, nullptr).leave,
+                      krl::external_names(robot));
   Json report = report_json(result, fix, command.serial, robot);
   std::vector<Written> written;
   if (!result.files.empty() && !command.output.empty()) {

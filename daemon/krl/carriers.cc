@@ -17,8 +17,6 @@ using Eigen::Vector3d;
 /// Machine data and robot file describe the same axis: the travel over some metres, and a table of 0.5 m.
 constexpr double kSameTravelRad = 2e-6, kSamePlaceM = 5e-5, kTableM = 0.5;
 
-std::string name_of_axis(int axis) { return "E" + std::to_string(axis); }
-
 bool same_place(const Isometry3d& a, const Isometry3d& b) {
   return (a.translation() - b.translation()).norm() < kSamePlaceM &&
          Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle() * kTableM < kSamePlaceM;
@@ -44,11 +42,17 @@ calib::Robot with_axes_as_found(const calib::Calibration& c) {
 
 }  // namespace
 
+std::string name_of_axis(int axis) { return "E" + std::to_string(axis); }
+
+int unit_axis(const calib::Robot& robot) {
+  return robot.first_turning() > 0 ? std::max(1, calib::external_axis(robot.joints.front().name)) : 0;
+}
+
 Carriers::Carriers(const calib::Calibration& calibration, const Data& data)
     : calibration_(calibration), data_(data) {
   const calib::Robot& robot = calibration.cell.robot;
-  if (robot.first_turning() > 0) {
-    unit_ = std::max(1, calib::external_axis(robot.joints.front().name));
+  unit_ = unit_axis(robot);
+  if (unit_ > 0) {
     understood_.insert(unit_);
     unit_fits_ = fits_the_unit();
   }
@@ -59,7 +63,7 @@ Carriers::Carriers(const calib::Calibration& calibration, const Data& data)
       if (stated.id == target.id)
         touched_axes_ = std::max(touched_axes_, static_cast<std::size_t>(stated.carried_by));
   for (const auto& [index, machine] : data.external.machines)
-    if (const auto found = mounted(machine)) mounted_.emplace(index, *found);
+    if (const auto found = mounting(machine)) mounted_.emplace(index, *found);
 }
 
 /// Machine data, where they are given, have this unit and nothing else below the arm.
@@ -80,11 +84,15 @@ bool Carriers::fits_the_unit() const {
 }
 
 Isometry3d Carriers::foot_in_world() const {
-  const calib::ExternalAxes none;
-  return calib::foot_in_world(unit_ > 0 ? data_.external : none, data_.robroot);
+  return rail_in_world() * calib::to_isometry(data_.robroot.value_or(calib::FrameMmDeg{}));
 }
 
-std::optional<Carriers::Mounted> Carriers::mounted(const calib::MachineDef& machine) const {
+Isometry3d Carriers::rail_in_world() const {
+  const calib::ExternalAxes none;
+  return calib::foot_in_world(unit_ > 0 ? data_.external : none, std::nullopt);
+}
+
+std::optional<Carriers::Mounted> Carriers::mounting(const calib::MachineDef& machine) const {
   const calib::Robot& robot = calibration_.cell.robot;
   Mounted one;
   one.kinematic = data_.external.of_kind(machine.kind);
@@ -98,7 +106,9 @@ std::optional<Carriers::Mounted> Carriers::mounted(const calib::MachineDef& mach
   const auto flange = calib::flange_of(*one.kinematic, zero);
   if (!flange) return std::nullopt;
   // The data are those of the drawing, or the axes as found that were put into them.
-  for (const calib::Robot& known : {robot, with_axes_as_found(calibration_)}) {
+  for (const bool as_found : {false, true}) {
+    const calib::Robot known = as_found ? with_axes_as_found(calibration_) : robot;
+    one.as_found = as_found;
     one.mount = calib::carried_at(known, zero).inverse() * one.root * *flange;
     bool same = true;
     for (const std::vector<double>& angles : settings(axes))

@@ -9,6 +9,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -17,6 +18,10 @@
 
 namespace cellcal::daemon::krl {
 
+/// "E1" to "E6".
+std::string name_of_axis(int axis);
+/// Number of the linear unit's axis; 0: none.
+int unit_axis(const calib::Robot& robot);
 /// Axes of the arm, a linear unit aside.
 inline std::size_t turning_axes(const calib::Robot& robot) {
   return robot.joints.size() - robot.first_turning();
@@ -32,6 +37,13 @@ struct CarriedFlange {
 
 class Carriers {
  public:
+  /// A MACHINE_DEF whose kinematic is the calibration's positioner.
+  struct Mounted {
+    const calib::MachineKinematic* kinematic = nullptr;
+    Eigen::Isometry3d root, mount;  ///< root in the robot's base
+    bool as_found = false;          ///< by the calibrated axes; otherwise by those of the drawing
+  };
+
   /// Keeps references to both.
   Carriers(const calib::Calibration& calibration, const Data& data);
 
@@ -46,6 +58,12 @@ class Carriers {
   double unit_m(const Point& point) const;
   /// With a linear unit at 0.
   Eigen::Isometry3d foot_in_world() const;
+  /// Frame in the world in which $ROBROOT is, with a linear unit at 0.
+  Eigen::Isometry3d rail_in_world() const;
+  /// The machine data, where they are given, do not contradict the linear unit, or there is none.
+  bool unit_fits() const { return unit_fits_; }
+  /// By the index of MACHINE_DEF.
+  const std::map<int, Mounted>& mounted() const { return mounted_; }
 
   /// MACHINE_DEF that carries the base; 0: none, -1: unknown.
   int machine_of(const FrameRef& base) const;
@@ -54,13 +72,8 @@ class Carriers {
   bool touched(const CarriedFlange& flange) const;
 
  private:
-  /// A MACHINE_DEF whose kinematic is the calibration's positioner.
-  struct Mounted {
-    const calib::MachineKinematic* kinematic = nullptr;
-    Eigen::Isometry3d root, mount;  ///< root in the robot's base
-  };
   bool fits_the_unit() const;
-  std::optional<Mounted> mounted(const calib::MachineDef& machine) const;
+  std::optional<Mounted> mounting(const calib::MachineDef& machine) const;
 
   const calib::Calibration& calibration_;
   const Data& data_;

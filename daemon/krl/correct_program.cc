@@ -16,7 +16,6 @@
 #include "daemon/krl/controller_view.h"
 #include "daemon/krl/krl_numbers.h"
 #include "daemon/krl/krl_program.h"
-#include "daemon/krl/module_refusals.h"
 #include "daemon/krl/point_value.h"
 #include "daemon/krl/postures.h"
 
@@ -495,10 +494,12 @@ CorrectedProgram correct_program(const calib::Calibration& calibration, const Pr
 }
 
 ProgramPostures program_postures(const calib::Cell& cell, const ProgramFiles& files) {
-  refuse_external_axes(cell.robot, "a plan for the points of programs", "Use --region");
   const Program program = read_program(files, {}, {});
   calib::Calibration nominal;
   nominal.cell = cell;
+  // On a positioner: what it carries is going to be touched.
+  for (const calib::Target& target : cell.targets)
+    nominal.targets.push_back({.id = target.id, .centre_m = target.centre_m});
   std::vector<const KrlFile*> texts = {&files.src};
   if (files.dat) texts.push_back(&*files.dat);
   Correction correction(nominal, texts, program, {.anywhere = true});

@@ -8,7 +8,6 @@
 
 #include "calib/result/calibration.h"
 #include "daemon/krl/krl_program.h"
-#include "daemon/krl/tool_used.h"
 
 namespace cellcal::daemon::krl {
 

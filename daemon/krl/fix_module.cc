@@ -5,11 +5,15 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <span>
 
 #include "calib/model/error.h"
 #include "calib/model/inverse.h"
 #include "calib/model/linear.h"
+#include "daemon/krl/carriers.h"
 #include "daemon/krl/controller_view.h"
+#include "daemon/krl/fix_external.h"
+#include "daemon/krl/fix_lines.h"
 #include "daemon/krl/fix_template.h"
 
 namespace cellcal::daemon::krl {
@@ -32,55 +36,10 @@ constexpr double kTiltDeg = kDegPerRad / kAlongMm;
 /// Orders per turn that the table holds; faster waves are computed one by one.
 constexpr int kHighestInTable = calib::kFastestOrder;
 
-/// A REAL's digits.
-std::string real(double value) {
-  if (!(std::abs(value) < 1e30)) throw calib::FileError("a number of the calibration is no REAL");
-  std::string text = fmt::format("{:.9g}", value);
-  const auto exponent = text.find('e');
-  const std::string digits = text.substr(0, exponent);
-  const std::string point = digits.find('.') == std::string::npos ? ".0" : "";
-  return digits + point + (exponent == std::string::npos ? "" : "E" + text.substr(exponent + 1));
+/// The joints that turn: a linear unit is written by fix_external.h.
+std::span<const calib::Joint> arm_of(const calib::Robot& robot) {
+  return std::span(robot.joints).subspan(robot.first_turning());
 }
-
-std::string frame(const FrameMmDeg& f) {
-  return fmt::format("{{X {},Y {},Z {},A {},B {},C {}}}", real(f.xyz_mm[0]), real(f.xyz_mm[1]),
-                     real(f.xyz_mm[2]), real(f.abc_deg[0]), real(f.abc_deg[1]), real(f.abc_deg[2]));
-}
-std::string frame(const Isometry3d& f) { return frame(calib::to_frame(f)); }
-std::string frame(const Vector3d& mm) {
-  return frame(FrameMmDeg{{mm.x(), mm.y(), mm.z()}, {0.0, 0.0, 0.0}});
-}
-
-/// Lines of a .dat.
-class Lines {
- public:
-  void comment(const std::string& words) { text_ += ";" + words + "\r\n"; }
-  void line(const std::string& text) { text_ += text + "\r\n"; }
-  void value(const std::string& type, const std::string& name, const std::string& value) {
-    line(fmt::format("DECL {} {}={}", type, name, value));
-  }
-  void blank(const std::string& type, const std::string& names) {
-    line(fmt::format("DECL {} {}", type, names));
-  }
-  /// An array, of one element where there is none.
-  void array(const std::string& type, const std::string& name,
-             const std::vector<std::string>& values, const std::string& none) {
-    blank(type, fmt::format("{}[{}]", name, std::max<std::size_t>(1, values.size())));
-    for (std::size_t i = 0; i < values.size(); ++i)
-      line(fmt::format("{}[{}]={}", name, i + 1, values[i]));
-    if (values.empty()) line(fmt::format("{}[1]={}", name, none));
-  }
-  template <typename All, typename One>
-  void reals(const std::string& name, const All& all, const One& one) {
-    std::vector<std::string> values;
-    for (const auto& each : all) values.push_back(real(one(each)));
-    array("REAL", name, values, "0.0");
-  }
-  const std::string& text() const { return text_; }
-
- private:
-  std::string text_;
-};
 
 /// The calibrated arm as the module computes with it.
 struct Wave {
@@ -97,6 +56,10 @@ struct Joints {
   std::array<One, kJoints> joint;
   std::map<std::pair<int, int>, Vector3d> loads;  ///< by joint and link
   std::map<std::pair<int, double>, Wave> waves;   ///< by joint and periods per turn of the axis
+  int first = 0;                                  ///< of them in the robot's
+
+  /// Index among these of a joint of the robot; negative: none.
+  int of(int joint) const { return joint - first; }
 };
 
 Isometry3d behind(double d, double a, double alpha, double beta) {
@@ -109,10 +72,11 @@ Isometry3d behind(double d, double a, double alpha, double beta) {
 
 void add_wave(const ArmModel& arm, const ArmParameter& p, double x, Joints& joints) {
   const bool of_gear = p.kind == ParameterKind::kCosine || p.kind == ParameterKind::kSine;
-  const auto at = static_cast<std::size_t>(p.joint);
-  const double per_turn = p.harmonic * (of_gear ? arm.robot().joints[at].gear_ratio : 1.0);
-  Wave& wave = joints.waves[{p.joint, per_turn}];
-  wave.joint = p.joint;
+  const int joint = joints.of(p.joint);
+  const auto at = static_cast<std::size_t>(joint);
+  const double per_turn = p.harmonic * (of_gear ? arm_of(arm.robot())[at].gear_ratio : 1.0);
+  Wave& wave = joints.waves[{joint, per_turn}];
+  wave.joint = joint;
   wave.per_turn = per_turn;
   const bool cosine = p.kind == ParameterKind::kCosine || p.kind == ParameterKind::kFunctionCosine;
   (cosine ? wave.cosine_rad : wave.sine_rad) += x;
@@ -120,8 +84,9 @@ void add_wave(const ArmModel& arm, const ArmParameter& p, double x, Joints& join
 
 /// Errors that depend on the posture. No kind is left to a default: one that the module lacks must not go unnoticed.
 void add_by_posture(const ArmModel& arm, const ArmParameter& p, double x, Joints& joints) {
-  if (p.joint < 0) return;
-  Joints::One& one = joints.joint[static_cast<std::size_t>(p.joint)];
+  const int joint = joints.of(p.joint);
+  if (joint < 0) return;
+  Joints::One& one = joints.joint[static_cast<std::size_t>(joint)];
   switch (p.kind) {
     case ParameterKind::kCompliance:
       one.compliance = x;
@@ -133,7 +98,8 @@ void add_by_posture(const ArmModel& arm, const ArmParameter& p, double x, Joints
       one.stiffening_rad = x;
       break;
     case ParameterKind::kLoad:
-      joints.loads.try_emplace({p.joint, p.link}, Vector3d::Zero()).first->second[p.axis] += x;
+      joints.loads.try_emplace({joint, joints.of(p.link)}, Vector3d::Zero()).first->second[p.axis] +=
+          x;
       break;
     case ParameterKind::kBearing:
       (p.axis == 0 ? one.tilt_x : one.tilt_y) = x;
@@ -154,7 +120,7 @@ void add_by_posture(const ArmModel& arm, const ArmParameter& p, double x, Joints
       break;  // errors() has them
     case ParameterKind::kGuide:
     case ParameterKind::kPositioner:
-      break;  // fix_module() refuses external axes
+      break;  // fix_external.h has them
     case ParameterKind::kEffectiveRadius:
     case ParameterKind::kLatchDelay:
     case ParameterKind::kCentre:
@@ -170,9 +136,10 @@ void add_by_posture(const ArmModel& arm, const ArmParameter& p, double x, Joints
 Joints joints_of(const ArmModel& arm, const Eigen::VectorXd& x) {
   const calib::ArmErrors errors = arm.errors(x.data());
   Joints joints;
+  joints.first = static_cast<int>(arm.robot().first_turning());
   for (std::size_t i = 0; i < kJoints; ++i) {
-    const calib::Joint& joint = arm.robot().joints[i];
-    const calib::ArmErrors::OfJoint& its = errors.joint[i];
+    const calib::Joint& joint = arm_of(arm.robot())[i];
+    const calib::ArmErrors::OfJoint& its = errors.joint[arm.robot().first_turning() + i];
     Joints::One& one = joints.joint[i];
     one.nominal = behind(joint.d_m, joint.a_m, joint.alpha_rad, joint.beta_rad);
     one.real = behind(its.d_m, its.a_m, std::atan2(its.sin_alpha, its.cos_alpha),
@@ -209,7 +176,7 @@ FixTool tool_of(const calib::Calibration& calibration, const FrameMmDeg& stated,
     tool.com_m += arm.tool(k).mass_kg * arm.tool(k).com_m;
   }
   if (tool.mass_kg > 0.0) tool.com_m /= tool.mass_kg;
-  for (const calib::Joint& joint : arm.robot().joints)
+  for (const calib::Joint& joint : arm_of(arm.robot()))
     tool.play_closes_nm.push_back(joint.play_closes_nm);
   calib::Random random(1);
   constexpr int kPostures = 2000;
@@ -311,7 +278,7 @@ Table table_of(const Joints& joints, double reach) {
 }
 
 /// Every message, in the order of CCF_STOP.
-constexpr std::array<const char*, 10> kMessages = {
+constexpr std::array<const char*, 11> kMessages = {
     "cellcal_fix.src and .dat are of two calibrations. Copy both again",
     "this robot has another serial number than the calibrated one",
     "no correction for the active tool. Correct again with this $config.dat",
@@ -321,11 +288,13 @@ constexpr std::array<const char*, 10> kMessages = {
     "correction larger than any of this calibration. Do not go on",
     "posture changes (S). Go there by PTP, or touch up S and T",
     "posture unknown. Begin with a PTP to a point with S and T",
-    "relative motion turns in the base: use #TOOL or a point"};
+    "relative motion turns in the base: use #TOOL or a point",
+    "linear unit or positioner outside of what was calibrated"};
 
-void write_messages(Lines& out) {
+/// The last one is of external axes.
+void write_messages(bool external, Lines& out) {
   std::vector<std::string> all;
-  for (std::size_t i = 0; i < kMessages.size(); ++i)
+  for (std::size_t i = 0; i + (external ? 0 : 1) < kMessages.size(); ++i)
     all.push_back(
         fmt::format("{{MODUL[] \"CELLCAL_FIX\",NR {},MSG_TXT[] \"{}\"}}", i + 1, kMessages[i]));
   out.array("KRLMSG_T", "CCF_MSG", all, "");
@@ -359,7 +328,7 @@ void write_joints(const calib::Robot& robot, const Joints& joints, Lines& out) {
   out.reals("CCF_PLAY", all, [](const auto& one) { return one.play_rad * kDegPerRad; });
   out.comment("a gear of rising stiffness: degrees, and one over the N m at which it is stiff");
   out.reals("CCF_STIFF_DEG", all, [](const auto& one) { return one.stiffening_rad * kDegPerRad; });
-  out.reals("CCF_STIFF_AT", robot.joints,
+  out.reals("CCF_STIFF_AT", arm_of(robot),
             [](const calib::Joint& j) { return 1.0 / j.stiffening_nm; });
   out.value("BOOL", "CCF_BEARINGS", bearings ? "TRUE" : "FALSE");
   out.reals("CCF_TILT_X", all, [](const auto& one) { return one.tilt_x * kTiltDeg; });
@@ -461,6 +430,32 @@ int id_of(const std::string& sha256) {
   return id;
 }
 
+/// Lines of the template: "@X" with external axes alone, "@-" without; a block of "@E" once for each, % its name and
+/// # its number among them.
+std::string lines_for(std::string_view text, const std::vector<std::string>& external) {
+  std::string result, block;
+  const auto put_block = [&] {
+    for (std::size_t i = 0; i < external.size(); ++i)
+      for (const char c : block)
+        result += c == '%' ? external[i] : c == '#' ? std::to_string(i + 1) : std::string(1, c);
+    block.clear();
+  };
+  while (!text.empty()) {
+    const std::string_view line = text.substr(0, std::min(text.find('\n'), text.size() - 1) + 1);
+    text.remove_prefix(line.size());
+    if (line.starts_with("@E")) {
+      block += line.substr(2);
+      continue;
+    }
+    put_block();
+    const bool marked = line.starts_with("@X") || line.starts_with("@-");
+    if (!marked || line.starts_with("@X") == !external.empty())
+      result += line.substr(marked ? 2 : 0);
+  }
+  put_block();
+  return result;
+}
+
 std::string filled(std::string_view text, const std::map<std::string, std::string>& places) {
   std::string result;
   for (std::size_t at = 0; at < text.size(); ++at) {
@@ -480,14 +475,12 @@ std::string filled(std::string_view text, const std::map<std::string, std::strin
 
 FixModule fix_module(const calib::Calibration& c, const Data& data,
                      const FixModuleOptions& options) {
-  refuse_external_axes(c.cell.robot, "a correction at run time",
-                       "'cellcal predict' states where the tip is");
   const ArmModel arm(at_level(c.cell, c.level));
-  if (arm.joint_count() != static_cast<int>(kJoints) ||
-      !calib::Configurations(arm, 0.0).closed_form())
+  if (arm_of(c.cell.robot).size() != kJoints || !calib::Configurations(arm, 0.0).closed_form())
     throw calib::FileError(
         "a correction at run time needs a six-axis arm with a spherical wrist. Correct the points "
         "without --at-run-time");
+  const std::vector<std::string> external = external_names(c.cell.robot);
   const Joints joints = joints_of(arm, arm_values(arm, c));
   const Table table = table_of(joints, reach_m(c.cell.robot, c.cell.tool));
   FixModule module;
@@ -520,10 +513,13 @@ FixModule fix_module(const calib::Calibration& c, const Data& data,
   write_waves(joints, table, out);
   write_tools(module.tools, out);
   write_state(out);
-  write_messages(out);
+  if (!external.empty()) write_external(c, Carriers(c, data), options.anywhere, out);
+  write_messages(!external.empty(), out);
   out.line("ENDDAT");
   module.dat = {"cellcal_fix.dat", out.text()};
-  module.src = {"cellcal_fix.src", filled(kFixTemplate, {{"VERSION", kFixRelease}, {"ID", id}})};
+  std::string src = lines_for(kFixTemplate, external);
+  if (!external.empty()) src += "\n" + lines_for(kFixExternalTemplate, external);
+  module.src = {"cellcal_fix.src", filled(src, {{"VERSION", kFixRelease}, {"ID", id}})};
   return module;
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 // CELLCAL_FIX: a KRL module that corrects points while the program runs (templates/cellcal_fix.src.in).
 //
-// The .src is the same for every arm but for the calibration's id; the .dat has the numbers. It computes the
+// The .src is the same for every arm but for the calibration's id and external axes; the .dat has the numbers. It computes the
 // calibrated arm in REAL of 32 bits with the controller's INVERSE, FORWARD and geometric operator, and holds the arm
 // where its robot, tool, base or calibration are others, or a correction is larger than any of this arm.
 
@@ -17,6 +17,7 @@ namespace cellcal::daemon::krl {
 struct FixModuleOptions {
   int serial = 0;                  ///< $KR_SERIALNO of the robot
   std::string calibration_sha256;  ///< of its file, in hexadecimal digits
+  bool anywhere = false;           ///< also at angles of a positioner that nothing was touched at
 };
 
 /// A tool that the module corrects with.
@@ -38,8 +39,8 @@ struct FixModule {
   double table_mm = 0.0;
 };
 
-/// `data`: tools and loads of the controller. Throws FileError for an arm without six joints and a closed form, and for a
-/// number that a REAL cannot hold.
+/// `data`: tools, loads and external axes of the controller. Throws FileError for an arm without six joints and a closed
+/// form, for machine data of another linear unit, and for a number that a REAL cannot hold.
 FixModule fix_module(const calib::Calibration& calibration, const Data& data,
                      const FixModuleOptions& options);
 

@@ -2,6 +2,7 @@
 // Parts of a program that are not understood or cannot be corrected. A program with one of them is
 // not written.
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +11,8 @@
 #include "calib/words/phrase.h"
 
 namespace cellcal::daemon::krl {
+
+struct Program;
 
 enum class Why {
   kComputed,         ///< the program also reads or changes the point
@@ -72,5 +75,16 @@ calib::Phrase phrase(const Refusal& refusal, const calib::Robot& robot);
 std::string words(const Refusal& refusal, const calib::Robot& robot);
 /// For programs: "computed", "no_such_tool", ...
 const char* name_of(Why why);
+
+// Of the modules of a program or backup.
+
+/// By file and line.
+void sort_by_place(std::vector<Refusal>& refusals);
+/// Refusals of each module: unreadable statements, and the refused points of its motions. `of_points`: by the key of
+/// the point.
+std::vector<std::vector<Refusal>> refusals_of_modules(
+    const Program& program, std::multimap<std::string, Refusal> of_points);
+/// A point of a refused module stays unchanged, and with it all modules that move to it.
+void refuse_shared(const Program& program, std::vector<std::vector<Refusal>>& refusals);
 
 }  // namespace cellcal::daemon::krl

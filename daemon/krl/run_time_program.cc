@@ -33,6 +33,8 @@ const std::array<Functions, 5> kFunctions = {
 constexpr const char* kByBase = "CC_BY";
 constexpr const char* kByTool = "CC_BY_TOOL";
 constexpr const char* kByAxes = "CC_BY_AXES";
+/// In place of the controller's, of external axes: it keeps what carries the base.
+constexpr const char* kBase = "CC_BASE";
 /// Components missing in a relative motion are appended to its {..}. The double blank marks them for
 /// restored(): no editor writes it there.
 constexpr const char* kAdded = ",  ";
@@ -146,8 +148,9 @@ struct With {
 class Rewriter {
  public:
   Rewriter(const KrlFile& src, std::size_t module, const Types& types,
-           const std::set<std::string>& leave, std::set<std::string>& seen)
-      : src_(src), module_(module), types_(types), leave_(leave), seen_(seen) {
+           const std::set<std::string>& leave, const std::vector<std::string>& external,
+           std::set<std::string>& seen)
+      : src_(src), module_(module), types_(types), leave_(leave), external_(external), seen_(seen) {
     result_.src = src.name;
   }
 
@@ -223,6 +226,8 @@ class Rewriter {
                                                          : nullptr;
       if (place != nullptr && sign_at(t, at + 1, '=') && at + 2 < end)
         *place = src_.text.substr(t[at + 2].begin, t[end - 1].end - t[at + 2].begin);
+      if (place == &with.base && !external_.empty() && t[at + 2].is("SBASE"))
+        place->replace(0, std::string_view("SBASE").size(), kBase);
       at = end;
     }
     return with;
@@ -292,7 +297,8 @@ class Rewriter {
 
   static std::string type_of(const Literal& literal) {
     if (!literal.type.empty()) return literal.type;
-    if (literal.parts.count("A1") > 0) return "E6AXIS";
+    if (std::ranges::any_of(kAxes, [&](const char* n) { return literal.parts.count(n) > 0; }))
+      return "E6AXIS";
     return literal.parts.count("S") + literal.parts.count("T") + literal.parts.count("E1") > 0
                ? "E6POS"
                : "FRAME";
@@ -383,9 +389,12 @@ class Rewriter {
         (target.literal && !axes && !in_tool && turns()))
       return refuse(Why::kRelative, line, t[0].word);
     std::string missing;
-    for (const char* name : axes ? kAxes : kPlace)
+    std::vector<std::string> names(axes ? kAxes.begin() : kPlace.begin(),
+                                   axes ? kAxes.end() : kPlace.end());
+    if (axes) names.insert(names.end(), external_.begin(), external_.end());
+    for (const std::string& name : names)
       if (target.literal && target.literal->parts.count(name) == 0)
-        missing += (missing.empty() ? kAdded : ",") + std::string(name) + kNothing;
+        missing += (missing.empty() ? kAdded : ",") + name + kNothing;
     if (!missing.empty()) {
       const std::size_t brace = t[target.end - 1].begin;
       edits_.push_back({brace, brace, missing});
@@ -398,6 +407,7 @@ class Rewriter {
   std::size_t module_;
   const Types& types_;
   const std::set<std::string>& leave_;
+  const std::vector<std::string>& external_;
   std::set<std::string>& seen_;
   With spline_;
   bool spoken_ = false;  ///< a point of this line is corrected
@@ -459,7 +469,8 @@ void take_back(const KrlFile& src, const Line& line, std::size_t at, std::vector
 
 }  // namespace
 
-RewrittenPrograms rewrite_motions(const BackupFiles& files, const std::vector<std::string>& leave) {
+RewrittenPrograms rewrite_motions(const BackupFiles& files, const std::vector<std::string>& leave,
+                                  const std::vector<std::string>& external) {
   const Types types(files);
   const std::set<std::string> left(leave.begin(), leave.end());
   std::set<std::string> seen;
@@ -467,7 +478,7 @@ RewrittenPrograms rewrite_motions(const BackupFiles& files, const std::vector<st
   for (std::size_t i = 0; i < files.modules.size(); ++i) {
     const KrlFile& src = files.modules[i].src;
     if (stays_as_it_is(src.name)) continue;
-    Rewriter rewriter(src, i, types, left, seen);
+    Rewriter rewriter(src, i, types, left, external, seen);
     rewriter.read();
     result.modules.push_back(rewriter.result());
     KrlFile fresh{src.name, rewriter.text()};

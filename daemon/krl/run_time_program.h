@@ -25,9 +25,12 @@ struct RewrittenPrograms {
   std::vector<RewrittenModule> modules;
 };
 
-/// Modules below R1/System and R1/TP, the controller's own, are not among the result's. `leave`: names, in upper case, of points that stay as they are. Throws FileError for a text that is not KRL, a name
-/// of `leave` without a point, and a program that is corrected at run time already.
-RewrittenPrograms rewrite_motions(const BackupFiles& files, const std::vector<std::string>& leave);
+/// Modules below R1/System and R1/TP, the controller's own, are not among the result's. `leave`: names, in upper case, of
+/// points that stay as they are. `external`: axes of the calibration's linear unit and positioner (external_names()).
+/// Throws FileError for a text that is not KRL, a name of `leave` without a point, and a program that is corrected at
+/// run time already.
+RewrittenPrograms rewrite_motions(const BackupFiles& files, const std::vector<std::string>& leave,
+                                  const std::vector<std::string>& external = {});
 
 /// The program before rewrite_motions(), also where its other lines were edited since. Throws FileError for a text
 /// that is not KRL, a program without such motions, and a call that rewrite_motions() does not write.

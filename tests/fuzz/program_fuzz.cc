@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "calib/files/files.h"
 #include "calib/model/error.h"
@@ -79,10 +80,13 @@ void rewrite(const daemon::krl::ProgramFiles& files) {
   daemon::krl::BackupFiles all;
   all.modules.push_back({files.src, files.dat, {}, {}});
   all.controller = files.controller;
-  const auto result = rewrite_motions(all, {});
-  for (const auto& file : result.files)
-    require(daemon::krl::restored(file) == files.src.text, "what comes back");
-  require(result.files.size() <= 1, "more files than modules");
+  static const std::vector<std::vector<std::string>> axes = {{}, {"E1", "E2"}};
+  for (const std::vector<std::string>& external : axes) {
+    const auto result = rewrite_motions(all, {}, external);
+    for (const auto& file : result.files)
+      require(daemon::krl::restored(file) == files.src.text, "what comes back");
+    require(result.files.size() <= 1, "more files than modules");
+  }
 }
 
 void correct(const calib::Calibration& c, const daemon::krl::ProgramFiles& files) {

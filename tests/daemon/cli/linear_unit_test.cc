@@ -210,6 +210,38 @@ TEST(a_linear_unit, is_corrected_for_single_poses_where_it_stands) {
       << without.err;
 }
 
+TEST(a_linear_unit, is_corrected_for_programs_at_run_time) {
+  const TrackFiles files;
+  ASSERT_EQ(files.planned({"-o", files.plan}).status, 0);
+  (void)run_program(
+      {CELLCAL, "identify", "--cell", files.cell, "--touches", files.plan, "-o", files.result});
+  const std::string src = files.dir / "p.src", folder = files.dir / "out";
+  std::ofstream(src) << "DEF P()\nPTP {A1 0,A2 -70,A3 80,A4 0,A5 60,A6 0,E1 500}\n"
+                        "PTP_REL {A1 5.0}\nEND\n";
+  const Outcome outcome =
+      run_program({CELLCAL, "correct", "--calibration", files.result, "--withheld", "--anywhere",
+                   "--program", src, "--at-run-time", "--serial", "4711", "-o", folder});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_NE(content(folder + "/p.src").find(",A6 +0.0,E1 +0.0})"), std::string::npos);
+  EXPECT_NE(content(folder + "/cellcal_fix.src").find("CCF_X.E1=P.E1"), std::string::npos);
+  EXPECT_NE(content(folder + "/cellcal_fix.dat").find("CCF_XUNITS=1"), std::string::npos);
+}
+
+TEST(a_linear_unit, is_planned_for_the_points_of_programs) {
+  const TrackFiles files;
+  const std::string src = files.dir / "p.src";
+  {
+    std::ofstream text(src);
+    text << "DEF P()\nBAS(#TOOL,0)\nBAS(#BASE,0)\n";
+    for (int k = 0; k < 12; ++k)
+      text << fmt::format("PTP {{A1 {},A2 -70,A3 80,A4 0,A5 60,A6 0,E1 {}}}\n", 3 * k, 200 * k);
+    text << "END\n";
+  }
+  const Outcome made = files.planned({"--program", src});
+  EXPECT_EQ(made.status, 0) << made.err;
+  EXPECT_EQ(made.err.find("warning: p.src"), std::string::npos) << made.err;
+}
+
 TEST(a_linear_unit, has_its_positions_beside_the_angles_in_the_plans_json) {
   const TrackFiles files;
   const Outcome made = files.planned({"--json", "--from", "1200,0,-70,90,0,60,0"});

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <regex>
 
@@ -144,6 +145,22 @@ TEST(a_program_on_a_linear_unit, sends_the_real_tcp_where_it_was_programmed_and_
     }
     EXPECT_GT(before / static_cast<double>(commanded.size()), 1e-3);
   }
+}
+
+TEST(a_program_on_a_linear_unit, gives_the_postures_of_its_points_for_a_plan) {
+  const Taught program = taught_on_unit(1.2345);
+  const auto found = krl::program_postures(cell_on_unit(), program.files);
+  EXPECT_TRUE(found.refusals.empty());
+  std::size_t met = 0;
+  for (const JointVector& q : found.postures) {
+    if (q.size() != 7) continue;
+    EXPECT_NEAR(q[0], q[0] == 0.0 ? 0.0 : 1.2345, 1e-12);  // home, or a point
+    met += std::ranges::any_of(program.points, [&](const JointVector& taught_at) {
+      return std::equal(taught_at.begin(), taught_at.end(), q.begin() + 1,
+                        [](double a, double b) { return std::abs(a - b) < 1e-5; });
+    });
+  }
+  EXPECT_EQ(met, program.points.size());
 }
 
 /// A PTP to these axis angles, and what becomes of them.
@@ -341,6 +358,13 @@ TEST(a_program_on_a_positioner, meets_the_part_where_the_calibrated_axes_have_it
     EXPECT_EQ(one.base, 3);
     EXPECT_GT(one.u95_mm, 0.0);
   }
+}
+
+TEST(a_program_on_a_positioner, gives_the_postures_of_its_points_for_a_plan) {
+  const Taught program = taught_on_table(positioner_machine(), positioner_config());
+  const auto found = krl::program_postures(cell_with_positioner(), program.files);
+  EXPECT_TRUE(found.refusals.empty());
+  EXPECT_EQ(found.postures.size(), program.points.size() + 1);  // and home
 }
 
 TEST(a_program_on_a_positioner, is_understood_by_ek_too) {

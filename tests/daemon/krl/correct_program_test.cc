@@ -83,15 +83,6 @@ TEST(a_program, tells_each_points_shift_and_the_largest) {
   EXPECT_EQ(result.left[0].name, "XHOME");
 }
 
-TEST(a_program, gives_no_postures_of_an_arm_on_a_linear_unit) {
-  calib::Cell on_track = cell();
-  calib::Joint track;
-  track.guide.emplace();
-  on_track.robot.joints.insert(on_track.robot.joints.begin(), track);
-  EXPECT_THROW(krl::program_postures(on_track, files(taught(cell().robot, frames(), postures(3)))),
-               calib::LinearUnitError);
-}
-
 TEST(a_program, gives_the_postures_of_its_points_for_a_plan) {
   const auto points = postures(12);
   const auto found = krl::program_postures(cell(), files(taught(cell().robot, frames(), points)));

@@ -28,6 +28,8 @@ INT $EX_AX_NUM=0
 IPO_MODE $IPO_MODE=#BASE
 FRAME $TOOL,$BASE,$ROBROOT
 FRAME TOOL_DATA[16],BASE_DATA[32]
+STRUC MACHINE_FRAME_T INT MACH_DEF_INDEX
+MACHINE_FRAME_T MACHINE_FRAME_DAT[32]
 E6AXIS $AXIS_ACT
 BOOL $BWDSTART
 PDAT PDAT_ACT
@@ -58,9 +60,17 @@ void put_frame(Value& value, const Isometry3d& pose) {
   for (std::size_t i = 0; i < 6; ++i) value.parts[i].set(i < 3 ? f.xyz_mm[i] : f.abc_deg[i - 3]);
 }
 
-void put_axes(Value& value, const JointVector& q) {
+/// E1 to E6 as far as it has them.
+KrlController::External external_of(const Value& value, KrlController::External missing) {
+  for (std::size_t i = 0; i < missing.size(); ++i)
+    if (const std::string name = "E" + std::to_string(i + 1); given(value, name.c_str()))
+      missing[i] = value.part(name).r;
+  return missing;
+}
+
+void put_axes(Value& value, const JointVector& q, const KrlController::External& e) {
   for (std::size_t i = 0; i < 6; ++i) value.parts[i].set(q[i] * kDegPerRad);
-  for (std::size_t i = 6; i < value.parts.size(); ++i) value.parts[i].set(0.0);
+  for (std::size_t i = 6; i < value.parts.size(); ++i) value.parts[i].set(e[i - 6]);
 }
 
 double distance2(const JointVector& a, const JointVector& b) {
@@ -82,6 +92,7 @@ KrlController::KrlController(const calib::Robot& robot,
       interpreter_(program_, this) {
   at = {0.0, -90.0 * kRadPerDeg, 90.0 * kRadPerDeg, 0.0, 30.0 * kRadPerDeg, 0.0};
   for (const char* name : {"$TOOL", "$BASE", "$ROBROOT"}) set_frame(name, {});
+  for (Value& one : program_["MACHINE_FRAME_DAT"].parts) one.part("MACH_DEF_INDEX").set_whole(0);
   bind();
 }
 
@@ -93,14 +104,19 @@ Isometry3d KrlController::frame(const char* name) {
   return calib::to_isometry(frame_of_value(program_[name]));
 }
 
-Isometry3d KrlController::tcp(const JointVector& q) {
-  return frame("$BASE").inverse() * frame("$ROBROOT") * arm_.nominal_tcp(q) * frame("$TOOL");
+Isometry3d KrlController::base(const External& e) {
+  const Isometry3d here = foot ? foot(e) : frame("$ROBROOT");
+  return here.inverse() * (on_table ? table(e) : Isometry3d::Identity()) * frame("$BASE");
+}
+
+Isometry3d KrlController::tcp(const JointVector& q, const External& e) {
+  return base(e).inverse() * arm_.nominal_tcp(q) * frame("$TOOL");
 }
 
 std::optional<JointVector> KrlController::joints(const Value& point, const JointVector& near,
-                                                 bool keeps) {
-  const Isometry3d flange = frame("$ROBROOT").inverse() * frame("$BASE") *
-                            calib::to_isometry(frame_of_value(point)) * frame("$TOOL").inverse();
+                                                 bool keeps, const External& e) {
+  const Isometry3d flange =
+      base(e) * calib::to_isometry(frame_of_value(point)) * frame("$TOOL").inverse();
   const bool posture = keeps || given(point, "S"), turn = !keeps && given(point, "T");
   const int status = keeps               ? status_and_turn(arm_, stretched_rad_, near).status
                      : given(point, "S") ? point.part("S").i & 7
@@ -143,7 +159,7 @@ JointVector KrlController::target_of(const Motion& motion) {
   Value point = to;
   if (relative) {
     const Isometry3d by = calib::to_isometry(frame_of_value(to));
-    Isometry3d pose = tcp(at);
+    Isometry3d pose = tcp(at, external);
     if (motion.in_tool)
       pose = pose * by;
     else
@@ -151,7 +167,8 @@ JointVector KrlController::target_of(const Motion& motion) {
     point = Value(program_.type("FRAME"));
     put_frame(point, pose);
   }
-  const auto q = joints(point, at, motion.kind != Motion::Kind::kPtp);
+  const auto q =
+      joints(point, at, motion.kind != Motion::Kind::kPtp, external_of(point, external));
   if (!q) throw sim::krl::RunError("work envelope exceeded");
   return *q;
 }
@@ -160,6 +177,11 @@ void KrlController::move(const Motion& motion) {
   at = target_of(motion);
   reached.push_back(at);
   const Value& to = motion.target;
+  const bool relative =
+      motion.kind == Motion::Kind::kLinRel || motion.kind == Motion::Kind::kPtpRel;
+  const External by = external_of(to, relative ? External{} : external);
+  for (std::size_t i = 0; i < by.size(); ++i) external[i] = relative ? external[i] + by[i] : by[i];
+  external_reached.push_back(external);
   targets.push_back(to.type->name +
                     (given(to, "S") ? " " + std::to_string(to.part("S").i) : std::string()));
 }
@@ -177,6 +199,9 @@ void KrlController::press_start() {
 
 void KrlController::activate(const std::string& what, std::size_t number) {
   Value& all = program_[what + "_DATA"];
+  if (what == "BASE")
+    on_table = number > 0 &&
+               program_["MACHINE_FRAME_DAT"].parts.at(number - 1).part("MACH_DEF_INDEX").i > 0;
   put_frame(program_["$" + what],
             number == 0 ? Isometry3d::Identity()
                         : calib::to_isometry(frame_of_value(all.parts.at(number - 1))));
@@ -190,7 +215,9 @@ void KrlController::bind() {
   program_.bind("FORWARD", [this](std::span<Value* const> a) {
     Value result(program_.type("E6POS"));
     const JointVector q = axes(*a[0], JointVector(6, 0.0));
-    put_frame(result, tcp(q));
+    const External e = external_of(*a[0], {});
+    put_frame(result, tcp(q, e));
+    for (std::size_t i = 0; i < e.size(); ++i) result.part("E" + std::to_string(i + 1)).set(e[i]);
     const StatusAndTurn st = status_and_turn(arm_, stretched_rad_, q);
     result.part("S").set_whole(st.status);
     result.part("T").set_whole(st.turn);
@@ -200,8 +227,9 @@ void KrlController::bind() {
   program_.bind("INVERSE", [this](std::span<Value* const> a) {
     Value result(program_.type("E6AXIS"));
     const JointVector near = axes(*a[1], JointVector(6, 0.0));
-    const auto q = joints(*a[0], near, false);
-    put_axes(result, q.value_or(near));
+    const External e = external_of(*a[0], external_of(*a[1], {}));
+    const auto q = joints(*a[0], near, false, e);
+    put_axes(result, q.value_or(near), e);
     a[2]->set_whole(q ? 0 : 1);
     return result;
   });

@@ -3,6 +3,8 @@
 // KUKA's own words (emulated_controller.h); shares nothing with daemon/krl.
 
 #include <Eigen/Geometry>
+#include <array>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -38,6 +40,14 @@ class KrlController : public sim::krl::Mover {
   std::vector<std::string> messages;
   calib::JointVector at;  ///< where the arm stands
 
+  /// E1 to E6, mm and degrees.
+  using External = std::array<double, 6>;
+  External external{};                      ///< where they stand
+  std::vector<External> external_reached;  ///< as `reached`
+  /// In the world: the arm's foot, else at $ROBROOT; what bases of a MACH_DEF_INDEX are on.
+  std::function<Eigen::Isometry3d(const External&)> foot, table;
+  bool on_table = false;  ///< the active base is: $BASE is its place there
+
   void move(const sim::krl::Motion& motion) override;
   bool moving() const override { return false; }
   void brake(bool) override {}
@@ -47,10 +57,12 @@ class KrlController : public sim::krl::Mover {
  private:
   using Value = sim::krl::Value;
   Eigen::Isometry3d frame(const char* name);
-  Eigen::Isometry3d tcp(const calib::JointVector& q);
+  /// From the foot to the active base.
+  Eigen::Isometry3d base(const External& e);
+  Eigen::Isometry3d tcp(const calib::JointVector& q, const External& e);
   /// By S and T where `point` has them, else nearest to `near`. `keeps`: in its posture, whatever S and T, as LIN.
   std::optional<calib::JointVector> joints(const Value& point, const calib::JointVector& near,
-                                           bool keeps);
+                                           bool keeps, const External& e);
   calib::JointVector axes(const Value& value, const calib::JointVector& missing) const;
   calib::JointVector target_of(const sim::krl::Motion& motion);
   void activate(const std::string& what, std::size_t number);

@@ -106,6 +106,8 @@ TEST(RunTimeProgram, KeepsRelativeMotionsRelative) {
   EXPECT_EQ(line_of("LIN_REL XF #TOOL"), "LIN_REL CC_BY_TOOL(XF) #TOOL");
   EXPECT_EQ(line_of("PTP_REL {A1 10.0,A2 0,A3 0,A4 0,A5 0,A6 -5}"),
             "PTP_REL CC_BY_AXES({E6AXIS:  A1 10.0,A2 0,A3 0,A4 0,A5 0,A6 -5})");
+  EXPECT_EQ(line_of("PTP_REL {A3 10.0}"),
+            "PTP_REL CC_BY_AXES({E6AXIS:  A3 10.0,  A1 +0.0,A2 +0.0,A4 +0.0,A5 +0.0,A6 +0.0})");
   EXPECT_EQ(line_of("LIN_REL {A 10.0}"), "relative_motion");
   EXPECT_EQ(line_of("CIRC_REL {X 1.0},{X 2.0}"), "relative_motion");
   EXPECT_EQ(line_of("LIN_REL XP1"), "relative_motion");

@@ -1,0 +1,41 @@
+#pragma once
+// Lines of CELLCAL_FIX's .dat.
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "calib/model/units.h"
+
+namespace cellcal::daemon::krl {
+
+/// A REAL's digits. Throws FileError where it holds none.
+std::string real(double value);
+/// Text of a FRAME; of a vector without rotation.
+std::string frame(const calib::FrameMmDeg& f);
+std::string frame(const Eigen::Isometry3d& f);
+std::string frame(const Eigen::Vector3d& mm);
+
+class Lines {
+ public:
+  void comment(const std::string& words) { text_ += ";" + words + "\r\n"; }
+  void line(const std::string& text) { text_ += text + "\r\n"; }
+  void value(const std::string& type, const std::string& name, const std::string& value);
+  void blank(const std::string& type, const std::string& names);
+  /// An array, of one element where there is none.
+  void array(const std::string& type, const std::string& name,
+             const std::vector<std::string>& values, const std::string& none);
+  template <typename All, typename One>
+  void reals(const std::string& name, const All& all, const One& one) {
+    std::vector<std::string> values;
+    for (const auto& each : all) values.push_back(real(one(each)));
+    array("REAL", name, values, "0.0");
+  }
+  const std::string& text() const { return text_; }
+
+ private:
+  std::string text_;
+};
+
+}  // namespace cellcal::daemon::krl
