@@ -46,7 +46,7 @@ void take_tool(const ToolForm& of_controller, CellForm& form) {
 
 /// kr210_r2700_extra.toml beside the cell file, of the controller's own arm.
 NamedRobotFile robot_file_of(const calib::MachineData& data, const NewCellCommand& command) {
-  const calib::Robot robot = on_its_unit(calib::arm_of_controller(data), data);
+  const calib::Robot robot = with_external_axes(calib::arm_of_controller(data), data);
   NamedRobotFile file;
   file.reference = calib::krl::lower_case(robot.name) + ".toml";
   std::ranges::replace_if(
