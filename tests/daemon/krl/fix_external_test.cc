@@ -153,7 +153,7 @@ World world_of(bool unit, int axes) {
     guide.direction_sigma_rad = 3e-3;
     guide.straightness_sigma_m = 3e-4;
     guide.turn_sigma_rad_m = 5e-4;
-    guide.turn_sigma_rad = 3e-4;
+    guide.turn_sigma_rad = 3e-3;  // so large that the order of the turns counts
     on.robot.joints.insert(on.robot.joints.begin(), rail);
   }
   if (axes > 0) {
