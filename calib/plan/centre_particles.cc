@@ -34,10 +34,7 @@ double CentreParticles::distance_m(const Vector3d& point, const Vector3d& from,
 
 CentreParticles::CentreParticles(const Target& target, double radius_m, unsigned seed,
                                  const Eigen::Isometry3d& frame, double off_m)
-    : radius_m_(radius_m),
-      random_(seed),
-      has_box_(!target.has_centre),
-      box_axes_(frame.linear()) {
+    : radius_m_(radius_m), random_(seed), has_box_(!target.has_centre), box_axes_(frame.linear()) {
   places_.reserve(kPlaces);
   if (target.has_centre) {
     prior_mean_ = frame * target.centre_m;

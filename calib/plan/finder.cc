@@ -105,9 +105,9 @@ struct Finder::Impl {
                         target.id));
       const double radius = target.diameter_m / 2.0 + cell.tool.tip_radius_m;
       const Eigen::Isometry3d carrier = carried_at(stated.robot, carriers(t, positioner_rad));
-      sought.push_back({t, radius, carrier,
-                        CentreParticles(stated.targets[t], radius, options.seed, carrier,
-                                        target.off_m)});
+      sought.push_back(
+          {t, radius, carrier,
+           CentreParticles(stated.targets[t], radius, options.seed, carrier, target.off_m)});
     }
     for (const Touch& touch : made)
       if (Sought* one = find(touch.target)) take(*one, std::nullopt, touch);
@@ -176,7 +176,8 @@ struct Finder::Impl {
   /// The spheres as another Finder without this knowledge assumes them.
   Cell as_stated() const {
     Cell result = cell;
-    for (const Sought& one : sought) swell(result.targets[one.target], ball_of_prior(one.particles));
+    for (const Sought& one : sought)
+      swell(result.targets[one.target], ball_of_prior(one.particles));
     result.lengths.clear();
     return result;
   }
@@ -256,7 +257,8 @@ struct Finder::Impl {
       PlanOptions how = options;
       how.standoff_m = how.beyond_m = how.clear_m = 1e-3;  // search() determines where lines begin
       how.seed = seed;
-      for (Candidate& c : find_candidates(alone, near, Clearance::blind(), how, kPerAim << effort)) {
+      for (Candidate& c :
+           find_candidates(alone, near, Clearance::blind(), how, kPerAim << effort)) {
         const Vector3d shaft = c.orientation * in_tool;
         if (one.tips.empty() && shaft.dot(-c.normal) < std::cos(kMostTiltRad)) continue;
         Line line;

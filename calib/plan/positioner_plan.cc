@@ -85,8 +85,9 @@ double off_by_positioner_m(const Robot& robot, std::span<const double> angles,
                                        std::pair(AxisError::kTurnY, axis.direction_sigma_rad)}) {
       if (!(sigma > 0.0)) continue;
       const Robot erring = with_error(robot, j, error, sigma);
-      squares += (carried_at(erring, angles) * (carried_at(erring, taught).inverse() * seen) - expected)
-                     .squaredNorm();
+      squares +=
+          (carried_at(erring, angles) * (carried_at(erring, taught).inverse() * seen) - expected)
+              .squaredNorm();
     }
     std::vector<double> scaled(angles.begin(), angles.end());
     scaled[j] += axis.scale_sigma * (angles[j] - taught[j]);
@@ -124,8 +125,8 @@ double off_by_positioner_m(const Robot& robot, std::span<const double> angles,
   double off_m = 0.0;
   for (int corner = 0; corner < 8; ++corner) {
     const auto which = static_cast<Eigen::AlignedBox3d::CornerType>(corner);
-    off_m = std::max(off_m, off_by_positioner_m(robot, angles, taught,
-                                                obstacle.frame * box.corner(which)));
+    off_m = std::max(
+        off_m, off_by_positioner_m(robot, angles, taught, obstacle.frame * box.corner(which)));
   }
   return off_m;
 }

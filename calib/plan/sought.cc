@@ -59,8 +59,7 @@ void Sought::touched(const Vector3d& from, const Vector3d& tip, const Target& st
   shrink_ball();
   const std::vector<double> radii(tips.size(), radius_m);
   const Vector3d believed = particles.mean();
-  centre_m =
-      fit_centre(tips, radii, {&believed, particles.prior_sigma_m()}, kArmSigmaM).centre_m;
+  centre_m = fit_centre(tips, radii, {&believed, particles.prior_sigma_m()}, kArmSigmaM).centre_m;
   Eigen::Matrix3d information =
       Eigen::Matrix3d::Identity() / std::pow(particles.prior_sigma_m(), 2);
   double off = 0.0;
@@ -69,11 +68,10 @@ void Sought::touched(const Vector3d& from, const Vector3d& tip, const Target& st
     information += row * row.transpose();
     off = std::max(off, std::abs((centre_m - p).norm() - radius_m));
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(information,
-                                                              Eigen::EigenvaluesOnly);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(information, Eigen::EigenvaluesOnly);
   sigma_m = 1.0 / std::sqrt(solver.eigenvalues()[0]);
-  found = tips.size() >= kLeastHits && !particles.empty() && sigma_m <= kFoundSigmaM &&
-          off <= kOffM;
+  found =
+      tips.size() >= kLeastHits && !particles.empty() && sigma_m <= kFoundSigmaM && off <= kOffM;
   if (found || tips.size() < kMostHits) return;
   if (off <= kOffM) throw too_uncertain(*this, stated.id);
   throw PlanError(

@@ -193,7 +193,7 @@ struct TouchSequence::Impl {
   std::vector<double> positioner_rad;
   std::optional<Online> online;
   std::optional<GoalBatches> batches;  ///< with a positioner
-  Progress progress;  ///< before online touches begin
+  Progress progress;                   ///< before online touches begin
 };
 
 TouchSequence::TouchSequence(const Cell& cell, const TouchSequenceOptions& options,

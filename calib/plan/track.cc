@@ -67,8 +67,7 @@ SearchReach search_reach(const TrackOff& unit, const Target& target, const Joint
     return std::hypot(unit.widened_m(usual_m, target.centre_m, contact), target.off_m);
   };
   const double before_m = widened_m(options.standoff_m);
-  return {before_m, widened_m(options.beyond_m),
-          options.clear_m + (before_m - options.standoff_m)};
+  return {before_m, widened_m(options.beyond_m), options.clear_m + (before_m - options.standoff_m)};
 }
 
 }  // namespace cellcal::calib

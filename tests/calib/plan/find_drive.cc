@@ -47,7 +47,7 @@ void look(const Cell& cell, const sim::Truth& truth, const JointVector& from, co
   for (int k = 0; k <= kSteps; ++k) {
     const JointVector q = between(from, to, static_cast<double>(k) / kSteps);
     const Vector3d shaft = -(nominal.nominal_tcp(q).linear() * cell.tool.tcp.linear().transpose() *
-                            cell.tool.tcp.translation());
+                             cell.tool.tcp.translation());
     const double slim = cell.tool.slim_length_m / shaft.norm();
     for (std::size_t t = 0; t < truth.centre_m.size(); ++t) {
       const auto carrier_rad = carriers(truth, t, positioner_rad);

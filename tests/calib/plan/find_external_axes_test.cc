@@ -60,8 +60,8 @@ TouchSequenceOptions only_find() {
 }
 
 /// Where the nominal arm sees the centre: its tip while the true one is there, found by Newton's method.
-Vector3d seen_m(const Cell& cell, const sim::Truth& truth, std::size_t target, const JointVector& near,
-                const std::vector<double>& positioner_rad) {
+Vector3d seen_m(const Cell& cell, const sim::Truth& truth, std::size_t target,
+                const JointVector& near, const std::vector<double>& positioner_rad) {
   const ArmModel nominal(at_setting(cell, positioner_rad));
   const auto carrier =
       std::span(positioner_rad).first(static_cast<std::size_t>(cell.targets[target].carried_by));
