@@ -233,10 +233,17 @@ void put_in_boxes(const PositionerFixture& fixture) {
 TEST_P(a_session_with_a_positioner, finds_spheres_on_table_and_floor_where_the_positioner_stands) {
   PositionerFixture fixture(GetParam());
   put_in_boxes(fixture);
+  // The emulated axes stand at 0, or as near as their limits allow.
+  std::string robot = content(fixture.dir / "robot.toml");
+  for (const auto& [limit, now] : {std::pair("min_deg = -60.0", "min_deg = 15.0"),
+                                   std::pair("min_deg = -185.0", "min_deg = 40.0")})
+    robot.replace(robot.rfind(limit), std::string(limit).size(), now);
+  std::ofstream(fixture.dir / "robot.toml") << robot;
   fixture.start();
   const Outcome outcome = fixture.cellcal({"find", "--cell", fixture.cell});
   ASSERT_EQ(outcome.status, 0) << outcome.out << outcome.err << fixture.log();
-  EXPECT_NE(outcome.out.find(", on = \"E2\", taught_deg = ["), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find(", on = \"E2\", taught_deg = [15.00, 40.00]"), std::string::npos)
+      << outcome.out;
   EXPECT_EQ(settings_in(fixture, 1).size(), 1u) << "it has not turned";
 
   const auto found = nlohmann::json::parse(content(fixture.results() / "found.json")).at("spheres");
