@@ -1,6 +1,7 @@
 #include "calib/files/cell_file.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
@@ -136,10 +137,10 @@ void read_on(const TomlTable& t, const Robot& robot, Target& target) {
   if (target.carried_by == 0) return;
   if (target.kind != TargetKind::kSphere)
     t.fail("on", "only spheres may be on a positioner. Put the target on the floor");
-  if (t.has("search_low_mm") || t.has("search_high_mm"))
-    t.fail("search_low_mm",
-           "a sphere on a positioner is not searched for. State centre_mm, in the "
-           "frame of its axis");
+  if (!t.has("taught_deg")) return;
+  const auto axes = static_cast<std::size_t>(target.carried_by);
+  for (const double deg : t.numbers("taught_deg", axes, {-3600.0, 3600.0}))
+    target.taught_rad.push_back(deg * kRadPerDeg);
 }
 
 Target read_target(const TomlTable& t, const Robot& robot) {
@@ -173,6 +174,12 @@ Target read_target(const TomlTable& t, const Robot& robot) {
 std::string vec_mm(const Eigen::Vector3d& v) {
   return fmt::format("[{}, {}, {}]", toml_number(v.x() * kMmPerM), toml_number(v.y() * kMmPerM),
                      toml_number(v.z() * kMmPerM));
+}
+
+std::string taught_to_toml(const Target& target) {
+  std::vector<std::string> deg;
+  for (const double rad : target.taught_rad) deg.push_back(toml_number(rad * kDegPerRad));
+  return fmt::format("taught_deg = [{}]\n", fmt::join(deg, ", "));
 }
 
 /// Keys of a tool's body that differ from the defaults.
@@ -359,6 +366,7 @@ std::string cell_to_toml(const Cell& cell, const std::string& robot_reference) {
                          toml_number(target.diameter_m * kMmPerM),
                          toml_number(target.diameter_sigma_m * kMmPerM));
     out += carrier_to_toml(target.carried_by, cell.robot);
+    if (!target.taught_rad.empty()) out += taught_to_toml(target);
     if (target.has_normal)
       out += fmt::format("normal = [{}, {}, {}]\nnormal_sigma_deg = {}\n",
                          toml_number(target.normal.x()), toml_number(target.normal.y()),

@@ -206,6 +206,8 @@ PositionerAxis read_positioner_axis(const TomlTable& t) {
   axis.min_rad = t.number("min_deg", kAngleDeg) * kRadPerDeg;
   axis.max_rad = t.number("max_deg", kAngleDeg) * kRadPerDeg;
   if (axis.min_rad >= axis.max_rad) t.fail("min_deg", "must be less than max_deg");
+  if (t.has("max_speed_deg_s"))
+    axis.max_speed_rad_s = t.number("max_speed_deg_s", {1e-3, 1e5}) * kRadPerDeg;
   constexpr Range kPerMille{0.0, 100.0};
   const auto sigma = [&](const char* key, double usual, const Range& range) {
     return t.has(key) ? t.number(key, range) / 1000.0 : usual;
@@ -274,6 +276,9 @@ std::string axis_to_toml(const PositionerAxis& axis) {
              toml_number(axis.max_rad * kDegPerRad), toml_number(axis.place_sigma_m * kMmPerM),
              toml_number(axis.direction_sigma_rad * 1000.0),
              toml_number(axis.scale_sigma * 1000.0)) +
+         (axis.max_speed_rad_s > 0.0
+              ? fmt::format("max_speed_deg_s = {}\n", toml_number(axis.max_speed_rad_s * kDegPerRad))
+              : "") +
          frame_lines(axis.frame);
 }
 

@@ -32,13 +32,14 @@ double CentreParticles::distance_m(const Vector3d& point, const Vector3d& from,
   return (point - from - share * line).norm();
 }
 
-CentreParticles::CentreParticles(const Target& target, double radius_m, unsigned seed)
-    : radius_m_(radius_m), random_(seed) {
+CentreParticles::CentreParticles(const Target& target, double radius_m, unsigned seed,
+                                 const Eigen::Isometry3d& frame, double off_m)
+    : radius_m_(radius_m), random_(seed), has_box_(!target.has_centre), box_axes_(frame.linear()) {
   places_.reserve(kPlaces);
-  has_box_ = !target.has_centre;
   if (target.has_centre) {
-    prior_mean_ = target.centre_m;
-    prior_sigma_m_ = target.centre_sigma_m > 0.0 ? target.centre_sigma_m : kUsualSigmaM;
+    prior_mean_ = frame * target.centre_m;
+    const double stated_m = target.centre_sigma_m > 0.0 ? target.centre_sigma_m : kUsualSigmaM;
+    prior_sigma_m_ = std::hypot(stated_m, off_m / kCut);
     while (places_.size() < kPlaces) {
       Vector3d draw;
       for (double& component : draw) component = random_.normal();
@@ -46,13 +47,14 @@ CentreParticles::CentreParticles(const Target& target, double radius_m, unsigned
     }
     return;
   }
-  prior_mean_ = (target.low_m + target.high_m) / 2.0;
-  half_box_m_ = (target.high_m - target.low_m) / 2.0;
-  prior_sigma_m_ = (target.high_m - target.low_m).norm() / 2.0;
+  const Vector3d low = target.low_m.array() - off_m, high = target.high_m.array() + off_m;
+  prior_mean_ = frame * ((low + high) / 2.0);
+  half_box_m_ = (high - low) / 2.0;
+  prior_sigma_m_ = half_box_m_.norm();
   while (places_.size() < kPlaces) {
     Vector3d place;
-    for (int k = 0; k < 3; ++k) place[k] = random_.uniform(target.low_m[k], target.high_m[k]);
-    places_.push_back(place);
+    for (int k = 0; k < 3; ++k) place[k] = random_.uniform(low[k], high[k]);
+    places_.push_back(frame * place);
   }
 }
 
@@ -90,7 +92,7 @@ double CentreParticles::bound_m() const {
 bool CentreParticles::is_possible(const Vector3d& place) const {
   for (const auto& [from, to] : missed_)
     if (distance_m(place, from, to) < radius_m_ - kCertainMissM) return false;
-  const Vector3d off = place - prior_mean_;
+  const Vector3d off = box_axes_.transpose() * (place - prior_mean_);
   if (has_box_) return ((off.cwiseAbs() - half_box_m_).array() <= kRegionToleranceM).all();
   return off.norm() <= kCut * prior_sigma_m_ + kRegionToleranceM;
 }

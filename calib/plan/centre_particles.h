@@ -6,6 +6,7 @@
 // an error of about kArmSigmaM, which limits the accuracy of all distances.
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <utility>
 #include <vector>
 
@@ -20,8 +21,11 @@ inline constexpr double kArmSigmaM = 0.002;
 class CentreParticles {
  public:
   /// Initialised from the target's stated centre (1 sigma as stated, default 10 mm; truncated at
-  /// three sigma), or uniformly in its box. `radius_m`: sum of sphere and tip.
-  CentreParticles(const Target& target, double radius_m, unsigned seed);
+  /// three sigma), or uniformly in its box; wider by `off_m`, 3 sigma. `radius_m`: sum of sphere and tip.
+  /// `frame`: that of the target's place, in the base frame.
+  CentreParticles(const Target& target, double radius_m, unsigned seed,
+                  const Eigen::Isometry3d& frame = Eigen::Isometry3d::Identity(),
+                  double off_m = 0.0);
 
   /// The tip moved from `from` and met the sphere at `tip`, base frame [m].
   void hit(const Eigen::Vector3d& from, const Eigen::Vector3d& tip);
@@ -55,6 +59,7 @@ class CentreParticles {
   Eigen::Vector3d prior_mean_ = Eigen::Vector3d::Zero();
   double prior_sigma_m_ = 0.0;
   bool has_box_ = false;
+  Eigen::Matrix3d box_axes_;  ///< in the base frame
   Eigen::Vector3d half_box_m_ = Eigen::Vector3d::Zero();
   std::vector<Eigen::Vector3d> places_;
   std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> missed_;

@@ -89,8 +89,11 @@ Cell as_known(const Calibration& calibration) {
     throw PlanError(
         PlanError::Kind::kCalibration,
         "the calibration contains no sphere: only spheres can be touched. Calibrate first");
-  for (std::size_t j = 0; j < cell.robot.positioner.size(); ++j)
-    cell.robot.positioner[j].frame = axis_as_found(calibration, j);
+  for (std::size_t j = 0; j < cell.robot.positioner.size(); ++j) {
+    PositionerAxis& axis = cell.robot.positioner[j];
+    axis.frame = axis_as_found(calibration, j);
+    axis.place_sigma_m = axis.direction_sigma_rad = axis.scale_sigma = 0.0;
+  }
   return cell;
 }
 

@@ -71,20 +71,24 @@ struct Clearance::Impl {
         if (has_a_centre(target.kind) && target.has_centre)
           lowest_m = std::min(lowest_m, target.centre_m.dot(up) - kBelowTargetsM);
     find_pairs(cell.robot);
-    if (unit.any())
-      for (std::size_t i = 0; i < things.size(); ++i) places.push_back(place_of(i));
+    for (std::size_t i = 0; i < things.size(); ++i) {
+      places.push_back(place_of(i));
+      is_off = is_off || unit.any() || things.off_m(i) > 0.0;
+    }
   }
 
+  /// Empty without a linear unit, and of the floor, on which it stands.
   std::optional<TrackOff::Place> place_of(std::size_t thing) const {
     const auto middle_m = things.middle_m(thing);
-    return middle_m ? std::optional(unit.place(*middle_m)) : std::nullopt;
+    return unit.any() && middle_m ? std::optional(unit.place(*middle_m)) : std::nullopt;
   }
 
-  /// How far off the arm may be at each object by its linear unit's prior; empty without one.
+  /// How far off arm and object may be from each other by the priors of linear unit and positioner;
+  /// empty without.
   void set_off_m(std::span<const double> q, std::vector<double>& off_m) const {
     off_m.clear();
-    for (const auto& place : places)
-      off_m.push_back(place ? unit.off_m(*place, q[0]) : 0.0);  // the unit stands on the floor
+    for (std::size_t i = 0; is_off && i < places.size(); ++i)
+      off_m.push_back(std::hypot(places[i] ? unit.off_m(*places[i], q[0]) : 0.0, things.off_m(i)));
   }
 
   /// Margin between body and object; empty if contact is allowed. Convex along a move, so that the
@@ -93,7 +97,7 @@ struct Clearance::Impl {
                                  const std::vector<double>& off_m) const {
     if (mode.touched < 0 || things.target(thing) != mode.touched) {
       const double usual_m = body.is_tip ? mode.tip_margin_m : kBodyMarginM;
-      return off_m.empty() ? usual_m : std::hypot(usual_m, off_m[thing]);  // (64a)
+      return off_m.empty() ? usual_m : std::hypot(usual_m, off_m[thing]);  // (64a), (64b)
     }
     if (body.is_tip) return std::nullopt;
     return kSearchMarginM;
@@ -308,7 +312,8 @@ struct Clearance::Impl {
   Bodies bodies;
   Surroundings things;
   TrackOff unit;
-  std::vector<std::optional<TrackOff::Place>> places;  ///< of the objects, with a linear unit
+  std::vector<std::optional<TrackOff::Place>> places;  ///< of the objects
+  bool is_off = false;                                 ///< any of set_off_m()
   Eigen::Vector3d up;
   std::size_t hand;  ///< the body of the last link
   Passable passable;

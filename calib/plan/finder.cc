@@ -6,14 +6,18 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <span>
+#include <utility>
 
-#include "calib/estimate/start.h"
 #include "calib/model/inverse.h"
 #include "calib/model/long_work.h"
 #include "calib/model/units.h"
 #include "calib/plan/centre_particles.h"
 #include "calib/plan/pool.h"
+#include "calib/plan/positioner_plan.h"
 #include "calib/plan/search_line.h"
+#include "calib/plan/sought.h"
+#include "calib/plan/track.h"
 
 namespace cellcal::calib {
 
@@ -21,11 +25,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kOffM = 0.008;
-/// Touches within this angle, seen from the centre, are on one side and constrain the lateral
-/// position poorly.
-constexpr double kOneSideRad = 70.0 * kRadPerDeg;
-constexpr std::size_t kLeastHits = 6, kMostHits = 12;
 /// Typical number of touches to find a sphere (tests/experiments, finding).
 constexpr int kTypicalHits = 7;
 constexpr int kMostLines = 600;
@@ -37,12 +36,7 @@ constexpr int kMostLines = 600;
 constexpr double kLeastShare[] = {0.03, 0.02, 0.01, 0.005};
 constexpr int kEfforts = std::size(kLeastShare);
 
-/// Error of a nominal arm beyond that in the particles.
-constexpr double kWrongM = 0.005;
 constexpr double kStandoffM = 0.014, kClearM = 0.022;  ///< outside of all particles and kWrongM
-/// Margin to the ball that encloses all particles, within the previous one: the arm at the previous
-/// clear point stays clear of it.
-constexpr double kOutsideM = 0.008;
 constexpr int kPerAim = 60;
 /// Lateral aims around the mean, while the lateral position is uncertain: this many per radius of
 /// the spread (2 sigma), of which a single line excludes little.
@@ -56,35 +50,9 @@ constexpr double kUsualStandM = 0.030;
 constexpr double kStandShare = 0.5;
 constexpr int kShortenings = 8;
 constexpr double kShorter = 0.2;  ///< of the remaining line, per step
+constexpr double kNearer = 0.8;   ///< of a linear unit's range, per step
 /// Share of the radius: a sphere at this distance from the line is met.
 constexpr double kMetShare = 0.9;
-
-/// Ball that contains the sphere at any possible place: its own radius plus `beyond_m`.
-struct Ball {
-  Vector3d centre_m;
-  double beyond_m;
-};
-
-double angle_rad(const Vector3d& a, const Vector3d& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b));
-}
-
-Ball stated_ball(const CentreParticles& particles) {
-  return {particles.prior_mean(), particles.bound_m() + kWrongM};
-}
-
-/// A sphere being searched for.
-struct Sought {
-  std::size_t target;
-  double radius_m;  ///< sum of sphere and tip
-  CentreParticles particles;
-  Ball ball = stated_ball(particles);
-  std::vector<Vector3d> tips{};
-  int lines = 0;
-  bool found = false;
-  Vector3d centre_m = Vector3d::Zero();
-  double sigma_m = 0.0;  ///< the largest
-};
 
 struct Line {
   Candidate candidate;
@@ -96,25 +64,38 @@ struct Line {
   double score() const { return share * tells; }
 };
 
+std::vector<double> known_setting(const Robot& robot, std::vector<double> positioner_rad) {
+  if (positioner_rad.empty()) return settings_of(robot).front();
+  if (positioner_rad.size() != robot.positioner.size())
+    throw PlanError(PlanError::Kind::kRequest, "the angles of the positioner's axes are not known");
+  return positioner_rad;
+}
+
 }  // namespace
 
 struct Finder::Impl {
-  Cell cell;  ///< as located
+  Cell stated;
+  std::vector<double> positioner_rad;
+  Cell cell;  ///< as located, in the base frame
   PlanOptions options;
   ArmModel arm;
+  TrackOff unit;
   std::vector<Sought> sought;
   std::optional<PlannedTouch> planned;
   JointVector planned_from;       ///< a different start needs a different path
   std::optional<Candidate> last;  ///< the arm is at its clear point
   Vector3d line_from = Vector3d::Zero(), line_to = Vector3d::Zero();
 
-  Impl(const Cell& stated, const PlanOptions& how, bool all, const std::vector<Touch>& made)
-      : cell(stated), options(how), arm(planning_arm(stated)) {
-    refuse_external_axes(
-        stated.robot, "a session",
-        "Move the arm by programs of its own, and give the touches to 'cellcal identify'");
+  Impl(const Cell& file, const PlanOptions& how, bool all, const std::vector<Touch>& made,
+       std::vector<double> setting)
+      : stated(file),
+        positioner_rad(std::move(setting)),
+        cell(at_setting(stated, positioner_rad)),
+        options(how),
+        arm(planning_arm(cell)),
+        unit(cell.robot) {
     for (std::size_t t = 0; t < cell.targets.size(); ++t) {
-      Target& target = cell.targets[t];
+      const Target& target = cell.targets[t];
       if (target.kind != TargetKind::kSphere || (target.has_centre && !all)) continue;
       if (!target.has_centre && !target.has_box)
         throw PlanError(
@@ -123,11 +104,26 @@ struct Finder::Impl {
                         "search_high_mm, to the cell file",
                         target.id));
       const double radius = target.diameter_m / 2.0 + cell.tool.tip_radius_m;
-      sought.push_back({t, radius, CentreParticles(target, radius, options.seed)});
+      const Eigen::Isometry3d carrier = carried_at(stated.robot, carriers(t, positioner_rad));
+      sought.push_back(
+          {t, radius, carrier,
+           CentreParticles(stated.targets[t], radius, options.seed, carrier, target.off_m)});
     }
     for (const Touch& touch : made)
       if (Sought* one = find(touch.target)) take(*one, std::nullopt, touch);
     locate();
+  }
+
+  /// Angles of the axes that carry a target.
+  std::span<const double> carriers(std::size_t target, const std::vector<double>& angles) const {
+    return std::span(angles).first(static_cast<std::size_t>(stated.targets[target].carried_by));
+  }
+
+  /// The nominal tip of a touch, as its target is carried now.
+  Vector3d tip_of(const Sought& one, const Touch& touch) const {
+    const Eigen::Isometry3d carrier =
+        carried_at(stated.robot, carrier_rad(touch, stated.targets[one.target]));
+    return one.carrier * (carrier.inverse() * arm.nominal_tcp(touch.joint_rad).translation());
   }
 
   Sought* find(const std::string& id) {
@@ -141,79 +137,31 @@ struct Finder::Impl {
     return nullptr;
   }
 
-  void locate() {
+  Cell located() const {
+    Cell all = stated;
     for (const Sought& one : sought) {
-      Target& target = cell.targets[one.target];
+      Target& target = all.targets[one.target];
       target.has_centre = true;
-      target.centre_m = one.found ? one.centre_m : one.particles.mean();
+      target.centre_m = one.carrier.inverse() * (one.found ? one.centre_m : one.particles.mean());
       if (one.found) target.centre_sigma_m = 0.0;  // determined by touches that count themselves
+      const auto seen = carriers(one.target, one.found ? one.seen_rad : positioner_rad);
+      target.taught_rad.assign(seen.begin(), seen.end());
     }
+    return all;
+  }
+
+  void locate() {
+    cell = at_setting(located(), positioner_rad);
+    // Their particles have it.
+    for (const Sought& one : sought)
+      if (!one.found) cell.targets[one.target].off_m = 0.0;
   }
 
   void take(Sought& one, const std::optional<Vector3d>& from, const Touch& touch) {
-    const Vector3d tip = arm.nominal_tcp(touch.joint_rad).translation();
-    one.tips.push_back(tip);
-    one.particles.hit(from.value_or(tip), tip);
-    shrink_ball(one);
-    const std::vector<double> radii(one.tips.size(), one.radius_m);
-    const Vector3d believed = one.particles.mean();
-    one.centre_m =
-        fit_centre(one.tips, radii, {&believed, one.particles.prior_sigma_m()}, kArmSigmaM)
-            .centre_m;
-    Eigen::Matrix3d information =
-        Eigen::Matrix3d::Identity() / std::pow(one.particles.prior_sigma_m(), 2);
-    double off = 0.0;
-    for (const Vector3d& p : one.tips) {
-      const Vector3d row = (one.centre_m - p).normalized() / kArmSigmaM;
-      information += row * row.transpose();
-      off = std::max(off, std::abs((one.centre_m - p).norm() - one.radius_m));
-    }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(information,
-                                                                Eigen::EigenvaluesOnly);
-    one.sigma_m = 1.0 / std::sqrt(solver.eigenvalues()[0]);
-    one.found = one.tips.size() >= kLeastHits && !one.particles.empty() &&
-                one.sigma_m <= kFoundSigmaM && off <= kOffM;
-    if (!one.found && one.tips.size() >= kMostHits && off <= kOffM) throw too_uncertain(one);
-    if (!one.found && one.tips.size() >= kMostHits)
-      throw PlanError(
-          PlanError::Kind::kNotFound, cell.targets[one.target].id,
-          fmt::format(
-              "the touches of {} do not lie on a sphere of {:.1f} mm: one is {:.1f} mm off. Check its "
-              "diameter, and that nothing else is where it is searched for",
-              cell.targets[one.target].id, cell.targets[one.target].diameter_m * 1e3, off * 1e3));
+    const Vector3d tip = tip_of(one, touch);
+    one.seen_rad = touch.positioner_rad;
+    one.touched(from.value_or(tip), tip, stated.targets[one.target]);
     locate();
-  }
-
-  /// After the maximum number of touches. Suggests more room if its touches are on one side.
-  PlanError too_uncertain(const Sought& one) const {
-    const std::string& id = cell.targets[one.target].id;
-    double widest_rad = 0.0;
-    for (const Vector3d& a : one.tips)
-      for (const Vector3d& b : one.tips)
-        widest_rad = std::max(widest_rad, angle_rad(a - one.centre_m, b - one.centre_m));
-    const char* todo = widest_rad < kOneSideRad
-                           ? "Give the arm more room around it, or measure its centre and state it "
-                             "as centre_mm"
-                           : "Measure its centre and state it as centre_mm";
-    return {PlanError::Kind::kNotFound, id,
-            fmt::format("sphere {}: centre +- {:.1f} mm (k=2) after {} touches, limit {:g} mm. All "
-                        "lie within {:.0f} deg as seen from its centre. {}",
-                        id, 2e3 * one.sigma_m, one.tips.size(), 2e3 * kFoundSigmaM,
-                        widest_rad * kDegPerRad, todo)};
-  }
-
-  /// Its ball under the current knowledge. Before the first contact it contains the whole initial
-  /// region, including excluded places; afterwards it shrinks, barely exceeding the previous one,
-  /// whose boundary the arm has just left.
-  void shrink_ball(Sought& one) {
-    if (one.tips.empty() || one.particles.empty()) return;
-    const Vector3d mean = one.particles.mean();
-    const double around_mean = one.particles.reach_m(mean) + kWrongM;
-    // After exclusions, wide particles lie to one side, and so does their mean.
-    const double as_before = one.particles.reach_m(one.ball.centre_m) + kWrongM;
-    const double outside = (mean - one.ball.centre_m).norm() + around_mean - one.ball.beyond_m;
-    one.ball.beyond_m = as_before;
-    if (around_mean < one.ball.beyond_m && outside <= kOutsideM) one.ball = {mean, around_mean};
   }
 
   static void swell(Target& target, const Ball& ball) {
@@ -228,7 +176,8 @@ struct Finder::Impl {
   /// The spheres as another Finder without this knowledge assumes them.
   Cell as_stated() const {
     Cell result = cell;
-    for (const Sought& one : sought) swell(result.targets[one.target], stated_ball(one.particles));
+    for (const Sought& one : sought)
+      swell(result.targets[one.target], ball_of_prior(one.particles));
     result.lengths.clear();
     return result;
   }
@@ -248,7 +197,8 @@ struct Finder::Impl {
     const double thick = target.stand_diameter_m > 0.0
                              ? target.stand_diameter_m
                              : std::min(kUsualStandM, kStandShare * target.diameter_m);
-    const Vector3d up = -cell.robot.gravity_m_s2.normalized();
+    const Vector3d up = target.stand_up.isZero() ? Vector3d(-cell.robot.gravity_m_s2.normalized())
+                                                 : target.stand_up;
     if (!target.has_stand || !up.allFinite()) return {Vector3d::UnitZ(), 0.0};
     return {up, thick / 2.0};
   }
@@ -262,6 +212,21 @@ struct Finder::Impl {
 
   static double least_share(const Sought& one, int effort) {
     return kLeastShare[effort] / std::max(1.0, std::pow(openness(one), 2));
+  }
+
+  /// The arm with its linear unit about where it is opposite to the sphere, and where its own prior moves the tip
+  /// by less than the error of the nominal arm.
+  ArmModel near_it(const Sought& one) const {
+    if (!unit.any()) return arm;
+    Robot robot = arm.robot();
+    Joint& track = robot.joints[0];
+    const TrackOff::Place place = unit.place(one.particles.mean());
+    const double most_m = std::hypot(unit.off_m(place, place.opposite_m), 3.0 * kArmSigmaM);
+    double half_m = track.max_rad - track.min_rad;
+    while (unit.off_m(place, place.opposite_m + half_m) > most_m) half_m *= kNearer;
+    track.min_rad = std::max(track.min_rad, place.opposite_m - half_m);
+    track.max_rad = std::min(track.max_rad, place.opposite_m + half_m);
+    return {robot, arm.tool()};
   }
 
   /// `effort`: 0, increased if the lines of less effort fail. Lines that meet at least the share `least` of the
@@ -281,6 +246,7 @@ struct Finder::Impl {
         aims.push_back(some[random.below(some.size())]);
     const Vector3d in_tool = shaft_in_tool(cell.tool);
     const SearchStand stand = stand_of(cell.targets[one.target]);
+    const ArmModel near = near_it(one);
     std::vector<Line> result;
     for (const Vector3d& aim : aims) {
       poll_cancelled();
@@ -291,7 +257,8 @@ struct Finder::Impl {
       PlanOptions how = options;
       how.standoff_m = how.beyond_m = how.clear_m = 1e-3;  // search() determines where lines begin
       how.seed = seed;
-      for (Candidate& c : find_candidates(alone, arm, Clearance::blind(), how, kPerAim << effort)) {
+      for (Candidate& c :
+           find_candidates(alone, near, Clearance::blind(), how, kPerAim << effort)) {
         const Vector3d shaft = c.orientation * in_tool;
         if (one.tips.empty() && shaft.dot(-c.normal) < std::cos(kMostTiltRad)) continue;
         Line line;
@@ -338,8 +305,10 @@ struct Finder::Impl {
     const double outside = one.radius_m + ball.beyond_m;
     const LineLeader leader(arm, cell.tool, options.limit_margin_rad);
     const LineToLead wanted{line.aim, c.normal, c.orientation, c.contact};
-    LineEnds ends{leaves_m(line, ball.centre_m, outside + kClearM),
-                  leaves_m(line, ball.centre_m, outside + kStandoffM), line.depth.end_m};
+    const double before_m = unit.widened_m(kStandoffM, ball.centre_m, c.contact);
+    const double clear_m = kClearM + (before_m - kStandoffM);
+    LineEnds ends{leaves_m(line, ball.centre_m, outside + clear_m),
+                  leaves_m(line, ball.centre_m, outside + before_m), line.depth.end_m};
     std::optional<LedSearch> led;
     for (int k = 0; k <= kShortenings; ++k) {
       if ((led = leader.lead(wanted, ends))) break;
@@ -414,6 +383,7 @@ struct Finder::Impl {
     touch.search_m = (led.to - led.from).norm();
     touch.expected_m = led.expected_m;
     touch.may_miss = true;
+    touch.positioner_rad = positioner_rad;
     line_from = led.from;
     line_to = led.to;
     ++one.lines;
@@ -495,8 +465,9 @@ struct Finder::Impl {
 };
 
 Finder::Finder(const Cell& cell, const PlanOptions& options, bool all,
-               const std::vector<Touch>& made)
-    : impl_(new Impl(cell, options, all, made)) {}
+               const std::vector<Touch>& made, std::vector<double> positioner_rad)
+    : impl_(new Impl(cell, options, all, made,
+                     known_setting(cell.robot, std::move(positioner_rad)))) {}
 Finder::~Finder() = default;
 Finder::Finder(Finder&&) noexcept = default;
 Finder& Finder::operator=(Finder&&) noexcept = default;
@@ -528,7 +499,7 @@ void Finder::missed() {
   impl_->planned.reset();
   if (Sought* one = impl_->current()) {
     one->particles.miss(impl_->line_from, impl_->line_to);
-    impl_->shrink_ball(*one);
+    one->shrink_ball();
   }
   impl_->locate();
 }
@@ -582,7 +553,11 @@ int Finder::touches_left() const {
   return left;
 }
 
-const Cell& Finder::located() const { return impl_->cell; }
+const Cell& Finder::here() const { return impl_->cell; }
+
+Cell Finder::located() const { return impl_->located(); }
+
+const std::vector<double>& Finder::positioner_rad() const { return impl_->positioner_rad; }
 
 std::string Finder::words() const {
   const Sought* one = impl_->current();

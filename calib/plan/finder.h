@@ -8,6 +8,9 @@
 // and, after the first contact, the one with the highest information on the centre. Contacts are
 // measured like any touch and count as such; a line without contact excludes places.
 //
+// With a positioner all of this is at one setting of it, at which the arm alone moves. A linear unit
+// stays near the place that is opposite to the sphere (Finder::Impl::near_it).
+//
 // Found: at least six touches (the estimate starts with five of each sphere), the centre within
 // kFoundSigmaM (1 sigma, any direction) for a nominal arm with an error of kArmSigmaM, and no touch
 // off the fitted sphere by more than kOffM.
@@ -26,9 +29,11 @@ inline constexpr double kFoundSigmaM = 0.0025;
 
 class Finder {
  public:
-  /// Locates spheres without a centre, or `all`. `made`: earlier touches of the same session.
+  /// Locates spheres without a centre, or `all`. `made`: earlier touches of the same session, at any
+  /// setting of the positioner. `positioner_rad`: angles at which it is now; empty: nearest to 0.
   /// Throws PlanError if a sphere has neither centre nor box.
-  Finder(const Cell& cell, const PlanOptions& options, bool all, const std::vector<Touch>& made);
+  Finder(const Cell& cell, const PlanOptions& options, bool all, const std::vector<Touch>& made,
+         std::vector<double> positioner_rad = {});
   ~Finder();
   Finder(Finder&&) noexcept;
   Finder& operator=(Finder&&) noexcept;
@@ -53,8 +58,11 @@ class Finder {
   /// True if these moves from `from` are clear of everything except the spheres still to be found.
   bool is_clear_except_sought(const JointVector& from, const std::vector<JointVector>& way) const;
 
-  /// The cell with its spheres at their found or estimated places.
-  const Cell& located() const;
+  /// The cell with its spheres at their found or estimated places: at the positioner's angles, all in
+  /// the base frame (at_setting), and with each in the frame of its carrier.
+  const Cell& here() const;
+  Cell located() const;
+  const std::vector<double>& positioner_rad() const;
   /// The sphere being searched for, index into the cell.
   std::optional<std::size_t> seeking() const;
   /// From the end of the last search to a posture from which another Finder can begin without this

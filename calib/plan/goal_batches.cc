@@ -30,6 +30,8 @@ struct GoalBatches::Impl {
   std::vector<Touch> touches;
   double last_u95_m = 0.0;
   std::size_t last_count = 0;  ///< fit touches at the last look
+  bool checks_planned = false;
+  bool only_checks = false;  ///< fit touches of the plan are left out
   Progress progress;
 
   Impl(const Cell& stated, const PlanOptions& how, const Goal& wanted,
@@ -59,13 +61,25 @@ struct GoalBatches::Impl {
     PlanOptions first = options;
     first.fit_touches = goal.most_touches;
     first.goal_u95_m = goal.u95_m;
+    checks_planned = true;
     take(make_positioner_plan(cell, first, {}));
   }
 
   void take(Plan batch) {
     plan = std::move(batch);
     at = 0;
+    leave_out();
     count();
+  }
+
+  void leave_out() {
+    while (only_checks && at < plan.touches.size() && plan.touches[at].set == TouchSet::kFit) ++at;
+  }
+
+  /// Check touches that no batch has had yet, in a session that begins with touches made.
+  int checks_to_plan() const {
+    const auto made = std::ranges::count(touches, TouchSet::kCheck, &Touch::set);
+    return checks_planned ? 0 : std::max(0, options.check_touches - static_cast<int>(made));
   }
 
   /// Postures of the region, for the touched targets' places in the base frame.
@@ -94,6 +108,8 @@ struct GoalBatches::Impl {
     progress.mean_m = predicted_mean_error_m(moves, covariance,
                                              ripple_variance_m2(arm, poses, c.level.ripple_rad));
     if (const auto why = end()) {
+      only_checks = checks_to_plan() > 0;
+      if (only_checks) return plan_next();
       progress.ended = *why;
       if (*why != Ended::kGoal) progress.missing = missing(c, arm, poses, moves);
       return count();
@@ -119,8 +135,9 @@ struct GoalBatches::Impl {
         touches_to_goal(made, progress.u95_m / kBoundOverError, goal.u95_m) - progress.touches;
     PlanOptions more = options;
     more.seed = options.seed + static_cast<unsigned>(made);
-    more.check_touches = 0;
-    const int most = goal.most_touches - progress.touches;
+    more.check_touches = checks_to_plan();
+    checks_planned = true;
+    const int most = only_checks ? 1 : goal.most_touches - progress.touches;
     more.fit_touches = std::min(
         most, std::max(kLeastBatch, static_cast<int>(std::min(std::ceil(needed), 1.0 * most))));
     take(make_positioner_plan(cell, more, plan.start));
@@ -140,6 +157,7 @@ struct GoalBatches::Impl {
 
   void go_on() {
     ++at;
+    leave_out();
     count();
     if (at == plan.touches.size() && !progress.done) look();
   }

@@ -1,7 +1,8 @@
 #pragma once
 // Touches to a goal in a cell with a positioner: planned in batches, so that its axes turn rarely.
 //
-// The first batch has as many touches as the goal is predicted to take (92), and the check touches. After each
+// The first batch has as many touches as the goal is predicted to take (92), and the check touches, which after
+// touches made before are in the first batch that follows. After each
 // batch all touches are identified; where u95 over the region misses the goal, the next one has those that are
 // foreseen to be missing, chosen without regard to the touches before, with other draws.
 

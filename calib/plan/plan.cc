@@ -235,14 +235,6 @@ std::vector<JointVector> way_to_wait(const Cell& still, const JointVector& start
   return way;
 }
 
-/// Beyond what the controller's program leaves an external axis at, 0.1 deg.
-constexpr double kStandsRad = 0.0021;
-
-bool stands_at(const std::vector<double>& angles, const std::vector<double>& setting) {
-  return std::ranges::equal(angles, setting,
-                            [](double a, double b) { return std::abs(a - b) <= kStandsRad; });
-}
-
 /// The touches from `next` on at its setting, at the positioner's present angles.
 void take_as_it_stands(Plan& plan, std::size_t next, const std::vector<double>& positioner_rad) {
   const std::vector<double> setting = plan.touches[next].positioner_rad;

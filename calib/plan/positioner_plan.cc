@@ -9,6 +9,7 @@
 #include <memory>
 #include <numbers>
 #include <optional>
+#include <span>
 
 #include "calib/model/long_work.h"
 #include "calib/model/units.h"
@@ -68,49 +69,66 @@ Robot with_error(const Robot& robot, std::size_t axis, AxisError error, double s
   return erring;
 }
 
-/// How far off a target may be at these angles by the prior of the axes that carry it. Its place was
-/// taught with the axes at `taught`, and is known as it is seen from there.
-double off_by_positioner_m(const Robot& robot, const Target& target,
-                           const std::vector<double>& angles, const std::vector<double>& taught) {
+/// How far off what these axes carry at `place_m`, in the frame of the last of them, may be at these angles
+/// by the axes' prior. It was taught with them at `taught`, and is known as it is seen from there.
+double off_by_positioner_m(const Robot& robot, std::span<const double> angles,
+                           const std::vector<double>& taught, const Eigen::Vector3d& place_m) {
   constexpr double kSigmas = 3.0;
-  const auto carriers = static_cast<std::size_t>(target.carried_by);
-  const auto at = [&](const Robot& one, const std::vector<double>& all) {
-    return carried_at(one, std::span(all).first(carriers));
-  };
-  const Eigen::Vector3d seen = at(robot, taught) * target.centre_m;
-  const Eigen::Vector3d expected = at(robot, angles) * target.centre_m;
+  const Eigen::Vector3d seen = carried_at(robot, taught) * place_m;
+  const Eigen::Vector3d expected = carried_at(robot, angles) * place_m;
   double squares = 0.0;
-  for (std::size_t j = 0; j < carriers; ++j) {
+  for (std::size_t j = 0; j < angles.size(); ++j) {
     const PositionerAxis& axis = robot.positioner[j];
     for (const auto& [error, sigma] : {std::pair(AxisError::kX, axis.place_sigma_m),
                                        std::pair(AxisError::kY, axis.place_sigma_m),
                                        std::pair(AxisError::kTurnX, axis.direction_sigma_rad),
                                        std::pair(AxisError::kTurnY, axis.direction_sigma_rad)}) {
+      if (!(sigma > 0.0)) continue;
       const Robot erring = with_error(robot, j, error, sigma);
       squares +=
-          (at(erring, angles) * (at(erring, taught).inverse() * seen) - expected).squaredNorm();
+          (carried_at(erring, angles) * (carried_at(erring, taught).inverse() * seen) - expected)
+              .squaredNorm();
     }
-    std::vector<double> scaled = angles;
+    std::vector<double> scaled(angles.begin(), angles.end());
     scaled[j] += axis.scale_sigma * (angles[j] - taught[j]);
-    squares += (at(robot, scaled) * target.centre_m - expected).squaredNorm();
+    squares += (carried_at(robot, scaled) * place_m - expected).squaredNorm();
   }
   return kSigmas * std::sqrt(squares);  // (64b)
 }
 
-/// Stand-off and search are longer where the positioner's prior may have moved the targets.
-PlanOptions widened(PlanOptions options, const Cell& cell, const std::vector<double>& angles) {
+/// Angles of so many axes at which places on them are taught unless stated otherwise.
+std::vector<double> usually_taught(const Robot& robot, std::size_t axes) {
   std::vector<double> taught;
-  for (const PositionerAxis& axis : cell.robot.positioner)
+  for (const PositionerAxis& axis : std::span(robot.positioner).first(axes))
     taught.push_back(std::clamp(0.0, axis.min_rad, axis.max_rad));
+  return taught;
+}
+
+/// Box around an obstacle, in its frame; empty: its mesh is not loaded.
+Eigen::AlignedBox3d box_around(const Obstacle& obstacle) {
+  Eigen::Vector3d half = obstacle.size_m / 2.0;
+  if (obstacle.shape == ObstacleShape::kCylinder)
+    half = Eigen::Vector3d(obstacle.diameter_m, obstacle.diameter_m, obstacle.height_m) / 2.0;
+  Eigen::AlignedBox3d box;
+  if (obstacle.shape != ObstacleShape::kMesh) return {-half, half};
+  if (obstacle.mesh)
+    for (const Eigen::Vector3d& vertex : obstacle.mesh->vertices_m) box.extend(vertex);
+  return box;
+}
+
+/// (64b) is convex in the place: the farthest corner bounds it.
+double off_by_positioner_m(const Robot& robot, std::span<const double> angles,
+                           const Obstacle& obstacle) {
+  const Eigen::AlignedBox3d box = box_around(obstacle);
+  if (box.isEmpty()) return 0.0;
+  const std::vector<double> taught = usually_taught(robot, angles.size());
   double off_m = 0.0;
-  for (const Target& target : cell.targets)
-    if (target.carried_by > 0)
-      off_m = std::max(off_m, off_by_positioner_m(cell.robot, target, angles, taught));
-  const double usual_m = options.standoff_m;
-  options.standoff_m = std::hypot(options.standoff_m, off_m);
-  options.beyond_m = std::hypot(options.beyond_m, off_m);
-  options.clear_m += options.standoff_m - usual_m;
-  return options;
+  for (int corner = 0; corner < 8; ++corner) {
+    const auto which = static_cast<Eigen::AlignedBox3d::CornerType>(corner);
+    off_m = std::max(
+        off_m, off_by_positioner_m(robot, angles, taught, obstacle.frame * box.corner(which)));
+  }
+  return off_m;
 }
 
 /// The candidates at one setting, of those targets that can be touched there.
@@ -136,8 +154,7 @@ SettingPool setting_at(const Cell& cell, std::vector<double> angles_rad,
   const auto is_left = [](const Target& target) { return is_planned(target, kTouched); };
   while (std::ranges::any_of(setting.cell->targets, is_left)) {
     try {
-      setting.pool = std::make_unique<Pool>(
-          *setting.cell, widened(options, cell, setting.angles_rad), per_target, kTouched, rest);
+      setting.pool = std::make_unique<Pool>(*setting.cell, options, per_target, kTouched, rest);
       break;
     } catch (const PlanError& error) {
       using enum PlanError::Kind;
@@ -304,8 +321,8 @@ Plan visits_in_turn(const Cell& cell, const PlanOptions& options, const SettingP
                                   "start: {}. Jog it free",
                                   setting_words(cell.robot, setting.angles_rad), words(*what)));
     if (last != nullptr) require_clear_turn(cell, *last, setting.angles_rad, start);
-    Plan part = visit(*setting.cell, widened(options, cell, setting.angles_rad),
-                      setting.pool->clearance(), setting.pool->router(), std::move(todo[k]), start);
+    Plan part = visit(*setting.cell, options, setting.pool->clearance(), setting.pool->router(),
+                      std::move(todo[k]), start);
     if (part.home.empty())
       throw PlanError(PlanError::Kind::kInTheWay, part.touches.back().target,
                       fmt::format("{}: no clear way back to where the arm waits while the "
@@ -348,24 +365,40 @@ void require_clear_turn(const Cell& cell, const std::vector<double>& from,
   }
 }
 
+bool stands_at(const std::vector<double>& angles, const std::vector<double>& setting) {
+  // Beyond what the controller's program leaves an external axis at, 0.1 deg.
+  constexpr double kStandsRad = 0.0021;
+  return std::ranges::equal(angles, setting,
+                            [](double a, double b) { return std::abs(a - b) <= kStandsRad; });
+}
+
 Cell at_setting(const Cell& cell, const std::vector<double>& positioner_rad) {
   Cell still = cell;
   const std::vector<double> zero(positioner_rad.size(), 0.0);
-  const auto carried = [&](const std::vector<double>& angles, int axes) {
-    return carried_at(cell.robot, std::span(angles).first(static_cast<std::size_t>(axes)));
+  const auto of = [](const std::vector<double>& angles, int axes) {
+    return std::span(angles).first(static_cast<std::size_t>(axes));
   };
   for (Target& target : still.targets) {
     if (target.carried_by == 0) continue;
-    const Eigen::Isometry3d place = carried(positioner_rad, target.carried_by);
+    const std::span<const double> angles = of(positioner_rad, target.carried_by);
+    const Eigen::Isometry3d place = carried_at(cell.robot, angles);
     // Upright with all axes at 0.
-    target.stand_up =
-        place.linear() * carried(zero, target.carried_by).linear().transpose() * up_of(cell.robot);
+    target.stand_up = place.linear() *
+                      carried_at(cell.robot, of(zero, target.carried_by)).linear().transpose() *
+                      up_of(cell.robot);
     if (!(target.stand_height_m > 0.0)) target.stand_height_m = kStandOnTableM;
+    if (target.taught_rad.empty()) target.taught_rad = usually_taught(cell.robot, angles.size());
+    // Of a sphere to be found the middle of its box.
+    if (!target.has_centre) target.centre_m = (target.low_m + target.high_m) / 2.0;
+    target.off_m = off_by_positioner_m(cell.robot, angles, target.taught_rad, target.centre_m);
     target.centre_m = place * target.centre_m;
     target.carried_by = 0;
   }
   for (Obstacle& obstacle : still.obstacles) {
-    obstacle.frame = carried(positioner_rad, obstacle.carried_by) * obstacle.frame;
+    if (obstacle.carried_by == 0) continue;
+    const std::span<const double> angles = of(positioner_rad, obstacle.carried_by);
+    obstacle.off_m = off_by_positioner_m(cell.robot, angles, obstacle);
+    obstacle.frame = carried_at(cell.robot, angles) * obstacle.frame;
     obstacle.carried_by = 0;
   }
   still.robot.positioner.clear();

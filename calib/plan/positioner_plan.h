@@ -8,8 +8,11 @@
 
 namespace cellcal::calib {
 
-/// The cell with the positioner at these angles: all places in the base frame, and no
-/// positioner.
+/// True within what a positioner's axes are left at.
+bool stands_at(const std::vector<double>& angles, const std::vector<double>& setting);
+
+/// The cell with the positioner at these angles: all places in the base frame, how far off they may be
+/// there (64b), and no positioner.
 Cell at_setting(const Cell& cell, const std::vector<double>& positioner_rad);
 
 /// Throws PlanError if the positioner on its way from one setting to the other meets the arm at `rest`.

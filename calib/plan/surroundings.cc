@@ -79,6 +79,7 @@ struct Surroundings::Thing {
   Form form = Form::kSphere;
   std::string words;
   int target = -1;
+  double off_m = 0.0;
   Segment axis{Vector3d::Zero(), Vector3d::Zero()};  // spheres: both ends are the centre; cylinders
   double radius_m = 0.0;                             // spheres and cylinders
   Eigen::Isometry3d frame = Eigen::Isometry3d::Identity();
@@ -208,18 +209,21 @@ Surroundings::Surroundings(const Cell& cell) {
     ball.target = static_cast<int>(t);
     ball.axis = {target.centre_m, target.centre_m};
     ball.radius_m = target.diameter_m / 2.0;
+    ball.off_m = target.off_m;
     things_.push_back(ball);
   }
   for (const Post& post : posts_of(cell)) {
     Thing stand;
     stand.words = "the stand of " + cell.targets[post.target].id;
     stand.target = static_cast<int>(post.target);
+    stand.off_m = cell.targets[post.target].off_m;
     stand.set_cylinder(post.frame, 2.0 * post.radius_m, post.length_m);
     things_.push_back(std::move(stand));
   }
   for (const Obstacle& obstacle : cell.obstacles) {
     Thing thing;
     thing.set_obstacle(obstacle);
+    thing.off_m = obstacle.off_m;
     things_.push_back(std::move(thing));
   }
   if (cell.floor_m) {
@@ -236,6 +240,8 @@ Surroundings::Surroundings(const Cell& cell) {
 std::size_t Surroundings::size() const { return things_.size(); }
 const std::string& Surroundings::words(std::size_t i) const { return things_[i].words; }
 int Surroundings::target(std::size_t i) const { return things_[i].target; }
+
+double Surroundings::off_m(std::size_t i) const { return things_[i].off_m; }
 
 std::optional<Vector3d> Surroundings::middle_m(std::size_t i) const {
   const Thing& thing = things_[i];

@@ -36,6 +36,8 @@ class Surroundings {
   const std::string& words(std::size_t i) const;
   /// The target that it is or supports; -1 for others.
   int target(std::size_t i) const;
+  /// How far off its place may be at this setting of a positioner, 3 sigma; 0 without one.
+  double off_m(std::size_t i) const;
   /// Centre of its bounding ball; empty for the floor.
   std::optional<Eigen::Vector3d> middle_m(std::size_t i) const;
   /// Lower bound of bound_m() for an axis of this centre and half this length; faster still.

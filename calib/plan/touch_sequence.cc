@@ -9,6 +9,7 @@
 
 #include "calib/model/inverse.h"
 #include "calib/plan/pool.h"
+#include "calib/plan/positioner_plan.h"
 
 namespace cellcal::calib {
 
@@ -56,8 +57,9 @@ bool is_on_search(const SearchUnderWay& left, const JointVector& at) {
 }  // namespace
 
 struct TouchSequence::Impl {
-  Impl(const Cell& stated, const TouchSequenceOptions& how, const std::vector<Touch>& touches)
+  Impl(const Cell& cell, const TouchSequenceOptions& how, const std::vector<Touch>& touches)
       : options(how),
+        stated(cell),
         arm(planning_arm(stated)),
         finder(stated, how.plan, how.find, touches),
         made(touches) {
@@ -74,18 +76,48 @@ struct TouchSequence::Impl {
     progress.touches_left = std::max(most, finder.touches_left());
   }
 
+  bool found() const { return online || batches; }
+
   /// Called once all spheres are found.
   void begin() {
-    online.emplace(finder.located(), options.plan, options.goal, JointVector{}, Pace{}, made);
+    if (stated.robot.positioner.empty())
+      online.emplace(finder.located(), options.plan, options.goal, JointVector{}, Pace{}, made);
+    else
+      batches.emplace(finder.located(), options.plan, options.goal, made);
+  }
+
+  /// Found and missed places are of the setting that they were searched at.
+  void turned_to(const std::vector<double>& angles) {
+    positioner_rad = angles;
+    // An axis that rests at the end of its range is commanded no farther.
+    for (std::size_t j = 0; j < angles.size(); ++j) {
+      const PositionerAxis& axis = stated.robot.positioner[j];
+      positioner_rad[j] = std::clamp(angles[j], axis.min_rad, axis.max_rad);
+    }
+    if (!stands_at(positioner_rad, angles)) positioner_rad = angles;
+    if (finder.done() || stands_at(finder.positioner_rad(), angles)) return;
+    finder = Finder(stated, options.plan, options.find, made, angles);
   }
 
   std::optional<PlannedTouch> next(const JointVector& from) {
-    if (!online) {
-      if (auto touch = finder.next(from)) return touch;
+    if (!found()) {
+      if (auto touch = finder.next(from)) {
+        touch->positioner_rad = positioner_rad;
+        return touch;
+      }
       if (options.only_find) return std::nullopt;
       begin();
     }
-    return online->next(from);
+    return batches ? batches->next(from, positioner_rad) : online->next(from);
+  }
+
+  /// The next touch after this way from where the arm is.
+  std::optional<PlannedTouch> next_after(const std::vector<JointVector>& way) {
+    auto touch = next(way.back());
+    if (!touch) return touch;
+    std::vector<JointVector>& first = touch->wait.empty() ? touch->transit : touch->wait;
+    first.insert(first.begin(), way.begin(), way.end());
+    return touch;
   }
 
   /// Signed distance of the tip from the target's surface, and the surface's outward normal there.
@@ -107,15 +139,21 @@ struct TouchSequence::Impl {
   std::optional<std::vector<JointVector>> recorded_retreat(const JointVector& from,
                                                            bool in_contact) const {
     if (!options.left || finder.done()) return std::nullopt;
-    auto way = way_out_of(*options.left, from);
+    auto way = way_out_of(*options.left, with_positioner(from));
     if (!way || (!in_contact && finder.is_clear_at(from))) return std::nullopt;
+    for (JointVector& waypoint : *way) waypoint.resize(from.size());
     if (!finder.is_clear_except_sought(from, *way)) return std::nullopt;
     return way;
   }
 
+  JointVector with_positioner(JointVector arm_rad) const {
+    arm_rad.insert(arm_rad.end(), finder.positioner_rad().begin(), finder.positioner_rad().end());
+    return arm_rad;
+  }
+
   /// Straight away from the sphere or plane at the tip.
   JointVector way_out(const JointVector& from) const {
-    const Cell& cell = finder.located();
+    const Cell& cell = finder.here();
     const Clearance clearance(cell, arm);
     const Eigen::Isometry3d pose = arm.nominal_tcp(from);
     double nearest_m = std::numeric_limits<double>::max();
@@ -154,11 +192,14 @@ struct TouchSequence::Impl {
   }
 
   TouchSequenceOptions options;
+  Cell stated;
   ArmModel arm;
   Finder finder;
   std::vector<Touch> made;
+  std::vector<double> positioner_rad;
   std::optional<Online> online;
-  Progress progress;  ///< before online touches begin
+  std::optional<GoalBatches> batches;  ///< with a positioner
+  Progress progress;                   ///< before online touches begin
 };
 
 TouchSequence::TouchSequence(const Cell& cell, const TouchSequenceOptions& options,
@@ -168,24 +209,21 @@ TouchSequence::~TouchSequence() = default;
 TouchSequence::TouchSequence(TouchSequence&&) noexcept = default;
 TouchSequence& TouchSequence::operator=(TouchSequence&&) noexcept = default;
 
-std::optional<PlannedTouch> TouchSequence::next(const JointVector& from, bool in_contact) {
+std::optional<PlannedTouch> TouchSequence::next(const JointVector& from, bool in_contact,
+                                                const std::vector<double>& positioner_rad) {
   Impl& me = *impl_;
-  if (const auto out = me.recorded_retreat(from, in_contact)) {
-    auto touch = me.next(out->back());
-    if (touch) touch->transit.insert(touch->transit.begin(), out->begin(), out->end());
-    return touch;
-  }
-  const bool free = !in_contact && Clearance(me.finder.located(), me.arm).clear(from, kTipMarginM);
+  me.turned_to(positioner_rad);
+  if (me.batches) return me.next(from);
+  if (const auto out = me.recorded_retreat(from, in_contact)) return me.next_after(*out);
+  const bool free = !in_contact && Clearance(me.finder.here(), me.arm).clear(from, kTipMarginM);
   if (free || me.finder.leads_out(from)) return me.next(from);
-  const JointVector out = me.way_out(from);
-  auto touch = me.next(out);
-  if (touch) touch->transit.insert(touch->transit.begin(), out);
-  return touch;
+  return me.next_after({me.way_out(from)});
 }
 
 void TouchSequence::touched(const Touch& touch) {
   Impl& me = *impl_;
   if (me.online) return me.online->touched(touch);
+  if (me.batches) return me.batches->touched(touch);
   me.made.push_back(touch);
   ++me.progress.touches;
   me.finder.touched(touch);
@@ -195,6 +233,7 @@ void TouchSequence::touched(const Touch& touch) {
 void TouchSequence::failed(NotMade how) {
   Impl& me = *impl_;
   if (me.online) return me.online->failed();
+  if (me.batches) return me.batches->failed();
   if (how == NotMade::kMissed)
     me.finder.missed();
   else
@@ -202,31 +241,37 @@ void TouchSequence::failed(NotMade how) {
   me.check_finder();
 }
 
-std::vector<JointVector> TouchSequence::way_home() const {
+std::vector<JointVector> TouchSequence::way_home(const JointVector& from) const {
+  if (impl_->batches) return impl_->batches->way_home(from);
   return impl_->online ? impl_->online->way_home() : impl_->finder.way_home();
 }
 
 std::optional<SearchUnderWay> TouchSequence::under_way(
     const JointVector& from, const std::optional<PlannedTouch>& touch) const {
-  if (touch ? !touch->may_miss : impl_->online.has_value()) return std::nullopt;
-  const std::vector<JointVector> home = impl_->finder.way_home();
+  if (touch ? !touch->may_miss : impl_->found()) return std::nullopt;
+  const auto all = [this](std::vector<JointVector> way) {
+    for (JointVector& waypoint : way) waypoint = impl_->with_positioner(waypoint);
+    return way;
+  };
+  const std::vector<JointVector> home = all(impl_->finder.way_home());
   SearchUnderWay search;
-  const std::vector<JointVector>& way = touch ? touch->transit : home;
+  const std::vector<JointVector> way = touch ? all(touch->transit) : home;
   if (way.empty()) return std::nullopt;
-  search.way = {from};
+  search.way = all({from});
   search.way.insert(search.way.end(), way.begin(), way.end());
   if (!touch) return search;
   search.target = touch->target;
-  search.end = touch->end;
+  search.end = impl_->with_positioner(touch->end);
   if (home.empty()) return search;
-  search.out = {touch->clear};
+  search.out = all({touch->clear});
   search.out.insert(search.out.end(), home.begin(), home.end());
   return search;
 }
 
-const Cell& TouchSequence::located() const { return impl_->finder.located(); }
+Cell TouchSequence::located() const { return impl_->finder.located(); }
 
 const Progress& TouchSequence::progress() const {
+  if (impl_->batches) return impl_->batches->progress();
   return impl_->online ? impl_->online->progress() : impl_->progress;
 }
 

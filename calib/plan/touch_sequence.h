@@ -1,6 +1,7 @@
 #pragma once
 // Touches of an adaptive session: each is chosen by the results of those before. First spheres with
-// unknown places are located (finder.h), then all are touched until the goal is reached (online.h).
+// unknown places are located (finder.h), then all are touched until the goal is reached (online.h, with a
+// positioner goal_batches.h). The positioner stays where it is until all spheres are found.
 
 #include <memory>
 #include <optional>
@@ -9,6 +10,7 @@
 
 #include "calib/model/joint_vector.h"
 #include "calib/plan/finder.h"
+#include "calib/plan/goal_batches.h"
 #include "calib/plan/online.h"
 
 namespace cellcal::calib {
@@ -20,6 +22,7 @@ namespace cellcal::calib {
 // file only, by which the arm is inside the possible region of the sphere. It retreats by the moves
 // recorded here, which were checked before the search.
 
+/// Angles of all axes, those of a positioner last: where it has been turned since, the moves do not lead out.
 struct SearchUnderWay {
   std::string target;            ///< empty: no search, the arm returns
   std::vector<JointVector> way;  ///< from the starting position, via way-points, to the stand-off
@@ -66,21 +69,23 @@ class TouchSequence {
 
   /// The next touch with its path from the current position; empty once done. Repeated until
   /// touched() or failed() is called. `in_contact`: the tip touches a sphere; the first waypoint
-  /// then leads straight away from it. Throws PlanError if no clear path leads out; the operator
-  /// has to jog the arm.
-  std::optional<PlannedTouch> next(const JointVector& from, bool in_contact);
+  /// then leads straight away from it. `positioner_rad`: present angles of its axes. Throws PlanError
+  /// if no clear path leads out; the operator has to jog the arm.
+  std::optional<PlannedTouch> next(const JointVector& from, bool in_contact,
+                                   const std::vector<double>& positioner_rad = {});
   /// Throws IdentifyError if all touches together determine no estimate.
   void touched(const Touch& touch);
   void failed(NotMade how);
-  std::vector<JointVector> way_home() const;
+  /// From the clear point of the last touch.
+  std::vector<JointVector> way_home(const JointVector& from) const;
   /// The touch offered by next() and its retreat; the return path if there is none. Empty once all
   /// spheres are found.
   std::optional<SearchUnderWay> under_way(const JointVector& from,
                                           const std::optional<PlannedTouch>& touch) const;
 
   const Progress& progress() const;
-  /// The cell with its spheres at their found or estimated places.
-  const Cell& located() const;
+  /// As Finder::located().
+  Cell located() const;
   /// Current activity: "finding S2: 1 touch, within 20 mm", "touching", "checking".
   std::string stage() const;
 

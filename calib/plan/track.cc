@@ -63,9 +63,11 @@ double TrackOff::widened_m(double usual_m, const Eigen::Vector3d& place_m,
 
 SearchReach search_reach(const TrackOff& unit, const Target& target, const JointVector& contact,
                          const PlanOptions& options) {
-  const double before_m = unit.widened_m(options.standoff_m, target.centre_m, contact);
-  return {before_m, unit.widened_m(options.beyond_m, target.centre_m, contact),
-          options.clear_m + (before_m - options.standoff_m)};
+  const auto widened_m = [&](double usual_m) {
+    return std::hypot(unit.widened_m(usual_m, target.centre_m, contact), target.off_m);
+  };
+  const double before_m = widened_m(options.standoff_m);
+  return {before_m, widened_m(options.beyond_m), options.clear_m + (before_m - options.standoff_m)};
 }
 
 }  // namespace cellcal::calib

@@ -41,7 +41,7 @@ class TrackOff {
   double min_m_ = 0.0, max_m_ = 0.0;
 };
 
-/// A search on both sides of the nominal surface, and the clear point.
+/// A search on both sides of the nominal surface, and the clear point: (64a), (64b).
 struct SearchReach {
   double before_m, behind_m, clear_m;
 };

@@ -142,7 +142,8 @@ void add_find(CLI::App& app, int& status) {
       app.add_subcommand("find", "Find the spheres by touch, and print their centres");
   command->footer(
       "For a cell file with rough centres (centre_sigma_mm) or boxes to search. At least six touches of each sphere; the\n"
-      "centres are good enough to plan on. Nothing is calibrated and no file is changed.\n"
+      "centres are good enough to plan on. Nothing is calibrated and no file is changed. A positioner stays\n"
+      "at its present angles; a sphere on it is stated in the frame of its axis, with these angles (taught_deg).\n"
       "Example: cellcal find --cell cell.toml");
   auto daemon = add_connection(command);
   add_progress(command, *daemon);

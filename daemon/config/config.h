@@ -34,7 +34,8 @@ struct MotionConfig {
   double jerk_rad_s3 = 0.0;
   double travel_acceleration_m_s2 = 0.5;  ///< of a linear unit, over RSI
   double travel_jerk_m_s3 = 5.0;
-  double positioner_speed_rad_s = 0.0;  ///< of a positioner's axes, over RSI
+  /// Of a positioner's axes over RSI, and over EKI where the robot file states their own.
+  double positioner_speed_rad_s = 0.0;
   double positioner_acceleration_rad_s2 = 0.0;
   double positioner_jerk_rad_s3 = 0.0;
   /// Speed limit of TCP, flange and elbow in T1, and with an unknown mode until the first calibration has
@@ -115,6 +116,10 @@ std::string unattended_obstacle(const DaemonConfig& config);
 
 /// Limit of each axis relative to its position at RSI_ON.
 double correction_limit_rad(const DaemonConfig& config);
+
+/// At most this share of the arm's axis speeds, and a positioner's reduced by as much, except that its whole range
+/// takes no longer than a session waits.
+MotionConfig slowed(MotionConfig motion, const calib::Robot& robot, double most_speed);
 
 /// Link configuration with the axis limits of this cell's robot at the configured speed. Throws
 /// drivers::ConfigError where the robot file lacks a limit.

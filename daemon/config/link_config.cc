@@ -32,6 +32,8 @@ drivers::AxisLimit axis_limit(const MotionConfig& motion, const calib::Positione
   limit.min_rad = axis.min_rad;
   limit.max_rad = axis.max_rad;
   limit.max_speed_rad_s = motion.positioner_speed_rad_s;
+  if (axis.max_speed_rad_s > 0.0)
+    limit.max_speed_rad_s = std::min(limit.max_speed_rad_s, axis.max_speed_rad_s);
   limit.max_acceleration_rad_s2 = motion.positioner_acceleration_rad_s2;
   limit.max_jerk_rad_s3 = motion.positioner_jerk_rad_s3;
   return limit;
@@ -73,12 +75,13 @@ std::vector<drivers::AxisLimit> axis_limits(const DaemonConfig& config, const ca
   return limits;
 }
 
-/// The controller's own, likewise. A positioner's is unknown: over RSI that of its turns, over EKI, whose
+/// The controller's own, likewise. Where a positioner's is not stated: over RSI that of its turns, over EKI, whose
 /// commands state a share of it, any.
 std::vector<double> full_speeds(const calib::Robot& robot, double of_positioner_rad_s) {
   std::vector<double> speeds;
   for (const calib::Joint& joint : robot.joints) speeds.push_back(joint.max_speed_rad_s);
-  speeds.resize(speeds.size() + robot.positioner.size(), of_positioner_rad_s);
+  for (const calib::PositionerAxis& axis : robot.positioner)
+    speeds.push_back(axis.max_speed_rad_s > 0.0 ? axis.max_speed_rad_s : of_positioner_rad_s);
   return speeds;
 }
 
@@ -96,8 +99,9 @@ std::vector<drivers::AxisRange> external_ranges(const calib::Robot& robot) {
 }
 
 /// A turn through the whole range has to end within a session's time limit of a waypoint.
+constexpr double kLongestTurnS = 150.0;
+
 void check_turn_time(const calib::Robot& robot, double speed_rad_s) {
-  constexpr double kLongestTurnS = 150.0;
   for (const calib::PositionerAxis& axis : robot.positioner) {
     const double turn_s = (axis.max_rad - axis.min_rad) / speed_rad_s;
     if (turn_s > kLongestTurnS)
@@ -110,6 +114,17 @@ void check_turn_time(const calib::Robot& robot, double speed_rad_s) {
 }
 
 }  // namespace
+
+MotionConfig slowed(MotionConfig motion, const calib::Robot& robot, double most_speed) {
+  const double share = std::min(1.0, most_speed / motion.speed_fraction);
+  motion.speed_fraction = std::min(motion.speed_fraction, most_speed);
+  double least_rad_s = 0.0;
+  for (const calib::PositionerAxis& axis : robot.positioner)
+    least_rad_s = std::max(least_rad_s, (axis.max_rad - axis.min_rad) / kLongestTurnS);
+  motion.positioner_speed_rad_s = std::max(share * motion.positioner_speed_rad_s,
+                                           std::min(least_rad_s, motion.positioner_speed_rad_s));
+  return motion;
+}
 
 drivers::RsiConfig rsi_config_for(const DaemonConfig& config, const calib::Cell& cell) {
   drivers::RsiConfig rsi = config.rsi;
@@ -157,8 +172,13 @@ drivers::EkiConfig eki_config_for(const DaemonConfig& config, const calib::Cell&
   eki.limits = axis_limits(config, cell);
   constexpr double kAnyFullSpeed = 1.0;
   eki.full_speed_rad_s = full_speeds(cell.robot, kAnyFullSpeed);
-  for (std::size_t i = joints; i < eki.limits.size(); ++i)
-    eki.limits[i].max_speed_rad_s = kAnyFullSpeed * config.motion.speed_fraction;
+  for (std::size_t i = joints; i < eki.limits.size(); ++i) {
+    const double full_rad_s = eki.full_speed_rad_s[i];
+    double& most_rad_s = eki.limits[i].max_speed_rad_s;
+    most_rad_s = full_rad_s * config.motion.speed_fraction;
+    if (cell.robot.positioner[i - joints].max_speed_rad_s > 0.0)
+      most_rad_s = std::clamp(config.motion.positioner_speed_rad_s, 0.01 * full_rad_s, most_rad_s);
+  }
   eki.validate();
   return eki;
 }

@@ -113,9 +113,9 @@ MakeBackend backend_of(std::shared_ptr<const DaemonConfig> config) {
     if (config->plant && config->plant->touches)
       refuse_external_axes(cell.robot, "reporting each touch to the plant",
                            "Set touches = false in [plant]");
-    DaemonConfig slowed = *config;
-    slowed.motion.speed_fraction = std::min(slowed.motion.speed_fraction, most_speed);
-    return make_backend(slowed, cell, load);
+    DaemonConfig own = *config;
+    own.motion = slowed(own.motion, cell.robot, most_speed);
+    return make_backend(own, cell, load);
   };
 }
 

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "calib/model/units.h"
 #include "calib/result/finding_phrase.h"
@@ -189,9 +190,15 @@ Phrase remedy(const SessionOutcome& outcome) {
 
 Phrase phrase(const FoundSphere& sphere) {
   // As in the cell file: with decimal points.
-  const std::string line = fmt::format("{}: centre_mm = [{:.2f}, {:.2f}, {:.2f}]", sphere.target,
-                                       kMmPerM * sphere.centre_m.x(), kMmPerM * sphere.centre_m.y(),
-                                       kMmPerM * sphere.centre_m.z());
+  std::string line = fmt::format("{}: centre_mm = [{:.2f}, {:.2f}, {:.2f}]", sphere.target,
+                                 kMmPerM * sphere.centre_m.x(), kMmPerM * sphere.centre_m.y(),
+                                 kMmPerM * sphere.centre_m.z());
+  if (!sphere.on.empty()) {
+    std::vector<double> deg;
+    for (const double rad : sphere.taught_rad)  // no "-0.00"
+      deg.push_back(std::round(100.0 * rad * calib::kDegPerRad) / 100.0 + 0.0);
+    line += fmt::format(", on = \"{}\", taught_deg = [{:.2f}]", sphere.on, fmt::join(deg, ", "));
+  }
   return {sphere.moved_m ? "say.sphere.found.moved" : "say.sphere.found",
           {{"line", line},
            {"u", kMmPerM * sphere.u_m},

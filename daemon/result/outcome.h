@@ -25,11 +25,14 @@ namespace cellcal::daemon {
 
 struct FoundSphere {
   std::string target;
-  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< base frame of the nominal arm
+  /// Base frame of the nominal arm; of one on a positioner the frame of the axis that carries it.
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
   double u_m = 0.0;                                    ///< U(k=2) of each component
   int touches = 0;
   /// From the centre in the cell file; none where the file has none.
   std::optional<double> moved_m;
+  std::string on = {};                  ///< that axis; empty: the floor
+  std::vector<double> taught_rad = {};  ///< angles of its carriers while it was touched
 };
 struct FoundSpheres {
   std::vector<FoundSphere> spheres;
@@ -112,7 +115,8 @@ std::optional<bool> published(const SessionOutcome& outcome);
 
 /// The first line is the outcome, followed by its evidence and the remedy.
 std::vector<calib::Phrase> phrases(const SessionOutcome& outcome);
-/// "S1: centre_mm = [1200.00, 0.00, 300.00]  # +- 5 mm (k=2), 9 touches", in the cell file's syntax.
+/// "S1: centre_mm = [1200.00, 0.00, 300.00]  # +- 5 mm (k=2), 9 touches", in the cell file's syntax; of
+/// one on a positioner with `on` and `taught_deg`.
 calib::Phrase phrase(const FoundSphere& sphere);
 
 }  // namespace cellcal::daemon

@@ -79,11 +79,16 @@ calib::Explanation explanation_of(const json& value) {
 }
 
 json to_json(const FoundSphere& one) {
-  return {{"target", one.target},
-          {"centre_mm", mm(one.centre_m)},
-          {"u_mm", kMmPerM * one.u_m},
-          {"touches", one.touches},
-          {"moved_mm", one.moved_m ? json(kMmPerM * *one.moved_m) : json()}};
+  json value{{"target", one.target},
+             {"centre_mm", mm(one.centre_m)},
+             {"u_mm", kMmPerM * one.u_m},
+             {"touches", one.touches},
+             {"moved_mm", one.moved_m ? json(kMmPerM * *one.moved_m) : json()}};
+  if (one.on.empty()) return value;
+  value["on"] = one.on;
+  value["taught_deg"] = json::array();
+  for (const double rad : one.taught_rad) value["taught_deg"].push_back(rad * calib::kDegPerRad);
+  return value;
 }
 
 FoundSphere sphere_of(const json& value) {
@@ -93,6 +98,9 @@ FoundSphere sphere_of(const json& value) {
   one.u_m = value.at("u_mm").get<double>() / kMmPerM;
   one.touches = value.at("touches").get<int>();
   if (value.at("moved_mm").is_number()) one.moved_m = value["moved_mm"].get<double>() / kMmPerM;
+  one.on = value.value("on", "");
+  for (const double deg : value.value("taught_deg", std::vector<double>()))
+    one.taught_rad.push_back(deg * calib::kRadPerDeg);
   return one;
 }
 

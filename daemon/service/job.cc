@@ -250,15 +250,8 @@ void check_goal_value(const RunRequest& request, const Job& job) {
   }
 }
 
-/// A search for a sphere follows a line that the arm alone keeps, about a place in the base frame.
-void check_external_axes(const RunRequest& request, const Job& job) {
-  if (request.kind == SessionKind::kFind || request.find || must_find(job.cell))
-    refuse_external_axes(job.cell.robot, "finding spheres", "State centre_mm of every sphere");
-}
-
 /// Checks of a new session, before anything is opened, planned or moved.
 void check_new_session(const RunRequest& request, Job& job) {
-  check_external_axes(request, job);
   job.warnings = examine_cell(job.cell);
   if (request.goal_mm)
     if (const auto fault = calib::fault_of(job.cell, job.options.goal))
@@ -409,11 +402,17 @@ Angles angles(const drivers::AxisAngles& from, const calib::Robot& robot) {
 }  // namespace
 
 HandSpeed::HandSpeed(std::shared_ptr<const calib::ArmModel> arm, double speed_fraction, Bound bound,
-                     std::vector<calib::Target> targets)
-    : arm_(std::move(arm)),
-      speed_fraction_(speed_fraction),
-      bound_(bound),
-      targets_(std::move(targets)) {}
+                     const std::vector<calib::Target>& targets)
+    : arm_(std::move(arm)), speed_fraction_(speed_fraction), bound_(bound) {
+  for (const calib::Target& target : targets) {
+    const auto axes = static_cast<std::size_t>(target.carried_by);
+    if (axes == 0) continue;
+    if (target.has_centre) carried_.push_back({axes, target.centre_m});
+    const Eigen::AlignedBox3d box(target.low_m, target.high_m);
+    for (int corner = 0; target.has_box && corner < 8; ++corner)
+      carried_.push_back({axes, box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner))});
+  }
+}
 
 double HandSpeed::share(const drivers::Move& move, const drivers::RobotState& robot) const {
   using Mode = drivers::OperatingMode;
@@ -459,22 +458,21 @@ double HandSpeed::share_of_turn(const std::vector<double>& from,
   return fastest_m > 0.0 ? std::min(1.0, bound_.speed_m_s * shortest_s / fastest_m) : 1.0;
 }
 
-/// Greatest speed of a carried target's centre in a turn of one second, within 1 % [m/s].
+/// Greatest speed of a carried target's centre, or of a corner of its box, in a turn of one second, within 1 % [m/s].
 double HandSpeed::fastest_carried_m(std::vector<double> at, const std::vector<double>& to) const {
   constexpr int kSteps = 90;
   const std::vector<double> from = at;
-  const auto place = [&](const calib::Target& target) {
-    const auto axes = static_cast<std::size_t>(target.carried_by);
-    return calib::carried_at(arm_->robot(), std::span(at).first(axes)) * target.centre_m;
+  const auto place = [&](const Carried& one) {
+    return Eigen::Vector3d(calib::carried_at(arm_->robot(), std::span(at).first(one.axes)) *
+                           one.place_m);
   };
   double fastest_m = 0.0;
-  for (const calib::Target& target : targets_) {
-    if (target.carried_by == 0) continue;
+  for (const Carried& one : carried_) {
     at = from;
-    Eigen::Vector3d before = place(target);
+    Eigen::Vector3d before = place(one);
     for (int k = 1; k <= kSteps; ++k) {
       for (std::size_t j = 0; j < at.size(); ++j) at[j] = from[j] + (to[j] - from[j]) * k / kSteps;
-      const Eigen::Vector3d now = place(target);
+      const Eigen::Vector3d now = place(one);
       fastest_m = std::max(fastest_m, kSteps * (now - before).norm());
       before = now;
     }

@@ -50,7 +50,7 @@ class HandSpeed {
   /// `speed_fraction`: share of the robot file's axis speeds, as configured for the link. `targets`: of the
   /// cell; those that a positioner carries count.
   HandSpeed(std::shared_ptr<const calib::ArmModel> arm, double speed_fraction, Bound bound,
-            std::vector<calib::Target> targets = {});
+            const std::vector<calib::Target>& targets = {});
 
   /// Share of each axis' speed limit for this move from the commanded position (Move::speed_share). 1 for
   /// moves with a speed of their own: searches, and straight lines with a duration.
@@ -64,7 +64,11 @@ class HandSpeed {
   std::shared_ptr<const calib::ArmModel> arm_;
   double speed_fraction_;
   Bound bound_;
-  std::vector<calib::Target> targets_;
+  struct Carried {
+    std::size_t axes;
+    Eigen::Vector3d place_m;  ///< in the frame of the last of them
+  };
+  std::vector<Carried> carried_;
 };
 
 /// Everything that one session owns until it has ended.

@@ -147,14 +147,18 @@ Tasks check_tasks(std::shared_ptr<const TaskInputs> inputs) {
 
 FoundSpheres found_spheres(const calib::Cell& cell, const std::vector<calib::Touch>& made,
                            const calib::PlanOptions& options) {
-  const calib::Finder finder(cell, options, true, made);
+  const calib::Cell located = calib::Finder(cell, options, true, made).located();
   FoundSpheres all;
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     const calib::Target& stated = cell.targets[t];
     if (stated.kind != calib::TargetKind::kSphere) continue;
     FoundSphere& sphere = all.spheres.emplace_back();
     sphere.target = stated.id;
-    sphere.centre_m = finder.located().targets[t].centre_m;
+    sphere.centre_m = located.targets[t].centre_m;
+    if (stated.carried_by > 0) {
+      sphere.on = cell.robot.positioner.at(static_cast<std::size_t>(stated.carried_by) - 1).name;
+      sphere.taught_rad = located.targets[t].taught_rad;
+    }
     sphere.u_m = 2.0 * calib::kFoundSigmaM;  // k = 2; criterion of the finder (finder.h)
     sphere.touches = static_cast<int>(std::ranges::count(made, stated.id, &calib::Touch::target));
     if (stated.has_centre) sphere.moved_m = (sphere.centre_m - stated.centre_m).norm();

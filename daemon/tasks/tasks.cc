@@ -19,7 +19,6 @@
 #include "calib/plan/contact_forecast.h"
 #include "calib/plan/design.h"
 #include "calib/plan/duration.h"
-#include "calib/plan/goal_batches.h"
 #include "calib/plan/touch_sequence.h"
 #include "calib/result/finding_phrase.h"
 #include "daemon/files/atomic_file.h"
@@ -150,13 +149,14 @@ class Chooser {
 
   Tasks::Chosen choose(const ChooseTouch& how, const std::vector<calib::Touch>& touches,
                        const calib::JointVector& from) {
+    const PartedAxes axes = parted(inputs_->cell.robot, from);
     try {
       if (begin_->empty()) {
-        *begin_ = from;
+        *begin_ = axes.arm_rad;
         // Paths found before may exceed the controller's limit.
-        if (is_bounded()) open_sequence();
+        if (plans_within_reach()) open_sequence();
       }
-      return choose_from(how, touches, from);
+      return choose_from(how, touches, axes);
     } catch (const calib::PlanError& error) {
       if (!is_bounded()) throw;
       throw calib::PlanError(
@@ -177,9 +177,15 @@ class Chooser {
     return inputs_->axis_reach_rad && *inputs_->axis_reach_rad < kAnyTurnRad;
   }
 
+  /// A positioner's touches are planned from where the arm waits, at once: their reach is looked at afterwards.
+  bool plans_within_reach() const {
+    return is_bounded() &&
+           (inputs_->cell.robot.positioner.empty() || (sequence_ && sequence_->progress().finding));
+  }
+
   void open_sequence() {
     calib::Cell cell = cell_to_plan(*inputs_);
-    if (is_bounded()) cell.passable = within_reach(cell.passable);
+    if (plans_within_reach()) cell.passable = within_reach(cell.passable);
     const calib::TouchSequenceOptions options{inputs_->options.plan, inputs_->options.goal,
                                               inputs_->options.find, only_find(), inputs_->left};
     sequence_.emplace(cell, options, inputs_->made);
@@ -198,32 +204,31 @@ class Chooser {
   }
 
   Tasks::Chosen choose_from(const ChooseTouch& how, const std::vector<calib::Touch>& touches,
-                            const calib::JointVector& from) {
+                            const PartedAxes& from) {
     Tasks::Chosen chosen;
-    if (!*all_) {
-      all_->emplace();
-      (*all_)->start = from;
-    }
+    if (!*all_) all_->emplace().start = from.arm_rad;
     std::optional<calib::PlannedTouch> touch;
     try {
       if (how.failed) sequence_->failed(*how.failed);
       while (learnt_ < touches.size()) sequence_->touched(touches[learnt_++]);
-      touch = sequence_->next(from, how.in_contact);
+      touch = sequence_->next(from.arm_rad, how.in_contact, from.positioner_rad);
     } catch (const calib::PlanError& error) {
       if (error.kind != calib::PlanError::Kind::kNotFound) throw;
       chosen.not_found = true;
       chosen.why = error.what();
     }
-    chosen.search = sequence_->under_way(from, touch);
+    chosen.search = sequence_->under_way(from.arm_rad, touch);
     if (touch) {
       auto& all = (*all_)->touches;  // a touch offered before now has another path
       if (!all.empty() && all.back().clear == touch->clear) all.pop_back();
       if (!touch->may_miss) all.push_back(*touch);
       chosen.plan.touches.push_back(std::move(*touch));
     } else {
-      chosen.plan.home = sequence_->way_home();
+      chosen.plan.home = sequence_->way_home(from.arm_rad);
+      chosen.plan.home_rad = from.positioner_rad;
     }
     check(chosen.plan, inputs_->cell.robot.joints.size());
+    if (!from.positioner_rad.empty()) refuse_beyond_reach(*inputs_, chosen.plan, 0, *begin_);
     chosen.progress = sequence_->progress();
     chosen.stage = sequence_->stage();
     return chosen;
@@ -236,59 +241,6 @@ class Chooser {
   std::optional<calib::TouchSequence> sequence_;
   std::size_t learnt_ = 0;
 };
-
-/// Touches to a goal in a cell with a positioner. Used by the worker only, job after job.
-class Batches {
- public:
-  /// `chosen`: receives every chosen touch.
-  Batches(std::shared_ptr<const TaskInputs> inputs,
-          std::shared_ptr<std::optional<calib::Plan>> chosen)
-      : inputs_(std::move(inputs)), all_(std::move(chosen)) {}
-
-  Tasks::Planned begin() {
-    batches_.emplace(cell_to_plan(*inputs_), inputs_->options.plan, inputs_->options.goal,
-                     inputs_->made);
-    learnt_ = inputs_->made.size();
-    return {{}, "", batches_->progress()};
-  }
-
-  Tasks::Chosen choose(const ChooseTouch& how, const std::vector<calib::Touch>& touches,
-                       const calib::JointVector& from) {
-    const auto& [arm_rad, positioner_rad] = parted(inputs_->cell.robot, from);
-    if (!*all_) all_->emplace().start = arm_rad;
-    if (how.failed) batches_->failed();
-    while (learnt_ < touches.size()) batches_->touched(touches[learnt_++]);
-    Tasks::Chosen chosen;
-    if (auto touch = batches_->next(arm_rad, positioner_rad)) {
-      chosen.plan.touches.push_back(*touch);
-      (*all_)->touches.push_back(std::move(*touch));
-    } else {
-      chosen.plan.home = batches_->way_home(arm_rad);
-      chosen.plan.home_rad = positioner_rad;
-    }
-    check(chosen.plan, inputs_->cell.robot.joints.size());
-    refuse_beyond_reach(*inputs_, chosen.plan, 0, (*all_)->start);
-    chosen.progress = batches_->progress();
-    chosen.stage = chosen.progress.fitted ? "checking" : "touching";
-    return chosen;
-  }
-
- private:
-  std::shared_ptr<const TaskInputs> inputs_;
-  std::shared_ptr<std::optional<calib::Plan>> all_;
-  std::optional<calib::GoalBatches> batches_;
-  std::size_t learnt_ = 0;
-};
-
-/// `chooser`: begins and chooses, as Chooser.
-template <class T>
-void choose_by(const std::shared_ptr<T>& chooser, Tasks& tasks) {
-  tasks.plan = [chooser] { return chooser->begin(); };
-  tasks.choose = [chooser](const ChooseTouch& how, const std::vector<calib::Touch>& touches,
-                           const calib::JointVector& from) {
-    return chooser->choose(how, touches, from);
-  };
-}
 
 /// Adds the path from the arm's current position to the plan's next touch.
 Tasks with_route(Tasks tasks, const std::shared_ptr<const TaskInputs>& inputs) {
@@ -334,10 +286,13 @@ using SharedInputs = std::shared_ptr<const TaskInputs>;
 Tasks touching_tasks(const SharedInputs& inputs,
                      const std::shared_ptr<std::optional<calib::Plan>>& planned) {
   Tasks tasks;
-  if (inputs->options.one_by_one && !inputs->cell.robot.positioner.empty()) {
-    choose_by(std::make_shared<Batches>(inputs, planned), tasks);
-  } else if (inputs->options.one_by_one) {
-    choose_by(std::make_shared<Chooser>(inputs, planned), tasks);
+  if (inputs->options.one_by_one) {
+    const auto chooser = std::make_shared<Chooser>(inputs, planned);
+    tasks.plan = [chooser] { return chooser->begin(); };
+    tasks.choose = [chooser](const ChooseTouch& how, const std::vector<calib::Touch>& touches,
+                             const calib::JointVector& from) {
+      return chooser->choose(how, touches, from);
+    };
   } else {
     tasks.plan = [inputs, planned] {
       Tasks::Planned now = plan_beforehand(*inputs);

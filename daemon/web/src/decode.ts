@@ -63,7 +63,8 @@ function outcome_change(value: unknown): OutcomeChange | null {
 function found_sphere(value: unknown): FoundSphere | null {
   const all = fields(value), centreMm = point(all?.centre_mm);
   if (!all || !centreMm) return null;
-  return { target: words(all.target), centreMm, uMm: number(all.u_mm), touches: count(all.touches), movedMm: number(all.moved_mm) };
+  return { target: words(all.target), centreMm, uMm: number(all.u_mm), touches: count(all.touches), movedMm: number(all.moved_mm),
+    on: words(all.on), taughtDeg: numbers(all.taught_deg) ?? [] };
 }
 const some_words = (value: unknown): string[] => list(value).map(words).filter((one) => one !== "");
 function outcome(value: unknown): Outcome | null {

@@ -111,6 +111,9 @@ export interface FoundSphere {
   uMm: number | null;
   touches: number;
   movedMm: number | null;
+  /** Axis of a positioner that carries it, whose frame centreMm is in, and angles while it was touched. */
+  on: string;
+  taughtDeg: number[];
 }
 export interface Outcome {
   kind: OutcomeKind;

@@ -9,6 +9,7 @@
 #include "drivers/error.h"
 #include "drivers/kuka/moves/move_queue.h"
 #include "drivers/kuka/wire/wire_axes.h"
+#include "drivers/units.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -56,10 +57,14 @@ std::size_t EkiConfig::wire_axes() const {
   return external == 0 ? limits.size() : std::max(limits.size(), kArmAxes + external);
 }
 
-int EkiConfig::transit_percent() const {
+int EkiConfig::transit_percent(const AxisAngles& from_rad, const AxisAngles& to_rad) const {
+  // Less is what the controller's program leaves an axis at.
+  constexpr double kTravelRad = 0.1 * kRadPerDeg;
   double share = 1.0;
   for (std::size_t i = 0; i < limits.size(); ++i) {
-    share = std::min(share, limits[i].max_speed_rad_s / full_speed_rad_s[i]);
+    const bool stands = i >= kArmAxes && i < std::min(from_rad.size(), to_rad.size()) &&
+                        std::abs(to_rad[i] - from_rad[i]) <= kTravelRad;
+    if (!stands) share = std::min(share, limits[i].max_speed_rad_s / full_speed_rad_s[i]);
   }
   // Prevents rounding of a share of 0.2 down to 19 percent.
   constexpr double kRounding = 1e-9;

@@ -52,8 +52,9 @@ struct EkiConfig {
 
   /// Axes of the channel.
   std::size_t wire_axes() const;
-  /// Percentage of the axis speeds at which no axis exceeds its limit, 1..100.
-  int transit_percent() const;
+  /// Percentage of the axis speeds at which no axis exceeds its limit, 1..100; between these angles without
+  /// axes behind the arm's six that stand.
+  int transit_percent(const AxisAngles& from_rad = {}, const AxisAngles& to_rad = {}) const;
   /// Throws ConfigError naming key, value and remedy.
   void validate() const;
 };

@@ -103,8 +103,8 @@ void EkiMover::choose_path(const AxisAngles& at_rad) {
   command_.guard = at_input ? EkiGuard::kInput : EkiGuard::kNone;
   // Rounds down, except for a share that is a whole percentage up to the last bit.
   constexpr double kLastBit = 1e-9;
-  command_.percent = std::max(
-      1, static_cast<int>(std::floor(config_.transit_percent() * move_.speed_share + kLastBit)));
+  const double percent = config_.transit_percent(at_rad, target_rad) * move_.speed_share;
+  command_.percent = std::max(1, static_cast<int>(std::floor(percent + kLastBit)));
   if (move_.cruise_s <= 0.0) return;
   const bool straight = searching() || farthest_axis(at_rad, target_rad).rad <= kLongestLinRad;
   double shortest_s = move_.cruise_s, share = 0.0;

@@ -32,6 +32,7 @@ max_deg = 90.5
 place_sigma_mm = 1.5
 direction_sigma_mrad = 1.25
 scale_sigma_mrad_per_rad = 0.2
+max_speed_deg_s = 45.0
 
 [[positioner]]
 name = "E2"
@@ -81,6 +82,8 @@ TEST(PositionerFile, IsReadIntoMetresAndRadians) {
   EXPECT_DOUBLE_EQ(tilt.place_sigma_m, 1.5e-3);
   EXPECT_DOUBLE_EQ(tilt.direction_sigma_rad, 1.25e-3);
   EXPECT_DOUBLE_EQ(tilt.scale_sigma, 0.2e-3);
+  EXPECT_DOUBLE_EQ(tilt.max_speed_rad_s, 45.0 * kRadPerDeg);
+  EXPECT_EQ(turn.max_speed_rad_s, 0.0);
   EXPECT_EQ(turn.sign, 1);
   EXPECT_DOUBLE_EQ(turn.place_sigma_m, 2e-3);
   EXPECT_DOUBLE_EQ(turn.direction_sigma_rad, 2e-3);
@@ -127,6 +130,7 @@ TEST(PositionerFile, NamesTheLineAndKeyOfEveryError) {
       {"place_sigma_mm = 1.5", "place_sigma_mm = -1.5", "place_sigma_mm"},
       {"direction_sigma_mrad = 1.25", "direction_sigma_mrad = 1e6", "direction_sigma_mrad"},
       {"scale_sigma_mrad_per_rad = 0.2", "scale_sigma = 0.2", "scale_sigma"},
+      {"max_speed_deg_s = 45.0", "max_speed_deg_s = 0", "max_speed_deg_s"},
       {"sign = -1", "along = [0, 0, 1]", "along"}};
   for (const auto& [line, now, key] : all)
     expect_words(robot_refusal(kRobot + with(kAxes, line, now)), {"robot.toml:", key});
@@ -172,12 +176,26 @@ TEST(PositionerCell, RefusesATargetOnAnAxisThatIsAbsentByLineAndKey) {
 TEST(PositionerCell, RefusesWhatCannotBeOnIt) {
   expect_words(refused_cell(with(cell_text(), "kind = \"wire\"", "kind = \"wire\"\non = \"E1\"")),
                {"on", "only spheres"});
-  expect_words(refused_cell(with(cell_text(), "centre_mm = [1340.0, 240.0, 350.0]",
-                                 "search_low_mm = [0, 0, 0]\nsearch_high_mm = [9, 9, 9]")),
-               {"search_low_mm", "centre_mm"});
   expect_words(refused_cell(kOnTable), {"between", "positioner"});
   expect_words(refused_cell(with(cell_text(), "id = \"S2\"", "id = \"E1\"")), {"id", "axis"});
   EXPECT_EQ(positioner_cell_of(with(kOnTable, "id = \"S2\"", "id = \"S2\"\non = \"E2\"")).lengths.size(), 1u);
+}
+
+TEST(PositionerCell, StatesTheAnglesAtWhichAPlaceWasTaughtAndTheBoxOfOneToBeFound) {
+  EXPECT_TRUE(positioner_cell_of().targets[0].taught_rad.empty());
+  const std::string taught = with(cell_text(), "on = \"E2\"", "on = \"E2\"\ntaught_deg = [-20.5, 90]");
+  const std::vector<double> angles = {-20.5 * kRadPerDeg, 90.0 * kRadPerDeg};
+  EXPECT_EQ(positioner_cell_of(taught).targets[0].taught_rad, angles);
+  const Cell again = positioner_cell_of(cell_to_toml(positioner_cell_of(taught), "r.toml"));
+  ASSERT_EQ(again.targets[0].taught_rad.size(), 2u);
+  EXPECT_NEAR(again.targets[0].taught_rad[0], angles[0], 1e-12);
+  for (const char* wrong : {"[1]", "[1, 2, 3]", "[nan, 1]", "30", "[1, 1e9]"})
+    expect_words(refused_cell(with(taught, "[-20.5, 90]", wrong)), {"cell.toml:", "taught_deg"});
+  expect_words(refused_cell(with(taught, "on = \"E2\"", "on = \"floor\"")), {"taught_deg"});
+  const std::string boxed = with(cell_text(), "centre_mm = [1340.0, 240.0, 350.0]",
+                                 "search_low_mm = [0, 0, 0]\nsearch_high_mm = [9, 9, 9]");
+  EXPECT_TRUE(positioner_cell_of(boxed).targets[0].has_box);
+  EXPECT_EQ(positioner_cell_of(boxed).targets[0].carried_by, 2);
 }
 
 TEST(PositionerTouches, StateAllAxesInDegrees) {

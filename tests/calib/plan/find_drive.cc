@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <filesystem>
 #include <iterator>
+#include <span>
 #include <string>
 
 #include "calib/files/files.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/linear.h"
 #include "calib/plan/finder.h"
+#include "calib/plan/pool.h"
+#include "calib/plan/positioner_plan.h"
 
 namespace cellcal::calib::testing {
 
@@ -22,23 +25,34 @@ JointVector between(const JointVector& from, const JointVector& to, double share
   return q;
 }
 
-Vector3d tip_of(const sim::Truth& truth, const JointVector& q) {
-  return truth.arm.position(truth.arm.prepare(q), truth.errors.data());
+std::span<const double> carriers(const sim::Truth& truth, std::size_t target,
+                                 const std::vector<double>& positioner_rad) {
+  const int axes = truth.carried_by.empty() ? 0 : truth.carried_by[target];
+  return std::span(positioner_rad).first(static_cast<std::size_t>(axes));
+}
+
+/// In the frame that carries what these axes do.
+Vector3d tip_of(const sim::Truth& truth, const JointVector& q,
+                std::span<const double> carrier_rad = {}) {
+  return truth.arm.position(truth.arm.prepare(q, 0, nullptr, carrier_rad), truth.errors.data());
 }
 
 }  // namespace
 
 void look(const Cell& cell, const sim::Truth& truth, const JointVector& from, const JointVector& to,
-          std::optional<std::size_t> meant, SphereGaps& nearest) {
+          std::optional<std::size_t> meant, SphereGaps& nearest,
+          const std::vector<double>& positioner_rad) {
   const ArmModel nominal(cell.robot, cell.tool);
   constexpr int kSteps = 60;
   for (int k = 0; k <= kSteps; ++k) {
     const JointVector q = between(from, to, static_cast<double>(k) / kSteps);
-    const Vector3d tip = tip_of(truth, q);
-    const Vector3d back = -(nominal.nominal_tcp(q).linear() * cell.tool.tcp.linear().transpose() *
-                            cell.tool.tcp.translation());
-    const double slim = cell.tool.slim_length_m / back.norm();
+    const Vector3d shaft = -(nominal.nominal_tcp(q).linear() * cell.tool.tcp.linear().transpose() *
+                             cell.tool.tcp.translation());
+    const double slim = cell.tool.slim_length_m / shaft.norm();
     for (std::size_t t = 0; t < truth.centre_m.size(); ++t) {
+      const auto carrier_rad = carriers(truth, t, positioner_rad);
+      const Vector3d tip = tip_of(truth, q, carrier_rad);
+      const Vector3d back = carried_at(cell.robot, carrier_rad).linear().transpose() * shaft;
       const double radius = truth.radius_m[t];  // of sphere and tip
       if (t != meant)
         nearest.tip_m = std::min(nearest.tip_m, (tip - truth.centre_m[t]).norm() - radius);
@@ -96,7 +110,9 @@ Cell as_rough_as_stated(Cell cell, double sigma_m, unsigned seed) {
 std::optional<Touch> search(const Cell& cell, const sim::Truth& truth, const PlannedTouch& line) {
   const std::size_t target = cell.target_index(line.target);
   const auto gap = [&](double share) {
-    return (tip_of(truth, between(line.standoff, line.end, share)) - truth.centre_m[target])
+    return (tip_of(truth, between(line.standoff, line.end, share),
+                   carriers(truth, target, line.positioner_rad)) -
+            truth.centre_m[target])
                .norm() -
            truth.radius_m[target];
   };
@@ -110,39 +126,47 @@ std::optional<Touch> search(const Cell& cell, const sim::Truth& truth, const Pla
     }
     Touch touch;
     touch.target = line.target;
+    touch.positioner_rad = line.positioner_rad;
     touch.joint_rad = between(line.standoff, line.end, out);
     return touch;
   }
   return std::nullopt;
 }
 
-Found drive(const Cell& cell, const sim::Truth& truth, bool all, std::size_t spheres) {
-  Finder finder(cell, {}, all, {});
+Found drive(const Cell& cell, const sim::Truth& truth, bool all, std::size_t spheres,
+            const std::vector<double>& positioner_rad) {
+  Finder finder(cell, {}, all, {}, positioner_rad);
   Found found;
-  JointVector middle(cell.robot.joints.size(), 0.0);
-  middle[1] = -1.2, middle[2] = 1.6, middle[4] = 1.0;
+  const JointVector middle =
+      positioner_rad.empty() ? middle_posture(cell.robot) : waiting_posture(cell);
   JointVector at;
   constexpr int kNoEnd = 700;
+  const auto looked = [&](const JointVector& from, const JointVector& to,
+                          std::optional<std::size_t> meant) {
+    look(cell, truth, from, to, meant, found.nearest, positioner_rad);
+  };
   while (!finder.done() && *finder.seeking() < spheres) {
     if (found.touches + found.misses > kNoEnd) return found;
     const auto line = finder.next(at.empty() ? middle : at);
     for (const JointVector& waypoint : line->transit) {
-      if (!at.empty()) look(cell, truth, at, waypoint, {}, found.nearest);
+      if (!at.empty()) looked(at, waypoint, {});
       at = waypoint;
     }
     const std::size_t meant = cell.target_index(line->target);
     at = line->clear;
-    found.began_inside |=
-        (tip_of(truth, line->standoff) - truth.centre_m[meant]).norm() <= truth.radius_m[meant];
+    const Vector3d begin = tip_of(truth, line->standoff, carriers(truth, meant, positioner_rad));
+    found.began_inside |= (begin - truth.centre_m[meant]).norm() <= truth.radius_m[meant];
     const auto touch = search(cell, truth, *line);
     ++(touch ? found.touches : found.misses);
     const JointVector& deepest = touch ? touch->joint_rad : line->end;
-    look(cell, truth, line->standoff, deepest, meant, found.nearest);
-    look(cell, truth, deepest, line->clear, meant, found.nearest);
-    if (touch)
+    looked(line->standoff, deepest, meant);
+    looked(deepest, line->clear, meant);
+    if (touch) {
       finder.touched(*touch);
-    else
+      found.made.push_back(*touch);
+    } else {
       finder.missed();
+    }
   }
   found.done = true;
   found.cell = finder.located();

@@ -30,7 +30,8 @@ struct SphereGaps {
 
 /// During a straight move; the sphere `meant` may be touched by the tip.
 void look(const Cell& cell, const sim::Truth& truth, const JointVector& from, const JointVector& to,
-          std::optional<std::size_t> meant, SphereGaps& nearest);
+          std::optional<std::size_t> meant, SphereGaps& nearest,
+          const std::vector<double>& positioner_rad = {});
 
 struct Found {
   SphereGaps nearest;
@@ -39,10 +40,13 @@ struct Found {
   bool began_inside = false;  ///< a search began inside its sphere
   /// At each search: number made, and predicted total.
   std::vector<std::pair<int, int>> progress{};
+  std::vector<Touch> made{};
   Cell cell{};  ///< as located
 };
 
-/// Until the first `spheres` of the cell are found. Throws PlanError if one is not.
-Found drive(const Cell& cell, const sim::Truth& truth, bool all, std::size_t spheres);
+/// Until the first `spheres` of the cell are found, with the positioner at these angles. Throws PlanError if
+/// one is not.
+Found drive(const Cell& cell, const sim::Truth& truth, bool all, std::size_t spheres,
+            const std::vector<double>& positioner_rad = {});
 
 }  // namespace cellcal::calib::testing

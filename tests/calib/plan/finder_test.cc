@@ -426,7 +426,7 @@ TEST(TouchSequence, FindsTheSpheresAndThenTouchesThemToTheGoal) {
   EXPECT_GE(found, 24);
   EXPECT_EQ(checks, 3);
   EXPECT_EQ(sequence.progress().touches + checks, all);
-  EXPECT_FALSE(sequence.way_home().empty());
+  EXPECT_FALSE(sequence.way_home(at).empty());
 }
 
 }  // namespace

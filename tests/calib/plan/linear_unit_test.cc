@@ -10,7 +10,6 @@
 #include "calib/model/linear.h"
 #include "calib/plan/bodies.h"
 #include "calib/plan/clearance.h"
-#include "calib/plan/finder.h"
 #include "calib/plan/plan.h"
 #include "calib/plan/pool.h"
 #include "calib/plan/suggest_spheres.h"
@@ -235,7 +234,6 @@ TEST(LinearUnitPlan, NeedsItsSpeed) {
 
 TEST(LinearUnitPlan, WhatCannotMoveItYetRefusesIt) {
   const Cell cell = track_cell();
-  EXPECT_THROW(Finder(cell, {}, false, {}), LinearUnitError);
   EXPECT_THROW(suggest_spheres(cell, {}, 4), LinearUnitError);
 }
 

@@ -9,7 +9,6 @@
 #include "calib/model/kinematics.h"
 #include "calib/plan/cell_check.h"
 #include "calib/plan/clearance.h"
-#include "calib/plan/finder.h"
 #include "calib/plan/online.h"
 #include "calib/plan/plan.h"
 #include "calib/plan/pool.h"
@@ -285,7 +284,6 @@ TEST(PositionerPlan, NamesTheAxisThatKeepsItFromTheGoal) {
 
 TEST(PositionerPlan, WhatPlansTouchByTouchRefusesIt) {
   const Cell cell = with_positioner();
-  EXPECT_THROW(Finder(cell, {}, false, {}), PositionerError);
   EXPECT_THROW(suggest_spheres(cell, {}, 4), PositionerError);
   EXPECT_THROW(Pool(cell, {}, 10), PositionerError);
 }

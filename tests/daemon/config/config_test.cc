@@ -505,6 +505,45 @@ TEST(axis_limits, of_a_positioner_over_rsi_are_refused_by_name_where_it_cannot_b
   EXPECT_THROW(rsi_config_for(space, cell_with_positioner()), drivers::ConfigError);
 }
 
+TEST(axis_limits, of_a_positioner_over_eki_are_positioner_speed_where_its_own_is_stated) {
+  calib::Cell cell = cell_with_positioner();
+  cell.robot.positioner[0].max_speed_rad_s = 90.0 * drivers::kRadPerDeg;
+  const std::string head = kEki + "[controller]\nexternal_axes = 2\n[motion]\nspeed_percent = 40\n";
+  const drivers::EkiConfig bounded =
+      eki_config_for(parse_config(head + "positioner_speed_deg_s = 9\n", "d.toml"), cell);
+  drivers::AxisAngles from(8, 0.1), moves = from, turns = from;
+  moves[2] += 0.5;
+  turns[7] += 0.5;
+  EXPECT_EQ(bounded.transit_percent(from, moves), 40) << "it stands";
+  EXPECT_EQ(bounded.transit_percent(from, turns), 10);
+  const DaemonConfig fast = parse_config(head + "positioner_speed_deg_s = 80\n", "d.toml");
+  EXPECT_EQ(eki_config_for(fast, cell).transit_percent(from, turns), 40);
+  const DaemonConfig slow = parse_config(head + "positioner_speed_deg_s = 0.5\n", "d.toml");
+  EXPECT_EQ(eki_config_for(slow, cell).transit_percent(from, turns), 1) << "the slowest PTP";
+  const DaemonConfig rsi =
+      parse_config(kRsi + "[motion]\npositioner_speed_deg_s = 180\n", "d.toml");
+  EXPECT_NEAR(rsi_config_for(rsi, cell).limits[7].max_speed_rad_s, 90.0 * drivers::kRadPerDeg,
+              1e-12);
+}
+
+TEST(a_slowed_motion, slows_a_positioner_by_as_much_as_the_arm) {
+  const calib::Robot robot = cell_with_positioner().robot;  // through 143 deg
+  MotionConfig motion;
+  motion.speed_fraction = 0.4;
+  motion.positioner_speed_rad_s = 20.0 * drivers::kRadPerDeg;
+  const MotionConfig dry = slowed(motion, robot, 0.1);
+  EXPECT_EQ(dry.speed_fraction, 0.1);
+  EXPECT_NEAR(dry.positioner_speed_rad_s, 5.0 * drivers::kRadPerDeg, 1e-12);
+  const MotionConfig as_it_is = slowed(motion, robot, 1.0);
+  EXPECT_EQ(as_it_is.speed_fraction, 0.4);
+  EXPECT_EQ(as_it_is.positioner_speed_rad_s, motion.positioner_speed_rad_s);
+  motion.positioner_speed_rad_s = 2.0 * drivers::kRadPerDeg;
+  EXPECT_NEAR(slowed(motion, robot, 0.1).positioner_speed_rad_s, 2.5 / 150.0, 1e-12)
+      << "a session waits no longer for its whole range";
+  motion.positioner_speed_rad_s = 0.5 * drivers::kRadPerDeg;
+  EXPECT_EQ(slowed(motion, robot, 0.1).positioner_speed_rad_s, motion.positioner_speed_rad_s);
+}
+
 TEST(axis_limits, over_eki_come_with_the_full_speeds_and_for_the_channels_axes) {
   calib::Cell cell = cell_of_one_joint();
   const DaemonConfig config = parse_config(kEki + "[motion]\nspeed_percent = 10\n", "d.toml");

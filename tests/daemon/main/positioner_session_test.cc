@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -202,17 +203,91 @@ TEST_P(a_session_with_a_positioner, is_tried_dry_first) {
   EXPECT_EQ(outcome.status, 0) << outcome.out << outcome.err << fixture.log();
 }
 
-TEST_P(a_session_with_a_positioner, of_another_kind_is_refused_by_name) {
-  PositionerFixture fixture(GetParam());
-  fixture.start();
-  const std::vector<nlohmann::json> refusals = {{{"kind", "find"}}, {{"find", true}}};
-  for (nlohmann::json request : refusals) {
-    request["cell"] = fixture.cell;
-    const auto refused = http_request(fixture.socket(), "POST", "/v1/run", request.dump());
-    EXPECT_GE(refused.status, 400) << request << refused.body;
-    EXPECT_NE(refused.body.find("positioner (E1)"), std::string::npos) << refused.body;
+/// Of a sphere on the table, and one on the floor, only boxes in their frames are known.
+void put_in_boxes(const PositionerFixture& fixture) {
+  std::string text = content(fixture.cell);
+  for (const std::size_t t : {0u, 4u}) {
+    const Eigen::Vector3d centre_mm = 1e3 * fixture.stated.targets[t].centre_m;
+    const auto begin =
+        text.find("centre_mm", text.find("\"" + fixture.stated.targets[t].id + "\""));
+    text.replace(
+        begin, text.find('\n', begin) - begin,
+        fmt::format(
+            "search_low_mm = [{:.1f}, {:.1f}, {:.1f}]\nsearch_high_mm = [{:.1f}, {:.1f}, {:.1f}]",
+            centre_mm.x() - 15.0, centre_mm.y() - 10.0, centre_mm.z() - 10.0, centre_mm.x() + 10.0,
+            centre_mm.y() + 15.0, centre_mm.z() + 8.0));
   }
-  EXPECT_EQ(fixture.status().at("session"), 0);
+  // Their certified distances are of the places before.
+  for (auto at = text.find("[[length]]"); at != std::string::npos;
+       at = text.find("[[length]]", at)) {
+    const auto end = std::min(text.find("[[length]]", at + 1), text.size());
+    const std::string one = text.substr(at, end - at);
+    if (one.find("T1") != std::string::npos || one.find("S5") != std::string::npos)
+      text.erase(at, end - at);
+    else
+      at = end;
+  }
+  std::ofstream(fixture.cell) << text;
+}
+
+TEST_P(a_session_with_a_positioner, finds_spheres_on_table_and_floor_where_the_positioner_stands) {
+  PositionerFixture fixture(GetParam());
+  put_in_boxes(fixture);
+  // The emulated axes stand at 0, or as near as their limits allow.
+  std::string robot = content(fixture.dir / "robot.toml");
+  for (const auto& [limit, now] : {std::pair("min_deg = -60.0", "min_deg = 15.0"),
+                                   std::pair("min_deg = -185.0", "min_deg = 40.0")})
+    robot.replace(robot.rfind(limit), std::string(limit).size(), now);
+  std::ofstream(fixture.dir / "robot.toml") << robot;
+  fixture.start();
+  const Outcome outcome = fixture.cellcal({"find", "--cell", fixture.cell});
+  ASSERT_EQ(outcome.status, 0) << outcome.out << outcome.err << fixture.log();
+  EXPECT_NE(outcome.out.find(", on = \"E2\", taught_deg = [15.00, 40.00]"), std::string::npos)
+      << outcome.out;
+  EXPECT_EQ(settings_in(fixture, 1).size(), 1u) << "it has not turned";
+
+  const auto found = nlohmann::json::parse(content(fixture.results() / "found.json")).at("spheres");
+  const calib::Cell cell = calib::load_cell(fixture.cell);
+  sim::TruthOptions options;
+  options.seed = kSeed;
+  const sim::Truth truth = sim::draw_truth(cell, options);
+  ASSERT_EQ(found.size(), cell.targets.size());
+  for (std::size_t t = 0; t < found.size(); ++t) {
+    const auto mm = found[t].at("centre_mm").get<std::vector<double>>();
+    const Eigen::Vector3d off_mm =
+        Eigen::Vector3d(mm.at(0), mm.at(1), mm.at(2)) - 1e3 * truth.centre_m[t];
+    EXPECT_LT(off_mm.norm(), 10.0) << found[t];
+    EXPECT_EQ(found[t].contains("taught_deg"), cell.targets[t].carried_by > 0) << found[t];
+  }
+}
+
+TEST_P(a_session_with_a_positioner, calibrates_with_spheres_that_it_finds_first) {
+  PositionerFixture fixture(GetParam());
+  put_in_boxes(fixture);
+  fixture.start();
+  const Outcome outcome = fixture.cellcal(
+      {"run", "--cell", fixture.cell, "--find", "--touches", "90", "--check", "8", "--seed", "12"});
+  ASSERT_EQ(outcome.status, 0) << outcome.out << outcome.err << fixture.log();
+  const std::string file = fixture.results() / "calibration.json";
+  const calib::Calibration found = calib::calibration_from_json(content(file), file);
+  EXPECT_TRUE(found.verdict.publish());
+  EXPECT_LT(found.check.rms_m, 2e-4);
+  const auto touches = calib::load_touches((fixture.results() / "touches.csv").string(),
+                                           calib::load_cell(fixture.cell));
+  EXPECT_EQ(std::ranges::count(touches, calib::TouchSet::kCheck, &calib::Touch::set), 8);
+  EXPECT_GE(settings_in(fixture, 1).size(), 4u);
+}
+
+TEST(a_session_with_a_positioner_over_eki, that_finds_spheres_was_aborted_and_goes_on) {
+  PositionerFixture fixture("eki");
+  put_in_boxes(fixture);
+  fixture.start();
+  ASSERT_EQ(fixture.run({{"cell", fixture.cell}, {"kind", "find"}}), 201);
+  fixture.wait_for_touches(9);
+  EXPECT_EQ(fixture.cellcal({"abort"}).status, 0);
+  const Outcome outcome = fixture.cellcal({"run", "--resume"});
+  EXPECT_EQ(outcome.status, 0) << outcome.out << outcome.err << fixture.log();
+  EXPECT_NE(outcome.out.find("taught_deg"), std::string::npos) << outcome.out;
 }
 
 TEST(a_session_with_a_positioner_over_rsi, turns_it_by_increments_where_the_mode_is_relative) {

@@ -117,8 +117,9 @@ TEST(an_outcome,
 }
 
 TEST(an_outcome, is_read_back_as_it_was_written) {
-  FoundSpheres found{
-      {{"S1", {1.2, -0.1, 0.3}, 5e-3, 9, 2.5e-3}, {"S2", {0.9, 0.4, 0.2}, 5e-3, 7, {}}}};
+  FoundSpheres found{{{"S1", {1.2, -0.1, 0.3}, 5e-3, 9, 2.5e-3},
+                      {"S2", {0.9, 0.4, 0.2}, 5e-3, 7, {}},
+                      {"T1", {0.22, 0.0, 0.1}, 5e-3, 6, {}, "E2", {0.5, -1.0}}}};
   Qualification qualification;
   qualification.findings = {QualificationFinding::kDelayNotAsStated};
   calib::TcpCheck joint = a_check(false);
@@ -145,6 +146,18 @@ TEST(an_outcome, is_read_back_as_it_was_written) {
       EXPECT_EQ((german[i] + english[i]).find("say."), std::string::npos) << german[i];
     }
   }
+}
+
+TEST(a_found_sphere, is_stated_in_the_cell_files_keys_on_a_positioner_with_axis_and_angles) {
+  FoundSphere sphere{"T1", {0.22, 0.0, 0.1}, 5e-3, 6, {}};
+  EXPECT_EQ(words(phrase(sphere)),
+            "T1: centre_mm = [220.00, 0.00, 100.00]  # +- 5 mm (k=2), 6 touches");
+  sphere.on = "E2";
+  sphere.taught_rad = {0.5, -1.0};
+  EXPECT_EQ(
+      words(phrase(sphere)),
+      "T1: centre_mm = [220.00, 0.00, 100.00], on = \"E2\", taught_deg = [28.65, -57.30]  # +- 5 mm "
+      "(k=2), 6 touches");
 }
 
 TEST(a_document, has_its_sentences_in_english_and_as_phrases) {

@@ -132,6 +132,16 @@ TEST_F(hand_speed, bounds_what_a_positioner_turns) {
   to[6] = 2.0;
   const double share = speed.share(transit(to), at(from, drivers::OperatingMode::kT1));
   EXPECT_NEAR(share * 0.6, kBoundMS, 0.01 * kBoundMS);
+  calib::Target& sought = with.targets[0];
+  sought.has_centre = false;
+  sought.has_box = true;
+  sought.low_m = Eigen::Vector3d(0.5, -0.1, 0.2);
+  sought.high_m = Eigen::Vector3d(0.6, 0.8, 0.2);
+  const HandSpeed before(std::make_shared<const calib::ArmModel>(with), kFraction,
+                         {kBoundMS, true, 1.0}, with.targets);
+  EXPECT_NEAR(before.share(transit(to), at(from, drivers::OperatingMode::kT1)), kBoundMS,
+              0.01 * kBoundMS)
+      << "1 m from the axis it may be";
   to[6] = from[6];
   to[0] = 0.1;
   EXPECT_EQ(speed.share(transit(to), at(from, drivers::OperatingMode::kT1)),

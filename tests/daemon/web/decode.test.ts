@@ -149,7 +149,7 @@ test("the outcome of a session is read by the keys that the API has for it, and 
   for (const none of [null, undefined, 3, {}, { ...outcome, kind: "levitates" }]) assert.equal(row({ outcome: none })?.outcome, null);
   const sphere = { target: "S1", centre_mm: [1, 2, 3], u_mm: 5, touches: 9, moved_mm: null };
   const found = row({ outcome: { ...outcome, kind: "found", good: true, spheres: [sphere, 3, { ...sphere, centre_mm: [1] }] } })?.outcome;
-  assert.deepEqual(found?.spheres, [{ target: "S1", centreMm: [1, 2, 3], uMm: 5, touches: 9, movedMm: null }]);
+  assert.deepEqual(found?.spheres, [{ target: "S1", centreMm: [1, 2, 3], uMm: 5, touches: 9, movedMm: null, on: "", taughtDeg: [] }]);
   const failing = { session: 8, time_s: 1e9, since: 2, since_s: 9e8, checks: 7, tcp_shift_mm: 0.99, u_tcp_shift_mm: 0.05,
     cause: { kind: "tool", name: "probe", probability: 0.99, words: "" } };
   const held = decode.drift({ checks: chart({ state: "alarms", not_held: failing }) }).checks?.notHeld;

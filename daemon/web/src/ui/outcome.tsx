@@ -37,7 +37,8 @@ export function OutcomeDetails({ outcome }: { outcome: Outcome }) {
             <th scope="col">{say("history.touches")}</th><th scope="col">{say("outcome.moved")}</th></tr></thead>
           <tbody>{outcome.spheres.map((one) => (
             <tr key={one.target}><th scope="row">{one.target}</th>
-              <td>{one.centreMm.map((value) => value.toFixed(2)).join(", ")}</td>
+              <td>{one.centreMm.map((value) => value.toFixed(2)).join(", ")}
+                {one.on !== "" && <><br /><code>on = "{one.on}", taught_deg = [{one.taughtDeg.map((value) => value.toFixed(2)).join(", ")}]</code></>}</td>
               <td>{fmt.mm(one.uMm)}</td><td>{one.touches}</td><td>{fmt.mm(one.movedMm)}</td></tr>
           ))}</tbody>
         </table></div>
