@@ -115,8 +115,7 @@ TEST(FindOnPositioner, AnAxisThatRestsAtTheEndOfItsRangeIsNotCommandedBeyond) {
   Cell cell = rough_on_table(table(), 1);
   cell.robot.positioner[0].min_rad = kTurned[0];
   TouchSequence sequence(cell, only_find(), {});
-  const auto line =
-      sequence.next(waiting_posture(cell), false, {kTurned[0] - 1e-6, kTurned[1]});
+  const auto line = sequence.next(waiting_posture(cell), false, {kTurned[0] - 1e-6, kTurned[1]});
   ASSERT_TRUE(line);
   EXPECT_EQ(line->positioner_rad, kTurned);
 }
