@@ -372,6 +372,13 @@ bool stands_at(const std::vector<double>& angles, const std::vector<double>& set
                             [](double a, double b) { return std::abs(a - b) <= kStandsRad; });
 }
 
+std::vector<double> resting_at(const Robot& robot, const std::vector<double>& angles) {
+  std::vector<double> within = angles;
+  for (std::size_t j = 0; j < std::min(within.size(), robot.positioner.size()); ++j)
+    within[j] = std::clamp(within[j], robot.positioner[j].min_rad, robot.positioner[j].max_rad);
+  return stands_at(within, angles) ? within : angles;
+}
+
 Cell at_setting(const Cell& cell, const std::vector<double>& positioner_rad) {
   Cell still = cell;
   const std::vector<double> zero(positioner_rad.size(), 0.0);

@@ -10,6 +10,8 @@ namespace cellcal::calib {
 
 /// True within what a positioner's axes are left at.
 bool stands_at(const std::vector<double>& angles, const std::vector<double>& setting);
+/// Angles of axes at rest. An axis that rests at the end of its range, and by its encoder beyond, is at the end.
+std::vector<double> resting_at(const Robot& robot, const std::vector<double>& angles);
 
 /// The cell with the positioner at these angles: all places in the base frame, how far off they may be
 /// there (64b), and no positioner.

@@ -88,13 +88,7 @@ struct TouchSequence::Impl {
 
   /// Found and missed places are of the setting that they were searched at.
   void turned_to(const std::vector<double>& angles) {
-    positioner_rad = angles;
-    // An axis that rests at the end of its range is commanded no farther.
-    for (std::size_t j = 0; j < angles.size(); ++j) {
-      const PositionerAxis& axis = stated.robot.positioner[j];
-      positioner_rad[j] = std::clamp(angles[j], axis.min_rad, axis.max_rad);
-    }
-    if (!stands_at(positioner_rad, angles)) positioner_rad = angles;
+    positioner_rad = resting_at(stated.robot, angles);
     if (finder.done() || stands_at(finder.positioner_rad(), angles)) return;
     finder = Finder(stated, options.plan, options.find, made, angles);
   }

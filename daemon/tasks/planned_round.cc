@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "calib/plan/check_plan.h"
+#include "calib/plan/positioner_plan.h"
 #include "daemon/tasks/active_calibration.h"
 #include "daemon/tasks/options.h"
 
@@ -83,7 +84,7 @@ void PlannedRound::learn(const ChooseTouch& how, const std::vector<calib::Touch>
 PartedAxes parted(const calib::Robot& robot, const calib::JointVector& all_rad) {
   const std::size_t joints = std::min(robot.joints.size(), all_rad.size());
   const auto arm_end = all_rad.begin() + static_cast<std::ptrdiff_t>(joints);
-  return {{all_rad.begin(), arm_end}, {arm_end, all_rad.end()}};
+  return {{all_rad.begin(), arm_end}, calib::resting_at(robot, {arm_end, all_rad.end()})};
 }
 
 Tasks::Chosen PlannedRound::offer(const calib::JointVector& from) {

@@ -16,7 +16,7 @@
 
 namespace cellcal::daemon {
 
-/// Angles of all axes, as a session has them, for the planners.
+/// Angles of all axes, as a session has them, for the planners: a positioner's as calib::resting_at().
 struct PartedAxes {
   calib::JointVector arm_rad;
   std::vector<double> positioner_rad;

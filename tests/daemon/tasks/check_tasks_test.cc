@@ -146,5 +146,21 @@ TEST(a_check, after_mastering_holds_where_the_zero_is_as_it_was_to_be) {
   EXPECT_EQ(result["mastered"][0]["holds"], true);
 }
 
+TEST(positions, of_a_positioner_that_rests_at_the_end_of_its_range_are_at_the_end) {
+  calib::Robot robot;
+  robot.joints.resize(2);
+  robot.positioner.resize(2);
+  for (calib::PositionerAxis& axis : robot.positioner) {
+    axis.min_rad = -1.0;
+    axis.max_rad = 2.0;
+  }
+  const PartedAxes resting = parted(robot, {0.1, 0.2, -1.0001, 2.001});
+  EXPECT_EQ(resting.arm_rad, (calib::JointVector{0.1, 0.2}));
+  EXPECT_EQ(resting.positioner_rad, (std::vector{-1.0, 2.0}));
+  EXPECT_EQ(parted(robot, {0.1, 0.2, 0.5, 1.0}).positioner_rad, (std::vector{0.5, 1.0}));
+  const std::vector beyond{-1.0, 2.1};  // no noise: limits are checked with what it is
+  EXPECT_EQ(parted(robot, {0.1, 0.2, -1.0, 2.1}).positioner_rad, beyond);
+}
+
 }  // namespace
 }  // namespace cellcal::daemon::testing
