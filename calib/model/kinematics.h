@@ -35,8 +35,8 @@ namespace cellcal::calib {
 /// Orders per turn of the deflection by a counterbalance.
 constexpr int kCounterbalanceOrders = 3;
 /// Orders per turn of a joint's function; slower ones are the smooth transmission error's. Its fast
-/// orders, above kHighestOrder, have a prior of their own.
-constexpr int kLowestOrder = 5, kHighestOrder = 40, kFastestOrder = 100;
+/// orders, above kHighestOrder, have a prior of their own; single waves have up to kHighestWave.
+constexpr int kLowestOrder = 5, kHighestOrder = 40, kFastestOrder = 100, kHighestWave = 200;
 
 /// Waves per motion of a linear unit with this stroke [m]: half-waves down to 0.5 m.
 int guide_orders(double stroke_m);

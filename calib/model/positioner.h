@@ -18,6 +18,7 @@ struct PositionerAxis {
   Eigen::Isometry3d frame = Eigen::Isometry3d::Identity();
   int sign = 1;
   double min_rad = 0.0, max_rad = 0.0;
+  double max_speed_rad_s = 0.0;  ///< 0: not stated
   // Prior 1 sigma; 0: known to be exact.
   double place_sigma_m = 0.0;        ///< of the axis across itself, x and y
   double direction_sigma_rad = 0.0;  ///< rx and ry

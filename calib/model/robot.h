@@ -38,6 +38,12 @@ struct LinearGuide {
   double turn_sigma_rad = 0.0;        ///< rms of the waves of each
 };
 
+/// One sine and cosine of a joint's own angle, with a size of its own.
+struct JointWave {
+  int order = 0;           ///< periods per turn of the joint, from kLowestOrder to kHighestWave
+  double sigma_rad = 0.0;  ///< prior of each amplitude, > 0
+};
+
 /// Data of a prismatic joint are in metres where the name has _rad: range, speed, position.
 struct Joint {
   std::string name;
@@ -71,6 +77,7 @@ struct Joint {
   double function_sigma_rad = 0.0;
   double function_fast_sigma_rad = 0.0;  ///< likewise, of its fast orders (kHighestOrder)
   double function_reach_rad = 0.0;  ///< correlation length of f_i, l_i, > 0
+  std::vector<JointWave> waves;     ///< single orders of f_i, ascending, beside the sizes above
   /// Angles that f_i was learnt over; equal: not stated.
   double function_min_rad = 0.0, function_max_rad = 0.0;
   /// Prior of the deflection by a counterbalance (spring, cylinder) that acts about this joint; 0: none.
@@ -164,6 +171,11 @@ struct Target {
   /// Number of the positioner's axes that carry it: 0 the floor, 1 the first, ... Its place is in the
   /// frame of the last of them, else in the base frame.
   int carried_by = 0;
+  /// Angles of these axes at which its place was taught; empty: 0, or the limit next to it.
+  std::vector<double> taught_rad;
+  /// How far off its place may be, 3 sigma. Not in any file: of what a positioner carries, at a setting
+  /// (plan).
+  double off_m = 0.0;
   bool obstacle_only = false;  ///< an obstacle without planned touches; not in any file
   bool has_centre = false;     ///< centre_m is stated
   Eigen::Vector3d centre_m =
@@ -196,6 +208,7 @@ enum class ObstacleShape { kBox, kCylinder, kMesh };
 struct Obstacle {
   std::string id;
   int carried_by = 0;  ///< as a target's
+  double off_m = 0.0;  ///< likewise
   ObstacleShape shape = ObstacleShape::kBox;
   Eigen::Isometry3d frame = Eigen::Isometry3d::Identity();  ///< in the base frame
   Eigen::Vector3d size_m = Eigen::Vector3d::Zero();         ///< boxes, frame in the centre
