@@ -4,7 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "calib/estimate/joint_rows.h"
 #include "calib/model/error.h"
+#include "calib/model/joint_function.h"
 #include "calib/model/linear.h"
 #include "calib/model/long_work.h"
 #include "calib/model/product.h"
@@ -33,9 +35,10 @@ constexpr double kFarAway = 10.0;
 
 /// Rows of some touches in metres.
 struct SizedRows {
-  RowMajor plain, added;       ///< by the unknowns of the plain arm, and by the others
+  RowMajor plain;              ///< by the unknowns
   Eigen::VectorXd residual_m;  ///< at the estimate
   Eigen::VectorXd own_m2, lever2_m2, sigma_m;
+  std::vector<int> taken;  ///< of the linearisation
 };
 
 std::vector<bool> spread_rows(const Problem& problem, const std::vector<bool>& use) {
@@ -73,67 +76,69 @@ Carried carried(const Problem& plain, const Problem& richer) {
 Eigen::VectorXd carried_over(const Problem& plain, const Problem& richer,
                              const Eigen::VectorXd& plain_u) {
   Eigen::VectorXd u = Eigen::VectorXd::Zero(richer.size());
-  u(carried(plain, richer).others) = plain_u;
+  const std::vector<int> others = carried(plain, richer).others;
+  for (std::size_t k = 0; k < others.size(); ++k)  // a wave widens the prior of an order
+    u[others[k]] =
+        plain_u[static_cast<Eigen::Index>(k)] *
+        (plain.unknowns()[k].scale / richer.unknowns()[static_cast<std::size_t>(others[k])].scale);
   return u;
 }
 
-SizedRows sized_rows(const Problem& plain, Problem& reference, const Estimate& e) {
-  reference.set_ripple(e.levels.ripple_rad);
-  const Linearisation at =
-      linearise(reference, carried_over(plain, reference, e.u), spread_rows(reference, e.use));
-  const Carried which = carried(plain, reference);
+/// Rows of the touches' places in a linearisation of the problem, of the touches that `some` marks.
+std::vector<int> place_rows(const Problem& problem, const Linearisation& at,
+                            const std::vector<bool>& some) {
   std::vector<int> taken;
-  std::vector<double> own, lever, sigma;
   for (const auto& [touch, row] : at.touch_row)
-    for (int k = 0; k < reference.place_rows(touch); ++k) {
-      taken.push_back(row + k);
-      sigma.push_back(reference.sigma_m(touch));
-      own.push_back(std::pow(reference.own_sigma_m(touch), 2));
-      lever.push_back(std::pow(reference.joint_lever_m(touch), 2));
+    for (int k = 0; some[touch] && k < problem.place_rows(touch); ++k) taken.push_back(row + k);
+  return taken;
+}
+
+SizedRows sized_rows(const Problem& problem, const Estimate& e) {
+  const Linearisation& at = e.posterior.linear;
+  const std::vector<bool> some = spread_rows(problem, e.use);
+  SizedRows rows{{}, {}, {}, {}, {}, place_rows(problem, at, some)};
+  const auto n = static_cast<Eigen::Index>(rows.taken.size());
+  for (Eigen::VectorXd* all : {&rows.sigma_m, &rows.own_m2, &rows.lever2_m2}) all->resize(n);
+  Eigen::Index next = 0;
+  for (const auto& [touch, row] : at.touch_row)
+    for (int k = 0; some[touch] && k < problem.place_rows(touch); ++k, ++next) {
+      rows.sigma_m[next] = problem.sigma_m(touch);
+      rows.own_m2[next] = std::pow(problem.own_sigma_m(touch), 2);
+      rows.lever2_m2[next] = std::pow(problem.joint_lever_m(touch), 2);
     }
-  const auto n = static_cast<Eigen::Index>(taken.size());
-  const auto vector = [n](const std::vector<double>& v) -> Eigen::VectorXd {
-    return Eigen::Map<const Eigen::VectorXd>(v.data(), n);
-  };
-  SizedRows rows{at.jacobian(taken, which.others),
-                 at.jacobian(taken, which.added),
-                 at.residual(taken),
-                 vector(own),
-                 vector(lever),
-                 vector(sigma)};
-  rows.plain = rows.sigma_m.asDiagonal() * rows.plain;
-  rows.added = rows.sigma_m.asDiagonal() * rows.added;
-  rows.residual_m.array() *= rows.sigma_m.array();
+  rows.plain = rows.sigma_m.asDiagonal() * at.jacobian(rows.taken, Eigen::all);
+  rows.residual_m = rows.sigma_m.cwiseProduct(at.residual(rows.taken));
   return rows;
 }
 
-/// Orders of a joint's function with a size of their own, and the covariance that they give the rows.
+/// Orders of a joint's function with a size of their own, and how they move the rows.
 struct Band {
-  std::size_t joint = 0;
-  bool fast = false;
-  Eigen::MatrixXd covariance;
+  std::size_t joint;
+  bool fast;
+  double usual_rad;  ///< expected size
+  Eigen::MatrixXd waves;
+
+  int lowest() const { return fast ? kHighestOrder + 1 : kLowestOrder; }
+  int highest() const { return fast ? kFastestOrder : kHighestOrder; }
+  /// Of the rows by orders of the expected size.
+  Eigen::MatrixXd covariance(double reach_rad) const {
+    Eigen::VectorXd sigma(waves.cols());
+    Eigen::Index next = 0;
+    for (const double share : function_shares(reach_rad, lowest(), highest()))
+      for (int k = 0; k < 2; ++k) sigma[next++] = usual_rad * share;
+    const Eigen::MatrixXd columns = waves * sigma.asDiagonal();
+    return product(columns, columns.transpose());
+  }
 };
 
-/// Those of all joints, of the sizes in `of`, which has the parameters of the reference.
-std::vector<Band> bands_of(const Problem& plain, const Problem& reference, const SizedRows& rows,
-                           const ArmModel& of) {
-  const Carried which = carried(plain, reference);
-  const auto parameter = [&](const ArmModel& arm, Eigen::Index k) -> const ArmParameter& {
-    return arm.parameters()[static_cast<std::size_t>(which.added[static_cast<std::size_t>(k)])];
-  };
-  const auto is_fast = [&](Eigen::Index k) { return parameter(of, k).harmonic > kHighestOrder; };
+std::vector<Band> bands_of(const Problem& problem, const SizedRows& rows, const Estimate& e,
+                           bool fast) {
   std::vector<Band> bands;
-  const auto count = static_cast<Eigen::Index>(which.added.size());
-  for (Eigen::Index first = 0, behind = 0; first < count; first = behind) {
-    const int joint = parameter(of, first).joint;
-    while (behind < count && parameter(of, behind).joint == joint &&
-           is_fast(behind) == is_fast(first))
-      ++behind;
-    Eigen::MatrixXd columns = rows.added.middleCols(first, behind - first);
-    for (Eigen::Index k = first; k < behind; ++k)
-      columns.col(k - first) *= parameter(of, k).sigma / parameter(reference.arm(), k).sigma;
-    bands.push_back(
-        {static_cast<std::size_t>(joint), is_fast(first), product(columns, columns.transpose())});
+  for (const RowsOfJoint& all : rows_by_joint(problem, e)) {
+    bands.push_back({all.joint, fast, fast ? kUsualFastRad : kUsualFunctionRad, {}});
+    bands.back().waves = waves_of(
+        {all.joint, rows.sigma_m.cwiseProduct(all.lever(rows.taken)), all.angle_rad(rows.taken)},
+        bands.back().lowest(), bands.back().highest());
   }
   return bands;
 }
@@ -156,10 +161,11 @@ bool correlated(const SizedRows& rows, Eigen::MatrixXd k, const Estimate& e) {
          r.dot(k * r) / scatter - through.trace() > kTestedSigmas * std::sqrt(variance);
 }
 
-/// Variance components of the rows: V = what the unknowns make + sum of size times covariance.
+/// Variance components of the rows: V = what the unknowns make + sum of size times covariance; each
+/// size is expected at 1.
 struct Components {
   std::vector<Eigen::MatrixXd> covariance;
-  std::vector<double> size, usual;
+  std::vector<double> size;
   double log_likelihood = -std::numeric_limits<double>::infinity();
 };
 
@@ -182,8 +188,8 @@ void maximise(const Eigen::MatrixXd& by_unknowns, const Eigen::VectorXd& y, Comp
     c.log_likelihood = -0.5 * y.dot(pull) - 0.5 * factor.log_det();
     double step = 0.0;
     for (std::size_t k = 0; k < c.size.size(); ++k) {
-      const double prior = kPriorFreedom * c.usual[k] / c.size[k];
-      c.log_likelihood -= 0.5 * (prior + kPriorFreedom * std::log(c.size[k] / c.usual[k]));
+      const double prior = kPriorFreedom / c.size[k];
+      c.log_likelihood -= 0.5 * (prior + kPriorFreedom * std::log(c.size[k]));
       const double wanted = c.size[k] * pull.dot(c.covariance[k] * pull) + prior;
       const double has = c.size[k] * inverse.cwiseProduct(c.covariance[k]).sum() + kPriorFreedom;
       const double factor_of_size = std::sqrt(wanted / has);
@@ -204,6 +210,7 @@ Cell with_learnt_of(const Robot& robot, Cell cell) {
     to.function_sigma_rad = from.function_sigma_rad;
     to.function_fast_sigma_rad = from.function_fast_sigma_rad;
     to.function_reach_rad = from.function_reach_rad;
+    to.waves = from.waves;
     to.function_min_rad = from.function_min_rad;
     to.function_max_rad = from.function_max_rad;
   }
@@ -220,19 +227,16 @@ Robot with_bearings(Robot robot, double share) {
   return robot;
 }
 
-Robot with_reference_functions(Robot robot) {
-  for (Joint& joint : robot.joints) {
-    if (joint.is_prismatic()) continue;
-    joint.function_sigma_rad = kUsualFunctionRad;
-    joint.function_reach_rad = kFunctionReaches[1];
-  }
-  return robot;
-}
-
 bool speaks_for(const Problem& plain, Problem& richer, const Estimate& e) {
-  const SizedRows rows = sized_rows(plain, richer, e);
-  return rows.residual_m.size() >= kFewestRows &&
-         correlated(rows, product(rows.added, rows.added.transpose()), e);
+  const SizedRows rows = sized_rows(plain, e);
+  if (rows.residual_m.size() < kFewestRows) return false;
+  richer.set_ripple(e.levels.ripple_rad);
+  const std::vector<bool> some = spread_rows(richer, e.use);
+  const Linearisation at = linearise(richer, carried_over(plain, richer, e.u), some);
+  const Eigen::MatrixXd added =
+      rows.sigma_m.asDiagonal() *
+      at.jacobian(place_rows(richer, at, some), carried(plain, richer).added);
+  return correlated(rows, product(added, added.transpose()), e);
 }
 
 namespace {
@@ -256,21 +260,13 @@ struct Sizing {
     if (noise_measured) by_unknowns.diagonal() += rows.own_m2;
   }
 
-  /// Likeliest sizes of the bands, over those in `robot`, followed by those of ripple and noise.
-  Components sized(const std::vector<Band>& bands, const Robot& robot) const {
-    Components c;
-    for (const Band& band : bands) {
-      const Joint& joint = robot.joints[band.joint];
-      c.covariance.push_back(band.covariance);
-      c.usual.push_back(std::pow(band.fast ? kUsualFastRad / joint.function_fast_sigma_rad
-                                           : kUsualFunctionRad / joint.function_sigma_rad,
-                                 2));
-    }
+  /// Likeliest sizes of the bands' covariances, followed by those of ripple and noise.
+  Components sized(std::vector<Eigen::MatrixXd> of_bands) const {
+    Components c{std::move(of_bands), {}};
     c.covariance.push_back(std::pow(kUsualJointNoiseRad, 2) *
                            rows.lever2_m2.asDiagonal().toDenseMatrix());
     if (!noise_measured) c.covariance.push_back(rows.own_m2.asDiagonal());
     c.size.assign(c.covariance.size(), 1.0);
-    c.usual.resize(c.covariance.size(), 1.0);
     maximise(by_unknowns, y, c);
     return c;
   }
@@ -311,59 +307,57 @@ void set_ranges(const Problem& plain, const Estimate& e, Robot& robot) {
 
 }  // namespace
 
-std::optional<Robot> size_functions(const Problem& plain, Problem& reference,
-                                    const Repeats& repeats, const Estimate& e) {
-  const SizedRows rows = sized_rows(plain, reference, e);
-  if (rows.residual_m.size() < kFewestRows ||
-      !correlated(rows, product(rows.added, rows.added.transpose()), e))
-    return std::nullopt;
-  const Sizing sizing(plain, repeats, e, rows);
+std::optional<Robot> size_functions(const Problem& problem, const Repeats& repeats,
+                                    const Estimate& e) {
+  const SizedRows rows = sized_rows(problem, e);
+  if (rows.residual_m.size() < kFewestRows) return std::nullopt;
+  const std::vector<Band> slow = bands_of(problem, rows, e, false);
+  const auto covariances = [&](double reach) {
+    std::vector<Eigen::MatrixXd> all;
+    for (const Band& band : slow) all.push_back(band.covariance(reach));
+    return all;
+  };
+  std::vector<Eigen::MatrixXd> usual = covariances(kFunctionReaches[1]);
+  Eigen::MatrixXd together = usual.front();
+  for (std::size_t k = 1; k < usual.size(); ++k) together += usual[k];
+  if (!correlated(rows, std::move(together), e)) return std::nullopt;
+  const Sizing sizing(problem, repeats, e, rows);
   Components best;
-  Robot robot = reference.arm().robot();
-  std::vector<Band> bands;
   double reach_rad = 0.0;
   for (const double reach : kFunctionReaches) {
-    for (Joint& joint : robot.joints) joint.function_reach_rad = reach;
-    const ArmModel of(robot, reference.arm().tool(), reference.cell().other_tools);
-    bands = bands_of(plain, reference, rows, of);
-    Components c = sizing.sized(bands, robot);
+    Components c = sizing.sized(covariances(reach));
     if (!(c.log_likelihood > best.log_likelihood)) continue;
     best = std::move(c);
     reach_rad = reach;
   }
   if (reach_rad == 0.0) return std::nullopt;
-  for (std::size_t k = 0; k < bands.size(); ++k) {
-    Joint& joint = robot.joints[bands[k].joint];
+  Robot robot = problem.arm().robot();
+  for (std::size_t k = 0; k < slow.size(); ++k) {
+    Joint& joint = robot.joints[slow[k].joint];
     joint.function_reach_rad = reach_rad;
-    joint.function_sigma_rad *= std::sqrt(best.size[k]);
+    joint.function_sigma_rad = slow[k].usual_rad * std::sqrt(best.size[k]);
   }
-  set_ranges(plain, e, robot);
+  set_ranges(problem, e, robot);
   return robot;
 }
 
-Robot with_fast_orders(Robot robot) {
-  for (Joint& joint : robot.joints)
-    if (joint.function_sigma_rad > 0.0) joint.function_fast_sigma_rad = kUsualFastRad;
-  return robot;
-}
-
-Robot size_fast_orders(const Problem& plain, Problem& reference, const Repeats& repeats,
-                       const Estimate& e) {
-  const SizedRows rows = sized_rows(plain, reference, e);
-  const std::vector<Band> bands = bands_of(plain, reference, rows, reference.arm());
-  Robot robot = reference.arm().robot();
-  const Sizing sizing(plain, repeats, e, rows);
-  const Components c = sizing.sized(bands, robot);
-  for (std::size_t k = 0; k < bands.size(); ++k) {
-    Joint& joint = robot.joints[bands[k].joint];
-    if (!bands[k].fast)
-      joint.function_sigma_rad *= std::sqrt(c.size[k]);
-    else if (c.size[k] > 1.0 && sizing.gain_of(k, c) > kGainOfFastOrders)
-      joint.function_fast_sigma_rad *= std::sqrt(c.size[k]);
-    else
-      joint.function_fast_sigma_rad = 0.0;
+std::optional<Robot> size_fast_orders(const Problem& problem, const Repeats& repeats,
+                                      const Estimate& e) {
+  Robot robot = problem.arm().robot();
+  const SizedRows rows = sized_rows(problem, e);
+  const std::vector<Band> fast = bands_of(problem, rows, e, true);
+  std::vector<Eigen::MatrixXd> covariances;
+  for (const Band& band : fast)
+    covariances.push_back(band.covariance(robot.joints[band.joint].function_reach_rad));
+  const Sizing sizing(problem, repeats, e, rows);
+  const Components c = sizing.sized(std::move(covariances));
+  bool any = false;
+  for (std::size_t k = 0; k < fast.size(); ++k) {
+    if (!(c.size[k] > 1.0) || !(sizing.gain_of(k, c) > kGainOfFastOrders)) continue;
+    robot.joints[fast[k].joint].function_fast_sigma_rad = fast[k].usual_rad * std::sqrt(c.size[k]);
+    any = true;
   }
-  return robot;
+  return any ? std::optional(std::move(robot)) : std::nullopt;
 }
 
 double evidence_gain(const Problem& plain, Problem& richer, const Estimate& e) {

@@ -17,26 +17,20 @@ Cell with_learnt_of(const Robot& robot, Cell cell);
 /// Joints compliant across their axes; `share` of the prior of the compliance about the axis, of a
 /// joint without one (A1 of an upright arm bears no torque) that of the next joint that has one.
 Robot with_bearings(Robot robot, double share);
-/// Joints with functions of the usual size, as size_functions() requires.
-Robot with_reference_functions(Robot robot);
-
 /// True if residuals of touches that `richer` correlates are correlated, (30). `e`: the estimate of
 /// `plain`, which lacks the additional unknowns of `richer`.
 bool speaks_for(const Problem& plain, Problem& richer, const Estimate& e);
 
 /// The robot with the sizes and the reach of its joints' functions by restricted likelihood; none
-/// where the residuals of touches that share joint angles are uncorrelated. `reference`: the problem
-/// of with_reference_functions().
-std::optional<Robot> size_functions(const Problem& plain, Problem& reference,
-                                    const Repeats& repeats, const Estimate& e);
+/// where the residuals of touches that share joint angles are uncorrelated, (30). `e`: the estimate
+/// of `problem`, which lacks functions.
+std::optional<Robot> size_functions(const Problem& problem, const Repeats& repeats,
+                                    const Estimate& e);
 
-/// The robot with the usual fast orders in every function, as size_fast_orders() requires.
-Robot with_fast_orders(Robot robot);
-
-/// The robot with the sizes of the functions' fast orders and of the other orders; those of
-/// joints that show none are 0. `reference`: the problem of with_fast_orders().
-Robot size_fast_orders(const Problem& plain, Problem& reference, const Repeats& repeats,
-                       const Estimate& e);
+/// The robot with fast orders in the functions that show them; none where no function does. `e`: the
+/// estimate of `problem`, every joint of which has a function.
+std::optional<Robot> size_fast_orders(const Problem& problem, const Repeats& repeats,
+                                      const Estimate& e);
 
 /// log evidence of `richer` minus that of `plain`, whose estimate `e` is, at the likely levels.
 double evidence_gain(const Problem& plain, Problem& richer, const Estimate& e);

@@ -18,6 +18,7 @@
 #include "calib/files/text.h"
 #include "calib/files/toml.h"
 #include "calib/files/touches.h"
+#include "calib/model/kinematics.h"
 #include "calib/model/units.h"
 
 namespace cellcal::calib {
@@ -130,6 +131,32 @@ Joint read_prismatic(const TomlTable& t) {
   return joint;
 }
 
+/// Whole numbers in the range, none twice.
+std::vector<int> read_orders(const TomlTable& t, const char* key, Range range) {
+  std::vector<int> orders;
+  if (!t.has(key)) return orders;
+  for (const double order : t.numbers(key, 0, range)) {
+    if (order != static_cast<int>(order)) t.fail(key, "must hold whole numbers");
+    if (std::ranges::find(orders, static_cast<int>(order)) != orders.end())
+      t.fail(key, "must not hold an order twice");
+    orders.push_back(static_cast<int>(order));
+  }
+  constexpr std::size_t kMost = 16;
+  if (orders.size() > kMost) t.fail(key, "at most 16 orders per joint");
+  return orders;
+}
+
+std::vector<JointWave> read_waves(const TomlTable& t) {
+  std::vector<JointWave> waves;
+  for (const int order : read_orders(t, "wave_orders", {kLowestOrder, kHighestWave}))
+    waves.push_back({order});
+  if (waves.empty()) return waves;
+  const auto sigma = t.numbers("wave_sigma_arcsec", waves.size(), {1e-3, 1e5});
+  for (std::size_t k = 0; k < waves.size(); ++k) waves[k].sigma_rad = sigma[k] * kRadPerArcsec;
+  std::ranges::sort(waves, {}, &JointWave::order);
+  return waves;
+}
+
 Joint read_turning(const TomlTable& t, double length_m, double angle_rad) {
   Joint joint;
   joint.name = read_joint_name(t);
@@ -163,17 +190,7 @@ Joint read_turning(const TomlTable& t, double length_m, double angle_rad) {
   joint.com_m = Eigen::Vector3d(com[0], com[1], com[2]) / kMmPerM;
   joint.compliance_sigma_rad_per_nm = t.number_or("compliance_sigma_rad_per_nm", 0.0, {0.0, 1.0});
   joint.gear_ratio = t.number_or("gear_ratio", 1.0, {-1e4, 1e4});
-  if (t.has("harmonics")) {
-    for (double h : t.numbers("harmonics", 0, {1.0, 1000.0})) {
-      if (h != static_cast<int>(h)) t.fail("harmonics", "must hold whole numbers");
-      if (std::find(joint.harmonics.begin(), joint.harmonics.end(), static_cast<int>(h)) !=
-          joint.harmonics.end())
-        t.fail("harmonics", "must not hold an order twice");
-      joint.harmonics.push_back(static_cast<int>(h));
-    }
-    constexpr std::size_t kMaxHarmonics = 16;
-    if (joint.harmonics.size() > kMaxHarmonics) t.fail("harmonics", "at most 16 orders per joint");
-  }
+  joint.harmonics = read_orders(t, "harmonics", {1.0, 1000.0});
   joint.harmonic_sigma_rad = t.number_or("harmonic_sigma_arcsec", 0.0, {0.0, 1e5}) * kRadPerArcsec;
   joint.harmonic_falloff = t.number_or("harmonic_falloff", 0.0, {0.0, 10.0});
   joint.bearing_sigma_rad_per_nm = t.number_or("bearing_sigma_rad_per_nm", 0.0, {0.0, 1.0});
@@ -181,6 +198,7 @@ Joint read_turning(const TomlTable& t, double length_m, double angle_rad) {
   joint.function_fast_sigma_rad =
       t.number_or("function_fast_sigma_arcsec", 0.0, {0.0, 1e5}) * kRadPerArcsec;
   joint.function_reach_rad = t.number_or("function_reach_deg", 5.0, {0.1, 180.0}) * kRadPerDeg;
+  joint.waves = read_waves(t);
   joint.counterbalance_sigma_rad =
       t.number_or("counterbalance_sigma_arcsec", 0.0, {0.0, 1e5}) * kRadPerArcsec;
   joint.stiffening_sigma_rad =
@@ -266,6 +284,17 @@ std::string frame_lines(const Eigen::Isometry3d& isometry) {
 std::string frame_table(const char* name, const Eigen::Isometry3d& isometry) {
   if (isometry.isApprox(Eigen::Isometry3d::Identity(), 0.0)) return {};
   return fmt::format("\n[{}]\n", name) + frame_lines(isometry);
+}
+
+std::string waves_to_toml(const std::vector<JointWave>& waves) {
+  std::vector<int> orders;
+  std::vector<std::string> sigmas;
+  for (const JointWave& wave : waves) {
+    orders.push_back(wave.order);
+    sigmas.push_back(toml_number(wave.sigma_rad / kRadPerArcsec));
+  }
+  return fmt::format("wave_orders = [{}]\nwave_sigma_arcsec = [{}]\n", fmt::join(orders, ", "),
+                     fmt::join(sigmas, ", "));
 }
 
 std::string axis_to_toml(const PositionerAxis& axis) {
@@ -401,6 +430,7 @@ std::string robot_to_toml(const Robot& robot) {
     if (j.function_fast_sigma_rad > 0.0)
       out += fmt::format("function_fast_sigma_arcsec = {}\n",
                          toml_number(j.function_fast_sigma_rad / kRadPerArcsec));
+    if (!j.waves.empty()) out += waves_to_toml(j.waves);
     if (j.function_min_rad < j.function_max_rad)
       out += fmt::format("function_deg = [{}, {}]\n", toml_number(j.function_min_rad * kDegPerRad),
                          toml_number(j.function_max_rad * kDegPerRad));

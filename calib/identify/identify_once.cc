@@ -13,6 +13,7 @@
 #include "calib/estimate/estimate.h"
 #include "calib/estimate/external_axes.h"
 #include "calib/estimate/joint_functions.h"
+#include "calib/estimate/joint_waves.h"
 #include "calib/estimate/level_family.h"
 #include "calib/estimate/observability.h"
 #include "calib/estimate/problem.h"
@@ -348,20 +349,24 @@ bool states(const Robot& robot, double Joint::*sigma) {
                              [sigma](const Joint& joint) { return joint.*sigma > 0.0; });
 }
 
-/// Adds functions of the joint angles, if the touches show them.
+/// Adds functions of the joint angles, single waves of the joints, and where there are none of those
+/// fast orders to the functions, if the touches show them.
 void add_functions(const Cell& cell, const std::vector<Touch>& touches,
                    const IdentifyOptions& options, std::unique_ptr<Stated>& likely, Estimate& e) {
-  const Cell plain = with_learnt_of(likely->levelled.robot, cell);
-  Stated reference(with_learnt_of(with_reference_functions(plain.robot), plain), touches,
-                   likely->level);
-  std::optional<Robot> sized =
-      size_functions(likely->problem, reference.problem, likely->repeats, e);
-  if (!sized) return;
-  Stated fast(with_learnt_of(with_fast_orders(*sized), plain), touches, likely->level);
-  const Robot faster = size_fast_orders(likely->problem, fast.problem, likely->repeats, e);
-  if (states(faster, &Joint::function_fast_sigma_rad)) sized = faster;
-  adopt(std::make_unique<Stated>(with_learnt_of(*sized, plain), touches, likely->level),
-        kGainOfFunctions, options, levels_beside_functions(likely->level.play > 0.0), likely, e);
+  const bool with_play = likely->level.play > 0.0;
+  const auto add = [&](const Robot& robot, double required_gain) {
+    return adopt(std::make_unique<Stated>(with_learnt_of(robot, cell), touches, likely->level),
+                 required_gain, options,
+                 states(robot, &Joint::function_sigma_rad) ? levels_beside_functions(with_play)
+                                                           : usual_levels(with_play),
+                 likely, e);
+  };
+  bool functions = false;
+  if (const auto sized = size_functions(likely->problem, likely->repeats, e))
+    functions = add(*sized, kGainOfFunctions);
+  const FoundWaves waves = find_waves(likely->problem, e);
+  if ((waves.count > 0 && add(waves.robot, waves.required_gain)) || !functions) return;
+  if (const auto faster = size_fast_orders(likely->problem, likely->repeats, e)) add(*faster, 0.0);
 }
 
 /// True if the touches contradict a certified length or a size: a richer arm would absorb it.
@@ -392,8 +397,10 @@ std::unique_ptr<Stated> likeliest(const Cell& cell, const std::vector<Touch>& to
   if (!richer || contradicts_files(likely->problem, likely->repeats, e)) return likely;
   if (!states(cell.robot, &Joint::bearing_sigma_rad_per_nm))
     add_bearings(cell, touches, options, likely, e);
-  if (options.functions && !states(cell.robot, &Joint::function_sigma_rad))
-    add_functions(cell, touches, options, likely, e);
+  const bool stated = std::ranges::any_of(cell.robot.joints, [](const Joint& joint) {
+    return joint.function_sigma_rad > 0.0 || !joint.waves.empty();
+  });
+  if (options.functions && !stated) add_functions(cell, touches, options, likely, e);
   return likely;
 }
 

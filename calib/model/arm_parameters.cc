@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <stdexcept>
 
+#include "calib/model/joint_function.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/units.h"
 
@@ -146,24 +148,22 @@ void ArmModel::add_counterbalance(std::size_t index) {
           {wave_parameter(kind, index, order), sigma / (order * order), "arcsec", kArcsecPerRad});
 }
 
-/// (2a): the prior variances of the orders add up to that of the function, of each band by itself.
+/// The function's bands and, on top of them, single waves.
 void ArmModel::add_function(std::size_t index) {
   const Joint& joint = robot_.joints[index];
-  const double edge = std::numbers::sqrt3 / joint.function_reach_rad;
-  const auto density = [&](int order) { return 1.0 / (edge * edge + order * order); };
-  const auto add = [&](double sigma_rad, int lowest, int highest) {
-    if (!(sigma_rad > 0.0)) return;
-    double sum = 0.0;
-    for (int order = lowest; order <= highest; ++order) sum += std::pow(density(order), 2);
-    for (int order = lowest; order <= highest; ++order)
-      for (const ParameterKind kind :
-           {ParameterKind::kFunctionCosine, ParameterKind::kFunctionSine})
-        parameters_.push_back({wave_parameter(kind, index, order),
-                               sigma_rad * density(order) / std::sqrt(sum), "arcsec",
-                               kArcsecPerRad});
+  std::map<int, double> sigma_rad;
+  const auto add_band = [&](double rms_rad, int lowest, int highest) {
+    if (!(rms_rad > 0.0)) return;
+    for (const double share : function_shares(joint.function_reach_rad, lowest, highest))
+      sigma_rad[lowest++] = rms_rad * share;
   };
-  add(joint.function_sigma_rad, kLowestOrder, kHighestOrder);
-  add(joint.function_fast_sigma_rad, kHighestOrder + 1, kFastestOrder);
+  add_band(joint.function_sigma_rad, kLowestOrder, kHighestOrder);
+  add_band(joint.function_fast_sigma_rad, kHighestOrder + 1, kFastestOrder);
+  for (const JointWave& wave : joint.waves)
+    sigma_rad[wave.order] = std::hypot(sigma_rad[wave.order], wave.sigma_rad);
+  for (const auto& [order, sigma] : sigma_rad)
+    for (const ParameterKind kind : {ParameterKind::kFunctionCosine, ParameterKind::kFunctionSine})
+      parameters_.push_back({wave_parameter(kind, index, order), sigma, "arcsec", kArcsecPerRad});
 }
 
 int guide_orders(double stroke_m) {

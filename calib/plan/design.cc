@@ -302,8 +302,10 @@ DesignProblem design_problem(const Cell& stated, const std::vector<Candidate>& c
   // Includes non-geometric errors: touches are chosen with the model of the verdict.
   Cell cell = at_level(stated, {gives(stated) ? 1.0 : kTypicalCompliance, 1.0, 0.0},
                        {});  // of the first tool
-  for (Joint& joint : cell.robot.joints)
+  for (Joint& joint : cell.robot.joints) {
     joint.function_sigma_rad = joint.function_fast_sigma_rad = 0.0;
+    joint.waves.clear();
+  }
   DesignProblem design;
   design.arm = std::make_shared<const ArmModel>(cell);
   const Contacts contacts = contacts_of(cell, candidates);

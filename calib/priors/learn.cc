@@ -318,7 +318,7 @@ std::vector<FunctionSize> function_sizes(const Calibration& c, double widened) {
     const Joint& joint = c.cell.robot.joints[j];
     constexpr double kEnough = 4.0;
     const double shown = std::sqrt(square / std::max(determined, 1.0));
-    all.push_back(determined < kEnough
+    all.push_back(determined < kEnough || !(joint.function_sigma_rad > 0.0)
                       ? FunctionSize{c.level.ripple_rad, 0.0}
                       : FunctionSize{joint.function_sigma_rad * shown, joint.function_reach_rad});
   }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "calib/model/enum_table.h"
+#include "calib/model/kinematics.h"
 #include "calib/model/units.h"
 
 namespace cellcal::calib {
@@ -85,7 +86,10 @@ std::vector<JointFunction> joint_functions(const Calibration& c) {
     Eigen::MatrixXd covariance;
     if (c.covariance.size() > 0) covariance = c.covariance(coefficients, coefficients);
     JointFunction one{j, {}, {}, {}};
-    const double step_rad = joint.function_fast_sigma_rad > 0.0 ? 0.5 * kStepRad : kStepRad;
+    int fastest = 0;
+    for (const Eigen::Index i : coefficients)
+      fastest = std::max(fastest, c.parameters[static_cast<std::size_t>(i)].key.harmonic);
+    const double step_rad = fastest > kHighestOrder ? 0.5 * kStepRad : kStepRad;
     const int steps = std::max(1, static_cast<int>(std::ceil(range / step_rad)));
     for (int k = 0; k <= steps; ++k) {
       const double angle = joint.function_min_rad + range * k / steps;

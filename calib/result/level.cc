@@ -133,9 +133,10 @@ void add_learnt(const Robot& robot, Phrase& all) {
     all = joined("say.join.comma", all, "say.level.bearings");
   double least = std::numeric_limits<double>::infinity(), most = 0.0;
   for (const Joint& joint : robot.joints) {
-    if (!(joint.function_sigma_rad > 0.0)) continue;
-    const double arcsec =
-        std::hypot(joint.function_sigma_rad, joint.function_fast_sigma_rad) / kRadPerArcsec;
+    double rms_rad = std::hypot(joint.function_sigma_rad, joint.function_fast_sigma_rad);
+    for (const JointWave& wave : joint.waves) rms_rad = std::hypot(rms_rad, wave.sigma_rad);
+    if (!(rms_rad > 0.0)) continue;
+    const double arcsec = rms_rad / kRadPerArcsec;
     least = std::min(least, arcsec);
     most = std::max(most, arcsec);
   }

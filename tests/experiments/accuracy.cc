@@ -61,9 +61,9 @@ void run(const calib::Robot& robot, const Level& level, const Options& options) 
       if (options.each)
         fmt::print(
             "  arm {}: M1 {:.3f} M2 {:.3f} M3 {:.3f} mm, M4 {:.1f} %, u95/rms {:.2f}{} alike "
-            "{:.1f}\n",
+            "{:.1f}, waves {}, false {}\n",
             k, 1e3 * o->m1, 1e3 * o->m2, 1e3 * o->m3, 100.0 * o->m4, o->u95 / o->rms,
-            o->published ? "" : ", withheld", o->alike);
+            o->published ? "" : ", withheld", o->alike, o->waves, o->false_waves);
     }
   if (all.empty()) {
     fmt::print("{}: no cell could be planned\n", level.name);
@@ -84,6 +84,12 @@ void run(const calib::Robot& robot, const Level& level, const Options& options) 
   show("M1 held-out touches [mm]", &Outcome::m1, &Outcome::m1_max);
   show("M2 near targets [mm]", &Outcome::m2, &Outcome::m2_max);
   show("M3 workspace [mm]", &Outcome::m3, &Outcome::m3_max);
+  int waves = 0, false_waves = 0;
+  for (const Outcome& o : all) {
+    waves += o.waves;
+    false_waves += o.false_waves;
+  }
+  fmt::print("  single waves found in the joints: {}, of no true wave {}\n", waves, false_waves);
   std::vector<double> cover, cover_local, ratio;
   double u95 = 0.0, square = 0.0;
   int published = 0, unchecked = 0, unchecked_beyond = 0;
@@ -150,7 +156,8 @@ int main(int argc, char** argv) {
         "Accuracy over random robots, beside the targets of the method (section 9).\n"
         "Example: accuracy --robots 20 --gears spectrum");
     app.option("--robots", options.robots, "Per level").between(1, 1000);
-    app.option("--gears", gears, "Truth's form").one_of({"none", "harmonics", "spectrum", "waves", "mixed"});
+    app.option("--gears", gears, "Truth's form")
+        .one_of({"none", "harmonics", "spectrum", "waves", "mixed"});
     app.option("--gear-arcsec", options.trial.gear_arcsec, "rms per joint");
     app.option("--touches", touches, "planned or random").one_of({"planned", "random"});
     app.option("--number", options.number, "Touches for the fit; 0: as many as the level has")
@@ -162,6 +169,9 @@ int main(int argc, char** argv) {
     app.option("--each", options.each, "A line for every robot");
     app.option("--both", options.both,
                "Also the same touches without functions of the joints' angles");
+    app.option(
+        "--waves-known", options.trial.waves_known,
+        "Order and size of the gears' waves stand in the robot file: what could be had at best");
     app.option("--level", options.level, "Only this one").one_of({"L0", "L1", "L2", "L3"});
     app.option("--robot", options.arm, "Robot file");
     app.option("--outliers", options.trial.outlier_share,

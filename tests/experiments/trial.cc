@@ -94,6 +94,33 @@ calib::Load beside(const calib::Tool& tool, double all_kg) {
   return {"full", mass_kg, (all_kg * kLoadedComM - tool.mass_kg * tool.com_m) / mass_kg};
 }
 
+/// Waves found in the joints, and those among them that are of no wave of the true gear.
+void count_waves(const TrueArm& arm, const calib::Robot& robot, Outcome& o) {
+  const std::size_t first = robot.first_turning();
+  constexpr double kSame = 2.0;  // orders that some 180 degrees hardly tell apart
+  for (std::size_t i = first; i < robot.joints.size(); ++i)
+    for (const calib::JointWave& found : robot.joints[i].waves) {
+      ++o.waves;
+      const auto same = [&](const GearWave& wave) {
+        return std::abs(wave.order - found.order) < kSame;
+      };
+      if (std::ranges::none_of(arm.waves(i - first), same)) ++o.false_waves;
+    }
+}
+
+/// Two whole orders for each of the gears' waves, which are of any order.
+void state_waves(const TrueArm& arm, calib::Robot& robot) {
+  const std::size_t first = robot.first_turning();
+  for (std::size_t i = first; i < robot.joints.size(); ++i)
+    for (const GearWave& wave : arm.waves(i - first)) {
+      const auto order = static_cast<int>(wave.order);
+      const double sigma_rad = wave.amplitude / std::numbers::sqrt2;
+      if (order >= calib::kLowestOrder)
+        for (const int near : {order, order + 1})
+          robot.joints[i].waves.push_back({near, sigma_rad});
+    }
+}
+
 }  // namespace
 
 Outcome judged(World world, const std::vector<calib::Touch>& touches, double load_kg,
@@ -107,6 +134,7 @@ Outcome judged(World world, const std::vector<calib::Touch>& touches, double loa
   }
   const calib::Predictor predictor(c);
   Outcome o;
+  count_waves(world.arm, c.cell.robot, o);
   o.m1 = c.check.mean_m;
   o.m1_max = c.check.max_m;
   o.published = c.verdict.publish();
@@ -205,6 +233,7 @@ std::optional<Session> measured(const calib::Robot& robot, const Trial& trial, s
                   {},
                   plan.predicted_mean_m,
                   calib::duration_s(plan, robot, {}) / 60.0};
+  if (trial.waves_known) state_waves(session.world.arm, session.world.cell.robot);
   const World& world = session.world;
   World loaded = world;
   const bool carries = trial.touched_kg > 0.0;

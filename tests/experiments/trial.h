@@ -32,6 +32,8 @@ struct Trial {
   double play_arcsec = 0.0, field_m = 0.0;  ///< what the model lacks (true_arm.h)
   double field_reach_rad = 0.6;
   bool functions = true;  ///< of the joints' angles, in the estimate
+  /// The cell file states order and size of all waves above the smooth orders: the best to be had.
+  bool waves_known = false;
   double spring_nm = 0.0, soft_rad = 0.0;
   double size = 1.0;         ///< world.h
   bool heavy_stated = true;  ///< world.h
@@ -60,6 +62,7 @@ struct Outcome {
   NominalFigure nominal_workspace, nominal_near;
   bool published = false, estimated = false;
   bool unchecked = false;  ///< the verdict warns of a touch that the others do not check
+  int waves = 0, false_waves = 0;  ///< found in the joints; of no wave of the true gear
   std::string why_not;
 };
 

@@ -38,14 +38,16 @@ std::function<double(double, double)> make_mixed_gear(double rms, calib::Random&
   };
 }
 
-std::function<double(double, double)> make_gear(const TruthSettings& s, calib::Random& random) {
+struct Gear {
+  std::function<double(double q, double torque)> error;
+  std::vector<GearWave> waves;
+};
+
+Gear make_gear(const TruthSettings& s, calib::Random& random) {
   const double rms = s.gear_arcsec * kRadPerArcsec;
-  if (s.gears == Gears::kNone || rms <= 0.0) return [](double, double) { return 0.0; };
-  if (s.gears == Gears::kMixed) return make_mixed_gear(rms, random);
-  struct Wave {
-    double order, amplitude, phase;
-  };
-  std::vector<Wave> waves;
+  if (s.gears == Gears::kNone || rms <= 0.0) return {[](double, double) { return 0.0; }, {}};
+  if (s.gears == Gears::kMixed) return {make_mixed_gear(rms, random), {}};
+  std::vector<GearWave> waves;
   double backlash = 0.0;
   if (s.gears == Gears::kWaves) {
     // Strain-wave gears: six waves of 5 to 35 periods per turn beside the slow ones of 10 arcsec.
@@ -75,14 +77,16 @@ std::function<double(double, double)> make_gear(const TruthSettings& s, calib::R
     waves.push_back({random.uniform(60.0, 160.0), 0.5, random.uniform(0.0, 6.28)});
     sum += 0.125;
     const double scale = 0.9 * rms / std::sqrt(sum);
-    for (Wave& wave : waves) wave.amplitude *= scale;
+    for (GearWave& wave : waves) wave.amplitude *= scale;
     backlash = 0.4 * rms;
   }
-  return [waves, backlash](double q, double torque) {
-    double error = backlash * std::tanh(torque / 5.0);  // 5 N m close the play
-    for (const Wave& wave : waves) error += wave.amplitude * std::sin(wave.order * q + wave.phase);
-    return error;
-  };
+  return {[waves, backlash](double q, double torque) {
+            double error = backlash * std::tanh(torque / 5.0);  // 5 N m close the play
+            for (const GearWave& wave : waves)
+              error += wave.amplitude * std::sin(wave.order * q + wave.phase);
+            return error;
+          },
+          waves};
 }
 
 /// Torque on joint 2: a spring from a point behind its axis to one on the link arm, without torque
@@ -138,8 +142,11 @@ TrueArm::TrueArm(const calib::Cell& cell, const TruthSettings& s, calib::Random&
             0.0,
             j.mass_kg,
             j.com_m,
-            make_gear(s, random),
+            {},
             {}};
+    Gear gear = make_gear(s, random);
+    t.gear = std::move(gear.error);
+    waves_.push_back(std::move(gear.waves));
     const double length_sigma = s.length_sigma_m * factor_of(s.length_factor, joints_.size());
     const double angle_sigma = s.angle_sigma_rad * factor_of(s.angle_factor, joints_.size());
     for (const calib::JointError e : j.errors) {

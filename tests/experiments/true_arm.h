@@ -45,12 +45,20 @@ struct TruthSettings {
   TrackErrors track = {};  ///< of the linear unit that the arm stands on, if it does
 };
 
+/// Amplitude [rad] times the sine of order q + phase.
+struct GearWave {
+  double order, amplitude, phase;
+};
+
 class TrueArm {
  public:
   TrueArm(const calib::Cell& cell, const TruthSettings& settings, calib::Random& random);
 
   /// TCP [m, base]; `warm` from 0 (begin of the session) to 1 (end).
   Eigen::Vector3d tip(const std::vector<double>& q, double warm = 0.5) const;
+
+  /// Of a joint's gear, but for those of Gears::kMixed.
+  const std::vector<GearWave>& waves(std::size_t joint) const { return waves_[joint]; }
 
   // What happens to it later.
   void knock(const Eigen::Vector3d& shift_m) { tcp_ += shift_m; }  ///< the tool; flange frame
@@ -83,6 +91,7 @@ class TrueArm {
     double phase;
   };
   std::vector<Joint> joints_;
+  std::vector<std::vector<GearWave>> waves_;
   std::vector<Wave> field_;
   std::optional<TrueTrack> track_;
   Eigen::Vector3d tcp_, tool_com_, gravity_;

@@ -159,6 +159,9 @@ TEST(RobotFile, NamesLineAndKeyOfAWrongType) {
            {"harmonics = [1, 2]", "harmonics = 2", "harmonics"},
            {"harmonics = [1, 2]", "harmonics = [1.5]", "harmonics"},
            {"harmonics = [1, 2]", "harmonics = [2, 2]", "harmonics"},
+           {"harmonics = [1, 2]", "wave_sigma_arcsec = [5, 5]\nwave_orders = [62]",
+            "wave_sigma_arcsec"},
+           {"harmonics = [1, 2]", "wave_sigma_arcsec = [5]", "wave_sigma_arcsec"},
            {"com_mm = [10.0, -20.0, 30.5]", "com_mm = [10.0, -20.0, 30.5, 1.0]", "com_mm"},
            {"abc_deg = [10.0, 20.0, 30.0]", "abc_deg = {a = 1}", "base.abc_deg"}})
     expect_named_in_robot(broken);
@@ -193,6 +196,9 @@ TEST(RobotFile, NamesLineAndKeyOfANumberOutOfRange) {
            {"harmonic_sigma_arcsec = 10.0", "function_sigma_arcsec = -1.0",
             "function_sigma_arcsec"},
            {"harmonic_sigma_arcsec = 10.0", "function_reach_deg = 0.0", "function_reach_deg"},
+           {"harmonics = [1, 2]", "wave_orders = [4]\nwave_sigma_arcsec = [5]", "wave_orders"},
+           {"harmonics = [1, 2]", "wave_sigma_arcsec = [0]\nwave_orders = [62]",
+            "wave_sigma_arcsec"},
            {"harmonic_sigma_arcsec = 10.0", "function_deg = [10.0, -10.0]", "function_deg"}})
     expect_named_in_robot(broken);
 }

@@ -47,6 +47,11 @@ void expect_near(const Robot& a, const Robot& b) {
     if (x.stiffening_sigma_rad > 0.0) {
       EXPECT_NEAR(x.stiffening_nm, y.stiffening_nm, 1e-9);
     }
+    ASSERT_EQ(x.waves.size(), y.waves.size());
+    for (std::size_t k = 0; k < x.waves.size(); ++k) {
+      EXPECT_EQ(x.waves[k].order, y.waves[k].order);
+      EXPECT_NEAR(x.waves[k].sigma_rad, y.waves[k].sigma_rad, 1e-15);
+    }
     EXPECT_NEAR(x.function_sigma_rad, y.function_sigma_rad, 1e-15);
     if (x.function_sigma_rad > 0.0) {
       EXPECT_NEAR(x.function_fast_sigma_rad, y.function_fast_sigma_rad, 1e-15);
@@ -84,6 +89,7 @@ TEST(RobotRoundTrip, KeepsWhatIsSetWithoutItsCompanions) {
   robot.joints[1].function_reach_rad = 0.1;
   robot.joints[1].function_min_rad = -1.0;
   robot.joints[1].function_max_rad = 0.5;
+  robot.joints[1].waves = {{103, 3e-5}};
   robot.joints[1].com_m = {0.1, 0.2, 0.3};
   expect_near(robot, read_back(robot));
 }

@@ -201,6 +201,7 @@ TEST(ArmModel, WhatHasNoToleranceIsNoParameter) {
     joint.tolerance_angle_rad = joint.tolerance_length_m = 0.0;
     joint.compliance_sigma_rad_per_nm = joint.harmonic_sigma_rad = joint.play_sigma_rad = 0.0;
     joint.bearing_sigma_rad_per_nm = joint.function_sigma_rad = 0.0;
+    joint.waves.clear();
   }
   drawn.tool.deflection_sigma = 0.0;
   drawn.tool.tcp_sigma_m.setZero();

@@ -51,6 +51,8 @@ Joint random_joint(Random& random, int number) {
     joint.function_reach_rad = 0.1;
     if (joint.mass_kg > 27.0) joint.function_fast_sigma_rad = 5.0 * kRadPerArcsec;
   }
+  if (joint.mass_kg > 18.0 && joint.mass_kg < 28.0)
+    joint.waves = {{17, 20.0 * kRadPerArcsec}, {143, 8.0 * kRadPerArcsec}};
   return joint;
 }
 

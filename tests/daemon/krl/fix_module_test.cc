@@ -34,6 +34,7 @@ calib::Cell rich(calib::Cell one) {
     joint.stiffening_nm = 300.0;
   }
   one.robot.joints[2].function_fast_sigma_rad = 8.0 * calib::kRadPerArcsec;
+  one.robot.joints[1].waves = {{143, 8.0 * calib::kRadPerArcsec}};
   return one;
 }
 
