@@ -64,6 +64,30 @@ TEST(JointFunctions, LeaveAFasterWaveOfOneJointToItself) {
   EXPECT_NEAR(largest->key.harmonic, 62, 1);
 }
 
+/// Random orders of 5 to 40 per turn in every joint, and of 41 to 100 in the second.
+Cell cell_with_fast_orders() {
+  Cell cell = demo_cell();
+  for (Joint& joint : cell.robot.joints) {
+    joint.function_sigma_rad = 15.0 * kRadPerArcsec;
+    joint.function_reach_rad = 0.1;
+  }
+  cell.robot.joints[1].function_fast_sigma_rad = 25.0 * kRadPerArcsec;
+  return cell;
+}
+
+TEST(JointFunctions, HaveFastOrdersWhereNoSingleWaveExplainsAJoint) {
+  const auto touches = make_touches(demo_cell(), plain_truth(cell_with_fast_orders(), 7),
+                                    {.fit = 300, .check = 60, .seed = 3})
+                           .touches;
+  const Calibration c = identify(demo_cell(), touches);
+  for (std::size_t i = 0; i < c.cell.robot.joints.size(); ++i)
+    EXPECT_EQ(c.cell.robot.joints[i].function_fast_sigma_rad > 0.0, i == 1) << i;
+  const Calibration read = calibration_from_json(calibration_to_json(c), "learnt.json");
+  EXPECT_NEAR(read.cell.robot.joints[1].function_fast_sigma_rad,
+              c.cell.robot.joints[1].function_fast_sigma_rad, 1e-12);
+  EXPECT_EQ(read.parameters.size(), c.parameters.size());
+}
+
 TEST(JointFunctions, AreReadBackFromTheirFile) {
   const Calibration read = calibration_from_json(calibration_to_json(learnt()), "learnt.json");
   const Predictor before(learnt()), after(read);
