@@ -131,8 +131,11 @@ Joint read_prismatic(const TomlTable& t) {
   return joint;
 }
 
+constexpr std::size_t kMostHarmonics = 16;
+constexpr std::size_t kMostWaves = 32;  // more than a search finds in one joint
+
 /// Whole numbers in the range, none twice.
-std::vector<int> read_orders(const TomlTable& t, const char* key, Range range) {
+std::vector<int> read_orders(const TomlTable& t, const char* key, Range range, std::size_t most) {
   std::vector<int> orders;
   if (!t.has(key)) return orders;
   for (const double order : t.numbers(key, 0, range)) {
@@ -141,14 +144,13 @@ std::vector<int> read_orders(const TomlTable& t, const char* key, Range range) {
       t.fail(key, "must not hold an order twice");
     orders.push_back(static_cast<int>(order));
   }
-  constexpr std::size_t kMost = 16;
-  if (orders.size() > kMost) t.fail(key, "at most 16 orders per joint");
+  if (orders.size() > most) t.fail(key, fmt::format("at most {} orders per joint", most));
   return orders;
 }
 
 std::vector<JointWave> read_waves(const TomlTable& t) {
   std::vector<JointWave> waves;
-  for (const int order : read_orders(t, "wave_orders", {kLowestOrder, kHighestWave}))
+  for (const int order : read_orders(t, "wave_orders", {kLowestOrder, kHighestWave}, kMostWaves))
     waves.push_back({order});
   if (waves.empty()) return waves;
   const auto sigma = t.numbers("wave_sigma_arcsec", waves.size(), {1e-3, 1e5});
@@ -190,7 +192,7 @@ Joint read_turning(const TomlTable& t, double length_m, double angle_rad) {
   joint.com_m = Eigen::Vector3d(com[0], com[1], com[2]) / kMmPerM;
   joint.compliance_sigma_rad_per_nm = t.number_or("compliance_sigma_rad_per_nm", 0.0, {0.0, 1.0});
   joint.gear_ratio = t.number_or("gear_ratio", 1.0, {-1e4, 1e4});
-  joint.harmonics = read_orders(t, "harmonics", {1.0, 1000.0});
+  joint.harmonics = read_orders(t, "harmonics", {1.0, 1000.0}, kMostHarmonics);
   joint.harmonic_sigma_rad = t.number_or("harmonic_sigma_arcsec", 0.0, {0.0, 1e5}) * kRadPerArcsec;
   joint.harmonic_falloff = t.number_or("harmonic_falloff", 0.0, {0.0, 10.0});
   joint.bearing_sigma_rad_per_nm = t.number_or("bearing_sigma_rad_per_nm", 0.0, {0.0, 1.0});
