@@ -136,15 +136,13 @@ TEST(an_aborted_session_on_a_track, can_be_gone_on_with) {
   EXPECT_TRUE(outcome.status == 0 || outcome.status == 3) << outcome.err;
 }
 
-TEST(a_search_for_spheres_on_a_track, is_refused_by_name_before_anything_moves) {
+TEST(a_search_for_spheres_on_a_track, finds_them_all_along_it) {
   TrackFixture fixture("eki");
   fixture.start();
-  const auto refused =
-      http_request(fixture.socket(), "POST", "/v1/run",
-                   nlohmann::json{{"cell", fixture.cell}, {"kind", "find"}}.dump());
-  EXPECT_GE(refused.status, 400) << refused.body;
-  EXPECT_NE(refused.body.find("linear unit (E1)"), std::string::npos) << refused.body;
-  EXPECT_EQ(fixture.status().at("session"), 0);
+  const Outcome found = fixture.cellcal({"find", "--cell", fixture.cell});
+  EXPECT_EQ(found.status, 0) << found.out << found.err << fixture.log();
+  for (std::size_t i = 1; i <= std::size(kPlaces); ++i)
+    EXPECT_NE(found.out.find("S" + std::to_string(i)), std::string::npos) << found.out;
 }
 
 }  // namespace

@@ -297,7 +297,7 @@ TEST(a_session_with_a_positioner_over_rsi, turns_it_by_increments_where_the_mode
   PositionerFixture fixture("rsi", "[rsi]\nmode = \"relative\"\nhold_on = false\n");
   fixture.start();
   ASSERT_EQ(fixture.run({{"cell", fixture.cell}, {"touches", 12}, {"check", 0}}), 201);
-  fixture.wait_for_touches(6);
+  fixture.wait_for_touches(11);
   const auto list =
       nlohmann::json::parse(http_request(fixture.socket(), "GET", "/v1/sessions/1/touches").body);
   std::set<long> settings;
