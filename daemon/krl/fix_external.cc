@@ -49,32 +49,22 @@ Guide guide_of(const ArmModel& arm, const Eigen::VectorXd& x) {
   return guide;
 }
 
-/// The guide's axes, in the frame before the unit.
-Isometry3d guide_axes(const ArmModel& arm) {
-  calib::ArmChain chain;
-  const calib::JointVector zero(arm.robot().joints.size(), 0.0);
-  arm.walk(arm.prepare(zero), arm.errors(nullptr), chain);
-  Eigen::Matrix3d axes;
-  axes << chain.link[0].x, chain.link[0].y, chain.link[0].z;
-  return Isometry3d(Eigen::Matrix3d(arm.robot().base_fixed.linear().transpose() * axes));
-}
-
 void write_unit(const calib::Calibration& c, Lines& out) {
   Guide guide;
-  Isometry3d axes = Isometry3d::Identity();
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
   Vector3d along = Vector3d::Zero();
   double half_wave = 0.0;
   if (c.cell.robot.first_turning() > 0) {
     const ArmModel arm(at_level(c.cell, c.level));
     guide = guide_of(arm, arm_values(arm, c));
-    axes = guide_axes(arm);
-    along = c.cell.robot.base_fixed.linear() * axes.linear().col(0);
+    axes = calib::guide_axes(c.cell.robot);
+    along = c.cell.robot.base_fixed.linear() * axes.col(0);
     const calib::Joint& unit = c.cell.robot.joints.front();
     half_wave = 180.0 / ((unit.max_rad - unit.min_rad) * kMmPerM);
   }
   out.comment("linear unit: its travel, the guide's axes, slopes per mm and waves by their order");
   out.value("FRAME", "CCF_XALONG", frame(Vector3d(along * kMmPerM)));
-  out.value("FRAME", "CCF_XGUIDE", frame(axes));
+  out.value("FRAME", "CCF_XGUIDE", frame(Isometry3d(axes)));
   out.reals("CCF_XSLOPE", guide.slope, [](double one) { return one; });
   out.value("REAL", "CCF_XHALFWAVE", real(half_wave));
   out.value("INT", "CCF_XORDERS", std::to_string(guide.wave.size()));
