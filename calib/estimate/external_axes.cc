@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "calib/estimate/predict.h"
 #include "calib/estimate/region.h"
@@ -175,7 +176,8 @@ LineMoves moves_of(const ArmModel& arm, const std::vector<FoundAxis>& axes) {
       moves.point.col(p) = error == AxisError::kX ? axis.along_x : axis.along_y;
       continue;
     }
-    if (error == AxisError::kScale) continue;  // of an angle that is 0
+    if (error != AxisError::kTurnX && error != AxisError::kTurnY)
+      continue;  // of an angle that is 0, without a load
     const Vector3d about =
         error == AxisError::kTurnX ? axis.along_x : Vector3d(axis.in_base.linear().col(1));
     moves.point.col(p) = about.cross(point - axis.in_base.translation());
@@ -232,23 +234,57 @@ std::vector<PositionerLine> positioner_lines(const Calibration& c, std::span<con
   return lines;
 }
 
-Eigen::Isometry3d axis_as_found(const Calibration& c, std::size_t axis) {
+Eigen::Isometry3d axis_as_found(const Calibration& c, std::size_t axis, const Vector3d& give_rad) {
   const auto error = [&](AxisError one) {
     return correction_of(c, positioner_parameter(axis, one));
   };
   return c.cell.robot.positioner.at(axis).frame *
          Eigen::Translation3d(error(AxisError::kX), error(AxisError::kY), 0.0) *
-         Eigen::AngleAxisd(error(AxisError::kTurnX), Vector3d::UnitX()) *
-         Eigen::AngleAxisd(error(AxisError::kTurnY), Vector3d::UnitY());
+         Eigen::AngleAxisd(error(AxisError::kTurnX) + give_rad.x(), Vector3d::UnitX()) *
+         Eigen::AngleAxisd(error(AxisError::kTurnY) + give_rad.y(), Vector3d::UnitY());
 }
 
-Eigen::Isometry3d carried_as_found(const Calibration& c, std::span<const double> positioner_rad) {
+Vector3d give_rad_per_nm(const Calibration& c, std::size_t axis) {
+  const auto of = [&](AxisError error) {
+    return correction_of(c, positioner_parameter(axis, error));
+  };
+  return {of(AxisError::kBearingX), of(AxisError::kBearingY), of(AxisError::kCompliance)};
+}
+
+double largest_give_rad(const Calibration& c, std::size_t axis) {
+  constexpr int kSteps = 36;
+  const std::vector<PositionerAxis>& axes = c.cell.robot.positioner;
+  const Vector3d per_nm = give_rad_per_nm(c, axis);
+  double largest = 0.0;
+  std::vector<double> at(axes.size());
+  const std::function<void(std::size_t)> over = [&](std::size_t j) {
+    if (j == axes.size()) {
+      const Vector3d moment = carried_moment_nm(c.cell.robot, at)[axis];
+      largest = std::max(largest, per_nm.cwiseProduct(moment).norm());
+      return;
+    }
+    for (int k = 0; k <= kSteps; ++k) {
+      at[j] = axes[j].min_rad + (axes[j].max_rad - axes[j].min_rad) * k / kSteps;
+      over(j + 1);
+    }
+  };
+  if (!per_nm.isZero(0.0)) over(0);
+  return largest;
+}
+
+Eigen::Isometry3d carried_as_found(const Calibration& c, std::span<const double> positioner_rad,
+                                   std::span<const double> outer_rad) {
+  std::vector<double> all(positioner_rad.begin(), positioner_rad.end());
+  all.insert(all.end(), outer_rad.begin(), outer_rad.end());
+  const auto moment_nm = carried_moment_nm(c.cell.robot, all);
   Eigen::Isometry3d place = Eigen::Isometry3d::Identity();
   for (std::size_t j = 0; j < positioner_rad.size(); ++j) {
     const double scale = 1.0 + correction_of(c, positioner_parameter(j, AxisError::kScale));
-    place = place * axis_as_found(c, j) *
-            Eigen::AngleAxisd(c.cell.robot.positioner.at(j).sign * scale * positioner_rad[j],
-                              Vector3d::UnitZ());
+    const Vector3d give = give_rad_per_nm(c, j).cwiseProduct(moment_nm[j]);
+    place = place * axis_as_found(c, j, give) *
+            Eigen::AngleAxisd(
+                c.cell.robot.positioner.at(j).sign * scale * positioner_rad[j] + give.z(),
+                Vector3d::UnitZ());
   }
   return place;
 }

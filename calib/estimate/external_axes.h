@@ -32,13 +32,21 @@ Eigen::Matrix3d guide_axes(const Robot& robot);
 std::vector<PositionerLine> positioner_lines(const Calibration& calibration,
                                              std::span<const Touch> touches);
 
-/// PositionerAxis::frame with the axis' errors as found.
-Eigen::Isometry3d axis_as_found(const Calibration& calibration, std::size_t axis);
+/// PositionerAxis::frame with the axis' errors as found, turned about x and y by what it gives.
+Eigen::Isometry3d axis_as_found(const Calibration& calibration, std::size_t axis,
+                                const Eigen::Vector3d& give_rad = Eigen::Vector3d::Zero());
+
+/// Turn about x, y and z of its frame by which an axis gives, per moment of gravity (carried_moment_nm).
+Eigen::Vector3d give_rad_per_nm(const Calibration& calibration, std::size_t axis);
+/// Largest turn by which it gives over the ranges of all axes.
+double largest_give_rad(const Calibration& calibration, std::size_t axis);
 
 /// Place in the base frame of what the axes with these angles carry, at most all of them, by the
-/// calibration's axes. Throws std::out_of_range for more angles than it has axes.
+/// calibration's axes. `outer_rad`: of the axes after them, which load them; empty: 0. Throws
+/// std::out_of_range for more angles than it has axes.
 Eigen::Isometry3d carried_as_found(const Calibration& calibration,
-                                   std::span<const double> positioner_rad);
+                                   std::span<const double> positioner_rad,
+                                   std::span<const double> outer_rad = {});
 
 /// A pose described in the frame that the positioner's axes with these angles carry.
 struct CarriedPose {

@@ -45,9 +45,11 @@ std::string bound_comment(const Calibration& c, std::size_t j) {
     text += fmt::format(" +- {:.3f} mm across the axis, {:.3f} mrad (95 %);",
                         c.positioner[j].place_u95_m * kMmPerM,
                         c.positioner[j].direction_u95_rad * kMradPerRad);
-  return text + fmt::format(" scale of its angle {:+.3f} mrad/rad, not in these lines\n",
-                            correction_of(c, positioner_parameter(j, AxisError::kScale)) *
-                                kMradPerRad);
+  text += fmt::format(" scale of its angle {:+.3f} mrad/rad",
+                      correction_of(c, positioner_parameter(j, AxisError::kScale)) * kMradPerRad);
+  if (const double give = largest_give_rad(c, j); give > 0.0)
+    text += fmt::format(" and {:.3f} mrad that it gives at most under its load", give * kMradPerRad);
+  return text + ", not in these lines\n";
 }
 
 }  // namespace

@@ -94,12 +94,15 @@ void add_waves(const Calibration& c, std::size_t i, const Joint& levelled, order
                             levelled.function_max_rad * kDegPerRad};
 }
 
+void add_mass(double mass_kg, const Eigen::Vector3d& com_m, ordered_json& json) {
+  if (!(mass_kg > 0.0)) return;
+  json["mass_kg"] = mass_kg;
+  json["com_m"] = {com_m[0], com_m[1], com_m[2]};
+}
+
 /// Deflections by gravity's moments, with the masses that these follow from.
 void add_elastic(const Calibration& c, std::size_t i, const Joint& levelled, ordered_json& json) {
-  if (levelled.mass_kg > 0.0) {
-    json["mass_kg"] = levelled.mass_kg;
-    json["com_m"] = {levelled.com_m[0], levelled.com_m[1], levelled.com_m[2]};
-  }
+  add_mass(levelled.mass_kg, levelled.com_m, json);
   for (const ParameterResult& p : c.parameters) {
     if (p.key.joint != static_cast<int>(i)) continue;
     if (p.key.kind == ParameterKind::kCompliance) {
@@ -168,7 +171,7 @@ ordered_json linear_unit_json(const Calibration& c) {
   return json;
 }
 
-/// An axis that turns by `axis` times e_j (1 + scale) in its frame.
+/// An axis that turns by `axis` times e_j (1 + scale) in its frame, and gives under its load.
 ordered_json positioner_json(const Calibration& c, std::size_t j, const PlacedJoint& placed) {
   ordered_json json{{"name", placed.name}};
   json["frame"] = frame_json(placed.origin);
@@ -183,10 +186,15 @@ ordered_json positioner_json(const Calibration& c, std::size_t j, const PlacedJo
                                {AxisError::kY, "y_m"},
                                {AxisError::kTurnX, "rx_rad"},
                                {AxisError::kTurnY, "ry_rad"},
-                               {AxisError::kScale, "scale"}};
+                               {AxisError::kScale, "scale"},
+                               {AxisError::kCompliance, "compliance_rad_per_nm"},
+                               {AxisError::kBearingX, "bearing_x_rad_per_nm"},
+                               {AxisError::kBearingY, "bearing_y_rad_per_nm"}};
   for (const Error& one : kErrors)
     if (const auto* found = find(c, positioner_parameter(j, one.error)))
       json[one.name] = with_sigma(*found);
+  const PositionerAxis& stated = c.cell.robot.positioner[j];
+  add_mass(stated.mass_kg, stated.com_m, json);
   return json;
 }
 

@@ -374,6 +374,9 @@ double per_root_month(const ParameterKey& key, const DriftPerMonth& drift) {
         case AxisError::kTurnY:
           return drift.axis_rad;
         case AxisError::kScale:
+        case AxisError::kCompliance:
+        case AxisError::kBearingX:
+        case AxisError::kBearingY:
           break;
       }
       return 0.0;

@@ -219,14 +219,23 @@ void ArmModel::add_tool_parameters(int index) {
 void ArmModel::add_positioner() {
   for (std::size_t j = 0; j < robot_.positioner.size(); ++j) {
     const PositionerAxis& axis = robot_.positioner[j];
-    const auto add = [&](AxisError error, double sigma, const char* unit) {
-      if (sigma > 0.0) parameters_.push_back({positioner_parameter(j, error), sigma, unit, 1000.0});
+    const auto add = [&](AxisError error, double sigma, const char* unit, double to_unit = 1000.0) {
+      if (sigma > 0.0)
+        parameters_.push_back({positioner_parameter(j, error), sigma, unit, to_unit});
     };
     add(AxisError::kX, axis.place_sigma_m, "mm");
     add(AxisError::kY, axis.place_sigma_m, "mm");
     add(AxisError::kTurnX, axis.direction_sigma_rad, "mrad");
     add(AxisError::kTurnY, axis.direction_sigma_rad, "mrad");
     add(AxisError::kScale, axis.scale_sigma, "mrad/rad");
+    if (std::ranges::none_of(robot_.positioner.begin() + static_cast<std::ptrdiff_t>(j),
+                             robot_.positioner.end(),
+                             [](const PositionerAxis& one) { return one.mass_kg > 0.0; }))
+      continue;  // nothing loads it
+    const char* unit = "rad/(N m)";
+    add(AxisError::kCompliance, axis.compliance_sigma_rad_per_nm, unit, 1.0);
+    add(AxisError::kBearingX, axis.bearing_sigma_rad_per_nm, unit, 1.0);
+    add(AxisError::kBearingY, axis.bearing_sigma_rad_per_nm, unit, 1.0);
   }
 }
 

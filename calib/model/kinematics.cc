@@ -56,15 +56,16 @@ const Load* ArmModel::load(std::string_view id) const {
 
 /// Only the terms that depend on the pose through the directions.
 PreparedPose ArmModel::turned(std::span<const double> joint_rad, int tool,
-                              std::span<const double> carrier_rad) const {
+                              std::span<const double> carrier_rad,
+                              std::span<const double> outer_rad) const {
   if (joint_rad.size() != robot_.joints.size())
     throw std::invalid_argument("ArmModel::prepare: " + std::to_string(joint_rad.size()) +
                                 " joint angles for a robot of " +
                                 std::to_string(robot_.joints.size()) + " joints");
-  if (carrier_rad.size() > robot_.positioner.size())
-    throw std::invalid_argument("ArmModel::prepare: " + std::to_string(carrier_rad.size()) +
-                                " angles for a positioner of " +
-                                std::to_string(robot_.positioner.size()) + " axes");
+  if (carrier_rad.size() + outer_rad.size() > robot_.positioner.size())
+    throw std::invalid_argument(
+        "ArmModel::prepare: " + std::to_string(carrier_rad.size() + outer_rad.size()) +
+        " angles for a positioner of " + std::to_string(robot_.positioner.size()) + " axes");
   PreparedPose pose;
   pose.tool = tool;
   pose.carriers = static_cast<int>(carrier_rad.size());
@@ -83,9 +84,11 @@ PreparedPose ArmModel::turned(std::span<const double> joint_rad, int tool,
 }
 
 PreparedPose ArmModel::prepare(std::span<const double> joint_rad, int tool, const Load* load,
-                               std::span<const double> carrier_rad) const {
-  PreparedPose pose = turned(joint_rad, tool, carrier_rad);
+                               std::span<const double> carrier_rad,
+                               std::span<const double> outer_rad) const {
+  PreparedPose pose = turned(joint_rad, tool, carrier_rad, outer_rad);
   pose.factor = Eigen::VectorXd::Zero(size());
+  if (pose.carriers > 0) prepare_positioner(outer_rad, pose);
   Eigen::Matrix3Xd moment;
   ArmChain chain;
   const auto moment_nm = [&](int joint) {
@@ -562,8 +565,8 @@ void ArmModel::turn_derivative(const PreparedPose& pose, const ArmErrors& errors
         if (parameter.carrier >= pose.carriers)
           jacobian.col(p).setZero();
         else
-          jacobian.col(p) = turn_by(chain.carrier[j], robot_.positioner[j],
-                                    AxisError{parameter.axis}, pose.carrier_rad[j]);
+          jacobian.col(p) =
+              pose.factor[p] * turn_by(chain.carrier[j], AxisError{parameter.axis});
         break;
       }
       case ParameterKind::kD:

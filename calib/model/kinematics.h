@@ -58,7 +58,7 @@ struct PreparedPose {
   /// Per joint: cosine and sine of the nominal theta; of a linear unit, its position [m] and 0.
   Eigen::Matrix2Xd direction;
   /// Per parameter: d(angle)/dx for compliance, load, play, harmonics, bearings,
-  /// stiffening; d(motion)/dx of a linear unit; else 0.
+  /// stiffening, scale and give of a positioner's axis; d(motion)/dx of a linear unit; else 0.
   Eigen::VectorXd factor;
   int tool = 0;  ///< index of the tool
   int carriers = 0;  ///< number of the positioner's axes that carry the target's frame
@@ -139,10 +139,12 @@ class ArmModel {
   const Load* load(std::string_view id) const;
 
   /// `load`: held by the tools, null: nothing. `carrier_rad`: angles of the positioner's axes that
-  /// carry the frame which everything about the pose is in; empty: the base frame. Throws
-  /// std::invalid_argument if the number of angles differs from the robot's, or exceeds its axes.
+  /// carry the frame which everything about the pose is in; empty: the base frame. `outer_rad`: of the
+  /// axes after them, which load them; empty: 0. Throws std::invalid_argument if the number of angles
+  /// differs from the robot's, or exceeds its axes.
   PreparedPose prepare(std::span<const double> joint_rad, int tool = 0, const Load* load = nullptr,
-                       std::span<const double> carrier_rad = {}) const;
+                       std::span<const double> carrier_rad = {},
+                       std::span<const double> outer_rad = {}) const;
 
   /// x: size() values, SI; null: all zero.
   ArmErrors errors(const double* x) const;
@@ -182,8 +184,11 @@ class ArmModel {
 
  private:
   PreparedPose turned(std::span<const double> joint_rad, int tool,
-                      std::span<const double> carrier_rad = {}) const;
+                      std::span<const double> carrier_rad = {},
+                      std::span<const double> outer_rad = {}) const;
   void add_positioner();
+  /// The factors of its errors.
+  void prepare_positioner(std::span<const double> outer_rad, PreparedPose& pose) const;
   /// The arm's base seen from the carrier of the pose.
   Eigen::Isometry3d base_of(const PreparedPose& pose, const double* x, ArmChain& chain) const;
   void carrier_derivative(const Eigen::Vector3d& n, const PreparedPose& pose, const ArmChain& chain,

@@ -14,7 +14,8 @@ constexpr std::array kAxis = {"x", "y", "z"};
 constexpr std::array kGuideNames = {"along", "across", "above", "roll", "pitch", "yaw"};
 static_assert(kGuideNames.size() == kGuideMotions);
 /// By AxisError.
-constexpr std::array kAxisErrorNames = {"x", "y", "rx", "ry", "scale"};
+constexpr std::array kAxisErrorNames = {"x",     "y",          "rx",        "ry",
+                                        "scale", "compliance", "bearing_x", "bearing_y"};
 static_assert(kAxisErrorNames.size() == kAxisErrors);
 
 template <class T>

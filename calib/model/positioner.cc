@@ -4,18 +4,51 @@
 
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include "calib/model/kinematics.h"
 #include "calib/model/turns.h"
 
 namespace cellcal::calib {
 
+void ArmModel::prepare_positioner(std::span<const double> outer_rad, PreparedPose& pose) const {
+  std::vector<double> angles(pose.carrier_rad.begin(), pose.carrier_rad.begin() + pose.carriers);
+  angles.insert(angles.end(), outer_rad.begin(), outer_rad.end());
+  const auto moment_nm = carried_moment_nm(robot_, angles);
+  for (int p = last_tool_; p < size(); ++p) {
+    const ArmParameter& parameter = parameters_[p];
+    if (parameter.carrier >= pose.carriers) continue;
+    const auto j = static_cast<std::size_t>(parameter.carrier);
+    switch (AxisError{parameter.axis}) {
+      case AxisError::kScale:
+        pose.factor[p] = robot_.positioner[j].sign * pose.carrier_rad[j];
+        break;
+      case AxisError::kCompliance:
+        pose.factor[p] = moment_nm[j].z();
+        break;
+      case AxisError::kBearingX:
+        pose.factor[p] = moment_nm[j].x();
+        break;
+      case AxisError::kBearingY:
+        pose.factor[p] = moment_nm[j].y();
+        break;
+      case AxisError::kX:
+      case AxisError::kY:
+      case AxisError::kTurnX:
+      case AxisError::kTurnY:
+        pose.factor[p] = 1.0;
+        break;
+    }
+  }
+}
+
 // (1c), and its axes
 Eigen::Isometry3d ArmModel::base_of(const PreparedPose& pose, const double* x,
                                     ArmChain& chain) const {
   std::array<std::array<double, kAxisErrors>, kMaxPositionerAxes> error{};
   for (int p = last_tool_; x != nullptr && p < size(); ++p)
-    error[static_cast<std::size_t>(parameters_[p].carrier)][parameters_[p].axis] = x[p];
+    error[static_cast<std::size_t>(parameters_[p].carrier)][parameters_[p].axis] =
+        x[p] * pose.factor[p];
   const auto of = [&](std::size_t j, AxisError one) { return error[j][static_cast<int>(one)]; };
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();
@@ -27,15 +60,16 @@ Eigen::Isometry3d ArmModel::base_of(const PreparedPose& pose, const double* x,
     its.x = rotation.col(0);
     its.y = rotation.col(1);
     origin += of(j, AxisError::kX) * its.x + of(j, AxisError::kY) * its.y;
-    const Direction about_x = direction(of(j, AxisError::kTurnX)),
-                    about_y = direction(of(j, AxisError::kTurnY));
+    const Direction about_x = direction(of(j, AxisError::kTurnX) + of(j, AxisError::kBearingX)),
+                    about_y = direction(of(j, AxisError::kTurnY) + of(j, AxisError::kBearingY));
     its.tilt_x = rotation.col(0);
     turn_x(rotation, about_x.c, about_x.s);
     its.tilt_y = rotation.col(1);
     turn_y(rotation, about_y.c, about_y.s);
     its.z = rotation.col(2);
     its.origin = origin;
-    const double angle = axis.sign * pose.carrier_rad[j] * (1.0 + of(j, AxisError::kScale));
+    const double angle = axis.sign * pose.carrier_rad[j] + of(j, AxisError::kScale) +
+                         of(j, AxisError::kCompliance);
     turn_z(rotation, std::cos(angle), std::sin(angle));
   }
   Eigen::Isometry3d base = Eigen::Isometry3d::Identity();
@@ -50,15 +84,17 @@ Eigen::Isometry3d ArmModel::base_of(const PreparedPose& pose, const double* x,
   return base;
 }
 
-Eigen::Vector3d turn_by(const ArmChain::Carrier& carrier, const PositionerAxis& axis,
-                        AxisError error, double axis_rad) {
+Eigen::Vector3d turn_by(const ArmChain::Carrier& carrier, AxisError error) {
   switch (error) {
     case AxisError::kTurnX:
+    case AxisError::kBearingX:
       return -carrier.tilt_x;
     case AxisError::kTurnY:
+    case AxisError::kBearingY:
       return -carrier.tilt_y;
     case AxisError::kScale:
-      return -axis.sign * axis_rad * carrier.z;
+    case AxisError::kCompliance:
+      return -carrier.z;
     case AxisError::kX:
     case AxisError::kY:
       break;
@@ -81,9 +117,7 @@ void ArmModel::carrier_derivative(const Eigen::Vector3d& n, const PreparedPose& 
     if (error == AxisError::kX || error == AxisError::kY)
       out = -(error == AxisError::kX ? its.x : its.y).dot(n);
     else
-      out = turn_by(its, robot_.positioner[j], error, pose.carrier_rad[j])
-                .cross(chain.tip - its.origin)
-                .dot(n);
+      out = pose.factor[p] * turn_by(its, error).cross(chain.tip - its.origin).dot(n);
   }
 }
 

@@ -1,5 +1,6 @@
 #include "calib/model/robot.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "calib/model/error.h"
@@ -36,6 +37,30 @@ Eigen::Isometry3d carried_at(const Robot& robot, std::span<const double> positio
             Eigen::AngleAxisd(axis.sign * positioner_rad[j], Eigen::Vector3d::UnitZ());
   }
   return place;
+}
+
+std::array<Eigen::Vector3d, kMaxPositionerAxes> carried_moment_nm(
+    const Robot& robot, std::span<const double> positioner_rad) {
+  if (positioner_rad.size() > std::min<std::size_t>(robot.positioner.size(), kMaxPositionerAxes))
+    throw std::out_of_range("carried_moment_nm: more angles than the positioner has axes");
+  std::array<Eigen::Vector3d, kMaxPositionerAxes> moment;
+  moment.fill(Eigen::Vector3d::Zero());
+  std::array<double, kMaxPositionerAxes> all{};
+  std::ranges::copy(positioner_rad, all.begin());
+  const std::span<const double> angles(all);
+  double mass_kg = 0.0;
+  Eigen::Vector3d mass_times_com = Eigen::Vector3d::Zero();  // in the frame that axis j carries
+  for (std::size_t j = robot.positioner.size(); j-- > 0;) {
+    const PositionerAxis& axis = robot.positioner[j];
+    mass_kg += axis.mass_kg;
+    mass_times_com += axis.mass_kg * axis.com_m;
+    mass_times_com =
+        Eigen::AngleAxisd(axis.sign * angles[j], Eigen::Vector3d::UnitZ()) * mass_times_com;
+    const Eigen::Matrix3d stands = (carried_at(robot, angles.first(j)) * axis.frame).linear();
+    moment[j] = mass_times_com.cross(stands.transpose() * robot.gravity_m_s2);
+    mass_times_com = axis.frame.linear() * mass_times_com + mass_kg * axis.frame.translation();
+  }
+  return moment;
 }
 
 std::size_t Cell::target_index(const std::string& id) const {

@@ -124,6 +124,10 @@ void refuse_positioner(const Robot& robot, const std::string& what, const std::s
 void refuse_external_axes(const Robot& robot, const std::string& what, const std::string& instead);
 /// Place in the base frame of what the nominal axes with these angles carry, at most all of them.
 Eigen::Isometry3d carried_at(const Robot& robot, std::span<const double> positioner_rad);
+/// Moment of gravity [N m] of what each axis of the positioner carries, further axes included, about the
+/// origin and in the directions of the axis' frame F_j; nominal axes, without an angle at 0.
+std::array<Eigen::Vector3d, kMaxPositionerAxes> carried_moment_nm(
+    const Robot& robot, std::span<const double> positioner_rad);
 
 /// A robot and its file, as named by a cell file.
 struct NamedRobot {

@@ -18,6 +18,10 @@ std::span<const double> carrier_rad(const Touch& touch, const Target& target) {
   return std::span(touch.positioner_rad).first(axes);
 }
 
+std::span<const double> outer_rad(const Touch& touch, const Target& target) {
+  return std::span(touch.positioner_rad).subspan(carrier_rad(touch, target).size());
+}
+
 std::string touch_words(std::size_t index, const Touch& touch) {
   return fmt::format("touch {}{}", index + 1,
                      touch.line > 0 ? fmt::format(" (line {})", touch.line) : "");

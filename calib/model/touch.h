@@ -58,6 +58,8 @@ inline auto reading(const Touch& touch) {
 /// Angles of the axes that carry the touched target; empty for one on the floor. Refers to the touch.
 /// Throws std::invalid_argument for a touch that does not state them.
 std::span<const double> carrier_rad(const Touch& touch, const Target& target);
+/// Likewise of the axes after them.
+std::span<const double> outer_rad(const Touch& touch, const Target& target);
 
 /// "touch 12", counted from 1, and "touch 12 (line 14)" for a touch from a file.
 std::string touch_words(std::size_t index, const Touch& touch);

@@ -40,9 +40,8 @@ inline Direction direction(double angle) {
           angle * (1.0 - q / 6.0 * (1.0 - q / 20.0 * (1.0 - q / 42.0)))};
 }
 
-/// Turn of the arm, seen from the table, per unit of the error of a positioner's axis at `axis_rad`;
-/// zero for a shift.
-Eigen::Vector3d turn_by(const ArmChain::Carrier& carrier, const PositionerAxis& axis,
-                        AxisError error, double axis_rad);
+/// Turn of the arm, seen from the table, per turn by the error of a positioner's axis (PreparedPose's
+/// factor times its value); zero for a shift.
+Eigen::Vector3d turn_by(const ArmChain::Carrier& carrier, AxisError error);
 
 }  // namespace cellcal::calib

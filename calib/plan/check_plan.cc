@@ -93,6 +93,7 @@ Cell as_known(const Calibration& calibration) {
     PositionerAxis& axis = cell.robot.positioner[j];
     axis.frame = axis_as_found(calibration, j);
     axis.place_sigma_m = axis.direction_sigma_rad = axis.scale_sigma = 0.0;
+    axis.compliance_sigma_rad_per_nm = axis.bearing_sigma_rad_per_nm = 0.0;
   }
   return cell;
 }

@@ -221,11 +221,13 @@ Eigen::MatrixXd moves_on_table(const Cell& cell, const ArmModel& arm,
   Eigen::Matrix3Xd jacobian(3, arm.size());
   for (std::size_t k = 0; k < count; ++k) {
     const Candidate& c = *carried[k * carried.size() / count];
-    const auto carriers = std::span(c.positioner_rad)
-                              .first(static_cast<std::size_t>(cell.targets[c.target].carried_by));
+    const std::span<const double> angles(c.positioner_rad);
+    const auto carriers = static_cast<std::size_t>(cell.targets[c.target].carried_by);
     const auto column = static_cast<Eigen::Index>(k);
     at.tips_m.col(column) =
-        arm.position(arm.prepare(c.contact, 0, nullptr, carriers), nullptr, jacobian);
+        arm.position(arm.prepare(c.contact, 0, nullptr, angles.first(carriers),
+                                 angles.subspan(carriers)),
+                     nullptr, jacobian);
     at.moves_m.middleRows<3>(3 * column) = jacobian * scale.asDiagonal();
   }
   return aligned(at);

@@ -69,6 +69,19 @@ Robot with_error(const Robot& robot, std::size_t axis, AxisError error, double s
   return erring;
 }
 
+/// Square of how far off `at_m`, base frame, may be by what an axis gives under its load.
+double given_way_m2(const Robot& robot, std::size_t axis, std::span<const double> angles,
+                    std::span<const double> taught, const Eigen::Vector3d& at_m) {
+  const PositionerAxis& its = robot.positioner[axis];
+  const Eigen::Vector3d more =
+      carried_moment_nm(robot, angles)[axis] - carried_moment_nm(robot, taught)[axis];
+  const Eigen::Isometry3d stands = carried_at(robot, angles.first(axis)) * its.frame;
+  const double lever_m = (at_m - stands.translation()).norm();
+  const double turn_rad = std::hypot(its.bearing_sigma_rad_per_nm * more.head<2>().norm(),
+                                     its.compliance_sigma_rad_per_nm * more.z());
+  return std::pow(lever_m * turn_rad, 2);
+}
+
 /// How far off what these axes carry at `place_m`, in the frame of the last of them, may be at these angles
 /// by the axes' prior. It was taught with them at `taught`, and is known as it is seen from there.
 double off_by_positioner_m(const Robot& robot, std::span<const double> angles,
@@ -92,6 +105,7 @@ double off_by_positioner_m(const Robot& robot, std::span<const double> angles,
     std::vector<double> scaled(angles.begin(), angles.end());
     scaled[j] += axis.scale_sigma * (angles[j] - taught[j]);
     squares += (carried_at(robot, scaled) * place_m - expected).squaredNorm();
+    squares += given_way_m2(robot, j, angles, taught, expected);
   }
   return kSigmas * std::sqrt(squares);  // (64b)
 }

@@ -51,7 +51,8 @@ std::optional<std::vector<Seen>> seen_by(const Calibration& earlier, std::span<c
       return {};
     const int tool = arm.tool_index(touch.tool);
     seen.push_back({arm.position(arm.prepare(touch.joint_rad, tool, arm.load(touch.load),
-                                             carrier_rad(touch, *target)),
+                                             carrier_rad(touch, *target),
+                                             outer_rad(touch, *target)),
                                  x.data()),
                     target->diameter_m / 2.0 + arm.tool(tool).tip_radius_m,
                     static_cast<std::size_t>(target - earlier.cell.targets.begin()),

@@ -363,6 +363,8 @@ std::string made_touch_to_json(const MadeTouch& made) {
              {"tip_mm", nullptr},
              {"residual_mm", or_null(made.residual_m, calib::kMmPerM)},
              {"u95_mm", or_null(made.u95_m, calib::kMmPerM)}};
+  if (!made.touch.positioner_rad.empty())
+    value["positioner_deg"] = shown_joints(made.touch.positioner_rad, false);
   if (made.tip_m) {
     const auto& [x, y, z] = *made.tip_m;
     value["tip_mm"] = {calib::kMmPerM * x, calib::kMmPerM * y, calib::kMmPerM * z};

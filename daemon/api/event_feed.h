@@ -83,7 +83,8 @@ nlohmann::json touch_json(std::size_t index, const calib::Touch& touch, bool lin
 nlohmann::json to_json(const InterruptionCounts& counts);
 /// `language`: of the links' and the failure's sentences.
 std::string status_to_json(const Status& status, const calib::Language& language = {});
-/// {"session","index","target","set","joints_deg","tip_mm","residual_mm","u95_mm"}
+/// {"session","index","target","set","joints_deg","tip_mm","residual_mm","u95_mm"}, with a positioner also
+/// "positioner_deg"
 std::string made_touch_to_json(const MadeTouch& made);
 /// {"session","joints_deg"}, with a positioner also "positioner_deg"
 std::string joints_to_json(std::int64_t session, const LinkReport& links);

@@ -33,7 +33,7 @@ std::int64_t session_asked_for(const Request& request, const Status& status, Jou
   return all.empty() ? 0 : all.front().id;
 }
 
-/// Includes meshes whose files still exist at their place in the cell file. With a positioner at 0.
+/// Includes meshes whose files still exist at their place in the cell file.
 calib::Cell drawn_cell(const SessionInputs& inputs) {
   calib::Cell cell = cell_of(inputs);
   try {
@@ -41,8 +41,7 @@ calib::Cell drawn_cell(const SessionInputs& inputs) {
   } catch (const calib::FileError& missing) {
     spdlog::warn("drawn without meshes: {}", missing.what());
   }
-  if (cell.robot.positioner.empty()) return cell;
-  return calib::at_setting(cell, std::vector<double>(cell.robot.positioner.size(), 0.0));
+  return cell;
 }
 
 std::optional<calib::Calibration> calibration_of(const SessionRecord& record) {
@@ -144,7 +143,8 @@ class FoundArm {
     const auto carriers =
         calib::carrier_rad(touch, *stated);  // the centre is in the frame of the last
     const Vector3d tip = arm_.position(
-        arm_.prepare(touch.joint_rad, 0, arm_.load(touch.load), carriers), errors_.data());
+        arm_.prepare(touch.joint_rad, 0, arm_.load(touch.load), carriers, outer_rad(touch, *stated)),
+        errors_.data());
     Vector3d outwards = target->normal;
     double distance = outwards.dot(tip - target->centre_m);
     if (target->kind == calib::TargetKind::kSphere) {
@@ -168,16 +168,23 @@ class FoundArm {
   double delay_s_ = 0.0;
 };
 
+void add_positioner(const std::vector<double>& angles_rad, json& value) {
+  for (const double angle : angles_rad)
+    value["positioner_deg"].push_back(number(angle, calib::kDegPerRad));
+}
+
 json touch_to_json(std::size_t index, const calib::Touch& touch, const calib::ArmModel& nominal,
                    const std::optional<FoundArm>& found, const FigureOfTouch& made) {
   const auto residual = found ? found->residual_m(touch) : made.residual_m;
-  return {{"index", index},
-          {"target", touch.target},
-          {"set", to_string(touch.set)},
-          {"joints_deg", shown_joints(touch.joint_rad, nominal.robot())},
-          {"tip_mm", mm(nominal.nominal_tip_m(touch.joint_rad))},
-          {"residual_mm", residual ? number(*residual, kMmPerM) : json(nullptr)},
-          {"u95_mm", made.u95_m ? number(*made.u95_m, kMmPerM) : json(nullptr)}};
+  json value{{"index", index},
+             {"target", touch.target},
+             {"set", to_string(touch.set)},
+             {"joints_deg", shown_joints(touch.joint_rad, nominal.robot())},
+             {"tip_mm", mm(nominal.nominal_tip_m(touch.joint_rad))},
+             {"residual_mm", residual ? number(*residual, kMmPerM) : json(nullptr)},
+             {"u95_mm", made.u95_m ? number(*made.u95_m, kMmPerM) : json(nullptr)}};
+  add_positioner(touch.positioner_rad, value);
+  return value;
 }
 
 json summary(const calib::ResidualSummary& of) {
@@ -316,9 +323,28 @@ json target_to_json(const calib::Target& target) {
   return value;
 }
 
-json targets_to_json(const calib::Cell& cell) {
+/// The axis by whose number of axes something is carried.
+void add_carrier(const calib::Robot& robot, int carried_by, json& value) {
+  if (carried_by > 0) value["on"] = robot.positioner[static_cast<std::size_t>(carried_by) - 1].name;
+}
+
+/// `still`: the cell with its positioner at 0.
+json targets_to_json(const calib::Cell& cell, const calib::Cell& still) {
   json list = json::array();
-  for (const calib::Target& target : cell.targets) list.push_back(target_to_json(target));
+  for (std::size_t t = 0; t < cell.targets.size(); ++t) {
+    list.push_back(target_to_json(still.targets[t]));
+    add_carrier(cell.robot, cell.targets[t].carried_by, list.back());
+  }
+  return list;
+}
+
+json positioner_to_json(const calib::Robot& robot) {
+  json list = json::array();
+  for (const calib::PositionerAxis& axis : robot.positioner) {
+    const Eigen::Isometry3d at_zero =
+        calib::carried_at(robot, std::vector<double>(list.size(), 0.0)) * axis.frame;
+    list.push_back({{"name", axis.name}, {"sign", axis.sign}, {"frame", frame(at_zero)}});
+  }
   return list;
 }
 
@@ -369,17 +395,22 @@ json obstacle_to_json(const calib::Obstacle& obstacle) {
                                                                : mesh(obstacle);
 }
 
-json obstacles_to_json(const calib::Cell& cell) {
+json obstacles_to_json(const calib::Cell& cell, const calib::Cell& still) {
   json list = json::array();
-  for (const calib::Obstacle& obstacle : cell.obstacles) list.push_back(obstacle_to_json(obstacle));
+  for (std::size_t i = 0; i < cell.obstacles.size(); ++i) {
+    list.push_back(obstacle_to_json(still.obstacles[i]));
+    add_carrier(cell.robot, cell.obstacles[i].carried_by, list.back());
+  }
   return list;
 }
 
-json stands_to_json(const calib::Cell& cell) {
+json stands_to_json(const calib::Cell& cell, const calib::Cell& still) {
   json list = json::array();
-  for (const calib::Post& post : calib::posts_of(cell))
-    list.push_back(
-        cylinder(cell.targets[post.target].id, post.frame, 2.0 * post.radius_m, post.length_m));
+  for (const calib::Post& post : calib::posts_of(still)) {
+    const calib::Target& of = cell.targets[post.target];
+    list.push_back(cylinder(of.id, post.frame, 2.0 * post.radius_m, post.length_m));
+    add_carrier(cell.robot, of.carried_by, list.back());
+  }
   return list;
 }
 
@@ -394,17 +425,21 @@ json tool_to_json(const calib::Tool& tool) {
 
 std::string scene_to_json(std::int64_t session, const calib::Cell& cell) {
   const Eigen::Vector3d up = calib::up_of(cell.robot);
-  return dump({{"session", session},
-               {"robot", cell.robot.name},
-               {"base", frame(cell.robot.base_fixed)},
-               {"joints", joints_to_json(cell.robot)},
-               {"flange", frame(cell.robot.flange_fixed)},
-               {"tool", tool_to_json(cell.tool)},
-               {"targets", targets_to_json(cell)},
-               {"stands", stands_to_json(cell)},
-               {"obstacles", obstacles_to_json(cell)},
-               {"up", {up.x(), up.y(), up.z()}},
-               {"floor_mm", cell.floor_m ? number(*cell.floor_m, kMmPerM) : json(nullptr)}});
+  const calib::Cell still =
+      calib::at_setting(cell, std::vector<double>(cell.robot.positioner.size(), 0.0));
+  json value{{"session", session},
+             {"robot", cell.robot.name},
+             {"base", frame(cell.robot.base_fixed)},
+             {"joints", joints_to_json(cell.robot)},
+             {"flange", frame(cell.robot.flange_fixed)},
+             {"tool", tool_to_json(cell.tool)},
+             {"targets", targets_to_json(cell, still)},
+             {"stands", stands_to_json(cell, still)},
+             {"obstacles", obstacles_to_json(cell, still)},
+             {"up", {up.x(), up.y(), up.z()}},
+             {"floor_mm", cell.floor_m ? number(*cell.floor_m, kMmPerM) : json(nullptr)}};
+  if (!cell.robot.positioner.empty()) value["positioner"] = positioner_to_json(cell.robot);
+  return dump(value);
 }
 
 namespace {
@@ -430,6 +465,7 @@ std::string plan_to_json(std::int64_t session, std::size_t first, const calib::P
                        {"way_deg", way_to_json(touch, cell.robot)},
                        {"joints_deg", shown_joints(touch.standoff, cell.robot)},
                        {"tip_mm", mm(tip)}});
+    add_positioner(touch.positioner_rad, touches.back());
   }
   return dump({{"session", session}, {"touches", std::move(touches)}});
 }

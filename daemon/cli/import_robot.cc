@@ -13,6 +13,7 @@
 #include <sstream>
 #include <system_error>
 
+#include "calib/estimate/external_axes.h"
 #include "calib/export/external_kinematic.h"
 #include "calib/export/machine_data.h"
 #include "calib/export/rigid_arm.h"
@@ -261,15 +262,19 @@ std::string positioner_words(const ExportRobotCommand& command, const calib::Cal
   for (std::size_t j = 0; j < c.cell.robot.positioner.size(); ++j) {
     const std::string& name = c.cell.robot.positioner[j].name;
     const double scale = correction_of(c, positioner_parameter(j, calib::AxisError::kScale));
+    const double give = calib::largest_give_rad(c, j);
     words += command.as == "dh"
                  ? fmt::format(
                        "\n{} of the positioner: not in a table of the arm; --as urdf, yaml, "
                        "json and kuka have it",
                        name)
                  : fmt::format(
-                       "\n{} of the positioner: scale of its angle {:+.3f} mrad/rad, not in "
+                       "\n{} of the positioner: scale of its angle {:+.3f} mrad/rad{}, not in "
                        "its joint",
-                       name, 1e3 * scale);
+                       name, 1e3 * scale,
+                       give > 0.0 ? fmt::format(" and {:.3f} mrad that it gives at most under its load",
+                                                1e3 * give)
+                                  : "");
   }
   return words;
 }

@@ -168,7 +168,14 @@ std::variant<CarriedFlange, Why> Carriers::flange(int machine, const Point& poin
   }
   found.mount = one.mount;
   found.nominal = one.root * *calib::flange_of(*one.kinematic, found.carrier_rad);
-  found.real = calib::carried_as_found(calibration_, found.carrier_rad) * one.mount;
+  std::vector<double> outer_rad;
+  const auto& axes = calibration_.cell.robot.positioner;
+  for (std::size_t j = found.carrier_rad.size(); j < axes.size(); ++j) {
+    const auto value = point.value.numbers.find(axes[j].name);
+    const double deg = value == point.value.numbers.end() ? 0.0 : value->second.value;
+    outer_rad.push_back(deg * calib::kRadPerDeg);
+  }
+  found.real = calib::carried_as_found(calibration_, found.carrier_rad, outer_rad) * one.mount;
   return found;
 }
 

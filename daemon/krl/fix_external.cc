@@ -22,6 +22,7 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 constexpr std::size_t kMotions = calib::kGuideMotions;
+constexpr double kNmPerKnm = 1000.0;
 /// Beyond every angle of an axis.
 constexpr double kAnyDeg = 1e6;
 
@@ -115,8 +116,8 @@ bool as_found(const Carriers& carriers) {
 void write_positioner(const calib::Calibration& c, const Carriers& carriers, Lines& out) {
   const std::vector<calib::PositionerAxis>& axes = c.cell.robot.positioner;
   const bool found = as_found(carriers);
-  std::vector<std::string> controllers, calibrated, machine, carried, mount;
-  std::vector<double> sign, scaled;
+  std::vector<std::string> controllers, calibrated, machine, carried, mount, centre, soft;
+  std::vector<double> sign, scaled, mass_kg;
   for (std::size_t j = 0; j < axes.size(); ++j) {
     const Isometry3d is = calib::axis_as_found(c, j);
     controllers.push_back(frame(found ? is : axes[j].frame));
@@ -124,7 +125,11 @@ void write_positioner(const calib::Calibration& c, const Carriers& carriers, Lin
     sign.push_back(axes[j].sign);
     scaled.push_back(axes[j].sign * (1.0 + correction_of(c, calib::positioner_parameter(
                                                                 j, calib::AxisError::kScale))));
+    mass_kg.push_back(axes[j].mass_kg);
+    centre.push_back(frame(Vector3d(axes[j].com_m * kMmPerM)));
+    soft.push_back(frame(Vector3d(calib::give_rad_per_nm(c, j) * kDegPerRad * kNmPerKnm)));
   }
+  const bool loaded = std::ranges::any_of(mass_kg, [](double one) { return one > 0.0; });
   std::size_t most = 0;
   for (const auto& [index, one] : carriers.mounted()) {
     most = std::max(most, one.kinematic->axes.size());
@@ -141,6 +146,12 @@ void write_positioner(const calib::Calibration& c, const Carriers& carriers, Lin
   out.array("FRAME", "CCF_XFOUND", calibrated, none);
   out.reals("CCF_XSIGN", sign, itself);
   out.reals("CCF_XREAL", scaled, itself);
+  out.comment("masses that the axes turn, with their centres, and how far an axis gives about x, y and z");
+  out.value("INT", "CCF_XLOADS", std::to_string(loaded ? axes.size() : 0));
+  out.value("FRAME", "CCF_XDOWN", frame(c.cell.robot.gravity_m_s2));
+  out.reals("CCF_XKG", mass_kg, itself);
+  out.array("FRAME", "CCF_XCOM", centre, none);
+  out.array("FRAME", "CCF_XSOFT", soft, none);
   out.comment("MACHINE_DEF: number, axes, its flange in the frame that these carry");
   out.value("INT", "CCF_XMACHINES", std::to_string(machine.size()));
   out.array("INT", "CCF_XMACH", machine, "0");

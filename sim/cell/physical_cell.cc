@@ -40,8 +40,9 @@ std::span<const double> PhysicalCell::own(std::span<const double> joint_rad) con
 
 calib::PreparedPose PhysicalCell::prepared(std::span<const double> joint_rad,
                                            std::size_t carriers) const {
+  const auto positioner = joint_rad.subspan(own(joint_rad).size());
   return truth_.arm.prepare(own(joint_rad), 0, truth_.held ? &*truth_.held : nullptr,
-                            joint_rad.subspan(own(joint_rad).size(), carriers));
+                            positioner.first(carriers), positioner.subspan(carriers));
 }
 
 /// The arm seen from the base and from an axis of the positioner is one body: this gives the axis' frame.

@@ -54,15 +54,19 @@ struct StandingCell {
   double distance_m(const JointVector& q, const std::vector<double>& positioner_rad,
                     const Target& target) const {
     const ArmModel arm(cell);
-    const auto carriers =
-        std::span(positioner_rad).first(static_cast<std::size_t>(target.carried_by));
-    return (arm.position(arm.prepare(q, 0, nullptr, carriers), x.data()) - target.centre_m).norm();
+    const std::span<const double> angles(positioner_rad);
+    const auto carriers = static_cast<std::size_t>(target.carried_by);
+    const PreparedPose pose =
+        arm.prepare(q, 0, nullptr, angles.first(carriers), angles.subspan(carriers));
+    return (arm.position(pose, x.data()) - target.centre_m).norm();
   }
 };
 
 /// Rigid, exact gears, so that what is left is geometry.
-inline Cell rigid_positioner_cell(const char* robot_file) {
+inline Cell rigid_positioner_cell(const char* robot_file, double load_kg = 0.0) {
   Cell cell = positioner_cell(robot_file);
+  cell.robot.positioner.back().mass_kg = load_kg;
+  cell.robot.positioner.back().com_m = Eigen::Vector3d(0.12, 0.05, 0.2);
   for (Joint& joint : cell.robot.joints) {
     joint.compliance_sigma_rad_per_nm = 0.0;
     joint.mass_kg = 0.0;
@@ -76,9 +80,9 @@ struct PositionerSession {
   Eigen::VectorXd x = Eigen::VectorXd::Zero(arm.size());
   std::vector<Touch> touches;
 
-  /// `noise_m`: of each touch.
-  explicit PositionerSession(const char* robot_file, double noise_m = 0.0)
-      : cell(rigid_positioner_cell(robot_file)) {
+  /// `noise_m`: of each touch; `load_kg`: on the table, off its axis.
+  explicit PositionerSession(const char* robot_file, double noise_m = 0.0, double load_kg = 0.0)
+      : cell(rigid_positioner_cell(robot_file, load_kg)) {
     Random random(3);
     for (int p = 0; p < arm.size(); ++p) {
       const ArmParameter& parameter = arm.parameters()[static_cast<std::size_t>(p)];

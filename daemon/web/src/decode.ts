@@ -6,7 +6,7 @@ import {
   type AdviceStatus, type Comparison, type ContactLink, type ControlLimits, type Doctor, type DriftChart, type DriftEvent, type DriftNotHeld, type DriftPoint, type DriftRow, type DriftSeen, type DriftTrend, type FailureKind, type Figures, type Finding, type FoundSphere, type Outcome, type OutcomeChange, type Frame, type Joint, type Kind, type Phase,
   type PlannedTouch, type PlotsSeen, type Point, type Proposal, type ProposalsSeen, type Result, type RobotLink, type Readiness, type RobotPosture, type Role,
   type Scene, type SceneTarget, type SessionRow, type Schedule, type SessionState, type Solid, type Standing, type Status, type StepSeen,
-  type Summary, type Touch, type TouchSet, type Version,
+  type Summary, type TableAxis, type Touch, type TouchSet, type Version,
 } from "./types";
 
 const MOST_LETTERS = 4000;
@@ -161,7 +161,7 @@ export function touch(value: unknown, of_session = 0): Touch | null {
   if (!all || index === null || index < 0 || !Number.isInteger(index)) return null;
   return {
     session: of_session || count(all.session), index, target: words(all.target),
-    set: touch_set(all.set), joints: joints(all.joints_deg), tip: point(all.tip_mm),
+    set: touch_set(all.set), joints: joints(all.joints_deg), positioner: joints(all.positioner_deg), tip: point(all.tip_mm),
     residualMm: number(all.residual_mm), u95Mm: number(all.u95_mm),
   };
 }
@@ -169,7 +169,7 @@ export function touch(value: unknown, of_session = 0): Touch | null {
 export function posture(value: unknown): RobotPosture | null {
   const all = fields(value);
   const at = joints(all?.joints_deg);
-  return all && at.length > 0 ? { session: count(all.session), joints: at } : null;
+  return all && at.length > 0 ? { session: count(all.session), joints: at, positioner: joints(all.positioner_deg) } : null;
 }
 
 function joint(value: unknown): Joint | null {
@@ -189,27 +189,33 @@ function target(value: unknown): SceneTarget | null {
   const [low, high] = corners;
   return {
     id: words(all.id), kind: words(all.kind), diameterMm: number(all.diameter_mm) ?? 0,
-    centre: point(all.centre_mm), box: low && high ? [low, high] : null,
+    centre: point(all.centre_mm), box: low && high ? [low, high] : null, on: words(all.on),
   };
+}
+
+function table_axis(value: unknown): TableAxis | null {
+  const all = fields(value);
+  const at = frame(all?.frame);
+  return all && at && { name: words(all.name), sign: number(all.sign) === -1 ? -1 : 1, frame: at };
 }
 
 function solid(value: unknown): Solid | null {
   const all = fields(value);
   const at = frame(all?.frame);
   if (!all || !at) return null;
-  const id = words(all.id);
+  const id = words(all.id), on = words(all.on);
   const size = point(all.size_mm);
-  if (all.shape === "box" && size) return { shape: "box", id, frame: at, size };
+  if (all.shape === "box" && size) return { shape: "box", id, on, frame: at, size };
   if (all.shape === "cylinder")
     return {
-      shape: "cylinder", id, frame: at, diameterMm: number(all.diameter_mm) ?? 0,
+      shape: "cylinder", id, on, frame: at, diameterMm: number(all.diameter_mm) ?? 0,
       heightMm: number(all.height_mm) ?? 0,
     };
   const vertices = numbers(all.vertices_mm), triangles = numbers(all.triangles);
   if (all.shape !== "mesh" || !vertices || !triangles) return null;
   const corners = vertices.length / 3;
   const inside = triangles.every((one) => Number.isInteger(one) && one >= 0 && one < corners);
-  return inside ? { shape: "mesh", id, frame: at, vertices, triangles } : null;
+  return inside ? { shape: "mesh", id, on, frame: at, vertices, triangles } : null;
 }
 
 export function scene(value: unknown): Scene | null {
@@ -221,6 +227,7 @@ export function scene(value: unknown): Scene | null {
   if (arm.length === 0 || arm.length > MOST_JOINTS || arm.includes(null)) return null;
   return {
     session: count(all.session), robot: words(all.robot), base, joints: known(arm), flange,
+    positioner: known(list(all.positioner).slice(0, MOST_JOINTS).map(table_axis)),
     tool: {
       frame: tcp, radiusMm: number(tool.radius_mm) ?? 0,
       tipLengthMm: number(tool.tip_length_mm) ?? 0, tipRadiusMm: number(tool.tip_radius_mm) ?? 0,

@@ -34,6 +34,26 @@ export function place(frame: Frame, [x, y, z]: Point): Point {
   return [row(0), row(1), row(2)];
 }
 
+/** What axes up to that named `on` have turned since 0, at `degrees` of each; of those not stated 0. */
+export function carried(scene: Scene, on: string, degrees: number[]): Frame {
+  let moved = IDENTITY;
+  const axes = scene.positioner.findIndex((one) => one.name === on) + 1;
+  scene.positioner.slice(0, axes).forEach((axis, i) => {
+    const turned = times(axis.frame, turned_about_z(axis.sign * (degrees[i] ?? 0)));
+    moved = times(moved, times(turned, inverse(axis.frame)));
+  });
+  return moved;
+}
+
+export function inverse(frame: Frame): Frame {
+  const row = (k: number) => [at(frame, 0, k), at(frame, 1, k), at(frame, 2, k)] as Point;
+  const [x, y, z] = origin(frame);
+  return [0, 1, 2].flatMap((k) => {
+    const [a, b, c] = row(k);
+    return [a, b, c, -(a * x + b * y + c * z)];
+  });
+}
+
 export interface Posture {
   /** Frames before and after each joint's fixed part; the last is after the last joint. Of a linear unit its
    * carriage's. */

@@ -139,6 +139,7 @@ export interface Touch {
   target: string;
   set: TouchSet;
   joints: number[];
+  positioner: number[];
   tip: Point | null;
   residualMm: number | null;
   u95Mm: number | null;
@@ -147,6 +148,8 @@ export interface Touch {
 export interface RobotPosture {
   session: number;
   joints: number[];
+  /** Degrees of a positioner's axes; empty without one. */
+  positioner: number[];
 }
 
 /** 3x4, row-major. */
@@ -162,7 +165,19 @@ export interface Joint {
   radiusMm: number;
 }
 
-export interface SceneTarget {
+/** An axis of a positioner: its frame with all axes at 0, about whose z it turns. */
+export interface TableAxis {
+  name: string;
+  sign: number;
+  frame: Frame;
+}
+
+/** `on`: axis of a positioner that carries it, "" the floor; its place is that with all axes at 0. */
+export interface Carried {
+  on: string;
+}
+
+export interface SceneTarget extends Carried {
   id: string;
   kind: string;
   diameterMm: number;
@@ -170,16 +185,17 @@ export interface SceneTarget {
   box: [Point, Point] | null;
 }
 
-export type Solid =
+export type Solid = Carried & (
   | { shape: "box"; id: string; frame: Frame; size: Point }
   | { shape: "cylinder"; id: string; frame: Frame; diameterMm: number; heightMm: number }
-  | { shape: "mesh"; id: string; frame: Frame; vertices: number[]; triangles: number[] };
+  | { shape: "mesh"; id: string; frame: Frame; vertices: number[]; triangles: number[] });
 
 export interface Scene {
   session: number;
   robot: string;
   base: Frame;
   joints: Joint[];
+  positioner: TableAxis[];
   flange: Frame;
   tool: { frame: Frame; radiusMm: number; tipLengthMm: number; tipRadiusMm: number };
   targets: SceneTarget[];
@@ -194,6 +210,7 @@ export interface PlannedTouch {
   target: string;
   set: TouchSet;
   joints: number[];
+  positioner: number[];
   /** Waypoints from the touch before; the last is the stand-off. */
   way: number[][];
   tip: Point;

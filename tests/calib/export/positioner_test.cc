@@ -26,8 +26,9 @@ using Eigen::AngleAxisd;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// rigid_calibration() beside a positioner of two axes, the second counting the other way, with errors.
-Calibration calibration_with_positioner(double scale = 3e-4) {
+/// rigid_calibration() beside a positioner of two axes, the second counting the other way, with errors;
+/// `give_per_nm`: size of what the axes give per moment.
+Calibration calibration_with_positioner(double scale = 3e-4, double give_per_nm = 0.0) {
   Calibration c = rigid_calibration(31);
   c.cell.robot.positioner.resize(2);
   PositionerAxis &tilt = c.cell.robot.positioner[0], &turn = c.cell.robot.positioner[1];
@@ -43,6 +44,9 @@ Calibration calibration_with_positioner(double scale = 3e-4) {
   for (PositionerAxis* axis : {&tilt, &turn}) {
     axis->place_sigma_m = axis->direction_sigma_rad = 2e-3;
     axis->scale_sigma = 1e-3;
+    axis->mass_kg = 200.0;
+    axis->com_m = Vector3d(0.05, -0.03, 0.15);
+    axis->compliance_sigma_rad_per_nm = axis->bearing_sigma_rad_per_nm = 1e-6;
   }
   Target sphere;
   sphere.id = "T1";
@@ -55,6 +59,7 @@ Calibration calibration_with_positioner(double scale = 3e-4) {
       ParameterResult p;
       p.key = positioner_parameter(j, AxisError{k});
       p.correction = AxisError{k} == AxisError::kScale ? scale : 1e-3 * random.normal();
+      if (k >= static_cast<int>(AxisError::kCompliance)) p.correction *= give_per_nm / 1e-3;
       p.sigma = 1e-5;
       c.parameters.push_back(p);
     }
@@ -74,19 +79,58 @@ Isometry3d turn_of_json(const nlohmann::json& json, double angle_rad) {
   return Isometry3d(AngleAxisd(angle_rad, Vector3d(axis[0], axis[1], axis[2])));
 }
 
+/// Moment of gravity about an axis, in its frame `place`; axes without an angle are at 0.
+Vector3d moment_of_json(const nlohmann::json& arm, std::size_t axis, Isometry3d place,
+                        const std::vector<double>& positioner_rad) {
+  const auto vector = [](const nlohmann::json& three) {
+    return Vector3d(three[0].get<double>(), three[1].get<double>(), three[2].get<double>());
+  };
+  const Isometry3d at = place;
+  Vector3d moment = Vector3d::Zero();
+  for (std::size_t k = axis; k < arm.at("positioner").size(); ++k) {
+    const auto& one = arm["positioner"][k];
+    if (k > axis) place = place * frame_of_json(one.at("frame"));
+    place = place * turn_of_json(one, k < positioner_rad.size() ? positioner_rad[k] : 0.0);
+    moment += one["mass_kg"].get<double>() *
+              (place * vector(one["com_m"]) - at.translation()).cross(vector(arm["gravity_m_s2"]));
+  }
+  return at.linear().transpose() * moment;
+}
+
 /// As the README says, without anything of this library.
 Isometry3d tcp_on_table(const nlohmann::json& arm, const std::vector<double>& joints_rad,
                         const std::vector<double>& positioner_rad) {
   Isometry3d table = Isometry3d::Identity(), tcp = Isometry3d::Identity();
   for (std::size_t j = 0; j < positioner_rad.size(); ++j) {
     const auto& axis = arm.at("positioner")[j];
-    table = table * frame_of_json(axis.at("frame")) *
-            turn_of_json(axis, positioner_rad[j] * (1.0 + axis["scale"]["value"].get<double>()));
+    const auto of = [&](const char* key) { return axis[key]["value"].get<double>(); };
+    table = table * frame_of_json(axis.at("frame"));
+    const Vector3d m = moment_of_json(arm, j, table, positioner_rad);
+    table = table * AngleAxisd(of("bearing_x_rad_per_nm") * m.x(), Vector3d::UnitX()) *
+            AngleAxisd(of("bearing_y_rad_per_nm") * m.y(), Vector3d::UnitY()) *
+            AngleAxisd(of("compliance_rad_per_nm") * m.z(), Vector3d::UnitZ()) *
+            turn_of_json(axis, positioner_rad[j] * (1.0 + of("scale")));
   }
   for (std::size_t i = 0; i < joints_rad.size(); ++i)
     tcp = tcp * frame_of_json(arm.at("joints")[i].at("frame")) *
           turn_of_json(arm["joints"][i], joints_rad[i]);
   return table.inverse() * tcp * frame_of_json(arm.at("flange")) * frame_of_json(arm.at("tcp"));
+}
+
+TEST(PositionerJson, AnotherProgramComputesWhatTheTableGivesUnderItsLoad) {
+  const Calibration c = calibration_with_positioner(3e-4, 1e-6);
+  const auto json = nlohmann::json::parse(arm_json(c));
+  EXPECT_EQ(json["positioner"][0]["mass_kg"], 200.0);
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> angle(-1.0, 1.0);
+  const Predictor predictor(c, 2);
+  const auto q = random_joints(c.cell.robot, random);
+  const std::vector<double> e = {angle(random), angle(random)};
+  const Isometry3d told = predictor.calibrated(q, e).tcp;
+  EXPECT_LT(apart_m(told, tcp_on_table(json, q, e)), 5e-6);
+  Calibration stiff = c;
+  for (PositionerAxis& axis : stiff.cell.robot.positioner) axis.mass_kg = 0.0;
+  EXPECT_GT(apart_m(told, Predictor(stiff, 2).calibrated(q, e).tcp), 5e-5);
 }
 
 TEST(PositionerJson, AnotherProgramComputesThePredictedTipOnTheTable) {

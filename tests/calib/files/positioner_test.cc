@@ -33,6 +33,10 @@ place_sigma_mm = 1.5
 direction_sigma_mrad = 1.25
 scale_sigma_mrad_per_rad = 0.2
 max_speed_deg_s = 45.0
+mass_kg = 350.0
+com_mm = [10.0, -20.0, 150.0]
+compliance_sigma_rad_per_nm = 3e-6
+bearing_sigma_rad_per_nm = 1e-6
 
 [[positioner]]
 name = "E2"
@@ -84,6 +88,13 @@ TEST(PositionerFile, IsReadIntoMetresAndRadians) {
   EXPECT_DOUBLE_EQ(tilt.scale_sigma, 0.2e-3);
   EXPECT_DOUBLE_EQ(tilt.max_speed_rad_s, 45.0 * kRadPerDeg);
   EXPECT_EQ(turn.max_speed_rad_s, 0.0);
+  EXPECT_DOUBLE_EQ(tilt.mass_kg, 350.0);
+  EXPECT_LT((tilt.com_m - Eigen::Vector3d(0.01, -0.02, 0.15)).norm(), 1e-15);
+  EXPECT_DOUBLE_EQ(tilt.compliance_sigma_rad_per_nm, 3e-6);
+  EXPECT_DOUBLE_EQ(tilt.bearing_sigma_rad_per_nm, 1e-6);
+  EXPECT_EQ(turn.mass_kg, 0.0);
+  EXPECT_DOUBLE_EQ(turn.compliance_sigma_rad_per_nm, 2e-6);
+  EXPECT_DOUBLE_EQ(turn.bearing_sigma_rad_per_nm, 5e-7);
   EXPECT_EQ(turn.sign, 1);
   EXPECT_DOUBLE_EQ(turn.place_sigma_m, 2e-3);
   EXPECT_DOUBLE_EQ(turn.direction_sigma_rad, 2e-3);
@@ -100,6 +111,7 @@ TEST(PositionerFile, SurvivesWritingAndReading) {
   EXPECT_EQ(robot_to_toml(again), written);
   ASSERT_EQ(again.positioner.size(), 2u);
   EXPECT_TRUE(again.positioner[0].frame.isApprox(robot_of().positioner[0].frame, 1e-12));
+  EXPECT_EQ(again.positioner[0].mass_kg, 350.0);
   const std::string cell = cell_to_toml(positioner_cell_of(), "r.toml");
   EXPECT_EQ(cell_to_toml(positioner_cell_of(cell), "r.toml"), cell);
   EXPECT_EQ(positioner_cell_of(cell).targets[0].carried_by, 2);
@@ -131,6 +143,13 @@ TEST(PositionerFile, NamesTheLineAndKeyOfEveryError) {
       {"direction_sigma_mrad = 1.25", "direction_sigma_mrad = 1e6", "direction_sigma_mrad"},
       {"scale_sigma_mrad_per_rad = 0.2", "scale_sigma = 0.2", "scale_sigma"},
       {"max_speed_deg_s = 45.0", "max_speed_deg_s = 0", "max_speed_deg_s"},
+      {"mass_kg = 350.0", "mass_kg = -1", "mass_kg"},
+      {"mass_kg = 350.0", "mass_kg = nan", "mass_kg"},
+      {"com_mm = [10.0, -20.0, 150.0]", "com_mm = [10.0, -20.0]", "com_mm"},
+      {"compliance_sigma_rad_per_nm = 3e-6", "compliance_sigma_rad_per_nm = 2",
+       "compliance_sigma_rad_per_nm"},
+      {"bearing_sigma_rad_per_nm = 1e-6", "bearing_sigma_rad_per_nm = -1e-6",
+       "bearing_sigma_rad_per_nm"},
       {"sign = -1", "along = [0, 0, 1]", "along"}};
   for (const auto& [line, now, key] : all)
     expect_words(robot_refusal(kRobot + with(kAxes, line, now)), {"robot.toml:", key});

@@ -49,6 +49,35 @@ TEST(PositionerIdentified, ItsErrorsAreFoundAgain) {
   }
 }
 
+TEST(PositionerIdentified, WhatItGivesUnderItsLoadIsFound) {
+  const PositionerSession loaded(CELLCAL_POSITIONER_ROBOT, 1e-5, 300.0);
+  const Calibration c = identify(loaded.cell, loaded.touches);
+  EXPECT_TRUE(c.verdict.publish());
+  EXPECT_LT(c.check.rms_m, 3e-5);
+  int found = 0;
+  for (int p = 0; p < loaded.arm.size(); ++p) {
+    const ArmParameter& parameter = loaded.arm.parameters()[static_cast<std::size_t>(p)];
+    if (parameter.carrier < 0 || parameter.axis < static_cast<int>(AxisError::kCompliance)) continue;
+    const ParameterResult* is = find(c, parameter);
+    ASSERT_NE(is, nullptr);
+    EXPECT_LT(std::abs(is->correction - loaded.x[p]), 4.0 * is->sigma)
+        << parameter_name(c.cell, parameter);
+    found += is->sigma < 0.5 * parameter.sigma;
+  }
+  EXPECT_GE(found, 3) << "of six: an axis that hardly tilts feels no moment about itself";
+  // Taken for stiff, the same touches leave a misfit.
+  Cell stiff = loaded.cell;
+  for (PositionerAxis& axis : stiff.robot.positioner) axis.mass_kg = 0.0;
+  EXPECT_GT(identify_single_pass(stiff, loaded.touches).check.rms_m, 2.0 * c.check.rms_m);
+  const std::vector<double> e = {0.4, -1.3};
+  const JointVector q = {0.1, -1.2, 1.5, 0.2, 0.8, -0.3};
+  EXPECT_TRUE((carried_as_found(c, e) * Predictor(c, 2).calibrated(q, e).tcp)
+                  .isApprox(Predictor(c).calibrated(q).tcp, 1e-12));
+  const Calibration again = calibration_from_json(calibration_to_json(c), "c.json");
+  EXPECT_TRUE(carried_as_found(again, e).isApprox(carried_as_found(c, e), 1e-9));
+  EXPECT_GT(largest_give_rad(c, 0) + largest_give_rad(c, 1), 1e-4);
+}
+
 TEST(PositionerIdentified, ItsAxesAreStatedAsLinesWithBounds) {
   const Calibration& c = with_positioner();
   ASSERT_EQ(c.positioner.size(), 2u);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -32,6 +33,10 @@ testing::RandomArm beside_positioner(Random& random) {
     axis.place_sigma_m = 2e-3;
     axis.direction_sigma_rad = 2e-3;
     axis.scale_sigma = 1e-4;
+    axis.mass_kg = random.uniform(50.0, 400.0);
+    axis.com_m = testing::random_pose(random, 0.3).translation();
+    axis.compliance_sigma_rad_per_nm = 2e-6;
+    axis.bearing_sigma_rad_per_nm = 1e-6;
     drawn.robot.positioner.push_back(axis);
   }
   return drawn;
@@ -48,17 +53,44 @@ double value_of(const ArmModel& arm, const Eigen::VectorXd& x, std::size_t axis,
   return 0.0;
 }
 
-/// (1c), one factor after another.
-Isometry3d carried(const ArmModel& arm, const Eigen::VectorXd& x,
-                   const std::vector<double>& angles) {
+/// Work of gravity on what the axis carries as its frame turns about `about`, by differences.
+double moment_nm(const Robot& robot, std::size_t axis, const Vector3d& about,
+                 const std::vector<double>& angles) {
+  const auto fall_nm = [&](double turn) {
+    Isometry3d place = Isometry3d::Identity();
+    double sum = 0.0;
+    for (std::size_t j = 0; j < robot.positioner.size(); ++j) {
+      const PositionerAxis& one = robot.positioner[j];
+      place = place * one.frame;
+      if (j == axis) place.rotate(AngleAxisd(turn, about));
+      place.rotate(AngleAxisd(one.sign * angles[j], Vector3d::UnitZ()));
+      if (j >= axis) sum += one.mass_kg * robot.gravity_m_s2.dot(place * one.com_m);
+    }
+    return sum;
+  };
+  constexpr double kStep = 1e-3;
+  return (fall_nm(kStep) - fall_nm(-kStep)) / (2.0 * std::sin(kStep));
+}
+
+/// (1c), one factor after another. `all`: of all axes, which load those that carry.
+Isometry3d carried(const ArmModel& arm, const Eigen::VectorXd& x, const std::vector<double>& angles,
+                   std::vector<double> all) {
+  all.resize(arm.robot().positioner.size());
   Isometry3d place = Isometry3d::Identity();
   for (std::size_t j = 0; j < angles.size(); ++j) {
     const PositionerAxis& axis = arm.robot().positioner[j];
     const auto error = [&](AxisError one) { return value_of(arm, x, j, one); };
+    const auto gives = [&](AxisError one, const Vector3d& about) {
+      return error(one) * moment_nm(arm.robot(), j, about, all);
+    };
     place = place * axis.frame * Translation3d(error(AxisError::kX), error(AxisError::kY), 0.0) *
-            AngleAxisd(error(AxisError::kTurnX), Vector3d::UnitX()) *
-            AngleAxisd(error(AxisError::kTurnY), Vector3d::UnitY()) *
-            AngleAxisd(axis.sign * angles[j] * (1.0 + error(AxisError::kScale)), Vector3d::UnitZ());
+            AngleAxisd(error(AxisError::kTurnX) + gives(AxisError::kBearingX, Vector3d::UnitX()),
+                       Vector3d::UnitX()) *
+            AngleAxisd(error(AxisError::kTurnY) + gives(AxisError::kBearingY, Vector3d::UnitY()),
+                       Vector3d::UnitY()) *
+            AngleAxisd(axis.sign * angles[j] * (1.0 + error(AxisError::kScale)) +
+                           gives(AxisError::kCompliance, Vector3d::UnitZ()),
+                       Vector3d::UnitZ());
   }
   return place;
 }
@@ -80,16 +112,42 @@ TEST(Positioner, ATipIsSeenFromTheFrameThatItCarries) {
     for (const std::size_t axes : {1u, 2u}) {
       const std::vector<double> angles(all.begin(),
                                        all.begin() + static_cast<std::ptrdiff_t>(axes));
-      const Isometry3d place = carried(arm, x, angles);
-      const PreparedPose pose = arm.prepare(q, 0, nullptr, angles);
-      // Bending and compliance included: gravity turns with the base.
-      EXPECT_LT((place * arm.position(pose, x.data()) - tip).norm(), 1e-12) << "arm " << k;
-      arm.walk(pose, at, chain);
-      EXPECT_LT((place.linear() * arm.rotation(pose, at, chain) - turned).norm(), 1e-12);
+      for (const bool outer_known : {true, false}) {
+        const auto outer = std::span(all).subspan(axes);
+        const Isometry3d place = carried(arm, x, angles, outer_known ? all : angles);
+        const PreparedPose pose =
+            arm.prepare(q, 0, nullptr, angles, outer_known ? outer : std::span<const double>{});
+        // Bending and compliance included: gravity turns with the base.
+        EXPECT_LT((place * arm.position(pose, x.data()) - tip).norm(), 1e-10) << "arm " << k;
+        arm.walk(pose, at, chain);
+        EXPECT_LT((place.linear() * arm.rotation(pose, at, chain) - turned).norm(), 1e-10);
+      }
     }
     const Isometry3d nominal = carried_at(drawn.robot, all);
     EXPECT_TRUE((nominal * arm.nominal_tcp(q, 0, all)).isApprox(arm.nominal_tcp(q), 1e-12));
   }
+}
+
+TEST(Positioner, GivesOnlyUnderALoad) {
+  Random random(6);
+  auto drawn = beside_positioner(random);
+  const std::vector<double> angles = random_angles(random);
+  const auto moment = carried_moment_nm(drawn.robot, angles);
+  for (std::size_t j = 0; j < 2; ++j)
+    for (int k = 0; k < 3; ++k)
+      EXPECT_NEAR(moment[j][k], moment_nm(drawn.robot, j, Vector3d::Unit(k), angles), 1e-6);
+  const auto gives = [&](std::size_t axis) {
+    const ArmModel arm(drawn.robot, drawn.tool);
+    return std::ranges::count_if(arm.parameters(), [&](const ArmParameter& one) {
+      return one.carrier == static_cast<int>(axis) && one.axis >= int(AxisError::kCompliance);
+    });
+  };
+  EXPECT_EQ(gives(0), 3);
+  EXPECT_EQ(gives(1), 3);
+  drawn.robot.positioner[0].mass_kg = 0.0;
+  EXPECT_EQ(gives(0), 3) << "the second axis loads the first";
+  drawn.robot.positioner[1].mass_kg = 0.0;
+  EXPECT_EQ(gives(0) + gives(1), 0);
 }
 
 TEST(Positioner, DerivativesOfTipAndRotationAgreeWithDifferences) {
@@ -150,6 +208,8 @@ TEST(Positioner, HasAParameterWhereAPriorIsStated) {
   auto drawn = beside_positioner(random);
   drawn.robot.positioner[0].scale_sigma = 0.0;
   drawn.robot.positioner[1].place_sigma_m = 0.0;
+  drawn.robot.positioner[0].compliance_sigma_rad_per_nm = 0.0;
+  drawn.robot.positioner[1].bearing_sigma_rad_per_nm = 0.0;
   Cell cell;
   cell.robot = drawn.robot;
   const ArmModel arm(drawn.robot, drawn.tool);
@@ -159,8 +219,9 @@ TEST(Positioner, HasAParameterWhereAPriorIsStated) {
     names.push_back(parameter_name(cell, parameter));
     EXPECT_EQ(parameter_key(cell, names.back()), static_cast<const ParameterKey&>(parameter));
   }
-  EXPECT_EQ(names, (std::vector<std::string>{"E1.x", "E1.y", "E1.rx", "E1.ry", "E2.rx", "E2.ry",
-                                             "E2.scale"}));
+  EXPECT_EQ(names, (std::vector<std::string>{"E1.x", "E1.y", "E1.rx", "E1.ry", "E1.bearing_x",
+                                             "E1.bearing_y", "E2.rx", "E2.ry",
+                                             "E2.scale", "E2.compliance"}));
   EXPECT_FALSE(parameter_key(cell, "E3.x"));
   EXPECT_FALSE(parameter_key(cell, "E1.z"));
 }

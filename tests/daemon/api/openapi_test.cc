@@ -635,6 +635,7 @@ TEST(a_described_status, has_nothing_that_is_not_described_even_where_all_of_it_
             "");
   made.tip_m = {1.0, 2.0, 3.0};
   made.residual_m = made.u95_m = 0.1;
+  made.touch.positioner_rad = {0.4};
   EXPECT_EQ(described().complaint(json::parse(made_touch_to_json(made)), std::string("TouchEvent")),
             "");
   LinkReport links;

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <memory>
 #include <regex>
+#include <span>
 
 #include "calib/estimate/external_axes.h"
 #include "calib/estimate/predict.h"
@@ -91,8 +92,12 @@ struct World {
   /// From where the controller has the part to where the calibrated axes carry it, in the robot's base.
   Isometry3d shift(const External& e) const {
     std::vector<double> rad;
-    for (const double deg : angles(e)) rad.push_back(deg * calib::kRadPerDeg);
-    return calib::carried_as_found(c, rad) * carried(e).inverse();
+    for (int j = 0; j < axes; ++j)
+      rad.push_back(e[first() + static_cast<std::size_t>(j)] * calib::kRadPerDeg);
+    const std::span<const double> all(rad);
+    const std::size_t carriers = angles(e).size();
+    return calib::carried_as_found(c, all.first(carriers), all.subspan(carriers)) *
+           carried(e).inverse();
   }
   std::string machine() const {
     std::string text = fmt::format("INT $EX_AX_NUM={}\nFRAME $ROBROOT={{{}}}\n",
@@ -132,15 +137,20 @@ calib::PositionerAxis axis_of(const std::string& name, const Isometry3d& at) {
   axis.max_rad = 3.0;
   axis.place_sigma_m = axis.direction_sigma_rad = 2e-3;
   axis.scale_sigma = 1e-4;
+  axis.com_m = Vector3d(0.12, 0.05, 0.2);
+  axis.compliance_sigma_rad_per_nm = axis.bearing_sigma_rad_per_nm = 2e-6;
   return axis;
 }
 
-World world_of(bool unit, int axes) {
+/// `load_kg`: on each axis.
+World world_of(bool unit, int axes, double load_kg = 0.0) {
   World world{unit, axes};
   calib::Cell on = cell();
-  for (int j = 0; j < axes; ++j)
+  for (int j = 0; j < axes; ++j) {
     on.robot.positioner.push_back(
         axis_of("E" + std::to_string(j + (unit ? 2 : 1)), j == 0 ? kTilt : kTurn));
+    on.robot.positioner.back().mass_kg = load_kg;
+  }
   if (unit) {
     calib::Joint rail;
     rail.name = "E1";
@@ -343,6 +353,15 @@ TEST(fix_module_with_external_axes, brings_the_tcp_to_the_part_on_two_axes) {
 TEST(fix_module_with_external_axes, brings_the_tcp_to_the_part_from_a_linear_unit) {
   expect_precise(world_of(true, 1));
   expect_precise(world_of(true, 2));
+}
+
+TEST(fix_module_with_external_axes, brings_the_tcp_to_the_part_on_axes_that_give_under_a_load) {
+  World world = world_of(false, 2, 300.0);
+  EXPECT_GT(calib::largest_give_rad(world.c, 0) + calib::largest_give_rad(world.c, 1), 5e-4);
+  expect_precise(world);
+  expect_precise(world_of(true, 1, 300.0));
+  world.carrying = 1;  // the second loads the first as it turns
+  expect_precise(world);
 }
 
 TEST(fix_module_with_external_axes, brings_the_tcp_to_the_part_on_the_first_of_two_axes) {

@@ -22,7 +22,9 @@ namespace {
 constexpr std::uint64_t kSeed = 3;
 
 struct PositionerFixture : DaemonFixture {
-  explicit PositionerFixture(const std::string& wire = "eki", const std::string& more = "")
+  /// `load`: lines of the robot file behind E2's.
+  explicit PositionerFixture(const std::string& wire = "eki", const std::string& more = "",
+                             const std::string& load = "")
       : DaemonFixture(std::string(kFast) +
                       "positioner_speed_deg_s = 80\npositioner_acceleration_deg_s2 = 200\n"
                       "positioner_jerk_deg_s3 = 2000\n" +
@@ -34,7 +36,7 @@ struct PositionerFixture : DaemonFixture {
     const std::string soft = "per_nm = 2e-5";
     for (auto at = robot.find(soft); at != std::string::npos; at = robot.find(soft))
       robot.replace(at, soft.size(), "per_nm = 2e-6");
-    std::ofstream(dir / "robot.toml") << robot;
+    std::ofstream(dir / "robot.toml") << robot << load;
     std::ofstream file(cell);
     file
         << "format = \"cellcal.cell/1\"\nrobot = \"robot.toml\"\n[tool]\nxyz_mm = [60.0, 50.0, 410.0]\n[touch]\nsigma_mm = 0.03\n"
@@ -94,7 +96,7 @@ INSTANTIATE_TEST_SUITE_P(wires, a_session_with_a_positioner, ::testing::Values("
                          [](const auto& one) { return std::string(one.param); });
 
 TEST_P(a_session_with_a_positioner, ends_in_a_published_result_with_its_axes_where_they_are) {
-  PositionerFixture fixture(GetParam());
+  PositionerFixture fixture(GetParam(), "", "mass_kg = 250.0\ncom_mm = [120.0, 50.0, 200.0]\n");
   fixture.start();
   const Outcome outcome = fixture.cellcal(
       {"run", "--cell", fixture.cell, "--touches", "80", "--check", "10", "--seed", "12"});
@@ -126,6 +128,12 @@ TEST_P(a_session_with_a_positioner, ends_in_a_published_result_with_its_axes_whe
   // As drawn 2.1 mrad and 0.56 mm.
   EXPECT_LT(std::abs(angle_off), 2e-4);
   EXPECT_LT(std::abs(place_off), 1e-4);
+
+  // About itself the tilting axis bears up to 500 N m.
+  const calib::ParameterResult* gives =
+      find(found, calib::positioner_parameter(0, calib::AxisError::kCompliance));
+  ASSERT_NE(gives, nullptr);
+  EXPECT_LT(gives->sigma, 0.3 * cell.robot.positioner[0].compliance_sigma_rad_per_nm);
 
   const std::string again = fixture.dir / "again.json";
   const Outcome identified = run_program({CELLCAL, "identify", "--cell", fixture.cell, "--touches",

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import * as decode from "../src/decode";
-import { origin, posture } from "../src/kinematics";
+import { carried, inverse, origin, place, posture, times } from "../src/kinematics";
 import { kr5 } from "./kr5";
 
 const scene = decode.scene(kr5());
@@ -34,4 +34,27 @@ test("a linear unit carries the arm by millimetres along its direction", () => {
   assert.ok(carried);
   near(origin(posture(carried, [1500, 0, -90, 90, 0, 0, 0])!.flange), [880, 1500, 1040]);
   assert.equal(posture(carried, [0, -90, 90, 0, 0, 0]), null);
+});
+
+/** E1 tilts about the y axis through (1000, 0, 500), E2 turns about the vertical through (1000, 0, 600). */
+const beside = decode.scene({
+  ...kr5(),
+  positioner: [
+    { name: "E1", sign: 1, frame: [1, 0, 0, 1000, 0, 0, 1, 0, 0, -1, 0, 500] },
+    { name: "E2", sign: -1, frame: [1, 0, 0, 1000, 0, 1, 0, 0, 0, 0, 1, 600] },
+  ],
+  targets: [{ id: "T1", kind: "sphere", diameter_mm: 40, centre_mm: [1100, 0, 600], box_mm: null, on: "E2" }],
+});
+
+test("what a positioner carries turns with the axes up to its own", () => {
+  assert.ok(beside);
+  assert.equal(beside.targets[0]?.on, "E2");
+  const at: [number, number, number] = [1100, 0, 600];
+  near(place(carried(beside, "E2", [0, 90]), at), [1000, -100, 600]); // against the sense of z
+  near(place(carried(beside, "E1", [90, 90]), at), [1100, 0, 400]);
+  near(place(carried(beside, "E2", [90, 90]), at), [1100, -100, 500]);
+  near(place(carried(beside, "", [90, 90]), at), at);
+  near(place(carried(beside, "E2", []), at), at);
+  const moved = carried(beside, "E2", [35, -70]);
+  near(times(inverse(moved), moved), [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]);
 });

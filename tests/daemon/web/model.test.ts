@@ -32,7 +32,7 @@ test("an answer that events have overtaken changes nothing, and one of a new dae
 
 test("joints are shown while their own session runs and not after it", () => {
   const running = with_status(EMPTY, of(), 0);
-  const at = { session: 3, joints: [1, 2, 3] };
+  const at = { session: 3, joints: [1, 2, 3], positioner: [] };
   assert.deepEqual(with_posture(running, at).posture, at);
   assert.equal(with_posture(running, { ...at, session: 2 }).posture, null);
   const ended = with_status(with_posture(running, at), of({ running: false, phase: "aborted" }), 1);

@@ -78,6 +78,69 @@ TEST_F(a_page_of_the_demo_cell, has_a_scene_with_every_target_stand_and_obstacle
   EXPECT_EQ(obstacles.at(3).at("shape"), "box") << "more triangles than a page should draw";
 }
 
+struct a_page_of_a_cell_with_a_positioner : a_page_of_the_demo_cell {
+  a_page_of_a_cell_with_a_positioner() {
+    for (const char* name : {"E1", "E2"}) {
+      calib::PositionerAxis axis;
+      axis.name = name;
+      axis.frame = Eigen::Translation3d(cell.robot.positioner.empty() ? 1.2 : 0.1, 0.0, 0.3) *
+                   Eigen::AngleAxisd(-1.1, Eigen::Vector3d::UnitX());
+      axis.sign = cell.robot.positioner.empty() ? 1 : -1;
+      axis.max_rad = 2.0;
+      cell.robot.positioner.push_back(axis);
+    }
+    cell.targets[0].carried_by = 2;
+    calib::Obstacle fixture;
+    fixture.id = "fixture";
+    fixture.size_m = {0.1, 0.1, 0.1};
+    fixture.carried_by = 1;
+    cell.obstacles = {fixture};
+  }
+  std::vector<double> angles_rad{0.7, 1.3};
+};
+
+TEST_F(a_page_of_a_cell_with_a_positioner, has_a_scene_whose_axes_turn_what_they_carry) {
+  const json scene = json::parse(scene_to_json(1, cell));
+  const auto moved = [&](std::size_t axes) {
+    Eigen::Isometry3d all = Eigen::Isometry3d::Identity();
+    for (std::size_t j = 0; j < axes; ++j) {
+      const json& axis = scene.at("positioner").at(j);
+      const Eigen::Isometry3d at = frame_of(axis.at("frame"));
+      all = all * at *
+            Eigen::AngleAxisd(axis.at("sign").get<int>() * angles_rad[j],
+                              Eigen::Vector3d::UnitZ()) *
+            at.inverse();
+    }
+    return all;
+  };
+  const json& sphere = scene.at("targets").at(0);
+  EXPECT_EQ(sphere.at("on"), "E2");
+  const auto at = sphere.at("centre_mm").get<std::vector<double>>();
+  const Eigen::Vector3d there = moved(2) * Eigen::Vector3d(at[0], at[1], at[2]);
+  const Eigen::Vector3d really = carried_at(cell.robot, angles_rad) * cell.targets[0].centre_m;
+  EXPECT_LT((there - 1e3 * really).norm(), 1e-3);
+  EXPECT_EQ(scene.at("stands").at(0).at("on"), "E2");
+  EXPECT_FALSE(scene.at("targets").at(2).contains("on"));
+  EXPECT_EQ(scene.at("obstacles").at(0).at("on"), "E1");
+}
+
+TEST_F(a_page_of_a_cell_with_a_positioner, has_the_angles_of_planned_and_made_touches) {
+  calib::Plan plan;
+  plan.touches.resize(1);
+  plan.touches[0].target = "S1";
+  plan.touches[0].standoff = joints_rad;
+  plan.touches[0].positioner_rad = angles_rad;
+  const auto first_of = [](const std::string& text) {
+    return json::parse(text).at("touches").at(0).at("positioner_deg").at(1).get<double>();
+  };
+  EXPECT_NEAR(first_of(plan_to_json(1, 0, plan, cell)), 1.3 * 180.0 / M_PI, 1e-5);
+  calib::Touch made;
+  made.target = "S1";
+  made.joint_rad = joints_rad;
+  made.positioner_rad = angles_rad;
+  EXPECT_NEAR(first_of(figures_to_json({}, cell, {made}, nullptr)), 1.3 * 180.0 / M_PI, 1e-5);
+}
+
 TEST_F(a_page_of_the_demo_cell, has_a_plan_whose_tips_are_where_the_contacts_are_expected) {
   calib::PlannedTouch touch;
   touch.target = "S2";

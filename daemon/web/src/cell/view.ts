@@ -8,7 +8,7 @@ import {
   type Material, type Object3D,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
-import { origin, posture } from "../kinematics";
+import { carried, inverse, origin, place, posture } from "../kinematics";
 import type { Frame, PlannedTouch, Point, Scene, Solid, Touch } from "../types";
 
 export type Side = "front" | "side" | "top" | "fit";
@@ -59,9 +59,10 @@ export class CellView {
   private readonly stage = new Stage();
   private readonly camera = new PerspectiveCamera(FOV_DEG, 1, 0.02, 60);
   private readonly controls: OrbitControls;
-  private readonly still = new Group();
   private readonly arm = new Group();
-  private readonly touches = new Group();
+  /** Surroundings and touches by what carries them: "" the floor, else an axis of the positioner. */
+  private readonly still = new Map<string, Group>();
+  private readonly touches = new Map<string, Group>();
   private readonly size: ResizeObserver;
   private scene: Scene | null = null;
   private parts: Group[] = [];
@@ -83,7 +84,7 @@ export class CellView {
     sun.position.set(2, -3, 5);
     const back = new DirectionalLight(0xffffff, 0.7);
     back.position.set(-3, 3, 2);
-    this.stage.add(new AmbientLight(0xffffff, 1.3), sun, back, this.still, this.arm, this.touches);
+    this.stage.add(new AmbientLight(0xffffff, 1.3), sun, back, this.arm);
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
     this.controls.enableZoom = true;
     this.controls.addEventListener("change", () => this.draw_soon());
@@ -94,28 +95,28 @@ export class CellView {
   close(): void {
     this.size.disconnect();
     this.controls.dispose();
-    for (const group of [this.still, this.arm, this.touches]) free(group);
+    for (const group of [this.arm, ...this.still.values(), ...this.touches.values()]) free(group);
     this.renderer.dispose();
     this.renderer.domElement.remove();
   }
 
   show_scene(scene: Scene): void {
     this.scene = scene;
-    free(this.still);
+    this.still.forEach(free);
     free(this.arm);
     this.add_surroundings(scene);
     this.add_arm(scene);
     this.frame_scene(scene);
     if (!this.looked) this.look_from("fit");
     this.looked = true;
-    const joints = this.aim.length === scene.joints.length ? this.aim : [];
+    const aim = this.aim.length === positions_of(scene) ? this.aim : [];
     this.drawn = [];
-    if (joints.length > 0) this.move_to(joints);
+    if (aim.length > 0) this.move_to(aim.slice(0, scene.joints.length), aim.slice(scene.joints.length));
     this.draw_soon();
   }
 
   /** Animates to the posture, unless the user prefers reduced motion. */
-  move_to(joints: number[]): void {
+  move_to(joints: number[], positioner: number[]): void {
     if (!this.scene || joints.length !== this.scene.joints.length) {
       this.aim = joints;
       this.arm.visible = false; // unknown posture
@@ -123,8 +124,9 @@ export class CellView {
       return;
     }
     const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
-    this.from = this.drawn.length === joints.length && !calm ? this.drawn : joints;
-    this.aim = joints;
+    const aim = [...joints, ...this.scene.positioner.map((_, i) => positioner[i] ?? 0)];
+    this.from = this.drawn.length === aim.length && !calm ? this.drawn : aim;
+    this.aim = aim;
     this.begun = performance.now();
     this.arm.visible = true;
     this.draw_soon();
@@ -132,15 +134,15 @@ export class CellView {
 
   /** `next`: number of the current touch; -1: none. */
   show_touches(plan: PlannedTouch[], made: Touch[], next: number): void {
-    free(this.touches);
+    this.touches.forEach(free);
     const done = new Set(made.map((touch) => touch.index));
     for (const touch of plan) {
       if (done.has(touch.index)) continue;
       const is_next = touch.index === next;
-      this.pin(touch.target, touch.tip, is_next ? "next" : "planned", is_next ? NEXT_MM : MARK_MM * 0.6);
+      this.pin(touch, touch.tip, is_next ? "next" : "planned", is_next ? NEXT_MM : MARK_MM * 0.6);
     }
     this.show_ways(plan.filter((touch) => !done.has(touch.index)), made, next);
-    for (const touch of made) if (touch.tip) this.pin(touch.target, touch.tip, touch.set, MARK_MM);
+    for (const touch of made) if (touch.tip) this.pin(touch, touch.tip, touch.set, MARK_MM);
     this.draw_soon();
   }
 
@@ -152,7 +154,7 @@ export class CellView {
       const points = corners.slice(1).flatMap((to, k) => this.tips_between(corners[k] ?? to, to));
       const is_next = touch.index === next;
       const style = { color: this.colour(is_next ? "next" : "planned"), transparent: true, opacity: is_next ? 1 : 0.45 };
-      if (points.length > 1) this.touches.add(new Line(new BufferGeometry().setFromPoints(points), new LineBasicMaterial(style)));
+      if (points.length > 1) this.group(this.touches, "").add(new Line(new BufferGeometry().setFromPoints(points), new LineBasicMaterial(style)));
       from = touch.joints;
     }
   }
@@ -172,6 +174,16 @@ export class CellView {
     this.draw_soon();
   }
 
+  private group(all: Map<string, Group>, on: string): Group {
+    const known = all.get(on);
+    if (known) return known;
+    const made = new Group();
+    made.matrixAutoUpdate = false;
+    all.set(on, made);
+    this.stage.add(made);
+    return made;
+  }
+
   private colour(name: string): Color {
     return new Color(getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim() || "#888");
   }
@@ -189,14 +201,14 @@ export class CellView {
       const radius = Math.max(0.004, (target.diameterMm / 2) * M_PER_MM);
       const ball = new Mesh(new SphereGeometry(radius, 32, 24), steel);
       ball.position.copy(point(target.centre));
-      this.still.add(ball, this.words(target.id, ball.position, radius));
+      this.group(this.still, target.on).add(ball, this.words(target.id, ball.position, radius));
     }
     for (const one of scene.stands) this.add_solid(one, stand);
     for (const one of scene.obstacles) this.add_solid(one, this.paint("obstacle", 0.55));
     const floor = new GridHelper(4, 16, this.colour("grid-strong"), this.colour("grid"));
     floor.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), UP);
     floor.position.z = (scene.floorMm ?? lowest_mm(scene)) * M_PER_MM;
-    this.still.add(floor);
+    this.group(this.still, "").add(floor);
   }
 
   private add_solid(solid: Solid, material: Material): void {
@@ -204,7 +216,7 @@ export class CellView {
     mesh.matrixAutoUpdate = false;
     mesh.matrix.copy(matrix(solid.frame));
     if (solid.shape === "cylinder") mesh.matrix.multiply(new Matrix4().makeRotationX(Math.PI / 2));
-    this.still.add(mesh);
+    this.group(this.still, solid.on).add(mesh);
   }
 
   /** One group per joint, positioned as a whole, and one for the flange. */
@@ -253,9 +265,10 @@ export class CellView {
     this.reach = Math.max(0.6, 0.62 * high.distanceTo(low));
   }
 
-  private pin(target_id: string, tip: Point, kind: "planned" | "fit" | "check" | "next", mark_mm: number): void {
-    const target = this.scene?.targets.find((one) => one.id === target_id);
-    const at = point(tip);
+  private pin(touch: PlannedTouch | Touch, tip: Point, kind: "planned" | "fit" | "check" | "next", mark_mm: number): void {
+    const target = this.scene?.targets.find((one) => one.id === touch.target);
+    const on = target?.on ?? "";
+    const at = point(this.scene ? place(inverse(carried(this.scene, on, touch.positioner)), tip) : tip);
     const outwards = target?.centre ? at.clone().sub(point(target.centre)) : UP.clone();
     if (outwards.length() < 1e-6) outwards.copy(UP);
     const end = at.clone().addScaledVector(outwards.normalize(), PIN_MM * M_PER_MM);
@@ -271,7 +284,7 @@ export class CellView {
     const head = new Mesh(kind === "check" ? new OctahedronGeometry(size * 1.35) : new SphereGeometry(size, 12, 8),
                           this.paint(kind));
     head.position.copy(end);
-    this.touches.add(stem, head);
+    this.group(this.touches, on).add(stem, head);
   }
 
   private words(text: string, beside: Vector3, radius: number): Sprite {
@@ -318,9 +331,15 @@ export class CellView {
 
   private draw(): void {
     const share = Math.min(1, (performance.now() - this.begun) / EASE_MS);
-    if (this.scene && this.aim.length === this.scene.joints.length) {
+    if (this.scene && this.aim.length === positions_of(this.scene)) {
       this.drawn = this.aim.map((angle, i) => (this.from[i] ?? angle) + ((angle - (this.from[i] ?? angle)) * share));
-      const at = posture(this.scene, this.drawn);
+      const { scene, drawn } = this, count = scene.joints.length;
+      for (const all of [this.still, this.touches])
+        all.forEach((group, on) => {
+          group.matrix.copy(matrix(carried(scene, on, drawn.slice(count))));
+          group.matrixWorldNeedsUpdate = true;
+        });
+      const at = posture(scene, drawn.slice(0, count));
       at?.joints.forEach((joint, i) => this.parts[i]?.matrix.copy(matrix(joint.turned)));
       if (at) this.parts[at.joints.length]?.matrix.copy(matrix(at.flange));
       if (share < 1) this.draw_soon();
@@ -329,6 +348,9 @@ export class CellView {
     this.renderer.render(this.stage, this.camera);
   }
 }
+
+/** Of arm and positioner. */
+const positions_of = (scene: Scene): number => scene.joints.length + scene.positioner.length;
 
 function shape_of(solid: Solid): BufferGeometry {
   if (solid.shape === "box") {

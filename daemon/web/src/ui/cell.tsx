@@ -3,36 +3,41 @@
 import { useEffect } from "preact/hooks";
 import type { Side } from "../cell/view";
 import { age_ms, type Model } from "../model";
-import type { PlannedTouch, Scene } from "../types";
+import { NONE, type Formats } from "../format";
+import type { PlannedTouch, RobotPosture, Scene } from "../types";
 import { useCellView } from "./cell_view";
 import { useVoice } from "./context";
 import type { Key } from "../words";
 
 const SIDES: Side[] = ["fit", "front", "side", "top"];
 
-/** Drawn posture of the arm, and its source. */
-export function drawn_joints(model: Model, plan: PlannedTouch[]): { joints: number[]; key: Key } | null {
-  if (model.posture) return { joints: model.posture.joints, key: "view.pose.live" };
+/** Drawn posture of arm and positioner, and its source. */
+export function drawn_posture(model: Model, plan: PlannedTouch[]): { at: Pick<RobotPosture, "joints" | "positioner">; key: Key } | null {
+  if (model.posture) return { at: model.posture, key: "view.pose.live" };
   const newest = model.touches.at(-1);
-  if (newest && newest.joints.length > 0) return { joints: newest.joints, key: "view.pose.touch" };
+  if (newest && newest.joints.length > 0) return { at: newest, key: "view.pose.touch" };
   const first = plan[0];
-  return first ? { joints: first.joints, key: "view.pose.start" } : null;
+  return first ? { at: first, key: "view.pose.start" } : null;
 }
+
+/** "E1 31.5°, E2 −90.0°" */
+const axes_words = (scene: Scene, positioner: number[], fmt: Formats): string =>
+  scene.positioner.map((axis, i) => `${axis.name} ${positioner[i] === undefined ? NONE : fmt.degrees(positioner[i], 1)}`).join(", ");
 
 /** `nothing`: no session, hence no cell. */
 export function CellPanel({ model, scene, plan, now, nothing }: {
   model: Model; scene: Scene | null; plan: PlannedTouch[]; now: number; nothing: boolean;
 }) {
-  const { say, theme } = useVoice();
+  const { say, theme, fmt } = useVoice();
   const { box, view, cannot } = useCellView(model.status !== null);
   const old = age_ms(model, now) > 0;
-  const drawn = drawn_joints(model, plan);
+  const drawn = drawn_posture(model, plan);
 
   useEffect(() => { if (view && scene) view.show_scene(scene); }, [view, scene, theme]);
   useEffect(() => {
     view?.show_touches(plan, model.touches, model.status?.running ? model.status.touches : -1);
   }, [view, scene, plan, model.touches, model.status?.touches, model.status?.running, theme]);
-  useEffect(() => { view?.move_to(drawn?.joints ?? []); }, [view, scene, drawn?.joints]);
+  useEffect(() => { view?.move_to(drawn?.at.joints ?? [], drawn?.at.positioner ?? []); }, [view, scene, drawn?.at]);
 
   const newest = model.touches.at(-1);
   const label = say("view.label", {
@@ -44,6 +49,9 @@ export function CellPanel({ model, scene, plan, now, nothing }: {
       <div class="cell-head">
         <h2 id="cell-title">{say("view")}</h2>
         {scene && drawn && !cannot && <span class="note">{say(drawn.key)}{old ? ` (${say("view.old")})` : ""}</span>}
+        {scene && drawn && scene.positioner.length > 0 && (
+          <span class="note" data-positioner>{axes_words(scene, drawn.at.positioner, fmt)}</span>
+        )}
         {scene && !cannot && (
           <span class="sides">
             {SIDES.map((side) => (

@@ -50,7 +50,7 @@ export function CellSketch({ draft, from }: { draft: CellDraft; from: string }) 
     if (!view || !drawn) return;
     view.show_scene(drawn.scene);
     view.show_touches([], [], -1);
-    view.move_to(drawn.joints);
+    view.move_to(drawn.joints, []);
   }, [view, drawn, theme]);
   const counts = { spheres: drawn?.scene.targets.length ?? 0, obstacles: drawn?.scene.obstacles.length ?? 0 };
   useEffect(() => view?.look_from("fit"), [view, counts.spheres, counts.obstacles]);
