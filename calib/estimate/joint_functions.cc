@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "calib/estimate/joint_rows.h"
+#include "calib/estimate/joint_waves.h"
 #include "calib/model/error.h"
 #include "calib/model/joint_function.h"
 #include "calib/model/linear.h"

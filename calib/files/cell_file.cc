@@ -10,7 +10,6 @@
 
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
-#include "calib/files/obstacle_file.h"
 #include "calib/files/text.h"
 #include "calib/files/toml.h"
 #include "calib/model/kinematics.h"

@@ -1,4 +1,3 @@
-#include "calib/files/obstacle_file.h"
 
 #include <fmt/format.h>
 

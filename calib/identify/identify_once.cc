@@ -23,7 +23,6 @@
 #include "calib/verdict/artefacts.h"
 #include "calib/verdict/held_out.h"
 #include "calib/verdict/residuals.h"
-#include "calib/verdict/suspected_changes.h"
 #include "calib/verdict/verdict.h"
 
 namespace cellcal::calib {

@@ -1,4 +1,4 @@
-#include "calib/verdict/found_residuals.h"
+#include "calib/verdict/verdict.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "calib/verdict/suspected_changes.h"
+#include "calib/verdict/verdict.h"
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,6 @@
 #include "calib/files/cell_file.h"
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
-#include "calib/files/obstacle_file.h"
 #include "calib/files/robot_file.h"
 #include "calib/files/text.h"
 #include "calib/files/toml.h"

@@ -11,7 +11,7 @@
 #include "calib/model/units.h"
 #include "calib/result/finding_phrase.h"
 #include "calib/verdict/change.h"
-#include "calib/verdict/found_residuals.h"
+#include "calib/verdict/verdict.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/report/plan_picture.h"
 #include "daemon/tasks/options.h"

@@ -14,7 +14,7 @@
 #include "calib/model/parameter_key.h"
 #include "calib/words/phrase.h"
 #include "daemon/archive/archive.h"
-#include "daemon/certificate/pose_sheet.h"
+#include "daemon/certificate/html.h"
 #include "daemon/certificate/sources.h"
 
 namespace cellcal::daemon::certificate {

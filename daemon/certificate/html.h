@@ -1,6 +1,7 @@
 #pragma once
-// Rendering of entries in the certificate's HTML.
+// Entries and the pose sheet in the certificate's HTML.
 
+#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,5 +24,27 @@ std::string_view value_of_constant(std::string_view name);
 
 /// The style sheet, without the <style> tags.
 const char* style_sheet();
+
+// Pose accuracy and repeatability in the terms of ISO 9283, where the session has touches for it.
+
+/// Held-out touches of one artefact.
+struct PoseAccuracyRow {
+  Entry target, poses, mean, largest, predicted;
+};
+/// Touches repeated at one place; `first` is the number of the first of them.
+struct PoseRepeatabilityRow {
+  Entry target, first, repeats, mean, sigma, rp, predicted;
+};
+struct PoseSheetData {
+  std::vector<PoseAccuracyRow> accuracy;
+  std::vector<PoseRepeatabilityRow> repeatability;
+  bool empty() const { return accuracy.empty() && repeatability.empty(); }
+};
+
+PoseSheetData pose_sheet_of(const Sources& sources, const std::vector<bool>& outlier);
+/// A section; empty without touches for it.
+std::string pose_sheet_html(const PoseSheetData& sheet);
+/// null without.
+nlohmann::ordered_json pose_sheet_json(const PoseSheetData& sheet);
 
 }  // namespace cellcal::daemon::certificate

@@ -1,4 +1,3 @@
-#include "daemon/certificate/pose_sheet.h"
 
 #include <fmt/format.h>
 

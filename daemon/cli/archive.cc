@@ -1,4 +1,4 @@
-#include "daemon/cli/archive.h"
+#include "daemon/cli/actions.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,6 @@
 
 #include "daemon/api/http/http.h"
 #include "daemon/certificate/signed_files.h"
-#include "daemon/cli/certificate.h"
 #include "daemon/cli/offline.h"
 #include "daemon/runner/backend.h"
 

@@ -1,4 +1,3 @@
-#include "daemon/cli/certificate.h"
 
 #include <fmt/format.h>
 
@@ -11,7 +10,7 @@
 #include "calib/model/enum_table.h"
 #include "daemon/api/http/http.h"
 #include "daemon/certificate/certificate.h"
-#include "daemon/cli/archive.h"
+#include "daemon/cli/actions.h"
 #include "daemon/cli/commands.h"
 #include "daemon/cli/offline.h"
 #include "daemon/files/atomic_file.h"

@@ -2,9 +2,9 @@
 #include <cstdlib>
 #include <memory>
 
+#include "daemon/cli/actions.h"
 #include "daemon/cli/client.h"
 #include "daemon/cli/commands.h"
-#include "daemon/cli/drift.h"
 #include "daemon/cli/frames.h"
 
 namespace cellcal::daemon {

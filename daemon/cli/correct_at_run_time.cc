@@ -13,7 +13,7 @@
 #include "daemon/cli/correct.h"
 #include "daemon/cli/offline.h"
 #include "daemon/files/atomic_file.h"
-#include "daemon/krl/fix_external.h"
+#include "daemon/krl/fix_lines.h"
 #include "daemon/krl/fix_module.h"
 #include "daemon/krl/run_time_program.h"
 

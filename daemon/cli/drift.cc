@@ -1,4 +1,4 @@
-#include "daemon/cli/drift.h"
+#include "daemon/cli/actions.h"
 
 #include <fmt/format.h>
 

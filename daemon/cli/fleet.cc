@@ -1,4 +1,4 @@
-#include "daemon/cli/fleet.h"
+#include "daemon/cli/actions.h"
 
 #include <fmt/format.h>
 

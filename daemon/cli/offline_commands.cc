@@ -1,11 +1,11 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
+#include "daemon/cli/actions.h"
 #include "daemon/cli/commands.h"
 #include "daemon/cli/correct.h"
 #include "daemon/cli/frames.h"
 #include "daemon/cli/offline.h"
-#include "daemon/cli/priors.h"
 
 namespace cellcal::daemon {
 

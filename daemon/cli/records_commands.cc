@@ -13,8 +13,7 @@
 
 #include "daemon/certificate/certificate.h"
 #include "daemon/certificate/signed_files.h"
-#include "daemon/cli/archive.h"
-#include "daemon/cli/certificate.h"
+#include "daemon/cli/actions.h"
 #include "daemon/cli/client.h"
 #include "daemon/cli/commands.h"
 #include "daemon/cli/offline.h"

@@ -10,7 +10,7 @@
 #include "calib/model/nominal_arm.h"
 #include "calib/model/units.h"
 #include "daemon/config/config_values.h"
-#include "drivers/contact/port/udp_port.h"
+#include "drivers/contact/port/port.h"
 #include "drivers/error.h"
 
 namespace cellcal::daemon {

@@ -12,10 +12,9 @@
 #include <thread>
 
 #include "daemon/config/config.h"
-#include "daemon/doctor/contact_check.h"
 #include "daemon/doctor/doctor.h"
-#include "daemon/doctor/rest_watch.h"
 #include "daemon/doctor/robot_check.h"
+#include "daemon/runner/stated_poses.h"
 #include "daemon/session/driver_phrase.h"
 #include "drivers/contact.h"
 #include "drivers/contact/serial_contact.h"

@@ -1,4 +1,4 @@
-#include "daemon/krl/fix_external.h"
+#include "daemon/krl/fix_lines.h"
 
 #include <fmt/format.h>
 

@@ -12,7 +12,6 @@
 #include "calib/model/linear.h"
 #include "daemon/krl/carriers.h"
 #include "daemon/krl/controller_view.h"
-#include "daemon/krl/fix_external.h"
 #include "daemon/krl/fix_lines.h"
 #include "daemon/krl/fix_template.h"
 
@@ -36,7 +35,7 @@ constexpr double kTiltDeg = kDegPerRad / kAlongMm;
 /// Orders per turn that the table holds; faster waves are computed one by one.
 constexpr int kHighestInTable = calib::kFastestOrder;
 
-/// The joints that turn: a linear unit is written by fix_external.h.
+/// The joints that turn: a linear unit is written by fix_external.cc.
 std::span<const calib::Joint> arm_of(const calib::Robot& robot) {
   return std::span(robot.joints).subspan(robot.first_turning());
 }
@@ -120,7 +119,7 @@ void add_by_posture(const ArmModel& arm, const ArmParameter& p, double x, Joints
       break;  // errors() has them
     case ParameterKind::kGuide:
     case ParameterKind::kPositioner:
-      break;  // fix_external.h has them
+      break;  // fix_external.cc has them
     case ParameterKind::kEffectiveRadius:
     case ParameterKind::kLatchDelay:
     case ParameterKind::kCentre:

@@ -13,7 +13,7 @@
 #include "drivers/contact/firmware/core/host_link.h"
 #include "drivers/contact/firmware/core/sensor.h"
 #include "drivers/contact/firmware/w5500/w5500.h"
-#include "drivers/contact/port/udp_port.h"
+#include "drivers/contact/port/port.h"
 #include "sim/mcu/microcontroller.h"
 
 namespace {

@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "calib/files/obstacle_file.h"
+#include "calib/files/cell_file.h"
 #include "calib/model/error.h"
 
 namespace {

@@ -10,7 +10,7 @@
 #include <fstream>
 
 #include "drivers/contact.h"
-#include "drivers/contact/port/udp_port.h"
+#include "drivers/contact/port/port.h"
 #include "drivers/contact/wire/ctp.h"
 
 namespace cellcal::drivers {

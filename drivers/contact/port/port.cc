@@ -21,7 +21,6 @@
 #include <utility>
 
 #include "drivers/contact/port/adapter.h"
-#include "drivers/contact/port/udp_port.h"
 #include "drivers/contact/wire/ctp_codec.h"
 #include "drivers/error.h"
 

@@ -2,9 +2,12 @@
 // Exclusive connection to the sensor: one interface for all kinds, and one function that opens
 // them, with errors that state the remedy.
 
+#include <netinet/in.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -100,5 +103,19 @@ std::unique_ptr<Port> open_usb_port(const std::string& path, int baud, int prior
 void make_exclusive_and_raw(int fd, const std::string& path);
 /// Discards unsent data and releases exclusive access; to be called just before close().
 void let_go(int fd);
+
+// A board on Ethernet as a port: one datagram contains whole frames of CTP/1.
+//
+// Only the board's own address and port are received: the kernel drops all other datagrams on a
+// connected socket. This does not protect against a computer that forges them, so the network must
+// be dedicated to the cell. A disconnected cable, or a board without supply, appears as silence and
+// not as a lost port: the protocol's dead men detect it, and the same socket receives the board
+// again.
+
+/// Parses "udp:ADDRESS:PORT". Empty: another form, or not the address of a board.
+std::optional<sockaddr_in> udp_device_of(const std::string& device);
+
+/// Throws ConfigError: not of that form. DriverError: in use, no route to that address.
+std::unique_ptr<Port> open_udp_port(const std::string& device);
 
 }  // namespace cellcal::drivers

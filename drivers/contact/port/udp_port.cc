@@ -1,4 +1,3 @@
-#include "drivers/contact/port/udp_port.h"
 
 #include <arpa/inet.h>
 #include <fmt/format.h>

@@ -9,10 +9,7 @@
 
 #include "drivers/error.h"
 #include "drivers/kuka/krl/krl_files.h"
-#include "drivers/kuka/krl/krl_rsi_drawing.h"
-#include "drivers/kuka/krl/krl_rsi_fence.h"
-#include "drivers/kuka/krl/krl_rsi_state.h"
-#include "drivers/kuka/krl/krl_rsi_travel.h"
+#include "drivers/kuka/krl/krl_rsi_parts.h"
 #include "drivers/kuka/wire/xml_values.h"
 
 namespace cellcal::drivers {

@@ -1,4 +1,4 @@
-#include "drivers/kuka/krl/krl_rsi_drawing.h"
+#include "drivers/kuka/krl/krl_rsi_parts.h"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,6 @@
 #include <map>
 #include <vector>
 
-#include "drivers/kuka/krl/krl_rsi_state.h"
-#include "drivers/kuka/krl/krl_rsi_travel.h"
 #include "drivers/kuka/wire/xml_values.h"
 
 namespace cellcal::drivers::krl {

@@ -1,11 +1,10 @@
-#include "drivers/kuka/krl/krl_rsi_fence.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "drivers/kuka/krl/krl_rsi.h"
-#include "drivers/kuka/krl/krl_rsi_travel.h"
+#include "drivers/kuka/krl/krl_rsi_parts.h"
 #include "drivers/kuka/wire/xml_values.h"
 
 namespace cellcal::drivers::krl {

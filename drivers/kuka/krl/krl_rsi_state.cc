@@ -1,4 +1,4 @@
-#include "drivers/kuka/krl/krl_rsi_state.h"
+#include "drivers/kuka/krl/krl_rsi_parts.h"
 
 #include <fmt/format.h>
 

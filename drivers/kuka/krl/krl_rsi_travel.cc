@@ -1,4 +1,4 @@
-#include "drivers/kuka/krl/krl_rsi_travel.h"
+#include "drivers/kuka/krl/krl_rsi_parts.h"
 
 #include <fmt/format.h>
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "calib/files/obstacle_file.h"
+#include "calib/files/cell_file.h"
 #include "tests/calib/files/documents.h"
 
 namespace cellcal::calib {

@@ -9,7 +9,7 @@
 #include "calib/estimate/predict.h"
 #include "calib/identify/identify.h"
 #include "calib/verdict/change.h"
-#include "calib/verdict/found_residuals.h"
+#include "calib/verdict/verdict.h"
 #include "sim/cell/compare.h"
 #include "tests/calib/simulate.h"
 

@@ -1,6 +1,6 @@
 // What 'cellcal history --drift' prints of an answer, whatever that is.
 
-#include "daemon/cli/drift.h"
+#include "daemon/cli/actions.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "daemon/doctor/contact_check.h"
+#include "daemon/doctor/wires.h"
 
 #include "tests/daemon/doctor/outcome_of.h"
 

@@ -1,7 +1,7 @@
 // CELLCAL_FIX of an arm on a linear unit and of parts on a positioner, executed with REAL of 32 bits: against where the
 // calibrated chain has tip and part, the controller's chain from frames alone, and against the offline correction.
 
-#include "daemon/krl/fix_external.h"
+#include "daemon/krl/fix_lines.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // SerialContact on a real UDP socket, with the emulated board on another. Nothing is timed.
 
-#include "drivers/contact/port/udp_port.h"
+#include "drivers/contact/port/port.h"
 
 #include <arpa/inet.h>
 #include <sys/socket.h>
