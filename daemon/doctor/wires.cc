@@ -76,7 +76,7 @@ class Wires {
         config_(config),
         robot_(cell ? &cell->robot : nullptr),
         arm_(cell ? *cell : any_arm(config)),
-        rest_(arm_, config),
+        rest_(arm_.robot, stated_frames(config, arm_)),
         findings_(findings),
         io_(drivers::IoThreadOptions{.realtime = config.realtime, .quiet = true}),
         contact_(io_.context(), contact_options(config)) {

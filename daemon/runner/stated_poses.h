@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "calib/check/controller_model.h"
-#include "daemon/config/config.h"
 #include "drivers/robot.h"
 
 namespace cellcal::daemon {
@@ -44,8 +43,8 @@ class StatedPoses {
 /// Postures that the arm kept for a while.
 class RestWatch {
  public:
-  RestWatch(const calib::Cell& cell, const DaemonConfig& config)
-      : poses_(cell.robot, stated_frames(config, cell)) {}
+  RestWatch(calib::Robot robot, calib::StatedFrames known)
+      : poses_(std::move(robot), std::move(known)) {}
 
   void look(const drivers::RobotState& robot) {
     const auto now = std::chrono::steady_clock::now();

@@ -172,6 +172,8 @@ int main(int argc, char** argv) {
     app.option(
         "--waves-known", options.trial.waves_known,
         "Order and size of the gears' waves stand in the robot file: what could be had at best");
+    app.option("--size-known", options.trial.size_known,
+               "The robot file states functions of the joints' angles of the gears' size");
     app.option("--level", options.level, "Only this one").one_of({"L0", "L1", "L2", "L3"});
     app.option("--robot", options.arm, "Robot file");
     app.option("--outliers", options.trial.outlier_share,

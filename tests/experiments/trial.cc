@@ -13,6 +13,7 @@
 #include "calib/files/robot_file.h"
 #include "calib/identify/identify.h"
 #include "calib/model/linear.h"
+#include "calib/model/units.h"
 #include "calib/plan/duration.h"
 #include "calib/result/finding.h"
 
@@ -234,6 +235,9 @@ std::optional<Session> measured(const calib::Robot& robot, const Trial& trial, s
                   plan.predicted_mean_m,
                   calib::duration_s(plan, robot, {}) / 60.0};
   if (trial.waves_known) state_waves(session.world.arm, session.world.cell.robot);
+  if (trial.size_known)
+    for (calib::Joint& joint : session.world.cell.robot.joints)
+      joint.function_sigma_rad = trial.gear_arcsec * calib::kRadPerArcsec;
   const World& world = session.world;
   World loaded = world;
   const bool carries = trial.touched_kg > 0.0;

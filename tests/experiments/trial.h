@@ -34,6 +34,7 @@ struct Trial {
   bool functions = true;  ///< of the joints' angles, in the estimate
   /// The cell file states order and size of all waves above the smooth orders: the best to be had.
   bool waves_known = false;
+  bool size_known = false;  ///< the cell file states the size of the joints' functions
   double spring_nm = 0.0, soft_rad = 0.0;
   double size = 1.0;         ///< world.h
   bool heavy_stated = true;  ///< world.h
