@@ -18,10 +18,11 @@ namespace {
 
 /// Candidate reaches: the waves of strain-wave gears have 8 to 30 periods per turn.
 constexpr double kFunctionReaches[] = {3.0 * kRadPerDeg, 6.0 * kRadPerDeg, 12.0 * kRadPerDeg};
-/// Prior size of a joint's function, and of its ripple; each counts as one degree of freedom.
+/// Prior size of the joints' functions, of their fast orders, and of ripple. Each counts as one degree
+/// of freedom; of a single function, about the size of all, as kFreedomOfOne.
 constexpr double kUsualFunctionRad = 15.0 * kRadPerArcsec, kUsualFastRad = 5.0 * kRadPerArcsec,
                  kUsualJointNoiseRad = 3.0 * kRadPerArcsec;
-constexpr double kPriorFreedom = 1.0;
+constexpr double kPriorFreedom = 1.0, kFreedomOfOne = 4.0;
 /// Gain of log likelihood by a joint's fast orders, above which it has them.
 constexpr double kGainOfFastOrders = 5.0;
 /// Maximum number of rows for the sizes.
@@ -29,7 +30,7 @@ constexpr std::size_t kMostRowsOfSizes = 300;
 constexpr Eigen::Index kFewestRows = 3;
 /// Residuals with a smaller correlation, and a smaller ratio of scatter to the stated noise
 /// (variance), are not analysed further.
-constexpr double kTestedSigmas = 2.0, kTestedScatter = 4.0;
+constexpr double kTestedSigmas = 2.0, kTestedScatter = 2.0;
 /// Prior sigma of unknowns without prior, in their scales.
 constexpr double kFarAway = 10.0;
 
@@ -165,7 +166,7 @@ bool correlated(const SizedRows& rows, Eigen::MatrixXd k, const Estimate& e) {
 /// size is expected at 1.
 struct Components {
   std::vector<Eigen::MatrixXd> covariance;
-  std::vector<double> size;
+  std::vector<double> size, freedom;
   double log_likelihood = -std::numeric_limits<double>::infinity();
 };
 
@@ -188,10 +189,10 @@ void maximise(const Eigen::MatrixXd& by_unknowns, const Eigen::VectorXd& y, Comp
     c.log_likelihood = -0.5 * y.dot(pull) - 0.5 * factor.log_det();
     double step = 0.0;
     for (std::size_t k = 0; k < c.size.size(); ++k) {
-      const double prior = kPriorFreedom / c.size[k];
-      c.log_likelihood -= 0.5 * (prior + kPriorFreedom * std::log(c.size[k]));
+      const double prior = c.freedom[k] / c.size[k];
+      c.log_likelihood -= 0.5 * (prior + c.freedom[k] * std::log(c.size[k]));
       const double wanted = c.size[k] * pull.dot(c.covariance[k] * pull) + prior;
-      const double has = c.size[k] * inverse.cwiseProduct(c.covariance[k]).sum() + kPriorFreedom;
+      const double has = c.size[k] * inverse.cwiseProduct(c.covariance[k]).sum() + c.freedom[k];
       const double factor_of_size = std::sqrt(wanted / has);
       c.size[k] *= factor_of_size;
       step = std::max(step, std::abs(std::log(factor_of_size)));
@@ -260,12 +261,15 @@ struct Sizing {
     if (noise_measured) by_unknowns.diagonal() += rows.own_m2;
   }
 
-  /// Likeliest sizes of the bands' covariances, followed by those of ripple and noise.
-  Components sized(std::vector<Eigen::MatrixXd> of_bands) const {
-    Components c{std::move(of_bands), {}};
+  /// Likeliest sizes of the bands' covariances, followed by those of ripple and noise. `freedom`: that
+  /// the expected size of a band counts as.
+  Components sized(std::vector<Eigen::MatrixXd> of_bands, double freedom = kPriorFreedom) const {
+    Components c{std::move(of_bands), {}, {}};
+    c.freedom.assign(c.covariance.size(), freedom);
     c.covariance.push_back(std::pow(kUsualJointNoiseRad, 2) *
                            rows.lever2_m2.asDiagonal().toDenseMatrix());
     if (!noise_measured) c.covariance.push_back(rows.own_m2.asDiagonal());
+    c.freedom.resize(c.covariance.size(), kPriorFreedom);
     c.size.assign(c.covariance.size(), 1.0);
     maximise(by_unknowns, y, c);
     return c;
@@ -317,16 +321,22 @@ std::optional<Robot> size_functions(const Problem& problem, const Repeats& repea
     for (const Band& band : slow) all.push_back(band.covariance(reach));
     return all;
   };
-  std::vector<Eigen::MatrixXd> usual = covariances(kFunctionReaches[1]);
-  Eigen::MatrixXd together = usual.front();
-  for (std::size_t k = 1; k < usual.size(); ++k) together += usual[k];
-  if (!correlated(rows, std::move(together), e)) return std::nullopt;
+  const auto together = [](const std::vector<Eigen::MatrixXd>& all) {
+    Eigen::MatrixXd sum = all.front();
+    for (std::size_t k = 1; k < all.size(); ++k) sum += all[k];
+    return sum;
+  };
+  if (!correlated(rows, together(covariances(kFunctionReaches[1])), e)) return std::nullopt;
   const Sizing sizing(problem, repeats, e, rows);
   Components best;
   double reach_rad = 0.0;
   for (const double reach : kFunctionReaches) {
-    Components c = sizing.sized(covariances(reach));
+    std::vector<Eigen::MatrixXd> each = covariances(reach);
+    const double common = sizing.sized({together(each)}).size.front();
+    for (Eigen::MatrixXd& one : each) one *= common;
+    Components c = sizing.sized(std::move(each), kFreedomOfOne);
     if (!(c.log_likelihood > best.log_likelihood)) continue;
+    for (std::size_t k = 0; k < slow.size(); ++k) c.size[k] *= common;
     best = std::move(c);
     reach_rad = reach;
   }

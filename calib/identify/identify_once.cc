@@ -305,9 +305,18 @@ struct Stated {
 /// worse at unseen places; tests/real-data).
 constexpr double kGainOfFunctions = 4.0, kGainOfBearings = 12.0;
 
+bool states(const Robot& robot, double Joint::*sigma) {
+  return std::ranges::any_of(robot.joints,
+                             [sigma](const Joint& joint) { return joint.*sigma > 0.0; });
+}
+
 /// (27d). Adopts `richer` if its evidence is greater by more than the required gain.
 bool adopt(std::unique_ptr<Stated> richer, double required_gain, const IdentifyOptions& options,
-           const std::vector<ModelLevel>& levels, std::unique_ptr<Stated>& likely, Estimate& e) {
+           std::unique_ptr<Stated>& likely, Estimate& e) {
+  const bool with_play = likely->level.play > 0.0;
+  const auto levels = states(richer->levelled.robot, &Joint::function_sigma_rad)
+                          ? levels_beside_functions(with_play)
+                          : usual_levels(with_play);
   try {
     if (!(evidence_gain(likely->problem, richer->problem, e) > required_gain)) return false;
     e = estimate_richer(likely->problem, richer->problem, options, levels, e);
@@ -339,26 +348,16 @@ void add_bearings(const Cell& cell, const std::vector<Touch>& touches,
   } catch (const IdentifyError&) {
     return;
   }
-  adopt(std::move(best), kGainOfBearings, options, usual_levels(likely->level.play > 0.0), likely,
-        e);
-}
-
-bool states(const Robot& robot, double Joint::*sigma) {
-  return std::ranges::any_of(robot.joints,
-                             [sigma](const Joint& joint) { return joint.*sigma > 0.0; });
+  adopt(std::move(best), kGainOfBearings, options, likely, e);
 }
 
 /// Adds functions of the joint angles, single waves of the joints, and where there are none of those
 /// fast orders to the functions, if the touches show them.
 void add_functions(const Cell& cell, const std::vector<Touch>& touches,
                    const IdentifyOptions& options, std::unique_ptr<Stated>& likely, Estimate& e) {
-  const bool with_play = likely->level.play > 0.0;
   const auto add = [&](const Robot& robot, double required_gain) {
     return adopt(std::make_unique<Stated>(with_learnt_of(robot, cell), touches, likely->level),
-                 required_gain, options,
-                 states(robot, &Joint::function_sigma_rad) ? levels_beside_functions(with_play)
-                                                           : usual_levels(with_play),
-                 likely, e);
+                 required_gain, options, likely, e);
   };
   bool functions = false;
   if (const auto sized = size_functions(likely->problem, likely->repeats, e))
@@ -394,12 +393,13 @@ std::unique_ptr<Stated> likeliest(const Cell& cell, const std::vector<Touch>& to
   if (!options.with_discrepancy && estimate_with_play(likely->problem, played->problem, options, e))
     likely = std::move(played);
   if (!richer || contradicts_files(likely->problem, likely->repeats, e)) return likely;
-  if (!states(cell.robot, &Joint::bearing_sigma_rad_per_nm))
-    add_bearings(cell, touches, options, likely, e);
   const bool stated = std::ranges::any_of(cell.robot.joints, [](const Joint& joint) {
     return joint.function_sigma_rad > 0.0 || !joint.waves.empty();
   });
   if (options.functions && !stated) add_functions(cell, touches, options, likely, e);
+  // After the functions: of gears with waves, 100 touches took bearings for these.
+  if (!states(cell.robot, &Joint::bearing_sigma_rad_per_nm))
+    add_bearings(cell, touches, options, likely, e);
   return likely;
 }
 
