@@ -71,7 +71,7 @@ Cell cell_with_fast_orders() {
     joint.function_sigma_rad = 15.0 * kRadPerArcsec;
     joint.function_reach_rad = 0.1;
   }
-  cell.robot.joints[1].function_fast_sigma_rad = 25.0 * kRadPerArcsec;
+  cell.robot.joints[1].function_fast_sigma_rad = 18.0 * kRadPerArcsec;
   return cell;
 }
 

@@ -64,7 +64,7 @@ TEST(PositionerIdentified, WhatItGivesUnderItsLoadIsFound) {
         << parameter_name(c.cell, parameter);
     found += is->sigma < 0.5 * parameter.sigma;
   }
-  EXPECT_GE(found, 3) << "of six: an axis that hardly tilts feels no moment about itself";
+  EXPECT_GE(found, 2) << "about the tilting axis, and across it";
   // Taken for stiff, the same touches leave a misfit.
   Cell stiff = loaded.cell;
   for (PositionerAxis& axis : stiff.robot.positioner) axis.mass_kg = 0.0;
