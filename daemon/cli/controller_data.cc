@@ -100,6 +100,11 @@ calib::Robot with_external_axes(calib::Robot arm, const calib::MachineData& data
   for (const calib::PositionerAxis& axis : arm.positioner)
     fmt::print(stderr, "positioner {}: {:g} to {:g} deg. Jog it and check its place and sense\n",
                axis.name, axis.min_rad * calib::kDegPerRad, axis.max_rad * calib::kDegPerRad);
+  if (!arm.positioner.empty())
+    fmt::print(stderr,
+               "Machine data state no load of a positioner: add mass_kg and com_mm of table, fixture "
+               "and workpiece to [[positioner]]. Without them its axes count as stiff
+");
   return arm;
 }
 

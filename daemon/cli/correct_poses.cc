@@ -40,9 +40,9 @@ const char* name_of(calib::Unreached why) {
 Eigen::Isometry3d in_base(const calib::Calibration& calibration, const calib::PoseRow& row,
                           int carriers) {
   if (carriers == 0) return row.tcp;
-  return calib::carried_as_found(
-             calibration, std::span(row.positioner_rad).first(static_cast<std::size_t>(carriers))) *
-         row.tcp;
+  const std::span<const double> angles(row.positioner_rad);
+  const auto count = static_cast<std::size_t>(carriers);
+  return calib::carried_as_found(calibration, angles.first(count), angles.subspan(count)) * row.tcp;
 }
 
 /// A row without seed continues from the previous one, the first from the middle of the joint ranges.
