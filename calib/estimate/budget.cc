@@ -28,8 +28,10 @@ double rms_sigma_m(const std::vector<Problem::Length>& lengths) {
 
 }  // namespace
 
-UncertaintySource source_of(ParameterKind kind) {
-  switch (kind) {
+UncertaintySource source_of(const ParameterKey& key) {
+  if (key.kind == ParameterKind::kPositioner && AxisError{key.axis} >= AxisError::kCompliance)
+    return UncertaintySource::kLoads;
+  switch (key.kind) {
     case ParameterKind::kD:
     case ParameterKind::kA:
       return UncertaintySource::kArmLengths;
@@ -83,7 +85,7 @@ UncertaintyBudget::UncertaintyBudget(const Problem& problem, const Estimate& e, 
   for (int i = 0; i < problem.size(); ++i) {
     const Unknown& unknown = problem.unknowns()[static_cast<std::size_t>(i)];
     if (!(unknown.prior_weight > 0.0)) continue;
-    const UncertaintySource source = source_of(unknown.key.kind);
+    const UncertaintySource source = source_of(unknown.key);
     Priors& group = groups[source];
     group.line.source = source;
     group.line.sigma += std::pow(unknown.scale / unknown.prior_weight, 2);

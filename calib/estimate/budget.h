@@ -15,7 +15,7 @@
 namespace cellcal::calib {
 
 /// Source of the prior of an unknown.
-UncertaintySource source_of(ParameterKind kind);
+UncertaintySource source_of(const ParameterKey& key);
 
 /// Keeps references to `problem` and `e`.
 class UncertaintyBudget {

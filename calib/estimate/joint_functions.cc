@@ -30,7 +30,7 @@ constexpr std::size_t kMostRowsOfSizes = 300;
 constexpr Eigen::Index kFewestRows = 3;
 /// Residuals with a smaller correlation, and a smaller ratio of scatter to the stated noise
 /// (variance), are not analysed further.
-constexpr double kTestedSigmas = 2.0, kTestedScatter = 2.0;
+constexpr double kTestedSigmas = 2.0, kTestedScatter = 4.0;
 /// Prior sigma of unknowns without prior, in their scales.
 constexpr double kFarAway = 10.0;
 

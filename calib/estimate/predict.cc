@@ -51,8 +51,9 @@ Predictor::~Predictor() = default;
 Predictor::Predictor(Predictor&&) noexcept = default;
 
 Prediction Predictor::calibrated(std::span<const double> joint_rad,
-                                 std::span<const double> carrier_rad) const {
-  const PreparedPose pose = impl_->arm.prepare(joint_rad, 0, nullptr, carrier_rad);
+                                 std::span<const double> carrier_rad,
+                                 std::span<const double> outer_rad) const {
+  const PreparedPose pose = impl_->arm.prepare(joint_rad, 0, nullptr, carrier_rad, outer_rad);
   Prediction result;
   result.tcp = impl_->arm.shape(pose, impl_->x.data()).tcp;
   Eigen::Matrix3Xd jacobian(3, impl_->arm.size());

@@ -310,13 +310,17 @@ bool states(const Robot& robot, double Joint::*sigma) {
                              [sigma](const Joint& joint) { return joint.*sigma > 0.0; });
 }
 
+/// Beside functions that the touches gave: those of the cell file are there from the start.
+std::vector<ModelLevel> levels_of(const Cell& cell, const Robot& robot, const ModelLevel& fullest) {
+  const bool learnt = states(robot, &Joint::function_sigma_rad) &&
+                      !states(cell.robot, &Joint::function_sigma_rad);
+  const bool with_play = fullest.play > 0.0;
+  return learnt ? levels_beside_functions(with_play) : usual_levels(with_play);
+}
+
 /// (27d). Adopts `richer` if its evidence is greater by more than the required gain.
 bool adopt(std::unique_ptr<Stated> richer, double required_gain, const IdentifyOptions& options,
-           std::unique_ptr<Stated>& likely, Estimate& e) {
-  const bool with_play = likely->level.play > 0.0;
-  const auto levels = states(richer->levelled.robot, &Joint::function_sigma_rad)
-                          ? levels_beside_functions(with_play)
-                          : usual_levels(with_play);
+           const std::vector<ModelLevel>& levels, std::unique_ptr<Stated>& likely, Estimate& e) {
   try {
     if (!(evidence_gain(likely->problem, richer->problem, e) > required_gain)) return false;
     e = estimate_richer(likely->problem, richer->problem, options, levels, e);
@@ -348,7 +352,8 @@ void add_bearings(const Cell& cell, const std::vector<Touch>& touches,
   } catch (const IdentifyError&) {
     return;
   }
-  adopt(std::move(best), kGainOfBearings, options, likely, e);
+  adopt(std::move(best), kGainOfBearings, options, levels_of(cell, likely->levelled.robot, likely->level), likely,
+        e);
 }
 
 /// Adds functions of the joint angles, single waves of the joints, and where there are none of those
@@ -357,7 +362,7 @@ void add_functions(const Cell& cell, const std::vector<Touch>& touches,
                    const IdentifyOptions& options, std::unique_ptr<Stated>& likely, Estimate& e) {
   const auto add = [&](const Robot& robot, double required_gain) {
     return adopt(std::make_unique<Stated>(with_learnt_of(robot, cell), touches, likely->level),
-                 required_gain, options, likely, e);
+                 required_gain, options, levels_of(cell, robot, likely->level), likely, e);
   };
   bool functions = false;
   if (const auto sized = size_functions(likely->problem, likely->repeats, e))

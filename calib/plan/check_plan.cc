@@ -111,9 +111,10 @@ std::unique_ptr<Still> still_at(const Calibration& calibration, const Cell& know
   auto still = std::make_unique<Still>(positioner_rad, at_setting(known, positioner_rad));
   for (std::size_t t = 0; t < known.targets.size(); ++t) {
     const auto carriers = static_cast<std::size_t>(known.targets[t].carried_by);
-    if (carriers > 0)  // with the scale of their angles, too
+    if (carriers > 0)  // with the scale of their angles and what they give, too
       still->cell.targets[t].centre_m =
-          carried_as_found(calibration, std::span(positioner_rad).first(carriers)) *
+          carried_as_found(calibration, std::span(positioner_rad).first(carriers),
+                           std::span(positioner_rad).subspan(carriers)) *
           known.targets[t].centre_m;
   }
   return still;

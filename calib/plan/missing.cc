@@ -57,7 +57,7 @@ Missing largest_part(const ArmModel& arm, const Remainder& left) {
   for (std::size_t i = 0; i < left.keys.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
     const Eigen::VectorXd part = of_postures((reach.col(k) * left.prior_weight[k]).cwiseAbs2());
-    const UncertaintySource source = source_of(left.keys[i].kind);
+    const UncertaintySource source = source_of(left.keys[i]);
     by_touches -= part;
     add(parts, source, part);
     if (source == UncertaintySource::kTransmission) add(of_joint, left.keys[i].joint, part);

@@ -69,23 +69,35 @@ Robot with_error(const Robot& robot, std::size_t axis, AxisError error, double s
   return erring;
 }
 
-/// Square of how far off `at_m`, base frame, may be by what an axis gives under its load.
-double given_way_m2(const Robot& robot, std::size_t axis, std::span<const double> angles,
-                    std::span<const double> taught, const Eigen::Vector3d& at_m) {
+/// Angles of so many axes at which places on them are taught unless stated otherwise.
+std::vector<double> usually_taught(const Robot& robot, std::size_t axes) {
+  std::vector<double> taught;
+  for (const PositionerAxis& axis : std::span(robot.positioner).first(axes))
+    taught.push_back(std::clamp(0.0, axis.min_rad, axis.max_rad));
+  return taught;
+}
+
+/// Square of how far off `at_m`, base frame, may be by what an axis gives under its load at this setting.
+double given_way_m2(const Robot& robot, std::size_t axis, std::span<const double> setting,
+                    const std::vector<double>& taught, const Eigen::Vector3d& at_m) {
   const PositionerAxis& its = robot.positioner[axis];
+  std::vector<double> before = usually_taught(robot, robot.positioner.size());
+  std::ranges::copy(taught, before.begin());
   const Eigen::Vector3d more =
-      carried_moment_nm(robot, angles)[axis] - carried_moment_nm(robot, taught)[axis];
-  const Eigen::Isometry3d stands = carried_at(robot, angles.first(axis)) * its.frame;
+      carried_moment_nm(robot, setting)[axis] - carried_moment_nm(robot, before)[axis];
+  const Eigen::Isometry3d stands = carried_at(robot, setting.first(axis)) * its.frame;
   const double lever_m = (at_m - stands.translation()).norm();
   const double turn_rad = std::hypot(its.bearing_sigma_rad_per_nm * more.head<2>().norm(),
                                      its.compliance_sigma_rad_per_nm * more.z());
   return std::pow(lever_m * turn_rad, 2);
 }
 
-/// How far off what these axes carry at `place_m`, in the frame of the last of them, may be at these angles
-/// by the axes' prior. It was taught with them at `taught`, and is known as it is seen from there.
-double off_by_positioner_m(const Robot& robot, std::span<const double> angles,
+/// How far off what as many axes as `taught` has carry at `place_m`, in the frame of the last of them, may be
+/// at this setting by the axes' prior. It was taught with them at `taught`, and is known as it is seen from
+/// there.
+double off_by_positioner_m(const Robot& robot, std::span<const double> setting,
                            const std::vector<double>& taught, const Eigen::Vector3d& place_m) {
+  const auto angles = setting.first(taught.size());
   constexpr double kSigmas = 3.0;
   const Eigen::Vector3d seen = carried_at(robot, taught) * place_m;
   const Eigen::Vector3d expected = carried_at(robot, angles) * place_m;
@@ -105,17 +117,9 @@ double off_by_positioner_m(const Robot& robot, std::span<const double> angles,
     std::vector<double> scaled(angles.begin(), angles.end());
     scaled[j] += axis.scale_sigma * (angles[j] - taught[j]);
     squares += (carried_at(robot, scaled) * place_m - expected).squaredNorm();
-    squares += given_way_m2(robot, j, angles, taught, expected);
+    squares += given_way_m2(robot, j, setting, taught, expected);
   }
   return kSigmas * std::sqrt(squares);  // (64b)
-}
-
-/// Angles of so many axes at which places on them are taught unless stated otherwise.
-std::vector<double> usually_taught(const Robot& robot, std::size_t axes) {
-  std::vector<double> taught;
-  for (const PositionerAxis& axis : std::span(robot.positioner).first(axes))
-    taught.push_back(std::clamp(0.0, axis.min_rad, axis.max_rad));
-  return taught;
 }
 
 /// Box around an obstacle, in its frame; empty: its mesh is not loaded.
@@ -131,16 +135,17 @@ Eigen::AlignedBox3d box_around(const Obstacle& obstacle) {
 }
 
 /// (64b) is convex in the place: the farthest corner bounds it.
-double off_by_positioner_m(const Robot& robot, std::span<const double> angles,
+double off_by_positioner_m(const Robot& robot, std::span<const double> setting,
                            const Obstacle& obstacle) {
   const Eigen::AlignedBox3d box = box_around(obstacle);
   if (box.isEmpty()) return 0.0;
-  const std::vector<double> taught = usually_taught(robot, angles.size());
+  const std::vector<double> taught =
+      usually_taught(robot, static_cast<std::size_t>(obstacle.carried_by));
   double off_m = 0.0;
   for (int corner = 0; corner < 8; ++corner) {
     const auto which = static_cast<Eigen::AlignedBox3d::CornerType>(corner);
     off_m = std::max(
-        off_m, off_by_positioner_m(robot, angles, taught, obstacle.frame * box.corner(which)));
+        off_m, off_by_positioner_m(robot, setting, taught, obstacle.frame * box.corner(which)));
   }
   return off_m;
 }
@@ -411,14 +416,15 @@ Cell at_setting(const Cell& cell, const std::vector<double>& positioner_rad) {
     if (target.taught_rad.empty()) target.taught_rad = usually_taught(cell.robot, angles.size());
     // Of a sphere to be found the middle of its box.
     if (!target.has_centre) target.centre_m = (target.low_m + target.high_m) / 2.0;
-    target.off_m = off_by_positioner_m(cell.robot, angles, target.taught_rad, target.centre_m);
+    target.off_m =
+        off_by_positioner_m(cell.robot, positioner_rad, target.taught_rad, target.centre_m);
     target.centre_m = place * target.centre_m;
     target.carried_by = 0;
   }
   for (Obstacle& obstacle : still.obstacles) {
     if (obstacle.carried_by == 0) continue;
     const std::span<const double> angles = of(positioner_rad, obstacle.carried_by);
-    obstacle.off_m = off_by_positioner_m(cell.robot, angles, obstacle);
+    obstacle.off_m = off_by_positioner_m(cell.robot, positioner_rad, obstacle);
     obstacle.frame = carried_at(cell.robot, angles) * obstacle.frame;
     obstacle.carried_by = 0;
   }

@@ -138,7 +138,7 @@ class FoundArm {
     const auto stated = std::ranges::find(found_.cell.targets, touch.target, &calib::Target::id);
     if (target == found_.targets.end() || stated == found_.cell.targets.end() ||
         !touch.tool.empty() ||
-        touch.positioner_rad.size() < static_cast<std::size_t>(stated->carried_by))
+        touch.positioner_rad.size() != found_.cell.robot.positioner.size())
       return std::nullopt;
     const auto carriers =
         calib::carrier_rad(touch, *stated);  // the centre is in the frame of the last

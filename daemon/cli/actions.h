@@ -15,7 +15,7 @@
 
 namespace cellcal::daemon {
 
-// Sessions as files, and backups of the journal. Each function returns its exit status and throws on failure.
+// Sessions as files, and backups of the journal.
 
 struct NamedArchive {
   std::string from;  ///< "session 7", or the directory
@@ -40,8 +40,7 @@ int import_session(const Connection& daemon, const std::filesystem::path& direct
 int replay_session(const Connection& daemon, const std::string& which);
 int back_up(const Connection& daemon, const std::filesystem::path& file);
 
-// Certificate of a published calibration: issue, signature and verification. Each function returns its exit
-// status and throws on failure.
+// Certificate of a published calibration: issue, signature and verification.
 
 struct CertificateCommand {
   std::string session;           ///< number, or the directory of an export

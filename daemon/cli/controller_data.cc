@@ -103,8 +103,7 @@ calib::Robot with_external_axes(calib::Robot arm, const calib::MachineData& data
   if (!arm.positioner.empty())
     fmt::print(stderr,
                "Machine data state no load of a positioner: add mass_kg and com_mm of table, fixture "
-               "and workpiece to [[positioner]]. Without them its axes count as stiff
-");
+               "and workpiece to [[positioner]]. Without them its axes count as stiff\n");
   return arm;
 }
 

@@ -102,7 +102,10 @@ std::vector<PredictedRow> predicted_rows(const PredictCommand& command,
       rows.push_back({calib::to_frame(nominal)});
       continue;
     }
-    const calib::Prediction at = predictor.calibrated(joints, carriers);
+    const std::span<const double> outer =
+        asked.carriers > 0 ? std::span(asked.rows.positioner_rad[i]).subspan(carriers.size())
+                           : std::span<const double>{};
+    const calib::Prediction at = predictor.calibrated(joints, carriers, outer);
     rows.push_back({calib::to_frame(at.tcp), at.u95_m * calib::kMmPerM,
                     (at.tcp.translation() - nominal.translation()) * calib::kMmPerM});
   }

@@ -1,5 +1,5 @@
 #pragma once
-// Text of the link quality published by the daemon.
+// Quality of the two links: text of what the daemon publishes, and judgements of the contact sensor and its path.
 
 #include <nlohmann/json_fwd.hpp>
 #include <optional>

@@ -172,8 +172,10 @@ std::variant<CarriedFlange, Why> Carriers::flange(int machine, const Point& poin
   const auto& axes = calibration_.cell.robot.positioner;
   for (std::size_t j = found.carrier_rad.size(); j < axes.size(); ++j) {
     const auto value = point.value.numbers.find(axes[j].name);
-    const double deg = value == point.value.numbers.end() ? 0.0 : value->second.value;
-    outer_rad.push_back(deg * calib::kRadPerDeg);
+    const bool stated = value != point.value.numbers.end();
+    // It loads those before it, where the motion before left it.
+    if (!stated && axes[j].mass_kg > 0.0) return Why::kNoExternalValue;
+    outer_rad.push_back(stated ? value->second.value * calib::kRadPerDeg : 0.0);
   }
   found.real = calib::carried_as_found(calibration_, found.carrier_rad, outer_rad) * one.mount;
   return found;

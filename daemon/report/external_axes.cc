@@ -78,7 +78,7 @@ std::string motion_table(const calib::LinearUnitLine& line) {
 
 constexpr int kAngleDecimals = 1;
 
-std::string axis_row(const calib::PositionerLine& line) {
+std::string axis_row(const calib::PositionerLine& line, double give_rad) {
   std::string cells;
   for (const double one : line.point_m) cells += "<td>" + mm(one) + "</td>";
   for (const double one : line.direction)
@@ -88,9 +88,10 @@ std::string axis_row(const calib::PositionerLine& line) {
                             : std::string("&ndash;");
   };
   return fmt::format(
-      "<tr><th scope=\"row\">{}</th>{}<td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
+      "<tr><th scope=\"row\">{}</th>{}<td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
       escape(line.axis), cells, positive_mm(line.place_u95_m),
-      fixed(line.direction_u95_rad * kPerMille, kMmDecimals), end(0), end(1));
+      fixed(line.direction_u95_rad * kPerMille, kMmDecimals),
+      fixed(give_rad * kPerMille, kMmDecimals), end(0), end(1));
 }
 
 }  // namespace
@@ -105,7 +106,8 @@ std::string linear_unit_table(const View& view) {
 std::string positioner_table(const View& view) {
   if (view.result.positioner.empty()) return {};
   std::string rows;
-  for (const calib::PositionerLine& line : view.result.positioner) rows += axis_row(line);
+  for (std::size_t j = 0; j < view.result.positioner.size(); ++j)
+    rows += axis_row(view.result.positioner[j], calib::largest_give_rad(view.result, j));
   return fmt::format(
       "<h3>{}</h3>\n<div class=\"scroll\"><table class=\"numbers\">\n{}<tbody>\n{}</tbody>\n</table>"
       "</div>\n{}",
@@ -119,6 +121,7 @@ std::string positioner_table(const View& view) {
                   {"z"},
                   {say("say.report.positioner.col.place")},
                   {say("say.report.positioner.col.direction")},
+                  {say("say.report.positioner.col.gives")},
                   {say("say.report.positioner.col.from")},
                   {say("say.report.positioner.col.to")}}),
       rows, paragraph("note", say("say.report.positioner.note")));

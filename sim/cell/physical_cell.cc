@@ -40,7 +40,9 @@ std::span<const double> PhysicalCell::own(std::span<const double> joint_rad) con
 
 calib::PreparedPose PhysicalCell::prepared(std::span<const double> joint_rad,
                                            std::size_t carriers) const {
-  const auto positioner = joint_rad.subspan(own(joint_rad).size());
+  const auto others = joint_rad.subspan(own(joint_rad).size());
+  const auto positioner =
+      others.first(std::min(others.size(), truth_.arm.robot().positioner.size()));
   return truth_.arm.prepare(own(joint_rad), 0, truth_.held ? &*truth_.held : nullptr,
                             positioner.first(carriers), positioner.subspan(carriers));
 }

@@ -172,6 +172,11 @@ Eigen::VectorXd drawn_errors(const calib::ArmModel& arm, const TruthOptions& opt
       case calib::ParameterKind::kTcp:
         errors[i] = parameter.sigma * draw;
         break;
+      case calib::ParameterKind::kPositioner:
+        errors[i] = calib::AxisError{parameter.axis} >= calib::AxisError::kCompliance
+                        ? parameter.sigma * std::abs(draw)
+                        : options.geometry_scale * parameter.sigma * draw;
+        break;
       default:
         errors[i] = options.geometry_scale * parameter.sigma * draw;
     }

@@ -54,9 +54,14 @@ const calib::Calibration& carried() {
     axis.name = "E2";
     axis.frame.translation() = Eigen::Vector3d(0.9, 0.0, 0.3);
     axis.place_sigma_m = 1e-3;
+    axis.mass_kg = 200.0;
+    axis.com_m = Eigen::Vector3d(0.1, 0.0, 0.2);
+    axis.compliance_sigma_rad_per_nm = 1e-6;
     one.cell.robot.positioner.push_back(axis);
     one.parameters.push_back({calib::positioner_parameter(0, calib::AxisError::kX), "mm", 1e3, 0.0,
                               1e-3, 1e-5, calib::DecidedBy::kData});
+    one.parameters.push_back({calib::positioner_parameter(0, calib::AxisError::kCompliance),
+                              "rad/(N m)", 1.0, 0.0, 1e-6, 1e-7, calib::DecidedBy::kData});
     return one;
   }();
   return c;

@@ -224,10 +224,11 @@ export function scene(value: unknown): Scene | null {
   const base = frame(all?.base), flange = frame(all?.flange), tcp = frame(tool?.frame);
   if (!all || !tool || !base || !flange || !tcp) return null;
   const arm = list(all.joints).map(joint);
-  if (arm.length === 0 || arm.length > MOST_JOINTS || arm.includes(null)) return null;
+  const table = list(all.positioner).map(table_axis);
+  if (arm.length === 0 || arm.length + table.length > MOST_JOINTS || arm.includes(null) || table.includes(null)) return null;
   return {
     session: count(all.session), robot: words(all.robot), base, joints: known(arm), flange,
-    positioner: known(list(all.positioner).slice(0, MOST_JOINTS).map(table_axis)),
+    positioner: known(table),
     tool: {
       frame: tcp, radiusMm: number(tool.radius_mm) ?? 0,
       tipLengthMm: number(tool.tip_length_mm) ?? 0, tipRadiusMm: number(tool.tip_radius_mm) ?? 0,

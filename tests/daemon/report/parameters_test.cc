@@ -57,7 +57,7 @@ TEST(Parameters, OfAPositionerAreItsAxesWithTheirBounds) {
   const std::string page = html_report(input), table = section_of(page, "parameters");
   EXPECT_EQ(testing::complaints(page), std::vector<std::string>{});
   EXPECT_TRUE(says(table, "<th scope=\"row\">E&lt;1&gt;</th><td>1200.000</td><td>100.000</td>"));
-  EXPECT_TRUE(says(table, "<td>0.025</td><td>0.061</td><td>\xE2\x88\x92"
+  EXPECT_TRUE(says(table, "<td>0.025</td><td>0.061</td><td>0.000</td><td>\xE2\x88\x92"
                           "0.5</td><td>40.0</td>"));
   EXPECT_TRUE(says(section_of(page, "targets"),
                    cell.targets[0].id + ": x, y, z in the frame that E&lt;1&gt;"));

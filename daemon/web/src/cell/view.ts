@@ -101,6 +101,7 @@ export class CellView {
   }
 
   show_scene(scene: Scene): void {
+    const same = this.scene?.joints.length === scene.joints.length;
     this.scene = scene;
     this.still.forEach(free);
     free(this.arm);
@@ -109,7 +110,7 @@ export class CellView {
     this.frame_scene(scene);
     if (!this.looked) this.look_from("fit");
     this.looked = true;
-    const aim = this.aim.length === positions_of(scene) ? this.aim : [];
+    const aim = same && this.aim.length === positions_of(scene) ? this.aim : [];
     this.drawn = [];
     if (aim.length > 0) this.move_to(aim.slice(0, scene.joints.length), aim.slice(scene.joints.length));
     this.draw_soon();
@@ -267,7 +268,8 @@ export class CellView {
 
   private pin(touch: PlannedTouch | Touch, tip: Point, kind: "planned" | "fit" | "check" | "next", mark_mm: number): void {
     const target = this.scene?.targets.find((one) => one.id === touch.target);
-    const on = target?.on ?? "";
+    // Without angles where it was touched in the base frame.
+    const on = touch.positioner.length > 0 ? target?.on ?? "" : "";
     const at = point(this.scene ? place(inverse(carried(this.scene, on, touch.positioner)), tip) : tip);
     const outwards = target?.centre ? at.clone().sub(point(target.centre)) : UP.clone();
     if (outwards.length() < 1e-6) outwards.copy(UP);
@@ -329,22 +331,26 @@ export class CellView {
     });
   }
 
+  /** What the positioner carries; where its angles are unknown, at 0. */
+  private turn_carried(): void {
+    const { scene, aim } = this;
+    if (!scene) return;
+    const turned = aim.length === positions_of(scene) ? this.drawn.slice(scene.joints.length) : [];
+    for (const all of [this.still, this.touches])
+      all.forEach((group, on) => group.matrix.copy(matrix(carried(scene, on, turned))));
+  }
+
   private draw(): void {
     const share = Math.min(1, (performance.now() - this.begun) / EASE_MS);
     if (this.scene && this.aim.length === positions_of(this.scene)) {
       this.drawn = this.aim.map((angle, i) => (this.from[i] ?? angle) + ((angle - (this.from[i] ?? angle)) * share));
-      const { scene, drawn } = this, count = scene.joints.length;
-      for (const all of [this.still, this.touches])
-        all.forEach((group, on) => {
-          group.matrix.copy(matrix(carried(scene, on, drawn.slice(count))));
-          group.matrixWorldNeedsUpdate = true;
-        });
-      const at = posture(scene, drawn.slice(0, count));
+      const at = posture(this.scene, this.drawn.slice(0, this.scene.joints.length));
       at?.joints.forEach((joint, i) => this.parts[i]?.matrix.copy(matrix(joint.turned)));
       if (at) this.parts[at.joints.length]?.matrix.copy(matrix(at.flange));
       if (share < 1) this.draw_soon();
       else this.from = this.aim;
     }
+    this.turn_carried();
     this.renderer.render(this.stage, this.camera);
   }
 }
