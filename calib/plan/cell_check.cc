@@ -417,6 +417,9 @@ double rated_payload_kg(const Robot& robot) {
 }
 
 void examine_load(const Cell& cell, std::vector<CellFault>& faults) {
+  const auto& axes = cell.robot.positioner;
+  if (!axes.empty() && std::ranges::none_of(axes, [](const auto& one) { return one.mass_kg > 0.0; }))
+    faults.push_back({Kind::kPositionerUnloaded, false, {axes.back().name}});
   const double rated_kg = rated_payload_kg(cell.robot);
   const double limit_kg = rated_kg > 0.0 ? rated_kg : kAnyPayloadKg;
   double kg = cell.tool.mass_kg;
@@ -519,6 +522,7 @@ constexpr EnumNames<Kind> kKindNames{{{Kind::kLength, "length"},
                                       {Kind::kLargeBall, "large_ball"},
                                       {Kind::kShaftTouchesFirst, "shaft_touches_first"},
                                       {Kind::kShankTouchesFirst, "shank_touches_first"},
+                                      {Kind::kPositionerUnloaded, "positioner_unloaded"},
                                       {Kind::kToolAcross, "tool_across"},
                                       {Kind::kDescription, "description"},
                                       {Kind::kGoal, "goal"},

@@ -41,6 +41,7 @@ enum class CellFaultKind {
   kLargeBall,          ///< a: radius of the ball tip, b: clearance between touches
   kShaftTouchesFirst,  ///< a: tip ahead of the shaft, b: required for a touch along the tool
   kShankTouchesFirst,  ///< a: radius of the ball tip, b: of the slim end
+  kPositionerUnloaded, ///< the positioner of which the id is the last axis carries no stated mass
   kToolAcross,         ///< a: tip along the flange's axis, b: across it
   kDescription,  ///< the arm rests in the id's object, or (no id) reaches no target. See `mistakes`
   kGoal,         ///< a: required_mm, b: goal, c: expected mean error at the goal

@@ -84,6 +84,7 @@ FaultyField field_of(calib::CellFaultKind kind) {
        {kLargeBall, {Place::kTool, "tip_radius_mm"}},
        {kShaftTouchesFirst, {Place::kTool, "xyz_mm"}},
        {kShankTouchesFirst, {Place::kTool, "tip_radius_mm"}},
+       {kPositionerUnloaded, {}},
        {kToolAcross, {Place::kTool, "xyz_mm"}},
        {kDescription, {}},
        {kGoal, {}},

@@ -205,6 +205,18 @@ TEST(CellCheck, NamesAnObstacleThroughTheColumn) {
   EXPECT_EQ(all_words(faults_of(cell)), "");
 }
 
+TEST(CellCheck, NamesAPositionerWhoseLoadIsNotStated) {
+  Cell cell = demo_cell();
+  cell.robot.positioner.resize(2);
+  cell.robot.positioner[0].name = "E1";
+  cell.robot.positioner[1].name = "E2";
+  const CellFault fault = only_fault(cell, CellFaultKind::kPositionerUnloaded);
+  EXPECT_FALSE(fault.refused);
+  expect_words(fault, {"E2", "count as stiff", "mass_kg"});
+  cell.robot.positioner[0].mass_kg = 80.0;
+  EXPECT_EQ(all_words(faults_of(cell)), "");
+}
+
 TEST(CellCheck, NamesABallLargerThanThePlannedClearance) {
   Cell cell = demo_cell();
   cell.tool.tip_radius_m = 0.025;
