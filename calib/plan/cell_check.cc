@@ -289,8 +289,13 @@ std::vector<CellFault> faults_at_all_settings(const Cell& cell) {
 }  // namespace
 
 std::vector<CellFault> faults_of(const Cell& cell) {
-  if (!cell.robot.positioner.empty()) return faults_at_all_settings(cell);
   std::vector<CellFault> faults;
+  if (const auto& axes = cell.robot.positioner; !axes.empty()) {
+    faults = faults_at_all_settings(cell);
+    if (std::ranges::none_of(axes, [](const PositionerAxis& one) { return one.mass_kg > 0.0; }))
+      faults.push_back({CellFaultKind::kPositionerUnloaded, false, {axes.back().name}});
+    return faults;
+  }
   const bool tool_is_sound = check_unit_range(cell, faults);
   compare_lengths(cell, faults);
   if (faults.empty()) compare_lengths_with_each_other(cell, faults);
@@ -417,9 +422,6 @@ double rated_payload_kg(const Robot& robot) {
 }
 
 void examine_load(const Cell& cell, std::vector<CellFault>& faults) {
-  const auto& axes = cell.robot.positioner;
-  if (!axes.empty() && std::ranges::none_of(axes, [](const auto& one) { return one.mass_kg > 0.0; }))
-    faults.push_back({Kind::kPositionerUnloaded, false, {axes.back().name}});
   const double rated_kg = rated_payload_kg(cell.robot);
   const double limit_kg = rated_kg > 0.0 ? rated_kg : kAnyPayloadKg;
   double kg = cell.tool.mass_kg;

@@ -147,7 +147,9 @@ TEST(PositionerPlan, NamesASphereThatNoSettingBringsIntoReach) {
 }
 
 TEST(PositionerPlan, TheCellCheckLooksAtEverySetting) {
-  EXPECT_TRUE(faults_of(with_positioner()).empty());
+  Cell sound = with_positioner();
+  sound.robot.positioner[1].mass_kg = 50.0;
+  EXPECT_TRUE(faults_of(sound).empty());
   Cell far = with_positioner();
   far.targets[1].centre_m = Eigen::Vector3d(0.0, 0.0, 3.0);
   far.lengths.clear();
