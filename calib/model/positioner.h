@@ -25,7 +25,7 @@ struct PositionerAxis {
   double place_sigma_m = 0.0;        ///< of the axis across itself, x and y
   double direction_sigma_rad = 0.0;  ///< rx and ry
   double scale_sigma = 0.0;          ///< of its angle, rad per rad
-  /// Of what the axis turns, the next axis with its load aside: table, fixture, workpiece.
+  /// Of all that turns with it and not with the next axis, whose housing and drive are in it.
   double mass_kg = 0.0;
   Eigen::Vector3d com_m = Eigen::Vector3d::Zero();  ///< in the frame that it carries
   double compliance_sigma_rad_per_nm = 0.0;         ///< prior of k_j; acts with a mass only
