@@ -57,9 +57,8 @@ constexpr int kMaxTools = 8;
 struct PreparedPose {
   /// Per joint: cosine and sine of the nominal theta; of a linear unit, its position [m] and 0.
   Eigen::Matrix2Xd direction;
-  /// Per parameter, d(angle)/dx for compliance, load, play, harmonics, bearings,
-  /// stiffening, scale and give of a positioner's axis; d(motion)/dx of a linear unit, 1 for other
-  /// errors of axes that carry; else 0.
+  /// Per parameter: d(angle)/dx of what depends on the pose; d(motion)/dx of a linear unit; 1 for other
+  /// errors of the positioner's axes that carry; else 0.
   Eigen::VectorXd factor;
   int tool = 0;  ///< index of the tool
   int carriers = 0;  ///< number of the positioner's axes that carry the target's frame
