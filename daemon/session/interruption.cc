@@ -32,7 +32,7 @@ InterruptionRule{F::kUnexpectedContact, kAny, kNever, "the arm has met something
 InterruptionRule{F::kStillInContact,    kAny, kNever, "the tip may be stuck"},
 InterruptionRule{F::kContactTooEarly,   kAny, kNever, "an obstacle is missing in the plan"},
 InterruptionRule{F::kContactClosed,     kAny, kNever, "the tip touches something, or the line is shorted"},
-InterruptionRule{F::kContactSilent,     Interruption::kUnheard,        kNever,   "held until the sensor's time stamps show the cause; lateness of this computer has its own row"},
+InterruptionRule{F::kContactSilent,     Interruption::kUnheard,        kNever,   "cause still unknown: the arm is held until the sensor's time stamps show it, and the row of that cause applies"},
 InterruptionRule{F::kContactSilent,     kAny, kNever, "without the sensor no contact is detected"},
 InterruptionRule{F::kContactFault,      kAny, kNever, "without the sensor no contact is detected"},
 InterruptionRule{F::kArmRefused,        kAny, kNever, "the sensor was already asked twice"},

@@ -180,7 +180,7 @@ class Wires(unittest.TestCase):
         for word in words:
             self.assertIn(word, first)
 
-    def test_calibrates_over_real_wires(self):
+    def test_touches_are_right_over_real_wires_and_too_few_are_withheld(self):
         emulator = self.emulator()
         self.daemon()
         outcome = self.run_session(touches=4, check=1)
@@ -199,7 +199,7 @@ class Wires(unittest.TestCase):
         emulator.terminate()
         self.assertIn("0 crashes", emulator.communicate(timeout=20)[0])
 
-    def test_calibrates_over_eki(self):
+    def test_touches_are_right_over_eki_and_too_few_are_withheld(self):
         config = f"{self.dir}/cellcald.toml"
         with socket.socket() as s:
             s.bind(("127.0.0.1", 0))

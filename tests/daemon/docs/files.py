@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """files.py SOURCE: every file of the source tree that a comment or a Markdown file names exists: `name.h`,
-`dir/name.cc`, and paths from the top level on (with or without .h, .cc, .py)."""
+`dir/name.cc`, and paths from the top level on, of documents also from a folder beside them (with or without .h, .cc,
+.py)."""
 import re
 import sys
 from pathlib import Path
@@ -12,6 +13,8 @@ COMMENT = {**dict.fromkeys((".h", ".cc", ".c", ".ts", ".tsx", ".mjs"), re.compil
            **dict.fromkeys((".py", ".sh", ".cmake", ".toml", ".txt"), re.compile(TEXT + r"|((?<!\S)#.*)"))}
 FILE = re.compile(r"(?<![\w.<*{}/+-])((?:[\w-]+/)*[\w-]{2,}\.(?:h|cc|c|py|ts|tsx|mjs|cmake))(?![\w*/]|\.\w)")
 PATH = re.compile(r"(?<![\w.<*{}/-])((?:" + "|".join(TOP) + r")(?:/[\w-]+)+)(?![\w*{-]|\.\w|/[\w*{<])")
+BESIDE = re.compile(r"`((?:[\w-]+/)+[\w-]+)`")
+INSTALLED = re.compile(r"/usr/share/doc/cellcal/([\w/.-]+)")
 # Headers of the system, and names that stand for any.
 ELSEWHERE = {"linux/capability.h", "OUT.cc", "NAME_fuzz.cc"}
 
@@ -32,11 +35,17 @@ def faults(source):
     for path in files(source):
         parts = path.relative_to(source).parts
         ends |= {"/".join(parts[first:]) for first in range(len(parts))}
+    for path in sorted((source / "systemd").glob("*.[st]*")):
+        yield from (f"{path.relative_to(source)}: {name} does not exist"
+                    for name in INSTALLED.findall(path.read_text()) if not (source / name).exists())
     read = [path for path in documents(source) if path.name != "CHANGELOG.md"]
     for path in read + [path for path in files(source) if path.suffix in COMMENT]:
         text = described(path)
         missing = {name for name in FILE.findall(text) if name not in ends}
         missing |= {name for name in PATH.findall(text) if not exists(source, name)}
+        if path.suffix == ".md":
+            missing |= {name for name in BESIDE.findall(text)
+                        if (path.parent / name.split("/")[0]).is_dir() and not exists(path.parent, name) and not exists(source, name)}
         yield from (f"{path.relative_to(source)}: {name} does not exist" for name in sorted(missing))
 
 
