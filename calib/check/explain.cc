@@ -35,13 +35,13 @@ Fitted fit(const PossibleChange& change, double usual, const std::vector<Foresee
   Fitted fitted{Eigen::VectorXd::Zero(change.size), {}, 0.0};
   Eigen::VectorXd off;
   Eigen::MatrixXd by, information;
-  const auto look = [&](const Eigen::VectorXd& size) {
+  const auto evaluate = [&](const Eigen::VectorXd& size) {
     const Changed at = changed(change, size, contacts);
     off = covariance.whitened(at.off_m);
     by = covariance.whitened(at.by_size);
     return off.squaredNorm() + prior * size.squaredNorm();
   };
-  const double nothing = look(fitted.size);
+  const double nothing = evaluate(fitted.size);
   double least = nothing;
   // Gauss-Newton iterations: for a shift of millimetres against a sphere of some ten millimetres, each
   // leaves a tenth or less.
@@ -54,10 +54,10 @@ Fitted fit(const PossibleChange& change, double usual, const std::vector<Foresee
     const Eigen::VectorXd pull = -(by.transpose() * off + prior * fitted.size);
     Eigen::VectorXd step = pivoted_solve(information, pull);
     if (pull.dot(step) < kSettled) break;  // predicted decrease
-    double reached = look(fitted.size + step);
+    double reached = evaluate(fitted.size + step);
     for (int h = 0; h < kHalvings && !(reached < least); ++h) {
       step /= 2.0;
-      reached = look(fitted.size + step);
+      reached = evaluate(fitted.size + step);
     }
     if (!(reached < least)) break;
     fitted.size += step;

@@ -120,7 +120,7 @@ AbsoluteAccuracy accuracy_of(const Place& place) {
   place.fail("TRUE, FALSE, #ACTIVATED, #SUPPRESSED or #NONE");
 }
 
-void take_accuracy(const Place& place, MachineData& data) {
+void apply_accuracy(const Place& place, MachineData& data) {
   const std::string& name = place.given.name;
   if (name == "$ABS_ACCUR" || name == "ABS_ACCUR") data.stated_accuracy = accuracy_of(place);
   if (name == "$DEACTIVATE_ABS_ACCUR" || name == "$SUPPRESS_ABS_ACCUR")
@@ -155,7 +155,7 @@ void take(const Place& place, MachineData& data, Drives& rpm) {
   if (name == "$TRAFONAME" || name == "$MODEL_NAME") {
     if (const std::string type = place.word(); !type.empty()) data.type = type;
   }
-  take_accuracy(place, data);
+  apply_accuracy(place, data);
   for (const auto& [variable, usual] : kUsual)
     if (name == variable) data.kinds[name] = place.word();
 }
@@ -316,7 +316,7 @@ void read_machine_data(std::string_view text, const std::string& name, MachineDa
 
 void read_absolute_accuracy(std::string_view text, const std::string& name, MachineData& data) {
   for (const krl::Line& line : krl::read_lines({name, std::string(text)}))
-    if (const auto given = krl::read_given(line)) take_accuracy({name, line, *given}, data);
+    if (const auto given = krl::read_given(line)) apply_accuracy({name, line, *given}, data);
 }
 
 Robot robot_of(const MachineData& data) {

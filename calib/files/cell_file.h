@@ -30,7 +30,7 @@ struct UnknownRobot : FileError {
   std::string nowhere() const;
 
   std::string name;  ///< the name requested
-  std::vector<std::filesystem::path> looked_for;
+  std::vector<std::filesystem::path> searched;
 };
 
 /// `name` relative to `folder` (an absolute path stays absolute), or the name of a shipped robot.

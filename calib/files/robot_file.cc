@@ -521,7 +521,7 @@ std::vector<std::filesystem::path> robots_directories() {
 UnknownRobot::UnknownRobot(std::string asked_for, std::vector<std::filesystem::path> places)
     : FileError(nowhere_of(asked_for) + "; looked for" + list_of(places)),
       name(std::move(asked_for)),
-      looked_for(std::move(places)) {}
+      searched(std::move(places)) {}
 
 std::string UnknownRobot::nowhere() const { return nowhere_of(name); }
 

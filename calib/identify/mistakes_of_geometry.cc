@@ -50,16 +50,16 @@ Nearest nearest(const Cell& cell, const std::vector<Touch>& touches,
   double& value = dimension(changed);
   const double stated = value;
   Nearest best{0.0, nominal_off_m(cell, touches)};
-  const auto look_at = [&](double add_m) {
+  const auto evaluate = [&](double add_m) {
     value = stated + add_m;
     if (const double off_m = nominal_off_m(changed, touches); off_m < best.off_m)
       best = {add_m, off_m};
   };
-  for (double add_m = -kFarthestM; add_m <= kFarthestM; add_m += kCoarseM) look_at(add_m);
+  for (double add_m = -kFarthestM; add_m <= kFarthestM; add_m += kCoarseM) evaluate(add_m);
   for (double step_m = kCoarseM / 2.0; step_m >= kFineM; step_m /= 2.0) {
     const double middle_m = best.add_m;
-    look_at(middle_m - step_m);
-    look_at(middle_m + step_m);
+    evaluate(middle_m - step_m);
+    evaluate(middle_m + step_m);
   }
   return best;
 }
@@ -287,15 +287,15 @@ void tool_tip(const Asked& asked) {
 
 void dimensions(const Asked& asked) {
   std::vector<Dimension> found;
-  const auto look_at = [&](std::size_t i, double Joint::*length) {
+  const auto evaluate = [&](std::size_t i, double Joint::*length) {
     const auto [add_m, off_m] = nearest(
         asked.cell, asked.touches, [&](Cell& c) -> double& { return c.robot.joints[i].*length; });
     found.push_back({i, length, add_m, off_m});
   };
   for (std::size_t i = 0; i < asked.cell.robot.joints.size(); ++i)
     for (const JointError error : asked.cell.robot.joints[i].errors) {
-      if (error == JointError::kD) look_at(i, &Joint::d_m);
-      if (error == JointError::kA) look_at(i, &Joint::a_m);
+      if (error == JointError::kD) evaluate(i, &Joint::d_m);
+      if (error == JointError::kA) evaluate(i, &Joint::a_m);
     }
   for_nearest(asked, found, 4, [&](const Dimension& one) { dimension_off(asked, one); });
 }

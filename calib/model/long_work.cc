@@ -15,14 +15,14 @@ struct Work {
   const Watch* watch = nullptr;
   double from = 0.0, to = 1.0;  ///< current part, as shares of the whole
   PlanStep step = PlanStep::kReach;
-  double told = -1.0;
+  double reported = -1.0;
 };
 thread_local Work work;
 
 }  // namespace
 
-Watch::Watch(std::function<bool()> cancelled, std::function<void(const WorkDone&)> tell)
-    : cancelled_(std::move(cancelled)), tell_(std::move(tell)), outer_(work.watch) {
+Watch::Watch(std::function<bool()> cancelled, std::function<void(const WorkDone&)> report)
+    : cancelled_(std::move(cancelled)), report_(std::move(report)), outer_(work.watch) {
   work = {this};
 }
 Watch::~Watch() { work = {outer_}; }
@@ -53,11 +53,11 @@ Part::~Part() {
 }
 
 void report_progress(double share) {
-  if (work.watch == nullptr || !work.watch->tell_) return;
+  if (work.watch == nullptr || !work.watch->report_) return;
   const double all = work.from + std::clamp(share, 0.0, 1.0) * (work.to - work.from);
-  if (all < work.told + kPercent) return;
-  work.told = all;
-  work.watch->tell_({work.step, all});
+  if (all < work.reported + kPercent) return;
+  work.reported = all;
+  work.watch->report_({work.step, all});
 }
 
 }  // namespace cellcal::calib

@@ -34,9 +34,9 @@ struct WorkDone {
 /// one applies.
 class Watch {
  public:
-  /// `cancelled` is called often and on any computing thread; once true it stays true. `tell` is called on the
+  /// `cancelled` is called often and on any computing thread; once true it stays true. `report` is called on the
   /// caller's thread, at each percent.
-  explicit Watch(std::function<bool()> cancelled, std::function<void(const WorkDone&)> tell = {});
+  explicit Watch(std::function<bool()> cancelled, std::function<void(const WorkDone&)> report = {});
   ~Watch();
   Watch(const Watch&) = delete;
   Watch& operator=(const Watch&) = delete;
@@ -51,7 +51,7 @@ class Watch {
   friend void report_progress(double share);
 
   std::function<bool()> cancelled_;
-  std::function<void(const WorkDone&)> tell_;
+  std::function<void(const WorkDone&)> report_;
   const Watch* outer_;
 };
 

@@ -45,7 +45,7 @@ using ChoiceOfFew =
 constexpr int kCandidatesForFew = 300;
 /// Angles of variations added around the picks: the touches most sensitive to a shift across the tool are at the
 /// boundary of the feasible set.
-constexpr double kLookAroundFewRad[] = {0.25, 0.1};
+constexpr double kAroundFewRad[] = {0.25, 0.1};
 constexpr int kAroundFew = 60;  ///< per angle
 
 const TargetResult* known_sphere(const Calibration& calibration, const Target& target) {
@@ -210,7 +210,7 @@ Plan make_few_touches(const Calibration& calibration, const PlanOptions& options
   for (int count = how.most_touches;; --count) {
     pool.forget(spread, {});
     auto picked = picked_of(count);
-    for (const double by_rad : kLookAroundFewRad) {
+    for (const double by_rad : kAroundFewRad) {
       pool.vary(picked, kAroundFew * count, by_rad, random);
       picked = picked_of(count);
     }
@@ -429,14 +429,14 @@ Eigen::MatrixXd across_m(const Calibration& c, const std::vector<Touch>& touches
 // Choice of an update's touches: minimises the remaining uncertainty of the arm over the workspace, and
 // of the spheres' centres.
 
-/// `believed`: mean over all current explanations, with their spread in its covariance. Up to `count` indices
+/// `posterior`: mean over all current explanations, with their spread in its covariance. Up to `count` indices
 /// of candidates; `possible` is called for each before it is picked.
-std::vector<std::size_t> choose_update(const Calibration& believed,
+std::vector<std::size_t> choose_update(const Calibration& posterior,
                                        const std::vector<Candidate>& candidates, int count,
                                        const std::function<bool(std::size_t)>& possible) {
-  const std::vector<Touch> touches = touches_of(believed, candidates);
-  Eigen::MatrixXd foreseen = foresee(believed, touches).covariance_m2();
-  Eigen::MatrixXd cross_covariance = wanted(believed) * across_m(believed, touches);
+  const std::vector<Touch> touches = touches_of(posterior, candidates);
+  Eigen::MatrixXd foreseen = foresee(posterior, touches).covariance_m2();
+  Eigen::MatrixXd cross_covariance = wanted(posterior) * across_m(posterior, touches);
   std::vector<std::size_t> picked;
   while (static_cast<int>(picked.size()) < count) {
     std::vector<std::pair<double, std::size_t>> by_gain;
@@ -544,12 +544,12 @@ CheckPlanOptions further_update_touches(int touches_made, double seconds) {
   return how;
 }
 
-Plan make_update_plan(const Calibration& believed, const PlanOptions& options,
+Plan make_update_plan(const Calibration& posterior, const PlanOptions& options,
                       const CheckPlanOptions& how, const JointVector& from) {
-  return make_few_touches(believed, options, how, from,
+  return make_few_touches(posterior, options, how, from,
                           [&](const std::vector<Candidate>& candidates, int count,
                               const std::function<bool(std::size_t)>& possible) {
-                            return choose_update(believed, candidates, count, possible);
+                            return choose_update(posterior, candidates, count, possible);
                           });
 }
 

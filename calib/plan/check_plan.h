@@ -49,7 +49,7 @@ CheckPlanOptions further_update_touches(int touches_made, double seconds);
 
 /// Further touches around the currently estimated spheres and tip, chosen by the remaining uncertainty.
 /// `from`: current position. Throws PlanError.
-Plan make_update_plan(const Calibration& believed, const PlanOptions& options,
+Plan make_update_plan(const Calibration& posterior, const PlanOptions& options,
                       const CheckPlanOptions& how, const JointVector& from);
 
 // Touches of one sphere that assess the quality of contacts: few places around it, each visited

@@ -32,7 +32,7 @@ constexpr double kShortM = 0.0005;
 /// Shares of the legs at which a corner is tried, in decreasing order, each with a limited number
 /// of postures.
 constexpr double kSmallerCorner = 0.6, kLeastCornerShare = 0.02;
-constexpr int kMostLooks = 256;
+constexpr int kMostCornerPostures = 256;
 constexpr int kPostures = 64;  // samples that decide which links are neighbours
 constexpr unsigned kSeed = 1;
 
@@ -147,7 +147,7 @@ struct Clearance::Impl {
   };
 
   /// False if something is hit.
-  bool look(std::span<const double> q, const Mode& mode, Around& around) const {
+  bool evaluate(std::span<const double> q, const Mode& mode, Around& around) const {
     bodies.place(q, around.axes);
     set_off_m(q, around.off_m);
     const auto& list = bodies.list();
@@ -186,7 +186,7 @@ struct Clearance::Impl {
     const auto at = [&](double share) {
       for (std::size_t i = 0; i < q.size(); ++i) q[i] = from[i] + share * (to[i] - from[i]);
       if (postures.size() == count) postures.emplace_back();
-      const bool is_clear = look(q, mode, postures[count++]);
+      const bool is_clear = evaluate(q, mode, postures[count++]);
       if (!is_clear && worst != nullptr) *worst = worst_of(q, mode);
       return is_clear;
     };
@@ -239,8 +239,8 @@ struct Clearance::Impl {
       return q;
     };
     for (double share = kMostCornerShare; share > kLeastCornerShare; share *= kSmallerCorner) {
-      int looks = kMostLooks;
-      if (is_clear({at, on_leg(from, share), on_leg(to, share)}, mode, looks))
+      int postures_left = kMostCornerPostures;
+      if (is_clear({at, on_leg(from, share), on_leg(to, share)}, mode, postures_left))
         return {share, share};
     }
     return {};
@@ -248,13 +248,14 @@ struct Clearance::Impl {
 
   /// All postures of a triangle: none is farther from its centre than the corners, since levers
   /// times turns are convex.
-  bool is_clear(const std::array<JointVector, 3>& triangle, const Mode& mode, int& looks) const {
-    if (--looks < 0) return false;
+  bool is_clear(const std::array<JointVector, 3>& triangle, const Mode& mode,
+                int& postures_left) const {
+    if (--postures_left < 0) return false;
     JointVector middle(triangle[0]);
     for (std::size_t i = 0; i < middle.size(); ++i)
       middle[i] = (triangle[0][i] + triangle[1][i] + triangle[2][i]) / 3.0;
     thread_local Around around;
-    if (!look(middle, mode, around)) return false;
+    if (!evaluate(middle, mode, around)) return false;
     if (is_held(triangle, middle, mode, around)) return true;
     const auto between = [](const JointVector& a, const JointVector& b) {
       JointVector q(a);
@@ -264,9 +265,10 @@ struct Clearance::Impl {
     const JointVector ab = between(triangle[0], triangle[1]),
                       bc = between(triangle[1], triangle[2]),
                       ca = between(triangle[2], triangle[0]);
-    return is_clear({ab, bc, ca}, mode, looks) && is_clear({triangle[0], ab, ca}, mode, looks) &&
-           is_clear({ab, triangle[1], bc}, mode, looks) &&
-           is_clear({ca, bc, triangle[2]}, mode, looks);
+    return is_clear({ab, bc, ca}, mode, postures_left) &&
+           is_clear({triangle[0], ab, ca}, mode, postures_left) &&
+           is_clear({ab, triangle[1], bc}, mode, postures_left) &&
+           is_clear({ca, bc, triangle[2]}, mode, postures_left);
   }
 
   /// (72): no body moves farther from the centre to a corner than its slack there.
@@ -427,7 +429,8 @@ Clearance::~Clearance() = default;
 
 bool Clearance::clear(const JointVector& q, double tip_margin_m) const {
   thread_local Impl::Around around;
-  return impl_ == nullptr || (impl_->look(q, {tip_margin_m, -1}, around) && impl_->passes(q, q));
+  return impl_ == nullptr ||
+         (impl_->evaluate(q, {tip_margin_m, -1}, around) && impl_->passes(q, q));
 }
 
 bool Clearance::clear(const JointVector& from, const JointVector& to, double tip_margin_m) const {

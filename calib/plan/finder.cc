@@ -42,7 +42,7 @@ constexpr int kPerAim = 60;
 /// the spread (2 sigma), of which a single line excludes little.
 constexpr double kMoreAims = 8.0;
 constexpr double kOpen = 0.5;         ///< of the radius
-constexpr std::size_t kLooked = 600;  ///< particles that a line is evaluated on
+constexpr std::size_t kEvaluated = 600;  ///< particles that a line is evaluated on
 /// Before the first contact: an inclined shaft comes close to what the tip passes.
 constexpr double kMostTiltRad = 0.35;
 constexpr double kUsualStandM = 0.030;
@@ -59,9 +59,9 @@ struct Line {
   Vector3d aim;
   SearchDepth depth;
   double share = 0.0;  ///< share of particles met; an upper bound until the search is known
-  double tells = 1.0;  ///< once it was met: expected variance reduction over share
+  double gain = 1.0;   ///< once it was met: expected variance reduction over share
   std::optional<LedSearch> led{};
-  double score() const { return share * tells; }
+  double score() const { return share * gain; }
 };
 
 std::vector<double> known_setting(const Robot& robot, std::vector<double> positioner_rad) {
@@ -235,7 +235,7 @@ struct Finder::Impl {
     const Vector3d middle = one.particles.mean();
     const auto& all = one.particles.places();
     std::vector<Vector3d> some;
-    const std::size_t step = std::max<std::size_t>(1, all.size() / kLooked);
+    const std::size_t step = std::max<std::size_t>(1, all.size() / kEvaluated);
     for (std::size_t k = 0; k < all.size(); k += step) some.push_back(all[k]);
     std::vector<Vector3d> aims{middle};
     const unsigned seed = options.seed + static_cast<unsigned>(one.lines + effort * kMostLines);
@@ -267,7 +267,7 @@ struct Finder::Impl {
         if (line.depth.share < least) continue;
         line.share = line.depth.share;
         if (!one.tips.empty())
-          line.tells = expected_reduction_m2(line.depth, some, kArmSigmaM) / line.share;
+          line.gain = expected_reduction_m2(line.depth, some, kArmSigmaM) / line.share;
         line.depth.met_m.clear();
         line.aim = aim;
         c.target = one.target;

@@ -29,7 +29,7 @@ struct GoalBatches::Impl {
   std::size_t at = 0;  ///< next touch of the plan
   std::vector<Touch> touches;
   double last_u95_m = 0.0;
-  std::size_t last_count = 0;  ///< fit touches at the last look
+  std::size_t last_count = 0;  ///< fit touches at the last update
   bool checks_planned = false;
   bool only_checks = false;  ///< fit touches of the plan are left out
   Progress progress;
@@ -41,7 +41,7 @@ struct GoalBatches::Impl {
     if (progress.touches == 0)
       plan_first();
     else
-      look();
+      update();
   }
 
   void count() {
@@ -95,7 +95,7 @@ struct GoalBatches::Impl {
   }
 
   /// After a batch: the goal is reached, or another batch follows, or none is worth its time.
-  void look() {
+  void update() {
     const Calibration c = identify_single_pass(cell, touches);
     const ArmModel arm(at_level(c.cell, c.level));
     const Eigen::VectorXd x = arm_values(arm, c);
@@ -159,7 +159,7 @@ struct GoalBatches::Impl {
     ++at;
     leave_out();
     count();
-    if (at == plan.touches.size() && !progress.done) look();
+    if (at == plan.touches.size() && !progress.done) update();
   }
 };
 

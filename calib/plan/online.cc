@@ -208,7 +208,7 @@ struct Online::Impl {
   void settle(const std::function<void()>& fit) {
     try {
       fit();
-      look();
+      update();
     } catch (const IdentifyError&) {
       constexpr int kMostTries = 10;
       if (++unsettled > kMostTries) throw;
@@ -237,7 +237,7 @@ struct Online::Impl {
   }
 
   /// Updates the arm's estimate and its distance from the goal.
-  void look() {
+  void update() {
     see();
     bounds.emplace_back(progress.touches, progress.u95_m);
     judge();

@@ -236,7 +236,8 @@ std::vector<JointVector> way_to_wait(const Cell& still, const JointVector& start
 }
 
 /// The touches from `next` on at its setting, at the positioner's present angles.
-void take_as_it_stands(Plan& plan, std::size_t next, const std::vector<double>& positioner_rad) {
+void adopt_present_setting(Plan& plan, std::size_t next,
+                           const std::vector<double>& positioner_rad) {
   const std::vector<double> setting = plan.touches[next].positioner_rad;
   for (std::size_t k = next; k < plan.touches.size(); ++k) {
     PlannedTouch& touch = plan.touches[k];
@@ -264,7 +265,7 @@ Plan resume_with_positioner(const Cell& cell, Plan plan, std::size_t next, const
   const PlannedTouch last = plan.touches[next > 0 ? next - 1 : next];
   if (stands_at(positioner_rad, touch.positioner_rad)) {
     const bool made_here = stands_at(last.positioner_rad, touch.positioner_rad);
-    take_as_it_stands(plan, next, positioner_rad);
+    adopt_present_setting(plan, next, positioner_rad);
     touch = resumed_at_setting(cell, plan.start, touch, made_here ? last : touch, from);
     touch.wait.clear();
     touch.wait_rad.clear();

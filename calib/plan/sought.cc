@@ -58,8 +58,8 @@ void Sought::touched(const Vector3d& from, const Vector3d& tip, const Target& st
   particles.hit(from, tip);
   shrink_ball();
   const std::vector<double> radii(tips.size(), radius_m);
-  const Vector3d believed = particles.mean();
-  centre_m = fit_centre(tips, radii, {&believed, particles.prior_sigma_m()}, kArmSigmaM).centre_m;
+  const Vector3d mean = particles.mean();
+  centre_m = fit_centre(tips, radii, {&mean, particles.prior_sigma_m()}, kArmSigmaM).centre_m;
   Eigen::Matrix3d information =
       Eigen::Matrix3d::Identity() / std::pow(particles.prior_sigma_m(), 2);
   double off = 0.0;

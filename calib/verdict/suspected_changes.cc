@@ -18,7 +18,7 @@ constexpr std::size_t kSplits = 7;
 /// Squared sigmas of a shift, three degrees of freedom, from which it is examined.
 constexpr double kSuspect = 16.0;
 /// Maximum number of examinations, each of which costs an identification.
-constexpr std::size_t kLooks = 3;
+constexpr std::size_t kMostExaminations = 3;
 /// Number of outliers of one target from which they are not regarded as gross errors: it may have
 /// moved so far that all later touches are outliers. Fewer could be gross errors.
 constexpr std::size_t kManyLeftOut = 3;
@@ -179,7 +179,7 @@ std::vector<MovedTarget> suspected_moves(const Problem& problem, const Estimate&
                    [](const MovedTarget& a, const MovedTarget& b) {
                      return a.squared_sigmas > b.squared_sigmas;
                    });
-  if (suspects.size() > kLooks) suspects.resize(kLooks);
+  if (suspects.size() > kMostExaminations) suspects.resize(kMostExaminations);
   return suspects;
 }
 

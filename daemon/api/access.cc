@@ -78,7 +78,7 @@ std::optional<Response> Access::admit(Request& request, Role needed) {
     return error(403, "the request was sent by a page of " + shown(request.header("origin")) +
                           ", not by this daemon's own. Open this daemon's page instead");
   }
-  if (needed == Role::kNobody) return std::nullopt;
+  if (needed == Role::kNone) return std::nullopt;
   const bool bearer = !request.header("authorization").empty();
   if (!bearer && cookie_of(request).empty()) {
     Response none = error(401,
@@ -207,7 +207,7 @@ void Clearance::forget() {
   taken_.reset();
 }
 
-void Clearance::look(const Status& status) {
+void Clearance::update(const Status& status) {
   // kIdle and kDone leave the confirmation unchanged; kDone never occurs without a session under way.
   if (status.phase != Phase::kIdle && status.phase != Phase::kDone) forget();
 }
@@ -227,7 +227,7 @@ std::string token_field(const json& object, const char* key) {
 }
 
 Token token_of(const json& value) {
-  Token token{token_field(value, "name"), Role::kNobody, token_field(value, "sha256"),
+  Token token{token_field(value, "name"), Role::kNone, token_field(value, "sha256"),
               token_field(value, "created")};
   const auto role = parse_role(token_field(value, "role"));
   const bool sound = role && is_token_name(token.name) && calib::is_sha256(token.sha256);

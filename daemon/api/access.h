@@ -38,7 +38,7 @@ struct TokenError : std::runtime_error {
 
 struct Token {
   std::string name;
-  Role role = Role::kNobody;
+  Role role = Role::kNone;
   std::string sha256;   ///< hexadecimal
   std::string created;  ///< ISO 8601 UTC
 };
@@ -186,7 +186,7 @@ class Clearance {
   void put_back(const std::string& name);
   void forget();
   /// To be called after each change of the status.
-  void look(const Status& status);
+  void update(const Status& status);
 
  private:
   struct Acknowledgement {

@@ -120,13 +120,13 @@ std::optional<Response> Api::show_cell_form(const Call& call) {
   if (const auto other = call.request.query.find("file"); other != call.request.query.end()) {
     const std::filesystem::path file = cell_file_in(other->second);
     keep_among_cells(call.request, file);
-    answer["shown"] = shown_json(file.stem().string(), file,
-                                 cell_act([&] { return CellFileStore::look_at(file); }));
+    answer["shown"] =
+        shown_json(file.stem().string(), file, cell_act([&] { return CellFileStore::read(file); }));
     return Response{.body = dump(answer)};
   }
   const auto name = call.request.query.find("name");
   if (name == call.request.query.end()) return Response{.body = dump(answer)};
-  const auto shown = cell_act([&] { return shelf().look(name->second); });
+  const auto shown = cell_act([&] { return shelf().find(name->second); });
   if (!shown) throw NotFound("no cell \"" + printable(name->second) + "\" was made here");
   answer["shown"] = shown_json(name->second, shelf().file(name->second), *shown);
   return Response{.body = dump(answer)};
@@ -271,7 +271,7 @@ CellForm Api::unfinished_form(const Call& call) {
   const std::filesystem::path from =
       origin.empty() ? std::filesystem::path() : cell_file_in(origin);
   keep_among_cells(call.request, from);
-  const auto before = from.empty() ? std::nullopt : CellFileStore::look_at(from).form;
+  const auto before = from.empty() ? std::nullopt : CellFileStore::read(from).form;
   return form_from_json(body.value("form", json()), shelf().file("draft"),
                         before ? &*before : nullptr);
 }
@@ -313,10 +313,10 @@ std::optional<Response> Api::write_cell(const Call& call) {
   return cell_act([&] {
     const std::filesystem::path file = shelf().file(name);
     const std::optional<CellFileStore::Shown> before =
-        from.empty() ? shelf().look(name) : CellFileStore::look_at(from);
+        from.empty() ? shelf().find(name) : CellFileStore::read(from);
     const CellForm form = form_from_json(body.value("form", json()), file,
                                          before && before->form ? &*before->form : nullptr);
-    const std::vector<std::string> warnings = CellFileStore::look_through(form);
+    const std::vector<std::string> warnings = CellFileStore::validate(form);
     if (!from.empty() && before && before->form) origin_text = before->text;
     if (from.empty() && !origin_text.empty()) (void)uploaded_cell(origin_text, "cell file");
     if (write) {

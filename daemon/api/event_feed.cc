@@ -63,7 +63,7 @@ class EventFeed::Follower final : public Stream {
 
   std::optional<std::string> next() override {
     const std::lock_guard lock(feed_.mutex_);
-    feed_.look();
+    feed_.poll();
     const steady_clock::time_point now = feed_.clock_();
     std::string piece;
     if (!begun_) {
@@ -137,7 +137,7 @@ std::shared_ptr<Stream> EventFeed::follow(std::optional<EventId> since) {
 }
 
 /// Fetches the changes since the last call. Each is serialised once, regardless of the number of followers.
-void EventFeed::look() {
+void EventFeed::poll() {
   std::vector<Status> news;
   if (entries_.empty()) {
     news = source_.since(0);
@@ -165,9 +165,9 @@ void EventFeed::look() {
 
 void EventFeed::examine_joints() {
   const steady_clock::time_point now = clock_();
-  if (now - looked_at_ < kJointsPeriod && looked_) return;
-  looked_ = true;
-  looked_at_ = now;
+  if (now - examined_at_ < kJointsPeriod && examined_) return;
+  examined_ = true;
+  examined_at_ = now;
   const Status status = source_.status();
   if (!status.links || !status.links->open || status.links == seen_) return;
   seen_ = status.links;

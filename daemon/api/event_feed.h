@@ -62,7 +62,7 @@ class EventFeed {
     std::string text;
   };
 
-  void look();
+  void poll();
   void examine_joints();
 
   Source source_;
@@ -70,8 +70,8 @@ class EventFeed {
   std::mutex mutex_;
   std::deque<Entry> entries_;  ///< in order; complete except for outdated texts and figures
   std::shared_ptr<const LinkReport> seen_;
-  bool looked_ = false;  ///< joints were requested at least once
-  std::chrono::steady_clock::time_point looked_at_{};
+  bool examined_ = false;  ///< joints were requested at least once
+  std::chrono::steady_clock::time_point examined_at_{};
   Joints joints_;
 };
 

@@ -51,11 +51,9 @@ std::optional<Response> Api::admit_local(Request& request) const {
 std::optional<Response> Api::admit_network(Request& request) const {
   const Match found = match(request);
   const bool page = found.route == nullptr && !request.path.starts_with("/v1/");
-  const Role needed = found.route != nullptr ? found.route->role
-                      : page                 ? Role::kNobody
-                                             : Role::kLook;
+  const Role needed = found.route != nullptr ? found.route->role : page ? Role::kNone : Role::kView;
   if (access_ != nullptr) return access_->admit(request, needed);
-  if (needed == Role::kNobody) return std::nullopt;
+  if (needed == Role::kNone) return std::nullopt;
   return error(401, "a token is needed, and this daemon has none");
 }
 
@@ -223,7 +221,7 @@ void take(json& object, const char* key, T& value) {
   object.erase(found);
 }
 
-std::vector<std::string> take_names(json& object, const char* key) {
+std::vector<std::string> consume_names(json& object, const char* key) {
   constexpr std::size_t kMostNames = 20;
   const json list = object.at(key);
   object.erase(key);
@@ -256,7 +254,7 @@ RunRequest run_request(const std::string& body) {
     take(object, "calibration", session);
     request.calibration = session;
   }
-  if (object.contains("mastered")) request.mastered = take_names(object, "mastered");
+  if (object.contains("mastered")) request.mastered = consume_names(object, "mastered");
   if (object.contains("temperature_c"))
     take(object, "temperature_c", request.temperature_c.emplace());
   take(object, "load", request.load);
@@ -331,34 +329,34 @@ std::span<const Api::Route> Api::routes() {
   constexpr bool kSlow = true, kAtOnce = false;
   // clang-format off
   static constexpr Route kRoutes[] = {
-      {"GET",  "/v1/health",                         Role::kNobody,  kAtOnce, &Api::health},
-      {"POST", "/v1/login",                          Role::kNobody,  kAtOnce, &Api::log_in},
-      {"POST", "/v1/logout",                         Role::kNobody,  kAtOnce, &Api::log_out},
-      {"GET",  "/v1/me",                             Role::kLook,    kAtOnce, &Api::me},
-      {"GET",  "/metrics",                           Role::kLook,    kSlow,   &Api::metrics},
-      {"GET",  "/v1/status",                         Role::kLook,    kAtOnce, &Api::status},
-      {"GET",  "/v1/watch",                          Role::kLook,    kAtOnce, &Api::watch},
-      {"GET",  "/v1/events",                         Role::kLook,    kAtOnce, &Api::events},
+      {"GET",  "/v1/health",                         Role::kNone,    kAtOnce, &Api::health},
+      {"POST", "/v1/login",                          Role::kNone,    kAtOnce, &Api::log_in},
+      {"POST", "/v1/logout",                         Role::kNone,    kAtOnce, &Api::log_out},
+      {"GET",  "/v1/me",                             Role::kView,    kAtOnce, &Api::me},
+      {"GET",  "/metrics",                           Role::kView,    kSlow,   &Api::metrics},
+      {"GET",  "/v1/status",                         Role::kView,    kAtOnce, &Api::status},
+      {"GET",  "/v1/watch",                          Role::kView,    kAtOnce, &Api::watch},
+      {"GET",  "/v1/events",                         Role::kView,    kAtOnce, &Api::events},
       {"POST", "/v1/run",                            Role::kOperate, kSlow,   &Api::run},
       {"POST", "/v1/abort",                          Role::kOperate, kAtOnce, &Api::abort},
       {"POST", "/v1/clear",                          Role::kOperate, kAtOnce, &Api::clear},
-      {"GET",  "/v1/schedule",                       Role::kLook,    kSlow,   &Api::show_schedule},
+      {"GET",  "/v1/schedule",                       Role::kView,    kSlow,   &Api::show_schedule},
       {"POST", "/v1/schedule/begin",                 Role::kOperate, kSlow,   &Api::begin_scheduled},
       {"POST", "/v1/schedule/release",               Role::kOperate, kSlow,   &Api::release_schedule},
       {"GET",  "/v1/tokens",                         Role::kAdminister, kSlow, &Api::tokens},
       {"POST", "/v1/tokens",                         Role::kAdminister, kSlow, &Api::add_token},
       {"DELETE", "/v1/tokens/{name}",                Role::kAdminister, kSlow, &Api::remove_token},
-      {"GET",  "/v1/sessions",                       Role::kLook,    kSlow,   &Api::sessions},
-      {"GET",  "/v1/sessions/{id}",                  Role::kLook,    kSlow,   &Api::session},
-      {"GET",  "/v1/sessions/{id}/touches",          Role::kLook,    kSlow,   &Api::session_touches},
-      {"GET",  "/v1/sessions/{id}/events",           Role::kLook,    kSlow,   &Api::session_events},
-      {"GET",  "/v1/sessions/{id}/plan",             Role::kLook,    kSlow,   &Api::plan},
-      {"GET",  "/v1/sessions/{id}/figures",          Role::kLook,    kSlow,   &Api::figures},
-      {"GET",  "/v1/sessions/{id}/plots",            Role::kLook,    kSlow,   &Api::plots},
-      {"GET",  "/v1/scene",                          Role::kLook,    kSlow,   &Api::scene},
-      {"GET",  "/v1/drift",                          Role::kLook,    kSlow,   &Api::drift},
-      {"GET",  "/v1/readiness",                      Role::kLook,    kSlow,   &Api::readiness},
-      {"GET",  "/v1/doctor",                         Role::kLook,    kAtOnce, &Api::doctor},
+      {"GET",  "/v1/sessions",                       Role::kView,    kSlow,   &Api::sessions},
+      {"GET",  "/v1/sessions/{id}",                  Role::kView,    kSlow,   &Api::session},
+      {"GET",  "/v1/sessions/{id}/touches",          Role::kView,    kSlow,   &Api::session_touches},
+      {"GET",  "/v1/sessions/{id}/events",           Role::kView,    kSlow,   &Api::session_events},
+      {"GET",  "/v1/sessions/{id}/plan",             Role::kView,    kSlow,   &Api::plan},
+      {"GET",  "/v1/sessions/{id}/figures",          Role::kView,    kSlow,   &Api::figures},
+      {"GET",  "/v1/sessions/{id}/plots",            Role::kView,    kSlow,   &Api::plots},
+      {"GET",  "/v1/scene",                          Role::kView,    kSlow,   &Api::scene},
+      {"GET",  "/v1/drift",                          Role::kView,    kSlow,   &Api::drift},
+      {"GET",  "/v1/readiness",                      Role::kView,    kSlow,   &Api::readiness},
+      {"GET",  "/v1/doctor",                         Role::kView,    kAtOnce, &Api::doctor},
       {"POST", "/v1/doctor",                         Role::kOperate, kSlow,   &Api::examine},
       {"POST", "/v1/doctor/result",                  Role::kOperate, kSlow,   &Api::adopt_examination},
       {"GET",  "/v1/cell-form",                      Role::kOperate, kSlow,   &Api::show_cell_form},
@@ -369,25 +367,25 @@ std::span<const Api::Route> Api::routes() {
       {"POST", "/v1/cell-form/read",                 Role::kOperate, kSlow,   &Api::read_cell_file},
       {"POST", "/v1/cell-form/scene",                Role::kOperate, kSlow,   &Api::draw_cell_form},
       {"POST", "/v1/cell-form/places",               Role::kOperate, kSlow,   &Api::suggest_places_of_form},
-      {"GET",  "/v1/sessions/{id}/touches.csv",      Role::kLook,    kSlow,   &Api::touches_csv},
-      {"GET",  "/v1/sessions/{id}/calibration.json", Role::kLook,    kSlow,   &Api::calibration},
-      {"GET",  "/v1/sessions/{id}/found.json", Role::kLook,  kSlow,   &Api::found},
-      {"GET",  "/v1/sessions/{id}/qualification.json", Role::kLook,  kSlow,   &Api::qualification},
-      {"GET",  "/v1/sessions/{id}/check.json",       Role::kLook,    kSlow,   &Api::check},
-      {"GET",  "/v1/sessions/{id}/report.html",      Role::kLook,    kSlow,   &Api::report},
-      {"GET",  "/v1/sessions/{id}/export",           Role::kLook,    kSlow,   &Api::export_session},
+      {"GET",  "/v1/sessions/{id}/touches.csv",      Role::kView,    kSlow,   &Api::touches_csv},
+      {"GET",  "/v1/sessions/{id}/calibration.json", Role::kView,    kSlow,   &Api::calibration},
+      {"GET",  "/v1/sessions/{id}/found.json", Role::kView,  kSlow,   &Api::found},
+      {"GET",  "/v1/sessions/{id}/qualification.json", Role::kView,  kSlow,   &Api::qualification},
+      {"GET",  "/v1/sessions/{id}/check.json",       Role::kView,    kSlow,   &Api::check},
+      {"GET",  "/v1/sessions/{id}/report.html",      Role::kView,    kSlow,   &Api::report},
+      {"GET",  "/v1/sessions/{id}/export",           Role::kView,    kSlow,   &Api::export_session},
       {"POST", "/v1/sessions/{id}/certificate",      Role::kOperate, kSlow,   &Api::report_certificate},
-      {"GET",  "/v1/versions",                       Role::kLook,    kSlow,   &Api::show_versions},
-      {"GET",  "/v1/versions/compare",               Role::kLook,    kSlow,   &Api::compare_versions},
+      {"GET",  "/v1/versions",                       Role::kView,    kSlow,   &Api::show_versions},
+      {"GET",  "/v1/versions/compare",               Role::kView,    kSlow,   &Api::compare_versions},
       {"POST", "/v1/versions/activate",              Role::kOperate, kSlow,   &Api::activate_version},
       {"POST", "/v1/versions/roll-back",             Role::kOperate, kSlow,   &Api::roll_back_version},
       {"POST", "/v1/position",                       Role::kOperate, kSlow,   &Api::read_position},
-      {"GET",  "/v1/frames",                         Role::kLook,    kSlow,   &Api::show_frames},
+      {"GET",  "/v1/frames",                         Role::kView,    kSlow,   &Api::show_frames},
       {"POST", "/v1/frames",                         Role::kAdminister, kSlow, &Api::set_frame},
       {"POST", "/v1/frames/read",                    Role::kAdminister, kSlow, &Api::read_frame},
       {"POST", "/v1/frames/restore",                 Role::kAdminister, kSlow, &Api::restore_frame},
-      {"GET",  "/v1/plant",                          Role::kLook,    kSlow,   &Api::show_plant},
-      {"GET",  "/v1/proposals",                      Role::kLook,    kSlow,   &Api::show_proposals},
+      {"GET",  "/v1/plant",                          Role::kView,    kSlow,   &Api::show_plant},
+      {"GET",  "/v1/proposals",                      Role::kView,    kSlow,   &Api::show_proposals},
       {"POST", "/v1/proposals/{id}/accept",          Role::kOperate, kSlow,   &Api::accept_proposal},
       {"POST", "/v1/proposals/{id}/refuse",          Role::kOperate, kSlow,   &Api::refuse_proposal},
       {"POST", "/v1/import",                         Role::kAdminister, kSlow, &Api::import_session},

@@ -293,7 +293,7 @@ std::optional<Response> Api::metrics(const Call&) {
   const auto newest = newest_result(journal_, sessions);
   std::shared_ptr<const Drift> drift;
   try {
-    drift = drift_watch_.look();
+    drift = drift_watch_.evaluate();
   } catch (const NotUsable& damaged) {
     spdlog::debug("metrics without drift: {}", damaged.what());
   }

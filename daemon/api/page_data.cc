@@ -77,7 +77,7 @@ std::optional<Response> Api::drift(const Call& call) {
     return record.origin.has_value() || !record.has_calibration;
   });
   const std::string cell = asked ? asked->inputs.cell_name : "";
-  const auto checks = drift_watch_.look(cell);
+  const auto checks = drift_watch_.evaluate(cell);
   return Response{.body = web::drift_to_json(sessions, cell, calibration, checks.get(),
                                              advice_ ? advice_() : AdviceStatus(),
                                              language_in(call.request))};

@@ -211,17 +211,17 @@ namespace {
 
 json to_json(const Decision& d, const calib::Language& language) {
   return {{"at", local_time(d.at)},    {"utc_s", d.at},
-          {"entry", d.entry},          {"night", d.night},
+          {"entry", d.entry},          {"night", d.day},
           {"verb", to_string(d.verb)}, {"why", to_string(d.why)},
           {"session", d.session},      {"words", words(d, language)}};
 }
 
-json to_json(const Night& night) {
-  if (!night.exists()) return nullptr;
-  return {{"begins", local_time(night.begins)},
-          {"ends", local_time(night.ends)},
-          {"begins_utc_s", night.begins},
-          {"ends_utc_s", night.ends}};
+json to_json(const Window& window) {
+  if (!window.exists()) return nullptr;
+  return {{"begins", local_time(window.begins)},
+          {"ends", local_time(window.ends)},
+          {"begins_utc_s", window.begins},
+          {"ends_utc_s", window.ends}};
 }
 
 json to_json(const SchedulePicture::Entry& entry, const calib::Language& language) {

@@ -13,7 +13,7 @@ using nlohmann::json;
 
 struct TokenRequest {
   std::string name;
-  Role role = Role::kNobody;
+  Role role = Role::kNone;
 };
 
 TokenRequest token_request(const std::string& body) {

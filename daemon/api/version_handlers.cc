@@ -241,7 +241,7 @@ std::optional<Response> Api::adopt_examination(const Call& call) {
       throw BusyError("the examined configuration is not the active one");
     case Examiner::NotTaken::kOtherCell:
       throw BusyError("the cell file has changed since the examination, or cannot be read here");
-    case Examiner::NotTaken::kLooking:
+    case Examiner::NotTaken::kExamining:
       break;
   }
   throw BusyError("an examination by the daemon's doctor is in progress");

@@ -243,9 +243,10 @@ void validate_touch(const RowEntry& entry, const calib::Cell& cell) {
 
 void refuse_unreadable(const SessionRows& rows, const std::string& from) {
   std::optional<calib::Cell> cell;
-  const auto look_at = [&](const std::string& table, const auto& look) {
+  const auto visit_rows = [&](const std::string& table, const auto& visit) {
     for (std::size_t i = 0; i < rows.entries.size(); ++i) try {
-        if (rows.entries[i].table == table && !rows.entries[i].names.empty()) look(rows.entries[i]);
+        if (rows.entries[i].table == table && !rows.entries[i].names.empty())
+          visit(rows.entries[i]);
       } catch (const std::runtime_error& unreadable) {
         throw ArchiveError(
             fmt::format("{}:{}: row {} of '{}': {}. No session has such a row: damaged or forged. "
@@ -253,8 +254,8 @@ void refuse_unreadable(const SessionRows& rows, const std::string& from) {
                         from, i + 2, rows.entries[i].row, table, unreadable.what()));
       }
   };
-  look_at("session", [&](const RowEntry& entry) { cell = read_session(entry); });
-  if (cell) look_at("touch", [&](const RowEntry& entry) { validate_touch(entry, *cell); });
+  visit_rows("session", [&](const RowEntry& entry) { cell = read_session(entry); });
+  if (cell) visit_rows("touch", [&](const RowEntry& entry) { validate_touch(entry, *cell); });
 }
 
 }  // namespace

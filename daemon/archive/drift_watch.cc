@@ -343,7 +343,7 @@ std::shared_ptr<const Drift> worked_out(Journal& journal,
   drift->calibrated_at = calibrated.ended;
   drift->chart = chart_of(journal, newest_first, calibrated.id);
   add_history(journal, newest_first, *drift);
-  // As of its evidence: look() compares it with that of the time.
+  // As of its evidence: evaluate() compares it with that of the time.
   drift->standing = standing_at(*drift, 0.0);
   return drift;
 } catch (const NothingToCheck&) {
@@ -359,7 +359,7 @@ double DriftWatch::wall_clock_s() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
-std::shared_ptr<const Drift> DriftWatch::look(const std::filesystem::path& cell) {
+std::shared_ptr<const Drift> DriftWatch::evaluate(const std::filesystem::path& cell) {
   const std::vector<SessionRecord> sessions = journal_.sessions();
   std::string of = cell.string() + '\n';
   for (const SessionRecord& record : sessions)

@@ -18,7 +18,7 @@ struct Drift {
   std::int64_t calibrated = 0;      ///< session of the calibration
   std::string cell, calibrated_at;  ///< cell file; end of its session, ISO 8601 UTC
   calib::DriftChart chart;
-  calib::Standing standing;  ///< at the time of look()
+  calib::Standing standing;  ///< at the time of evaluate()
 };
 
 class DriftWatch {
@@ -30,7 +30,7 @@ class DriftWatch {
 
   /// For this cell file, or for any where it is empty. Null: no published calibration. Thread-safe. Throws
   /// NotUsable where the one in use is damaged; JournalError.
-  std::shared_ptr<const Drift> look(const std::filesystem::path& cell = {});
+  std::shared_ptr<const Drift> evaluate(const std::filesystem::path& cell = {});
 
  private:
   static double wall_clock_s();

@@ -76,8 +76,8 @@ class VirtualCellOn final : public drivers::Clock {
     contact_.run_until(tick);
     now_ = tick;
     const auto packet = Wire::tick(controller_, tick);
-    watch_.look(tick, next_cycle_,
-                [this](drivers::TimePoint t) { return controller_.actual_rad_at(t); });
+    watch_.update(tick, next_cycle_,
+                  [this](drivers::TimePoint t) { return controller_.actual_rad_at(t); });
     now_ = tick + Wire::kNetworkTime;
     contact_.run_until(now_);
     Wire::exchange(controller_, robot_, packet, now_);

@@ -136,14 +136,14 @@ CellFileStore::KeptMesh CellFileStore::keep_mesh(const std::string& bytes,
   return kept;
 }
 
-std::optional<CellFileStore::Shown> CellFileStore::look(const std::string& name) const {
+std::optional<CellFileStore::Shown> CellFileStore::find(const std::string& name) const {
   const std::filesystem::path path = file(name);
   std::error_code none;
   if (!std::filesystem::exists(path, none)) return std::nullopt;
-  return look_at(path);
+  return read(path);
 }
 
-CellFileStore::Shown CellFileStore::look_at(const std::filesystem::path& path) {
+CellFileStore::Shown CellFileStore::read(const std::filesystem::path& path) {
   Shown shown;
   shown.text = calib::read_file(path, calib::kMostTomlBytes);
   shown.sha256 = calib::sha256(shown.text);
@@ -156,7 +156,7 @@ CellFileStore::Shown CellFileStore::look_at(const std::filesystem::path& path) {
   return shown;
 }
 
-std::vector<std::string> CellFileStore::look_through(const CellForm& form) {
+std::vector<std::string> CellFileStore::validate(const CellForm& form) {
   if (auto wrong = fault_in(form)) throw CellNotWritten(std::move(*wrong));
   try {
     return calib::refuse_faulty(cell_of(form));
@@ -169,9 +169,9 @@ std::filesystem::path CellFileStore::write(const std::string& name, const CellFo
                                            const std::string& instead_of,
                                            const std::string& origin) const {
   const std::filesystem::path path = file(name);
-  look_through(form);
+  validate(form);
   try {
-    const auto there = look(name);
+    const auto there = find(name);
     if (there && instead_of.empty())
       throw CellNotWritten(Why::kThere, path.string() +
                                             " exists. Choose another name, or "

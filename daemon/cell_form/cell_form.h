@@ -192,12 +192,12 @@ class CellFileStore {
     std::vector<std::string> kept{};  ///< content beyond the form
   };
   /// Any cell file. Throws calib::FileError where it cannot be read.
-  static Shown look_at(const std::filesystem::path& file);
+  static Shown read(const std::filesystem::path& file);
   /// None: the file does not exist. Throws CellNotWritten (kName), calib::FileError where it cannot be read.
-  std::optional<Shown> look(const std::string& name) const;
+  std::optional<Shown> find(const std::string& name) const;
 
   /// Non-fatal findings. Throws CellNotWritten (kUnusable).
-  static std::vector<std::string> look_through(const CellForm& form);
+  static std::vector<std::string> validate(const CellForm& form);
   /// Writes atomically. `instead_of`: SHA-256 of the file to replace, which is kept as NAME.toml.before;
   /// empty: a new file. Content beyond the form is kept, from the replaced file or from `origin`, the text of
   /// another cell file. Throws CellNotWritten.

@@ -115,10 +115,10 @@ class Certificate {
   [[noreturn]] void fail(const xml_node& node, const std::string& words) const;
   void read_items(const xml_node& items);
   void collect(const xml_node& node, const Context& context, int depth);
-  void take(const xml_node& quantity, const Context& context);
-  void take_value(const xml_node& quantity, const xml_node& values, const OneOf& one,
+  void read_quantity(const xml_node& quantity, const Context& context);
+  void read_value(const xml_node& quantity, const xml_node& values, const OneOf& one,
                   const Context& context, const std::string& label);
-  void take_list(const xml_node& quantity, const xml_node& values, const Context& context);
+  void read_list(const xml_node& quantity, const xml_node& values, const Context& context);
   std::string text_in(const xml_node& node, const char* what, const OneOf& one) const;
   double number(const xml_node& node, const char* what, const OneOf& one) const;
   std::optional<double> sigma_of(const xml_node& values, const OneOf& one, double per_unit) const;
@@ -212,7 +212,7 @@ void Certificate::collect(const xml_node& node, const Context& context, int dept
     inner.name += (inner.name.empty() ? "" : " / ") + name;
   inner.name = calib::beginning(inner.name, kMostNameBytes);
   if (const auto refers = node.attribute("refId"); refers) inner.item = refers.value();
-  if (local_name(node) == "quantity") return take(node, inner);
+  if (local_name(node) == "quantity") return read_quantity(node, inner);
   for (const xml_node& one : node.children()) collect(one, inner, depth + 1);
 }
 
@@ -272,7 +272,7 @@ std::optional<double> Certificate::sigma_of(const xml_node& values, const OneOf&
   return std::nullopt;
 }
 
-void Certificate::take(const xml_node& quantity, const Context& context) {
+void Certificate::read_quantity(const xml_node& quantity, const Context& context) {
   std::vector<xml_node> stated;
   const auto add = [&stated](const xml_node& one) {
     if (local_name(one) == "real" || local_name(one) == "realListXMLList") stated.push_back(one);
@@ -287,14 +287,14 @@ void Certificate::take(const xml_node& quantity, const Context& context) {
     const auto units = tokens_of(text_of(child(values, many ? "unitXMLList" : "unit")));
     if (units.empty() || !mm_per(units[0])) continue;
     if (many)
-      take_list(quantity, values, context);
+      read_list(quantity, values, context);
     else
-      take_value(quantity, values, {}, context, "");
+      read_value(quantity, values, {}, context, "");
     return;
   }
 }
 
-void Certificate::take_value(const xml_node& quantity, const xml_node& values, const OneOf& one,
+void Certificate::read_value(const xml_node& quantity, const xml_node& values, const OneOf& one,
                              const Context& context, const std::string& label) {
   const xml_node unit = along(values, {"unit"}, one.ending);
   const auto per_unit = mm_per(text_in(unit, "the unit", one));
@@ -336,14 +336,14 @@ std::vector<std::string> labels_of(const xml_node& quantity, const xml_node& val
   return std::vector<std::string>(count);
 }
 
-void Certificate::take_list(const xml_node& quantity, const xml_node& values,
+void Certificate::read_list(const xml_node& quantity, const xml_node& values,
                             const Context& context) {
   const std::size_t count = tokens_of(text_of(child(values, "valueXMLList"))).size();
   if (count == 0) fail(values, "is a list without values");
   if (count > kMostQuantities) fail(values, "has more than 1000 values");
   const std::vector<std::string> labels = labels_of(quantity, values, count);
   for (std::size_t i = 0; i < count; ++i)
-    take_value(quantity, values, {kListEnding, i, count}, context,
+    read_value(quantity, values, {kListEnding, i, count}, context,
                std::string(calib::beginning(labels[i], kMostNameBytes)));
 }
 

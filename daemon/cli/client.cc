@@ -28,7 +28,7 @@ namespace {
 using nlohmann::json;
 
 /// Smooth to the eye at negligible load of the daemon.
-constexpr std::chrono::milliseconds kLook{200};
+constexpr std::chrono::milliseconds kPollInterval{200};
 
 volatile std::sig_atomic_t g_detached = 0;
 
@@ -188,7 +188,7 @@ int end_session(const Connection& daemon, std::int64_t session) {
   http_request(daemon.socket, "POST", "/v1/abort");  // 409: the session has already ended
   json status = get(daemon, "/v1/status");
   while (is_running(status) && number(status, "session") == session) {
-    std::this_thread::sleep_for(kLook);
+    std::this_thread::sleep_for(kPollInterval);
     status = get(daemon, "/v1/status");
   }
   if (text(status, "phase") != "aborted") return conclude(daemon, status);
@@ -247,7 +247,7 @@ int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c, 
     progress.links =
         arm_words(status.value("arm", json())) + link_words(status.value("links", json()));
     display.show(progress);
-    std::this_thread::sleep_for(kLook);
+    std::this_thread::sleep_for(kPollInterval);
   }
   display.clear();
   // Before the first status the user has not been informed of any motion.
@@ -488,7 +488,7 @@ int abort(const Connection& daemon) {
   const json answer = parse(ask(daemon, "POST", "/v1/abort"));
   json status = get(daemon, "/v1/status");
   while (is_running(status)) {
-    std::this_thread::sleep_for(kLook);
+    std::this_thread::sleep_for(kPollInterval);
     status = get(daemon, "/v1/status");
   }
   if (text(status, "phase") == "failed") throw std::runtime_error(failure_words(status));

@@ -303,14 +303,14 @@ namespace {
 /// The given files of the controller: of a backup all that could state it.
 calib::AbsoluteAccuracy stated_accuracy(const CorrectCommand& command) {
   calib::MachineData data;
-  const auto look = [&](const KrlFile& file) {
+  const auto scan = [&](const KrlFile& file) {
     if (calib::krl::lower_name(file.name).starts_with("$") &&
         !is_of_the_controllers_side(file.name))
       calib::read_absolute_accuracy(file.text, file.name, data);
   };
-  for (const fs::path& path : command.controller) look(read(path));
+  for (const fs::path& path : command.controller) scan(read(path));
   if (!command.backup.empty())
-    for (const KrlFile& file : read_backup(command.backup)) look(file);
+    for (const KrlFile& file : read_backup(command.backup)) scan(file);
   return data.absolute_accuracy();
 }
 

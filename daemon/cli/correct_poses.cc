@@ -127,7 +127,7 @@ std::size_t name_unreached(const CorrectCommand& command, const calib::Robot& ro
 int correct_poses(const CorrectCommand& command, const calib::Calibration& calibration) {
   const calib::Robot& robot = calibration.cell.robot;
   const int carriers = carriers_of(robot, command.on);
-  tell_reading(command.poses);
+  report_reading(command.poses);
   const auto rows = calib::load_poses(command.poses, robot);
   if (robot.first_turning() > 0 && !rows.empty() && rows.front().seed_rad.empty())
     throw calib::FileError(

@@ -293,7 +293,7 @@ int send_frames(const Connection& daemon, const FramesCommand& frames, const Sen
     names += (names.empty() ? "" : ", ") + order.at("frame").get<std::string>();
   require_yes(how.confirm, say({"say.frames.points_move", {{"frames", names}}}));
   json all = json::array();
-  const auto tell = [&] {
+  const auto print_done = [&] {
     if (daemon.json) put(all.dump() + "\n", {});
   };
   for (const json& order : orders) {
@@ -302,12 +302,12 @@ int send_frames(const Connection& daemon, const FramesCommand& frames, const Sen
     } catch (const std::exception& failure) {
       name_done(all, orders.size());
       if (const auto record = record_in(failure)) all.push_back(*record);
-      if (!all.empty()) tell();
+      if (!all.empty()) print_done();
       throw;
     }
     if (!daemon.json) put(printable(all.back().value("words", "")) + "\n", {});
   }
-  tell();
+  print_done();
   return kSuccess;
 }
 

@@ -37,7 +37,7 @@ namespace {
 using nlohmann::json;
 
 /// Tool by TOOL_DATA and LOAD_DATA; other properties stay.
-void take_tool(const ToolForm& of_controller, CellForm& form) {
+void apply_tool(const ToolForm& of_controller, CellForm& form) {
   form.tool.xyz_mm = of_controller.xyz_mm;
   form.tool.abc_deg = of_controller.abc_deg;
   if (of_controller.mass_kg) form.tool.mass_kg = of_controller.mass_kg;
@@ -74,7 +74,7 @@ void apply_controller(const NewCellCommand& command, CellForm& form, Given& give
   const bool by_number = command.tool.find_first_not_of("0123456789") == std::string::npos;
   const bool only_one = command.tool.empty() && given.tools.size() == 1;
   if (!by_number || (command.tool.empty() && !only_one)) return;
-  take_tool(only_one ? given.tools.begin()->second : tool_of(data, std::stoi(command.tool)), form);
+  apply_tool(only_one ? given.tools.begin()->second : tool_of(data, std::stoi(command.tool)), form);
   given.tool = true;
 }
 
@@ -315,7 +315,7 @@ class Dialogue {
   /// `take` rejects an answer by throwing the reason; the form is then unchanged.
   void ask(const std::string& question, const Take& take);
   /// Throws BadAnswer with the current faults of the form.
-  void look() const;
+  void validate() const;
   void list_robots();
   bool sphere();
   void place(SphereForm& sphere);
@@ -347,7 +347,7 @@ void Dialogue::ask(const std::string& question, const Take& take) {
   }
 }
 
-void Dialogue::look() const {
+void Dialogue::validate() const {
   if (const std::string words = objection(form_); !words.empty()) throw BadAnswer(words);
 }
 
@@ -384,13 +384,13 @@ void Dialogue::tool() {
           const auto one = std::ranges::find_if(
               given_.tools, [&](const auto& tool) { return tool.first == six[0]; });
           if (one == given_.tools.end()) throw BadAnswer("measured are " + given_.tool_list);
-          take_tool(one->second, form_);
-          return look();
+          apply_tool(one->second, form_);
+          return validate();
         }
         std::copy_n(six.begin(), 3, form_.tool.xyz_mm.begin());
         form_.tool.abc_deg = {};
         if (six.size() == 6) std::copy_n(six.begin() + 3, 3, form_.tool.abc_deg.begin());
-        look();
+        validate();
       });
 }
 
@@ -404,7 +404,7 @@ void Dialogue::tool_sigma() {
         const std::vector<double> given = numbers(answer, {1, 3});
         for (std::size_t i = 0; i < 3; ++i)
           form_.tool.xyz_sigma_mm[i] = given[given.size() == 3 ? i : 0];
-        look();
+        validate();
       });
 }
 
@@ -413,7 +413,7 @@ void Dialogue::mass() {
       [this](const std::string& answer) {
         if (answer.empty()) return;
         form_.tool.mass_kg = numbers(answer, {1})[0];
-        look();
+        validate();
       });
 }
 
@@ -421,7 +421,7 @@ void Dialogue::tip_radius() {
   ask("Radius of the tip, mm (empty: 0, a point)", [this](const std::string& answer) {
     if (answer.empty()) return;
     form_.tool.tip_radius_mm = numbers(answer, {1})[0];
-    look();
+    validate();
   });
 }
 
@@ -454,7 +454,7 @@ void Dialogue::place(SphereForm& sphere) {
           }
         }
         form_.spheres.push_back(sphere);
-        look();
+        validate();
       });
 }
 
@@ -469,7 +469,7 @@ bool Dialogue::sphere() {
       [&](const std::string& answer) {
         if (first && is_file_of_values(answer)) {
           form_.spheres = load_spheres(answer);
-          look();
+          validate();
           more = false;
         } else if (!first && answer.empty()) {
           more = false;
@@ -482,7 +482,7 @@ bool Dialogue::sphere() {
           if (two.size() == 2) sphere.diameter_sigma_mm = two[1];
           const CellForm before = form_;
           form_.spheres.push_back(sphere);
-          look();
+          validate();
           form_ = before;
         }
       });
@@ -508,7 +508,7 @@ bool Dialogue::length(const std::string& from, const std::string& to) {
           const std::vector<double> two = numbers(answer, {2});
           form_.lengths.push_back({from, to, two[0], two[1]});
         }
-        look();
+        validate();
       });
   return all;
 }

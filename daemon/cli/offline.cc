@@ -285,7 +285,7 @@ void warn_of_cell(const calib::Cell& cell) {
 
 }  // namespace
 
-void tell_reading(const std::filesystem::path& csv) {
+void report_reading(const std::filesystem::path& csv) {
   const std::string reading = calib::csv_form(calib::read_file(csv), csv.string()).reading;
   if (!reading.empty()) fmt::print(stderr, "{}: read as {}\n", csv.string(), reading);
 }
@@ -310,7 +310,7 @@ int identify(const IdentifyCommand& command) {
   const calib::CellText files = calib::read_cell_text(command.cell);
   const calib::Cell cell = calib::parse_cell(files);
   warn_of_cell(cell);
-  tell_reading(command.touches);
+  report_reading(command.touches);
   const std::string csv = calib::read_file(command.touches);
   const std::vector<calib::Touch> touches =
       calib::parse_touches(csv, command.touches.string(), cell);

@@ -114,7 +114,7 @@ std::optional<calib::Calibration> usable_calibration(const std::string& command,
 
 /// Prints on standard error how a table was interpreted, unless in the plain form
 /// (calib/files/csv.h).
-void tell_reading(const std::filesystem::path& csv);
+void report_reading(const std::filesystem::path& csv);
 
 /// Writes the file, completely or not at all, or standard output if no file is given.
 void put(const std::string& text, const std::filesystem::path& output);

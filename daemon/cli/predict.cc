@@ -80,7 +80,7 @@ calib::Calibration with_load(const calib::Calibration& calibration,
 }
 
 AskedRows asked_rows(const PredictCommand& command, const calib::Robot& robot) {
-  tell_reading(command.joints);
+  report_reading(command.joints);
   AskedRows asked{calib::load_joints(command.joints, robot), carriers_of(robot, command.on), {}};
   warn_beyond_limits(asked.rows);
   asked.carrier_rad =

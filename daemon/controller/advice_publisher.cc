@@ -18,7 +18,7 @@ using namespace std::chrono_literals;
 using drivers::Duration;
 using drivers::TimePoint;
 
-constexpr Duration kLook = 60s;  // kHolds also expires by the calendar
+constexpr Duration kPollInterval = 60s;  // kHolds also expires by the calendar
 // The controller's files may have been reinstalled, or its data reset.
 constexpr Duration kAgain = 12h;
 constexpr Duration kBusy = 15s;  // a session runs; its end calls poke() as well
@@ -61,7 +61,7 @@ std::string AdvicePublisher::publish(const PublishedAdvice& advice, const Send& 
   return why.empty() ? "the controller's answer could not be read" : why;
 }
 
-Duration AdvicePublisher::look(TimePoint now) {
+Duration AdvicePublisher::poll(TimePoint now) {
   const Send send = parts_.send();
   {
     const std::lock_guard lock(mutex_);
@@ -70,7 +70,7 @@ Duration AdvicePublisher::look(TimePoint now) {
       status_ = {};
       confirmed_.reset();
       failed_.reset();
-      return kLook;
+      return kPollInterval;
     }
   }
   PublishedAdvice current;
@@ -79,12 +79,12 @@ Duration AdvicePublisher::look(TimePoint now) {
     current = parts_.current();
     const bool due = current != confirmed_ || now - confirmed_at_ >= kAgain;
     const bool may = current != failed_ || now >= not_before_;
-    if (!due || !may) return kLook;
+    if (!due || !may) return kPollInterval;
     if (!parts_.alone([&] { trouble = publish(current, send); })) return kBusy;
   } catch (const std::exception& error) {
     trouble = error.what();
   }
-  if (stop_.stop_requested()) return kLook;
+  if (stop_.stop_requested()) return kPollInterval;
   const std::lock_guard lock(mutex_);
   if (trouble.empty()) {
     if (current != confirmed_)
@@ -104,7 +104,7 @@ Duration AdvicePublisher::look(TimePoint now) {
     not_before_ = now + pause_;
   }
   status_.trouble = trouble;
-  return kLook;
+  return kPollInterval;
 }
 
 AdviceStatus AdvicePublisher::status() const {
@@ -118,7 +118,7 @@ void AdvicePublisher::start() {
 
 void AdvicePublisher::run() {
   for (;;) {
-    const Duration wait = look(std::chrono::steady_clock::now());
+    const Duration wait = poll(std::chrono::steady_clock::now());
     std::unique_lock lock(mutex_);
     changed_.wait_for(lock, wait, [this] { return poked_ || stop_.stop_requested(); });
     if (stop_.stop_requested()) return;

@@ -75,7 +75,7 @@ class AdvicePublisher {
   AdviceStatus status() const;
 
   /// One pass of the thread: sends what is due. Returns the wait until the next.
-  drivers::Duration look(drivers::TimePoint now);
+  drivers::Duration poll(drivers::TimePoint now);
 
  private:
   void run();

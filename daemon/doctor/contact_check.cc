@@ -47,10 +47,10 @@ void judge_board(const drivers::ContactIdentity& id, Findings& findings) {
 void judge_circuit(const drivers::ContactStatus& s, Findings& findings) {
   const std::string check = "contact circuit";
   const double open_v = drivers::ctp::Config().open_mv * 1e-3;
-  const bool looked_at = s.loop_ok || s.fault == drivers::ContactFault::kLoopBroken;
+  const bool loop_checked = s.loop_ok || s.fault == drivers::ContactFault::kLoopBroken;
   if (s.relay == drivers::ContactRelay::kOpen) {
     findings.skip(check, "say.doctor.circuit.relay");
-  } else if (!looked_at) {
+  } else if (!loop_checked) {
     findings.skip(check, "say.doctor.circuit.unchecked");
   } else if (!s.loop_ok) {
     findings.fail(check, or_else(phrase_of(s.words), "say.doctor.circuit.broken"),

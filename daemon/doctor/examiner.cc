@@ -99,7 +99,7 @@ std::optional<Examiner::NotTaken> Examiner::take(const std::filesystem::path& ce
   taken.checks = std::move(checks);
   {
     const std::lock_guard lock(mutex_);
-    if (newest_.running) return NotTaken::kLooking;
+    if (newest_.running) return NotTaken::kExamining;
     newest_ = taken;
   }
   keep(taken);
@@ -116,7 +116,7 @@ void Examiner::examine(const std::filesystem::path& cell, const std::stop_token&
     newest_.hint = now;
   };
   try {
-    parts_.look(cell, findings, hint, stop);
+    parts_.run_checks(cell, findings, hint, stop);
   } catch (const std::exception& error) {
     findings.fail("doctor", error.what(), "say.doctor.failed.do");
   }

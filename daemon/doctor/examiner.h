@@ -92,7 +92,7 @@ class Examiner {
     /// stop request.
     std::function<void(const std::filesystem::path& cell, Findings& findings,
                        const std::function<void(const calib::Phrase&)>& hint, std::stop_token)>
-        look;
+        run_checks;
     /// Prevents sessions from beginning until `release`; throws where one is under way.
     std::function<void()> hold;
     std::function<void()> release;
@@ -112,7 +112,7 @@ class Examiner {
   void begin(const std::filesystem::path& cell);
   /// Adopts the findings of `cellcal doctor`, with the digests of its configuration and cell file. Rejected,
   /// with the reason, where they differ from the active ones, or while an examination runs.
-  enum class NotTaken { kOtherConfig, kOtherCell, kLooking };
+  enum class NotTaken { kOtherConfig, kOtherCell, kExamining };
   std::optional<NotTaken> take(const std::filesystem::path& cell, const std::string& cell_sha256,
                                const std::string& config_sha256, std::vector<Finding> checks);
   /// The newest, possibly incomplete.

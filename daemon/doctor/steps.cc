@@ -16,7 +16,7 @@ namespace cellcal::daemon {
 
 namespace {
 
-const std::optional<Looked>& looked_at(const Evidence& evidence, SetUpStep step) {
+const std::optional<StepEvidence>& step_evidence(const Evidence& evidence, SetUpStep step) {
   switch (step) {
     case SetUpStep::kCell:
       return evidence.cell_file;
@@ -65,11 +65,11 @@ std::vector<StepSeen> steps_of(const Evidence& evidence) {
   for (const SetUpStep step : kAllSteps) {
     StepSeen& seen = steps.emplace_back();
     seen.step = step;
-    const std::optional<Looked>& looked = looked_at(evidence, step);
-    if (!looked) continue;
-    seen.state = looked->good ? StepState::kDone : StepState::kWrong;
-    seen.words = looked->words;
-    seen.session = looked->session;
+    const std::optional<StepEvidence>& found = step_evidence(evidence, step);
+    if (!found) continue;
+    seen.state = found->good ? StepState::kDone : StepState::kWrong;
+    seen.words = found->words;
+    seen.session = found->session;
   }
   return steps;
 }
@@ -96,7 +96,7 @@ void examine_files(Evidence& evidence) {
   try {
     calib::read_file(evidence.cell, calib::kMostTomlBytes);
   } catch (const calib::FileError& error) {
-    evidence.cell_file = Looked{false, error.what()};
+    evidence.cell_file = StepEvidence{false, error.what()};
     return;
   }
   bool both = false;  // cell and robot file are read: a later fault concerns a mesh
@@ -106,13 +106,13 @@ void examine_files(Evidence& evidence) {
     calib::load_meshes(cell, std::filesystem::path(evidence.cell).parent_path());
   } catch (const calib::FileError& error) {
     const bool own = both || error.file == evidence.cell;
-    (own ? evidence.cell_file : evidence.robot_file) = Looked{false, error.what()};
-    if (!own) evidence.cell_file = Looked{true};
+    (own ? evidence.cell_file : evidence.robot_file) = StepEvidence{false, error.what()};
+    if (!own) evidence.cell_file = StepEvidence{true};
     return;
   }
   evidence.robot = cell.robot.name;
   evidence.lengths = cell.lengths.size();
-  evidence.cell_file = evidence.robot_file = Looked{true};
+  evidence.cell_file = evidence.robot_file = StepEvidence{true};
   for (const calib::Target& target : cell.targets) {
     if (target.kind != calib::TargetKind::kSphere &&
         !calib::is_planned(target, calib::Kinds::kSpheresAndPlanes))
@@ -123,32 +123,33 @@ void examine_files(Evidence& evidence) {
   }
   try {
     calib::refuse_faulty(cell);
-    evidence.targets = Looked{evidence.spheres > 0 && evidence.placed == evidence.spheres};
+    evidence.targets = StepEvidence{evidence.spheres > 0 && evidence.placed == evidence.spheres};
   } catch (const calib::PlanError& wrong) {
-    evidence.targets = Looked{false, wrong.what()};
+    evidence.targets = StepEvidence{false, wrong.what()};
   }
 }
 
-std::optional<Looked> seen_by_doctor(const Examination& examination, const std::string& cell) {
+std::optional<StepEvidence> seen_by_doctor(const Examination& examination,
+                                           const std::string& cell) {
   if (!examination.whole || examination.cell != cell) return std::nullopt;
   if (examination.cell_text != text_of_cell(cell)) return std::nullopt;
-  Looked looked{examination.green()};
+  StepEvidence found{examination.green()};
   std::set<std::string> named;
   for (const Finding& one : examination.checks)
     if (one.outcome == Outcome::kFailed && named.insert(one.check).second)
-      looked.words = joined("say.join.comma", looked.words, one.check);
-  return looked;
+      found.words = joined("say.join.comma", found.words, one.check);
+  return found;
 }
 
-Looked qualified(const SessionRecord& record) {
+StepEvidence qualified(const SessionRecord& record) {
   if (!record.outcome) return {false, "say.doctor.no_outcome", record.id};
   return {is_good(record.outcome->kind), {}, record.id};
 }
 
 /// Nothing of a session with too few touches for a calibration.
-std::optional<Looked> calibrated(const SessionOutcome& outcome, std::int64_t session) {
+std::optional<StepEvidence> calibrated(const SessionOutcome& outcome, std::int64_t session) {
   if (outcome.withheld_by == std::vector{calib::FindingKind::kTooFewTouches}) return std::nullopt;
-  return Looked{published(outcome).value_or(false), {}, session};
+  return StepEvidence{published(outcome).value_or(false), {}, session};
 }
 
 }  // namespace
@@ -189,18 +190,19 @@ Evidence evidence_of(const Examination& examination, Journal& journal) {
     if (kind == SessionKind::kQualify && !evidence.qualification)
       evidence.qualification = qualified(record);
     if (kind == SessionKind::kDryRun && !evidence.dry_run && is_of(journal, record.id, text))
-      evidence.dry_run = Looked{true, {}, record.id};
+      evidence.dry_run = StepEvidence{true, {}, record.id};
     if (kind != SessionKind::kCalibrate) continue;
     if (!record.outcome || record.outcome->kind == OutcomeKind::kNothingChanged)
       continue;                                    // the one before holds
-    evidence.first = Looked{true, {}, record.id};  // the oldest stays
+    evidence.first = StepEvidence{true, {}, record.id};  // the oldest stays
     if (!evidence.calibration) evidence.calibration = calibrated(*record.outcome, record.id);
   }
   if (const auto used = in_use(journal, evidence.cell); used && !used->calibration)
-    evidence.calibration = Looked{false, used->trouble, used->session};
+    evidence.calibration = StepEvidence{false, used->trouble, used->session};
   // A complete calibration proves that all targets are reachable; spheres to be located have no paths yet.
   if (!evidence.dry_run) evidence.dry_run = evidence.first;
-  if (!evidence.dry_run && evidence.centred < evidence.spheres) evidence.dry_run = Looked{true};
+  if (!evidence.dry_run && evidence.centred < evidence.spheres)
+    evidence.dry_run = StepEvidence{true};
   return evidence;
 }
 

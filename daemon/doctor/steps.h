@@ -27,7 +27,7 @@ enum class StepState {
 const char* to_string(StepState state);
 
 /// Result of one inspection; none: not made yet.
-struct Looked {
+struct StepEvidence {
   bool good = false;
   calib::Phrase words{};     ///< reason of a failure
   std::int64_t session = 0;  ///< its session; 0: none
@@ -38,7 +38,7 @@ struct Evidence {
   std::string cell;   ///< path of its file; empty: unknown
   std::string robot;  ///< name in the robot file, where it loads
   std::size_t spheres = 0, placed = 0, centred = 0, lengths = 0;
-  std::optional<Looked> cell_file, robot_file, targets, doctor, qualification, dry_run, first,
+  std::optional<StepEvidence> cell_file, robot_file, targets, doctor, qualification, dry_run, first,
       calibration;
 };
 

@@ -33,7 +33,7 @@ using Steady = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 using calib::Phrase;
 
-constexpr std::chrono::milliseconds kLook{5};
+constexpr std::chrono::milliseconds kPollInterval{5};
 /// 2 s for the board's bootloader, and as long for the driver's clock map and self-test.
 constexpr double kContactTimeoutS = 8.0;
 /// A fault of this duration is permanent.
@@ -197,7 +197,7 @@ void Wires::contact(const std::optional<ProcessRights>& daemon) {
     if (!stuck) faulty.reset();
     if (stuck && !faulty) faulty = Steady::now();
     if (faulty && since(*faulty) > kFaultTimeoutS) break;
-    std::this_thread::sleep_for(kLook);
+    std::this_thread::sleep_for(kPollInterval);
   }
   if (contact_seen_.newest.fault == drivers::ContactFault::kBaud) probe_baud_rates();
   contact_good_ = judge_contact(contact_seen_, findings_);
@@ -221,7 +221,7 @@ void Wires::probe_baud_rates() {
     while (since(begun) < kBaudTimeoutS && !contact_seen_.answers_at &&
            !request_.stop.stop_requested()) {
       if (other.status().identity.protocol != 0) contact_seen_.answers_at = baud;
-      std::this_thread::sleep_for(kLook);
+      std::this_thread::sleep_for(kPollInterval);
     }
   }
   contact_open_ = open_contact();
@@ -282,7 +282,7 @@ bool Wires::open_rsi(drivers::RsiRobot& robot) {
 /// Compares the controller's input with the sensor.
 class InputWatch {
  public:
-  void look(bool input, bool closed, bool circuit_good) {
+  void update(bool input, bool closed, bool circuit_good) {
     if (!first_input_) first_input_ = input;
     if (!first_contact_) first_contact_ = closed;
     seen_.on = input;
@@ -322,9 +322,9 @@ RsiSeen Wires::watch(drivers::RsiRobot& robot) {
       seen.state = state;
     }
     seen.up = up.has_value();
-    if (up) rest_.look(state);
+    if (up) rest_.update(state);
     if (up && core.input_path != drivers::InputPath::kUntold)
-      input.look(core.input_contact, contact_seen_.newest.in_contact, contact_good_);
+      input.update(core.input_contact, contact_seen_.newest.in_contact, contact_good_);
     seen.answered = seen.answered || core.replies > 0;
     seen.refused = seen.refused || core.trouble == drivers::Trouble::kNotAccepted;
     seen.lost = seen.lost || core.link == drivers::RobotLink::kLost;
@@ -338,7 +338,7 @@ RsiSeen Wires::watch(drivers::RsiRobot& robot) {
     if (request_.stop.stop_requested()) break;
     if ((seen.refused || seen.lost) && !over) over = Steady::now();
     if (over && since(*over) >= kEnoughS) break;
-    std::this_thread::sleep_for(kLook);
+    std::this_thread::sleep_for(kPollInterval);
   }
   seen.observed_s = up ? since(*up) : 0.0;
   seen.input = input.seen();
@@ -371,7 +371,7 @@ void Wires::rsi() {
   const Steady::time_point asked = Steady::now();
   robot.close();
   while (robot.port() != 0 && since(asked) < kRsiCloseTimeoutS + kEnoughS) {
-    std::this_thread::sleep_for(kLook);
+    std::this_thread::sleep_for(kPollInterval);
   }
   const double after_s = since(asked);
   if (seen.lost || seen.refused || config_.rsi.stop_tag.empty()) {
@@ -403,13 +403,13 @@ EkiSeen Wires::watch(drivers::EkiRobot& robot) {
     }
     seen.up = up.has_value();
     seen.lost = seen.lost || (up && !linked);
-    if (linked) rest_.look(state);
-    if (linked) input.look(core.input, contact_seen_.newest.in_contact, contact_good_);
+    if (linked) rest_.update(state);
+    if (linked) input.update(core.input, contact_seen_.newest.in_contact, contact_good_);
     seen.waited_s = since(begun);
     if (!up && seen.waited_s >= request_.wait_s) break;
     if (up && since(*up) >= request_.observe_s) break;
     if (request_.stop.stop_requested()) break;
-    std::this_thread::sleep_for(kLook);
+    std::this_thread::sleep_for(kPollInterval);
   }
   seen.observed_s = up ? since(*up) : 0.0;
   seen.input = input.seen();
@@ -439,7 +439,8 @@ void Wires::eki() {
   }
   const Steady::time_point asked = Steady::now();
   robot.close();
-  while (robot.is_open() && since(asked) < kEkiCloseTimeoutS) std::this_thread::sleep_for(kLook);
+  while (robot.is_open() && since(asked) < kEkiCloseTimeoutS)
+    std::this_thread::sleep_for(kPollInterval);
 }
 
 }  // namespace

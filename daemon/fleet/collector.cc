@@ -91,7 +91,7 @@ void Collector::serve(Store& store, Broker& broker, const std::atomic<bool>& sto
   while (!stop) {
     std::vector<Message> messages = broker.receive(kMostMessages, kIdle);
     if (!messages.empty())
-      for (const plant::Stored& stored : write(store, std::move(messages))) broker.tell(stored);
+      for (const plant::Stored& stored : write(store, std::move(messages))) broker.report(stored);
     broker.acknowledge();
     alive();
     if (maintained && Clock::now() - *maintained < kMaintenance) continue;
@@ -354,7 +354,7 @@ std::vector<Message> Broker::receive(std::size_t most, std::chrono::milliseconds
   return std::exchange(impl_->received, {});
 }
 
-void Broker::tell(const plant::Stored& stored) {
+void Broker::report(const plant::Stored& stored) {
   const std::string topic = plant::to_text({stored.of, plant::Subject::kStored, {}}),
                     payload = plant::to_json(stored);
   constexpr bool kRetained = true;

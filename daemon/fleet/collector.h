@@ -50,7 +50,7 @@ class Broker {
   /// Waits for the first message and returns at most `most`. Throws BrokerUnavailable.
   std::vector<Message> receive(std::size_t most, std::chrono::milliseconds wait);
   /// Sent with the next acknowledge(). If it is lost, its cell asks again.
-  void tell(const plant::Stored& stored);
+  void report(const plant::Stored& stored);
   /// Acknowledges all received messages; also keeps the connection alive. Throws BrokerUnavailable.
   void acknowledge();
 

@@ -73,7 +73,7 @@ void Chain::committed() {
   on_disk_ = newest_;
 }
 
-Walked walk_chain(Database& database, const std::optional<Head>& look_for) {
+Walked walk_chain(Database& database, const std::optional<Head>& expected) {
   Statement entries(database,
                     "SELECT number, session, kind, row, digest, sum FROM chain ORDER BY number");
   Walked walked;
@@ -90,7 +90,7 @@ Walked walk_chain(Database& database, const std::optional<Head>& look_for) {
                next.entries));
     }
     walked.end = next;
-    walked.met |= look_for && look_for->entries == next.entries && look_for->sum == next.sum;
+    walked.met |= expected && expected->entries == next.entries && expected->sum == next.sum;
   }
   return walked;
 }

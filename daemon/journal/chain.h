@@ -38,10 +38,10 @@ const char* session_column(const std::string& table);
 
 struct Walked {
   Head end;
-  bool met = false;  ///< the entry `look_for` exists
+  bool met = false;  ///< the entry `expected` exists
 };
 /// Verifies all entries. Throws JournalError if one was changed or lost.
-Walked walk_chain(Database& database, const std::optional<Head>& look_for = {});
+Walked walk_chain(Database& database, const std::optional<Head>& expected = {});
 /// Throws DamagedError if a row of this session was changed or is missing; JournalError if it cannot be read
 /// now.
 void verify_rows(Database& database, std::int64_t session);

@@ -45,7 +45,7 @@ class DatabaseCopy {
   void speak_as_another();
   /// Reads all of it. Throws JournalError where its pages contradict each other, or it does not end
   /// with this entry. Returns the sessions that are damaged in it, as they are in the journal.
-  std::vector<std::int64_t> look_through(const Head& end);
+  std::vector<std::int64_t> verify(const Head& end);
   /// Gives it its name. Throws JournalError where a file has it by now.
   void publish();
 
@@ -104,7 +104,7 @@ DatabaseCopy::~DatabaseCopy() {
   remove_with_logs(part_);
 }
 
-std::vector<std::int64_t> DatabaseCopy::look_through(const Head& end) {
+std::vector<std::int64_t> DatabaseCopy::verify(const Head& end) {
   pages_.reset();
   // A single file that can be read without its log.
   database_->execute("PRAGMA locking_mode = EXCLUSIVE; PRAGMA journal_mode = DELETE");
@@ -363,7 +363,7 @@ std::vector<std::string> Journal::backup(const std::filesystem::path& file) {
   lock.unlock();
   copy.speak_as_another();
   std::vector<std::string> remarks;
-  for (const std::int64_t session : copy.look_through(end)) {
+  for (const std::int64_t session : copy.verify(end)) {
     remarks.push_back(
         fmt::format("session {} is damaged in the journal, and so it is in the copy", session));
   }

@@ -119,7 +119,7 @@ std::vector<std::filesystem::path> Journal::Impl::all(const std::filesystem::pat
 
 void Journal::Impl::write(const std::function<void()>& act) {
   const std::lock_guard guard(mutex);
-  files.look();
+  files.check();
   const std::vector<PendingRow> waiting = pending.all();
   try {
     write_once(waiting, act);
@@ -135,7 +135,7 @@ void Journal::Impl::write(const std::function<void()>& act) {
   pending.written(waiting.size());
   chain.committed();
   outbox.committed();
-  files.look();
+  files.check();
 }
 
 void Journal::Impl::write_once(const std::vector<PendingRow>& waiting,
@@ -199,7 +199,7 @@ std::vector<std::filesystem::path> Journal::files() const {
 
 void Journal::check() {
   const std::lock_guard lock(impl_->mutex);
-  impl_->files.look();
+  impl_->files.check();
 }
 
 std::int64_t Journal::begin(const SessionInputs& inputs, const std::string& utc) {

@@ -29,7 +29,7 @@ struct Journal::Impl {
   /// As Journal::sessions().
   std::vector<SessionRecord> sessions();
   /// Visits sessions with a number below `before`, newest first, until `visit` returns true.
-  void look_for(std::int64_t before, const std::function<bool(SessionRecord)>& visit);
+  void visit_sessions(std::int64_t before, const std::function<bool(SessionRecord)>& visit);
   /// The stored row; nullopt if missing.
   std::optional<SessionRecord> as_stored(std::int64_t session, bool with_texts);
   /// The newest session that was not imported.

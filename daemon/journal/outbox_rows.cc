@@ -105,7 +105,7 @@ std::string OutboxRows::sources_reported(bool reported) {
   return "first IN (" + list + ")";
 }
 
-OutboxCount OutboxRows::look() {
+OutboxCount OutboxRows::read_count() {
   OutboxCount count = now_;
   count.oldest =
       database_.text("SELECT coalesce((SELECT time FROM outbox ORDER BY number LIMIT 1), '')");
@@ -434,7 +434,7 @@ void Journal::replace(std::int64_t row, const Report& report) {
 
 OutboxCount Journal::outbox() {
   const std::lock_guard lock(impl_->mutex);
-  return impl_->outbox.look();
+  return impl_->outbox.read_count();
 }
 
 }  // namespace cellcal::daemon

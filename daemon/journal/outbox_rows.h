@@ -131,7 +131,7 @@ class OutboxRows {
   std::vector<WaitingReport> waiting(std::int64_t after, std::size_t most);
   const OutboxCount& count() const { return now_; }
   /// Counts that require reading the tables.
-  OutboxCount look();
+  OutboxCount read_count();
 
  private:
   void add(std::int64_t session, const std::string& time, const Report& report);

@@ -88,7 +88,7 @@ std::vector<SessionRecord> Journal::sessions(std::int64_t before, std::size_t mo
   const std::lock_guard lock(impl_->mutex);
   std::vector<SessionRecord> records;
   if (most == 0) return records;
-  impl_->look_for(before, [&](SessionRecord record) {
+  impl_->visit_sessions(before, [&](SessionRecord record) {
     records.push_back(std::move(record));
     return records.size() == most;
   });
@@ -97,14 +97,15 @@ std::vector<SessionRecord> Journal::sessions(std::int64_t before, std::size_t mo
 
 std::vector<SessionRecord> Journal::Impl::sessions() {
   std::vector<SessionRecord> records;
-  look_for(kNewest, [&](SessionRecord record) {
+  visit_sessions(kNewest, [&](SessionRecord record) {
     records.push_back(std::move(record));
     return false;
   });
   return records;
 }
 
-void Journal::Impl::look_for(std::int64_t before, const std::function<bool(SessionRecord)>& visit) {
+void Journal::Impl::visit_sessions(std::int64_t before,
+                                   const std::function<bool(SessionRecord)>& visit) {
   Statement select(database, (std::string(kSelectSession) + "WHERE id<? ORDER BY id DESC").c_str(),
                    before);
   std::int64_t next = std::min(chain.newest_session(), before - 1);
@@ -130,7 +131,7 @@ void Journal::Impl::look_for(std::int64_t before, const std::function<bool(Sessi
 
 std::optional<SessionRecord> Journal::Impl::newest_own() {
   std::optional<SessionRecord> newest;
-  look_for(kNewest, [&](SessionRecord record) {
+  visit_sessions(kNewest, [&](SessionRecord record) {
     if (record.origin) return false;
     newest = std::move(record);
     return true;

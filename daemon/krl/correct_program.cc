@@ -301,9 +301,9 @@ class Correction {
         done.status_changed |= rewrite_bits(motion, point, "T", kTurnBits, now.turn);
       }
     }
-    const Isometry3d believed = in_robot * calib::to_isometry(written);
+    const Isometry3d intended = in_robot * calib::to_isometry(written);
     const auto commanded =
-        stated ? view.joints(believed, now, carriers_.unit_m(point)) : view.joints(believed, *q);
+        stated ? view.joints(intended, now, carriers_.unit_m(point)) : view.joints(intended, *q);
     if (!commanded) return Why::kNotVerified;
     return verified(done, motion, view, *commanded, goal,
                     flange ? flange->carrier_rad : std::vector<double>{});

@@ -259,10 +259,10 @@ Table table_of(const Joints& joints, double reach) {
   double bent = 0.0;
   for (int i = 0; i < static_cast<int>(kJoints); ++i) {
     double most = 0.0;
-    constexpr int kLooks = 1440;
-    for (int k = 0; k < kLooks; ++k)
+    constexpr int kSamples = 1440;
+    for (int k = 0; k < kSamples; ++k)
       most =
-          std::max(most, std::abs(slow_waves(joints, i, k * calib::kRadPerTurn / kLooks).second));
+          std::max(most, std::abs(slow_waves(joints, i, k * calib::kRadPerTurn / kSamples).second));
     bent += most;
   }
   constexpr double kOffM = 2e-6;

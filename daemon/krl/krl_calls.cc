@@ -177,7 +177,7 @@ void Routines::read(const KrlFile& file, std::size_t module) {
   keep(name, std::move(body), global);
 }
 
-bool Routines::take_over(Body& body) const {
+bool Routines::update_effects(Body& body) const {
   bool moves = body.moves, sets = body.frames;
   for (const std::string& call : body.calls) {
     const Effects effects = of_name(body.module, call);
@@ -201,7 +201,7 @@ void Routines::settle() {
         for (const std::size_t one : *places) callers[one].push_back(i);
   }
   for (; !open.empty(); open.pop_front())
-    if (take_over(bodies_[open.front()]))
+    if (update_effects(bodies_[open.front()]))
       open.insert(open.end(), callers[open.front()].begin(), callers[open.front()].end());
   for (Body& body : bodies_)
     if (!body.may_set || body.lines.size() > kMostFollowed) std::vector<Line>().swap(body.lines);

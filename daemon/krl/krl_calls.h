@@ -72,7 +72,7 @@ class Routines {
   void read(const KrlFile& file, std::size_t module);
   void keep(const std::string& name, Body body, bool global);
   void settle();
-  bool take_over(Body& body) const;
+  bool update_effects(Body& body) const;
   /// Visible from this module: its own routines hide others.
   const std::vector<std::size_t>* bodies_of(std::size_t module, const std::string& name) const;
   Effects of_name(std::size_t module, const std::string& name) const;

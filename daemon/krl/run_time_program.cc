@@ -439,7 +439,7 @@ void leave_what_exists(const std::vector<std::string>& leave, const std::set<std
 }
 
 /// Cuts one call at tokens[at] down to its first argument.
-void take_back(const KrlFile& src, const Line& line, std::size_t at, std::vector<Edit>& edits) {
+void restore_call(const KrlFile& src, const Line& line, std::size_t at, std::vector<Edit>& edits) {
   const Tokens& t = line.tokens;
   const std::size_t end = sign_at(t, at + 1, '(') ? closed(t, at + 1) : 0;
   const bool again =
@@ -503,7 +503,7 @@ std::string restored(const KrlFile& src) {
           throw calib::FileError(src.name, ":" + std::to_string(line.number) + ": " +
                                                line.tokens[at].word +
                                                " outside of a motion: not written by cellcal");
-        take_back(src, line, at, edits);
+        restore_call(src, line, at, edits);
       }
   if (edits.empty()) throw calib::FileError(src.name, ": no motion is corrected at run time");
   return edited(src.text, edits);

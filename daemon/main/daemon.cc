@@ -226,7 +226,7 @@ AdvicePublisher::Parts advice_parts(const LiveConfig& live, DriftWatch& watch,
   return {[&watch] {
             std::shared_ptr<const Drift> drift;
             try {
-              drift = watch.look();
+              drift = watch.evaluate();
             } catch (const NotUsable&) {  // kHolds must not remain on the controller: unknown
             }
             const double now_s =
@@ -287,9 +287,9 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
   Access access(tokens, access_config(config.http, config.state_dir));
   Examiner examiner(doctor_within(live, service, config.state_dir));
   PlantLine plant_line(service, journal, live);
-  UnattendedServices nights(service, journal, live);
+  UnattendedServices unattended(service, journal, live);
   Api api(service, journal, &access, page_answer, &examiner);
-  api.use(nights.schedule());
+  api.use(unattended.schedule());
   api.use(plant_line.proposals());
   FrameStation frames({config.state_dir / "frames.json", [&live] { return to_controller(live); },
                        wall_clock_utc, krl::kAnotherToolMm});
@@ -303,7 +303,7 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
   api.use(shelf);
   if (config.http) api.use(config.http->cell_folders);
   api.use(Api::PlantLineStatus([&plant_line] { return plant_line.status(); }));
-  api.use(std::function<RetentionRule()>([&nights] { return nights.retention(); }));
+  api.use(std::function<RetentionRule()>([&unattended] { return unattended.retention(); }));
   HttpServer server(
       context, config.socket,
       {[&api](Request& request) { return api.admit_local(request); },
@@ -319,11 +319,11 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
     server.poke();
     if (network) network->poke();
     const Status status = service.status();
-    nights.look(status);
-    access.clearance().look(status);
+    unattended.update(status);
+    access.clearance().update(status);
     if (!kActivePhases.has(status.phase)) advice.poke();
     set_log_status(status);
-    systemd.tell(notification_of(status));
+    systemd.report(notification_of(status));
   });
   signals.async_wait([&](boost::system::error_code, int signal) {
     spdlog::info("signal {}: stopping", signal);
@@ -332,7 +332,7 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
     systemd.stopping();
     examiner.stop();
     advice.stop();
-    nights.stop();
+    unattended.stop();
     service.shutdown();
     service.on_change({});
     plant_line.stop();
@@ -343,7 +343,7 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
   OnRequest reload([&] {
     read_again(live, service);
     reload_line(plant_line);
-    nights.poke();
+    unattended.poke();
     advice.poke();
   });
   reload_at_hang_up(hang_ups, reload);

@@ -45,7 +45,7 @@ PlantLine::PlantLine(SessionService& service, Journal& journal, LiveConfig& live
       journal_(journal),
       live_(live),
       proposals_(proposal_parts()),
-      look_(service, journal),
+      snapshot_(service, journal),
       desk_(desk_parts()) {
   if (!proposals_.problem().empty()) spdlog::error("[plant]: {}", proposals_.problem());
   reload();
@@ -106,7 +106,7 @@ plant::Desk::Parts PlantLine::desk_parts() {
   plant::Desk::Parts parts;
   parts.utc = wall_clock_utc;
   parts.proposal = [this](const plant::Proposal& proposal) { return take(proposal); };
-  parts.metrics = [this] { return plant::sparkplug::metrics_of(look_.now()); };
+  parts.metrics = [this] { return plant::sparkplug::metrics_of(snapshot_.now()); };
   parts.publish_health = [this] { publish_health(); };
   return parts;
 }
@@ -115,7 +115,7 @@ void PlantLine::reload() {
   const std::lock_guard one(reload_);
   const auto config = live_.now();
   const bool mock = config->backend == BackendKind::kMock;
-  look_.emulated(mock);
+  snapshot_.emulated(mock);
   if (config->plant && (!outbox_ || *config->plant != outbox_->config()))
     outbox_ = std::make_shared<plant::JournalOutbox>(
         plant::JournalOutbox::Parts{journal_, *config->plant});
@@ -125,13 +125,13 @@ void PlantLine::reload() {
 
 void PlantLine::open(const std::filesystem::path& socket) try {
   std::filesystem::create_directories(socket.parent_path());
-  door_ = std::make_unique<NetworkServer>(
+  listener_ = std::make_unique<NetworkServer>(
       socket, [this](const Request& request) { return desk_.answer(request); });
 } catch (const std::exception& failed) {
   spdlog::error("no line to a plant: {}", failed.what());
 }
 
-void PlantLine::stop() { door_.reset(); }
+void PlantLine::stop() { listener_.reset(); }
 
 namespace {
 
@@ -181,7 +181,7 @@ void CellSnapshotReader::read_results() {
   CellNow read;
   if (const auto version = version_in_use(journal_)) read.calibration = in_use_of(*version);
   try {
-    if (const auto drift = drift_.look()) {
+    if (const auto drift = drift_.evaluate()) {
       read.drift_state = to_string(drift->chart.state);
       read.drift_advice = to_string(drift->chart.advice);
       if (!drift->chart.points.empty()) read.check = check_of(drift->chart.points.back().check);

@@ -77,12 +77,12 @@ class PlantLine {
   Journal& journal_;
   LiveConfig& live_;
   plant::ProposalBox proposals_;
-  CellSnapshotReader look_;
+  CellSnapshotReader snapshot_;
   plant::Desk desk_;
   std::mutex reload_;
   std::shared_ptr<plant::JournalOutbox> outbox_;
   /// Declared last, destroyed first: it uses the other members.
-  std::unique_ptr<NetworkServer> door_;
+  std::unique_ptr<NetworkServer> listener_;
 };
 
 }  // namespace cellcal::daemon

@@ -44,7 +44,7 @@ bool notify(std::string_view words) {
 
 SystemdNotifier::SystemdNotifier() : thread_([this](const std::stop_token& stop) { send(stop); }) {}
 
-void SystemdNotifier::tell(std::string status) {
+void SystemdNotifier::report(std::string status) {
   const std::lock_guard lock(mutex_);
   status_ = std::move(status);
   news_.notify_all();

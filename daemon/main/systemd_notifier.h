@@ -18,7 +18,7 @@ class SystemdNotifier {
 
   // Thread-safe; do not block.
   /// "STATUS=touching, touch 3 of 8"; replaces a pending one.
-  void tell(std::string status);
+  void report(std::string status);
   /// Watchdog: the threads that hold the arm are alive.
   void alive();
   void stopping();

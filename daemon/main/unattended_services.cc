@@ -106,14 +106,14 @@ struct UnattendedServices::Impl {
                       [this] {
                         return live.now()->plant ? alarm_to_plant(journal, host_name()) : nullptr;
                       }}),
-        door(service, journal),
-        schedule({door,
+        gateway(service, journal),
+        schedule({gateway,
                   {[this] { return journal.schedule(); },
                    [this](const std::string& state) { journal.store_schedule(state); }},
                   [this] { return live.now()->schedule; },
                   {wall_clock, std::chrono::steady_clock::now, boot_id(), clock_synchronised},
                   [this](const Decision& decision) {
-                    notifier.tell([decision] { return news_of(decision); });
+                    notifier.notify([decision] { return news_of(decision); });
                   }}),
         thread(schedule),
         housekeeping([this, &service] { drop_old(service, journal, *live.now()); }) {
@@ -123,7 +123,7 @@ struct UnattendedServices::Impl {
   Journal& journal;
   LiveConfig& live;
   Notifier notifier;
-  ServiceSessionGateway door;
+  ServiceSessionGateway gateway;
   Schedule schedule;
   ScheduleThread thread;
   OnRequest housekeeping;             ///< applies the retention rule
@@ -136,13 +136,14 @@ UnattendedServices::~UnattendedServices() { stop(); }
 
 Schedule& UnattendedServices::schedule() { return impl_->schedule; }
 /// Each end once: the status of an end is repeated.
-void UnattendedServices::look(const Status& status) {
+void UnattendedServices::update(const Status& status) {
   if (!is_final(status.phase)) {
     impl_->reported = false;
     return;
   }
   if (!impl_->reported.exchange(true))
-    impl_->notifier.tell([status, &journal = impl_->journal] { return news_of(status, journal); });
+    impl_->notifier.notify(
+        [status, &journal = impl_->journal] { return news_of(status, journal); });
   poke();
   impl_->housekeeping.ask();
 }

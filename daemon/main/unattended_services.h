@@ -28,7 +28,7 @@ class UnattendedServices {
   /// By the current configuration.
   RetentionRule retention() const;
   /// To be called after each change of the status and of the configuration. Do not block.
-  void look(const Status& status);
+  void update(const Status& status);
   void poke();
   /// No session begins afterwards.
   void stop();

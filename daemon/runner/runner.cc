@@ -45,11 +45,11 @@ struct Runner::Inbox {
 
   std::optional<calib::WorkDone> done;  ///< unreported progress
 
-  void tell(const calib::WorkDone& now) {
+  void report(const calib::WorkDone& now) {
     const std::lock_guard lock(mutex);
     done = now;
   }
-  std::optional<calib::WorkDone> take_progress_report() {
+  std::optional<calib::WorkDone> consume_progress_report() {
     const std::lock_guard lock(mutex);
     return std::exchange(done, std::nullopt);
   }
@@ -127,7 +127,7 @@ void Runner::run_to_end() {
   feed(event(EventKind::kRun));
   while (!is_final(state_.phase) || !inbox_->settled()) {
     ++turns_;
-    if (const auto done = inbox_->take_progress_report(); done && parts_.on_work)
+    if (const auto done = inbox_->consume_progress_report(); done && parts_.on_work)
       parts_.on_work(*done);
     if (gather()) continue;
     drivers::Clock& clock = parts_.backend.clock();
@@ -299,16 +299,16 @@ void Runner::work(std::function<Event()> job, std::uint32_t route_id, Kind kind)
     return kind == Kind::kComputes && inbox->called_off;
   };
   // A job run on this thread blocks the loop that would report its progress.
-  auto tell = [inbox = inbox_, this,
-               loop = std::this_thread::get_id()](const calib::WorkDone& done) {
-    if (std::this_thread::get_id() != loop) return inbox->tell(done);
+  auto report = [inbox = inbox_, this,
+                 loop = std::this_thread::get_id()](const calib::WorkDone& done) {
+    if (std::this_thread::get_id() != loop) return inbox->report(done);
     if (parts_.on_work) parts_.on_work(done);
   };
-  parts_.worker.post([inbox = inbox_, job = std::move(job), route_id, tell = std::move(tell),
+  parts_.worker.post([inbox = inbox_, job = std::move(job), route_id, report = std::move(report),
                       called_off = std::move(called_off)] {
     Event answer;
     try {
-      const calib::Watch watch(called_off, tell);
+      const calib::Watch watch(called_off, report);
       calib::poll_cancelled();  // a job that has waited in the queue
       answer = job();
     } catch (const calib::Cancelled&) {

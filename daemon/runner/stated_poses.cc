@@ -33,7 +33,7 @@ std::optional<calib::StatedPose> stated_pose(const drivers::RobotState& robot) {
   return pose;
 }
 
-void StatedPoses::look(const drivers::RobotState& robot) {
+void StatedPoses::observe(const drivers::RobotState& robot) {
   auto pose = stated_pose(robot);
   if (!pose || pose->joint_rad.size() != robot_.joints.size() + robot_.positioner.size()) return;
   pose->joint_rad.resize(robot_.joints.size());

@@ -23,7 +23,7 @@ class StatedPoses {
       : robot_(std::move(robot)), known_(std::move(known)) {}
 
   /// The arm is at rest. A posture like the newest one, and those beyond kMostPoses, are not kept.
-  void look(const drivers::RobotState& robot);
+  void observe(const drivers::RobotState& robot);
   /// Compares all postures so far; not for a thread with deadlines.
   calib::ControllerModel judge();
   /// Newest judgement.
@@ -46,13 +46,13 @@ class RestWatch {
   RestWatch(calib::Robot robot, calib::StatedFrames known)
       : poses_(std::move(robot), std::move(known)) {}
 
-  void look(const drivers::RobotState& robot) {
+  void update(const drivers::RobotState& robot) {
     const auto now = std::chrono::steady_clock::now();
     if (!at_ || moved(robot.actual_rad)) {
       at_ = robot.actual_rad;
       since_ = now;
     }
-    if (now - since_ >= kRest) poses_.look(robot);
+    if (now - since_ >= kRest) poses_.observe(robot);
   }
   calib::ControllerModel judge() { return poses_.judge(); }
 

@@ -480,8 +480,8 @@ double HandSpeed::fastest_carried_m(std::vector<double> at, const std::vector<do
   return fastest_m;
 }
 
-std::optional<double> TimeLeft::look(Phase phase, std::size_t done, std::size_t total,
-                                     drivers::TimePoint now) {
+std::optional<double> TimeLeft::update(Phase phase, std::size_t done, std::size_t total,
+                                       drivers::TimePoint now) {
   if (!first_move_ && phase == Phase::kTransit) {
     first_move_ = now;
     done_at_first_move_ = last_done_ = done;

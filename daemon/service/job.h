@@ -28,8 +28,8 @@ namespace cellcal::daemon {
 class TimeLeft {
  public:
   /// Seconds; none before the first touch. To be called after every step. `done` and `total` count touches.
-  std::optional<double> look(Phase phase, std::size_t done, std::size_t total,
-                             drivers::TimePoint now);
+  std::optional<double> update(Phase phase, std::size_t done, std::size_t total,
+                               drivers::TimePoint now);
 
  private:
   std::size_t done_at_first_move_ = 0, last_done_ = 0;

@@ -71,7 +71,7 @@ TouchPublication::TouchPublication(std::int64_t session, const calib::Cell& cell
       arm_(std::make_shared<const calib::ArmModel>(cell.robot, cell.tool)),
       published_(known) {}
 
-std::shared_ptr<const MadeTouch> TouchPublication::look(const State& state,
+std::shared_ptr<const MadeTouch> TouchPublication::next(const State& state,
                                                         const std::vector<calib::Touch>& touches) {
   if (!arm_ || touches.size() <= published_) return nullptr;
   const std::size_t nth = published_ + 1;

@@ -75,7 +75,7 @@ class TouchPublication {
   TouchPublication(std::int64_t session, const calib::Cell& cell, std::size_t known);
 
   /// The touch to publish now, or null. At most one per call: to be called after every step.
-  std::shared_ptr<const MadeTouch> look(const State& state,
+  std::shared_ptr<const MadeTouch> next(const State& state,
                                         const std::vector<calib::Touch>& touches);
 
  private:

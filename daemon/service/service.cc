@@ -275,7 +275,7 @@ void SessionService::run(Job& job) {
 }
 
 std::optional<calib::DriftChart> SessionService::checks_of(const std::string& cell) try {
-  const auto drift = DriftWatch(parts_.journal).look(cell);
+  const auto drift = DriftWatch(parts_.journal).evaluate(cell);
   return drift ? std::optional(drift->chart) : std::nullopt;
 } catch (const std::runtime_error& error) {  // the result does not depend on it
   spdlog::warn("the report is without checks: {}", error.what());
@@ -346,7 +346,7 @@ void SessionService::carry_out(Job& job) {
                      const drivers::RobotState& robot, const drivers::ContactStatus& contact) {
                    keep_links({true, robot, contact, axes});
                  },
-                 [&job](const drivers::RobotState& robot) { job.stated_poses->look(robot); },
+                 [&job](const drivers::RobotState& robot) { job.stated_poses->observe(robot); },
                  [&job](const drivers::Move& move, const drivers::RobotState& robot) {
                    return job.hand_speed ? job.hand_speed->share(move, robot) : 1.0;
                  },
@@ -370,11 +370,11 @@ void SessionService::publish(const State& state, const std::vector<calib::Touch>
                              Job& job) {
   Status status = status_of(state, job, touches.size());
   if (state.phase == Phase::kDone) status.results_dir = results_dir(job.session).string();
-  status.made = job.news.look(state, touches);
+  status.made = job.news.next(state, touches);
   if (status.made && status.made->residual_m)
     parts_.journal.note(job.session, AssessedTouch{status.made->index, *status.made->residual_m});
   status.time_left_s =
-      job.time_left.look(state.phase, status.done, status.total, job.backend->clock().now());
+      job.time_left.update(state.phase, status.done, status.total, job.backend->clock().now());
 
   // State of the driver at this instant: the newest sample is up to 0.2 s older.
   std::optional<drivers::RobotState> robot;
@@ -387,7 +387,7 @@ void SessionService::publish(const State& state, const std::vector<calib::Touch>
     if (status.made) made_.push_back(status.made);
     status.links = links_;
     const auto now = std::chrono::steady_clock::now();
-    if (robot) arm_.look(*robot, now);
+    if (robot) arm_.update(*robot, now);
     status.arm = arm_.seen(now);
     plan_ = {job.session, job.options.one_by_one ? state.done : 0, state.plan};
     published_ = now;
@@ -418,7 +418,7 @@ void SessionService::publish_work(const calib::WorkDone& done) {
 void SessionService::keep_links(LinkReport report) {
   auto kept = std::make_shared<const LinkReport>(std::move(report));
   const std::lock_guard lock(mutex_);
-  if (kept->open) arm_.look(kept->robot, std::chrono::steady_clock::now());
+  if (kept->open) arm_.update(kept->robot, std::chrono::steady_clock::now());
   links_ = std::move(kept);
 }
 

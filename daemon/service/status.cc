@@ -25,7 +25,7 @@ double farthest_rad(const drivers::AxisAngles& a, const drivers::AxisAngles& b) 
 
 }  // namespace
 
-void ArmWatch::look(const drivers::RobotState& robot, drivers::TimePoint now) {
+void ArmWatch::update(const drivers::RobotState& robot, drivers::TimePoint now) {
   const bool up =
       robot.link == drivers::RobotLink::kNotReferenced || robot.link == drivers::RobotLink::kReady;
   if (!up) {  // closed, or lost by the link's own limit; the packet age keeps growing

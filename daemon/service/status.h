@@ -111,7 +111,7 @@ struct Status {
 /// Accumulates successive samples of the robot state. Not thread-safe.
 class ArmWatch {
  public:
-  void look(const drivers::RobotState& robot, drivers::TimePoint now);
+  void update(const drivers::RobotState& robot, drivers::TimePoint now);
   ArmSeen seen(drivers::TimePoint now) const;
 
  private:

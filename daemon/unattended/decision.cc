@@ -111,36 +111,37 @@ std::chrono::sys_days local_day(UtcSeconds at) {
   return std::chrono::sys_days(std::chrono::days(days));
 }
 
-bool begins_on(const WeeklyWindow& window, std::chrono::sys_days day) {
-  return window.days.at(std::chrono::weekday(day).c_encoding());
+bool begins_on(const WeeklyWindow& weekly, std::chrono::sys_days day) {
+  return weekly.days.at(std::chrono::weekday(day).c_encoding());
 }
 
 }  // namespace
 
-Night night_of(const WeeklyWindow& window, std::chrono::sys_days day) {
+Window window_on(const WeeklyWindow& weekly, std::chrono::sys_days day) {
   ::tzset();  // the zone may have been changed
-  const bool over_midnight = window.to_min <= window.from_min;
+  const bool over_midnight = weekly.to_min <= weekly.from_min;
   const std::chrono::sys_days last = day + std::chrono::days(over_midnight ? 1 : 0);
-  const UtcSeconds begins = showing(wall_of(day, window.from_min)).last;
-  const Showing end = showing(wall_of(last, window.to_min));
+  const UtcSeconds begins = showing(wall_of(day, weekly.from_min)).last;
+  const Showing end = showing(wall_of(last, weekly.to_min));
   return {day, begins, std::max(begins, end.first > begins ? end.first : end.last)};
 }
 
-std::vector<Night> nights(const WeeklyWindow& window, UtcSeconds after, UtcSeconds until) {
-  std::vector<Night> found;
+std::vector<Window> windows_between(const WeeklyWindow& weekly, UtcSeconds after,
+                                    UtcSeconds until) {
+  std::vector<Window> found;
   const std::chrono::sys_days end = local_day(until) + std::chrono::days(1);
   for (auto day = local_day(after) - std::chrono::days(2); day <= end;
        day += std::chrono::days(1)) {
-    if (!begins_on(window, day)) continue;
-    const Night night = night_of(window, day);
-    if (night.ends > after && night.begins <= until) found.push_back(night);
+    if (!begins_on(weekly, day)) continue;
+    const Window window = window_on(weekly, day);
+    if (window.ends > after && window.begins <= until) found.push_back(window);
   }
   return found;
 }
 
-Night next_night(const WeeklyWindow& window, UtcSeconds after) {
-  for (const Night& night : nights(window, after, after + kWeeksAhead * 7 * kDay))
-    if (night.exists() && night.begins > after) return night;
+Window next_window(const WeeklyWindow& weekly, UtcSeconds after) {
+  for (const Window& window : windows_between(weekly, after, after + kWeeksAhead * 7 * kDay))
+    if (window.exists() && window.begins > after) return window;
   return {};
 }
 

@@ -16,32 +16,32 @@ namespace cellcal::daemon {
 
 // Instants of a weekly window in UTC. The time zone is the system's (TZ, /etc/localtime).
 //
-// Every instant of a night lies within the window by local time as well. Where clocks are set back and a time
+// Every instant of an occurrence lies within the window by local time as well. Where clocks are set back and a time
 // of day occurs twice, a window begins at the second `from` and ends at the first `to` after it; where they
 // are set forward, a skipped time is the instant of the change. A window that is skipped entirely does not
-// exist: its night is empty.
+// exist: it is empty.
 
 /// Seconds since 1970, UTC.
 using UtcSeconds = std::int64_t;
 
-/// One window, identified by the day on which it begins: [begins, ends).
-struct Night {
+/// One occurrence of a weekly window, identified by the day on which it begins: [begins, ends).
+struct Window {
   std::chrono::sys_days day{};  ///< local calendar day
   UtcSeconds begins = 0, ends = 0;
 
   bool exists() const { return begins < ends; }
   bool has(UtcSeconds at) const { return begins <= at && at < ends; }
-  bool operator==(const Night&) const = default;
+  bool operator==(const Window&) const = default;
 };
 
-Night night_of(const WeeklyWindow& window, std::chrono::sys_days day);
+Window window_on(const WeeklyWindow& weekly, std::chrono::sys_days day);
 /// Windows that end after `after` and begin at `until` or before; empty ones at the instant at which they
 /// would be.
-std::vector<Night> nights(const WeeklyWindow& window, UtcSeconds after, UtcSeconds until);
+std::vector<Window> windows_between(const WeeklyWindow& weekly, UtcSeconds after, UtcSeconds until);
 /// First existing window that begins after this instant, within the next weeks.
-Night next_night(const WeeklyWindow& window, UtcSeconds after);
+Window next_window(const WeeklyWindow& weekly, UtcSeconds after);
 
-/// "2026-11-22", day of a night.
+/// "2026-11-22", day of a window.
 std::string to_string(std::chrono::sys_days day);
 /// "2026-11-22 22:00", local time.
 std::string local_time(UtcSeconds at);
@@ -90,7 +90,7 @@ Why why_of(const std::string& name);
 struct Decision {
   UtcSeconds at = 0;
   std::string entry;  ///< empty: the whole schedule
-  std::string night;  ///< day on which its window begins; empty: none
+  std::string day;    ///< day on which its window begins; empty: none
   Verb verb = Verb::kWaiting;
   Why why = Why::kNothing;
   std::int64_t session = 0;  ///< 0: none

@@ -39,7 +39,7 @@ bool ended_an_alarm(const calib::DriftChart& chart) {
 
 /// Adds the state of the control chart, where it alarms or has just ceased to.
 void add_drift(Notice& notice, Journal& journal) {
-  const auto drift = DriftWatch(journal).look(notice.cell);
+  const auto drift = DriftWatch(journal).evaluate(notice.cell);
   if (!drift) return;
   const bool alarms = drift->chart.state == calib::DriftState::kAlarms;
   if (!alarms && !ended_an_alarm(drift->chart)) return;
@@ -141,13 +141,13 @@ Notice news_of(const Status& status, Journal& journal) {
 }
 
 std::optional<Notice> news_of(const Decision& decision) {
-  const bool nothing_began = decision.verb == Verb::kMissed ||
-                             (decision.verb == Verb::kRefused && !decision.night.empty());
+  const bool nothing_began =
+      decision.verb == Verb::kMissed || (decision.verb == Verb::kRefused && !decision.day.empty());
   if (!nothing_began) return std::nullopt;
   Notice notice;
   notice.news = News::kNotBegun;
   notice.entry = decision.entry;
-  notice.night = decision.night;
+  notice.day = decision.day;
   notice.why = phrase(decision);
   return notice;
 }
@@ -226,9 +226,9 @@ const char* to_string(News news) {
 
 Message compose(const Notice& notice, const calib::Language& language, const std::string& host) {
   Lines lines(language);
-  const std::string subject = lines.words(
-      {std::string("say.notice.") + to_string(notice.news),
-       {{"session", notice.session}, {"entry", notice.entry}, {"night", notice.night}}});
+  const std::string subject =
+      lines.words({std::string("say.notice.") + to_string(notice.news),
+                   {{"session", notice.session}, {"entry", notice.entry}, {"night", notice.day}}});
   lines.add(subject);
   add_what_to_do(lines, notice);
   add_session(lines, notice);
@@ -257,7 +257,7 @@ Message compose(const Notice& notice, const calib::Language& language, const std
                    {"predicted_near_targets_mm", or_null(notice.near_m, calib::kMmPerM)},
                    {"predicted_workspace_mm", or_null(notice.over_m, calib::kMmPerM)},
                    {"entry", notice.entry},
-                   {"night", notice.night},
+                   {"night", notice.day},
                    {"why", printable(calib::words(notice.why))},
                    {"subject", subject},
                    {"text", lines.body}};

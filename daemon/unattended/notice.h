@@ -44,7 +44,7 @@ struct Notice {
   std::optional<double> near_m,
       over_m;                     ///< predicted mean error: near the targets, over the workspace
   bool by_chart = false;          ///< kDrifted or kRecovered by the control chart alone
-  std::string entry, night;       ///< kNotBegun: of the schedule
+  std::string entry, day;         ///< kNotBegun: of the schedule
   calib::Phrase why;              ///< kNotBegun
 };
 

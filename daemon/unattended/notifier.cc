@@ -161,7 +161,7 @@ Notifier::~Notifier() {
   shared_->changed.wait_for(lock, kFarewell, [this] { return shared_->ended; });
 }
 
-void Notifier::tell(std::function<std::optional<Notice>()> notice) {
+void Notifier::notify(std::function<std::optional<Notice>()> notice) {
   const std::lock_guard lock(shared_->mutex);
   if (shared_->waiting.size() >= kMostWaiting) {
     shared_->waiting.pop_front();

@@ -31,7 +31,7 @@ class Notifier {
   Notifier& operator=(const Notifier&) = delete;
 
   /// `notice` is called on the notifier's thread, where it may block; none: nothing to report.
-  void tell(std::function<std::optional<Notice>()> notice);
+  void notify(std::function<std::optional<Notice>()> notice);
   /// Waits until all notices are delivered or given up; for tests.
   void drain();
 

@@ -24,7 +24,7 @@ constexpr std::chrono::minutes kAgreeFor{10};
 /// Storage interval of the time already evaluated, which is re-evaluated after a restart.
 constexpr UtcSeconds kKeepEvery = 3600;
 /// After a long shutdown, older windows are not reported individually.
-constexpr UtcSeconds kLookBack = 8 * 86400;
+constexpr UtcSeconds kMostBacklog = 8 * 86400;
 
 /// True for failures that count against `resumes`: the controller's own test does not.
 bool counts(const Failure& failure) { return failure.kind != FailureKind::kControllerTest; }
@@ -42,94 +42,96 @@ Schedule::Schedule(Parts parts) : parts_(std::move(parts)), started_(parts_.cloc
     damaged_ = damaged.what();
     spdlog::error("schedule: {}", damaged_);
   }
-  kept_ = state_.looked;
-  if (state_.looked == 0) state_.looked = started_;
-  state_.looked = std::max(state_.looked, started_ - kLookBack);
+  kept_ = state_.evaluated_until;
+  if (state_.evaluated_until == 0) state_.evaluated_until = started_;
+  state_.evaluated_until = std::max(state_.evaluated_until, started_ - kMostBacklog);
   aborts_seen_ = parts_.cell.standing().aborts;
-  const Look look = see();
-  notice_clock(look);
-  show(look);
+  const Inputs inputs = read_inputs();
+  notice_clock(inputs);
+  show(inputs);
 }
 
-Schedule::Look Schedule::see() {
+Schedule::Inputs Schedule::read_inputs() {
   return {parts_.config(), parts_.clocks.utc(), parts_.clocks.steady(), parts_.cell.standing()};
 }
 
-void Schedule::look() {
+void Schedule::update() {
   const std::lock_guard lock(deciding_);
-  Look look = see();
-  notice_clock(look);
-  notice_ends(look);
-  follow(look);
-  for (const ScheduledSession& entry : look.config.sessions) {
-    if (state_.known.try_emplace(entry.name, look.now).second) dirty_ = true;
+  Inputs inputs = read_inputs();
+  notice_clock(inputs);
+  notice_ends(inputs);
+  follow(inputs);
+  for (const ScheduledSession& entry : inputs.config.sessions) {
+    if (state_.known.try_emplace(entry.name, inputs.now).second) dirty_ = true;
     if (entry.on_request) continue;
-    for (const Night& night : nights(entry.window, std::min(state_.looked, look.now), look.now))
-      decide(look, entry, night);
+    for (const Window& window :
+         windows_between(entry.window, std::min(state_.evaluated_until, inputs.now), inputs.now))
+      decide(inputs, entry, window);
   }
-  state_.looked = look.now;
-  if (dirty_ || look.now - kept_ >= kKeepEvery) keep();
-  show(look);
+  state_.evaluated_until = inputs.now;
+  if (dirty_ || inputs.now - kept_ >= kKeepEvery) keep();
+  show(inputs);
 }
 
-void Schedule::notice_clock(const Look& look) {
+void Schedule::notice_clock(const Inputs& inputs) {
   clock_set_ = false;
-  const ClockMark now{parts_.clocks.boot, look.now, since_boot_s(look.steady)};
+  const ClockMark now{parts_.clocks.boot, inputs.now, since_boot_s(inputs.steady)};
   const bool same_boot = !now.boot.empty() && state_.clock.boot == now.boot;
   if (!same_boot) {
     state_.clock = now;
-    if (now.utc < state_.looked - static_cast<UtcSeconds>(kSetBy_s))
-      doubt_clock(look, Why::kClockStepped, static_cast<double>(now.utc - state_.looked));
+    if (now.utc < state_.evaluated_until - static_cast<UtcSeconds>(kSetBy_s))
+      doubt_clock(inputs, Why::kClockStepped,
+                  static_cast<double>(now.utc - state_.evaluated_until));
     else if (!parts_.clocks.synchronised())
-      doubt_clock(look, Why::kClockNotSynchronised, 0.0);
+      doubt_clock(inputs, Why::kClockNotSynchronised, 0.0);
   } else {
     const double passed_s = now.since_boot_s - state_.clock.since_boot_s;
     const double set_by_s = static_cast<double>(now.utc - state_.clock.utc) - passed_s;
     if (std::abs(set_by_s) >= kSetBy_s + kSlew * passed_s) {
       clock_set_ = set_by_s > 0.0;
       state_.clock = now;
-      doubt_clock(look, Why::kClockStepped, set_by_s);
+      doubt_clock(inputs, Why::kClockStepped, set_by_s);
     } else if (passed_s >= kMarkFor_s) {
       state_.clock = now;
     }
   }
-  restore_clock_trust(look);
+  restore_clock_trust(inputs);
 }
 
-void Schedule::doubt_clock(const Look& look, Why why, double set_by_s) {
+void Schedule::doubt_clock(const Inputs& inputs, Why why, double set_by_s) {
   state_.clock_doubt = ClockDoubt{why, set_by_s};
   agrees_since_.reset();
   dirty_ = true;
-  if (!look.config.unattended) return;  // time-based sessions are disabled
+  if (!inputs.config.unattended) return;  // time-based sessions are disabled
   Decision decision;
-  decision.at = look.now;
+  decision.at = inputs.now;
   decision.verb = Verb::kHeld;
   decision.why = why;
   decision.figure_s = set_by_s;
-  tell(std::move(decision));
+  report(std::move(decision));
 }
 
-void Schedule::restore_clock_trust(const Look& look) {
+void Schedule::restore_clock_trust(const Inputs& inputs) {
   if (!state_.clock_doubt) return;
   if (!parts_.clocks.synchronised()) {
     agrees_since_.reset();
     return;
   }
-  if (!agrees_since_) agrees_since_ = look.steady;
-  if (look.steady - *agrees_since_ < kAgreeFor) return;
+  if (!agrees_since_) agrees_since_ = inputs.steady;
+  if (inputs.steady - *agrees_since_ < kAgreeFor) return;
   state_.clock_doubt.reset();
   dirty_ = true;
   Decision decision;
-  decision.at = look.now;
+  decision.at = inputs.now;
   decision.verb = Verb::kReleased;
   decision.why = Why::kClockAgrees;
   decision.figure_s = std::chrono::duration<double>(kAgreeFor).count();
-  tell(std::move(decision));
+  report(std::move(decision));
 }
 
 /// Evaluates the newest end for the sessions that may follow.
-void Schedule::notice_ends(const Look& look) {
-  const Standing& cell = look.cell;
+void Schedule::notice_ends(const Inputs& inputs) {
+  const Standing& cell = inputs.cell;
   if (cell.aborts != aborts_seen_) {
     aborts_seen_ = cell.aborts;
     state_.aborted = cell.session;
@@ -154,11 +156,11 @@ void Schedule::notice_ends(const Look& look) {
   }
 }
 
-Why Schedule::held(const Look& look, Decision& why) const {
-  const Standing& cell = look.cell;
-  if (look.config.unattended && look.config.program_start == ProgramStart::kNone)
+Why Schedule::held(const Inputs& inputs, Decision& why) const {
+  const Standing& cell = inputs.cell;
+  if (inputs.config.unattended && inputs.config.program_start == ProgramStart::kNone)
     return Why::kNoProgramStart;
-  if (state_.clock_doubt && look.config.unattended) {
+  if (state_.clock_doubt && inputs.config.unattended) {
     why.figure_s = state_.clock_doubt->set_by_s;
     return state_.clock_doubt->why;
   }
@@ -176,76 +178,77 @@ Why Schedule::held(const Look& look, Decision& why) const {
   return Why::kFailedBefore;
 }
 
-Decision Schedule::of(const Look& look, const ScheduledSession& entry, const Night& night) const {
+Decision Schedule::of(const Inputs& inputs, const ScheduledSession& entry,
+                      const Window& window) const {
   Decision decision;
-  decision.at = look.now;
+  decision.at = inputs.now;
   decision.entry = entry.name;
-  decision.night = to_string(night.day);
+  decision.day = to_string(window.day);
   return decision;
 }
 
-const Decision* Schedule::newest(const std::string& entry, const std::string& night) const {
+const Decision* Schedule::newest(const std::string& entry, const std::string& day) const {
   const auto found =
       std::find_if(state_.decisions.rbegin(), state_.decisions.rend(),
-                   [&](const Decision& d) { return d.entry == entry && d.night == night; });
+                   [&](const Decision& d) { return d.entry == entry && d.day == day; });
   return found != state_.decisions.rend() ? &*found : nullptr;
 }
 
-void Schedule::decide(const Look& look, const ScheduledSession& entry, const Night& night) {
-  const std::string day = to_string(night.day);
-  if (night.ends <= state_.known.at(entry.name)) return;
-  if (night.has(look.now)) state_.reopen_missed(entry.name, day);
+void Schedule::decide(const Inputs& inputs, const ScheduledSession& entry, const Window& window) {
+  const std::string day = to_string(window.day);
+  if (window.ends <= state_.known.at(entry.name)) return;
+  if (window.has(inputs.now)) state_.reopen_missed(entry.name, day);
   if (state_.is_closed(entry.name, day)) return;
-  Decision decision = of(look, entry, night);
-  if (!night.exists() || night.ends <= look.now) {
+  Decision decision = of(inputs, entry, window);
+  if (!window.exists() || window.ends <= inputs.now) {
     decision.verb = Verb::kMissed;
-    decision.why = over(entry, night);
+    decision.why = over(entry, window);
     if (const Decision* last = newest(entry.name, day); last && decision.why == last->why) {
       decision.session = last->session;
       decision.detail = last->detail;
       decision.figure_s = last->figure_s;
     }
-    close(entry, night, std::move(decision));
+    close(entry, window, std::move(decision));
     return;
   }
-  decision.why = obstacle(look, entry, night, decision);
+  decision.why = obstacle(inputs, entry, window, decision);
   if (decision.why == Why::kNoTimeLeft) {
     decision.verb = Verb::kRefused;
-    close(entry, night, std::move(decision));
+    close(entry, window, std::move(decision));
   } else if (decision.why != Why::kNothing) {
     decision.verb = Verb::kWaiting;
-    tell(std::move(decision));
+    report(std::move(decision));
   } else {
-    begin(look, entry, night);
+    begin(inputs, entry, window);
   }
 }
 
-void Schedule::close(const ScheduledSession& entry, const Night& night, Decision decision) {
-  state_.close(entry.name, to_string(night.day), decision.verb == Verb::kMissed);
+void Schedule::close(const ScheduledSession& entry, const Window& window, Decision decision) {
+  state_.close(entry.name, to_string(window.day), decision.verb == Verb::kMissed);
   dirty_ = true;
-  tell(std::move(decision));
+  report(std::move(decision));
 }
 
 /// Reason why nothing began in a past window.
-Why Schedule::over(const ScheduledSession& entry, const Night& night) const {
-  if (!night.exists()) return Why::kNoSuchTime;
-  const Decision* last = newest(entry.name, to_string(night.day));
+Why Schedule::over(const ScheduledSession& entry, const Window& window) const {
+  if (!window.exists()) return Why::kNoSuchTime;
+  const Decision* last = newest(entry.name, to_string(window.day));
   if (last != nullptr && last->verb == Verb::kWaiting) return last->why;
-  return clock_set_ || night.begins > started_ ? Why::kClockSet : Why::kNotRunning;
+  return clock_set_ || window.begins > started_ ? Why::kClockSet : Why::kNotRunning;
 }
 
-Why Schedule::obstacle(const Look& look, const ScheduledSession& entry, const Night& night,
+Why Schedule::obstacle(const Inputs& inputs, const ScheduledSession& entry, const Window& window,
                        Decision& why) {
   if (!damaged_.empty()) {
     why.detail = damaged_;
     return Why::kNotOnDisk;
   }
-  if (!look.config.unattended) return Why::kUnattendedOff;
-  if (look.cell.busy || own_) return Why::kBusy;
-  if (const Why block = held(look, why); block != Why::kNothing) return block;
+  if (!inputs.config.unattended) return Why::kUnattendedOff;
+  if (inputs.cell.busy || own_) return Why::kBusy;
+  if (const Why block = held(inputs, why); block != Why::kNothing) return block;
   why.session = 0;
   why.figure_s = entry.minutes ? *entry.minutes * 60.0 : parts_.cell.foreseen_s(entry);
-  const auto left = static_cast<double>(night.ends - look.now);
+  const auto left = static_cast<double>(window.ends - inputs.now);
   return why.figure_s > left ? Why::kNoTimeLeft : Why::kNothing;
 }
 
@@ -256,25 +259,26 @@ std::string Schedule::by(const ScheduleConfig& config, const ScheduledSession& e
 }
 
 /// Recorded first: killed in between, the window is lost instead of repeated.
-Decision Schedule::begin(const Look& look, const ScheduledSession& entry, const Night& night) {
+Decision Schedule::begin(const Inputs& inputs, const ScheduledSession& entry,
+                         const Window& window) {
   const ScheduleState before = state_;
-  Decision decision = of(look, entry, night);
-  if (!entry.on_request) state_.close(entry.name, decision.night, false);
+  Decision decision = of(inputs, entry, window);
+  if (!entry.on_request) state_.close(entry.name, decision.day, false);
   if (!keep()) {
     state_ = before;
     decision.verb = Verb::kWaiting;
     decision.why = Why::kNotOnDisk;
     decision.detail = disk_;
-    tell(decision);
+    report(decision);
     return decision;
   }
   try {
-    decision.session = parts_.cell.begin(entry, by(look.config, entry), look.cell.aborts);
+    decision.session = parts_.cell.begin(entry, by(inputs.config, entry), inputs.cell.aborts);
     decision.verb = Verb::kBegun;
     own_ = Own{.session = decision.session,
                .entry = entry,
-               .night = night,
-               .ends = look.steady + std::chrono::seconds(night.ends - look.now),
+               .window = window,
+               .ends = inputs.steady + std::chrono::seconds(window.ends - inputs.now),
                .resume_at = {}};
   } catch (const NotNow& busy) {
     state_.closed = before.closed;
@@ -286,33 +290,33 @@ Decision Schedule::begin(const Look& look, const ScheduledSession& entry, const 
     decision.detail = wrong.what();
   }
   dirty_ = true;
-  tell(decision);
+  report(decision);
   return decision;
 }
 
-void Schedule::follow(const Look& look) {
+void Schedule::follow(const Inputs& inputs) {
   if (!own_) return;
-  if (look.cell.session != own_->session) {
+  if (inputs.cell.session != own_->session) {
     own_.reset();  // another session was begun by a person
     return;
   }
-  if (!look.cell.busy) return follow_end(look);
+  if (!inputs.cell.busy) return follow_end(inputs);
   own_->resume_at.reset();
-  const bool lasts = look.now < own_->night.ends && look.steady < own_->ends;
+  const bool lasts = inputs.now < own_->window.ends && inputs.steady < own_->ends;
   if (lasts || own_->stopped) return;
   own_->stopped = true;
-  Decision decision = of(look, own_->entry, own_->night);
+  Decision decision = of(inputs, own_->entry, own_->window);
   decision.verb = Verb::kStopped;
   decision.why = Why::kWindowOver;
   decision.session = own_->session;
-  tell(std::move(decision));
+  report(std::move(decision));
   parts_.cell.stop();
 }
 
-void Schedule::follow_end(const Look& look) {
-  if (own_->resume_at) return resume(look);
-  const Standing& cell = look.cell;
-  Decision decision = of(look, own_->entry, own_->night);
+void Schedule::follow_end(const Inputs& inputs) {
+  if (own_->resume_at) return resume(inputs);
+  const Standing& cell = inputs.cell;
+  Decision decision = of(inputs, own_->entry, own_->window);
   decision.verb = Verb::kEnded;
   decision.session = own_->session;
   const bool failed = cell.state == Standing::State::kFailed;
@@ -330,52 +334,52 @@ void Schedule::follow_end(const Look& look) {
     decision.why = Why::kAbortedBefore;
   } else if (!may || own_->stopped) {
     decision.why = Why::kHarmful;
-  } else if (counts(cell.failure) && own_->resumes >= look.config.resumes) {
-    decision.why = look.config.resumes > 0 ? Why::kResumesUsed : Why::kHarmless;
+  } else if (counts(cell.failure) && own_->resumes >= inputs.config.resumes) {
+    decision.why = inputs.config.resumes > 0 ? Why::kResumesUsed : Why::kHarmless;
   } else {
-    const std::chrono::duration<double> wait(look.config.resume_wait_s);
-    own_->resume_at = look.steady + std::chrono::duration_cast<Steady::duration>(wait);
+    const std::chrono::duration<double> wait(inputs.config.resume_wait_s);
+    own_->resume_at = inputs.steady + std::chrono::duration_cast<Steady::duration>(wait);
     decision.verb = Verb::kWaiting;
     decision.why = Why::kHarmless;
-    tell(std::move(decision));
+    report(std::move(decision));
     return;
   }
   own_.reset();
-  tell(std::move(decision));
+  report(std::move(decision));
 }
 
 /// Resumes as an operator would, where a new session could begin.
-void Schedule::resume(const Look& look) {
-  Decision decision = of(look, own_->entry, own_->night);
+void Schedule::resume(const Inputs& inputs) {
+  Decision decision = of(inputs, own_->entry, own_->window);
   decision.session = own_->session;
   decision.verb = Verb::kEnded;
   const ScheduledSession& entry = own_->entry;
   const double whole_s = entry.minutes ? *entry.minutes * 60.0 : parts_.cell.foreseen_s(entry);
-  decision.figure_s = whole_s * look.cell.left_share;
-  if (!look.config.unattended) {
+  decision.figure_s = whole_s * inputs.cell.left_share;
+  if (!inputs.config.unattended) {
     decision.why = Why::kUnattendedOff;
-  } else if (look.config.program_start == ProgramStart::kNone) {
+  } else if (inputs.config.program_start == ProgramStart::kNone) {
     decision.why = Why::kNoProgramStart;
-  } else if (counts(look.cell.failure) && own_->resumes >= look.config.resumes) {
+  } else if (counts(inputs.cell.failure) && own_->resumes >= inputs.config.resumes) {
     decision.why = Why::kResumesUsed;
   } else if (state_.clock_doubt) {
     decision.why = state_.clock_doubt->why;
   } else if (state_.aborted) {
     decision.why = Why::kAbortedBefore;
-  } else if (static_cast<double>(look.now) + decision.figure_s >
-             static_cast<double>(own_->night.ends)) {
+  } else if (static_cast<double>(inputs.now) + decision.figure_s >
+             static_cast<double>(own_->window.ends)) {
     decision.why = Why::kNoTimeLeft;
-  } else if (look.steady < *own_->resume_at) {
+  } else if (inputs.steady < *own_->resume_at) {
     return;
   }
   if (decision.why != Why::kNothing) {
     own_.reset();
-    tell(std::move(decision));
+    report(std::move(decision));
     return;
   }
   try {
-    parts_.cell.resume(by(look.config, entry), look.cell.aborts);
-    if (counts(look.cell.failure)) ++own_->resumes;
+    parts_.cell.resume(by(inputs.config, entry), inputs.cell.aborts);
+    if (counts(inputs.cell.failure)) ++own_->resumes;
     own_->resume_at.reset();
     decision.verb = Verb::kResumed;
   } catch (const NotNow&) {
@@ -385,72 +389,72 @@ void Schedule::resume(const Look& look) {
     decision.detail = wrong.what();
     own_.reset();
   }
-  tell(std::move(decision));
+  report(std::move(decision));
 }
 
 Decision Schedule::begin(const std::string& name) {
   const std::lock_guard lock(deciding_);
-  Look look = see();
-  notice_clock(look);
-  notice_ends(look);
-  follow(look);
+  Inputs inputs = read_inputs();
+  notice_clock(inputs);
+  notice_ends(inputs);
+  follow(inputs);
   const auto entry =
-      std::find_if(look.config.sessions.begin(), look.config.sessions.end(),
+      std::find_if(inputs.config.sessions.begin(), inputs.config.sessions.end(),
                    [&](const ScheduledSession& one) { return one.name == name && one.on_request; });
   Decision decision;
-  decision.at = look.now;
+  decision.at = inputs.now;
   decision.verb = Verb::kRefused;
-  if (entry == look.config.sessions.end()) {
+  if (entry == inputs.config.sessions.end()) {
     decision.why = Why::kCannotBegin;
     decision.detail = "say.schedule.no_such";
     return decision;
   }
   decision.entry = entry->name;
   decision.why = Why::kOutsideWindow;
-  for (const Night& night : nights(entry->window, look.now, look.now)) {
-    if (!night.has(look.now)) continue;
-    decision.night = to_string(night.day);
-    decision.why = obstacle(look, *entry, night, decision);
+  for (const Window& window : windows_between(entry->window, inputs.now, inputs.now)) {
+    if (!window.has(inputs.now)) continue;
+    decision.day = to_string(window.day);
+    decision.why = obstacle(inputs, *entry, window, decision);
     if (decision.why == Why::kNothing) {
-      decision = begin(look, *entry, night);
+      decision = begin(inputs, *entry, window);
       keep();
-      show(look);
+      show(inputs);
       return decision;
     }
   }
-  tell(decision);
+  report(decision);
   keep();
-  show(look);
+  show(inputs);
   return decision;
 }
 
 Decision Schedule::release(const std::string& by) {
   const std::lock_guard lock(deciding_);
-  const Look look = see();
+  const Inputs inputs = read_inputs();
   Decision decision;
-  decision.at = look.now;
+  decision.at = inputs.now;
   decision.verb = Verb::kReleased;
   decision.detail = {"say.schedule.by", {{"who", by}}};
-  if (look.cell.busy) {
+  if (inputs.cell.busy) {
     decision.verb = Verb::kRefused;
     decision.why = Why::kBusy;
     return decision;
   }
   state_.aborted.reset();
   state_.clock_doubt.reset();
-  state_.released = look.cell.end;
-  aborts_seen_ = look.cell.aborts;
-  tell(decision);
+  state_.released = inputs.cell.end;
+  aborts_seen_ = inputs.cell.aborts;
+  report(decision);
   keep();
-  show(look);
+  show(inputs);
   return decision;
 }
 
 /// Reports each decision once, not in every pass.
-void Schedule::tell(Decision decision) {
+void Schedule::report(Decision decision) {
   const auto last = std::find_if(
       state_.decisions.rbegin(), state_.decisions.rend(),
-      [&](const Decision& d) { return d.entry == decision.entry && d.night == decision.night; });
+      [&](const Decision& d) { return d.entry == decision.entry && d.day == decision.day; });
   const bool again = last != state_.decisions.rend() && decision.verb == Verb::kWaiting &&
                      last->verb == decision.verb && last->why == decision.why &&
                      last->session == decision.session && last->detail == decision.detail;
@@ -467,7 +471,7 @@ bool Schedule::keep() {
   if (!damaged_.empty()) return false;
   try {
     parts_.store.save(to_text(state_));
-    kept_ = state_.looked;
+    kept_ = state_.evaluated_until;
     dirty_ = false;
     disk_.clear();
     return true;
@@ -478,20 +482,20 @@ bool Schedule::keep() {
   }
 }
 
-void Schedule::show(const Look& look) {
+void Schedule::show(const Inputs& inputs) {
   SchedulePicture picture;
-  picture.unattended = look.config.unattended;
-  picture.responsible = look.config.responsible;
-  picture.resumes = look.config.resumes;
+  picture.unattended = inputs.config.unattended;
+  picture.responsible = inputs.config.responsible;
+  picture.resumes = inputs.config.resumes;
   Decision why;
   why.verb = Verb::kHeld;
-  if (!look.cell.busy) why.why = held(look, why);
+  if (!inputs.cell.busy) why.why = held(inputs, why);
   picture.held = why.why;
   if (why.why != Why::kNothing) picture.held_words = phrase(why);
-  for (const ScheduledSession& session : look.config.sessions) {
-    SchedulePicture::Entry entry{session, {}, next_night(session.window, look.now), 0.0, {}};
-    for (const Night& night : nights(session.window, look.now, look.now))
-      if (night.has(look.now)) entry.now = night;
+  for (const ScheduledSession& session : inputs.config.sessions) {
+    SchedulePicture::Entry entry{session, {}, next_window(session.window, inputs.now), 0.0, {}};
+    for (const Window& window : windows_between(session.window, inputs.now, inputs.now))
+      if (window.has(inputs.now)) entry.now = window;
     entry.foreseen_s = session.minutes ? *session.minutes * 60.0 : parts_.cell.foreseen_s(session);
     const auto last = std::find_if(state_.decisions.rbegin(), state_.decisions.rend(),
                                    [&](const Decision& d) { return d.entry == session.name; });

@@ -25,8 +25,8 @@ namespace cellcal::daemon {
 struct SchedulePicture {
   struct Entry {
     ScheduledSession session;
-    Night now;  ///< empty: outside its window
-    Night next;
+    Window now;  ///< empty: outside its window
+    Window next;
     double foreseen_s = 0.0;
     std::optional<Decision> last;
   };
@@ -63,7 +63,7 @@ class Schedule {
   };
   explicit Schedule(Parts parts);
 
-  void look();
+  void update();
   /// Begins a session on request, if permitted; returns the decision.
   Decision begin(const std::string& entry);
   /// Confirms that cell and arm were inspected: releases a hold.
@@ -74,38 +74,39 @@ class Schedule {
   struct Own {  ///< the session begun by the schedule
     std::int64_t session = 0;
     ScheduledSession entry;
-    Night night;
+    Window window;
     int resumes = 0;
     Steady ends{};  ///< end of the window, independent of wall clock steps
     bool stopped = false;
     std::optional<Steady> resume_at;
   };
-  struct Look {  ///< inputs of one pass
+  struct Inputs {  ///< inputs of one pass
     ScheduleConfig config;
     UtcSeconds now = 0;
     Steady steady{};
     Standing cell;
   };
 
-  Look see();
-  void notice_clock(const Look& look);
-  void doubt_clock(const Look& look, Why why, double set_by_s);
-  void restore_clock_trust(const Look& look);
-  void notice_ends(const Look& look);
-  void follow(const Look& look);
-  void follow_end(const Look& look);
-  void resume(const Look& look);
-  void decide(const Look& look, const ScheduledSession& entry, const Night& night);
-  void close(const ScheduledSession& entry, const Night& night, Decision decision);
-  Why obstacle(const Look& look, const ScheduledSession& entry, const Night& night, Decision& why);
-  Why held(const Look& look, Decision& why) const;
-  Decision begin(const Look& look, const ScheduledSession& entry, const Night& night);
-  Why over(const ScheduledSession& entry, const Night& night) const;
-  Decision of(const Look& look, const ScheduledSession& entry, const Night& night) const;
-  const Decision* newest(const std::string& entry, const std::string& night) const;
-  void tell(Decision decision);
+  Inputs read_inputs();
+  void notice_clock(const Inputs& inputs);
+  void doubt_clock(const Inputs& inputs, Why why, double set_by_s);
+  void restore_clock_trust(const Inputs& inputs);
+  void notice_ends(const Inputs& inputs);
+  void follow(const Inputs& inputs);
+  void follow_end(const Inputs& inputs);
+  void resume(const Inputs& inputs);
+  void decide(const Inputs& inputs, const ScheduledSession& entry, const Window& window);
+  void close(const ScheduledSession& entry, const Window& window, Decision decision);
+  Why obstacle(const Inputs& inputs, const ScheduledSession& entry, const Window& window,
+               Decision& why);
+  Why held(const Inputs& inputs, Decision& why) const;
+  Decision begin(const Inputs& inputs, const ScheduledSession& entry, const Window& window);
+  Why over(const ScheduledSession& entry, const Window& window) const;
+  Decision of(const Inputs& inputs, const ScheduledSession& entry, const Window& window) const;
+  const Decision* newest(const std::string& entry, const std::string& day) const;
+  void report(Decision decision);
   bool keep();
-  void show(const Look& look);
+  void show(const Inputs& inputs);
   std::string by(const ScheduleConfig& config, const ScheduledSession& entry) const;
 
   Parts parts_;

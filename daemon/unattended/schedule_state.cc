@@ -13,14 +13,14 @@ namespace {
 using nlohmann::json;
 
 constexpr const char* kFormat = "cellcal.schedule/1";
-/// Years of nights; a clock set back farther finds the newest of them.
+/// Years of windows; a clock set back farther finds the newest of them.
 constexpr std::size_t kMostClosed = 4000;
 constexpr std::size_t kMostDecisions = 200;
 
 json to_json(const Decision& d) {
   return {{"at", d.at},
           {"entry", d.entry},
-          {"night", d.night},
+          {"night", d.day},
           {"verb", to_string(d.verb)},
           {"why", to_string(d.why)},
           {"session", d.session},
@@ -38,7 +38,7 @@ Decision decision_from(const json& j) {
 ScheduleState state_from(const json& j) {
   if (j.at("format") != kFormat) throw std::runtime_error("format is not cellcal.schedule/1");
   ScheduleState state;
-  j.at("looked").get_to(state.looked);
+  j.at("looked").get_to(state.evaluated_until);
   j.at("known").get_to(state.known);
   for (const json& one : j.at("closed"))
     state.closed.push_back({one.at("entry").get<std::string>(), one.at("night").get<std::string>(),
@@ -58,20 +58,19 @@ ScheduleState state_from(const json& j) {
 
 }  // namespace
 
-bool ScheduleState::is_closed(const std::string& entry, const std::string& night) const {
-  return std::any_of(closed.begin(), closed.end(), [&](const ClosedNight& one) {
-    return one.night == night && one.entry == entry;
+bool ScheduleState::is_closed(const std::string& entry, const std::string& day) const {
+  return std::any_of(closed.begin(), closed.end(),
+                     [&](const ClosedWindow& one) { return one.day == day && one.entry == entry; });
+}
+
+void ScheduleState::reopen_missed(const std::string& entry, const std::string& day) {
+  std::erase_if(closed, [&](const ClosedWindow& one) {
+    return one.missed && one.day == day && one.entry == entry;
   });
 }
 
-void ScheduleState::reopen_missed(const std::string& entry, const std::string& night) {
-  std::erase_if(closed, [&](const ClosedNight& one) {
-    return one.missed && one.night == night && one.entry == entry;
-  });
-}
-
-void ScheduleState::close(const std::string& entry, const std::string& night, bool missed) {
-  closed.push_back({entry, night, missed});
+void ScheduleState::close(const std::string& entry, const std::string& day, bool missed) {
+  closed.push_back({entry, day, missed});
   if (closed.size() > kMostClosed) closed.pop_front();
 }
 
@@ -93,14 +92,14 @@ ScheduleState schedule_state_from(const std::string& text) {
 
 std::string to_text(const ScheduleState& state) {
   json closed = json::array(), decisions = json::array();
-  for (const ClosedNight& one : state.closed)
-    closed.push_back({{"entry", one.entry}, {"night", one.night}, {"missed", one.missed}});
+  for (const ClosedWindow& one : state.closed)
+    closed.push_back({{"entry", one.entry}, {"night", one.day}, {"missed", one.missed}});
   for (const Decision& one : state.decisions) decisions.push_back(to_json(one));
   json doubt;
   if (state.clock_doubt)
     doubt = {{"why", to_string(state.clock_doubt->why)}, {"set_by_s", state.clock_doubt->set_by_s}};
   const json all{{"format", kFormat},
-                 {"looked", state.looked},
+                 {"looked", state.evaluated_until},
                  {"known", state.known},
                  {"closed", std::move(closed)},
                  {"aborted", state.aborted ? json(*state.aborted) : json(nullptr)},

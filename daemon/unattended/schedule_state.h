@@ -12,9 +12,9 @@
 
 namespace cellcal::daemon {
 
-/// A night decided finally: begun, refused or missed.
-struct ClosedNight {
-  std::string entry, night;
+/// A window decided finally: begun, refused or missed.
+struct ClosedWindow {
+  std::string entry, day;
   bool missed = false;  ///< nothing was begun: a clock set back may repeat it
 };
 
@@ -32,9 +32,9 @@ struct ClockDoubt {
 };
 
 struct ScheduleState {
-  UtcSeconds looked = 0;                    ///< evaluated up to this time
+  UtcSeconds evaluated_until = 0;           ///< evaluated up to this time
   std::map<std::string, UtcSeconds> known;  ///< time at which an entry was added
-  std::deque<ClosedNight> closed;           ///< newest last
+  std::deque<ClosedWindow> closed;          ///< newest last
   std::optional<std::int64_t> aborted;      ///< newest session at the time of an abort
   ClockMark clock;
   std::optional<ClockDoubt> clock_doubt;
@@ -42,9 +42,9 @@ struct ScheduleState {
   std::string harmless;            ///< end after which another may begin
   std::deque<Decision> decisions;  ///< newest last
 
-  bool is_closed(const std::string& entry, const std::string& night) const;
-  void close(const std::string& entry, const std::string& night, bool missed);
-  void reopen_missed(const std::string& entry, const std::string& night);
+  bool is_closed(const std::string& entry, const std::string& day) const;
+  void close(const std::string& entry, const std::string& day, bool missed);
+  void reopen_missed(const std::string& entry, const std::string& day);
   void add(Decision decision);
 };
 

@@ -21,7 +21,7 @@ using End = Standing::State;
 /// Default without earlier sessions of the kind.
 double guess_s(const std::string& kind) { return kind == "calibrate" ? 3600.0 : 600.0; }
 /// Number of earlier sessions considered.
-constexpr std::size_t kLookedAt = 3;
+constexpr std::size_t kMostConsidered = 3;
 /// Reserve for the variation between nights.
 constexpr double kSpare = 1.25;
 
@@ -162,7 +162,7 @@ double ServiceSessionGateway::foreseen_s(const ScheduledSession& session) {
     if (session.touches && !session.goal_mm)
       share = static_cast<double>(*session.touches + session.check.value_or(10)) / record.touches;
     took_s.push_back((*ended - *began) * share);
-    if (took_s.size() == kLookedAt) break;
+    if (took_s.size() == kMostConsidered) break;
   }
   if (took_s.empty()) return guess_s(session.kind);
   return kSpare * calib::median(std::move(took_s));
@@ -178,7 +178,7 @@ ScheduleThread::ScheduleThread(Schedule& schedule)
     : thread_([this, &schedule](const std::stop_token& stop) {
         while (!stop.stop_requested()) {
           try {
-            schedule.look();
+            schedule.update();
           } catch (const std::exception& failed) {
             spdlog::error("schedule: {}", failed.what());
           }

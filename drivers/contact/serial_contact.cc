@@ -197,14 +197,14 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
 
   ContactSnapshot snapshot(TimePoint now) override {
     // Received data counts in this cycle, even before its handler has run.
-    take_in();
+    process_input();
     return core_.snapshot(now);
   }
 
   void set_silence_limit(Duration limit) override { core_.set_silence_limit(limit); }
 
   std::optional<ContactEvent> pop_event() override {
-    if (!core_.has_event()) take_in();
+    if (!core_.has_event()) process_input();
     return core_.pop_event();
   }
 
@@ -231,7 +231,7 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
   // io thread ---------------------------------------------------------------------------------
 
   /// Processes pending input of this thread: shutdown, commands, messages of the port.
-  void take_in() {
+  void process_input() {
     bool any = false;
     if (closes_done_ < closes_asked_) {
       leave_port();
@@ -318,7 +318,7 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
     timer_.async_wait([self = shared_from_this()](boost::system::error_code error) {
       if (error) return;  // reset or finished
       self->timer_pending_ = false;
-      self->take_in();  // received data is not silence
+      self->process_input();  // received data is not silence
       const TimePoint t = Steady::now();
       self->core_.on_tick(t);
       self->after(t);
@@ -330,7 +330,7 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
                       [self = shared_from_this()](boost::system::error_code error) {
                         if (error) return;
                         self->queues_.news_call.take();
-                        self->take_in();
+                        self->process_input();
                         self->wait_for_calls();
                       });
   }

@@ -129,7 +129,7 @@ void assign_masses(calib::Robot& robot, calib::Random& random) {
   }
 }
 
-void ContactWatch::look(drivers::TimePoint from, drivers::TimePoint to, const AnglesAt& angles) {
+void ContactWatch::update(drivers::TimePoint from, drivers::TimePoint to, const AnglesAt& angles) {
   if (!power_on_) power_on_ = from;
   const double warm =
       cell_.truth().warm_at(std::chrono::duration<double>(from - *power_on_).count());
@@ -145,7 +145,7 @@ void ContactWatch::look(drivers::TimePoint from, drivers::TimePoint to, const An
   deepest_m_ = std::max(deepest_m_, -gap);
   const double closes_at = early_.closing_gap_m();
   const bool closed = gap <= closes_at;
-  early_.look(gap, closed);
+  early_.update(gap, closed);
   if (closed == closed_) return;
   drivers::TimePoint before = from, after = to;
   constexpr drivers::Duration kResolution = std::chrono::nanoseconds(100);

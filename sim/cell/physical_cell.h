@@ -60,7 +60,7 @@ class ContactWatch {
   /// The arm moves from `from` to `to` according to `angles`: reports every change of the circuit,
   /// located to a hundred nanoseconds. Motion within a cycle is assumed to be monotonic towards or
   /// away from the surface. The warm-up of the arm starts with the first call.
-  void look(drivers::TimePoint from, drivers::TimePoint to, const AnglesAt& angles);
+  void update(drivers::TimePoint from, drivers::TimePoint to, const AnglesAt& angles);
 
   bool closed() const { return closed_; }
   double deepest_m() const { return deepest_m_; }  ///< maximum depth of the tip in a sphere

@@ -116,12 +116,12 @@ Eigen::Matrix3Xd taught_places(const Truth& truth, const calib::Cell& cell, int 
     const calib::JointVector seed = facing(cell.robot, home, centre);
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     int reached = 0;
-    constexpr int kLooks = 6;
-    for (int look = 0; look < kLooks; ++look) {
+    constexpr int kViews = 6;
+    for (int view = 0; view < kViews; ++view) {
       Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
       pose.translation() = centre;
       pose.linear() =
-          (Eigen::AngleAxisd(look * 2.0 * std::numbers::pi / kLooks, Eigen::Vector3d::UnitZ()) *
+          (Eigen::AngleAxisd(view * 2.0 * std::numbers::pi / kViews, Eigen::Vector3d::UnitZ()) *
            Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX()))
               .toRotationMatrix();
       const auto q = calib::inverse(nominal, pose, seed, 0.0);
@@ -277,7 +277,7 @@ void EarlyContact::begin_visit() {
   falls_off_ = random_.uniform() < 0.5;
 }
 
-void EarlyContact::look(double gap_m, bool closed) {
+void EarlyContact::update(double gap_m, bool closed) {
   touched_ = touched_ || closed;
   if (touched_ && !closed && gap_m - chip_m_ > kOpenM) {
     touched_ = false;

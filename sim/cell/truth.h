@@ -35,7 +35,7 @@ class EarlyContact {
   /// The circuit is closed at gaps up to this [m]. Negative: late.
   double closing_gap_m() const { return noise_m_ + chip_m_; }
   /// Current gap of the tip, and state of the circuit.
-  void look(double gap_m, bool closed);
+  void update(double gap_m, bool closed);
 
  private:
   double noise();

@@ -153,7 +153,7 @@ int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   sim::KrcUdp krc(controller, udp, [&](sim::Controller& c, drivers::TimePoint now) {
     c.input(now, free);
     if (!options.no_spheres)
-      watch.look(now, now + c.cycle(), [&](drivers::TimePoint t) { return c.actual_rad_at(t); });
+      watch.update(now, now + c.cycle(), [&](drivers::TimePoint t) { return c.actual_rad_at(t); });
   });
   krc.start();
   fmt::print("emulator: {} axes, controller sends to {}:{}, contact sensor on {}\n",
@@ -210,7 +210,7 @@ int run_eki_stream(const sim::EmulatorOptions& options, const calib::Cell& cell)
   server.realtime = true;
   sim::EkiStreamServer krc(controller, server, [&](sim::EkiStream& c, drivers::TimePoint now) {
     if (!options.no_spheres)
-      watch.look(now, now + c.cycle(), [&](drivers::TimePoint t) { return c.actual_rad_at(t); });
+      watch.update(now, now + c.cycle(), [&](drivers::TimePoint t) { return c.actual_rad_at(t); });
   });
   krc.start();
   for (std::size_t i = 0; i < options.eki_xml.size(); ++i)
@@ -274,7 +274,7 @@ int run_eki(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   sim::EkiServer krc(controller, tcp, [&](sim::EkiController& c, drivers::TimePoint now) {
     running = &c;
     if (!options.no_spheres)
-      watch.look(now, now + c.cycle(), [&](drivers::TimePoint t) { return c.actual_rad_at(t); });
+      watch.update(now, now + c.cycle(), [&](drivers::TimePoint t) { return c.actual_rad_at(t); });
   });
   krc.start();
   fmt::print("emulator: {} axes, controller listens on {}:{}, contact sensor on {}\n",

@@ -289,7 +289,7 @@ struct Controller::Impl {
     speed_rad_s = speed;
   }
 
-  void take_stop() {
+  void apply_stop() {
     if (!stop_seen) return;
     stop_seen = false;
     if (config.stop_mode == RsiStop::kExitMoveCorr) {
@@ -339,7 +339,7 @@ struct Controller::Impl {
     read_input(now);
     if (phase != RsiPhase::kRunning) return {};
     close_cycle();
-    if (phase == RsiPhase::kRunning) take_stop();
+    if (phase == RsiPhase::kRunning) apply_stop();
     if (phase == RsiPhase::kRunning) apply();
     if (phase != RsiPhase::kRunning) return {};
     awaiting = !channel.only_send;

@@ -94,9 +94,9 @@ void McuThread::reset(std::uint8_t cause) {
   act([&](Microcontroller& mcu) { mcu.reset(Clock::now(), cause); });
 }
 
-void McuThread::inspect(const std::function<void(const Microcontroller&)>& look) const {
+void McuThread::inspect(const std::function<void(const Microcontroller&)>& visit) const {
   const std::lock_guard lock(mutex_);
-  look(mcu_);
+  visit(mcu_);
 }
 
 void McuThread::wake() {
@@ -218,9 +218,9 @@ bool McuPty::write_host(const Microcontroller::Output& output) {
 
 /// While the terminal is not open, poll() returns immediately with a hang-up.
 bool McuPty::can_wait() {
-  pollfd look{master_.get(), POLLIN, 0};
-  ::poll(&look, 1, 0);
-  operator_present_ = (look.revents & POLLHUP) == 0;
+  pollfd terminal{master_.get(), POLLIN, 0};
+  ::poll(&terminal, 1, 0);
+  operator_present_ = (terminal.revents & POLLHUP) == 0;
   return operator_present_;
 }
 

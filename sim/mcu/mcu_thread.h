@@ -42,7 +42,7 @@ class McuThread {
   void on_output(Microcontroller::OnOutput callback);
   void reset(std::uint8_t cause = CTP_RESET_PIN);
   /// Runs on the calling thread with the emulation suspended.
-  void inspect(const std::function<void(const Microcontroller&)>& look) const;
+  void inspect(const std::function<void(const Microcontroller&)>& visit) const;
   /// Frames dropped because the line was not read.
   std::uint64_t dropped() const { return dropped_; }
 

@@ -185,13 +185,13 @@ void Microcontroller::convert(TimePoint t) {
 /// Applies the firmware's outputs to the circuit, and schedules the next sampling.
 void Microcontroller::follow_test() {
   const TestPin pin = pin_of(sensor_drive(&sensor_));
-  const bool looks = sensor_.test != last_test_ || armed() != last_armed_;
+  const bool resamples = sensor_.test != last_test_ || armed() != last_armed_;
   last_test_ = sensor_.test;
   last_armed_ = armed();
   if (pin != circuit_.test_pin) {
     circuit_.test_pin = pin;
     settle(now_);
-  } else if (looks) {
+  } else if (resamples) {
     conversions_left_ = kConversions;
     convert(now_);
   }

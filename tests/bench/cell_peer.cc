@@ -198,7 +198,7 @@ struct CellPeer::Impl {
     std::array<char, drivers::kMaxRsiDatagram> buffer{};
     if ((ends[0].revents & POLLIN) != 0) {
       const ssize_t got = ::recv(to_robot.fd(), buffer.data(), buffer.size(), MSG_DONTWAIT);
-      if (got > 0) take_reply({buffer.data(), static_cast<std::size_t>(got)}, now);
+      if (got > 0) receive_reply({buffer.data(), static_cast<std::size_t>(got)}, now);
     }
     if ((ends[1].revents & POLLIN) != 0) {
       const ssize_t got = ::read(sensor.master(), buffer.data(), buffer.size());
@@ -215,7 +215,7 @@ struct CellPeer::Impl {
     }
   }
 
-  void take_reply(std::string_view bytes, TimePoint now) {
+  void receive_reply(std::string_view bytes, TimePoint now) {
     if (parser.parse_sen(bytes, {}, reply) != drivers::WireError::kNone) return;
     controller.receive(bytes);
     const std::uint32_t ipoc = reply.ipoc.value;
@@ -314,7 +314,7 @@ void CellPeer::touch(std::optional<Duration> gap) {
   impl_->touch_asked = true;
 }
 
-std::optional<Contact> CellPeer::take_contact() {
+std::optional<Contact> CellPeer::consume_contact() {
   if (!impl_->contact_ready.exchange(false)) return std::nullopt;
   return impl_->contact;
 }
@@ -324,7 +324,7 @@ void CellPeer::fall_silent() {
   impl_->silence_asked = true;
 }
 
-std::optional<Silence> CellPeer::take_silence() {
+std::optional<Silence> CellPeer::consume_silence() {
   if (!impl_->silence_ready.exchange(false)) return std::nullopt;
   return impl_->silence;
 }
@@ -339,7 +339,7 @@ void CellPeer::ping_echo() {
   impl_->echo_asked = true;
 }
 
-std::optional<Duration> CellPeer::take_echo() {
+std::optional<Duration> CellPeer::consume_echo() {
   if (!impl_->echo_ready.exchange(false)) return std::nullopt;
   return impl_->echo;
 }

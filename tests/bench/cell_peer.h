@@ -59,18 +59,18 @@ class CellPeer {
   /// cycle; with `gap`, so that the next packet follows it by the gap.
   void touch(std::optional<drivers::Duration> gap);
   /// The contact's times, once they are complete; touch() is over then.
-  std::optional<Contact> take_contact();
+  std::optional<Contact> consume_contact();
   /// The sensor says nothing any more as soon as the arm moves at constant speed, from any time of
   /// the cycle on, until release().
   void fall_silent();
-  std::optional<Silence> take_silence();
+  std::optional<Silence> consume_silence();
   /// Ends a touch() that came to nothing, and opens the touch circuit.
   void release();
 
   /// Writes as many bytes as a TRIP has to the echo's terminal, while nothing else happens.
   void ping_echo();
   /// Bytes written -> datagram seen.
-  std::optional<drivers::Duration> take_echo();
+  std::optional<drivers::Duration> consume_echo();
 
   bool realtime() const;  ///< asked for and permitted
   PeerCounts counts() const;

@@ -74,7 +74,7 @@ std::string CellSession::wait_until_ready() {
 std::optional<Silence> CellSession::lose_heartbeat() {
   const auto result = search_with([this] { peer_.fall_silent(); });
   if (!result) return std::nullopt;
-  const std::optional<Silence> silence = peer_.take_silence();
+  const std::optional<Silence> silence = peer_.consume_silence();
   peer_.release();
   if (result->outcome != MoveOutcome::kContactSilent) {
     return spoiled(std::string(to_string(result->outcome)) + ": " + drivers::said(result->detail));
@@ -85,7 +85,7 @@ std::optional<Silence> CellSession::lose_heartbeat() {
 std::optional<Contact> CellSession::search(std::optional<Duration> gap) {
   const auto result = search_with([&] { peer_.touch(gap); });
   if (!result) return std::nullopt;
-  const std::optional<Contact> contact = peer_.take_contact();
+  const std::optional<Contact> contact = peer_.consume_contact();
   peer_.release();
   eventually([&] { return !contact_.status().in_contact; });
   if (result->outcome != MoveOutcome::kContact) {

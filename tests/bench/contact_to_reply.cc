@@ -135,7 +135,7 @@ int run(const Options& options) {
       if (contact) (us ? gaps[*us] : any).add(*contact);
       peer.ping_echo();
       std::optional<Duration> answer;
-      eventually([&] { return (answer = peer.take_echo()).has_value(); });
+      eventually([&] { return (answer = peer.consume_echo()).has_value(); });
       if (answer) echo.add(*answer);
     }
     for (int i = 0; i < options.silences; ++i)

@@ -13,11 +13,11 @@ namespace {
 void wait_for_disk() {
   const char* file = std::getenv("STALL_WHILE");
   if (file == nullptr) return;
-  constexpr useconds_t kLookUs = 1000;
+  constexpr useconds_t kPollUs = 1000;
   while (::access(file, F_OK) == 0) {
     const int met = ::open((std::string(file) + ".met").c_str(), O_CREAT | O_WRONLY, 0600);
     if (met >= 0) ::close(met);
-    ::usleep(kLookUs);
+    ::usleep(kPollUs);
   }
 }
 

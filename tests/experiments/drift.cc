@@ -45,7 +45,7 @@ double quantile(std::vector<double> values, double share) {
 /// Of one run: each new highest value of a statistic, and the check at which it was reached.
 struct Records {
   std::vector<std::pair<int, double>> highest;
-  void look(int check, double value) {
+  void update(int check, double value) {
     if (highest.empty() || value > highest.back().second) highest.emplace_back(check, value);
   }
   int first_beyond(double limit, int else_at) const {
@@ -69,8 +69,8 @@ Run unchanged_run(int length, std::uint64_t seed) {
     const auto at = charts.take(check);
     charts.learn(check);
     if (k < static_cast<int>(calib::kLeastChecks)) continue;
-    run.ewma.look(k, at.ewma);
-    run.cusum.look(k, at.cusum);
+    run.ewma.update(k, at.ewma);
+    run.cusum.update(k, at.cusum);
   }
   return run;
 }

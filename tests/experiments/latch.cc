@@ -46,7 +46,7 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 constexpr double kRadPerDeg = std::numbers::pi / 180;
-constexpr milliseconds kLook{1};
+constexpr milliseconds kPollInterval{1};
 constexpr seconds kTimeout{20}, kArmLifetime{20};
 constexpr double kRunUpM = 0.002, kRunUpSpreadM = 0.0005, kBeyondM = 0.003;
 /// Of more than 12 mm/s: the arm is at speed behind two of them at 40.
@@ -113,7 +113,7 @@ bool eventually(Clock& clock, const std::function<bool()>& done) {
   const TimePoint end = clock.now() + kTimeout;
   while (!done()) {
     if (clock.now() > end) return false;
-    clock.sleep_until(clock.now() + kLook);
+    clock.sleep_until(clock.now() + kPollInterval);
   }
   return true;
 }
@@ -277,7 +277,7 @@ Errors on_real_wires(const calib::Cell& cell, const Line& line, const Setting& s
   udp.realtime = true;
   sim::KrcUdp krc(
       controller_config(cell, line, setting), udp, [&](sim::Controller& c, TimePoint now) {
-        watch.look(now, now + c.cycle(), [&](TimePoint t) { return c.actual_rad_at(t); });
+        watch.update(now, now + c.cycle(), [&](TimePoint t) { return c.actual_rad_at(t); });
       });
   krc.start();
   Rig rig{robot, contact, steady_clock(), truth};

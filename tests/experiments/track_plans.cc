@@ -37,11 +37,11 @@ calib::Cell cell_of(const calib::Robot& robot) {
 /// The smallest gap of the true tip on a straight move [m].
 double least_gap_m(const sim::PhysicalCell& real, const calib::JointVector& from,
                    const calib::JointVector& to) {
-  constexpr int kLooks = 40;
+  constexpr int kSamples = 40;
   double least = 1e3;
-  for (int k = 0; k <= kLooks; ++k) {
+  for (int k = 0; k <= kSamples; ++k) {
     calib::JointVector q = from;
-    for (std::size_t i = 0; i < q.size(); ++i) q[i] += k * (to[i] - from[i]) / kLooks;
+    for (std::size_t i = 0; i < q.size(); ++i) q[i] += k * (to[i] - from[i]) / kSamples;
     least = std::min(least, real.gap_m(q));
   }
   return least;

@@ -111,10 +111,10 @@ Result updated(const Calibrated& on, const std::vector<Happening>& happenings, s
   const calib::Robot& robot = world.cell.robot;
   result.seconds = seconds_of(on.first, robot);
   calib::Calibration c;
-  const auto look = [&] { c = calib::update(on.calibration, touches, {"", kMonths}); };
+  const auto refit = [&] { c = calib::update(on.calibration, touches, {"", kMonths}); };
   result.met = touch(world, on.first, warm, random, touches);
   if (result.met) {
-    look();
+    refit();
     if (calib::further_touches_pay(*c.update)) {
       const auto how =
           calib::further_update_touches(static_cast<int>(touches.size()), result.seconds);
@@ -122,7 +122,7 @@ Result updated(const Calibrated& on, const std::vector<Happening>& happenings, s
           calib::make_update_plan(c, {}, how, on.first.touches.back().clear);
       result.seconds += seconds_of(further, robot);
       result.met = touch(world, further, warm, random, touches);
-      if (result.met) look();
+      if (result.met) refit();
     }
   }
   result.touches = touches.size();

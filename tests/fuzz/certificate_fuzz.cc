@@ -59,7 +59,7 @@ void open_form(std::string_view text) try {
 } catch (const calib::FileError&) {
 }
 
-void take_form(std::string_view text) try {
+void parse_form(std::string_view text) try {
   const auto json = nlohmann::json::parse(text, nullptr, false);
   for (const daemon::ObstacleForm& one : daemon::form_from_json(json, "/none/cell.toml").obstacles)
     require(one.file.empty(), "no STL file is kept there");
@@ -74,6 +74,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   read_spheres(text);
   set_tool(text);
   open_form(text);
-  take_form(text);
+  parse_form(text);
   return 0;
 }

@@ -124,7 +124,7 @@ class ConnectionOn final : public Connection,
         code != http::error::end_of_stream && code != http::error::partial_message;
     if (malformed) return refuse(400, "this is not HTTP: " + code.message());
     if (code) return close();
-    if (const std::string twice = take_request(); !twice.empty())
+    if (const std::string twice = adopt_request(); !twice.empty())
       return refuse(400, "there are two headers " + twice + ". Send it once");
     lowest().expires_never();
     const auto server = server_.lock();
@@ -141,7 +141,7 @@ class ConnectionOn final : public Connection,
 
   /// Returns the name of a duplicated header that affects authentication or routing, since a proxy in front
   /// may have evaluated the other copy.
-  std::string take_request() {
+  std::string adopt_request() {
     auto message = parser_->release();
     keep_ = message.keep_alive();
     std::string twice;
@@ -151,7 +151,7 @@ class ConnectionOn final : public Connection,
     return twice;
   }
 
-  /// The request without its body. `twice`: see take_request().
+  /// The request without its body. `twice`: see adopt_request().
   Request head_of(const http::request<http::string_body>& message,
                   std::string* twice = nullptr) const {
     Request request =
@@ -189,8 +189,8 @@ class ConnectionOn final : public Connection,
     // The sender of an acting request has given up by then, and may have entered the cell.
     if (is_stale()) return busy("request waited too long for others: nothing was done. Try again");
     // Reading requests are cancelled when the server stops; acting ones are completed.
-    const bool looks = request_.method == "GET";
-    const calib::Watch watch([&server, looks] { return looks && server.stopped; });
+    const bool reads = request_.method == "GET";
+    const calib::Watch watch([&server, reads] { return reads && server.stopped; });
     try {
       return server.parts.handler(request_, true).value_or(error(500, "no answer"));
     } catch (const calib::Cancelled&) {

@@ -193,12 +193,12 @@ Response busy(const std::string& words) {
 const char* to_string(Role role) {
   using enum Role;
   static constexpr EnumNames<Role> kTable{
-      {{kNobody, "nobody"}, {kLook, "look"}, {kOperate, "operate"}, {kAdminister, "administer"}}};
+      {{kNone, "nobody"}, {kView, "look"}, {kOperate, "operate"}, {kAdminister, "administer"}}};
   return kTable[role];
 }
 
 std::optional<Role> parse_role(std::string_view word) {
-  for (const Role role : {Role::kLook, Role::kOperate, Role::kAdminister}) {
+  for (const Role role : {Role::kView, Role::kOperate, Role::kAdminister}) {
     if (word == to_string(role)) return role;
   }
   return std::nullopt;

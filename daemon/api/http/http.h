@@ -20,7 +20,7 @@ namespace cellcal::daemon {
 // Caller and role.
 
 /// Each role includes the permissions of those before it.
-enum class Role { kNobody, kLook, kOperate, kAdminister };
+enum class Role { kNone, kView, kOperate, kAdminister };
 
 const char* to_string(Role role);
 /// "look", "operate", "administer"; none for any other word.
@@ -30,7 +30,7 @@ std::optional<Role> parse_role(std::string_view word);
 inline constexpr const char* kLocalName = "local";
 
 struct Caller {
-  Role role = Role::kNobody;
+  Role role = Role::kNone;
   std::string name{};  ///< of the token; "local" over the Unix socket
 };
 
@@ -46,7 +46,7 @@ struct Request {
   std::string body;
   std::map<std::string, std::string> headers{};  ///< names in lower case; first value of each
   std::string peer{};  ///< address of the client; empty over a Unix socket
-  Caller caller{};     ///< kNobody until admitted
+  Caller caller{};     ///< kNone until admitted
 
   /// Empty where the header is missing.
   const std::string& header(const std::string& name) const;

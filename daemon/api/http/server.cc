@@ -15,7 +15,7 @@ namespace asio = boost::asio;
 namespace {
 
 /// Update period of the arm's joints on a page.
-constexpr std::chrono::milliseconds kLookPeriod{200};
+constexpr std::chrono::milliseconds kStreamPollPeriod{200};
 /// A failing link changes its text up to a thousand times a second.
 constexpr std::chrono::milliseconds kPokePeriod{50};
 /// Probably out of file descriptors: an immediate retry would only use processor time.
@@ -64,7 +64,7 @@ bool HttpServer::Impl::make_room_for_a_stream(const std::string& caller) {
   return true;
 }
 
-void HttpServer::Impl::poll_streams() { ask_followers_at(followers_asked_ + kLookPeriod); }
+void HttpServer::Impl::poll_streams() { ask_followers_at(followers_asked_ + kStreamPollPeriod); }
 
 void HttpServer::Impl::ask_followers_at(std::chrono::steady_clock::time_point when) {
   if (stopped) return;
@@ -145,11 +145,11 @@ bool Clerk::post(const Request& request, std::function<void()> job) {
   const std::string& name = request.caller.name;
   {
     const std::lock_guard lock(mutex_);
-    std::deque<Waiting>& waiting = acts ? acting_ : looking_;
+    std::deque<Waiting>& waiting = acts ? acting_ : reading_;
     const auto own = static_cast<std::size_t>(std::count_if(
         waiting.begin(), waiting.end(), [&](const Waiting& one) { return one.name == name; }));
-    if (waiting.size() >= (acts ? kMostActing : kMostLooking)) return false;
-    if (own >= (acts ? kMostActingOfOne : kMostLookingOfOne)) return false;
+    if (waiting.size() >= (acts ? kMostActing : kMostReading)) return false;
+    if (own >= (acts ? kMostActingOfOne : kMostReadingOfOne)) return false;
     waiting.push_back({name, std::move(job)});
   }
   worker_.post([this] { do_next(); });
@@ -160,7 +160,7 @@ void Clerk::do_next() {
   std::function<void()> job;
   {
     const std::lock_guard lock(mutex_);
-    std::deque<Waiting>& waiting = acting_.empty() ? looking_ : acting_;
+    std::deque<Waiting>& waiting = acting_.empty() ? reading_ : acting_;
     job = std::move(waiting.front().job);
     waiting.pop_front();
   }

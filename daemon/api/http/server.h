@@ -100,7 +100,7 @@ class HttpServer {
 class Clerk {
  public:
   // Limits of the waiting requests.
-  static constexpr std::size_t kMostLooking = 48, kMostLookingOfOne = 24;
+  static constexpr std::size_t kMostReading = 48, kMostReadingOfOne = 24;
   static constexpr std::size_t kMostActing = 16, kMostActingOfOne = 8;
 
   /// False: queue full.
@@ -114,7 +114,7 @@ class Clerk {
   void do_next();
 
   std::mutex mutex_;
-  std::deque<Waiting> acting_, looking_;
+  std::deque<Waiting> acting_, reading_;
   /// Declared last, destroyed first: it uses the other members.
   ThreadWorker worker_{ThreadWorker::Priority::kNormal};
 };

@@ -131,7 +131,7 @@ LockFile::~LockFile() { ::close(descriptor_); }
 
 namespace {
 
-struct stat look_at(const std::filesystem::path& file, const std::filesystem::path& journal) {
+struct stat stat_of(const std::filesystem::path& file, const std::filesystem::path& journal) {
   struct stat info {};
   if (::stat(file.c_str(), &info) == 0) return info;
   throw JournalError("journal " + journal.string() + ": " + file.filename().string() +
@@ -144,14 +144,14 @@ struct stat look_at(const std::filesystem::path& file, const std::filesystem::pa
 FileWatch::FileWatch(std::filesystem::path journal, const std::vector<std::filesystem::path>& files)
     : journal_(std::move(journal)) {
   for (const auto& path : files) {
-    const struct stat info = look_at(path, journal_);
+    const struct stat info = stat_of(path, journal_);
     files_.push_back({path, info.st_dev, info.st_ino, info.st_size});
   }
 }
 
-void FileWatch::look() {
+void FileWatch::check() {
   for (File& file : files_) {
-    const struct stat info = look_at(file.path, journal_);
+    const struct stat info = stat_of(file.path, journal_);
     const bool replaced = info.st_dev != file.device || info.st_ino != file.inode;
     if (replaced || info.st_size < file.size) {
       throw JournalError("journal " + journal_.string() + ": " + file.path.filename().string() +

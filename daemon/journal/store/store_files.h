@@ -62,7 +62,7 @@ class FileWatch {
   FileWatch(std::filesystem::path journal, const std::vector<std::filesystem::path>& files);
 
   /// Throws JournalError if a file was removed, replaced or truncated since.
-  void look();
+  void check();
 
  private:
   struct File {

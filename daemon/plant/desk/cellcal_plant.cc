@@ -27,7 +27,7 @@ namespace {
 /// Data limit. Facts in flight take 16 MB, messages of a broker 1 MB; a packet claiming a larger size gets no
 /// memory.
 constexpr std::size_t kMostBytes = std::size_t{160} << 20;
-constexpr timespec kLook{1, 0};
+constexpr timespec kPollInterval{1, 0};
 
 /// The lines requested by the daemon, as long as it answers.
 class Lines {
@@ -133,7 +133,7 @@ int run(const PlantOptions& options, std::uint64_t restarts) {
     if (now != problem && !now.empty()) spdlog::warn("[plant]: {}", now);
     if (now.empty() && !problem.empty()) spdlog::info("[plant]: cellcald answers");
     problem = now;
-  } while (::sigtimedwait(&ends, nullptr, &kLook) < 0);
+  } while (::sigtimedwait(&ends, nullptr, &kPollInterval) < 0);
   return 0;
 }
 

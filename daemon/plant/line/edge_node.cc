@@ -55,8 +55,8 @@ struct EdgeNode::Impl {
   void connect_later();
   void up();
   void down(const LineFailure& lost);
-  void look_again();
-  void look();
+  void schedule_poll();
+  void poll();
   void bear();
   void send(const char* type, const std::vector<Metric>& metrics, Types types);
   void stop();
@@ -129,7 +129,7 @@ void EdgeNode::Impl::up() {
                  parts.config.host, parts.config.port);
   line->listen({topic("NCMD")});
   birth_wanted = true;
-  look();
+  poll();
 }
 
 void EdgeNode::Impl::down(const LineFailure& lost) {
@@ -158,17 +158,17 @@ void EdgeNode::Impl::down(const LineFailure& lost) {
   connect_later();
 }
 
-void EdgeNode::Impl::look_again() {
+void EdgeNode::Impl::schedule_poll() {
   tick.expires_after(parts.every);
   tick.async_wait([this](boost::system::error_code cancelled) {
-    if (!cancelled && is_up && !stopping) look();
+    if (!cancelled && is_up && !stopping) poll();
   });
 }
 
 /// Publishes changes; everything on request of a host, or for the first time.
-void EdgeNode::Impl::look() {
-  look_again();
-  std::vector<Metric> now = parts.look();
+void EdgeNode::Impl::poll() {
+  schedule_poll();
+  std::vector<Metric> now = parts.metrics();
   if (now.empty()) return;
   std::vector<Metric> changed;
   for (std::size_t i = 0; i < now.size(); ++i)

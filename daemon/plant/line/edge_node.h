@@ -54,7 +54,7 @@ class EdgeNode {
     PlantConfig config;
     /// State of the cell: always the same names in the same order; empty: not known yet. Called on this
     /// object's thread.
-    std::function<std::vector<Metric>()> look;
+    std::function<std::vector<Metric>()> metrics;
     /// Polling period, and minimum interval of births on request.
     std::chrono::milliseconds every{1000};
     std::chrono::milliseconds first_wait{1000},

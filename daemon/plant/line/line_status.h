@@ -19,28 +19,29 @@ enum class LineProblem {
   kLogin,        ///< user, password or client refused
   kRefused,      ///< a fact was refused: no permission, quota
   kTooLarge,     ///< a fact exceeds the broker's limit and waits
-  kNobody,       ///< no collector at this broker
+  kNoCollector,  ///< no collector at this broker
   kTakenOver,    ///< another cell uses the same name
   kUnstored,     ///< the broker's limit of results not yet stored is reached
   kRenamed,      ///< pending facts were recorded under another name
   kLost,
   kJournal  ///< cannot be read or written
 };
-inline constexpr EnumNames<LineProblem> kLineProblems{{{LineProblem::kNone, "none"},
-                                                       {LineProblem::kNotRunning, "not-running"},
-                                                       {LineProblem::kFiles, "files"},
-                                                       {LineProblem::kNoName, "no-name"},
-                                                       {LineProblem::kUnreachable, "unreachable"},
-                                                       {LineProblem::kCertificate, "certificate"},
-                                                       {LineProblem::kLogin, "login"},
-                                                       {LineProblem::kRefused, "refused"},
-                                                       {LineProblem::kTooLarge, "too-large"},
-                                                       {LineProblem::kNobody, "nobody-collects"},
-                                                       {LineProblem::kTakenOver, "taken-over"},
-                                                       {LineProblem::kUnstored, "not-stored"},
-                                                       {LineProblem::kRenamed, "renamed"},
-                                                       {LineProblem::kLost, "lost"},
-                                                       {LineProblem::kJournal, "journal"}}};
+inline constexpr EnumNames<LineProblem> kLineProblems{
+    {{LineProblem::kNone, "none"},
+     {LineProblem::kNotRunning, "not-running"},
+     {LineProblem::kFiles, "files"},
+     {LineProblem::kNoName, "no-name"},
+     {LineProblem::kUnreachable, "unreachable"},
+     {LineProblem::kCertificate, "certificate"},
+     {LineProblem::kLogin, "login"},
+     {LineProblem::kRefused, "refused"},
+     {LineProblem::kTooLarge, "too-large"},
+     {LineProblem::kNoCollector, "nobody-collects"},
+     {LineProblem::kTakenOver, "taken-over"},
+     {LineProblem::kUnstored, "not-stored"},
+     {LineProblem::kRenamed, "renamed"},
+     {LineProblem::kLost, "lost"},
+     {LineProblem::kJournal, "journal"}}};
 inline const char* to_string(LineProblem problem) { return kLineProblems[problem]; }
 
 struct LineStatus {

@@ -61,7 +61,7 @@ struct MqttLine::Handle {
 };
 
 /// Result of the opening thread for the line's own thread, if that still exists.
-struct MqttLine::Door {
+struct MqttLine::OpeningGuard {
   std::mutex mutex;
   bool closed = false;
 };
@@ -151,7 +151,7 @@ struct MqttLine::Impl : std::enable_shared_from_this<MqttLine::Impl> {
   asio::steady_timer misc, opening;
   std::shared_ptr<Handle> opening_handle = std::make_shared<Handle>();
   mosquitto* handle = nullptr;  ///< the handle, once no other thread uses it
-  std::shared_ptr<Door> door = std::make_shared<Door>();
+  std::shared_ptr<OpeningGuard> guard = std::make_shared<OpeningGuard>();
   std::optional<std::uint32_t> largest_packet;
   std::optional<LineFailure> refusal;  ///< the broker's reason before the line ended
   bool is_up = false, gone = false, ended = false, closing = false, reading = false,
@@ -199,7 +199,7 @@ LineFailure MqttLine::Impl::failure_of_reason(int reason) const {
   if (reason == MQTT_RC_SESSION_TAKEN_OVER) return taken_over(config);
   if (reason == MQTT_RC_NO_MATCHING_SUBSCRIBERS)
     return {
-        LineProblem::kNobody,
+        LineProblem::kNoCollector,
         fmt::format("{}: no subscriber. Start cellcal-fleet; nothing is lost meanwhile", broker())};
   if (reason == MQTT_RC_PACKET_TOO_LARGE) return failure_of(MOSQ_ERR_OVERSIZE_PACKET);
   if (!is_up || reason == MQTT_RC_SERVER_SHUTTING_DOWN || reason == MQTT_RC_KEEP_ALIVE_TIMEOUT)
@@ -285,7 +285,7 @@ void MqttLine::Impl::open(const std::optional<Message>& will) {
 /// The resolver may block indefinitely; it runs on a thread that is never joined.
 void MqttLine::Impl::connect() {
   try {
-    std::thread([own = opening_handle, door = door, weak = weak_from_this(), &context = context,
+    std::thread([own = opening_handle, guard = guard, weak = weak_from_this(), &context = context,
                  host = config.host, port = config.port,
                  keepalive = static_cast<int>(times.keepalive.count())] {
       mosquitto_property* limit = nullptr;
@@ -294,8 +294,8 @@ void MqttLine::Impl::connect() {
           mosquitto_connect_bind_v5(own->raw, host.c_str(), port, keepalive, nullptr, limit);
       const int error_number = errno;
       mosquitto_property_free_all(&limit);
-      const std::lock_guard lock(door->mutex);
-      if (door->closed) return;
+      const std::lock_guard lock(guard->mutex);
+      if (guard->closed) return;
       asio::post(context, [weak, code, error_number] {
         if (const auto self = weak.lock(); self && !self->ended) self->opened(code, error_number);
       });
@@ -357,8 +357,8 @@ void MqttLine::Impl::watch() {
 void MqttLine::Impl::end(LineFailure failure) {
   if (std::exchange(ended, true)) return;
   {
-    const std::lock_guard lock(door->mutex);
-    door->closed = true;
+    const std::lock_guard lock(guard->mutex);
+    guard->closed = true;
   }
   misc.cancel();
   opening.cancel();

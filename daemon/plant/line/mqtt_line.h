@@ -75,7 +75,7 @@ class MqttLine {
  private:
   struct Impl;
   struct Handle;
-  struct Door;
+  struct OpeningGuard;
   std::shared_ptr<Impl> impl_;
 };
 

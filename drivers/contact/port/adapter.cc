@@ -88,7 +88,7 @@ bool calculates_rates(const std::string& name) {
   return false;
 }
 
-BoardInterface look_at(const std::string& name, const fs::path& sysfs) {
+BoardInterface read_interface(const std::string& name, const fs::path& sysfs) {
   const fs::path at = sysfs / "class/net" / name;
   BoardInterface found;
   found.name = name;
@@ -167,7 +167,7 @@ std::optional<BoardInterface> interface_to(const std::string& device, const fs::
   for (const ifaddrs* one = all; one != nullptr && !found; one = one->ifa_next) {
     if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET) continue;
     const auto* address = reinterpret_cast<const sockaddr_in*>(one->ifa_addr);
-    if (address->sin_addr.s_addr == own->s_addr) found = look_at(one->ifa_name, sysfs);
+    if (address->sin_addr.s_addr == own->s_addr) found = read_interface(one->ifa_name, sysfs);
   }
   ::freeifaddrs(all);
   return found;

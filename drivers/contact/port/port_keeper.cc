@@ -173,7 +173,7 @@ PortPump::~PortPump() {
 }
 
 /// Waits while the robot's thread does not run; the bytes then stay in the terminal.
-void PortPump::tell(const PortUpdate& news) {
+void PortPump::report(const PortUpdate& news) {
   while (!queues_.news.push(news)) {
     if (stop_) return;
     std::this_thread::sleep_for(kPause);
@@ -187,7 +187,7 @@ void PortPump::read_port() {
   opened.kind = PortUpdate::Kind::kOpened;
   opened.opening = options_.opening;
   opened.t = Steady::now();
-  tell(opened);
+  report(opened);
   Budget budget;
   while (!stop_) {
     pollfd ends[2] = {{port_->fd(), POLLIN, 0}, {stop_reading_.fd(), POLLIN, 0}};
@@ -195,7 +195,7 @@ void PortPump::read_port() {
     std::optional<PortUpdate> news = read_some(*port_);
     if (!news) continue;
     news->opening = options_.opening;
-    tell(*news);
+    report(*news);
     if (news->kind == PortUpdate::Kind::kLost) return lost_();
     budget.spend(news->size);
   }

@@ -129,7 +129,7 @@ class PortPump {
  private:
   void read_port();
   void write_port();
-  void tell(const PortUpdate& news);
+  void report(const PortUpdate& news);
   void send_queued();
 
   const std::unique_ptr<Port> port_;

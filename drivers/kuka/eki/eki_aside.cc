@@ -30,7 +30,7 @@ TimePoint clock_now() { return std::chrono::steady_clock::now(); }
 
 }  // namespace
 
-bool EkiRest::look(const EkiState& state, TimePoint now) {
+bool EkiRest::update(const EkiState& state, TimePoint now) {
   bool stands = rest_deg_.size() == state.axes_deg.size();
   for (std::size_t i = 0; stands && i < rest_deg_.size(); ++i)
     stands = std::abs(rest_deg_[i] - state.axes_deg[i]) < kAsideRestDeg;
@@ -170,13 +170,13 @@ void EkiFrameExchange::on_document(std::string_view document, TimePoint now) {
     return;
   }
   if (!knows_frames(document)) return end(EkiFrameTrouble::kTooOld);
-  look(now);
+  update(now);
 }
 
 /// Sends the request once the conditions are met.
-void EkiFrameExchange::look(TimePoint now) {
+void EkiFrameExchange::update(TimePoint now) {
   // Reports a moving arm before anything is sent; the controller checks it again.
-  const bool stands = rest_.look(state_, now) || request_.kind == EkiFrameKind::kAdvice;
+  const bool stands = rest_.update(state_, now) || request_.kind == EkiFrameKind::kAdvice;
   if (state_.session != 0) {
     in_the_way_ = EkiFrameTrouble::kInSession;
   } else if (!stands) {
@@ -262,7 +262,7 @@ void EkiPositionReading::on_bytes(std::string_view bytes, TimePoint now) {
         parser_.parse_state(framer_.document(), state_) != EkiError::kNone)
       continue;
     heard_at_ = now;
-    const bool stands = rest_.look(state_, now);
+    const bool stands = rest_.update(state_, now);
     if (state_.session != 0) {
       in_the_way_ = EkiPositionTrouble::kInSession;
     } else if (!stands) {

@@ -31,7 +31,7 @@ class EkiAside {
 /// Detects rest of the arm: within 0.01 deg for 0.3 s, the controller's own criterion.
 class EkiRest {
  public:
-  bool look(const EkiState& state, TimePoint now);
+  bool update(const EkiState& state, TimePoint now);
 
  private:
   AxisAngles rest_deg_;
@@ -143,7 +143,7 @@ class EkiFrameExchange : public EkiAside {
 
  private:
   void on_document(std::string_view document, TimePoint now);
-  void look(TimePoint now);
+  void update(TimePoint now);
   void judge(const EkiFrameAnswer& answer);
   void end(EkiFrameTrouble why);
 

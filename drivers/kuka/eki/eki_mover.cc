@@ -182,7 +182,7 @@ std::optional<CoreResult> EkiMover::on_state(const EkiState& state, TimePoint no
   }
   if (phase_ == Phase::kMoving) {
     if (state.progress == EkiProgress::kDone && ours) {
-      take_progress_report(state, now);
+      apply_progress_report(state, now);
     } else if (!ours || state.progress == EkiProgress::kIdle) {
       // The program no longer knows the move: it was reset.
       fail(MoveOutcome::kNotFollowing, cause::ProgramAborted{state.fault});
@@ -200,7 +200,7 @@ std::optional<CoreResult> EkiMover::on_state(const EkiState& state, TimePoint no
 
 // ---- end of motion -----------------------------------------------------------------------------
 
-void EkiMover::take_progress_report(const EkiState& state, TimePoint now) {
+void EkiMover::apply_progress_report(const EkiState& state, TimePoint now) {
   done_at_ = now;
   if (state.latch_id == command_.id && state.latch_deg.size() >= command_.target_deg.size())
     latched_rad_ = axes().inside(state.latch_deg);

@@ -85,7 +85,7 @@ class EkiMover {
   void watch_arrived(TimePoint now);
   void watch_other(TimePoint now);
   void watch_motion(const EkiState& state, TimePoint now);
-  void take_progress_report(const EkiState& state, TimePoint now);
+  void apply_progress_report(const EkiState& state, TimePoint now);
   void on_search_done(EkiOutcome outcome, TimePoint now);
   void await_verdict(TimePoint now);
   void begin_settling(TimePoint now);

@@ -20,7 +20,7 @@ constexpr int kAxes = 6;
 // its three stops, with margin.
 constexpr int kBufferLimit = 16;
 // Interval between checks of the channel.
-constexpr int kLookMs = 3000;
+constexpr int kChannelCheckMs = 3000;
 // Interval between proofs that CELLCAL_EKI waits: above the largest delay of the robot interpreter.
 constexpr int kEchoMs = 300;
 // m/s. LIN is used for searches and for backing off; T1's limit is the reasonable maximum.
@@ -284,7 +284,7 @@ krl::Places places_of(const EkiFilesConfig& c) {
       {"TIMER_SEND", text(c.first_timer + 1)},
       {"TIMER_DEAD", text(c.first_timer + 2)},
       {"STATE_MS", text(c.state_ms)},
-      {"LOOK_STATES", text(kLookMs / c.state_ms)},
+      {"LOOK_STATES", text(kChannelCheckMs / c.state_ms)},
       {"DEAD_MAN_MS", text(c.dead_man_ms)},
       {"ECHO_STATES", text(std::max(3, kEchoMs / c.state_ms))},
       {"WAIT_MS", text(c.cell_wait_s * 1000)},

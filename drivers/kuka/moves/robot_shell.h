@@ -192,8 +192,8 @@ void shut_and_wait(boost::asio::io_context& context, const std::shared_ptr<Impl>
     done->set_value();
   });
   // A stopped context runs no more handlers: then nothing else uses the robot either.
-  constexpr std::chrono::milliseconds kLook{5};
-  while (shut.wait_for(kLook) != std::future_status::ready) {
+  constexpr std::chrono::milliseconds kPollInterval{5};
+  while (shut.wait_for(kPollInterval) != std::future_status::ready) {
     if (!context.stopped()) continue;
     impl->shut();
     break;

@@ -463,13 +463,13 @@ struct RsiCore::Impl {
   void note_time(TimePoint now) {
     if (!heard_time) {
       heard_time = true;
-      last_rx = looked = now;
+      last_rx = last_sample = now;
     }
-    if (const double since_sample_s = seconds(now - looked); since_sample_s > kHeldUpS) {
+    if (const double since_sample_s = seconds(now - last_sample); since_sample_s > kHeldUpS) {
       held_up_s += since_sample_s;
     }
-    slept_s = std::max(slept_s, seconds(now - looked));
-    looked = now;
+    slept_s = std::max(slept_s, seconds(now - last_sample));
+    last_sample = now;
     state.waited_s = seconds(now - last_rx);
   }
 
@@ -543,7 +543,7 @@ struct RsiCore::Impl {
   AxisAngles held_external;  // EIPos at the reference
   std::array<char, kRsiBuffer> buffer{};
   CoreState state;
-  TimePoint last_rx{}, looked{};
+  TimePoint last_rx{}, last_sample{};
   double held_up_s = 0.0;                 // since the last packet
   double slept_s = 0.0;                   // longest delay of this thread since then
   std::optional<TimePoint> input_due;     // a move waits for the contact input until then

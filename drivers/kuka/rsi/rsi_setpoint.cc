@@ -118,7 +118,7 @@ bool RsiSetpoint::find(const RobFrame& frame, const AxisAngles& actual_rad, Time
   evidence.session_start = session_start_;
   evidence.waits = waits;
   evidence.answered = can_hold_unknown();
-  verdict_ = finder_.look(evidence);
+  verdict_ = finder_.update(evidence);
   if (verdict_ != OffsetVerdict::kKnown) return false;
   if (config_.mode == CorrectionMode::kRelative && evidence.setpoint_rad.empty()) {
     // A running session holds the sum of the accepted increments, some of which may have been lost:
@@ -314,7 +314,7 @@ OffsetVerdict OffsetFinder::decide(const AxisAngles& offset_rad) {
   return OffsetVerdict::kKnown;
 }
 
-OffsetVerdict OffsetFinder::look(const OffsetEvidence& evidence) {
+OffsetVerdict OffsetFinder::update(const OffsetEvidence& evidence) {
   zero_.assign(evidence.actual_rad.size(), 0.0);
   return evidence.setpoint_rad.empty() ? by_counters(evidence) : by_setpoint(evidence);
 }

@@ -73,7 +73,7 @@ class OffsetFinder {
  public:
   void begin(const OffsetMemory& memory);
   /// Processes one packet; to be called for each until kKnown.
-  OffsetVerdict look(const OffsetEvidence& evidence);
+  OffsetVerdict update(const OffsetEvidence& evidence);
   /// The correction held by the controller, once kKnown [rad].
   const AxisAngles& offset_rad() const { return offset_rad_; }
 

@@ -20,7 +20,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::seconds kGiveUp{120};
-constexpr std::chrono::milliseconds kLook{50};
+constexpr std::chrono::milliseconds kPollInterval{50};
 
 /// None while the database is away.
 std::size_t touches_in(const std::string& database, std::int64_t session) {
@@ -69,7 +69,7 @@ CollectorProcess::CollectorProcess(const std::string& program, const Folder& fol
   const auto begun = Clock::now();
   while (wait && !is_up()) {
     if (Clock::now() - begun > kGiveUp) throw std::runtime_error(program + " does not come up");
-    std::this_thread::sleep_for(kLook);
+    std::this_thread::sleep_for(kPollInterval);
   }
 }
 
@@ -110,7 +110,7 @@ void wait_for_touches(const std::string& database, std::int64_t session, std::si
     if (there >= count) return;
     if (Clock::now() - begun > kGiveUp)
       throw std::runtime_error(fmt::format("{} of {} messages are in the table", there, count));
-    std::this_thread::sleep_for(kLook);
+    std::this_thread::sleep_for(kPollInterval);
   }
 }
 

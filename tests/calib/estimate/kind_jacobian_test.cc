@@ -83,7 +83,7 @@ Rows difference(const Problem& problem, std::size_t touch, const Eigen::VectorXd
 
 TEST(KindJacobian, OfEveryKindAgreesWithDifferencesForAnyArm) {
   Random random(1);
-  int posed = 0, looked_at = 0;
+  int posed = 0, examined = 0;
   for (int k = 0; k < kArms; ++k) {
     const Drawn drawn(random);
     const ArmModel arm(drawn.cell.robot, drawn.cell.tool);
@@ -109,7 +109,7 @@ TEST(KindJacobian, OfEveryKindAgreesWithDifferencesForAnyArm) {
         ++posed;
         if (Eigen::Map<Vector3d>(r + 3).norm() > kNearHalfATurnRad * problem.turn_lever_m(t))
           continue;
-        ++looked_at;
+        ++examined;
       }
       const auto expect = [&](int unknown, const double* column, int stride, double factor) {
         const Rows expected = difference(problem, t, x, unknown, 1e-3 / factor);
@@ -127,7 +127,7 @@ TEST(KindJacobian, OfEveryKindAgreesWithDifferencesForAnyArm) {
     }
   }
   EXPECT_EQ(posed, kArms);
-  EXPECT_GT(looked_at, kArms / 2);
+  EXPECT_GT(examined, kArms / 2);
 }
 
 /// All rows as the estimator sees them, in prior units and over their sigmas, lengths included.

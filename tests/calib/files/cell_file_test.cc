@@ -380,9 +380,9 @@ TEST_F(CellOnDisk, ARobotThatIsNotThereIsKeptByNameWithThePlaces) {
   const auto error =
       testing::thrown<UnknownRobot>([&] { (void)find_robot_file("kr5_none", folder_); });
   EXPECT_EQ(error.name, "kr5_none");
-  ASSERT_GE(error.looked_for.size(), 3u);
-  EXPECT_EQ(error.looked_for[0], folder_ / "kr5_none");
-  EXPECT_EQ(error.looked_for[2].filename(), "kr5_none.toml");
+  ASSERT_GE(error.searched.size(), 3u);
+  EXPECT_EQ(error.searched[0], folder_ / "kr5_none");
+  EXPECT_EQ(error.searched[2].filename(), "kr5_none.toml");
   EXPECT_EQ(error.nowhere(), "no robot file \"kr5_none\"");
   EXPECT_EQ(
       std::string(error.what())

@@ -39,9 +39,9 @@ Vector3d tip_of(const sim::Truth& truth, const JointVector& q,
 
 }  // namespace
 
-void look(const Cell& cell, const sim::Truth& truth, const JointVector& from, const JointVector& to,
-          std::optional<std::size_t> meant, SphereGaps& nearest,
-          const std::vector<double>& positioner_rad) {
+void record_gaps(const Cell& cell, const sim::Truth& truth, const JointVector& from,
+                 const JointVector& to, std::optional<std::size_t> meant, SphereGaps& nearest,
+                 const std::vector<double>& positioner_rad) {
   const ArmModel nominal(cell.robot, cell.tool);
   constexpr int kSteps = 60;
   for (int k = 0; k <= kSteps; ++k) {
@@ -141,15 +141,15 @@ Found drive(const Cell& cell, const sim::Truth& truth, bool all, std::size_t sph
       positioner_rad.empty() ? middle_posture(cell.robot) : waiting_posture(cell);
   JointVector at;
   constexpr int kNoEnd = 700;
-  const auto looked = [&](const JointVector& from, const JointVector& to,
-                          std::optional<std::size_t> meant) {
-    look(cell, truth, from, to, meant, found.nearest, positioner_rad);
+  const auto recorded = [&](const JointVector& from, const JointVector& to,
+                            std::optional<std::size_t> meant) {
+    record_gaps(cell, truth, from, to, meant, found.nearest, positioner_rad);
   };
   while (!finder.done() && *finder.seeking() < spheres) {
     if (found.touches + found.misses > kNoEnd) return found;
     const auto line = finder.next(at.empty() ? middle : at);
     for (const JointVector& waypoint : line->transit) {
-      if (!at.empty()) looked(at, waypoint, {});
+      if (!at.empty()) recorded(at, waypoint, {});
       at = waypoint;
     }
     const std::size_t meant = cell.target_index(line->target);
@@ -159,8 +159,8 @@ Found drive(const Cell& cell, const sim::Truth& truth, bool all, std::size_t sph
     const auto touch = search(cell, truth, *line);
     ++(touch ? found.touches : found.misses);
     const JointVector& deepest = touch ? touch->joint_rad : line->end;
-    looked(line->standoff, deepest, meant);
-    looked(deepest, line->clear, meant);
+    recorded(line->standoff, deepest, meant);
+    recorded(deepest, line->clear, meant);
     if (touch) {
       finder.touched(*touch);
       found.made.push_back(*touch);

@@ -29,9 +29,9 @@ struct SphereGaps {
 };
 
 /// During a straight move; the sphere `meant` may be touched by the tip.
-void look(const Cell& cell, const sim::Truth& truth, const JointVector& from, const JointVector& to,
-          std::optional<std::size_t> meant, SphereGaps& nearest,
-          const std::vector<double>& positioner_rad = {});
+void record_gaps(const Cell& cell, const sim::Truth& truth, const JointVector& from,
+                 const JointVector& to, std::optional<std::size_t> meant, SphereGaps& nearest,
+                 const std::vector<double>& positioner_rad = {});
 
 struct Found {
   SphereGaps nearest;

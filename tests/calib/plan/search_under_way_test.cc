@@ -91,9 +91,10 @@ TEST(AbandonedSearch, is_left_by_the_next_session_and_no_sphere_is_met_on_the_wa
         ++left;
         EXPECT_EQ(way.front(), line->clear);
         testing::SphereGaps gaps;
-        testing::look(cell, truth, stands, way.front(), cell.target_index(line->target), gaps);
+        testing::record_gaps(cell, truth, stands, way.front(), cell.target_index(line->target),
+                             gaps);
         for (std::size_t i = 0; i + 1 < way.size(); ++i)
-          testing::look(cell, truth, way[i], way[i + 1], std::nullopt, gaps);
+          testing::record_gaps(cell, truth, way[i], way[i + 1], std::nullopt, gaps);
         EXPECT_GT(gaps.tip_m, 0.003) << "seed " << seed << ", line " << k;
         EXPECT_GT(gaps.shaft_m, 0.0) << "seed " << seed << ", line " << k;
         JointVector jogged = stands;

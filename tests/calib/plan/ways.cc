@@ -24,14 +24,14 @@ JointVector between(const JointVector& a, const JointVector& b, double share) {
 }
 
 void along(const ArmModel& arm, const JointVector& from, const JointVector& to,
-           const std::function<void(const JointVector&)>& look) {
+           const std::function<void(const JointVector&)>& visit) {
   // Bound of the tip's path: every joint at its lever, which the whole arm bounds.
   double reach = arm.tool().tcp.translation().norm(), path = 0.0;
   for (const Joint& joint : arm.robot().joints) reach += std::hypot(joint.d_m, joint.a_m);
   for (std::size_t i = 0; i < from.size(); ++i) path += reach * std::abs(to[i] - from[i]);
   constexpr double kFineM = 0.5e-3;
   const int steps = std::max(1, static_cast<int>(std::ceil(path / kFineM)));
-  for (int k = 0; k <= steps; ++k) look(between(from, to, static_cast<double>(k) / steps));
+  for (int k = 0; k <= steps; ++k) visit(between(from, to, static_cast<double>(k) / steps));
 }
 
 double smallest_gap_m(const Cell& cell, const ArmModel& arm, const JointVector& from,

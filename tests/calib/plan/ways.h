@@ -15,10 +15,10 @@ ArmModel nominal_arm(const Cell& cell);
 /// Smallest distance of the tip from any sphere's surface [m].
 double gap_m(const Cell& cell, const ArmModel& arm, const JointVector& q);
 
-/// Calls `look` at every pose of the straight joint-space move, in steps of less than half a
+/// Calls `visit` at every pose of the straight joint-space move, in steps of less than half a
 /// millimetre of the tip.
 void along(const ArmModel& arm, const JointVector& from, const JointVector& to,
-           const std::function<void(const JointVector&)>& look);
+           const std::function<void(const JointVector&)>& visit);
 
 /// The smallest gap on the path over all waypoints.
 double smallest_gap_m(const Cell& cell, const ArmModel& arm, const JointVector& from,

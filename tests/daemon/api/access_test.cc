@@ -26,7 +26,7 @@ constexpr const char* kSomewhere = "10.0.0.77";
 
 struct an_api_on_the_network : ::testing::Test, testing::WithoutHardware {
   an_api_on_the_network() {
-    for (const Role role : {Role::kLook, Role::kOperate, Role::kAdminister}) {
+    for (const Role role : {Role::kView, Role::kOperate, Role::kAdminister}) {
       secret[role] = tokens.add(to_string(role), role, "2026-01-01T00:00:00Z");
     }
     spdlog::set_default_logger(std::make_shared<spdlog::logger>(
@@ -50,7 +50,7 @@ struct an_api_on_the_network : ::testing::Test, testing::WithoutHardware {
   Response ask(Role role, const std::string& method, const std::string& target,
                const std::string& body = "") {
     std::map<std::string, std::string> headers;
-    if (role != Role::kNobody) headers["authorization"] = "Bearer " + secret[role];
+    if (role != Role::kNone) headers["authorization"] = "Bearer " + secret[role];
     return ask(request(method, target, headers, body));
   }
   static std::string words(const Response& response) {
@@ -84,14 +84,14 @@ TEST_F(an_api_on_the_network, lets_each_role_do_what_the_table_says_and_nothing_
     if (const std::size_t open = path.find('{'); open != std::string::npos) {
       path.replace(open, path.find('}') - open + 1, "7");
     }
-    for (const Role role : {Role::kNobody, Role::kLook, Role::kOperate, Role::kAdminister}) {
+    for (const Role role : {Role::kNone, Role::kView, Role::kOperate, Role::kAdminister}) {
       const int status = ask(role, route.method, path).status;
       const std::string what = std::string(route.method) + " " + path + " as " + to_string(role);
       if (role >= route.role) {
         EXPECT_NE(status, 401) << what;
         EXPECT_NE(status, 403) << what;
       } else {
-        EXPECT_EQ(status, role == Role::kNobody ? 401 : 403) << what;
+        EXPECT_EQ(status, role == Role::kNone ? 401 : 403) << what;
       }
     }
   }
@@ -101,18 +101,18 @@ TEST_F(an_api_on_the_network, shows_nothing_but_health_without_a_token) {
   for (const Api::Route& route : Api::routes()) {
     const std::string path = route.path;
     const bool open = path == "/v1/health" || path == "/v1/login" || path == "/v1/logout";
-    EXPECT_EQ(route.role == Role::kNobody, open) << path;
+    EXPECT_EQ(route.role == Role::kNone, open) << path;
   }
-  const Response health = ask(Role::kNobody, "GET", "/v1/health");
+  const Response health = ask(Role::kNone, "GET", "/v1/health");
   EXPECT_EQ(health.status, 200);
   EXPECT_EQ(json::parse(health.body).size(), 2u);
   for (const char* path : {"/v1/", "/v1/status", "/v1/nothing", "/v1/sessions/1/x"}) {
-    EXPECT_EQ(ask(Role::kNobody, "GET", path).status, 401) << path;
+    EXPECT_EQ(ask(Role::kNone, "GET", path).status, 401) << path;
   }
 }
 
 TEST_F(an_api_on_the_network, refuses_what_is_no_token) {
-  const std::string good = secret[Role::kLook];
+  const std::string good = secret[Role::kView];
   for (const std::string& given :
        {std::string("Bearer "), "Bearer " + good + " ", "Bearer " + good.substr(1),
         "bearer " + good, good, "Basic " + good, "Bearer " + std::string(64, '0'),
@@ -141,7 +141,7 @@ TEST_F(an_api_on_the_network, slows_an_address_that_tries_and_nobody_who_has_a_t
   Request other = request("GET", "/v1/status", {{"authorization", "Bearer guess"}});
   other.peer = "10.0.0.78";
   EXPECT_LT(ask(other).hold, std::chrono::seconds(1));
-  EXPECT_EQ(ask(Role::kNobody, "GET", "/v1/status").hold.count(), 0) << "it has tried nothing";
+  EXPECT_EQ(ask(Role::kNone, "GET", "/v1/status").hold.count(), 0) << "it has tried nothing";
 }
 
 TEST_F(an_api_on_the_network, writes_of_attempts_into_the_log_but_not_what_was_tried) {
@@ -156,10 +156,10 @@ TEST_F(an_api_on_the_network, writes_of_attempts_into_the_log_but_not_what_was_t
 }
 
 TEST_F(an_api_on_the_network, logs_a_browser_in_and_out) {
-  const std::string cookie = log_in(Role::kLook);
+  const std::string cookie = log_in(Role::kView);
   const Response me = ask(request("GET", "/v1/me", {{"cookie", "a=b; " + cookie + "; c=d"}}));
   EXPECT_EQ(json::parse(me.body), (json{{"role", "look"}, {"name", "look"}}));
-  EXPECT_EQ(cookie.find(secret[Role::kLook]), std::string::npos) << "the cookie is no token";
+  EXPECT_EQ(cookie.find(secret[Role::kView]), std::string::npos) << "the cookie is no token";
   EXPECT_EQ(ask(request("POST", "/v1/run", {{"cookie", cookie}}, "{}")).status, 403);
   EXPECT_EQ(ask(request("POST", "/v1/logout", {{"cookie", cookie}})).status, 200);
   EXPECT_EQ(ask(request("GET", "/v1/me", {{"cookie", cookie}})).status, 401) << "replayed";
@@ -173,21 +173,21 @@ TEST_F(an_api_on_the_network, logs_a_browser_in_and_out) {
 
 TEST_F(an_api_on_the_network, gives_a_cookie_that_scripts_and_other_sites_do_not_get) {
   const Response in =
-      ask(request("POST", "/v1/login", {}, json{{"token", secret[Role::kLook]}}.dump()));
+      ask(request("POST", "/v1/login", {}, json{{"token", secret[Role::kView]}}.dump()));
   for (const char* part : {"HttpOnly", "SameSite=Strict", "Secure", "Path=/"}) {
     EXPECT_NE(header(in, "Set-Cookie").find(part), std::string::npos) << part;
   }
   Access plain{tokens, {}};
   const Response without =
-      plain.log_in(request("POST", "/v1/login", {}, json{{"token", secret[Role::kLook]}}.dump()));
+      plain.log_in(request("POST", "/v1/login", {}, json{{"token", secret[Role::kView]}}.dump()));
   EXPECT_EQ(header(without, "Set-Cookie").find("Secure"), std::string::npos);
 }
 
 TEST_F(an_api_on_the_network, ends_logins_with_their_token) {
-  const std::string cookie = log_in(Role::kLook);
+  const std::string cookie = log_in(Role::kView);
   EXPECT_EQ(ask(Role::kAdminister, "DELETE", "/v1/tokens/look").status, 200);
   EXPECT_EQ(ask(request("GET", "/v1/me", {{"cookie", cookie}})).status, 401);
-  EXPECT_EQ(ask(Role::kLook, "GET", "/v1/me").status, 401);
+  EXPECT_EQ(ask(Role::kView, "GET", "/v1/me").status, 401);
   // Another of the same name is another.
   EXPECT_EQ(
       ask(Role::kAdminister, "POST", "/v1/tokens", R"({"name": "look", "role": "look"})").status,
@@ -198,7 +198,7 @@ TEST_F(an_api_on_the_network, ends_logins_with_their_token) {
 TEST_F(an_api_on_the_network,
        knows_a_browser_after_a_restart_until_its_token_is_removed_or_a_month_is_over) {
   const std::filesystem::path file = dir / "sign-ins.json";
-  const Token look = *tokens.find(secret[Role::kLook]),
+  const Token look = *tokens.find(secret[Role::kView]),
               operate = *tokens.find(secret[Role::kOperate]);
   auto now = std::chrono::system_clock::now();
   const auto clock = [&] { return now; };
@@ -235,7 +235,7 @@ TEST_F(an_api_on_the_network,
   std::string cookie;
   {
     SignIns before(tokens, file);
-    cookie = before.begin(*tokens.find(secret[Role::kLook]));
+    cookie = before.begin(*tokens.find(secret[Role::kView]));
   }
   std::filesystem::permissions(file, std::filesystem::perms(0660));
   EXPECT_FALSE(SignIns(tokens, file).find(cookie));
@@ -253,7 +253,7 @@ TEST_F(an_api_on_the_network, ends_none_but_its_own_logins_when_a_token_logs_in_
   const auto status = [&](const std::string& cookie) {
     return ask(request("GET", "/v1/me", {{"cookie", cookie}})).status;
   };
-  const std::string others = log_in(Role::kLook), used = log_in(Role::kOperate);
+  const std::string others = log_in(Role::kView), used = log_in(Role::kOperate);
   const std::string unused = log_in(Role::kOperate);
   std::string newest;
   for (int i = 0; i < 300; ++i) {
@@ -267,7 +267,7 @@ TEST_F(an_api_on_the_network, ends_none_but_its_own_logins_when_a_token_logs_in_
 
 TEST_F(an_api_on_the_network, ends_what_is_followed_with_the_token_or_the_login) {
   const Response by_token =
-      ask(request("GET", "/v1/events", {{"authorization", "Bearer " + secret[Role::kLook]}}));
+      ask(request("GET", "/v1/events", {{"authorization", "Bearer " + secret[Role::kView]}}));
   const std::string cookie = log_in(Role::kOperate);
   const Response by_cookie = ask(request("GET", "/v1/events", {{"cookie", cookie}}));
   ASSERT_TRUE(by_token.stream && by_cookie.stream);
@@ -295,7 +295,7 @@ TEST_F(an_api_on_the_network, refuses_what_a_page_of_somebody_else_sends) {
   EXPECT_EQ(abort("http://10.0.0.5:8080").status, 403) << "this daemon speaks TLS";
   EXPECT_EQ(abort("HTTPS://10.0.0.5:8080").status, 409) << "nothing to abort";
   EXPECT_EQ(ask(request("POST", "/v1/login", {{"origin", "http://evil.example"}},
-                        json{{"token", secret[Role::kLook]}}.dump()))
+                        json{{"token", secret[Role::kView]}}.dump()))
                 .status,
             403);
 }
@@ -323,7 +323,7 @@ TEST_F(an_api_on_the_network, moves_nothing_before_somebody_said_that_the_cell_i
   const Response early = ask(Role::kOperate, "POST", "/v1/run", run);
   EXPECT_EQ(early.status, 412);
   EXPECT_NE(words(early).find("/v1/clear"), std::string::npos) << words(early);
-  EXPECT_EQ(ask(Role::kLook, "POST", "/v1/clear").status, 403);
+  EXPECT_EQ(ask(Role::kView, "POST", "/v1/clear").status, 403);
   EXPECT_EQ(ask(Role::kOperate, "POST", "/v1/clear").status, 200);
   EXPECT_EQ(ask(Role::kAdminister, "POST", "/v1/run", run).status, 412) << "another one's word";
   // The test's backend refuses: nothing has begun, so it still counts.
@@ -335,8 +335,8 @@ TEST_F(an_api_on_the_network, moves_nothing_before_somebody_said_that_the_cell_i
 }
 
 TEST_F(an_api_on_the_network, neither_releases_the_schedule_nor_begins_by_it_without_that_word) {
-  ServiceSessionGateway door{service, journal};
-  Schedule schedule{{door,
+  ServiceSessionGateway gateway{service, journal};
+  Schedule schedule{{gateway,
                      {[this] { return journal.schedule(); },
                       [this](const std::string& state) { journal.store_schedule(state); }},
                      [] {
@@ -477,17 +477,17 @@ TEST_F(a_word, is_void_once_a_session_is_under_way_has_failed_or_was_aborted) {
   for (const Phase phase :
        {Phase::kPlanning, Phase::kTransit, Phase::kStopping, Phase::kFailed, Phase::kAborted}) {
     clearance.acknowledge("a");
-    clearance.look(in(phase));
+    clearance.update(in(phase));
     EXPECT_FALSE(clearance.take("a")) << to_string(phase);
     clearance.acknowledge("a");
     EXPECT_TRUE(clearance.take("a"));
-    clearance.look(in(phase));
+    clearance.update(in(phase));
     clearance.put_back("a");
     EXPECT_FALSE(clearance.take("a")) << to_string(phase);
   }
   for (const Phase phase : {Phase::kIdle, Phase::kDone}) {
     clearance.acknowledge("a");
-    clearance.look(in(phase));
+    clearance.update(in(phase));
     EXPECT_TRUE(clearance.take("a")) << to_string(phase);
   }
 }

@@ -122,8 +122,8 @@ struct a_described_api : ::testing::Test, testing::WithoutHardware {
        [this] { service.hold("the doctor is looking"); }, [this] { service.release(); },
        [] { return "t"; }, [] { return std::string("c"); }}};
   ScheduleConfig config = nightly();
-  ServiceSessionGateway door{service, journal};
-  Schedule schedule{{door,
+  ServiceSessionGateway gateway{service, journal};
+  Schedule schedule{{gateway,
                      {[this] { return journal.schedule(); },
                       [this](const std::string& state) { journal.store_schedule(state); }},
                      [this] { return config; },
@@ -189,7 +189,7 @@ TEST_F(a_described_api, answers_as_it_is_described) {
   EXPECT_EQ(ask("POST", "/v1/run", R"({"cell": "/nonexistent"})").status, 422);
   EXPECT_EQ(ask("POST", "/v1/abort").status, 409);
   EXPECT_EQ(ask("POST", "/v1/clear").status, 200);
-  schedule.look();
+  schedule.update();
   const json shown = json::parse(ask("GET", "/v1/schedule").body);
   EXPECT_EQ(shown["entries"][0]["last"]["why"], "unattended-off");
   EXPECT_FALSE(shown["entries"][0]["now"].is_null());

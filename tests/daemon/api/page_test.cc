@@ -25,7 +25,7 @@ std::string header(const Response& response, const std::string& name) {
 struct a_page : ::testing::Test, testing::WithoutHardware {
   Response ask(const std::string& target, const std::string& method = "GET") {
     Request request = parse_target(method, target, "");
-    request.caller.role = Role::kLook;
+    request.caller.role = Role::kView;
     return *api.answer(request);
   }
   std::int64_t begin(const std::string& state_words = "") {

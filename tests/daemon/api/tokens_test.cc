@@ -31,7 +31,7 @@ TEST(tokens, are_known_again_behind_a_restart_and_not_after_they_were_removed) {
   std::string wall, office;
   {
     TokenStore tokens(dir / "t");
-    wall = tokens.add("wall-screen", Role::kLook, kNow);
+    wall = tokens.add("wall-screen", Role::kView, kNow);
     office = tokens.add("office", Role::kOperate, kNow);
     EXPECT_NE(wall, office);
     EXPECT_EQ(tokens.find(wall)->name, "wall-screen");
@@ -50,7 +50,7 @@ TEST(tokens, are_not_in_their_file_which_only_its_owner_reads) {
   const TemporaryDirectory dir;
   write(dir / "t.part", "left by a dead one", 0666);
   TokenStore tokens(dir / "t");
-  const std::string secret = tokens.add("a", Role::kLook, kNow);
+  const std::string secret = tokens.add("a", Role::kView, kNow);
   EXPECT_EQ(content(dir / "t").find(secret), std::string::npos);
   struct stat info {};
   ASSERT_EQ(::stat((dir / "t").c_str(), &info), 0);
@@ -69,12 +69,12 @@ TEST(tokens, are_of_256_bits_and_never_twice_the_same) {
 TEST(tokens, need_a_name_of_their_own) {
   const TemporaryDirectory dir;
   TokenStore tokens(dir / "t");
-  tokens.add("a", Role::kLook, kNow);
+  tokens.add("a", Role::kView, kNow);
   EXPECT_THROW(tokens.add("a", Role::kOperate, kNow), TokenError);
   for (const std::string& name :
        {std::string(), std::string("a b"), std::string("a/b"), std::string("a\n"),
         std::string("\xc3\xa4"), std::string(65, 'a')}) {
-    EXPECT_THROW(tokens.add(name, Role::kLook, kNow), TokenError) << name;
+    EXPECT_THROW(tokens.add(name, Role::kView, kNow), TokenError) << name;
   }
   EXPECT_EQ(tokens.list().size(), 1u);
 }
@@ -119,7 +119,7 @@ TEST(tokens, of_a_file_that_is_damaged_are_not_accepted_and_the_file_is_kept) {
     TokenStore tokens(dir / "t");
     EXPECT_NE(tokens.problem().find((dir / "t").string()), std::string::npos) << text.substr(0, 99);
     EXPECT_FALSE(tokens.find(secret));
-    EXPECT_THROW(tokens.add("b", Role::kLook, kNow), TokenError);
+    EXPECT_THROW(tokens.add("b", Role::kView, kNow), TokenError);
     EXPECT_EQ(content(dir / "t"), text);
   }
 }

@@ -80,7 +80,7 @@ struct an_export : ::testing::Test {
     std::ofstream(dir / "results" / "report.html") << "<html>";
     archive = make_archive(journal, id, dir / "results");
   }
-  Imported take_in(Journal& into, const Archive& what) {
+  Imported import_into(Journal& into, const Archive& what) {
     return import_archive(into, what, "e", [this](std::int64_t session) {
       return dir / ("results-" + std::to_string(session));
     });
@@ -124,14 +124,14 @@ TEST_F(an_export, of_a_session_that_is_none_says_so) {
 
 TEST_F(an_export, goes_into_another_journal_with_its_result_and_once) {
   Journal other(dir / "other.db");
-  const Imported imported = take_in(other, archive);
+  const Imported imported = import_into(other, archive);
   EXPECT_TRUE(imported.is_new);
   EXPECT_EQ(other.touches(imported.session), journal.touches(id));
   EXPECT_EQ(other.compared(imported.session)->calibration, "{\"a\":1}");
   EXPECT_EQ(calib::read_file(dir / "results-1/calibration.json"), calibration);
   EXPECT_FALSE(std::filesystem::exists(dir / "results-1/report.html"))
       << "another's page must not be served as the daemon's own";
-  EXPECT_FALSE(take_in(other, archive).is_new);
+  EXPECT_FALSE(import_into(other, archive).is_new);
 }
 
 TEST_F(an_export, is_refused_by_the_name_of_the_file_that_was_altered_or_is_missing) {
@@ -187,7 +187,7 @@ TEST_F(an_export, that_states_other_rows_than_it_holds_is_refused) {
     manifest["sum"] = calib::sha256(manifest.dump());  // as who alters it would
     altered["export.json"] = manifest.dump();
     Journal other(dir / "other.db");
-    const std::string why = refusal([&] { take_in(other, altered); });
+    const std::string why = refusal([&] { import_into(other, altered); });
     EXPECT_TRUE(why.empty() || other.sessions().empty());
     return why;
   };
@@ -258,7 +258,7 @@ TEST_F(an_export, that_holds_what_no_session_has_is_refused_by_its_row_whatever_
     EXPECT_TRUE(altered) << one.table << one.column;
     std::string why;
     try {
-      take_in(other, bad);
+      import_into(other, bad);
     } catch (const ArchiveError& refused) {
       why = refused.what();
     } catch (const JournalError& refused) {
@@ -271,7 +271,7 @@ TEST_F(an_export, that_holds_what_no_session_has_is_refused_by_its_row_whatever_
     EXPECT_TRUE(other.sessions().empty()) << one.table << one.column;
   }
   Journal other(dir / "other.db");
-  EXPECT_TRUE(take_in(other, forged(archive, [](RowEntry&) {})).is_new) << "as it is";
+  EXPECT_TRUE(import_into(other, forged(archive, [](RowEntry&) {})).is_new) << "as it is";
 }
 
 TEST_F(an_export, does_not_remove_what_stands_where_it_is_made) {
@@ -299,10 +299,10 @@ TEST_F(an_export, whose_columns_were_exchanged_is_not_imported) {
 
 TEST_F(an_export, whose_import_ended_behind_the_rows_is_completed_by_the_next) {
   Journal other(dir / "other.db");
-  const auto session = take_in(other, archive).session;
+  const auto session = import_into(other, archive).session;
   const auto result = dir / ("results-" + std::to_string(session)) / "calibration.json";
   ASSERT_TRUE(std::filesystem::remove(result));
-  EXPECT_FALSE(take_in(other, archive).is_new);
+  EXPECT_FALSE(import_into(other, archive).is_new);
   EXPECT_TRUE(std::filesystem::exists(result));
 }
 

@@ -21,7 +21,7 @@ using calib::LeftOut;
 using Checked = testing::CheckedJournal;
 
 struct a_watch : ::testing::Test {
-  std::shared_ptr<const Drift> look() { return watch.look(); }
+  std::shared_ptr<const Drift> evaluate() { return watch.evaluate(); }
   void checks(int count, double creep_m = 0.0) {
     for (int k = 1; k <= count; ++k) checked.check({.shift_m = {k * creep_m, 0, 0}});
   }
@@ -33,48 +33,48 @@ struct a_watch : ::testing::Test {
 TEST_F(a_watch, has_no_chart_without_a_published_calibration) {
   Journal empty(checked.dir / "empty.db");
   DriftWatch of_it(empty);
-  EXPECT_EQ(of_it.look(), nullptr);
-  EXPECT_EQ(watch.look("/another.toml"), nullptr);
+  EXPECT_EQ(of_it.evaluate(), nullptr);
+  EXPECT_EQ(watch.evaluate("/another.toml"), nullptr);
 }
 
 TEST_F(a_watch, counts_the_checks_of_the_newest_calibration_and_begins_anew_with_the_next) {
-  EXPECT_EQ(look()->chart.counted, 0U);
+  EXPECT_EQ(evaluate()->chart.counted, 0U);
   checks(6);
-  EXPECT_EQ(look()->calibrated, checked.calibrated);
-  EXPECT_EQ(look()->chart.counted, 6U);
-  EXPECT_EQ(look()->chart.state, DriftState::kInControl);
+  EXPECT_EQ(evaluate()->calibrated, checked.calibrated);
+  EXPECT_EQ(evaluate()->chart.counted, 6U);
+  EXPECT_EQ(evaluate()->chart.state, DriftState::kInControl);
   checked.calibrate();
-  EXPECT_EQ(look()->chart.counted, 0U);
+  EXPECT_EQ(evaluate()->chart.counted, 0U);
   checked.check();
-  EXPECT_EQ(look()->chart.counted, 1U);
-  EXPECT_EQ(look()->chart.state, DriftState::kTooFew);
+  EXPECT_EQ(evaluate()->chart.counted, 1U);
+  EXPECT_EQ(evaluate()->chart.state, DriftState::kTooFew);
 }
 
 TEST_F(a_watch, does_not_say_in_control_for_ever) {
   constexpr double kDayS = 86400.0;
   checks(6);
-  const double newest_s = look()->chart.points.back().check.time_s;
+  const double newest_s = evaluate()->chart.points.back().check.time_s;
   now_s = newest_s + 13.9 * kDayS;
-  EXPECT_EQ(look()->chart.state, DriftState::kInControl);
+  EXPECT_EQ(evaluate()->chart.state, DriftState::kInControl);
   now_s = newest_s + 14.1 * kDayS;  // nothing else has changed
-  EXPECT_EQ(look()->chart.state, DriftState::kUnknown);
-  EXPECT_EQ(look()->chart.advice, DriftAdvice::kCheckAgain);
+  EXPECT_EQ(evaluate()->chart.state, DriftState::kUnknown);
+  EXPECT_EQ(evaluate()->chart.advice, DriftAdvice::kCheckAgain);
   checks(1);
-  now_s = look()->chart.points.back().check.time_s + kDayS;
-  EXPECT_EQ(look()->chart.state, DriftState::kInControl);
+  now_s = evaluate()->chart.points.back().check.time_s + kDayS;
+  EXPECT_EQ(evaluate()->chart.state, DriftState::kInControl);
 }
 
 TEST_F(a_watch, states_whether_the_calibration_holds_at_the_time_it_is_asked) {
   constexpr double kDayS = 86400.0;
-  const auto holding_now = [&] { return look()->standing.holding; };
-  now_s = look()->standing.evidence_s + kDayS;
-  EXPECT_FALSE(look()->standing.by_check);
+  const auto holding_now = [&] { return evaluate()->standing.holding; };
+  now_s = evaluate()->standing.evidence_s + kDayS;
+  EXPECT_FALSE(evaluate()->standing.by_check);
   EXPECT_EQ(holding_now(), calib::Holding::kHolds) << "it is its own evidence";
-  now_s = look()->standing.due_s + 1.0;
+  now_s = evaluate()->standing.due_s + 1.0;
   EXPECT_EQ(holding_now(), calib::Holding::kUnknown);
   checks(1);
-  now_s = look()->standing.evidence_s;
-  EXPECT_TRUE(look()->standing.by_check);
+  now_s = evaluate()->standing.evidence_s;
+  EXPECT_TRUE(evaluate()->standing.by_check);
   EXPECT_EQ(holding_now(), calib::Holding::kHolds);
   checked.check({.result = Checked::that_does_not_hold(ChangeKind::kSphere)});
   EXPECT_EQ(holding_now(), calib::Holding::kDoesNotHold);
@@ -84,17 +84,17 @@ TEST_F(a_watch, goes_back_to_the_checks_of_a_calibration_that_is_put_into_use_ag
   checks(6);
   const std::int64_t first = checked.calibrated;
   checked.calibrate();
-  EXPECT_EQ(look()->chart.counted, 0U);
+  EXPECT_EQ(evaluate()->chart.counted, 0U);
   checked.journal.activate(
       {.session = first, .time = "2026-03-01T00:00:00.000Z", .who = "anna", .reason = "a test"});
-  EXPECT_EQ(look()->calibrated, first);
-  EXPECT_EQ(look()->chart.counted, 6U);
+  EXPECT_EQ(evaluate()->calibrated, first);
+  EXPECT_EQ(evaluate()->chart.counted, 6U);
 }
 
 TEST_F(a_watch, says_that_the_tool_creeps_since_when_and_what_to_do) {
   checks(24);
   checks(30, 0.008e-3);
-  const auto drift = look();
+  const auto drift = evaluate();
   ASSERT_EQ(drift->chart.state, DriftState::kAlarms);
   ASSERT_TRUE(drift->chart.trend);
   EXPECT_NEAR(static_cast<double>(drift->chart.trend->since), 26.0, 12.0);
@@ -107,7 +107,7 @@ TEST_F(a_watch, says_that_the_tool_creeps_since_when_and_what_to_do) {
 TEST_F(a_watch, has_no_check_in_its_chart_that_ended_at_no_time) {
   checks(2);
   checked.check({.ended = "yesterday"});
-  EXPECT_EQ(look()->chart.points.size(), 2U);
+  EXPECT_EQ(evaluate()->chart.points.size(), 2U);
 }
 
 TEST_F(a_watch, leaves_out_what_says_nothing_of_the_tool_and_shows_it) {
@@ -122,7 +122,7 @@ TEST_F(a_watch, leaves_out_what_says_nothing_of_the_tool_and_shows_it) {
   missed.not_found = {{3, "S2", 0.012}};
   checked.check({.result = missed});
   checked.check({.ends = false});
-  const auto drift = look();
+  const auto drift = evaluate();
   ASSERT_EQ(drift->chart.points.size(), 9U);
   EXPECT_EQ(drift->chart.counted, 5U);
   EXPECT_EQ(drift->chart.points[5].check.left_out, LeftOut::kNotTheTool);
@@ -138,7 +138,7 @@ TEST_F(a_watch, alarms_where_every_check_since_the_calibration_fails) {
   const Eigen::Vector3d knocked_m(0.8e-3, -0.5e-3, 0.3e-3);
   for (int k = 1; k <= 7; ++k) {
     checked.check({.shift_m = knocked_m, .result = Checked::that_does_not_hold(ChangeKind::kTool)});
-    const auto drift = look();
+    const auto drift = evaluate();
     EXPECT_EQ(drift->chart.state, DriftState::kAlarms) << k;
     EXPECT_EQ(drift->chart.advice, DriftAdvice::kRemeasureTcp) << k;
     ASSERT_TRUE(drift->chart.not_held);
@@ -146,21 +146,21 @@ TEST_F(a_watch, alarms_where_every_check_since_the_calibration_fails) {
     EXPECT_NEAR(*drift->chart.newest_decided()->tcp_shift_m, 0.99e-3, 0.01e-3);
     EXPECT_EQ(drift->chart.newest_decided()->change->kind, ChangeKind::kTool);
   }
-  EXPECT_EQ(look()->chart.counted, 0U) << "what does not hold is no reference";
+  EXPECT_EQ(evaluate()->chart.counted, 0U) << "what does not hold is no reference";
 }
 
 TEST_F(a_watch, alarms_at_once_also_where_the_check_that_fails_is_of_other_touches) {
   checks(6);
   checked.check(
       {.result = Checked::that_does_not_hold(ChangeKind::kSphere), .other_touches = true});
-  EXPECT_EQ(look()->chart.state, DriftState::kAlarms);
-  EXPECT_EQ(look()->chart.advice, DriftAdvice::kRecalibrate);
+  EXPECT_EQ(evaluate()->chart.state, DriftState::kAlarms);
+  EXPECT_EQ(evaluate()->chart.advice, DriftAdvice::kRecalibrate);
 }
 
 TEST_F(a_watch, compares_checks_by_the_same_touches_alone) {
   checks(5);
   for (int k = 0; k < 2; ++k) checked.check({.other_touches = true});
-  const auto drift = look();
+  const auto drift = evaluate();
   EXPECT_EQ(drift->chart.counted, 2U) << "the newest ones count";
   EXPECT_EQ(drift->chart.points[0].check.left_out, LeftOut::kOtherTouches);
 }
@@ -168,25 +168,25 @@ TEST_F(a_watch, compares_checks_by_the_same_touches_alone) {
 TEST_F(a_watch, keeps_an_alarm_until_other_touches_have_a_chart_of_their_own) {
   for (int k = 0; k < 12; ++k) checked.check();
   for (int k = 0; k < 8; ++k) checked.check({.shift_m = {0.0, 0.0, 0.2e-3}});
-  ASSERT_EQ(look()->chart.state, DriftState::kAlarms);
+  ASSERT_EQ(evaluate()->chart.state, DriftState::kAlarms);
   for (std::size_t k = 1; k < calib::kLeastChecks; ++k) {
     checked.check({.shift_m = {0.0, 0.0, 0.2e-3}, .other_touches = true});
-    EXPECT_EQ(look()->chart.state, DriftState::kAlarms) << k;
-    EXPECT_EQ(look()->chart.points.back().check.left_out, LeftOut::kOtherTouches);
+    EXPECT_EQ(evaluate()->chart.state, DriftState::kAlarms) << k;
+    EXPECT_EQ(evaluate()->chart.points.back().check.left_out, LeftOut::kOtherTouches);
   }
   checked.check({.other_touches = true});
-  EXPECT_EQ(look()->chart.counted, calib::kLeastChecks);
-  EXPECT_EQ(look()->chart.points.front().check.left_out, LeftOut::kOtherTouches);
+  EXPECT_EQ(evaluate()->chart.counted, calib::kLeastChecks);
+  EXPECT_EQ(evaluate()->chart.points.front().check.left_out, LeftOut::kOtherTouches);
 }
 
 TEST_F(a_watch, knows_the_temperature_that_was_stated) {
   checked.check({.temperature_c = 21.5});
   checked.check();
-  EXPECT_EQ(look()->chart.points[0].check.temperature_c, 21.5);
-  EXPECT_FALSE(look()->chart.points[1].check.temperature_c);
-  EXPECT_TRUE(look()->chart.per_kelvin_m);
+  EXPECT_EQ(evaluate()->chart.points[0].check.temperature_c, 21.5);
+  EXPECT_FALSE(evaluate()->chart.points[1].check.temperature_c);
+  EXPECT_TRUE(evaluate()->chart.per_kelvin_m);
   checked.check({.temperature_c = 1e200});
-  EXPECT_FALSE(look()->chart.points[2].check.temperature_c) << "no cell is that warm";
+  EXPECT_FALSE(evaluate()->chart.points[2].check.temperature_c) << "no cell is that warm";
 }
 
 TEST_F(a_watch, shows_the_checks_of_the_calibrations_before_each_of_its_own) {
@@ -194,14 +194,14 @@ TEST_F(a_watch, shows_the_checks_of_the_calibrations_before_each_of_its_own) {
   const std::int64_t first = checked.calibrated;
   const std::int64_t second = checked.calibrate();
   checks(2);
-  const auto drift = look();
+  const auto drift = evaluate();
   EXPECT_EQ(drift->chart.counted, 2U);
   ASSERT_EQ(drift->chart.others.size(), 1U);
   EXPECT_EQ(drift->chart.others[0].calibration, first);
   EXPECT_EQ(drift->chart.others[0].points.size(), 6U);
   EXPECT_GT(drift->chart.others[0].noise, 0.0);
   for (int k = 0; k < 4; ++k) checked.calibrate();
-  const auto later = look();
+  const auto later = evaluate();
   EXPECT_EQ(later->chart.others.size(), 3U) << "the newest ones";
   for (const calib::OtherChart& other : later->chart.others) EXPECT_GT(other.calibration, second);
   for (const calib::DriftEvent& event : later->chart.events) EXPECT_GT(event.session, second);
@@ -225,7 +225,7 @@ TEST_F(a_watch, names_the_changes_of_the_cell_with_their_dates) {
                             .time = "2026-03-01T00:00:00.000Z",
                             .who = "anna",
                             .reason = "the torch was put back"});
-  const auto drift = look();
+  const auto drift = evaluate();
   const std::vector<calib::DriftEvent>& events = drift->chart.events;
   ASSERT_EQ(events.size(), 5U);
   std::vector<std::string> words;
@@ -246,10 +246,10 @@ TEST_F(a_watch, names_the_changes_of_the_cell_with_their_dates) {
 
 TEST_F(a_watch, works_the_chart_out_once_per_check_that_ends) {
   checks(2);
-  const auto first = look();
-  EXPECT_EQ(look(), first);
+  const auto first = evaluate();
+  EXPECT_EQ(evaluate(), first);
   checked.check();
-  EXPECT_NE(look(), first);
+  EXPECT_NE(evaluate(), first);
 }
 
 }  // namespace

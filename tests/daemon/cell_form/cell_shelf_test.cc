@@ -34,12 +34,12 @@ struct a_cell_shelf : ::testing::Test {
 
 TEST_F(a_cell_shelf, writes_a_cell_that_loads_and_shows_it_again) {
   EXPECT_TRUE(shelf.names().empty());
-  EXPECT_FALSE(shelf.look("weld"));
+  EXPECT_FALSE(shelf.find("weld"));
   const std::filesystem::path file = shelf.write("weld", form, "");
   EXPECT_EQ(file, dir / "cells" / "weld.toml");
   EXPECT_EQ(calib::load_cell(file).targets.size(), 3u);
   EXPECT_EQ(shelf.names(), std::vector<std::string>{"weld"});
-  const auto shown = shelf.look("weld");
+  const auto shown = shelf.find("weld");
   ASSERT_TRUE(shown && shown->form);
   EXPECT_EQ(to_json(*shown->form), to_json(form));
   EXPECT_EQ(shown->sha256, calib::sha256(calib::read_file(file)));
@@ -47,7 +47,7 @@ TEST_F(a_cell_shelf, writes_a_cell_that_loads_and_shows_it_again) {
 
 TEST_F(a_cell_shelf, replaces_only_what_was_shown_and_keeps_it_beside) {
   const std::filesystem::path file = shelf.write("weld", form, "");
-  const std::string before = calib::read_file(file), seen = shelf.look("weld")->sha256;
+  const std::string before = calib::read_file(file), seen = shelf.find("weld")->sha256;
   form.spheres[0].diameter_mm = 40.0;
   EXPECT_EQ(refused("weld", form, ""), Why::kThere);
   EXPECT_EQ(refused("weld", form, std::string(64, '0')), Why::kChanged);
@@ -55,7 +55,7 @@ TEST_F(a_cell_shelf, replaces_only_what_was_shown_and_keeps_it_beside) {
   EXPECT_EQ(calib::read_file(file), before);
   EXPECT_EQ(refused("weld", form, seen), std::nullopt);
   EXPECT_EQ(calib::read_file(file.string() + ".before"), before);
-  EXPECT_EQ(shelf.look("weld")->form->spheres[0].diameter_mm, 40.0);
+  EXPECT_EQ(shelf.find("weld")->form->spheres[0].diameter_mm, 40.0);
   EXPECT_EQ(shelf.names(), std::vector<std::string>{"weld"});
 }
 
@@ -66,7 +66,7 @@ TEST_F(a_cell_shelf, keeps_what_somebody_has_added_by_hand) {
   };
   std::ofstream(file, std::ios::app) << "[[target]]\nid = \"p\"\nkind = \"plane\"\ncentre_mm = [1, "
                                         "2, 3]\nnormal = [0, 0, 1]\n";
-  const auto shown = shelf.look("weld");
+  const auto shown = shelf.find("weld");
   ASSERT_TRUE(shown->form);
   EXPECT_EQ(shown->kept, std::vector<std::string>{"target p"});
   EXPECT_EQ(refused("weld", form, shown->sha256), std::nullopt);
@@ -74,8 +74,8 @@ TEST_F(a_cell_shelf, keeps_what_somebody_has_added_by_hand) {
   EXPECT_TRUE(plane(shelf.write("copy", form, "", calib::read_file(file))))
       << "of the file that it was read of";
   std::ofstream(file) << "this is no TOML";
-  EXPECT_FALSE(shelf.look("weld")->form);
-  EXPECT_EQ(refused("weld", form, shelf.look("weld")->sha256), Why::kMore);
+  EXPECT_FALSE(shelf.find("weld")->form);
+  EXPECT_EQ(refused("weld", form, shelf.find("weld")->sha256), Why::kMore);
 }
 
 /// ASCII STL of one triangle.
@@ -97,7 +97,7 @@ TEST_F(a_cell_shelf, keeps_an_stl_file_that_an_obstacle_of_a_form_names) {
   form = form_from_json(json, dir / "cells" / "weld.toml");
   const std::filesystem::path file = shelf.write("weld", form, "");
   EXPECT_EQ(calib::load_cell(file).obstacles.at(0).mesh->triangles.size(), 1u);
-  EXPECT_EQ(to_json(*shelf.look("weld")->form), to_json(form));
+  EXPECT_EQ(to_json(*shelf.find("weld")->form), to_json(form));
   EXPECT_EQ(shelf.names(), std::vector<std::string>{"weld"}) << "an STL file is no cell";
   std::filesystem::remove(kept.file);
   EXPECT_EQ(refused("other", form, ""), Why::kUnusable) << "the arm could hit what is not there";
@@ -135,7 +135,7 @@ TEST_F(a_cell_shelf, writes_nothing_that_contradicts_itself) {
 TEST_F(a_cell_shelf, leaves_its_folder_by_no_name) {
   for (const char* name : {"", "../weld", "a/b", ".", "..", "a.toml", "a b", "\n"}) {
     EXPECT_EQ(refused(name, form, ""), Why::kName) << name;
-    EXPECT_THROW((void)shelf.look(name), CellNotWritten) << name;
+    EXPECT_THROW((void)shelf.find(name), CellNotWritten) << name;
   }
   EXPECT_EQ(refused(std::string(65, 'a'), form, ""), Why::kName);
 }

@@ -45,7 +45,7 @@ struct Rig {
             },
             [] { return std::string("2026-11-23T12:00:00Z"); }};
   }
-  drivers::Duration look(drivers::Duration later = 1s) { return publisher.look(now += later); }
+  drivers::Duration poll(drivers::Duration later = 1s) { return publisher.poll(now += later); }
 
   PublishedAdvice current{Advice::kHolds, 753'456};
   bool configured = true, busy = false;
@@ -57,16 +57,16 @@ struct Rig {
 
 TEST(AdvicePublisher, PublishesOnceAndThenWhatIsNew) {
   Rig rig;
-  rig.look();
+  rig.poll();
   ASSERT_EQ(rig.sent.size(), 1U);
   EXPECT_EQ(rig.sent[0][0], 753'456.0);
   EXPECT_EQ(rig.sent[0][1], 1.0);
   EXPECT_EQ(rig.publisher.status().acknowledged, Advice::kHolds);
   EXPECT_EQ(rig.publisher.status().acknowledged_at, "2026-11-23T12:00:00Z");
-  rig.look(1h);
+  rig.poll(1h);
   EXPECT_EQ(rig.sent.size(), 1U);
   rig.current = {Advice::kRecalibrate, 0};
-  rig.look();
+  rig.poll();
   ASSERT_EQ(rig.sent.size(), 2U);
   EXPECT_EQ(rig.sent[1][1], 5.0);
   EXPECT_EQ(rig.publisher.status().acknowledged, Advice::kRecalibrate);
@@ -74,17 +74,17 @@ TEST(AdvicePublisher, PublishesOnceAndThenWhatIsNew) {
 
 TEST(AdvicePublisher, PublishesAgainTwiceADay) {
   Rig rig;
-  rig.look();
-  rig.look(11h);
+  rig.poll();
+  rig.poll(11h);
   EXPECT_EQ(rig.sent.size(), 1U);
-  rig.look(1h);
+  rig.poll(1h);
   EXPECT_EQ(rig.sent.size(), 2U);
 }
 
 TEST(AdvicePublisher, PublishesNothingWhereItIsNotConfigured) {
   Rig rig;
   rig.configured = false;
-  rig.look();
+  rig.poll();
   EXPECT_TRUE(rig.sent.empty());
   EXPECT_FALSE(rig.publisher.status().configured);
 }
@@ -92,34 +92,34 @@ TEST(AdvicePublisher, PublishesNothingWhereItIsNotConfigured) {
 TEST(AdvicePublisher, WaitsForTheEndOfASessionWithoutCallingItATrouble) {
   Rig rig;
   rig.busy = true;
-  EXPECT_LE(rig.look(), 15s);
+  EXPECT_LE(rig.poll(), 15s);
   EXPECT_TRUE(rig.sent.empty());
   EXPECT_EQ(rig.publisher.status().trouble, "");
   rig.busy = false;
-  rig.look();
+  rig.poll();
   EXPECT_EQ(rig.sent.size(), 1U);
 }
 
 TEST(AdvicePublisher, TriesAgainAtGrowingPausesAndAtOnceWhereItIsAnother) {
   Rig rig;
   rig.answer = ended(EkiFrameEnd::kNotSent, drivers::EkiFrameTrouble::kNoConnection);
-  rig.look();
+  rig.poll();
   EXPECT_NE(rig.publisher.status().trouble, "");
-  rig.look(30s);
+  rig.poll(30s);
   EXPECT_EQ(rig.sent.size(), 1U);
-  rig.look(31s);
+  rig.poll(31s);
   EXPECT_EQ(rig.sent.size(), 2U);
-  rig.look(61s);
+  rig.poll(61s);
   EXPECT_EQ(rig.sent.size(), 2U) << "two minutes by now";
-  rig.look(60s);
+  rig.poll(60s);
   EXPECT_EQ(rig.sent.size(), 3U);
-  for (int i = 0; i < 600; ++i) rig.look(60s);
+  for (int i = 0; i < 600; ++i) rig.poll(60s);
   EXPECT_GE(rig.sent.size(), 3U + 9U) << "an hour at most";
   EXPECT_LE(rig.sent.size(), 3U + 14U);
   const std::size_t before = rig.sent.size();
   rig.current = {Advice::kCheckAgain, 0};
   rig.answer = ended(EkiFrameEnd::kSet);
-  rig.look();
+  rig.poll();
   EXPECT_EQ(rig.sent.size(), before + 1);
   EXPECT_EQ(rig.publisher.status().trouble, "");
 }
@@ -129,7 +129,7 @@ TEST(AdvicePublisher, WhatWasNotReadBackIsNotAcknowledged) {
                                 EkiFrameEnd::kNotSent}) {
     Rig rig;
     rig.answer = ended(end);
-    rig.look();
+    rig.poll();
     EXPECT_FALSE(rig.publisher.status().acknowledged) << static_cast<int>(end);
     EXPECT_NE(rig.publisher.status().trouble, "") << static_cast<int>(end);
   }
@@ -137,13 +137,13 @@ TEST(AdvicePublisher, WhatWasNotReadBackIsNotAcknowledged) {
 
 TEST(AdvicePublisher, AFailureBehindWhatWasAcknowledgedLeavesThatToBePublishedAgain) {
   Rig rig;
-  rig.look();
+  rig.poll();
   rig.current = {Advice::kRecalibrate, 0};
   rig.answer = ended(EkiFrameEnd::kUnknown);
-  rig.look();
+  rig.poll();
   rig.current = {Advice::kHolds, 753'456};
   rig.answer = ended(EkiFrameEnd::kSet);
-  rig.look();
+  rig.poll();
   EXPECT_EQ(rig.sent.size(), 3U) << "whether the controller took the one before is not known";
 }
 
@@ -152,7 +152,7 @@ TEST(AdvicePublisher, AJournalThatCannotBeReadIsATroubleOfItsOwn) {
   AdvicePublisher::Parts parts = rig.parts();
   parts.current = []() -> PublishedAdvice { throw std::runtime_error("journal is damaged"); };
   AdvicePublisher publisher(std::move(parts));
-  publisher.look(rig.now);
+  publisher.poll(rig.now);
   EXPECT_EQ(publisher.status().trouble, "journal is damaged");
   EXPECT_TRUE(rig.sent.empty());
 }

@@ -16,21 +16,21 @@ namespace cellcal::daemon {
 namespace {
 
 struct an_examiner : ::testing::Test {
-  /// Looks until it is let go, or asked to stop.
-  void look(Findings& findings, const std::function<void(const calib::Phrase&)>& hint,
-            const std::stop_token& stop) {
+  /// Runs until it is let go, or asked to stop.
+  void run_checks(Findings& findings, const std::function<void(const calib::Phrase&)>& hint,
+                  const std::stop_token& stop) {
     hint("start CELLCAL_RSI");
     findings.ok("configuration", "as it is");
     std::unique_lock lock(mutex);
-    looking = true;
+    running = true;
     changed.notify_all();
     changed.wait(lock, stop, [this] { return let_go; });
     if (breaks) throw std::runtime_error("broke");
     findings.warn("plan", "far", "widen");
   }
-  void wait_until_looking() {
+  void wait_until_running() {
     std::unique_lock lock(mutex);
-    changed.wait(lock, [this] { return looking; });
+    changed.wait(lock, [this] { return running; });
   }
   void release() {
     const std::lock_guard lock(mutex);
@@ -44,12 +44,12 @@ struct an_examiner : ::testing::Test {
 
   std::mutex mutex;
   std::condition_variable_any changed;
-  bool looking = false, let_go = false, breaks = false, session = false;
+  bool running = false, let_go = false, breaks = false, session = false;
   int held = 0;
   testing::TemporaryDirectory dir;
   std::string config = "c1";
   Examiner::Parts parts{[this](const std::filesystem::path&, Findings& findings, const auto& hint,
-                               std::stop_token stop) { look(findings, hint, stop); },
+                               std::stop_token stop) { run_checks(findings, hint, stop); },
                         [this] {
                           const std::lock_guard lock(mutex);
                           if (session || held > 0) throw std::runtime_error("busy");
@@ -70,7 +70,7 @@ TEST_F(an_examiner, tells_of_each_finding_as_it_comes) {
   EXPECT_FALSE(examiner.newest().running);
   EXPECT_FALSE(examiner.newest().green()) << "nothing was looked at";
   examiner.begin("/c.toml");
-  wait_until_looking();
+  wait_until_running();
   Examination now = examiner.newest();
   EXPECT_TRUE(now.running);
   EXPECT_FALSE(now.green());
@@ -98,7 +98,7 @@ TEST_F(an_examiner, does_not_look_beside_a_session_and_keeps_what_it_found) {
 
 TEST_F(an_examiner, looks_once_at_a_time_and_again_afterwards) {
   examiner.begin("/c.toml");
-  wait_until_looking();
+  wait_until_running();
   EXPECT_THROW(examiner.begin("/d.toml"), std::runtime_error);
   release();
   wait_until_free();
@@ -109,7 +109,7 @@ TEST_F(an_examiner, looks_once_at_a_time_and_again_afterwards) {
 
 TEST_F(an_examiner, ends_when_it_is_stopped_and_then_is_not_green) {
   examiner.begin("/c.toml");
-  wait_until_looking();
+  wait_until_running();
   examiner.stop();
   EXPECT_FALSE(examiner.newest().running);
   EXPECT_FALSE(examiner.newest().green());
@@ -152,7 +152,7 @@ TEST_F(an_examiner, knows_after_a_restart_what_it_found_at_the_configuration_in_
 
 TEST_F(an_examiner, keeps_what_was_found_before_where_it_is_stopped_and_what_is_told_beside_it) {
   examiner.begin("/c.toml");
-  wait_until_looking();
+  wait_until_running();
   examiner.stop();
   EXPECT_EQ(Examiner(parts).newest().cell, "");
   const std::filesystem::path cell(CELLCAL_DEMO_CELL);

@@ -116,16 +116,16 @@ TEST(FleetFaults, KilledBetweenReceiptAndCommitTheNextOneStoresAllOnce) {
 
 TEST(FleetFaults, APacketThatEndsTheCollectorCostsNoFactAndItBeginsAgainByItself) {
   const MqttBroker broker;
-  daemon::testing::StrictDoor door(broker.port(), std::size_t{1} << 30);
+  daemon::testing::StrictListener strict(broker.port(), std::size_t{1} << 30);
   const std::string database = Database::shared().emptied();
-  Program program(door.port(), database);
+  Program program(strict.port(), database);
   ASSERT_TRUE(program.is_ready());
   publish(broker.port(), alarms(1, 5));
   ASSERT_TRUE(arrive(database, 5));
   int lines = 1;
   for (const std::string& packet : daemon::testing::deadly_packets()) {
     const pid_t before = program.working();
-    door.say(packet);
+    strict.say(packet);
     ASSERT_TRUE(within_reach([&] { return program.working() != before; })) << program.words();
     publish(broker.port(), alarms(6, 40 * lines));  // while it is away
     ASSERT_TRUE(program.is_ready(++lines)) << program.words();
@@ -139,9 +139,9 @@ TEST(FleetFaults, TheLargestFactsFitIntoTheCollectorAndAPacketOf256MegabytesDoes
   GTEST_SKIP() << "a sanitizer's own books are larger";
 #endif
   const MqttBroker broker;
-  daemon::testing::StrictDoor door(broker.port(), std::size_t{1} << 30);
+  daemon::testing::StrictListener strict(broker.port(), std::size_t{1} << 30);
   const std::string database = Database::shared().emptied();
-  Program program(door.port(), database);
+  Program program(strict.port(), database);
   ASSERT_TRUE(program.is_ready());
   std::vector<Publication> certificates;
   for (int number = 1; number <= 8; ++number)
@@ -153,7 +153,7 @@ TEST(FleetFaults, TheLargestFactsFitIntoTheCollectorAndAPacketOf256MegabytesDoes
     return ask(database, "SELECT count(*) FROM fleet.certificates") == "8";
   })) << program.words();
   const pid_t process = program.working();
-  door.say(std::string("\x30\xff\xff\xff\x7f", 5) + std::string(std::size_t{1} << 20, 'x'));
+  strict.say(std::string("\x30\xff\xff\xff\x7f", 5) + std::string(std::size_t{1} << 20, 'x'));
   ASSERT_TRUE(program.is_ready(2)) << program.words();
   EXPECT_EQ(program.working(), process) << "it is the connection alone that is lost";
   std::ifstream status("/proc/" + std::to_string(process) + "/status");

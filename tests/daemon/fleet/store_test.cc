@@ -243,7 +243,7 @@ TEST(Store, MadeUpCellsDoNotFillTheDatabase) {
 }
 
 /// As a database is whose clock was set.
-void take_months_away(const std::string& database) {
+void erase_months(const std::string& database) {
   ask(database,
       "DO $$ DECLARE name text; BEGIN FOR name IN SELECT tablename FROM pg_tables WHERE "
       "tablename ~ '^(phases|touches|health)_' LOOP EXECUTE 'DROP TABLE fleet.' || name; END LOOP; END $$");
@@ -295,7 +295,7 @@ TEST(Store, AClockThatStandsYearsAheadTakesOldMonthsOnlyWhereThereAreAsManyNewOn
 
 TEST(Store, ALongReaderHoldsUpNeitherTheNextMonthsNorWritersNorAStart) {
   const std::string database = Database::shared().emptied();
-  take_months_away(database);
+  erase_months(database);
   ask(database,
       "CREATE TABLE fleet.touches_2020_01 PARTITION OF fleet.touches FOR VALUES FROM "
       "('2020-01-01') TO ('2020-02-01')");
@@ -316,7 +316,7 @@ TEST(Store, TelemetryIsStoredThoughTheDatabasesClockWasSetToAMonthThatHasNoTable
   const std::string database = Database::shared().emptied();
   Store store({database});
   store.maintain();
-  take_months_away(database);
+  erase_months(database);
   EXPECT_EQ(store.write(one_of_each_kind()).facts, 11u);
   EXPECT_EQ(testing::count_of_each(database), "1|1|1|1|1|1|1|1|1|1|1");
   EXPECT_EQ(ask(database, "SELECT count(*) FROM fleet.quarantine"), "0");

@@ -125,11 +125,11 @@ TEST_F(hostile_broker, has_nothing_in_the_process_that_holds_the_arm_and_no_way_
     EXPECT_EQ(maps(fixture.daemon->pid()).find(library), std::string::npos) << library;
     EXPECT_NE(maps(line->working()).find(library), std::string::npos) << library;
   }
-  const std::string door = fixture.dir / "plant/s";
+  const std::string socket = fixture.dir / "plant/s";
   for (const char* path : {"/v1/run", "/v1/abort", "/v1/versions/activate", "/v1/tokens",
                            "/v1/proposals/p-1/accept?as=graz/weld-3"})
-    EXPECT_GE(http_request(door, "POST", path, "{}").status, 404) << path;
-  EXPECT_EQ(http_request(door, "GET", "/v1/status").status, 404);
+    EXPECT_GE(http_request(socket, "POST", path, "{}").status, 404) << path;
+  EXPECT_EQ(http_request(socket, "GET", "/v1/status").status, 404);
   EXPECT_EQ(fixture.status()["phase"], "idle");
 }
 

@@ -24,7 +24,7 @@ double surface_before(double target_rad) {
 }
 
 /// Once its time has come the stamps tell whose the silence was.
-void tell(World& w) {
+void attribute_silence(World& w) {
   if (w.clock.now() < w.told_at) return;
   w.told_at = drivers::TimePoint::max();
   ++(w.script.sensor_silent ? w.sensor_silent : w.sensor_late);
@@ -206,7 +206,7 @@ drivers::ContactStatus FakeContact::status() const {
   status.link = proven ? drivers::ContactLink::kReady : drivers::ContactLink::kIdentifying;
   if (w_.script.contact_never_ready) status.words = "no IDENT from /dev/ttyUSB0";
   status.clock_ok = proven;
-  tell(w_);
+  attribute_silence(w_);
   status.delivery = {w_.sensor_late, w_.sensor_silent, w_.told_at != drivers::TimePoint::max()};
   const auto busy = std::min<drivers::Duration>(w_.clock.now() - w_.busy_from,
                                                 std::chrono::milliseconds(w_.script.busy_for_ms));

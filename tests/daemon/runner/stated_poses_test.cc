@@ -42,7 +42,7 @@ Outcome compared_by(Rig& rig) {
   const Eigen::Isometry3d none = Eigen::Isometry3d::Identity();
   StatedPoses poses(cell_of("kr5_r1400").robot, {none, none});
   rig.make_ready();
-  poses.look(rig.core.state());
+  poses.observe(rig.core.state());
   calib::Random random(7);
   for (int k = 0; k < 8; ++k) {
     drivers::AxisAngles to{0.0, -90.0, 90.0, 0.0, 90.0, 0.0};
@@ -52,7 +52,7 @@ Outcome compared_by(Rig& rig) {
     EXPECT_TRUE(rig.run_until([&] { return (result = rig.core.next_result()).has_value(); }, 60s));
     EXPECT_EQ(result.value().outcome, MoveOutcome::kArrived);
     rig.run(500ms);
-    poses.look(rig.core.state());
+    poses.observe(rig.core.state());
   }
   EXPECT_EQ(poses.judge().postures, 9u);
   EXPECT_EQ(poses.judged().outcome, poses.judge().outcome);

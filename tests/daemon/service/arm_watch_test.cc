@@ -19,12 +19,12 @@ struct arm_watch : ::testing::Test {
     robot.actual_rad = {0.1, 0.2};
   }
   /// The link goes on for so long, a look every 200 ms.
-  ArmSeen after(int looks, double step_rad = 0.0) {
-    for (int i = 0; i < looks; ++i) {
+  ArmSeen after(int samples, double step_rad = 0.0) {
+    for (int i = 0; i < samples; ++i) {
       now += 200ms;
       robot.packets += 50;
       robot.actual_rad[1] += step_rad;
-      watch.look(robot, now);
+      watch.update(robot, now);
     }
     return watch.seen(now);
   }
@@ -32,7 +32,7 @@ struct arm_watch : ::testing::Test {
 
 TEST_F(arm_watch, says_nothing_before_the_first_packet) {
   robot.link = RobotLink::kDown;
-  watch.look(robot, now);
+  watch.update(robot, now);
   EXPECT_EQ(watch.seen(now).motion, ArmMotion::kUnknown);
   EXPECT_FALSE(watch.seen(now).packet_age_s);
 }
@@ -41,7 +41,7 @@ TEST_F(arm_watch, calls_an_arm_at_rest_only_while_packets_show_it) {
   EXPECT_EQ(after(1).motion, ArmMotion::kUnknown) << "one packet shows no motion and no rest";
   EXPECT_EQ(after(2).motion, ArmMotion::kAtRest);
   now += 300ms;
-  watch.look(robot, now);  // no packet since: the cable is pulled, the driver's limit not reached
+  watch.update(robot, now);  // no packet since: the cable is pulled, the driver's limit not reached
   EXPECT_NEAR(*watch.seen(now).packet_age_s, 0.3, 1e-9);
   now += 5s;
   EXPECT_EQ(watch.seen(now).motion, ArmMotion::kUnknown);
@@ -51,7 +51,7 @@ TEST_F(arm_watch, calls_an_arm_at_rest_only_while_packets_show_it) {
 TEST_F(arm_watch, knows_nothing_of_an_arm_whose_link_is_lost_from_the_first_look_on) {
   ASSERT_EQ(after(3).motion, ArmMotion::kAtRest);
   robot.link = RobotLink::kLost;
-  watch.look(robot, now += 20ms);
+  watch.update(robot, now += 20ms);
   EXPECT_EQ(watch.seen(now).motion, ArmMotion::kUnknown);
   EXPECT_NEAR(*watch.seen(now).packet_age_s, 0.02, 1e-9);
 }
@@ -66,14 +66,14 @@ TEST_F(arm_watch, takes_the_word_of_a_driver_that_has_seen_the_arm_come_to_rest)
   ASSERT_EQ(after(2, 0.01).motion, ArmMotion::kMoving);
   robot.moving = false;
   robot.packets += 1;
-  watch.look(robot, now += 4ms);
+  watch.update(robot, now += 4ms);
   EXPECT_EQ(watch.seen(now).motion, ArmMotion::kAtRest);
 }
 
 TEST_F(arm_watch, needs_new_packets_after_a_link_was_lost) {
   after(3);
   robot.link = RobotLink::kLost;
-  watch.look(robot, now += 20ms);
+  watch.update(robot, now += 20ms);
   robot.link = RobotLink::kNotReferenced;
   EXPECT_EQ(after(1).motion, ArmMotion::kUnknown);
   EXPECT_EQ(after(1).motion, ArmMotion::kAtRest);

@@ -12,25 +12,27 @@ using testing::Zone;
 using namespace std::chrono_literals;
 
 WeeklyWindow daily(int from_min, int to_min) {
-  WeeklyWindow window;
-  window.from_min = from_min;
-  window.to_min = to_min;
-  return window;
+  WeeklyWindow weekly;
+  weekly.from_min = from_min;
+  weekly.to_min = to_min;
+  return weekly;
 }
 
-Night on(const WeeklyWindow& window, std::chrono::year_month_day day) {
-  return night_of(window, std::chrono::sys_days(day));
+Window on(const WeeklyWindow& weekly, std::chrono::year_month_day day) {
+  return window_on(weekly, std::chrono::sys_days(day));
 }
 
-double hours(const Night& night) { return static_cast<double>(night.ends - night.begins) / kHour; }
+double hours(const Window& window) {
+  return static_cast<double>(window.ends - window.begins) / kHour;
+}
 
 TEST(a_window, ends_on_the_next_day_where_its_end_is_the_earlier_time_of_day) {
   const Zone zone(kBerlin);
-  const Night night = on(daily(22 * 60, 5 * 60), 2026y / 11 / 22);
-  EXPECT_EQ(local_time(night.begins), "2026-11-22 22:00");
-  EXPECT_EQ(local_time(night.ends), "2026-11-23 05:00");
-  EXPECT_EQ(to_string(night.day), "2026-11-22");
-  EXPECT_TRUE(night.has(night.begins) && !night.has(night.ends));
+  const Window window = on(daily(22 * 60, 5 * 60), 2026y / 11 / 22);
+  EXPECT_EQ(local_time(window.begins), "2026-11-22 22:00");
+  EXPECT_EQ(local_time(window.ends), "2026-11-23 05:00");
+  EXPECT_EQ(to_string(window.day), "2026-11-22");
+  EXPECT_TRUE(window.has(window.begins) && !window.has(window.ends));
   EXPECT_DOUBLE_EQ(hours(on(daily(60, 120), 2026y / 11 / 22)), 1.0);
 }
 
@@ -42,7 +44,7 @@ TEST(a_window, of_a_night_in_which_clocks_are_set_is_shorter_or_longer_by_an_hou
 
 TEST(a_window, that_lies_in_the_hour_that_is_left_out_does_not_exist_that_night) {
   const Zone zone(kBerlin);
-  const Night none = on(daily(130, 170), 2026y / 3 / 29);
+  const Window none = on(daily(130, 170), 2026y / 3 / 29);
   EXPECT_FALSE(none.exists());
   EXPECT_EQ(local_time(none.begins), "2026-03-29 03:00");
   EXPECT_TRUE(on(daily(130, 170), 2026y / 3 / 28).exists());
@@ -53,8 +55,8 @@ TEST(a_window, that_lies_in_the_hour_that_is_left_out_does_not_exist_that_night)
 TEST(a_window, whose_hour_comes_twice_is_there_once) {
   const Zone zone(kBerlin);
   EXPECT_NEAR(hours(on(daily(130, 170), 2026y / 10 / 25)), 40.0 / 60.0, 1e-9);
-  const Night early = on(daily(60, 150), 2026y / 10 / 25),
-              late = on(daily(150, 300), 2026y / 10 / 25);
+  const Window early = on(daily(60, 150), 2026y / 10 / 25),
+               late = on(daily(150, 300), 2026y / 10 / 25);
   EXPECT_DOUBLE_EQ(hours(early), 1.5);
   EXPECT_DOUBLE_EQ(hours(late), 2.5);
   EXPECT_EQ(late.begins - early.ends, kHour) << "the first 02:30 ends it, the second begins it";
@@ -66,20 +68,20 @@ TEST(every_moment_of_a_window, lies_inside_it_by_the_clock_on_the_wall) {
        {kBerlin, "UTC0", "EST5EDT,M3.2.0,M11.1.0", "<+1030>-10:30<+11>-11,M10.1.0,M4.1.0",
         "<-03>3<-02>,M3.5.0/-1,M10.5.0/0"}) {
     const Zone zone(name);
-    for (const WeeklyWindow& window :
+    for (const WeeklyWindow& weekly :
          {daily(130, 170), daily(60, 150), daily(150, 300), daily(22 * 60, 5 * 60),
           daily(23 * 60 + 30, 30), daily(110, 100)}) {
       for (auto day = std::chrono::sys_days(2026y / 1 / 1);
            day < std::chrono::sys_days(2027y / 1 / 1); day += std::chrono::days(1)) {
-        const Night night = night_of(window, day);
-        for (UtcSeconds at = night.begins; at < night.ends; at += 600) {
+        const Window window = window_on(weekly, day);
+        for (UtcSeconds at = window.begins; at < window.ends; at += 600) {
           const std::time_t time = at;
           std::tm wall{};
           ::localtime_r(&time, &wall);
           const int minute = wall.tm_hour * 60 + wall.tm_min;
-          const bool inside = window.from_min < window.to_min
-                                  ? window.from_min <= minute && minute < window.to_min
-                                  : window.from_min <= minute || minute < window.to_min;
+          const bool inside = weekly.from_min < weekly.to_min
+                                  ? weekly.from_min <= minute && minute < weekly.to_min
+                                  : weekly.from_min <= minute || minute < weekly.to_min;
           ASSERT_TRUE(inside) << name << ' ' << local_time(at);
         }
       }
@@ -89,23 +91,23 @@ TEST(every_moment_of_a_window, lies_inside_it_by_the_clock_on_the_wall) {
 
 TEST(the_next_night, is_on_a_day_on_which_the_window_begins) {
   const Zone zone(kBerlin);
-  WeeklyWindow window = daily(22 * 60, 5 * 60);
-  window.days = {false, false, false, true, false, false, false};  // Wednesday
+  WeeklyWindow weekly = daily(22 * 60, 5 * 60);
+  weekly.days = {false, false, false, true, false, false, false};  // Wednesday
   const UtcSeconds sunday = on(daily(12 * 60, 13 * 60), 2026y / 11 / 22).begins;
-  EXPECT_EQ(local_time(next_night(window, sunday).begins), "2026-11-25 22:00");
-  const UtcSeconds then = next_night(window, sunday).begins;
-  EXPECT_EQ(local_time(next_night(window, then).begins), "2026-12-02 22:00");
+  EXPECT_EQ(local_time(next_window(weekly, sunday).begins), "2026-11-25 22:00");
+  const UtcSeconds then = next_window(weekly, sunday).begins;
+  EXPECT_EQ(local_time(next_window(weekly, then).begins), "2026-12-02 22:00");
 }
 
 TEST(the_nights, between_two_moments_are_all_of_those_that_end_behind_the_first) {
   const Zone zone(kBerlin);
-  const WeeklyWindow window = daily(22 * 60, 5 * 60);
+  const WeeklyWindow weekly = daily(22 * 60, 5 * 60);
   const UtcSeconds noon = on(daily(12 * 60, 13 * 60), 2026y / 11 / 22).begins;
-  EXPECT_EQ(nights(window, noon, noon).size(), 0u);
-  EXPECT_EQ(nights(window, noon, noon + 10 * kHour).size(), 1u);
-  EXPECT_EQ(nights(window, noon, noon + 5 * 24 * kHour).size(), 5u);
-  EXPECT_EQ(nights(window, noon + 11 * kHour, noon + 11 * kHour).size(), 1u) << "it lasts";
-  EXPECT_EQ(nights(window, noon - 7 * kHour, noon).size(), 0u) << "its end is not of it";
+  EXPECT_EQ(windows_between(weekly, noon, noon).size(), 0u);
+  EXPECT_EQ(windows_between(weekly, noon, noon + 10 * kHour).size(), 1u);
+  EXPECT_EQ(windows_between(weekly, noon, noon + 5 * 24 * kHour).size(), 5u);
+  EXPECT_EQ(windows_between(weekly, noon + 11 * kHour, noon + 11 * kHour).size(), 1u) << "it lasts";
+  EXPECT_EQ(windows_between(weekly, noon - 7 * kHour, noon).size(), 0u) << "its end is not of it";
 }
 
 }  // namespace

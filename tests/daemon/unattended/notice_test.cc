@@ -107,7 +107,7 @@ TEST(news_of_a_check, that_does_not_hold_and_of_the_next_that_does_are_drift_and
 TEST(news_of_the_schedule, are_told_where_a_window_passed_without_its_session) {
   Decision decision;
   decision.entry = "nightly";
-  decision.night = "2026-11-22";
+  decision.day = "2026-11-22";
   decision.verb = Verb::kMissed;
   decision.why = Why::kFailedBefore;
   const auto notice = news_of(decision);

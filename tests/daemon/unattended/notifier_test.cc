@@ -32,7 +32,7 @@ NotifyConfig hook(const HookServer& server) {
 TEST(a_notifier, tries_again_behind_a_wait_until_it_is_taken) {
   HookServer server({testing::kBroken, testing::kBroken, testing::kTaken});
   Notifier notifier({[&] { return hook(server); }, "c", std::chrono::milliseconds(1)});
-  notifier.tell([] { return aborted(); });
+  notifier.notify([] { return aborted(); });
   notifier.drain();
   EXPECT_EQ(server.requests().size(), 3u);
   EXPECT_NE(server.requests()[2].find("\"news\":\"aborted\""), std::string::npos);
@@ -43,10 +43,10 @@ TEST(a_notifier, gives_up_where_all_retries_are_used_and_goes_on_with_the_next) 
   NotifyConfig config = hook(server);
   config.webhook->retries = 1;
   Notifier notifier({[&] { return config; }, "c", std::chrono::milliseconds(1)});
-  notifier.tell([] { return aborted(); });
-  notifier.tell([] { return std::nullopt; });
-  notifier.tell([]() -> std::optional<Notice> { throw std::runtime_error("unreadable"); });
-  notifier.tell([] { return aborted(); });
+  notifier.notify([] { return aborted(); });
+  notifier.notify([] { return std::nullopt; });
+  notifier.notify([]() -> std::optional<Notice> { throw std::runtime_error("unreadable"); });
+  notifier.notify([] { return aborted(); });
   notifier.drain();
   EXPECT_EQ(server.requests().size(), 3u);
 }
@@ -60,7 +60,7 @@ TEST(a_notifier, mails_and_posts_the_same_in_the_configured_language) {
   config.language = calib::Language::of("de").value();
   config.mail = MailConfig{{"a@b"}, "c@d", dir / "sendmail", {}};
   Notifier notifier({[&] { return config; }, "c", std::chrono::milliseconds(1)});
-  notifier.tell([] { return aborted(); });
+  notifier.notify([] { return aborted(); });
   notifier.drain();
   std::ifstream mail(dir / "mail");
   const std::string text((std::istreambuf_iterator<char>(mail)), {});
@@ -77,7 +77,7 @@ TEST(a_notifier, mails_again_to_those_alone_that_were_busy) {
   config.mail->server->host = "127.0.0.1";
   config.mail->server->port = server.port();
   Notifier notifier({[&] { return config; }, "c", std::chrono::milliseconds(1)});
-  notifier.tell([] { return aborted(); });
+  notifier.notify([] { return aborted(); });
   notifier.drain();
   const std::vector<std::string> lines = server.lines();
   EXPECT_EQ(std::ranges::count(lines, "RCPT TO:<a@plant.example>"), 2);
@@ -92,13 +92,13 @@ TEST(a_notifier,
   NotifyConfig nobody;
   {
     Notifier quiet({[&] { return nobody; }, "c", std::chrono::milliseconds(1)});
-    quiet.tell([&] {
+    quiet.notify([&] {
       asked = true;
       return aborted();
     });
     quiet.drain();
     Notifier waiting({[&] { return hook(server); }, "c", std::chrono::hours(1)});
-    waiting.tell([] { return aborted(); });
+    waiting.notify([] { return aborted(); });
     while (server.requests().empty()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   EXPECT_FALSE(asked);

@@ -11,7 +11,7 @@ namespace {
 
 ScheduleState filled() {
   ScheduleState state;
-  state.looked = 1'800'000'000;
+  state.evaluated_until = 1'800'000'000;
   state.known = {{"nightly", 1'700'000'000}};
   state.close("nightly", "2026-11-22", false);
   state.close("nightly", "2026-11-23", true);
@@ -34,9 +34,9 @@ std::string refusal(const std::string& text) {
 }
 
 TEST(the_schedules_state, is_read_back_whole_and_new_where_there_is_none) {
-  EXPECT_EQ(schedule_state_from("").looked, 0);
+  EXPECT_EQ(schedule_state_from("").evaluated_until, 0);
   const ScheduleState read = schedule_state_from(to_text(filled()));
-  EXPECT_EQ(read.looked, 1'800'000'000);
+  EXPECT_EQ(read.evaluated_until, 1'800'000'000);
   EXPECT_EQ(read.known.at("nightly"), 1'700'000'000);
   EXPECT_TRUE(read.is_closed("nightly", "2026-11-22"));
   EXPECT_FALSE(read.is_closed("other", "2026-11-22"));

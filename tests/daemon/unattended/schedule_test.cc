@@ -81,7 +81,7 @@ struct a_schedule : ::testing::Test {
     WeeklyWindow noon;
     noon.from_min = 12 * 60;
     noon.to_min = 13 * 60;
-    utc = night_of(noon, std::chrono::sys_days(day)).begins;
+    utc = window_on(noon, std::chrono::sys_days(day)).begins;
     restart();
   }
   void restart() {
@@ -99,7 +99,7 @@ struct a_schedule : ::testing::Test {
   void pass(UtcSeconds seconds) {
     utc += seconds;
     steady += std::chrono::seconds(seconds);
-    schedule->look();
+    schedule->update();
   }
   /// In steps, as a thread would.
   void live(UtcSeconds seconds, UtcSeconds step = 600) {

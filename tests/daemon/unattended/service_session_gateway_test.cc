@@ -50,7 +50,7 @@ struct UnattendedSession : ::testing::Test {
        dir.path(),
        [this](const calib::Cell& cell, double, const std::string&) { return backend(cell); },
        {}}};
-  ServiceSessionGateway door{service, journal};
+  ServiceSessionGateway gateway{service, journal};
 };
 
 TEST_F(UnattendedSession,
@@ -65,7 +65,7 @@ TEST_F(UnattendedSession,
   config.sessions = {session()};
   UtcSeconds utc = 1'800'000'000 - 1'800'000'000 % 86400 + 43200;
   Schedule::Steady steady{std::chrono::hours(1)};
-  Schedule schedule({door,
+  Schedule schedule({gateway,
                      {[this] { return journal.schedule(); },
                       [this](const std::string& state) { journal.store_schedule(state); }},
                      [&] { return config; },
@@ -74,7 +74,7 @@ TEST_F(UnattendedSession,
   const auto pass = [&](int seconds) {
     utc += seconds;
     steady += std::chrono::seconds(seconds);
-    schedule.look();
+    schedule.update();
   };
   pass(5);
   ASSERT_EQ(service.status().session, 1);
@@ -94,14 +94,14 @@ TEST_F(UnattendedSession,
   for (const std::string& event : journal.events(1))
     said += event.find("responsible for the clear cell: A. Miller") != std::string::npos ? 1 : 0;
   EXPECT_EQ(said, 2) << "when it began, and when it was resumed";
-  EXPECT_LT(door.foreseen_s(session()), 3600.0) << "by the one that was done";
+  EXPECT_LT(gateway.foreseen_s(session()), 3600.0) << "by the one that was done";
 }
 
 TEST_F(UnattendedSession, is_not_begun_where_somebody_has_aborted_meanwhile) {
-  const std::uint64_t seen = door.standing().aborts;
+  const std::uint64_t seen = gateway.standing().aborts;
   EXPECT_FALSE(service.abort()) << "nothing runs";
-  EXPECT_THROW(door.begin(session(), "by", seen), NotNow);
-  EXPECT_EQ(door.standing().aborts, seen + 1);
+  EXPECT_THROW(gateway.begin(session(), "by", seen), NotNow);
+  EXPECT_EQ(gateway.standing().aborts, seen + 1);
   EXPECT_TRUE(journal.sessions().empty());
 }
 
@@ -109,7 +109,7 @@ TEST_F(UnattendedSession, begins_with_the_load_of_its_entry) {
   ScheduledSession full = session();
   full.load = "full";
   try {
-    door.begin(full, "by", door.standing().aborts);
+    gateway.begin(full, "by", gateway.standing().aborts);
     ADD_FAILURE() << "the cell has no [[load]]";
   } catch (const RequestError& error) {
     EXPECT_NE(std::string(error.what()).find("load full: the cell has no such [[load]]"),

@@ -87,7 +87,7 @@ TEST(ContactWatch, FindsBothEdgesToAHundredNanoseconds) {
   const PhysicalCell cell = lever();
   std::vector<Edge> edges;
   ContactWatch watch(cell, [&](TimePoint t, bool closed) { edges.push_back({t, closed}); });
-  for (TimePoint t = kStart; t < when(1.0); t += kCycle) watch.look(t, t + kCycle, swinging);
+  for (TimePoint t = kStart; t < when(1.0); t += kCycle) watch.update(t, t + kCycle, swinging);
   ASSERT_EQ(edges.size(), 2u);
   EXPECT_TRUE(edges[0].closed);
   EXPECT_FALSE(edges[1].closed);
@@ -105,7 +105,7 @@ TEST(ContactWatch, FindsTheInstantWhereverItLiesInTheCycle) {
     std::vector<Edge> edges;
     ContactWatch watch(cell, [&](TimePoint t, bool closed) { edges.push_back({t, closed}); });
     const TimePoint from = contact - kCycle * share / 100;
-    watch.look(from, from + kCycle, swinging);
+    watch.update(from, from + kCycle, swinging);
     ASSERT_EQ(edges.size(), 1u) << share;
     EXPECT_LE(std::abs((edges[0].t - contact).count()), 101) << share;
     EXPECT_TRUE(watch.closed());
@@ -117,8 +117,8 @@ TEST(ContactWatch, ReportsTheEdgeWhenTheCircuitIsClosedAlready) {
   const TimePoint contact = when(kBallAt - half_angle());
   std::vector<Edge> edges;
   ContactWatch watch(cell, [&](TimePoint t, bool closed) { edges.push_back({t, closed}); });
-  watch.look(contact - milliseconds{2}, contact + milliseconds{2}, swinging);
-  watch.look(contact + milliseconds{2}, contact + milliseconds{6}, swinging);
+  watch.update(contact - milliseconds{2}, contact + milliseconds{2}, swinging);
+  watch.update(contact + milliseconds{2}, contact + milliseconds{6}, swinging);
   EXPECT_EQ(edges.size(), 1u);  // still closed: no second edge
 }
 
@@ -127,7 +127,7 @@ TEST(ContactWatch, AMotionThatStopsShortReportsNothing) {
   int edges = 0;
   ContactWatch watch(cell, [&](TimePoint, bool) { ++edges; });
   const double short_of = kBallAt - half_angle() - 1e-6;
-  watch.look(kStart, kStart + kCycle, [&](TimePoint) { return std::vector{short_of}; });
+  watch.update(kStart, kStart + kCycle, [&](TimePoint) { return std::vector{short_of}; });
   EXPECT_EQ(edges, 0);
   EXPECT_EQ(watch.deepest_m(), 0.0);
 }
@@ -163,7 +163,7 @@ TEST(ContactWatch, CountsACrashOnceAndNotWhenItGoesOn) {
   const PhysicalCell cell = lever_with_shaft(0.15);
   int edges = 0;
   ContactWatch watch(cell, [&](TimePoint, bool) { ++edges; });
-  for (TimePoint t = kStart; t < when(1.0); t += kCycle) watch.look(t, t + kCycle, swinging);
+  for (TimePoint t = kStart; t < when(1.0); t += kCycle) watch.update(t, t + kCycle, swinging);
   EXPECT_EQ(watch.crashes(), 1);
   EXPECT_EQ(edges, 0);  // the tip itself never entered
 }
@@ -202,7 +202,7 @@ struct Swings {
 
   void move(double to, double& angle) {
     const double from = angle;
-    watch.look(now, now + kCycle, [&](TimePoint t) {
+    watch.update(now, now + kCycle, [&](TimePoint t) {
       const double share = std::chrono::duration<double>(t - now) / kCycle;
       return std::vector{from + share * (to - from)};
     });

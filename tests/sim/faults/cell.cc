@@ -171,8 +171,8 @@ TimePoint FaultyCell::next_event() const {
   return std::max(t, now_);
 }
 
-void FaultyCell::look(TimePoint from, TimePoint to) {
-  watch_.look(from, to, [this](TimePoint t) { return true_rad_at(t); });
+void FaultyCell::update_contact(TimePoint from, TimePoint to) {
+  watch_.update(from, to, [this](TimePoint t) { return true_rad_at(t); });
   const std::vector<double> position = true_rad_at(to);
   if (!last_position_.empty()) {
     const double limit = kStillRadS * std::chrono::duration<double>(to - from).count();
@@ -198,10 +198,10 @@ void FaultyCell::run_one(TimePoint t) {
     const double factor = 1.0 - 1e-6 * krc_drift_ppm_;
     next_cycle_ += std::chrono::duration_cast<Duration>(cycle() * factor);
     tick(begin);
-    look(begin, next_cycle_);
+    update_contact(begin, next_cycle_);
     return;
   }
-  take_messages();
+  deliver_messages();
   if (next_pc_tick_ <= t) {
     next_pc_tick_ += kPcTick;
     pc_tick();

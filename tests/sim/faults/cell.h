@@ -152,7 +152,7 @@ class FaultyCell : public drivers::Clock {
   virtual Duration cycle() const = 0;
   virtual void pc_tick() = 0;
   virtual TimePoint next_message() const = 0;
-  virtual void take_messages() = 0;
+  virtual void deliver_messages() = 0;
   virtual void make_robot() = 0;
   virtual void repair_controller() = 0;
   virtual void input(bool closed) = 0;  ///< the controller's, at now
@@ -171,7 +171,7 @@ class FaultyCell : public drivers::Clock {
 
  private:
   void level(TimePoint t, bool closed);
-  void look(TimePoint from, TimePoint to);
+  void update_contact(TimePoint from, TimePoint to);
   void run_one(TimePoint t);
   TimePoint next_event() const;
 

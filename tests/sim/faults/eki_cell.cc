@@ -113,7 +113,7 @@ class EkiCell final : public FaultyCell {
     if (!other_holds_ && !off_) to_pc_.send(said, t);
   }
   TimePoint next_message() const override { return std::min(to_pc_.next(), to_krc_.next()); }
-  void take_messages() override {
+  void deliver_messages() override {
     while (const auto bytes = to_pc_.take(now_)) {
       if (linked_) robot_->on_bytes(bytes->bytes, now_);
     }

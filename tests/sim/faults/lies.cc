@@ -26,7 +26,7 @@ void shift(std::string& text, std::string_view element, std::string_view attribu
 struct Lie {
   std::string variant;
   const char* where;
-  std::function<void(std::string&)> tell;
+  std::function<void(std::string&)> distort;
   int most = -1;       ///< maximum number of messages; negative: all
   Duration lasts{};    ///< 0: permanent
   double share = 1.0;  ///< of them
@@ -38,7 +38,7 @@ void add(std::vector<Fault>& all, const Lie& lie, const char* reason,
   fault.book = [lie, line](const Victim& victim) {
     const TimePoint until = lie.lasts == Duration{} ? TimePoint::max() : victim.at + lie.lasts;
     Trouble trouble{LineFaultKind::kRewrite, victim.at, until, lie.share, lie.most};
-    trouble.rewrite = lie.tell;
+    trouble.rewrite = lie.distort;
     line(victim.cell).add(trouble);
   };
   fault.replies_arrive = true;

@@ -137,7 +137,7 @@ class RsiCell final : public FaultyCell {
     if (second_speaks_) to_pc_.send(strange, t + std::chrono::milliseconds(1));
   }
   TimePoint next_message() const override { return std::min(to_pc_.next(), to_krc_.next()); }
-  void take_messages() override {
+  void deliver_messages() override {
     while (const auto packet = to_pc_.take(now_)) {
       to_krc_.send(robot_->on_datagram(packet->bytes, now_), now_);
     }

@@ -70,7 +70,7 @@ class SleepyCell final : public FaultyCell {
   Duration cycle() const override { return kStep; }
   void tick(TimePoint t) override { to_pc_.send(peer_.tick(t), t); }
   TimePoint next_message() const override { return std::min(to_pc_.next(), to_krc_.next()); }
-  void take_messages() override {
+  void deliver_messages() override {
     while (const auto packet = to_pc_.take(now_)) {
       if (robot_) to_krc_.send(robot_->on_datagram(packet->bytes, now_), now_);
     }

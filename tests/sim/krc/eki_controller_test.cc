@@ -55,7 +55,7 @@ class EkiKrc : public ::testing::Test {
     krc->start_program();
     run(40ms);
     ASSERT_TRUE(krc->connect());
-    tell(1);
+    send(1);
     run(40ms);
     ASSERT_EQ(state.session, 5u);
   }
@@ -74,18 +74,18 @@ class EkiKrc : public ::testing::Test {
   void run(drivers::Duration duration, bool beats = true) {
     for (const auto end = now + duration; now < end;) {
       tick();
-      if (beats && krc->connected() && now - last_sent > 40ms) tell(2);
+      if (beats && krc->connected() && now - last_sent > 40ms) send(2);
     }
   }
   void run_to_rest() {
     for (int i = 0; i < 10000; ++i) {
       tick();
-      if (krc->connected() && now - last_sent > 40ms) tell(2);
+      if (krc->connected() && now - last_sent > 40ms) send(2);
       if (state.progress == EkiProgress::kDone && state.move_id == id) return;
     }
     ADD_FAILURE() << "no end";
   }
-  void tell(int type,
+  void send(int type,
             const std::string& axes =
                 "<Axis A1=\"0\" A2=\"-90\" A3=\"90\" A4=\"0\" "
                 "A5=\"90\" A6=\"0\"/>",
@@ -98,7 +98,7 @@ class EkiKrc : public ::testing::Test {
   }
   void go(double a1_deg,
           const std::string& move = "Guard=\"0\" Path=\"1\" Percent=\"50\" Duration=\"0\"") {
-    tell(3,
+    send(3,
          "<Axis A1=\"" + std::to_string(a1_deg) +
              "\" A2=\"-90\" A3=\"90\" A4=\"0\" A5=\"90\" A6=\"0\"/>",
          move);
@@ -132,7 +132,7 @@ TEST_F(EkiKrc, TellsItsLongestPassWhileSomebodyIsObeyedAndIsSlowerOtherwise) {
   EXPECT_GE(state.pass_ms, 96U);
   run(40ms);
   EXPECT_EQ(state.pass_ms, 12U);
-  tell(5);  // bye
+  send(5);  // bye
   run(40ms);
   states = 0;
   run(240ms);
@@ -145,7 +145,7 @@ TEST_F(EkiKrc, SendsItsTcpOnceItsProgramHasSetToolAndBaseAndAsTheModelHasIt) {
   krc = std::make_unique<EkiController>(config);
   run(40ms);
   ASSERT_TRUE(krc->connect());
-  tell(1);
+  send(1);
   run(40ms);
   EXPECT_TRUE(state.sends_tcp);
   EXPECT_FALSE(state.tcp) << "after a cold start $POS_ACT would halt the submit interpreter";
@@ -222,7 +222,7 @@ TEST_F(EkiKrc, AMeasuringTouchBrakesOnItsOwnRampAndAStopTelegramAsShortAsItCan) 
     if (touch) {
       krc->input(now, true);
     } else {
-      tell(4);
+      send(4);
     }
     const double cruise_rad = 4.0 * drivers::kRadPerDeg * 0.004;
     double way_rad = 0.0;
@@ -289,7 +289,7 @@ TEST_F(EkiKrc, ATelegramWithAMissingElementIsCountedAndMovesNothing) {
   krc->receive(
       "<RobotCommand Session=\"5\" Seq=\"99\" Type=\"3\" Id=\"1\"><Axis A1=\"9\"/>"
       "</RobotCommand>");
-  tell(2);  // read in the same pass
+  send(2);  // read in the same pass
   run(100ms);
   EXPECT_EQ(state.bad, 1u);
   EXPECT_EQ(krc->moves(), 0u);

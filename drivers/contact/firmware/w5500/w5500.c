@@ -143,7 +143,7 @@ static uint16_t received(const w5500_bus* bus) {
   return last;
 }
 
-static void take_until(const w5500_bus* bus, uint16_t read) {
+static void consume_until(const w5500_bus* bus, uint16_t read) {
   put16(bus, SOCKET, SN_RX_RD, read);
   command(bus, CR_RECV);
 }
@@ -160,13 +160,13 @@ uint16_t w5500_receive(const w5500* chip, w5500_peer* from, uint8_t* into, uint1
   get(bus, RX_BUFFER, read, header, UDP_HEADER);
   size = big16(header + 6);
   if (waiting < UDP_HEADER || waiting > BUFFER || size > waiting - UDP_HEADER) {
-    take_until(bus, (uint16_t)(read + waiting)); /* no datagram begins here: discard all */
+    consume_until(bus, (uint16_t)(read + waiting)); /* no datagram begins here: discard all */
     return 0;
   }
   for (i = 0; i < 4; ++i) from->address[i] = header[i];
   from->port = big16(header + 4);
   if (size <= room) get(bus, RX_BUFFER, (uint16_t)(read + UDP_HEADER), into, size);
-  take_until(bus, (uint16_t)(read + UDP_HEADER + size));
+  consume_until(bus, (uint16_t)(read + UDP_HEADER + size));
   return size;
 }
 

@@ -89,7 +89,7 @@ std::string ReportingCell::now() const {
                      fmt::gmtime(static_cast<std::time_t>(ms / 1000)), ms % 1000);
 }
 
-void ReportingCell::tell(const char* kind, std::int64_t session, const std::string& time) {
+void ReportingCell::note(const char* kind, std::int64_t session, const std::string& time) {
   facts_.push_back({kind, session, time});
 }
 
@@ -101,24 +101,24 @@ void ReportingCell::session(SessionKind kind, std::size_t touches, bool calibrat
   const std::int64_t id = journal_->begin({"cell.toml", "[identity]\nrobot_serial = \"1234\"\n",
                                            "robot.toml", "", options_to_json(options)},
                                           time);
-  tell("session", id, time);
+  note("session", id, time);
   journal_->record(id, RecordPlan{"plan", touches});
   for (std::size_t i = 0; i < touches; ++i) {
     RecordChange change;
     change.change = {Phase::kPlanning, Phase::kTransit};
     change.utc = time = now();
     journal_->note(id, change);
-    tell("phase", id, time);
+    note("phase", id, time);
     RecordTouch touch{i, {}};
     touch.touch.joint_rad = {0.1, -1.5, 1.5, 0.2, 0.7, -0.3};
     touch.touch.target = "S1";
     touch.touch.time = time;
     journal_->record(id, touch);
-    tell("touch", id, time);
+    note("touch", id, time);
   }
   if (calibration) {
     journal_->store_calibration(id, a_calibration());
-    tell("calibration", id, "");
+    note("calibration", id, "");
     calibrated_ = id;
   }
   time = now();
@@ -127,13 +127,13 @@ void ReportingCell::session(SessionKind kind, std::size_t touches, bool calibrat
     end.result =
         std::make_shared<const SessionResult>(SessionResult{calib::TcpCheck{.holds = true}});
   journal_->record(id, end, time);
-  if (kind == SessionKind::kCheck) tell("check", id, time);
-  tell("session", id, time);
+  if (kind == SessionKind::kCheck) note("check", id, time);
+  note("session", id, time);
 }
 
 void ReportingCell::report(const plant::FactBody& body) {
   journal_->report(calibrated_, plant::report_of(body));
-  tell(plant::kind_of(body), calibrated_, "");
+  note(plant::kind_of(body), calibrated_, "");
 }
 
 void ReportingCell::work() {
@@ -155,7 +155,7 @@ void ReportingCell::work() {
       if (calibrated_ == 0) return;
       const std::string time = now();
       journal_->activate({calibrated_, time, "M. Huber", "back"});
-      return tell("activation", calibrated_, time);
+      return note("activation", calibrated_, time);
     }
     case 6: {
       std::string bytes(20'000, '\0');

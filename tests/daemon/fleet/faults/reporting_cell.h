@@ -61,7 +61,7 @@ class ReportingCell {
  private:
   void open();
   std::string now() const;
-  void tell(const char* kind, std::int64_t session, const std::string& time);
+  void note(const char* kind, std::int64_t session, const std::string& time);
   void session(SessionKind kind, std::size_t touches, bool calibration);
   void report(const plant::FactBody& body);
 

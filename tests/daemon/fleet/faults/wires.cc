@@ -20,7 +20,7 @@ namespace {
 using Side = Wires::Side;
 
 /// Locally administered; no interface has it.
-constexpr const char* kNobody = "02:00:00:00:00:99";
+constexpr const char* kUnusedMac = "02:00:00:00:00:99";
 constexpr const char* kSideEnd = "plant0";
 
 std::size_t index(Side side) { return side == Side::kCells ? 0 : 1; }
@@ -104,10 +104,10 @@ void Wires::cut(Side side, Cut how) const {
     within(side, [] { ip({"link", "set", kSideEnd, "down"}); });
     return;
   }
-  ip({"neigh", "replace", address(side, 2), "lladdr", kNobody, "dev", plant_end(side), "nud",
+  ip({"neigh", "replace", address(side, 2), "lladdr", kUnusedMac, "dev", plant_end(side), "nud",
       "permanent"});
   within(side, [&] {
-    ip({"neigh", "replace", address(side, 1), "lladdr", kNobody, "dev", kSideEnd, "nud",
+    ip({"neigh", "replace", address(side, 1), "lladdr", kUnusedMac, "dev", kSideEnd, "nud",
         "permanent"});
   });
 }

@@ -39,11 +39,12 @@ SessionRecord session_of(SessionKind kind, RecordState state,
 }
 
 struct reporter : ::testing::Test {
-  PlantReporter telling{{true, 1 << 20, {"graz", "weld-3"}, {}, {}}};
+  PlantReporter plant_reporter{{true, 1 << 20, {"graz", "weld-3"}, {}, {}}};
 };
 
 TEST_F(reporter, tells_what_a_session_is_for_and_how_it_stands) {
-  const auto reports = telling.session(session_of(SessionKind::kCalibrate, RecordState::kAborted));
+  const auto reports =
+      plant_reporter.session(session_of(SessionKind::kCalibrate, RecordState::kAborted));
   ASSERT_EQ(reports.size(), 1u);
   EXPECT_EQ(reports[0].worth, daemon::Worth::kResult);
   const auto fact = std::get<plant::SessionFact>(body_of(reports[0]));
@@ -53,8 +54,10 @@ TEST_F(reporter, tells_what_a_session_is_for_and_how_it_stands) {
 
 TEST_F(reporter, tells_the_result_of_a_check_with_its_end_byte_for_byte) {
   const calib::TcpCheck check{.holds = true, .touches = 9};
-  EXPECT_EQ(telling.session(session_of(SessionKind::kCheck, RecordState::kRunning)).size(), 1u);
-  const auto reports = telling.session(session_of(SessionKind::kCheck, RecordState::kDone, check));
+  EXPECT_EQ(plant_reporter.session(session_of(SessionKind::kCheck, RecordState::kRunning)).size(),
+            1u);
+  const auto reports =
+      plant_reporter.session(session_of(SessionKind::kCheck, RecordState::kDone, check));
   ASSERT_EQ(reports.size(), 2u);
   EXPECT_EQ(std::get<plant::SessionFact>(body_of(reports[1])).outcome, "holds");
   const auto fact = std::get<plant::CheckFact>(body_of(reports[0]));
@@ -65,7 +68,7 @@ TEST_F(reporter, tells_the_result_of_a_check_with_its_end_byte_for_byte) {
 
 TEST_F(reporter, tells_of_touches_only_where_it_was_asked_to) {
   const RecordTouch touch{4, touch_at(0.5)};
-  const auto reports = telling.touch(touch);
+  const auto reports = plant_reporter.touch(touch);
   ASSERT_EQ(reports.size(), 1u);
   EXPECT_EQ(reports[0].worth, daemon::Worth::kTelemetry);
   EXPECT_EQ(std::get<plant::TouchFact>(body_of(reports[0])).index, 4u);
@@ -74,11 +77,11 @@ TEST_F(reporter, tells_of_touches_only_where_it_was_asked_to) {
 
 TEST_F(reporter, tells_of_a_touch_where_its_tip_was_and_how_far_off_it_is_once_that_is_known) {
   RecordTouch touch{4, touch_at(0.5), std::array{1.0, 0.5, 0.25}, 2e-4};
-  auto fact = std::get<plant::TouchFact>(body_of(telling.touch(touch)[0]));
+  auto fact = std::get<plant::TouchFact>(body_of(plant_reporter.touch(touch)[0]));
   EXPECT_NEAR((*fact.tip_m)[2], 0.25, 1e-12);
   EXPECT_NEAR(*fact.residual_m, 2e-4, 1e-12);
   touch.residual_m = std::numeric_limits<double>::quiet_NaN();
-  fact = std::get<plant::TouchFact>(body_of(telling.touch(touch)[0]));
+  fact = std::get<plant::TouchFact>(body_of(plant_reporter.touch(touch)[0]));
   EXPECT_FALSE(fact.residual_m);
 }
 
@@ -86,19 +89,19 @@ TEST_F(reporter, tells_of_a_failure_by_its_name) {
   SessionRecord failed = session_of(SessionKind::kCalibrate, RecordState::kFailed);
   failed.failure = "no-contact: end of the search";
   failed.failure_kind = FailureKind::kNoContact;
-  EXPECT_EQ(std::get<plant::SessionFact>(body_of(telling.session(failed)[0])).failure_kind,
+  EXPECT_EQ(std::get<plant::SessionFact>(body_of(plant_reporter.session(failed)[0])).failure_kind,
             "no-contact");
 }
 
 TEST_F(reporter, speaks_under_its_cell_s_name_and_for_those_that_it_had) {
-  EXPECT_EQ(telling.address(), "graz/weld-3");
-  EXPECT_FALSE(telling.publishes_name("graz/weld-2"));
+  EXPECT_EQ(plant_reporter.address(), "graz/weld-3");
+  EXPECT_FALSE(plant_reporter.publishes_name("graz/weld-2"));
   const PlantReporter renamed({true, 1 << 20, {"graz", "weld-3"}, {"graz/weld-2"}, {}});
   EXPECT_TRUE(renamed.publishes_name("graz/weld-2"));
 }
 
 TEST_F(reporter, never_lets_word_of_what_was_dropped_be_dropped) {
-  const Report dropped_report = telling.dropped(3, 9, 5);
+  const Report dropped_report = plant_reporter.dropped(3, 9, 5);
   EXPECT_EQ(dropped_report.worth, daemon::Worth::kResult);
   EXPECT_EQ(std::get<plant::DroppedFact>(body_of(dropped_report)), (plant::DroppedFact{3, 9, 5}));
 }

@@ -54,7 +54,7 @@ struct a_sparkplug_node : ::testing::Test {
     all.config.tls = false;
     all.every = 10ms;
     all.first_wait = all.longest_wait = 50ms;
-    all.look = [this] {
+    all.metrics = [this] {
       CellNow now;
       now.software = "1";
       now.phase = "idle";
@@ -99,7 +99,7 @@ TEST_F(a_sparkplug_node, is_born_with_all_of_its_metrics_and_tells_what_changes)
 TEST_F(a_sparkplug_node, counts_its_messages_up_to_255_and_goes_on_with_0) {
   EdgeNode::Parts quick = parts();
   quick.every = 1ms;
-  quick.look = [this, before = parts().look] {
+  quick.metrics = [this, before = parts().metrics] {
     ++touches;
     return before();
   };
@@ -170,7 +170,9 @@ TEST_F(a_sparkplug_node, that_ends_in_order_says_its_death_once) {
 TEST_F(a_sparkplug_node, is_born_when_it_is_known_how_the_cell_stands) {
   EdgeNode::Parts unknown = parts();
   std::atomic<bool> known{false};
-  unknown.look = [&, look = unknown.look] { return known ? look() : std::vector<Metric>(); };
+  unknown.metrics = [&, metrics = unknown.metrics] {
+    return known ? metrics() : std::vector<Metric>();
+  };
   const EdgeNode node(std::move(unknown));
   for (int i = 0; i < 500 && !node.status().connected; ++i) std::this_thread::sleep_for(10ms);
   EXPECT_EQ(node.status().acknowledged, 0U);

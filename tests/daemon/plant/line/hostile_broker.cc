@@ -69,14 +69,14 @@ std::string publish_packet(const std::string& topic, const std::string& payload)
 }
 
 struct HostileBroker::Impl {
-  Impl() : door(context, {asio::ip::address_v4::loopback(), 0}) {
+  Impl() : acceptor(context, {asio::ip::address_v4::loopback(), 0}) {
     thread = std::thread([this] { accept(); });
   }
   ~Impl() {
     ending = true;
     boost::system::error_code ignored;
     tcp::socket knock(context);
-    knock.connect(door.local_endpoint(), ignored);
+    knock.connect(acceptor.local_endpoint(), ignored);
     thread.join();
     {
       const std::lock_guard lock(mutex);
@@ -88,7 +88,7 @@ struct HostileBroker::Impl {
     while (true) {
       auto socket = std::make_shared<tcp::socket>(context);
       boost::system::error_code code;
-      door.accept(*socket, code);
+      acceptor.accept(*socket, code);
       if (ending || code) return;
       const std::lock_guard lock(mutex);
       sockets.push_back(socket);
@@ -130,7 +130,7 @@ struct HostileBroker::Impl {
   }
 
   asio::io_context context;
-  tcp::acceptor door;
+  tcp::acceptor acceptor;
   std::atomic<bool> ending{false};
   mutable std::mutex mutex;
   std::vector<std::shared_ptr<tcp::socket>> sockets;
@@ -145,7 +145,7 @@ struct HostileBroker::Impl {
 HostileBroker::HostileBroker() : impl_(std::make_unique<Impl>()) {}
 HostileBroker::~HostileBroker() = default;
 
-std::uint16_t HostileBroker::port() const { return impl_->door.local_endpoint().port(); }
+std::uint16_t HostileBroker::port() const { return impl_->acceptor.local_endpoint().port(); }
 
 int HostileBroker::say(const std::string& bytes) {
   const std::lock_guard lock(impl_->mutex);

@@ -38,7 +38,7 @@ struct Listener::Impl {
     changed.notify_all();
   }
   /// All that was heard, of the newest journal.
-  void tell_stored() {
+  void publish_stored() {
     plant::Stored stored;
     {
       const std::lock_guard lock(mutex);
@@ -122,7 +122,7 @@ Listener::Listener(std::uint16_t port, const std::string& id, const std::string&
                             message->retain});
     });
     if (impl.stores && std::string_view(message->topic).find("/fact/") != std::string_view::npos)
-      impl.tell_stored();
+      impl.publish_stored();
   });
   mosquitto_property* properties = nullptr;
   mosquitto_property_add_int32(&properties, MQTT_PROP_SESSION_EXPIRY_INTERVAL, 3600);
@@ -142,7 +142,7 @@ Listener::~Listener() {
 
 void Listener::store() {
   impl_->stores = true;
-  impl_->tell_stored();
+  impl_->publish_stored();
 }
 
 std::vector<Heard> Listener::until(

@@ -260,7 +260,7 @@ TEST_F(publisher, that_nobody_collects_from_keeps_all_and_says_so) {
   Journal journal(dir / "j.db");
   const CellLine running(parts(journal, broker.port()));
   fill(journal, 2);
-  wait_until([&] { return running.status().problem == LineProblem::kNobody; });
+  wait_until([&] { return running.status().problem == LineProblem::kNoCollector; });
   EXPECT_TRUE(running.status().connected);
   EXPECT_EQ(journal.outbox().rows, 3);
   Listener plant(broker.port(), "plant", kAll);
@@ -435,11 +435,11 @@ TEST_F(publisher, names_the_broker_s_limit_where_that_says_it_and_how_many_facts
 TEST_F(publisher,
        goes_on_without_the_fact_for_which_a_broker_ended_the_line_and_tries_it_on_a_later_one) {
   Broker broker(broker_dir.path());
-  StrictDoor door(broker.port(), 20000);
+  StrictListener strict(broker.port(), 20000);
   Listener plant(broker.port(), "plant", kAll);
   plant.store();
   Journal journal(dir / "j.db");
-  const CellLine running(parts(journal, door.port()));
+  const CellLine running(parts(journal, strict.port()));
   const std::int64_t id = fill(journal, 0);
   const plant::CertificateFact large = certificate_of(30000);
   journal.report(id, report_of(large));
@@ -448,11 +448,11 @@ TEST_F(publisher,
   wait_until([&] { return running.status().words.find("fact 2: ") != std::string::npos; });
   EXPECT_EQ(running.status().problem, LineProblem::kTooLarge);
   EXPECT_TRUE(running.status().connected);
-  const int ended = door.ended();
+  const int ended = strict.ended();
   EXPECT_GE(ended, 1);
   std::this_thread::sleep_for(milliseconds(400));
-  EXPECT_EQ(door.ended(), ended) << "the line is not lost for it again and again";
-  door.take_all();
+  EXPECT_EQ(strict.ended(), ended) << "the line is not lost for it again and again";
+  strict.accept_all();
   wait_until([&] { return journal.outbox().rows == 0; });
   ASSERT_NE(fact_with(facts_in(plant.all()), 2), nullptr);
   EXPECT_EQ(std::get<plant::CertificateFact>(fact_with(facts_in(plant.all()), 2)->body), large);

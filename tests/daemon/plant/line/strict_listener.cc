@@ -33,16 +33,16 @@ constexpr std::array<unsigned char, 4> kTooLarge{0xE0, 0x02, 0x95, 0x00};  // DI
 
 }  // namespace
 
-struct StrictDoor::Impl {
+struct StrictListener::Impl {
   Impl(std::uint16_t to, std::size_t bytes)
-      : broker(to), most(bytes), door(context, {asio::ip::address_v4::loopback(), 0}) {
+      : broker(to), most(bytes), acceptor(context, {asio::ip::address_v4::loopback(), 0}) {
     thread = std::thread([this] { accept(); });
   }
   ~Impl() {
     ending = true;
     boost::system::error_code ignored;
     tcp::socket knock(context);
-    knock.connect(door.local_endpoint(), ignored);
+    knock.connect(acceptor.local_endpoint(), ignored);
     thread.join();
     end_all();
     for (std::thread& one : lines) one.join();
@@ -57,7 +57,7 @@ struct StrictDoor::Impl {
       auto client = std::make_shared<tcp::socket>(context),
            server = std::make_shared<tcp::socket>(context);
       boost::system::error_code code;
-      door.accept(*client, code);
+      acceptor.accept(*client, code);
       if (ending || code) return;
       server->connect({asio::ip::address_v4::loopback(), broker}, code);
       if (code) continue;
@@ -107,27 +107,27 @@ struct StrictDoor::Impl {
   std::atomic<std::size_t> most;
   std::atomic<int> refused{0};
   std::atomic<bool> ending{false};
-  tcp::acceptor door;
+  tcp::acceptor acceptor;
   std::mutex mutex;
   std::vector<std::shared_ptr<tcp::socket>> sockets;
   std::vector<std::thread> lines;  ///< the acceptor's thread's alone until it has ended
   std::thread thread;
 };
 
-StrictDoor::StrictDoor(std::uint16_t broker, std::size_t most_bytes)
+StrictListener::StrictListener(std::uint16_t broker, std::size_t most_bytes)
     : impl_(std::make_unique<Impl>(broker, most_bytes)) {}
-StrictDoor::~StrictDoor() = default;
-std::uint16_t StrictDoor::port() const { return impl_->door.local_endpoint().port(); }
-void StrictDoor::take_all() {
+StrictListener::~StrictListener() = default;
+std::uint16_t StrictListener::port() const { return impl_->acceptor.local_endpoint().port(); }
+void StrictListener::accept_all() {
   impl_->most = std::size_t{1} << 30;
   impl_->end_all();
 }
-void StrictDoor::say(const std::string& bytes) {
+void StrictListener::say(const std::string& bytes) {
   const std::lock_guard lock(impl_->mutex);
   boost::system::error_code gone;
   for (std::size_t i = 0; i < impl_->sockets.size(); i += 2)
     asio::write(*impl_->sockets[i], asio::buffer(bytes), gone);
 }
-int StrictDoor::ended() const { return impl_->refused; }
+int StrictListener::ended() const { return impl_->refused; }
 
 }  // namespace cellcal::daemon::testing

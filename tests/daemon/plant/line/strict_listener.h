@@ -1,5 +1,5 @@
 #pragma once
-// A broker's door through which a test says more than the broker, and that ends the line of who sends a packet of more than so many bytes, with the reason 0x95 of MQTT 5 and without having
+// A listener before a broker, through which a test says more than the broker, and that ends the line of who sends a packet of more than so many bytes, with the reason 0x95 of MQTT 5 and without having
 // announced a limit, as some brokers do.
 
 #include <cstddef>
@@ -9,16 +9,16 @@
 
 namespace cellcal::daemon::testing {
 
-class StrictDoor {
+class StrictListener {
  public:
-  StrictDoor(std::uint16_t broker, std::size_t most_bytes);
-  ~StrictDoor();
-  StrictDoor(const StrictDoor&) = delete;
-  StrictDoor& operator=(const StrictDoor&) = delete;
+  StrictListener(std::uint16_t broker, std::size_t most_bytes);
+  ~StrictListener();
+  StrictListener(const StrictListener&) = delete;
+  StrictListener& operator=(const StrictListener&) = delete;
 
   std::uint16_t port() const;
   /// From now on packets of any size pass. Lines that are open are ended, as by a broker that starts again.
-  void take_all();
+  void accept_all();
   int ended() const;  ///< lines, for a packet that was too large
   /// To all whose lines are open, between what the broker says: it must say nothing meanwhile.
   void say(const std::string& bytes);

@@ -284,13 +284,13 @@ std::optional<SimavrBoard::Bytes> SimavrBoard::next_output() {
   return bytes;
 }
 
-std::vector<SimavrBoard::Sent> SimavrBoard::take_sent() { return std::exchange(sent_, {}); }
+std::vector<SimavrBoard::Sent> SimavrBoard::drain_sent() { return std::exchange(sent_, {}); }
 
-std::vector<SimavrBoard::PinEdge> SimavrBoard::take_pin_edges() {
+std::vector<SimavrBoard::PinEdge> SimavrBoard::drain_pin_edges() {
   return std::exchange(pin_edges_, {});
 }
 
-std::vector<SimavrBoard::PinEdge> SimavrBoard::take_output_edges() {
+std::vector<SimavrBoard::PinEdge> SimavrBoard::drain_output_edges() {
   return std::exchange(output_edges_, {});
 }
 

@@ -61,15 +61,15 @@ class SimavrBoard {
     TimePoint t{};
     drivers::ctp::Frame frame;
   };
-  std::vector<Sent> take_sent();
+  std::vector<Sent> drain_sent();
   /// Changes of the pin, to the cycle, since the last call.
   struct PinEdge {
     std::uint64_t cycle = 0;
     bool high = false;
   };
-  std::vector<PinEdge> take_pin_edges();
+  std::vector<PinEdge> drain_pin_edges();
   /// Likewise for D6, the output for a controller's input.
-  std::vector<PinEdge> take_output_edges();
+  std::vector<PinEdge> drain_output_edges();
   bool output_high() const { return output_high_; }
 
   TimePoint time_of(std::uint64_t cycle) const;
@@ -130,17 +130,17 @@ class SimavrLine : public drivers::ByteLine {
     board_.receive(bytes, t);
   }
   /// The program's behaviour is unknown: polls often.
-  TimePoint next() const override { return next_look_; }
+  TimePoint next() const override { return next_poll_; }
   void advance(TimePoint t) override {
     board_.advance(t);
-    next_look_ = t + kLook;
+    next_poll_ = t + kPollInterval;
   }
   std::size_t read(std::span<std::uint8_t> into, TimePoint& t) override;
 
  private:
-  static constexpr std::chrono::microseconds kLook{20};
+  static constexpr std::chrono::microseconds kPollInterval{20};
   SimavrBoard& board_;
-  TimePoint next_look_{};
+  TimePoint next_poll_{};
 };
 
 }  // namespace cellcal::test

@@ -70,7 +70,7 @@ class Series {
 
   void one(std::uint16_t id) {
     bench_.events.clear();
-    bench_.board.take_sent();
+    bench_.board.drain_sent();
     const ArmResult armed = bench_.arm(id);
     if (!armed.armed) {
       if (refused_++ == 0) std::printf("arming %d refused: %s\n", id, said(armed.why_not).c_str());
@@ -79,11 +79,11 @@ class Series {
     bench_.run(microseconds{draw(0, 13'000)});
     if (!bench_.events.empty()) ++false_trips_;
     bench_.events.clear();
-    bench_.board.take_pin_edges();
+    bench_.board.drain_pin_edges();
     const TimePoint touch = bench_.now() + nanoseconds{draw(0, 500'000)};
     const TimePoint settled = bounce(touch, true);
     bench_.run(settled - bench_.now() + wait_);
-    const auto edges = bench_.board.take_pin_edges();
+    const auto edges = bench_.board.drain_pin_edges();
     judge_touch(id, touch, edges.empty() ? 0 : edges.front().cycle);
     bench_.events.clear();
     const TimePoint open = bounce(bench_.now() + microseconds{draw(0, 300)}, false);
@@ -106,7 +106,7 @@ class Series {
     host_off_us_.push_back(off);
     if (off * 1e-6 > kUsual * events[1].time_sigma_s) ++beyond_;
     if (off * 1e-6 > kMost * events[1].time_sigma_s) ++wrong_;
-    for (const auto& sent : bench_.board.take_sent()) {
+    for (const auto& sent : bench_.board.drain_sent()) {
       if (sent.frame.type == CTP_CONTACT && ctp::read<ctp::Event>(sent.frame).t_first != stamp_) {
         ++wrong_;
       }

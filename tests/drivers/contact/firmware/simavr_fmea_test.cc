@@ -71,11 +71,11 @@ TEST(SimavrSensor, ATripByVoltageTakesTwoRoundsOfTheConverter) {
   for (std::uint16_t id = 1; id <= 40; ++id) {
     const ArmResult armed = bench.arm(id);
     ASSERT_TRUE(armed.armed) << id << armed.why_not;
-    bench.board.take_sent();
+    bench.board.drain_sent();
     const TimePoint touch = bench.now() + microseconds{100 + random() % 1000};
     bench.board.touch(touch, true);
     bench.run(milliseconds{5});
-    const auto sent = bench.board.take_sent();
+    const auto sent = bench.board.drain_sent();
     const auto trip = std::find_if(sent.begin(), sent.end(),
                                    [](const auto& s) { return s.frame.type == CTP_TRIP; });
     ASSERT_NE(trip, sent.end());
@@ -95,8 +95,8 @@ class SimavrOutput : public testing::Test {
   bool free() { return bench.board.output_high(); }
   /// From the change of the pin to that of the output.
   double delay_us(bool to_free) {
-    const auto pins = bench.board.take_pin_edges();
-    const auto outputs = bench.board.take_output_edges();
+    const auto pins = bench.board.drain_pin_edges();
+    const auto outputs = bench.board.drain_output_edges();
     if (pins.empty() || outputs.empty() || outputs.front().high != to_free) return -1.0;
     return static_cast<double>(outputs.front().cycle - pins.front().cycle) * 1e6 /
            static_cast<double>(SimavrBoard::kHz);
@@ -116,13 +116,13 @@ TEST_F(SimavrOutput, FollowsTheFirstEdgeWithoutWaitingForTheMainLoop) {
   std::mt19937 random(5);
   std::vector<double> delays;
   for (int i = 0; i < 200; ++i) {
-    bench.board.take_pin_edges();
-    bench.board.take_output_edges();
+    bench.board.drain_pin_edges();
+    bench.board.drain_output_edges();
     bench.board.touch(bench.now() + microseconds{random() % 3000}, true);
     bench.run(milliseconds{6});
     delays.push_back(delay_us(false));
     EXPECT_FALSE(free());
-    bench.board.take_pin_edges();
+    bench.board.drain_pin_edges();
     bench.board.touch(bench.now(), false);
     bench.run(milliseconds{6});
     EXPECT_GT(delay_us(true), 400.0) << "free again only when it is confirmed";
@@ -137,12 +137,12 @@ TEST_F(SimavrOutput, FollowsTheFirstEdgeWithoutWaitingForTheMainLoop) {
 
 TEST_F(SimavrOutput, HoldsStillDuringSelfTests) {
   ASSERT_TRUE(bench.get_ready());
-  bench.board.take_output_edges();
+  bench.board.drain_output_edges();
   for (int i = 0; i < 20; ++i) {
     bench.contact.self_test();
     bench.run(milliseconds{17});
   }
-  EXPECT_TRUE(bench.board.take_output_edges().empty());
+  EXPECT_TRUE(bench.board.drain_output_edges().empty());
   EXPECT_TRUE(bench.contact.status().self_test_ok);
 }
 

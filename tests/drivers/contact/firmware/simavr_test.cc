@@ -33,7 +33,7 @@ TEST(SimavrSensor, IsIdentifiedAndReadyAtEveryBaudRate) {
 TEST(SimavrSensor, TellsHowItsChipIsSetUpBehindItsIdentity) {
   Bench bench;
   ASSERT_TRUE(bench.get_ready());
-  const auto sent = bench.board.take_sent();
+  const auto sent = bench.board.drain_sent();
   EXPECT_EQ(std::count_if(sent.begin(), sent.end(),
                           [](const auto& s) { return s.frame.type == CTP_BOARD; }),
             1);
@@ -103,12 +103,12 @@ TEST(SimavrSensor, AHungProgramIsRestartedByTheWatchdogAndSaysSo) {
   Bench bench;
   ASSERT_TRUE(bench.get_ready());
   ASSERT_TRUE(bench.arm(1).armed);
-  bench.board.take_sent();
+  bench.board.drain_sent();
   bench.board.hang();
   bench.run(milliseconds{40});
   EXPECT_FALSE(bench.contact.guard().snapshot(bench.now()).armed) << "25 ms of silence";
   bench.run(milliseconds{200});
-  const auto sent = bench.board.take_sent();
+  const auto sent = bench.board.drain_sent();
   const auto ident = std::find_if(sent.begin(), sent.end(),
                                   [](const auto& s) { return s.frame.type == CTP_IDENT; });
   ASSERT_NE(ident, sent.end());
@@ -135,7 +135,7 @@ TEST(SimavrSensor, EveryResetHasAnotherBootId) {
   std::vector<std::uint32_t> ids;
   for (int i = 0; i < 5; ++i) {
     bench.board.advance(bench.board.now() + milliseconds{60});
-    for (const auto& sent : bench.board.take_sent()) {
+    for (const auto& sent : bench.board.drain_sent()) {
       if (sent.frame.type == CTP_IDENT) ids.push_back(ctp::read<ctp::Ident>(sent.frame).boot_id);
     }
     bench.board.reset();
@@ -148,7 +148,7 @@ TEST(SimavrSensor, ALineThatChattersFasterThanTheProgramDoesNotSilenceIt) {
   Bench bench;
   ASSERT_TRUE(bench.get_ready());
   ASSERT_TRUE(bench.arm(1).armed);
-  bench.board.take_sent();
+  bench.board.drain_sent();
   std::mt19937 random(7);
   std::uniform_int_distribution<int> ns(300, 2500);
   const TimePoint begin = bench.now();
@@ -162,7 +162,7 @@ TEST(SimavrSensor, ALineThatChattersFasterThanTheProgramDoesNotSilenceIt) {
   EXPECT_EQ(bench.count(ContactEventKind::kTrip), 1);
   Duration silence{};
   TimePoint last = begin;
-  for (const auto& sent : bench.board.take_sent()) {
+  for (const auto& sent : bench.board.drain_sent()) {
     silence = std::max(silence, sent.t - last);
     last = sent.t;
     EXPECT_NE(sent.frame.type, CTP_IDENT) << "the watchdog must not have to help";

@@ -132,7 +132,7 @@ class EkiRig : public VirtualRig<EkiRig> {
         touched_at = after;
         touched_deg = krc.actual_rad_at(after)[0] / kEkiDeg;
       }
-      if (seen_by_sensor) tell_sensor(after);
+      if (seen_by_sensor) notify_sensor(after);
     }
     for (auto it = sensor_.begin(); it != sensor_.end() && it->first <= now;) {
       it->second();
@@ -140,7 +140,7 @@ class EkiRig : public VirtualRig<EkiRig> {
     }
   }
 
-  void tell_sensor(TimePoint edge) {
+  void notify_sensor(TimePoint edge) {
     if (!touching_) {
       sensor_.emplace(edge, [this] { guard.touch(false); });
       return;

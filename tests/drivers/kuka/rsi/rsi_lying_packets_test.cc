@@ -25,7 +25,7 @@ sim::ControllerConfig waiting_krc() {
 /// Motion demanded of the axes between replies.
 class Replies {
  public:
-  void look(const std::string& reply) {
+  void check(const std::string& reply) {
     if (reply.empty()) return;
     std::array<double, 6> at{};
     for (std::size_t i = 0; i < at.size(); ++i) {
@@ -61,7 +61,7 @@ struct InconsistentPackets : testing::Test {
     rig = std::make_unique<Rig>(waiting_krc(), config);
     rig->make_ready();
     ASSERT_EQ(rig->move(MoveKind::kTransit, rig->moved_by(1, -12)).outcome, MoveOutcome::kArrived);
-    rig->after_cycle = [this] { replies.look(rig->reply); };
+    rig->after_cycle = [this] { replies.check(rig->reply); };
     rig->cycle();
     rig->cycle();
   }

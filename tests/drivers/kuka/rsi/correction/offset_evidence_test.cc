@@ -18,7 +18,7 @@ constexpr TimePoint kThen{1000s};
 AxisAngles deg(double a1, double a2) { return {a1 * kRadPerDeg, a2 * kRadPerDeg}; }
 
 void expect_known(OffsetFinder& finder, const OffsetEvidence& evidence, const AxisAngles& offset) {
-  ASSERT_EQ(finder.look(evidence), OffsetVerdict::kKnown);
+  ASSERT_EQ(finder.update(evidence), OffsetVerdict::kKnown);
   ASSERT_EQ(finder.offset_rad().size(), offset.size());
   for (std::size_t i = 0; i < offset.size(); ++i) {
     EXPECT_NEAR(finder.offset_rad()[i], offset[i], 1e-12);
@@ -47,7 +47,7 @@ TEST(OffsetBySetpoint, WhatWasSentIsHeldWhereTheDifferenceSaysSo) {
   finder.begin(sent(5, -3));
   expect_known(finder, measured(5.019, -3.0), deg(5, -3));
   finder.begin(sent(5, -3));
-  EXPECT_EQ(finder.look(measured(5.021, -3.0)), OffsetVerdict::kWaitForRest);
+  EXPECT_EQ(finder.update(measured(5.021, -3.0)), OffsetVerdict::kWaitForRest);
 }
 
 TEST(OffsetBySetpoint, AFreshSessionHoldsNone) {
@@ -55,7 +55,7 @@ TEST(OffsetBySetpoint, AFreshSessionHoldsNone) {
   finder.begin({});
   expect_known(finder, measured(0.019, -0.019), deg(0, 0));
   finder.begin({});
-  EXPECT_EQ(finder.look(measured(0.021)), OffsetVerdict::kWaitForRest);
+  EXPECT_EQ(finder.update(measured(0.021)), OffsetVerdict::kWaitForRest);
   // Also if almost none had been sent; but none closer to what was sent.
   finder.begin(sent(-0.015));
   expect_known(finder, measured(0.010), deg(0, 0));
@@ -68,10 +68,10 @@ TEST(OffsetBySetpoint, AfterACorrectionItIsBelievedThatThereIsNoneOnlyAtRestBehi
   finder.begin(sent(5));
   OffsetEvidence none = measured(0.01);
   none.silence_before_s = 0.2;
-  for (int i = 0; i < 3; ++i) EXPECT_EQ(finder.look(none), OffsetVerdict::kWaitForRest) << i;
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(finder.update(none), OffsetVerdict::kWaitForRest) << i;
   expect_known(finder, none, deg(0, 0));
   none.silence_before_s = 0.19;  // no program restarts within it
-  EXPECT_EQ(finder.look(none), OffsetVerdict::kDenied);
+  EXPECT_EQ(finder.update(none), OffsetVerdict::kDenied);
 }
 
 TEST(OffsetBySetpoint, WhatIsNeitherSentNorNoneIsLeftUnanswered) {
@@ -83,15 +83,15 @@ TEST(OffsetBySetpoint, WhatIsNeitherSentNorNoneIsLeftUnanswered) {
     finder.begin(sent(5));
     OffsetEvidence evidence = measured(at_deg);
     evidence.silence_before_s = 10.0;
-    for (int i = 0; i < 3; ++i) finder.look(evidence);
-    ASSERT_EQ(finder.look(evidence), verdict) << at_deg;
+    for (int i = 0; i < 3; ++i) finder.update(evidence);
+    ASSERT_EQ(finder.update(evidence), verdict) << at_deg;
     if (verdict == OffsetVerdict::kKnown) {
       EXPECT_EQ(finder.offset_rad(), deg(5, 0));
     }
   }
   OffsetFinder before_any;
   before_any.begin({});
-  for (int i = 0; i < 3; ++i) before_any.look(measured(4.0));
+  for (int i = 0; i < 3; ++i) before_any.update(measured(4.0));
   expect_known(before_any, measured(4.0), deg(4, 0));
 }
 
@@ -100,16 +100,18 @@ TEST(OffsetBySetpoint, RestIsThreePacketsInARowWithoutFiveThousandthsOfADegree) 
   finder.begin(sent(5));
   double at = 2.0;
   for (int i = 0; i < 10; ++i) {
-    EXPECT_EQ(finder.look(measured(at += 0.0051)), OffsetVerdict::kWaitForRest);
+    EXPECT_EQ(finder.update(measured(at += 0.0051)), OffsetVerdict::kWaitForRest);
   }
-  for (int i = 0; i < 2; ++i) EXPECT_EQ(finder.look(measured(at)), OffsetVerdict::kWaitForRest);
-  EXPECT_EQ(finder.look(measured(at += 1.0)), OffsetVerdict::kWaitForRest) << "from the beginning";
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(finder.update(measured(at)), OffsetVerdict::kWaitForRest);
+  EXPECT_EQ(finder.update(measured(at += 1.0)), OffsetVerdict::kWaitForRest)
+      << "from the beginning";
   for (int i = 0; i < 2; ++i)
-    EXPECT_EQ(finder.look(measured(at += 0.0049)), OffsetVerdict::kWaitForRest);
-  EXPECT_EQ(finder.look(measured(at)), OffsetVerdict::kDenied) << "at rest, and not what was sent";
+    EXPECT_EQ(finder.update(measured(at += 0.0049)), OffsetVerdict::kWaitForRest);
+  EXPECT_EQ(finder.update(measured(at)), OffsetVerdict::kDenied)
+      << "at rest, and not what was sent";
   // Another start discards it.
   finder.begin(sent(5));
-  EXPECT_EQ(finder.look(measured(at)), OffsetVerdict::kWaitForRest);
+  EXPECT_EQ(finder.update(measured(at)), OffsetVerdict::kWaitForRest);
 }
 
 TEST(OffsetBySetpoint, AnArmThatStillComesToRestIsNotTakenForOneAtAnEarlierReply) {
@@ -120,7 +122,7 @@ TEST(OffsetBySetpoint, AnArmThatStillComesToRestIsNotTakenForOneAtAnEarlierReply
   OffsetFinder finder;
   finder.begin(memory);
   for (int i = 0; i < 100; ++i) {
-    if (finder.look(measured(5.0 - 0.026 * std::exp(-0.2 * i))) == OffsetVerdict::kWaitForRest)
+    if (finder.update(measured(5.0 - 0.026 * std::exp(-0.2 * i))) == OffsetVerdict::kWaitForRest)
       continue;
     EXPECT_EQ(finder.offset_rad(), deg(5, 0)) << "at packet " << i;
     return;
@@ -177,7 +179,7 @@ TEST(OffsetByCounters, ASessionThatIsSeenToBeginHoldsNone) {
   memory.delay.reset();
   memory.seconds_per_ipoc = 0.0;
   finder.begin(memory);
-  EXPECT_EQ(finder.look(first), OffsetVerdict::kUnknown);
+  EXPECT_EQ(finder.update(first), OffsetVerdict::kUnknown);
 }
 
 TEST(OffsetByCounters, WithoutAMemoryOrListenedSilenceNothingSaysThatItIsNew) {
@@ -185,12 +187,12 @@ TEST(OffsetByCounters, WithoutAMemoryOrListenedSilenceNothingSaysThatItIsNew) {
   finder.begin({});
   OffsetEvidence evidence = after(1.0, 1.0, 0);
   evidence.silence_before_s = 0.19;
-  EXPECT_EQ(finder.look(evidence), OffsetVerdict::kUnknown);
+  EXPECT_EQ(finder.update(evidence), OffsetVerdict::kUnknown);
   evidence.silence_before_s = 1.0;
   evidence.delay = 1;
-  EXPECT_EQ(finder.look(evidence), OffsetVerdict::kUnknown);
+  EXPECT_EQ(finder.update(evidence), OffsetVerdict::kUnknown);
   evidence.delay.reset();
-  EXPECT_EQ(finder.look(evidence), OffsetVerdict::kUnknown);
+  EXPECT_EQ(finder.update(evidence), OffsetVerdict::kUnknown);
 }
 
 TEST(OffsetByCounters, WhereHardlyAnyWasSentItIsTheSame) {
@@ -202,7 +204,7 @@ TEST(OffsetByCounters, WhereHardlyAnyWasSentItIsTheSame) {
   expect_known(finder, after(1.0, 1.0, 0), deg(0.019, 0));
   memory.sent_rad = deg(0.021, 0);
   finder.begin(memory);
-  EXPECT_EQ(finder.look(after(1.0, 1.0, 0)), OffsetVerdict::kUnknown);
+  EXPECT_EQ(finder.update(after(1.0, 1.0, 0)), OffsetVerdict::kUnknown);
 }
 
 TEST(OffsetByCounters, WithoutAClockInIpocNothingIsKnown) {
@@ -212,7 +214,7 @@ TEST(OffsetByCounters, WithoutAClockInIpocNothingIsKnown) {
     if (!step) memory.seconds_per_ipoc = 0.0;
     OffsetFinder finder;
     finder.begin(memory);
-    EXPECT_EQ(finder.look(after(1.0, 1.0, 260)), OffsetVerdict::kUnknown);
+    EXPECT_EQ(finder.update(after(1.0, 1.0, 260)), OffsetVerdict::kUnknown);
   }
 }
 
@@ -235,7 +237,7 @@ TEST(OffsetByCounters, DelayOfTheSameSessionCountsEveryReplyThatWasMissing) {
   finder.begin(stopped());
   expect_known(finder, after(1.0, 1.0, 10 + 249), deg(5, 0));
   expect_known(finder, after(1.0, 1.0, 10 + 248), deg(5, 0));
-  EXPECT_EQ(finder.look(after(1.0, 1.0, 10 + 247)), OffsetVerdict::kUnknown);
+  EXPECT_EQ(finder.update(after(1.0, 1.0, 10 + 247)), OffsetVerdict::kUnknown);
   // Three fewer belong to another session; and it never decreases.
   expect_known(finder, after(1.0, 1.0, 10 + 246), deg(0, 0));
   finder.begin(stopped());
@@ -248,37 +250,37 @@ TEST(OffsetByCounters, ADelayThatWasNeverSeenToCountProvesNothing) {
   memory.delay_counts = false;
   OffsetFinder finder;
   finder.begin(memory);
-  EXPECT_EQ(finder.look(after(1.0, 1.0, 10)), OffsetVerdict::kUnknown);
-  EXPECT_EQ(finder.look(after(1.004, 1.004, 10)), OffsetVerdict::kUnknown);
+  EXPECT_EQ(finder.update(after(1.0, 1.0, 10)), OffsetVerdict::kUnknown);
+  EXPECT_EQ(finder.update(after(1.004, 1.004, 10)), OffsetVerdict::kUnknown);
   expect_known(finder, after(1.008, 1.008, 11), deg(0, 0));  // it increased: it counts
   // Neither does a Delay that is not sent.
   finder.begin(memory);
-  EXPECT_EQ(finder.look(after(1.0, 1.0, std::nullopt)), OffsetVerdict::kUnknown);
+  EXPECT_EQ(finder.update(after(1.0, 1.0, std::nullopt)), OffsetVerdict::kUnknown);
   memory.delay.reset();
   finder.begin(memory);
-  EXPECT_EQ(finder.look(after(1.0, 1.0, 259)), OffsetVerdict::kUnknown);
+  EXPECT_EQ(finder.update(after(1.0, 1.0, 259)), OffsetVerdict::kUnknown);
 }
 
 TEST(OffsetByCounters, OneThatCountsPacketsGoesOnWhereItStoodHoweverLongItTook) {
   OffsetMemory memory = stopped();
   memory.counts_packets = true;
   memory.step = 1;
-  const auto look = [&](std::int32_t ahead, double moved_deg) {
+  const auto known_after = [&](std::int32_t ahead, double moved_deg) {
     OffsetEvidence evidence = after(60.0, 0.0, std::nullopt);
     evidence.ipoc = memory.ipoc + static_cast<std::uint32_t>(ahead);
     evidence.actual_rad = deg(10 + moved_deg, -20);
     OffsetFinder finder;
     finder.begin(memory);
-    EXPECT_EQ(finder.look(evidence), OffsetVerdict::kKnown);
+    EXPECT_EQ(finder.update(evidence), OffsetVerdict::kKnown);
     return finder.offset_rad() == memory.sent_rad;
   };
-  EXPECT_TRUE(look(0, 0.0));
-  EXPECT_TRUE(look(4, 0.019));
-  EXPECT_FALSE(look(5, 0.0));
-  EXPECT_FALSE(look(-1, 0.0));
-  EXPECT_FALSE(look(0, 0.021));
+  EXPECT_TRUE(known_after(0, 0.0));
+  EXPECT_TRUE(known_after(4, 0.019));
+  EXPECT_FALSE(known_after(5, 0.0));
+  EXPECT_FALSE(known_after(-1, 0.0));
+  EXPECT_FALSE(known_after(0, 0.021));
   memory.counts_packets = false;
-  EXPECT_FALSE(look(0, 0.0));
+  EXPECT_FALSE(known_after(0, 0.0));
 }
 
 // ---- Delay
