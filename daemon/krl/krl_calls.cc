@@ -32,7 +32,7 @@ const Words kNoCalls = {"IF",     "WHILE", "UNTIL", "SWITCH", "CASE", "WAIT",   
 /// KUKA's routines that neither move nor set frames: system, inline forms of KSS 8.2 to 8.7
 /// (collision detection, logic, messages, submit, gripper, spot, arc, glue), EthernetKRL and RSI.
 /// A further one is added here, in capitals, or by prefix in kStillFamilies, and as a call in the
-/// test a_call_of_kukas_inline_forms (tests/daemon/krl/calls_test.cc). An integrator's own routine
+/// test ACallOfKukasInlineForms (tests/daemon/krl/calls_test.cc). An integrator's own routine
 /// is not: --does-not-move names it.
 const Words kStill = {
     // functions of language and system

@@ -51,7 +51,7 @@ Eigen::Matrix<double, 6, 1> error_of(const BaseRelation& found, const Isometry3d
   return error;
 }
 
-TEST(a_relation_of_two_arms, is_within_its_uncertainty_of_the_truth_that_the_calibrated_arms_have) {
+TEST(ARelationOfTwoArms, IsWithinItsUncertaintyOfTheTruthThatTheCalibratedArmsHave) {
   const auto to_truth = [](const Calibration& c, const sim::Truth& truth) {
     const ArmModel arm(at_level(c.cell, c.level));
     return motion_between(arm, arm_values(arm, c), truth.arm, truth.errors);
@@ -120,7 +120,7 @@ Calibration consistent_second(const Isometry3d& base) {
   return exact;
 }
 
-TEST(the_uncertainty_of_a_relation, covers_the_error_of_nineteen_drawn_pairs_of_arms_in_twenty) {
+TEST(TheUncertaintyOfARelation, CoversTheErrorOfNineteenDrawnPairsOfArmsInTwenty) {
   constexpr int kPairs = 400;
   const Calibration exact = consistent_second(second_base());
   const Drawn first(testing::calibration()), other(exact);
@@ -143,7 +143,7 @@ TEST(the_uncertainty_of_a_relation, covers_the_error_of_nineteen_drawn_pairs_of_
   EXPECT_GE(quiet, kPairs - 6);  // one in a thousand is a false alarm
 }
 
-TEST(a_sphere_that_moved_between_two_sessions, is_named_and_left_out) {
+TEST(ASphereThatMovedBetweenTwoSessions, IsNamedAndLeftOut) {
   Calibration moved = second();
   moved.targets[1].centre_m += Vector3d(0.0, 4e-4, 3e-4);
   const BaseRelation before = relate_bases(testing::calibration(), second(), all_pairs());
@@ -160,7 +160,7 @@ TEST(a_sphere_that_moved_between_two_sessions, is_named_and_left_out) {
     EXPECT_LT(std::abs(shift[i]), 3.0 * std::sqrt(found.covariance(i, i)));
 }
 
-TEST(of_three_spheres, none_is_left_out_where_they_contradict_and_the_possible_ones_are_named) {
+TEST(OfThreeSpheres, NoneIsLeftOutWhereTheyContradictAndThePossibleOnesAreNamed) {
   Calibration moved = second();
   moved.targets[1].centre_m += Vector3d(0.0, 2e-3, 0.0);
   std::vector<SpherePair> three = all_pairs();
@@ -172,7 +172,7 @@ TEST(of_three_spheres, none_is_left_out_where_they_contradict_and_the_possible_o
   EXPECT_TRUE(found.spheres[1].suspect);
 }
 
-TEST(a_relation, is_refused_for_too_few_spheres_on_one_line_of_other_kinds_and_of_other_sizes) {
+TEST(ARelation, IsRefusedForTooFewSpheresOnOneLineOfOtherKindsAndOfOtherSizes) {
   const Calibration& one = testing::calibration();
   std::vector<SpherePair> pairs = all_pairs();
   const auto refusal = [&](const Calibration& other, std::size_t count) {

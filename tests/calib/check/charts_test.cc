@@ -62,7 +62,7 @@ void give_up(std::vector<CheckMeasurement>& checks) {
   checks.push_back(next);
 }
 
-TEST(DriftCharts, is_unknown_and_not_in_control_where_the_newest_check_is_undecided) {
+TEST(DriftCharts, IsUnknownAndNotInControlWhereTheNewestCheckIsUndecided) {
   std::vector<CheckMeasurement> checks = checks_of(9, still);
   give_up(checks);
   const DriftChart chart = drift_chart(checks);
@@ -79,7 +79,7 @@ TEST(DriftCharts, is_unknown_and_not_in_control_where_the_newest_check_is_undeci
   EXPECT_EQ(drift_chart(checks).state, DriftState::kInControl) << "a check that decides ends it";
 }
 
-TEST(DriftCharts, says_in_control_no_longer_than_two_weeks) {
+TEST(DriftCharts, SaysInControlNoLongerThanTwoWeeks) {
   const std::vector<CheckMeasurement> checks = checks_of(9, still);
   const auto at = [&](double days) {
     DriftChart chart = drift_chart(checks);
@@ -104,7 +104,7 @@ void knock(std::vector<CheckMeasurement>& checks, std::size_t from) {
   }
 }
 
-TEST(DriftCharts, alarms_from_the_first_check_on_where_none_ever_held) {
+TEST(DriftCharts, AlarmsFromTheFirstCheckOnWhereNoneEverHeld) {
   for (const int count : {1, 4, 7, 30}) {
     auto checks = checks_of(count, still);
     knock(checks, 0);
@@ -125,7 +125,7 @@ TEST(DriftCharts, alarms_from_the_first_check_on_where_none_ever_held) {
   }
 }
 
-TEST(DriftCharts, alarms_at_the_first_check_that_does_not_hold_after_some_that_did) {
+TEST(DriftCharts, AlarmsAtTheFirstCheckThatDoesNotHoldAfterSomeThatDid) {
   for (const int held : {1, 3, 4, 5, 20}) {
     auto checks = checks_of(held + 1, still);
     knock(checks, static_cast<std::size_t>(held));
@@ -147,7 +147,7 @@ Holding holding_at(const std::vector<CheckMeasurement>& checks, double days) {
   return standing_of(chart, checks.front().time_s - kDayS, now_s).holding;
 }
 
-TEST(DriftCharts, let_a_calibration_hold_as_its_newest_check_does_and_for_two_weeks) {
+TEST(DriftCharts, LetACalibrationHoldAsItsNewestCheckDoesAndForTwoWeeks) {
   for (const int count : {1, 4, 9}) {  // with and without enough checks for a chart
     std::vector<CheckMeasurement> checks = checks_of(count, still);
     EXPECT_EQ(holding_at(checks, 0.1), Holding::kHolds) << count;
@@ -161,7 +161,7 @@ TEST(DriftCharts, let_a_calibration_hold_as_its_newest_check_does_and_for_two_we
   }
 }
 
-TEST(DriftCharts, let_a_calibration_without_a_check_hold_for_two_weeks) {
+TEST(DriftCharts, LetACalibrationWithoutACheckHoldForTwoWeeks) {
   const double calibrated_s = 1.8e9;
   const Standing fresh = standing_of(drift_chart({}), calibrated_s, calibrated_s + kDayS);
   EXPECT_EQ(fresh.holding, Holding::kHolds);
@@ -172,13 +172,13 @@ TEST(DriftCharts, let_a_calibration_without_a_check_hold_for_two_weeks) {
   EXPECT_EQ(standing_of(drift_chart({}), calibrated_s, late_s).holding, Holding::kUnknown);
 }
 
-TEST(DriftCharts, let_no_calibration_hold_that_has_crept_away) {
+TEST(DriftCharts, LetNoCalibrationHoldThatHasCreptAway) {
   const std::vector<CheckMeasurement> checks = checks_of(90, creep(0.3, 10.0));
   ASSERT_EQ(checks.back().verdict, CheckVerdict::kHolds);
   EXPECT_EQ(holding_at(checks, 0.1), Holding::kDoesNotHold);
 }
 
-TEST(DriftCharts, leave_open_whether_a_calibration_holds_where_one_check_alone_alarms) {
+TEST(DriftCharts, LeaveOpenWhetherACalibrationHoldsWhereOneCheckAloneAlarms) {
   const std::vector<CheckMeasurement> checks = checks_of(61, step(0.3, 20.0));
   const DriftChart chart = drift_chart(checks);
   ASSERT_EQ(chart.state, DriftState::kAlarms);
@@ -186,7 +186,7 @@ TEST(DriftCharts, leave_open_whether_a_calibration_holds_where_one_check_alone_a
   EXPECT_EQ(holding_at(checks, 0.1), Holding::kUnknown);
 }
 
-TEST(DriftCharts, of_an_alarm_is_not_ended_by_an_undecided_check) {
+TEST(DriftCharts, OfAnAlarmIsNotEndedByAnUndecidedCheck) {
   auto checks = checks_of(8, still);
   knock(checks, 7);
   give_up(checks);
@@ -196,8 +196,7 @@ TEST(DriftCharts, of_an_alarm_is_not_ended_by_an_undecided_check) {
   EXPECT_EQ(chart.advice, DriftAdvice::kCheckAgain);
 }
 
-TEST(DriftCharts,
-     of_a_repaired_tool_is_in_control_only_when_both_statistics_are_below_their_warnings) {
+TEST(DriftCharts, OfARepairedToolIsInControlOnlyWhenBothStatisticsAreBelowTheirWarnings) {
   const auto still_checks = checks_of(60, still);
   auto checks = std::vector(still_checks.begin(), still_checks.begin() + 9);
   knock(checks, 6);
@@ -223,7 +222,7 @@ TEST(DriftCharts,
   EXPECT_LT(until_good, 15U);
 }
 
-TEST(DriftCharts, of_an_alarm_stays_one_however_old) {
+TEST(DriftCharts, OfAnAlarmStaysOneHoweverOld) {
   std::vector<CheckMeasurement> checks = checks_of(60, step(0.3, 10.0));
   for (int k = 0; k < 5; ++k) give_up(checks);
   DriftChart chart = drift_chart(checks);
@@ -231,7 +230,7 @@ TEST(DriftCharts, of_an_alarm_stays_one_however_old) {
   EXPECT_EQ(chart.state, DriftState::kAlarms);
 }
 
-TEST(DriftCharts, is_silent_whatever_all_checks_share) {
+TEST(DriftCharts, IsSilentWhateverAllChecksShare) {
   const DriftChart chart = drift_chart(checks_of(90, still));
   EXPECT_EQ(chart.state, DriftState::kInControl) << drift_to_json(chart);
   EXPECT_EQ(chart.advice, DriftAdvice::kNone);
@@ -240,7 +239,7 @@ TEST(DriftCharts, is_silent_whatever_all_checks_share) {
       << "of the centre, not of the calibration";
 }
 
-TEST(DriftCharts, says_how_many_checks_it_lacks) {
+TEST(DriftCharts, SaysHowManyChecksItLacks) {
   const DriftChart one = drift_chart(checks_of(1, still));
   EXPECT_EQ(one.state, DriftState::kTooFew);
   EXPECT_EQ(state_words(one), "not enough checks: 1 of 5");
@@ -267,13 +266,13 @@ double run_length(const ControlLimits& limits, int runs) {
   return sum / runs;
 }
 
-TEST(DriftCharts, has_limits_of_the_run_length_that_is_stated) {
+TEST(DriftCharts, HasLimitsOfTheRunLengthThatIsStated) {
   // 600 nearly exponential runs: 4 % 1 sigma.
   EXPECT_NEAR(run_length(kWarnLimits, 600) / kWarnLimits.run_length, 1.0, 0.15);
   EXPECT_NEAR(run_length(kAlarmLimits, 300) / kAlarmLimits.run_length, 1.0, 0.2);
 }
 
-TEST(DriftCharts, finds_a_creep_long_before_a_single_check_does_and_says_since_when_and_how_fast) {
+TEST(DriftCharts, FindsACreepLongBeforeASingleCheckDoesAndSaysSinceWhenAndHowFast) {
   const DriftChart chart = drift_chart(checks_of(150, creep(0.1, 20.0)));
   ASSERT_EQ(chart.state, DriftState::kAlarms);
   ASSERT_TRUE(chart.trend);
@@ -288,7 +287,7 @@ TEST(DriftCharts, finds_a_creep_long_before_a_single_check_does_and_says_since_w
   EXPECT_EQ(chart.advice, DriftAdvice::kRemeasureTcp);
 }
 
-TEST(DriftCharts, states_no_rate_of_a_creep_that_was_watched_for_two_days) {
+TEST(DriftCharts, StatesNoRateOfACreepThatWasWatchedForTwoDays) {
   std::vector<CheckMeasurement> days = checks_of(150, creep(0.1, 20.0));
   for (std::size_t i = 0; i < days.size(); ++i) days[i].time_s = 1200.0 * static_cast<double>(i);
   const DriftChart chart = drift_chart(days);
@@ -300,7 +299,7 @@ TEST(DriftCharts, states_no_rate_of_a_creep_that_was_watched_for_two_days) {
   EXPECT_TRUE(drift_chart(checks_of(150, creep(0.1, 20.0))).trend->has_rate());
 }
 
-TEST(DriftCharts, does_not_take_a_creep_for_the_new_normal) {
+TEST(DriftCharts, DoesNotTakeACreepForTheNewNormal) {
   // Three months without change, then a persistent step: reported while it persists.
   const DriftChart chart = drift_chart(checks_of(400, step(0.08, 90.0)));
   EXPECT_EQ(chart.state, DriftState::kAlarms);
@@ -309,7 +308,7 @@ TEST(DriftCharts, does_not_take_a_creep_for_the_new_normal) {
   EXPECT_NEAR(chart.trend->now_m.norm(), 0.08e-3, 0.02e-3);
 }
 
-TEST(DriftCharts, is_in_control_again_when_what_shifted_was_put_back) {
+TEST(DriftCharts, IsInControlAgainWhenWhatShiftedWasPutBack) {
   auto checks = checks_of(120, step(0.2, 20.0));
   for (std::size_t k = 65; k < checks.size(); ++k) checks[k].shift_m.x() -= 0.2e-3;
   std::vector<CheckMeasurement> early(checks.begin(), checks.begin() + 64);
@@ -320,14 +319,14 @@ TEST(DriftCharts, is_in_control_again_when_what_shifted_was_put_back) {
   EXPECT_LT(chart.points.back().off_m.norm(), 4 * kSigmaM);
 }
 
-TEST(DriftCharts, asks_for_another_check_where_one_alone_says_so) {
+TEST(DriftCharts, AsksForAnotherCheckWhereOneAloneSaysSo) {
   const DriftChart chart = drift_chart(checks_of(61, step(0.3, 20.0)));
   ASSERT_EQ(chart.state, DriftState::kAlarms);
   EXPECT_EQ(chart.trend->checks, 1U);
   EXPECT_EQ(chart.advice, DriftAdvice::kCheckAgain);
 }
 
-TEST(DriftCharts, shows_what_it_leaves_out_and_is_not_moved_by_it) {
+TEST(DriftCharts, ShowsWhatItLeavesOutAndIsNotMovedByIt) {
   auto checks = checks_of(60, still);
   const DriftChart without = drift_chart(checks);
   CheckMeasurement dirt = checks.back();
@@ -355,7 +354,7 @@ TEST(DriftCharts, shows_what_it_leaves_out_and_is_not_moved_by_it) {
   EXPECT_EQ(drift_chart(checks).state, without.state) << "cleaned, and checked again";
 }
 
-TEST(DriftCharts, takes_out_what_the_temperature_does_where_it_is_known) {
+TEST(DriftCharts, TakesOutWhatTheTemperatureDoesWhereItIsKnown) {
   auto checks = checks_of(150, still);
   for (std::size_t k = 0; k < checks.size(); ++k) {
     const double warmer =
@@ -371,7 +370,7 @@ TEST(DriftCharts, takes_out_what_the_temperature_does_where_it_is_known) {
   EXPECT_EQ(drift_chart(checks).state, DriftState::kAlarms) << "where it is not known, it creeps";
 }
 
-TEST(DriftCharts, learns_from_checks_without_a_temperature_and_advises_to_let_a_cold_arm_warm_up) {
+TEST(DriftCharts, LearnsFromChecksWithoutATemperatureAndAdvisesToLetAColdArmWarmUp) {
   auto checks = checks_of(61, still);
   for (std::size_t k = 0; k < checks.size(); k += 2) checks[k].temperature_c = 21.0;
   EXPECT_EQ(drift_chart(checks).state, DriftState::kInControl);
@@ -385,7 +384,7 @@ TEST(DriftCharts, learns_from_checks_without_a_temperature_and_advises_to_let_a_
   EXPECT_EQ(cold.advice, DriftAdvice::kLetItWarmUp);
 }
 
-TEST(DriftCharts, learns_how_much_checks_scatter) {
+TEST(DriftCharts, LearnsHowMuchChecksScatter) {
   auto checks = checks_of(200, still);
   for (CheckMeasurement& check : checks) check.covariance_m2 /= 4.0;
   EXPECT_NEAR(drift_chart(checks).noise, 2.0, 0.25);
@@ -393,7 +392,7 @@ TEST(DriftCharts, learns_how_much_checks_scatter) {
       << "a creep is no scatter";
 }
 
-TEST(DriftCharts, does_not_care_when_checks_were_made) {
+TEST(DriftCharts, DoesNotCareWhenChecksWereMade) {
   auto checks = checks_of(90, still);
   std::erase_if(checks, [](const CheckMeasurement& check) { return check.session % 7 == 3; });
   for (std::size_t k = 40; k < checks.size(); ++k) checks[k].time_s += 60 * kDayS;
@@ -413,7 +412,7 @@ TEST(DriftCharts, does_not_care_when_checks_were_made) {
   EXPECT_TRUE(std::isfinite(at_once.trend->now_sigma_m));
 }
 
-TEST(DriftCharts, as_a_document_has_its_state_trend_limits_and_words) {
+TEST(DriftCharts, AsADocumentHasItsStateTrendLimitsAndWords) {
   auto checks = checks_of(150, creep(0.1, 20.0));
   checks[3].left_out = LeftOut::kUndecided;
   checks[3].verdict = CheckVerdict::kUndecided;

@@ -22,7 +22,7 @@ double mean_of(const ErrorMap& map, double ErrorCell::*value) {
   return sum / poses;
 }
 
-TEST(an_error_map, agrees_on_the_mean_with_the_figures_over_the_workspace) {
+TEST(AnErrorMap, AgreesOnTheMeanWithTheFiguresOverTheWorkspace) {
   const auto map = error_map(calibrated());
   ASSERT_TRUE(map);
   EXPECT_GT(map->cells.size(), 30u);
@@ -36,7 +36,7 @@ TEST(an_error_map, agrees_on_the_mean_with_the_figures_over_the_workspace) {
   }
 }
 
-TEST(an_error_map, is_the_same_each_time_and_there_is_none_without_covariance_or_on_a_linear_unit) {
+TEST(AnErrorMap, IsTheSameEachTimeAndThereIsNoneWithoutCovarianceOrOnALinearUnit) {
   const auto one = error_map(calibrated()), other = error_map(calibrated());
   ASSERT_EQ(one->cells.size(), other->cells.size());
   EXPECT_EQ(one->cells[7].calibrated_m, other->cells[7].calibrated_m);

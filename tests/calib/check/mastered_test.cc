@@ -54,7 +54,7 @@ std::vector<MasteredZero> zeros_of(double off_deg, std::uint64_t seed) {
   return zeros_left(mastered(), kJoints, made);
 }
 
-TEST(after_mastering, four_to_six_touches_are_planned_within_twenty_seconds) {
+TEST(AfterMastering, FourToSixTouchesArePlannedWithinTwentySeconds) {
   EXPECT_GE(mastered_plan().touches.size(), 4U);
   EXPECT_LE(mastered_plan().touches.size(), 6U);
   const double robot_s = duration_s(mastered_plan(), demo_cell().robot, {});
@@ -62,7 +62,7 @@ TEST(after_mastering, four_to_six_touches_are_planned_within_twenty_seconds) {
   std::printf("%zu touches, %.1f s of robot time\n", mastered_plan().touches.size(), robot_s);
 }
 
-TEST(after_mastering, a_joint_that_is_3_hundredths_of_a_degree_off_is_named_with_its_size) {
+TEST(AfterMastering, AJointThatIs3HundredthsOfADegreeOffIsNamedWithItsSize) {
   for (const double off_deg : {0.03, -0.03})
     for (std::uint64_t seed = 1; seed <= 5; ++seed) {
       const std::vector<MasteredZero> zeros = zeros_of(off_deg, seed);
@@ -81,7 +81,7 @@ TEST(after_mastering, a_joint_that_is_3_hundredths_of_a_degree_off_is_named_with
   EXPECT_NE(german.find("gilt nicht. Erneut justieren"), std::string::npos) << german;
 }
 
-TEST(after_mastering, zeros_set_as_they_were_to_be_hold) {
+TEST(AfterMastering, ZerosSetAsTheyWereToBeHold) {
   // Of 200 checks 99 % hold; each zero is inside U in 88 and 94 %: the calibration's own error, common to
   // all, is 0.8 and 1.2 sigma.
   int held = 0, inside = 0;
@@ -95,7 +95,7 @@ TEST(after_mastering, zeros_set_as_they_were_to_be_hold) {
   EXPECT_GE(inside, 2 * kChecks * 8 / 10);
 }
 
-TEST(after_mastering, joints_that_no_touch_tells_are_refused_by_name) {
+TEST(AfterMastering, JointsThatNoTouchTellsAreRefusedByName) {
   const auto refusal = [](const std::vector<std::string>& joints) {
     return std::string(
         testing::thrown<IdentifyError>([&] { (void)as_mastered(calibration(), joints); }).what());
@@ -106,7 +106,7 @@ TEST(after_mastering, joints_that_no_touch_tells_are_refused_by_name) {
   EXPECT_NE(refusal({"A9"}).find("no joint A9. There are: A1, A2"), std::string::npos);
 }
 
-TEST(after_mastering, fewer_touches_than_joints_are_refused) {
+TEST(AfterMastering, FewerTouchesThanJointsAreRefused) {
   Random random(1);
   const std::vector<Touch> one{
       testing::meet(demo_cell(), mastered_arm(0.0), mastered_plan().touches[0], random)

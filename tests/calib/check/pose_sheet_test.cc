@@ -21,7 +21,7 @@ std::vector<Touch> fresh_touches(int check) {
       .touches;
 }
 
-TEST(a_pose_sheet, has_the_distance_of_every_held_out_touch_by_target_and_what_was_predicted) {
+TEST(APoseSheet, HasTheDistanceOfEveryHeldOutTouchByTargetAndWhatWasPredicted) {
   const std::vector<Touch> touches = fresh_touches(60);
   const PoseSheet sheet = pose_sheet(testing::calibration(), touches, {});
   ASSERT_EQ(sheet.accuracy.size(), demo_cell().targets.size());
@@ -64,7 +64,7 @@ std::vector<Touch> repeated(int times, double& sigma_m) {
   return touches;
 }
 
-TEST(a_pose_sheet, states_rp_of_touches_repeated_at_one_place) {
+TEST(APoseSheet, StatesRpOfTouchesRepeatedAtOnePlace) {
   double sigma_m = 0.0;
   const std::vector<Touch> touches = repeated(200, sigma_m);
   const PoseSheet sheet = pose_sheet(testing::calibration(), touches, {});
@@ -79,7 +79,7 @@ TEST(a_pose_sheet, states_rp_of_touches_repeated_at_one_place) {
   EXPECT_NEAR(row.predicted_m, 2.606 * demo_cell().touch_sigma_m, 0.15 * row.predicted_m);
 }
 
-TEST(a_pose_sheet, leaves_out_what_it_is_told_to_and_is_empty_without_repeats_and_check_touches) {
+TEST(APoseSheet, LeavesOutWhatItIsToldToAndIsEmptyWithoutRepeatsAndCheckTouches) {
   double sigma_m = 0.0;
   std::vector<Touch> touches = repeated(4, sigma_m);
   for (Touch& touch : touches) touch.set = TouchSet::kFit;

@@ -63,7 +63,7 @@ struct ShiftGaugeChecks : ::testing::Test {
   ShiftGauge gauge{calibration(), made_by(truth(), 99)};
 };
 
-TEST_F(ShiftGaugeChecks, scatters_by_what_it_states_and_has_what_all_checks_share_in_its_mean) {
+TEST_F(ShiftGaugeChecks, ScattersByWhatItStatesAndHasWhatAllChecksShareInItsMean) {
   constexpr int kChecks = 60;
   std::vector<Eigen::Vector3d> shifts;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
@@ -82,7 +82,7 @@ TEST_F(ShiftGaugeChecks, scatters_by_what_it_states_and_has_what_all_checks_shar
   EXPECT_GT(square / (3 * (kChecks - 1)), 0.4);
 }
 
-TEST_F(ShiftGaugeChecks, measures_a_knock_against_checks_before_it) {
+TEST_F(ShiftGaugeChecks, MeasuresAKnockAgainstChecksBeforeIt) {
   const Eigen::Vector3d knock(0.3e-3, -0.2e-3, 0.4e-3);
   const auto before = gauge.measure(made_by(truth(), 1));
   const auto after = gauge.measure(made_by(knocked(knock), 2));
@@ -90,7 +90,7 @@ TEST_F(ShiftGaugeChecks, measures_a_knock_against_checks_before_it) {
   EXPECT_LT(off.dot((2 * after.covariance_m2).inverse() * off), 16.0);
 }
 
-TEST_F(ShiftGaugeChecks, tells_from_many_checks_what_creeps_though_it_is_small) {
+TEST_F(ShiftGaugeChecks, TellsFromManyChecksWhatCreepsThoughItIsSmall) {
   const double scatter = 2.0 / 30.0;
   const Eigen::VectorXd before = mean_off(truth(), 30, 1);
   const auto tool = gauge.causes(mean_off(knocked({0.06e-3, 0, 0}), 30, 100) - before, scatter);
@@ -101,7 +101,7 @@ TEST_F(ShiftGaugeChecks, tells_from_many_checks_what_creeps_though_it_is_small) 
   EXPECT_EQ(joint.front().name, demo_cell().robot.joints[1].name);
 }
 
-TEST_F(ShiftGaugeChecks, refuses_other_touches_and_too_few) {
+TEST_F(ShiftGaugeChecks, RefusesOtherTouchesAndTooFew) {
   auto touches = made_by(truth(), 1);
   touches.pop_back();
   const auto kind = [](const auto& act) { return testing::thrown<IdentifyError>(act).kind; };

@@ -57,7 +57,7 @@ int on_the_other_side(bool stated, bool side_known) {
   return wrong;
 }
 
-TEST(QuietSolver, warns_of_nothing_on_standard_error) {
+TEST(QuietSolver, WarnsOfNothingOnStandardError) {
   quiet_solver();
   ::testing::internal::CaptureStderr();
   LOG(WARNING) << "Linear solver failure. Failed to compute a step";  // as Ceres itself does

@@ -276,7 +276,7 @@ TEST(ExternalKinematic, IsPrintedAsFoundByTheAxisOrByTheRootPoint) {
   EXPECT_THROW(external_kinematic_lines(rigid_calibration(1)), FileError);
 }
 
-TEST(a_positioner_as_found, is_read_back_from_the_machine_data_that_it_is_exported_to) {
+TEST(APositionerAsFound, IsReadBackFromTheMachineDataThatItIsExportedTo) {
   const Calibration c = calibration_with_positioner(0.0);
   const std::string text =
       std::regex_replace(external_kinematic_lines(c), std::regex("\\$ETn"), "$$ET2") +

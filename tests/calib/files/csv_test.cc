@@ -49,7 +49,7 @@ void expect_plain(const std::string& text, const std::string& reading) {
   EXPECT_EQ(csv_form(text, "t").reading, reading) << text;
 }
 
-TEST(a_table_of_another_form, is_read_as_the_plain_one) {
+TEST(ATableOfAnotherForm, IsReadAsThePlainOne) {
   const std::string plain = kPlain;
   expect_plain(plain, "");
   expect_plain(exchanged(plain, ',', ";"), ";");
@@ -73,7 +73,7 @@ TEST(a_table_of_another_form, is_read_as_the_plain_one) {
       "");
 }
 
-TEST(a_unit_in_the_header, is_converted_to_the_tables) {
+TEST(AUnitInTheHeader, IsConvertedToTheTables) {
   const auto rows = rows_of("A1 [rad],A2 [deg],target,sigma [um]\n0.5,2,S1,30\n");
   ASSERT_EQ(rows.size(), 1U);
   EXPECT_NEAR(rows[0].joint_rad[0], 0.5, 1e-12);
@@ -83,7 +83,7 @@ TEST(a_unit_in_the_header, is_converted_to_the_tables) {
   expect_words(touches_refusal("A1,A2,target,sigma_mm [um]\n1,2,S1,30\n"), {"unknown column"});
 }
 
-TEST(a_table_with_two_readings, is_refused) {
+TEST(ATableWithTwoReadings, IsRefused) {
   expect_words(touches_refusal("A1;A2;target\n1,5;2,5;S1\n1.5;2;S1\n"),
                {"touches.csv:3:", "decimal comma (line 2)", "decimal point (line 3)"});
   expect_words(touches_refusal("A1;A2;target\n1.234,5;2;S1\n"), {"touches.csv:2: A1", "number"});
@@ -94,7 +94,7 @@ TEST(a_table_with_two_readings, is_refused) {
   expect_words(touches_refusal("sep=x\nA1,A2,target\n"), {"sep="});
 }
 
-TEST(a_utf_16_text_that_is_damaged, is_refused) {
+TEST(AUtf16TextThatIsDamaged, IsRefused) {
   const std::string whole = utf16(kPlain, true);
   expect_words(touches_refusal(whole.substr(0, whole.size() - 1)), {"UTF-16"});
   expect_words(touches_refusal(std::string("\xFF\xFE\x00\xD8", 4)), {"UTF-16"});

@@ -41,7 +41,7 @@ class ReadableFile : public ::testing::Test {
   fs::path dir_;
 };
 
-TEST_F(ReadableFile, that_is_a_pipe_is_refused_without_waiting_for_a_writer) {
+TEST_F(ReadableFile, ThatIsAPipeIsRefusedWithoutWaitingForAWriter) {
   ASSERT_EQ(::mkfifo((dir_ / "p.toml").c_str(), 0600), 0);
   EXPECT_EQ(refusal(dir_ / "p.toml"), (dir_ / "p.toml").string() + ": is a pipe; name a file");
   EXPECT_THROW(load_cell(dir_ / "p.toml"), FileError);
@@ -49,7 +49,7 @@ TEST_F(ReadableFile, that_is_a_pipe_is_refused_without_waiting_for_a_writer) {
   EXPECT_NE(refusal(dir_ / "link.toml").find("is a pipe"), std::string::npos);
 }
 
-TEST_F(ReadableFile, that_is_a_device_or_a_socket_is_refused) {
+TEST_F(ReadableFile, ThatIsADeviceOrASocketIsRefused) {
   EXPECT_NE(refusal("/dev/zero").find("is a device"), std::string::npos) << refusal("/dev/zero");
   EXPECT_NE(refusal("/dev/null").find("is a device"), std::string::npos);
   const int fd = ::socket(AF_UNIX, SOCK_STREAM, 0);
@@ -61,13 +61,13 @@ TEST_F(ReadableFile, that_is_a_device_or_a_socket_is_refused) {
   ::close(fd);
 }
 
-TEST_F(ReadableFile, that_is_too_large_is_refused_by_its_size_alone) {
+TEST_F(ReadableFile, ThatIsTooLargeIsRefusedByItsSizeAlone) {
   std::ofstream(dir_ / "large") << "x";
   fs::resize_file(dir_ / "large", std::uintmax_t{1} << 40);  // sparse: occupies no disk space
   EXPECT_NE(refusal(dir_ / "large").find("larger than 1000 bytes"), std::string::npos);
 }
 
-TEST_F(ReadableFile, that_is_withheld_is_refused_under_any_name_and_its_lock_stays) {
+TEST_F(ReadableFile, ThatIsWithheldIsRefusedUnderAnyNameAndItsLockStays) {
   std::ofstream(dir_ / "journal.db") << "rows";
   fs::create_hard_link(dir_ / "journal.db", dir_ / "cell.toml");
   fs::create_symlink(dir_ / "journal.db", dir_ / "other.toml");
@@ -93,7 +93,7 @@ TEST_F(ReadableFile, that_is_withheld_is_refused_under_any_name_and_its_lock_sta
   EXPECT_EQ(read_file(dir_ / "cell.toml"), "rows") << "no longer withheld";
 }
 
-TEST(Sha256Text, is_sixty_four_lower_case_hexadecimal_digits) {
+TEST(Sha256Text, IsSixtyFourLowerCaseHexadecimalDigits) {
   const std::string one = sha256("");
   EXPECT_TRUE(is_sha256(one));
   EXPECT_FALSE(is_sha256(one + "0"));

@@ -5,7 +5,7 @@
 namespace cellcal::calib {
 namespace {
 
-TEST(shown, cuts_between_two_characters) {
+TEST(Shown, CutsBetweenTwoCharacters) {
   const std::string umlaut = "\xc3\xa4", face = "\xf0\x9f\x98\x80";
   EXPECT_EQ(shown("12345" + umlaut, 6), "12345...");
   EXPECT_EQ(shown("1234" + umlaut + "6", 6), "1234" + umlaut + "...");
@@ -14,13 +14,13 @@ TEST(shown, cuts_between_two_characters) {
   EXPECT_EQ(shown("12345" + face + "6", 9), "12345" + face + "...");
 }
 
-TEST(shown, cuts_what_is_no_text_where_it_must) {
+TEST(Shown, CutsWhatIsNoTextWhereItMust) {
   EXPECT_EQ(shown(std::string(50, '\x80'), 6), std::string(6, '\x80') + "...");
   EXPECT_EQ(shown("\x80\x80\x80", 2), "\x80\x80...");
   EXPECT_EQ(shown("\xc3\xa4", 1), "...");
 }
 
-TEST(shown, has_a_mark_where_a_character_turns_the_direction_of_reading_or_steers_a_terminal) {
+TEST(Shown, HasAMarkWhereACharacterTurnsTheDirectionOfReadingOrSteersATerminal) {
   for (const char* control :
        {"\x01", "\x7f", "\xc2\x9b", "\xd8\x9c", "\xe2\x80\x8e", "\xe2\x80\x8f", "\xe2\x80\xa8",
         "\xe2\x80\xaa", "\xe2\x80\xae", "\xe2\x81\xa6", "\xe2\x81\xa9"}) {

@@ -25,7 +25,7 @@ double apart(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
   return a.size() == 0 ? 0.0 : (a - b).cwiseAbs().maxCoeff();
 }
 
-TEST(cholesky, solves_with_a_vector_and_with_a_matrix) {
+TEST(Cholesky, SolvesWithAVectorAndWithAMatrix) {
   const Eigen::MatrixXd a = positive(9, 1), many = drawn(9, 4, 2);
   const Eigen::VectorXd one = many.col(0);
   const Cholesky factor(a);
@@ -35,7 +35,7 @@ TEST(cholesky, solves_with_a_vector_and_with_a_matrix) {
   EXPECT_LT(apart(a * factor.inverse(), Eigen::MatrixXd::Identity(9, 9)), kRounding);
 }
 
-TEST(cholesky, has_a_lower_triangle_whose_square_is_the_matrix) {
+TEST(Cholesky, HasALowerTriangleWhoseSquareIsTheMatrix) {
   const Eigen::MatrixXd a = positive(9, 3);
   const Cholesky factor(a);
   const Eigen::MatrixXd lower = factor.lower();
@@ -44,7 +44,7 @@ TEST(cholesky, has_a_lower_triangle_whose_square_is_the_matrix) {
   EXPECT_NEAR(factor.log_det(), eigenvalues(a).array().log().sum(), kRounding);
 }
 
-TEST(cholesky, whitens_with_the_lower_triangle_and_colours_with_the_upper) {
+TEST(Cholesky, WhitensWithTheLowerTriangleAndColoursWithTheUpper) {
   const Eigen::MatrixXd a = positive(9, 4), many = drawn(9, 3, 5);
   const Eigen::VectorXd one = many.col(1);
   const Cholesky factor(a);
@@ -54,25 +54,25 @@ TEST(cholesky, whitens_with_the_lower_triangle_and_colours_with_the_upper) {
   EXPECT_LT(apart(lower.transpose() * factor.coloured(one), one), kRounding);
 }
 
-TEST(cholesky, reads_the_lower_part_alone) {
+TEST(Cholesky, ReadsTheLowerPartAlone) {
   Eigen::MatrixXd a = positive(5, 6);
   const Eigen::MatrixXd lower = Cholesky(a).lower();
   a(0, 4) = 1e9;
   EXPECT_EQ(apart(Cholesky(a).lower(), lower), 0.0);
 }
 
-TEST(cholesky, of_what_is_not_positive_says_so) {
+TEST(Cholesky, OfWhatIsNotPositiveSaysSo) {
   Eigen::MatrixXd a = positive(5, 7);
   a(2, 2) = -1.0;
   EXPECT_FALSE(Cholesky(a).positive());
 }
 
-TEST(cholesky, whitens_nothing_to_nothing) {
+TEST(Cholesky, WhitensNothingToNothing) {
   EXPECT_EQ(Cholesky(positive(3, 8)).whitened(Eigen::MatrixXd(3, 0)).cols(), 0);
   EXPECT_EQ(Cholesky(Eigen::MatrixXd(0, 0)).whitened(Eigen::MatrixXd(0, 4)).cols(), 4);
 }
 
-TEST(pivots, solve_what_is_not_positive) {
+TEST(Pivots, SolveWhatIsNotPositive) {
   Eigen::MatrixXd a = positive(6, 9);
   a(1, 1) -= 40.0;
   const Eigen::VectorXd b = drawn(6, 1, 10);
@@ -81,7 +81,7 @@ TEST(pivots, solve_what_is_not_positive) {
   EXPECT_LT((whole * x - b).norm(), 1e-9);
 }
 
-TEST(pivots, weigh_a_vector_by_the_inverse_unless_a_direction_is_negative) {
+TEST(Pivots, WeighAVectorByTheInverseUnlessADirectionIsNegative) {
   Eigen::MatrixXd a = Eigen::Vector2d(4.0, 0.25).asDiagonal();
   const Eigen::VectorXd b = Eigen::Vector2d(2.0, 1.0);
   EXPECT_NEAR(inverse_square(a, b), 5.0, kRounding);
@@ -89,7 +89,7 @@ TEST(pivots, weigh_a_vector_by_the_inverse_unless_a_direction_is_negative) {
   EXPECT_EQ(inverse_square(a, b), 0.0);
 }
 
-TEST(eigenpairs, rise_and_put_the_matrix_together_again) {
+TEST(Eigenpairs, RiseAndPutTheMatrixTogetherAgain) {
   const Eigen::MatrixXd a = positive(8, 11);
   const auto [values, vectors] = eigenpairs(a);
   EXPECT_LT(apart(vectors * values.asDiagonal() * vectors.transpose(), a), kRounding);
@@ -98,7 +98,7 @@ TEST(eigenpairs, rise_and_put_the_matrix_together_again) {
   EXPECT_LT(apart(eigenvalues(a), values), kRounding);
 }
 
-TEST(least_squares, leaves_what_no_column_reaches) {
+TEST(LeastSquares, LeavesWhatNoColumnReaches) {
   const Eigen::MatrixXd a = drawn(20, 6, 12), many = drawn(20, 3, 13);
   const Eigen::VectorXd one = many.col(2);
   EXPECT_LT(apart(a.transpose() * (a * least_squares(a, one) - one), Eigen::VectorXd::Zero(6)),
@@ -110,19 +110,19 @@ TEST(least_squares, leaves_what_no_column_reaches) {
   EXPECT_LT(apart(least_squares(four, one), least_squares(Eigen::MatrixXd(four), one)), kRounding);
 }
 
-TEST(orthonormal, spans_what_the_columns_span) {
+TEST(Orthonormal, SpansWhatTheColumnsSpan) {
   const Eigen::MatrixXd columns = drawn(9, 3, 14), basis = orthonormal(columns);
   EXPECT_LT(apart(basis.transpose() * basis, Eigen::MatrixXd::Identity(3, 3)), kRounding);
   EXPECT_LT(apart(basis * (basis.transpose() * columns), columns), kRounding);
 }
 
-TEST(triangle_of, has_the_square_of_the_rows) {
+TEST(TriangleOf, HasTheSquareOfTheRows) {
   const Eigen::MatrixXd rows = drawn(12, 5, 15), triangle = triangle_of(rows);
   EXPECT_LT(apart(triangle.transpose() * triangle, rows.transpose() * rows), kRounding);
   EXPECT_EQ(triangle(4, 0), 0.0);
 }
 
-TEST(without_span, drops_as_many_directions_as_the_columns_have) {
+TEST(WithoutSpan, DropsAsManyDirectionsAsTheColumnsHave) {
   const Eigen::MatrixXd a = positive(7, 16);
   Eigen::MatrixXd columns = drawn(7, 3, 17);
   columns.col(2) = columns.col(0) - columns.col(1);  // two directions
@@ -133,7 +133,7 @@ TEST(without_span, drops_as_many_directions_as_the_columns_have) {
   EXPECT_NEAR(rest.trace(), (off * a * off).trace(), 1e-9);
 }
 
-TEST(spread_of, points_near_a_plane_is_least_across_it) {
+TEST(SpreadOf, PointsNearAPlaneIsLeastAcrossIt) {
   Eigen::MatrixXd points = drawn(3, 30, 18);
   points.row(2) *= 1e-3;
   const PointSpread spread = spread_of(points);

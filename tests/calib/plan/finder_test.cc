@@ -105,9 +105,9 @@ const Cell& small_cell() {
   return small;
 }
 
-class finding : public ::testing::TestWithParam<int> {};
+class FindingTest : public ::testing::TestWithParam<int> {};
 
-TEST_P(finding, needs_no_better_centres_than_their_sigma_says) {
+TEST_P(FindingTest, NeedsNoBetterCentresThanTheirSigmaSays) {
   const double sigma_m = GetParam() * 1e-3;
   // Particles within a sphere's size differ little.
   const unsigned most = GetParam() <= 10 ? 1 : GetParam() <= 15 ? 2 : 3;
@@ -130,7 +130,7 @@ TEST_P(finding, needs_no_better_centres_than_their_sigma_says) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(With, finding, ::testing::Values(5, 10, 15, 20));
+INSTANTIATE_TEST_SUITE_P(With, FindingTest, ::testing::Values(5, 10, 15, 20));
 
 struct SmallSphere {
   int diameter_mm, sigma_mm;
@@ -138,7 +138,7 @@ struct SmallSphere {
 };
 class SmallSphereSearch : public ::testing::TestWithParam<SmallSphere> {};
 
-TEST_P(SmallSphereSearch, is_found_by_touches_from_all_sides) {
+TEST_P(SmallSphereSearch, IsFoundByTouchesFromAllSides) {
   const auto [diameter_mm, sigma_mm, tip_radius_m] = GetParam();
   for (unsigned seed = 1; seed <= 4; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));

@@ -13,7 +13,7 @@ struct PointSpeed : ::testing::Test {
   ArmModel arm{cell};
 };
 
-TEST_F(PointSpeed, of_a_turn_about_the_column_is_that_of_the_point_farthest_from_its_axis) {
+TEST_F(PointSpeed, OfATurnAboutTheColumnIsThatOfThePointFarthestFromItsAxis) {
   const std::vector<double> from{0.0, -90 * kRadPerDeg, 90 * kRadPerDeg, 0.0, 0.0, 0.0};
   std::vector<double> to = from;
   to[0] = 0.5;
@@ -23,7 +23,7 @@ TEST_F(PointSpeed, of_a_turn_about_the_column_is_that_of_the_point_farthest_from
   EXPECT_NEAR(fastest_point_m_s(arm, from, to), 0.5 * farthest_m, 0.001 * farthest_m);
 }
 
-TEST_F(PointSpeed, of_the_elbow_counts_where_the_tip_stands_still) {
+TEST_F(PointSpeed, OfTheElbowCountsWhereTheTipStandsStill) {
   const std::vector<double> from{0.0, -90 * kRadPerDeg, 90 * kRadPerDeg, 0.0, 30 * kRadPerDeg, 0.0};
   // A2, A3 and A5 rotate in one plane: the direction that leaves the tip in place.
   const auto jacobian = arm.nominal_jacobian(from);
@@ -44,7 +44,7 @@ TEST_F(PointSpeed, of_the_elbow_counts_where_the_tip_stands_still) {
   EXPECT_GE(fastest_point_m_s(arm, from, to), 0.999 * elbow);
 }
 
-TEST_F(PointSpeed, is_no_less_than_any_chord_of_a_random_way) {
+TEST_F(PointSpeed, IsNoLessThanAnyChordOfARandomWay) {
   Random random(5);
   for (int k = 0; k < 50; ++k) {
     std::vector<double> from(6), to(6);
@@ -66,7 +66,7 @@ TEST_F(PointSpeed, is_no_less_than_any_chord_of_a_random_way) {
   }
 }
 
-TEST_F(PointSpeed, is_nothing_where_no_axis_moves) {
+TEST_F(PointSpeed, IsNothingWhereNoAxisMoves) {
   const std::vector<double> at(6, 0.1);
   EXPECT_EQ(fastest_point_m_s(arm, at, at), 0.0);
 }

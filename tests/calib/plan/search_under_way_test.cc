@@ -18,25 +18,25 @@ namespace {
 const SearchUnderWay kLeft{
     "S1", {{0.0, 0.0}, {0.5, 0.0}, {1.0, 0.0}}, {1.0, 0.4}, {{1.1, -0.2}, {3.0, 3.0}}};
 
-TEST(SearchRetreat, leads_from_anywhere_on_it_to_the_clear_point_and_out) {
+TEST(SearchRetreat, LeadsFromAnywhereOnItToTheClearPointAndOut) {
   for (const JointVector& at : {JointVector{1.0, 0.0}, JointVector{1.0, 0.3}, JointVector{1.0, 0.4},
                                 JointVector{1.05, -0.1}, JointVector{1.0, 0.3 + kOnWayRad / 2}})
     EXPECT_EQ(way_out_of(kLeft, at), kLeft.out) << at[0] << " " << at[1];
 }
 
-TEST(SearchRetreat, goes_on_to_it_from_the_way_there) {
+TEST(SearchRetreat, GoesOnToItFromTheWayThere) {
   EXPECT_EQ(way_out_of(kLeft, {0.6, 0.0}),
             (std::vector<JointVector>{{1.0, 0.0}, {1.1, -0.2}, {3.0, 3.0}}));
   EXPECT_EQ(way_out_of(kLeft, {0.0, 0.0}),
             (std::vector<JointVector>{{0.5, 0.0}, {1.0, 0.0}, {1.1, -0.2}, {3.0, 3.0}}));
 }
 
-TEST(SearchRetreat, goes_on_where_the_arm_was_on_its_way_home) {
+TEST(SearchRetreat, GoesOnWhereTheArmWasOnItsWayHome) {
   const SearchUnderWay home{"", {{0.0, 0.0}, {0.5, 0.0}, {1.0, 0.0}}, {}, {}};
   EXPECT_EQ(way_out_of(home, {0.6, 0.0}), (std::vector<JointVector>{{1.0, 0.0}}));
 }
 
-TEST(SearchRetreat, is_none_where_the_arm_is_elsewhere_or_no_way_is_known) {
+TEST(SearchRetreat, IsNoneWhereTheArmIsElsewhereOrNoWayIsKnown) {
   EXPECT_FALSE(way_out_of(kLeft, {1.0 - 2.0 * kOnWayRad, 0.3})) << "jogged aside";
   EXPECT_FALSE(way_out_of(kLeft, {1.0, 0.4 + 2.0 * kOnWayRad})) << "jogged on";
   EXPECT_FALSE(way_out_of(kLeft, {0.25, 0.1}));
@@ -63,7 +63,7 @@ std::vector<JointVector> begun_anew(const Cell& cell, std::optional<SearchUnderW
   }
 }
 
-TEST(AbandonedSearch, is_left_by_the_next_session_and_no_sphere_is_met_on_the_way) {
+TEST(AbandonedSearch, IsLeftByTheNextSessionAndNoSphereIsMetOnTheWay) {
   const Cell table = testing::table_cell(0.04, 0.0, 0);
   int left = 0, refused_before = 0;
   for (unsigned seed = 1; seed <= 2; ++seed) {
@@ -112,7 +112,7 @@ TEST(AbandonedSearch, is_left_by_the_next_session_and_no_sphere_is_met_on_the_wa
   EXPECT_GT(left, 10);
 }
 
-TEST(AbandonedSearch, is_not_left_through_what_stands_there_now) {
+TEST(AbandonedSearch, IsNotLeftThroughWhatStandsThereNow) {
   const Cell table = testing::table_cell(0.04, 0.0, 0);
   const Cell cell = testing::as_rough_as_stated(table, 0.005, 1);
   TouchSequenceOptions options;

@@ -20,7 +20,7 @@ using testing::demo_cell;
 using testing::make_touches;
 using testing::plain_truth;
 
-struct an_arm_as_found : ::testing::Test {
+struct AnArmAsFound : ::testing::Test {
   static void SetUpTestSuite() {
     touches = new std::vector<Touch>(make_touches(demo_cell(), plain_truth(demo_cell(), 3),
                                                   {.fit = 60, .check = 12, .rho_m = 2e-4})
@@ -45,7 +45,7 @@ struct an_arm_as_found : ::testing::Test {
   static inline std::vector<bool>* outlier = nullptr;
 };
 
-TEST_F(an_arm_as_found, by_the_nominal_arm_is_what_the_calibration_says_of_before) {
+TEST_F(AnArmAsFound, ByTheNominalArmIsWhatTheCalibrationSaysOfBefore) {
   const auto found = found_residuals(nominal(), *touches, *outlier);
   ASSERT_TRUE(found);
   EXPECT_EQ(found->fit.count, now->before.count);
@@ -55,21 +55,21 @@ TEST_F(an_arm_as_found, by_the_nominal_arm_is_what_the_calibration_says_of_befor
   EXPECT_NEAR(found->check.rms_m, now->check_before.rms_m, 1e-5);
 }
 
-TEST_F(an_arm_as_found, by_its_own_calibration_is_as_left) {
+TEST_F(AnArmAsFound, ByItsOwnCalibrationIsAsLeft) {
   const auto found = found_residuals(*now, *touches, *outlier);
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->fit.rms_m, now->after.rms_m, 3e-6);
   EXPECT_NEAR(found->check.rms_m, now->check.rms_m, 3e-6);
 }
 
-TEST_F(an_arm_as_found, does_not_blame_the_arm_for_spheres_that_were_set_up_anew) {
+TEST_F(AnArmAsFound, DoesNotBlameTheArmForSpheresThatWereSetUpAnew) {
   Calibration moved = *now;
   for (Target& target : moved.cell.targets) target.centre_m.x() += 0.05;
   for (TargetResult& target : moved.targets) target.centre_m.x() += 0.05;
   EXPECT_NEAR(found_residuals(moved, *touches, *outlier)->fit.rms_m, now->after.rms_m, 3e-6);
 }
 
-TEST_F(an_arm_as_found, is_not_said_of_spheres_or_tools_that_the_earlier_one_did_not_have) {
+TEST_F(AnArmAsFound, IsNotSaidOfSpheresOrToolsThatTheEarlierOneDidNotHave) {
   std::vector<Touch> others = *touches;
   others[5].target = "S9";
   EXPECT_FALSE(found_residuals(*now, others, *outlier));
@@ -109,7 +109,7 @@ TEST(TheErrorOfTheNominalModel, IsThisArmsOwnWithinItsStatedUncertainty) {
   EXPECT_GT(largest, 1.5 * smallest);  // a figure of the arm, not of the model
 }
 
-TEST_F(an_arm_as_found, is_apart_over_the_scope_by_the_errors_that_were_found) {
+TEST_F(AnArmAsFound, IsApartOverTheScopeByTheErrorsThatWereFound) {
   EXPECT_NEAR(apart_in_scope(now, *now, *touches, true)->max_apart_m, 0.0, 1e-12);
   const auto drawn = apart_in_scope(nullptr, *now, *touches, true);
   ASSERT_TRUE(drawn);

@@ -52,7 +52,7 @@ bool begins_one_of(const std::string& id, const std::set<std::string>& said) {
          });
 }
 
-TEST(the_catalogues, have_the_same_ids_and_places_in_each_language) {
+TEST(TheCatalogues, HaveTheSameIdsAndPlacesInEachLanguage) {
   const Catalogue english = catalogue("en");
   EXPECT_GT(Language::codes().size(), 1u);
   for (const std::string& language : Language::codes()) {
@@ -67,20 +67,20 @@ TEST(the_catalogues, have_the_same_ids_and_places_in_each_language) {
   }
 }
 
-TEST(the_catalogues, are_those_that_programs_contain) {
+TEST(TheCatalogues, AreThoseThatProgramsContain) {
   for (const std::string& language : Language::codes())
     for (const auto& [id, sentence] : catalogue(language))
       EXPECT_EQ(sentence_of(id, *Language::of(language)), sentence) << id;
 }
 
-TEST(every_id_of_a_program, has_a_sentence) {
+TEST(EveryIdOfAProgram, HasASentence) {
   const Catalogue english = catalogue("en");
   const std::set<std::string> said = said_in_programs();
   EXPECT_GT(said.size(), 200u);
   for (const std::string& id : said) EXPECT_TRUE(id.ends_with('.') || english.contains(id)) << id;
 }
 
-TEST(every_sentence_of_programs, is_used) {
+TEST(EverySentenceOfPrograms, IsUsed) {
   const std::set<std::string> said = said_in_programs();
   for (const auto& [id, sentence] : catalogue("en"))
     EXPECT_TRUE(!id.starts_with("say.") || begins_one_of(id, said)) << id;

@@ -15,38 +15,38 @@ using nlohmann::json;
 const Language kGerman = Language::of("de").value();
 const Phrase kOpen("say.doctor.circuit.between", {{"volts", 2.5}, {"open", 4.0}});
 
-TEST(a_phrase, has_its_values_in_the_form_and_with_the_decimal_mark_of_the_language) {
+TEST(APhrase, HasItsValuesInTheFormAndWithTheDecimalMarkOfTheLanguage) {
   EXPECT_EQ(words(kOpen), "2.50 V, neither open (above 4.0 V) nor in contact");
   EXPECT_EQ(words(kOpen, kGerman), "2,50 V, weder offen (über 4,0 V) noch in Kontakt");
 }
 
-TEST(a_phrase, that_no_catalogue_has_stands_for_itself) {
+TEST(APhrase, ThatNoCatalogueHasStandsForItself) {
   EXPECT_EQ(words(Phrase("KSS29002 {fault}"), kGerman), "KSS29002 {fault}");
   EXPECT_FALSE(sentence_of("KSS29002 {fault}"));
   EXPECT_TRUE(Phrase().empty());
 }
 
-TEST(a_phrase, may_contain_phrases) {
+TEST(APhrase, MayContainPhrases) {
   const Phrase both = joined("say.join.semicolon", kOpen, "1.5 V");
   EXPECT_EQ(words(both, kGerman), "2,50 V, weder offen (über 4,0 V) noch in Kontakt; 1.5 V");
   EXPECT_EQ(joined("say.join.semicolon", {}, kOpen), kOpen);
   EXPECT_EQ(joined("say.join.semicolon", kOpen, {}), kOpen);
 }
 
-TEST(a_phrase, shows_what_it_lacks_and_never_fails) {
+TEST(APhrase, ShowsWhatItLacksAndNeverFails) {
   EXPECT_EQ(words({"say.notice.time", {{"begin", "22:00"}}}), "From 22:00 to {end} (UTC)");
   EXPECT_EQ(words({"say.doctor.config.good", {{"crc", 0.5}}}), "accepted, CRC 0.5");
   EXPECT_EQ(words({"{open", {{"a", 1}}}), "{open");
 }
 
-TEST(a_language, is_known_by_its_catalogue_alone) {
+TEST(ALanguage, IsKnownByItsCatalogueAlone) {
   EXPECT_EQ(Language().code(), "en");
   EXPECT_EQ(Language::of("de_AT.UTF-8").value().code(), "de");
   EXPECT_FALSE(Language::of("tlh"));
   EXPECT_FALSE(Language::of(""));
 }
 
-TEST(a_phrase_in_json, comes_back_as_it_was) {
+TEST(APhraseInJson, ComesBackAsItWas) {
   for (const Phrase& one : {Phrase(), Phrase("text"), kOpen, joined("say.join.comma", kOpen, "b"),
                             Phrase("say.notice.report", {{"session", 7}})})
     EXPECT_EQ(phrase_of(json::parse(to_json(one).dump())), one) << to_json(one);
@@ -55,7 +55,7 @@ TEST(a_phrase_in_json, comes_back_as_it_was) {
   EXPECT_EQ(words(phrase_of(json::parse(to_json(none).dump()))), words(none));
 }
 
-TEST(a_phrase_in_json, of_another_form_or_too_deep_is_refused) {
+TEST(APhraseInJson, OfAnotherFormOrTooDeepIsRefused) {
   for (const char* wrong : {"null", "1", "[]", "{}", R"({"id": "a"})", R"({"id": 1, "values": {}})",
                             R"({"id": "a", "values": []})", R"({"id": "a", "values": {"b": null}})",
                             R"({"id": "a", "values": {}, "more": 1})"})

@@ -24,15 +24,15 @@ using nlohmann::json;
 
 constexpr const char* kSomewhere = "10.0.0.77";
 
-struct an_api_on_the_network : ::testing::Test, testing::WithoutHardware {
-  an_api_on_the_network() {
+struct AnApiOnTheNetwork : ::testing::Test, testing::WithoutHardware {
+  AnApiOnTheNetwork() {
     for (const Role role : {Role::kView, Role::kOperate, Role::kAdminister}) {
       secret[role] = tokens.add(to_string(role), role, "2026-01-01T00:00:00Z");
     }
     spdlog::set_default_logger(std::make_shared<spdlog::logger>(
         "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log)));
   }
-  ~an_api_on_the_network() override { spdlog::set_default_logger(logger); }
+  ~AnApiOnTheNetwork() override { spdlog::set_default_logger(logger); }
 
   Request request(const std::string& method, const std::string& target,
                   const std::map<std::string, std::string>& headers, const std::string& body = "") {
@@ -78,7 +78,7 @@ struct an_api_on_the_network : ::testing::Test, testing::WithoutHardware {
   std::map<Role, std::string> secret;
 };
 
-TEST_F(an_api_on_the_network, lets_each_role_do_what_the_table_says_and_nothing_else) {
+TEST_F(AnApiOnTheNetwork, LetsEachRoleDoWhatTheTableSaysAndNothingElse) {
   for (const Api::Route& route : Api::routes()) {
     std::string path = route.path;
     if (const std::size_t open = path.find('{'); open != std::string::npos) {
@@ -97,7 +97,7 @@ TEST_F(an_api_on_the_network, lets_each_role_do_what_the_table_says_and_nothing_
   }
 }
 
-TEST_F(an_api_on_the_network, shows_nothing_but_health_without_a_token) {
+TEST_F(AnApiOnTheNetwork, ShowsNothingButHealthWithoutAToken) {
   for (const Api::Route& route : Api::routes()) {
     const std::string path = route.path;
     const bool open = path == "/v1/health" || path == "/v1/login" || path == "/v1/logout";
@@ -111,7 +111,7 @@ TEST_F(an_api_on_the_network, shows_nothing_but_health_without_a_token) {
   }
 }
 
-TEST_F(an_api_on_the_network, refuses_what_is_no_token) {
+TEST_F(AnApiOnTheNetwork, RefusesWhatIsNoToken) {
   const std::string good = secret[Role::kView];
   for (const std::string& given :
        {std::string("Bearer "), "Bearer " + good + " ", "Bearer " + good.substr(1),
@@ -128,7 +128,7 @@ TEST_F(an_api_on_the_network, refuses_what_is_no_token) {
   }
 }
 
-TEST_F(an_api_on_the_network, slows_an_address_that_tries_and_nobody_who_has_a_token) {
+TEST_F(AnApiOnTheNetwork, SlowsAnAddressThatTriesAndNobodyWhoHasAToken) {
   std::chrono::milliseconds before{0};
   for (int i = 0; i < 12; ++i) {
     Request wrong = request("GET", "/v1/status", {{"authorization", "Bearer guess"}});
@@ -144,7 +144,7 @@ TEST_F(an_api_on_the_network, slows_an_address_that_tries_and_nobody_who_has_a_t
   EXPECT_EQ(ask(Role::kNone, "GET", "/v1/status").hold.count(), 0) << "it has tried nothing";
 }
 
-TEST_F(an_api_on_the_network, writes_of_attempts_into_the_log_but_not_what_was_tried) {
+TEST_F(AnApiOnTheNetwork, WritesOfAttemptsIntoTheLogButNotWhatWasTried) {
   const std::string guess(64, 'a');
   for (int i = 0; i < 100; ++i) {
     ask(request("GET", "/v1/status", {{"authorization", "Bearer " + guess}}));
@@ -155,7 +155,7 @@ TEST_F(an_api_on_the_network, writes_of_attempts_into_the_log_but_not_what_was_t
   EXPECT_LT(std::count(text.begin(), text.end(), '\n'), 10) << "a log is not to be flooded";
 }
 
-TEST_F(an_api_on_the_network, logs_a_browser_in_and_out) {
+TEST_F(AnApiOnTheNetwork, LogsABrowserInAndOut) {
   const std::string cookie = log_in(Role::kView);
   const Response me = ask(request("GET", "/v1/me", {{"cookie", "a=b; " + cookie + "; c=d"}}));
   EXPECT_EQ(json::parse(me.body), (json{{"role", "look"}, {"name", "look"}}));
@@ -171,7 +171,7 @@ TEST_F(an_api_on_the_network, logs_a_browser_in_and_out) {
   EXPECT_GT(wrong.hold.count(), 0);
 }
 
-TEST_F(an_api_on_the_network, gives_a_cookie_that_scripts_and_other_sites_do_not_get) {
+TEST_F(AnApiOnTheNetwork, GivesACookieThatScriptsAndOtherSitesDoNotGet) {
   const Response in =
       ask(request("POST", "/v1/login", {}, json{{"token", secret[Role::kView]}}.dump()));
   for (const char* part : {"HttpOnly", "SameSite=Strict", "Secure", "Path=/"}) {
@@ -183,7 +183,7 @@ TEST_F(an_api_on_the_network, gives_a_cookie_that_scripts_and_other_sites_do_not
   EXPECT_EQ(header(without, "Set-Cookie").find("Secure"), std::string::npos);
 }
 
-TEST_F(an_api_on_the_network, ends_logins_with_their_token) {
+TEST_F(AnApiOnTheNetwork, EndsLoginsWithTheirToken) {
   const std::string cookie = log_in(Role::kView);
   EXPECT_EQ(ask(Role::kAdminister, "DELETE", "/v1/tokens/look").status, 200);
   EXPECT_EQ(ask(request("GET", "/v1/me", {{"cookie", cookie}})).status, 401);
@@ -195,8 +195,7 @@ TEST_F(an_api_on_the_network, ends_logins_with_their_token) {
   EXPECT_EQ(ask(request("GET", "/v1/me", {{"cookie", cookie}})).status, 401);
 }
 
-TEST_F(an_api_on_the_network,
-       knows_a_browser_after_a_restart_until_its_token_is_removed_or_a_month_is_over) {
+TEST_F(AnApiOnTheNetwork, KnowsABrowserAfterARestartUntilItsTokenIsRemovedOrAMonthIsOver) {
   const std::filesystem::path file = dir / "sign-ins.json";
   const Token look = *tokens.find(secret[Role::kView]),
               operate = *tokens.find(secret[Role::kOperate]);
@@ -229,8 +228,7 @@ TEST_F(an_api_on_the_network,
   EXPECT_FALSE(SignIns(tokens, file, clock).find(one));
 }
 
-TEST_F(an_api_on_the_network,
-       takes_no_sign_ins_from_a_file_that_others_may_write_or_that_is_damaged) {
+TEST_F(AnApiOnTheNetwork, TakesNoSignInsFromAFileThatOthersMayWriteOrThatIsDamaged) {
   const std::filesystem::path file = dir / "sign-ins.json";
   std::string cookie;
   {
@@ -249,7 +247,7 @@ TEST_F(an_api_on_the_network,
   }
 }
 
-TEST_F(an_api_on_the_network, ends_none_but_its_own_logins_when_a_token_logs_in_too_often) {
+TEST_F(AnApiOnTheNetwork, EndsNoneButItsOwnLoginsWhenATokenLogsInTooOften) {
   const auto status = [&](const std::string& cookie) {
     return ask(request("GET", "/v1/me", {{"cookie", cookie}})).status;
   };
@@ -265,7 +263,7 @@ TEST_F(an_api_on_the_network, ends_none_but_its_own_logins_when_a_token_logs_in_
   EXPECT_EQ(status(others), 200);
 }
 
-TEST_F(an_api_on_the_network, ends_what_is_followed_with_the_token_or_the_login) {
+TEST_F(AnApiOnTheNetwork, EndsWhatIsFollowedWithTheTokenOrTheLogin) {
   const Response by_token =
       ask(request("GET", "/v1/events", {{"authorization", "Bearer " + secret[Role::kView]}}));
   const std::string cookie = log_in(Role::kOperate);
@@ -280,7 +278,7 @@ TEST_F(an_api_on_the_network, ends_what_is_followed_with_the_token_or_the_login)
   EXPECT_FALSE(by_cookie.stream->next());
 }
 
-TEST_F(an_api_on_the_network, refuses_what_a_page_of_somebody_else_sends) {
+TEST_F(AnApiOnTheNetwork, RefusesWhatAPageOfSomebodyElseSends) {
   const std::string cookie = log_in(Role::kOperate);
   const auto abort = [&](const std::string& origin) {
     return ask(request("POST", "/v1/abort", {{"cookie", cookie}, {"origin", origin}}));
@@ -300,7 +298,7 @@ TEST_F(an_api_on_the_network, refuses_what_a_page_of_somebody_else_sends) {
             403);
 }
 
-TEST_F(an_api_on_the_network, refuses_names_that_are_not_its_own) {
+TEST_F(AnApiOnTheNetwork, RefusesNamesThatAreNotItsOwn) {
   const auto status = [&](const std::string& host) {
     Request one = request("GET", "/v1/health", {});
     one.headers["host"] = host;
@@ -317,7 +315,7 @@ TEST_F(an_api_on_the_network, refuses_names_that_are_not_its_own) {
   }
 }
 
-TEST_F(an_api_on_the_network, moves_nothing_before_somebody_said_that_the_cell_is_clear) {
+TEST_F(AnApiOnTheNetwork, MovesNothingBeforeSomebodySaidThatTheCellIsClear) {
   api.use(std::vector{std::filesystem::path(CELLCAL_DEMO_CELL).parent_path()});
   const std::string run = json{{"cell", CELLCAL_DEMO_CELL}}.dump();
   const Response early = ask(Role::kOperate, "POST", "/v1/run", run);
@@ -334,7 +332,7 @@ TEST_F(an_api_on_the_network, moves_nothing_before_somebody_said_that_the_cell_i
   EXPECT_EQ(ask(Role::kOperate, "POST", "/v1/run", run).status, 412) << "void after an abort";
 }
 
-TEST_F(an_api_on_the_network, neither_releases_the_schedule_nor_begins_by_it_without_that_word) {
+TEST_F(AnApiOnTheNetwork, NeitherReleasesTheScheduleNorBeginsByItWithoutThatWord) {
   ServiceSessionGateway gateway{service, journal};
   Schedule schedule{{gateway,
                      {[this] { return journal.schedule(); },
@@ -367,7 +365,7 @@ TEST_F(an_api_on_the_network, neither_releases_the_schedule_nor_begins_by_it_wit
       << "there is none";
 }
 
-TEST_F(an_api_on_the_network, names_no_files_of_the_computer_but_cell_files_and_its_own_backups) {
+TEST_F(AnApiOnTheNetwork, NamesNoFilesOfTheComputerButCellFilesAndItsOwnBackups) {
   const auto status = [&](Role role, const char* path, const json& body) {
     return ask(role, "POST", path, body.dump()).status;
   };
@@ -416,7 +414,7 @@ TEST_F(an_api_on_the_network, names_no_files_of_the_computer_but_cell_files_and_
   EXPECT_EQ(status(Role::kAdminister, "/v1/backup", {{"file", (backups / "y.db").string()}}), 422);
 }
 
-TEST_F(an_api_on_the_network, imports_from_one_folder_alone_and_follows_no_link) {
+TEST_F(AnApiOnTheNetwork, ImportsFromOneFolderAloneAndFollowsNoLink) {
   const auto answer = [&](const std::filesystem::path& directory) {
     const Response one = ask(Role::kAdminister, "POST", "/v1/import",
                              json{{"directory", directory.string()}}.dump());
@@ -436,17 +434,17 @@ TEST_F(an_api_on_the_network, imports_from_one_folder_alone_and_follows_no_link)
   EXPECT_NE(answer(imports / "true").find("is a link"), std::string::npos);
 }
 
-TEST_F(an_api_on_the_network, needs_no_word_over_the_unix_socket) {
+TEST_F(AnApiOnTheNetwork, NeedsNoWordOverTheUnixSocket) {
   Request run = parse_target("POST", "/v1/run", json{{"cell", CELLCAL_DEMO_CELL}}.dump());
   ASSERT_FALSE(api.admit_local(run));
   EXPECT_EQ(api.answer(run)->status, 422);
 }
 
-TEST_F(an_api_on_the_network, does_not_answer_a_request_that_was_not_admitted) {
+TEST_F(AnApiOnTheNetwork, DoesNotAnswerARequestThatWasNotAdmitted) {
   EXPECT_EQ(api.answer(request("GET", "/v1/status", {}))->status, 403);
 }
 
-struct a_word : ::testing::Test {
+struct AWord : ::testing::Test {
   Status in(Phase phase) {
     Status status;
     status.phase = phase;
@@ -456,7 +454,7 @@ struct a_word : ::testing::Test {
   Clearance clearance{[this] { return now; }};
 };
 
-TEST_F(a_word, counts_for_one_run_of_the_one_who_gave_it) {
+TEST_F(AWord, CountsForOneRunOfTheOneWhoGaveIt) {
   EXPECT_FALSE(clearance.take("a"));
   clearance.acknowledge("a");
   EXPECT_FALSE(clearance.take("b"));
@@ -464,7 +462,7 @@ TEST_F(a_word, counts_for_one_run_of_the_one_who_gave_it) {
   EXPECT_FALSE(clearance.take("a"));
 }
 
-TEST_F(a_word, counts_for_five_minutes) {
+TEST_F(AWord, CountsForFiveMinutes) {
   clearance.acknowledge("a");
   now += std::chrono::seconds(300);
   EXPECT_FALSE(clearance.take("a"));
@@ -473,7 +471,7 @@ TEST_F(a_word, counts_for_five_minutes) {
   EXPECT_TRUE(clearance.take("a"));
 }
 
-TEST_F(a_word, is_void_once_a_session_is_under_way_has_failed_or_was_aborted) {
+TEST_F(AWord, IsVoidOnceASessionIsUnderWayHasFailedOrWasAborted) {
   for (const Phase phase :
        {Phase::kPlanning, Phase::kTransit, Phase::kStopping, Phase::kFailed, Phase::kAborted}) {
     clearance.acknowledge("a");
@@ -492,7 +490,7 @@ TEST_F(a_word, is_void_once_a_session_is_under_way_has_failed_or_was_aborted) {
   }
 }
 
-TEST_F(an_api_on_the_network, answers_an_abort_at_once_whatever_token_comes_with_it) {
+TEST_F(AnApiOnTheNetwork, AnswersAnAbortAtOnceWhateverTokenComesWithIt) {
   for (int i = 0; i < 8; ++i) {
     const Response no = ask(request("POST", "/v1/abort", {{"authorization", "Bearer wrong"}}));
     EXPECT_EQ(no.status, 401);
@@ -500,7 +498,7 @@ TEST_F(an_api_on_the_network, answers_an_abort_at_once_whatever_token_comes_with
   }
 }
 
-TEST(an_origin, over_tls_is_a_page_that_came_over_tls) {
+TEST(AnOrigin, OverTlsIsAPageThatCameOverTls) {
   Request request;
   request.headers = {{"host", "cell:8443"}, {"origin", "http://cell:8443"}};
   EXPECT_TRUE(origin_is_ours(request, false));
@@ -509,7 +507,7 @@ TEST(an_origin, over_tls_is_a_page_that_came_over_tls) {
   EXPECT_TRUE(origin_is_ours(request, true));
 }
 
-TEST(failed_attempts, of_one_network_are_counted_together_and_forgotten_in_time) {
+TEST(FailedAttempts, OfOneNetworkAreCountedTogetherAndForgottenInTime) {
   std::chrono::steady_clock::time_point now{};
   FailedAttempts failed([&] { return now; });
   EXPECT_EQ(failed.add("2001:db8::1").so_far, 1);

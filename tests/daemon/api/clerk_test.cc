@@ -10,8 +10,8 @@
 namespace cellcal::daemon {
 namespace {
 
-struct a_clerk : ::testing::Test {
-  ~a_clerk() override {
+struct AClerk : ::testing::Test {
+  ~AClerk() override {
     if (!let_go) release();
   }
   static Request request(const std::string& method, const std::string& name) {
@@ -56,7 +56,7 @@ struct a_clerk : ::testing::Test {
   Clerk clerk;
 };
 
-TEST(a_query, is_decoded_where_a_browser_escapes_it) {
+TEST(AQuery, IsDecodedWhereABrowserEscapesIt) {
   const auto value = [](const std::string& written) {
     return parse_target("GET", "/v1/cell-form?file=" + written, "").query.at("file");
   };
@@ -66,7 +66,7 @@ TEST(a_query, is_decoded_where_a_browser_escapes_it) {
     EXPECT_EQ(value(as_it_is), as_it_is);
 }
 
-TEST_F(a_clerk, has_room_for_others_when_one_token_asks_for_all_there_is) {
+TEST_F(AClerk, HasRoomForOthersWhenOneTokenAsksForAllThereIs) {
   occupy();
   int taken = 0;
   for (int i = 0; i < 400; ++i) taken += post("GET", "screen");
@@ -76,14 +76,14 @@ TEST_F(a_clerk, has_room_for_others_when_one_token_asks_for_all_there_is) {
   EXPECT_TRUE(post("POST", "another operator"));
 }
 
-TEST_F(a_clerk, has_room_for_what_does_something_however_many_look) {
+TEST_F(AClerk, HasRoomForWhatDoesSomethingHoweverManyLook) {
   occupy();
   for (int i = 0; i < 400; ++i) post("GET", "screen " + std::to_string(i));
   EXPECT_FALSE(post("GET", "one more"));
   EXPECT_TRUE(post("POST", "operator"));
 }
 
-TEST_F(a_clerk, takes_what_does_something_before_what_only_looks_and_each_in_its_order) {
+TEST_F(AClerk, TakesWhatDoesSomethingBeforeWhatOnlyLooksAndEachInItsOrder) {
   occupy();
   post("GET", "a");
   post("GET", "b");

@@ -36,7 +36,7 @@ class Nowhere final : public HttpServer::Impl {
   void stop_listening() override {}
 };
 
-struct connections : ::testing::Test {
+struct Connections : ::testing::Test {
   std::shared_ptr<Client> connect(const std::string& peer) {
     auto client = std::make_shared<Client>(peer, server);
     server->add(client);
@@ -48,7 +48,7 @@ struct connections : ::testing::Test {
   std::vector<std::shared_ptr<Client>> all;
 };
 
-TEST_F(connections, of_one_ipv6_network_count_as_one_hosts) {
+TEST_F(Connections, OfOneIpv6NetworkCountAsOneHosts) {
   for (int i = 0; i < 31; ++i) connect("10.0.0." + std::to_string(i + 1));
   for (int i = 0; i < 400; ++i) connect("2001:db8::" + std::to_string(i + 1));
   for (int i = 0; i < 31; ++i) EXPECT_FALSE(all[i]->gone) << i;
@@ -56,7 +56,7 @@ TEST_F(connections, of_one_ipv6_network_count_as_one_hosts) {
   EXPECT_FALSE(all.back()->gone);
 }
 
-TEST(a_network, is_of_ipv6_what_a_host_has_all_of) {
+TEST(ANetwork, IsOfIpv6WhatAHostHasAllOf) {
   EXPECT_EQ(network_of("2001:db8::1"), network_of("2001:db8::ffff:2"));
   EXPECT_NE(network_of("2001:db8::1"), network_of("2001:db8:0:1::1"));
   EXPECT_EQ(network_of("fe80::1%eth0"), network_of("fe80::2%eth0"));

@@ -45,8 +45,8 @@ std::vector<Event> events_in(const std::string& text) {
 }
 
 /// What a service says of itself, made up; keeps as much as one.
-struct a_feed : ::testing::Test {
-  a_feed() { history.emplace_back(); }
+struct AFeed : ::testing::Test {
+  AFeed() { history.emplace_back(); }
 
   void happen(bool touch = false) {
     Status next;
@@ -101,7 +101,7 @@ struct a_feed : ::testing::Test {
                  [this] { return now; }};
 };
 
-TEST_F(a_feed, begins_with_the_current_status_and_goes_on_with_each_change) {
+TEST_F(AFeed, BeginsWithTheCurrentStatusAndGoesOnWithEachChange) {
   for (int i = 0; i < 5; ++i) happen();
   const auto stream = feed.follow({});
   std::vector<Event> events = take(*stream);
@@ -118,7 +118,7 @@ TEST_F(a_feed, begins_with_the_current_status_and_goes_on_with_each_change) {
   EXPECT_TRUE(take(*stream).empty());
 }
 
-TEST_F(a_feed, of_an_idle_daemon_says_that_it_is_idle) {
+TEST_F(AFeed, OfAnIdleDaemonSaysThatItIsIdle) {
   const auto stream = feed.follow({});
   const std::vector<Event> events = take(*stream);
   ASSERT_EQ(events.size(), 1u);
@@ -126,7 +126,7 @@ TEST_F(a_feed, of_an_idle_daemon_says_that_it_is_idle) {
   EXPECT_EQ(events[0].data["phase"], "idle");
 }
 
-TEST_F(a_feed, tells_of_a_touch_behind_the_status_that_counts_it) {
+TEST_F(AFeed, TellsOfATouchBehindTheStatusThatCountsIt) {
   const auto stream = feed.follow({});
   take(*stream);
   happen(true);
@@ -143,7 +143,7 @@ TEST_F(a_feed, tells_of_a_touch_behind_the_status_that_counts_it) {
   EXPECT_TRUE(events[1].data["residual_mm"].is_null());
 }
 
-TEST_F(a_feed, whose_connection_breaks_anywhere_goes_on_without_a_loss_or_a_double) {
+TEST_F(AFeed, WhoseConnectionBreaksAnywhereGoesOnWithoutALossOrADouble) {
   std::mt19937 random(7);
   std::optional<EventId> since;
   auto stream = feed.follow(since);
@@ -179,14 +179,14 @@ TEST_F(a_feed, whose_connection_breaks_anywhere_goes_on_without_a_loss_or_a_doub
   EXPECT_GE(seen_touches.size() + 5, touches);
 }
 
-TEST_F(a_feed, gives_all_that_is_newer_than_the_number_that_a_client_has) {
+TEST_F(AFeed, GivesAllThatIsNewerThanTheNumberThatAClientHas) {
   for (int i = 0; i < 300; ++i) happen(i % 20 == 0);
   EXPECT_EQ(take(*feed.follow(EventId{0, false})).size(), 315u);
   EXPECT_EQ(take(*feed.follow(EventId{299, false})).size(), 1u);
   EXPECT_TRUE(take(*feed.follow(EventId{300, false})).empty());
 }
 
-TEST_F(a_feed, gives_the_current_status_first_where_the_number_is_too_old_or_another_daemons) {
+TEST_F(AFeed, GivesTheCurrentStatusFirstWhereTheNumberIsTooOldOrAnotherDaemons) {
   for (int i = 0; i < 3000; ++i) happen();
   for (const std::uint64_t since : {std::uint64_t{1}, std::uint64_t{900'000}}) {
     const std::vector<Event> events = take(*feed.follow(EventId{since, false}));
@@ -195,7 +195,7 @@ TEST_F(a_feed, gives_the_current_status_first_where_the_number_is_too_old_or_ano
   }
 }
 
-TEST_F(a_feed, ends_for_a_follower_that_falls_behind) {
+TEST_F(AFeed, EndsForAFollowerThatFallsBehind) {
   const auto slow = feed.follow({}), quick = feed.follow({});
   take(*slow);
   take(*quick);
@@ -207,7 +207,7 @@ TEST_F(a_feed, ends_for_a_follower_that_falls_behind) {
   EXPECT_EQ(take(*quick).back().id, "3000");
 }
 
-TEST_F(a_feed, gives_of_changes_of_words_alone_that_came_together_the_newest) {
+TEST_F(AFeed, GivesOfChangesOfWordsAloneThatCameTogetherTheNewest) {
   const auto stream = feed.follow({});
   take(*stream);
   const auto change = [this](Phase phase, const std::string& words) {
@@ -229,13 +229,13 @@ TEST_F(a_feed, gives_of_changes_of_words_alone_that_came_together_the_newest) {
   EXPECT_EQ(take(*feed.follow(EventId{101, false})).size(), 1u);
 }
 
-TEST_F(a_feed, never_gives_more_than_a_bounded_piece_at_once) {
+TEST_F(AFeed, NeverGivesMoreThanABoundedPieceAtOnce) {
   const auto stream = feed.follow(EventId{0, false});
   for (int i = 0; i < 500; ++i) happen();
   EXPECT_LT(stream->next()->size(), 200'000u);
 }
 
-TEST_F(a_feed, gives_the_newest_joints_at_most_five_times_a_second_and_without_a_number) {
+TEST_F(AFeed, GivesTheNewestJointsAtMostFiveTimesASecondAndWithoutANumber) {
   happen();
   const auto stream = feed.follow({});
   take(*stream);
@@ -257,7 +257,7 @@ TEST_F(a_feed, gives_the_newest_joints_at_most_five_times_a_second_and_without_a
   EXPECT_NEAR(newest, 1.9 * 57.29577951, 12.0);
 }
 
-TEST_F(a_feed, that_is_quiet_says_now_and_then_that_it_lives) {
+TEST_F(AFeed, ThatIsQuietSaysNowAndThenThatItLives) {
   const auto stream = feed.follow({});
   take(*stream);
   EXPECT_EQ(*stream->next(), "");
@@ -266,7 +266,7 @@ TEST_F(a_feed, that_is_quiet_says_now_and_then_that_it_lives) {
   EXPECT_EQ(*stream->next(), "");
 }
 
-TEST(an_event_id, is_a_number_with_or_without_its_touch) {
+TEST(AnEventId, IsANumberWithOrWithoutItsTouch) {
   EXPECT_EQ(parse_event_id("57")->seq, 57u);
   EXPECT_FALSE(parse_event_id("57")->touch);
   EXPECT_TRUE(parse_event_id("57.1")->touch);

@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-struct an_api : ::testing::Test, testing::WithoutHardware {
+struct AnApi : ::testing::Test, testing::WithoutHardware {
   Response ask(const std::string& method, const std::string& target, const std::string& body = "") {
     return *api.answer(local(method, target, body));
   }
@@ -31,7 +31,7 @@ struct an_api : ::testing::Test, testing::WithoutHardware {
   Api api{service, journal};
 };
 
-TEST_F(an_api, answers_status_and_abort_while_the_journal_waits_for_a_stalled_disk) {
+TEST_F(AnApi, AnswersStatusAndAbortWhileTheJournalWaitsForAStalledDisk) {
   testing::StallingDisk disk;
   Journal stalled(dir / "stalled.db");
   SessionService idle{{stalled, dir.path(), {}, {}}};
@@ -55,7 +55,7 @@ TEST_F(an_api, answers_status_and_abort_while_the_journal_waits_for_a_stalled_di
   writer.join();
 }
 
-TEST_F(an_api, tells_of_the_session_that_a_killed_daemon_left) {
+TEST_F(AnApi, TellsOfTheSessionThatAKilledDaemonLeft) {
   {
     Journal left(dir / "left.db");
     const std::int64_t id = left.begin({"c", "c", "r", "r", "{}"}, "2026-01-01T00:00:00.000Z");
@@ -73,7 +73,7 @@ TEST_F(an_api, tells_of_the_session_that_a_killed_daemon_left) {
   EXPECT_TRUE(json::parse(status_to_json(service.status()))["interrupted"].is_null());
 }
 
-TEST_F(an_api, begins_no_session_while_something_else_has_the_devices) {
+TEST_F(AnApi, BeginsNoSessionWhileSomethingElseHasTheDevices) {
   const std::string run = json{{"cell", CELLCAL_DEMO_CELL}}.dump();
   service.hold("the doctor is looking");
   const Response busy = ask("POST", "/v1/run", run);
@@ -89,13 +89,13 @@ TEST_F(an_api, begins_no_session_while_something_else_has_the_devices) {
   EXPECT_THROW(service.hold("too late"), BusyError);
 }
 
-TEST_F(an_api, without_a_doctor_within_says_what_to_use) {
+TEST_F(AnApi, WithoutADoctorWithinSaysWhatToUse) {
   for (const char* path : {"/v1/doctor", "/v1/readiness"}) EXPECT_EQ(ask("GET", path).status, 404);
   EXPECT_NE(error(ask("POST", "/v1/doctor", R"({"cell": "/c"})")).find("cellcal doctor"),
             std::string::npos);
 }
 
-TEST_F(an_api, opens_none_of_the_journals_files_as_a_cell_file) {
+TEST_F(AnApi, OpensNoneOfTheJournalsFilesAsACellFile) {
   for (const auto& file : journal.files()) {
     const Response no = ask("POST", "/v1/run", json{{"cell", file.string()}}.dump());
     EXPECT_EQ(no.status, 422);
@@ -103,7 +103,7 @@ TEST_F(an_api, opens_none_of_the_journals_files_as_a_cell_file) {
   }
 }
 
-TEST_F(an_api, is_idle_at_first) {
+TEST_F(AnApi, IsIdleAtFirst) {
   const Response response = ask("GET", "/v1/status");
   EXPECT_EQ(response.status, 200);
   const json status = json::parse(response.body);
@@ -116,7 +116,7 @@ TEST_F(an_api, is_idle_at_first) {
   EXPECT_FALSE(status["version"].get<std::string>().empty());
 }
 
-TEST(a_status, holds_the_quality_of_both_links_in_the_units_that_its_keys_name) {
+TEST(AStatus, HoldsTheQualityOfBothLinksInTheUnitsThatItsKeysName) {
   LinkReport report;
   report.open = true;
   report.robot.cycle_s = 0.004;
@@ -153,7 +153,7 @@ TEST(a_status, holds_the_quality_of_both_links_in_the_units_that_its_keys_name) 
   EXPECT_EQ(contact.at("late_ms").at("over"), 0);
 }
 
-TEST_F(an_api, knows_its_resources_and_their_methods) {
+TEST_F(AnApi, KnowsItsResourcesAndTheirMethods) {
   EXPECT_EQ(ask("GET", "/").status, 404);
   EXPECT_EQ(ask("GET", "/v1/stat").status, 404);
   EXPECT_EQ(ask("GET", "/v1/run").status, 405);
@@ -161,7 +161,7 @@ TEST_F(an_api, knows_its_resources_and_their_methods) {
   EXPECT_EQ(ask("POST", "/v1/status").status, 405);
 }
 
-TEST_F(an_api, refuses_run_requests_that_are_wrong_in_themselves) {
+TEST_F(AnApi, RefusesRunRequestsThatAreWrongInThemselves) {
   for (const char* body :
        {"", "{", "[]", "7", "null", "{\"cell\": 3}", "{}", "{\"cell\": \"/x\", \"colour\": 1}",
         "{\"cell\": \"/x\", \"touches\": \"many\"}", "{\"cell\": \"/x\", \"touches\": -4}",
@@ -175,7 +175,7 @@ TEST_F(an_api, refuses_run_requests_that_are_wrong_in_themselves) {
   EXPECT_EQ(ask("POST", "/v1/run", std::string(60000, '[')).status, 400);
 }
 
-TEST_F(an_api, refuses_run_requests_whose_files_cannot_be_used) {
+TEST_F(AnApi, RefusesRunRequestsWhoseFilesCannotBeUsed) {
   const Response relative = ask("POST", "/v1/run", R"({"cell": "cell.toml"})");
   EXPECT_EQ(relative.status, 422);
   EXPECT_NE(error(relative).find("absolute"), std::string::npos);
@@ -190,12 +190,12 @@ TEST_F(an_api, refuses_run_requests_whose_files_cannot_be_used) {
   EXPECT_TRUE(journal.sessions().empty()) << "nothing of it may begin a session";
 }
 
-TEST_F(an_api, has_nothing_to_resume_and_nothing_to_abort) {
+TEST_F(AnApi, HasNothingToResumeAndNothingToAbort) {
   EXPECT_EQ(ask("POST", "/v1/run", R"({"resume": true})").status, 422);
   EXPECT_EQ(ask("POST", "/v1/abort").status, 409);
 }
 
-TEST_F(an_api, does_not_begin_where_the_backend_cannot_be_put_together) {
+TEST_F(AnApi, DoesNotBeginWhereTheBackendCannotBePutTogether) {
   const std::string request = json{{"cell", CELLCAL_DEMO_CELL}}.dump();
   const Response response = ask("POST", "/v1/run", request);
   EXPECT_EQ(response.status, 422) << response.body;
@@ -205,7 +205,7 @@ TEST_F(an_api, does_not_begin_where_the_backend_cannot_be_put_together) {
   EXPECT_EQ(ask("POST", "/v1/run", request).status, 422);
 }
 
-TEST_F(an_api, lists_sessions_and_shows_one) {
+TEST_F(AnApi, ListsSessionsAndShowsOne) {
   const std::int64_t id = journal.begin({"/c/cell.toml", "c", "r", "r", "{}"}, "t0");
   journal.note(id, "t1", "bytes \xff of a device");
   journal.record(id, RecordEnd{Ending::kFailed, "no-contact: S2"}, "t2");
@@ -218,7 +218,7 @@ TEST_F(an_api, lists_sessions_and_shows_one) {
   EXPECT_EQ(ask("GET", "/v1/sessions/1/report.html").status, 404);
 }
 
-TEST_F(an_api, says_where_the_time_of_a_session_went) {
+TEST_F(AnApi, SaysWhereTheTimeOfASessionWent) {
   const std::int64_t id = journal.begin({"/c/cell.toml", "c", "r", "r", "{}"}, "t0");
   using enum Phase;
   journal.note(id, RecordChange{.change = {kPlanning, kTransit}, .clock_s = 10.0});
@@ -235,7 +235,7 @@ TEST_F(an_api, says_where_the_time_of_a_session_went) {
   EXPECT_DOUBLE_EQ(times["activities"][0]["total_s"], 2.0);
 }
 
-TEST_F(an_api, never_lets_a_request_name_a_file) {
+TEST_F(AnApi, NeverLetsARequestNameAFile) {
   journal.begin({"/c/cell.toml", "c", "r", "r", "{}"}, "t0");
   for (const char* target :
        {"/v1/sessions/2", "/v1/sessions/-1", "/v1/sessions/", "/v1/sessions/1/", "/v1/sessionsX",
@@ -246,7 +246,7 @@ TEST_F(an_api, never_lets_a_request_name_a_file) {
   }
 }
 
-TEST_F(an_api, gives_the_touches_of_an_unfinished_session) {
+TEST_F(AnApi, GivesTheTouchesOfAnUnfinishedSession) {
   const std::string robot = R"(format = "cellcal.robot/1"
 name = "n"
 source = "s"
@@ -289,7 +289,7 @@ sigma_mm = 0.03
   EXPECT_NE(csv.body.find("S1"), std::string::npos);
 }
 
-TEST_F(an_api, waits_for_news_unless_there_are_some) {
+TEST_F(AnApi, WaitsForNewsUnlessThereAreSome) {
   EXPECT_FALSE(api.answer(local("GET", "/v1/watch?since=0"), false));
   const Response late = *api.answer(local("GET", "/v1/watch?since=0"), true);
   EXPECT_EQ(late.status, 200);
@@ -299,7 +299,7 @@ TEST_F(an_api, waits_for_news_unless_there_are_some) {
   }
 }
 
-TEST(a_target, is_split_at_its_marks) {
+TEST(ATarget, IsSplitAtItsMarks) {
   const Request request = parse_target("GET", "/a/b?x=1&y=&z&x=2", "body");
   EXPECT_EQ(request.path, "/a/b");
   EXPECT_EQ(request.query.at("x"), "1");

@@ -94,7 +94,7 @@ std::string raw(const std::filesystem::path& socket, const std::string& bytes, b
   return answer;
 }
 
-TEST(a_server, answers_a_client) {
+TEST(AServer, AnswersAClient) {
   const TemporaryDirectory dir;
   const ServedOnSocket served(dir / "s");
   const Response response = http_request(dir / "s", "POST", "/v1/x?y=1", "12345");
@@ -103,7 +103,7 @@ TEST(a_server, answers_a_client) {
   EXPECT_EQ(response.type, "text/plain");
 }
 
-TEST(a_server, lets_owner_and_group_in_and_nobody_else) {
+TEST(AServer, LetsOwnerAndGroupInAndNobodyElse) {
   const TemporaryDirectory dir;
   const ServedOnSocket served(dir / "s");
   struct stat info {};
@@ -111,7 +111,7 @@ TEST(a_server, lets_owner_and_group_in_and_nobody_else) {
   EXPECT_EQ(info.st_mode & 0777, 0660u);
 }
 
-TEST(a_server, replaces_the_socket_of_a_dead_one_and_removes_its_own) {
+TEST(AServer, ReplacesTheSocketOfADeadOneAndRemovesItsOwn) {
   const TemporaryDirectory dir;
   const int fd = ::socket(AF_UNIX, SOCK_STREAM, 0);
   sockaddr_un address{};
@@ -126,7 +126,7 @@ TEST(a_server, replaces_the_socket_of_a_dead_one_and_removes_its_own) {
   EXPECT_FALSE(std::filesystem::exists(dir / "s"));
 }
 
-TEST(a_server, refuses_to_push_a_living_one_aside) {
+TEST(AServer, RefusesToPushALivingOneAside) {
   const TemporaryDirectory dir;
   const ServedOnSocket served(dir / "s");
   boost::asio::io_context context;
@@ -139,7 +139,7 @@ TEST(a_server, refuses_to_push_a_living_one_aside) {
   EXPECT_EQ(http_request(dir / "s", "GET", "/").status, 200);
 }
 
-TEST(a_server, does_not_remove_a_file_that_is_no_socket) {
+TEST(AServer, DoesNotRemoveAFileThatIsNoSocket) {
   const TemporaryDirectory dir;
   std::ofstream(dir / "s") << "mine";
   boost::asio::io_context context;
@@ -147,7 +147,7 @@ TEST(a_server, does_not_remove_a_file_that_is_no_socket) {
   EXPECT_TRUE(std::filesystem::exists(dir / "s"));
 }
 
-TEST(a_server, says_where_it_cannot_listen) {
+TEST(AServer, SaysWhereItCannotListen) {
   boost::asio::io_context context;
   for (const std::string& path : {std::string("/nonexistent/s"), std::string(200, 'x')}) {
     try {
@@ -159,7 +159,7 @@ TEST(a_server, says_where_it_cannot_listen) {
   }
 }
 
-TEST(a_server, refuses_what_is_not_http_and_lives_on) {
+TEST(AServer, RefusesWhatIsNotHttpAndLivesOn) {
   const TemporaryDirectory dir;
   const ServedOnSocket served(dir / "s");
   for (const std::string& bytes :
@@ -174,7 +174,7 @@ TEST(a_server, refuses_what_is_not_http_and_lives_on) {
   EXPECT_EQ(http_request(dir / "s", "GET", "/").status, 200);
 }
 
-TEST(a_server, refuses_a_body_that_is_too_long_before_it_is_sent) {
+TEST(AServer, RefusesABodyThatIsTooLongBeforeItIsSent) {
   const TemporaryDirectory dir;
   const ServedOnSocket served(dir / "s");
   const std::string head = "POST /v1/run HTTP/1.1\r\nContent-Length: 70000\r\n\r\n";
@@ -182,7 +182,7 @@ TEST(a_server, refuses_a_body_that_is_too_long_before_it_is_sent) {
   EXPECT_EQ(http_request(dir / "s", "POST", "/", std::string(60000, 'x')).status, 200);
 }
 
-TEST(a_server, takes_a_file_from_whom_it_admits_and_of_nobody_else) {
+TEST(AServer, TakesAFileFromWhomItAdmitsAndOfNobodyElse) {
   const TemporaryDirectory dir;
   boost::asio::io_context context;
   std::size_t got = 0;
@@ -224,14 +224,14 @@ TEST(a_server, takes_a_file_from_whom_it_admits_and_of_nobody_else) {
   thread.join();
 }
 
-TEST(a_server, refuses_a_header_without_end) {
+TEST(AServer, RefusesAHeaderWithoutEnd) {
   const TemporaryDirectory dir;
   const ServedOnSocket served(dir / "s");
   const std::string endless = "GET / HTTP/1.1\r\nX: " + std::string(100000, 'a');
   EXPECT_EQ(raw(dir / "s", endless, false).rfind("HTTP/1.1 431", 0), 0u);
 }
 
-TEST(a_server, survives_clients_that_leave_in_the_middle) {
+TEST(AServer, SurvivesClientsThatLeaveInTheMiddle) {
   const TemporaryDirectory dir;
   const ServedOnSocket served(dir / "s");
   const std::string whole = "POST /v1/run HTTP/1.1\r\nContent-Length: 10\r\n\r\n0123456789";
@@ -242,7 +242,7 @@ TEST(a_server, survives_clients_that_leave_in_the_middle) {
   EXPECT_EQ(http_request(dir / "s", "GET", "/").status, 200);
 }
 
-TEST(a_server, gives_an_answer_that_had_to_wait) {
+TEST(AServer, GivesAnAnswerThatHadToWait) {
   const TemporaryDirectory dir;
   ServedOnSocket served(dir / "s");
   std::thread client(
@@ -275,7 +275,7 @@ class Idle {
   bool connected_ = false;
 };
 
-TEST(a_server, has_room_for_one_more_whoever_holds_its_connections) {
+TEST(AServer, HasRoomForOneMoreWhoeverHoldsItsConnections) {
   const TemporaryDirectory dir;
   const ServedOnSocket served(dir / "s");
   // Silent ones, ones in the middle of a request, and ones that wait for a change.
@@ -290,7 +290,7 @@ TEST(a_server, has_room_for_one_more_whoever_holds_its_connections) {
   }
 }
 
-TEST(a_server, ends_silent_connections_before_those_that_wait_for_an_answer) {
+TEST(AServer, EndsSilentConnectionsBeforeThoseThatWaitForAnAnswer) {
   const TemporaryDirectory dir;
   ServedOnSocket served(dir / "s");
   std::thread client(
@@ -304,7 +304,7 @@ TEST(a_server, ends_silent_connections_before_those_that_wait_for_an_answer) {
   client.join();
 }
 
-TEST(a_server, answers_others_while_a_slow_request_waits) {
+TEST(AServer, AnswersOthersWhileASlowRequestWaits) {
   const TemporaryDirectory dir;
   ServedOnSocket served(dir / "s");
   std::atomic<bool> answered{false};
@@ -319,7 +319,7 @@ TEST(a_server, answers_others_while_a_slow_request_waits) {
   client.join();
 }
 
-TEST(a_server, whose_slow_requests_pile_up_says_so_and_answers_the_others) {
+TEST(AServer, WhoseSlowRequestsPileUpSaysSoAndAnswersTheOthers) {
   const TemporaryDirectory dir;
   ServedOnSocket served(dir / "s");
   std::vector<Idle> waiting;
@@ -332,7 +332,7 @@ TEST(a_server, whose_slow_requests_pile_up_says_so_and_answers_the_others) {
   served.released.set_value();
 }
 
-TEST(a_server, serves_many_clients_one_after_the_other) {
+TEST(AServer, ServesManyClientsOneAfterTheOther) {
   const TemporaryDirectory dir;
   const ServedOnSocket served(dir / "s");
   for (int i = 0; i < 200; ++i) {
@@ -340,7 +340,7 @@ TEST(a_server, serves_many_clients_one_after_the_other) {
   }
 }
 
-TEST(a_client, says_that_there_is_no_daemon_and_what_to_do) {
+TEST(AClient, SaysThatThereIsNoDaemonAndWhatToDo) {
   const TemporaryDirectory dir;
   try {
     http_request(dir / "none.sock", "GET", "/");

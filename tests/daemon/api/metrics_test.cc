@@ -75,12 +75,12 @@ Status busy() {
   return status;
 }
 
-TEST(the_metrics, are_well_formed_also_where_next_to_nothing_is_known) {
+TEST(TheMetrics, AreWellFormedAlsoWhereNextToNothingIsKnown) {
   EXPECT_EQ(scrape(metrics_text({}, {}, nullptr)).wrong, "");
   EXPECT_EQ(scrape(metrics_text(busy(), {}, nullptr)).wrong, "");
 }
 
-TEST(the_metrics, say_what_status_and_journal_say_in_base_units) {
+TEST(TheMetrics, SayWhatStatusAndJournalSayInBaseUnits) {
   std::vector<SessionRecord> sessions(3);
   sessions[0].state = RecordState::kFailed;
   sessions[1].state = sessions[2].state = RecordState::kDone;
@@ -109,7 +109,7 @@ TEST(the_metrics, say_what_status_and_journal_say_in_base_units) {
   EXPECT_FALSE(samples.contains("cellcal_session_u95_meters")) << "not known";
 }
 
-TEST(the_metrics, have_the_zeros_of_the_newest_result_with_names_escaped) {
+TEST(TheMetrics, HaveTheZerosOfTheNewestResultWithNamesEscaped) {
   calib::Calibration newest;
   newest.cell.robot.joints.resize(1);
   newest.cell.robot.joints[0].name = "A\"1\\\n";
@@ -124,7 +124,7 @@ TEST(the_metrics, have_the_zeros_of_the_newest_result_with_names_escaped) {
               1e-5);
 }
 
-TEST(the_dashboard, asks_for_metrics_that_there_are) {
+TEST(TheDashboard, AsksForMetricsThatThereAre) {
   calib::Calibration newest;
   newest.check.count = 1;
   Status status = busy();

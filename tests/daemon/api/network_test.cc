@@ -101,20 +101,20 @@ std::string ask(const ServedOnPort& served, const std::string& path) {
   return peer.read_all();
 }
 
-TEST(a_network_server, answers_and_hands_on_the_headers) {
+TEST(ANetworkServer, AnswersAndHandsOnTheHeaders) {
   const ServedOnPort served;
   const std::string answer = ask(served, "/a");
   EXPECT_EQ(answer.rfind("HTTP/1.1 200", 0), 0u) << answer;
   EXPECT_NE(answer.find("GET /a word"), std::string::npos) << answer;
 }
 
-TEST(a_network_server, asks_nobody_for_the_answer_to_one_who_is_not_admitted) {
+TEST(ANetworkServer, AsksNobodyForTheAnswerToOneWhoIsNotAdmitted) {
   const ServedOnPort served;
   EXPECT_EQ(ask(served, "/no").rfind("HTTP/1.1 401", 0), 0u);
   EXPECT_EQ(served.asked, 0);
 }
 
-TEST(a_network_server, refuses_what_is_not_http_so_that_its_sender_can_read_why) {
+TEST(ANetworkServer, RefusesWhatIsNotHttpSoThatItsSenderCanReadWhy) {
   const ServedOnPort served;
   TcpPeer garbage(served.port(), std::string(200'000, '\xff'));
   EXPECT_EQ(garbage.read_all().rfind("HTTP/1.1 4", 0), 0u);
@@ -123,14 +123,14 @@ TEST(a_network_server, refuses_what_is_not_http_so_that_its_sender_can_read_why)
   EXPECT_EQ(ask(served, "/a").rfind("HTTP/1.1 200", 0), 0u);
 }
 
-TEST(a_network_server, ends_a_connection_whose_request_does_not_come) {
+TEST(ANetworkServer, EndsAConnectionWhoseRequestDoesNotCome) {
   const ServedOnPort served({.request = std::chrono::milliseconds(50)});
   TcpPeer silent(served.port()), halfway(served.port(), "GET / HTTP/1.1\r\nHo");
   EXPECT_EQ(silent.read_all(), "");
   EXPECT_EQ(halfway.read_all(), "");
 }
 
-TEST(a_network_server, tells_followers_each_piece_once_and_as_it_comes) {
+TEST(ANetworkServer, TellsFollowersEachPieceOnceAndAsItComes) {
   ServedOnPort served;
   TcpPeer peer(served.port(), kFollow);
   const std::string head = peer.read_until("\r\n\r\n");
@@ -147,7 +147,7 @@ TEST(a_network_server, tells_followers_each_piece_once_and_as_it_comes) {
   }
 }
 
-TEST(a_network_server, does_not_ask_for_news_as_often_as_it_is_poked) {
+TEST(ANetworkServer, DoesNotAskForNewsAsOftenAsItIsPoked) {
   ServedOnPort served;
   TcpPeer peer(served.port(), kFollow);
   peer.read_until("\r\n\r\n");
@@ -164,7 +164,7 @@ TEST(a_network_server, does_not_ask_for_news_as_often_as_it_is_poked) {
   EXPECT_LT(asked_for_news, 300);
 }
 
-TEST(a_network_server, keeps_fifty_followers_whatever_else_connects) {
+TEST(ANetworkServer, KeepsFiftyFollowersWhateverElseConnects) {
   ServedOnPort served;
   std::vector<TcpPeer> followers;
   for (int i = 0; i < 50; ++i) {
@@ -183,7 +183,7 @@ TEST(a_network_server, keeps_fifty_followers_whatever_else_connects) {
   }
 }
 
-TEST(a_network_server, refuses_followers_beyond_its_number_and_answers_requests_all_the_same) {
+TEST(ANetworkServer, RefusesFollowersBeyondItsNumberAndAnswersRequestsAllTheSame) {
   ServedOnPort served;
   std::list<TcpPeer> followers;
   for (int i = 0; i < 80; ++i) {
@@ -200,7 +200,7 @@ TEST(a_network_server, refuses_followers_beyond_its_number_and_answers_requests_
   }
 }
 
-TEST(a_network_server, lets_no_caller_keep_the_others_from_following) {
+TEST(ANetworkServer, LetsNoCallerKeepTheOthersFromFollowing) {
   ServedOnPort served;
   const auto follow = [&](const char* name) {
     TcpPeer peer(served.port(),
@@ -220,7 +220,7 @@ TEST(a_network_server, lets_no_caller_keep_the_others_from_following) {
   EXPECT_NE(greedy.front().first.read_until("tick 1\n").find("tick 1\n"), std::string::npos);
 }
 
-TEST(a_network_server, refuses_a_header_that_decides_and_is_there_twice) {
+TEST(ANetworkServer, RefusesAHeaderThatDecidesAndIsThereTwice) {
   ServedOnPort served;
   for (const char* twice : {"Host: a\r\nHost: b", "Host: a\r\nOrigin: http://a\r\nORIGIN: http://b",
                             "Host: a\r\nAuthorization: Bearer x\r\nauthorization: Bearer y"}) {
@@ -230,7 +230,7 @@ TEST(a_network_server, refuses_a_header_that_decides_and_is_there_twice) {
   EXPECT_EQ(served.asked, 0);
 }
 
-TEST(a_network_server, calls_off_what_only_looks_where_it_stops) {
+TEST(ANetworkServer, CallsOffWhatOnlyLooksWhereItStops) {
   auto served = std::make_unique<ServedOnPort>();
   TcpPeer peer(served->port(), "GET /long/slow HTTP/1.1\r\nHost: a\r\n\r\n");
   while (served->asked == 0) std::this_thread::yield();
@@ -238,7 +238,7 @@ TEST(a_network_server, calls_off_what_only_looks_where_it_stops) {
   EXPECT_FALSE(peer.read_all().starts_with("HTTP/1.1 200"));
 }
 
-TEST(a_network_server, cuts_a_follower_that_does_not_read) {
+TEST(ANetworkServer, CutsAFollowerThatDoesNotRead) {
   ServedOnPort served({.follower = std::chrono::milliseconds(200)});
   TcpPeer slow(served.port(), "GET /endless HTTP/1.1\r\nHost: x\r\n\r\n", 4096);
   TcpPeer quick(served.port(), kFollow);
@@ -250,7 +250,7 @@ TEST(a_network_server, cuts_a_follower_that_does_not_read) {
   EXPECT_NE(quick.read_until("tick 1\n").find("tick 1"), std::string::npos);
 }
 
-TEST(a_network_server, ends_a_follower_that_sends_more) {
+TEST(ANetworkServer, EndsAFollowerThatSendsMore) {
   ServedOnPort served;
   TcpPeer peer(served.port(), kFollow);
   peer.read_until("\r\n\r\n");
@@ -258,7 +258,7 @@ TEST(a_network_server, ends_a_follower_that_sends_more) {
   peer.read_all();  // returns: it was closed
 }
 
-TEST(a_network_server, holds_no_more_of_large_answers_than_it_has_room_for) {
+TEST(ANetworkServer, HoldsNoMoreOfLargeAnswersThanItHasRoomFor) {
   for (const std::string path : {"/large", "/large/slow"}) {
     const ServedOnPort served({.answer_bytes = 2 * kLarge});
     const std::string request = "GET " + path + " HTTP/1.1\r\nHost: x\r\n\r\n";
@@ -278,14 +278,14 @@ TEST(a_network_server, holds_no_more_of_large_answers_than_it_has_room_for) {
   }
 }
 
-TEST(a_network_server, gives_an_answer_that_is_larger_than_all_it_has_room_for_alone) {
+TEST(ANetworkServer, GivesAnAnswerThatIsLargerThanAllItHasRoomForAlone) {
   const ServedOnPort served({.answer_bytes = kLarge / 2});
   TcpPeer slow(served.port(), "GET /large HTTP/1.1\r\nHost: x\r\n\r\n", 4096);
   EXPECT_EQ(slow.read_until("\r\n\r\n").rfind("HTTP/1.1 200", 0), 0u);
   EXPECT_EQ(ask(served, "/large").rfind("HTTP/1.1 503", 0), 0u);
 }
 
-TEST(a_network_server, counts_no_answer_that_was_taken_whatever_its_reader_does_then) {
+TEST(ANetworkServer, CountsNoAnswerThatWasTakenWhateverItsReaderDoesThen) {
   const ServedOnPort served({.answer_bytes = kLarge});
   std::list<TcpPeer> stay;
   for (int i = 0; i < 3; ++i) {
@@ -298,7 +298,7 @@ TEST(a_network_server, counts_no_answer_that_was_taken_whatever_its_reader_does_
   }
 }
 
-TEST(a_network_server, does_nothing_that_has_waited_for_too_long_behind_others) {
+TEST(ANetworkServer, DoesNothingThatHasWaitedForTooLongBehindOthers) {
   ServedOnPort served({.queue = std::chrono::milliseconds(20)});
   TcpPeer first(served.port(), "GET /gate HTTP/1.1\r\nHost: x\r\n\r\n");
   while (served.asked == 0) std::this_thread::yield();
@@ -315,7 +315,7 @@ TEST(a_network_server, does_nothing_that_has_waited_for_too_long_behind_others) 
   EXPECT_EQ(served.asked, 3) << "the gate, /a and the look";
 }
 
-TEST(a_network_server, says_where_it_cannot_listen) {
+TEST(ANetworkServer, SaysWhereItCannotListen) {
   const ServedOnPort served;
   boost::asio::io_context context;
   for (const NetworkAddress& address :

@@ -41,7 +41,7 @@ std::string lower(std::string text) {
   return text;
 }
 
-TEST(the_description, names_every_route_of_the_table_with_its_role_and_no_other) {
+TEST(TheDescription, NamesEveryRouteOfTheTableWithItsRoleAndNoOther) {
   std::set<std::string> there, documented;
   for (const Api::Route& route : Api::routes()) {
     there.insert(lower(route.method) + " " + route.path + " " + to_string(route.role));
@@ -54,7 +54,7 @@ TEST(the_description, names_every_route_of_the_table_with_its_role_and_no_other)
   EXPECT_EQ(there, documented);
 }
 
-TEST(the_description, says_of_every_parameter_in_a_path_what_it_is) {
+TEST(TheDescription, SaysOfEveryParameterInAPathWhatItIs) {
   for (const auto& [path, methods] : described().document().at("paths").items()) {
     const std::size_t open = path.find('{');
     if (open == std::string::npos) continue;
@@ -68,7 +68,7 @@ TEST(the_description, says_of_every_parameter_in_a_path_what_it_is) {
   }
 }
 
-TEST(the_description, refers_to_what_it_describes) {
+TEST(TheDescription, RefersToWhatItDescribes) {
   const json& schemas = described().document().at("components").at("schemas");
   const std::string text = described().document().dump();
   const std::string mark = "#/components/schemas/";
@@ -79,7 +79,7 @@ TEST(the_description, refers_to_what_it_describes) {
   }
 }
 
-struct a_described_api : ::testing::Test, testing::WithoutHardware {
+struct ADescribedApi : ::testing::Test, testing::WithoutHardware {
   static ScheduleConfig nightly() {
     ScheduleConfig config;
     ScheduledSession always;
@@ -165,7 +165,7 @@ struct a_described_api : ::testing::Test, testing::WithoutHardware {
   std::set<std::string> seen;
 };
 
-TEST_F(a_described_api, answers_as_it_is_described) {
+TEST_F(ADescribedApi, AnswersAsItIsDescribed) {
   SessionInputs inputs = read_inputs(CELLCAL_DEMO_CELL);
   inputs.options = options_to_json({});
   const std::int64_t id = journal.begin(inputs, "t0");
@@ -526,7 +526,7 @@ TEST_F(a_described_api, answers_as_it_is_described) {
   EXPECT_EQ(seen.size(), Api::routes().size()) << "a route was not asked";
 }
 
-TEST(a_described_chart, is_as_it_is_described_from_too_few_checks_to_an_alarm) {
+TEST(ADescribedChart, IsAsItIsDescribedFromTooFewChecksToAnAlarm) {
   testing::CheckedJournal checked;
   SessionService service{{checked.journal, checked.dir.path(), {}, {}}};
   Api api(service, checked.journal);
@@ -560,7 +560,7 @@ TEST(a_described_chart, is_as_it_is_described_from_too_few_checks_to_an_alarm) {
   EXPECT_NE(metrics.find("cellcal_drift_checks 10\n"), std::string::npos);
 }
 
-TEST_F(a_described_api, gives_the_plots_that_a_session_left_in_the_language_asked_for) {
+TEST_F(ADescribedApi, GivesThePlotsThatASessionLeftInTheLanguageAskedFor) {
   journal.begin({"/c/cell.toml", "c", "r", "r", "{}"}, "t");
   EXPECT_EQ(ask("GET", "/v1/sessions/1/plots", "", "/v1/sessions/{id}/plots").status, 404);
   const std::filesystem::path results = service.results_dir(1);
@@ -577,7 +577,7 @@ TEST_F(a_described_api, gives_the_plots_that_a_session_left_in_the_language_aske
   }
 }
 
-TEST_F(a_described_api, gives_its_lists_page_by_page) {
+TEST_F(ADescribedApi, GivesItsListsPageByPage) {
   for (int i = 0; i < 5; ++i) journal.begin({"/c/cell.toml", "c", "r", "r", "{}"}, "t");
   const json two = json::parse(ask("GET", "/v1/sessions?limit=2&before=4").body);
   ASSERT_EQ(two.size(), 2u);
@@ -610,7 +610,7 @@ TEST_F(a_described_api, gives_its_lists_page_by_page) {
   }
 }
 
-TEST(a_described_status, has_nothing_that_is_not_described_even_where_all_of_it_is_there) {
+TEST(ADescribedStatus, HasNothingThatIsNotDescribedEvenWhereAllOfItIsThere) {
   Status status;
   status.residual_m = status.goal_m = status.u95_m = status.mean_error_m = status.time_left_s = 1.0;
   status.waiting = Waiting{true, false, 3.0, "start it"};
@@ -649,7 +649,7 @@ TEST(a_described_status, has_nothing_that_is_not_described_even_where_all_of_it_
   }
 }
 
-TEST(a_described_status, that_is_not_as_described_is_found_out) {
+TEST(ADescribedStatus, ThatIsNotAsDescribedIsFoundOut) {
   const json sound = json::parse(status_to_json({}));
   json status = sound;
   EXPECT_EQ(described().complaint(status, std::string("Status")), "");

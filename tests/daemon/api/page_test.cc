@@ -22,7 +22,7 @@ std::string header(const Response& response, const std::string& name) {
   return "";
 }
 
-struct a_page : ::testing::Test, testing::WithoutHardware {
+struct APage : ::testing::Test, testing::WithoutHardware {
   Response ask(const std::string& target, const std::string& method = "GET") {
     Request request = parse_target(method, target, "");
     request.caller.role = Role::kView;
@@ -37,7 +37,7 @@ struct a_page : ::testing::Test, testing::WithoutHardware {
   Api api{service, journal, nullptr, page_answer};
 };
 
-TEST_F(a_page, comes_with_a_policy_that_lets_nothing_in_from_elsewhere) {
+TEST_F(APage, ComesWithAPolicyThatLetsNothingInFromElsewhere) {
   const Response page = ask("/");
   EXPECT_EQ(page.status, 200);
   EXPECT_EQ(page.type, "text/html; charset=utf-8");
@@ -49,7 +49,7 @@ TEST_F(a_page, comes_with_a_policy_that_lets_nothing_in_from_elsewhere) {
   EXPECT_EQ(header(page, "Cache-Control"), "no-cache");
 }
 
-TEST_F(a_page, is_not_sent_again_to_one_who_has_it) {
+TEST_F(APage, IsNotSentAgainToOneWhoHasIt) {
   Request again = parse_target("GET", "/", "");
   again.headers["if-none-match"] = header(ask("/"), "ETag");
   const Response same = *api.answer(again);
@@ -59,7 +59,7 @@ TEST_F(a_page, is_not_sent_again_to_one_who_has_it) {
   EXPECT_EQ(api.answer(again)->status, 200);
 }
 
-TEST_F(a_page, has_no_other_files_than_its_own) {
+TEST_F(APage, HasNoOtherFilesThanItsOwn) {
   for (const char* target : {"/page/", "/page/x.js", "/page/../journal.db", "//", "/index.html",
                              "/page/%2e%2e/tokens.json", "/v1", "/v1/"}) {
     EXPECT_EQ(ask(target).status, 404) << target;
@@ -67,7 +67,7 @@ TEST_F(a_page, has_no_other_files_than_its_own) {
   EXPECT_NE(ask("/", "POST").status, 200);
 }
 
-TEST_F(a_page, has_nothing_to_draw_before_the_first_session) {
+TEST_F(APage, HasNothingToDrawBeforeTheFirstSession) {
   EXPECT_EQ(ask("/v1/scene").status, 404);
   EXPECT_EQ(json::parse(ask("/v1/drift").body).at("sessions").size(), 0u);
   for (const char* target :
@@ -75,7 +75,7 @@ TEST_F(a_page, has_nothing_to_draw_before_the_first_session) {
     EXPECT_EQ(ask(target).status, 404) << target;
 }
 
-TEST_F(a_page, draws_the_cell_of_the_newest_session_or_of_the_one_that_is_asked_for) {
+TEST_F(APage, DrawsTheCellOfTheNewestSessionOrOfTheOneThatIsAskedFor) {
   const std::int64_t first = begin("no-contact: S2"), second = begin("no-contact: S3");
   EXPECT_EQ(json::parse(ask("/v1/scene").body).at("session"), second);
   const json scene = json::parse(ask("/v1/scene?session=" + std::to_string(first)).body);
@@ -86,7 +86,7 @@ TEST_F(a_page, draws_the_cell_of_the_newest_session_or_of_the_one_that_is_asked_
     EXPECT_EQ(ask(std::string("/v1/scene?session=") + session).status, 400) << session;
 }
 
-TEST_F(a_page, shows_the_touches_of_a_session_that_was_never_identified) {
+TEST_F(APage, ShowsTheTouchesOfASessionThatWasNeverIdentified) {
   const std::int64_t id = begin();
   calib::Touch touch;
   touch.joint_rad = {0.1, -1.2, 1.1, 0.4, 0.9, -0.7};
@@ -98,13 +98,13 @@ TEST_F(a_page, shows_the_touches_of_a_session_that_was_never_identified) {
   EXPECT_TRUE(figures.at("result").is_null());
 }
 
-TEST_F(a_page, says_why_there_is_no_plan_of_a_session_of_an_earlier_daemon) {
+TEST_F(APage, SaysWhyThereIsNoPlanOfASessionOfAnEarlierDaemon) {
   const Response none = ask("/v1/sessions/" + std::to_string(begin("x")) + "/plan");
   EXPECT_EQ(none.status, 404);
   EXPECT_NE(none.body.find("not in memory"), std::string::npos) << none.body;
 }
 
-TEST(a_plants_page, stands_at_the_collectors_own_door_and_at_no_cells) {
+TEST(APlantsPage, StandsAtTheCollectorsOwnDoorAndAtNoCells) {
   const auto of_cell = page_answer(parse_target("GET", "/", ""));
   const auto of_plant = page_answer_at(parse_target("GET", "/", ""), kFleetPage);
   ASSERT_TRUE(of_cell && of_plant);
@@ -113,14 +113,14 @@ TEST(a_plants_page, stands_at_the_collectors_own_door_and_at_no_cells) {
   EXPECT_FALSE(page_answer_at(parse_target("GET", "/fleet", ""), kFleetPage));
 }
 
-TEST_F(a_page, that_is_drawn_may_wait_for_the_disk_and_itself_does_not) {
+TEST_F(APage, ThatIsDrawnMayWaitForTheDiskAndItselfDoesNot) {
   for (const char* target :
        {"/v1/scene", "/v1/drift", "/v1/sessions/1/plan", "/v1/sessions/1/figures"})
     EXPECT_TRUE(Api::is_slow(parse_target("GET", target, ""))) << target;
   EXPECT_FALSE(Api::is_slow(parse_target("GET", "/", "")));
 }
 
-TEST_F(a_page, is_for_everybody_and_what_it_draws_is_not) {
+TEST_F(APage, IsForEverybodyAndWhatItDrawsIsNot) {
   const auto refused = [this](const char* target) {
     Request request = parse_target("GET", target, "");
     request.headers["host"] = "127.0.0.1:8080";

@@ -36,7 +36,7 @@ void make_certificate(const std::filesystem::path& certificate, const std::files
   ASSERT_EQ(std::system(command.c_str()), 0) << command;
 }
 
-struct a_tls_server : ::testing::Test {
+struct ATlsServer : ::testing::Test {
   void serve(ServerLimits limits = {}, const std::string& key = kEllipticKey) {
     make_certificate(dir / "c.pem", dir / "k.pem", key);
     server = std::make_unique<HttpServer>(
@@ -49,7 +49,7 @@ struct a_tls_server : ::testing::Test {
                     limits});
     thread = std::thread([this] { context.run(); });
   }
-  ~a_tls_server() override {
+  ~ATlsServer() override {
     if (!server) return;
     asio::post(context, [this] {
       server->stop();
@@ -81,7 +81,7 @@ struct a_tls_server : ::testing::Test {
   std::thread thread;
 };
 
-TEST_F(a_tls_server, answers_those_who_know_its_certificate) {
+TEST_F(ATlsServer, AnswersThoseWhoKnowItsCertificate) {
   serve();
   asio::ssl::context client(asio::ssl::context::tls_client);
   client.load_verify_file(dir / "c.pem");
@@ -90,7 +90,7 @@ TEST_F(a_tls_server, answers_those_who_know_its_certificate) {
   EXPECT_NE(answer.find("secret of /a"), std::string::npos) << answer;
 }
 
-TEST_F(a_tls_server, speaks_no_old_tls) {
+TEST_F(ATlsServer, SpeaksNoOldTls) {
   serve();
   asio::ssl::context client(asio::ssl::context::tls_client);
   client.load_verify_file(dir / "c.pem");
@@ -99,7 +99,7 @@ TEST_F(a_tls_server, speaks_no_old_tls) {
   EXPECT_THROW(get(client), boost::system::system_error);
 }
 
-TEST_F(a_tls_server, agrees_on_no_key_that_its_certificates_key_would_open_later) {
+TEST_F(ATlsServer, AgreesOnNoKeyThatItsCertificatesKeyWouldOpenLater) {
   serve({}, "rsa:2048");
   asio::ssl::context client(asio::ssl::context::tls_client);
   client.load_verify_file(dir / "c.pem");
@@ -109,20 +109,20 @@ TEST_F(a_tls_server, agrees_on_no_key_that_its_certificates_key_would_open_later
   EXPECT_THROW(get(client), boost::system::system_error);
 }
 
-TEST_F(a_tls_server, tells_browsers_to_come_back_over_tls_alone) {
+TEST_F(ATlsServer, TellsBrowsersToComeBackOverTlsAlone) {
   serve();
   asio::ssl::context client(asio::ssl::context::tls_client);
   client.load_verify_file(dir / "c.pem");
   EXPECT_NE(get(client).find("Strict-Transport-Security: max-age="), std::string::npos);
 }
 
-TEST_F(a_tls_server, tells_nothing_to_those_who_speak_without_tls) {
+TEST_F(ATlsServer, TellsNothingToThoseWhoSpeakWithoutTls) {
   serve();
   TcpPeer plain(server->port(), "GET /a HTTP/1.1\r\nHost: localhost\r\n\r\n");
   EXPECT_EQ(plain.read_all().find("secret"), std::string::npos);
 }
 
-TEST_F(a_tls_server, ends_handshakes_that_do_not_come_to_an_end) {
+TEST_F(ATlsServer, EndsHandshakesThatDoNotComeToAnEnd) {
   serve({.request = std::chrono::milliseconds(100)});
   TcpPeer silent(server->port()),
       halfway(server->port(), std::string("\x16\x03\x01\x00\xc8\x01", 6));
@@ -133,7 +133,7 @@ TEST_F(a_tls_server, ends_handshakes_that_do_not_come_to_an_end) {
   EXPECT_EQ(get(client).rfind("HTTP/1.1 200", 0), 0u);
 }
 
-TEST_F(a_tls_server, survives_handshakes_of_garbage) {
+TEST_F(ATlsServer, SurvivesHandshakesOfGarbage) {
   serve();
   for (int i = 0; i < 50; ++i) {
     TcpPeer(server->port(),
@@ -144,7 +144,7 @@ TEST_F(a_tls_server, survives_handshakes_of_garbage) {
   EXPECT_EQ(get(client).rfind("HTTP/1.1 200", 0), 0u);
 }
 
-TEST_F(a_tls_server, names_the_file_that_it_cannot_use) {
+TEST_F(ATlsServer, NamesTheFileThatItCannotUse) {
   make_certificate(dir / "c.pem", dir / "k.pem");
   make_certificate(dir / "other.pem", dir / "others_key.pem");
   std::ofstream(dir / "garbage.pem") << "-----BEGIN CERTIFICATE-----\ngarbage\n";

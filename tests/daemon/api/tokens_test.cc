@@ -26,7 +26,7 @@ void write(const std::filesystem::path& path, const std::string& text, mode_t mo
   ::chmod(path.c_str(), mode);
 }
 
-TEST(tokens, are_known_again_behind_a_restart_and_not_after_they_were_removed) {
+TEST(Tokens, AreKnownAgainBehindARestartAndNotAfterTheyWereRemoved) {
   const TemporaryDirectory dir;
   std::string wall, office;
   {
@@ -46,7 +46,7 @@ TEST(tokens, are_known_again_behind_a_restart_and_not_after_they_were_removed) {
   EXPECT_TRUE(TokenStore(dir / "t").find(wall));
 }
 
-TEST(tokens, are_not_in_their_file_which_only_its_owner_reads) {
+TEST(Tokens, AreNotInTheirFileWhichOnlyItsOwnerReads) {
   const TemporaryDirectory dir;
   write(dir / "t.part", "left by a dead one", 0666);
   TokenStore tokens(dir / "t");
@@ -57,7 +57,7 @@ TEST(tokens, are_not_in_their_file_which_only_its_owner_reads) {
   EXPECT_EQ(info.st_mode & 0777, 0600u);
 }
 
-TEST(tokens, are_of_256_bits_and_never_twice_the_same) {
+TEST(Tokens, AreOf256BitsAndNeverTwiceTheSame) {
   std::set<std::string> seen;
   for (int i = 0; i < 1000; ++i) {
     const std::string one = random_secret();
@@ -66,7 +66,7 @@ TEST(tokens, are_of_256_bits_and_never_twice_the_same) {
   }
 }
 
-TEST(tokens, need_a_name_of_their_own) {
+TEST(Tokens, NeedANameOfTheirOwn) {
   const TemporaryDirectory dir;
   TokenStore tokens(dir / "t");
   tokens.add("a", Role::kView, kNow);
@@ -79,13 +79,13 @@ TEST(tokens, need_a_name_of_their_own) {
   EXPECT_EQ(tokens.list().size(), 1u);
 }
 
-TEST(tokens, are_not_named_as_those_who_come_over_the_unix_socket) {
+TEST(Tokens, AreNotNamedAsThoseWhoComeOverTheUnixSocket) {
   TemporaryDirectory dir;
   TokenStore tokens(dir / "t.json");
   EXPECT_THROW(tokens.add("local", Role::kAdminister, "t"), TokenError);
 }
 
-TEST(tokens, of_a_file_that_is_damaged_are_not_accepted_and_the_file_is_kept) {
+TEST(Tokens, OfAFileThatIsDamagedAreNotAcceptedAndTheFileIsKept) {
   const TemporaryDirectory dir;
   std::string good;
   std::string secret;
@@ -124,7 +124,7 @@ TEST(tokens, of_a_file_that_is_damaged_are_not_accepted_and_the_file_is_kept) {
   }
 }
 
-TEST(tokens, of_a_file_that_others_can_read_or_write_are_not_accepted) {
+TEST(Tokens, OfAFileThatOthersCanReadOrWriteAreNotAccepted) {
   const TemporaryDirectory dir;
   std::string secret;
   { secret = TokenStore(dir / "t").add("a", Role::kAdminister, kNow); }

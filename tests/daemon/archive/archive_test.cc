@@ -58,8 +58,8 @@ Archive forged(Archive archive, const std::function<void(RowEntry&)>& alter) {
   return archive;
 }
 
-struct an_export : ::testing::Test {
-  an_export() {
+struct AnExport : ::testing::Test {
+  AnExport() {
     SessionInputs inputs = read_inputs(CELLCAL_DEMO_CELL);
     const SessionOptions options;
     inputs.options = options_to_json(options);
@@ -99,7 +99,7 @@ struct an_export : ::testing::Test {
   Archive archive;
 };
 
-TEST_F(an_export, holds_inputs_touches_rows_and_results_as_plain_files) {
+TEST_F(AnExport, HoldsInputsTouchesRowsAndResultsAsPlainFiles) {
   write_archive(archive, dir / "e");
   std::vector<std::string> names;
   for (const auto& file : std::filesystem::directory_iterator(dir / "e"))
@@ -113,16 +113,16 @@ TEST_F(an_export, holds_inputs_touches_rows_and_results_as_plain_files) {
   EXPECT_EQ(calib::load_touches(dir / "e/touches.csv", cell).size(), 3u);
 }
 
-TEST_F(an_export, made_twice_is_the_same) {
+TEST_F(AnExport, MadeTwiceIsTheSame) {
   EXPECT_EQ(make_archive(journal, id, dir / "results"), archive);
 }
 
-TEST_F(an_export, of_a_session_that_is_none_says_so) {
+TEST_F(AnExport, OfASessionThatIsNoneSaysSo) {
   EXPECT_NE(refusal([&] { make_archive(journal, 99, dir / "results"); }).find("no session 99"),
             std::string::npos);
 }
 
-TEST_F(an_export, goes_into_another_journal_with_its_result_and_once) {
+TEST_F(AnExport, GoesIntoAnotherJournalWithItsResultAndOnce) {
   Journal other(dir / "other.db");
   const Imported imported = import_into(other, archive);
   EXPECT_TRUE(imported.is_new);
@@ -134,7 +134,7 @@ TEST_F(an_export, goes_into_another_journal_with_its_result_and_once) {
   EXPECT_FALSE(import_into(other, archive).is_new);
 }
 
-TEST_F(an_export, is_refused_by_the_name_of_the_file_that_was_altered_or_is_missing) {
+TEST_F(AnExport, IsRefusedByTheNameOfTheFileThatWasAlteredOrIsMissing) {
   for (const auto& [name, text] : archive) {
     Archive altered = archive;
     altered[name][text.size() / 2] ^= 1;
@@ -148,7 +148,7 @@ TEST_F(an_export, is_refused_by_the_name_of_the_file_that_was_altered_or_is_miss
   }
 }
 
-TEST_F(an_export, of_another_format_or_with_names_of_its_own_is_refused) {
+TEST_F(AnExport, OfAnotherFormatOrWithNamesOfItsOwnIsRefused) {
   const auto with = [&](const std::string& what, const std::string& by) {
     Archive altered = archive;
     std::string& manifest = altered["export.json"];
@@ -166,7 +166,7 @@ TEST_F(an_export, of_another_format_or_with_names_of_its_own_is_refused) {
   }
 }
 
-TEST_F(an_export, with_a_file_that_it_does_not_list_is_refused_and_nothing_is_written) {
+TEST_F(AnExport, WithAFileThatItDoesNotListIsRefusedAndNothingIsWritten) {
   for (const std::string name : {"../x", "/tmp/x", "compared.json2", "notes.txt"}) {
     Archive more = archive;
     more[name] = "x";
@@ -178,7 +178,7 @@ TEST_F(an_export, with_a_file_that_it_does_not_list_is_refused_and_nothing_is_wr
   EXPECT_FALSE(std::filesystem::exists(dir / "to.part"));
 }
 
-TEST_F(an_export, that_states_other_rows_than_it_holds_is_refused) {
+TEST_F(AnExport, ThatStatesOtherRowsThanItHoldsIsRefused) {
   const auto with = [&](const std::function<void(nlohmann::json&)>& alter) {
     Archive altered = archive;
     auto manifest = nlohmann::json::parse(altered.at("export.json"));
@@ -208,7 +208,7 @@ struct Forgery {
   const char* words;
 };
 
-TEST_F(an_export, that_holds_what_no_session_has_is_refused_by_its_row_whatever_its_sums) {
+TEST_F(AnExport, ThatHoldsWhatNoSessionHasIsRefusedByItsRowWhateverItsSums) {
   const auto angles = [](std::vector<double> values) {
     return Blob{std::string(reinterpret_cast<const char*>(values.data()), values.size() * 8)};
   };
@@ -274,7 +274,7 @@ TEST_F(an_export, that_holds_what_no_session_has_is_refused_by_its_row_whatever_
   EXPECT_TRUE(import_into(other, forged(archive, [](RowEntry&) {})).is_new) << "as it is";
 }
 
-TEST_F(an_export, does_not_remove_what_stands_where_it_is_made) {
+TEST_F(AnExport, DoesNotRemoveWhatStandsWhereItIsMade) {
   std::filesystem::create_directories(dir / "to.part");
   std::ofstream(dir / "to.part/mine") << "x";
   EXPECT_NE(refusal([&] { write_archive(archive, dir / "to"); }).find("to.part"),
@@ -282,7 +282,7 @@ TEST_F(an_export, does_not_remove_what_stands_where_it_is_made) {
   EXPECT_TRUE(std::filesystem::exists(dir / "to.part/mine"));
 }
 
-TEST_F(an_export, whose_columns_were_exchanged_is_not_imported) {
+TEST_F(AnExport, WhoseColumnsWereExchangedIsNotImported) {
   std::string rows = archive.at("rows.jsonl");
   const auto exchange = [&](const std::string& what, const std::string& by) {
     for (std::size_t at = 0; (at = rows.find(what, at)) != std::string::npos; at += by.size())
@@ -297,7 +297,7 @@ TEST_F(an_export, whose_columns_were_exchanged_is_not_imported) {
   EXPECT_TRUE(other.sessions().empty());
 }
 
-TEST_F(an_export, whose_import_ended_behind_the_rows_is_completed_by_the_next) {
+TEST_F(AnExport, WhoseImportEndedBehindTheRowsIsCompletedByTheNext) {
   Journal other(dir / "other.db");
   const auto session = import_into(other, archive).session;
   const auto result = dir / ("results-" + std::to_string(session)) / "calibration.json";
@@ -306,7 +306,7 @@ TEST_F(an_export, whose_import_ended_behind_the_rows_is_completed_by_the_next) {
   EXPECT_TRUE(std::filesystem::exists(result));
 }
 
-TEST_F(an_export, is_written_into_no_directory_that_holds_anything) {
+TEST_F(AnExport, IsWrittenIntoNoDirectoryThatHoldsAnything) {
   std::filesystem::create_directories(dir / "full/x");
   EXPECT_NE(refusal([&] { write_archive(archive, dir / "full"); }).find("not empty"),
             std::string::npos);

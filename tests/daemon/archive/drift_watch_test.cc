@@ -20,7 +20,7 @@ using calib::DriftState;
 using calib::LeftOut;
 using Checked = testing::CheckedJournal;
 
-struct a_watch : ::testing::Test {
+struct AWatch : ::testing::Test {
   std::shared_ptr<const Drift> evaluate() { return watch.evaluate(); }
   void checks(int count, double creep_m = 0.0) {
     for (int k = 1; k <= count; ++k) checked.check({.shift_m = {k * creep_m, 0, 0}});
@@ -30,14 +30,14 @@ struct a_watch : ::testing::Test {
   double now_s = 0.0;
 };
 
-TEST_F(a_watch, has_no_chart_without_a_published_calibration) {
+TEST_F(AWatch, HasNoChartWithoutAPublishedCalibration) {
   Journal empty(checked.dir / "empty.db");
   DriftWatch of_it(empty);
   EXPECT_EQ(of_it.evaluate(), nullptr);
   EXPECT_EQ(watch.evaluate("/another.toml"), nullptr);
 }
 
-TEST_F(a_watch, counts_the_checks_of_the_newest_calibration_and_begins_anew_with_the_next) {
+TEST_F(AWatch, CountsTheChecksOfTheNewestCalibrationAndBeginsAnewWithTheNext) {
   EXPECT_EQ(evaluate()->chart.counted, 0U);
   checks(6);
   EXPECT_EQ(evaluate()->calibrated, checked.calibrated);
@@ -50,7 +50,7 @@ TEST_F(a_watch, counts_the_checks_of_the_newest_calibration_and_begins_anew_with
   EXPECT_EQ(evaluate()->chart.state, DriftState::kTooFew);
 }
 
-TEST_F(a_watch, does_not_say_in_control_for_ever) {
+TEST_F(AWatch, DoesNotSayInControlForEver) {
   constexpr double kDayS = 86400.0;
   checks(6);
   const double newest_s = evaluate()->chart.points.back().check.time_s;
@@ -64,7 +64,7 @@ TEST_F(a_watch, does_not_say_in_control_for_ever) {
   EXPECT_EQ(evaluate()->chart.state, DriftState::kInControl);
 }
 
-TEST_F(a_watch, states_whether_the_calibration_holds_at_the_time_it_is_asked) {
+TEST_F(AWatch, StatesWhetherTheCalibrationHoldsAtTheTimeItIsAsked) {
   constexpr double kDayS = 86400.0;
   const auto holding_now = [&] { return evaluate()->standing.holding; };
   now_s = evaluate()->standing.evidence_s + kDayS;
@@ -80,7 +80,7 @@ TEST_F(a_watch, states_whether_the_calibration_holds_at_the_time_it_is_asked) {
   EXPECT_EQ(holding_now(), calib::Holding::kDoesNotHold);
 }
 
-TEST_F(a_watch, goes_back_to_the_checks_of_a_calibration_that_is_put_into_use_again) {
+TEST_F(AWatch, GoesBackToTheChecksOfACalibrationThatIsPutIntoUseAgain) {
   checks(6);
   const std::int64_t first = checked.calibrated;
   checked.calibrate();
@@ -91,7 +91,7 @@ TEST_F(a_watch, goes_back_to_the_checks_of_a_calibration_that_is_put_into_use_ag
   EXPECT_EQ(evaluate()->chart.counted, 6U);
 }
 
-TEST_F(a_watch, says_that_the_tool_creeps_since_when_and_what_to_do) {
+TEST_F(AWatch, SaysThatTheToolCreepsSinceWhenAndWhatToDo) {
   checks(24);
   checks(30, 0.008e-3);
   const auto drift = evaluate();
@@ -104,13 +104,13 @@ TEST_F(a_watch, says_that_the_tool_creeps_since_when_and_what_to_do) {
   EXPECT_EQ(drift->chart.advice, DriftAdvice::kRemeasureTcp);
 }
 
-TEST_F(a_watch, has_no_check_in_its_chart_that_ended_at_no_time) {
+TEST_F(AWatch, HasNoCheckInItsChartThatEndedAtNoTime) {
   checks(2);
   checked.check({.ended = "yesterday"});
   EXPECT_EQ(evaluate()->chart.points.size(), 2U);
 }
 
-TEST_F(a_watch, leaves_out_what_says_nothing_of_the_tool_and_shows_it) {
+TEST_F(AWatch, LeavesOutWhatSaysNothingOfTheToolAndShowsIt) {
   checks(5);
   checked.check({.result = Checked::that_does_not_hold(ChangeKind::kSphere)});
   calib::TcpCheck given_up = Checked::that_holds();
@@ -134,7 +134,7 @@ TEST_F(a_watch, leaves_out_what_says_nothing_of_the_tool_and_shows_it) {
   EXPECT_EQ(drift->chart.state, DriftState::kAlarms);
 }
 
-TEST_F(a_watch, alarms_where_every_check_since_the_calibration_fails) {
+TEST_F(AWatch, AlarmsWhereEveryCheckSinceTheCalibrationFails) {
   const Eigen::Vector3d knocked_m(0.8e-3, -0.5e-3, 0.3e-3);
   for (int k = 1; k <= 7; ++k) {
     checked.check({.shift_m = knocked_m, .result = Checked::that_does_not_hold(ChangeKind::kTool)});
@@ -149,7 +149,7 @@ TEST_F(a_watch, alarms_where_every_check_since_the_calibration_fails) {
   EXPECT_EQ(evaluate()->chart.counted, 0U) << "what does not hold is no reference";
 }
 
-TEST_F(a_watch, alarms_at_once_also_where_the_check_that_fails_is_of_other_touches) {
+TEST_F(AWatch, AlarmsAtOnceAlsoWhereTheCheckThatFailsIsOfOtherTouches) {
   checks(6);
   checked.check(
       {.result = Checked::that_does_not_hold(ChangeKind::kSphere), .other_touches = true});
@@ -157,7 +157,7 @@ TEST_F(a_watch, alarms_at_once_also_where_the_check_that_fails_is_of_other_touch
   EXPECT_EQ(evaluate()->chart.advice, DriftAdvice::kRecalibrate);
 }
 
-TEST_F(a_watch, compares_checks_by_the_same_touches_alone) {
+TEST_F(AWatch, ComparesChecksByTheSameTouchesAlone) {
   checks(5);
   for (int k = 0; k < 2; ++k) checked.check({.other_touches = true});
   const auto drift = evaluate();
@@ -165,7 +165,7 @@ TEST_F(a_watch, compares_checks_by_the_same_touches_alone) {
   EXPECT_EQ(drift->chart.points[0].check.left_out, LeftOut::kOtherTouches);
 }
 
-TEST_F(a_watch, keeps_an_alarm_until_other_touches_have_a_chart_of_their_own) {
+TEST_F(AWatch, KeepsAnAlarmUntilOtherTouchesHaveAChartOfTheirOwn) {
   for (int k = 0; k < 12; ++k) checked.check();
   for (int k = 0; k < 8; ++k) checked.check({.shift_m = {0.0, 0.0, 0.2e-3}});
   ASSERT_EQ(evaluate()->chart.state, DriftState::kAlarms);
@@ -179,7 +179,7 @@ TEST_F(a_watch, keeps_an_alarm_until_other_touches_have_a_chart_of_their_own) {
   EXPECT_EQ(evaluate()->chart.points.front().check.left_out, LeftOut::kOtherTouches);
 }
 
-TEST_F(a_watch, knows_the_temperature_that_was_stated) {
+TEST_F(AWatch, KnowsTheTemperatureThatWasStated) {
   checked.check({.temperature_c = 21.5});
   checked.check();
   EXPECT_EQ(evaluate()->chart.points[0].check.temperature_c, 21.5);
@@ -189,7 +189,7 @@ TEST_F(a_watch, knows_the_temperature_that_was_stated) {
   EXPECT_FALSE(evaluate()->chart.points[2].check.temperature_c) << "no cell is that warm";
 }
 
-TEST_F(a_watch, shows_the_checks_of_the_calibrations_before_each_of_its_own) {
+TEST_F(AWatch, ShowsTheChecksOfTheCalibrationsBeforeEachOfItsOwn) {
   checks(6);
   const std::int64_t first = checked.calibrated;
   const std::int64_t second = checked.calibrate();
@@ -207,7 +207,7 @@ TEST_F(a_watch, shows_the_checks_of_the_calibrations_before_each_of_its_own) {
   for (const calib::DriftEvent& event : later->chart.events) EXPECT_GT(event.session, second);
 }
 
-TEST_F(a_watch, names_the_changes_of_the_cell_with_their_dates) {
+TEST_F(AWatch, NamesTheChangesOfTheCellWithTheirDates) {
   const std::string robot = calib::read_file(CELLCAL_DEMO_ROBOT);
   const std::string cell = calib::read_file(CELLCAL_DEMO_CELL);
   std::string other_tool = cell;
@@ -244,7 +244,7 @@ TEST_F(a_watch, names_the_changes_of_the_cell_with_their_dates) {
             "Aktualisierung aus Sitzung 4");
 }
 
-TEST_F(a_watch, works_the_chart_out_once_per_check_that_ends) {
+TEST_F(AWatch, WorksTheChartOutOncePerCheckThatEnds) {
   checks(2);
   const auto first = evaluate();
   EXPECT_EQ(evaluate(), first);

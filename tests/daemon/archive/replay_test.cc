@@ -16,7 +16,7 @@ Replay with(const std::string& what, const std::string& by) {
   return compare(kRecorded, replayed);
 }
 
-TEST(two_results, that_are_the_same_to_the_bit_say_so) {
+TEST(TwoResults, ThatAreTheSameToTheBitSaySo) {
   const Replay replay = compare(kRecorded, kRecorded);
   EXPECT_TRUE(replay.same());
   EXPECT_EQ(replay.values, 4u);
@@ -24,13 +24,13 @@ TEST(two_results, that_are_the_same_to_the_bit_say_so) {
             std::string::npos);
 }
 
-TEST(two_results, of_two_versions_that_are_the_same_are_the_same_and_name_both) {
+TEST(TwoResults, OfTwoVersionsThatAreTheSameAreTheSameAndNameBoth) {
   const Replay replay = with("\"1.0\"", "\"1.1\"");
   EXPECT_TRUE(replay.same());
   EXPECT_NE(in_words(replay).find("recorded by 1.0, replayed by 1.1"), std::string::npos);
 }
 
-TEST(two_results, that_differ_name_the_first_number_and_by_how_much) {
+TEST(TwoResults, ThatDifferNameTheFirstNumberAndByHowMuch) {
   const Replay replay = with("2.5", "2.5000000000000004");
   EXPECT_EQ(replay.differing, 1u);
   ASSERT_TRUE(replay.first);
@@ -42,7 +42,7 @@ TEST(two_results, that_differ_name_the_first_number_and_by_how_much) {
   EXPECT_NE(in_words(replay).find("(difference 4.44e-16)"), std::string::npos);
 }
 
-TEST(two_results, differ_in_a_sign_of_nought_a_type_and_in_what_only_one_has) {
+TEST(TwoResults, DifferInASignOfNoughtATypeAndInWhatOnlyOneHas) {
   EXPECT_FALSE(with("-0.0", "0.0").same());
   EXPECT_FALSE(with("1.0,", "1,").same());
   EXPECT_FALSE(with("true", "false").same());

@@ -17,7 +17,7 @@ namespace {
 
 using Why = NotActivated::Why;
 
-struct a_cells_versions : ::testing::Test {
+struct ACellsVersions : ::testing::Test {
   std::int64_t calibrate(const Recording& what = {}) { return record(*journal, what, false); }
   /// Which one the next check and the next result are held against.
   std::int64_t in_use() {
@@ -62,7 +62,7 @@ struct a_cells_versions : ::testing::Test {
   std::optional<Journal> journal{std::in_place, dir / "j.db"};
 };
 
-TEST_F(a_cells_versions, has_the_newest_published_in_use_until_another_is_activated_or_published) {
+TEST_F(ACellsVersions, HasTheNewestPublishedInUseUntilAnotherIsActivatedOrPublished) {
   EXPECT_TRUE(versions(*journal, 0, 9).empty());
   const std::int64_t one = calibrate(), two = calibrate({.seed = 2});
   calibrate({.publish = false});
@@ -82,7 +82,7 @@ TEST_F(a_cells_versions, has_the_newest_published_in_use_until_another_is_activa
   EXPECT_EQ(in_use(), three);
 }
 
-TEST_F(a_cells_versions, rolls_back_one_by_one_to_the_first) {
+TEST_F(ACellsVersions, RollsBackOneByOneToTheFirst) {
   const std::int64_t one = calibrate(), two = calibrate({.seed = 2});
   calibrate({.publish = false});
   const std::int64_t four = calibrate({.seed = 4});
@@ -99,7 +99,7 @@ TEST_F(a_cells_versions, rolls_back_one_by_one_to_the_first) {
   EXPECT_EQ(journal->activations().size(), 2u);
 }
 
-TEST_F(a_cells_versions, that_were_given_back_do_not_come_again_by_a_roll_back) {
+TEST_F(ACellsVersions, ThatWereGivenBackDoNotComeAgainByARollBack) {
   const std::int64_t one = calibrate(), two = calibrate({.seed = 2});
   put_into_use(one);
   const std::int64_t three = calibrate({.seed = 3});
@@ -110,7 +110,7 @@ TEST_F(a_cells_versions, that_were_given_back_do_not_come_again_by_a_roll_back) 
   EXPECT_NE(three, in_use());
 }
 
-TEST_F(a_cells_versions, are_not_activated_where_they_are_withheld_in_use_or_none) {
+TEST_F(ACellsVersions, AreNotActivatedWhereTheyAreWithheldInUseOrNone) {
   const std::int64_t one = calibrate(), withheld = calibrate({.publish = false});
   EXPECT_EQ(why_not(withheld), Why::kWithheld);
   EXPECT_EQ(why_not(one), Why::kActive);
@@ -119,7 +119,7 @@ TEST_F(a_cells_versions, are_not_activated_where_they_are_withheld_in_use_or_non
   EXPECT_EQ(in_use(), one);
 }
 
-TEST_F(a_cells_versions, of_another_robot_tool_or_journal_are_not_activated) {
+TEST_F(ACellsVersions, OfAnotherRobotToolOrJournalAreNotActivated) {
   const std::int64_t serial_7 = calibrate({.identity = "[identity]\nrobot_serial = \"7\"\n"});
   const std::int64_t longer =
       calibrate({.identity = "[identity]\nrobot_serial = \"8\"\n", .longer_tool_m = 0.02});
@@ -139,7 +139,7 @@ TEST_F(a_cells_versions, of_another_robot_tool_or_journal_are_not_activated) {
   EXPECT_EQ(in_use(), serial_8);
 }
 
-TEST_F(a_cells_versions, that_are_damaged_are_not_activated_and_nothing_older_takes_their_place) {
+TEST_F(ACellsVersions, ThatAreDamagedAreNotActivatedAndNothingOlderTakesTheirPlace) {
   const std::int64_t one = calibrate(), two = calibrate({.seed = 2}),
                      three = calibrate({.seed = 3});
   put_into_use(two);
@@ -179,8 +179,7 @@ TEST_F(a_cells_versions, that_are_damaged_are_not_activated_and_nothing_older_ta
   EXPECT_EQ(in_use(), three) << "what is not in use may be damaged";
 }
 
-TEST_F(a_cells_versions,
-       whose_session_is_missing_or_altered_itself_is_not_as_if_it_were_not_there) {
+TEST_F(ACellsVersions, WhoseSessionIsMissingOrAlteredItselfIsNotAsIfItWereNotThere) {
   for (
       const char* sql :
       {"UPDATE session SET cell_text='other' WHERE id=2",
@@ -201,7 +200,7 @@ TEST_F(a_cells_versions,
   }
 }
 
-TEST_F(a_cells_versions, are_not_hidden_by_a_damaged_session_that_published_nothing) {
+TEST_F(ACellsVersions, AreNotHiddenByADamagedSessionThatPublishedNothing) {
   const std::int64_t one = calibrate();
   const std::int64_t withheld = calibrate({.publish = false});
   const std::int64_t began = journal->begin(journal->session(one)->inputs, "t");
@@ -213,7 +212,7 @@ TEST_F(a_cells_versions, are_not_hidden_by_a_damaged_session_that_published_noth
   EXPECT_EQ(in_use(), one);
 }
 
-TEST_F(a_cells_versions, that_must_not_be_activated_are_not_checked_against_either) {
+TEST_F(ACellsVersions, ThatMustNotBeActivatedAreNotCheckedAgainstEither) {
   const std::int64_t longer = calibrate({.longer_tool_m = 0.02});
   calibrate();
   Journal other(dir / "other.db");
@@ -225,14 +224,14 @@ TEST_F(a_cells_versions, that_must_not_be_activated_are_not_checked_against_eith
   }
 }
 
-TEST_F(a_cells_versions, of_an_activation_that_was_forged_stay_as_they_were) {
+TEST_F(ACellsVersions, OfAnActivationThatWasForgedStayAsTheyWere) {
   calibrate();
   const std::int64_t two = calibrate({.seed = 2});
   damage("INSERT INTO activation VALUES (1, 't', 'nobody', 'x')");
   EXPECT_EQ(in_use(), two);
 }
 
-TEST_F(a_cells_versions, do_not_change_what_an_earlier_result_was_held_against) {
+TEST_F(ACellsVersions, DoNotChangeWhatAnEarlierResultWasHeldAgainst) {
   const std::int64_t one = calibrate(), two = calibrate({.seed = 2}),
                      three = calibrate({.seed = 3});
   put_into_use(one);
@@ -241,7 +240,7 @@ TEST_F(a_cells_versions, do_not_change_what_an_earlier_result_was_held_against) 
             journal->session(two)->calibration);
 }
 
-TEST_F(a_cells_versions, compared_name_how_far_they_are_apart_and_what_moved) {
+TEST_F(ACellsVersions, ComparedNameHowFarTheyAreApartAndWhatMoved) {
   const std::int64_t one = calibrate({.fit = 80}), same = calibrate({.fit = 80, .seed = 2}),
                      moved = calibrate({.remastered_rad = 2e-3, .fit = 80, .seed = 3});
   const Comparison alike = compare(*journal, one, same);

@@ -14,7 +14,7 @@ namespace {
 
 using Why = CellNotWritten::Why;
 
-struct a_cell_shelf : ::testing::Test {
+struct ACellShelf : ::testing::Test {
   std::optional<Why> refused(const std::string& name, const CellForm& of,
                              const std::string& instead_of) {
     try {
@@ -32,7 +32,7 @@ struct a_cell_shelf : ::testing::Test {
   std::string words;
 };
 
-TEST_F(a_cell_shelf, writes_a_cell_that_loads_and_shows_it_again) {
+TEST_F(ACellShelf, WritesACellThatLoadsAndShowsItAgain) {
   EXPECT_TRUE(shelf.names().empty());
   EXPECT_FALSE(shelf.find("weld"));
   const std::filesystem::path file = shelf.write("weld", form, "");
@@ -45,7 +45,7 @@ TEST_F(a_cell_shelf, writes_a_cell_that_loads_and_shows_it_again) {
   EXPECT_EQ(shown->sha256, calib::sha256(calib::read_file(file)));
 }
 
-TEST_F(a_cell_shelf, replaces_only_what_was_shown_and_keeps_it_beside) {
+TEST_F(ACellShelf, ReplacesOnlyWhatWasShownAndKeepsItBeside) {
   const std::filesystem::path file = shelf.write("weld", form, "");
   const std::string before = calib::read_file(file), seen = shelf.find("weld")->sha256;
   form.spheres[0].diameter_mm = 40.0;
@@ -59,7 +59,7 @@ TEST_F(a_cell_shelf, replaces_only_what_was_shown_and_keeps_it_beside) {
   EXPECT_EQ(shelf.names(), std::vector<std::string>{"weld"});
 }
 
-TEST_F(a_cell_shelf, keeps_what_somebody_has_added_by_hand) {
+TEST_F(ACellShelf, KeepsWhatSomebodyHasAddedByHand) {
   const std::filesystem::path file = shelf.write("weld", form, "");
   const auto plane = [](const std::filesystem::path& of) {
     return calib::load_cell(of).targets.back().kind == calib::TargetKind::kPlane;
@@ -84,7 +84,7 @@ std::string triangle(const std::string& corner) {
          "\nendloop\nendfacet\nendsolid s\n";
 }
 
-TEST_F(a_cell_shelf, keeps_an_stl_file_that_an_obstacle_of_a_form_names) {
+TEST_F(ACellShelf, KeepsAnStlFileThatAnObstacleOfAFormNames) {
   const CellFileStore::KeptMesh kept = shelf.keep_mesh(triangle("0 50 20"), "fixture.stl");
   EXPECT_EQ(kept.triangles, 1u);
   EXPECT_EQ(kept.low_mm, (Triple{0, 0, 0}));
@@ -104,7 +104,7 @@ TEST_F(a_cell_shelf, keeps_an_stl_file_that_an_obstacle_of_a_form_names) {
   EXPECT_NE(words.find("fixture"), std::string::npos) << words;
 }
 
-TEST_F(a_cell_shelf, refuses_what_is_no_stl_file_and_more_than_50_of_them) {
+TEST_F(ACellShelf, RefusesWhatIsNoStlFileAndMoreThan50OfThem) {
   for (const std::string& bytes :
        {std::string(), std::string("solid"), std::string(83, '\0'), std::string(200, '\xff'),
         triangle("0 nan 0"), triangle("1e9 0 0"), std::string("<html>") + std::string(500, ' ')}) {
@@ -121,7 +121,7 @@ TEST_F(a_cell_shelf, refuses_what_is_no_stl_file_and_more_than_50_of_them) {
   EXPECT_NO_THROW((void)shelf.keep_mesh(triangle("0 50 50"), "f")) << "it is there already";
 }
 
-TEST_F(a_cell_shelf, writes_nothing_that_contradicts_itself) {
+TEST_F(ACellShelf, WritesNothingThatContradictsItself) {
   form.lengths[0].mm = 900.0;  // the centres are 600 mm apart
   EXPECT_EQ(refused("weld", form, ""), Why::kUnusable);
   form.lengths.clear();
@@ -132,7 +132,7 @@ TEST_F(a_cell_shelf, writes_nothing_that_contradicts_itself) {
   EXPECT_FALSE(std::filesystem::exists(dir / "cells" / "weld.toml"));
 }
 
-TEST_F(a_cell_shelf, leaves_its_folder_by_no_name) {
+TEST_F(ACellShelf, LeavesItsFolderByNoName) {
   for (const char* name : {"", "../weld", "a/b", ".", "..", "a.toml", "a b", "\n"}) {
     EXPECT_EQ(refused(name, form, ""), Why::kName) << name;
     EXPECT_THROW((void)shelf.find(name), CellNotWritten) << name;
@@ -140,7 +140,7 @@ TEST_F(a_cell_shelf, leaves_its_folder_by_no_name) {
   EXPECT_EQ(refused(std::string(65, 'a'), form, ""), Why::kName);
 }
 
-TEST_F(a_cell_shelf, that_cannot_be_written_says_so) {
+TEST_F(ACellShelf, ThatCannotBeWrittenSaysSo) {
   std::ofstream(dir / "cells") << "a file where the folder should be";
   EXPECT_EQ(refused("weld", form, ""), Why::kStorage);
   EXPECT_NE(words.find("cells"), std::string::npos) << words;

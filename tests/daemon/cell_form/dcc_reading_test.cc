@@ -63,7 +63,7 @@ std::string refusal(const std::string& xml, bool lengths = false) {
   }
 }
 
-TEST(a_dcc, of_one_sphere_gives_diameter_sigma_serial_number_and_certificate) {
+TEST(ADcc, OfOneSphereGivesDiameterSigmaSerialNumberAndCertificate) {
   for (const std::string& u : {kOldU, kNewU}) {
     const auto spheres = spheres_in(
         dcc(quantity("nominal diameter", "50000", "") + quantity("diameter", "49998.25", u) +
@@ -81,7 +81,7 @@ TEST(a_dcc, of_one_sphere_gives_diameter_sigma_serial_number_and_certificate) {
   }
 }
 
-TEST(a_dcc, gives_the_cell_file_short_texts_of_one_line) {
+TEST(ADcc, GivesTheCellFileShortTextsOfOneLine) {
   std::string xml = dcc(quantity("diameter S1", "50001", kNewU), item(std::string(5000, '7') + "\x1b[2J\n8", "item1"));
   xml.replace(xml.find("2026-04-01"), 10, "2026-04-0\x1b\n" + std::string(5000, '1'));
   const SphereForm sphere = spheres_in(xml, "given.xml").at(0);
@@ -89,7 +89,7 @@ TEST(a_dcc, gives_the_cell_file_short_texts_of_one_line) {
   EXPECT_EQ(sphere.certificate.date, "2026-04-0?");
 }
 
-TEST(a_dcc, states_lengths_in_any_multiple_of_the_metre_and_under_any_prefix) {
+TEST(ADcc, StatesLengthsInAnyMultipleOfTheMetreAndUnderAnyPrefix) {
   const auto mm_of = [](std::string xml) { return spheres_in(xml, "given.xml").at(0).diameter_mm; };
   const std::string half =
       "<si:expandedUnc><si:uncertainty>1e-9</si:uncertainty><si:coverageFactor>2"
@@ -107,7 +107,7 @@ TEST(a_dcc, states_lengths_in_any_multiple_of_the_metre_and_under_any_prefix) {
   EXPECT_DOUBLE_EQ(mm_of(hybrid), 50.0);
 }
 
-TEST(a_dcc, of_several_spheres_tells_them_apart_by_name_or_by_the_item_referred_to) {
+TEST(ADcc, OfSeveralSpheresTellsThemApartByNameOrByTheItemReferredTo) {
   const auto named = spheres_in(dcc(quantity("diameter of sphere 1", "50001", kNewU) +
                                     quantity("Durchmesser Kugel 2", "50002", kNewU) +
                                     quantity("diameter S3", "50003", kNewU)),
@@ -126,7 +126,7 @@ TEST(a_dcc, of_several_spheres_tells_them_apart_by_name_or_by_the_item_referred_
   EXPECT_EQ(by_item[1].id, "K-2");
 }
 
-TEST(a_dcc, of_a_ball_plate_gives_the_lengths_between_its_spheres) {
+TEST(ADcc, OfABallPlateGivesTheLengthsBetweenItsSpheres) {
   const auto lengths =
       certificate_in(dcc(quantity("diameter S1", "30000", kNewU) +
                          quantity("centre distance S1-S2", "400000.1", kNewU) +
@@ -140,7 +140,7 @@ TEST(a_dcc, of_a_ball_plate_gives_the_lengths_between_its_spheres) {
   EXPECT_EQ(lengths[1].to, "S3");
 }
 
-TEST(a_dcc, that_leaves_open_which_sphere_a_value_is_of_is_refused_with_what_to_choose) {
+TEST(ADcc, ThatLeavesOpenWhichSphereAValueIsOfIsRefusedWithWhatToChoose) {
   const std::string two =
       quantity("diameter", "50001", kNewU) + quantity("diameter", "50002", kNewU);
   for (const std::string& items : {std::string(), item("K-1", "a") + item("K-2", "b")}) {
@@ -160,7 +160,7 @@ TEST(a_dcc, that_leaves_open_which_sphere_a_value_is_of_is_refused_with_what_to_
             std::string::npos);
 }
 
-TEST(a_dcc, without_what_a_sigma_needs_is_refused_by_line) {
+TEST(ADcc, WithoutWhatASigmaNeedsIsRefusedByLine) {
   const auto with = [](const std::string& u) {
     return refusal(dcc(quantity("diameter", "50001", u)));
   };
@@ -201,7 +201,7 @@ std::string expanded_mu(const std::string& values, const std::string& k) {
          "</si:expandedMUXMLList></si:measurementUncertaintyUnivariateXMLList>";
 }
 
-TEST(a_dcc, with_several_values_in_one_list_tells_them_apart_by_the_names_in_its_name) {
+TEST(ADcc, WithSeveralValuesInOneListTellsThemApartByTheNamesInItsName) {
   const auto spheres = spheres_in(
       dcc(list_of("diameters S1, S2, S4", "38.1001 38.0998 25.4", expanded_mu("0.0004 0.0006 0.001", "2"))),
       "given.xml");
@@ -214,7 +214,7 @@ TEST(a_dcc, with_several_values_in_one_list_tells_them_apart_by_the_names_in_its
   EXPECT_EQ(spheres[0].serial, "") << "the item's number is not that of three spheres";
 }
 
-TEST(a_dcc, with_several_values_in_one_list_tells_them_apart_by_labels_or_by_a_column_beside_it) {
+TEST(ADcc, WithSeveralValuesInOneListTellsThemApartByLabelsOrByAColumnBesideIt) {
   const auto labelled = certificate_in(
       dcc(list_of("distances of the centres", "400.1 300.2",
                   "<si:labelXMLList>S1-S2 S1-S3</si:labelXMLList><si:expandedUncXMLList><si:uncertaintyXMLList>"
@@ -235,7 +235,7 @@ TEST(a_dcc, with_several_values_in_one_list_tells_them_apart_by_labels_or_by_a_c
   EXPECT_NEAR(beside[1].diameter_sigma_mm, 0.0003, 1e-12);
 }
 
-TEST(a_dcc, whose_list_is_not_of_one_piece_is_refused) {
+TEST(ADcc, WhoseListIsNotOfOnePieceIsRefused) {
   EXPECT_NE(refusal(dcc(list_of("diameters", "38.1 25.4", expanded_mu("0.0004", "2")))).find("Choose"),
             std::string::npos)
       << "nothing tells the two apart";
@@ -254,7 +254,7 @@ TEST(a_dcc, whose_list_is_not_of_one_piece_is_refused) {
             std::string::npos);
 }
 
-TEST(foreign_xml, is_refused_by_name_and_no_entity_is_expanded) {
+TEST(ForeignXml, IsRefusedByNameAndNoEntityIsExpanded) {
   EXPECT_NE(refusal("<robot/>").find("no Digital Calibration Certificate"), std::string::npos);
   EXPECT_NE(refusal("<dcc:digitalCalibrationCertificate>").find("is not XML"), std::string::npos);
   EXPECT_NE(refusal(dcc("")).find("no diameter"), std::string::npos);

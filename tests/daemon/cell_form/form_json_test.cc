@@ -24,7 +24,7 @@ std::string refusal_of_form(const json& form) {
   }
 }
 
-TEST(a_form, is_read_from_json_and_makes_a_cell_that_the_reader_of_cell_files_takes) {
+TEST(AForm, IsReadFromJsonAndMakesACellThatTheReaderOfCellFilesTakes) {
   const CellForm form = form_from_json(example(), "/cells/a.toml");
   EXPECT_EQ(objection(form), "");
   const calib::Cell cell = cell_of(form);
@@ -38,7 +38,7 @@ TEST(a_form, is_read_from_json_and_makes_a_cell_that_the_reader_of_cell_files_ta
   EXPECT_NE(text.find("serial = \"77\""), std::string::npos);
 }
 
-TEST(a_form, is_found_again_in_the_file_that_was_made_of_it) {
+TEST(AForm, IsFoundAgainInTheFileThatWasMadeOfIt) {
   const CellForm form = form_from_json(example(), "/cells/a.toml");
   const auto again = form_in(cell_text(form), "/cells/a.toml");
   ASSERT_TRUE(again);
@@ -46,7 +46,7 @@ TEST(a_form, is_found_again_in_the_file_that_was_made_of_it) {
   EXPECT_EQ(cell_text(*again), cell_text(form));
 }
 
-TEST(a_form, opens_any_cell_file_and_keeps_what_it_does_not_show) {
+TEST(AForm, OpensAnyCellFileAndKeepsWhatItDoesNotShow) {
   std::string text = cell_text(form_from_json(example(), "/cells/a.toml"));
   EXPECT_TRUE(beyond(*form_in(text, "/cells/a.toml"), text).empty());
   text.replace(text.find("\nsigma_mm = 0.03"), 16, "\nsigma_mm = 0.05");
@@ -68,7 +68,7 @@ TEST(a_form, opens_any_cell_file_and_keeps_what_it_does_not_show) {
   EXPECT_THROW((void)form_in("robot = ", "/cells/a.toml"), calib::FileError);
 }
 
-TEST(a_form, writes_a_cell_file_of_another_hand_again_without_changing_what_it_says) {
+TEST(AForm, WritesACellFileOfAnotherHandAgainWithoutChangingWhatItSays) {
   const std::string text = calib::read_file(CELLCAL_DEMO_CELL);
   const auto form = form_in(text, CELLCAL_DEMO_CELL);
   ASSERT_TRUE(form);
@@ -78,7 +78,7 @@ TEST(a_form, writes_a_cell_file_of_another_hand_again_without_changing_what_it_s
   EXPECT_EQ(calib::cell_to_toml(after, "r"), calib::cell_to_toml(before, "r"));
 }
 
-TEST(a_refused_form, names_the_field_that_is_at_fault) {
+TEST(ARefusedForm, NamesTheFieldThatIsAtFault) {
   const auto key_of = [](const char* pointer, const json& value) {
     json form = example();
     form[json::json_pointer(pointer)] = value;
@@ -95,7 +95,7 @@ TEST(a_refused_form, names_the_field_that_is_at_fault) {
   EXPECT_EQ(key_of("/tool/tip_radius_mm", 0), "") << "nothing is wrong";
 }
 
-TEST(a_key_of_a_file, is_that_of_the_form) {
+TEST(AKeyOfAFile, IsThatOfTheForm) {
   EXPECT_EQ(form_key("target[2].diameter_mm"), "spheres.1.diameter_mm");
   EXPECT_EQ(form_key("target[1].search_high_mm"), "spheres.0.box_mm");
   EXPECT_EQ(form_key("length[1].between"), "lengths.0.from");
@@ -117,7 +117,7 @@ json with_obstacles() {
   return form;
 }
 
-TEST(a_form, has_obstacles_and_the_load_which_are_found_again_in_its_file) {
+TEST(AForm, HasObstaclesAndTheLoadWhichAreFoundAgainInItsFile) {
   const CellForm form = form_from_json(with_obstacles(), "/cells/a.toml");
   EXPECT_EQ(objection(form), "");
   const calib::Cell cell = cell_of(form);
@@ -137,7 +137,7 @@ TEST(a_form, has_obstacles_and_the_load_which_are_found_again_in_its_file) {
       << "what is removed in the form does not come back from the file before";
 }
 
-TEST(a_form, is_drawn_before_it_has_a_sphere) {
+TEST(AForm, IsDrawnBeforeItHasASphere) {
   json form = with_obstacles();
   form["spheres"] = json::array();
   form["lengths"] = json::array();
@@ -147,7 +147,7 @@ TEST(a_form, is_drawn_before_it_has_a_sphere) {
   EXPECT_EQ(sketch_of(form_from_json(with_obstacles(), "/cells/a.toml")).targets.size(), 3u);
 }
 
-TEST(places_for_spheres, are_proposed_clear_of_the_obstacles_for_all_spheres_of_the_form) {
+TEST(PlacesForSpheres, AreProposedClearOfTheObstaclesForAllSpheresOfTheForm) {
   json form = with_obstacles();
   form["obstacles"][0]["xyz_mm"] = {1000, 0, 500};
   form["lengths"] = json::array();
@@ -168,8 +168,7 @@ TEST(places_for_spheres, are_proposed_clear_of_the_obstacles_for_all_spheres_of_
   EXPECT_EQ(places.spheres[0].serial, "77") << "all but the place is the sphere's own";
 }
 
-TEST(a_cell_file_from_elsewhere,
-     opens_with_what_the_form_does_not_show_and_names_what_is_not_here) {
+TEST(ACellFileFromElsewhere, OpensWithWhatTheFormDoesNotShowAndNamesWhatIsNotHere) {
   std::string text = cell_text(form_from_json(with_obstacles(), "/cells/a.toml"));
   EXPECT_TRUE(uploaded_cell(text, "cell file").kept.empty());
   EXPECT_TRUE(uploaded_cell(text, "cell file").missing.empty());
@@ -185,7 +184,7 @@ TEST(a_cell_file_from_elsewhere,
   EXPECT_EQ(read.form.spheres.size(), 3u);
 }
 
-TEST(a_cell_file_from_elsewhere, that_is_wrong_is_refused_with_line_and_key) {
+TEST(ACellFileFromElsewhere, ThatIsWrongIsRefusedWithLineAndKey) {
   const std::string text = cell_text(form_from_json(with_obstacles(), "/cells/a.toml"));
   const auto refusal = [](const std::string& hostile) -> std::string {
     try {
@@ -212,7 +211,7 @@ TEST(a_cell_file_from_elsewhere, that_is_wrong_is_refused_with_line_and_key) {
     EXPECT_NE(refusal(no_cell), "") << no_cell.substr(0, 40);
 }
 
-TEST(a_sphere, that_was_taught_lies_below_the_tip_by_its_radius) {
+TEST(ASphere, ThatWasTaughtLiesBelowTheTipByItsRadius) {
   json form = example();
   json& sphere = form["spheres"][2];
   sphere.erase("box_mm");
@@ -226,7 +225,7 @@ TEST(a_sphere, that_was_taught_lies_below_the_tip_by_its_radius) {
   EXPECT_NEAR(centre[2], tip[2] - 25.0, 1e-9);
 }
 
-TEST(a_form, that_is_wrong_is_refused_with_the_key_and_what_it_must_be) {
+TEST(AForm, ThatIsWrongIsRefusedWithTheKeyAndWhatItMustBe) {
   const auto with = [](const char* pointer, const json& value) {
     json form = example();
     form[json::json_pointer(pointer)] = value;
@@ -285,7 +284,7 @@ TEST(a_form, that_is_wrong_is_refused_with_the_key_and_what_it_must_be) {
   }
 }
 
-TEST(a_form, cannot_bring_keys_into_the_file_by_its_words) {
+TEST(AForm, CannotBringKeysIntoTheFileByItsWords) {
   json form = example();
   form["spheres"][0]["id"] = "S1\"] #";
   form["spheres"][0]["certificate"] = "\"\nfloor_mm = -900 #";

@@ -20,7 +20,7 @@ std::string refusal_of_list(const std::string& csv, bool certificate = false) {
   }
 }
 
-TEST(lists, have_what_a_certificate_says_of_each_sphere_and_distance) {
+TEST(Lists, HaveWhatACertificateSaysOfEachSphereAndDistance) {
   const auto spheres = spheres_in(
       "id,diameter_mm,diameter_sigma_mm,serial,certificate,certificate_date\nS1,49.998,0.0005,77,DKD-1,2026-04-01\nS2,50,,,,\n",
       "given");
@@ -34,7 +34,7 @@ TEST(lists, have_what_a_certificate_says_of_each_sphere_and_distance) {
   EXPECT_EQ(lengths[0].certificate.number, "DKD-1");
 }
 
-TEST(lists, with_a_sigma_in_micrometres_are_refused_by_line_unless_the_column_says_so) {
+TEST(Lists, WithASigmaInMicrometresAreRefusedByLineUnlessTheColumnSaysSo) {
   for (const auto& [csv, lengths] :
        {std::pair{"from,to,mm,sigma_mm\nS1,S2,600,0.002\nS1,S3,600.01,4\n", true},
         std::pair{"id,diameter_mm,diameter_sigma_mm\nS1,50,0.5\nS2,50,4\n", false}}) {
@@ -45,7 +45,7 @@ TEST(lists, with_a_sigma_in_micrometres_are_refused_by_line_unless_the_column_sa
   EXPECT_EQ(certificate_in("from,to,mm,sigma [um]\nS1,S2,600,4\n", "given").at(0).sigma_mm, 4e-3);
 }
 
-TEST(lists, that_are_wrong_are_refused_by_line_and_column) {
+TEST(Lists, ThatAreWrongAreRefusedByLineAndColumn) {
   EXPECT_NE(refusal_of_list("id,diameter_mm\nS1,x\n").find("given:2: diameter_mm"),
             std::string::npos);
   EXPECT_NE(refusal_of_list("id\nS1\n").find("diameter_mm"), std::string::npos);

@@ -30,7 +30,7 @@ bool says(const std::string& html, const std::string& words) {
   return html.find(words) != html.npos;
 }
 
-TEST(a_certificates_words, name_who_and_what_was_there) {
+TEST(ACertificatesWords, NameWhoAndWhatWasThere) {
   const CertificateData data = first();
   EXPECT_EQ(data.robot_serial.text, "4711");
   EXPECT_EQ(data.controller_serial.text, "KRC 8");
@@ -63,7 +63,7 @@ TEST(a_certificates_words, name_who_and_what_was_there) {
   EXPECT_TRUE(says(to_html(calibrated), "base frame"));
 }
 
-TEST(a_certificates_words, name_interruptions_and_when_it_went_on_by_the_clock_on_the_wall) {
+TEST(ACertificatesWords, NameInterruptionsAndWhenItWentOnByTheClockOnTheWall) {
   ::setenv("TZ", "Europe/Berlin", 1);
   CertificateData data = first();
   ::unsetenv("TZ");
@@ -78,7 +78,7 @@ TEST(a_certificates_words, name_interruptions_and_when_it_went_on_by_the_clock_o
   EXPECT_TRUE(says(to_html(data), "not known: raw rows were dropped on"));
 }
 
-TEST(a_certificates_words, name_when_it_went_on_by_itself_after_a_link_came_back) {
+TEST(ACertificatesWords, NameWhenItWentOnByItselfAfterALinkCameBack) {
   const TemporaryDirectory directory;
   Journal journal(directory / "j.db");
   const std::int64_t id = record(journal, {.phases = true}, false);
@@ -98,7 +98,7 @@ TEST(a_certificates_words, name_when_it_went_on_by_itself_after_a_link_came_back
   EXPECT_EQ(data.breaks[1].event.text, "deadline");
 }
 
-TEST(a_certificates_words, have_no_figures_of_check_touches_as_found_where_there_are_none) {
+TEST(ACertificatesWords, HaveNoFiguresOfCheckTouchesAsFoundWhereThereAreNone) {
   const TemporaryDirectory directory;
   Journal journal(directory / "j.db");
   record(journal, {}, false);
@@ -118,7 +118,7 @@ TEST(a_certificates_words, have_no_figures_of_check_touches_as_found_where_there
   }
 }
 
-TEST(a_certificates_words, say_that_interruptions_were_not_recorded_where_no_change_of_phase_was) {
+TEST(ACertificatesWords, SayThatInterruptionsWereNotRecordedWhereNoChangeOfPhaseWas) {
   const std::string none = "<th scope=\"row\">Interruptions</th><td>none</td>",
                     not_recorded = "<th scope=\"row\">Interruptions</th><td>not recorded</td>";
   const auto breaks = [](const CertificateData& of) {
@@ -136,7 +136,7 @@ TEST(a_certificates_words, say_that_interruptions_were_not_recorded_where_no_cha
   EXPECT_EQ(breaks(data), "not known");
 }
 
-TEST(a_certificates_words, list_the_axes_of_a_positioner_with_their_bounds) {
+TEST(ACertificatesWords, ListTheAxesOfAPositionerWithTheirBounds) {
   const TemporaryDirectory directory;
   Journal journal(directory / "j.db");
   const Archive archive = make_archive(
@@ -157,7 +157,7 @@ TEST(a_certificates_words, list_the_axes_of_a_positioner_with_their_bounds) {
   EXPECT_FALSE(nlohmann::json::parse(to_json(second())).contains("positioner"));
 }
 
-TEST(a_certificates_words, list_a_linear_units_figures_with_their_bounds) {
+TEST(ACertificatesWords, ListALinearUnitsFiguresWithTheirBounds) {
   const TemporaryDirectory directory;
   Journal journal(directory / "j.db");
   const Archive archive = make_archive(
@@ -184,7 +184,7 @@ TEST(a_certificates_words, list_a_linear_units_figures_with_their_bounds) {
   EXPECT_FALSE(nlohmann::json::parse(to_json(second())).contains("linear_unit"));
 }
 
-TEST(a_certificates_words, have_the_verdicts_own_rule) {
+TEST(ACertificatesWords, HaveTheVerdictsOwnRule) {
   const CertificateData data = first();
   ASSERT_TRUE(data.decision.stated);
   EXPECT_FALSE(data.decision.by_cell_file);
@@ -194,7 +194,7 @@ TEST(a_certificates_words, have_the_verdicts_own_rule) {
   EXPECT_TRUE(says(to_html(data), "Simple acceptance"));
 }
 
-TEST(a_certificate_is_refused, of_a_withheld_result_with_the_reasons) {
+TEST(ACertificateIsRefused, OfAWithheldResultWithTheReasons) {
   const TemporaryDirectory directory;
   Journal journal(directory / "j.db");
   const std::int64_t id = record(journal, {.publish = false}, false);
@@ -209,8 +209,7 @@ TEST(a_certificate_is_refused, of_a_withheld_result_with_the_reasons) {
   }
 }
 
-TEST(a_certificate_is_refused,
-     of_a_session_that_was_aborted_or_failed_with_its_calibration_stored) {
+TEST(ACertificateIsRefused, OfASessionThatWasAbortedOrFailedWithItsCalibrationStored) {
   const TemporaryDirectory directory;
   Journal journal(directory / "j.db");
   const Recording few{.ending = Ending::kAborted};
@@ -233,7 +232,7 @@ TEST(a_certificate_is_refused,
   }
 }
 
-TEST(a_certificate_is_refused, of_an_update_which_stands_on_another_session) {
+TEST(ACertificateIsRefused, OfAnUpdateWhichStandsOnAnotherSession) {
   const TemporaryDirectory directory;
   Journal journal(directory / "j.db");
   const std::int64_t id = record(journal, {.stands_on = "session 12 of 2026-11-20"}, false);
@@ -248,7 +247,7 @@ TEST(a_certificate_is_refused, of_an_update_which_stands_on_another_session) {
   }
 }
 
-TEST(a_certificate_is_refused, of_a_session_without_a_calibration) {
+TEST(ACertificateIsRefused, OfASessionWithoutACalibration) {
   const TemporaryDirectory directory;
   Journal journal(directory / "j.db");
   SessionInputs inputs = read_inputs(CELLCAL_DEMO_CELL);
@@ -262,7 +261,7 @@ TEST(a_certificate_is_refused, of_a_session_without_a_calibration) {
   }
 }
 
-TEST(a_certificate_is_refused, of_an_export_that_was_altered) {
+TEST(ACertificateIsRefused, OfAnExportThatWasAltered) {
   Archive altered = recorded().first;
   std::string& rows = altered["rows.jsonl"];
   const std::size_t at = rows.find("4711");
@@ -298,7 +297,7 @@ void for_each_text(CertificateData& d, const std::function<void(std::string&)>& 
   for (auto& one : d.rows) act(one.target.text), act(one.time.text);
 }
 
-TEST(a_hostile_name, stays_text_on_a_certificate) {
+TEST(AHostileName, StaysTextOnACertificate) {
   CertificateData data = second();
   data.parameters.resize(3);
   data.rows.resize(3);
@@ -325,7 +324,7 @@ TEST(a_hostile_name, stays_text_on_a_certificate) {
   }
 }
 
-TEST(a_certificate_on_paper, is_a_pdf_of_the_same_document) {
+TEST(ACertificateOnPaper, IsAPdfOfTheSameDocument) {
   const TemporaryDirectory directory;
   CertificateData data = second();
   data.parameters.resize(3);  // for the sake of time
@@ -336,7 +335,7 @@ TEST(a_certificate_on_paper, is_a_pdf_of_the_same_document) {
   EXPECT_FALSE(std::filesystem::exists(directory / "c.pdf.part"));
 }
 
-TEST(a_certificate_on_paper, has_date_issuer_signature_traceability_and_result_on_its_first_page) {
+TEST(ACertificateOnPaper, HasDateIssuerSignatureTraceabilityAndResultOnItsFirstPage) {
   const TemporaryDirectory directory;
   CertificateData data = second();
   data.issued_by = {"A. Name", "issue#by"};
@@ -352,7 +351,7 @@ TEST(a_certificate_on_paper, has_date_issuer_signature_traceability_and_result_o
   EXPECT_EQ(page.find("Decision rule"), page.npos) << "it is the first page alone";
 }
 
-TEST(a_certificate_on_paper, is_given_up_where_the_program_takes_longer_than_its_limit) {
+TEST(ACertificateOnPaper, IsGivenUpWhereTheProgramTakesLongerThanItsLimit) {
   const TemporaryDirectory directory;
   std::ofstream(directory / "c.html") << "<p>";
   std::ofstream(directory / "weasyprint")
@@ -375,7 +374,7 @@ TEST(a_certificate_on_paper, is_given_up_where_the_program_takes_longer_than_its
   EXPECT_FALSE(std::filesystem::exists(directory / "c.pdf.part"));
 }
 
-TEST(a_certificate_on_paper, names_the_package_where_the_program_is_missing) {
+TEST(ACertificateOnPaper, NamesThePackageWhereTheProgramIsMissing) {
   const TemporaryDirectory directory;
   std::ofstream(directory / "c.html") << "<p>";
   const std::string path = std::getenv("PATH");

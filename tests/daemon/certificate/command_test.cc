@@ -15,8 +15,8 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-struct the_certificate_command : ::testing::Test {
-  the_certificate_command() {
+struct TheCertificateCommand : ::testing::Test {
+  TheCertificateCommand() {
     write_archive(recorded().second, dir / "e");
     signing::make_key(dir / "k");
     sign_export("e", "k");
@@ -48,8 +48,7 @@ struct the_certificate_command : ::testing::Test {
   TemporaryDirectory dir;
 };
 
-TEST_F(the_certificate_command,
-       writes_a_signed_one_from_an_export_that_verify_takes_until_it_is_changed) {
+TEST_F(TheCertificateCommand, WritesASignedOneFromAnExportThatVerifyTakesUntilItIsChanged) {
   ASSERT_EQ(run_program({CELLCAL, "certificate", "--make-key", "--key", dir / "other"}).status, 0);
   EXPECT_EQ(run_program({CELLCAL, "certificate", "--make-key", "--key", dir / "k"}).status, 1);
   const Outcome made =
@@ -77,7 +76,7 @@ TEST_F(the_certificate_command,
   EXPECT_EQ(changed.err.find("cellcal verify: "), 0u);
 }
 
-TEST_F(the_certificate_command, writes_the_document_in_the_language_asked_for) {
+TEST_F(TheCertificateCommand, WritesTheDocumentInTheLanguageAskedFor) {
   const Outcome made = certify({"--language", "de", "--no-sign", "--out", dir / "c"});
   ASSERT_EQ(made.status, 0) << made.err;
   EXPECT_TRUE(std::filesystem::exists(dir / "c/certificate.de.html"));
@@ -88,7 +87,7 @@ TEST_F(the_certificate_command, writes_the_document_in_the_language_asked_for) {
             std::string::npos);
 }
 
-TEST_F(the_certificate_command, of_an_emulated_cell_is_named_by_verify) {
+TEST_F(TheCertificateCommand, OfAnEmulatedCellIsNamedByVerify) {
   export_of({.emulated = true}, "m");
   ASSERT_EQ(run_program({CELLCAL, "certificate", dir / "m", "--no-pdf", "--key", dir / "k", "--out",
                          dir / "c"})
@@ -103,7 +102,7 @@ TEST_F(the_certificate_command, of_an_emulated_cell_is_named_by_verify) {
       << checked.out;
 }
 
-TEST_F(the_certificate_command, writes_nothing_where_the_key_cannot_be_used) {
+TEST_F(TheCertificateCommand, WritesNothingWhereTheKeyCannotBeUsed) {
   std::ofstream(dir / "n") << "no key";
   EXPECT_EQ(certify({"--key", dir / "n", "--out", dir / "c"}).status, 1);
   EXPECT_FALSE(std::filesystem::exists(dir / "c"));
@@ -119,7 +118,7 @@ TEST_F(the_certificate_command, writes_nothing_where_the_key_cannot_be_used) {
   EXPECT_EQ(nlohmann::json::parse(verify("c", "q.pub").out)["failure"], "no_signature");
 }
 
-TEST_F(the_certificate_command, signs_the_other_files_where_the_pdf_fails) {
+TEST_F(TheCertificateCommand, SignsTheOtherFilesWhereThePdfFails) {
   std::filesystem::create_directory(dir / "bin");
   std::ofstream(dir / "bin/weasyprint") << "#!/bin/sh\nexit 1\n";
   std::filesystem::permissions(dir / "bin/weasyprint", std::filesystem::perms::owner_all);
@@ -146,8 +145,7 @@ TEST_F(the_certificate_command, signs_the_other_files_where_the_pdf_fails) {
       << again.err;
 }
 
-TEST_F(the_certificate_command,
-       refuses_what_was_withheld_or_updated_or_not_done_with_status_3_and_wrong_use_with_2) {
+TEST_F(TheCertificateCommand, RefusesWhatWasWithheldOrUpdatedOrNotDoneWithStatus3AndWrongUseWith2) {
   Journal journal(dir / "j.db");
   const std::int64_t id = record(journal, {.publish = false}, false);
   write_archive(make_archive(journal, id, dir / "none"), dir / "w");
@@ -168,7 +166,7 @@ TEST_F(the_certificate_command,
   EXPECT_EQ(run_program({CELLCAL, "certificate", "7", "--make-key"}).status, 2);
 }
 
-TEST_F(the_certificate_command, certifies_nothing_that_does_not_come_out_again_to_the_bit) {
+TEST_F(TheCertificateCommand, CertifiesNothingThatDoesNotComeOutAgainToTheBit) {
   export_of({.forged_publish = true, .fit = 9}, "withheld");
   export_of({.forged_figures = true}, "tenth");
   for (const auto& [directory, where] :
@@ -183,7 +181,7 @@ TEST_F(the_certificate_command, certifies_nothing_that_does_not_come_out_again_t
     }
 }
 
-TEST_F(the_certificate_command, signs_for_no_export_that_nobody_signed_or_that_was_changed_since) {
+TEST_F(TheCertificateCommand, SignsForNoExportThatNobodySignedOrThatWasChangedSince) {
   signing::make_key(dir / "cell");
   const auto status = [&](std::vector<std::string> more) {
     more.insert(more.end(), {"--key", dir / "k", "--out", dir / "c"});

@@ -43,7 +43,7 @@ pugi::xml_node quantity(const Dcc& dcc, const char* result, const std::string& n
   return {};
 }
 
-TEST(a_digital_certificate, names_robot_artefacts_and_dates) {
+TEST(ADigitalCertificate, NamesRobotArtefactsAndDates) {
   const CertificateData data = first_of_dcc();
   const Dcc dcc(data);
   EXPECT_STREQ(dcc.root.attribute("schemaVersion").value(), "3.1.2");
@@ -56,7 +56,7 @@ TEST(a_digital_certificate, names_robot_artefacts_and_dates) {
   EXPECT_EQ(dcc.text("//dcc:influenceCondition//si:unit"), "\\degreecelsius");
 }
 
-TEST(a_digital_certificate, has_the_certificates_numbers_with_full_precision) {
+TEST(ADigitalCertificate, HasTheCertificatesNumbersWithFullPrecision) {
   const CertificateData data = first_of_dcc();
   const Dcc dcc(data);
   const std::string id = "say.certificate.tcp.mean", what = calib::words(calib::Phrase(id));
@@ -79,7 +79,7 @@ TEST(a_digital_certificate, has_the_certificates_numbers_with_full_precision) {
 }
 
 /// The schema has sequences: an element out of its order is refused.
-TEST(a_digital_certificate, keeps_the_order_of_the_schema) {
+TEST(ADigitalCertificate, KeepsTheOrderOfTheSchema) {
   const Dcc dcc(first_of_dcc());
   const auto children = [&](const char* path) {
     std::string all;
@@ -102,7 +102,7 @@ TEST(a_digital_certificate, keeps_the_order_of_the_schema) {
 }
 
 /// PTB's dcc.xsd, whose import names SI_Format.xsd next to it, is not part of the source tree.
-TEST(a_digital_certificate, is_valid_by_the_schema_where_CELLCAL_DCC_XSD_names_it) {
+TEST(ADigitalCertificate, IsValidByTheSchemaWhereCELLCALDCCXSDNamesIt) {
   const char* schema = std::getenv("CELLCAL_DCC_XSD");
   if (schema == nullptr) GTEST_SKIP() << "CELLCAL_DCC_XSD is not set";
   const TemporaryDirectory dir;
@@ -114,7 +114,7 @@ TEST(a_digital_certificate, is_valid_by_the_schema_where_CELLCAL_DCC_XSD_names_i
   }
 }
 
-TEST(a_digital_certificate, takes_names_of_any_text_and_files_that_state_nothing) {
+TEST(ADigitalCertificate, TakesNamesOfAnyTextAndFilesThatStateNothing) {
   CertificateData data = make_certificate(recorded().second, "e", kIssue);
   data.robot.text = "<dcc:item/>&\"']]>\xC3\xA4";
   data.issued_by.text.clear();

@@ -57,7 +57,7 @@ std::set<std::string> texts(const std::string& html) {
   return found;
 }
 
-TEST(a_german_certificate, has_no_sentence_of_the_english_one) {
+TEST(AGermanCertificate, HasNoSentenceOfTheEnglishOne) {
   for (const CertificateData& data : certificates()) {
     const std::string german = to_html(data, kGerman);
     EXPECT_NE(german.find("<html lang=\"de\">"), german.npos);
@@ -76,7 +76,7 @@ TEST(a_german_certificate, has_no_sentence_of_the_english_one) {
   }
 }
 
-TEST(a_german_certificate, has_the_entries_of_the_english_one_with_a_decimal_comma) {
+TEST(AGermanCertificate, HasTheEntriesOfTheEnglishOneWithADecimalComma) {
   for (const CertificateData& data : certificates()) {
     std::string rest;
     const auto english = entries_of(to_html(data), rest),
@@ -100,7 +100,7 @@ TEST(a_german_certificate, has_the_entries_of_the_english_one_with_a_decimal_com
   }
 }
 
-TEST(a_digital_certificate, says_each_sentence_in_every_language) {
+TEST(ADigitalCertificate, SaysEachSentenceInEveryLanguage) {
   for (const CertificateData& data : certificates()) {
     pugi::xml_document document;
     const std::string text = to_dcc(data);

@@ -32,8 +32,8 @@ std::string refusal(const std::function<void()>& act) {
   return "";
 }
 
-struct signed_files : ::testing::Test {
-  signed_files() {
+struct SignedFiles : ::testing::Test {
+  SignedFiles() {
     make_key(dir / "k");
     make_key(dir / "other");
     fs::create_directory(dir / "c");
@@ -82,7 +82,7 @@ struct signed_files : ::testing::Test {
   TemporaryDirectory dir;
 };
 
-TEST_F(signed_files, say_who_and_when_and_are_all_verified) {
+TEST_F(SignedFiles, SayWhoAndWhenAndAreAllVerified) {
   const Verified verified = verify_files(dir / "c", PublicKey(dir / "k.pub"));
   EXPECT_EQ(verified.files, (std::vector<std::string>{"a.html", "a.pdf"}));
   EXPECT_EQ(verified.statement.by, "Q. Auditor # key: 0");  // in one line, whatever is in the name
@@ -92,7 +92,7 @@ TEST_F(signed_files, say_who_and_when_and_are_all_verified) {
             std::vector<std::string>{"a.pdf"});
 }
 
-TEST_F(signed_files, are_verified_by_openssl_and_sha256sum_alone) {
+TEST_F(SignedFiles, AreVerifiedByOpensslAndSha256sumAlone) {
   const std::string at = "cd '" + dir.path().string() + "/c' && ";
   EXPECT_EQ(
       std::system(
@@ -110,7 +110,7 @@ TEST_F(signed_files, are_verified_by_openssl_and_sha256sum_alone) {
       0);
 }
 
-TEST_F(signed_files, of_an_export_have_names_of_their_own_and_are_verified_likewise) {
+TEST_F(SignedFiles, OfAnExportHaveNamesOfTheirOwnAndAreVerifiedLikewise) {
   fs::create_directory(dir / "x");
   write(dir / "x/rows.jsonl", "{}");
   const Statement statement{"export of session 7", "anna", "2026-04-02T08:00:00.000Z", ""};
@@ -126,7 +126,7 @@ TEST_F(signed_files, of_an_export_have_names_of_their_own_and_are_verified_likew
   EXPECT_THROW(verify_files(dir / "x", PublicKey(dir / "k.pub")), NotVerified);
 }
 
-TEST_F(signed_files, that_were_changed_are_told_from_others) {
+TEST_F(SignedFiles, ThatWereChangedAreToldFromOthers) {
   write(dir / "c/a.html", "<p>0.095 mm</p>");
   EXPECT_EQ(verify("c/a.html"), Why::kChangedFile);
   EXPECT_EQ(verify("c"), Why::kChangedFile);
@@ -140,7 +140,7 @@ TEST_F(signed_files, that_were_changed_are_told_from_others) {
   EXPECT_THROW(verify("c/nothing"), std::runtime_error);
 }
 
-TEST_F(signed_files, with_one_more_among_them_are_not_verified_and_it_is_named) {
+TEST_F(SignedFiles, WithOneMoreAmongThemAreNotVerifiedAndItIsNamed) {
   write(dir / "c/certificate.pdf", "%PDF forged");
   EXPECT_EQ(verify("c"), Why::kNotListed);
   EXPECT_NE(words("c").find("certificate.pdf"), std::string::npos);
@@ -155,7 +155,7 @@ TEST_F(signed_files, with_one_more_among_them_are_not_verified_and_it_is_named) 
   EXPECT_EQ(verify("c"), Why::kNotListed);
 }
 
-TEST_F(signed_files, are_each_held_against_their_own_sum) {
+TEST_F(SignedFiles, AreEachHeldAgainstTheirOwnSum) {
   const auto only_the_page_is_copied = fs::copy_options::overwrite_existing;
   fs::copy_file(dir / "c/a.html", dir / "c/a.pdf", only_the_page_is_copied);
   EXPECT_EQ(verify("c"), Why::kChangedFile);
@@ -163,13 +163,13 @@ TEST_F(signed_files, are_each_held_against_their_own_sum) {
   EXPECT_EQ(verify("c/a.html"), std::nullopt);
 }
 
-TEST_F(signed_files, that_were_renamed_are_told_by_the_name_that_was_signed) {
+TEST_F(SignedFiles, ThatWereRenamedAreToldByTheNameThatWasSigned) {
   fs::rename(dir / "c/a.pdf", dir / "c/b.html");
   EXPECT_EQ(verify_files(dir / "c/b.html", PublicKey(dir / "k.pub")).files,
             std::vector<std::string>{"a.pdf"});
 }
 
-TEST_F(signed_files, have_plain_names_each_once) {
+TEST_F(SignedFiles, HavePlainNamesEachOnce) {
   const PrivateKey key(dir / "k");
   const std::string good = calib::read_file(dir / "c" / kSums),
                     sum = calib::sha256(calib::read_file(dir / "c/a.html"));
@@ -185,7 +185,7 @@ TEST_F(signed_files, have_plain_names_each_once) {
   }
 }
 
-TEST_F(signed_files, of_another_key_are_told_from_damaged_ones) {
+TEST_F(SignedFiles, OfAnotherKeyAreToldFromDamagedOnes) {
   EXPECT_EQ(verify("c", "other.pub"), Why::kOtherKey);
   // Somebody else's signature, said to be of the expected key.
   const std::string text = calib::read_file(dir / "c" / kSums);
@@ -193,19 +193,19 @@ TEST_F(signed_files, of_another_key_are_told_from_damaged_ones) {
   EXPECT_EQ(verify("c"), Why::kDamagedSignature);
 }
 
-TEST_F(signed_files, are_not_verified_with_any_byte_changed) {
+TEST_F(SignedFiles, AreNotVerifiedWithAnyByteChanged) {
   expect_each_byte_counts(std::string("c/") + kSums, "c");
   expect_each_byte_counts(std::string("c/") + kSignature, "c/a.html");
 }
 
-TEST_F(signed_files, without_a_signature_say_so) {
+TEST_F(SignedFiles, WithoutASignatureSaySo) {
   fs::remove(dir / "c" / kSignature);
   EXPECT_EQ(verify("c"), Why::kNoSignature);
   fs::remove(dir / "c" / kSums);
   EXPECT_EQ(verify("c/a.html"), Why::kNoSignature);
 }
 
-TEST_F(signed_files, are_not_looked_for_outside_of_their_directory) {
+TEST_F(SignedFiles, AreNotLookedForOutsideOfTheirDirectory) {
   write(dir / "c" / kSums, "# cellcal.signature/1\n# key: " + std::string(64, '0') + "\n" +
                                std::string(64, 'a') + "  ../k\n");
   EXPECT_EQ(verify("c"), Why::kDamagedSignature);
@@ -216,7 +216,7 @@ TEST_F(signed_files, are_not_looked_for_outside_of_their_directory) {
   }
 }
 
-TEST_F(signed_files, need_a_key_that_only_its_owner_may_read_and_that_is_never_written_over) {
+TEST_F(SignedFiles, NeedAKeyThatOnlyItsOwnerMayReadAndThatIsNeverWrittenOver) {
   struct stat status {};
   ASSERT_EQ(::stat((dir / "k").c_str(), &status), 0);
   EXPECT_EQ(status.st_mode & 07777U, 0600U);
@@ -236,7 +236,7 @@ TEST_F(signed_files, need_a_key_that_only_its_owner_may_read_and_that_is_never_w
   EXPECT_EQ(refusal([&] { PrivateKey key(dir / "k"); }), "");
 }
 
-TEST_F(signed_files, go_without_a_key_only_where_there_is_none) {
+TEST_F(SignedFiles, GoWithoutAKeyOnlyWhereThereIsNone) {
   EXPECT_FALSE(key_if_there(dir / "nothing"));
   EXPECT_FALSE(key_if_there(dir / "nothing/k"));
   ASSERT_TRUE(key_if_there(dir / "k"));
@@ -248,7 +248,7 @@ TEST_F(signed_files, go_without_a_key_only_where_there_is_none) {
   EXPECT_NE(refusal([&] { key_if_there(dir / "dangling"); }).find("dangling"), std::string::npos);
 }
 
-TEST_F(signed_files, need_a_key_of_their_kind) {
+TEST_F(SignedFiles, NeedAKeyOfTheirKind) {
   const std::string at = "cd '" + dir.path().string() + "' && umask 077 && ";
   ASSERT_EQ(
       std::system(

@@ -53,12 +53,12 @@ std::string complaint(const Printed& printed, const Origins& origins) {
   }
 }
 
-struct a_certificate : ::testing::Test {
-  a_certificate() {
+struct ACertificate : ::testing::Test {
+  ACertificate() {
     ::setenv("TZ", "Europe/Berlin", 1);
     ::tzset();
   }
-  ~a_certificate() override {
+  ~ACertificate() override {
     ::unsetenv("TZ");
     ::tzset();
   }
@@ -80,18 +80,16 @@ void expect_all_traced(const Archive& archive) {
   }
 }
 
-TEST_F(a_certificate, of_an_arm_found_as_drawn_has_every_number_from_the_journals_rows) {
+TEST_F(ACertificate, OfAnArmFoundAsDrawnHasEveryNumberFromTheJournalsRows) {
   expect_all_traced(recorded().first);
 }
 
-TEST_F(a_certificate,
-       of_an_arm_found_as_calibrated_before_has_every_number_from_the_journals_rows) {
+TEST_F(ACertificate, OfAnArmFoundAsCalibratedBeforeHasEveryNumberFromTheJournalsRows) {
   expect_all_traced(recorded().second);
 }
 
-TEST_F(
-    a_certificate,
-    states_accuracy_and_repeatability_after_the_terms_of_iso_9283_where_there_are_touches_for_it) {
+TEST_F(ACertificate,
+       StatesAccuracyAndRepeatabilityAfterTheTermsOfIso9283WhereThereAreTouchesForIt) {
   const CertificateData none = [] {
     const TemporaryDirectory directory;
     Journal journal(directory / "j.db");
@@ -116,7 +114,7 @@ TEST_F(
   expect_all_traced(archive);
 }
 
-TEST_F(a_certificate, leaves_out_the_check_touches_that_the_verdict_left_aside) {
+TEST_F(ACertificate, LeavesOutTheCheckTouchesThatTheVerdictLeftAside) {
   const TemporaryDirectory directory;
   Journal journal(directory / "j.db");
   record(journal, {}, false);
@@ -135,7 +133,7 @@ TEST_F(a_certificate, leaves_out_the_check_touches_that_the_verdict_left_aside) 
   expect_all_traced(archive);
 }
 
-TEST_F(a_certificate, lists_the_certified_lengths_whose_ends_were_touched) {
+TEST_F(ACertificate, ListsTheCertifiedLengthsWhoseEndsWereTouched) {
   const TemporaryDirectory directory;
   Journal journal(directory / "j.db");
   const std::int64_t id = record(journal, {.untouched = "S3", .fit = 60}, false);
@@ -150,7 +148,7 @@ TEST_F(a_certificate, lists_the_certified_lengths_whose_ends_were_touched) {
   expect_all_traced(archive);
 }
 
-TEST_F(a_certificate, states_the_deviation_of_a_length_that_was_not_fitted_beside_its_uncertainty) {
+TEST_F(ACertificate, StatesTheDeviationOfALengthThatWasNotFittedBesideItsUncertainty) {
   const TemporaryDirectory directory;
   Journal journal(directory / "j.db");
   const std::int64_t id = record(journal, {.check_length = true, .fit = 60}, false);
@@ -163,7 +161,7 @@ TEST_F(a_certificate, states_the_deviation_of_a_length_that_was_not_fitted_besid
   expect_all_traced(archive);
 }
 
-TEST_F(a_certificate, has_an_uncertainty_budget_whose_squares_add_up_to_the_standard_uncertainty) {
+TEST_F(ACertificate, HasAnUncertaintyBudgetWhoseSquaresAddUpToTheStandardUncertainty) {
   const CertificateData data = make_certificate(recorded().first, "e", kIssue);
   ASSERT_GT(data.budget.size(), 4u);
   double squares = 0.0;
@@ -177,7 +175,7 @@ TEST_F(a_certificate, has_an_uncertainty_budget_whose_squares_add_up_to_the_stan
   EXPECT_NEAR(2.0 * *data.standard.value, *data.expanded.value, 1e-9);
 }
 
-TEST_F(a_certificate, of_an_arm_without_certified_lengths_claims_nothing_beyond_the_targets) {
+TEST_F(ACertificate, OfAnArmWithoutCertifiedLengthsClaimsNothingBeyondTheTargets) {
   const TemporaryDirectory directory;
   Journal journal(directory / "j.db");
   const std::int64_t id = record(journal, {.lengths = false, .emulated = true}, false);
@@ -193,7 +191,7 @@ TEST_F(a_certificate, of_an_arm_without_certified_lengths_claims_nothing_beyond_
   EXPECT_EQ(html.find("hold the scale;"), html.npos);
 }
 
-TEST_F(a_certificate, as_data_has_the_entries_of_the_document) {
+TEST_F(ACertificate, AsDataHasTheEntriesOfTheDocument) {
   const CertificateData data = make_certificate(recorded().first, "e", kIssue);
   std::string rest;
   std::set<std::pair<std::string, std::string>> printed;
@@ -217,7 +215,7 @@ TEST_F(a_certificate, as_data_has_the_entries_of_the_document) {
   EXPECT_LE(traced.size(), printed.size() + 2);  // where and why it went on is not printed
 }
 
-TEST(a_number, that_is_not_its_origins_is_found) {
+TEST(ANumber, ThatIsNotItsOriginsIsFound) {
   const Origins origins(recorded().first);
   EXPECT_EQ(complaint({"cell#/length/0/mm", "700.2860"}, origins), "");
   EXPECT_NE(complaint({"cell#/length/0/mm", "700.2861"}, origins), "");

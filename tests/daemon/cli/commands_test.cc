@@ -9,9 +9,9 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-class every_command : public ::testing::TestWithParam<const char*> {};
+class EveryCommand : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(every_command, has_help_with_an_example_and_json) {
+TEST_P(EveryCommand, HasHelpWithAnExampleAndJson) {
   const Outcome help = run_program({CELLCAL, GetParam(), "--help"});
   EXPECT_EQ(help.status, 0);
   EXPECT_NE(help.out.find(std::string("Example: cellcal ") + GetParam()), std::string::npos)
@@ -21,14 +21,14 @@ TEST_P(every_command, has_help_with_an_example_and_json) {
   EXPECT_EQ(help.err, "");
 }
 
-TEST_P(every_command, refuses_options_that_it_does_not_know) {
+TEST_P(EveryCommand, RefusesOptionsThatItDoesNotKnow) {
   const Outcome outcome = run_program({CELLCAL, GetParam(), "--no-such-option"});
   EXPECT_EQ(outcome.status, 2);
   EXPECT_EQ(outcome.err.find(std::string("cellcal ") + GetParam() + ": "), 0u) << outcome.err;
   EXPECT_EQ(outcome.out, "");
 }
 
-INSTANTIATE_TEST_SUITE_P(cli, every_command,
+INSTANTIATE_TEST_SUITE_P(Cli, EveryCommand,
                          ::testing::Values("identify", "predict", "plan", "robots", "kuka-files",
                                            "run", "status", "watch", "abort", "history", "show",
                                            "report", "token", "new-cell", "certificate", "verify",
@@ -39,7 +39,7 @@ INSTANTIATE_TEST_SUITE_P(cli, every_command,
                            return name;
                          });
 
-TEST(cellcal, is_used_wrongly_without_a_command_or_with_one_that_does_not_exist) {
+TEST(Cellcal, IsUsedWronglyWithoutACommandOrWithOneThatDoesNotExist) {
   EXPECT_EQ(run_program({CELLCAL}).status, 2);
   EXPECT_EQ(run_program({CELLCAL, "calibrate"}).status, 2);
   EXPECT_EQ(run_program({CELLCAL, "run"}).status, 2) << "--cell or --resume is needed";
@@ -48,7 +48,7 @@ TEST(cellcal, is_used_wrongly_without_a_command_or_with_one_that_does_not_exist)
   EXPECT_EQ(run_program({CELLCAL, "identify", "--cell", "c"}).status, 2);
 }
 
-TEST(cellcal, names_what_is_no_sessions_number) {
+TEST(Cellcal, NamesWhatIsNoSessionsNumber) {
   for (const char* number : {"abc", "0", "-1", "1.5", "9223372036854775808"})
     for (const char* command : {"show", "report"}) {
       const Outcome refused = run_program({CELLCAL, command, "--", number});
@@ -60,7 +60,7 @@ TEST(cellcal, names_what_is_no_sessions_number) {
     }
 }
 
-TEST(cellcal, names_the_commands_there_are_where_one_below_another_does_not_exist) {
+TEST(Cellcal, NamesTheCommandsThereAreWhereOneBelowAnotherDoesNotExist) {
   const Outcome unknown = run_program({CELLCAL, "token", "lst"});
   EXPECT_EQ(unknown.status, 2);
   EXPECT_EQ(unknown.out, "");
@@ -85,7 +85,7 @@ TEST(cellcal, names_the_commands_there_are_where_one_below_another_does_not_exis
   }
 }
 
-TEST(cellcal, lists_its_commands_and_its_version) {
+TEST(Cellcal, ListsItsCommandsAndItsVersion) {
   const Outcome help = run_program({CELLCAL, "--help"});
   EXPECT_EQ(help.status, 0);
   for (const char* name : {"identify", "predict", "plan", "run", "status", "watch", "abort"}) {
@@ -94,9 +94,9 @@ TEST(cellcal, lists_its_commands_and_its_version) {
   EXPECT_EQ(run_program({CELLCAL, "--version"}).status, 0);
 }
 
-class every_client_command : public ::testing::TestWithParam<std::vector<std::string>> {};
+class EveryClientCommand : public ::testing::TestWithParam<std::vector<std::string>> {};
 
-TEST_P(every_client_command, fails_in_one_line_without_a_daemon) {
+TEST_P(EveryClientCommand, FailsInOneLineWithoutADaemon) {
   std::vector<std::string> arguments{CELLCAL};
   for (const std::string& one : GetParam()) arguments.push_back(one);
   arguments.insert(arguments.end(), {"--socket", "/nonexistent/cellcald.sock"});
@@ -111,7 +111,7 @@ TEST_P(every_client_command, fails_in_one_line_without_a_daemon) {
   EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1);
 }
 
-TEST_P(every_client_command, takes_what_all_have_in_front_of_it_as_well) {
+TEST_P(EveryClientCommand, TakesWhatAllHaveInFrontOfItAsWell) {
   std::vector<std::string> arguments{CELLCAL, "--json", "--socket", "/nonexistent/cellcald.sock"};
   for (const std::string& one : GetParam()) arguments.push_back(one);
   const Outcome outcome = run_program(arguments);
@@ -121,7 +121,7 @@ TEST_P(every_client_command, takes_what_all_have_in_front_of_it_as_well) {
       << outcome.err;
 }
 
-TEST(cellcal, refuses_an_option_in_front_of_a_command_that_has_none_such) {
+TEST(Cellcal, RefusesAnOptionInFrontOfACommandThatHasNoneSuch) {
   const Outcome refused = run_program({CELLCAL, "--socket=/s", "robots"});
   EXPECT_EQ(refused.status, 2);
   EXPECT_EQ(refused.err.find("cellcal robots: unknown option \"--socket"), 0u) << refused.err;
@@ -133,7 +133,7 @@ TEST(cellcal, refuses_an_option_in_front_of_a_command_that_has_none_such) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    cli, every_client_command,
+    Cli, EveryClientCommand,
     ::testing::Values(std::vector<std::string>{"run", "--cell", "c.toml"},
                       std::vector<std::string>{"run", "--resume"},
                       std::vector<std::string>{"status"}, std::vector<std::string>{"watch"},

@@ -16,7 +16,7 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-class correct : public ::testing::Test {
+class Correct : public ::testing::Test {
  protected:
   std::string put(const std::string& name, const std::string& text) const {
     std::ofstream(dir_ / name, std::ios::binary) << text;
@@ -36,7 +36,7 @@ class correct : public ::testing::Test {
   TemporaryDirectory dir_;
 };
 
-TEST_F(correct, refuses_a_file_that_was_altered_and_a_correction_that_no_arm_has) {
+TEST_F(Correct, RefusesAFileThatWasAlteredAndACorrectionThatNoArmHas) {
   const std::string poses =
       put("poses.csv", "x_mm,y_mm,z_mm,a_deg,b_deg,c_deg\n980.5,-120.25,700,20,75,-10\n");
   calib::Calibration c = calibration();
@@ -81,7 +81,7 @@ TEST_F(correct, refuses_a_file_that_was_altered_and_a_correction_that_no_arm_has
 
 constexpr const char* kHead = "x_mm,y_mm,z_mm,a_deg,b_deg,c_deg";
 
-TEST_F(correct, turns_poses_into_joints_that_predict_brings_back) {
+TEST_F(Correct, TurnsPosesIntoJointsThatPredictBringsBack) {
   calibration_file();
   const std::string rows = "980.5,-120.25,700,20,75,-10\n990,-110,705,21,74,-9\n";
   const std::string poses = put("poses.csv", kHead + ("\n" + rows)), joints = dir_ / "joints.csv";
@@ -104,7 +104,7 @@ TEST_F(correct, turns_poses_into_joints_that_predict_brings_back) {
   EXPECT_EQ(list[0].at("joints_deg").size(), 6U);
 }
 
-TEST_F(correct, warns_as_predict_does_of_poses_outside_the_scope) {
+TEST_F(Correct, WarnsAsPredictDoesOfPosesOutsideTheScope) {
   calib::Calibration c = calibration();
   c.verdict.judged = true;
   c.verdict.workspace = false;
@@ -128,7 +128,7 @@ TEST_F(correct, warns_as_predict_does_of_poses_outside_the_scope) {
   EXPECT_EQ(run_correct({"--poses", poses, "-o", joints}).err.find("scope"), std::string::npos);
 }
 
-TEST_F(correct, takes_the_seeds_configuration) {
+TEST_F(Correct, TakesTheSeedsConfiguration) {
   calibration_file();
   const auto poses = [&](const char* seed) {
     return put("poses.csv", std::string("A1,A2,A3,A4,A5,A6,") + kHead + "\n" + seed +
@@ -143,7 +143,7 @@ TEST_F(correct, takes_the_seeds_configuration) {
   EXPECT_LT(a4("0,-60,80,180,-40,0"), 0.0);
 }
 
-TEST_F(correct, names_what_is_not_reached_by_line_and_writes_no_csv) {
+TEST_F(Correct, NamesWhatIsNotReachedByLineAndWritesNoCsv) {
   calibration_file();
   const std::string poses =
       put("poses.csv", std::string(kHead) + "\n980,-120,700,20,75,-10\n9800,-120,700,20,75,-10\n");
@@ -161,7 +161,7 @@ TEST_F(correct, names_what_is_not_reached_by_line_and_writes_no_csv) {
   EXPECT_NE(bad.err.find("bad.csv:2: z_mm"), std::string::npos) << bad.err;
 }
 
-TEST_F(correct, writes_a_program_beside_and_tells_each_shift) {
+TEST_F(Correct, WritesAProgramBesideAndTellsEachShift) {
   calibration_file();
   const KrlProgram program = taught(cell().robot, frames(), postures(6));
   const std::string src = put("weld.src", program.src), config = put("$config.dat", program.config);
@@ -199,7 +199,7 @@ TEST_F(correct, writes_a_program_beside_and_tells_each_shift) {
   EXPECT_NE(onto_itself.err.find("is the program itself"), std::string::npos) << onto_itself.err;
 }
 
-TEST_F(correct, refuses_what_was_corrected_already) {
+TEST_F(Correct, RefusesWhatWasCorrectedAlready) {
   calibration_file();
   const KrlProgram program = taught(cell().robot, frames(), postures(3));
   const std::string src = put("weld.src", program.src), config = put("$config.dat", program.config);
@@ -225,7 +225,7 @@ TEST_F(correct, refuses_what_was_corrected_already) {
   }
 }
 
-TEST_F(correct, writes_nothing_where_a_point_is_refused) {
+TEST_F(Correct, WritesNothingWhereAPointIsRefused) {
   calibration_file();
   const std::string src = put("p.src", "DEF p()\nPTP {A1 10}\nEND\n"), folder = dir_ / "out";
   const Outcome outcome = run_correct({"--program", src, "-o", folder});
@@ -244,7 +244,7 @@ TEST_F(correct, writes_nothing_where_a_point_is_refused) {
             std::string::npos);
 }
 
-TEST_F(correct, refuses_programs_where_the_controller_computes_with_another_model) {
+TEST_F(Correct, RefusesProgramsWhereTheControllerComputesWithAnotherModel) {
   calibration_file();
   const std::string poses =
       put("poses.csv", kHead + std::string("\n980.5,-120.25,700,20,75,-10\n"));
@@ -290,20 +290,20 @@ TEST_F(correct, refuses_programs_where_the_controller_computes_with_another_mode
   EXPECT_EQ(program().status, 0) << "its model is given";
 }
 
-TEST_F(correct, of_a_withheld_calibration_ends_with_status_3) {
+TEST_F(Correct, OfAWithheldCalibrationEndsWithStatus3) {
   calibration_file(false);
   const std::string poses = put("poses.csv", std::string(kHead) + "\n980,-120,700,20,75,-10\n");
   EXPECT_EQ(run_correct({"--poses", poses}).status, 3);
   EXPECT_EQ(run_correct({"--poses", poses, "--withheld"}).status, 0);
 }
 
-TEST_F(correct, needs_poses_or_a_program_and_not_both) {
+TEST_F(Correct, NeedsPosesOrAProgramAndNotBoth) {
   EXPECT_EQ(run_correct({}).status, 2);
   EXPECT_EQ(run_correct({"--poses", "p.csv", "--program", "p.src"}).status, 2);
   EXPECT_EQ(run_correct({"--poses", "p.csv", "--leave", "XHOME"}).status, 2);
 }
 
-TEST_F(correct, and_frames_write_a_krl_program_with_the_old_values_in_it) {
+TEST_F(Correct, AndFramesWriteAKrlProgramWithTheOldValuesInIt) {
   calibration_file();
   const std::string config = put("$config.dat", taught(cell().robot, frames(), {}).config),
                     snippet = dir_ / "cellcal_frames.src";
@@ -331,7 +331,7 @@ TEST_F(correct, and_frames_write_a_krl_program_with_the_old_values_in_it) {
   EXPECT_EQ(run_program(wrong).status, 2);
 }
 
-TEST_F(correct, and_mastering_names_the_angle_of_each_axis_and_those_that_no_touch_tells) {
+TEST_F(Correct, AndMasteringNamesTheAngleOfEachAxisAndThoseThatNoTouchTells) {
   calib::Calibration found = calibration();
   for (calib::ParameterResult& one : found.parameters)
     if (one.key == calib::joint_parameter(calib::ParameterKind::kTheta, 0))
@@ -393,7 +393,7 @@ std::string put_backup(const std::filesystem::path& folder, bool bad) {
   return folder;
 }
 
-TEST_F(correct, a_backup_writes_the_changed_files_and_a_record_that_refuses_a_second_time) {
+TEST_F(Correct, ABackupWritesTheChangedFilesAndARecordThatRefusesASecondTime) {
   calibration_file();
   const std::string backup = put_backup(dir_ / "backup", false), out = dir_ / "out";
   const Outcome outcome = run_correct({"--backup", backup, "-o", out});
@@ -410,8 +410,7 @@ TEST_F(correct, a_backup_writes_the_changed_files_and_a_record_that_refuses_a_se
   EXPECT_EQ(run_correct({"--backup", backup, "-o", backup}).status, 1);
 }
 
-TEST_F(correct,
-       a_backup_leaves_templates_and_binary_data_of_options_and_refuses_a_damaged_data_list) {
+TEST_F(Correct, ABackupLeavesTemplatesAndBinaryDataOfOptionsAndRefusesADamagedDataList) {
   calibration_file();
   const std::string backup = put_backup(dir_ / "backup", false), out = dir_ / "out";
   std::ofstream(backup + "/SnmpData.dat", std::ios::binary) << std::string("\x01\0\xff data", 8);
@@ -426,7 +425,7 @@ TEST_F(correct,
   EXPECT_NE(outcome.err.find("damaged.dat: byte 8 is NUL"), std::string::npos) << outcome.err;
 }
 
-TEST_F(correct, a_backup_of_which_nothing_can_be_corrected_is_status_3) {
+TEST_F(Correct, ABackupOfWhichNothingCanBeCorrectedIsStatus3) {
   calibration_file();
   const std::string backup = put_backup(dir_ / "backup", true);
   const Outcome outcome = run_correct({"--backup", backup, "-o", dir_ / "out", "--json"});
@@ -437,7 +436,7 @@ TEST_F(correct, a_backup_of_which_nothing_can_be_corrected_is_status_3) {
   EXPECT_EQ(report.at("modules").at(1).at("refusals").at(0).at("why"), "relative_motion");
 }
 
-TEST_F(correct, a_program_of_homes_alone_is_status_3) {
+TEST_F(Correct, AProgramOfHomesAloneIsStatus3) {
   calibration_file();
   const std::string src = put("p.src", "DEF P()\nPTP XHOME\nEND\n");
   const std::string config =
@@ -449,7 +448,7 @@ TEST_F(correct, a_program_of_homes_alone_is_status_3) {
   EXPECT_FALSE(std::filesystem::exists(dir_ / "out"));
 }
 
-TEST_F(correct, reads_called_routines_of_the_folder_and_those_that_are_named) {
+TEST_F(Correct, ReadsCalledRoutinesOfTheFolderAndThoseThatAreNamed) {
   calibration_file();
   const auto points = postures(1);
   const std::string src = put(
@@ -470,7 +469,7 @@ const char* const kAtRunTime =
     "DEF P()\r\nBAS(#TOOL,1)\r\nBAS(#BASE,0)\r\nPTP XHOME\r\nPTP XP\r\nXP.Z=XP.Z+5.0\r\nLIN XP C_DIS\r\n"
     "LIN_REL {Z 5.0}\r\nEND\r\n";
 
-TEST_F(correct, at_run_time_rewrites_the_motions_and_writes_the_module_and_restore_takes_it_back) {
+TEST_F(Correct, AtRunTimeRewritesTheMotionsAndWritesTheModuleAndRestoreTakesItBack) {
   calibration_file();
   const std::string src = put("p.src", kAtRunTime), out = dir_ / "out";
   put("p.dat", "DEFDAT P\nDECL E6POS XP=" + pose_text(postures(1)[0]) + "\nENDDAT\n");
@@ -504,7 +503,7 @@ TEST_F(correct, at_run_time_rewrites_the_motions_and_writes_the_module_and_resto
   EXPECT_EQ(run_program({CELLCAL, "correct", "--restore", src, "-o", dir_ / "more"}).status, 1);
 }
 
-TEST_F(correct, at_run_time_takes_a_whole_backup_and_puts_the_module_with_its_programs) {
+TEST_F(Correct, AtRunTimeTakesAWholeBackupAndPutsTheModuleWithItsPrograms) {
   calibration_file();
   const std::string backup = put_backup(dir_ / "backup", true), out = dir_ / "out";
   const Outcome outcome =
@@ -520,7 +519,7 @@ TEST_F(correct, at_run_time_takes_a_whole_backup_and_puts_the_module_with_its_pr
   EXPECT_FALSE(std::filesystem::exists(dir_ / "out/KRC/R1/Program/A.DAT"));
 }
 
-TEST_F(correct, at_run_time_needs_the_robots_number_and_a_calibration_for_the_workspace) {
+TEST_F(Correct, AtRunTimeNeedsTheRobotsNumberAndACalibrationForTheWorkspace) {
   calibration_file();
   const std::string src = put("p.src", "DEF P()\nPTP XHOME\nEND\n");
   EXPECT_NE(run_correct({"--program", src, "--at-run-time"}).err.find("--serial"),

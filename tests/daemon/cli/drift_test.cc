@@ -28,7 +28,7 @@ json chart_of(int checks) {
           {"points", points}};
 }
 
-TEST(an_update, is_named_with_what_it_stands_on_and_what_changed) {
+TEST(AnUpdate, IsNamedWithWhatItStandsOnAndWhatChanged) {
   EXPECT_EQ(update_line(json()), "");
   json update{{"outcome", "updated"},
               {"stands_on", "session 12 of 2026-11-20"},
@@ -40,7 +40,7 @@ TEST(an_update, is_named_with_what_it_stands_on_and_what_changed) {
   EXPECT_EQ(update_line(update), "no update of session 12 of 2026-11-20, 9 touches\n");
 }
 
-TEST(the_drift, is_sentences_a_plot_and_the_newest_checks) {
+TEST(TheDrift, IsSentencesAPlotAndTheNewestChecks) {
   const std::string text = drift_text(chart_of(30));
   EXPECT_EQ(text.find("checks of the calibration of session 7 (2026-05-28"), 0U) << text;
   EXPECT_NE(text.find("creep of 0.1 mm/month\n"), std::string::npos);
@@ -56,7 +56,7 @@ TEST(the_drift, is_sentences_a_plot_and_the_newest_checks) {
   }
 }
 
-TEST(the_drift, names_the_changes_of_the_cell_below_the_checks) {
+TEST(TheDrift, NamesTheChangesOfTheCellBelowTheChecks) {
   json chart = chart_of(3);
   chart["events"] = json::array(
       {{{"time_s", 1.78e9}, {"words", "update of session 12"}}, 3, {{"time_s", "soon"}}});
@@ -65,7 +65,7 @@ TEST(the_drift, names_the_changes_of_the_cell_below_the_checks) {
       << drift_text(chart);
 }
 
-TEST(the_drift, of_few_checks_names_those_that_are_left_out) {
+TEST(TheDrift, OfFewChecksNamesThoseThatAreLeftOut) {
   const std::string text = drift_text(chart_of(3));
   EXPECT_NE(text.find("   21.5   +0.000"), std::string::npos) << text;
   EXPECT_NE(text.find("left out: undecided"), std::string::npos) << text;
@@ -80,7 +80,7 @@ TEST(the_drift, of_few_checks_names_those_that_are_left_out) {
   EXPECT_EQ(drift_text(json()).find("no published calibration"), 0U);
 }
 
-TEST(the_drift, takes_an_answer_of_another_daemon_for_what_it_is) {
+TEST(TheDrift, TakesAnAnswerOfAnotherDaemonForWhatItIs) {
   for (const char* odd :
        {R"({})", R"({"points": [1, null, {}, {"time_s": "x", "off_mm": [1, "x"]}]})",
         R"({"words": [1], "points": {"a": 1}})",
@@ -88,7 +88,7 @@ TEST(the_drift, takes_an_answer_of_another_daemon_for_what_it_is) {
     EXPECT_NE(drift_text(json::parse(odd)), "") << odd;
 }
 
-TEST(the_drift, ends_with_what_the_controller_acknowledged_and_why_it_did_not) {
+TEST(TheDrift, EndsWithWhatTheControllerAcknowledgedAndWhyItDidNot) {
   EXPECT_EQ(acknowledged_text(json()), "");
   EXPECT_EQ(
       acknowledged_text({{"value", 1}, {"told", "holds"}, {"told_at", "2026-11-23T12:00:00Z"}}),

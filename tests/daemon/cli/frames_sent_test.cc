@@ -30,9 +30,9 @@ calib::Calibration measured() {
   return calib::testing::random_calibration(with_tip, random);
 }
 
-class frames_sent : public ::testing::Test {
+class FramesSent : public ::testing::Test {
  protected:
-  frames_sent() {
+  FramesSent() {
     calib::Calibration found = measured();
     in_use_ = calib::calibration_to_json(found);
     std::ofstream(dir_ / "cal.json") << in_use_;
@@ -41,7 +41,7 @@ class frames_sent : public ::testing::Test {
     std::ofstream(dir_ / "withheld.json") << calib::calibration_to_json(found);
     std::ofstream(dir_ / "as stated.json") << calib::calibration_to_json(calibration());
   }
-  ~frames_sent() override {
+  ~FramesSent() override {
     boost::asio::post(context_, [this] {
       server_.stop();
       context_.stop();
@@ -103,7 +103,7 @@ class frames_sent : public ::testing::Test {
   std::thread thread_{[this] { context_.run(); }};
 };
 
-TEST_F(frames_sent, says_what_the_controller_had_and_sends_what_was_confirmed) {
+TEST_F(FramesSent, SaysWhatTheControllerHadAndSendsWhatWasConfirmed) {
   const Outcome outcome = send({"--confirm"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_NE(outcome.err.find("TOOL_DATA[1] now  {X 59.9000,Y 50.5000,Z 410.3000,A 38.84000"),
@@ -124,7 +124,7 @@ TEST_F(frames_sent, says_what_the_controller_had_and_sends_what_was_confirmed) {
   EXPECT_NE(outcome.err.find("mm (k=2); A, B, C stay"), std::string::npos) << outcome.err;
 }
 
-TEST_F(frames_sent, are_none_of_a_base_where_nobody_says_where_the_robot_stands) {
+TEST_F(FramesSent, AreNoneOfABaseWhereNobodySaysWhereTheRobotStands) {
   const Outcome outcome = frames({"--calibration", dir_ / "cal.json", "--tool", "1", "--base",
                                   "3=S1,S2,S3", "--send", "--confirm"});
   EXPECT_EQ(outcome.status, 1);
@@ -132,14 +132,14 @@ TEST_F(frames_sent, are_none_of_a_base_where_nobody_says_where_the_robot_stands)
   EXPECT_EQ(asked("POST /v1/frames"), 0U) << "nor the tool before it";
 }
 
-TEST_F(frames_sent, are_none_of_a_tip_that_the_touches_did_not_measure) {
+TEST_F(FramesSent, AreNoneOfATipThatTheTouchesDidNotMeasure) {
   const Outcome outcome = send({"--confirm", "--other-calibration"}, "as stated.json");
   EXPECT_EQ(outcome.status, 1);
   EXPECT_NE(outcome.err.find("xyz_sigma_mm"), std::string::npos) << outcome.err;
   EXPECT_EQ(asked("POST /v1/frames"), 0U);
 }
 
-TEST_F(frames_sent, are_none_where_nobody_confirmed) {
+TEST_F(FramesSent, AreNoneWhereNobodyConfirmed) {
   const Outcome outcome = send({});
   EXPECT_EQ(outcome.status, 1);
   EXPECT_NE(outcome.err.find("--confirm"), std::string::npos) << outcome.err;
@@ -148,7 +148,7 @@ TEST_F(frames_sent, are_none_where_nobody_confirmed) {
   EXPECT_EQ(asked("POST /v1/frames/restore"), 0U);
 }
 
-TEST_F(frames_sent, that_are_unknown_are_no_success) {
+TEST_F(FramesSent, ThatAreUnknownAreNoSuccess) {
   status_ = 502;
   const Outcome outcome = send({"--confirm"});
   EXPECT_EQ(outcome.status, 1);
@@ -159,7 +159,7 @@ TEST_F(frames_sent, that_are_unknown_are_no_success) {
   EXPECT_EQ(json::parse(as_json.out).at(0).at("id"), 8) << "its number for --restore";
 }
 
-TEST_F(frames_sent, are_all_read_and_shown_before_the_first_and_told_where_one_fails) {
+TEST_F(FramesSent, AreAllReadAndShownBeforeTheFirstAndToldWhereOneFails) {
   std::ofstream(dir_ / "$machine.dat") << "$ROBROOT={X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}\n";
   const std::vector<std::string> two{"--base", "3=S1,S2,S3", "--confirm", "--config",
                                      dir_ / "$machine.dat"};
@@ -175,7 +175,7 @@ TEST_F(frames_sent, are_all_read_and_shown_before_the_first_and_told_where_one_f
       << outcome.err;
 }
 
-TEST_F(frames_sent, that_were_never_sent_are_not_asked_for) {
+TEST_F(FramesSent, ThatWereNeverSentAreNotAskedFor) {
   const Outcome outcome = frames({"--restore", "9"});
   EXPECT_EQ(outcome.status, 1);
   EXPECT_NE(outcome.err.find("no frame was sent under number 9"), std::string::npos) << outcome.err;
@@ -184,13 +184,13 @@ TEST_F(frames_sent, that_were_never_sent_are_not_asked_for) {
   EXPECT_EQ(asked("POST /v1/frames/read"), 0U);
 }
 
-TEST_F(frames_sent, are_never_those_of_a_withheld_calibration) {
+TEST_F(FramesSent, AreNeverThoseOfAWithheldCalibration) {
   EXPECT_EQ(send({"--confirm"}, "withheld.json").status, 3);
   EXPECT_EQ(send({"--confirm", "--withheld"}, "withheld.json").status, 3);
   EXPECT_TRUE(asked_.empty());
 }
 
-TEST_F(frames_sent, are_those_of_the_calibration_in_use_unless_another_is_asked_for) {
+TEST_F(FramesSent, AreThoseOfTheCalibrationInUseUnlessAnotherIsAskedFor) {
   in_use_ = calib::calibration_to_json(calibration(2));
   const Outcome outcome = send({"--confirm"});
   EXPECT_EQ(outcome.status, 1);
@@ -204,7 +204,7 @@ TEST_F(frames_sent, are_those_of_the_calibration_in_use_unless_another_is_asked_
   EXPECT_EQ(asked("POST /v1/frames"), 1U);
 }
 
-TEST_F(frames_sent, are_none_where_config_dat_is_of_another_controller) {
+TEST_F(FramesSent, AreNoneWhereConfigDatIsOfAnotherController) {
   std::ofstream(dir_ / "$config.dat")
       << "TOOL_DATA[1]={X 59.9,Y 50.6,Z 410.3,A 38.84,B 3.59,C 0.0}\n";
   const Outcome outcome = send({"--confirm", "--config", dir_ / "$config.dat"});
@@ -213,7 +213,7 @@ TEST_F(frames_sent, are_none_where_config_dat_is_of_another_controller) {
   EXPECT_EQ(asked("POST /v1/frames"), 0U);
 }
 
-TEST_F(frames_sent, are_listed_and_set_back) {
+TEST_F(FramesSent, AreListedAndSetBack) {
   EXPECT_NE(frames({"--sent"}).out.find("unknown   by anna (r): read it"), std::string::npos)
       << frames({"--sent"}).out;
   const Outcome back = frames({"--restore", "7", "--confirm"});
@@ -222,7 +222,7 @@ TEST_F(frames_sent, are_listed_and_set_back) {
   EXPECT_EQ(asked_.back().second["id"], 7);
 }
 
-TEST_F(frames_sent, and_wrong_use_is_told_by_status_2) {
+TEST_F(FramesSent, AndWrongUseIsToldByStatus2) {
   EXPECT_EQ(frames({}).status, 2);
   EXPECT_EQ(frames({"--send"}).status, 2);
   EXPECT_EQ(frames({"--sent", "--restore", "7"}).status, 2);

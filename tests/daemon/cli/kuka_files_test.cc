@@ -14,7 +14,7 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-class kuka_files : public ::testing::Test {
+class KukaFiles : public ::testing::Test {
  protected:
   void configure(const std::string& more, const std::string& backend = "eki") {
     std::ofstream(dir / "d.toml") << "format = \"cellcal.daemon/1\"\nbackend = \"" + backend +
@@ -31,7 +31,7 @@ class kuka_files : public ::testing::Test {
   TemporaryDirectory dir;
 };
 
-TEST_F(kuka_files, writes_the_set_of_the_configuration_and_says_where_it_goes) {
+TEST_F(KukaFiles, WritesTheSetOfTheConfigurationAndSaysWhereItGoes) {
   configure("[eki]\naddress = \"10.1.2.3\"\n[controller]\ninput = 33\n");
   const Outcome outcome = make();
   ASSERT_EQ(outcome.status, 0) << outcome.err;
@@ -46,7 +46,7 @@ TEST_F(kuka_files, writes_the_set_of_the_configuration_and_says_where_it_goes) {
   EXPECT_TRUE(std::filesystem::exists(folder / "cellcal_sub.sub"));
 }
 
-TEST_F(kuka_files, tells_programs_the_same_as_json) {
+TEST_F(KukaFiles, TellsProgramsTheSameAsJson) {
   configure("");
   const Outcome outcome = make({"--json"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
@@ -58,7 +58,7 @@ TEST_F(kuka_files, tells_programs_the_same_as_json) {
   }
 }
 
-TEST_F(kuka_files, writes_rsis_set_where_it_is_asked_for) {
+TEST_F(KukaFiles, WritesRsisSetWhereItIsAskedFor) {
   configure("[rsi]\nsentype = \"Cellcal\"\nbind = \"10.0.0.5\"\n[controller]\nrsi_version = 3\n");
   const Outcome outcome = make({"--wire", "rsi"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
@@ -71,7 +71,7 @@ TEST_F(kuka_files, writes_rsis_set_where_it_is_asked_for) {
   EXPECT_FALSE(std::filesystem::exists(folder / "CellcalEki.xml"));
 }
 
-TEST_F(kuka_files, of_rsi_need_an_address_that_the_controller_can_send_to) {
+TEST_F(KukaFiles, OfRsiNeedAnAddressThatTheControllerCanSendTo) {
   configure("");
   const Outcome outcome = make({"--wire", "rsi"});
   EXPECT_EQ(outcome.status, 1);
@@ -82,7 +82,7 @@ TEST_F(kuka_files, of_rsi_need_an_address_that_the_controller_can_send_to) {
   EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
 }
 
-TEST_F(kuka_files, of_rsi_3_are_one_unit_of_three_and_what_belongs_to_it) {
+TEST_F(KukaFiles, OfRsi3AreOneUnitOfThreeAndWhatBelongsToIt) {
   configure("[rsi]\nbind = \"10.0.0.5\"\n[controller]\nrsi_version = 3\n");
   const Outcome outcome = make({"--wire", "rsi", "--json"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
@@ -96,7 +96,7 @@ TEST_F(kuka_files, of_rsi_3_are_one_unit_of_three_and_what_belongs_to_it) {
   }
 }
 
-TEST_F(kuka_files, of_rsi_6_are_imported_into_a_project_and_there_are_none_of_eki) {
+TEST_F(KukaFiles, OfRsi6AreImportedIntoAProjectAndThereAreNoneOfEki) {
   configure("[rsi]\nbind = \"10.0.0.5\"\n[controller]\nrsi_version = 6\n", "rsi");
   const Outcome outcome = make({"--wire", "rsi"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
@@ -109,7 +109,7 @@ TEST_F(kuka_files, of_rsi_6_are_imported_into_a_project_and_there_are_none_of_ek
   EXPECT_NE(eki.err.find("EthernetKRL 6 is not supported"), std::string::npos) << eki.err;
 }
 
-TEST_F(kuka_files, of_a_release_that_is_not_served_name_those_that_are) {
+TEST_F(KukaFiles, OfAReleaseThatIsNotServedNameThoseThatAre) {
   configure("[rsi]\nbind = \"10.0.0.5\"\n[controller]\nrsi_version = 7\n");
   const Outcome outcome = make({"--wire", "rsi"});
   EXPECT_EQ(outcome.status, 1);
@@ -120,7 +120,7 @@ TEST_F(kuka_files, of_a_release_that_is_not_served_name_those_that_are) {
     EXPECT_NE(outcome.err.find(words), std::string::npos) << words << outcome.err;
 }
 
-TEST_F(kuka_files, that_were_made_pass_and_that_were_edited_are_refused_by_line) {
+TEST_F(KukaFiles, ThatWereMadePassAndThatWereEditedAreRefusedByLine) {
   configure("[rsi]\nbind = \"10.0.0.5\"\n");
   ASSERT_EQ(make({"--wire", "rsi"}).status, 0);
   const std::vector<std::string> verify{CELLCAL,  "kuka-files", "--config", dir / "d.toml",
@@ -142,7 +142,7 @@ TEST_F(kuka_files, that_were_made_pass_and_that_were_edited_are_refused_by_line)
   EXPECT_EQ(json.at("objections").size(), 2u);
 }
 
-TEST_F(kuka_files, of_rsi_keep_the_ranges_of_the_cells_robot) {
+TEST_F(KukaFiles, OfRsiKeepTheRangesOfTheCellsRobot) {
   configure("[rsi]\nbind = \"10.0.0.5\"\n");
   const std::string cell = CELLCAL_DEMO_CELL;
   const Outcome without = make({"--wire", "rsi"});
@@ -159,7 +159,7 @@ TEST_F(kuka_files, of_rsi_keep_the_ranges_of_the_cells_robot) {
   EXPECT_EQ(run_program(verify).out.rfind("ok", 0), 0U);
 }
 
-TEST_F(kuka_files, need_a_folder_to_go_to_or_one_to_look_at) {
+TEST_F(KukaFiles, NeedAFolderToGoToOrOneToLookAt) {
   configure("");
   const Outcome neither = run_program({CELLCAL, "kuka-files", "--config", dir / "d.toml"});
   EXPECT_EQ(neither.status, 2);
@@ -167,7 +167,7 @@ TEST_F(kuka_files, need_a_folder_to_go_to_or_one_to_look_at) {
   EXPECT_EQ(make({"--verify", dir.path().string()}).status, 2);
 }
 
-TEST_F(kuka_files, that_are_not_there_are_named) {
+TEST_F(KukaFiles, ThatAreNotThereAreNamed) {
   configure("");
   const Outcome none =
       run_program({CELLCAL, "kuka-files", "--config", dir / "d.toml", "--verify", dir / "nowhere"});
@@ -175,7 +175,7 @@ TEST_F(kuka_files, that_are_not_there_are_named) {
   EXPECT_NE(none.err.find("nowhere"), std::string::npos) << none.err;
 }
 
-TEST(doctor, prints_a_line_for_each_check_and_fails_with_one_reason) {
+TEST(Doctor, PrintsALineForEachCheckAndFailsWithOneReason) {
   const TemporaryDirectory dir;
   std::ofstream(dir / "d.toml") << "format = \"cellcal.daemon/1\"\nbackend = \"mock\"\nsocket = \""
                                 << (dir / "s").string() << "\"\n";
@@ -194,7 +194,7 @@ TEST(doctor, prints_a_line_for_each_check_and_fails_with_one_reason) {
             std::string::npos);
 }
 
-TEST_F(kuka_files, fails_by_file_and_key_and_writes_nothing) {
+TEST_F(KukaFiles, FailsByFileAndKeyAndWritesNothing) {
   configure("[controller]\ninput = 0\n");
   const Outcome outcome = make();
   EXPECT_EQ(outcome.status, 1);

@@ -73,8 +73,7 @@ std::string machine_on_track(const std::string& flange) {
   return text;
 }
 
-TEST(import_robot_with_machine_data,
-     writes_the_linear_unit_that_carries_the_arm_or_names_what_is_missing) {
+TEST(ImportRobotWithMachineData, WritesTheLinearUnitThatCarriesTheArmOrNamesWhatIsMissing) {
   TemporaryDirectory dir;
   const std::string robot = dir / "r.toml";
   std::ofstream(dir / "$machine.dat")
@@ -119,7 +118,7 @@ void expect_refused(const Outcome& outcome) {
   EXPECT_NE(outcome.err.find("linear unit (E1)"), std::string::npos) << outcome.err;
 }
 
-TEST(a_linear_unit, is_planned_identified_and_predicted_in_millimetres) {
+TEST(ALinearUnit, IsPlannedIdentifiedAndPredictedInMillimetres) {
   const TrackFiles files;
   const Outcome made = files.planned({"-o", files.plan});
   ASSERT_EQ(made.status, 0) << made.err;
@@ -150,7 +149,7 @@ TEST(a_linear_unit, is_planned_identified_and_predicted_in_millimetres) {
   EXPECT_NEAR(z[1], z[0], 1e-3);
 }
 
-TEST(a_linear_unit, is_exported_with_what_a_form_cannot_hold_in_millimetres) {
+TEST(ALinearUnit, IsExportedWithWhatAFormCannotHoldInMillimetres) {
   const TrackFiles files;
   ASSERT_EQ(files.planned({"-o", files.plan}).status, 0);
   (void)run_program(
@@ -181,7 +180,7 @@ TEST(a_linear_unit, is_exported_with_what_a_form_cannot_hold_in_millimetres) {
   EXPECT_GT(unit.at("touched_mm").at(1).get<double>(), 1500.0);
 }
 
-TEST(a_linear_unit, is_corrected_for_single_poses_where_it_stands) {
+TEST(ALinearUnit, IsCorrectedForSinglePosesWhereItStands) {
   const TrackFiles files;
   ASSERT_EQ(files.planned({"-o", files.plan}).status, 0);
   (void)run_program(
@@ -210,7 +209,7 @@ TEST(a_linear_unit, is_corrected_for_single_poses_where_it_stands) {
       << without.err;
 }
 
-TEST(a_linear_unit, is_corrected_for_programs_at_run_time) {
+TEST(ALinearUnit, IsCorrectedForProgramsAtRunTime) {
   const TrackFiles files;
   ASSERT_EQ(files.planned({"-o", files.plan}).status, 0);
   (void)run_program(
@@ -227,7 +226,7 @@ TEST(a_linear_unit, is_corrected_for_programs_at_run_time) {
   EXPECT_NE(content(folder + "/cellcal_fix.dat").find("CCF_XUNITS=1"), std::string::npos);
 }
 
-TEST(a_linear_unit, is_planned_for_the_points_of_programs) {
+TEST(ALinearUnit, IsPlannedForThePointsOfPrograms) {
   const TrackFiles files;
   const std::string src = files.dir / "p.src";
   {
@@ -242,7 +241,7 @@ TEST(a_linear_unit, is_planned_for_the_points_of_programs) {
   EXPECT_EQ(made.err.find("warning: p.src"), std::string::npos) << made.err;
 }
 
-TEST(a_linear_unit, has_its_positions_beside_the_angles_in_the_plans_json) {
+TEST(ALinearUnit, HasItsPositionsBesideTheAnglesInThePlansJson) {
   const TrackFiles files;
   const Outcome made = files.planned({"--json", "--from", "1200,0,-70,90,0,60,0"});
   ASSERT_EQ(made.status, 0) << made.err;
@@ -258,12 +257,12 @@ TEST(a_linear_unit, has_its_positions_beside_the_angles_in_the_plans_json) {
   EXPECT_NE(beyond.err.find("3200 mm for E1"), std::string::npos) << beyond.err;
 }
 
-TEST(a_linear_unit, is_refused_by_name_where_it_cannot_be_carried_yet) {
+TEST(ALinearUnit, IsRefusedByNameWhereItCannotBeCarriedYet) {
   const TrackFiles files;
   expect_refused(files.planned({"--suggest-spheres", "4"}));
 }
 
-TEST(a_linear_unit, is_carried_by_a_new_cell) {
+TEST(ALinearUnit, IsCarriedByANewCell) {
   const TrackFiles files;
   std::ofstream(files.dir / "spheres.csv")
       << "id,diameter_mm,x_mm,y_mm,z_mm\nS1,50,900,0,400\nS2,50,900,1500,600\n";

@@ -112,9 +112,9 @@ Keys keys_of_the_reader(const CellForm& form) {
   return keys;
 }
 
-class a_new_cell_file : public ::testing::TestWithParam<bool> {};
+class ANewCellFile : public ::testing::TestWithParam<bool> {};
 
-TEST_P(a_new_cell_file, has_every_key_that_the_reader_knows) {
+TEST_P(ANewCellFile, HasEveryKeyThatTheReaderKnows) {
   const CellForm made = form(GetParam());
   const Keys written = keys_of(cell_text(made));
   std::set<std::string> top = written.at("");
@@ -145,7 +145,7 @@ std::string rounded(const std::string& toml) {
   return out.append(last, toml.end());
 }
 
-TEST_P(a_new_cell_file, says_the_same_with_every_default_spelled_out) {
+TEST_P(ANewCellFile, SaysTheSameWithEveryDefaultSpelledOut) {
   const CellForm made = form(GetParam());
   const std::string text = cell_text(made);
   // Up to the examples of whole tables, which say something else.
@@ -162,7 +162,7 @@ TEST_P(a_new_cell_file, says_the_same_with_every_default_spelled_out) {
   EXPECT_EQ(said(spelled), said(text));
 }
 
-TEST_P(a_new_cell_file, has_examples_that_can_be_taken_as_they_are) {
+TEST_P(ANewCellFile, HasExamplesThatCanBeTakenAsTheyAre) {
   const CellForm made = form(GetParam());
   const std::string text = cell_text(made);
   const std::string spelled =
@@ -173,15 +173,15 @@ TEST_P(a_new_cell_file, has_examples_that_can_be_taken_as_they_are) {
   EXPECT_EQ(cell.targets.size(), 8u);
 }
 
-INSTANTIATE_TEST_SUITE_P(new_cell, a_new_cell_file, ::testing::Bool());
+INSTANTIATE_TEST_SUITE_P(NewCell, ANewCellFile, ::testing::Bool());
 
-TEST(a_new_cell_file, has_lines_that_a_terminal_shows_whole) {
+TEST(ANewCellFile, HasLinesThatATerminalShowsWhole) {
   std::string line;
   for (std::istringstream lines(cell_text(form())); std::getline(lines, line);)
     EXPECT_LE(line.size(), 112u) << line;
 }
 
-TEST(a_new_cell_file, is_of_any_robot_that_is_shipped) {
+TEST(ANewCellFile, IsOfAnyRobotThatIsShipped) {
   for (const calib::NamedRobot& one : calib::shipped_robots()) {
     CellForm made = form();
     made.robot = find_robot(one.file, "cell.toml");
@@ -189,7 +189,7 @@ TEST(a_new_cell_file, is_of_any_robot_that_is_shipped) {
   }
 }
 
-TEST(a_robot_file_beside_the_cell_file, is_named_relative_to_it) {
+TEST(ARobotFileBesideTheCellFile, IsNamedRelativeToIt) {
   const TemporaryDirectory dir;
   write(dir / "mine.toml", form().robot.text);
   EXPECT_EQ(find_robot(dir / "mine.toml", dir / "cell.toml").reference, "mine.toml");
@@ -231,7 +231,7 @@ Asked ask(const std::string& input) {
   return asked;
 }
 
-TEST(the_dialogue, makes_the_cell_of_its_answers) {
+TEST(TheDialogue, MakesTheCellOfItsAnswers) {
   const Asked asked = ask(joined(kAnswers, kAnswers.size()));
   const CellForm& made = asked.form;
   EXPECT_EQ(made.robot.reference, "kr5_r1400");
@@ -247,7 +247,7 @@ TEST(the_dialogue, makes_the_cell_of_its_answers) {
   EXPECT_EQ(made.lengths[0].mm, 700.286);
 }
 
-TEST(the_dialogue, takes_a_certificate_that_was_given_for_spheres_that_it_asks_for) {
+TEST(TheDialogue, TakesACertificateThatWasGivenForSpheresThatItAsksFor) {
   CellForm made;
   made.lengths = {{"S1", "S2", 700.286, 0.005}};
   std::istringstream in(joined(kAnswers, kAnswers.size() - 1));
@@ -257,7 +257,7 @@ TEST(the_dialogue, takes_a_certificate_that_was_given_for_spheres_that_it_asks_f
   EXPECT_EQ(made.lengths.size(), 1u);
 }
 
-TEST(the_dialogue, asks_again_for_a_bad_answer_with_the_reason) {
+TEST(TheDialogue, AsksAgainForABadAnswerWithTheReason) {
   const std::vector<std::pair<std::size_t, std::pair<std::string, std::string>>> bad{
       {0, {"kr5_r140", "no robot file \"kr5_r140\""}},
       {0, {"kr5_", "there are kr5_arc, kr5_r1400"}},
@@ -290,7 +290,7 @@ TEST(the_dialogue, asks_again_for_a_bad_answer_with_the_reason) {
   }
 }
 
-TEST(the_dialogue, ends_where_the_input_ends_and_leaves_nothing) {
+TEST(TheDialogue, EndsWhereTheInputEndsAndLeavesNothing) {
   for (std::size_t count = 0; count < kAnswers.size(); ++count) {
     const TemporaryDirectory dir;
     std::istringstream in(joined(kAnswers, count));
@@ -300,7 +300,7 @@ TEST(the_dialogue, ends_where_the_input_ends_and_leaves_nothing) {
   }
 }
 
-TEST(the_dialogue, does_not_begin_where_the_file_could_not_be_written) {
+TEST(TheDialogue, DoesNotBeginWhereTheFileCouldNotBeWritten) {
   const TemporaryDirectory dir;
   std::filesystem::create_directory(dir / "folder");
   for (const char* place : {"none/cell.toml", "folder"}) {
@@ -311,7 +311,7 @@ TEST(the_dialogue, does_not_begin_where_the_file_could_not_be_written) {
   }
 }
 
-TEST(a_taught_centre, lies_below_the_tip_that_touches_the_top) {
+TEST(ATaughtCentre, LiesBelowTheTipThatTouchesTheTop) {
   CellForm made = form();
   made.spheres.clear();
   made.tool.tip_radius_mm = 1.5;
@@ -375,7 +375,7 @@ std::string refusal(const NewCellCommand& command, const std::string& answers = 
   return "written";
 }
 
-TEST(a_backup, gives_arm_tool_and_load_and_names_other_tools_and_bases) {
+TEST(ABackup, GivesArmToolAndLoadAndNamesOtherToolsAndBases) {
   const TemporaryDirectory dir;
   EXPECT_EQ(refusal(from_backup(dir, kTorch + kOthers)), "written");
   const calib::Cell made = calib::load_cell(dir / "cell.toml");
@@ -393,7 +393,7 @@ TEST(a_backup, gives_arm_tool_and_load_and_names_other_tools_and_bases) {
   EXPECT_EQ(text.find("TOOL_DATA[2]"), std::string::npos) << "not measured";
 }
 
-TEST(a_backup, with_several_tools_has_the_one_of_its_number_or_asks) {
+TEST(ABackup, WithSeveralToolsHasTheOneOfItsNumberOrAsks) {
   const TemporaryDirectory dir;
   NewCellCommand command = from_backup(dir, kTorch + kProbe + kOthers);
   EXPECT_NE(refusal(command).find("Tool: number of TOOL_DATA (1 \"torch\", 3), or X Y Z"),
@@ -408,7 +408,7 @@ TEST(a_backup, with_several_tools_has_the_one_of_its_number_or_asks) {
   EXPECT_EQ(calib::load_cell(dir / "cell.toml").tool.mass_kg, 1.535);
 }
 
-TEST(a_backup, whose_slot_has_no_tool_is_named_by_number_and_file) {
+TEST(ABackup, WhoseSlotHasNoToolIsNamedByNumberAndFile) {
   const TemporaryDirectory dir;
   NewCellCommand command = from_backup(dir, kTorch + kOthers);
   for (const auto& [number, words] : std::map<std::string, std::string>{
@@ -422,7 +422,7 @@ TEST(a_backup, whose_slot_has_no_tool_is_named_by_number_and_file) {
   }
 }
 
-TEST(a_backup, does_not_replace_another_robot_file) {
+TEST(ABackup, DoesNotReplaceAnotherRobotFile) {
   const TemporaryDirectory dir;
   NewCellCommand command = from_backup(dir, kTorch);
   write(dir / "kr5_r1400.toml", "mine");
@@ -433,7 +433,7 @@ TEST(a_backup, does_not_replace_another_robot_file) {
   EXPECT_EQ(content(dir / "kr5_r1400.toml"), "mine");
 }
 
-TEST(a_cell_file, gets_another_tool_of_the_controller_and_keeps_all_else) {
+TEST(ACellFile, GetsAnotherToolOfTheControllerAndKeepsAllElse) {
   const TemporaryDirectory dir;
   ASSERT_EQ(refusal(from_backup(dir, kTorch)), "written");
   const std::string before = content(dir / "cell.toml");
@@ -454,7 +454,7 @@ TEST(a_cell_file, gets_another_tool_of_the_controller_and_keeps_all_else) {
   EXPECT_EQ(content(dir / "cell.toml"), before);
 }
 
-TEST(a_cell_files_tool, is_set_where_it_is_one_table_with_a_key_to_a_line) {
+TEST(ACellFilesTool, IsSetWhereItIsOneTableWithAKeyToALine) {
   const ToolForm tool{.xyz_mm = {1, 2, 300}, .mass_kg = 4.0};
   EXPECT_EQ(
       with_tool("[tool]\r\nxyz_mm=[0,0,9] # TCP\r\n#mass_kg = 2\r\n[touch]\r\nabc_deg = 1\r\n",
@@ -474,9 +474,9 @@ constexpr const char* kSpheres =
 constexpr const char* kCertificate =
     "from,to,mm,sigma_mm\nS1,S2,700.286,0.005\nS1,S3,616.198,0.005\n";
 
-class the_command : public ::testing::Test {
+class TheCommand : public ::testing::Test {
  protected:
-  the_command() {
+  TheCommand() {
     write(dir_ / "spheres.csv", kSpheres);
     write(dir_ / "certificate.csv", kCertificate);
   }
@@ -500,7 +500,7 @@ class the_command : public ::testing::Test {
   const std::string cell_ = dir_ / "cell.toml";
 };
 
-TEST_F(the_command, makes_of_options_alone_a_file_that_loads_and_plans) {
+TEST_F(TheCommand, MakesOfOptionsAloneAFileThatLoadsAndPlans) {
   const Outcome made = run_program(arguments());
   ASSERT_EQ(made.status, 0) << made.err;
   EXPECT_EQ(made.err, "");
@@ -521,7 +521,7 @@ TEST_F(the_command, makes_of_options_alone_a_file_that_loads_and_plans) {
   EXPECT_EQ(content(cell_), before);
 }
 
-TEST_F(the_command, replaces_a_file_with_force_alone) {
+TEST_F(TheCommand, ReplacesAFileWithForceAlone) {
   write(cell_, "mine");
   write(dir_ / "spheres.csv", "id,diameter_mm\nS1,50\n");
   write(dir_ / "certificate.csv", "from,to,mm,sigma_mm\n");
@@ -537,7 +537,7 @@ TEST_F(the_command, replaces_a_file_with_force_alone) {
   EXPECT_EQ(out.str(), "") << "nothing is asked";
 }
 
-TEST_F(the_command, names_what_an_option_or_list_says_wrongly_and_writes_nothing) {
+TEST_F(TheCommand, NamesWhatAnOptionOrListSaysWronglyAndWritesNothing) {
   struct Case {
     std::string spheres, certificate, tool, words;
   };

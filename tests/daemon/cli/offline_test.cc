@@ -26,7 +26,7 @@ std::size_t lines(const std::string& text) {
   return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
 }
 
-TEST(a_missing_file, is_a_failed_job_named_in_the_first_line) {
+TEST(AMissingFile, IsAFailedJobNamedInTheFirstLine) {
   const Outcome outcome =
       run_program({CELLCAL, "identify", "--cell", "/none.toml", "--touches", "t.csv"});
   EXPECT_EQ(outcome.status, 1);
@@ -37,7 +37,7 @@ TEST(a_missing_file, is_a_failed_job_named_in_the_first_line) {
       1);
 }
 
-TEST(the_robots, are_listed_with_reach_and_the_places_that_are_looked_in_those_of_ones_own_first) {
+TEST(TheRobots, AreListedWithReachAndThePlacesThatAreLookedInThoseOfOnesOwnFirst) {
   const TemporaryDirectory dir;
   std::filesystem::copy_file(CELLCAL_ROBOTS_FOLDER "/kr16_r1610_2.toml", dir / "mine.toml");
   std::ofstream(dir / "broken.toml") << "format = 3";
@@ -59,21 +59,21 @@ TEST(the_robots, are_listed_with_reach_and_the_places_that_are_looked_in_those_o
   EXPECT_NE(words.out.find("KUKA KR 16 R1610-2"), std::string::npos) << words.out;
 }
 
-TEST(a_reader_that_went_away, ends_the_command_quietly_with_its_usual_status) {
+TEST(AReaderThatWentAway, EndsTheCommandQuietlyWithItsUsualStatus) {
   const Outcome outcome = run_program(
       {"/bin/bash", "-c", std::string(CELLCAL) + " robots | true; exit ${PIPESTATUS[0]}"});
   EXPECT_EQ(outcome.status, 0);
   EXPECT_EQ(outcome.err, "");
 }
 
-TEST(an_unknown_method, is_wrong_usage) {
+TEST(AnUnknownMethod, IsWrongUsage) {
   EXPECT_EQ(
       run_program({CELLCAL, "identify", "--cell", kCell, "--touches", "t.csv", "--method", "guess"})
           .status,
       2);
 }
 
-TEST(a_plan, is_a_touch_file_that_identify_reads_and_predict_continues_from) {
+TEST(APlan, IsATouchFileThatIdentifyReadsAndPredictContinuesFrom) {
   const TemporaryDirectory dir;
   const std::string plan = dir / "plan.csv", picture = dir / "plan.svg";
   const Outcome planned = run_program({CELLCAL, "plan", "--cell", kCell, "--touches", "16",
@@ -145,7 +145,7 @@ void expect_german(std::string said) {
   EXPECT_FALSE(std::regex_search(said, std::regex("\\{[a-z_]+(:[^}]*)?\\}"))) << said;
 }
 
-TEST(a_plan_and_its_result, are_told_in_the_language_asked_for_and_written_in_none) {
+TEST(APlanAndItsResult, AreToldInTheLanguageAskedForAndWrittenInNone) {
   const TemporaryDirectory dir;
   const std::string plan = dir / "p.csv", calibration = dir / "c.json";
   const auto in_german = [](std::vector<std::string> command) {
@@ -169,7 +169,7 @@ TEST(a_plan_and_its_result, are_told_in_the_language_asked_for_and_written_in_no
   EXPECT_NE(json.at("verdict").dump().find("certified lengths hold the scale"), std::string::npos);
 }
 
-TEST(a_result_that_must_not_be_published, is_written_and_ends_with_status_3) {
+TEST(AResultThatMustNotBePublished, IsWrittenAndEndsWithStatus3) {
   const TemporaryDirectory dir;
   const std::string plan = dir / "plan.csv", calibration = dir / "c.json";
   ASSERT_EQ(run_program({CELLCAL, "plan", "--cell", kCell, "--touches", "8", "-o", plan}).status,
@@ -201,7 +201,7 @@ TEST(a_result_that_must_not_be_published, is_written_and_ends_with_status_3) {
   }
 }
 
-TEST(a_first_session, ends_in_what_it_has_shown_and_not_in_what_it_lacks) {
+TEST(AFirstSession, EndsInWhatItHasShownAndNotInWhatItLacks) {
   const TemporaryDirectory dir;
   const std::string plan = dir / "plan.csv";
   ASSERT_EQ(run_program({CELLCAL, "plan", "--cell", kCell, "--touches", "4", "-o", plan}).status,
@@ -217,7 +217,7 @@ TEST(a_first_session, ends_in_what_it_has_shown_and_not_in_what_it_lacks) {
   EXPECT_TRUE(json.at("verdict").at("too_few_touches").get<bool>());
 }
 
-TEST(a_plan, serves_the_points_of_a_program) {
+TEST(APlan, ServesThePointsOfAProgram) {
   const TemporaryDirectory dir;
   const KrlProgram program = taught(cell().robot, frames(), postures(6));
   const std::string src = dir / "weld.src", config = dir / "$config.dat";
@@ -236,7 +236,7 @@ TEST(a_plan, serves_the_points_of_a_program) {
   EXPECT_NE(without.err.find("--program: 0 points"), std::string::npos) << without.err;
 }
 
-TEST(a_plan, of_a_cell_file_that_contradicts_itself_is_refused) {
+TEST(APlan, OfACellFileThatContradictsItselfIsRefused) {
   const TemporaryDirectory dir;
   std::string text = content(kCell);
   text.replace(text.find("kr5_worn.toml"), 13,
@@ -251,7 +251,7 @@ TEST(a_plan, of_a_cell_file_that_contradicts_itself_is_refused) {
   EXPECT_NE(outcome.err.find("decimal point"), std::string::npos) << outcome.err;
 }
 
-TEST(a_mistake_in_a_cell_file, is_named_by_plan_and_identify_with_its_value) {
+TEST(AMistakeInACellFile, IsNamedByPlanAndIdentifyWithItsValue) {
   const TemporaryDirectory dir;
   const std::string touches = dir / "touches.csv";
   ASSERT_EQ(run_program({CELLCAL, "plan", "--cell", kCell, "--touches", "8", "-o", touches}).status,
@@ -278,7 +278,7 @@ TEST(a_mistake_in_a_cell_file, is_named_by_plan_and_identify_with_its_value) {
   }
 }
 
-TEST(a_plan, says_how_far_the_axes_go_from_where_the_arm_stands) {
+TEST(APlan, SaysHowFarTheAxesGoFromWhereTheArmStands) {
   const auto limit = [](const std::string& from) {
     const Outcome outcome =
         run_program({CELLCAL, "plan", "--cell", kCell, "--touches", "8", "--from", from, "--json"});
@@ -294,7 +294,7 @@ TEST(a_plan, says_how_far_the_axes_go_from_where_the_arm_stands) {
   EXPECT_NE(beyond.err.find("400 deg for A1"), std::string::npos) << beyond.err;
 }
 
-TEST(a_plan, to_a_goal_names_what_is_missing) {
+TEST(APlan, ToAGoalNamesWhatIsMissing) {
   const Outcome planned =
       run_program({CELLCAL, "plan", "--cell", kCell, "--goal", "0.02", "--touches", "24", "--json"});
   ASSERT_EQ(planned.status, 0) << planned.err;
@@ -309,14 +309,14 @@ TEST(a_plan, to_a_goal_names_what_is_missing) {
   EXPECT_EQ(run_program({CELLCAL, "plan", "--cell", kCell}).status, 2);
 }
 
-TEST(an_unknown_command, is_named) {
+TEST(AnUnknownCommand, IsNamed) {
   const Outcome outcome = run_program({CELLCAL, "dance", "--poses", "p.csv"});
   EXPECT_EQ(outcome.status, 2);
   EXPECT_EQ(outcome.err.find("cellcal: unknown command \"dance\". The commands: run, "), 0u)
       << outcome.err;
 }
 
-TEST(an_unknown_command, or_option_is_shown_with_the_nearest_that_there_is) {
+TEST(AnUnknownCommand, OrOptionIsShownWithTheNearestThatThereIs) {
   const Outcome command = run_program({CELLCAL, "identfy"});
   EXPECT_EQ(command.status, 2);
   EXPECT_EQ(command.err.find("cellcal: unknown command \"identfy\". Did you mean \"identify\"? "),
@@ -329,13 +329,13 @@ TEST(an_unknown_command, or_option_is_shown_with_the_nearest_that_there_is) {
       << option.err;
 }
 
-TEST(a_missing_command, is_answered_with_the_list) {
+TEST(AMissingCommand, IsAnsweredWithTheList) {
   const Outcome outcome = run_program({CELLCAL});
   EXPECT_EQ(outcome.status, 2);
   EXPECT_EQ(outcome.err.find("cellcal: no command given; commands: run, "), 0u) << outcome.err;
 }
 
-TEST(an_output, that_is_a_link_or_a_pipe_stays_one) {
+TEST(AnOutput, ThatIsALinkOrAPipeStaysOne) {
   const TemporaryDirectory dir;
   std::ofstream(dir / "real.csv") << "old";
   std::filesystem::create_symlink("real.csv", dir / "link.csv");
@@ -362,7 +362,7 @@ TEST(an_output, that_is_a_link_or_a_pipe_stays_one) {
   EXPECT_EQ(read, content(dir / "real.csv"));
 }
 
-TEST(touches_that_lead_to_no_calibration, are_told_with_the_cause_in_a_result_with_status_3) {
+TEST(TouchesThatLeadToNoCalibration, AreToldWithTheCauseInAResultWithStatus3) {
   const TemporaryDirectory dir;
   const std::string plan = dir / "plan.csv", calibration = dir / "c.json";
   ASSERT_EQ(run_program({CELLCAL, "plan", "--cell", kCell, "--touches", "40", "-o", plan}).status,
@@ -379,14 +379,14 @@ TEST(touches_that_lead_to_no_calibration, are_told_with_the_cause_in_a_result_wi
   EXPECT_FALSE(nlohmann::json::parse(content(calibration)).at("verdict").at("publish").get<bool>());
 }
 
-TEST(an_output_that_cannot_be_written, is_a_failed_job) {
+TEST(AnOutputThatCannotBeWritten, IsAFailedJob) {
   const Outcome outcome = run_program(
       {CELLCAL, "plan", "--cell", kCell, "--touches", "4", "-o", "/nonexistent/plan.csv"});
   EXPECT_EQ(outcome.status, 1);
   EXPECT_NE(outcome.err.find("/nonexistent/plan.csv"), std::string::npos) << outcome.err;
 }
 
-TEST(touches_with_a_wrong_row, are_refused_by_file_line_and_column) {
+TEST(TouchesWithAWrongRow, AreRefusedByFileLineAndColumn) {
   const TemporaryDirectory dir;
   std::ofstream(dir / "t.csv") << "A1,A2,A3,A4,A5,A6,target\n0,0,0,0,0,nan,S1\n";
   const Outcome outcome =
@@ -403,7 +403,7 @@ std::string demo_calibration(const TemporaryDirectory& dir) {
   return calibration;
 }
 
-TEST(a_calibrated_arm, is_written_for_other_programs_and_its_urdf_read_as_a_robot_file) {
+TEST(ACalibratedArm, IsWrittenForOtherProgramsAndItsUrdfReadAsARobotFile) {
   const TemporaryDirectory dir;
   const std::string calibration = demo_calibration(dir), urdf = dir / "arm.urdf";
   const Outcome withheld =
@@ -431,7 +431,7 @@ TEST(a_calibrated_arm, is_written_for_other_programs_and_its_urdf_read_as_a_robo
   EXPECT_NE(other.err.find("joint \"joint_a"), std::string::npos) << other.err;
 }
 
-TEST(machine_data, of_a_controller_are_held_against_the_robot_file_and_give_its_limits) {
+TEST(MachineData, OfAControllerAreHeldAgainstTheRobotFileAndGiveItsLimits) {
   const TemporaryDirectory dir;
   const std::string data = dir / "$machine.dat", robot = dir / "robot.toml";
   std::ofstream(data)
@@ -473,7 +473,7 @@ std::string small_urdf(const std::string& what = {}, const std::string& with = {
   return text;
 }
 
-TEST(a_urdf, with_a_prefix_and_numbers_gives_kukas_names_the_flange_and_the_arms_own_base) {
+TEST(AUrdf, WithAPrefixAndNumbersGivesKukasNamesTheFlangeAndTheArmsOwnBase) {
   const TemporaryDirectory dir;
   std::ofstream(dir / "r.urdf") << small_urdf();
   const Outcome made =
@@ -486,7 +486,7 @@ TEST(a_urdf, with_a_prefix_and_numbers_gives_kukas_names_the_flange_and_the_arms
   EXPECT_NEAR(robot.base_fixed.translation().x(), 0.0, 1e-9);
 }
 
-TEST(a_urdf, that_no_plan_could_use_is_refused_by_joint) {
+TEST(AUrdf, ThatNoPlanCouldUseIsRefusedByJoint) {
   const TemporaryDirectory dir;
   const auto why = [&](const std::string& what, const std::string& with) {
     std::ofstream(dir / "r.urdf") << small_urdf(what, with);
@@ -525,7 +525,7 @@ Outcome with_xacro(const TemporaryDirectory& dir, const std::string& script,
   return run_program(words);
 }
 
-TEST(a_xacro_file, is_expanded_by_xacro_where_it_is_installed) {
+TEST(AXacroFile, IsExpandedByXacroWhereItIsInstalled) {
   const TemporaryDirectory dir;
   std::ofstream(dir / "r.xacro") << "<robot xmlns:xacro=\"x\">\n<xacro:include/></robot>";
   std::ofstream(dir / "r.urdf") << small_urdf();
@@ -540,7 +540,7 @@ TEST(a_xacro_file, is_expanded_by_xacro_where_it_is_installed) {
   EXPECT_EQ(calib::load_robot(dir / "r.toml").joints.size(), 2U);
 }
 
-TEST(a_xacro_file, gets_its_arguments) {
+TEST(AXacroFile, GetsItsArguments) {
   const TemporaryDirectory dir;
   std::ofstream(dir / "r.xacro") << "<robot/>";
   std::ofstream(dir / "r.urdf") << small_urdf();
@@ -554,7 +554,7 @@ TEST(a_xacro_file, gets_its_arguments) {
     EXPECT_NE(with_xacro(dir, script, {std::string("--xacro-arg=") + wrong}).status, 0) << wrong;
 }
 
-TEST(a_xacro_file, that_xacro_refuses_is_named_with_its_line) {
+TEST(AXacroFile, ThatXacroRefusesIsNamedWithItsLine) {
   const TemporaryDirectory dir;
   std::ofstream(dir / "r.xacro") << "<robot/>";
   for (const auto& [script, words] : std::vector<std::pair<std::string, std::string>>{
@@ -592,7 +592,7 @@ std::string kr6_urdf(const std::string& what = {}, const std::string& with = {})
   return text;
 }
 
-TEST(a_urdf, that_counts_angles_otherwise_than_the_controller_is_refused_by_joint) {
+TEST(AUrdf, ThatCountsAnglesOtherwiseThanTheControllerIsRefusedByJoint) {
   const TemporaryDirectory dir;
   std::ofstream machine(dir / "$machine.dat");
   machine << "$TIRORO={X 0,Y 0,Z 400,A 0,B 0,C 0}\n$LENGTH_A=25\n$LENGTH_B=455\n"
@@ -626,7 +626,7 @@ TEST(a_urdf, that_counts_angles_otherwise_than_the_controller_is_refused_by_join
   }
 }
 
-TEST(machine_data, of_a_whole_arm_make_its_robot_from_a_backup) {
+TEST(MachineData, OfAWholeArmMakeItsRobotFromABackup) {
   const TemporaryDirectory dir;
   std::filesystem::create_directories(dir / "backup/KRC/R1/Mada");
   std::filesystem::create_directories(dir / "backup/KRC/STEU/Mada");

@@ -117,7 +117,7 @@ std::vector<std::vector<double>> rows_of(const std::string& csv) {
 constexpr const char* kJointsOnTable =
     "A1,A2,A3,A4,A5,A6,E1,E2\n5,-75,95,10,45,-20,20,-60\n-8,-70,90,0,50,15,-35,120\n";
 
-TEST(a_positioner, is_planned_and_identified_and_the_result_states_its_axes) {
+TEST(APositioner, IsPlannedAndIdentifiedAndTheResultStatesItsAxes) {
   ASSERT_EQ(calib::load_touches(made().plan, calib::load_cell(made().cell)).size(), 28u);
   EXPECT_NE(made().identified.out.find("\nE2: X "), std::string::npos) << made().identified.out;
   const auto c = nlohmann::json::parse(content(made().result));
@@ -127,7 +127,7 @@ TEST(a_positioner, is_planned_and_identified_and_the_result_states_its_axes) {
   EXPECT_EQ(c["positioner"][0]["touched_deg"].size(), 2u);
 }
 
-TEST(a_positioner, has_tips_on_its_table_predicted_with_error_and_bound) {
+TEST(APositioner, HasTipsOnItsTablePredictedWithErrorAndBound) {
   const std::string joints = made().file("joints.csv", kJointsOnTable);
   const Outcome table = made().run({"predict", "--joints", joints, "--on", "E2"});
   ASSERT_EQ(table.status, 0) << table.err;
@@ -149,7 +149,7 @@ TEST(a_positioner, has_tips_on_its_table_predicted_with_error_and_bound) {
   EXPECT_NEAR(nlohmann::json::parse(json.out)[1]["dz_mm"].get<double>(), told[1][9], 1e-8);
 }
 
-TEST(a_positioner, has_poses_on_its_table_corrected_to_what_predict_tells) {
+TEST(APositioner, HasPosesOnItsTableCorrectedToWhatPredictTells) {
   const std::string poses = made().file(
       "poses.csv",
       "x_mm,y_mm,z_mm,a_deg,b_deg,c_deg,E1,E2\n100,50,120,0,0,180,10,30\n-80,60,90,20,5,175,-25,-100\n");
@@ -165,7 +165,7 @@ TEST(a_positioner, has_poses_on_its_table_corrected_to_what_predict_tells) {
     for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(told[i][k], asked[i][k], 1e-6);
 }
 
-TEST(a_positioner, is_asked_for_by_an_axis_that_is_there_with_its_angles) {
+TEST(APositioner, IsAskedForByAnAxisThatIsThereWithItsAngles) {
   const std::string joints = made().file("joints.csv", kJointsOnTable),
                     plain = made().file("plain.csv", "A1,A2,A3,A4,A5,A6\n0,-90,90,0,0,0\n"),
                     far = made().file("far.csv",
@@ -189,7 +189,7 @@ TEST(a_positioner, is_asked_for_by_an_axis_that_is_there_with_its_angles) {
   }
 }
 
-TEST(a_positioner, is_exported_as_a_second_chain_and_for_machine_data) {
+TEST(APositioner, IsExportedAsASecondChainAndForMachineData) {
   const auto exported = [&](const std::string& as) {
     Outcome outcome = made().run({"export-robot", "--as", as});
     EXPECT_EQ(outcome.status, 0) << outcome.err;
@@ -209,14 +209,14 @@ TEST(a_positioner, is_exported_as_a_second_chain_and_for_machine_data) {
     EXPECT_NE(kuka.find(line), std::string::npos) << line << "\n" << kuka;
 }
 
-TEST(a_positioner, is_drawn_with_its_plan) {
+TEST(APositioner, IsDrawnWithItsPlan) {
   const PositionerFiles files;
   const Outcome drawn = files.planned({"--picture", files.dir / "plan.svg", "-o", files.plan});
   ASSERT_EQ(drawn.status, 0) << drawn.err;
   EXPECT_NE(content(files.dir / "plan.svg").find(">E2</text>"), std::string::npos);
 }
 
-TEST(a_positioner, has_its_angles_in_the_plans_json) {
+TEST(APositioner, HasItsAnglesInThePlansJson) {
   const PositionerFiles files;
   const Outcome made = files.planned({"--json"});
   ASSERT_EQ(made.status, 0) << made.err;
@@ -227,7 +227,7 @@ TEST(a_positioner, has_its_angles_in_the_plans_json) {
   }
 }
 
-TEST(a_positioner, is_refused_by_name_where_it_cannot_be_carried_yet) {
+TEST(APositioner, IsRefusedByNameWhereItCannotBeCarriedYet) {
   const PositionerFiles files;
   expect_positioner_refused(files.planned({"--suggest-spheres", "4"}));
   expect_positioner_refused(

@@ -55,7 +55,7 @@ std::string kinds(const nlohmann::json& set_aside) {
   return all;
 }
 
-TEST(priors_of_a_fleet, go_from_calibrations_to_a_robot_file) {
+TEST(PriorsOfAFleet, GoFromCalibrationsToARobotFile) {
   const TemporaryDirectory dir;
   write_fleet(dir / "fleet");
   const std::string file = dir / "priors.toml", robot = dir / "mine.toml",
@@ -93,7 +93,7 @@ TEST(priors_of_a_fleet, go_from_calibrations_to_a_robot_file) {
   EXPECT_EQ(calib::load_priors(dir / "next.toml").version, 2);
 }
 
-TEST(priors_of_a_fleet, name_every_calibration_that_was_set_aside) {
+TEST(PriorsOfAFleet, NameEveryCalibrationThatWasSetAside) {
   const TemporaryDirectory dir;
   write_fleet(dir / "fleet");
   write(dir / "fleet" / "withheld.json", calibration(50, 0.5, false));
@@ -108,7 +108,7 @@ TEST(priors_of_a_fleet, name_every_calibration_that_was_set_aside) {
   EXPECT_EQ(json.at("priors").at("arms"), 8);
 }
 
-TEST(priors_of_a_fleet, are_none_of_withheld_calibrations_alone) {
+TEST(PriorsOfAFleet, AreNoneOfWithheldCalibrationsAlone) {
   const TemporaryDirectory dir;
   for (unsigned arm = 0; arm < 5; ++arm)
     write(dir / "fleet" / (std::to_string(arm) + ".json"), calibration(arm, 0.5, false));
@@ -120,7 +120,7 @@ TEST(priors_of_a_fleet, are_none_of_withheld_calibrations_alone) {
   EXPECT_FALSE(fs::exists(dir / "priors.toml"));
 }
 
-TEST(priors_of_another_nominal_geometry, are_refused_by_name) {
+TEST(PriorsOfAnotherNominalGeometry, AreRefusedByName) {
   const TemporaryDirectory dir;
   write_fleet(dir / "fleet");
   const std::string file = dir / "priors.toml", robot = dir / "mine.toml";
@@ -133,7 +133,7 @@ TEST(priors_of_another_nominal_geometry, are_refused_by_name) {
   EXPECT_FALSE(fs::exists(robot));
 }
 
-TEST(an_accepted_robot_file, is_never_the_one_that_was_read) {
+TEST(AnAcceptedRobotFile, IsNeverTheOneThatWasRead) {
   const TemporaryDirectory dir;
   write_fleet(dir / "fleet");
   const std::string file = dir / "priors.toml", robot = dir / "mine.toml";

@@ -5,34 +5,34 @@
 namespace cellcal::daemon {
 namespace {
 
-TEST(the_progress_line, shows_touches_residual_and_time_left) {
+TEST(TheProgressLine, ShowsTouchesResidualAndTimeLeft) {
   EXPECT_EQ(progress_line({"slow search", "S2", 12, 48, 0.0341, 200.4}, 200),
             "[######..................] 12/48 S2 slow search  residual 0.034 mm  3 min 20 s left");
 }
 
-TEST(the_progress_line, says_how_far_a_plan_is) {
+TEST(TheProgressLine, SaysHowFarAPlanIs) {
   Progress planning{"planning", "", 0, 0, {}, {}};
   planning.share = 0.5;
   EXPECT_EQ(progress_line(planning, 200), "[############............] planning 50 %");
 }
 
-TEST(the_progress_line, leaves_out_what_is_not_known) {
+TEST(TheProgressLine, LeavesOutWhatIsNotKnown) {
   EXPECT_EQ(progress_line({"planning", "", 0, 0, {}, {}}, 200),
             "[........................] planning");
 }
 
-TEST(the_progress_line, fits_the_terminal) {
+TEST(TheProgressLine, FitsTheTerminal) {
   for (std::size_t width : {0u, 1u, 20u, 79u}) {
     EXPECT_LE(progress_line({"slow search", "S2", 12, 48, 0.0341, 200.4}, width).size(), width);
   }
 }
 
-TEST(the_progress_line, does_not_run_over_or_below_zero) {
+TEST(TheProgressLine, DoesNotRunOverOrBelowZero) {
   EXPECT_EQ(progress_line({"done", "", 60, 48, {}, -3.0}, 200),
             "[########################] 60/48 done  0 s left");
 }
 
-TEST(a_sparkline, has_the_newest_values_against_the_largest_of_them) {
+TEST(ASparkline, HasTheNewestValuesAgainstTheLargestOfThem) {
   const std::vector<double> values{9.0, 0.0, 0.5, 1.0};
   EXPECT_EQ(sparkline(values, 3, false), "_+@");
   EXPECT_EQ(sparkline(values, 3, true), "\u2581\u2585\u2588");
@@ -40,7 +40,7 @@ TEST(a_sparkline, has_the_newest_values_against_the_largest_of_them) {
   EXPECT_EQ(sparkline({}, 9, false), "");
 }
 
-TEST(the_view, has_progress_residuals_and_links_and_fits_the_terminal) {
+TEST(TheView, HasProgressResidualsAndLinksAndFitsTheTerminal) {
   Progress progress{"slow search", "S2", 12, 48, 0.0341, 200.4};
   progress.links = "controller: 99 packets\nsensor: fine\n";
   const std::vector<double> residuals(300, 0.05);
@@ -53,7 +53,7 @@ TEST(the_view, has_progress_residuals_and_links_and_fits_the_terminal) {
       EXPECT_LE(line.size(), width);
 }
 
-TEST(the_view, is_the_line_alone_before_the_first_touch) {
+TEST(TheView, IsTheLineAloneBeforeTheFirstTouch) {
   EXPECT_EQ(view_lines({"planning", "", 0, 0, {}, {}}, {}, 60, true).size(), 1u);
 }
 

@@ -47,7 +47,7 @@ std::vector<Kind> kinds() {
           {"krl", as_krl(), "DEF P()\nPTP XP1\nEND\n"}};
 }
 
-TEST(a_file_of_each_kind, is_written_as_it_is_where_its_reader_takes_it) {
+TEST(AFileOfEachKind, IsWrittenAsItIsWhereItsReaderTakesIt) {
   const fs::path file = fs::temp_directory_path() / "cellcal_read_back_test";
   for (const Kind& kind : kinds()) {
     SCOPED_TRACE(kind.name);
@@ -57,7 +57,7 @@ TEST(a_file_of_each_kind, is_written_as_it_is_where_its_reader_takes_it) {
   }
 }
 
-TEST(a_file_of_each_kind, is_not_written_where_its_reader_refuses_it) {
+TEST(AFileOfEachKind, IsNotWrittenWhereItsReaderRefusesIt) {
   const fs::path file = fs::temp_directory_path() / "cellcal_read_back_refused";
   fs::remove(file);
   for (const Kind& kind : kinds())

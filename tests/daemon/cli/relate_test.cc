@@ -33,7 +33,7 @@ struct TwoArms {
   std::string first = dir / "first.json", second = dir / "second.json";
 };
 
-TEST(relate, prints_the_second_base_in_the_first_with_its_uncertainty_and_every_sphere) {
+TEST(Relate, PrintsTheSecondBaseInTheFirstWithItsUncertaintyAndEverySphere) {
   const TwoArms arms;
   const Outcome words = arms.relate();
   ASSERT_EQ(words.status, 0) << words.err;
@@ -51,7 +51,7 @@ TEST(relate, prints_the_second_base_in_the_first_with_its_uncertainty_and_every_
   EXPECT_LT(json.at("u_middle_mm").get<double>(), 1.0);
 }
 
-TEST(relate, in_german_has_decimal_commas_but_in_the_frame) {
+TEST(Relate, InGermanHasDecimalCommasButInTheFrame) {
   const Outcome words = TwoArms().relate({"--language", "de"});
   ASSERT_EQ(words.status, 0) << words.err;
   EXPECT_NE(words.out.find("Basis des zweiten Arms in der Basis des ersten"), std::string::npos)
@@ -61,7 +61,7 @@ TEST(relate, in_german_has_decimal_commas_but_in_the_frame) {
       << words.out;
 }
 
-TEST(relate, exits_with_three_and_names_the_sphere_that_moved) {
+TEST(Relate, ExitsWithThreeAndNamesTheSphereThatMoved) {
   Calibration moved = calib::testing::second_calibration();
   moved.targets[2].centre_m.z() += 2e-3;
   const Outcome outcome = TwoArms(moved).relate();
@@ -69,7 +69,7 @@ TEST(relate, exits_with_three_and_names_the_sphere_that_moved) {
   EXPECT_NE(outcome.out.find("does not agree and is left out"), std::string::npos) << outcome.out;
 }
 
-TEST(relate, pairs_spheres_as_given_or_by_serial_number) {
+TEST(Relate, PairsSpheresAsGivenOrBySerialNumber) {
   Calibration renamed = calib::testing::second_calibration();
   for (std::size_t t = 0; t < renamed.targets.size(); ++t)
     renamed.targets[t].id = renamed.cell.targets[t].id = "K" + std::to_string(t + 1);
@@ -97,7 +97,7 @@ TEST(relate, pairs_spheres_as_given_or_by_serial_number) {
   EXPECT_NE(twice.err.find("is that of K3, too"), std::string::npos) << twice.err;
 }
 
-TEST(relate, refuses_a_withheld_calibration) {
+TEST(Relate, RefusesAWithheldCalibration) {
   Calibration withheld = calib::testing::second_calibration();
   withheld.verdict.judged = false;
   const Outcome outcome = TwoArms(withheld).relate();

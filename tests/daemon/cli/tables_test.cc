@@ -9,7 +9,7 @@
 namespace cellcal::daemon {
 namespace {
 
-TEST(the_result, shows_before_after_check_and_the_verdict_with_scope_and_reasons) {
+TEST(TheResult, ShowsBeforeAfterCheckAndTheVerdictWithScopeAndReasons) {
   calib::Calibration calibration;
   calibration.before = {24, 0.0012, 0.0034, 0.0015};
   calibration.after = {24, 0.00003, 0.00009, 0.00004};
@@ -34,7 +34,7 @@ TEST(the_result, shows_before_after_check_and_the_verdict_with_scope_and_reasons
       << words;
 }
 
-TEST(the_result, is_ten_lines_that_keep_back_nothing_to_look_at) {
+TEST(TheResult, IsTenLinesThatKeepBackNothingToLookAt) {
   calib::Calibration calibration;
   calibration.before = calibration.after = {24, 0.0012, 0.0034, 0.0015};
   calibration.predicted_near_targets_m = calibration.predicted_workspace_m = 1e-4;
@@ -71,7 +71,7 @@ TEST(the_result, is_ten_lines_that_keep_back_nothing_to_look_at) {
   EXPECT_NE(all.find("  - " + calib::words(informed)), std::string::npos) << all;
 }
 
-TEST(the_result, says_in_words_what_the_touches_cannot_tell) {
+TEST(TheResult, SaysInWordsWhatTheTouchesCannotTell) {
   calib::Calibration calibration;
   EXPECT_EQ(result_words(calibration, {}, Detail::kAll).find("not identifiable"),
             std::string::npos);
@@ -81,7 +81,7 @@ TEST(the_result, says_in_words_what_the_touches_cannot_tell) {
             std::string::npos);
 }
 
-TEST(the_result, says_in_one_line_how_well_the_touches_tell_the_geometry) {
+TEST(TheResult, SaysInOneLineHowWellTheTouchesTellTheGeometry) {
   calib::Calibration calibration;
   EXPECT_EQ(result_words(calibration, {}, Detail::kAll).find("observability"), std::string::npos);
   calib::Observability& o = calibration.observability;
@@ -101,7 +101,7 @@ TEST(the_result, says_in_one_line_how_well_the_touches_tell_the_geometry) {
   EXPECT_NE(words.find("condition 1234\n"), std::string::npos) << words;
 }
 
-TEST(the_result, states_chi_squared_with_its_degrees_of_freedom) {
+TEST(TheResult, StatesChiSquaredWithItsDegreesOfFreedom) {
   calib::Calibration calibration;
   EXPECT_EQ(result_words(calibration, {}, Detail::kAll).find("chi^2"), std::string::npos);
   calibration.chi2 = 61.24;
@@ -113,7 +113,7 @@ TEST(the_result, states_chi_squared_with_its_degrees_of_freedom) {
       << result_words(calibration, {}, Detail::kAll);
 }
 
-TEST(the_result, states_the_noise_that_repeated_touches_measured) {
+TEST(TheResult, StatesTheNoiseThatRepeatedTouchesMeasured) {
   calib::Calibration calibration;
   calibration.cell.touch_sigma_m = 3e-5;
   EXPECT_EQ(result_words(calibration, {}, Detail::kAll).find("touch noise"), std::string::npos);
@@ -125,7 +125,7 @@ TEST(the_result, states_the_noise_that_repeated_touches_measured) {
       << result_words(calibration, {}, Detail::kAll);
 }
 
-TEST(the_result, names_the_three_strongest_pairs_that_go_together_and_counts_the_others) {
+TEST(TheResult, NamesTheThreeStrongestPairsThatGoTogetherAndCountsTheOthers) {
   calib::Calibration calibration;
   for (const char* name : {"A1", "A2", "A3", "A4", "A5", "A6"})
     calibration.cell.robot.joints.emplace_back().name = name;
@@ -156,7 +156,7 @@ TEST(the_result, names_the_three_strongest_pairs_that_go_together_and_counts_the
       << result_words(calibration, {}, Detail::kAll);
 }
 
-TEST(the_result, of_an_update_that_finds_nothing_changed_says_so_and_not_that_it_is_no_good) {
+TEST(TheResult, OfAnUpdateThatFindsNothingChangedSaysSoAndNotThatItIsNoGood) {
   calib::Calibration calibration;
   calibration.update.emplace();
   calibration.update->outcome = calib::UpdateOutcome::kNothingChanged;
@@ -169,7 +169,7 @@ TEST(the_result, of_an_update_that_finds_nothing_changed_says_so_and_not_that_it
   EXPECT_NE(result_words(calibration).find("verdict: NOT publishable"), std::string::npos);
 }
 
-TEST(the_latch_delay, is_one_line_with_both_estimates_of_it_in_one_unit) {
+TEST(TheLatchDelay, IsOneLineWithBothEstimatesOfItInOneUnit) {
   EXPECT_EQ(delay_words(nullptr, {}), "");
   const ContactsDelay contacts{1.4e-4, 1e-5, 40};
   EXPECT_EQ(delay_words(nullptr, contacts),

@@ -7,7 +7,7 @@
 namespace cellcal::daemon {
 namespace {
 
-TEST(the_times, are_a_table_of_what_took_place_the_largest_first) {
+TEST(TheTimes, AreATableOfWhatTookPlaceTheLargestFirst) {
   const std::vector<ActivityRow> rows{{"transit and retreat", "axis limits", 4, 6.0, 2.5},
                                       {"fast search", "search speed", 5, 10.0, 4.0},
                                       {"choosing", "processor", 0, 0.0, 0.0}};
@@ -19,7 +19,7 @@ TEST(the_times, are_a_table_of_what_took_place_the_largest_first) {
       "all                        4.000      4                       16.0\n");
 }
 
-TEST(the_times, of_a_session_without_a_touch_or_without_anything_divide_by_nothing) {
+TEST(TheTimes, OfASessionWithoutATouchOrWithoutAnythingDivideByNothing) {
   EXPECT_EQ(times_words(0, {}).find("nan"), std::string::npos);
   const std::vector<ActivityRow> waiting{{"other", "links", 1, 3.0, 3.0}};
   EXPECT_NE(times_words(0, waiting).find("other                      0.000      1    3.000"),

@@ -31,7 +31,7 @@ std::string unzip_refusal(const std::string& name, std::size_t most = kMostUnzip
   return {};
 }
 
-TEST(an_archive, gives_the_files_that_are_wanted) {
+TEST(AnArchive, GivesTheFilesThatAreWanted) {
   const auto deflated = unzipped("deflated.zip");
   ASSERT_EQ(deflated.size(), 1U);
   EXPECT_EQ(deflated[0].path, "KRC/R1/Program/pick.dat");
@@ -41,7 +41,7 @@ TEST(an_archive, gives_the_files_that_are_wanted) {
   EXPECT_EQ(stored[0].text, "$LENGTH_A=180.0\n");
 }
 
-TEST(an_archive_that_is_damaged_or_too_large, is_refused_by_name) {
+TEST(AnArchiveThatIsDamagedOrTooLarge, IsRefusedByName) {
   for (const char* name : {"cut.zip", "outside.zip", "encrypted.zip", "method.zip", "changed.zip",
                            "count.zip", "none.zip"})
     EXPECT_EQ(unzip_refusal(name).substr(0, std::string(name).size()), name);

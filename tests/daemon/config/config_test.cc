@@ -22,7 +22,7 @@ const std::string kRsi =
     "format = \"cellcal.daemon/1\"\nbackend = \"rsi\"\n[contact]\ndevice = \"/dev/ttyUSB0\"\n";
 const std::string kMock = "format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n";
 
-TEST(a_configuration, has_sound_defaults) {
+TEST(AConfiguration, HasSoundDefaults) {
   const DaemonConfig config = parse_config(kRsi, "d.toml");
   EXPECT_EQ(config.backend, BackendKind::kRsi);
   EXPECT_EQ(config.state_dir, "/var/lib/cellcal");
@@ -36,7 +36,7 @@ TEST(a_configuration, has_sound_defaults) {
   EXPECT_TRUE(config.realtime);
 }
 
-TEST(a_configuration, is_read_in_its_units) {
+TEST(AConfiguration, IsReadInItsUnits) {
   const DaemonConfig config = parse_config(
       kMock +
           "[motion]\nspeed_percent = 50\nacceleration_deg_s2 = 180\nfast_search_mm_s = 8\n"
@@ -50,7 +50,7 @@ TEST(a_configuration, is_read_in_its_units) {
   ASSERT_EQ(config.mock.start_rad.size(), 1u);
 }
 
-TEST(a_configuration, asks_the_emulated_cell_for_what_real_arms_have_only_where_it_says_so) {
+TEST(AConfiguration, AsksTheEmulatedCellForWhatRealArmsHaveOnlyWhereItSaysSo) {
   const MockConfig plain = parse_config(kMock, "d.toml").mock;
   for (const double off : {plain.compliance_rad_per_nm, plain.play_arcsec, plain.tip_offset_m,
                            plain.growth, plain.contact_noise_m, plain.bad_contact_share})
@@ -71,7 +71,7 @@ TEST(a_configuration, asks_the_emulated_cell_for_what_real_arms_have_only_where_
   EXPECT_DOUBLE_EQ(real.bad_contact_share, 0.01);
 }
 
-TEST(a_configuration, says_how_often_a_contact_is_confirmed_and_always_where_a_flag_stops) {
+TEST(AConfiguration, SaysHowOftenAContactIsConfirmedAndAlwaysWhereAFlagStops) {
   EXPECT_EQ(parse_config(kMock + "[motion]\nconfirm_every = 3\n", "d").touch.confirm_every, 3);
   // Who searches slowly does so from the first contact on.
   EXPECT_DOUBLE_EQ(parse_config(kMock + "[motion]\nfast_search_mm_s = 3\n", "d").touch.slow_m_s,
@@ -81,8 +81,7 @@ TEST(a_configuration, says_how_often_a_contact_is_confirmed_and_always_where_a_f
   EXPECT_EQ(parse_config(flag + "[motion]\nconfirm_every = 1\n", "d").touch.confirm_every, 1);
 }
 
-TEST(a_configuration,
-     has_a_flag_for_an_interrupted_rsi_connection_and_one_for_a_standing_eki_connection) {
+TEST(AConfiguration, HasAFlagForAnInterruptedRsiConnectionAndOneForAStandingEkiConnection) {
   const std::string rsi = kRsi + "[controller]\nalive_flag = 7\n";
   EXPECT_EQ(parse_config(rsi, "d.toml").rsi_files.flag, 7);
   const DaemonConfig both = parse_config(rsi + "interrupted_flag = 8\n", "d.toml");
@@ -90,7 +89,7 @@ TEST(a_configuration,
   EXPECT_EQ(both.controller.alive_flag, 7);
 }
 
-TEST(a_configuration, of_mode_relative_reaches_adapter_and_controllers_files) {
+TEST(AConfiguration, OfModeRelativeReachesAdapterAndControllersFiles) {
   const DaemonConfig usual = parse_config(kRsi, "d.toml");
   EXPECT_EQ(usual.rsi.mode, drivers::CorrectionMode::kAbsolute);
   EXPECT_TRUE(usual.rsi.hold_on);
@@ -102,7 +101,7 @@ TEST(a_configuration, of_mode_relative_reaches_adapter_and_controllers_files) {
   EXPECT_DOUBLE_EQ(config.rsi.longest_lag_s, 0.04);
 }
 
-TEST(a_configuration, of_what_the_controller_tells_reaches_adapter_and_controllers_files) {
+TEST(AConfiguration, OfWhatTheControllerTellsReachesAdapterAndControllersFiles) {
   const DaemonConfig usual = parse_config(kRsi, "d.toml");
   EXPECT_EQ(usual.rsi.mode_tag, usual.rsi_files.mode_tag);
   EXPECT_EQ(usual.rsi.override_tag, usual.rsi_files.override_tag);
@@ -113,7 +112,7 @@ TEST(a_configuration, of_what_the_controller_tells_reaches_adapter_and_controlle
   EXPECT_EQ(config.rsi.override_tag + config.rsi_files.override_tag, "");
 }
 
-TEST(a_configuration, of_the_contact_input_reaches_adapter_and_controllers_files) {
+TEST(AConfiguration, OfTheContactInputReachesAdapterAndControllersFiles) {
   const DaemonConfig usual = parse_config(kRsi, "d.toml");
   EXPECT_EQ(usual.rsi.contact_tag + usual.rsi_files.contact_tag, "");
   const DaemonConfig config =
@@ -126,7 +125,7 @@ TEST(a_configuration, of_the_contact_input_reaches_adapter_and_controllers_files
   EXPECT_EQ(config.rsi_files.input, 17);
 }
 
-TEST(a_configuration, of_corrections_in_space_reaches_adapter_and_controllers_files) {
+TEST(AConfiguration, OfCorrectionsInSpaceReachesAdapterAndControllersFiles) {
   const DaemonConfig usual = parse_config(kRsi, "d.toml");
   EXPECT_FALSE(usual.rsi.space.on);
   EXPECT_FALSE(usual.rsi_files.space.on);
@@ -145,7 +144,7 @@ TEST(a_configuration, of_corrections_in_space_reaches_adapter_and_controllers_fi
   }
 }
 
-TEST(corrections_in_space, are_of_the_flange_or_of_the_cells_tool_as_the_controller_has_it) {
+TEST(CorrectionsInSpace, AreOfTheFlangeOrOfTheCellsToolAsTheControllerHasIt) {
   calib::Cell cell;
   cell.robot.joints.resize(6);
   for (calib::Joint& joint : cell.robot.joints) {
@@ -172,16 +171,16 @@ struct Wrong {
   const char* key;
 };
 
-class a_wrong_configuration : public ::testing::TestWithParam<Wrong> {};
+class AWrongConfiguration : public ::testing::TestWithParam<Wrong> {};
 
-TEST_P(a_wrong_configuration, is_refused_by_file_and_key) {
+TEST_P(AWrongConfiguration, IsRefusedByFileAndKey) {
   const std::string words = reason(GetParam().text);
   EXPECT_EQ(words.find("d.toml"), 0u) << words;
   EXPECT_NE(words.find(GetParam().key), std::string::npos) << words;
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    config, a_wrong_configuration,
+    Config, AWrongConfiguration,
     ::testing::Values(
         Wrong{"backend = \"rsi\"\n", "format"},
         Wrong{"format = \"cellcal.daemon/2\"\nbackend = \"rsi\"\n", "format"},
@@ -297,7 +296,7 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{kMock + "[session]\nbusy_wait_s = 1\n", "allowed are 3 to 3600"},
         Wrong{kMock + "[session]\nretry = 1\n", "session.retry"}, Wrong{kMock + "[[", "d.toml"}));
 
-TEST(a_configuration, of_the_session_says_how_long_it_waits_and_how_often_it_goes_on) {
+TEST(AConfiguration, OfTheSessionSaysHowLongItWaitsAndHowOftenItGoesOn) {
   const DaemonConfig usual = parse_config(kRsi, "d.toml");
   EXPECT_EQ(usual.timeouts.connecting, std::chrono::minutes(5));
   EXPECT_EQ(usual.retries, 0) << "nothing moves by itself unless the cell's owner says so";
@@ -314,7 +313,7 @@ TEST(a_configuration, of_the_session_says_how_long_it_waits_and_how_often_it_goe
   EXPECT_EQ(never.timeouts.busy, std::chrono::seconds(90));
 }
 
-TEST(a_configuration, may_have_no_stop_tag_and_any_address_of_this_computer) {
+TEST(AConfiguration, MayHaveNoStopTagAndAnyAddressOfThisComputer) {
   const DaemonConfig config =
       parse_config(kRsi + "[rsi]\nbind = \"0.0.0.0\"\nstop_tag = \"\"\n", "d.toml");
   EXPECT_EQ(config.rsi.stop_tag, "");
@@ -324,7 +323,7 @@ TEST(a_configuration, may_have_no_stop_tag_and_any_address_of_this_computer) {
 const std::string kEki =
     "format = \"cellcal.daemon/1\"\nbackend = \"eki\"\n[contact]\ndevice = \"/dev/ttyUSB0\"\n";
 
-TEST(an_eki_configuration, is_read_in_its_units_and_reaches_the_controllers_files) {
+TEST(AnEkiConfiguration, IsReadInItsUnitsAndReachesTheControllersFiles) {
   const DaemonConfig config =
       parse_config(kEki +
                        "[eki]\naddress = \"10.0.0.7\"\nport = 54601\nsilence_ms = 300\n"
@@ -347,7 +346,7 @@ TEST(an_eki_configuration, is_read_in_its_units_and_reaches_the_controllers_file
   EXPECT_DOUBLE_EQ(config.touch.fast_m_s, 0.010);
 }
 
-TEST(an_eki_configuration, without_a_contact_input_searches_slowly) {
+TEST(AnEkiConfiguration, WithoutAContactInputSearchesSlowly) {
   const DaemonConfig config = parse_config(kEki + "[eki]\nstop = \"flag\"\n", "d.toml");
   EXPECT_DOUBLE_EQ(config.touch.fast_m_s, 0.0025);
   EXPECT_DOUBLE_EQ(config.touch.slow_m_s, 0.001);
@@ -365,7 +364,7 @@ calib::Cell cell_of_one_joint() {
   return cell;
 }
 
-TEST(axis_limits, are_the_robot_files_at_the_configured_speed) {
+TEST(AxisLimits, AreTheRobotFilesAtTheConfiguredSpeed) {
   const DaemonConfig config = parse_config(kRsi + "[motion]\nspeed_percent = 10\n", "d.toml");
   const drivers::RsiConfig rsi = rsi_config_for(config, cell_of_one_joint());
   ASSERT_EQ(rsi.limits.size(), 1u);
@@ -376,7 +375,7 @@ TEST(axis_limits, are_the_robot_files_at_the_configured_speed) {
   EXPECT_EQ(rsi.correction_limit_deg, std::vector<double>{90.0});
 }
 
-TEST(axis_limits, that_the_robot_file_lacks_are_an_error_and_not_a_guess) {
+TEST(AxisLimits, ThatTheRobotFileLacksAreAnErrorAndNotAGuess) {
   calib::Cell cell = cell_of_one_joint();
   cell.robot.joints[0].max_speed_rad_s = 0.0;
   EXPECT_THROW(rsi_config_for(parse_config(kRsi, "d.toml"), cell), drivers::ConfigError);
@@ -389,7 +388,7 @@ calib::Cell cell_on_track() {
   return cell;
 }
 
-TEST(axis_limits, of_a_linear_unit_are_metres_over_rsi_and_its_correction_its_whole_stroke) {
+TEST(AxisLimits, OfALinearUnitAreMetresOverRsiAndItsCorrectionItsWholeStroke) {
   calib::Cell cell = cell_on_track();
   cell.robot.joints[0].min_rad = -0.5;
   cell.robot.joints[0].max_rad = 2.5;
@@ -409,7 +408,7 @@ TEST(axis_limits, of_a_linear_unit_are_metres_over_rsi_and_its_correction_its_wh
   EXPECT_THROW(rsi_config_for(space, cell), drivers::ConfigError);
 }
 
-TEST(axis_limits, of_a_linear_unit_are_metres_over_eki_and_further_external_axes_have_none) {
+TEST(AxisLimits, OfALinearUnitAreMetresOverEkiAndFurtherExternalAxesHaveNone) {
   const DaemonConfig two = parse_config(
       kEki + "[motion]\nspeed_percent = 10\n[controller]\nexternal_axes = 2\n", "d.toml");
   const drivers::EkiConfig eki = eki_config_for(two, cell_on_track());
@@ -444,7 +443,7 @@ calib::Cell cell_with_positioner() {
   return cell;
 }
 
-TEST(axis_limits, of_a_positioner_follow_the_arms_over_eki) {
+TEST(AxisLimits, OfAPositionerFollowTheArmsOverEki) {
   calib::Cell cell = cell_with_positioner();
   const DaemonConfig two = parse_config(
       kEki + "[motion]\nspeed_percent = 10\n[controller]\nexternal_axes = 2\n", "d.toml");
@@ -460,7 +459,7 @@ TEST(axis_limits, of_a_positioner_follow_the_arms_over_eki) {
   EXPECT_THROW(eki_config_for(two, cell), drivers::ConfigError) << "E1 is the linear unit";
 }
 
-TEST(axis_limits, of_a_positioner_over_rsi_are_its_own_and_its_correction_its_whole_range) {
+TEST(AxisLimits, OfAPositionerOverRsiAreItsOwnAndItsCorrectionItsWholeRange) {
   const calib::Cell cell = cell_with_positioner();
   const DaemonConfig config =
       parse_config(kRsi +
@@ -483,7 +482,7 @@ TEST(axis_limits, of_a_positioner_over_rsi_are_its_own_and_its_correction_its_wh
   EXPECT_EQ(files.external_axes, 2);
 }
 
-TEST(axis_limits, of_a_positioner_over_rsi_are_refused_by_name_where_it_cannot_be_moved) {
+TEST(AxisLimits, OfAPositionerOverRsiAreRefusedByNameWhereItCannotBeMoved) {
   const DaemonConfig config = parse_config(kRsi, "d.toml");
   calib::Cell cell = cell_with_positioner();
   cell.robot.positioner[0].name = "E3";
@@ -505,7 +504,7 @@ TEST(axis_limits, of_a_positioner_over_rsi_are_refused_by_name_where_it_cannot_b
   EXPECT_THROW(rsi_config_for(space, cell_with_positioner()), drivers::ConfigError);
 }
 
-TEST(axis_limits, of_a_positioner_over_eki_are_positioner_speed_where_its_own_is_stated) {
+TEST(AxisLimits, OfAPositionerOverEkiArePositionerSpeedWhereItsOwnIsStated) {
   calib::Cell cell = cell_with_positioner();
   cell.robot.positioner[0].max_speed_rad_s = 90.0 * drivers::kRadPerDeg;
   const std::string head = kEki + "[controller]\nexternal_axes = 2\n[motion]\nspeed_percent = 40\n";
@@ -526,7 +525,7 @@ TEST(axis_limits, of_a_positioner_over_eki_are_positioner_speed_where_its_own_is
               1e-12);
 }
 
-TEST(a_slowed_motion, slows_a_positioner_by_as_much_as_the_arm) {
+TEST(ASlowedMotion, SlowsAPositionerByAsMuchAsTheArm) {
   const calib::Robot robot = cell_with_positioner().robot;  // through 143 deg
   MotionConfig motion;
   motion.speed_fraction = 0.4;
@@ -544,7 +543,7 @@ TEST(a_slowed_motion, slows_a_positioner_by_as_much_as_the_arm) {
   EXPECT_EQ(slowed(motion, robot, 0.1).positioner_speed_rad_s, motion.positioner_speed_rad_s);
 }
 
-TEST(axis_limits, over_eki_come_with_the_full_speeds_and_for_the_channels_axes) {
+TEST(AxisLimits, OverEkiComeWithTheFullSpeedsAndForTheChannelsAxes) {
   calib::Cell cell = cell_of_one_joint();
   const DaemonConfig config = parse_config(kEki + "[motion]\nspeed_percent = 10\n", "d.toml");
   EXPECT_THROW(eki_config_for(config, cell), drivers::ConfigError) << "one axis, channel of six";
@@ -560,7 +559,7 @@ TEST(axis_limits, over_eki_come_with_the_full_speeds_and_for_the_channels_axes) 
             7u);
 }
 
-TEST(a_configuration, has_no_network_unless_it_says_where_to_listen) {
+TEST(AConfiguration, HasNoNetworkUnlessItSaysWhereToListen) {
   EXPECT_FALSE(parse_config(kMock, "d.toml").http);
   EXPECT_FALSE(parse_config(kMock + "[http]\n", "d.toml").http);
   const DaemonConfig config =
@@ -572,7 +571,7 @@ TEST(a_configuration, has_no_network_unless_it_says_where_to_listen) {
   EXPECT_EQ(parse_config(kMock + "[http]\nlisten = \"[::1]:1\"\n", "d.toml").http->address, "::1");
 }
 
-TEST(a_configuration, refuses_to_be_reached_from_the_network_without_tls_unless_told_to) {
+TEST(AConfiguration, RefusesToBeReachedFromTheNetworkWithoutTlsUnlessToldTo) {
   for (const char* listen : {"10.0.0.5:8080", "0.0.0.0:8080", "[::]:8080"}) {
     const std::string text = kMock + "[http]\nlisten = \"" + listen + "\"\n";
     EXPECT_NE(reason(text).find("allow_plain = true"), std::string::npos) << reason(text);
@@ -581,7 +580,7 @@ TEST(a_configuration, refuses_to_be_reached_from_the_network_without_tls_unless_
   }
 }
 
-TEST(a_configuration, names_what_is_wrong_with_its_network) {
+TEST(AConfiguration, NamesWhatIsWrongWithItsNetwork) {
   for (const char* listen :
        {"", "8080", ":8080", "localhost:8080", "127.0.0.1", "127.0.0.1:", "127.0.0.1:0",
         "127.0.0.1:65536", "127.0.0.1:80x", "127.0.0.1:-1", "::1:8080", "[127.0.0.1]:80", "[::1]",
@@ -601,7 +600,7 @@ TEST(a_configuration, names_what_is_wrong_with_its_network) {
   EXPECT_NE(reason(kMock + "[http]\nallow_plain = true\n").find("listen"), std::string::npos);
 }
 
-TEST(a_secret, that_every_user_may_read_is_refused_with_what_to_do) {
+TEST(ASecret, ThatEveryUserMayReadIsRefusedWithWhatToDo) {
   const std::filesystem::path file = ::testing::TempDir() + "secret-" + std::to_string(::getpid());
   std::ofstream(file) << "x\n";
   const auto words = [&](std::filesystem::perms mode) -> std::string {

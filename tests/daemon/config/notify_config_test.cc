@@ -20,12 +20,12 @@ WebhookUrl url(const std::string& text) {
   return notify_of("webhook = \"" + text + "\"\n").webhook->url;
 }
 
-TEST(who_is_told, is_nobody_unless_it_is_configured) {
+TEST(WhoIsTold, IsNobodyUnlessItIsConfigured) {
   EXPECT_EQ(notify_of(""), NotifyConfig{});
   EXPECT_FALSE(notify_of("language = \"de\"\n").webhook);
 }
 
-TEST(the_language, of_messages_is_the_top_level_one_unless_another_is_stated) {
+TEST(TheLanguage, OfMessagesIsTheTopLevelOneUnlessAnotherIsStated) {
   const std::string german =
       "format = \"cellcal.daemon/1\"\nbackend = \"rsi\"\nlanguage = \"de\"\n"
       "[contact]\ndevice = \"/dev/x\"\n";
@@ -38,14 +38,14 @@ TEST(the_language, of_messages_is_the_top_level_one_unless_another_is_stated) {
   EXPECT_NE(refusal.find("use one of \"de\", \"en\""), std::string::npos) << refusal;
 }
 
-TEST(an_address_for_post, is_taken_apart) {
+TEST(AnAddressForPost, IsTakenApart) {
   EXPECT_EQ(url("https://hooks.plant.example/cellcal?a=b"),
             (WebhookUrl{true, "hooks.plant.example", "443", "/cellcal?a=b"}));
   EXPECT_EQ(url("http://10.0.0.7:8080"), (WebhookUrl{false, "10.0.0.7", "8080", "/"}));
   EXPECT_EQ(url("https://[fd00::1]:8443?x"), (WebhookUrl{true, "fd00::1", "8443", "/?x"}));
 }
 
-TEST(an_address_for_post, that_is_none_is_refused_with_its_line) {
+TEST(AnAddressForPost, ThatIsNoneIsRefusedWithItsLine) {
   for (const char* wrong :
        {"", "ftp://a/b", "https://", "http:///x", "http://a:0/", "http://a:70000/", "http://a:b/",
         "http://user@a/", "http://a/#x", "http://a b/", "http://[::1/", "http://a/\\r\\nHost: b",
@@ -58,7 +58,7 @@ TEST(an_address_for_post, that_is_none_is_refused_with_its_line) {
             "accepted");
 }
 
-TEST(a_mail_address, that_could_be_another_word_or_line_is_refused) {
+TEST(AMailAddress, ThatCouldBeAnotherWordOrLineIsRefused) {
   EXPECT_EQ(notify_of("mail_to = [\"a@b.example\"]\n").mail->from, "cellcal@localhost");
   for (const char* wrong :
        {"", "a", "@b", "a@", "-f@b", "a@b,c@d", "a@b\\nBcc: c@d", "a b@c", "<a@b>", "a@b@c"}) {
@@ -73,7 +73,7 @@ TEST(a_mail_address, that_could_be_another_word_or_line_is_refused) {
   EXPECT_NE(refusal_of_notify("mail_to = []\n"), "accepted");
 }
 
-TEST(a_mail_server, is_read_with_its_usual_port_and_a_user_goes_over_tls_alone) {
+TEST(AMailServer, IsReadWithItsUsualPortAndAUserGoesOverTlsAlone) {
   const std::string to = "mail_to = [\"a@b.example\"]\n";
   const MailServer relay = *notify_of(to + "mail_server = \"smtp://relay\"\n").mail->server;
   EXPECT_EQ(relay.port, "25");
@@ -110,7 +110,7 @@ TEST(a_mail_server, is_read_with_its_usual_port_and_a_user_goes_over_tls_alone) 
             std::string::npos);
 }
 
-TEST(what_means_nothing_alone, is_refused_and_named) {
+TEST(WhatMeansNothingAlone, IsRefusedAndNamed) {
   EXPECT_NE(refusal_of_notify("webhook_retries = 3\n").find("without webhook"), std::string::npos);
   EXPECT_NE(refusal_of_notify("sendmail = \"/x\"\n").find("without mail_to"), std::string::npos);
   EXPECT_NE(refusal_of_notify("webhook = \"http://a/\"\nwebhook_ca = \"/x\"\n").find("webhook_ca"),

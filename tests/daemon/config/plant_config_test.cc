@@ -17,13 +17,13 @@ std::string refusal_of_plant(const std::string& plant) { return testing::reason(
 const std::string kNamed =
     "plant = \"graz\"\ncell = \"weld-3\"\nbroker = \"broker.plant.example\"\n";
 
-TEST(plant, is_none_unless_one_is_named) {
+TEST(Plant, IsNoneUnlessOneIsNamed) {
   EXPECT_FALSE(parsed("").plant);
   EXPECT_EQ(refusal_of_plant("touches = true\n"),
             "d.toml:4: plant.touches: has no effect without plant. Set plant, cell and broker");
 }
 
-TEST(plant, is_reached_over_tls_unless_the_owner_says_otherwise) {
+TEST(Plant, IsReachedOverTlsUnlessTheOwnerSaysOtherwise) {
   EXPECT_TRUE(parsed(kNamed).plant->tls);
   EXPECT_EQ(parsed(kNamed).plant->port, 8883);
   EXPECT_NE(refusal_of_plant(kNamed + "tls = false\n").find("plant.tls: without TLS"),
@@ -36,7 +36,7 @@ TEST(plant, is_reached_over_tls_unless_the_owner_says_otherwise) {
             std::string::npos);
 }
 
-TEST(plant, has_names_that_can_stand_in_a_topic_and_keys_that_belong_together) {
+TEST(Plant, HasNamesThatCanStandInATopicAndKeysThatBelongTogether) {
   for (const char* name : {"", "a/b", "+", "#", "ä"})
     EXPECT_NE(
         refusal_of_plant("plant = \"" + std::string(name) + "\"\ncell = \"c\"\nbroker = \"b\"\n")
@@ -62,7 +62,7 @@ TEST(plant, has_names_that_can_stand_in_a_topic_and_keys_that_belong_together) {
             std::string::npos);
 }
 
-TEST(plant, has_a_sparkplug_node_only_where_that_is_asked_for) {
+TEST(Plant, HasASparkplugNodeOnlyWhereThatIsAskedFor) {
   EXPECT_FALSE(parsed(kNamed).plant->sparkplug);
   EXPECT_TRUE(parsed(kNamed + "sparkplug = true\n").plant->sparkplug);
   EXPECT_NE(
@@ -72,7 +72,7 @@ TEST(plant, has_a_sparkplug_node_only_where_that_is_asked_for) {
             std::string::npos);
 }
 
-TEST(plant, is_answered_without_a_person_only_where_nothing_moves_by_it) {
+TEST(Plant, IsAnsweredWithoutAPersonOnlyWhereNothingMovesByIt) {
   EXPECT_EQ(parsed(kNamed + "accept = [\"check\", \"activate\"]\n").plant->accept.size(), 2u);
   for (const char* kind : {"schedule", "priors", "move", ""})
     EXPECT_NE(refusal_of_plant(kNamed + "accept = [\"" + kind + "\"]\n").find("plant.accept"),

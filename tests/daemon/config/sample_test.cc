@@ -68,12 +68,12 @@ std::set<std::string> known(const std::string& table) {
   return names;
 }
 
-TEST(the_shipped_configuration, is_valid_as_it_is_and_with_every_default_spelled_out) {
+TEST(TheShippedConfiguration, IsValidAsItIsAndWithEveryDefaultSpelledOut) {
   EXPECT_EQ(reason(sample()), "accepted");
   EXPECT_EQ(reason(spelled_out()), "accepted");
 }
 
-TEST(the_shipped_configuration, has_every_key_that_the_parser_knows_and_no_other) {
+TEST(TheShippedConfiguration, HasEveryKeyThatTheParserKnowsAndNoOther) {
   Keys keys = keys_of(spelled_out());
   std::set<std::string> top = keys.at("");
   for (const auto& [table, names] : keys) {
@@ -221,7 +221,7 @@ std::string with_another(const std::string& text, const std::string& table,
   return {};
 }
 
-TEST(the_shipped_configuration, states_defaults_alone) {
+TEST(TheShippedConfiguration, StatesDefaultsAlone) {
   // Those whose default is another key's value, or that nothing is, show an example.
   std::string text = std::regex_replace(spelled_out(), std::regex("\npc_address = [^\n]*"), "");
   for (const char* table : {"http", "notify", "plant", kScheduled}) {
@@ -236,7 +236,7 @@ TEST(the_shipped_configuration, states_defaults_alone) {
   EXPECT_EQ(figures(parse_config(text, "d.toml")), figures(parse_config(sample(), "d.toml")));
 }
 
-TEST(the_shipped_configuration, is_compared_in_every_key) {
+TEST(TheShippedConfiguration, IsComparedInEveryKey) {
   const std::string text = spelled_out();
   // Some are refused without each other, the wire that is not used decides nothing, and allow_plain decides only
   // whether the file is taken.

@@ -18,7 +18,7 @@ ScheduleConfig schedule_of(const std::string& text) {
 
 std::string refusal_of_schedule(const std::string& text) { return testing::reason(kTop + text); }
 
-TEST(a_schedule_in_the_configuration, is_off_unless_somebody_is_named_who_answers_for_the_cell) {
+TEST(AScheduleInTheConfiguration, IsOffUnlessSomebodyIsNamedWhoAnswersForTheCell) {
   EXPECT_FALSE(schedule_of("").unattended);
   EXPECT_FALSE(schedule_of(kNightly).unattended);
   EXPECT_EQ(schedule_of(kNightly).sessions.size(), 1u);
@@ -36,7 +36,7 @@ std::string over_eki(std::string text) {
   return std::string(top).replace(top.find("\"rsi\""), 5, "\"eki\"") + std::move(text);
 }
 
-TEST(a_schedule_in_the_configuration, says_how_the_controllers_program_starts) {
+TEST(AScheduleInTheConfiguration, SaysHowTheControllersProgramStarts) {
   EXPECT_EQ(schedule_of(kNightly).program_start, ProgramStart::kNone);
   EXPECT_EQ(schedule_of("[schedule]\nprogram_start = \"cell\"\n").program_start,
             ProgramStart::kCell);
@@ -53,8 +53,7 @@ TEST(a_schedule_in_the_configuration, says_how_the_controllers_program_starts) {
       << "permitted, and not asked for";
 }
 
-TEST(a_schedule_in_the_configuration,
-     starts_no_program_that_the_wire_or_the_controller_does_not_let_it) {
+TEST(AScheduleInTheConfiguration, StartsNoProgramThatTheWireOrTheControllerDoesNotLetIt) {
   for (const char* start : {"left running", "run"}) {
     const std::string text = std::string("[schedule]\nprogram_start = \"") + start + "\"\n";
     EXPECT_NE(refusal_of_schedule(text).find(
@@ -68,7 +67,7 @@ TEST(a_schedule_in_the_configuration,
       << unpermitted;
 }
 
-TEST(a_schedule_in_the_configuration, without_a_start_of_the_program_has_an_obstacle_to_name) {
+TEST(AScheduleInTheConfiguration, WithoutAStartOfTheProgramHasAnObstacleToName) {
   const std::string unattended = "[schedule]\nunattended = true\nresponsible = \"A. Miller\"\n";
   const auto obstacle = [](const std::string& text) {
     return unattended_obstacle(parse_config(kTop + text, "d.toml"));
@@ -84,7 +83,7 @@ TEST(a_schedule_in_the_configuration, without_a_start_of_the_program_has_an_obst
       << "an emulated program is always there";
 }
 
-TEST(a_schedule_in_the_configuration, is_read_with_days_times_and_what_to_do) {
+TEST(AScheduleInTheConfiguration, IsReadWithDaysTimesAndWhatToDo) {
   const ScheduledSession one =
       schedule_of(kNightly +
                   "days = [\"mon\", \"sat\"]\ntouches = 60\ncheck = 5\ngoal_mm = 0.2\n"
@@ -101,7 +100,7 @@ TEST(a_schedule_in_the_configuration, is_read_with_days_times_and_what_to_do) {
   EXPECT_EQ(schedule_of(kNightly).sessions[0].kind, "calibrate");
 }
 
-TEST(a_schedule_in_the_configuration, that_is_wrong_is_refused_with_line_and_key) {
+TEST(AScheduleInTheConfiguration, ThatIsWrongIsRefusedWithLineAndKey) {
   const std::pair<std::string, const char*> kWrong[] = {
       {"days = []\n", "days"},
       {"days = [\"monday\"]\n", "monday"},

@@ -55,13 +55,13 @@ class Tree {
   fs::path root_;
 };
 
-TEST(a_usb_adapter, of_an_uno_is_ok) {
+TEST(AUsbAdapter, OfAnUnoIsOk) {
   Tree tree;
   tree.plug("ttyACM0", "2341", "0043", "Arduino Uno");
   EXPECT_EQ(tree.judged("/dev/ttyACM0").outcome, Outcome::kOk);
 }
 
-TEST(a_usb_adapter, of_ftdi_with_its_default_timer_fails_by_the_time_that_it_takes) {
+TEST(AUsbAdapter, OfFtdiWithItsDefaultTimerFailsByTheTimeThatItTakes) {
   Tree tree;
   tree.plug("ttyUSB0", "0403", "6001", "FT232R USB UART", "16");
   const auto found = tree.judged("/dev/ttyUSB0");
@@ -70,7 +70,7 @@ TEST(a_usb_adapter, of_ftdi_with_its_default_timer_fails_by_the_time_that_it_tak
   EXPECT_NE(found.advice.find("ttyUSB0/device/latency_timer"), std::string::npos);
 }
 
-TEST(a_usb_adapter, of_ftdi_is_judged_by_the_timer_that_is_read_back) {
+TEST(AUsbAdapter, OfFtdiIsJudgedByTheTimerThatIsReadBack) {
   Tree tree;
   tree.plug("ttyUSB0", "0403", "6015", "FT231X USB UART", "1");
   EXPECT_EQ(tree.judged("/dev/ttyUSB0").outcome, Outcome::kOk);
@@ -81,7 +81,7 @@ TEST(a_usb_adapter, of_ftdi_is_judged_by_the_timer_that_is_read_back) {
   }
 }
 
-TEST(a_usb_adapter, of_the_older_cp210x_has_no_megabaud_and_works_slower) {
+TEST(AUsbAdapter, OfTheOlderCp210xHasNoMegabaudAndWorksSlower) {
   for (const char* name : {"CP2102 USB to UART Bridge Controller", "CP2103", ""}) {
     Tree tree;
     tree.plug("ttyUSB0", "10c4", "ea60", name);
@@ -95,7 +95,7 @@ TEST(a_usb_adapter, of_the_older_cp210x_has_no_megabaud_and_works_slower) {
   EXPECT_EQ(newer.judged("/dev/ttyUSB0").outcome, Outcome::kWarning);
 }
 
-TEST(a_usb_adapter, that_nobody_knows_is_a_warning_and_not_ok) {
+TEST(AUsbAdapter, ThatNobodyKnowsIsAWarningAndNotOk) {
   for (const auto& [vendor, product] :
        {std::pair{"067b", "2303"}, {"2341", "8036"}, {"1234", "5678"}}) {
     Tree tree;
@@ -104,7 +104,7 @@ TEST(a_usb_adapter, that_nobody_knows_is_a_warning_and_not_ok) {
   }
 }
 
-TEST(a_usb_adapter, is_found_behind_the_link_of_the_udev_rule) {
+TEST(AUsbAdapter, IsFoundBehindTheLinkOfTheUdevRule) {
   Tree tree;
   tree.plug("ttyUSB3", "1a86", "7523", "USB Serial");
   const fs::path device = tree.root() / "dev";
@@ -114,7 +114,7 @@ TEST(a_usb_adapter, is_found_behind_the_link_of_the_udev_rule) {
   EXPECT_EQ(tree.judged((device / "cellcal-contact").string()).outcome, Outcome::kOk);
 }
 
-TEST(a_usb_adapter, is_found_behind_its_own_node) {
+TEST(AUsbAdapter, IsFoundBehindItsOwnNode) {
   Tree tree;
   tree.plug("ttyUSB0", "0403", "6001", "FT232R USB UART", "16");
   tree.name_node("001", "007");
@@ -124,7 +124,7 @@ TEST(a_usb_adapter, is_found_behind_its_own_node) {
   EXPECT_EQ(tree.judged("/dev/bus/usb/001/008").outcome, Outcome::kSkipped);
 }
 
-TEST(a_usb_adapter, that_is_none_or_whose_tree_is_odd_is_skipped) {
+TEST(AUsbAdapter, ThatIsNoneOrWhoseTreeIsOddIsSkipped) {
   Tree tree;
   EXPECT_EQ(tree.judged("/dev/pts/3").outcome, Outcome::kSkipped);
   EXPECT_EQ(tree.judged("").outcome, Outcome::kSkipped);

@@ -30,7 +30,7 @@ Findings judged(const ContactSeen& seen, bool* good = nullptr) {
   return findings;
 }
 
-TEST(a_contact_sensor, that_is_sound_is_all_ok) {
+TEST(AContactSensor, ThatIsSoundIsAllOk) {
   bool good = false;
   const Findings findings = judged(sound_contact(), &good);
   EXPECT_TRUE(good);
@@ -38,7 +38,7 @@ TEST(a_contact_sensor, that_is_sound_is_all_ok) {
   EXPECT_NE(finding_of(findings, "contact sensor").found.find("firmware 1.2.3"), std::string::npos);
 }
 
-TEST(a_contact_sensor, that_does_not_answer_leaves_the_rest_unlooked_at) {
+TEST(AContactSensor, ThatDoesNotAnswerLeavesTheRestUnlookedAt) {
   ContactSeen seen = sound_contact();
   seen.newest = {};
   seen.newest.words = "nothing heard";
@@ -50,7 +50,7 @@ TEST(a_contact_sensor, that_does_not_answer_leaves_the_rest_unlooked_at) {
   EXPECT_EQ(outcome_of(findings, "contact line"), Outcome::kFailed);
 }
 
-TEST(a_contact_sensor, that_is_in_contact_or_broken_fails_by_its_circuit) {
+TEST(AContactSensor, ThatIsInContactOrBrokenFailsByItsCircuit) {
   ContactSeen closed = sound_contact();
   closed.newest.in_contact = true;
   closed.newest.self_test_ok = false;
@@ -67,7 +67,7 @@ TEST(a_contact_sensor, that_is_in_contact_or_broken_fails_by_its_circuit) {
   EXPECT_EQ(finding_of(judged(broken), "contact circuit").found, "a wire is broken");
 }
 
-TEST(a_contact_sensor, whose_board_will_fail_some_day_is_a_warning_by_name) {
+TEST(AContactSensor, WhoseBoardWillFailSomeDayIsAWarningByName) {
   ContactSeen nano = sound_contact(), factory = sound_contact(), older = sound_contact();
   nano.newest.identity.board.old_loader = true;
   factory.newest.identity.board.weak_brown_out = true;
@@ -78,7 +78,7 @@ TEST(a_contact_sensor, whose_board_will_fail_some_day_is_a_warning_by_name) {
   EXPECT_EQ(outcome_of(judged(older), "contact board"), Outcome::kSkipped);
 }
 
-TEST(a_contact_sensor, whose_voltage_lies_between_the_bands_fails_by_its_circuit) {
+TEST(AContactSensor, WhoseVoltageLiesBetweenTheBandsFailsByItsCircuit) {
   ContactSeen wet = sound_contact();
   wet.newest.sense_voltage_v = 2.5;
   const Findings findings = judged(wet);
@@ -86,7 +86,7 @@ TEST(a_contact_sensor, whose_voltage_lies_between_the_bands_fails_by_its_circuit
   EXPECT_NE(finding_of(findings, "contact circuit").found.find("2.50 V"), std::string::npos);
 }
 
-TEST(a_contact_sensor, is_not_known_to_be_at_the_gun_until_a_touch_was_seen) {
+TEST(AContactSensor, IsNotKnownToBeAtTheGunUntilATouchWasSeen) {
   ContactSeen seen = sound_contact();
   Findings before, after;
   judge_contact_touch(seen, before);
@@ -96,20 +96,20 @@ TEST(a_contact_sensor, is_not_known_to_be_at_the_gun_until_a_touch_was_seen) {
   EXPECT_EQ(outcome_of(after, "contact touch"), Outcome::kOk);
 }
 
-TEST(a_contact_sensor, that_misses_its_own_edge_fails_by_its_self_test) {
+TEST(AContactSensor, ThatMissesItsOwnEdgeFailsByItsSelfTest) {
   ContactSeen seen = sound_contact();
   seen.newest.self_test_ok = false;
   seen.newest.link = drivers::ContactLink::kFault;
   EXPECT_EQ(outcome_of(judged(seen), "contact self-test"), Outcome::kFailed);
 }
 
-TEST(a_contact_sensor, with_another_configuration_fails) {
+TEST(AContactSensor, WithAnotherConfigurationFails) {
   ContactSeen seen = sound_contact();
   seen.wanted_config_crc = 0x4321;
   EXPECT_EQ(outcome_of(judged(seen), "contact configuration"), Outcome::kFailed);
 }
 
-TEST(a_contact_sensor, is_judged_by_how_well_its_clock_is_known) {
+TEST(AContactSensor, IsJudgedByHowWellItsClockIsKnown) {
   ContactSeen seen = sound_contact();
   seen.newest.quality.clock_sigma_s = 200e-6;
   EXPECT_EQ(outcome_of(judged(seen), "contact clock"), Outcome::kWarning);
@@ -119,7 +119,7 @@ TEST(a_contact_sensor, is_judged_by_how_well_its_clock_is_known) {
   EXPECT_EQ(outcome_of(judged(seen), "contact clock"), Outcome::kFailed);
 }
 
-TEST(a_contact_sensor, of_another_baud_rate_is_told_from_a_broken_wire) {
+TEST(AContactSensor, OfAnotherBaudRateIsToldFromABrokenWire) {
   ContactSeen seen = sound_contact();
   seen.newest = {};
   seen.newest.fault = drivers::ContactFault::kBaud;
@@ -135,7 +135,7 @@ TEST(a_contact_sensor, of_another_baud_rate_is_told_from_a_broken_wire) {
   EXPECT_EQ(finding_of(findings, "contact sensor").advice, "set baud = 115200 under [contact]");
 }
 
-TEST(a_contact_sensor, whose_clock_does_not_come_has_no_open_wire) {
+TEST(AContactSensor, WhoseClockDoesNotComeHasNoOpenWire) {
   ContactSeen seen = sound_contact();
   seen.newest.loop_ok = seen.newest.self_test_ok = false;
   seen.newest.quality.clock_sigma_s = 800e-6;
@@ -145,7 +145,7 @@ TEST(a_contact_sensor, whose_clock_does_not_come_has_no_open_wire) {
   EXPECT_EQ(outcome_of(findings, "contact clock"), Outcome::kFailed);
 }
 
-TEST(a_contact_sensors_delivery, is_judged_by_the_latest_heartbeat) {
+TEST(AContactSensorsDelivery, IsJudgedByTheLatestHeartbeat) {
   const auto outcome = [](double worst_s, std::uint32_t times = 0, bool repeats = true) {
     ContactSeen seen = sound_contact();
     seen.newest.delivery.late = times;
@@ -171,7 +171,7 @@ TEST(a_contact_sensors_delivery, is_judged_by_the_latest_heartbeat) {
   EXPECT_EQ(outcome(0.040, 4).outcome, Outcome::kFailed) << "no touch comes to its end";
 }
 
-TEST(a_contact_line, is_judged_by_its_damaged_frames_and_its_round_trip) {
+TEST(AContactLine, IsJudgedByItsDamagedFramesAndItsRoundTrip) {
   ContactSeen seen = sound_contact();
   seen.newest.quality.crc_errors = 1;
   EXPECT_EQ(outcome_of(judged(seen), "contact line"), Outcome::kWarning);

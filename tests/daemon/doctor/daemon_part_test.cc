@@ -29,14 +29,14 @@ Findings judged(const json& value) {
   return findings;
 }
 
-TEST(links_of_a_session, that_are_sound_are_shown) {
+TEST(LinksOfASession, ThatAreSoundAreShown) {
   const Findings findings = judged(status());
   EXPECT_EQ(findings.count(Outcome::kOk), 2u);
   EXPECT_NE(finding_of(findings, "robot link").found.find("cycle 4.00 ms"), std::string::npos);
   EXPECT_NE(finding_of(findings, "contact link").found.find("boot id 7"), std::string::npos);
 }
 
-TEST(links_of_a_session, fail_by_their_own_words_and_warn_of_losses) {
+TEST(LinksOfASession, FailByTheirOwnWordsAndWarnOfLosses) {
   json value = status();
   value["robot"] = "packets stopped";
   value["links"]["contact"]["crc_errors"] = 1;
@@ -46,7 +46,7 @@ TEST(links_of_a_session, fail_by_their_own_words_and_warn_of_losses) {
   EXPECT_EQ(outcome_of(findings, "contact link"), Outcome::kWarning);
 }
 
-TEST(links_of_a_session, that_has_opened_nothing_or_of_another_version_are_skipped) {
+TEST(LinksOfASession, ThatHasOpenedNothingOrOfAnotherVersionAreSkipped) {
   json value = status();
   value["links"] = nullptr;
   EXPECT_EQ(judged(value).count(Outcome::kSkipped), 2u);
@@ -54,7 +54,7 @@ TEST(links_of_a_session, that_has_opened_nothing_or_of_another_version_are_skipp
   EXPECT_EQ(judged(json("no object")).count(Outcome::kSkipped), 2u);
 }
 
-TEST(arm_words, call_the_arm_at_rest_only_with_the_packet_that_shows_it) {
+TEST(ArmWords, CallTheArmAtRestOnlyWithThePacketThatShowsIt) {
   EXPECT_EQ(arm_words({{"motion", "at rest"}, {"packet_age_s", 0.13}}),
             "arm: at rest (packet 0.1 s old)\n");
   EXPECT_EQ(arm_words({{"motion", "unknown"}, {"packet_age_s", nullptr}}),
@@ -65,7 +65,7 @@ TEST(arm_words, call_the_arm_at_rest_only_with_the_packet_that_shows_it) {
   EXPECT_EQ(arm_words(nullptr), "");
 }
 
-TEST(link_words, leave_out_what_is_not_there) {
+TEST(LinkWords, LeaveOutWhatIsNotThere) {
   EXPECT_EQ(link_words(nullptr), "");
   EXPECT_EQ(link_words({{"robot", nullptr}, {"contact", 3}}), "");
   const std::string eki = link_words({{"robot", {{"cycle_ms", 20.0}, {"packets", 5}}}});
@@ -77,7 +77,7 @@ TEST(link_words, leave_out_what_is_not_there) {
   EXPECT_NE(in_t1.find("; mode T1; override 10 %"), std::string::npos) << in_t1;
 }
 
-TEST(the_line_to_the_plant, is_told_with_what_waits_since_when_and_what_to_do_and_never_fails) {
+TEST(TheLineToThePlant, IsToldWithWhatWaitsSinceWhenAndWhatToDoAndNeverFails) {
   json line{{"connected", true}, {"since", "2026-11-22T20:00:00Z"},  {"words", ""},
             {"waiting", 3},      {"oldest", "2026-11-21T08:00:00Z"}, {"dropped", 0},
             {"not_begun", 0}};
@@ -100,7 +100,7 @@ TEST(the_line_to_the_plant, is_told_with_what_waits_since_when_and_what_to_do_an
   EXPECT_EQ(judge().outcome, Outcome::kSkipped);
 }
 
-TEST(the_sparkplug_line, is_told_of_where_there_is_one) {
+TEST(TheSparkplugLine, IsToldOfWhereThereIsOne) {
   const auto judge = [](const json& node) {
     Findings findings;
     judge_plant(json{{"connected", true}, {"words", ""}, {"sparkplug", node}}.dump(), findings);
@@ -115,7 +115,7 @@ TEST(the_sparkplug_line, is_told_of_where_there_is_one) {
   EXPECT_EQ(finding_of(judge(node), "sparkplug").advice, node["words"]);
 }
 
-TEST(real_time, is_judged_by_the_daemon_that_runs) {
+TEST(RealTime, IsJudgedByTheDaemonThatRuns) {
   DaemonConfig config;
   ProcessRights rights;
   rights.who = "cellcald (process 7)";

@@ -26,14 +26,14 @@ Findings judged(const EkiSeen& seen, EkiExpected expected = {true, 17, false}) {
   return findings;
 }
 
-TEST(an_eki_link, that_is_sound_has_nothing_failed) {
+TEST(AnEkiLink, ThatIsSoundHasNothingFailed) {
   const Findings findings = judged(sound_eki());
   EXPECT_TRUE(findings.green());
   EXPECT_EQ(findings.count(Outcome::kWarning), 1u);  // whether the input is wired was not seen
   EXPECT_EQ(judged(sound_eki(), {false, 17}).count(Outcome::kWarning), 0u);
 }
 
-TEST(an_eki_link, that_is_not_there_gets_the_checklist) {
+TEST(AnEkiLink, ThatIsNotThereGetsTheChecklist) {
   EkiSeen seen;
   seen.last_words = "no connection";
   const Findings findings = judged(seen);
@@ -41,14 +41,14 @@ TEST(an_eki_link, that_is_not_there_gets_the_checklist) {
   EXPECT_EQ(findings.count(Outcome::kSkipped), 4u);
 }
 
-TEST(an_eki_link, without_states_or_obeying_another_fails_by_its_own_words) {
+TEST(AnEkiLink, WithoutStatesOrObeyingAnotherFailsByItsOwnWords) {
   EkiSeen seen = sound_eki();
   seen.up = false;
   seen.last_words = "the controller obeys session 5";
   EXPECT_EQ(finding_of(judged(seen), "eki states").found, seen.last_words);
 }
 
-TEST(an_eki_link, is_judged_by_elements_decimals_and_readiness) {
+TEST(AnEkiLink, IsJudgedByElementsDecimalsAndReadiness) {
   EkiSeen seen = sound_eki();
   seen.newest.bad_documents = 1;
   seen.newest.last_error = drivers::EkiError::kMissing;
@@ -69,7 +69,7 @@ TEST(an_eki_link, is_judged_by_elements_decimals_and_readiness) {
   EXPECT_EQ(outcome_of(judged(seen), "eki states"), Outcome::kFailed);
 }
 
-TEST(an_eki_link, shows_the_submit_programs_longest_pass_and_warns_where_stops_wait_for_it) {
+TEST(AnEkiLink, ShowsTheSubmitProgramsLongestPassAndWarnsWhereStopsWaitForIt) {
   EkiSeen seen = sound_eki();
   EXPECT_EQ(finding_of(judged(seen), "eki states").found.find("pass"), std::string::npos);
   seen.newest.longest_pass_ms = 24;
@@ -80,7 +80,7 @@ TEST(an_eki_link, shows_the_submit_programs_longest_pass_and_warns_where_stops_w
   EXPECT_EQ(outcome_of(judged(seen), "eki states"), Outcome::kWarning);
 }
 
-TEST(a_contact_input, is_proven_by_changing_with_the_contact_alone) {
+TEST(AContactInput, IsProvenByChangingWithTheContactAlone) {
   const auto outcome = [](bool input, bool contact, bool on) {
     EkiSeen seen = sound_eki();
     seen.input.changed = input;
@@ -96,7 +96,7 @@ TEST(a_contact_input, is_proven_by_changing_with_the_contact_alone) {
   EXPECT_EQ(outcome(false, false, false), Outcome::kWarning);
 }
 
-TEST(a_contact_input, that_a_cut_wire_would_leave_free_is_a_warning) {
+TEST(AContactInput, ThatACutWireWouldLeaveFreeIsAWarning) {
   EkiSeen seen = sound_eki();
   seen.input.changed = seen.input.contact_changed = true;
   EXPECT_EQ(outcome_of(judged(seen, {true, 17, true}), "eki contact input"), Outcome::kWarning);

@@ -24,8 +24,8 @@ std::string content(const std::filesystem::path& path) {
   return text.str();
 }
 
-struct a_cell : ::testing::Test {
-  a_cell() {
+struct ACell : ::testing::Test {
+  ACell() {
     const std::filesystem::path demo = CELLCAL_DEMO_CELL;
     text = content(demo);
     write(text);
@@ -100,21 +100,20 @@ const std::string kPublish =
                   kUnreadable = R"({"verdict": {"publish": true}})",
                   kWithhold = R"({"verdict": {"publish": false}})";
 
-TEST_F(a_cell, that_nobody_named_has_every_step_before_it) {
+TEST_F(ACell, ThatNobodyNamedHasEveryStepBeforeIt) {
   examination = {};
   EXPECT_EQ(steps(), kNothing);
   EXPECT_EQ(next(), "cell");
 }
 
-TEST_F(a_cell, is_known_by_the_newest_session_where_nobody_named_one) {
+TEST_F(ACell, IsKnownByTheNewestSessionWhereNobodyNamedOne) {
   session(SessionKind::kCalibrate, Ending::kFailed);
   examination = {};
   EXPECT_EQ(next(), "doctor");
   EXPECT_EQ(evidence.cell, dir / "cell.toml");
 }
 
-TEST_F(a_cell,
-       that_the_doctor_saw_in_an_earlier_daemon_is_the_guides_while_no_session_is_of_another) {
+TEST_F(ACell, ThatTheDoctorSawInAnEarlierDaemonIsTheGuidesWhileNoSessionIsOfAnother) {
   std::filesystem::copy_file(dir / "cell.toml", dir / "other.toml");
   examination.cell = dir / "other.toml";
   examined(Outcome::kOk);
@@ -128,7 +127,7 @@ TEST_F(a_cell,
   EXPECT_EQ(next(), "qualify");
 }
 
-TEST_F(a_cell, that_is_sound_needs_the_doctor_next) {
+TEST_F(ACell, ThatIsSoundNeedsTheDoctorNext) {
   EXPECT_EQ(next(), "doctor");
   EXPECT_EQ(evidence.spheres, 4u);
   EXPECT_EQ(evidence.placed, 4u);
@@ -136,7 +135,7 @@ TEST_F(a_cell, that_is_sound_needs_the_doctor_next) {
   EXPECT_NE(evidence.robot.find("KR 5"), std::string::npos);
 }
 
-TEST_F(a_cell, whose_file_is_wrong_or_gone_says_so_by_line_and_key) {
+TEST_F(ACell, WhoseFileIsWrongOrGoneSaysSoByLineAndKey) {
   write(with("kind = \"sphere\"", "kind = \"cube\""));
   EXPECT_EQ(next(), "cell");
   EXPECT_EQ(words(evidence.cell_file->words).find((dir / "cell.toml").string() + ":"), 0u)
@@ -150,14 +149,14 @@ TEST_F(a_cell, whose_file_is_wrong_or_gone_says_so_by_line_and_key) {
   }
 }
 
-TEST_F(a_cell, whose_robot_file_is_wrong_says_which_of_the_two_it_is) {
+TEST_F(ACell, WhoseRobotFileIsWrongSaysWhichOfTheTwoItIs) {
   std::ofstream(dir / "kr5_worn.toml") << "format = \"cellcal.robot/1\"\n";
   EXPECT_EQ(steps().find("cell done, robot wrong, spheres todo"), 0u) << steps();
   std::filesystem::remove(dir / "kr5_worn.toml");
   EXPECT_EQ(steps().find("cell wrong, robot todo"), 0u) << "it names a file that is not there";
 }
 
-TEST_F(a_cell, whose_mesh_is_not_there_is_wrong_itself_and_not_its_robot_file) {
+TEST_F(ACell, WhoseMeshIsNotThereIsWrongItselfAndNotItsRobotFile) {
   write(text +
         "\n[[obstacle]]\nid = \"fixture\"\nshape = \"mesh\"\nfile = \"none.stl\"\n"
         "xyz_mm = [0.0, 0.0, 0.0]\n");
@@ -166,7 +165,7 @@ TEST_F(a_cell, whose_mesh_is_not_there_is_wrong_itself_and_not_its_robot_file) {
       << words(evidence.cell_file->words);
 }
 
-TEST_F(a_cell, that_contradicts_itself_or_has_a_sphere_nowhere_stops_at_the_spheres) {
+TEST_F(ACell, ThatContradictsItselfOrHasASphereNowhereStopsAtTheSpheres) {
   write(with("mm = 700.286", "mm = 770.286"));
   EXPECT_EQ(next(), "spheres");
   EXPECT_NE(words(evidence.targets->words).find("770"), std::string::npos)
@@ -176,7 +175,7 @@ TEST_F(a_cell, that_contradicts_itself_or_has_a_sphere_nowhere_stops_at_the_sphe
   EXPECT_EQ(evidence.placed, 3u);
 }
 
-TEST_F(a_cell, is_examined_when_nothing_failed_and_no_more_when_its_file_has_changed) {
+TEST_F(ACell, IsExaminedWhenNothingFailedAndNoMoreWhenItsFileHasChanged) {
   examined(Outcome::kFailed);
   EXPECT_EQ(next(), "doctor");
   EXPECT_EQ(words(evidence.doctor->words), "rsi packets");
@@ -190,7 +189,7 @@ TEST_F(a_cell, is_examined_when_nothing_failed_and_no_more_when_its_file_has_cha
   EXPECT_EQ(next(), "doctor") << "it did not come to its end";
 }
 
-TEST_F(a_cell, is_qualified_by_its_newest_qualification) {
+TEST_F(ACell, IsQualifiedByItsNewestQualification) {
   examined(Outcome::kOk);
   session(SessionKind::kQualify, Ending::kFailed);
   EXPECT_EQ(next(), "qualify");
@@ -204,7 +203,7 @@ TEST_F(a_cell, is_qualified_by_its_newest_qualification) {
   }
 }
 
-TEST_F(a_cell, is_calibrated_when_its_newest_result_is_publishable) {
+TEST_F(ACell, IsCalibratedWhenItsNewestResultIsPublishable) {
   examined(Outcome::kOk);
   session(SessionKind::kQualify, Ending::kDone, "passed");
   session(SessionKind::kCalibrate, Ending::kAborted);
@@ -232,14 +231,14 @@ TEST_F(a_cell, is_calibrated_when_its_newest_result_is_publishable) {
   EXPECT_EQ(next(), "calibration");
 }
 
-TEST_F(a_cell, that_was_touched_all_around_needs_no_dry_run) {
+TEST_F(ACell, ThatWasTouchedAllAroundNeedsNoDryRun) {
   examined(Outcome::kOk);
   session(SessionKind::kQualify, Ending::kDone, "passed");
   session(SessionKind::kCalibrate, Ending::kDone, kPublish);
   EXPECT_EQ(next(), "none");
 }
 
-TEST_F(a_cell, whose_calibration_in_use_cannot_be_used_is_not_calibrated_though_an_older_one_can) {
+TEST_F(ACell, WhoseCalibrationInUseCannotBeUsedIsNotCalibratedThoughAnOlderOneCan) {
   session(SessionKind::kCalibrate, Ending::kDone, kPublish);
   const auto newest = session(SessionKind::kCalibrate, Ending::kDone, kUnreadable);
   steps();
@@ -250,7 +249,7 @@ TEST_F(a_cell, whose_calibration_in_use_cannot_be_used_is_not_calibrated_though_
       << words(evidence.calibration->words);
 }
 
-TEST_F(a_cell, has_no_part_in_what_another_cell_file_came_to) {
+TEST_F(ACell, HasNoPartInWhatAnotherCellFileCameTo) {
   session(SessionKind::kQualify, Ending::kDone, "passed");
   session(SessionKind::kCalibrate, Ending::kDone, kPublish);
   std::filesystem::copy_file(dir / "cell.toml", dir / "other.toml");

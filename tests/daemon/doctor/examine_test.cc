@@ -31,7 +31,7 @@ std::string demo_with(const std::string& robot) {
   return cell.replace(cell.find(own), own.size(), robot);
 }
 
-struct an_examination : public ::testing::Test {
+struct AnExamination : public ::testing::Test {
   void configure(const std::string& text) {
     std::ofstream(dir / "d.toml") << "format = \"cellcal.daemon/1\"\nsocket = \""
                                   << (dir / "s").string() << "\"\n"
@@ -48,7 +48,7 @@ struct an_examination : public ::testing::Test {
   TemporaryDirectory dir;
 };
 
-TEST_F(an_examination, of_a_wrong_configuration_names_it_and_ends_there) {
+TEST_F(AnExamination, OfAWrongConfigurationNamesItAndEndsThere) {
   configure("backend = \"rsi\"\ncolour = 1\n");
   Findings findings;
   examine(request(), findings);
@@ -57,7 +57,7 @@ TEST_F(an_examination, of_a_wrong_configuration_names_it_and_ends_there) {
   EXPECT_FALSE(findings.green());
 }
 
-TEST_F(an_examination, of_a_wrong_cell_goes_on_without_it) {
+TEST_F(AnExamination, OfAWrongCellGoesOnWithoutIt) {
   configure("backend = \"mock\"\n");
   DoctorRequest one = request();
   one.cell = dir / "none.toml";
@@ -68,7 +68,7 @@ TEST_F(an_examination, of_a_wrong_cell_goes_on_without_it) {
   EXPECT_EQ(outcome_of(findings, "wires"), Outcome::kWarning);
 }
 
-TEST_F(an_examination, tells_a_kr_5_apart_by_where_its_flange_is) {
+TEST_F(AnExamination, TellsAKr5ApartByWhereItsFlangeIs) {
   configure("backend = \"mock\"\n");
   Findings findings;
   examine(request(), findings);
@@ -77,7 +77,7 @@ TEST_F(an_examination, tells_a_kr_5_apart_by_where_its_flange_is) {
   EXPECT_NE(geometry.found.find("X 800.0 mm, Z 960.0 mm"), std::string::npos) << geometry.found;
 }
 
-TEST_F(an_examination, knows_a_kr_5_by_its_geometry_and_not_by_its_name) {
+TEST_F(AnExamination, KnowsAKr5ByItsGeometryAndNotByItsName) {
   configure("backend = \"mock\"\n");
   std::string robot = text_of(kDemoRobot);
   const std::string name = "KUKA KR 5 R1400, re-mastered by hand";
@@ -96,7 +96,7 @@ TEST_F(an_examination, knows_a_kr_5_by_its_geometry_and_not_by_its_name) {
   EXPECT_NE(geometry.found.find("X 810.0 mm, Z 1000.0 mm"), std::string::npos) << geometry.found;
 }
 
-TEST_F(an_examination, foresees_how_far_the_axes_go_in_a_session) {
+TEST_F(AnExamination, ForeseesHowFarTheAxesGoInASession) {
   configure("backend = \"mock\"\n");
   Findings wide;
   examine(request(), wide);
@@ -112,7 +112,7 @@ TEST_F(an_examination, foresees_how_far_the_axes_go_in_a_session) {
     EXPECT_NE(plan.advice.find(words), std::string::npos) << plan.advice;
 }
 
-TEST_F(an_examination, names_a_schedule_that_nothing_starts_the_controllers_program_for) {
+TEST_F(AnExamination, NamesAScheduleThatNothingStartsTheControllersProgramFor) {
   const std::string schedule =
       "[schedule]\nunattended = true\nresponsible = \"A. Miller\"\nSTART\n[[schedule.session]]\n"
       "name = \"nightly\"\ncell = \"/c.toml\"\nfrom = \"22:00\"\nto = \"05:30\"\n";
@@ -134,7 +134,7 @@ TEST_F(an_examination, names_a_schedule_that_nothing_starts_the_controllers_prog
             Outcome::kWarning);
 }
 
-TEST_F(an_examination, says_where_a_cell_file_contradicts_itself) {
+TEST_F(AnExamination, SaysWhereACellFileContradictsItself) {
   configure("backend = \"mock\"\n");
   std::string cell = demo_with(kDemoRobot.string());
   cell.replace(cell.find("1128.051"), 8, "112.8051");
@@ -158,7 +158,7 @@ TEST_F(an_examination, says_where_a_cell_file_contradicts_itself) {
   expect_advice(findings);
 }
 
-TEST_F(an_examination, names_the_usual_mistakes_with_their_values) {
+TEST_F(AnExamination, NamesTheUsualMistakesWithTheirValues) {
   configure("backend = \"mock\"\n");
   for (const MistakenCell& one : mistaken_cells()) {
     DoctorRequest with = request();
@@ -180,7 +180,7 @@ TEST_F(an_examination, names_the_usual_mistakes_with_their_values) {
   }
 }
 
-TEST_F(an_examination, names_a_limit_on_the_controller_that_is_below_the_configurations) {
+TEST_F(AnExamination, NamesALimitOnTheControllerThatIsBelowTheConfigurations) {
   drivers::RsiFilesConfig narrow;
   narrow.pc_address = "10.0.0.5";
   narrow.correction_limit_deg = 40.0;
@@ -200,7 +200,7 @@ TEST_F(an_examination, names_a_limit_on_the_controller_that_is_below_the_configu
     EXPECT_NE(found.find(value), std::string::npos) << found;
 }
 
-TEST_F(an_examination, from_within_the_daemon_asks_no_daemon_and_names_its_own_rights) {
+TEST_F(AnExamination, FromWithinTheDaemonAsksNoDaemonAndNamesItsOwnRights) {
   configure("backend = \"mock\"\n");
   DoctorRequest one = request();
   one.cell = dir / "none.toml";
@@ -212,7 +212,7 @@ TEST_F(an_examination, from_within_the_daemon_asks_no_daemon_and_names_its_own_r
   for (const Finding& found : findings.all()) EXPECT_NE(found.check, "daemon");
 }
 
-TEST_F(an_examination, that_is_stopped_does_not_wait_for_the_controller) {
+TEST_F(AnExamination, ThatIsStoppedDoesNotWaitForTheController) {
   const std::uint16_t port = 49700 + static_cast<std::uint16_t>(::getpid() % 100);
   configure("backend = \"rsi\"\n[rsi]\nbind = \"127.0.0.1\"\nport = " + std::to_string(port) +
             "\nrealtime = false\n[contact]\ndevice = \"" + (dir / "none").string() + "\"\n");
@@ -246,7 +246,7 @@ testing::Said model_by(const TemporaryDirectory& dir, std::shared_ptr<const sim:
   return finding_of(findings, "controller's model");
 }
 
-TEST_F(an_examination, over_rsi_compares_the_controllers_model_with_the_robot_file) {
+TEST_F(AnExamination, OverRsiComparesTheControllersModelWithTheRobotFile) {
   const std::uint16_t port = 49800 + static_cast<std::uint16_t>(::getpid() % 100);
   configure("backend = \"rsi\"\n[rsi]\nbind = \"127.0.0.1\"\nport = " + std::to_string(port) +
             "\nrealtime = false\nsilence_cycles = 50\n[contact]\ndevice = \"" +
@@ -265,7 +265,7 @@ TEST_F(an_examination, over_rsi_compares_the_controllers_model_with_the_robot_fi
   EXPECT_NE(none.advice.find("DEF_RIst"), std::string::npos) << none.advice;
 }
 
-TEST_F(an_examination, over_rsi_never_asks_for_a_correction) {
+TEST_F(AnExamination, OverRsiNeverAsksForACorrection) {
   const std::uint16_t port = 49900 + static_cast<std::uint16_t>(::getpid() % 100);
   configure("backend = \"rsi\"\n[rsi]\nbind = \"127.0.0.1\"\nport = " + std::to_string(port) +
             "\nrealtime = false\nsilence_cycles = 50\n[contact]\ndevice = \"" +

@@ -15,7 +15,7 @@
 namespace cellcal::daemon {
 namespace {
 
-struct an_examiner : ::testing::Test {
+struct AnExaminer : ::testing::Test {
   /// Runs until it is let go, or asked to stop.
   void run_checks(Findings& findings, const std::function<void(const calib::Phrase&)>& hint,
                   const std::stop_token& stop) {
@@ -66,7 +66,7 @@ struct an_examiner : ::testing::Test {
   Examiner examiner{parts};
 };
 
-TEST_F(an_examiner, tells_of_each_finding_as_it_comes) {
+TEST_F(AnExaminer, TellsOfEachFindingAsItComes) {
   EXPECT_FALSE(examiner.newest().running);
   EXPECT_FALSE(examiner.newest().green()) << "nothing was looked at";
   examiner.begin("/c.toml");
@@ -86,7 +86,7 @@ TEST_F(an_examiner, tells_of_each_finding_as_it_comes) {
   EXPECT_EQ(now.checks.size(), 2u);
 }
 
-TEST_F(an_examiner, does_not_look_beside_a_session_and_keeps_what_it_found) {
+TEST_F(AnExaminer, DoesNotLookBesideASessionAndKeepsWhatItFound) {
   let_go = true;
   examiner.begin("/c.toml");
   wait_until_free();
@@ -96,7 +96,7 @@ TEST_F(an_examiner, does_not_look_beside_a_session_and_keeps_what_it_found) {
   EXPECT_TRUE(examiner.newest().green());
 }
 
-TEST_F(an_examiner, looks_once_at_a_time_and_again_afterwards) {
+TEST_F(AnExaminer, LooksOnceAtATimeAndAgainAfterwards) {
   examiner.begin("/c.toml");
   wait_until_running();
   EXPECT_THROW(examiner.begin("/d.toml"), std::runtime_error);
@@ -107,7 +107,7 @@ TEST_F(an_examiner, looks_once_at_a_time_and_again_afterwards) {
   EXPECT_EQ(examiner.newest().cell, "/d.toml");
 }
 
-TEST_F(an_examiner, ends_when_it_is_stopped_and_then_is_not_green) {
+TEST_F(AnExaminer, EndsWhenItIsStoppedAndThenIsNotGreen) {
   examiner.begin("/c.toml");
   wait_until_running();
   examiner.stop();
@@ -119,14 +119,14 @@ TEST_F(an_examiner, ends_when_it_is_stopped_and_then_is_not_green) {
   EXPECT_EQ(held, 0);
 }
 
-TEST_F(an_examiner, that_breaks_has_failed_and_lets_sessions_begin) {
+TEST_F(AnExaminer, ThatBreaksHasFailedAndLetsSessionsBegin) {
   breaks = let_go = true;
   examiner.begin("/c.toml");
   wait_until_free();
   EXPECT_EQ(examiner.newest().count(Outcome::kFailed), 1u);
 }
 
-TEST_F(an_examiner, knows_after_a_restart_what_it_found_at_the_configuration_in_force) {
+TEST_F(AnExaminer, KnowsAfterARestartWhatItFoundAtTheConfigurationInForce) {
   const std::filesystem::path cell = dir / "c.toml";
   std::ofstream(cell) << "not read\n";
   let_go = true;
@@ -150,7 +150,7 @@ TEST_F(an_examiner, knows_after_a_restart_what_it_found_at_the_configuration_in_
   EXPECT_FALSE(Examiner(parts).newest().green());
 }
 
-TEST_F(an_examiner, keeps_what_was_found_before_where_it_is_stopped_and_what_is_told_beside_it) {
+TEST_F(AnExaminer, KeepsWhatWasFoundBeforeWhereItIsStoppedAndWhatIsToldBesideIt) {
   examiner.begin("/c.toml");
   wait_until_running();
   examiner.stop();
@@ -163,7 +163,7 @@ TEST_F(an_examiner, keeps_what_was_found_before_where_it_is_stopped_and_what_is_
   EXPECT_EQ(Examiner(parts).newest().cell, cell);
 }
 
-TEST(a_finding_in_json, has_its_words_and_comes_back_as_the_phrases_it_was_made_of) {
+TEST(AFindingInJson, HasItsWordsAndComesBackAsThePhrasesItWasMadeOf) {
   const Finding one{"contact circuit",
                     Outcome::kOk,
                     calib::Phrase("say.doctor.circuit.open", {{"volts", 5.02}}),

@@ -16,18 +16,18 @@
 namespace cellcal::daemon {
 namespace {
 
-TEST(an_address, is_this_computers_where_it_can_be_bound) {
+TEST(AnAddress, IsThisComputersWhereItCanBeBound) {
   EXPECT_TRUE(is_own_address("127.0.0.1"));
   for (const char* other : {"192.0.2.1", "", "localhost", "::1", "127.0.0.1 ", "999.0.0.1"})
     EXPECT_FALSE(is_own_address(other)) << other;
 }
 
-TEST(own_addresses, hold_the_loopback) {
+TEST(OwnAddresses, HoldTheLoopback) {
   const auto own = own_addresses();
   EXPECT_NE(std::find(own.begin(), own.end(), "127.0.0.1"), own.end());
 }
 
-TEST(a_udp_port, is_held_by_the_program_that_bound_it) {
+TEST(AUdpPort, IsHeldByTheProgramThatBoundIt) {
   const int fd = ::socket(AF_INET, SOCK_DGRAM, 0);
   sockaddr_in address{};
   address.sin_family = AF_INET;
@@ -44,7 +44,7 @@ TEST(a_udp_port, is_held_by_the_program_that_bound_it) {
   EXPECT_FALSE(holder_of_udp_port(port).has_value());
 }
 
-TEST(rights, of_this_process_are_readable_and_of_none_are_nothing) {
+TEST(Rights, OfThisProcessAreReadableAndOfNoneAreNothing) {
   const auto own = rights_of_process(::getpid());
   ASSERT_TRUE(own.has_value());
   EXPECT_EQ(own->uid, ::geteuid());
@@ -52,7 +52,7 @@ TEST(rights, of_this_process_are_readable_and_of_none_are_nothing) {
   EXPECT_FALSE(rights_of_process(0x7FFFFFF0).has_value());
 }
 
-TEST(rights, of_the_shipped_unit_are_all_that_the_robots_thread_needs) {
+TEST(Rights, OfTheShippedUnitAreAllThatTheRobotsThreadNeeds) {
   const auto read = [](const char* path) {
     std::ifstream file(path);
     return std::string(std::istreambuf_iterator<char>(file), {});
@@ -72,7 +72,7 @@ TEST(rights, of_the_shipped_unit_are_all_that_the_robots_thread_needs) {
   EXPECT_FALSE(none.locked_memory);
 }
 
-TEST(a_device, may_be_used_by_its_owner_its_group_or_everybody) {
+TEST(ADevice, MayBeUsedByItsOwnerItsGroupOrEverybody) {
   const auto path =
       std::filesystem::temp_directory_path() / ("doctor-device-" + std::to_string(::getpid()));
   std::ofstream(path) << "x";

@@ -35,13 +35,13 @@ Findings judged(const RsiSeen& seen) {
   return findings;
 }
 
-TEST(an_rsi_link, that_is_sound_is_all_ok) {
+TEST(AnRsiLink, ThatIsSoundIsAllOk) {
   const Findings findings = judged(sound_rsi());
   EXPECT_EQ(findings.count(Outcome::kOk), findings.all().size());
   EXPECT_EQ(findings.all().size(), 8u);
 }
 
-TEST(an_rsi_link, whose_packets_arrive_twice_says_how_many_did) {
+TEST(AnRsiLink, WhosePacketsArriveTwiceSaysHowManyDid) {
   RsiSeen seen = sound_rsi();
   seen.state.quality.duplicates = 7;
   const auto packets = finding_of(judged(seen), "rsi packets");
@@ -60,7 +60,7 @@ testing::Said judged_model(const calib::ControllerModel& model, bool sends = tru
   return finding_of(findings, "controller's model");
 }
 
-TEST(the_controllers_model, is_judged_by_its_difference_from_the_robot_file) {
+TEST(TheControllersModel, IsJudgedByItsDifferenceFromTheRobotFile) {
   using enum calib::ControllerModel::Outcome;
   const std::vector<double> at{0.0, -1.5707963267948966};
   EXPECT_EQ(judged_model({kAgrees, 3, 1e-6, at}).outcome, Outcome::kOk);
@@ -77,7 +77,7 @@ TEST(the_controllers_model, is_judged_by_its_difference_from_the_robot_file) {
   EXPECT_EQ(judged_model({kUndecided, 1, 12.3e-3, at}).outcome, Outcome::kWarning);
 }
 
-TEST(the_controllers_model, that_is_not_sent_says_what_to_copy) {
+TEST(TheControllersModel, ThatIsNotSentSaysWhatToCopy) {
   EXPECT_NE(judged_model({}, false).advice.find("DEF_RIst"), std::string::npos);
   const auto eki = judged_model({}, false, WireKind::kEki);
   EXPECT_EQ(eki.outcome, Outcome::kWarning);
@@ -87,7 +87,7 @@ TEST(the_controllers_model, that_is_not_sent_says_what_to_copy) {
       << "its program does not run";
 }
 
-TEST(an_rsi_link, with_a_second_stop_path_is_ok_once_the_input_was_seen_to_follow) {
+TEST(AnRsiLink, WithASecondStopPathIsOkOnceTheInputWasSeenToFollow) {
   const auto outcome = [](const RsiSeen& seen) {
     Findings findings;
     RsiExpected expected{"ImFree", 3};
@@ -109,7 +109,7 @@ TEST(an_rsi_link, with_a_second_stop_path_is_ok_once_the_input_was_seen_to_follo
   EXPECT_EQ(outcome(seen), Outcome::kFailed) << "an older set of files";
 }
 
-TEST(an_rsi_link, shows_mode_and_override_and_warns_where_an_older_set_does_not_tell_them) {
+TEST(AnRsiLink, ShowsModeAndOverrideAndWarnsWhereAnOlderSetDoesNotTellThem) {
   RsiSeen seen = sound_rsi();
   seen.newest.mode = drivers::OperatingMode::kT1;
   seen.newest.override_percent = 10;
@@ -126,7 +126,7 @@ TEST(an_rsi_link, shows_mode_and_override_and_warns_where_an_older_set_does_not_
   EXPECT_EQ(outcome_of(neither, "rsi state"), Outcome::kSkipped);
 }
 
-TEST(an_rsi_link, for_corrections_in_space_is_told_where_the_controller_has_its_tool) {
+TEST(AnRsiLink, ForCorrectionsInSpaceIsToldWhereTheControllerHasItsTool) {
   const auto of = [](double mm, double deg) {
     RsiSeen seen = sound_rsi();
     seen.newest.tcp_apart = {mm, deg};
@@ -143,7 +143,7 @@ TEST(an_rsi_link, for_corrections_in_space_is_told_where_the_controller_has_its_
   EXPECT_NE(wrong.advice.find("$TOOL"), std::string::npos);
 }
 
-TEST(an_rsi_link, without_packets_gets_the_checklist_and_nothing_else) {
+TEST(AnRsiLink, WithoutPacketsGetsTheChecklistAndNothingElse) {
   RsiSeen seen;
   seen.listening = "UDP 10.0.0.5:49152";
   const Findings findings = judged(seen);
@@ -153,7 +153,7 @@ TEST(an_rsi_link, without_packets_gets_the_checklist_and_nothing_else) {
   EXPECT_EQ(findings.count(Outcome::kSkipped), 7u);
 }
 
-TEST(an_rsi_link, on_which_something_else_comes_says_what) {
+TEST(AnRsiLink, OnWhichSomethingElseComesSaysWhat) {
   RsiSeen seen;
   seen.newest.bad_packets = 4;
   seen.newest.last_error = drivers::WireError::kNotXml;
@@ -161,7 +161,7 @@ TEST(an_rsi_link, on_which_something_else_comes_says_what) {
   EXPECT_NE(finding_of(judged(seen), "rsi packets").found.find("\"hello\""), std::string::npos);
 }
 
-TEST(an_rsi_link, whose_replies_are_refused_is_told_by_sentype_not_by_silence) {
+TEST(AnRsiLink, WhoseRepliesAreRefusedIsToldBySentypeNotBySilence) {
   RsiSeen seen = sound_rsi();
   seen.refused = true;
   EXPECT_NE(finding_of(judged(seen), "rsi replies").advice.find("\"ImFree\""), std::string::npos);
@@ -176,14 +176,14 @@ TEST(an_rsi_link, whose_replies_are_refused_is_told_by_sentype_not_by_silence) {
   EXPECT_EQ(outcome_of(findings, "rsi packets"), Outcome::kOk);
 }
 
-TEST(an_rsi_link, that_stopped_for_another_reason_says_so) {
+TEST(AnRsiLink, ThatStoppedForAnotherReasonSaysSo) {
   RsiSeen seen = sound_rsi();
   seen.lost = true;
   EXPECT_NE(finding_of(judged(seen), "rsi packets").found.find("then none after IPOC"),
             std::string::npos);
 }
 
-TEST(an_rsi_link, is_judged_by_its_late_replies_since_it_answers) {
+TEST(AnRsiLink, IsJudgedByItsLateRepliesSinceItAnswers) {
   RsiSeen seen = sound_rsi();
   seen.newest.late = 7;
   seen.late_at_start = 7;
@@ -194,14 +194,14 @@ TEST(an_rsi_link, is_judged_by_its_late_replies_since_it_answers) {
   EXPECT_EQ(outcome_of(judged(seen), "rsi replies"), Outcome::kFailed);
 }
 
-TEST(an_rsi_link, that_is_not_answered_says_why) {
+TEST(AnRsiLink, ThatIsNotAnsweredSaysWhy) {
   RsiSeen seen = sound_rsi();
   seen.answered = false;
   seen.last_words = "not answering: which correction";
   EXPECT_EQ(finding_of(judged(seen), "rsi replies").found, seen.last_words);
 }
 
-TEST(an_rsi_link, is_judged_by_decimals_and_elements) {
+TEST(AnRsiLink, IsJudgedByDecimalsAndElements) {
   RsiSeen seen = sound_rsi();
   seen.newest.decimals = 1;
   EXPECT_EQ(outcome_of(judged(seen), "rsi decimals"), Outcome::kFailed);
@@ -219,7 +219,7 @@ TEST(an_rsi_link, is_judged_by_decimals_and_elements) {
   EXPECT_EQ(outcome_of(judged(seen), "rsi elements"), Outcome::kFailed) << "a session refuses it";
 }
 
-TEST(an_rsi_link, is_judged_by_cycle_sender_and_reply_times) {
+TEST(AnRsiLink, IsJudgedByCycleSenderAndReplyTimes) {
   RsiSeen seen = sound_rsi();
   seen.newest.ipoc_step = 1;
   EXPECT_EQ(outcome_of(judged(seen), "rsi cycle"), Outcome::kWarning);
@@ -237,7 +237,7 @@ TEST(an_rsi_link, is_judged_by_cycle_sender_and_reply_times) {
   EXPECT_EQ(outcome_of(judged(seen), "rsi reply times"), Outcome::kFailed);
 }
 
-TEST(joint_angles, are_compared_with_the_robot_files_limits) {
+TEST(JointAngles, AreComparedWithTheRobotFilesLimits) {
   calib::Robot robot;
   for (const char* name : {"A1", "A2"}) {
     calib::Joint joint;
@@ -266,7 +266,7 @@ TEST(joint_angles, are_compared_with_the_robot_files_limits) {
   EXPECT_EQ(outcome({3.2, 0.0, 0.5}, &robot), Outcome::kFailed);
 }
 
-TEST(joint_angles, have_a_linear_units_position_in_millimetres) {
+TEST(JointAngles, HaveALinearUnitsPositionInMillimetres) {
   calib::Robot robot;
   robot.joints.resize(2);
   robot.joints[0].guide.emplace();
@@ -279,7 +279,7 @@ TEST(joint_angles, have_a_linear_units_position_in_millimetres) {
   EXPECT_NE(found.find("1250.000 mm, 0.000 deg"), std::string::npos) << found;
 }
 
-TEST(the_end_of_rsi, is_seen_or_warned_of) {
+TEST(TheEndOfRsi, IsSeenOrWarnedOf) {
   Findings findings;
   judge_rsi_end(0.02, findings);
   judge_rsi_end(std::nullopt, findings);

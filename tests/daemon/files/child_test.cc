@@ -15,7 +15,7 @@ ChildEnd shell(const std::string& script, Child child = {}) {
   return run_child(child);
 }
 
-TEST(a_child, takes_its_input_and_gives_output_and_status) {
+TEST(AChild, TakesItsInputAndGivesOutputAndStatus) {
   const std::string much(300000, 'x');
   const ChildEnd end = shell("cat; echo wrong >&2; exit 3", {.words = {}, .input = much});
   EXPECT_EQ(end.why, Why::kEnded);
@@ -24,19 +24,19 @@ TEST(a_child, takes_its_input_and_gives_output_and_status) {
   EXPECT_EQ(end.err, "wrong\n");
 }
 
-TEST(a_child, has_its_arguments_as_they_are) {
+TEST(AChild, HasItsArgumentsAsTheyAre) {
   const ChildEnd end =
       run_child({.words = {"printf", "%s|", "a b", "$(id)", "'"}, .most_output = 100});
   EXPECT_EQ(end.out, "a b|$(id)|'|");
 }
 
-TEST(a_child, that_is_not_there_is_named_by_its_error) {
+TEST(AChild, ThatIsNotThereIsNamedByItsError) {
   const ChildEnd end = run_child({.words = {"no_such_program_of_this_test"}});
   EXPECT_EQ(end.why, Why::kNotStarted);
   EXPECT_EQ(end.error, ENOENT);
 }
 
-TEST(a_child, that_goes_on_is_ended) {
+TEST(AChild, ThatGoesOnIsEnded) {
   for (const std::size_t output : {std::size_t{0}, std::size_t{100}}) {
     const ChildEnd end = run_child({.words = {"sleep", "1000"},
                                     .limit = std::chrono::milliseconds(50),
@@ -46,7 +46,7 @@ TEST(a_child, that_goes_on_is_ended) {
   }
 }
 
-TEST(a_child, that_writes_for_ever_is_ended) {
+TEST(AChild, ThatWritesForEverIsEnded) {
   for (const char* script : {"yes", "yes >&2"}) {
     const ChildEnd end = shell(script, {.words = {}, .most_output = 1000});
     EXPECT_EQ(end.why, Why::kTooMuch);
@@ -54,9 +54,9 @@ TEST(a_child, that_writes_for_ever_is_ended) {
   }
 }
 
-TEST(a_child, ended_by_a_signal_has_no_status) { EXPECT_EQ(shell("kill -9 $$").status, -1); }
+TEST(AChild, EndedByASignalHasNoStatus) { EXPECT_EQ(shell("kill -9 $$").status, -1); }
 
-TEST(a_child, has_the_given_environment_alone) {
+TEST(AChild, HasTheGivenEnvironmentAlone) {
   const ChildEnd end =
       run_child({.words = {"/usr/bin/env"}, .most_output = 1000, .environment = {"PATH=/usr/bin"}});
   EXPECT_EQ(end.out, "PATH=/usr/bin\n");

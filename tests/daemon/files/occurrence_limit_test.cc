@@ -7,7 +7,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-TEST(seldom, lets_the_first_through_and_then_one_a_minute_with_how_many_it_stands_for) {
+TEST(Seldom, LetsTheFirstThroughAndThenOneAMinuteWithHowManyItStandsFor) {
   OccurrenceLimit seldom;
   const std::chrono::steady_clock::time_point begun{1h};
   EXPECT_EQ(seldom.count(begun), 1u);

@@ -30,11 +30,11 @@ struct Shared {
   std::atomic<pid_t> work{0};
 };
 
-struct supervisor : ::testing::Test {
-  supervisor()
+struct Supervisor : ::testing::Test {
+  Supervisor()
       : shared(new (::mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE,
                            MAP_SHARED | MAP_ANONYMOUS, -1, 0)) Shared) {}
-  ~supervisor() override { ::munmap(shared, sizeof(Shared)); }
+  ~Supervisor() override { ::munmap(shared, sizeof(Shared)); }
 
   /// The status of its process, as waitpid() has it.
   pid_t begin(const std::function<int(std::uint64_t)>& work, std::size_t most_bytes = 0) const {
@@ -65,7 +65,7 @@ struct supervisor : ::testing::Test {
   Shared* shared;
 };
 
-TEST_F(supervisor, begins_work_again_that_a_signal_ended_and_says_how_often) {
+TEST_F(Supervisor, BeginsWorkAgainThatASignalEndedAndSaysHowOften) {
   EXPECT_EQ(end_of(begin([](std::uint64_t restarts) {
               if (restarts < 3) std::abort();
               return static_cast<int>(restarts) + 40;
@@ -73,7 +73,7 @@ TEST_F(supervisor, begins_work_again_that_a_signal_ended_and_says_how_often) {
             43);
 }
 
-TEST_F(supervisor, ends_as_work_ends_that_ends_of_itself) {
+TEST_F(Supervisor, EndsAsWorkEndsThatEndsOfItself) {
   EXPECT_EQ(end_of(begin([this](std::uint64_t) {
               ++shared->begun;
               return 2;
@@ -82,7 +82,7 @@ TEST_F(supervisor, ends_as_work_ends_that_ends_of_itself) {
   EXPECT_EQ(shared->begun, 1);
 }
 
-TEST_F(supervisor, hands_a_signal_on_and_begins_nothing_more) {
+TEST_F(Supervisor, HandsASignalOnAndBeginsNothingMore) {
   const pid_t process = begin([this](std::uint64_t) {
     std::signal(SIGTERM, [](int) { std::_Exit(0); });
     ++shared->begun;
@@ -95,7 +95,7 @@ TEST_F(supervisor, hands_a_signal_on_and_begins_nothing_more) {
   EXPECT_EQ(shared->begun, 1);
 }
 
-TEST_F(supervisor, ends_while_it_waits_to_begin_again) {
+TEST_F(Supervisor, EndsWhileItWaitsToBeginAgain) {
   const pid_t process = ::fork();
   if (process == 0)
     std::_Exit(
@@ -110,7 +110,7 @@ TEST_F(supervisor, ends_while_it_waits_to_begin_again) {
   EXPECT_EQ(end_of(process), 0);
 }
 
-TEST_F(supervisor, takes_its_work_with_it_where_it_is_killed) {
+TEST_F(Supervisor, TakesItsWorkWithItWhereItIsKilled) {
   const pid_t process = begin([this](std::uint64_t) {
     shared->work = ::getpid();
     ++shared->begun;
@@ -129,7 +129,7 @@ TEST_F(supervisor, takes_its_work_with_it_where_it_is_killed) {
   EXPECT_TRUE(gone());
 }
 
-TEST_F(supervisor, lets_work_leave_no_core_dump) {
+TEST_F(Supervisor, LetsWorkLeaveNoCoreDump) {
   EXPECT_EQ(end_of(begin([](std::uint64_t) {
               rlimit core{};
               ::getrlimit(RLIMIT_CORE, &core);
@@ -138,7 +138,7 @@ TEST_F(supervisor, lets_work_leave_no_core_dump) {
             0);
 }
 
-TEST_F(supervisor, gives_work_no_more_memory_than_it_may_have) {
+TEST_F(Supervisor, GivesWorkNoMoreMemoryThanItMayHave) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "a sanitizer's own books are larger";
 #endif

@@ -9,7 +9,7 @@
 namespace cellcal::daemon {
 namespace {
 
-TEST(system_words, name_the_file_and_what_to_check_and_no_function_of_the_library) {
+TEST(SystemWords, NameTheFileAndWhatToCheckAndNoFunctionOfTheLibrary) {
   std::string words;
   try {
     std::filesystem::create_directories("/proc/none/of/this");

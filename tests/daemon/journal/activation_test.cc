@@ -9,8 +9,8 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-struct activations_of_a_journal : ::testing::Test {
-  activations_of_a_journal() {
+struct ActivationsOfAJournal : ::testing::Test {
+  ActivationsOfAJournal() {
     Journal journal(dir / "j.db");
     one = fill(journal, 1);
     journal.record(one, RecordEnd{Ending::kDone, ""}, "t1");
@@ -23,7 +23,7 @@ struct activations_of_a_journal : ::testing::Test {
   std::int64_t one = 0, two = 0;
 };
 
-TEST_F(activations_of_a_journal, come_back_in_their_order_whatever_the_clocks_said) {
+TEST_F(ActivationsOfAJournal, ComeBackInTheirOrderWhateverTheClocksSaid) {
   Journal journal(dir / "j.db");
   const auto all = journal.activations();
   ASSERT_EQ(all.size(), 2u);
@@ -35,7 +35,7 @@ TEST_F(activations_of_a_journal, come_back_in_their_order_whatever_the_clocks_sa
   EXPECT_EQ(journal.last_entry(99), 0);
 }
 
-TEST_F(activations_of_a_journal, that_were_changed_are_not_used_and_their_session_is_refused) {
+TEST_F(ActivationsOfAJournal, ThatWereChangedAreNotUsedAndTheirSessionIsRefused) {
   Database(dir / "j.db").execute("UPDATE activation SET reason='hot' WHERE who='anna'");
   Journal journal(dir / "j.db");
   ASSERT_EQ(journal.activations().size(), 1u);
@@ -43,7 +43,7 @@ TEST_F(activations_of_a_journal, that_were_changed_are_not_used_and_their_sessio
   EXPECT_THROW(journal.touches(one), JournalError);
 }
 
-TEST_F(activations_of_a_journal, that_were_put_in_or_taken_out_show) {
+TEST_F(ActivationsOfAJournal, ThatWerePutInOrTakenOutShow) {
   Database(dir / "j.db").execute("INSERT INTO activation VALUES (1, 't', 'nobody', 'x')");
   {
     Journal journal(dir / "j.db");
@@ -55,7 +55,7 @@ TEST_F(activations_of_a_journal, that_were_put_in_or_taken_out_show) {
   EXPECT_THROW(journal.touches(2), JournalError);
 }
 
-TEST_F(activations_of_a_journal, go_with_their_session_into_another_one) {
+TEST_F(ActivationsOfAJournal, GoWithTheirSessionIntoAnotherOne) {
   Journal journal(dir / "j.db"), other(dir / "other.db");
   const auto [session, is_new] = other.import(journal.rows(one), "rows");
   ASSERT_EQ(other.activations().size(), 1u);

@@ -17,7 +17,7 @@ std::string why_not(Journal& journal, const std::filesystem::path& file) {
   return error_of([&] { journal.backup(file); });
 }
 
-TEST(a_backup, is_a_journal_of_its_own_with_every_row) {
+TEST(ABackup, IsAJournalOfItsOwnWithEveryRow) {
   const TemporaryDirectory dir;
   std::string original;
   {
@@ -30,7 +30,7 @@ TEST(a_backup, is_a_journal_of_its_own_with_every_row) {
   EXPECT_EQ(all_of(dir / "copy.db"), original);
 }
 
-TEST(a_backup, holds_what_the_schedule_holds_and_an_altered_row_of_it_is_refused) {
+TEST(ABackup, HoldsWhatTheScheduleHoldsAndAnAlteredRowOfItIsRefused) {
   const TemporaryDirectory dir;
   {
     Journal journal(dir / "j.db");
@@ -46,7 +46,7 @@ TEST(a_backup, holds_what_the_schedule_holds_and_an_altered_row_of_it_is_refused
   EXPECT_THROW(altered.schedule(), DamagedError);
 }
 
-TEST(a_backup, made_while_a_session_writes_is_what_was_there_at_one_moment) {
+TEST(ABackup, MadeWhileASessionWritesIsWhatWasThereAtOneMoment) {
   const TemporaryDirectory dir;
   Journal journal(dir / "j.db");
   for (int i = 0; i < 20; ++i) fill(journal, 30);
@@ -74,7 +74,7 @@ TEST(a_backup, made_while_a_session_writes_is_what_was_there_at_one_moment) {
   EXPECT_EQ(copy.sessions().size(), 21u);
 }
 
-TEST(a_backup, lets_calls_of_a_session_through_between_its_steps) {
+TEST(ABackup, LetsCallsOfASessionThroughBetweenItsSteps) {
   const TemporaryDirectory dir;
   Journal journal(dir / "j.db");
   // Some thousands of pages, so that there are many steps.
@@ -92,7 +92,7 @@ TEST(a_backup, lets_calls_of_a_session_through_between_its_steps) {
   EXPECT_GT(meanwhile, 5u) << "calls that wait until all of it is copied";
 }
 
-TEST(a_backup, replaces_no_file) {
+TEST(ABackup, ReplacesNoFile) {
   const TemporaryDirectory dir;
   Journal journal(dir / "j.db");
   fill(journal, 1);
@@ -108,7 +108,7 @@ TEST(a_backup, replaces_no_file) {
   EXPECT_EQ(journal.touches(1).size(), 1u);
 }
 
-TEST(a_backup, of_a_journal_with_a_damaged_session_says_which) {
+TEST(ABackup, OfAJournalWithADamagedSessionSaysWhich) {
   const TemporaryDirectory dir;
   {
     Journal journal(dir / "j.db");
@@ -122,7 +122,7 @@ TEST(a_backup, of_a_journal_with_a_damaged_session_says_which) {
   EXPECT_EQ(remarks[0], "session 1 is damaged in the journal, and so it is in the copy");
 }
 
-TEST(a_backup, that_is_cut_off_anywhere_leaves_no_file_of_its_name_or_a_whole_one) {
+TEST(ABackup, ThatIsCutOffAnywhereLeavesNoFileOfItsNameOrAWholeOne) {
   const TemporaryDirectory dir;
   {
     Journal journal(dir / "j.db");

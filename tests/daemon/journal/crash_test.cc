@@ -32,7 +32,7 @@ calib::Touch numbered(int number) {
   }
 }
 
-TEST(a_killed_daemon, leaves_every_committed_touch_behind) {
+TEST(AKilledDaemon, LeavesEveryCommittedTouchBehind) {
   for (int round = 0; round < 8; ++round) {
     const TemporaryDirectory dir;
     int ends[2];

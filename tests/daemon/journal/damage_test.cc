@@ -13,7 +13,7 @@ namespace cellcal::daemon::testing {
 namespace {
 
 /// A journal of two sessions as a kill leaves it: much of it in the write-ahead log.
-class a_journal_that_a_kill_left : public ::testing::Test {
+class AJournalThatAKillLeft : public ::testing::Test {
  protected:
   void SetUp() override {
     { fill(*std::make_unique<Journal>(original_), 3); }
@@ -35,7 +35,7 @@ class a_journal_that_a_kill_left : public ::testing::Test {
   std::string whole_;
 };
 
-TEST_F(a_journal_that_a_kill_left, gives_the_same_rows_or_none_when_a_bit_is_flipped) {
+TEST_F(AJournalThatAKillLeft, GivesTheSameRowsOrNoneWhenABitIsFlipped) {
   std::mt19937_64 random(18);
   int refused = 0;
   for (int flip = 0; flip < 60; ++flip) {
@@ -54,7 +54,7 @@ TEST_F(a_journal_that_a_kill_left, gives_the_same_rows_or_none_when_a_bit_is_fli
   EXPECT_GT(refused, 15) << "most of what is flipped is in use";
 }
 
-TEST_F(a_journal_that_a_kill_left, misses_its_rows_when_the_log_is_cut_anywhere) {
+TEST_F(AJournalThatAKillLeft, MissesItsRowsWhenTheLogIsCutAnywhere) {
   const std::uintmax_t size = std::filesystem::file_size(with("-wal"));
   int refused = 0;
   for (std::uintmax_t tenth = 0; tenth < 10; ++tenth) {
@@ -70,7 +70,7 @@ TEST_F(a_journal_that_a_kill_left, misses_its_rows_when_the_log_is_cut_anywhere)
   EXPECT_GE(refused, 9);
 }
 
-TEST_F(a_journal_that_a_kill_left, that_is_refused_is_left_as_it_is) {
+TEST_F(AJournalThatAKillLeft, ThatIsRefusedIsLeftAsItIs) {
   const std::uintmax_t log = std::filesystem::file_size(with("-wal"));
   flip_bit(with("-wal"), 8 * 200);
   EXPECT_NE(refusal(copy_).find("missing at its end"), std::string::npos) << refusal(copy_);
@@ -79,7 +79,7 @@ TEST_F(a_journal_that_a_kill_left, that_is_refused_is_left_as_it_is) {
   EXPECT_EQ(all_of(copy_), whole_) << "mended, it is whole again";
 }
 
-TEST_F(a_journal_that_a_kill_left, misses_its_rows_when_the_log_is_gone) {
+TEST_F(AJournalThatAKillLeft, MissesItsRowsWhenTheLogIsGone) {
   std::filesystem::remove(with("-wal"));
   const std::string words = refusal(copy_);
   EXPECT_NE(words.find("remove the .head file to continue"), std::string::npos) << words;
@@ -89,7 +89,7 @@ TEST_F(a_journal_that_a_kill_left, misses_its_rows_when_the_log_is_gone) {
   EXPECT_NE(without.remarks()[0].find(".head file was missing"), std::string::npos);
 }
 
-TEST_F(a_journal_that_a_kill_left, may_be_one_commit_ahead_of_its_head) {
+TEST_F(AJournalThatAKillLeft, MayBeOneCommitAheadOfItsHead) {
   std::filesystem::path ahead = dir_ / "ahead.db";
   {
     Journal journal(copy_);
@@ -103,7 +103,7 @@ TEST_F(a_journal_that_a_kill_left, may_be_one_commit_ahead_of_its_head) {
   EXPECT_EQ(Journal(ahead).touches(2).size(), 5u);
 }
 
-TEST_F(a_journal_that_a_kill_left, is_not_taken_for_another_or_an_older_one) {
+TEST_F(AJournalThatAKillLeft, IsNotTakenForAnotherOrAnOlderOne) {
   std::filesystem::path other = dir_ / "other.db";
   { fill(*std::make_unique<Journal>(other), 20); }
   std::filesystem::copy_file(other, copy_, std::filesystem::copy_options::overwrite_existing);
@@ -129,9 +129,9 @@ struct Change {
   std::int64_t session;  ///< whose rows it changes
 };
 
-class a_row : public ::testing::TestWithParam<Change> {};
+class ARow : public ::testing::TestWithParam<Change> {};
 
-TEST_P(a_row, that_another_program_changed_is_told_and_its_session_refused) {
+TEST_P(ARow, ThatAnotherProgramChangedIsToldAndItsSessionRefused) {
   const TemporaryDirectory dir;
   const auto path = dir / "j.db";
   {
@@ -165,7 +165,7 @@ TEST_P(a_row, that_another_program_changed_is_told_and_its_session_refused) {
   }
 }
 
-TEST(a_page_of_sessions, is_that_part_of_all_of_them_with_those_that_were_taken_out) {
+TEST(APageOfSessions, IsThatPartOfAllOfThemWithThoseThatWereTakenOut) {
   const TemporaryDirectory dir;
   const auto path = dir / "j.db";
   {
@@ -214,10 +214,10 @@ const Change kChanges[] = {
     {"a_session_taken_out", "DELETE FROM session WHERE id=2", 2},
 };
 
-INSTANTIATE_TEST_SUITE_P(journal, a_row, ::testing::ValuesIn(kChanges),
+INSTANTIATE_TEST_SUITE_P(Journal, ARow, ::testing::ValuesIn(kChanges),
                          [](const auto& one) { return std::string(one.param.name); });
 
-TEST(a_journal, is_refused_when_its_checksums_themselves_were_changed) {
+TEST(AJournal, IsRefusedWhenItsChecksumsThemselvesWereChanged) {
   for (const char* sql :
        {"UPDATE chain SET digest='0' WHERE number=9", "UPDATE chain SET sum='0' WHERE number=9",
         "UPDATE chain SET session=1 WHERE number=25", "DELETE FROM chain WHERE number=9"}) {
@@ -232,7 +232,7 @@ TEST(a_journal, is_refused_when_its_checksums_themselves_were_changed) {
   }
 }
 
-TEST(a_head_file, that_is_damaged_in_its_newest_line_falls_back_to_the_one_before) {
+TEST(AHeadFile, ThatIsDamagedInItsNewestLineFallsBackToTheOneBefore) {
   const TemporaryDirectory dir;
   const auto head = dir / "j.db.head";
   {
@@ -250,7 +250,7 @@ TEST(a_head_file, that_is_damaged_in_its_newest_line_falls_back_to_the_one_befor
   EXPECT_NE(refusal(dir / "j.db").find("j.db.head is damaged"), std::string::npos);
 }
 
-TEST(a_session, that_cannot_be_read_now_is_not_called_damaged) {
+TEST(ASession, ThatCannotBeReadNowIsNotCalledDamaged) {
   const TemporaryDirectory dir;
   Journal journal(dir / "j.db");
   const std::int64_t id =  // more than SQLite keeps in its cache
@@ -268,9 +268,9 @@ TEST(a_session, that_cannot_be_read_now_is_not_called_damaged) {
 
 enum class Deed { kRemove, kReplace, kCut };
 
-class a_living_journal : public ::testing::TestWithParam<std::pair<const char*, Deed>> {};
+class ALivingJournal : public ::testing::TestWithParam<std::pair<const char*, Deed>> {};
 
-TEST_P(a_living_journal, whose_file_is_no_longer_its_own_takes_no_further_touch) {
+TEST_P(ALivingJournal, WhoseFileIsNoLongerItsOwnTakesNoFurtherTouch) {
   const TemporaryDirectory dir;
   const auto path = dir / "j.db", victim = dir / (std::string("j.db") + GetParam().first);
   Journal journal(path);
@@ -294,7 +294,7 @@ TEST_P(a_living_journal, whose_file_is_no_longer_its_own_takes_no_further_touch)
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    journal, a_living_journal,
+    Journal, ALivingJournal,
     ::testing::Values(std::pair{"", Deed::kRemove}, std::pair{"-wal", Deed::kRemove},
                       std::pair{".lock", Deed::kRemove}, std::pair{".head", Deed::kRemove},
                       std::pair{"", Deed::kReplace}, std::pair{"-wal", Deed::kReplace},

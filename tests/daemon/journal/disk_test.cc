@@ -28,7 +28,7 @@ class FileSizeLimit {
   rlimit before_{};
 };
 
-TEST(a_full_disk, is_a_named_error_and_leaves_the_earlier_touches_whole) {
+TEST(AFullDisk, IsANamedErrorAndLeavesTheEarlierTouchesWhole) {
   const testing::TemporaryDirectory dir;
   calib::Touch touch;
   touch.joint_rad = std::vector<double>(64, 0.5);
@@ -56,7 +56,7 @@ TEST(a_full_disk, is_a_named_error_and_leaves_the_earlier_touches_whole) {
   journal.record(journal.sessions()[0].id, RecordTouch{written, touch});
 }
 
-TEST(a_session, whose_end_the_full_disk_did_not_take_can_be_gone_on_with) {
+TEST(ASession, WhoseEndTheFullDiskDidNotTakeCanBeGoneOnWith) {
   const testing::TemporaryDirectory dir;
   Journal journal(dir / "j.db");
   const std::int64_t id = journal.begin({"c", std::string(5000, 'c'), "r", "r", "{}"}, "t0");

@@ -13,7 +13,7 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-TEST(a_touch_with_all_that_one_can_have, comes_back_bit_for_bit) {
+TEST(ATouchWithAllThatOneCanHave, ComesBackBitForBit) {
   const TemporaryDirectory dir;
   calib::Touch touch = touch_at(0.3);
   touch.tool = "probe 2";
@@ -38,7 +38,7 @@ TEST(a_touch_with_all_that_one_can_have, comes_back_bit_for_bit) {
   EXPECT_EQ(journal.session(1)->software, calib::software_version());
 }
 
-TEST(a_touch, with_a_temperature_that_is_no_number_is_refused) {
+TEST(ATouch, WithATemperatureThatIsNoNumberIsRefused) {
   const TemporaryDirectory dir;
   Journal journal(dir / "j.db");
   const std::int64_t id = journal.begin({}, "t0");
@@ -65,7 +65,7 @@ drivers::ContactRecord contact() {
   return contact;
 }
 
-TEST(what_was_seen_and_is_not_a_number, keeps_no_touch_from_the_disk) {
+TEST(WhatWasSeenAndIsNotANumber, KeepsNoTouchFromTheDisk) {
   const TemporaryDirectory dir;
   const double none = std::numeric_limits<double>::quiet_NaN();
   Journal journal(dir / "j.db");
@@ -82,7 +82,7 @@ TEST(what_was_seen_and_is_not_a_number, keeps_no_touch_from_the_disk) {
   EXPECT_TRUE(other.import(journal.rows(id), "x").second);
 }
 
-TEST(events_of_the_sensor_and_changes_of_phase, are_rows_with_their_own_columns_and_checksums) {
+TEST(EventsOfTheSensorAndChangesOfPhase, AreRowsWithTheirOwnColumnsAndChecksums) {
   const TemporaryDirectory dir;
   {
     Journal journal(dir / "j.db");
@@ -128,7 +128,7 @@ TEST(events_of_the_sensor_and_changes_of_phase, are_rows_with_their_own_columns_
   EXPECT_EQ(change.values(), changed);
 }
 
-TEST(outcome_and_document, are_written_with_the_end_of_a_session_and_are_part_of_the_evidence) {
+TEST(OutcomeAndDocument, AreWrittenWithTheEndOfASessionAndArePartOfTheEvidence) {
   const TemporaryDirectory dir;
   std::int64_t id = 0;
   {
@@ -156,9 +156,9 @@ struct Forged {
   const char* name;
   const char* sql;
 };
-struct recorded_evidence : ::testing::TestWithParam<Forged> {};
+struct RecordedEvidence : ::testing::TestWithParam<Forged> {};
 
-TEST_P(recorded_evidence, that_another_program_changed_is_told) {
+TEST_P(RecordedEvidence, ThatAnotherProgramChangedIsTold) {
   const TemporaryDirectory dir;
   {
     Journal journal(dir / "j.db");
@@ -173,7 +173,7 @@ TEST_P(recorded_evidence, that_another_program_changed_is_told) {
   EXPECT_NE(refusal(dir / "j.db").find("damaged"), std::string::npos);
 }
 INSTANTIATE_TEST_SUITE_P(
-    journal, recorded_evidence,
+    Journal, RecordedEvidence,
     ::testing::Values(Forged{"voltage", "UPDATE contact SET sense_v=0.2"},
                       Forged{"contact_gone", "DELETE FROM contact"},
                       Forged{"phase", "UPDATE change SET to_phase='done'"},

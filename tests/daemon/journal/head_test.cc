@@ -74,7 +74,7 @@ class NoStandardInput {
   int kept_;
 };
 
-struct a_head_file_by_itself : ::testing::Test {
+struct AHeadFileByItself : ::testing::Test {
   Head head(std::int64_t entries) const {
     return {entries, calib::sha256(std::to_string(entries))};
   }
@@ -84,9 +84,9 @@ struct a_head_file_by_itself : ::testing::Test {
   std::filesystem::path path = dir / "j.db.head", journal = dir / "j.db";
 };
 
-TEST_F(a_head_file_by_itself, has_nothing_to_say_before_it_was_written) { EXPECT_FALSE(read()); }
+TEST_F(AHeadFileByItself, HasNothingToSayBeforeItWasWritten) { EXPECT_FALSE(read()); }
 
-TEST_F(a_head_file_by_itself, holds_two_lines_in_turn_in_the_form_that_all_versions_read) {
+TEST_F(AHeadFileByItself, HoldsTwoLinesInTurnInTheFormThatAllVersionsRead) {
   HeadFile file(path, journal);
   file.write(head(7));
   const std::string words = "cellcal.journal-head/1 0000000000000000007 " + head(7).sum + " ";
@@ -102,7 +102,7 @@ TEST_F(a_head_file_by_itself, holds_two_lines_in_turn_in_the_form_that_all_versi
   EXPECT_EQ(read()->sum, head(9).sum);
 }
 
-TEST_F(a_head_file_by_itself, that_is_opened_again_goes_on_in_the_place_of_the_older_line) {
+TEST_F(AHeadFileByItself, ThatIsOpenedAgainGoesOnInThePlaceOfTheOlderLine) {
   for (std::int64_t newest : {2, 3}) {
     std::filesystem::remove(path);
     {
@@ -120,13 +120,13 @@ TEST_F(a_head_file_by_itself, that_is_opened_again_goes_on_in_the_place_of_the_o
   }
 }
 
-TEST_F(a_head_file_by_itself, that_cannot_be_opened_is_named_with_the_reason) {
+TEST_F(AHeadFileByItself, ThatCannotBeOpenedIsNamedWithTheReason) {
   std::filesystem::create_directory(path);
   const std::string words = error_of([&] { read(); });
   EXPECT_TRUE(has(words, "j.db: j.db.head cannot be opened (Is a directory)")) << words;
 }
 
-TEST_F(a_head_file_by_itself, that_the_disk_does_not_take_whole_is_an_error) {
+TEST_F(AHeadFileByItself, ThatTheDiskDoesNotTakeWholeIsAnError) {
   ::signal(SIGXFSZ, SIG_IGN);
   rlimit before{};
   ::getrlimit(RLIMIT_FSIZE, &before);
@@ -145,14 +145,14 @@ TEST_F(a_head_file_by_itself, that_the_disk_does_not_take_whole_is_an_error) {
   }
 }
 
-TEST_F(a_head_file_by_itself, is_written_once_whatever_failed_before) {
+TEST_F(AHeadFileByItself, IsWrittenOnceWhateverFailedBefore) {
   HeadFile file(path, journal);
   errno = EINTR;
   file.write(head(1));
   EXPECT_EQ(read()->entries, 1);
 }
 
-TEST_F(a_head_file_by_itself, and_the_lock_are_there_for_a_service_without_standard_input) {
+TEST_F(AHeadFileByItself, AndTheLockAreThereForAServiceWithoutStandardInput) {
   const NoStandardInput closed;
   {
     HeadFile file(path, journal);
@@ -162,7 +162,7 @@ TEST_F(a_head_file_by_itself, and_the_lock_are_there_for_a_service_without_stand
   EXPECT_NO_THROW(LockFile(dir / "j.db.lock", journal));
 }
 
-TEST_F(a_head_file_by_itself, and_the_lock_are_nobodys_to_write_but_the_daemons) {
+TEST_F(AHeadFileByItself, AndTheLockAreNobodysToWriteButTheDaemons) {
   const mode_t before = ::umask(0);
   { const HeadFile file(path, journal); }
   { const LockFile lock(dir / "j.db.lock", journal); }
@@ -173,8 +173,8 @@ TEST_F(a_head_file_by_itself, and_the_lock_are_nobodys_to_write_but_the_daemons)
 
 // ---- the lock ---------------------------------------------------------------------------------------
 
-struct a_lock_file : ::testing::Test {
-  ~a_lock_file() override { before_lock = nullptr; }
+struct ALockFile : ::testing::Test {
+  ~ALockFile() override { before_lock = nullptr; }
   std::string taken() const {
     return error_of([&] { const LockFile lock(path, journal); });
   }
@@ -182,7 +182,7 @@ struct a_lock_file : ::testing::Test {
   std::filesystem::path path = dir / "j.db.lock", journal = dir / "j.db";
 };
 
-TEST_F(a_lock_file, is_one_holders_alone_until_he_lets_go) {
+TEST_F(ALockFile, IsOneHoldersAloneUntilHeLetsGo) {
   {
     const LockFile lock(path, journal);
     EXPECT_TRUE(has(taken(), "locked by another program")) << taken();
@@ -190,7 +190,7 @@ TEST_F(a_lock_file, is_one_holders_alone_until_he_lets_go) {
   EXPECT_EQ(taken(), "");
 }
 
-TEST_F(a_lock_file, that_was_replaced_before_it_was_locked_is_opened_anew) {
+TEST_F(ALockFile, ThatWasReplacedBeforeItWasLockedIsOpenedAnew) {
   int attempts = 0;
   before_lock = [&] {
     if (++attempts == 1) {
@@ -205,7 +205,7 @@ TEST_F(a_lock_file, that_was_replaced_before_it_was_locked_is_opened_anew) {
   EXPECT_TRUE(has(taken(), "locked by another program")) << taken();
 }
 
-TEST_F(a_lock_file, that_was_removed_before_it_was_locked_is_made_anew) {
+TEST_F(ALockFile, ThatWasRemovedBeforeItWasLockedIsMadeAnew) {
   int attempts = 0;
   before_lock = [&] {
     if (++attempts == 1) std::filesystem::remove(path);
@@ -216,7 +216,7 @@ TEST_F(a_lock_file, that_was_removed_before_it_was_locked_is_made_anew) {
   EXPECT_TRUE(std::filesystem::exists(path));
 }
 
-TEST_F(a_lock_file, that_cannot_be_locked_says_why_and_where_it_could) {
+TEST_F(ALockFile, ThatCannotBeLockedSaysWhyAndWhereItCould) {
   before_lock = [] { return ENOLCK; };
   const std::string words = taken();
   EXPECT_EQ(words,

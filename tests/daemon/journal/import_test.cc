@@ -10,8 +10,8 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-struct the_rows_of_a_session : ::testing::Test {
-  the_rows_of_a_session() {
+struct TheRowsOfASession : ::testing::Test {
+  TheRowsOfASession() {
     Journal journal(dir / "a.db");
     fill(journal, 1);
     id = fill(journal, 3);
@@ -47,7 +47,7 @@ struct the_rows_of_a_session : ::testing::Test {
   std::vector<std::string> events;
 };
 
-TEST_F(the_rows_of_a_session, come_into_another_journal_bit_for_bit_and_are_marked) {
+TEST_F(TheRowsOfASession, ComeIntoAnotherJournalBitForBitAndAreMarked) {
   Journal other(dir / "b.db");
   fill(other, 2);
   const auto [there, is_new] = other.import(lines, "rows.jsonl");
@@ -66,7 +66,7 @@ TEST_F(the_rows_of_a_session, come_into_another_journal_bit_for_bit_and_are_mark
   EXPECT_FALSE(record.resumable());
 }
 
-TEST_F(the_rows_of_a_session, of_a_version_without_the_newest_columns_come_in) {
+TEST_F(TheRowsOfASession, OfAVersionWithoutTheNewestColumnsComeIn) {
   std::string earlier = lines;
   for (const std::string column : {",\"positioner_rad\":null", ",\"load\":null"}) {
     const std::string before = earlier;
@@ -79,7 +79,7 @@ TEST_F(the_rows_of_a_session, of_a_version_without_the_newest_columns_come_in) {
   EXPECT_EQ(other.touches(there), Journal(dir / "a.db").touches(id));
 }
 
-TEST_F(the_rows_of_a_session, come_in_once) {
+TEST_F(TheRowsOfASession, ComeInOnce) {
   Journal other(dir / "b.db");
   EXPECT_TRUE(other.import(lines, "x").second);
   const auto again = other.import(lines, "y");
@@ -90,7 +90,7 @@ TEST_F(the_rows_of_a_session, come_in_once) {
   EXPECT_EQ(own.import(lines, "z"), (std::pair{id, false})) << "its own";
 }
 
-TEST_F(the_rows_of_a_session, that_were_imported_hide_no_session_that_can_be_resumed) {
+TEST_F(TheRowsOfASession, ThatWereImportedHideNoSessionThatCanBeResumed) {
   Journal other(dir / "b.db");
   const std::int64_t own = fill(other, 1);
   other.record(own, RecordEnd{Ending::kAborted, ""}, "t9");
@@ -99,7 +99,7 @@ TEST_F(the_rows_of_a_session, that_were_imported_hide_no_session_that_can_be_res
   EXPECT_EQ(other.newest_resumable()->id, own);
 }
 
-TEST_F(the_rows_of_a_session, that_still_ran_are_those_of_one_that_was_interrupted) {
+TEST_F(TheRowsOfASession, ThatStillRanAreThoseOfOneThatWasInterrupted) {
   Journal running(dir / "c.db");
   const std::int64_t there = fill(running, 1);
   const std::string its = running.rows(there);
@@ -107,7 +107,7 @@ TEST_F(the_rows_of_a_session, that_still_ran_are_those_of_one_that_was_interrupt
   EXPECT_EQ(other.session(other.import(its, "x").first)->state, RecordState::kInterrupted);
 }
 
-TEST_F(the_rows_of_a_session, can_be_exported_again_from_where_they_were_imported) {
+TEST_F(TheRowsOfASession, CanBeExportedAgainFromWhereTheyWereImported) {
   Journal second(dir / "b.db"), third(dir / "c.db");
   const std::string again = second.rows(second.import(lines, "x").first);
   third.import(again, "y");
@@ -115,7 +115,7 @@ TEST_F(the_rows_of_a_session, can_be_exported_again_from_where_they_were_importe
   EXPECT_EQ(third.session(1)->origin->journal, second.name());
 }
 
-TEST_F(the_rows_of_a_session, that_were_altered_are_refused_with_their_line) {
+TEST_F(TheRowsOfASession, ThatWereAlteredAreRefusedWithTheirLine) {
   EXPECT_NE(refusal_of(replaced("\"target\":\"S1\"", "\"target\":\"S2\""))
                 .find("its columns are not as they were written: damaged or altered"),
             std::string::npos);
@@ -152,7 +152,7 @@ std::string without(const std::string& lines, const std::string& table, std::siz
   return to_lines(rows);
 }
 
-TEST_F(the_rows_of_a_session, of_which_one_was_left_out_are_refused_though_all_others_are_whole) {
+TEST_F(TheRowsOfASession, OfWhichOneWasLeftOutAreRefusedThoughAllOthersAreWhole) {
   // A note: no other row misses it, and its neighbours' sums are their own.
   const std::size_t at = lines.find("\"table\":\"event\"");
   const std::size_t begin = lines.rfind('\n', at) + 1, end = lines.find('\n', at) + 1;
@@ -165,7 +165,7 @@ TEST_F(the_rows_of_a_session, of_which_one_was_left_out_are_refused_though_all_o
       << refusal_of(fewer);
 }
 
-TEST_F(the_rows_of_a_session, of_which_a_touch_was_left_out_are_refused_whatever_their_sums) {
+TEST_F(TheRowsOfASession, OfWhichATouchWasLeftOutAreRefusedWhateverTheirSums) {
   for (const std::size_t nth : {0, 1})
     EXPECT_NE(refusal_of(without(lines, "touch", nth))
                   .find("touch " + std::to_string(nth) + " is missing"),
@@ -176,7 +176,7 @@ TEST_F(the_rows_of_a_session, of_which_a_touch_was_left_out_are_refused_whatever
   EXPECT_TRUE(other.import(lines, "rows.jsonl", 3).second);
 }
 
-TEST_F(the_rows_of_a_session, made_anew_are_refused_by_the_journal_that_recorded_it) {
+TEST_F(TheRowsOfASession, MadeAnewAreRefusedByTheJournalThatRecordedIt) {
   Journal own(dir / "a.db");
   for (const char* table : {"event", "reading"}) {
     std::string forged = without(lines, table, 0);
@@ -195,7 +195,7 @@ TEST_F(the_rows_of_a_session, made_anew_are_refused_by_the_journal_that_recorded
   EXPECT_EQ(own.sessions().size(), 2u);
 }
 
-TEST_F(the_rows_of_a_session, made_anew_are_refused_where_an_earlier_export_was_imported) {
+TEST_F(TheRowsOfASession, MadeAnewAreRefusedWhereAnEarlierExportWasImported) {
   Journal other(dir / "b.db");
   other.import(lines, "rows.jsonl");
   {
@@ -209,7 +209,7 @@ TEST_F(the_rows_of_a_session, made_anew_are_refused_where_an_earlier_export_was_
   EXPECT_TRUE(other.import(lines, "rows.jsonl").second) << "the same session, which went on";
 }
 
-TEST_F(the_rows_of_a_session, of_a_journal_that_was_lost_come_into_its_copy) {
+TEST_F(TheRowsOfASession, OfAJournalThatWasLostComeIntoItsCopy) {
   copy_journal(dir / "a.db", dir / "copy.db");
   std::string since;
   {
@@ -222,12 +222,12 @@ TEST_F(the_rows_of_a_session, of_a_journal_that_was_lost_come_into_its_copy) {
   EXPECT_TRUE(copy.import(since, "x").second) << "another session of the same number";
 }
 
-TEST_F(the_rows_of_a_session, that_were_cut_short_anywhere_are_refused) {
+TEST_F(TheRowsOfASession, ThatWereCutShortAnywhereAreRefused) {
   for (std::size_t size = 0; size + 1 < lines.size(); size += 1 + lines.size() / 150)
     EXPECT_NE(refusal_of(lines.substr(0, size)), "") << size;
 }
 
-TEST_F(the_rows_of_a_session, in_which_a_byte_is_another_are_refused_or_the_same) {
+TEST_F(TheRowsOfASession, InWhichAByteIsAnotherAreRefusedOrTheSame) {
   // The first line's name of the journal is the manifest's to watch (daemon/archive/archive.h).
   for (std::size_t at = lines.find('\n'); at < lines.size(); at += 1 + lines.size() / 150) {
     std::string altered = lines;
@@ -236,7 +236,7 @@ TEST_F(the_rows_of_a_session, in_which_a_byte_is_another_are_refused_or_the_same
   }
 }
 
-TEST_F(the_rows_of_a_session, that_are_none_are_refused) {
+TEST_F(TheRowsOfASession, ThatAreNoneAreRefused) {
   for (const std::string& hostile :
        {std::string(), std::string("\n"), std::string("{}"), std::string("[]\n[]"),
         std::string("{\"format\":\"cellcal.rows/2\",\"journal\":\"x\",\"session\":1,"
@@ -246,7 +246,7 @@ TEST_F(the_rows_of_a_session, that_are_none_are_refused) {
     EXPECT_NE(refusal_of(hostile), "") << hostile.substr(0, 50);
 }
 
-TEST_F(the_rows_of_a_session, of_forged_sums_name_no_table_and_column_that_is_not_there) {
+TEST_F(TheRowsOfASession, OfForgedSumsNameNoTableAndColumnThatIsNotThere) {
   // Whoever computes all sums anew is not found out by them; no name of his gets into a statement.
   SessionRows rows = parse_lines(lines, "x");
   for (RowEntry& entry : rows.entries) entry.names.clear(), entry.columns.clear();

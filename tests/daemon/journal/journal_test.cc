@@ -44,7 +44,7 @@ std::string reason(const std::filesystem::path& path) {
   return "opened";
 }
 
-TEST(a_journal, gives_a_touch_back_bit_for_bit) {
+TEST(AJournal, GivesATouchBackBitForBit) {
   const TemporaryDirectory dir;
   std::int64_t id = 0;
   {
@@ -57,7 +57,7 @@ TEST(a_journal, gives_a_touch_back_bit_for_bit) {
   EXPECT_EQ(again.touches(id)[0], touch());
 }
 
-TEST(a_journal, gives_the_contacts_of_each_touch_at_both_speeds) {
+TEST(AJournal, GivesTheContactsOfEachTouchAtBothSpeeds) {
   const TemporaryDirectory dir;
   Journal journal(dir / "j.db");
   const std::int64_t id = journal.begin(inputs(), "t0");
@@ -87,7 +87,7 @@ TEST(a_journal, gives_the_contacts_of_each_touch_at_both_speeds) {
   EXPECT_DOUBLE_EQ(contacts[1].slow_m, 0.012);
 }
 
-TEST(a_journal, refuses_the_same_touch_twice) {
+TEST(AJournal, RefusesTheSameTouchTwice) {
   const TemporaryDirectory dir;
   Journal journal(dir / "j.db");
   const std::int64_t id = journal.begin(inputs(), "t0");
@@ -96,7 +96,7 @@ TEST(a_journal, refuses_the_same_touch_twice) {
   EXPECT_EQ(journal.touches(id).size(), 1u);
 }
 
-TEST(a_journal, refuses_a_touch_of_no_session_and_a_number_that_is_none) {
+TEST(AJournal, RefusesATouchOfNoSessionAndANumberThatIsNone) {
   const TemporaryDirectory dir;
   Journal journal(dir / "j.db");
   EXPECT_THROW(journal.record(77, RecordTouch{0, touch()}), JournalError);
@@ -106,7 +106,7 @@ TEST(a_journal, refuses_a_touch_of_no_session_and_a_number_that_is_none) {
   EXPECT_THROW(journal.record(id, RecordTouch{0, bad}), JournalError);
 }
 
-TEST(a_journal, keeps_inputs_plan_end_and_calibration_of_a_session) {
+TEST(AJournal, KeepsInputsPlanEndAndCalibrationOfASession) {
   const TemporaryDirectory dir;
   Journal journal(dir / "j.db");
   const std::int64_t id = journal.begin(inputs(), "t0");
@@ -127,7 +127,7 @@ TEST(a_journal, keeps_inputs_plan_end_and_calibration_of_a_session) {
   EXPECT_FALSE(journal.session(id + 1));
 }
 
-TEST(a_journal, lists_sessions_newest_first_with_their_touches_counted) {
+TEST(AJournal, ListsSessionsNewestFirstWithTheirTouchesCounted) {
   const TemporaryDirectory dir;
   Journal journal(dir / "j.db");
   const std::int64_t first = journal.begin(inputs(), "t0");
@@ -139,7 +139,7 @@ TEST(a_journal, lists_sessions_newest_first_with_their_touches_counted) {
   EXPECT_EQ(sessions[1].touches, 1);
 }
 
-TEST(a_journal, knows_whether_a_calibration_that_is_done_was_published) {
+TEST(AJournal, KnowsWhetherACalibrationThatIsDoneWasPublished) {
   const TemporaryDirectory dir;
   Journal journal(dir / "j.db");
   const auto listed = [&](const std::optional<SessionResult>& result, Ending ending) {
@@ -159,7 +159,7 @@ TEST(a_journal, knows_whether_a_calibration_that_is_done_was_published) {
   EXPECT_EQ(journal.was_published(99), std::nullopt);
 }
 
-TEST(a_journal, resumes_only_the_newest_session_and_only_if_it_is_not_done) {
+TEST(AJournal, ResumesOnlyTheNewestSessionAndOnlyIfItIsNotDone) {
   const TemporaryDirectory dir;
   {
     Journal journal(dir / "j.db");
@@ -174,7 +174,7 @@ TEST(a_journal, resumes_only_the_newest_session_and_only_if_it_is_not_done) {
   }
 }
 
-TEST(a_journal, marks_a_session_that_a_crash_left_running_as_interrupted) {
+TEST(AJournal, MarksASessionThatACrashLeftRunningAsInterrupted) {
   const TemporaryDirectory dir;
   { Journal(dir / "j.db").begin(inputs(), "t0"); }
   Journal journal(dir / "j.db");
@@ -182,7 +182,7 @@ TEST(a_journal, marks_a_session_that_a_crash_left_running_as_interrupted) {
   EXPECT_TRUE(journal.newest_resumable());
 }
 
-TEST(a_journal, writes_notes_with_the_next_row_and_shows_them_before) {
+TEST(AJournal, WritesNotesWithTheNextRowAndShowsThemBefore) {
   const TemporaryDirectory dir;
   Journal journal(dir / "j.db");
   const std::int64_t id = journal.begin(inputs(), "t0");
@@ -193,14 +193,14 @@ TEST(a_journal, writes_notes_with_the_next_row_and_shows_them_before) {
   EXPECT_EQ(journal.reading_count(id), 1);
 }
 
-TEST(a_journal, refuses_a_file_that_is_not_a_database) {
+TEST(AJournal, RefusesAFileThatIsNotADatabase) {
   const TemporaryDirectory dir;
   std::ofstream(dir / "j.db") << std::string(5000, 'x');
   EXPECT_NE(reason(dir / "j.db").find("Move it aside"), std::string::npos) << reason(dir / "j.db");
   EXPECT_NE(reason(dir / "j.db").find("j.db"), std::string::npos);
 }
 
-TEST(a_journal, keeps_the_changes_of_phase_of_a_session_in_their_order) {
+TEST(AJournal, KeepsTheChangesOfPhaseOfASessionInTheirOrder) {
   const TemporaryDirectory dir;
   Journal journal(dir / "j.db");
   const std::int64_t id = journal.begin(inputs(), "t0");
@@ -217,13 +217,13 @@ TEST(a_journal, keeps_the_changes_of_phase_of_a_session_in_their_order) {
   EXPECT_TRUE(journal.changes(id + 1).empty());
 }
 
-TEST(a_journal, refuses_the_database_of_another_program) {
+TEST(AJournal, RefusesTheDatabaseOfAnotherProgram) {
   const TemporaryDirectory dir;
   { Database(dir / "j.db").execute("CREATE TABLE cookies (a)"); }
   EXPECT_NE(reason(dir / "j.db").find("another program"), std::string::npos);
 }
 
-TEST(a_journal, refuses_one_of_another_schema_version_and_leaves_it_unchanged) {
+TEST(AJournal, RefusesOneOfAnotherSchemaVersionAndLeavesItUnchanged) {
   const TemporaryDirectory dir;
   { Journal journal(dir / "j.db"); }
   for (const int version : {99, 10, 1, 0, -1}) {
@@ -237,7 +237,7 @@ TEST(a_journal, refuses_one_of_another_schema_version_and_leaves_it_unchanged) {
   }
 }
 
-TEST(a_journal, of_an_earlier_version_is_converted_and_keeps_its_checksums) {
+TEST(AJournal, OfAnEarlierVersionIsConvertedAndKeepsItsChecksums) {
   for (const char* earlier :
        {"ALTER TABLE touch DROP COLUMN positioner_rad; ALTER TABLE touch DROP COLUMN load; "
         "PRAGMA user_version = 11",
@@ -264,7 +264,7 @@ TEST(a_journal, of_an_earlier_version_is_converted_and_keeps_its_checksums) {
   }
 }
 
-TEST(a_journal, refuses_a_damaged_one) {
+TEST(AJournal, RefusesADamagedOne) {
   const TemporaryDirectory dir;
   {
     Journal journal(dir / "j.db");
@@ -280,14 +280,14 @@ TEST(a_journal, refuses_a_damaged_one) {
   EXPECT_NE(reason(dir / "j.db").find("Move it aside"), std::string::npos) << reason(dir / "j.db");
 }
 
-TEST(a_journal, refuses_a_second_daemon) {
+TEST(AJournal, RefusesASecondDaemon) {
   const TemporaryDirectory dir;
   Journal journal(dir / "j.db");
   EXPECT_NE(reason(dir / "j.db").find("second cellcald"), std::string::npos)
       << reason(dir / "j.db");
 }
 
-TEST(a_journal, in_a_directory_that_does_not_exist_says_so) {
+TEST(AJournal, InADirectoryThatDoesNotExistSaysSo) {
   EXPECT_NE(reason("/nonexistent/dir/j.db").find("/nonexistent/dir/j.db"), std::string::npos);
 }
 

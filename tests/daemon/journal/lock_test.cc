@@ -30,7 +30,7 @@ bool another_process_gets(const std::filesystem::path& path) {
   return WEXITSTATUS(status) == 0;
 }
 
-TEST(a_journal, stays_locked_when_its_files_are_opened_and_closed_by_this_process) {
+TEST(AJournal, StaysLockedWhenItsFilesAreOpenedAndClosedByThisProcess) {
   const TemporaryDirectory dir;
   {
     Journal journal(dir / "j.db");
@@ -42,7 +42,7 @@ TEST(a_journal, stays_locked_when_its_files_are_opened_and_closed_by_this_proces
   EXPECT_TRUE(another_process_gets(dir / "j.db"));
 }
 
-TEST(a_journal, whose_lock_file_a_dead_daemon_left_is_free) {
+TEST(AJournal, WhoseLockFileADeadDaemonLeftIsFree) {
   const TemporaryDirectory dir;
   { const Journal journal(dir / "j.db"); }
   EXPECT_TRUE(std::filesystem::exists(dir / "j.db.lock"));

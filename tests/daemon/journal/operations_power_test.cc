@@ -82,8 +82,8 @@ const Operation kOperations[] = {
      2},
 };
 
-struct an_operation : ::testing::TestWithParam<Operation> {
-  an_operation() { make(made / "j.db"); }
+struct AnOperation : ::testing::TestWithParam<Operation> {
+  AnOperation() { make(made / "j.db"); }
   /// All of it or nothing, and it can be done to its end.
   void expect_whole(const std::filesystem::path& path, const std::string& where) {
     ASSERT_EQ(refusal(path), "") << where;
@@ -101,7 +101,7 @@ struct an_operation : ::testing::TestWithParam<Operation> {
   int halfway = 0;
 };
 
-TEST_P(an_operation, whose_power_is_cut_at_any_write_is_whole_or_not_there) {
+TEST_P(AnOperation, WhosePowerIsCutAtAnyWriteIsWholeOrNotThere) {
   for (const Cut::Unsynced unsynced :
        {Cut::Unsynced::kStays, Cut::Unsynced::kLost, Cut::Unsynced::kTorn}) {
     int cuts = 0;
@@ -126,8 +126,7 @@ TEST_P(an_operation, whose_power_is_cut_at_any_write_is_whole_or_not_there) {
   }
 }
 
-TEST_P(an_operation,
-       whose_disk_fails_from_any_write_on_is_refused_by_name_and_done_when_it_is_back) {
+TEST_P(AnOperation, WhoseDiskFailsFromAnyWriteOnIsRefusedByNameAndDoneWhenItIsBack) {
   for (const int error : {ENOSPC, EROFS, EIO}) {
     int failed = 0;
     for (long at = 0;; ++at) {
@@ -168,7 +167,7 @@ TEST_P(an_operation,
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(journal, an_operation, ::testing::ValuesIn(kOperations),
+INSTANTIATE_TEST_SUITE_P(Journal, AnOperation, ::testing::ValuesIn(kOperations),
                          [](const auto& one) { return std::string(one.param.name); });
 
 }  // namespace

@@ -12,9 +12,9 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-struct outbox_whose_power_is_cut : ::testing::TestWithParam<Cut::Unsynced> {};
+struct OutboxWhosePowerIsCut : ::testing::TestWithParam<Cut::Unsynced> {};
 
-TEST_P(outbox_whose_power_is_cut, at_any_write_has_each_fact_that_is_on_disk_and_no_other) {
+TEST_P(OutboxWhosePowerIsCut, AtAnyWriteHasEachFactThatIsOnDiskAndNoOther) {
   const TemporaryDirectory made;
   { const Journal journal(made / "j.db"); }
   int cuts = 0;
@@ -54,11 +54,11 @@ TEST_P(outbox_whose_power_is_cut, at_any_write_has_each_fact_that_is_on_disk_and
   EXPECT_GT(most, 3u);
 }
 
-INSTANTIATE_TEST_SUITE_P(journal, outbox_whose_power_is_cut,
+INSTANTIATE_TEST_SUITE_P(Journal, OutboxWhosePowerIsCut,
                          ::testing::Values(Cut::Unsynced::kStays, Cut::Unsynced::kLost,
                                            Cut::Unsynced::kTorn));
 
-TEST(an_outbox, whose_next_name_the_disk_does_not_take_tells_on_under_the_one_before) {
+TEST(AnOutbox, WhoseNextNameTheDiskDoesNotTakeTellsOnUnderTheOneBefore) {
   const TemporaryDirectory dir;
   Journal journal(dir / "j.db");
   journal.report_to(std::make_shared<const PlainReporter>(1 << 20, 1, "graz/weld-3"));

@@ -17,7 +17,7 @@ constexpr std::array kTip{1.0, 0.0, 0.5};
 
 std::int64_t begin(Journal& journal) { return journal.begin({"c", "c", "r", "r", "{}"}, "t0"); }
 
-struct outbox : ::testing::Test {
+struct OutboxTest : ::testing::Test {
   std::unique_ptr<Journal> open(std::int64_t most = 1 << 20, std::size_t size = 1) {
     auto journal = std::make_unique<Journal>(dir / "j.db");
     journal->report_to(std::make_shared<const PlainReporter>(most, size));
@@ -26,7 +26,7 @@ struct outbox : ::testing::Test {
   TemporaryDirectory dir;
 };
 
-TEST_F(outbox, has_every_fact_in_its_order_and_numbers_that_count_up_by_one) {
+TEST_F(OutboxTest, HasEveryFactInItsOrderAndNumbersThatCountUpByOne) {
   const auto journal = open();
   const std::int64_t id = begin(*journal);
   RecordChange change;
@@ -45,7 +45,7 @@ TEST_F(outbox, has_every_fact_in_its_order_and_numbers_that_count_up_by_one) {
   EXPECT_EQ(journal->outbox().newest, 7);
 }
 
-TEST_F(outbox, stays_empty_while_nobody_is_told) {
+TEST_F(OutboxTest, StaysEmptyWhileNobodyIsTold) {
   Journal journal(dir / "j.db");
   journal.record(fill(journal, 2), RecordEnd{Ending::kDone, ""}, "t1");
   journal.report(0, {"health", Worth::kTelemetry, "well"});
@@ -53,7 +53,7 @@ TEST_F(outbox, stays_empty_while_nobody_is_told) {
   EXPECT_EQ(journal.outbox().newest, 0);
 }
 
-TEST_F(outbox, keeps_what_is_not_acknowledged_and_uses_no_number_twice) {
+TEST_F(OutboxTest, KeepsWhatIsNotAcknowledgedAndUsesNoNumberTwice) {
   std::string source;
   {
     const auto journal = open();
@@ -69,7 +69,7 @@ TEST_F(outbox, keeps_what_is_not_acknowledged_and_uses_no_number_twice) {
   EXPECT_EQ(rows[0].source, source);
 }
 
-TEST_F(outbox, tells_once_of_a_session_that_was_found_interrupted) {
+TEST_F(OutboxTest, TellsOnceOfASessionThatWasFoundInterrupted) {
   fill(*open(), 1);
   open();
   EXPECT_EQ(words_of(open()->waiting(2, kAll)), "3 session interrupted\n");
@@ -77,7 +77,7 @@ TEST_F(outbox, tells_once_of_a_session_that_was_found_interrupted) {
   EXPECT_EQ(words_of(open()->waiting(3, kAll)), "4 session running\n5 session interrupted\n");
 }
 
-TEST_F(outbox, tells_nothing_of_sessions_of_other_journals) {
+TEST_F(OutboxTest, TellsNothingOfSessionsOfOtherJournals) {
   const TemporaryDirectory elsewhere;
   std::string rows;
   {
@@ -90,7 +90,7 @@ TEST_F(outbox, tells_nothing_of_sessions_of_other_journals) {
   EXPECT_EQ(journal->outbox().newest, 0);
 }
 
-TEST_F(outbox, has_a_calibration_as_it_was_where_another_takes_its_place) {
+TEST_F(OutboxTest, HasACalibrationAsItWasWhereAnotherTakesItsPlace) {
   const auto journal = open();
   const std::int64_t id = begin(*journal);
   journal->store_calibration(id, "one");
@@ -99,7 +99,7 @@ TEST_F(outbox, has_a_calibration_as_it_was_where_another_takes_its_place) {
   EXPECT_EQ(words_of(journal->waiting(1, kAll)), "2 calibration of one\n3 calibration \n");
 }
 
-TEST_F(outbox, that_cannot_compose_the_one_before_costs_no_calibration) {
+TEST_F(OutboxTest, ThatCannotComposeTheOneBeforeCostsNoCalibration) {
   struct Mute : PlainReporter {
     Report calibration(const SessionRecord&, const std::vector<calib::Touch>&) const override {
       throw std::runtime_error("of another version");
@@ -114,7 +114,7 @@ TEST_F(outbox, that_cannot_compose_the_one_before_costs_no_calibration) {
   EXPECT_EQ(words_of(journal->waiting(1, kAll)), "2 calibration {}\n3 calibration \n");
 }
 
-TEST_F(outbox, beyond_its_bound_drops_the_oldest_telemetry_says_which_and_never_a_result) {
+TEST_F(OutboxTest, BeyondItsBoundDropsTheOldestTelemetrySaysWhichAndNeverAResult) {
   const auto journal = open(5000, 300);
   const std::int64_t id = begin(*journal);
   for (std::size_t i = 0; i < 60; ++i) {
@@ -145,7 +145,7 @@ TEST_F(outbox, beyond_its_bound_drops_the_oldest_telemetry_says_which_and_never_
   EXPECT_LT(last, first_kept);
 }
 
-TEST_F(outbox, that_results_alone_fill_takes_no_telemetry_and_all_results) {
+TEST_F(OutboxTest, ThatResultsAloneFillTakesNoTelemetryAndAllResults) {
   const auto journal = open(1000);
   const std::int64_t id = begin(*journal);
   for (int i = 0; i < 20; ++i) journal->activate({id, "t", "anna", ""});
@@ -172,7 +172,7 @@ class FileSizeLimit {
   rlimit before_{};
 };
 
-TEST_F(outbox, on_a_full_disk_gives_telemetry_up_before_a_touch_is_lost) {
+TEST_F(OutboxTest, OnAFullDiskGivesTelemetryUpBeforeATouchIsLost) {
   const auto journal = open(1 << 22, 3000);
   const std::int64_t id = begin(*journal);
   std::size_t made = 0, at_drop = 0;
@@ -191,7 +191,7 @@ TEST_F(outbox, on_a_full_disk_gives_telemetry_up_before_a_touch_is_lost) {
   EXPECT_EQ(journal->waiting(0, 1)[0].report.kind, "session");
 }
 
-TEST_F(outbox, of_a_copy_goes_on_under_another_name_and_sends_what_waits_under_the_old_one) {
+TEST_F(OutboxTest, OfACopyGoesOnUnderAnotherNameAndSendsWhatWaitsUnderTheOldOne) {
   const TemporaryDirectory copy;
   const auto living = open();
   const std::int64_t id = fill(*living, 1);
@@ -210,7 +210,7 @@ TEST_F(outbox, of_a_copy_goes_on_under_another_name_and_sends_what_waits_under_t
   EXPECT_EQ(rows[3].source, restored.outbox().source);
 }
 
-TEST_F(outbox, keeps_a_touch_back_until_it_is_assessed_or_the_next_is_made_or_the_session_ends) {
+TEST_F(OutboxTest, KeepsATouchBackUntilItIsAssessedOrTheNextIsMadeOrTheSessionEnds) {
   const auto journal = open();
   const std::int64_t id = begin(*journal);
   journal->record(id, RecordTouch{0, touch_at(0.1), kTip});
@@ -230,7 +230,7 @@ TEST_F(outbox, keeps_a_touch_back_until_it_is_assessed_or_the_next_is_made_or_th
   EXPECT_EQ(journal->outbox().bytes, bytes);
 }
 
-TEST_F(outbox, holds_back_no_result_behind_a_touch_that_is_not_assessed_yet) {
+TEST_F(OutboxTest, HoldsBackNoResultBehindATouchThatIsNotAssessedYet) {
   const auto journal = open();
   const std::int64_t id = begin(*journal);
   journal->record(id, RecordTouch{0, touch_at(0.1), kTip});
@@ -238,7 +238,7 @@ TEST_F(outbox, holds_back_no_result_behind_a_touch_that_is_not_assessed_yet) {
   EXPECT_EQ(words_of(journal->waiting(0, kAll)), "1 session running\n2 touch 0.\n3 alarm failed\n");
 }
 
-TEST_F(outbox, gives_telemetry_up_on_a_full_disk_though_nobody_is_told_any_more) {
+TEST_F(OutboxTest, GivesTelemetryUpOnAFullDiskThoughNobodyIsToldAnyMore) {
   const auto journal = open(1 << 22, 3000);
   const std::int64_t id = begin(*journal);
   const auto reporter = std::make_shared<const PlainReporter>(1 << 22, 3000);
@@ -256,13 +256,13 @@ TEST_F(outbox, gives_telemetry_up_on_a_full_disk_though_nobody_is_told_any_more)
   }
 }
 
-TEST_F(outbox, has_a_touch_that_nobody_could_assess_any_more_as_it_was_made) {
+TEST_F(OutboxTest, HasATouchThatNobodyCouldAssessAnyMoreAsItWasMade) {
   const std::int64_t id = begin(*open());
   open()->record(id, RecordTouch{0, touch_at(0.1), kTip});
   EXPECT_EQ(words_of(open()->waiting(1, kAll)), "2 session interrupted\n3 touch 0.\n");
 }
 
-TEST_F(outbox, tells_with_a_session_s_end_why_it_failed_and_what_goes_with_it) {
+TEST_F(OutboxTest, TellsWithASessionsEndWhyItFailedAndWhatGoesWithIt) {
   const auto journal = open();
   const std::int64_t id = begin(*journal);
   const RecordEnd end{Ending::kFailed, "no-contact: x", Failure{FailureKind::kNoContact, "x"}};
@@ -271,7 +271,7 @@ TEST_F(outbox, tells_with_a_session_s_end_why_it_failed_and_what_goes_with_it) {
   EXPECT_EQ(journal->waiting(2, kAll)[0].time, "t1");
 }
 
-TEST_F(outbox, tells_another_result_in_the_place_of_one_that_nobody_takes) {
+TEST_F(OutboxTest, TellsAnotherResultInThePlaceOfOneThatNobodyTakes) {
   const auto journal = open();
   const std::int64_t id = begin(*journal);
   journal->store_calibration(id, "one");
@@ -284,8 +284,7 @@ TEST_F(outbox, tells_another_result_in_the_place_of_one_that_nobody_takes) {
   EXPECT_EQ(journal->outbox().bytes, bytes);
 }
 
-TEST_F(outbox,
-       under_another_name_begins_anew_and_keeps_what_waits_for_the_name_that_it_was_written_under) {
+TEST_F(OutboxTest, UnderAnotherNameBeginsAnewAndKeepsWhatWaitsForTheNameThatItWasWrittenUnder) {
   const auto journal = std::make_unique<Journal>(dir / "j.db");
   const auto speak_as = [&](const char* name) {
     journal->report_to(std::make_shared<const PlainReporter>(1 << 20, 1, name));
@@ -310,7 +309,7 @@ TEST_F(outbox,
       << "a third source: numbers of the first are told already, up to where it ended";
 }
 
-TEST_F(outbox, of_a_copy_uses_no_number_of_the_journal_that_goes_on_though_it_has_that_one_s_head) {
+TEST_F(OutboxTest, OfACopyUsesNoNumberOfTheJournalThatGoesOnThoughItHasThatOnesHead) {
   std::string source;
   const TemporaryDirectory copy;
   {
@@ -330,7 +329,7 @@ TEST_F(outbox, of_a_copy_uses_no_number_of_the_journal_that_goes_on_though_it_ha
   EXPECT_EQ(restored.outbox().newest, 0);
 }
 
-TEST_F(outbox, is_told_nothing_by_what_a_reporter_cannot_say_and_the_touch_stands) {
+TEST_F(OutboxTest, IsToldNothingByWhatAReporterCannotSayAndTheTouchStands) {
   struct Broken : PlainReporter {
     std::vector<Report> touch(const RecordTouch&) const override { throw std::runtime_error("x"); }
   };

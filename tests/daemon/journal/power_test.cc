@@ -81,9 +81,9 @@ void expect_nothing_lost(const std::filesystem::path& path, const Shared& progre
   ASSERT_EQ(journal.touches(id).size(), std::size_t{kTouches}) << where;
 }
 
-struct a_session_whose_power_is_cut : ::testing::TestWithParam<Cut::Unsynced> {};
+struct ASessionWhosePowerIsCut : ::testing::TestWithParam<Cut::Unsynced> {};
 
-TEST_P(a_session_whose_power_is_cut, at_any_write_keeps_every_touch_whose_call_had_returned) {
+TEST_P(ASessionWhosePowerIsCut, AtAnyWriteKeepsEveryTouchWhoseCallHadReturned) {
   Count count;
   for (long at = 0;; ++at) {
     const TemporaryDirectory dir;
@@ -102,7 +102,7 @@ TEST_P(a_session_whose_power_is_cut, at_any_write_keeps_every_touch_whose_call_h
   EXPECT_GT(count.behind, 0) << "a cut between a commit and its answer was never met";
 }
 
-INSTANTIATE_TEST_SUITE_P(journal, a_session_whose_power_is_cut,
+INSTANTIATE_TEST_SUITE_P(Journal, ASessionWhosePowerIsCut,
                          ::testing::Values(Cut::Unsynced::kStays, Cut::Unsynced::kLost,
                                            Cut::Unsynced::kTorn),
                          [](const auto& unsynced) {
@@ -111,7 +111,7 @@ INSTANTIATE_TEST_SUITE_P(journal, a_session_whose_power_is_cut,
                                                                            : "and_tears_sectors";
                          });
 
-TEST(a_disk_that_loses, what_was_not_synchronized_does_so) {
+TEST(ADiskThatLoses, WhatWasNotSynchronizedDoesSo) {
   const TemporaryDirectory dir;
   const auto write_two = [&] {
     const int fd = ::open((dir / "f").c_str(), O_RDWR | O_CREAT, 0600);

@@ -13,7 +13,7 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-struct retention : ::testing::Test {
+struct Retention : ::testing::Test {
   /// One that ended on this day.
   std::int64_t session(Journal& journal, const std::string& day, std::size_t touches = 3) {
     const std::int64_t id = fill(journal, touches);
@@ -33,7 +33,7 @@ struct retention : ::testing::Test {
   const RetentionLimits before_march{"2026-03-01T00:00:00.000Z", {}};
 };
 
-TEST_F(retention, drops_raw_rows_of_old_sessions_and_keeps_touches_and_results_through_a_restart) {
+TEST_F(Retention, DropsRawRowsOfOldSessionsAndKeepsTouchesAndResultsThroughARestart) {
   std::string rows;
   {
     Journal journal(dir / "j.db");
@@ -57,7 +57,7 @@ TEST_F(retention, drops_raw_rows_of_old_sessions_and_keeps_touches_and_results_t
   EXPECT_TRUE(journal.retain(before_march, "t", false).empty()) << "once";
 }
 
-TEST_F(retention, says_beforehand_what_it_would_drop_and_drops_nothing) {
+TEST_F(Retention, SaysBeforehandWhatItWouldDropAndDropsNothing) {
   Journal journal(dir / "j.db");
   for (const char* day : {"2026-01-01", "2026-02-01", "2026-03-01"}) session(journal, day);
   const auto foreseen = journal.retain(before_march, "t", true);
@@ -66,7 +66,7 @@ TEST_F(retention, says_beforehand_what_it_would_drop_and_drops_nothing) {
   EXPECT_EQ(numbers(journal.retain(before_march, "t", false)), numbers(foreseen));
 }
 
-TEST_F(retention, keeps_the_newest_session_the_running_one_and_everything_where_no_limit_is_set) {
+TEST_F(Retention, KeepsTheNewestSessionTheRunningOneAndEverythingWhereNoLimitIsSet) {
   Journal journal(dir / "j.db");
   session(journal, "2026-01-01");
   EXPECT_TRUE(journal.retain(before_march, "t", false).empty()) << "the newest";
@@ -75,7 +75,7 @@ TEST_F(retention, keeps_the_newest_session_the_running_one_and_everything_where_
   EXPECT_EQ(numbers(journal.retain(before_march, "t", false)), std::vector<std::int64_t>{1});
 }
 
-TEST_F(retention, drops_the_oldest_until_the_journal_uses_no_more) {
+TEST_F(Retention, DropsTheOldestUntilTheJournalUsesNoMore) {
   Journal journal(dir / "j.db");
   for (int i = 0; i < 6; ++i) session(journal, "2026-01-0" + std::to_string(i + 1), 40);
   const std::int64_t used = journal.bytes_in_use();
@@ -90,7 +90,7 @@ TEST_F(retention, drops_the_oldest_until_the_journal_uses_no_more) {
   EXPECT_LT(journal.bytes_in_use(), used);
 }
 
-TEST_F(retention, stops_between_two_sessions_where_it_is_told_to) {
+TEST_F(Retention, StopsBetweenTwoSessionsWhereItIsToldTo) {
   Journal journal(dir / "j.db");
   for (const char* day : {"2026-01-01", "2026-02-01", "2026-04-01"}) session(journal, day);
   int asked = 0;
@@ -98,7 +98,7 @@ TEST_F(retention, stops_between_two_sessions_where_it_is_told_to) {
             std::vector<std::int64_t>{1});
 }
 
-TEST_F(retention, does_not_hide_a_row_that_was_changed_taken_out_or_put_in) {
+TEST_F(Retention, DoesNotHideARowThatWasChangedTakenOutOrPutIn) {
   {
     Journal journal(dir / "j.db");
     for (const char* day : {"2026-01-01", "2026-01-02", "2026-01-03", "2026-04-01"})
@@ -117,7 +117,7 @@ TEST_F(retention, does_not_hide_a_row_that_was_changed_taken_out_or_put_in) {
   EXPECT_TRUE(journal.retain(before_march, "t", false).empty()) << "evidence of damage is kept";
 }
 
-TEST_F(retention, is_no_way_to_take_out_the_row_that_says_so) {
+TEST_F(Retention, IsNoWayToTakeOutTheRowThatSaysSo) {
   {
     Journal journal(dir / "j.db");
     for (const char* day : {"2026-01-01", "2026-04-01"}) session(journal, day);
@@ -128,7 +128,7 @@ TEST_F(retention, is_no_way_to_take_out_the_row_that_says_so) {
   EXPECT_THROW(journal.session(1), JournalError);
 }
 
-TEST_F(retention, leaves_sessions_that_can_be_exported_and_imported) {
+TEST_F(Retention, LeavesSessionsThatCanBeExportedAndImported) {
   Journal journal(dir / "j.db");
   for (const char* day : {"2026-01-01", "2026-04-01"}) session(journal, day);
   journal.retain(before_march, "t", false);
@@ -158,7 +158,7 @@ std::string without_a_row(const std::string& rows, const std::string& table) {
   return all;
 }
 
-TEST_F(retention, does_not_let_other_rows_be_left_out_of_an_export) {
+TEST_F(Retention, DoesNotLetOtherRowsBeLeftOutOfAnExport) {
   Journal journal(dir / "j.db");
   for (const char* day : {"2026-01-01", "2026-04-01"}) session(journal, day);
   journal.retain(before_march, "t", false);

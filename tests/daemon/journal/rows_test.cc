@@ -15,7 +15,7 @@ namespace {
 
 SessionInputs inputs() { return {"/c/cell.toml", "cell", "/r/robot.toml", "robot", "{\"n\":3}"}; }
 
-struct the_rows : ::testing::Test {
+struct TheRows : ::testing::Test {
   std::filesystem::path with(const char* suffix) const {
     std::filesystem::path file = path;
     return file += suffix;
@@ -24,7 +24,7 @@ struct the_rows : ::testing::Test {
   std::filesystem::path path = dir / "j.db";
 };
 
-TEST_F(the_rows, of_sessions_are_listed_with_all_but_their_texts) {
+TEST_F(TheRows, OfSessionsAreListedWithAllButTheirTexts) {
   Journal journal(path);
   const std::int64_t id = journal.begin(inputs(), "t0");
   journal.store_calibration(id, "{}");
@@ -43,7 +43,7 @@ TEST_F(the_rows, of_sessions_are_listed_with_all_but_their_texts) {
   EXPECT_EQ(whole->calibration, "{}");
 }
 
-TEST_F(the_rows, of_touches_come_back_with_their_set_and_the_whole_place_of_the_tracker) {
+TEST_F(TheRows, OfTouchesComeBackWithTheirSetAndTheWholePlaceOfTheTracker) {
   Journal journal(path);
   const std::int64_t id = journal.begin(inputs(), "t0");
   calib::Touch touch = touch_at(0.5);
@@ -57,7 +57,7 @@ TEST_F(the_rows, of_touches_come_back_with_their_set_and_the_whole_place_of_the_
   }
 }
 
-TEST_F(the_rows, hold_yes_and_no_as_one_and_nought) {
+TEST_F(TheRows, HoldYesAndNoAsOneAndNought) {
   {
     Journal journal(path);
     const std::int64_t id = journal.begin(inputs(), "t0");
@@ -73,7 +73,7 @@ TEST_F(the_rows, hold_yes_and_no_as_one_and_nought) {
   EXPECT_EQ(database.integer("SELECT slow FROM reading"), 1);
 }
 
-TEST_F(the_rows, of_a_touch_with_readings_of_one_speed_alone_give_no_contact_at_both) {
+TEST_F(TheRows, OfATouchWithReadingsOfOneSpeedAloneGiveNoContactAtBoth) {
   Journal journal(path);
   const std::int64_t id = journal.begin(inputs(), "t0");
   const auto read = [&](std::size_t touch, bool slow, double along_m) {
@@ -97,7 +97,7 @@ TEST_F(the_rows, of_a_touch_with_readings_of_one_speed_alone_give_no_contact_at_
   EXPECT_EQ(journal.reading_count(id + 1), 0);
 }
 
-TEST_F(the_rows, of_notes_that_wait_are_written_when_the_journal_is_closed) {
+TEST_F(TheRows, OfNotesThatWaitAreWrittenWhenTheJournalIsClosed) {
   std::int64_t id = 0;
   {
     Journal journal(path);
@@ -107,7 +107,7 @@ TEST_F(the_rows, of_notes_that_wait_are_written_when_the_journal_is_closed) {
   EXPECT_EQ(Journal(path).events(id), std::vector<std::string>{"t1 the last word"});
 }
 
-TEST_F(the_rows, behind_one_that_was_refused_go_on_where_the_file_stands) {
+TEST_F(TheRows, BehindOneThatWasRefusedGoOnWhereTheFileStands) {
   std::int64_t id = 0;
   {
     Journal journal(path);
@@ -125,7 +125,7 @@ TEST_F(the_rows, behind_one_that_was_refused_go_on_where_the_file_stands) {
 
 // ---- what is not as it was written ------------------------------------------------------------------
 
-TEST_F(the_rows, of_sessions_that_were_changed_or_taken_out_are_listed_as_damaged) {
+TEST_F(TheRows, OfSessionsThatWereChangedOrTakenOutAreListedAsDamaged) {
   {
     Journal journal(path);
     for (int i = 0; i < 4; ++i) fill(journal, 1);
@@ -144,7 +144,7 @@ TEST_F(the_rows, of_sessions_that_were_changed_or_taken_out_are_listed_as_damage
   }
 }
 
-TEST_F(the_rows, that_are_not_as_they_were_written_are_named_by_their_number) {
+TEST_F(TheRows, ThatAreNotAsTheyWereWrittenAreNamedByTheirNumber) {
   {
     Journal journal(path);
     fill(journal, 2);
@@ -157,7 +157,7 @@ TEST_F(the_rows, that_are_not_as_they_were_written_are_named_by_their_number) {
       << words;
 }
 
-TEST_F(the_rows, that_the_end_lacks_are_counted) {
+TEST_F(TheRows, ThatTheEndLacksAreCounted) {
   {
     Journal journal(path);
     const std::int64_t id = fill(journal, 1);
@@ -170,7 +170,7 @@ TEST_F(the_rows, that_the_end_lacks_are_counted) {
   EXPECT_NE(words.find(": 3 rows are missing at its end"), std::string::npos) << words;
 }
 
-TEST_F(the_rows, of_a_journal_whose_checksums_were_changed_are_refused_whole) {
+TEST_F(TheRows, OfAJournalWhoseChecksumsWereChangedAreRefusedWhole) {
   for (const char* sql : {"UPDATE chain SET sum='0' WHERE number=4",
                           "UPDATE chain SET number=number+100 WHERE number=7"}) {
     const TemporaryDirectory other;
@@ -182,7 +182,7 @@ TEST_F(the_rows, of_a_journal_whose_checksums_were_changed_are_refused_whole) {
   }
 }
 
-TEST_F(the_rows, of_two_journals_with_the_same_words_have_heads_that_fit_one_alone) {
+TEST_F(TheRows, OfTwoJournalsWithTheSameWordsHaveHeadsThatFitOneAlone) {
   const auto other = dir / "other.db";
   for (const auto& each : {path, other}) fill(*std::make_unique<Journal>(each), 1);
   std::filesystem::copy_file(dir / "other.db.head", with(".head"),
@@ -190,7 +190,7 @@ TEST_F(the_rows, of_two_journals_with_the_same_words_have_heads_that_fit_one_alo
   EXPECT_NE(refusal(path).find("belongs to another journal"), std::string::npos) << refusal(path);
 }
 
-TEST_F(the_rows, without_a_head_get_one_that_fits) {
+TEST_F(TheRows, WithoutAHeadGetOneThatFits) {
   { fill(*std::make_unique<Journal>(path), 1); }
   std::filesystem::remove(with(".head"));
   EXPECT_EQ(Journal(path).remarks().size(), 1u);

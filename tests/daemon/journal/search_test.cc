@@ -22,7 +22,7 @@ RecordSearch way_home() {
       calib::SearchUnderWay{"", {{0.0, 1.0}, {2.0, 2.0}}, {}, {}})};
 }
 
-TEST(a_search, is_read_back_as_it_was_recorded_and_the_newest_counts) {
+TEST(ASearch, IsReadBackAsItWasRecordedAndTheNewestCounts) {
   const TemporaryDirectory dir;
   {
     Journal journal(dir / "j.db");
@@ -40,7 +40,7 @@ TEST(a_search, is_read_back_as_it_was_recorded_and_the_newest_counts) {
   EXPECT_EQ(journal.search_left()->search, *way_home().search);
 }
 
-TEST(a_search, is_over_once_a_later_session_has_touched_and_not_before) {
+TEST(ASearch, IsOverOnceALaterSessionHasTouchedAndNotBefore) {
   const TemporaryDirectory dir;
   Journal journal(dir / "j.db");
   journal.record(fill(journal, 2), search(0.3), "t1");
@@ -50,7 +50,7 @@ TEST(a_search, is_over_once_a_later_session_has_touched_and_not_before) {
   EXPECT_FALSE(journal.search_left());
 }
 
-TEST(a_search, that_was_imported_happened_elsewhere) {
+TEST(ASearch, ThatWasImportedHappenedElsewhere) {
   const TemporaryDirectory dir;
   std::string rows;
   {
@@ -65,7 +65,7 @@ TEST(a_search, that_was_imported_happened_elsewhere) {
   EXPECT_EQ(journal.search_left()->search, *search(0.7).search);
 }
 
-TEST(a_search, that_is_not_as_it_was_written_is_refused) {
+TEST(ASearch, ThatIsNotAsItWasWrittenIsRefused) {
   const TemporaryDirectory dir;
   {
     Journal journal(dir / "j.db");
@@ -75,7 +75,7 @@ TEST(a_search, that_is_not_as_it_was_written_is_refused) {
   EXPECT_THROW(Journal(dir / "j.db").search_left(), DamagedError);
 }
 
-TEST(a_harmless_interruption, is_counted_by_its_cause_from_the_journal) {
+TEST(AHarmlessInterruption, IsCountedByItsCauseFromTheJournal) {
   const TemporaryDirectory dir;
   using drivers::Interruption;
   const InterruptionCounts expected{2, 0, 1};

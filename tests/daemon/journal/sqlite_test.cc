@@ -27,7 +27,7 @@ std::string column(char type, const std::string& value) {
   return bytes.append(reinterpret_cast<const char*>(&length), sizeof length) + value;
 }
 
-struct a_row_as_bytes : ::testing::Test {
+struct ARowAsBytes : ::testing::Test {
   std::string of(const std::string& columns) {
     Statement row(database, ("SELECT " + columns).c_str());
     EXPECT_TRUE(row.step());
@@ -37,14 +37,14 @@ struct a_row_as_bytes : ::testing::Test {
   Database database{dir / "j.db"};
 };
 
-TEST_F(a_row_as_bytes, has_type_length_and_value_of_every_column_as_journals_on_disk_have_them) {
+TEST_F(ARowAsBytes, HasTypeLengthAndValueOfEveryColumnAsJournalsOnDiskHaveThem) {
   EXPECT_EQ(of("7, 2.5, 'ab', x'6162', 'c', '', NULL"),
             column('i', std::int64_t{7}) + column('f', 2.5) + column('t', std::string("ab")) +
                 column('b', std::string("ab")) + column('t', std::string("c")) +
                 column('t', std::string()) + column('n', std::string()));
 }
 
-TEST_F(a_row_as_bytes, differs_where_the_row_does) {
+TEST_F(ARowAsBytes, DiffersWhereTheRowDoes) {
   EXPECT_NE(of("'1'"), of("1"));
   EXPECT_NE(of("1.0"), of("1"));
   EXPECT_NE(of("x'61'"), of("'a'"));
@@ -53,20 +53,20 @@ TEST_F(a_row_as_bytes, differs_where_the_row_does) {
   EXPECT_NE(of("NULL"), of("x''"));
 }
 
-TEST(a_database, gives_nought_and_nothing_where_there_is_no_row) {
+TEST(ADatabase, GivesNoughtAndNothingWhereThereIsNoRow) {
   const TemporaryDirectory dir;
   Database database(dir / "j.db");
   EXPECT_EQ(database.integer("SELECT 5 WHERE 0"), 0);
   EXPECT_EQ(database.text("SELECT 'a' WHERE 0"), "");
 }
 
-TEST(a_database, that_cannot_be_opened_says_which_why_and_what_to_do) {
+TEST(ADatabase, ThatCannotBeOpenedSaysWhichWhyAndWhatToDo) {
   EXPECT_EQ(error_of([] { Database database("/nonexistent/dir/j.db"); }),
             "journal /nonexistent/dir/j.db: unable to open database file; check that the directory "
             "exists and that the daemon may write there");
 }
 
-TEST(a_journal, where_there_can_be_no_log_is_refused_and_nothing_is_made) {
+TEST(AJournal, WhereThereCanBeNoLogIsRefusedAndNothingIsMade) {
   const TemporaryDirectory dir;
   Database database(":memory:");  // as a network's file system, it has none
   HeadFile head(dir / "head", ":memory:");
@@ -78,7 +78,7 @@ TEST(a_journal, where_there_can_be_no_log_is_refused_and_nothing_is_made) {
   EXPECT_EQ(database.integer("SELECT count(*) FROM sqlite_schema"), 0);
 }
 
-TEST(a_journal, whose_pages_contradict_its_tables_is_refused_and_left_as_it_is) {
+TEST(AJournal, WhosePagesContradictItsTablesIsRefusedAndLeftAsItIs) {
   const TemporaryDirectory dir;
   const auto path = dir / "j.db";
   { fill(*std::make_unique<Journal>(path), 1); }

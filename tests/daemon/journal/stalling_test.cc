@@ -12,7 +12,7 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-TEST(a_commit_that_waits_for_the_disk, keeps_no_note_waiting) {
+TEST(ACommitThatWaitsForTheDisk, KeepsNoNoteWaiting) {
   const TemporaryDirectory dir;
   StallingDisk disk;
   Journal journal(dir / "j.db");

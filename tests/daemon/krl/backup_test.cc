@@ -58,7 +58,7 @@ std::string text_of_file(const CorrectedBackup& backup, const std::string& name)
   return {};
 }
 
-TEST(a_backup, corrects_points_of_other_modules_of_the_configuration_and_of_arrays) {
+TEST(ABackup, CorrectsPointsOfOtherModulesOfTheConfigurationAndOfArrays) {
   const auto result = corrected_together(
       {module_named("PICK", "PTP XABOVE\nPTP XSLOT[2]\nPTP XPALLET\nPTP XPART.GRAB\nPTP XOWN",
                     "DECL E6POS XOWN=" + taught_at(0) + "\n"),
@@ -82,7 +82,7 @@ TEST(a_backup, corrects_points_of_other_modules_of_the_configuration_and_of_arra
   EXPECT_NE(text_of_file(result, "$config.dat").find("XHOME={A1 0.0,A2 -90.0"), std::string::npos);
 }
 
-TEST(a_point_that_modules_move_to_in_two_frames, is_refused_with_both) {
+TEST(APointThatModulesMoveToInTwoFrames, IsRefusedWithBoth) {
   const auto result = corrected_together(
       {module_named("A", "PTP XG", "DECL GLOBAL E6POS XG=" + taught_at(0) + "\n"),
        module_named("B", "BAS(#BASE,2)\nPTP XG"),
@@ -96,7 +96,7 @@ TEST(a_point_that_modules_move_to_in_two_frames, is_refused_with_both) {
   EXPECT_EQ(result.files.size(), 1U);
 }
 
-TEST(a_refused_module, keeps_its_points_and_those_it_shares) {
+TEST(ARefusedModule, KeepsItsPointsAndThoseItShares) {
   const auto result = corrected_together(
       {module_named("A", "PTP XG\nPTP XA\nLIN_REL {Z 5}", "DECL E6POS XA=" + taught_at(0) + "\n"),
        module_named("B", "PTP XG\nPTP XB", "DECL E6POS XB=" + taught_at(1) + "\n"),
@@ -111,7 +111,7 @@ TEST(a_refused_module, keeps_its_points_and_those_it_shares) {
   EXPECT_EQ(result.files[0].name, "C.dat");
 }
 
-TEST(a_point_that_another_module_changes_or_reads, is_refused) {
+TEST(APointThatAnotherModuleChangesOrReads, IsRefused) {
   for (const char* use : {"XG.Z=XG.Z+5", "XN=XSLOT[N]", "FIND(XG)"}) {
     const auto result = corrected_together(
         {module_named("A", "PTP XG\nPTP XSLOT[1]",
@@ -125,7 +125,7 @@ TEST(a_point_that_another_module_changes_or_reads, is_refused) {
   }
 }
 
-TEST(a_global_point_that_two_modules_give, is_refused) {
+TEST(AGlobalPointThatTwoModulesGive, IsRefused) {
   const auto result = corrected_together(
       {module_named("A", "PTP XG", "DECL GLOBAL E6POS XG=" + taught_at(0) + "\n"),
        module_named("B", "", "DECL GLOBAL E6POS XG=" + taught_at(1) + "\n"),
@@ -134,7 +134,7 @@ TEST(a_global_point_that_two_modules_give, is_refused) {
   EXPECT_FALSE(of(result, "C").refusals.empty());
 }
 
-TEST(frames_by_name, are_those_of_the_declaration) {
+TEST(FramesByName, AreThoseOfTheDeclaration) {
   const std::string frames =
       "DECL GLOBAL FRAME torch={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0}\n"
       "DECL GLOBAL FRAME table={X 0,Y 0,Z 0,A 0,B 0,C 0}\nDECL E6POS XP=" +
@@ -151,7 +151,7 @@ TEST(frames_by_name, are_those_of_the_declaration) {
   }
 }
 
-TEST(homes_and_the_mastering_reference, stay) {
+TEST(HomesAndTheMasteringReference, Stay) {
   const auto result = corrected_together({module_named("A", "PTP XHOME\nPTP XMASREF")},
                                          "DECL GLOBAL E6POS XMASREF=" + taught_at(0) + "\n");
   EXPECT_EQ(of(result, "A").points, 0);
@@ -160,7 +160,7 @@ TEST(homes_and_the_mastering_reference, stay) {
   EXPECT_EQ(result.left.size(), 2U);
 }
 
-TEST(the_controllers_own_programs, stay_and_refuse_nothing) {
+TEST(TheControllersOwnPrograms, StayAndRefuseNothing) {
   const auto result = corrected_together(
       {module_named("bas", "LIN_REL {Z 5}\nPTP XNOWHERE"),
        module_named("$tt_ident", "PTP XNOWHERE"), module_named("BrakeTestReq", "PTP XNOWHERE"),
@@ -173,7 +173,7 @@ TEST(the_controllers_own_programs, stay_and_refuse_nothing) {
   EXPECT_EQ(of(result, "A").points, 1);
 }
 
-TEST(a_backup_with_hostile_modules, refuses_them_by_name) {
+TEST(ABackupWithHostileModules, RefusesThemByName) {
   for (const std::string& body :
        {std::string("PTP XP[1][2].A.B"), std::string("PTP XP[99999]"), std::string("PTP XP."),
         std::string("PTP XS.P"), std::string("LIN XP["), std::string("PTP .P")}) {

@@ -25,7 +25,7 @@ krl::CorrectedProgram correct_calling(const std::string& between,
   return correct_program(calibration(), f, options);
 }
 
-TEST(a_call_of_kukas_inline_forms, leaves_frames_and_posture_known) {
+TEST(ACallOfKukasInlineForms, LeavesFramesAndPostureKnown) {
   for (const char* call :
        {"SET_CD_PARAMS (0)", "$COLLMON_TOL_PRO[1] = USE_CM_PRO_VALUES(0)", "set_cd_params(0)",
         "TRIGGER WHEN DISTANCE=1 DELAY=ArcGetDelay(#PreDefinition,WDAT1) DO "
@@ -36,7 +36,7 @@ TEST(a_call_of_kukas_inline_forms, leaves_frames_and_posture_known) {
     EXPECT_EQ(all_words(correct_calling(call)), "") << call;
 }
 
-TEST(an_unknown_call, is_named_with_its_line) {
+TEST(AnUnknownCall, IsNamedWithItsLine) {
   const auto result = correct_calling("CLAMP(1)");
   ASSERT_EQ(result.refusals.size(), 1U);
   EXPECT_EQ(result.refusals[0].why, Why::kToolNotKnown);
@@ -47,14 +47,14 @@ TEST(an_unknown_call, is_named_with_its_line) {
   EXPECT_EQ(all_words(correct_calling("CLAMP(1)", {}, {"CLAMP"})), "");
 }
 
-TEST(a_motion_of_rsi, leaves_the_frames_and_not_the_posture) {
+TEST(AMotionOfRsi, LeavesTheFramesAndNotThePosture) {
   const auto result = correct_calling("RET=RSI_MOVECORR()");
   ASSERT_EQ(result.refusals.size(), 1U);
   EXPECT_EQ(result.refusals[0].why, Why::kPostureNotKnown);
   EXPECT_EQ(result.refusals[0].lost.what, "RSI_MOVECORR");
 }
 
-TEST(a_body_that_is_given, says_what_its_call_does) {
+TEST(ABodyThatIsGiven, SaysWhatItsCallDoes) {
   const krl::KrlFile still{"clamp.src",
                            "DEF Clamp(N:IN)\nINT N\n$OUT[N]=TRUE\nHELP()\nEND\n"
                            "DEF HELP()\nWAIT SEC 0.1\nEND\n"};
@@ -70,7 +70,7 @@ TEST(a_body_that_is_given, says_what_its_call_does) {
   }
 }
 
-TEST(a_body_through_others, does_what_they_do) {
+TEST(ABodyThroughOthers, DoesWhatTheyDo) {
   std::vector<krl::KrlFile> chain;
   for (int i = 0; i < 50; ++i)
     chain.push_back(
@@ -81,14 +81,14 @@ TEST(a_body_through_others, does_what_they_do) {
   EXPECT_FALSE(correct_calling("C0()", chain).refusals.empty());
 }
 
-TEST(a_body_that_changes_a_tool_or_base_of_the_controller, is_seen) {
+TEST(ABodyThatChangesAToolOrBaseOfTheController, IsSeen) {
   const krl::KrlFile module{"setup.src", "DEF SETUP()\nTOOL_DATA[1].X=5\nEND\n"};
   const auto result = correct_calling("SETUP()", {module});
   ASSERT_FALSE(result.refusals.empty());
   EXPECT_EQ(result.refusals[0].why, Why::kFrameChanged);
 }
 
-TEST(modules_that_are_no_text, have_no_routines) {
+TEST(ModulesThatAreNoText, HaveNoRoutines) {
   const krl::KrlFile broken{"clamp.src", std::string("DEF CLAMP()\0END\n", 16)},
       cut{"clamp.src", "DEF"};
   EXPECT_EQ(correct_calling("CLAMP()", {broken}).refusals.size(), 1U);

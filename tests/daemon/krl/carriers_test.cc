@@ -116,7 +116,7 @@ Taught taught_on_unit(double e1_m, const std::string& machine = unit_machine()) 
   return one;
 }
 
-TEST(a_program_on_a_linear_unit, sends_the_real_tcp_where_it_was_programmed_and_leaves_e1) {
+TEST(AProgramOnALinearUnit, SendsTheRealTcpWhereItWasProgrammedAndLeavesE1) {
   for (const double e1 : {0.0, 1.2345, 2.9}) {
     const Taught program = taught_on_unit(e1);
     const CorrectedProgram result = correct_program(unit_calibration(), program.files);
@@ -147,7 +147,7 @@ TEST(a_program_on_a_linear_unit, sends_the_real_tcp_where_it_was_programmed_and_
   }
 }
 
-TEST(a_program_on_a_linear_unit, gives_the_postures_of_its_points_for_a_plan) {
+TEST(AProgramOnALinearUnit, GivesThePosturesOfItsPointsForAPlan) {
   const Taught program = taught_on_unit(1.2345);
   const auto found = krl::program_postures(cell_on_unit(), program.files);
   EXPECT_TRUE(found.refusals.empty());
@@ -173,7 +173,7 @@ CorrectedProgram axes_with(const std::string& value, const std::string& machine 
         {"$machine.dat", machine}}});
 }
 
-TEST(axis_angles_on_a_linear_unit, change_where_the_carriage_stands) {
+TEST(AxisAnglesOnALinearUnit, ChangeWhereTheCarriageStands) {
   constexpr const char* kArm = "A1 10.0,A2 -80.0,A3 95.0,A4 5.0,A5 45.0,A6 -10.0";
   const CorrectedProgram result = axes_with(std::string(kArm) + ",E1 2500.0");
   ASSERT_TRUE(result.refusals.empty()) << refusals_of(result);
@@ -200,7 +200,7 @@ TEST(axis_angles_on_a_linear_unit, change_where_the_carriage_stands) {
   EXPECT_EQ(refusals_of(axes_with(std::string(kArm) + ",E1 10.0,E2 5.0", "")), "external_axes ");
 }
 
-TEST(a_linear_unit_of_other_machine_data, is_refused_by_name) {
+TEST(ALinearUnitOfOtherMachineData, IsRefusedByName) {
   const auto refused = [](const std::string& what, const std::string& by) {
     const std::string machine = unit_machine();
     EXPECT_NE(machine.find(what), std::string::npos) << what;
@@ -348,7 +348,7 @@ void expect_on_the_part(const Taught& program, const CorrectedProgram& result,
   }
 }
 
-TEST(a_program_on_a_positioner, meets_the_part_where_the_calibrated_axes_have_it) {
+TEST(AProgramOnAPositioner, MeetsThePartWhereTheCalibratedAxesHaveIt) {
   const Taught program = taught_on_table(positioner_machine(), positioner_config());
   const CorrectedProgram result = correct_program(positioner_calibration(), program.files);
   const Isometry3d part = table_found(kE1, kE2) * kOffset;
@@ -360,14 +360,14 @@ TEST(a_program_on_a_positioner, meets_the_part_where_the_calibrated_axes_have_it
   }
 }
 
-TEST(a_program_on_a_positioner, gives_the_postures_of_its_points_for_a_plan) {
+TEST(AProgramOnAPositioner, GivesThePosturesOfItsPointsForAPlan) {
   const Taught program = taught_on_table(positioner_machine(), positioner_config());
   const auto found = krl::program_postures(cell_with_positioner(), program.files);
   EXPECT_TRUE(found.refusals.empty());
   EXPECT_EQ(found.postures.size(), program.points.size() + 1);  // and home
 }
 
-TEST(a_program_on_a_positioner, is_understood_by_ek_too) {
+TEST(AProgramOnAPositioner, IsUnderstoodByEkToo) {
   Taught program = taught_on_table(positioner_machine(), positioner_config());
   const std::string by_ek = "$BASE=EK(MACHINE_DEF[2].ROOT,MACHINE_DEF[2].MECH_TYPE,BASE_DATA[3])\r\n";
   std::string& src = program.files.src.text;
@@ -379,7 +379,7 @@ TEST(a_program_on_a_positioner, is_understood_by_ek_too) {
                      table_found(kE1, kE2) * kOffset);
 }
 
-TEST(a_program_on_a_positioner, of_a_controller_that_has_the_axes_as_found_is_corrected_for_the_arm) {
+TEST(AProgramOnAPositioner, OfAControllerThatHasTheAxesAsFoundIsCorrectedForTheArm) {
   const Taught program = taught_on_table(
       positioner_machine(axis_found(0, kTilt), axis_found(1, kTurn)), positioner_config());
   const CorrectedProgram result = correct_program(positioner_calibration(), program.files);
@@ -389,7 +389,7 @@ TEST(a_program_on_a_positioner, of_a_controller_that_has_the_axes_as_found_is_co
   expect_on_the_part(program, result, there, table_found(kE1, kE2) * kOffset);
 }
 
-TEST(a_program_on_a_positioner, of_other_data_is_refused_by_name) {
+TEST(AProgramOnAPositioner, OfOtherDataIsRefusedByName) {
   const auto first = [](const calib::Calibration& c, const Taught& program,
                         const krl::CorrectionOptions& options = {}) {
     const auto result = correct_program(c, program.files, options);
@@ -430,7 +430,7 @@ TEST(a_program_on_a_positioner, of_other_data_is_refused_by_name) {
   EXPECT_EQ(first(c, moved), "frame_changed");
 }
 
-TEST(a_program_beside_a_positioner, is_corrected_as_without_one_at_any_of_its_angles) {
+TEST(AProgramBesideAPositioner, IsCorrectedAsWithoutOneAtAnyOfItsAngles) {
   calib::Calibration alone = positioner_calibration();
   alone.cell.robot.positioner.clear();
   std::erase_if(alone.parameters, [](const calib::ParameterResult& p) {
@@ -448,7 +448,7 @@ TEST(a_program_beside_a_positioner, is_corrected_as_without_one_at_any_of_its_an
   EXPECT_EQ(at_external(one.files[1].text, "E1 50.0,E2 -70.0,E3 0.0"), other.files[1].text);
 }
 
-TEST(external_kinematics, of_cut_data_end_in_a_refusal_or_a_correction) {
+TEST(ExternalKinematics, OfCutDataEndInARefusalOrACorrection) {
   const std::string machine = positioner_machine(), config = positioner_config();
   Taught program = taught_on_table(machine, config);
   program.points.resize(1);

@@ -29,7 +29,7 @@ bool has_point(const krl::CorrectedProgram& result, const std::string& name) {
   return std::ranges::any_of(result.points, [&](const auto& one) { return one.name == name; });
 }
 
-TEST(a_copied_point, is_corrected_with_the_one_that_it_is_copied_from) {
+TEST(ACopiedPoint, IsCorrectedWithTheOneThatItIsCopiedFrom) {
   for (const char* body :
        {"PTP X1\nX2=X1\nPTP X2\n", "X2=X1\nPTP X2\n", "X2=X1\nPTP X1\nLIN X2\n"}) {
     const auto result = copied(body, pose_text(kSecondPoint));
@@ -38,7 +38,7 @@ TEST(a_copied_point, is_corrected_with_the_one_that_it_is_copied_from) {
   }
 }
 
-TEST(a_copied_point, is_refused_where_one_correction_does_not_fit_both) {
+TEST(ACopiedPoint, IsRefusedWhereOneCorrectionDoesNotFitBoth) {
   const struct {
     const char* body;
     std::string two;
@@ -62,7 +62,7 @@ TEST(a_copied_point, is_refused_where_one_correction_does_not_fit_both) {
   }
 }
 
-TEST(a_copied_point, stays_where_no_posture_reaches_its_own_value) {
+TEST(ACopiedPoint, StaysWhereNoPostureReachesItsOwnValue) {
   const std::string unreachable = "{X 9000.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0,S 2,T 2}";
   const auto result = copied("PTP X1\nX2=X1\nLIN X2\n", unreachable);
   EXPECT_EQ(all_words(result), "");
@@ -73,7 +73,7 @@ TEST(a_copied_point, stays_where_no_posture_reaches_its_own_value) {
   EXPECT_FALSE(copied("PTP X1\nX1=X2\nPTP X1\n", unreachable).refusals.empty());
 }
 
-TEST(many_copied_points, are_refused_in_little_time) {
+TEST(ManyCopiedPoints, AreRefusedInLittleTime) {
   std::string src = "DEF P()\nBAS(#TOOL,1)\nBAS(#BASE,0)\n", dat = "DEFDAT P\n";
   for (int i = 0; i < 2000; ++i) {
     const std::string name = "X" + std::to_string(i);

@@ -20,7 +20,7 @@ std::string without_points(const std::string& dat) {
   return std::regex_replace(dat, std::regex("E6POS [^\r\n]*"), "");
 }
 
-TEST(a_program, sends_the_real_tcp_where_it_was_programmed) {
+TEST(AProgram, SendsTheRealTcpWhereItWasProgrammed) {
   const auto points = postures(60);
   const KrlProgram program = taught(cell().robot, frames(), points);
   const calib::Calibration c = calibration();
@@ -45,7 +45,7 @@ TEST(a_program, sends_the_real_tcp_where_it_was_programmed) {
   EXPECT_GT(before / static_cast<double>(points.size()), 1e-3) << "there was something to correct";
 }
 
-TEST(a_program, without_anything_to_correct_is_the_same_to_the_byte) {
+TEST(AProgram, WithoutAnythingToCorrectIsTheSameToTheByte) {
   const KrlProgram program = taught(cell().robot, frames(), postures(40, 2));
   const CorrectedProgram result = correct_program(calibration(1, 0.0), files(program));
   ASSERT_TRUE(result.refusals.empty()) << all_words(result);
@@ -55,7 +55,7 @@ TEST(a_program, without_anything_to_correct_is_the_same_to_the_byte) {
   EXPECT_LT(result.largest()->shift_mm.norm(), 1e-6);
 }
 
-TEST(a_program, keeps_all_bytes_beside_its_points) {
+TEST(AProgram, KeepsAllBytesBesideItsPoints) {
   const KrlProgram program = taught(cell().robot, frames(), postures(10));
   const CorrectedProgram result = correct_program(calibration(), files(program));
   ASSERT_EQ(result.files.size(), 2U) << all_words(result);
@@ -64,7 +64,7 @@ TEST(a_program, keeps_all_bytes_beside_its_points) {
   EXPECT_EQ(without_points(result.files[1].text), without_points(program.dat));
 }
 
-TEST(a_program, tells_each_points_shift_and_the_largest) {
+TEST(AProgram, TellsEachPointsShiftAndTheLargest) {
   const auto points = postures(10);
   const CorrectedProgram result =
       correct_program(calibration(), files(taught(cell().robot, frames(), points)));
@@ -83,7 +83,7 @@ TEST(a_program, tells_each_points_shift_and_the_largest) {
   EXPECT_EQ(result.left[0].name, "XHOME");
 }
 
-TEST(a_program, gives_the_postures_of_its_points_for_a_plan) {
+TEST(AProgram, GivesThePosturesOfItsPointsForAPlan) {
   const auto points = postures(12);
   const auto found = krl::program_postures(cell(), files(taught(cell().robot, frames(), points)));
   EXPECT_TRUE(found.refusals.empty());
@@ -96,7 +96,7 @@ TEST(a_program, gives_the_postures_of_its_points_for_a_plan) {
   EXPECT_EQ(met, points.size());
 }
 
-TEST(a_program, takes_another_tool_as_stiff_and_as_stated) {
+TEST(AProgram, TakesAnotherToolAsStiffAndAsStated) {
   Frames other = frames();
   other.tool.translation().z() -= 0.1;
   const auto points = postures(10);
@@ -134,7 +134,7 @@ krl::ProgramFiles plain(const std::string& body, const std::string& dat = "") {
   return f;
 }
 
-TEST(axis_angles, become_those_that_bring_the_real_tcp_there) {
+TEST(AxisAngles, BecomeThoseThatBringTheRealTcpThere) {
   const calib::Calibration c = calibration();
   const auto result = correct_program(
       c, plain("BAS(#TOOL,1)\nPTP XA\nPTP {A1 20.0,A2 -80.0,A3 80.0,A4 10,A5 +40.0,A6 0.0}\n",
@@ -158,7 +158,7 @@ TEST(axis_angles, become_those_that_bring_the_real_tcp_there) {
   EXPECT_NE(result.files[0].text.find("A5 +4"), std::string::npos) << "its plus stays";
 }
 
-TEST(frames_in_plain_krl, are_followed_in_the_order_of_the_text) {
+TEST(FramesInPlainKrl, AreFollowedInTheOrderOfTheText) {
   const std::string point = pose_text({-0.2, -1.4, 1.5, 0.3, 0.8, 0.1});
   const auto result = correct_program(
       calibration(), plain("$TOOL=TOOL_DATA[1]\n$BASE=BASE_DATA[2]\nPTP " + point +
@@ -174,7 +174,7 @@ TEST(frames_in_plain_krl, are_followed_in_the_order_of_the_text) {
   EXPECT_GT((result.points[0].shift_mm - result.points[1].shift_mm).norm(), 1e-3);
 }
 
-TEST(a_frame_without_status, is_reached_in_the_posture_of_the_motion_before_it) {
+TEST(AFrameWithoutStatus, IsReachedInThePostureOfTheMotionBeforeIt) {
   const calib::JointVector q = {0.2, -1.4, 1.5, 0.3, 0.8, 0.1};
   const std::string pose = pose_text(q, false), axes = "{A1 10,A2 -80,A3 85,A4 15,A5 45,A6 5}";
   const std::string frames = "BAS(#TOOL,1)\nBAS(#BASE,0)\n";
@@ -191,7 +191,7 @@ TEST(a_frame_without_status, is_reached_in_the_posture_of_the_motion_before_it) 
   }
 }
 
-TEST(where_the_arm_stands_in_the_world, counts_for_points_in_bases) {
+TEST(WhereTheArmStandsInTheWorld, CountsForPointsInBases) {
   const auto points = postures(5);
   KrlProgram program = taught(cell().robot, frames(), points);
   Frames moved = frames();
@@ -215,7 +215,7 @@ std::vector<calib::JointVector> commanded(const std::string& dat) {
   return run(cell().robot, frames(), dat);
 }
 
-TEST(a_program_of_another_arm, brings_this_arms_tcp_to_where_that_ones_was) {
+TEST(AProgramOfAnotherArm, BringsThisArmsTcpToWhereThatOnesWas) {
   const calib::Calibration other = calibration(3), here = calibration(4);
   const auto program = taught(cell().robot, frames(), postures(20));
   krl::CorrectionOptions options;
@@ -240,7 +240,7 @@ TEST(a_program_of_another_arm, brings_this_arms_tcp_to_where_that_ones_was) {
   EXPECT_THROW(correct_program(here, files(program), options), calib::FileError);
 }
 
-TEST(a_program_for_the_offline_system, comes_back_to_its_touched_up_points) {
+TEST(AProgramForTheOfflineSystem, ComesBackToItsTouchedUpPoints) {
   const calib::Calibration here = calibration(5);
   const auto program = taught(cell().robot, frames(), postures(20));
   krl::CorrectionOptions options;

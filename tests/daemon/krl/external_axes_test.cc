@@ -23,7 +23,7 @@ krl::CorrectedProgram moved_with(const std::string& external, const std::string&
                        {"$machine.dat", machine}}});
 }
 
-TEST(external_axes, that_are_not_there_or_do_not_carry_the_arm_may_stand_anywhere) {
+TEST(ExternalAxes, ThatAreNotThereOrDoNotCarryTheArmMayStandAnywhere) {
   for (const char* machine :
        {"INT $EX_AX_NUM=0\n", "INT $EX_AX_NUM=2\nDECL EX_KIN $EX_KIN={ET1 #EASYS,ET2 #NONE}\n",
         "DECL EX_KIN $EX_KIN={ET1 #NONE,ET2 #NONE}\n"}) {
@@ -34,7 +34,7 @@ TEST(external_axes, that_are_not_there_or_do_not_carry_the_arm_may_stand_anywher
   }
 }
 
-TEST(external_axes, that_may_carry_the_arm_are_refused_away_from_0) {
+TEST(ExternalAxes, ThatMayCarryTheArmAreRefusedAwayFrom0) {
   for (const char* machine :
        {"", "INT $EX_AX_NUM=1\n", "INT $EX_AX_NUM=1\nDECL EX_KIN $EX_KIN={ET1 #ERSYS,ET2 #NONE}\n",
         "INT $EX_AX_NUM=-1\n", "INT $EX_AX_NUM=1E9\n", "INT $EX_AX_NUM=\n", "$EX_KIN=\n",
@@ -46,7 +46,7 @@ TEST(external_axes, that_may_carry_the_arm_are_refused_away_from_0) {
   }
 }
 
-TEST(a_base_that_a_positioner_carries, is_refused_by_name) {
+TEST(ABaseThatAPositionerCarries, IsRefusedByName) {
   const std::string machine = "INT $EX_AX_NUM=1\nDECL EX_KIN $EX_KIN={ET1 #EASYS}\n";
   const std::string carried =
       "MACHINE_FRAME_DAT[2]={MACH_DEF_INDEX 2,PARENT[] \"\",GEOMETRY[] \"\"}\n";

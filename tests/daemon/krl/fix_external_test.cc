@@ -341,21 +341,21 @@ void expect_precise(const World& world) {
   }
 }
 
-TEST(fix_module_with_external_axes, brings_the_tcp_where_it_was_programmed_on_a_linear_unit) {
+TEST(FixModuleWithExternalAxes, BringsTheTcpWhereItWasProgrammedOnALinearUnit) {
   expect_precise(world_of(true, 0));
 }
-TEST(fix_module_with_external_axes, brings_the_tcp_to_the_part_on_one_axis) {
+TEST(FixModuleWithExternalAxes, BringsTheTcpToThePartOnOneAxis) {
   expect_precise(world_of(false, 1));
 }
-TEST(fix_module_with_external_axes, brings_the_tcp_to_the_part_on_two_axes) {
+TEST(FixModuleWithExternalAxes, BringsTheTcpToThePartOnTwoAxes) {
   expect_precise(world_of(false, 2));
 }
-TEST(fix_module_with_external_axes, brings_the_tcp_to_the_part_from_a_linear_unit) {
+TEST(FixModuleWithExternalAxes, BringsTheTcpToThePartFromALinearUnit) {
   expect_precise(world_of(true, 1));
   expect_precise(world_of(true, 2));
 }
 
-TEST(fix_module_with_external_axes, brings_the_tcp_to_the_part_on_axes_that_give_under_a_load) {
+TEST(FixModuleWithExternalAxes, BringsTheTcpToThePartOnAxesThatGiveUnderALoad) {
   World world = world_of(false, 2, 300.0);
   EXPECT_GT(calib::largest_give_rad(world.c, 0) + calib::largest_give_rad(world.c, 1), 5e-4);
   expect_precise(world);
@@ -364,13 +364,12 @@ TEST(fix_module_with_external_axes, brings_the_tcp_to_the_part_on_axes_that_give
   expect_precise(world);
 }
 
-TEST(fix_module_with_external_axes, brings_the_tcp_to_the_part_on_the_first_of_two_axes) {
+TEST(FixModuleWithExternalAxes, BringsTheTcpToThePartOnTheFirstOfTwoAxes) {
   World world = world_of(false, 2);
   world.carrying = 1;
   expect_precise(world);
 }
-TEST(fix_module_with_external_axes,
-     brings_the_tcp_to_the_part_by_machine_data_with_the_axes_as_found) {
+TEST(FixModuleWithExternalAxes, BringsTheTcpToThePartByMachineDataWithTheAxesAsFound) {
   World world = world_of(false, 2);
   world.as_found = true;
   expect_precise(world);
@@ -393,7 +392,7 @@ std::vector<Isometry3d> places_in(const std::string& dat, std::size_t count) {
   return all;
 }
 
-TEST(fix_module_with_external_axes, gives_the_points_of_the_offline_correction) {
+TEST(FixModuleWithExternalAxes, GivesThePointsOfTheOfflineCorrection) {
   const World world = world_of(true, 2);
   auto points = points_of(world, 20);
   const Text text = program_of(world, points, 3);
@@ -425,7 +424,7 @@ TEST(fix_module_with_external_axes, gives_the_points_of_the_offline_correction) 
   }
 }
 
-TEST(fix_module_with_external_axes, takes_axis_angles_as_the_place_of_the_nominal_arm) {
+TEST(FixModuleWithExternalAxes, TakesAxisAnglesAsThePlaceOfTheNominalArm) {
   const World world = world_of(true, 2);
   for (const int base : {3, 4}) {
     const auto points = points_of(world, 20);
@@ -439,8 +438,7 @@ TEST(fix_module_with_external_axes, takes_axis_angles_as_the_place_of_the_nomina
   }
 }
 
-TEST(fix_module_with_external_axes,
-     leaves_them_where_the_motion_before_had_them_for_points_without) {
+TEST(FixModuleWithExternalAxes, LeavesThemWhereTheMotionBeforeHadThemForPointsWithout) {
   const World world = world_of(true, 1);
   auto points = points_of(world, 1);
   points.insert(points.end(), 4, points[0]);
@@ -462,7 +460,7 @@ TEST(fix_module_with_external_axes,
   }
 }
 
-TEST(fix_module_with_external_axes, are_not_known_after_a_home_without_them) {
+TEST(FixModuleWithExternalAxes, AreNotKnownAfterAHomeWithoutThem) {
   const World world = world_of(true, 1);
   const Point point = points_of(world, 1)[0];
   const std::string pose = pose_of(world, point, 3, false);
@@ -477,7 +475,7 @@ TEST(fix_module_with_external_axes, are_not_known_after_a_home_without_them) {
   EXPECT_NE(why(*controller).find("posture unknown"), std::string::npos) << why(*controller);
 }
 
-TEST(fix_module_with_external_axes, corrects_relative_motions_with_the_carriage_where_it_goes) {
+TEST(FixModuleWithExternalAxes, CorrectsRelativeMotionsWithTheCarriageWhereItGoes) {
   const World world = world_of(true, 1);
   auto points = points_of(world, 1);
   points[0].e[0] = 1000.0;
@@ -492,7 +490,7 @@ TEST(fix_module_with_external_axes, corrects_relative_motions_with_the_carriage_
   expect_met(world, *controller, points, false);
 }
 
-TEST(fix_module_with_external_axes, takes_a_base_on_the_table_of_the_motions_own_with) {
+TEST(FixModuleWithExternalAxes, TakesABaseOnTheTableOfTheMotionsOwnWith) {
   const World world = world_of(true, 2);
   const auto points = points_of(world, 10);
   for (const int active : {0, 4, 3}) {
@@ -522,7 +520,7 @@ void expect_halt(const World& world, const Point& point, int base, const std::st
   EXPECT_NE(why(*controller).find(words), std::string::npos) << why(*controller);
 }
 
-TEST(fix_module_with_external_axes, holds_the_arm_outside_of_what_was_calibrated) {
+TEST(FixModuleWithExternalAxes, HoldsTheArmOutsideOfWhatWasCalibrated) {
   World world = world_of(true, 2);
   Point point = points_of(world, 1)[0];
   expect_halt(world, point, 3, "");
@@ -540,8 +538,7 @@ TEST(fix_module_with_external_axes, holds_the_arm_outside_of_what_was_calibrated
   expect_halt(world, point, 4, "");  // not on the table
 }
 
-TEST(fix_module_with_external_axes,
-     holds_the_arm_whose_controller_turns_the_table_about_another_axis) {
+TEST(FixModuleWithExternalAxes, HoldsTheArmWhoseControllerTurnsTheTableAboutAnotherAxis) {
   World world = world_of(false, 2);
   const Point point = points_of(world, 1)[0];
   world.axis_off_mm = 1.5;
@@ -554,7 +551,7 @@ TEST(fix_module_with_external_axes,
   expect_halt(world, point, 4, "");
 }
 
-TEST(fix_module_with_external_axes, moves_nothing_to_a_point_that_does_not_state_them) {
+TEST(FixModuleWithExternalAxes, MovesNothingToAPointThatDoesNotStateThem) {
   const World world = world_of(true, 1);
   const Point point = points_of(world, 1)[0];
   for (const std::string& declared : {"E6POS XP=" + pose_of(world, point, 3, false),
@@ -568,7 +565,7 @@ TEST(fix_module_with_external_axes, moves_nothing_to_a_point_that_does_not_state
   }
 }
 
-TEST(fix_module_with_external_axes, is_not_made_of_data_that_contradict_the_calibration) {
+TEST(FixModuleWithExternalAxes, IsNotMadeOfDataThatContradictTheCalibration) {
   const World world = world_of(true, 1);
   krl::Data data;
   read_data({"$machine.dat",
@@ -580,7 +577,7 @@ TEST(fix_module_with_external_axes, is_not_made_of_data_that_contradict_the_cali
   EXPECT_THROW(module_of(named), calib::FileError);
 }
 
-TEST(run_time_program_with_external_axes, keeps_what_carries_the_base_of_a_motions_own_with) {
+TEST(RunTimeProgramWithExternalAxes, KeepsWhatCarriesTheBaseOfAMotionsOwnWith) {
   const World world = world_of(false, 1);
   const auto files =
       files_of(world, "SLIN XP WITH $TOOL=STOOL2(FP),$BASE=SBASE(FP.BASE_NO)\nPTP_REL {A1 5.0}",

@@ -35,7 +35,7 @@ krl::CorrectedProgram flow_corrected(const std::string& body, const std::string&
                                               {{"$config.dat", kFlowConfig}}});
 }
 
-TEST(a_linear_motion, is_corrected_where_all_ways_to_it_end_in_its_posture) {
+TEST(ALinearMotion, IsCorrectedWhereAllWaysToItEndInItsPosture) {
   for (const char* body : {
            "PTP XN\nIF $IN[1] THEN\n$OUT[1]=TRUE\nENDIF\nLIN XL\n",
            "PTP XN\nIF A THEN\nPTP XL\nELSE\n$OUT[1]=TRUE\nENDIF\nLIN XL\n",
@@ -57,7 +57,7 @@ TEST(a_linear_motion, is_corrected_where_all_ways_to_it_end_in_its_posture) {
   }
 }
 
-TEST(a_linear_motion, is_refused_where_a_way_to_it_ends_elsewhere) {
+TEST(ALinearMotion, IsRefusedWhereAWayToItEndsElsewhere) {
   const struct {
     const char* body;
     Why why;
@@ -85,7 +85,7 @@ TEST(a_linear_motion, is_refused_where_a_way_to_it_ends_elsewhere) {
   }
 }
 
-TEST(a_call, ends_where_its_body_does) {
+TEST(ACall, EndsWhereItsBodyDoes) {
   const auto corrected_sub = [](const std::string& body, const std::string& called) {
     return flow_corrected(body, "DEF SUB()\n" + called + "\nEND\n");
   };
@@ -106,7 +106,7 @@ TEST(a_call, ends_where_its_body_does) {
   EXPECT_EQ(alone.refusals[0].why, Why::kPostureNotKnown);
 }
 
-TEST(ways_without_end, are_refused_or_corrected_in_little_time) {
+TEST(WaysWithoutEnd, AreRefusedOrCorrectedInLittleTime) {
   std::string deep = "PTP XN\n", calls, bodies;
   for (int i = 0; i < 6000; ++i) deep += "IF A THEN\nGOTO L" + std::to_string(i) + "\nENDIF\n";
   for (int i = 0; i < 6000; ++i) deep += "L" + std::to_string(i) + ":\n";

@@ -38,7 +38,7 @@ FramesRequest request() {
   return r;
 }
 
-TEST(the_tools_frame, is_what_was_identified_of_it) {
+TEST(TheToolsFrame, IsWhatWasIdentifiedOfIt) {
   const auto result = propose_frames(identified(), request());
   ASSERT_EQ(result.frames.size(), 1U);
   EXPECT_EQ(result.frames[0].name, "TOOL_DATA[1]");
@@ -49,7 +49,7 @@ TEST(the_tools_frame, is_what_was_identified_of_it) {
             "TOOL_DATA[1]={X 60.1000,Y 50.2000,Z 410.4000,A 38.84000,B 3.59000,C 0.00000}\n");
 }
 
-TEST(the_frames, of_an_arm_beside_a_positioner_are_those_of_targets_on_the_floor) {
+TEST(TheFrames, OfAnArmBesideAPositionerAreThoseOfTargetsOnTheFloor) {
   calib::Calibration c = identified();
   for (int k = 0; k < 4; ++k) {
     calib::Target target;
@@ -73,7 +73,7 @@ TEST(the_frames, of_an_arm_beside_a_positioner_are_those_of_targets_on_the_floor
   }
 }
 
-TEST(the_frames, of_an_arm_on_a_linear_unit_are_refused_by_name) {
+TEST(TheFrames, OfAnArmOnALinearUnitAreRefusedByName) {
   calib::Calibration c = identified();
   calib::Joint track;
   track.name = "E1";
@@ -82,7 +82,7 @@ TEST(the_frames, of_an_arm_on_a_linear_unit_are_refused_by_name) {
   EXPECT_THROW(propose_frames(c, request()), calib::LinearUnitError);
 }
 
-TEST(the_snippet, sets_the_frames_and_keeps_the_old_ones_as_comments) {
+TEST(TheSnippet, SetsTheFramesAndKeepsTheOldOnesAsComments) {
   FramesRequest r = request();
   r.bases[3] = {"S1", "S2", "S3"};
   r.bases[4] = {"S2", "S1", "S4"};
@@ -103,7 +103,7 @@ TEST(the_snippet, sets_the_frames_and_keeps_the_old_ones_as_comments) {
   EXPECT_NEAR(data.tools.at(1).xyz_mm[2], 410.4, 1e-9);
 }
 
-TEST(a_base_on_targets, has_its_origin_its_x_and_its_side_in_them) {
+TEST(ABaseOnTargets, HasItsOriginItsXAndItsSideInThem) {
   FramesRequest r = request();
   r.tool.reset();
   r.bases[3] = {"S1", "S2", "S4"};
@@ -122,7 +122,7 @@ TEST(a_base_on_targets, has_its_origin_its_x_and_its_side_in_them) {
   EXPECT_GT(in_base(3).y(), 0.0);
 }
 
-TEST(mastering, is_proposed_in_the_controllers_own_sense) {
+TEST(Mastering, IsProposedInTheControllersOwnSense) {
   const auto result = propose_frames(identified(), request());
   ASSERT_EQ(result.mastering.size(), 6U);
   EXPECT_EQ(result.mastering[3].joint, "A4");
@@ -130,7 +130,7 @@ TEST(mastering, is_proposed_in_the_controllers_own_sense) {
   EXPECT_EQ(result.snippet.find("MAMES"), std::string::npos);
 }
 
-TEST(frames, that_cannot_be_are_refused) {
+TEST(Frames, ThatCannotBeAreRefused) {
   const auto refusal = [](const FramesRequest& r) -> std::string {
     try {
       propose_frames(identified(), r);

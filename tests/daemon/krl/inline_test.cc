@@ -36,7 +36,7 @@ constexpr const char* kSettings =
     "ELSE\nPDAT_ACT.VEL=NVEL\nENDIF\nBAS(#CP_DAT)\nIF NBASE==0 THEN\n$BASE=$NULLFRAME\nENDIF\n"
     "IF (NTOOL==0) THEN\n$TOOL=$NULLFRAME\nENDIF\nBAS(#TOOL,NTOOL)";
 
-TEST(a_routines_parameters, decide_on_tool_and_base) {
+TEST(ARoutinesParameters, DecideOnToolAndBase) {
   for (const bool other : {false, true})
     for (const auto& [call, routine] : std::vector<std::pair<std::string, std::string>>{
              {"SETTINGS(3,1,0.5)", kSettings},
@@ -54,14 +54,14 @@ TEST(a_routines_parameters, decide_on_tool_and_base) {
   EXPECT_EQ(after_call("SETTINGS(0,1,0.5)", kSettings).points.at(0).base, 0);
 }
 
-TEST(a_routines_parameters, decide_through_another_routine) {
+TEST(ARoutinesParameters, DecideThroughAnotherRoutine) {
   EXPECT_EQ(all_words(after_call("OUTER()",
                                  "OUTER()\nINNER(1)\nEND\nDEF INNER(N :IN)\nBAS(#TOOL,N)\n"
                                  "BAS(#BASE,0)")),
             "");
 }
 
-TEST(a_routines_parameters, decide_nothing_where_its_lines_do_not) {
+TEST(ARoutinesParameters, DecideNothingWhereItsLinesDoNot) {
   for (const auto& [call, routine] : std::vector<std::pair<std::string, std::string>>{
            {"TOOLS(K)", "TOOLS(N :IN)\nBAS(#TOOL,N)\nBAS(#BASE,0)"},
            {"TOOLS(K+1)", "TOOLS(N :IN)\nBAS(#TOOL,N)\nBAS(#BASE,0)"},
@@ -85,7 +85,7 @@ TEST(a_routines_parameters, decide_nothing_where_its_lines_do_not) {
   }
 }
 
-TEST(a_routine_of_another_module, has_frames_of_its_own_names) {
+TEST(ARoutineOfAnotherModule, HasFramesOfItsOwnNames) {
   const auto result =
       after_call("TOOLS(1)", "TOOLS(N :IN)\nFDAT_ACT=FMINE\nBAS(#FRAMES)\nBAS(#TOOL,N)", true);
   ASSERT_FALSE(result.refusals.empty());

@@ -39,7 +39,7 @@ std::string refused_as(const std::string& body) {
   return text;
 }
 
-TEST(a_load_in_force, is_borne_by_the_cells_tool_from_its_statement_on) {
+TEST(ALoadInForce, IsBorneByTheCellsToolFromItsStatementOn) {
   const CorrectedProgram own = corrected_with("$TOOL=TOOL_DATA[1]\n$LOAD=LOAD_DATA[1]\n" + std::string(kHere));
   const CorrectedProgram full = corrected_with("$TOOL=TOOL_DATA[1]\n$LOAD=LOAD_DATA[2]\n" + std::string(kHere));
   ASSERT_TRUE(own.refusals.empty()) << all_words(own);
@@ -62,7 +62,7 @@ TEST(a_load_in_force, is_borne_by_the_cells_tool_from_its_statement_on) {
   EXPECT_LT((own.points[0].shift_mm - full.points[0].shift_mm - more_mm).norm(), 0.1 * more_mm.norm());
 }
 
-TEST(a_load_in_force, is_named_with_each_module_of_a_backup) {
+TEST(ALoadInForce, IsNamedWithEachModuleOfABackup) {
   const auto module = [](const std::string& name, const std::string& body) {
     krl::ProgramFiles one = loaded("$TOOL=TOOL_DATA[1]\n" + body);
     one.src.name = name + ".src";
@@ -85,7 +85,7 @@ TEST(a_load_in_force, is_named_with_each_module_of_a_backup) {
   EXPECT_TRUE(result.modules[2].tools.empty());
 }
 
-TEST(a_load_in_force, stays_until_another_is_set) {
+TEST(ALoadInForce, StaysUntilAnotherIsSet) {
   const CorrectedProgram result = corrected_with(
       "BAS(#TOOL,1)\n" + std::string(kHere) + "$LOAD=LOAD_DATA[2]\nPTP {A1 25.0,A2 -80.0,A3 80.0,A4 10.0,A5 40.0,A6 0.0}\n"
       "BAS(#TOOL,1)\nPTP {A1 30.0,A2 -80.0,A3 80.0,A4 10.0,A5 40.0,A6 0.0}\n");
@@ -95,7 +95,7 @@ TEST(a_load_in_force, stays_until_another_is_set) {
   EXPECT_EQ(result.tools[1].load, 2);
 }
 
-TEST(a_load_in_force, that_cannot_be_resolved_is_refused_by_name_and_line) {
+TEST(ALoadInForce, ThatCannotBeResolvedIsRefusedByNameAndLine) {
   const std::string tool = "$TOOL=TOOL_DATA[1]\n";
   EXPECT_EQ(refused_as(tool + "$LOAD=LOAD_DATA[9]\n" + kHere), "no_such_load:4 ");
   EXPECT_EQ(refused_as(tool + "$LOAD=LOAD_DATA[3]\n" + kHere), "no_such_load:4 ") << "no mass";
@@ -107,11 +107,11 @@ TEST(a_load_in_force, that_cannot_be_resolved_is_refused_by_name_and_line) {
   EXPECT_NE(all_words(result).find("$LOAD"), std::string::npos);
 }
 
-TEST(a_load_in_force, in_a_branch_is_unknown_behind_it) {
+TEST(ALoadInForce, InABranchIsUnknownBehindIt) {
   EXPECT_NE(refused_as("$TOOL=TOOL_DATA[1]\nIF $IN[1] THEN\n$LOAD=LOAD_DATA[2]\nENDIF\n" + std::string(kHere)), "");
 }
 
-TEST(a_load_in_force, at_run_time_is_the_tools_own_and_another_named_by_line) {
+TEST(ALoadInForce, AtRunTimeIsTheToolsOwnAndAnotherNamedByLine) {
   const auto other = [](const std::string& body) {
     krl::BackupFiles files;
     krl::ProgramFiles module;

@@ -30,7 +30,7 @@ void survive(const krl::ProgramFiles& f) {
   }
 }
 
-TEST(a_program_that_was_cut_off, is_corrected_or_refused) {
+TEST(AProgramThatWasCutOff, IsCorrectedOrRefused) {
   const krl::ProgramFiles whole = files(taught(cell().robot, frames(), postures(2)));
   for (std::size_t cut = 0; cut < whole.dat->text.size(); cut += 3) {
     krl::ProgramFiles f = whole;
@@ -44,7 +44,7 @@ TEST(a_program_that_was_cut_off, is_corrected_or_refused) {
   }
 }
 
-TEST(a_program_with_bytes_changed, is_corrected_or_refused) {
+TEST(AProgramWithBytesChanged, IsCorrectedOrRefused) {
   const krl::ProgramFiles whole = files(taught(cell().robot, frames(), postures(2)));
   calib::Random random(7);
   const std::string odd =
@@ -62,7 +62,7 @@ TEST(a_program_with_bytes_changed, is_corrected_or_refused) {
   }
 }
 
-TEST(numbers_that_are_none, are_refused) {
+TEST(NumbersThatAreNone, AreRefused) {
   const krl::ProgramFiles whole = files(taught(cell().robot, frames(), postures(1)));
   for (const char* bad : {"1e400", "-1e400", "nan", "inf", "1.2.3", "99999999999", "--1", "'HFF'",
                           "{", "1e", "0x10", "1,5"}) {

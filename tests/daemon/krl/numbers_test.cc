@@ -11,7 +11,7 @@ namespace {
 using krl::nearest_turns;
 using krl::rewritten;
 
-TEST(a_number, keeps_its_decimals_and_gets_as_many_as_it_needs) {
+TEST(ANumber, KeepsItsDecimalsAndGetsAsManyAsItNeeds) {
   EXPECT_EQ(rewritten("107.147003", 108.0, 4), "108.000000");
   EXPECT_EQ(rewritten("12.5", 12.56789, 4), "12.5679");
   EXPECT_EQ(rewritten("35", 51.0, 0), "51");
@@ -20,20 +20,20 @@ TEST(a_number, keeps_its_decimals_and_gets_as_many_as_it_needs) {
   EXPECT_EQ(rewritten("0.5", -0.00000001, 4), "0.0000");
 }
 
-TEST(a_number, keeps_the_blanks_behind_its_sign) {
+TEST(ANumber, KeepsTheBlanksBehindItsSign) {
   EXPECT_EQ(rewritten("-  393.4", -393.41239, 4), "-  393.4124");
   EXPECT_EQ(rewritten("-\t0.5", 0.25, 4), "\t0.2500");
   EXPECT_EQ(rewritten("+ 0.5", -0.25, 4), "- 0.2500");
   EXPECT_EQ(rewritten("+0.5", 0.25, 4), "+0.2500");
 }
 
-TEST(a_number, that_stays_the_same_keeps_its_text) {
+TEST(ANumber, ThatStaysTheSameKeepsItsText) {
   EXPECT_EQ(rewritten("6.19999992E-05", 6.19999992e-5, 4), "6.19999992E-05");
   EXPECT_EQ(rewritten("-90.0", -90.000001, 5), "-90.0");
   EXPECT_EQ(rewritten("+ 3", 3.0, 4), "+ 3");
 }
 
-TEST(three_turns, stay_near_those_that_were_taught) {
+TEST(ThreeTurns, StayNearThoseThatWereTaught) {
   for (const calib::FrameMmDeg near :
        {calib::FrameMmDeg{{}, {180.0, 0.0, 180.0}}, calib::FrameMmDeg{{}, {-180.0, 0.0, -180.0}},
         calib::FrameMmDeg{{}, {170.0, 100.0, -350.0}}, calib::FrameMmDeg{{}, {30.0, 90.0, 40.0}},
@@ -44,7 +44,7 @@ TEST(three_turns, stay_near_those_that_were_taught) {
 }
 
 /// Of every shipped KUKA arm of six axes.
-TEST(status_and_turn, are_kukas_and_lead_back_to_the_joints) {
+TEST(StatusAndTurn, AreKukasAndLeadBackToTheJoints) {
   int arms = 0;
   for (const calib::NamedRobot& named : calib::shipped_robots()) {
     const calib::Robot& robot = named.robot;

@@ -61,7 +61,7 @@ calib::JointVector axes_of(const std::string& text) {
   return q;
 }
 
-TEST(an_offline_program, sends_the_real_tcp_where_it_was_programmed) {
+TEST(AnOfflineProgram, SendsTheRealTcpWhereItWasProgrammed) {
   const auto from = postures(8, 3);
   const std::string src = offline_program(from);
   const calib::Calibration c = calibration();
@@ -97,7 +97,7 @@ TEST(an_offline_program, sends_the_real_tcp_where_it_was_programmed) {
   }
 }
 
-TEST(an_offline_program, keeps_everything_beside_its_points) {
+TEST(AnOfflineProgram, KeepsEverythingBesideItsPoints) {
   const std::string src = offline_program(postures(3, 3));
   const krl::CorrectedProgram result =
       krl::correct_program(calibration(), {{"Prog1.src", src}, std::nullopt, {}});

@@ -35,7 +35,7 @@ std::string based(int bits, int base) {
   return (base == 2 ? "'B" : "'H") + (digits.empty() ? "0" : digits) + "'";
 }
 
-TEST(status_and_turn, as_binary_or_hexadecimal_constants_are_the_same_numbers) {
+TEST(StatusAndTurn, AsBinaryOrHexadecimalConstantsAreTheSameNumbers) {
   for (const auto& q : {kUp, kFlipped}) {
     const StatusAndTurn st = status_and_turn(cell().robot, q);
     const auto plain = correct_motions("PTP " + pose_text(q) + "\n");
@@ -54,7 +54,7 @@ TEST(status_and_turn, as_binary_or_hexadecimal_constants_are_the_same_numbers) {
   }
 }
 
-TEST(status_and_turn, become_decimal_where_they_change) {
+TEST(StatusAndTurn, BecomeDecimalWhereTheyChange) {
   // A6 passes 0 by the correction of its own axis.
   calib::Calibration c = calibration();
   calib::JointVector q = kUp;
@@ -74,7 +74,7 @@ TEST(status_and_turn, become_decimal_where_they_change) {
   ADD_FAILURE() << "neither turn changed";
 }
 
-TEST(a_linear_motion, to_a_point_of_the_posture_it_begins_in_is_corrected) {
+TEST(ALinearMotion, ToAPointOfThePostureItBeginsInIsCorrected) {
   for (const char* kind : {"LIN", "SLIN"}) {
     const auto result =
         correct_motions("PTP XUP\n" + std::string(kind) + " XNEAR\n" + kind + " XUP\n");
@@ -85,7 +85,7 @@ TEST(a_linear_motion, to_a_point_of_the_posture_it_begins_in_is_corrected) {
   EXPECT_TRUE(correct_motions("PTP XUP\nCIRC XNEAR,XUP\n").refusals.empty());
 }
 
-TEST(a_linear_motion, to_a_point_of_another_posture_is_refused) {
+TEST(ALinearMotion, ToAPointOfAnotherPostureIsRefused) {
   for (const char* motion : {"LIN XFLIPPED", "SLIN XFLIPPED", "CIRC XNEAR,XFLIPPED",
                              "SCIRC XFLIPPED,XNEAR", "SPL XFLIPPED"}) {
     const auto result = correct_motions("PTP XUP\n" + std::string(motion) + "\n");
@@ -101,7 +101,7 @@ TEST(a_linear_motion, to_a_point_of_another_posture_is_refused) {
   EXPECT_TRUE(correct_motions("PTP XUP\nPTP XFLIPPED\nSPTP XNEAR\n").refusals.empty());
 }
 
-TEST(a_linear_motion, whose_beginning_is_not_known_is_refused) {
+TEST(ALinearMotion, WhoseBeginningIsNotKnownIsRefused) {
   for (const char* before : {"", "PTP XUP\nGRIP()\nBAS(#TOOL,1)\nBAS(#BASE,0)\n"}) {
     const auto result = correct_motions(before + std::string("LIN XNEAR\n"));
     ASSERT_EQ(result.refusals.size(), 1U) << before << all_words(result);
@@ -109,7 +109,7 @@ TEST(a_linear_motion, whose_beginning_is_not_known_is_refused) {
   }
 }
 
-TEST(a_linear_motion, may_begin_at_a_point_that_is_left) {
+TEST(ALinearMotion, MayBeginAtAPointThatIsLeft) {
   EXPECT_TRUE(correct_motions("PTP XHOME\nLIN XNEAR\n").refusals.empty());
   const auto left = correct_motions("PTP XUP\nLIN XNEAR\n", {{"XUP"}});
   EXPECT_TRUE(left.refusals.empty()) << all_words(left);

@@ -45,7 +45,7 @@ std::string with(const std::string& more) {
 
 std::string declared(const std::string& value) { return "DECL E6POS XP1=" + value + "\n"; }
 
-TEST(a_program_that_is_not_understood, is_refused_by_file_and_line) {
+TEST(AProgramThatIsNotUnderstood, IsRefusedByFileAndLine) {
   const std::string f = kFrames, p1 = declared(point());
   const Case cases[] = {
       {"changed", f + "XP1.X=XP1.X+10\nLIN XP1\n", p1, Why::kComputed, "p.src", 4},
@@ -187,7 +187,7 @@ TEST(a_program_that_is_not_understood, is_refused_by_file_and_line) {
   }
 }
 
-TEST(a_point, that_is_to_stay_is_left_as_it_is) {
+TEST(APoint, ThatIsToStayIsLeftAsItIs) {
   const std::string dat =
       "DECL E6AXIS XA={A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}\nDECL E6POS UNUSED=" +
       point() + "\n";
@@ -200,7 +200,7 @@ TEST(a_point, that_is_to_stay_is_left_as_it_is) {
   EXPECT_EQ(result.left[1].why, "--leave");
 }
 
-TEST(a_point, that_is_to_stay_has_to_be_there) {
+TEST(APoint, ThatIsToStayHasToBeThere) {
   const std::string body = std::string(kFrames) + "PTP XP1\n";
   for (const auto& [name, words] :
        std::map<std::string, std::string>{{"P1", "P1 is XP1"}, {"P7", "no point is named P7. "}}) {
@@ -213,20 +213,20 @@ TEST(a_point, that_is_to_stay_has_to_be_there) {
   }
 }
 
-TEST(a_global_point, is_left_where_it_is_named) {
+TEST(AGlobalPoint, IsLeftWhereItIsNamed) {
   const std::string dat = "DECL GLOBAL E6POS XP1=" + point() + "\n";
   const auto result = correct(std::string(kFrames) + "PTP XP1\n", dat, {{"XP1"}});
   ASSERT_TRUE(result.refusals.empty()) << all_words(result);
   EXPECT_EQ(result.files[1].text, dat);
 }
 
-TEST(a_tools_data, that_the_program_only_reads_or_that_are_of_another_are_no_reason) {
+TEST(AToolsData, ThatTheProgramOnlyReadsOrThatAreOfAnotherAreNoReason) {
   const auto result = correct(
       std::string(kFrames) + "TOOL_DATA[9].X=3\n$TOOL=TOOL_DATA[1]\nPTP XP1\n", declared(point()));
   EXPECT_TRUE(result.refusals.empty()) << all_words(result);
 }
 
-TEST(axis_angles, are_refused_far_from_the_targets_too) {
+TEST(AxisAngles, AreRefusedFarFromTheTargetsToo) {
   calib::Calibration c = calibration();
   c.verdict.workspace = false;
   const std::string dat = "DECL E6AXIS XA={A1 90.0,A2 -60.0,A3 60.0,A4 10.0,A5 45.0,A6 0.0}\n",
@@ -237,7 +237,7 @@ TEST(axis_angles, are_refused_far_from_the_targets_too) {
   EXPECT_TRUE(correct(body, dat, {{}, true}, c).refusals.empty());
 }
 
-TEST(robroot, is_taken_however_it_is_declared_and_never_guessed) {
+TEST(Robroot, IsTakenHoweverItIsDeclaredAndNeverGuessed) {
   krl::ProgramFiles f = files(taught(cell().robot, frames(), postures(1)));
   for (const char* before : {"", "FRAME ", "DECL FRAME ", "DECL GLOBAL FRAME "}) {
     f.controller.resize(1);
@@ -254,7 +254,7 @@ TEST(robroot, is_taken_however_it_is_declared_and_never_guessed) {
   }
 }
 
-TEST(a_calibration_that_holds_near_its_targets, refuses_points_elsewhere_unless_asked) {
+TEST(ACalibrationThatHoldsNearItsTargets, RefusesPointsElsewhereUnlessAsked) {
   calib::Calibration c = calibration();
   c.verdict.workspace = false;
   const KrlProgram program = taught(cell().robot, frames(), postures(10));
@@ -264,7 +264,7 @@ TEST(a_calibration_that_holds_near_its_targets, refuses_points_elsewhere_unless_
   EXPECT_TRUE(correct_program(c, files(program), {{}, true}).refusals.empty());
 }
 
-TEST(what_is_no_krl, is_refused_by_file_and_line) {
+TEST(WhatIsNoKrl, IsRefusedByFileAndLine) {
   const auto refusal = [](const std::string& text) -> std::string {
     try {
       correct(text, "");

@@ -9,7 +9,7 @@ namespace {
 
 using nlohmann::json;
 
-TEST(a_session_that_was_recorded, is_exported_replayed_to_the_bit_imported_and_backed_up) {
+TEST(ASessionThatWasRecorded, IsExportedReplayedToTheBitImportedAndBackedUp) {
   DaemonFixture first, second;
   first.start();
   second.start();

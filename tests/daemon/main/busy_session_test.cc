@@ -40,7 +40,7 @@ class OnABusyComputer : public AChangedCell {
   }
 };
 
-TEST_F(OnABusyComputer, a_calibration_a_check_and_an_update_end_as_on_a_quiet_one) {
+TEST_F(OnABusyComputer, ACalibrationACheckAndAnUpdateEndAsOnAQuietOne) {
   restart(kBusy);
   expect_repeats(
       fixture.cellcal({"run", "--cell", CELLCAL_DEMO_CELL, "--touches", "40", "--check", "0"}));
@@ -55,7 +55,7 @@ TEST_F(OnABusyComputer, a_calibration_a_check_and_an_update_end_as_on_a_quiet_on
   expect_repeats(fixture.cellcal({"run", "--cell", CELLCAL_DEMO_CELL, "--update"}));
 }
 
-TEST_F(OnABusyComputer, with_a_second_stop_path_a_calibration_is_stopped_only_until_it_is_proven) {
+TEST_F(OnABusyComputer, WithASecondStopPathACalibrationIsStoppedOnlyUntilItIsProven) {
   restart(std::string(kBusy) +
           "[rsi]\ncontact_tag = \"Contact.R\"\n[controller]\ncontact_level = \"off\"\n");
   const Outcome outcome =
@@ -66,23 +66,23 @@ TEST_F(OnABusyComputer, with_a_second_stop_path_a_calibration_is_stopped_only_un
   EXPECT_LE(status["busy_repeats"], 1) << status.dump(1);
 }
 
-TEST_F(OnABusyComputer, touches_chosen_one_by_one_come_to_their_goal) {
+TEST_F(OnABusyComputer, TouchesChosenOneByOneComeToTheirGoal) {
   restart(kBusy);
   expect_repeats(
       fixture.cellcal({"run", "--cell", CELLCAL_DEMO_CELL, "--goal", "0.4", "--check", "4"}));
 }
 
-TEST_F(OnABusyComputer, spheres_are_found) {
+TEST_F(OnABusyComputer, SpheresAreFound) {
   restart(kBusy);
   expect_repeats(fixture.cellcal({"find", "--cell", CELLCAL_DEMO_CELL}));
 }
 
-TEST_F(OnABusyComputer, a_qualification_measures_the_contacts) {
+TEST_F(OnABusyComputer, AQualificationMeasuresTheContacts) {
   restart(kBusy);
   expect_repeats(fixture.cellcal({"qualify", "--cell", CELLCAL_DEMO_CELL, "--target", "S2"}));
 }
 
-TEST_F(OnABusyComputer, sessions_over_eki_end_published_by_either_stop) {
+TEST_F(OnABusyComputer, SessionsOverEkiEndPublishedByEitherStop) {
   // By a flag a search takes nine seconds.
   for (const auto& [stop, every] : {std::pair("input", "5"), std::pair("flag", "19")}) {
     restart(std::string("busy_every_s = ") + every +
@@ -92,7 +92,7 @@ TEST_F(OnABusyComputer, sessions_over_eki_end_published_by_either_stop) {
   }
 }
 
-TEST_F(OnABusyComputer, a_session_that_may_not_repeat_ends_by_that_name) {
+TEST_F(OnABusyComputer, ASessionThatMayNotRepeatEndsByThatName) {
   restart(std::string(kBusy) + "[session]\nbusy_repeats = 0\n");
   const Outcome outcome =
       fixture.cellcal({"run", "--cell", CELLCAL_DEMO_CELL, "--touches", "40", "--check", "0"});

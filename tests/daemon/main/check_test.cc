@@ -17,7 +17,7 @@ class ACheck : public AChangedCell {
   }
 };
 
-TEST_F(ACheck, holds_where_nothing_changed_and_names_the_tool_that_was_knocked) {
+TEST_F(ACheck, HoldsWhereNothingChangedAndNamesTheToolThatWasKnocked) {
   fixture.start();
   calibrate();
   const Outcome held = fixture.cellcal({"check", "--temperature", "21.5"});
@@ -88,7 +88,7 @@ TEST_F(ACheck, holds_where_nothing_changed_and_names_the_tool_that_was_knocked) 
   EXPECT_FALSE(missing["not_found"].empty()) << gone.out;
 }
 
-TEST_F(ACheck, alarms_everywhere_where_every_check_since_the_calibration_fails) {
+TEST_F(ACheck, AlarmsEverywhereWhereEveryCheckSinceTheCalibrationFails) {
   fixture.start();
   calibrate();
   restart("tool_shift_mm = [0.8, -0.5, 0.3]\n");
@@ -111,7 +111,7 @@ TEST_F(ACheck, alarms_everywhere_where_every_check_since_the_calibration_fails) 
   }
 }
 
-TEST_F(ACheck, is_refused_with_the_way_out_where_a_touch_of_the_calibration_in_use_is_another) {
+TEST_F(ACheck, IsRefusedWithTheWayOutWhereATouchOfTheCalibrationInUseIsAnother) {
   fixture.start();
   calibrate();
   calibrate();
@@ -143,7 +143,7 @@ TEST_F(ACheck, is_refused_with_the_way_out_where_a_touch_of_the_calibration_in_u
   EXPECT_EQ(fixture.cellcal({"check"}).status, 0) << fixture.log();
 }
 
-TEST_F(ACheck, is_refused_where_there_is_nothing_to_check) {
+TEST_F(ACheck, IsRefusedWhereThereIsNothingToCheck) {
   fixture.start();
   const auto refused = [&](const nlohmann::json& body, int status, const std::string& words) {
     const Response answer = http_request(fixture.socket(), "POST", "/v1/run", body.dump());

@@ -18,7 +18,7 @@ std::vector<std::string> run(const char* touches, const char* check) {
   return {"run", "--cell", kCell, "--touches", touches, "--check", check};
 }
 
-TEST(a_daemon, calibrates_the_emulated_cell_and_leaves_its_results) {
+TEST(ADaemon, CalibratesTheEmulatedCellAndLeavesItsResults) {
   DaemonFixture fixture("[motion]\nconfirm_every = 2\n");  // the delay takes five touches
   fixture.start();
   const Outcome outcome = fixture.cellcal(run("12", "4"));
@@ -53,7 +53,7 @@ TEST(a_daemon, calibrates_the_emulated_cell_and_leaves_its_results) {
   EXPECT_EQ(fixture.cellcal({"report", "1"}).out, (results / "report.html").string() + "\n");
 }
 
-TEST(a_session, compares_the_controllers_model_with_the_robot_file_over_both_wires) {
+TEST(ASession, ComparesTheControllersModelWithTheRobotFileOverBothWires) {
   const auto severity_with = [](const std::string& mock) {
     DaemonFixture fixture("[mock]\nseed = 3\n" + mock);
     fixture.start();
@@ -74,7 +74,7 @@ TEST(a_session, compares_the_controllers_model_with_the_robot_file_over_both_wir
   }
 }
 
-TEST(a_virtual_session, gives_the_same_bits_for_the_same_seed) {
+TEST(AVirtualSession, GivesTheSameBitsForTheSameSeed) {
   std::string touches[2], calibrations[2];
   for (int i = 0; i < 2; ++i) {
     DaemonFixture fixture("[mock]\nseed = 3\n");
@@ -88,7 +88,7 @@ TEST(a_virtual_session, gives_the_same_bits_for_the_same_seed) {
   EXPECT_EQ(calibrations[0], calibrations[1]);
 }
 
-TEST(a_virtual_session, bears_todays_date_only_where_it_is_told_to) {
+TEST(AVirtualSession, BearsTodaysDateOnlyWhereItIsToldTo) {
   for (const bool wall_clock : {false, true}) {
     DaemonFixture fixture(wall_clock ? "[mock]\nwall_clock = true\n" : "");
     fixture.start();
@@ -101,7 +101,7 @@ TEST(a_virtual_session, bears_todays_date_only_where_it_is_told_to) {
   }
 }
 
-TEST(a_virtual_session, by_increments_measures_what_one_by_offsets_does) {
+TEST(AVirtualSession, ByIncrementsMeasuresWhatOneByOffsetsDoes) {
   std::string touches[2];
   for (const bool relative : {false, true}) {
     DaemonFixture fixture(relative ? "[rsi]\nmode = \"relative\"\n[mock]\nseed = 3\n"
@@ -130,7 +130,7 @@ TEST(a_virtual_session, by_increments_measures_what_one_by_offsets_does) {
   EXPECT_EQ(rows, 16);
 }
 
-TEST(a_virtual_session, by_corrections_in_space_is_published_in_either_frame) {
+TEST(AVirtualSession, ByCorrectionsInSpaceIsPublishedInEitherFrame) {
   for (const char* frame : {"base", "tool"}) {
     DaemonFixture fixture("[rsi]\ncorrection = \"space\"\ncorrection_frame = \"" +
                           std::string(frame) + "\"\n[controller]\ntool = 1\n[mock]\nseed = 3\n");
@@ -141,7 +141,7 @@ TEST(a_virtual_session, by_corrections_in_space_is_published_in_either_frame) {
   }
 }
 
-TEST(a_virtual_session, ends_by_name_where_corrections_in_space_reach_their_limit) {
+TEST(AVirtualSession, EndsByNameWhereCorrectionsInSpaceReachTheirLimit) {
   DaemonFixture fixture(
       "[rsi]\ncorrection = \"space\"\ncorrection_turn_limit_deg = 20\n[mock]\nseed = 3\n");
   fixture.start();
@@ -151,7 +151,7 @@ TEST(a_virtual_session, ends_by_name_where_corrections_in_space_reach_their_limi
   EXPECT_NE(outcome.err.find("correction_turn_limit_deg"), std::string::npos) << outcome.err;
 }
 
-TEST(a_session, that_would_go_beyond_the_correction_limit_is_refused_before_the_first_motion) {
+TEST(ASession, ThatWouldGoBeyondTheCorrectionLimitIsRefusedBeforeTheFirstMotion) {
   const auto with_limit = [](const std::string& limit, const std::vector<std::string>& arguments,
                              nlohmann::json& status) {
     DaemonFixture fixture("[rsi]\ncorrection_limit_deg = " + limit + "\n[mock]\nseed = 3\n");
@@ -183,7 +183,7 @@ TEST(a_session, that_would_go_beyond_the_correction_limit_is_refused_before_the_
   EXPECT_TRUE(inside.status == 0 || inside.status == 3) << inside.err;
 }
 
-TEST(a_session, of_a_cell_file_that_contradicts_itself_does_not_begin) {
+TEST(ASession, OfACellFileThatContradictsItselfDoesNotBegin) {
   DaemonFixture fixture;
   std::string cell = content(kCell);
   const std::string robot = "robot = \"";
@@ -201,7 +201,7 @@ TEST(a_session, of_a_cell_file_that_contradicts_itself_does_not_begin) {
   EXPECT_EQ(fixture.cellcal({"history"}).out, "no sessions yet\n");
 }
 
-TEST(a_killed_daemon, loses_no_touch_and_its_successor_finishes_the_session) {
+TEST(AKilledDaemon, LosesNoTouchAndItsSuccessorFinishesTheSession) {
   DaemonFixture fixture;
   fixture.start();
   http_request(fixture.socket(), "POST", "/v1/run",
@@ -228,7 +228,7 @@ TEST(a_killed_daemon, loses_no_touch_and_its_successor_finishes_the_session) {
   EXPECT_EQ(fixture.cellcal({"run", "--resume"}).status, 1) << "nothing is left to resume";
 }
 
-TEST(a_session_with_a_goal, ends_where_it_is_reached_and_shows_the_way_there) {
+TEST(ASessionWithAGoal, EndsWhereItIsReachedAndShowsTheWayThere) {
   DaemonFixture fixture;
   fixture.start();
   const Outcome outcome =
@@ -255,7 +255,7 @@ TEST(a_session_with_a_goal, ends_where_it_is_reached_and_shows_the_way_there) {
   EXPECT_EQ(listed[0]["planned"], status["touches"]);
 }
 
-TEST(a_session_with_a_goal, that_was_killed_is_gone_on_with_to_the_same_goal) {
+TEST(ASessionWithAGoal, ThatWasKilledIsGoneOnWithToTheSameGoal) {
   DaemonFixture fixture;
   fixture.start();
   http_request(fixture.socket(), "POST", "/v1/run",
@@ -270,7 +270,7 @@ TEST(a_session_with_a_goal, that_was_killed_is_gone_on_with_to_the_same_goal) {
   EXPECT_EQ(fixture.status()["session"], 1);
 }
 
-TEST(a_session_that_finds, meets_spheres_that_stand_centimetres_from_where_they_are_said_to) {
+TEST(ASessionThatFinds, MeetsSpheresThatStandCentimetresFromWhereTheyAreSaidTo) {
   DaemonFixture fixture("[mock]\nplacement_mm = 8\nseed = 2\n");
   fixture.start();
   const Outcome outcome =
@@ -283,7 +283,7 @@ TEST(a_session_that_finds, meets_spheres_that_stand_centimetres_from_where_they_
   EXPECT_NE(changes.find("touching"), std::string::npos);
 }
 
-TEST(a_session, finds_a_sphere_that_is_somewhere_in_a_box) {
+TEST(ASession, FindsASphereThatIsSomewhereInABox) {
   DaemonFixture fixture;
   std::string cell = content(kCell);
   const auto replace = [&](const std::string& from, const std::string& to,
@@ -306,9 +306,9 @@ TEST(a_session, finds_a_sphere_that_is_somewhere_in_a_box) {
   EXPECT_EQ(fixture.status()["touches"], 44);
 }
 
-class a_session_with_a_plate : public ::testing::TestWithParam<std::vector<std::string>> {};
+class ASessionWithAPlate : public ::testing::TestWithParam<std::vector<std::string>> {};
 
-TEST_P(a_session_with_a_plate, touches_its_face_as_it_does_the_spheres) {
+TEST_P(ASessionWithAPlate, TouchesItsFaceAsItDoesTheSpheres) {
   DaemonFixture fixture;
   std::string cell = content(kCell);
   const std::string robot = "robot = \"";
@@ -332,14 +332,14 @@ TEST_P(a_session_with_a_plate, touches_its_face_as_it_does_the_spheres) {
   EXPECT_GE(of_plate, 5) << csv;
 }
 
-INSTANTIATE_TEST_SUITE_P(plans, a_session_with_a_plate,
+INSTANTIATE_TEST_SUITE_P(Plans, ASessionWithAPlate,
                          ::testing::Values(std::vector<std::string>{"--touches", "40"},
                                            std::vector<std::string>{"--goal", "0.4"}),
                          [](const auto& which) {
                            return std::string(which.index == 0 ? "made_before" : "one_by_one");
                          });
 
-TEST(a_goal, out_of_range_is_refused_before_anything_begins) {
+TEST(AGoal, OutOfRangeIsRefusedBeforeAnythingBegins) {
   DaemonFixture fixture;
   fixture.start();
   const Response no = http_request(fixture.socket(), "POST", "/v1/run",
@@ -355,7 +355,7 @@ TEST(a_goal, out_of_range_is_refused_before_anything_begins) {
   EXPECT_EQ(where.status, 422);
 }
 
-TEST(a_client_without_a_terminal, writes_lines_of_progress_where_it_is_asked_to) {
+TEST(AClientWithoutATerminal, WritesLinesOfProgressWhereItIsAskedTo) {
   DaemonFixture fixture;
   fixture.start();
   auto given = run("12", "4");
@@ -368,7 +368,7 @@ TEST(a_client_without_a_terminal, writes_lines_of_progress_where_it_is_asked_to)
   EXPECT_EQ(outcome.err.substr(0, 1), "[") << outcome.err;
 }
 
-TEST(a_session, leaves_the_quality_of_its_links_in_the_status) {
+TEST(ASession, LeavesTheQualityOfItsLinksInTheStatus) {
   DaemonFixture fixture;
   fixture.start();
   EXPECT_TRUE(fixture.status()["links"].is_null());
@@ -392,7 +392,7 @@ TEST(a_session, leaves_the_quality_of_its_links_in_the_status) {
   EXPECT_NE(words.find("contact link: firmware 1.1.0"), std::string::npos) << words;
 }
 
-TEST(an_aborted_session, keeps_its_touches_and_can_be_gone_on_with) {
+TEST(AnAbortedSession, KeepsItsTouchesAndCanBeGoneOnWith) {
   DaemonFixture fixture;
   fixture.start();
   http_request(fixture.socket(), "POST", "/v1/run",
@@ -409,7 +409,7 @@ TEST(an_aborted_session, keeps_its_touches_and_can_be_gone_on_with) {
   EXPECT_TRUE(outcome.status == 0 || outcome.status == 3) << outcome.err;
 }
 
-TEST(an_idle_daemon, is_not_deafened_by_a_pipe_as_cell_file) {
+TEST(AnIdleDaemon, IsNotDeafenedByAPipeAsCellFile) {
   DaemonFixture fixture;
   fixture.start();
   const std::string pipe = fixture.dir / "cell.toml";
@@ -421,7 +421,7 @@ TEST(an_idle_daemon, is_not_deafened_by_a_pipe_as_cell_file) {
   EXPECT_EQ(fixture.status()["phase"], "idle");
 }
 
-TEST(a_daemon, that_was_given_its_journal_as_cell_file_keeps_a_second_one_out) {
+TEST(ADaemon, ThatWasGivenItsJournalAsCellFileKeepsASecondOneOut) {
   DaemonFixture fixture;
   fixture.start();
   const std::string journal = fixture.dir.path() / "state/journal.db";
@@ -438,7 +438,7 @@ TEST(a_daemon, that_was_given_its_journal_as_cell_file_keeps_a_second_one_out) {
   EXPECT_NE(second.err.find("second cellcald"), std::string::npos) << second.err;
 }
 
-TEST(a_session, whose_journal_is_removed_ends_by_name_before_the_next_touch) {
+TEST(ASession, WhoseJournalIsRemovedEndsByNameBeforeTheNextTouch) {
   DaemonFixture fixture;
   fixture.start();
   http_request(fixture.socket(), "POST", "/v1/run",
@@ -452,7 +452,7 @@ TEST(a_session, whose_journal_is_removed_ends_by_name_before_the_next_touch) {
   EXPECT_NE(watched.err.find("restart cellcald"), std::string::npos) << watched.err;
 }
 
-TEST(a_session, whose_end_the_full_disk_did_not_take_is_gone_on_with) {
+TEST(ASession, WhoseEndTheFullDiskDidNotTakeIsGoneOnWith) {
   DaemonFixture fixture;
   fixture.start();
   http_request(fixture.socket(), "POST", "/v1/run",
@@ -472,7 +472,7 @@ TEST(a_session, whose_end_the_full_disk_did_not_take_is_gone_on_with) {
   EXPECT_EQ(fixture.status()["session"], 1);
 }
 
-TEST(a_signal, aborts_the_session_without_a_connection) {
+TEST(ASignal, AbortsTheSessionWithoutAConnection) {
   DaemonFixture fixture;
   fixture.start();
   http_request(fixture.socket(), "POST", "/v1/run",
@@ -484,7 +484,7 @@ TEST(a_signal, aborts_the_session_without_a_connection) {
   EXPECT_EQ(fixture.status()["phase"], "aborted");
 }
 
-TEST(a_terminated_daemon, ends_its_session_and_itself_with_status_0) {
+TEST(ATerminatedDaemon, EndsItsSessionAndItselfWithStatus0) {
   DaemonFixture fixture;
   fixture.start();
   http_request(fixture.socket(), "POST", "/v1/run",
@@ -499,7 +499,7 @@ TEST(a_terminated_daemon, ends_its_session_and_itself_with_status_0) {
   EXPECT_EQ(sessions[0]["state"], "aborted");
 }
 
-TEST(a_daemon, refuses_to_start_beside_another_one) {
+TEST(ADaemon, RefusesToStartBesideAnotherOne) {
   DaemonFixture fixture;
   fixture.start();
   const Outcome second = run_program({CELLCALD, "--config", fixture.dir / "d.toml"});
@@ -508,7 +508,7 @@ TEST(a_daemon, refuses_to_start_beside_another_one) {
   EXPECT_NE(second.err.find("second cellcald"), std::string::npos) << second.err;
 }
 
-TEST(a_daemon, with_a_damaged_journal_does_not_start_and_says_why) {
+TEST(ADaemon, WithADamagedJournalDoesNotStartAndSaysWhy) {
   DaemonFixture fixture;
   std::filesystem::create_directories(fixture.dir / "state");
   std::ofstream(fixture.dir.path() / "state/journal.db") << std::string(9000, '?');
@@ -517,7 +517,7 @@ TEST(a_daemon, with_a_damaged_journal_does_not_start_and_says_why) {
   EXPECT_NE(outcome.err.find("journal.db"), std::string::npos) << outcome.err;
 }
 
-TEST(cellcald, validates_a_configuration_and_ends) {
+TEST(Cellcald, ValidatesAConfigurationAndEnds) {
   const DaemonFixture fixture;
   EXPECT_EQ(run_program({CELLCALD, "--config", fixture.dir / "d.toml", "--check"}).status, 0);
   std::ofstream(fixture.dir / "bad.toml") << "format = \"cellcal.daemon/1\"\ncolour = 1\n";
@@ -528,7 +528,7 @@ TEST(cellcald, validates_a_configuration_and_ends) {
   EXPECT_NE(run_program({CELLCALD, "--help"}).out.find("Example: cellcald"), std::string::npos);
 }
 
-TEST(a_session, says_before_it_moves_that_its_plan_does_not_reach_what_is_required) {
+TEST(ASession, SaysBeforeItMovesThatItsPlanDoesNotReachWhatIsRequired) {
   DaemonFixture fixture(kFast);
   fixture.start();
   const std::filesystem::path demo(CELLCAL_DEMO_CELL), cell = fixture.dir / "cell.toml";

@@ -14,7 +14,7 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-TEST(a_dry_run, goes_the_way_that_the_calibration_of_the_same_options_goes_and_is_none) {
+TEST(ADryRun, GoesTheWayThatTheCalibrationOfTheSameOptionsGoesAndIsNone) {
   DaemonFixture fixture(kFast);
   fixture.start();
   const std::vector<std::string> options{"--cell", CELLCAL_DEMO_CELL, "--touches",
@@ -50,7 +50,7 @@ TEST(a_dry_run, goes_the_way_that_the_calibration_of_the_same_options_goes_and_i
   EXPECT_TRUE(journal.readings(1).empty());
 }
 
-TEST(a_dry_run, is_refused_where_it_cannot_be_one) {
+TEST(ADryRun, IsRefusedWhereItCannotBeOne) {
   DaemonFixture fixture(kFast);
   fixture.start();
   const auto refused = [&](nlohmann::json body, int status, const std::string& words) {
@@ -74,7 +74,7 @@ TEST(a_dry_run, is_refused_where_it_cannot_be_one) {
   refused({{"cell", cell}}, 422, "Find them with 'cellcal find', and state centre_mm");
 }
 
-TEST(a_dry_run, is_never_what_an_aborted_calibration_is_gone_on_with) {
+TEST(ADryRun, IsNeverWhatAnAbortedCalibrationIsGoneOnWith) {
   DaemonFixture fixture(kFast);
   fixture.start();
   const nlohmann::json whole{{"cell", CELLCAL_DEMO_CELL}, {"touches", 40}};

@@ -14,9 +14,9 @@ std::string over_eki(const std::string& stop) {
          "\"\n[mock]\nwire = \"eki\"\nseed = 12\ndeflection = 0.002\njoint_noise_deg = 0.001\n";
 }
 
-class a_session_over_eki : public ::testing::TestWithParam<const char*> {};
+class ASessionOverEki : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(a_session_over_eki, ends_in_a_published_result) {
+TEST_P(ASessionOverEki, EndsInAPublishedResult) {
   DaemonFixture fixture(over_eki(GetParam()));
   fixture.start();
   const Outcome outcome = fixture.cellcal(
@@ -32,10 +32,10 @@ TEST_P(a_session_over_eki, ends_in_a_published_result) {
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 41) << csv;
 }
 
-INSTANTIATE_TEST_SUITE_P(stops, a_session_over_eki, ::testing::Values("input", "flag"),
+INSTANTIATE_TEST_SUITE_P(Stops, ASessionOverEki, ::testing::Values("input", "flag"),
                          [](const auto& one) { return std::string(one.param); });
 
-TEST(a_session_over_eki_twice, gives_the_same_bits_for_the_same_seed) {
+TEST(ASessionOverEkiTwice, GivesTheSameBitsForTheSameSeed) {
   std::string touches[2];
   for (std::string& one : touches) {
     DaemonFixture fixture(over_eki("input"));
@@ -47,7 +47,7 @@ TEST(a_session_over_eki_twice, gives_the_same_bits_for_the_same_seed) {
   EXPECT_EQ(touches[0], touches[1]);
 }
 
-TEST(an_aborted_session_over_eki, can_be_gone_on_with) {
+TEST(AnAbortedSessionOverEki, CanBeGoneOnWith) {
   DaemonFixture fixture(over_eki("input"));
   fixture.start();
   http_request(fixture.socket(), "POST", "/v1/run",

@@ -16,7 +16,7 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-TEST(finding, ends_with_the_centres_of_all_spheres_as_lines_for_the_cell_file) {
+TEST(Finding, EndsWithTheCentresOfAllSpheresAsLinesForTheCellFile) {
   DaemonFixture fixture(kFast);
   const std::string text = content(CELLCAL_DEMO_CELL);
   fixture.start();
@@ -52,7 +52,7 @@ TEST(finding, ends_with_the_centres_of_all_spheres_as_lines_for_the_cell_file) {
 
 class AFindThatFails : public AChangedCell, public ::testing::WithParamInterface<const char*> {};
 
-TEST_P(AFindThatFails, leaves_the_arm_where_the_next_one_begins) {
+TEST_P(AFindThatFails, LeavesTheArmWhereTheNextOneBegins) {
   restart(GetParam());
   for (int session = 1; session <= 2; ++session) {
     const Outcome lost = fixture.cellcal({"find", "--cell", CELLCAL_DEMO_CELL});
@@ -61,7 +61,7 @@ TEST_P(AFindThatFails, leaves_the_arm_where_the_next_one_begins) {
     EXPECT_TRUE(failure.starts_with("not-found: ")) << failure << fixture.log();
   }
 }
-INSTANTIATE_TEST_SUITE_P(with_another_tip_than_the_file_has, AFindThatFails,
+INSTANTIATE_TEST_SUITE_P(WithAnotherTipThanTheFileHas, AFindThatFails,
                          ::testing::Values("tool_shift_mm = [25.0, 0.0, 0.0]\n",
                                            "tool_shift_mm = [0.0, 30.0, 0.0]\n",
                                            "tool_shift_mm = [12.0, 12.0, 12.0]\n"));
@@ -111,7 +111,7 @@ class AFindThatIsLeft : public AChangedCell, public ::testing::WithParamInterfac
   }
 };
 
-TEST_P(AFindThatIsLeft, is_left_by_the_next_the_way_it_came_and_by_none_that_was_jogged) {
+TEST_P(AFindThatIsLeft, IsLeftByTheNextTheWayItCameAndByNoneThatWasJogged) {
   int refused = 0;
   // In contact, and twice free of it.
   for (const auto& [touches, share] : {std::pair(2, 0.5), std::pair(9, 0.5), std::pair(9, 0.7)}) {
@@ -130,10 +130,10 @@ TEST_P(AFindThatIsLeft, is_left_by_the_next_the_way_it_came_and_by_none_that_was
   }
   EXPECT_GT(refused, 0);
 }
-INSTANTIATE_TEST_SUITE_P(in_mid_search, AFindThatIsLeft,
+INSTANTIATE_TEST_SUITE_P(InMidSearch, AFindThatIsLeft,
                          ::testing::Values(Left::kAborted, Left::kKilled));
 
-TEST(finding, has_its_own_end) {
+TEST(Finding, HasItsOwnEnd) {
   DaemonFixture fixture(kFast);
   fixture.start();
   for (const auto& more : {nlohmann::json{{"goal_mm", 0.2}}, nlohmann::json{{"touches", 20}}}) {

@@ -20,7 +20,7 @@ bool names(const std::vector<std::string>& fields, const std::string& name) {
                      [&](const std::string& field) { return field.starts_with(name + "="); });
 }
 
-TEST(a_line_of_the_journal, says_which_session_touch_and_phase_it_belongs_to) {
+TEST(ALineOfTheJournal, SaysWhichSessionTouchAndPhaseItBelongsTo) {
   LogContext context{7, 12, "slow search", "contact-lost", LogEvent::kTouch};
   const auto fields = journal_fields(spdlog::level::warn, "words", context);
   for (const char* field :
@@ -30,21 +30,21 @@ TEST(a_line_of_the_journal, says_which_session_touch_and_phase_it_belongs_to) {
     EXPECT_TRUE(has(fields, field)) << field;
 }
 
-TEST(a_line_of_the_journal, has_no_field_that_nothing_is_known_of) {
+TEST(ALineOfTheJournal, HasNoFieldThatNothingIsKnownOf) {
   const auto fields = journal_fields(spdlog::level::info, "words", {});
   EXPECT_EQ(fields.size(), 3u);
   for (const char* name : {"CELLCAL_SESSION", "CELLCAL_TOUCH", "CELLCAL_PHASE", "MESSAGE_ID"})
     EXPECT_FALSE(names(fields, name)) << name;
 }
 
-TEST(a_line_of_the_journal, cannot_forge_a_field) {
+TEST(ALineOfTheJournal, CannotForgeAField) {
   const auto fields =
       journal_fields(spdlog::level::info, "a\nCELLCAL_SESSION=9", {.phase = "b\nX=1"});
   EXPECT_TRUE(has(fields, "MESSAGE=a CELLCAL_SESSION=9"));
   EXPECT_TRUE(has(fields, "CELLCAL_PHASE=b X=1"));
 }
 
-TEST(the_context_of_a_line, is_the_daemons_where_the_thread_knows_no_better) {
+TEST(TheContextOfALine, IsTheDaemonsWhereTheThreadKnowsNoBetter) {
   set_log_context({3, 5, "transit", "", LogEvent::kNone});
   {
     const LogScope touch({.session = 3, .touch = 4, .event = LogEvent::kTouch});
@@ -64,7 +64,7 @@ TEST(the_context_of_a_line, is_the_daemons_where_the_thread_knows_no_better) {
   set_log_context({});
 }
 
-TEST(standard_error, is_the_journal_only_where_it_is_the_stream_that_is_named) {
+TEST(StandardError, IsTheJournalOnlyWhereItIsTheStreamThatIsNamed) {
   ::setenv("JOURNAL_STREAM", "8:1", 1);
   EXPECT_FALSE(stderr_is_journal());
   ::setenv("JOURNAL_STREAM", "words", 1);

@@ -64,9 +64,9 @@ struct TrackFixture : DaemonFixture {
   std::string cell = dir / "cell.toml";
 };
 
-class a_session_on_a_track : public ::testing::TestWithParam<const char*> {};
+class ASessionOnATrack : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(a_session_on_a_track, ends_in_a_published_result) {
+TEST_P(ASessionOnATrack, EndsInAPublishedResult) {
   TrackFixture fixture(GetParam());
   fixture.start();
   const Outcome outcome = fixture.cellcal(
@@ -103,10 +103,10 @@ TEST_P(a_session_on_a_track, ends_in_a_published_result) {
   EXPECT_EQ(joint.at("max_deg"), 3000.0);
 }
 
-INSTANTIATE_TEST_SUITE_P(wires, a_session_on_a_track, ::testing::Values("rsi", "eki"),
+INSTANTIATE_TEST_SUITE_P(Wires, ASessionOnATrack, ::testing::Values("rsi", "eki"),
                          [](const auto& one) { return std::string(one.param); });
 
-TEST(a_check_on_a_track, holds_names_the_knocked_tool_and_an_update_follows_it) {
+TEST(ACheckOnATrack, HoldsNamesTheKnockedToolAndAnUpdateFollowsIt) {
   TrackFixture fixture("eki");
   fixture.start();
   ASSERT_EQ(fixture
@@ -125,7 +125,7 @@ TEST(a_check_on_a_track, holds_names_the_knocked_tool_and_an_update_follows_it) 
   EXPECT_EQ(updated.status, 0) << updated.out << updated.err << fixture.log();
 }
 
-TEST(an_aborted_session_on_a_track, can_be_gone_on_with) {
+TEST(AnAbortedSessionOnATrack, CanBeGoneOnWith) {
   TrackFixture fixture("eki");
   fixture.start();
   http_request(fixture.socket(), "POST", "/v1/run",
@@ -136,7 +136,7 @@ TEST(an_aborted_session_on_a_track, can_be_gone_on_with) {
   EXPECT_TRUE(outcome.status == 0 || outcome.status == 3) << outcome.err;
 }
 
-TEST(a_search_for_spheres_on_a_track, finds_them_all_along_it) {
+TEST(ASearchForSpheresOnATrack, FindsThemAllAlongIt) {
   TrackFixture fixture("eki");
   fixture.start();
   const Outcome found = fixture.cellcal({"find", "--cell", fixture.cell});

@@ -35,7 +35,7 @@ class ASessionWithALoad : public AChangedCell {
   std::string cell = fixture.dir / "cell.toml";
 };
 
-TEST_F(ASessionWithALoad, is_identified_with_it_and_states_it_everywhere) {
+TEST_F(ASessionWithALoad, IsIdentifiedWithItAndStatesItEverywhere) {
   const Outcome outcome = run({"--load", "part"});
   ASSERT_EQ(outcome.status, 0) << outcome.err << outcome.out << fixture.log();
   const auto made = touches(1);
@@ -72,7 +72,7 @@ TEST_F(ASessionWithALoad, is_identified_with_it_and_states_it_everywhere) {
   EXPECT_EQ(identified.status, 0) << identified.err;
 }
 
-TEST_F(ASessionWithALoad, keeps_it_when_it_is_resumed) {
+TEST_F(ASessionWithALoad, KeepsItWhenItIsResumed) {
   http_request(
       fixture.socket(), "POST", "/v1/run",
       nlohmann::json{{"cell", cell}, {"touches", 24}, {"check", 4}, {"load", "part"}}.dump());
@@ -86,7 +86,7 @@ TEST_F(ASessionWithALoad, keeps_it_when_it_is_resumed) {
   for (const calib::Touch& touch : touches(1)) EXPECT_EQ(touch.load, "part");
 }
 
-TEST_F(ASessionWithALoad, that_the_cell_lacks_is_refused_before_anything_moves) {
+TEST_F(ASessionWithALoad, ThatTheCellLacksIsRefusedBeforeAnythingMoves) {
   const Outcome outcome = run({"--load", "prat"});
   EXPECT_EQ(outcome.status, 1);
   EXPECT_NE(outcome.err.find("load prat: the cell has no such [[load]]; it has: part"),

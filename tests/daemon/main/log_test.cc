@@ -13,7 +13,7 @@
 namespace cellcal::daemon {
 namespace {
 
-TEST(the_log, cannot_be_forged_by_what_it_tells_of) {
+TEST(TheLog, CannotBeForgedByWhatItTellsOf) {
   const auto before = spdlog::default_logger();
   ::testing::internal::CaptureStderr();
   set_up_log(false);
@@ -34,7 +34,7 @@ TEST(the_log, cannot_be_forged_by_what_it_tells_of) {
   EXPECT_NE(written.find("cell /a <3>session 7 is done"), std::string::npos) << written;
 }
 
-TEST(printable_text, leaves_words_of_all_languages_alone) {
+TEST(PrintableText, LeavesWordsOfAllLanguagesAlone) {
   const std::string words = "K\xC3\xBChlung 0.05 \xC2\xB1 0.01 \xC2\xB5m, \xE2\x80\x93";
   EXPECT_EQ(printable(words), words);
   EXPECT_EQ(printable("\xC2"), "\xC2");

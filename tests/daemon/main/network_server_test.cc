@@ -37,8 +37,8 @@ void expect_events_as_described(const std::string& stream) {
   }
 }
 
-struct a_daemon_on_the_network : ::testing::Test {
-  a_daemon_on_the_network()
+struct ADaemonOnTheNetwork : ::testing::Test {
+  ADaemonOnTheNetwork()
       : port(free_port()),
         fixture("[http]\nlisten = \"127.0.0.1:" + std::to_string(port) + "\"\ncell_folders = [\"" +
                 std::filesystem::path(CELLCAL_DEMO_CELL).parent_path().string() + "\"]\n") {}
@@ -76,7 +76,7 @@ struct a_daemon_on_the_network : ::testing::Test {
   DaemonFixture fixture;
 };
 
-TEST_F(a_daemon_on_the_network, shows_health_to_all_and_a_session_to_those_with_a_token) {
+TEST_F(ADaemonOnTheNetwork, ShowsHealthToAllAndASessionToThoseWithAToken) {
   fixture.start();
   EXPECT_EQ(ask("", "GET", "/v1/health").body()["ok"], true);
   EXPECT_EQ(ask("", "GET", "/v1/status").status, 401);
@@ -93,7 +93,7 @@ TEST_F(a_daemon_on_the_network, shows_health_to_all_and_a_session_to_those_with_
   EXPECT_EQ(fixture.log().find(look), std::string::npos) << "the log holds no token";
 }
 
-TEST_F(a_daemon_on_the_network, runs_a_session_once_the_cell_was_said_to_be_clear) {
+TEST_F(ADaemonOnTheNetwork, RunsASessionOnceTheCellWasSaidToBeClear) {
   fixture.start();
   const std::string operate = add_token("operate"), look = add_token("look");
   const std::string run = json{{"cell", CELLCAL_DEMO_CELL}, {"touches", 8}, {"check", 0}}.dump();
@@ -135,7 +135,7 @@ TEST_F(a_daemon_on_the_network, runs_a_session_once_the_cell_was_said_to_be_clea
   }
 }
 
-TEST_F(a_daemon_on_the_network, takes_an_abort_without_a_word_behind_which_the_cell_is_not_clear) {
+TEST_F(ADaemonOnTheNetwork, TakesAnAbortWithoutAWordBehindWhichTheCellIsNotClear) {
   fixture.start();
   const std::string operate = add_token("operate");
   const std::string run = json{{"cell", CELLCAL_DEMO_CELL}, {"touches", 100}}.dump();
@@ -148,7 +148,7 @@ TEST_F(a_daemon_on_the_network, takes_an_abort_without_a_word_behind_which_the_c
   EXPECT_EQ(ask(operate, "POST", "/v1/run", R"({"resume": true})").status, 412);
 }
 
-TEST_F(a_daemon_on_the_network, ends_with_followers_connected_and_says_where_it_listened) {
+TEST_F(ADaemonOnTheNetwork, EndsWithFollowersConnectedAndSaysWhereItListened) {
   fixture.start();
   const std::string look = add_token("look");
   TcpPeer follower(port, "GET /v1/events HTTP/1.1\r\nHost: 127.0.0.1\r\nAuthorization: Bearer " +
@@ -159,7 +159,7 @@ TEST_F(a_daemon_on_the_network, ends_with_followers_connected_and_says_where_it_
   EXPECT_NE(fixture.log().find("port " + std::to_string(port)), std::string::npos) << fixture.log();
 }
 
-TEST_F(a_daemon_on_the_network, does_not_start_where_its_port_is_taken) {
+TEST_F(ADaemonOnTheNetwork, DoesNotStartWhereItsPortIsTaken) {
   const int fd = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_in address{};
   address.sin_family = AF_INET;

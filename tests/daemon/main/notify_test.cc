@@ -43,7 +43,7 @@ class NotifySocket {
   int fd_;
 };
 
-TEST(systemd, hears_ready_watchdog_and_stopping) {
+TEST(Systemd, HearsReadyWatchdogAndStopping) {
   DaemonFixture fixture;
   const std::string path = fixture.dir / "notify";
   NotifySocket notify(path);
@@ -56,7 +56,7 @@ TEST(systemd, hears_ready_watchdog_and_stopping) {
   EXPECT_EQ(fixture.daemon->wait(), 0);
 }
 
-TEST(systemd, is_told_one_line_whatever_a_devices_words_hold) {
+TEST(Systemd, IsToldOneLineWhateverADevicesWordsHold) {
   Status status;
   status.phase = Phase::kFailed;
   status.failure =
@@ -67,7 +67,7 @@ TEST(systemd, is_told_one_line_whatever_a_devices_words_hold) {
   for (const char c : text) EXPECT_GE(static_cast<unsigned char>(c), 0x20) << text;
 }
 
-TEST(the_journal, gets_priorities_in_front_of_the_lines) {
+TEST(TheJournal, GetsPrioritiesInFrontOfTheLines) {
   DaemonFixture fixture;
   fixture.start({"JOURNAL_STREAM=8:1"});
   fixture.daemon->signal(SIGTERM);

@@ -16,8 +16,8 @@ namespace {
 
 using nlohmann::json;
 
-struct hostile_broker : ::testing::Test {
-  hostile_broker()
+struct HostileBrokerTest : ::testing::Test {
+  HostileBrokerTest()
       : fixture(
             "[plant]\nplant = \"graz\"\ncell = \"weld-3\"\nbroker = \"127.0.0.1\"\ntls = false\n"
             "port = " +
@@ -57,7 +57,7 @@ struct hostile_broker : ::testing::Test {
   std::unique_ptr<Background> line;
 };
 
-TEST_F(hostile_broker, ends_the_process_of_the_line_in_mid_session_and_the_session_goes_on) {
+TEST_F(HostileBrokerTest, EndsTheProcessOfTheLineInMidSessionAndTheSessionGoesOn) {
   wait_until([&] { return broker.lines() == 1; });
   http_request(fixture.socket(), "POST", "/v1/run",
                json{{"cell", CELLCAL_DEMO_CELL}, {"touches", 60}, {"check", 8}}.dump());
@@ -86,7 +86,7 @@ TEST_F(hostile_broker, ends_the_process_of_the_line_in_mid_session_and_the_sessi
   EXPECT_EQ(*all.rbegin(), static_cast<std::int64_t>(all.size()));
 }
 
-TEST_F(hostile_broker, gets_no_memory_for_a_packet_of_256_megabytes) {
+TEST_F(HostileBrokerTest, GetsNoMemoryForAPacketOf256Megabytes) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "a sanitizer's own books are larger";
 #endif
@@ -101,7 +101,7 @@ TEST_F(hostile_broker, gets_no_memory_for_a_packet_of_256_megabytes) {
   EXPECT_LT(std::stoll(status.substr(peak + 6)), 100 * 1024) << "kB";
 }
 
-TEST_F(hostile_broker, that_proposes_20000_times_what_is_no_proposal_fills_no_log) {
+TEST_F(HostileBrokerTest, ThatProposes20000TimesWhatIsNoProposalFillsNoLog) {
   wait_until([&] { return broker.lines() == 1; });
   std::string flood;
   for (int i = 0; i < 20000; ++i)
@@ -116,7 +116,7 @@ TEST_F(hostile_broker, that_proposes_20000_times_what_is_no_proposal_fills_no_lo
   EXPECT_LT(fixture.log().size(), 4000u);
 }
 
-TEST_F(hostile_broker, has_nothing_in_the_process_that_holds_the_arm_and_no_way_to_its_socket) {
+TEST_F(HostileBrokerTest, HasNothingInTheProcessThatHoldsTheArmAndNoWayToItsSocket) {
   wait_until([&] { return broker.lines() == 1; });
   const auto maps = [](pid_t process) {
     return content("/proc/" + std::to_string(process) + "/maps");
@@ -133,7 +133,7 @@ TEST_F(hostile_broker, has_nothing_in_the_process_that_holds_the_arm_and_no_way_
   EXPECT_EQ(fixture.status()["phase"], "idle");
 }
 
-TEST(a_daemon, whose_door_for_the_line_cannot_be_opened_says_so_and_holds_the_arm_all_the_same) {
+TEST(ADaemon, WhoseDoorForTheLineCannotBeOpenedSaysSoAndHoldsTheArmAllTheSame) {
   DaemonFixture fixture;
   std::ofstream(fixture.dir / "plant") << "no folder";
   fixture.start();

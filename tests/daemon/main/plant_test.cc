@@ -30,7 +30,7 @@ struct Line : Background {
                    fixture.dir / "plant.log") {}
 };
 
-TEST(a_session, is_told_of_to_the_plant_whole_in_order_and_once) {
+TEST(ASession, IsToldOfToThePlantWholeInOrderAndOnce) {
   const TemporaryDirectory broker_dir;
   Broker broker(broker_dir.path());
   Listener plant(broker.port(), "plant", "cellcal/#");
@@ -87,7 +87,7 @@ TEST(a_session, is_told_of_to_the_plant_whole_in_order_and_once) {
               }))->farewell);
 }
 
-TEST(a_session, is_seen_by_a_sparkplug_host_and_none_begins_by_one) {
+TEST(ASession, IsSeenByASparkplugHostAndNoneBeginsByOne) {
   const TemporaryDirectory broker_dir;
   Broker broker(broker_dir.path());
   Listener host(broker.port(), "host", "spBv1.0/#");
@@ -128,7 +128,7 @@ TEST(a_session, is_seen_by_a_sparkplug_host_and_none_begins_by_one) {
   host.until(has("NDEATH", "bdSeq"));
 }
 
-TEST(a_session, that_was_killed_without_a_broker_is_told_of_when_there_is_one) {
+TEST(ASession, ThatWasKilledWithoutABrokerIsToldOfWhenThereIsOne) {
   const TemporaryDirectory broker_dir;
   Broker broker(broker_dir.path());
   broker.kill();
@@ -153,7 +153,7 @@ TEST(a_session, that_was_killed_without_a_broker_is_told_of_when_there_is_one) {
   EXPECT_GT(facts.size(), 4u);
 }
 
-TEST(a_cell, that_gets_another_name_ends_its_line_and_speaks_under_the_new_one) {
+TEST(ACell, ThatGetsAnotherNameEndsItsLineAndSpeaksUnderTheNewOne) {
   const TemporaryDirectory broker_dir;
   Broker broker(broker_dir.path());
   Listener plant(broker.port(), "plant", "cellcal/#");
@@ -176,7 +176,7 @@ TEST(a_cell, that_gets_another_name_ends_its_line_and_speaks_under_the_new_one) 
             (decltype(presences){{"weld-3", false}, {"weld-3", true}, {"weld-4", false}}));
 }
 
-TEST(a_certificate, of_an_emulated_cell_is_sent_to_the_plant_under_the_number_that_says_so) {
+TEST(ACertificate, OfAnEmulatedCellIsSentToThePlantUnderTheNumberThatSaysSo) {
   const TemporaryDirectory broker_dir;
   Broker broker(broker_dir.path());
   DaemonFixture fixture(plant_of(broker));
@@ -194,7 +194,7 @@ TEST(a_certificate, of_an_emulated_cell_is_sent_to_the_plant_under_the_number_th
   EXPECT_TRUE(printed["number"].get<std::string>().starts_with("emulated-1-")) << printed;
 }
 
-TEST(a_certificate, reaches_the_plant_byte_for_byte_with_what_verifies_it) {
+TEST(ACertificate, ReachesThePlantByteForByteWithWhatVerifiesIt) {
   const TemporaryDirectory broker_dir;
   Broker broker(broker_dir.path());
   Listener plant(broker.port(), "plant", "cellcal/#");
@@ -281,7 +281,7 @@ const plant::AnswerFact* answer_to(const std::string& id, const std::vector<plan
   return nullptr;
 }
 
-TEST(a_proposal_of_the_plant, is_seen_and_accepted_at_the_cell_answered_and_taken_from_the_broker) {
+TEST(AProposalOfThePlant, IsSeenAndAcceptedAtTheCellAnsweredAndTakenFromTheBroker) {
   const TemporaryDirectory broker_dir;
   Broker broker(broker_dir.path());
   Listener plant(broker.port(), "plant", "cellcal/#");

@@ -91,11 +91,11 @@ double distance_between(const Line& a, const Line& b) {
   return std::abs((b.first - a.first).dot(a.second.cross(b.second).normalized()));
 }
 
-class a_session_with_a_positioner : public ::testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(wires, a_session_with_a_positioner, ::testing::Values("rsi", "eki"),
+class ASessionWithAPositioner : public ::testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(Wires, ASessionWithAPositioner, ::testing::Values("rsi", "eki"),
                          [](const auto& one) { return std::string(one.param); });
 
-TEST_P(a_session_with_a_positioner, ends_in_a_published_result_with_its_axes_where_they_are) {
+TEST_P(ASessionWithAPositioner, EndsInAPublishedResultWithItsAxesWhereTheyAre) {
   PositionerFixture fixture(GetParam(), "", "mass_kg = 250.0\ncom_mm = [120.0, 50.0, 200.0]\n");
   fixture.start();
   const Outcome outcome = fixture.cellcal(
@@ -159,8 +159,7 @@ std::set<std::pair<long, long>> settings_in(const PositionerFixture& fixture, in
   return all;
 }
 
-TEST(a_session_with_a_positioner_over_eki,
-     is_followed_by_checks_that_hold_and_updates_that_change_nothing) {
+TEST(ASessionWithAPositionerOverEki, IsFollowedByChecksThatHoldAndUpdatesThatChangeNothing) {
   PositionerFixture fixture("eki");
   fixture.start();
   const Outcome calibrated = fixture.cellcal(
@@ -176,7 +175,7 @@ TEST(a_session_with_a_positioner_over_eki,
   EXPECT_NE(updated.out.find("nothing changed"), std::string::npos) << updated.out;
 }
 
-TEST(a_session_with_a_positioner_over_rsi, to_a_goal_ends_when_it_is_reached) {
+TEST(ASessionWithAPositionerOverRsi, ToAGoalEndsWhenItIsReached) {
   PositionerFixture fixture("rsi");
   fixture.start();
   const Outcome outcome = fixture.cellcal(
@@ -189,7 +188,7 @@ TEST(a_session_with_a_positioner_over_rsi, to_a_goal_ends_when_it_is_reached) {
   EXPECT_GE(settings_in(fixture, 1).size(), 3u);
 }
 
-TEST_P(a_session_with_a_positioner, that_was_aborted_goes_on_from_where_it_stands) {
+TEST_P(ASessionWithAPositioner, ThatWasAbortedGoesOnFromWhereItStands) {
   PositionerFixture fixture(GetParam());
   fixture.start();
   ASSERT_EQ(fixture.run({{"cell", fixture.cell}, {"touches", 24}, {"check", 4}}), 201);
@@ -203,7 +202,7 @@ TEST_P(a_session_with_a_positioner, that_was_aborted_goes_on_from_where_it_stand
   EXPECT_EQ(list.at("touches").at(27).at("positioner_deg").size(), 2u);
 }
 
-TEST_P(a_session_with_a_positioner, is_tried_dry_first) {
+TEST_P(ASessionWithAPositioner, IsTriedDryFirst) {
   PositionerFixture fixture(GetParam());
   fixture.start();
   const Outcome outcome =
@@ -238,7 +237,7 @@ void put_in_boxes(const PositionerFixture& fixture) {
   std::ofstream(fixture.cell) << text;
 }
 
-TEST_P(a_session_with_a_positioner, finds_spheres_on_table_and_floor_where_the_positioner_stands) {
+TEST_P(ASessionWithAPositioner, FindsSpheresOnTableAndFloorWhereThePositionerStands) {
   PositionerFixture fixture(GetParam());
   put_in_boxes(fixture);
   // The emulated axes stand at 0, or as near as their limits allow.
@@ -272,7 +271,7 @@ TEST_P(a_session_with_a_positioner, finds_spheres_on_table_and_floor_where_the_p
   }
 }
 
-TEST_P(a_session_with_a_positioner, calibrates_with_spheres_that_it_finds_first) {
+TEST_P(ASessionWithAPositioner, CalibratesWithSpheresThatItFindsFirst) {
   PositionerFixture fixture(GetParam());
   put_in_boxes(fixture);
   fixture.start();
@@ -289,7 +288,7 @@ TEST_P(a_session_with_a_positioner, calibrates_with_spheres_that_it_finds_first)
   EXPECT_GE(settings_in(fixture, 1).size(), 4u);
 }
 
-TEST(a_session_with_a_positioner_over_eki, that_finds_spheres_was_aborted_and_goes_on) {
+TEST(ASessionWithAPositionerOverEki, ThatFindsSpheresWasAbortedAndGoesOn) {
   PositionerFixture fixture("eki");
   put_in_boxes(fixture);
   fixture.start();
@@ -301,7 +300,7 @@ TEST(a_session_with_a_positioner_over_eki, that_finds_spheres_was_aborted_and_go
   EXPECT_NE(outcome.out.find("taught_deg"), std::string::npos) << outcome.out;
 }
 
-TEST(a_session_with_a_positioner_over_rsi, turns_it_by_increments_where_the_mode_is_relative) {
+TEST(ASessionWithAPositionerOverRsi, TurnsItByIncrementsWhereTheModeIsRelative) {
   PositionerFixture fixture("rsi", "[rsi]\nmode = \"relative\"\nhold_on = false\n");
   fixture.start();
   ASSERT_EQ(fixture.run({{"cell", fixture.cell}, {"touches", 12}, {"check", 0}}), 201);

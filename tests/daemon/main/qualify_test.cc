@@ -12,7 +12,7 @@ namespace {
 
 const std::string kFastAndNoisy = std::string(kFast) + "[mock]\ncontact_noise_mm = 0.02\n";
 
-TEST(a_qualification, measures_the_contacts_and_is_no_calibration) {
+TEST(AQualification, MeasuresTheContactsAndIsNoCalibration) {
   DaemonFixture fixture(kFastAndNoisy);
   fixture.start();
   const Outcome outcome =
@@ -44,7 +44,7 @@ TEST(a_qualification, measures_the_contacts_and_is_no_calibration) {
   EXPECT_NE(words.out.find("qualification: "), std::string::npos) << words.out;
 }
 
-TEST(a_qualification, that_was_aborted_is_gone_on_with_as_one) {
+TEST(AQualification, ThatWasAbortedIsGoneOnWithAsOne) {
   DaemonFixture fixture(kFastAndNoisy);
   fixture.start();
   const nlohmann::json body{{"kind", "qualify"}, {"cell", CELLCAL_DEMO_CELL}};
@@ -60,7 +60,7 @@ TEST(a_qualification, that_was_aborted_is_gone_on_with_as_one) {
   EXPECT_NE(resumed.out.find("result: qualified"), std::string::npos) << resumed.out;
 }
 
-TEST(a_qualification, is_refused_where_it_cannot_be_one) {
+TEST(AQualification, IsRefusedWhereItCannotBeOne) {
   DaemonFixture fixture;
   fixture.start();
   const auto refused = [&](nlohmann::json body, int status, const std::string& words) {
@@ -79,7 +79,7 @@ TEST(a_qualification, is_refused_where_it_cannot_be_one) {
   EXPECT_EQ(fixture.status()["session"], 0);
 }
 
-TEST(a_qualification, needs_two_speeds_to_read_the_delay_off) {
+TEST(AQualification, NeedsTwoSpeedsToReadTheDelayOff) {
   DaemonFixture fixture("[motion]\nfast_search_mm_s = 2.5\n");
   fixture.start();
   const nlohmann::json body{{"kind", "qualify"}, {"cell", CELLCAL_DEMO_CELL}};

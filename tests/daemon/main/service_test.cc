@@ -17,7 +17,7 @@ std::string unit_key(const std::string& key) {
   return unit.substr(from, unit.find('\n', from) - from);
 }
 
-TEST(a_wrong_configuration, is_not_tried_again_by_the_service_manager) {
+TEST(AWrongConfiguration, IsNotTriedAgainByTheServiceManager) {
   const DaemonFixture fixture("[rsi]\nsilence_cycles = 500\n");
   const Outcome outcome = run_program({CELLCALD, "--config", fixture.dir / "d.toml"});
   EXPECT_EQ(std::to_string(outcome.status), unit_key("RestartPreventExitStatus")) << outcome.err;
@@ -26,7 +26,7 @@ TEST(a_wrong_configuration, is_not_tried_again_by_the_service_manager) {
   EXPECT_EQ(std::to_string(none.status), unit_key("RestartPreventExitStatus")) << none.err;
 }
 
-TEST(a_check, reads_certificate_and_key_as_a_start_would) {
+TEST(ACheckOfTheConfiguration, ReadsCertificateAndKeyAsAStartWould) {
   const DaemonFixture fixture;
   const std::string certificate = fixture.dir / "c.pem", key = fixture.dir / "k.pem";
   const auto check = [&] {
@@ -58,7 +58,7 @@ void wait_for_log(const DaemonFixture& fixture, const std::string& words) {
   }
 }
 
-TEST(a_daemon, lives_on_when_its_terminal_hangs_up) {
+TEST(ADaemon, LivesOnWhenItsTerminalHangsUp) {
   DaemonFixture fixture;
   fixture.start();
   for (int i = 1; i <= 3; ++i) {
@@ -69,7 +69,7 @@ TEST(a_daemon, lives_on_when_its_terminal_hangs_up) {
   EXPECT_EQ(fixture.daemon->wait(), 0);
 }
 
-TEST(a_changed_configuration, is_in_force_for_the_next_session_and_the_log_at_once) {
+TEST(AChangedConfiguration, IsInForceForTheNextSessionAndTheLogAtOnce) {
   DaemonFixture fixture("[mock]\nstart_deg = [0, -90, 90, 0, 90, 0]\n");
   fixture.start();
   EXPECT_EQ(fixture.log().find("debug"), std::string::npos);
@@ -88,7 +88,7 @@ TEST(a_changed_configuration, is_in_force_for_the_next_session_and_the_log_at_on
   EXPECT_NE(fixture.log().find("debug: session 1"), std::string::npos) << fixture.log();
 }
 
-TEST(a_changed_configuration, that_is_wrong_changes_nothing_and_is_named_with_its_line) {
+TEST(AChangedConfiguration, ThatIsWrongChangesNothingAndIsNamedWithItsLine) {
   DaemonFixture fixture;
   fixture.start();
   const std::string good = content(fixture.dir / "d.toml");
@@ -105,7 +105,7 @@ TEST(a_changed_configuration, that_is_wrong_changes_nothing_and_is_named_with_it
   wait_for_log(fixture, "configuration read again");
 }
 
-TEST(a_request, with_control_characters_in_it_is_refused_and_forges_nothing) {
+TEST(ARequest, WithControlCharactersInItIsRefusedAndForgesNothing) {
   DaemonFixture fixture;
   fixture.start();
   const auto post = [&](const nlohmann::json& body) {

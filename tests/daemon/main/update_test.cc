@@ -15,7 +15,7 @@ class AnUpdate : public AChangedCell {
   Outcome update() { return fixture.cellcal({"run", "--cell", CELLCAL_DEMO_CELL, "--update"}); }
 };
 
-TEST_F(AnUpdate, brings_back_a_cell_whose_tool_was_knocked_and_says_where_there_is_nothing_to_do) {
+TEST_F(AnUpdate, BringsBackACellWhoseToolWasKnockedAndSaysWhereThereIsNothingToDo) {
   fixture.start();
   const Outcome calibrated =
       fixture.cellcal({"run", "--cell", CELLCAL_DEMO_CELL, "--touches", "40", "--check", "0"});
@@ -82,7 +82,7 @@ TEST_F(AnUpdate, brings_back_a_cell_whose_tool_was_knocked_and_says_where_there_
   EXPECT_EQ(get("/v1/sessions/7")["planned"], 20) << full.err << full.out << fixture.log();
 }
 
-TEST_F(AnUpdate, is_refused_where_there_is_nothing_to_stand_on_or_more_is_asked_for) {
+TEST_F(AnUpdate, IsRefusedWhereThereIsNothingToStandOnOrMoreIsAskedFor) {
   fixture.start();
   const auto refused = [&](const nlohmann::json& body, int status, const std::string& words) {
     const Response answer = http_request(fixture.socket(), "POST", "/v1/run", body.dump());

@@ -19,7 +19,7 @@ using namespace std::chrono_literals;
 using drivers::MoveOutcome;
 constexpr double kDeg = std::numbers::pi / 180.0;
 
-class an_eki_cell : public ::testing::TestWithParam<drivers::EkiStop> {
+class AnEkiCell : public ::testing::TestWithParam<drivers::EkiStop> {
  protected:
   void SetUp() override {
     const calib::Cell demo = calib::load_cell(CELLCAL_DEMO_CELL);
@@ -74,7 +74,7 @@ class an_eki_cell : public ::testing::TestWithParam<drivers::EkiStop> {
   double at_fault_deg = 0.0;
 };
 
-TEST_P(an_eki_cell, stops_when_the_contact_sensor_falls_silent) {
+TEST_P(AnEkiCell, StopsWhenTheContactSensorFallsSilent) {
   search();
   sim::McuFaults faults;
   faults.silent = true;
@@ -86,7 +86,7 @@ TEST_P(an_eki_cell, stops_when_the_contact_sensor_falls_silent) {
   EXPECT_FALSE(cell->controller().moving());
 }
 
-TEST_P(an_eki_cell, stops_when_the_contact_sensor_restarts) {
+TEST_P(AnEkiCell, StopsWhenTheContactSensorRestarts) {
   search();
   cell->mcu().reset(cell->now());
   const drivers::MoveResult stopped = result();
@@ -94,7 +94,7 @@ TEST_P(an_eki_cell, stops_when_the_contact_sensor_restarts) {
   EXPECT_LT(a1_deg() - at_fault_deg, 0.05);
 }
 
-TEST_P(an_eki_cell, is_stopped_by_the_sensors_output_where_a_wire_at_the_gun_breaks) {
+TEST_P(AnEkiCell, IsStoppedByTheSensorsOutputWhereAWireAtTheGunBreaks) {
   search();
   sim::McuFaults faults;
   faults.circuit.sense_wire = sim::TouchCircuit::kOpen;
@@ -108,7 +108,7 @@ TEST_P(an_eki_cell, is_stopped_by_the_sensors_output_where_a_wire_at_the_gun_bre
   EXPECT_FALSE(armed->armed);
 }
 
-TEST_P(an_eki_cell, stops_at_its_input_when_a_stand_is_no_longer_earthed) {
+TEST_P(AnEkiCell, StopsAtItsInputWhenAStandIsNoLongerEarthed) {
   search();
   sim::McuFaults faults;
   faults.circuit.earth_between = sim::TouchCircuit::kOpen;
@@ -117,10 +117,9 @@ TEST_P(an_eki_cell, stops_at_its_input_when_a_stand_is_no_longer_earthed) {
   EXPECT_LT(a1_deg() - at_fault_deg, 0.06);
 }
 
-using an_eki_cell_with_an_input = an_eki_cell;
+using AnEkiCellWithAnInput = AnEkiCell;
 
-TEST_P(an_eki_cell_with_an_input,
-       is_stopped_where_the_wire_to_its_input_is_cut_and_off_means_contact) {
+TEST_P(AnEkiCellWithAnInput, IsStoppedWhereTheWireToItsInputIsCutAndOffMeansContact) {
   search();
   cell->controller().input_broken(true, cell->now());
   const drivers::MoveResult stopped = result();
@@ -129,14 +128,13 @@ TEST_P(an_eki_cell_with_an_input,
   EXPECT_LT(a1_deg() - at_fault_deg, 0.06);
 }
 
-INSTANTIATE_TEST_SUITE_P(stops, an_eki_cell,
+INSTANTIATE_TEST_SUITE_P(Stops, AnEkiCell,
                          ::testing::Values(drivers::EkiStop::kInput, drivers::EkiStop::kFlag),
                          [](const auto& one) {
                            return one.param == drivers::EkiStop::kInput ? "input" : "flag";
                          });
 
-INSTANTIATE_TEST_SUITE_P(stops, an_eki_cell_with_an_input,
-                         ::testing::Values(drivers::EkiStop::kInput));
+INSTANTIATE_TEST_SUITE_P(Stops, AnEkiCellWithAnInput, ::testing::Values(drivers::EkiStop::kInput));
 
 }  // namespace
 }  // namespace cellcal::daemon

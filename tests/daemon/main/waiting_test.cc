@@ -34,7 +34,7 @@ class MutePort {
   std::string name_;
 };
 
-class a_session_before_its_links : public ::testing::TestWithParam<const char*> {
+class ASessionBeforeItsLinks : public ::testing::TestWithParam<const char*> {
  protected:
   /// A daemon for a real cell of which nothing answers.
   void start(int wait_s) {
@@ -69,10 +69,10 @@ class a_session_before_its_links : public ::testing::TestWithParam<const char*> 
   MutePort sensor;
   DaemonFixture fixture;
 };
-INSTANTIATE_TEST_SUITE_P(over, a_session_before_its_links, ::testing::Values("rsi", "eki"),
+INSTANTIATE_TEST_SUITE_P(Over, ASessionBeforeItsLinks, ::testing::Values("rsi", "eki"),
                          [](const auto& one) { return std::string(one.param); });
 
-TEST_P(a_session_before_its_links, says_for_which_it_waits_what_to_start_and_how_long) {
+TEST_P(ASessionBeforeItsLinks, SaysForWhichItWaitsWhatToStartAndHowLong) {
   start(600);
   http_request(fixture.socket(), "POST", "/v1/run",
                nlohmann::json{{"cell", CELLCAL_DEMO_CELL}, {"touches", 4}, {"check", 0}}.dump());
@@ -95,7 +95,7 @@ TEST_P(a_session_before_its_links, says_for_which_it_waits_what_to_start_and_how
   EXPECT_EQ(fixture.cellcal({"abort"}).status, 0);
 }
 
-TEST_P(a_session_before_its_links, is_ended_by_ctrl_c_in_run_since_nothing_has_moved) {
+TEST_P(ASessionBeforeItsLinks, IsEndedByCtrlCInRunSinceNothingHasMoved) {
   start(600);
   Background run_command(run(), fixture.dir / "run.log");
   ASSERT_TRUE(waiting()["waiting"].is_object());
@@ -107,7 +107,7 @@ TEST_P(a_session_before_its_links, is_ended_by_ctrl_c_in_run_since_nothing_has_m
   EXPECT_NE(said.find("session 1 ended before anything moved"), std::string::npos) << said;
 }
 
-TEST_P(a_session_before_its_links, is_ended_by_a_ctrl_c_that_falls_into_a_question) {
+TEST_P(ASessionBeforeItsLinks, IsEndedByACtrlCThatFallsIntoAQuestion) {
   start(600);
   Background run_command(run(), fixture.dir / "run.log");
   ASSERT_TRUE(waiting()["waiting"].is_object());
@@ -120,7 +120,7 @@ TEST_P(a_session_before_its_links, is_ended_by_a_ctrl_c_that_falls_into_a_questi
   EXPECT_EQ(fixture.status()["phase"], "aborted") << content(fixture.dir / "run.log");
 }
 
-TEST_P(a_session_before_its_links, is_left_alone_by_ctrl_c_in_watch) {
+TEST_P(ASessionBeforeItsLinks, IsLeftAloneByCtrlCInWatch) {
   start(600);
   http_request(fixture.socket(), "POST", "/v1/run",
                nlohmann::json{{"cell", CELLCAL_DEMO_CELL}, {"touches", 4}, {"check", 0}}.dump());
@@ -132,7 +132,7 @@ TEST_P(a_session_before_its_links, is_left_alone_by_ctrl_c_in_watch) {
   EXPECT_EQ(fixture.status()["phase"], "connecting");
 }
 
-TEST_P(a_session_before_its_links, that_waited_in_vain_says_what_was_to_be_started) {
+TEST_P(ASessionBeforeItsLinks, ThatWaitedInVainSaysWhatWasToBeStarted) {
   start(1);
   const Outcome outcome = run_program(run());
   EXPECT_EQ(outcome.status, 1);

@@ -9,9 +9,9 @@
 namespace cellcal::daemon {
 namespace {
 
-class manual : public ::testing::Test {
+class Manual : public ::testing::Test {
  protected:
-  manual() {
+  Manual() {
     app_.name("tool");
     app_.description("Does a thing.");
     app_.footer("Example: cellcal tool");
@@ -30,7 +30,7 @@ class manual : public ::testing::Test {
   CLI::App app_;
 };
 
-TEST_F(manual, has_of_a_command_what_its_help_has) {
+TEST_F(Manual, HasOfACommandWhatItsHelpHas) {
   const CommandHelp program = tree();
   ASSERT_EQ(program.commands.size(), 1u);
   const CommandHelp& command = program.commands[0];
@@ -47,7 +47,7 @@ TEST_F(manual, has_of_a_command_what_its_help_has) {
   EXPECT_TRUE(command.options[4].value.empty());
 }
 
-TEST_F(manual, shows_what_roff_would_take_for_its_own) {
+TEST_F(Manual, ShowsWhatRoffWouldTakeForItsOwn) {
   CommandHelp help = tree();
   help.words = ".so /etc/passwd\n'br \\fI";
   const std::string page = man_page({help, 1, "1.0", {}, {}});
@@ -57,7 +57,7 @@ TEST_F(manual, shows_what_roff_would_take_for_its_own) {
   EXPECT_NE(page.find("\\efI"), std::string::npos) << page;
 }
 
-TEST_F(manual, has_a_part_for_each_command_within_a_command) {
+TEST_F(Manual, HasAPartForEachCommandWithinACommand) {
   CommandHelp help = tree();
   CommandHelp inner = help.commands[0];
   inner.name = "again";
@@ -68,7 +68,7 @@ TEST_F(manual, has_a_part_for_each_command_within_a_command) {
   EXPECT_NE(page.find("\\-\\-share", part), std::string::npos) << page;
 }
 
-TEST_F(manual, lets_no_word_of_help_run_in_a_shell) {
+TEST_F(Manual, LetsNoWordOfHelpRunInAShell) {
   CommandHelp help = tree();
   help.commands[0].words = "it's $(reboot) `reboot` [x]: \\";
   help.commands[0].options[2].words = "that's '$(reboot)' [y] \\";

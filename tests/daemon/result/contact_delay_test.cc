@@ -23,7 +23,7 @@ std::vector<FastAndSlow> touches(int count, double delay_s, double noise_m) {
   return made;
 }
 
-TEST(the_delay_of_the_latch, is_the_slope_of_depth_over_speed) {
+TEST(TheDelayOfTheLatch, IsTheSlopeOfDepthOverSpeed) {
   const auto delay = contact_delay(touches(20, 0.0123, 0.0), kFast, kSlow);
   ASSERT_TRUE(delay);
   EXPECT_NEAR(delay->delay_s, 0.0123, 1e-12);
@@ -32,7 +32,7 @@ TEST(the_delay_of_the_latch, is_the_slope_of_depth_over_speed) {
   EXPECT_EQ(in_words(*delay), "12.30 +- 0.00 ms (20 touches)");
 }
 
-TEST(the_delay_of_the_latch, is_no_worse_than_it_says_with_noise_and_a_touch_that_slipped) {
+TEST(TheDelayOfTheLatch, IsNoWorseThanItSaysWithNoiseAndATouchThatSlipped) {
   std::vector<FastAndSlow> made = touches(41, -0.001, 30e-6);
   made[7].fast_m += 0.005;
   const auto delay = contact_delay(made, kFast, kSlow);
@@ -42,14 +42,14 @@ TEST(the_delay_of_the_latch, is_no_worse_than_it_says_with_noise_and_a_touch_tha
   EXPECT_GT(delay->sigma_s, 0.0001);
 }
 
-TEST(the_delay_of_the_latch, is_not_known_of_few_touches_or_of_one_speed) {
+TEST(TheDelayOfTheLatch, IsNotKnownOfFewTouchesOrOfOneSpeed) {
   EXPECT_FALSE(contact_delay(touches(4, 0.001, 0.0), kFast, kSlow));
   EXPECT_FALSE(contact_delay(touches(20, 0.001, 0.0), kSlow, kSlow));
   EXPECT_FALSE(contact_delay(touches(20, 0.001, 0.0), 0.0025, kSlow));
   EXPECT_FALSE(contact_delay({}, kFast, kSlow));
 }
 
-TEST(a_complaint, is_made_of_a_delay_that_is_large_or_has_changed) {
+TEST(AComplaint, IsMadeOfADelayThatIsLargeOrHasChanged) {
   const ContactDelay fine{0.001, 0.0001, 30};
   EXPECT_EQ(complaint(fine, std::nullopt), "");
   EXPECT_EQ(complaint(fine, ContactDelay{0.0012, 0.0001, 30}), "");

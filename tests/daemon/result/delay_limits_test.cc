@@ -20,7 +20,7 @@ std::vector<FastAndSlow> of_delays(const std::vector<double>& delays_s, double f
   return touches;
 }
 
-TEST(the_delay_of_the_latch, is_the_middle_of_five_and_more) {
+TEST(TheDelayOfTheLatch, IsTheMiddleOfFiveAndMore) {
   const auto five = contact_delay(of_delays({0.004, 0.001, 0.003, 0.009, 0.002}), 0.010, 0.002);
   ASSERT_TRUE(five);
   EXPECT_EQ(five->touches, 5);
@@ -30,7 +30,7 @@ TEST(the_delay_of_the_latch, is_the_middle_of_five_and_more) {
   EXPECT_FALSE(contact_delay(of_delays({0.004, 0.001, 0.003, 0.002}), 0.010, 0.002));
 }
 
-TEST(the_delay_of_the_latch, needs_speeds_a_millimetre_per_second_apart) {
+TEST(TheDelayOfTheLatch, NeedsSpeedsAMillimetrePerSecondApart) {
   const std::vector<double> delays(6, 0.001);
   EXPECT_TRUE(contact_delay(of_delays(delays, 0.0031, 0.002), 0.0031, 0.002));
   EXPECT_FALSE(contact_delay(of_delays(delays, 0.0029, 0.002), 0.0029, 0.002));
@@ -38,7 +38,7 @@ TEST(the_delay_of_the_latch, needs_speeds_a_millimetre_per_second_apart) {
   EXPECT_FALSE(contact_delay(of_delays(delays), NAN, 0.002));
 }
 
-TEST(a_complaint, is_made_beyond_20_ms_and_four_sigmas_of_either_sign) {
+TEST(AComplaint, IsMadeBeyond20MsAndFourSigmasOfEitherSign) {
   for (const double sign : {1.0, -1.0}) {
     EXPECT_EQ(complaint({sign * 0.0239, 0.001, 30}, std::nullopt), "");
     EXPECT_NE(complaint({sign * 0.0241, 0.001, 30}, std::nullopt), "");
@@ -47,7 +47,7 @@ TEST(a_complaint, is_made_beyond_20_ms_and_four_sigmas_of_either_sign) {
   }
 }
 
-TEST(a_complaint, is_made_of_a_change_beyond_2_ms_and_four_sigmas_of_both) {
+TEST(AComplaint, IsMadeOfAChangeBeyond2MsAndFourSigmasOfBoth) {
   const ContactDelay now{0.005, 0.0003, 30};
   for (const double sign : {1.0, -1.0}) {  // sigma of the difference: 0.5 ms
     EXPECT_EQ(complaint(now, ContactDelay{0.005 + sign * 0.0039, 0.0004, 30}), "");

@@ -53,7 +53,7 @@ calib::Calibration an_update(calib::UpdateOutcome outcome) {
   return one;
 }
 
-TEST(an_outcome, is_of_the_sessions_own_kind) {
+TEST(AnOutcome, IsOfTheSessionsOwnKind) {
   EXPECT_EQ(of(a_calibration(true)).kind, OutcomeKind::kPublished);
   EXPECT_EQ(of(a_calibration(false)).kind, OutcomeKind::kWithheld);
   EXPECT_EQ(of(a_calibration(false)).withheld_by.size(), 1U) << "each finding once";
@@ -69,7 +69,7 @@ TEST(an_outcome, is_of_the_sessions_own_kind) {
   EXPECT_EQ(of(an_update(calib::UpdateOutcome::kNotResolved)).kind, OutcomeKind::kUpdateWithheld);
 }
 
-TEST(an_outcome, is_published_or_withheld_of_a_calibration_alone) {
+TEST(AnOutcome, IsPublishedOrWithheldOfACalibrationAlone) {
   EXPECT_EQ(published(of(a_calibration(true))), true);
   EXPECT_EQ(published(of(a_calibration(false))), false);
   EXPECT_EQ(published(of(a_check(true))), std::nullopt);
@@ -85,7 +85,7 @@ std::vector<std::string> in_language(const SessionOutcome& outcome, const char* 
   return lines;
 }
 
-TEST(an_outcome, of_a_check_that_does_not_hold_has_shift_cause_and_remedy) {
+TEST(AnOutcome, OfACheckThatDoesNotHoldHasShiftCauseAndRemedy) {
   const SessionOutcome outcome = of(a_check(false));
   ASSERT_TRUE(outcome.tcp_shift);
   EXPECT_NEAR(outcome.tcp_shift->shift_m.norm(), 0.99e-3, 0.01e-3);
@@ -99,8 +99,7 @@ TEST(an_outcome, of_a_check_that_does_not_hold_has_shift_cause_and_remedy) {
   EXPECT_NE(lines[1].find("Check the tool's fastening"), std::string::npos) << lines[1];
 }
 
-TEST(an_outcome,
-     of_a_check_with_touches_that_gave_no_contact_point_is_undecided_unless_the_others_alarm) {
+TEST(AnOutcome, OfACheckWithTouchesThatGaveNoContactPointIsUndecidedUnlessTheOthersAlarm) {
   calib::TcpCheck check = a_check(true);
   check.holds = false;
   check.unsteady = {{2, "S1"}, {3, "S1"}};
@@ -116,7 +115,7 @@ TEST(an_outcome,
   EXPECT_EQ(of(nothing_met).remedy, calib::DriftAdvice::kRecalibrate);
 }
 
-TEST(an_outcome, is_read_back_as_it_was_written) {
+TEST(AnOutcome, IsReadBackAsItWasWritten) {
   FoundSpheres found{{{"S1", {1.2, -0.1, 0.3}, 5e-3, 9, 2.5e-3},
                       {"S2", {0.9, 0.4, 0.2}, 5e-3, 7, {}},
                       {"T1", {0.22, 0.0, 0.1}, 5e-3, 6, {}, "E2", {0.5, -1.0}}}};
@@ -148,7 +147,7 @@ TEST(an_outcome, is_read_back_as_it_was_written) {
   }
 }
 
-TEST(a_found_sphere, is_stated_in_the_cell_files_keys_on_a_positioner_with_axis_and_angles) {
+TEST(AFoundSphere, IsStatedInTheCellFilesKeysOnAPositionerWithAxisAndAngles) {
   FoundSphere sphere{"T1", {0.22, 0.0, 0.1}, 5e-3, 6, {}};
   EXPECT_EQ(words(phrase(sphere)),
             "T1: centre_mm = [220.00, 0.00, 100.00]  # +- 5 mm (k=2), 6 touches");
@@ -160,7 +159,7 @@ TEST(a_found_sphere, is_stated_in_the_cell_files_keys_on_a_positioner_with_axis_
       "(k=2), 6 touches");
 }
 
-TEST(a_document, has_its_sentences_in_english_and_as_phrases) {
+TEST(ADocument, HasItsSentencesInEnglishAndAsPhrases) {
   SessionResult check{a_check(false)};
   check.mastered = {{"A2", 5e-4, 5e-5}, {"A3", 0.0, 5e-5}};
   for (const SessionResult& result :
@@ -177,7 +176,7 @@ TEST(a_document, has_its_sentences_in_english_and_as_phrases) {
   EXPECT_NE(document["words"][2].get<std::string>().find("zero of A3"), std::string::npos);
 }
 
-TEST(every_kind, of_outcome_finding_and_cause_has_a_name_in_every_language) {
+TEST(EveryKind, OfOutcomeFindingAndCauseHasANameInEveryLanguage) {
   for (const std::string& code : calib::Language::codes()) {
     const calib::Language language = *calib::Language::of(code);
     const auto expect = [&](const std::string& id) {
@@ -198,14 +197,14 @@ TEST(every_kind, of_outcome_finding_and_cause_has_a_name_in_every_language) {
   }
 }
 
-TEST(an_outcome, of_a_text_that_is_none_is_nothing) {
+TEST(AnOutcome, OfATextThatIsNoneIsNothing) {
   for (const char* text :
        {"", "{", "[]", "null", "3", R"({"kind": "holds"})", R"({"kind": "later"})"})
     EXPECT_FALSE(outcome_from_json(text)) << text;
   EXPECT_TRUE(outcome_with_words(std::nullopt).is_null());
 }
 
-TEST(an_outcome, has_a_name_of_its_own_for_each_kind) {
+TEST(AnOutcome, HasANameOfItsOwnForEachKind) {
   std::set<std::string> names;
   for (const OutcomeKind kind : kOutcomeKinds) {
     EXPECT_EQ(outcome_kind(to_string(kind)), kind);

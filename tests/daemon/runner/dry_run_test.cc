@@ -16,7 +16,7 @@ struct DryRun : Session {
   }
 };
 
-TEST(a_dry_run, goes_from_stand_off_to_stand_off_over_the_clear_points_and_home) {
+TEST(ADryRun, GoesFromStandOffToStandOffOverTheClearPointsAndHome) {
   DryRun session;
   const State end = session.run();
   ASSERT_EQ(end.phase, Phase::kDone) << (end.failure ? words(end.failure->detail) : "");
@@ -33,7 +33,7 @@ TEST(a_dry_run, goes_from_stand_off_to_stand_off_over_the_clear_points_and_home)
   EXPECT_EQ(end.done, 3u);
 }
 
-TEST(a_dry_run, searches_nothing_arms_nothing_and_records_no_touch) {
+TEST(ADryRun, SearchesNothingArmsNothingAndRecordsNoTouch) {
   DryRun session;
   session.run();
   for (const drivers::Move& move : session.backend.world.moves)
@@ -45,13 +45,13 @@ TEST(a_dry_run, searches_nothing_arms_nothing_and_records_no_touch) {
   EXPECT_EQ(session.recorder.ends[0].ending, Ending::kDone);
 }
 
-TEST(a_dry_run, of_one_touch_ends_at_home) {
+TEST(ADryRun, OfOneTouchEndsAtHome) {
   DryRun session({}, 1);
   EXPECT_EQ(session.run().phase, Phase::kDone);
   EXPECT_EQ(session.backend.world.at_rad, 0.0);
 }
 
-TEST(a_dry_run, ends_where_the_tip_meets_something_on_whichever_move) {
+TEST(ADryRun, EndsWhereTheTipMeetsSomethingOnWhicheverMove) {
   DryRun whole;
   whole.run();
   for (int move = 1; move <= static_cast<int>(whole.backend.world.moves.size()); ++move) {
@@ -64,7 +64,7 @@ TEST(a_dry_run, ends_where_the_tip_meets_something_on_whichever_move) {
   }
 }
 
-TEST(a_dry_run, that_is_aborted_stops_the_arm) {
+TEST(ADryRun, ThatIsAbortedStopsTheArm) {
   for (const Phase phase : {Phase::kTransit, Phase::kRetreat, Phase::kReturning}) {
     DryRun session;
     EXPECT_EQ(session.run_and_abort_in(phase).phase, Phase::kAborted) << to_string(phase);

@@ -50,7 +50,7 @@ int retreats_to(const Session& session, double rad) {
   return found;
 }
 
-TEST(touches_chosen_one_by_one, are_made_until_none_is_chosen_any_more) {
+TEST(TouchesChosenOneByOne, AreMadeUntilNoneIsChosenAnyMore) {
   Offers offers;
   Choosing session(offers);
   const State end = session.run();
@@ -64,7 +64,7 @@ TEST(touches_chosen_one_by_one, are_made_until_none_is_chosen_any_more) {
   EXPECT_NEAR(session.backend.world.moves.back().target_rad[0], 0.0, 1e-12) << "the way home";
 }
 
-TEST(touches_chosen_one_by_one, go_through_choosing_behind_each) {
+TEST(TouchesChosenOneByOne, GoThroughChoosingBehindEach) {
   Offers offers{.wanted = 1};
   Choosing session(offers);
   session.run();
@@ -76,7 +76,7 @@ TEST(touches_chosen_one_by_one, go_through_choosing_behind_each) {
   EXPECT_EQ(session.phases, expected);
 }
 
-TEST(touches_chosen_one_by_one, are_chosen_with_the_newest_one_on_disk) {
+TEST(TouchesChosenOneByOne, AreChosenWithTheNewestOneOnDisk) {
   Offers offers;
   Choosing session(offers);
   std::vector<std::size_t> on_disk;
@@ -91,14 +91,14 @@ TEST(touches_chosen_one_by_one, are_chosen_with_the_newest_one_on_disk) {
   EXPECT_EQ(on_disk, offers.seen);
 }
 
-TEST(touches_chosen_one_by_one, stay_where_they_are_where_no_way_home_is_clear) {
+TEST(TouchesChosenOneByOne, StayWhereTheyAreWhereNoWayHomeIsClear) {
   Offers offers{.wanted = 1, .without_way_home = true};
   Choosing session(offers);
   EXPECT_EQ(session.run().phase, Phase::kDone);
   EXPECT_EQ(session.backend.world.moves.back().kind, MoveKind::kRetreat);
 }
 
-TEST(a_touch_chosen_one_by_one, that_meets_nothing_is_left_proven_and_replaced) {
+TEST(ATouchChosenOneByOne, ThatMeetsNothingIsLeftProvenAndReplaced) {
   Offers offers;
   Choosing session(offers, {.outcome = {{3, MoveOutcome::kArrived}}});
   const State end = session.run();
@@ -112,7 +112,7 @@ TEST(a_touch_chosen_one_by_one, that_meets_nothing_is_left_proven_and_replaced) 
   EXPECT_GE(session.backend.world.self_tests, 1) << "the sensor may be what failed";
 }
 
-TEST(a_search_for_a_sphere, that_meets_nothing_is_an_answer_and_no_failure) {
+TEST(ASearchForASphere, ThatMeetsNothingIsAnAnswerAndNoFailure) {
   Offers offers{.wanted = 1, .may_miss = true};
   Script script;
   for (int move = 3; move < 23; move += 4) script.outcome[move] = MoveOutcome::kArrived;
@@ -125,7 +125,7 @@ TEST(a_search_for_a_sphere, that_meets_nothing_is_an_answer_and_no_failure) {
   EXPECT_EQ(session.recorder.touches.size(), 1u);
 }
 
-TEST(a_search_for_a_sphere, that_lost_it_behind_the_first_contact_is_a_failed_touch) {
+TEST(ASearchForASphere, ThatLostItBehindTheFirstContactIsAFailedTouch) {
   Offers offers{.wanted = 1, .may_miss = true};
   Choosing session(offers, {.outcome = {{5, MoveOutcome::kArrived}}});
   const State end = session.run();
@@ -136,7 +136,7 @@ TEST(a_search_for_a_sphere, that_lost_it_behind_the_first_contact_is_a_failed_to
       << "it does not say that nothing is there";
 }
 
-TEST(a_session_of_chosen_touches, fails_by_name_where_nothing_can_be_chosen_to_begin_with) {
+TEST(ASessionOfChosenTouches, FailsByNameWhereNothingCanBeChosenToBeginWith) {
   Offers offers{.wanted = 0};
   Choosing session(offers);
   const State end = session.run();
@@ -146,7 +146,7 @@ TEST(a_session_of_chosen_touches, fails_by_name_where_nothing_can_be_chosen_to_b
       << words(end.failure->detail);
 }
 
-TEST(a_touch_chosen_one_by_one, of_readings_that_disagree_is_replaced) {
+TEST(ATouchChosenOneByOne, OfReadingsThatDisagreeIsReplaced) {
   Offers offers;
   Choosing session(offers,
                    {.late_m = {{5, 0.0}, {7, 0.0002}, {9, 0.0004}, {11, 0.0006}, {13, 0.0008}}});
@@ -156,7 +156,7 @@ TEST(a_touch_chosen_one_by_one, of_readings_that_disagree_is_replaced) {
   EXPECT_EQ(end.failed_touches, 1);
 }
 
-TEST(touches_chosen_one_by_one, that_fail_one_after_the_other_end_the_session_where_the_arm_is) {
+TEST(TouchesChosenOneByOne, ThatFailOneAfterTheOtherEndTheSessionWhereTheArmIs) {
   // Two are left again (moves 3, then 7 behind the retreat and the two waypoints), the third is
   // not.
   Offers offers;
@@ -171,7 +171,7 @@ TEST(touches_chosen_one_by_one, that_fail_one_after_the_other_end_the_session_wh
   EXPECT_EQ(session.backend.world.moves.size(), 11u) << "the arm must hold still";
 }
 
-TEST(a_touch_chosen_one_by_one, that_comes_too_early_is_never_replaced) {
+TEST(ATouchChosenOneByOne, ThatComesTooEarlyIsNeverReplaced) {
   Offers offers;
   Choosing session(offers, {.late_m = {{3, -0.0095}}});
   const State end = session.run();
@@ -180,7 +180,7 @@ TEST(a_touch_chosen_one_by_one, that_comes_too_early_is_never_replaced) {
   EXPECT_EQ(session.backend.world.moves.size(), 3u);
 }
 
-TEST(a_session_of_chosen_touches, fails_where_nothing_can_be_chosen_and_holds_still) {
+TEST(ASessionOfChosenTouches, FailsWhereNothingCanBeChosenAndHoldsStill) {
   Offers offers;
   Choosing session(offers);
   const auto choose = session.tasks.choose;
@@ -196,8 +196,7 @@ TEST(a_session_of_chosen_touches, fails_where_nothing_can_be_chosen_and_holds_st
   EXPECT_EQ(session.recorder.touches.size(), 1u);
 }
 
-TEST(a_session_of_chosen_touches,
-     moves_no_further_after_a_failed_touch_before_the_sensor_is_proven) {
+TEST(ASessionOfChosenTouches, MovesNoFurtherAfterAFailedTouchBeforeTheSensorIsProven) {
   State state;
   state.one_by_one = true;
   state.phase = Phase::kProving;
@@ -212,7 +211,7 @@ TEST(a_session_of_chosen_touches,
   EXPECT_EQ(step(state, event).state.phase, Phase::kChoosing);
 }
 
-TEST(a_session_of_chosen_touches, can_be_aborted_while_it_chooses) {
+TEST(ASessionOfChosenTouches, CanBeAbortedWhileItChooses) {
   Offers offers;
   Choosing session(offers);
   EXPECT_EQ(session.run_and_abort_in(Phase::kChoosing).phase, Phase::kAborted);
@@ -220,7 +219,7 @@ TEST(a_session_of_chosen_touches, can_be_aborted_while_it_chooses) {
   EXPECT_FALSE(session.backend.world.robot_open);
 }
 
-TEST(a_session_of_chosen_touches, goes_on_with_those_on_disk) {
+TEST(ASessionOfChosenTouches, GoesOnWithThoseOnDisk) {
   Offers offers;
   Choosing first(offers);
   first.run_and_abort_in(Phase::kChoosing);
@@ -235,7 +234,7 @@ TEST(a_session_of_chosen_touches, goes_on_with_those_on_disk) {
   EXPECT_EQ(second.recorder.touches.front().index, 1u);
 }
 
-TEST(a_session_of_chosen_touches, resumed_in_contact_frees_the_tip_before_anything_else) {
+TEST(ASessionOfChosenTouches, ResumedInContactFreesTheTipBeforeAnythingElse) {
   Offers offers{.wanted = 1};
   Choosing session(offers, {.contact_closed = true});
   session.start.resumed = true;
@@ -250,7 +249,7 @@ std::shared_ptr<const calib::SearchUnderWay> left_at(double rad) {
       "S1", {{rad + 0.1}, {rad + 0.05}}, {rad - 0.05}, {{rad + 0.06}, {rad + 0.2}}});
 }
 
-TEST(a_session_of_chosen_touches, that_begins_in_contact_where_a_search_was_left_frees_the_tip) {
+TEST(ASessionOfChosenTouches, ThatBeginsInContactWhereASearchWasLeftFreesTheTip) {
   Offers offers{.wanted = 1};
   Choosing session(offers, {.contact_closed = true});
   session.start.left = left_at(session.backend.world.at_rad);
@@ -260,8 +259,7 @@ TEST(a_session_of_chosen_touches, that_begins_in_contact_where_a_search_was_left
   EXPECT_EQ(session.backend.world.moves.front().kind, MoveKind::kRetreat);
 }
 
-TEST(a_session_of_chosen_touches,
-     that_begins_in_contact_beside_the_search_that_was_left_is_refused) {
+TEST(ASessionOfChosenTouches, ThatBeginsInContactBesideTheSearchThatWasLeftIsRefused) {
   Offers offers{.wanted = 1};
   Choosing session(offers, {.contact_closed = true});
   session.start.left = left_at(session.backend.world.at_rad + 1.0);
@@ -271,7 +269,7 @@ TEST(a_session_of_chosen_touches,
   EXPECT_TRUE(session.backend.world.moves.empty());
 }
 
-TEST(a_search_for_a_sphere, is_recorded_with_its_way_out_before_the_arm_goes_there) {
+TEST(ASearchForASphere, IsRecordedWithItsWayOutBeforeTheArmGoesThere) {
   Offers offers{.wanted = 1, .may_miss = true};
   Choosing session(offers);
   const auto choose = session.tasks.choose;
@@ -293,7 +291,7 @@ TEST(a_search_for_a_sphere, is_recorded_with_its_way_out_before_the_arm_goes_the
   EXPECT_GT(moves_then, 0u);
 }
 
-TEST(a_search_for_a_sphere, that_cannot_be_recorded_is_not_begun) {
+TEST(ASearchForASphere, ThatCannotBeRecordedIsNotBegun) {
   Offers offers{.wanted = 1, .may_miss = true};
   Choosing session(offers);
   const auto choose = session.tasks.choose;

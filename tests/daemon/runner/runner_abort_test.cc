@@ -5,9 +5,9 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-class an_abort : public ::testing::TestWithParam<Phase> {};
+class AnAbort : public ::testing::TestWithParam<Phase> {};
 
-TEST_P(an_abort, leaves_the_arm_at_rest_and_the_touches_on_disk) {
+TEST_P(AnAbort, LeavesTheArmAtRestAndTheTouchesOnDisk) {
   const Phase phase = GetParam();
   Script script;
   script.contact_closed = phase == Phase::kFreeing || phase == Phase::kProving;
@@ -45,20 +45,20 @@ std::vector<Phase> abortable() {
   return phases;
 }
 
-INSTANTIATE_TEST_SUITE_P(runner, an_abort, ::testing::ValuesIn(abortable()), [](const auto& one) {
+INSTANTIATE_TEST_SUITE_P(Runner, AnAbort, ::testing::ValuesIn(abortable()), [](const auto& one) {
   std::string name = to_string(one.param);
   std::replace(name.begin(), name.end(), ' ', '_');
   return name;
 });
 
-TEST(an_abort, of_an_arm_that_does_not_stop_says_so) {
+TEST(AnAbort, OfAnArmThatDoesNotStopSaysSo) {
   Session session({.endless_from = 1, .ignores_stop = true});
   const State end = session.run_and_abort_in(Phase::kTransit);
   ASSERT_EQ(end.phase, Phase::kFailed);
   EXPECT_EQ(end.failure->kind, FailureKind::kStopUnconfirmed);
 }
 
-TEST(an_abort, that_the_disk_refuses_to_record_is_a_named_failure) {
+TEST(AnAbort, ThatTheDiskRefusesToRecordIsANamedFailure) {
   Session session;
   session.recorder.fails_at = 2;  // the plan is the first record, the end the second
   const State end = session.run_and_abort_in(Phase::kTransit);

@@ -39,7 +39,7 @@ int jobs_of_a_whole_session() {
   return session.disk.posted;
 }
 
-TEST(a_disk_that_stalls, at_any_record_holds_the_next_move_back_and_the_session_ends_by_name) {
+TEST(ADiskThatStalls, AtAnyRecordHoldsTheNextMoveBackAndTheSessionEndsByName) {
   const int jobs = jobs_of_a_whole_session();
   ASSERT_GT(jobs, 40);
   int by_name = 0;
@@ -71,7 +71,7 @@ TEST(a_disk_that_stalls, at_any_record_holds_the_next_move_back_and_the_session_
   EXPECT_GT(by_name, jobs / 2);
 }
 
-TEST(a_disk_that_stalls, is_what_the_failure_speaks_of) {
+TEST(ADiskThatStalls, IsWhatTheFailureSpeaksOf) {
   Session session({}, 1);
   session.watch = [&](const State& state, Runner&) {
     if (state.phase == Phase::kSlowSearch) session.disk.stalls_at = 0;
@@ -84,7 +84,7 @@ TEST(a_disk_that_stalls, is_what_the_failure_speaks_of) {
       << words(end.failure->detail);
 }
 
-TEST(a_disk_that_stalls, keeps_no_abort_from_ending_a_session_that_records_a_touch) {
+TEST(ADiskThatStalls, KeepsNoAbortFromEndingASessionThatRecordsATouch) {
   Session session({}, 1);
   AtTheEnd at_end;
   watch_the_end(session, at_end, [&](const State& state, Runner& runner) {
@@ -101,7 +101,7 @@ TEST(a_disk_that_stalls, keeps_no_abort_from_ending_a_session_that_records_a_tou
   EXPECT_EQ(session.recorder.ends[0].ending, Ending::kAborted);
 }
 
-TEST(a_disk_that_stalls, keeps_no_abort_from_a_move_that_waits_for_it) {
+TEST(ADiskThatStalls, KeepsNoAbortFromAMoveThatWaitsForIt) {
   Session session({}, 1);
   AtTheEnd at_end;
   watch_the_end(session, at_end, [&](const State& state, Runner& runner) {
@@ -114,7 +114,7 @@ TEST(a_disk_that_stalls, keeps_no_abort_from_a_move_that_waits_for_it) {
   EXPECT_FALSE(at_end.open);
 }
 
-TEST(a_disk_that_stalls, while_the_arm_moves_keeps_no_abort_from_stopping_it) {
+TEST(ADiskThatStalls, WhileTheArmMovesKeepsNoAbortFromStoppingIt) {
   Session session({.endless_from = 3}, 1);
   AtTheEnd at_end;
   watch_the_end(session, at_end, [&](const State& state, Runner& runner) {
@@ -128,7 +128,7 @@ TEST(a_disk_that_stalls, while_the_arm_moves_keeps_no_abort_from_stopping_it) {
   EXPECT_GT(at_end.waiting, 0u);
 }
 
-TEST(a_disk_that_stalls, hides_no_lost_robot) {
+TEST(ADiskThatStalls, HidesNoLostRobot) {
   Session session({}, 1);
   AtTheEnd at_end;
   watch_the_end(session, at_end, [&](const State& state, Runner&) {
@@ -141,7 +141,7 @@ TEST(a_disk_that_stalls, hides_no_lost_robot) {
   EXPECT_GT(at_end.waiting, 0u);
 }
 
-TEST(a_journal_that_is_gone, is_noticed_before_the_next_move) {
+TEST(AJournalThatIsGone, IsNoticedBeforeTheNextMove) {
   struct Gone final : Recorder {
     void record(const RecordPlan&) override {}
     void record(const RecordSearch&) override {}

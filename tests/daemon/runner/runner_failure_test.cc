@@ -19,9 +19,9 @@ struct Case {
   std::size_t moves;  ///< begun before the failure
 };
 
-class a_failure : public ::testing::TestWithParam<Case> {};
+class AFailure : public ::testing::TestWithParam<Case> {};
 
-TEST_P(a_failure, is_named_and_nothing_moves_after_it) {
+TEST_P(AFailure, IsNamedAndNothingMovesAfterIt) {
   Session session(GetParam().script, 2);
   const State end = session.run();
   ASSERT_EQ(end.phase, Phase::kFailed);
@@ -145,10 +145,10 @@ const Case kCases[] = {
      2},
 };
 
-INSTANTIATE_TEST_SUITE_P(runner, a_failure, ::testing::ValuesIn(kCases),
+INSTANTIATE_TEST_SUITE_P(Runner, AFailure, ::testing::ValuesIn(kCases),
                          [](const auto& one) { return std::string(one.param.name); });
 
-TEST(a_full_disk, at_any_record_stops_the_session_before_the_next_move) {
+TEST(AFullDisk, AtAnyRecordStopsTheSessionBeforeTheNextMove) {
   int calls = 0;
   {
     Session session({}, 2);
@@ -173,7 +173,7 @@ TEST(a_full_disk, at_any_record_stops_the_session_before_the_next_move) {
   }
 }
 
-TEST(a_failing_worker, ends_the_session_with_its_words) {
+TEST(AFailingWorker, EndsTheSessionWithItsWords) {
   const auto fail = [](const char* words) { throw std::runtime_error(words); };
   Session plan;
   plan.tasks.plan = [&]() -> Tasks::Planned {
@@ -214,12 +214,12 @@ TEST(a_failing_worker, ends_the_session_with_its_words) {
   EXPECT_TRUE(words(reported->detail).starts_with("report.html: cannot be written. ")) << words(reported->detail);
 }
 
-TEST(a_failure, reads_as_one_line_whatever_a_device_says) {
+TEST(AFailure, ReadsAsOneLineWhateverADeviceSays) {
   const Failure failure{FailureKind::kDevice, "two\nlines\x1b[2J"};
   EXPECT_EQ(describe(failure), "device: two lines [2J");
 }
 
-TEST(a_session, that_meets_an_exception_of_nobodys_stops_the_arm_and_ends_failed) {
+TEST(ASession, ThatMeetsAnExceptionOfNobodysStopsTheArmAndEndsFailed) {
   Session session;
   Runner runner({session.backend, session.recorder, session.worker, session.worker, session.tasks,
                  [](const State& state, const std::vector<calib::Touch>&) {

@@ -11,7 +11,7 @@ std::vector<calib::Touch> touches(std::size_t count) {
   return result;
 }
 
-TEST(a_resumed_session, makes_only_the_touches_that_are_missing) {
+TEST(AResumedSession, MakesOnlyTheTouchesThatAreMissing) {
   Session session;
   session.start.resumed = true;
   session.start.expected_hash = "hash of 3";
@@ -24,7 +24,7 @@ TEST(a_resumed_session, makes_only_the_touches_that_are_missing) {
   EXPECT_EQ(end.result->calibration()->after.count, 3);
 }
 
-TEST(a_resumed_session, asks_for_a_way_from_where_the_arm_stands) {
+TEST(AResumedSession, AsksForAWayFromWhereTheArmStands) {
   Session session;
   session.start.resumed = true;
   session.done = touches(1);
@@ -41,7 +41,7 @@ TEST(a_resumed_session, asks_for_a_way_from_where_the_arm_stands) {
   EXPECT_EQ(from, calib::JointVector{0.1234});
 }
 
-TEST(a_resumed_session, with_nothing_left_identifies_without_opening_a_device) {
+TEST(AResumedSession, WithNothingLeftIdentifiesWithoutOpeningADevice) {
   Session session;
   session.start.resumed = true;
   session.done = touches(3);
@@ -50,7 +50,7 @@ TEST(a_resumed_session, with_nothing_left_identifies_without_opening_a_device) {
   EXPECT_TRUE(session.backend.world.moves.empty());
 }
 
-TEST(a_resumed_session, whose_plan_has_changed_is_refused) {
+TEST(AResumedSession, WhosePlanHasChangedIsRefused) {
   Session session;
   session.start.resumed = true;
   session.start.expected_hash = "hash of another";
@@ -60,7 +60,7 @@ TEST(a_resumed_session, whose_plan_has_changed_is_refused) {
   EXPECT_EQ(session.backend.world.opened, 0);
 }
 
-TEST(a_resumed_session, that_stands_in_contact_leaves_it_and_proves_the_sensor_first) {
+TEST(AResumedSession, ThatStandsInContactLeavesItAndProvesTheSensorFirst) {
   Session session({.contact_closed = true});
   session.start.resumed = true;
   session.done = touches(1);
@@ -71,7 +71,7 @@ TEST(a_resumed_session, that_stands_in_contact_leaves_it_and_proves_the_sensor_f
   EXPECT_GE(session.backend.world.self_tests, 1);
 }
 
-TEST(a_resumed_session, arms_at_once_when_the_way_out_of_contact_ends_at_the_stand_off) {
+TEST(AResumedSession, ArmsAtOnceWhenTheWayOutOfContactEndsAtTheStandOff) {
   Session session({.contact_closed = true}, 1);
   session.start.resumed = true;
   session.tasks.route = [](calib::Plan plan, std::size_t, const calib::JointVector&) {
@@ -82,7 +82,7 @@ TEST(a_resumed_session, arms_at_once_when_the_way_out_of_contact_ends_at_the_sta
   EXPECT_EQ(session.backend.world.moves.at(1).kind, drivers::MoveKind::kSearch);
 }
 
-TEST(a_resumed_session, that_cannot_leave_the_contact_says_so) {
+TEST(AResumedSession, ThatCannotLeaveTheContactSaysSo) {
   Session session(
       {.outcome = {{1, drivers::MoveOutcome::kStillInContact}}, .contact_closed = true});
   session.start.resumed = true;

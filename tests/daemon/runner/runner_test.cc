@@ -9,7 +9,7 @@ namespace {
 
 using drivers::MoveKind;
 
-TEST(a_session, makes_every_touch_of_the_plan_and_ends_done) {
+TEST(ASession, MakesEveryTouchOfThePlanAndEndsDone) {
   Session session;
   const State end = session.run();
   EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? words(end.failure->detail) : "");
@@ -26,7 +26,7 @@ TEST(a_session, makes_every_touch_of_the_plan_and_ends_done) {
   EXPECT_EQ(session.recorder.ends[0].ending, Ending::kDone);
 }
 
-TEST(a_session, goes_through_its_phases_in_the_order_of_the_method) {
+TEST(ASession, GoesThroughItsPhasesInTheOrderOfTheMethod) {
   Session session({}, 1);
   session.run();
   using enum Phase;
@@ -37,7 +37,7 @@ TEST(a_session, goes_through_its_phases_in_the_order_of_the_method) {
   EXPECT_EQ(session.phases, expected);
 }
 
-TEST(a_session, searches_at_the_speeds_of_its_policy_under_the_sensors_arming) {
+TEST(ASession, SearchesAtTheSpeedsOfItsPolicyUnderTheSensorsArming) {
   Session session({}, 1);
   session.run();
   std::vector<drivers::Move> searches;
@@ -54,7 +54,7 @@ TEST(a_session, searches_at_the_speeds_of_its_policy_under_the_sensors_arming) {
   for (std::size_t i = 0; i < searches.size(); ++i) EXPECT_EQ(searches[i].arm_id, i + 1);
 }
 
-TEST(a_session, backs_off_along_the_search_line_and_leaves_to_the_clear_point) {
+TEST(ASession, BacksOffAlongTheSearchLineAndLeavesToTheClearPoint) {
   Session session({}, 1);
   session.run();
   std::vector<double> retreats;
@@ -67,7 +67,7 @@ TEST(a_session, backs_off_along_the_search_line_and_leaves_to_the_clear_point) {
   EXPECT_NEAR(retreats[2], 0.09, 1e-12);
 }
 
-TEST(a_session, never_gives_two_moves_the_same_number) {
+TEST(ASession, NeverGivesTwoMovesTheSameNumber) {
   Session session;
   session.run();
   const auto& begun = session.backend.world.begun;
@@ -75,7 +75,7 @@ TEST(a_session, never_gives_two_moves_the_same_number) {
   for (std::size_t i = 1; i < begun.size(); ++i) EXPECT_GT(begun[i], begun[i - 1]);
 }
 
-TEST(a_session, has_each_touch_on_disk_before_the_next_move) {
+TEST(ASession, HasEachTouchOnDiskBeforeTheNextMove) {
   Session session;
   std::vector<std::size_t> moves_at_record;
   struct Watching final : Recorder {
@@ -102,7 +102,7 @@ TEST(a_session, has_each_touch_on_disk_before_the_next_move) {
   EXPECT_EQ(watching.touches, 3);
 }
 
-TEST(a_session, keeps_every_reading_as_evidence) {
+TEST(ASession, KeepsEveryReadingAsEvidence) {
   Session session({}, 1);
   session.run();
   ASSERT_EQ(session.recorder.readings.size(), 3u);
@@ -112,7 +112,7 @@ TEST(a_session, keeps_every_reading_as_evidence) {
   EXPECT_EQ(session.recorder.readings[2].number, 2);
 }
 
-TEST(a_session, reads_again_until_two_readings_agree) {
+TEST(ASession, ReadsAgainUntilTwoReadingsAgree) {
   // Searches are moves 3 (fast), 5, 7, 9 (slow).
   Session session({.outcome = {}, .late_m = {{5, 0.0}, {7, 0.0002}, {9, 0.00023}}}, 1);
   EXPECT_EQ(session.run().phase, Phase::kDone);
@@ -122,7 +122,7 @@ TEST(a_session, reads_again_until_two_readings_agree) {
   EXPECT_EQ(session.recorder.readings.size(), 4u);
 }
 
-TEST(a_session, closes_its_devices_before_it_identifies) {
+TEST(ASession, ClosesItsDevicesBeforeItIdentifies) {
   Session session;
   session.tasks.identify = [&](const std::vector<calib::Touch>&) {
     EXPECT_FALSE(session.backend.world.robot_open);
@@ -132,12 +132,12 @@ TEST(a_session, closes_its_devices_before_it_identifies) {
   EXPECT_EQ(session.run().phase, Phase::kDone);
 }
 
-TEST(a_session, shows_the_residual_of_the_newest_touch) {
+TEST(ASession, ShowsTheResidualOfTheNewestTouch) {
   Session session;
   EXPECT_EQ(session.run().residual_m, 3.0);
 }
 
-TEST(a_session, is_the_same_when_it_is_repeated) {
+TEST(ASession, IsTheSameWhenItIsRepeated) {
   Session first, second;
   first.run();
   second.run();
@@ -146,13 +146,13 @@ TEST(a_session, is_the_same_when_it_is_repeated) {
   EXPECT_EQ(first.backend.world.clock.now(), second.backend.world.clock.now());
 }
 
-TEST(a_session, proves_the_sensor_again_when_it_refuses_to_be_armed_once) {
+TEST(ASession, ProvesTheSensorAgainWhenItRefusesToBeArmedOnce) {
   Session session({.refused_armings = 1}, 1);
   EXPECT_EQ(session.run().phase, Phase::kDone);
   EXPECT_EQ(session.backend.world.self_tests, 1);
 }
 
-TEST(a_session, backs_off_from_noise_and_searches_again) {
+TEST(ASession, BacksOffFromNoiseAndSearchesAgain) {
   // Move 3 is the fast search, move 7 then the first slow one.
   Session session(
       {.outcome = {{3, drivers::MoveOutcome::kRevoked}, {7, drivers::MoveOutcome::kRevoked}}}, 1);

@@ -72,16 +72,16 @@ void expect_over_both_wires(const calib::Cell& stated, Outcome outcome) {
   EXPECT_EQ(compared_by(over_eki), outcome) << "EKI";
 }
 
-TEST(stated_poses, of_the_robot_files_arm_agree) {
+TEST(StatedPoses, OfTheRobotFilesArmAgree) {
   expect_over_both_wires(cell_of("kr5_r1400"), Outcome::kAgrees);
 }
 
-TEST(stated_poses, of_another_type_or_with_absolute_accuracy_differ) {
+TEST(StatedPoses, OfAnotherTypeOrWithAbsoluteAccuracyDiffer) {
   expect_over_both_wires(cell_of("kr5_arc"), Outcome::kDiffers);
   expect_over_both_wires(measured(), Outcome::kDiffers);
 }
 
-TEST(stated_poses, with_another_tool_are_of_the_same_model) {
+TEST(StatedPoses, WithAnotherToolAreOfTheSameModel) {
   calib::Cell cell = cell_of("kr5_r1400");
   cell.tool.tcp.translation() = Eigen::Vector3d(0.06, 0.05, 0.41);
   cell.tool.tcp.linear() =

@@ -9,7 +9,7 @@ namespace {
 
 using drivers::MoveOutcome;
 
-TEST(a_touch, that_comes_too_early_is_refused_by_name) {
+TEST(ATouch, ThatComesTooEarlyIsRefusedByName) {
   Session session({.late_m = {{3, -0.0095}}}, 1);
   const State end = session.run();
   ASSERT_EQ(end.phase, Phase::kFailed);
@@ -19,7 +19,7 @@ TEST(a_touch, that_comes_too_early_is_refused_by_name) {
   EXPECT_EQ(session.backend.world.moves.size(), 3u) << "the arm must hold still";
 }
 
-TEST(a_touch, that_never_comes_names_the_target_and_the_cell_file) {
+TEST(ATouch, ThatNeverComesNamesTheTargetAndTheCellFile) {
   Session session({.outcome = {{3, MoveOutcome::kArrived}}});
   const State end = session.run();
   ASSERT_EQ(end.phase, Phase::kFailed);
@@ -29,7 +29,7 @@ TEST(a_touch, that_never_comes_names_the_target_and_the_cell_file) {
   EXPECT_NE(words(end.failure->detail).find("Check centre_mm"), std::string::npos);
 }
 
-TEST(a_touch, that_never_comes_is_believed_only_of_a_sensor_that_proves_itself) {
+TEST(ATouch, ThatNeverComesIsBelievedOnlyOfASensorThatProvesItself) {
   Session well({.outcome = {{3, MoveOutcome::kArrived}}});
   EXPECT_EQ(well.run().failure->kind, FailureKind::kNoContact);
   EXPECT_EQ(well.backend.world.self_tests, 1);
@@ -42,7 +42,7 @@ TEST(a_touch, that_never_comes_is_believed_only_of_a_sensor_that_proves_itself) 
   EXPECT_EQ(blind.backend.world.moves.size(), 3u) << "the arm must hold still";
 }
 
-TEST(a_touch, that_the_slow_search_does_not_find_again_is_no_matter_of_the_cell_file) {
+TEST(ATouch, ThatTheSlowSearchDoesNotFindAgainIsNoMatterOfTheCellFile) {
   Session session({.outcome = {{5, MoveOutcome::kArrived}}}, 1);
   const State end = session.run();
   ASSERT_EQ(end.phase, Phase::kFailed);
@@ -53,7 +53,7 @@ TEST(a_touch, that_the_slow_search_does_not_find_again_is_no_matter_of_the_cell_
   EXPECT_NE(words(end.failure->detail).find("up to 3.0 mm beyond it"), std::string::npos);
 }
 
-TEST(a_touch, whose_contact_is_told_wrongly_never_leads_the_arm_farther_in) {
+TEST(ATouch, WhoseContactIsToldWronglyNeverLeadsTheArmFartherIn) {
   Session session({.latch_off_m = {{3, 0.005}}}, 1);
   session.run();
   ASSERT_GE(session.backend.world.moves.size(), 4u);
@@ -61,7 +61,7 @@ TEST(a_touch, whose_contact_is_told_wrongly_never_leads_the_arm_farther_in) {
   EXPECT_NEAR(session.backend.world.moves[3].target_rad[0], 0.1092, 1e-9);
 }
 
-TEST(a_touch, whose_readings_never_agree_is_given_up_with_all_of_them) {
+TEST(ATouch, WhoseReadingsNeverAgreeIsGivenUpWithAllOfThem) {
   Session session({.late_m = {{5, 0.0}, {7, 0.0002}, {9, 0.0004}, {11, 0.0006}, {13, 0.0008}}}, 1);
   const State end = session.run();
   ASSERT_EQ(end.phase, Phase::kFailed);
@@ -72,7 +72,7 @@ TEST(a_touch, whose_readings_never_agree_is_given_up_with_all_of_them) {
   EXPECT_TRUE(session.recorder.touches.empty());
 }
 
-TEST(a_touch, of_noise_alone_is_given_up_after_a_bounded_number_of_tries) {
+TEST(ATouch, OfNoiseAloneIsGivenUpAfterABoundedNumberOfTries) {
   Script script;
   for (int move = 3; move < 60; move += 2) script.outcome[move] = MoveOutcome::kRevoked;
   Session session(script, 1);
@@ -82,7 +82,7 @@ TEST(a_touch, of_noise_alone_is_given_up_after_a_bounded_number_of_tries) {
   EXPECT_EQ(end.total_revoked, 5u);
 }
 
-TEST(a_touch, counts_noise_for_itself_alone) {
+TEST(ATouch, CountsNoiseForItselfAlone) {
   Script script;
   // Three trips of noise in each of two touches, four moves later each time.
   for (int move : {3, 5, 7}) script.outcome[move] = MoveOutcome::kRevoked;
@@ -93,7 +93,7 @@ TEST(a_touch, counts_noise_for_itself_alone) {
   EXPECT_EQ(end.total_revoked, 3u);
 }
 
-TEST(a_touch, stays_on_disk_when_the_contact_does_not_open_behind_it) {
+TEST(ATouch, StaysOnDiskWhenTheContactDoesNotOpenBehindIt) {
   Session session({.outcome = {{8, MoveOutcome::kStillInContact}}}, 2);
   const State end = session.run();
   ASSERT_EQ(end.phase, Phase::kFailed);

@@ -24,7 +24,7 @@ State run(Script script, bool unattended, std::size_t* moves = nullptr) {
   return end;
 }
 
-TEST(a_session_without_a_person, ends_before_its_first_motion_where_somebody_works_at_the_robot) {
+TEST(ASessionWithoutAPerson, EndsBeforeItsFirstMotionWhereSomebodyWorksAtTheRobot) {
   const Script kSomebody[] = {script_of(OperatingMode::kT1, {}), script_of(OperatingMode::kT2, 100),
                               script_of(OperatingMode::kExt, 30),
                               script_of(OperatingMode::kUnknown, 0)};
@@ -38,13 +38,13 @@ TEST(a_session_without_a_person, ends_before_its_first_motion_where_somebody_wor
   }
 }
 
-TEST(a_session_without_a_person, goes_on_where_nobody_does_or_the_link_does_not_tell) {
+TEST(ASessionWithoutAPerson, GoesOnWhereNobodyDoesOrTheLinkDoesNotTell) {
   EXPECT_EQ(run(script_of(OperatingMode::kAut, 100), true).phase, Phase::kDone);
   EXPECT_EQ(run(script_of(OperatingMode::kExt, {}), true).phase, Phase::kDone);
   EXPECT_EQ(run({}, true).phase, Phase::kDone);
 }
 
-TEST(what_made_the_robot_silent, is_part_of_the_failure) {
+TEST(WhatMadeTheRobotSilent, IsPartOfTheFailure) {
   Script script;
   script.outcome = {{2, drivers::MoveOutcome::kRobotSilent}};
   script.interruption = {{2, drivers::Interruption::kLateReplies}};

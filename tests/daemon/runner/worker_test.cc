@@ -13,7 +13,7 @@
 namespace cellcal::daemon {
 namespace {
 
-TEST(a_worker_thread, does_its_jobs_in_order) {
+TEST(AWorkerThread, DoesItsJobsInOrder) {
   std::vector<int> done;
   std::promise<void> last;
   ThreadWorker worker;
@@ -24,7 +24,7 @@ TEST(a_worker_thread, does_its_jobs_in_order) {
   for (int i = 0; i < 100; ++i) EXPECT_EQ(done[static_cast<std::size_t>(i)], i);
 }
 
-TEST(a_worker_thread, finishes_the_job_in_hand_when_it_ends) {
+TEST(AWorkerThread, FinishesTheJobInHandWhenItEnds) {
   std::promise<void> begun;
   bool finished = false;
   {
@@ -39,7 +39,7 @@ TEST(a_worker_thread, finishes_the_job_in_hand_when_it_ends) {
   EXPECT_TRUE(finished);
 }
 
-TEST(a_session_with_a_worker_thread, ends_as_one_with_an_inline_worker_does) {
+TEST(ASessionWithAWorkerThread, EndsAsOneWithAnInlineWorkerDoes) {
   testing::Session session;
   ThreadWorker worker;
   // The virtual clock runs far ahead of the thread: the timeouts have to be long.
@@ -72,7 +72,7 @@ struct StalledRecorder final : Recorder {
   std::atomic<bool> on_disk{false};
 };
 
-TEST(an_abort_of_a_session_whose_touch_waits_for_the_disk, does_not_wait_for_it) {
+TEST(AnAbortOfASessionWhoseTouchWaitsForTheDisk, DoesNotWaitForIt) {
   testing::Session session({}, 1);
   StalledRecorder recorder;
   ThreadWorker disk(ThreadWorker::Priority::kNormal);
@@ -121,7 +121,7 @@ class HangingBackend final : public Backend {
   std::promise<void> hanging, go_on;
 };
 
-TEST(a_runner, whose_loop_or_devices_hang_is_not_alive) {
+TEST(ARunner, WhoseLoopOrDevicesHangIsNotAlive) {
   HangingBackend backend;
   testing::Session session({}, 1);
   Runner* running = nullptr;
@@ -143,7 +143,7 @@ TEST(a_runner, whose_loop_or_devices_hang_is_not_alive) {
   EXPECT_FALSE(runner.alive());
 }
 
-TEST(a_runner, whose_devices_hang_is_not_alive) {
+TEST(ARunner, WhoseDevicesHangIsNotAlive) {
   HangingBackend backend;
   testing::Session session({}, 1);
   Runner runner({backend, session.recorder, session.worker, session.worker, session.tasks, {}}, {},
@@ -152,7 +152,7 @@ TEST(a_runner, whose_devices_hang_is_not_alive) {
   EXPECT_FALSE(runner.alive());
 }
 
-TEST(an_abort_of_a_planning_session, does_not_wait_for_the_plan) {
+TEST(AnAbortOfAPlanningSession, DoesNotWaitForThePlan) {
   testing::Session session;
   std::promise<void> release;
   session.tasks.plan = [&]() -> Tasks::Planned {
@@ -178,7 +178,7 @@ TEST(an_abort_of_a_planning_session, does_not_wait_for_the_plan) {
   }
 }
 
-TEST(an_abort_of_a_planning_session, calls_the_plan_off_which_is_no_failure) {
+TEST(AnAbortOfAPlanningSession, CallsThePlanOffWhichIsNoFailure) {
   testing::Session session;
   std::promise<void> begun;
   session.tasks.plan = [&]() -> Tasks::Planned { compute(begun); };
@@ -201,7 +201,7 @@ TEST(an_abort_of_a_planning_session, calls_the_plan_off_which_is_no_failure) {
   EXPECT_EQ(session.recorder.ends[0].ending, Ending::kAborted);
 }
 
-TEST(an_abort_of_an_identifying_session, calls_the_estimate_off_and_the_touches_stay) {
+TEST(AnAbortOfAnIdentifyingSession, CallsTheEstimateOffAndTheTouchesStay) {
   testing::Session session;
   std::promise<void> begun;
   session.tasks.identify = [&](const std::vector<calib::Touch>&) -> SessionResult {
@@ -224,7 +224,7 @@ TEST(an_abort_of_an_identifying_session, calls_the_estimate_off_and_the_touches_
   EXPECT_EQ(session.recorder.touches.size(), 3u);
 }
 
-TEST(a_session_that_ends, calls_off_what_nobody_waits_for_any_more) {
+TEST(ASessionThatEnds, CallsOffWhatNobodyWaitsForAnyMore) {
   testing::Session session({}, 1);
   std::promise<void> begun;
   session.tasks.plan = [&]() -> Tasks::Planned { compute(begun); };
@@ -235,7 +235,7 @@ TEST(a_session_that_ends, calls_off_what_nobody_waits_for_any_more) {
   EXPECT_EQ(runner.run().phase, Phase::kFailed);
 }
 
-TEST(a_session, says_how_far_its_plan_is) {
+TEST(ASession, SaysHowFarItsPlanIs) {
   testing::Session session({}, 1);
   std::promise<void> told;
   session.tasks.plan = [&, plan = session.tasks.plan] {
@@ -258,7 +258,7 @@ TEST(a_session, says_how_far_its_plan_is) {
   EXPECT_EQ(shares, std::vector<double>{0.5});
 }
 
-TEST(a_session, says_how_far_its_plan_is_while_it_is_made_on_the_sessions_own_thread) {
+TEST(ASession, SaysHowFarItsPlanIsWhileItIsMadeOnTheSessionsOwnThread) {
   testing::Session session({}, 1);
   std::vector<double> shares;
   session.tasks.plan = [&, plan = session.tasks.plan] {

@@ -10,11 +10,11 @@ namespace {
 using namespace std::chrono_literals;
 using drivers::RobotLink;
 
-struct arm_watch : ::testing::Test {
+struct ArmWatchTest : ::testing::Test {
   ArmWatch watch;
   drivers::TimePoint now{1h};
   drivers::RobotState robot;
-  arm_watch() {
+  ArmWatchTest() {
     robot.link = RobotLink::kReady;
     robot.actual_rad = {0.1, 0.2};
   }
@@ -30,14 +30,14 @@ struct arm_watch : ::testing::Test {
   }
 };
 
-TEST_F(arm_watch, says_nothing_before_the_first_packet) {
+TEST_F(ArmWatchTest, SaysNothingBeforeTheFirstPacket) {
   robot.link = RobotLink::kDown;
   watch.update(robot, now);
   EXPECT_EQ(watch.seen(now).motion, ArmMotion::kUnknown);
   EXPECT_FALSE(watch.seen(now).packet_age_s);
 }
 
-TEST_F(arm_watch, calls_an_arm_at_rest_only_while_packets_show_it) {
+TEST_F(ArmWatchTest, CallsAnArmAtRestOnlyWhilePacketsShowIt) {
   EXPECT_EQ(after(1).motion, ArmMotion::kUnknown) << "one packet shows no motion and no rest";
   EXPECT_EQ(after(2).motion, ArmMotion::kAtRest);
   now += 300ms;
@@ -48,7 +48,7 @@ TEST_F(arm_watch, calls_an_arm_at_rest_only_while_packets_show_it) {
   EXPECT_NEAR(*watch.seen(now).packet_age_s, 5.3, 1e-9);
 }
 
-TEST_F(arm_watch, knows_nothing_of_an_arm_whose_link_is_lost_from_the_first_look_on) {
+TEST_F(ArmWatchTest, KnowsNothingOfAnArmWhoseLinkIsLostFromTheFirstLookOn) {
   ASSERT_EQ(after(3).motion, ArmMotion::kAtRest);
   robot.link = RobotLink::kLost;
   watch.update(robot, now += 20ms);
@@ -56,12 +56,12 @@ TEST_F(arm_watch, knows_nothing_of_an_arm_whose_link_is_lost_from_the_first_look
   EXPECT_NEAR(*watch.seen(now).packet_age_s, 0.02, 1e-9);
 }
 
-TEST_F(arm_watch, calls_an_arm_moving_that_another_hand_moves) {
+TEST_F(ArmWatchTest, CallsAnArmMovingThatAnotherHandMoves) {
   EXPECT_EQ(after(3, 0.01).motion, ArmMotion::kMoving);
   EXPECT_EQ(after(1).motion, ArmMotion::kAtRest);
 }
 
-TEST_F(arm_watch, takes_the_word_of_a_driver_that_has_seen_the_arm_come_to_rest) {
+TEST_F(ArmWatchTest, TakesTheWordOfADriverThatHasSeenTheArmComeToRest) {
   robot.moving = true;
   ASSERT_EQ(after(2, 0.01).motion, ArmMotion::kMoving);
   robot.moving = false;
@@ -70,7 +70,7 @@ TEST_F(arm_watch, takes_the_word_of_a_driver_that_has_seen_the_arm_come_to_rest)
   EXPECT_EQ(watch.seen(now).motion, ArmMotion::kAtRest);
 }
 
-TEST_F(arm_watch, needs_new_packets_after_a_link_was_lost) {
+TEST_F(ArmWatchTest, NeedsNewPacketsAfterALinkWasLost) {
   after(3);
   robot.link = RobotLink::kLost;
   watch.update(robot, now += 20ms);

@@ -55,11 +55,11 @@ struct SlowService {
                           {}}};
   RunRequest request;
 };
-struct an_abort : ::testing::Test, SlowService {};
-struct a_run : ::testing::Test, SlowService {};
-struct what_is_done_alone : ::testing::Test, SlowService {};
+struct AnAbort : ::testing::Test, SlowService {};
+struct ARun : ::testing::Test, SlowService {};
+struct WhatIsDoneAlone : ::testing::Test, SlowService {};
 
-TEST_F(an_abort, takes_back_a_run_that_still_waits_for_the_session_before_to_close) {
+TEST_F(AnAbort, TakesBackARunThatStillWaitsForTheSessionBeforeToClose) {
   service.start(request);
   wait_until([&] { return is_final(service.status().phase); });
 
@@ -84,7 +84,7 @@ TEST_F(an_abort, takes_back_a_run_that_still_waits_for_the_session_before_to_clo
 }
 
 /// It would keep the abort of the one that runs to itself.
-TEST_F(a_run, that_waits_beside_another_one_ends_when_that_has_taken_the_place) {
+TEST_F(ARun, ThatWaitsBesideAnotherOneEndsWhenThatHasTakenThePlace) {
   std::promise<void> prepared;
   const std::shared_future<void> ready = prepared.get_future().share();
   int backends = 0;
@@ -128,7 +128,7 @@ TEST_F(a_run, that_waits_beside_another_one_ends_when_that_has_taken_the_place) 
   EXPECT_EQ(journal.sessions()[0].state, RecordState::kAborted);
 }
 
-TEST_F(what_is_done_alone, waits_for_no_session_and_lets_none_begin) {
+TEST_F(WhatIsDoneAlone, WaitsForNoSessionAndLetsNoneBegin) {
   int done = 0;
   service.alone("an import", [&] {
     EXPECT_THROW(service.start(request), BusyError);
@@ -146,7 +146,7 @@ TEST_F(what_is_done_alone, waits_for_no_session_and_lets_none_begin) {
   EXPECT_EQ(journal.sessions().size(), 1U);
 }
 
-TEST_F(what_is_done_alone, for_some_seconds_is_waited_for_by_a_session_instead_of_refusing_it) {
+TEST_F(WhatIsDoneAlone, ForSomeSecondsIsWaitedForByASessionInsteadOfRefusingIt) {
   std::promise<std::int64_t> started;
   std::thread asking;
   EXPECT_TRUE(service.try_exclusively("telling the controller", [&] {
@@ -162,7 +162,7 @@ TEST_F(what_is_done_alone, for_some_seconds_is_waited_for_by_a_session_instead_o
   service.shutdown();
 }
 
-TEST_F(what_is_done_alone, for_some_seconds_is_waited_for_by_what_is_done_alone) {
+TEST_F(WhatIsDoneAlone, ForSomeSecondsIsWaitedForByWhatIsDoneAlone) {
   bool over = false;
   std::thread asking;
   EXPECT_TRUE(service.try_exclusively("telling the controller", [&] {
@@ -174,7 +174,7 @@ TEST_F(what_is_done_alone, for_some_seconds_is_waited_for_by_what_is_done_alone)
   EXPECT_TRUE(over);
 }
 
-TEST_F(what_is_done_alone, for_some_seconds_leaves_an_abort_to_the_session_that_waits) {
+TEST_F(WhatIsDoneAlone, ForSomeSecondsLeavesAnAbortToTheSessionThatWaits) {
   std::promise<std::string> answer;
   std::thread asking;
   EXPECT_TRUE(service.try_exclusively("telling the controller", [&] {

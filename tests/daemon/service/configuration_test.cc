@@ -15,7 +15,7 @@ namespace {
 
 const SearchLimits kByFlag{0.0025, 1, "with eki stop = \"flag\""};
 
-struct a_session_that_is_resumed : ::testing::Test {
+struct ASessionThatIsResumed : ::testing::Test {
   /// Why it is not gone on with under these limits; "devices" where it would be.
   std::string refusal(const TouchPolicy& touch, const SearchLimits& limits) {
     Journal journal(dir / "j.db");
@@ -46,7 +46,7 @@ struct a_session_that_is_resumed : ::testing::Test {
   TemporaryDirectory dir;
 };
 
-TEST_F(a_session_that_is_resumed, is_refused_where_todays_link_stops_too_slowly_for_its_searches) {
+TEST_F(ASessionThatIsResumed, IsRefusedWhereTodaysLinkStopsTooSlowlyForItsSearches) {
   TouchPolicy touch;
   EXPECT_EQ(refusal(touch, {}), "devices");
   const std::string fast = refusal(touch, kByFlag);
@@ -63,7 +63,7 @@ TEST_F(a_session_that_is_resumed, is_refused_where_todays_link_stops_too_slowly_
   EXPECT_EQ(refusal(touch, kByFlag), "devices");
 }
 
-TEST(a_session, that_begins_while_the_configuration_is_read_again_has_all_of_one) {
+TEST(ASession, ThatBeginsWhileTheConfigurationIsReadAgainHasAllOfOne) {
   const TemporaryDirectory dir;
   Journal journal(dir / "j.db");
   // With the one a qualification is begun, with the other it is refused before its devices are asked for.
@@ -101,7 +101,7 @@ TEST(a_session, that_begins_while_the_configuration_is_read_again_has_all_of_one
   EXPECT_EQ(mixed, 0);
 }
 
-TEST(a_dry_run, has_a_tenth_of_the_axis_speeds_at_most_and_no_other_session_has) {
+TEST(ADryRun, HasATenthOfTheAxisSpeedsAtMostAndNoOtherSessionHas) {
   const TemporaryDirectory dir;
   Journal journal(dir / "j.db");
   std::vector<double> shares;

@@ -90,7 +90,7 @@ void resume_to_the_end(const std::filesystem::path& path, const std::string& whe
   expect_whole(path, before, where);
 }
 
-TEST(a_session, that_is_killed_at_each_of_its_transitions_is_resumed_to_its_end) {
+TEST(ASession, ThatIsKilledAtEachOfItsTransitionsIsResumedToItsEnd) {
   const int steps = steps_of_a_whole_session();
   ASSERT_GT(steps, 60);
   for (int nth = 1; nth <= steps; ++nth) {
@@ -110,7 +110,7 @@ TEST(a_session, that_is_killed_at_each_of_its_transitions_is_resumed_to_its_end)
   std::printf("killed at each of %d transitions: no touch lost or doubled, all resumed\n", steps);
 }
 
-TEST(a_session, whose_power_is_cut_at_many_of_its_writes_is_resumed_to_its_end) {
+TEST(ASession, WhosePowerIsCutAtManyOfItsWritesIsResumedToItsEnd) {
   int cuts = 0;
   constexpr long kStride = 7;
   for (long at = 0;; at += kStride) {
@@ -159,7 +159,7 @@ void fail_from(long at, int error, int& failed, bool& went_through) {
   resume_to_the_end(dir / "j.db", where);
 }
 
-TEST(a_session, whose_disk_is_full_or_turns_read_only_holds_still_by_name_and_is_resumed) {
+TEST(ASession, WhoseDiskIsFullOrTurnsReadOnlyHoldsStillByNameAndIsResumed) {
   for (const int error : {ENOSPC, EROFS}) {
     int failed = 0;
     bool went_through = false;
@@ -174,7 +174,7 @@ TEST(a_session, whose_disk_is_full_or_turns_read_only_holds_still_by_name_and_is
   }
 }
 
-TEST(a_session, has_every_change_of_phase_and_every_contact_in_its_rows) {
+TEST(ASession, HasEveryChangeOfPhaseAndEveryContactInItsRows) {
   const TemporaryDirectory dir;
   std::vector<Phase> phases{Phase::kIdle};
   {
@@ -256,8 +256,7 @@ class ACalibratedCell : public ::testing::TestWithParam<SessionKind> {
   }
 };
 
-TEST_P(ACalibratedCell,
-       whose_disk_fails_in_mid_session_holds_still_by_name_keeps_its_calibration_and_goes_on) {
+TEST_P(ACalibratedCell, WhoseDiskFailsInMidSessionHoldsStillByNameKeepsItsCalibrationAndGoesOn) {
   const RunRequest wanted = request(GetParam());
   for (const int error : {ENOSPC, EIO}) sweep(wanted, error);
 }
@@ -348,7 +347,7 @@ int fail_each_import(int error, long every, bool rows_are_there) {
   }
 }
 
-TEST(an_import, whose_disk_fails_at_any_write_is_refused_by_name_and_whole_when_it_is_back) {
+TEST(AnImport, WhoseDiskFailsAtAnyWriteIsRefusedByNameAndWholeWhenItIsBack) {
   constexpr long kShare = 10;  // it takes less time than a session
   for (const int error : {ENOSPC, EIO}) {
     const int rows =
@@ -363,7 +362,7 @@ TEST(an_import, whose_disk_fails_at_any_write_is_refused_by_name_and_whole_when_
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(sessions, ACalibratedCell,
+INSTANTIATE_TEST_SUITE_P(Sessions, ACalibratedCell,
                          ::testing::Values(SessionKind::kCalibrate, SessionKind::kQualify),
                          [](const auto& one) {
                            return std::string(one.param == SessionKind::kQualify ? "qualify"

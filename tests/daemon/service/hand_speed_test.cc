@@ -17,7 +17,7 @@ namespace {
 constexpr double kBoundMS = 0.225;
 constexpr double kFraction = 0.5;
 
-struct hand_speed : ::testing::Test {
+struct HandSpeedTest : ::testing::Test {
   drivers::RsiConfig config() const {
     drivers::RsiConfig config = drivers::rig_config();
     for (std::size_t i = 0; i < config.limits.size(); ++i) {
@@ -68,7 +68,7 @@ struct hand_speed : ::testing::Test {
   std::shared_ptr<const calib::ArmModel> arm = std::make_shared<const calib::ArmModel>(cell);
 };
 
-void hand_speed::move_in_t1(const HandSpeed& speed, const sim::ControllerConfig& krc) const {
+void HandSpeedTest::move_in_t1(const HandSpeed& speed, const sim::ControllerConfig& krc) const {
   drivers::Rig rig(krc, config());
   rig.krc.mode(sim::OperatingMode::kT1);
   rig.make_ready();
@@ -88,17 +88,17 @@ void hand_speed::move_in_t1(const HandSpeed& speed, const sim::ControllerConfig&
   EXPECT_EQ(rig.krc.phase(), sim::RsiPhase::kRunning) << rig.krc.message();
 }
 
-TEST_F(hand_speed, keeps_an_arm_over_rsi_moving_in_t1_after_the_first_calibration_too) {
+TEST_F(HandSpeedTest, KeepsAnArmOverRsiMovingInT1AfterTheFirstCalibrationToo) {
   move_in_t1(bound(false), in_t1());
 }
 
-TEST_F(hand_speed, keeps_an_arm_moving_in_t1_before_it_where_rsi_does_not_tell_the_mode) {
+TEST_F(HandSpeedTest, KeepsAnArmMovingInT1BeforeItWhereRsiDoesNotTellTheMode) {
   sim::ControllerConfig older = in_t1();
   older.mode_tag.clear();
   move_in_t1(bound(true), older);
 }
 
-TEST_F(hand_speed, unbounded_ends_the_session_in_t1) {
+TEST_F(HandSpeedTest, UnboundedEndsTheSessionInT1) {
   drivers::Rig rig(in_t1(), config());
   rig.krc.mode(sim::OperatingMode::kT1);
   rig.make_ready();
@@ -108,7 +108,7 @@ TEST_F(hand_speed, unbounded_ends_the_session_in_t1) {
   EXPECT_EQ(rig.krc.message(), "T1: more than 250 mm/s at the TCP");
 }
 
-TEST_F(hand_speed, is_used_up_on_a_way_that_the_axes_could_run_faster) {
+TEST_F(HandSpeedTest, IsUsedUpOnAWayThatTheAxesCouldRunFaster) {
   drivers::AxisAngles from{0.0, -1.0, 1.5, 0.0, 0.5, 0.0}, to = from;
   to[0] = 1.0;
   const double share = bound().share(transit(to), at(from, drivers::OperatingMode::kUnknown));
@@ -117,7 +117,7 @@ TEST_F(hand_speed, is_used_up_on_a_way_that_the_axes_could_run_faster) {
   EXPECT_NEAR(share * full_m_s, kBoundMS, 0.01 * kBoundMS);
 }
 
-TEST_F(hand_speed, bounds_what_a_positioner_turns) {
+TEST_F(HandSpeedTest, BoundsWhatAPositionerTurns) {
   calib::PositionerAxis axis;
   axis.frame.translation() = Eigen::Vector3d(1.0, 0.0, 0.5);
   axis.min_rad = -3.0;
@@ -150,7 +150,7 @@ TEST_F(hand_speed, bounds_what_a_positioner_turns) {
       << "a table at rest";
 }
 
-TEST_F(hand_speed, applies_in_t1_and_where_the_mode_is_unknown_before_the_first_calibration) {
+TEST_F(HandSpeedTest, AppliesInT1AndWhereTheModeIsUnknownBeforeTheFirstCalibration) {
   using Mode = drivers::OperatingMode;
   drivers::AxisAngles from{0.0, -1.0, 1.5, 0.0, 0.5, 0.0}, to = from;
   to[0] = 1.0;
@@ -166,7 +166,7 @@ TEST_F(hand_speed, applies_in_t1_and_where_the_mode_is_unknown_before_the_first_
   EXPECT_EQ(share(bound(true, 0.0), Mode::kT1), 1.0) << "switched off";
 }
 
-TEST_F(hand_speed, leaves_searches_and_moves_with_a_duration_alone) {
+TEST_F(HandSpeedTest, LeavesSearchesAndMovesWithADurationAlone) {
   drivers::AxisAngles from{0.0, -1.0, 1.5, 0.0, 0.5, 0.0}, to = from;
   to[0] = 1.0;
   drivers::Move move = transit(to);
@@ -174,7 +174,7 @@ TEST_F(hand_speed, leaves_searches_and_moves_with_a_duration_alone) {
   EXPECT_EQ(bound().share(move, at(from, drivers::OperatingMode::kT1)), 1.0);
 }
 
-struct hand_speed_of_a_session : hand_speed {
+struct HandSpeedOfASession : HandSpeedTest {
   struct Emulated final : FakeBackend {
     bool emulated() const override { return true; }
   };
@@ -209,7 +209,7 @@ struct hand_speed_of_a_session : hand_speed {
   bool emulated = false;
 };
 
-TEST_F(hand_speed_of_a_session, is_bounded_until_a_calibration_of_the_real_cell_has_ended) {
+TEST_F(HandSpeedOfASession, IsBoundedUntilACalibrationOfTheRealCellHasEnded) {
   EXPECT_TRUE(bounded());
   end_one(SessionKind::kCalibrate, Ending::kFailed);
   end_one(SessionKind::kDryRun, Ending::kDone);
@@ -219,7 +219,7 @@ TEST_F(hand_speed_of_a_session, is_bounded_until_a_calibration_of_the_real_cell_
   EXPECT_FALSE(bounded());
 }
 
-TEST_F(hand_speed_of_a_session, is_not_bounded_in_an_emulated_cell) {
+TEST_F(HandSpeedOfASession, IsNotBoundedInAnEmulatedCell) {
   emulated = true;
   EXPECT_FALSE(bounded());
 }

@@ -39,7 +39,7 @@ struct Usual : Session {
   drivers::Duration lasted(drivers::TimePoint begun) { return backend.world.clock.now() - begun; }
 };
 
-TEST(a_busy_computer, ends_no_session_and_no_key_is_needed) {
+TEST(ABusyComputer, EndsNoSessionAndNoKeyIsNeeded) {
   Usual session(late_at({2, 7, 11}));
   const State end = session.run();
   ASSERT_EQ(end.phase, Phase::kDone) << why(end);
@@ -48,13 +48,13 @@ TEST(a_busy_computer, ends_no_session_and_no_key_is_needed) {
   EXPECT_EQ(session.recorder.touches.size(), 2u);
 }
 
-TEST(a_busy_computer, is_allowed_thirty_repeats_of_a_touch_and_four_hundred_of_a_session) {
+TEST(ABusyComputer, IsAllowedThirtyRepeatsOfATouchAndFourHundredOfASession) {
   EXPECT_EQ(BusyRepeats{}.of_touch, 30);
   EXPECT_EQ(BusyRepeats{}.of_session, 400);
   EXPECT_EQ(Timeouts{}.busy, std::chrono::minutes(1));
 }
 
-TEST(repeats, of_one_touch_are_bounded_and_begin_anew_with_the_next) {
+TEST(Repeats, OfOneTouchAreBoundedAndBeginAnewWithTheNext) {
   // Each search of the first touch is stopped.
   Usual always(late_at({3, 6, 9, 12, 15}));
   always.start.repeats = {2, 100};
@@ -71,7 +71,7 @@ TEST(repeats, of_one_touch_are_bounded_and_begin_anew_with_the_next) {
   EXPECT_EQ(once.run().phase, Phase::kDone) << why(once.start);
 }
 
-TEST(repeats, leave_the_retries_of_other_interruptions_alone) {
+TEST(Repeats, LeaveTheRetriesOfOtherInterruptionsAlone) {
   Script script = late_at({2, 5});
   script.outcome[8] = MoveOutcome::kRobotSilent;
   script.interruption[8] = Interruption::kPacketsStopped;
@@ -88,7 +88,7 @@ TEST(repeats, leave_the_retries_of_other_interruptions_alone) {
   EXPECT_EQ(with.interruptions.of_computer(), 2);
 }
 
-TEST(a_lateness_during_the_repeat_itself, is_repeated_again) {
+TEST(ALatenessDuringTheRepeatItself, IsRepeatedAgain) {
   // The search; the way back to it; the search again; and the move out of the contact.
   Usual session(late_at({3, 4, 6, 9}));
   const State end = session.run();
@@ -97,7 +97,7 @@ TEST(a_lateness_during_the_repeat_itself, is_repeated_again) {
   EXPECT_EQ(session.recorder.touches.size(), 2u);
 }
 
-TEST(a_busy_spell, is_waited_out_with_the_arm_at_rest) {
+TEST(ABusySpell, IsWaitedOutWithTheArmAtRest) {
   Script script = late_at({3});
   script.busy_for_ms = 30'000;
   Usual session(script);
@@ -116,7 +116,7 @@ TEST(a_busy_spell, is_waited_out_with_the_arm_at_rest) {
   EXPECT_EQ(moves_then, 3u);
 }
 
-TEST(a_busy_spell, that_does_not_end_ends_the_session_by_its_name) {
+TEST(ABusySpell, ThatDoesNotEndEndsTheSessionByItsName) {
   Script script = late_at({3});
   script.busy_for_ms = 3'600'000;
   Usual session(script);
@@ -128,7 +128,7 @@ TEST(a_busy_spell, that_does_not_end_ends_the_session_by_its_name) {
   EXPECT_LT(session.lasted(begun), std::chrono::seconds(75));
 }
 
-TEST(a_busy_spell, is_ended_by_an_abort_at_once) {
+TEST(ABusySpell, IsEndedByAnAbortAtOnce) {
   for (const Phase phase : {Phase::kRecovering, Phase::kWatching}) {
     Script script = late_at({3});
     script.busy_for_ms = 3'600'000;
@@ -138,7 +138,7 @@ TEST(a_busy_spell, is_ended_by_an_abort_at_once) {
   }
 }
 
-TEST(a_silence_of_the_sensor, moves_nothing_by_itself_whatever_comes_behind_it) {
+TEST(ASilenceOfTheSensor, MovesNothingByItselfWhateverComesBehindIt) {
   for (const int told_after_ms : {1, 40, 2'000, 600'000}) {
     Script script = late_at({3}, Interruption::kUnheard);
     script.told_after_ms = told_after_ms;
@@ -154,7 +154,7 @@ TEST(a_silence_of_the_sensor, moves_nothing_by_itself_whatever_comes_behind_it) 
   }
 }
 
-TEST(a_silence_that_was_this_computers, is_repeated_once_its_stamps_have_told) {
+TEST(ASilenceThatWasThisComputers, IsRepeatedOnceItsStampsHaveTold) {
   Script script = late_at({3}, Interruption::kUnheard);
   script.told_after_ms = 400;
   Usual session(script);
@@ -178,7 +178,7 @@ Walk recovering(Interruption by) {
   return walk;
 }
 
-TEST(behind_a_lateness, nothing_moves_before_self_test_clock_reference_and_place) {
+TEST(BehindALateness, NothingMovesBeforeSelfTestClockReferenceAndPlace) {
   Walk walk = recovering(Interruption::kLateBytes);
   const auto at_the_contact = [](Event& event) { event.links.actual_rad = {0.105}; };
   walk.on(EventKind::kLinks, at_the_contact);
@@ -192,7 +192,7 @@ TEST(behind_a_lateness, nothing_moves_before_self_test_clock_reference_and_place
   EXPECT_EQ(walk.find<BeginMove>(), nullptr);
 }
 
-TEST(behind_a_lateness, any_sign_of_a_fault_ends_it) {
+TEST(BehindALateness, AnySignOfAFaultEndsIt) {
   struct Sign {
     const char* name;
     std::function<void(Event&)> change;
@@ -238,7 +238,7 @@ TEST(behind_a_lateness, any_sign_of_a_fault_ends_it) {
   }
 }
 
-TEST(behind_a_lateness, what_is_not_proven_by_the_end_of_the_watch_is_not_believed) {
+TEST(BehindALateness, WhatIsNotProvenByTheEndOfTheWatchIsNotBelieved) {
   const std::pair<const char*, std::function<void(Event&)>> kLacks[] = {
       {"self-test", [](Event& e) { e.links.self_test_ok = false; }},
       {"clock", [](Event& e) { e.links.clock_ok = false; }},
@@ -257,7 +257,7 @@ TEST(behind_a_lateness, what_is_not_proven_by_the_end_of_the_watch_is_not_believ
   }
 }
 
-TEST(behind_a_lateness, a_heartbeat_that_is_late_again_begins_the_watch_anew) {
+TEST(BehindALateness, AHeartbeatThatIsLateAgainBeginsTheWatchAnew) {
   Walk walk = recovering(Interruption::kLateBytes);
   walk.on(EventKind::kLinks);
   const auto before = walk.state.deadline;
@@ -269,7 +269,7 @@ TEST(behind_a_lateness, a_heartbeat_that_is_late_again_begins_the_watch_anew) {
       << "nothing has moved: it is the same repeat";
 }
 
-TEST(a_sensor_that_was_identified_anew, is_no_faulty_sensor_while_its_bytes_were_late) {
+TEST(ASensorThatWasIdentifiedAnew, IsNoFaultySensorWhileItsBytesWereLate) {
   Walk walk = recovering(Interruption::kUnheard);
   walk.on(EventKind::kLinks, [](Event& event) {
     event.links.contact = ContactLink::kFault;
@@ -296,7 +296,7 @@ TEST(a_sensor_that_was_identified_anew, is_no_faulty_sensor_while_its_bytes_were
   EXPECT_EQ(walk.state.phase, Phase::kWatching);
 }
 
-TEST(a_robot_whose_link_is_lost_because_its_thread_did_not_run, is_waited_for_three_seconds) {
+TEST(ARobotWhoseLinkIsLostBecauseItsThreadDidNotRun, IsWaitedForThreeSeconds) {
   for (const bool back : {true, false}) {
     Walk walk = recovering(Interruption::kLateReplies);
     const auto lost = [](Event& event) {
@@ -316,7 +316,7 @@ TEST(a_robot_whose_link_is_lost_because_its_thread_did_not_run, is_waited_for_th
   }
 }
 
-TEST(a_lateness_at_rest, is_gone_on_from_likewise) {
+TEST(ALatenessAtRest, IsGoneOnFromLikewise) {
   const auto late = [](Event& event) {
     event.links.contact = ContactLink::kFault;
     event.links.fault = ContactFault::kDeliveredLate;
@@ -334,7 +334,7 @@ TEST(a_lateness_at_rest, is_gone_on_from_likewise) {
   }
 }
 
-TEST(a_lateness_while_a_touch_goes_to_the_disk, waits_until_it_is_there) {
+TEST(ALatenessWhileATouchGoesToTheDisk, WaitsUntilItIsThere) {
   Walk walk;
   walk.state.repeats = BusyRepeats{};
   walk.to_slow_search();
@@ -353,8 +353,7 @@ TEST(a_lateness_while_a_touch_goes_to_the_disk, waits_until_it_is_there) {
   EXPECT_EQ(walk.state.done, 1u) << "it is made, and not made again";
 }
 
-TEST(an_arming_that_was_not_answered,
-     in_time_is_repeated_where_this_computer_was_late_and_only_there) {
+TEST(AnArmingThatWasNotAnswered, InTimeIsRepeatedWhereThisComputerWasLateAndOnlyThere) {
   for (const int arming : {1, 2, 4}) {
     Script script;
     script.late_at_arming = arming;
@@ -381,7 +380,7 @@ TEST(an_arming_that_was_not_answered,
   EXPECT_EQ(walk.state.failure->kind, FailureKind::kArmRefused);
 }
 
-TEST(a_contact_behind_a_lateness, in_transit_ends_the_session_and_at_the_sphere_does_not) {
+TEST(AContactBehindALateness, InTransitEndsTheSessionAndAtTheSphereDoesNot) {
   const auto touching = [](Event& event) {
     event.links.in_contact = event.links.can_guard_retreat = true;
   };
@@ -421,7 +420,7 @@ void prove_links(Walk& walk) {
   walk.on(EventKind::kLinks, there);
 }
 
-TEST(a_search_chosen_one_by_one, is_repeated_over_the_way_it_came_without_a_new_choice) {
+TEST(ASearchChosenOneByOne, IsRepeatedOverTheWayItCameWithoutANewChoice) {
   for (const int times : {1, 2}) {  // interrupted on that way as well
     Walk walk = one_by_one_searching();
     const double began_rad = 0.1 + walk.state.approach_m;
@@ -442,7 +441,7 @@ TEST(a_search_chosen_one_by_one, is_repeated_over_the_way_it_came_without_a_new_
   }
 }
 
-TEST(a_way_out_of_a_touch_chosen_one_by_one, goes_on_to_the_clear_point) {
+TEST(AWayOutOfATouchChosenOneByOne, GoesOnToTheClearPoint) {
   Walk walk = one_by_one_searching();
   walk.contact(0.110, 0.1102);
   walk.on(EventKind::kArrived);
@@ -463,7 +462,7 @@ TEST(a_way_out_of_a_touch_chosen_one_by_one, goes_on_to_the_clear_point) {
   walk.the<ChooseTouch>();
 }
 
-TEST(a_lateness_behind_the_last_touch, leaves_the_arm_where_it_is_and_identifies) {
+TEST(ALatenessBehindTheLastTouch, LeavesTheArmWhereItIsAndIdentifies) {
   for (const Interruption by : {Interruption::kLateBytes, Interruption::kUnheard}) {
     Usual session(late_at({17}, by));
     const State end = session.run();

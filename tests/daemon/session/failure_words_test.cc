@@ -18,8 +18,8 @@ constexpr const char* kStand =
     ". Check in this order: emergency stop, enabling switch and start key (T1), over RSI in T1 more than 250 mm/s at the "
     "TCP or flange ([motion] hand_speed_mm_s, speed_percent), the program and its message on the pendant, the cable, the controller's power";
 
-struct failure_words : ::testing::Test {
-  failure_words() {
+struct FailureWords : ::testing::Test {
+  FailureWords() {
     state.plan = std::make_shared<calib::Plan>(line_plan(2));
     state.links.robot = event.links.robot = RobotLink::kReady;
     state.links.contact = event.links.contact = ContactLink::kReady;
@@ -37,7 +37,7 @@ struct failure_words : ::testing::Test {
   Event event;
 };
 
-TEST(a_failure_in_the_journal, is_read_as_it_was_written) {
+TEST(AFailureInTheJournal, IsReadAsItWasWritten) {
   for (int kind = 0; kind <= static_cast<int>(F::kUnexpectedEvent); ++kind)
     for (const char* detail :
          {"", "no contact up to 8 mm", "touch 3 of 40 (S2): 12 ms: late", ":"}) {
@@ -49,13 +49,13 @@ TEST(a_failure_in_the_journal, is_read_as_it_was_written) {
       << "as journals of earlier versions have it";
 }
 
-TEST(a_failure_in_the_journal, that_is_of_no_kind_known_here_is_unexpected) {
+TEST(AFailureInTheJournal, ThatIsOfNoKindKnownHereIsUnexpected) {
   EXPECT_EQ(failure_from_journal(""), Failure{});
   EXPECT_EQ(failure_from_journal("of-tomorrow: x"), (Failure{F::kUnexpectedEvent, "x"}));
   EXPECT_EQ(failure_from_journal("no-contact"), (Failure{F::kNoContact, ""}));
 }
 
-TEST_F(failure_words, name_the_touch_that_was_being_made) {
+TEST_F(FailureWords, NameTheTouchThatWasBeingMade) {
   event.words = "gone";
   EXPECT_EQ(in(kTransit), "touch 1 of 2 (S1): gone");
   EXPECT_EQ(in(kRetreat), "touch 1 of 2 (S1): gone") << "not on disk yet";
@@ -77,7 +77,7 @@ TEST_F(failure_words, name_the_touch_that_was_being_made) {
   EXPECT_EQ(in(kTransit), "gone");
 }
 
-TEST_F(failure_words, of_touches_chosen_one_by_one_say_that_the_count_is_foreseen) {
+TEST_F(FailureWords, OfTouchesChosenOneByOneSayThatTheCountIsForeseen) {
   event.words = "gone";
   state.one_by_one = true;
   state.done = 7;
@@ -86,7 +86,7 @@ TEST_F(failure_words, of_touches_chosen_one_by_one_say_that_the_count_is_foresee
   EXPECT_EQ(in(kTransit), "touch 8 of about 13 (S1): gone");
 }
 
-TEST_F(failure_words, name_the_target_where_there_is_one) {
+TEST_F(FailureWords, NameTheTargetWhereThereIsOne) {
   state.revoked = 4;
   EXPECT_EQ(in(kSlowSearch, F::kTooManyRevoked),
             "touch 1 of 2 (S1): 5 trips of the contact sensor on S1 were noise. Check the sensor's "
@@ -102,7 +102,7 @@ TEST_F(failure_words, name_the_target_where_there_is_one) {
             "earth and shield");
 }
 
-TEST_F(failure_words, say_how_far_from_the_surface_it_was) {
+TEST_F(FailureWords, SayHowFarFromTheSurfaceItWas) {
   EXPECT_EQ(
       in(kFastSearch, F::kNoContact),
       "touch 1 of 2 (S1): no contact up to 8.0 mm beyond the expected surface of S1 (cell file). "
@@ -116,7 +116,7 @@ TEST_F(failure_words, say_how_far_from_the_surface_it_was) {
   EXPECT_EQ(in(kFastSearch, F::kContactTooEarly), "touch 1 of 2 (S1): contact 10.0" + before);
 }
 
-TEST_F(failure_words, list_the_readings_that_disagree) {
+TEST_F(FailureWords, ListTheReadingsThatDisagree) {
   for (const double along_m : {0.0101, 0.0099}) {
     state.slow.emplace_back();
     state.slow.back().along_m = along_m;
@@ -131,7 +131,7 @@ TEST_F(failure_words, list_the_readings_that_disagree) {
   EXPECT_EQ(in(kSlowSearch, F::kReadingsDisagree), words + "0.000" + look);
 }
 
-TEST_F(failure_words, say_which_link_is_missing_and_what_to_start) {
+TEST_F(FailureWords, SayWhichLinkIsMissingAndWhatToStart) {
   state.how_to_start = "start CELLCAL_RSI";
   state.links.robot = RobotLink::kDown;
   const std::string waited = ". Waited 300 s ([session] connect_wait_s)";
@@ -145,7 +145,7 @@ TEST_F(failure_words, say_which_link_is_missing_and_what_to_start) {
   EXPECT_EQ(in(kConnecting, F::kLinkNotReady), "contact sensor: no answer" + waited);
 }
 
-TEST_F(failure_words, say_of_links_that_were_up_before_which_one_is_not) {
+TEST_F(FailureWords, SayOfLinksThatWereUpBeforeWhichOneIsNot) {
   const auto words = [&](RobotLink robot, ContactLink contact) {
     state.links.robot = robot;
     state.links.contact = contact;
@@ -159,7 +159,7 @@ TEST_F(failure_words, say_of_links_that_were_up_before_which_one_is_not) {
             "robot: not ready. Contact sensor: not ready");
 }
 
-TEST_F(failure_words, of_a_silent_robot_come_from_its_link_at_rest_and_from_the_move_on_its_way) {
+TEST_F(FailureWords, OfASilentRobotComeFromItsLinkAtRestAndFromTheMoveOnItsWay) {
   state.links.robot_words = "as last seen";
   event.kind = EventKind::kLinks;
   event.links.interruption = event.interruption = Interruption::kPacketsStopped;
@@ -174,7 +174,7 @@ TEST_F(failure_words, of_a_silent_robot_come_from_its_link_at_rest_and_from_the_
             std::string("the robot controller stopped the session") + kStand);
 }
 
-TEST_F(failure_words, say_that_no_more_interruptions_are_allowed_where_any_were) {
+TEST_F(FailureWords, SayThatNoMoreInterruptionsAreAllowedWhereAnyWere) {
   event.kind = EventKind::kRobotSilent;
   event.interruption = Interruption::kPacketsStopped;
   const std::string paused = std::string("no more packets from the controller") + kStand;
@@ -190,7 +190,7 @@ TEST_F(failure_words, say_that_no_more_interruptions_are_allowed_where_any_were)
       << "this computer's lateness uses none of them";
 }
 
-TEST_F(failure_words, of_a_busy_computer_say_so_first_and_which_bound_is_reached) {
+TEST_F(FailureWords, OfABusyComputerSaySoFirstAndWhichBoundIsReached) {
   event.kind = EventKind::kContactSilent;
   event.interruption = Interruption::kLateBytes;
   const std::string busy = "this computer was busy: sensor data 30 ms late, limit 25 ms";

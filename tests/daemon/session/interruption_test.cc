@@ -58,14 +58,14 @@ int how_often(const Session& session, Phase phase) {
   return static_cast<int>(std::count(session.phases.begin(), session.phases.end(), phase));
 }
 
-class a_harmless_interruption : public ::testing::TestWithParam<Interruption> {};
-INSTANTIATE_TEST_SUITE_P(of_a_link, a_harmless_interruption,
+class AHarmlessInterruption : public ::testing::TestWithParam<Interruption> {};
+INSTANTIATE_TEST_SUITE_P(OfALink, AHarmlessInterruption,
                          ::testing::Values(Interruption::kLateReplies,
                                            Interruption::kPacketsStopped, Interruption::kLateBytes,
                                            Interruption::kUnheard),
                          name_of);
 
-TEST_P(a_harmless_interruption, of_any_move_is_gone_on_from_where_the_owner_allows_it) {
+TEST_P(AHarmlessInterruption, OfAnyMoveIsGoneOnFromWhereTheOwnerAllowsIt) {
   std::size_t moves = 0;
   {
     Session without({}, 2);
@@ -96,7 +96,7 @@ TEST_P(a_harmless_interruption, of_any_move_is_gone_on_from_where_the_owner_allo
   }
 }
 
-TEST_P(a_harmless_interruption, ends_the_session_where_nobody_allowed_it) {
+TEST_P(AHarmlessInterruption, EndsTheSessionWhereNobodyAllowedIt) {
   Session session(silent_at({3}, GetParam()), 2);
   const State end = session.run();
   EXPECT_EQ(end.phase, Phase::kFailed);
@@ -109,7 +109,7 @@ TEST_P(a_harmless_interruption, ends_the_session_where_nobody_allowed_it) {
   EXPECT_EQ(session.backend.world.moves.size(), 3u);
 }
 
-TEST_P(a_harmless_interruption, is_gone_on_from_as_often_as_was_allowed_and_no_oftener) {
+TEST_P(AHarmlessInterruption, IsGoneOnFromAsOftenAsWasAllowedAndNoOftener) {
   Session session(silent_at({2, 5, 8}, GetParam()), 2);
   allow(session, GetParam(), 2);
   const State end = session.run();
@@ -125,7 +125,7 @@ TEST_P(a_harmless_interruption, is_gone_on_from_as_often_as_was_allowed_and_no_o
       << words_of(end);
 }
 
-TEST_P(a_harmless_interruption, moves_nothing_while_the_links_prove_themselves) {
+TEST_P(AHarmlessInterruption, MovesNothingWhileTheLinksProveThemselves) {
   Session session(silent_at({2}, GetParam()), 2);
   allow(session, GetParam(), 1);
   const drivers::TimePoint begun = session.backend.world.clock.now();
@@ -149,9 +149,9 @@ Script with(Script script, Interruption by) {
   return script;
 }
 
-class an_interruption : public ::testing::TestWithParam<Setback> {};
+class AnInterruption : public ::testing::TestWithParam<Setback> {};
 
-TEST_P(an_interruption, behind_which_not_all_is_proven_ends_the_session_by_name) {
+TEST_P(AnInterruption, BehindWhichNotAllIsProvenEndsTheSessionByName) {
   Session session(with(GetParam().more, Interruption::kPacketsStopped), 2);
   session.start.retries = 5;
   const State end = session.run();
@@ -163,7 +163,7 @@ TEST_P(an_interruption, behind_which_not_all_is_proven_ends_the_session_by_name)
   ASSERT_EQ(session.recorder.ends.size(), 1u);
 }
 
-INSTANTIATE_TEST_SUITE_P(session, an_interruption,
+INSTANTIATE_TEST_SUITE_P(Session, AnInterruption,
                          ::testing::Values(Setback{"link_stays_down",
                                                    {.never_back = true},
                                                    FailureKind::kRobotSilent,
@@ -191,7 +191,7 @@ INSTANTIATE_TEST_SUITE_P(session, an_interruption,
                                                "sense line broken"}),
                          [](const auto& one) { return std::string(one.param.name); });
 
-TEST(an_interruption_at_rest, is_gone_on_from_likewise) {
+TEST(AnInterruptionAtRest, IsGoneOnFromLikewise) {
   for (int arming = 1; arming <= 6; ++arming) {
     Session session({.lost_for_ms = 16, .pause_at_arming = arming}, 2);
     session.start.retries = 1;
@@ -202,7 +202,7 @@ TEST(an_interruption_at_rest, is_gone_on_from_likewise) {
   }
 }
 
-TEST(an_interruption_at_the_sphere, leads_out_of_the_contact_first) {
+TEST(AnInterruptionAtTheSphere, LeadsOutOfTheContactFirst) {
   // The back-off of the first contact: the tip still touches.
   Session session(silent_at({4}, Interruption::kPacketsStopped), 1);
   session.start.retries = 1;
@@ -211,7 +211,7 @@ TEST(an_interruption_at_the_sphere, leads_out_of_the_contact_first) {
   EXPECT_EQ(session.backend.world.moves.at(4).kind, drivers::MoveKind::kRetreat);
 }
 
-TEST(an_interruption_of_a_transit, with_the_contact_closed_behind_it_moves_nothing) {
+TEST(AnInterruptionOfATransit, WithTheContactClosedBehindItMovesNothing) {
   Session session(silent_at({2}, Interruption::kPacketsStopped), 2);
   session.start.retries = 3;
   session.start.resumed = true;  // of old: says nothing of a contact that closes now
@@ -225,7 +225,7 @@ TEST(an_interruption_of_a_transit, with_the_contact_closed_behind_it_moves_nothi
   EXPECT_EQ(session.backend.world.moves.size(), 2u);
 }
 
-TEST(an_interruption_of_a_retreat_that_leads_on, expects_a_contact_only_where_it_has_not_opened) {
+TEST(AnInterruptionOfARetreatThatLeadsOn, ExpectsAContactOnlyWhereItHasNotOpened) {
   for (const bool touching : {true, false}) {
     Walk walk;
     walk.state.retries = 1;
@@ -244,7 +244,7 @@ TEST(an_interruption_of_a_retreat_that_leads_on, expects_a_contact_only_where_it
   }
 }
 
-TEST(an_interruption_on_the_way_home, leaves_the_arm_where_it_is_and_identifies) {
+TEST(AnInterruptionOnTheWayHome, LeavesTheArmWhereItIsAndIdentifies) {
   Session session(silent_at({17}, Interruption::kPacketsStopped), 2);
   session.start.retries = 1;
   const State end = session.run();
@@ -252,7 +252,7 @@ TEST(an_interruption_on_the_way_home, leaves_the_arm_where_it_is_and_identifies)
   EXPECT_EQ(end.result->calibration()->after.count, 2);
 }
 
-TEST(an_interruption_on_the_way_home, of_touches_chosen_one_by_one_leaves_the_arm_there_as_well) {
+TEST(AnInterruptionOnTheWayHome, OfTouchesChosenOneByOneLeavesTheArmThereAsWell) {
   Walk walk;
   walk.state.one_by_one = true;
   walk.state.retries = 1;
@@ -263,8 +263,7 @@ TEST(an_interruption_on_the_way_home, of_touches_chosen_one_by_one_leaves_the_ar
   walk.the<CloseDevices>();
 }
 
-TEST(an_interruption_before_the_first_move,
-     forgets_neither_that_the_arm_touches_nor_that_it_does_not) {
+TEST(AnInterruptionBeforeTheFirstMove, ForgetsNeitherThatTheArmTouchesNorThatItDoesNot) {
   for (const bool resumed : {true, false}) {
     Walk walk;
     walk.state.resumed = resumed;
@@ -280,7 +279,7 @@ TEST(an_interruption_before_the_first_move,
   }
 }
 
-TEST(an_interruption, asks_under_numbers_that_are_never_nought) {
+TEST(AnInterruption, AsksUnderNumbersThatAreNeverNought) {
   Walk walk;
   walk.state.retries = 1;
   walk.to_routing();
@@ -292,7 +291,7 @@ TEST(an_interruption, asks_under_numbers_that_are_never_nought) {
   EXPECT_EQ(walk.state.arm_id, 1);
 }
 
-TEST(an_interruption, can_be_aborted_while_the_links_prove_themselves) {
+TEST(AnInterruption, CanBeAbortedWhileTheLinksProveThemselves) {
   for (const Phase phase : {Phase::kRecovering, Phase::kWatching}) {
     Session session(silent_at({2}, Interruption::kPacketsStopped), 2);
     session.start.retries = 1;
@@ -302,14 +301,14 @@ TEST(an_interruption, can_be_aborted_while_the_links_prove_themselves) {
   }
 }
 
-class no_other_failure : public ::testing::TestWithParam<MoveOutcome> {};
-INSTANTIATE_TEST_SUITE_P(of_a_move, no_other_failure,
+class NoOtherFailure : public ::testing::TestWithParam<MoveOutcome> {};
+INSTANTIATE_TEST_SUITE_P(OfAMove, NoOtherFailure,
                          ::testing::Values(MoveOutcome::kStopped, MoveOutcome::kUnexpectedContact,
                                            MoveOutcome::kStillInContact,
                                            MoveOutcome::kContactSilent, MoveOutcome::kRobotSilent,
                                            MoveOutcome::kRefused, MoveOutcome::kNotFollowing));
 
-TEST_P(no_other_failure, is_ever_gone_on_from) {
+TEST_P(NoOtherFailure, IsEverGoneOnFrom) {
   for (const Interruption by : {Interruption::kNone, Interruption::kOther}) {
     Session session({.outcome = {{2, GetParam()}}, .interruption = {{2, by}}}, 2);
     session.start.retries = 100;
@@ -319,7 +318,7 @@ TEST_P(no_other_failure, is_ever_gone_on_from) {
   }
 }
 
-TEST(the_harm_table, knows_every_failure_and_gives_a_reason) {
+TEST(TheHarmTable, KnowsEveryFailureAndGivesAReason) {
   std::set<FailureKind> known;
   std::set<Interruption> of_the_link;
   for (const InterruptionRule& harm : interruption_rule_table()) {

@@ -7,8 +7,8 @@ namespace {
 
 using drivers::MoveKind;
 
-struct one_by_one_walk : ::testing::Test {
-  one_by_one_walk() { walk.state.one_by_one = true; }
+struct OneByOneWalk : ::testing::Test {
+  OneByOneWalk() { walk.state.one_by_one = true; }
   void touch() {
     walk.contact(0.110, 0.1102);
     for (int i = 0; i < 2; ++i) {
@@ -26,7 +26,7 @@ struct one_by_one_walk : ::testing::Test {
   Walk walk{1};
 };
 
-TEST_F(one_by_one_walk, counts_what_is_done_and_what_is_foreseen) {
+TEST_F(OneByOneWalk, CountsWhatIsDoneAndWhatIsForeseen) {
   walk.on(EventKind::kRun);
   walk.on(EventKind::kPlanned);
   EXPECT_EQ(walk.the<RecordPlan>().touches, 6u);
@@ -50,7 +50,7 @@ TEST_F(one_by_one_walk, counts_what_is_done_and_what_is_foreseen) {
   EXPECT_EQ(walk.state.stage, "another");
 }
 
-TEST_F(one_by_one_walk, chooses_the_next_while_the_arm_leaves_and_goes_there_from_the_clear_point) {
+TEST_F(OneByOneWalk, ChoosesTheNextWhileTheArmLeavesAndGoesThereFromTheClearPoint) {
   walk.to_routing();
   next();
   touch();
@@ -68,7 +68,7 @@ TEST_F(one_by_one_walk, chooses_the_next_while_the_arm_leaves_and_goes_there_fro
   EXPECT_EQ(walk.state.phase, Phase::kTransit);
 }
 
-TEST_F(one_by_one_walk, says_that_nothing_can_be_chosen_only_when_the_arm_has_left) {
+TEST_F(OneByOneWalk, SaysThatNothingCanBeChosenOnlyWhenTheArmHasLeft) {
   walk.to_routing();
   next();
   touch();
@@ -84,7 +84,7 @@ TEST_F(one_by_one_walk, says_that_nothing_can_be_chosen_only_when_the_arm_has_le
   EXPECT_EQ(walk.state.failure->kind, FailureKind::kPlan);
 }
 
-TEST_F(one_by_one_walk, drops_a_choice_that_comes_when_it_is_being_stopped) {
+TEST_F(OneByOneWalk, DropsAChoiceThatComesWhenItIsBeingStopped) {
   walk.to_routing();
   next();
   touch();
@@ -98,7 +98,7 @@ TEST_F(one_by_one_walk, drops_a_choice_that_comes_when_it_is_being_stopped) {
   EXPECT_EQ(walk.state.phase, Phase::kAborted);
 }
 
-TEST_F(one_by_one_walk, ends_when_nothing_is_left_to_choose) {
+TEST_F(OneByOneWalk, EndsWhenNothingIsLeftToChoose) {
   for (const bool home : {true, false}) {
     Walk last(1);
     last.state.one_by_one = true;
@@ -123,7 +123,7 @@ TEST_F(one_by_one_walk, ends_when_nothing_is_left_to_choose) {
   }
 }
 
-TEST_F(one_by_one_walk, leaves_a_sphere_that_cannot_be_found_before_it_ends) {
+TEST_F(OneByOneWalk, LeavesASphereThatCannotBeFoundBeforeItEnds) {
   for (const bool home : {true, false}) {
     Walk lost(1);
     lost.state.one_by_one = true;
@@ -153,7 +153,7 @@ TEST_F(one_by_one_walk, leaves_a_sphere_that_cannot_be_found_before_it_ends) {
   }
 }
 
-TEST_F(one_by_one_walk, identifies_nothing_where_a_sphere_was_not_found_behind_an_interruption) {
+TEST_F(OneByOneWalk, IdentifiesNothingWhereASphereWasNotFoundBehindAnInterruption) {
   walk.to_routing();
   walk.state.interruptions.count(drivers::Interruption::kPacketsStopped);
   auto none = std::make_shared<calib::Plan>(line_plan(0));
@@ -166,7 +166,7 @@ TEST_F(one_by_one_walk, identifies_nothing_where_a_sphere_was_not_found_behind_a
   EXPECT_NE(walk.state.phase, Phase::kIdentifying);
 }
 
-TEST_F(one_by_one_walk, replaces_touches_that_could_not_be_made_but_not_for_ever) {
+TEST_F(OneByOneWalk, ReplacesTouchesThatCouldNotBeMadeButNotForEver) {
   walk.to_routing();
   next();
   for (int failed = 1; failed <= 2; ++failed) {
@@ -189,7 +189,7 @@ TEST_F(one_by_one_walk, replaces_touches_that_could_not_be_made_but_not_for_ever
   EXPECT_EQ(walk.state.phase, Phase::kProving) << "two in a row are no accident";
 }
 
-TEST_F(one_by_one_walk, forgets_failures_in_a_row_with_each_touch_that_was_made) {
+TEST_F(OneByOneWalk, ForgetsFailuresInARowWithEachTouchThatWasMade) {
   walk.to_routing();
   next();
   for (int failed = 1; failed <= 8; ++failed) {
@@ -207,7 +207,7 @@ TEST_F(one_by_one_walk, forgets_failures_in_a_row_with_each_touch_that_was_made)
   EXPECT_EQ(walk.state.phase, Phase::kProving) << "nor are eight in all";
 }
 
-TEST_F(one_by_one_walk, says_of_what_it_met_that_the_touch_failed_and_not_that_nothing_is_there) {
+TEST_F(OneByOneWalk, SaysOfWhatItMetThatTheTouchFailedAndNotThatNothingIsThere) {
   walk.to_routing();
   next();
   walk.contact(0.110, 0.1102);
@@ -226,7 +226,7 @@ TEST_F(one_by_one_walk, says_of_what_it_met_that_the_touch_failed_and_not_that_n
   EXPECT_EQ(walk.state.phase, Phase::kRetreat);
 }
 
-TEST_F(one_by_one_walk, leaves_a_place_where_it_was_only_looking) {
+TEST_F(OneByOneWalk, LeavesAPlaceWhereItWasOnlyLooking) {
   walk.plan->touches[0].may_miss = true;
   walk.to_routing();
   next();
@@ -236,7 +236,7 @@ TEST_F(one_by_one_walk, leaves_a_place_where_it_was_only_looking) {
   EXPECT_EQ(walk.state.failed_touches, 0);
 }
 
-TEST_F(one_by_one_walk, that_is_resumed_at_a_sphere_says_so_when_it_chooses) {
+TEST_F(OneByOneWalk, ThatIsResumedAtASphereSaysSoWhenItChooses) {
   walk.state.resumed = true;
   walk.on(EventKind::kRun);
   walk.on(EventKind::kPlanned);
@@ -249,7 +249,7 @@ TEST_F(one_by_one_walk, that_is_resumed_at_a_sphere_says_so_when_it_chooses) {
   EXPECT_TRUE(walk.the<ChooseTouch>().in_contact);
 }
 
-TEST_F(one_by_one_walk, ends_at_once_where_all_is_done) {
+TEST_F(OneByOneWalk, EndsAtOnceWhereAllIsDone) {
   walk.on(EventKind::kRun);
   walk.on(EventKind::kPlanned, [](Event& event) { event.progress.done = true; });
   EXPECT_EQ(walk.state.phase, Phase::kIdentifying);

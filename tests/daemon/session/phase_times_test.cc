@@ -16,7 +16,7 @@ constexpr double kMs = 1e-3;
 
 TimedChange at(int ms, Phase from, Phase to) { return {kMs * ms, {from, to}}; }
 
-TEST(the_times_of_a_session, count_what_interrupted_it_and_no_wait_twice) {
+TEST(TheTimesOfASession, CountWhatInterruptedItAndNoWaitTwice) {
   using enum Phase;
   const PhaseTimes times = phase_times(
       std::vector<TimedChange>{at(0, kTransit, kArmingFast), at(10, kArmingFast, kFastSearch),
@@ -27,7 +27,7 @@ TEST(the_times_of_a_session, count_what_interrupted_it_and_no_wait_twice) {
   EXPECT_EQ(times.interruptions, 2);
 }
 
-TEST(the_times_of_a_session, are_told_by_what_it_did) {
+TEST(TheTimesOfASession, AreToldByWhatItDid) {
   using enum Phase;
   const PhaseTimes times = phase_times(std::vector<TimedChange>{
       at(0, kIdle, kPlanning), at(100, kPlanning, kConnecting), at(400, kConnecting, kTransit),
@@ -54,7 +54,7 @@ TEST(the_times_of_a_session, are_told_by_what_it_did) {
   EXPECT_NEAR(times[Activity::kOther].total_s, 0.5, kMs);
 }
 
-TEST(the_times_of_a_session, leave_out_what_lies_between_its_end_and_its_resuming) {
+TEST(TheTimesOfASession, LeaveOutWhatLiesBetweenItsEndAndItsResuming) {
   using enum Phase;
   const PhaseTimes failed = phase_times(
       std::vector<TimedChange>{at(0, kIdle, kPlanning), at(1000, kPlanning, kFailed),
@@ -68,7 +68,7 @@ TEST(the_times_of_a_session, leave_out_what_lies_between_its_end_and_its_resumin
   EXPECT_EQ(killed[Activity::kFastSearch].count, 0);
 }
 
-TEST(the_times_of_a_session, are_zero_without_changes_or_with_times_that_are_none) {
+TEST(TheTimesOfASession, AreZeroWithoutChangesOrWithTimesThatAreNone) {
   using enum Phase;
   EXPECT_EQ(phase_times({}).total_s, 0.0);
   const double none = std::numeric_limits<double>::infinity();
@@ -82,7 +82,7 @@ TEST(the_times_of_a_session, are_zero_without_changes_or_with_times_that_are_non
   EXPECT_EQ(back.total_s, 0.0);
 }
 
-TEST(the_times_of_a_session, name_every_activity_and_what_it_hangs_on) {
+TEST(TheTimesOfASession, NameEveryActivityAndWhatItHangsOn) {
   for (const Activity one : kAllActivities) {
     EXPECT_FALSE(std::string(to_string(one)).empty());
     EXPECT_FALSE(std::string(driver_of(one)).empty());

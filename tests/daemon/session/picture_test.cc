@@ -8,7 +8,7 @@
 namespace cellcal::daemon {
 namespace {
 
-TEST(session_picture, in_the_readme_is_the_one_that_the_table_gives) {
+TEST(SessionPicture, InTheReadmeIsTheOneThatTheTableGives) {
   std::ifstream file(CELLCAL_SESSION_README);
   std::stringstream text;
   text << file.rdbuf();
@@ -16,7 +16,7 @@ TEST(session_picture, in_the_readme_is_the_one_that_the_table_gives) {
       << "put the output of session_picture into daemon/session/README.md";
 }
 
-TEST(session_picture, as_graphviz_draws_every_arrow) {
+TEST(SessionPicture, AsGraphvizDrawsEveryArrow) {
   const std::string dot = graphviz_picture();
   std::size_t arrows = 0, expected = 0;
   for (std::size_t at = dot.find(" -> "); at != std::string::npos; at = dot.find(" -> ", at + 1)) {

@@ -26,7 +26,7 @@ TouchPolicy policy_of(int readings, double tolerance_m = 60e-6) {
   return policy;
 }
 
-TEST(search_line, travel_counts_from_the_standoff_and_may_lie_beyond_either_end) {
+TEST(SearchLine, TravelCountsFromTheStandoffAndMayLieBeyondEitherEnd) {
   calib::PlannedTouch planned;
   planned.standoff = {0.5, -0.2};
   planned.end = {0.8, -0.6};
@@ -41,14 +41,14 @@ TEST(search_line, travel_counts_from_the_standoff_and_may_lie_beyond_either_end)
   EXPECT_NEAR(middle[1], -0.4, 1e-15);
 }
 
-TEST(search_line, without_a_way_there_is_no_travel) {
+TEST(SearchLine, WithoutAWayThereIsNoTravel) {
   calib::PlannedTouch planned;
   planned.standoff = planned.end = {0.5};
   planned.search_m = 0.020;
   EXPECT_EQ(travel_m(planned, {0.7}), 0.0);
 }
 
-TEST(search_line, of_a_controller_with_more_or_fewer_axes_counts_those_that_both_have) {
+TEST(SearchLine, OfAControllerWithMoreOrFewerAxesCountsThoseThatBothHave) {
   calib::PlannedTouch planned;
   planned.standoff = {0.5, -0.2};
   planned.end = {0.8, -0.6};
@@ -64,7 +64,7 @@ TEST(search_line, of_a_controller_with_more_or_fewer_axes_counts_those_that_both
   EXPECT_EQ(touch_of(planned, agreement, 0.002).joint_rad.size(), 2u);
 }
 
-TEST(agreement, is_found_where_only_the_middle_two_agree) {
+TEST(Agreement, IsFoundWhereOnlyTheMiddleTwoAgree) {
   const auto found = find_agreement(
       {reading_at(0.010), reading_at(0.020), reading_at(0.02001), reading_at(0.030)}, policy_of(2));
   ASSERT_TRUE(found);
@@ -72,13 +72,13 @@ TEST(agreement, is_found_where_only_the_middle_two_agree) {
   EXPECT_NEAR(found->spread_m, 1e-5, 1e-12);
 }
 
-TEST(agreement, of_none_is_asked_of_no_touch) {
+TEST(Agreement, OfNoneIsAskedOfNoTouch) {
   EXPECT_FALSE(find_agreement({reading_at(0.01)}, policy_of(0)));
   EXPECT_FALSE(find_agreement({}, policy_of(1)));
   EXPECT_TRUE(find_agreement({reading_at(0.01)}, policy_of(1)));
 }
 
-TEST(agreement, finds_the_closest_wherever_they_are) {
+TEST(Agreement, FindsTheClosestWhereverTheyAre) {
   const std::vector<Reading> readings = {reading_at(0.0100), reading_at(0.01003),
                                          reading_at(0.0120), reading_at(0.01202),
                                          reading_at(0.0140), reading_at(0.01401)};
@@ -95,7 +95,7 @@ TEST(agreement, finds_the_closest_wherever_they_are) {
   EXPECT_EQ(first->spread_m, 0.25) << "the tolerance itself is within it";
 }
 
-TEST(agreement, leaves_out_what_is_no_number_and_keeps_the_rest) {
+TEST(Agreement, LeavesOutWhatIsNoNumberAndKeepsTheRest) {
   const auto found = find_agreement(
       {reading_at(NAN), reading_at(0.01), reading_at(HUGE_VAL), reading_at(0.01001)}, policy_of(2));
   ASSERT_TRUE(found);
@@ -103,7 +103,7 @@ TEST(agreement, leaves_out_what_is_no_number_and_keeps_the_rest) {
   EXPECT_FALSE(find_agreement({reading_at(NAN), reading_at(0.01)}, policy_of(2)));
 }
 
-TEST(agreement, of_four_gives_the_mean_of_the_two_in_the_middle_and_the_latest_time) {
+TEST(Agreement, OfFourGivesTheMeanOfTheTwoInTheMiddleAndTheLatestTime) {
   const auto found = find_agreement(
       {reading_at(0.01003, "2026-01-01T00:00:40Z"), reading_at(0.01, "2026-01-01T00:00:10Z"),
        reading_at(0.01001, "2026-01-01T00:00:50Z"), reading_at(0.01002, "2026-01-01T00:00:20Z")},

@@ -23,7 +23,7 @@ std::vector<Reading> readings_at(std::initializer_list<double> along) {
   return readings;
 }
 
-TEST(search_line, travel_and_joints_are_inverse_on_the_line) {
+TEST(SearchLine, TravelAndJointsAreInverseOnTheLine) {
   calib::PlannedTouch planned;
   planned.standoff = {0.1, -0.2, 0.3};
   planned.end = {0.12, -0.25, 0.31};
@@ -33,7 +33,7 @@ TEST(search_line, travel_and_joints_are_inverse_on_the_line) {
   }
 }
 
-TEST(search_line, travel_ignores_what_is_across_the_line) {
+TEST(SearchLine, TravelIgnoresWhatIsAcrossTheLine) {
   calib::PlannedTouch planned;
   planned.standoff = {0.0, 0.0};
   planned.end = {1.0, 0.0};
@@ -41,14 +41,14 @@ TEST(search_line, travel_ignores_what_is_across_the_line) {
   EXPECT_NEAR(travel_m(planned, {0.5, 0.4}), 0.009, 1e-15);
 }
 
-TEST(agreement, needs_two_readings_within_the_tolerance) {
+TEST(Agreement, NeedsTwoReadingsWithinTheTolerance) {
   const TouchPolicy policy;
   EXPECT_FALSE(find_agreement(readings_at({0.010}), policy));
   EXPECT_FALSE(find_agreement(readings_at({0.010, 0.010061}), policy));
   EXPECT_TRUE(find_agreement(readings_at({0.010, 0.010059}), policy));
 }
 
-TEST(agreement, takes_the_two_that_are_closest_whatever_their_order) {
+TEST(Agreement, TakesTheTwoThatAreClosestWhateverTheirOrder) {
   const TouchPolicy policy;
   const auto found = find_agreement(readings_at({0.0105, 0.010, 0.01002, 0.01049}), policy);
   ASSERT_TRUE(found);
@@ -57,7 +57,7 @@ TEST(agreement, takes_the_two_that_are_closest_whatever_their_order) {
   EXPECT_EQ(found->readings[0].along_m, 0.01049);
 }
 
-TEST(agreement, of_two_gives_the_mean_of_their_joints) {
+TEST(Agreement, OfTwoGivesTheMeanOfTheirJoints) {
   calib::PlannedTouch planned;
   planned.target = "S2";
   planned.set = calib::TouchSet::kCheck;
@@ -72,7 +72,7 @@ TEST(agreement, of_two_gives_the_mean_of_their_joints) {
   EXPECT_EQ(touch.speed_m_s, TouchPolicy().slow_m_s);
 }
 
-TEST(agreement, of_three_gives_the_middle_reading) {
+TEST(Agreement, OfThreeGivesTheMiddleReading) {
   TouchPolicy policy;
   policy.readings = 3;
   const auto found = find_agreement(readings_at({0.01005, 0.010, 0.01001}), policy);
@@ -80,7 +80,7 @@ TEST(agreement, of_three_gives_the_middle_reading) {
   EXPECT_DOUBLE_EQ(touch_of({}, *found, 0.002).joint_rad.at(0), 0.01001);
 }
 
-TEST(agreement, does_not_take_what_is_not_a_number) {
+TEST(Agreement, DoesNotTakeWhatIsNotANumber) {
   EXPECT_FALSE(find_agreement(readings_at({NAN, NAN}), TouchPolicy{}));
 }
 

@@ -42,7 +42,7 @@ struct SecondTouch {
   Walk walk;
 };
 
-TEST(one_fast_contact, makes_a_touch_with_its_own_place_and_speed) {
+TEST(OneFastContact, MakesATouchWithItsOwnPlaceAndSpeed) {
   SecondTouch second;
   Walk& walk = second.walk;
   second.to_fast_search();
@@ -63,7 +63,7 @@ TEST(one_fast_contact, makes_a_touch_with_its_own_place_and_speed) {
   EXPECT_EQ(walk.the<BeginMove>().move.target_rad, (drivers::AxisAngles{0.19}));
 }
 
-TEST(one_fast_contact, is_searched_for_at_the_touchs_own_speed_where_it_has_one) {
+TEST(OneFastContact, IsSearchedForAtTheTouchsOwnSpeedWhereItHasOne) {
   SecondTouch second;
   Walk& walk = second.walk;
   second.to_fast_search();
@@ -77,7 +77,7 @@ TEST(one_fast_contact, is_searched_for_at_the_touchs_own_speed_where_it_has_one)
   EXPECT_EQ(other.the<RecordTouch>().touch.speed_m_s, 0.004);
 }
 
-TEST(one_fast_contact, is_confirmed_at_the_first_touch_of_a_target_and_at_every_eighth) {
+TEST(OneFastContact, IsConfirmedAtTheFirstTouchOfATargetAndAtEveryEighth) {
   SecondTouch other_target;
   other_target.walk.plan->touches[1].target = "S2";
   other_target.to_fast_search();
@@ -97,7 +97,7 @@ TEST(one_fast_contact, is_confirmed_at_the_first_touch_of_a_target_and_at_every_
   }
 }
 
-TEST(one_fast_contact, is_confirmed_behind_noise_in_the_same_search) {
+TEST(OneFastContact, IsConfirmedBehindNoiseInTheSameSearch) {
   SecondTouch second;
   second.to_fast_search();
   second.walk.on(EventKind::kRevoked, [](Event& event) { event.at_rad = {0.205}; });
@@ -108,7 +108,7 @@ TEST(one_fast_contact, is_confirmed_behind_noise_in_the_same_search) {
   EXPECT_EQ(second.walk.state.phase, Phase::kBackingOff);
 }
 
-TEST(one_fast_contact, is_confirmed_where_its_stamp_or_its_bounces_are_not_those_of_a_sound_one) {
+TEST(OneFastContact, IsConfirmedWhereItsStampOrItsBouncesAreNotThoseOfASoundOne) {
   const TouchPolicy policy;
   Reading reading;
   reading.along_m = 0.010;
@@ -125,7 +125,7 @@ TEST(one_fast_contact, is_confirmed_where_its_stamp_or_its_bounces_are_not_those
   EXPECT_TRUE(is_surprising(vague, {}, policy));
 }
 
-TEST(one_fast_contact, is_confirmed_where_it_is_not_where_the_touches_so_far_expect_it) {
+TEST(OneFastContact, IsConfirmedWhereItIsNotWhereTheTouchesSoFarExpectIt) {
   for (const double off_sigmas : {-5.2, -4.8, 4.8, 5.2}) {
     SecondTouch second;
     second.assess(0.010, 0.0001);
@@ -138,7 +138,7 @@ TEST(one_fast_contact, is_confirmed_where_it_is_not_where_the_touches_so_far_exp
   }
 }
 
-TEST(a_search, begins_near_what_the_touches_so_far_expect) {
+TEST(ASearch, BeginsNearWhatTheTouchesSoFarExpect) {
   SecondTouch second;
   Walk& walk = second.walk;
   second.assess(0.010, 0.0005);
@@ -160,7 +160,7 @@ TEST(a_search, begins_near_what_the_touches_so_far_expect) {
   EXPECT_EQ(walk.state.phase, Phase::kBackingOff);
 }
 
-TEST(a_search, begins_where_was_expected_when_the_arm_set_out) {
+TEST(ASearch, BeginsWhereWasExpectedWhenTheArmSetOut) {
   SecondTouch second;
   second.record();
   second.assess(0.010, 0.0005);
@@ -168,13 +168,13 @@ TEST(a_search, begins_where_was_expected_when_the_arm_set_out) {
   expect_move(second.walk, MoveKind::kSearch, 0.218, 1.8, 3 * 1.8 + 10);
 }
 
-TEST(a_search, begins_at_the_standoff_where_nothing_is_known) {
+TEST(ASearch, BeginsAtTheStandoffWhereNothingIsKnown) {
   SecondTouch second;
   second.to_fast_search();
   expect_move(second.walk, MoveKind::kSearch, 0.218, 1.8, 3 * 1.8 + 10);
 }
 
-TEST(a_search, begins_no_nearer_than_two_millimetres_and_at_most_five_behind_the_nominal_surface) {
+TEST(ASearch, BeginsNoNearerThanTwoMillimetresAndAtMostFiveBehindTheNominalSurface) {
   const TouchPolicy policy;
   calib::PlannedTouch planned = line_plan(1).touches[0];
   planned.expected_m = 0.012;
@@ -193,7 +193,7 @@ TEST(a_search, begins_no_nearer_than_two_millimetres_and_at_most_five_behind_the
   EXPECT_EQ(approach_m(planned, {0.011, 1e-5}, policy), 0.0);
 }
 
-TEST(a_search, for_a_touch_chosen_by_what_is_known_has_its_expectation_from_the_choice) {
+TEST(ASearch, ForATouchChosenByWhatIsKnownHasItsExpectationFromTheChoice) {
   Walk walk;
   walk.state.policy.confirm_every = 8;
   walk.state.one_by_one = true;

@@ -88,9 +88,9 @@ std::string pair(Phase phase, EventKind kind) {
   return std::string(to_string(phase)) + " x " + to_string(kind);
 }
 
-class every_pair : public ::testing::TestWithParam<Param> {};
+class EveryPair : public ::testing::TestWithParam<Param> {};
 INSTANTIATE_TEST_SUITE_P(
-    of_phase_and_event, every_pair,
+    OfPhaseAndEvent, EveryPair,
     ::testing::Values(Param{false}, Param{true},
                       Param{false, 1, drivers::Interruption::kPacketsStopped},
                       Param{true, 1, drivers::Interruption::kPacketsStopped},
@@ -105,7 +105,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Param{true, 0, drivers::Interruption::kPacketsStopped},
                       Param{false, 1, drivers::Interruption::kOther}));
 
-TEST_P(every_pair, has_an_answer_to_every_event_in_every_phase) {
+TEST_P(EveryPair, HasAnAnswerToEveryEventInEveryPhase) {
   for (Phase phase : kAllPhases) {
     for (EventKind kind : kAllEvents) {
       if (kind == EventKind::kJournalSound) continue;  // nothing is held: dropped, see below
@@ -125,7 +125,7 @@ TEST_P(every_pair, has_an_answer_to_every_event_in_every_phase) {
   }
 }
 
-TEST_P(every_pair, decides_on_a_move_only_into_a_moving_phase_and_never_on_the_way_to_an_end) {
+TEST_P(EveryPair, DecidesOnAMoveOnlyIntoAMovingPhaseAndNeverOnTheWayToAnEnd) {
   for (Phase phase : kAllPhases) {
     for (EventKind kind : kAllEvents) {
       const Step next = step(state_in(phase, GetParam()), event_of_kind(kind, GetParam()));
@@ -139,7 +139,7 @@ TEST_P(every_pair, decides_on_a_move_only_into_a_moving_phase_and_never_on_the_w
   }
 }
 
-TEST_P(every_pair, begins_a_move_only_when_the_journal_says_that_all_before_it_is_on_disk) {
+TEST_P(EveryPair, BeginsAMoveOnlyWhenTheJournalSaysThatAllBeforeItIsOnDisk) {
   for (Phase phase : kAllPhases) {
     for (EventKind kind : kAllEvents) {
       for (const bool held : {false, true}) {
@@ -153,7 +153,7 @@ TEST_P(every_pair, begins_a_move_only_when_the_journal_says_that_all_before_it_i
   }
 }
 
-TEST_P(every_pair, ends_a_move_that_has_not_begun_without_a_stop) {
+TEST_P(EveryPair, EndsAMoveThatHasNotBegunWithoutAStop) {
   Event lost = event_of_kind(EventKind::kLinks), faulty = lost;
   lost.links.robot = drivers::RobotLink::kLost;
   faulty.links.contact = drivers::ContactLink::kFault;
@@ -180,7 +180,7 @@ TEST_P(every_pair, ends_a_move_that_has_not_begun_without_a_stop) {
   }
 }
 
-TEST_P(every_pair, gives_every_phase_that_waits_a_deadline) {
+TEST_P(EveryPair, GivesEveryPhaseThatWaitsADeadline) {
   for (Phase phase : kAllPhases) {
     for (EventKind kind : kAllEvents) {
       const State next = step(state_in(phase, GetParam()), event_of_kind(kind, GetParam())).state;
@@ -190,7 +190,7 @@ TEST_P(every_pair, gives_every_phase_that_waits_a_deadline) {
   }
 }
 
-TEST_P(every_pair, answers_a_deadline_in_every_phase_that_can_have_one) {
+TEST_P(EveryPair, AnswersADeadlineInEveryPhaseThatCanHaveOne) {
   for (Phase phase : kAllPhases) {
     if (phase == Phase::kIdle || is_final(phase)) continue;
     const Step next =
@@ -208,7 +208,7 @@ TEST_P(every_pair, answers_a_deadline_in_every_phase_that_can_have_one) {
   }
 }
 
-TEST_P(every_pair, closes_devices_and_records_the_end_whenever_a_session_ends_badly) {
+TEST_P(EveryPair, ClosesDevicesAndRecordsTheEndWheneverASessionEndsBadly) {
   for (Phase phase : kAllPhases) {
     for (EventKind kind : kAllEvents) {
       if (is_final(phase)) continue;
@@ -221,7 +221,7 @@ TEST_P(every_pair, closes_devices_and_records_the_end_whenever_a_session_ends_ba
   }
 }
 
-TEST_P(every_pair, can_be_aborted_in_every_phase_of_a_session) {
+TEST_P(EveryPair, CanBeAbortedInEveryPhaseOfASession) {
   for (Phase phase : kAllPhases) {
     if (!kActivePhases.has(phase)) continue;
     const Step next =
@@ -235,7 +235,7 @@ TEST_P(every_pair, can_be_aborted_in_every_phase_of_a_session) {
   }
 }
 
-TEST_P(every_pair, moves_nothing_after_a_failure) {
+TEST_P(EveryPair, MovesNothingAfterAFailure) {
   for (EventKind kind : kAllEvents) {
     for (Phase phase : {Phase::kFailed, Phase::kAborted, Phase::kDone}) {
       const Step next = step(state_in(phase, GetParam()), event_of_kind(kind, GetParam()));
@@ -244,7 +244,7 @@ TEST_P(every_pair, moves_nothing_after_a_failure) {
   }
 }
 
-TEST(session_table, every_row_can_be_reached_by_its_phase_and_event) {
+TEST(SessionTable, EveryRowCanBeReachedByItsPhaseAndEvent) {
   for (const Transition& row : transition_table()) {
     bool possible = false;
     for (Phase phase : kAllPhases) {
@@ -256,7 +256,7 @@ TEST(session_table, every_row_can_be_reached_by_its_phase_and_event) {
   }
 }
 
-TEST(session_table, no_row_is_hidden_behind_one_without_a_guard) {
+TEST(SessionTable, NoRowIsHiddenBehindOneWithoutAGuard) {
   const auto table = transition_table();
   for (std::size_t i = 0; i < table.size(); ++i) {
     bool open = false;
@@ -274,7 +274,7 @@ TEST(session_table, no_row_is_hidden_behind_one_without_a_guard) {
   }
 }
 
-TEST(session_table, every_phase_can_be_reached_from_idle) {
+TEST(SessionTable, EveryPhaseCanBeReachedFromIdle) {
   std::set<Phase> reached{Phase::kIdle};
   for (std::size_t round = 0; round < kAllPhases.size(); ++round) {
     for (const Transition& row : transition_table()) {
@@ -286,7 +286,7 @@ TEST(session_table, every_phase_can_be_reached_from_idle) {
   EXPECT_EQ(reached.size(), kAllPhases.size());
 }
 
-TEST_P(every_pair, drops_results_of_earlier_moves_and_armings) {
+TEST_P(EveryPair, DropsResultsOfEarlierMovesAndArmings) {
   for (Phase phase : kAllPhases) {
     for (EventKind kind : kAllEvents) {
       Event stale = event_of_kind(kind, GetParam());
@@ -302,7 +302,7 @@ TEST_P(every_pair, drops_results_of_earlier_moves_and_armings) {
   }
 }
 
-TEST(a_failure_in_words, says_once_what_the_driver_has_said) {
+TEST(AFailureInWords, SaysOnceWhatTheDriverHasSaid) {
   Event touched = event_of_kind(EventKind::kUnexpectedContact);
   touched.words = "contact outside of a search: look for an obstacle in the path";
   const State end = step(state_in(Phase::kTransit, {}), touched).state;
@@ -315,7 +315,7 @@ TEST(a_failure_in_words, says_once_what_the_driver_has_said) {
   EXPECT_NE(words.find("obstacle in the path"), std::string::npos) << words;
 }
 
-TEST_P(every_pair, moves_nothing_behind_an_interruption_before_a_new_reference) {
+TEST_P(EveryPair, MovesNothingBehindAnInterruptionBeforeANewReference) {
   for (Phase phase : {Phase::kRecovering, Phase::kWatching, Phase::kReferencing}) {
     for (EventKind kind : kAllEvents) {
       const Step next = step(state_in(phase, GetParam()), event_of_kind(kind, GetParam()));
@@ -332,7 +332,7 @@ TEST_P(every_pair, moves_nothing_behind_an_interruption_before_a_new_reference) 
   }
 }
 
-TEST_P(every_pair, goes_on_by_itself_only_where_it_may_and_from_what_is_harmless) {
+TEST_P(EveryPair, GoesOnByItselfOnlyWhereItMayAndFromWhatIsHarmless) {
   const bool late = GetParam().interruption == drivers::Interruption::kLateReplies ||
                     GetParam().interruption == drivers::Interruption::kLateBytes;
   const bool may =
@@ -350,7 +350,7 @@ TEST_P(every_pair, goes_on_by_itself_only_where_it_may_and_from_what_is_harmless
   }
 }
 
-TEST(session_table, drops_answers_to_questions_that_were_asked_anew) {
+TEST(SessionTable, DropsAnswersToQuestionsThatWereAskedAnew) {
   State state = state_in(Phase::kRouting, {});
   state.route_id = 2;
   for (const EventKind kind : {EventKind::kRouted, EventKind::kWorkFailed}) {
@@ -362,7 +362,7 @@ TEST(session_table, drops_answers_to_questions_that_were_asked_anew) {
   }
 }
 
-TEST(session_table, names_every_phase_event_and_failure_differently) {
+TEST(SessionTable, NamesEveryPhaseEventAndFailureDifferently) {
   std::set<std::string> phases, events;
   for (Phase phase : kAllPhases) phases.insert(to_string(phase));
   for (EventKind kind : kAllEvents) events.insert(to_string(kind));

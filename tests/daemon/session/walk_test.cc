@@ -32,7 +32,7 @@ void expect_vias(const Walk& walk, const std::vector<ViaOf>& expected) {
   }
 }
 
-TEST(a_walk, through_one_touch_and_home) {
+TEST(AWalk, ThroughOneTouchAndHome) {
   Walk walk;
   const Timeouts timeouts;
   walk.on(EventKind::kRun);
@@ -142,7 +142,7 @@ TEST(a_walk, through_one_touch_and_home) {
   EXPECT_FALSE(walk.state.deadline);
 }
 
-TEST(a_walk, of_more_waypoints_than_a_move_has_is_made_in_several) {
+TEST(AWalk, OfMoreWaypointsThanAMoveHasIsMadeInSeveral) {
   Walk walk;
   constexpr std::size_t kWaypoints = 2 * drivers::kMaxVias + 5;
   for (calib::PlannedTouch& touch : walk.plan->touches) {
@@ -182,7 +182,7 @@ TEST(a_walk, of_more_waypoints_than_a_move_has_is_made_in_several) {
   follow(0.08, 0.20);
 }
 
-TEST(a_walk, without_waypoints_leads_to_the_standoff_and_without_a_way_home_to_the_end) {
+TEST(AWalk, WithoutWaypointsLeadsToTheStandoffAndWithoutAWayHomeToTheEnd) {
   Walk walk(1);
   walk.plan->touches[0].transit.clear();
   walk.plan->home.clear();
@@ -203,7 +203,7 @@ TEST(a_walk, without_waypoints_leads_to_the_standoff_and_without_a_way_home_to_t
   EXPECT_EQ(walk.state.phase, Phase::kIdentifying);
 }
 
-TEST(a_walk, with_every_touch_on_disk_opens_no_device) {
+TEST(AWalk, WithEveryTouchOnDiskOpensNoDevice) {
   Walk walk;
   walk.state.done = 2;
   walk.on(EventKind::kRun);
@@ -221,7 +221,7 @@ TEST(a_walk, with_every_touch_on_disk_opens_no_device) {
   one_left.the<OpenDevices>();
 }
 
-TEST(a_walk, with_another_plan_than_the_stored_one_is_none) {
+TEST(AWalk, WithAnotherPlanThanTheStoredOneIsNone) {
   for (const bool same : {true, false}) {
     Walk walk;
     walk.state.expected_hash = same ? "hash" : "other";
@@ -231,7 +231,7 @@ TEST(a_walk, with_another_plan_than_the_stored_one_is_none) {
   }
 }
 
-TEST(a_walk, waits_for_both_links) {
+TEST(AWalk, WaitsForBothLinks) {
   const auto with = [](drivers::RobotLink robot, drivers::ContactLink contact) {
     Walk walk;
     walk.on(EventKind::kRun);
@@ -252,7 +252,7 @@ TEST(a_walk, waits_for_both_links) {
   EXPECT_EQ(with(R::kReady, C::kFault), Phase::kFailed);
 }
 
-TEST(a_walk, takes_a_link_that_goes_down_while_it_stands_for_lost) {
+TEST(AWalk, TakesALinkThatGoesDownWhileItStandsForLost) {
   const auto after = [](const std::function<void(Event&)>& change) {
     Walk walk;
     walk.to_arming();
@@ -271,7 +271,7 @@ TEST(a_walk, takes_a_link_that_goes_down_while_it_stands_for_lost) {
       after([](Event& e) { e.links.contact = drivers::ContactLink::kIdentifying; }).failure);
 }
 
-TEST(a_walk, resumed_in_contact_leaves_it_first_and_lets_the_sensor_prove_itself) {
+TEST(AWalk, ResumedInContactLeavesItFirstAndLetsTheSensorProveItself) {
   const auto touching = [](bool guards) {
     return [=](Event& event) {
       event.links.in_contact = true;
@@ -333,7 +333,7 @@ TEST(a_walk, resumed_in_contact_leaves_it_first_and_lets_the_sensor_prove_itself
   EXPECT_EQ(closed.state.failure->kind, FailureKind::kContactClosed);
 }
 
-TEST(an_arming, outlives_its_search_within_what_the_wire_can_say) {
+TEST(AnArming, OutlivesItsSearchWithinWhatTheWireCanSay) {
   Walk walk;
   walk.state.policy.fast_m_s = 0.0001;
   walk.to_arming();
@@ -344,7 +344,7 @@ TEST(an_arming, outlives_its_search_within_what_the_wire_can_say) {
   EXPECT_EQ(wraps.the<ArmSensor>().arm_id, 1);
 }
 
-TEST(an_arming, that_is_refused_once_is_asked_for_again_after_a_self_test) {
+TEST(AnArming, ThatIsRefusedOnceIsAskedForAgainAfterASelfTest) {
   for (const bool slow : {false, true}) {
     Walk walk;
     if (slow) walk.to_slow_search();
@@ -373,7 +373,7 @@ TEST(an_arming, that_is_refused_once_is_asked_for_again_after_a_self_test) {
   }
 }
 
-TEST(an_arming, of_the_next_search_may_be_refused_once_again) {
+TEST(AnArming, OfTheNextSearchMayBeRefusedOnceAgain) {
   Walk walk;
   walk.to_arming();
   walk.on(EventKind::kArmRefused);
@@ -386,7 +386,7 @@ TEST(an_arming, of_the_next_search_may_be_refused_once_again) {
   EXPECT_FALSE(walk.state.failure);
 }
 
-TEST(a_contact, leads_back_from_where_it_was_or_from_where_the_arm_rests) {
+TEST(AContact, LeadsBackFromWhereItWasOrFromWhereTheArmRests) {
   Walk ahead;
   ahead.to_fast_search();
   ahead.contact(0.115, 0.1102);  // told 5 mm ahead of where the arm stands
@@ -398,7 +398,7 @@ TEST(a_contact, leads_back_from_where_it_was_or_from_where_the_arm_rests) {
   expect_move(early, MoveKind::kRetreat, 0.10, 2.0, 16.0);  // not behind the stand-off
 }
 
-TEST(a_contact, counts_from_a_millimetre_of_travel_on) {
+TEST(AContact, CountsFromAMillimetreOfTravelOn) {
   for (const double along_m : {0.00101, 0.00099, std::nan("")}) {
     Walk walk;
     walk.to_fast_search();
@@ -409,14 +409,14 @@ TEST(a_contact, counts_from_a_millimetre_of_travel_on) {
   }
 }
 
-TEST(a_contact, without_angles_is_no_touch) {
+TEST(AContact, WithoutAnglesIsNoTouch) {
   Walk walk;
   walk.to_slow_search();
   walk.on(EventKind::kContact);
   EXPECT_EQ(walk.state.failure->kind, FailureKind::kReadingsDisagree);
 }
 
-TEST(readings, that_disagree_are_repeated_five_times) {
+TEST(Readings, ThatDisagreeAreRepeatedFiveTimes) {
   Walk walk;
   walk.to_slow_search();
   for (int i = 1; i <= 5; ++i) {
@@ -429,7 +429,7 @@ TEST(readings, that_disagree_are_repeated_five_times) {
   EXPECT_EQ(walk.state.failure->kind, FailureKind::kReadingsDisagree);
 }
 
-TEST(noise, is_backed_off_from_five_times_and_counted) {
+TEST(Noise, IsBackedOffFromFiveTimesAndCounted) {
   Walk walk;
   walk.to_fast_search();
   const auto revoked = [](Event& event) { event.at_rad = {0.105}; };
@@ -448,7 +448,7 @@ TEST(noise, is_backed_off_from_five_times_and_counted) {
   EXPECT_EQ(walk.state.failure->kind, FailureKind::kTooManyRevoked);
 }
 
-TEST(a_search, that_meets_nothing_asks_the_sensor_first) {
+TEST(ASearch, ThatMeetsNothingAsksTheSensorFirst) {
   Walk walk;
   walk.to_fast_search();
   walk.on(EventKind::kArrived);
@@ -467,7 +467,7 @@ TEST(a_search, that_meets_nothing_asks_the_sensor_first) {
   EXPECT_EQ(slow.state.failure->kind, FailureKind::kReadingsDisagree);
 }
 
-TEST(an_end, stops_what_moves_and_waits_five_seconds_for_its_rest) {
+TEST(AnEnd, StopsWhatMovesAndWaitsFiveSecondsForItsRest) {
   Walk walk;
   walk.to_fast_search();
   walk.on(EventKind::kAbort);
@@ -490,7 +490,7 @@ TEST(an_end, stops_what_moves_and_waits_five_seconds_for_its_rest) {
   EXPECT_EQ(late.the<RecordEnd>().ending, Ending::kFailed);
 }
 
-TEST(an_end, that_nobody_thought_of_stops_the_arm_wherever_it_may_be) {
+TEST(AnEnd, ThatNobodyThoughtOfStopsTheArmWhereverItMayBe) {
   Walk moving;
   moving.to_fast_search();
   moving.on(EventKind::kRecorded);
@@ -509,7 +509,7 @@ TEST(an_end, that_nobody_thought_of_stops_the_arm_wherever_it_may_be) {
   EXPECT_EQ(rested.state.phase, Phase::kStopping);
 }
 
-TEST(what_is_known, is_kept_of_links_and_assessments_and_changes_no_deadline) {
+TEST(WhatIsKnown, IsKeptOfLinksAndAssessmentsAndChangesNoDeadline) {
   Walk walk;
   walk.to_fast_search();
   const auto deadline = walk.state.deadline;

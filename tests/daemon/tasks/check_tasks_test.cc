@@ -72,7 +72,7 @@ nlohmann::json checked(int given_up, const std::vector<std::string>& mastered = 
   return nlohmann::json::parse(file);
 }
 
-TEST(a_planned_round, offers_nothing_of_what_the_controllers_session_does_not_reach) {
+TEST(APlannedRound, OffersNothingOfWhatTheControllersSessionDoesNotReach) {
   TaskInputs inputs;
   inputs.cell = demo_cell();
   inputs.axis_reach_rad = 1.9;
@@ -99,14 +99,14 @@ TEST(a_planned_round, offers_nothing_of_what_the_controllers_session_does_not_re
   EXPECT_EQ(round.progress().checks_left, 1);
 }
 
-TEST(a_check, makes_a_touch_that_was_given_up_once_more) {
+TEST(ACheck, MakesATouchThatWasGivenUpOnceMore) {
   const auto result = checked(1);
   EXPECT_EQ(result["holds"], true) << result;
   EXPECT_TRUE(result["unsteady"].empty());
   EXPECT_GE(result["touches"], 6);
 }
 
-TEST(a_check, does_not_hold_where_a_touch_was_given_up_twice) {
+TEST(ACheck, DoesNotHoldWhereATouchWasGivenUpTwice) {
   const auto result = checked(2);
   EXPECT_EQ(result["holds"], false) << result;
   ASSERT_EQ(result["unsteady"].size(), 1U);
@@ -126,7 +126,7 @@ sim::Truth mastered_arm(double off_deg) {
   return arm;
 }
 
-TEST(a_check, after_mastering_names_the_joint_that_is_off_with_its_size) {
+TEST(ACheck, AfterMasteringNamesTheJointThatIsOffWithItsSize) {
   std::string notes;
   const auto result = checked(0, {"A2"}, mastered_arm(0.03), &notes);
   EXPECT_EQ(result["holds"], false) << result;
@@ -140,13 +140,13 @@ TEST(a_check, after_mastering_names_the_joint_that_is_off_with_its_size) {
   std::printf("%s", notes.c_str());
 }
 
-TEST(a_check, after_mastering_holds_where_the_zero_is_as_it_was_to_be) {
+TEST(ACheck, AfterMasteringHoldsWhereTheZeroIsAsItWasToBe) {
   const auto result = checked(0, {"A2"}, mastered_arm(0.0));
   EXPECT_EQ(result["holds"], true) << result;
   EXPECT_EQ(result["mastered"][0]["holds"], true);
 }
 
-TEST(positions, of_a_positioner_that_rests_at_the_end_of_its_range_are_at_the_end) {
+TEST(Positions, OfAPositionerThatRestsAtTheEndOfItsRangeAreAtTheEnd) {
   calib::Robot robot;
   robot.joints.resize(2);
   robot.positioner.resize(2);

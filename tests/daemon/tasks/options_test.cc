@@ -9,7 +9,7 @@
 namespace cellcal::daemon {
 namespace {
 
-TEST(stored_options, are_read_back_as_they_were) {
+TEST(StoredOptions, AreReadBackAsTheyWere) {
   SessionOptions options;
   options.touch.confirm_every = 5;
   options.touch.approach_least_m = 0.003;
@@ -20,14 +20,14 @@ TEST(stored_options, are_read_back_as_they_were) {
   EXPECT_TRUE(back.one_by_one);
 }
 
-TEST(stored_options, of_an_earlier_version_confirm_every_touch_as_it_did) {
+TEST(StoredOptions, OfAnEarlierVersionConfirmEveryTouchAsItDid) {
   nlohmann::json json = nlohmann::json::parse(options_to_json({}));
   EXPECT_EQ(options_from_json(json.dump()).touch.confirm_every, 8);
   json.erase("confirm_every");
   EXPECT_EQ(options_from_json(json.dump()).touch.confirm_every, 1);
 }
 
-TEST(stored_options, of_a_kind_that_this_version_does_not_know_are_no_calibration) {
+TEST(StoredOptions, OfAKindThatThisVersionDoesNotKnowAreNoCalibration) {
   SessionOptions options;
   options.kind = SessionKind::kQualify;
   std::string stored = options_to_json(options);
@@ -47,7 +47,7 @@ TEST(stored_options, of_a_kind_that_this_version_does_not_know_are_no_calibratio
   EXPECT_THROW(options_from_json(stored), std::runtime_error);
 }
 
-TEST(stored_options, that_lack_a_key_are_refused_by_its_name) {
+TEST(StoredOptions, ThatLackAKeyAreRefusedByItsName) {
   nlohmann::json json = nlohmann::json::parse(options_to_json({}));
   json.erase("fast_m_s");
   try {

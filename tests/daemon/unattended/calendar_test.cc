@@ -26,7 +26,7 @@ double hours(const Window& window) {
   return static_cast<double>(window.ends - window.begins) / kHour;
 }
 
-TEST(a_window, ends_on_the_next_day_where_its_end_is_the_earlier_time_of_day) {
+TEST(AWindow, EndsOnTheNextDayWhereItsEndIsTheEarlierTimeOfDay) {
   const Zone zone(kBerlin);
   const Window window = on(daily(22 * 60, 5 * 60), 2026y / 11 / 22);
   EXPECT_EQ(local_time(window.begins), "2026-11-22 22:00");
@@ -36,13 +36,13 @@ TEST(a_window, ends_on_the_next_day_where_its_end_is_the_earlier_time_of_day) {
   EXPECT_DOUBLE_EQ(hours(on(daily(60, 120), 2026y / 11 / 22)), 1.0);
 }
 
-TEST(a_window, of_a_night_in_which_clocks_are_set_is_shorter_or_longer_by_an_hour) {
+TEST(AWindow, OfANightInWhichClocksAreSetIsShorterOrLongerByAnHour) {
   const Zone zone(kBerlin);
   EXPECT_DOUBLE_EQ(hours(on(daily(22 * 60, 5 * 60), 2026y / 3 / 28)), 6.0);
   EXPECT_DOUBLE_EQ(hours(on(daily(22 * 60, 5 * 60), 2026y / 10 / 24)), 8.0);
 }
 
-TEST(a_window, that_lies_in_the_hour_that_is_left_out_does_not_exist_that_night) {
+TEST(AWindow, ThatLiesInTheHourThatIsLeftOutDoesNotExistThatNight) {
   const Zone zone(kBerlin);
   const Window none = on(daily(130, 170), 2026y / 3 / 29);
   EXPECT_FALSE(none.exists());
@@ -52,7 +52,7 @@ TEST(a_window, that_lies_in_the_hour_that_is_left_out_does_not_exist_that_night)
   EXPECT_EQ(on(daily(60, 150), 2026y / 3 / 29).ends, none.begins);
 }
 
-TEST(a_window, whose_hour_comes_twice_is_there_once) {
+TEST(AWindow, WhoseHourComesTwiceIsThereOnce) {
   const Zone zone(kBerlin);
   EXPECT_NEAR(hours(on(daily(130, 170), 2026y / 10 / 25)), 40.0 / 60.0, 1e-9);
   const Window early = on(daily(60, 150), 2026y / 10 / 25),
@@ -63,7 +63,7 @@ TEST(a_window, whose_hour_comes_twice_is_there_once) {
 }
 
 /// Whoever goes by the clock on the wall is never in the cell within a window.
-TEST(every_moment_of_a_window, lies_inside_it_by_the_clock_on_the_wall) {
+TEST(EveryMomentOfAWindow, LiesInsideItByTheClockOnTheWall) {
   for (const char* name :
        {kBerlin, "UTC0", "EST5EDT,M3.2.0,M11.1.0", "<+1030>-10:30<+11>-11,M10.1.0,M4.1.0",
         "<-03>3<-02>,M3.5.0/-1,M10.5.0/0"}) {
@@ -89,7 +89,7 @@ TEST(every_moment_of_a_window, lies_inside_it_by_the_clock_on_the_wall) {
   }
 }
 
-TEST(the_next_night, is_on_a_day_on_which_the_window_begins) {
+TEST(TheNextNight, IsOnADayOnWhichTheWindowBegins) {
   const Zone zone(kBerlin);
   WeeklyWindow weekly = daily(22 * 60, 5 * 60);
   weekly.days = {false, false, false, true, false, false, false};  // Wednesday
@@ -99,7 +99,7 @@ TEST(the_next_night, is_on_a_day_on_which_the_window_begins) {
   EXPECT_EQ(local_time(next_window(weekly, then).begins), "2026-12-02 22:00");
 }
 
-TEST(the_nights, between_two_moments_are_all_of_those_that_end_behind_the_first) {
+TEST(TheNights, BetweenTwoMomentsAreAllOfThoseThatEndBehindTheFirst) {
   const Zone zone(kBerlin);
   const WeeklyWindow weekly = daily(22 * 60, 5 * 60);
   const UtcSeconds noon = on(daily(12 * 60, 13 * 60), 2026y / 11 / 22).begins;

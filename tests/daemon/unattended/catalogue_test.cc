@@ -12,7 +12,7 @@ using calib::Language;
 
 const Language kGerman = Language::of("de").value();
 
-TEST(the_catalogue, says_of_every_failure_what_happened_and_what_to_do_in_each_language) {
+TEST(TheCatalogue, SaysOfEveryFailureWhatHappenedAndWhatToDoInEachLanguage) {
   for (int i = 0; i <= static_cast<int>(FailureKind::kUnexpectedEvent); ++i)
     for (const std::string begin : {"failure.", "do."}) {
       const std::string id = begin + to_string(static_cast<FailureKind>(i));
@@ -31,7 +31,7 @@ Notice failed() {
   return notice;
 }
 
-TEST(a_message, says_what_happened_what_to_do_and_the_evidence_in_the_language_that_was_asked_for) {
+TEST(AMessage, SaysWhatHappenedWhatToDoAndTheEvidenceInTheLanguageThatWasAskedFor) {
   const Message german = compose(failed(), kGerman, "zelle7");
   EXPECT_EQ(german.subject, "Sitzung 7: fehlgeschlagen");
   EXPECT_NE(german.body.find("Kein Kontakt bis zum Ende der Suche."), std::string::npos)
@@ -42,7 +42,7 @@ TEST(a_message, says_what_happened_what_to_do_and_the_evidence_in_the_language_t
   EXPECT_EQ(compose(failed(), Language(), "c").subject, "Session 7: failed");
 }
 
-TEST(a_message, has_findings_in_its_language_and_posts_them_in_english) {
+TEST(AMessage, HasFindingsInItsLanguageAndPostsThemInEnglish) {
   Notice notice = failed();
   notice.findings = {{"say.finding.update_too_few", {{"touches", 3.0}}}, "a reader's own words"};
   const Message german = compose(notice, kGerman, "c");
@@ -53,7 +53,7 @@ TEST(a_message, has_findings_in_its_language_and_posts_them_in_english) {
   EXPECT_TRUE(posted[0].get<std::string>().starts_with("3 touches are too few")) << posted[0];
 }
 
-TEST(a_message, of_every_kind_is_written_in_both_languages_and_forges_no_line) {
+TEST(AMessage, OfEveryKindIsWrittenInBothLanguagesAndForgesNoLine) {
   for (const News news : kAllNews) {
     for (const Language& language : {Language(), kGerman}) {
       Notice notice = failed();
@@ -74,7 +74,7 @@ TEST(a_message, of_every_kind_is_written_in_both_languages_and_forges_no_line) {
   }
 }
 
-TEST(a_message, names_a_report_only_where_there_is_one) {
+TEST(AMessage, NamesAReportOnlyWhereThereIsOne) {
   Notice notice = failed();
   notice.failure.reset();
   const auto has_report = [&](News news, const char* kind) {

@@ -12,7 +12,7 @@ using drivers::Interruption;
 
 constexpr std::size_t kKinds = static_cast<std::size_t>(FailureKind::kUnexpectedEvent) + 1;
 
-TEST(the_aftermath, of_every_failure_is_known_with_its_reason) {
+TEST(TheAftermath, OfEveryFailureIsKnownWithItsReason) {
   std::set<FailureKind> known;
   std::set<Interruption> of_the_robot;
   for (const FailurePolicy& one : failure_policies()) {
@@ -26,12 +26,12 @@ TEST(the_aftermath, of_every_failure_is_known_with_its_reason) {
   EXPECT_EQ(of_the_robot.size(), 3u);
 }
 
-TEST(the_aftermath, resumes_nothing_behind_which_no_other_session_might_begin) {
+TEST(TheAftermath, ResumesNothingBehindWhichNoOtherSessionMightBegin) {
   for (const FailurePolicy& one : failure_policies())
     EXPECT_TRUE(one.begin || !one.resume) << one.reason;
 }
 
-TEST(the_aftermath, waits_for_somebody_where_the_arm_met_something_or_somebody_stopped_it) {
+TEST(TheAftermath, WaitsForSomebodyWhereTheArmMetSomethingOrSomebodyStoppedIt) {
   for (const FailureKind kind :
        {FailureKind::kUnexpectedContact, FailureKind::kContactTooEarly,
         FailureKind::kStillInContact, FailureKind::kContactClosed, FailureKind::kNotFollowing,
@@ -43,7 +43,7 @@ TEST(the_aftermath, waits_for_somebody_where_the_arm_met_something_or_somebody_s
   EXPECT_FALSE(aftermath(FailureKind::kRobotSilent, Interruption::kNone).begin);
 }
 
-TEST(the_aftermath, resumes_whatever_a_session_could_have_gone_on_from_by_itself) {
+TEST(TheAftermath, ResumesWhateverASessionCouldHaveGoneOnFromByItself) {
   for (const InterruptionRule& harm : interruption_rule_table()) {
     if (harm.goes_on == GoesOn::kNever) continue;
     EXPECT_TRUE(aftermath(harm.failure, harm.by.value_or(Interruption::kNone)).resume)

@@ -20,9 +20,9 @@ std::string content(const std::filesystem::path& path) {
   return text.str();
 }
 
-struct a_mail : ::testing::Test {
+struct AMail : ::testing::Test {
   /// As the daemon does: a program that reads nothing is an error code.
-  a_mail() { std::signal(SIGPIPE, SIG_IGN); }
+  AMail() { std::signal(SIGPIPE, SIG_IGN); }
   /// A shell script in the place of sendmail.
   void program(const std::string& script) {
     std::ofstream(dir / "sendmail") << "#!/bin/sh\n" << script << "\n";
@@ -34,7 +34,7 @@ struct a_mail : ::testing::Test {
   testing::TemporaryDirectory dir;
 };
 
-TEST_F(a_mail, reaches_the_systems_program_whole_with_its_addresses_and_no_descriptor_but_its_own) {
+TEST_F(AMail, ReachesTheSystemsProgramWholeWithItsAddressesAndNoDescriptorButItsOwn) {
   program("for a in \"$@\"; do echo \"$a\"; done > '" + (dir / "words").string() + "'\ncat > '" +
           (dir / "mail").string() + "'\nls /proc/self/fd | wc -l > '" + (dir / "open").string() +
           "'\nenv > '" + (dir / "env").string() + "'");
@@ -51,7 +51,7 @@ TEST_F(a_mail, reaches_the_systems_program_whole_with_its_addresses_and_no_descr
   EXPECT_EQ(content(dir / "env").find("HOME"), std::string::npos);
 }
 
-TEST_F(a_mail, has_a_head_of_ascii_and_lines_that_every_server_takes) {
+TEST_F(AMail, HasAHeadOfAsciiAndLinesThatEveryServerTakes) {
   const std::string mail =
       mail_text(config(),
                 {"Sitzung 7: Ergebnis zurückgehalten, lang und noch länger, bis zur nächsten Zeile",
@@ -69,7 +69,7 @@ TEST_F(a_mail, has_a_head_of_ascii_and_lines_that_every_server_takes) {
   EXPECT_NE(mail.find("To: a@plant.example,\n b@plant.example\n"), std::string::npos) << mail;
 }
 
-TEST_F(a_mail, that_the_program_refuses_is_tried_again_only_where_it_says_so) {
+TEST_F(AMail, ThatTheProgramRefusesIsTriedAgainOnlyWhereItSaysSo) {
   program("exit 75");
   EXPECT_TRUE(send_mail(config(), "m").again);
   program("exit 64");
@@ -81,7 +81,7 @@ TEST_F(a_mail, that_the_program_refuses_is_tried_again_only_where_it_says_so) {
   EXPECT_NE(send_mail(none, "m").why.find("No such file"), std::string::npos);
 }
 
-TEST_F(a_mail, whose_program_hangs_or_reads_nothing_is_given_up_and_leaves_no_child) {
+TEST_F(AMail, WhoseProgramHangsOrReadsNothingIsGivenUpAndLeavesNoChild) {
   program("exec sleep 1000");
   const Delivery hung =
       send_mail(config(), std::string(1 << 20, 'x'), std::chrono::milliseconds(100));

@@ -8,7 +8,7 @@
 namespace cellcal::daemon {
 namespace {
 
-struct news_of_a_session : ::testing::Test {
+struct NewsOfASession : ::testing::Test {
   Status ended(Phase phase) {
     Status status;
     status.session = journal.begin({"/c.toml", "c", "r", "r", "{}"}, "t0");
@@ -19,7 +19,7 @@ struct news_of_a_session : ::testing::Test {
   Journal journal{dir / "journal.db"};
 };
 
-TEST_F(news_of_a_session, say_how_it_ended_and_whether_the_arm_has_changed) {
+TEST_F(NewsOfASession, SayHowItEndedAndWhetherTheArmHasChanged) {
   EXPECT_EQ(news_of(OutcomeKind::kWithheld), News::kWithheld);
   EXPECT_EQ(news_of(OutcomeKind::kPublished), News::kDone);
   EXPECT_EQ(news_of(OutcomeKind::kNothingChanged), News::kDone) << "no result is withheld";
@@ -35,7 +35,7 @@ TEST_F(news_of_a_session, say_how_it_ended_and_whether_the_arm_has_changed) {
   EXPECT_EQ(news_of(failed, journal).failure->kind, FailureKind::kNoContact);
 }
 
-TEST_F(news_of_a_session, are_of_a_check_that_the_calibration_holds_or_what_changed) {
+TEST_F(NewsOfASession, AreOfACheckThatTheCalibrationHoldsOrWhatChanged) {
   Status status = ended(Phase::kDone);
   status.kind = "check";
   status.outcome = SessionOutcome{OutcomeKind::kHolds};
@@ -54,7 +54,7 @@ TEST_F(news_of_a_session, are_of_a_check_that_the_calibration_holds_or_what_chan
   EXPECT_TRUE(calib::words(failed.findings[1]).starts_with("probe shifted by 0.31"));
 }
 
-TEST_F(news_of_a_session, are_known_before_its_end_is_on_disk_with_why_it_failed) {
+TEST_F(NewsOfASession, AreKnownBeforeItsEndIsOnDiskWithWhyItFailed) {
   const RecordEnd failed{Ending::kFailed, "no-contact: x", Failure{FailureKind::kNoContact, "x"}};
   const std::int64_t session = ended(Phase::kFailed).session;
   const Notice notice = notice_of_end(session, failed, "t9", journal);
@@ -65,7 +65,7 @@ TEST_F(news_of_a_session, are_known_before_its_end_is_on_disk_with_why_it_failed
   EXPECT_EQ(notice_of_end(session, RecordEnd{Ending::kDone, ""}, "t9", journal).news, News::kDone);
 }
 
-TEST(news_of_a_check, that_holds_are_of_drift_where_the_control_chart_alarms) {
+TEST(NewsOfACheck, ThatHoldsAreOfDriftWhereTheControlChartAlarms) {
   testing::CheckedJournal checked;
   Status status;
   status.kind = "check";
@@ -82,7 +82,7 @@ TEST(news_of_a_check, that_holds_are_of_drift_where_the_control_chart_alarms) {
   EXPECT_GT(drifted.findings.size(), 2U) << "since when, and what to do";
 }
 
-TEST(news_of_a_check, that_does_not_hold_and_of_the_next_that_does_are_drift_and_its_end) {
+TEST(NewsOfACheck, ThatDoesNotHoldAndOfTheNextThatDoesAreDriftAndItsEnd) {
   testing::CheckedJournal checked;
   Status status;
   status.kind = "check";
@@ -104,7 +104,7 @@ TEST(news_of_a_check, that_does_not_hold_and_of_the_next_that_does_are_drift_and
   EXPECT_EQ(news(Checked::that_holds()).news, News::kDone);
 }
 
-TEST(news_of_the_schedule, are_told_where_a_window_passed_without_its_session) {
+TEST(NewsOfTheSchedule, AreToldWhereAWindowPassedWithoutItsSession) {
   Decision decision;
   decision.entry = "nightly";
   decision.day = "2026-11-22";

@@ -29,7 +29,7 @@ NotifyConfig hook(const HookServer& server) {
   return config;
 }
 
-TEST(a_notifier, tries_again_behind_a_wait_until_it_is_taken) {
+TEST(ANotifier, TriesAgainBehindAWaitUntilItIsTaken) {
   HookServer server({testing::kBroken, testing::kBroken, testing::kTaken});
   Notifier notifier({[&] { return hook(server); }, "c", std::chrono::milliseconds(1)});
   notifier.notify([] { return aborted(); });
@@ -38,7 +38,7 @@ TEST(a_notifier, tries_again_behind_a_wait_until_it_is_taken) {
   EXPECT_NE(server.requests()[2].find("\"news\":\"aborted\""), std::string::npos);
 }
 
-TEST(a_notifier, gives_up_where_all_retries_are_used_and_goes_on_with_the_next) {
+TEST(ANotifier, GivesUpWhereAllRetriesAreUsedAndGoesOnWithTheNext) {
   HookServer server({testing::kBroken, testing::kBroken, testing::kTaken});
   NotifyConfig config = hook(server);
   config.webhook->retries = 1;
@@ -51,7 +51,7 @@ TEST(a_notifier, gives_up_where_all_retries_are_used_and_goes_on_with_the_next) 
   EXPECT_EQ(server.requests().size(), 3u);
 }
 
-TEST(a_notifier, mails_and_posts_the_same_in_the_configured_language) {
+TEST(ANotifier, MailsAndPostsTheSameInTheConfiguredLanguage) {
   testing::TemporaryDirectory dir;
   HookServer server({testing::kTaken});
   std::ofstream(dir / "sendmail") << "#!/bin/sh\ncat > '" << (dir / "mail").string() << "'\n";
@@ -69,7 +69,7 @@ TEST(a_notifier, mails_and_posts_the_same_in_the_configured_language) {
   EXPECT_NE(server.requests()[0].find("Sitzung 7: abgebrochen"), std::string::npos);
 }
 
-TEST(a_notifier, mails_again_to_those_alone_that_were_busy) {
+TEST(ANotifier, MailsAgainToThoseAloneThatWereBusy) {
   testing::SmtpServer server({.first_answers = {{"RCPT TO:<a@", "451 busy"}}});
   NotifyConfig config;
   config.mail = MailConfig{{"a@plant.example", "b@plant.example"}, "c@d", "", {}};
@@ -85,8 +85,7 @@ TEST(a_notifier, mails_again_to_those_alone_that_were_busy) {
   EXPECT_EQ(std::ranges::count(lines, "DATA"), 2);
 }
 
-TEST(a_notifier,
-     ends_while_it_waits_for_the_next_attempt_and_asks_for_nothing_where_nobody_is_told) {
+TEST(ANotifier, EndsWhileItWaitsForTheNextAttemptAndAsksForNothingWhereNobodyIsTold) {
   HookServer server({testing::kBroken});
   bool asked = false;
   NotifyConfig nobody;

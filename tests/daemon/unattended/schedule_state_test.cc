@@ -33,7 +33,7 @@ std::string refusal(const std::string& text) {
   }
 }
 
-TEST(the_schedules_state, is_read_back_whole_and_new_where_there_is_none) {
+TEST(TheSchedulesState, IsReadBackWholeAndNewWhereThereIsNone) {
   EXPECT_EQ(schedule_state_from("").evaluated_until, 0);
   const ScheduleState read = schedule_state_from(to_text(filled()));
   EXPECT_EQ(read.evaluated_until, 1'800'000'000);
@@ -53,7 +53,7 @@ TEST(the_schedules_state, is_read_back_whole_and_new_where_there_is_none) {
   EXPECT_EQ(words(read.decisions[0]).find('\n'), std::string::npos);
 }
 
-TEST(the_schedules_state, that_is_damaged_is_refused_wherever_it_is_cut) {
+TEST(TheSchedulesState, ThatIsDamagedIsRefusedWhereverItIsCut) {
   const std::string whole = to_text(filled());
   for (std::size_t cut = 1; cut < whole.size(); cut += 7)
     EXPECT_NE(refusal(whole.substr(0, cut)), "") << cut;
@@ -61,7 +61,7 @@ TEST(the_schedules_state, that_is_damaged_is_refused_wherever_it_is_cut) {
     EXPECT_NE(refusal(wrong), "") << wrong;
 }
 
-TEST(the_schedules_state, keeps_evidence_as_a_phrase_and_reads_the_text_of_earlier_versions) {
+TEST(TheSchedulesState, KeepsEvidenceAsAPhraseAndReadsTheTextOfEarlierVersions) {
   ScheduleState state;
   const calib::Phrase evidence("say.schedule.by", {{"who", "A. Name"}});
   state.add({1, "nightly", "2026-11-22", Verb::kReleased, Why::kNothing, 0, evidence, 0.0});
@@ -75,7 +75,7 @@ TEST(the_schedules_state, keeps_evidence_as_a_phrase_and_reads_the_text_of_earli
   EXPECT_EQ(refusal(wrong), "the schedule's row is malformed");
 }
 
-TEST(every_decision, has_words_in_german) {
+TEST(EveryDecision, HasWordsInGerman) {
   const calib::Language german = *calib::Language::of("de");
   for (const Verb verb : all_values<Verb>())
     for (const Why why : all_values<Why>())
@@ -96,7 +96,7 @@ TEST(every_decision, has_words_in_german) {
             0u);
 }
 
-TEST(a_missed_night, can_come_again_and_a_begun_one_cannot) {
+TEST(AMissedNight, CanComeAgainAndABegunOneCannot) {
   ScheduleState state = filled();
   state.reopen_missed("nightly", "2026-11-22");
   state.reopen_missed("nightly", "2026-11-23");
@@ -104,7 +104,7 @@ TEST(a_missed_night, can_come_again_and_a_begun_one_cannot) {
   EXPECT_FALSE(state.is_closed("nightly", "2026-11-23"));
 }
 
-TEST(names_of_decisions, lead_back_to_what_they_name) {
+TEST(NamesOfDecisions, LeadBackToWhatTheyName) {
   for (int i = 0; i <= static_cast<int>(Verb::kReleased); ++i)
     EXPECT_EQ(verb_of(to_string(static_cast<Verb>(i))), static_cast<Verb>(i));
   for (int i = 0; i <= static_cast<int>(Why::kWindowOver); ++i)

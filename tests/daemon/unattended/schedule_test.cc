@@ -64,8 +64,8 @@ struct FakeCell final : SessionGateway {
 };
 
 /// From noon on.
-struct a_schedule : ::testing::Test {
-  a_schedule() {
+struct ASchedule : ::testing::Test {
+  ASchedule() {
     config.unattended = true;
     config.program_start = ProgramStart::kCell;
     config.responsible = "A. Miller";
@@ -122,7 +122,7 @@ struct a_schedule : ::testing::Test {
   std::unique_ptr<Schedule> schedule;
 };
 
-TEST_F(a_schedule, begins_nothing_where_nothing_starts_the_controllers_program) {
+TEST_F(ASchedule, BeginsNothingWhereNothingStartsTheControllersProgram) {
   config.program_start = ProgramStart::kNone;
   live(10 * kHour);
   EXPECT_TRUE(cell.begun.empty());
@@ -134,7 +134,7 @@ TEST_F(a_schedule, begins_nothing_where_nothing_starts_the_controllers_program) 
   EXPECT_EQ(cell.begun.size(), 1u) << "set up within the window";
 }
 
-TEST_F(a_schedule, resumes_behind_the_controllers_own_test_however_few_resumes_there_are) {
+TEST_F(ASchedule, ResumesBehindTheControllersOwnTestHoweverFewResumesThereAre) {
   config.resumes = 0;
   live(10 * kHour);
   ASSERT_EQ(cell.begun.size(), 1u);
@@ -148,7 +148,7 @@ TEST_F(a_schedule, resumes_behind_the_controllers_own_test_however_few_resumes_t
   EXPECT_EQ(cell.resumed, 3) << "any other failure counts";
 }
 
-TEST_F(a_schedule, does_not_resume_where_the_programs_start_was_taken_out_meanwhile) {
+TEST_F(ASchedule, DoesNotResumeWhereTheProgramsStartWasTakenOutMeanwhile) {
   live(10 * kHour);
   cell.end(EndState::kFailed, {FailureKind::kControllerTest, "brake test requested"});
   pass(30);
@@ -158,7 +158,7 @@ TEST_F(a_schedule, does_not_resume_where_the_programs_start_was_taken_out_meanwh
   EXPECT_EQ(count(Verb::kEnded, Why::kNoProgramStart), 1);
 }
 
-TEST_F(a_schedule, begins_once_in_each_window_and_names_who_is_responsible) {
+TEST_F(ASchedule, BeginsOnceInEachWindowAndNamesWhoIsResponsible) {
   live(10 * kHour - 600);
   EXPECT_TRUE(cell.begun.empty());
   pass(600);
@@ -172,7 +172,7 @@ TEST_F(a_schedule, begins_once_in_each_window_and_names_who_is_responsible) {
   EXPECT_EQ(count(Verb::kEnded, Why::kDone), 1);
 }
 
-TEST_F(a_schedule, moves_nothing_unless_somebody_answers_for_the_cell) {
+TEST_F(ASchedule, MovesNothingUnlessSomebodyAnswersForTheCell) {
   config.unattended = false;
   live(kDay);
   EXPECT_TRUE(cell.begun.empty());
@@ -180,7 +180,7 @@ TEST_F(a_schedule, moves_nothing_unless_somebody_answers_for_the_cell) {
   EXPECT_EQ(count(Verb::kMissed, Why::kUnattendedOff), 1);
 }
 
-TEST_F(a_schedule, begins_none_that_would_run_past_the_windows_end) {
+TEST_F(ASchedule, BeginsNoneThatWouldRunPastTheWindowsEnd) {
   cell.takes_s = 7.5 * kHour;
   live(kDay);
   EXPECT_TRUE(cell.begun.empty());
@@ -190,7 +190,7 @@ TEST_F(a_schedule, begins_none_that_would_run_past_the_windows_end) {
   EXPECT_EQ(cell.begun.size(), 1u) << "its own minutes come first";
 }
 
-TEST_F(a_schedule, stops_a_session_that_still_runs_at_the_windows_end_and_begins_the_next_night) {
+TEST_F(ASchedule, StopsASessionThatStillRunsAtTheWindowsEndAndBeginsTheNextNight) {
   live(18 * kHour);
   EXPECT_EQ(cell.begun.size(), 1u);
   EXPECT_EQ(cell.stopped, 1);
@@ -199,7 +199,7 @@ TEST_F(a_schedule, stops_a_session_that_still_runs_at_the_windows_end_and_begins
   EXPECT_EQ(cell.begun.size(), 2u);
 }
 
-TEST_F(a_schedule, waits_while_a_person_runs_a_session) {
+TEST_F(ASchedule, WaitsWhileAPersonRunsASession) {
   cell.now.busy = true;
   live(12 * kHour);
   EXPECT_TRUE(cell.begun.empty());
@@ -209,7 +209,7 @@ TEST_F(a_schedule, waits_while_a_person_runs_a_session) {
   EXPECT_EQ(cell.begun.size(), 1u);
 }
 
-TEST_F(a_schedule, begins_nothing_behind_a_harmful_failure_until_somebody_has_looked) {
+TEST_F(ASchedule, BeginsNothingBehindAHarmfulFailureUntilSomebodyHasLooked) {
   cell.now.session = 4;
   cell.end(EndState::kFailed, {FailureKind::kUnexpectedContact, "x"});
   live(kDay);
@@ -226,7 +226,7 @@ TEST_F(a_schedule, begins_nothing_behind_a_harmful_failure_until_somebody_has_lo
   EXPECT_EQ(cell.begun.size(), 1u);
 }
 
-TEST_F(a_schedule, is_released_by_a_session_that_a_person_brought_to_its_end) {
+TEST_F(ASchedule, IsReleasedByASessionThatAPersonBroughtToItsEnd) {
   cell.now.session = 4;
   cell.end(EndState::kFailed, {FailureKind::kNoContact, "x"});
   live(kDay);
@@ -235,7 +235,7 @@ TEST_F(a_schedule, is_released_by_a_session_that_a_person_brought_to_its_end) {
   EXPECT_EQ(cell.begun.size(), 1u);
 }
 
-TEST_F(a_schedule, is_held_again_where_what_was_released_fails_again) {
+TEST_F(ASchedule, IsHeldAgainWhereWhatWasReleasedFailsAgain) {
   cell.now.session = 4;
   cell.end(EndState::kFailed, {FailureKind::kNoContact, "x"});
   schedule->release("a person");
@@ -247,7 +247,7 @@ TEST_F(a_schedule, is_held_again_where_what_was_released_fails_again) {
   EXPECT_EQ(schedule->picture().held, Why::kFailedBefore);
 }
 
-TEST_F(a_schedule, begins_nothing_behind_an_abort_nor_behind_an_interrupted_session) {
+TEST_F(ASchedule, BeginsNothingBehindAnAbortNorBehindAnInterruptedSession) {
   cell.person_runs(EndState::kAborted);
   live(kDay);
   cell.person_runs(EndState::kLeft);
@@ -257,7 +257,7 @@ TEST_F(a_schedule, begins_nothing_behind_an_abort_nor_behind_an_interrupted_sess
   EXPECT_EQ(count(Verb::kMissed, Why::kLeftBefore), 1);
 }
 
-TEST_F(a_schedule, is_held_by_an_abort_that_had_nothing_to_stop_also_behind_a_restart) {
+TEST_F(ASchedule, IsHeldByAnAbortThatHadNothingToStopAlsoBehindARestart) {
   cell.person_runs(EndState::kDone);
   pass(5);
   ++cell.now.aborts;
@@ -271,7 +271,7 @@ TEST_F(a_schedule, is_held_by_an_abort_that_had_nothing_to_stop_also_behind_a_re
   EXPECT_EQ(cell.begun.size(), 1u);
 }
 
-TEST_F(a_schedule, begins_behind_a_failure_in_which_nothing_was_met) {
+TEST_F(ASchedule, BeginsBehindAFailureInWhichNothingWasMet) {
   cell.person_runs(EndState::kFailed);
   cell.now.failure = {FailureKind::kRobotSilent, "x", drivers::Interruption::kPacketsStopped};
   pass(5);
@@ -282,7 +282,7 @@ TEST_F(a_schedule, begins_behind_a_failure_in_which_nothing_was_met) {
   EXPECT_EQ(cell.begun.size(), 1u);
 }
 
-TEST_F(a_schedule, does_not_begin_twice_where_the_clock_is_set_back) {
+TEST_F(ASchedule, DoesNotBeginTwiceWhereTheClockIsSetBack) {
   live(11 * kHour);
   ASSERT_EQ(cell.begun.size(), 1u);
   cell.end(EndState::kDone);
@@ -296,7 +296,7 @@ TEST_F(a_schedule, does_not_begin_twice_where_the_clock_is_set_back) {
   EXPECT_EQ(cell.begun.size(), 1u) << "nor behind a restart";
 }
 
-TEST_F(a_schedule, tells_of_each_window_that_a_clock_was_set_over) {
+TEST_F(ASchedule, TellsOfEachWindowThatAClockWasSetOver) {
   pass(5);
   utc += 3 * kDay;
   live(kHour);
@@ -306,7 +306,7 @@ TEST_F(a_schedule, tells_of_each_window_that_a_clock_was_set_over) {
   EXPECT_EQ(cell.begun.size(), 1u);
 }
 
-TEST_F(a_schedule, begins_in_a_window_that_a_clock_set_wrong_had_made_missed) {
+TEST_F(ASchedule, BeginsInAWindowThatAClockSetWrongHadMadeMissed) {
   pass(5);
   utc += kDay;
   pass(5);
@@ -316,7 +316,7 @@ TEST_F(a_schedule, begins_in_a_window_that_a_clock_set_wrong_had_made_missed) {
   EXPECT_EQ(cell.begun.size(), 1u);
 }
 
-TEST_F(a_schedule, begins_nothing_because_the_clock_was_set_into_a_window) {
+TEST_F(ASchedule, BeginsNothingBecauseTheClockWasSetIntoAWindow) {
   live(2 * kHour);
   synchronised = false;  // as the kernel has it behind a clock that was set by hand
   utc += 8 * kHour + 600;
@@ -339,7 +339,7 @@ TEST_F(a_schedule, begins_nothing_because_the_clock_was_set_into_a_window) {
   EXPECT_EQ(cell.begun.size(), 1u);
 }
 
-TEST_F(a_schedule, believes_a_clock_that_was_set_once_it_has_been_synchronised_for_ten_minutes) {
+TEST_F(ASchedule, BelievesAClockThatWasSetOnceItHasBeenSynchronisedForTenMinutes) {
   live(9 * kHour + 1800);
   utc += kHour;
   pass(5);
@@ -357,7 +357,7 @@ TEST_F(a_schedule, believes_a_clock_that_was_set_once_it_has_been_synchronised_f
   EXPECT_EQ(count(Verb::kReleased, Why::kClockAgrees), 1);
 }
 
-TEST_F(a_schedule, holds_behind_a_start_of_the_computer_without_a_time_source) {
+TEST_F(ASchedule, HoldsBehindAStartOfTheComputerWithoutATimeSource) {
   synchronised = false;
   live(kHour);
   boot = "second";
@@ -371,7 +371,7 @@ TEST_F(a_schedule, holds_behind_a_start_of_the_computer_without_a_time_source) {
   EXPECT_EQ(cell.begun.size(), 1u) << "a release holds until the computer is started again";
 }
 
-TEST_F(a_schedule, notices_a_clock_that_was_set_while_the_daemon_was_not_running) {
+TEST_F(ASchedule, NoticesAClockThatWasSetWhileTheDaemonWasNotRunning) {
   pass(5);
   utc += 10 * kHour + 600;
   restart();
@@ -380,7 +380,7 @@ TEST_F(a_schedule, notices_a_clock_that_was_set_while_the_daemon_was_not_running
   EXPECT_EQ(count(Verb::kHeld, Why::kClockStepped), 1);
 }
 
-TEST_F(a_schedule, does_not_take_a_clock_that_drifts_or_is_slewed_for_one_that_was_set) {
+TEST_F(ASchedule, DoesNotTakeAClockThatDriftsOrIsSlewedForOneThatWasSet) {
   for (int hour = 0; hour < 9; ++hour) {
     utc += 1;  // 280 ppm
     live(kHour);
@@ -388,7 +388,7 @@ TEST_F(a_schedule, does_not_take_a_clock_that_drifts_or_is_slewed_for_one_that_w
   EXPECT_EQ(count(Verb::kHeld, Why::kClockStepped), 0);
 }
 
-TEST_F(a_schedule, stops_a_session_at_its_windows_end_though_the_clock_was_set_back) {
+TEST_F(ASchedule, StopsASessionAtItsWindowsEndThoughTheClockWasSetBack) {
   live(10 * kHour);
   ASSERT_EQ(cell.begun.size(), 1u);
   utc -= 3 * kHour;
@@ -398,7 +398,7 @@ TEST_F(a_schedule, stops_a_session_at_its_windows_end_though_the_clock_was_set_b
   EXPECT_EQ(cell.stopped, 1);
 }
 
-TEST_F(a_schedule, tells_of_windows_in_which_the_daemon_was_not_running) {
+TEST_F(ASchedule, TellsOfWindowsInWhichTheDaemonWasNotRunning) {
   pass(5);
   utc += 2 * kDay;
   reported.clear();
@@ -413,7 +413,7 @@ TEST_F(a_schedule, tells_of_windows_in_which_the_daemon_was_not_running) {
   EXPECT_TRUE(reported.empty()) << "each once";
 }
 
-TEST_F(a_schedule, tells_that_a_window_does_not_exist_where_clocks_are_set_forward_over_it) {
+TEST_F(ASchedule, TellsThatAWindowDoesNotExistWhereClocksAreSetForwardOverIt) {
   config.sessions[0].window.from_min = 130;
   config.sessions[0].window.to_min = 170;
   begin_at(2026y / 3 / 28);
@@ -424,7 +424,7 @@ TEST_F(a_schedule, tells_that_a_window_does_not_exist_where_clocks_are_set_forwa
   EXPECT_EQ(cell.begun.size(), 1u);
 }
 
-TEST_F(a_schedule, begins_once_in_a_night_whose_hour_comes_twice) {
+TEST_F(ASchedule, BeginsOnceInANightWhoseHourComesTwice) {
   config.sessions[0].window.from_min = 130;
   config.sessions[0].window.to_min = 170;
   begin_at(2026y / 10 / 24);
@@ -435,7 +435,7 @@ TEST_F(a_schedule, begins_once_in_a_night_whose_hour_comes_twice) {
   EXPECT_EQ(cell.begun.size(), 1u);
 }
 
-TEST_F(a_schedule, does_not_count_windows_before_it_was_there) {
+TEST_F(ASchedule, DoesNotCountWindowsBeforeItWasThere) {
   live(4 * kDay, 3600);
   cell.end(EndState::kDone);
   live(kHour);
@@ -447,7 +447,7 @@ TEST_F(a_schedule, does_not_count_windows_before_it_was_there) {
   EXPECT_TRUE(reported.empty());
 }
 
-TEST_F(a_schedule, begins_nothing_that_it_could_not_record_before) {
+TEST_F(ASchedule, BeginsNothingThatItCouldNotRecordBefore) {
   disk_full = true;
   live(11 * kHour);
   EXPECT_TRUE(cell.begun.empty());
@@ -457,7 +457,7 @@ TEST_F(a_schedule, begins_nothing_that_it_could_not_record_before) {
   EXPECT_EQ(cell.begun.size(), 1u) << "as soon as the disk takes it";
 }
 
-TEST_F(a_schedule, whose_row_is_damaged_begins_nothing_and_says_so) {
+TEST_F(ASchedule, WhoseRowIsDamagedBeginsNothingAndSaysSo) {
   stored = "{";
   restart();
   live(11 * kHour);
@@ -465,7 +465,7 @@ TEST_F(a_schedule, whose_row_is_damaged_begins_nothing_and_says_so) {
   EXPECT_EQ(count(Verb::kWaiting, Why::kNotOnDisk), 1);
 }
 
-TEST_F(a_schedule, refuses_a_session_whose_file_is_wrong_once_a_night_with_its_words) {
+TEST_F(ASchedule, RefusesASessionWhoseFileIsWrongOnceANightWithItsWords) {
   cell.wrong = "c.toml:3: no such robot";
   live(kDay);
   EXPECT_EQ(count(Verb::kRefused, Why::kCannotBegin), 1);
@@ -474,7 +474,7 @@ TEST_F(a_schedule, refuses_a_session_whose_file_is_wrong_once_a_night_with_its_w
 
 Failure late() { return {FailureKind::kComputerBusy, "late", drivers::Interruption::kLateReplies}; }
 
-TEST_F(a_schedule, resumes_nothing_unless_it_was_told_to) {
+TEST_F(ASchedule, ResumesNothingUnlessItWasToldTo) {
   live(10 * kHour);
   cell.end(EndState::kFailed, late());
   live(kHour);
@@ -482,7 +482,7 @@ TEST_F(a_schedule, resumes_nothing_unless_it_was_told_to) {
   EXPECT_EQ(count(Verb::kEnded, Why::kHarmless), 1);
 }
 
-TEST_F(a_schedule, resumes_after_harmless_failures_so_often_and_behind_a_wait) {
+TEST_F(ASchedule, ResumesAfterHarmlessFailuresSoOftenAndBehindAWait) {
   config.resumes = 2;
   config.resume_wait_s = 120.0;
   live(10 * kHour);
@@ -503,7 +503,7 @@ TEST_F(a_schedule, resumes_after_harmless_failures_so_often_and_behind_a_wait) {
   EXPECT_EQ(cell.begun.size(), 1u);
 }
 
-TEST_F(a_schedule, resumes_nothing_after_a_harmful_failure_or_an_abort) {
+TEST_F(ASchedule, ResumesNothingAfterAHarmfulFailureOrAnAbort) {
   config.resumes = 5;
   live(10 * kHour);
   cell.end(EndState::kFailed, {FailureKind::kNotFollowing, "x"});
@@ -518,7 +518,7 @@ TEST_F(a_schedule, resumes_nothing_after_a_harmful_failure_or_an_abort) {
   EXPECT_EQ(cell.resumed, 0);
 }
 
-TEST_F(a_schedule, resumes_nothing_that_somebody_aborts_while_it_waits) {
+TEST_F(ASchedule, ResumesNothingThatSomebodyAbortsWhileItWaits) {
   config.resumes = 1;
   config.resume_wait_s = 120.0;
   live(10 * kHour);
@@ -530,7 +530,7 @@ TEST_F(a_schedule, resumes_nothing_that_somebody_aborts_while_it_waits) {
   EXPECT_EQ(count(Verb::kEnded, Why::kAbortedBefore), 1);
 }
 
-TEST_F(a_schedule, resumes_only_where_what_is_left_ends_before_the_window) {
+TEST_F(ASchedule, ResumesOnlyWhereWhatIsLeftEndsBeforeTheWindow) {
   config.resumes = 1;
   cell.takes_s = 2.0 * kHour;
   live(16 * kHour);
@@ -542,7 +542,7 @@ TEST_F(a_schedule, resumes_only_where_what_is_left_ends_before_the_window) {
   EXPECT_EQ(count(Verb::kEnded, Why::kNoTimeLeft), 1);
 }
 
-TEST_F(a_schedule, resumes_nothing_of_a_person_nor_what_a_restart_has_left) {
+TEST_F(ASchedule, ResumesNothingOfAPersonNorWhatARestartHasLeft) {
   config.resumes = 3;
   live(11 * kHour);
   ASSERT_EQ(cell.begun.size(), 1u);
@@ -556,7 +556,7 @@ TEST_F(a_schedule, resumes_nothing_of_a_person_nor_what_a_restart_has_left) {
   EXPECT_EQ(cell.resumed, 0);
 }
 
-TEST_F(a_schedule, begins_on_request_only_what_says_so_and_by_the_same_rules) {
+TEST_F(ASchedule, BeginsOnRequestOnlyWhatSaysSoAndByTheSameRules) {
   config.sessions[0].on_request = true;
   EXPECT_EQ(schedule->begin("nightly").why, Why::kOutsideWindow);
   EXPECT_EQ(schedule->begin("other").why, Why::kCannotBegin);
@@ -571,7 +571,7 @@ TEST_F(a_schedule, begins_on_request_only_what_says_so_and_by_the_same_rules) {
   EXPECT_EQ(schedule->begin("nightly").why, Why::kUnattendedOff);
 }
 
-TEST_F(a_schedule, shows_the_next_times_and_the_last_decision) {
+TEST_F(ASchedule, ShowsTheNextTimesAndTheLastDecision) {
   pass(5);
   SchedulePicture picture = schedule->picture();
   ASSERT_EQ(picture.entries.size(), 1u);

@@ -53,8 +53,7 @@ struct UnattendedSession : ::testing::Test {
   ServiceSessionGateway gateway{service, journal};
 };
 
-TEST_F(UnattendedSession,
-       begins_fails_harmlessly_is_resumed_and_done_with_its_evidence_in_the_journal) {
+TEST_F(UnattendedSession, BeginsFailsHarmlesslyIsResumedAndDoneWithItsEvidenceInTheJournal) {
   broken = 1;
   ScheduleConfig config;
   config.unattended = true;
@@ -97,7 +96,7 @@ TEST_F(UnattendedSession,
   EXPECT_LT(gateway.foreseen_s(session()), 3600.0) << "by the one that was done";
 }
 
-TEST_F(UnattendedSession, is_not_begun_where_somebody_has_aborted_meanwhile) {
+TEST_F(UnattendedSession, IsNotBegunWhereSomebodyHasAbortedMeanwhile) {
   const std::uint64_t seen = gateway.standing().aborts;
   EXPECT_FALSE(service.abort()) << "nothing runs";
   EXPECT_THROW(gateway.begin(session(), "by", seen), NotNow);
@@ -105,7 +104,7 @@ TEST_F(UnattendedSession, is_not_begun_where_somebody_has_aborted_meanwhile) {
   EXPECT_TRUE(journal.sessions().empty());
 }
 
-TEST_F(UnattendedSession, begins_with_the_load_of_its_entry) {
+TEST_F(UnattendedSession, BeginsWithTheLoadOfItsEntry) {
   ScheduledSession full = session();
   full.load = "full";
   try {
@@ -118,7 +117,7 @@ TEST_F(UnattendedSession, begins_with_the_load_of_its_entry) {
   }
 }
 
-TEST_F(UnattendedSession, stands_behind_the_end_that_the_journal_has_when_the_daemon_begins) {
+TEST_F(UnattendedSession, StandsBehindTheEndThatTheJournalHasWhenTheDaemonBegins) {
   const std::int64_t id = journal.begin({"c", "c", "r", "r", "{}"}, "2026-01-01T00:00:00.000Z");
   journal.record(id, RecordEnd{Ending::kFailed, "no-contact: no contact up to 8 mm"},
                  "2026-01-01T00:10:00.000Z");

@@ -20,7 +20,7 @@ MailServer at(const SmtpServer& server) {
   return config;
 }
 
-TEST(a_mail_for_a_server, arrives_whole_with_its_addresses) {
+TEST(AMailForAServer, ArrivesWholeWithItsAddresses) {
   SmtpServer server({});
   const Delivery result =
       send_by_smtp(kMail, at(server), "", "Subject: x\n\nfirst\n.\n.second\nlast\n");
@@ -43,7 +43,7 @@ TEST(a_mail_for_a_server, arrives_whole_with_its_addresses) {
   EXPECT_EQ(std::vector<std::string>(lines.begin() + 1, lines.end()), expected);
 }
 
-TEST(a_mail_for_a_server, reaches_those_that_it_takes_and_says_of_whom_it_does_not) {
+TEST(AMailForAServer, ReachesThoseThatItTakesAndSaysOfWhomItDoesNot) {
   SmtpServer one({.answers = {{"RCPT TO:<a@", "550 no such user"}}});
   const Delivery some = send_by_smtp(kMail, at(one), "", "m\n");
   EXPECT_TRUE(some.delivered) << some.why;
@@ -56,7 +56,7 @@ TEST(a_mail_for_a_server, reaches_those_that_it_takes_and_says_of_whom_it_does_n
   EXPECT_NE(refused.why.find("550"), std::string::npos) << refused.why;
 }
 
-TEST(a_mail_for_a_server, is_to_be_tried_again_for_those_alone_that_are_busy) {
+TEST(AMailForAServer, IsToBeTriedAgainForThoseAloneThatAreBusy) {
   SmtpServer one({.answers = {{"RCPT TO:<a@", "451 busy"}}}),
       both({.answers = {{"RCPT TO:<a@", "450 busy"}, {"RCPT TO:<b@", "550 no such user"}}}),
       lost({.answers = {{"RCPT TO:<a@", "550 no such user"}, {".", "451 later"}}});
@@ -73,7 +73,7 @@ TEST(a_mail_for_a_server, is_to_be_tried_again_for_those_alone_that_are_busy) {
   EXPECT_EQ(later.left, b);
 }
 
-TEST(a_mail_for_a_server, that_is_busy_or_gone_is_tried_again_and_one_that_is_refused_is_not) {
+TEST(AMailForAServer, ThatIsBusyOrGoneIsTriedAgainAndOneThatIsRefusedIsNot) {
   SmtpServer busy({.answers = {{"MAIL", "451 later"}}}),
       full({.answers = {{".", "552 too large"}}}),
       odd({.answers = {{"EHLO", "HTTP/1.1 200 OK"}, {"HELO", "HTTP/1.1 200 OK"}}});
@@ -90,7 +90,7 @@ TEST(a_mail_for_a_server, that_is_busy_or_gone_is_tried_again_and_one_that_is_re
   EXPECT_NE(lost.why.find("cannot connect"), std::string::npos) << lost.why;
 }
 
-struct a_mail_over_tls : ::testing::Test {
+struct AMailOverTls : ::testing::Test {
   MailServer known(const SmtpServer& server) const {
     MailServer config = at(server);
     config.host = "localhost";
@@ -102,7 +102,7 @@ struct a_mail_over_tls : ::testing::Test {
   testing::SelfSigned self_signed;
 };
 
-TEST_F(a_mail_over_tls, says_nothing_but_its_greeting_before_tls_and_then_who_it_is) {
+TEST_F(AMailOverTls, SaysNothingButItsGreetingBeforeTlsAndThenWhoItIs) {
   SmtpServer server({.tls = self_signed.context()});
   MailServer config = known(server);
   config.starttls = true;
@@ -118,7 +118,7 @@ TEST_F(a_mail_over_tls, says_nothing_but_its_greeting_before_tls_and_then_who_it
   EXPECT_TRUE(server.heard("tls RCPT TO:<b@plant.example>"));
 }
 
-TEST_F(a_mail_over_tls, is_spoken_from_the_first_byte_to_a_server_that_wants_it_so) {
+TEST_F(AMailOverTls, IsSpokenFromTheFirstByteToAServerThatWantsItSo) {
   SmtpServer server({.tls = self_signed.context(), .from_the_first_byte = true});
   MailServer config = known(server);
   config.tls = true;
@@ -127,7 +127,7 @@ TEST_F(a_mail_over_tls, is_spoken_from_the_first_byte_to_a_server_that_wants_it_
   EXPECT_TRUE(server.heard("tls DATA"));
 }
 
-TEST_F(a_mail_over_tls, keeps_its_password_from_a_server_without_tls_or_with_another_name) {
+TEST_F(AMailOverTls, KeepsItsPasswordFromAServerWithoutTlsOrWithAnotherName) {
   SmtpServer plain({}), other({.tls = self_signed.context()}),
       refusing({.tls = self_signed.context(), .answers = {{"AUTH", "535 who are you"}}});
   for (SmtpServer* server : {&plain, &other}) {

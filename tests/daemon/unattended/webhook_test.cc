@@ -19,7 +19,7 @@ WebhookConfig to(const HookServer& server) {
   return config;
 }
 
-TEST(a_webhook, is_posted_as_json_with_its_secret) {
+TEST(AWebhook, IsPostedAsJsonWithItsSecret) {
   HookServer server({testing::kTaken});
   const Delivery result = post(to(server), "s3cret", R"({"a": 1})");
   EXPECT_TRUE(result.delivered) << result.why;
@@ -32,7 +32,7 @@ TEST(a_webhook, is_posted_as_json_with_its_secret) {
   EXPECT_TRUE(request.ends_with("\r\n\r\n{\"a\": 1}")) << request;
 }
 
-TEST(a_webhook, may_be_tried_again_where_the_server_is_busy_and_not_where_it_refuses) {
+TEST(AWebhook, MayBeTriedAgainWhereTheServerIsBusyAndNotWhereItRefuses) {
   HookServer busy({testing::kBroken}), refusing({testing::kRefused}),
       elsewhere(
           {"HTTP/1.1 302 Found\r\nLocation: http://127.0.0.1:1/\r\nContent-Length: 0\r\n\r\n"});
@@ -43,7 +43,7 @@ TEST(a_webhook, may_be_tried_again_where_the_server_is_busy_and_not_where_it_ref
   EXPECT_EQ(elsewhere.requests()[0].find("X-Cellcal-Secret"), std::string::npos);
 }
 
-TEST(a_webhook, that_nobody_answers_or_answers_with_nonsense_is_given_up_in_its_time) {
+TEST(AWebhook, ThatNobodyAnswersOrAnswersWithNonsenseIsGivenUpInItsTime) {
   HookServer silent({""}), odd({"220 mail.example ESMTP\r\n"}),
       endless({"HTTP/1.1 200 OK\r\nContent-Length: 99999999\r\n\r\nx"});
   WebhookConfig config = to(silent);
@@ -57,12 +57,11 @@ TEST(a_webhook, that_nobody_answers_or_answers_with_nonsense_is_given_up_in_its_
   EXPECT_NE(post(config, "", "{}").why.find("cannot connect"), std::string::npos);
 }
 
-struct a_webhook_over_tls : ::testing::Test {
+struct AWebhookOverTls : ::testing::Test {
   testing::SelfSigned self_signed;
 };
 
-TEST_F(a_webhook_over_tls,
-       is_sent_to_a_server_whose_certificate_and_name_are_right_and_to_no_other) {
+TEST_F(AWebhookOverTls, IsSentToAServerWhoseCertificateAndNameAreRightAndToNoOther) {
   HookServer server({testing::kTaken}, self_signed.context());
   WebhookConfig config = to(server);
   config.url.tls = true;
@@ -92,7 +91,7 @@ std::string refusal(const std::filesystem::path& file) {
   }
 }
 
-TEST(a_secret, is_the_files_first_line_and_nobodys_who_may_not_read_it) {
+TEST(ASecret, IsTheFilesFirstLineAndNobodysWhoMayNotReadIt) {
   const testing::TemporaryDirectory dir;
   EXPECT_EQ(read_secret({}), "");
   EXPECT_NE(refusal(dir / "s").find("missing"), std::string::npos);

@@ -26,12 +26,12 @@ Eigen::Isometry3d frame_of(const json& rows) {
   return frame;
 }
 
-struct a_page_of_the_demo_cell : ::testing::Test {
+struct APageOfTheDemoCell : ::testing::Test {
   calib::Cell cell = calib::load_cell(CELLCAL_DEMO_CELL);
   std::vector<double> joints_rad{0.3, -1.2, 1.1, 0.4, 0.9, -0.7};
 };
 
-TEST_F(a_page_of_the_demo_cell, has_a_scene_whose_frames_put_the_tip_where_the_model_has_it) {
+TEST_F(APageOfTheDemoCell, HasASceneWhoseFramesPutTheTipWhereTheModelHasIt) {
   cell.robot.base_fixed.translate(Eigen::Vector3d(0.1, 0.2, 0.3));
   cell.robot.joints[2].beta_rad = 0.01;
   const json scene = json::parse(scene_to_json(7, cell));
@@ -48,7 +48,7 @@ TEST_F(a_page_of_the_demo_cell, has_a_scene_whose_frames_put_the_tip_where_the_m
   EXPECT_LT((at.translation() - tip).norm(), 1e-4);
 }
 
-TEST_F(a_page_of_the_demo_cell, has_a_scene_with_every_target_stand_and_obstacle) {
+TEST_F(APageOfTheDemoCell, HasASceneWithEveryTargetStandAndObstacle) {
   calib::Obstacle table;
   table.id = "table";
   table.size_m = {1.0, 0.5, 0.02};
@@ -78,8 +78,8 @@ TEST_F(a_page_of_the_demo_cell, has_a_scene_with_every_target_stand_and_obstacle
   EXPECT_EQ(obstacles.at(3).at("shape"), "box") << "more triangles than a page should draw";
 }
 
-struct a_page_of_a_cell_with_a_positioner : a_page_of_the_demo_cell {
-  a_page_of_a_cell_with_a_positioner() {
+struct APageOfACellWithAPositioner : APageOfTheDemoCell {
+  APageOfACellWithAPositioner() {
     for (const char* name : {"E1", "E2"}) {
       calib::PositionerAxis axis;
       axis.name = name;
@@ -99,7 +99,7 @@ struct a_page_of_a_cell_with_a_positioner : a_page_of_the_demo_cell {
   std::vector<double> angles_rad{0.7, 1.3};
 };
 
-TEST_F(a_page_of_a_cell_with_a_positioner, has_a_scene_whose_axes_turn_what_they_carry) {
+TEST_F(APageOfACellWithAPositioner, HasASceneWhoseAxesTurnWhatTheyCarry) {
   const json scene = json::parse(scene_to_json(1, cell));
   const auto moved = [&](std::size_t axes) {
     Eigen::Isometry3d all = Eigen::Isometry3d::Identity();
@@ -124,7 +124,7 @@ TEST_F(a_page_of_a_cell_with_a_positioner, has_a_scene_whose_axes_turn_what_they
   EXPECT_EQ(scene.at("obstacles").at(0).at("on"), "E1");
 }
 
-TEST_F(a_page_of_a_cell_with_a_positioner, has_the_angles_of_planned_and_made_touches) {
+TEST_F(APageOfACellWithAPositioner, HasTheAnglesOfPlannedAndMadeTouches) {
   calib::Plan plan;
   plan.touches.resize(1);
   plan.touches[0].target = "S1";
@@ -141,7 +141,7 @@ TEST_F(a_page_of_a_cell_with_a_positioner, has_the_angles_of_planned_and_made_to
   EXPECT_NEAR(first_of(figures_to_json({}, cell, {made}, nullptr)), 1.3 * 180.0 / M_PI, 1e-5);
 }
 
-TEST_F(a_page_of_the_demo_cell, has_a_plan_whose_tips_are_where_the_contacts_are_expected) {
+TEST_F(APageOfTheDemoCell, HasAPlanWhoseTipsAreWhereTheContactsAreExpected) {
   calib::PlannedTouch touch;
   touch.target = "S2";
   touch.set = calib::TouchSet::kCheck;
@@ -166,8 +166,8 @@ TEST_F(a_page_of_the_demo_cell, has_a_plan_whose_tips_are_where_the_contacts_are
   EXPECT_NEAR(first.at("tip_mm").at(1).get<double>(), standoff.y(), 1e-5);
 }
 
-struct a_found_arm : a_page_of_the_demo_cell {
-  a_found_arm() {
+struct AFoundArm : APageOfTheDemoCell {
+  AFoundArm() {
     found.cell = cell;
     calib::TargetResult sphere;
     sphere.id = "S1";
@@ -182,11 +182,11 @@ struct a_found_arm : a_page_of_the_demo_cell {
   calib::Touch touch;
 };
 
-TEST_F(a_found_arm, has_residuals_outwards_from_its_spheres) {
+TEST_F(AFoundArm, HasResidualsOutwardsFromItsSpheres) {
   EXPECT_NEAR(residual_m(found, touch).value(), 0.0003, 1e-9);
 }
 
-TEST_F(a_found_arm, is_bent_by_what_was_found_of_it) {
+TEST_F(AFoundArm, IsBentByWhatWasFoundOfIt) {
   calib::ParameterResult turn;
   turn.key = calib::joint_parameter(calib::ParameterKind::kTheta, 1);
   turn.correction = 1e-3;
@@ -195,13 +195,13 @@ TEST_F(a_found_arm, is_bent_by_what_was_found_of_it) {
   EXPECT_GT(std::abs(with - 0.0003), 1e-5);
 }
 
-TEST_F(a_found_arm, was_read_too_deep_by_a_late_latch) {
+TEST_F(AFoundArm, WasReadTooDeepByALateLatch) {
   found.cell.latch_delay_s = 0.01;
   touch.speed_m_s = 0.01;
   EXPECT_NEAR(residual_m(found, touch).value(), 0.0004, 1e-9);
 }
 
-TEST_F(a_found_arm, has_no_residual_at_a_place_that_was_not_found) {
+TEST_F(AFoundArm, HasNoResidualAtAPlaceThatWasNotFound) {
   touch.target = "S2";
   EXPECT_FALSE(residual_m(found, touch));
   found.targets[0].kind = calib::TargetKind::kWire;
@@ -209,7 +209,7 @@ TEST_F(a_found_arm, has_no_residual_at_a_place_that_was_not_found) {
   EXPECT_FALSE(residual_m(found, touch));
 }
 
-TEST_F(a_found_arm, is_told_with_touches_verdict_and_findings) {
+TEST_F(AFoundArm, IsToldWithTouchesVerdictAndFindings) {
   found.verdict.judged = true;
   SessionRecord record;
   record.id = 9;
@@ -238,7 +238,7 @@ SessionRecord done(std::int64_t id, const std::string& cell,
   return record;
 }
 
-TEST_F(a_found_arm, is_compared_with_those_of_its_own_cell_oldest_first) {
+TEST_F(AFoundArm, IsComparedWithThoseOfItsOwnCellOldestFirst) {
   calib::ParameterResult zero;
   zero.key = calib::joint_parameter(calib::ParameterKind::kTheta, 2);
   zero.correction = 0.01 * calib::kRadPerDeg;
@@ -258,14 +258,14 @@ TEST_F(a_found_arm, is_compared_with_those_of_its_own_cell_oldest_first) {
   EXPECT_EQ(json::parse(drift_to_json(sessions, "/b", all)).at("sessions").size(), 1u);
 }
 
-TEST(numbers_for_the_page, are_finite_or_null) {
+TEST(NumbersForThePage, AreFiniteOrNull) {
   EXPECT_TRUE(number(std::numeric_limits<double>::quiet_NaN()).is_null());
   EXPECT_TRUE(number(std::numeric_limits<double>::infinity(), 1000.0).is_null());
   EXPECT_TRUE(number(1e308, 1000.0).is_null());
   EXPECT_EQ(number(0.0012, 1000.0), 1.2);
 }
 
-TEST(the_page, begins_at_the_root_whether_it_was_built_or_not) {
+TEST(ThePage, BeginsAtTheRootWhetherItWasBuiltOrNot) {
   bool has_root = false;
   for (const Asset& asset : assets()) {
     EXPECT_FALSE(asset.body.empty()) << asset.path;

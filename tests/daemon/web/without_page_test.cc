@@ -5,7 +5,7 @@
 namespace cellcal::daemon {
 namespace {
 
-TEST(a_daemon_without_the_page, says_so_and_how_to_build_it) {
+TEST(ADaemonWithoutThePage, SaysSoAndHowToBuildIt) {
   ASSERT_EQ(assets().size(), 2u);
   EXPECT_EQ(assets().back().path, "/fleet");
   EXPECT_NE(assets().back().body.find("cellcal fleet status"), std::string_view::npos);

@@ -35,7 +35,7 @@ std::string open_error(const std::string& device) {
   return "no error";
 }
 
-TEST(PortWithoutPermission, never_advises_to_join_the_group_root) {
+TEST(PortWithoutPermission, NeverAdvisesToJoinTheGroupRoot) {
   const std::string device = ::testing::TempDir() + "port_of_root";
   std::ofstream(device) << "";
   if (::chown(device.c_str(), 0, 0) != 0) GTEST_SKIP() << "not root here";

@@ -24,7 +24,7 @@ struct RsiUnattended : ::testing::Test {
   bool stood_still = false;
 };
 
-TEST_F(RsiUnattended, without_a_person_ends_before_its_first_motion_in_t1) {
+TEST_F(RsiUnattended, WithoutAPersonEndsBeforeItsFirstMotionInT1) {
   CellOptions options;
   options.t1 = true;
   const Ending ending = run(options, true);
@@ -34,7 +34,7 @@ TEST_F(RsiUnattended, without_a_person_ends_before_its_first_motion_in_t1) {
   EXPECT_TRUE(stood_still);
 }
 
-TEST_F(RsiUnattended, without_a_person_ends_with_another_override_though_it_slows_nothing) {
+TEST_F(RsiUnattended, WithoutAPersonEndsWithAnotherOverrideThoughItSlowsNothing) {
   CellOptions options;
   options.override_percent = 30;
   const Ending ending = run(options, true);
@@ -44,7 +44,7 @@ TEST_F(RsiUnattended, without_a_person_ends_with_another_override_though_it_slow
   EXPECT_TRUE(stood_still);
 }
 
-TEST_F(RsiUnattended, with_a_person_goes_on_with_another_override_and_without_one_in_aut) {
+TEST_F(RsiUnattended, WithAPersonGoesOnWithAnotherOverrideAndWithoutOneInAut) {
   CellOptions options;
   EXPECT_EQ(run(options, true).state.phase, daemon::Phase::kDone);
   options.override_percent = 30;

@@ -23,7 +23,7 @@ struct CellProgram : ::testing::Test {
   void pass(drivers::Duration d) { cell.tick(now += d); }
 };
 
-TEST_F(CellProgram, asks_once_it_is_started_and_again_when_what_it_called_has_returned) {
+TEST_F(CellProgram, AsksOnceItIsStartedAndAgainWhenWhatItCalledHasReturned) {
   EXPECT_FALSE(cell.number(CellSrc::kCellcal, now)) << "not started";
   cell.start();
   EXPECT_TRUE(cell.number(CellSrc::kCellcal, now));
@@ -36,7 +36,7 @@ TEST_F(CellProgram, asks_once_it_is_started_and_again_when_what_it_called_has_re
   EXPECT_EQ(calls, 2);
 }
 
-TEST_F(CellProgram, runs_a_brake_test_for_its_time_and_the_request_is_over) {
+TEST_F(CellProgram, RunsABrakeTestForItsTimeAndTheRequestIsOver) {
   cell.start();
   cell.request_brake_test();
   EXPECT_TRUE(requested && cell.brake_test_requested());
@@ -49,7 +49,7 @@ TEST_F(CellProgram, runs_a_brake_test_for_its_time_and_the_request_is_over) {
   EXPECT_EQ(calls, 0);
 }
 
-TEST_F(CellProgram, stands_where_what_it_called_stands_until_it_is_started_again) {
+TEST_F(CellProgram, StandsWhereWhatItCalledStandsUntilItIsStartedAgain) {
   cell.start();
   cell.number(CellSrc::kCellcal, now);
   with_message = true;
@@ -61,7 +61,7 @@ TEST_F(CellProgram, stands_where_what_it_called_stands_until_it_is_started_again
   EXPECT_TRUE(cell.asks());
 }
 
-TEST_F(CellProgram, knows_no_other_number) {
+TEST_F(CellProgram, KnowsNoOtherNumber) {
   cell.start();
   EXPECT_FALSE(cell.number(1, now));
   EXPECT_TRUE(cell.asks());

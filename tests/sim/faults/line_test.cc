@@ -34,30 +34,30 @@ Line stream(Trouble trouble) {
   return line;
 }
 
-TEST(FaultyLine, without_troubles_takes_its_transit_time) {
+TEST(FaultyLine, WithoutTroublesTakesItsTransitTime) {
   Line line(LineKind::kDatagrams, 1ms, 1);
   EXPECT_EQ(over(line), "0@1 1@5 2@9 3@13 4@17 5@21 6@25 7@29 8@33 9@37");
   EXPECT_EQ(line.touched(), 0u);
 }
 
-TEST(FaultyLine, touches_only_what_is_sent_in_the_troubles_time) {
+TEST(FaultyLine, TouchesOnlyWhatIsSentInTheTroublesTime) {
   Line line = datagrams({LineFaultKind::kDrop, kLineStart + 8ms, kLineStart + 16ms});
   EXPECT_EQ(over(line), "0@1 1@5 4@17 5@21 6@25 7@29 8@33 9@37");
   EXPECT_EQ(line.touched(), 2u);
 }
 
-TEST(FaultyLine, touches_as_many_as_it_may) {
+TEST(FaultyLine, TouchesAsManyAsItMay) {
   Line line = datagrams({LineFaultKind::kDrop, kLineStart + 8ms, TimePoint::max(), 1.0, 1});
   EXPECT_EQ(over(line), "0@1 1@5 3@13 4@17 5@21 6@25 7@29 8@33 9@37");
 }
 
-TEST(FaultyLine, that_was_late_delivers_what_waited_in_a_burst) {
+TEST(FaultyLine, ThatWasLateDeliversWhatWaitedInABurst) {
   Line line =
       datagrams({LineFaultKind::kDelay, kLineStart + 8ms, kLineStart + 12ms, 1.0, -1, 10ms});
   EXPECT_EQ(over(line), "0@1 1@5 2@19 3@19 4@19 5@21 6@25 7@29 8@33 9@37");
 }
 
-TEST(FaultyLine, doubles_and_lets_overtake) {
+TEST(FaultyLine, DoublesAndLetsOvertake) {
   Line twice =
       datagrams({LineFaultKind::kDuplicate, kLineStart + 8ms, kLineStart + 12ms, 1.0, -1, 6ms});
   EXPECT_EQ(over(twice), "0@1 1@5 2@9 3@13 2@15 4@17 5@21 6@25 7@29 8@33 9@37");
@@ -66,7 +66,7 @@ TEST(FaultyLine, doubles_and_lets_overtake) {
   EXPECT_EQ(over(overtaken), "0@1 1@5 3@13 2@15 4@17 5@21 6@25 7@29 8@33 9@37");
 }
 
-TEST(FaultyLine, damages_exactly_one_byte) {
+TEST(FaultyLine, DamagesExactlyOneByte) {
   Line line = datagrams({LineFaultKind::kCorrupt, kLineStart, TimePoint::max()});
   const std::string sent(100, 'a');
   line.send(sent, kLineStart);
@@ -76,7 +76,7 @@ TEST(FaultyLine, damages_exactly_one_byte) {
   EXPECT_EQ(std::count(message->bytes.begin(), message->bytes.end(), 'a'), 99);
 }
 
-TEST(FaultyLine, that_truncates_delivers_a_beginning) {
+TEST(FaultyLine, ThatTruncatesDeliversABeginning) {
   Line line = datagrams({LineFaultKind::kTruncate, kLineStart, TimePoint::max()});
   line.send("abcdefghij", kLineStart);
   const auto message = line.take(kLineStart + 1ms);
@@ -85,7 +85,7 @@ TEST(FaultyLine, that_truncates_delivers_a_beginning) {
   EXPECT_EQ(std::string("abcdefghij").rfind(message->bytes, 0), 0u);
 }
 
-TEST(FaultyLine, that_is_cut_loses_datagrams_and_delivers_a_stream_when_it_is_mended) {
+TEST(FaultyLine, ThatIsCutLosesDatagramsAndDeliversAStreamWhenItIsMended) {
   Line lost = datagrams({LineFaultKind::kCut, kLineStart + 8ms, kLineStart + 32ms});
   EXPECT_EQ(over(lost), "0@1 1@5 8@33 9@37");
   EXPECT_TRUE(lost.is_cut(kLineStart + 8ms));
@@ -94,12 +94,12 @@ TEST(FaultyLine, that_is_cut_loses_datagrams_and_delivers_a_stream_when_it_is_me
   EXPECT_EQ(over(late), "0@1 1@5 2@232 3@232 4@232 5@232 6@232 7@232 8@232 9@232");
 }
 
-TEST(StreamLine, sends_again_what_was_dropped_and_keeps_the_order) {
+TEST(StreamLine, SendsAgainWhatWasDroppedAndKeepsTheOrder) {
   Line line = stream({LineFaultKind::kDrop, kLineStart + 32ms, kLineStart + 36ms});
   EXPECT_EQ(over(line), "0@1 1@5 2@9 3@13 4@17 5@21 6@25 7@29 8@233 9@233");
 }
 
-TEST(StreamLine, that_is_truncated_ends_there_until_it_begins_anew) {
+TEST(StreamLine, ThatIsTruncatedEndsThereUntilItBeginsAnew) {
   Line line = stream({LineFaultKind::kTruncate, kLineStart + 8ms, TimePoint::max(), 1.0, 1});
   EXPECT_EQ(over(line).substr(0, 7), "0@1 1@5");
   EXPECT_EQ(line.ended(), kLineStart + 9ms);

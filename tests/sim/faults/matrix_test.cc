@@ -55,7 +55,7 @@ bool speaks_of(const Verdict& verdict, const std::string& what) {
   return false;
 }
 
-TEST_P(FaultMatrixJudgement, measures_right_without_a_fault) {
+TEST_P(FaultMatrixJudgement, MeasuresRightWithoutAFault) {
   Matrix one = matrix();
   const Verdict verdict = at_slow(one, TouchPhase::kSearch, kNothing);
   EXPECT_EQ(verdict.outcome, Outcome::kMeasured) << ::testing::PrintToString(verdict.violations);
@@ -63,14 +63,14 @@ TEST_P(FaultMatrixJudgement, measures_right_without_a_fault) {
   EXPECT_GT(verdict.worst_m, 0.0) << "nothing measures to the last bit";
 }
 
-TEST_P(FaultMatrixJudgement, notices_touches_that_are_not_where_the_truth_is) {
+TEST_P(FaultMatrixJudgement, NoticesTouchesThatAreNotWhereTheTruthIs) {
   Matrix one = matrix({.truth_off_m = 0.06e-3});
   const Verdict verdict = at_slow(one, TouchPhase::kSearch, kNothing);
   EXPECT_EQ(verdict.outcome, Outcome::kViolation);
   EXPECT_TRUE(speaks_of(verdict, "from where the tip truly met"));
 }
 
-TEST_P(FaultMatrixJudgement, notices_a_touch_that_the_truth_left_behind) {
+TEST_P(FaultMatrixJudgement, NoticesATouchThatTheTruthLeftBehind) {
   // The contact is detected late: the sensor's edges are hidden for 20 ms, and no error is
   // reported.
   Matrix one = matrix();
@@ -83,7 +83,7 @@ TEST_P(FaultMatrixJudgement, notices_a_touch_that_the_truth_left_behind) {
       << ::testing::PrintToString(verdict.violations);
 }
 
-TEST_P(FaultMatrixJudgement, notices_an_arm_that_does_not_rest) {
+TEST_P(FaultMatrixJudgement, NoticesAnArmThatDoesNotRest) {
   Matrix one = matrix({.search_ramp_s = -1.0});
   Fault unplugged = book("serial cable", [](const Victim& victim) {
     victim.cell.serial().to_host().add({sim::LineFaultKind::kCut, victim.at, TimePoint::max()});
@@ -93,7 +93,7 @@ TEST_P(FaultMatrixJudgement, notices_an_arm_that_does_not_rest) {
   EXPECT_TRUE(speaks_of(verdict, "the arm moves")) << ::testing::PrintToString(verdict.violations);
 }
 
-TEST_P(FaultMatrixJudgement, notices_an_arm_that_somebody_else_moves_behind_the_error) {
+TEST_P(FaultMatrixJudgement, NoticesAnArmThatSomebodyElseMovesBehindTheError) {
   // The fault is over, the session has failed, and the arm is moved nevertheless.
   Matrix one = matrix();
   const Fault driven = book("stopped, and moved again", [](const Victim& victim) {
@@ -105,7 +105,7 @@ TEST_P(FaultMatrixJudgement, notices_an_arm_that_somebody_else_moves_behind_the_
   EXPECT_TRUE(speaks_of(verdict, "the arm moves")) << ::testing::PrintToString(verdict.violations);
 }
 
-TEST_P(FaultMatrixJudgement, notices_an_end_that_nobody_asked_for) {
+TEST_P(FaultMatrixJudgement, NoticesAnEndThatNobodyAskedFor) {
   Matrix one = matrix();
   Fault abort = book("abort", [](const Victim& victim) {
     victim.cell.at(victim.at, [runner = victim.runner] { runner->request_abort(); });
@@ -117,7 +117,7 @@ TEST_P(FaultMatrixJudgement, notices_an_end_that_nobody_asked_for) {
   EXPECT_EQ(verdict.outcome, Outcome::kNamed) << ::testing::PrintToString(verdict.violations);
 }
 
-TEST_P(FaultMatrixJudgement, notices_a_fault_that_comes_in_another_phase) {
+TEST_P(FaultMatrixJudgement, NoticesAFaultThatComesInAnotherPhase) {
   Matrix one = matrix();
   Stretch wrong = stretch(one.reference(GetParam()), TouchPhase::kSearch, "slow");
   wrong.phase = TouchPhase::kTransit;
@@ -125,7 +125,7 @@ TEST_P(FaultMatrixJudgement, notices_a_fault_that_comes_in_another_phase) {
   EXPECT_TRUE(speaks_of(verdict, "was to come in transit, and came while 'slow search'"));
 }
 
-TEST_P(FaultMatrixJudgement, gives_the_same_verdicts_again) {
+TEST_P(FaultMatrixJudgement, GivesTheSameVerdictsAgain) {
   std::vector<double> worst[2];
   for (auto& one : worst) {
     Matrix again = matrix({}, 5);
@@ -139,7 +139,7 @@ TEST_P(FaultMatrixJudgement, gives_the_same_verdicts_again) {
   EXPECT_EQ(worst[0], worst[1]);
 }
 
-INSTANTIATE_TEST_SUITE_P(wires, FaultMatrixJudgement,
+INSTANTIATE_TEST_SUITE_P(Wires, FaultMatrixJudgement,
                          ::testing::Values(Wire::kRsi, Wire::kRsiInput, Wire::kRsi6,
                                            Wire::kEkiInput, Wire::kEkiFlag),
                          [](const auto& one) {

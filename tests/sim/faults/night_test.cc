@@ -68,7 +68,7 @@ struct UnattendedSession : ::testing::TestWithParam<Wire> {
   std::int64_t session = 0;
 };
 
-TEST_P(UnattendedSession, measures_though_the_selected_program_is_cell) {
+TEST_P(UnattendedSession, MeasuresThoughTheSelectedProgramIsCell) {
   const Ending ending = run(false);
   EXPECT_EQ(ending.state.phase, Phase::kDone) << ending.hung;
   expect_right_touches(2);
@@ -76,7 +76,7 @@ TEST_P(UnattendedSession, measures_though_the_selected_program_is_cell) {
   EXPECT_TRUE(eki() || cell->cell_src().asks()) << "CELLCAL_RSI has returned with Stop";
 }
 
-TEST_P(UnattendedSession, begins_one_session_after_the_other_without_a_person) {
+TEST_P(UnattendedSession, BeginsOneSessionAfterTheOtherWithoutAPerson) {
   EXPECT_EQ(run(false).state.phase, Phase::kDone);
   cell->live(5s);
   cell->new_adapters();
@@ -85,7 +85,7 @@ TEST_P(UnattendedSession, begins_one_session_after_the_other_without_a_person) {
   expect_right_touches(2);
 }
 
-TEST_P(UnattendedSession, leaves_the_controller_to_its_brake_test_and_goes_on_behind_it) {
+TEST_P(UnattendedSession, LeavesTheControllerToItsBrakeTestAndGoesOnBehindIt) {
   in_first_search([this] {
     cell->cell_src().request_brake_test();
     // RSI's packets do not report it: the PLC stops CELL for the test.
@@ -118,13 +118,13 @@ TEST_P(UnattendedSession, leaves_the_controller_to_its_brake_test_and_goes_on_be
   expect_right_touches(2);
 }
 
-TEST_P(UnattendedSession, is_not_ended_by_the_request_where_a_person_began_the_session) {
+TEST_P(UnattendedSession, IsNotEndedByTheRequestWhereAPersonBeganTheSession) {
   in_first_search([this] { cell->cell_src().request_brake_test(); });
   EXPECT_EQ(run(false, false).state.phase, Phase::kDone);
   expect_right_touches(2);
 }
 
-INSTANTIATE_TEST_SUITE_P(wires, UnattendedSession,
+INSTANTIATE_TEST_SUITE_P(Wires, UnattendedSession,
                          ::testing::Values(Wire::kRsi, Wire::kRsi6, Wire::kEkiInput,
                                            Wire::kEkiFlag),
                          [](const auto& one) {
@@ -134,7 +134,7 @@ INSTANTIATE_TEST_SUITE_P(wires, UnattendedSession,
                          });
 
 /// The request persists: nothing moves, and the session reports it.
-TEST(PendingControllerTest, is_waited_for_and_nothing_moves) {
+TEST(PendingControllerTest, IsWaitedForAndNothingMoves) {
   const Job job = make_job(CELLCAL_DEMO_CELL);
   CellOptions options;
   options.wire = Wire::kEkiInput;

@@ -91,7 +91,7 @@ std::string shown(const Verdict& verdict) {
   return verdict.name + ": " + verdict.words + ::testing::PrintToString(verdict.violations);
 }
 
-TEST_F(SessionRetries, finish_in_one_go_behind_20_ms_without_a_packet) {
+TEST_F(SessionRetries, FinishInOneGoBehind20MsWithoutAPacket) {
   Matrix one = matrix(2);
   for (const TouchPhase phase : kMoving) {
     const Verdict verdict =
@@ -101,7 +101,7 @@ TEST_F(SessionRetries, finish_in_one_go_behind_20_ms_without_a_packet) {
   }
 }
 
-TEST_F(SessionRetries, end_as_ever_where_nobody_allowed_it) {
+TEST_F(SessionRetries, EndAsEverWhereNobodyAllowedIt) {
   Matrix one = matrix(0);
   const Verdict verdict =
       one.run(Wire::kRsi, pauses(1), stretch(one.reference(Wire::kRsi), TouchPhase::kTransit), 1);
@@ -111,7 +111,7 @@ TEST_F(SessionRetries, end_as_ever_where_nobody_allowed_it) {
 }
 
 class BusyComputer : public SessionRetries, public ::testing::WithParamInterface<Wire> {};
-INSTANTIATE_TEST_SUITE_P(over, BusyComputer,
+INSTANTIATE_TEST_SUITE_P(Over, BusyComputer,
                          ::testing::Values(Wire::kRsi, Wire::kEkiInput, Wire::kEkiFlag),
                          [](const auto& one) {
                            return one.param == Wire::kRsi        ? "rsi"
@@ -119,7 +119,7 @@ INSTANTIATE_TEST_SUITE_P(over, BusyComputer,
                                                                  : "eki_by_a_flag";
                          });
 
-TEST_P(BusyComputer, sessions_finish_in_one_go_by_default) {
+TEST_P(BusyComputer, SessionsFinishInOneGoByDefault) {
   Matrix one = matrix(0);
   // Idle heartbeats arrive every 100 ms, so that 60 ms more stop only a search.
   for (const TouchPhase phase : {TouchPhase::kSearch, TouchPhase::kApproach}) {
@@ -132,7 +132,7 @@ TEST_P(BusyComputer, sessions_finish_in_one_go_by_default) {
   }
 }
 
-TEST_P(BusyComputer, again_and_again_they_finish_all_the_same) {
+TEST_P(BusyComputer, AgainAndAgainTheyFinishAllTheSame) {
   Matrix one = matrix(0);
   // A touch over EKI takes some seconds; the instants are never synchronous with periodic events.
   const milliseconds apart{GetParam() == Wire::kRsi ? 3700 : 17000};
@@ -142,7 +142,7 @@ TEST_P(BusyComputer, again_and_again_they_finish_all_the_same) {
   EXPECT_GE(verdict.interruptions, 1);
 }
 
-TEST_P(BusyComputer, and_the_sensor_fell_silent_they_end) {
+TEST_P(BusyComputer, AndTheSensorFellSilentTheyEnd) {
   Matrix one = matrix(0);
   Fault fault = book([](const Victim& victim) {
     victim.cell.serial().to_host().add({sim::LineFaultKind::kDelay, victim.at,
@@ -166,7 +166,7 @@ class SecondStopPath : public SessionRetries {
   }
 };
 
-TEST_F(SecondStopPath, late_bytes_pause_no_session) {
+TEST_F(SecondStopPath, LateBytesPauseNoSession) {
   const Verdict without = run(Wire::kRsi, later_and_later(40));
   EXPECT_EQ(without.outcome, Outcome::kMeasured) << shown(without);
   EXPECT_GE(without.interruptions, 1);
@@ -175,7 +175,7 @@ TEST_F(SecondStopPath, late_bytes_pause_no_session) {
   EXPECT_EQ(with.interruptions, 0);
 }
 
-TEST_F(SecondStopPath, late_bytes_pause_no_session_in_any_phase) {
+TEST_F(SecondStopPath, LateBytesPauseNoSessionInAnyPhase) {
   for (const TouchPhase phase : {TouchPhase::kTransit, TouchPhase::kApproach, TouchPhase::kSearch,
                                  TouchPhase::kContact, TouchPhase::kLatch, TouchPhase::kRetreat}) {
     for (const int late_ms : {100, 300, 500}) {
@@ -191,7 +191,7 @@ TEST_F(SecondStopPath, late_bytes_pause_no_session_in_any_phase) {
   }
 }
 
-TEST_F(SecondStopPath, a_contact_whose_bytes_are_lost_is_measured_by_its_repetition) {
+TEST_F(SecondStopPath, AContactWhoseBytesAreLostIsMeasuredByItsRepetition) {
   const Fault lost = book([](const Victim& victim) {
     victim.cell.serial().to_host().add(
         {sim::LineFaultKind::kDrop, victim.at - milliseconds(5), victim.at + milliseconds(300)});
@@ -201,7 +201,7 @@ TEST_F(SecondStopPath, a_contact_whose_bytes_are_lost_is_measured_by_its_repetit
   EXPECT_EQ(verdict.interruptions, 0);
 }
 
-TEST_F(SecondStopPath, bytes_that_are_later_than_its_limit_pause_it_all_the_same) {
+TEST_F(SecondStopPath, BytesThatAreLaterThanItsLimitPauseItAllTheSame) {
   const Fault late = book([](const Victim& victim) {
     victim.cell.serial().to_host().add({sim::LineFaultKind::kDelay, victim.at,
                                         victim.at + milliseconds(100), 1.0, -1, milliseconds(900)});
@@ -211,7 +211,7 @@ TEST_F(SecondStopPath, bytes_that_are_later_than_its_limit_pause_it_all_the_same
   EXPECT_EQ(verdict.interruptions, 1);
 }
 
-TEST_F(SecondStopPath, a_session_whose_input_is_stuck_goes_on_by_the_bytes) {
+TEST_F(SecondStopPath, ASessionWhoseInputIsStuckGoesOnByTheBytes) {
   const Fault stuck = book([](const Victim& victim) {
     victim.cell.at(victim.at, [&cell = victim.cell] { cell.input_stuck_on(true); });
   });
@@ -220,7 +220,7 @@ TEST_F(SecondStopPath, a_session_whose_input_is_stuck_goes_on_by_the_bytes) {
   EXPECT_EQ(verdict.interruptions, 0);
 }
 
-TEST_F(SecondStopPath, a_session_whose_input_is_cut_ends_by_that_name) {
+TEST_F(SecondStopPath, ASessionWhoseInputIsCutEndsByThatName) {
   Fault cut = book([](const Victim& victim) {
     victim.cell.at(victim.at, [&cell = victim.cell] { cell.input_wire(true); });
   });
@@ -232,7 +232,7 @@ TEST_F(SecondStopPath, a_session_whose_input_is_cut_ends_by_that_name) {
   }
 }
 
-TEST_F(SessionRetries, end_by_the_computers_name_where_no_repeat_is_allowed) {
+TEST_F(SessionRetries, EndByTheComputersNameWhereNoRepeatIsAllowed) {
   Expectation expectation;
   expectation.repeats = {0, 0};
   Matrix one = matrix(expectation);
@@ -246,7 +246,7 @@ TEST_F(SessionRetries, end_by_the_computers_name_where_no_repeat_is_allowed) {
   }
 }
 
-TEST_F(SessionRetries, finish_in_one_go_behind_late_replies_by_default) {
+TEST_F(SessionRetries, FinishInOneGoBehindLateRepliesByDefault) {
   Matrix one = matrix(0);
   for (const TouchPhase phase : {TouchPhase::kTransit, TouchPhase::kSearch}) {
     const Verdict verdict =
@@ -256,7 +256,7 @@ TEST_F(SessionRetries, finish_in_one_go_behind_late_replies_by_default) {
   }
 }
 
-TEST_F(SessionRetries, end_at_the_interruption_behind_the_last_that_was_allowed) {
+TEST_F(SessionRetries, EndAtTheInterruptionBehindTheLastThatWasAllowed) {
   Matrix one = matrix(2);
   const Verdict verdict =
       one.run(Wire::kRsi, pauses(3), stretch(one.reference(Wire::kRsi), TouchPhase::kTransit), 1);
@@ -267,7 +267,7 @@ TEST_F(SessionRetries, end_at_the_interruption_behind_the_last_that_was_allowed)
       << verdict.words;
 }
 
-TEST_F(SessionRetries, never_go_on_from_what_somebody_has_to_look_at) {
+TEST_F(SessionRetries, NeverGoOnFromWhatSomebodyHasToLookAt) {
   struct Case {
     const char* what;
     Silent by;
@@ -313,7 +313,7 @@ TEST_F(SessionRetries, never_go_on_from_what_somebody_has_to_look_at) {
   }
 }
 
-TEST_F(SessionRetries, over_eki_end_as_ever) {
+TEST_F(SessionRetries, OverEkiEndAsEver) {
   Matrix one = matrix(100);
   const Fault cut = book([](const Victim& victim) {
     for (sim::Line* line : {&victim.cell.to_pc(), &victim.cell.to_krc()})

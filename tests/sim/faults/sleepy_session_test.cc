@@ -118,7 +118,7 @@ struct Peer {
 
 class SleepyPeerSession : public ::testing::TestWithParam<Peer> {};
 
-TEST_P(SleepyPeerSession, ends_with_all_touches_right_three_times_running) {
+TEST_P(SleepyPeerSession, EndsWithAllTouchesRightThreeTimesRunning) {
   static const Job job = [] {
     Job made = make_job(CELLCAL_DEMO_CELL);
     calib::PlanOptions options;
@@ -152,7 +152,7 @@ TEST_P(SleepyPeerSession, ends_with_all_touches_right_three_times_running) {
 // Within 0.03 mm, the cell file's 1 sigma of a touch. With widely spaced packets the arm does not
 // move straight between them, and the latch states a larger uncertainty.
 INSTANTIATE_TEST_SUITE_P(
-    that, SleepyPeerSession,
+    That, SleepyPeerSession,
     ::testing::Values(
         Peer{"paces_2500_us_with_pauses",
              {.sleep_s = 0.0025, .jitter = 0.3, .drift = 0.3, .pause_s = 0.05},

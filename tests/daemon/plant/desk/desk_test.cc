@@ -56,8 +56,8 @@ Proposal a_proposal(const std::string& id) {
 }
 
 /// Desk and socket, on a clock of the test.
-struct desk : ::testing::Test {
-  desk() {
+struct DeskTest : ::testing::Test {
+  DeskTest() {
     Desk::Parts parts;
     parts.now = [this] { return now; };
     parts.utc = [this] { return utc; };
@@ -82,7 +82,7 @@ struct desk : ::testing::Test {
                     {.body = kMostDeskBody}});
     thread = std::thread([this] { context.run(); });
   }
-  ~desk() override {
+  ~DeskTest() override {
     boost::asio::post(context, [this] {
       server->stop();
       context.stop();
@@ -105,7 +105,7 @@ struct desk : ::testing::Test {
   std::thread thread;
 };
 
-TEST_F(desk, says_which_line_there_is_to_be_and_how_the_cell_stands) {
+TEST_F(DeskTest, SaysWhichLineThereIsToBeAndHowTheCellStands) {
   EXPECT_FALSE(report_to_desk(socket(), {}).plant);
   EXPECT_FALSE(subject->status()) << "no plant is named";
   use(a_plant());
@@ -125,7 +125,7 @@ TEST_F(desk, says_which_line_there_is_to_be_and_how_the_cell_stands) {
   EXPECT_TRUE(report_to_desk(socket(), {}).metrics.empty());
 }
 
-TEST_F(desk, keeps_the_metrics_where_the_cell_cannot_be_looked_at) {
+TEST_F(DeskTest, KeepsTheMetricsWhereTheCellCannotBeLookedAt) {
   use(a_plant());
   unreadable = true;
   EXPECT_EQ(report_to_desk(socket(), {}).metrics, sparkplug::metrics_of({}));
@@ -135,8 +135,7 @@ TEST_F(desk, keeps_the_metrics_where_the_cell_cannot_be_looked_at) {
   EXPECT_EQ(report_to_desk(socket(), {}).metrics, known);
 }
 
-TEST_F(desk,
-       knows_of_the_line_what_was_said_last_and_names_a_process_that_is_not_heard_with_its_time) {
+TEST_F(DeskTest, KnowsOfTheLineWhatWasSaidLastAndNamesAProcessThatIsNotHeardWithItsTime) {
   use(a_plant());
   EXPECT_EQ(subject->status()->facts.problem, LineProblem::kNone) << "it may yet come";
   utc = "2026-01-01T00:00:07.000Z";
@@ -163,7 +162,7 @@ TEST_F(desk,
   EXPECT_TRUE(subject->status()->facts.connected);
 }
 
-TEST_F(desk, takes_no_process_for_gone_that_waits_for_what_is_composed) {
+TEST_F(DeskTest, TakesNoProcessForGoneThatWaitsForWhatIsComposed) {
   use(a_plant());
   report_to_desk(socket(), {});
   outbox->meanwhile = [this] { now += 2 * kDeskSilence; };
@@ -171,7 +170,7 @@ TEST_F(desk, takes_no_process_for_gone_that_waits_for_what_is_composed) {
   EXPECT_EQ(subject->status()->facts.problem, LineProblem::kNone);
 }
 
-TEST_F(desk, shortens_what_a_line_says_of_itself) {
+TEST_F(DeskTest, ShortensWhatALineSaysOfItself) {
   use(a_plant());
   LineStatus line;
   line.words = std::string(100'000, '\xff');
@@ -179,7 +178,7 @@ TEST_F(desk, shortens_what_a_line_says_of_itself) {
   EXPECT_LE(subject->status()->facts.words.size(), 4096u);
 }
 
-TEST_F(desk, hands_out_what_waits_byte_for_byte_and_takes_what_is_stored) {
+TEST_F(DeskTest, HandsOutWhatWaitsByteForByteAndTakesWhatIsStored) {
   use(a_plant());
   DeskClient client(socket(), a_plant());
   EXPECT_EQ(client.count(), outbox->count());
@@ -200,7 +199,7 @@ TEST_F(desk, hands_out_what_waits_byte_for_byte_and_takes_what_is_stored) {
   EXPECT_EQ(outbox->acknowledged, rows);
 }
 
-TEST_F(desk, answers_a_failure_of_the_disk_as_one) {
+TEST_F(DeskTest, AnswersAFailureOfTheDiskAsOne) {
   use(a_plant());
   outbox->away = true;
   DeskClient client(socket(), a_plant());
@@ -212,7 +211,7 @@ TEST_F(desk, answers_a_failure_of_the_disk_as_one) {
   }
 }
 
-TEST_F(desk, gives_a_line_under_an_earlier_name_nothing) {
+TEST_F(DeskTest, GivesALineUnderAnEarlierNameNothing) {
   use(a_plant());
   PlantConfig earlier = a_plant();
   earlier.cell = "weld-2";
@@ -222,7 +221,7 @@ TEST_F(desk, gives_a_line_under_an_earlier_name_nothing) {
   EXPECT_TRUE(outbox->acknowledged.empty());
 }
 
-TEST_F(desk, takes_proposals_and_so_many_a_minute) {
+TEST_F(DeskTest, TakesProposalsAndSoManyAMinute) {
   use(a_plant());
   DeskClient client(socket(), a_plant());
   EXPECT_TRUE(client.propose(a_proposal("p-0")));
@@ -240,7 +239,7 @@ TEST_F(desk, takes_proposals_and_so_many_a_minute) {
   client.propose(a_proposal("p-1000"));
 }
 
-TEST_F(desk, takes_no_proposal_that_is_none_or_another_cell_s) {
+TEST_F(DeskTest, TakesNoProposalThatIsNoneOrAnotherCells) {
   use(a_plant());
   Proposal other = a_proposal("p-1");
   other.of.cell = "weld-4";
@@ -252,7 +251,7 @@ TEST_F(desk, takes_no_proposal_that_is_none_or_another_cell_s) {
   EXPECT_TRUE(proposals.empty());
 }
 
-TEST_F(desk, refuses_what_is_no_report_and_is_larger_than_any) {
+TEST_F(DeskTest, RefusesWhatIsNoReportAndIsLargerThanAny) {
   use(a_plant());
   for (const std::string& body : {std::string("{}"), std::string("["), std::string(200'000, '['),
                                   std::string(R"({"facts": {"connected": 1}, "restarts": -1})")})
@@ -268,7 +267,7 @@ TEST_F(desk, refuses_what_is_no_report_and_is_larger_than_any) {
   }
 }
 
-TEST_F(desk, asks_for_the_health_every_so_often_while_there_is_a_process) {
+TEST_F(DeskTest, AsksForTheHealthEverySoOftenWhileThereIsAProcess) {
   PlantConfig plant = a_plant();
   plant.health_minutes = 10.0;
   use(plant);
@@ -286,7 +285,7 @@ TEST_F(desk, asks_for_the_health_every_so_often_while_there_is_a_process) {
   EXPECT_EQ(health, 2);
 }
 
-TEST_F(desk, that_does_not_answer_is_not_waited_for_without_end) {
+TEST_F(DeskTest, ThatDoesNotAnswerIsNotWaitedForWithoutEnd) {
   EXPECT_THROW(report_to_desk(dir / "none", {}), SocketError);
 }
 

@@ -26,7 +26,7 @@ plant::Fact fact_of(const WaitingFact& waiting, const char* cell = "weld-3") {
   return plant::fact_from_json(waiting.text, {{"graz", cell}, plant::Subject::kFact, waiting.kind});
 }
 
-struct journal_outbox : ::testing::Test {
+struct JournalOutboxTest : ::testing::Test {
   std::int64_t report(std::size_t bytes) {
     const std::int64_t id = fill(journal, 0);
     journal.report(id, plant::report_of(plant::CertificateFact{
@@ -37,7 +37,7 @@ struct journal_outbox : ::testing::Test {
   Journal journal{dir / "j.db"};
 };
 
-TEST_F(journal_outbox, hands_out_what_waits_as_messages_in_order_until_it_is_acknowledged) {
+TEST_F(JournalOutboxTest, HandsOutWhatWaitsAsMessagesInOrderUntilItIsAcknowledged) {
   JournalOutbox outbox({journal, config_of("weld-3")});
   fill(journal, 3);
   const auto facts = outbox.facts(0, 10);
@@ -57,7 +57,7 @@ TEST_F(journal_outbox, hands_out_what_waits_as_messages_in_order_until_it_is_ack
   EXPECT_EQ(outbox.count().rows, 2);
 }
 
-TEST_F(journal_outbox, hands_out_few_at_once_where_they_are_large) {
+TEST_F(JournalOutboxTest, HandsOutFewAtOnceWhereTheyAreLarge) {
   JournalOutbox outbox({journal, config_of("weld-3")});
   for (int i = 0; i < 4; ++i) report(2'000'000);
   const auto facts = outbox.facts(0, 16);
@@ -65,7 +65,7 @@ TEST_F(journal_outbox, hands_out_few_at_once_where_they_are_large) {
   EXPECT_LE(facts.size(), 4u) << "of eight";
 }
 
-TEST_F(journal_outbox, hands_out_a_notice_of_what_no_plant_takes) {
+TEST_F(JournalOutboxTest, HandsOutANoticeOfWhatNoPlantTakes) {
   JournalOutbox outbox({journal, config_of("weld-3")});
   report(plant::kLargestMessage);
   const auto facts = outbox.facts(1, 10);
@@ -76,8 +76,7 @@ TEST_F(journal_outbox, hands_out_a_notice_of_what_no_plant_takes) {
   EXPECT_EQ(fact_of(outbox.facts(1, 10)[0]), notice) << "it stands in its place";
 }
 
-TEST_F(journal_outbox,
-       stays_within_its_bound_whatever_a_plant_is_answered_and_tells_what_it_dropped) {
+TEST_F(JournalOutboxTest, StaysWithinItsBoundWhateverAPlantIsAnsweredAndTellsWhatItDropped) {
   PlantConfig config = config_of("weld-3");
   config.outbox_megabytes = 1.0;
   JournalOutbox outbox({journal, config});
@@ -95,7 +94,7 @@ TEST_F(journal_outbox,
   EXPECT_GT(dropped, 0);
 }
 
-TEST_F(journal_outbox, says_that_the_disk_is_away_and_drops_nothing_for_it) {
+TEST_F(JournalOutboxTest, SaysThatTheDiskIsAwayAndDropsNothingForIt) {
   JournalOutbox outbox({journal, config_of("weld-3")});
   journal.store_calibration(
       journal.begin({"c", std::string(std::size_t{4} << 20, 'c'), "r", "r", "{}"}, "t0"),
@@ -113,7 +112,7 @@ TEST_F(journal_outbox, says_that_the_disk_is_away_and_drops_nothing_for_it) {
   EXPECT_EQ(outbox.facts(0, 10).size(), 2u);
 }
 
-TEST_F(journal_outbox, that_takes_another_s_place_misses_no_fact_and_goes_on_under_its_own_name) {
+TEST_F(JournalOutboxTest, ThatTakesAnothersPlaceMissesNoFactAndGoesOnUnderItsOwnName) {
   auto before = std::make_unique<JournalOutbox>(JournalOutbox::Parts{journal, config_of("weld-3")});
   fill(journal, 0);
   PlantConfig renamed = config_of("weld-4");
@@ -127,8 +126,7 @@ TEST_F(journal_outbox, that_takes_another_s_place_misses_no_fact_and_goes_on_und
   EXPECT_EQ(fact_of(facts[0], "weld-4").number, 1);
 }
 
-TEST_F(journal_outbox,
-       goes_on_where_the_journal_cannot_report_to_the_one_that_was_to_take_its_place) {
+TEST_F(JournalOutboxTest, GoesOnWhereTheJournalCannotReportToTheOneThatWasToTakeItsPlace) {
   JournalOutbox before({journal, config_of("weld-3")});
   const std::int64_t id =
       journal.begin({"c", std::string(std::size_t{4} << 20, 'c'), "r", "r", "{}"}, "t0");

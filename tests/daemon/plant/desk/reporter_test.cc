@@ -38,11 +38,11 @@ SessionRecord session_of(SessionKind kind, RecordState state,
   return record;
 }
 
-struct reporter : ::testing::Test {
+struct ReporterTest : ::testing::Test {
   PlantReporter plant_reporter{{true, 1 << 20, {"graz", "weld-3"}, {}, {}}};
 };
 
-TEST_F(reporter, tells_what_a_session_is_for_and_how_it_stands) {
+TEST_F(ReporterTest, TellsWhatASessionIsForAndHowItStands) {
   const auto reports =
       plant_reporter.session(session_of(SessionKind::kCalibrate, RecordState::kAborted));
   ASSERT_EQ(reports.size(), 1u);
@@ -52,7 +52,7 @@ TEST_F(reporter, tells_what_a_session_is_for_and_how_it_stands) {
   EXPECT_EQ(fact.purpose, "calibrate");
 }
 
-TEST_F(reporter, tells_the_result_of_a_check_with_its_end_byte_for_byte) {
+TEST_F(ReporterTest, TellsTheResultOfACheckWithItsEndByteForByte) {
   const calib::TcpCheck check{.holds = true, .touches = 9};
   EXPECT_EQ(plant_reporter.session(session_of(SessionKind::kCheck, RecordState::kRunning)).size(),
             1u);
@@ -66,7 +66,7 @@ TEST_F(reporter, tells_the_result_of_a_check_with_its_end_byte_for_byte) {
   EXPECT_EQ(fact.document, calib::check_to_json(check) + "\n");
 }
 
-TEST_F(reporter, tells_of_touches_only_where_it_was_asked_to) {
+TEST_F(ReporterTest, TellsOfTouchesOnlyWhereItWasAskedTo) {
   const RecordTouch touch{4, touch_at(0.5)};
   const auto reports = plant_reporter.touch(touch);
   ASSERT_EQ(reports.size(), 1u);
@@ -75,7 +75,7 @@ TEST_F(reporter, tells_of_touches_only_where_it_was_asked_to) {
   EXPECT_TRUE(PlantReporter({}).touch(touch).empty());
 }
 
-TEST_F(reporter, tells_of_a_touch_where_its_tip_was_and_how_far_off_it_is_once_that_is_known) {
+TEST_F(ReporterTest, TellsOfATouchWhereItsTipWasAndHowFarOffItIsOnceThatIsKnown) {
   RecordTouch touch{4, touch_at(0.5), std::array{1.0, 0.5, 0.25}, 2e-4};
   auto fact = std::get<plant::TouchFact>(body_of(plant_reporter.touch(touch)[0]));
   EXPECT_NEAR((*fact.tip_m)[2], 0.25, 1e-12);
@@ -85,7 +85,7 @@ TEST_F(reporter, tells_of_a_touch_where_its_tip_was_and_how_far_off_it_is_once_t
   EXPECT_FALSE(fact.residual_m);
 }
 
-TEST_F(reporter, tells_of_a_failure_by_its_name) {
+TEST_F(ReporterTest, TellsOfAFailureByItsName) {
   SessionRecord failed = session_of(SessionKind::kCalibrate, RecordState::kFailed);
   failed.failure = "no-contact: end of the search";
   failed.failure_kind = FailureKind::kNoContact;
@@ -93,14 +93,14 @@ TEST_F(reporter, tells_of_a_failure_by_its_name) {
             "no-contact");
 }
 
-TEST_F(reporter, speaks_under_its_cell_s_name_and_for_those_that_it_had) {
+TEST_F(ReporterTest, SpeaksUnderItsCellsNameAndForThoseThatItHad) {
   EXPECT_EQ(plant_reporter.address(), "graz/weld-3");
   EXPECT_FALSE(plant_reporter.publishes_name("graz/weld-2"));
   const PlantReporter renamed({true, 1 << 20, {"graz", "weld-3"}, {"graz/weld-2"}, {}});
   EXPECT_TRUE(renamed.publishes_name("graz/weld-2"));
 }
 
-TEST_F(reporter, never_lets_word_of_what_was_dropped_be_dropped) {
+TEST_F(ReporterTest, NeverLetsWordOfWhatWasDroppedBeDropped) {
   const Report dropped_report = plant_reporter.dropped(3, 9, 5);
   EXPECT_EQ(dropped_report.worth, daemon::Worth::kResult);
   EXPECT_EQ(std::get<plant::DroppedFact>(body_of(dropped_report)), (plant::DroppedFact{3, 9, 5}));

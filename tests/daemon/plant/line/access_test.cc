@@ -46,8 +46,8 @@ void make_certificate(const std::filesystem::path& dir, const std::string& name,
   run_tool(words);
 }
 
-struct broker_of_a_plant : ::testing::Test {
-  broker_of_a_plant() {
+struct BrokerOfAPlant : ::testing::Test {
+  BrokerOfAPlant() {
     make_certificate(dir.path(), "ca", "");
     make_certificate(dir.path(), "broker", "ca");
     std::ofstream(dir / "passwords");
@@ -106,7 +106,7 @@ struct broker_of_a_plant : ::testing::Test {
   std::unique_ptr<Broker> broker;
 };
 
-TEST_F(broker_of_a_plant, is_spoken_to_over_tls_with_a_password) {
+TEST_F(BrokerOfAPlant, IsSpokenToOverTlsWithAPassword) {
   Listener collector(broker->port(), "collector", "$share/collectors/cellcal/+/+/fact/#",
                      login("collector"));
   Journal journal(dir / "j.db");
@@ -116,7 +116,7 @@ TEST_F(broker_of_a_plant, is_spoken_to_over_tls_with_a_password) {
   EXPECT_EQ(heard[0].topic, "cellcal/graz/weld-3/fact/session");
 }
 
-TEST_F(broker_of_a_plant, is_refused_by_name_where_it_is_not_vouched_for) {
+TEST_F(BrokerOfAPlant, IsRefusedByNameWhereItIsNotVouchedFor) {
   make_certificate(dir.path(), "other", "");
   Journal journal(dir / "j.db");
   CellLine::Parts wrong = parts(journal);
@@ -129,7 +129,7 @@ TEST_F(broker_of_a_plant, is_refused_by_name_where_it_is_not_vouched_for) {
   EXPECT_EQ(problem_of(misnamed), LineProblem::kCertificate);
 }
 
-TEST_F(broker_of_a_plant, refuses_a_wrong_password_and_the_cell_says_so) {
+TEST_F(BrokerOfAPlant, RefusesAWrongPasswordAndTheCellSaysSo) {
   Journal journal(dir / "j.db");
   CellLine::Parts wrong = parts(journal);
   std::ofstream(dir / "pw") << "guessed\n";
@@ -138,7 +138,7 @@ TEST_F(broker_of_a_plant, refuses_a_wrong_password_and_the_cell_says_so) {
   EXPECT_EQ(problem_of(wrong), LineProblem::kLogin) << "nobody speaks without a name";
 }
 
-TEST_F(broker_of_a_plant, lets_no_cell_speak_for_another) {
+TEST_F(BrokerOfAPlant, LetsNoCellSpeakForAnother) {
   Listener cell(broker->port(), "thief", "", login("weld-4"));
   const auto refused = [&](const char* topic) {
     return cell.say(topic, kFact).value_or(0x80) >= 0x80;
@@ -153,7 +153,7 @@ TEST_F(broker_of_a_plant, lets_no_cell_speak_for_another) {
   EXPECT_TRUE(refused("cellcal/graz/weld-4/stored")) << "nor vouch for the plant";
 }
 
-TEST_F(broker_of_a_plant, lets_each_cell_be_its_own_sparkplug_node_and_a_host_ask_it_for_a_birth) {
+TEST_F(BrokerOfAPlant, LetsEachCellBeItsOwnSparkplugNodeAndAHostAskItForABirth) {
   Listener host(broker->port(), "host", "spBv1.0/#", login("sparkplug-host"));
   Listener other(broker->port(), "other", "spBv1.0/#", login("weld-3"));
   Listener cell(broker->port(), "cell", "", login("weld-4"));
@@ -167,7 +167,7 @@ TEST_F(broker_of_a_plant, lets_each_cell_be_its_own_sparkplug_node_and_a_host_as
   EXPECT_EQ(other.all().size(), 1u) << "it hears no other cell";
 }
 
-TEST_F(broker_of_a_plant, lets_no_cell_be_anothers_sparkplug_node) {
+TEST_F(BrokerOfAPlant, LetsNoCellBeAnothersSparkplugNode) {
   for (const char* topic : {"spBv1.0/graz/NBIRTH/weld-3", "spBv1.0/graz/NDEATH/weld-3",
                             "spBv1.0/graz/NCMD/weld-3", "spBv1.0/STATE/host"}) {
     Listener thief(broker->port(), "thief", "", login("weld-4"));
@@ -178,7 +178,7 @@ TEST_F(broker_of_a_plant, lets_no_cell_be_anothers_sparkplug_node) {
       << "a host is no node";
 }
 
-TEST_F(broker_of_a_plant, lets_a_cell_hear_no_facts_of_others_and_no_other_cells_proposals) {
+TEST_F(BrokerOfAPlant, LetsACellHearNoFactsOfOthersAndNoOtherCellsProposals) {
   Listener curious(broker->port(), "curious", "#", login("weld-4"));
   Listener collector(broker->port(), "collector", "cellcal/#", login("collector"));
   Listener planner(broker->port(), "planner", "", login("plant-operator"));

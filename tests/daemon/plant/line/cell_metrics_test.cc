@@ -30,7 +30,7 @@ CellNow everything() {
   return now;
 }
 
-TEST(a_cells_metrics, are_millimetres_and_milliseconds_and_have_the_type_that_they_say) {
+TEST(ACellsMetrics, AreMillimetresAndMillisecondsAndHaveTheTypeThatTheySay) {
   const auto all = metrics_of(everything());
   EXPECT_EQ(of(all, "Calibration/Predicted error mm").value, decltype(Metric::value)(0.062));
   EXPECT_EQ(of(all, "Calibration/u95 mm").value, decltype(Metric::value)(0.15));
@@ -61,7 +61,7 @@ TEST(a_cells_metrics, are_millimetres_and_milliseconds_and_have_the_type_that_th
   }
 }
 
-TEST(a_cells_metrics, are_the_same_ones_where_nothing_is_known_and_null) {
+TEST(ACellsMetrics, AreTheSameOnesWhereNothingIsKnownAndNull) {
   const auto all = metrics_of(everything()), none = metrics_of({});
   ASSERT_EQ(all.size(), none.size());
   std::set<std::string> names;
@@ -74,7 +74,7 @@ TEST(a_cells_metrics, are_the_same_ones_where_nothing_is_known_and_null) {
   }
 }
 
-TEST(a_cells_metrics, stand_in_the_readme_each_by_its_name) {
+TEST(ACellsMetrics, StandInTheReadmeEachByItsName) {
   std::ifstream file(CELLCAL_SPARKPLUG_README);
   std::stringstream text;
   text << file.rdbuf();

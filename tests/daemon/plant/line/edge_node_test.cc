@@ -44,7 +44,7 @@ std::string rebirth() {
   return payload({{kRebirth, DataType::kBoolean, true}}, 1, std::nullopt, Types::kDeclared);
 }
 
-struct a_sparkplug_node : ::testing::Test {
+struct ASparkplugNode : ::testing::Test {
   EdgeNode::Parts parts() {
     EdgeNode::Parts all;
     all.config.plant = "graz";
@@ -73,7 +73,7 @@ struct a_sparkplug_node : ::testing::Test {
   std::atomic<std::int64_t> touches{3};
 };
 
-TEST_F(a_sparkplug_node, is_born_with_all_of_its_metrics_and_tells_what_changes) {
+TEST_F(ASparkplugNode, IsBornWithAllOfItsMetricsAndTellsWhatChanges) {
   const EdgeNode node(parts());
   const auto births = of_type(until_there_are(1, "NBIRTH"), "NBIRTH");
   EXPECT_EQ(births[0].seq(), 0U);
@@ -96,7 +96,7 @@ TEST_F(a_sparkplug_node, is_born_with_all_of_its_metrics_and_tells_what_changes)
   for (const Heard& one : host.all()) EXPECT_FALSE(one.retained) << one.topic;
 }
 
-TEST_F(a_sparkplug_node, counts_its_messages_up_to_255_and_goes_on_with_0) {
+TEST_F(ASparkplugNode, CountsItsMessagesUpTo255AndGoesOnWith0) {
   EdgeNode::Parts quick = parts();
   quick.every = 1ms;
   quick.metrics = [this, before = parts().metrics] {
@@ -108,7 +108,7 @@ TEST_F(a_sparkplug_node, counts_its_messages_up_to_255_and_goes_on_with_0) {
   for (std::size_t i = 0; i < data.size(); ++i) EXPECT_EQ(data[i].seq(), (i + 1) % 256) << i;
 }
 
-TEST_F(a_sparkplug_node, is_born_again_where_a_host_asks_and_by_nothing_else_that_it_hears) {
+TEST_F(ASparkplugNode, IsBornAgainWhereAHostAsksAndByNothingElseThatItHears) {
   const EdgeNode node(parts());
   until_there_are(1, "NBIRTH");
   touches = 5;
@@ -129,7 +129,7 @@ TEST_F(a_sparkplug_node, is_born_again_where_a_host_asks_and_by_nothing_else_tha
   EXPECT_EQ(of_type(host.all(), "NBIRTH").size(), 2U);
 }
 
-TEST_F(a_sparkplug_node, answers_a_host_that_never_stops_asking_once_in_its_time) {
+TEST_F(ASparkplugNode, AnswersAHostThatNeverStopsAskingOnceInItsTime) {
   EdgeNode::Parts slow = parts();
   slow.every = 300ms;
   const auto begun = std::chrono::steady_clock::now();
@@ -144,7 +144,7 @@ TEST_F(a_sparkplug_node, answers_a_host_that_never_stops_asking_once_in_its_time
   EXPECT_LT(births, 200U);
 }
 
-TEST_F(a_sparkplug_node, that_loses_its_line_is_dead_and_born_under_the_next_number) {
+TEST_F(ASparkplugNode, ThatLosesItsLineIsDeadAndBornUnderTheNextNumber) {
   const EdgeNode node(parts());
   until_there_are(1, "NBIRTH");
   { const Listener other(broker.port(), "cellcal-graz-weld-3-sparkplug", ""); }
@@ -156,7 +156,7 @@ TEST_F(a_sparkplug_node, that_loses_its_line_is_dead_and_born_under_the_next_num
   EXPECT_EQ(metric(of_type(heard, "NBIRTH")[1], "bdSeq")->long_value(), 1U);
 }
 
-TEST_F(a_sparkplug_node, that_ends_in_order_says_its_death_once) {
+TEST_F(ASparkplugNode, ThatEndsInOrderSaysItsDeathOnce) {
   {
     const EdgeNode node(parts());
     until_there_are(1, "NBIRTH");
@@ -167,7 +167,7 @@ TEST_F(a_sparkplug_node, that_ends_in_order_says_its_death_once) {
   EXPECT_EQ(of_type(host.all(), "NDEATH").size(), 1U) << "the will is not sent as well";
 }
 
-TEST_F(a_sparkplug_node, is_born_when_it_is_known_how_the_cell_stands) {
+TEST_F(ASparkplugNode, IsBornWhenItIsKnownHowTheCellStands) {
   EdgeNode::Parts unknown = parts();
   std::atomic<bool> known{false};
   unknown.metrics = [&, metrics = unknown.metrics] {
@@ -182,7 +182,7 @@ TEST_F(a_sparkplug_node, is_born_when_it_is_known_how_the_cell_stands) {
       3U);
 }
 
-TEST_F(a_sparkplug_node, that_leaves_without_a_farewell_is_declared_dead_all_the_same) {
+TEST_F(ASparkplugNode, ThatLeavesWithoutAFarewellIsDeclaredDeadAllTheSame) {
   {
     EdgeNode node(parts());
     until_there_are(1, "NBIRTH");
@@ -191,7 +191,7 @@ TEST_F(a_sparkplug_node, that_leaves_without_a_farewell_is_declared_dead_all_the
   until_there_are(1, "NDEATH");
 }
 
-TEST_F(a_sparkplug_node, without_a_broker_says_so_tries_again_and_ends_at_once) {
+TEST_F(ASparkplugNode, WithoutABrokerSaysSoTriesAgainAndEndsAtOnce) {
   broker.kill();
   const EdgeNode node(parts());
   for (int i = 0; i < 500 && node.status().words.empty(); ++i) std::this_thread::sleep_for(10ms);

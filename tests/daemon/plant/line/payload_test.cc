@@ -30,7 +30,7 @@ std::string raw(const std::string& bytes) {
   return text;
 }
 
-TEST(a_birth, has_names_times_types_and_values_under_the_numbers_of_the_standard) {
+TEST(ABirth, HasNamesTimesTypesAndValuesUnderTheNumbersOfTheStandard) {
   EXPECT_EQ(raw(payload({{"bdSeq", DataType::kInt64, std::int64_t{3}},
                          {"mm", DataType::kDouble, 1.0},
                          {"on", DataType::kBoolean, true},
@@ -46,20 +46,20 @@ TEST(a_birth, has_names_times_types_and_values_under_the_numbers_of_the_standard
             "3: 0\n");
 }
 
-TEST(data, has_no_types_and_what_is_not_known_is_null) {
+TEST(Data, HasNoTypesAndWhatIsNotKnownIsNull) {
   EXPECT_EQ(raw(payload({{"mm", DataType::kDouble, {}}, {"n", DataType::kInt64, std::int64_t{-1}}},
                         7, 255, Types::kKnown)),
             "1: 7\n2 {\n  1: \"mm\"\n  3: 7\n  7: 1\n}\n"
             "2 {\n  1: \"n\"\n  3: 7\n  11: 18446744073709551615\n}\n3: 255\n");
 }
 
-TEST(a_death, has_no_sequence_number) {
+TEST(ADeath, HasNoSequenceNumber) {
   EXPECT_EQ(raw(payload({{"bdSeq", DataType::kInt64, std::int64_t{0}}}, 7, std::nullopt,
                         Types::kDeclared)),
             "1: 7\n2 {\n  1: \"bdSeq\"\n  3: 7\n  4: 4\n  11: 0\n}\n");
 }
 
-TEST(a_command, asks_for_a_birth_by_that_metric_with_true_alone) {
+TEST(ACommand, AsksForABirthByThatMetricWithTrueAlone) {
   const auto command = [](const std::string& name, auto value) {
     return payload({{name, DataType::kBoolean, value}}, 1, std::nullopt, Types::kDeclared);
   };
@@ -70,7 +70,7 @@ TEST(a_command, asks_for_a_birth_by_that_metric_with_true_alone) {
   EXPECT_FALSE(asks_for_rebirth(""));
 }
 
-TEST(a_command, that_is_cut_off_oversized_or_noise_asks_for_nothing) {
+TEST(ACommand, ThatIsCutOffOversizedOrNoiseAsksForNothing) {
   const std::string whole =
       payload({{kRebirth, DataType::kBoolean, true}}, 1, std::nullopt, Types::kDeclared);
   for (std::size_t size = 0; size < whole.size(); ++size)

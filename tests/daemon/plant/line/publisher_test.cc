@@ -73,7 +73,7 @@ void expect_whole(const std::vector<Heard>& heard, std::int64_t last) {
   EXPECT_EQ(all.size(), static_cast<std::size_t>(last));
 }
 
-struct publisher : ::testing::Test {
+struct PublisherTest : ::testing::Test {
   PlantConfig config(std::uint16_t port) const {
     PlantConfig plant;
     plant.plant = "graz";
@@ -93,7 +93,7 @@ struct publisher : ::testing::Test {
   TemporaryDirectory dir, broker_dir;
 };
 
-TEST_F(publisher, says_every_fact_once_and_in_order_and_is_born_and_dies_retained) {
+TEST_F(PublisherTest, SaysEveryFactOnceAndInOrderAndIsBornAndDiesRetained) {
   Broker broker(broker_dir.path());
   Listener plant(broker.port(), "plant", kAll);
   Journal journal(dir / "j.db");
@@ -122,7 +122,7 @@ TEST_F(publisher, says_every_fact_once_and_in_order_and_is_born_and_dies_retaine
   EXPECT_TRUE(presence_in(retained)->farewell);
 }
 
-TEST_F(publisher, of_a_second_cell_of_its_name_says_that_another_cell_uses_it) {
+TEST_F(PublisherTest, OfASecondCellOfItsNameSaysThatAnotherCellUsesIt) {
   Broker broker(broker_dir.path());
   Journal journal(dir / "j.db"), other_journal(dir / "k.db");
   auto one = parts(journal, broker.port()), other = parts(other_journal, broker.port());
@@ -135,7 +135,7 @@ TEST_F(publisher, of_a_second_cell_of_its_name_says_that_another_cell_uses_it) {
   EXPECT_NE(words.find("another cell uses this name, graz/weld-3"), std::string::npos) << words;
 }
 
-TEST_F(publisher, thrown_out_after_each_login_without_a_reason_says_so_too) {
+TEST_F(PublisherTest, ThrownOutAfterEachLoginWithoutAReasonSaysSoToo) {
   HostileBroker broker;
   broker.greet_with([] { return std::string("\xe0\x00", 2); });  // an end of the line, normal
   Journal journal(dir / "j.db");
@@ -145,7 +145,7 @@ TEST_F(publisher, thrown_out_after_each_login_without_a_reason_says_so_too) {
   EXPECT_NE(running.status().words.find("another cell uses this name"), std::string::npos);
 }
 
-TEST(takeovers, are_three_short_lines_in_a_row_and_no_lines_that_failed_otherwise) {
+TEST(Takeovers, AreThreeShortLinesInARowAndNoLinesThatFailedOtherwise) {
   using std::chrono::seconds;
   const plant::LineFailure lost{LineProblem::kLost, "lost"};
   PlantConfig of;
@@ -171,7 +171,7 @@ TEST(takeovers, are_three_short_lines_in_a_row_and_no_lines_that_failed_otherwis
   EXPECT_EQ(line_of(seconds(1), lost), LineProblem::kLost);
 }
 
-TEST_F(publisher, loses_nothing_when_the_broker_is_killed_in_mid_session_and_comes_back) {
+TEST_F(PublisherTest, LosesNothingWhenTheBrokerIsKilledInMidSessionAndComesBack) {
   Broker broker(broker_dir.path());
   Listener plant(broker.port(), "plant", kAll);
   Journal journal(dir / "j.db");
@@ -189,7 +189,7 @@ TEST_F(publisher, loses_nothing_when_the_broker_is_killed_in_mid_session_and_com
   expect_whole(plant.all(), 42);
 }
 
-TEST_F(publisher, that_was_killed_is_followed_by_one_that_says_the_same_under_the_same_numbers) {
+TEST_F(PublisherTest, ThatWasKilledIsFollowedByOneThatSaysTheSameUnderTheSameNumbers) {
   Broker broker(broker_dir.path());
   const pid_t cell = ::fork();
   if (cell == 0) {
@@ -228,8 +228,7 @@ TEST_F(publisher, that_was_killed_is_followed_by_one_that_says_the_same_under_th
   EXPECT_EQ(facts.back().journal, facts.front().journal);
 }
 
-TEST_F(publisher,
-       keeps_a_result_until_the_plant_says_that_it_is_stored_whatever_the_broker_has_lost) {
+TEST_F(PublisherTest, KeepsAResultUntilThePlantSaysThatItIsStoredWhateverTheBrokerHasLost) {
   Broker broker(broker_dir.path());
   Journal journal(dir / "j.db");
   auto plant = std::make_unique<Listener>(broker.port(), "plant", kAll);
@@ -255,7 +254,7 @@ TEST_F(publisher,
   wait_until([&] { return journal.outbox().rows == 0; });
 }
 
-TEST_F(publisher, that_nobody_collects_from_keeps_all_and_says_so) {
+TEST_F(PublisherTest, ThatNobodyCollectsFromKeepsAllAndSaysSo) {
   Broker broker(broker_dir.path());
   Journal journal(dir / "j.db");
   const CellLine running(parts(journal, broker.port()));
@@ -270,7 +269,7 @@ TEST_F(publisher, that_nobody_collects_from_keeps_all_and_says_so) {
   wait_until([&] { return journal.outbox().rows == 0; });
 }
 
-TEST_F(publisher, hands_a_proposal_on_until_it_is_answered_and_leaves_what_is_none) {
+TEST_F(PublisherTest, HandsAProposalOnUntilItIsAnsweredAndLeavesWhatIsNone) {
   Broker broker(broker_dir.path());
   Journal journal(dir / "j.db");
   Listener plant(broker.port(), "plant", kAll);
@@ -307,7 +306,7 @@ TEST_F(publisher, hands_a_proposal_on_until_it_is_answered_and_leaves_what_is_no
   EXPECT_EQ(heard, 2) << "it was taken away";
 }
 
-TEST_F(publisher, keeps_what_the_broker_refuses_says_so_and_sends_it_when_it_may) {
+TEST_F(PublisherTest, KeepsWhatTheBrokerRefusesSaysSoAndSendsItWhenItMay) {
   std::ofstream(broker_dir / "acl")
       << "topic write cellcal/graz/weld-3/presence\ntopic read cellcal/#\n"
          "topic write cellcal/graz/weld-3/fact/session\n";
@@ -329,7 +328,7 @@ TEST_F(publisher, keeps_what_the_broker_refuses_says_so_and_sends_it_when_it_may
   EXPECT_EQ(running.status().problem, LineProblem::kNone);
 }
 
-TEST_F(publisher, gives_the_broker_no_more_results_than_so_many_that_nobody_has_stored) {
+TEST_F(PublisherTest, GivesTheBrokerNoMoreResultsThanSoManyThatNobodyHasStored) {
   Broker broker(broker_dir.path());
   Listener plant(broker.port(), "plant", kAll);
   Journal journal(dir / "j.db");
@@ -361,7 +360,7 @@ plant::CertificateFact certificate_of(std::size_t bytes) {
   return {"1-0123456789ab", {{"certificate.pdf", std::string(bytes, 'x')}}};
 }
 
-TEST_F(publisher, says_of_a_fact_that_is_too_large_for_any_plant_that_it_is_dropped_and_goes_on) {
+TEST_F(PublisherTest, SaysOfAFactThatIsTooLargeForAnyPlantThatItIsDroppedAndGoesOn) {
   Broker broker(broker_dir.path());
   Listener plant(broker.port(), "plant", kAll);
   plant.store();
@@ -382,9 +381,9 @@ TEST_F(publisher, says_of_a_fact_that_is_too_large_for_any_plant_that_it_is_drop
   EXPECT_NE(fact_with(facts, 3), nullptr);
 }
 
-struct broker_with_a_limit : publisher, ::testing::WithParamInterface<const char*> {};
+struct BrokerWithALimit : PublisherTest, ::testing::WithParamInterface<const char*> {};
 
-TEST_P(broker_with_a_limit, keeps_no_fact_from_the_plant_once_it_takes_larger_ones) {
+TEST_P(BrokerWithALimit, KeepsNoFactFromThePlantOnceItTakesLargerOnes) {
   Broker broker(broker_dir.path(), std::string("allow_anonymous true\n") + GetParam() + "\n");
   Listener plant(broker.port(), "plant", kAll);
   plant.store();
@@ -413,10 +412,10 @@ TEST_P(broker_with_a_limit, keeps_no_fact_from_the_plant_once_it_takes_larger_on
   wait_until([&] { return running.status().problem == LineProblem::kNone; });
 }
 
-INSTANTIATE_TEST_SUITE_P(publisher, broker_with_a_limit,
+INSTANTIATE_TEST_SUITE_P(Publisher, BrokerWithALimit,
                          ::testing::Values("message_size_limit 20000", "max_packet_size 20000"));
 
-TEST_F(publisher, names_the_broker_s_limit_where_that_says_it_and_how_many_facts_are_too_large) {
+TEST_F(PublisherTest, NamesTheBrokersLimitWhereThatSaysItAndHowManyFactsAreTooLarge) {
   Broker broker(broker_dir.path(), "allow_anonymous true\nmax_packet_size 20000\n");
   Listener plant(broker.port(), "plant", kAll);
   plant.store();
@@ -432,8 +431,7 @@ TEST_F(publisher, names_the_broker_s_limit_where_that_says_it_and_how_many_facts
   EXPECT_TRUE(says("Set message_size_limit there to 8388608")) << running.status().words;
 }
 
-TEST_F(publisher,
-       goes_on_without_the_fact_for_which_a_broker_ended_the_line_and_tries_it_on_a_later_one) {
+TEST_F(PublisherTest, GoesOnWithoutTheFactForWhichABrokerEndedTheLineAndTriesItOnALaterOne) {
   Broker broker(broker_dir.path());
   StrictListener strict(broker.port(), 20000);
   Listener plant(broker.port(), "plant", kAll);
@@ -461,7 +459,7 @@ TEST_F(publisher,
 /// More than SQLite keeps in its cache.
 const SessionInputs kLargeInputs{"c", std::string(std::size_t{4} << 20, 'c'), "r", "r", "{}"};
 
-TEST_F(publisher, says_of_a_result_of_a_damaged_session_that_it_is_dropped_and_goes_on) {
+TEST_F(PublisherTest, SaysOfAResultOfADamagedSessionThatItIsDroppedAndGoesOn) {
   Broker broker(broker_dir.path());
   {
     Journal journal(dir / "j.db");
@@ -485,7 +483,7 @@ TEST_F(publisher, says_of_a_result_of_a_damaged_session_that_it_is_dropped_and_g
   EXPECT_EQ(notice->session, 1);
 }
 
-TEST_F(publisher, waits_for_a_disk_that_is_away_and_drops_nothing_for_it) {
+TEST_F(PublisherTest, WaitsForADiskThatIsAwayAndDropsNothingForIt) {
   Broker broker(broker_dir.path());
   Listener plant(broker.port(), "plant", kAll);
   Journal journal(dir / "j.db");
@@ -507,7 +505,7 @@ TEST_F(publisher, waits_for_a_disk_that_is_away_and_drops_nothing_for_it) {
   }
 }
 
-TEST_F(publisher, opens_its_line_once_the_disk_says_which_numbers_there_are) {
+TEST_F(PublisherTest, OpensItsLineOnceTheDiskSaysWhichNumbersThereAre) {
   Broker broker(broker_dir.path());
   broker.kill();
   Journal journal(dir / "j.db");
@@ -525,7 +523,7 @@ TEST_F(publisher, opens_its_line_once_the_disk_says_which_numbers_there_are) {
   EXPECT_TRUE(running.status().connected);
 }
 
-TEST_F(publisher, under_another_name_says_what_waits_for_the_earlier_one_and_what_to_do) {
+TEST_F(PublisherTest, UnderAnotherNameSaysWhatWaitsForTheEarlierOneAndWhatToDo) {
   Broker broker(broker_dir.path());
   Journal journal(dir / "j.db");
   {
@@ -559,7 +557,7 @@ TEST_F(publisher, under_another_name_says_what_waits_for_the_earlier_one_and_wha
   EXPECT_NE(waited->journal, facts.front().journal);
 }
 
-TEST_F(publisher, says_in_the_log_once_a_minute_what_it_does_not_understand_however_much_comes) {
+TEST_F(PublisherTest, SaysInTheLogOnceAMinuteWhatItDoesNotUnderstandHoweverMuchComes) {
   Broker broker(broker_dir.path());
   Journal journal(dir / "j.db");
   std::ostringstream log;
@@ -584,7 +582,7 @@ TEST_F(publisher, says_in_the_log_once_a_minute_what_it_does_not_understand_howe
   EXPECT_EQ(words.find("not understood", first + 1), std::string::npos) << words;
 }
 
-TEST_F(publisher, says_in_the_log_once_a_minute_that_its_line_comes_and_goes) {
+TEST_F(PublisherTest, SaysInTheLogOnceAMinuteThatItsLineComesAndGoes) {
   HostileBroker broker;
   const std::string goes_away("\xe0\x02\x8b\x00", 4);  // DISCONNECT, server shutting down
   broker.greet_with([&] { return goes_away; });
@@ -605,7 +603,7 @@ TEST_F(publisher, says_in_the_log_once_a_minute_that_its_line_comes_and_goes) {
   EXPECT_NE(words.find("connected to"), std::string::npos) << words;
 }
 
-TEST_F(publisher, that_leaves_without_a_farewell_is_lost_to_the_plant) {
+TEST_F(PublisherTest, ThatLeavesWithoutAFarewellIsLostToThePlant) {
   Broker broker(broker_dir.path());
   Listener plant(broker.port(), "plant", kAll);
   Journal journal(dir / "j.db");
@@ -619,7 +617,7 @@ TEST_F(publisher, that_leaves_without_a_farewell_is_lost_to_the_plant) {
                }))->farewell);
 }
 
-TEST_F(publisher, ends_at_once_while_the_resolver_does_not_answer) {
+TEST_F(PublisherTest, EndsAtOnceWhileTheResolverDoesNotAnswer) {
   Journal journal(dir / "j.db");
   CellLine::Parts all = parts(journal, 1883);
   all.config.host = kBlackHole;
@@ -636,7 +634,7 @@ TEST_F(publisher, ends_at_once_while_the_resolver_does_not_answer) {
   EXPECT_EQ(journal.outbox().rows, 2);
 }
 
-TEST_F(publisher, ends_at_once_where_nobody_answers_and_what_waits_stays) {
+TEST_F(PublisherTest, EndsAtOnceWhereNobodyAnswersAndWhatWaitsStays) {
   std::uint16_t nobody = 0;
   { nobody = Broker(broker_dir.path()).port(); }
   Journal journal(dir / "j.db");

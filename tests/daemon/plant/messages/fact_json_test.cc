@@ -24,7 +24,7 @@ std::string refusal(const std::string& text, const Topic& topic) {
   return "";
 }
 
-TEST(a_certificate_for_the_plant, that_is_too_large_is_refused_by_its_size) {
+TEST(ACertificateForThePlant, ThatIsTooLargeIsRefusedByItsSize) {
   EXPECT_EQ(plant::certificate_fact("7-0", {{"a", std::string(5'000'000, 'x')}}).files.size(), 1u);
   try {
     plant::certificate_fact("7-0",

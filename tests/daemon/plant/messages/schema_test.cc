@@ -40,7 +40,7 @@ bool is_read(const json& fact, const Topic& topic) {
   }
 }
 
-TEST(the_schema, describes_what_is_written_of_each_kind_and_what_is_required_to_be_read) {
+TEST(TheSchema, DescribesWhatIsWrittenOfEachKindAndWhatIsRequiredToBeRead) {
   for (const FactBody& body : one_of_each()) {
     const Fact fact = fact_of(body);
     const Topic topic{fact.of, Subject::kFact, kind_of(body)};
@@ -64,7 +64,7 @@ TEST(the_schema, describes_what_is_written_of_each_kind_and_what_is_required_to_
   }
 }
 
-TEST(the_schema, describes_presence_stored_and_proposal) {
+TEST(TheSchema, DescribesPresenceStoredAndProposal) {
   const CellName of{"graz", "weld-3"};
   expect_described(json::parse(to_json(Presence{of, true, false, "j", 3, "1", "t", true})),
                    definition("presence"));
@@ -80,7 +80,7 @@ TEST(the_schema, describes_presence_stored_and_proposal) {
   }
 }
 
-TEST(the_schema, refuses_another_version_and_another_kind) {
+TEST(TheSchema, RefusesAnotherVersionAndAnotherKind) {
   json other = json::parse(to_json(fact_of(PhaseFact{})));
   const json any{{"oneOf", description().document().at("oneOf")}};
   EXPECT_EQ(description().complaint(other, any), "");

@@ -5,7 +5,7 @@
 namespace cellcal::drivers {
 namespace {
 
-TEST(EkiControllerRequests, tells_its_mode_and_override_once_it_is_heard) {
+TEST(EkiControllerRequests, TellsItsModeAndOverrideOnceItIsHeard) {
   EkiCoreState state;
   EXPECT_EQ(to_robot_state(state, "peer").mode, OperatingMode::kUnknown);
   EXPECT_FALSE(to_robot_state(state, "peer").override_percent);

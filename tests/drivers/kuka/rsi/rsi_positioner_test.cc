@@ -53,7 +53,7 @@ struct TableRig : Rig {
 };
 
 class RsiPositioner : public ::testing::TestWithParam<CorrectionMode> {};
-INSTANTIATE_TEST_SUITE_P(modes, RsiPositioner,
+INSTANTIATE_TEST_SUITE_P(Modes, RsiPositioner,
                          ::testing::Values(CorrectionMode::kAbsolute, CorrectionMode::kRelative),
                          [](const auto& mode) {
                            return mode.param == CorrectionMode::kAbsolute ? "absolute" : "relative";

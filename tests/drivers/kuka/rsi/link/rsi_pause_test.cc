@@ -16,14 +16,14 @@ PauseWatch left_at(std::uint32_t ipoc, std::optional<std::uint32_t> delay) {
   return pause;
 }
 
-TEST(a_pause, of_the_same_session_is_one_in_which_ipoc_went_on_with_the_clock) {
+TEST(APause, OfTheSameSessionIsOneInWhichIpocWentOnWithTheClock) {
   const PauseWatch pause = left_at(5000, 3);
   EXPECT_TRUE(pause.is_over(5016, 7, kLeft + milliseconds(16)));
   EXPECT_TRUE(pause.is_over(5400, 90, kLeft + milliseconds(400)));
   EXPECT_TRUE(pause.is_over(5016, 3, kLeft + milliseconds(40))) << "waited in a queue";
 }
 
-TEST(a_pause, that_can_hide_another_session_is_none) {
+TEST(APause, ThatCanHideAnotherSessionIsNone) {
   const PauseWatch pause = left_at(5000, 3);
   EXPECT_FALSE(pause.is_over(5600, 100, kLeft + milliseconds(600))) << "too long";
   EXPECT_FALSE(pause.is_over(5400, 90, kLeft + milliseconds(16))) << "IPOC jumped";
@@ -33,11 +33,11 @@ TEST(a_pause, that_can_hide_another_session_is_none) {
   EXPECT_FALSE(PauseWatch().is_over(5016, 7, kLeft + milliseconds(16))) << "none was begun";
 }
 
-TEST(a_pause, across_the_wrap_of_ipoc_is_one) {
+TEST(APause, AcrossTheWrapOfIpocIsOne) {
   EXPECT_TRUE(left_at(0xFFFFFFF8u, 3).is_over(8, 7, kLeft + milliseconds(16)));
 }
 
-TEST(a_pause, before_the_cycle_was_learnt_or_that_was_forgotten_is_none) {
+TEST(APause, BeforeTheCycleWasLearntOrThatWasForgottenIsNone) {
   PauseWatch pause;
   pause.begin(5000, 0.0, 3, kLeft);
   EXPECT_FALSE(pause.is_over(5016, 7, kLeft + milliseconds(16)));
