@@ -29,7 +29,7 @@ double rms_sigma_m(const std::vector<Problem::Length>& lengths) {
 }  // namespace
 
 UncertaintySource source_of(const ParameterKey& key) {
-  if (key.kind == ParameterKind::kPositioner && AxisError{key.axis} >= AxisError::kCompliance)
+  if (is_positioner_compliance(key))
     return UncertaintySource::kLoads;
   switch (key.kind) {
     case ParameterKind::kD:

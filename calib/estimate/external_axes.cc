@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 #include "calib/estimate/predict.h"
 #include "calib/estimate/region.h"
@@ -255,20 +254,18 @@ double largest_give_rad(const Calibration& c, std::size_t axis) {
   constexpr int kSteps = 36;
   const std::vector<PositionerAxis>& axes = c.cell.robot.positioner;
   const Vector3d per_nm = give_rad_per_nm(c, axis);
+  if (per_nm.isZero(0.0)) return 0.0;
   double largest = 0.0;
+  std::vector<int> step(axes.size(), 0);  // of each axis over its range
   std::vector<double> at(axes.size());
-  const std::function<void(std::size_t)> over = [&](std::size_t j) {
-    if (j == axes.size()) {
-      const Vector3d moment = carried_moment_nm(c.cell.robot, at)[axis];
-      largest = std::max(largest, per_nm.cwiseProduct(moment).norm());
-      return;
-    }
-    for (int k = 0; k <= kSteps; ++k) {
-      at[j] = axes[j].min_rad + (axes[j].max_rad - axes[j].min_rad) * k / kSteps;
-      over(j + 1);
-    }
-  };
-  if (!per_nm.isZero(0.0)) over(0);
+  for (std::size_t turned = 0; turned < axes.size();) {
+    for (std::size_t j = 0; j < axes.size(); ++j)
+      at[j] = axes[j].min_rad + (axes[j].max_rad - axes[j].min_rad) * step[j] / kSteps;
+    const Vector3d moment = carried_moment_nm(c.cell.robot, at)[axis];
+    largest = std::max(largest, per_nm.cwiseProduct(moment).norm());
+    for (turned = 0; turned < axes.size() && step[turned] == kSteps; ++turned) step[turned] = 0;
+    if (turned < axes.size()) ++step[turned];
+  }
   return largest;
 }
 

@@ -6,7 +6,7 @@
 
 #include "calib/estimate/joint_waves.h"
 #include "calib/model/error.h"
-#include "calib/model/joint_function.h"
+#include "calib/model/kinematics.h"
 #include "calib/model/linear.h"
 #include "calib/model/long_work.h"
 #include "calib/model/product.h"

@@ -6,7 +6,6 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "calib/model/joint_function.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/units.h"
 
@@ -164,6 +163,19 @@ void ArmModel::add_function(std::size_t index) {
   for (const auto& [order, sigma] : sigma_rad)
     for (const ParameterKind kind : {ParameterKind::kFunctionCosine, ParameterKind::kFunctionSine})
       parameters_.push_back({wave_parameter(kind, index, order), sigma, "arcsec", kArcsecPerRad});
+}
+
+// (2a): the variances of the orders add up to that of the function.
+std::vector<double> function_shares(double reach_rad, int lowest, int highest) {
+  const double edge = std::numbers::sqrt3 / reach_rad;
+  std::vector<double> shares;
+  double sum = 0.0;
+  for (int order = lowest; order <= highest; ++order) {
+    shares.push_back(1.0 / (edge * edge + order * order));
+    sum += std::pow(shares.back(), 2);
+  }
+  for (double& share : shares) share /= std::sqrt(sum);
+  return shares;
 }
 
 int guide_orders(double stroke_m) {

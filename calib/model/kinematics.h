@@ -40,6 +40,9 @@ constexpr int kLowestOrder = 5, kHighestOrder = 40, kFastestOrder = 100, kHighes
 
 /// Waves per motion of a linear unit with this stroke [m]: half-waves down to 0.5 m.
 int guide_orders(double stroke_m);
+/// Prior sigma of both amplitudes of each order from `lowest` to `highest`, of a joint's function of
+/// these orders with 1 rad rms over a turn and this reach.
+std::vector<double> function_shares(double reach_rad, int lowest, int highest);
 
 /// A possible error of the arm.
 struct ArmParameter : ParameterKey {

@@ -95,12 +95,15 @@ constexpr bool is_function(ParameterKind kind) {
 constexpr bool is_by_evidence(ParameterKind kind) {
   return is_function(kind) || kind == ParameterKind::kBearing || kind == ParameterKind::kStiffening;
 }
+/// True for deflection of a positioner's axis in proportion to its load.
+constexpr bool is_positioner_compliance(const ParameterKey& key) {
+  return key.kind == ParameterKind::kPositioner && AxisError{key.axis} >= AxisError::kCompliance;
+}
 /// True for errors of the arm's geometry, a linear unit's included.
 constexpr bool is_geometric(ParameterKind kind) { return kind <= ParameterKind::kGuide; }
 
 /// "A1.theta", "A2.compliance", "A2.load_A4_x", "A3.cos2", "E1.along_slope", "E1.pitch3", "tool.c_t",
-/// "E2.rx",
-/// "touch.rho", "latch_delay", "S1.x", ... Throws std::out_of_range if the cell has no such part.
+/// "E2.rx", "touch.rho", "latch_delay", "S1.x", ... Throws std::out_of_range if the cell has no such part.
 std::string parameter_name(const Cell& cell, const ParameterKey& key);
 /// Inverse of parameter_name(); empty if the cell has no such part.
 std::optional<ParameterKey> parameter_key(const Cell& cell, std::string_view name);

@@ -244,10 +244,9 @@ void judge_artefact_biases(const Calibration& c, std::vector<Finding>& findings)
 void judge_loads(const Problem& problem, const Calibration& c, std::vector<Finding>& findings) {
   for (int p = 0; p < problem.arm_size(); ++p) {
     const ArmParameter& parameter = problem.arm().parameters()[static_cast<std::size_t>(p)];
-    const bool positioners = parameter.kind == ParameterKind::kPositioner &&
-                             AxisError{parameter.axis} >= AxisError::kCompliance;
     if (parameter.kind != ParameterKind::kCompliance &&
-        parameter.kind != ParameterKind::kDeflection && !positioners)
+        parameter.kind != ParameterKind::kDeflection &&
+        !is_positioner_compliance(parameter))
       continue;
     const ParameterResult& found = c.parameters[static_cast<std::size_t>(p)];
     const double value = found.nominal + found.correction;

@@ -173,7 +173,7 @@ Eigen::VectorXd drawn_errors(const calib::ArmModel& arm, const TruthOptions& opt
         errors[i] = parameter.sigma * draw;
         break;
       case calib::ParameterKind::kPositioner:
-        errors[i] = calib::AxisError{parameter.axis} >= calib::AxisError::kCompliance
+        errors[i] = calib::is_positioner_compliance(parameter)
                         ? parameter.sigma * std::abs(draw)
                         : options.geometry_scale * parameter.sigma * draw;
         break;

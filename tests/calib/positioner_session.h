@@ -89,9 +89,7 @@ struct PositionerSession {
       // A tenth of the arm's tolerances, so that the positioner's errors are the large ones.
       const double share = parameter.kind == ParameterKind::kPositioner ? 1.0 : 0.1;
       x[p] = share * parameter.sigma * random.normal();
-      if (parameter.kind == ParameterKind::kPositioner &&
-          AxisError{parameter.axis} >= AxisError::kCompliance)
-        x[p] = std::abs(x[p]);
+      if (is_positioner_compliance(parameter)) x[p] = std::abs(x[p]);
     }
     PlanOptions options;
     options.fit_touches = 70;
