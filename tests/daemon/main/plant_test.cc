@@ -148,9 +148,13 @@ TEST(ASession, ThatWasKilledWithoutABrokerIsToldOfWhenThereIsOne) {
       return one.payload.find("\"state\":\"interrupted\"") != std::string::npos;
     });
   }));
-  for (std::size_t i = 0; i < facts.size(); ++i)
-    EXPECT_EQ(facts[i].number, static_cast<std::int64_t>(i) + 1);
-  EXPECT_GT(facts.size(), 4u);
+  std::int64_t newest = 0;
+  for (const plant::Fact& fact : facts) {
+    if (fact.number <= newest) continue;  // sent again, its acknowledgement was late
+    EXPECT_EQ(fact.number, newest + 1);
+    newest = fact.number;
+  }
+  EXPECT_GT(newest, 4);
 }
 
 TEST(ACell, ThatGetsAnotherNameEndsItsLineAndSpeaksUnderTheNewOne) {
