@@ -10,6 +10,7 @@
 #include "daemon/api/http/http.h"
 #include "daemon/certificate/signed_files.h"
 #include "daemon/fleet/judge.h"
+#include "tests/daemon/api/schema.h"
 #include "tests/daemon/api/tcp_peer.h"
 #include "tests/daemon/cli/process.h"
 #include "tests/daemon/fleet/facts.h"
@@ -57,6 +58,31 @@ TEST_F(FleetApi, AnswersWhatIsThere) {
   EXPECT_EQ(get("/v1/fleet/overdue").status, 200);
   EXPECT_NE(get("/metrics").body.find("\ncellcal_fleet_cells 1\n"), std::string::npos);
   EXPECT_NE(server->port(), 0);
+}
+
+TEST_F(FleetApi, AnswersAsItIsDescribed) {
+  Store store{{database}};
+  Batch batch;  // a cell of which little is known, with numbers missing
+  batch.facts.push_back(testing::alarm(testing::kPaint, 5));
+  store.write(batch);
+  testing::ask(database, "UPDATE fleet.calibrations SET at = '2020-01-01'");
+  testing::ask(database, "UPDATE fleet.journals SET settled = 4 WHERE numbers = '{[5,6)}'");
+  testing::ask(database,
+               "INSERT INTO fleet.quarantine_counts VALUES ('graz', 'paint-1', 'rate', 3, now())");
+  const daemon::testing::Description described(CELLCAL_FLEET_OPENAPI);
+  const auto complaint = [&](const std::string& target, const std::string& schema) {
+    return described.complaint(json::parse(get(target).body), schema);
+  };
+  EXPECT_EQ(complaint("/v1/fleet/cells", "FleetCells"), "");
+  EXPECT_EQ(complaint("/v1/fleet/cells/graz/weld-3", "FleetCellSeen"), "");
+  EXPECT_EQ(complaint("/v1/fleet/cells/graz/paint-1", "FleetCellSeen"), "");
+  EXPECT_EQ(complaint("/v1/fleet/cells/graz/weld-3/certificates/j1/7", "CertificateFiles"), "");
+  EXPECT_EQ(complaint("/v1/fleet/compare?robot=KR%205+R1400&joint=A2", "Corrections"), "");
+  EXPECT_EQ(complaint("/v1/fleet/overdue", "Overdue"), "");
+  EXPECT_EQ(complaint("/v1/fleet/compare", "FleetError"), "");
+  const json little = json::parse(get("/v1/fleet/cells/graz/paint-1").body);
+  EXPECT_EQ(little.at("gaps").size(), 1u);
+  EXPECT_EQ(little.at("refused").size(), 1u);
 }
 
 TEST_F(FleetApi, AnswersOnTheLoopbackUnderThisComputersNamesAlone) {
