@@ -7,7 +7,7 @@ const IDENTITY: Frame = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0];
 const at = (frame: Frame, row: number, column: number): number => frame[4 * row + column] ?? 0;
 
 export function times(a: Frame, b: Frame): Frame {
-  const product: Frame = [];
+  const product: number[] = [];
   for (let row = 0; row < 3; ++row)
     for (let column = 0; column < 4; ++column) {
       let sum = column === 3 ? at(a, row, 3) : 0;
@@ -68,7 +68,7 @@ export function posture(scene: Scene, positions: number[]): Posture | null {
   let frame = times(IDENTITY, scene.base);
   const joints = scene.joints.map((joint, i) => {
     const at = positions[i] ?? 0;
-    const moved = joint.along ? shifted_along(joint.along, at) : turned_about_z(joint.sign * at + joint.offsetDeg);
+    const moved = joint.along ? shifted_along(joint.along, at) : turned_about_z(joint.sign * at + (joint.offset_deg ?? 0));
     const turned = times(frame, moved);
     frame = times(turned, joint.behind);
     return { turned, behind: frame };

@@ -54,8 +54,8 @@ export function with_touches(model: Model, touches: Touch[]): Model {
     // The values published with the touch are more accurate than those reread before identification.
     kept.set(touch.index, {
       ...touch,
-      residualMm: touch.residualMm ?? before?.residualMm ?? null,
-      u95Mm: touch.u95Mm ?? before?.u95Mm ?? null,
+      residual_mm: touch.residual_mm ?? before?.residual_mm ?? null,
+      u95_mm: touch.u95_mm ?? before?.u95_mm ?? null,
     });
   }
   return { ...model, touches: [...kept.values()].sort((a, b) => a.index - b.index) };

@@ -29,10 +29,10 @@ export function motion(status: Status): Motion {
 /** With the age of that packet; empty where cellcal holds no link. `seen_s`: age of the status. */
 export function motion_words(status: Status, seen_s: number, say: Say, fmt: Formats): string {
   const moves = motion(status);
-  const { packetAgeS } = status.arm;
+  const { packet_age_s } = status.arm;
   if (moves === "free") return "";
-  if (packetAgeS === null) return say("motion.never");
-  const age_s = packetAgeS + seen_s;
+  if (packet_age_s === null) return say("motion.never");
+  const age_s = packet_age_s + seen_s;
   if (moves === "unknown")
     return say("motion.unknown", { since: fmt.clock(Date.now() - age_s * 1000), age: fmt.duration(age_s) });
   return say(`motion.${moves}`, { age: fmt.seconds(age_s) });
@@ -48,9 +48,9 @@ export function near_words(status: Status | null, schedule: Schedule | null, now
   if (moves === "moving") return say("near.moving");
   if (status.running) return say("near.soon");
   if (moves === "unknown") return say("near.unknown");
-  if (!schedule?.unattended || schedule.held || schedule.nextS === null) return say("near.free");
-  return schedule.nextS <= now_s ? say("near.scheduled.now")
-    : say("near.scheduled", { day: fmt.day(schedule.nextS), time: fmt.clock(schedule.nextS * 1000).slice(0, 5) });
+  if (!schedule?.unattended || schedule.held || schedule.next_s === null) return say("near.free");
+  return schedule.next_s <= now_s ? say("near.scheduled.now")
+    : say("near.scheduled", { day: fmt.day(schedule.next_s), time: fmt.clock(schedule.next_s * 1000).slice(0, 5) });
 }
 
 export function mood(status: Status): Mood {
@@ -79,8 +79,9 @@ export function touch_words(status: Status, say: Say): string {
 }
 
 export function sentence(status: Status, say: Say): string {
-  if (status.phase === "planning" && status.plannedShare !== null)
-    return say("phase.planning.share", { percent: Math.round(100 * status.plannedShare) });
+  const share = status.planning?.done ?? null;
+  if (status.phase === "planning" && share !== null)
+    return say("phase.planning.share", { percent: Math.round(100 * share) });
   const key: Key = status.phase === "failed" && unconfirmed(status)
     ? "phase.failed.unconfirmed"
     : `phase.${status.phase}`;

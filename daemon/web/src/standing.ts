@@ -3,7 +3,7 @@
 
 import type { Formats } from "./format";
 import { mood } from "./sentence";
-import type { DriftChart, DriftSeen, Holding, Readiness, Status, Version } from "./types";
+import type { Cause, DriftChart, DriftSeen, Holding, Readiness, Status, Version } from "./types";
 import type { Key, Say } from "./words";
 
 export interface StandingLine {
@@ -42,22 +42,25 @@ export function cell_name(file: string): string {
 }
 
 function accuracy(version: Version | undefined, say: Say, fmt: Formats): string {
-  const scope = version?.workspace === false ? ` ${say("standing.near")}` : "";
-  if (version && version.u95Mm !== null) return say("standing.u95", { u: fmt.short_mm(version.u95Mm) }) + scope;
-  if (version && version.predictedMm !== null) return say("standing.mean", { mean: fmt.short_mm(version.predictedMm) }) + scope;
+  const scope = version && version.scope !== "workspace" ? ` ${say("standing.near")}` : "";
+  if (version && version.u95_mm !== null) return say("standing.u95", { u: fmt.short_mm(version.u95_mm) }) + scope;
+  if (version && version.predicted_mm !== null) return say("standing.mean", { mean: fmt.short_mm(version.predicted_mm) }) + scope;
   return say("standing.accuracy.unknown");
 }
 
+type Named = Cause & { kind: Exclude<Cause["kind"], "nothing" | "unknown"> };
+const is_named = (cause: Cause): cause is Named => cause.kind !== "nothing" && cause.kind !== "unknown";
+export const named = (cause: Cause | null | undefined): Named | null => (cause && is_named(cause) ? cause : null);
+
 /** Cause of a calibration that does not hold. */
 function changed(chart: DriftChart, say: Say, fmt: Formats): string {
-  const { notHeld, trend } = chart;
-  const cause = notHeld ? notHeld.cause : trend?.cause ?? null;
-  const off = notHeld ? notHeld.shiftMm : trend?.offMm ?? null;
-  const u = (notHeld ? notHeld.uShiftMm : trend?.uOffMm) ?? 0;
+  const { not_held, course } = chart;
+  const cause = named(not_held ? not_held.cause : course?.causes[0]);
+  const off = not_held ? not_held.tcp_shift_mm : course?.off_mm ?? null;
+  const u = (not_held ? not_held.u_tcp_shift_mm : course?.u_off_mm) ?? 0;
   const by = off === null ? "" : fmt.size_mm(off, u);
-  const name = (notHeld ? notHeld.causeName : trend?.causeName) ?? "";
-  if (cause === "tool" && by !== "") return say("standing.changed.tool", { by });
-  if (cause !== null && cause !== "tool") return say(`standing.changed.${cause}`, { name });
+  if (cause?.kind === "tool" && by !== "") return say("standing.changed.tool", { by });
+  if (cause && cause.kind !== "tool") return say(`standing.changed.${cause.kind}`, { name: cause.name });
   return by === "" ? say("standing.changed.unmet") : say("standing.changed.tcp", { by });
 }
 
@@ -65,7 +68,7 @@ function unknown_because(chart: DriftChart, now_s: number, say: Say): string {
   const { standing } = chart;
   if (!standing) return say("standing.unknown.old_daemon");
   if (chart.undecided > 0) return say("standing.unknown.undecided");
-  if (standing.dueS !== null && now_s > standing.dueS) return say("standing.unknown.late", { age: age_words(now_s - standing.evidenceS, say) });
+  if (standing.due_s !== null && now_s > standing.due_s) return say("standing.unknown.late", { age: age_words(now_s - standing.evidence_s, say) });
   return say("standing.unknown.contradicted");
 }
 
@@ -81,15 +84,15 @@ function of_chart(chart: DriftChart, version: Version | undefined, cell: string,
   const advised = chart.advice === "none" ? [] : [say(`checks.advice.${chart.advice}`)];
   const repair = chart.advice === "recalibrate" ? "calibrate" : chart.advice === "re_measure_tcp" ? "measure_tcp" : "check";
   if (state === "holds" && standing) {
-    const by = standing.byCheck ? "checked" : "unchecked";
-    const age = age_words(now_s - standing.evidenceS, say);
+    const by = standing.by_check ? "checked" : "unchecked";
+    const age = age_words(now_s - standing.evidence_s, say);
     const todo = chart.state === "warns" ? [say("standing.warns"), ...advised]
-      : [...in_order[now].map((key) => say(key)), ...(standing.dueS === null ? [] : [say("standing.due", { due: fmt.day(standing.dueS) })])];
+      : [...in_order[now].map((key) => say(key)), ...(standing.due_s === null ? [] : [say("standing.due", { due: fmt.day(standing.due_s) })])];
     return { state, action: "check", more: todo,
-             headline: standing.dueS === null ? say(`standing.emulated.${by}`, { good }) : say(`standing.holds.${by}`, { date, good, age }) };
+             headline: standing.due_s === null ? say(`standing.emulated.${by}`, { good }) : say(`standing.holds.${by}`, { date, good, age }) };
   }
   if (state === "does_not_hold") {
-    const since = chart.notHeld?.sinceS ?? chart.trend?.sinceS ?? 0;
+    const since = chart.not_held?.since_s ?? chart.course?.since_s ?? 0;
     return { state, action: repair,
              headline: say("standing.broken", { date, what: changed(chart, say, fmt) }),
              more: [...advised, say("standing.broken.since", { since: fmt.day(since), good })] };

@@ -38,7 +38,7 @@ test("a status with any one of its fields of a wrong type is a status without th
       if (key === "seq" || key === "phase") continue;
       assert.ok(got, key);
       assert.equal(got.seq, 7);
-      for (const number of [got.residualMm, got.u95Mm, got.timeLeftS]) assert.ok(number === null || Number.isFinite(number));
+      for (const number of [got.residual_mm, got.u95_mm, got.time_left_s]) assert.ok(number === null || Number.isFinite(number));
     }
   }
 });
@@ -72,9 +72,9 @@ test("a cell of the plant that needs what this page does not know is not shown a
 
 test("two calibrations that cannot be compared have no distance", () => {
   const all = { comparable: false, mean_mm: 1, max_mm: 2, expected_mm: null, moved: [{ name: "theta_A3" }] };
-  assert.equal(decode.comparison(all)?.meanMm, null);
-  assert.equal(decode.comparison({ ...all, comparable: true })?.meanMm, 1);
-  assert.deepEqual(decode.comparison({ ...all, only_after: ["S5.x", 7] })?.onlyAfter, ["S5.x", ""]);
+  assert.equal(decode.comparison(all)?.mean_mm, null);
+  assert.equal(decode.comparison({ ...all, comparable: true })?.mean_mm, 1);
+  assert.deepEqual(decode.comparison({ ...all, only_after: ["S5.x", 7] })?.only_after, ["S5.x"]);
 });
 
 test("text that is cut off is nothing", () => {
@@ -93,6 +93,9 @@ test("a scene is taken whole, and not at all where its arm cannot be placed", ()
   assert.equal(decode.scene({ ...kr5(), joints: [] }), null);
   assert.equal(decode.scene({ ...kr5(), joints: [...kr5().joints, { name: "A7" }] }), null);
   assert.equal(decode.scene({ ...kr5(), joints: Array(1000).fill(kr5().joints[0]) }), null);
+  const axis = { name: "E1", sign: 1, frame: kr5().base };
+  assert.equal(decode.scene({ ...kr5(), positioner: [axis] })?.positioner.length, 1);
+  for (const wrong of [{ ...axis, frame: [1] }, { ...axis, sign: 2 }, null]) assert.equal(decode.scene({ ...kr5(), positioner: [axis, wrong] }), null);
 });
 
 test("a mesh whose triangles lie outside its corners is left out", () => {
@@ -115,24 +118,24 @@ test("a control chart is taken whole, in the order of time, and not at all witho
   assert.ok(got);
   assert.deepEqual(plotted(got.points).map((one) => one.session), [8, 9]);
   assert.equal(off_mm(got), 0.5);
-  assert.deepEqual(got.points.map((one) => one.temperatureC).sort(), [null, 21.5].sort());
+  assert.deepEqual(got.points.map((one) => one.temperature_c).sort(), [null, 21.5].sort());
   for (const alarms of [null, {}, { ewma: 0, cusum: 5 }, { ewma: "4", cusum: 5 }, { ewma: -1, cusum: 5 }])
     assert.equal(decode.drift({ checks: chart({ alarms }) }).checks, null);
   assert.equal(decode.drift({ checks: chart({ state: "levitates" }) }).checks, null);
   const aged = decode.drift({ checks: chart({ state: "unknown", undecided: 3, decided_s: 1e9 }) }).checks;
-  assert.deepEqual([aged?.state, aged?.undecided, aged?.decidedS], ["unknown", 3, 1e9]);
-  assert.equal(decode.drift({ checks: chart({ decided_s: null }) }).checks?.decidedS, 0);
+  assert.deepEqual([aged?.state, aged?.undecided, aged?.decided_s], ["unknown", 3, 1e9]);
+  assert.equal(decode.drift({ checks: chart({ decided_s: null }) }).checks?.decided_s, null);
   assert.equal(decode.drift({ checks: chart({ advice: "dance" }) }).checks?.advice, "none");
   assert.equal(decode.drift({ checks: null }).checks, null);
 });
 
 test("the trend of a chart and what the controller has acknowledged are read by the keys that the API has for them", () => {
   const course = { shape: "creep", since: 47, since_s: 1e9, off_mm: 0.3, mm_per_month: 0.1, causes: [{ kind: "tool", name: "torch", probability: 0.9 }] };
-  const trend = decode.drift({ checks: chart({ course }) }).checks?.trend;
-  assert.deepEqual([trend?.shape, trend?.since, trend?.mmPerMonth, trend?.cause, trend?.causeName], ["creep", 47, 0.1, "tool", "torch"]);
-  assert.equal(decode.drift({ checks: chart({ course: { ...course, off_mm: null } }) }).checks?.trend, null);
+  const trend = decode.drift({ checks: chart({ course }) }).checks?.course;
+  assert.deepEqual([trend?.shape, trend?.since, trend?.mm_per_month, trend?.causes[0]?.kind, trend?.causes[0]?.name], ["creep", 47, 0.1, "tool", "torch"]);
+  assert.equal(decode.drift({ checks: chart({ course: { ...course, off_mm: null } }) }).checks?.course, null);
   const controller = { told: "holds", value: 1, told_at: "2026-03-05T22:00:00.000Z", trouble: null };
-  assert.deepEqual(decode.drift({ controller }).controller, { value: 1, acknowledgedAt: controller.told_at, trouble: "" });
+  assert.deepEqual(decode.drift({ controller }).controller, { ...controller, trouble: "" });
   assert.equal(decode.drift({ controller: null }).controller, null);
 });
 
@@ -144,22 +147,22 @@ test("the outcome of a session is read by the keys that the API has for it, and 
   };
   const row = (more: object) => decode.sessions([{ id: 7, kind: "check", state: "done", ...more }])[0];
   const got = row({ outcome })?.outcome;
-  assert.deepEqual([got?.kind, got?.good, got?.shiftMm, got?.uShiftMm, got?.change?.kind, got?.remedy, got?.notFound],
+  assert.deepEqual([got?.kind, got?.good, got?.tcp_shift_mm?.length, got?.tcp_shift_mm?.u_length, got?.change?.kind, got?.remedy, got?.not_found],
     ["does_not_hold", false, 0.99, 0.05, "tool", "re_measure_tcp", ["S2"]]);
   for (const none of [null, undefined, 3, {}, { ...outcome, kind: "levitates" }]) assert.equal(row({ outcome: none })?.outcome, null);
   const sphere = { target: "S1", centre_mm: [1, 2, 3], u_mm: 5, touches: 9, moved_mm: null };
   const found = row({ outcome: { ...outcome, kind: "found", good: true, spheres: [sphere, 3, { ...sphere, centre_mm: [1] }] } })?.outcome;
-  assert.deepEqual(found?.spheres, [{ target: "S1", centreMm: [1, 2, 3], uMm: 5, touches: 9, movedMm: null, on: "", taughtDeg: [] }]);
+  assert.deepEqual(found?.spheres, [{ target: "S1", centre_mm: [1, 2, 3], u_mm: 5, touches: 9, moved_mm: null, on: "", taught_deg: [] }]);
   const failing = { session: 8, time_s: 1e9, since: 2, since_s: 9e8, checks: 7, tcp_shift_mm: 0.99, u_tcp_shift_mm: 0.05,
     cause: { kind: "tool", name: "probe", probability: 0.99, words: "" } };
-  const held = decode.drift({ checks: chart({ state: "alarms", not_held: failing }) }).checks?.notHeld;
-  assert.deepEqual([held?.session, held?.since, held?.shiftMm, held?.cause], [8, 2, 0.99, "tool"]);
-  assert.equal(decode.drift({ checks: chart() }).checks?.notHeld, null);
+  const held = decode.drift({ checks: chart({ state: "alarms", not_held: failing }) }).checks?.not_held;
+  assert.deepEqual([held?.session, held?.since, held?.tcp_shift_mm, held?.cause?.kind], [8, 2, 0.99, "tool"]);
+  assert.equal(decode.drift({ checks: chart() }).checks?.not_held, null);
 });
 
 test("a point of a control chart that was not measured, or at no date, is not drawn", () => {
   const one = chart().points[0];
-  const points = [{ ...one, off_mm: null }, { ...one, left_out: "undecided" }, { ...one, time_s: 1e300 }, { ...one, time_s: "x" }, 3];
+  const points = [{ ...one, off_mm: null }, { ...one, left_out: "undecided" }, { ...one, left_out: "of another moon" }, { ...one, time_s: 1e300 }, { ...one, time_s: "x" }, 3];
   const got = decode.drift({ checks: chart({ points }) }).checks;
   assert.ok(got);
   assert.deepEqual(plotted(got.points), []);
@@ -177,11 +180,30 @@ test("checks of other calibrations are drawn apart, between the changes of the c
   const { points, breaks } = drawn_of_all(got);
   assert.deepEqual(points.map((one) => one.session), [3, 4, 8, 9]);
   assert.deepEqual(breaks, [[200, 300]]);
-  assert.deepEqual(got.events, [{ session: 7, timeS: 250, words: "update of session 7" }]);
+  assert.deepEqual(got.events.map((one) => [one.session, one.time_s, one.words]), [[7, 250, "update of session 7"]]);
   assert.deepEqual(decode.drift({ checks: chart() }).checks?.others, [], "of an earlier daemon");
 });
 
 test("a drawing is whole or none", () => {
   const plots = decode.plots({ before_after: "<svg/>", by_joint: ["<svg/>", 3, ""], error_map: "x".repeat(5_000_000) });
-  assert.deepEqual(plots, { beforeAfter: "<svg/>", byJoint: ["<svg/>"], errorMap: "" });
+  assert.deepEqual(plots, { session: 0, before_after: "<svg/>", by_joint: ["<svg/>"], error_map: "" });
+});
+
+test("a link's counts that do not come are unknown, not none", () => {
+  const link = (robot: object) => decode.status(status({ links: { open: true, robot, contact: {} } }))?.links;
+  assert.deepEqual([link({ late: 3 })?.robot.late, link({ late: 3 })?.robot.gaps, link({ gaps: -1 })?.robot.gaps], [3, null, null]);
+  assert.deepEqual([link({})?.robot.mode, link({})?.contact.loop_ok, link({ reply_ms: { p99: Infinity } })?.robot.reply_ms.p99], ["unknown", null, null]);
+});
+
+test("angles are those of an arm, and finite, or none", () => {
+  const at = (joints_deg: unknown) => decode.posture({ session: 3, joints_deg });
+  assert.deepEqual(at([1, 2.5]), { session: 3, joints_deg: [1, 2.5], positioner_deg: [] });
+  for (const wrong of [[], [1, null], [1, NaN], [1, "2"], Array(33).fill(0), { 0: 1 }, "1"]) assert.equal(at(wrong), null);
+  assert.deepEqual(decode.touch({ index: 0, joints_deg: Array(33).fill(0), tip_mm: [0, 1] }),
+    { session: 0, index: 0, target: "", set: "fit", joints_deg: [], tip_mm: null, residual_mm: null, u95_mm: null, positioner_deg: [] });
+});
+
+test("of what the API does not have nothing is taken", () => {
+  const got: object | null = decode.status({ ...status(), more: 1, arm: { motion: "moving", packet_age_s: 1, constructor: 2 } });
+  assert.ok(got && !("more" in got) && !Object.keys((got as { arm: object }).arm).includes("constructor"));
 });

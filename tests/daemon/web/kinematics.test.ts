@@ -7,7 +7,7 @@ import { kr5 } from "./kr5";
 const scene = decode.scene(kr5());
 assert.ok(scene);
 
-const near = (got: number[] | undefined, wanted: number[]) =>
+const near = (got: readonly number[] | undefined, wanted: readonly number[]) =>
   wanted.forEach((value, i) => assert.ok(Math.abs((got?.[i] ?? NaN) - value) < 1e-6, `${got} is not ${wanted}`));
 
 test("the flange is where the pendant has it in the robot file's two postures", () => {

@@ -1,5 +1,7 @@
 // GET /v1/scene of the KR 5 R1400 with a straight tool of 100 mm, as the tests need it.
 
+import type { Rule } from "../src/read";
+
 const behind = (a: number, d: number, alpha: number) => {
   const c = Math.round(Math.cos((alpha * Math.PI) / 180)), s = Math.round(Math.sin((alpha * Math.PI) / 180));
   return [1, 0, 0, a, 0, c, -s, 0, 0, s, c, d];
@@ -7,6 +9,9 @@ const behind = (a: number, d: number, alpha: number) => {
 const joint = (name: string, sign: number, offset: number, d: number, a: number, alpha: number) => ({
   name, along: null as number[] | null, sign, offset_deg: offset, min_deg: -180, max_deg: 180, behind: behind(a, d, alpha), radius_mm: 100,
 });
+/** The words that the API has. */
+export const words_of = <T>({ words }: Rule<T>) => words as readonly Exclude<T, "nothing">[];
+
 const IDENTITY = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0];
 
 export const kr5 = () => ({

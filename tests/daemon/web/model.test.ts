@@ -4,10 +4,11 @@ import * as decode from "../src/decode";
 import { formats } from "../src/format";
 import { EMPTY, OLD_AFTER_MS, answered, age_ms, lacks_touches, silent, with_posture, with_status, with_touches, without_token } from "../src/model";
 import { motion, motion_words, resumable, sentence } from "../src/sentence";
-import { FAILURES, PHASES } from "../src/types";
+import * as api from "../generated/api";
 import { speaker } from "../src/words";
-import { status } from "./kr5";
+import { status, words_of } from "./kr5";
 
+const PHASES = words_of(api.Phase), FAILURES = words_of(api.FailureKind);
 const of = (more: Record<string, unknown> = {}) => decode.status(status(more))!;
 const touch = (index: number, residual: number | null = null, session = 3) =>
   decode.touch({ session, index, target: "S1", set: "fit", joints_deg: [1], tip_mm: [0, 0, 0], residual_mm: residual, u95_mm: null })!;
@@ -32,7 +33,7 @@ test("an answer that events have overtaken changes nothing, and one of a new dae
 
 test("joints are shown while their own session runs and not after it", () => {
   const running = with_status(EMPTY, of(), 0);
-  const at = { session: 3, joints: [1, 2, 3], positioner: [] };
+  const at = { session: 3, joints_deg: [1, 2, 3], positioner_deg: [] };
   assert.deepEqual(with_posture(running, at).posture, at);
   assert.equal(with_posture(running, { ...at, session: 2 }).posture, null);
   const ended = with_status(with_posture(running, at), of({ running: false, phase: "aborted" }), 1);
@@ -44,7 +45,7 @@ test("touches come in any order, once each, and keep the residual that they were
   let model = with_status(EMPTY, of(), 0);
   model = with_touches(model, [touch(1, 0.2), touch(0, 0.1)]);
   model = with_touches(model, [touch(1), touch(2, 0.3), touch(9, 1, 2)]);
-  assert.deepEqual(model.touches.map((one) => [one.index, one.residualMm]), [[0, 0.1], [1, 0.2], [2, 0.3]]);
+  assert.deepEqual(model.touches.map((one) => [one.index, one.residual_mm]), [[0, 0.1], [1, 0.2], [2, 0.3]]);
   assert.ok(lacks_touches(model));
 });
 

@@ -6,11 +6,12 @@ import * as decode from "../src/decode";
 import { formats } from "../src/format";
 import { may_move, near_words } from "../src/sentence";
 import { age_words, cell_name, now_of, standing_line, type Now } from "../src/standing";
-import { HOLDINGS, ADVICE, CHANGES } from "../src/types";
+import * as api from "../generated/api";
 import { speaker } from "../src/words";
 import { drawn, plotted } from "../src/ui/checks";
-import { status } from "./kr5";
+import { status, words_of } from "./kr5";
 
+const HOLDINGS = words_of(api.Holding), ADVICE = words_of(api.Advice), CHANGES = words_of(api.ChangeKind).filter((one) => (one as string) !== "nothing");
 const HOUR = 3600, DAY = 86400;
 // Of this year: dates of other years have it.
 const CALIBRATED = `${new Date().getFullYear()}-11-25T12:00:00.000Z`, CALIBRATED_S = Date.parse(CALIBRATED) / 1000;

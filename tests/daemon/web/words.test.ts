@@ -3,10 +3,16 @@ import { readFileSync, readdirSync, realpathSync } from "node:fs";
 import { test } from "node:test";
 import { formats } from "../src/format";
 import { run_request } from "../src/ui/start";
-import { ADVICE, CHANGES, CHECKS, DRIFT_STATES, FAILURES, NOT_AS_STATED, OUTCOMES, PHASES, STEPS } from "../src/types";
+import * as api from "../generated/api";
 import { command_of } from "../src/ui/guide";
 import { zero_changes } from "../src/ui/drift";
 import { CATALOGUES, speaker, type Key } from "../src/words";
+import { words_of } from "./kr5";
+
+const ADVICE = words_of(api.Advice), CHANGES = words_of(api.ChangeKind).filter((one) => (one as string) !== "nothing");
+const CHECKS = words_of(api.Check), DRIFT_STATES = words_of(api.DriftState), NOT_AS_STATED = words_of(api.NotAsStated);
+const OUTCOMES = words_of(api.OutcomeKind), PHASES = words_of(api.Phase), FAILURES = words_of(api.FailureKind);
+const STEPS = words_of(api.Step) as Exclude<api.Step, "unknown">[];
 
 const { en } = CATALOGUES, de = CATALOGUES.de!;
 const places = (words: string) => (words.match(/\{\w+\}/g) ?? []).sort();
@@ -109,8 +115,8 @@ test("the page has words for every outcome that a session has, as a sentence and
 });
 
 test("drift is told against the oldest session that has the joint", () => {
-  const row = (session: number, deg: number | null) => ({ session, ended: "", publish: true, fitMm: 0, checkMm: 0, workspaceMm: 0,
-    zeros: deg === null ? [] : [{ joint: "A1", deg, sigmaDeg: 0.001 }] });
+  const row = (session: number, deg: number | null) => ({ session, ended: "", publish: true, fit_mm: 0, check_mm: 0, workspace_mm: 0,
+    zeros: deg === null ? [] : [{ joint: "A1", deg, sigma_deg: 0.001 }] });
   assert.deepEqual(zero_changes([row(1, null), row(2, 0.5), row(3, 0.75)]), [{ joint: "A1", values: [null, 0, 0.25] }]);
 });
 

@@ -140,23 +140,23 @@ export class CellView {
     for (const touch of plan) {
       if (done.has(touch.index)) continue;
       const is_next = touch.index === next;
-      this.pin(touch, touch.tip, is_next ? "next" : "planned", is_next ? NEXT_MM : MARK_MM * 0.6);
+      this.pin(touch, touch.tip_mm, is_next ? "next" : "planned", is_next ? NEXT_MM : MARK_MM * 0.6);
     }
     this.show_ways(plan.filter((touch) => !done.has(touch.index)), made, next);
-    for (const touch of made) if (touch.tip) this.pin(touch, touch.tip, touch.set, MARK_MM);
+    for (const touch of made) if (touch.tip_mm) this.pin(touch, touch.tip_mm, touch.set, MARK_MM);
     this.draw_soon();
   }
 
   /** Way of the tip to the touches to come, joint by joint between waypoints; the nearest ones, else the lines hide the cell. */
   private show_ways(ahead: PlannedTouch[], made: Touch[], next: number): void {
-    let from = made.at(-1)?.joints ?? [];
+    let from = made.at(-1)?.joints_deg ?? [];
     for (const touch of ahead.slice(0, MOST_WAYS)) {
-      const corners = [from, ...touch.way].filter((one) => one.length === this.scene?.joints.length);
+      const corners = [from, ...touch.way_deg].filter((one) => one.length === this.scene?.joints.length);
       const points = corners.slice(1).flatMap((to, k) => this.tips_between(corners[k] ?? to, to));
       const is_next = touch.index === next;
       const style = { color: this.colour(is_next ? "next" : "planned"), transparent: true, opacity: is_next ? 1 : 0.45 };
       if (points.length > 1) this.group(this.touches, "").add(new Line(new BufferGeometry().setFromPoints(points), new LineBasicMaterial(style)));
-      from = touch.joints;
+      from = touch.joints_deg;
     }
   }
 
@@ -198,17 +198,17 @@ export class CellView {
   private add_surroundings(scene: Scene): void {
     const steel = this.paint("steel"), stand = this.paint("stand");
     for (const target of scene.targets) {
-      if (!target.centre) continue;
-      const radius = Math.max(0.004, (target.diameterMm / 2) * M_PER_MM);
+      if (!target.centre_mm) continue;
+      const radius = Math.max(0.004, ((target.diameter_mm ?? 0) / 2) * M_PER_MM);
       const ball = new Mesh(new SphereGeometry(radius, 32, 24), steel);
-      ball.position.copy(point(target.centre));
+      ball.position.copy(point(target.centre_mm));
       this.group(this.still, target.on).add(ball, this.words(target.id, ball.position, radius));
     }
     for (const one of scene.stands) this.add_solid(one, stand);
     for (const one of scene.obstacles) this.add_solid(one, this.paint("obstacle", 0.55));
     const floor = new GridHelper(4, 16, this.colour("grid-strong"), this.colour("grid"));
     floor.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), UP);
-    floor.position.z = (scene.floorMm ?? lowest_mm(scene)) * M_PER_MM;
+    floor.position.z = (scene.floor_mm ?? lowest_mm(scene)) * M_PER_MM;
     this.group(this.still, "").add(floor);
   }
 
@@ -227,7 +227,7 @@ export class CellView {
       const group = new Group();
       const [a, d] = [(joint.behind[3] ?? 0) * M_PER_MM, (joint.behind[11] ?? 0) * M_PER_MM];
       const y = (joint.behind[7] ?? 0) * M_PER_MM;
-      const radius = joint.radiusMm * M_PER_MM * 0.72;
+      const radius = (joint.radius_mm ?? 0) * M_PER_MM * 0.72;
       const knee = new Vector3(0, 0, d), end = new Vector3(a, y, d);
       if (Math.abs(d) > 1e-3) group.add(rod(new Vector3(), knee, radius, light));
       if (end.distanceTo(knee) > 1e-3) group.add(rod(knee, end, radius, light));
@@ -239,10 +239,10 @@ export class CellView {
     const flange = new Group();
     const tip = new Vector3().setFromMatrixPosition(matrix(scene.tool.frame));
     const length = tip.length();
-    const slim = Math.min(length, scene.tool.tipLengthMm * M_PER_MM);
+    const slim = Math.min(length, (scene.tool.tip_length_mm ?? 0) * M_PER_MM);
     const neck = tip.clone().multiplyScalar(length > 0 ? (length - slim) / length : 0);
-    if (length > slim) flange.add(rod(new Vector3(), neck, scene.tool.radiusMm * M_PER_MM, tool));
-    flange.add(rod(neck, tip, Math.max(0.003, scene.tool.tipRadiusMm * M_PER_MM), dark));
+    if (length > slim) flange.add(rod(new Vector3(), neck, (scene.tool.radius_mm ?? 0) * M_PER_MM, tool));
+    flange.add(rod(neck, tip, Math.max(0.003, (scene.tool.tip_radius_mm ?? 0) * M_PER_MM), dark));
     this.parts.push(flange);
     const foot = new Mesh(new CylinderGeometry(0.17, 0.2, PEDESTAL_MM * M_PER_MM, 32), dark);
     foot.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), UP);
@@ -258,9 +258,9 @@ export class CellView {
   private frame_scene(scene: Scene): void {
     const low = new Vector3(-0.2, -0.3, 0), high = new Vector3(0.3, 0.3, 0.9);
     for (const target of scene.targets)
-      if (target.centre) {
-        low.min(point(target.centre));
-        high.max(point(target.centre));
+      if (target.centre_mm) {
+        low.min(point(target.centre_mm));
+        high.max(point(target.centre_mm));
       }
     this.centre = low.clone().add(high).multiplyScalar(0.5);
     this.reach = Math.max(0.6, 0.62 * high.distanceTo(low));
@@ -269,9 +269,9 @@ export class CellView {
   private pin(touch: PlannedTouch | Touch, tip: Point, kind: "planned" | "fit" | "check" | "next", mark_mm: number): void {
     const target = this.scene?.targets.find((one) => one.id === touch.target);
     // Without angles where it was touched in the base frame.
-    const on = touch.positioner.length > 0 ? target?.on ?? "" : "";
-    const at = point(this.scene ? place(inverse(carried(this.scene, on, touch.positioner)), tip) : tip);
-    const outwards = target?.centre ? at.clone().sub(point(target.centre)) : UP.clone();
+    const on = touch.positioner_deg.length > 0 ? target?.on ?? "" : "";
+    const at = point(this.scene ? place(inverse(carried(this.scene, on, touch.positioner_deg)), tip) : tip);
+    const outwards = target?.centre_mm ? at.clone().sub(point(target.centre_mm)) : UP.clone();
     if (outwards.length() < 1e-6) outwards.copy(UP);
     const end = at.clone().addScaledVector(outwards.normalize(), PIN_MM * M_PER_MM);
     const line = new BufferGeometry().setFromPoints([at, end]);
@@ -360,15 +360,15 @@ const positions_of = (scene: Scene): number => scene.joints.length + scene.posit
 
 function shape_of(solid: Solid): BufferGeometry {
   if (solid.shape === "box") {
-    const [x, y, z] = solid.size;
+    const [x, y, z] = solid.size_mm;
     return new BoxGeometry(x * M_PER_MM, y * M_PER_MM, z * M_PER_MM);
   }
   if (solid.shape === "cylinder") {
-    const radius = (solid.diameterMm / 2) * M_PER_MM;
-    return new CylinderGeometry(radius, radius, solid.heightMm * M_PER_MM, 24);
+    const radius = ((solid.diameter_mm ?? 0) / 2) * M_PER_MM;
+    return new CylinderGeometry(radius, radius, (solid.height_mm ?? 0) * M_PER_MM, 24);
   }
   const mesh = new BufferGeometry();
-  mesh.setAttribute("position", new Float32BufferAttribute(solid.vertices.map((value) => value * M_PER_MM), 3));
+  mesh.setAttribute("position", new Float32BufferAttribute(solid.vertices_mm.map((value) => value * M_PER_MM), 3));
   mesh.setIndex(solid.triangles);
   mesh.computeVertexNormals();
   return mesh;
@@ -377,6 +377,6 @@ function shape_of(solid: Solid): BufferGeometry {
 /** Height of the drawn floor where the cell file states none: below the lowest stand, or the base. */
 function lowest_mm(scene: Scene): number {
   const stands = scene.stands.map((one) =>
-    one.shape === "cylinder" ? (one.frame[11] ?? 0) - one.heightMm / 2 : (one.frame[11] ?? 0));
+    one.shape === "cylinder" ? (one.frame[11] ?? 0) - (one.height_mm ?? 0) / 2 : (one.frame[11] ?? 0));
   return Math.min(0, ...stands);
 }

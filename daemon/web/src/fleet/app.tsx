@@ -10,7 +10,7 @@ import { CellDetail } from "./cell";
 import { CellTable } from "./cells";
 import { Compare } from "./compare";
 import * as decode from "./decode";
-import type { FleetCell } from "./types";
+import type { FleetCell } from "../../generated/api";
 
 const ASK_MS = 10_000, OLD_MS = 30_000, TICK_MS = 1000;
 

@@ -5,7 +5,7 @@ import { get } from "../request";
 import { useFetched, useVoice } from "../ui/context";
 import { named } from "./cells";
 import * as decode from "./decode";
-import type { CertificateFile, FleetCalibration, FleetCell } from "./types";
+import type { FleetCalibration, FleetCell } from "../../generated/api";
 
 const FEW = 10;
 
@@ -13,7 +13,7 @@ interface Download { name: string; href: string }
 
 /** Browsers refuse data addresses above 2 MB. Without a type, so that content written by a cell is never opened as a page of the
  *  plant. */
-const download = (file: CertificateFile): Download => {
+const download = (file: { name: string; base64: string }): Download => {
   const bytes = Uint8Array.from(atob(file.base64), (one) => one.charCodeAt(0));
   return { name: file.name, href: URL.createObjectURL(new Blob([bytes], { type: "application/octet-stream" })) };
 };
@@ -54,8 +54,8 @@ export function CellDetail({ cell }: { cell: FleetCell }) {
               <tr key={of(one)}>
                 <th scope="row">{one.session}</th>
                 <td>{fmt.time(one.at)}</td>
-                <td>{say(one.published ? "fleet.published" : "fleet.withheld")}{one.update && <small> {say("fleet.update")}</small>}</td>
-                <td>{one.published && fmt.mm(one.predictedMm)}</td>
+                <td>{say(one.published ? "fleet.published" : "fleet.withheld")}{one.is_update && <small> {say("fleet.update")}</small>}</td>
+                <td>{one.published && fmt.mm(decode.predicted_mm(one))}</td>
                 <td><a href={`${path}/calibrations/${of(one)}`} download={`${cell.cell}-${one.session}-calibration.json`}>{say("calibration.json")}</a></td>
                 <td>{one.certificate && <Certificate path={`${path}/certificates/${of(one)}`} />}</td>
               </tr>
@@ -67,7 +67,7 @@ export function CellDetail({ cell }: { cell: FleetCell }) {
               <tr key={`${one.journal}/${one.session}`}>
                 <th scope="row">{one.session}</th>
                 <td>{fmt.time(one.at)}</td>
-                <td>{say(`fleet.held.${one.held}`)} {one.shiftMm !== null && <>{fmt.mm(one.shiftMm)} ± {fmt.mm(one.uMm)}</>}</td>
+                <td>{say(`fleet.held.${one.held}`)} {one.shift_mm !== null && <>{fmt.mm(one.shift_mm)} ± {fmt.mm(one.u_mm)}</>}</td>
                 <td><a href={`${path}/checks/${one.journal}/${one.session}`} download={`${cell.cell}-${one.session}-check.json`}>{say("check.json")}</a></td>
               </tr>
             ))}

@@ -3,14 +3,15 @@
 import { useState } from "preact/hooks";
 import { NONE } from "../format";
 import { useVoice } from "../ui/context";
-import type { FleetCell } from "./types";
+import type { FleetCell } from "../../generated/api";
+import { predicted_mm } from "./decode";
 
 const FEW = 50;
 const COLUMNS = ["cell", "needs", "calibration", "predicted", "check", "robot"] as const;
 
 export const named = (cell: FleetCell): string => `${cell.plant}/${cell.cell}`;
 const fits = (cell: FleetCell, text: string): boolean =>
-  `${named(cell)} ${cell.robot} ${cell.robotSerial}`.toLowerCase().includes(text.trim().toLowerCase());
+  `${named(cell)} ${cell.robot} ${cell.robot_serial}`.toLowerCase().includes(text.trim().toLowerCase());
 
 export function CellTable({ cells, old, chosen, choose }: {
   cells: FleetCell[]; old: boolean; chosen: string | null; choose: (name: string | null) => void;
@@ -41,10 +42,10 @@ export function CellTable({ cells, old, chosen, choose }: {
                         <li key={i} data-need={need.what}>{say(`fleet.need.${need.what}`)} <small>{fmt.time(need.since)}</small></li>
                       ))}</ul>}
                 </td>
-                <td>{cell.calibration === null ? NONE : <>{cell.calibration} <small>{fmt.time(cell.calibratedAt)}</small></>}</td>
-                <td>{fmt.mm(cell.predictedMm)}</td>
-                <td>{cell.held === null ? NONE : <>{say(`fleet.held.${cell.held}`)} {cell.shiftMm !== null && fmt.mm(cell.shiftMm)} <small>{fmt.time(cell.checkedAt)}</small></>}</td>
-                <td>{cell.robot || NONE} <small>{cell.robotSerial}</small></td>
+                <td>{cell.calibration === null ? NONE : <>{cell.calibration} <small>{fmt.time(cell.calibrated_at)}</small></>}</td>
+                <td>{fmt.mm(predicted_mm(cell))}</td>
+                <td>{cell.held === null ? NONE : <>{say(`fleet.held.${cell.held}`)} {cell.shift_mm !== null && fmt.mm(cell.shift_mm)} <small>{fmt.time(cell.checked_at)}</small></>}</td>
+                <td>{cell.robot || NONE} <small>{cell.robot_serial}</small></td>
               </tr>
             );
           })}

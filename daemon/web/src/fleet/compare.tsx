@@ -3,7 +3,7 @@
 import { useEffect, useState } from "preact/hooks";
 import { useFetched, useVoice } from "../ui/context";
 import * as decode from "./decode";
-import type { FleetCell } from "./types";
+import type { FleetCell } from "../../generated/api";
 
 const JOINTS = ["A1", "A2", "A3", "A4", "A5", "A6"];
 const DIGITS = 4;
@@ -48,7 +48,7 @@ export function Compare({ cells }: { cells: FleetCell[] }) {
           <tbody>
             {rows.map((one) => (
               <tr key={`${one.plant}/${one.cell}`}>
-                <th scope="row">{one.plant}/{one.cell} <small>{one.robotSerial}</small></th>
+                <th scope="row">{one.plant}/{one.cell} <small>{one.robot_serial}</small></th>
                 <td>{value(one.correction)} ± {value(2 * one.sigma)}</td>
                 <td aria-hidden="true" class="bar">
                   <svg viewBox="-100 0 200 10" preserveAspectRatio="none">

@@ -61,7 +61,7 @@ export function App() {
   // Not on each phase of a touch: data of ended sessions are fetched when one has ended.
   const ended = `${session} ${status?.running} ${status?.running ? "" : status?.phase}`;
   // With touches chosen one by one, the plan contains the current touch only.
-  const chosen_as_it_goes = status?.goalMm !== null || status?.finding ? status?.touches : 0;
+  const chosen_as_it_goes = status?.goal_mm !== null || status?.finding ? status?.touches : 0;
   const planned = status?.running ? `${session} ${status.planned} ${chosen_as_it_goes}` : ended;
   const [said, said_something] = useReducer((n: number) => n + 1, 0);
   const aged = Math.floor(now / STANDING_MS);
@@ -151,7 +151,7 @@ export function App() {
             {versions && versions.length > 0 && <Versions versions={versions} may={may} changed={() => said_something(undefined)} />}
             {in_use !== null && <Plots session={in_use} />}
             {drift?.checks && <Checks chart={drift.checks} controller={drift.controller} />}
-            <Drift rows={drift?.rows ?? NOTHING} />
+            <Drift rows={drift?.sessions ?? NOTHING} />
           </div>}
         </main>
       )}

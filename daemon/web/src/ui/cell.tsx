@@ -12,10 +12,10 @@ import type { Key } from "../words";
 const SIDES: Side[] = ["fit", "front", "side", "top"];
 
 /** Drawn posture of arm and positioner, and its source. */
-export function drawn_posture(model: Model, plan: PlannedTouch[]): { at: Pick<RobotPosture, "joints" | "positioner">; key: Key } | null {
+export function drawn_posture(model: Model, plan: PlannedTouch[]): { at: Omit<RobotPosture, "session">; key: Key } | null {
   if (model.posture) return { at: model.posture, key: "view.pose.live" };
   const newest = model.touches.at(-1);
-  if (newest && newest.joints.length > 0) return { at: newest, key: "view.pose.touch" };
+  if (newest && newest.joints_deg.length > 0) return { at: newest, key: "view.pose.touch" };
   const first = plan[0];
   return first ? { at: first, key: "view.pose.start" } : null;
 }
@@ -37,7 +37,7 @@ export function CellPanel({ model, scene, plan, now, nothing }: {
   useEffect(() => {
     view?.show_touches(plan, model.touches, model.status?.running ? model.status.touches : -1);
   }, [view, scene, plan, model.touches, model.status?.touches, model.status?.running, theme]);
-  useEffect(() => { view?.move_to(drawn?.at.joints ?? [], drawn?.at.positioner ?? []); }, [view, scene, drawn?.at]);
+  useEffect(() => { view?.move_to(drawn?.at.joints_deg ?? [], drawn?.at.positioner_deg ?? []); }, [view, scene, drawn?.at]);
 
   const newest = model.touches.at(-1);
   const label = say("view.label", {
@@ -50,7 +50,7 @@ export function CellPanel({ model, scene, plan, now, nothing }: {
         <h2 id="cell-title">{say("view")}</h2>
         {scene && drawn && !cannot && <span class="note">{say(drawn.key)}{old ? ` (${say("view.old")})` : ""}</span>}
         {scene && drawn && scene.positioner.length > 0 && (
-          <span class="note" data-positioner>{axes_words(scene, drawn.at.positioner, fmt)}</span>
+          <span class="note" data-positioner>{axes_words(scene, drawn.at.positioner_deg, fmt)}</span>
         )}
         {scene && !cannot && (
           <span class="sides">

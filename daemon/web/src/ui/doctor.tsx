@@ -4,7 +4,7 @@ import { useEffect, useState } from "preact/hooks";
 import * as decode from "../decode";
 import { get, is_good, post } from "../request";
 import type { Doctor, Finding } from "../types";
-import type { Language, Say } from "../words";
+import { CATALOGUES, type Key, type Language, type Say } from "../words";
 import { useVoice } from "./context";
 
 const ASK_EVERY_MS = 1000;
@@ -77,19 +77,21 @@ export function DoctorPanel({ doctor, cell, may, begun }: {
   );
 }
 
+const is_key = (key: string): key is Key => key in CATALOGUES.en;
+
 function Checks({ checks }: { checks: Finding[] }) {
   const { say } = useVoice();
   return (
     <ul class="findings">
-      {checks.map((one, i) => (
+      {checks.map((one, i) => { const name = `check.${one.check}`; return (
         <li key={i} data-outcome={one.outcome}>
           <span class="badge" data-good={one.outcome === "ok"}>
             <span aria-hidden="true">{MARKS[one.outcome]}</span> {say(`outcome.${one.outcome}`)}
           </span>{" "}
-          <strong>{one.known ? say(`check.${one.known}`) : one.check}</strong>: <span>{one.found}</span>
+          <strong>{is_key(name) ? say(name) : one.check}</strong>: <span>{one.found}</span>
           {one.advice !== "" && <p class="todo">→ {one.advice}</p>}
         </li>
-      ))}
+      ); })}
     </ul>
   );
 }

@@ -22,9 +22,9 @@ export function Drift({ rows }: { rows: DriftRow[] }) {
   const { say } = useVoice();
   const x = useMemo(() => rows.map((row) => row.session), [rows]);
   const errors = useMemo((): Line[] => [
-    { label: say("drift.fit"), colour: "fit", values: rows.map((row) => row.fitMm) },
-    { label: say("drift.check"), colour: "check", values: rows.map((row) => row.checkMm) },
-    { label: say("drift.workspace"), colour: "goal", dashed: true, values: rows.map((row) => row.workspaceMm) },
+    { label: say("drift.fit"), colour: "fit", values: rows.map((row) => row.fit_mm) },
+    { label: say("drift.check"), colour: "check", values: rows.map((row) => row.check_mm) },
+    { label: say("drift.workspace"), colour: "goal", dashed: true, values: rows.map((row) => row.workspace_mm) },
   ], [rows, say]);
   const zeros = useMemo((): Line[] => zero_changes(rows).map(({ joint, values }, i) => ({
     label: joint, colour: AXIS_COLOURS[i % AXIS_COLOURS.length] ?? "fit", values, dashed: i % 2 === 1,

@@ -6,11 +6,11 @@ import { Figure } from "./progress";
 
 const some = (count: number | null) => (count ?? 0) > 0;
 /** More than half of the delay that stops the arm. */
-const heartbeat_is_late = (link: ContactLink) =>
-  link.lateWorstMs !== null && link.lateLimitMs !== null && link.lateWorstMs > link.lateLimitMs / 2;
-const robot_is_good = (link: RobotLink) => !some(link.late) && !some(link.gaps) && !some(link.badPackets);
+const heartbeat_is_late = ({ late_ms }: ContactLink) =>
+  late_ms.worst !== null && late_ms.limit !== null && late_ms.worst > late_ms.limit / 2;
+const robot_is_good = (link: RobotLink) => !some(link.late) && !some(link.gaps) && !some(link.bad_packets);
 const contact_is_good = (link: ContactLink) =>
-  link.loopOk !== false && link.selfTestOk !== false && !some(link.crcErrors) && !some(link.gaps) &&
+  link.loop_ok !== false && link.self_test_ok !== false && !some(link.crc_errors) && !some(link.gaps) &&
   !heartbeat_is_late(link);
 
 export function LinksPanel({ status, old }: { status: Status | null; old: boolean }) {
@@ -49,13 +49,13 @@ function Robot({ link, old }: { link: RobotLink; old: boolean }) {
       <Heading name={say("links.robot")} good={robot_is_good(link)} old={old} />
       <dl class="figures">
         <Figure name={say("links.mode")} value={link.mode === "unknown" ? "–" : link.mode} />
-        <Figure name={say("links.override")} value={link.overridePercent === null ? "–" : `${fmt.whole(link.overridePercent)} %`} />
+        <Figure name={say("links.override")} value={link.override_percent === null ? "–" : `${fmt.whole(link.override_percent)} %`} />
         <Figure name={say("links.late")} value={late} bad={some(link.late)} />
         <Figure name={say("links.gaps")} value={fmt.whole(link.gaps)} bad={some(link.gaps)} />
-        <Figure name={say("links.bad")} value={fmt.whole(link.badPackets)} bad={some(link.badPackets)} />
-        <Figure name={say("links.reply")} value={fmt.ms(link.replyP99Ms)} />
-        <Figure name={say("links.cycle")} value={fmt.ms(link.cycleMs)} />
-        <Figure name={say("links.gap")} value={fmt.ms(link.longestGapMs)} />
+        <Figure name={say("links.bad")} value={fmt.whole(link.bad_packets)} bad={some(link.bad_packets)} />
+        <Figure name={say("links.reply")} value={fmt.ms(link.reply_ms.p99)} />
+        <Figure name={say("links.cycle")} value={fmt.ms(link.cycle_ms)} />
+        <Figure name={say("links.gap")} value={fmt.ms(link.longest_gap_ms)} />
       </dl>
     </>
   );
@@ -64,21 +64,21 @@ function Robot({ link, old }: { link: RobotLink; old: boolean }) {
 function Contact({ link, old }: { link: ContactLink; old: boolean }) {
   const { say, fmt } = useVoice();
   const heartbeat = say("links.heartbeat.of", {
-    worst: fmt.ms(link.lateWorstMs), limit: fmt.ms(link.lateLimitMs),
+    worst: fmt.ms(link.late_ms.worst), limit: fmt.ms(link.late_ms.limit),
   });
-  const loop = link.loopOk === null ? "–" : say(link.loopOk ? "links.loop.ok" : "links.loop.broken");
-  const contact = link.inContact === null ? "–"
-    : say(link.inContact ? "links.contact.closed" : "links.contact.open");
+  const loop = link.loop_ok === null ? "–" : say(link.loop_ok ? "links.loop.ok" : "links.loop.broken");
+  const contact = link.in_contact === null ? "–"
+    : say(link.in_contact ? "links.contact.closed" : "links.contact.open");
   return (
     <>
       <Heading name={say("links.contact")} good={contact_is_good(link)} old={old} />
       <dl class="figures">
         <Figure name={say("links.contact.now")} value={contact} />
-        <Figure name={say("links.loop")} value={loop} bad={link.loopOk === false} />
+        <Figure name={say("links.loop")} value={loop} bad={link.loop_ok === false} />
         <Figure name={say("links.heartbeat")} value={heartbeat} bad={heartbeat_is_late(link)} />
-        <Figure name={say("links.crc")} value={fmt.whole(link.crcErrors)} bad={some(link.crcErrors)} />
-        <Figure name={say("links.roundtrip")} value={fmt.ms(link.roundTripP99Ms)} />
-        <Figure name={say("links.clock")} value={link.clockSigmaUs === null ? "–" : `± ${fmt.us(link.clockSigmaUs)}`} />
+        <Figure name={say("links.crc")} value={fmt.whole(link.crc_errors)} bad={some(link.crc_errors)} />
+        <Figure name={say("links.roundtrip")} value={fmt.ms(link.round_trip_ms.p99)} />
+        <Figure name={say("links.clock")} value={link.clock_sigma_us === null ? "–" : `± ${fmt.us(link.clock_sigma_us)}`} />
       </dl>
     </>
   );

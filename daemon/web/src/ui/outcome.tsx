@@ -6,11 +6,12 @@ import { useVoice } from "./context";
 
 export function OutcomeLine({ outcome, children }: { outcome: Outcome; children?: ComponentChildren }) {
   const { say, fmt } = useVoice();
+  const shift = outcome.tcp_shift_mm;
   return (
     <p class="verdict" data-good={outcome.good}>
       <span aria-hidden="true">{outcome.good ? "✔" : "✖"}</span>{" "}
       {say(`outcome.${outcome.kind}`, { n: outcome.kind === "found" ? outcome.spheres.length : outcome.touches })}
-      {outcome.shiftMm !== null && <>: {say("outcome.shift", { shift: fmt.quantity(outcome.shiftMm, "mm", (outcome.uShiftMm ?? 0) / 2) })}</>}
+      {shift && <>: {say("outcome.shift", { shift: fmt.quantity(shift.length, "mm", (shift.u_length ?? 0) / 2) })}</>}
       {children}
     </p>
   );
@@ -21,14 +22,14 @@ export function OutcomeDetails({ outcome }: { outcome: Outcome }) {
   const { change, remedy } = outcome;
   return (
     <div class="outcome">
-      {change && (
+      {change && change.kind !== "nothing" && (
         <p>{say(`outcome.change.${change.kind}`, {
           name: change.name, touch: change.touch ?? 0, value: fmt.quantity(change.value, change.unit, change.u / 2) })}</p>
       )}
-      {outcome.notFound.length > 0 && <p>{say("outcome.not_met", { names: outcome.notFound.join(", ") })}</p>}
+      {outcome.not_found.length > 0 && <p>{say("outcome.not_met", { names: outcome.not_found.join(", ") })}</p>}
       {outcome.unsteady.length > 0 && <p>{say("outcome.unsteady", { names: outcome.unsteady.join(", ") })}</p>}
-      {outcome.notAsStated.length > 0 && (
-        <ul>{outcome.notAsStated.map((one) => <li key={one}>{say(`outcome.stated.${one}`)}</li>)}</ul>
+      {outcome.not_as_stated.length > 0 && (
+        <ul>{outcome.not_as_stated.map((one) => <li key={one}>{say(`outcome.stated.${one}`)}</li>)}</ul>
       )}
       {remedy !== "none" && <p><strong>{say(`checks.advice.${remedy}`)}</strong></p>}
       {outcome.spheres.length > 0 && (
@@ -37,9 +38,9 @@ export function OutcomeDetails({ outcome }: { outcome: Outcome }) {
             <th scope="col">{say("history.touches")}</th><th scope="col">{say("outcome.moved")}</th></tr></thead>
           <tbody>{outcome.spheres.map((one) => (
             <tr key={one.target}><th scope="row">{one.target}</th>
-              <td>{one.centreMm.map((value) => value.toFixed(2)).join(", ")}
-                {one.on !== "" && <><br /><code>on = "{one.on}", taught_deg = [{one.taughtDeg.map((value) => value.toFixed(2)).join(", ")}]</code></>}</td>
-              <td>{fmt.mm(one.uMm)}</td><td>{one.touches}</td><td>{fmt.mm(one.movedMm)}</td></tr>
+              <td>{one.centre_mm.map((value) => value.toFixed(2)).join(", ")}
+                {one.on !== "" && <><br /><code>on = "{one.on}", taught_deg = [{one.taught_deg.map((value) => value.toFixed(2)).join(", ")}]</code></>}</td>
+              <td>{fmt.mm(one.u_mm)}</td><td>{one.touches}</td><td>{fmt.mm(one.moved_mm)}</td></tr>
           ))}</tbody>
         </table></div>
       )}

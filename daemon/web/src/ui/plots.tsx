@@ -26,17 +26,17 @@ export function Plots({ session }: { session: number }) {
   return (
     <section class="panel wide plots" aria-labelledby="plots-title">
       <h2 id="plots-title">{say("plots", { session })}</h2>
-      {plots.beforeAfter !== "" && <Plot wide svg={plots.beforeAfter} caption={say("plots.before_after")} />}
-      {plots.errorMap !== "" && (
+      {plots.before_after !== "" && <Plot wide svg={plots.before_after} caption={say("plots.before_after")} />}
+      {plots.error_map !== "" && (
         <>
-          <Plot wide svg={plots.errorMap} caption={say("plots.error_map")} />
+          <Plot wide svg={plots.error_map} caption={say("plots.error_map")} />
           <p class="note">{say("plots.error_map.how")}</p>
         </>
       )}
-      {plots.byJoint.length > 0 && (
+      {plots.by_joint.length > 0 && (
         <>
           <h3>{say("plots.by_joint")}</h3>
-          <div class="small-plots">{plots.byJoint.map((svg, i) => <Plot key={i} svg={svg} />)}</div>
+          <div class="small-plots">{plots.by_joint.map((svg, i) => <Plot key={i} svg={svg} />)}</div>
           <p class="note">{say("plots.by_joint.how")}</p>
         </>
       )}

@@ -11,7 +11,7 @@ export function Progress({ status, touches, plan }: { status: Status; touches: T
       {status.running && <Ahead status={status} touches={touches} plan={plan} />}
       {status.warnings.map((one) => <p class="note" lang="en" key={one}>▲ {one}</p>)}
       {status.interruptions > 0 && <p class="note">{say("interruptions", { n: status.interruptions })}</p>}
-      {status.busyRepeats > 0 && <p class="note">{say("busy.repeats", { n: status.busyRepeats })}</p>}
+      {status.busy_repeats > 0 && <p class="note">{say("busy.repeats", { n: status.busy_repeats })}</p>}
     </div>
   );
 }
@@ -21,7 +21,7 @@ function Ahead({ status, touches, plan }: { status: Status; touches: Touch[]; pl
   const { touches: n, planned: total } = status;
   const next = plan.find((touch) => touch.index === n);
   const ahead = touch_in_hand(status) !== null || next !== undefined;
-  const first = touches.find((touch) => touch.u95Mm !== null)?.u95Mm ?? null;
+  const first = touches.find((touch) => touch.u95_mm !== null)?.u95_mm ?? null;
   return (
     <>
       <div class="bar-line">
@@ -31,17 +31,17 @@ function Ahead({ status, touches, plan }: { status: Status; touches: Touch[]; pl
       </div>
       <dl class="figures">
         <Figure name={say("progress.kind")} value={say("progress.kind.of", { session: status.session, kind: say(`kind.${status.kind}`) })} />
-        <Figure name={say("progress.time")} value={status.timeLeftS === null ? say("progress.time.unknown") : fmt.duration(status.timeLeftS)} />
-        {status.u95Mm !== null && (
-          <Figure name={say("u95")} value={(first !== null && first > status.u95Mm ? `${fmt.short_mm(first)} → ` : "") +
-            `±${fmt.short_mm(status.u95Mm)}` + (status.goalMm !== null ? `, ${say("progress.u95.goal", { goal: fmt.short_mm(status.goalMm) })}` : "")} />
+        <Figure name={say("progress.time")} value={status.time_left_s === null ? say("progress.time.unknown") : fmt.duration(status.time_left_s)} />
+        {status.u95_mm !== null && (
+          <Figure name={say("u95")} value={(first !== null && first > status.u95_mm ? `${fmt.short_mm(first)} → ` : "") +
+            `±${fmt.short_mm(status.u95_mm)}` + (status.goal_mm !== null ? `, ${say("progress.u95.goal", { goal: fmt.short_mm(status.goal_mm) })}` : "")} />
         )}
         {ahead && (
           <Figure name={say("progress.next")} value={next
             ? say("progress.next.touch", { n: n + 1, target: next.target, set: say(`set.${next.set}`) })
             : status.target || "–"} />
         )}
-        {status.residualMm !== null && <Figure name={say("progress.residual")} value={fmt.mm(status.residualMm)} />}
+        {status.residual_mm !== null && <Figure name={say("progress.residual")} value={fmt.mm(status.residual_mm)} />}
       </dl>
     </>
   );

@@ -40,7 +40,7 @@ export function Proposals({ seen, may, changed }: { seen: ProposalsSeen; may: bo
       </ul>
       {to_do.map((one) => (
         <p class="note" key={one.id}>{say(one.kind === "priors" ? "proposal.to_do.priors" : "proposal.to_do.schedule", {
-          file: one.file, time: fmt.time(one.decided), by: one.decidedBy })}</p>
+          file: one.file, time: fmt.time(one.decided), by: one.decided_by })}</p>
       ))}
       {asked && (
         <SayWhy title={wish(asked.of)} go={say(`proposal.${asked.verb}`)} needed={asked.verb === "refuse"}

@@ -8,16 +8,16 @@ import { useVoice } from "./context";
 /** `found`: of an identification, signed. Otherwise as measured with each touch, unsigned. */
 export function Residuals({ touches, found, old = false }: { touches: Touch[]; found: boolean; old?: boolean }) {
   const { say, fmt } = useVoice();
-  const known = touches.filter((touch) => touch.residualMm !== null);
+  const known = touches.filter((touch) => touch.residual_mm !== null);
   const x = useMemo(() => known.map((touch) => touch.index + 1), [touches]);
   const lines = useMemo((): Line[] => {
-    const of = (set: Touch["set"]) => known.map((touch) => (touch.set === set ? touch.residualMm : null));
+    const of = (set: Touch["set"]) => known.map((touch) => (touch.set === set ? touch.residual_mm : null));
     return [
       { label: say("set.fit"), colour: "fit", marks: "circle", values: of("fit") },
       { label: say("set.check"), colour: "check", marks: "square", values: of("check") },
     ];
   }, [touches, say]);
-  const largest = known.reduce((most, touch) => Math.max(most, Math.abs(touch.residualMm ?? 0)), 0);
+  const largest = known.reduce((most, touch) => Math.max(most, Math.abs(touch.residual_mm ?? 0)), 0);
   return (
     <section class="panel" aria-labelledby="residuals-title" data-old={old}>
       <h2 id="residuals-title">{say("residuals")}</h2>
@@ -49,7 +49,7 @@ function TouchTable({ touches }: { touches: Touch[] }) {
         {touches.map((touch) => (
           <tr key={touch.index}>
             <td>{touch.index + 1}</td><td>{touch.target}</td><td>{say(`set.${touch.set}`)}</td>
-            <td>{fmt.mm(touch.residualMm)}</td>
+            <td>{fmt.mm(touch.residual_mm)}</td>
           </tr>
         ))}
       </tbody>
@@ -59,19 +59,19 @@ function TouchTable({ touches }: { touches: Touch[] }) {
 
 export function Accuracy({ touches, status, old }: { touches: Touch[]; status: Status; old: boolean }) {
   const { say, fmt } = useVoice();
-  const known = touches.filter((touch) => touch.u95Mm !== null);
+  const known = touches.filter((touch) => touch.u95_mm !== null);
   const x = useMemo(() => known.map((touch) => touch.index + 1), [touches]);
   const lines = useMemo((): Line[] => [
-    { label: say("progress.u95"), colour: "fit", values: known.map((touch) => touch.u95Mm) },
-    { label: say("u95.goal"), colour: "goal", dashed: true, values: known.map(() => status.goalMm) },
-  ], [touches, status.goalMm, say]);
-  if (status.goalMm === null && known.length === 0) return null;
+    { label: say("progress.u95"), colour: "fit", values: known.map((touch) => touch.u95_mm) },
+    { label: say("u95.goal"), colour: "goal", dashed: true, values: known.map(() => status.goal_mm) },
+  ], [touches, status.goal_mm, say]);
+  if (status.goal_mm === null && known.length === 0) return null;
   return (
     <section class="panel" aria-labelledby="u95-title" data-old={old}>
       <h2 id="u95-title">{say("u95")}</h2>
       {known.length === 0 ? <p class="note">{say("residuals.none")}</p> : (
         <Chart x={x} x_label={say("residuals.axis")} y_label={say("u95.unit")} lines={lines}
-               label={say("u95.label", { now: fmt.mm(known.at(-1)?.u95Mm ?? null), n: known.length, goal: fmt.mm(status.goalMm) })} />
+               label={say("u95.label", { now: fmt.mm(known.at(-1)?.u95_mm ?? null), n: known.length, goal: fmt.mm(status.goal_mm) })} />
       )}
     </section>
   );

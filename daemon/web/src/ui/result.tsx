@@ -33,9 +33,9 @@ function Findings({ result }: { result: Result }) {
         <tbody>{rows.map((one) => <Row key={one} name={say(`result.${one}`)} of={result[one]} />)}</tbody>
       </table></div>
       <p>
-        {say("result.predicted", { near: fmt.mm(result.nearTargetsMm), all: fmt.mm(result.workspaceMm) })}
-        {result.nominalWorkspaceUMm !== null && (
-          <>; {say("result.nominal", { all: fmt.mm(result.nominalWorkspaceMm), u: fmt.mm(result.nominalWorkspaceUMm) })}</>
+        {say("result.predicted", { near: fmt.mm(result.near_targets_mm), all: fmt.mm(result.workspace_mm) })}
+        {result.nominal_workspace_u_mm !== null && (
+          <>; {say("result.nominal", { all: fmt.mm(result.nominal_workspace_mm), u: fmt.mm(result.nominal_workspace_u_mm) })}</>
         )}.
       </p>
       <details open={!result.publish}>
@@ -56,7 +56,7 @@ function Findings({ result }: { result: Result }) {
 function Row({ name, of }: { name: string; of: Summary }) {
   const { fmt } = useVoice();
   return (
-    <tr><th scope="row">{name}</th><td>{of.touches}</td><td>{fmt.mm(of.meanMm)}</td><td>{fmt.mm(of.maxMm)}</td></tr>
+    <tr><th scope="row">{name}</th><td>{of.touches}</td><td>{fmt.mm(of.mean_mm)}</td><td>{fmt.mm(of.max_mm)}</td></tr>
   );
 }
 

@@ -4,12 +4,12 @@ import type { ComponentChildren } from "preact";
 import { useLayoutEffect, useRef, useState } from "preact/hooks";
 import { is_good, post, type Answer } from "../request";
 import { resumable } from "../sentence";
-import type { KINDS, Role, Status } from "../types";
+import type { Kind, Role, Status } from "../types";
 import type { Say } from "../words";
 import { useVoice } from "./context";
 
 /** Kinds that can be started here: `update` is a calibration on top of the last one, by which the TCP is measured. */
-const WISHES = ["calibrate", "update", "qualify", "find", "dry-run", "check"] as const satisfies readonly ((typeof KINDS)[number] | "update")[];
+const WISHES = ["calibrate", "update", "qualify", "find", "dry-run", "check"] as const satisfies readonly (Kind | "update")[];
 
 export interface Wish {
   kind: (typeof WISHES)[number];

@@ -55,7 +55,7 @@ export function StatePanel({ model, plan, schedule, now, why }: {
         {old === 0 && <small> {motion_words(status, seen_s, say, fmt)}</small>}
       </p>
       <p class="sentence">{words}</p>
-      {status.busyLeftS !== null && old === 0 && <p class="paused" role="alert">{say("busy.waiting", { left: fmt.duration(status.busyLeftS) })}</p>}
+      {status.busy_left_s !== null && old === 0 && <p class="paused" role="alert">{say("busy.waiting", { left: fmt.duration(status.busy_left_s) })}</p>}
       {old === 0 && status.phase === "aborted" && <p>{say("aborted.do")}</p>}
       {old === 0 && status.session > 0 && <Progress status={status} touches={model.touches} plan={plan} />}
       <p class="unseen" role="status" aria-live="polite">{spoken}</p>
@@ -87,7 +87,7 @@ function Waiting({ model }: { model: Model }) {
     : waiting.robot ? "waiting.robot" : "waiting.contact";
   return (
     <div class="waiting">
-      <p>{say(key, { left: fmt.duration(waiting.leftS) })}</p>
+      <p>{say(key, { left: fmt.duration(waiting.left_s) })}</p>
       {waiting.robot && waiting.start !== "" && (
         <p><strong lang="en">{say("waiting.start", { what: waiting.start })}</strong></p>
       )}

@@ -43,8 +43,8 @@ export function Versions({ versions, may, changed }: { versions: Version[]; may:
             <tr key={row.session} aria-current={row.active ? "true" : undefined}>
               <th scope="row">{row.session}</th>
               <td>{fmt.time(row.ended)}</td>
-              <td>{row.trouble ? say("versions.damaged") : <>{fmt.mm(row.predictedMm)} <small>{say(row.workspace ? "versions.workspace" : "versions.near")}</small></>}</td>
-              <td>{fmt.mm(row.u95Mm)}</td>
+              <td>{row.trouble ? say("versions.damaged") : <>{fmt.mm(row.predicted_mm)} <small>{say(row.scope === "workspace" ? "versions.workspace" : "versions.near")}</small></>}</td>
+              <td>{fmt.mm(row.u95_mm)}</td>
               <td>
                 {row.active ? <strong>{say("versions.in_use")}</strong> : !row.trouble && (
                   <>
@@ -65,11 +65,11 @@ export function Versions({ versions, may, changed }: { versions: Version[]; may:
       {apart !== null && in_use && compared !== null && (
         <p class="compared" role="status">
           {compared === "none" ? say("versions.not_compared")
-            : compared.meanMm === null ? say("versions.not_comparable", { before: apart, after: in_use.session })
-            : say("versions.apart", { before: apart, after: in_use.session, mean: fmt.mm(compared.meanMm), max: fmt.mm(compared.maxMm),
-                expected: fmt.mm(compared.expectedMm), moved: compared.moved.length === 0 ? NONE : compared.moved.join(", ") })}
-          {compared !== "none" && compared.onlyBefore.length > 0 && ` ${say("versions.only", { session: apart, names: named(compared.onlyBefore) })}`}
-          {compared !== "none" && compared.onlyAfter.length > 0 && ` ${say("versions.only", { session: in_use.session, names: named(compared.onlyAfter) })}`}
+            : compared.mean_mm === null ? say("versions.not_comparable", { before: apart, after: in_use.session })
+            : say("versions.apart", { before: apart, after: in_use.session, mean: fmt.mm(compared.mean_mm), max: fmt.mm(compared.max_mm),
+                expected: fmt.mm(compared.expected_mm), moved: compared.moved.length === 0 ? NONE : compared.moved.map((one) => one.name).join(", ") })}
+          {compared !== "none" && compared.only_before.length > 0 && ` ${say("versions.only", { session: apart, names: named(compared.only_before) })}`}
+          {compared !== "none" && compared.only_after.length > 0 && ` ${say("versions.only", { session: in_use.session, names: named(compared.only_after) })}`}
         </p>
       )}
       {!all && versions.length > FEW && (
