@@ -40,6 +40,8 @@ for (const [name, schema] of documents.flatMap((one) => Object.entries(one.compo
   if (name in schemas) throw new Error(`two schemas are named ${name}`);
   schemas[name] = schema;
 }
+for (const name of [...Object.keys(NEEDS), ...Object.keys(OTHERWISE), ...OPEN, ...UNCERTAIN, ...EVENTS])
+  if (!(name in schemas)) throw new Error(`no schema is named ${name}`);
 
 const name_in = (ref) => ref.split("/").pop();
 const is_null = (schema) => schema.type === "null";

@@ -456,15 +456,15 @@ const steps = {
     const get = async (path) => (await this.page.context().request.get(cell.url + path)).json();
     const scene = decode.scene(await get("/v1/scene?session=2"));
     const { touches } = decode.figures(await get("/v1/sessions/2/figures"));
-    const rows = touches.map((touch) => touch.joints.join(","));
+    const rows = touches.map((touch) => touch.joints_deg.join(","));
     writeFileSync(join(cell.folder, "joints.csv"), ["A1,A2,A3,A4,A5,A6", ...rows].join("\n") + "\n");
     await cell.client_offline("predict", "--calibration", join(cell.folder, "state/sessions/2/calibration.json"),
                               "--withheld", "--nominal", "--joints", join(cell.folder, "joints.csv"), "-o", join(cell.folder, "tips.csv"));
     const tips = cell.read("tips.csv").trim().split("\n").slice(1).map((row) => row.split(",").slice(0, 3).map(Number));
     assert.equal(tips.length, touches.length);
     touches.forEach((touch, i) => {
-      const drawn = origin(posture(scene, touch.joints).tip);
-      for (const got of [drawn, touch.tip])
+      const drawn = origin(posture(scene, touch.joints_deg).tip);
+      for (const got of [drawn, touch.tip_mm])
         tips[i].forEach((value, axis) => assert.ok(Math.abs(got[axis] - value) < 2e-3, `touch ${i}: ${got} is not ${tips[i]}`));
     });
   },
