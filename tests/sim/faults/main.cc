@@ -152,8 +152,11 @@ bool has_its_turn(const std::vector<Fault>& faults, const Fault& fault, TouchPha
   return own < row.size() && own % step == stretch % step;
 }
 
-/// True for one stretch of each phase, another one in the next row.
-bool is_of_the_row(const std::vector<Stretch>& stretches, std::size_t i, const std::string& row) {
+/// True for one stretch of every third phase, others in the next row and on the next wire: each row meets each phase on
+/// three of the wires.
+bool is_of_the_row(const std::vector<Stretch>& stretches, std::size_t i, const std::string& row,
+                   Wire wire) {
+  constexpr std::size_t kPhasesApart = 3;
   std::size_t before = 0, count = 0;
   for (std::size_t k = 0; k < stretches.size(); ++k) {
     if (stretches[k].phase != stretches[i].phase) continue;
@@ -162,7 +165,8 @@ bool is_of_the_row(const std::vector<Stretch>& stretches, std::size_t i, const s
   }
   const auto& names = fault_names();
   const auto number = static_cast<std::size_t>(std::ranges::find(names, row) - names.begin());
-  return number % count == before;
+  const auto turn = number + static_cast<std::size_t>(wire) + static_cast<std::size_t>(stretches[i].phase);
+  return turn % kPhasesApart == 0 && number % count == before;
 }
 
 Count Table::run(Wire wire) {
@@ -180,7 +184,7 @@ Count Table::run(Wire wire) {
       ++number;  // also for omitted ones, so that a partial run is identical to the whole
       const bool by_turns = options_.in_turn || on_track(wire) || on_table(wire);
       if (!has_its_turn(faults, fault, stretch.phase, i, by_turns ? 0 : options_.every)) continue;
-      if (options_.in_turn && !is_of_the_row(stretches, i, fault.name)) continue;
+      if (options_.in_turn && !is_of_the_row(stretches, i, fault.name, wire)) continue;
       if (!options_.fault.empty() && fault.name != options_.fault) continue;
       if (!options_.phase.empty() && to_string(stretch.phase) != options_.phase) continue;
       one(wire, fault, stretch, number);
@@ -251,7 +255,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 100))
       ->capture_default_str();
   app.add_flag("--in-turn", options.in_turn,
-               "of the variants of a row one per phase");
+               "of the variants of a row one in every third phase");
   app.add_flag("--verbose", options.verbose, "a line for every run, with the error's words");
   try {
     app.parse(argc, argv);
