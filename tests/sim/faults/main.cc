@@ -153,7 +153,7 @@ bool has_its_turn(const std::vector<Fault>& faults, const Fault& fault, TouchPha
 }
 
 /// True for one stretch of every third phase, others in the next row and on the next wire: each row meets each phase on
-/// three of the wires.
+/// two or three of the wires.
 bool is_of_the_row(const std::vector<Stretch>& stretches, std::size_t i, const std::string& row,
                    Wire wire) {
   constexpr std::size_t kPhasesApart = 3;
