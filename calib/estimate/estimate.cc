@@ -252,8 +252,9 @@ std::vector<Studentised> studentised(const Problem& problem, const Eigen::Vector
 }
 
 /// Studentised residuals of all fit touches; sets e.gate.
-std::vector<Studentised> studentise(const Problem& problem, const IdentifyOptions& options,
-                                    const std::vector<bool>& fit, Estimate& e) {
+std::vector<Studentised> studentise_and_set_gate(const Problem& problem,
+                                                 const IdentifyOptions& options,
+                                                 const std::vector<bool>& fit, Estimate& e) {
   std::vector<Studentised> off = studentised(problem, e.u, fit, e.use, e.posterior);
   // For a point or a tracker the largest of three components counts, whose median is 1.26 sigma:
   // their gate is wider. Seated or hand-held measurements have heavier tails (a gate by the median
@@ -277,7 +278,7 @@ std::vector<bool> fit_touches(const Problem& problem) {
 std::vector<bool> select_inliers(const Problem& problem, const IdentifyOptions& options,
                                  Estimate& e) {
   std::vector<bool> inliers = fit_touches(problem);
-  const std::vector<Studentised> off = studentise(problem, options, inliers, e);
+  const std::vector<Studentised> off = studentise_and_set_gate(problem, options, inliers, e);
   for (std::size_t i = 0; i < off.size(); ++i)
     if (off[i].sigmas > e.gate) inliers[i] = false;
   return inliers;
@@ -293,7 +294,7 @@ bool OutlierRejection::changed(const Problem& problem, Estimate& e, bool near) {
   if (!options_.reject_outliers) return false;
   constexpr double kInDoubt = 0.5;       // of the gate
   constexpr double kUndetermined = 0.9;  // leverage
-  const std::vector<Studentised> off = studentise(problem, options_, fit_, e);
+  const std::vector<Studentised> off = studentise_and_set_gate(problem, options_, fit_, e);
   const std::vector<std::size_t> first = first_undetermined(problem, e, off, kUndetermined);
   bool any = false;
   for (std::size_t i = 0; i < off.size(); ++i) {

@@ -346,7 +346,6 @@ std::optional<Robot> size_functions(const Problem& problem, const Repeats& repea
     Joint& joint = robot.joints[slow[k].joint];
     joint.function_reach_rad = reach_rad;
     joint.function_sigma_rad = slow[k].usual_rad * std::sqrt(best.size[k]);
-    if (joint.function_sigma_rad > kLargestGearErrorRad) return std::nullopt;
   }
   set_ranges(problem, e, robot);
   return robot;

@@ -214,7 +214,7 @@ FoundWaves find_waves(const Problem& problem, const Estimate& e) {
   while (found.count < kMostWaves) {
     poll_cancelled();
     const Wave wave = left.best();
-    if (!(wave.gain > required) || wave.sigma_rad > kLargestGearErrorRad) break;
+    if (!(wave.gain > required)) break;
     left.add(wave);
     add_wave(wave, found.robot.joints[wave.joint].waves);
     ++found.count;

@@ -6,12 +6,8 @@
 #include <vector>
 
 #include "calib/estimate/estimate.h"
-#include "calib/model/units.h"
 
 namespace cellcal::calib {
-
-/// Sizes above are no gear's: a file or a touch is wrong.
-inline constexpr double kLargestGearErrorRad = 300.0 * kRadPerArcsec;
 
 struct FoundWaves {
   Robot robot;  ///< of the problem, its joints with the waves found

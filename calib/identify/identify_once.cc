@@ -20,6 +20,7 @@
 #include "calib/estimate/region.h"
 #include "calib/estimate/repeats.h"
 #include "calib/estimate/target.h"
+#include "calib/model/units.h"
 #include "calib/verdict/artefacts.h"
 #include "calib/verdict/held_out.h"
 #include "calib/verdict/residuals.h"
@@ -356,17 +357,31 @@ void add_bearings(const Cell& cell, const std::vector<Touch>& touches,
         e);
 }
 
+/// Sizes above are no gear's, 1.5 mm at 1 m: a file or the touches are wrong.
+bool has_gears(const Robot& robot) {
+  constexpr double kLargestRad = 300.0 * kRadPerArcsec;
+  return std::ranges::all_of(robot.joints, [](const Joint& joint) {
+    return joint.function_sigma_rad <= kLargestRad &&
+           joint.function_fast_sigma_rad <= kLargestRad &&
+           std::ranges::all_of(joint.waves,
+                               [](const JointWave& wave) { return wave.sigma_rad <= kLargestRad; });
+  });
+}
+
 /// Adds functions of the joint angles, single waves of the joints, and where there are none of those
 /// fast orders to the functions, if the touches show them.
 void add_functions(const Cell& cell, const std::vector<Touch>& touches,
                    const IdentifyOptions& options, std::unique_ptr<Stated>& likely, Estimate& e) {
   const auto add = [&](const Robot& robot, double required_gain) {
-    return adopt(std::make_unique<Stated>(with_learnt_of(robot, cell), touches, likely->level),
+    return has_gears(robot) &&
+           adopt(std::make_unique<Stated>(with_learnt_of(robot, cell), touches, likely->level),
                  required_gain, options, levels_of(cell, robot, likely->level), likely, e);
   };
   bool functions = false;
-  if (const auto sized = size_functions(likely->problem, likely->repeats, e))
+  if (const auto sized = size_functions(likely->problem, likely->repeats, e)) {
+    if (!has_gears(*sized)) return;
     functions = add(*sized, kGainOfFunctions);
+  }
   const FoundWaves waves = find_waves(likely->problem, e);
   if ((waves.count > 0 && add(waves.robot, waves.required_gain)) || !functions) return;
   if (const auto faster = size_fast_orders(likely->problem, likely->repeats, e)) add(*faster, 0.0);

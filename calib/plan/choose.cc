@@ -100,7 +100,7 @@ class Choosing {
   }
 
   Choice run() {
-    design_->add_all(options_.start);
+    design_->take_all(options_.start);
     for (const std::size_t c : options_.start) note(c);
     for (int k = static_cast<int>(picked_.size()); k < options_.count; ++k) {
       poll_cancelled();

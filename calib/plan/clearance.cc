@@ -147,7 +147,7 @@ struct Clearance::Impl {
   };
 
   /// False if something is hit.
-  bool evaluate(std::span<const double> q, const Mode& mode, Around& around) const {
+  bool posture_is_clear(std::span<const double> q, const Mode& mode, Around& around) const {
     bodies.place(q, around.axes);
     set_off_m(q, around.off_m);
     const auto& list = bodies.list();
@@ -186,7 +186,7 @@ struct Clearance::Impl {
     const auto at = [&](double share) {
       for (std::size_t i = 0; i < q.size(); ++i) q[i] = from[i] + share * (to[i] - from[i]);
       if (postures.size() == count) postures.emplace_back();
-      const bool is_clear = evaluate(q, mode, postures[count++]);
+      const bool is_clear = posture_is_clear(q, mode, postures[count++]);
       if (!is_clear && worst != nullptr) *worst = worst_of(q, mode);
       return is_clear;
     };
@@ -255,7 +255,7 @@ struct Clearance::Impl {
     for (std::size_t i = 0; i < middle.size(); ++i)
       middle[i] = (triangle[0][i] + triangle[1][i] + triangle[2][i]) / 3.0;
     thread_local Around around;
-    if (!evaluate(middle, mode, around)) return false;
+    if (!posture_is_clear(middle, mode, around)) return false;
     if (is_held(triangle, middle, mode, around)) return true;
     const auto between = [](const JointVector& a, const JointVector& b) {
       JointVector q(a);
@@ -430,7 +430,7 @@ Clearance::~Clearance() = default;
 bool Clearance::clear(const JointVector& q, double tip_margin_m) const {
   thread_local Impl::Around around;
   return impl_ == nullptr ||
-         (impl_->evaluate(q, {tip_margin_m, -1}, around) && impl_->passes(q, q));
+         (impl_->posture_is_clear(q, {tip_margin_m, -1}, around) && impl_->passes(q, q));
 }
 
 bool Clearance::clear(const JointVector& from, const JointVector& to, double tip_margin_m) const {

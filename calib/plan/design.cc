@@ -69,7 +69,7 @@ void Design::take(Eigen::Index candidate) {
   in_[static_cast<std::size_t>(candidate)] = true;
 }
 
-void Design::add_all(const std::vector<std::size_t>& candidates) {
+void Design::take_all(const std::vector<std::size_t>& candidates) {
   // First their own rows, then all others in small groups that fit the cache.
   constexpr Eigen::Index kTogether = 48;
   const auto count = static_cast<Eigen::Index>(candidates.size());

@@ -41,7 +41,7 @@ class Design {
   void take(Eigen::Index candidate);
   void drop(Eigen::Index candidate);
   /// Equivalent to take() of each in turn, up to rounding; more cache-efficient.
-  void add_all(const std::vector<std::size_t>& candidates);
+  void take_all(const std::vector<std::size_t>& candidates);
 
   const Eigen::MatrixXd& covariance_u() const { return covariance_; }
 

@@ -45,7 +45,7 @@ PlantLine::PlantLine(SessionService& service, Journal& journal, LiveConfig& live
       journal_(journal),
       live_(live),
       proposals_(proposal_parts()),
-      snapshot_(service, journal),
+      snapshots_(service, journal),
       desk_(desk_parts()) {
   if (!proposals_.problem().empty()) spdlog::error("[plant]: {}", proposals_.problem());
   reload();
@@ -106,7 +106,7 @@ plant::Desk::Parts PlantLine::desk_parts() {
   plant::Desk::Parts parts;
   parts.utc = wall_clock_utc;
   parts.proposal = [this](const plant::Proposal& proposal) { return take(proposal); };
-  parts.metrics = [this] { return plant::sparkplug::metrics_of(snapshot_.now()); };
+  parts.metrics = [this] { return plant::sparkplug::metrics_of(snapshots_.now()); };
   parts.publish_health = [this] { publish_health(); };
   return parts;
 }
@@ -115,7 +115,7 @@ void PlantLine::reload() {
   const std::lock_guard one(reload_);
   const auto config = live_.now();
   const bool mock = config->backend == BackendKind::kMock;
-  snapshot_.emulated(mock);
+  snapshots_.emulated(mock);
   if (config->plant && (!outbox_ || *config->plant != outbox_->config()))
     outbox_ = std::make_shared<plant::JournalOutbox>(
         plant::JournalOutbox::Parts{journal_, *config->plant});

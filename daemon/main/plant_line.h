@@ -77,7 +77,7 @@ class PlantLine {
   Journal& journal_;
   LiveConfig& live_;
   plant::ProposalBox proposals_;
-  CellSnapshotReader snapshot_;
+  CellSnapshotReader snapshots_;
   plant::Desk desk_;
   std::mutex reload_;
   std::shared_ptr<plant::JournalOutbox> outbox_;

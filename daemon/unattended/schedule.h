@@ -2,7 +2,7 @@
 // Decides which unattended session begins, and records its decisions. Evaluated in passes by
 // service_session_gateway.h; clocks and cell are injected.
 //
-// A session begins in a pass where all conditions hold: its window lasts, this night is undecided, the
+// A session begins in a pass where all conditions hold: its window lasts, it is undecided, the
 // configuration names a responsible person, nothing is held, no session is under way, and its expected end
 // lies within the window. The decision is on disk before the session begins.
 //

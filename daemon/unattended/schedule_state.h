@@ -1,6 +1,7 @@
 #pragma once
 // Persistent state of the schedule: written to the journal before a session begins, so that a restart neither
-// repeats a session nor releases a hold. Format "cellcal.schedule/1".
+// repeats a session nor releases a hold. Format "cellcal.schedule/1", in which "night" is a
+// window's day and "looked" the time evaluated so far.
 
 #include <deque>
 #include <map>

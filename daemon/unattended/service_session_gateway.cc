@@ -22,7 +22,7 @@ using End = Standing::State;
 double guess_s(const std::string& kind) { return kind == "calibrate" ? 3600.0 : 600.0; }
 /// Number of earlier sessions considered.
 constexpr std::size_t kMostConsidered = 3;
-/// Reserve for the variation between nights.
+/// Reserve for the variation between windows.
 constexpr double kSpare = 1.25;
 
 End state_of(const SessionRecord& record) {

@@ -18,7 +18,7 @@ const NEEDS = {
   Outcome: ["kind"], OutcomeChange: ["kind", "value", "u"], FoundSphere: ["centre_mm"], TcpShift: ["length"],
   DriftChart: ["state", "warns", "alarms"], ControlLimits: ["ewma", "cusum", "run_length"], Standing: ["holds", "evidence_s"],
   DriftPoint: ["time_s", "ewma", "cusum", "share", "state"], DriftEvent: ["time_s"], DriftCourse: ["since_s", "off_mm"],
-  NotHeld: ["time_s", "since_s"], DriftZero: ["deg"],
+  NotHeld: ["time_s", "since_s"], DriftZero: ["deg"], DriftSession: ["session"],
   Readiness: ["steps"], StepSeen: ["step", "state"], Doctor: ["checks"], DoctorFinding: ["outcome"],
   FleetCells: ["cells"], FleetCell: ["plant", "cell"], FleetCalibration: ["session"], FleetCheck: ["held"], FleetSession: ["session"],
   Corrections: ["corrections"], Correction: ["correction", "sigma"],
@@ -112,7 +112,7 @@ function object(schema, name) {
 
 function component(name) {
   const schema = schemas[name];
-  if (OPEN.includes(name)) return { type: "string", words: schema.enum };
+  if (OPEN.includes(name)) return { type: "string", words: schema.enum, open: true };
   if (schema.enum) return otherwise(schema.enum, OTHERWISE[name] ?? "unknown");
   return schema.properties ? object(schema, name) : view(schema, { needed: true });
 }
@@ -124,6 +124,7 @@ function rule(seen) {
   const { type, words = seen.enum, other, minimum, minItems, maxItems, needs, items, properties } = seen;
   const bounds = { least: minItems, most: maxItems, minimum }, parts = [`type: "${type}"`];
   if (words) parts.push(`words: ${JSON.stringify(words)}`);
+  if (seen.open) parts.push("open: true");
   if (other) parts.push(`other: ${JSON.stringify(other)}`);
   for (const [key, bound] of Object.entries(bounds)) if (bound !== undefined) parts.push(`${key}: ${bound}`);
   if (needs) parts.push(`needs: ${JSON.stringify(needs)}`);
@@ -146,7 +147,7 @@ for (const { paths } of documents)
       referred(answer.content?.["application/json"]?.schema).filter((name) => schemas[name].properties).forEach(take);
 [...EVENTS, ...Object.keys(schemas).filter((name) => schemas[name].enum)].forEach(take);
 
-const plain = JSON.parse(JSON.stringify(Object.fromEntries(views)), (key, value) => (["words", "other", "needs"].includes(key) && !value?.type && !value?.anyOf ? undefined : value));
+const plain = JSON.parse(JSON.stringify(Object.fromEntries(views)), (key, value) => (["words", "open", "other", "needs"].includes(key) && !value?.type && !value?.anyOf ? undefined : value));
 const types = await openapiTS(
   { openapi: "3.1.0", info: { title: "", version: "" }, paths: {}, components: { schemas: plain } }, { arrayLength: true, silent: true });
 const all = [...views].map(([name, seen]) =>

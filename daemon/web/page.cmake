@@ -1,6 +1,6 @@
 # Whether the page can be built here. Its packages come by the lock file into the build folder, and again
 # only when that has changed; sources are seen from there by links, so that nothing is written into the tree.
-set(CELLCAL_OLDEST_NODE 18)
+set(CELLCAL_OLDEST_NODE 18.17)
 
 # Sets `why_not` to what is missing, and to nothing where all is there.
 function(cellcal_find_page_tools why_not)

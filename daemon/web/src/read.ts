@@ -12,6 +12,8 @@ export interface Rule<T = unknown> {
   /** The only values, where there is no `other` for all else. */
   readonly words?: readonly (string | number)[];
   readonly other?: string;
+  /** Other words are kept. */
+  readonly open?: boolean;
   readonly minimum?: number;
   readonly least?: number;
   readonly most?: number;
@@ -36,7 +38,7 @@ function take(rule: Rule, value: unknown): unknown {
   switch (rule.type) {
     case "string":
       if (typeof value !== "string") return undefined;
-      return rule.other === undefined && !rule.words ? value.slice(0, MOST_LETTERS) : listed(rule, value) ? value : rule.other;
+      return rule.open || (rule.other === undefined && !rule.words) ? value.slice(0, MOST_LETTERS) : listed(rule, value) ? value : rule.other;
     case "number": return typeof value === "number" && Number.isFinite(value) ? value : undefined;
     case "integer":
       return typeof value === "number" && Number.isInteger(value) && value >= (rule.minimum ?? value) && listed(rule, value) ? value : undefined;

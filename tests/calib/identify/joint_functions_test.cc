@@ -47,6 +47,16 @@ TEST(JointFunctions, AreAbsentWhereThereAreNone) {
   EXPECT_FALSE(has_functions(identify(demo_cell(), touches)));
 }
 
+TEST(JointFunctions, OfASizeThatNoGearHasAreNotLearnt) {
+  auto touches =
+      make_touches(demo_cell(), plain_truth(demo_cell(), 7), {.fit = 100, .seed = 3}).touches;
+  for (Touch& touch : touches)
+    touch.joint_rad[1] += 2000.0 * kRadPerArcsec * std::sin(8.0 * touch.joint_rad[1]);
+  const Calibration c = identify(demo_cell(), touches);
+  EXPECT_FALSE(has_functions(c));
+  EXPECT_FALSE(c.verdict.publish());
+}
+
 TEST(JointFunctions, LeaveAFasterWaveOfOneJointToItself) {
   const std::string name = demo_cell().robot.joints[1].name;
   const auto touches =

@@ -16,7 +16,7 @@ PATH = re.compile(r"(?<![\w.<*{}/-])((?:" + "|".join(TOP) + r")(?:/[\w-]+)+)(?![
 BESIDE = re.compile(r"`((?:[\w-]+/)+[\w-]+)`")
 INSTALLED = re.compile(r"/usr/share/doc/cellcal/([\w/.-]+)")
 # Headers of the system, and names that stand for any.
-ELSEWHERE = {"linux/capability.h", "OUT.cc", "NAME_fuzz.cc"}
+ELSEWHERE = {"linux/capability.h", "OUT.cc", "OUT.ts", "NAME_fuzz.cc", "generated/api.ts"}
 
 
 def described(path):

@@ -98,6 +98,11 @@ test("a scene is taken whole, and not at all where its arm cannot be placed", ()
   for (const wrong of [{ ...axis, frame: [1] }, { ...axis, sign: 2 }, null]) assert.equal(decode.scene({ ...kr5(), positioner: [axis, wrong] }), null);
 });
 
+test("a doctor's check that the page does not know keeps its name", () => {
+  const got = decode.doctor({ checks: [{ check: "rsi port", outcome: "ok" }, { check: "new check", outcome: "fail" }] });
+  assert.deepEqual(got?.checks.map((one) => one.check), ["rsi port", "new check"]);
+});
+
 test("a mesh whose triangles lie outside its corners is left out", () => {
   const mesh = (corner: number) => ({ id: "m", shape: "mesh", frame: kr5().base, vertices_mm: [0, 0, 0, 1, 0, 0, 0, 1, 0], triangles: [0, 1, corner] });
   assert.equal(decode.scene({ ...kr5(), obstacles: [mesh(2)] })?.obstacles.length, 1);

@@ -152,11 +152,9 @@ bool has_its_turn(const std::vector<Fault>& faults, const Fault& fault, TouchPha
   return own < row.size() && own % step == stretch % step;
 }
 
-/// True for one stretch of every third phase, others in the next row and on the next wire: each row meets each phase on
-/// two or three of the wires.
+/// True for one stretch of every phase, or of every so many, others in the next row and on the next wire.
 bool is_of_the_row(const std::vector<Stretch>& stretches, std::size_t i, const std::string& row,
-                   Wire wire) {
-  constexpr std::size_t kPhasesApart = 3;
+                   Wire wire, std::size_t phases_apart) {
   std::size_t before = 0, count = 0;
   for (std::size_t k = 0; k < stretches.size(); ++k) {
     if (stretches[k].phase != stretches[i].phase) continue;
@@ -166,7 +164,17 @@ bool is_of_the_row(const std::vector<Stretch>& stretches, std::size_t i, const s
   const auto& names = fault_names();
   const auto number = static_cast<std::size_t>(std::ranges::find(names, row) - names.begin());
   const auto turn = number + static_cast<std::size_t>(wire) + static_cast<std::size_t>(stretches[i].phase);
-  return turn % kPhasesApart == 0 && number % count == before;
+  return turn % phases_apart == 0 && number % count == before;
+}
+
+/// Row and variant of the faults that other wires have.
+std::set<std::pair<std::string, std::string>> faults_elsewhere(Wire wire) {
+  std::set<std::pair<std::string, std::string>> all;
+  for (const Wire other : kWires) {
+    if (other == wire) continue;
+    for (const Fault& fault : faults_of(other)) all.emplace(fault.name, fault.variant);
+  }
+  return all;
 }
 
 Count Table::run(Wire wire) {
@@ -177,14 +185,17 @@ Count Table::run(Wire wire) {
   by_itself_ = 0;
   std::uint64_t number = 0;
   const std::vector<Fault> faults = faults_of(wire);
+  const auto elsewhere = faults_elsewhere(wire);
   const std::vector<Stretch>& stretches = matrix_.reference(wire).stretches;
   for (const Fault& fault : faults) {
+    const std::size_t phases_apart = elsewhere.contains({fault.name, fault.variant}) ? 3 : 1;
     for (std::size_t i = 0; i < stretches.size(); ++i) {
       const Stretch& stretch = stretches[i];
       ++number;  // also for omitted ones, so that a partial run is identical to the whole
       const bool by_turns = options_.in_turn || on_track(wire) || on_table(wire);
       if (!has_its_turn(faults, fault, stretch.phase, i, by_turns ? 0 : options_.every)) continue;
-      if (options_.in_turn && !is_of_the_row(stretches, i, fault.name, wire)) continue;
+      if (options_.in_turn && !is_of_the_row(stretches, i, fault.name, wire, phases_apart))
+        continue;
       if (!options_.fault.empty() && fault.name != options_.fault) continue;
       if (!options_.phase.empty() && to_string(stretch.phase) != options_.phase) continue;
       one(wire, fault, stretch, number);
@@ -254,8 +265,9 @@ int main(int argc, char** argv) {
   app.add_option("--every", options.every, "of the variants of a row every so many, in turn")
       ->check(CLI::Range(1, 100))
       ->capture_default_str();
-  app.add_flag("--in-turn", options.in_turn,
-               "of the variants of a row one in every third phase");
+  app.add_flag(
+      "--in-turn", options.in_turn,
+      "of the variants of a row one in every third phase, those of this wire alone in every one");
   app.add_flag("--verbose", options.verbose, "a line for every run, with the error's words");
   try {
     app.parse(argc, argv);
