@@ -99,7 +99,7 @@ test("a scene is taken whole, and not at all where its arm cannot be placed", ()
 });
 
 test("a doctor's check that the page does not know keeps its name", () => {
-  const got = decode.doctor({ checks: [{ check: "rsi port", outcome: "ok" }, { check: "new check", outcome: "fail" }] });
+  const got = decode.doctor({ checks: [{ check: "rsi port", outcome: "ok" }, { check: "new check", outcome: "failed" }] });
   assert.deepEqual(got?.checks.map((one) => one.check), ["rsi port", "new check"]);
 });
 
