@@ -26,8 +26,8 @@ struct Place {
   double outside_m = 0.0;  ///< offset along the normal, independent of the geometry
 };
 
-/// The tip as it is seen from a sphere that the positioner carries, after a motion of its foot: shift and
-/// turn, base frame.
+/// Apparent tip position relative to a sphere on the positioner after a displacement (shift, rotation) of
+/// its base; base frame.
 Eigen::Vector3d seen_after(const ForeseenContact::Foot& foot, const double* motion,
                            const Eigen::Vector3d& tip_m) {
   const Eigen::Map<const Eigen::Vector3d> shift(motion), about(motion + 3);

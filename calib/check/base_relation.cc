@@ -269,7 +269,7 @@ Blame find_blame(RigidFit& fit, const Eigen::Matrix3Xd& centre_m) {
   }
 }
 
-/// Of a freed sphere its own shift, of the others the residual; in sigmas by what chi^2 falls with a shift of its own.
+/// Shift of a freed sphere, residual of any other; its significance is the drop of chi^2 where it is freed.
 RelatedSphere related(const SpherePair& sphere, Eigen::Index i, const RigidFit& fit,
                       const Blame& blame) {
   RelatedSphere one{.sphere = sphere};

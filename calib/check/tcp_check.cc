@@ -55,7 +55,7 @@ void share_out(std::vector<Explanation>& explanations, const std::vector<double>
                    [](const auto& a, const auto& b) { return a.probability > b.probability; });
 }
 
-/// Adds the spheres without any contact, which may have moved as well as the others.
+/// Adds the spheres without any contact as candidates for a displacement.
 std::vector<PossibleChange> with_spheres_of(const std::vector<MissedTouch>& missed,
                                             std::vector<PossibleChange> changes) {
   const auto of = [&](const std::string& id) {

@@ -121,7 +121,7 @@ struct Band {
 
   int lowest() const { return fast ? kHighestOrder + 1 : kLowestOrder; }
   int highest() const { return fast ? kFastestOrder : kHighestOrder; }
-  /// Of the rows by orders of the expected size.
+  /// Covariance of the rows by orders of the expected size.
   Eigen::MatrixXd covariance(double reach_rad) const {
     Eigen::VectorXd sigma(waves.cols());
     Eigen::Index next = 0;

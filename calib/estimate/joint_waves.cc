@@ -77,8 +77,8 @@ struct Wave {
   double sigma_rad = 0.0;
 };
 
-/// What the touches leave, whitened, and how the waves act on it. Errors of the rows, the unknowns
-/// integrated out: scatter times 1 - known known'.
+/// Whitened residuals of the touches and the effect of waves on them. Covariance of the rows with the
+/// unknowns marginalised: scatter times 1 - known known'.
 class Remainder {
  public:
   Remainder(const Problem& problem, const Estimate& e);

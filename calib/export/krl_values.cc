@@ -11,7 +11,7 @@ namespace {
 
 using Kind = Token::Kind;
 
-/// No number of these files is larger; KRL's REAL holds seven digits.
+/// Upper bound of the numbers in these files; KRL's REAL has seven digits.
 constexpr double kLargest = 1e7;
 
 /// [n with its ']' at tokens[close]; the index of the next token, or 0.

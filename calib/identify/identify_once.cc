@@ -311,7 +311,8 @@ bool states(const Robot& robot, double Joint::*sigma) {
                              [sigma](const Joint& joint) { return joint.*sigma > 0.0; });
 }
 
-/// Beside functions that the touches gave: those of the cell file are there from the start.
+/// Levels with a ripple of their own where functions were identified from the touches, not stated in the
+/// cell file.
 std::vector<ModelLevel> levels_of(const Cell& cell, const Robot& robot, const ModelLevel& fullest) {
   const bool learnt = states(robot, &Joint::function_sigma_rad) &&
                       !states(cell.robot, &Joint::function_sigma_rad);

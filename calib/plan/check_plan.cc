@@ -384,8 +384,8 @@ Eigen::Index place_of(const Calibration& c, const ParameterKey& key) {
   return found == c.parameters.end() ? -1 : found - c.parameters.begin();
 }
 
-/// Objective: the tip over the workspace, and in the frame that a positioner carries, without base motion, and
-/// every sphere's centre; each as mean square.
+/// Objective: mean squares of the tip's error over the workspace, also in the frame of what a positioner
+/// carries, without base motion, and of every sphere's centre.
 Eigen::MatrixXd wanted(const Calibration& c) {
   const ArmModel arm(at_level(c.cell, c.level));
   const Eigen::VectorXd x = arm_values(arm, c);

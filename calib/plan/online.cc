@@ -1,4 +1,4 @@
-// Reason for the end of the touches: the number first, then the remedy.
+// Touches chosen one by one; why they end, the number first, then the remedy.
 
 #include "calib/plan/online.h"
 

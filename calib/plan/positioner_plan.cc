@@ -414,7 +414,7 @@ Cell at_setting(const Cell& cell, const std::vector<double>& positioner_rad) {
                       up_of(cell.robot);
     if (!(target.stand_height_m > 0.0)) target.stand_height_m = kStandOnTableM;
     if (target.taught_rad.empty()) target.taught_rad = usually_taught(cell.robot, angles.size());
-    // Of a sphere to be found the middle of its box.
+    // For a sphere to be located, the centre of its search box.
     if (!target.has_centre) target.centre_m = (target.low_m + target.high_m) / 2.0;
     target.off_m =
         off_by_positioner_m(cell.robot, positioner_rad, target.taught_rad, target.centre_m);

@@ -338,7 +338,7 @@ nlohmann::json to_json(const CellForm& form) {
 
 namespace {
 
-/// Their meshes are files kept beside the cell, or those of the form before.
+/// Their mesh files are stored in the cell file's folder or taken from the previous form.
 std::vector<ObstacleForm> obstacles_in(const JsonReader& reader,
                                        const std::filesystem::path& cell_file,
                                        const CellForm* before) {

@@ -198,7 +198,7 @@ void Certificate::read_items(const xml_node& items) {
   serials_.erase("");
 }
 
-/// What is not a result of its own: conditions, limits, methods.
+/// True for elements that are not results: conditions, limits, methods.
 bool is_aside(std::string_view name) {
   return name == "measurementMetaData" || name == "influenceConditions" || name == "usedMethods" ||
          name == "measuringEquipments";

@@ -17,7 +17,7 @@ using Node = pugi::xml_node;
 constexpr const char* kSchema = "3.1.2";
 /// Required by the schema where the journal and the cell file have nothing.
 constexpr const char* kNotStated = "say.report.not_stated";
-/// Of ISO 3166: user-assigned, as no place is named.
+/// ISO 3166 user-assigned code; no country is stated.
 constexpr const char* kNoCountry = "XX";
 constexpr const char* kProbability = "0.95";
 
@@ -71,7 +71,7 @@ calib::Phrase or_not_stated(const Entry& entry) {
   return entry.stated() ? calib::Phrase(entry.text) : kNotStated;
 }
 
-/// Of plain elements, which have one language.
+/// Text of monolingual elements.
 std::string text_or_not_stated(const Entry& entry) { return words(or_not_stated(entry)); }
 
 calib::Phrase said_of(const Said& one) {

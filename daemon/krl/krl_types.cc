@@ -121,7 +121,7 @@ Types::Types(const BackupFiles& files) {
   Names controller;
   for (const KrlFile& file : files.controller) read_data(file, controller);
   for (const auto& [name, type] : controller) keep(name, type, globals_);
-  Names others;  // only their GLOBAL ones are seen
+  Names others;  // only GLOBAL declarations are visible
   for (const KrlFile& file : files.data) read_data(file, others);
 }
 
