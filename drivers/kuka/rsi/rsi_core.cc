@@ -177,12 +177,13 @@ struct RsiCore::Impl {
     mover.listen(t_rx);
     if (arrival == Arrival::kRepeat) return hold(t_rx);
     // Counts as a cycle of the controller: the move advances, since stopping for one cycle and
-    // continuing at full speed exceeds any drive. After several consecutive ones it is brought to
-    // rest.
+    // continuing at full speed exceeds any drive, unless a legible Delay shows that the arm did stop.
+    // After several consecutive ones it is brought to rest.
     if (++damaged_in_a_row >= static_cast<std::uint32_t>(config.silence_cycles))
       mover.halt(MoveOutcome::kRobotSilent, cause::DamagedPackets{damaged_in_a_row});
     if (mover.moves()) last_rx = t_rx;
-    MoverCycle cycle = mover_cycle(t_rx, true, true);
+    const bool heard = !frame.delay || note_delay() == 0 || relative();
+    MoverCycle cycle = mover_cycle(t_rx, true, heard);
     cycle.sound = false;
     if (const auto done = mover.step(cycle, setpoint.commanded_rad())) finish(*done);
     return next_reply();

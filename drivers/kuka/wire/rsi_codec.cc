@@ -134,6 +134,19 @@ WireError parse_axes(const pugi::xml_node& element, char letter, AxisAngles& val
   return WireError::kNone;
 }
 
+// The first attribute, or the text.
+WireError parse_delay(const pugi::xml_node& element, std::optional<std::uint32_t>& delay) {
+  if (!element) return WireError::kNone;
+  const pugi::xml_attribute attribute = element.first_attribute();
+  double late = 0.0;
+  if (!parse_number(attribute ? attribute.value() : element.child_value(), late) || late < 0.0 ||
+      late > 4294967295.0) {
+    return WireError::kBadNumber;
+  }
+  delay = static_cast<std::uint32_t>(late);
+  return WireError::kNone;
+}
+
 // All six of X Y Z A B C, or none.
 WireError parse_frame(const pugi::xml_node& element, std::optional<KukaFrame>& frame) {
   KukaFrame values{};
@@ -275,16 +288,18 @@ WireError RsiParser::parse_rob(std::string_view bytes, RobFrame& frame, const Ro
   frame.has_ipoc = true;
   frame.foreign_hand = root.attribute("TYPE") || bytes.find(" />") != std::string_view::npos;
   frame.only_ipoc = elements == 1;
+  // Valid even if the axes are not.
+  const WireError delay_error =
+      delay.twice ? WireError::kDuplicate : parse_delay(delay.node, frame.delay);
   if (!actual.node) return WireError::kNoAxes;
-  if (actual.twice || actual_external.twice || setpoint.twice || setpoint_external.twice ||
-      delay.twice) {
+  if (actual.twice || actual_external.twice || setpoint.twice || setpoint_external.twice)
     return WireError::kDuplicate;
-  }
   const WireError errors[] = {
       parse_axes(actual.node, 'A', frame.axes_deg, &frame.decimals),
       parse_axes(actual_external.node, 'E', frame.external_deg),
       parse_axes(setpoint.node, 'A', frame.setpoint_axes_deg),
       parse_axes(setpoint_external.node, 'E', frame.setpoint_external_deg),
+      delay_error,
   };
   // Mode, override, contact input and RIst are optional: invalid values count as not sent, and the
   // packet as valid.
@@ -295,17 +310,7 @@ WireError RsiParser::parse_rob(std::string_view bytes, RobFrame& frame, const Ro
   for (const WireError error : errors) {
     if (error != WireError::kNone) return error;
   }
-  if (frame.axes_deg.empty()) return WireError::kNoAxes;
-  if (delay.node) {
-    double late = 0.0;
-    const pugi::xml_attribute d = delay.node.first_attribute();
-    const char* text = d ? d.value() : delay.node.child_value();
-    if (!parse_number(text, late) || late < 0.0 || late > 4294967295.0) {
-      return WireError::kBadNumber;
-    }
-    frame.delay = static_cast<std::uint32_t>(late);
-  }
-  return WireError::kNone;
+  return frame.axes_deg.empty() ? WireError::kNoAxes : WireError::kNone;
 }
 
 WireError RsiParser::parse_sen(std::string_view bytes, const SenNames& names, SenFrame& frame) {

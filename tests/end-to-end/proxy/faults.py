@@ -125,6 +125,18 @@ def shifted(elements, axes, by):
     return change
 
 
+def damaged_and_late(rng, seconds):
+    """Every third message is late, and the next one damaged: the reply before it was not taken."""
+    count, axis = [0], rng.choice(ALL)
+
+    def change(data):
+        count[0] += 1
+        if count[0] % 3 == 1:
+            return [(seconds, data)]
+        return [(0, value("AIPos", [axis], lambda _: b"nan")(data) if count[0] % 3 == 2 else data)]
+    return change
+
+
 def ipoc(to):
     return lambda data: [(0, re.sub(rb"(<IPOC>)(\d+)", lambda m: m[1] + b"%d" % to(int(m[2])), data))]
 
@@ -350,6 +362,8 @@ def kinds():
           Kind("IPOC missing", "travel", once_or(PACKETS, remove(rb"<IPOC>.*</IPOC>"), (1, 10, 75)), LINK),
           Kind("Delay missing", "travel", once_or(PACKETS, remove(rb"<Delay [^>]*/>"), (1, 10, MANY)), LINK)]
     k += at_both("AIPos 'nan'", once_or(PACKETS, spoiled("AIPos", b"nan"), (1, 10, 75)), LINK)
+    k += [Kind("AIPos 'nan' and late", "travel", drawn([6, 10], lambda ms, rng: Dose(
+        f"{ms} ms, every third", (PACKETS,), damaged_and_late(rng, ms / 1e3), MANY, 0.3)), LINK)]
     k += [Kind("AIPos '9e99'", "travel", once_or(PACKETS, spoiled("AIPos", b"9e99"), (1, 10, 75)), LINK),
           Kind("AIPos empty", "search", once_or(PACKETS, spoiled("AIPos", b""), (1, 10, 75)), LINK),
           Kind("ASPos 'nan'", "travel", once_or(PACKETS, spoiled("ASPos", b"nan"), (1, 10, 75)), LINK)]
@@ -419,5 +433,5 @@ def kinds():
 
 
 # Where a fault that is not noticed would hurt first.
-SUBSET = ["ASPos shifted, one axis, travel", "AIPos 'nan', travel", "replies delayed, search",
+SUBSET = ["ASPos shifted, one axis, travel", "AIPos 'nan', travel", "AIPos 'nan' and late", "replies delayed, search",
           "trips lost", "one contact stamped early", "heartbeats missing, search"]

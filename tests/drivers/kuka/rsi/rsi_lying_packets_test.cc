@@ -245,6 +245,29 @@ TEST_F(InconsistentPackets, ADamagedPacketAtFullSpeedIsNoStepInSpeed) {
   EXPECT_EQ(rig->krc.late(), 0u);
 }
 
+TEST_F(InconsistentPackets, ADamagedPacketThatCountsALateReplyDoesNotAdvanceTheMove) {
+  for (const std::string axes : {"nan", "none"}) {
+    SCOPED_TRACE(axes);
+    make(rig_config());
+    rig->begin(MoveKind::kTransit, rig->moved_by(1, -60));
+    rig->run(400ms);
+    rig->to_krc = false;
+    rig->cycle();
+    rig->to_krc = true;
+    const auto not_taken = replies.said.back();
+    rig->before_core = [&] {
+      if (axes == "nan") return void(rig->packet.replace(rig->packet.find("A1=\"") + 4, 3, "nan"));
+      rig->packet.replace(rig->packet.find("<AIPos"), 6, "<Other");
+    };
+    rig->cycle();
+    EXPECT_EQ(replies.said.back(), not_taken);
+    EXPECT_EQ(facts().late, 1u);
+    rig->before_core = {};
+    EXPECT_EQ(rig->finish().outcome, MoveOutcome::kArrived);
+    EXPECT_EQ(rig->krc.late(), 1u);
+  }
+}
+
 TEST_F(InconsistentPackets, PacketsThatAreAllDamagedBringTheArmToRestWithinItsLimits) {
   for (const int damaged : {2, 3, 200}) {
     SCOPED_TRACE(damaged);
