@@ -91,13 +91,6 @@ Runner::Runner(RunnerParts parts, State state, std::vector<calib::Touch> touches
 
 Runner::~Runner() = default;
 
-Event Runner::event(EventKind kind, calib::Phrase words) {
-  Event result;
-  result.kind = kind;
-  result.words = std::move(words);
-  return result;
-}
-
 void Runner::request_abort() {
   abort_requested_ = true;
   inbox_->called_off = true;
@@ -124,7 +117,7 @@ bool Runner::alive() {
 }
 
 void Runner::run_to_end() {
-  feed(event(EventKind::kRun));
+  feed({});
   while (!is_final(state_.phase) || !inbox_->settled()) {
     ++turns_;
     if (const auto done = inbox_->consume_progress_report(); done && parts_.on_work)
@@ -150,7 +143,7 @@ bool Runner::gather() {
 }
 
 std::optional<Event> Runner::happened() {
-  if (abort_requested_.exchange(false)) return event(EventKind::kAbort);
+  if (abort_requested_.exchange(false)) return Event{Plain<EventKind::kAbort>{}};
   if (auto answer = inbox_->take()) return answer;
   if (open_) {
     if (auto result = device_result()) return result;
@@ -158,7 +151,7 @@ std::optional<Event> Runner::happened() {
   // Before the links: frequently changing texts must not delay a deadline.
   if (state_.deadline && parts_.backend.clock().now() >= *state_.deadline) {
     state_.deadline.reset();
-    return event(EventKind::kDeadline);
+    return Event{Plain<EventKind::kDeadline>{}};
   }
   return open_ ? links_changed() : std::nullopt;
 }
@@ -175,19 +168,13 @@ std::optional<Event> Runner::device_result() {
   auto result = parts_.backend.robot().poll();
   note_contacts();  // after the event: its contacts are reported by then
   if (result) {
-    Event one = event(event_of(result->outcome), phrase_of(result->detail));
-    one.move_id = result->id;
-    one.at_rad = result->at_rad;
-    one.latch = result->latch;
-    one.interruption = result->interruption;
-    return one;
+    return Event{
+        MoveEnded{result->outcome, result->id, result->at_rad, result->interruption, result->latch},
+        phrase_of(result->detail)};
   }
   if (auto answer = parts_.backend.contact().poll_arm()) {
-    Event one = event(answer->armed ? EventKind::kArmed : EventKind::kArmRefused,
-                      phrase_of(answer->why_not));
-    one.arm_id = answer->arm_id;
-    one.refusal = answer->refusal;
-    return one;
+    return Event{ArmAnswer{answer->armed, answer->arm_id, answer->refusal},
+                 phrase_of(answer->why_not)};
   }
   return std::nullopt;
 }
@@ -222,18 +209,15 @@ std::optional<Event> Runner::links_changed() {
                     phrase_of(contact.words)};
   if (seen_ && same(*seen_, links)) return std::nullopt;
   seen_ = links;
-  Event one = event(EventKind::kLinks);
-  one.links = links;
-  return one;
+  return Event{links};
 }
 
 namespace {
 
 /// The event shows the arm at rest, with its position settled.
 bool shows_rest(Phase phase, const Event& event) {
-  if (event.kind == EventKind::kContact) return true;
-  return event.kind == EventKind::kLinks && phase == Phase::kReferencing &&
-         event.links.robot == drivers::RobotLink::kReady;
+  if (event.kind() == EventKind::kContact) return true;
+  return phase == Phase::kReferencing && event.get<Links>().robot == drivers::RobotLink::kReady;
 }
 
 }  // namespace
@@ -243,7 +227,7 @@ void Runner::feed(Event event) {
   event.utc = parts_.backend.utc_now();
   if (parts_.on_rest && open_ && shows_rest(state_.phase, event))
     parts_.on_rest(parts_.backend.robot().state());
-  if (event.kind == EventKind::kRecorded && on_its_way_) {
+  if (event.kind() == EventKind::kRecorded && on_its_way_) {
     touches_.push_back(std::move(*on_its_way_));
     on_its_way_.reset();
   }
@@ -261,12 +245,12 @@ void Runner::feed(Event event) {
 
 void Runner::note_step(Phase before, const Event& event) {
   std::string words = fmt::format("{} -> {} on {}", to_string(before), to_string(state_.phase),
-                                  to_string(event.kind));
+                                  to_string(event.kind()));
   if (!event.words.empty()) words += ": " + calib::words(event.words);
   if (state_.failure && state_.phase == Phase::kFailed) words += " | " + describe(*state_.failure);
   RecordChange change;
   change.change = {before, state_.phase};
-  change.on = event.kind;
+  change.on = event.kind();
   change.utc = event.utc;
   change.clock_s = std::chrono::duration<double>(event.at.time_since_epoch()).count();
   change.late_replies = state_.links.late;
@@ -285,10 +269,9 @@ void Runner::commit(std::function<void(Recorder&)> job, std::optional<Event> ans
     try {
       job(recorder);
     } catch (const std::exception& error) {
-      answer = Event{};
-      answer->kind = EventKind::kJournalFailed;
-      answer->words =
-          what == nullptr ? calib::Phrase(error.what()) : std::string(what) + ": " + error.what();
+      answer = Event{
+          Plain<EventKind::kJournalFailed>{},
+          what == nullptr ? calib::Phrase(error.what()) : std::string(what) + ": " + error.what()};
     }
     inbox->end_commit(std::move(answer));
   });
@@ -314,11 +297,8 @@ void Runner::work(std::function<Event()> job, std::uint32_t route_id, Kind kind)
     } catch (const calib::Cancelled&) {
       return;  // the session ends: the answer is not needed
     } catch (const std::exception& error) {
-      answer = Event{};
-      answer.kind = EventKind::kWorkFailed;
-      answer.words = error.what();
+      answer = Event{WorkFailed{route_id}, error.what()};
     }
-    answer.route_id = route_id;
     inbox->put(std::move(answer));
   });
 }
@@ -333,22 +313,18 @@ struct Runner::Perform {
   void operator()(const MakePlan&) const {
     runner.work([plan = tasks.plan] {
       Tasks::Planned planned = plan();
-      Event answer;
-      answer.kind = EventKind::kPlanned;
-      answer.plan = std::make_shared<const calib::Plan>(std::move(planned.plan));
-      answer.plan_hash = std::move(planned.hash);
-      answer.progress = std::move(planned.progress);
-      return answer;
+      return Event{Planned{{std::make_shared<const calib::Plan>(std::move(planned.plan)),
+                            std::move(planned.progress)},
+                           std::move(planned.hash)}};
     });
   }
   void operator()(const FindRoute& action) const {
     runner.work(
-        [route = tasks.route, plan = state.plan, next = action.next,
+        [route = tasks.route, plan = state.plan, action,
          from = joint_vector(backend.robot().state().commanded_rad)] {
-          Event answer;
-          answer.kind = EventKind::kRouted;
-          answer.plan = std::make_shared<const calib::Plan>(route(*plan, next, from));
-          return answer;
+          return Event{
+              Routed{{std::make_shared<const calib::Plan>(route(*plan, action.next, from))},
+                     action.route_id}};
         },
         action.route_id);
   }
@@ -358,47 +334,34 @@ struct Runner::Perform {
          from = joint_vector(action.from_rad.empty() ? backend.robot().state().commanded_rad
                                                      : action.from_rad)] {
           Tasks::Chosen chosen = choose(action, touches, from);
-          Event answer;
-          answer.kind = EventKind::kRouted;
-          answer.plan = std::make_shared<const calib::Plan>(std::move(chosen.plan));
-          answer.progress = std::move(chosen.progress);
-          answer.stage = std::move(chosen.stage);
+          Routed routed{{std::make_shared<const calib::Plan>(std::move(chosen.plan)),
+                         std::move(chosen.progress), std::move(chosen.stage)},
+                        action.route_id};
           if (chosen.search)
-            answer.search =
+            routed.search =
                 std::make_shared<const calib::SearchUnderWay>(std::move(*chosen.search));
-          answer.not_found = chosen.not_found;
-          answer.words = std::move(chosen.why);
-          return answer;
+          routed.not_found = chosen.not_found;
+          return Event{std::move(routed), std::move(chosen.why)};
         },
         action.route_id);
   }
   void operator()(const TakeAnswer& action) const { runner.inbox_->put(*action.answer); }
   void operator()(const Assess&) const {
     runner.work([assess = tasks.assess, touches = runner.touches_] {
-      Event answer;
-      answer.kind = EventKind::kAssessed;
       Tasks::Assessed assessed = assess(touches);
-      answer.residual_m = assessed.residual_m;
-      answer.assessed = touches.size();
-      answer.expected = std::move(assessed.expected);
-      return answer;
+      return Event{Assessed{assessed.residual_m, touches.size(), std::move(assessed.expected)}};
     });
   }
   void operator()(const Identify&) const {
     runner.work([identify = tasks.identify, touches = runner.touches_] {
-      Event answer;
-      answer.kind = EventKind::kIdentified;
-      answer.result = std::make_shared<const SessionResult>(identify(touches));
-      return answer;
+      return Event{Identified{std::make_shared<const SessionResult>(identify(touches))}};
     });
   }
   void operator()(const WriteReport& action) const {
     runner.work(
         [report = tasks.report, result = action.result, touches = runner.touches_] {
           report(*result, touches);
-          Event answer;
-          answer.kind = EventKind::kReported;
-          return answer;
+          return Event{Plain<EventKind::kReported>{}};
         },
         0, Kind::kWrites);
   }
@@ -455,16 +418,15 @@ struct Runner::Perform {
   void operator()(const RecordReading& action) const { record(action); }
   void operator()(const RecordTouch& action) const {
     runner.on_its_way_ = action.touch;
-    record(action, runner.event(EventKind::kRecorded));
+    record(action, Event{Plain<EventKind::kRecorded>{}});
   }
   void operator()(const RecordSearch& action) const { record(action); }
   void operator()(const CheckJournal& action) const {
-    Event sound = runner.event(EventKind::kJournalSound);
-    sound.move_id = action.move_id;
-    runner.commit([](Recorder& recorder) { recorder.check(); }, std::move(sound));
+    runner.commit([](Recorder& recorder) { recorder.check(); },
+                  Event{JournalSound{action.move_id}});
   }
   void operator()(const RecordEnd& action) const {
-    record(action, runner.event(EventKind::kRecorded));
+    record(action, Event{Plain<EventKind::kRecorded>{}});
   }
   void operator()(const RecordInterruption& action) const {
     const bool busy = action.most_of_touch > 0;
@@ -503,7 +465,7 @@ void Runner::perform_all(const Actions& actions) {
       std::visit(Perform{*this}, action);
     } catch (const std::exception& error) {
       // The remaining actions of this step depend on the failed one: they are dropped.
-      feed(event(EventKind::kDeviceFailed, std::string(name_of(action)) + ": " + error.what()));
+      feed({Plain<EventKind::kDeviceFailed>{}, std::string(name_of(action)) + ": " + error.what()});
       return;
     }
   }

@@ -171,7 +171,6 @@ class Runner {
   void perform_all(const Actions& actions);
   void note_step(Phase before, const Event& event);
   void note_contacts();
-  Event event(EventKind kind, calib::Phrase words = {});
   /// Computations can be cancelled, writes cannot.
   enum class Kind { kComputes, kWrites };
   void work(std::function<Event()> job, std::uint32_t route_id = 0, Kind kind = Kind::kComputes);

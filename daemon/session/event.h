@@ -1,12 +1,13 @@
 #pragma once
-// Events of a session. One plain struct: the kind selects the row of the table, the remaining fields are the
-// evidence.
+// Events of a session: the kind selects the row of the table, the evidence is that of the kind.
 
 #include <concepts>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
+#include <variant>
+#include <vector>
 
 #include "calib/model/enum_table.h"
 #include "calib/plan/touch_sequence.h"
@@ -103,6 +104,7 @@ struct Links {
   drivers::ContactDelivery delivery;
   calib::Phrase contact_words;
 
+  EventKind kind() const { return EventKind::kLinks; }
   bool ready() const { return robot_up() && contact == drivers::ContactLink::kReady; }
   /// The sensor's data are late, or missing without evidence of a sensor fault.
   bool late_here() const {
@@ -116,34 +118,105 @@ struct Links {
   }
 };
 
-struct Event {
-  EventKind kind = EventKind::kRun;
-  drivers::TimePoint at{};  ///< session clock
-  std::string utc;          ///< wall time, ISO 8601
-  calib::Phrase words;      ///< reason given by driver, worker or journal
-
-  std::uint32_t move_id = 0;  ///< results of a move, kJournalSound
-  drivers::AxisAngles at_rad;
+/// Result of a move. The arm is at rest.
+struct MoveEnded {
+  drivers::MoveOutcome outcome = drivers::MoveOutcome::kArrived;
+  std::uint32_t move_id = 0;
+  drivers::AxisAngles at_rad{};
   drivers::Interruption interruption = drivers::Interruption::kNone;
-  std::optional<drivers::Latch> latch;
-  std::uint16_t arm_id = 0;                                  ///< kArmed, kArmRefused
-  drivers::ArmRefusal refusal = drivers::ArmRefusal::kNone;  ///< kArmRefused
-  std::uint32_t route_id = 0;               ///< kRouted, kWorkFailed: id of the request; 0: none
-  Links links;                              ///< kLinks
-  std::shared_ptr<const calib::Plan> plan;  ///< kPlanned, kRouted
-  std::string stage;                        ///< kRouted: purpose of the touch, in words
-  /// kRouted, while spheres are located: the offered path, and the way out of it.
-  std::shared_ptr<const calib::SearchUnderWay> search;
-  /// kRouted: a sphere cannot be located, for the reason in `words`; the plan leads home.
+  std::optional<drivers::Latch> latch{};
+  EventKind kind() const { return event_of(outcome); }
+};
+
+struct ArmAnswer {
+  bool armed = false;
+  std::uint16_t arm_id = 0;
+  drivers::ArmRefusal refusal = drivers::ArmRefusal::kNone;
+  EventKind kind() const { return armed ? EventKind::kArmed : EventKind::kArmRefused; }
+};
+
+/// A plan to be carried out from here on.
+struct Offer {
+  std::shared_ptr<const calib::Plan> plan{};
+  calib::Progress progress{};  ///< with touches chosen one by one
+  std::string stage{};         ///< purpose of the touch, in words
+};
+
+struct Planned {
+  Offer offer{};
+  std::string plan_hash{};
+  EventKind kind() const { return EventKind::kPlanned; }
+};
+
+struct Routed {
+  Offer offer{};
+  std::uint32_t route_id = 0;  ///< of the request; 0: none
+  /// While spheres are located: the offered path, and the way out of it.
+  std::shared_ptr<const calib::SearchUnderWay> search{};
+  /// A sphere cannot be located, for the reason in the event's words; the plan leads home.
   bool not_found = false;
-  std::string plan_hash;     ///< kPlanned
-  calib::Progress progress;  ///< kPlanned, kRouted, with touches chosen one by one
-  std::shared_ptr<const SessionResult> result;  ///< kIdentified
-  std::optional<double> residual_m;             ///< kAssessed
-  /// KAssessed: number of touches at which the residual is that of the newest.
+  EventKind kind() const { return EventKind::kRouted; }
+};
+
+struct WorkFailed {
+  std::uint32_t route_id = 0;  ///< of the request; 0: none
+  EventKind kind() const { return EventKind::kWorkFailed; }
+};
+
+struct Assessed {
+  std::optional<double> residual_m{};
+  /// Number of touches at which the residual is that of the newest.
   std::size_t assessed = 0;
-  /// kAssessed: per touch of the plan; null: not known yet.
-  std::shared_ptr<const std::vector<calib::ExpectedContact>> expected;
+  /// Per touch of the plan; null: not known yet.
+  std::shared_ptr<const std::vector<calib::ExpectedContact>> expected{};
+  EventKind kind() const { return EventKind::kAssessed; }
+};
+
+struct Identified {
+  std::shared_ptr<const SessionResult> result{};
+  EventKind kind() const { return EventKind::kIdentified; }
+};
+
+/// Everything recorded before this move is on disk.
+struct JournalSound {
+  std::uint32_t move_id = 0;
+  EventKind kind() const { return EventKind::kJournalSound; }
+};
+
+/// A kind that is its own evidence.
+template <EventKind kKind>
+struct Plain {
+  EventKind kind() const { return kKind; }
+};
+
+using Evidence =
+    std::variant<Plain<EventKind::kRun>, Plain<EventKind::kAbort>, Planned, Routed, Assessed,
+                 Identified, Plain<EventKind::kReported>, WorkFailed, Links,
+                 Plain<EventKind::kDeviceFailed>, ArmAnswer, MoveEnded, Plain<EventKind::kRecorded>,
+                 JournalSound, Plain<EventKind::kJournalFailed>, Plain<EventKind::kDeadline>>;
+
+struct Event {
+  Evidence evidence{};
+  calib::Phrase words{};    ///< reason given by driver, worker or journal
+  drivers::TimePoint at{};  ///< session clock
+  std::string utc{};        ///< wall time, ISO 8601
+
+  EventKind kind() const {
+    return std::visit([](const auto& of_kind) { return of_kind.kind(); }, evidence);
+  }
+  /// The evidence of this type; of events of another kind an empty one.
+  template <class T>
+  const T& get() const {
+    static const T kNone{};
+    const T* found = std::get_if<T>(&evidence);
+    return found != nullptr ? *found : kNone;
+  }
+  const MoveEnded& move() const { return get<MoveEnded>(); }
+  const Routed& routed() const { return get<Routed>(); }
+  const Offer& offer() const {
+    const Planned* planned = std::get_if<Planned>(&evidence);
+    return planned != nullptr ? planned->offer : routed().offer;
+  }
 };
 
 }  // namespace cellcal::daemon

@@ -68,7 +68,8 @@ Phrase readings_words(const State& state, const Event& event) {
   Phrase words;
   for (const Reading& reading : state.slow)
     words = calib::joined("say.join.numbers", words, one(reading.along_m));
-  const double last = event.latch ? travel_m(state.planned(), event.latch->contact_rad) : 0.0;
+  const double last =
+      event.move().latch ? travel_m(state.planned(), event.move().latch->contact_rad) : 0.0;
   return calib::joined("say.join.numbers", words, one(last));
 }
 
@@ -88,8 +89,8 @@ Phrase not_ready_words(const State& state) {
 /// causes, most likely first.
 Phrase silent_words(const State& state, const Event& event) {
   using drivers::Interruption;
-  const bool at_rest = event.kind == EventKind::kLinks;
-  const Interruption by = at_rest ? event.links.interruption : event.interruption;
+  const bool at_rest = event.kind() == EventKind::kLinks;
+  const Interruption by = at_rest ? state.links.interruption : event.move().interruption;
   const Phrase words = event.words.empty() ? state.links.robot_words : event.words;
   const Phrase text = sentences(or_else(words, by == Interruption::kPacketsStopped
                                                    ? "say.failure.no_more_packets"
@@ -105,7 +106,7 @@ Phrase silent_words(const State& state, const Event& event) {
 
 /// Evidence reported by the driver: of the move, or at rest of the sensor's link.
 Phrase busy_words(const State& state, const Event& event) {
-  const bool of_a_move = kMoveResults.has(event.kind);
+  const bool of_a_move = kMoveResults.has(event.kind());
   const bool replies = interruption_by(state, event) == drivers::Interruption::kLateReplies;
   const Phrase text = or_else(of_a_move ? event.words : state.links.contact_words,
                               replies ? "say.failure.busy.replies" : "say.failure.busy.sensor");
@@ -124,7 +125,8 @@ Phrase no_contact_words(const State& state) {
 }
 
 Phrase too_early_words(const State& state, const Event& event) {
-  const double met_m = event.latch ? travel_m(state.planned(), event.latch->contact_rad) : 0.0;
+  const double met_m =
+      event.move().latch ? travel_m(state.planned(), event.move().latch->contact_rad) : 0.0;
   return {"say.failure.too_early",
           {{"mm", (state.planned().expected_m - met_m) * kMmPerM}, {"target", target(state)}}};
 }
@@ -150,7 +152,7 @@ Phrase attended_words(const Links& links) {
 
 Phrase unexpected_words(const State& state, const Event& event) {
   return sentences({"say.failure.unexpected",
-                    {{"event", std::string("say.happened.") + to_string(event.kind)},
+                    {{"event", std::string("say.happened.") + to_string(event.kind())},
                      {"phase", std::string("say.phase.") + to_string(state.phase)}}},
                    sentences(event.words, "say.failure.export"));
 }
@@ -171,9 +173,9 @@ Phrase what(FailureKind kind, const State& state, const Event& event) {
     case FailureKind::kLinkNotReady:
       return not_ready_words(state);
     case FailureKind::kContactFault:
-      return or_else(event.links.contact_words, "say.failure.sensor_fault");
+      return or_else(state.links.contact_words, "say.failure.sensor_fault");
     case FailureKind::kContactClosed:
-      return sentences("say.failure.contact_closed", event.links.contact_words);
+      return sentences("say.failure.contact_closed", state.links.contact_words);
     case FailureKind::kArmRefused:
       return sentences({"say.failure.refused_to_arm",
                         {{"why", or_else(words, "say.failure.no_answer")}}},
@@ -217,7 +219,7 @@ Phrase what(FailureKind kind, const State& state, const Event& event) {
     case FailureKind::kJournal:
       return or_else(words, "say.failure.disk");
     case FailureKind::kAttended:
-      return attended_words(event.links);
+      return attended_words(state.links);
     case FailureKind::kControllerTest:
       return links.request == drivers::ControllerRequest::kMasteringTest
                  ? "say.failure.mastering_test"

@@ -37,11 +37,11 @@ bool is_lateness(const State& state) { return state.unheard || state.busy_until.
 
 drivers::Interruption interruption_by(const State& state, const Event& event) {
   using drivers::Interruption;
-  if (event.kind == EventKind::kArmRefused || event.kind == EventKind::kDeadline)
+  if (event.kind() == EventKind::kArmRefused || event.kind() == EventKind::kDeadline)
     return Interruption::kLateBytes;
-  if (event.kind != EventKind::kLinks) return event.interruption;
-  if (paused(state, event)) return event.links.interruption;
-  if (!event.links.late_here()) return event.links.interruption;
+  if (event.kind() != EventKind::kLinks) return event.move().interruption;
+  if (paused(state, event)) return state.links.interruption;
+  if (!state.links.late_here()) return state.links.interruption;
   return late_at_rest(state, event) ? Interruption::kLateBytes : Interruption::kUnheard;
 }
 
@@ -71,15 +71,15 @@ Missing missing(const State& state) {
 }
 
 bool plan_differs(const State& state, const Event& event) {
-  return !state.expected_hash.empty() && state.expected_hash != event.plan_hash;
+  return !state.expected_hash.empty() && state.expected_hash != event.get<Planned>().plan_hash;
 }
 bool nothing_left(const State& state, const Event& event) {
-  if (state.one_by_one) return event.progress.done;
-  return event.plan && state.done >= event.plan->touches.size();
+  if (state.one_by_one) return event.offer().progress.done;
+  return event.offer().plan && state.done >= event.offer().plan->touches.size();
 }
-bool fresh_and_closed(const State& state, const Event& event) {
-  if (!event.links.in_contact || may_leave_contact(state, event.links)) return false;
-  return !state.left || event.links.robot_up();  // the arm's position is unknown before
+bool fresh_and_closed(const State& state, const Event&) {
+  if (!state.links.in_contact || may_leave_contact(state, state.links)) return false;
+  return !state.left || state.links.robot_up();  // the arm's position is unknown before
 }
 bool by_hand(drivers::OperatingMode mode) {
   return mode == drivers::OperatingMode::kT1 || mode == drivers::OperatingMode::kT2;
@@ -88,31 +88,31 @@ bool operator_present(const State& state, const Event& event) {
   constexpr int kFull = 100;
   const bool known = !robot_lost(state, event);
   return state.unattended && known &&
-         (by_hand(event.links.mode) || event.links.override_percent.value_or(kFull) != kFull);
+         (by_hand(state.links.mode) || state.links.override_percent.value_or(kFull) != kFull);
 }
 /// In unattended sessions only: the cell's own program runs the test after the session.
-bool test_requested(const State& state, const Event& event) {
+bool test_requested(const State& state, const Event&) {
   using drivers::ControllerRequest;
-  const auto request = event.kind == EventKind::kLinks ? event.links.request : state.links.request;
+  const auto request = state.links.request;
   return state.unattended &&
          (request == ControllerRequest::kBrakeTest || request == ControllerRequest::kMasteringTest);
 }
 bool test_requested_between(const State& state, const Event& event) {
   return test_requested(state, event) && !after_last(state);
 }
-bool contact_faulty(const State& state, const Event& event) {
+bool contact_faulty(const State& state, const Event&) {
   // While late bytes are waited for, they are not a fault of the sensor.
-  const bool waits = kAwaitingPhases.has(state.phase) && event.links.late_here();
-  if (event.links.contact == drivers::ContactLink::kFault) return !waits;
+  const bool waits = kAwaitingPhases.has(state.phase) && state.links.late_here();
+  if (state.links.contact == drivers::ContactLink::kFault) return !waits;
   const bool was_ready = state.phase != Phase::kConnecting;
-  return was_ready && event.links.contact == drivers::ContactLink::kDown;
+  return was_ready && state.links.contact == drivers::ContactLink::kDown;
 }
-bool robot_lost(const State&, const Event& event) {
-  return event.links.robot == drivers::RobotLink::kLost ||
-         event.links.robot == drivers::RobotLink::kDown;
+bool robot_lost(const State& state, const Event&) {
+  return state.links.robot == drivers::RobotLink::kLost ||
+         state.links.robot == drivers::RobotLink::kDown;
 }
-bool links_ready(const State& state, const Event& event) {
-  return event.links.robot_up() && contact_up(state, event.links);
+bool links_ready(const State& state, const Event&) {
+  return state.links.robot_up() && contact_up(state, state.links);
 }
 bool in_contact(const State& state, const Event&) { return state.links.in_contact; }
 bool closed_since(const State& state, const Event&) {
@@ -120,24 +120,25 @@ bool closed_since(const State& state, const Event&) {
          !(may_leave_contact(state, state.links) && state.routed_in_contact);
 }
 bool interrupted(const State& state, const Event& event) {
-  const drivers::Interruption by = event.interruption;
+  const drivers::Interruption by = event.move().interruption;
   return may_go_on(state, failure_by(by, FailureKind::kRobotSilent), by);
 }
 bool interrupted_after_last(const State& state, const Event& event) {
   return interrupted(state, event) && after_last(state);
 }
 bool computer_late(const State&, const Event& event) {
-  return failure_by(event.interruption, FailureKind::kRobotSilent) == FailureKind::kComputerBusy;
+  return failure_by(event.move().interruption, FailureKind::kRobotSilent) ==
+         FailureKind::kComputerBusy;
 }
 bool unheard(const State& state, const Event& event) {
-  return event.interruption == drivers::Interruption::kUnheard &&
+  return event.move().interruption == drivers::Interruption::kUnheard &&
          may_go_on(state, FailureKind::kComputerBusy, drivers::Interruption::kLateBytes);
 }
-bool late_at_rest(const State&, const Event& event) {
-  return event.links.fault == drivers::ContactFault::kDeliveredLate;
+bool late_at_rest(const State& state, const Event&) {
+  return state.links.fault == drivers::ContactFault::kDeliveredLate;
 }
-bool late_and_may_go_on(const State& state, const Event& event) {
-  return event.links.late_here() &&
+bool late_and_may_go_on(const State& state, const Event&) {
+  return state.links.late_here() &&
          may_go_on(state, FailureKind::kComputerBusy, drivers::Interruption::kLateBytes);
 }
 bool held_and_late(const State& state, const Event& event) {
@@ -149,38 +150,38 @@ bool held_and_late_after_last(const State& state, const Event& event) {
 /// Each of these refusals can result from a late answer alone, with no contact at the tip.
 bool unanswered_for_lateness(const State& state, const Event& event) {
   using drivers::ArmRefusal;
+  const ArmRefusal refusal = event.get<ArmAnswer>().refusal;
   const bool by_the_line =
-      event.kind == EventKind::kDeadline || event.refusal == ArmRefusal::kNoAnswer ||
-      event.refusal == ArmRefusal::kNotReady || event.refusal == ArmRefusal::kLinkLost ||
-      event.refusal == ArmRefusal::kClockNotSynchronised ||
-      event.refusal == ArmRefusal::kSelfTestOld;
+      event.kind() == EventKind::kDeadline || refusal == ArmRefusal::kNoAnswer ||
+      refusal == ArmRefusal::kNotReady || refusal == ArmRefusal::kLinkLost ||
+      refusal == ArmRefusal::kClockNotSynchronised || refusal == ArmRefusal::kSelfTestOld;
   return by_the_line && state.links.delivery.late != state.late_before &&
          may_go_on(state, FailureKind::kComputerBusy, drivers::Interruption::kLateBytes);
 }
-bool sensor_was_silent(const State& state, const Event& event) {
-  return is_lateness(state) && event.links.delivery.silent != state.silent_then;
+bool sensor_was_silent(const State& state, const Event&) {
+  return is_lateness(state) && state.links.delivery.silent != state.silent_then;
 }
-bool computer_blamed(const State& state, const Event& event) {
-  return state.unheard && event.links.delivery.late != state.late_then;
+bool computer_blamed(const State& state, const Event&) {
+  return state.unheard && state.links.delivery.late != state.late_then;
 }
 bool computer_blamed_and_back(const State& state, const Event& event) {
-  return computer_blamed(state, event) && links_ready(state, event) && !event.links.unsettled;
+  return computer_blamed(state, event) && links_ready(state, event) && !state.links.unsettled;
 }
 bool late_here_after_last(const State& state, const Event& event) {
   return computer_blamed(state, event) && after_last(state);
 }
 bool robot_doubtful(const State& state, const Event& event) {
-  return robot_lost(state, event) || event.links.needs_operator;
+  return robot_lost(state, event) || state.links.needs_operator;
 }
 /// While only sensor data or replies were late, the robot's link has no reason to be doubtful.
 bool robot_doubtful_meanwhile(const State& state, const Event& event) {
   // A thread that did not run loses its link by that alone; the link has to recover within the limit.
-  const bool by_itself = event.links.interruption == drivers::Interruption::kLateReplies &&
-                         !event.links.needs_operator;
+  const bool by_itself = state.links.interruption == drivers::Interruption::kLateReplies &&
+                         !state.links.needs_operator;
   return is_lateness(state) && robot_doubtful(state, event) && !by_itself && !paused(state, event);
 }
 bool late_again(const State& state, const Event& event) {
-  const Links& links = event.links;
+  const Links& links = state.links;
   const bool late = links.delivery.late != state.late_before || links.late != state.replies_before;
   return late && may_wait_longer(state, event);
 }
@@ -190,25 +191,25 @@ bool only_sensor_missing(const State& state, const Event& event) {
 bool may_wait_longer(const State& state, const Event& event) {
   return state.busy_until && event.at < *state.busy_until;
 }
-bool paused(const State& state, const Event& event) {
-  const Links& links = event.links;
+bool paused(const State& state, const Event&) {
+  const Links& links = state.links;
   return links.robot != drivers::RobotLink::kReady &&
          may_go_on(state, failure_by(links.interruption, FailureKind::kRobotSilent),
                    links.interruption);
 }
 bool paused_again(const State& state, const Event& event) {
-  return event.links.interruptions != state.interruptions_before && paused(state, event);
+  return state.links.interruptions != state.interruptions_before && paused(state, event);
 }
 bool pause_noted(const State& state, const Event&) { return state.pause_noted; }
 bool both_back(const State& state, const Event& event) {
-  return links_ready(state, event) && !event.links.unsettled && !state.unheard;
+  return links_ready(state, event) && !state.links.unsettled && !state.unheard;
 }
-bool other_session(const State& state, const Event& event) {
-  return event.links.robot != drivers::RobotLink::kLost &&
-         event.links.robot_session != state.left_session;
+bool other_session(const State& state, const Event&) {
+  return state.links.robot != drivers::RobotLink::kLost &&
+         state.links.robot_session != state.left_session;
 }
-bool touched_meanwhile(const State& state, const Event& event) {
-  return event.links.in_contact && !state.resumed;
+bool touched_meanwhile(const State& state, const Event&) {
+  return state.links.in_contact && !state.resumed;
 }
 bool both_proven(const State& state, const Event&) {
   const Links& links = state.links;
@@ -220,7 +221,7 @@ bool both_proven(const State& state, const Event&) {
 }
 bool not_where_left(const State& state, const Event& event) {
   if (!referenced(state, event) || !state.interrupted) return false;
-  const drivers::AxisAngles& at = event.links.actual_rad;
+  const drivers::AxisAngles& at = state.links.actual_rad;
   if (at.size() != state.left_rad.size()) return true;
   for (std::size_t i = 0; i < at.size(); ++i) {
     if (!(std::abs(at[i] - state.left_rad[i]) <= kLeftThereRad)) return true;
@@ -230,8 +231,8 @@ bool not_where_left(const State& state, const Event& event) {
 bool none_left_after_interruption(const State& state, const Event& event) {
   return state.interruptions.total() > 0 && nothing_chosen(state, event);
 }
-bool sensor_proven(const State&, const Event& event) {
-  return event.links.ready() && !event.links.in_contact;
+bool sensor_proven(const State& state, const Event&) {
+  return state.links.ready() && !state.links.in_contact;
 }
 bool sensor_proven_freed(const State& state, const Event& event) {
   return sensor_proven(state, event) && !state.touch_failed && !state.missed;
@@ -239,8 +240,8 @@ bool sensor_proven_freed(const State& state, const Event& event) {
 bool sensor_proven_at_standoff(const State& state, const Event& event) {
   return sensor_proven_freed(state, event) && !more_waypoints(state, event);
 }
-bool referenced(const State&, const Event& event) {
-  return event.links.robot == drivers::RobotLink::kReady;
+bool referenced(const State& state, const Event&) {
+  return state.links.robot == drivers::RobotLink::kReady;
 }
 bool back_to_search(const State& state, const Event& event) {
   return referenced(state, event) && state.interrupted &&
@@ -266,8 +267,8 @@ bool more_way_home(const State& state, const Event&) {
 }
 bool no_way_home(const State& state, const Event&) { return state.plan->home.empty(); }
 bool not_self_tested(const State& state, const Event&) { return !state.self_tested; }
-bool self_test_passed(const State& state, const Event& event) {
-  return !state.arm_pending && event.links.self_test_ok && event.links.ready();
+bool self_test_passed(const State& state, const Event&) {
+  return !state.arm_pending && state.links.self_test_ok && state.links.ready();
 }
 bool too_early(const State& state, const Event& event) {
   // True also for NaN.
@@ -277,14 +278,14 @@ bool contact_suffices(const State& state, const Event& event) {
   const int every = state.policy.confirm_every;
   if (every <= 1 || state.done % static_cast<std::size_t>(every) == 0) return false;
   if (!was_met(state) || state.revoked > 0) return false;
-  return event.latch &&
+  return event.move().latch &&
          !is_surprising(reading_of(state, event, false), expected_contact(state), state.policy);
 }
 bool readings_agree(const State& state, const Event& event) {
-  return event.latch && find_agreement(with_new(state, event), state.policy).has_value();
+  return event.move().latch && find_agreement(with_new(state, event), state.policy).has_value();
 }
 bool readings_left(const State& state, const Event& event) {
-  return event.latch && static_cast<int>(state.slow.size()) + 1 < state.policy.max_readings;
+  return event.move().latch && static_cast<int>(state.slow.size()) + 1 < state.policy.max_readings;
 }
 bool revocations_left(const State& state, const Event&) {
   return state.revoked < state.policy.max_revoked;
@@ -302,27 +303,27 @@ bool one_by_one_after_failure(const State& state, const Event&) {
 }
 bool sensor_proven_after_failure(const State& state, const Event& event) {
   return one_by_one_after_failure(state, event) && sensor_proven(state, event) &&
-         event.links.self_test_ok;
+         state.links.self_test_ok;
 }
 bool sensor_proven_after_miss(const State& state, const Event& event) {
-  return state.missed && sensor_proven(state, event) && event.links.self_test_ok;
+  return state.missed && sensor_proven(state, event) && state.links.self_test_ok;
 }
 bool contact_not_repeated(const State& state, const Event& event) {
   return sensor_proven_after_miss(state, event) && state.first.has_value();
 }
-bool not_found(const State&, const Event& event) { return event.not_found; }
+bool not_found(const State&, const Event& event) { return event.routed().not_found; }
 bool not_found_at_home(const State& state, const Event& event) {
-  return not_found(state, event) && event.plan->home.empty();
+  return not_found(state, event) && event.offer().plan->home.empty();
 }
 bool not_found_after_last(const State& state, const Event&) {
   return state.deferred_failure.has_value();
 }
-bool none_left(const State&, const Event& event) { return event.plan->touches.empty(); }
+bool none_left(const State&, const Event& event) { return event.offer().plan->touches.empty(); }
 bool nothing_chosen(const State& state, const Event& event) {
   return state.one_by_one && none_left(state, event);
 }
 bool none_left_at_home(const State& state, const Event& event) {
-  return none_left(state, event) && event.plan->home.empty();
+  return none_left(state, event) && event.offer().plan->home.empty();
 }
 
 bool move_held(const State& state, const Event&) { return state.held.has_value(); }

@@ -198,7 +198,7 @@ void interrupt(State& state, const Event& event, Actions& actions) {
   state.ahead = {};
   state.resume_path = resume_path(state);
   if (!state.pause_noted) note_pause(state, event, actions);
-  if (kMoveResults.has(event.kind)) state.left_rad = event.at_rad;
+  if (kMoveResults.has(event.kind())) state.left_rad = event.move().at_rad;
   state.pause_noted = false;
   // Invalidates outstanding answers and held moves.
   state.held.reset();
@@ -225,17 +225,17 @@ void interrupt_behind_touch(State& state, const Event& event, Actions& actions) 
 }
 
 void watch_links(State& state, const Event& event, Actions& actions) {
-  state.replies_before = event.links.late;
-  state.late_before = event.links.delivery.late;
-  state.interruptions_before = event.links.interruptions;
-  if (!event.links.in_contact) actions.emplace_back(SelfTest{});
+  state.replies_before = state.links.late;
+  state.late_before = state.links.delivery.late;
+  state.interruptions_before = state.links.interruptions;
+  if (!state.links.in_contact) actions.emplace_back(SelfTest{});
   state.deadline = event.at + state.timeouts.watching;
 }
 
 /// The cause of the silence is known: the data were sent in time.
 void blame_computer(State& state, const Event& event, Actions& actions) {
   state.unheard = false;
-  count_interruption(state, FailureKind::kComputerBusy, event.links.contact_words,
+  count_interruption(state, FailureKind::kComputerBusy, state.links.contact_words,
                      drivers::Interruption::kLateBytes);
   record_interruption(state, actions);
   await_links(state, event);

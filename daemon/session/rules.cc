@@ -12,13 +12,14 @@ Reading reading_of(const State& state, const Event& event, bool slow) {
   Reading reading;
   reading.slow = slow;
   reading.utc = event.utc;
-  if (!event.latch) return reading;
-  reading.contact_rad = event.latch->contact_rad;
-  reading.settled_rad = event.latch->settled_rad;
-  reading.along_m = travel_m(state.planned(), event.latch->contact_rad);
-  reading.time_sigma_s = event.latch->time_sigma_s;
-  reading.reaction_s = event.latch->reaction_s;
-  reading.bounces = event.latch->bounces;
+  const auto& latch = event.move().latch;
+  if (!latch) return reading;
+  reading.contact_rad = latch->contact_rad;
+  reading.settled_rad = latch->settled_rad;
+  reading.along_m = travel_m(state.planned(), latch->contact_rad);
+  reading.time_sigma_s = latch->time_sigma_s;
+  reading.reaction_s = latch->reaction_s;
+  reading.bounces = latch->bounces;
   return reading;
 }
 
@@ -65,7 +66,7 @@ using drivers::MoveKind;
 drivers::Interruption behind(FailureKind kind, const State& state, const Event& event) {
   if (kind == FailureKind::kComputerBusy) return interruption_by(state, event);
   if (kind != FailureKind::kRobotSilent) return drivers::Interruption::kNone;
-  return event.kind == EventKind::kLinks ? event.links.interruption : event.interruption;
+  return event.kind() == EventKind::kLinks ? state.links.interruption : event.move().interruption;
 }
 
 std::chrono::milliseconds milliseconds(double seconds) {
@@ -232,16 +233,20 @@ void forget_touch(State& state) {
   state.self_tested = false;
 }
 
+void accept(State& state, const Offer& offer) {
+  state.plan = offer.plan;
+  state.progress = offer.progress;
+  state.stage = offer.stage;
+}
+
 /// On disk before the first of its moves, as every record is.
 void record_search(const Event& event, Actions& actions) {
-  if (event.search) actions.emplace_back(RecordSearch{event.search});
+  if (const auto& search = event.routed().search) actions.emplace_back(RecordSearch{search});
 }
 
 /// The final choice: no further touch, and the reason.
 void apply_final_choice(State& state, const Event& event, Actions& actions) {
-  state.plan = event.plan;
-  state.progress = event.progress;
-  state.stage = event.stage;
+  accept(state, event.offer());
   actions.emplace_back(RecordPlan{state.plan_hash, state.total()});
 }
 
@@ -258,11 +263,9 @@ void plan_touches(State& state, const Event& event, Actions& actions) {
 }
 
 void open_devices(State& state, const Event& event, Actions& actions) {
-  state.plan = event.plan;
-  state.plan_hash = event.plan_hash;
-  state.progress = event.progress;
-  state.stage = event.stage;
-  actions.emplace_back(RecordPlan{event.plan_hash, state.total()});
+  accept(state, event.offer());
+  state.plan_hash = event.get<Planned>().plan_hash;
+  actions.emplace_back(RecordPlan{state.plan_hash, state.total()});
   actions.emplace_back(OpenDevices{});
   state.deadline = event.at + state.timeouts.connecting;
 }
@@ -303,9 +306,7 @@ void begin_back_to_clear(State& state, const Event& event, Actions& actions) {
 }
 
 void begin_freeing(State& state, const Event& event, Actions& actions) {
-  state.plan = event.plan;
-  state.progress = event.progress;
-  state.stage = event.stage;
+  accept(state, event.offer());
   state.left.reset();
   record_search(event, actions);
   forget_touch(state);
@@ -326,9 +327,7 @@ void doubt_sensor(State& state, const Event& event, Actions& actions) {
 }
 
 void begin_transit(State& state, const Event& event, Actions& actions) {
-  state.plan = event.plan;
-  state.progress = event.progress;
-  state.stage = event.stage;
+  accept(state, event.offer());
   state.left.reset();
   record_search(event, actions);
   forget_touch(state);
@@ -387,7 +386,7 @@ void keep_reading_and_back_off(State& state, const Event& event, Actions& action
 void back_off_from_noise(State& state, const Event& event, Actions& actions) {
   ++state.revoked;
   ++state.total_revoked;
-  back_off_from(state, event, actions, travel_m(state.planned(), event.at_rad),
+  back_off_from(state, event, actions, travel_m(state.planned(), event.move().at_rad),
                 state.policy.back_off_m);
 }
 
@@ -458,7 +457,7 @@ void leave_empty_place(State& state, const Event& event, Actions& actions) {
 void give_touch_up(State& state, const Event& event, Actions& actions) {
   leave_empty_place(state, event, actions);
   // After a first contact, a search without contact does not prove that nothing is there.
-  if (event.kind != EventKind::kArrived || state.first)
+  if (event.kind() != EventKind::kArrived || state.first)
     state.touch_failed = calib::NotMade::kFailed;
   ++state.failed_in_a_row;
   ++state.failed_touches;
@@ -514,10 +513,8 @@ void next_waypoint_home(State& state, const Event& event, Actions& actions) {
 }
 
 void identify_at_once(State& state, const Event& event, Actions& actions) {
-  state.plan = event.plan;
-  state.plan_hash = event.plan_hash;
-  state.progress = event.progress;
-  state.stage = event.stage;
+  accept(state, event.offer());
+  state.plan_hash = event.get<Planned>().plan_hash;
   close_and_identify(state, event, actions);
 }
 
@@ -528,8 +525,8 @@ void close_and_identify(State& state, const Event& event, Actions& actions) {
 }
 
 void write_report(State& state, const Event& event, Actions& actions) {
-  state.result = event.result;
-  actions.emplace_back(WriteReport{event.result});
+  state.result = event.get<Identified>().result;
+  actions.emplace_back(WriteReport{state.result});
   state.deadline = event.at + state.timeouts.reporting;
 }
 

@@ -11,18 +11,18 @@ namespace cellcal::daemon {
 namespace {
 
 void note(State& state, const Event& event) {
-  if (event.kind == EventKind::kLinks) state.links = event.links;
-  if (event.kind == EventKind::kAssessed) {
-    state.residual_m = event.residual_m;
-    state.assessed = event.assessed;
-    if (event.expected) state.expected = event.expected;
+  if (const Links* links = std::get_if<Links>(&event.evidence)) state.links = *links;
+  if (const Assessed* assessed = std::get_if<Assessed>(&event.evidence)) {
+    state.residual_m = assessed->residual_m;
+    state.assessed = assessed->assessed;
+    if (assessed->expected) state.expected = assessed->expected;
   }
 }
 
 /// Unlisted event: the arm is stopped where it can be moving, and the session fails with the name of the
 /// pair.
 void fail_safe(State& state, const Event& event, Actions& actions) {
-  const bool may_move = kMovingPhases.has(state.phase) && !kMoveResults.has(event.kind);
+  const bool may_move = kMovingPhases.has(state.phase) && !kMoveResults.has(event.kind());
   if (may_move) {
     rules::fail_and_stop(FailureKind::kUnexpectedEvent, state, event, actions);
     state.phase = Phase::kStopping;
@@ -33,21 +33,28 @@ void fail_safe(State& state, const Event& event, Actions& actions) {
   state.phase = Phase::kFailed;
 }
 
+struct Stale {
+  const State& state;
+  bool route(std::uint32_t id) const { return id != 0 && id != state.route_id; }
+  bool operator()(const MoveEnded& move) const { return move.move_id != state.move_id; }
+  bool operator()(const JournalSound& sound) const {
+    return !state.held || sound.move_id != state.held->move.id;
+  }
+  bool operator()(const ArmAnswer& answer) const { return answer.arm_id != state.arm_id; }
+  bool operator()(const Routed& routed) const { return route(routed.route_id); }
+  bool operator()(const WorkFailed& failed) const { return route(failed.route_id); }
+  bool operator()(const auto&) const { return false; }
+};
+
 }  // namespace
 
 bool is_stale(const State& state, const Event& event) {
-  if (kMoveResults.has(event.kind)) return event.move_id != state.move_id;
-  if (event.kind == EventKind::kJournalSound)
-    return !state.held || event.move_id != state.held->move.id;
-  const bool arming = event.kind == EventKind::kArmed || event.kind == EventKind::kArmRefused;
-  if (arming) return event.arm_id != state.arm_id;
-  const bool answer = event.kind == EventKind::kRouted || event.kind == EventKind::kWorkFailed;
-  return answer && event.route_id != 0 && event.route_id != state.route_id;
+  return std::visit(Stale{state}, event.evidence);
 }
 
 const Transition* find_row(const State& state, const Event& event) {
   for (const Transition& row : transition_table()) {
-    if (!row.from.has(state.phase) || !row.on.has(event.kind)) continue;
+    if (!row.from.has(state.phase) || !row.on.has(event.kind())) continue;
     if (row.when == nullptr || row.when(state, event)) return &row;
   }
   return nullptr;

@@ -50,7 +50,8 @@ std::span<const Transition> transition_table();
 /// Result of another move or arming than the newest, or for a move that is not held: changes nothing.
 bool is_stale(const State& state, const Event& event);
 
-/// The row that step() takes for an event that is not stale; null: it fails safe.
+/// The row that step() takes for an event that is not stale, with its links noted in the state; null: it
+/// fails safe.
 const Transition* find_row(const State& state, const Event& event);
 
 /// The table as a Mermaid state diagram and as Graphviz.

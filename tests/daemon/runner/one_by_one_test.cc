@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/daemon/runner/fakes.h"
+#include "tests/daemon/session/events.h"
 
 namespace cellcal::daemon::testing {
 namespace {
@@ -202,12 +203,11 @@ TEST(ASessionOfChosenTouches, MovesNoFurtherAfterAFailedTouchBeforeTheSensorIsPr
   state.phase = Phase::kProving;
   state.plan = std::make_shared<const calib::Plan>(line_plan(1));
   state.touch_failed = calib::NotMade::kMissed;
-  Event event;
-  event.kind = EventKind::kLinks;
-  event.links.robot = drivers::RobotLink::kReady;
-  event.links.contact = drivers::ContactLink::kReady;
+  Event event{Links{}};
+  links(event).robot = drivers::RobotLink::kReady;
+  links(event).contact = drivers::ContactLink::kReady;
   EXPECT_EQ(step(state, event).state.phase, Phase::kProving);
-  event.links.self_test_ok = true;
+  links(event).self_test_ok = true;
   EXPECT_EQ(step(state, event).state.phase, Phase::kChoosing);
 }
 

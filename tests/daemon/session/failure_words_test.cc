@@ -4,6 +4,7 @@
 
 #include "daemon/session/rules.h"
 #include "tests/daemon/runner/fakes.h"
+#include "tests/daemon/session/events.h"
 
 namespace cellcal::daemon::testing {
 namespace {
@@ -21,16 +22,17 @@ constexpr const char* kStand =
 struct FailureWords : ::testing::Test {
   FailureWords() {
     state.plan = std::make_shared<calib::Plan>(line_plan(2));
-    state.links.robot = event.links.robot = RobotLink::kReady;
-    state.links.contact = event.links.contact = ContactLink::kReady;
+    state.links.robot = RobotLink::kReady;
+    state.links.contact = ContactLink::kReady;
   }
   std::string in(Phase phase, F kind = F::kDevice) {
     state.phase = phase;
     return words(rules::failure_detail(kind, state, event));
   }
   void contact_at(double rad) {
-    event.latch.emplace();
-    event.latch->contact_rad = {rad};
+    event = event_of_kind(EventKind::kContact);
+    move(event).latch.emplace();
+    move(event).latch->contact_rad = {rad};
   }
 
   State state;
@@ -112,7 +114,7 @@ TEST_F(FailureWords, SayHowFarFromTheSurfaceItWas) {
       " mm before the expected surface of S1 (cell file): the tip met something else, or centre_mm "
       "is wrong. Look at the tip, then correct centre_mm or remove the obstacle";
   EXPECT_EQ(in(kFastSearch, F::kContactTooEarly), "touch 1 of 2 (S1): contact 5.0" + before);
-  event.latch.reset();
+  move(event).latch.reset();
   EXPECT_EQ(in(kFastSearch, F::kContactTooEarly), "touch 1 of 2 (S1): contact 10.0" + before);
 }
 
@@ -127,7 +129,7 @@ TEST_F(FailureWords, ListTheReadingsThatDisagree) {
   const std::string look =
       " mm). Clean tip and sphere, and look for a loose sphere or a loose tool";
   EXPECT_EQ(in(kSlowSearch, F::kReadingsDisagree), words + "10.300" + look);
-  event.latch.reset();
+  move(event).latch.reset();
   EXPECT_EQ(in(kSlowSearch, F::kReadingsDisagree), words + "0.000" + look);
 }
 
@@ -161,13 +163,14 @@ TEST_F(FailureWords, SayOfLinksThatWereUpBeforeWhichOneIsNot) {
 
 TEST_F(FailureWords, OfASilentRobotComeFromItsLinkAtRestAndFromTheMoveOnItsWay) {
   state.links.robot_words = "as last seen";
-  event.kind = EventKind::kLinks;
-  event.links.interruption = event.interruption = Interruption::kPacketsStopped;
+  state.links.interruption = Interruption::kPacketsStopped;
+  event = event_of_kind(EventKind::kLinks);
   EXPECT_EQ(in(kConnecting, F::kRobotSilent), std::string("as last seen") + kStand);
-  event.kind = EventKind::kRobotSilent;
+  event = event_of_kind(EventKind::kRobotSilent);
+  move(event).interruption = Interruption::kPacketsStopped;
   EXPECT_EQ(in(kConnecting, F::kRobotSilent), std::string("as last seen") + kStand);
   event.words = "12 ms without a packet";
-  event.interruption = Interruption::kOther;
+  move(event).interruption = Interruption::kOther;
   EXPECT_EQ(in(kConnecting, F::kRobotSilent), std::string("12 ms without a packet") + kStand);
   event.words = state.links.robot_words = "";
   EXPECT_EQ(in(kConnecting, F::kRobotSilent),
@@ -175,8 +178,8 @@ TEST_F(FailureWords, OfASilentRobotComeFromItsLinkAtRestAndFromTheMoveOnItsWay) 
 }
 
 TEST_F(FailureWords, SayThatNoMoreInterruptionsAreAllowedWhereAnyWere) {
-  event.kind = EventKind::kRobotSilent;
-  event.interruption = Interruption::kPacketsStopped;
+  event = event_of_kind(EventKind::kRobotSilent);
+  move(event).interruption = Interruption::kPacketsStopped;
   const std::string paused = std::string("no more packets from the controller") + kStand;
   EXPECT_EQ(in(kConnecting, F::kRobotSilent), paused) << "none are allowed, none were";
   state.retries = 1;
@@ -191,8 +194,8 @@ TEST_F(FailureWords, SayThatNoMoreInterruptionsAreAllowedWhereAnyWere) {
 }
 
 TEST_F(FailureWords, OfABusyComputerSaySoFirstAndWhichBoundIsReached) {
-  event.kind = EventKind::kContactSilent;
-  event.interruption = Interruption::kLateBytes;
+  event = event_of_kind(EventKind::kContactSilent);
+  move(event).interruption = Interruption::kLateBytes;
   const std::string busy = "this computer was busy: sensor data 30 ms late, limit 25 ms";
   event.words = busy;
   EXPECT_EQ(in(kConnecting, F::kComputerBusy), busy) << "no repeats were allowed";
@@ -206,7 +209,7 @@ TEST_F(FailureWords, OfABusyComputerSaySoFirstAndWhichBoundIsReached) {
   EXPECT_EQ(in(kConnecting, F::kComputerBusy),
             busy + ". All 9 repeats of a session are used ([session] busy_repeats)");
   // At rest the evidence is the sensor's link.
-  event.kind = EventKind::kLinks;
+  event = event_of_kind(EventKind::kLinks);
   state.links.contact_words = "this computer was busy: sensor data 340 ms late, limit 300 ms";
   state.repeats = {};
   state.interruptions = {};

@@ -236,9 +236,9 @@ TEST(AnInterruptionOfARetreatThatLeadsOn, ExpectsAContactOnlyWhereItHasNotOpened
     walk.contact(0.11, 0.1102);
     walk.on(EventKind::kRecorded);
     ASSERT_TRUE(walk.state.leads_on);
-    walk.on(EventKind::kLinks, [&](Event& event) { event.links.in_contact = touching; });
+    walk.on(EventKind::kLinks, [&](Event& event) { links(event).in_contact = touching; });
     walk.on(EventKind::kRobotSilent,
-            [](Event& event) { event.interruption = Interruption::kPacketsStopped; });
+            [](Event& event) { move(event).interruption = Interruption::kPacketsStopped; });
     EXPECT_EQ(walk.state.phase, Phase::kRecovering);
     EXPECT_EQ(walk.state.resumed, touching);
   }
@@ -258,7 +258,7 @@ TEST(AnInterruptionOnTheWayHome, OfTouchesChosenOneByOneLeavesTheArmThereAsWell)
   walk.state.retries = 1;
   walk.state.phase = Phase::kReturning;
   walk.on(EventKind::kRobotSilent,
-          [](Event& event) { event.interruption = Interruption::kPacketsStopped; });
+          [](Event& event) { move(event).interruption = Interruption::kPacketsStopped; });
   EXPECT_EQ(walk.state.phase, Phase::kIdentifying);
   walk.the<CloseDevices>();
 }
@@ -271,8 +271,8 @@ TEST(AnInterruptionBeforeTheFirstMove, ForgetsNeitherThatTheArmTouchesNorThatItD
     walk.to_routing();
     ASSERT_EQ(walk.state.phase, Phase::kRouting);
     walk.on(EventKind::kLinks, [](Event& event) {
-      event.links.robot = drivers::RobotLink::kLost;
-      event.links.interruption = Interruption::kPacketsStopped;
+      links(event).robot = drivers::RobotLink::kLost;
+      links(event).interruption = Interruption::kPacketsStopped;
     });
     EXPECT_EQ(walk.state.phase, Phase::kRecovering);
     EXPECT_EQ(walk.state.resumed, resumed);
@@ -285,8 +285,8 @@ TEST(AnInterruption, AsksUnderNumbersThatAreNeverNought) {
   walk.to_routing();
   walk.state.arm_id = 0xFFFF;
   walk.on(EventKind::kLinks, [](Event& event) {
-    event.links.robot = drivers::RobotLink::kLost;
-    event.links.interruption = Interruption::kPacketsStopped;
+    links(event).robot = drivers::RobotLink::kLost;
+    links(event).interruption = Interruption::kPacketsStopped;
   });
   EXPECT_EQ(walk.state.arm_id, 1);
 }

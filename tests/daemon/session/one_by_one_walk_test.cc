@@ -46,7 +46,7 @@ TEST_F(OneByOneWalk, CountsWhatIsDoneAndWhatIsForeseen) {
   EXPECT_EQ(walk.state.phase, Phase::kChoosing);
   EXPECT_EQ(walk.find<TakeAnswer>(), nullptr);
   EXPECT_EQ(walk.timeout_s(), 300.0);
-  walk.on(EventKind::kRouted, [](Event& event) { event.stage = "another"; });
+  walk.on(EventKind::kRouted, [](Event& event) { offer(event).stage = "another"; });
   EXPECT_EQ(walk.state.stage, "another");
 }
 
@@ -55,16 +55,16 @@ TEST_F(OneByOneWalk, ChoosesTheNextWhileTheArmLeavesAndGoesThereFromTheClearPoin
   next();
   touch();
   walk.on(EventKind::kRouted, [&](Event& event) {
-    event.route_id = walk.state.route_id;
-    event.stage = "another";
+    routed(event).route_id = walk.state.route_id;
+    offer(event).stage = "another";
   });
   EXPECT_EQ(walk.state.phase, Phase::kRetreat);
   EXPECT_TRUE(walk.actions.empty());
   walk.on(EventKind::kArrived);
   EXPECT_EQ(walk.state.phase, Phase::kChoosing);
   ASSERT_NE(walk.the<TakeAnswer>().answer, nullptr);
-  EXPECT_EQ(walk.the<TakeAnswer>().answer->stage, "another");
-  walk.on(EventKind::kRouted, [](Event& event) { event.stage = "another"; });
+  EXPECT_EQ(walk.the<TakeAnswer>().answer->offer().stage, "another");
+  walk.on(EventKind::kRouted, [](Event& event) { offer(event).stage = "another"; });
   EXPECT_EQ(walk.state.phase, Phase::kTransit);
 }
 
@@ -73,12 +73,12 @@ TEST_F(OneByOneWalk, SaysThatNothingCanBeChosenOnlyWhenTheArmHasLeft) {
   next();
   touch();
   walk.on(EventKind::kWorkFailed, [&](Event& event) {
-    event.route_id = walk.state.route_id;
+    std::get<WorkFailed>(event.evidence).route_id = walk.state.route_id;
     event.words = "no way";
   });
   EXPECT_EQ(walk.state.phase, Phase::kRetreat);
   walk.on(EventKind::kArrived);
-  EXPECT_EQ(walk.the<TakeAnswer>().answer->kind, EventKind::kWorkFailed);
+  EXPECT_EQ(walk.the<TakeAnswer>().answer->kind(), EventKind::kWorkFailed);
   walk.on(EventKind::kWorkFailed);
   EXPECT_EQ(walk.state.phase, Phase::kFailed);
   EXPECT_EQ(walk.state.failure->kind, FailureKind::kPlan);
@@ -90,7 +90,7 @@ TEST_F(OneByOneWalk, DropsAChoiceThatComesWhenItIsBeingStopped) {
   touch();
   walk.on(EventKind::kAbort);
   EXPECT_EQ(walk.state.phase, Phase::kStopping);
-  walk.on(EventKind::kRouted, [&](Event& event) { event.route_id = walk.state.route_id; });
+  walk.on(EventKind::kRouted, [&](Event& event) { routed(event).route_id = walk.state.route_id; });
   EXPECT_EQ(walk.state.phase, Phase::kStopping);
   EXPECT_TRUE(walk.actions.empty());
   EXPECT_FALSE(walk.state.failure);
@@ -110,9 +110,9 @@ TEST_F(OneByOneWalk, EndsWhenNothingIsLeftToChoose) {
     auto none = std::make_shared<calib::Plan>(line_plan(0));
     if (!home) none->home.clear();
     walk.on(EventKind::kRouted, [&](Event& event) {
-      event.plan = none;
-      event.progress = {};
-      event.stage = "home";
+      offer(event).plan = none;
+      offer(event).progress = {};
+      offer(event).stage = "home";
     });
     EXPECT_EQ(walk.the<RecordPlan>().touches, 1u);
     EXPECT_EQ(walk.the<RecordPlan>().hash, "hash");
@@ -136,8 +136,8 @@ TEST_F(OneByOneWalk, LeavesASphereThatCannotBeFoundBeforeItEnds) {
     auto none = std::make_shared<calib::Plan>(line_plan(0));
     if (!home) none->home.clear();
     walk.on(EventKind::kRouted, [&](Event& event) {
-      event.plan = none;
-      event.not_found = true;
+      offer(event).plan = none;
+      routed(event).not_found = true;
       event.words = "S1 is in none of the places searched";
     });
     if (home) {
@@ -158,8 +158,8 @@ TEST_F(OneByOneWalk, IdentifiesNothingWhereASphereWasNotFoundBehindAnInterruptio
   walk.state.interruptions.count(drivers::Interruption::kPacketsStopped);
   auto none = std::make_shared<calib::Plan>(line_plan(0));
   walk.on(EventKind::kRouted, [&](Event& event) {
-    event.plan = none;
-    event.not_found = true;
+    offer(event).plan = none;
+    routed(event).not_found = true;
   });
   EXPECT_EQ(walk.state.phase, Phase::kReturning);
   walk.on(EventKind::kContact);
@@ -177,7 +177,7 @@ TEST_F(OneByOneWalk, ReplacesTouchesThatCouldNotBeMadeButNotForEver) {
     EXPECT_EQ(walk.state.failed_touches, failed);
     walk.on(EventKind::kArrived);
     walk.the<SelfTest>();
-    walk.on(EventKind::kLinks, [](Event& event) { event.links.self_test_ok = false; });
+    walk.on(EventKind::kLinks, [](Event& event) { links(event).self_test_ok = false; });
     EXPECT_EQ(walk.state.phase, Phase::kProving);
     walk.on(EventKind::kLinks);
     EXPECT_EQ(walk.the<ChooseTouch>().failed, calib::NotMade::kMissed);
@@ -221,7 +221,7 @@ TEST_F(OneByOneWalk, SaysOfWhatItMetThatTheTouchFailedAndNotThatNothingIsThere) 
   walk = noisy;
   walk.to_routing();
   next();
-  walk.on(EventKind::kRevoked, [](Event& event) { event.at_rad = {0.105}; });
+  walk.on(EventKind::kRevoked, [](Event& event) { move(event).at_rad = {0.105}; });
   EXPECT_EQ(walk.state.touch_failed, calib::NotMade::kFailed);
   EXPECT_EQ(walk.state.phase, Phase::kRetreat);
 }
@@ -241,8 +241,8 @@ TEST_F(OneByOneWalk, ThatIsResumedAtASphereSaysSoWhenItChooses) {
   walk.on(EventKind::kRun);
   walk.on(EventKind::kPlanned);
   const auto touching = [](Event& event) {
-    event.links.in_contact = true;
-    event.links.can_guard_retreat = true;
+    links(event).in_contact = true;
+    links(event).can_guard_retreat = true;
   };
   walk.on(EventKind::kLinks, touching);
   walk.on(EventKind::kLinks, touching);
@@ -251,7 +251,7 @@ TEST_F(OneByOneWalk, ThatIsResumedAtASphereSaysSoWhenItChooses) {
 
 TEST_F(OneByOneWalk, EndsAtOnceWhereAllIsDone) {
   walk.on(EventKind::kRun);
-  walk.on(EventKind::kPlanned, [](Event& event) { event.progress.done = true; });
+  walk.on(EventKind::kPlanned, [](Event& event) { offer(event).progress.done = true; });
   EXPECT_EQ(walk.state.phase, Phase::kIdentifying);
 }
 

@@ -28,7 +28,7 @@ struct SecondTouch {
   }
   void assess(double travel_m, double sigma_m) {
     walk.on(EventKind::kAssessed, [&](Event& event) {
-      event.expected = std::make_shared<const std::vector<calib::ExpectedContact>>(
+      assessed(event).expected = std::make_shared<const std::vector<calib::ExpectedContact>>(
           std::vector<calib::ExpectedContact>{{}, {travel_m, sigma_m}});
     });
   }
@@ -100,7 +100,7 @@ TEST(OneFastContact, IsConfirmedAtTheFirstTouchOfATargetAndAtEveryEighth) {
 TEST(OneFastContact, IsConfirmedBehindNoiseInTheSameSearch) {
   SecondTouch second;
   second.to_fast_search();
-  second.walk.on(EventKind::kRevoked, [](Event& event) { event.at_rad = {0.205}; });
+  second.walk.on(EventKind::kRevoked, [](Event& event) { move(event).at_rad = {0.205}; });
   second.walk.on(EventKind::kArrived);
   second.walk.on(EventKind::kArmed);
   ASSERT_EQ(second.walk.state.phase, Phase::kFastSearch);

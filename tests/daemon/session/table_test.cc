@@ -5,6 +5,7 @@
 #include <set>
 
 #include "tests/daemon/runner/fakes.h"
+#include "tests/daemon/session/events.h"
 
 namespace cellcal::daemon {
 namespace {
@@ -47,33 +48,47 @@ State holding(State state) {
   return state;
 }
 
-Event event_of_kind(EventKind kind, const Param& param = {}) {
-  Event event;
-  event.kind = kind;
-  event.interruption = param.interruption;
-  if (of_the_sensor(param)) {
-    const bool known = param.interruption == drivers::Interruption::kLateBytes;
-    event.links.fault =
-        known ? drivers::ContactFault::kDeliveredLate : drivers::ContactFault::kSilent;
-    event.links.delivery.open = !known;
-  } else {
-    event.links.interruption = param.interruption;
+struct Meant {
+  const Param& param;
+  void operator()(MoveEnded& move) const {
+    move.move_id = 7;
+    move.at_rad = {0.11};
+    move.interruption = param.interruption;
+    move.latch.emplace();
+    move.latch->contact_rad = move.latch->settled_rad = {0.11};
   }
-  event.move_id = 7;
-  event.arm_id = 3;
-  if (kind == EventKind::kJournalSound) event.move_id = 8;
+  void operator()(Links& links) const {
+    if (of_the_sensor(param)) {
+      const bool known = param.interruption == drivers::Interruption::kLateBytes;
+      links.fault =
+          known ? drivers::ContactFault::kDeliveredLate : drivers::ContactFault::kSilent;
+      links.delivery.open = !known;
+    } else {
+      links.interruption = param.interruption;
+    }
+    const bool ready = param.interruption == drivers::Interruption::kNone || of_the_sensor(param);
+    links.robot = ready ? drivers::RobotLink::kReady : drivers::RobotLink::kLost;
+    links.interruptions = ready ? 0 : 1;
+    links.contact =
+        of_the_sensor(param) ? drivers::ContactLink::kFault : drivers::ContactLink::kReady;
+  }
+  void operator()(ArmAnswer& answer) const { answer.arm_id = 3; }
+  void operator()(JournalSound& sound) const { sound.move_id = 8; }
+  void operator()(Planned& planned) const { planned.offer.plan = plan(); }
+  void operator()(Routed& routed) const { routed.offer.plan = plan(); }
+  void operator()(Identified& identified) const {
+    identified.result = std::make_shared<const SessionResult>();
+  }
+  void operator()(auto&) const {}
+  static std::shared_ptr<const calib::Plan> plan() {
+    return std::make_shared<const calib::Plan>(testing::line_plan(3));
+  }
+};
+
+Event event_of_kind(EventKind kind, const Param& param = {}) {
+  Event event = testing::event_of_kind(kind);
   event.words = "evidence";
-  event.plan = std::make_shared<const calib::Plan>(testing::line_plan(3));
-  event.result = std::make_shared<const SessionResult>();
-  const bool ready = param.interruption == drivers::Interruption::kNone || of_the_sensor(param);
-  event.links.robot = ready ? drivers::RobotLink::kReady : drivers::RobotLink::kLost;
-  event.links.interruptions = ready ? 0 : 1;
-  event.links.contact =
-      of_the_sensor(param) ? drivers::ContactLink::kFault : drivers::ContactLink::kReady;
-  event.at_rad = {0.11};
-  drivers::Latch latch;
-  latch.contact_rad = latch.settled_rad = {0.11};
-  event.latch = latch;
+  std::visit(Meant{param}, event.evidence);
   return event;
 }
 
@@ -109,9 +124,11 @@ TEST_P(EveryPair, HasAnAnswerToEveryEventInEveryPhase) {
   for (Phase phase : kAllPhases) {
     for (EventKind kind : kAllEvents) {
       if (kind == EventKind::kJournalSound) continue;  // nothing is held: dropped, see below
-      const Step next = step(state_in(phase, GetParam()), event_of_kind(kind, GetParam()));
-      const Transition* row =
-          find_row(state_in(phase, GetParam()), event_of_kind(kind, GetParam()));
+      const Event event = event_of_kind(kind, GetParam());
+      State state = state_in(phase, GetParam());
+      if (kind == EventKind::kLinks) state.links = event.get<Links>();
+      const Transition* row = find_row(state, event);
+      const Step next = step(std::move(state), event);
       if (row != nullptr) {
         EXPECT_EQ(next.state.phase, row->to.value_or(phase)) << pair(phase, kind);
         continue;
@@ -155,8 +172,8 @@ TEST_P(EveryPair, BeginsAMoveOnlyWhenTheJournalSaysThatAllBeforeItIsOnDisk) {
 
 TEST_P(EveryPair, EndsAMoveThatHasNotBegunWithoutAStop) {
   Event lost = event_of_kind(EventKind::kLinks), faulty = lost;
-  lost.links.robot = drivers::RobotLink::kLost;
-  faulty.links.contact = drivers::ContactLink::kFault;
+  testing::links(lost).robot = drivers::RobotLink::kLost;
+  testing::links(faulty).contact = drivers::ContactLink::kFault;
   const std::pair<Event, std::optional<FailureKind>> kCases[] = {
       {event_of_kind(EventKind::kAbort), std::nullopt},
       {event_of_kind(EventKind::kDeadline), FailureKind::kJournal},
@@ -168,11 +185,11 @@ TEST_P(EveryPair, EndsAMoveThatHasNotBegunWithoutAStop) {
     for (const auto& [event, failure] : kCases) {
       const Step next = step(holding(state_in(phase, GetParam())), event);
       EXPECT_EQ(next.state.phase, failure ? Phase::kFailed : Phase::kAborted)
-          << pair(phase, event.kind);
-      ASSERT_EQ(next.state.failure.has_value(), failure.has_value()) << pair(phase, event.kind);
-      EXPECT_TRUE(!failure || next.state.failure->kind == *failure) << pair(phase, event.kind);
+          << pair(phase, event.kind());
+      ASSERT_EQ(next.state.failure.has_value(), failure.has_value()) << pair(phase, event.kind());
+      EXPECT_TRUE(!failure || next.state.failure->kind == *failure) << pair(phase, event.kind());
       EXPECT_EQ(count<BeginMove>(next.actions) + count<StopArm>(next.actions), 0);
-      EXPECT_EQ(count<CloseDevices>(next.actions), 1) << pair(phase, event.kind);
+      EXPECT_EQ(count<CloseDevices>(next.actions), 1) << pair(phase, event.kind());
     }
     const Step moving = step(state_in(phase, GetParam()), event_of_kind(EventKind::kJournalFailed));
     EXPECT_EQ(moving.state.phase, Phase::kStopping) << to_string(phase);
@@ -290,11 +307,14 @@ TEST_P(EveryPair, DropsResultsOfEarlierMovesAndArmings) {
   for (Phase phase : kAllPhases) {
     for (EventKind kind : kAllEvents) {
       Event stale = event_of_kind(kind, GetParam());
-      stale.move_id = 6;
-      stale.arm_id = 2;
-      const bool can_be_stale = kMoveResults.has(kind) || kind == EventKind::kArmed ||
-                                kind == EventKind::kArmRefused || kind == EventKind::kJournalSound;
-      if (!can_be_stale) continue;
+      if (auto* move = std::get_if<MoveEnded>(&stale.evidence))
+        move->move_id = 6;
+      else if (auto* answer = std::get_if<ArmAnswer>(&stale.evidence))
+        answer->arm_id = 2;
+      else if (auto* sound = std::get_if<JournalSound>(&stale.evidence))
+        sound->move_id = 6;
+      else
+        continue;
       const Step next = step(state_in(phase, GetParam()), stale);
       EXPECT_EQ(next.state.phase, phase) << pair(phase, kind);
       EXPECT_TRUE(next.actions.empty()) << pair(phase, kind);
@@ -353,13 +373,13 @@ TEST_P(EveryPair, GoesOnByItselfOnlyWhereItMayAndFromWhatIsHarmless) {
 TEST(SessionTable, DropsAnswersToQuestionsThatWereAskedAnew) {
   State state = state_in(Phase::kRouting, {});
   state.route_id = 2;
-  for (const EventKind kind : {EventKind::kRouted, EventKind::kWorkFailed}) {
-    Event old = event_of_kind(kind);
-    old.route_id = 1;
-    EXPECT_EQ(step(state, old).state.phase, Phase::kRouting) << to_string(kind);
-    old.route_id = 2;
-    EXPECT_NE(step(state, old).state.phase, Phase::kRouting) << to_string(kind);
-  }
+  const auto answers = [](std::uint32_t id) {
+    return std::vector<Event>{{Routed{{Meant::plan()}, id}}, {WorkFailed{id}}};
+  };
+  for (const Event& old : answers(1))
+    EXPECT_EQ(step(state, old).state.phase, Phase::kRouting) << to_string(old.kind());
+  for (const Event& current : answers(2))
+    EXPECT_NE(step(state, current).state.phase, Phase::kRouting) << to_string(current.kind());
 }
 
 TEST(SessionTable, NamesEveryPhaseEventAndFailureDifferently) {

@@ -7,6 +7,7 @@
 
 #include "daemon/session/session.h"
 #include "tests/daemon/runner/fakes.h"
+#include "tests/daemon/session/events.h"
 
 namespace cellcal::daemon::testing {
 
@@ -22,20 +23,10 @@ class Walk {
   /// The devices are ready and the newest move or arming is meant, where `change` says nothing else.
   const Walk& on(EventKind kind, const std::function<void(Event&)>& change = nullptr) {
     at += std::chrono::milliseconds(7);
-    Event event;
-    event.kind = kind;
+    Event event = event_of_kind(kind);
     event.at = at;
     event.utc = "2026-01-02T03:04:05.000Z";
-    event.move_id = state.move_id;
-    event.arm_id = state.arm_id;
-    event.links.robot = drivers::RobotLink::kReady;
-    event.links.contact = drivers::ContactLink::kReady;
-    event.links.self_test_ok = event.links.clock_ok = true;
-    event.plan = plan;
-    event.plan_hash = "hash";
-    event.progress.touches_left = 4;
-    event.progress.checks_left = 2;
-    event.stage = "stage";
+    std::visit(Meant{*this}, event.evidence);
     if (change) change(event);
     Step next = step(state, event);
     state = std::move(next.state);
@@ -52,7 +43,7 @@ class Walk {
       latch.time_sigma_s = 2e-5;
       latch.reaction_s = 0.003;
       latch.bounces = 6;
-      event.latch = latch;
+      move(event).latch = latch;
     });
   }
   void to_routing() {
@@ -98,14 +89,36 @@ class Walk {
 
   /// All is on disk that was recorded before this move.
   void journal_sound(std::uint32_t move_id) {
-    Event event;
-    event.kind = EventKind::kJournalSound;
+    Event event{JournalSound{move_id}};
     event.at = at;
-    event.move_id = move_id;
     Step next = step(state, event);
     state = std::move(next.state);
     for (Action& action : next.actions) actions.push_back(std::move(action));
   }
+
+  struct Meant {
+    Walk& walk;
+    void operator()(MoveEnded& move) const { move.move_id = walk.state.move_id; }
+    void operator()(JournalSound& sound) const { sound.move_id = walk.state.move_id; }
+    void operator()(ArmAnswer& answer) const { answer.arm_id = walk.state.arm_id; }
+    void operator()(Links& links) const {
+      links.robot = drivers::RobotLink::kReady;
+      links.contact = drivers::ContactLink::kReady;
+      links.self_test_ok = links.clock_ok = true;
+    }
+    void operator()(Planned& planned) const {
+      planned.offer = offer();
+      planned.plan_hash = "hash";
+    }
+    void operator()(Routed& routed) const { routed.offer = offer(); }
+    void operator()(auto&) const {}
+    Offer offer() const {
+      calib::Progress progress;
+      progress.touches_left = 4;
+      progress.checks_left = 2;
+      return {walk.plan, progress, "stage"};
+    }
+  };
 
   State state;
   Actions actions;

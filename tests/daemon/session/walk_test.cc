@@ -128,7 +128,9 @@ TEST(AWalk, ThroughOneTouchAndHome) {
   walk.the<Identify>();
   EXPECT_EQ(walk.timeout_s(), 300.0);
   const auto result = std::make_shared<const SessionResult>();
-  walk.on(EventKind::kIdentified, [&](Event& event) { event.result = result; });
+  walk.on(EventKind::kIdentified, [&](Event& event) {
+    std::get<Identified>(event.evidence).result = result;
+  });
   EXPECT_EQ(walk.the<WriteReport>().result, result);
   EXPECT_EQ(walk.state.result, result);
   EXPECT_EQ(walk.timeout_s(), 60.0);
@@ -237,8 +239,8 @@ TEST(AWalk, WaitsForBothLinks) {
     walk.on(EventKind::kRun);
     walk.on(EventKind::kPlanned);
     walk.on(EventKind::kLinks, [=](Event& event) {
-      event.links.robot = robot;
-      event.links.contact = contact;
+      links(event).robot = robot;
+      links(event).contact = contact;
     });
     return walk.state.phase;
   };
@@ -259,25 +261,25 @@ TEST(AWalk, TakesALinkThatGoesDownWhileItStandsForLost) {
     walk.on(EventKind::kLinks, change);
     return walk.state;
   };
-  EXPECT_EQ(after([](Event& e) { e.links.robot = drivers::RobotLink::kLost; }).failure->kind,
+  EXPECT_EQ(after([](Event& e) { links(e).robot = drivers::RobotLink::kLost; }).failure->kind,
             FailureKind::kRobotSilent);
-  EXPECT_EQ(after([](Event& e) { e.links.robot = drivers::RobotLink::kDown; }).failure->kind,
+  EXPECT_EQ(after([](Event& e) { links(e).robot = drivers::RobotLink::kDown; }).failure->kind,
             FailureKind::kRobotSilent);
-  EXPECT_EQ(after([](Event& e) { e.links.contact = drivers::ContactLink::kDown; }).failure->kind,
+  EXPECT_EQ(after([](Event& e) { links(e).contact = drivers::ContactLink::kDown; }).failure->kind,
             FailureKind::kContactFault);
-  EXPECT_EQ(after([](Event& e) { e.links.contact = drivers::ContactLink::kFault; }).failure->kind,
+  EXPECT_EQ(after([](Event& e) { links(e).contact = drivers::ContactLink::kFault; }).failure->kind,
             FailureKind::kContactFault);
   EXPECT_FALSE(
-      after([](Event& e) { e.links.contact = drivers::ContactLink::kIdentifying; }).failure);
+      after([](Event& e) { links(e).contact = drivers::ContactLink::kIdentifying; }).failure);
 }
 
 TEST(AWalk, ResumedInContactLeavesItFirstAndLetsTheSensorProveItself) {
   const auto touching = [](bool guards) {
     return [=](Event& event) {
-      event.links.in_contact = true;
-      event.links.contact = drivers::ContactLink::kIdentifying;
-      event.links.can_guard_retreat = guards;
-      event.links.self_test_ok = false;
+      links(event).in_contact = true;
+      links(event).contact = drivers::ContactLink::kIdentifying;
+      links(event).can_guard_retreat = guards;
+      links(event).self_test_ok = false;
     };
   };
   Walk walk;
@@ -288,7 +290,7 @@ TEST(AWalk, ResumedInContactLeavesItFirstAndLetsTheSensorProveItself) {
   EXPECT_EQ(walk.state.phase, Phase::kConnecting);
   walk.on(EventKind::kLinks, [&](Event& event) {
     touching(true)(event);
-    event.links.robot = drivers::RobotLink::kLost;
+    links(event).robot = drivers::RobotLink::kLost;
   });
   EXPECT_EQ(walk.state.phase, Phase::kConnecting);
   walk.on(EventKind::kLinks, touching(true));
@@ -359,10 +361,10 @@ TEST(AnArming, ThatIsRefusedOnceIsAskedForAgainAfterASelfTest) {
     walk.on(EventKind::kArmRefused);
     walk.the<SelfTest>();
     EXPECT_EQ(walk.timeout_s(), 2.0);
-    walk.on(EventKind::kLinks, [](Event& event) { event.links.self_test_ok = false; });
+    walk.on(EventKind::kLinks, [](Event& event) { links(event).self_test_ok = false; });
     EXPECT_EQ(walk.find<ArmSensor>(), nullptr);
     walk.on(EventKind::kLinks,
-            [](Event& event) { event.links.contact = drivers::ContactLink::kIdentifying; });
+            [](Event& event) { links(event).contact = drivers::ContactLink::kIdentifying; });
     EXPECT_EQ(walk.find<ArmSensor>(), nullptr);
     walk.on(EventKind::kLinks);
     EXPECT_EQ(walk.the<ArmSensor>().arm_id, id + 1);
@@ -432,7 +434,7 @@ TEST(Readings, ThatDisagreeAreRepeatedFiveTimes) {
 TEST(Noise, IsBackedOffFromFiveTimesAndCounted) {
   Walk walk;
   walk.to_fast_search();
-  const auto revoked = [](Event& event) { event.at_rad = {0.105}; };
+  const auto revoked = [](Event& event) { move(event).at_rad = {0.105}; };
   for (int i = 1; i <= 5; ++i) {
     walk.on(EventKind::kRevoked, revoked);
     EXPECT_EQ(walk.state.revoked, i);
@@ -454,9 +456,9 @@ TEST(ASearch, ThatMeetsNothingAsksTheSensorFirst) {
   walk.on(EventKind::kArrived);
   walk.the<SelfTest>();
   EXPECT_TRUE(walk.state.missed);
-  walk.on(EventKind::kLinks, [](Event& event) { event.links.self_test_ok = false; });
+  walk.on(EventKind::kLinks, [](Event& event) { links(event).self_test_ok = false; });
   EXPECT_EQ(walk.state.phase, Phase::kProving);
-  walk.on(EventKind::kLinks, [](Event& event) { event.links.in_contact = true; });
+  walk.on(EventKind::kLinks, [](Event& event) { links(event).in_contact = true; });
   EXPECT_EQ(walk.state.phase, Phase::kProving);
   walk.on(EventKind::kLinks);
   EXPECT_EQ(walk.state.failure->kind, FailureKind::kNoContact);
@@ -509,15 +511,29 @@ TEST(AnEnd, ThatNobodyThoughtOfStopsTheArmWhereverItMayBe) {
   EXPECT_EQ(rested.state.phase, Phase::kStopping);
 }
 
+TEST(AContactClosedWhileAPathIsPlanned, IsNamedByTheSensor) {
+  Walk walk;
+  walk.to_routing();
+  walk.on(EventKind::kLinks, [](Event& event) {
+    links(event).in_contact = true;
+    links(event).contact_words = "in contact for 2 s";
+  });
+  walk.on(EventKind::kRouted);
+  ASSERT_EQ(walk.state.phase, Phase::kFailed);
+  EXPECT_EQ(walk.state.failure->kind, FailureKind::kContactClosed);
+  EXPECT_NE(words(walk.state.failure->detail).find("In contact for 2 s"), std::string::npos)
+      << words(walk.state.failure->detail);
+}
+
 TEST(WhatIsKnown, IsKeptOfLinksAndAssessmentsAndChangesNoDeadline) {
   Walk walk;
   walk.to_fast_search();
   const auto deadline = walk.state.deadline;
-  walk.on(EventKind::kAssessed, [](Event& event) { event.residual_m = 0.001; });
+  walk.on(EventKind::kAssessed, [](Event& event) { assessed(event).residual_m = 0.001; });
   EXPECT_EQ(walk.state.residual_m, 0.001);
-  walk.on(EventKind::kLinks, [](Event& event) { event.links.contact_words = "words"; });
+  walk.on(EventKind::kLinks, [](Event& event) { links(event).contact_words = "words"; });
   EXPECT_EQ(walk.state.links.contact_words, "words");
-  walk.on(EventKind::kRun, [](Event& event) { event.links.contact_words = "others"; });
+  walk.on(EventKind::kRun);
   EXPECT_EQ(walk.state.links.contact_words, "words");
   EXPECT_EQ(walk.state.residual_m, 0.001);
   EXPECT_EQ(walk.state.deadline, deadline);
