@@ -113,15 +113,15 @@ Given apply_request_options(const NewCellCommand& command, CellForm& form) {
 }
 
 /// Result of planning a session with the default number of touches.
-struct Planned {
+struct PlannedCell {
   std::optional<std::string> why_not;
   std::size_t touches = 0;
   double mean_mm = 0.0, u95_mm = 0.0;
   LimitNeeded limit;
 };
 
-Planned plan_it(const calib::Cell& cell) {
-  Planned planned;
+PlannedCell plan_it(const calib::Cell& cell) {
+  PlannedCell planned;
   for (const calib::Target& target : cell.targets) {
     if (target.has_centre) continue;
     planned.why_not = fmt::format(
@@ -150,7 +150,7 @@ std::string daemon_lines(const LimitNeeded& limit) {
 }
 
 std::string words(const NewCellCommand& command, const CellForm& form, const calib::Cell& cell,
-                  const std::vector<std::string>& warnings, const Planned& planned) {
+                  const std::vector<std::string>& warnings, const PlannedCell& planned) {
   const std::string file = command.output.string();
   std::string text = fmt::format("{}: {}, {} spheres, {} certified lengths\n", file,
                                  cell.robot.name, form.spheres.size(), form.lengths.size());
@@ -168,7 +168,7 @@ std::string words(const NewCellCommand& command, const CellForm& form, const cal
 }
 
 std::string as_json(const NewCellCommand& command, const std::vector<std::string>& warnings,
-                    const Planned& planned) {
+                    const PlannedCell& planned) {
   json value{{"file", command.output.string()},
              {"warnings", warnings},
              {"why_not_planned", nullptr},
@@ -223,7 +223,7 @@ int new_cell(const NewCellCommand& command, std::istream& in, std::ostream& aske
       calib::read_file(form.robot.name, calib::kMostTomlBytes) != form.robot.text)
     write_atomically(form.robot.name, form.robot.text);  // of machine data
   write_atomically(command.output, text);
-  const Planned planned = plan_it(cell);
+  const PlannedCell planned = plan_it(cell);
   fmt::print("{}", command.json ? as_json(command, warnings, planned)
                                 : words(command, form, cell, warnings, planned));
   return planned.why_not ? 1 : 0;

@@ -189,14 +189,14 @@ struct Plain {
   EventKind kind() const { return kKind; }
 };
 
-using Evidence =
+using EventEvidence =
     std::variant<Plain<EventKind::kRun>, Plain<EventKind::kAbort>, Planned, Routed, Assessed,
                  Identified, Plain<EventKind::kReported>, WorkFailed, Links,
                  Plain<EventKind::kDeviceFailed>, ArmAnswer, MoveEnded, Plain<EventKind::kRecorded>,
                  JournalSound, Plain<EventKind::kJournalFailed>, Plain<EventKind::kDeadline>>;
 
 struct Event {
-  Evidence evidence{};
+  EventEvidence evidence{};
   calib::Phrase words{};    ///< reason given by driver, worker or journal
   drivers::TimePoint at{};  ///< session clock
   std::string utc{};        ///< wall time, ISO 8601

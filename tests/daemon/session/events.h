@@ -10,13 +10,13 @@ namespace cellcal::daemon::testing {
 namespace evidence {
 
 template <class T>
-void of(EventKind kind, std::optional<Evidence>& found) {
+void of(EventKind kind, std::optional<EventEvidence>& found) {
   if (T{}.kind() == kind) found = T{};
 }
 
 template <class... T>
-std::optional<Evidence> of_kind(EventKind kind, const std::variant<T...>*) {
-  std::optional<Evidence> found;
+std::optional<EventEvidence> of_kind(EventKind kind, const std::variant<T...>*) {
+  std::optional<EventEvidence> found;
   (of<T>(kind, found), ...);
   return found;
 }
@@ -28,7 +28,7 @@ inline Event event_of_kind(EventKind kind) {
   for (const auto outcome : all_values<drivers::MoveOutcome>())
     if (event_of(outcome) == kind) return {MoveEnded{outcome}};
   if (kind == EventKind::kArmed) return {ArmAnswer{true}};
-  const auto found = evidence::of_kind(kind, static_cast<const Evidence*>(nullptr));
+  const auto found = evidence::of_kind(kind, static_cast<const EventEvidence*>(nullptr));
   if (!found) throw std::logic_error(to_string(kind));
   return {*found};
 }
