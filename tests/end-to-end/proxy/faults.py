@@ -62,9 +62,12 @@ class Fault:
                 return
             self.seen_s = now
         if at == "start" or now >= self.seen_s + (0.0 if at == "contact" else self.offset_s):
-            self.begun_s = now
-            if self.dose.act:
-                self.dose.act(relay, self, now)
+            self.begin(relay, now)
+
+    def begin(self, relay, now):
+        self.begun_s = now
+        if self.dose.act:
+            self.dose.act(relay, self, now)
 
     def touch(self, relay, line, data, now):
         self.tick(relay, now)
@@ -77,6 +80,36 @@ class Fault:
             return [(0, data)]
         self.done += 1
         return changed
+
+
+class Pair:
+    """Two kinds in one session, the second from up to 50 ms after the first."""
+
+    def __init__(self, kinds, rng, touches):
+        self.first, self.second = (Fault(kind, rng, touches) for kind in kinds)
+        self.lag_s = rng.uniform(0.0, 0.05)
+        self.dose = Dose(f"{self.first.dose.words}; {1e3 * self.lag_s:.0f} ms later {self.second.dose.words}")
+
+    @property
+    def begun_s(self):
+        return self.first.begun_s  # it may end the session before the second
+
+    def tick(self, relay, now):
+        self.first.tick(relay, now)
+        if self.first.begun_s and self.second.begun_s is None and now >= self.first.begun_s + self.lag_s:
+            self.second.begin(relay, now)
+
+    def touch(self, relay, line, data, now):
+        self.tick(relay, now)
+        out = []
+        for delay_s, part in self.first.touch(relay, line, data, now):
+            if self.second.begun_s is None:
+                out.append((delay_s, part))
+                continue
+            for more_s, changed in self.second.touch(relay, line, part, now):
+                overtakes = delay_s < 0 or more_s < 0
+                out.append(((-1 if overtakes else 1) * (abs(delay_s) + abs(more_s)), changed))
+        return out
 
 
 # What is done to a message.
