@@ -1,4 +1,4 @@
-// What a session's touch waits for the journal, alone and while all of it is copied.
+// Time a session's touch waits for the journal, alone and during a backup of the whole journal.
 
 #include <fmt/format.h>
 #include <stdlib.h>
@@ -39,7 +39,7 @@ calib::Touch touch() {
   return touch;
 }
 
-/// As many bytes as a session with its calibration, the one before it, and a hundred touches.
+/// About the bytes of a session with its calibration, the preceding one, and a hundred touches.
 void fill(daemon::Journal& journal) {
   constexpr std::size_t kCalibration = 400'000;
   const std::int64_t id = journal.begin({"/c", "cell", "/r", "robot", "{}"}, "t");
@@ -52,7 +52,7 @@ void record(daemon::Journal& journal, std::int64_t id, std::size_t& index, Times
   const auto begun = Clock::now();
   journal.record(id, daemon::RecordTouch{index++, touch()});
   times.add(Clock::now() - begun);
-  // As often as nothing does.
+  // Far more often than in a session.
   std::this_thread::sleep_for(std::chrono::milliseconds(5));
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// Threads of normal priority that do nothing but use a processor up.
+// Threads of normal priority that only consume processor time.
 
 #include <atomic>
 #include <thread>

@@ -11,12 +11,12 @@ using Eigen::Vector3d;
 
 constexpr double kLinkRadiusM = 0.10;  // forearm castings of 5 to 20 kg arms
 constexpr double kToolRadiusM = 0.03;  // a torch's neck
-constexpr double kTipLengthM = 0.06;   // the slim end of the tool: contact tip and wire
+constexpr double kTipLengthM = 0.06;   // slim end of the tool: contact tip and wire
 constexpr double kTipRadiusM = 0.004;
-constexpr double kBodyMarginM = 0.02;  // for everything but the tip
+constexpr double kBodyMarginM = 0.02;  // for everything except the tip
 constexpr double kStandRadiusM = 0.015;
 constexpr double kStandLengthM = 0.25;
-constexpr double kBelowTargetsM = 0.10;  // wrist and flange stay above the lowest target less this
+constexpr double kBelowTargetsM = 0.10;  // wrist and flange stay above the lowest target minus this
 constexpr double kStepRad = 0.02;        // 2.8 cm at 1.4 m, less than any radius here with margin
 
 double distance(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
@@ -46,7 +46,7 @@ CapsuleCheck::CapsuleCheck(const Cell& cell, const ArmModel& arm) : arm_(arm) {
   if (!up_.allFinite()) up_ = Vector3d::UnitZ();
   floor_m_ = 1e9;
   for (const Target& target : cell.targets) {
-    // A tracker stands outside, a plane is no stand, and what has no place keeps nothing clear.
+    // Trackers, planes and targets without a stated centre are no obstacles.
     if (!has_a_centre(target.kind) || !target.has_centre) continue;
     const double radius = target.diameter_m / 2.0;
     obstacles_.push_back(
@@ -74,7 +74,7 @@ bool CapsuleCheck::clear(const JointVector& q, double tip_margin_m) const {
     if (distance(o.centre_m, o.foot_m, tip, neck) - kStandRadiusM - kTipRadiusM < tip_margin_m)
       return false;
     if (gap(neck, flange, kToolRadiusM) < kBodyMarginM) return false;
-    // The base's own column stands where it stands; links from the shoulder on move.
+    // The column of the base is fixed; links from the shoulder on move.
     for (std::size_t i = 2; i < origins.size(); ++i)
       if (gap(origins[i - 1], origins[i], kLinkRadiusM) < kBodyMarginM) return false;
   }

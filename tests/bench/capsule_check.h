@@ -1,8 +1,7 @@
 #pragma once
-// The check that planning began with, kept to compare speed: whether the arm keeps clear of the
-// spheres and their stands. Arm and tool nominal geometry, spheres are spheres, stands are vertical
-// posts below them. Not looked at: the arm against itself, and anything that the cell file does not
-// name.
+// The collision check of the first planner, kept for speed comparison: clearance of the arm from
+// the spheres and the vertical posts below them, with nominal geometry of arm and tool. Not
+// checked: self-collision, and anything the cell file does not state.
 
 #include <Eigen/Core>
 #include <vector>
@@ -17,9 +16,9 @@ class CapsuleCheck {
   /// Targets must state their centres.
   CapsuleCheck(const Cell& cell, const ArmModel& arm);
 
-  /// `tip_margin_m`: how far the tip's end must stay from every sphere's surface.
+  /// `tip_margin_m`: least distance of the tip's end from every sphere's surface.
   bool clear(const JointVector& q, double tip_margin_m) const;
-  /// Samples the straight joint-space move finely enough that nothing can pass in between.
+  /// Samples the straight joint-space move finely enough that no collision is missed.
   bool clear(const JointVector& from, const JointVector& to, double tip_margin_m) const;
 
  private:

@@ -28,14 +28,14 @@ using Steady = std::chrono::steady_clock;
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
-/// As many changed replies in a row mean constant speed: the ramp at searching speed takes 28 ms.
+/// Number of changed replies in a row at constant speed: the ramp at search speed takes 28 ms.
 constexpr int kSteadyCycles = 12;
-/// A packet that is to follow the byte waits for it at most this long behind its time.
+/// Maximum delay of a packet that is to follow the byte.
 constexpr milliseconds kHoldLimit{2};
-/// The echo is asked in the middle of a cycle, when the reply is long out.
+/// The echo is requested in the middle of a cycle, well after the reply.
 constexpr milliseconds kEchoEarliest{1}, kEchoSpread{1};
 constexpr std::size_t kTripBytes = std::size_t{CTP_TRIP_SIZE} + std::size_t{CTP_OVERHEAD};
-/// A packet that is sent this long behind its time: the machine stood still, not the driver.
+/// A packet sent this late is due to a stall of the machine, not to the driver.
 constexpr milliseconds kStall{1};
 constexpr std::size_t kSentKept = 16;
 
@@ -90,9 +90,9 @@ struct CellPeer::Impl {
         trip = trip || (frame != nullptr && frame->type == CTP_TRIP);
       }
       const bool ours = trip && stage == Stage::kEdgeSet;
-      if (ours && gap) prepare_packet();  // so that nothing but the gap lies between the two
+      if (ours && gap) prepare_packet();  // so that only the gap separates the two
       const TimePoint now = Steady::now();
-      last_frame_at = now;  // what was on the wire when it fell silent still comes
+      last_frame_at = now;  // bytes already on the wire still arrive
       // Frames that do not fit are lost, as on a real line.
       [[maybe_unused]] const auto written =
           ::write(sensor.master(), output->frame.data.data(), output->frame.size);
@@ -129,7 +129,7 @@ struct CellPeer::Impl {
     const auto ipoc = static_cast<std::uint32_t>(controller.ipoc());
     const TimePoint sent_at = Steady::now();
     sent[ipoc / static_cast<std::uint32_t>(options.cycle_ms) % kSentKept] = {ipoc, sent_at};
-    // A robot that does not listen makes this fail; the controller counts it as a late reply.
+    // Fails if the robot does not listen; the controller counts it as a late reply.
     (void)::send(to_robot.fd(), bytes.data(), bytes.size(), 0);
     if (stage == Stage::kWritten && !first_ipoc) {
       first_ipoc = ipoc;
@@ -169,7 +169,7 @@ struct CellPeer::Impl {
     mcu.edge(edge_at, true);
   }
 
-  /// Of a whole, at random.
+  /// A random share of a whole.
   struct Share {
     double of_one;
     Duration operator*(Duration whole) const {
@@ -267,7 +267,7 @@ struct CellPeer::Impl {
   std::optional<TimePoint> echo_at;
   TimePoint echo_sent{};
 
-  // the contact that is being made
+  // the current contact
   enum class Stage { kIdle, kAwaitingSpeed, kEdgeSet, kWritten, kSilent } stage = Stage::kIdle;
   bool going_silent = false;
   std::optional<TimePoint> silent_from;
@@ -277,7 +277,7 @@ struct CellPeer::Impl {
   std::optional<std::uint32_t> first_ipoc;
   bool seen_frozen = false;
 
-  // between the threads: what belongs to a flag is written before it is set
+  // between the threads: data are written before their flag is set
   std::optional<Duration> gap_asked;
   Contact contact;
   Silence silence;

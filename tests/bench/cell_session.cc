@@ -98,7 +98,7 @@ std::optional<MoveResult> CellSession::search_with(const std::function<void()>& 
   const std::string trouble = wait_until_ready();
   if (!trouble.empty()) return spoiled(trouble);
   std::optional<ArmResult> armed;
-  // Pings that a silent sensor did not answer are asked again some time later.
+  // Pings that a silent sensor did not answer are repeated after some time.
   for (int tries = 0; tries < kArmTries; ++tries) {
     if (tries > 0) std::this_thread::sleep_for(kNextPing);
     contact_.arm(++arm_id_, kArmLifetime);

@@ -1,6 +1,6 @@
 #pragma once
-// The drivers as the daemon's RSI backend puts them together (SerialContact on a terminal, RsiRobot
-// on UDP, both on one IoThread), and searches as a session makes them, against a CellPeer.
+// The drivers as in the daemon's RSI backend (SerialContact on a terminal, RsiRobot on UDP, both on
+// one IoThread), with searches as in a session, against a CellPeer.
 
 #include <boost/asio/io_context.hpp>
 #include <chrono>
@@ -20,10 +20,10 @@ namespace cellcal::bench {
 struct CellSessionOptions {
   double speed_mrad_s = 2.0;  ///< of the searching axis: 2 mm/s at 1 m of reach
   bool realtime = true;
-  bool patient = false;  ///< a stalled machine is no failure of the robot's or of the clock's
+  bool patient = false;  ///< a stall of the machine is no failure of robot or clock
 };
 
-/// Looks every millisecond until it is so, for at most 10 s.
+/// Polls every millisecond until the condition is true, for at most 10 s.
 template <typename Condition>
 bool eventually(Condition done) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds{10};
@@ -36,17 +36,17 @@ bool eventually(Condition done) {
 
 class CellSession {
  public:
-  /// Opens everything and starts the peer, which must outlive this.
+  /// Opens all devices and starts the peer, which must outlive this.
   CellSession(CellPeer& peer, const CellSessionOptions& options);
   ~CellSession();
   CellSession(const CellSession&) = delete;
   CellSession& operator=(const CellSession&) = delete;
 
-  /// Empty, or what keeps it from being ready.
+  /// Empty, or the reason why it is not ready.
   std::string wait_until_ready();
   /// One search during which the sensor falls silent.
   std::optional<Silence> lose_heartbeat();
-  /// One search that ends in contact. Empty: spoiled, and why is counted.
+  /// One search that ends in contact. Empty: failed; the reason is counted.
   std::optional<Contact> search(std::optional<drivers::Duration> gap);
 
   const std::map<std::string, int>& spoilt() const { return spoilt_; }
@@ -54,13 +54,13 @@ class CellSession {
   boost::asio::io_context& context() { return io_.context(); }
 
  private:
-  /// Empty: it could not be begun, or never ended.
+  /// Empty: it did not begin, or did not end.
   std::optional<drivers::MoveResult> search_with(const std::function<void()>& what_happens);
   std::nullopt_t spoiled(const std::string& why);
 
   const CellSessionOptions options_;
   CellPeer& peer_;
-  drivers::IoThread io_;  // in this order: what lives on the context goes before it
+  drivers::IoThread io_;  // in this order: users of the context are destroyed first
   drivers::SerialContact contact_;
   drivers::RsiRobot robot_;
   std::uint16_t arm_id_ = 0;

@@ -1,5 +1,5 @@
-// How long the choice of touches takes on one core: 400 out of eight spheres with 500 candidates
-// each, beside a greedy choice that works out the posterior anew for every pick.
+// Time of the choice of touches on one core: 400 out of eight spheres with 500 candidates each,
+// compared with a greedy choice that recomputes the posterior for every pick.
 
 #include <fmt/format.h>
 
@@ -21,9 +21,9 @@ namespace {
 
 using namespace cellcal::calib;  // NOLINT: a benchmark's own file
 
-constexpr int kExchanges = 6;  // as plans have them
+constexpr int kExchanges = 6;  // as in plans
 
-/// Of the processor: what else runs on the machine is no part of it.
+/// CPU time, so that other load on the machine does not count.
 double cpu_seconds() {
   timespec now{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
@@ -31,7 +31,7 @@ double cpu_seconds() {
   return static_cast<double>(now.tv_sec) + kNano * static_cast<double>(now.tv_nsec);
 }
 
-/// The demo cell's arm and tool with spheres all around its front, another cell for each seed.
+/// The demo cell's arm and tool with spheres all around its front; a different cell for each seed.
 Cell cell_of(const Cell& demo, int spheres, unsigned seed) {
   Cell cell = demo;
   Random random(seed);
@@ -54,7 +54,7 @@ Cell cell_of(const Cell& demo, int spheres, unsigned seed) {
   return cell;
 }
 
-/// As many of each sphere's candidates as are wanted.
+/// At most this many candidates of each sphere.
 std::vector<Candidate> candidates_of(const Cell& cell, const ArmModel& arm, int per_sphere) {
   PlanOptions options;
   std::vector<Candidate> all =
@@ -64,7 +64,7 @@ std::vector<Candidate> candidates_of(const Cell& cell, const ArmModel& arm, int 
   return all;
 }
 
-/// The greedy choice without anything kept from pick to pick. Fills the seconds of each pick.
+/// The greedy choice without values kept between picks. Fills the seconds of each pick.
 std::vector<std::size_t> naive(const DesignProblem& problem, int picks, std::vector<double>& took) {
   const RowMajor& rows = problem.rows;
   const Eigen::Index n = rows.cols(), arm = problem.moves_m.cols();
@@ -129,7 +129,7 @@ int main(int argc, char** argv) {
     start = cpu_seconds();
     (void)choose(cell, list, options);
     greedy.add(1e6 * (cpu_seconds() - start));
-    // The baseline knows nothing of shares of spheres: beside it the choice does not, either.
+    // The baseline has no minimum per sphere; for the comparison the choice has none either.
     const DesignProblem problem = design_problem(cell, list, options.region);
     unknowns = problem.rows.cols();
     std::vector<double> took;

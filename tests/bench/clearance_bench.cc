@@ -1,5 +1,5 @@
-// How long the check takes that a posture and a move hit nothing, beside the check that planning
-// began with (spheres and stands only). Prints microseconds per call; gates nothing.
+// Time of the collision check of a posture and a move, compared with the check of the first planner
+// (spheres and their posts only). Prints microseconds per call; gates nothing.
 
 #include <fmt/format.h>
 #include <malloc.h>
@@ -19,12 +19,12 @@ namespace {
 
 using namespace cellcal::calib;  // NOLINT: a benchmark's own file
 
-constexpr int kBatches = 21;  // the median of them stands
+constexpr int kBatches = 21;  // their median is reported
 
 template <typename Work>
 double microseconds(int calls, const Work& work) {
   std::vector<double> us;
-  volatile int sink = 0;  // what is not used would be left out
+  volatile int sink = 0;  // unused results would be optimised away
   for (int batch = 0; batch < kBatches; ++batch) {
     const auto start = std::chrono::steady_clock::now();
     int sum = 0;
@@ -79,7 +79,7 @@ Obstacle obstacle(ObstacleShape shape, const char* id, const Eigen::Vector3d& at
   return o;
 }
 
-/// A table under the spheres, a cabinet beside, a post, the floor, and a tube as a mesh.
+/// A table under the spheres, a cabinet next to them, a post, the floor, and a tube as a mesh.
 Cell furnished(Cell cell) {
   cell.floor_m = -0.3;
   cell.obstacles.push_back(obstacle(ObstacleShape::kBox, "table", {1.0, 0.0, -0.1}));
@@ -106,7 +106,7 @@ Cell furnished(Cell cell) {
   return cell;
 }
 
-/// What a mesh of many triangles costs whoever looks at it first, and the next one.
+/// Cost of a mesh of many triangles for its first Clearance, and for the next one.
 void measure_mesh(const Cell& cell, const ArmModel& arm) {
   constexpr int kAcross = 500;  // squares of a wavy sheet, two triangles each
   auto sheet = std::make_shared<Mesh>();

@@ -1,7 +1,7 @@
-// Solvers of one and the same problem, each in a process of its own: cellcal's identification, and
-// Ceres with automatic derivatives of a residual written down plainly. tests/bench/compare runs
-// them beside scipy and compares. The problem: geometric errors of the demo cell's arm, bending of
-// its tool, rho and four centres, all with priors; plain squares, no outliers.
+// Solvers of the same problem, each in a process of its own: cellcal's identification, and Ceres
+// with automatic derivatives of a directly written residual. tests/bench/compare runs them and
+// scipy, and compares. The problem: geometric errors of the demo cell's arm, bending of its tool,
+// rho and four centres, all with priors; plain squares, no outliers.
 
 #include <ceres/ceres.h>
 #include <fmt/format.h>
@@ -25,7 +25,7 @@ using nlohmann::json;
 constexpr ModelLevel kPlain{0.0, 0.0, 0.0};
 constexpr int kJoints = 6, kShared = 26, kCentre = 3;  // geometry, bending and rho; a centre
 
-/// Spheres whose diameter is known, no certified lengths: what the plain residual holds.
+/// Spheres of known diameter, no certified lengths: the terms of the plain residual.
 Cell plain_cell() {
   Cell cell = at_level(testing::demo_cell(), kPlain);
   for (Target& target : cell.targets) target.diameter_sigma_m = 0.0;
@@ -40,7 +40,7 @@ json numbers(const Eigen::Isometry3d& t) {
   return rows;
 }
 
-/// The problem in SI, for whoever solves it.
+/// The problem in SI, for any solver.
 json described(const Cell& cell) {
   const ArmModel arm(cell.robot, cell.tool);
   if (arm.size() + 1 != kShared || arm.joint_count() != kJoints)
@@ -97,7 +97,7 @@ std::vector<Touch> read_touches(const std::string& folder, const Cell& cell) {
 
 struct Solution {
   std::vector<double> x;  ///< SI: arm, rho, centres
-  int iterations = 0;     ///< 0: not told
+  int iterations = 0;     ///< 0: not reported
 };
 
 Solution by_cellcal(const Cell& cell, const std::vector<Touch>& touches, bool full) {
@@ -112,14 +112,14 @@ Solution by_cellcal(const Cell& cell, const std::vector<Touch>& touches, bool fu
   return solution;
 }
 
-/// The touch of a sphere, as one would write it down: chain, tool, bending, distance.
+/// The touch of a sphere, written directly: chain, tool, bending, distance.
 struct TouchCost {
   const Cell& cell;
   const std::vector<ArmParameter>& parameters;
   const JointVector& q;
   const Target& target;
 
-  /// A turn of columns a and b.
+  /// A rotation of columns a and b.
   template <typename T>
   static void mix(Eigen::Matrix<T, 3, 3>& turn, int a, int b, const T& angle) {
     const T c = cos(angle), s = sin(angle);

@@ -1,5 +1,5 @@
-// How long a byte of the sensor takes from the terminal's master end to the event on the io thread.
-// Prints figures; gates nothing, because the machine's load is part of them.
+// Latency of a sensor byte from the terminal's master end to the event on the I/O thread. Prints
+// figures; gates nothing, because the machine's load is part of them.
 
 #include <fmt/format.h>
 #include <unistd.h>

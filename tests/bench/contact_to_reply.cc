@@ -1,10 +1,10 @@
-// Contact byte in to frozen reply out, through the whole stack as the daemon builds it:
-// SerialContact on a pseudo-terminal and RsiRobot on UDP share one IoThread; the emulated sensor
-// and controller are the other ends. Beside it, in the same run, a bare echo: a thread that reads
-// the terminal and sends a datagram. Prints figures; gates nothing.
+// From contact byte to frozen reply, through the whole stack as built by the daemon: SerialContact
+// on a pseudo-terminal and RsiRobot on UDP share one IoThread; the other ends are the emulated
+// sensor and controller. For comparison, in the same run, a bare echo: a thread that reads the
+// terminal and sends a datagram. Prints figures; gates nothing.
 //
-// A reply is frozen when its correction is that of the reply before it. Every other search goes
-// back the way, so that the arm backs off and stays in place.
+// A reply is frozen if its correction equals that of the preceding reply. Every other search goes
+// in the opposite direction, so that the arm stays in place.
 
 #include <fmt/format.h>
 #include <poll.h>
@@ -40,7 +40,7 @@ struct Options {
   PeerOptions peer;
 };
 
-/// Reads a terminal and sends a datagram: what the machine takes without any driver.
+/// Reads a terminal and sends a datagram: the time of the machine without any driver.
 class BareEcho {
  public:
   BareEcho(const CellPeer& peer, bool realtime)
@@ -73,7 +73,7 @@ class BareEcho {
 /// Contacts of one kind.
 struct Figures {
   Times gap, to_frozen, packet_to_frozen;
-  std::vector<double> missed_us;  ///< byte to packet, where that packet's reply still moved
+  std::vector<double> missed_us;  ///< byte to packet, if the reply to that packet still moved
 
   void add(const Contact& contact) {
     gap.add(contact.byte_to_packet);

@@ -1,6 +1,6 @@
-// How long the correction of poses takes: the demo cell's calibrated arm with everything that an arm
-// may do, seeds given as of a program that is corrected; and without seeds, as of a list of poses.
-// Prints figures; gates nothing.
+// Time of the correction of poses: the demo cell's calibrated arm with all effects of the model,
+// with seeds as for a program, and without seeds as for a list of poses. Prints figures; gates
+// nothing.
 
 #include <fmt/format.h>
 

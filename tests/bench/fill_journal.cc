@@ -1,4 +1,4 @@
-// A journal with many short sessions that are done, as years of nightly checks leave it.
+// A journal with many short completed sessions, as after years of nightly checks.
 
 #include <fmt/format.h>
 

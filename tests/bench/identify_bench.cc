@@ -1,5 +1,5 @@
-// How long an identification takes, where the time goes, and how much memory it needs. One cell of
-// four spheres; every run identifies another random arm. Prints figures; gates nothing.
+// Duration of an identification, of its parts, and its memory. One cell of four spheres; every run
+// identifies another random arm. Prints figures; gates nothing.
 
 #include <fmt/format.h>
 #include <malloc.h>
@@ -32,13 +32,13 @@ void measure(bench::Times& times, const Work& work) {
 
 double ms(double us) { return us * 1e-3; }
 
-/// Physical memory of this process, from the kernel's figures.
+/// Physical memory of this process, as reported by the kernel.
 class Memory {
  public:
-  /// From here on the peak counts anew. What earlier runs left to the allocator goes back first.
+  /// Restarts the peak. Memory that earlier runs left to the allocator is returned first.
   void begin() {
     ::malloc_trim(0);
-    std::ofstream("/proc/self/clear_refs") << "5";  // where refused: the peak of the whole process
+    std::ofstream("/proc/self/clear_refs") << "5";  // if refused: the peak of the whole process
     before_mb_ = figure_mb("VmRSS:");
   }
   void end() {
@@ -102,15 +102,15 @@ void measure_parts(const Cell& cell, const std::vector<Touch>& touches, const Ca
   });
   const Eigen::VectorXd x = problem.to_si(u);
   Eigen::Matrix3Xd jacobian(3, arm.size());
-  volatile double sink = 0.0;  // what is not used would be left out
+  volatile double sink = 0.0;  // unused results would be optimised away
   measure(parts.derivatives, [&] {
     for (std::size_t i = 0; i < touches.size(); ++i)
       sink = sink + arm.position(problem.pose(i), x.data(), jacobian).x() + jacobian(0, 0);
   });
 }
 
-/// Touches taken into an estimate that goes along: those that change it near its point of
-/// linearisation, and those after which all are linearised and judged again.
+/// Touches added to an incremental estimate: those that update it near its point of linearisation,
+/// and those after which all are linearised and judged again.
 struct More {
   bench::Times one, anew;
 };

@@ -1,5 +1,5 @@
-// How long the arm model takes: what depends on the angles alone, the position, and the position
-// with its derivatives. Prints figures; gates nothing.
+// Time of the arm model: terms that depend on the angles only, the position, and the position with
+// its derivatives. Prints figures; gates nothing.
 
 #include <fmt/format.h>
 
@@ -16,13 +16,13 @@ namespace {
 
 using namespace cellcal::calib;  // NOLINT: a benchmark's own file
 
-constexpr int kBatches = 21;  // the median of them stands
+constexpr int kBatches = 21;  // their median is reported
 
-/// Nanoseconds per call; `work` gets the number of the call and returns something of its result.
+/// Nanoseconds per call; `work` gets the number of the call and returns a value of its result.
 template <typename Work>
 double nanoseconds(int calls, const Work& work) {
   std::vector<double> ns;
-  volatile double sink = 0.0;  // what is not used would be left out
+  volatile double sink = 0.0;  // unused results would be optimised away
   for (int batch = 0; batch < kBatches; ++batch) {
     const auto start = std::chrono::steady_clock::now();
     double sum = 0.0;

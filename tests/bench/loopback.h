@@ -1,6 +1,6 @@
 #pragma once
-// What the benchmarks of the wires share: a UDP socket on the loopback, a pseudo-terminal, and
-// real-time priority for the threads that stand for hardware.
+// Common parts of the benchmarks of the wires: a UDP socket on the loopback, a pseudo-terminal, and
+// real-time priority for the threads that emulate hardware.
 
 #include <cstdint>
 #include <string>
@@ -9,12 +9,12 @@
 
 namespace cellcal::bench {
 
-/// Of a thread that stands for hardware: its own delays are not the driver's.
+/// For threads that emulate hardware: their delays are not the driver's.
 inline constexpr int kHardwarePriority = drivers::kRobotPriority + 10;
-/// Of a thread that the driver is compared with.
+/// For a thread that is compared with the driver.
 inline constexpr int kDriverPriority = drivers::IoThreadOptions{}.priority;
 
-/// SCHED_FIFO for the calling thread. False where it is not permitted.
+/// SCHED_FIFO for the calling thread. False if not permitted.
 bool request_realtime(int priority);
 
 /// Bound to a free port of 127.0.0.1. Throws std::runtime_error.
@@ -24,7 +24,7 @@ class Udp {
   ~Udp();
   Udp(const Udp&) = delete;
   Udp& operator=(const Udp&) = delete;
-  /// All that is sent goes there, and nothing else is received.
+  /// All data are sent there, and received from there only.
   void connect(std::uint16_t port);
   std::uint16_t port() const;
   int fd() const { return fd_; }
@@ -33,8 +33,8 @@ class Udp {
   int fd_ = -1;
 };
 
-/// Raw, its master end not blocking. Its slave end stays open here, too, so that a driver that
-/// leaves is no hang-up. Throws std::runtime_error.
+/// Raw, its master end non-blocking. The slave end is kept open, so that the end of a driver is no
+/// hang-up. Throws std::runtime_error.
 class Terminal {
  public:
   Terminal();

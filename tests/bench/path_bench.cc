@@ -1,5 +1,5 @@
-// Moves through way-points over many random paths: how near they and their brakes come to the axis
-// limits, how long they take beside stopping at each way-point, and what planning one costs.
+// Moves through way-points over many random paths: peaks of the moves and their brakes relative to
+// the axis limits, durations relative to stopping at each way-point, and the time of planning one.
 
 #include <fmt/format.h>
 
@@ -14,14 +14,14 @@ namespace {
 using namespace cellcal::drivers;  // NOLINT: a benchmark's own file
 using cellcal::bench::Times;
 
-/// Of the thread: what else runs on the machine is no part of it.
+/// CPU time of the thread, so that other load on the machine does not count.
 double cpu_us() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
 }
 
-/// Of any form, degenerate ones among them: shares of the limits, analytic and by differences.
+/// Paths of any form, including degenerate ones: shares of the limits, analytic and by differences.
 void odd_paths(long count, std::uint64_t seed) {
   PathCases cases(seed);
   Peaks moves, brakes, seen;
@@ -50,7 +50,7 @@ void odd_paths(long count, std::uint64_t seed) {
   fmt::print("  longest beside stopping at each way-point: {:.9f}\n", slowest);
 }
 
-/// Of a six-axis arm.
+/// Paths of a six-axis arm.
 void usual_paths(int count, int points, std::uint64_t seed) {
   PathCases cases(seed);
   Times plan, brake_plan;

@@ -1,5 +1,5 @@
-// How long a plan of the demo's cell takes, and how soon it ends when it is called off. Prints seconds of one core;
-// gates nothing.
+// Duration of planning for the demo's cell, and latency of its cancellation. Prints seconds of one core; gates
+// nothing.
 
 #include <fmt/format.h>
 
@@ -15,7 +15,7 @@ namespace {
 
 using namespace cellcal::calib;  // NOLINT: a benchmark's own file
 
-/// Of this thread: what else the machine does is not in it.
+/// CPU time of this thread, so that other load does not count.
 double core_s() {
   timespec now{};
   ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
@@ -29,7 +29,7 @@ void measure(const Cell& cell, int touches, int check) {
   const double begin_s = core_s();
   const Plan plan = make_plan(cell, options);
   const double took_s = core_s() - begin_s;
-  // Once more with somebody who may call it off, and looks at how long that would take at the worst.
+  // Again with a cancellable watch, to measure the longest interval between its polls.
   long polls = 0;
   double last_s = core_s(), longest_s = 0.0;
   const Watch watch([&] {

@@ -1,5 +1,5 @@
-// RSI packet in to reply out over UDP on the loopback, seen from the controller's side: the adapter
-// beside a bare echo in the same run. Prints, and gates nothing.
+// RSI packet in to reply out over UDP on the loopback, as seen by the controller: the adapter, and
+// for comparison a bare echo in the same run. Prints figures; gates nothing.
 
 #include <fmt/format.h>
 #include <poll.h>
@@ -26,7 +26,7 @@ using SteadyClock = std::chrono::steady_clock;
 
 constexpr int kReplyTimeoutMs = 100;
 
-/// Answers each datagram with itself: what the machine takes without any adapter.
+/// Answers each datagram with itself: the time of the machine without any adapter.
 class Echo {
  public:
   explicit Echo(bool realtime) : thread_([this, realtime] { run(realtime); }) {}

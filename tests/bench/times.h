@@ -23,7 +23,7 @@ class Times {
   void add(std::chrono::nanoseconds d) { add(microseconds(d)); }
 
   std::size_t count() const { return us_.size(); }
-  /// Of the samples, the one that the fraction p (0..1) does not exceed; 0 without samples.
+  /// Quantile p (0..1) of the samples; 0 without samples.
   double quantile(double p) {
     if (us_.empty()) return 0.0;
     if (!sorted_) std::sort(us_.begin(), us_.end());
@@ -33,7 +33,7 @@ class Times {
   }
   double worst() { return quantile(1.0); }
 
-  /// p50, p99, p99.9, the worst and the number of samples, as columns under columns().
+  /// p50, p99, p99.9, maximum and number of samples, as columns under columns().
   std::string row() {
     return fmt::format("{:9.1f} {:9.1f} {:9.1f} {:9.1f} {:8d}", quantile(0.5), quantile(0.99),
                        quantile(0.999), worst(), count());

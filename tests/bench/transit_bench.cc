@@ -1,6 +1,6 @@
-// What the ways between the touches of a plan take: run as the arm runs them (jerk-limited, corners passed),
-// beside the straight move between the same postures, whether or not that is clear, and what the planner
-// foresees. Prints seconds; gates nothing.
+// Durations of the paths between the touches of a plan: as executed (jerk-limited, blended corners), as
+// straight moves between the same postures, whether clear or not, and as predicted by the planner. Prints
+// seconds; gates nothing.
 
 #include <fmt/format.h>
 
@@ -23,7 +23,7 @@ drivers::AxisAngles axes(const calib::JointVector& q) {
   return axes;
 }
 
-/// The demo's: 80 % of the robot file's speeds and what its controller is told.
+/// The demo's: 80 % of the robot file's speeds, and its controller's accelerations.
 std::vector<drivers::AxisLimit> limits(const calib::Robot& robot, double speed, double deg_s2,
                                        double deg_s3) {
   constexpr double kDeg = 3.14159265358979323846 / 180.0;
@@ -77,7 +77,7 @@ int main(int argc, char** argv) {
     foreseen_s += calib::duration_s(plan, cell.robot, pace);
     for (std::size_t k = 1; k < plan.touches.size(); ++k) {
       const calib::PlannedTouch &last = plan.touches[k - 1], &next = plan.touches[k];
-      // From the contact, half-way along the search line, out over the clear point.
+      // From the contact, half-way along the search line, via the clear point.
       drivers::AxisAngles from = axes(last.standoff);
       for (std::size_t i = 0; i < from.size(); ++i) from[i] = 0.5 * (from[i] + last.end[i]);
       drivers::Vias vias, stops;

@@ -22,7 +22,7 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::seconds kGiveUp{120};
 constexpr std::chrono::milliseconds kPollInterval{50};
 
-/// None while the database is away.
+/// 0 while the database is down.
 std::size_t touches_in(const std::string& database, std::int64_t session) {
   try {
     pqxx::connection connection(database);
@@ -97,7 +97,7 @@ double CollectorProcess::cpu_s() const {
   std::istringstream rest(text.substr(text.rfind(')') + 2));
   std::string field;
   double ticks = 0.0;
-  // utime and stime are the 14th and 15th field; the first that is left is the 3rd.
+  // utime and stime are fields 14 and 15; the first remaining field is the 3rd.
   for (int i = 3; i <= 15 && rest >> field; ++i)
     if (i >= 14) ticks += std::stod(field);
   return ticks / static_cast<double>(::sysconf(_SC_CLK_TCK));

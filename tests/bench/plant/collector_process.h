@@ -1,5 +1,5 @@
 #pragma once
-// cellcal-fleet in the background, between a broker and a database of their own.
+// cellcal-fleet in the background, between its own broker and database.
 
 #include <cstddef>
 #include <cstdint>
@@ -21,18 +21,18 @@ struct Folder {
   std::filesystem::path path;
 };
 
-/// `number` makes its client id and its socket: another with the same one goes on where it was.
+/// `number` selects client id and socket: another one with the same number continues its session.
 class CollectorProcess {
  public:
-  /// It is connected and subscribed, unless it is not waited for. Throws std::runtime_error.
+  /// Waits until it is connected and subscribed, unless `wait` is false. Throws std::runtime_error.
   CollectorProcess(const std::string& program, const Folder& folder, std::uint16_t broker,
                    const std::string& database, int number, bool wait = true,
                    const std::string& broker_host = "127.0.0.1");
 
   void kill() { process_.signal(9); }
-  /// Most that it ever held.
+  /// Peak memory.
   double megabytes() const;
-  /// Of the processor, of all its threads.
+  /// CPU time of all its threads.
   double cpu_s() const;
 
  private:
@@ -42,7 +42,7 @@ class CollectorProcess {
   daemon::testing::Background process_;
 };
 
-/// Throws std::runtime_error with how many came within two minutes.
+/// Throws std::runtime_error with the number received if it takes longer than two minutes.
 void wait_for_touches(const std::string& database, std::int64_t session, std::size_t count);
 
 }  // namespace cellcal::bench

@@ -1,5 +1,5 @@
-// A thousand cells that publish to one broker, and 1, 2 and 4 collectors behind it: how many messages a second reach the tables,
-// how long one takes there, what the collectors use. Beside it what broker and database do on their own.
+// A thousand cells that publish to one broker, with 1, 2 and 4 collectors: messages per second that reach the tables, their
+// latency, and the collectors' resources; for comparison broker and database by themselves.
 
 #include <fmt/format.h>
 
@@ -88,7 +88,7 @@ void with_collectors(const Options& options, Database& server, int count) {
   std::fflush(stdout);
 }
 
-/// Messages a second of one mosquitto_pub to a broker without a subscriber.
+/// Messages per second of one mosquitto_pub to a broker without subscribers.
 double bare_broker(std::size_t count) {
   const MqttBroker broker;
   const Folder folder;
@@ -105,7 +105,7 @@ double bare_broker(std::size_t count) {
   return static_cast<double>(count) / seconds_since(begun);
 }
 
-/// Messages a second by COPY into a table of one column, one transaction.
+/// Messages per second by COPY into a table of one column, one transaction.
 double bare_copy(Database& server, std::size_t count) {
   pqxx::connection connection(server.create());
   pqxx::nontransaction(connection)
@@ -120,8 +120,8 @@ double bare_copy(Database& server, std::size_t count) {
   return static_cast<double>(count) / seconds_since(begun);
 }
 
-/// A plant that has been at work for a while: of each cell 400 facts of sessions, 200 checks, 50 calibrations of 7 kB, 50 alarms, 300
-/// of health.
+/// A plant in operation for some time: for each cell 400 facts of sessions, 200 checks, 50 calibrations of 7 kB, 50 alarms, 300 of
+/// health.
 constexpr const char* kPlant = R"sql(
 SET search_path = fleet;
 INSERT INTO cells (plant, cell) SELECT 'graz', 'cell-' || i FROM generate_series(1, {0}) i;
@@ -144,7 +144,7 @@ INSERT INTO health (journal_id, number, session, at, packets, gaps, late, replie
 ANALYZE;
 )sql";
 
-/// What a plant's page and `cellcal fleet status` ask, each the best of ten.
+/// Queries of a plant's page and of `cellcal fleet status`, each the best of ten.
 void answers(const Options& options, Database& server) {
   const std::string database = server.create();
   daemon::fleet::Store({database}).maintain();

@@ -79,7 +79,7 @@ struct SimulatedCells::Impl {
         client, [](mosquitto*, void* self, int) { ++static_cast<Impl*>(self)->acknowledged; });
     require(mosquitto_connect(client, "127.0.0.1", port, 600));
     cells.push_back(std::move(cell));
-    turn(0);  // a backlog of connections is short
+    turn(0);  // the backlog of connections is short
   }
 
   static void require(int code) {
@@ -94,7 +94,7 @@ struct SimulatedCells::Impl {
     ++published;
   }
 
-  /// Whatever the sockets have, waiting so long for it.
+  /// Handles all pending socket events, waiting up to `wait_ms` for them.
   void turn(int wait_ms) {
     sockets.resize(cells.size());
     for (std::size_t i = 0; i < cells.size(); ++i) {
