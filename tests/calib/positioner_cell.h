@@ -1,5 +1,5 @@
 #pragma once
-// A KR 16 with a positioner that tilts and turns: three spheres on its table, two beside it.
+// A KR 16 with a positioner that tilts and turns: three spheres on its table, two next to it.
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 #pragma once
-// The cell of positioner_cell.h with a drawn arm and positioner, a session of touches of it, and what may change
+// The cell of positioner_cell.h with a random arm and positioner, a session of touches, and possible changes
 // afterwards.
 
 #include <cmath>
@@ -15,11 +15,11 @@
 
 namespace cellcal::calib::testing {
 
-/// Share of the search line where a contact is looked for.
+/// Share of the search line in which a contact is sought.
 struct SearchedShare {
   double from = 0.0, to = 1.0;
 };
-/// A plan's search that the positioner's prior lengthens ends near the middle.
+/// A planned search, lengthened by the positioner's prior, ends near the centre of the sphere.
 inline constexpr SearchedShare kBeyondTheLine{-0.8, 1.1};
 
 /// The cell as built, with the errors of arm and positioner.
@@ -27,7 +27,7 @@ struct StandingCell {
   Cell cell;
   Eigen::VectorXd x;
 
-  /// Where the true tip meets the sphere on the planned search line; `out_m`: noise.
+  /// Contact of the true tip with the sphere on the planned search line; `out_m`: noise.
   std::optional<Touch> contact(const PlannedTouch& planned, SearchedShare within = {},
                                double out_m = 0.0) const {
     const ArmModel arm(cell);
@@ -50,7 +50,7 @@ struct StandingCell {
     made.joint_rad = at(out);
     return made;
   }
-  /// Of the true tip from the target's true centre.
+  /// Distance of the true tip from the target's true centre.
   double distance_m(const JointVector& q, const std::vector<double>& positioner_rad,
                     const Target& target) const {
     const ArmModel arm(cell);
@@ -62,7 +62,7 @@ struct StandingCell {
   }
 };
 
-/// Rigid, exact gears, so that what is left is geometry.
+/// Rigid, exact gears, so that only geometry remains.
 inline Cell rigid_positioner_cell(const char* robot_file, double load_kg = 0.0) {
   Cell cell = positioner_cell(robot_file);
   cell.robot.positioner.back().mass_kg = load_kg;
@@ -113,7 +113,7 @@ inline StandingCell with_moved_sphere(StandingCell now, const std::string& id,
   now.cell.targets[now.cell.target_index(id)].centre_m += by_m;
   return now;
 }
-/// Shift of the first axis, and turn, base frame.
+/// Shift and rotation of the first axis, base frame.
 inline StandingCell with_moved_positioner(StandingCell now, const Eigen::Vector3d& by_m,
                                           const Eigen::Vector3d& turn_rad) {
   Eigen::Isometry3d& frame = now.cell.robot.positioner[0].frame;
@@ -121,7 +121,7 @@ inline StandingCell with_moved_positioner(StandingCell now, const Eigen::Vector3
   frame.translation() += by_m;
   return now;
 }
-/// The axis stands farther by this angle than its controller states.
+/// The axis is ahead of its controller's reading by this angle.
 inline StandingCell with_zero_off(StandingCell now, std::size_t axis, double by_rad) {
   PositionerAxis& turned = now.cell.robot.positioner[axis];
   turned.frame.rotate(Eigen::AngleAxisd(turned.sign * by_rad, Eigen::Vector3d::UnitZ()));

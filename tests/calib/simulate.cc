@@ -17,7 +17,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Touches from further below would collide with the stand.
+/// Touches from further below would collide with the post.
 constexpr double kLowestElevationRad = -0.35;
 constexpr double kLimitMarginRad = 0.01;
 

@@ -1,5 +1,5 @@
-// What a controller states of its TCP against the robot file: a model, a tool and a base are told apart by many
-// postures, and by few only what they can tell.
+// A controller's stated TCP compared with the robot file: many postures distinguish a model, a tool and a base;
+// few determine a part only.
 
 #include "calib/check/controller_model.h"
 
@@ -28,7 +28,7 @@ const Robot& kr5() {
   return robot;
 }
 
-/// Angles as of touches: all axes vary.
+/// Angles typical of touches: all axes vary.
 std::vector<JointVector> postures(int count, std::uint64_t seed = 3) {
   Random random(seed);
   std::vector<JointVector> all;
@@ -40,7 +40,7 @@ std::vector<JointVector> postures(int count, std::uint64_t seed = 3) {
   return all;
 }
 
-/// By a controller of this model of the arm, with this $TOOL and $BASE.
+/// Poses reported by a controller with this model of the arm, this $TOOL and this $BASE.
 std::vector<StatedPose> stated(const Robot& model, const std::vector<JointVector>& at,
                                const Eigen::Isometry3d& tool = Eigen::Isometry3d::Identity(),
                                const Eigen::Isometry3d& base = Eigen::Isometry3d::Identity()) {

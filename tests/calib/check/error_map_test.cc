@@ -1,4 +1,4 @@
-// Predicted error over the reach: as the figures over the workspace, and larger away from the touches.
+// Predicted error over the reach: as the workspace figures, and larger away from the touches.
 
 #include "calib/check/error_map.h"
 
@@ -11,7 +11,7 @@ namespace {
 
 const Calibration& calibrated() { return testing::calibration(); }
 
-/// Mean over the poses of all squares.
+/// Mean over the poses of all cells.
 double mean_of(const ErrorMap& map, double ErrorCell::*value) {
   double sum = 0.0;
   int poses = 0;

@@ -1,4 +1,4 @@
-// Joints mastered anew by a calibration: a few touches show what is left of each zero.
+// Joints remastered by a calibration: a few touches show the remaining error of each zero.
 
 #include "calib/check/mastered.h"
 
@@ -24,7 +24,7 @@ using testing::calibration, testing::demo_cell, testing::with_robot;
 
 const std::vector<std::string> kJoints{"A2", "A3"};
 
-/// Mastered by the estimate, A3 off by so much.
+/// Mastered by the estimate, with this error of A3.
 sim::Truth mastered_arm(double off_deg) {
   return with_robot([&](Robot& robot) {
     for (const std::string& name : kJoints) {
@@ -82,8 +82,8 @@ TEST(AfterMastering, AJointThatIs3HundredthsOfADegreeOffIsNamedWithItsSize) {
 }
 
 TEST(AfterMastering, ZerosSetAsTheyWereToBeHold) {
-  // Of 200 checks 99 % hold; each zero is inside U in 88 and 94 %: the calibration's own error, common to
-  // all, is 0.8 and 1.2 sigma.
+  // Of 200 checks 99 % hold; each zero is inside U in 88 and 94 % of them: the calibration's own error,
+  // common to all, is 0.8 and 1.2 sigma.
   int held = 0, inside = 0;
   constexpr int kChecks = 40;
   for (std::uint64_t seed = 1; seed <= kChecks; ++seed) {

@@ -1,4 +1,4 @@
-// The sheet of pose accuracy and repeatability against what the touches were made with.
+// The sheet of pose accuracy and repeatability compared with the simulated errors.
 
 #include "calib/check/pose_sheet.h"
 
@@ -46,7 +46,7 @@ TEST(APoseSheet, HasTheDistanceOfEveryHeldOutTouchByTargetAndWhatWasPredicted) {
   EXPECT_NEAR(sheet.accuracy[1].max_m, off.cwiseAbs().maxCoeff(), 1e-12);
 }
 
-/// A touch again and again, A1 scattering so that the tip does by about `sigma_m` along the normal.
+/// A repeated touch; A1 scatters such that the tip scatters by about `sigma_m` along the normal.
 std::vector<Touch> repeated(int times, double& sigma_m) {
   const Touch one = fresh_touches(4).front();
   constexpr double kStepRad = 1e-5;
@@ -72,7 +72,7 @@ TEST(APoseSheet, StatesRpOfTouchesRepeatedAtOnePlace) {
   const PoseRepeatability& row = sheet.repeatability[0];
   EXPECT_EQ(row.repeats, 200);
   EXPECT_EQ(row.first, 0u);
-  // Of a normal distribution: mean 0.798 and standard deviation 0.603 of the distances, in sigmas.
+  // Normal distribution: mean 0.798 and standard deviation 0.603 of the distances, in sigmas.
   EXPECT_NEAR(row.mean_m / sigma_m, 0.798, 0.1);
   EXPECT_NEAR(row.sigma_m / sigma_m, 0.603, 0.1);
   EXPECT_NEAR(row.rp_m, row.mean_m + 3.0 * row.sigma_m, 1e-15);

@@ -1,4 +1,4 @@
-// A check of a cell with a positioner: what moved is named, and neither tool nor arm is blamed for it.
+// A check of a cell with a positioner: the displaced part is named, not the tool or the arm.
 
 #include <gtest/gtest.h>
 
@@ -122,7 +122,7 @@ TEST(CheckWithPositioner, NamesTheSphereThatMovedOnTheFloorOrOnTheTable) {
         *std::ranges::find(plan_with_positioner().touches, id, &PlannedTouch::target);
     const Target& target =
         calibrated_session().cell.targets[calibrated_session().cell.target_index(id)];
-    // Towards the touch, in the frame that it is fixed in.
+    // Towards the touch, in the frame that carries the target.
     const Eigen::Vector3d towards =
         carried_at(
             calibrated_session().cell.robot,

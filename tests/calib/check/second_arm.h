@@ -6,7 +6,7 @@
 
 namespace cellcal::calib::testing {
 
-/// In the base of the first arm. No arm is in the way of another here.
+/// In the base of the first arm. The arms are no obstacles to each other here.
 inline Eigen::Isometry3d second_base() {
   return to_isometry({{150.0, -100.0, 20.0}, {40.0, 0.4, -0.5}});
 }

@@ -1,5 +1,5 @@
-// A few touches decide whether a calibration still holds, and what changed otherwise: a knocked tool, a moved
-// stand, a slipped joint, a warm arm. Missed touches are included.
+// A few touches decide whether a calibration still holds, and identify the change otherwise: a knocked tool,
+// a moved sphere, a slipped joint, a warm arm. Missed touches are included.
 
 #include "calib/check/tcp_check.h"
 

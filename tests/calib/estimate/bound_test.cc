@@ -1,4 +1,4 @@
-// What u95 promises: for the one arm there is, at nearly all of its workspace.
+// Guarantee of u95: it holds for the given arm at nearly all of its workspace.
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ using testing::demo_cell;
 
 constexpr double kKneeRad = 1e-3;
 
-/// A covariance with few strong directions: the errors of one arm go together.
+/// A covariance with few strong directions: the errors of one arm are correlated.
 Eigen::MatrixXd strong_in_few_directions(const ArmModel& arm, Random& random) {
   constexpr int kDirections = 3;
   Eigen::MatrixXd spread(arm.size(), kDirections);
@@ -36,7 +36,7 @@ TEST(Bound, HoldsAtMostOfTheWorkspaceForNineteenArmsOfTwenty) {
   const Eigen::VectorXd zero = Eigen::VectorXd::Zero(arm.size());
   const PositionBound bound(arm, zero, covariance, 0.0);
   constexpr int kPoses = 150, kArms = 300;
-  const auto poses = workspace_poses(arm, kPoses, 5);  // others than the bound was made with
+  const auto poses = workspace_poses(arm, kPoses, 5);  // others than those of the bound
   Eigen::MatrixXd moves(3 * kPoses, arm.size()), rigid(3 * kPoses, 6);
   Eigen::VectorXd u95(kPoses);
   Eigen::Matrix3Xd jacobian(3, arm.size());
@@ -62,13 +62,13 @@ TEST(Bound, HoldsAtMostOfTheWorkspaceForNineteenArmsOfTwenty) {
     covered += static_cast<double>(inside) / kPoses / kArms;
     well += inside >= 0.93 * kPoses;
   }
-  // 95 % asked for; 300 arms tell it to 1.3 %, and the poses are others.
+  // 95 % is required; 300 arms determine it to 1.3 %, and the poses are others.
   EXPECT_GE(well, 0.91 * kArms);
   EXPECT_GE(covered, 0.97);
-  EXPECT_LE(covered, 0.9999);  // nor is it blown up without end
+  EXPECT_LE(covered, 0.9999);  // nor is it excessively large
 }
 
-/// u95 at some poses of an arm of which one angle alone is not known.
+/// u95 at some poses of an arm with a single unknown angle.
 std::vector<double> bounds_with_one_unknown_zero(std::size_t joint) {
   const ArmModel arm(demo_cell().robot, demo_cell().tool);
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(arm.size(), arm.size());
@@ -99,7 +99,7 @@ TEST(Bound, OfAKneeThatIsNotKnownIsThereAndNoMoreThanItsLever) {
 }
 
 TEST(Bound, OfAnArmOfUnknownScaleIsNowhereNextToNothing) {
-  // With the base fixed over the whole workspace its middle would not move at all.
+  // With the base fixed over the whole workspace its middle would not move.
   const ArmModel arm(demo_cell().robot, demo_cell().tool);
   constexpr double kScale = 1e-3;
   Eigen::VectorXd growth = Eigen::VectorXd::Zero(arm.size());

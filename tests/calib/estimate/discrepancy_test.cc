@@ -1,5 +1,5 @@
-// What an arm does beside the model is estimated instead of refused, stands in every bound, and
-// does not shrink with the number of touches.
+// Unmodelled errors of an arm are estimated instead of refused, are included in every bound, and do
+// not decrease with the number of touches.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -27,8 +27,7 @@ using testing::plain_truth;
 using testing::the;
 using testing::words_of;
 
-/// An error of the tip, smooth in the posture: many waves over some 0.6 rad of the first three
-/// axes.
+/// A tip error that is smooth in the posture: many waves of about 0.6 rad of the first three axes.
 class Field {
  public:
   Field(double sigma_m, unsigned seed) {
@@ -60,7 +59,7 @@ class Field {
   std::vector<Wave> waves_;
 };
 
-/// The touch that the same arm makes where its tip is `off_m` beside.
+/// Displaces the touch as if the same arm's tip were off by `off_m`.
 void displace(Touch& touch, const sim::Truth& truth, const Eigen::Vector3d& off_m, double noise_m) {
   const Eigen::Vector3d tip =
       truth.arm.position(truth.arm.prepare(touch.joint_rad), truth.errors.data());
@@ -96,7 +95,7 @@ std::vector<Touch> touches_of(const Session& session, const sim::Truth& truth, c
   return touches;
 }
 
-/// Over postures of the whole workspace, a motion of the base taken out.
+/// Over postures of the whole workspace, after alignment of the base.
 struct Judged {
   double covered = 0.0, mean_m = 0.0;
 };
@@ -130,8 +129,8 @@ Cell stating(double sigma_m) {
   return cell;
 }
 
-// What is foreseen is too small on some arms: of those in tests/experiments/run discrepancy the worst
-// was off by 1.9 times as much.
+// The prediction is too small for some arms: in tests/experiments/run discrepancy by at most a factor
+// of 1.9.
 constexpr double kUnderstated = 2.0;
 
 TEST(Discrepancy, IsEstimatedInsteadOfRefusedAndItsBoundHoldsWhereNoTouchWas) {
@@ -139,7 +138,7 @@ TEST(Discrepancy, IsEstimatedInsteadOfRefusedAndItsBoundHoldsWhereNoTouchWas) {
     SCOPED_TRACE(seed);
     const sim::Truth truth = plain_truth(demo_cell(), seed);
     const Field field(0.25e-3, seed);
-    // With half as many touches it is told from noise in most arms, not in all.
+    // With half as many touches it is distinguishable from noise in most arms, not in all.
     const Calibration c =
         identify(stating(0.03e-3), touches_of({.fit = 200, .seed = seed}, truth, field));
     EXPECT_TRUE(c.verdict.publish()) << words_of(c);
@@ -193,7 +192,7 @@ TEST(Discrepancy, DoesNotShrinkWithTheNumberOfTouches) {
     return identify(stating(0.2e-3), touches_of({.fit = fit, .seed = 4}, truth, field));
   };
   const Calibration many = of(500);
-  EXPECT_GT(many.predicted_workspace_m, 0.2e-3);  // 0.25 mm in each of three directions stay
+  EXPECT_GT(many.predicted_workspace_m, 0.2e-3);  // 0.25 mm in each of three directions remain
   EXPECT_GT(judged(many, truth, field).covered, 0.85);
 }
 
@@ -219,7 +218,7 @@ TEST(Discrepancy, IsNotWhatRepeatsShowToBeNoise) {
                     touches_of({.repeated = repeated, .noise_m = 0.15e-3, .seed = 6}, truth, none));
   };
   const Calibration unknown = of(0), noise = of(10);
-  EXPECT_NEAR(unknown.discrepancy.sigma_m, 0.14e-3, 0.04e-3);  // nobody has shown that it is noise
+  EXPECT_NEAR(unknown.discrepancy.sigma_m, 0.14e-3, 0.04e-3);  // nothing shows that it is noise
   EXPECT_EQ(the(unknown, FindingKind::kModelError, "estimated"), 0.0) << words_of(unknown);
   EXPECT_EQ(noise.discrepancy.sigma_m, 0.0) << words_of(noise);
   EXPECT_LT(noise.predicted_workspace_m, unknown.predicted_workspace_m);

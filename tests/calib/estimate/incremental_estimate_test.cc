@@ -1,4 +1,4 @@
-// An estimate that goes along says what one that starts from nothing says.
+// An incremental estimate agrees with one computed from scratch.
 
 #include "calib/estimate/incremental_estimate.h"
 
@@ -26,8 +26,8 @@ std::vector<Touch> touches_of(unsigned seed, int count, double outlier_share = 0
       .touches;
 }
 
-/// rms over the workspace of what one standard deviation of the covariance moves the tip by, base
-/// aside, and of what a difference between two solutions does.
+/// rms displacement of the tip over the workspace, base aligned: by one standard deviation of the
+/// covariance, and by the difference between two solutions.
 struct Moved {
   double sigma_m, difference_m;
 };
@@ -71,7 +71,7 @@ TEST(Running, TouchesTakenOneByOneSayWhatAllAtOnceSay) {
 }
 
 TEST(Running, RepeatsWeighAsTheyDoAllAtOnce) {
-  // Two places, five times each.
+  // Two places, touched five times each.
   std::vector<Touch> all = touches_of(3, 60);
   for (int times = 0; times < 4; ++times)
     for (const std::size_t place : {50, 55}) {
@@ -86,7 +86,7 @@ TEST(Running, RepeatsWeighAsTheyDoAllAtOnce) {
   const IncrementalEstimate without(demo_cell(), {all.begin(), all.begin() + 60});
   EXPECT_NEAR(p.joint_lever_m(49), without.problem().joint_lever_m(49), 1e-2);
   EXPECT_NEAR(p.joint_lever_m(50), std::sqrt(5.0) * without.problem().joint_lever_m(50), 2e-2);
-  // What the file states and what the repeats scatter by, as in identify(), where starts differ.
+  // Noise from the file and from the scatter of the repeats, as in identify(), where starts differ.
   const Calibration whole = identify(demo_cell(), all);
   EXPECT_NEAR(p.own_sigma_m(0), whole.repeats.used_m, 1e-3 * whole.repeats.used_m);
   EXPECT_LT(p.own_sigma_m(0), 0.9 * demo_cell().touch_sigma_m);
@@ -100,7 +100,7 @@ TEST(Running, EveryHonestTouchMakesItSurer) {
   Eigen::MatrixXd before = estimate.covariance_si();
   for (std::size_t i = 45; i < all.size(); ++i) {
     const IncrementalEstimate::Taken taken = estimate.add(all[i]);
-    ASSERT_FALSE(taken.anew);  // else the levels' weights may change, too
+    ASSERT_FALSE(taken.anew);  // otherwise the levels' weights may change
     const Eigen::MatrixXd after = estimate.covariance_si();
     EXPECT_LT(after.diagonal().cwiseQuotient(before.diagonal()).minCoeff(), 1.0) << i;
     before = after;
@@ -112,7 +112,7 @@ TEST(Running, AGrossTouchIsNotBelieved) {
   IncrementalEstimate estimate(demo_cell(), {all.begin(), all.end() - 1});
   const Eigen::VectorXd before = estimate.x_si();
   Touch wrong = all.back();
-  wrong.joint_rad[1] += 2e-3;  // two millimetres at a metre
+  wrong.joint_rad[1] += 2e-3;  // two millimetres at one metre
   const IncrementalEstimate::Taken taken = estimate.add(wrong);
   EXPECT_TRUE(taken.outlier);
   EXPECT_GT(taken.off_sigma, 5.0);

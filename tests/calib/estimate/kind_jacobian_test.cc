@@ -1,4 +1,4 @@
-// What each kind of target says about a tip, and its derivatives, against differences.
+// Constraint of each kind of target on the tip, and its derivatives, against differences.
 
 #include <ceres/dynamic_numeric_diff_cost_function.h>
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ constexpr TargetKind kKinds[] = {
     TargetKind::kSphere, TargetKind::kWire,    TargetKind::kPlane,
     TargetKind::kPoint,  TargetKind::kTracker, TargetKind::kTracker};  // the last measures poses
 
-/// One touch of each kind by an arm that nobody builds.
+/// One touch of each kind by a random, unrealistic arm.
 struct Drawn {
   explicit Drawn(Random& random) {
     const auto drawn = testing::random_arm(random);
@@ -54,10 +54,10 @@ struct Drawn {
     Touch& posed = touches.back();
     posed.tracker_abc_rad = {random.uniform(-3.0, 3.0), random.uniform(-3.0, 3.0),
                              random.uniform(-3.0, 3.0)};
-    // Seen about where the arm has it: beyond half a turn it would be another turn.
+    // Measured close to the arm's orientation: rotations beyond half a turn are ambiguous.
     places.back().probe = ArmModel(cell).nominal_tcp(posed.joint_rad).linear().transpose() *
                           places.back().axes * probe_turn(posed);
-    for (const auto& [from, to] : {std::pair{0, 1}, {0, 3}, {1, 3}})  // of those that have a centre
+    for (const auto& [from, to] : {std::pair{0, 1}, {0, 3}, {1, 3}})  // those with a centre
       cell.lengths.push_back(
           {cell.targets[from].id, cell.targets[to].id, 1.0 + random.uniform(), 1e-5});
   }
@@ -91,7 +91,7 @@ TEST(KindJacobian, OfEveryKindAgreesWithDifferencesForAnyArm) {
     Eigen::VectorXd x(problem.size());
     for (int i = 0; i < problem.size(); ++i) {
       const Unknown& unknown = problem.unknowns()[static_cast<std::size_t>(i)];
-      // Targets well away from their start: their second order has to be right, too.
+      // Targets well away from their start, so that second-order terms are tested, too.
       const double off =
           unknown.unit == "deg" && i >= problem.shared_size() ? 0.5 / unknown.scale : 3.0;
       x[i] = unknown.origin + unknown.scale * off * random.normal();
@@ -105,7 +105,7 @@ TEST(KindJacobian, OfEveryKindAgreesWithDifferencesForAnyArm) {
       double r[Problem::kMostRows];
       problem.residual_m(t, problem.at(x.data()), r, by_shared.data(), by_target.data());
       if (rows == Problem::kMostRows) {
-        constexpr double kNearHalfATurnRad = 2.8;  // beyond it jumps to the other side
+        constexpr double kNearHalfATurnRad = 2.8;  // beyond it the rotation vector flips
         ++posed;
         if (Eigen::Map<Vector3d>(r + 3).norm() > kNearHalfATurnRad * problem.turn_lever_m(t))
           continue;
@@ -130,7 +130,7 @@ TEST(KindJacobian, OfEveryKindAgreesWithDifferencesForAnyArm) {
   EXPECT_GT(examined, kArms / 2);
 }
 
-/// All rows as the estimator sees them, in prior units and over their sigmas, lengths included.
+/// All rows of the estimator, in prior units and divided by their sigmas, lengths included.
 struct AllRows {
   const Problem& problem;
   const std::vector<bool>& use;
@@ -143,9 +143,9 @@ struct AllRows {
 };
 
 TEST(KindJacobian, OfAllRowsLengthsIncludedAgreesWithCeresAdaptiveDifferences) {
-  // As for the arm alone (model/jacobian_test): what ceres::GradientChecker does.
+  // As for the arm alone (model/jacobian_test): the method of ceres::GradientChecker.
   using Numeric = ceres::DynamicNumericDiffCostFunction<AllRows, ceres::RIDDERS>;
-  constexpr double kRelative = 1e-7;  // of the row's largest derivative
+  constexpr double kRelative = 1e-7;  // of the largest derivative in the row
   Random random(5);
   for (int k = 0; k < kArms; ++k) {
     const Drawn drawn(random);

@@ -1,4 +1,4 @@
-// How well the touches tell the geometry, in the indices that the field compares plans by.
+// Observability of the geometry by the touches, in the indices of the literature.
 
 #include "calib/estimate/observability.h"
 
@@ -57,7 +57,7 @@ TEST(Observability, WhatIsNotSeenLowersTheRankAndLeavesTheIndicesFinite) {
     EXPECT_EQ(index, 0.0);
 }
 
-/// The demo cell's problem at nominal.
+/// The demo cell's problem at its nominal values.
 struct Stage {
   explicit Stage(const std::vector<Touch>& made)
       : touches(made),
@@ -87,8 +87,8 @@ TEST(Observability, SingularValuesAreThoseOfTheRowsWithTargetsProjectedOut) {
     if (arm && (kind <= ParameterKind::kBeta || kind >= ParameterKind::kDeflection))
       geometry.push_back(i);
   }
-  // Rows of the touches, of the lengths, and of what was measured about diameters and tip; by QR
-  // and a singular value decomposition, no squares.
+  // Rows of the touches, of the lengths, and of measured diameters and tip; by QR and singular
+  // value decomposition, without forming squares.
   const auto measured = stage.linear.jacobian.rows();
   const auto width = static_cast<Eigen::Index>(nuisance.size());
   Eigen::MatrixXd g = Eigen::MatrixXd::Zero(measured + width, geometry.size());
@@ -108,7 +108,7 @@ TEST(Observability, SingularValuesAreThoseOfTheRowsWithTargetsProjectedOut) {
   g -= q * (q.transpose() * g).eval();
   const Eigen::VectorXd expected = Eigen::JacobiSVD<Eigen::MatrixXd>(g).singularValues();
 
-  // Without frame directions named, all are there: the last three are the frame's and not seen.
+  // Without named frame directions all are included; the last three are the frame's, unobserved.
   const Observability o = observability(problem, stage.linear, Eigen::MatrixXd(problem.size(), 0));
   ASSERT_EQ(o.singular_values.size(), geometry.size());
   EXPECT_EQ(o.rows, measured);
@@ -117,7 +117,7 @@ TEST(Observability, SingularValuesAreThoseOfTheRowsWithTargetsProjectedOut) {
     EXPECT_NEAR(o.singular_values[k] / expected[static_cast<Eigen::Index>(k)], 1.0, 1e-4) << k;
   EXPECT_EQ(o.rank, o.directions - 3);
 
-  // Frame directions taken out leave the others as they are.
+  // Removing the frame directions leaves the others unchanged.
   const Calibration result = identify_single_pass(demo_cell(), touches);
   const Observability& without = result.observability;
   EXPECT_EQ(without.directions, o.directions - 3);
@@ -128,7 +128,7 @@ TEST(Observability, TakingTheFrameOutLeavesTheOtherSingularValues) {
   const auto touches = touches_of(demo_cell(), 100);
   const Stage stage(touches);
   Eigen::MatrixXd frame = Eigen::MatrixXd::Zero(stage.problem.size(), 1);
-  // Turning A1's zero moves nothing but the targets: its share of the arm is one column.
+  // A rotation of A1's zero moves only the targets: its part of the arm is a single column.
   for (int i = 0; i < stage.problem.arm_size(); ++i)
     if (stage.problem.unknowns()[static_cast<std::size_t>(i)].key ==
         joint_parameter(ParameterKind::kTheta, 0))
@@ -154,7 +154,7 @@ TEST(Observability, TheSameTouchesTwiceTellEachDirectionBetterByTheRootOfTwo) {
   auto touches = touches_of(cell, 60);
   IdentifyOptions plain;
   plain.reject_outliers = false;
-  plain.level = ModelLevel{};  // the weights must not change with the level
+  plain.level = ModelLevel{};  // the weights must not depend on the level
   const Observability once = identify_single_pass(cell, touches, plain).observability;
   for (std::size_t i = 0; i < 60; ++i) touches.push_back(Touch(touches[i]));
   const Observability twice = identify_single_pass(cell, touches, plain).observability;
@@ -192,7 +192,7 @@ TEST(Observability, TouchesFromOneSideAreWorseInEveryIndex) {
 TEST(Observability, FewerTouchesThanUnknownsAreSaidToTellFewerDirections) {
   const Observability few = of(demo_cell(), touches_of(demo_cell(), 20));
   EXPECT_LT(few.rows, few.unknowns);
-  // Twenty touches and six lengths; four centres of three take twelve, the tip's radius none.
+  // Twenty touches and six lengths; the four centres need twelve, the tip's radius none.
   EXPECT_LE(few.rank, few.rows - 12);
   EXPECT_LT(few.rank, few.directions);
   EXPECT_LE(few.determined, few.rank);

@@ -1,4 +1,4 @@
-// Many touches are shared among the processors, and the result is the same on any number of them.
+// Many touches are distributed over the processors; the result is the same for any number of them.
 
 #include "calib/estimate/parallel.h"
 
@@ -45,7 +45,7 @@ TEST(Parallel, ThrowsOnWhatATaskThrew) {
   EXPECT_THROW(run(), std::runtime_error);
 }
 
-/// With one processor only, where the system lets us.
+/// Restricted to one processor, where the system permits it.
 struct OnOneProcessor {
   OnOneProcessor() {
     sched_getaffinity(0, sizeof before, &before);

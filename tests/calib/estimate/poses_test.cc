@@ -1,4 +1,4 @@
-// A tracker that measures poses: its turns tell of the wrist what places alone do not.
+// A tracker that measures poses: orientations determine wrist errors that positions alone do not.
 
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ using testing::demo_cell;
 using testing::kMm;
 using testing::words_of;
 
-/// One probe, seated on the tool in a way that nobody knows, seen by one tracker.
+/// One probe, mounted on the tool in an unknown orientation, measured by one tracker.
 struct Poses {
   explicit Poses(int count, unsigned seed = 1) {
     cell = demo_cell();

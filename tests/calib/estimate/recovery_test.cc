@@ -1,4 +1,4 @@
-// What was put in is found again: exactly without noise, to the noise with it.
+// Simulated errors are recovered: exactly without noise, otherwise to within the noise.
 
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ std::vector<JointVector> joints_of(const std::vector<Touch>& touches) {
   return joints;
 }
 
-/// A cell that trusts its touches as noise-free ones deserve.
+/// A cell with the tolerances of noise-free touches.
 Cell noise_free(Cell cell) {
   cell.touch_sigma_m = 1e-9;
   cell.radius_offset_sigma_m = 1e-9;
@@ -37,7 +37,7 @@ Cell noise_free(Cell cell) {
   return cell;
 }
 
-/// The truth with the errors of the seed paper's Table 2 instead of drawn ones.
+/// The truth with the errors of the seed paper's Table 2 instead of random ones.
 sim::Truth with_table_2(sim::Truth truth) {
   const auto conditions = sim::paper::simulation_conditions();
   for (int p = 0; p < truth.arm.size(); ++p) {
@@ -103,7 +103,7 @@ TEST(Recovery, WithNoiseGetsBetterWithMoreTouches) {
           sim::truth_figures(truth, result, joints_of(made.touches)).workspace.mean_m;
     }
   }
-  EXPECT_LT(many, 0.7 * few);       // five times the touches: 0.45 at best
+  EXPECT_LT(many, 0.7 * few);       // five times the touches: at best 0.45
   EXPECT_LT(many / 5, 0.12 * kMm);  // mean over the workspace
 }
 
@@ -132,11 +132,11 @@ TEST(Recovery, OfTheEffectiveRadiusIsRightToFifteenMicrometresAndSaysSoWhereTheT
   double whitened = 0.0;
   for (unsigned seed = 1; seed <= 10; ++seed)
     EXPECT_LT(rho_sigma(seed, 100, 1.4, &whitened), 0.015 * kMm);
-  EXPECT_LT(whitened / 10, 2.5);  // chi^2 of 10: beyond it 1 in 200
+  EXPECT_LT(whitened / 10, 2.5);  // chi^2 of 10: exceeded by 1 in 200
 }
 
 TEST(Recovery, OfTheEffectiveRadiusIsSaidToBeUncertainWhereTheToolStandsOnTheSphere) {
-  // Straight on, a longer tool and a larger sphere are the same.
+  // Along the normal a longer tool and a larger sphere are indistinguishable.
   double whitened = 0.0;
   for (unsigned seed = 1; seed <= 10; ++seed)
     EXPECT_GT(rho_sigma(seed, 100, 0.5, &whitened), 0.05 * kMm);
@@ -166,7 +166,7 @@ TEST(Recovery, WorksForAPointInASocket) {
   const sim::Truth truth = plain_truth(cell, 3);
   const auto made = make_touches(cell, truth, {.fit = 60, .check = 20, .seed = 3});
   const Calibration result = identify(cell, made.touches);
-  EXPECT_LT(result.check.rms_m, 0.1 * kMm);  // a distance of three components
+  EXPECT_LT(result.check.rms_m, 0.1 * kMm);  // a distance in three components
   EXPECT_TRUE(result.verdict.workspace);
   for (const TargetResult& target : result.targets) EXPECT_EQ(target.effective_radius_m, 0.0);
   EXPECT_LT(sim::truth_figures(truth, result, joints_of(made.touches)).workspace.mean_m,

@@ -1,5 +1,5 @@
-// The poses that stand for the workspace follow the arm, not the frame that it is told in; and what
-// is foreseen there holds what gears leave, however much is known of the arm.
+// The representative poses of the workspace follow the arm, not its base frame; the error predicted
+// there includes the gears' ripple, however well the arm is known.
 
 #include "calib/estimate/region.h"
 
@@ -88,7 +88,7 @@ TEST(Region, MeanErrorOfAnArmThatIsKnownIsWhatItsJointsAreOff) {
       sum += (arm.nominal_tip_m(off) - arm.nominal_tip_m(q)).norm();
     }
   const double seen = sum / static_cast<double>(kTimes * poses.size());
-  EXPECT_NEAR(foreseen, seen, 0.1 * seen);  // no direction is quite like another
+  EXPECT_NEAR(foreseen, seen, 0.1 * seen);  // directions differ
 }
 
 TEST(Region, ManyPosesAndFewForeseeTheSameErrorButForTheDraw) {

@@ -1,4 +1,4 @@
-// Touches repeated at one place measure the noise of a touch, whatever else is wrong with the arm.
+// Repeated touches at one place measure the noise of a touch, independently of the arm's errors.
 
 #include "calib/estimate/repeats.h"
 
@@ -20,7 +20,7 @@ using testing::demo_cell;
 using testing::make_touches;
 using testing::plain_truth;
 
-/// Contact seen this far before the true surface.
+/// Contact detected this far before the true surface.
 void push_out(Touch& touch, const sim::Truth& truth, double off_m) {
   const Eigen::Vector3d tip =
       truth.arm.position(truth.arm.prepare(touch.joint_rad), truth.errors.data());
@@ -32,7 +32,7 @@ void push_out(Touch& touch, const sim::Truth& truth, double off_m) {
     touch.joint_rad[i] += off_m * along[static_cast<Eigen::Index>(i)] / along.squaredNorm();
 }
 
-/// Each of `places` touches made `times` times over, with noise along the true normal.
+/// Each of `places` touches made `times` times, with noise along the true normal.
 std::vector<Touch> repeated(int places, int times, double noise_m, unsigned seed = 1) {
   const sim::Truth truth = plain_truth(demo_cell(), seed);
   const auto made =

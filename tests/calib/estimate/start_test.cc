@@ -1,4 +1,4 @@
-// Where a sphere stands, from a few tips of an arm that is wrong by millimetres.
+// Position of a sphere, from a few tips of an arm with errors of millimetres.
 
 #include "calib/estimate/start.h"
 
@@ -22,7 +22,7 @@ using Eigen::Vector3d;
 
 constexpr double kRadiusM = 0.0307;
 
-/// Tips on the cap of half-angle `cap_rad` about `side`, each wrong by `noise_m`.
+/// Tips on the cap of half-angle `cap_rad` about `side`, each with an error of `noise_m`.
 std::vector<Vector3d> cap(const Vector3d& centre_m, const Vector3d& side, double cap_rad, int count,
                           double noise_m, Random& random) {
   std::vector<Vector3d> tips;
@@ -38,7 +38,7 @@ std::vector<Vector3d> cap(const Vector3d& centre_m, const Vector3d& side, double
 constexpr double kCapRad = 0.6, kNoiseM = 1e-3;
 constexpr int kTips = 5, kDraws = 300;
 
-/// How many of the fits are nearer to where the tips would put it on their other side.
+/// Number of fits closer to the mirrored centre on the other side of the tips.
 int on_the_other_side(bool stated, bool side_known) {
   int wrong = 0;
   for (unsigned seed = 1; seed <= kDraws; ++seed) {

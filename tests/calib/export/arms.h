@@ -20,7 +20,7 @@ inline std::vector<double> random_joints(const Robot& robot, std::mt19937& rando
   return joint_rad;
 }
 
-/// A KR 5 with all geometric errors known, of realistic size; nothing elastic.
+/// A KR 5 with known, realistic geometric errors of all kinds; nothing elastic.
 inline Calibration rigid_calibration(unsigned seed) {
   Calibration c;
   c.cell.robot = kr5();

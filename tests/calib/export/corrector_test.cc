@@ -26,7 +26,7 @@ JointVector inside(const Robot& robot, Random& random, double margin = 0.1) {
   return q;
 }
 
-/// At some degrees from the three singularities.
+/// At least some degrees away from the three singularities.
 bool regular(const ArmModel& arm, const JointVector& q) {
   const auto j = arm.nominal_jacobian(q);
   return std::abs((j * j.transpose()).determinant()) > 1e-5;

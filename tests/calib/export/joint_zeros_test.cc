@@ -1,4 +1,4 @@
-// Zeros and senses of one arm that is described twice.
+// Zeros and senses of one arm with two descriptions.
 
 #include "calib/export/joint_zeros.h"
 
@@ -21,7 +21,7 @@ JointFrames shipped_frames(const std::string& file) {
   throw std::runtime_error(file);
 }
 
-/// The arm with angles that follow from the given one's: sense * q + zero.
+/// The arm with joint angles derived from the given one's: sense * q + zero.
 JointFrames counted_so(JointFrames arm, const std::vector<JointZero>& zeros) {
   for (std::size_t i = 0; i < arm.joints.size(); ++i) {
     PlacedJoint& joint = arm.joints[i];
@@ -59,7 +59,7 @@ TEST(JointZeros, OfAnyOneJointAreFound) {
     }
 }
 
-/// Whatever is found moves both arms' flanges to one place.
+/// The result brings both arms' flanges to the same place.
 TEST(JointZeros, OfAllJointsBringTheFlangesTogether) {
   const JointFrames arm = shipped_frames("kr5_r1400");
   Random random(3);

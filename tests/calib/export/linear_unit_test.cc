@@ -29,7 +29,7 @@ using Eigen::Vector3d;
 constexpr double kLowM = -0.5, kHighM = 2.5;
 
 /// rigid_calibration() on a linear unit of 3 m, across and slightly upwards. With the errors of each motion up to
-/// this order, 0 the slopes of the shifts alone, and with or without scale.
+/// this order (0: only the slopes of the shifts), with or without scale.
 Calibration on_a_track(int orders = 3, bool scale = true) {
   Calibration c = rigid_calibration(31);
   for (ParameterResult& p : c.parameters)
@@ -69,7 +69,7 @@ Isometry3d frame_from(const nlohmann::json& json) {
          AngleAxisd(rpy[1], Vector3d::UnitY()) * AngleAxisd(rpy[0], Vector3d::UnitX());
 }
 
-/// As the README says, without anything of this library.
+/// As documented in the README, without functions of this library.
 Isometry3d carriage_from(const nlohmann::json& unit, double q) {
   const double low = unit.at("min_m").get<double>(), high = unit.at("max_m").get<double>();
   const auto motion = [&](const char* name) {
@@ -115,7 +115,7 @@ TEST(LinearUnitJson, AnotherProgramComputesThePredictedTip) {
   }
 }
 
-/// The TCP of a URDF's chain at these positions.
+/// The TCP of a URDF's chain at these joint positions.
 Isometry3d tcp_of(const UrdfChain& chain, const RigidArm& arm, const std::vector<double>& q) {
   return flange_of(chain.frames, q) * arm.tcp;
 }
@@ -133,7 +133,7 @@ TEST(LinearUnitUrdf, HasAPrismaticJointInTheDirectionFound) {
   std::mt19937 random(8);
   for (int k = 0; k < 20; ++k) {
     const auto q = random_joints(c.cell.robot, random);
-    // An axis has length 1: half the square of its direction's error is scale, which no joint has.
+    // An axis has length 1: half the square of its direction's error is scale, which joints lack.
     EXPECT_LT(apart_m(tcp_of(chain, arm, q), predictor.calibrated(q).tcp), 3e-5);
     EXPECT_LT(apart_rad(tcp_of(chain, arm, q), predictor.calibrated(q).tcp), 1e-9);
   }
@@ -157,7 +157,7 @@ TEST(LinearUnitUrdf, IsPutIntoAGivenOneThatHasIt) {
   const std::string given = urdf_of(joint_frames(nominal), "a", "b");
   const std::string text = calibrated_urdf(given, "a.urdf", "flange", nominal, real, "c");
   const UrdfChain chain = read_urdf(text, "b.urdf", "flange");
-  // Its axis stays, so that a file with the origins alone has the direction, too.
+  // The axis remains, so that a file with only the origins has the direction, too.
   EXPECT_LT((chain.frames.joints[0].axis - Vector3d::UnitX()).norm(), 1e-12);
   std::mt19937 random(8);
   for (int k = 0; k < 10; ++k) {
@@ -189,7 +189,7 @@ TEST(LinearUnitUrdf, RefusesAChainWithoutItOrWithOneTooMany) {
       << refusal(turned, track);
 }
 
-/// A list of the table behind the frames.
+/// A list of the table after the frames.
 std::vector<double> row_of(const std::string& yaml, const std::string& key) {
   const auto at = yaml.find("  " + key + ": [", yaml.find("joint_e1_motion:"));
   std::istringstream in(yaml.substr(yaml.find('[', at) + 1));
@@ -213,7 +213,7 @@ TEST(LinearUnitYaml, HasAFrameBehindTheJointThatAddsTheRest) {
   EXPECT_EQ(rows[0].back(), kHighM);
   const Predictor predictor(c);
   std::mt19937 random(3);
-  // At a row, and linear between two of them.
+  // At a row, and linearly between two of them.
   for (const double share : {0.0, 0.5}) {
     const std::size_t k = 117;
     const auto value = [&](std::size_t row) {
@@ -251,7 +251,7 @@ TEST(LinearUnitKuka, TheFootTurnsByWhatTheDirectionIsOff) {
   FrameMmDeg frame;
   for (std::size_t k = 0; k < 3; ++k) frame.abc_deg[k] = std::stod(found[k + 4]);
   EXPECT_EQ(std::stod(found[1]), 0.0);
-  // A foot that was turned by it sees the travel as drawn where it is as found.
+  // In a foot rotated by it the drawn travel has the direction as found.
   const Vector3d drawn = c.cell.robot.joints[0].guide->along,
                  seen = to_isometry(frame).linear().transpose() * drawn;
   EXPECT_GT((drawn - calibrated_rigid_arm(c).robot.joints[0].guide->along).norm(), 1e-3);
@@ -270,7 +270,7 @@ TEST(LinearUnitLine, StatesDirectionScaleAndMotionsFromEndToEnd) {
   EXPECT_EQ(line->axis, "E1");
   EXPECT_EQ(line->touched_m, (std::array<double, 2>{0.0, 2.0}));
   EXPECT_LT((line->direction - calibrated_rigid_arm(c).robot.joints[0].guide->along).norm(), 1e-12);
-  // The travel is as long as along and across together.
+  // The length of the travel combines along and across.
   EXPECT_NEAR(line->scale, correction_of(c, guide_parameter(0, GuideMotion::kAlong, 0)), 3e-5);
   EXPECT_NE(line->scale, 0.0);
   ASSERT_EQ(line->at.size(), 13u);

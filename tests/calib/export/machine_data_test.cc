@@ -9,7 +9,7 @@
 namespace cellcal::calib::testing {
 namespace {
 
-/// A KR 5's, in a controller's format; CRLF as there.
+/// Machine data of a KR 5, in a controller's format, with CRLF.
 const std::string kMachine =
     "DEFDAT  $MACHINE PUBLIC\r\n"
     "CHAR $V_R1MADA[32]\r\n"
@@ -146,7 +146,7 @@ TEST(MachineData, ThatCannotBeAreRefusedByFileLineAndVariable) {
     machine_data_refusal(kMachine.substr(0, length));  // terminates, with a value or a refusal
 }
 
-/// A whole arm, in lower case and with a gear's numerator as controllers have it.
+/// A complete arm, in lower case and with the numerator of a gear, as on controllers.
 std::string whole_arm(const std::string& more = {}) {
   std::string text =
       "defdat $machine public\nframe $tiroro={x 0.0,y 0.0,z 400.0,a 0.0,b 0.0,c 0.0} ;FOOT\n"

@@ -1,4 +1,4 @@
-// Linear unit and positioner of machine data.
+// Linear unit and positioner in machine data.
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@
 namespace cellcal::calib {
 namespace {
 
-/// E1 along y of a foot that stands upright on its carriage.
+/// E1 along y of a foot that is upright on its carriage.
 const std::string kUnit =
     "INT $EX_AX_NUM=1\r\n"
     "$AXIS_TYPE[7]=1\r\n$SOFTN_END[7]=-50.0\r\n$SOFTP_END[7]=3100.0\r\n"
@@ -45,7 +45,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
   return text.replace(at, from.size(), to);
 }
 
-/// Words of the refusal; empty: none.
+/// The message of the refusal; empty: none.
 std::string unit_refusal(const std::string& text) {
   try {
     const auto unit = unit_of(text);
@@ -118,7 +118,7 @@ TEST(MachineUnit, WithValuesThatCannotBeIsRefusedByFileLineAndVariable) {
     const std::string said = unit_refusal(std::string("\n") + line + "\n");
     EXPECT_EQ(said.rfind("$machine.dat:2: ", 0), 0u) << line << ": " << said;
   }
-  // Cut anywhere, it is read, named or none.
+  // Truncated anywhere, it is refused or absent.
   for (std::size_t cut = 0; cut < kUnit.size(); cut += 7)
     EXPECT_FALSE(unit_refusal(kUnit.substr(0, cut)).empty());
   for (const char* none : {"$ET9_AX={TR_A1 #E1}", "$ET1_", "$ETX_AX={TR_A1 #E1}", "$ET1X=1"})
@@ -137,7 +137,7 @@ TEST(MachineUnit, TurnsGravityWithTheKinematicThatHangsFromTheCeiling) {
   EXPECT_TRUE(foot_of("").isApprox(Eigen::Isometry3d::Identity()));
 }
 
-/// E2 tilts, E3 turns a table; frames as a calibrated unit has them.
+/// E2 tilts, E3 turns a table; frames as for a calibrated unit.
 const std::string kTable =
     "INT $EX_AX_NUM=3\r\n"
     "$AXIS_TYPE[8]=3\r\n$SOFTN_END[8]=-95.0\r\n$SOFTP_END[8]=90.0\r\n"
@@ -155,7 +155,7 @@ std::vector<PositionerAxis> axes_of(const std::string& text) {
   return positioner_of(data.external, data.robroot);
 }
 
-/// Words of the refusal, or the number of axes.
+/// The message of the refusal, or the number of axes.
 std::string table_refusal(const std::string& text) {
   try {
     return std::to_string(axes_of(text).size()) + " axes";

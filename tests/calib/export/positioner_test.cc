@@ -26,8 +26,8 @@ using Eigen::AngleAxisd;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// rigid_calibration() beside a positioner of two axes, the second counting the other way, with errors;
-/// `give_per_nm`: size of what the axes give per moment.
+/// rigid_calibration() with a positioner of two axes, the second with the opposite sign, with errors;
+/// `give_per_nm`: size of the axes' compliance.
 Calibration calibration_with_positioner(double scale = 3e-4, double give_per_nm = 0.0) {
   Calibration c = rigid_calibration(31);
   c.cell.robot.positioner.resize(2);
@@ -98,7 +98,7 @@ Vector3d moment_of_json(const nlohmann::json& arm, std::size_t axis, Isometry3d 
   return at.linear().transpose() * moment;
 }
 
-/// As the README says, without anything of this library.
+/// As documented in the README, without functions of this library.
 Isometry3d tcp_on_table(const nlohmann::json& arm, const std::vector<double>& joints_rad,
                         const std::vector<double>& positioner_rad) {
   Isometry3d table = Isometry3d::Identity(), tcp = Isometry3d::Identity();
@@ -243,7 +243,7 @@ TEST(ExternalKinematic, TurnsEachAxisInTheControllersSense) {
   }
 }
 
-/// The first frame of a variable in the lines.
+/// The first frame assigned to a variable in the lines.
 Isometry3d stated_frame(const std::string& lines, const std::string& variable) {
   const std::regex pattern(
       variable + "=\\{X (\\S+),Y (\\S+),Z (\\S+),A (\\S+),B (\\S+),C (\\S+)\\}");
@@ -265,7 +265,7 @@ TEST(ExternalKinematic, IsPrintedAsFoundByTheAxisOrByTheRootPoint) {
   const ExternalKinematic drawn = external_kinematic(c.cell.robot.positioner);
   const std::vector<double> e = {0.4, 1.1};
   const Isometry3d found = carried_as_found(c, e);
-  constexpr double kDecimals = 1e-6;  // of the printed digits, over the arm of the positioner
+  constexpr double kDecimals = 1e-6;  // of the printed digits, over the lever of the positioner
   for (const Isometry3d& start : {first, Isometry3d(root * drawn.axes[0])}) {
     const Isometry3d table =
         turned_about_z(turned_about_z(start, e[0]) * second, e[1]) * flange;

@@ -13,7 +13,7 @@
 namespace cellcal::calib::testing {
 namespace {
 
-/// As a ROS 2 driver reads it: name, then six numbers.
+/// As read by a ROS 2 driver: name, then six numbers.
 std::vector<Eigen::Isometry3d> frames_of_yaml(const std::string& text) {
   std::vector<Eigen::Isometry3d> frames;
   std::istringstream in(text);
@@ -97,7 +97,7 @@ Calibration waved_calibration() {
   return c;
 }
 
-/// Added to theta of the joint, rad.
+/// Sum added to theta of the joint, rad.
 double by_waves(const nlohmann::json& joint, double angle_rad) {
   const auto sum = [&](const char* key, double ratio) {
     double arcsec = 0.0;

@@ -10,7 +10,7 @@
 namespace cellcal::calib::testing {
 namespace {
 
-/// As in kuka_experimental's KR 5: every frame parallel to the base's, axes along y and x.
+/// Like kuka_experimental's KR 5: every frame parallel to the base's, axes along y and x.
 const std::string kDrawn = R"(<?xml version="1.0"?>
 <!-- drawn by hand -->
 <robot name="kr5">

@@ -34,7 +34,7 @@ std::string set(const std::string& document, const std::string& key, const std::
   return text.replace(at + 1, end - at, line.empty() ? "" : line + "\n");
 }
 
-/// The test robot behind the unit.
+/// The test robot mounted on the unit.
 std::string on_unit(const std::string& unit = kUnit) {
   std::string text = kRobot;
   return text.insert(text.find("[[joint]]"), unit);

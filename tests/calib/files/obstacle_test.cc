@@ -1,4 +1,4 @@
-// Obstacles in a cell file: obstacles, stands, the floor, the tool's body.
+// Obstacles in a cell file: bodies, stands, the floor, the tool's body.
 
 #include <gtest/gtest.h>
 #include <unistd.h>

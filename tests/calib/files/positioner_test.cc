@@ -99,7 +99,7 @@ TEST(PositionerFile, IsReadIntoMetresAndRadians) {
   EXPECT_DOUBLE_EQ(turn.place_sigma_m, 2e-3);
   EXPECT_DOUBLE_EQ(turn.direction_sigma_rad, 2e-3);
   EXPECT_DOUBLE_EQ(turn.scale_sigma, 1e-4);
-  // Turned by both, E2's axis is where the chain leads.
+  // Rotated by both, E2's axis follows from the chain.
   const Eigen::Isometry3d table = carried_at(robot, std::vector<double>{0.0, 0.3});
   EXPECT_LT((table.linear().col(2) - Eigen::Vector3d::UnitZ()).norm(), 1e-15);
   EXPECT_LT((table.translation() - Eigen::Vector3d(1.25, 0.0, 0.6)).norm(), 1e-15);

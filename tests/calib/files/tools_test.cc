@@ -62,7 +62,7 @@ TEST(Tools, SurviveBeingWrittenAlsoThroughJson) {
   }
 }
 
-/// kCell with what its tool may hold.
+/// kCell with loads of its tool.
 std::string with_loads(const std::string& more) {
   return with(kCell, "[[target]]\nid = \"S1\"", more + "[[target]]\nid = \"S1\"");
 }

@@ -1,4 +1,4 @@
-// An identification that is called off ends at the next poll; one that is not is the same as ever.
+// A cancelled identification ends at the next poll; an uncancelled one is unchanged.
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@ namespace {
 
 using testing::demo_cell;
 
-/// What it comes to, and after how many polls.
+/// The result, and the number of polls.
 struct Watched {
   Calibration calibration;
   long polls = 0;

@@ -1,4 +1,4 @@
-// Checks, updates and plans by a calibration that learnt the functions of the joints' angles.
+// Checks, updates and plans based on a calibration with learnt functions of the joints' angles.
 
 #include <gtest/gtest.h>
 
@@ -45,7 +45,7 @@ sim::Truth waved_after_knock(const Eigen::Vector3d& shift_m) {
   return after;
 }
 
-/// Touches of a plan by that arm, and their places in it.
+/// Touches of a plan by that arm, with their indices in the plan.
 struct MetTouches {
   std::vector<Touch> touches;
   std::vector<std::size_t> planned;
@@ -86,7 +86,7 @@ TEST(FunctionsInUse, ACheckNamesTheToolThatWasKnocked) {
 
 const UpdateFacts kNextMonth{"session 3 of 2026-11-20", 1.0, {}, 60};
 
-/// A check's touches, then the most informative ones.
+/// The touches of a check, then the most informative ones.
 Calibration updated_by(const sim::Truth& arm) {
   const Plan first = make_check_plan(with_functions(), {}, first_update_touches());
   std::vector<Touch> touches = met_by(first, arm).touches;
@@ -112,7 +112,7 @@ TEST(FunctionsInUse, AnUpdateKeepsTheFunctionsAndItsBoundsHold) {
   EXPECT_LT(after.mean_m, kUpdateGoal * before.mean_m);
   EXPECT_GT(after.inside, 0.9);
   EXPECT_LT(after.u95_m, 1.3 * before.u95_m);
-  // From its file, too.
+  // Also when read from its file.
   const Calibration read = calibration_from_json(calibration_to_json(c), "updated.json");
   EXPECT_NEAR(off(read, arm).u95_m, after.u95_m, 1e-6 * after.u95_m);
 }
@@ -136,7 +136,7 @@ TEST(FunctionsInUse, ThePlanOfTheNextSessionKnowsThem) {
   options.check_touches = 0;
   const Plan plain = make_plan(demo_cell(), options), knowing = make_plan(known, options);
   EXPECT_GT(knowing.predicted_u95_m, plain.predicted_u95_m);
-  // A file that states a function keeps it; a joint of another name has none.
+  // A function stated in the file is kept; a joint with another name has none.
   Cell stated = demo_cell();
   stated.robot.joints[1].function_sigma_rad = 1e-5;
   stated.robot.joints[2].name = "J3";

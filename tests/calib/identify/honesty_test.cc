@@ -1,4 +1,4 @@
-// Stated uncertainties against true errors, in simulations whose model is right.
+// Stated uncertainties compared with true errors, in simulations with a correct model.
 
 #include <gtest/gtest.h>
 
@@ -36,14 +36,14 @@ Eigen::VectorXd true_errors(const sim::Truth& truth, const Cell& cell, double rh
 }
 
 struct Whitened {
-  double squares = 0.0;  ///< sum of (error / sigma)^2 of what the data decided
+  double squares = 0.0;  ///< sum of (error / sigma)^2 over the parameters decided by the data
   int count = 0;
   double mahalanobis = 0.0;  ///< sum over all parameters, correlations included
   int dof = 0;
   double chi2 = 0.0;  ///< mean of chi2_per_dof
 };
 
-/// The cell as a laboratory hands it over: its lengths are off by what they are certified to.
+/// The cell with lengths as certified by a laboratory: with errors of their stated sigma.
 Cell certified(const sim::Truth& truth, unsigned seed) {
   Cell cell = demo_cell();
   Random random(seed);
@@ -59,7 +59,7 @@ Whitened over_truths(const IdentifyOptions& options) {
   Whitened sum;
   for (unsigned seed = 1; seed <= kTruths; ++seed) {
     const sim::Truth truth = plain_truth(demo_cell(), 100 + seed);
-    // rho as its prior says.
+    // rho consistent with its prior.
     const double rho = 0.3e-3 * std::sin(17.0 * seed);
     const auto made = make_touches(demo_cell(), truth, {.fit = 80, .rho_m = rho, .seed = seed});
     const Cell cell = certified(truth, seed);
@@ -72,7 +72,7 @@ Whitened over_truths(const IdentifyOptions& options) {
       ++sum.count;
     }
     const Eigen::VectorXd sigma = result.covariance.diagonal().cwiseSqrt();
-    // What no likely level has is known to be zero.
+    // Parameters absent from all likely levels are known to be zero.
     const Eigen::VectorXd inverse = (sigma.array() > 0.0).select(sigma.cwiseInverse(), 0.0);
     const Eigen::MatrixXd correlation =
         inverse.asDiagonal() * result.covariance * inverse.asDiagonal();
@@ -87,7 +87,7 @@ Whitened over_truths(const IdentifyOptions& options) {
 }
 
 TEST(Honesty, SigmasAreRightWhenTheModelIs) {
-  // The level of the truth: no gears, so nothing is left to choose.
+  // The true level: without gears, so no choice is left.
   IdentifyOptions options;
   options.level = ModelLevel{0.0, 0.0, 0.0};
   const Whitened sum = over_truths(options);
@@ -95,8 +95,8 @@ TEST(Honesty, SigmasAreRightWhenTheModelIs) {
   // 50 independent truths with some 20 correlated parameters each: 1/sqrt(2 * 50 * 4) = 0.05 if
   // only four of them are independent.
   EXPECT_NEAR(std::sqrt(sum.squares / sum.count), 1.0, 0.15);
-  // chi^2 of some 2000 degrees of freedom: 0.03. Below 1 by what is drawn no further than 2.5 sigma
-  // (0.02), and by the fits whose chi2 > 1 widens their bounds (0.08).
+  // chi^2 of some 2000 degrees of freedom: 0.03. Below 1 because draws are truncated at 2.5 sigma
+  // (0.02), and because fits with chi2 > 1 have wider bounds (0.08).
   EXPECT_NEAR(sum.mahalanobis / sum.dof, 0.92, 0.12);
   // 50 fits with 40 degrees of freedom or more: 0.03.
   EXPECT_NEAR(sum.chi2, 1.0, 0.1);
@@ -105,7 +105,7 @@ TEST(Honesty, SigmasAreRightWhenTheModelIs) {
 TEST(Honesty, SigmasAreNotTooSmallWhenTheLevelIsChosenByEvidence) {
   const Whitened sum = over_truths({});
   EXPECT_LT(std::sqrt(sum.squares / sum.count), 1.15);
-  EXPECT_GT(std::sqrt(sum.squares / sum.count), 0.5);  // nor blown up
+  EXPECT_GT(std::sqrt(sum.squares / sum.count), 0.5);  // nor inflated
   EXPECT_LT(sum.mahalanobis / sum.dof, 1.15);
   EXPECT_LT(sum.chi2, 1.15);
 }
@@ -130,9 +130,9 @@ TEST(Honesty, TheStatedBoundHoldsNineteenOfTwentyTrueErrors) {
               local, workspace, worst, real * 1e3, predicted * 1e3);
   EXPECT_GE(local, 0.93);
   EXPECT_GE(workspace, 0.93);
-  // Errors of one arm hang together, so single runs scatter; none may fail wholly.
+  // Errors of one arm are correlated, so single runs scatter; none may fail completely.
   EXPECT_GE(worst, 0.6);
-  // The bound is not bought by blowing it up.
+  // The bound is not excessively large.
   EXPECT_LT(predicted, 2.0 * real);
   EXPECT_GT(predicted, 0.5 * real);
 }
@@ -195,8 +195,8 @@ TEST(Honesty, ChiSquaredIsTheSumOfTheSquaresAndItsDegreesAreWhatTheUnknownsLeave
   }
   EXPECT_NEAR(result.chi2, sum, 1e-6 * sum);
   EXPECT_NEAR(result.chi2_per_dof, result.chi2 / result.degrees_of_freedom, 1e-12);
-  // All 22 directions of the geometry and three of each of four places are the touches' to decide,
-  // less what the lengths decide; gears and compliance take a part.
+  // All 22 directions of the geometry and three of each of four places are decided by the touches,
+  // except those decided by the lengths; gears and compliance take a part.
   EXPECT_LT(result.degrees_of_freedom, used - 22);
   EXPECT_GT(result.degrees_of_freedom, used - static_cast<int>(result.parameters.size()));
 }

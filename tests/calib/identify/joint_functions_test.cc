@@ -1,5 +1,5 @@
-// Parts of the arm's model by evidence: transmission errors as functions of each joint's own angle,
-// and compliance across the axes; learnt where the touches speak for them, and absent elsewhere.
+// Parts of the arm's model selected by evidence: transmission errors as functions of each joint's
+// own angle, and compliance across the axes; learnt if the touches support them, otherwise absent.
 
 #include <gtest/gtest.h>
 
@@ -66,7 +66,7 @@ TEST(JointFunctions, LeaveAFasterWaveOfOneJointToItself) {
   const auto is_the_wave = [](const JointWave& wave) { return std::abs(wave.order - 62) <= 1; };
   for (const Joint& joint : c.cell.robot.joints)
     EXPECT_EQ(std::ranges::any_of(joint.waves, is_the_wave), joint.name == name) << joint.name;
-  // The largest of the coefficients above those of the functions is the wave's.
+  // The largest coefficient above the orders of the functions is that of the wave.
   const auto fast = [](const ParameterResult& p) {
     return is_function(p.key.kind) && p.key.harmonic > kHighestOrder ? std::abs(p.correction) : 0.0;
   };
@@ -118,7 +118,7 @@ TEST(JointFunctions, AreTabulatedOverTheAnglesTouched) {
   EXPECT_NEAR(table["angle_deg"].front(), joint.function_min_rad * kDegPerRad, 1e-9);
   EXPECT_NEAR(table["angle_deg"].back(), joint.function_max_rad * kDegPerRad, 1e-9);
   ASSERT_EQ(table["angle_deg"].size(), table["error_arcsec"].size());
-  // By the series, at one angle.
+  // Compared with the series, at one angle.
   const std::size_t at = table["angle_deg"].size() / 2;
   const double angle = table["angle_deg"][at].get<double>() / kDegPerRad;
   double error = 0.0;
@@ -141,7 +141,7 @@ bool has_bearings(const Calibration& c) {
       c.parameters, [](const ParameterResult& p) { return p.key.kind == ParameterKind::kBearing; });
 }
 
-/// Bearings of A1 to A3 that give by 6 arcsec per 10 N m, 1 sigma.
+/// Bearings of A1 to A3 with a compliance of 6 arcsec per 10 N m, 1 sigma.
 Cell cell_with_bearings() {
   Cell cell = demo_cell();
   for (std::size_t i : {0, 1, 2}) cell.robot.joints[i].bearing_sigma_rad_per_nm = 3e-6;
@@ -165,7 +165,7 @@ TEST(Bearings, AreAbsentWhereThereAreNone) {
   EXPECT_FALSE(has_bearings(identify(demo_cell(), touches)));
 }
 
-/// Bearings that give by 40 arcsec per 10 N m.
+/// Bearings with a compliance of 40 arcsec per 10 N m.
 TEST(Bearings, AreLearntWhereTheTouchesShowThem) {
   Cell soft = demo_cell();
   for (std::size_t i : {0, 1, 2}) soft.robot.joints[i].bearing_sigma_rad_per_nm = 2e-5;

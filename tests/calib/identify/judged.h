@@ -1,5 +1,5 @@
 #pragma once
-// Figures of a calibration against the true arm.
+// Figures of a calibration compared with the true arm.
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -16,7 +16,7 @@ struct Off {
   double mean_m = 0.0, inside = 0.0, u95_m = 0.0;
 };
 
-/// Of the tip over the workspace, a motion of the base taken out, and the share within u95.
+/// Mean tip error over the workspace after alignment of the base, and the share within u95.
 inline Off off(const Calibration& c, const sim::Truth& arm) {
   const auto poses = workspace_poses(ArmModel(demo_cell()), 200, 7);
   const auto n = static_cast<Eigen::Index>(poses.size());
@@ -39,7 +39,7 @@ inline Off off(const Calibration& c, const sim::Truth& arm) {
   return {e.mean(), static_cast<double>((e <= u95).count()) / static_cast<double>(n), u95.mean()};
 }
 
-/// Three waves per joint, of orders that no file names; those of one joint may be faster.
+/// Three waves per joint, of orders not in any file; those of one joint may be faster.
 inline sim::Truth truth_with_waves(const std::string& faster = {}) {
   Cell waved = demo_cell();
   for (Joint& joint : waved.robot.joints) {

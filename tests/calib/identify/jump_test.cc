@@ -1,6 +1,5 @@
-// A joint that slips or a tool that is knocked in the middle of a session is named, with by how
-// much and from when on; an arm that did neither is not accused, and neither is taken for a target
-// that moved.
+// A joint that slips or a tool that is knocked during a session is named, with size and time; an
+// unchanged arm is not accused, and neither event is mistaken for a moved target.
 
 #include "calib/identify/jump.h"
 
@@ -29,7 +28,7 @@ using testing::words_of;
 constexpr std::size_t kJumpedAt = 50;
 constexpr double kRadPerDegree = std::numbers::pi / 180.0;
 
-/// A hundred touches, spheres in turn, of an arm that is `later` from touch kJumpedAt on.
+/// A hundred touches, spheres in turn; from touch kJumpedAt on those of `later`.
 std::vector<Touch> half_and_half(const sim::Truth& before, unsigned seed,
                                  const std::vector<Touch>& later) {
   auto touches = make_touches(demo_cell(), before, {.fit = 100, .seed = seed}).touches;
@@ -37,7 +36,7 @@ std::vector<Touch> half_and_half(const sim::Truth& before, unsigned seed,
   return touches;
 }
 
-/// From kJumpedAt on the joint stands `slip_deg` further than its controller shows.
+/// From kJumpedAt on the joint is `slip_deg` ahead of its controller's reading.
 std::vector<Touch> slipped(std::size_t joint, double slip_deg, unsigned seed) {
   const sim::Truth truth = plain_truth(demo_cell(), seed);
   auto later = make_touches(demo_cell(), truth, {.fit = 100, .seed = seed}).touches;
@@ -45,7 +44,7 @@ std::vector<Touch> slipped(std::size_t joint, double slip_deg, unsigned seed) {
   return half_and_half(truth, seed, later);
 }
 
-/// From kJumpedAt on the tip is elsewhere on the flange.
+/// From kJumpedAt on the tip is displaced on the flange.
 std::vector<Touch> knocked(const Eigen::Vector3d& shift_m, unsigned seed) {
   const sim::Truth truth = plain_truth(demo_cell(), seed);
   Cell bent = demo_cell();
@@ -92,7 +91,7 @@ void expect_slip_of_a3(const Calibration& c, double slip_deg) {
 }
 
 TEST(Jump, OfADegreeSoonAfterTheBeginningIsTheJointsThatSlipped) {
-  // Another joint's jump explains much of it, and so does this joint's error all along.
+  // Much of it is explained by another joint's jump, or by an error of this joint from the start.
   for (const std::size_t joint : {std::size_t{1}, std::size_t{4}}) {
     const sim::Truth truth = plain_truth(demo_cell(), 5);
     auto touches = make_touches(demo_cell(), truth, {.fit = 80, .check = 16, .seed = 5}).touches;
@@ -168,8 +167,8 @@ TEST(Jump, IsNotSeenWhereNothingDid) {
   }
 }
 
-/// A tracker's readings of 24 postures, ten in a row of each, in an order drawn at random. The arm
-/// has an error beside its model that is the same for the touches of one posture.
+/// A tracker's readings of 24 postures, ten in a row of each, in random order. The arm has an
+/// unmodelled error, common to the touches of one posture.
 std::vector<Touch> ten_of_each(const Cell& cell, double beside_m, unsigned seed,
                                const std::function<void(std::size_t, Touch&)>& change = {}) {
   const sim::Truth truth = plain_truth(demo_cell(), seed);
@@ -249,7 +248,7 @@ TEST(Jump, BelowThePredictedErrorWithholdsNothing) {
   Jump knock{Jump::What::kTool, "tool", kJumpedAt};
   knock.shift_m = {0.0, 0.04e-3, 0.0};
   EXPECT_FALSE(confirmed(knock));
-  // It is named as the cause where the result is withheld anyway.
+  // It is named as the cause if the result is withheld anyway.
   c.verdict.add({FindingKind::kManyOutliers, Severity::kWithholds});
   EXPECT_TRUE(confirmed(knock));
 }
@@ -266,7 +265,7 @@ TEST(Jump, OfManyTouchesIsSaidByAShareOfThem) {
 }
 
 TEST(Jump, OfAllTouchesIsNone) {
-  // Mastered anew before the session: an error of the arm like any other.
+  // Remastered before the session: an ordinary error of the arm.
   auto touches = slipped(3, 0.0, 5);
   for (Touch& touch : touches) touch.joint_rad[3] += 0.05 * kRadPerDegree;
   EXPECT_TRUE(identify(demo_cell(), touches).jumped.empty());

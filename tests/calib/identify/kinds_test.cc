@@ -43,7 +43,7 @@ Target plane(const std::string& id, const Vector3d& at, const Vector3d& normal) 
   return target;
 }
 
-/// The demo's arm and tool, with a ball as tip.
+/// The demo's arm and tool, with a ball as the tip.
 Cell bare_cell() {
   Cell cell = testing::demo_cell();
   cell.targets.clear();
@@ -60,7 +60,7 @@ Cell three_planes() {
   return cell;
 }
 
-/// Enough of them for noise-free touches to hold every direction but the frame.
+/// Enough planes for noise-free touches to determine every direction except the frame.
 Cell six_planes() {
   Cell cell = three_planes();
   cell.targets.push_back(plane("P4", {0.8, 0.1, 0.7}, {-1, 0, 0.5}));
@@ -86,7 +86,7 @@ Cell all_kinds() {
   return cell;
 }
 
-/// A cell that trusts its touches as noise-free ones deserve.
+/// A cell with the tolerances of noise-free touches.
 Cell noise_free(Cell cell) {
   cell.touch_sigma_m = 1e-9;
   cell.radius_offset_sigma_m = 1e-9;
@@ -100,7 +100,7 @@ std::vector<JointVector> joints_of(const std::vector<Touch>& touches) {
   return joints;
 }
 
-/// That nothing is identified of these, for a reason of that kind, of that target.
+/// Expects that identification is refused, for a reason of this kind concerning this target.
 void expect_refused(const Cell& cell, const std::vector<Touch>& touches, IdentifyError::Kind kind,
                     const std::string& target) {
   const auto error =
@@ -111,7 +111,7 @@ void expect_refused(const Cell& cell, const std::vector<Touch>& touches, Identif
   EXPECT_EQ(the(identify(cell, touches), FindingKind::kNotIdentified).text, error.what());
 }
 
-/// Files may leave out what the touches tell.
+/// Files may omit values that the touches determine.
 Cell silent(Cell cell) {
   for (Target& target : cell.targets) target.has_centre = target.has_normal = false;
   return cell;
@@ -135,7 +135,7 @@ TEST(Kinds, RecoverTheArmExactlyFromNoiseFreeTouches) {
     EXPECT_TRUE(result.outliers.empty());
     const auto figures = sim::truth_figures(stage.truth, result, joints_of(touches)).workspace;
     EXPECT_GT(figures.nominal_mean_m, 0.5 * kMm);
-    // Planes are met by arms that are wrong elsewhere: there the tolerances decide.
+    // Touches of planes tolerate errors elsewhere on the arm: there the tolerances decide.
     EXPECT_LT(figures.max_m, kind.targets.size() == 6 ? 0.1 * kMm : 1e-8);
   }
 }
@@ -146,7 +146,7 @@ TEST(Kinds, FindWhereTheyStand) {
   const auto touches = sim::constraints::touch(stage, {.fit = 200, .rho_m = rho, .seed = 4});
   const Calibration result = identify(silent(stage.cell), touches);
   EXPECT_TRUE(result.verdict.publish()) << words_of(result);
-  // The base's own place is a convention: how targets lie to each other is not.
+  // The position of the base is a convention, the relative positions of the targets are not.
   const TargetResult &p = result.targets[0], &s = result.targets[1], &t = result.targets[4];
   const double found = p.normal.dot(s.centre_m) - p.distance_m;
   const double real = stage.normal[0].dot(stage.truth.centre_m[1] - stage.truth.centre_m[0]);
@@ -209,7 +209,7 @@ TEST(Kinds, HoldTheScaleWithATrackerAndNotWithPlanes) {
             0.1 * kMm);
   EXPECT_GT(result.predicted_near_targets_m, 0.0);
 
-  // Many readings at three places are still three places.
+  // Many readings at three places count as three places.
   std::vector<Touch> three;
   for (int k = 0; k < 20; ++k) three.insert(three.end(), touches.begin(), touches.begin() + 3);
   EXPECT_FALSE(identify(stage.cell, three).verdict.workspace);
@@ -222,7 +222,7 @@ TEST(Kinds, HoldTheScaleWithATrackerAndNotWithPlanes) {
   EXPECT_EQ(result.frame_basis.cols(), 3);
 }
 
-/// Read by a tracker around one posture; the tool turns with the first axis alone.
+/// A tracker's reading near one posture; the tool rotates with the first axis only.
 Touch without_turning_the_tool(const Stage& stage, Random& random) {
   Touch touch;
   touch.target = "T";
@@ -295,7 +295,7 @@ TEST(Kinds, AskForThePlanesNormalWhereTheToolLayAlongIt) {
   Cell cell = bare_cell();
   cell.targets = {plane("P1", {1.0, 0.0, 0.4}, {0, 0, 1})};
   const Stage stage = sim::constraints::set_up(cell, {.seed = 7});
-  // As many from the one side as from the other, by the line from tip to flange.
+  // As many from either side, by the line from tip to flange.
   const ArmModel arm(stage.cell.robot, stage.cell.tool);
   std::vector<Touch> touches;
   double sum = 0.0;
@@ -355,7 +355,7 @@ TEST(Kinds, RefuseAPlaneTouchedInALineOrStatedElsewhere) {
   touches = sim::constraints::touch(stage, {.fit = 30, .plane_half_m = 1e-6, .seed = 8});
   expect_refused(silent(stage.cell), {touches[0], touches[1]}, IdentifyError::Kind::kUndetermined,
                  "P1");
-  // With the normal stated it can be computed, and is not let through.
+  // With a stated normal it is computed, but not published.
   const Calibration result = identify(stage.cell, touches);
   EXPECT_FALSE(result.verdict.publish());
   EXPECT_TRUE(found(result, FindingKind::kTooFewDirections)) << words_of(result);

@@ -1,4 +1,4 @@
-// How late the latch is, from touches at two speeds; and what it is where they do not say.
+// Latch delay from touches at two speeds; without them, its prior.
 
 #include <gtest/gtest.h>
 
@@ -27,7 +27,7 @@ constexpr double kMs = 1e-3;
 constexpr double kFast = 0.010, kSlow = 0.002, kDelay = 3.0 * kMs;
 constexpr double kNoise = 1e-5;
 
-/// A wire of which nobody knows how late it is, with touches that are good for a hundredth.
+/// A wire with unknown delay, and precise touches of 0.01 mm.
 Cell unknown_wire() {
   Cell cell = demo_cell();
   cell.touch_sigma_m = kNoise;
@@ -52,7 +52,7 @@ std::vector<Touch> without_speeds(std::vector<Touch> touches) {
 
 const ParameterResult* delay_of(const Calibration& c) { return find(c, latch_delay_parameter()); }
 
-/// Mean over the spheres of what each is too large by [m].
+/// Mean error of the spheres' radii [m].
 double radius_off_m(const Calibration& c, const sim::Truth& truth) {
   double off = 0.0;
   for (std::size_t t = 0; t < c.targets.size(); ++t)
@@ -83,7 +83,7 @@ TEST(LatchDelay, IsFoundFromTwoSpeedsAndLeavesTheEffectiveRadiusAlone) {
     EXPECT_EQ(delay->unit, "ms");
     EXPECT_EQ(delay->decided_by, DecidedBy::kData);
     EXPECT_NEAR(delay->correction, kDelay, 3.0 * delay->sigma);
-    // Were all else known: 15 of 120 touches tell the slope over 8 mm/s.
+    // If all else were known: 15 of 120 touches determine the slope over 8 mm/s.
     const double least = kNoise / (kFast - kSlow) / std::sqrt(120.0 * 7 / 64);
     EXPECT_GT(delay->sigma, 0.9 * least);
     EXPECT_LT(delay->sigma, 3.0 * least);
@@ -97,13 +97,13 @@ TEST(LatchDelay, IsFoundFromTwoSpeedsAndLeavesTheEffectiveRadiusAlone) {
   std::printf("delay: rms %.2f sigma; radius off %.1f um, %.1f without; M3 %.4f mm, %.4f without\n",
               std::sqrt(squares / kCells), 1e6 * off, 1e6 * off_without, m3 / kMm,
               m3_without / kMm);
-  EXPECT_LT(squares, 18.5);  // chi^2 of 6: beyond it 1 in 200
+  EXPECT_LT(squares, 18.5);  // chi^2 of 6: exceeded by 1 in 200
   EXPECT_NEAR(off, 0.0, 0.010 * kMm);
-  EXPECT_NEAR(off_without, -kFast * kDelay, 0.012 * kMm);  // 30 um, less what 15 slow ones say
+  EXPECT_NEAR(off_without, -kFast * kDelay, 0.012 * kMm);  // 30 um, less the effect of 15 slow ones
   EXPECT_LT(m3, 1.02 * m3_without);
 }
 
-/// A session's touches: as noisy as the demo's, every eighth slow.
+/// Touches of a session: with the demo's noise, every eighth slow.
 TEST(LatchDelay, OfASessionIsAsSureAsTheReadmeSaysAndCostsNoAccuracy) {
   constexpr int kCells = 8;
   struct Wire {
@@ -157,7 +157,7 @@ TEST(LatchDelay, IsWhatItsPriorSaysWhereAllTouchesAreOfOneSpeed) {
   EXPECT_EQ(delay->nominal, 0.5 * kMs);
   EXPECT_NEAR(delay->sigma, 0.2 * kMs, 1e-3 * 0.2 * kMs);
   EXPECT_NEAR(delay->correction, 0.0, 0.02 * kMs);
-  // That delay and radius are told apart by the prior alone is nothing to complain of.
+  // Delay and radius are separated by the prior only, which is not reported as a fault.
   const Calibration without = identify(cell, without_speeds(touches));
   EXPECT_EQ(c.unidentifiable.size(), without.unidentifiable.size());
   for (const UnidentifiableDirection& one : c.unidentifiable)
@@ -166,11 +166,11 @@ TEST(LatchDelay, IsWhatItsPriorSaysWhereAllTouchesAreOfOneSpeed) {
   EXPECT_EQ(c.verdict.findings.size(), without.verdict.findings.size())
       << testing::words_of(c) << "\nwithout:\n"
       << testing::words_of(without);
-  // The radius knows it: what it is less sure by is the delay's sigma times the speed.
+  // The radius includes it: its additional uncertainty is the delay's sigma times the speed.
   const ParameterKey rho = tool_parameter(ParameterKind::kEffectiveRadius, 0);
   EXPECT_GE(find(c, rho)->sigma, find(without, rho)->sigma);
   EXPECT_NEAR(radius_off_m(c, truth), radius_off_m(without, truth) + kFast * 0.5 * kMs,
-              0.5e-6);  // the radius's prior holds a tenth of it back
+              0.5e-6);  // the radius's prior retains a tenth of it
 }
 
 TEST(LatchDelay, IsNoUnknownWhereNoTouchStatesASpeedOrItIsKnown) {
@@ -179,7 +179,7 @@ TEST(LatchDelay, IsNoUnknownWhereNoTouchStatesASpeedOrItIsKnown) {
   const std::vector<Touch> silent = make_touches(cell, truth, {.seed = 4}).touches;
   const Calibration usual = identify(cell, silent);
   EXPECT_EQ(delay_of(usual), nullptr);
-  cell.latch_delay_sigma_s = 5.0 * kMs;  // of nothing that was stated
+  cell.latch_delay_sigma_s = 5.0 * kMs;  // without any stated speed
   cell.latch_delay_s = 7.0 * kMs;
   const Calibration other = identify(cell, silent);
   ASSERT_EQ(other.parameters.size(), usual.parameters.size());
@@ -187,7 +187,7 @@ TEST(LatchDelay, IsNoUnknownWhereNoTouchStatesASpeedOrItIsKnown) {
     EXPECT_EQ(other.parameters[i].correction, usual.parameters[i].correction);
     EXPECT_EQ(other.parameters[i].sigma, usual.parameters[i].sigma);
   }
-  // Known to be zero: the speeds say nothing. Known to be late: the radius is right again.
+  // Known to be zero: the speeds have no effect. Known delay: the radius is correct again.
   cell.latch_delay_s = cell.latch_delay_sigma_s = 0.0;
   const std::vector<Touch> late =
       make_touches(cell, truth, {.delay_s = kDelay, .speed_m_s = kFast, .seed = 4}).touches;
@@ -197,7 +197,7 @@ TEST(LatchDelay, IsNoUnknownWhereNoTouchStatesASpeedOrItIsKnown) {
   const Calibration told = identify(cell, late);
   EXPECT_EQ(delay_of(told), nullptr);
   EXPECT_NEAR(radius_off_m(told, truth) - radius_off_m(punctual, truth), kFast * kDelay,
-              0.1 * kFast * kDelay);  // held back by the radius's prior
+              0.1 * kFast * kDelay);  // retained by the radius's prior
 }
 
 TEST(LatchDelay, MovesATouchByItsSpeedAlongTheApproachAndNothingThatHasNoSurface) {
@@ -229,7 +229,7 @@ TEST(LatchDelay, MovesATouchByItsSpeedAlongTheApproachAndNothingThatHasNoSurface
   touches[0].speed_m_s = kFast;
   EXPECT_NEAR(residual(0, kDelay) - still, kFast * kDelay, 1e-15);
   EXPECT_EQ(residual(wire, kDelay), held);
-  // Not straight into the sphere: along what of it goes there.
+  // For an oblique approach: its component along the inward direction.
   const Eigen::Vector3d inward =
       (places[0].centre_m - arm.position(arm.prepare(touches[0].joint_rad), nullptr)).normalized();
   const Eigen::Vector3d along =
@@ -245,7 +245,7 @@ TEST(LatchDelay, IsInWhatIsForeseenOfCheckTouchesOfAnotherSpeed) {
   const std::size_t fit = touches.size();
   Making fast = two_speeds(16);
   fast.fit = 12;
-  fast.speed_m_s = 0.030;  // three times as deep: 0.09 mm, of which nothing is left
+  fast.speed_m_s = 0.030;  // three times as deep: 0.09 mm, fully corrected
   fast.slow_speed_m_s = 0.0;
   for (Touch& touch : make_touches(cell, truth, fast).touches) {
     touches.push_back(touch);

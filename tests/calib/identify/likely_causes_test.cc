@@ -1,4 +1,4 @@
-// The mistakes that are made again and again lead to a diagnosis and not to a bad calibration.
+// Common mistakes lead to a diagnosis instead of a wrong calibration.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -28,14 +28,14 @@ const std::vector<Touch>& good_touches() {
   return made;
 }
 
-/// Asserts that nothing is let through.
+/// Expects that nothing is published.
 Calibration withheld(const Cell& cell, const std::vector<Touch>& of) {
   const Calibration c = identify(cell, of, {}, shipped_robots);
   EXPECT_FALSE(c.verdict.publish());
   return c;
 }
 
-/// That likely cause, which is to be among those named.
+/// Expects this likely cause among those named.
 Finding expect_cause(const Cell& cell, const std::vector<Touch>& of, LikelyCause cause,
                      const std::string& about = {}) {
   const Calibration c = withheld(cell, of);
@@ -47,7 +47,7 @@ Finding expect_cause(const Cell& cell, const std::vector<Touch>& of, LikelyCause
 
 double evidence(const Finding& finding, const char* name) { return value(finding.evidence, name); }
 
-/// "A4 A6": of what a finding is about together.
+/// "A4 A6": all subjects of a finding.
 std::string parts_of(const Finding& finding) {
   std::string all;
   for (const FindingPart& part : finding.parts)
@@ -87,7 +87,7 @@ TEST(Diagnosis, AnglesInRadiansAreNamed) {
   EXPECT_LT(evidence(expect_cause(demo_cell(), wrong, LikelyCause::kRadians), "largest"), 6.3);
 }
 
-/// The touches of an arm that does what its model lacks, ten times what the cell file states.
+/// Touches of an arm with unmodelled errors ten times the cell file's sigma.
 const std::vector<Touch>& misfit() {
   static const std::vector<Touch> made =
       make_touches(demo_cell(), testing::plain_truth(demo_cell(), 5),
@@ -96,7 +96,7 @@ const std::vector<Touch>& misfit() {
   return made;
 }
 
-/// Stated sigma of an arm that scatters ten times more.
+/// A stated sigma ten times below the arm's scatter.
 Cell cell_of_misfit() {
   Cell cell = demo_cell();
   cell.touch_sigma_m = 0.025e-3;
@@ -132,7 +132,7 @@ TEST(Diagnosis, AnAxisThatLostItsMasteringIsNamedWithHowMuchIsMissing) {
     return j.sign < 0;
   })) << "an axis that turns the other way is to be among them";
   for (std::size_t joint = 1; joint + 1 < joints.size();
-       ++joint) {  // the last one: the tip is near it
+       ++joint) {  // not the last one: the tip is near it
     SCOPED_TRACE(joint);
     std::vector<Touch> wrong = good_touches();
     for (Touch& touch : wrong) touch.joint_rad[joint] += 2.0 * std::numbers::pi / 180.0;
@@ -180,7 +180,7 @@ TEST(Diagnosis, ColumnsOfTwoAxesThatWereExchangedAreNamed) {
 TEST(Diagnosis, AToolInMetresIsNamed) {
   Cell cell = demo_cell();
   cell.tool.tcp.translation() /= 1000.0;
-  cell.tool.length_m /= 1000.0;  // the file has it from the tip unless it says otherwise
+  cell.tool.length_m /= 1000.0;  // derived from the tip unless the file states it
   (void)expect_cause(cell, good_touches(), LikelyCause::kToolUnit);
 }
 
@@ -205,8 +205,8 @@ double dimension_mm(const Cell& cell, const std::string& joint, const char* fiel
 }
 
 TEST(Diagnosis, ALengthOfTheRobotFileThatIsWrongByCentimetresIsNamedWithWhatItShouldBe) {
-  // 35 mm more behind the wrist puts the tips beyond the spheres' middles, whose far sides they
-  // fit.
+  // An excess of 35 mm after the wrist puts the tips beyond the spheres' centres, where they fit
+  // the far sides.
   Cell longer = demo_cell();
   longer.robot.joints[5].d_m += 0.035;
   EXPECT_NEAR(dimension_mm(longer, "A6", "d_mm"), demo_cell().robot.joints[5].d_m * 1e3, 3.0);
@@ -220,7 +220,7 @@ TEST(Diagnosis, TheFileOfAnotherRobotIsNamedWithTheOneThatFits) {
   cell.robot = load_robot(robots_directories().front() / "kr16_r1610_2.toml");
   const Finding other = expect_cause(cell, good_touches(), LikelyCause::kOtherRobot);
   EXPECT_TRUE(other.about.name.starts_with("kr5_")) << other.about.name;
-  // None is read that is not given.
+  // Robot files are read only if given.
   EXPECT_FALSE(found(identify(cell, good_touches()), FindingKind::kLikelyCause));
 }
 
@@ -243,7 +243,7 @@ TEST(Diagnosis, FieldsOfTheRobotFileThatTurnItsAxesAboutAreNamed) {
 }
 
 TEST(Diagnosis, WhatChangesNothingIsNotNamedBesideTheFieldThatIsWrong) {
-  Cell cell = demo_cell();  // without stated centres the first axis' zero is anybody's
+  Cell cell = demo_cell();  // without stated centres the first axis' zero is arbitrary
   for (Target& target : cell.targets) target.has_centre = false;
   cell.robot.joints[2].offset_rad += std::numbers::pi / 2.0;
   const Calibration c = withheld(cell, good_touches());
@@ -285,7 +285,7 @@ TEST(Diagnosis, AStatedCentreThatIsHeldTooFirmlyIsNamed) {
   Cell cell = demo_cell();
   for (Target& target : cell.targets) target.centre_sigma_m = 1e-4;
   const auto made = good_touches();
-  // Where the touches say, but for one.
+  // At the touched centres, except for one.
   const Calibration right = identify(demo_cell(), made);
   for (const TargetResult& t : right.targets)
     cell.targets[cell.target_index(t.id)].centre_m = t.centre_m;
@@ -413,7 +413,7 @@ TEST(Diagnosis, TwoWrongLengthsAreNotTakenForATargetThatMoved) {
     const bool or_lengths = find(moved.evidence, "or_lengths") != nullptr;
     EXPECT_TRUE(moved.kind != FindingKind::kMovedTarget || or_lengths) << words_of(c);
     EXPECT_EQ(testing::cause(c, LikelyCause::kMoved).cause, std::nullopt) << words_of(c);
-    // Two at one sphere can look like its diameter, too.
+    // Two at one sphere can also resemble an error of its diameter.
     EXPECT_TRUE(
         or_lengths || found(c, FindingKind::kCertifiedLength) ||
         find(testing::cause(c, LikelyCause::kArtefactSize).evidence, "lengths") != nullptr ||
@@ -440,8 +440,8 @@ TEST(Diagnosis, ALoneLengthThatContradictsTheArmIsNamed) {
 }
 
 TEST(Diagnosis, ATargetThatMovedOnTheWayIsNamedWithHowFar) {
-  // The sphere was knocked half a centimetre half-way through: its later touches were all made
-  // where it stands then.
+  // The sphere was knocked by half a centimetre half-way through the session; its later touches are
+  // at the new position.
   Cell cell = demo_cell();
   const sim::Truth truth = testing::plain_truth(cell, 5);
   sim::Truth later = truth;

@@ -1,4 +1,4 @@
-// The errors of a linear unit are found again from touches along it.
+// The errors of a linear unit are recovered from touches along it.
 
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@
 namespace cellcal::calib {
 namespace {
 
-/// KR 16 with rigid, exact gears, so that what is left is geometry.
+/// KR 16 with rigid, exact gears, so that only geometry remains.
 Cell track_cell() {
   Cell cell = testing::track_cell(CELLCAL_TRACK_ROBOT);
   for (Joint& joint : cell.robot.joints) {
@@ -30,7 +30,7 @@ Cell track_cell() {
   return cell;
 }
 
-/// Where the true tip meets the sphere on the planned search line.
+/// Contact of the true tip with the sphere on the planned search line.
 std::optional<Touch> touch(const ArmModel& arm, const Eigen::VectorXd& x, const Cell& cell,
                            const PlannedTouch& planned) {
   const Target& target = cell.targets[cell.target_index(planned.target)];
@@ -98,8 +98,8 @@ TEST(LinearUnit, ItsErrorsAreFoundAgain) {
                                          &ParameterResult::key);
     ASSERT_NE(found, c.parameters.end()) << name;
     EXPECT_LT(std::abs(found->correction - made().x[p]), 4.0 * found->sigma) << name;
-    // A turn of the travel about A1 turns the targets with it (gauge), and half a wave resembles a
-    // slope.
+    // A rotation of the travel about A1 also rotates the targets (gauge), and half a wave resembles
+    // a slope.
     if (name != "E1.across_slope" && parameter.harmonic != 1) {
       EXPECT_LT(found->sigma, 0.5 * parameter.sigma) << name;
     }
@@ -155,7 +155,7 @@ TEST(LinearUnit, ATakenForExactUnitLeavesItsErrors) {
 
 const Eigen::Vector3d kKnock{0.5e-3, -0.3e-3, 0.2e-3};
 
-/// By the arm as it was calibrated, with its tool knocked.
+/// Touches by the arm as calibrated, with its tool knocked.
 std::vector<Touch> touches_of(const Plan& plan, const Eigen::Vector3d& knock_m) {
   Tool tool = made().cell.tool;
   tool.tcp.translation() += knock_m;

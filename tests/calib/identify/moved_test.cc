@@ -1,5 +1,4 @@
-// A sphere that is knocked in the middle of a session is named, with by how much and from when on;
-// one that stands still is not.
+// A sphere that is knocked during a session is named, with size and time; a stationary one is not.
 
 #include <gtest/gtest.h>
 
@@ -28,7 +27,7 @@ using testing::words_of;
 
 constexpr std::size_t kMovedAt = 48;
 
-/// A hundred touches, spheres in turn; sphere `target` stands elsewhere from touch kMovedAt on.
+/// A hundred touches, spheres in turn; sphere `target` is displaced from touch kMovedAt on.
 std::vector<Touch> knocked(std::size_t target, const Eigen::Vector3d& shift_m, unsigned seed,
                            Making making = {}) {
   making.fit = 100;
@@ -59,7 +58,7 @@ TEST(MovedTarget, OfTwoTenthsIsNamedWithSizeSideAndTouchThoughAllElseIsWell) {
     EXPECT_LT((moved.shift_m - shift).norm(), 6.0 * moved.sigma_m) << seed;
     EXPECT_LT(moved.sigma_m, 0.05e-3) << seed;
     EXPECT_GT(moved.squared_sigmas, 25.0) << seed;
-    // To within two touches of that sphere, which is every fourth.
+    // Within two touches of that sphere, which is every fourth.
     EXPECT_NEAR(static_cast<double>(moved.after_touch), kMovedAt, 8.0) << seed;
     EXPECT_FALSE(c.verdict.publish());
     const Finding& finding = c.verdict.findings[0];
@@ -83,7 +82,7 @@ TEST(MovedTarget, OfHalfAMillimetreIsNamedThoughSomeOfItsTouchesAreLeftOut) {
     ASSERT_EQ(c.moved.size(), 1u) << words_of(c);
     EXPECT_EQ(c.moved[0].target, demo_cell().targets[target].id);
     EXPECT_NEAR(c.moved[0].shift_m.norm(), 0.49e-3, 0.08e-3);
-    // Its lengths are right.
+    // The lengths are correct.
     EXPECT_FALSE(found(c, FindingKind::kCertifiedLength)) << words_of(c);
     EXPECT_EQ(find(the(c, FindingKind::kMovedTarget).evidence, "or_lengths"), nullptr);
   }
@@ -141,7 +140,7 @@ TEST(MovedTarget, IsNotMadeOfGrossErrorsThatFallTogether) {
     std::vector<std::size_t> own;
     for (std::size_t i = 0; i < touches.size(); ++i)
       if (touches[i].set == TouchSet::kFit && touches[i].target == "S2") own.push_back(i);
-    // Three of the last five, all to one side, and one long before.
+    // Three of the last five, all on one side, and one long before.
     const std::size_t last = own.size();
     double gross_rad = 0.8e-3;  // a millimetre at a metre, and more
     for (const std::size_t k : {last - 1, last - 3, last - 5, last / 2})

@@ -1,4 +1,4 @@
-// Play that the load closes: an unknown where the touches speak for it, and not spoken of elsewhere.
+// Play that is closed by the load: an unknown if the touches support it, otherwise not mentioned.
 
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ using testing::demo_cell;
 using testing::make_touches;
 using testing::plain_truth;
 
-/// The demo's cell, its arm's masses stated.
+/// The demo's cell, with stated masses of its arm.
 Cell cell_with_masses() {
   Cell cell = demo_cell();
   const Cell heavy = at_level(cell, ModelLevel{});
@@ -31,7 +31,7 @@ Cell cell_with_masses() {
   return cell;
 }
 
-/// Play of two minutes of arc at A2, A3 and A5, closed by 60 N m: another moment than is assumed.
+/// Play of two minutes of arc at A2, A3 and A5, closed by 60 N m: not the moment that is assumed.
 sim::Truth worn_truth(Cell worn) {
   for (const std::size_t joint : {1, 2, 4}) {
     worn.robot.joints[joint].play_sigma_rad = 60.0 * kRadPerArcsec;
@@ -58,7 +58,7 @@ TEST(Play, IsAnUnknownWhereTheTouchesSpeakForIt) {
   EXPECT_TRUE(c.verdict.publish());
   EXPECT_EQ(c.level.play, 1.0);
   ASSERT_TRUE(has_play(c));
-  // What is read back knows of it, too.
+  // Also retained when read back.
   const Calibration read = calibration_from_json(calibration_to_json(c), "played.json");
   EXPECT_EQ(read.level.play, 1.0);
   const auto& joints = touches[0].joint_rad;

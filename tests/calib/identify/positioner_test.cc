@@ -1,4 +1,4 @@
-// The errors of a positioner are found again from touches of spheres on it.
+// The errors of a positioner are recovered from touches of the spheres on it.
 
 #include <gtest/gtest.h>
 
@@ -42,7 +42,7 @@ TEST(PositionerIdentified, ItsErrorsAreFoundAgain) {
     ASSERT_NE(found, nullptr);
     EXPECT_LT(std::abs(found->correction - session().x[p]), 4.0 * found->sigma)
         << parameter_name(c.cell, parameter);
-    // A scale of this size moves the spheres by little more than the noise of a touch.
+    // A scale error of this size moves the spheres by little more than the touch noise.
     if (AxisError{parameter.axis} != AxisError::kScale) {
       EXPECT_LT(found->sigma, 0.5 * parameter.sigma) << parameter_name(c.cell, parameter);
     }
@@ -65,7 +65,7 @@ TEST(PositionerIdentified, WhatItGivesUnderItsLoadIsFound) {
     found += is->sigma < 0.5 * parameter.sigma;
   }
   EXPECT_GE(found, 2) << "about the tilting axis, and across it";
-  // Taken for stiff, the same touches leave a misfit.
+  // If it is assumed to be rigid, the same touches leave a misfit.
   Cell stiff = loaded.cell;
   for (PositionerAxis& axis : stiff.robot.positioner) axis.mass_kg = 0.0;
   EXPECT_GT(identify_single_pass(stiff, loaded.touches).check.rms_m, 2.0 * c.check.rms_m);
@@ -127,7 +127,7 @@ TEST(PositionerPredicted, IsWhereTheTableAsFoundHasTheTip) {
   EXPECT_THROW(on_table.calibrated(q, std::vector<double>{0.0, 0.0, 0.0}), std::invalid_argument);
 }
 
-/// Tips on the table as predicted and as they are, and the bound, over poses near its spheres.
+/// Predicted and true tips on the table, and the bound, over poses near its spheres.
 struct OnTable {
   Eigen::Matrix3Xd told, real;
   std::vector<double> u95_m;
@@ -153,7 +153,7 @@ TEST(PositionerPredicted, TheBoundOnTheTableHoldsForTheArmAsItIs) {
   const auto poses = carried_poses(ArmModel(c.cell), c, 2, 300, 11);
   ASSERT_GT(poses.size(), 200u);
   const OnTable at = on_table_of(c, poses);
-  // The base is measured on the table at one angle after the other.
+  // The base is aligned on the table over successive angles.
   const Eigen::Isometry3d base(Eigen::umeyama(at.told, at.real, false));
   int inside = 0;
   double sum_m = 0.0, bound_m = 0.0;
@@ -164,7 +164,7 @@ TEST(PositionerPredicted, TheBoundOnTheTableHoldsForTheArmAsItIs) {
     bound_m += at.u95_m[static_cast<std::size_t>(k)];
   }
   EXPECT_GE(inside, 0.95 * static_cast<double>(poses.size()));
-  EXPECT_LT(bound_m, 20.0 * sum_m);  // and says something
+  EXPECT_LT(bound_m, 20.0 * sum_m);  // yet not meaningless
   EXPECT_LT(sum_m / static_cast<double>(poses.size()), 1e-4);
 }
 

@@ -1,5 +1,5 @@
-// A few touches bring back a cell whose positioner was moved or set to another zero; after a change of the tool
-// the positioner stays as found.
+// A few touches restore a cell whose positioner was moved or has another zero; after a change of the tool the
+// positioner is unchanged.
 
 #include <gtest/gtest.h>
 
@@ -27,7 +27,7 @@ const Calibration& calibration_before() {
   return found;
 }
 
-/// Touches of a check, then of what these leave open.
+/// The touches of a check, then of what these leave open.
 Calibration updated_by(const StandingCell& now) {
   static const Plan first = make_check_plan(calibration_before(), {}, first_update_touches());
   Random random(7);
@@ -47,7 +47,7 @@ Calibration updated_by(const StandingCell& now) {
   return update(calibration_before(), touches, kSinceThen);
 }
 
-/// At all settings of the last session, as good as before.
+/// As accurate as before, at all settings of the last session.
 void expect_restored(const Calibration& c, const StandingCell& now, ChangeKind kind) {
   EXPECT_TRUE(c.verdict.publish()) << testing::words_of(c);
   ASSERT_EQ(c.update->outcome, UpdateOutcome::kUpdated);

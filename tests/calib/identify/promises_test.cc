@@ -1,4 +1,4 @@
-// What a caller may rely on: the same answer for the same question, and an error for none.
+// Guarantees to callers: the same input gives the same result, and insufficient input an error.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -43,7 +43,7 @@ TEST(Identify, GivesTheSameBitsForTheSameInput) {
 }
 
 TEST(Identify, TakesAnyNumberOfTouches) {
-  // Rows are gathered in blocks; the last may be full, or have nothing left to hold.
+  // Rows are gathered in blocks; the last one may be full or empty.
   const auto many =
       make_touches(demo_cell(), plain_truth(demo_cell(), 1), {.fit = 136, .check = 0}).touches;
   for (std::size_t count = 120; count <= 134; ++count) {
@@ -88,7 +88,7 @@ TEST(Identify, TheOrderOfTheTouchesDoesNotMatterBeyondRounding) {
   ASSERT_EQ(other.parameters.size(), straight.parameters.size());
   for (std::size_t i = 0; i < straight.parameters.size(); ++i) {
     const ParameterResult &a = straight.parameters[i], &b = other.parameters[i];
-    // The solver stops where a step no longer pays: a thousandth of what is not known anyway.
+    // The solver stops when a step is below a thousandth of the uncertainty.
     EXPECT_NEAR(a.correction, b.correction, 1e-3 * a.sigma) << parameter_name(straight.cell, a.key);
     EXPECT_NEAR(a.sigma, b.sigma, 1e-4 * a.sigma) << parameter_name(straight.cell, a.key);
   }
@@ -98,7 +98,7 @@ TEST(Identify, TheOrderOfTheTouchesDoesNotMatterBeyondRounding) {
 }
 
 TEST(Identify, ATouchOfItsOwnSigmaWeighsAccordingly) {
-  // Doubtful touches said to be doubtful: the result leans on the others.
+  // Touches with a large stated sigma: the result relies on the others.
   std::vector<Touch> some =
       make_touches(demo_cell(), plain_truth(demo_cell(), 1), {.fit = 120}).touches;
   const Calibration equal = identify(demo_cell(), some);
@@ -129,7 +129,7 @@ TEST(Identify, ATargetWithCheckTouchesOnlyIsNamedAndItsPlaceIsTheirs) {
 
 TEST(Identify, TouchesThatLeadNowhereLeaveTheNominalArmAndWhatItsTolerancesLeaveOpen) {
   Cell cell = demo_cell();
-  cell.robot.joints[1].sign *= -1;  // and the estimate does not converge
+  cell.robot.joints[1].sign *= -1;  // such that the estimate does not converge
   const Calibration c = identify(cell, with_outliers());
   EXPECT_FALSE(c.verdict.publish());
   ASSERT_GE(c.verdict.findings.size(), 2u);
@@ -162,7 +162,7 @@ TEST(Identify, ATargetThatWasNotTouchedIsLeftOut) {
 }
 
 TEST(Identify, TouchesThatLieFlatDoNotMakeASphereOfUnknownPlace) {
-  sim::TruthOptions perfect;  // so that the nominal arm sees them lie flat
+  sim::TruthOptions perfect;  // so that they are flat for the nominal arm
   perfect.geometry_scale = perfect.deflection = perfect.placement_m = perfect.placement_rad = 0.0;
   Cell cell = one_sphere_cell();
   const sim::Truth truth = sim::draw_truth(cell, perfect);
@@ -175,7 +175,7 @@ TEST(Identify, TouchesThatLieFlatDoNotMakeASphereOfUnknownPlace) {
         testing::thrown<IdentifyError>([&] { (void)identify_single_pass(cell, touches); });
     EXPECT_EQ(why.kind, IdentifyError::Kind::kUndetermined);
     EXPECT_EQ(why.target, "S1");
-    // What a user reads then.
+    // The message to the user.
     const std::string words = the(identify(cell, touches), FindingKind::kNotIdentified).text;
     EXPECT_EQ(words, why.what());
     EXPECT_EQ(
@@ -212,7 +212,7 @@ bool is_off_nominal(const Calibration& c, const ParameterKey& parameter) {
          });
 }
 
-/// Why a result is not let through; empty where it is.
+/// Reason why a result is not published; empty if it is.
 std::string blocked(const Cell& cell, const std::vector<Touch>& some) {
   try {
     const Calibration result = identify(cell, some);
@@ -225,7 +225,7 @@ std::string blocked(const Cell& cell, const std::vector<Touch>& some) {
 
 TEST(Identify, TouchesOfAnotherRobotDoNotPassForACalibration) {
   EXPECT_EQ(blocked(demo_cell(), with_outliers()), "");
-  // The two public forms of the KR 5 differ by 80 mm in a3: the touches could be explained so.
+  // The two public forms of the KR 5 differ by 80 mm in a3, which could explain the touches.
   Cell other = demo_cell();
   other.robot.joints[2].a_m += 0.080;
   EXPECT_TRUE(

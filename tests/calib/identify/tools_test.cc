@@ -1,4 +1,4 @@
-// Several tips and reflectors on one flange: each touch names its own, and each is found.
+// Several tips and reflectors on one flange: each touch names its own, and each is identified.
 
 #include <gtest/gtest.h>
 
@@ -37,7 +37,7 @@ bool has_parameter(const Calibration& c, const ParameterKey& key) {
   return find(c, key) != nullptr;
 }
 
-/// A plate that weighs nothing, `off_m` from the first tool's tip.
+/// A massless plate, `off_m` from the first tool's tip.
 Tool beside(const Tool& first, const std::string& id, const Vector3d& off_m, double sigma_m) {
   Tool tool = first;
   tool.id = id;
@@ -47,8 +47,7 @@ Tool beside(const Tool& first, const std::string& id, const Vector3d& off_m, dou
   return tool;
 }
 
-/// Three reflectors seen by one tracker; those beside the first are 1 mm from where they are
-/// stated.
+/// Three reflectors seen by one tracker; all except the first are 1 mm off their stated positions.
 struct Reflectors {
   explicit Reflectors(int count, unsigned seed = 1) {
     cell = demo_cell();
@@ -173,7 +172,7 @@ TEST(Tools, EveryTipHasItsOwnEffectiveRadius) {
   with_second.tool = cell.other_tools[0];
   with_second.tool.tcp.translation() += off;
   with_second.tool.tcp_sigma_m.setZero();
-  with_second.tool.mass_kg = cell.tool.mass_kg;  // the joints bear the first one still
+  with_second.tool.mass_kg = cell.tool.mass_kg;  // the joints still carry the first one
   sim::Truth second = plain_truth(with_second, kSeed);
   for (int p = 0; p < second.arm.size(); ++p) ASSERT_EQ(second.errors[p], first.errors[p]);
   second.centre_m = first.centre_m;

@@ -1,5 +1,5 @@
-// A few touches on top of the last calibration bring back an arm on which one thing changed. What they do not explain
-// by one change is not published.
+// After a single change of the arm a few touches and the last calibration restore it. A result that one change does
+// not explain is not published.
 
 #include "calib/identify/update.h"
 
@@ -38,7 +38,7 @@ double seconds_of(const Plan& plan) {
   return duration_s(plan, demo_cell().robot, pace);
 }
 
-/// Touches of a check, then of what these leave open.
+/// The touches of a check, then of what these leave open.
 class Session {
  public:
   enum class How { kWhole, kFirstTouches };
@@ -70,7 +70,7 @@ class Session {
   Random random_;
 };
 
-/// As accurate as before, but for a fifth, and honest about it.
+/// As accurate as before to within a fifth, with a valid bound.
 void expect_as_before(const Calibration& c, const sim::Truth& arm) {
   EXPECT_TRUE(c.verdict.publish()) << testing::words_of(c);
   EXPECT_EQ(c.update->outcome, UpdateOutcome::kUpdated);
@@ -162,7 +162,7 @@ TEST(Update, OfTwoChangesNoneIsMadeUp) {
 }
 
 TEST(Update, NoTouchIsBlamedForASecondChange) {
-  // The one change and a wrong touch explain what is left as well as chance does; two changes do better.
+  // One change and one wrong touch explain the residuals as well as chance; two changes do better.
   const sim::Truth arm = with_robot([](Robot& robot) {
     robot.joints[2].offset_rad += 0.5e-3;
     robot.joints[3].offset_rad += 0.6e-3;
@@ -251,7 +251,7 @@ TEST(UpdateFile, IsReadBackWithAllThatItStandsOnAndRefusesWhatIsNone) {
     EXPECT_NEAR(is.explanations[k].sigma, was.explanations[k].sigma, 1e-12);
   }
   EXPECT_EQ(again.parameters.size(), c.parameters.size());
-  // What reads it moves the tip alike.
+  // A calibration read back predicts the same tip.
   const JointVector q{0.1, -1.2, 1.3, 0.2, 0.7, -0.3};
   EXPECT_LT((Predictor(again).calibrated(q).tcp.translation() -
              Predictor(c).calibrated(q).tcp.translation())

@@ -57,7 +57,7 @@ TEST(Kr5, APositiveA5BendsTheHandDown) {
 }
 
 TEST(Kr5, APositiveA4RollsTheBentHandAgainstTheForearmsOwnDirection) {
-  // About -x by 90 deg: a hand pointing down then points to -y.
+  // Rotated by 90 deg about -x, a hand that points down points to -y.
   expect_flange(deg({0, -90, 90, 90, 90, 0}), {800, -80, 1040}, -Vector3d::UnitY());
 }
 

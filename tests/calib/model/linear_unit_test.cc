@@ -1,4 +1,4 @@
-// An arm on a linear unit: its chain written out, its derivatives, its inverse.
+// An arm on a linear unit: explicit chain, derivatives, inverse.
 
 #include <gtest/gtest.h>
 
@@ -60,7 +60,7 @@ Isometry3d carriage(const ArmModel& arm, const Eigen::VectorXd& x, double positi
   const Vector3d above = (up - up.dot(along) * along).normalized(), across = above.cross(along);
   const Isometry3d shifted(
       Translation3d(motion[0] * along + motion[1] * across + motion[2] * above));
-  // About axes that turn with the carriage.
+  // About axes that rotate with the carriage.
   return shifted * AngleAxisd(motion[3], along) * AngleAxisd(motion[4], across) *
          AngleAxisd(motion[5], above);
 }
@@ -73,7 +73,7 @@ TEST(LinearUnit, CarriesTheArmByItsSixMotions) {
     const ArmModel arm(drawn.robot, drawn.tool);
     const JointVector q = testing::random_joints(drawn.robot, random);
     Eigen::VectorXd x = testing::random_errors(arm, random, 10.0);
-    // The arm itself is exact: torques are those of the nominal carriage.
+    // The arm itself is exact: its torques are those of the nominal carriage.
     for (int p = 0; p < arm.size(); ++p)
       if (arm.parameters()[static_cast<std::size_t>(p)].kind != ParameterKind::kGuide) x[p] = 0.0;
     const Isometry3d base = drawn.robot.base_fixed;

@@ -1,4 +1,4 @@
-// An arm seen from a positioner: its chain written out, its derivatives, its parameters.
+// An arm in the frame of a positioner: explicit chain, derivatives, parameters.
 
 #include <gtest/gtest.h>
 
@@ -53,7 +53,7 @@ double value_of(const ArmModel& arm, const Eigen::VectorXd& x, std::size_t axis,
   return 0.0;
 }
 
-/// Work of gravity on what the axis carries as its frame turns about `about`, by differences.
+/// Work of gravity on the load of the axis as its frame rotates about `about`, by differences.
 double moment_nm(const Robot& robot, std::size_t axis, const Vector3d& about,
                  const std::vector<double>& angles) {
   const auto fall_nm = [&](double turn) {
@@ -72,7 +72,7 @@ double moment_nm(const Robot& robot, std::size_t axis, const Vector3d& about,
   return (fall_nm(kStep) - fall_nm(-kStep)) / (2.0 * std::sin(kStep));
 }
 
-/// (1c), one factor after another. `all`: of all axes, which load those that carry.
+/// (1c), factor by factor. `all`: angles of all axes, which load those that carry.
 Isometry3d carried(const ArmModel& arm, const Eigen::VectorXd& x, const std::vector<double>& angles,
                    std::vector<double> all) {
   all.resize(arm.robot().positioner.size());
@@ -117,7 +117,7 @@ TEST(Positioner, ATipIsSeenFromTheFrameThatItCarries) {
         const Isometry3d place = carried(arm, x, angles, outer_known ? all : angles);
         const PreparedPose pose =
             arm.prepare(q, 0, nullptr, angles, outer_known ? outer : std::span<const double>{});
-        // Bending and compliance included: gravity turns with the base.
+        // Bending and compliance included: gravity rotates with the base.
         EXPECT_LT((place * arm.position(pose, x.data()) - tip).norm(), 1e-10) << "arm " << k;
         arm.walk(pose, at, chain);
         EXPECT_LT((place.linear() * arm.rotation(pose, at, chain) - turned).norm(), 1e-10);

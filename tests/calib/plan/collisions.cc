@@ -10,7 +10,7 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kPointsM = 0.002;  // of two points on an axis, where something is near
+constexpr double kPointsM = 0.002;  // spacing of points on an axis, if something is near
 
 Vector3d up_in(const Cell& cell) {
   const Vector3d g = cell.robot.gravity_m_s2;
@@ -162,7 +162,7 @@ Approach Collisions::at(const JointVector& q, int touched) const {
     if (!rod.moves) continue;
     const double length = (rod.b - rod.a).norm();
     const bool far_out = rod.tip || rod.joint == static_cast<int>(q.size()) - 1;
-    // Steps by the distance within which nothing can be.
+    // Steps by the clearance, within which there is nothing.
     for (double s = 0.0, step = 0.0;; s = std::min(length, s + step)) {
       const Vector3d p = length > 0.0 ? Vector3d(rod.a + (s / length) * (rod.b - rod.a)) : rod.a;
       step = std::numeric_limits<double>::max();

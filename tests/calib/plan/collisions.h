@@ -33,7 +33,7 @@ class Collisions {
  public:
   explicit Collisions(const Cell& cell);
 
-  /// `touched`: target that the tip may meet, with its stand; -1: none.
+  /// `touched`: target that the tip may touch, with its stand; -1: none.
   Approach at(const JointVector& q, int touched = -1) const;
   /// Every 0.2 deg of the joint that turns most, or `step_rad`.
   Approach along(const JointVector& from, const JointVector& to, int touched = -1,

@@ -16,7 +16,7 @@ using testing::Collisions;
 using testing::kPromisedBodyM;
 using testing::kPromisedTipM;
 
-/// Clearance of the shaft from the touched stand and sphere on a search line.
+/// Clearance of the shaft from the touched sphere and its post on a search line.
 constexpr double kShaftM = 0.0024;
 
 TEST(PlansOfRandomCells, HitNothing) {

@@ -31,7 +31,7 @@ std::span<const double> carriers(const sim::Truth& truth, std::size_t target,
   return std::span(positioner_rad).first(static_cast<std::size_t>(axes));
 }
 
-/// In the frame that carries what these axes do.
+/// In the frame carried by these axes.
 Vector3d tip_of(const sim::Truth& truth, const JointVector& q,
                 std::span<const double> carrier_rad = {}) {
   return truth.arm.position(truth.arm.prepare(q, 0, nullptr, carrier_rad), truth.errors.data());

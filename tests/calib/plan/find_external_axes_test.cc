@@ -1,4 +1,4 @@
-// Spheres found on a positioner that stands still, and by an arm on a linear unit.
+// Spheres located on a stationary positioner, and by an arm on a linear unit.
 
 #include <gtest/gtest.h>
 
@@ -33,7 +33,7 @@ sim::Truth truth_of(const Cell& cell, unsigned seed) {
   return sim::draw_truth(cell, options);
 }
 
-/// As stiff as a real arm of this size: the experiments' are softer.
+/// As stiff as a real arm of this size; the experiments' arms are softer.
 Cell stiff(Cell cell) {
   for (Joint& joint : cell.robot.joints) joint.compliance_sigma_rad_per_nm *= 0.1;
   return cell;
@@ -41,7 +41,7 @@ Cell stiff(Cell cell) {
 
 Cell table() { return stiff(testing::positioner_cell(CELLCAL_POSITIONER_ROBOT)); }
 
-/// The file's centres are off, on table and floor; the second sphere's is known to be in a box of its frame.
+/// Inaccurate centres in the file, on table and floor; the second sphere is known by a box in its frame.
 Cell rough_on_table(const Cell& taught, unsigned seed) {
   Cell cell = testing::as_rough_as_stated(taught, 0.006, seed);
   Target& boxed = cell.targets[1];
@@ -59,7 +59,7 @@ TouchSequenceOptions only_find() {
   return options;
 }
 
-/// Where the nominal arm sees the centre: its tip while the true one is there, found by Newton's method.
+/// Centre as seen by the nominal arm: its tip with the true tip at the centre, to first order.
 Vector3d seen_m(const Cell& cell, const sim::Truth& truth, std::size_t target,
                 const JointVector& near, const std::vector<double>& positioner_rad) {
   const ArmModel nominal(at_setting(cell, positioner_rad));
@@ -69,7 +69,7 @@ Vector3d seen_m(const Cell& cell, const sim::Truth& truth, std::size_t target,
   const Vector3d tip = nominal.nominal_tcp(near).translation();
   const Vector3d true_tip =
       truth.arm.position(truth.arm.prepare(near, 0, nullptr, carrier), truth.errors.data());
-  // The arm's errors hardly change over the sphere's radius.
+  // The arm's errors hardly change over the radius of the sphere.
   return place.inverse() * tip + (truth.centre_m[target] - true_tip);
 }
 
@@ -178,7 +178,7 @@ TEST(FindOnPositioner, WithoutItsAnglesNothingIsPlanned) {
   EXPECT_THROW(Finder(cell, {}, true, {}, {0.1}), PlanError);
 }
 
-/// (64b): the margin of a way, too.
+/// (64b): also for the margin of a path.
 TEST(PositionerMargins, WaysKeepFartherFromWhatThePositionerMayHaveMoved) {
   Cell cell = table();
   Cell exact = cell;

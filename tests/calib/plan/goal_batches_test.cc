@@ -15,14 +15,14 @@ const testing::PositionerSession& batches_cell() {
   return one;
 }
 
-/// A whole session, from where the arm waits.
+/// A complete session, from the waiting posture.
 struct BatchesDriven {
   std::vector<Touch> touches;
   int turns = 0, offered = 0;
   Progress progress;
   std::vector<JointVector> home;
 
-  /// `failing`: number of the touch offered that is not made, from 1; 0: none.
+  /// `failing`: number of the offered touch that is not made, from 1; 0: none.
   BatchesDriven(const Goal& goal, std::vector<Touch> made, int failing = 0)
       : touches(std::move(made)) {
     PlanOptions options;

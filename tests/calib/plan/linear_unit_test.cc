@@ -1,4 +1,4 @@
-// Plans for an arm on a linear unit: it is an axis of motion within its limits.
+// Plans for an arm on a linear unit, which is an axis of motion within its limits.
 
 #include <gtest/gtest.h>
 
@@ -70,7 +70,7 @@ TEST(LinearUnitPlan, MovesTheUnitWithinItsLimitsAndOverMostOfItsStroke) {
   for (const PlannedTouch& touch : plan.touches) {
     least = std::min(least, touch.standoff[0]);
     most = std::max(most, touch.standoff[0]);
-    // A search is the arm's: the unit stands still.
+    // Searches are made by the arm: the unit is stationary.
     EXPECT_EQ(touch.standoff[0], touch.end[0]);
     EXPECT_EQ(touch.standoff[0], touch.clear[0]);
   }
@@ -158,7 +158,7 @@ TEST(LinearUnitPlan, SearchesFartherTheFartherTheCarriageIsFromThePlace) {
   double longest = 0.0, shortest = 1.0;
   for (const PlannedTouch& touch : make_plan(cell, options).touches) {
     const Eigen::Vector3d& centre = cell.targets[cell.target_index(touch.target)].centre_m;
-    // The track goes along y from the base frame's origin.
+    // The track extends along y from the origin of the base frame.
     const double way = touch.end[0] - std::clamp(centre.y(), 0.0, 3.0);
     const double lever = (centre - Eigen::Vector3d(0.0, touch.end[0], 0.0)).norm();
     const LinearGuide& guide = *cell.robot.joints[0].guide;

@@ -1,4 +1,4 @@
-// What keeps the predicted uncertainty above a goal.
+// Causes of a predicted uncertainty above the goal.
 
 #include "calib/plan/missing.h"
 

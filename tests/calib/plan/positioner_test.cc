@@ -122,7 +122,7 @@ TEST(PositionerPlan, IsTheSameForTheSameSeed) {
 
 TEST(PositionerPlan, OfOneAxisTurnsIt) {
   Cell cell = with_positioner();
-  // The table alone, upright.
+  // Only the table, upright.
   cell.robot.positioner.erase(cell.robot.positioner.begin());
   cell.robot.positioner[0].frame = Eigen::Translation3d(1.05, 0.0, 0.55);
   for (Target& target : cell.targets) target.carried_by = std::min(target.carried_by, 1);
@@ -247,7 +247,7 @@ TEST(PositionerPlan, IsNotResumedWithoutThePositionersAngles) {
   EXPECT_THROW(resume_plan(with_positioner(), planned(), 0, planned().start), PlanError);
 }
 
-/// u95 that a session is foreseen to reach, and the number of its touches.
+/// u95 predicted for a session, and the number of its touches.
 Plan plan_to(double goal_m) {
   PlanOptions options;
   options.fit_touches = 60;

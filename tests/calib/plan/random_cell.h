@@ -1,5 +1,5 @@
 #pragma once
-// A random cell: a shipped robot, a tool in proportion, spheres on stands within reach, and random
+// A random cell: a shipped robot, a tool in proportion, spheres on posts within reach, and random
 // furniture.
 
 #include <string>

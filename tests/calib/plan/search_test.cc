@@ -159,7 +159,7 @@ TEST(SearchDepth, EndsBeforeTipOrShaftMeetTheStandOfASphereThatIsPassed) {
   EXPECT_NEAR(search_depth(beside, two, radius, stand, tool).end_m,
               std::sqrt(shaft * shaft - 0.025 * 0.025) - 0.05, 1e-12);
   EXPECT_NEAR(search_depth(beside, two, radius, kNoStand, tool).end_m, -0.1, 1e-12);
-  // The sphere itself is met before its stand: unchanged.
+  // The sphere itself is met before its post: unchanged.
   const SearchLine middle{Vector3d::Zero(), Vector3d::UnitX(), -Vector3d::UnitX()};
   EXPECT_EQ(search_depth(middle, place, radius, stand, tool).end_m,
             search_depth(middle, place, radius, kNoStand, tool).end_m);

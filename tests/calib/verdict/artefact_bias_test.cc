@@ -1,5 +1,5 @@
-// A sphere that is not as large as its file says, or a wire that was zeroed elsewhere, is named
-// with what it is; sizes that are right are not accused.
+// A sphere of another size than stated, or a wire with a displaced zero, is named with its
+// deviation; correct sizes are not accused.
 
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ const std::vector<Touch>& sphere_touches() {
   return made;
 }
 
-/// Whether the likely causes name S1, alone or together with others.
+/// True if the likely causes name S1, alone or together with others.
 bool about_s1(const Calibration& c) {
   const auto names = [](const Subject& s) { return s.name == "S1" || s.other_end == "S1"; };
   return std::any_of(c.verdict.findings.begin(), c.verdict.findings.end(), [&](const Finding& f) {
@@ -40,7 +40,7 @@ bool about_s1(const Calibration& c) {
   });
 }
 
-/// The size that is named first as a likely cause; an empty part where there is none.
+/// The size named first as a likely cause; an empty part if there is none.
 FindingPart wrong_size(const Calibration& c) {
   const Finding finding = cause(c, LikelyCause::kArtefactSize);
   return finding.parts.empty() ? FindingPart{} : finding.parts.front();
@@ -61,7 +61,7 @@ TEST(Sizes, OfRightFilesAreNotAccused) {
     const Calibration c = identify_single_pass(demo_cell(), made.touches);
     ASSERT_EQ(c.artefact_biases.size(), demo_cell().targets.size());
     EXPECT_EQ(worst_contradicted(c.artefact_biases), nullptr);
-    // A bound that nothing could break would be as quiet.
+    // A very large bound would not be contradicted either.
     for (const ArtefactBias& size : c.artefact_biases)
       EXPECT_LT(size.sigma_m, 0.08e-3) << size.target;
   }
@@ -77,7 +77,7 @@ TEST(Sizes, ASphereThatIsAFewTenthsLargerOrSmallerThanStatedIsNamedWithItsDiamet
       const Calibration c = identify(cell, sphere_touches());
       EXPECT_FALSE(c.verdict.publish());
       const Finding named = cause(c, LikelyCause::kArtefactSize);
-      // The touches may leave it open which of several it is.
+      // The touches may not distinguish which of several it is.
       const auto own = std::find_if(
           named.parts.begin(), named.parts.end(),
           [&](const FindingPart& one) { return one.about == about_target(cell.targets[t]); });
@@ -114,7 +114,7 @@ TEST(Sizes, TheMoreADiameterOrAZeroIsOffTheLessItPasses) {
   const sim::Truth truth = plain_truth(demo_cell(), 5), truth_of_wires = plain_truth(of_wires, 3);
   int of_each = 15;
   for (const double off_m : {-1e-3, 1.5e-3, 2.5e-3, 4e-3, -8e-3, 30e-3}) {
-    of_each = 40 - of_each;  // 25 and 15 by turns
+    of_each = 40 - of_each;  // alternately 25 and 15
     SCOPED_TRACE(of_each);
     SCOPED_TRACE(off_m);
     Cell cell = demo_cell();

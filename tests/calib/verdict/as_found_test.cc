@@ -1,4 +1,4 @@
-// An arm as it was found: its earlier description against the touches and against the new one.
+// An arm as found: its earlier description compared with the touches and with the new one.
 
 #include <gtest/gtest.h>
 
@@ -34,7 +34,7 @@ struct AnArmAsFound : ::testing::Test {
     delete now;
     delete outlier;
   }
-  /// As it left the factory: no error found yet.
+  /// As delivered: no error identified yet.
   static Calibration nominal() {
     Calibration same = *now;
     for (ParameterResult& one : same.parameters) one.correction = 0.0;

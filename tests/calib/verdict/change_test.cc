@@ -1,4 +1,4 @@
-// Whether an arm is still the one that was calibrated last.
+// Comparison of an arm with its last calibration.
 
 #include "calib/verdict/change.h"
 
@@ -60,8 +60,8 @@ TEST(Change, ToAnotherArmIsWithheldUnlessItIsAccepted) {
 }
 
 TEST(Change, OfAMasteringByATenthOfADegreeIsFound) {
-  // 0.05 deg at A2 of the arm that was calibrated: a millimetre at a metre. Its angles all read
-  // less by that from then on.
+  // 0.05 deg at A2 of the calibrated arm: a millimetre at a metre. From then on all its angles read
+  // less by this.
   const Calibrated last = calibrated(demo_cell(), 3, 103);
   Calibrated now = calibrated(demo_cell(), 3, 203);
   for (Touch& touch : now.touches) touch.joint_rad[1] += 0.1 * 3.14159265358979 / 180.0;

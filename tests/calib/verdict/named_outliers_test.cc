@@ -1,4 +1,4 @@
-// Gross errors among the touches: named one by one, and without effect on the result.
+// Gross errors among the touches: named individually, and without effect on the result.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -62,7 +62,7 @@ TEST(Outliers, OfATenthOfTheTouchesAreNamedAndLeaveTheResultAsGoodAsTheCleanOne)
   }
   std::printf("%d outliers: %d missed, %d good touches named; %d of %d results worse by half\n",
               total, missed, wrongly_named, worse, kRuns);
-  // At 0.5 mm an outlier is 17 sigma; only one that decides a direction alone may pass.
+  // At 0.5 mm an outlier is 17 sigma; only one that solely determines a direction may be missed.
   EXPECT_LE(missed, total / 100);
   // Five sigma: one good touch in 1.7 million, but a leverage near 1 makes sigmas uncertain.
   EXPECT_LE(wrongly_named, 3);
@@ -84,7 +84,7 @@ TEST(Outliers, AreNamedWithTheirSizeAndTheirTarget) {
   }
 }
 
-/// Touches `every`th that are of other targets than the first carry its name.
+/// Every `every`th touch of another target gets the name of the first one.
 std::vector<std::size_t> mislabel(std::vector<Touch>& touches, TouchSet set, std::size_t every,
                                   int most) {
   std::vector<std::size_t> wrong;
@@ -103,7 +103,7 @@ TEST(Outliers, WithAnothersNameAreToldWhereTheyLieAndHarmNothing) {
     const std::vector<Touch> right = made.touches;
     const auto wrong = mislabel(made.touches, TouchSet::kFit, 7, 5);
     ASSERT_EQ(wrong.size(), 5u);
-    Cell cell = demo_cell();  // nobody says where the targets stand
+    Cell cell = demo_cell();  // the positions of the targets are not stated
     for (Target& target : cell.targets) target.has_centre = false;
     const Calibration result = identify(cell, made.touches);
     EXPECT_TRUE(result.verdict.publish()) << seed << ": " << words_of(result);
@@ -119,7 +119,7 @@ TEST(Outliers, WithAnothersNameAreToldWhereTheyLieAndHarmNothing) {
 
 TEST(Outliers, AmongTheCheckTouchesWithAnothersNameAreToldWhereTheyLie) {
   const sim::Truth truth = plain_truth(demo_cell(), 1);
-  // One of twenty is a gross error like any; with four the check says nothing for the result.
+  // One of twenty is an ordinary gross error; with four the check does not support the result.
   for (const int each : {0, 1}) {
     auto made = make_touches(demo_cell(), truth, {.fit = 100, .check = 20, .seed = 1});
     const std::vector<Touch> right = made.touches;
@@ -210,7 +210,7 @@ double log_det(const Calibration& c) {
          2.0 * scale.array().log().sum() - size * std::log(std::max(1.0, c.chi2_per_dof));
 }
 
-/// The touch as if contact had been seen `early_m` before the surface.
+/// The touch with the contact detected `early_m` before the surface.
 Touch seen_early(Touch touch, const Calibration& result, std::size_t index, double early_m) {
   const ArmModel arm(demo_cell().robot, demo_cell().tool);
   const Eigen::VectorXd along = arm.nominal_jacobian(touch.joint_rad).topRows<3>().transpose() *
@@ -221,7 +221,7 @@ Touch seen_early(Touch touch, const Calibration& result, std::size_t index, doub
 }
 
 TEST(Outliers, StateHowFarTheyWouldHaveHeldTheirOwnPlace) {
-  // A row of leverage h shrinks the determinant of the covariance to 1 - h of itself.
+  // A row of leverage h multiplies the determinant of the covariance by 1 - h.
   IdentifyOptions options;
   options.level = ModelLevel{};
   for (const int fit : {32, 45, 60, 100}) {
@@ -241,7 +241,7 @@ TEST(Outliers, StateHowFarTheyWouldHaveHeldTheirOwnPlace) {
 }
 
 TEST(Outliers, ThatNothingElseTellsAboutAreSaidToBeSo) {
-  // The only touch of its sphere from that side of the arm: nobody can tell who is wrong.
+  // The only touch of its sphere from that side of the arm: the error cannot be attributed.
   const auto made = make_touches(demo_cell(), plain_truth(demo_cell(), 4), {.fit = 24, .seed = 4});
   auto spoilt = made.touches;
   spoilt[9] = seen_early(spoilt[9], identify_single_pass(demo_cell(), spoilt), 9, 0.02);

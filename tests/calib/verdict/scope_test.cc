@@ -1,4 +1,4 @@
-// What no touch can tell is said in words, and what a result is good for.
+// Undetermined directions are reported in words, and the scope of a result.
 
 #include <gtest/gtest.h>
 
@@ -27,7 +27,7 @@ Calibration of(const Cell& cell, testing::Making making = {}) {
   return identify(cell, make_touches(cell, plain_truth(cell, making.seed), making).touches);
 }
 
-/// The first of that kind; null where there is none.
+/// The first direction of that kind; null if there is none.
 const UnidentifiableDirection* first(const Calibration& result, UnidentifiableKind kind) {
   for (const UnidentifiableDirection& direction : result.unidentifiable)
     if (direction.kind == kind) return &direction;
@@ -41,7 +41,7 @@ std::string all_words(const Calibration& result) {
   return text;
 }
 
-/// From the first axis to the flange, stretched out.
+/// From the first axis to the fully extended flange.
 double reach_of(const Robot& robot) {
   double sum = robot.joints.front().a_m;
   for (std::size_t i = 1; i < robot.joints.size(); ++i)
@@ -49,8 +49,7 @@ double reach_of(const Robot& robot) {
   return sum;
 }
 
-/// A cell of another arm: tool, places and lengths as large to it as the cell's are to its own, or
-/// a little less.
+/// A cell of another arm: tool, positions and lengths scaled by its reach, or slightly less.
 Cell with_arm(Cell cell, const std::string& file) {
   const Robot robot = load_robot(CELLCAL_ROBOTS_FOLDER "/" + file);
   const double size = 0.8 * reach_of(robot) / reach_of(cell.robot);
@@ -70,7 +69,7 @@ Cell with_arm(Cell cell, const std::string& file) {
   return cell;
 }
 
-/// The three directions that no number of free spheres can tell, and no fourth.
+/// The three directions that free spheres cannot determine, and no fourth.
 void expect_the_three(const Calibration& result) {
   EXPECT_EQ(result.frame_basis.cols(), 3);
   EXPECT_TRUE(first(result, UnidentifiableKind::kZeroOfFirstJoint)) << all_words(result);

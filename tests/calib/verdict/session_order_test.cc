@@ -1,4 +1,4 @@
-// In which order touches were made: by time where all have one, else as they stand.
+// Order of touches: by time if all have one, otherwise the order of the rows.
 
 #include "calib/verdict/session_order.h"
 

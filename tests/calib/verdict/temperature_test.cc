@@ -1,4 +1,4 @@
-// Over which temperatures a result was made.
+// Temperature range of a result.
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// What comes out farther from the files than they allow is told, and withheld where chance no
-// longer does it; gross errors within reason and an arm that warms up hold nothing back.
+// Deviations from the files beyond their tolerances are reported, and withhold the result if chance
+// does not explain them; reasonable gross errors and a warming arm withhold nothing.
 
 #include <gtest/gtest.h>
 
@@ -81,7 +81,7 @@ TEST(Tolerances, LengthsWrongByOneFactorAreTakenForTheScaleTheyHold) {
   const Calibration c = identify(cell, touches());
   EXPECT_FALSE(c.verdict.publish());
   EXPECT_NEAR(the(c, FindingKind::kArmScale, "off"), 1.0, 0.3) << words_of(c);
-  // Right ones are said to hang together.
+  // Correct lengths are reported as consistent.
   EXPECT_LT(the(identify(demo_cell(), touches()), FindingKind::kScaleByLengths, "unseen"), 1.0);
 }
 

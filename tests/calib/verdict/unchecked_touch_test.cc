@@ -1,4 +1,4 @@
-// Touches that the others do not check: a wrong contact there is not seen, and shifts the tip.
+// Touches that are not checked by the others: a wrong contact is not detected, and shifts the tip.
 
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ std::vector<Touch> touches_of(int fit, unsigned seed) {
       .touches;
 }
 
-/// The touch as it is where its contact came `early_m` too early, by the axis that takes the least for it.
+/// The touch with its contact `early_m` too early, by a rotation of the axis with the longest lever.
 Touch wrong_by(const Touch& touch, const Eigen::Vector3d& outward, double early_m) {
   constexpr double kStepRad = 1e-6;
   const ArmModel arm(demo_cell());
@@ -65,7 +65,7 @@ TEST(UncheckedTouch, IsWarnedOfAndCanBeWrongUnseenWithTheShiftThatIsSaid) {
     constexpr double kOfUnseen = 0.3;
     touches[touch] = wrong_by(touches[touch], outward, kOfUnseen * unseen_m);
     const Calibration wrong = identify(demo_cell(), touches);
-    if (!wrong.outliers.empty()) continue;  // another one was left out for it
+    if (!wrong.outliers.empty()) continue;  // another one was excluded because of it
     ++unseen;
     const auto apart = apart_in_scope(&right, wrong, touches, right.verdict.workspace);
     ASSERT_TRUE(apart);

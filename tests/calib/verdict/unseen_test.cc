@@ -1,5 +1,5 @@
-// Check touches of a target that the fit has not touched: its place is theirs alone, and what they
-// leave judges the arm.
+// Check touches of a target without fit touches: they alone determine its place, and their
+// residuals judge the arm.
 
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ using testing::the;
 using testing::words_of;
 using NotJudged = UnseenTarget::NotJudged;
 
-/// S1 to S3 are touched for the fit; of the touches of S4 `kept` are check touches, the rest none.
+/// S1 to S3 have fit touches; of the touches of S4 `kept` are check touches, the rest is dropped.
 std::vector<Touch> with_one_unseen(unsigned seed, std::size_t kept, const sim::Truth& truth_of_s4) {
   Making making;
   making.fit = 80;
@@ -55,7 +55,7 @@ TEST(UnseenTarget, IsJudgedWithThePlaceOfItsOwnCheckTouches) {
   EXPECT_GT(c.check_before.rms_m, 5.0 * c.check.rms_m);
   ASSERT_EQ(c.unseen.targets.size(), 1u);
   EXPECT_EQ(c.unseen.targets[0].target, "S4");
-  // Twelve touches less the three of the place; the diameter's certificate gives nearly nothing.
+  // Twelve touches minus three for the place; the certified diameter contributes almost nothing.
   EXPECT_NEAR(c.unseen.targets[0].degrees_of_freedom, 9.0, 0.3);
   EXPECT_EQ(the(c, FindingKind::kUnseenPlace).about.name, "S4") << words_of(c);
   EXPECT_FALSE(found(c, FindingKind::kNotTouched)) << words_of(c);
@@ -66,7 +66,7 @@ TEST(UnseenTarget, IsJudgedWithThePlaceOfItsOwnCheckTouches) {
 }
 
 TEST(UnseenTarget, CountsWhatItsPlaceTookUp) {
-  // Over many arms the square of a row over what is foreseen for it is one, however few touches.
+  // Over many arms the squared row relative to its prediction is one, for any number of touches.
   for (const std::size_t kept : {5u, 12u}) {
     double square = 0.0, rows = 0.0;
     for (unsigned seed = 1; seed <= 12; ++seed) {
@@ -88,7 +88,7 @@ TEST(UnseenTarget, CountsWhatItsPlaceTookUp) {
 }
 
 TEST(UnseenTarget, WithholdsAResultThatIsWrongThere) {
-  // The arm that goes to S4 is another: as one that gives in a way that the model has not.
+  // S4 is touched by a different arm, as if with an unmodelled compliance.
   const auto touches = with_one_unseen(2, 12, plain_truth(demo_cell(), 3));
   const Calibration c = identify(demo_cell(), touches);
   EXPECT_FALSE(c.verdict.publish());

@@ -1,4 +1,4 @@
-// What a verdict withholds a result for, reason by reason.
+// Reasons for withholding a result, one by one.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -29,7 +29,7 @@ std::vector<Touch> touches_of(const Cell& cell, int fit, unsigned seed) {
   return make_touches(cell, plain_truth(cell, seed), {.fit = fit, .seed = seed}).touches;
 }
 
-/// The demo cell's touches with only ten of its last sphere, whose centre nobody states.
+/// The demo cell's touches, with only ten of the last sphere, whose centre is not stated.
 struct FewOfOne {
   Cell cell = demo_cell();
   std::vector<Touch> touches;
@@ -133,7 +133,7 @@ TEST(Verdict, LengthsThatAreRightAreNotContradicted) {
 }
 
 TEST(Verdict, ALengthDoesNotConfirmItself) {
-  // Twice, the second time from the other end; among all, and these two alone.
+  // Twice, the second time with exchanged ends; among all, and these two alone.
   for (const bool alone : {false, true}) {
     SCOPED_TRACE(alone);
     Cell cell = demo_cell();
@@ -333,11 +333,11 @@ TEST(Verdict, TouchesThatAreOthersAgainToTheLastDigitAreNotCountedTwice) {
   ASSERT_EQ(copies.parts.size(), 2u);
   EXPECT_EQ(copies.parts[0].about.touch, 100u);
   EXPECT_EQ(copies.parts[1].about.touch, 0u);
-  // Measured again, and by chance once to the same digits.
+  // Measured again, once by chance with the same digits.
   auto again = once;
   again.push_back(once.front());
   EXPECT_TRUE(identify(cell, again).verdict.publish());
-  // Nor is it a copy where places were touched again and angles rounded to hundredths.
+  // Nor are repeated touches with angles rounded to hundredths copies.
   constexpr double kStepRad = 0.01 * std::numbers::pi / 180.0;
   auto rounded = once;
   std::mt19937 random(1);
@@ -350,10 +350,10 @@ TEST(Verdict, TouchesThatAreOthersAgainToTheLastDigitAreNotCountedTwice) {
   for (Touch& touch : rounded)
     for (double& angle : touch.joint_rad) angle = std::round(angle / kStepRad) * kStepRad;
   EXPECT_FALSE(found(identify(cell, rounded), FindingKind::kDuplicateTouches));
-  // Unless all of them come in the same order again.
+  // Unless all of them recur in the same order.
   std::copy_n(rounded.begin(), 100, rounded.begin() + 100);
   EXPECT_TRUE(found(identify(cell, rounded), FindingKind::kDuplicateTouches));
-  // Copies are no test of the fit either.
+  // Copies do not test the fit either.
   auto held_out = once;
   for (std::size_t i = 0; i < 20; ++i) {
     held_out.push_back(once[i]);

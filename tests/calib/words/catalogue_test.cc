@@ -36,7 +36,7 @@ std::set<std::string> matches(const std::string& text, const char* pattern) {
   return found;
 }
 
-/// "say.x" in quotes, in all that is compiled; "say.x." begins ids that end by the name of a value.
+/// "say.x" in quotes, in all compiled files; "say.x." begins ids that end with the name of a value.
 std::set<std::string> said_in_programs() {
   std::set<std::string> all;
   for (const char* module : {"calib", "daemon", "drivers"})
