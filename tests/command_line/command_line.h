@@ -1,6 +1,6 @@
 #pragma once
-// Options of experiments and benchmarks. The parser of command lines (CLI11) is headers alone and costs
-// every file that includes it seconds of compiling; here it is compiled once.
+// Options of experiments and benchmarks. The command line parser (CLI11) is header-only and costs
+// seconds of compile time per including file; here it is compiled once.
 
 #include <memory>
 #include <optional>
@@ -17,7 +17,7 @@ class CommandLine {
     Option& one_of(std::vector<std::string> words);
     Option& required();
     Option& count(int words);
-    Option& folder();  ///< that exists
+    Option& folder();  ///< must exist
 
    private:
     friend class CommandLine;
@@ -28,12 +28,12 @@ class CommandLine {
   explicit CommandLine(const std::string& about);
   ~CommandLine();
 
-  /// `value` holds the default, which --help shows, and outlives parse(). Values of a list stand
-  /// apart or with commas. Of bool: a flag.
+  /// `value` holds the default, shown by --help, and must outlive parse(). Values of a list are
+  /// separated by blanks or commas. For bool: a flag.
   template <class T>
   Option option(const std::string& name, T& value, const std::string& help = {});
 
-  /// The exit code where there is nothing to run: it was asked for help, or wrongly.
+  /// The exit code if there is nothing to run: after --help, or on an error.
   std::optional<int> parse(int argc, char** argv);
 
  private:
