@@ -1,4 +1,4 @@
-// Who comes in over the network, without a socket.
+// Network access: authentication and roles, without a socket.
 
 #include "daemon/api/access.h"
 
@@ -42,7 +42,7 @@ struct AnApiOnTheNetwork : ::testing::Test, testing::WithoutHardware {
     one.peer = kSomewhere;
     return one;
   }
-  /// As the server asks.
+  /// Admission and answer, as in the server.
   Response ask(Request one) {
     if (auto refusal = api.admit_network(one)) return *refusal;
     return *api.answer(one);
@@ -62,7 +62,7 @@ struct AnApiOnTheNetwork : ::testing::Test, testing::WithoutHardware {
     }
     return "";
   }
-  /// What a browser sends back.
+  /// The cookie that a browser sends back.
   std::string log_in(Role role) {
     const Response in = ask(request("POST", "/v1/login", {}, json{{"token", secret[role]}}.dump()));
     EXPECT_EQ(in.status, 200) << in.body;
@@ -121,7 +121,7 @@ TEST_F(AnApiOnTheNetwork, RefusesWhatIsNoToken) {
     EXPECT_EQ(no.status, 401) << given;
     EXPECT_GT(no.hold.count(), 0) << given;
   }
-  // The hash that the file holds is no token either.
+  // The hash in the file is not a token.
   for (const Token& token : tokens.list()) {
     const std::string hash = "Bearer " + token.sha256;
     EXPECT_EQ(ask(request("GET", "/v1/status", {{"authorization", hash}})).status, 401);
@@ -188,7 +188,7 @@ TEST_F(AnApiOnTheNetwork, EndsLoginsWithTheirToken) {
   EXPECT_EQ(ask(Role::kAdminister, "DELETE", "/v1/tokens/look").status, 200);
   EXPECT_EQ(ask(request("GET", "/v1/me", {{"cookie", cookie}})).status, 401);
   EXPECT_EQ(ask(Role::kView, "GET", "/v1/me").status, 401);
-  // Another of the same name is another.
+  // A new token with the same name is a different one.
   EXPECT_EQ(
       ask(Role::kAdminister, "POST", "/v1/tokens", R"({"name": "look", "role": "look"})").status,
       201);
@@ -324,7 +324,7 @@ TEST_F(AnApiOnTheNetwork, MovesNothingBeforeSomebodySaidThatTheCellIsClear) {
   EXPECT_EQ(ask(Role::kView, "POST", "/v1/clear").status, 403);
   EXPECT_EQ(ask(Role::kOperate, "POST", "/v1/clear").status, 200);
   EXPECT_EQ(ask(Role::kAdminister, "POST", "/v1/run", run).status, 412) << "another one's word";
-  // The test's backend refuses: nothing has begun, so it still counts.
+  // The test's backend refuses: nothing has begun, so /v1/clear still counts.
   EXPECT_EQ(ask(Role::kOperate, "POST", "/v1/run", run).status, 422);
   EXPECT_EQ(ask(Role::kOperate, "POST", "/v1/run", run).status, 422);
   EXPECT_EQ(ask(Role::kOperate, "POST", "/v1/run", "{").status, 400);

@@ -25,7 +25,7 @@ struct AClerk : ::testing::Test {
       done.push_back(method + " " + name);
     });
   }
-  /// It has something in hand from now on, and what comes waits.
+  /// Occupies the worker, so that further requests wait.
   void occupy() {
     std::promise<void> begun;
     clerk.post(request("GET", "first"), [&] {
@@ -38,7 +38,7 @@ struct AClerk : ::testing::Test {
     let_go = true;
     released.set_value();
   }
-  /// All that waited, in the order in which it was done.
+  /// All waiting requests, in the order of their execution.
   std::vector<std::string> all_done() {
     release();
     std::promise<void> last;

@@ -1,4 +1,4 @@
-// Which connection has to go when there are too many.
+// Choice of the connection to close when there are too many.
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ class Client final : public Connection {
   void ask(bool) override {}
   void close() override {
     gone = true;
-    // By its address, as the list may hold the last of it.
+    // By its address, since the list may hold the last reference.
     const auto server = server_.lock();
     for (const auto& one : std::list(server->connections))
       if (one.get() == this) server->remove(one);

@@ -1,4 +1,4 @@
-// What a follower of the event stream is given, without a socket.
+// Content of the event stream for a follower, without a socket.
 
 #include "daemon/api/event_feed.h"
 
@@ -18,7 +18,7 @@ struct Event {
   json data;
 };
 
-/// As a browser reads them; comments are left out.
+/// As parsed by a browser; comments are skipped.
 std::vector<Event> events_in(const std::string& text) {
   std::vector<Event> events;
   Event now;
@@ -44,7 +44,7 @@ std::vector<Event> events_in(const std::string& text) {
   return events;
 }
 
-/// What a service says of itself, made up; keeps as much as one.
+/// Simulated status of a service, with the same history length.
 struct AFeed : ::testing::Test {
   AFeed() { history.emplace_back(); }
 
@@ -152,7 +152,7 @@ TEST_F(AFeed, WhoseConnectionBreaksAnywhereGoesOnWithoutALossOrADouble) {
     happen(random() % 7 == 0);
     if (random() % 3 != 0) continue;
     std::vector<Event> events = take(*stream);
-    // Cut behind any of them: the client has those before.
+    // Cut after any event: the client has received those before.
     const bool cut = random() % 2 == 0;
     if (cut) events.resize(events.empty() ? 0 : random() % (events.size() + 1));
     for (const Event& event : events) {
@@ -168,7 +168,7 @@ TEST_F(AFeed, WhoseConnectionBreaksAnywhereGoesOnWithoutALossOrADouble) {
   for (const std::string& id : ids) {
     (id.find('.') == std::string::npos ? statuses : seen_touches).push_back(id);
   }
-  // The first may be a later one: that was the current one when it connected.
+  // The first may be later: the current status at the time of the connection.
   ASSERT_FALSE(statuses.empty());
   const auto first = std::stoull(statuses.front());
   EXPECT_LT(first, 20u);
@@ -224,7 +224,7 @@ TEST_F(AFeed, GivesOfChangesOfWordsAloneThatCameTogetherTheNewest) {
   EXPECT_EQ(events[0].data["robot"], "no packet for 99 ms");
   EXPECT_EQ(events[1].data["phase"], "stopping");
   EXPECT_EQ(events[2].data["phase"], "failed");
-  // One that was left out is gone on from as any other.
+  // A stream can also be continued from an omitted event.
   EXPECT_EQ(take(*feed.follow(EventId{50, false})).size(), 3u);
   EXPECT_EQ(take(*feed.follow(EventId{101, false})).size(), 1u);
 }

@@ -201,7 +201,7 @@ TEST_F(AnApi, DoesNotBeginWhereTheBackendCannotBePutTogether) {
   EXPECT_EQ(response.status, 422) << response.body;
   EXPECT_EQ(error(response), "no hardware in this test");
   EXPECT_TRUE(journal.sessions().empty());
-  // And the next request is not told that one is under way.
+  // And the next request is not refused as busy.
   EXPECT_EQ(ask("POST", "/v1/run", request).status, 422);
 }
 

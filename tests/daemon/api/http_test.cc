@@ -1,4 +1,4 @@
-// A real server on a real socket, and clients that mean no good.
+// A real server on a real socket, and hostile clients.
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -25,12 +25,11 @@ namespace {
 
 using testing::TemporaryDirectory;
 
-/// Lets everybody in and answers nothing in particular.
+/// Admits all requests and gives empty answers.
 const ServerParts kAnything{[](Request&) { return std::nullopt; },
                             [](const Request&, bool) { return Response{}; }};
 
-/// Echoes the path; "/later" has no answer before `ready`, "/slow" is slow and has none before
-/// `released`.
+/// Echoes the path; "/later" has no answer before `ready`, "/slow" blocks until `released`.
 class ServedOnSocket {
  public:
   explicit ServedOnSocket(const std::filesystem::path& path) : socket(path) {
@@ -68,7 +67,7 @@ class ServedOnSocket {
   std::thread thread;
 };
 
-/// Sends bytes as they are; returns what comes back until the peer closes or has nothing more.
+/// Sends bytes unmodified; returns the reply until the peer closes or sends no more.
 std::string raw(const std::filesystem::path& socket, const std::string& bytes, bool half_close) {
   const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_un address{};
@@ -81,7 +80,7 @@ std::string raw(const std::filesystem::path& socket, const std::string& bytes, b
   std::size_t sent = 0;
   while (sent < bytes.size()) {
     const ssize_t now = ::send(fd, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
-    if (now <= 0) break;  // refused half-way: the answer says why
+    if (now <= 0) break;  // refused half-way: the answer states why
     sent += static_cast<std::size_t>(now);
   }
   if (half_close) ::shutdown(fd, SHUT_WR);
@@ -255,7 +254,7 @@ TEST(AServer, GivesAnAnswerThatHadToWait) {
   client.join();
 }
 
-/// Connected, and silent.
+/// Connected without sending anything.
 class Idle {
  public:
   explicit Idle(const std::filesystem::path& socket, const std::string& bytes = "")
@@ -278,7 +277,7 @@ class Idle {
 TEST(AServer, HasRoomForOneMoreWhoeverHoldsItsConnections) {
   const TemporaryDirectory dir;
   const ServedOnSocket served(dir / "s");
-  // Silent ones, ones in the middle of a request, and ones that wait for a change.
+  // Silent clients, incomplete requests, and clients waiting for a change.
   for (const std::string& bytes : {std::string(), std::string("POST /v1/abort HTTP/1.1\r\nX: "),
                                    std::string("GET /later HTTP/1.1\r\n\r\n")}) {
     std::vector<Idle> idle;

@@ -1,4 +1,4 @@
-// The figures as Prometheus reads them: held against its text format, and against the dashboard that shows them.
+// Metrics compared with Prometheus' text format and with the dashboard that displays them.
 
 #include "daemon/api/metrics.h"
 
@@ -16,12 +16,12 @@ namespace cellcal::daemon {
 namespace {
 
 struct Scraped {
-  std::map<std::string, std::string> types;  // of each family
+  std::map<std::string, std::string> types;  // by family
   std::map<std::string, double> samples;     // by name and labels, as written
   std::string wrong;                         // empty: well formed
 };
 
-/// Strict: help, type and samples of a family together and once, names and labels of their form, no sample twice.
+/// Strict: help, type and samples of a family together and once, valid names and labels, no duplicate samples.
 Scraped scrape(const std::string& text) {
   static const std::regex comment("# (HELP|TYPE) ([a-zA-Z_:][a-zA-Z0-9_:]*) (.+)");
   static const std::regex sample(

@@ -1,4 +1,4 @@
-// A server on the loopback, and those who follow what it tells.
+// A server on the loopback, and followers of its event streams.
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ using testing::TcpPeer;
 
 std::atomic<int> asked_for_news{0};
 
-/// Gives "tick N" for each that was made, or without end.
+/// Gives "tick N" for each tick made, or endless data.
 class Ticks final : public Stream {
  public:
   Ticks(const std::atomic<int>& made, bool endless) : made_(made), endless_(endless) {}
@@ -40,7 +40,7 @@ class Ticks final : public Stream {
   int given_ = 0;
 };
 
-/// More than a socket's buffers take.
+/// More than the buffers of a socket.
 constexpr std::size_t kLarge = std::size_t{8} << 20;
 
 class ServedOnPort {
@@ -159,7 +159,7 @@ TEST(ANetworkServer, DoesNotAskForNewsAsOftenAsItIsPoked) {
   }
   peer.read_until("tick 300\n");
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-  // Twenty times a second; once more behind each piece that was taken.
+  // Twenty times a second, and once after each piece taken.
   EXPECT_LE(asked_for_news, 2 * (took.count() / 0.05 + 3));
   EXPECT_LT(asked_for_news, 300);
 }
@@ -192,7 +192,7 @@ TEST(ANetworkServer, RefusesFollowersBeyondItsNumberAndAnswersRequestsAllTheSame
     EXPECT_EQ(head.rfind(i < 56 ? "HTTP/1.1 200" : "HTTP/1.1 503", 0), 0u) << i << head;
   }
   EXPECT_EQ(ask(served, "/a").rfind("HTTP/1.1 200", 0), 0u);
-  // One that goes makes room.
+  // A closed follower makes room.
   followers.pop_front();
   std::string head;
   while (head.rfind("HTTP/1.1 200", 0) != 0) {
@@ -234,7 +234,7 @@ TEST(ANetworkServer, CallsOffWhatOnlyLooksWhereItStops) {
   auto served = std::make_unique<ServedOnPort>();
   TcpPeer peer(served->port(), "GET /long/slow HTTP/1.1\r\nHost: a\r\n\r\n");
   while (served->asked == 0) std::this_thread::yield();
-  served.reset();  // it would never come to its end by itself
+  served.reset();  // the request would not end by itself
   EXPECT_FALSE(peer.read_all().starts_with("HTTP/1.1 200"));
 }
 
@@ -243,7 +243,7 @@ TEST(ANetworkServer, CutsAFollowerThatDoesNotRead) {
   TcpPeer slow(served.port(), "GET /endless HTTP/1.1\r\nHost: x\r\n\r\n", 4096);
   TcpPeer quick(served.port(), kFollow);
   quick.read_until("\r\n\r\n");
-  // It learns that it was cut by reading at last: what was on its way, and then the end.
+  // The cut is noticed on reading: first data in transit, then the end.
   std::this_thread::sleep_for(std::chrono::milliseconds(600));
   slow.read_all();
   served.tick();
@@ -255,7 +255,7 @@ TEST(ANetworkServer, EndsAFollowerThatSendsMore) {
   TcpPeer peer(served.port(), kFollow);
   peer.read_until("\r\n\r\n");
   peer.send("garbage");
-  peer.read_all();  // returns: it was closed
+  peer.read_all();  // returns since it was closed
 }
 
 TEST(ANetworkServer, HoldsNoMoreOfLargeAnswersThanItHasRoomFor) {
@@ -292,7 +292,7 @@ TEST(ANetworkServer, CountsNoAnswerThatWasTakenWhateverItsReaderDoesThen) {
     stay.emplace_back(served.port(), "GET /large HTTP/1.1\r\nHost: x\r\n\r\n");
     const std::string whole = stay.back().read_bytes(kLarge);
     EXPECT_EQ(whole.rfind("HTTP/1.1 200", 0), 0u) << i << whole.substr(0, 80);
-    // It is let go of when the daemon knows that it was sent.
+    // Its memory is released once the daemon knows that it was sent.
     stay.back().send("GET /a HTTP/1.1\r\nHost: x\r\n\r\n");
     stay.back().read_until("GET /a ");
   }
@@ -304,7 +304,7 @@ TEST(ANetworkServer, DoesNothingThatHasWaitedForTooLongBehindOthers) {
   while (served.asked == 0) std::this_thread::yield();
   TcpPeer act(served.port(), "POST /gate/run HTTP/1.1\r\nHost: x\r\nContent-Length: 0\r\n\r\n");
   TcpPeer look(served.port(), "GET /gate/look HTTP/1.1\r\nHost: x\r\n\r\n");
-  // Both are there by the time at which a later one was answered.
+  // Both have arrived when a later request is answered.
   EXPECT_EQ(ask(served, "/a").rfind("HTTP/1.1 200", 0), 0u);
   std::this_thread::sleep_for(std::chrono::milliseconds(100));
   served.opened.set_value();

@@ -1,4 +1,4 @@
-// The description of the API beside the API.
+// The API compared with its description.
 
 #include <gtest/gtest.h>
 
@@ -91,7 +91,7 @@ struct ADescribedApi : ::testing::Test, testing::WithoutHardware {
     return config;
   }
   void SetUp() override { api.use(schedule); }
-  /// Asks, and holds the answer beside its description.
+  /// Sends a request, and checks the answer against the description.
   Response ask(const std::string& method, const std::string& target, const std::string& body = "",
                std::string described_path = "") {
     Request request = parse_target(method, target, body);

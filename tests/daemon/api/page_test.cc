@@ -1,4 +1,4 @@
-// What a browser is given, and what the page draws, as requests meet them.
+// Files of the page and values that it draws, by requests.
 
 #include "daemon/api/http/page.h"
 

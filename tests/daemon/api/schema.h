@@ -1,6 +1,6 @@
 #pragma once
-// Whether an answer is as daemon/api/openapi.json describes it. Knows the keywords that stand there, and
-// no others: one that it does not know is an error.
+// Validation of answers against daemon/api/openapi.json. Supports the keywords used there only; an
+// unknown keyword is an error.
 
 #include <nlohmann/json.hpp>
 #include <string>
@@ -10,11 +10,11 @@ namespace cellcal::daemon::testing {
 
 class Description {
  public:
-  /// Throws where the file is no JSON.
+  /// Throws if the file is not JSON.
   explicit Description(const std::string& file);
 
   const nlohmann::json& document() const { return document_; }
-  /// What is wrong with the value, line by line; empty: nothing.
+  /// Errors of the value, one per line; empty: valid.
   std::string complaint(const nlohmann::json& value, const nlohmann::json& schema) const;
   std::string complaint(const nlohmann::json& value, const std::string& schema_name) const;
 

@@ -1,5 +1,5 @@
 #pragma once
-// A client on TCP that sends bytes as they are.
+// A TCP client that sends bytes unmodified.
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -39,7 +39,7 @@ class TcpPeer {
            static_cast<ssize_t>(bytes.size());
   }
   void end_sending() { ::shutdown(fd_, SHUT_WR); }
-  /// Until it holds `wanted`, or the server closes.
+  /// Reads until `wanted` is received, or the server closes.
   std::string read_until(const std::string& wanted) {
     char buffer[4096];
     while (wanted.empty() || read_.find(wanted) == std::string::npos) {
@@ -49,7 +49,7 @@ class TcpPeer {
     }
     return read_;
   }
-  /// Until it holds so many bytes, or the server closes.
+  /// Reads until this many bytes are received, or the server closes.
   std::string read_bytes(std::size_t least) {
     std::string buffer(65536, '\0');
     while (read_.size() < least) {
@@ -60,7 +60,7 @@ class TcpPeer {
     return read_;
   }
   std::string read_all() { return read_until(""); }
-  /// Whether the server has not closed it, nor sent anything that was not read.
+  /// True if the server neither closed it nor sent unread data.
   bool is_open_and_quiet() const {
     pollfd one{fd_, POLLIN, 0};
     return ::poll(&one, 1, 0) == 0;

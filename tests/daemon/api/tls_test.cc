@@ -1,4 +1,4 @@
-// TLS, with a certificate that the test makes.
+// TLS, with a certificate created by the test.
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 
 namespace cellcal::daemon::testing {
 
-/// A journal of its own and a service that has no cell: what an API stands on.
+/// A separate journal and a service without a cell: the prerequisites of an API.
 struct WithoutHardware {
   TemporaryDirectory dir;
   Journal journal{dir / "journal.db"};

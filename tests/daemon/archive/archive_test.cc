@@ -1,4 +1,4 @@
-// A session as plain files: written, read, checked, taken into another journal.
+// A session as plain files: written, read, checked, imported into another journal.
 
 #include "daemon/archive/archive.h"
 
@@ -30,7 +30,7 @@ std::string refusal(const std::function<void()>& act) {
   return "";
 }
 
-/// Its rows altered by somebody who makes all sums anew.
+/// A forgery: altered rows with recomputed sums.
 Archive forged(Archive archive, const std::function<void(RowEntry&)>& alter) {
   SessionRows rows = parse_lines(archive.at("rows.jsonl"), "x");
   std::string before = rows.entries.front().before;
@@ -184,7 +184,7 @@ TEST_F(AnExport, ThatStatesOtherRowsThanItHoldsIsRefused) {
     auto manifest = nlohmann::json::parse(altered.at("export.json"));
     manifest.erase("sum");
     alter(manifest);
-    manifest["sum"] = calib::sha256(manifest.dump());  // as who alters it would
+    manifest["sum"] = calib::sha256(manifest.dump());  // as in a forgery
     altered["export.json"] = manifest.dump();
     Journal other(dir / "other.db");
     const std::string why = refusal([&] { import_into(other, altered); });

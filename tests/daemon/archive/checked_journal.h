@@ -23,20 +23,20 @@ class CheckedJournal {
     std::optional<double> temperature_c = {};
     bool ends = true;
     bool other_touches = false;
-    std::string ended = {};  ///< what the journal has for it; empty: the time
+    std::string ended = {};  ///< recorded end; empty: the time
   };
   static calib::TcpCheck that_holds();
-  /// One of this TCP shift, explained by this; U(k=2) is 0.05 mm.
+  /// A check with this TCP shift, attributed to this change; U(k=2) is 0.05 mm.
   static calib::TcpCheck that_does_not_hold(calib::ChangeKind change,
                                             const Eigen::Vector3d& shift_m = {0.8e-3, -0.5e-3,
                                                                               0.3e-3});
-  /// A shift later than the one before. Its session.
+  /// One shift (8 h) after the preceding one. Returns its session.
   std::int64_t check(const Check& how);
   std::int64_t check() { return check(Check{}); }
   struct Files {
     std::string cell = "c", robot = "r";
   };
-  /// As a session that was published, of the same cell.
+  /// Like a published session of the same cell.
   std::int64_t calibrate(const SessionOptions& options, const Files& files);
   std::int64_t calibrate() { return calibrate({}, {}); }
   std::filesystem::path results_dir(std::int64_t session) const;

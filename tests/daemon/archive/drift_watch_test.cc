@@ -1,4 +1,4 @@
-// The control chart from a journal: which checks are in it, what it says of a tool that creeps, when it begins anew.
+// The control chart from a journal: checks included, report of a creeping tool, restart of the chart.
 
 #include "daemon/archive/drift_watch.h"
 

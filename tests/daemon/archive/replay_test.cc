@@ -1,4 +1,4 @@
-// What differs between two results, by name and by how much.
+// Differences between two results, by name and size.
 
 #include <gtest/gtest.h>
 
@@ -47,7 +47,7 @@ TEST(TwoResults, DifferInASignOfNoughtATypeAndInWhatOnlyOneHas) {
   EXPECT_FALSE(with("1.0,", "1,").same());
   EXPECT_FALSE(with("true", "false").same());
   const Replay more = with("2.5", "2.5,7");
-  EXPECT_EQ(more.differing, 2u);  // what was the third, and the fourth
+  EXPECT_EQ(more.differing, 2u);  // the former third value, and the fourth
   const Replay gone = with("\"a\":[1.0,2.5,{\"b\":-0.0}],", "");
   ASSERT_TRUE(gone.first);
   EXPECT_EQ(gone.first->where, "/a");

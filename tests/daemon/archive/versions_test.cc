@@ -1,4 +1,4 @@
-// Published calibrations as versions: which is in use, another put into use, two compared.
+// Published calibrations as versions: the active one, activation of another, comparison of two.
 
 #include "daemon/archive/versions.h"
 
@@ -19,10 +19,10 @@ using Why = NotActivated::Why;
 
 struct ACellsVersions : ::testing::Test {
   std::int64_t calibrate(const Recording& what = {}) { return record(*journal, what, false); }
-  /// Which one the next check and the next result are held against.
+  /// The reference of the next check and the next result.
   std::int64_t in_use() {
     const std::int64_t checked = published_session(*journal, {}, {}).id;
-    // A session that would begin now.
+    // A session starting now.
     const std::int64_t next = journal->begin(journal->session(checked)->inputs, "t");
     const auto compared =
         last_calibration(*journal, journal->session(checked)->inputs.cell_name, next, false);
@@ -48,7 +48,7 @@ struct ACellsVersions : ::testing::Test {
   std::optional<Why> why_not(std::int64_t session) {
     return refusal([&] { put_into_use(session); });
   }
-  /// A session that would begin now.
+  /// A session starting now.
   std::int64_t four_of(std::int64_t session) {
     return journal->begin(journal->session(session)->inputs, "t");
   }

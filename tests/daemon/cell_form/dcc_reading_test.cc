@@ -1,4 +1,4 @@
-// Digital Calibration Certificates as laboratories write them, and malformed ones.
+// Digital Calibration Certificates of laboratories, and malformed ones.
 
 #include "daemon/cell_form/dcc_reading.h"
 

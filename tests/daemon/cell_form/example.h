@@ -1,5 +1,5 @@
 #pragma once
-// A form as a page sends it.
+// A form as sent by the page.
 
 #include <nlohmann/json.hpp>
 

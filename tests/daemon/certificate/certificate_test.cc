@@ -1,4 +1,4 @@
-// What stands on a certificate, of what there is none, and what comes of hostile names.
+// Content of a certificate, values not available, and hostile names.
 
 #include "daemon/certificate/certificate.h"
 
@@ -57,7 +57,7 @@ TEST(ACertificatesWords, NameWhoAndWhatWasThere) {
   EXPECT_GT(*error(drawn).found.value, 5.0 * *error(drawn).left.value);
   EXPECT_LT(*error(calibrated).found.value, *error(drawn).found.value / 5.0);
   EXPECT_LT(*error(calibrated).left.value, *error(drawn).left.value);
-  // The frame, and what is not identifiable.
+  // The frame, and unidentifiable directions.
   EXPECT_GE(calibrated.directions.size(), 3u);
   for (const certificate::Said& one : calibrated.directions) EXPECT_TRUE(one.entry.stated());
   EXPECT_TRUE(says(to_html(calibrated), "base frame"));
@@ -72,7 +72,7 @@ TEST(ACertificatesWords, NameInterruptionsAndWhenItWentOnByTheClockOnTheWall) {
   EXPECT_EQ(data.breaks[0].phase.text, "retreat");
   EXPECT_EQ(data.breaks[0].event.text, "robot silent");
   EXPECT_EQ(data.breaks[0].local.text, "2026-03-29 00:10:00 CET (UTC+0100)");
-  EXPECT_TRUE(data.breaks[1].resumed);  // behind the night's change to summer time
+  EXPECT_TRUE(data.breaks[1].resumed);  // after the change to summer time
   EXPECT_EQ(data.breaks[1].local.text, "2026-03-29 03:25:00 CEST (UTC+0200)");
   data.dropped = {"2026-09-01T00:00:00.000Z", "session#dropped"};
   EXPECT_TRUE(says(to_html(data), "not known: raw rows were dropped on"));
@@ -270,7 +270,7 @@ TEST(ACertificateIsRefused, OfAnExportThatWasAltered) {
   EXPECT_THROW(make_certificate(altered, "e", kIssue), ArchiveError);
 }
 
-/// Every text that may come from somebody.
+/// Every text that may be user input.
 void for_each_text(CertificateData& d, const std::function<void(std::string&)>& act) {
   for (Entry* one : {&d.number,           &d.session,       &d.cell,         &d.site,
                      &d.operator_name,    &d.issued,        &d.issued_local, &d.issued_by,
@@ -327,7 +327,7 @@ TEST(AHostileName, StaysTextOnACertificate) {
 TEST(ACertificateOnPaper, IsAPdfOfTheSameDocument) {
   const TemporaryDirectory directory;
   CertificateData data = second();
-  data.parameters.resize(3);  // for the sake of time
+  data.parameters.resize(3);  // to save time
   data.rows.resize(3);
   std::ofstream(directory / "c.html") << to_html(data);
   certificate::write_pdf(directory / "c.html", directory / "c.pdf");

@@ -1,4 +1,4 @@
-// 'cellcal certificate' and 'cellcal verify' as their user meets them.
+// 'cellcal certificate' and 'cellcal verify' as subprocesses.
 
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ struct TheCertificateCommand : ::testing::Test {
     signing::make_key(dir / "k");
     sign_export("e", "k");
   }
-  /// As 'cellcal export' does.
+  /// Like 'cellcal export'.
   void sign_export(const std::string& directory, const std::string& key) const {
     std::vector<std::string> names;
     for (const auto& file : std::filesystem::directory_iterator(dir / directory))
@@ -30,7 +30,7 @@ struct TheCertificateCommand : ::testing::Test {
                         {"export of session 1", "cell 4", "2026-04-01T00:00:00.000Z", ""},
                         signing::PrivateKey(dir / key), signing::Kind::kExport);
   }
-  /// A session's export that its recorder signed.
+  /// An export of a session, signed by its recorder.
   void export_of(const Recording& what, const std::string& directory) const {
     const TemporaryDirectory of_journal;
     Journal journal(of_journal / "j.db");
@@ -192,7 +192,7 @@ TEST_F(TheCertificateCommand, SignsForNoExportThatNobodySignedOrThatWasChangedSi
     return made.status;
   };
   EXPECT_EQ(status({}), 0);
-  // Altered, with all sums made anew: as a session of an emulated cell that states it was none.
+  // Altered, with recomputed sums: a session of an emulated cell that claims to be real.
   std::filesystem::remove_all(dir / "e");
   export_of({}, "e");
   std::filesystem::rename(dir / "e/export.sums", dir / "sums");

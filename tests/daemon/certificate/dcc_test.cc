@@ -1,4 +1,4 @@
-// The Digital Calibration Certificate: what a reader of its schema finds in it.
+// The Digital Calibration Certificate as read by its schema.
 
 #include <gtest/gtest.h>
 
@@ -78,7 +78,7 @@ TEST(ADigitalCertificate, HasTheCertificatesNumbersWithFullPrecision) {
   }
 }
 
-/// The schema has sequences: an element out of its order is refused.
+/// The schema requires sequences: elements in another order are refused.
 TEST(ADigitalCertificate, KeepsTheOrderOfTheSchema) {
   const Dcc dcc(first_of_dcc());
   const auto children = [&](const char* path) {
@@ -101,7 +101,7 @@ TEST(ADigitalCertificate, KeepsTheOrderOfTheSchema) {
   EXPECT_EQ(children("//si:real"), "si:value si:unit ");
 }
 
-/// PTB's dcc.xsd, whose import names SI_Format.xsd next to it, is not part of the source tree.
+/// PTB's dcc.xsd, which imports SI_Format.xsd from its folder, is not part of the source tree.
 TEST(ADigitalCertificate, IsValidByTheSchemaWhereCELLCALDCCXSDNamesIt) {
   const char* schema = std::getenv("CELLCAL_DCC_XSD");
   if (schema == nullptr) GTEST_SKIP() << "CELLCAL_DCC_XSD is not set";

@@ -1,4 +1,4 @@
-// The certificate in another language: the same entries, and nothing of English left.
+// The certificate in another language: the same entries, no English text left.
 
 #include <gtest/gtest.h>
 
@@ -22,13 +22,13 @@ const calib::Language kGerman = *calib::Language::of("de");
 const std::regex kEnglish(
     "\\b(the|of|and|with|touch(es)?(?!\\.)|is|are|not|from|for|session|check|cell|left|found)\\b");
 
-/// Of the cell file and the issuer, and names.
+/// Quoted from the cell file or the issuer, or a name.
 bool is_quoted(const std::string& from) {
   static const std::regex quoted("(cell|robot)#.*|issue#.*|session#.*|number|.*/(unit|name).*");
   return std::regex_match(from, quoted);
 }
 
-/// Sessions that differ in what a certificate says.
+/// Sessions with different certificate texts.
 std::vector<CertificateData> certificates() {
   std::vector<CertificateData> all{make_certificate(recorded().first, "e", kIssue),
                                    make_certificate(recorded().second, "e", kIssue)};
@@ -45,7 +45,7 @@ std::vector<CertificateData> certificates() {
   return all;
 }
 
-/// Between tags, without entries.
+/// Texts between tags, without entries.
 std::set<std::string> texts(const std::string& html) {
   std::set<std::string> found;
   const std::string body =

@@ -39,7 +39,7 @@ std::vector<double> doubles_of(const json& blob) {
   return values;
 }
 
-/// Seconds and all behind them are dropped: "2026-03-28T23:10:00.250Z".
+/// Seconds and the following are dropped: "2026-03-28T23:10:00.250Z".
 std::string local(const std::string& utc) {
   struct tm fields {};
   if (::strptime(utc.c_str(), "%Y-%m-%dT%H:%M:%S", &fields) == nullptr)
@@ -63,7 +63,7 @@ double number(const std::variant<double, std::string>& value) { return std::get<
 Origins::Origins(const Archive& archive) : rows_(archive.at("rows.jsonl")) {
   std::istringstream lines(rows_);
   std::string line;
-  std::getline(lines, line);  // what the others are
+  std::getline(lines, line);  // header
   while (std::getline(lines, line)) {
     const json entry = json::parse(line);
     const json& columns = entry.at("columns");
@@ -118,7 +118,7 @@ std::variant<double, std::string> Origins::over_touches(const std::string& name)
   return name == "lowest_c" ? lowest : highest;
 }
 
-/// The spheres and the radius offset are fitted by differences and QR: another way than the certificate's.
+/// The spheres and the radius offset are fitted by differences and QR, unlike in the certificate.
 double Origins::found(const std::string& path) const {
   const calib::Calibration earlier = calib::calibration_from_json(compared_.dump(), "compared");
   const calib::Predictor predictor(earlier);
@@ -162,7 +162,7 @@ double Origins::found(const std::string& path) const {
             (residual(points[i], moved) - r[static_cast<Eigen::Index>(i)]) / 1e-6;
       }
     }
-    // A touch is worth a millimetre against the offset's prior.
+    // A touch has a weight of a millimetre relative to the offset's prior.
     const double weight = 1e-3 / earlier.cell.radius_offset_sigma_m;
     j(j.rows() - 1, 3 * targets) = weight;
     r[j.rows() - 1] = weight * x[3 * targets];
@@ -182,7 +182,8 @@ double Origins::found(const std::string& path) const {
   throw std::runtime_error(path);
 }
 
-/// Measured distances by predicted tips and the calibration's own centres; predictions and repeats by calib.
+/// Measured distances from predicted tips and the calibration's own centres; predictions and repeats by
+/// calib.
 std::variant<double, std::string> Origins::poses(const std::string& path) const {
   const calib::Calibration now = calib::calibration_from_json(calibration_.dump(), "now");
   const calib::Predictor predictor(now);
@@ -234,7 +235,7 @@ std::variant<double, std::string> Origins::poses(const std::string& path) const 
   throw std::runtime_error(path);
 }
 
-/// The base is fitted as a whole motion, by Umeyama's closed form.
+/// The base is aligned by a rigid motion, in Umeyama's closed form.
 double Origins::scope(const std::string& name) const {
   const calib::Calibration now = calib::calibration_from_json(calibration_.dump(), "now");
   std::optional<calib::Predictor> earlier;
@@ -269,7 +270,7 @@ double Origins::scope(const std::string& name) const {
   throw std::runtime_error(name);
 }
 
-/// Of a parameter, which stands beside it.
+/// The unit stated next to a parameter.
 std::string Origins::unit(const std::string& from) const {
   const std::string prefix = "calibration#";
   const std::size_t last = from.rfind('/');
@@ -314,7 +315,7 @@ std::variant<double, std::string> Origins::at(const std::string& from) const {
   if (source == "found") return found(path);
   if (source == "scope") return scope(path);
   if (source == "poses") return poses(path);
-  // What its issuer stated, and constants of the method: the test's own.
+  // Values stated by the issuer, and constants of the method, defined by the test.
   static const std::map<std::string, std::string> kStated{{"issue#at", kIssue.utc},
                                                           {"issue#by", kIssue.by},
                                                           {"issue#software", kIssue.software},

@@ -1,6 +1,6 @@
 #pragma once
-// What an origin of the certificate names, worked out anew from an export's rows alone: what the certificate
-// printed must be this.
+// Values of the certificate recomputed from their origins, using the rows of an export only: the printed
+// values must be equal.
 
 #include <map>
 #include <nlohmann/json.hpp>
@@ -14,14 +14,14 @@
 
 namespace cellcal::daemon::testing {
 
-/// What its issuer states of each certificate of these tests.
+/// Issuer data of all certificates in these tests.
 inline const certificate::Issue kIssue{"2026-04-02T08:00:00.000Z", "Q. Auditor 1", "9.9.9"};
 
 class Origins {
  public:
   explicit Origins(const Archive& archive);
 
-  /// A number in its unit, or a text. Throws std::runtime_error of an origin that names nothing.
+  /// A number in its unit, or a text. Throws std::runtime_error for an invalid origin.
   std::variant<double, std::string> at(const std::string& from) const;
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-// What a certificate's HTML shows: its entries with their origins, and its own words.
+// Content of a certificate's HTML: its entries with their origins, and its fixed text.
 
 #include <string>
 #include <vector>
@@ -10,9 +10,9 @@ struct Printed {
   std::string from, text;
 };
 
-/// All entries, and what is left of the document's text without them.
+/// All entries; `rest` is the document's text without them.
 std::vector<Printed> entries_of(const std::string& html, std::string& rest);
-/// Each occurrence of `what` by `by`.
+/// `text` with each occurrence of `what` replaced by `by`.
 std::string replaced(std::string text, const std::string& what, const std::string& by);
 
 }  // namespace cellcal::daemon::testing

@@ -41,7 +41,7 @@ RecordChange change(Phase from, Phase to, EventKind on, const std::string& utc) 
   return {{from, to}, on, utc, 1.0, 0, 0.0};
 }
 
-/// A stop by the pendant, found again a quarter of an hour later.
+/// A silence of the robot, resumed two hours later.
 void interrupt(Journal& journal, std::int64_t session) {
   journal.note(session,
                change(Phase::kIdle, Phase::kPlanning, EventKind::kRun, "2026-03-28T22:58:01.000Z"));
@@ -60,7 +60,7 @@ std::int64_t record(Journal& journal, const Recording& what, bool against_the_la
   const SessionInputs inputs = inputs_of(what);
   const std::int64_t id = journal.begin(inputs, "2026-03-28T22:58:00.000Z");
   const calib::Cell cell = cell_of(inputs);
-  // The same arm; what was found of it before is a little less than now.
+  // The same arm; its earlier corrections are slightly smaller.
   auto touches =
       calib::testing::make_touches(
           cell, calib::testing::plain_truth(cell, 3),

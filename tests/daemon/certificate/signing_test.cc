@@ -1,4 +1,4 @@
-// Who signed which files, and every way in which they are no longer those.
+// Signatures of files, and every way to invalidate them.
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -43,7 +43,7 @@ struct SignedFiles : ::testing::Test {
                {"7-abc", "Q. Auditor\n# key: 0", "2026-04-02T08:00:00.000Z", ""},
                PrivateKey(dir / "k"));
   }
-  /// Why not; nothing: they are as they were signed.
+  /// The reason; empty: the files are as signed.
   std::optional<Why> verify(const std::string& what, const std::string& key = "k.pub") {
     try {
       const Verified verified = verify_files(dir / what, PublicKey(dir / key));
@@ -62,7 +62,7 @@ struct SignedFiles : ::testing::Test {
     }
     return "";
   }
-  /// Every byte of the file changed in turn, each time the file alone.
+  /// Changes every byte of the file, one at a time.
   void expect_each_byte_counts(const std::string& name, const std::string& verified_by) {
     const std::string whole = calib::read_file(dir / name);
     for (std::size_t i = 0; i < whole.size(); ++i) {
@@ -85,7 +85,7 @@ struct SignedFiles : ::testing::Test {
 TEST_F(SignedFiles, SayWhoAndWhenAndAreAllVerified) {
   const Verified verified = verify_files(dir / "c", PublicKey(dir / "k.pub"));
   EXPECT_EQ(verified.files, (std::vector<std::string>{"a.html", "a.pdf"}));
-  EXPECT_EQ(verified.statement.by, "Q. Auditor # key: 0");  // in one line, whatever is in the name
+  EXPECT_EQ(verified.statement.by, "Q. Auditor # key: 0");  // in one line, for any name
   EXPECT_EQ(verified.statement.utc, "2026-04-02T08:00:00.000Z");
   EXPECT_EQ(verified.statement.key, PublicKey(dir / "k.pub").fingerprint());
   EXPECT_EQ(verify_files(dir / "c/a.pdf", PublicKey(dir / "k.pub")).files,
@@ -147,7 +147,7 @@ TEST_F(SignedFiles, WithOneMoreAmongThemAreNotVerifiedAndItIsNamed) {
   EXPECT_EQ(verify("c/a.pdf"), std::nullopt);
   fs::remove(dir / "c/certificate.pdf");
   EXPECT_EQ(verify("c"), std::nullopt);
-  fs::copy_file(dir / "c/a.pdf", dir / "c/b\x1b[2J.pdf");  // nor one more of the same
+  fs::copy_file(dir / "c/a.pdf", dir / "c/b\x1b[2J.pdf");  // nor an identical copy
   EXPECT_EQ(verify("c"), Why::kNotListed);
   EXPECT_EQ(words("c").find('\x1b'), std::string::npos);
   fs::remove(dir / "c/b\x1b[2J.pdf");
@@ -187,7 +187,7 @@ TEST_F(SignedFiles, HavePlainNamesEachOnce) {
 
 TEST_F(SignedFiles, OfAnotherKeyAreToldFromDamagedOnes) {
   EXPECT_EQ(verify("c", "other.pub"), Why::kOtherKey);
-  // Somebody else's signature, said to be of the expected key.
+  // Another key's signature, claimed to be of the expected key.
   const std::string text = calib::read_file(dir / "c" / kSums);
   write(dir / "c" / kSignature, PrivateKey(dir / "other").sign(text));
   EXPECT_EQ(verify("c"), Why::kDamagedSignature);
@@ -222,7 +222,7 @@ TEST_F(SignedFiles, NeedAKeyThatOnlyItsOwnerMayReadAndThatIsNeverWrittenOver) {
   EXPECT_EQ(status.st_mode & 07777U, 0600U);
   const std::string before = calib::read_file(dir / "k");
   EXPECT_NE(refusal([&] { make_key(dir / "k"); }).find("never overwritten"), std::string::npos);
-  fs::remove(dir / "other");  // its public part is there still
+  fs::remove(dir / "other");  // its public part still exists
   EXPECT_NE(refusal([&] { make_key(dir / "other"); }).find("other.pub: exists"), std::string::npos);
   fs::create_symlink(dir / "nowhere", dir / "link");
   EXPECT_NE(refusal([&] { make_key(dir / "link"); }), "");

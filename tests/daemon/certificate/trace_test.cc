@@ -1,4 +1,4 @@
-// Every number of a certificate is traced to the journal's rows.
+// Every number of a certificate is traced to rows of the journal.
 
 #include <gtest/gtest.h>
 #include <stdlib.h>
@@ -23,7 +23,7 @@ namespace {
 
 using certificate::CertificateData;
 
-/// By how much its last digit may be rounded.
+/// Maximum rounding error of the last digit.
 double rounding(const std::string& text) {
   const std::size_t e = text.find('e'), point = text.find('.');
   const double exponent = e == text.npos ? 0.0 : std::stod(text.substr(e + 1));
@@ -32,7 +32,7 @@ double rounding(const std::string& text) {
   return 0.5 * std::pow(10.0, exponent - decimals);
 }
 
-/// What is printed is what its origin names; else why not.
+/// Empty if the printed value equals that of its origin; otherwise the difference.
 std::string complaint(const Printed& printed, const Origins& origins) {
   const std::string where = printed.from + " -> " + printed.text + ": ";
   try {
@@ -42,7 +42,7 @@ std::string complaint(const Printed& printed, const Origins& origins) {
     const std::string ascii = replaced(printed.text, "\xE2\x88\x92", "-");
     if (!std::regex_match(ascii, std::regex("-?[0-9]+(\\.[0-9]+)?(e[-+][0-9]+)?")))
       return where + "no number";
-    // Where the base is fitted another way, a micrometre is of the second order.
+    // A differently fitted base differs in second order, below a micrometre.
     const double way =
         printed.from.starts_with("scope#") || printed.from.starts_with("found#") ? 1e-3 : 1e-9;
     const double value = std::get<double>(is);
@@ -72,7 +72,7 @@ void expect_all_traced(const Archive& archive) {
   EXPECT_GT(entries.size(), 600u);
   EXPECT_EQ(rest.find_first_of("0123456789"), rest.npos)
       << "a number without origin: " << rest.substr(rest.find_first_of("0123456789"), 60);
-  std::map<std::string, std::string> seen;  // each once: what is over the scope takes time
+  std::map<std::string, std::string> seen;  // each once: values over the scope take time
   for (const Printed& one : entries) {
     const auto [before, is_new] = seen.emplace(one.from, one.text);
     EXPECT_EQ(is_new ? complaint(one, origins) : "", "");
@@ -212,7 +212,7 @@ TEST_F(ACertificate, AsDataHasTheEntriesOfTheDocument) {
   EXPECT_TRUE(json.at("emulated").is_null()) << "of a real one";
   walk(json);
   EXPECT_TRUE(std::includes(traced.begin(), traced.end(), printed.begin(), printed.end()));
-  EXPECT_LE(traced.size(), printed.size() + 2);  // where and why it went on is not printed
+  EXPECT_LE(traced.size(), printed.size() + 2);  // two values of the resumption are not printed
 }
 
 TEST(ANumber, ThatIsNotItsOriginsIsFound) {

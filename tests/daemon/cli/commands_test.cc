@@ -1,4 +1,4 @@
-// What every command promises: help with an example, exit statuses, one line first.
+// Common properties of all commands: help with an example, exit statuses, one line first.
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 
 namespace cellcal::daemon::testing {
 
-/// Of a file; "" where there is none.
+/// Content of a file; "" if it does not exist.
 inline std::string content(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::stringstream text;

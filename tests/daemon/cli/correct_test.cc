@@ -52,7 +52,7 @@ TEST_F(Correct, RefusesAFileThatWasAlteredAndACorrectionThatNoArmHas) {
   EXPECT_EQ(altered.out, "");
   EXPECT_NE(altered.err.find("cal.json: sum: not that of its content"), std::string::npos)
       << altered.err;
-  // Of an earlier version, which wrote no sum.
+  // An earlier version, which wrote no sum.
   const auto without_sum = [](const calib::Calibration& one) {
     auto document = nlohmann::json::parse(calib::calibration_to_json(one));
     document.erase("sum");
@@ -375,7 +375,7 @@ TEST_F(Correct, AndMasteringNamesTheAngleOfEachAxisAndThoseThatNoTouchTells) {
   EXPECT_EQ(json.at("axes").at(0).at("decided_by"), "frame");
 }
 
-/// A backup of two modules that share a point of $config.dat, one of which moves relatively in `bad`.
+/// A backup of two modules that share a point of $config.dat; with `bad` one moves relatively.
 std::string put_backup(const std::filesystem::path& folder, bool bad) {
   const auto points = postures(2);
   std::filesystem::create_directories(folder / "KRC/R1/System");
@@ -464,7 +464,7 @@ TEST_F(Correct, ReadsCalledRoutinesOfTheFolderAndThoseThatAreNamed) {
       run_correct({"--program", src, "--config", config, "--does-not-move", "glue_on"}).status, 0);
 }
 
-/// What the running program computes, and a relative motion.
+/// A point computed by the running program, and a relative motion.
 const char* const kAtRunTime =
     "DEF P()\r\nBAS(#TOOL,1)\r\nBAS(#BASE,0)\r\nPTP XHOME\r\nPTP XP\r\nXP.Z=XP.Z+5.0\r\nLIN XP C_DIS\r\n"
     "LIN_REL {Z 5.0}\r\nEND\r\n";

@@ -1,4 +1,4 @@
-// What 'cellcal history --drift' prints of an answer, whatever that is.
+// Output of 'cellcal history --drift' for any answer.
 
 #include "daemon/cli/actions.h"
 

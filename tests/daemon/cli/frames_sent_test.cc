@@ -1,4 +1,4 @@
-// cellcal frames --send, --sent, --restore as a subprocess, against a daemon that says what the test wants.
+// cellcal frames --send, --sent, --restore as a subprocess, with a scripted daemon.
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Whose touches measured the tip; the demo's cell states it as certain.
+/// A calibration that measured the tip; the demo's cell states it as certain.
 calib::Calibration measured() {
   calib::Cell with_tip = cell();
   with_tip.tool.tcp_sigma_m.setConstant(1e-3);
@@ -90,7 +90,7 @@ class FramesSent : public ::testing::Test {
   TemporaryDirectory dir_;
   std::mutex mutex_;
   std::vector<std::pair<std::string, json>> asked_;
-  int status_ = 201, good_sets_ = 0;  ///< these before status_
+  int status_ = 201, good_sets_ = 0;  ///< this many before status_
   bool problem_ = false;
   std::string in_use_;  ///< the calibration of session 2
   boost::asio::io_context context_;

@@ -1,4 +1,4 @@
-// An arm on a linear unit through the commands: planned, identified, predicted, exported, corrected; all else refuses it.
+// Commands with an arm on a linear unit: planned, identified, predicted, exported, corrected; refused by all others.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -51,7 +51,7 @@ sigma_mm = 0.03
 radius_offset_sigma_mm = 0.1
 )";
 
-/// Of an arm with these lengths, and E1 along y of its foot.
+/// An arm with these lengths, and E1 along y of its foot.
 constexpr const char* kMachineOnTrack = R"($TIRORO={X 0.0,Y 0.0,Z 400.0,A 0.0,B 0.0,C 0.0}
 $LENGTH_A=180.0
 $LENGTH_B=600.0

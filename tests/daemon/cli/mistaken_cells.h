@@ -1,5 +1,5 @@
 #pragma once
-// The demonstration's cell with one mistake each, as people make them, and what has to be said of it.
+// The demonstration's cell with one typical mistake each, and the expected finding.
 
 #include <filesystem>
 #include <fstream>
@@ -15,9 +15,9 @@ struct MistakenCell {
   const char* name;
   calib::CellFaultKind kind;
   bool refused;
-  std::vector<std::string> values;  ///< in what is said of it
+  std::vector<std::string> values;  ///< contained in the finding
   std::vector<std::pair<std::string, std::string>>
-      edits;  ///< of the cell file: first of this, by that
+      edits;  ///< of the cell file: text, replacement
   std::vector<std::pair<std::string, std::string>> robot{};  ///< of the robot file, likewise
 };
 
@@ -81,7 +81,7 @@ inline const std::vector<MistakenCell>& mistaken_cells() {
   return all;
 }
 
-/// Both files, in `folder`; the cell's path.
+/// Writes both files to `folder`; returns the cell's path.
 inline std::filesystem::path write(const MistakenCell& one, const std::filesystem::path& folder) {
   const std::filesystem::path demo(CELLCAL_DEMO_CELL);
   const auto edited = [](std::string text, const auto& edits) {

@@ -1,4 +1,4 @@
-// new-cell: what it writes is what the reader of cell files knows, and bad answers write nothing.
+// new-cell: its files have all keys known to the reader; invalid answers write nothing.
 
 #include "daemon/cli/new_cell.h"
 
@@ -25,7 +25,7 @@ void write(const std::filesystem::path& path, const std::string& text) {
   std::ofstream(path) << text;
 }
 
-/// The demonstration's four spheres on a robot that is shipped.
+/// The demonstration's four spheres on a shipped robot.
 CellForm form(bool with_centres = true) {
   CellForm form;
   form.robot = find_robot("kr5_r1400", "cell.toml");
@@ -54,7 +54,7 @@ std::string reason(const std::string& text, const CellForm& form) {
   }
 }
 
-/// What the reader says that it knows where `wrong_key` stands.
+/// Keys known to the reader at the position of `wrong_key`.
 std::set<std::string> known(const std::string& text, const CellForm& form) {
   const std::string message = reason(text, form), mark = "known here are: ";
   const std::size_t at = message.find(mark);
@@ -69,7 +69,7 @@ std::set<std::string> known(const std::string& text, const CellForm& form) {
 
 using Keys = std::map<std::string, std::set<std::string>>;
 
-/// All keys that stand in the file, set, commented or named in a comment, by table.
+/// All keys in the file, set, commented or mentioned in a comment, by table.
 Keys keys_of(const std::string& text) {
   Keys keys;
   std::string table, line;
@@ -83,7 +83,7 @@ Keys keys_of(const std::string& text) {
   return keys;
 }
 
-/// Every key of cellcal.cell/1 by table, as the reader itself names them for a wrong one.
+/// Every key of cellcal.cell/1 by table, as listed by the reader for a wrong one.
 Keys keys_of_the_reader(const CellForm& form) {
   const std::string top = "format = \"cellcal.cell/1\"\nrobot = \"kr5_r1400\"\n";
   const std::string tool = "[tool]\nxyz_mm = [1, 2, 3]\n", touch = "[touch]\nsigma_mm = 0.03\n";
@@ -129,7 +129,7 @@ TEST_P(ANewCellFile, HasEveryKeyThatTheReaderKnows) {
   }
 }
 
-/// With numbers to a thousandth, which comments have.
+/// With numbers rounded to a thousandth, as in comments.
 std::string rounded(const std::string& toml) {
   std::string out;
   const std::regex number("-?[0-9]+\\.[0-9]{4,}");
@@ -148,13 +148,13 @@ std::string rounded(const std::string& toml) {
 TEST_P(ANewCellFile, SaysTheSameWithEveryDefaultSpelledOut) {
   const CellForm made = form(GetParam());
   const std::string text = cell_text(made);
-  // Up to the examples of whole tables, which say something else.
+  // Up to the examples of whole tables, which have other values.
   const std::size_t examples = text.find("\n# Who and what was there");
   const std::string spelled =
       std::regex_replace(text.substr(0, examples), std::regex("(^|\n)#([a-z0-9_]+ = )"), "$1$2");
   EXPECT_NE(spelled, text.substr(0, examples));
   ASSERT_EQ(reason(spelled, made), "accepted");
-  // Written back only where stated: what is assumed of a stand, and of what is required.
+  // Written back only if stated: defaults of a stand, and the required accuracy.
   const std::regex stands("(stand_[a-z]+|required)_mm = [^\n]*\n");
   const auto said = [&](const std::string& one) {
     return std::regex_replace(rounded(calib::cell_to_toml(read(one, made), "r")), stands, "");

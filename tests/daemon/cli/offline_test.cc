@@ -86,8 +86,8 @@ TEST(APlan, IsATouchFileThatIdentifyReadsAndPredictContinuesFrom) {
   EXPECT_NE(planned.out.find("robot time "), std::string::npos) << planned.out;
   EXPECT_NE(planned.out.find("correction_limit_deg"), std::string::npos) << planned.out;
 
-  // Nominal touches lie on nominal spheres, up to the tip: what is identified is small, and what
-  // is not publishable is written all the same.
+  // Nominal touches lie on nominal spheres, up to the tip: the identified errors are small, and an
+  // unpublishable result is written nevertheless.
   const std::string calibration = dir / "calibration.json";
   const Outcome identified =
       run_program({CELLCAL, "identify", "--cell", kCell, "--touches", plan, "-o", calibration});
@@ -134,7 +134,7 @@ TEST(APlan, IsATouchFileThatIdentifyReadsAndPredictContinuesFrom) {
   EXPECT_EQ(nlohmann::json::parse(nominal.out).size(), 2u);
 }
 
-/// Neither English nor a decimal point in what a command says in German.
+/// Expects neither English words nor decimal points in German output.
 void expect_german(std::string said) {
   said = std::regex_replace(said, std::regex("'[^']*'"), "");  // commands
   static const std::regex kEnglish(
@@ -180,7 +180,7 @@ TEST(AResultThatMustNotBePublished, IsWrittenAndEndsWithStatus3) {
   EXPECT_FALSE(nlohmann::json::parse(outcome.out).at("verdict").at("publish").get<bool>());
   EXPECT_EQ(outcome.out, content(calibration));
 
-  // Nor is it predicted with, unless that is asked for; the nominal arm is no result.
+  // Predictions require --withheld; the nominal arm is no result.
   std::ofstream(dir / "joints.csv") << "A1,A2,A3,A4,A5,A6\n0,-90,90,0,0,0\n";
   std::vector<std::string> predict{CELLCAL,     "predict",    "--calibration",
                                    calibration, "--joints",   dir / "joints.csv",
@@ -421,7 +421,7 @@ TEST(ACalibratedArm, IsWrittenForOtherProgramsAndItsUrdfReadAsARobotFile) {
     EXPECT_NE(one.out.find(as == std::string("yaml") ? "joint_a6:" : "A6"), std::string::npos)
         << as;
   }
-  // The URDF again, put into itself, is the same arm.
+  // The URDF merged into itself again is the same arm.
   const std::string again = dir / "again.urdf", robot = dir / "robot.toml";
   EXPECT_EQ(run_program({CELLCAL, "import-robot", "--urdf", urdf, "-o", robot}).status, 0);
   EXPECT_NE(content(robot).find("name = \"A6\""), std::string::npos) << content(robot);
@@ -454,7 +454,7 @@ TEST(MachineData, OfAControllerAreHeldAgainstTheRobotFileAndGiveItsLimits) {
   EXPECT_EQ(run_program({CELLCAL, "import-robot"}).status, 2);
 }
 
-/// Two turning joints, a prefix, a root "world"; with one text in place of another.
+/// Two revolute joints, a prefix, a root "world"; with one text replaced.
 std::string small_urdf(const std::string& what = {}, const std::string& with = {}) {
   std::string text =
       "<robot name=\"r\"><link name=\"world\"/><link name=\"p_base\"/><link name=\"p_link_1\"/>"
@@ -512,7 +512,7 @@ TEST(AUrdf, ThatNoPlanCouldUseIsRefusedByJoint) {
   }
 }
 
-/// A program xacro on the PATH of `import-robot --urdf r.xacro`, with more words.
+/// Runs `import-robot --urdf r.xacro` with this program xacro on the PATH, and further arguments.
 Outcome with_xacro(const TemporaryDirectory& dir, const std::string& script,
                    const std::vector<std::string>& more = {}) {
   std::filesystem::create_directories(dir / "bin");
@@ -572,7 +572,7 @@ TEST(AXacroFile, ThatXacroRefusesIsNamedWithItsLine) {
   }
 }
 
-/// As ROS has a KR 6 R900, with one text in place of another.
+/// The KR 6 R900 as in ROS, with one text replaced.
 std::string kr6_urdf(const std::string& what = {}, const std::string& with = {}) {
   std::string text = "<robot name=\"kr6\">";
   const std::vector<std::array<std::string, 2>> joints{

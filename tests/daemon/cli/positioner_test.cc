@@ -1,4 +1,4 @@
-// An arm beside a positioner through the commands: planned, identified, predicted, exported.
+// Commands for an arm with a positioner: planned, identified, predicted, exported.
 
 #include <gtest/gtest.h>
 
@@ -73,7 +73,7 @@ void expect_positioner_refused(const Outcome& outcome) {
   EXPECT_NE(outcome.err.find("positioner (E1)"), std::string::npos) << outcome.err;
 }
 
-/// Planned touches, and what they give.
+/// Planned touches, and their calibration.
 struct PositionerResult : PositionerFiles {
   Outcome identified;
   PositionerResult() {
@@ -99,7 +99,7 @@ const PositionerResult& made() {
   return one;
 }
 
-/// Numbers of the rows behind the head.
+/// Numbers of the rows after the header.
 std::vector<std::vector<double>> rows_of(const std::string& csv) {
   std::vector<std::vector<double>> rows;
   std::istringstream in(csv);

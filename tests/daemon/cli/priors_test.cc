@@ -33,7 +33,7 @@ std::string calibration(unsigned seed, double scale = 0.5, bool published = true
   return calib::calibration_to_json(c);
 }
 
-/// Eight arms, nearer to nominal than it states; one of them twice, with its serial number.
+/// Eight arms, closer to nominal than stated; one of them twice, with its serial number.
 void write_fleet(const fs::path& folder) {
   for (unsigned arm = 1; arm < 8; ++arm)
     write(folder / ("arm" + std::to_string(arm) + ".json"), calibration(arm));

@@ -1,5 +1,5 @@
 #pragma once
-// A program as its user meets it: arguments in, output and exit status out.
+// Programs as subprocesses: arguments, output and exit status.
 
 #include <sys/types.h>
 
@@ -26,7 +26,7 @@ class Background {
   Background& operator=(const Background&) = delete;
 
   pid_t pid() const { return pid_; }
-  /// Of a program that has its work in a child and begins it again: that child; 0: there is none now.
+  /// The current child of a program that runs its work in a restarted child process; 0: none.
   pid_t working() const;
   void signal(int number) const;
   /// Exit status, or 128 + signal.

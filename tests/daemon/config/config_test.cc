@@ -73,7 +73,7 @@ TEST(AConfiguration, AsksTheEmulatedCellForWhatRealArmsHaveOnlyWhereItSaysSo) {
 
 TEST(AConfiguration, SaysHowOftenAContactIsConfirmedAndAlwaysWhereAFlagStops) {
   EXPECT_EQ(parse_config(kMock + "[motion]\nconfirm_every = 3\n", "d").touch.confirm_every, 3);
-  // Who searches slowly does so from the first contact on.
+  // A slow first search implies slow searches throughout.
   EXPECT_DOUBLE_EQ(parse_config(kMock + "[motion]\nfast_search_mm_s = 3\n", "d").touch.slow_m_s,
                    0.003);
   const std::string flag = kMock + "[mock]\nwire = \"eki\"\n[eki]\nstop = \"flag\"\n";
@@ -432,7 +432,7 @@ TEST(AxisLimits, OfALinearUnitAreMetresOverEkiAndFurtherExternalAxesHaveNone) {
   EXPECT_EQ(eki_config_for(two, six).wire_axes(), 8u) << "both external axes hold still";
 }
 
-/// E2 behind a linear unit, from -1 to 1.5 rad.
+/// E2 after a linear unit, from -1 to 1.5 rad.
 calib::Cell cell_with_positioner() {
   calib::Cell cell = cell_on_track();
   calib::PositionerAxis axis;

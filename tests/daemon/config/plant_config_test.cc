@@ -1,4 +1,4 @@
-// [plant], and what of it is refused.
+// [plant], and its refusals.
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 
 namespace cellcal::daemon::testing {
 
-/// Why a configuration is refused, or "accepted".
+/// Reason for the refusal of a configuration, or "accepted".
 inline std::string reason(const std::string& text) {
   try {
     parse_config(text, "d.toml");

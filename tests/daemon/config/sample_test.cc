@@ -1,4 +1,4 @@
-// The configuration that is shipped has every key of the parser, each with its default.
+// The shipped configuration has every key of the parser, each with its default.
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ namespace {
 
 using testing::reason;
 
-using Keys = std::map<std::string, std::set<std::string>>;  // of each table
+using Keys = std::map<std::string, std::set<std::string>>;  // by table
 
 std::string sample() {
   std::ifstream file(CELLCAL_SAMPLE);
@@ -25,7 +25,7 @@ std::string sample() {
   return text.str();
 }
 
-/// With every default taken for stated: "#port = 1" becomes "port = 1".
+/// With every default uncommented: "#port = 1" becomes "port = 1".
 std::string spelled_out() {
   return std::regex_replace(sample(), std::regex("(^|\n)#([a-z0-9_]+ = )"), "$1$2");
 }
@@ -45,7 +45,7 @@ Keys keys_of(const std::string& text) {
 
 constexpr const char* kScheduled = "schedule.session";
 
-/// What the parser says that it knows in a table, or the tables and keys at the top.
+/// Keys known to the parser in a table, or the tables and keys at the top.
 std::set<std::string> known(const std::string& table) {
   const std::string top = "format = \"cellcal.daemon/1\"\nbackend = \"rsi\"\n";
   const std::string contact = "[contact]\ndevice = \"/dev/x\"\n";
@@ -80,7 +80,7 @@ TEST(TheShippedConfiguration, HasEveryKeyThatTheParserKnowsAndNoOther) {
     if (table.empty()) continue;
     if (table.find('.') == std::string::npos) top.insert(table);
     std::set<std::string> all = known(table);
-    if (table == "schedule") all.erase("session");  // it has a table of its own
+    if (table == "schedule") all.erase("session");  // a table of its own
     EXPECT_EQ(names, all) << table;
   }
   EXPECT_EQ(top, known(""));
@@ -95,7 +95,7 @@ std::string line(const char* table, const T&... values) {
   return text.str() + "\n";
 }
 
-/// All that the file decides.
+/// All values set by the file.
 std::string figures(const DaemonConfig& c) {
   std::string text = line("top", static_cast<int>(c.backend), c.state_dir, c.socket, c.log_debug);
   if (const auto& http = c.http) {
@@ -169,7 +169,7 @@ std::string figures(const DaemonConfig& c) {
   return text;
 }
 
-/// The figures with another value of this key; empty where none that is tried is allowed.
+/// The values with another value of this key; empty if none of those tried is accepted.
 std::string with_another(const std::string& text, const std::string& table,
                          const std::string& key) {
   std::size_t from =
@@ -222,7 +222,7 @@ std::string with_another(const std::string& text, const std::string& table,
 }
 
 TEST(TheShippedConfiguration, StatesDefaultsAlone) {
-  // Those whose default is another key's value, or that nothing is, show an example.
+  // Keys whose default is another key's value, or none, show an example.
   std::string text = std::regex_replace(spelled_out(), std::regex("\npc_address = [^\n]*"), "");
   for (const char* table : {"http", "notify", "plant", kScheduled}) {
     const std::set<std::string> examples = keys_of(text).at(table);
@@ -238,8 +238,8 @@ TEST(TheShippedConfiguration, StatesDefaultsAlone) {
 
 TEST(TheShippedConfiguration, IsComparedInEveryKey) {
   const std::string text = spelled_out();
-  // Some are refused without each other, the wire that is not used decides nothing, and allow_plain decides only
-  // whether the file is taken.
+  // Some are refused without each other, the unused wire has no effect, and allow_plain affects only the
+  // acceptance of the file.
   const std::set<std::string> excused{"format",
                                       "rsi.contact_tag",
                                       "rsi.mode",

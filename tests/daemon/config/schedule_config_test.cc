@@ -30,7 +30,7 @@ TEST(AScheduleInTheConfiguration, IsOffUnlessSomebodyIsNamedWhoAnswersForTheCell
       schedule_of("[schedule]\nunattended = true\nresponsible = \"A. Miller, 4711\"\n").unattended);
 }
 
-/// As kTop, over EKI.
+/// As kTop, with EKI.
 std::string over_eki(std::string text) {
   const std::string top = kTop;
   return std::string(top).replace(top.find("\"rsi\""), 5, "\"eki\"") + std::move(text);

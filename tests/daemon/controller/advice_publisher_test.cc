@@ -1,4 +1,4 @@
-// What the checks say, published to the controller, when, and again; on real sockets against the emulated controller, too.
+// Advice from checks, published to the controller: values, times, repetition; also with the emulated controller.
 
 #include "daemon/controller/advice_publisher.h"
 

@@ -1,4 +1,4 @@
-// What the checks say as the number that a robot program reads.
+// Advice from checks as the number read by a robot program.
 
 #include <gtest/gtest.h>
 

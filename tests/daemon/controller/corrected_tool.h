@@ -1,5 +1,5 @@
 #pragma once
-// A tool's frame on a controller, and what a calibration makes of it.
+// A tool frame on a controller, before and after correction.
 
 #include "daemon/controller/frame_station.h"
 

@@ -26,15 +26,15 @@ using testing::kOld;
 using testing::kTool3;
 using Why = FrameNotSent::Why;
 
-/// A controller that has one frame, and says of the next set what the test wants.
+/// A controller with one frame and a scripted answer to the next set.
 struct StationRig {
   testing::TemporaryDirectory dir;
   EkiFrameValues now = kOld;
   int sets = 0, connections = 0;
   bool configured = true;
   EkiFrameEnd next = EkiFrameEnd::kSet;
-  bool obeys = true;                 ///< whether a set reaches the frame
-  std::function<void()> before_set;  ///< looks at the disk
+  bool obeys = true;                 ///< true if a set changes the frame
+  std::function<void()> before_set;  ///< inspects the disk
   FrameStation station{parts()};
 
   FrameStation::Parts parts() {
@@ -170,7 +170,7 @@ TEST(FrameStation, TakesAToolThatIsTurnedForAnotherNumber) {
   order.values[5] += 1.5;
   EXPECT_EQ(refusal([&] { rig.station.set(order); }), Why::kUnusable);
   EXPECT_EQ(rig.sets, 0);
-  // A and A - 360 are one direction, and so are (A, B, C) and (A + 180, 180 - B, C + 180).
+  // A and A - 360 are the same orientation, and so are (A, B, C) and (A + 180, 180 - B, C + 180).
   order.values = {kNew[0], kNew[1], kNew[2], kNew[3] - 180.0, 180.0 - kNew[4], kNew[5] + 180.5};
   EXPECT_EQ(refusal([&] { rig.station.set(order); }), std::nullopt);
 }
@@ -184,7 +184,7 @@ TEST(FrameStation, ReadsAndReplacesNothingThatCouldNotBeSetBack) {
   EXPECT_EQ(rig.sets, 1);
 }
 
-/// A file that was written by hand.
+/// A file edited by hand.
 TEST(FrameStation, RestoresNoNumberThatIsNone) {
   StationRig rig;
   FrameRecord record;

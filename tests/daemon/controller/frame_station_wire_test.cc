@@ -1,4 +1,4 @@
-// The station to the emulated controller over a real socket, as the daemon puts it together.
+// The station with the emulated controller over a real socket, assembled as in the daemon.
 
 #include <gtest/gtest.h>
 
@@ -51,7 +51,7 @@ struct StationWire {
   }
 };
 
-/// One behind the other, as fast as they go: the controller opens its port again 0.1 s after each.
+/// In immediate succession: the controller opens its port again 0.1 s after each.
 TEST(FrameStationWire, SetsAndSetsBackAtOnceThoughThePortNeedsAMomentAfterEachClient) {
   StationWire wire;
   EXPECT_TRUE(same_frame(kOld, wire.station.read(kTool3)));
@@ -70,7 +70,8 @@ TEST(FrameStationWire, AFrameThatIsNotWhatWasConfirmedIsLeftAsItIs) {
   EXPECT_TRUE(wire.station.records().empty());
 }
 
-/// The cable is out for longer than a state is waited for; the kernel takes the connection all the same.
+/// The cable is unplugged for longer than the wait for a state; the kernel still accepts the
+/// connection.
 TEST(FrameStationWire, WaitsForAControllerThatSaysNothingForAWhile) {
   StationWire wire;
   wire.krc.unplug(true);

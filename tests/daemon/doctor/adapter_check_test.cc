@@ -10,7 +10,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// /sys of a computer with one serial adapter, as the kernel lays it out.
+/// /sys of a computer with one serial adapter, as laid out by the kernel.
 class Tree {
  public:
   Tree() : root_(fs::path(::testing::TempDir()) / ("sysfs" + std::to_string(::getpid()))) {
@@ -19,7 +19,7 @@ class Tree {
   }
   ~Tree() { fs::remove_all(root_); }
 
-  /// usb-serial hangs the tty on a port of the interface, cdc_acm on the interface itself.
+  /// usb-serial attaches the tty to a port of the interface, cdc_acm to the interface itself.
   void plug(const std::string& tty, const std::string& vendor, const std::string& product,
             const std::string& name, const std::string& latency = {}) {
     const fs::path usb = root_ / "devices/pci0000:00/0000:00:14.0/usb1/1-2";

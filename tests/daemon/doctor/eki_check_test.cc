@@ -29,7 +29,7 @@ Findings judged(const EkiSeen& seen, EkiExpected expected = {true, 17, false}) {
 TEST(AnEkiLink, ThatIsSoundHasNothingFailed) {
   const Findings findings = judged(sound_eki());
   EXPECT_TRUE(findings.green());
-  EXPECT_EQ(findings.count(Outcome::kWarning), 1u);  // whether the input is wired was not seen
+  EXPECT_EQ(findings.count(Outcome::kWarning), 1u);  // the wiring of the input was not observed
   EXPECT_EQ(judged(sound_eki(), {false, 17}).count(Outcome::kWarning), 0u);
 }
 

@@ -1,4 +1,4 @@
-// Which step is done is read off what is there, and taken back when it is there no more.
+// Completed steps are derived from existing data, and revoked if the data is gone.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// The whole examination over loopback, with a controller that can be asked what was done to it.
+// The whole examination over loopback, with a controller that records its commands.
 
 #include <fstream>
 #include <thread>
@@ -24,7 +24,7 @@ std::string text_of(const std::filesystem::path& file) {
 const std::filesystem::path kDemoRobot =
     std::filesystem::path(CELLCAL_DEMO_CELL).replace_filename("kr5_worn.toml");
 
-/// The demo cell with that robot file.
+/// The demo cell with another robot file.
 std::string demo_with(const std::string& robot) {
   std::string cell = text_of(CELLCAL_DEMO_CELL);
   const std::string own = kDemoRobot.filename().string();
@@ -220,7 +220,7 @@ TEST_F(AnExamination, ThatIsStoppedDoesNotWaitForTheController) {
   one.wait_s = 600.0;
   std::stop_source stop;
   one.stop = stop.get_token();
-  // Asked for when the links are looked at; earlier, there would be nothing to wait for.
+  // The stop is requested when the links are examined; before that there is nothing to wait for.
   one.hint = [&](const calib::Phrase&) { stop.request_stop(); };
   one.cell.clear();
   Findings findings;
@@ -228,7 +228,7 @@ TEST_F(AnExamination, ThatIsStoppedDoesNotWaitForTheController) {
   EXPECT_EQ(outcome_of(findings, "rsi packets"), Outcome::kFailed) << "none came";
 }
 
-/// Over RSI on loopback, by a controller with this model of the demo cell's arm; null: none.
+/// Over RSI on loopback, with a controller with this model of the demo cell's arm; null: none.
 testing::Said model_by(const TemporaryDirectory& dir, std::shared_ptr<const sim::CartesianArm> arm,
                        const DoctorRequest& request) {
   sim::ControllerConfig controller;

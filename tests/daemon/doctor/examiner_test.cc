@@ -1,4 +1,4 @@
-// One examination at a time, and none beside a session.
+// One examination at a time, and none during a session.
 
 #include "daemon/doctor/examiner.h"
 
@@ -16,7 +16,7 @@ namespace cellcal::daemon {
 namespace {
 
 struct AnExaminer : ::testing::Test {
-  /// Runs until it is let go, or asked to stop.
+  /// Runs until released, or requested to stop.
   void run_checks(Findings& findings, const std::function<void(const calib::Phrase&)>& hint,
                   const std::stop_token& stop) {
     hint("start CELLCAL_RSI");

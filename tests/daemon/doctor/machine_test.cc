@@ -60,7 +60,7 @@ TEST(Rights, OfTheShippedUnitAreAllThatTheRobotsThreadNeeds) {
   const ProcessRights rights = rights_in_unit(read(CELLCAL_UNIT));
   EXPECT_TRUE(rights.realtime);
   EXPECT_TRUE(rights.locked_memory);
-  // The serial ports' group comes with the user, whom the package makes.
+  // The serial ports' group comes with the user, who is created by the package.
   EXPECT_NE(read(CELLCAL_SYSUSERS).find("\nm     cellcal dialout"), std::string::npos);
   const ProcessRights user = rights_in_unit("[Service]\nUser=root\nSupplementaryGroups=dialout\n");
   EXPECT_EQ(user.uid, 0u);

@@ -18,7 +18,7 @@ inline Said said(const Finding& one) {
   return {one.check, one.outcome, words(one.found), words(one.advice)};
 }
 
-/// The finding of that name; a failure of the test where there is none.
+/// The finding of that name; fails the test if there is none.
 inline Said finding_of(const Findings& findings, const std::string& check) {
   for (const Finding& one : findings.all()) {
     if (one.check == check) return said(one);
@@ -31,7 +31,7 @@ inline Outcome outcome_of(const Findings& findings, const std::string& check) {
   return finding_of(findings, check).outcome;
 }
 
-/// All failures and warnings come with what to do.
+/// All failures and warnings state a remedy.
 inline void expect_advice(const Findings& findings) {
   for (const Finding& one : findings.all()) {
     EXPECT_FALSE(one.found.empty()) << one.check;

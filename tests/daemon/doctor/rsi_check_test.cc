@@ -165,7 +165,7 @@ TEST(AnRsiLink, WhoseRepliesAreRefusedIsToldBySentypeNotBySilence) {
   RsiSeen seen = sound_rsi();
   seen.refused = true;
   EXPECT_NE(finding_of(judged(seen), "rsi replies").advice.find("\"ImFree\""), std::string::npos);
-  // With a short Timeout the controller falls silent before the adapter is sure.
+  // With a short Timeout the controller stops sending before the adapter is certain.
   seen = sound_rsi();
   seen.lost = true;
   seen.newest.packets = 11;

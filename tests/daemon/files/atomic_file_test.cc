@@ -1,4 +1,4 @@
-// A file is there wholly, or as it was before.
+// A file is written completely, or unchanged.
 
 #include "daemon/files/atomic_file.h"
 
@@ -40,7 +40,7 @@ class AtomicFile : public ::testing::Test {
   fs::path folder_;
 };
 
-/// As on a full disk: no file may grow beyond `bytes`.
+/// Like a full disk: no file may grow beyond `bytes`.
 class NoRoom {
  public:
   explicit NoRoom(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {

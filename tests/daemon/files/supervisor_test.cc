@@ -1,4 +1,4 @@
-// Work that dies, in a process of the test's own: the supervisor waits for its children.
+// Work that crashes, in a process of the test: the supervisor waits for its children.
 
 #include "daemon/files/supervisor.h"
 
@@ -24,7 +24,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// What parent and children see of each other.
+/// Memory shared by parent and children.
 struct Shared {
   std::atomic<int> begun{0};
   std::atomic<pid_t> work{0};
@@ -36,7 +36,7 @@ struct Supervisor : ::testing::Test {
                            MAP_SHARED | MAP_ANONYMOUS, -1, 0)) Shared) {}
   ~Supervisor() override { ::munmap(shared, sizeof(Shared)); }
 
-  /// The status of its process, as waitpid() has it.
+  /// Starts a supervisor process; end_of() returns its exit status.
   pid_t begin(const std::function<int(std::uint64_t)>& work, std::size_t most_bytes = 0) const {
     const pid_t process = ::fork();
     if (process != 0) return process;
@@ -51,7 +51,7 @@ struct Supervisor : ::testing::Test {
     for (int i = 0; i < 2000 && shared->begun < begun; ++i) std::this_thread::sleep_for(5ms);
     ASSERT_GE(shared->begun.load(), begun);
   }
-  /// Until it has seen the end of its work.
+  /// Waits until it has noticed the end of its work.
   static void wait_without_children(pid_t process) {
     const std::string task = std::to_string(process);
     for (int i = 0; i < 2000; ++i) {
@@ -120,7 +120,7 @@ TEST_F(Supervisor, TakesItsWorkWithItWhereItIsKilled) {
   wait_for(1);
   ::kill(process, SIGKILL);
   end_of(process);
-  const auto gone = [&] {  // whoever its new parent is may not have waited for it yet
+  const auto gone = [&] {  // its new parent may not have waited for it yet
     std::ifstream status("/proc/" + std::to_string(shared->work.load()) + "/stat");
     const std::string words{std::istreambuf_iterator<char>(status), {}};
     return words.empty() || words.find(") Z ") != std::string::npos;

@@ -1,4 +1,4 @@
-// What the system says of a file, in words.
+// System errors of a file, in words.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// When Debian's libmosquitto acknowledges: what a collector rests on that stores before it acknowledges.
+// Acknowledgements of Debian's libmosquitto: a collector relies on storing before acknowledging.
 
 #include <gtest/gtest.h>
 #include <mosquitto.h>
@@ -24,7 +24,7 @@ constexpr const char* kShared = "$share/fleet/cellcal/+/+/fact/+";
 
 enum class Packets { kQueued, kSentAtOnce };
 
-/// A client whose loop is turned by hand, with a session that goes on in the broker.
+/// A client whose loop is called manually, with a persistent session.
 class Client {
  public:
   Client(const MqttBroker& broker, const std::string& id, Packets packets) {
@@ -51,7 +51,7 @@ class Client {
                                    });
     mosquitto_property* session = nullptr;
     mosquitto_property_add_int32(&session, MQTT_PROP_SESSION_EXPIRY_INTERVAL, 3600);
-    // libmosquitto asks for 20 where it is not told.
+    // libmosquitto's default is 20.
     mosquitto_property_add_int16(&session, MQTT_PROP_RECEIVE_MAXIMUM, 1000);
     const int code =
         mosquitto_connect_bind_v5(client_.get(), "127.0.0.1", broker.port(), 60, nullptr, session);
@@ -65,7 +65,7 @@ class Client {
     turn_until([this] { return subscribed_; });
   }
 
-  /// The broker has acknowledged it.
+  /// Returns when the broker has acknowledged it.
   void publish(const std::string& text, const char* topic = kTopic) {
     const int before = published_;
     mosquitto_publish(client_.get(), nullptr, topic, static_cast<int>(text.size()), text.data(), 1,
@@ -73,7 +73,7 @@ class Client {
     turn_until([&] { return published_ > before; });
   }
 
-  /// So many messages, and nothing written meanwhile.
+  /// Reads this many messages, without writing.
   Texts read_only(std::size_t count) {
     while (received_.size() < count && wait()) mosquitto_loop_read(client_.get(), 1);
     return std::exchange(received_, {});
@@ -109,7 +109,7 @@ class Client {
   Texts received_;
 };
 
-/// What comes to the collector's next connection, after it was let go of with one message read.
+/// Messages on the collector's next connection, after one was closed with one message read.
 Texts after_letting_go(Packets packets, bool write) {
   MqttBroker broker;
   std::optional<Client> collector(std::in_place, broker, "collector", packets);
@@ -147,7 +147,7 @@ TEST(Acknowledgement, OfABatchGoesOutWithOneWrite) {
   collector->write();
   EXPECT_FALSE(collector->wants_to_write());
   collector.reset();
-  // The broker reads a packet of each line in turn, and what it has not read is gone when the next line takes this one's place.
+  // The broker reads one packet per connection in turn; unread data is lost when the next connection takes over.
   for (int i = 0; i < 200; ++i) cell.publish("", "cellcal/nobody");
   cell.publish("last");
   EXPECT_EQ(Client(broker, "collector", Packets::kQueued).read_only(1), Texts{"last"});
@@ -168,8 +168,8 @@ TEST(MqttBroker, StoppedInOrderGoesOnWithAllMessagesThatWait) {
   EXPECT_EQ(again.read_only(3), (Texts{"1", "2", "3"}));
 }
 
-// Mosquitto acknowledges before it saves, with every setting of autosave: what a cell has an acknowledgement for may be
-// gone, and is then a gap in the numbers of its journal.
+// Mosquitto acknowledges before it saves, with every setting of autosave: acknowledged messages of a cell may be lost,
+// which is then a gap in the numbers of its journal.
 TEST(MqttBroker, KilledHasLostWhatItAcknowledgedAndDidNotSave) {
   MqttBroker broker("autosave_interval 1800\n");
   Client(broker, "collector", Packets::kQueued).subscribe();

@@ -117,7 +117,7 @@ TEST(FleetCollector, BadMessagesAreQuarantinedWithTheReasonAndTheNextGoodOneIsSt
   const std::string database = Database::shared().emptied();
   const Running collector(config_of(broker, database));
   Publication others = testing::publication(testing::alarm(kPaint, 1));
-  others.topic = "cellcal/graz/weld-3/fact/alarm";  // one cell speaks for another
+  others.topic = "cellcal/graz/weld-3/fact/alarm";  // one cell impersonates another
   Publication cut = testing::publication(testing::alarm(kWeld, 1));
   cut.payload.resize(cut.payload.size() / 2);
   Publication changed = testing::publication(testing::fact(kWeld, 1, testing::one_of_each()[1]));

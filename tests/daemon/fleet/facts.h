@@ -1,5 +1,5 @@
 #pragma once
-// What cells of these tests say.
+// Facts of the cells in these tests.
 
 #include <fstream>
 #include <iterator>
@@ -56,7 +56,7 @@ inline plant::Fact alarm(const plant::CellName& of, std::int64_t number) {
   return fact(of, number, plant::AlarmFact{"done", "done", "done"});
 }
 
-/// All rows of all kinds.
+/// Number of rows of each kind.
 inline std::string count_of_each(const std::string& database) {
   std::string sql;
   for (const char* table : kTables)

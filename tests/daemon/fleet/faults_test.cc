@@ -42,7 +42,7 @@ bool arrive(const std::string& database, int count) {
   return within_reach([&] { return stored(database) == all; });
 }
 
-/// The program, in a folder of its own.
+/// The program, with its own folder.
 class Program {
  public:
   Program(std::uint16_t broker, const std::string& database)
@@ -67,7 +67,7 @@ class Program {
     process_->signal(signal);
     return process_->wait();
   }
-  /// So many times.
+  /// True once it has connected this many times.
   bool is_ready(int times = 1) const {
     return within_reach([&] {
       const std::string log = words();
@@ -127,7 +127,7 @@ TEST(FleetFaults, APacketThatEndsTheCollectorCostsNoFactAndItBeginsAgainByItself
     const pid_t before = program.working();
     strict.say(packet);
     ASSERT_TRUE(within_reach([&] { return program.working() != before; })) << program.words();
-    publish(broker.port(), alarms(6, 40 * lines));  // while it is away
+    publish(broker.port(), alarms(6, 40 * lines));  // while it is down
     ASSERT_TRUE(program.is_ready(++lines)) << program.words();
     EXPECT_TRUE(arrive(database, 40 * (lines - 1))) << stored(database);
   }
@@ -167,8 +167,8 @@ TEST(FleetFaults, TheLargestFactsFitIntoTheCollectorAndAPacketOf256MegabytesDoes
   EXPECT_TRUE(arrive(database, 1));
 }
 
-// Broker, database and collector killed, facts twice and in any order, clocks that jump, a cell that was away: tests/experiments/run fleet_faults for
-// longer and with networks that are cut.
+// Broker, database and collector killed, duplicate and reordered facts, clock steps, a cell that was offline. tests/experiments/run fleet_faults runs
+// longer, with networks that are cut.
 TEST(FleetFaults, WhateverHappensEveryResultIsThereOnceAndInOrder) {
   spdlog::set_level(spdlog::level::err);
   testing::FaultOptions options;

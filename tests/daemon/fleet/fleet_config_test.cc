@@ -24,7 +24,7 @@ std::string refusal(const std::string& text) {
 TEST(FleetConfigFile, TheSampleStatesTheDefaults) {
   std::ifstream in(CELLCAL_FLEET_SAMPLE);
   const std::string sample{std::istreambuf_iterator<char>(in), {}};
-  // What is commented out, but what names files, is what holds without it.
+  // Commented keys are defaults, except those that name files.
   std::string all = std::regex_replace(
       sample,
       std::regex(

@@ -62,7 +62,7 @@ TEST_F(FleetApi, AnswersWhatIsThere) {
 
 TEST_F(FleetApi, AnswersAsItIsDescribed) {
   Store store{{database}};
-  Batch batch;  // a cell of which little is known, with numbers missing
+  Batch batch;  // a cell with little data, with numbers missing
   batch.facts.push_back(testing::alarm(testing::kPaint, 5));
   store.write(batch);
   testing::ask(database, "UPDATE fleet.calibrations SET at = '2020-01-01'");
@@ -158,7 +158,7 @@ TEST_F(FleetApi, ACertificateGoesFromItsCellThroughThePlantToWhoeverVerifiesIt) 
     certificate.files.push_back({one.path().filename(), {std::istreambuf_iterator<char>(in), {}}});
   }
   ASSERT_EQ(certificate.files.size(), 5u);
-  // As it comes from the broker.
+  // As received from the broker.
   const testing::Publication message = testing::publication(testing::fact(kWeld, 12, certificate));
   Meters meters({});
   Batch batch;

@@ -1,4 +1,4 @@
-// A cell's own publisher, Debian's broker, the collector, Debian's database: from the journal into the tables.
+// From the journal to the tables: a cell's publisher, Debian's broker, the collector, Debian's database.
 
 #include <gtest/gtest.h>
 

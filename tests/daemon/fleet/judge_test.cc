@@ -62,7 +62,7 @@ TEST(Meters, ACellHasItsBurstAndThenWhatTimeGives) {
   Meters meters({2.0, 3.0, 1e9});
   for (int i = 0; i < 3; ++i) EXPECT_TRUE(meters.allows(kWeld, 10, kNow));
   EXPECT_FALSE(meters.allows(kWeld, 10, kNow));
-  EXPECT_TRUE(meters.allows(kPaint, 10, kNow));  // the others have theirs
+  EXPECT_TRUE(meters.allows(kPaint, 10, kNow));  // the others have their own
   EXPECT_TRUE(meters.allows(kWeld, 10, kNow + 500ms));
   EXPECT_FALSE(meters.allows(kWeld, 10, kNow + 500ms));
 }

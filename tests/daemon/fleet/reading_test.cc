@@ -28,7 +28,7 @@ class FleetReading : public ::testing::Test {
     body.published = published;
     if (!published) body.findings = {"changed"};
     say(fact(cell, number, body, number));
-    // Its clock of these tests stands in some year.
+    // The cell's clock in these tests is in an arbitrary year.
     ask(database,
         "UPDATE fleet.calibrations SET at = now() WHERE number = " + std::to_string(number));
   }
@@ -78,7 +78,7 @@ TEST_F(FleetReading, AFailedCheckCountsUntilThereIsANewCalibration) {
   EXPECT_EQ(needs(), "check-not-held");
   calibrate(kWeld, 3);
   EXPECT_EQ(needs(), "");
-  check(2, plant::Held::kNo);  // once more
+  check(2, plant::Held::kNo);  // again
   EXPECT_EQ(needs(), "");
 }
 
@@ -120,7 +120,7 @@ TEST_F(FleetReading, TheNewestSessionAndCalibrationDecideByNumberNotByArrival) {
   session(11, plant::SessionState::kDone);
   calibrate(kWeld, 12, false);
   EXPECT_EQ(needs(), "withheld");
-  EXPECT_EQ(ask(database, "SELECT calibration FROM fleet.cell_states"), "1");  // which stays in use
+  EXPECT_EQ(ask(database, "SELECT calibration FROM fleet.cell_states"), "1");  // it remains in use
 }
 
 TEST_F(FleetReading, OfACellWithANewDiskTheNewestJournalThatHasSomethingDecides) {

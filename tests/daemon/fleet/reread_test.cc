@@ -36,7 +36,7 @@ class FleetReread : public ::testing::Test {
         not_understood({"cellcal/graz/weld-3/fact/newer-still", "{}"}),
         not_understood(testing::publication(testing::alarm(kWeld, 3)))};
     store.write(batch);
-    // As a program before this one kept it.
+    // As stored by an earlier version of the program.
     ask(database,
         "UPDATE fleet.quarantine SET payload = substr(payload, 1, 20), sum = NULL WHERE "
         "convert_from(payload, 'UTF8') LIKE '%\"number\":3,%'");

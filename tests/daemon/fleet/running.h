@@ -20,7 +20,7 @@ inline CollectorConfig config_of(const MqttBroker& broker, const std::string& da
   return config;
 }
 
-/// Ready when it is made.
+/// Ready after construction.
 class Running {
  public:
   explicit Running(const CollectorConfig& config)

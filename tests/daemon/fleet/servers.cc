@@ -95,7 +95,7 @@ std::vector<pid_t> children_of(pid_t pid) {
   return all;
 }
 
-/// Not one that has ended and that nobody has waited for.
+/// False also for a zombie.
 bool is_alive(pid_t pid) {
   std::ifstream in("/proc/" + std::to_string(pid) + "/stat");
   std::string stat;
@@ -104,7 +104,7 @@ bool is_alive(pid_t pid) {
   return name_ends != std::string::npos && stat.substr(name_ends + 2, 1) != "Z";
 }
 
-/// What the configuration that users are given says of what the broker holds.
+/// Queue limits of the shipped broker configuration.
 std::string shipped_limits() {
   std::ifstream in(CELLCAL_MOSQUITTO_CONF);
   std::string limits;
@@ -154,7 +154,7 @@ Database::~Database() {
 }
 
 void Database::start() {
-  // A commit must be in the log when it is told of; that the log is on disk a power failure alone would show.
+  // A reported commit must be in the log; only a power failure would show that the log is on disk.
   const std::string sync = disk_ == Disk::kWaitedFor ? "on" : "off";
   std::vector<std::string> command{postgres_program("postgres"), "-D", folder_ + "/data", "-k",
                                    folder_};
@@ -180,7 +180,7 @@ void Database::kill() {
   const std::vector<pid_t> children = children_of(server_->pid());
   server_->end(SIGKILL);
   for (const pid_t child : children) ::kill(child, SIGKILL);
-  // Not ours to wait for; a start beside one of them is refused.
+  // They are not our children; a restart beside one of them is refused.
   for (const pid_t child : children)
     while (is_alive(child)) std::this_thread::sleep_for(5ms);
 }
@@ -204,7 +204,7 @@ std::string Database::emptied() {
   }
   std::string sql =
       "SET search_path = fleet; DELETE FROM settings; INSERT INTO settings DEFAULT VALUES";
-  // Those that others refer to come last.
+  // Tables referenced by others come last.
   for (const char* table :
        {"certificate_files", "certificates", "corrections", "calibrations", "session_facts",
         "checks", "activations", "alarms", "answers", "drops", "phases", "touches", "health",

@@ -1,6 +1,6 @@
 #pragma once
-// Debian's mosquitto and postgresql, for the tests alone: own data folders, a Unix socket, a free port of the
-// loopback. As root they are run as nobody. They end with the tests, whatever ends these.
+// Debian's mosquitto and postgresql, for tests only: own data folders, a Unix socket, a free port of the
+// loopback. Started by root, they run as nobody. They end with the tests in any case.
 
 #include <sys/types.h>
 
@@ -21,36 +21,37 @@ class Server {
   Server& operator=(const Server&) = delete;
 
   pid_t pid() const { return pid_; }
-  /// Sends it and waits for the end.
+  /// Sends the signal and waits for the end.
   void end(int signal);
 
  private:
   pid_t pid_;
 };
 
-/// Whether commits wait for the disk: where the time is what is measured.
+/// Whether commits wait for the disk, for measurements of time.
 enum class Disk { kNotWaitedFor, kWaitedFor };
 
-/// Keeps when each transaction was committed.
+/// Records the commit time of each transaction.
 class Database {
  public:
-  /// `address`: of this computer, where it listens besides; its network may come in. Empty: on a Unix socket alone.
+  /// `address`: additional listening address; its network is admitted. Empty: on a Unix socket only.
   explicit Database(Disk disk = Disk::kNotWaitedFor, std::string address = "");
   ~Database();
   Database(const Database&) = delete;
   Database& operator=(const Database&) = delete;
-  /// One for the whole program.
+  /// A single instance for the whole program.
   static Database& shared();
 
-  /// Of a new, empty database, as libpq takes it.
+  /// libpq connection string of a new, empty database.
   std::string create();
-  /// Of one with the newest tables and no rows. The same each time: to make one takes a quarter of a second.
+  /// Of one with the current tables and no rows. The same each time: creating one takes a quarter of a
+  /// second.
   std::string emptied();
-  /// The newest of them, from elsewhere.
+  /// URI of the newest one, for other hosts.
   std::string uri() const;
-  /// As a crash leaves it, and again.
+  /// Leaves it as after a crash.
   void crash();
-  /// kill -9 of the server and of all that it has running.
+  /// SIGKILL for the server and all its processes.
   void kill();
   void start();
 
@@ -71,9 +72,9 @@ class MqttBroker {
   MqttBroker(const MqttBroker&) = delete;
   MqttBroker& operator=(const MqttBroker&) = delete;
   std::uint16_t port() const { return port_; }
-  /// Orderly, what it holds is on disk; then again on the same port.
+  /// Orderly, with its data saved; start() uses the same port.
   void stop();
-  /// kill -9.
+  /// SIGKILL.
   void kill();
   void start();
 
@@ -83,7 +84,7 @@ class MqttBroker {
   std::unique_ptr<Server> server_;
 };
 
-/// All rows, "a|b" each, joined by line feeds. Throws what libpqxx throws.
+/// All rows, "a|b" each, joined by line feeds. Throws exceptions of libpqxx.
 std::string ask(const std::string& connection, const std::string& sql);
 
 /// False: it did not become true within half a minute.

@@ -105,7 +105,7 @@ TEST(Store, PresenceAdvancesByNumberNotByArrival) {
   EXPECT_EQ(say(5, false, "2026-11-22T20:00:00Z"), "f|5");  // its will
   EXPECT_EQ(say(5, true, "2026-11-22T20:00:00Z"), "f|5");   // its birth, late
   EXPECT_EQ(say(9, true, "2026-11-22T19:00:00Z"), "t|9");   // the clock was set back
-  EXPECT_EQ(say(5, false, "2026-11-22T20:00:00Z"), "t|9");  // the will once more
+  EXPECT_EQ(say(5, false, "2026-11-22T20:00:00Z"), "t|9");  // the will again
 }
 
 TEST(Store, DocumentsComeBackByteForByte) {
@@ -139,7 +139,7 @@ TEST(Store, WhatTheDatabaseRefusesIsQuarantinedAndTheRestIsWritten) {
   Store store({database});
   Batch batch;
   plant::Fact bad = testing::alarm(kWeld, 1);
-  bad.time = "no time";  // judge() lets none through
+  bad.time = "no time";  // not accepted by judge()
   batch.facts = {bad, testing::alarm(kWeld, 2), testing::alarm(kPaint, 1)};
   const Written written = store.write(batch);
   EXPECT_EQ(written.facts, 2u);
@@ -242,14 +242,14 @@ TEST(Store, MadeUpCellsDoNotFillTheDatabase) {
   EXPECT_EQ(ask(database, "SELECT cell, why, count FROM fleet.refusals"), "paint-1|bound|2");
 }
 
-/// As a database is whose clock was set.
+/// As if the clock of the database had been set.
 void erase_months(const std::string& database) {
   ask(database,
       "DO $$ DECLARE name text; BEGIN FOR name IN SELECT tablename FROM pg_tables WHERE "
       "tablename ~ '^(phases|touches|health)_' LOOP EXECUTE 'DROP TABLE fleet.' || name; END LOOP; END $$");
 }
 
-/// Rows of a month long ago, as those that are there.
+/// Copies the rows to a month long ago.
 void copy_into_2020(const std::string& database, const std::string& table) {
   ask(database, "CREATE TABLE fleet." + table + "_2020_01 PARTITION OF fleet." + table +
                     " FOR VALUES FROM ('2020-01-01') TO ('2020-02-01');"
@@ -287,7 +287,7 @@ TEST(Store, AClockThatStandsYearsAheadTakesOldMonthsOnlyWhereThereAreAsManyNewOn
   const std::string database = Database::shared().emptied();
   Store store({database, 2});
   store.write(one_of_each_kind());
-  copy_into_2020(database, "touches");  // was last month, by a clock that was right
+  copy_into_2020(database, "touches");  // last month, by a correct clock
   store.maintain();
   EXPECT_EQ(ask(database, "SELECT count(*) FROM fleet.touches"), "2");
   ask(database, "DROP TABLE fleet.touches_2020_01");

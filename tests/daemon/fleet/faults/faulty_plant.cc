@@ -23,7 +23,7 @@ using Clock = std::chrono::steady_clock;
 using Side = Wires::Side;
 
 constexpr std::chrono::seconds kGiveUp{150};
-/// The broker's ports for cells and for collectors in their own networks; no others are there.
+/// The broker's port in the networks of cells and collectors, where no other exists.
 constexpr std::uint16_t kPort = 1883;
 constexpr double kYear_s = 365.25 * 86'400.0;
 
@@ -74,7 +74,7 @@ class Plant {
         mend_what_is_due();
         make(fault);
       }
-      // In the midst of it those come back that were away.
+      // During the faults the offline cells reconnect.
       if (round == 0)
         for (std::size_t i = options_.cells; i < cells_.size(); ++i) connect(*cells_[i]);
     }
@@ -194,7 +194,7 @@ class Plant {
     return *cells_[static_cast<std::size_t>(between(0, static_cast<int>(options_.cells) - 1))];
   }
 
-  /// Whether one is open now; looked for as long as two seconds.
+  /// True if a transaction is open within two seconds.
   bool waited_for_a_transaction() const try {
     pqxx::connection connection(database_);
     pqxx::nontransaction asking(connection);
@@ -308,7 +308,7 @@ FaultReport run_faults(const FaultOptions& options, Database& server, const Wire
                        const std::function<void(const std::string&)>& say) {
   Plant plant(options, server, wires, say);
   std::atomic<bool> enough{false};
-  // Servers end with the thread that started them: that one makes the faults.
+  // Servers end with the thread that started them, which therefore makes the faults.
   std::exception_ptr failed;
   std::thread cells([&] {
     try {

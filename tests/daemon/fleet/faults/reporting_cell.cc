@@ -38,7 +38,7 @@ ReportingCell::ReportingCell(std::filesystem::path folder, std::string name, uns
 
 ReportingCell::~ReportingCell() { publisher_.reset(); }
 
-/// As the daemon does without a line to its broker: what is to be told waits.
+/// As in the daemon without a connection to its broker: reports are queued.
 void ReportingCell::open() {
   journal_ = std::make_unique<Journal>(folder_ / "journal.db");
   alone_ = std::make_shared<const plant::PlantReporter>(
@@ -57,13 +57,13 @@ void ReportingCell::connect(const std::string& host, std::uint16_t port) {
   config.touches = true;
   config.outbox_megabytes = 1000.0;
   daemon::testing::CellLine::Parts parts{*journal_, config};
-  // A tenth and less of what a cell waits.
+  // At most a tenth of a cell's times.
   parts.first_wait = 100ms;
   parts.longest_wait = 2s;
   parts.refused_wait = 500ms;
   parts.stored_wait = 3s;
   parts.farewell = 200ms;
-  parts.keepalive = 5s;  // libmosquitto takes no less
+  parts.keepalive = 5s;  // libmosquitto's minimum
   publisher_ = std::make_unique<daemon::testing::CellLine>(std::move(parts));
 }
 
@@ -173,7 +173,7 @@ void ReportingCell::work() {
 
 void ReportingCell::work_offline(double days) {
   const std::lock_guard lock(mutex_);
-  constexpr int kSteps = 144;  // of ten minutes
+  constexpr int kSteps = 144;  // per day, of ten minutes
   for (int step = 0; step < static_cast<int>(days * kSteps); ++step) {
     ahead_s_ = (static_cast<double>(step) / kSteps - days) * kDay_s;
     report(plant::HealthFact{100, 1, 2, 99, 0.0, 0.5, 10, 1, 0.25, 4, 1 << 20});
@@ -187,7 +187,7 @@ std::vector<plant::Fact> ReportingCell::waiting(std::size_t most) {
   const std::lock_guard lock(mutex_);
   std::vector<plant::Fact> facts;
   for (const WaitingReport& row : journal_->waiting(0, most)) {
-    if (row.report.body.empty()) continue;  // composed when it is sent
+    if (row.report.body.empty()) continue;  // composed when sent
     facts.push_back({{"graz", name_},
                      row.source,
                      row.number,

@@ -1,5 +1,5 @@
 #pragma once
-// A cell with a real journal and the real publisher, and a record of what it put into that journal.
+// A cell with a real journal and the real publisher, and a record of the facts in that journal.
 
 #include <cstdint>
 #include <filesystem>
@@ -15,22 +15,22 @@
 
 namespace cellcal::daemon::fleet::testing {
 
-/// One fact as the journal was given it.
+/// One fact as given to the journal.
 struct ReportedFact {
   std::string kind;
   std::int64_t session = 0;
-  std::string time;  ///< of the cell's clock; empty: the journal's own
+  std::string time;  ///< by the cell's clock; empty: the journal's own
 
   bool is_result() const { return kind != "phase" && kind != "touch" && kind != "health"; }
 };
 
-/// All of one cell; that with number n stands at n - 1.
+/// All facts of one cell; number n has index n - 1.
 struct Truth {
   std::string cell, journal;
   std::vector<ReportedFact> facts;
 };
 
-/// Any thread, but one at a time connects.
+/// Thread-safe, except that connections are made one at a time.
 class ReportingCell {
  public:
   ReportingCell(std::filesystem::path folder, std::string name, unsigned seed);
@@ -38,22 +38,22 @@ class ReportingCell {
   ReportingCell(const ReportingCell&) = delete;
   ReportingCell& operator=(const ReportingCell&) = delete;
 
-  /// Its line, in the network of the calling thread.
+  /// Connects in the network of the calling thread.
   void connect(const std::string& host, std::uint16_t port);
-  /// The daemon ends in order and begins again; not connected.
+  /// Ends the daemon orderly and starts it again; not connected.
   void restart();
-  /// What waits, and how its line stands.
+  /// Number of queued facts, and state of the connection.
   std::string words();
 
-  /// A session, or something beside it: 1 to some 20 facts.
+  /// A session or other facts: 1 to some 20.
   void work();
-  /// What a cell tells of so many days, on its clock: a session of 40 touches with a calibration each day, three checks, health every
-  /// ten minutes. Its daemon runs, and has no line.
+  /// Facts of this many days by its clock: a session of 40 touches with a calibration each day, three checks, health every ten
+  /// minutes. Its daemon runs without a connection.
   void work_offline(double days);
-  /// From now on its clock is so much ahead of this computer's.
+  /// From now on its clock is ahead of this computer's by this.
   void set_clock(double ahead_s);
 
-  /// Of what waits, the oldest.
+  /// The oldest queued facts.
   std::vector<plant::Fact> waiting(std::size_t most);
   std::int64_t waiting_rows();
   Truth truth();
@@ -72,7 +72,7 @@ class ReportingCell {
   double ahead_s_ = 0.0;
   std::int64_t calibrated_ = 0;  ///< session of the newest calibration
   std::unique_ptr<Journal> journal_;
-  std::shared_ptr<const Reporter> alone_;  ///< while there is no line
+  std::shared_ptr<const Reporter> alone_;  ///< without a connection
   std::unique_ptr<daemon::testing::CellLine> publisher_;
   std::vector<ReportedFact> facts_;
 };

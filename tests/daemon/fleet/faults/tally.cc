@@ -94,7 +94,7 @@ Tally tally(const std::string& database, const std::vector<Truth>& cells) {
     tally.altered += number(work, fmt::format("SELECT count(*) FROM fleet.{} WHERE sha256 <> "
                                               "encode(sha256(document), 'hex')",
                                               table));
-  // One text each.
+  // A single text each.
   for (const char* table : {"calibrations", "checks"})
     tally.altered += number(work, fmt::format("SELECT greatest(count(DISTINCT sha256) - 1, 0) FROM "
                                               "fleet.{}",

@@ -19,7 +19,7 @@ namespace {
 
 using Side = Wires::Side;
 
-/// Locally administered; no interface has it.
+/// Locally administered; not used by any interface.
 constexpr const char* kUnusedMac = "02:00:00:00:00:99";
 constexpr const char* kSideEnd = "plant0";
 

@@ -1,6 +1,6 @@
 #pragma once
-// Network namespaces of this program's own: the plant's, in which it is from then on, one for cells and one for collectors, each
-// joined to the plant by a pair of virtual cables that can be cut.
+// Network namespaces of this program: the plant's, which it enters, one for cells and one for collectors, each joined to the
+// plant by a pair of virtual cables that can be cut.
 
 #include <array>
 #include <functional>
@@ -13,19 +13,19 @@ class Wires {
  public:
   enum class Side { kCells, kCollectors };
   enum class Cut {
-    kClean,  ///< the side's interface is down: it knows at once
-    kSilent  ///< frames go to an address that nobody has, both ways: it has to find out
+    kClean,  ///< the side's interface is down, which it notices immediately
+    kSilent  ///< frames go to an unused address, both ways: it must time out
   };
 
-  /// Before any thread was started. Null where it is not allowed; `why_not` says it in a line.
+  /// To be called before any thread is started. Null if not permitted; `why_not` states the reason.
   static std::unique_ptr<Wires> lay(std::string& why_not);
   ~Wires();
   Wires(const Wires&) = delete;
   Wires& operator=(const Wires&) = delete;
 
-  /// The plant's address as that side knows it.
+  /// The plant's address as seen from that side.
   static std::string plant(Side side);
-  /// With the calling thread on that side: what it starts is there, and stays.
+  /// With the calling thread on that side: what it starts remains there.
   void within(Side side, const std::function<void()>& start) const;
   void cut(Side side, Cut how) const;
   void mend(Side side) const;
