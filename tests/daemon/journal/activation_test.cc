@@ -1,4 +1,4 @@
-// Which calibration is to be used: rows that are added, never changed.
+// Selection of the active calibration: rows are added, never changed.
 
 #include <gtest/gtest.h>
 

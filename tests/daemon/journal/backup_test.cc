@@ -1,4 +1,4 @@
-// A copy of the journal while it is written to.
+// A backup of the journal during writes.
 
 #include <gtest/gtest.h>
 

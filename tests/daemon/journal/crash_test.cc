@@ -1,4 +1,4 @@
-// The process is killed at some moment; what had returned must be there.
+// The process is killed at some instant; writes that had returned must be present.
 
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -20,7 +20,7 @@ calib::Touch numbered(int number) {
   return touch;
 }
 
-/// Writes touches for ever and says through the pipe, after each, how many are on disk.
+/// Writes touches forever, and reports through the pipe, after each, how many are on disk.
 [[noreturn]] void write_until_killed(const std::filesystem::path& path, int pipe) {
   Journal journal(path);
   const std::int64_t id = journal.begin({"c", "c", "r", "r", "{}"}, "t0");
@@ -58,7 +58,7 @@ TEST(AKilledDaemon, LeavesEveryCommittedTouchBehind) {
     ASSERT_TRUE(record);
     EXPECT_EQ(record->state, RecordState::kInterrupted);
     const auto touches = journal.touches(record->id);
-    // The one in the middle of which the kill came may be there or not, but never in part.
+    // The touch interrupted by the kill may be present or not, but never partially.
     ASSERT_GE(touches.size(), static_cast<std::size_t>(confirmed));
     EXPECT_LE(touches.size(), static_cast<std::size_t>(confirmed) + 1);
     for (std::size_t i = 0; i < touches.size(); ++i) {

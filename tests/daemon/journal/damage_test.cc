@@ -1,4 +1,4 @@
-// Damage of every kind shows: rows changed, missing, lost at the end, files replaced.
+// Damage of every kind is detected: rows changed, missing, lost at the end, files replaced.
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-/// A journal of two sessions as a kill leaves it: much of it in the write-ahead log.
+/// A journal of two sessions as left by a kill: much of it in the write-ahead log.
 class AJournalThatAKillLeft : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -114,7 +114,7 @@ TEST_F(AJournalThatAKillLeft, IsNotTakenForAnotherOrAnOlderOne) {
   EXPECT_NE(refusal(copy_).find("Restore the journal"), std::string::npos) << refusal(copy_);
 }
 
-/// With a row of each table that a session's rows are in.
+/// With a row of each table with data of a session.
 std::int64_t fill_all(Journal& journal) {
   const std::int64_t id = fill(journal, 3);
   journal.note(id, RecordChange{});
@@ -126,7 +126,7 @@ std::int64_t fill_all(Journal& journal) {
 struct Change {
   const char* name;
   const char* sql;
-  std::int64_t session;  ///< whose rows it changes
+  std::int64_t session;  ///< session of the changed rows
 };
 
 class ARow : public ::testing::TestWithParam<Change> {};
@@ -172,7 +172,7 @@ TEST(APageOfSessions, IsThatPartOfAllOfThemWithThoseThatWereTakenOut) {
     Journal journal(path);
     for (int i = 0; i < 7; ++i) fill(journal, 1);
   }
-  // The newest, two in a row, and the oldest.
+  // The newest, two consecutive ones, and the oldest.
   Database(path).execute("PRAGMA foreign_keys=OFF; DELETE FROM session WHERE id IN (1, 4, 5, 7)");
   Journal journal(path);
   const std::vector<SessionRecord> all = journal.sessions();
@@ -261,7 +261,7 @@ TEST(ASession, ThatCannotBeReadNowIsNotCalledDamaged) {
     FAIL() << "nothing was read";
   } catch (const DamagedError& damaged) {
     FAIL() << damaged.what();
-  } catch (const JournalError&) {  // it may be over later
+  } catch (const JournalError&) {  // possibly temporary
   }
   EXPECT_EQ(journal.session(id)->inputs.cell_text.size(), std::size_t{4} << 20);
 }

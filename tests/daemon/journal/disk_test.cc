@@ -1,4 +1,4 @@
-// A disk that is full, by the limit that the kernel sets to this process's files.
+// A full disk, by the kernel's limit on this process's files.
 
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -10,7 +10,7 @@
 namespace cellcal::daemon {
 namespace {
 
-/// No file of this process may grow beyond `bytes` while this lives.
+/// No file of this process may grow beyond `bytes` during its lifetime.
 class FileSizeLimit {
  public:
   explicit FileSizeLimit(rlim_t bytes) {

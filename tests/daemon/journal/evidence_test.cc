@@ -1,4 +1,4 @@
-// What is kept beside the touches, and all that a touch has.
+// Data stored in addition to touches, and all elements of a touch.
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ TEST(ATouchWithAllThatOneCanHave, ComesBackBitForBit) {
   touch.turn_sigma_rad = 1e-7;
   touch.approach = {{0.0, -0.0, -1.0}};
   touch.temperature_c = 21.5;
-  touch.joint_rad = {400.0, -400.0};  // turns are in the angles
+  touch.joint_rad = {400.0, -400.0};  // angles beyond one turn
   const calib::Touch plain = touch_at(0.4);
   {
     Journal journal(dir / "j.db");

@@ -1,5 +1,5 @@
-// The head file and the lock file by themselves: what stands in them, what a bad moment leaves, and what
-// is said where the file system refuses.
+// The head file and the lock file: content, state after interruptions, and messages if the file system
+// refuses.
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -21,12 +21,12 @@
 
 namespace {
 
-/// Called for each attempt to lock a file; what it returns is errno, 0: go on.
+/// Called for each attempt to lock a file; returns errno, 0: continue.
 std::function<int()> before_lock;
 
 }  // namespace
 
-/// The library's, with a hook for what another program does between opening and locking.
+/// The library's call, with a hook for actions of another program between opening and locking.
 extern "C" int fcntl(int descriptor, int command, ...) {
   va_list arguments;
   va_start(arguments, command);
@@ -59,7 +59,7 @@ mode_t mode_of(const std::filesystem::path& path) {
   return info.st_mode & 0777;
 }
 
-/// While it lives nothing stands at descriptor 0, as with a service that has no standard input.
+/// Closes descriptor 0 during its lifetime, as for a service without standard input.
 class NoStandardInput {
  public:
   NoStandardInput() : kept_(::dup(0)) { ::close(0); }

@@ -1,5 +1,5 @@
 #pragma once
-// Journals as a crash, a bad disk or another program leaves them.
+// Journals as left by a crash, a faulty disk or another program.
 
 #include <filesystem>
 #include <fstream>
@@ -19,7 +19,7 @@ inline calib::Touch touch_at(double angle_rad) {
   return touch;
 }
 
-/// One session with so many touches, each with its readings and a note.
+/// One session with this many touches, each with its readings and a note.
 inline std::int64_t fill(Journal& journal, std::size_t touches) {
   const std::int64_t id =
       journal.begin({"/c/cell.toml", std::string(3000, 'c'), "/c/r.toml", "robot", "{}"}, "t0");
@@ -38,7 +38,7 @@ inline std::int64_t fill(Journal& journal, std::size_t touches) {
   return id;
 }
 
-/// The files as they stand on disk, also while a daemon writes to them: what a crash leaves.
+/// The files on disk, even while a daemon writes to them: the state after a crash.
 inline void copy_journal(const std::filesystem::path& from, const std::filesystem::path& to) {
   for (const char* suffix : {"", "-wal", ".head"}) {
     std::filesystem::path source = from, copy = to;
@@ -49,7 +49,7 @@ inline void copy_journal(const std::filesystem::path& from, const std::filesyste
   }
 }
 
-/// All that a journal has to say; throws where it refuses.
+/// All content of a journal; throws if it is refused.
 inline std::string all_of(const std::filesystem::path& path) {
   Journal journal(path);
   std::ostringstream all;
@@ -82,7 +82,7 @@ inline void flip_bit(const std::filesystem::path& path, std::uintmax_t bit) {
   file.put(byte);
 }
 
-/// Why the journal refuses it; "" where it does not.
+/// The journal's reason for refusal; "" if there is none.
 inline std::string error_of(const std::function<void()>& act) {
   try {
     act();
@@ -92,7 +92,7 @@ inline std::string error_of(const std::function<void()>& act) {
   }
 }
 
-/// Why a journal, or what is read from it, is refused; "" where it is not.
+/// Reason for the refusal of a journal, or of its content; "" if there is none.
 inline std::string refusal(const std::filesystem::path& path) {
   return error_of([&] { all_of(path); });
 }

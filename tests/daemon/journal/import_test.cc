@@ -1,4 +1,4 @@
-// A session's rows out of one journal and into another.
+// Rows of a session exported from one journal and imported into another.
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ struct TheRowsOfASession : ::testing::Test {
     fill(journal, 1);
     id = fill(journal, 3);
     RecordContact contact;
-    contact.contact.sense_v = HUGE_VAL;  // no JSON number
+    contact.contact.sense_v = HUGE_VAL;  // not a JSON number
     journal.note(id, contact);
     journal.note(id, "t", std::string("not UTF-8: \xff\0 and a nought", 27));
     journal.record(id, RecordEnd{Ending::kFailed, "why"}, "t9");
@@ -134,7 +134,7 @@ TEST_F(TheRowsOfASession, ThatWereAlteredAreRefusedWithTheirLine) {
             std::string::npos);
 }
 
-/// Without one entry; whose sums are made anew as chain.h makes them, and counted, from there on.
+/// Without one entry; from there on sums and counts are recomputed as by chain.h.
 std::string without(const std::string& lines, const std::string& table, std::size_t nth) {
   SessionRows rows = parse_lines(lines, "x");
   std::size_t met = 0;
@@ -153,7 +153,7 @@ std::string without(const std::string& lines, const std::string& table, std::siz
 }
 
 TEST_F(TheRowsOfASession, OfWhichOneWasLeftOutAreRefusedThoughAllOthersAreWhole) {
-  // A note: no other row misses it, and its neighbours' sums are their own.
+  // A note: no other row refers to it, and its neighbours' sums are valid.
   const std::size_t at = lines.find("\"table\":\"event\"");
   const std::size_t begin = lines.rfind('\n', at) + 1, end = lines.find('\n', at) + 1;
   std::string fewer = std::string(lines).erase(begin, end - begin);
@@ -170,7 +170,7 @@ TEST_F(TheRowsOfASession, OfWhichATouchWasLeftOutAreRefusedWhateverTheirSums) {
     EXPECT_NE(refusal_of(without(lines, "touch", nth))
                   .find("touch " + std::to_string(nth) + " is missing"),
               std::string::npos);
-  // The last one leaves no gap: the export states how many there are.
+  // The last one leaves no gap: the export states the number.
   Journal other(dir / "b.db");
   EXPECT_THROW(other.import(without(lines, "touch", 2), "rows.jsonl", 3), JournalError);
   EXPECT_TRUE(other.import(lines, "rows.jsonl", 3).second);
@@ -228,7 +228,7 @@ TEST_F(TheRowsOfASession, ThatWereCutShortAnywhereAreRefused) {
 }
 
 TEST_F(TheRowsOfASession, InWhichAByteIsAnotherAreRefusedOrTheSame) {
-  // The first line's name of the journal is the manifest's to watch (daemon/archive/archive.h).
+  // The journal's name in the first line is checked by the manifest (daemon/archive/archive.h).
   for (std::size_t at = lines.find('\n'); at < lines.size(); at += 1 + lines.size() / 150) {
     std::string altered = lines;
     altered[at] = altered[at] == '7' ? '8' : '7';
@@ -247,7 +247,7 @@ TEST_F(TheRowsOfASession, ThatAreNoneAreRefused) {
 }
 
 TEST_F(TheRowsOfASession, OfForgedSumsNameNoTableAndColumnThatIsNotThere) {
-  // Whoever computes all sums anew is not found out by them; no name of his gets into a statement.
+  // Recomputed sums do not reveal a forgery; but its names must not get into a statement.
   SessionRows rows = parse_lines(lines, "x");
   for (RowEntry& entry : rows.entries) entry.names.clear(), entry.columns.clear();
   SessionRows forged{rows.journal, rows.session, {}};
@@ -257,7 +257,7 @@ TEST_F(TheRowsOfASession, OfForgedSumsNameNoTableAndColumnThatIsNotThere) {
     entry.table = table;
     entry.names = {column};
     entry.columns = {std::string("running")};
-    // The digest and sum of this row, as chain.h computes them.
+    // The digest and sum of this row, as computed by chain.h.
     entry.digest = digest_of({entry.row, entry.columns[0]});
     entry.sum = sum_of("", 1, forged.session, entry.table, entry.row, entry.digest);
     forged.entries = {entry};

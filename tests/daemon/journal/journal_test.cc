@@ -72,7 +72,7 @@ TEST(AJournal, GivesTheContactsOfEachTouchAtBothSpeeds) {
   read(0, true, 0.0120);
   read(0, true, 0.0122);
   journal.record(id, RecordTouch{0, touch()});
-  read(1, false, 0.5);  // given up, and begun anew
+  read(1, false, 0.5);  // given up, and repeated
   read(1, true, 0.6);
   read(1, false, 0.013);
   read(1, true, 0.012);

@@ -1,4 +1,4 @@
-// One daemon at a time, whatever this process opens and closes.
+// One daemon at a time, whichever files this process opens and closes.
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-/// Whether another process may open this journal.
+/// True if another process may open this journal.
 bool another_process_gets(const std::filesystem::path& path) {
   const pid_t child = ::fork();
   if (child == 0) {

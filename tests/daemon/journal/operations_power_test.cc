@@ -1,5 +1,5 @@
-// The power is cut, the process killed, or the disk fails, at each write of what is done to a journal beside sessions: an
-// import, an activation, retention.
+// Power cut, process killed, or disk failure at each write of operations other than sessions: import, activation,
+// retention.
 
 #include <gtest/gtest.h>
 
@@ -35,7 +35,7 @@ const std::string& rows_of_another() {
 struct Operation {
   const char* name;
   void (*act)(Journal&);
-  /// How much of it is there, of `whole`; fails the test where that is something in between.
+  /// Number of completed steps, out of `whole`; fails the test for a partial step.
   int (*done)(Journal&);
   int whole;
 };
@@ -84,7 +84,7 @@ const Operation kOperations[] = {
 
 struct AnOperation : ::testing::TestWithParam<Operation> {
   AnOperation() { make(made / "j.db"); }
-  /// All of it or nothing, and it can be done to its end.
+  /// All of it or nothing, and it can be completed.
   void expect_whole(const std::filesystem::path& path, const std::string& where) {
     ASSERT_EQ(refusal(path), "") << where;
     Journal journal(path);
@@ -146,7 +146,7 @@ TEST_P(AnOperation, WhoseDiskFailsFromAnyWriteOnIsRefusedByNameAndDoneWhenItIsBa
                 << where << ": " << words;
           }
         }
-        // The same daemon, when the disk is back.
+        // The same daemon, after the disk has recovered.
         const int before = GetParam().done(journal);
         ASSERT_GE(before, 0);
         ASSERT_EQ(error_of([&] { GetParam().act(journal); }), "") << where;

@@ -1,4 +1,4 @@
-// The power is cut, or the process killed, at each write while facts are told.
+// Power cut, or process killed, at each write while facts are reported.
 
 #include <gtest/gtest.h>
 

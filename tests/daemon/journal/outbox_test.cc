@@ -1,4 +1,4 @@
-// What a journal keeps for those who are to be told.
+// The journal's outbox of reports.
 
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -155,7 +155,7 @@ TEST_F(OutboxTest, ThatResultsAloneFillTakesNoTelemetryAndAllResults) {
   EXPECT_EQ(journal->outbox().newest, 21) << "no number is used for it";
 }
 
-/// No file of this process may grow beyond `bytes` while this lives.
+/// No file of this process may grow beyond `bytes` during its lifetime.
 class FileSizeLimit {
  public:
   explicit FileSizeLimit(rlim_t bytes) {
@@ -220,7 +220,7 @@ TEST_F(OutboxTest, KeepsATouchBackUntilItIsAssessedOrTheNextIsMadeOrTheSessionEn
   journal->record(id, RecordTouch{1, touch_at(0.2), kTip});
   EXPECT_EQ(words_of(journal->waiting(1, kAll)), "2 touch 0.assessed\n3 health well\n");
   journal->record(id, RecordTouch{2, touch_at(0.3), kTip});
-  journal->note(id, AssessedTouch{1, 1e-4});  // too late: somebody may have it
+  journal->note(id, AssessedTouch{1, 1e-4});  // too late: it may have been sent
   EXPECT_EQ(words_of(journal->waiting(3, kAll)), "4 touch 1.\n");
   journal->record(id, RecordEnd{Ending::kDone, ""}, "t1");
   EXPECT_EQ(words_of(journal->waiting(4, kAll)), "5 touch 2.\n6 session done\n");

@@ -1,5 +1,5 @@
 #pragma once
-// Tells of every fact in a word.
+// Reports every fact in a word.
 
 #include <string>
 #include <vector>

@@ -1,4 +1,4 @@
-// The power is cut, or the process killed, at each write of a session's journal.
+// Power cut, or process killed, at each write of a session's journal.
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -13,10 +13,10 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-/// What the child says through memory of both.
+/// The child's progress in shared memory.
 struct Progress {
-  int touches = 0;    ///< whose calls had returned
-  int attempted = 0;  ///< whose calls had begun
+  int touches = 0;    ///< whose calls have returned
+  int attempted = 0;  ///< whose calls have begun
 };
 
 class Shared {
@@ -72,7 +72,7 @@ void expect_nothing_lost(const std::filesystem::path& path, const Shared& progre
   for (std::size_t i = 0; i < touches.size(); ++i)
     ASSERT_EQ(touches[i], touch_at(0.1 + static_cast<double>(i))) << where;
   if (sessions[0].state == RecordState::kDone) return;
-  // And it can be gone on with to its end.
+  // And it can be resumed to its end.
   ASSERT_TRUE(journal.newest_resumable()) << where;
   journal.resume(id, "t2");
   for (std::size_t i = touches.size(); i < kTouches; ++i)

@@ -1,4 +1,4 @@
-// Raw rows of old sessions go, and everything else stays proven.
+// Raw rows of old sessions are dropped, and everything else remains proven.
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@ namespace cellcal::daemon::testing {
 namespace {
 
 struct Retention : ::testing::Test {
-  /// One that ended on this day.
+  /// A session that ended on this day.
   std::int64_t session(Journal& journal, const std::string& day, std::size_t touches = 3) {
     const std::int64_t id = fill(journal, touches);
     RecordContact contact;
@@ -70,7 +70,7 @@ TEST_F(Retention, KeepsTheNewestSessionTheRunningOneAndEverythingWhereNoLimitIsS
   Journal journal(dir / "j.db");
   session(journal, "2026-01-01");
   EXPECT_TRUE(journal.retain(before_march, "t", false).empty()) << "the newest";
-  fill(journal, 2);  // runs
+  fill(journal, 2);  // running
   EXPECT_TRUE(journal.retain({}, "t", false).empty());
   EXPECT_EQ(numbers(journal.retain(before_march, "t", false)), std::vector<std::int64_t>{1});
 }

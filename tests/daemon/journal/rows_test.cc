@@ -1,4 +1,4 @@
-// What was written is what is read, field by field; and what the checksums say of what is not.
+// Rows are read as written, field by field; checksums detect others.
 
 #include <gtest/gtest.h>
 
@@ -83,11 +83,11 @@ TEST_F(TheRows, OfATouchWithReadingsOfOneSpeedAloneGiveNoContactAtBoth) {
     record.reading.along_m = along_m;
     journal.record(id, record);
   };
-  read(0, false, 0.5);  // the fast one alone
-  read(1, true, 0.6);   // slow ones alone, first of all
+  read(0, false, 0.5);  // only the fast one
+  read(1, true, 0.6);   // only slow ones, first of all
   read(2, false, 0.013);
   read(2, true, 0.012);
-  read(3, true, 0.7);  // and behind a whole one
+  read(3, true, 0.7);  // and after a complete one
   for (std::size_t i = 0; i < 4; ++i) journal.record(id, RecordTouch{i, touch_at(0.1)});
   const auto contacts = fast_and_slow(journal.readings(id), journal.touches(id).size());
   ASSERT_EQ(contacts.size(), 1u);
@@ -123,7 +123,7 @@ TEST_F(TheRows, BehindOneThatWasRefusedGoOnWhereTheFileStands) {
   EXPECT_EQ(Journal(path).touches(id).size(), 2u);
 }
 
-// ---- what is not as it was written ------------------------------------------------------------------
+// ---- rows that differ from those written ------------------------------------------------------------
 
 TEST_F(TheRows, OfSessionsThatWereChangedOrTakenOutAreListedAsDamaged) {
   {

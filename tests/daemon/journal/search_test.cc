@@ -1,4 +1,4 @@
-// Searches for spheres: the newest is what the next session may leave along.
+// Searches for spheres: the newest one is the retreat path of the next session.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// The two small types over SQLite, and what a journal's file system and pages may be like.
+// The two small types over SQLite, and requirements on a journal's file system and pages.
 
 #include "daemon/journal/store/sqlite.h"
 
@@ -13,7 +13,7 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-/// One column as a digest sees it: type, length, bytes.
+/// One column as in a digest: type, length, bytes.
 template <class Value>
 std::string column(char type, const Value& value) {
   std::string bytes(1, type);
@@ -68,7 +68,7 @@ TEST(ADatabase, ThatCannotBeOpenedSaysWhichWhyAndWhatToDo) {
 
 TEST(AJournal, WhereThereCanBeNoLogIsRefusedAndNothingIsMade) {
   const TemporaryDirectory dir;
-  Database database(":memory:");  // as a network's file system, it has none
+  Database database(":memory:");  // without a log, like a network's file system
   HeadFile head(dir / "head", ":memory:");
   Chain chain(database, head);
   const std::string words = error_of([&] { prepare(database, head, chain); });

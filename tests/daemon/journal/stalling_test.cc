@@ -1,4 +1,4 @@
-// While a commit waits for the disk, what a session's thread and an abort need waits for nothing.
+// While a commit waits for the disk, notes of a session's thread and an abort do not wait.
 
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ TEST(ACommitThatWaitsForTheDisk, KeepsNoNoteWaiting) {
     on_disk = true;
   });
   disk.wait_until_stalled();
-  journal.note(id, "t2", "slow search -> recording");  // would wait for ever
+  journal.note(id, "t2", "slow search -> recording");  // would wait forever
   EXPECT_FALSE(on_disk);
   disk.release();
   writer.join();

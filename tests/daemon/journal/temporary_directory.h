@@ -8,7 +8,7 @@
 
 namespace cellcal::daemon::testing {
 
-/// A directory that goes with its test.
+/// A directory that is removed with its test.
 class TemporaryDirectory {
  public:
   TemporaryDirectory() {
@@ -17,7 +17,7 @@ class TemporaryDirectory {
     path_ = name;
   }
   ~TemporaryDirectory() {
-    std::error_code left_behind;  // a test's leftovers are no failure of what it tests
+    std::error_code left_behind;  // leftover files do not fail a test
     std::filesystem::remove_all(path_, left_behind);
   }
   TemporaryDirectory(const TemporaryDirectory&) = delete;

@@ -71,7 +71,7 @@ TEST(ABackup, CorrectsPointsOfOtherModulesOfTheConfigurationAndOfArrays) {
       "DECL GLOBAL E6POS XPALLET=" + taught_at(5) + "\n");
   EXPECT_EQ(why_not(of(result, "PICK")), "");
   EXPECT_EQ(of(result, "PICK").points, 5);
-  EXPECT_EQ(of(result, "OTHER").points, 1);  // XOWN of its own
+  EXPECT_EQ(of(result, "OTHER").points, 1);  // its own XOWN
   EXPECT_EQ(result.points.size(), 6U);
   for (const auto& point : result.points) {
     EXPECT_GT(point.shift_mm.norm(), 1e-3) << point.name;

@@ -1,4 +1,4 @@
-// What the calls of a program do to its frames and postures.
+// Effect of a program's calls on its frames and postures.
 
 #include <gtest/gtest.h>
 
@@ -76,7 +76,7 @@ TEST(ABodyThroughOthers, DoesWhatTheyDo) {
     chain.push_back(
         {"c" + std::to_string(i) + ".src",
          "DEF C" + std::to_string(i) + "()\nC" + std::to_string((i + 1) % 50) + "()\nEND\n"});
-  EXPECT_EQ(all_words(correct_calling("C0()", chain)), "");  // in a circle
+  EXPECT_EQ(all_words(correct_calling("C0()", chain)), "");  // recursive
   chain[30].text = "DEF C30()\n$TOOL=$NULLFRAME\nEND\n";
   EXPECT_FALSE(correct_calling("C0()", chain).refusals.empty());
 }

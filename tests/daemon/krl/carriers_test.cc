@@ -1,5 +1,5 @@
-// Programs of an arm on a linear unit, and of parts on a positioner. The controller's chain in the world, and where the
-// calibrated axes carry the part, are computed here from frames alone.
+// Programs of an arm on a linear unit, and of parts on a positioner. The controller's chain in the world, and the part
+// as carried by the calibrated axes, are computed here from frames only.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -65,7 +65,7 @@ calib::Cell cell_on_unit() {
   unit.min_rad = -0.2;
   unit.max_rad = 3.0;
   calib::LinearGuide& guide = unit.guide.emplace();
-  // From the foot at 0 to the foot at a metre, rounded as import-robot does.
+  // From the foot at 0 to the foot at a metre, rounded as by import-robot.
   guide.along = (foot_at(0.0).inverse() * foot_at(1.0)).translation();
   for (double& component : guide.along) component = std::round(component * 1e9) / 1e9;
   guide.scale_sigma = 5e-4;
@@ -99,11 +99,11 @@ const Isometry3d& base_in_world() {
 
 struct Taught {
   std::vector<JointVector> points = postures(25);
-  Frames seen = frames();  ///< base in the robot's, where it stands
+  Frames seen = frames();  ///< base relative to the robot at its position
   krl::ProgramFiles files;
 };
 
-/// Taught with the carriage there, the base fixed in the world.
+/// Taught with the carriage at this position, the base fixed in the world.
 Taught taught_on_unit(double e1_m, const std::string& machine = unit_machine()) {
   Taught one;
   one.seen.base = foot_at(e1_m).inverse() * base_in_world();
@@ -163,7 +163,7 @@ TEST(AProgramOnALinearUnit, GivesThePosturesOfItsPointsForAPlan) {
   EXPECT_EQ(met, program.points.size());
 }
 
-/// A PTP to these axis angles, and what becomes of them.
+/// Result of a PTP to these axis angles.
 CorrectedProgram axes_with(const std::string& value, const std::string& machine = unit_machine()) {
   return correct_program(
       unit_calibration(),
@@ -223,7 +223,7 @@ TEST(ALinearUnitOfOtherMachineData, IsRefusedByName) {
   EXPECT_EQ(alone.refusals[0].why, Why::kExternalAxes) << "a calibration of six axes, as before";
 }
 
-// A positioner that tilts and turns, beside an arm whose foot is not the world's origin.
+// A positioner that tilts and turns, and an arm whose foot is not the world's origin.
 
 const Isometry3d kFoot = frame(100.0, -50.0, 600.0, 15.0, 0.0, 0.0),
                  kTilt = frame(1100.0, 100.0, 400.0, 0.0, 0.0, -90.0),
@@ -313,7 +313,7 @@ std::string positioner_config() {
 constexpr double kE1Deg = 35.0, kE2Deg = -70.0;
 constexpr double kE1 = kE1Deg * calib::kRadPerDeg, kE2 = kE2Deg * calib::kRadPerDeg;
 
-/// Points on the table, taught where the drawn axes have it.
+/// Points on the table, taught with the drawn axes.
 Taught taught_on_table(const std::string& machine, const std::string& config,
                        const std::string& values = "E1 35.0,E2 -70.0,E3 0.0") {
   Taught one;
@@ -385,7 +385,7 @@ TEST(AProgramOnAPositioner, OfAControllerThatHasTheAxesAsFoundIsCorrectedForTheA
   const CorrectedProgram result = correct_program(positioner_calibration(), program.files);
   const Isometry3d there =
       axis_found(0, kTilt) * about_z(kE1) * axis_found(1, kTurn) * about_z(kE2) * kTable * kOffset;
-  // The text was taught in the drawn base; the controller has another one, and the part is placed by the scales.
+  // The text was taught in the drawn base; the controller has another one, and the scales place the part.
   expect_on_the_part(program, result, there, table_found(kE1, kE2) * kOffset);
 }
 
@@ -416,12 +416,12 @@ TEST(AProgramOnAPositioner, OfOtherDataIsRefusedByName) {
   touched.positioner[1].touched_rad = {0.0, 1.0};
   EXPECT_EQ(first(touched, taught_on_table(machine, config)), "outside_touched");
   EXPECT_EQ(first(touched, taught_on_table(machine, config), {.anywhere = true}), "");
-  // $BASE=BASE_DATA[3] alone turns with no axis, and which was meant is not known.
+  // $BASE=BASE_DATA[3] alone does not turn with the axes, so that the intended base is unknown.
   Taught set = taught_on_table(machine, config);
   set.files.src.text = std::regex_replace(set.files.src.text, std::regex("(\r\n)((PTP|LIN) XP)"),
                                           "$1$$BASE=BASE_DATA[3]\r\n$2");
   EXPECT_EQ(first(c, set), "external_base");
-  // A program that moves the root itself.
+  // A program that changes the root itself.
   Taught moved = taught_on_table(machine, config);
   moved.files.src.text = std::regex_replace(
       moved.files.src.text, std::regex("(\r\n)((PTP|LIN) XP)"),

@@ -1,4 +1,4 @@
-// XP2=XP1: points that take another's value.
+// XP2=XP1: points assigned from others.
 
 #include <gtest/gtest.h>
 
@@ -69,7 +69,7 @@ TEST(ACopiedPoint, StaysWhereNoPostureReachesItsOwnValue) {
   EXPECT_TRUE(has_point(result, "X1"));
   EXPECT_FALSE(has_point(result, "X2"));
   EXPECT_TRUE(std::ranges::any_of(result.left, [](const auto& one) { return one.name == "X2"; }));
-  // The one that it is copied from has to be reached.
+  // The source of the copy must be reachable.
   EXPECT_FALSE(copied("PTP X1\nX1=X2\nPTP X1\n", unreachable).refusals.empty());
 }
 

@@ -22,7 +22,7 @@ std::string text(const calib::FrameMmDeg& f) {
                      f.xyz_mm[1], f.xyz_mm[2], f.abc_deg[0], f.abc_deg[1], f.abc_deg[2]);
 }
 
-/// Where axes 4, 5 and 6 meet: where axis 5 begins.
+/// Intersection of axes 4, 5 and 6: the origin of axis 5.
 Vector3d wrist(const calib::ArmModel& arm, const JointVector& q, Vector3d* shoulder = nullptr) {
   calib::ArmChain chain;
   arm.walk(arm.prepare(q), arm.errors(nullptr), chain);
@@ -30,7 +30,7 @@ Vector3d wrist(const calib::ArmModel& arm, const JointVector& q, Vector3d* shoul
   return chain.link[4].z_origin;
 }
 
-/// A3 at which the wrist is farthest from axis 2: looked for coarsely, then closely.
+/// A3 at which the wrist is farthest from axis 2, by a coarse and a fine search.
 double stretched(const calib::ArmModel& arm) {
   double at = 0.0;
   for (double step = 0.02, width = 1.0; step > 1e-6; width = 2.0 * step, step /= 50.0) {
@@ -65,7 +65,7 @@ StatusAndTurn status_and_turn(const calib::Robot& robot, const JointVector& q) {
 StatusAndTurn status_and_turn(const calib::ArmModel& arm, double stretched_rad,
                               const JointVector& q) {
   StatusAndTurn result;
-  // A1 turns clockwise seen from above.
+  // A1 rotates clockwise as seen from above.
   const Vector3d ahead(std::cos(q[0]), -std::sin(q[0]), 0.0);
   if (wrist(arm, q).dot(ahead) < 0.0) result.status |= 1;
   if (q[2] >= stretched_rad) result.status |= 2;
@@ -95,7 +95,7 @@ KrlProgram taught(const calib::Robot& robot, const Frames& frames,
     const auto [s, t] = status_and_turn(robot, points[i]);
     const auto frame = calib::to_frame(frames.base.inverse() * arm.nominal_tcp(points[i]));
     const std::size_t n = i + 1;
-    // LIN stays in the posture that it begins in.
+    // LIN keeps its initial posture.
     const bool line = i % 2 == 1 && status_and_turn(robot, points[i - 1]).status == s;
     p.dat += fmt::format(
         "DECL E6POS XP{0}={{{1},S {2},T {3},E1 0.0,E2 0.0,E3 0.0,E4 0.0,E5 0.0,E6 0.0}}\r\n"

@@ -1,7 +1,7 @@
 #pragma once
-// A KRL program as an offline programming system writes it, and the joint angles that a controller
-// takes to its points: by the nominal arm alone, and by KUKA's own words for S and T. Shares
-// nothing with daemon/krl.
+// A KRL program as written by an offline programming system, and the controller's joint angles at
+// its points: from the nominal arm only, and KUKA's definition of S and T. Shares nothing with
+// daemon/krl.
 
 #include <Eigen/Geometry>
 #include <optional>
@@ -21,8 +21,8 @@ struct KrlProgram {
   std::string src, dat, config;
 };
 
-/// Inline forms with CRLF and Latin-1, PTP and LIN in turn, points P1, P2, ... where the nominal arm
-/// has these joint angles.
+/// Inline forms with CRLF and Latin-1, PTP and LIN in turn, points P1, P2, ... at these joint angles
+/// of the nominal arm.
 KrlProgram taught(const calib::Robot& robot, const Frames& frames,
                   const std::vector<calib::JointVector>& points);
 
@@ -31,14 +31,13 @@ struct StatusAndTurn {
   int status = 0, turn = 0;
 };
 StatusAndTurn status_and_turn(const calib::Robot& robot, const calib::JointVector& q);
-/// With the arm and its stretched_a3() at hand, for many calls.
+/// Reuses the arm and its stretched_a3(), for many calls.
 StatusAndTurn status_and_turn(const calib::ArmModel& arm, double stretched_rad,
                               const calib::JointVector& q);
 /// A3 of the stretched arm [rad].
 double stretched_a3(const calib::Robot& robot);
 
-/// The joint angles that the controller takes to XP1, XP2, ... of a .dat file; empty where it finds
-/// none.
+/// The controller's joint angles at XP1, XP2, ... of a .dat file; empty where there is no solution.
 std::vector<calib::JointVector> run(const calib::Robot& robot, const Frames& frames,
                                     const std::string& dat);
 

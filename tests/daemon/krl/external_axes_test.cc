@@ -1,4 +1,4 @@
-// E1 to E6 of taught points, and what the machine data say of these axes.
+// E1 to E6 of taught points, and machine data of these axes.
 
 #include <gtest/gtest.h>
 

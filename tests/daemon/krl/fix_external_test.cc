@@ -1,5 +1,5 @@
-// CELLCAL_FIX of an arm on a linear unit and of parts on a positioner, executed with REAL of 32 bits: against where the
-// calibrated chain has tip and part, the controller's chain from frames alone, and against the offline correction.
+// CELLCAL_FIX for an arm on a linear unit and parts on a positioner, executed with 32-bit REAL: compared with tip and
+// part by the calibrated chain, with the controller's chain from frames only, and with the offline correction.
 
 #include "daemon/krl/fix_lines.h"
 
@@ -54,14 +54,14 @@ const Isometry3d kErsysRoot = frame(-500.0, 200.0, 30.0, 20.0, 0.0, 0.0),
     kOffset = frame(120.0, 60.0, 45.0, -25.0, 1.0, 2.0),              // BASE_DATA[3]
     kFixed = frame(900.0, 250.0, 500.0, 30.0, 2.0, -1.0);             // BASE_DATA[4], in the world
 
-/// An arm of the demo cell on a unit, with a positioner of so many axes, or both; and its controller.
+/// An arm of the demo cell on a unit, with this many positioner axes, or both; and its controller.
 struct World {
   bool unit = false;
   int axes = 0;
   calib::Calibration c = {};
-  double axis_off_mm = 0.0;  ///< of the positioner's first axis, in the controller that runs
-  int carrying = 2;          ///< at most so many of the axes carry base 3
-  bool as_found = false;     ///< the machine data have the axes as found
+  double axis_off_mm = 0.0;  ///< of the positioner's first axis, in the executing controller
+  int carrying = 2;          ///< at most this many of the axes carry base 3
+  bool as_found = false;     ///< the machine data contain the axes as found
 
   std::size_t first() const { return unit ? 1 : 0; }  ///< of the positioner, among E1 to E6
 
@@ -79,7 +79,7 @@ struct World {
     const auto begin = e.begin() + static_cast<std::ptrdiff_t>(first());
     return {begin, begin + std::min(axes, carrying)};
   }
-  /// What they carry, in the robot's base.
+  /// Frame carried by them, in the robot's base.
   Isometry3d carried(const External& e, double off_mm = 0.0) const {
     Isometry3d at = Isometry3d::Identity();
     for (std::size_t j = 0; j < angles(e).size(); ++j)
@@ -89,7 +89,7 @@ struct World {
   Isometry3d table(const External& e, double off_mm = 0.0) const {
     return foot({}) * carried(e, off_mm) * kTable;
   }
-  /// From where the controller has the part to where the calibrated axes carry it, in the robot's base.
+  /// From the controller's place of the part to that on the calibrated axes, in the robot's base.
   Isometry3d shift(const External& e) const {
     std::vector<double> rad;
     for (int j = 0; j < axes; ++j)
@@ -216,7 +216,7 @@ std::string external_text(const World& world, const External& e) {
   return text;
 }
 
-/// In base 3 on the table, or in base 4 of the world.
+/// In base 3 on the table, or in base 4 in the world.
 std::string pose_of(const World& world, const Point& at, int base, bool external = true) {
   const Isometry3d in = base == 3 ? world.table(at.e) * kOffset : kFixed;
   const auto st = status_and_turn(cell().robot, at.q);
@@ -269,7 +269,7 @@ std::unique_ptr<KrlController> controller_with(const World& world, const std::st
   return controller;
 }
 
-/// A program corrected at run time, as it was run.
+/// A program corrected at run time, after execution.
 std::unique_ptr<KrlController> after(const World& world, const std::string& body,
                                      const std::string& data, bool anywhere = false) {
   const krl::BackupFiles files = files_of(world, body, data);
@@ -285,7 +285,7 @@ std::string why(const KrlController& controller) {
   return controller.messages.empty() ? controller.message() : controller.messages.back();
 }
 
-/// The calibrated TCP where the controller went, and where it is wanted.
+/// Compares the calibrated TCP at the executed positions with the wanted ones.
 void expect_met(const World& world, const KrlController& controller,
                 const std::vector<Point>& points, bool on_table) {
   ASSERT_EQ(controller.state(), State::kEnded) << why(controller);
@@ -313,7 +313,7 @@ void expect_met(const World& world, const KrlController& controller,
 struct Text {
   std::string body, data;
 };
-/// PTP and LIN in turn, each LIN in the posture of the PTP before with the external axes elsewhere.
+/// PTP and LIN in turn, each LIN in the posture of the preceding PTP with other external axes.
 Text program_of(const World& world, std::vector<Point>& points, int base) {
   Text text{fmt::format("BAS(#TOOL,1)\nBAS(#BASE,{})\n", base), ""};
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -324,7 +324,7 @@ Text program_of(const World& world, std::vector<Point>& points, int base) {
   return text;
 }
 
-/// In a base of the world and, with a positioner, on its table.
+/// In a base in the world and, with a positioner, on its table.
 void expect_precise(const World& world) {
   for (const int base : {4, 3}) {
     if (base == 3 && world.axes == 0) continue;
@@ -334,7 +334,7 @@ void expect_precise(const World& world) {
     expect_met(world, *controller, points, base == 3);
     const auto& executed = controller->executed();
     const auto count = static_cast<std::int64_t>(points.size());
-    // README.md states these.
+    // Stated in README.md.
     EXPECT_LT(executed.statements / count, 2000);
     EXPECT_LT(executed.operations / count, 3000);
     EXPECT_LT(executed.frames / count, 250);
@@ -496,7 +496,7 @@ TEST(FixModuleWithExternalAxes, TakesABaseOnTheTableOfTheMotionsOwnWith) {
   for (const int active : {0, 4, 3}) {
     Text text;
     for (std::size_t i = 0; i < points.size(); ++i) {
-      // What WITH sets for the motion alone.
+      // Settings of WITH for this motion only.
       text.body += fmt::format(
           "BAS(#TOOL,0)\nBAS(#BASE,{1})\nXP{0}=CC_FIX_PTP_IN(XP{0},TOOL_DATA[1],CC_BASE(3),#BASE)\n"
           "BAS(#TOOL,1)\nBAS(#BASE,3)\nPTP XP{0}\n",
@@ -509,7 +509,7 @@ TEST(FixModuleWithExternalAxes, TakesABaseOnTheTableOfTheMotionsOwnWith) {
   }
 }
 
-/// Halts before any motion, with these words.
+/// Expects a halt before any motion, with this message.
 void expect_halt(const World& world, const Point& point, int base, const std::string& words,
                  bool anywhere = false) {
   const auto controller = after(world, fmt::format("BAS(#TOOL,1)\nBAS(#BASE,{})\nPTP XP", base),
@@ -544,7 +544,7 @@ TEST(FixModuleWithExternalAxes, HoldsTheArmWhoseControllerTurnsTheTableAboutAnot
   world.axis_off_mm = 1.5;
   expect_halt(world, point, 3, "controller computes another place");
   expect_halt(world, point, 4, "");
-  // A calibration that touched nothing there.
+  // A calibration without touches there.
   world.axis_off_mm = 0.0;
   std::erase_if(world.c.targets, [](const auto& target) { return target.id == "TABLE"; });
   expect_halt(world, point, 3, "controller computes another place");

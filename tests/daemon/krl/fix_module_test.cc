@@ -1,4 +1,4 @@
-// CELLCAL_FIX, executed with REAL of 32 bits, against the correction in double precision.
+// CELLCAL_FIX, executed with 32-bit REAL, compared with the correction in double precision.
 
 #include "daemon/krl/fix_module.h"
 
@@ -21,7 +21,7 @@ using State = sim::krl::Interpreter::State;
 constexpr int kSerial = 4711;
 constexpr double kPreciseMm = 0.02, kPreciseDeg = 0.002;
 
-/// Everything that moves the tip: compliance, play, harmonics, functions, bearings, a bending tool.
+/// All effects on the tip: compliance, play, harmonics, functions, bearings, a bending tool.
 calib::Cell rich(calib::Cell one) {
   for (calib::Joint& joint : one.robot.joints) {
     joint.function_sigma_rad = 40.0 * calib::kRadPerArcsec;
@@ -106,7 +106,7 @@ struct Rig {
 struct Missed {
   double mm = 0.0, deg = 0.0;
 };
-/// Largest distance of the calibrated TCP from where the nominal arm stands with `taught`.
+/// Largest distance of the calibrated TCP from the nominal one at `taught`.
 Missed missed(const calib::Calibration& c, const std::vector<calib::JointVector>& commanded,
               const std::vector<calib::JointVector>& taught, std::size_t from = 0) {
   const calib::Predictor predictor(c);
@@ -148,7 +148,7 @@ void expect_precise(const calib::Cell& one) {
   EXPECT_LT(off.deg, kPreciseDeg);
   const auto& executed = controller.executed();
   const auto count = static_cast<std::int64_t>(taught.size());
-  // README.md states these.
+  // Stated in README.md.
   EXPECT_LT(executed.statements / count, 1200);
   EXPECT_LT(executed.operations / count, 5000);
   EXPECT_LT(executed.frames / count, 250);
@@ -285,7 +285,7 @@ TEST(FixModule, TakesToolAndBaseOfTheMotionsOwnWith) {
   for (std::size_t i = 0; i < taught.size(); ++i) {
     const std::string name = "XP" + std::to_string(i + 1);
     p.body += "$TOOL=TOOL_DATA[1]\n$BASE=BASE_DATA[1]\nPTP CC_STAY(XHOME)\n";
-    // What WITH sets for the motion alone.
+    // Settings of WITH for this motion only.
     p.body += name + "=CC_FIX_PTP_IN(" + name + ",TOOL_DATA[2],BASE_DATA[2],#BASE)\n";
     p.body += "$TOOL=TOOL_DATA[2]\n$BASE=BASE_DATA[2]\nPTP " + name + "\n";
     p.data += "DECL E6POS " + name + "=" + point_text(demo(), taught[i]) + "\n";
@@ -346,7 +346,7 @@ TEST(FixModule, OffByOneVariableItGivesTheSamePoints) {
   EXPECT_EQ(a, b);
 }
 
-/// Halts before the first corrected motion, with these words; the start key alone does not help.
+/// Expects a halt before the first corrected motion, with this message, even after the start key.
 void expect_halt(Rig& rig, const std::string& words) {
   KrlController& controller = rig.run();
   EXPECT_EQ(controller.state(), State::kHalted) << controller.message();
@@ -379,7 +379,7 @@ TEST(FixModule, HoldsTheArmWhereItIsNotThatOfTheCalibration) {
 
   auto root = rig(demo_module());
   root->controller.set_frame("$ROBROOT", {{0.0, 0.0, 5.0}, {0.0, 0.0, 0.0}});
-  EXPECT_EQ(root->run().state(), State::kEnded);  // with its base as before: another place
+  EXPECT_EQ(root->run().state(), State::kEnded);  // with its former base: another place
 
   auto tcp = rig(demo_module());
   tcp->controller.variable("$IPO_MODE").set_whole(2);

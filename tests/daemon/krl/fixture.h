@@ -1,5 +1,5 @@
 #pragma once
-// A program of the demo cell, a calibration of its arm, and both ways through.
+// A program of the demo cell, a calibration of its arm, and both ways of correction.
 
 #include <cstdio>
 #include <string>
@@ -23,7 +23,7 @@ inline Frames frames() {
   return f;
 }
 
-/// All over the joints' ranges, away from the singularities.
+/// Over the whole range of the joints, away from the singularities.
 inline std::vector<calib::JointVector> postures(int count, unsigned seed = 1) {
   calib::Random random(seed);
   std::vector<calib::JointVector> all;

@@ -1,4 +1,4 @@
-// The posture in which a motion starts, through branches, loops, GOTO and calls.
+// Posture at the start of a motion, through branches, loops, GOTO and calls.
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@ namespace {
 
 using krl::Why;
 
-/// Elbow and wrist as at `near`; and with the wrist turned over.
+/// Elbow and wrist as at `near`; and with the wrist flipped.
 const calib::JointVector kFlowNear = {0.2, -1.4, 1.5, 0.3, 0.8, 0.1};
 const calib::JointVector kFlowOver = {0.2, -1.4, 1.5, 0.3, -0.8, 0.1};
 constexpr const char* kFlowFrames = "BAS(#TOOL,1)\nBAS(#BASE,0)\n";

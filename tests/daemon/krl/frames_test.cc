@@ -95,7 +95,7 @@ TEST(TheSnippet, SetsTheFramesAndKeepsTheOldOnesAsComments) {
   EXPECT_NE(result.snippet.find("; old value of BASE_DATA[4] not in the given files"),
             std::string::npos);
   for (const char c : result.snippet) EXPECT_LT(static_cast<unsigned char>(c), 0x80);
-  // What it says is what KRL's own reader reads.
+  // The text is read by KRL's own reader.
   krl::Data data;
   read_data({"s.src", result.snippet}, data);
   EXPECT_EQ(data.tools.size(), 1U);

@@ -1,4 +1,4 @@
-// Tools and bases that a called routine sets by its parameters.
+// Tools and bases set by the parameters of a called routine.
 
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ krl::CorrectedProgram after_call(const std::string& call, const std::string& rou
   return krl::correct_program(calibration(), all, {.anywhere = true});
 }
 
-/// Settings as programs have them; the rest of the line are the parameters' declarations.
+/// Typical settings; the rest of the line are the parameters' declarations.
 constexpr const char* kSettings =
     "SETTINGS(NBASE :IN,NTOOL :IN,NVEL :IN)\nINT NBASE\nINT NTOOL\nREAL NVEL\nFDAT_ACT=FDEFAULT\n"
     "FDAT_ACT.BASE_NO=NBASE\nFDAT_ACT.TOOL_NO=NTOOL\nBAS(#FRAMES)\nIF NVEL<1.0 THEN\nPDAT_ACT.VEL=1\n"

@@ -60,7 +60,7 @@ void put_frame(Value& value, const Isometry3d& pose) {
   for (std::size_t i = 0; i < 6; ++i) value.parts[i].set(i < 3 ? f.xyz_mm[i] : f.abc_deg[i - 3]);
 }
 
-/// E1 to E6 as far as it has them.
+/// E1 to E6 as far as present.
 KrlController::External external_of(const Value& value, KrlController::External missing) {
   for (std::size_t i = 0; i < missing.size(); ++i)
     if (const std::string name = "E" + std::to_string(i + 1); given(value, name.c_str()))

@@ -1,6 +1,6 @@
 #pragma once
-// Executes KRL modules on a controller that knows the nominal arm: INVERSE, FORWARD, motions, messages. S and T by
-// KUKA's own words (emulated_controller.h); shares nothing with daemon/krl.
+// Executes KRL modules on a controller with the nominal arm: INVERSE, FORWARD, motions, messages. S and T as
+// defined by KUKA (emulated_controller.h); shares nothing with daemon/krl.
 
 #include <Eigen/Geometry>
 #include <array>
@@ -20,7 +20,7 @@ namespace cellcal::daemon::testing {
 
 class KrlController : public sim::krl::Mover {
  public:
-  /// `files`: modules by name. Throws FileError as a controller that does not select them.
+  /// `files`: modules by name. Throws FileError if a controller would not select them.
   KrlController(const calib::Robot& robot, const std::map<std::string, std::string>& files);
 
   /// $TOOL, $BASE or $ROBROOT.
@@ -35,18 +35,18 @@ class KrlController : public sim::krl::Mover {
   const std::string& message() const { return interpreter_.message(); }
   const sim::krl::Interpreter::Executed& executed() const { return interpreter_.executed(); }
 
-  std::vector<calib::JointVector> reached;  ///< by each motion in turn
+  std::vector<calib::JointVector> reached;  ///< by each motion
   std::vector<std::string> targets;         ///< type and S of each motion: "E6POS 2", "FRAME"
   std::vector<std::string> messages;
-  calib::JointVector at;  ///< where the arm stands
+  calib::JointVector at;  ///< position of the arm
 
   /// E1 to E6, mm and degrees.
   using External = std::array<double, 6>;
-  External external{};                      ///< where they stand
+  External external{};                      ///< their positions
   std::vector<External> external_reached;  ///< as `reached`
-  /// In the world: the arm's foot, else at $ROBROOT; what bases of a MACH_DEF_INDEX are on.
+  /// In the world: the arm's foot, default $ROBROOT; the carrier of bases of a MACH_DEF_INDEX.
   std::function<Eigen::Isometry3d(const External&)> foot, table;
-  bool on_table = false;  ///< the active base is: $BASE is its place there
+  bool on_table = false;  ///< of the active base: $BASE is its place there
 
   void move(const sim::krl::Motion& motion) override;
   bool moving() const override { return false; }
@@ -60,7 +60,7 @@ class KrlController : public sim::krl::Mover {
   /// From the foot to the active base.
   Eigen::Isometry3d base(const External& e);
   Eigen::Isometry3d tcp(const calib::JointVector& q, const External& e);
-  /// By S and T where `point` has them, else nearest to `near`. `keeps`: in its posture, whatever S and T, as LIN.
+  /// By S and T if `point` has them, otherwise nearest to `near`. `keeps`: in its posture for any S and T, as LIN.
   std::optional<calib::JointVector> joints(const Value& point, const calib::JointVector& near,
                                            bool keeps, const External& e);
   calib::JointVector axes(const Value& value, const calib::JointVector& missing) const;

@@ -1,4 +1,4 @@
-// Loads that a program sets in force: $LOAD=LOAD_DATA[n].
+// Loads activated by a program: $LOAD=LOAD_DATA[n].
 
 #include <gtest/gtest.h>
 
@@ -47,7 +47,7 @@ TEST(ALoadInForce, IsBorneByTheCellsToolFromItsStatementOn) {
   const CorrectedProgram before = corrected_with("BAS(#TOOL,1)\n" + std::string(kHere));
   EXPECT_EQ(own.points[0].shift_mm, before.points[0].shift_mm) << "its own load changes nothing";
   EXPECT_EQ(full.tools.at(0).load, 2);
-  // By how much the arm sags more.
+  // The additional deflection of the arm.
   const calib::Calibration c = calibration();
   const calib::JointVector q = [] {
     calib::JointVector at;

@@ -1,5 +1,5 @@
-// Programs that were cut off, stirred or filled with what nobody expects end in a corrected program,
-// in refusals or in an error that names the file.
+// Truncated, mutated or garbage programs result in a corrected program, in refusals or in an error
+// that names the file.
 
 #include <gtest/gtest.h>
 
@@ -11,11 +11,11 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-/// Whatever is corrected is whole: as many bytes outside of numbers as before.
+/// A corrected program is complete: the same number of bytes outside of numbers.
 void survive(const krl::ProgramFiles& f) {
   static const calib::Calibration c = [] {
     calib::Calibration without_bound = calibration();
-    without_bound.covariance.resize(0, 0);  // which takes longest
+    without_bound.covariance.resize(0, 0);  // the slowest part
     return without_bound;
   }();
   try {

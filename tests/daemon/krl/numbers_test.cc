@@ -43,7 +43,7 @@ TEST(ThreeTurns, StayNearThoseThatWereTaught) {
   }
 }
 
-/// Of every shipped KUKA arm of six axes.
+/// For every shipped six-axis KUKA arm.
 TEST(StatusAndTurn, AreKukasAndLeadBackToTheJoints) {
   int arms = 0;
   for (const calib::NamedRobot& named : calib::shipped_robots()) {

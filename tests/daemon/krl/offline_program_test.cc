@@ -1,5 +1,5 @@
-// Programs as offline programming systems (RoboDK's KUKA post and its like) write them: no .dat, frames and points
-// written out, axis angles for PTP, points without S and T for LIN, an E1 that stands still.
+// Programs of offline programming systems (such as RoboDK's KUKA post): no .dat, explicit frames and points, axis
+// angles for PTP, points without S and T for LIN, a constant E1.
 
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ std::string axes_text(const calib::JointVector& q) {
   return text + "E1 0.00000}";
 }
 
-/// Near `from`: a LIN stays in its posture.
+/// Near `from`, since a LIN keeps its posture.
 calib::JointVector beside(calib::JointVector from) {
   for (double& q : from) q += 0.02;
   return from;
@@ -43,7 +43,7 @@ std::string offline_program(const std::vector<calib::JointVector>& from) {
   return src + "END\r\n";
 }
 
-/// All {...} behind PTP or LIN.
+/// All {...} after PTP or LIN.
 std::vector<std::string> points_of(const std::string& src, const std::string& motion) {
   std::vector<std::string> all;
   const std::regex point("\r\n" + motion + " \\{([^}]*)\\}");
@@ -82,7 +82,7 @@ TEST(AnOfflineProgram, SendsTheRealTcpWhereItWasProgrammed) {
     const Eigen::Vector3d there = real.calibrated(axes_of(ptp[i])).tcp.translation();
     EXPECT_LT((there - nominal.nominal_tcp(from[i]).translation()).norm(), 5e-6) << "PTP " << i;
 
-    // In the posture that the PTP before it left.
+    // In the posture of the preceding PTP.
     const StatusAndTurn st = status_and_turn(cell().robot, beside(from[i]));
     std::string e6 = "DECL E6POS XP1={" + lin[i];
     e6.replace(

@@ -1,4 +1,4 @@
-// In which posture a point is reached: S and T in all their spellings, and motions that keep theirs.
+// Posture at a point: S and T in all their spellings, and motions that keep theirs.
 
 #include <gtest/gtest.h>
 
@@ -41,7 +41,7 @@ TEST(StatusAndTurn, AsBinaryOrHexadecimalConstantsAreTheSameNumbers) {
     const auto plain = correct_motions("PTP " + pose_text(q) + "\n");
     ASSERT_EQ(plain.points.size(), 1U) << all_words(plain);
     for (const int base : {2, 16}) {
-      // Behind a motion in the other posture: without S and T it would be taken over.
+      // After a motion in the other posture, which would be kept without S and T.
       std::string pose = pose_text(q, false);
       pose.insert(pose.size() - 1, ",S " + based(st.status, base) + ",T " + based(st.turn, base));
       const auto result =
@@ -55,7 +55,7 @@ TEST(StatusAndTurn, AsBinaryOrHexadecimalConstantsAreTheSameNumbers) {
 }
 
 TEST(StatusAndTurn, BecomeDecimalWhereTheyChange) {
-  // A6 passes 0 by the correction of its own axis.
+  // A6 passes 0 due to the correction of its own axis.
   calib::Calibration c = calibration();
   calib::JointVector q = kUp;
   for (const double a6 : {1e-5, -1e-5}) {

@@ -1,4 +1,4 @@
-// What is not understood is refused by line, and nothing is written.
+// Statements that are not understood are refused by line, and nothing is written.
 
 #include <gtest/gtest.h>
 

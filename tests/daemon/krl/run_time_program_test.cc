@@ -1,4 +1,4 @@
-// Motions rewritten for CELLCAL_FIX, and taken back.
+// Motions rewritten for CELLCAL_FIX, and restored.
 
 #include "daemon/krl/run_time_program.h"
 
@@ -66,7 +66,7 @@ TEST(RunTimeProgram, PartsAMotionFromItsCallWhereTheFileHasNoBlank) {
   EXPECT_EQ(line_of("LIN_REL{Z 100} #BASE").substr(0, 15), "LIN_REL \tCC_BY(");
 }
 
-/// As cellcal marks a blank of its own: it would be taken away.
+/// Like cellcal's mark for a blank of its own, which would be removed.
 TEST(RunTimeProgram, IsRefusedAloneWhereItWouldNotComeBack) {
   EXPECT_EQ(line_of("LIN \tXP1"), "not_restored");
 }
@@ -182,7 +182,7 @@ TEST(RunTimeProgram, SurvivesEveryPlaceWhereAFileCanBeCutShort) {
   }
 }
 
-/// Programs in inline forms, as they are taught.
+/// Programs in inline forms, as taught.
 TEST(RunTimeProgram, CorrectsATaughtProgramInItsInlineForms) {
   const auto taught_at = postures(20, 9);
   const KrlProgram before = taught(cell().robot, frames(), taught_at);
@@ -218,7 +218,7 @@ TEST(RunTimeProgram, CorrectsATaughtProgramInItsInlineForms) {
                   calib::kMmPerM,
               0.02)
         << i;
-  // Nothing but the motions has changed.
+  // Only the motions have changed.
   std::size_t changed = 0;
   for (std::size_t a = 0, b = 0; a < before.src.size();) {
     const auto end_a = before.src.find('\n', a), end_b = result.files[0].text.find('\n', b);

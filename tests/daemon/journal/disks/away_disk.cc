@@ -16,7 +16,7 @@ struct Away {
   std::string directory;  ///< empty: none
 };
 Away& away() {
-  static auto* const kOne = new Away;  // outlives whoever reads at the end
+  static auto* const kOne = new Away;  // outlives readers at exit
   return *kOne;
 }
 
@@ -32,7 +32,7 @@ bool is_away(int fd) {
 
 }  // namespace
 
-/// As the system's.
+/// Like the system's call.
 ssize_t read_unless_away(const char* call, int fd, void* to, std::size_t size, off_t at) {
   if (is_away(fd)) {
     errno = EIO;

@@ -1,13 +1,13 @@
 #pragma once
-// A disk under this process that gives nothing back for a while, and then all of it again.
+// A disk of this process that is temporarily unreadable, and then completely readable again.
 //
-// Stands in front of the system's library (pread), linked into a test. What SQLite still has in its cache (2 MB) it does not ask for.
+// Interposes the system library's calls (pread), linked into a test. Data in SQLite's cache (2 MB) is not read.
 
 #include <filesystem>
 
 namespace cellcal::daemon::testing {
 
-/// Every reading of a file below this directory is an input/output error (EIO), in this process, as long as this lives.
+/// During its lifetime every read of a file below this directory fails with EIO, in this process.
 class AwayDisk {
  public:
   explicit AwayDisk(const std::filesystem::path& directory);

@@ -41,9 +41,9 @@ int real_truncate(int fd, off_t size) {
   return call(fd, size);
 }
 
-/// What a file held before the writes that are not synchronized yet.
+/// Content of a file before writes that are not synchronized yet.
 struct File {
-  int fd = -1;  ///< to read and to put back; never closed, as that would free locks
+  int fd = -1;  ///< for reading and restoring; never closed, as that would release locks
   off_t synced_size = 0;
   struct Before {
     off_t at = 0;
@@ -79,8 +79,8 @@ class Disk {
     return failed_;
   }
 
-  /// Before `size` bytes of the file change from `at` on; size 0: the file's length or name does.
-  /// False: they may not, errno says why.
+  /// Called before `size` bytes of the file change from `at` on; size 0: its length or name
+  /// changes. False: they must not, errno states why.
   bool changes(int fd, off_t at, off_t size) {
     const std::lock_guard lock(mutex_);
     if (!in_ || !is_watched(fd)) return true;
@@ -124,7 +124,7 @@ class Disk {
       file.fd = ::open(("/proc/self/fd/" + std::to_string(fd)).c_str(), O_RDWR | O_CLOEXEC);
       file.synced_size = info.st_size;
     }
-    // By whole sectors: a disk writes no less.
+    // In whole sectors, as a disk writes.
     const off_t begin = at / kSector * kSector;
     const off_t end = (at + size + kSector - 1) / kSector * kSector;
     File::Before before{begin, std::string(static_cast<std::size_t>(end - begin), '\0')};
@@ -155,7 +155,7 @@ class Disk {
     for (auto before = file.before.rbegin(); before != file.before.rend(); ++before) {
       for (off_t at = 0; at < static_cast<off_t>(before->bytes.size()); at += kSector) {
         const off_t sector = before->at + at;
-        if (kept.contains(sector)) continue;  // a later write of it came through
+        if (kept.contains(sector)) continue;  // a later write of it persisted
         if (cut_.unsynced == Cut::Unsynced::kTorn && (random() & 1u) != 0) {
           kept.insert(sector);
           size = std::max(size, sector + kSector);
@@ -174,13 +174,13 @@ class Disk {
   Cut cut_;
   std::string directory_;
   long left_ = 0;
-  int error_ = 0;  ///< 0: it is cut off
+  int error_ = 0;  ///< 0: power is cut
   bool failed_ = false;
   std::map<ino_t, File> files_;
 };
 
 Disk& disk() {
-  static Disk* const the_disk = new Disk;  // outlives whatever writes at the end
+  static Disk* const the_disk = new Disk;  // outlives writers at exit
   return *the_disk;
 }
 
@@ -250,7 +250,7 @@ int ftruncate64(int fd, off_t size) noexcept {
   if (!disk().changes(fd, size, std::max<off_t>(0, info.st_size - size))) return -1;
   return cellcal::daemon::testing::real_truncate(fd, size);
 }
-// What these would wait for is decided here.
+// Calls whose effect is decided here.
 int fsync(int fd) {
   disk().is_synced(fd);
   return 0;

@@ -29,7 +29,7 @@ Gate& gate() {
   return the_gate;
 }
 
-/// The file of the system behind this one stands right behind it in memory.
+/// Wrapper of the system's file, which follows it in memory.
 struct File {
   sqlite3_file base;
 };
@@ -92,7 +92,7 @@ StallingDisk::StallingDisk() {
   stalling().pNext = nullptr;
   stalling().pAppData = usual;
   stalling().xOpen = open_file;
-  // The others take no file; they may be the system's own, which look at their own vfs only.
+  // The other methods take no file; they may be the system's own, which use their own vfs only.
   stalling().xDelete = [](sqlite3_vfs* v, const char* name, int sync) {
     return system_of(v)->xDelete(system_of(v), name, sync);
   };

@@ -1,9 +1,9 @@
 #pragma once
-// A disk that stalls: an SQLite file system whose sync waits as long as it is told to.
+// A disk that stalls: an SQLite file system whose sync waits until released.
 
 namespace cellcal::daemon::testing {
 
-/// While it lives, databases that are opened are on such a disk. One at a time.
+/// Databases opened during its lifetime are on such a disk. One at a time.
 class StallingDisk {
  public:
   StallingDisk();
