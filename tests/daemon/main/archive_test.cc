@@ -1,4 +1,4 @@
-// What a session leaves, out of one daemon and into another, and computed again.
+// Files of a session, exported from one daemon, imported into another, and recomputed.
 
 #include <gtest/gtest.h>
 

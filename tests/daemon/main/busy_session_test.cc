@@ -1,5 +1,5 @@
-// Every kind of session that touches, on a computer that delivers the sensor's bytes late every few seconds: no key
-// says that it may go on, and it ends as on a quiet one.
+// Every kind of session with touches, on a computer that delivers the sensor's bytes late every few seconds: by
+// default it continues, and ends as on an idle computer.
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-/// Searches take a second, and the watch behind each lateness two: most touches are stopped once.
+/// Searches take a second, and the wait after each delay two: most touches are stopped once.
 constexpr const char* kBusy = "busy_every_s = 3.7\n";
 
 class OnABusyComputer : public AChangedCell {
@@ -83,7 +83,7 @@ TEST_F(OnABusyComputer, AQualificationMeasuresTheContacts) {
 }
 
 TEST_F(OnABusyComputer, SessionsOverEkiEndPublishedByEitherStop) {
-  // By a flag a search takes nine seconds.
+  // With a flag a search takes nine seconds.
   for (const auto& [stop, every] : {std::pair("input", "5"), std::pair("flag", "19")}) {
     restart(std::string("busy_every_s = ") + every +
             "\nwire = \"eki\"\nseed = 12\n[eki]\nstop = \"" + stop + "\"\n");

@@ -1,5 +1,5 @@
 #pragma once
-// A cell that may be another one each time its daemon starts.
+// A cell that can be changed at each start of its daemon.
 
 #include "daemon_fixture.h"
 
@@ -7,7 +7,7 @@ namespace cellcal::daemon::testing {
 
 class AChangedCell : public ::testing::Test {
  protected:
-  /// The same cell, with `more` changed, with a daemon that has been started anew.
+  /// Restarts the daemon with the same cell, changed by `more`.
   void restart(const std::string& more) {
     fixture.daemon.reset();
     std::ofstream(fixture.dir / "d.toml")

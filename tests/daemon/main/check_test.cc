@@ -1,4 +1,4 @@
-// A check of the last calibration, as somebody at the cell has it: nothing moved, and a tool that was knocked.
+// A check of the last calibration from the command line: unchanged, and with a knocked tool.
 
 #include <gtest/gtest.h>
 
@@ -80,7 +80,7 @@ TEST_F(ACheck, HoldsWhereNothingChangedAndNamesTheToolThatWasKnocked) {
   EXPECT_NE(history.out.find("  holds  "), std::string::npos) << history.out;
   EXPECT_NE(history.out.find("  published  "), std::string::npos) << history.out;
 
-  // So much that the spheres are missed: that is an answer, too, and nothing is dropped.
+  // The spheres are missed: that is a result, too, and no touch is dropped.
   restart("tool_shift_mm = [0.0, 0.0, -14.0]\n");
   const Outcome gone = fixture.cellcal({"check", "--calibration", "1", "--json"});
   ASSERT_EQ(gone.status, 3) << gone.err << gone.out << fixture.log();

@@ -1,5 +1,5 @@
 #pragma once
-// A daemon with the emulated cell in a directory of its own.
+// A daemon with the emulated cell in its own directory.
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@
 
 namespace cellcal::daemon::testing {
 
-/// A brisk arm, for whom the way there is not what is tested.
+/// A fast arm, for tests that do not concern the motion.
 inline constexpr const char* kFast =
     "[motion]\nspeed_percent = 80\nacceleration_deg_s2 = 600\njerk_deg_s3 = 8000\n";
 

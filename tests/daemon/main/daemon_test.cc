@@ -39,7 +39,7 @@ TEST(ADaemon, CalibratesTheEmulatedCellAndLeavesItsResults) {
       << history.out;
   const Outcome shown = fixture.cellcal({"show", "1"});
   EXPECT_EQ(shown.status, 0);
-  // The emulated wires cost a tenth of a millisecond.
+  // The emulated wires delay by a tenth of a millisecond.
   const std::string before = "latch delay (k = 2): ";
   const auto delay = shown.out.find(before);
   ASSERT_NE(delay, std::string::npos) << shown.out;
@@ -111,8 +111,8 @@ TEST(AVirtualSession, ByIncrementsMeasuresWhatOneByOffsetsDoes) {
     EXPECT_TRUE(outcome.status == 0 || outcome.status == 3) << outcome.err << fixture.log();
     touches[relative ? 1 : 0] = content(fixture.dir.path() / "state/sessions/1/touches.csv");
   }
-  // The same searches: angles of contact agree to the controller's decimals and the phase of its
-  // cycle, 0.01 deg is far beyond both.
+  // The same searches: angles of contact agree within the controller's decimals and the phase of
+  // its cycle; 0.01 deg is far above both.
   std::istringstream by_offsets(touches[0]), by_increments(touches[1]);
   std::string a, b;
   int rows = 0;
@@ -168,7 +168,7 @@ TEST(ASession, ThatWouldGoBeyondTheCorrectionLimitIsRefusedBeforeTheFirstMotion)
     EXPECT_NE(refused.err.find(words), std::string::npos) << refused.err;
   EXPECT_EQ(refused.err.find("move-refused"), std::string::npos) << refused.err;
   EXPECT_EQ(status["touches"], 0);
-  // With the one that it says, it runs.
+  // With the reported limit it runs.
   const std::string set = "set correction_limit_deg = ";
   const std::size_t at = refused.err.find(set);
   ASSERT_NE(at, std::string::npos) << refused.err;
@@ -177,7 +177,7 @@ TEST(ASession, ThatWouldGoBeyondTheCorrectionLimitIsRefusedBeforeTheFirstMotion)
   EXPECT_EQ(ran.status, 3) << limit << ": " << ran.err;
   EXPECT_EQ(status["touches"], 8);
   EXPECT_NE(ran.out.find("the cell works, 8 of 8 touches"), std::string::npos) << ran.out;
-  // Touches that are chosen one by one are chosen inside it.
+  // Touches chosen one by one respect it.
   const Outcome inside =
       with_limit("120", {"run", "--cell", kCell, "--goal", "0.6", "--check", "2"}, status);
   EXPECT_TRUE(inside.status == 0 || inside.status == 3) << inside.err;
@@ -241,7 +241,7 @@ TEST(ASessionWithAGoal, EndsWhereItIsReachedAndShowsTheWayThere) {
   EXPECT_EQ(status["touches"], status["planned"]);
   const std::string csv = content(fixture.dir.path() / "state/sessions/1/touches.csv");
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), status["touches"].get<int>() + 1);
-  // On the way the prediction came down touch by touch.
+  // The prediction decreased touch by touch.
   double worst = 0.0;
   const std::string changes = http_request(fixture.socket(), "GET", "/v1/watch?since=0").body;
   std::istringstream lines(changes);
@@ -375,7 +375,7 @@ TEST(ASession, LeavesTheQualityOfItsLinksInTheStatus) {
   const Outcome outcome = fixture.cellcal(run("6", "0"));
   EXPECT_TRUE(outcome.status == 0 || outcome.status == 3) << outcome.err;
   nlohmann::json links = fixture.status()["links"];
-  // The session lets go of its devices a moment after it has said that it is done.
+  // The session closes its devices shortly after reporting that it is done.
   for (int i = 0; links["open"] == true && i < 1000; ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
     links = fixture.status()["links"];

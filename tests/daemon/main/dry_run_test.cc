@@ -1,4 +1,4 @@
-// A dry run, as somebody at the cell has it.
+// A dry run from the command line.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// A session that only finds the spheres.
+// A session that only locates the spheres.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ TEST(Finding, EndsWithTheCentresOfAllSpheresAsLinesForTheCellFile) {
   const auto stated = [&](const char* id) { return text.find(id) != std::string::npos; };
   for (const auto& sphere : found["spheres"]) {
     EXPECT_TRUE(stated(sphere["target"].get<std::string>().c_str()));
-    // Stated with a sigma of 10 mm, and the emulated spheres stand within two of them.
+    // Stated with a sigma of 10 mm; the emulated spheres are within two of them.
     EXPECT_LT(sphere["moved_mm"].get<double>(), 25.0);
   }
   const auto shown =
@@ -70,7 +70,7 @@ enum class Left { kAborted, kKilled };
 
 class AFindThatIsLeft : public AChangedCell, public ::testing::WithParamInterface<Left> {
  protected:
-  /// With so many touches made, in a state directory of its own; the search that was under way.
+  /// Leaves a session after this many touches, in a new state directory; the interrupted search.
   calib::SearchUnderWay leave_behind(int touches) {
     fixture.daemon.reset();
     std::filesystem::remove_all(fixture.dir / "state");
@@ -95,7 +95,7 @@ class AFindThatIsLeft : public AChangedCell, public ::testing::WithParamInterfac
     while (fixture.status()["phase"] != "aborted" && std::chrono::steady_clock::now() < end)
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
-  /// Along the search, one axis beside it.
+  /// Along the search, with an offset of one axis.
   static calib::JointVector on(const calib::SearchUnderWay& search, double share,
                                double beside_rad) {
     calib::JointVector at = search.way.back();
@@ -113,13 +113,13 @@ class AFindThatIsLeft : public AChangedCell, public ::testing::WithParamInterfac
 
 TEST_P(AFindThatIsLeft, IsLeftByTheNextTheWayItCameAndByNoneThatWasJogged) {
   int refused = 0;
-  // In contact, and twice free of it.
+  // In contact, and twice without contact.
   for (const auto& [touches, share] : {std::pair(2, 0.5), std::pair(9, 0.5), std::pair(9, 0.7)}) {
     SCOPED_TRACE(fmt::format("{} touches, {} of the search", touches, share));
     const calib::SearchUnderWay search = leave_behind(touches);
     ASSERT_FALSE(search.end.empty());
     const Outcome jogged = find_from(on(search, share, 1.0 * calib::kRadPerDeg));
-    if (jogged.status == 0) continue;  // it stands where a way out can be seen
+    if (jogged.status == 0) continue;  // at a position with a known retreat
     ++refused;
     const std::string failure = get("/v1/sessions/2")["failure"];
     EXPECT_TRUE(failure.starts_with("plan: the arm is where") ||

@@ -1,4 +1,4 @@
-// What systemd's journal is told of a line of the log.
+// Fields of a log line in systemd's journal.
 
 #include <gtest/gtest.h>
 
@@ -56,7 +56,7 @@ TEST(TheContextOfALine, IsTheDaemonsWhereTheThreadKnowsNoBetter) {
   EXPECT_EQ(log_context().touch, 5);
   EXPECT_EQ(log_context().event, LogEvent::kNone);
   {
-    const LogScope other({.session = 4});  // nothing of session 3 is true of it
+    const LogScope other({.session = 4});  // nothing of session 3 applies
     EXPECT_EQ(log_context().session, 4);
     EXPECT_FALSE(log_context().touch);
     EXPECT_TRUE(log_context().phase.empty());

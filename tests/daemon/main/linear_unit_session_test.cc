@@ -1,5 +1,5 @@
 // Whole calibrations of an arm on a linear unit: the daemon as a process, its emulated cell on virtual
-// time. Over EKI the controller has a further external axis, which no joint is.
+// time. Over EKI the controller has a further external axis that is not a joint.
 
 #include <gtest/gtest.h>
 
@@ -48,7 +48,7 @@ struct TrackFixture : DaemonFixture {
            << "\nsigma_mm = 0.01\n";
     }
   }
-  /// The same cell with its tool knocked, and a daemon that has been started anew.
+  /// Restarts the daemon with the same cell and a knocked tool.
   void knock() {
     daemon.reset();
     std::string text = content(dir / "d.toml");

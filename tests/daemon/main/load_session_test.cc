@@ -1,4 +1,4 @@
-// Sessions whose tool holds a load of the cell file: the daemon as a process, its emulated cell on virtual time.
+// Sessions with a load of the cell file in the tool: the daemon as a process, its emulated cell on virtual time.
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@ namespace {
 class ASessionWithALoad : public AChangedCell {
  protected:
   ASessionWithALoad() {
-    // The demonstration's cell; its arm bends by what it bears.
+    // The demonstration's cell; its arm bends under load.
     std::string robot = content(std::string(CELLCAL_DEMO_FOLDER) + "/kr5_worn.toml");
     std::ofstream(fixture.dir / "kr5_worn.toml") << robot;
     std::ofstream(cell) << content(std::string(CELLCAL_DEMO_FOLDER) + "/cell.toml")
@@ -60,7 +60,7 @@ TEST_F(ASessionWithALoad, IsIdentifiedWithItAndStatesItEverywhere) {
             std::string::npos);
   EXPECT_EQ(get("/v1/sessions/3")["load"], nullptr);
 
-  // Touches of both states count together.
+  // Touches in both states are used together.
   ASSERT_EQ(run({"--seed", "2"}).status, 0) << fixture.log();
   const std::string together = fixture.dir / "together.csv";
   auto all = touches(4);

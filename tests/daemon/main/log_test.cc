@@ -1,4 +1,4 @@
-// Whatever others' words hold, a message is one line of the log and steers no terminal.
+// A message is one line of the log without terminal control characters, whatever its content.
 
 #include "daemon/files/log.h"
 

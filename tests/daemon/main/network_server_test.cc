@@ -1,4 +1,4 @@
-// The whole daemon, from the network.
+// The whole daemon over the network.
 
 #include <gtest/gtest.h>
 #include <signal.h>

@@ -1,4 +1,4 @@
-// What systemd hears: ready, watchdog, status, stopping.
+// Notifications to systemd: ready, watchdog, status, stopping.
 
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -28,7 +28,7 @@ class NotifySocket {
   NotifySocket(const NotifySocket&) = delete;
   NotifySocket& operator=(const NotifySocket&) = delete;
 
-  /// Reads until a message holds this word; ctest's time limit ends a wait in vain.
+  /// Reads until a message contains this word; limited by ctest's timeout.
   void wait_for(const std::string& word) {
     std::string message;
     while (message.find(word) == std::string::npos) {

@@ -1,4 +1,4 @@
-// What a broker says that is hostile, or broken: it reaches the process of the line, and no further.
+// Hostile or invalid data from a broker affect the process of the connection only.
 
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ struct HostileBrokerTest : ::testing::Test {
   }
   template <class F>
   void wait_until(F done) const {
-    // Evaluated once per step: all facts so far have come at one moment and need not at the next.
+    // Evaluated once per step: the condition may become false again at the next.
     bool met = done();
     for (int i = 0; i < 6000 && !met; ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -44,7 +44,7 @@ struct HostileBrokerTest : ::testing::Test {
   json proposals() const {
     return json::parse(http_request(fixture.socket(), "GET", "/v1/proposals").body)["proposals"];
   }
-  /// Of all facts that came, in any number of lines.
+  /// Numbers of all received facts, over all connections.
   std::set<std::int64_t> numbers() const {
     std::set<std::int64_t> all;
     for (const auto& one : broker.published())
@@ -76,7 +76,8 @@ TEST_F(HostileBrokerTest, EndsTheProcessOfTheLineInMidSessionAndTheSessionGoesOn
   EXPECT_EQ(fixture.status()["interruptions"], 0);
   EXPECT_EQ(fixture.status()["links"]["robot"]["late"], 0);
   wait_until([&] { return plant()["restarts"] == 2 && plant()["connected"] == true; });
-  // Nobody stores anything here: each line is given all of it, from the first number to the newest.
+  // Nothing is acknowledged as stored: each connection gets all facts, from the first to the
+  // newest.
   std::set<std::int64_t> all;
   wait_until([&] {
     all = numbers();
@@ -110,7 +111,7 @@ TEST_F(HostileBrokerTest, ThatProposes20000TimesWhatIsNoProposalFillsNoLog) {
   const plant::Proposal last{
       {"graz", "weld-3"}, "p-last", plant::ProposalKind::kCheck, 0, "", "M. Huber", "drift", "t"};
   broker.say(flood + publish_packet("cellcal/graz/weld-3/proposal/p-last", plant::to_json(last)));
-  wait_until([&] { return proposals().size() == 1; });  // all before it was heard
+  wait_until([&] { return proposals().size() == 1; });  // all before it have been received
   EXPECT_NE(content(fixture.dir / "plant.log").find("not understood"), std::string::npos);
   EXPECT_LT(content(fixture.dir / "plant.log").size(), 2000u);
   EXPECT_LT(fixture.log().size(), 4000u);

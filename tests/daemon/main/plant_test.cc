@@ -23,7 +23,7 @@ std::string plant_of(const Broker& broker) {
          std::to_string(broker.port()) + "\ntouches = true\n";
 }
 
-/// The process that has the line, and a supervisor that begins it again.
+/// The process with the connection, and a supervisor that restarts it.
 struct Line : Background {
   explicit Line(const DaemonFixture& fixture)
       : Background({CELLCAL_PLANT, "--socket", fixture.dir / "plant/s", "--longest-wait", "1"},
@@ -40,7 +40,7 @@ TEST(ASession, IsToldOfToThePlantWholeInOrderAndOnce) {
   const Outcome run =
       fixture.cellcal({"run", "--cell", CELLCAL_DEMO_CELL, "--touches", "8", "--check", "2"});
   ASSERT_EQ(run.status, 3) << run.err << fixture.log();
-  // The phase that it ended in may come behind the alarm, which is written with the end.
+  // The final phase may follow the alarm, which is written with the end.
   const auto heard = plant.until([](const auto& all) {
     return std::ranges::count(all, "cellcal/graz/weld-3/fact/alarm", &Heard::topic) > 0;
   });
@@ -144,13 +144,13 @@ TEST(ASession, ThatWasKilledWithoutABrokerIsToldOfWhenThereIsOne) {
   Listener plant(broker.port(), "plant", "cellcal/#");
   fixture.start();
   const auto facts = facts_in(plant.until([](const auto& all) {
-    return std::ranges::any_of(all, [](const Heard& one) {  // others may come right behind it
+    return std::ranges::any_of(all, [](const Heard& one) {  // others may follow
       return one.payload.find("\"state\":\"interrupted\"") != std::string::npos;
     });
   }));
   std::int64_t newest = 0;
   for (const plant::Fact& fact : facts) {
-    if (fact.number <= newest) continue;  // sent again, its acknowledgement was late
+    if (fact.number <= newest) continue;  // sent again, since its acknowledgement was late
     EXPECT_EQ(fact.number, newest + 1);
     newest = fact.number;
   }
@@ -265,7 +265,7 @@ Outcome propose(const Broker& broker, std::vector<std::string> what) {
   return run_program(what);
 }
 
-/// The stand of the cell's newest proposal, once it is this one.
+/// Waits until the cell's newest proposal is in this state.
 void wait_for_stand(const DaemonFixture& fixture, const std::string& id, const std::string& stand) {
   std::string last;
   for (int i = 0; i < 1000; ++i) {
@@ -322,7 +322,7 @@ TEST(AProposalOfThePlant, IsSeenAndAcceptedAtTheCellAnsweredAndTakenFromTheBroke
       run_program({CELLCAL, "proposals", "--socket", fixture.socket(), "accept", "p-18"}).status,
       0);
 
-  // Taken away at the latest when the daemon connects again.
+  // Removed when the daemon connects again at the latest.
   fixture.daemon->signal(SIGTERM);
   fixture.daemon->wait();
   fixture.start();

@@ -22,7 +22,7 @@ namespace {
 constexpr std::uint64_t kSeed = 3;
 
 struct PositionerFixture : DaemonFixture {
-  /// `load`: lines of the robot file behind E2's.
+  /// `load`: lines of the robot file after E2's.
   explicit PositionerFixture(const std::string& wire = "eki", const std::string& more = "",
                              const std::string& load = "")
       : DaemonFixture(std::string(kFast) +
@@ -31,7 +31,7 @@ struct PositionerFixture : DaemonFixture {
                       more + "[mock]\nseed = " + std::to_string(kSeed) +
                       "\nstart_deg = [0, -90, 90, 0, 60, 0]\nwire = \"" + wire +
                       "\"\n[controller]\nexternal_axes = 2\n") {
-    // Its gears as stiff as a KR 16's: the experiments' are softer.
+    // Gears as stiff as a KR 16's; the experiments' are softer.
     std::string robot = content(CELLCAL_POSITIONER_ROBOT);
     const std::string soft = "per_nm = 2e-5";
     for (auto at = robot.find(soft); at != std::string::npos; at = robot.find(soft))
@@ -63,7 +63,7 @@ struct PositionerFixture : DaemonFixture {
 /// A line in the base frame: point and direction.
 using Line = std::pair<Eigen::Vector3d, Eigen::Vector3d>;
 
-/// Axes with all angles at 0, by the errors that the cell was drawn with.
+/// Axes at angles 0, with the cell's true errors.
 std::vector<Line> true_axes(const calib::Cell& cell) {
   sim::TruthOptions options;
   options.seed = kSeed;
@@ -125,11 +125,11 @@ TEST_P(ASessionWithAPositioner, EndsInAPublishedResultWithItsAxesWhereTheyAre) {
   const double angle_off = angle_between(axes[0], axes[1]) - angle_between(truth[0], truth[1]);
   const double place_off =
       distance_between(axes[0], axes[1]) - distance_between(truth[0], truth[1]);
-  // As drawn 2.1 mrad and 0.56 mm.
+  // As drawn: 2.1 mrad and 0.56 mm.
   EXPECT_LT(std::abs(angle_off), 2e-4);
   EXPECT_LT(std::abs(place_off), 1e-4);
 
-  // About itself the tilting axis bears up to 500 N m.
+  // The tilting axis bears up to 500 N m about itself.
   const calib::ParameterResult* gives =
       find(found, calib::positioner_parameter(0, calib::AxisError::kCompliance));
   ASSERT_NE(gives, nullptr);
@@ -210,7 +210,7 @@ TEST_P(ASessionWithAPositioner, IsTriedDryFirst) {
   EXPECT_EQ(outcome.status, 0) << outcome.out << outcome.err << fixture.log();
 }
 
-/// Of a sphere on the table, and one on the floor, only boxes in their frames are known.
+/// A sphere on the table and one on the floor, known only by boxes in their frames.
 void put_in_boxes(const PositionerFixture& fixture) {
   std::string text = content(fixture.cell);
   for (const std::size_t t : {0u, 4u}) {
@@ -224,7 +224,7 @@ void put_in_boxes(const PositionerFixture& fixture) {
             centre_mm.x() - 15.0, centre_mm.y() - 10.0, centre_mm.z() - 10.0, centre_mm.x() + 10.0,
             centre_mm.y() + 15.0, centre_mm.z() + 8.0));
   }
-  // Their certified distances are of the places before.
+  // Their certified distances refer to the former places.
   for (auto at = text.find("[[length]]"); at != std::string::npos;
        at = text.find("[[length]]", at)) {
     const auto end = std::min(text.find("[[length]]", at + 1), text.size());
@@ -240,7 +240,7 @@ void put_in_boxes(const PositionerFixture& fixture) {
 TEST_P(ASessionWithAPositioner, FindsSpheresOnTableAndFloorWhereThePositionerStands) {
   PositionerFixture fixture(GetParam());
   put_in_boxes(fixture);
-  // The emulated axes stand at 0, or as near as their limits allow.
+  // The emulated axes are at 0, or as close as their limits permit.
   std::string robot = content(fixture.dir / "robot.toml");
   for (const auto& [limit, now] : {std::pair("min_deg = -60.0", "min_deg = 15.0"),
                                    std::pair("min_deg = -185.0", "min_deg = 40.0")})

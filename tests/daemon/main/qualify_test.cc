@@ -1,4 +1,4 @@
-// A qualification, as somebody at the cell has it.
+// A qualification from the command line.
 
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ TEST(AQualification, MeasuresTheContactsAndIsNoCalibration) {
   EXPECT_EQ(result["touches"], 18);
   EXPECT_EQ(result["places"], 6);
   EXPECT_TRUE(result["passed"]);
-  // The cell's contacts scatter by 0.02 mm and the angles by 0.0005 deg.
+  // The cell's contacts scatter by 0.02 mm, the angles by 0.0005 deg.
   const double noise = result["touch_noise_mm"]["value"], sigma = result["touch_noise_mm"]["sigma"];
   EXPECT_NEAR(noise, 0.02, 4.0 * sigma);
   EXPECT_GT(noise, 0.008);

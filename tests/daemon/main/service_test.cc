@@ -1,4 +1,4 @@
-// What the service manager meets: exit statuses and signals.
+// Interface to the service manager: exit statuses and signals.
 
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -49,7 +49,7 @@ TEST(ACheckOfTheConfiguration, ReadsCertificateAndKeyAsAStartWould) {
   EXPECT_NE(other.err.find("tls_key " + key), std::string::npos) << other.err;
 }
 
-/// Waits until the log holds these words.
+/// Waits until the log contains these words.
 void wait_for_log(const DaemonFixture& fixture, const std::string& words) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
   while (fixture.log().find(words) == std::string::npos) {
@@ -73,7 +73,7 @@ TEST(AChangedConfiguration, IsInForceForTheNextSessionAndTheLogAtOnce) {
   DaemonFixture fixture("[mock]\nstart_deg = [0, -90, 90, 0, 90, 0]\n");
   fixture.start();
   EXPECT_EQ(fixture.log().find("debug"), std::string::npos);
-  // Too small a limit is refused before the first motion, which tells what the session began with.
+  // Too small a limit is refused before the first motion, which shows the configuration in use.
   std::ofstream(fixture.dir / "d.toml")
       << "format = \"cellcal.daemon/1\"\nbackend = \"mock\"\nlog_level = \"debug\"\n"
       << "state_dir = \"/elsewhere\"\nsocket = \"" << fixture.socket() << "\"\n"

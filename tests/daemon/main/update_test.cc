@@ -1,5 +1,4 @@
-// A cell whose tool was knocked is calibrated again by a few touches on top of its last calibration, as somebody at the cell
-// has it.
+// A cell with a knocked tool is recalibrated by a few touches based on its last calibration, from the command line.
 
 #include <gtest/gtest.h>
 
@@ -49,7 +48,7 @@ TEST_F(AnUpdate, BringsBackACellWhoseToolWasKnockedAndSaysWhereThereIsNothingToD
       << status.out;
   EXPECT_NE(status.out.find("tool shifted by 1.3"), std::string::npos) << status.out;
 
-  // It is the cell's calibration from now on, and there is nothing more to do.
+  // It is now the cell's calibration, and nothing remains to be done.
   const Outcome held = fixture.cellcal({"check"});
   EXPECT_EQ(held.status, 0) << held.err << held.out;
   const Outcome nothing =
@@ -63,7 +62,7 @@ TEST_F(AnUpdate, BringsBackACellWhoseToolWasKnockedAndSaysWhereThereIsNothingToD
   EXPECT_EQ(get("/v1/sessions/4")["outcome"]["kind"], "nothing_changed");
   EXPECT_EQ(get("/v1/sessions/4")["outcome"]["good"], true);
 
-  // So much that spheres are missed takes a full session, and is replayed all the same.
+  // If spheres are missed a full session is required; it can be replayed nevertheless.
   restart("tool_shift_mm = [0.0, 0.0, -14.0]\n");
   const Outcome lost =
       fixture.cellcal({"run", "--cell", CELLCAL_DEMO_CELL, "--update", "--or-full"});
@@ -73,7 +72,7 @@ TEST_F(AnUpdate, BringsBackACellWhoseToolWasKnockedAndSaysWhereThereIsNothingToD
   EXPECT_EQ(get("/v1/sessions/5/calibration.json")["update"]["outcome"], "not_found");
   EXPECT_EQ(fixture.cellcal({"replay", "5"}).status, 0);
 
-  // One that is withheld goes on with a full session where that was asked for; not where nothing changed.
+  // A withheld update continues with a full session if requested; not if nothing changed.
   restart("tool_shift_mm = [1.0, 0.0, 0.0]\ngeometry_scale = 1.3\n");
   const Outcome full = fixture.cellcal({"run", "--cell", CELLCAL_DEMO_CELL, "--update", "--or-full",
                                         "--touches", "20", "--check", "0", "--accept-change"});

@@ -1,5 +1,5 @@
-// Adapter, contact sensor's own core, emulated controller and microcontroller together: whoever
-// falls silent, the arm stops.
+// Adapter, contact sensor's core, emulated controller and microcontroller together: the arm stops
+// if any of them falls silent.
 
 #include <gtest/gtest.h>
 
@@ -50,7 +50,7 @@ class AnEkiCell : public ::testing::TestWithParam<drivers::EkiStop> {
     }
     return false;
   }
-  /// A1 at 0.5 deg/s through free space, a second of it.
+  /// A1 at 0.5 deg/s through free space, for a second.
   void search() {
     cell->contact().arm(1, 30s);
     std::optional<drivers::ArmResult> armed;
@@ -81,7 +81,7 @@ TEST_P(AnEkiCell, StopsWhenTheContactSensorFallsSilent) {
   cell->mcu().set_faults(faults, cell->now());
   const drivers::MoveResult stopped = result();
   EXPECT_EQ(stopped.outcome, MoveOutcome::kContactSilent) << stopped.detail;
-  // 25 ms of heartbeat limit, up to 40 ms to the interrupt, the ramp: within 0.1 s.
+  // 25 ms of heartbeat limit, up to 40 ms until the interrupt, the ramp: within 0.1 s.
   EXPECT_LT(a1_deg() - at_fault_deg, 0.05);
   EXPECT_FALSE(cell->controller().moving());
 }
@@ -99,7 +99,7 @@ TEST_P(AnEkiCell, IsStoppedByTheSensorsOutputWhereAWireAtTheGunBreaks) {
   sim::McuFaults faults;
   faults.circuit.sense_wire = sim::TouchCircuit::kOpen;
   cell->mcu().set_faults(faults, cell->now());
-  // Sensor and controller both read contact; the next arming's self-test tells it from a touch.
+  // Sensor and controller both read contact; the next arming's self-test detects the fault.
   EXPECT_EQ(result().outcome, MoveOutcome::kContact);
   EXPECT_LT(a1_deg() - at_fault_deg, 0.06);
   cell->contact().arm(2, 30s);

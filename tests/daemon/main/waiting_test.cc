@@ -1,5 +1,5 @@
-// Before the first motion a session waits for its links, says for which, what to start and how long
-// it still waits; Ctrl-C ends it then.
+// Before the first motion a session waits for its links, and reports which, what to start and the
+// remaining time; Ctrl-C ends it.
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-/// A serial port on which nobody answers.
+/// A serial port without a device.
 class MutePort {
  public:
   MutePort() : fd_(::posix_openpt(O_RDWR | O_NOCTTY)) {
@@ -36,7 +36,7 @@ class MutePort {
 
 class ASessionBeforeItsLinks : public ::testing::TestWithParam<const char*> {
  protected:
-  /// A daemon for a real cell of which nothing answers.
+  /// A daemon for a real cell without any device.
   void start(int wait_s) {
     const int port = 49300 + static_cast<int>(::getpid() % 200);
     std::ofstream(fixture.dir / "d.toml")
@@ -48,7 +48,7 @@ class ASessionBeforeItsLinks : public ::testing::TestWithParam<const char*> {
         << "\nrealtime = false\n[contact]\ndevice = \"" << sensor.name() << "\"\n";
     fixture.start();
   }
-  /// The status once it waits.
+  /// The status while it waits.
   nlohmann::json waiting() const {
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
     while (std::chrono::steady_clock::now() < end) {
@@ -99,7 +99,7 @@ TEST_P(ASessionBeforeItsLinks, IsEndedByCtrlCInRunSinceNothingHasMoved) {
   start(600);
   Background run_command(run(), fixture.dir / "run.log");
   ASSERT_TRUE(waiting()["waiting"].is_object());
-  std::this_thread::sleep_for(std::chrono::milliseconds(500));  // it has looked by then
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));  // it has polled by then
   run_command.signal(SIGINT);
   EXPECT_EQ(run_command.wait(), 1);
   EXPECT_EQ(fixture.status()["phase"], "aborted");
@@ -112,7 +112,7 @@ TEST_P(ASessionBeforeItsLinks, IsEndedByACtrlCThatFallsIntoAQuestion) {
   Background run_command(run(), fixture.dir / "run.log");
   ASSERT_TRUE(waiting()["waiting"].is_object());
   fixture.daemon->signal(SIGSTOP);
-  std::this_thread::sleep_for(std::chrono::milliseconds(500));  // it has asked, and waits
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));  // its request is pending
   run_command.signal(SIGINT);
   std::this_thread::sleep_for(std::chrono::milliseconds(100));
   fixture.daemon->signal(SIGCONT);

@@ -1,4 +1,4 @@
-// One tree of commands, and what the page and the completions make of it.
+// A tree of commands, and the resulting man page and completions.
 
 #include <gtest/gtest.h>
 
@@ -72,7 +72,7 @@ TEST_F(Manual, LetsNoWordOfHelpRunInAShell) {
   CommandHelp help = tree();
   help.commands[0].words = "it's $(reboot) `reboot` [x]: \\";
   help.commands[0].options[2].words = "that's '$(reboot)' [y] \\";
-  // In single quotes throughout; a quote in the words ends, escapes and begins again.
+  // In single quotes throughout; a quote in the text ends, escapes and reopens them.
   EXPECT_NE(zsh_completion(help).find("'do:it'\\''s $(reboot) `reboot` [x]: \\\\'"),
             std::string::npos)
       << zsh_completion(help);

@@ -1,5 +1,4 @@
-// The document as a whole: sound, self-contained, the same every time, whatever the session's
-// shape.
+// The whole document: valid, self-contained, deterministic, for any content of the session.
 
 #include <gtest/gtest.h>
 

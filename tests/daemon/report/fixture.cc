@@ -225,7 +225,7 @@ void add_touches(ReportInput& input, const SessionShape& shape, Noise& noise) {
   result.check = summarise(check_after);
 }
 
-// Independent but for one strong pair and one frame direction, as identifications show them.
+// Independent except for one strong pair and one frame direction, as in identifications.
 void add_covariance(Calibration& result) {
   const auto size = static_cast<Eigen::Index>(result.parameters.size());
   Eigen::VectorXd sigma(size);
@@ -288,7 +288,7 @@ ReportInput made_up_session(const SessionShape& shape) {
   result.cell.touch_sigma_m = kTouchSigma;
   result.cell.radius_offset_sigma_m = 3e-4;
 
-  // The best is not the one taken: the touches do not tell the first two apart.
+  // The best is not the one used: the touches do not distinguish the first two.
   result.level = {false, 1.0, 5.0 * kArcsec};
   result.levels = {
       {{false, 1.0, 0.0}, -120.4}, {result.level, -120.7}, {{false, 0.0, 0.0}, -124.6}};

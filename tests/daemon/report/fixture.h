@@ -1,6 +1,6 @@
 #pragma once
-// A made-up but realistic session: a KR 5 R1400 with spheres, touches and the result that an
-// identification would give. Nothing here is measured; the same seed gives the same session.
+// A synthetic but realistic session: a KR 5 R1400 with spheres, touches and a plausible result.
+// Nothing is measured; the same seed gives the same session.
 
 #include <cstddef>
 

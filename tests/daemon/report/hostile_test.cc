@@ -1,4 +1,4 @@
-// Names come from users' files, numbers from files that somebody may have written by hand.
+// Names come from users' files, numbers from files that may be edited by hand.
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 #pragma once
-// A strict reader for what the report writes: every element opened is closed in order, elements and
-// attributes come from a short list, and drawings hold finite numbers only. Not a general HTML
-// parser: it accepts less than browsers do, which is the point.
+// A strict parser for the report's HTML: elements are closed in order, elements and attributes are
+// from a short list, and drawings contain finite numbers only. Deliberately accepts less than
+// browsers do.
 
 #include <string>
 #include <string_view>
@@ -9,18 +9,18 @@
 
 namespace cellcal::daemon::report::testing {
 
-/// Empty where the document is sound; otherwise one line per complaint, at most twenty.
+/// Empty if the document is valid; otherwise one line per error, at most twenty.
 std::vector<std::string> complaints(std::string_view html);
 
-/// A line each.
+/// One per line.
 std::string joined(const std::vector<std::string>& lines);
 
-/// How often `needle` occurs.
+/// Number of occurrences of `needle`.
 std::size_t occurrences(std::string_view text, std::string_view needle);
 
 bool says(std::string_view html, std::string_view words);
 
-/// The section with this id, tags included; empty where there is none.
+/// The section with this id, tags included; empty if there is none.
 std::string section_of(std::string_view html, std::string_view id);
 
 }  // namespace cellcal::daemon::report::testing

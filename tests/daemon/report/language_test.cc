@@ -1,4 +1,4 @@
-// The report in another language: nothing of English is left in it, and its numbers have a decimal comma.
+// The report in another language: no English text is left, and numbers have a decimal comma.
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ std::string without(std::string html, const char* pattern) {
   return std::regex_replace(html, std::regex(pattern), " ");
 }
 
-/// Between tags, without the style sheet and what is quoted from files.
+/// Texts between tags, without style sheet and quotations from files.
 std::set<std::string> texts(const std::string& html) {
   const std::size_t begin = html.find("<main>");
   const std::string body =

@@ -1,4 +1,4 @@
-// Which model was fitted, by which method, and why that one.
+// The fitted model, the method, and the reason for its choice.
 
 #include <gtest/gtest.h>
 
@@ -27,7 +27,7 @@ TEST(Model, NamesTheLevelTheReasonAndTheMethod) {
 
 TEST(Model, LevelsStandInOrderWithTheirProbabilityAndEvidenceRelativeToTheBest) {
   const std::string model = section_of(html_report(made_up_session()), "model");
-  // exp(0), exp(-0.3) and exp(-4.2) of their sum.
+  // exp(0), exp(-0.3) and exp(-4.2) divided by their sum.
   const std::size_t best = model.find("<td>57&nbsp;%</td><td>0.0</td>");
   const std::size_t second = model.find(
       "<td>42&nbsp;%</td><td>\xE2\x88\x92"

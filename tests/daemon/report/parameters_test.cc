@@ -1,4 +1,4 @@
-// The parameters: their table, what the touches cannot tell, outliers, and which go together.
+// The parameters: their table, undetermined directions, outliers, and correlations.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -91,7 +91,7 @@ TEST(Parameters, OfALinearUnitAreItsMotionsWithTheirBounds) {
 TEST(Parameters, OfTheArmShowWhatTheirCorrectionIsACorrectionOf) {
   ReportInput input = made_up_session();
   for (auto& parameter : input.calibration.parameters) {
-    if (parameter.key.target < 0) parameter.nominal = 0.0;  // as the estimator leaves it
+    if (parameter.key.target < 0) parameter.nominal = 0.0;  // as set by the estimator
   }
   input.calibration.parameters.push_back({tool_parameter(ParameterKind::kTcp, 0, 2), "mm", 1e3, 0.0,
                                           1e-4, 1e-5, calib::DecidedBy::kData});

@@ -22,7 +22,7 @@ using testing::occurrences;
 using testing::says;
 using testing::section_of;
 
-/// Touches of two spheres from above, where the arm stands does not matter.
+/// Touches of two spheres from above; the position of the arm is irrelevant.
 calib::Plan small_plan(const calib::Cell& cell) {
   calib::Plan plan;
   plan.start = calib::JointVector(cell.robot.joints.size(), 0.0);
@@ -73,7 +73,7 @@ TEST(PlanScene, HasAPositionerAtZeroAndItsTouchesAsSeenFromThere) {
             1e-9);
   EXPECT_LT((scene.balls[0].centre - Eigen::Vector3d(1100.0, 200.0, 500.0)).norm(), 1e-9);
   EXPECT_EQ(scene.balls[1].centre, floor.balls[1].centre);
-  // The arm touched it half a radian further on.
+  // The arm touched it with the axis half a radian further.
   const Eigen::AngleAxisd back(-0.5, Eigen::Vector3d::UnitZ());
   const Eigen::Vector3d middle(1000.0, 0.0, 200.0);
   EXPECT_LT((scene.approaches[0].contact -

@@ -1,4 +1,4 @@
-// What each section says, and what it must not say.
+// Content of each section, and what it must not claim.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -205,7 +205,7 @@ TEST(Meaning, ShowsTruthOnlyAsThatOfASimulatedCell) {
 
 TEST(ResidualChart, DrawsEveryTouchBeforeAndAfterByKind) {
   const std::string chart = section_of(html_report(made_up_session()), "residuals");
-  // One of each kind of mark stands in the legend as well.
+  // Each kind of mark also appears once in the legend.
   EXPECT_EQ(occurrences(chart, "class=\"fit before\""), 78U);
   EXPECT_EQ(occurrences(chart, "class=\"fit after\""), 78U + 1U);
   EXPECT_EQ(occurrences(chart, "class=\"check after\""), 20U + 1U);
@@ -315,7 +315,7 @@ TEST(Targets, ShowEffectiveRadiusAgainstNominalAndTheCertifiedLengths) {
   EXPECT_TRUE(says(targets,
                    "<td>499.990</td><td>0.005</td><td>500.030</td><td>0.012</td><td>+0.040</td>"
                    "<td>3.08</td>"));
-  input.calibration.lengths.clear();  // written before there were any
+  input.calibration.lengths.clear();  // written before they existed
   EXPECT_TRUE(says(section_of(html_report(input), "targets"),
                    "<td>499.990</td><td>0.005</td><td>\xE2\x80\x93</td>"));
 }

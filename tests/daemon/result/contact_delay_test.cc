@@ -1,4 +1,4 @@
-// What touches at two speeds say about the latch.
+// Latch delay from touches at two speeds.
 
 #include "daemon/result/contact_delay.h"
 
@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kFast = 0.010, kSlow = 0.002;
 
-/// Contacts of a latch that is late by `delay_s`, scattered by `noise_m`.
+/// Contacts with a latch delay of `delay_s`, scattered by `noise_m`.
 std::vector<FastAndSlow> touches(int count, double delay_s, double noise_m) {
   std::vector<FastAndSlow> made;
   for (int i = 0; i < count; ++i) {

@@ -1,4 +1,4 @@
-// Where the delay of the latch begins to be known, and to be worth a word.
+// Limits at which the latch delay is determined, and reported.
 
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ TEST(TheDelayOfTheLatch, IsTheMiddleOfFiveAndMore) {
   ASSERT_TRUE(five);
   EXPECT_EQ(five->touches, 5);
   EXPECT_NEAR(five->delay_s, 0.003, 1e-12);
-  // The middle deviation of 1, 2, 0, 6, 1 ms, as a normal distribution's sigma, and of its middle.
+  // The median deviation of 1, 2, 0, 6, 1 ms, as sigma of a normal distribution, and of its median.
   EXPECT_NEAR(five->sigma_s, 1.4826 * 0.001 * std::sqrt(std::numbers::pi / 2.0 / 5.0), 1e-9);
   EXPECT_FALSE(contact_delay(of_delays({0.004, 0.001, 0.003, 0.002}), 0.010, 0.002));
 }

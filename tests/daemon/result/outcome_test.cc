@@ -1,4 +1,5 @@
-// Each kind of session has its own outcome; it survives as a document, and only a calibration is ever published.
+// Each kind of session has its own outcome, which survives as a document; only calibrations are
+// published.
 
 #include "daemon/result/outcome.h"
 

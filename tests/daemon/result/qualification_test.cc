@@ -1,4 +1,4 @@
-// Figures of contacts whose noise, delay and overtravel are known.
+// Figures of contacts with known noise, delay and overtravel.
 
 #include "daemon/result/qualification.h"
 
@@ -20,7 +20,7 @@ struct Cell {
   double noise_m = 0.0, delay_s = 0.0, overtravel_s = 0.020;
 };
 
-/// One axis that moves the tip a metre a radian; six places, three visits each.
+/// One axis that moves the tip by a metre per radian; six places, three visits each.
 calib::Plan plan() {
   calib::Plan plan;
   for (int place = 0; place < kQualificationPlaces; ++place)

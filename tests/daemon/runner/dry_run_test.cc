@@ -1,4 +1,4 @@
-// A dry run: the whole way, and not one contact.
+// A dry run: the complete path, without any contact.
 
 #include <gtest/gtest.h>
 

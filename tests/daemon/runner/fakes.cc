@@ -18,20 +18,20 @@ constexpr double kBehindSurface = 0.008;
 constexpr double kOvertravel = 0.0002;
 constexpr std::chrono::milliseconds kTransitTime{500};
 
-/// Of the sphere that a search to here is for.
+/// Surface of the sphere for which a search to here is made.
 double surface_before(double target_rad) {
   return std::floor(target_rad / kTouchSpacing) * kTouchSpacing + kSearch - kBehindSurface;
 }
 
-/// Once its time has come the stamps tell whose the silence was.
+/// At its time the sensor's stamps reveal the origin of the silence.
 void attribute_silence(World& w) {
   if (w.clock.now() < w.told_at) return;
   w.told_at = drivers::TimePoint::max();
   ++(w.script.sensor_silent ? w.sensor_silent : w.sensor_late);
 }
 
-/// Late replies leave the link up; without packets it is down for a while, and not referenced. The
-/// robot knows nothing of late bytes.
+/// Late replies leave the link up; without packets it is down for a while, and not referenced. Late
+/// bytes do not concern the robot.
 void interrupt(World& w, drivers::Interruption by) {
   w.busy_from = w.clock.now();
   if (by == drivers::Interruption::kLateBytes) {
@@ -198,7 +198,7 @@ drivers::ContactStatus FakeContact::status() const {
   drivers::ContactStatus status;
   status.in_contact = w_.in_contact;
   status.loop_ok = true;
-  // As the real one: no self-test, hence not ready, before contact has been open once.
+  // As in the real one: no self-test, hence not ready, before the contact has been open once.
   const bool proven =
       !(w_.script.contact_closed && w_.in_contact) && !w_.script.contact_never_ready;
   status.self_test_ok = proven && w_.clock.now() >= w_.proven_from;
@@ -330,7 +330,7 @@ Tasks line_tasks(std::size_t touches) {
 Session::Session(Script script, std::size_t touches)
     : backend(std::move(script)), tasks(line_tasks(touches)) {
   phases.push_back(Phase::kIdle);
-  start.policy.confirm_every = 1;  // all that a touch can be made of
+  start.policy.confirm_every = 1;  // all elements of a touch
 }
 
 State Session::run() { return run_and_abort_in(Phase::kIdle); }
@@ -344,7 +344,7 @@ State Session::run_and_abort_in(Phase abort_in) {
                      phases.push_back(state.phase);
                      if (on_phase) on_phase(state.phase);
                    }
-                   // A move that is held yet has nothing to be stopped.
+                   // A pending move needs no stop.
                    if (state.phase == abort_in && !state.held) running->request_abort();
                    if (watch) watch(state, *running);
                  }},

@@ -1,6 +1,6 @@
 #pragma once
-// A cell of numbers on virtual time: one joint whose angle [rad] is the tip's travel [m], a sphere
-// 8 mm before the end of each search, a sensor, and what can go wrong with them.
+// A minimal cell on virtual time: one joint whose angle [rad] is the tip's travel [m], a sphere 8
+// mm before the end of each search, a sensor, and their faults.
 
 #include <deque>
 #include <map>
@@ -24,12 +24,12 @@ class VirtualClock final : public drivers::Clock {
 
 inline constexpr int kNever = 1 << 30;
 
-/// What happens instead of the expected. Moves and armings are counted from 1; each leg between two
-/// way-points is one.
+/// Deviations from the normal course. Moves and armings are counted from 1; each leg between two
+/// way-points counts as one.
 struct Script {
   std::map<int, drivers::MoveOutcome> outcome{};  ///< this move ends like this
   std::map<int, double> late_m{};                 ///< this search meets the surface later by this
-  std::map<int, double> latch_off_m{};  ///< the contact of this search is told so far ahead
+  std::map<int, double> latch_off_m{};  ///< the reported contact of this search is this far ahead
   int endless_from = kNever;            ///< moves from this one on end only by stop()
   bool ignores_stop = false;
   bool robot_never_ready = false;
@@ -42,35 +42,35 @@ struct Script {
   int sensor_fault_at_arming = kNever;
   int sensor_fault_at_self_test = kNever;
   std::string open_robot_error{}, open_contact_error{};
-  int begin_throws_at = kNever;                         ///< of the moves as they are asked for
+  int begin_throws_at = kNever;                         ///< of the moves as requested
   std::map<int, drivers::Interruption> interruption{};  ///< why this move was silent
-  int lost_for_ms = 0;           ///< behind a silence the link is down so long, and then not ready
+  int lost_for_ms = 0;           ///< duration of the lost link after a silence, then not ready
   int pause_at_arming = kNever;  ///< the link pauses for lost_for_ms, the arm at rest
-  bool other_session = false;    ///< the controller began anew meanwhile
-  bool late_again = false;       ///< late replies go on while the links are watched
-  double moved_meanwhile_rad = 0.0;  ///< by another hand
-  int told_after_ms = 0;       ///< behind a silence that nothing explains: until its stamps tell
-  bool sensor_silent = false;  ///< and what they tell: the sensor sent nothing
-  int busy_for_ms = 0;  ///< behind each lateness of this computer heartbeats come late so long
-  int late_at_arming = kNever;  ///< this arming is not answered in time: this computer was late
+  bool other_session = false;    ///< the controller was restarted meanwhile
+  bool late_again = false;       ///< further late replies while the links are watched
+  double moved_meanwhile_rad = 0.0;  ///< moved by something else
+  int told_after_ms = 0;       ///< after an unexplained silence: time until its stamps arrive
+  bool sensor_silent = false;  ///< which then reveal that the sensor sent nothing
+  int busy_for_ms = 0;  ///< duration of late heartbeats after each delay of this computer
+  int late_at_arming = kNever;  ///< this arming is answered late, due to this computer
   bool never_back = false;
   drivers::OperatingMode mode = drivers::OperatingMode::kUnknown;
   std::optional<int> override_percent{};
 };
 
-/// What the fakes share.
+/// State shared by the fakes.
 struct World {
   Script script;
   VirtualClock clock;
-  std::vector<drivers::Move> moves;  ///< each leg of each
-  std::vector<std::uint32_t> begun;  ///< their ids, as they were asked for
+  std::vector<drivers::Move> moves;  ///< each leg of each move
+  std::vector<std::uint32_t> begun;  ///< their ids, in order of the requests
   double at_rad = 0.0;
   bool robot_open = false, contact_open = false, referenced = false;
   bool in_contact = false, robot_lost = false, sensor_fault = false;
   bool moving = false, stop_asked = false;
   drivers::TimePoint ends{};
   drivers::TimePoint
-      proven_from{};  ///< a self-test takes a moment, and nothing is proven meanwhile
+      proven_from{};  ///< a self-test takes some time, during which nothing is proven
   int armings = 0, stops = 0, self_tests = 0, opened = 0, references = 0, disarmings = 0;
   drivers::Interruption interrupted_by = drivers::Interruption::kNone;
   std::uint32_t interruptions = 0, session = 1;
@@ -79,7 +79,7 @@ struct World {
   drivers::TimePoint told_at = drivers::TimePoint::max(), busy_from{};
   drivers::TimePoint down_until{};
   std::optional<drivers::ArmResult> arm_answer;
-  std::deque<drivers::ContactRecord> records;  ///< of contacts, until they are taken
+  std::deque<drivers::ContactRecord> records;  ///< of contacts, until taken
 };
 
 class FakeRobot final : public drivers::Robot {
@@ -97,7 +97,7 @@ class FakeRobot final : public drivers::Robot {
   drivers::MoveOutcome natural_outcome(const drivers::Move& move) const;
   void begin_leg();
   World& w_;
-  std::deque<drivers::Move> legs_;  ///< of the move under way, still to be begun
+  std::deque<drivers::Move> legs_;  ///< remaining legs of the current move
 };
 
 class FakeContact final : public drivers::ContactSensor {
@@ -132,7 +132,7 @@ class FakeBackend : public Backend {
   FakeContact contact_{world};
 };
 
-/// Keeps what is recorded; fails at the nth record (from 1).
+/// Stores records; fails at the nth one (from 1).
 class FakeRecorder final : public Recorder {
  public:
   void record(const RecordPlan& plan) override;
@@ -159,7 +159,7 @@ class FakeRecorder final : public Recorder {
   void count();
 };
 
-/// A disk that stalls: from the job on that `stalls_at` names (from 1), jobs wait for release().
+/// A disk that stalls: from job number `stalls_at` (from 1) on, jobs wait for release().
 class HeldWorker final : public Worker {
  public:
   void post(std::function<void()> job) override {
@@ -179,7 +179,7 @@ class HeldWorker final : public Worker {
   std::deque<std::function<void()>> waiting;
 };
 
-/// A plan of so many touches on the one joint, with two waypoints before each and two home.
+/// A plan of this many touches with the one joint, two waypoints before each and two on the return.
 calib::Plan line_plan(std::size_t touches);
 Tasks line_tasks(std::size_t touches);
 
@@ -188,13 +188,13 @@ struct Session {
   explicit Session(Script script = {}, std::size_t touches = 3);
 
   State run();
-  /// Runs, and asks for an abort as soon as this phase is entered.
+  /// Runs, and requests an abort when this phase is entered.
   State run_and_abort_in(Phase phase);
 
   FakeBackend backend;
   FakeRecorder recorder;
   InlineWorker worker;
-  HeldWorker disk;  ///< holds nothing unless told to
+  HeldWorker disk;  ///< runs jobs immediately by default
   Tasks tasks;
   State start;
   std::vector<calib::Touch> done;

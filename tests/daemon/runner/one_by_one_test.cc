@@ -1,4 +1,4 @@
-// A session that chooses each touch by what those before it have shown.
+// A session that chooses each touch based on the preceding ones.
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@ namespace {
 using drivers::MoveKind;
 using drivers::MoveOutcome;
 
-/// Offers the touches of a line plan in turn until so many were made.
+/// Offers the touches of a line plan in turn until this many are made.
 struct Offers {
   std::size_t wanted = 3;
   std::size_t offered = 0;
@@ -158,8 +158,7 @@ TEST(ATouchChosenOneByOne, OfReadingsThatDisagreeIsReplaced) {
 }
 
 TEST(TouchesChosenOneByOne, ThatFailOneAfterTheOtherEndTheSessionWhereTheArmIs) {
-  // Two are left again (moves 3, then 7 behind the retreat and the two waypoints), the third is
-  // not.
+  // Two are skipped (moves 3, then 7 after the retreat and the two waypoints), the third is not.
   Offers offers;
   Choosing session(offers, {.outcome = {{3, MoveOutcome::kArrived},
                                         {7, MoveOutcome::kArrived},
@@ -301,7 +300,7 @@ TEST(ASearchForASphere, ThatCannotBeRecordedIsNotBegun) {
     chosen.search = *left_at(0.0);
     return chosen;
   };
-  session.recorder.fails_at = 2;  // behind the plan
+  session.recorder.fails_at = 2;  // after the plan
   const State end = session.run();
   ASSERT_EQ(end.phase, Phase::kFailed);
   EXPECT_EQ(end.failure->kind, FailureKind::kJournal);

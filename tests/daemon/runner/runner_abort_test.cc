@@ -35,9 +35,9 @@ TEST_P(AnAbort, LeavesTheArmAtRestAndTheTouchesOnDisk) {
 std::vector<Phase> abortable() {
   std::vector<Phase> phases;
   for (Phase phase : kAllPhases) {
-    // On the virtual clock the worker answers at once: planning, routing, identifying, reporting
-    // and recording are over before anybody can ask. The table's test covers them. This session's
-    // touches are planned beforehand; choosing is one_by_one_test's.
+    // On the virtual clock the worker answers immediately: planning, routing, identifying,
+    // reporting and recording cannot be interrupted. They are covered by the table's test. This
+    // session's touches are planned beforehand; choosing is covered by one_by_one_test.
     const bool instantaneous = kThinkingPhases.has(phase) || phase == Phase::kRouting ||
                                phase == Phase::kRecording || phase == Phase::kChoosing;
     if (kActivePhases.has(phase) && !instantaneous) phases.push_back(phase);

@@ -1,4 +1,4 @@
-// A disk that stalls: what is asked of it waits, and nothing else does.
+// A disk that stalls: its jobs wait, and nothing else does.
 
 #include <gtest/gtest.h>
 
@@ -7,14 +7,14 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-/// What was so at the moment at which the session ended, while the disk still stalled.
+/// State at the end of the session, while the disk still stalled.
 struct AtTheEnd {
   bool seen = false;
   std::size_t moves = 0, waiting = 0;
   bool moving = true, open = true;
 };
 
-/// Lets the disk go on once the session has ended, and keeps what was so then.
+/// Releases the disk once the session has ended, and records the state at that time.
 AtTheEnd watch_the_end(Session& session, AtTheEnd& end,
                        std::function<void(const State&, Runner&)> more = {}) {
   session.watch = [&session, &end, more](const State& state, Runner& runner) {
@@ -28,7 +28,7 @@ AtTheEnd watch_the_end(Session& session, AtTheEnd& end,
   return end;
 }
 
-/// Behind it the touch is recorded.
+/// The touch is recorded after it.
 bool in_the_last_search(const State& state) {
   return state.phase == Phase::kSlowSearch && state.slow.size() == 1;
 }
@@ -54,12 +54,12 @@ TEST(ADiskThatStalls, AtAnyRecordHoldsTheNextMoveBackAndTheSessionEndsByName) {
       }
     });
     const State end = session.run();
-    if (end.phase == Phase::kDone) {  // the last notes: nothing waits for them
+    if (end.phase == Phase::kDone) {  // the last notes, for which nothing waits
       EXPECT_GE(nth, jobs - 1);
       continue;
     }
     ASSERT_EQ(end.phase, Phase::kFailed) << nth;
-    const bool thinking = end.failure->kind == FailureKind::kTimeout;  // the end's record
+    const bool thinking = end.failure->kind == FailureKind::kTimeout;  // the record of the end
     EXPECT_TRUE(end.failure->kind == FailureKind::kJournal || thinking) << nth;
     by_name += thinking ? 0 : 1;
     ASSERT_TRUE(at_end.seen && moves_at_stall) << nth;
@@ -95,7 +95,7 @@ TEST(ADiskThatStalls, KeepsNoAbortFromEndingASessionThatRecordsATouch) {
   EXPECT_TRUE(at_end.seen);
   EXPECT_GT(at_end.waiting, 1u) << "the touch and the end wait for the disk, the session does not";
   EXPECT_FALSE(at_end.open);
-  // What was asked of the disk is there once it answers, in its order.
+  // Once the disk answers, all jobs are done, in order.
   EXPECT_EQ(session.recorder.touches.size(), 1u);
   ASSERT_EQ(session.recorder.ends.size(), 1u);
   EXPECT_EQ(session.recorder.ends[0].ending, Ending::kAborted);

@@ -1,4 +1,4 @@
-// Each thing that can go wrong has its name, its words, and leaves the arm where it is.
+// Each possible failure has its name and message, and leaves the arm at its position.
 
 #include <gtest/gtest.h>
 
@@ -164,7 +164,7 @@ TEST(AFullDisk, AtAnyRecordStopsTheSessionBeforeTheNextMove) {
     ASSERT_EQ(end.phase, Phase::kFailed) << nth;
     EXPECT_EQ(end.failure->kind, FailureKind::kJournal) << nth;
     EXPECT_NE(words(end.failure->detail).find("disk full; make room"), std::string::npos) << nth;
-    // Each reading is a record, and no search follows a record that failed.
+    // Each reading is a record, and no search follows a failed record.
     moves_at_failure = session.backend.world.moves.size();
     if (moves_at_failure > 0 && nth < calls) {
       EXPECT_EQ(session.backend.world.moves.back().kind, drivers::MoveKind::kSearch) << nth;

@@ -46,7 +46,7 @@ TEST(ASession, SearchesAtTheSpeedsOfItsPolicyUnderTheSensorsArming) {
   }
   ASSERT_EQ(searches.size(), 3u);
   EXPECT_NEAR(searches[0].cruise_s, 0.018 / 0.010, 1e-12);
-  // Backed off by 1 mm from the contact at 10 mm, then by 0.6 mm; 3 mm behind it a search ends.
+  // Retreats by 1 mm from the contact at 10 mm, then by 0.6 mm; searches end 3 mm after it.
   EXPECT_NEAR(searches[0].target_rad[0], 0.118, 1e-12);
   EXPECT_NEAR(searches[1].cruise_s, 0.004 / TouchPolicy().slow_m_s, 1e-9);
   EXPECT_NEAR(searches[2].cruise_s, 0.0036 / TouchPolicy().slow_m_s, 1e-9);
@@ -153,7 +153,7 @@ TEST(ASession, ProvesTheSensorAgainWhenItRefusesToBeArmedOnce) {
 }
 
 TEST(ASession, BacksOffFromNoiseAndSearchesAgain) {
-  // Move 3 is the fast search, move 7 then the first slow one.
+  // Move 3 is the fast search, move 7 the first slow one.
   Session session(
       {.outcome = {{3, drivers::MoveOutcome::kRevoked}, {7, drivers::MoveOutcome::kRevoked}}}, 1);
   const State end = session.run();

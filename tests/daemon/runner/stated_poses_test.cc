@@ -1,4 +1,4 @@
-// The controller's model of the arm as it comes over both wires, from the emulated controllers to the comparison.
+// The controller's model of the arm over both interfaces, from the emulated controllers to the comparison.
 
 #include "daemon/runner/stated_poses.h"
 

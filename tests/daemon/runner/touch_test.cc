@@ -34,7 +34,7 @@ TEST(ATouch, ThatNeverComesIsBelievedOnlyOfASensorThatProvesItself) {
   EXPECT_EQ(well.run().failure->kind, FailureKind::kNoContact);
   EXPECT_EQ(well.backend.world.self_tests, 1);
 
-  // Its input died behind the arming: it saw nothing because it sees nothing.
+  // Its input failed after the arming, so that it cannot detect a contact.
   Session blind({.outcome = {{3, MoveOutcome::kArrived}}, .sensor_fault_at_self_test = 1});
   const State end = blind.run();
   ASSERT_EQ(end.phase, Phase::kFailed);
@@ -57,7 +57,8 @@ TEST(ATouch, WhoseContactIsToldWronglyNeverLeadsTheArmFartherIn) {
   Session session({.latch_off_m = {{3, 0.005}}}, 1);
   session.run();
   ASSERT_GE(session.backend.world.moves.size(), 4u);
-  // Met after 10 mm, at rest after 10.2 mm, told at 15 mm: back by a millimetre from the rest.
+  // Contact after 10 mm, at rest after 10.2 mm, reported at 15 mm: back by a millimetre from the
+  // rest.
   EXPECT_NEAR(session.backend.world.moves[3].target_rad[0], 0.1092, 1e-9);
 }
 
@@ -84,7 +85,7 @@ TEST(ATouch, OfNoiseAloneIsGivenUpAfterABoundedNumberOfTries) {
 
 TEST(ATouch, CountsNoiseForItselfAlone) {
   Script script;
-  // Three trips of noise in each of two touches, four moves later each time.
+  // Three false trips in each of two touches, four moves later each time.
   for (int move : {3, 5, 7}) script.outcome[move] = MoveOutcome::kRevoked;
   Session session(script, 2);
   const State end = session.run();

@@ -1,4 +1,4 @@
-// Sessions that nobody is there to watch.
+// Unattended sessions.
 
 #include <gtest/gtest.h>
 

@@ -42,7 +42,7 @@ TEST(AWorkerThread, FinishesTheJobInHandWhenItEnds) {
 TEST(ASessionWithAWorkerThread, EndsAsOneWithAnInlineWorkerDoes) {
   testing::Session session;
   ThreadWorker worker;
-  // The virtual clock runs far ahead of the thread: the timeouts have to be long.
+  // The virtual clock runs far ahead of the thread, which requires long timeouts.
   State patient;
   patient.timeouts.planning = patient.timeouts.identifying = patient.timeouts.reporting =
       std::chrono::hours(100000);
@@ -52,7 +52,7 @@ TEST(ASessionWithAWorkerThread, EndsAsOneWithAnInlineWorkerDoes) {
   EXPECT_EQ(session.recorder.touches.size(), 3u);
 }
 
-/// A disk that answers when it is told to.
+/// A disk that answers on request.
 struct StalledRecorder final : Recorder {
   void record(const RecordPlan&) override {}
   void record(const RecordSearch&) override {}
@@ -76,7 +76,7 @@ TEST(AnAbortOfASessionWhoseTouchWaitsForTheDisk, DoesNotWaitForIt) {
   testing::Session session({}, 1);
   StalledRecorder recorder;
   ThreadWorker disk(ThreadWorker::Priority::kNormal);
-  // The virtual clock runs far ahead of the thread: the timeouts have to be long.
+  // The virtual clock runs far ahead of the thread, which requires long timeouts.
   State patient;
   patient.timeouts.recording = std::chrono::hours(100000);
   bool aborted_before_the_disk_answered = false;
@@ -99,7 +99,7 @@ TEST(AnAbortOfASessionWhoseTouchWaitsForTheDisk, DoesNotWaitForIt) {
   EXPECT_TRUE(recorder.on_disk) << "the session waits for its end's record, the arm at rest";
 }
 
-/// A robot whose driver hangs in the first look at a move.
+/// A robot whose driver hangs at the first poll of a move.
 class HangingBackend final : public Backend {
  public:
   drivers::Robot& robot() override {
@@ -169,7 +169,7 @@ TEST(AnAbortOfAPlanningSession, DoesNotWaitForThePlan) {
   release.set_value();
 }
 
-/// Computes until it is called off.
+/// Computes until cancelled.
 [[noreturn]] void compute(std::promise<void>& begun) {
   begun.set_value();
   while (true) {
@@ -185,7 +185,7 @@ TEST(AnAbortOfAPlanningSession, CallsThePlanOffWhichIsNoFailure) {
   State patient;
   patient.timeouts.planning = std::chrono::hours(100000);
   {
-    ThreadWorker worker;  // whose end waits for the job in hand
+    ThreadWorker worker;  // whose destructor waits for the current job
     Runner runner({session.backend, session.recorder, worker, session.worker, session.tasks, {}},
                   patient, {});
     std::thread person([&] {

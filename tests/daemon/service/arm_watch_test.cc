@@ -1,4 +1,4 @@
-// What is said of the arm is what the newest packet shows, and no more.
+// The reported state of the arm is that of the newest packet.
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ struct ArmWatchTest : ::testing::Test {
     robot.link = RobotLink::kReady;
     robot.actual_rad = {0.1, 0.2};
   }
-  /// The link goes on for so long, a look every 200 ms.
+  /// The link continues for this many samples, one every 200 ms.
   ArmSeen after(int samples, double step_rad = 0.0) {
     for (int i = 0; i < samples; ++i) {
       now += 200ms;

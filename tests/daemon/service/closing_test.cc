@@ -1,4 +1,4 @@
-// A session asked for while the one before still lets its devices go.
+// A session requested while the preceding one still closes its devices.
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-/// Its link takes as long to close as the test wants.
+/// Its link closes when the test permits.
 class SlowToClose final : public Backend {
  public:
   explicit SlowToClose(std::shared_future<void> closed) : closed_(std::move(closed)) {}
@@ -72,7 +72,7 @@ TEST_F(AnAbort, TakesBackARunThatStillWaitsForTheSessionBeforeToClose) {
       answer.set_value(busy.what());
     }
   });
-  // Until somebody waits there is nothing to abort.
+  // Until a request waits there is nothing to abort.
   bool taken = false;
   wait_until([&] { return taken = service.abort(); });
   EXPECT_TRUE(taken);
@@ -83,7 +83,7 @@ TEST_F(AnAbort, TakesBackARunThatStillWaitsForTheSessionBeforeToClose) {
   EXPECT_EQ(journal.sessions().size(), 1U);
 }
 
-/// It would keep the abort of the one that runs to itself.
+/// It would otherwise take the abort of the running one.
 TEST_F(ARun, ThatWaitsBesideAnotherOneEndsWhenThatHasTakenThePlace) {
   std::promise<void> prepared;
   const std::shared_future<void> ready = prepared.get_future().share();
@@ -107,7 +107,7 @@ TEST_F(ARun, ThatWaitsBesideAnotherOneEndsWhenThatHasTakenThePlace) {
     answers.push_back(answer);
   };
   std::thread one(ask), other(ask);
-  std::this_thread::sleep_for(std::chrono::milliseconds(50));  // both wait, as a rule
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));  // usually both wait
   closed.set_value();
   wait_until([&] {
     const std::lock_guard lock(mutex);
@@ -138,7 +138,7 @@ TEST_F(WhatIsDoneAlone, WaitsForNoSessionAndLetsNoneBegin) {
   });
   EXPECT_THROW(service.alone("an import", [] { throw JournalError("damaged"); }), JournalError);
   service.start(request);
-  wait_until([&] { return is_final(service.status().phase); });  // and holds its devices still
+  wait_until([&] { return is_final(service.status().phase); });  // and still holds its devices
   EXPECT_THROW(service.alone("an import", [&] { ++done; }), BusyError);
   closed.set_value();
   service.shutdown();

@@ -1,4 +1,4 @@
-// What of the daemon's configuration a session takes with it, and when.
+// Parts of the daemon's configuration that apply to a session, and from when.
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ namespace {
 const SearchLimits kByFlag{0.0025, 1, "with eki stop = \"flag\""};
 
 struct ASessionThatIsResumed : ::testing::Test {
-  /// Why it is not gone on with under these limits; "devices" where it would be.
+  /// Reason why it is not resumed under these limits; "devices" if it would be.
   std::string refusal(const TouchPolicy& touch, const SearchLimits& limits) {
     Journal journal(dir / "j.db");
     SessionInputs inputs = read_inputs(CELLCAL_DEMO_CELL);
@@ -66,7 +66,7 @@ TEST_F(ASessionThatIsResumed, IsRefusedWhereTodaysLinkStopsTooSlowlyForItsSearch
 TEST(ASession, ThatBeginsWhileTheConfigurationIsReadAgainHasAllOfOne) {
   const TemporaryDirectory dir;
   Journal journal(dir / "j.db");
-  // With the one a qualification is begun, with the other it is refused before its devices are asked for.
+  // With the one a qualification begins, with the other it is refused before its devices are requested.
   SessionSettings slow;
   slow.touch.fast_m_s = slow.touch.slow_m_s;
   std::atomic<int> mixed{0};

@@ -1,5 +1,5 @@
-// A small session whose process is killed, or whose power is cut, at each of its transitions; then it
-// is resumed to its end.
+// A small session with its process killed, or its power cut, at each of its transitions; then it is
+// resumed to its end.
 
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -29,7 +29,7 @@ constexpr std::size_t kTouches = 3;
 
 using Watch = std::function<void(const State&, const World&)>;
 
-/// The fakes' session, with a journal. `watch` is called after each step.
+/// The session of the fakes, with a journal. `watch` is called after each step.
 State run_with(Journal& journal, std::int64_t id, bool resumed, const Watch& watch = {}) {
   FakeBackend backend;
   JournalRecorder recorder(journal, id, backend);
@@ -62,7 +62,7 @@ int steps_of_a_whole_session() {
   return steps;
 }
 
-/// What a session of that many touches has in its journal, once it is done.
+/// Checks the journal of a completed session with this many touches.
 void expect_whole(const std::filesystem::path& path, const std::vector<calib::Touch>& before,
                   const std::string& where) {
   Journal journal(path);
@@ -129,13 +129,13 @@ TEST(ASession, WhosePowerIsCutAtManyOfItsWritesIsResumedToItsEnd) {
   EXPECT_GT(cuts, 30);
 }
 
-/// Whether the words say what to do about that.
+/// True if the message states a remedy for this error.
 bool advises(const std::string& words, int error) {
   return error == ENOSPC ? words.find("full") != words.npos || words.find("ake room") != words.npos
                          : words.find("heck") != words.npos;
 }
 
-/// Fails at each write from the nth on; the session has to end by name with the arm at rest.
+/// Fails at each write from the nth on; the session must report the failure, with the arm at rest.
 void fail_from(long at, int error, int& failed, bool& went_through) {
   const TemporaryDirectory dir;
   const std::string where = "failed from write " + std::to_string(at);
@@ -198,7 +198,7 @@ TEST(ASession, HasEveryChangeOfPhaseAndEveryContactInItsRows) {
   EXPECT_EQ(contacts, 3 * kTouches);
 }
 
-/// A daemon's sessions on an emulated cell, in a directory that was made once: one calibration is published there.
+/// A daemon's sessions on an emulated cell, in a shared directory with one published calibration.
 class ACalibratedCell : public ::testing::TestWithParam<SessionKind> {
  public:
   static RunRequest request(SessionKind kind, int touches = 0) {
@@ -210,7 +210,7 @@ class ACalibratedCell : public ::testing::TestWithParam<SessionKind> {
     wanted.check_touches = touches > 0 ? 6 : 0;
     return wanted;
   }
-  /// How it ended; none: it did not begin, by this reason.
+  /// The final status; none: it did not begin, for this reason.
   struct End {
     std::optional<Status> status;
     std::string refused;
@@ -237,7 +237,7 @@ class ACalibratedCell : public ::testing::TestWithParam<SessionKind> {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     return {service.status(), ""};
   }
-  /// Writes from one failure to the next: an update and what goes on after it take seconds. tests/disk_faults takes more of them.
+  /// Writes between two failures: an update and its continuation take seconds. tests/disk_faults uses smaller steps.
   static long stride() {
     const char* every = std::getenv("CELLCAL_SWEEP_EVERY");
     return every == nullptr ? 421 : std::max(1L, std::strtol(every, nullptr, 10));
@@ -263,7 +263,7 @@ TEST_P(ACalibratedCell, WhoseDiskFailsInMidSessionHoldsStillByNameKeepsItsCalibr
 
 void ACalibratedCell::sweep(const RunRequest& wanted, int error) {
   int failed = 0, refused = 0;
-  // The two kinds of failure at different writes.
+  // The two kinds of failure occur at different writes.
   for (long at = error == EIO ? stride() / 2 : 0;; at += stride()) {
     const TemporaryDirectory dir;
     const std::string where = "failed from write " + std::to_string(at);
@@ -309,7 +309,7 @@ void ACalibratedCell::sweep(const RunRequest& wanted, int error) {
   EXPECT_GE(failed, 3);
 }
 
-/// With the file of its calibration, which lies beside the journal. `rows_are_there`: an earlier import got no farther than that.
+/// With the file of its calibration, stored next to the journal. `rows_are_there`: an earlier import stopped there.
 int fail_each_import(int error, long every, bool rows_are_there) {
   Journal recorded(ACalibratedCell::calibrated() / "j.db");
   const Archive archive = make_archive(recorded, 1, ACalibratedCell::calibrated() / "sessions/1");
@@ -348,7 +348,7 @@ int fail_each_import(int error, long every, bool rows_are_there) {
 }
 
 TEST(AnImport, WhoseDiskFailsAtAnyWriteIsRefusedByNameAndWholeWhenItIsBack) {
-  constexpr long kShare = 10;  // it takes less time than a session
+  constexpr long kShare = 10;  // an import takes less time than a session
   for (const int error : {ENOSPC, EIO}) {
     const int rows =
         fail_each_import(error, std::max(1L, ACalibratedCell::stride() / kShare), false);

@@ -1,4 +1,4 @@
-// The speed beside a person, against the emulated controller's own watch of T1.
+// The speed near a person, checked by the emulated controller's monitoring of T1.
 
 #include <gtest/gtest.h>
 
@@ -61,7 +61,7 @@ struct HandSpeedTest : ::testing::Test {
     return state;
   }
 
-  /// Ways of three legs, at the share that is made of what the adapter knows.
+  /// Moves of three legs, at the speed share derived from the adapter's state.
   void move_in_t1(const HandSpeed& speed, const sim::ControllerConfig& krc) const;
 
   calib::Cell cell = calib::load_cell(CELLCAL_DEMO_CELL);
@@ -178,7 +178,7 @@ struct HandSpeedOfASession : HandSpeedTest {
   struct Emulated final : FakeBackend {
     bool emulated() const override { return true; }
   };
-  /// Whether a session that begins now is bounded where the link does not tell the mode.
+  /// True if a new session is bounded when the link does not report the mode.
   bool bounded() {
     SessionSettings settings;
     settings.hand_speed_m_s = kBoundMS;

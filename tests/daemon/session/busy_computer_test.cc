@@ -1,5 +1,5 @@
-// Where this computer was late, and robot and sensor were sound: the touch is repeated by itself, by
-// default, a bounded number of times, behind proof of both links. With any sign of a fault it is not.
+// Delays of this computer, with intact robot and sensor: by default the touch is repeated a bounded
+// number of times, after both links are verified. With any sign of a fault it is not.
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ using drivers::ContactLink;
 using drivers::Interruption;
 using drivers::MoveOutcome;
 
-/// These moves, counted from 1, are stopped since the sensor's data came late, or did not come.
+/// These moves, counted from 1, are stopped because the sensor's data is late or missing.
 Script late_at(std::initializer_list<int> moves, Interruption by = Interruption::kLateBytes) {
   Script script;
   for (const int move : moves) {
@@ -28,7 +28,7 @@ Script late_at(std::initializer_list<int> moves, Interruption by = Interruption:
 
 std::string why(const State& end) { return end.failure ? describe(*end.failure) : "no failure"; }
 
-/// As a session begins where no key says anything.
+/// A session with default settings.
 struct Usual : Session {
   explicit Usual(Script script, std::size_t touches = 2) : Session(std::move(script), touches) {
     start.repeats = BusyRepeats{};
@@ -65,7 +65,7 @@ TEST(Repeats, OfOneTouchAreBoundedAndBeginAnewWithTheNext) {
   EXPECT_NE(why(end).find("ll 2 repeats of one touch are used ([session] busy_repeats_touch)"),
             std::string::npos)
       << why(end);
-  // One each of two touches.
+  // Once in each of two touches.
   Usual once(late_at({3, 13}));
   once.start.repeats = {1, 100};
   EXPECT_EQ(once.run().phase, Phase::kDone) << why(once.start);
@@ -89,7 +89,7 @@ TEST(Repeats, LeaveTheRetriesOfOtherInterruptionsAlone) {
 }
 
 TEST(ALatenessDuringTheRepeatItself, IsRepeatedAgain) {
-  // The search; the way back to it; the search again; and the move out of the contact.
+  // The search; the return to it; the search again; and the retreat from the contact.
   Usual session(late_at({3, 4, 6, 9}));
   const State end = session.run();
   ASSERT_EQ(end.phase, Phase::kDone) << why(end);
@@ -164,7 +164,7 @@ TEST(ASilenceThatWasThisComputers, IsRepeatedOnceItsStampsHaveTold) {
   EXPECT_EQ(session.recorder.touches.size(), 2u);
 }
 
-/// Recovering from a lateness in the fast search, or from a silence that is not explained yet.
+/// Recovering from late data in the fast search, or from a silence not yet explained.
 Walk recovering(Interruption by) {
   Walk walk;
   walk.state.repeats = BusyRepeats{};
@@ -365,7 +365,7 @@ TEST(AnArmingThatWasNotAnswered, InTimeIsRepeatedWhereThisComputerWasLateAndOnly
   mute.arming_unanswered = true;
   Usual session(mute);
   EXPECT_EQ(session.run().failure->kind, FailureKind::kArmRefused);
-  // Of what is at the tip nothing is explained by a late answer.
+  // A late answer does not explain the state of the tip.
   Walk walk;
   walk.state.repeats = BusyRepeats{};
   walk.to_arming();
@@ -398,7 +398,7 @@ TEST(AContactBehindALateness, InTransitEndsTheSessionAndAtTheSphereDoesNot) {
   EXPECT_EQ(transit.state.failure->kind, FailureKind::kUnexpectedContact);
 }
 
-/// Touches chosen one by one, at the search for the first.
+/// Touches chosen one by one, during the search for the first.
 Walk one_by_one_searching() {
   Walk walk;
   walk.state.one_by_one = true;
@@ -410,7 +410,7 @@ void late_bytes(Event& event) {
   move(event).interruption = Interruption::kLateBytes;
   move(event).at_rad = {0.112};
 }
-/// Both links prove themselves; the arm is where it was left.
+/// Both links are verified; the arm is where it was left.
 void prove_links(Walk& walk) {
   const auto there = [](Event& event) { links(event).actual_rad = {0.112}; };
   walk.on(EventKind::kLinks, there);
@@ -420,7 +420,7 @@ void prove_links(Walk& walk) {
 }
 
 TEST(ASearchChosenOneByOne, IsRepeatedOverTheWayItCameWithoutANewChoice) {
-  for (const int times : {1, 2}) {  // interrupted on that way as well
+  for (const int times : {1, 2}) {  // also interrupted on that path
     Walk walk = one_by_one_searching();
     const double began_rad = 0.1 + walk.state.approach_m;
     walk.on(EventKind::kContactSilent, late_bytes);

@@ -1,4 +1,4 @@
-// What a failure says, word by word: which touch, what was seen, what to do.
+// Message of each failure: the touch, the evidence, the remedy.
 
 #include <gtest/gtest.h>
 
@@ -208,7 +208,7 @@ TEST_F(FailureWords, OfABusyComputerSaySoFirstAndWhichBoundIsReached) {
   for (int k = 0; k < 9; ++k) state.interruptions.count(Interruption::kLateBytes);
   EXPECT_EQ(in(kConnecting, F::kComputerBusy),
             busy + ". All 9 repeats of a session are used ([session] busy_repeats)");
-  // At rest the evidence is the sensor's link.
+  // At rest the evidence comes from the sensor's link.
   event = event_of_kind(EventKind::kLinks);
   state.links.contact_words = "this computer was busy: sensor data 340 ms late, limit 300 ms";
   state.repeats = {};

@@ -1,4 +1,4 @@
-// Harmless interruptions: the session goes on by itself where its owner allows it and all is proven
+// Harmless interruptions: the session continues automatically if permitted and all is verified
 // again, and in no other case.
 
 #include "daemon/session/interruption.h"
@@ -17,7 +17,7 @@ namespace {
 using drivers::Interruption;
 using drivers::MoveOutcome;
 
-/// These moves, counted from 1, fall silent.
+/// These moves, counted from 1, become silent.
 Script silent_at(std::initializer_list<int> moves, Interruption by, int lost_for_ms = 16) {
   Script script;
   const bool of_the_sensor = by == Interruption::kLateBytes || by == Interruption::kUnheard;
@@ -29,7 +29,7 @@ Script silent_at(std::initializer_list<int> moves, Interruption by, int lost_for
   return script;
 }
 
-/// So often, by the key that says so.
+/// Permits this many, by the corresponding key.
 void allow(Session& session, Interruption by, int times) {
   if (by == Interruption::kPacketsStopped)
     session.start.retries = times;
@@ -88,7 +88,7 @@ TEST_P(AHarmlessInterruption, OfAnyMoveIsGoneOnFromWhereTheOwnerAllowsIt) {
                                  "automatically: computer-busy") == 0;
         });
     EXPECT_TRUE(reported) << move;
-    // The touch that is on disk is not made again, and nothing moved before a new reference.
+    // The recorded touch is not repeated, and nothing moved before a new reference.
     if (how_often(session, Phase::kWatching) == 0) continue;
     EXPECT_EQ(session.backend.world.references, 2) << move;
     EXPECT_GE(session.backend.world.self_tests, 1) << move;
@@ -116,7 +116,7 @@ TEST_P(AHarmlessInterruption, IsGoneOnFromAsOftenAsWasAllowedAndNoOftener) {
   ASSERT_EQ(end.phase, Phase::kFailed);
   EXPECT_EQ(end.interruptions.total(), 2);
   EXPECT_EQ(session.backend.world.moves.size(), 8u);
-  if (GetParam() == Interruption::kUnheard) return;  // nothing says that it was this computer
+  if (GetParam() == Interruption::kUnheard) return;  // nothing indicates this computer as the cause
   EXPECT_NE(
       words_of(end).find(GetParam() == Interruption::kPacketsStopped
                              ? "ll 2 automatic retries are used ([session] retries)"
@@ -131,7 +131,7 @@ TEST_P(AHarmlessInterruption, MovesNothingWhileTheLinksProveThemselves) {
   const drivers::TimePoint begun = session.backend.world.clock.now();
   ASSERT_EQ(session.run().phase, Phase::kDone);
   EXPECT_EQ(how_often(session, Phase::kWatching), 1);
-  // The way is looked for anew, and the touch in hand begins anew.
+  // The path is planned again, and the current touch begins again.
   EXPECT_EQ(how_often(session, Phase::kRouting), 2);
   EXPECT_GE(session.backend.world.clock.now() - begun, session.start.timeouts.watching);
 }
@@ -203,7 +203,7 @@ TEST(AnInterruptionAtRest, IsGoneOnFromLikewise) {
 }
 
 TEST(AnInterruptionAtTheSphere, LeadsOutOfTheContactFirst) {
-  // The back-off of the first contact: the tip still touches.
+  // The retreat from the first contact: the tip is still in contact.
   Session session(silent_at({4}, Interruption::kPacketsStopped), 1);
   session.start.retries = 1;
   ASSERT_EQ(session.run().phase, Phase::kDone);
@@ -214,7 +214,7 @@ TEST(AnInterruptionAtTheSphere, LeadsOutOfTheContactFirst) {
 TEST(AnInterruptionOfATransit, WithTheContactClosedBehindItMovesNothing) {
   Session session(silent_at({2}, Interruption::kPacketsStopped), 2);
   session.start.retries = 3;
-  session.start.resumed = true;  // of old: says nothing of a contact that closes now
+  session.start.resumed = true;  // from before: does not concern a contact closing now
   session.tasks.plan = [&session] { return Tasks::Planned{line_plan(2), "hash of 2"}; };
   session.on_phase = [&session](Phase phase) {
     if (phase == Phase::kRecovering) session.backend.world.in_contact = true;

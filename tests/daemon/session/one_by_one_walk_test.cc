@@ -1,4 +1,4 @@
-// A session step by step whose touches are chosen one by one.
+// A step-by-step session whose touches are chosen one by one.
 
 #include "walk.h"
 
@@ -130,7 +130,7 @@ TEST_F(OneByOneWalk, LeavesASphereThatCannotBeFoundBeforeItEnds) {
     walk = lost;
     walk.to_routing();
     next();
-    walk.on(EventKind::kArrived);  // end of travel: nothing met
+    walk.on(EventKind::kArrived);  // end of travel without contact
     walk.on(EventKind::kArrived);
     walk.on(EventKind::kLinks);
     auto none = std::make_shared<calib::Plan>(line_plan(0));
@@ -213,7 +213,7 @@ TEST_F(OneByOneWalk, SaysOfWhatItMetThatTheTouchFailedAndNotThatNothingIsThere) 
   walk.contact(0.110, 0.1102);
   walk.on(EventKind::kArrived);
   walk.on(EventKind::kArmed);
-  walk.on(EventKind::kArrived);  // behind a first contact
+  walk.on(EventKind::kArrived);  // after a first contact
   EXPECT_EQ(walk.state.touch_failed, calib::NotMade::kFailed);
   Walk noisy(1);
   noisy.state.one_by_one = true;

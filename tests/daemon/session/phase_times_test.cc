@@ -1,4 +1,4 @@
-// Time spent in each activity, from the changes of phase.
+// Durations of each activity, from the changes of phase.
 
 #include <gtest/gtest.h>
 
@@ -41,7 +41,7 @@ TEST(TheTimesOfASession, AreToldByWhatItDid) {
   EXPECT_EQ(times.touches, 2);
   EXPECT_NEAR(times.total_s, 6.135, kMs);
   const ActivityTime& moving = times[Activity::kMoving];
-  EXPECT_EQ(moving.count, 3);  // the retreat flows into the transit
+  EXPECT_EQ(moving.count, 3);  // the retreat continues as the transit
   EXPECT_NEAR(moving.total_s, 4.0, kMs);
   EXPECT_NEAR(moving.worst_s, 2.0, kMs);
   EXPECT_EQ(times[Activity::kFastSearch].count, 2);
@@ -60,7 +60,7 @@ TEST(TheTimesOfASession, LeaveOutWhatLiesBetweenItsEndAndItsResuming) {
       std::vector<TimedChange>{at(0, kIdle, kPlanning), at(1000, kPlanning, kFailed),
                                at(31000, kIdle, kPlanning), at(32000, kPlanning, kConnecting)});
   EXPECT_NEAR(failed.total_s, 2.0, kMs);
-  // A killed daemon wrote no end.
+  // A killed daemon recorded no end.
   const PhaseTimes killed = phase_times(
       std::vector<TimedChange>{at(0, kPlanning, kTransit), at(500, kTransit, kFastSearch),
                                at(31000, kIdle, kPlanning), at(32000, kPlanning, kConnecting)});
@@ -76,7 +76,7 @@ TEST(TheTimesOfASession, AreZeroWithoutChangesOrWithTimesThatAreNone) {
                                                                 {none, {kTransit, kFastSearch}},
                                                                 {-none, {kFastSearch, kRetreat}}});
   EXPECT_EQ(times.total_s, 0.0);
-  // A clock that was set back takes no time away.
+  // Setting the clock back does not subtract time.
   const PhaseTimes back = phase_times(std::vector<TimedChange>{
       at(5000, Phase::kRetreat, Phase::kTransit), at(1000, Phase::kTransit, Phase::kArmingFast)});
   EXPECT_EQ(back.total_s, 0.0);

@@ -1,4 +1,4 @@
-// Which readings of one touch count, and what becomes of them.
+// Readings of a touch that count, and the resulting values.
 
 #include <gtest/gtest.h>
 
@@ -87,7 +87,7 @@ TEST(Agreement, FindsTheClosestWhereverTheyAre) {
   EXPECT_EQ(last->readings.front().along_m, 0.0140);
   EXPECT_EQ(last->readings.back().along_m, 0.01401);
   EXPECT_NEAR(last->spread_m, 10e-6, 1e-12);
-  // Among equals the first.
+  // Among equals the first one.
   const auto first =
       find_agreement({reading_at(0.5), reading_at(0.75), reading_at(1.0)}, policy_of(2, 0.25));
   ASSERT_TRUE(first);

@@ -1,4 +1,4 @@
-// Touches made of one fast contact: when that is enough, and where the search for it begins.
+// Touches with a single fast contact: conditions, and start of the search.
 
 #include <limits>
 
@@ -10,7 +10,7 @@ namespace {
 
 using drivers::MoveKind;
 
-/// At the end of a fast search for the second touch, which the first makes nobody confirm.
+/// At the end of the fast search for the second touch, which needs no confirmation after the first.
 struct SecondTouch {
   SecondTouch() {
     walk.plan->touches[0].target = walk.plan->touches[1].target = "S1";
@@ -32,7 +32,7 @@ struct SecondTouch {
           std::vector<calib::ExpectedContact>{{}, {travel_m, sigma_m}});
     });
   }
-  /// On its way since the first was recorded.
+  /// From the record of the first touch to the search.
   void to_fast_search() {
     if (walk.state.phase == Phase::kRecording) record();
     walk.on(EventKind::kArrived);
@@ -143,7 +143,7 @@ TEST(ASearch, BeginsNearWhatTheTouchesSoFarExpect) {
   Walk& walk = second.walk;
   second.assess(0.010, 0.0005);
   second.record();
-  // Six sigmas and a millimetre before it.
+  // Six sigmas and a millimetre ahead.
   const drivers::Move& move = walk.the<BeginMove>().move;
   EXPECT_EQ(move.kind, MoveKind::kRetreat);
   ASSERT_EQ(move.via.size(), 3u);
@@ -155,7 +155,7 @@ TEST(ASearch, BeginsNearWhatTheTouchesSoFarExpect) {
   EXPECT_NEAR(static_cast<double>(walk.the<ArmSensor>().lifetime.count()), 3800.0, 1.0);
   walk.on(EventKind::kArmed);
   expect_move(walk, MoveKind::kSearch, 0.218, 1.2, 3 * 1.2 + 10);
-  // Early for what was expected only: the sphere all the same, and confirmed.
+  // Earlier than expected: still a contact with the sphere, to be confirmed.
   walk.contact(0.2062, 0.2064);
   EXPECT_EQ(walk.state.phase, Phase::kBackingOff);
 }
@@ -189,7 +189,7 @@ TEST(ASearch, BeginsNoNearerThanTwoMillimetresAndAtMostFiveBehindTheNominalSurfa
   const double none = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(approach_m(planned, {none, 1e-5}, policy), 0.0);
   EXPECT_EQ(approach_m(planned, {0.011, none}, policy), 0.0);
-  planned.may_miss = true;  // the sphere is looked for
+  planned.may_miss = true;  // a search for the sphere
   EXPECT_EQ(approach_m(planned, {0.011, 1e-5}, policy), 0.0);
 }
 

@@ -1,4 +1,4 @@
-// Every phase meets every event.
+// Every event in every phase.
 
 #include <gtest/gtest.h>
 
@@ -11,9 +11,9 @@ namespace cellcal::daemon {
 namespace {
 
 struct Param {
-  bool one_by_one = false;  ///< touches are chosen so
+  bool one_by_one = false;  ///< touches are chosen one by one
   int retries = 0;
-  /// What the events of the robot's link say.
+  /// Interruption reported by events of the robot's link.
   drivers::Interruption interruption = drivers::Interruption::kNone;
   BusyRepeats repeats{0, 0};
 };
@@ -23,13 +23,13 @@ bool of_the_sensor(const Param& param) {
          param.interruption == drivers::Interruption::kUnheard;
 }
 
-/// A state in which every guard can look at what it wants.
+/// A state with the data required by every guard.
 State state_in(Phase phase, const Param& param) {
   State state;
   state.one_by_one = param.one_by_one;
   state.retries = param.retries;
   state.repeats = param.repeats;
-  // In hand where a phase waits behind one.
+  // Pending, for phases that wait after such a silence.
   state.unheard = param.interruption == drivers::Interruption::kUnheard;
   if (param.interruption == drivers::Interruption::kLateBytes)
     state.busy_until = drivers::TimePoint(std::chrono::hours(1));
@@ -41,7 +41,7 @@ State state_in(Phase phase, const Param& param) {
   return state;
 }
 
-/// One in which the newest move has not begun yet.
+/// The same state with the newest move not yet begun.
 State holding(State state) {
   state.held = HeldMove{{}, std::chrono::seconds(1)};
   state.held->move.id = ++state.move_id;
@@ -123,7 +123,7 @@ INSTANTIATE_TEST_SUITE_P(
 TEST_P(EveryPair, HasAnAnswerToEveryEventInEveryPhase) {
   for (Phase phase : kAllPhases) {
     for (EventKind kind : kAllEvents) {
-      if (kind == EventKind::kJournalSound) continue;  // nothing is held: dropped, see below
+      if (kind == EventKind::kJournalSound) continue;  // no move is pending: dropped, see below
       const Event event = event_of_kind(kind, GetParam());
       State state = state_in(phase, GetParam());
       if (kind == EventKind::kLinks) state.links = event.get<Links>();

@@ -1,5 +1,5 @@
 #pragma once
-// A session led by hand: one event after the other, and what the last one made it do.
+// A session driven step by step: one event after the other, and the resulting actions.
 
 #include <gtest/gtest.h>
 
@@ -17,10 +17,10 @@ inline constexpr double kWaypointS = 180.0;
 class Walk {
  public:
   explicit Walk(std::size_t touches = 2) : plan(std::make_shared<calib::Plan>(line_plan(touches))) {
-    state.policy.confirm_every = 1;  // all that a touch can be made of
+    state.policy.confirm_every = 1;  // all elements of a touch
   }
 
-  /// The devices are ready and the newest move or arming is meant, where `change` says nothing else.
+  /// By default the devices are ready and the newest move or arming is concerned; see `change`.
   const Walk& on(EventKind kind, const std::function<void(Event&)>& change = nullptr) {
     at += std::chrono::milliseconds(7);
     Event event = event_of_kind(kind);
@@ -34,7 +34,7 @@ class Walk {
     if (const CheckJournal* check = find<CheckJournal>()) journal_sound(check->move_id);
     return *this;
   }
-  /// At rest after it was met.
+  /// At rest after a contact.
   const Walk& contact(double contact_rad, double settled_rad) {
     return on(EventKind::kContact, [=](Event& event) {
       drivers::Latch latch;
@@ -87,7 +87,7 @@ class Walk {
     return state.deadline ? std::chrono::duration<double>(*state.deadline - at).count() : -1.0;
   }
 
-  /// All is on disk that was recorded before this move.
+  /// Everything recorded before this move is on disk.
   void journal_sound(std::uint32_t move_id) {
     Event event{JournalSound{move_id}};
     event.at = at;

@@ -1,4 +1,4 @@
-// A session step by step: what is asked of the devices, how far, how fast, and how long it may take.
+// A session step by step: commands to the devices, travels, speeds and timeouts.
 
 #include "walk.h"
 
@@ -103,7 +103,7 @@ TEST(AWalk, ThroughOneTouchAndHome) {
   EXPECT_FALSE(walk.state.first);
   EXPECT_TRUE(walk.state.slow.empty());
 
-  // The second, and home.
+  // The second one, and the return.
   walk.on(EventKind::kArrived);
   walk.on(EventKind::kArmed);
   expect_move(walk, MoveKind::kSearch, 0.218, 1.8, 3 * 1.8 + 10);
@@ -152,7 +152,7 @@ TEST(AWalk, OfMoreWaypointsThanAMoveHasIsMadeInSeveral) {
     touch.transit.clear();
     for (std::size_t k = 1; k <= kWaypoints; ++k)
       touch.transit.push_back({standoff - 0.05 + 0.05 * static_cast<double>(k) / kWaypoints});
-    touch.corners.resize(3);  // behind them it stops
+    touch.corners.resize(3);  // it stops at the others
   }
   const auto follow = [&](double from, double to) {
     double at = from;
@@ -309,7 +309,7 @@ TEST(AWalk, ResumedInContactLeavesItFirstAndLetsTheSensorProveItself) {
   EXPECT_EQ(walk.state.phase, Phase::kProving);
   walk.on(EventKind::kLinks);
   expect_move(walk, MoveKind::kTransit, 0.10, 0.0, kWaypointS);
-  // Where the first waypoint was the stand-off already, it is armed there.
+  // If the first waypoint is the stand-off, it is armed there.
   Walk near;
   near.plan->touches[0].transit = {{0.1}};
   near.state.resumed = true;
@@ -321,7 +321,7 @@ TEST(AWalk, ResumedInContactLeavesItFirstAndLetsTheSensorProveItself) {
   near.on(EventKind::kArrived);
   near.on(EventKind::kLinks);
   EXPECT_EQ(near.state.phase, Phase::kArmingFast);
-  // A session that is not resumed does not begin in contact, nor one whose way was not asked for so.
+  // In contact a session begins only if it is resumed, and only with the requested retreat path.
   Walk fresh;
   fresh.on(EventKind::kRun);
   fresh.on(EventKind::kPlanned);
@@ -355,7 +355,7 @@ TEST(AnArming, ThatIsRefusedOnceIsAskedForAgainAfterASelfTest) {
     if (!slow) walk.to_arming();
     const auto lifetime = walk.the<ArmSensor>().lifetime;
     const std::uint16_t id = walk.state.arm_id;
-    // News of a passed self-test while the answer is due are of an earlier one.
+    // Reports of a passed self-test while the answer is pending refer to an earlier one.
     walk.on(EventKind::kLinks);
     EXPECT_EQ(walk.find<ArmSensor>(), nullptr);
     walk.on(EventKind::kArmRefused);
@@ -391,13 +391,13 @@ TEST(AnArming, OfTheNextSearchMayBeRefusedOnceAgain) {
 TEST(AContact, LeadsBackFromWhereItWasOrFromWhereTheArmRests) {
   Walk ahead;
   ahead.to_fast_search();
-  ahead.contact(0.115, 0.1102);  // told 5 mm ahead of where the arm stands
+  ahead.contact(0.115, 0.1102);  // reported 5 mm ahead of the arm's position
   expect_move(ahead, MoveKind::kRetreat, 0.1092, 0.1, 10.3);
   Walk early;
   early.state.policy.back_off_m = 0.02;
   early.to_fast_search();
   early.contact(0.11, 0.1102);
-  expect_move(early, MoveKind::kRetreat, 0.10, 2.0, 16.0);  // not behind the stand-off
+  expect_move(early, MoveKind::kRetreat, 0.10, 2.0, 16.0);  // not beyond the stand-off
 }
 
 TEST(AContact, CountsFromAMillimetreOfTravelOn) {
@@ -442,7 +442,7 @@ TEST(Noise, IsBackedOffFromFiveTimesAndCounted) {
     expect_move(walk, MoveKind::kRetreat, 0.104, 0.1, 10.3);
     walk.on(EventKind::kArrived);
     EXPECT_EQ(walk.state.phase, Phase::kArmingFast);
-    expect_arming(walk, static_cast<std::uint16_t>(1 + i), 4100);  // 14 mm are left
+    expect_arming(walk, static_cast<std::uint16_t>(1 + i), 4100);  // 14 mm remain
     walk.on(EventKind::kArmed);
     expect_move(walk, MoveKind::kSearch, 0.118, 1.4, 14.2);
   }
@@ -505,7 +505,7 @@ TEST(AnEnd, ThatNobodyThoughtOfStopsTheArmWhereverItMayBe) {
   EXPECT_EQ(standing.state.phase, Phase::kFailed);
   standing.the<StopArm>();
   EXPECT_FALSE(standing.state.deadline);
-  Walk rested;  // the result of a move: it is at rest
+  Walk rested;  // the result of a move: at rest
   rested.to_fast_search();
   rested.on(EventKind::kArmed);
   EXPECT_EQ(rested.state.phase, Phase::kStopping);

@@ -1,4 +1,4 @@
-// What a check makes of touches that were given up: nothing that came loose is left out of its verdict.
+// Given-up touches of a check: a loose sphere is never omitted from the verdict.
 
 #include <gtest/gtest.h>
 
@@ -33,7 +33,7 @@ std::shared_ptr<const calib::Calibration> calibration() {
   return found;
 }
 
-/// The result of a check whose touch in second place is given up so many times. `notes`: its log.
+/// The result of a check whose second touch is given up this many times. `notes`: its log.
 nlohmann::json checked(int given_up, const std::vector<std::string>& mastered = {},
                        const sim::Truth& arm = truth(), std::string* notes = nullptr) {
   const TemporaryDirectory dir;
@@ -84,11 +84,11 @@ TEST(APlannedRound, OffersNothingOfWhatTheControllersSessionDoesNotReach) {
   first.start = near.clear;
   first.touches = {near};
   round.add(first);
-  // Where the session begins is known once the first touch is offered; it is not made in this test.
+  // The start of the session is known once the first touch is offered; it is not made in this test.
   try {
     round.offer(first.start);
   } catch (
-      const calib::PlanError&) {  // a touch of nowhere has no way: it is the beginning that counts
+      const calib::PlanError&) {  // a touch of nowhere has no path: only the start matters
   }
   calib::Plan far = first;
   far.touches[0].standoff = far.touches[0].end = far.touches[0].clear =
@@ -114,7 +114,7 @@ TEST(ACheck, DoesNotHoldWhereATouchWasGivenUpTwice) {
   EXPECT_NE(result["words"].dump().find("did not agree, twice"), std::string::npos) << result;
 }
 
-/// A2 mastered by the calibration's zero, off by so much.
+/// A2 mastered by the calibration's zero, with this error.
 sim::Truth mastered_arm(double off_deg) {
   sim::Truth arm = truth();
   calib::Robot robot = arm.arm.robot();
@@ -158,7 +158,7 @@ TEST(Positions, OfAPositionerThatRestsAtTheEndOfItsRangeAreAtTheEnd) {
   EXPECT_EQ(resting.arm_rad, (calib::JointVector{0.1, 0.2}));
   EXPECT_EQ(resting.positioner_rad, (std::vector{-1.0, 2.0}));
   EXPECT_EQ(parted(robot, {0.1, 0.2, 0.5, 1.0}).positioner_rad, (std::vector{0.5, 1.0}));
-  const std::vector beyond{-1.0, 2.1};  // no noise: limits are checked with what it is
+  const std::vector beyond{-1.0, 2.1};  // more than noise: limits are checked with the actual value
   EXPECT_EQ(parted(robot, {0.1, 0.2, -1.0, 2.1}).positioner_rad, beyond);
 }
 

@@ -1,4 +1,4 @@
-// What a session was asked to do, as it is stored with it.
+// Options of a session, as stored with it.
 
 #include "daemon/tasks/options.h"
 

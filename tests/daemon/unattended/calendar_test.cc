@@ -62,7 +62,7 @@ TEST(AWindow, WhoseHourComesTwiceIsThereOnce) {
   EXPECT_EQ(late.begins - early.ends, kHour) << "the first 02:30 ends it, the second begins it";
 }
 
-/// Whoever goes by the clock on the wall is never in the cell within a window.
+/// Persons who follow the local time are never in the cell within a window.
 TEST(EveryMomentOfAWindow, LiesInsideItByTheClockOnTheWall) {
   for (const char* name :
        {kBerlin, "UTC0", "EST5EDT,M3.2.0,M11.1.0", "<+1030>-10:30<+11>-11,M10.1.0,M4.1.0",

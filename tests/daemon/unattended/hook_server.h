@@ -1,5 +1,5 @@
 #pragma once
-// A server on loopback that keeps the requests it is sent and answers as it is told to.
+// A server on loopback that stores its requests and gives scripted answers.
 
 #include <deque>
 #include <mutex>
@@ -12,8 +12,8 @@ namespace cellcal::daemon::testing {
 
 class HookServer {
  public:
-  /// Each request has the next of these answers, the last one for ever; empty: none, the line stays open until
-  /// who asked goes away.
+  /// Each request gets the next of these answers, the last one repeatedly; empty: no answer, the connection
+  /// stays open until the client closes it.
   explicit HookServer(std::deque<std::string> answers, ::SSL_CTX* tls = nullptr)
       : answers_(std::move(answers)), tls_(tls) {}
 
@@ -42,7 +42,7 @@ class HookServer {
     }
   }
 
-  /// Head and as much body as it states.
+  /// Header and body of the stated length.
   static std::string read(LoopbackLine& line) {
     std::string text;
     do {

@@ -1,6 +1,6 @@
 #pragma once
-// What a test's servers on loopback stand on: a listener with a thread, a line with or without TLS, and a
-// certificate of one's own for "localhost".
+// Common parts of the tests' servers on loopback: a listener with a thread, a connection with or without
+// TLS, and a self-signed certificate for "localhost".
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@
 
 namespace cellcal::daemon::testing {
 
-/// An accepted connection, which it closes.
+/// An accepted connection, closed on destruction.
 class LoopbackLine {
  public:
   explicit LoopbackLine(int fd) : fd_(fd) {}
@@ -32,7 +32,7 @@ class LoopbackLine {
   LoopbackLine& operator=(const LoopbackLine&) = delete;
 
   bool encrypted() const { return ssl_ != nullptr; }
-  /// From here on TLS; false: the client would not.
+  /// Starts TLS; false: refused by the client.
   bool encrypt(::SSL_CTX* tls) {
     ssl_ = ::SSL_new(tls);
     ::SSL_set_fd(ssl_, fd_);
@@ -45,7 +45,7 @@ class LoopbackLine {
       ::send(fd_, text.data(), text.size(), MSG_NOSIGNAL);
     }
   }
-  /// Waits for more; false: the client has gone.
+  /// Waits for more; false: the client has disconnected.
   bool receive(std::string& text) {
     char bytes[4096];
     const long got = ssl_ != nullptr ? ::SSL_read(ssl_, bytes, sizeof bytes)
@@ -59,14 +59,15 @@ class LoopbackLine {
   ::SSL* ssl_ = nullptr;
 };
 
-/// Serves one connection after the other.
+/// Serves one connection at a time.
 class LoopbackServer {
  public:
   using Talk = std::function<void(LoopbackLine&)>;
 
   explicit LoopbackServer(Talk talk)
       : talk_(std::move(talk)), listener_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-    // OpenSSL writes without MSG_NOSIGNAL, and a client that refuses a certificate has gone by then.
+    // OpenSSL writes without MSG_NOSIGNAL, and a client that refuses a certificate has gone by
+    // then.
     std::signal(SIGPIPE, SIG_IGN);
     sockaddr_in address{};
     address.sin_family = AF_INET;
@@ -101,7 +102,7 @@ class LoopbackServer {
   std::thread thread_;
 };
 
-/// A server's key with a certificate for "localhost" that nobody but `certificate()` vouches for.
+/// A server's key with a certificate for "localhost" that is trusted through `certificate()` only.
 class SelfSigned {
  public:
   SelfSigned() {

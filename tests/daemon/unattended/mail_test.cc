@@ -1,4 +1,4 @@
-// Mail through a program that keeps what it was given.
+// Mail through a program that stores its input.
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -21,9 +21,9 @@ std::string content(const std::filesystem::path& path) {
 }
 
 struct AMail : ::testing::Test {
-  /// As the daemon does: a program that reads nothing is an error code.
+  /// As in the daemon: a program that reads nothing causes an error code.
   AMail() { std::signal(SIGPIPE, SIG_IGN); }
-  /// A shell script in the place of sendmail.
+  /// A shell script in place of sendmail.
   void program(const std::string& script) {
     std::ofstream(dir / "sendmail") << "#!/bin/sh\n" << script << "\n";
     ::chmod((dir / "sendmail").c_str(), 0755);

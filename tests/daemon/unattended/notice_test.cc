@@ -94,7 +94,7 @@ TEST(NewsOfACheck, ThatDoesNotHoldAndOfTheNextThatDoesAreDriftAndItsEnd) {
   };
   using Checked = testing::CheckedJournal;
   EXPECT_EQ(news(Checked::that_holds()).news, News::kDone);
-  // A sphere that was moved: nothing of it stays in the statistics.
+  // A displaced sphere: it does not enter the statistics.
   const Notice moved = news(Checked::that_does_not_hold(calib::ChangeKind::kSphere));
   EXPECT_EQ(moved.news, News::kDrifted);
   EXPECT_FALSE(moved.by_chart) << "the check itself says so, with its end";

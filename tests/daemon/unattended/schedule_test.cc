@@ -1,4 +1,4 @@
-// UnattendedServices in virtual time: a fake cell, clocks that are set by hand.
+// UnattendedServices in virtual time: a fake cell, clocks set by the test.
 
 #include "daemon/unattended/schedule.h"
 
@@ -63,7 +63,7 @@ struct FakeCell final : SessionGateway {
   double takes_s = 1800.0;
 };
 
-/// From noon on.
+/// Starts at noon.
 struct ASchedule : ::testing::Test {
   ASchedule() {
     config.unattended = true;
@@ -101,7 +101,7 @@ struct ASchedule : ::testing::Test {
     steady += std::chrono::seconds(seconds);
     schedule->update();
   }
-  /// In steps, as a thread would.
+  /// In steps, like a thread.
   void live(UtcSeconds seconds, UtcSeconds step = 600) {
     for (UtcSeconds at = 0; at < seconds; at += step) pass(step);
   }
@@ -241,7 +241,7 @@ TEST_F(ASchedule, IsHeldAgainWhereWhatWasReleasedFailsAgain) {
   schedule->release("a person");
   cell.now.busy = true;
   pass(5);
-  --cell.ends;  // as it ended before, in every word
+  --cell.ends;  // the same end, in every word
   cell.end(EndState::kFailed, {FailureKind::kNoContact, "x"});
   pass(5);
   EXPECT_EQ(schedule->picture().held, Why::kFailedBefore);
@@ -275,7 +275,7 @@ TEST_F(ASchedule, BeginsBehindAFailureInWhichNothingWasMet) {
   cell.person_runs(EndState::kFailed);
   cell.now.failure = {FailureKind::kRobotSilent, "x", drivers::Interruption::kPacketsStopped};
   pass(5);
-  // The journal does not have what was behind it; the schedule has kept it.
+  // The journal does not record the cause; the schedule has kept it.
   cell.now.failure.by = drivers::Interruption::kNone;
   restart();
   live(kDay);
@@ -318,7 +318,7 @@ TEST_F(ASchedule, BeginsInAWindowThatAClockSetWrongHadMadeMissed) {
 
 TEST_F(ASchedule, BeginsNothingBecauseTheClockWasSetIntoAWindow) {
   live(2 * kHour);
-  synchronised = false;  // as the kernel has it behind a clock that was set by hand
+  synchronised = false;  // as reported by the kernel after a clock was set manually
   utc += 8 * kHour + 600;
   pass(5);
   EXPECT_TRUE(cell.begun.empty());
@@ -348,7 +348,7 @@ TEST_F(ASchedule, BelievesAClockThatWasSetOnceItHasBeenSynchronisedForTenMinutes
   synchronised = true;
   live(590, 5);
   EXPECT_TRUE(cell.begun.empty());
-  utc -= 90;  // another step on the way begins the ten minutes anew
+  utc -= 90;  // another step meanwhile restarts the ten minutes
   pass(5);
   live(595, 5);
   EXPECT_TRUE(cell.begun.empty());
@@ -536,7 +536,7 @@ TEST_F(ASchedule, ResumesOnlyWhereWhatIsLeftEndsBeforeTheWindow) {
   live(16 * kHour);
   ASSERT_TRUE(cell.now.busy);
   cell.end(EndState::kFailed, late());
-  cell.now.left_share = 0.75;  // 1.5 h of it; one hour is left
+  cell.now.left_share = 0.75;  // 1.5 h in total; one hour is left
   live(1800, 60);
   EXPECT_EQ(cell.resumed, 0);
   EXPECT_EQ(count(Verb::kEnded, Why::kNoTimeLeft), 1);

@@ -1,4 +1,4 @@
-// The schedule on the daemon's own sessions, in virtual time.
+// The schedule with the daemon's own sessions, in virtual time.
 
 #include "daemon/unattended/service_session_gateway.h"
 
@@ -15,7 +15,7 @@
 namespace cellcal::daemon {
 namespace {
 
-/// The daemon's sessions; the first backends are a cell whose sensor's port is missing.
+/// The daemon's sessions; for the first backends the sensor's port of the cell is missing.
 struct UnattendedSession : ::testing::Test {
   ScheduledSession session() const {
     ScheduledSession session;

@@ -1,5 +1,5 @@
 #pragma once
-// A mail server of one thread on loopback, which says what it is told to.
+// A scripted mail server with one thread on loopback.
 
 #include <map>
 #include <mutex>
@@ -14,8 +14,8 @@ class SmtpServer {
  public:
   struct Parts {
     ::SSL_CTX* tls = nullptr;
-    bool from_the_first_byte = false;  ///< else where STARTTLS asks for it
-    /// What it answers to a line that begins so, in place of the usual; "": nothing any more.
+    bool from_the_first_byte = false;  ///< otherwise after STARTTLS
+    /// Answers to lines with this beginning, instead of the default; "": no further answers.
     std::map<std::string, std::string> answers = {};
     /// Likewise, the first time only.
     std::map<std::string, std::string> first_answers = {};
@@ -24,7 +24,7 @@ class SmtpServer {
   explicit SmtpServer(Parts parts) : parts_(std::move(parts)) {}
 
   const std::string& port() const { return server_.port(); }
-  /// All lines, without \r\n; those that came over TLS begin with "tls ".
+  /// All lines, without \r\n; those received over TLS begin with "tls ".
   std::vector<std::string> lines() {
     const std::lock_guard lock(mutex_);
     return lines_;
@@ -72,7 +72,7 @@ class SmtpServer {
         parts_.first_answers.erase(first);
       } else if (other != nullptr) {
         if (other->empty()) {
-          hear(line, buffer, text);  // until who asked goes away
+          hear(line, buffer, text);  // until the client disconnects
           return;
         }
         say(*other);

@@ -77,7 +77,7 @@ TEST_F(AWebhookOverTls, IsSentToAServerWhoseCertificateAndNameAreRightAndToNoOth
   const Delivery unknown = post(config, "s3cret", "{}");
   EXPECT_FALSE(unknown.delivered) << "unknown authority";
   EXPECT_NE(unknown.why.find("TLS"), std::string::npos) << unknown.why;
-  // Of TLS 1.3 the server is done before the client has looked at the name.
+  // In TLS 1.3 the server completes before the client has checked the name.
   for (std::size_t i = 1; i < server.requests().size(); ++i)
     EXPECT_EQ(server.requests()[i], "") << "and no secret was sent";
 }

@@ -1,5 +1,5 @@
 #pragma once
-// The system's time zone is another one while it lives.
+// Changes the system's time zone during its lifetime.
 
 #include <cstdlib>
 #include <ctime>

@@ -244,7 +244,7 @@ TEST_F(AFoundArm, IsComparedWithThoseOfItsOwnCellOldestFirst) {
   zero.correction = 0.01 * calib::kRadPerDeg;
   found.parameters = {zero};
   const auto all = [&](std::int64_t id) {
-    return id == 5 ? std::nullopt : std::optional(found);  // 5: of another version
+    return id == 5 ? std::nullopt : std::optional(found);  // 5: from another version
   };
   const std::vector<SessionRecord> sessions{done(6, "/a", RecordState::kFailed), done(5, "/a"),
                                             done(4, "/a"), done(3, "/b"), done(2, "/a")};

@@ -1,4 +1,4 @@
-// The daemon towards the process of its line, over the socket between them.
+// The daemon's interface to the process of its connection, over their socket.
 
 #include "daemon/plant/desk/desk.h"
 
@@ -55,7 +55,7 @@ Proposal a_proposal(const std::string& id) {
   return {{"graz", "weld-3"}, id, ProposalKind::kCheck, 0, "", "M. Huber", "drift", "t"};
 }
 
-/// Desk and socket, on a clock of the test.
+/// Desk and socket, with a clock of the test.
 struct DeskTest : ::testing::Test {
   DeskTest() {
     Desk::Parts parts;
@@ -263,7 +263,7 @@ TEST_F(DeskTest, RefusesWhatIsNoReportAndIsLargerThanAny) {
     EXPECT_GE(
         http_request(socket(), "POST", "/v1/line", std::string(kMostDeskBody + 1, ' ')).status,
         400);
-  } catch (const SocketError&) {  // it hung up
+  } catch (const SocketError&) {  // disconnected
   }
 }
 

@@ -1,4 +1,4 @@
-// What waits in a journal, as messages; the line's end is tested with the publisher.
+// Reports queued in a journal, as messages; the publisher's tests cover the connection.
 
 #include "daemon/plant/desk/journal_outbox.h"
 

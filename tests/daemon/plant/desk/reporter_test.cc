@@ -1,4 +1,4 @@
-// What the plant is told of a fact.
+// Report of a fact to the plant.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// TLS, passwords and rights, against Debian's mosquitto with the configuration that is shipped.
+// TLS, passwords and rights, with Debian's mosquitto and the shipped configuration.
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ using plant::LineProblem;
 
 constexpr const char* kFact = R"({"format":"cellcal.plant/1"})";
 
-/// `name`.pem and .key, signed by `by`; by itself where that is empty.
+/// `name`.pem and .key, signed by `by`; self-signed if that is empty.
 void make_certificate(const std::filesystem::path& dir, const std::string& name,
                       const std::string& by) {
   std::vector<std::string> words{"openssl",
@@ -56,7 +56,7 @@ struct BrokerOfAPlant : ::testing::Test {
     broker = std::make_unique<Broker>(dir.path(), conf());
   }
 
-  /// The file that is shipped, with the paths and the plant of this test.
+  /// The shipped file, with the paths and the plant of this test.
   static std::string shipped(const std::string& name) {
     std::ifstream file(std::filesystem::path(CELLCAL_BROKER_FILES) / name);
     std::stringstream text;
@@ -125,7 +125,7 @@ TEST_F(BrokerOfAPlant, IsRefusedByNameWhereItIsNotVouchedFor) {
   wrong.config.ca = dir / "none.pem";
   EXPECT_EQ(problem_of(wrong), LineProblem::kFiles);
   CellLine::Parts misnamed = parts(journal);
-  misnamed.config.host = "localhost";  // not the certificate's name
+  misnamed.config.host = "localhost";  // not the name in the certificate
   EXPECT_EQ(problem_of(misnamed), LineProblem::kCertificate);
 }
 

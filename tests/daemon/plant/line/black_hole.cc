@@ -11,7 +11,7 @@ namespace cellcal::daemon::testing {
 
 namespace {
 
-// Never destroyed: whoever asks may outlive the tests.
+// Never destroyed: callers may outlive the tests.
 struct BlackHole {
   std::mutex mutex;
   std::condition_variable changed;
@@ -37,7 +37,7 @@ void answer_black_hole() {
 
 }  // namespace cellcal::daemon::testing
 
-/// In the place of libc's.
+/// Replaces libc's.
 extern "C" int getaddrinfo(const char* node, const char* service, const addrinfo* hints,
                            addrinfo** found) {
   using cellcal::daemon::testing::black_hole;

@@ -1,13 +1,13 @@
 #pragma once
-// A name that the resolver does not answer, for the whole of this program: libmosquitto asks for it, too.
+// A name that the resolver does not answer, within this program including libmosquitto.
 
 namespace cellcal::daemon::testing {
 
 inline constexpr const char* kBlackHole = "black-hole.example";
 
-/// How many ask for it now.
+/// Number of pending queries.
 int asked_black_hole();
-/// Those that ask are told that there is no such name.
+/// Answers all pending queries with an error.
 void answer_black_hole();
 
 }  // namespace cellcal::daemon::testing

@@ -12,14 +12,14 @@ namespace cellcal::daemon::testing {
 
 class Broker {
  public:
-  /// `more`: further lines of its configuration; none of them lets anybody in without a password.
+  /// `more`: further lines of its configuration; without them no anonymous access.
   explicit Broker(const std::filesystem::path& dir, const std::string& more = "allow_anonymous true\n");
   ~Broker();
   Broker(const Broker&) = delete;
   Broker& operator=(const Broker&) = delete;
 
   void start();
-  /// As a power cut: without a word to anybody.
+  /// Like a power cut: without notification.
   void kill();
   std::uint16_t port() const { return port_; }
 
@@ -30,7 +30,7 @@ class Broker {
   pid_t process_ = 0;
 };
 
-/// Waits for its end; fails the test unless it ends with 0.
+/// Runs it; fails the test unless its exit status is 0.
 void run_tool(const std::vector<std::string>& words);
 
 }  // namespace cellcal::daemon::testing

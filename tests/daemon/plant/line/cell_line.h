@@ -12,7 +12,7 @@ namespace cellcal::daemon::testing {
 
 class CellLine {
  public:
-  /// As Publisher::Parts, but for the outbox, which is made of the journal.
+  /// Like Publisher::Parts, but with the journal instead of the outbox.
   struct Parts {
     Journal& journal;
     PlantConfig config;
@@ -53,7 +53,7 @@ class CellLine {
   plant::Publisher& publisher() { return *publisher_; }
 
  private:
-  /// The journal's lock is held: nothing is waited for.
+  /// Called with the journal's lock held: must not wait.
   void poke() {
     const std::lock_guard lock(mutex_);
     if (publisher_) publisher_->poke();

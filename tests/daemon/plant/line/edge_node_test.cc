@@ -1,4 +1,4 @@
-// A node on Debian's mosquitto.
+// An edge node with Debian's mosquitto.
 
 #include "daemon/plant/line/edge_node.h"
 

@@ -110,11 +110,11 @@ struct HostileBroker::Impl {
       }
       if (packet.kind == kPublish) take(socket, packet);
     }
-  } catch (const boost::system::system_error&) {  // it is gone
+  } catch (const boost::system::system_error&) {  // disconnected
     const std::lock_guard lock(mutex);
     std::erase(subscribed, &socket);
   }
-  /// With a length of properties of one byte.
+  /// For properties with a length of one byte.
   void take(tcp::socket& socket, const Packet& packet) {
     const bool acknowledged = (packet.flags & 0x06) != 0;
     const std::size_t topic = number_at(packet.body, 0), id = 2 + topic;
@@ -125,7 +125,7 @@ struct HostileBroker::Impl {
     if (acknowledged) send(socket, "\x40\x02" + packet.body.substr(id, 2));
   }
   static void send(tcp::socket& socket, const std::string& bytes) {
-    boost::system::error_code ignored;  // it is read that it is gone
+    boost::system::error_code ignored;  // reading reports the disconnection
     asio::write(socket, asio::buffer(bytes), ignored);
   }
 

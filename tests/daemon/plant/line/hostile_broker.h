@@ -1,5 +1,5 @@
 #pragma once
-// A broker by hand, of one thread a line: it takes whoever comes and acknowledges what is published, and says whatever bytes a test wants.
+// A minimal broker with one thread per connection: accepts all clients, acknowledges publications, and sends arbitrary bytes for tests.
 
 #include <cstdint>
 #include <functional>
@@ -9,7 +9,7 @@
 
 namespace cellcal::daemon::testing {
 
-/// Both end libmosquitto 2.0.11 by an assertion: a PUBLISH and a PUBACK with a property that MQTT does not know.
+/// Both trigger an assertion in libmosquitto 2.0.11: a PUBLISH and a PUBACK with an unknown property.
 std::vector<std::string> deadly_packets();
 
 class HostileBroker {
@@ -20,11 +20,11 @@ class HostileBroker {
   HostileBroker& operator=(const HostileBroker&) = delete;
 
   std::uint16_t port() const;
-  /// To all lines that are open and have subscribed; how many those are.
+  /// Sends to all open connections with a subscription; returns their number.
   int say(const std::string& bytes);
-  /// To each line that subscribes from now on, as many as the function has words for.
+  /// Sends to each connection when it subscribes, from now on, the result of the function.
   void greet_with(std::function<std::string()> bytes);
-  /// Lines that have subscribed so far.
+  /// Number of subscriptions so far, one per connection.
   int lines() const;
   struct Published {
     std::string topic, payload;

@@ -17,7 +17,7 @@
 namespace cellcal::daemon::testing {
 
 namespace {
-constexpr std::chrono::seconds kLongest{60};  ///< a test that waits so long has failed
+constexpr std::chrono::seconds kLongest{60};  ///< after this wait the test has failed
 }
 
 struct Listener::Impl {
@@ -37,7 +37,7 @@ struct Listener::Impl {
     act();
     changed.notify_all();
   }
-  /// All that was heard, of the newest journal.
+  /// All received facts of the newest journal.
   void publish_stored() {
     plant::Stored stored;
     {

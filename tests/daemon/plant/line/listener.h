@@ -1,5 +1,5 @@
 #pragma once
-// Somebody in the plant, by libmosquitto: what it hears, and what it may say.
+// An MQTT client of the plant, by libmosquitto: received messages, and permitted publications.
 
 #include <cstdint>
 #include <functional>
@@ -24,18 +24,18 @@ struct Login {
 
 class Listener {
  public:
-  /// Subscribed when it returns, in a session that outlives broker and connection. `subscribe` empty: to nothing.
+  /// Subscribed on return, in a session that outlives broker and connection. Empty `subscribe`: no subscription.
   Listener(std::uint16_t port, const std::string& id, const std::string& subscribe, const Login& login = {});
   ~Listener();
   Listener(const Listener&) = delete;
   Listener& operator=(const Listener&) = delete;
 
-  /// All until `enough` says so; fails by an exception where that never comes.
+  /// All messages once `enough` is true; throws an exception on timeout.
   std::vector<Heard> until(const std::function<bool(const std::vector<Heard>&)>& enough) const;
   std::vector<Heard> all() const;
-  /// The reason of its PUBACK; none: the broker ended the connection.
+  /// The reason code of its PUBACK; none: the broker ended the connection.
   std::optional<int> say(const std::string& topic, const std::string& payload, bool retained = false);
-  /// From now on, of what comes and came, as a collector does: `stored` of each fact.
+  /// Acknowledges all facts, past and future, as `stored`, like a collector.
   void store();
 
  private:
@@ -43,9 +43,9 @@ class Listener {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Of what was heard; throws where one is none.
+/// Facts among the messages; throws if one is invalid.
 std::vector<plant::Fact> facts_in(const std::vector<Heard>& heard);
-/// The newest.
+/// The newest presence.
 std::optional<plant::Presence> presence_in(const std::vector<Heard>& heard);
 
 }  // namespace cellcal::daemon::testing

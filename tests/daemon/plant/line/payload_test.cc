@@ -1,4 +1,5 @@
-// The bytes, as protoc reads them without any schema: field numbers and wire types are the standard's.
+// The encoded bytes, as decoded by protoc without a schema: field numbers and wire types as
+// standardised.
 
 #include <gtest/gtest.h>
 

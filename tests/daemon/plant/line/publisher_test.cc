@@ -59,7 +59,7 @@ void wait_until(F done) {
   ASSERT_TRUE(met) << "it never came";
 }
 
-/// Every number from 1 on, in order, each with one content however often it came.
+/// Every number from 1 on, in order, with the same content in all repetitions.
 void expect_whole(const std::vector<Heard>& heard, std::int64_t last) {
   std::map<std::int64_t, Fact> all;
   std::int64_t newest = 0;
@@ -137,7 +137,7 @@ TEST_F(PublisherTest, OfASecondCellOfItsNameSaysThatAnotherCellUsesIt) {
 
 TEST_F(PublisherTest, ThrownOutAfterEachLoginWithoutAReasonSaysSoToo) {
   HostileBroker broker;
-  broker.greet_with([] { return std::string("\xe0\x00", 2); });  // an end of the line, normal
+  broker.greet_with([] { return std::string("\xe0\x00", 2); });  // a normal disconnection
   Journal journal(dir / "j.db");
   const CellLine running(parts(journal, broker.port()));
   wait_until([&] { return running.status().problem == LineProblem::kTakenOver; });
@@ -178,7 +178,7 @@ TEST_F(PublisherTest, LosesNothingWhenTheBrokerIsKilledInMidSessionAndComesBack)
   const CellLine running(parts(journal, broker.port()));
   fill(journal, 20);
   plant.until(number_heard(21));
-  std::this_thread::sleep_for(milliseconds(1500));  // the broker has its session on disk
+  std::this_thread::sleep_for(milliseconds(1500));  // the broker has saved its session
   broker.kill();
   fill(journal, 20);
   wait_until([&] { return running.status().problem == LineProblem::kUnreachable; });
@@ -236,10 +236,10 @@ TEST_F(PublisherTest, KeepsAResultUntilThePlantSaysThatItIsStoredWhateverTheBrok
   const std::int64_t id = fill(journal, 3);
   journal.record(id, RecordEnd{Ending::kFailed, "no packet for 44 ms"}, "t9");
   plant->until(number_heard(5));
-  wait_until([&] { return journal.outbox().rows == 2; });  // telemetry has gone, two results stay
+  wait_until([&] { return journal.outbox().rows == 2; });  // telemetry is gone, two results remain
   EXPECT_EQ(journal.waiting(0, 9).front().number, 1);
   EXPECT_EQ(journal.waiting(0, 9).back().number, 5);
-  // What the plant heard is gone with the broker, and its queue with it.
+  // Messages received by the plant are lost with the broker and its queue.
   plant.reset();
   broker.kill();
   for (const auto& file : std::filesystem::directory_iterator(broker_dir.path()))
@@ -491,7 +491,7 @@ TEST_F(PublisherTest, WaitsForADiskThatIsAwayAndDropsNothingForIt) {
   soon.journal_wait = milliseconds(50);
   const CellLine running(soon);
   journal.store_calibration(journal.begin(kLargeInputs, "t0"), "composed when it is read");
-  plant.until(number_heard(2));  // nobody says that it is stored: it is read and sent again
+  plant.until(number_heard(2));  // not acknowledged as stored: it is read and sent again
   {
     const AwayDisk away(dir.path());
     wait_until([&] { return running.status().problem == LineProblem::kJournal; });
@@ -530,7 +530,7 @@ TEST_F(PublisherTest, UnderAnotherNameSaysWhatWaitsForTheEarlierOneAndWhatToDo) 
     CellLine::Parts earlier = parts(journal, broker.port());
     earlier.config.cell = "weld-2";
     const CellLine running(earlier);
-    fill(journal, 0);  // nobody collects: it waits
+    fill(journal, 0);  // without a collector: it waits
   }
   Listener plant(broker.port(), "plant", kAll);
   plant.store();

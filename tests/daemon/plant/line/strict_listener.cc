@@ -17,7 +17,7 @@ using asio::ip::tcp;
 
 namespace {
 
-/// The first packet's bytes with its header, once that is there.
+/// Size of the first packet with its header, once known.
 std::optional<std::size_t> packet_bytes(const std::string& stream) {
   std::size_t length = 0, shift = 0;
   for (std::size_t i = 1; i < stream.size() && i <= 4; ++i) {
@@ -110,7 +110,7 @@ struct StrictListener::Impl {
   tcp::acceptor acceptor;
   std::mutex mutex;
   std::vector<std::shared_ptr<tcp::socket>> sockets;
-  std::vector<std::thread> lines;  ///< the acceptor's thread's alone until it has ended
+  std::vector<std::thread> lines;  ///< used by the acceptor's thread only, until it has ended
   std::thread thread;
 };
 

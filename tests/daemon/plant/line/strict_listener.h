@@ -1,6 +1,6 @@
 #pragma once
-// A listener before a broker, through which a test says more than the broker, and that ends the line of who sends a packet of more than so many bytes, with the reason 0x95 of MQTT 5 and without having
-// announced a limit, as some brokers do.
+// A proxy before a broker that can send further bytes to clients, and that, like some brokers, ends the connection of a client that sends a larger packet than permitted, with the MQTT 5 reason 0x95
+// and without announcing a limit.
 
 #include <cstddef>
 #include <cstdint>
@@ -17,10 +17,10 @@ class StrictListener {
   StrictListener& operator=(const StrictListener&) = delete;
 
   std::uint16_t port() const;
-  /// From now on packets of any size pass. Lines that are open are ended, as by a broker that starts again.
+  /// From now on packets of any size pass. Open connections are ended, as by a restart of the broker.
   void accept_all();
-  int ended() const;  ///< lines, for a packet that was too large
-  /// To all whose lines are open, between what the broker says: it must say nothing meanwhile.
+  int ended() const;  ///< connections, for a packet that was too large
+  /// Sends to all open connections, between packets of the broker, which must be idle.
   void say(const std::string& bytes);
 
  private:

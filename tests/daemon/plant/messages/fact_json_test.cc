@@ -14,7 +14,7 @@ using nlohmann::json;
 
 Topic topic_for(const Fact& fact) { return {fact.of, Subject::kFact, kind_of(fact.body)}; }
 
-/// The sentence of the refusal; empty: it was read.
+/// The message of the refusal; empty: it was read.
 std::string refusal(const std::string& text, const Topic& topic) {
   try {
     (void)fact_from_json(text, topic);
@@ -46,7 +46,7 @@ TEST(Facts, OfEachKindAreReadAsTheyWereWritten) {
     const Fact again = fact_from_json(to_json(fact), topic_for(fact));
     EXPECT_EQ(to_json(again), to_json(fact));
     EXPECT_EQ(again.body.index(), body.index());
-    // Degrees do not come back to the last bit.
+    // Degrees are not restored to the last bit.
     const bool exact = !std::holds_alternative<TouchFact>(body);
     EXPECT_TRUE(!exact || again == fact) << kind_of(body);
     EXPECT_EQ(body_from_json(kind_of(body), body_to_json(body)).index(), body.index());

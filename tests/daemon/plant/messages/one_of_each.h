@@ -1,5 +1,5 @@
 #pragma once
-// A fact of each kind, with all that it may have.
+// A fact of each kind, with all optional values.
 
 #include <string>
 #include <vector>

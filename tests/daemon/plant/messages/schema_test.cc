@@ -1,4 +1,4 @@
-// plant.schema.json and what is written and read: the same keys, the same of them required.
+// plant.schema.json compared with written and read messages: the same keys, the same required ones.
 
 #include "tests/daemon/api/schema.h"
 
@@ -56,7 +56,7 @@ TEST(TheSchema, DescribesWhatIsWrittenOfEachKindAndWhatIsRequiredToBeRead) {
       EXPECT_EQ(is_read(less, topic), !is_required) << kind << "." << key;
       EXPECT_EQ(description().complaint(less, definition("fact_" + kind)).empty(), !is_required);
       if (written.at("body").contains(key)) continue;
-      // Not a key of this example, such as a mean error that a calibration does not foresee.
+      // Not a key of this example, such as a mean error that a calibration does not predict.
       EXPECT_FALSE(is_required) << kind << "." << key;
     }
     for (const auto& [key, value] : written.at("body").items())
