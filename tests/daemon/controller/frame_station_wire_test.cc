@@ -70,8 +70,8 @@ TEST(FrameStationWire, AFrameThatIsNotWhatWasConfirmedIsLeftAsItIs) {
   EXPECT_TRUE(wire.station.records().empty());
 }
 
-/// The cable is unplugged for longer than the wait for a state; the kernel still accepts the
-/// connection.
+/// The cable is unplugged longer than the wait for a state; the kernel accepts the connection
+/// anyway.
 TEST(FrameStationWire, WaitsForAControllerThatSaysNothingForAWhile) {
   StationWire wire;
   wire.krc.unplug(true);

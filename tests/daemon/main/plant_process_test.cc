@@ -76,8 +76,7 @@ TEST_F(HostileBrokerTest, EndsTheProcessOfTheLineInMidSessionAndTheSessionGoesOn
   EXPECT_EQ(fixture.status()["interruptions"], 0);
   EXPECT_EQ(fixture.status()["links"]["robot"]["late"], 0);
   wait_until([&] { return plant()["restarts"] == 2 && plant()["connected"] == true; });
-  // Nothing is acknowledged as stored: each connection gets all facts, from the first to the
-  // newest.
+  // Nothing is acknowledged as stored: each connection gets all facts from the first on.
   std::set<std::int64_t> all;
   wait_until([&] {
     all = numbers();

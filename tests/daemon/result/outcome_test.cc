@@ -1,5 +1,4 @@
-// Each kind of session has its own outcome, which survives as a document; only calibrations are
-// published.
+// Each kind of session has its own outcome, kept as a document; only calibrations are published.
 
 #include "daemon/result/outcome.h"
 

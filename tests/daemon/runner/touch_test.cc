@@ -57,8 +57,7 @@ TEST(ATouch, WhoseContactIsToldWronglyNeverLeadsTheArmFartherIn) {
   Session session({.latch_off_m = {{3, 0.005}}}, 1);
   session.run();
   ASSERT_GE(session.backend.world.moves.size(), 4u);
-  // Contact after 10 mm, at rest after 10.2 mm, reported at 15 mm: back by a millimetre from the
-  // rest.
+  // Contact after 10 mm, at rest after 10.2 mm, reported at 15 mm: back by 1 mm from the rest.
   EXPECT_NEAR(session.backend.world.moves[3].target_rad[0], 0.1092, 1e-9);
 }
 

@@ -66,8 +66,7 @@ class LoopbackServer {
 
   explicit LoopbackServer(Talk talk)
       : talk_(std::move(talk)), listener_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-    // OpenSSL writes without MSG_NOSIGNAL, and a client that refuses a certificate has gone by
-    // then.
+    // OpenSSL writes without MSG_NOSIGNAL; a client that refuses a certificate has gone by then.
     std::signal(SIGPIPE, SIG_IGN);
     sockaddr_in address{};
     address.sin_family = AF_INET;

@@ -1,5 +1,4 @@
-// The encoded bytes, as decoded by protoc without a schema: field numbers and wire types as
-// standardised.
+// The bytes as decoded by protoc without a schema: field numbers and wire types of the standard.
 
 #include <gtest/gtest.h>
 
