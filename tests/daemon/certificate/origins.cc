@@ -182,8 +182,7 @@ double Origins::found(const std::string& path) const {
   throw std::runtime_error(path);
 }
 
-/// Measured distances from predicted tips and the calibration's centres; predictions and repeats by
-/// calib.
+/// Measured distances from predicted tips and the calibration's centres; the rest by calib.
 std::variant<double, std::string> Origins::poses(const std::string& path) const {
   const calib::Calibration now = calib::calibration_from_json(calibration_.dump(), "now");
   const calib::Predictor predictor(now);

@@ -70,8 +70,7 @@ TEST(FrameStationWire, AFrameThatIsNotWhatWasConfirmedIsLeftAsItIs) {
   EXPECT_TRUE(wire.station.records().empty());
 }
 
-/// The cable is unplugged longer than the wait for a state; the kernel accepts the connection
-/// anyway.
+/// The cable is unplugged longer than the wait for a state; the kernel accepts the connection.
 TEST(FrameStationWire, WaitsForAControllerThatSaysNothingForAWhile) {
   StationWire wire;
   wire.krc.unplug(true);

@@ -18,11 +18,11 @@ struct CircuitFault {
   drivers::LoopFlaw flaw = drivers::LoopFlaw::kNone;
   bool in_contact = false;
   bool self_test_fails = false;  ///< at the next arming, which is then refused
-  bool undefined = false;        ///< a voltage between the bands: likewise
+  bool undefined = false;        ///< a voltage between the bands: also refused
   // While armed.
   bool trips = false;          ///< spontaneously, at its onset
   bool by_voltage = false;     ///< that trip, or the one of the touch, is not an edge
-  bool touch_is_lost = false;  ///< it is armed, and a touch does not trip it
+  bool touch_is_lost = false;  ///< it is armed, but a touch does not trip it
 
   bool refused() const {
     return flaw != drivers::LoopFlaw::kNone || in_contact || self_test_fails || undefined;

@@ -100,7 +100,7 @@ TEST(ClockMapLimits, AStampThatIsAFewMicrosecondsOffIsLeftOut) {
   // Quiet: 4 us is the floor. One of 21 moves the map by a 21st.
   EXPECT_NEAR(error_with(5e-6, 0.0), 0.0, 0.05);
   EXPECT_NEAR(error_with(3.5e-6, 0.0), -3.5 / 21, 0.05);
-  // Scatter of 2 us: four of the sigmas that its median stands for are 11.9 us.
+  // Scatter of 2 us: four sigmas, as estimated from its median, are 11.9 us.
   EXPECT_NEAR(error_with(20e-6, 2e-6), 0.0, 0.15);
   EXPECT_LT(error_with(10e-6, 2e-6), -0.35);
 }
@@ -115,7 +115,7 @@ TEST(ClockMapLimits, SaysHowSureItIsByTheNumberAndTheScatterOfItsSamples) {
   const double one = 1.0 / kSamples;
   EXPECT_NEAR(1e6 * quiet.sigma_s(ticks(kEveryS * middle)), std::sqrt(1.0 + one), 0.002);
   EXPECT_NEAR(1e6 * quiet.sigma_s(), std::sqrt(1.0 + one + to_newest), 0.002);
-  // Scatter of 3 us where 1 is expected: nine times the variance, and a little for what was fitted.
+  // Scatter of 3 us where 1 is expected: nine times the variance, and slightly more for the fit.
   const ClockMap loud = map_of(kSamples, [](int i) { return i % 4 < 2 ? 3e-6 : -3e-6; });
   const double scale = 9.0 * kSamples / (kSamples - 2);
   EXPECT_NEAR(1e6 * loud.sigma_s(ticks(kEveryS * middle)), std::sqrt(1.0 + scale * one), 0.01);
@@ -131,7 +131,7 @@ TEST(ClockMapLimits, EachOfAFewSamplesCountsFromTheFirstToTheLast) {
   const ClockMap quiet = map_of(kSamples);
   EXPECT_NEAR(1e6 * quiet.sigma_s(ticks(kEveryS * middle)), std::sqrt(1.0 + one), 0.002);
   EXPECT_NEAR(1e6 * quiet.sigma_s(), std::sqrt(1.0 + one + to_newest), 0.002);
-  // Scatter of 3 us, even on both sides of the middle: all of it is scatter, six of eight are free.
+  // Scatter of 3 us, evenly on both sides of the middle: all is scatter, six of eight are free.
   const ClockMap loud =
       map_of(kSamples, [](int i) { return i % 4 == 0 || i % 4 == 3 ? 3e-6 : -3e-6; });
   const double scale = 9.0 * kSamples / (kSamples - 2);
@@ -139,7 +139,7 @@ TEST(ClockMapLimits, EachOfAFewSamplesCountsFromTheFirstToTheLast) {
 }
 
 TEST(ClockMapLimits, ThreeGoodSamplesAreEnoughForAMap) {
-  // Of eight samples three are delayed for long and two are stamped 30 us off.
+  // Three of eight samples have a long delay, two have stamps that are 30 us off.
   ClockMap map(kWireS);
   const double held_s[] = {0, 5e-3, 0, 0, 5e-3, 0, 5e-3, 0};
   const double stamp_s[] = {0, 0, 30e-6, -30e-6, 0, 0, 0, 0};

@@ -1,4 +1,4 @@
-// Delay of the sensor's bytes, judged by its own stamps at each limit; state discarded by an opening;
+// Delay of the sensor's bytes, judged by its own stamps at each limit; state discarded when opened;
 // bytes that are not frames; figures of the line's quality.
 
 #include <cmath>
@@ -152,7 +152,7 @@ TEST_F(CoreDelivery, ExplainsAnIdleSilenceByItsOwnName) {
   EXPECT_NEAR(s.facts().delivered_late_s, silent_s, 1e-5);
   EXPECT_EQ(s.facts().late_limit_s, 0.3);
   EXPECT_EQ(s.facts().step, ContactStep::kHello) << "it is identified anew all the same";
-  // After a jump of its clock nothing is known of the sensor.
+  // After a jump of its clock nothing is known about the sensor.
   s.identifies = s.beats = s.pongs = true;
   ASSERT_TRUE(s.run_until([&] { return s.facts().step == ContactStep::kReady; }));
   s.clock_off = 10s;
@@ -200,7 +200,7 @@ TEST_F(CoreDelivery, TellsTheMiddleTheWorstOfTheNewestAndTheWorstOfAll) {
   s.core.connect(s.now);
   s.run(100ms);
   s.say_status();  // the configuration is taken
-  s.run(1s);       // and the clock known
+  s.run(1s);       // and the clock is known
   ASSERT_EQ(s.facts().step, ContactStep::kSelfTest);
   EXPECT_EQ(quality().late_p50_s, 0.0);
   EXPECT_EQ(quality().late_max_s, 0.0);
@@ -230,7 +230,7 @@ TEST(CoreQuality, JitterIsWhatChangesAndAFiftiethOfTheNewest) {
   ScriptedSensor s;
   ASSERT_TRUE(s.get_ready());
   EXPECT_LT(s.facts().quality.heartbeat_jitter_s, 1e-6);
-  // From another opening on all of them are 10 ms old, uniformly.
+  // After reopening all of them are 10 ms old, uniformly.
   s.core.disconnect(s.now);
   s.beats = false;
   s.core.connect(s.now);
@@ -262,7 +262,7 @@ TEST(CoreQuality, CountsEachKindOfDamageAndFramesThatNobodyKnows) {
   EXPECT_EQ(s.facts().quality.unknown_types, before.unknown_types + 1);
 }
 
-// ---- an opening -------------------------------------------------------------------------------------
+// ---- opening ----------------------------------------------------------------------------------------
 
 TEST_F(CoreDelivery, AnOpeningForgetsTheOneBefore) {
   s.beats = false;
@@ -295,7 +295,7 @@ TEST_F(CoreDelivery, OneThatComesWithoutAClosingForgetsAsMuch) {
   s.core.connect(s.now);
   EXPECT_FALSE(s.facts().armed);
   EXPECT_EQ(s.facts().step, ContactStep::kHello);
-  // A fault of the preceding opening does not persist.
+  // A fault from before the reopening does not persist.
   ScriptedSensor other;
   other.identifies = false;
   other.nak_hello = CTP_NAK_BAD_VERSION;

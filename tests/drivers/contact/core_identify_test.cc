@@ -269,7 +269,7 @@ TEST(CoreIdentify, AnOldOrForeignPongIsNone) {
   s.say(ctp::Pong{nonce + 1, 0, 0});
   s.say(ctp::Pong{nonce, s.ticks(s.now), s.ticks(s.now)});
   for (int i = 0; i < 5; ++i)
-    s.say(ctp::Pong{nonce, 0, 0});  // the same once more: not out any longer
+    s.say(ctp::Pong{nonce, 0, 0});  // again: no longer pending
   EXPECT_EQ(s.facts().step, ContactStep::kReady);
   EXPECT_LE(s.facts().quality.round_trip_min_s, least);
 }
@@ -317,7 +317,7 @@ TEST(CoreIdentify, SaysWhenItWantsToBeCalled) {
   });
   expect_alike([](ScriptedSensor& s) {
     s.run(1s);
-    s.arms = false;  // asked, and not answered
+    s.arms = false;  // requested, but not answered
     s.core.arm(4, 300ms, s.now);
     s.beats = s.pongs = false;
     s.run(90ms);

@@ -151,10 +151,10 @@ TEST(BoardOfASensor, IsJudgedByItsFusesAndItsBootLoader) {
     ctp::Board board;
     bool old_loader, weak_brown_out;
   };
-  for (const Chip& chip : {Chip{{0xFF, 0xD7, 0xFC, 0xFFFF}, false, false},   // as the guide flashes
+  for (const Chip& chip : {Chip{{0xFF, 0xD7, 0xFC, 0xFFFF}, false, false},   // as in the guide
                            Chip{{0xFF, 0xD6, 0xFC, 0x0404}, false, false},   // with optiboot 4.4
-                           Chip{{0xFF, 0xDE, 0xFD, 0x0404}, false, true},    // an Uno's factory
-                           Chip{{0xFF, 0xDA, 0xFD, 0xFFFF}, true, true}}) {  // an older Nano's
+                           Chip{{0xFF, 0xDE, 0xFD, 0x0404}, false, true},    // Uno, factory
+                           Chip{{0xFF, 0xDA, 0xFD, 0xFFFF}, true, true}}) {  // Nano, factory
     sim::McuOptions options;
     options.board = chip.board;
     Rig rig(options);

@@ -127,7 +127,7 @@ TEST(FirmwareBootRecord, APowerFailureInMidWriteNeverBringsAnAnnouncedIdBack) {
     std::uint32_t announced = 0, cut_off = 0, next = 0;
     for (int i = 0; i < 70; ++i) ASSERT_TRUE(boot_record_next(&memory, &announced));
     eeprom.until_power_fails = bytes;
-    boot_record_next(&memory, &cut_off);  // the power fails before it can be told
+    boot_record_next(&memory, &cut_off);  // the power fails before it is reported
     eeprom.until_power_fails = -1;
     ASSERT_TRUE(boot_record_next(&memory, &next));
     EXPECT_GT(next, announced);

@@ -224,11 +224,11 @@ void SimavrBoard::advance(TimePoint t) {
     if (next_stop() < stop_) {
       stop_ = next_stop();
       avr_cycle_timer_register(avr_, stop_ - avr_->cycle, on_stop, this);
-      avr_->run_cycle_count = 1;  // or it runs on to the timer that was next before
+      avr_->run_cycle_count = 1;  // otherwise it runs on to the timer that was next before
     }
     const int state = avr_run(avr_);
     if (state == cpu_Done || state == cpu_Crashed) throw std::runtime_error("the program crashed");
-    if (was_reset_) {  // the outside is as it was
+    if (was_reset_) {  // the outside is unchanged
       was_reset_ = false;
       stop_ = kNever;
       set_straps();

@@ -121,7 +121,7 @@ class SimavrBoard {
   std::vector<PinEdge> pin_edges_, output_edges_;
 };
 
-/// The board as the line that drivers::ContactInline runs on.
+/// The board as the line of drivers::ContactInline.
 class SimavrLine : public drivers::ByteLine {
  public:
   explicit SimavrLine(SimavrBoard& board) : board_(board) {}

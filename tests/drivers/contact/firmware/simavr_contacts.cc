@@ -1,5 +1,5 @@
-// Contacts by the thousand: the firmware's image on a simulated ATmega328P and the driver's core,
-// in virtual time. Prints what it found, and fails if a contact was missed or a trip was false.
+// Thousands of contacts: the firmware's image on a simulated ATmega328P and the driver's core, in
+// virtual time. Prints the results, and fails if a contact was missed or a trip was false.
 //
 //   simavr_contacts [CONTACTS [BAUD [SEED]]]
 

@@ -1,7 +1,7 @@
 // The firmware's image on a simulated ATmega328P in real time, on a pseudo-terminal, with the unmodified
 // SerialContact. Waits have generous limits, nothing is timed. A microcontroller has its own processor: if
-// permitted the simulated one has priority over all other load, since one that is too slow lags increasingly
-// behind the machine's clock, and is not detected as a sensor.
+// permitted the simulated one has priority over all other load, since one that is too slow falls
+// increasingly short of real time, and is not detected as a sensor.
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

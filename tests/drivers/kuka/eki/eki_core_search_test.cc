@@ -78,7 +78,7 @@ TEST(EkiSearch, GoesOnWhereTheControllersTimerBeginsAnew) {
     EkiRig rig(eki_controller(), by_flag());
     const TimePoint anew{std::chrono::milliseconds(std::int64_t{1} << 31)};
     rig.now = TimePoint{};
-    rig.cycle();  // $TIMER begins
+    rig.cycle();  // $TIMER starts
     rig.now = anew - 5s;
     prepare(rig);
     rig.wired_to_input = false;

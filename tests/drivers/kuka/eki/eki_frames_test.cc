@@ -302,7 +302,7 @@ TEST(EkiFrames, ATelegramThatLacksAnElementIsRefusedByTheController) {
   }
 }
 
-/// Plausibility checks of an answer, one damage at a time.
+/// Plausibility checks of an answer, with one damage at a time.
 TEST(EkiFrames, AnAnswerThatCannotBeBelievedIsUnknown) {
   const struct {
     const char *from, *to;

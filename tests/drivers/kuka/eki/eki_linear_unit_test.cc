@@ -236,7 +236,7 @@ TEST(EkiExternalAxis, OfAnArmOfSixAxesIsHeldAndWatchedToo) {
   EXPECT_TRUE(is<cause::MovedUnasked>(rig.finish().cause));
 }
 
-// A positioner of two axes, E1 and E2, behind an arm of six.
+// A positioner of two axes, E1 and E2, with a six-axis arm.
 struct TableRig : EkiRig {
   TableRig() : EkiRig(controller(), config()) { make_ready(); }
   static EkiConfig config() {

@@ -1,6 +1,6 @@
 #pragma once
-// Static checks of a KRL file beside the interpreter's (sim/krl): line ends, characters, folds, HALT, a value for every
-// local on every path (krl_assignment.h).
+// Static checks of a KRL file in addition to the interpreter's (sim/krl): line ends, characters, folds, HALT, a value
+// for every local on every path (krl_assignment.h).
 
 #include <string>
 #include <string_view>

@@ -395,7 +395,7 @@ TEST(EkiFiles, NameNothingLikeAWordOfKrl) {
     for (const std::string& line : code_lines(text)) {
       std::smatch match;
       if (!std::regex_search(line, match, std::regex("^DECL (?:GLOBAL )?\\w+ (\\w+)"))) continue;
-      // MODE of MODUS_T is what KUKA's own examples of CWRITE call it.
+      // MODE of MODUS_T has this name in KUKA's own examples of CWRITE.
       if (line.find("MODUS_T") != std::string::npos) continue;
       EXPECT_EQ(taken.count(match[1]), 0u) << line;
     }

@@ -41,7 +41,7 @@ TEST(RsiFiles, AreSoundKrlAndXml) {
         EXPECT_TRUE(document.load_buffer(text.data(), text.size())) << name;
       }
     }
-    // With its extension for RSI 3, without from RSI 4 on: otherwise the file is not found.
+    // With its extension for RSI 3, without it from RSI 4 on: otherwise the file is not found.
     const std::string create = version == 3   ? "RSI_CREATE(\"cellcal_rsi.rsi\""
                                : version == 6 ? "RSI_LOAD(\"cellcal_rsi\")"
                                               : "RSI_CREATE(\"cellcal_rsi\"";

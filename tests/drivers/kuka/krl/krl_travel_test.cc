@@ -1,5 +1,5 @@
 // RSI's set for an arm on a linear unit, and for a positioner: external axes in the packets, their
-// corrections, their fences, and what --verify refuses of them.
+// corrections, their limits, and refusals of --verify.
 
 #include "drivers/error.h"
 #include "drivers/kuka/krl/krl_read.h"
@@ -178,7 +178,7 @@ TEST(RsiPositionerFiles, FenceEachAxisByItsSwitchesAndItsRange) {
     sim::RsiStart start;
     start.low_deg.assign(9, -5000.0);
     start.high_deg.assign(9, 5000.0);
-    // Of E2 the range is nearer, of E3 the switches.
+    // For E2 the range is nearer, for E3 the switches.
     const std::vector<double> at{0, -90, 90, 0, 90, 0, 700.0, 10.0, -20.0};
     const std::vector<double> low{-185, -185, -185, -185, -185, -185, -1000.0, -90.0, -100.0};
     const std::vector<double> high{185, 185, 185, 185, 185, 185, 2600.0, 90.0, 100.0};

@@ -41,8 +41,8 @@ std::function<double(int)> goes(double deg_s, double cycle_s = 0.004) {
 }
 
 TEST(FollowLimits, WhatWasCommandedWithinTheWindowMayStillBeWhereTheArmIs) {
-  // A step of a degree at sample 0, of which the arm follows half: commands before it are older
-  // than 0.2 s from sample 50 on.
+  // A step of a degree at sample 0, of which the arm follows half: from sample 50 on commands
+  // before it are older than 0.2 s.
   const auto step = [](double deg) { return [=](int i) { return i < 0 ? 0.0 : deg; }; };
   const NamedAtSample named = watch(step(1.0), step(0.5));
   EXPECT_EQ(named.sample, 50);
@@ -71,8 +71,8 @@ TEST(FollowLimits, AnAxisThatDoesLessThanAQuarterOfItsCommandStands) {
   }
 }
 
-// The command has to have gone 0.006 deg in every window that ends up to the lag ago (0.12 s) or as
-// far back as the means reach: 30 + 3 samples, and from there on as many as 0.006 deg take.
+// The command must have travelled 0.006 deg in every window that ends up to the lag ago (0.12 s) or
+// within the reach of the means: 30 + 3 samples, and then as many as 0.006 deg take.
 TEST(FollowLimits, StandingIsNamedAsSoonAsTheCommandIsToldFromNoise) {
   EXPECT_EQ(watch(goes(0.12), stands).sample, 33 + 13);  // 13 * 0.00048 deg
   EXPECT_EQ(watch(goes(0.55), stands).sample, 33 + 3);

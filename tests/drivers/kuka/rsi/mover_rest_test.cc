@@ -141,7 +141,7 @@ TEST(MoverRest, ForWhatWasStoppedRestIsEnoughWhereverTheArmIs) {
 
 TEST(MoverRest, NothingOfAnEarlierEndIsSaidOfTheNextMove) {
   MoverRig rig;
-  // One with a complete result, after a second of settling.
+  // A complete result, after a second of settling.
   ASSERT_FALSE(rig.start(MoveKind::kTransit, 0.5));
   while (rig.commanded[1] < 0.5 * kRadPerDeg) rig.run(1);
   rig.arm = [](AxisAngles actual) {
@@ -155,7 +155,7 @@ TEST(MoverRest, NothingOfAnEarlierEndIsSaidOfTheNextMove) {
   const auto end = rig.end();
   expect_end(end.result, MoveOutcome::kArrived, cause::None{});
   EXPECT_EQ(end.motionless, 12);
-  // One that was stopped, and one without travel after it.
+  // A stopped move, and a move without travel after it.
   ASSERT_FALSE(rig.start(MoveKind::kTransit, 10.0));
   rig.run(40);
   rig.mover.halt(MoveOutcome::kStopped, cause::StopAsked{});

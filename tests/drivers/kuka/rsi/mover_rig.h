@@ -19,7 +19,7 @@ class MoverRig {
       : cycle_s(packet_s), mover(config, with_guard ? &guard : nullptr, record) {
     config.limits.assign(3, {-9, 9, 100 * kRadPerDeg, 400 * kRadPerDeg, 4000 * kRadPerDeg});
     commanded.assign(3, 0.0);
-    for (int i = 0; i < 120; ++i) cycle();  // at rest for long
+    for (int i = 0; i < 120; ++i) cycle();  // at rest for a long time
   }
 
   /// One packet; its result, if the move is over.

@@ -273,7 +273,7 @@ TEST(MoverStop, ThatARetreatsContactIsClosedIsSaidOnlyByWordsOfTheSensorFromBehi
     ASSERT_FALSE(rig.start(MoveKind::kRetreat, -1.0));
     rig.run(5);
     rig.guard.set_heard(false);
-    rig.run(250);  // at rest for long, without data
+    rig.run(250);  // at rest for a long time, without data
     if (ending == kOpens) rig.guard.touch(false);
     if (ending == kDies) rig.guard.set_alive(false);
     if (ending != kDies) rig.guard.set_heard(true);

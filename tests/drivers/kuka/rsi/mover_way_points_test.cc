@@ -8,7 +8,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// Via 10 deg of A1 to 10 deg of A2 more: a right angle.
+/// Via 10 deg of A1 to 10 deg of A2: a right angle.
 struct ByWayPoint : testing::Test {
   std::optional<CoreResult> begin(MoveKind kind, double in_share = 0.5, double out_share = 0.5) {
     AxisAngles via = rig.commanded, target = rig.commanded;

@@ -177,8 +177,8 @@ inline Peaks differences(const PathCase& path, int samples) {
   const std::vector<AxisLimit>& limits = path.limits;
   Peaks most;
   if (move.duration_s() <= 0.0) return most;
-  // A third difference has four times what one position has of rounding, or of a leg on which no
-  // axis is seen to move.
+  // A third difference has four times the rounding of one position, or of a leg without detectable
+  // motion of any axis.
   const bool all_legs = move.shape().legs() == path.vias.size() + 1;
   const double noise = all_legs ? 1e-13 : 4 * kNoTravelRad;
   const double h = move.duration_s() / samples;

@@ -92,7 +92,7 @@ TEST_F(RsiFacts, AReferenceIsPendingFromTheAskingToTheRest) {
   rig.cycle();
   EXPECT_EQ(facts().link, RobotLink::kReady) << "the record shows that it rests";
   EXPECT_FALSE(facts().rereference_pending);
-  // One that cannot be taken is pending, and discarded when the link is lost.
+  // A reference that cannot be taken is pending, and discarded when the link is lost.
   rig.krc.rsi_on();
   rig.run(40ms);
   rig.core.rereference();

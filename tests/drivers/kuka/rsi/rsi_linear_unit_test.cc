@@ -36,7 +36,7 @@ struct TrackRig : Rig {
     target[kE1] += m;
     return target;
   }
-  /// The packets tell of an axis that moves at this speed from now on.
+  /// From now on the packets report motion of this axis at this speed.
   void creep(const std::string& axis, double per_s) {
     before_core = [this, axis, per_s, from = now] {
       const std::size_t element = packet.find("<EIPos"), at = packet.find(axis + "=\"", element);

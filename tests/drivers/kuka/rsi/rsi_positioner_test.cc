@@ -1,5 +1,4 @@
-// A positioner of two axes beside an arm of six, turned by corrections of its own: E1 and E2. E3 belongs to
-// no move.
+// A positioner of two axes and a six-axis arm, rotated by its own corrections: E1 and E2. E3 is not moved.
 
 #include <algorithm>
 #include <string>
@@ -12,7 +11,7 @@ namespace cellcal::drivers {
 namespace {
 
 constexpr std::size_t kTilt = 6, kTurn = 7;
-// As A1's, slower.
+// Like A1's, but slower.
 constexpr double kSpeed = 40 * kDeg, kAcceleration = 80 * kDeg, kJerk = 400 * kDeg;
 
 RsiConfig with_table(CorrectionMode mode = CorrectionMode::kAbsolute) {
@@ -73,7 +72,7 @@ TEST_P(RsiPositioner, IsTurnedByItsOwnCorrectionsWhileTheArmRests) {
   for (std::size_t i = 0; i < kTilt; ++i)
     EXPECT_NEAR(rig.krc.setpoint_rad()[i], from[i], 1e-5) << i;
   EXPECT_EQ(rig.krc.correction_deg()[8], 0.0) << "E3";
-  // Then the arm goes on, and the table stands.
+  // Then the arm continues, and the table is at rest.
   const CoreResult onward = rig.move(MoveKind::kTransit, rig.moved_by(0, 20));
   EXPECT_EQ(onward.outcome, MoveOutcome::kArrived) << words(onward);
   EXPECT_NEAR(rig.actual_deg(kTurn), -140.0, 0.01);
@@ -171,7 +170,7 @@ TEST(RsiPositionerMoves, EndByTheAxisNameWhereItDoesNotFollow) {
   EXPECT_EQ(rig.core.state().link, RobotLink::kNotReferenced);
 }
 
-/// In each kind of move of the arm alone, by its name, and nothing goes on before a reference.
+/// In each kind of move of the arm alone, identified by name; nothing continues before a reference.
 TEST(RsiPositionerThatMovesUnasked, StopsTheArm) {
   for (const MoveKind kind : {MoveKind::kTransit, MoveKind::kSearch}) {
     TableRig rig;

@@ -136,7 +136,7 @@ TEST_F(RsiOverUdp, PacketsThatArriveTwiceAreCountedWhetherReadAtOnceOrApart) {
     peer.send(packet(1000 + 4 * i));
     peer.await();
     if (i < 10) continue;
-    peer.send(packet(1000 + 4 * i));  // apart: answered again
+    peer.send(packet(1000 + 4 * i));  // individually: answered again
     peer.await();
   }
   EXPECT_TRUE(eventually([&] { return robot.state().quality.duplicates == 10; }))

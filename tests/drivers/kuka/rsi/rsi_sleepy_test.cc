@@ -111,7 +111,7 @@ Touch touch(SleepyRig& rig, double speed_deg_s, std::uint16_t arm) {
 }
 
 TEST(RsiSleepyPeer, ContactsAreLatchedWhereTheyWereHoweverItsPaceDrifts) {
-  // Extrapolated by IPOC, they were 20 to 100 ms off after a while, or outside the record.
+  // With extrapolation by IPOC they were 20 to 100 ms off after a while, or outside the record.
   for (const auto& h : {habits(0.0025), habits(0.004), habits(0.004, 4), habits(0.012),
                         habits(0.025), habits(0.030)}) {
     SleepyRig rig(h);

@@ -56,7 +56,7 @@ TEST(OffsetBySetpoint, AFreshSessionHoldsNone) {
   expect_known(finder, measured(0.019, -0.019), deg(0, 0));
   finder.begin({});
   EXPECT_EQ(finder.update(measured(0.021)), OffsetVerdict::kWaitForRest);
-  // Also if almost none had been sent; but none closer to what was sent.
+  // Also if almost none was sent; but not closer to the values sent.
   finder.begin(sent(-0.015));
   expect_known(finder, measured(0.010), deg(0, 0));
   finder.begin(sent(0.015));

@@ -184,7 +184,7 @@ TEST_F(FollowingSetpoint, InOneSessionProvesNothingOfTheNext) {
   setpoint.begin_session(0.0);
   begin();
   EXPECT_TRUE(moved(packet({12, 20}, {12, 20}), false)) << "a new session";
-  // Neither if it stayed behind.
+  // Nor does a lag.
   setpoint.begin_session(0.0);
   begin();
   EXPECT_FALSE(moved(packet({10.5, 20}, {10, 20}), true));

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::uint16_t kArm = 7;
 
-/// All axes take part: A1 by 2 deg in 10 s, about 5 mm/s.
+/// All axes move: A1 by 2 deg in 10 s, about 5 mm/s.
 AxisAngles search_target(const Rig& rig) {
   AxisAngles target = rig.commanded();
   const double by_deg[] = {2.0, -0.7, 1.1, 1.5, -0.9, 1.2};
