@@ -1,4 +1,4 @@
-// The accuracy of the method's section 9, measured over random robots.
+// The accuracy of the method's section 9, over random robots.
 
 #include <fmt/format.h>
 
@@ -35,12 +35,12 @@ constexpr Level kLevels[] = {
     {"L3", 6, 400, 0.03e-3, true, false, "M1 0.03/0.09  M2 0.04/0.12  M3 0.05/0.15"},
 };
 
-/// Share of an arm's poses within u95 below which its bound does not hold.
+/// Least share of an arm's poses within u95 for which its bound holds.
 constexpr double kHolds = 0.85;
 
 struct Options {
   int robots = 20;
-  int number = 0;  ///< of touches; 0: the level's
+  int number = 0;  ///< of touches; 0: that of the level
   Trial trial;
   std::string level, arm;
   std::uint64_t seed = 1;

@@ -1,6 +1,6 @@
-// Are alarms calibrated? The touches of a healthy arm are put in an order drawn at random, so that
-// nothing that lasts can be in them: whatever is said to have changed on the way is a false alarm.
-// And, in the same orders, what did change: how often it is named.
+// Calibration of alarms. The touches of a healthy arm are in random order, so that they contain no
+// lasting change: every reported change during the session is a false alarm. In the same orders,
+// with a real change: the share that is named.
 
 #include <fmt/format.h>
 
@@ -28,13 +28,13 @@ namespace {
 using namespace cellcal;
 
 constexpr double kNoiseM = 0.02e-3;
-constexpr double kHalfWarm = 0.5;  // all touches of one temperature: nothing creeps
+constexpr double kHalfWarm = 0.5;  // the same temperature for all touches: no creep
 
 struct Level {
   const char* name;
   int spheres;
   bool lengths;
-  int alone;  ///< touches, where none is repeated
+  int alone;  ///< touches without repeats
 };
 constexpr Level kLevels[] = {{"L1", 1, false, 50},
                              {"L2", 4, true, 100},
@@ -43,9 +43,9 @@ constexpr Level kLevels[] = {{"L1", 1, false, 50},
 
 struct Touching {
   const char* name;
-  int postures;  ///< 0: as many as the level has
+  int postures;  ///< 0: number of the level
   int times;
-  bool blocks;  ///< the touches of one posture stay together
+  bool blocks;  ///< touches of one posture are consecutive
 };
 constexpr Touching kTouchings[] = {
     {"24x10 blocks", 24, 10, true}, {"24x10 mixed", 24, 10, false}, {"no repeats", 0, 1, true}};
@@ -74,10 +74,10 @@ struct Row {
   const Arm& arm;
   const Stated& stated;
   int made[kChanges] = {}, named[kChanges] = {};
-  int slip = 0, knock = 0, move = 0, cause = 0, published = 0;  ///< of the healthy ones
+  int slip = 0, knock = 0, move = 0, cause = 0, published = 0;  ///< of the healthy arms
 };
 
-/// A cell and how it is touched: as planned, or, before a tracker, in these postures.
+/// A cell and its touches: as planned, or, with a tracker, in these postures.
 struct Session {
   calib::Cell nominal;
   calib::Plan plan;
@@ -103,7 +103,7 @@ experiments::Stage stage_of(const Row& row) {
 std::optional<Session> planned(const calib::Robot& robot, const Row& row, std::uint64_t seed) {
   calib::Random random(seed);
   Session session{experiments::make_cell(robot, stage_of(row), random), {}, {}, random};
-  session.nominal.touch_sigma_m = kNoiseM;  // the same plan whatever is stated
+  session.nominal.touch_sigma_m = kNoiseM;  // the same plan for any stated sigma
   const int postures = row.touching.postures > 0 ? row.touching.postures : row.level.alone;
   if (row.level.spheres == 0) {
     calib::Target tracker;
@@ -122,13 +122,13 @@ std::optional<Session> planned(const calib::Robot& robot, const Row& row, std::u
   try {
     session.plan = calib::make_plan(session.nominal, options);
   } catch (const calib::PlanError&) {
-    return std::nullopt;  // another is drawn
+    return std::nullopt;  // another cell is drawn
   }
   session.random = random;
   return session;
 }
 
-/// Which posture is touched when, drawn anew each time.
+/// Order of the postures, drawn anew each time.
 std::vector<std::size_t> drawn_order(const Row& row, std::size_t postures, calib::Random& random) {
   std::vector<std::size_t> order;
   const auto times = static_cast<std::size_t>(row.touching.times);
@@ -141,7 +141,7 @@ std::vector<std::size_t> drawn_order(const Row& row, std::size_t postures, calib
   return all;
 }
 
-/// The session in that order; from its middle on something is otherwise.
+/// The session in that order; from its middle on with a change.
 std::pair<calib::Cell, std::vector<calib::Touch>> made(const Row& row, Session session,
                                                        Change change, int order) {
   const auto world_of = [&](const Eigen::Vector3d& tip_m) {

@@ -1,5 +1,5 @@
-// Where the factor between u95 and the true error comes from, one ingredient after another, and how
-// small a factor could be at all.
+// Contributions to the factor between u95 and the true error, one after another, and the smallest
+// possible factor.
 
 #include <fmt/format.h>
 
@@ -42,7 +42,7 @@ double rms(const std::vector<double>& values) {
                    static_cast<double>(values.size()));
 }
 
-/// Tips at a calibration, and how they move: with the parameters, the base and each joint; three rows a pose.
+/// Tips at a calibration, and their derivatives by parameters, base and joints; three rows per pose.
 struct Seen {
   Seen(const calib::ArmModel& arm, const Eigen::VectorXd& x,
        const std::vector<calib::JointVector>& poses)
@@ -59,7 +59,7 @@ struct Seen {
     }
   }
 
-  /// The motion of the base that takes up each parameter over these of the poses.
+  /// The base motion that compensates each parameter over these of the poses.
   Eigen::MatrixXd taken_up(const std::vector<Eigen::Index>& at) const {
     Eigen::MatrixXd r(3 * static_cast<Eigen::Index>(at.size()), 6), m(r.rows(), moves.cols());
     Eigen::Index row = 0;
@@ -82,7 +82,7 @@ struct Seen {
   std::vector<Eigen::Matrix3Xd> by_joint;
 };
 
-/// Where the base was measured: its motion with each parameter, and what is not known of that motion.
+/// Alignment of the base: its motion with each parameter, and the uncertainty of that motion.
 struct Base {
   Eigen::MatrixXd taken_up;
   Eigen::Matrix<double, 6, 6> unknown = Eigen::Matrix<double, 6, 6>::Zero();
@@ -137,7 +137,7 @@ std::vector<double> radii(const std::vector<Eigen::Matrix3d>& all) {
   return r;
 }
 
-/// A root F with F F' = covariance, which may be singular and is of mixed units.
+/// A root F with F F' = covariance, which may be singular and has mixed units.
 Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance) {
   const Eigen::VectorXd sigma = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
   const Eigen::VectorXd inverse = (sigma.array() > 0.0).select(sigma.cwiseInverse(), 0.0);
@@ -145,7 +145,7 @@ Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance) {
   return sigma.asDiagonal() * pairs.vectors * pairs.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
 
-/// Behind each step, u95 so far (at first what stands for it) over the true rms.
+/// After each step, u95 so far (at first its substitute) divided by the true rms.
 constexpr const char* kSteps[] = {
     "rms that the covariance foresees, base fixed where it is judged",
     "and with ripple, once",
@@ -158,12 +158,12 @@ constexpr const char* kSteps[] = {
 };
 
 struct Parts {
-  std::vector<double> steps;  ///< one each of kSteps
+  std::vector<double> steps;  ///< one for each of kSteps
   double rms_m = 0.0, ripple_arcsec = 0.0;
-  /// 85 % of the positions are less off than this share of their u95.
+  /// 85 % of the positions have an error below this share of their u95.
   double holds_85 = 0.0;
-  /// Were the truth drawn from this very covariance: u95 over the usual rms, where 98 % of arms have
-  /// 95 % of their positions inside, and where 99 % have 85 %.
+  /// For a truth drawn from this covariance: u95 divided by the usual rms, such that 98 % of arms
+  /// have 95 % of their positions inside, and such that 99 % have 85 %.
   double ideal_95_98 = 0.0, ideal_85_99 = 0.0;
 };
 

@@ -1,5 +1,5 @@
-// The check of a calibration by a few touches: what it finds, how often it cries wolf, how well it measures a
-// shift of the tool, and what it takes for what.
+// The check of a calibration by a few touches: detection rates, false alarms, accuracy of the measured tool
+// shift, and confusion of causes.
 
 #include <fmt/format.h>
 
@@ -28,7 +28,7 @@ using experiments::Gears;
 
 using Fault = experiments::Happening;
 
-/// One arm with its calibration and the check that was planned for it.
+/// One arm with its calibration and its planned check.
 struct Calibrated {
   experiments::World world;
   calib::Calibration calibration;
@@ -72,7 +72,7 @@ struct Made {
   experiments::Happened happened;
 };
 
-/// The check's touches of the arm after the fault.
+/// Touches of the check by the arm after the fault.
 std::optional<Made> made(const Calibrated& on, const Fault& fault, calib::Random& random) {
   experiments::World world = on.world;
   Made result{{}, experiments::happen(fault, world, random)};
@@ -86,7 +86,7 @@ std::optional<Made> made(const Calibrated& on, const Fault& fault, calib::Random
   return result;
 }
 
-/// Rare events need many; all else is a share.
+/// Rare events require many checks; the others a share of them.
 int checks_of(const Fault& fault, int checks) {
   return fault.kind == ChangeKind::kNothing ? checks : checks / 12;
 }
@@ -143,11 +143,11 @@ void print(const std::vector<Row>& rows) {
   }
 }
 
-/// All checks behind so many that held, over all arms.
+/// All checks after this many that held, over all arms.
 struct Table {
   int references = 0;
   std::vector<Row> rows;
-  std::vector<double> found, sigma;  ///< as foreseen: %, mm
+  std::vector<double> found, sigma;  ///< predicted: %, mm
 };
 
 Table table_of(int references) {

@@ -1,5 +1,5 @@
-// Plans for random cells, each looked at by other means than the planner's: does anything hit
-// anything? Prints counts, reasons and the closest approach; fails where something hits.
+// Plans for random cells, checked for collisions independently of the planner. Prints counts,
+// reasons and the closest approach; fails on a collision.
 
 #include <fmt/format.h>
 
@@ -17,10 +17,10 @@ using namespace cellcal::calib;  // NOLINT: an experiment's own file
 using testing::Approach;
 using testing::Nearest;
 
-/// What the planner promises on the way; at its stops it keeps the whole of its margins.
+/// Guaranteed by the planner during moves; at stops it keeps its full margins.
 constexpr double kTipM = kMarginKept * kTipMarginM, kBodyM = kMarginKept * 0.02;
 
-/// Like refusals are counted together; those that no random cell should meet, by their words.
+/// Similar refusals are counted together; unexpected ones by their message.
 std::string kind_of(const PlanError& refusal) {
   switch (refusal.kind) {
     case PlanError::Kind::kOutOfReach:
@@ -55,7 +55,7 @@ int main(int argc, char** argv) {
   if (const auto code = app.parse(argc, argv)) return *code;
 
   std::map<std::string, int> refused;
-  Approach closest, wanting;  // wanting: what is promised, less what came
+  Approach closest, wanting;  // wanting: guaranteed minus actual
   std::string tip_at, body_at, self_at;
   int planned = 0, moves = 0, near = 0, hits = 0;
   double planning_s = 0.0;

@@ -1,5 +1,5 @@
-// Is the bound honest where the stated touch sigma is not what it seems, and where the arm does
-// what the model lacks? Coverage over postures that no touch was near, beside the error foreseen.
+// Validity of the bound if the stated touch sigma is wrong, and if the arm has unmodelled errors.
+// Coverage over postures without touches nearby, and the predicted error.
 
 #include <fmt/format.h>
 
@@ -24,7 +24,7 @@ struct Arm {
   const char* name;
   experiments::Gears gears;
   double play_arcsec, field_m;
-  double misfit_m;  ///< what the fit leaves, about: what a user would type in
+  double misfit_m;  ///< approximate residual of the fit, which a user would enter
   double reach_rad = 0.6;
 };
 constexpr Arm kArms[] = {

@@ -1,5 +1,5 @@
-// The control charts over checks: how seldom they alarm while nothing changes, how soon when something does, beside
-// the single check; and the limits themselves (--limits).
+// The control charts over checks: rate of false alarms, delay of detection, compared with the single check; and the
+// limits themselves (--limits).
 
 #include "calib/check/drift.h"
 
@@ -25,7 +25,7 @@ namespace {
 
 using namespace cellcal;
 
-constexpr double kChecksPerMonth = 90.0;  // one a shift
+constexpr double kChecksPerMonth = 90.0;  // one per shift
 constexpr double kMonthS = 30.0 * 86400.0;
 constexpr double kGrowthPerKelvin = 12e-6;
 
@@ -42,7 +42,7 @@ double quantile(std::vector<double> values, double share) {
 
 // ---- Limits -------------------------------------------------------------------------------------------------
 
-/// Of one run: each new highest value of a statistic, and the check at which it was reached.
+/// For one run: each new maximum of a statistic, and the check at which it was reached.
 struct Records {
   std::vector<std::pair<int, double>> highest;
   void update(int check, double value) {
@@ -131,7 +131,7 @@ void print_limits(int count, std::uint64_t seed) {
 
 // ---- Cells --------------------------------------------------------------------------------------------------
 
-/// One calibrated arm, its check, and the single check's alarm behind four of them that held.
+/// One calibrated arm, its check, and the single check's alarm after four that held.
 struct Watched {
   experiments::World world;
   calib::Calibration calibration;
@@ -155,7 +155,7 @@ std::vector<calib::Touch> expected(const calib::Plan& plan) {
   return touches;
 }
 
-/// What is done to the cell, by months since its calibration.
+/// Changes of the cell, by months since its calibration.
 struct Scenario {
   std::string name;
   std::function<Eigen::Vector3d(double months)> shift_m = [](double) {
@@ -163,10 +163,10 @@ struct Scenario {
   };
   std::function<double(double months)> kelvin = [](double) { return 0.0; };
   bool temperature_known = false;
-  double noise = 1.0;  ///< of the touches, by what is stated
+  double noise = 1.0;  ///< of the touches, relative to the stated one
   int begins = 0;      ///< at this check
   bool ends_with_chart =
-      false;  ///< nothing changes: the single check's alarms are counted until the chart's first
+      false;  ///< no change: the single check's alarms are counted until the chart's first
 };
 
 std::optional<std::vector<calib::Touch>> made(const Watched& on, const Scenario& scenario,
@@ -180,7 +180,7 @@ std::optional<std::vector<calib::Touch>> made(const Watched& on, const Scenario&
   for (const calib::PlannedTouch& planned : on.plan.touches) {
     auto touch = world.touch(planned, warm, experiments::kBeyond, random);
     if (!touch) return std::nullopt;
-    if (scenario.noise > 1.0) {  // what the world has not added yet
+    if (scenario.noise > 1.0) {  // not yet added by the world
       const double more =
           0.03e-3 * std::sqrt(scenario.noise * scenario.noise - 1.0) * random.normal();
       const double length = planned.search_m;
@@ -217,11 +217,11 @@ std::optional<Watched> watched(const calib::Robot& robot, const experiments::Tri
   return on;
 }
 
-/// The checks at which chart and single check first alarm, counted from the begin of the change; `most`: neither did until then.
+/// Number of checks from the beginning of the change to the first alarm of chart and single check; `most`: no alarm by then.
 struct Delay {
   double chart = 0.0, single = 0.0;
   bool false_alarm = false;  ///< of the chart, before it began
-  int single_alarms = 0;     ///< where nothing changes
+  int single_alarms = 0;     ///< without a change
 };
 
 Delay run_of(const Watched& on, const Scenario& scenario, int most, calib::Random& random) {

@@ -1,4 +1,4 @@
-// How often a sphere is found whose centre is stated roughly, and with how many searches.
+// Share of spheres located with an inaccurately stated centre, and number of searches.
 
 #include <fmt/format.h>
 
@@ -29,7 +29,7 @@ struct Row {
   double worst_off_m = 0.0, tip_m = 1.0, shaft_m = 1.0;
 };
 
-/// Of what the nominal arm sees at the sphere: the mean error of its tip there, base frame.
+/// Relative to the sphere as seen by the nominal arm: the mean error of its tip there, base frame.
 void add(Row& row, double diameter_m, double sigma_m, const Tip& tip, std::uint64_t seed,
          bool detail) {
   calib::Cell cell =

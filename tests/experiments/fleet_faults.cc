@@ -1,5 +1,5 @@
-// Cells of a plant to which everything happens by a seed; what their journals told beside what the tables have. Exit status 1: not every
-// result once and in order.
+// Cells of a plant with all kinds of faults, by a seed; their journals compared with the tables. Exit status 1: not every result once
+// and in order.
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -59,7 +59,7 @@ int main(int argc, char** argv) {
   line.option("--no-cuts", no_cuts, "All on the loopback: no network is cut");
   line.option("--verbose", verbose, "Names each fault");
   if (const auto status = line.parse(argc, argv)) return *status;
-  spdlog::set_level(spdlog::level::off);  // of the publishers: their lines break all the time
+  spdlog::set_level(spdlog::level::off);  // of the publishers, whose connections keep failing
   try {
     std::string why_not = "--no-cuts";
     const std::unique_ptr<Wires> wires = no_cuts ? nullptr : Wires::lay(why_not);

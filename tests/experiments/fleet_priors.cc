@@ -1,5 +1,5 @@
-// Priors learned from a fleet of simulated arms whose true spreads differ from the robot file's; and what calibrations of fresh
-// arms gain by them: touches and minutes to the accuracy asked for, true errors, and whether the bounds hold.
+// Priors learned from a fleet of simulated arms whose true spreads differ from the robot file's; and their benefit for
+// calibrations of further arms: touches and minutes to the required accuracy, true errors, and validity of the bounds.
 
 #include <fmt/format.h>
 
@@ -34,7 +34,7 @@ struct Given {
   std::string robot = CELLCAL_EXPERIMENT_ROBOT;
 };
 
-/// True spreads by the file's: some joints tighter, some wider.
+/// True spreads relative to the file's: some joints tighter, some wider.
 experiments::Trial uneven_trial() {
   experiments::Trial trial;
   trial.length_factor = {0.3, 0.5, 1.6, 1.3, 0.4, 0.5};
@@ -42,7 +42,7 @@ experiments::Trial uneven_trial() {
   return trial;
 }
 
-/// Of the arms and, since the cell file takes the tip for known, of the tip, which the last joint's errors take up.
+/// Of the arm and of the tip, which the cell file states as known, so that the last joint's errors include it.
 double true_length_m(const experiments::Trial& trial, std::size_t joint, std::size_t joints) {
   const double arm = experiments::TruthSettings{}.length_sigma_m * trial.length_factor[joint];
   const double tip = experiments::TruthSettings{}.tip_offset_m / std::sqrt(3.0);  // uniform
@@ -55,7 +55,7 @@ double true_angle_rad(const experiments::Trial& trial, std::size_t joint, std::s
   return joint + 1 == joints ? std::hypot(arm, tip) : arm;
 }
 
-/// All that is true of the arms put into the file.
+/// The true spreads entered in the file.
 calib::Robot with_true_priors(calib::Robot robot, const experiments::Trial& trial) {
   constexpr double kTrueCompliance = 1e-5;  // TruthSettings
   for (std::size_t i = 0; i < robot.joints.size(); ++i) {
@@ -92,7 +92,7 @@ std::vector<calib::ArmEvidence> fleet_evidence(const calib::Robot& robot, const 
   return all;
 }
 
-/// Some of them lie: a hundred times off, three times, the other way round and surer than anybody, and as drawn.
+/// Some are wrong: errors times a hundred, times three, with the opposite sign and overconfident, and unchanged.
 std::vector<calib::ArmEvidence> poisoned(std::vector<calib::ArmEvidence> arms, double share) {
   const auto count =
       static_cast<std::size_t>(std::lround(share * static_cast<double>(arms.size())));
@@ -147,7 +147,7 @@ void print_spreads(const calib::Robot& robot, const experiments::Trial& trial,
     }
 }
 
-/// One set of priors, and what came of the arms that were calibrated with it.
+/// One set of priors, and the results of the arms calibrated with it.
 struct Column {
   Column(std::string its_name, calib::Robot its_robot)
       : name(std::move(its_name)), robot(std::move(its_robot)) {}
@@ -159,7 +159,7 @@ struct Column {
 
 using Columns = std::vector<Column>;
 
-/// An arm counts where all priors could serve its cell.
+/// An arm counts if its cell is feasible with all priors.
 template <class Outcomes, class Run>
 void run_arms(int wanted, const char* what, Columns& columns, Outcomes Column::*outcomes,
               const Run& run) {
@@ -189,7 +189,7 @@ std::vector<double> each(const std::vector<T>& all, const Of& of) {
   return values;
 }
 
-/// Median and worst of the touches and minutes to a u95; of arms that did not come so far all they had.
+/// Median and worst of the touches and minutes to a u95; all of them for arms that did not reach it.
 void print_to(double u95_mm, const Column& c) {
   std::vector<double> touches, minutes;
   int reached = 0;

@@ -45,7 +45,7 @@ Happened happen(const Happening& happening, World& world, calib::Random& random)
     case ChangeKind::kGrowth:
       world.arm.grow(random.uniform() < 0.5 ? happening.size : -happening.size);
       break;
-    case ChangeKind::kPositioner:  // these worlds have none
+    case ChangeKind::kPositioner:  // not in these worlds
     case ChangeKind::kNothing:
     case ChangeKind::kTouch:
       break;

@@ -1,5 +1,5 @@
 #pragma once
-// What happens to a cell between its calibration and the next touches.
+// Changes of a cell between its calibration and the next touches.
 
 #include <string>
 
@@ -11,7 +11,7 @@ namespace cellcal::experiments {
 
 struct Happening {
   calib::ChangeKind kind = calib::ChangeKind::kNothing;
-  double size = 0.0;  ///< m at the tip, of a sphere; of a joint rad; of growth 1
+  double size = 0.0;  ///< m at the tip or of a sphere; rad of a joint; 1 for growth
 };
 
 /// "tool 0.30 mm"
@@ -22,7 +22,8 @@ struct Happened {
   std::string which;  ///< sphere or joint
 };
 
-/// In any direction, to any sphere, to any joint but the last, whose zero is a shift of the tool.
+/// In a random direction, of a random sphere or joint; the last joint's zero is a shift of the
+/// tool.
 Happened happen(const Happening& happening, World& world, calib::Random& random);
 
 }  // namespace cellcal::experiments

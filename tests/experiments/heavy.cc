@@ -1,4 +1,4 @@
-// Heavy arms: a counterbalance between column and link arm, and gears that are softer at small loads.
+// Heavy arms: a counterbalance between column and link arm, and gears that are softer at low load.
 
 #include <fmt/format.h>
 

@@ -1,13 +1,14 @@
-// How far the latched joint angles are from where the tip really was when it met the sphere: the
-// adapters and the sensor's driver as the daemon uses them, the emulated controller with its lag,
-// the emulated sensor with its clock and line, an arm without errors. Prints, and gates nothing.
+// Error of the latched joint angles relative to the true position of the tip at its contact with the
+// sphere: the adapters and the sensor's driver as in the daemon, the emulated controller with its
+// lag, the emulated sensor with its clock and line, an arm without errors. Prints figures; gates
+// nothing.
 //
-// The error is the gap between tip and surface at the latched angles: positive where they lie
-// before the contact. Angles come with four decimals, as a controller with Precision 4 sends them.
+// The error is the gap between tip and surface at the latched angles: positive before the contact.
+// Angles have four decimals, as from a controller with Precision 4.
 //
-// --budget: what a faster search costs, in virtual time. Many lines of all four spheres; every eighth
-// touch is confirmed at 2 mm/s, as sessions do. Overtravel is how deep the tip is behind the surface
-// when the arm rests; the emulated sphere gives way, a real one pushes back by stiffness times depth.
+// --budget: cost of a faster search, in virtual time. Many lines on all four spheres; every eighth
+// touch is confirmed at 2 mm/s, as in sessions. Overtravel is the depth of the tip below the surface
+// when the arm rests; the emulated sphere yields, a real one reacts with stiffness times depth.
 
 #include <fmt/format.h>
 
@@ -49,7 +50,7 @@ constexpr double kRadPerDeg = std::numbers::pi / 180;
 constexpr milliseconds kPollInterval{1};
 constexpr seconds kTimeout{20}, kArmLifetime{20};
 constexpr double kRunUpM = 0.002, kRunUpSpreadM = 0.0005, kBeyondM = 0.003;
-/// Of more than 12 mm/s: the arm is at speed behind two of them at 40.
+/// Upper limit, from 12 mm/s on: at 40 mm/s the arm reaches its speed within 2 mm.
 constexpr double kMostRunUpM = 0.008;
 constexpr double kTransitMS = 0.02;
 /// Angles are sent in steps of 1e-4 deg.
@@ -88,7 +89,7 @@ struct Errors {
   }
 };
 
-/// A search line: joint angles by the tip's travel from the stand-off.
+/// A search line: joint angles as a function of the tip's travel from the stand-off.
 struct Line {
   calib::PlannedTouch touch;
 
@@ -101,7 +102,7 @@ struct Line {
   }
 };
 
-/// Both sides of the wires.
+/// Both sides of the interfaces.
 struct Rig {
   Robot& robot;
   ContactSensor& contact;
@@ -118,7 +119,7 @@ bool eventually(Clock& clock, const std::function<bool()>& done) {
   return true;
 }
 
-/// Empty, or what keeps the two from being ready.
+/// Empty, or the reason why one of them is not ready.
 std::string make_ready(Rig& rig) {
   if (!eventually(rig.clock, [&] { return rig.contact.status().link == ContactLink::kReady; }))
     return drivers::said(rig.contact.status().words);
@@ -139,8 +140,8 @@ std::optional<MoveResult> move(Rig& rig, const Move& what) {
   return result;
 }
 
-/// Searches along one line, each from elsewhere before the surface, so that contact falls anywhere
-/// in the cycle.
+/// Searches along one line, each from a different distance to the surface, so that contact occurs
+/// at any time of the cycle.
 Errors measure(Rig& rig, const Line& line, double speed_m_s, int searches, unsigned seed) {
   calib::Random random(seed);
   Errors errors;
@@ -153,7 +154,7 @@ Errors measure(Rig& rig, const Line& line, double speed_m_s, int searches, unsig
       ++errors.failed[trouble];
       return errors;
     }
-    // Constant speed by the time of the contact.
+    // Constant speed is reached before the contact.
     const double run_up = kRunUpM + std::min(kMostRunUpM, speed_m_s * speed_m_s / 0.02);
     const double from = line.touch.expected_m - run_up - kRunUpSpreadM * random.uniform();
     const Move back{++move_id, in_contact ? MoveKind::kRetreat : MoveKind::kTransit, line.at(from),
@@ -237,7 +238,7 @@ sim::ControllerConfig controller_config(const calib::Cell& cell, const Line& lin
   return config;
 }
 
-/// Idle machine, direct cables, exact clocks: what the method itself costs.
+/// Idle machine, direct cables, exact clocks: the error of the method itself.
 Errors on_virtual_wires(const calib::Cell& cell, const Line& line, const Setting& setting,
                         int searches, unsigned seed) {
   daemon::VirtualCellOptions options;
@@ -290,8 +291,8 @@ Errors on_real_wires(const calib::Cell& cell, const Line& line, const Setting& s
   return errors;
 }
 
-/// What rounding the angles as the controller sends them changes in the gap, 1 sigma: no latch can
-/// be better.
+/// Change of the gap by the controller's rounding of the angles, 1 sigma: the lower limit of any
+/// latch.
 double rounding_um(const sim::PhysicalCell& truth, const Line& line) {
   double sum = 0.0;
   constexpr int kDraws = 1000;
@@ -324,14 +325,13 @@ calib::Cell cell_of_known_spheres() {
   return cell;
 }
 
-/// As a session has it, and what is true of it.
+/// Session data, and their true values.
 struct Made {
   std::vector<calib::Touch> touches;
   std::vector<double> gap_um;  ///< at the latched angles
 };
 
-/// Where the estimate's contacts are beside the true ones: at the latched angles, taken back by the
-/// delay that it found.
+/// Error of the estimated contacts: at the latched angles, corrected by the identified delay.
 struct Left {
   double rms_um = 0.0, worst_um = 0.0, delay_ms = 0.0, radius_um = 0.0;
 };
@@ -360,7 +360,7 @@ double mean_of(const std::vector<double>& values) {
   return values.empty() ? 0.0 : sum / static_cast<double>(values.size());
 }
 
-/// One row: all touches of a plan at one speed, those that are confirmed at 2 mm/s.
+/// One row: all touches of a plan at one speed; confirmed ones at 2 mm/s.
 void budget_row(const calib::Cell& cell, const calib::Plan& plan, double speed_mm_s, double lag_ms,
                 const Options& options) {
   constexpr double kSlowMS = 0.002;

@@ -1,4 +1,4 @@
-// How often a sphere that moved is found, and how often one that did not is accused.
+// Share of moved spheres that are detected, and of unmoved ones that are accused.
 
 #include <fmt/format.h>
 
@@ -26,14 +26,14 @@ struct Settings {
   bool mixed = false;  ///< spheres mixed; otherwise in the order of the plan's route
 };
 
-/// A cell and its touches before anything is touched.
+/// A cell and its planned touches.
 struct Planned {
   calib::Cell cell;
   calib::Plan plan;
   calib::Random random;
 };
 
-/// Empty where the cell that was drawn cannot be planned for.
+/// Empty if no plan is possible for the cell.
 std::optional<Planned> plan_session(const calib::Robot& robot, const Settings& settings,
                                     std::uint64_t seed) {
   calib::Random random(seed);
@@ -45,17 +45,17 @@ std::optional<Planned> plan_session(const calib::Robot& robot, const Settings& s
   try {
     return Planned{cell, calib::make_plan(cell, options), random};
   } catch (const calib::PlanError&) {
-    return std::nullopt;  // another is drawn
+    return std::nullopt;  // another cell is drawn
   }
 }
 
 struct Move {
   std::size_t sphere;
-  double when;  ///< share of that sphere's fit touches that are made by then
+  double when;  ///< share of that sphere's fit touches made before
   Eigen::Vector3d shift_m;
 };
 
-/// Another arm for other gears, the same for the same.
+/// Arms differ for different gears, and are the same for the same ones.
 std::pair<calib::Cell, std::vector<calib::Touch>> carry_out(Planned planned,
                                                             const experiments::Stage& stage,
                                                             bool mixed, const Move& move) {
@@ -93,8 +93,7 @@ Eigen::Vector3d any_direction(calib::Random& random) {
   return d.normalized();
 }
 
-/// One session in which a sphere, another each time, moved by this much in the middle half of its
-/// touches.
+/// One session in which a random sphere is moved by this much in the middle half of its touches.
 void add_session(Row& row, const Planned& planned, Settings settings, std::uint64_t seed,
                  bool detail) {
   calib::Random random(seed + 7);

@@ -1,5 +1,5 @@
-// A full calibration touch by touch, to the accuracy asked for: touches and robot time that it
-// takes, and how far the result is from the truth.
+// A complete calibration touch by touch, to the required accuracy: number of touches, robot time,
+// and true error of the result.
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
-// An arm beside a positioner that tilts and turns: its axes as found and as drawn, and where the arm
-// meets the spheres on it.
+// An arm and a positioner that tilts and turns: its axes as identified and as drawn, and the arm's
+// positions relative to the spheres on it.
 
 #include <fmt/format.h>
 
@@ -26,8 +26,8 @@ using Eigen::Translation3d;
 using Eigen::Vector3d;
 using experiments::median;
 
-/// A positioner as it is: turns about lines in the base frame, by angles with a zero, a scale and two
-/// waves of their own, and gives by the moments of its load.
+/// A true positioner: rotations about lines in the base frame, by angles with their own zero, scale
+/// and two waves, and compliance under the moments of its load.
 class TruePositioner {
  public:
   TruePositioner(const calib::Robot& drawn, calib::Random& random) : drawn_(drawn) {
@@ -55,7 +55,7 @@ class TruePositioner {
                                 random.uniform(0.3, 2.0) * kAboutRadPerNm};
   }
 
-  /// Motion of the table from where it is at true zero.
+  /// Motion of the table from its position at true zero.
   Isometry3d moved(std::span<const double> angles_rad) const {
     Isometry3d all = Isometry3d::Identity();
     const auto moment_nm = calib::carried_moment_nm(drawn_, angles_rad);
@@ -101,7 +101,7 @@ struct Made {
   std::size_t settings = 0;
 };
 
-/// Three spheres on the table and three on the floor; lengths between those on one side.
+/// Three spheres on the table and three on the floor; lengths only within each group.
 calib::Cell drawn_cell(const calib::Robot& robot, const experiments::Stage& stage,
                        calib::Random& random) {
   constexpr double kPlaces[][3] = {{0.35, 0.0, 0.10},  {-0.17, 0.30, 0.20}, {-0.17, -0.30, 0.06},
@@ -161,7 +161,7 @@ std::optional<Made> made(const calib::Robot& robot, int fit, int check, std::uin
   return result;
 }
 
-/// Motion that takes the tips as predicted to the true ones: the base is a convention.
+/// Motion from predicted to true tips: the base is a convention.
 Isometry3d base_of(const Made& made, const calib::Calibration& c) {
   constexpr int kPostures = 1000;
   const calib::Predictor predictor(c);
@@ -206,7 +206,7 @@ struct Column {
           fmt::format("    arm {} withheld: {}\n", seed, calib::words(c.verdict.findings)[0]);
   }
 
-  /// Predicted places of spheres on the table, at settings all over the limits.
+  /// Predicted places of spheres on the table, at settings over the whole range.
   void judge_table(const Made& made, const calib::Calibration& c, const Isometry3d& base) {
     constexpr int kSettings = 300;
     calib::Random random(7);
@@ -256,7 +256,7 @@ calib::Cell with_stiff_positioner(calib::Cell cell) {
   return cell;
 }
 
-/// A robot file that takes the positioner for exact.
+/// A robot file that assumes the positioner to be exact.
 calib::Cell with_exact_positioner(calib::Cell cell) {
   for (calib::PositionerAxis& axis : cell.robot.positioner)
     axis.place_sigma_m = axis.direction_sigma_rad = axis.scale_sigma = axis.mass_kg = 0.0;

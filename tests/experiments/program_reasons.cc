@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The arm of the controller's machine data, or where they are not there the demo cell's.
+/// The arm of the controller's machine data; without them the demo cell's.
 calib::Robot arm_of(const fs::path& backup, std::string& words) {
   try {
     calib::Robot robot = arm_of_controller(daemon::read_machine_files({backup}));
@@ -41,11 +41,11 @@ std::string outcome(const std::vector<daemon::krl::Refusal>& refusals, int corre
   return corrected > 0 ? "corrected" : "homes alone";
 }
 
-/// By reason: offline, at run time, and for modules that neither way corrects, at run time.
+/// By reason: offline, at run time, and at run time for modules that are not corrected either way.
 struct Reasons {
   std::map<std::string, int> offline, run_time, neither;
   int modules = 0,
-      whole = 0;  ///< with motions to other points than homes; those corrected either way
+      whole = 0;  ///< with motions to points other than homes; those corrected either way
 
   void add(const Reasons& other) {
     for (const auto& [reason, number] : other.offline) offline[reason] += number;

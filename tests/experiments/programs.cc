@@ -1,15 +1,13 @@
-// What a corrected KRL program is worth: 200 taught points, calibrations of level L1, L2 and L3 of
-// the emulated cell's hidden arm, and where the hidden arm's tip goes when a nominal controller runs
-// the program as it was and as it was corrected.
+// Benefit of a corrected KRL program: 200 taught points, calibrations of level L1, L2 and L3 of the emulated cell's
+// hidden arm, and the tip of the hidden arm when a nominal controller runs the original and the corrected program.
 //
-// The controller reads the .dat as text and knows the nominal arm and KUKA's S and T alone
-// (tests/daemon/krl/emulated_controller); the hidden arm has what sim/demo's has.
+// The controller reads the .dat as text and uses the nominal arm and KUKA's S and T only
+// (tests/daemon/krl/emulated_controller); the hidden arm is that of sim/demo.
 //
-// At run time: the motions rewritten for CELLCAL_FIX, which an interpreter with REAL of 32 bits executes, as it does the
-// program as it was.
+// At run time: the motions rewritten for CELLCAL_FIX, executed by an interpreter with 32-bit REAL, which also executes
+// the original program.
 //
-// With --folder it counts instead what becomes of the programs of other controllers: each folder below is
-// a backup.
+// With --folder it counts instead the results for programs of other controllers: each folder below is a backup.
 
 #include <fmt/format.h>
 
@@ -53,7 +51,7 @@ struct Distances {
   double mean_mm = 0.0, max_mm = 0.0;
 };
 
-/// `align`: a motion of the base taken out, as measuring it with the arm does.
+/// `align`: after alignment of the base, as by measuring it with the arm.
 Distances distances(const Eigen::Matrix3Xd& is, const Eigen::Matrix3Xd& wanted, bool align) {
   Eigen::Matrix4d motion = Eigen::Matrix4d::Identity();
   if (align) motion = Eigen::umeyama(is, wanted, false);
@@ -74,7 +72,7 @@ Eigen::Matrix3Xd tips(const sim::Truth& truth, const std::vector<JointVector>& j
   return all;
 }
 
-/// In front of the arm, not by a singularity of the wrist or the elbow.
+/// In front of the arm, away from singularities of the wrist and the elbow.
 std::vector<JointVector> points(const calib::Cell& cell, int count) {
   constexpr double kLeastDeterminant = 5e-3, kLeastWristDeg = 10.0;
   const calib::ArmModel arm(cell);
@@ -91,14 +89,14 @@ std::vector<JointVector> points(const calib::Cell& cell, int count) {
 struct Outcome {
   Distances before, after, before_aligned, after_aligned;
   Distances running, running_aligned;                                    ///< corrected at run time
-  double statements = 0.0, operations = 0.0, frames = 0.0, calls = 0.0;  ///< of a point
+  double statements = 0.0, operations = 0.0, frames = 0.0, calls = 0.0;  ///< per point
   double u95_mm = 0.0, shift_mm = 0.0;
   bool published = false;
 };
 
 using Files = std::map<std::string, std::string>;
 
-/// Joint angles at the taught points as an interpreter commands them, from the home on.
+/// Joint angles at the taught points as commanded by an interpreter, starting at the home position.
 std::vector<JointVector> executed(const calib::Robot& robot, const daemon::testing::Frames& frames,
                                   const Files& files, std::size_t count,
                                   sim::krl::Interpreter::Executed* counts = nullptr) {
@@ -113,7 +111,7 @@ std::vector<JointVector> executed(const calib::Robot& robot, const daemon::testi
   return {controller.reached.begin() + 1, controller.reached.end()};
 }
 
-/// The program's motions rewritten, and CELLCAL_FIX.
+/// The program with rewritten motions, and CELLCAL_FIX.
 Files for_run_time(const calib::Calibration& calibration,
                    const daemon::testing::KrlProgram& program) {
   constexpr int kSerial = 4711;  // of the emulated controller
@@ -134,7 +132,7 @@ Files for_run_time(const calib::Calibration& calibration,
 Outcome run(const Level& level, const calib::Plan* plan, std::uint64_t seed, int count) {
   const calib::Cell& cell =
       level.one_sphere ? calib::testing::one_sphere_cell() : calib::testing::demo_cell();
-  sim::TruthOptions options;  // as sim/demo's
+  sim::TruthOptions options;  // as in sim/demo
   options.seed = seed;
   options.deflection = 0.002;
   options.gear_arcsec = 7.0;

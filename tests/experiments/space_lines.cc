@@ -1,6 +1,6 @@
-// How many touches of usual plans corrections in space would not carry out, and why: every line of
+// Share of touches in typical plans that corrections in space would refuse, and why: every line of
 // every touch is given to the adapter's own check, from a session that begins in KUKA's home pose.
-// Prints, and gates nothing.
+// Prints figures; gates nothing.
 
 #include <fmt/format.h>
 

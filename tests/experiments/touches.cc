@@ -1,4 +1,4 @@
-// Touches worth their time: accuracy by number of touches and by how they were chosen.
+// Value of touches: accuracy by their number and by the method of their choice.
 
 #include <fmt/format.h>
 
@@ -26,8 +26,8 @@ constexpr Way kWays[] = {{Criterion::kI, "I-optimal"},
                          {Criterion::kEven, "even"},
                          {Criterion::kRandom, "random"}};
 
-/// Touches at which the accuracy of a way reaches `m3`, between the numbers tried on a log scale; 0
-/// where it does not.
+/// Number of touches at which the accuracy of a method reaches `m3`, interpolated on a log scale; 0
+/// if it does not.
 double touches_for(const std::map<int, double>& m3_of, double m3) {
   for (auto it = m3_of.begin(); it != m3_of.end(); ++it) {
     if (it->second > m3) continue;
@@ -100,7 +100,7 @@ int main(int argc, char** argv) {
               median(v["m2"]), median(v["m2_max"]), m3, median(v["m3_max"]), median(v["minutes"]));
           std::fflush(stdout);
         }
-      // By the truth; and by what the estimator predicts, which scatters less from arm to arm.
+      // By the truth; and by the estimator's prediction, which scatters less from arm to arm.
       for (const auto& [count, m3] : m3_of[Criterion::kRandom]) {
         const double needed = touches_for(m3_of[Criterion::kI], m3);
         const double predicted =

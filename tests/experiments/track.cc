@@ -1,5 +1,5 @@
-// An arm on a linear unit: over the whole track, as the controller computes it, with the arm
-// calibrated and the track as drawn, and with both.
+// An arm on a linear unit: over the whole track, as computed by the controller, with the arm
+// calibrated and the track as drawn, and with both calibrated.
 
 #include <fmt/format.h>
 
@@ -50,7 +50,7 @@ struct Column {
   }
 };
 
-/// The cell file of somebody who takes the linear unit for exact.
+/// A cell file that assumes the linear unit to be exact.
 calib::Robot with_exact_track(calib::Robot robot) {
   robot.joints[0].guide = calib::LinearGuide{robot.joints[0].guide->along};
   return robot;

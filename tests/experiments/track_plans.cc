@@ -1,5 +1,5 @@
-// Whether plans for an arm on a linear unit meet the spheres of the emulated cell: with searches and
-// margins as for an arm on its foot, and widened by the unit's prior.
+// Share of plans for an arm on a linear unit that meet the spheres of the emulated cell: with
+// searches and margins as for an arm on its foot, and widened by the unit's prior.
 
 #include <fmt/format.h>
 

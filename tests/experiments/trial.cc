@@ -21,7 +21,7 @@ namespace cellcal::experiments {
 
 namespace {
 
-/// What is left after the best rigid motion of `points` onto `real`.
+/// Residuals after the best rigid motion of `points` onto `real`.
 Eigen::VectorXd aligned_errors(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xd& real) {
   const Eigen::Matrix4d motion = Eigen::umeyama(points, real, false);
   return ((motion.topLeftCorner<3, 3>() * points).colwise() + motion.topRightCorner<3, 1>() - real)
@@ -30,7 +30,7 @@ Eigen::VectorXd aligned_errors(const Eigen::Matrix3Xd& points, const Eigen::Matr
       .transpose();
 }
 
-/// The nominal model's, over the poses.
+/// Mean error of the nominal model over the poses.
 double nominal_mean_m(const TrueArm& arm, const calib::Predictor& predictor,
                       const std::vector<calib::JointVector>& poses) {
   const auto n = static_cast<Eigen::Index>(poses.size());
@@ -86,19 +86,19 @@ std::vector<calib::JointVector> postures(const calib::ArmModel& arm, int count, 
 
 namespace {
 
-/// Centre of all that is on the flange with a load.
+/// Centre of mass of everything on the flange with a load.
 const Eigen::Vector3d kLoadedComM(0.0, 0.0, 0.15);
 
-/// As the cell file states it: what comes to the tool.
+/// The load as stated in the cell file: in addition to the tool.
 calib::Load beside(const calib::Tool& tool, double all_kg) {
   const double mass_kg = all_kg - tool.mass_kg;
   return {"full", mass_kg, (all_kg * kLoadedComM - tool.mass_kg * tool.com_m) / mass_kg};
 }
 
-/// Waves found in the joints, and those among them that are of no wave of the true gear.
+/// Waves found in the joints, and those of them that match no wave of the true gear.
 void count_waves(const TrueArm& arm, const calib::Robot& robot, Outcome& o) {
   const std::size_t first = robot.first_turning();
-  constexpr double kSame = 2.0;  // orders that some 180 degrees hardly tell apart
+  constexpr double kSame = 2.0;  // orders that are indistinguishable over some 180 degrees
   for (std::size_t i = first; i < robot.joints.size(); ++i)
     for (const calib::JointWave& found : robot.joints[i].waves) {
       ++o.waves;
@@ -109,7 +109,7 @@ void count_waves(const TrueArm& arm, const calib::Robot& robot, Outcome& o) {
     }
 }
 
-/// Two whole orders for each of the gears' waves, which are of any order.
+/// Two integer orders for each of the gears' waves, which have arbitrary orders.
 void state_waves(const TrueArm& arm, calib::Robot& robot) {
   const std::size_t first = robot.first_turning();
   for (std::size_t i = first; i < robot.joints.size(); ++i)
@@ -165,13 +165,13 @@ Outcome judged(World world, const std::vector<calib::Touch>& touches, double loa
   o.m2 = local.mean;
   o.m2_max = local.max;
   o.m4_local = local.covered;
-  // Poses other than the calibration's own, and so many that their draw says nothing.
+  // Other poses than the calibration's own, and so many that their selection has no effect.
   constexpr int kPoses = 5000;
   std::vector<Eigen::Vector3d> centres;
   for (const auto& t : c.targets) centres.push_back(t.centre_m);
   o.nominal_workspace = {
       c.nominal_workspace_m, c.nominal_workspace_u_m,
-      // The calibration's own workspace: within the angles that functions were learnt over.
+      // The calibration's own workspace: within the angles over which functions were learnt.
       nominal_mean_m(
           world.arm, predictor,
           calib::workspace_poses(calib::ArmModel(c.cell.robot, c.cell.tool), kPoses, 97))};
@@ -228,7 +228,7 @@ std::optional<Session> measured(const calib::Robot& robot, const Trial& trial, s
   try {
     plan = calib::make_plan(as_filed(nominal, stage_of(trial)), plan_options);
   } catch (const calib::PlanError&) {
-    return std::nullopt;  // a cell that cannot be served; another is drawn
+    return std::nullopt;  // not feasible; another cell is drawn
   }
   Session session{World(nominal, stage_of(trial), random),
                   {},
@@ -257,7 +257,7 @@ std::optional<Session> measured(const calib::Robot& robot, const Trial& trial, s
   constexpr int kTimes = 4;
   for (int k = 0, made = 0; made < trial.repeated && k < static_cast<int>(plan.touches.size());
        ++k) {
-    // Spread over the session.
+    // Distributed over the session.
     const auto& planned = plan.touches[static_cast<std::size_t>(k) * 7 % plan.touches.size()];
     if (planned.set != calib::TouchSet::kFit) continue;
     ++made;
@@ -292,14 +292,14 @@ std::optional<OnlineOutcome> run_online(const calib::Robot& robot, const Trial& 
     return std::nullopt;
   }
   OnlineOutcome result;
-  calib::Plan driven;  // for the time it took
+  calib::Plan driven;  // for the duration
   calib::JointVector at;
   while (const auto planned = online->next(at)) {
     if (driven.touches.empty()) driven.start = planned->transit.front();
     driven.touches.push_back(*planned);
     at = planned->clear;
     const double warm = std::min(1.0, static_cast<double>(driven.touches.size()) / 100.0);
-    // The arm's first millimetre is no search (session's rule), and there is no more than the line.
+    // The arm's first millimetre is no search (session's rule), nor is anything beyond the line.
     auto t = random.uniform() < failing ? std::nullopt : world.touch(*planned, warm, 0.0, random);
     if (!t) {
       online->failed();

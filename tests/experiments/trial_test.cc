@@ -1,4 +1,4 @@
-// Arms of these experiments that an estimate once failed on.
+// Arms of these experiments for which an estimate once failed.
 
 #include "tests/experiments/trial.h"
 
@@ -10,9 +10,9 @@ namespace cellcal::experiments {
 namespace {
 
 TEST(Trial, OutliersStayOutThoughAnotherTouchGoesInAndOutByTurns) {
-  // Fifty touches of one sphere, masses in no file: an honest touch that has its place all to
-  // itself looks wrong while it is used and right while it is not. The gate was widened for all
-  // then, and the gross errors came in.
+  // Fifty touches of one sphere, masses in no file: a good touch that solely determines its place
+  // looks wrong while used, and right while not. The gate was then widened for all, and the gross
+  // errors were included.
   constexpr std::uint64_t kArm = 31074;
   Trial trial{.spheres = 1, .fit = 50, .lengths = false};
   trial.criterion = calib::Criterion::kRandom;
@@ -27,8 +27,8 @@ TEST(Trial, OutliersStayOutThoughAnotherTouchGoesInAndOutByTurns) {
 }
 
 TEST(Trial, SmoothPlayOfALoadedJointIsCoveredByTheBound) {
-  // Taken for compliance and gear error it left up to one posture in four outside of u95, and nothing in
-  // the residuals told of it.
+  // Mistaken for compliance and gear error it left up to one posture in four outside of u95, without any
+  // sign of it in the residuals.
   Trial trial{.spheres = 4, .fit = 250};
   trial.play_arcsec = 60.0;
   trial.noise_m = trial.touch_sigma_m = 0.03e-3;

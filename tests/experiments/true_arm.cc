@@ -12,7 +12,7 @@ namespace {
 constexpr double kRadPerArcsec = std::numbers::pi / 180.0 / 3600.0;
 
 /// One of four kinds with equal odds: no error; waves of 5 to 35 periods per turn; such a wave with flat halves, as
-/// of a tooth's mesh; one that decays from a damaged spot over a radian. `rms` over the turn.
+/// from tooth meshing; one that decays from a damaged spot over a radian. `rms` over the turn.
 std::function<double(double, double)> make_mixed_gear(double rms, calib::Random& random) {
   constexpr double kFlat = 4.0, kRmsOfFlat = 0.88, kWaves = 3.0, kDecayRad = 1.0;
   constexpr double kTurn = 2.0 * std::numbers::pi;
@@ -50,7 +50,7 @@ Gear make_gear(const TruthSettings& s, calib::Random& random) {
   std::vector<GearWave> waves;
   double backlash = 0.0;
   if (s.gears == Gears::kWaves) {
-    // Strain-wave gears: six waves of 5 to 35 periods per turn beside the slow ones of 10 arcsec.
+    // Strain-wave gears: six waves of 5 to 35 periods per turn, and slow ones of 10 arcsec.
     constexpr double kSlowRad = 10.0 * kRadPerArcsec;
     for (const double order : {1.0, 2.0})
       waves.push_back({order,
@@ -73,7 +73,7 @@ Gear make_gear(const TruthSettings& s, calib::Random& random) {
           {order, (0.5 + random.uniform()) / order, random.uniform(0.0, 2.0 * std::numbers::pi)});
       sum += waves.back().amplitude * waves.back().amplitude / 2.0;
     }
-    // The wave generator's or pinion's order: too fast to be followed from touch to touch.
+    // The wave generator's or pinion's order: too fast to be resolved from touch to touch.
     waves.push_back({random.uniform(60.0, 160.0), 0.5, random.uniform(0.0, 6.28)});
     sum += 0.125;
     const double scale = 0.9 * rms / std::sqrt(sum);
@@ -90,7 +90,7 @@ Gear make_gear(const TruthSettings& s, calib::Random& random) {
 }
 
 /// Torque on joint 2: a spring from a point behind its axis to one on the link arm, without torque
-/// where the link arm is upright (q = -90 deg).
+/// if the link arm is upright (q = -90 deg).
 std::function<double(double)> make_spring(const TruthSettings& s, calib::Random& random) {
   if (!(s.spring_nm > 0.0)) return {};
   const double behind_m = random.uniform(0.5, 0.8), along_m = random.uniform(0.2, 0.35);
@@ -107,7 +107,7 @@ std::function<double(double)> make_spring(const TruthSettings& s, calib::Random&
   return [=](double q) { return -scale * torque(q - kUpright + aside); };
 }
 
-/// Softer at small loads, without a sign of its own.
+/// Softer at low load, symmetric in the torque.
 std::function<double(double)> make_soft(const TruthSettings& s, calib::Random& random) {
   const double size = s.soft_rad * std::abs(random.normal());
   const double stiff_nm = random.uniform(500.0, 2000.0);
@@ -223,7 +223,7 @@ Eigen::Vector3d TrueArm::tip_from_foot(const std::vector<double>& q, const Eigen
                                        double warm) const {
   std::vector<double> theta(q.size());
   for (std::size_t i = 0; i < q.size(); ++i) theta[i] = joints_[i].sign * q[i] + joints_[i].offset;
-  // Twice: the second time with the torques of the arm as it hangs.
+  // Twice: the second time with the torques of the deflected arm.
   std::vector<double> given = theta;
   Eigen::Matrix4d flange;
   for (int pass = 0; pass < 2; ++pass) {

@@ -62,7 +62,7 @@ TrueTrack::TrueTrack(const calib::Joint& joint, const TrackErrors& errors, calib
   pinion_phase_ = random.uniform(0.0, 2.0 * std::numbers::pi);
   side_ = make_rail(joint.min_rad, joint.max_rad, errors.straightness_m, random);
   left_ = make_rail(joint.min_rad, joint.max_rad, errors.straightness_m, random);
-  right_ = left_;  // milled together, levelled apart
+  right_ = left_;  // milled together, levelled separately
   const Rail apart = make_rail(joint.min_rad, joint.max_rad, 0.3 * errors.straightness_m, random);
   right_.waves.insert(right_.waves.end(), {apart.waves[0].amplitude * apart.scale / right_.scale,
                                            apart.waves[0].length, apart.waves[0].phase});

@@ -1,5 +1,5 @@
 #pragma once
-// A linear unit as it is: a carriage on four wagons and two rails, of its own form and not the
+// A true linear unit: a carriage on four wagons and two rails, with a form other than the
 // estimator's.
 
 #include <Eigen/Geometry>
@@ -26,7 +26,7 @@ class TrueTrack {
   Eigen::Isometry3d carriage(double position_m) const;
 
  private:
-  /// Waves, and rails that are joined at an angle; [m] over [m].
+  /// Waves, and rails joined at an angle; [m] over [m].
   struct Rail {
     struct Wave {
       double amplitude, length, phase;

@@ -1,5 +1,5 @@
-// Re-calibration by a few touches on top of the last calibration: how accurate the arm is again, in how many
-// touches and seconds, how often what is published has the wrong cause, and when it gives up.
+// Recalibration by a few touches based on the last calibration: accuracy of the result, number of touches
+// and seconds, share of published results with a wrong cause, and cases given up.
 
 #include <fmt/format.h>
 
@@ -28,7 +28,8 @@ using experiments::Gears, experiments::Happening, experiments::OverPostures;
 
 constexpr double kMonths = 1.0;
 
-/// One arm, its calibration, the first touches of an update and those of a full session of as many.
+/// One arm, its calibration, the first touches of an update and those of a full session of its
+/// size.
 struct Calibrated {
   experiments::World world;
   calib::Calibration calibration;
@@ -67,7 +68,7 @@ std::optional<Calibrated> calibrated(const calib::Robot& robot, const experiment
                     before};
 }
 
-/// False where one met nothing, or was met before its search began.
+/// False if one missed, or was in contact before its search began.
 bool touch(const experiments::World& world, const calib::Plan& plan, double warm,
            calib::Random& random, std::vector<calib::Touch>& touches) {
   for (const calib::PlannedTouch& planned : plan.touches) {

@@ -8,7 +8,7 @@ namespace cellcal::experiments {
 
 namespace {
 
-/// Along the planned search line to where the true tip is `reading_m` outside of the surface.
+/// Search along the planned line until the true tip is `reading_m` outside of the surface.
 std::optional<calib::JointVector> meet(const TrueArm& arm, const calib::PlannedTouch& plan,
                                        const Eigen::Vector3d& centre, double radius_m, double warm,
                                        double beyond) {
@@ -28,7 +28,7 @@ std::optional<calib::JointVector> meet(const TrueArm& arm, const calib::PlannedT
   return at(out);
 }
 
-/// From a place in front of the arm to one beside the track, at this share of it.
+/// From a place in front of the arm to one next to the track, at this share of it.
 Eigen::Vector3d along_the_track(const calib::Joint& track, double share,
                                 const Eigen::Vector3d& place) {
   const Eigen::Vector3d& along = track.guide->along;
@@ -47,7 +47,7 @@ calib::Cell make_cell(const calib::Robot& robot, const Stage& stage, calib::Rand
   cell.tool.deflection_sigma = 0.003;
   cell.touch_sigma_m = stage.touch_sigma_m;
   cell.radius_offset_sigma_m = stage.rho_sigma_m > 0.0 ? stage.rho_sigma_m : 1e-9;
-  // Spread around the front of the arm, low and high; each cell a little different.
+  // Distributed around the front of the arm, low and high; each cell slightly different.
   constexpr double kPlaces[][3] = {{1.05, 0.24, 0.35},  {0.85, -0.55, 0.15}, {0.80, 0.45, 0.70},
                                    {0.95, -0.35, 0.75}, {0.65, 0.75, 0.30},  {0.70, -0.75, 0.55}};
   for (int i = 0; i < stage.spheres; ++i) {
@@ -63,7 +63,7 @@ calib::Cell make_cell(const calib::Robot& robot, const Stage& stage, calib::Rand
       t.centre_m += along_the_track(robot.joints[0], (i + 0.5) / stage.spheres, t.centre_m);
     cell.targets.push_back(t);
   }
-  // The plan has to know which lengths are certified, not yet how long they are.
+  // The plan must know which lengths are certified, but not their values.
   constexpr double kLengthSigmaM = 5e-6;
   for (std::size_t a = 0; stage.lengths && a < cell.targets.size(); ++a)
     for (std::size_t b = a + 1; b < cell.targets.size(); ++b) {

@@ -1,6 +1,6 @@
 #pragma once
-// A cell as its file says and as it really is: a true arm, spheres that stand where nobody measured
-// them, and what a touch of one gives.
+// A cell as in its file and as it really is: a true arm, spheres at unmeasured positions, and the
+// result of a touch.
 
 #include <optional>
 #include <vector>
@@ -15,8 +15,8 @@ namespace cellcal::experiments {
 
 struct Stage {
   int spheres = 4;
-  double touch_sigma_m = 0.03e-3;  ///< as the cell file says
-  double noise_m = 0.03e-3;        ///< as it is
+  double touch_sigma_m = 0.03e-3;  ///< as in the cell file
+  double noise_m = 0.03e-3;        ///< true value
   bool lengths = true;             ///< certified distances between all spheres,
   double longest_m = 1e3;          ///< no farther apart than this
   double rho_sigma_m = 0.3e-3;     ///< effective radius; 0: no prior either
@@ -28,31 +28,31 @@ struct Stage {
   TruthSettings truth;
 };
 
-/// Up to six spheres around the front of the arm, each cell a little different.
+/// Up to six spheres around the front of the arm, each cell slightly different.
 calib::Cell make_cell(const calib::Robot& robot, const Stage& stage, calib::Random& random);
 
-/// What of it the files say.
+/// The cell as stated by the files.
 calib::Cell as_filed(calib::Cell cell, const Stage& stage);
 
 struct World {
   World(const calib::Cell& nominal, const Stage& stage, calib::Random& random);
 
-  /// Empty where the search line does not meet the sphere. `beyond`: shares of the search line that
-  /// are searched before its begin and after its end. `moved_m`: the sphere from where it stands.
+  /// Empty if the search line misses the sphere. `beyond`: shares of the search line that are
+  /// searched before its beginning and after its end. `moved_m`: displacement of the sphere.
   std::optional<calib::Touch> touch(const calib::PlannedTouch& planned, double warm, double beyond,
                                     calib::Random& random,
                                     const Eigen::Vector3d& moved_m = Eigen::Vector3d::Zero()) const;
 
-  calib::Cell cell;  ///< as its file says
+  calib::Cell cell;  ///< as in its file
   TrueArm arm;
-  std::vector<Eigen::Vector3d> centre_m;  ///< true; whoever moves a stand writes here
+  std::vector<Eigen::Vector3d> centre_m;  ///< true; modified to move a sphere
   double rho_m = 0.0;
 
  private:
   Stage stage_;
 };
 
-/// Wider than a session's window: the arms here are not chosen.
+/// Wider than a session's window, since the arms here are arbitrary.
 inline constexpr double kBeyond = 0.5;
 
 }  // namespace cellcal::experiments

@@ -21,7 +21,7 @@ using calib::Random;
 using calib::TargetKind;
 using Eigen::Vector3d;
 
-/// Touches from further below would collide with the stand.
+/// Touches from further below would collide with the post.
 constexpr double kLowestElevationRad = -0.35;
 constexpr double kLimitMarginRad = 0.01;
 constexpr double kPlaneTiltRad = 0.005;
