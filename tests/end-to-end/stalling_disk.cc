@@ -1,5 +1,5 @@
-// A disk that stalls, loaded in front of the system's library: as long as the file exists that
-// $STALL_WHILE names, no sync returns. The first that waits says so by a file beside it (".met").
+// A disk that stalls, preloaded before the system library: while the file $STALL_WHILE exists, no
+// sync returns. The first waiting one creates a file next to it (".met").
 
 #include <dlfcn.h>
 #include <fcntl.h>

@@ -22,8 +22,7 @@ struct Happened {
   std::string which;  ///< sphere or joint
 };
 
-/// In a random direction, of a random sphere or joint; the last joint's zero is a shift of the
-/// tool.
+/// Random direction, sphere or joint; never the last joint, whose zero is a shift of the tool.
 Happened happen(const Happening& happening, World& world, calib::Random& random);
 
 }  // namespace cellcal::experiments

@@ -28,8 +28,7 @@ using experiments::Gears, experiments::Happening, experiments::OverPostures;
 
 constexpr double kMonths = 1.0;
 
-/// One arm, its calibration, the first touches of an update and those of a full session of its
-/// size.
+/// One arm, its calibration, the first touches of an update and a full session of as many touches.
 struct Calibrated {
   experiments::World world;
   calib::Calibration calibration;
