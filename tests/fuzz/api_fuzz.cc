@@ -1,5 +1,5 @@
-// What the network sends to the API: the line of a request and its headers, ids of events, bodies. Refused
-// by name, or read; what is not this computer's own is never taken for it. Also replayed over api_corpus as
+// Network input of the API: request lines, headers, event ids, bodies. Refused with a reason, or read;
+// foreign hosts and origins are never accepted as this computer's own. Also replayed over api_corpus as
 // an ordinary test.
 
 #include <cstdint>
@@ -22,7 +22,7 @@ void require(bool condition, const char* what) {
   std::abort();
 }
 
-/// Up to the next line break, which is taken away.
+/// Up to the next line break, which is removed.
 std::string line_of(std::string_view& text) {
   const std::size_t end = std::min(text.find('\n'), text.size());
   const std::string line(text.substr(0, end));
@@ -57,7 +57,7 @@ void as_event_id(const std::string& text) {
 
 }  // namespace
 
-/// Method, target, host, origin, id of an event, each in a line; the rest is the body.
+/// One line each: method, target, host, origin, event id; the rest is the body.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   std::string_view text(reinterpret_cast<const char*>(data), size);
   const std::string method = line_of(text), target = line_of(text);

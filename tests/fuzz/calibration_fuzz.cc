@@ -1,5 +1,5 @@
-// Any text as a calibration: refused with FileError, or one that predicts without harm and can be
-// written again. Also replayed over calibration_corpus as an ordinary test.
+// Any text as a calibration: refused with FileError, or predicts without errors and can be written
+// again. Also replayed over calibration_corpus as an ordinary test.
 
 #include <cstdint>
 #include <cstdio>

@@ -1,6 +1,6 @@
 // Any text as a certificate (CSV, or XML of a DCC), a list of spheres, a cell file whose tool is set, a cell file of
-// another computer, and a form: refused with FileError, or read so that its numbers are those of a certificate; what is
-// set is a line of its own; no file is opened that the text names.
+// another computer, and a form: refused with FileError, or read with numbers valid for a certificate; a value
+// set is a line of its own; files named in the text are not opened.
 
 #include <cmath>
 #include <cstdint>

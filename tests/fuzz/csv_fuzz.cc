@@ -1,5 +1,5 @@
-// Any text as a table of touches: refused with FileError, or read so that what is written of it
-// reads the same again. Also replayed over csv_corpus as an ordinary test.
+// Any text as a table of touches: refused with FileError, or read such that its written form reads
+// the same again. Also replayed over csv_corpus as an ordinary test.
 
 #include <cmath>
 #include <cstdint>

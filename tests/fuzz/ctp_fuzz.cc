@@ -1,5 +1,5 @@
-// Any bytes on the line, from either end: the reader, the host's side and the emulated sensor must
-// stay within their bounds and promises. Also replayed over ctp_corpus as an ordinary test.
+// Any bytes on the line, from either end: the reader, the host's side and the emulated sensor stay
+// within their bounds and guarantees. Also replayed over ctp_corpus as an ordinary test.
 
 #include <array>
 #include <cmath>
@@ -31,7 +31,7 @@ void require(bool condition, const char* what) {
   std::abort();
 }
 
-/// What was accepted must be what would be built.
+/// An accepted frame equals the frame built from its content.
 void frames_build_back(std::span<const std::uint8_t> bytes, ctp::Direction direction) {
   ctp::FrameReader reader(direction);
   ctp::FrameReader again(direction);
@@ -48,7 +48,7 @@ void frames_build_back(std::span<const std::uint8_t> bytes, ctp::Direction direc
   }
 }
 
-/// The first byte of each chunk of 16 is the time that passes before it.
+/// The first byte of each chunk of 16 is the time before it.
 void host_stays_sane(std::span<const std::uint8_t> bytes) {
   constexpr std::size_t kChunk = 16;
   TimePoint now = kStart;
@@ -84,13 +84,13 @@ void sensor_stays_sane(std::span<const std::uint8_t> bytes) {
   }
 }
 
-/// Every eighth byte is an edge and the time that passes, the others are the host's.
+/// Every eighth byte is an edge and a time step, the others are from the host.
 void firmware_stays_sane(std::span<const std::uint8_t> bytes) {
   sensor s{};
   sensor_identity identity{};
   identity.version = CTP_VERSION;
   identity.baud = CTP_DEFAULT_BAUD;
-  std::uint32_t now = 0xFFFFFFFFu - CTP_TICKS_PER_S;  // wraps before long
+  std::uint32_t now = 0xFFFFFFFFu - CTP_TICKS_PER_S;  // wraps soon
   sensor_init(&s, &identity, now);
   std::array<std::uint8_t, CTP_MAX_WIRE> wire{};
   for (std::size_t i = 0; i < bytes.size(); ++i) {
@@ -123,7 +123,7 @@ bool has_greeted(std::span<const std::uint8_t> bytes) {
   return false;
 }
 
-/// Datagrams: a byte for who sends it and how long it is, a byte for the time before it, then as many.
+/// Datagrams: a byte with sender and length, a byte with the time before it, then the content.
 void the_board_answers_its_host_alone(std::span<const std::uint8_t> bytes) {
   sensor s{};
   sensor_identity identity{};
@@ -147,7 +147,7 @@ void the_board_answers_its_host_alone(std::span<const std::uint8_t> bytes) {
   }
 }
 
-/// What the chip answers, byte for byte.
+/// Responses of the chip, byte by byte.
 void any_chip_stays_within_its_room(std::span<const std::uint8_t> bytes) {
   struct Chip {
     std::span<const std::uint8_t> answers;

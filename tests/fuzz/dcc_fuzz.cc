@@ -1,5 +1,5 @@
-// Any bytes as a Digital Calibration Certificate: refused with FileError whose words fit a line and name a line of the
-// file, or read as spheres and lengths that a cell file may hold: finite, of one name each, names bounded and printable.
+// Any bytes as a Digital Calibration Certificate: refused with a FileError of one line that names a line of the
+// file, or read as spheres and lengths valid in a cell file: finite, with unique, bounded and printable names.
 
 #include <algorithm>
 #include <charconv>

@@ -1,5 +1,5 @@
-// Whatever comes over TCP, the parsers answer with values, the adapter sends telegrams that a
-// controller can read and asks for no motion, and the emulated controller survives the same bytes.
+// Any bytes over TCP: the parsers return values, the adapter sends telegrams readable by a
+// controller and requests no motion, and the emulated controller tolerates the same bytes.
 
 #include <cmath>
 #include <cstdint>
@@ -50,7 +50,7 @@ void through_core(std::string_view bytes) {
   TimePoint t{std::chrono::seconds(1)};
   core.on_tick(t);
   core.on_connected(7, t);
-  // Twice, and in pieces: what is left of the first try meets the second.
+  // Twice, and in pieces: the second pass starts with the remainder of the first.
   for (int turn = 0; turn < 2; ++turn) {
     for (std::size_t from = 0; from < bytes.size(); from += 61) {
       t += std::chrono::milliseconds(1);
@@ -72,7 +72,7 @@ void through_core(std::string_view bytes) {
   require(core.state().link != RobotLink::kReady, "ready without a connection");
 }
 
-/// Whatever is answered, a frame counts as set only where it was read back as it was sent.
+/// For any answer, a frame counts as set only if it was read back as sent.
 void through_frames(std::string_view bytes) {
   constexpr EkiFrameValues kSent{1.0, 2.0, 3.0, 4.0, 5.0, 6.0};
   constexpr std::uint32_t kAsk = 1;

@@ -1,4 +1,4 @@
-// Any bytes as a URDF and as machine data: refused with FileError, or read as numbers that are sound.
+// Any bytes as a URDF and as machine data: refused with FileError, or read as valid numbers.
 // Also replayed over exchange_corpus as an ordinary test.
 
 #include <cmath>
@@ -23,7 +23,7 @@ void require(bool condition, const char* what) {
   std::abort();
 }
 
-/// With the lengths of a KR 6.
+/// Lengths of a KR 6.
 void compare(const Robot& robot) {
   MachineData data;
   data.base = FrameMmDeg{{0, 0, 400}, {}};
@@ -83,21 +83,21 @@ void read_as_machine_data(std::string_view text) {
       require(std::abs(unit->guide->along.norm() - 1.0) < 1e-6, "travels along a direction");
       require(unit->min_rad < unit->max_rad, "travels");
     }
-  } catch (const FileError&) {  // not whole, or another kinematic
+  } catch (const FileError&) {  // incomplete, or other kinematics
   }
   try {
     for (const PositionerAxis& axis : positioner_of(data.external, data.robroot)) {
       require(axis.frame.matrix().allFinite(), "axes of a positioner are somewhere");
       require(axis.min_rad < axis.max_rad, "axes of a positioner turn");
     }
-  } catch (const FileError&) {  // not whole, or another kinematic
+  } catch (const FileError&) {  // incomplete, or other kinematics
   }
   try {
     for (const Joint& joint : robot_of(data).joints) {
       require(std::isfinite(joint.d_m) && std::isfinite(joint.a_m), "lengths are finite");
       require(joint.min_rad < joint.max_rad, "limits are in order");
     }
-  } catch (const FileError&) {  // another kind of arm, or not all of it
+  } catch (const FileError&) {  // another kind of arm, or incomplete
   }
 }
 

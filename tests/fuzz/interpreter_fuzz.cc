@@ -1,4 +1,4 @@
-// Whatever stands in a KRL module, loading it ends in a program or in an error that names file and line, and executing it
+// Any text as a KRL module: loading results in a program or in an error with file and line, and execution
 // ends or waits.
 
 #include <cstdint>
@@ -47,7 +47,7 @@ void load(const std::string& name, const std::string& text) {
     std::fprintf(stderr, "interpreter_fuzz: an error without its file: %s\n", error.what());
     std::abort();
   } catch (const std::out_of_range&) {
-    // No module FUZZ in it.
+    // The text has no module FUZZ.
   }
 }
 

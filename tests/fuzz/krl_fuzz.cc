@@ -1,5 +1,5 @@
-// Whatever stands in a controller's file, reading it ends in values or in an error that names the
-// file, and judging a folder that holds it ends in objections.
+// Any text as a controller's file: reading results in values or in an error that names the
+// file, and verifying a folder that contains it results in findings.
 
 #include <cstdint>
 #include <cstdio>
@@ -45,11 +45,11 @@ ControllerFileKind kind(const std::string& text, const std::string& name) {
   try {
     return kind_of(text, name);
   } catch (const ConfigError&) {
-    return ControllerFileKind::kUnknown;  // to be met in place of the first file
+    return ControllerFileKind::kUnknown;  // replaces the first file
   }
 }
 
-/// In place of the file of its kind in each sound set.
+/// Replaces the file of its kind in each valid set.
 void judge(const std::string& text) {
   static const ControllerFiles sets[] = {rsi_files(config(3)), rsi_files(config(4)),
                                          rsi_files(config(6)), eki_files({})};

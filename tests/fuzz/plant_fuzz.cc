@@ -1,5 +1,5 @@
-// Any bytes on any topic: the first line is the topic, the rest the message. A fact, presence or proposal that reads
-// the same again after it was written, or refused with a reason. Also replayed over plant_corpus as an ordinary test.
+// Any bytes on any topic: the first line is the topic, the rest the message. A fact, presence or proposal that is
+// read back equal after writing, or refused with a reason. Also replayed over plant_corpus as an ordinary test.
 
 #include <cstdint>
 #include <cstdio>
@@ -19,7 +19,7 @@ namespace {
 
 using namespace cellcal::daemon;  // NOLINT: a fuzz target's own file
 
-/// Topic, path of keys, words.
+/// Topic, key path, text.
 constexpr std::size_t kLongestReason = 2000;
 
 void require(bool condition, const char* what) {
@@ -48,7 +48,7 @@ auto read_as(Read read, std::string_view text) -> std::optional<decltype(read(te
   return std::nullopt;
 }
 
-/// Between the cell's daemon and the process that has its line.
+/// Messages between the cell's daemon and the plant process.
 void as_desk(std::string_view text) {
   (void)read_as(plant::lines_from_json, text);
   (void)read_as(plant::count_from_json, text);
@@ -72,7 +72,7 @@ void as_message(std::string_view topic, std::string_view payload) {
   require(batch.facts.size() + batch.presences.size() + batch.refused.size() == 1,
           "a message is one thing");
   for (const plant::Fact& fact : batch.facts) {
-    // A value in another unit may differ in its last bit after the first time, and not after that.
+    // A value in another unit may change in its last bit on the first conversion only.
     const plant::Fact once = plant::fact_from_json(plant::to_json(fact), topic_for(fact));
     require(once.number == fact.number && once.journal == fact.journal && once.of == fact.of,
             "a fact keeps its name");

@@ -1,5 +1,5 @@
-// Any text as priors of a fleet: refused with FileError, or read as spreads that a robot file may hold, and
-// written so that they read the same again. Also replayed over priors_corpus as an ordinary test.
+// Any text as priors of a fleet: refused with FileError, or read as spreads valid in a robot file, and
+// written such that they are read back equal. Also replayed over priors_corpus as an ordinary test.
 
 #include <cmath>
 #include <cstdint>
@@ -23,7 +23,7 @@ void require(bool condition, const char* what) {
   std::abort();
 }
 
-/// An arm of these joints.
+/// An arm with these joints.
 Robot robot_of(const FleetPriors& priors) {
   Robot robot;
   robot.name = "fuzzed";

@@ -1,7 +1,7 @@
-// Whatever stands in a KRL program, its points or the controller's $config.dat, correcting it ends in
-// files that differ in numbers alone, in refusals, or in an error that names the file. So does rewriting its motions
-// for a correction at run time, which comes back byte for byte.
-// The input is the three files in turn, each ended by a byte 1.
+// Any text as a KRL program, its points or the controller's $config.dat: correction results in files that
+// differ only in numbers, in refusals, or in an error that names the file. So does rewriting its motions for
+// a correction at run time; the original is restored byte for byte.
+// The input is these three files in order, each terminated by a byte 1.
 
 #include <cstdint>
 #include <cstdio>
@@ -26,7 +26,7 @@ void require(bool condition, const char* what) {
   std::abort();
 }
 
-/// The demo cell's arm, its second axis off by a milliradian.
+/// The demo cell's arm, with an error of one milliradian in its second axis.
 const calib::Calibration& calibration() {
   static const calib::Calibration c = [] {
     calib::Calibration one;
@@ -40,7 +40,7 @@ const calib::Calibration& calibration() {
   return c;
 }
 
-/// That arm on a linear unit E1, beside a positioner E2.
+/// The same arm on a linear unit E1, with a positioner E2.
 const calib::Calibration& carried() {
   static const calib::Calibration c = [] {
     calib::Calibration one = calibration();
@@ -67,7 +67,7 @@ const calib::Calibration& carried() {
   return c;
 }
 
-/// Digits and signs aside, and 'B110' and 'H6'.
+/// Without digits and signs, and without 'B110' and 'H6'.
 std::string without_numbers(std::string_view text) {
   std::string rest;
   for (std::size_t i = 0; i < text.size(); ++i) {

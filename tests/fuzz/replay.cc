@@ -1,4 +1,4 @@
-// Runs the corpora through the fuzz targets as an ordinary test: replay FOLDER [NAME], all without a name.
+// Runs the fuzz targets over the corpora as an ordinary test: replay FOLDER [NAME], all without a name.
 
 #include <cstdint>
 #include <cstdio>
@@ -26,7 +26,7 @@ constexpr Fuzzer kFuzzers[] = {
 };
 #undef FUZZER
 
-/// Whether every beginning of an input is replayed as well: a datagram may be cut anywhere.
+/// True if every prefix of an input is replayed as well: a datagram may be truncated anywhere.
 bool is_of_a_wire(std::string_view name) { return name == "rsi" || name == "eki"; }
 
 void replay(const Fuzzer& fuzzer, const std::filesystem::path& file) {

@@ -1,5 +1,5 @@
-// Whatever comes in a datagram, the parser answers with a value, and the core's reply is one that a
-// controller can read and that moves nothing.
+// Any bytes as a datagram: the parser returns a value, and the core's reply is readable by a
+// controller and causes no motion.
 
 #include <cmath>
 #include <cstdint>
@@ -34,7 +34,7 @@ RsiConfig config(CorrectionMode mode) {
   return c;
 }
 
-/// Some arm.
+/// An arbitrary arm.
 class Chain final : public ArmGeometry {
  public:
   Eigen::Isometry3d tcp(std::span<const double> axis_rad) const noexcept override {
@@ -47,7 +47,7 @@ class Chain final : public ArmGeometry {
   }
 };
 
-// In space the adapter says RKorr, finite or not at all, and moves nothing by itself.
+// In space the adapter sends RKorr, finite or not at all, and causes no motion by itself.
 void run_in_space(RsiParser& parser, std::string_view bytes) {
   RsiConfig c = config(CorrectionMode::kAbsolute);
   c.space.on = true;

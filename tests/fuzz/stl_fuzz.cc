@@ -1,4 +1,4 @@
-// Any bytes as an STL file: refused with FileError, or read as triangles that are sound. Also
+// Any bytes as an STL file: refused with FileError, or read as valid triangles. Also
 // replayed over stl_corpus as an ordinary test.
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Any text as a robot or cell file: refused with FileError, or read so that what is written of it
+// Any text as a robot or cell file: refused with FileError, or read such that its written form
 // reads the same again. Also replayed over toml_corpus as an ordinary test.
 
 #include <cstdint>

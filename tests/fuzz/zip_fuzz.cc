@@ -1,4 +1,4 @@
-// Any bytes as a ZIP archive: refused with FileError naming it, or files of no more than was allowed.
+// Any bytes as a ZIP archive: refused with FileError naming it, or files within the size allowed.
 
 #include <cstdint>
 #include <cstdio>
