@@ -1,8 +1,8 @@
 #pragma once
 #pragma GCC system_header
-// What the copies with faults in them are written with. Every fault has a number; the environment
-// variable CELLCAL_FAULT names the one that is in effect (0: none), and CELLCAL_FAULTS_REACHED a file
-// with one byte for each: 1 it was met, 2 it could not be put there (no such operator between these types).
+// Definitions used by copies with faults. Every fault has a number; the environment variable
+// CELLCAL_FAULT selects the active one (0: none), and CELLCAL_FAULTS_REACHED names a file with one byte
+// for each: 1 reached, 2 not applicable (no such operator between these types).
 
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -54,9 +54,9 @@ constexpr void impossible(int fault) {
   if (!std::is_constant_evaluated()) note(fault, 2);
 }
 
-// A binary operator `a < b` becomes `a < less(7, 8) < b`: precedence and the order of evaluation stay
-// what they were, whatever stands on either side. The first fault moves the limit itself to the other
-// side (`<` to `<=`), the second turns the answer round.
+// A binary operator `a < b` becomes `a < less(7, 8) < b`: precedence and order of evaluation are
+// unchanged, for any operands. The first fault moves the limit itself to the other side (`<` to
+// `<=`), the second negates the result.
 template <class Op, class A>
 struct Left {
   const A& a;
@@ -131,7 +131,7 @@ FAULTS_SUM(plus, +, -)
 FAULTS_SUM(minus, -, +)
 #undef FAULTS_SUM
 
-/// One more; a number with a fraction, or one point nought, twice as much.
+/// Adds one to an integer; doubles a floating-point number, and replaces 0.0 by 1.0.
 template <class T>
 constexpr T wrong_number(T value) {
   if constexpr (std::is_floating_point_v<T>) return value == T(0) ? T(1) : T(2) * value;
@@ -141,7 +141,7 @@ template <class T>
 constexpr T number(int fault, T value) {
   return on(fault) ? wrong_number(value) : value;
 }
-/// These two in the initialiser of a constant: never settled by the compiler.
+/// The next two, for initialisers of constants, are never evaluated at compile time.
 inline bool met(int fault) { return note(fault, 1); }
 template <class T>
 T constant(int fault, T value) {
