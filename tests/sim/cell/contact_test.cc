@@ -95,7 +95,7 @@ TEST(ContactWatch, FindsBothEdgesToAHundredNanoseconds) {
   EXPECT_LE(std::abs((edges[1].t - when(kBallAt + half_angle())).count()), 101);
   EXPECT_FALSE(watch.closed());
   EXPECT_EQ(watch.crashes(), 0);
-  EXPECT_NEAR(watch.deepest_m(), kRadius, 1e-5);  // through the middle, to a cycle
+  EXPECT_NEAR(watch.deepest_m(), kRadius, 1e-5);  // through the centre, within a cycle
 }
 
 TEST(ContactWatch, FindsTheInstantWhereverItLiesInTheCycle) {

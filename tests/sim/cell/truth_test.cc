@@ -156,7 +156,7 @@ TEST(Truth, StrainWaveGearsHaveSixWavesPerJointOfTheStatedSize) {
     ++waves;
   }
   EXPECT_EQ(waves, 6 * 6 * 2);
-  // Of 72 amplitudes: the mean square is known to a sixth, 1 sigma.
+  // The mean square of 72 amplitudes is known to a sixth, 1 sigma.
   EXPECT_NEAR(square / 12.0 / std::pow(20.0 * calib::kRadPerArcsec, 2), 1.0, 0.5);
 }
 

@@ -138,7 +138,7 @@ void FaultyCell::chatter(int count, Duration pulse, Duration apart) {
     const TimePoint begin = now_ + i * apart;
     mcu_.edge(begin, !level);
     at(begin, [this, level] { input(!level); });
-    at(begin + pulse, [this] {  // back to what is true by then
+    at(begin + pulse, [this] {  // back to the truth at that time
       mcu_.edge(now_, watch_.closed() || shorted_);
       input(watch_.closed() || shorted_);
     });

@@ -149,7 +149,7 @@ void add_robot(std::vector<Fault>& all, Wire wire) {
                [](FaultyCell& cell, bool on) { cell.input_wire(on); });
   }
   if (wire == Wire::kRsiInput) add_input(all);
-  // A carriage that goes on for good could not rest.
+  // A carriage that continues permanently could not rest.
   const std::vector<int> lasts = on_track(wire) || on_table(wire) ? std::vector{40, 200}
                                  : wire == Wire::kEkiInput        ? std::vector{0, 200}
                                                                   : std::vector<int>{};

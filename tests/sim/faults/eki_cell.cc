@@ -16,7 +16,7 @@ constexpr std::chrono::milliseconds kRetry{500};
 // $OUT of $BRAKETEST_REQ_INT where CELL.SRC selects the programs.
 constexpr int kBrakeTestOutput = 101;
 
-// An external axis stands here; moved unasked, this fast (rad/s, m/s).
+// Position of an external axis; its speed when moved unasked (rad/s, m/s).
 constexpr double kExternalRad = 0.4, kExternalRadS = 1.0, kCreepPerS = 0.05;
 
 sim::EkiControllerConfig eki_controller(const daemon::DaemonConfig& config, const calib::Cell& cell,
@@ -30,7 +30,7 @@ sim::EkiControllerConfig eki_controller(const daemon::DaemonConfig& config, cons
   }
   const std::size_t joints = cell.robot.joints.size();
   controller.start_rad.resize(joints, 0.0);
-  // External axes, which no joint is.
+  // External axes that are not joints.
   const auto axes = 6 + static_cast<std::size_t>(config.controller.external_axes);
   controller.start_rad.resize(axes, kExternalRad);
   controller.max_acceleration_rad_s2 = config.motion.acceleration_rad_s2;

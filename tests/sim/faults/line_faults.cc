@@ -115,7 +115,7 @@ void add_digits(std::vector<Fault>& all, const LineOf& line) {
   }
 }
 
-/// A sensor that does not receive still sends: its deafness stops nothing.
+/// A sensor that does not receive still sends: this fault stops nothing.
 std::optional<Silent> silences(const LineOf& line) {
   if (!line.sensor) return Silent::kRobot;
   if (line.hears_sensor) return Silent::kSensor;

@@ -137,22 +137,22 @@ void Table::print(Wire wire) const {
   }
 }
 
-/// Of the variants of a row that apply to the phase every `every`-th is run per stretch, each in turn; with
-/// 0, one. For wires that differ in one thing from another; a linear unit changes the moves alone.
+/// Per stretch, every `every`-th of a row's variants that apply to the phase is run, in turn; with 0,
+/// one. For wires that differ from another in one respect; a linear unit changes only the moves.
 bool has_its_turn(const std::vector<Fault>& faults, const Fault& fault, TouchPhase phase,
                   std::size_t stretch, int every) {
   if (every == 1) return true;
   std::vector<const Fault*> row;
   for (const Fault& one : faults)
     if (one.name == fault.name && !(one.why_not && one.why_not(phase))) row.push_back(&one);
-  if (row.empty()) return true;  // counted as one that makes no sense
+  if (row.empty()) return true;  // counted as not applicable
   const auto step = every > 0 ? std::min(static_cast<std::size_t>(every), row.size()) : row.size();
   const auto own =
       static_cast<std::size_t>(std::find(row.begin(), row.end(), &fault) - row.begin());
   return own < row.size() && own % step == stretch % step;
 }
 
-/// True for one stretch of every phase, or of every so many, others in the next row and on the next wire.
+/// True for one stretch of every phase, or of every n-th; others in the next row and next wire.
 bool is_of_the_row(const std::vector<Stretch>& stretches, std::size_t i, const std::string& row,
                    Wire wire, std::size_t phases_apart) {
   std::size_t before = 0, count = 0;
@@ -167,7 +167,7 @@ bool is_of_the_row(const std::vector<Stretch>& stretches, std::size_t i, const s
   return turn % phases_apart == 0 && number % count == before;
 }
 
-/// Row and variant of the faults that other wires have.
+/// Row and variant of the faults of other wires.
 std::set<std::pair<std::string, std::string>> faults_elsewhere(Wire wire) {
   std::set<std::pair<std::string, std::string>> all;
   for (const Wire other : kWires) {

@@ -196,7 +196,7 @@ double Matrix::distance_from_truth_m(const FaultyCell& cell, const calib::Touch&
       nearest = std::min(nearest, (cell.physical().tip_m(edge.joint_rad) - tip).norm());
     }
   }
-  // An edge alone might belong to another contact: the surface has to be there, too.
+  // An edge alone might belong to another contact: the surface must be there, too.
   std::vector<double> at = touch.joint_rad;
   at.insert(at.end(), touch.positioner_rad.begin(), touch.positioner_rad.end());
   return std::max(nearest, std::abs(cell.physical().gap_m(at)));

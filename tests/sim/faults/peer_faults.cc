@@ -61,7 +61,7 @@ void add_wrong_ipoc(std::vector<Fault>& all, Wire wire) {
 
 void add_second_robot(std::vector<Fault>& all, Wire wire) {
   // The adapter's socket accepts only the first address (tested separately). Here both packets
-  // arrive, as from behind one gateway.
+  // arrive, as through one gateway.
   const char* where = over_rsi(wire) ? "RSI port, same address" : "EKI port, another client";
   for (const int ms : {100, 0}) {
     Fault fault{"second robot", ms ? fmt::format("for {} ms", ms) : "for good", where};

@@ -12,7 +12,7 @@ namespace {
 constexpr const char* kUnit =
     "[[joint]]\nname = \"E1\"\nkind = \"prismatic\"\nalong = [0.0, 1.0, 0.0]\nmin_mm = -400.0\n"
     "max_mm = 400.0\nmax_speed_mm_s = 1500.0\n\n";
-// Least way of the linear unit between the planned touches.
+// Least travel of the linear unit between the planned touches.
 constexpr double kTravelM = 0.1;
 constexpr const char* kTable =
     "\n[[positioner]]\nname = \"E1\"\nxyz_mm = [950.0, 0.0, 200.0]\nmin_deg = -120.0\nmax_deg = 120.0\n"
@@ -46,7 +46,7 @@ void put_on_table(calib::Cell& cell) {
   cell.targets[0].centre_m = kOnTableM;
 }
 
-/// Throws where the external axis stands between the planned touches.
+/// Throws if the external axis does not move between the planned touches.
 void require_moves(const calib::Plan& plan, Wire wire) {
   const calib::PlannedTouch &one = plan.touches.at(0), &two = plan.touches.at(1);
   if (on_track(wire) && std::abs(two.standoff[0] - one.standoff[0]) < kTravelM)

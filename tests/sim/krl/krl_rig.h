@@ -1,5 +1,5 @@
 #pragma once
-// One program on an arm that arrives when it is told to.
+// One program on an arm that arrives on request.
 
 #include <gtest/gtest.h>
 

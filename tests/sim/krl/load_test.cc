@@ -1,4 +1,4 @@
-// What a controller refuses to select.
+// Modules that a controller refuses to select.
 
 #include "tests/sim/krl/krl_rig.h"
 

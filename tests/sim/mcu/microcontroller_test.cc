@@ -124,7 +124,7 @@ TEST(Microcontroller, ATripOvertakesWhatIsQueuedAtTheNextFrameBoundary) {
   b.get_ready();
   b.arm(5);
   for (int i = 0; i < 4; ++i) b.say(ctp::Ping{1});
-  b.run(microseconds{800});  // the pongs are queued behind each other
+  b.run(microseconds{800});  // the pongs are queued one after the other
   b.mcu.edge(b.now + microseconds{5}, true);
   b.run(milliseconds{3});
   ASSERT_EQ(b.of(CTP_TRIP).size(), 1u);
