@@ -88,7 +88,7 @@ class Model:
 
 
 def mix(turn, a, b, angle):
-    """Turns columns a and b of each rotation."""
+    """Rotates columns a and b of each rotation matrix."""
     c, s = numpy.cos(angle), numpy.sin(angle)
     if numpy.ndim(angle):
         c, s = c[:, None], s[:, None]
@@ -100,7 +100,7 @@ def mix(turn, a, b, angle):
 def solve(model):
     last = {}
 
-    def at(u):  # residuals and derivatives are asked for one after the other
+    def at(u):  # residuals and derivatives are requested in succession
         if "u" not in last or not numpy.array_equal(last["u"], u):
             last["u"], last["rows"] = u.copy(), model.rows(u)
         return last["rows"]

@@ -11,13 +11,13 @@ import subprocess
 import sys
 import tempfile
 
-# One thread each: cores would be compared otherwise.
+# One thread each: otherwise the number of cores would be compared.
 ONE_THREAD = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 SOLVERS = ("cellcal", "cellcal-full", "autodiff", "scipy")
 
 
 def run(command):
-    """The process's answer and its peak memory in MB."""
+    """The process's output and its peak memory in MB."""
     with subprocess.Popen(command, stdout=subprocess.PIPE, env=ONE_THREAD) as process:
         answer = process.stdout.read()
         _, status, usage = os.wait4(process.pid, 0)

@@ -45,7 +45,7 @@ class Connection(http.client.HTTPConnection):
 
 
 def ask(path, method, target):
-    """The answer's JSON."""
+    """JSON of the answer."""
     connection = Connection(path)
     try:
         connection.request(method, target)
@@ -81,7 +81,7 @@ contact_level = "off"
 
 
 class LiveCell:
-    """Both processes in a folder of their own; the daemon's words in its file 'log'."""
+    """Both processes in a folder of their own; the daemon's log is the file 'log'."""
 
     def __init__(self, folder, speed_percent=80, cellcald=CELLCALD, emulator=EMULATOR, more="",
                  ethernet=False, stop_path=False):
@@ -102,7 +102,7 @@ class LiveCell:
         return process
 
     def start_emulator(self):
-        """A controller and a sensor that have just been switched on."""
+        """A controller and a sensor just switched on."""
         device = f"{self.folder}/contact"
         if os.path.lexists(device):
             os.unlink(device)
@@ -126,7 +126,7 @@ class LiveCell:
 
 
 class Beside:
-    """Processes that run until they are ended, each in a group of its own: a compiler under way ends with its loop."""
+    """Processes that run until ended, each in a group of its own, so that a running compiler ends with its loop."""
 
     def __init__(self):
         self.processes = []

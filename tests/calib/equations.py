@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 """The equations and symbols of calib's READMEs and the code that cites them.
 
-Each number is defined once, in the README of a module: (1), (2), ... without a gap, and behind some of them (27a), (27b), ...
-of the same README. A file computes an equation where a comment of it begins with the number, as `// (25)`. The index of
-calib/README.md names just these files, in the order of the numbers, and functions that are there. Its table of modules has
-each module's numbers. Nothing speaks of a number that is not there.
+Each number is defined once, in the README of a module: (1), (2), ... without gaps, some followed by (27a), (27b), ...
+of the same README. A file computes an equation if one of its comments begins with the number, as `// (25)`. The index of
+calib/README.md names exactly these files, in the order of the numbers, and existing functions. Its table of modules has
+each module's numbers. No text refers to an undefined number.
 
-Each symbol has one row of the table of symbols, and what stands in a numbered equation has one: letters, and names with
-subscripts; plain words are words.
+Each symbol has one row in the table of symbols, and every symbol of a numbered equation has one: letters, and names with
+subscripts; plain words are not symbols.
 """
 import re
 import sys
@@ -15,15 +15,15 @@ from pathlib import Path
 
 SYMBOLS_HEADING, INDEX_HEADING = "## 3. Symbols", "## 5. Index of equations"
 NUMBER = r"\((\d{1,3}[a-z]?)\)"
-# (25), (27a); of a range of plain ones both ends: "(17) - (19)". Not the argument of "sqrt(12)".
+# (25), (27a); both ends of a range: "(17) - (19)". Not the argument of "sqrt(12)".
 MENTIONS = re.compile(r"(?<!\w)" + NUMBER + r"(?: - \((\d+)\))?")
 COMPUTES = re.compile(r"//[/!<]*\s*((?:" + NUMBER + r",? ?)+)")
 DEFINITION = re.compile(r"^ +" + NUMBER + r"  +(.*(?:\n {10,}\S.*)*)", re.M)
 NAME = re.compile(r"(?<![A-Za-z0-9_])[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)*")
-# What the table says in its text, the word a, and products of two symbols.
+# Symbols explained in the table's text, the word a, and products of two symbols.
 NOTATION = {"N", "tr", "Rx", "Ry", "Rz", "Tx", "Ty", "Tz", "O2", "O3", "O4", "M_last", "M_now", "H_a", "H_b", "H_ab",
             "m_t", "c_a", "c_b", "lam_max", "a", "WJ", "Wr"}
-# Which one of many: q_ik, sv_1, Z_one,last, Z_undone
+# Indices: q_ik, sv_1, Z_one,last, Z_undone
 WHICH = re.compile(r"_(?:[ijkln]{1,2}|\d|last|undone|stated)$")
 
 
@@ -43,7 +43,7 @@ def section(readme, heading):
 
 
 def wrong_numbers(defined):
-    """Gaps, and letters that do not follow what they belong to."""
+    """Gaps, and letters that do not follow their predecessor."""
     for number in sorted(defined, key=order):
         plain, letter = re.match(r"(\d+)(.?)", number).groups()
         before = plain if letter == "a" else plain + chr(ord(letter) - 1) if letter else str(int(plain) - 1)

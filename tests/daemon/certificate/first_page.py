@@ -1,4 +1,4 @@
-"""Text of the first page that weasyprint makes of an HTML file: first_page.py FILE"""
+"""Text of the first page of an HTML file as rendered by weasyprint: first_page.py FILE"""
 
 import sys
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""commands.py SOURCE CELLCAL: every `cellcal COMMAND --option` that the documents print is one that --help has."""
+"""commands.py SOURCE CELLCAL: every `cellcal COMMAND --option` in the documents is listed by --help."""
 import re
 import subprocess
 import sys
@@ -10,7 +10,7 @@ from links import documents
 
 PRINTED = re.compile(r"(?:^ {4,}|[`'])(?:sudo )?cellcal ((?:--?[a-z]|[a-z][a-z-]* ?)[^`'\n#|]*)", re.M)
 OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*")
-# Continued lines of an example are one.
+# Continued lines of an example are joined.
 CONTINUED = re.compile(r" \\\n +")
 
 

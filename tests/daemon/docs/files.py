@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""files.py SOURCE: every file of the source tree that a comment or a Markdown file names exists: `name.h`,
-`dir/name.cc`, and paths from the top level on, of documents also from a folder beside them (with or without .h, .cc,
-.py)."""
+"""files.py SOURCE: every file of the source tree named by a comment or a Markdown file exists: `name.h`,
+`dir/name.cc`, and paths from the top level; in documents also relative to the document's folder (with or without .h,
+.cc, .py)."""
 import re
 import sys
 from pathlib import Path
@@ -15,12 +15,12 @@ FILE = re.compile(r"(?<![\w.<*{}/+-])((?:[\w-]+/)*[\w-]{2,}\.(?:h|cc|c|py|ts|tsx
 PATH = re.compile(r"(?<![\w.<*{}/-])((?:" + "|".join(TOP) + r")(?:/[\w-]+)+)(?![\w*{-]|\.\w|/[\w*{<])")
 BESIDE = re.compile(r"`((?:[\w-]+/)+[\w-]+)`")
 INSTALLED = re.compile(r"/usr/share/doc/cellcal/([\w/.-]+)")
-# Headers of the system, and names that stand for any.
+# System headers, and placeholder names.
 ELSEWHERE = {"linux/capability.h", "OUT.cc", "OUT.ts", "NAME_fuzz.cc", "generated/api.ts"}
 
 
 def described(path):
-    """The comments of a source file, the whole of a document."""
+    """Comments of a source file, or a whole document."""
     text = path.read_text()
     return text if path.suffix == ".md" else "\n".join(COMMENT[path.suffix].findall(text))
 
