@@ -1,5 +1,5 @@
 """A technician's dry run: controller files from a configuration, a controller that loads them, and
-'cellcal doctor' over real wires, green, and red with the right words."""
+'cellcal doctor' over real wires: passed, and failed with the correct message."""
 
 import json
 import os
@@ -12,7 +12,7 @@ import unittest
 sys.path.insert(0, os.path.dirname(__file__))
 from wires import CELL, Wires, free_port, wait_for  # noqa: E402
 
-# Longer than any stall of a shared machine, shorter than patience.
+# Longer than any stall of a shared machine, short enough for a test.
 OBSERVE, WAIT = "2", "5"
 
 
@@ -51,7 +51,7 @@ class Doctor(Wires):
             f.write(text.replace(old, new))
 
     def start(self, *arguments):
-        """The emulated cell alone: nothing of what it is comes from this test."""
+        """The emulated cell alone: configured by its files, not by this test."""
         process = subprocess.Popen(
             [os.environ["EMULATOR"], "--cell", CELL, "--device-link", f"{self.dir}/contact",
              *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
@@ -62,7 +62,7 @@ class Doctor(Wires):
         return process
 
     def rsi_controller(self, *more, context="cellcal_rsi.rsix"):
-        # An operator who starts RSI again, as the checklist tells the technician to.
+        # An operator who restarts RSI, as stated in the technician's checklist.
         return self.start("--rsi-xml", f"{self.dir}/krc/cellcal_rsi_ethernet.xml", "--rsi-context",
                           f"{self.dir}/krc/{context}", "--restart-after", "0.5", *more)
 
@@ -113,7 +113,7 @@ class Doctor(Wires):
         self.is_green(answer, *self.CHECKS, "rsi port", "rsi packets", "rsi sender", "rsi cycle",
                       "rsi decimals", "rsi elements", "rsi replies", "rsi reply times",
                       "rsi joint angles", "rsi stop")
-        # The demo's robot is a KR 5, of which there are two.
+        # The demo's robot is a KR 5, which exists in two variants.
         self.assertIn("Z 960.0", self.found(answer, "robot geometry")["found"])
         self.assertIn("0.000, -90.000, 90.000",
                       self.found(answer, "rsi joint angles")["found"])
@@ -210,7 +210,7 @@ class Doctor(Wires):
         self.rsi_controller("--fault", "silent")
         answer = self.doctor()
         self.is_red(answer, "contact sensor", "nothing received from the contact sensor", "baud rate")
-        # A busy machine may be late with one: a warning.
+        # A busy machine may be late once: a warning.
         self.assertNotEqual(self.found(answer, "rsi replies")["outcome"], "failed")
 
     def test_a_baud_rate_that_does_not_fit_is_named_with_the_one_that_does(self):
@@ -263,13 +263,13 @@ class Doctor(Wires):
         self.rsi_controller()
         self.daemon()
         client = self.begin_session(4, 0)
-        # A session that a stalled machine ended is not waited for.
+        # Does not wait for a session ended by a stalled machine.
         wait_for(lambda: self.status()["touches"] >= 1 or client.poll() is not None, "one touch")
         self.assertIsNone(client.poll(), self.log())
         answer = self.doctor()
         self.assertRegex(self.found(answer, "daemon")["found"], "session 1 is running")
-        # On a machine that stalls now and then, the doctor says so instead; how fast this one is
-        # is not what is tested.
+        # On a machine that stalls occasionally, the doctor reports that instead; the speed of this
+        # machine is not tested.
         self.assertRegex(self.found(answer, "robot link")["found"],
                          r"cycle 4\.00 ms|^\d+ of \d+ replies late")
         self.assertRegex(self.found(answer, "contact link")["found"], r"firmware 1\.1\.0")
@@ -286,5 +286,5 @@ class Doctor(Wires):
 
 
 if __name__ == "__main__":
-    # Those of Wires are run by themselves.
+    # The tests of Wires are run separately.
     unittest.main(argv=sys.argv if len(sys.argv) > 1 else [sys.argv[0], "Doctor"])

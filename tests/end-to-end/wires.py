@@ -16,7 +16,7 @@ import tty
 import unittest
 
 CELL = os.environ["CELL"]
-# A shared machine may stall for tens of milliseconds; what is tested here is not that.
+# A shared machine may stall for tens of milliseconds, which is not tested here.
 CONFIG = """
 format = "cellcal.daemon/1"
 backend = "rsi"
@@ -56,8 +56,8 @@ def wait_for(condition, what, seconds=60.0):
 
 
 class Stalls:
-    """Whether this machine kept a thread, or a terminal's bytes, for longer than the sensor's heartbeat may be late.
-    A real-time test that fails in such company says nothing."""
+    """Measures whether this machine delayed a thread or a terminal's bytes for longer than the sensor's heartbeat may
+    be late. A failure of a real-time test is inconclusive then."""
 
     LONGEST_S = 0.020
 
@@ -73,7 +73,7 @@ class Stalls:
 
     def watch(self):
         nap = 0.005
-        # The sensor's bytes wait for a kernel worker that threads do not wait for.
+        # The sensor's bytes depend on a kernel worker that threads do not depend on.
         master, slave = pty.openpty()
         tty.setraw(slave)
         while not self.over.is_set():
@@ -92,8 +92,7 @@ class Wires(unittest.TestCase):
     TRIES = 4
 
     def run(self, result=None):
-        """Repeats a test that failed on a machine that stalled meanwhile; never one that failed on a
-        machine that did not."""
+        """Repeats a failed test only if the machine stalled during it."""
         for left in reversed(range(self.TRIES)):
             trial = unittest.TestResult()
             with Stalls() as stalls:
@@ -187,7 +186,7 @@ class Wires(unittest.TestCase):
         # Four touches are too few for any calibration: the verdict withholds it.
         self.assertEqual(outcome.returncode, 3, outcome.stderr + self.log())
         self.assertEqual(self.touches_on_disk(), 5)
-        # But each of them is right: joint noise of 0.001 deg is 0.02 mm at the tip.
+        # But each of them is correct: joint noise of 0.001 deg is 0.02 mm at the tip.
         truth = subprocess.run(
             [os.environ["TRUTH"], "--cell", CELL, "--seed", "1", "--deflection", "0.002",
              "--touches", f"{self.dir}/state/sessions/1/touches.csv"],
@@ -206,10 +205,10 @@ class Wires(unittest.TestCase):
             port = s.getsockname()[1]
         with open(config) as f:
             text = f.read().replace('backend = "rsi"', 'backend = "eki"')
-        # A shared machine may stall; on a cell silence_ms stays at 250.
+        # A shared machine may stall; in a real cell silence_ms stays at 250.
         with open(config, "w") as f:
             f.write(text + f'[eki]\naddress = "127.0.0.1"\nport = {port}\nsilence_ms = 1000\n')
-        # The controller gets the file that the integrator would get.
+        # The controller gets the same file as from the integrator.
         made = subprocess.run([os.environ["CELLCAL"], "kuka-files", "--config", config,
                                "-o", f"{self.dir}/krc"], capture_output=True, text=True, timeout=60)
         self.assertEqual(made.returncode, 0, made.stderr)
@@ -232,7 +231,7 @@ class Wires(unittest.TestCase):
         daemon = self.daemon()
         client = self.begin_session(4, 0)
         wait_for(lambda: self.status()["touches"] >= 2, "two touches")
-        time.sleep(2.5)  # somewhere in the middle of the next one
+        time.sleep(2.5)  # in the middle of the next one
         daemon.kill()
         daemon.wait()
         self.assertEqual(client.wait(20), 1)
@@ -240,7 +239,7 @@ class Wires(unittest.TestCase):
         history = json.loads(self.client("history", "--json").stdout)
         kept = history[0]["touches"]
         self.assertGreaterEqual(kept, 2)
-        time.sleep(2.0)  # the controller times out, and its operator starts RSI again
+        time.sleep(2.0)  # the controller times out, and its operator restarts RSI
         outcome = self.client("run", "--resume")
         self.assertIn(outcome.returncode, (0, 3), outcome.stderr + self.log())
         self.assertEqual(self.touches_on_disk(), 4)
@@ -270,7 +269,7 @@ class Wires(unittest.TestCase):
         wait_for(lambda: os.path.exists(stall + ".met"), "a commit that waits for the disk")
         self.assertTrue(self.status()["running"])
         self.assertEqual(self.client("abort").returncode, 0)
-        # The disk has not answered yet: nothing of this waited for it.
+        # The disk has not responded yet: none of this waited for it.
         status = self.status()
         self.assertEqual(status["phase"], "aborted", status)
         output = client.communicate(timeout=30)[0]
@@ -361,7 +360,7 @@ class Wires(unittest.TestCase):
 
 
 class Virtual(Wires):
-    """The same job with the cell in the daemon's process and time that passes only there."""
+    """The same with the cell in the daemon's process, in virtual time."""
 
     def mock(self, seed):
         with open(f"{self.dir}/cellcald.toml", "w") as f:
@@ -384,13 +383,13 @@ class Virtual(Wires):
         residuals = results[0]["residuals"]
         self.assertGreater(residuals["check_before"]["mean_mm"], 1.0)
         self.assertLess(residuals["check"]["mean_mm"], 0.06)
-        # The second knows the first.
+        # The second is compared with the first.
         compared = results[1]["verdict"]["findings"].pop()
         self.assertEqual(compared["kind"], "unchanged")
         self.assertLess(compared["evidence"]["apart"]["value"], 0.0005)
         self.assertRegex(compared["text"], "session 1 of ")
         self.assertEqual(results[1]["verdict"]["reasons"].pop(), compared["words"])
-        self.assertNotEqual(results[0].pop("sum"), results[1].pop("sum"))  # of the finding, too
+        self.assertNotEqual(results[0].pop("sum"), results[1].pop("sum"))  # includes the finding
         self.assertEqual(results[0], results[1])
 
     def test_the_demo_withholds_an_arm_that_changed_until_that_is_accepted(self):
@@ -404,7 +403,7 @@ class Virtual(Wires):
         self.assertEqual(before.wait(20), 0)
         self.mock(13)
         self.daemon()
-        for session in (2, 3):  # what is withheld is not what the next is compared with
+        for session in (2, 3):  # a withheld result is not the reference of the next one
             outcome = run()
             self.assertEqual(outcome.returncode, 3, outcome.stdout + outcome.stderr)
             self.assertRegex(outcome.stdout, r"changed since the last calibration: .* session 1 of ")
@@ -416,10 +415,10 @@ class Virtual(Wires):
         self.assertRegex(outcome.stdout, r"since the last calibration: .* session 4 of ")
 
     def test_a_frame_is_sent_to_the_controller_and_set_back_over_eki(self):
-        """A calibration that was published, then one run: send, look, set back."""
+        """A published calibration, then one run: send, read, restore."""
         self.mock(12)
         before = self.daemon()
-        # The demo's cell states its tip as certain; here it is measured.
+        # The demo's cell states its tip as exact; here it is measured.
         shutil.copytree(os.path.dirname(CELL), f"{self.dir}/cell")
         cell = f"{self.dir}/cell/{os.path.basename(CELL)}"
         with open(CELL) as f:
@@ -447,14 +446,14 @@ class Virtual(Wires):
         self.assertEqual(made.returncode, 0, made.stderr)
         emulator = self.emulator("--wire", "eki", "--eki-xml", f"{self.dir}/krc/CellcalEki.xml")
         self.daemon()
-        # Where the arm stands is read beside sessions, and what the checks say is told.
+        # The arm's position is read without a session, and the result of the checks is published.
         position = self.client("position", "--json")
         self.assertEqual(position.returncode, 0, position.stdout + position.stderr + self.log())
         self.assertEqual(len(json.loads(position.stdout)["axes_deg"]), 6)
         wait_for(lambda: "CELLCAL_ADVICE on the controller: 0 (unknown)" in
                  self.client("history", "--drift").stdout, "the advice")
         calibration = f"{self.dir}/state/sessions/1/calibration.json"
-        # The controller opens its port again a moment after each client: three of them at once.
+        # The controller reopens its port shortly after each client: three clients in a row.
         sent = self.client("frames", "--calibration", calibration, "--tool", "1", "--send",
                            "--confirm", "--json")
         self.assertEqual(sent.returncode, 0, sent.stdout + sent.stderr + self.log())

@@ -1,4 +1,4 @@
-"""A copy of the project with faults in it, built in a folder of its own. The user's files are only read."""
+"""A copy of the project with faults, built in a folder of its own. The user's files are only read."""
 
 import os
 import re
@@ -24,7 +24,7 @@ class CopyTree:
         self.sites = {path: Sites(path, (root / path).read_text(), enums) for path in files}
         number = 0
         for sites in self.sites.values():
-            number += -number % 1000  # what one file's numbers are hangs little on the others: less to compile
+            number += -number % 1000  # numbers in one file depend little on other files: less to compile
             for site in sites.sites:
                 for fault in site.faults:
                     number += 1
@@ -75,7 +75,7 @@ class CopyTree:
         for path, sites in self.sites.items():
             text = rewritten(sites, self.dropped[path])
             if path.endswith(".h"):
-                # The blank: to those who check which room includes what, this is no part of the room.
+                # The blank hides this include from checks of the dependencies between modules.
                 text = f'# include "tests/mutation/fault.h"\n#pragma GCC system_header\n#line 1\n{text}'
             self._write(path, text.encode())
 
@@ -83,7 +83,7 @@ class CopyTree:
         return [f for path, sites in self.sites.items() for f in placed(sites, self.dropped[path])]
 
     def make(self, folders):
-        """Builds the test programs of these folders; what the compiler does not take is left out."""
+        """Builds the test programs of these folders; faults that do not compile are omitted."""
         env = dict(os.environ, CCACHE_BASEDIR=str(self.tree), CCACHE_NOHASHDIR="1")
         configured = subprocess.run(["cmake", "--preset", "release", "-DCELLCAL_WHOLE_MODULES=OFF"], cwd=self.tree, env=env,
                                     capture_output=True, text=True)
@@ -101,7 +101,7 @@ class CopyTree:
         sys.exit(f"mutation: the copy does not build after {_ROUNDS} tries")
 
     def _drop(self, output):
-        """Takes the faults of those lines away that the compiler speaks of; whether there were any."""
+        """Removes the faults of lines named by compiler errors; returns True if there were any."""
         groups = []
         for path, line, kind in _MESSAGE.findall(output):
             if kind == "error":

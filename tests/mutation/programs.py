@@ -1,4 +1,4 @@
-"""The test programs, test by test: which faults each one meets, and which of them it notices."""
+"""The test programs, test by test: faults reached by each, and faults detected."""
 
 import os
 import re
@@ -8,8 +8,8 @@ import tempfile
 import time
 from dataclasses import dataclass, field
 
-_QUICK_S = 0.1     # such tests run together; longer ones by themselves, the quickest first
-_CONFIRM_S = 0.05  # what takes longer may wait for the machine: it has to fail twice
+_QUICK_S = 0.1     # shorter tests run together; longer ones individually, the shortest first
+_CONFIRM_S = 0.05  # longer tests may be delayed by the machine: they must fail twice
 _FEWEST_CPU_S, _FEWEST_WALL_S, _TIMES = 3, 10, 20
 _MEMORY = 4 << 30
 _FAILED = re.compile(r"^\[  FAILED  \] (\S+?),? ", re.M)
@@ -30,7 +30,7 @@ class Outcome:
 
 
 def tests_in(folder):
-    """Of every GoogleTest program in a folder and those within it."""
+    """Tests of all GoogleTest programs in a folder and its subfolders."""
     found = []
     for path in sorted(folder.rglob("*")) if folder.is_dir() else []:
         if "CMakeFiles" in path.parts or not path.is_file() or not os.access(path, os.X_OK) or path.suffix:
@@ -71,7 +71,7 @@ def _run(program, names, fault, reached, expected_s):
             status = "hangs"
         finally:
             try:
-                os.killpg(child.pid, 9)  # it, and what it has started
+                os.killpg(child.pid, 9)  # with its child processes
             except ProcessLookupError:
                 pass
             child.wait()
@@ -84,8 +84,8 @@ def _run(program, names, fault, reached, expected_s):
 
 
 def learn(tests, size, longest_s, say):
-    """Runs each test without a fault. Those that pass and are short enough, and what could not be put
-    anywhere: between these types there is no such operator."""
+    """Runs each test without a fault. Returns those that pass and are short enough, and the faults
+    that are not applicable: no such operator between these types."""
     kept, impossible = [], set()
     with tempfile.NamedTemporaryFile() as board:
         for test in tests:
@@ -110,7 +110,7 @@ def learn(tests, size, longest_s, say):
 
 
 def noticed(fault, tests):
-    """The name of the test that notices it, 'it hangs', 'it dies', or nothing."""
+    """Name of the test that detects it, 'it hangs', 'it dies', or an empty string."""
     meeting = sorted((t for t in tests if fault.number in t.meets), key=lambda t: t.takes_s)
     quick = {}
     for test in meeting:

@@ -1,4 +1,4 @@
-"""Where small faults can be put into a C++ file, and how a copy is written that holds all of them."""
+"""Positions of small faults in a C++ file, and a rewritten file that contains all of them."""
 
 import os
 import re
@@ -19,13 +19,13 @@ _FRACTION = re.compile(r"[\d']*\.?[\d']*([eE][-+]?\d+)?[fFlL]?$")
 
 @dataclass
 class Fault:
-    """One operator or constant that is not what it should be."""
+    """One wrong operator or constant."""
     path: str
     line: int
     before: str
     after: str
-    text: str  # the source line, by which a fault is known again when lines have moved
-    nth: int   # of its kind on that line, from 1
+    text: str  # the source line, which identifies a fault when lines have moved
+    nth: int   # index among equal ones on that line, from 1
     number: int = 0
 
     def key(self):
@@ -41,7 +41,7 @@ class Edit:
     start: int
     end: int
     text: str
-    rank: int  # of edits at one place: closing ones first, the inner before the outer
+    rank: int  # of edits at one position: closing ones first, inner before outer
     line: int
 
 
@@ -58,7 +58,7 @@ class Sites:
     source: str
     enums: dict
     sites: list = field(default_factory=list)
-    constants: list = field(default_factory=list)  # Edits that take constexpr away
+    constants: list = field(default_factory=list)  # Edits that remove constexpr
     seen: dict = field(default_factory=dict)
 
     def __post_init__(self):
@@ -77,7 +77,7 @@ class Sites:
                 self._name(i)
             self._statement(i)
 
-    # ---- what is left alone ------------------------------------------------------------------------
+    # ---- exclusions --------------------------------------------------------------------------------
 
     def _fixed(self):
         """Static assertions, case labels, template heads, enumerations, attributes."""
@@ -106,7 +106,7 @@ class Sites:
         return fixed
 
     def _scope(self, i):
-        """What the innermost brace around a token is: namespace, class, or a function's body."""
+        """Kind of the innermost brace around a token: namespace, class, or a function's body."""
         t = self.tokens
         while (i := t[i].inside) >= 0:
             if t[i].text != "{":
@@ -120,7 +120,7 @@ class Sites:
         return "namespace"
 
     def _constants(self):
-        """The initialisers of constants; outside of classes `constexpr` becomes `const` for them."""
+        """The initialisers of constants; outside of classes their `constexpr` becomes `const`."""
         t, settled = self.tokens, set()
         for i, token in enumerate(t):
             if token.text not in ("constexpr", "const") or (i and t[i - 1].text in (")", "if", ",", "(", "*", "&")):
@@ -146,7 +146,7 @@ class Sites:
             if token.text == "constexpr":
                 numbers = [k for k in range(j, end) if t[k].kind == "number"]
                 named = any(t[k].kind == "name" for k in range(j, end))
-                # Of words alone there is nothing to be wrong; `constexpr const char*` is const already.
+                # Strings alone cannot be wrong; `constexpr const char*` is const already.
                 words = any(t[k].kind == "text" for k in range(j, end))
                 if not numbers and not named or words and any(x.text == "const" for x in t[i + 1:j]):
                     continue
@@ -170,7 +170,7 @@ class Sites:
         self._add(i, pairs, lambda n: [Edit(token.start, token.end, words(n), 0, token.line)])
 
     def _wrap(self, i, pairs, first, last, opening, closing):
-        """Around the tokens first to last."""
+        """Wraps the tokens first to last."""
         a, b = self.tokens[first], self.tokens[last]
         length = b.end - a.start
         self._add(i, pairs, lambda n: [Edit(a.start, a.start, opening(n), -length, a.line),
@@ -203,7 +203,7 @@ class Sites:
             self._logic(i)
 
     def _starts_operand(self, i):
-        """Whether an operand, and no operator, is what stands at i."""
+        """True if the token at i begins an operand."""
         before = self.tokens[i - 1]
         if before.kind in ("number", "text") or before.text in (")", "]", "}"):
             return False
@@ -256,7 +256,7 @@ class Sites:
         whole, left, right = d.end - a.start, b.end - a.start, d.end - c.start
         down = 1 << 30
         other = "||" if sign == "&&" else "&&"
-        # a || b is !(!a && !b): neither operand stands twice, and what is skipped stays skipped.
+        # a || b is !(!a && !b): neither operand occurs twice, and skipped operands stay skipped.
         self._add(i, [(sign, other)], lambda n: [
             Edit(a.start, a.start, "(((((bool)(", -whole, a.line),
             Edit(b.end, b.end, f")) != ::faults::on({n[0]}))", left - down, b.line),
@@ -276,7 +276,7 @@ class Sites:
         else:
             return
         if i and self.tokens[i - 1].text == "<" and not self.tokens[i - 1].spaced:
-            return  # a template's argument
+            return  # a template argument
         if i + 1 < len(self.tokens) and self.tokens[i + 1].text == ">" and not self.tokens[i + 1].spaced:
             return
         self._replace(i, [(text, after)], lambda n: f"::faults::{function}({n[0]}, {text})")
@@ -304,7 +304,7 @@ class Sites:
         logic = any(s in ("&&", "||") for s in signs)
         compared = any(t[k].spaced and (t[k].text in _RELATIONS or t[k].text in _EQUALITIES) for k in inner)
         if not logic and (compared or signs[:1] == ["!"] and t[inner[0]].text == "!"):
-            return  # the operator itself is turned round
+            return  # the operator itself is negated
         self._wrap(i, [(f"{t[i].text} (...)", f"{t[i].text} (!(...))")], bracket + 1, t[bracket].match - 1,
                    lambda n: f"::faults::on({n[0]}) != (bool)(", ")")
 
@@ -328,7 +328,7 @@ class Sites:
             Edit(start, end, f"({on}({n[0]}) ? {scope}{other} : {scope}{chosen})", 0, t[first].line)])
 
     def _statement(self, i):
-        """Assignments, and steps by one, that can be left out."""
+        """Assignments and increments that can be omitted."""
         t = self.tokens
         before = t[i - 1] if i else None
         if before is None or t[i].inside < 0 or t[t[i].inside].text != "{":
@@ -386,7 +386,7 @@ def enums_of(sources):
 
 
 def rewritten(sites, dropped):
-    """The file with all its faults in it, but those on lines that the compiler does not take."""
+    """The file with all its faults, except on lines that do not compile."""
     edits = [e for e in sites.constants if e.line not in dropped]
     for site in sites.sites:
         made = site.make([fault.number for fault in site.faults])
@@ -394,7 +394,7 @@ def rewritten(sites, dropped):
             edits += made
     edits.sort(key=lambda e: (e.start, e.end > e.start, e.rank))
     text, at = [], 0
-    # At one place: closings, openings from the outside in, and then what is replaced.
+    # At one position: closings, openings from the outside in, then replacements.
     for edit in edits:
         text += [sites.source[at:edit.start], edit.text]
         at = max(at, edit.end)
@@ -402,7 +402,7 @@ def rewritten(sites, dropped):
 
 
 def placed(sites, dropped):
-    """The faults that such a copy holds."""
+    """The faults contained in such a copy."""
     return [fault for site in sites.sites
             if not any(e.line in dropped for e in site.make([f.number for f in site.faults]))
             for fault in site.faults]

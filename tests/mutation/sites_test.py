@@ -1,5 +1,5 @@
-"""The sampler itself: where it puts faults, and that a copy with all of them in it behaves like the
-original while none is chosen, and like exactly one fault when that one is."""
+"""The sampler itself: positions of faults, and that a copy with all of them behaves like the
+original while none is active, and like exactly one fault when that one is active."""
 
 import os
 import subprocess
@@ -93,7 +93,7 @@ class Copies(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             original, copy = Path(folder, "original"), Path(folder, "copy")
             self.build(SAMPLE, original)
-            # The array's size has to be a constant: the compiler objects, and these lines are left out.
+            # The array's size must be a constant: a compiler error, and these lines are omitted.
             dropped = {i for i, l in enumerate(SAMPLE.split("\n"), 1) if "kSize" in l}
             self.build(rewritten(sites, dropped), copy)
             right = self.run_with(original, 0)

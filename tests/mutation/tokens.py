@@ -1,4 +1,4 @@
-"""C++ as a row of tokens: enough to see operators, constants and statements, and no more."""
+"""C++ as a sequence of tokens: sufficient to find operators, constants and statements."""
 
 import bisect
 import re
@@ -23,9 +23,9 @@ class Token:
     start: int
     end: int
     line: int
-    spaced: bool  # white space on both sides: how the formatter writes a binary operator
-    match: int = -1  # the other bracket
-    inside: int = -1  # the innermost bracket that is open here
+    spaced: bool  # white space on both sides: the formatter's style for a binary operator
+    match: int = -1  # the matching bracket
+    inside: int = -1  # the innermost open bracket
 
 
 def tokens_of(source):

@@ -1,7 +1,7 @@
-"""The kinds of fault that are done to a session, one to each: on which line, when, how hard, and how it may end.
+"""The kinds of faults, one per session: line, instant, strength, and permitted outcomes.
 
-A kind's instant and strength are drawn from the session's seed. `ends` is the set of outcomes that are right: "done" (all
-touches taken, gone on by itself or never interrupted) or the FailureKind of a failed session."""
+A kind's instant and strength are drawn from the session's seed. `ends` is the set of permitted outcomes: "done" (all
+touches taken, uninterrupted or continued by itself) or the FailureKind of a failed session."""
 
 import os
 import re
@@ -13,7 +13,7 @@ import relay as r
 from relay import FROM_SENSOR, PACKETS, REPLIES, TO_SENSOR
 
 DONE = {"done"}
-# What a link of the robot that is disturbed may end as: named, with what was disturbed.
+# Permitted outcomes with a disturbed link of the robot: named, with the disturbed part.
 LINK = DONE | {"robot-silent", "computer-busy", "not-following", "move-refused", "stopped-elsewhere"}
 LIED_TO = LINK | {"contact-fault", "contact-too-early"}
 SENSOR = DONE | {"contact-silent", "contact-fault", "computer-busy", "link-not-ready"}
@@ -23,7 +23,7 @@ EVENTS = SENSOR | {"arm-refused", "too-many-revoked", "still-in-contact", "unexp
 
 @dataclass
 class Dose:
-    """What is done: to at most `most` messages for `lasts_s`. `change` gives what goes on: pairs (delay in s, bytes)."""
+    """Effect: on at most `most` messages for `lasts_s`. `change` returns what is sent on: pairs (delay in s, bytes)."""
     words: str
     lines: tuple = ()
     change: Callable = None
@@ -35,7 +35,7 @@ class Dose:
 @dataclass
 class Kind:
     name: str
-    at: str  # "travel", "search", "contact" (whatever comes from an arming on), "start"
+    at: str  # "travel", "search", "contact" (any phase after an arming), "start"
     dose: Callable = field(repr=False)  # of a random.Random
     ends: set = field(repr=False, default_factory=set)
 
@@ -76,7 +76,7 @@ class Fault:
                 or now > self.begun_s + dose.lasts_s):
             return [(0, data)]
         changed = dose.change(data)
-        if changed is None:  # not of the kind that is meant
+        if changed is None:  # not of the intended kind
             return [(0, data)]
         self.done += 1
         return changed
@@ -112,7 +112,7 @@ class Pair:
         return out
 
 
-# What is done to a message.
+# Effects on messages.
 
 def lost(_):
     return []
@@ -135,7 +135,7 @@ def replaced(pattern, by):
 
 
 def value(element, axes, to):
-    """`to` of the text of these attributes."""
+    """Applies `to` to the text of these attributes."""
     def change(data):
         def inside(tag):
             out = tag[0]
@@ -159,7 +159,7 @@ def shifted(elements, axes, by):
 
 
 def damaged_and_late(rng, seconds):
-    """Every third message is late, and the next one damaged: the reply before it was not taken."""
+    """Every third message late, the next one damaged: the reply before it was not accepted."""
     count, axis = [0], rng.choice(ALL)
 
     def change(data):
@@ -236,7 +236,7 @@ def garbage(rng, size):
     return bytes(rng.randrange(256) for _ in range(size))
 
 
-# What is done to the cell.
+# Effects on the cell.
 
 def foreign_sender(rng):
     def act(relay, _, now):
@@ -250,7 +250,7 @@ def foreign_sender(rng):
 
 
 def second_controller(rng):
-    """From the same address and port, as behind one gateway: a session of its own between the packets."""
+    """From the same address and port, as through a gateway: a separate session between the packets."""
     base = rng.randrange(10**6, 10**7)
 
     def act(relay, _, now):
@@ -300,7 +300,7 @@ def operator(*commands):
 
 
 def sensor_restarts(_):
-    """Another boot_id from here on, announced at once."""
+    """A different boot_id from now on, announced immediately."""
     def change(data):
         content = r.decode(data)
         if not content:
@@ -314,7 +314,7 @@ def sensor_restarts(_):
         ident = next((r.decode(p.data) for p in reversed(relay.passed)
                       if p.line == FROM_SENSOR and (r.decode(p.data) or b"\0")[0] == r.IDENT), None)
         if ident:
-            # A nonce of 0: not asked for, announced behind a reset.
+            # A nonce of 0: unsolicited, announced after a reset.
             new = struct.pack("<I", struct.unpack_from("<I", ident, 10)[0] + 7)
             said = ident[:10] + new + ident[14:19] + bytes(4) + ident[23:]
             relay.at(now, lambda: relay.send(FROM_SENSOR, r.encode(said)))
@@ -331,7 +331,7 @@ def on(line, change, words="", most=1, lasts_s=1e9):
 
 
 def drawn(choices, make):
-    """The strength is one of these."""
+    """Draws the strength from these choices."""
     return lambda rng: make(rng.choice(choices), rng)
 
 
@@ -348,7 +348,7 @@ def spoiled(element, text):
 
 
 def once_or(line, change, counts=(1, 10)):
-    """`change` of a generator gives the new text of a message."""
+    """`change` of a generator returns the function for a message's new text."""
     return drawn(counts, lambda n, rng: Dose(f"{n} messages", (line,),
                                              (lambda c: lambda data: [(0, c(data))])(change(rng)), n))
 
@@ -412,7 +412,7 @@ def kinds():
     k += at_both("Delay rises", drawn([(1, MANY, 1), (1, 1, 1), (5, 1, 1), (1, MANY, 10)], lambda n, _: Dose(
         f"{n[0]:+} every {n[2]}", (PACKETS,), delay_counter(n[0], n[2]), n[1])), LINK)
     k += [Kind("Delay falls", "travel", drawn([1, 75], lambda n, _: Dose(f"-1 in {n} messages", (PACKETS,), delay_counter(-1), n)), LINK)]
-    # Replies towards it.
+    # Replies to the controller.
     k += at_both("replies lost", counted(REPLIES, lambda _: lost, [1, 3, 20, 75]), LINK)
     k += [Kind("replies lost for good", "travel", on(REPLIES, lambda _: lost, most=MANY),
                {"robot-silent", "computer-busy", "not-following"})]
@@ -455,7 +455,7 @@ def kinds():
     k += at_both("sensor restarts", sensor_restarts, SENSOR)
     k += at_both("serial pulled", drawn([0, 0.05, 1.0], lambda s, _: Dose(
         f"back after {s} s" if s else "for good", act=pulled(s))), SENSOR | {"device"})
-    # Towards the sensor.
+    # To the sensor.
     k += [Kind("to sensor: damaged", "search", counted(TO_SENSOR, flipped, [1, 5, 50]), EVENTS),
           Kind("to sensor: lost", "search", on(TO_SENSOR, lambda _: lost, most=MANY, lasts_s=0.3), EVENTS),
           Kind("to sensor: delayed", "search", timed(TO_SENSOR, later, [30, 60, 200]), EVENTS),
@@ -465,6 +465,6 @@ def kinds():
     return k
 
 
-# Where a fault that is not noticed would hurt first.
+# Kinds whose undetected faults would be most harmful.
 SUBSET = ["ASPos shifted, one axis, travel", "AIPos 'nan', travel", "AIPos 'nan' and late", "replies delayed, search",
           "trips lost", "one contact stamped early", "heartbeats missing, search"]

@@ -1,8 +1,8 @@
-"""What every session is held to, whatever was done to it. From what passed the relay and from what the daemon wrote, by a model of
-command and arm of its own.
+"""Requirements on every session, independent of its fault. Verified from the relayed messages and the daemon's files, by an
+independent model of command and arm.
 
-One reply is one cycle of the command: what is lost on the way is not made up (drivers/kuka/README.md), and that is judged as it
-is said. The commanded angle is the controller's true start pose and the reply's correction."""
+One reply is one cycle of the command: losses are not compensated (drivers/kuka/README.md), and the command is judged as
+sent. The commanded angle is the sum of the controller's true start pose and the reply's correction."""
 
 import csv
 import math
@@ -15,10 +15,10 @@ from relay import FROM_SENSOR, PACKETS, REPLIES, TO_SENSOR
 
 CYCLE_S = 0.004
 SLACK = 1.03            # of every limit
-SEARCH_DEG_S = 3.0      # an axis at most, in a search: from this a stop may be hard
+SEARCH_DEG_S = 3.0      # maximum of an axis, in a search: from this a stop may be hard
 DEAD_MAN_S = 0.025      # silence of the sensor that stops a search
-BRAKE_S = 0.020         # in which a search rests
-LATE_S = 0.010          # this machine may need, from the terminal to the cycle, before it counts
+BRAKE_S = 0.020         # until a search is at rest
+LATE_S = 0.010          # tolerated delay of this machine, from the terminal to the cycle
 TOUCH_MM = 0.1
 STILL_DEG = 1e-5
 
@@ -34,14 +34,14 @@ class Limits:
 class Said:
     """A reply, and the packet that it answers."""
     at_s: float
-    packet_s: float     # when that was handed to the daemon; 0: none is known
-    ipoc: int           # as it was handed on
+    packet_s: float     # when that was delivered to the daemon; 0: unknown
+    ipoc: int           # as delivered
     command: list       # deg
     start: tuple        # the controller's true start pose
     rounding: float     # half of the last decimal, deg
     taken: bool         # by the controller's own count of late replies
     late: int           # that count with the packet
-    told: int           # and as it was handed to the daemon
+    told: int           # and as delivered to the daemon
 
 
 def delay_of(text):
@@ -50,12 +50,12 @@ def delay_of(text):
 
 
 def replies(passed):
-    """In the order in which the daemon said them."""
+    """In the order sent by the daemon."""
     packets = [p for p in passed if p.line == PACKETS]
     for p, behind in zip(packets, packets[1:] + packets[-1:]):
         p.lost = delay_of(behind.data) > delay_of(p.data)
     handed = sorted(((when, part, p) for p in packets for when, part in p.sent), key=lambda h: h[0])
-    first = {}  # of the packets of an IPOC; the next ones are the same packet again
+    first = {}  # packets of an IPOC; later ones are repetitions of the same packet
     for when, part, p in handed:
         first.setdefault(r.ipoc_of(part), (when, p, delay_of(part)))
     out, start, i = [], None, 0
@@ -64,7 +64,7 @@ def replies(passed):
             start, i = tuple(r.numbers(handed[i][2].data, "ASPos")), i + 1
         correction, ipoc = r.numbers(it.data, "AK"), r.ipoc_of(it.data)
         if correction is None:
-            continue  # nothing is asked of the arm
+            continue  # no command to the arm
         when, of, told = first.get(ipoc, (0.0, None, 0))
         begun = tuple(r.numbers(of.data, "ASPos")) if of else start
         decimals = len(it.data.split(b'A1="')[1].split(b'"')[0].partition(b".")[2])
@@ -79,19 +79,19 @@ def moves(a, b):
 
 @dataclass
 class Held:
-    """What the controller holds, and how it came there. All in deg and s."""
+    """Possible state of the controller's command. All in deg and s."""
     command: list
     speed: list
     acceleration: list
 
     def key(self):
-        """The same for what differs by the rounding of sums alone."""
+        """Identical for states that differ only by the rounding of sums."""
         return tuple(round(v, digits) for values, digits in ((self.command, 5), (self.speed, 2), (self.acceleration, 0))
                      for v in values)
 
 
 def step(held, one, limits):
-    """What this reply would make of it, and what is wrong with that; "" if nothing is."""
+    """State after this reply, and its violation; "" if none."""
     speed = [(b - a) / CYCLE_S for a, b in zip(held.command, one.command)]
     change = [(b - a) / CYCLE_S for a, b in zip(held.speed, speed)]
     jerk = [(b - a) / CYCLE_S for a, b in zip(held.acceleration, change)]
@@ -106,16 +106,16 @@ def step(held, one, limits):
             wrong = wrong or f"A{i + 1} is asked for {change[i]:.0f} deg/s2"
         elif abs(jerk[i]) > SLACK * limits.jerk + 8 * q / CYCLE_S ** 3:
             wrong = wrong or f"A{i + 1} is asked for {jerk[i]:.0f} deg/s3"
-    if wrong and stops:  # a search stops hard; what begins next begins without acceleration
+    if wrong and stops:  # a search stops hard; the next motion begins without acceleration
         return Held(one.command, speed, [0.0] * 6), ""
     return next_, wrong
 
 
 def may_hold(all_held, last, one, taken):
-    """What the controller may hold when this reply comes, behind the last one. A reply that it did not take changes nothing; where
-    the count that the daemon was told says so, the daemon may go on from either. Where a cycle truly passed without a reply
-    the arm stands already: the command may go on, at the pace that it had, or from rest, and from what was said last, too, since
-    the daemon cannot know whether that was taken."""
+    """Possible states of the controller when this reply arrives, after the last one. A reply that it did not accept changes
+    nothing; if the count delivered to the daemon indicates that, the daemon may continue from either. If a cycle actually passed
+    without a reply, the arm has stopped: the command may continue at its previous speed or from rest, also from the last reply,
+    since the daemon cannot know whether it was accepted."""
     held = taken if last.taken else []
     if not last.taken or one.told > last.told:
         held = held + all_held
@@ -129,7 +129,7 @@ def judge_motion(said, limits):
     found, answered, last, all_held, taken = [], {}, None, [], []
     for one in said:
         if last and one.start == last.start and answered.get(one.ipoc) == one.command:
-            continue  # the same packet twice gets the same reply; a controller takes one of them
+            continue  # a repeated packet gets the same reply; a controller accepts one of them
         if last is None or one.start != last.start:  # a session of the controller begins at rest
             correction = max(abs(a - b) for a, b in zip(one.command, one.start))
             if last is not None and correction > 0.05:
@@ -149,8 +149,8 @@ def judge_motion(said, limits):
 
 
 def judge_stops(passed, said):
-    """(b): a trip, a contact, and a sensor that falls silent stop a search in the next reply. By the times at which the relay
-    itself handed things on; what this machine is late counts for LATE_S."""
+    """(b): a trip, a contact, and a silent sensor stop a search in the next reply. By the times at which the relay
+    itself delivered the messages; LATE_S allows for delays of this machine."""
     found = []
     events = [(when, p.line, r.decode(part)) for p in passed if p.line in (FROM_SENSOR, TO_SENSOR) for when, part in p.sent]
     events += [(b.packet_s, REPLIES, (a, b)) for a, b in zip(said, said[1:]) if b.packet_s and a.start == b.start]
@@ -163,7 +163,7 @@ def judge_stops(passed, said):
                 armed, stop_s = False, None
         elif line == FROM_SENSOR and it:
             heard = at
-            # A contact that is not acknowledged is said again, also under the next arming.
+            # An unacknowledged contact is repeated, also during the next arming.
             if armed and (it[0] == r.TRIP and it[2:4] == of or it[0] == r.CONTACT and it[4:6] == of):
                 armed, stop_s, why = False, at, "the sensor's word"
         elif line == REPLIES:
@@ -173,7 +173,7 @@ def judge_stops(passed, said):
             speed = max(abs(x - y) for x, y in zip(a.command, b.command)) / CYCLE_S
             if stop_s is not None and speed > 1e-2:
                 after = at - stop_s
-                # The way back begins when the arm rests, 50 ms later at the least.
+                # The retreat begins when the arm is at rest, at least 50 ms later.
                 if LATE_S < after < LATE_S + 0.030 and speed >= before - 1e-2 and before > 0.05:
                     found.append((b.at_s, f"{after * 1e3:.0f} ms after {why} the search goes on at {speed:.2f} deg/s"))
             if stop_s is not None and at - stop_s > LATE_S + 0.030:
@@ -183,7 +183,7 @@ def judge_stops(passed, said):
 
 
 def judge_end(said, ended_s):
-    """(c): behind the end nothing moves."""
+    """(c): no motion after the end."""
     behind = [one for one in said if one.at_s > ended_s]
     if not behind:
         return []
@@ -193,7 +193,7 @@ def judge_end(said, ended_s):
 
 
 class Arm:
-    """Where the tip is, by the robot file's table and the cell file's tool."""
+    """Position of the tip, from the robot file's table and the cell file's tool."""
 
     def __init__(self, cell_file):
         with open(cell_file, "rb") as f:
@@ -228,7 +228,7 @@ def touches(file):
 
 
 def judge_touches(arm, measured, reference):
-    """(d): each touch is that of the session without faults."""
+    """(d): each touch agrees with that of the session without faults."""
     if len(measured) > len(reference):
         return [(0.0, "more touches than were planned")]
     off = [math.dist(arm.tip_mm(a), arm.tip_mm(b)) for a, b in zip(measured, reference)]

@@ -1,4 +1,4 @@
-"""The judge can fail: replies as no sound daemon says them, each found by the rule that is about it."""
+"""The judge detects violations: replies no correct daemon sends, each found by its own rule."""
 
 import os
 import struct
@@ -12,7 +12,7 @@ LIMITS = judge.Limits([100.0] * 6, 600.0, 8000.0)
 
 
 def travel(cycles, jerk=7000.0):
-    """Angles of an axis that gathers speed within its limits, and then keeps it."""
+    """Angles of an axis that accelerates within its limits, then keeps its speed."""
     at, speed, acceleration, out = 0.0, 0.0, 0.0, [0.0, 0.0]
     for i in range(cycles):
         acceleration = max(0.0, min(580.0, acceleration + (jerk if i < 40 else -jerk) * judge.CYCLE_S))
@@ -23,7 +23,7 @@ def travel(cycles, jerk=7000.0):
 
 
 class Wire:
-    """What passes when a daemon says these angles of A2, a packet and a reply each."""
+    """Messages when a daemon sends these angles of A2: a packet and a reply each."""
 
     def __init__(self, angles, untaken=(), told=(), start=10.0):
         self.passed, late, lie = [], 0, 0
@@ -50,7 +50,7 @@ class Wire:
 
 
 def search(stops_after_s, cycles=200):
-    """1 deg/s from 0.1 s on, and rest from then on."""
+    """1 deg/s from 0.1 s on, and rest after that."""
     return [min(max(0.0, judge.CYCLE_S * i - 0.1), stops_after_s - 0.1) for i in range(cycles)]
 
 
@@ -80,7 +80,7 @@ class JudgeTest(unittest.TestCase):
 
     def test_what_the_controller_did_not_take_is_said_again(self):
         angles = travel(100)
-        held = angles[:51] + angles[50:]  # said 50 twice
+        held = angles[:51] + angles[50:]  # 50 repeated
         self.assertEqual(Wire(held, untaken=[50]).motion(), [])
         self.assertNotEqual(Wire(held).motion(), [], "all were taken: the arm stands for a cycle")
 

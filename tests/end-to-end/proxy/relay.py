@@ -1,5 +1,5 @@
-"""Between the emulated cell and the daemon: RSI's datagrams and the contact line's frames pass through here, one fault
-may be done to them, and all that passes is kept with its time for the judge. Nothing of cellcal's code is used."""
+"""Relay between the emulated cell and the daemon, for RSI's datagrams and the contact line's frames. It applies one
+fault to them, and records all messages with their times for the judge. Uses no code of cellcal."""
 
 import gc
 import heapq
@@ -18,7 +18,7 @@ from dataclasses import dataclass
 PACKETS, REPLIES, FROM_SENSOR, TO_SENSOR = "packets", "replies", "from sensor", "to sensor"
 ARM, DISARM, HELLO, KEEPALIVE, PING, SELFTEST = 0x03, 0x04, 0x01, 0x08, 0x06, 0x07
 IDENT, STATUS, TRIP, CONTACT, PONG, REVOKED, RELEASE = 0x81, 0x82, 0x83, 0x84, 0x85, 0x88, 0x89
-FAST_DEG_S = 8.0  # beyond every search
+FAST_DEG_S = 8.0  # above every search
 
 
 def crc16(data):
@@ -31,7 +31,7 @@ def crc16(data):
 
 
 def decode(wire):
-    """A frame with its delimiter -> type, sequence and payload; None where it is damaged."""
+    """A frame with its delimiter -> type, sequence and payload; None if damaged."""
     out, i, body = bytearray(), 0, wire[:-1]
     while i < len(body):
         code = body[i]
@@ -48,7 +48,7 @@ def decode(wire):
 
 
 def encode(content):
-    """The reverse of decode(), with a sum that is right."""
+    """The reverse of decode(), with a valid checksum."""
     out = bytearray()
     for block in (content + struct.pack("<H", crc16(content))).split(b"\0"):
         out += bytes([len(block) + 1]) + block
@@ -57,11 +57,11 @@ def encode(content):
 
 @dataclass
 class Passed:
-    """What came on a line, when, and what of it went on."""
+    """A message on a line: time, content, and the parts sent on."""
     line: str
     came_s: float
     data: bytes
-    sent: list  # (when, bytes) of what was handed on
+    sent: list  # (when, bytes) sent on
 
 
 def numbers(text, element):
@@ -79,8 +79,8 @@ def ipoc_of(text):
 
 
 class Relay:
-    """`fault` sees each message on its line: fault.touch(relay, line, data, now) returns what goes on as pairs of
-    (delay in s, bytes), in place of [(0, data)]."""
+    """`fault` gets each message with its line: fault.touch(relay, line, data, now) returns the messages to send, as
+    pairs of (delay in s, bytes); unchanged: [(0, data)]."""
 
     def __init__(self, folder, daemon_port, fault):
         self.folder, self.fault, self.daemon = folder, fault, ("127.0.0.1", daemon_port)
@@ -92,7 +92,7 @@ class Relay:
         self.not_before = dict.fromkeys((PACKETS, REPLIES, FROM_SENSOR, TO_SENSOR), 0.0)
         self.parts = {FROM_SENSOR: b"", TO_SENSOR: b""}
         self.over, self.worst_s, self.error = threading.Event(), 0.0, None
-        # What a fault's instant is chosen by.
+        # Values that determine a fault's instant.
         self.armings, self.armed, self.command, self.speed_deg_s = 0, False, None, 0.0
         self.master = self.slave = self.sensor = None
         self.selector = selectors.DefaultSelector()
@@ -105,7 +105,7 @@ class Relay:
         return s
 
     def start(self):
-        """The emulator's terminal must be there."""
+        """The emulator's terminal must exist."""
         self.sensor = os.open(f"{self.folder}/sensor", os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
         tty.setraw(self.sensor)
         mode = termios.tcgetattr(self.sensor)
@@ -156,7 +156,7 @@ class Relay:
         try:
             while not self.over.is_set():
                 self.turn()
-        except Exception as error:  # the session is void then, and says so
+        except Exception as error:  # the session is invalid, and reports it
             self.error = error
         gc.enable()
 
@@ -188,7 +188,7 @@ class Relay:
                     self.take(line, frame + b"\0")
         except (BlockingIOError, ConnectionRefusedError):
             pass
-        except OSError:  # a terminal that was pulled
+        except OSError:  # a terminal that was unplugged
             if source is self.near or source is self.far:
                 raise
 
@@ -201,7 +201,7 @@ class Relay:
             self.hand_on(one, delay_s, part, now)
 
     def hand_on(self, one, delay_s, part, now):
-        # Later ones wait behind delayed ones, unless a fault of order says otherwise (negative: overtaken).
+        # Later messages wait for delayed ones, unless a fault reorders them (negative: overtaken).
         when = now + abs(delay_s)
         if delay_s >= 0:
             when = self.not_before[one.line] = max(when, self.not_before[one.line])

@@ -1,4 +1,4 @@
-"""The comparison of kinds of targets, of two arms: every row is there, and says what it has to."""
+"""The comparison of kinds of targets, of two arms: every row exists, with the expected result."""
 
 import re
 import subprocess
@@ -6,7 +6,7 @@ import sys
 
 ROBOTS = 2
 TOUCHES = (30, 50, 100)
-# Kind: whether it measures a length, and so holds the scale of the arm.
+# Kind: true if it measures a length, and so determines the scale of the arm.
 KINDS = {
     "1 sphere": False,
     "4 spheres": False,
