@@ -1,4 +1,4 @@
-# Sourced: progress NAME reads ninja's output and prints a line per 5 % of the steps, and all else unchanged.
+# Sourced: progress NAME reads ninja's output and prints a line per 5 % of the steps, other lines unchanged.
 progress() {
   local line share last=-1
   while IFS= read -r line; do

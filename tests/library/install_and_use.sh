@@ -1,6 +1,6 @@
 #!/bin/bash
-# install_and_use.sh BUILD SOURCE: what a programmer outside does. Installs into a folder, moves that folder
-# elsewhere, builds the seven examples against it, outside of the source, and looks at what they print.
+# install_and_use.sh BUILD SOURCE: use by an external programmer. Installs into a folder, moves that folder
+# elsewhere, builds the seven examples against it, outside of the source, and checks their output.
 set -euo pipefail
 build=$1 source=$2
 work=$(mktemp -d)
@@ -11,7 +11,7 @@ cmake --install "$build" --prefix "$work/first" >/dev/null
 mv "$work/first" "$work/prefix"
 grep -rlF -e "$source/" -e "$work/first" "$work/prefix" && fail "the installation holds absolute paths"
 cp -r "$source/calib/examples" "$work/examples"
-# Every header that is installed finds all that it includes.
+# Every installed header finds all its includes.
 (cd "$work/prefix/include/cellcal" && find . -name '*.h' | sed 's/.*/#include "&"/') >"$work/examples/all.cc"
 echo 'add_library(every_header OBJECT all.cc)
 target_link_libraries(every_header PRIVATE cellcal::plan)' >>"$work/examples/CMakeLists.txt"

@@ -1,12 +1,12 @@
 #!/bin/bash
-# hardening.sh BINARY [copies_nothing]: a program or shared library is position-independent, all of its relocations
-# read-only before its code begins, with guards on the stack and checked copies of the C library. copies_nothing: it has
-# no copy whose size the compiler could know, and so none that is checked.
+# hardening.sh BINARY [copies_nothing]: a program or shared library is position-independent, with all relocations
+# read-only before its code begins, with stack guards and checked copies of the C library. copies_nothing: it has
+# no copy whose size is known to the compiler, and so no checked one.
 set -euo pipefail
 command -v readelf >/dev/null || exit 77
 binary=$1 copies=${2:-} failed=0
 missing() { echo "$(basename "$binary"): $1" >&2; failed=1; }
-# Texts whole, not through a pipe: a grep that has seen enough would end readelf, and that counts as a failure.
+# Complete texts, not a pipe: grep would end readelf at the first match, which counts as a failure.
 header=$(readelf -hW "$binary") segments=$(readelf -lW "$binary") dynamic=$(readelf -dW "$binary")
 grep -q 'Type: *DYN' <<<"$header" || missing "is not position-independent (link with -pie)"
 grep -q TEXTREL <<<"$dynamic" && missing "has relocations in its code (compile with -fPIC)"

@@ -1,6 +1,6 @@
 #!/bin/bash
-# maintainer_scripts.sh SOURCE: what the package's scripts do to the service, as dpkg calls them, with programs
-# that write down how they were called in the place of the system's.
+# maintainer_scripts.sh SOURCE: effects of the package's scripts on the service, called as by dpkg, with
+# programs that record their calls in place of the system's.
 set -euo pipefail
 control=$1/systemd/package/control
 work=$(mktemp -d)
@@ -23,7 +23,7 @@ failed=0
 call() {
   CALLS=$work/calls SERVICE=$1 DPKG_ROOT=$work/root PATH=$work/bin:/usr/bin:/bin sh "$control/$2" "${@:3}" >"$work/out"
 }
-# service_is WHAT: started, restarted or left; then the calls are forgotten.
+# service_is WHAT: started, restarted or left; then resets the recorded calls.
 service_is() {
   local what=left
   grep -qx 'deb-systemd-invoke start cellcald.service' "$work/calls" && what=started

@@ -1,6 +1,6 @@
 #!/bin/bash
-# package_lists.sh BUILD SOURCE: what is installed is what the packages' lists say, each file in one package;
-# conffiles, changelog and maintainer scripts fit.
+# package_lists.sh BUILD SOURCE: the installed files equal the packages' lists, each file in one package;
+# conffiles, changelog and maintainer scripts are consistent.
 set -euo pipefail
 build=$1 source=$2
 package=$source/systemd/package
@@ -45,7 +45,7 @@ for script in preinst postinst prerm postrm; do
   sh -n "$package/control/$script" || wrong "$script is no shell script"
   [ -x "$package/control/$script" ] || wrong "$script cannot be run"
 done
-# Others' work that is built into the daemon's page.
+# Third-party code built into the daemon's page.
 python3 - "$source/daemon/web/package.json" "$package/copyright" <<'PY' || wrong "the copyright file lacks what is said above"
 import json, sys
 copyright = open(sys.argv[2]).read()

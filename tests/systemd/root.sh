@@ -1,5 +1,5 @@
-# Sourced: a Debian root of its own to try packages in. Root, debootstrap and a Debian mirror are needed; where one
-# is missing the script ends with 77 and says which.
+# Sourced: a Debian root of its own for tests of packages. Requires root, debootstrap and a Debian mirror; if one
+# is missing the script exits with 77 and reports it.
 base=${CELLCAL_ROOT_CACHE:-build/package/root.tar}
 
 skip() { echo "skipped: $1"; exit 77; }
@@ -11,7 +11,7 @@ command -v debootstrap >/dev/null || skip "debootstrap is missing (tests/install
 ls build/package/packages/cellcal_*.deb >/dev/null 2>&1 ||
   skip "there are no packages: build them first with systemd/package/build"
 
-# make_root DIR: a fresh Debian 12 with systemd; kept as an archive, so that the next one takes seconds.
+# make_root DIR: a fresh Debian 12 with systemd; archived, so that the next one takes seconds.
 make_root() {
   mkdir -p "$(dirname "$base")"
   if [ ! -f "$base" ]; then
@@ -33,7 +33,7 @@ make_root() {
   cp --remove-destination /etc/resolv.conf "$1/etc/resolv.conf"
 }
 
-# packed_as VERSION COMMAND: the package with another version, after COMMAND has changed its tree in $tree.
+# packed_as VERSION COMMAND: the package with another version, after COMMAND modified its tree in $tree.
 packed_as() {
   local tree=$work/repacked
   rm -rf "$tree"

@@ -1,7 +1,7 @@
 #!/bin/bash
-# udev_rule.sh SYSTEMD_DIR ADAPTER: what udev, with all of the machine's own rules, makes of an adapter
-# that is plugged in. The adapter is made up (umockdev); /dev and /run are folders of a mount namespace
-# that ends with the test, so that nothing of the machine is touched.
+# udev_rule.sh SYSTEMD_DIR ADAPTER: result of udev, with all of the machine's own rules, for an adapter
+# that is plugged in. The adapter is emulated (umockdev); /dev and /run are folders of a mount
+# namespace that ends with the test, so that the machine is not modified.
 set -euo pipefail
 rules=$1 adapter=$2
 [ -n "${IN_NAMESPACE:-}" ] || {

@@ -1,11 +1,11 @@
 #!/bin/sh
-# verify_unit.sh SYSTEMD_DIR CELLCALD CELLCAL CELLCAL_FLEET CELLCAL_PLANT: systemd-analyze must have nothing to say about the units. It
-# returns 0 even for keys that it does not know, so its standard error is what counts.
+# verify_unit.sh SYSTEMD_DIR CELLCALD CELLCAL CELLCAL_FLEET CELLCAL_PLANT: systemd-analyze must not report anything about the units.
+# It returns 0 even for unknown keys, so its standard error is checked.
 set -eu
 command -v systemd-analyze >/dev/null || exit 77
 dir=$(mktemp -d)
 trap 'rm -rf "$dir"' EXIT
-# The program is not installed where the unit has it, and need not be.
+# The program is not installed at the unit's path, and need not be.
 sed "s#/usr/bin/cellcald#$2#" "$1/cellcald.service" >"$dir/cellcald.service"
 sed "s#/usr/bin/cellcal #$3 #" "$1/cellcal-check.service" >"$dir/cellcal-check.service"
 sed "s#/usr/bin/cellcal-fleet#$4#" "$1/cellcal-fleet.service" >"$dir/cellcal-fleet.service"

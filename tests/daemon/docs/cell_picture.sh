@@ -1,5 +1,5 @@
 #!/bin/bash
-# cell_picture.sh SOURCE CELLCAL: daemon/docs/cell.svg is what cellcal draws of the demonstration cell today.
+# cell_picture.sh SOURCE CELLCAL: daemon/docs/cell.svg equals cellcal's drawing of the demonstration cell.
 set -euo pipefail
 drawn=$(mktemp)
 trap 'rm -f "$drawn"' EXIT

@@ -1,11 +1,11 @@
 #!/bin/bash
-# pages.sh CASE CELLCAL PAGES DAEMONS...: the manual pages and completions that were made, as man and the shells take them.
+# pages.sh CASE CELLCAL PAGES DAEMONS...: the generated manual pages and completions, as read by man and the shells.
 set -uo pipefail
 case=$1 cellcal=$2 pages=$3
 fail() { echo "$case: $1" >&2; exit 1; }
 needs() { command -v "$1" >/dev/null || exit 77; }
 
-# completes WORDS EXPECTED...: what follows "cellcal " and the shell's candidates, one a line.
+# completes WORDS EXPECTED...: the words after "cellcal " and the shell's candidates, one per line.
 bash_candidates() {
   bash -c 'source "$1"; COMP_WORDS=(cellcal "${@:2}"); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _cellcal
            [ ${#COMPREPLY[@]} = 0 ] || printf "%s\n" "${COMPREPLY[@]}"' - "$pages/cellcal.bash" "$@"
@@ -28,11 +28,11 @@ case $case in
     done ;;
   every_command_is_in_the_page)
     needs man
-    # options WORDS...: the long options of that command's help, but --help.
+    # options WORDS...: the long options of that command's help, except --help.
     options() { "$@" --help | grep -oE '^  (-[a-z],)?--[a-z-]+' | grep -oE -e '--[a-z-]+' | grep -vx -e --help || true; }
     commands_of() { "$@" --help | sed -n '/^Subcommands:/,/^$/s/^  \([a-z][a-z-]*\) .*/\1/p'; }
     page_of() { MANWIDTH=200 man -E UTF-8 -l -P cat "$1" | sed 's/.\x08//g'; }
-    # part COMMAND: what follows its heading, up to the next one.
+    # part COMMAND: the text after its heading, up to the next one.
     part() { awk -v want="$1" '/^   [^ ]/ { inside = $0 ~ "^ +" want "$"; if (inside) found = 1 } inside; END { exit !found }' <<<"$text"; }
     text=$(page_of "$pages/cellcal.1")
     commands=$(commands_of "$cellcal")
@@ -66,7 +66,7 @@ case $case in
   zsh_completes)
     needs zsh
     zsh -n "$pages/_cellcal" && zsh -n "$pages/_cellcald" && zsh -n "$pages/_cellcal-fleet" && zsh -n "$pages/_cellcal-plant" || fail "zsh does not read it"
-    # A terminal of its own, in which the key is pressed.
+    # A terminal of its own, for pressing the key.
     got=$(zsh -f "$(dirname "$0")/press_tab.zsh" "$pages" 'cellcal ru')
     [[ $got == *"cellcal run "* ]] || fail "after 'cellcal ru<Tab>': $got"
     got=$(zsh -f "$(dirname "$0")/press_tab.zsh" "$pages" 'cellcal kuka-files --wire r')

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Turns the original recordings into cell and touches files, one folder per robot and place.
+"""Converts the original recordings to cell and touches files, one folder per robot and place.
 
     convert.py FOLDER_OF_ORIGINALS
 
 The originals (data/ of https://github.com/platonics-delft/kinematics_calibration) are
 ROBOT/PLACE/hole_{0,1}.csv, a row of seven joint angles [rad] per pose with the ball in socket 0 or
-1. Sockets get the place's name, because the fixture stood somewhere else at each place.
+1. Sockets are named after the place, because the fixture was at a different position at each place.
 """
 import csv
 import math
@@ -75,7 +75,7 @@ def main():
                         angles = [math.degrees(float(value)) for value in row]
                         if len(angles) != len(joints) or not all(map(math.isfinite, angles)):
                             sys.exit(f"{place}/hole_{hole}.csv: expected {len(joints)} finite numbers")
-                        # 1e-7 deg is 1e-6 mm at a metre.
+                        # 1e-7 deg is 1e-6 mm at 1 m.
                         lines.append(",".join(f"{angle:.7f}" for angle in angles)
                                      + f",{place.name}_{hole},fit")
             (out / "touches.csv").write_text("\n".join(lines) + "\n")
