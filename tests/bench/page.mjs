@@ -1,5 +1,5 @@
 // First visits of the page, as Lighthouse describes them: a real cellcald on the emulated cell, headless Chromium that
-// draws in software, without network throttling. LOADS in the environment: visits of each kind (5).
+// renders in software, without network throttling. LOADS in the environment: visits of each kind (5).
 
 import { existsSync } from "node:fs";
 import { chromium } from "playwright-core";
@@ -7,9 +7,9 @@ import { Cell } from "./tests/page_test_cell.mjs";
 
 const LOADS = Number(process.env.LOADS ?? 5);
 const VIEWS = [[390, 844], [1280, 800]], SLOWDOWNS = [1, 4];
-/** A long task takes more than this of the main thread [ms]. */
+/** Minimum duration of a long task of the main thread [ms]. */
 const LONG_TASK_MS = 50;
-/** The page is at rest after so long without a long task [ms]; a computer that is busy otherwise may never let it be. */
+/** The page is at rest after this time without a long task [ms]; on a busy computer it may never be. */
 const REST_MS = 1500, LONGEST_MS = 20_000;
 
 const executablePath = process.env.CHROMIUM ?? ["/usr/bin/chromium", "/usr/bin/chromium-browser"].find(existsSync);
@@ -41,7 +41,7 @@ function watch(clicks) {
   requestAnimationFrame(look);
 }
 
-/** Bytes as they were on the wire, headers included; by kind of resource. */
+/** Bytes on the wire, headers included, by kind of resource. */
 async function count(traffic, devtools) {
   const kinds = new Map();
   const add = (kind, bytes) => { traffic.bytes += bytes; if (kind === "Script") traffic.script += bytes; };

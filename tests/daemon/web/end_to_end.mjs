@@ -1,5 +1,5 @@
-// The page in a browser, served by the real cellcald, whose cell runs in its own process. Pictures of
-// it go to screenshots/ of the folder that this is run in. Skipped (77) where there is no browser.
+// The page in a browser, served by the real cellcald, whose cell runs in its own process. Pictures
+// are stored in screenshots/ of the current folder. Skipped (77) without a browser.
 
 import assert from "node:assert/strict";
 import { readFileSync, rmSync, writeFileSync } from "node:fs";
@@ -23,7 +23,7 @@ async function open(options = {}) {
   const page = await context.newPage();
   page.on("pageerror", (error) => wrong.push(error.message));
   page.on("console", (line) => {
-    // A daemon that is away, or has nothing there yet, is part of the test.
+    // A stopped daemon, or one without data, is part of the test.
     if (line.type() === "error" && !/Failed to load resource|ERR_/.test(line.text())) wrong.push(line.text());
   });
   await page.goto(cell.url);
@@ -42,7 +42,7 @@ const NONE = { calibrated: "standing.none", good: "standing.none", since: "stand
 const falling = (u95) => seq("u95", u95, said("progress.u95.goal", { goal: /0[.,]050 mm/ }));
 
 const sentence = (page) => page.locator(".sentence").innerText();
-/** Touches that are chosen one by one take their time; those of a plan are made in a blink here. */
+/** Touches chosen one by one take some time; those of a plan are nearly instantaneous here. */
 async function start(page, { touches, check = 3, goal = "" }) {
   await page.getByRole("button", { name: "Start a session" }).click();
   await page.getByLabel("Cell file").fill(process.env.CELL);
@@ -58,7 +58,7 @@ async function start(page, { touches, check = 3, goal = "" }) {
 
 /** Robot, tool, four spheres and two distances, typed and from CSV; refused first, then written, opened again and changed. */
 async function enter_cell(page, guide) {
-  // The emulated cell in this process has no controller that could be jogged: its answer is taken and said to be one that has.
+  // The emulated cell in this process has no controller that can be jogged: its answer is modified to state one.
   await page.route("**/v1/cell-form", async (route) => {
     if (route.request().method() !== "GET") return route.fallback();
     const answer = await (await route.fetch()).json();
@@ -113,7 +113,7 @@ async function enter_cell(page, guide) {
   await dialog.getByText("S4: position must be 6 or 7 number(s)").waitFor(LONG);
   await fourth.getByLabel("A1 A2 A3").fill("0 -90 90 0 45 0");
   await write.click();
-  // 900 mm of centres that are 600 apart: the daemon alone finds it, and it stands at the field.
+  // 900 mm between centres 600 mm apart: found by the daemon only, and shown at the field.
   await dialog.locator(".refused").getByText("Not accepted: S1–S2, Distance, mm. The reason is shown there.").waitFor(LONG);
   const distance = first.getByLabel("Distance");
   assert.equal(await distance.getAttribute("aria-invalid"), "true");
@@ -122,7 +122,7 @@ async function enter_cell(page, guide) {
   await accessible(page, "a distance that the daemon refuses");
   await picture("cell-form-refused", page);
   await distance.fill("600.012");
-  await first.locator(".fault").waitFor({ ...LONG, state: "detached" }); // what was changed is no longer refused
+  await first.locator(".fault").waitFor({ ...LONG, state: "detached" }); // a changed value is no longer refused
   for (const [width, height] of WIDTHS) {
     await page.setViewportSize({ width, height });
     await page.waitForFunction(() => document.documentElement.scrollWidth <= innerWidth && document.querySelector("dialog").scrollWidth <= document.querySelector("dialog").clientWidth + 1, null, { timeout: 5000 })
@@ -216,8 +216,8 @@ const steps = {
     await guide.getByText("Getting ready: 0 of 8 steps done").waitFor(LONG);
     await enter_cell(page, guide);
     for (const name of ["cell", "robot", "spheres"]) await step(name, "done");
-    // Another cell than the one that is next to be qualified is named when the doctor has ended.
-    // Until the page has heard of this examination it shows the end of the one before.
+    // If the cell differs from the next to be qualified, it is named after the doctor's end.
+    // Until the page receives this result, it shows the previous one.
     await page.waitForFunction(async () => !(await (await fetch("/v1/doctor")).json()).running, null, { ...LONG, polling: 500 });
     await page.locator('[data-doctor="done"]').waitFor(LONG);
     assert.equal(await page.evaluate(async (file) => (await fetch("/v1/doctor", {
@@ -282,7 +282,7 @@ const steps = {
   async "keeps the residuals of its touches when it is reloaded in mid-session"() {
     const { page } = this;
     const others = (route) => route.abort();
-    await page.route("**/v1/events*", others); // what happened lies too far back
+    await page.route("**/v1/events*", others); // the events are too old
     await page.reload();
     await page.getByRole("img", { name: /^Residuals of ([6-9]|\d\d) touches/ }).waitFor(LONG);
     await page.getByRole("img", { name: /^u95 .* goal 0.050 mm/ }).waitFor(LONG);
@@ -333,7 +333,7 @@ const steps = {
   },
 
   async "shows a control chart of months of checks, with state, trend and advice, in both languages"() {
-    // Months of checks are not touched here: the daemon's answer to the page's own question is taken, and its chart added.
+    // Months of checks are not measured here: the daemon's answer to the page's request is used, with a chart added.
     const page = await open();
     await page.route("**/v1/drift*", async (route) => {
       const answer = await (await route.fetch()).json();
@@ -368,7 +368,7 @@ const steps = {
   },
 
   async "answers eight questions from its first screen, whether the calibration holds or not, and after a failure"() {
-    // What takes weeks or a fault is not made here: the daemon's answers are taken, and the calibration or the failure added.
+    // States that take weeks or a fault are not produced here: the calibration or failure is added to the daemon's answers.
     const page = await open();
     let now = calibrated({}), status = {};
     await page.route("**/v1/drift*", async (route) => route.fulfill({ json: { ...await (await route.fetch()).json(), checks: now.drift } }));
@@ -427,7 +427,7 @@ const steps = {
       wrong: busy, todo: busy, near: "near.soon" });
     await abort_is(page, "large");
     await pictures(page, "paused");
-    // After five of its touches: the cell is drawn with the way to the others.
+    // After five of its touches: the cell is drawn with the path to the others.
     await page.route("**/figures*", async (route) => {
       const figures = await (await route.fetch()).json();
       await route.fulfill({ json: { ...figures, touches: figures.touches.slice(0, 5) } });
@@ -485,7 +485,7 @@ const steps = {
         assert.ok(await is_in_reach(page), `abort is covered at ${width}`);
         const whole = await page.evaluate(() => document.documentElement.scrollHeight);
         await page.setViewportSize({ width, height: whole });
-        await page.waitForTimeout(300); // it is drawn anew
+        await page.waitForTimeout(300); // it is redrawn
         await picture(`done-${width}-${colorScheme}`, page);
       }
     await leave(page);
@@ -669,7 +669,7 @@ const steps = {
   },
 
   async "shows what the plant proposes, and sends what is said to it"() {
-    // This cell belongs to no plant: the answers are the API's as openapi.json has them.
+    // This cell belongs to no plant: the answers are those of the API in openapi.json.
     const page = await open();
     const one = (id, kind, more = {}) => ({ id, kind, session: null, text: "", by: "M. Huber", reason: "A3 drifts", received: "2026-11-20T10:00:00.000Z",
                                            stand: "open", decided: null, decided_by: null, decided_reason: null, file: null, ...more });
@@ -707,7 +707,7 @@ const steps = {
     await page.getByLabel("The cell is clear").check();
     await page.getByRole("button", { name: "Start: the arm moves" }).click();
     await says(page, /Session 8 is done/);
-    // The doctor's green look outlived the daemon: every step is done.
+    // The doctor's passed examination is kept after a restart: every step is done.
     await page.locator(".guide").waitFor({ state: "detached", ...LONG });
     const figures = await page.getByRole("link", { name: "Qualification (JSON)" }).getAttribute("href");
     assert.equal((await page.context().request.get(cell.url + figures)).status(), 200);

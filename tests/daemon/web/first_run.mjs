@@ -1,5 +1,5 @@
 // From an empty state directory to a published calibration on the emulated cell, by clicks and typing on the page alone; served by
-// the real cellcald. Pictures go to screenshots/first-run-*. Skipped (77) where there is no browser.
+// the real cellcald. Pictures are stored in screenshots/first-run-*. Skipped (77) without a browser.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -15,7 +15,7 @@ const facet = (corners) => `facet normal 0 0 1\nouter loop\n${corners.map((one) 
 const PLATE = `solid plate\n${facet(["-100 -100 0", "100 -100 0", "100 100 0"])}${facet(["-100 -100 0", "100 100 0", "-100 100 0"])}endsolid plate\n`;
 const file = (name, text) => ({ name, mimeType: "application/octet-stream", buffer: Buffer.from(text) });
 
-/** The page offers one first button outside of dialogs; `name`: its text. */
+/** The page has one primary button outside of dialogs; `name`: its text. */
 async function first_button(page, name) {
   const visible = () => page.locator("main button.go:visible").allInnerTexts();
   for (let k = 0; k < 100; ++k) {
@@ -119,7 +119,7 @@ const steps = {
     await form.getByRole("button", { name: "Back to the places before" }).click();
     assert.equal(await form.locator('[name="sphere-where"]').first().inputValue(), "");
     await form.locator('.canvas[data-spheres="0"]').waitFor(LONG);
-    // The emulated cell has its spheres where the arm reaches them from above.
+    // The spheres of the emulated cell are reachable from above.
     const there = [[1080, -320, 330], [1060, 380, 330], [640, -620, 640], [760, 560, 780]];
     for (const [i, xyz] of there.entries()) await form.locator('[name="sphere-where"]').nth(i).fill(xyz.join(" "));
     await form.locator('.canvas[data-spheres="4"]').waitFor(LONG);

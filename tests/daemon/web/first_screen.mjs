@@ -11,10 +11,10 @@ const WORDS = Object.fromEntries(readdirSync("src/words").filter((file) => file.
   .map((file) => [file.slice(0, -".json".length), JSON.parse(readFileSync(`src/words/${file}`, "utf8"))]));
 assert.ok(Object.keys(WORDS).length >= 2);
 
-// What a text is to hold, in any language: a key of the catalogue, a RegExp, or a function of a catalogue.
+// Expected text, in any language: a key of the catalogue, a RegExp, or a function of a catalogue.
 const source = (wanted, words) =>
   typeof wanted === "function" ? wanted(words) : wanted instanceof RegExp ? wanted.source : said(wanted)(words);
-/** A sentence with these values; those not given are any. */
+/** A sentence with these values; values not given are arbitrary. */
 export const said = (key, values = {}) => (words) => {
   assert.ok(key in words, `no sentence ${key}`);
   return words[key].split(/(\{\w+\})/)
@@ -23,7 +23,7 @@ export const said = (key, values = {}) => (words) => {
 export const seq = (...parts) => (words) => parts.map((one) => source(one, words)).join(".*");
 export const any = (...parts) => (words) => `(?:${parts.map((one) => source(one, words)).join("|")})`;
 
-/** Text of the first screen: what lies within the window and above the abort bar. */
+/** Text of the first screen: within the window and above the abort bar. */
 export const first_screen = (page) => page.evaluate(() => {
   const floor = document.getElementById("abort").getBoundingClientRect().top;
   const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
@@ -71,7 +71,7 @@ export async function answers(page, state, expected) {
 
 export const VIEWS = [[1280, 800, "light"], [390, 844, "dark"], [1920, 1080, "dark"], [1280, 800, "dark"], [390, 844, "light"], [1920, 1080, "light"]];
 
-/** In all sizes, colours and languages, to look at; otherwise the first `views` of VIEWS in the language shown. */
+/** All sizes, colours and languages, for inspection; otherwise the first `views` of VIEWS in the language shown. */
 const EVERY = process.env.PICTURES === "all";
 
 export async function picture(name, page) {

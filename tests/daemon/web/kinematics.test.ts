@@ -50,7 +50,7 @@ test("what a positioner carries turns with the axes up to its own", () => {
   assert.ok(beside);
   assert.equal(beside.targets[0]?.on, "E2");
   const at: [number, number, number] = [1100, 0, 600];
-  near(place(carried(beside, "E2", [0, 90]), at), [1000, -100, 600]); // against the sense of z
+  near(place(carried(beside, "E2", [0, 90]), at), [1000, -100, 600]); // in the negative sense of z
   near(place(carried(beside, "E1", [90, 90]), at), [1100, 0, 400]);
   near(place(carried(beside, "E2", [90, 90]), at), [1100, -100, 500]);
   near(place(carried(beside, "", [90, 90]), at), at);

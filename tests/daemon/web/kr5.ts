@@ -1,4 +1,4 @@
-// GET /v1/scene of the KR 5 R1400 with a straight tool of 100 mm, as the tests need it.
+// GET /v1/scene of the KR 5 R1400 with a straight tool of 100 mm, for the tests.
 
 import type { Rule } from "../src/read";
 
@@ -9,7 +9,7 @@ const behind = (a: number, d: number, alpha: number) => {
 const joint = (name: string, sign: number, offset: number, d: number, a: number, alpha: number) => ({
   name, along: null as number[] | null, sign, offset_deg: offset, min_deg: -180, max_deg: 180, behind: behind(a, d, alpha), radius_mm: 100,
 });
-/** The words that the API has. */
+/** Values defined by the API. */
 export const words_of = <T>({ words }: Rule<T>) => words as readonly Exclude<T, "nothing">[];
 
 const IDENTITY = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0];

@@ -7,7 +7,7 @@ import { chromium } from "playwright-core";
 export const LONG = { timeout: 60_000 };
 const PLACES = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
 
-/** Ends the test as skipped where there is none. */
+/** Ends the test as skipped if there is none. */
 export function find_browser() {
   const found = process.env.CHROMIUM ?? PLACES.find(existsSync);
   if (found) return found;
@@ -20,7 +20,7 @@ export function launch(executablePath) {
   return chromium.launch({ executablePath, args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"] });
 }
 
-/** Closes a page whose requests are answered by the test: one may be on its way. */
+/** Closes a page whose requests are answered by the test: one may be in transit. */
 export async function leave(page) {
   await page.unrouteAll({ behavior: "ignoreErrors" });
   await page.context().close();
@@ -30,7 +30,7 @@ export async function leave(page) {
 export const sees = (page, words) =>
   page.waitForFunction((source) => new RegExp(source).test(document.querySelector(".sentence")?.textContent ?? ""), words.source, LONG);
 
-/** Whether a click on the middle of the abort button would meet it. */
+/** True if a click on the centre of the abort button reaches it. */
 export const is_in_reach = (page) =>
   page.evaluate(() => {
     const { left, top, width, height } = document.getElementById("abort-button").getBoundingClientRect();
@@ -39,7 +39,7 @@ export const is_in_reach = (page) =>
 
 const AXE = readFileSync("node_modules/axe-core/axe.min.js", "utf8");
 
-/** No finding of axe-core that is serious or critical. */
+/** No serious or critical finding of axe-core. */
 export async function accessible(page, state) {
   await page.evaluate(AXE);
   const found = await page.evaluate(async () => {
@@ -50,7 +50,7 @@ export async function accessible(page, state) {
   assert.deepEqual(found, [], `${state}: findings of axe-core`);
 }
 
-/** Runs the steps one after the other, as far as they succeed. True: all. */
+/** Runs the steps in order until one fails. True: all succeeded. */
 export async function say_steps(steps, { cell, browser, wrong = [] }) {
   const shared = {};
   try {

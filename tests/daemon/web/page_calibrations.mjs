@@ -1,9 +1,9 @@
-// Answers of the daemon about a calibration that takes weeks or a fault to come about.
+// Answers of the daemon about a calibration that would require weeks or a fault.
 
 const HOUR_S = 3600;
 export const DAY_S = 86400;
 
-/** Answers of a calibration of today that holds, as GET /v1/drift and /v1/versions have them. */
+/** Answers of GET /v1/drift and /v1/versions for a valid current calibration. */
 export function calibrated(standing, more = {}) {
   const now_s = Date.now() / 1000, calibrated_s = now_s - 20 * DAY_S;
   return {
@@ -19,7 +19,7 @@ export const broken = () => calibrated({ holds: "does_not_hold" }, {
               u_tcp_shift_mm: 0.05, cause: { kind: "tool", name: "torch", probability: 0.98, words: "" } },
 });
 
-/** Two months at rest and one of creep, a check a shift; as GET /v1/drift has it. */
+/** Answer of GET /v1/drift: two stable months and one of creep, one check per shift. */
 export function chart_of_months() {
   const began_s = Date.UTC(2026, 0, 5) / 1000;
   const points = Array.from({ length: 180 }, (_, k) => {

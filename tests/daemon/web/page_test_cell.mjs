@@ -53,7 +53,7 @@ ${this.mock ?? ""}
     this.token ??= (await this.client("token", "add", "--role", "operate", "--name", "test")).trim();
   }
 
-  /** `cellcal`; a result that is withheld (3) is one. */
+  /** `cellcal`; a withheld result (3) is a result. */
   client_offline(...args) {
     return new Promise((done, failed) =>
       execFile(process.env.CELLCAL, args,
@@ -63,7 +63,7 @@ ${this.mock ?? ""}
 
   status = async () => JSON.parse(await this.client("status", "--json"));
 
-  /** As a power cut does it. */
+  /** Like a power cut. */
   async kill() {
     const ended = new Promise((done) => this.daemon.once("exit", done));
     this.daemon.kill("SIGKILL");

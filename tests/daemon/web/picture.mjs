@@ -1,12 +1,12 @@
-// The page after a published calibration of the demo cell, 1100 by 880 px, as the README shows it.
-//   picture.mjs FILE             makes it, as PNG
-//   picture.mjs --compare FILE   fails where the page looks otherwise today; skipped (77) where there is no browser
+// The page after a published calibration of the demo cell, 1100 by 880 px, as shown in the README.
+//   picture.mjs FILE             creates it, as PNG
+//   picture.mjs --compare FILE   fails if the page looks different now; skipped (77) without a browser
 
 import { readFileSync } from "node:fs";
 import { find_browser, launch, LONG } from "./page_browser.mjs";
 import { Cell } from "./page_test_cell.mjs";
 
-/** Means of blocks, so that the smoothing of letters does not count; a line that moved by half its height does. */
+/** Means of blocks: insensitive to font smoothing, but sensitive to a line moved by half its height. */
 const BLOCK_PX = 20, SAME_LEVELS = 24, LEAST_SAME = 0.97;
 
 /** Share of blocks of two PNG files that look the same; 0: of other sizes. Runs in the browser. */
@@ -46,7 +46,7 @@ try {
   const file = given === "--compare" ? "screenshots/readme.png" : given;
   await page.screenshot({ path: file });
   if (given === "--compare") {
-    const blank = await context.newPage(); // the cell's page fetches nothing but its own
+    const blank = await context.newPage(); // the cell's page fetches only its own resources
     const files = [file, compared].map((one) => readFileSync(one, "base64"));
     const same = await blank.evaluate(likeness, [...files, BLOCK_PX, SAME_LEVELS]);
     console.log(`picture: ${(100 * same).toFixed(1)} % of ${compared} as the page is today`);

@@ -1,4 +1,4 @@
-// The first line: whether the calibration holds, how good, since when, what to do. And who may go near.
+// The first line: validity of the calibration, accuracy, date, required action. And access to the arm.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -13,7 +13,7 @@ import { status, words_of } from "./kr5";
 
 const HOLDINGS = words_of(api.Holding), ADVICE = words_of(api.Advice), CHANGES = words_of(api.ChangeKind).filter((one) => (one as string) !== "nothing");
 const HOUR = 3600, DAY = 86400;
-// Of this year: dates of other years have it.
+// In this year: dates of other years include the year.
 const CALIBRATED = `${new Date().getFullYear()}-11-25T12:00:00.000Z`, CALIBRATED_S = Date.parse(CALIBRATED) / 1000;
 const NOW_S = CALIBRATED_S + 2 * DAY;
 const say = speaker("en"), fmt = formats("en");

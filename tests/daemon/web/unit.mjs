@@ -1,4 +1,4 @@
-// Bundles the tests beside this file and runs them with node's own runner.
+// Bundles the tests in this folder and runs them with node's test runner.
 
 import { build } from "esbuild";
 import { spawnSync } from "node:child_process";

@@ -1,5 +1,5 @@
-/* The baud rate that the kernel really holds, also one without a B constant. The header for it does
- * not go together with <termios.h>, hence a file of its own. */
+/* The actual baud rate of the kernel, also one without a B constant. Its header is incompatible
+ * with <termios.h>, hence a file of its own. */
 #include "baud_of.h"
 
 #include <asm/termbits.h>

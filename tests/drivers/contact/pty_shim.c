@@ -1,8 +1,8 @@
-/* Preloaded into a test so that the unmodified libserialport opens a pseudo-terminal. It answers
+/* Preloaded into a test so that the unmodified libserialport opens a pseudo-terminal. It emulates
  * the two calls that a pseudo-terminal refuses:
- *   - /sys/class/tty/pts/N, which libserialport looks a port up in, 'is' a symlink;
- *   - the modem lines (TIOCMGET and its kin) are there, and all off.
- * What else can happen to a real port is injected on demand, see pty_shim.h. */
+ *   - /sys/class/tty/pts/N, where libserialport looks up a port, 'is' a symlink;
+ *   - the modem lines (TIOCMGET etc.) exist, and are all off.
+ * Other faults of a real port are injected on demand, see pty_shim.h. */
 #define _GNU_SOURCE
 #include "pty_shim.h"
 
@@ -97,7 +97,7 @@ int ioctl(int fd, unsigned long request, ...) {
   return result;
 }
 
-/* The timer of an FTDI adapter, as the C++ library opens it; it wants a real descriptor. */
+/* The timer of an FTDI adapter, as opened by the C++ library, which requires a real descriptor. */
 static FILE* timer_file(void) {
   static const char timer[] = "16\n";
   const int fd = memfd_create("latency_timer", 0);
@@ -119,7 +119,7 @@ FILE* fopen64(const char* path, const char* mode) {
 ssize_t read(int fd, void* buffer, size_t size) {
   static ssize_t (*real)(int, void*, size_t);
   if (!real) *(void**)&real = dlsym(RTLD_NEXT, "read");
-  /* The port alone: exclusive, which neither the other end nor anything else is. */
+  /* Only the port: it is exclusive, unlike the other end and all other descriptors. */
   int exclusive = 0;
   if (reads_to_fail > 0 && ioctl(fd, TIOCGEXCL, &exclusive) == 0 && exclusive &&
       take(&reads_to_fail)) {

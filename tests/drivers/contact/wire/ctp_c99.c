@@ -1,4 +1,4 @@
-/* The shared header has to compile as the firmware sees it. */
+/* The shared header must compile as in the firmware. */
 #include "drivers/contact/wire/ctp.h"
 
 int ctp_c99_compiles(void);
