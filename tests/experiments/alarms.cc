@@ -128,7 +128,7 @@ std::optional<Session> planned(const calib::Robot& robot, const Row& row, std::u
   return session;
 }
 
-/// Order of the postures, drawn anew each time.
+/// Order of the postures, drawn randomly each time.
 std::vector<std::size_t> drawn_order(const Row& row, std::size_t postures, calib::Random& random) {
   std::vector<std::size_t> order;
   const auto times = static_cast<std::size_t>(row.touching.times);

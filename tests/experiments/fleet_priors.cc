@@ -42,7 +42,7 @@ experiments::Trial uneven_trial() {
   return trial;
 }
 
-/// Of the arm and of the tip, which the cell file states as known, so that the last joint's errors include it.
+/// Length of the arm and of the tip, which the cell file states as exact: the last joint's errors include it.
 double true_length_m(const experiments::Trial& trial, std::size_t joint, std::size_t joints) {
   const double arm = experiments::TruthSettings{}.length_sigma_m * trial.length_factor[joint];
   const double tip = experiments::TruthSettings{}.tip_offset_m / std::sqrt(3.0);  // uniform

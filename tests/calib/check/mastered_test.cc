@@ -82,7 +82,7 @@ TEST(AfterMastering, AJointThatIs3HundredthsOfADegreeOffIsNamedWithItsSize) {
 }
 
 TEST(AfterMastering, ZerosSetAsTheyWereToBeHold) {
-  // Of 200 checks 99 % hold; each zero is inside U in 88 and 94 % of them: the calibration's own error,
+  // 99 % of 200 checks hold; each zero is inside U in 88 and 94 % of them: the calibration's own error,
   // common to all, is 0.8 and 1.2 sigma.
   int held = 0, inside = 0;
   constexpr int kChecks = 40;

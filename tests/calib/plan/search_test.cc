@@ -65,7 +65,7 @@ TEST(SearchDepth, EndsBeforeTheShaftMeetsWhatTheTipHasPassed) {
   tool.radius_m = 0.02;
   tool.slim_length_m = 0.05;
   const SearchLine down{Vector3d::Zero(), Vector3d::UnitZ(), -Vector3d::UnitZ()};
-  // A sphere of 30 mm straight below is met; one 40 mm aside is passed, and the shaft, 20 mm wide,
+  // A sphere of 30 mm straight below is hit; one 40 mm aside is passed, and the shaft, 20 mm wide,
   // would meet it with the tip 50 mm below that place.
   const double radius = 0.03;
   const auto depth =
@@ -159,7 +159,7 @@ TEST(SearchDepth, EndsBeforeTipOrShaftMeetTheStandOfASphereThatIsPassed) {
   EXPECT_NEAR(search_depth(beside, two, radius, stand, tool).end_m,
               std::sqrt(shaft * shaft - 0.025 * 0.025) - 0.05, 1e-12);
   EXPECT_NEAR(search_depth(beside, two, radius, kNoStand, tool).end_m, -0.1, 1e-12);
-  // The sphere itself is met before its post: unchanged.
+  // The sphere itself is hit before its post: unchanged.
   const SearchLine middle{Vector3d::Zero(), Vector3d::UnitX(), -Vector3d::UnitX()};
   EXPECT_EQ(search_depth(middle, place, radius, stand, tool).end_m,
             search_depth(middle, place, radius, kNoStand, tool).end_m);

@@ -75,7 +75,7 @@ TEST_F(KukaFiles, OfRsiNeedAnAddressThatTheControllerCanSendTo) {
   configure("");
   const Outcome outcome = make({"--wire", "rsi"});
   EXPECT_EQ(outcome.status, 1);
-  // What to write, where, and the available addresses.
+  // The key, its file, and the available addresses.
   for (const char* word : {"d.toml", "[controller]", "pc_address = \"A.B.C.D\"", "127.0.0.1"}) {
     EXPECT_NE(outcome.err.find(word), std::string::npos) << outcome.err;
   }

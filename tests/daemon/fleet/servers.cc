@@ -180,7 +180,7 @@ void Database::kill() {
   const std::vector<pid_t> children = children_of(server_->pid());
   server_->end(SIGKILL);
   for (const pid_t child : children) ::kill(child, SIGKILL);
-  // They are not our children; a restart beside one of them is refused.
+  // Not children of this process; a restart with one of them running is refused.
   for (const pid_t child : children)
     while (is_alive(child)) std::this_thread::sleep_for(5ms);
 }

@@ -28,7 +28,7 @@ class Server {
   pid_t pid_;
 };
 
-/// Whether commits wait for the disk, for measurements of time.
+/// Wait of commits for the disk, for measurements of time.
 enum class Disk { kNotWaitedFor, kWaitedFor };
 
 /// Records the commit time of each transaction.
@@ -44,7 +44,7 @@ class Database {
 
   /// libpq connection string of a new, empty database.
   std::string create();
-  /// Of one with the current tables and no rows; always the same, as creating one takes 0.25 s.
+  /// Likewise with the current tables and no rows; always the same, as creating one takes 0.25 s.
   std::string emptied();
   /// URI of the newest one, for other hosts.
   std::string uri() const;
