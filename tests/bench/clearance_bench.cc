@@ -1,5 +1,5 @@
 // Time of the collision check of a posture and a move, compared with the check of the first planner
-// (spheres and their posts only). Prints microseconds per call; gates nothing.
+// (spheres and their posts only). Prints microseconds per call; no threshold.
 
 #include <fmt/format.h>
 #include <malloc.h>

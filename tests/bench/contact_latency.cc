@@ -1,5 +1,5 @@
 // Latency of a sensor byte from the terminal's master end to the event on the I/O thread. Prints
-// figures; gates nothing, because the machine's load is part of them.
+// figures; no threshold, because the machine's load is part of them.
 
 #include <fmt/format.h>
 #include <unistd.h>

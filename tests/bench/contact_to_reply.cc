@@ -1,7 +1,7 @@
 // From contact byte to frozen reply, through the whole stack as built by the daemon: SerialContact
 // on a pseudo-terminal and RsiRobot on UDP share one IoThread; the other ends are the emulated
 // sensor and controller. For comparison, in the same run, a bare echo: a thread that reads the
-// terminal and sends a datagram. Prints figures; gates nothing.
+// terminal and sends a datagram. Prints figures; no threshold.
 //
 // A reply is frozen if its correction equals that of the preceding reply. Every other search goes
 // in the opposite direction, so that the arm stays in place.

@@ -1,6 +1,6 @@
 // Time of the correction of poses: the demo cell's calibrated arm with all effects of the model,
-// with seeds as for a program, and without seeds as for a list of poses. Prints figures; gates
-// nothing.
+// with seeds as for a program, and without seeds as for a list of poses. Prints figures; no
+// threshold.
 
 #include <fmt/format.h>
 

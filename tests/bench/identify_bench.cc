@@ -1,5 +1,5 @@
 // Duration of an identification, of its parts, and its memory. One cell of four spheres; every run
-// identifies another random arm. Prints figures; gates nothing.
+// identifies another random arm. Prints figures; no threshold.
 
 #include <fmt/format.h>
 #include <malloc.h>

@@ -1,5 +1,5 @@
 // Time of the arm model: terms that depend on the angles only, the position, and the position with
-// its derivatives. Prints figures; gates nothing.
+// its derivatives. Prints figures; no threshold.
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // First visits of the page, as Lighthouse describes them: a real cellcald on the emulated cell, headless Chromium that
-// renders in software, without network throttling. LOADS in the environment: visits of each kind (5).
+// renders in software, without network throttling. LOADS in the environment: visits per kind (5).
 
 import { existsSync } from "node:fs";
 import { chromium } from "playwright-core";

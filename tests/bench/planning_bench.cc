@@ -1,5 +1,5 @@
-// Duration of planning for the demo's cell, and latency of its cancellation. Prints seconds of one core; gates
-// nothing.
+// Duration of planning for the demo's cell, and latency of its cancellation. Prints seconds of one core; no
+// threshold.
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // RSI packet in to reply out over UDP on the loopback, as seen by the controller: the adapter, and
-// for comparison a bare echo in the same run. Prints figures; gates nothing.
+// for comparison a bare echo in the same run. Prints figures; no threshold.
 
 #include <fmt/format.h>
 #include <poll.h>

@@ -1,6 +1,6 @@
 // Durations of the paths between the touches of a plan: as executed (jerk-limited, blended corners), as
 // straight moves between the same postures, whether clear or not, and as predicted by the planner. Prints
-// seconds; gates nothing.
+// seconds; no threshold.
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
-// Error of the latched joint angles relative to the true position of the tip at its contact with the
-// sphere: the adapters and the sensor's driver as in the daemon, the emulated controller with its
-// lag, the emulated sensor with its clock and line, an arm without errors. Prints figures; gates
-// nothing.
+// Error of the latched joint angles relative to the true position of the tip at its contact with
+// the sphere: the adapters and the sensor's driver as in the daemon, the emulated controller with
+// its lag, the emulated sensor with its clock and line, an arm without errors. Prints figures; no
+// threshold.
 //
 // The error is the gap between tip and surface at the latched angles: positive before the contact.
 // Angles have four decimals, as from a controller with Precision 4.

@@ -1,6 +1,6 @@
 // Share of touches in typical plans that corrections in space would refuse, and why: every line of
 // every touch is given to the adapter's own check, from a session that begins in KUKA's home pose.
-// Prints figures; gates nothing.
+// Prints figures; no threshold.
 
 #include <fmt/format.h>
 

@@ -24,14 +24,14 @@ struct Recording {
   double longer_tool_m = 0.0;   ///< than the demo's
   bool lengths = true;          ///< certified ones; else the scope is near the targets
   bool check_length = false;    ///< the last certified length is a check
-  bool as_fit = false;  ///< check touches are recorded as fit touches: none for 'as found'
-  bool gross_check = false;  ///< the last check touch is off by some millimetres
-  bool emulated = false;     ///< from a daemon's emulated cell
-  bool positioner = false;   ///< the result states a positioner axis E1
-  bool linear_unit = false;  ///< the result states a linear unit E1
-  std::string untouched{};   ///< target without touches
-  int fit = 32;              ///< touches
-  int repeats = 0;           ///< of the first touch, after all others
+  bool as_fit = false;          ///< check touches are recorded as fit touches: none for 'as found'
+  bool gross_check = false;     ///< the last check touch is off by some millimetres
+  bool emulated = false;        ///< from a daemon's emulated cell
+  bool positioner = false;      ///< the result states a positioner axis E1
+  bool linear_unit = false;     ///< the result states a linear unit E1
+  std::string untouched{};      ///< target without touches
+  int fit = 32;                 ///< touches
+  int repeats = 0;              ///< of the first touch, after all others
   unsigned seed = 1;
 };
 

@@ -17,7 +17,7 @@ struct MistakenCell {
   bool refused;
   std::vector<std::string> values;  ///< contained in the finding
   std::vector<std::pair<std::string, std::string>>
-      edits;  ///< of the cell file: text, replacement
+      edits;  ///< of the cell file: text and its replacement
   std::vector<std::pair<std::string, std::string>> robot{};  ///< of the robot file, likewise
 };
 

@@ -44,14 +44,14 @@ struct Script {
   std::string open_robot_error{}, open_contact_error{};
   int begin_throws_at = kNever;                         ///< of the moves as requested
   std::map<int, drivers::Interruption> interruption{};  ///< why this move was silent
-  int lost_for_ms = 0;           ///< duration of the lost link after a silence, then not ready
-  int pause_at_arming = kNever;  ///< the link pauses for lost_for_ms, the arm at rest
-  bool other_session = false;    ///< the controller was restarted meanwhile
-  bool late_again = false;       ///< further late replies while the links are watched
+  int lost_for_ms = 0;               ///< duration of the lost link after a silence, then not ready
+  int pause_at_arming = kNever;      ///< the link pauses for lost_for_ms, the arm at rest
+  bool other_session = false;        ///< the controller was restarted meanwhile
+  bool late_again = false;           ///< further late replies while the links are watched
   double moved_meanwhile_rad = 0.0;  ///< moved by something else
-  int told_after_ms = 0;       ///< after an unexplained silence: time until its stamps arrive
-  bool sensor_silent = false;  ///< which then reveal that the sensor sent nothing
-  int busy_for_ms = 0;  ///< duration of late heartbeats after each delay of this computer
+  int told_after_ms = 0;             ///< after an unexplained silence: time until its stamps arrive
+  bool sensor_silent = false;        ///< which then reveal that the sensor sent nothing
+  int busy_for_ms = 0;          ///< duration of late heartbeats after each delay of this computer
   int late_at_arming = kNever;  ///< this arming is answered late, due to this computer
   bool never_back = false;
   drivers::OperatingMode mode = drivers::OperatingMode::kUnknown;

@@ -88,7 +88,7 @@ TEST(APlannedRound, OffersNothingOfWhatTheControllersSessionDoesNotReach) {
   try {
     round.offer(first.start);
   } catch (
-      const calib::PlanError&) {  // a touch of nowhere has no path: only the start matters
+      const calib::PlanError&) {  // a touch of nowhere has no path: only the session start matters
   }
   calib::Plan far = first;
   far.touches[0].standoff = far.touches[0].end = far.touches[0].clear =

@@ -269,7 +269,7 @@ TEST(CoreIdentify, AnOldOrForeignPongIsNone) {
   s.say(ctp::Pong{nonce + 1, 0, 0});
   s.say(ctp::Pong{nonce, s.ticks(s.now), s.ticks(s.now)});
   for (int i = 0; i < 5; ++i)
-    s.say(ctp::Pong{nonce, 0, 0});  // again: no longer pending
+    s.say(ctp::Pong{nonce, 0, 0});  // the same one again: no longer pending
   EXPECT_EQ(s.facts().step, ContactStep::kReady);
   EXPECT_LE(s.facts().quality.round_trip_min_s, least);
 }
