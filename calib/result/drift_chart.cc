@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 
@@ -14,9 +13,11 @@ namespace cellcal::calib {
 
 namespace {
 
-constexpr std::array kAdvice{DriftAdvice::kNone, DriftAdvice::kCheckAgain,
-                             DriftAdvice::kLetItWarmUp, DriftAdvice::kRemeasureTcp,
-                             DriftAdvice::kRecalibrate};
+constexpr EnumNames<DriftAdvice> kAdvice{{{DriftAdvice::kNone, "none"},
+                                          {DriftAdvice::kCheckAgain, "check_again"},
+                                          {DriftAdvice::kLetItWarmUp, "let_it_warm_up"},
+                                          {DriftAdvice::kRemeasureTcp, "re_measure_tcp"},
+                                          {DriftAdvice::kRecalibrate, "recalibrate"}}};
 
 }  // namespace
 
@@ -46,72 +47,37 @@ DriftAdvice remedy_of(CheckVerdict verdict, ChangeKind change) {
   return DriftAdvice::kRecalibrate;
 }
 
-std::optional<DriftAdvice> drift_advice(const std::string& name) {
-  for (const DriftAdvice advice : kAdvice)
-    if (name == to_string(advice)) return advice;
-  return std::nullopt;
-}
+std::optional<DriftAdvice> drift_advice(const std::string& name) { return kAdvice.key_of(name); }
 
 const char* to_string(LeftOut why) {
-  switch (why) {
-    case LeftOut::kNo:
-      return "no";
-    case LeftOut::kUndecided:
-      return "undecided";
-    case LeftOut::kIncomplete:
-      return "incomplete";
-    case LeftOut::kNotTheTool:
-      return "not_the_tool";
-    case LeftOut::kOtherTouches:
-      return "other_touches";
-  }
-  return "";
+  using enum LeftOut;
+  static constexpr EnumNames<LeftOut> kTable{{{kNo, "no"},
+                                              {kUndecided, "undecided"},
+                                              {kIncomplete, "incomplete"},
+                                              {kNotTheTool, "not_the_tool"},
+                                              {kOtherTouches, "other_touches"}}};
+  return kTable[why];
 }
 
 const char* to_string(DriftState state) {
-  switch (state) {
-    case DriftState::kTooFew:
-      return "too_few";
-    case DriftState::kInControl:
-      return "in_control";
-    case DriftState::kWarns:
-      return "warns";
-    case DriftState::kAlarms:
-      return "alarms";
-    case DriftState::kUnknown:
-      return "unknown";
-  }
-  return "";
+  using enum DriftState;
+  static constexpr EnumNames<DriftState> kTable{{{kTooFew, "too_few"},
+                                                 {kInControl, "in_control"},
+                                                 {kWarns, "warns"},
+                                                 {kAlarms, "alarms"},
+                                                 {kUnknown, "unknown"}}};
+  return kTable[state];
 }
 
-const char* to_string(DriftAdvice advice) {
-  switch (advice) {
-    case DriftAdvice::kNone:
-      return "none";
-    case DriftAdvice::kCheckAgain:
-      return "check_again";
-    case DriftAdvice::kLetItWarmUp:
-      return "let_it_warm_up";
-    case DriftAdvice::kRemeasureTcp:
-      return "re_measure_tcp";
-    case DriftAdvice::kRecalibrate:
-      return "recalibrate";
-  }
-  return "";
-}
+const char* to_string(DriftAdvice advice) { return kAdvice[advice]; }
 
 const char* to_string(DriftShape shape) { return shape == DriftShape::kStep ? "step" : "creep"; }
 
 const char* to_string(Holding holding) {
-  switch (holding) {
-    case Holding::kHolds:
-      return "holds";
-    case Holding::kDoesNotHold:
-      return "does_not_hold";
-    case Holding::kUnknown:
-      break;
-  }
-  return "unknown";
+  using enum Holding;
+  static constexpr EnumNames<Holding> kTable{
+      {{kHolds, "holds"}, {kDoesNotHold, "does_not_hold"}, {kUnknown, "unknown"}}};
+  return kTable[holding];
 }
 
 namespace {

@@ -1,9 +1,8 @@
 #include "calib/result/outlier.h"
 
-#include <array>
 #include <cmath>
-#include <utility>
 
+#include "calib/model/enum_table.h"
 #include "calib/model/units.h"
 #include "calib/result/finding_phrase.h"
 
@@ -11,12 +10,10 @@ namespace cellcal::calib {
 
 namespace {
 
-constexpr std::array kNames = {
-    std::pair{OutlierKind::kOffItsTarget, "off_its_target"},
-    std::pair{OutlierKind::kOnAnotherTarget, "on_another_target"},
-    std::pair{OutlierKind::kHoldsItself, "holds_itself"},
-    std::pair{OutlierKind::kRecorded, "recorded"},
-};
+constexpr EnumNames<OutlierKind> kNames{{{OutlierKind::kOffItsTarget, "off_its_target"},
+                                         {OutlierKind::kOnAnotherTarget, "on_another_target"},
+                                         {OutlierKind::kHoldsItself, "holds_itself"},
+                                         {OutlierKind::kRecorded, "recorded"}}};
 
 /// Sentence with a hint on how the touch may have been made; null: none.
 const char* hint(TargetKind kind, double residual_m) {
@@ -51,17 +48,9 @@ Phrase off_phrase(const Outlier& o) {
 
 }  // namespace
 
-const char* to_string(OutlierKind kind) {
-  for (const auto& [one, name] : kNames)
-    if (one == kind) return name;
-  return "";
-}
+const char* to_string(OutlierKind kind) { return kNames[kind]; }
 
-std::optional<OutlierKind> outlier_kind(const std::string& name) {
-  for (const auto& [kind, its] : kNames)
-    if (name == its) return kind;
-  return std::nullopt;
-}
+std::optional<OutlierKind> outlier_kind(const std::string& name) { return kNames.key_of(name); }
 
 Phrase phrase(const Outlier& o) {
   if (o.kind == OutlierKind::kRecorded) return o.text;

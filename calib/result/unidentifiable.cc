@@ -1,9 +1,9 @@
 #include "calib/result/unidentifiable.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
+#include "calib/model/enum_table.h"
 #include "calib/model/linear.h"
 #include "calib/result/calibration.h"
 #include "calib/result/finding_phrase.h"
@@ -12,16 +12,15 @@ namespace cellcal::calib {
 
 namespace {
 
-constexpr std::array kUnidentifiableNames = {
-    std::pair{UnidentifiableKind::kZeroOfFirstJoint, "zero_of_first_joint"},
-    std::pair{UnidentifiableKind::kHeightOfBase, "height_of_base"},
-    std::pair{UnidentifiableKind::kBehindLastJoint, "behind_last_joint"},
-    std::pair{UnidentifiableKind::kNothingMoves, "nothing_moves"},
-    std::pair{UnidentifiableKind::kNoEffect, "no_effect"},
-    std::pair{UnidentifiableKind::kScale, "scale"},
-    std::pair{UnidentifiableKind::kWeak, "weak"},
-    std::pair{UnidentifiableKind::kRecorded, "recorded"},
-};
+constexpr EnumNames<UnidentifiableKind> kUnidentifiableNames{
+    {{UnidentifiableKind::kZeroOfFirstJoint, "zero_of_first_joint"},
+     {UnidentifiableKind::kHeightOfBase, "height_of_base"},
+     {UnidentifiableKind::kBehindLastJoint, "behind_last_joint"},
+     {UnidentifiableKind::kNothingMoves, "nothing_moves"},
+     {UnidentifiableKind::kNoEffect, "no_effect"},
+     {UnidentifiableKind::kScale, "scale"},
+     {UnidentifiableKind::kWeak, "weak"},
+     {UnidentifiableKind::kRecorded, "recorded"}}};
 
 /// "A1.d, A2.a and 3 more"
 Phrase list(const Cell& cell, const UnidentifiableDirection& d) {
@@ -73,16 +72,10 @@ Phrase sentence(const Cell& cell, const UnidentifiableDirection& d) {
 
 }  // namespace
 
-const char* to_string(UnidentifiableKind kind) {
-  for (const auto& [one, name] : kUnidentifiableNames)
-    if (one == kind) return name;
-  return "";
-}
+const char* to_string(UnidentifiableKind kind) { return kUnidentifiableNames[kind]; }
 
 std::optional<UnidentifiableKind> unidentifiable_kind(const std::string& name) {
-  for (const auto& [kind, its] : kUnidentifiableNames)
-    if (name == its) return kind;
-  return std::nullopt;
+  return kUnidentifiableNames.key_of(name);
 }
 
 Phrase phrase(const Cell& cell, const UnidentifiableDirection& d) {
