@@ -21,7 +21,7 @@ namespace cellcal::calib {
 namespace {
 
 using fields::Field, fields::Json, fields::Table, fields::Value, fields::beside, fields::field,
-    fields::flag, fields::for_readers, fields::joined, fields::list, fields::maybe,
+    fields::flag, fields::for_readers, fields::joined, fields::list, fields::maybe, fields::named,
     fields::not_negative, fields::number, fields::object, fields::of_member, fields::only_of,
     fields::optional, fields::text, fields::vector, fields::where, fields::whole, fields::word;
 
@@ -278,9 +278,7 @@ Table<Jump> jump_fields() {
   using What = Jump::What;
   const auto joint = [](const J& jump) { return jump.what == What::kJoint; };
   const auto place = [](const J& jump) { return jump.what != What::kJoint; };
-  return {field("what", &J::what,
-                word<What>(
-                    {{What::kJoint, "joint"}, {What::kTool, "tool"}, {What::kTarget, "target"}})),
+  return {field("what", &J::what, named(kWhatJumps)),
           field("name", &J::name, text()),
           field("after_touch", &J::after_touch, whole<std::size_t>()),
           only_of<J>(joint, field("angle_deg", &J::angle_rad, number(kDegPerRad))),
@@ -299,8 +297,8 @@ Table<InputFile> input_fields() {
 
 namespace {
 
-using fields::Field, fields::Json, fields::Table, fields::field, fields::from_json, fields::to_json,
-    fields::word;
+using fields::Field, fields::Json, fields::Table, fields::field, fields::from_json, fields::named,
+    fields::to_json;
 
 constexpr std::array<std::pair<const char*, double>, 11> kUnits{{{"mm", kMmPerM},
                                                                  {"ms", kMsPerS},
@@ -362,10 +360,7 @@ Table<ParameterResult> parameter_fields(const Cell& cell) {
       {"correction", [](const P& p) -> Json { return p.correction * p.to_unit; }, read_correction},
       {"sigma", [](const P& p) -> Json { return p.sigma * p.to_unit; },
        [](const JsonReader& r, P& p) { p.sigma = r.not_negative() / p.to_unit; }},
-      field("decided_by", &P::decided_by,
-            word<DecidedBy>({{DecidedBy::kData, to_string(DecidedBy::kData)},
-                             {DecidedBy::kPrior, to_string(DecidedBy::kPrior)},
-                             {DecidedBy::kFrame, to_string(DecidedBy::kFrame)}}))};
+      field("decided_by", &P::decided_by, named(kDecidedBy))};
 }
 
 void read_parameters(const JsonReader& reader, Calibration& c) {

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/model/enum_table.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/parameter_key.h"
 #include "calib/model/robot.h"
@@ -23,17 +24,9 @@ namespace cellcal::calib {
 enum class DecidedBy { kData, kPrior, kFrame };
 
 /// Name in files and on screens.
-constexpr const char* to_string(DecidedBy decided) {
-  switch (decided) {
-    case DecidedBy::kData:
-      return "data";
-    case DecidedBy::kPrior:
-      return "prior";
-    case DecidedBy::kFrame:
-      return "frame";
-  }
-  return "";
-}
+inline constexpr EnumNames<DecidedBy> kDecidedBy{
+    {{DecidedBy::kData, "data"}, {DecidedBy::kPrior, "prior"}, {DecidedBy::kFrame, "frame"}}};
+constexpr const char* to_string(DecidedBy decided) { return kDecidedBy[decided]; }
 
 /// One identified quantity. Values are in SI units and radians; `unit` is the display unit.
 struct ParameterResult {
@@ -124,17 +117,9 @@ struct Jump {
   bool mends = false;                                 ///< correcting it resolves all other findings
 };
 
-constexpr const char* to_string(Jump::What what) {
-  switch (what) {
-    case Jump::What::kJoint:
-      return "joint";
-    case Jump::What::kTool:
-      return "tool";
-    case Jump::What::kTarget:
-      return "target";
-  }
-  return "";
-}
+inline constexpr EnumNames<Jump::What> kWhatJumps{
+    {{Jump::What::kJoint, "joint"}, {Jump::What::kTool, "tool"}, {Jump::What::kTarget, "target"}}};
+constexpr const char* to_string(Jump::What what) { return kWhatJumps[what]; }
 
 /// A certified length, and its estimate from all other data.
 struct LengthResult {
