@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "calib/model/enum_table.h"
 #include "calib/model/error.h"
 #include "calib/model/units.h"
 
@@ -71,28 +72,16 @@ std::size_t Cell::target_index(const std::string& id) const {
 
 namespace {
 
-struct KindName {
-  const char* name;
-  TargetKind kind;
-};
-constexpr KindName kKinds[] = {{"sphere", TargetKind::kSphere},
-                               {"wire", TargetKind::kWire},
-                               {"plane", TargetKind::kPlane},
-                               {"point", TargetKind::kPoint},
-                               {"tracker", TargetKind::kTracker}};
+constexpr EnumNames<TargetKind> kKinds{{{TargetKind::kSphere, "sphere"},
+                                        {TargetKind::kWire, "wire"},
+                                        {TargetKind::kPlane, "plane"},
+                                        {TargetKind::kPoint, "point"},
+                                        {TargetKind::kTracker, "tracker"}}};
 
 }  // namespace
 
-const char* to_string(TargetKind kind) {
-  for (const KindName& one : kKinds)
-    if (one.kind == kind) return one.name;
-  return "";
-}
+const char* to_string(TargetKind kind) { return kKinds[kind]; }
 
-std::optional<TargetKind> target_kind(std::string_view name) {
-  for (const KindName& one : kKinds)
-    if (one.name == name) return one.kind;
-  return std::nullopt;
-}
+std::optional<TargetKind> target_kind(std::string_view name) { return kKinds.key_of(name); }
 
 }  // namespace cellcal::calib

@@ -207,29 +207,16 @@ std::string name_of(const View& view, const calib::ParameterResult& parameter) {
   return calib::parameter_name(view.result.cell, parameter.key);
 }
 
-namespace {
-
-/// Ids: "say.report.kind.sphere", "say.report.on.sphere.one", "....many".
-std::string kind_id(calib::TargetKind kind) {
-  using enum calib::TargetKind;
-  static constexpr EnumNames<calib::TargetKind> kTable{{{kSphere, "sphere"},
-                                                        {kWire, "wire"},
-                                                        {kPlane, "plane"},
-                                                        {kPoint, "point"},
-                                                        {kTracker, "tracker"}}};
-  return kTable[kind];
+std::string kind_word(calib::TargetKind kind) {
+  return say(std::string("say.report.kind.") + to_string(kind));
 }
-
-}  // namespace
-
-std::string kind_word(calib::TargetKind kind) { return say("say.report.kind." + kind_id(kind)); }
 
 std::string target_words(const View& view) {
   const auto& targets = view.result.targets;
   std::set<std::string> kinds;
   for (const calib::TargetResult& target : targets) {
     const calib::Target* in_cell = view.cell_target(target.id);
-    kinds.insert(in_cell ? kind_id(in_cell->kind) : "target");
+    kinds.insert(in_cell ? to_string(in_cell->kind) : "target");
   }
   const std::string kind = kinds.size() == 1 ? *kinds.begin() : "target";
   return counted(targets.size(), "say.report.on." + kind + ".");
