@@ -8,6 +8,7 @@
 #include "calib/files/input_file.h"
 #include "calib/files/text.h"
 #include "calib/files/toml.h"
+#include "calib/model/enum_table.h"
 #include "calib/model/units.h"
 
 namespace cellcal::calib {
@@ -18,54 +19,36 @@ constexpr const char* kPriorsFormat = "cellcal.priors/1";
 constexpr std::size_t kMostPriorsBytes = 1u << 20, kMostJoints = 32;
 constexpr long kMostArms = 1'000'000, kMostVersions = 1'000'000'000;
 
-/// Unit suffix of the keys.
-const char* ending(SpreadKind kind) {
-  switch (kind) {
-    case SpreadKind::kLength:
-      return "mm";
-    case SpreadKind::kAngle:
-      return "deg";
-    case SpreadKind::kCompliance:
-      return "rad_per_nm";
-    case SpreadKind::kGear:
-    case SpreadKind::kFunction:
-      return "arcsec";
-  }
-  return "";
-}
-
-/// Same range as in a robot file.
-Range allowed(SpreadKind kind) {
-  switch (kind) {
-    case SpreadKind::kLength:
-      return {1e-9, 1e3};
-    case SpreadKind::kAngle:
-      return {1e-9, 90.0};
-    case SpreadKind::kCompliance:
-      return {1e-20, 1.0};
-    case SpreadKind::kGear:
-    case SpreadKind::kFunction:
-      return {1e-9, 1e5};
-  }
-  return kPositive;
-}
+struct SpreadRow {
+  SpreadUnit unit;
+  const char* ending;  ///< unit suffix of the keys
+  Range allowed;       ///< same range as in a robot file
+};
+constexpr EnumTable<SpreadKind, SpreadRow> kSpreads{
+    {{SpreadKind::kLength, {{"length", "mm", kMmPerM}, "mm", {1e-9, 1e3}}},
+     {SpreadKind::kAngle, {{"angle", "deg", kDegPerRad}, "deg", {1e-9, 90.0}}},
+     {SpreadKind::kCompliance, {{"compliance", "rad/(N m)", 1.0}, "rad_per_nm", {1e-20, 1.0}}},
+     {SpreadKind::kGear, {{"gear", "arcsec", 1.0 / kRadPerArcsec}, "arcsec", {1e-9, 1e5}}},
+     {SpreadKind::kFunction,
+      {{"function", "arcsec", 1.0 / kRadPerArcsec}, "arcsec", {1e-9, 1e5}}}}};
 
 struct Keys {
-  explicit Keys(SpreadKind kind)
-      : found(fmt::format("{}_{}", unit_of(kind).name, ending(kind))),
-        sigma(fmt::format("{}_sigma_{}", unit_of(kind).name, ending(kind))),
-        drawn(fmt::format("{}_drawn_{}", unit_of(kind).name, ending(kind))),
-        arms(fmt::format("{}_arms", unit_of(kind).name)) {}
+  explicit Keys(const SpreadRow& row)
+      : found(fmt::format("{}_{}", row.unit.name, row.ending)),
+        sigma(fmt::format("{}_sigma_{}", row.unit.name, row.ending)),
+        drawn(fmt::format("{}_drawn_{}", row.unit.name, row.ending)),
+        arms(fmt::format("{}_arms", row.unit.name)) {}
   std::string found, sigma, drawn, arms;
 };
 
 std::optional<Spread> read_spread(const TomlTable& table, SpreadKind kind, int arms) {
-  const Keys keys(kind);
+  const SpreadRow row = kSpreads[kind];
+  const Keys keys(row);
   if (!table.has(keys.found) && !table.has(keys.sigma) && !table.has(keys.drawn) &&
       !table.has(keys.arms))
     return std::nullopt;
-  const Range range = allowed(kind);
-  const double per_si = unit_of(kind).per_si;
+  const Range range = row.allowed;
+  const double per_si = row.unit.per_si;
   Spread spread;
   const double found = table.number(keys.found, range);
   spread.found = found / per_si;
@@ -114,7 +97,7 @@ FleetPriors read(const TomlTable& document) {
 }
 
 std::string spread_to_toml(const Spread& spread, SpreadKind kind) {
-  const Keys keys(kind);
+  const Keys keys(kSpreads[kind]);
   const double per_si = unit_of(kind).per_si;
   return fmt::format("{} = {}\n{} = {}\n{} = {}\n{} = {}\n", keys.found,
                      toml_number(spread.found * per_si), keys.sigma,
@@ -124,21 +107,7 @@ std::string spread_to_toml(const Spread& spread, SpreadKind kind) {
 
 }  // namespace
 
-SpreadUnit unit_of(SpreadKind kind) {
-  switch (kind) {
-    case SpreadKind::kLength:
-      return {"length", "mm", kMmPerM};
-    case SpreadKind::kAngle:
-      return {"angle", "deg", kDegPerRad};
-    case SpreadKind::kCompliance:
-      return {"compliance", "rad/(N m)", 1.0};
-    case SpreadKind::kGear:
-      return {"gear", "arcsec", 1.0 / kRadPerArcsec};
-    case SpreadKind::kFunction:
-      return {"function", "arcsec", 1.0 / kRadPerArcsec};
-  }
-  return {"", "", 1.0};
-}
+SpreadUnit unit_of(SpreadKind kind) { return kSpreads[kind].unit; }
 
 FleetPriors parse_priors(std::string_view text, const std::string& name) {
   if (text.size() > kMostPriorsBytes)

@@ -10,6 +10,7 @@
 
 #include "calib/files/cell_file.h"
 #include "calib/files/robot_file.h"
+#include "calib/model/enum_table.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/linear.h"
 #include "calib/model/units.h"
@@ -189,19 +190,14 @@ double tolerances(const Robot& robot) {
 
 /// The joint's field for a prior of this kind.
 double Joint::*place_of(SpreadKind kind) {
-  switch (kind) {
-    case SpreadKind::kLength:
-      return &Joint::tolerance_length_m;
-    case SpreadKind::kAngle:
-      return &Joint::tolerance_angle_rad;
-    case SpreadKind::kCompliance:
-      return &Joint::compliance_sigma_rad_per_nm;
-    case SpreadKind::kGear:
-      return &Joint::harmonic_sigma_rad;
-    case SpreadKind::kFunction:
-      return &Joint::function_sigma_rad;
-  }
-  return nullptr;
+  using enum SpreadKind;
+  static constexpr EnumTable<SpreadKind, double Joint::*> kTable{
+      {{kLength, &Joint::tolerance_length_m},
+       {kAngle, &Joint::tolerance_angle_rad},
+       {kCompliance, &Joint::compliance_sigma_rad_per_nm},
+       {kGear, &Joint::harmonic_sigma_rad},
+       {kFunction, &Joint::function_sigma_rad}}};
+  return kTable[kind];
 }
 
 /// Sets the gear orders assumed by an estimate if the file names none.

@@ -15,9 +15,7 @@ namespace cellcal::calib {
 
 /// Groups of a joint's errors; each has one spread.
 enum class SpreadKind { kLength, kAngle, kCompliance, kGear, kFunction };
-inline constexpr std::array kSpreadKinds{SpreadKind::kLength, SpreadKind::kAngle,
-                                         SpreadKind::kCompliance, SpreadKind::kGear,
-                                         SpreadKind::kFunction};
+inline constexpr auto kSpreadKinds = all_values<SpreadKind>();
 
 /// Weight of the robot file's tolerances, as a number of arms with perfectly known errors as large as stated.
 inline constexpr double kDrawnArms = 4.0;
