@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "calib/model/enum_table.h"
 #include "calib/result/sentences.h"
 
 namespace cellcal::calib::sentences {
@@ -25,18 +26,13 @@ Phrase placement_remedy(TargetKind kind) {
 
 /// Remedy for a target whose touches do not fit.
 Phrase again(const Finding& f) {
-  switch (target_kind(f)) {
-    case TargetKind::kSphere:
-    case TargetKind::kPlane:
-      break;
-    case TargetKind::kWire:
-      return "say.finding.again.wire";
-    case TargetKind::kPoint:
-      return "say.finding.again.point";
-    case TargetKind::kTracker:
-      return "say.finding.again.tracker";
-  }
-  return "say.finding.again";
+  using enum TargetKind;
+  static constexpr EnumNames<TargetKind> kTable{{{kSphere, "say.finding.again"},
+                                                 {kWire, "say.finding.again.wire"},
+                                                 {kPlane, "say.finding.again"},
+                                                 {kPoint, "say.finding.again.point"},
+                                                 {kTracker, "say.finding.again.tracker"}}};
+  return kTable[target_kind(f)];
 }
 
 }  // namespace
@@ -106,22 +102,13 @@ Phrase too_few_touches(const Finding& f) {
 }
 
 Phrase too_few_directions(const Finding& f) {
-  std::string id = "say.finding.too_few_directions.";
-  switch (target_kind(f)) {
-    case TargetKind::kPlane:
-      id += "plane";
-      break;
-    case TargetKind::kTracker:
-      id += "tracker";
-      break;
-    case TargetKind::kWire:
-      id += "wire";
-      break;
-    case TargetKind::kSphere:
-    case TargetKind::kPoint:
-      id += "sphere";
-      break;
-  }
+  using enum TargetKind;
+  static constexpr EnumNames<TargetKind> kTable{{{kSphere, "sphere"},
+                                                 {kWire, "wire"},
+                                                 {kPlane, "plane"},
+                                                 {kPoint, "sphere"},
+                                                 {kTracker, "tracker"}}};
+  const std::string id = std::string("say.finding.too_few_directions.") + kTable[target_kind(f)];
   return said(is_one(f, "touches") ? id + ".one" : id, f);
 }
 
