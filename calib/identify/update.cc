@@ -11,6 +11,7 @@
 #include "calib/estimate/external_axes.h"
 #include "calib/estimate/region.h"
 #include "calib/identify/explained.h"
+#include "calib/model/enum_table.h"
 #include "calib/model/error.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/units.h"
@@ -350,21 +351,15 @@ std::vector<Quantity> evidence_of(const Explanation& one) {
 }
 
 FindingKind finding_of(UpdateOutcome outcome) {
-  switch (outcome) {
-    case UpdateOutcome::kUpdated:
-      return FindingKind::kUpdated;
-    case UpdateOutcome::kNothingChanged:
-      return FindingKind::kUpdateNotNeeded;
-    case UpdateOutcome::kContradicted:
-      return FindingKind::kUpdateContradicted;
-    case UpdateOutcome::kNotResolved:
-      return FindingKind::kUpdateNotResolved;
-    case UpdateOutcome::kNotFound:
-      return FindingKind::kUpdateNotFound;
-    case UpdateOutcome::kTooFewTouches:
-      return FindingKind::kUpdateTooFew;
-  }
-  return FindingKind::kUpdateNotResolved;
+  using enum UpdateOutcome;
+  static constexpr EnumTable<UpdateOutcome, FindingKind> kTable{
+      {{kUpdated, FindingKind::kUpdated},
+       {kNothingChanged, FindingKind::kUpdateNotNeeded},
+       {kContradicted, FindingKind::kUpdateContradicted},
+       {kNotResolved, FindingKind::kUpdateNotResolved},
+       {kNotFound, FindingKind::kUpdateNotFound},
+       {kTooFewTouches, FindingKind::kUpdateTooFew}}};
+  return kTable[outcome];
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "calib/model/enum_table.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/units.h"
 
@@ -17,21 +18,12 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 constexpr double kArcsecPerRad = 3600.0 * kDegPerRad;
 
-ParameterKind kind_of(JointError error) {
-  switch (error) {
-    case JointError::kTheta:
-      return ParameterKind::kTheta;
-    case JointError::kD:
-      return ParameterKind::kD;
-    case JointError::kA:
-      return ParameterKind::kA;
-    case JointError::kAlpha:
-      return ParameterKind::kAlpha;
-    case JointError::kBeta:
-      return ParameterKind::kBeta;
-  }
-  return ParameterKind::kTheta;
-}
+constexpr EnumTable<JointError, ParameterKind> kKindOfError{
+    {{JointError::kTheta, ParameterKind::kTheta},
+     {JointError::kD, ParameterKind::kD},
+     {JointError::kA, ParameterKind::kA},
+     {JointError::kAlpha, ParameterKind::kAlpha},
+     {JointError::kBeta, ParameterKind::kBeta}}};
 
 /// True if the link frame's axis coincides with the joint axis.
 bool along_own_axis(const Joint& joint, int axis) {
@@ -78,7 +70,7 @@ ArmModel::ArmModel(const Robot& robot, const Tool& tool, const std::vector<Tool>
       const bool length = is_length(error);
       const double sigma = length ? joint.tolerance_length_m : joint.tolerance_angle_rad;
       if (sigma <= 0.0) continue;
-      parameters_.push_back({joint_parameter(kind_of(error), at), sigma, length ? "mm" : "deg",
+      parameters_.push_back({joint_parameter(kKindOfError[error], at), sigma, length ? "mm" : "deg",
                              length ? 1000.0 : kDegPerRad});
     }
   }

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "calib/model/enum_table.h"
 #include "calib/model/inverse.h"
 #include "calib/model/linear.h"
 #include "calib/model/long_work.h"
@@ -114,19 +115,14 @@ std::optional<NotPlanned> why_not_planned(const Target& target) {
 }
 
 const char* words(NotPlanned why) {
-  switch (why) {
-    case NotPlanned::kPlaceUnknown:
-      return "a plane without centre_mm and normal: its place is unknown";
-    case NotPlanned::kSizeUnknown:
-      return "a plane without extent_mm: its size is unknown";
-    case NotPlanned::kSeated:
-      return "the tip has to be seated in a point by hand";
-    case NotPlanned::kHooked:
-      return "a wire is hooked to the tool by hand";
-    case NotPlanned::kMeasures:
-      return "a tracker measures by itself";
-  }
-  return "";
+  using enum NotPlanned;
+  static constexpr EnumNames<NotPlanned> kTable{
+      {{kPlaceUnknown, "a plane without centre_mm and normal: its place is unknown"},
+       {kSizeUnknown, "a plane without extent_mm: its size is unknown"},
+       {kSeated, "the tip has to be seated in a point by hand"},
+       {kHooked, "a wire is hooked to the tool by hand"},
+       {kMeasures, "a tracker measures by itself"}}};
+  return kTable[why];
 }
 
 bool is_planned(const Target& target, Kinds kinds) {

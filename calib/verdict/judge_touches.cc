@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "calib/estimate/target.h"
+#include "calib/model/enum_table.h"
 #include "calib/verdict/artefacts.h"
 #include "calib/verdict/held_out.h"
 #include "calib/verdict/residuals.h"
@@ -37,17 +38,12 @@ FindingPart check_touch(const Problem& problem, const Calibration& c, const Touc
 
 /// Name of the reason in the finding.
 const char* name_of(UnseenTarget::NotJudged why) {
-  switch (why) {
-    case UnseenTarget::NotJudged::kPlaceAlone:
-      return "place_alone";
-    case UnseenTarget::NotJudged::kNoPlace:
-      return "no_place";
-    case UnseenTarget::NotJudged::kUnusable:
-      return "unusable";
-    case UnseenTarget::NotJudged::kOtherNormal:
-      return "other_normal";
-  }
-  return "";
+  using enum UnseenTarget::NotJudged;
+  static constexpr EnumNames<UnseenTarget::NotJudged> kTable{{{kPlaceAlone, "place_alone"},
+                                                              {kNoPlace, "no_place"},
+                                                              {kUnusable, "unusable"},
+                                                              {kOtherNormal, "other_normal"}}};
+  return kTable[why];
 }
 
 bool is_check(const Problem& problem, const TouchResidual& r) {
