@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "calib/model/enum_table.h"
 #include "calib/model/units.h"
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/http.h"
@@ -236,15 +237,12 @@ std::optional<Response> Api::adopt_examination(const Call& call) {
         "the body must have cell, cell_sha256, config_sha256 and checks as 'cellcal doctor' sends them");
   }
   if (!refused) return Response{.body = "{}"};
-  switch (*refused) {
-    case Examiner::NotTaken::kOtherConfig:
-      throw BusyError("the examined configuration is not the active one");
-    case Examiner::NotTaken::kOtherCell:
-      throw BusyError("the cell file has changed since the examination, or cannot be read here");
-    case Examiner::NotTaken::kExamining:
-      break;
-  }
-  throw BusyError("an examination by the daemon's doctor is in progress");
+  using enum Examiner::NotTaken;
+  static constexpr EnumNames<Examiner::NotTaken> kTable{
+      {{kOtherConfig, "the examined configuration is not the active one"},
+       {kOtherCell, "the cell file has changed since the examination, or cannot be read here"},
+       {kExamining, "an examination by the daemon's doctor is in progress"}}};
+  throw BusyError(kTable[*refused]);
 }
 
 }  // namespace cellcal::daemon

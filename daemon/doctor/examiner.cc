@@ -167,9 +167,10 @@ nlohmann::json to_json(const Finding& finding, const calib::Language& language) 
 
 Finding finding_of(const nlohmann::json& value) {
   const auto name = value.at("outcome").get<std::string>();
-  const auto outcome = std::ranges::find_if(
-      kDoctorOutcomes, [&](Outcome one) { return lower(to_string(one)) == name; });
-  if (outcome == kDoctorOutcomes.end())
+  static constexpr auto kAll = all_values<Outcome>();
+  const auto outcome =
+      std::ranges::find_if(kAll, [&](Outcome one) { return lower(to_string(one)) == name; });
+  if (outcome == kAll.end())
     throw std::invalid_argument("\"outcome\" must be ok, warning, failed or skipped");
   const nlohmann::json& said = value.contains("said") ? value["said"] : value;
   return {value.at("check").get<std::string>(), *outcome, calib::phrase_of(said.at("found")),

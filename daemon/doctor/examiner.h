@@ -1,7 +1,6 @@
 #pragma once
 // The doctor within the daemon: one examination at a time, on a thread of its own.
 
-#include <array>
 #include <filesystem>
 #include <functional>
 #include <mutex>
@@ -25,8 +24,6 @@ enum class Outcome {
   kSkipped,  ///< not checked, because of another failure or missing input
 };
 
-inline constexpr std::array kDoctorOutcomes{Outcome::kOk, Outcome::kWarning, Outcome::kFailed,
-                                            Outcome::kSkipped};
 /// "ok", "warning", "FAILED", "skipped".
 const char* to_string(Outcome outcome);
 

@@ -17,25 +17,17 @@ namespace cellcal::daemon {
 namespace {
 
 const std::optional<StepEvidence>& step_evidence(const Evidence& evidence, SetUpStep step) {
-  switch (step) {
-    case SetUpStep::kCell:
-      return evidence.cell_file;
-    case SetUpStep::kRobot:
-      return evidence.robot_file;
-    case SetUpStep::kSpheres:
-      return evidence.targets;
-    case SetUpStep::kDoctor:
-      return evidence.doctor;
-    case SetUpStep::kQualify:
-      return evidence.qualification;
-    case SetUpStep::kDryRun:
-      return evidence.dry_run;
-    case SetUpStep::kFirst:
-      return evidence.first;
-    case SetUpStep::kCalibration:
-      break;
-  }
-  return evidence.calibration;
+  using enum SetUpStep;
+  static constexpr EnumTable<SetUpStep, std::optional<StepEvidence> Evidence::*> kTable{
+      {{kCell, &Evidence::cell_file},
+       {kRobot, &Evidence::robot_file},
+       {kSpheres, &Evidence::targets},
+       {kDoctor, &Evidence::doctor},
+       {kQualify, &Evidence::qualification},
+       {kDryRun, &Evidence::dry_run},
+       {kFirst, &Evidence::first},
+       {kCalibration, &Evidence::calibration}}};
+  return evidence.*kTable[step];
 }
 
 }  // namespace
