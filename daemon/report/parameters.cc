@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "calib/export/svg.h"
+#include "calib/model/enum_table.h"
 #include "calib/model/units.h"
 #include "calib/result/calibration.h"
 #include "calib/result/finding_phrase.h"
@@ -93,55 +94,35 @@ std::vector<Group> group_by_owner(const View& view, bool waves) {
 
 /// Null without words.
 const char* meaning_of(ParameterKind kind) {
-  switch (kind) {
-    case ParameterKind::kTheta:
-      return "say.report.parameter.theta";
-    case ParameterKind::kD:
-      return "say.report.parameter.d";
-    case ParameterKind::kA:
-      return "say.report.parameter.a";
-    case ParameterKind::kAlpha:
-      return "say.report.parameter.alpha";
-    case ParameterKind::kBeta:
-      return "say.report.parameter.beta";
-    case ParameterKind::kGuide:
-      return "say.report.parameter.guide";
-    case ParameterKind::kCompliance:
-      return "say.report.parameter.compliance";
-    case ParameterKind::kBearing:
-      return "say.report.parameter.bearing";
-    case ParameterKind::kStiffening:
-      return "say.report.parameter.stiffening";
-    case ParameterKind::kPlay:
-      return "say.report.parameter.play";
-    case ParameterKind::kCosine:
-      return "say.report.parameter.cosine";
-    case ParameterKind::kSine:
-      return "say.report.parameter.sine";
-    case ParameterKind::kDeflection:
-      return "say.report.parameter.deflection";
-    case ParameterKind::kTcp:
-      return "say.report.parameter.tcp";
-    case ParameterKind::kPositioner:
-      return "say.report.parameter.positioner";
-    case ParameterKind::kEffectiveRadius:
-      return "say.report.parameter.effective_radius";
-    case ParameterKind::kLatchDelay:
-      return "say.report.parameter.latch_delay";
-    case ParameterKind::kRadius:
-      return "say.report.parameter.radius";
-    case ParameterKind::kCentre:
-      return "say.report.parameter.centre";
-    case ParameterKind::kFunctionCosine:
-    case ParameterKind::kFunctionSine:
-    case ParameterKind::kLoad:
-    case ParameterKind::kTilt:
-    case ParameterKind::kShift:
-    case ParameterKind::kTurn:
-    case ParameterKind::kProbeTurn:
-      break;
-  }
-  return nullptr;
+  using enum ParameterKind;
+  static constexpr EnumNames<ParameterKind> kTable{
+      {{kTheta, "say.report.parameter.theta"},
+       {kD, "say.report.parameter.d"},
+       {kA, "say.report.parameter.a"},
+       {kAlpha, "say.report.parameter.alpha"},
+       {kBeta, "say.report.parameter.beta"},
+       {kGuide, "say.report.parameter.guide"},
+       {kCompliance, "say.report.parameter.compliance"},
+       {kLoad, nullptr},
+       {kCosine, "say.report.parameter.cosine"},
+       {kSine, "say.report.parameter.sine"},
+       {kFunctionCosine, nullptr},
+       {kFunctionSine, nullptr},
+       {kBearing, "say.report.parameter.bearing"},
+       {kStiffening, "say.report.parameter.stiffening"},
+       {kPlay, "say.report.parameter.play"},
+       {kDeflection, "say.report.parameter.deflection"},
+       {kTcp, "say.report.parameter.tcp"},
+       {kPositioner, "say.report.parameter.positioner"},
+       {kEffectiveRadius, "say.report.parameter.effective_radius"},
+       {kLatchDelay, "say.report.parameter.latch_delay"},
+       {kCentre, "say.report.parameter.centre"},
+       {kTilt, nullptr},
+       {kShift, nullptr},
+       {kTurn, nullptr},
+       {kRadius, "say.report.parameter.radius"},
+       {kProbeTurn, nullptr}}};
+  return kTable[kind];
 }
 
 double nominal_of(const View& view, const ParameterResult& parameter) {
