@@ -7,6 +7,7 @@
 #include <ctime>
 #include <stdexcept>
 
+#include "calib/model/enum_table.h"
 #include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {
@@ -159,59 +160,49 @@ std::string local_time(UtcSeconds at) {
 
 namespace {
 
-template <class Value>
-struct Named {
-  Value value;
-  const char* name;
-};
+constexpr EnumNames<Verb> kVerbs{{{Verb::kBegun, "begun"},
+                                  {Verb::kResumed, "resumed"},
+                                  {Verb::kWaiting, "waiting"},
+                                  {Verb::kRefused, "refused"},
+                                  {Verb::kMissed, "missed"},
+                                  {Verb::kStopped, "stopped"},
+                                  {Verb::kEnded, "ended"},
+                                  {Verb::kHeld, "held"},
+                                  {Verb::kReleased, "released"}}};
 
-constexpr std::array kVerbs{Named{Verb::kBegun, "begun"},      Named{Verb::kResumed, "resumed"},
-                            Named{Verb::kWaiting, "waiting"},  Named{Verb::kRefused, "refused"},
-                            Named{Verb::kMissed, "missed"},    Named{Verb::kStopped, "stopped"},
-                            Named{Verb::kEnded, "ended"},      Named{Verb::kHeld, "held"},
-                            Named{Verb::kReleased, "released"}};
+constexpr EnumNames<Why> kReasons{{{Why::kNothing, "nothing"},
+                                   {Why::kUnattendedOff, "unattended-off"},
+                                   {Why::kNoProgramStart, "no-program-start"},
+                                   {Why::kFailedBefore, "failed-before"},
+                                   {Why::kAbortedBefore, "aborted-before"},
+                                   {Why::kLeftBefore, "interrupted-before"},
+                                   {Why::kBusy, "busy"},
+                                   {Why::kNoTimeLeft, "no-time-left"},
+                                   {Why::kOutsideWindow, "outside-window"},
+                                   {Why::kNoSuchTime, "no-such-time"},
+                                   {Why::kNotRunning, "daemon-not-running"},
+                                   {Why::kClockSet, "clock-set"},
+                                   {Why::kClockStepped, "clock-stepped"},
+                                   {Why::kClockNotSynchronised, "clock-not-synchronised"},
+                                   {Why::kClockAgrees, "clock-agrees"},
+                                   {Why::kCannotBegin, "cannot-begin"},
+                                   {Why::kNotOnDisk, "not-on-disk"},
+                                   {Why::kDone, "done"},
+                                   {Why::kHarmless, "harmless"},
+                                   {Why::kHarmful, "harmful"},
+                                   {Why::kResumesUsed, "resumes-used"},
+                                   {Why::kWindowOver, "window-over"}}};
 
-constexpr std::array kReasons{Named{Why::kNothing, "nothing"},
-                              Named{Why::kUnattendedOff, "unattended-off"},
-                              Named{Why::kNoProgramStart, "no-program-start"},
-                              Named{Why::kFailedBefore, "failed-before"},
-                              Named{Why::kAbortedBefore, "aborted-before"},
-                              Named{Why::kLeftBefore, "interrupted-before"},
-                              Named{Why::kBusy, "busy"},
-                              Named{Why::kNoTimeLeft, "no-time-left"},
-                              Named{Why::kOutsideWindow, "outside-window"},
-                              Named{Why::kNoSuchTime, "no-such-time"},
-                              Named{Why::kNotRunning, "daemon-not-running"},
-                              Named{Why::kClockSet, "clock-set"},
-                              Named{Why::kClockStepped, "clock-stepped"},
-                              Named{Why::kClockNotSynchronised, "clock-not-synchronised"},
-                              Named{Why::kClockAgrees, "clock-agrees"},
-                              Named{Why::kCannotBegin, "cannot-begin"},
-                              Named{Why::kNotOnDisk, "not-on-disk"},
-                              Named{Why::kDone, "done"},
-                              Named{Why::kHarmless, "harmless"},
-                              Named{Why::kHarmful, "harmful"},
-                              Named{Why::kResumesUsed, "resumes-used"},
-                              Named{Why::kWindowOver, "window-over"}};
-
-template <class Value, std::size_t N>
-const char* name_in(const std::array<Named<Value>, N>& names, Value value) {
-  for (const auto& one : names)
-    if (one.value == value) return one.name;
-  return "unknown";
-}
-
-template <class Value, std::size_t N>
-Value value_in(const std::array<Named<Value>, N>& names, const std::string& name) {
-  for (const auto& one : names)
-    if (name == one.name) return one.value;
+template <class E>
+E value_in(const EnumNames<E>& names, const std::string& name) {
+  if (const auto value = names.key_of(name)) return *value;
   throw std::runtime_error("\"" + printable(name) + "\" is not a decision");
 }
 
 }  // namespace
 
-const char* to_string(Verb verb) { return name_in(kVerbs, verb); }
-const char* to_string(Why why) { return name_in(kReasons, why); }
+const char* to_string(Verb verb) { return kVerbs[verb]; }
+const char* to_string(Why why) { return kReasons[why]; }
 Verb verb_of(const std::string& name) { return value_in(kVerbs, name); }
 Why why_of(const std::string& name) { return value_in(kReasons, name); }
 

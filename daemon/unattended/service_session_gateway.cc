@@ -26,19 +26,14 @@ constexpr std::size_t kMostConsidered = 3;
 constexpr double kSpare = 1.25;
 
 End state_of(const SessionRecord& record) {
-  switch (record.state) {
-    case RecordState::kDone:
-      return End::kDone;
-    case RecordState::kFailed:
-      return End::kFailed;
-    case RecordState::kAborted:
-      return End::kAborted;
-    case RecordState::kRunning:
-    case RecordState::kInterrupted:
-    case RecordState::kDamaged:
-      break;
-  }
-  return End::kLeft;
+  using enum RecordState;
+  static constexpr EnumTable<RecordState, End> kTable{{{kRunning, End::kLeft},
+                                                       {kInterrupted, End::kLeft},
+                                                       {kAborted, End::kAborted},
+                                                       {kFailed, End::kFailed},
+                                                       {kDone, End::kDone},
+                                                       {kDamaged, End::kLeft}}};
+  return kTable[record.state];
 }
 
 End state_of(Phase phase) {
