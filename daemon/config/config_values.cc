@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "calib/files/text.h"
+#include "calib/model/enum_table.h"
 #include "daemon/files/atomic_file.h"
 #include "drivers/error.h"
 #include "drivers/kuka/wire/xml_values.h"
@@ -25,16 +26,15 @@ bool is_of_one(in_addr address) {
 }
 
 const char* meant(Addresses whose) {
-  switch (whose) {
-    case Addresses::kOwn:
-      return "one of this computer's addresses ('ip -4 address' lists them), or \"0.0.0.0\" for "
-             "all of them";
-    case Addresses::kThisComputers:
-      return "this computer's address in the controller's RSI subnet ('ip -4 address' lists them)";
-    case Addresses::kControllers:
-      break;
-  }
-  return "the controller's address in its KLI network";
+  using enum Addresses;
+  static constexpr EnumNames<Addresses> kTable{
+      {{kOwn,
+        "one of this computer's addresses ('ip -4 address' lists them), or \"0.0.0.0\" for "
+        "all of them"},
+       {kThisComputers,
+        "this computer's address in the controller's RSI subnet ('ip -4 address' lists them)"},
+       {kControllers, "the controller's address in its KLI network"}}};
+  return kTable[whose];
 }
 
 }  // namespace

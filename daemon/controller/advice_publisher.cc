@@ -165,18 +165,13 @@ int day_number(double utc_s) {
 
 PublishedAdvice advice_of(const calib::DriftChart& chart, double now_s) {
   constexpr double kDayS = 86400.0;
-  switch (chart.advice) {
-    case DriftAdvice::kNone:
-      break;
-    case DriftAdvice::kCheckAgain:
-      return {Advice::kCheckAgain};
-    case DriftAdvice::kLetItWarmUp:
-      return {Advice::kLetItWarmUp};
-    case DriftAdvice::kRemeasureTcp:
-      return {Advice::kRemeasureTcp};
-    case DriftAdvice::kRecalibrate:
-      return {Advice::kRecalibrate};
-  }
+  using enum DriftAdvice;
+  static constexpr EnumTable<DriftAdvice, Advice> kTable{{{kNone, Advice::kUnknown},
+                                                          {kCheckAgain, Advice::kCheckAgain},
+                                                          {kLetItWarmUp, Advice::kLetItWarmUp},
+                                                          {kRemeasureTcp, Advice::kRemeasureTcp},
+                                                          {kRecalibrate, Advice::kRecalibrate}}};
+  if (chart.advice != kNone) return {kTable[chart.advice]};
   const calib::CheckMeasurement* decided = chart.newest_decided();
   if (decided == nullptr || decided->verdict != calib::CheckVerdict::kHolds) return {};
   const double until_s = decided->time_s + calib::kMostDays * kDayS;

@@ -70,19 +70,14 @@ struct OutcomeOf {
   }
 
   SessionOutcome operator()(const calib::TcpCheck& check) const {
+    using enum calib::CheckVerdict;
+    static constexpr EnumTable<calib::CheckVerdict, OutcomeKind> kTable{
+        {{kHolds, OutcomeKind::kHolds},
+         {kDoesNotHold, OutcomeKind::kDoesNotHold},
+         {kUndecided, OutcomeKind::kUndecided}}};
     SessionOutcome outcome;
-    switch (check.verdict()) {
-      case calib::CheckVerdict::kHolds:
-        outcome.kind = OutcomeKind::kHolds;
-        break;
-      case calib::CheckVerdict::kDoesNotHold:
-        outcome.kind = OutcomeKind::kDoesNotHold;
-        outcome.change = likeliest(check.explanations);
-        break;
-      case calib::CheckVerdict::kUndecided:
-        outcome.kind = OutcomeKind::kUndecided;
-        break;
-    }
+    outcome.kind = kTable[check.verdict()];
+    if (outcome.kind == OutcomeKind::kDoesNotHold) outcome.change = likeliest(check.explanations);
     outcome.touches = check.touches;
     if (!check.explanations.empty()) outcome.tcp_shift = {check.shift_m, check.u_along_m()};
     for (const calib::NotFound& one : check.not_found) add_once(outcome.not_found, one.target);
