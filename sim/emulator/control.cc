@@ -17,6 +17,7 @@
 #include <thread>
 #include <vector>
 
+#include "calib/model/enum_table.h"
 #include "drivers/units.h"
 #include "sim/krc/eki_server.h"
 #include "sim/krc/krc_udp.h"
@@ -84,17 +85,12 @@ bool common(Server& krc, const std::vector<std::string_view>& words, const Mode&
 }
 
 const char* to_words(RsiPhase phase) {
-  switch (phase) {
-    case RsiPhase::kBeforeRsiOn:
-      return "before RSI_ON";
-    case RsiPhase::kRunning:
-      return "RSI runs";
-    case RsiPhase::kEnded:
-      return "RSI ended";
-    case RsiPhase::kFaulted:
-      return "RSI stopped";
-  }
-  return "";
+  using enum RsiPhase;
+  static constexpr EnumNames<RsiPhase> kTable{{{kBeforeRsiOn, "before RSI_ON"},
+                                               {kRunning, "RSI runs"},
+                                               {kEnded, "RSI ended"},
+                                               {kFaulted, "RSI stopped"}}};
+  return kTable[phase];
 }
 
 std::string status(const Controller& c) {
