@@ -1,21 +1,11 @@
 #include "daemon/plant/line/edge_node.h"
 
 #include <spdlog/spdlog.h>
-#include <sys/resource.h>
-#include <sys/syscall.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <boost/asio/executor_work_guard.hpp>
-#include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
-#include <boost/asio/steady_timer.hpp>
-#include <map>
-#include <mutex>
-#include <thread>
 
-#include "daemon/files/log_context.h"
-#include "daemon/plant/line/mqtt_line.h"
+#include "daemon/plant/line/line_thread.h"
 #include "daemon/runner/backend.h"
 #include "sparkplug_b.pb.h"
 
@@ -25,8 +15,6 @@ namespace asio = boost::asio;
 
 namespace {
 
-constexpr int kEdgeNice = 10;
-
 std::uint64_t now_ms() {
   return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::milliseconds>(
                                         std::chrono::system_clock::now().time_since_epoch())
@@ -35,13 +23,9 @@ std::uint64_t now_ms() {
 
 }  // namespace
 
-struct EdgeNode::Impl {
+struct EdgeNode::Impl : LineThread {
   explicit Impl(Parts given)
-      : parts(std::move(given)),
-        retry(context),
-        tick(context),
-        last(context),
-        backoff(parts.first_wait, parts.longest_wait) {}
+      : LineThread(given.first_wait, given.longest_wait), parts(std::move(given)) {}
 
   std::string topic(const char* type) const {
     return "spBv1.0/" + parts.config.plant + "/" + type + "/" + parts.config.cell;
@@ -50,9 +34,7 @@ struct EdgeNode::Impl {
   MqttLine::Message death() const {
     return {topic("NDEATH"), payload({line_number()}, now_ms(), std::nullopt, Types::kDeclared)};
   }
-  void start();
-  void connect();
-  void connect_later();
+  void connect() override;
   void up();
   void down(const LineFailure& lost);
   void schedule_poll();
@@ -60,39 +42,16 @@ struct EdgeNode::Impl {
   void bear();
   void send(const char* type, const std::vector<Metric>& metrics, Types types);
   void stop();
-  void set(const std::function<void(LineStatus&)>& change) {
-    const std::lock_guard lock(status_mutex);
-    change(status);
-  }
 
   Parts parts;
-  asio::io_context context;
-  asio::steady_timer retry, tick, last;
-  Backoff backoff;
-  Takeovers takeovers;
-  std::unique_ptr<MqttLine> line;
+  asio::steady_timer tick{context};
   std::uint8_t line_count = 255;  ///< bdSeq: 0 on the first line
   std::uint8_t next_seq = 0;
   std::vector<Metric> published;  ///< as known to the host
   std::chrono::steady_clock::time_point up_since;
   std::optional<int> death_message;  ///< its message
-  OccurrenceLimit connections;
-  std::map<LineProblem, OccurrenceLimit> warnings;
-  bool is_up = false, birth_wanted = false, stopping = false, orderly = true;
-  mutable std::mutex status_mutex;
-  LineStatus status;
-  std::thread thread;
+  bool birth_wanted = false;
 };
-
-void EdgeNode::Impl::start() {
-  status.since = wall_clock_utc();
-  asio::post(context, [this] { connect(); });
-  thread = std::thread([this] {
-    ::setpriority(PRIO_PROCESS, static_cast<id_t>(::syscall(SYS_gettid)), kEdgeNice);
-    const auto work = asio::make_work_guard(context);
-    context.run();
-  });
-}
 
 void EdgeNode::Impl::connect() {
   if (stopping) return;
@@ -108,13 +67,6 @@ void EdgeNode::Impl::connect() {
                        },
                        [this](const LineFailure& failure) { down(failure); }},
       MqttLine::Times{.keepalive = parts.keepalive}, "sparkplug");
-}
-
-void EdgeNode::Impl::connect_later() {
-  retry.expires_after(backoff.next());
-  retry.async_wait([this](boost::system::error_code cancelled) {
-    if (!cancelled) connect();
-  });
 }
 
 void EdgeNode::Impl::up() {
@@ -198,18 +150,8 @@ void EdgeNode::Impl::send(const char* type, const std::vector<Metric>& metrics, 
 }
 
 void EdgeNode::Impl::stop() {
-  stopping = true;
-  retry.cancel();
   tick.cancel();
-  if (!orderly) line.reset();  // the will is sent instead
-  if (!is_up || !orderly) {
-    context.stop();
-    return;
-  }
-  last.expires_after(parts.farewell);
-  last.async_wait([this](boost::system::error_code cancelled) {
-    if (!cancelled) context.stop();
-  });
+  if (!begin_farewell(parts.farewell)) return;
   try {
     death_message = line->publish(death());
   } catch (const NotPublished&) {  // the will is sent instead
@@ -230,10 +172,7 @@ void EdgeNode::close_with_will() {
   asio::post(impl_->context, [impl = impl_.get()] { impl->orderly = false; });
 }
 
-LineStatus EdgeNode::status() const {
-  const std::lock_guard lock(impl_->status_mutex);
-  return impl_->status;
-}
+LineStatus EdgeNode::status() const { return impl_->status_now(); }
 
 namespace {
 

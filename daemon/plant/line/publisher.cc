@@ -2,24 +2,16 @@
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
-#include <sys/resource.h>
-#include <sys/syscall.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
-#include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/post.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <deque>
 #include <map>
-#include <mutex>
-#include <thread>
 
 #include "calib/files/calibration_json.h"
 #include "daemon/files/atomic_file.h"
-#include "daemon/files/log_context.h"
-#include "daemon/plant/line/mqtt_line.h"
+#include "daemon/plant/line/line_thread.h"
 #include "daemon/plant/messages/fact.h"
 #include "daemon/runner/backend.h"
 
@@ -35,18 +27,12 @@ constexpr std::size_t kAcknowledgedAtOnce = 32;
 /// Interval of repeated warnings in the log.
 constexpr std::chrono::hours kWarnAgain{1};
 constexpr std::int64_t kNoRow = 0;  ///< presence, and removal of proposals
-constexpr int kNice = 10;
 
 }  // namespace
 
-struct Publisher::Impl {
+struct Publisher::Impl : LineThread {
   explicit Impl(Parts given)
-      : parts(std::move(given)),
-        retry(context),
-        pause(context),
-        last(context),
-        unstored(context),
-        backoff(parts.first_wait, parts.longest_wait) {}
+      : LineThread(given.first_wait, given.longest_wait), parts(std::move(given)) {}
 
   /// Row and number of a sent message, to match the plant's confirmations.
   struct Sent {
@@ -59,9 +45,7 @@ struct Publisher::Impl {
   };
 
   CellName name() const { return {parts.config.plant, parts.config.cell}; }
-  void start();
-  void connect();
-  void connect_later();
+  void connect() override;
   void up();
   void answered(int message, const std::optional<LineFailure>& refused);
   void heard(const std::string& topic, const std::string& payload);
@@ -83,17 +67,9 @@ struct Publisher::Impl {
   void hold(std::chrono::milliseconds time, const LineFailure& why);
   void stop();
   void say(const LineFailure& failure);
-  void set(const std::function<void(LineStatus&)>& change) {
-    const std::lock_guard lock(status_mutex);
-    change(status);
-  }
 
   Parts parts;
-  asio::io_context context;
-  std::unique_ptr<MqttLine> line;
-  asio::steady_timer retry, pause, last, unstored;
-  Backoff backoff;
-  Takeovers takeovers;
+  asio::steady_timer pause{context}, unstored{context};
   struct {
     std::string time, source;
     std::int64_t newest = 0;
@@ -113,13 +89,9 @@ struct Publisher::Impl {
     std::string words;
     std::chrono::steady_clock::time_point at;
   } warned;  ///< already logged, of facts too large for the broker
-  OccurrenceLimit not_understood, connections;
-  std::map<LineProblem, OccurrenceLimit> warnings;
-  bool is_up = false, held = false, stopping = false, orderly = true;
+  OccurrenceLimit not_understood;
+  bool held = false;
   std::atomic<bool> poked{false};
-  mutable std::mutex status_mutex;
-  LineStatus status;
-  std::thread thread;
 };
 
 void Publisher::Impl::say(const LineFailure& failure) {
@@ -132,16 +104,6 @@ void Publisher::Impl::say(const LineFailure& failure) {
   if (news && failure.problem != LineProblem::kNone &&
       warnings[failure.problem].count(std::chrono::steady_clock::now()))
     spdlog::warn("[plant]: {}", failure.words);
-}
-
-void Publisher::Impl::start() {
-  status.since = wall_clock_utc();
-  asio::post(context, [this] { connect(); });
-  thread = std::thread([this] {
-    ::setpriority(PRIO_PROCESS, static_cast<id_t>(::syscall(SYS_gettid)), kNice);
-    const auto work = asio::make_work_guard(context);
-    context.run();
-  });
 }
 
 /// Will and birth of a line have the same time and number, so that a receiver of both orders the will later.
@@ -173,13 +135,6 @@ void Publisher::Impl::connect() try {
 } catch (const OutboxError& failed) {  // the available numbers are unknown
   say({LineProblem::kJournal, failed.what()});
   connect_later();
-}
-
-void Publisher::Impl::connect_later() {
-  retry.expires_after(backoff.next());
-  retry.async_wait([this](boost::system::error_code cancelled) {
-    if (!cancelled) connect();
-  });
 }
 
 void Publisher::Impl::up() {
@@ -448,19 +403,9 @@ bool Publisher::Impl::send(const WaitingFact& fact) {
 }
 
 void Publisher::Impl::stop() {
-  stopping = true;
-  retry.cancel();
   pause.cancel();
   unstored.cancel();
-  if (!orderly) line.reset();  // the will is sent instead
-  if (!is_up || !orderly) {
-    context.stop();
-    return;
-  }
-  last.expires_after(parts.farewell);
-  last.async_wait([this](boost::system::error_code cancelled) {
-    if (!cancelled) context.stop();
-  });
+  if (!begin_farewell(parts.farewell)) return;
   try {
     known = parts.outbox.count();
   } catch (const OutboxError&) {  // another name is configured by now: the last presence is kept
@@ -498,10 +443,7 @@ void Publisher::close_with_will() {
   asio::post(impl_->context, [impl = impl_.get()] { impl->orderly = false; });
 }
 
-LineStatus Publisher::status() const {
-  const std::lock_guard lock(impl_->status_mutex);
-  return impl_->status;
-}
+LineStatus Publisher::status() const { return impl_->status_now(); }
 
 const PlantConfig& Publisher::config() const { return impl_->parts.config; }
 
