@@ -125,22 +125,17 @@ void require_format(const JsonReader& r, C&) {
            "\"; this is another kind of file or a newer version");
 }
 
-TomlTable document(const JsonReader& r) {
-  return table_from_json(write_json(r.object()), r.where());
-}
+TomlTable document(const JsonReader& r) { return table_from_json(r.object(), r.where()); }
 
 Field<C> robot_field() {
-  return {"robot",
-          [](const C& c) { return parse_ordered_json(toml_to_json(robot_to_toml(c.cell.robot))); },
+  return {"robot", [](const C& c) -> Json { return toml_to_json(robot_to_toml(c.cell.robot)); },
           [](const JsonReader& r, C& c) { c.cell.robot = read_robot(document(r)); }};
 }
 
 Field<C> cell_field() {
   return {
       "cell",
-      [](const C& c) {
-        return parse_ordered_json(toml_to_json(cell_to_toml(c.cell, c.cell.robot.name)));
-      },
+      [](const C& c) -> Json { return toml_to_json(cell_to_toml(c.cell, c.cell.robot.name)); },
       [](const JsonReader& r, C& c) { c.cell = read_cell(document(r), std::move(c.cell.robot)); }};
 }
 

@@ -432,7 +432,8 @@ json to_json(const toml::node& node) {
   }
   if (const auto* text = node.as_string()) return text->get();
   if (const auto* number = node.as_integer()) return number->get();
-  if (const auto* number = node.as_floating_point()) return number->get();
+  if (const auto* number = node.as_floating_point())
+    return std::isfinite(number->get()) ? json(number->get()) : json();
   if (const auto* flag = node.as_boolean()) return flag->get();
   throw FileError("dates and times are not allowed in a robot or cell file");
 }
@@ -501,26 +502,22 @@ std::string toml_string(std::string_view text) {
   return out + '"';
 }
 
-std::string toml_to_json(std::string_view text) {
+json toml_to_json(std::string_view text) {
   try {
-    return write_json(to_json(toml::parse(text)));
+    return to_json(toml::parse(text));
   } catch (const toml::parse_error& e) {
     throw FileError("not valid TOML: " + std::string(e.description()));
   }
 }
 
-std::string json_to_toml(std::string_view text) {
-  refuse_deep_json(text, "JSON");
+std::string json_to_toml(const json& object) {
   std::ostringstream out;
-  out << toml::toml_formatter(to_table(json::parse(text), "JSON"));
+  out << toml::toml_formatter(to_table(object, "JSON"));
   return out.str() + "\n";
 }
 
-TomlTable table_from_json(std::string_view text, const std::string& name) {
-  refuse_deep_json(text, name);
-  const json document = parse_json(text);
-  if (!document.is_object()) throw FileError(name, ": must be a JSON object");
-  return TomlAccess::table(to_table(document, name), name);
+TomlTable table_from_json(const json& object, const std::string& name) {
+  return TomlAccess::table(to_table(object, name), name);
 }
 
 }  // namespace cellcal::calib

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <initializer_list>
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -84,12 +85,12 @@ std::string toml_number(double value);
 /// Quoted and escaped as a TOML basic string.
 std::string toml_string(std::string_view text);
 
-/// TOML text to compact JSON text. Throws FileError.
-std::string toml_to_json(std::string_view toml);
-/// JSON object text as TOML text, keys in alphabetical order. Throws FileError.
-std::string json_to_toml(std::string_view json);
-/// JSON object text as a table for the strict reader. Throws FileError.
-TomlTable table_from_json(std::string_view json, const std::string& name);
+/// TOML text as JSON; null for numbers that are not finite. Throws FileError.
+nlohmann::json toml_to_json(std::string_view toml);
+/// JSON object as TOML text, keys in alphabetical order. Throws FileError.
+std::string json_to_toml(const nlohmann::json& object);
+/// JSON object as a table for the strict reader. Throws FileError.
+TomlTable table_from_json(const nlohmann::json& object, const std::string& name);
 
 // Shared by the two files that include toml++.
 

@@ -429,7 +429,7 @@ CellForm content_of(const nlohmann::json& file, const std::string& name) {
 }  // namespace
 
 std::optional<CellForm> form_in(const std::string& text, const std::filesystem::path& cell_file) {
-  const auto file = nlohmann::json::parse(calib::toml_to_json(text));
+  const auto file = calib::toml_to_json(text);
   try {
     CellForm form = content_of(file, cell_file.string());
     form.robot = robot_of(file.at("robot").get<std::string>(), cell_file);
@@ -444,7 +444,7 @@ std::optional<CellForm> form_in(const std::string& text, const std::filesystem::
 
 UploadedCell uploaded_cell(const std::string& text, const std::string& name) {
   const calib::TomlTable document = calib::TomlTable::parse(text, name);
-  const auto file = nlohmann::json::parse(calib::toml_to_json(text));
+  const auto file = calib::toml_to_json(text);
   if (file.contains("tool") && file["tool"].is_array())
     document.fail("tool", "several tools ([[tool]]); the form has one. Make it [tool]");
   const std::string robot = document.string("robot");

@@ -400,8 +400,8 @@ void name_list(const std::string& key, const json& list, std::vector<std::string
 }
 
 json merged(const CellForm& form, const std::string& before_text, std::vector<std::string>& kept) {
-  json now = json::parse(calib::toml_to_json(cell_text(form)));
-  const json before = json::parse(calib::toml_to_json(before_text));
+  json now = calib::toml_to_json(cell_text(form));
+  const json before = calib::toml_to_json(before_text);
   const json touch = before.value("touch", json::object());
   constexpr std::array<std::string_view, 0> kNothing{};
   leave_out(now["tool"], before.at("tool"), kOfTheTool, "tool", kept);
@@ -434,7 +434,7 @@ std::string cell_text_with(const CellForm& form, const std::string& before) {
   const json now = merged(form, before, kept);
   if (kept.empty()) return cell_text(form);
   return "# Written by the form on the page, which keeps what it does not show.\n" +
-         calib::json_to_toml(now.dump());
+         calib::json_to_toml(now);
 }
 
 namespace {

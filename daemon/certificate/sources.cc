@@ -127,8 +127,8 @@ Sources read_sources(const Archive& archive, const std::string& from) {
   all.earlier = earlier_of(all.compared);
   (void)cell_of(record->inputs);  // content that cannot be interpreted is not printed
   all.calibration_json = json::parse(record->calibration);
-  all.cell_json = json::parse(calib::toml_to_json(record->inputs.cell_text));
-  all.robot_json = json::parse(calib::toml_to_json(record->inputs.robot_text));
+  all.cell_json = calib::toml_to_json(record->inputs.cell_text);
+  all.robot_json = calib::toml_to_json(record->inputs.robot_text);
   // number in the recording journal, not in the one that imported it
   all.record.id = record->origin ? record->origin->session : session;
   return all;

@@ -139,7 +139,7 @@ ordered_json as_json(const std::vector<calib::SetAside>& all) {
 }
 
 ordered_json as_json(const calib::FleetPriors& priors) {
-  return ordered_json::parse(calib::toml_to_json(calib::priors_to_toml(priors)));
+  return calib::toml_to_json(calib::priors_to_toml(priors));
 }
 
 void print_json(const ordered_json& json) {

@@ -60,7 +60,7 @@ std::vector<std::pair<std::int64_t, SessionRecord>> candidates(Journal& journal,
 
 /// Serial number of the robot, where the cell file states it.
 std::string serial_of(const SessionRecord& record) {
-  const auto cell = nlohmann::json::parse(calib::toml_to_json(record.inputs.cell_text));
+  const auto cell = calib::toml_to_json(record.inputs.cell_text);
   const nlohmann::json::json_pointer where("/identity/robot_serial");
   return cell.contains(where) ? cell.at(where).get<std::string>() : "";
 }

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "calib/files/toml.h"
 #include "calib/model/units.h"
 #include "tests/calib/files/documents.h"

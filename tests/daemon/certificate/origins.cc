@@ -80,8 +80,8 @@ Origins::Origins(const Archive& archive) : rows_(archive.at("rows.jsonl")) {
     }
   }
   calibration_ = json::parse(session_.at("calibration").get<std::string>());
-  cell_ = json::parse(calib::toml_to_json(session_.at("cell_text").get<std::string>()));
-  robot_ = json::parse(calib::toml_to_json(session_.at("robot_text").get<std::string>()));
+  cell_ = calib::toml_to_json(session_.at("cell_text").get<std::string>());
+  robot_ = calib::toml_to_json(session_.at("robot_text").get<std::string>());
 }
 
 std::variant<double, std::string> Origins::touch(const std::string& path) const {
