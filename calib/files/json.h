@@ -84,9 +84,6 @@ class JsonReader {
 /// Discarded (`is_discarded()`) if the text is not JSON.
 nlohmann::json parse_json(std::string_view text);
 
-/// For JSON known to be valid; preserves the order of keys.
-nlohmann::ordered_json parse_ordered_json(std::string_view text);
-
 /// On one line. Throws nlohmann's error for bytes that are not UTF-8.
 std::string write_json(const nlohmann::json& value);
 

@@ -107,7 +107,7 @@ Announced send_to_plant(const Connection& daemon, const std::string& session,
   for (const std::string& name : names) files.push_back({name, calib::read_file(directory / name)});
   try {
     const plant::FactBody fact = plant::certificate_fact(number, std::move(files));
-    nlohmann::json body = nlohmann::json::parse(plant::body_to_json(fact));
+    nlohmann::json body = plant::json_of(fact);
     body["content"] = content;
     const Response answer =
         ask(daemon, "POST", "/v1/sessions/" + session + "/certificate", body.dump());

@@ -275,11 +275,9 @@ constexpr std::size_t kLargestFile = kMostKept * (std::size_t{1} << 18);
 
 /// The message as an object of its own.
 fields::Value<Proposal> proposal() {
-  return {[](const Proposal& p) { return calib::parse_ordered_json(to_json(p)); },
-          [](const calib::JsonReader& reader) {
+  return {message_of, [](const calib::JsonReader& reader) {
             const CellName of{reader.at("plant").text(), reader.at("cell").text()};
-            return proposal_from_json(calib::write_json(reader.object()),
-                                      {of, Subject::kProposal, reader.at("id").text()});
+            return proposal_in(reader.object(), {of, Subject::kProposal, reader.at("id").text()});
           }};
 }
 

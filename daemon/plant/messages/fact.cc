@@ -246,10 +246,6 @@ const Table<DroppedFact>& table_of(const DroppedFact&) {
   return kTable;
 }
 
-Json json_of(const FactBody& body) {
-  return std::visit([](const auto& one) { return fields::to_json(table_of(one), one); }, body);
-}
-
 /// Reads the alternative of that name, by trying them in turn.
 template <std::size_t I = 0>
 FactBody read_body(std::string_view kind, const JsonReader& reader) {
@@ -266,6 +262,10 @@ FactBody read_body(std::string_view kind, const JsonReader& reader) {
 std::string id_of(const Fact& fact) { return fact.journal + '-' + std::to_string(fact.number); }
 
 }  // namespace
+
+Json json_of(const FactBody& body) {
+  return std::visit([](const auto& one) { return fields::to_json(table_of(one), one); }, body);
+}
 
 std::string body_to_json(const FactBody& body) {
   return json_of(body).dump(-1, ' ', false, kReplace);

@@ -165,6 +165,7 @@ Worth worth_of(const FactBody& body);
 inline constexpr std::size_t kLargestMessage = std::size_t{8} << 20;
 
 /// The body only, as stored in an outbox until the header is known.
+calib::fields::Json json_of(const FactBody& body);
 std::string body_to_json(const FactBody& body);
 /// `kind`: as returned by kind_of(). Throws calib::FileError.
 FactBody body_from_json(std::string_view kind, std::string_view json);

@@ -125,17 +125,22 @@ const fields::Table<Proposal>& proposal_fields() {
 
 const char* to_string(ProposalKind kind) { return kProposalKinds[kind]; }
 
-std::string to_json(const Proposal& proposal) {
-  fields::Json json{
-      {"format", kProposalFormat}, {"plant", proposal.of.plant}, {"cell", proposal.of.cell}};
+Json message_of(const Proposal& proposal) {
+  Json json{{"format", kProposalFormat}, {"plant", proposal.of.plant}, {"cell", proposal.of.cell}};
   json.update(fields::to_json(proposal_fields(), proposal));
-  return json.dump(-1, ' ', false, fields::Json::error_handler_t::replace);
+  return json;
+}
+
+std::string to_json(const Proposal& proposal) {
+  return message_of(proposal).dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 Proposal proposal_from_json(std::string_view json, const Topic& topic) {
-  const std::string where = to_text(topic);
-  const nlohmann::json parsed = json_of(json, kLargestProposal, where);
-  const calib::JsonReader reader(parsed, where);
+  return proposal_in(json_of(json, kLargestProposal, to_text(topic)), topic);
+}
+
+Proposal proposal_in(const nlohmann::json& message, const Topic& topic) {
+  const calib::JsonReader reader(message, to_text(topic));
   if (reader.at("format").text() != kProposalFormat)
     reader.at("format").fail(std::string("must be \"") + kProposalFormat + '"');
   Proposal proposal;

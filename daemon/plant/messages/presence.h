@@ -77,5 +77,8 @@ struct Proposal {
 std::string to_json(const Proposal& proposal);
 /// Throws calib::FileError.
 Proposal proposal_from_json(std::string_view json, const Topic& topic);
+/// The message as part of another document.
+calib::fields::Json message_of(const Proposal& proposal);
+Proposal proposal_in(const nlohmann::json& message, const Topic& topic);
 
 }  // namespace cellcal::daemon::plant
