@@ -75,8 +75,9 @@ Delivery post(const WebhookConfig& config, const std::string& secret, const std:
 // The program inherits only PATH in an empty environment: no socket, no serial port, no blocked signal. It is
 // waited for, and terminated after the time limit.
 
-/// The complete mail with lines ended by
-/// , as sendmail expects. `date`: RFC 5322. `id`: letters and digits, unique per mail.
+/// The complete mail with lines ended by LF, as sendmail expects. `date`: RFC 5322. `id`: letters and digits, unique per
+/// mail. Not by curl_mime, which builds bodies for curl's own SMTP transfer: the mail is also handed to the local
+/// sendmail program, so it is composed once here.
 std::string mail_text(const MailConfig& config, const Message& message, const std::string& date,
                       const std::string& id);
 
@@ -85,9 +86,8 @@ Delivery send_mail(const MailConfig& config, const std::string& mail,
 
 // Delivery of one mail to a mail server (SMTP, RFC 5321).
 
-/// `mail`: complete text with lines ended by
-/// . `password` is sent over TLS only, which the server has to offer if a user is configured. After a 4yz
-/// answer to some addresses the delivery is to be repeated for those (`left`) only.
+/// `mail`: complete text with lines ended by LF. `password` is sent over TLS only, which the server has to offer if a
+/// user is configured. After a 4yz answer to some addresses the delivery is to be repeated for those (`left`) only.
 Delivery send_by_smtp(const MailConfig& config, const MailServer& server,
                       const std::string& password, const std::string& mail);
 
