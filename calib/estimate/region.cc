@@ -93,11 +93,9 @@ std::vector<JointVector> poses_between(const std::vector<JointVector>& postures,
   if (postures.empty()) return poses;
   Random random(seed);
   while (static_cast<int>(poses.size()) < count) {
-    JointVector q = postures[random.below(postures.size())];
-    const JointVector& other = postures[random.below(postures.size())];
-    const double share = random.uniform();
-    for (std::size_t i = 0; i < q.size(); ++i) q[i] += share * (other[i] - q[i]);
-    poses.push_back(std::move(q));
+    const JointVector& from = postures[random.below(postures.size())];
+    const JointVector& to = postures[random.below(postures.size())];
+    poses.push_back(interpolated(from, to, random.uniform()));
   }
   return poses;
 }

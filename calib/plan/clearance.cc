@@ -233,14 +233,10 @@ struct Clearance::Impl {
   Corner corner(const JointVector& from, const JointVector& at, const JointVector& to,
                 const Mode& mode) const {
     if (passable) return {};
-    const auto on_leg = [&](const JointVector& other, double share) {
-      JointVector q(at);
-      for (std::size_t i = 0; i < q.size(); ++i) q[i] += share * (other[i] - at[i]);
-      return q;
-    };
     for (double share = kMostCornerShare; share > kLeastCornerShare; share *= kSmallerCorner) {
       int postures_left = kMostCornerPostures;
-      if (is_clear({at, on_leg(from, share), on_leg(to, share)}, mode, postures_left))
+      if (is_clear({at, interpolated(at, from, share), interpolated(at, to, share)}, mode,
+                   postures_left))
         return {share, share};
     }
     return {};

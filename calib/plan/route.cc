@@ -41,12 +41,6 @@ constexpr int kMostFailed = 4;
 constexpr std::size_t kMostKept = 6;
 constexpr std::size_t kLastStops = 2;  ///< of such a path, from which other touches are tried
 
-JointVector between(const JointVector& a, const JointVector& b, double share) {
-  JointVector q(a);
-  for (std::size_t i = 0; i < q.size(); ++i) q[i] += share * (b[i] - a[i]);
-  return q;
-}
-
 std::vector<JointVector> joined(std::vector<JointVector> a, const std::vector<JointVector>& b) {
   a.insert(a.end(), b.begin(), b.end());
   return a;
@@ -100,17 +94,17 @@ std::vector<JointVector> Router::shortened(const JointVector& from,
       }
       JointVector nearest = before;
       for (int i = 1; i <= kPlaces; ++i) {
-        const JointVector at = between(before, behind, static_cast<double>(i) / kPlaces);
+        const JointVector at = interpolated(before, behind, static_cast<double>(i) / kPlaces);
         if (move_s(cell_.robot, way[k], at, {}) < move_s(cell_.robot, way[k], nearest, {}))
           nearest = at;
       }
       double clear = 0.0, too_far = 1.0;
       for (int i = 0; i < kHalvings; ++i) {
         const double middle = 0.5 * (clear + too_far);
-        const JointVector at = between(way[k], nearest, middle);
+        const JointVector at = interpolated(way[k], nearest, middle);
         (clear_chain(before, {at, behind}) ? clear : too_far) = middle;
       }
-      way[k] = between(way[k], nearest, clear);
+      way[k] = interpolated(way[k], nearest, clear);
       ++k;
     }
   return way;
@@ -323,12 +317,6 @@ class Moves final : public ob::MotionValidator {
   double margin_m_;
 };
 
-JointVector on_the_way(const JointVector& a, const JointVector& b, double share) {
-  JointVector q(a.size());
-  for (std::size_t i = 0; i < q.size(); ++i) q[i] = a[i] + share * (b[i] - a[i]);
-  return q;
-}
-
 /// Cuts corners: a clear move between two random points of the path replaces what lies between
 /// them. `way` begins with its start.
 void shorten(std::vector<JointVector>& way, const Clearance& clearance, double margin_m,
@@ -341,9 +329,9 @@ void shorten(std::vector<JointVector>& way, const Clearance& clearance, double m
     if (a > b) std::swap(a, b);
     const auto i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
     if (i == j) continue;  // on the same move
-    const JointVector from = on_the_way(way[i], way[i + 1], a - static_cast<double>(i));
+    const JointVector from = interpolated(way[i], way[i + 1], a - static_cast<double>(i));
     const JointVector to =
-        j + 1 < way.size() ? on_the_way(way[j], way[j + 1], b - static_cast<double>(j)) : way[j];
+        j + 1 < way.size() ? interpolated(way[j], way[j + 1], b - static_cast<double>(j)) : way[j];
     if (!clearance.clear(way[i], from, margin_m) || !clearance.clear(from, to, margin_m) ||
         (j + 1 < way.size() && !clearance.clear(to, way[j + 1], margin_m)))
       continue;

@@ -18,12 +18,6 @@ namespace {
 /// A tip farther from every nominal surface is in contact with something else.
 constexpr double kNearM = 0.03;
 
-JointVector interpolated(const JointVector& from, const JointVector& to, double share) {
-  JointVector q(from);
-  for (std::size_t i = 0; i < q.size(); ++i) q[i] += share * (to[i] - from[i]);
-  return q;
-}
-
 /// Point of the straight move from `from` to `to` nearest to `at`, as a share.
 double nearest_share(const JointVector& from, const JointVector& to, const JointVector& at) {
   double along = 0.0, length = 0.0;
