@@ -12,6 +12,12 @@
 
 namespace cellcal::calib {
 
+Eigen::Vector3d mean_of_points(const std::vector<Eigen::Vector3d>& points) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const auto& p : points) mean += p / static_cast<double>(points.size());
+  return mean;
+}
+
 namespace {
 
 constexpr int kIterations = 50;
@@ -28,12 +34,6 @@ constexpr double kThick = 0.5;
 /// line.
 constexpr double kThin = 1e-3;
 
-Eigen::Vector3d mean_of(const std::vector<Eigen::Vector3d>& points) {
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const auto& p : points) mean += p / static_cast<double>(points.size());
-  return mean;
-}
-
 PointSpread spread_about(const Eigen::Vector3d& mean, const std::vector<Eigen::Vector3d>& points) {
   Eigen::MatrixXd centred(3, static_cast<Eigen::Index>(points.size()));
   for (Eigen::Index i = 0; i < centred.cols(); ++i)
@@ -49,7 +49,7 @@ class CentreCost {
       : points_m_(points_m),
         radius_m_(radius_m),
         outwards_(hints.outwards),
-        mean_m_(mean_of(points_m)),
+        mean_m_(mean_of_points(points_m)),
         weight_(1.0 / (point_sigma_m * point_sigma_m)) {
     if (hints.stated_m == nullptr || !(hints.stated_sigma_m > 0.0)) return;
     stated_m_ = *hints.stated_m;
@@ -116,7 +116,7 @@ SphereFit fit_centre(const std::vector<Eigen::Vector3d>& points_m,
                      double point_sigma_m) {
   SphereFit fit;
   const auto n = static_cast<Eigen::Index>(points_m.size());
-  const Eigen::Vector3d mean = mean_of(points_m);
+  const Eigen::Vector3d mean = mean_of_points(points_m);
   fit.centre_m = hints.stated_m != nullptr ? *hints.stated_m : mean;
   if (n == 0) return fit;
 
@@ -159,7 +159,7 @@ SphereFit fit_centre(const std::vector<Eigen::Vector3d>& points_m,
 PlaneFit fit_plane(const std::vector<Eigen::Vector3d>& points_m) {
   PlaneFit fit;
   if (points_m.empty()) return fit;
-  fit.middle_m = mean_of(points_m);
+  fit.middle_m = mean_of_points(points_m);
   if (points_m.size() < 3) return fit;
   const auto [s, directions] = spread_about(fit.middle_m, points_m);
   fit.normal = directions.col(2);
@@ -171,8 +171,8 @@ FrameFit fit_frame(const std::vector<Eigen::Vector3d>& readings_m,
                    const std::vector<Eigen::Vector3d>& points_m) {
   FrameFit fit;
   if (readings_m.empty()) return fit;
-  fit.middle_m = mean_of(readings_m);
-  fit.frame.translation() = mean_of(points_m) - fit.middle_m;
+  fit.middle_m = mean_of_points(readings_m);
+  fit.frame.translation() = mean_of_points(points_m) - fit.middle_m;
   if (readings_m.size() < 3) return fit;
   const Eigen::VectorXd s = spread_about(fit.middle_m, readings_m).values;
   fit.determined = s[1] > kThin * s[0];

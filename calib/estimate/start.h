@@ -9,6 +9,8 @@
 
 namespace cellcal::calib {
 
+Eigen::Vector3d mean_of_points(const std::vector<Eigen::Vector3d>& points);
+
 struct SphereFit {
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
   bool determined = false;  ///< the points span a sphere; else, unstated, it is their mean

@@ -197,12 +197,6 @@ Placed place_tracker(const Target& target, const Seen& seen) {
   return place;
 }
 
-Vector3d mean_of_points(const std::vector<Vector3d>& points) {
-  Vector3d mean = Vector3d::Zero();
-  for (const Vector3d& p : points) mean += p / static_cast<double>(points.size());
-  return mean;
-}
-
 Placed place_of(const Cell& cell, const Target& target, const Seen& seen) {
   if (target.kind == TargetKind::kPlane) return place_plane(cell, target, seen);
   if (target.kind == TargetKind::kTracker) return place_tracker(target, seen);

@@ -109,10 +109,6 @@ using nlohmann::ordered_json;
 constexpr double kDriftCoverage = 2.0;
 constexpr double kMonthS = 30.0 * 86400.0;
 
-ordered_json xyz_mm(const Eigen::Vector3d& m) {
-  return {m.x() * kMmPerM, m.y() * kMmPerM, m.z() * kMmPerM};
-}
-
 template <typename T>
 ordered_json or_null(const std::optional<T>& value) {
   return value ? ordered_json(*value) : ordered_json(nullptr);
@@ -149,8 +145,8 @@ ordered_json point_to_json(const DriftPoint& point, double noise) {
       {"state", to_string(point.state)}};
   if (!measured(check) || !(noise > 0.0)) return json;  // no reference yet
   const Eigen::Vector3d sigma_m = noise * check.covariance_m2.diagonal().cwiseSqrt();
-  json["off_mm"] = xyz_mm(point.off_m);
-  json["u_mm"] = xyz_mm(kDriftCoverage * sigma_m);
+  json["off_mm"] = vector_mm(point.off_m);
+  json["u_mm"] = vector_mm(kDriftCoverage * sigma_m);
   return json;
 }
 
@@ -168,7 +164,7 @@ ordered_json trend_to_json(const DriftTrend& trend) {
                     {"checks", trend.checks},
                     {"off_mm", trend.now_m.norm() * kMmPerM},
                     {"u_off_mm", kDriftCoverage * trend.now_sigma_m * kMmPerM},
-                    {"off_xyz_mm", xyz_mm(trend.now_m)},
+                    {"off_xyz_mm", vector_mm(trend.now_m)},
                     {"mm_per_month", nullptr},
                     {"u_mm_per_month", nullptr},
                     {"causes", ordered_json::array()}};
@@ -237,7 +233,7 @@ std::string drift_to_json(const DriftChart& chart, const Language& language) {
                     {"others", ordered_json::array()},
                     {"events", ordered_json::array()},
                     {"words", words(chart)}};
-  if (chart.per_kelvin_m) json["um_per_kelvin"] = xyz_mm(*chart.per_kelvin_m * 1e3);
+  if (chart.per_kelvin_m) json["um_per_kelvin"] = vector_mm(*chart.per_kelvin_m * 1e3);
   if (chart.trend) json["course"] = trend_to_json(*chart.trend);
   if (const CheckMeasurement* decided = chart.newest_decided()) json["decided_s"] = decided->time_s;
   for (const OtherChart& other : chart.others)

@@ -338,16 +338,10 @@ constexpr double kOpenTipM = 15e-3;
 /// Lengths of an arm below this count as zero.
 constexpr double kNoLengthM = 1e-4;
 
-std::optional<Eigen::Index> place_of(const Calibration& c, const ParameterKey& key) {
-  const auto found = std::ranges::find(c.parameters, key, &ParameterResult::key);
-  if (found == c.parameters.end()) return std::nullopt;
-  return found - c.parameters.begin();
-}
-
 void open_tip(Calibration& c) {
   for (int axis = 0; axis < 3; ++axis) {
     const ParameterKey key = tool_parameter(ParameterKind::kTcp, 0, axis);
-    if (place_of(c, key)) continue;
+    if (row_of(c, key)) continue;
     c.cell.tool.tcp_sigma_m[axis] = kOpenTipM;
     c.parameters.push_back({key, "mm", kMmPerM});
   }
@@ -388,7 +382,7 @@ double per_root_month(const ParameterKey& key, const DriftPerMonth& drift) {
 /// Sets one entry of a column; false if the parameter does not exist.
 bool set(Eigen::MatrixXd& columns, Eigen::Index column, const Calibration& c,
          const ParameterKey& key, double value) {
-  const auto row = place_of(c, key);
+  const auto row = row_of(c, key);
   if (row) columns(*row, column) = value;
   return row.has_value();
 }
