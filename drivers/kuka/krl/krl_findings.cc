@@ -29,15 +29,6 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-std::string shown(const std::string& line) {
-  constexpr std::size_t kShown = 60;
-  std::string text = line.substr(0, kShown);
-  for (char& c : text) {
-    if (c < ' ' || c > '~') c = '.';
-  }
-  return text;
-}
-
 }  // namespace
 
 std::vector<FileFinding> Findings::take() {

@@ -53,6 +53,15 @@ bool ends(std::string_view name, std::string_view ending) {
 
 }  // namespace
 
+std::string shown(std::string_view text) {
+  constexpr std::size_t kShown = 60;
+  std::string result(text.substr(0, kShown));
+  for (char& c : result) {
+    if (c < ' ' || c > '~') c = '.';
+  }
+  return result;
+}
+
 EkiChannelFile read_eki_channel(std::string_view content, const std::string& name) {
   const XmlText xml(content, name);
   if (std::string_view(xml.root().name()) != "ETHERNETKRL") {

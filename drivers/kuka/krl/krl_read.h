@@ -118,4 +118,7 @@ ControllerFileKind kind_of(std::string_view text, const std::string& name);
 /// no such folder, a file that is too large, too many files.
 ControllerFiles read_controller_folder(const std::filesystem::path& folder);
 
+/// Beginning of a text from a file, printable, for a message.
+std::string shown(std::string_view text);
+
 }  // namespace cellcal::drivers

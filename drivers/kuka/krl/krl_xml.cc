@@ -12,17 +12,6 @@
 namespace cellcal::drivers::krl {
 namespace {
 
-/// Length of quoted file content in a message.
-constexpr std::size_t kShown = 60;
-
-std::string shown(std::string_view text) {
-  std::string result(text.substr(0, kShown));
-  for (char& c : result) {
-    if (c < ' ' || c > '~') c = '.';
-  }
-  return result;
-}
-
 bool is_utf16(std::string_view text) {
   return text.substr(0, 2) == "\xFF\xFE" || text.substr(0, 2) == "\xFE\xFF" ||
          text.substr(0, 200).find('\0') != std::string_view::npos;
