@@ -1,5 +1,4 @@
 #include "calib/files/input_file.h"
-#include "calib/model/enum_table.h"
 #include "calib/model/units.h"
 #include "daemon/fleet/write.h"
 #include "daemon/plant/messages/text_fields.h"
@@ -16,22 +15,6 @@ using calib::kMsPerS;
 
 json maybe(const std::optional<double>& value, double unit = 1.0) {
   return value ? json(*value * unit) : json(nullptr);
-}
-
-const char* name_of(SessionState state) {
-  using enum SessionState;
-  static constexpr EnumNames<SessionState> kTable{{{kRunning, "running"},
-                                                   {kInterrupted, "interrupted"},
-                                                   {kAborted, "aborted"},
-                                                   {kFailed, "failed"},
-                                                   {kDone, "done"}}};
-  return kTable[state];
-}
-
-const char* name_of(Held held) {
-  using enum Held;
-  static constexpr EnumNames<Held> kTable{{{kYes, "yes"}, {kNo, "no"}, {kUndecided, "undecided"}}};
-  return kTable[held];
 }
 
 /// Adds the journal, number and other common fields of a fact to its records.
@@ -56,7 +39,7 @@ class Records {
 };
 
 void put(Records& to, const SessionFact& one) {
-  to.add("session_facts", {{"state", name_of(one.state)},
+  to.add("session_facts", {{"state", kSessionStates[one.state]},
                            {"purpose", one.purpose},
                            {"cell_file", one.cell_file},
                            {"robot_file", one.robot_file},
@@ -91,7 +74,7 @@ void put(Records& to, const CalibrationFact& one) {
 
 void put(Records& to, const CheckFact& one) {
   to.add("checks", {{"against", one.against},
-                    {"held", name_of(one.held)},
+                    {"held", kHeldNames[one.held]},
                     {"shift_mm", maybe(one.shift_m, kMmPerM)},
                     {"u_mm", maybe(one.u_m, kMmPerM)},
                     {"cause", one.cause},

@@ -80,23 +80,17 @@ fields::Field<T> times(const char* key, std::uint64_t T::*member) {
 
 const Table<SessionFact>& table_of(const SessionFact&) {
   using T = SessionFact;
-  static const Table<T> kTable{
-      field("state", &T::state,
-            fields::word<SessionState>({{SessionState::kRunning, "running"},
-                                        {SessionState::kInterrupted, "interrupted"},
-                                        {SessionState::kAborted, "aborted"},
-                                        {SessionState::kFailed, "failed"},
-                                        {SessionState::kDone, "done"}})),
-      field("purpose", &T::purpose, name()),
-      field("cell_file", &T::cell_file, line(kLongestText)),
-      field("robot_file", &T::robot_file, line(kLongestText)),
-      field("started", &T::started, line()),
-      field("touches", &T::touches, count<std::size_t>()),
-      field("planned", &T::planned, count<std::size_t>()),
-      field("failure_kind", &T::failure_kind, line()),
-      field("failure", &T::failure, bounded(kLongestText)),
-      field("software", &T::software, line()),
-      maybe("outcome", &T::outcome, line())};
+  static const Table<T> kTable{field("state", &T::state, fields::named(kSessionStates)),
+                               field("purpose", &T::purpose, name()),
+                               field("cell_file", &T::cell_file, line(kLongestText)),
+                               field("robot_file", &T::robot_file, line(kLongestText)),
+                               field("started", &T::started, line()),
+                               field("touches", &T::touches, count<std::size_t>()),
+                               field("planned", &T::planned, count<std::size_t>()),
+                               field("failure_kind", &T::failure_kind, line()),
+                               field("failure", &T::failure, bounded(kLongestText)),
+                               field("software", &T::software, line()),
+                               maybe("outcome", &T::outcome, line())};
   return kTable;
 }
 
@@ -118,16 +112,13 @@ const Table<CalibrationFact>& table_of(const CalibrationFact&) {
 
 const Table<CheckFact>& table_of(const CheckFact&) {
   using T = CheckFact;
-  static const Table<T> kTable{
-      times("against", &T::against),
-      field("held", &T::held,
-            fields::word<Held>(
-                {{Held::kYes, "yes"}, {Held::kNo, "no"}, {Held::kUndecided, "undecided"}})),
-      maybe("shift_mm", &T::shift_m, fields::not_negative(kMmPerM)),
-      maybe("u_mm", &T::u_m, fields::not_negative(kMmPerM)),
-      field("cause", &T::cause, line()),
-      maybe("temperature_c", &T::temperature_c, fields::number()),
-      document(&T::document)};
+  static const Table<T> kTable{times("against", &T::against),
+                               field("held", &T::held, fields::named(kHeldNames)),
+                               maybe("shift_mm", &T::shift_m, fields::not_negative(kMmPerM)),
+                               maybe("u_mm", &T::u_m, fields::not_negative(kMmPerM)),
+                               field("cause", &T::cause, line()),
+                               maybe("temperature_c", &T::temperature_c, fields::number()),
+                               document(&T::document)};
   return kTable;
 }
 
