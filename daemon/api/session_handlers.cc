@@ -32,15 +32,6 @@ using nlohmann::json;
 
 constexpr std::int64_t kUsualPage = 100, kLargestPage = 1000;
 
-/// None for a damaged row, or one of another version.
-std::optional<SessionOptions> options_of(const SessionRecord& record) {
-  try {
-    return options_from_json(record.inputs.options);
-  } catch (const std::runtime_error&) {
-    return std::nullopt;
-  }
-}
-
 /// nullopt for a session that is not done.
 std::optional<SessionOutcome> outcome_of(const SessionRecord& record) {
   return record.state == RecordState::kDone ? record.outcome : std::nullopt;
@@ -62,7 +53,7 @@ json holds(const SessionRecord& record) {
 }
 
 json to_json(const SessionRecord& record, const calib::Language& language) {
-  const std::optional<SessionOptions> options = options_of(record);
+  const std::optional<SessionOptions> options = options_in(record.inputs);
   json value{{"kind", options ? json(to_string(options->kind)) : json(nullptr)},
              {"load", options && !options->load.empty() ? json(options->load) : json(nullptr)},
              {"id", record.id},
@@ -243,7 +234,7 @@ std::optional<Response> Api::plots(const Call& call) {
 
 Response Api::document(const Call& call, std::string SessionRecord::*text, SessionKind kind) {
   const SessionRecord record = find(call);
-  const auto options = options_of(record);
+  const auto options = options_in(record.inputs);
   if ((record.*text).empty() || !options || options->kind != kind) throw no_result(record.id);
   return {200, "application/json", record.*text};
 }

@@ -57,13 +57,10 @@ calib::DriftEvent event_of(const SessionRecord& record) {
   calib::DriftEvent event;
   event.session = record.id;
   event.time_s = calib::seconds_of(record.ended).value_or(0.0);
-  try {
-    const SessionOptions options = options_from_json(record.inputs.options);
-    if (options.update) event.kind = calib::DriftEventKind::kUpdated;
-    event.accepted = options.accept_change;
-  } catch (const std::runtime_error&) {
-    // An entry of another version is a calibration without details.
-  }
+  const auto options = options_in(record.inputs);
+  if (!options) return event;  // an entry of another version is a calibration without details
+  if (options->update) event.kind = calib::DriftEventKind::kUpdated;
+  event.accepted = options->accept_change;
   return event;
 }
 

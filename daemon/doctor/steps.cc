@@ -74,14 +74,6 @@ std::optional<SetUpStep> next_of(const std::vector<StepSeen>& steps) {
 
 namespace {
 
-std::optional<SessionKind> kind_of(const SessionRecord& record) {
-  try {
-    return options_from_json(record.inputs.options).kind;
-  } catch (const std::runtime_error&) {
-    return std::nullopt;  // a damaged row, or one of another version
-  }
-}
-
 /// The file itself first, with its faults; files that it names only where it loads.
 void examine_files(Evidence& evidence) {
   calib::Cell cell;
@@ -178,7 +170,9 @@ Evidence evidence_of(const Examination& examination, Journal& journal) {
   const std::string text = text_of_cell(evidence.cell);
   for (const SessionRecord& record : sessions) {
     if (record.state != RecordState::kDone || record.inputs.cell_name != evidence.cell) continue;
-    const auto kind = kind_of(record);
+    const auto options = options_in(record.inputs);
+    if (!options) continue;
+    const SessionKind kind = options->kind;
     if (kind == SessionKind::kQualify && !evidence.qualification)
       evidence.qualification = qualified(record);
     if (kind == SessionKind::kDryRun && !evidence.dry_run && is_of(journal, record.id, text))

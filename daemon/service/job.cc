@@ -294,12 +294,8 @@ bool calibrated_before(Journal& journal, const std::string& cell) {
   const auto is_one = [&](const SessionRecord& record) {
     if (record.state != RecordState::kDone || record.inputs.cell_name != cell || record.origin)
       return false;
-    try {
-      const SessionOptions options = options_from_json(record.inputs.options);
-      return options.kind == SessionKind::kCalibrate && !options.emulated;
-    } catch (const std::runtime_error&) {
-      return false;  // a damaged row, or one of another version
-    }
+    const auto options = options_in(record.inputs);
+    return options && options->kind == SessionKind::kCalibrate && !options->emulated;
   };
   // Newest first: one of the last few sessions usually is a calibration.
   constexpr std::size_t kPage = 50;

@@ -135,6 +135,12 @@ SessionOptions options_from_json(std::string_view text) {
   return options;
 }
 
+std::optional<SessionOptions> options_in(const SessionInputs& inputs) try {
+  return options_from_json(inputs.options);
+} catch (const std::runtime_error&) {
+  return std::nullopt;
+}
+
 SessionInputs read_inputs(const std::filesystem::path& cell_file) {
   calib::CellText text = calib::read_cell_text(cell_file);
   calib::parse_cell(text);  // an invalid cell must not be used to begin
@@ -154,17 +160,11 @@ calib::Cell cell_of(const SessionInputs& inputs) {
 std::optional<ContactDelay> delay_of(Journal& journal, std::int64_t session) {
   const std::optional<SessionRecord> record = journal.session(session);
   if (!record) return std::nullopt;
-  TouchPolicy policy;
-  try {
-    const SessionOptions options = options_from_json(record->inputs.options);
-    // Its searches have speeds of their own, and it reports the delay itself.
-    if (options.kind == SessionKind::kQualify) return std::nullopt;
-    policy = options.touch;
-  } catch (const std::runtime_error&) {
-    return std::nullopt;  // another version: its speeds are unknown
-  }
+  const auto options = options_in(record->inputs);  // none: its speeds are unknown
+  // A qualification's searches have speeds of their own, and it reports the delay itself.
+  if (!options || options->kind == SessionKind::kQualify) return std::nullopt;
   return contact_delay(fast_and_slow(journal.readings(session), journal.touches(session).size()),
-                       policy.fast_m_s, policy.slow_m_s);
+                       options->touch.fast_m_s, options->touch.slow_m_s);
 }
 
 std::optional<ContactDelay> delay_before(Journal& journal, std::int64_t session) {

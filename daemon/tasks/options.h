@@ -55,6 +55,8 @@ struct SessionOptions {
 std::string options_to_json(const SessionOptions& options);
 /// Throws std::runtime_error naming the key.
 SessionOptions options_from_json(std::string_view json);
+/// None for a damaged row, or one of another version.
+std::optional<SessionOptions> options_in(const SessionInputs& inputs);
 
 // Input files of a session: read once at its start, stored as text in the journal, and read from that text
 // afterwards, so that later changes of the files have no effect on the session.

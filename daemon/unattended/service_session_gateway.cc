@@ -63,11 +63,8 @@ const char* word(End state) {
 }
 
 SessionKind kind_of(const SessionRecord& record) {
-  try {
-    return options_from_json(record.inputs.options).kind;
-  } catch (const std::exception&) {  // another version: not usable
-    return SessionKind::kCalibrate;
-  }
+  const auto options = options_in(record.inputs);  // none: not usable
+  return options ? options->kind : SessionKind::kCalibrate;
 }
 
 }  // namespace

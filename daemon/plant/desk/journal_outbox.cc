@@ -147,15 +147,6 @@ SessionState state_of(RecordState state) {
   return kTable[state];
 }
 
-/// None: another version, or an imported session. Its end is reported nevertheless.
-std::optional<SessionOptions> options_of(const SessionInputs& inputs) {
-  try {
-    return options_from_json(inputs.options);
-  } catch (const std::exception&) {
-    return std::nullopt;
-  }
-}
-
 std::string purpose_of(const std::optional<SessionOptions>& options) {
   if (!options) return "unknown";
   return options->update ? "update" : to_string(options->kind);
@@ -212,7 +203,8 @@ Report report_of(const FactBody& body, Worth worth) {
 }
 
 std::vector<Report> PlantReporter::session(const SessionRecord& session) const {
-  const std::optional<SessionOptions> options = options_of(session.inputs);
+  // None: another version, or an imported session. Its end is reported nevertheless.
+  const std::optional<SessionOptions> options = options_in(session.inputs);
   SessionFact fact;
   fact.state = state_of(session.state);
   fact.purpose = purpose_of(options);
