@@ -152,8 +152,7 @@ void ClockMap::fit() {
 
 TimePoint ClockMap::to_host(std::uint32_t ticks) const {
   const double x = x_of(ticks);
-  return base_host_ +
-         std::chrono::duration_cast<Duration>(std::chrono::duration<double>(x + deviation_s(x)));
+  return base_host_ + from_seconds(x + deviation_s(x));
 }
 
 double ClockMap::sigma_at_s(double x_s) const {

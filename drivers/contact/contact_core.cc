@@ -43,10 +43,6 @@ double wire_seconds(int baud, int bytes) {
   return static_cast<double>(bytes * CTP_BITS_PER_BYTE) / baud;
 }
 
-Duration from_seconds(double s) {
-  return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(s));
-}
-
 BoardFlaws flaws_of(const ctp::Board& board) {
   // Fuses of the ATmega328P; programmed bits are 0.
   constexpr unsigned kStartsLoader = 0x01, kBrownOut = 0x07, kBrownOut4V3 = 0x04;

@@ -36,9 +36,7 @@ void EkiController::input(TimePoint t, bool closed) {
   const double filtered = since_epoch + impl_->config.input_delay_s;
   const double sample = impl_->config.input_sample_s;
   const double seen = sample > 0.0 ? std::ceil(filtered / sample) * sample : filtered;
-  impl_->edges.emplace_back(
-      t + std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seen - since_epoch)),
-      closed);
+  impl_->edges.emplace_back(t + drivers::from_seconds(seen - since_epoch), closed);
 }
 
 bool EkiController::connect() { return impl_->channel.connect(); }

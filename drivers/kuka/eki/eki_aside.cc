@@ -9,7 +9,6 @@
 #include <boost/asio/write.hpp>
 #include <cmath>
 #include <optional>
-#include <random>
 #include <utility>
 
 #include "drivers/error.h"
@@ -311,15 +310,10 @@ EkiPosition read_position(const std::string& address, std::uint16_t port,
 
 namespace {
 
-std::uint32_t draw_ask() {
-  std::random_device device;
-  return std::uniform_int_distribution<std::uint32_t>(1, 0x7FFFFFFE)(device);
-}
-
 /// Runs the exchange on a connection. `chosen`: set once the choice was called.
 EkiFrameResult exchange_on(EkiAsideLine& line, const EkiFrameRequest& request,
                            const EkiFrameChoice& choice, bool& chosen) {
-  EkiFrameExchange exchange(request, draw_ask(), std::chrono::steady_clock::now());
+  EkiFrameExchange exchange(request, draw_number(), std::chrono::steady_clock::now());
   for (;;) {
     line.run(exchange);
     const EkiFrameResult result = *exchange.result();
@@ -327,7 +321,7 @@ EkiFrameResult exchange_on(EkiAsideLine& line, const EkiFrameRequest& request,
     chosen = true;
     const auto values = choice(*result.new_values);
     if (!values) return result;
-    exchange.set(*values, draw_ask(), std::chrono::steady_clock::now());
+    exchange.set(*values, draw_number(), std::chrono::steady_clock::now());
   }
 }
 

@@ -480,8 +480,7 @@ EkiLatchResult latch_of(const EkiTouch& touch, const EkiConfig& config,
   if (config.stop == EkiStop::kFlag) return {latch, cause::None{}};
 
   if (!touch.latched_rad) return {std::nullopt, cause::LatchMissing{}};
-  const auto span =
-      std::chrono::duration_cast<Duration>(std::chrono::duration<double>(kSpeedSpanS));
+  const auto span = from_seconds(kSpeedSpanS);
   const auto before = record.actual_at(edge - span, kSecondsPerMs);
   const WireAxes axes(config.limits);
   for (std::size_t i = 0; i < path->size(); ++i) {
@@ -542,10 +541,6 @@ namespace {
 
 constexpr std::chrono::milliseconds kHelloPeriod{500};
 
-Duration duration(double s) {
-  return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(s));
-}
-
 }  // namespace
 
 void EkiSender::begin(std::uint32_t session, TimePoint now) {
@@ -572,7 +567,7 @@ void EkiSender::repeat_hello(TimePoint now) {
 }
 
 void EkiSender::beat(TimePoint now) {
-  if (now - last_sent_ >= duration(config_.beat_s)) send({}, now);
+  if (now - last_sent_ >= from_seconds(config_.beat_s)) send({}, now);
 }
 
 bool EkiSender::confirm(std::uint32_t seq, TimePoint now) {
@@ -583,7 +578,7 @@ bool EkiSender::confirm(std::uint32_t seq, TimePoint now) {
 }
 
 bool EkiSender::unread(TimePoint now) const {
-  return outbox_.unconfirmed() > 0 && now - last_progress_ > duration(config_.silence_s);
+  return outbox_.unconfirmed() > 0 && now - last_progress_ > from_seconds(config_.silence_s);
 }
 
 }  // namespace cellcal::drivers

@@ -9,7 +9,6 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <mutex>
-#include <random>
 
 #include "drivers/error.h"
 #include "drivers/kuka/moves/robot_shell.h"
@@ -24,12 +23,6 @@ using boost::system::error_code;
 constexpr std::chrono::milliseconds kRetry{500};
 constexpr std::chrono::seconds kConnectLimit{3}, kCloseLimit{3};
 constexpr std::size_t kRead = 4096;
-
-// A new number for each connection, so that telegrams of an old one are void.
-std::uint32_t draw_session() {
-  std::random_device device;
-  return std::uniform_int_distribution<std::uint32_t>(1, 0x7FFFFFFE)(device);
-}
 
 }  // namespace
 
@@ -106,7 +99,7 @@ struct EkiRobot::Impl : std::enable_shared_from_this<EkiRobot::Impl> {
       error_code refused;  // otherwise a full buffer would block this thread
       self->socket.non_blocking(true, refused);
       if (refused) return self->drop(refused.message(), at);
-      self->core->on_connected(draw_session(), at);
+      self->core->on_connected(draw_number(), at);  // telegrams of an old connection are void
       self->flush();
       if (turn == self->connection) self->read(turn);
     });

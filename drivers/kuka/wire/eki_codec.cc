@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <pugixml.hpp>
+#include <random>
 #include <span>
 
 #include "drivers/kuka/wire/xml_arena.h"
@@ -158,6 +159,11 @@ EkiError read_state(const pugi::xml_node& root, EkiState& state) {
 }
 
 }  // namespace
+
+std::uint32_t draw_number() {
+  std::random_device device;
+  return std::uniform_int_distribution<std::uint32_t>(1, 0x7FFFFFFE)(device);
+}
 
 const char* to_string(EkiError error) {
   switch (error) {

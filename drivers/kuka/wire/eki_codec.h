@@ -190,6 +190,9 @@ enum class EkiFrameKind : int {
   kAdvice = 3,  ///< number 1: CELLCAL_ADVICE_UNTIL and CELLCAL_ADVICE, as X and Y
 };
 
+/// 1..2^31-1, hard to guess: number of a session, or of a telegram with a frame.
+std::uint32_t draw_number();
+
 /// RobotState/Frame/@Done.
 enum class EkiFrameDone : int {
   kNotYet = 0,
