@@ -12,6 +12,7 @@
 
 #include "calib/check/controller_model.h"
 #include "calib/files/toml.h"
+#include "calib/model/enum_table.h"
 #include "calib/model/robot.h"
 #include "daemon/config/network_config.h"
 #include "daemon/config/unattended_config.h"
@@ -25,6 +26,8 @@
 namespace cellcal::daemon {
 
 enum class BackendKind { kRsi, kEki, kMock };
+inline constexpr EnumNames<BackendKind> kBackends{
+    {{BackendKind::kRsi, "rsi"}, {BackendKind::kEki, "eki"}, {BackendKind::kMock, "mock"}}};
 /// Protocol of the controller.
 enum class WireKind { kRsi, kEki };
 

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/files/calibration_json.h"
-#include "calib/model/enum_table.h"
 #include "daemon/api/http/http.h"
 #include "daemon/doctor/wires.h"
 #include "daemon/files/atomic_file.h"
@@ -18,18 +17,12 @@ namespace {
 
 using calib::Phrase;
 
-const char* name_of(BackendKind backend) {
-  using enum BackendKind;
-  static constexpr EnumNames<BackendKind> kTable{{{kRsi, "rsi"}, {kEki, "eki"}, {kMock, "mock"}}};
-  return kTable[backend];
-}
-
 std::optional<DaemonConfig> examine_config(const DoctorRequest& request, Findings& findings) {
   try {
     DaemonConfig config = load_config(request.config);
     findings.ok("configuration",
                 {"say.doctor.config",
-                 {{"file", request.config.string()}, {"backend", name_of(config.backend)}}});
+                 {{"file", request.config.string()}, {"backend", kBackends[config.backend]}}});
     return config;
   } catch (const std::exception& error) {
     findings.fail("configuration", error.what(), "say.doctor.config.do");
@@ -68,7 +61,7 @@ void examine(const DoctorRequest& request, Findings& findings) {
 void examine_from_within(const DoctorRequest& request, const DaemonConfig& config,
                          Findings& findings) {
   findings.ok("configuration",
-              {"say.doctor.config.loaded", {{"backend", name_of(config.backend)}}});
+              {"say.doctor.config.loaded", {{"backend", kBackends[config.backend]}}});
   const std::optional<calib::Cell> cell = examine_cell(request, config, findings);
   if (request.stop.stop_requested()) return;
   std::optional<ProcessRights> rights = rights_of_process(::getpid());

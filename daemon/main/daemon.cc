@@ -9,7 +9,6 @@
 #include <csignal>
 
 #include "calib/files/calibration_json.h"
-#include "calib/model/enum_table.h"
 #include "daemon/api/access.h"
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/page.h"
@@ -169,12 +168,6 @@ void reload_at_hang_up(asio::signal_set& hang_ups, OnRequest& reload) {
     reload.ask();
     reload_at_hang_up(hang_ups, reload);
   });
-}
-
-const char* name_of(BackendKind backend) {
-  using enum BackendKind;
-  static constexpr EnumNames<BackendKind> kTable{{{kRsi, "rsi"}, {kEki, "eki"}, {kMock, "mock"}}};
-  return kTable[backend];
 }
 
 AccessConfig access_config(const std::optional<HttpConfig>& http,
@@ -351,7 +344,7 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
   const Watchdog watchdog(context, service, systemd);
   advice.start();
   spdlog::info("cellcald {} listens on {}, backend {}", calib::software_version(),
-               config.socket.string(), name_of(config.backend));
+               config.socket.string(), kBackends[config.backend]);
   sd_notify(0, "READY=1\nSTATUS=idle");
   context.run();
   spdlog::info("stopped");
