@@ -21,6 +21,12 @@
 
 namespace cellcal::calib {
 
+bool must_find(const Cell& cell) {
+  return std::ranges::any_of(cell.targets, [](const Target& target) {
+    return target.kind == TargetKind::kSphere && !target.has_centre;
+  });
+}
+
 namespace {
 
 using Eigen::Vector3d;

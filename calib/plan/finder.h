@@ -27,6 +27,9 @@ namespace cellcal::calib {
 
 inline constexpr double kFoundSigmaM = 0.0025;
 
+/// True if a sphere's place is not known.
+bool must_find(const Cell& cell);
+
 class Finder {
  public:
   /// Locates spheres without a centre, or `all`. `made`: earlier touches of the same session, at any

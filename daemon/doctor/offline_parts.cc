@@ -7,6 +7,7 @@
 #include "calib/model/long_work.h"
 #include "calib/model/units.h"
 #include "calib/plan/cell_check.h"
+#include "calib/plan/finder.h"
 #include "calib/plan/plan.h"
 #include "daemon/doctor/doctor.h"
 #include "daemon/files/correction_limit.h"
@@ -62,16 +63,10 @@ void examine_contradictions(const calib::Cell& cell, Findings& findings) {
   if (faults.empty()) findings.ok(check, "say.doctor.cell.good");
 }
 
-bool any_to_be_found(const calib::Cell& cell) {
-  return std::any_of(cell.targets.begin(), cell.targets.end(), [](const calib::Target& target) {
-    return target.kind == calib::TargetKind::kSphere && !target.has_centre;
-  });
-}
-
 /// Plan of a session, and the axis travel that it requires.
 void examine_plan(const DaemonConfig& config, const calib::Cell& cell, Findings& findings) {
   const std::string check = "plan";
-  if (any_to_be_found(cell)) return findings.skip(check, "say.doctor.plan.find");
+  if (calib::must_find(cell)) return findings.skip(check, "say.doctor.plan.find");
   try {
     calib::PlanOptions options;
     const bool known = config.backend == BackendKind::kMock &&

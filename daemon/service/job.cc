@@ -18,6 +18,7 @@
 #include "calib/plan/cell_check.h"
 #include "calib/plan/check_plan.h"
 #include "calib/plan/duration.h"
+#include "calib/plan/finder.h"
 #include "daemon/result/contact_delay.h"
 #include "daemon/session/rules.h"
 #include "daemon/tasks/planned_round.h"
@@ -25,12 +26,6 @@
 namespace cellcal::daemon {
 
 namespace {
-
-bool must_find(const calib::Cell& cell) {
-  return std::any_of(cell.targets.begin(), cell.targets.end(), [](const calib::Target& target) {
-    return target.kind == calib::TargetKind::kSphere && !target.has_centre;
-  });
-}
 
 /// Cell checks made before anything is opened, planned or moved.
 std::vector<std::string> examine_cell(const calib::Cell& cell) {
