@@ -194,13 +194,6 @@ void write_archive(const Archive& archive, const fs::path& directory) {
 
 namespace {
 
-std::string text_in(const RowEntry& entry, const char* column) {
-  for (std::size_t i = 0; i < entry.names.size(); ++i)
-    if (entry.names[i] == column)
-      if (const auto* text = std::get_if<std::string>(&entry.columns[i])) return *text;
-  return {};
-}
-
 bool has_tool(const calib::Cell& cell, const std::string& id) {
   return id.empty() || cell.tool.id == id ||
          std::ranges::find(cell.other_tools, id, &calib::Tool::id) != cell.other_tools.end();
@@ -209,19 +202,19 @@ bool has_tool(const calib::Cell& cell, const std::string& id) {
 /// The cell of a session's row, where this version can read all of it. Throws std::runtime_error.
 calib::Cell read_session(const RowEntry& entry) {
   SessionInputs inputs;
-  inputs.cell_name = text_in(entry, "cell_name");
-  inputs.cell_text = text_in(entry, "cell_text");
-  inputs.robot_name = text_in(entry, "robot_name");
-  inputs.robot_text = text_in(entry, "robot_text");
-  (void)options_from_json(text_in(entry, "options"));
-  if (const std::string calibration = text_in(entry, "calibration"); !calibration.empty())
+  inputs.cell_name = text_of(entry, "cell_name");
+  inputs.cell_text = text_of(entry, "cell_text");
+  inputs.robot_name = text_of(entry, "robot_name");
+  inputs.robot_text = text_of(entry, "robot_text");
+  (void)options_from_json(text_of(entry, "options"));
+  if (const std::string calibration = text_of(entry, "calibration"); !calibration.empty())
     (void)calib::calibration_from_json(calibration, "calibration");
   return cell_of(inputs);
 }
 
 /// Throws std::runtime_error where the touch refers to an unknown target or tool, or to another arm.
 void validate_touch(const RowEntry& entry, const calib::Cell& cell) {
-  const std::string target = text_in(entry, "target"), tool = text_in(entry, "tool");
+  const std::string target = text_of(entry, "target"), tool = text_of(entry, "tool");
   if (std::ranges::find(cell.targets, target, &calib::Target::id) == cell.targets.end())
     throw std::runtime_error(fmt::format("target \"{}\" is not in the cell", printable(target)));
   if (!has_tool(cell, tool))

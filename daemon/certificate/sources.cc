@@ -22,20 +22,13 @@ namespace {
 
 using nlohmann::json;
 
-std::string column(const RowEntry& entry, const char* name) {
-  for (std::size_t i = 0; i < entry.names.size(); ++i)
-    if (entry.names[i] == name)
-      if (const auto* text = std::get_if<std::string>(&entry.columns[i])) return *text;
-  return {};
-}
-
 std::vector<Change> changes_in(const std::string& lines, const std::string& from) {
   std::vector<Change> changes;
   for (const RowEntry& entry : parse_lines(lines, from).entries)
     if (entry.table == "change" && !entry.names.empty()) {
-      const std::string before = column(entry, "from_phase");
-      changes.push_back({entry.row, column(entry, "time"), before, column(entry, "event"),
-                         phase_of(before), phase_of(column(entry, "to_phase"))});
+      const std::string before = text_of(entry, "from_phase");
+      changes.push_back({entry.row, text_of(entry, "time"), before, text_of(entry, "event"),
+                         phase_of(before), phase_of(text_of(entry, "to_phase"))});
     }
   return changes;
 }

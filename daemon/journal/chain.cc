@@ -11,17 +11,17 @@
 
 namespace cellcal::daemon {
 
+std::string random_name(int words) {
+  std::random_device source;
+  std::string name;
+  for (int i = 0; i < words; ++i) name += fmt::format("{:08x}", source());
+  return name;
+}
+
 namespace {
 
 constexpr const char* kJournal =
     "journal";  ///< kind of the first entry; its digest is the journal's name
-
-std::string random_name() {
-  std::random_device source;
-  std::string name;
-  for (int i = 0; i < 8; ++i) name += fmt::format("{:08x}", source());
-  return name;
-}
 
 [[noreturn]] void fail(const Database& database, const std::string& words) {
   throw JournalError("journal " + database.name() + ": " + words);
@@ -59,7 +59,7 @@ void Chain::append(std::int64_t session, const std::string& table, std::int64_t 
   newest_ = {number, std::move(sum)};
 }
 
-void Chain::begin() { append(0, kJournal, 0, random_name()); }
+void Chain::begin() { append(0, kJournal, 0, random_name(8)); }
 
 void Chain::add(std::int64_t session, const char* table, std::int64_t row) {
   Statement written(database_, rows_of(table, "rowid").c_str());

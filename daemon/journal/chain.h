@@ -17,6 +17,9 @@
 
 namespace cellcal::daemon {
 
+/// Of a journal, or of the outbox's source: `words` times 32 bits, in hexadecimal.
+std::string random_name(int words);
+
 /// Tables whose rows have entries.
 inline constexpr const char* kChainedTables[] = {"session",    "touch",   "reading",     "event",
                                                  "change",     "contact", "compared",    "dropped",

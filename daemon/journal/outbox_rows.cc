@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
-#include <random>
 
 #include "daemon/journal/journal_impl.h"
 #include "daemon/session/interruption.h"
@@ -23,13 +22,6 @@ constexpr std::int64_t kDroppedShare = 10;
 
 constexpr const char* kBytes = "length(CAST(body AS BLOB))";
 
-std::string random_source() {
-  std::random_device source;
-  std::string name;
-  for (int i = 0; i < 4; ++i) name += fmt::format("{:08x}", source());
-  return name;
-}
-
 const char* worth_name(Worth worth) { return worth == Worth::kResult ? "result" : "telemetry"; }
 
 std::int64_t bytes_of(const Report& report) {
@@ -40,7 +32,7 @@ std::int64_t name_source(Database& database) {
   const std::int64_t first =
       database.integer("SELECT coalesce(max(seq), 0) + 1 FROM sqlite_sequence WHERE name='outbox'");
   database.run("INSERT OR REPLACE INTO outbox_source (first, name) VALUES (?,?)", first,
-               random_source());
+               random_name(4));
   return first;
 }
 

@@ -38,6 +38,13 @@ void read_columns(Database& database, RowEntry& entry) {
 
 }  // namespace
 
+std::string text_of(const RowEntry& entry, const std::string& column) {
+  for (std::size_t i = 0; i < entry.names.size(); ++i)
+    if (entry.names[i] == column)
+      if (const auto* text = std::get_if<std::string>(&entry.columns[i])) return *text;
+  return {};
+}
+
 SessionRows read_rows(Database& database, const std::string& journal, std::int64_t session) {
   SessionRows rows{journal, session, {}};
   std::map<std::pair<std::string, std::int64_t>, std::size_t> newest;

@@ -29,6 +29,9 @@ struct SessionRows {
   std::vector<RowEntry> entries;
 };
 
+/// Text of a column; empty for another type, or without it.
+std::string text_of(const RowEntry& entry, const std::string& column);
+
 /// Reads a verified session.
 SessionRows read_rows(Database& database, const std::string& journal, std::int64_t session);
 
