@@ -4,11 +4,7 @@
 
 namespace cellcal::daemon::certificate {
 
-namespace {
-
 using Json = nlohmann::ordered_json;
-
-constexpr const char* kCertificateFormat = "cellcal.certificate/1";
 
 Json to_value(const Entry& entry) {
   Json value{{"text", entry.text}, {"from", entry.from}};
@@ -16,6 +12,10 @@ Json to_value(const Entry& entry) {
   if (!entry.unit.empty()) value["unit"] = entry.unit;
   return value;
 }
+
+namespace {
+
+constexpr const char* kCertificateFormat = "cellcal.certificate/1";
 
 template <typename T, typename F>
 Json list(const std::vector<T>& items, F to) {

@@ -59,14 +59,6 @@ std::string sheet_row(std::initializer_list<const Entry*> entries) {
   return "<tr>" + cells + "</tr>\n";
 }
 
-/// As in the rest of the document: text, value, unit, origin.
-Json value_of(const Entry& entry) {
-  Json value{{"text", entry.text}, {"from", entry.from}};
-  if (entry.value) value["value"] = *entry.value;
-  if (!entry.unit.empty()) value["unit"] = entry.unit;
-  return value;
-}
-
 }  // namespace
 
 PoseSheetData pose_sheet_of(const Sources& s, const std::vector<bool>& outlier) {
@@ -111,19 +103,19 @@ Json pose_sheet_json(const PoseSheetData& sheet) {
   if (sheet.empty()) return nullptr;
   Json accuracy = Json::array(), repeatability = Json::array();
   for (const PoseAccuracyRow& one : sheet.accuracy)
-    accuracy.push_back({{"target", value_of(one.target)},
-                        {"poses", value_of(one.poses)},
-                        {"ap_mean", value_of(one.mean)},
-                        {"ap_largest", value_of(one.largest)},
-                        {"predicted", value_of(one.predicted)}});
+    accuracy.push_back({{"target", to_value(one.target)},
+                        {"poses", to_value(one.poses)},
+                        {"ap_mean", to_value(one.mean)},
+                        {"ap_largest", to_value(one.largest)},
+                        {"predicted", to_value(one.predicted)}});
   for (const PoseRepeatabilityRow& one : sheet.repeatability)
-    repeatability.push_back({{"target", value_of(one.target)},
-                             {"first", value_of(one.first)},
-                             {"repeats", value_of(one.repeats)},
-                             {"mean", value_of(one.mean)},
-                             {"sigma", value_of(one.sigma)},
-                             {"rp", value_of(one.rp)},
-                             {"predicted", value_of(one.predicted)}});
+    repeatability.push_back({{"target", to_value(one.target)},
+                             {"first", to_value(one.first)},
+                             {"repeats", to_value(one.repeats)},
+                             {"mean", to_value(one.mean)},
+                             {"sigma", to_value(one.sigma)},
+                             {"rp", to_value(one.rp)},
+                             {"predicted", to_value(one.predicted)}});
   return {{"terms", "ISO 9283"},
           {"is_a_test_by_it", false},
           {"accuracy", accuracy},

@@ -26,6 +26,9 @@ struct Entry {
   bool stated() const { return !text.empty(); }
 };
 
+/// As in the documents: text, value, unit, origin.
+nlohmann::ordered_json to_value(const Entry& entry);
+
 /// Fixed number of decimals, with a typographic minus sign.
 Entry figure(double value, const std::string& unit, int decimals, const std::string& from);
 /// With an ASCII minus, for values copied into files.
