@@ -509,10 +509,6 @@ json shown_joints(const calib::JointVector& joint_rad, const calib::Robot& robot
   return list;
 }
 
-std::string dump(const json& value) {
-  return value.dump(-1, ' ', false, json::error_handler_t::replace);
-}
-
 namespace {
 
 /// Zero offset of each joint relative to nominal, with 1 sigma.

@@ -70,8 +70,6 @@ nlohmann::json frame(const Eigen::Isometry3d& frame);
 /// One number per joint: degrees, of a linear unit millimetres.
 nlohmann::json shown_joints(const calib::JointVector& joint_rad, const calib::Robot& robot);
 
-std::string dump(const nlohmann::json& value);
-
 // Results of the sessions of one cell file over time: stability of the arm.
 
 /// Maximum number of sessions.
