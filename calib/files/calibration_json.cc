@@ -37,11 +37,6 @@ Value<E> named(Name name, Named named) {
           }};
 }
 
-bool is_shift(const Explanation& one) {
-  return one.kind == ChangeKind::kTool || one.kind == ChangeKind::kSphere ||
-         one.kind == ChangeKind::kPositioner;
-}
-
 /// One row of the kind whose amount has this unit.
 Field<Explanation> amount(const char* key, ChangeKind kind, double per) {
   return only_of<Explanation>([=](const Explanation& one) { return one.kind == kind; },
@@ -55,6 +50,7 @@ Field<Explanation> sigma(const char* key, bool (*those)(const Explanation&), dou
 Table<Explanation> explanation_fields() {
   using E = Explanation;
   const auto of_touch = [](const E& one) { return one.kind == ChangeKind::kTouch; };
+  const auto shifted = [](const E& one) { return is_shift(one.kind); };
   const auto kind = named<ChangeKind>([](ChangeKind one) { return to_string(one); }, change_kind);
   return {
       field("kind", &E::kind, kind),
@@ -62,13 +58,14 @@ Table<Explanation> explanation_fields() {
       field("probability", &E::probability, not_negative()),
       field("log_likelihood", &E::log_likelihood, number()),
       only_of<E>(of_touch, field("touch", &E::touch, whole<std::size_t>())),
-      only_of<E>(is_shift, field("shift_mm", &E::shift_m, vector(kMmPerM))),
+      only_of<E>(shifted, field("shift_mm", &E::shift_m, vector(kMmPerM))),
       amount("angle_deg", ChangeKind::kJoint, kDegPerRad),
       amount("growth_ppm", ChangeKind::kGrowth, kPerMillion),
       amount("off_mm", ChangeKind::kTouch, kMmPerM),
       amount("turn_deg", ChangeKind::kPositioner, kDegPerRad),
       sigma(
-          "sigma_mm", [](const E& one) { return is_shift(one) || one.kind == ChangeKind::kTouch; },
+          "sigma_mm",
+          [](const E& one) { return is_shift(one.kind) || one.kind == ChangeKind::kTouch; },
           kMmPerM),
       sigma(
           "sigma_deg", [](const E& one) { return one.kind == ChangeKind::kJoint; }, kDegPerRad),

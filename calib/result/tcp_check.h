@@ -24,6 +24,11 @@ enum class ChangeKind {
 /// Name in files: "sphere". Empty for an unknown name.
 const char* to_string(ChangeKind kind);
 std::optional<ChangeKind> change_kind(const std::string& name);
+/// Of three components.
+constexpr bool is_shift(ChangeKind kind) {
+  return kind == ChangeKind::kTool || kind == ChangeKind::kSphere ||
+         kind == ChangeKind::kPositioner;
+}
 
 /// Verdict of a check on the calibration.
 enum class CheckVerdict {

@@ -45,14 +45,9 @@ Unit unit_of(calib::ChangeKind kind) {
   return {"mm", kMmPerM};
 }
 
-bool has_shift(calib::ChangeKind kind) {
-  return kind == calib::ChangeKind::kTool || kind == calib::ChangeKind::kSphere ||
-         kind == calib::ChangeKind::kPositioner;
-}
-
 json to_json(const calib::Explanation& one) {
   const Unit unit = unit_of(one.kind);
-  const bool shifted = has_shift(one.kind);
+  const bool shifted = is_shift(one.kind);
   return {{"kind", to_string(one.kind)},
           {"name", one.name},
           {"probability", one.probability},
@@ -71,7 +66,7 @@ calib::Explanation explanation_of(const json& value) {
   one.probability = value.at("probability").get<double>();
   if (value.at("touch").is_number()) one.touch = value["touch"].get<std::size_t>() - 1;
   one.sigma = value.at("u").get<double>() / (kCoverage * unit.per_si);
-  if (has_shift(one.kind))
+  if (is_shift(one.kind))
     one.shift_m = metres(value.at("shift_mm"));
   else
     one.amount = value.at("value").get<double>() / unit.per_si;
