@@ -47,11 +47,6 @@ json get(const Connection& daemon, const std::string& target) {
 
 std::string session_path(std::int64_t session) { return fmt::format("/v1/sessions/{}", session); }
 
-std::string text(const json& value, const char* key) {
-  const auto found = value.find(key);
-  return found != value.end() && found->is_string() ? found->get<std::string>() : "";
-}
-
 std::int64_t number(const json& value, const char* key) {
   const auto found = value.find(key);
   return found != value.end() && found->is_number_integer() ? found->get<std::int64_t>() : 0;
@@ -89,8 +84,8 @@ std::string waited_for(const json& status) {
 std::string what_to_do(const json& status) {
   const json waiting = status.value("waiting", json());
   if (!waiting.is_object()) return "";
-  const std::string start = waiting.value("robot", false) ? text(waiting, "start") : "";
-  const std::string sensor = waiting.value("contact", false) ? text(status, "contact") : "";
+  const std::string start = waiting.value("robot", false) ? text_in(waiting, "start") : "";
+  const std::string sensor = waiting.value("contact", false) ? text_in(status, "contact") : "";
   return start.empty() ? sensor : start;
 }
 
@@ -101,14 +96,14 @@ Progress progress_of(const json& status) {
     progress.total = static_cast<std::size_t>(number(status, "planned"));
     return progress;
   }
-  const std::string stage = text(status, "stage"), phase = text(status, "phase");
+  const std::string stage = text_in(status, "stage"), phase = text_in(status, "phase");
   if (const json planning = status.value("planning", json()); planning.is_object()) {
     Progress progress{phase, "", 0, 0, {}, {}};
     progress.share = figure(planning, "done");
     return progress;
   }
   return {status.value("finding", false) ? phase + " (" + stage + ")" : phase,
-          text(status, "target"),
+          text_in(status, "target"),
           static_cast<std::size_t>(number(status, "touches")),
           static_cast<std::size_t>(number(status, "planned")),
           figure(status, "residual_mm"),
@@ -122,7 +117,7 @@ bool is_running(const json& status) { return status.value("running", false); }
 std::string failure_words(const json& status) {
   const json failure = status.value("failure", json());
   if (!failure.is_object()) return "";
-  return text(failure, "kind") + ": " + text(failure, "detail");
+  return text_in(failure, "kind") + ": " + text_in(failure, "detail");
 }
 
 /// Prints a result file of the session, whose sentences are the daemon's; `last`: what to do next, empty: the
@@ -135,7 +130,7 @@ int conclude_with(const Connection& daemon, const json& status, const std::strin
   for (const json& line : result.value(result.contains("said") ? "said" : "words", json::array()))
     words += say(calib::phrase_of(line)) + "\n";
   words += say(last.empty() ? calib::Phrase("say.cli.figures",
-                                            {{"file", text(status, "results") + "/" + file}})
+                                            {{"file", text_in(status, "results") + "/" + file}})
                             : last);
   print_result(daemon.json, result, words + "\n");
   return flag == nullptr || result.value(flag, false) ? kSuccess : kNotPublishable;
@@ -150,12 +145,12 @@ int conclude_dry_run(const Connection& daemon, const json& status) {
 /// Prints the result of a session; the exit status follows from it.
 int conclude(const Connection& daemon, const json& status) {
   const std::int64_t session = number(status, "session");
-  const std::string phase = text(status, "phase");
+  const std::string phase = text_in(status, "phase");
   if (phase == "failed") throw std::runtime_error(failure_words(status));
   if (phase == "aborted") {
     throw std::runtime_error(say({"say.cli.aborted", {{"session", session}}}));
   }
-  const std::string kind = text(status, "kind");
+  const std::string kind = text_in(status, "kind");
   if (kind == "qualify") return conclude_with(daemon, status, "qualification.json", "passed");
   if (kind == "check") return conclude_with(daemon, status, "check.json", "holds");
   if (kind == "find")
@@ -166,11 +161,11 @@ int conclude(const Connection& daemon, const json& status) {
       calib::calibration_from_json(calibration.body, "the daemon's calibration");
   json value = status;
   value["residuals"] = json::parse(calibration.body).value("residuals", json());
-  const std::string why = text(status, "why_ended");
+  const std::string why = text_in(status, "why_ended");
   print_result(
       daemon.json, value,
       (why.empty() ? "" : say({"say.cli.stopped", {{"why", why}}}) + "\n") + result_words(result) +
-          say({"say.cli.report", {{"file", text(status, "results") + "/report.html"}}}) + "\n");
+          say({"say.cli.report", {{"file", text_in(status, "results") + "/report.html"}}}) + "\n");
   return result.verdict.publish() ? kSuccess : kNotPublishable;
 }
 
@@ -179,7 +174,7 @@ enum class BeforeMotion { kCtrlCEnds, kCtrlCDetaches };
 
 /// True before any motion: nothing moves before both links are up.
 bool before_motion(const json& status) {
-  const std::string phase = text(status, "phase");
+  const std::string phase = text_in(status, "phase");
   return phase == "planning" || phase == "connecting";
 }
 
@@ -191,7 +186,7 @@ int end_session(const Connection& daemon, std::int64_t session) {
     std::this_thread::sleep_for(kPollInterval);
     status = get(daemon, "/v1/status");
   }
-  if (text(status, "phase") != "aborted") return conclude(daemon, status);
+  if (text_in(status, "phase") != "aborted") return conclude(daemon, status);
   std::fprintf(stderr, "session %lld ended before anything moved\n",
                static_cast<long long>(session));
   return kJobFailed;
@@ -274,7 +269,7 @@ std::string outcome_words(const json& of) {
 }
 
 std::string load_words(const json& session) {
-  const std::string load = text(session, "load");
+  const std::string load = text_in(session, "load");
   return load.empty() ? "" : say({"say.cli.with_load", {{"load", load}}});
 }
 
@@ -283,7 +278,7 @@ std::string status_words(const json& status) {
   if (const json left = status.value("interrupted", json()); session == 0 && left.is_object()) {
     return say({"say.cli.idle.interrupted",
                 {{"session", number(left, "session")},
-                 {"started", text(left, "started")},
+                 {"started", text_in(left, "started")},
                  {"touches", number(left, "touches")},
                  {"planned", number(left, "planned")}}}) +
            "\n";
@@ -291,7 +286,7 @@ std::string status_words(const json& status) {
   if (session == 0) return say("say.cli.idle") + "\n";
   std::string words =
       say({"say.cli.session",
-           {{"session", session}, {"phase", "say.phase." + text(status, "phase")}}}) +
+           {{"session", session}, {"phase", "say.phase." + text_in(status, "phase")}}}) +
       load_words(status) + "\n";
   words += outcome_words(status);
   for (const std::string& warning : warnings_of(status)) words += warning;
@@ -301,15 +296,15 @@ std::string status_words(const json& status) {
   }
   words += interruption_words(status);
   if (const auto left = figure(status, "busy_left_s");
-      left && text(status, "phase") == "recovering")
+      left && text_in(status, "phase") == "recovering")
     words += say({"say.cli.busy", {{"s", *left}}}) + "\n";
   const auto add = [&](const char* id, const char* key) {
-    if (const std::string of = text(status, key); !of.empty())
+    if (const std::string of = text_in(status, key); !of.empty())
       words += say({id, {{"words", of}}}) + "\n";
   };
   add("say.cli.robot", "robot");
   add("say.cli.contact", "contact");
-  if (text(status, "phase") != "done") words += arm_words(status.value("arm", json()));
+  if (text_in(status, "phase") != "done") words += arm_words(status.value("arm", json()));
   words += link_words(status.value("links", json()));
   if (!failure_words(status).empty()) words += failure_words(status) + "\n";
   add("say.cli.results", "results");
@@ -319,14 +314,14 @@ std::string status_words(const json& status) {
 std::string times_of(const json& times) {
   std::vector<ActivityRow> rows;
   for (const json& one : times.value("activities", json::array()))
-    rows.push_back({text(one, "activity"), text(one, "driver"), number(one, "count"),
+    rows.push_back({text_in(one, "activity"), text_in(one, "driver"), number(one, "count"),
                     figure(one, "total_s").value_or(0.0), figure(one, "worst_s").value_or(0.0)});
   return times_words(number(times, "touches"), rows);
 }
 
 /// Kind of a session; empty for a calibration, the default.
 std::string kind_words(const json& session) {
-  const std::string kind = text(session, "kind");
+  const std::string kind = text_in(session, "kind");
   return kind == "qualify"   ? "qualification: "
          : kind == "dry-run" ? "dry run: "
          : kind == "find"    ? "find: "
@@ -340,11 +335,11 @@ std::string state_word(const json& session) {
   const json outcome = session.value("outcome", json()),
              published = session.value("published", json());
   if (outcome.is_object()) {
-    std::string words = text(outcome, "kind");
+    std::string words = text_in(outcome, "kind");
     std::ranges::replace(words, '_', ' ');
     return words;
   }
-  return !published.is_boolean() ? text(session, "state")
+  return !published.is_boolean() ? text_in(session, "state")
          : published.get<bool>() ? "published"
                                  : "withheld";
 }
@@ -353,9 +348,9 @@ std::string session_line(const json& session) {
   const std::string kind = kind_words(session);
   return fmt::format(
       "{:>5}  {:<24}  {:<15}  {:>4}/{:<4}  {}{}{}\n", number(session, "id"),
-      text(session, "started"), state_word(session), number(session, "touches"),
+      text_in(session, "started"), state_word(session), number(session, "touches"),
       number(session, "planned"), kind,
-      text(session, "failure").empty() ? text(session, "cell") : text(session, "failure"),
+      text_in(session, "failure").empty() ? text_in(session, "cell") : text_in(session, "failure"),
       load_words(session));
 }
 
@@ -370,7 +365,7 @@ bool needs_full_session(const Connection& daemon, std::int64_t session) {
   const json calibration = get(daemon, session_path(session) + "/calibration.json");
   const json update = calibration.value("update", json());
   if (!update.is_object() || g_detached != 0) return false;
-  const std::string outcome = text(update, "outcome");
+  const std::string outcome = text_in(update, "outcome");
   return outcome != "nothing_changed" && outcome != "not_found";
 }
 
@@ -450,7 +445,8 @@ int show_status(const Connection& daemon) {
   const json status = get(daemon, "/v1/status");
   std::string words = status_words(status);
   if (const std::int64_t session = number(status, "session");
-      !daemon.json && text(status, "phase") == "done" && text(status, "kind") == "calibrate") {
+      !daemon.json && text_in(status, "phase") == "done" &&
+      text_in(status, "kind") == "calibrate") {
     const Response calibration =
         http_request(daemon.socket, "GET", session_path(session) + "/calibration.json");
     if (calibration.status == 200)
@@ -491,11 +487,11 @@ int abort(const Connection& daemon) {
     std::this_thread::sleep_for(kPollInterval);
     status = get(daemon, "/v1/status");
   }
-  if (text(status, "phase") == "failed") throw std::runtime_error(failure_words(status));
+  if (text_in(status, "phase") == "failed") throw std::runtime_error(failure_words(status));
   return print_result(
       daemon.json, status,
       fmt::format("session {}: {}; its touches are kept. Resume: 'cellcal run --resume'\n",
-                  number(answer, "session"), text(status, "phase")));
+                  number(answer, "session"), text_in(status, "phase")));
 }
 
 int history(const Connection& daemon) {
@@ -523,7 +519,7 @@ int show(const Connection& daemon, std::int64_t session, Shown shown) {
     return print_result(daemon.json, value, times_of(value.value("times", json::object())));
   std::string words = session_line(value);
   words += outcome_words(value);
-  if (const std::string dropped = text(value, "raw_dropped"); !dropped.empty())
+  if (const std::string dropped = text_in(value, "raw_dropped"); !dropped.empty())
     words += "raw events and readings were dropped " + dropped + " (retention)\n";
   const json delay = value.value("contact_delay", json());
   const std::optional<ContactsDelay> contacts = delay_of_contacts(delay);
@@ -533,12 +529,12 @@ int show(const Connection& daemon, std::int64_t session, Shown shown) {
     words +=
         result_words(calib::calibration_from_json(calibration.body, "the daemon's calibration"), {},
                      Detail::kAll, contacts);
-    words += "results: " + text(value, "results") + "\n";
+    words += "results: " + text_in(value, "results") + "\n";
   }
   words += interruption_words(value.value("times", json::object()));
   if (contacts && calibration.status != 200) words += delay_words(nullptr, contacts);
-  if (delay.is_object() && !text(delay, "warning").empty())
-    words += "warning: " + text(delay, "warning") + "\n";
+  if (delay.is_object() && !text_in(delay, "warning").empty())
+    words += "warning: " + text_in(delay, "warning") + "\n";
   for (const json& event : value.value("events", json::array())) {
     if (event.is_string()) words += "  " + event.get<std::string>() + "\n";
   }
@@ -550,7 +546,7 @@ int fetch_report(const Connection& daemon, std::optional<std::int64_t> session,
                  const std::filesystem::path& output) {
   if (!session) {
     for (const json& one : get(daemon, "/v1/sessions")) {
-      if (text(one, "state") != "done" || text(one, "kind") != "calibrate") continue;
+      if (text_in(one, "state") != "done" || text_in(one, "kind") != "calibrate") continue;
       session = number(one, "id");
       break;
     }
@@ -561,10 +557,10 @@ int fetch_report(const Connection& daemon, std::optional<std::int64_t> session,
                             session_path(*session) + "/report.html?language=" + language.code());
   if (!output.empty()) put(html.body, output);
   const std::string where =
-      output.empty()
-          ? text(get(daemon, session_path(*session)), "results") + "/" +
-                (language == calib::Language() ? "report.html" : "report." + language.code() + ".html")
-          : output.string();
+      output.empty() ? text_in(get(daemon, session_path(*session)), "results") + "/" +
+                           (language == calib::Language() ? "report.html"
+                                                          : "report." + language.code() + ".html")
+                     : output.string();
   return print_result(daemon.json, {{"session", *session}, {"report", where}}, where + "\n");
 }
 
@@ -634,19 +630,19 @@ std::string entry_words(const json& entry) {
   calib::Phrase when = "say.cli.schedule.no_next";
   if (!next.is_null())
     when = {"say.cli.schedule.next",
-            {{"begin", text(next, "begins")}, {"end", text(next, "ends")}}};
+            {{"begin", text_in(next, "begins")}, {"end", text_in(next, "ends")}}};
   if (!now.is_null())
-    when =
-        joined("say.join.semicolon", {"say.cli.schedule.now", {{"end", text(now, "ends")}}}, when);
+    when = joined("say.join.semicolon", {"say.cli.schedule.now", {{"end", text_in(now, "ends")}}},
+                  when);
   const bool on_request = entry.value("on_request", false);
   std::string words =
-      fmt::format("{:<16}  {:<10}  {}\n", text(entry, "name"), text(entry, "kind"),
+      fmt::format("{:<16}  {:<10}  {}\n", text_in(entry, "name"), text_in(entry, "kind"),
                   say({on_request ? "say.cli.schedule.entry.on_request" : "say.cli.schedule.entry",
                        {{"when", when}, {"min", entry.value("foreseen_s", 0.0) / 60.0}}}));
   if (const json& last = entry.at("last"); !last.is_null())
-    words += fmt::format(
-        "{:<16}  {}\n", "",
-        say({"say.cli.schedule.last", {{"at", text(last, "at")}, {"words", text(last, "words")}}}));
+    words += fmt::format("{:<16}  {}\n", "",
+                         say({"say.cli.schedule.last",
+                              {{"at", text_in(last, "at")}, {"words", text_in(last, "words")}}}));
   return words;
 }
 

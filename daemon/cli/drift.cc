@@ -19,18 +19,8 @@ using nlohmann::json;
 
 constexpr std::size_t kColumns = 64, kRows = 9, kNewest = 12;
 
-double number_or_zero(const json& value, const char* key) {
-  const auto found = value.find(key);
-  return found != value.end() && found->is_number() ? found->get<double>() : 0.0;
-}
-
-std::string word(const json& value, const char* key) {
-  const auto found = value.find(key);
-  return found != value.end() && found->is_string() ? found->get<std::string>() : "";
-}
-
 bool counts(const json& point) {
-  return point.is_object() && word(point, "left_out").empty() &&
+  return point.is_object() && text_in(point, "left_out").empty() &&
          point.value("off_mm", json()).is_array();
 }
 
@@ -46,15 +36,14 @@ std::string component(const json& point, const char* key, std::size_t axis) {
 /// highest check in it.
 std::string plot(const std::vector<json>& points) {
   std::vector<double> highest(kColumns, -1.0);
-  const double from = number_or_zero(points.front(), "time_s"),
-               to = number_or_zero(points.back(), "time_s");
+  const double from = number_in(points.front(), "time_s"), to = number_in(points.back(), "time_s");
   double most = 1.25;
   for (const json& point : points) {
     if (!counts(point)) continue;
-    const double share = to > from ? (number_or_zero(point, "time_s") - from) / (to - from) : 0.0;
+    const double share = to > from ? (number_in(point, "time_s") - from) / (to - from) : 0.0;
     const auto column =
         static_cast<std::size_t>(std::clamp(share, 0.0, 1.0) * static_cast<double>(kColumns - 1));
-    highest[column] = std::max(highest[column], number_or_zero(point, "share"));
+    highest[column] = std::max(highest[column], number_in(point, "share"));
     most = std::max(most, highest[column]);
   }
   const auto row_of = [&](double share) {
@@ -94,15 +83,15 @@ std::string row(const json& point) {
   const std::string warm = temperature != point.end() && temperature->is_number()
                                ? fmt::format("{:.1f}", temperature->get<double>())
                                : "-";
-  const std::string left_out = word(point, "left_out");
+  const std::string left_out = text_in(point, "left_out");
   const bool measured = left_out.empty() && point.value("off_mm", json()).is_array();
-  const std::string state = state_words(word(point, "state"));
+  const std::string state = state_words(text_in(point, "state"));
   return fmt::format("{:>6} {:<10} {:>6} {:>8} {:>8} {:>8} {:>7}  {}\n",
-                     static_cast<std::int64_t>(number_or_zero(point, "session")),
-                     calib::date_words(number_or_zero(point, "time_s")), warm,
+                     static_cast<std::int64_t>(number_in(point, "session")),
+                     calib::date_words(number_in(point, "time_s")), warm,
                      component(point, "off_mm", 0), component(point, "off_mm", 1),
                      component(point, "off_mm", 2),
-                     measured ? fmt::format("{:.0f}", 100.0 * number_or_zero(point, "share")) : "-",
+                     measured ? fmt::format("{:.0f}", 100.0 * number_in(point, "share")) : "-",
                      left_out.empty() ? state : state + ", left out: " + left_out_words(left_out));
 }
 
@@ -111,9 +100,9 @@ std::string events_text(const json& checks) {
   std::string text;
   for (const json& one : checks.value("events", json::array()))
     if (one.is_object()) {
-      const double time_s = number_or_zero(one, "time_s");
+      const double time_s = number_in(one, "time_s");
       text += fmt::format("{:<10}  {}\n", time_s > 0.0 ? calib::date_words(time_s) : "-",
-                          word(one, "words"));
+                          text_in(one, "words"));
     }
   return text.empty() ? text : "\nchanges of the cell:\n" + text;
 }
@@ -122,14 +111,14 @@ std::string events_text(const json& checks) {
 
 std::string update_line(const json& update) {
   if (!update.is_object()) return {};
-  const auto outcome = calib::update_outcome(word(update, "outcome"));
+  const auto outcome = calib::update_outcome(text_in(update, "outcome"));
   std::string text = fmt::format(
       "{} {}, {} touches",
       outcome == calib::UpdateOutcome::kUpdated ? "an update of" : "no update of",
-      word(update, "stands_on"), static_cast<std::int64_t>(number_or_zero(update, "touches")));
+      text_in(update, "stands_on"), static_cast<std::int64_t>(number_in(update, "touches")));
   const json explanations = update.value("explanations", json::array());
   if (outcome == calib::UpdateOutcome::kUpdated && !explanations.empty())
-    text += ": " + word(explanations.front(), "words");
+    text += ": " + text_in(explanations.front(), "words");
   return text + "\n";
 }
 
@@ -137,8 +126,8 @@ std::string drift_text(const json& checks) {
   if (!checks.is_object())
     return "no published calibration, so nothing to check. Calibrate first: 'cellcal run'\n";
   std::string text = fmt::format("checks of the calibration of session {} ({})\n",
-                                 static_cast<std::int64_t>(number_or_zero(checks, "calibration")),
-                                 word(checks, "calibrated"));
+                                 static_cast<std::int64_t>(number_in(checks, "calibration")),
+                                 text_in(checks, "calibrated"));
   for (const json& line : checks.value("words", json::array()))
     if (line.is_string()) text += line.get<std::string>() + "\n";
   std::vector<json> points;
@@ -159,9 +148,9 @@ std::string acknowledged_text(const json& controller) {
   const auto value = controller.find("value");
   if (value != controller.end() && value->is_number_integer())
     text += fmt::format("CELLCAL_ADVICE on the controller: {} ({}), since {}\n",
-                        value->get<std::int64_t>(), word(controller, "told"),
-                        word(controller, "told_at"));
-  if (const std::string trouble = word(controller, "trouble"); !trouble.empty())
+                        value->get<std::int64_t>(), text_in(controller, "told"),
+                        text_in(controller, "told_at"));
+  if (const std::string trouble = text_in(controller, "trouble"); !trouble.empty())
     text += "CELLCAL_ADVICE not confirmed: " + trouble + "\n";
   return text;
 }
@@ -174,14 +163,14 @@ int show_drift(const Connection& daemon) {
     const Response calibration =
         http_request(daemon.socket, "GET",
                      fmt::format("/v1/sessions/{}/calibration.json",
-                                 static_cast<std::int64_t>(number_or_zero(checks, "calibration"))));
+                                 static_cast<std::int64_t>(number_in(checks, "calibration"))));
     if (calibration.status == 200) update = update_line(parse(calibration).value("update", json()));
   }
   put(daemon.json ? checks.dump() + "\n"
                   : (update.empty() ? "" : "the calibration is " + update) + drift_text(checks) +
                         acknowledged_text(answer.value("controller", json())),
       {});
-  return checks.is_object() && word(checks, "state") == "alarms" ? kNotPublishable : kSuccess;
+  return checks.is_object() && text_in(checks, "state") == "alarms" ? kNotPublishable : kSuccess;
 }
 
 }  // namespace cellcal::daemon

@@ -74,16 +74,6 @@ namespace {
 
 using nlohmann::json;
 
-std::string text(const json& value, const char* key) {
-  const auto found = value.find(key);
-  return found != value.end() && found->is_string() ? found->get<std::string>() : "";
-}
-
-double figure(const json& value, const char* key) {
-  const auto found = value.find(key);
-  return found != value.end() && found->is_number() ? found->get<double>() : 0.0;
-}
-
 /// Without the line's end.
 Phrase trimmed(std::string words) {
   while (!words.empty() && words.back() == '\n') words.pop_back();
@@ -126,10 +116,10 @@ std::optional<DaemonSeen> examine_daemon(const DaemonConfig& config, Findings& f
   }
   seen.running = status.value("running", json(false)) == true;
   if (const auto process = process_behind(config.socket)) seen.rights = rights_of_process(*process);
-  const std::string version = text(status, "version"), own = calib::software_version();
+  const std::string version = text_in(status, "version"), own = calib::software_version();
   const Phrase found = seen.running ? Phrase("say.doctor.daemon.busy",
-                                             {{"session", figure(status, "session")},
-                                              {"phase", "say.phase." + text(status, "phase")}})
+                                             {{"session", number_in(status, "session")},
+                                              {"phase", "say.phase." + text_in(status, "phase")}})
                                     : Phrase("say.doctor.daemon.idle");
   if (version != own) {
     findings.warn(
@@ -144,7 +134,7 @@ std::optional<DaemonSeen> examine_daemon(const DaemonConfig& config, Findings& f
 
 Phrase connected_since(const json& line, bool connected) {
   return {connected ? "say.doctor.plant.connected" : "say.doctor.plant.not_connected",
-          {{"time", printable(text(line, "since"))}}};
+          {{"time", printable(text_in(line, "since"))}}};
 }
 
 void judge_sparkplug(const json& line, Findings& findings) {
@@ -155,7 +145,7 @@ void judge_sparkplug(const json& line, Findings& findings) {
     findings.ok(check, found);
   else
     findings.warn(check, found,
-                  or_else(printable(text(line, "words")), "say.doctor.plant.wait.do"));
+                  or_else(printable(text_in(line, "words")), "say.doctor.plant.wait.do"));
 }
 
 void judge_plant(const std::string& plant, Findings& findings) {
@@ -166,16 +156,17 @@ void judge_plant(const std::string& plant, Findings& findings) {
     return;
   }
   const bool connected = line["connected"] == true;
-  const double waiting = figure(line, "waiting");
+  const double waiting = number_in(line, "waiting");
   Phrase found{"say.doctor.plant.queued", {{"messages", waiting}}};
-  if (const std::string oldest = text(line, "oldest"); !oldest.empty())
+  if (const std::string oldest = text_in(line, "oldest"); !oldest.empty())
     found =
         joined("say.join.comma", found, {"say.doctor.plant.oldest", {{"time", printable(oldest)}}});
   found = joined("say.join.semicolon", found, connected_since(line, connected));
-  if (const double dropped = figure(line, "dropped") + figure(line, "not_begun"); dropped > 0.0)
+  if (const double dropped = number_in(line, "dropped") + number_in(line, "not_begun");
+      dropped > 0.0)
     found =
         joined("say.join.semicolon", found, {"say.doctor.plant.dropped", {{"messages", dropped}}});
-  const std::string words = printable(text(line, "words"));
+  const std::string words = printable(text_in(line, "words"));
   if (!words.empty() || !connected)
     findings.warn(check, found, or_else(words, "say.doctor.plant.wait.do"));
   else
@@ -207,11 +198,12 @@ void judge_links_of(const std::string& status_text, Findings& findings) {
   }
   const json robot = links.value("robot", json::object());
   const json contact = links.value("contact", json::object());
-  judge_link("robot link", text(status, "robot"), trimmed(link_words({{"robot", robot}})),
-             figure(robot, "late") + figure(robot, "gaps") + figure(robot, "bad_packets"),
+  judge_link("robot link", text_in(status, "robot"), trimmed(link_words({{"robot", robot}})),
+             number_in(robot, "late") + number_in(robot, "gaps") + number_in(robot, "bad_packets"),
              findings);
-  judge_link("contact link", text(status, "contact"), trimmed(link_words({{"contact", contact}})),
-             figure(contact, "crc_errors") + figure(contact, "gaps"), findings);
+  judge_link("contact link", text_in(status, "contact"),
+             trimmed(link_words({{"contact", contact}})),
+             number_in(contact, "crc_errors") + number_in(contact, "gaps"), findings);
 }
 
 void judge_realtime(const DaemonConfig& config, const std::optional<ProcessRights>& daemon,

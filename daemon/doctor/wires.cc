@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "daemon/api/http/http.h"
 #include "daemon/config/config.h"
 #include "daemon/doctor/doctor.h"
 #include "daemon/doctor/robot_check.h"
@@ -466,26 +467,21 @@ namespace {
 
 using nlohmann::json;
 
-double link_figure(const json& value, const char* key) {
-  const auto found = value.find(key);
-  return found != value.end() && found->is_number() ? found->get<double>() : 0.0;
-}
-
 std::string robot_words(const json& robot) {
   std::string words = fmt::format(
       "robot link: cycle {:.2f} ms, jitter {:.2f} ms, longest {:.1f} ms; {:.0f} packets, "
       "{:.0f} missing, {:.0f} damaged",
-      link_figure(robot, "cycle_ms"), link_figure(robot, "jitter_ms"),
-      link_figure(robot, "longest_gap_ms"), link_figure(robot, "packets"),
-      link_figure(robot, "gaps"), link_figure(robot, "bad_packets"));
+      number_in(robot, "cycle_ms"), number_in(robot, "jitter_ms"),
+      number_in(robot, "longest_gap_ms"), number_in(robot, "packets"), number_in(robot, "gaps"),
+      number_in(robot, "bad_packets"));
   const json mode = robot.value("mode", json()), percent = robot.value("override_percent", json());
   if (mode.is_string() && mode != "unknown") words += "; mode " + mode.get<std::string>();
   if (percent.is_number()) words += fmt::format("; override {:.0f} %", percent.get<double>());
   const json reply = robot.value("reply_ms", json());
-  if (link_figure(robot, "replies") > 0.0 && reply.is_object()) {
+  if (number_in(robot, "replies") > 0.0 && reply.is_object()) {
     words += fmt::format("; replies p50 {:.2f} ms, p99 {:.2f} ms, longest {:.2f} ms, {:.0f} late",
-                         link_figure(reply, "p50"), link_figure(reply, "p99"),
-                         link_figure(reply, "max"), link_figure(robot, "late"));
+                         number_in(reply, "p50"), number_in(reply, "p99"), number_in(reply, "max"),
+                         number_in(robot, "late"));
   }
   return words + "\n";
 }
@@ -498,12 +494,11 @@ std::string contact_words(const json& contact) {
       "contact link: firmware {}, boot id {:.0f}; {:.0f} frames, {:.0f} damaged, {:.0f} "
       "missing; round trip {:.2f} ms, p99 {:.2f} ms; clock +- {:.1f} us, drift {:.1f} ppm; "
       "late on this computer {:.2f} ms (median), {:.1f} ms at worst (limit {:.0f} ms)\n",
-      firmware.is_string() ? firmware.get<std::string>() : "unknown",
-      link_figure(contact, "boot_id"), link_figure(contact, "frames"),
-      link_figure(contact, "crc_errors"), link_figure(contact, "gaps"), link_figure(trip, "p50"),
-      link_figure(trip, "p99"), link_figure(contact, "clock_sigma_us"),
-      link_figure(contact, "clock_drift_ppm"), link_figure(late, "p50"), link_figure(late, "worst"),
-      link_figure(late, "limit"));
+      firmware.is_string() ? firmware.get<std::string>() : "unknown", number_in(contact, "boot_id"),
+      number_in(contact, "frames"), number_in(contact, "crc_errors"), number_in(contact, "gaps"),
+      number_in(trip, "p50"), number_in(trip, "p99"), number_in(contact, "clock_sigma_us"),
+      number_in(contact, "clock_drift_ppm"), number_in(late, "p50"), number_in(late, "worst"),
+      number_in(late, "limit"));
 }
 
 std::string local_time(std::time_t when) {
@@ -528,8 +523,8 @@ std::string link_words(const json& links) {
   if (!links.is_object()) return "";
   std::string words;
   const json robot = links.value("robot", json()), contact = links.value("contact", json());
-  if (robot.is_object() && link_figure(robot, "packets") > 0.0) words += robot_words(robot);
-  if (contact.is_object() && link_figure(contact, "frames") > 0.0) words += contact_words(contact);
+  if (robot.is_object() && number_in(robot, "packets") > 0.0) words += robot_words(robot);
+  if (contact.is_object() && number_in(contact, "frames") > 0.0) words += contact_words(contact);
   return words;
 }
 

@@ -86,6 +86,16 @@ inline std::string dump(const nlohmann::json& value) {
   return value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
+/// A value of an object; empty or 0 where it is missing or of another type.
+inline std::string text_in(const nlohmann::json& value, const char* key) {
+  const auto found = value.find(key);
+  return found != value.end() && found->is_string() ? found->get<std::string>() : "";
+}
+inline double number_in(const nlohmann::json& value, const char* key) {
+  const auto found = value.find(key);
+  return found != value.end() && found->is_number() ? found->get<double>() : 0.0;
+}
+
 /// The socket cannot be used; the text gives path, reason and remedy.
 struct SocketError : std::runtime_error {
   using std::runtime_error::runtime_error;
