@@ -89,6 +89,7 @@ struct RsiCore::Impl {
     state.sends_delay = frame.delay.has_value();
     state.mode = frame.mode;
     state.override_percent = frame.override_percent.value_or(-1);
+    counted = {frame.ipoc.value, t_rx};
     const bool heard = note_delay() == 0 || relative();
     std::copy(actual.begin(), actual.end(), state.actual_rad);
     note_tcp();
@@ -177,16 +178,26 @@ struct RsiCore::Impl {
     mover.listen(t_rx);
     if (arrival == Arrival::kRepeat) return hold(t_rx);
     // Counts as a cycle of the controller: the move advances, since stopping for one cycle and
-    // continuing at full speed exceeds any drive, unless a legible Delay shows that the arm did stop.
-    // After several consecutive ones it is brought to rest.
+    // continuing at full speed exceeds any drive, unless Delay shows that the arm did stop. After
+    // several consecutive ones it is brought to rest.
     if (++damaged_in_a_row >= static_cast<std::uint32_t>(config.silence_cycles))
       mover.halt(MoveOutcome::kRobotSilent, cause::DamagedPackets{damaged_in_a_row});
     if (mover.moves()) last_rx = t_rx;
-    const bool heard = !frame.delay || note_delay() == 0 || relative();
-    MoverCycle cycle = mover_cycle(t_rx, true, heard);
+    MoverCycle cycle = mover_cycle(t_rx, true, heard_if_damaged(t_rx));
     cycle.sound = false;
     if (const auto done = mover.step(cycle, setpoint.commanded_rad())) finish(*done);
     return next_reply();
+  }
+
+  /// False: Delay of the damaged packet shows late replies. It may be damaged itself, and counts only
+  /// if it neither fell nor rose by more than one per cycle.
+  bool heard_if_damaged(TimePoint t_rx) {
+    const auto last = delay.last();
+    if (!frame.delay || !last || *frame.delay < *last) return true;
+    const std::uint32_t cycles = (frame.ipoc.value - counted.ipoc) / stream.step();
+    if (*frame.delay - *last > cycles) return true;
+    counted = {frame.ipoc.value, t_rx};
+    return note_delay() == 0 || relative();
   }
 
   std::string_view hold(TimePoint t_rx) {
@@ -219,6 +230,7 @@ struct RsiCore::Impl {
     unanswered = false;
     if (delay.replies() == 0) delay.begin_answers(frame.delay);
     delay.replied();
+    if (answered != frame.ipoc.value && counted.ipoc != frame.ipoc.value) ++counted.answered_since;
     answered = frame.ipoc.value;
     stop_low_sent = stop_low_sent || (stop && *stop == 0);
     stop_sent = stop_sent || (stop && *stop == 1);
@@ -262,14 +274,15 @@ struct RsiCore::Impl {
               : silent ? Interruption::kPacketsStopped
                        : Interruption::kOther);
     pause.forget();
-    if (silent) pause.begin(state.ipoc, stream.seconds_per_ipoc(), delay.last(), last_rx);
+    if (silent) pause.begin(counted.ipoc, stream.seconds_per_ipoc(), delay.last(), counted.t_rx);
     if (mover.busy()) finish(mover.abandon(cause));
     if (const auto move = queue.next_waiting_move()) refuse(*move, cause);
     OffsetMemory link;
-    link.ipoc = state.ipoc;
+    link.ipoc = counted.ipoc;
     link.step = stream.step();
     link.seconds_per_ipoc = stream.seconds_per_ipoc();
-    link.t_rx = last_rx;
+    link.t_rx = counted.t_rx;
+    link.answered_since = counted.answered_since;
     link.delay = delay.last();
     link.delay_counts = delay.counts();
     link.counts_packets = stream.counts_packets();
@@ -545,6 +558,12 @@ struct RsiCore::Impl {
   std::array<char, kRsiBuffer> buffer{};
   CoreState state;
   TimePoint last_rx{}, last_sample{};
+  /// Newest packet whose Delay is known, or would be if sent, and replies to later (damaged) ones.
+  struct {
+    std::uint32_t ipoc = 0;
+    TimePoint t_rx{};
+    std::uint32_t answered_since = 0;
+  } counted;
   double held_up_s = 0.0;                 // since the last packet
   double slept_s = 0.0;                   // longest delay of this thread since then
   std::optional<TimePoint> input_due;     // a move waits for the contact input until then

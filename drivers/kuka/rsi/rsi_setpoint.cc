@@ -324,9 +324,7 @@ OffsetVerdict OffsetFinder::by_setpoint(const OffsetEvidence& evidence) {
   for (std::size_t i = 0; i < measured.size(); ++i) measured[i] -= evidence.setpoint_rad[i];
   const double from_zero = distance(measured, zero_);
   // For a moving arm the controller may hold one of the preceding replies, too.
-  const bool only_one = std::all_of(
-      memory_.earlier_rad.begin(), memory_.earlier_rad.end(),
-      [&](const AxisAngles& earlier) { return distance(earlier, memory_.sent_rad) <= kStillRad; });
+  const bool only_one = only_one_sent();
   if (memory_.known) {
     const double from_sent = distance(measured, memory_.sent_rad);
     if (only_one && from_sent <= kSameRad && from_sent <= from_zero)
@@ -345,6 +343,12 @@ OffsetVerdict OffsetFinder::by_setpoint(const OffsetEvidence& evidence) {
   if (still_packets_ < enough && !evidence.waits) return OffsetVerdict::kWaitForRest;
   if (memory_.known) return behind_replies(evidence, measured);
   return decide(from_zero <= kSameRad ? zero_ : measured);
+}
+
+bool OffsetFinder::only_one_sent() const {
+  return std::all_of(
+      memory_.earlier_rad.begin(), memory_.earlier_rad.end(),
+      [&](const AxisAngles& earlier) { return distance(earlier, memory_.sent_rad) <= kStillRad; });
 }
 
 const AxisAngles& OffsetFinder::nearest_sent(const AxisAngles& measured) const {
@@ -414,10 +418,14 @@ OffsetVerdict OffsetFinder::by_counters(const OffsetEvidence& evidence) {
     return may_be_other_session ? decide(zero_) : OffsetVerdict::kUnknown;
   if (!first_delay_) first_delay_ = evidence.delay;
   const bool counts = memory_.delay_counts || *evidence.delay > *first_delay_;
-  const std::uint32_t unanswered =
-      std::max(static_cast<std::uint32_t>(passed) / memory_.step, 1U) - 1;
-  const std::uint32_t expected = *memory_.delay + unanswered;
-  if (*evidence.delay + kDelayLag >= expected) return decide(memory_.sent_rad);
+  const std::uint32_t missed = std::max(static_cast<std::uint32_t>(passed) / memory_.step, 1U) - 1;
+  const std::uint32_t expected = *memory_.delay + missed - std::min(missed, memory_.answered_since);
+  if (*evidence.delay + kDelayLag >= expected) {
+    // Replies counted as late are not in the correction that the controller holds.
+    const bool taken =
+        *evidence.delay <= expected + kDelayLag || (memory_.answered_since == 0 && only_one_sent());
+    return taken ? decide(memory_.sent_rad) : OffsetVerdict::kUnknown;
+  }
   if (counts && may_be_other_session && *evidence.delay + kDelayClear <= expected)
     return decide(zero_);
   return OffsetVerdict::kUnknown;

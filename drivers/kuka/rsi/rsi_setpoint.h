@@ -43,11 +43,12 @@ struct OffsetMemory {
   std::uint32_t step = 0;         ///< of IPOC per packet, 0 if unknown
   double seconds_per_ipoc = 0.0;  ///< 0 if unknown
   TimePoint t_rx{};
-  std::optional<std::uint32_t> delay;
-  bool delay_counts = false;      ///< Delay has increased: the controller sends it
-  bool counts_packets = false;    ///< IPOC does not advance while the peer waits for a reply
-  AxisAngles actual_rad;          ///< in the last packet
-  bool setpoint_follows = false;  ///< ASPos includes the correction: no information
+  std::optional<std::uint32_t> delay;  ///< in the packet of `ipoc` and `t_rx`
+  std::uint32_t answered_since = 0;    ///< later packets, damaged ones, that were answered
+  bool delay_counts = false;           ///< Delay has increased: the controller sends it
+  bool counts_packets = false;         ///< IPOC does not advance while the peer waits for a reply
+  AxisAngles actual_rad;               ///< in the last packet
+  bool setpoint_follows = false;       ///< ASPos includes the correction: no information
 };
 
 struct OffsetEvidence {
@@ -83,6 +84,8 @@ class OffsetFinder {
   OffsetVerdict by_counters(const OffsetEvidence& evidence);
   bool just_begun(const OffsetEvidence& evidence);
   OffsetVerdict decide(const AxisAngles& offset_rad);
+  /// The newest replies had the same correction: which of them were accepted does not matter.
+  bool only_one_sent() const;
   const AxisAngles& nearest_sent(const AxisAngles& measured) const;
 
   OffsetMemory memory_;

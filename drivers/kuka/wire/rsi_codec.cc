@@ -288,7 +288,7 @@ WireError RsiParser::parse_rob(std::string_view bytes, RobFrame& frame, const Ro
   frame.has_ipoc = true;
   frame.foreign_hand = root.attribute("TYPE") || bytes.find(" />") != std::string_view::npos;
   frame.only_ipoc = elements == 1;
-  // Valid even if the axes are not.
+  // Delay is read even if the axes are invalid.
   const WireError delay_error =
       delay.twice ? WireError::kDuplicate : parse_delay(delay.node, frame.delay);
   if (!actual.node) return WireError::kNoAxes;

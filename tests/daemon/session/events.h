@@ -1,7 +1,9 @@
 #pragma once
 // Events of every kind, with access to their evidence.
 
+#include <optional>
 #include <stdexcept>
+#include <variant>
 
 #include "daemon/session/event.h"
 
@@ -23,7 +25,7 @@ std::optional<EventEvidence> of_kind(EventKind kind, const std::variant<T...>*) 
 
 }  // namespace evidence
 
-/// Without a content.
+/// With empty evidence.
 inline Event event_of_kind(EventKind kind) {
   for (const auto outcome : all_values<drivers::MoveOutcome>())
     if (event_of(outcome) == kind) return {MoveEnded{outcome}};

@@ -268,6 +268,70 @@ TEST_F(InconsistentPackets, ADamagedPacketThatCountsALateReplyDoesNotAdvanceTheM
   }
 }
 
+TEST_F(InconsistentPackets, AnImpossibleDelayInADamagedPacketIsIgnored) {
+  for (const double by : {-1.0, 2.0, 90.0}) {
+    SCOPED_TRACE(by);
+    make(rig_config());
+    // A late reply at rest, so that Delay can fall.
+    rig->to_krc = false;
+    rig->cycle();
+    rig->to_krc = true;
+    rig->run(100ms);
+    ASSERT_EQ(rig->krc.late(), 1u);
+    rig->begin(MoveKind::kTransit, rig->moved_by(1, -60));
+    int cycle = 0;
+    rig->before_core = [&] {
+      if (++cycle % 7 != 0) return;
+      shift("Delay", "D", by, 0);
+      rig->packet.replace(rig->packet.find("A1=\"") + 4, 3, "nan");
+    };
+    EXPECT_EQ(rig->finish().outcome, MoveOutcome::kArrived);
+    EXPECT_GT(replies.most(1), 99.0);
+    expect_within_limits(replies);
+    EXPECT_EQ(facts().late, 1u);
+    replies.said.clear();
+  }
+}
+
+// Without ASPos the counters alone show which correction the controller holds.
+TEST_F(InconsistentPackets, TheCorrectionIsKeptAfterDamagedPacketsAndALossOfTheLink) {
+  for (const bool legible : {true, false}) {
+    for (const bool late : {true, false}) {
+      SCOPED_TRACE(legible);
+      SCOPED_TRACE(late);
+      sim::ControllerConfig krc = waiting_krc();
+      krc.send_setpoint = false;
+      rig = std::make_unique<Rig>(krc, rig_config());
+      rig->run(300ms);  // silence before the session: it is a new one
+      rig->make_ready();
+      ASSERT_EQ(rig->move(MoveKind::kTransit, rig->moved_by(1, -12)).outcome, MoveOutcome::kArrived);
+      rig->begin(MoveKind::kTransit, rig->moved_by(1, -40));
+      rig->run(300ms);
+      rig->to_krc = !late;
+      rig->before_core = [&] {
+        rig->packet.replace(rig->packet.find("<AIPos"), 6, "<Other");
+        if (!legible) rig->packet.replace(rig->packet.find("<Delay"), 6, "<Later");
+      };
+      rig->run(80ms);
+      rig->before_core = {};
+      rig->to_krc = true;
+      rig->to_pc = false;
+      rig->run(250ms);
+      const std::vector<double> held = rig->krc.correction_deg();
+      rig->to_pc = true;
+      double jump_deg = 0.0;
+      rig->after_cycle = [&] {
+        for (std::size_t i = 0; i < held.size(); ++i)
+          jump_deg = std::max(jump_deg, std::abs(rig->krc.correction_deg()[i] - held[i]));
+      };
+      rig->run(1s);
+      // Replies that were not taken may have been ahead by their way.
+      EXPECT_LT(jump_deg, 100.0 * 0.02) << "held " << held[1];
+      rig->after_cycle = {};
+    }
+  }
+}
+
 TEST_F(InconsistentPackets, PacketsThatAreAllDamagedBringTheArmToRestWithinItsLimits) {
   for (const int damaged : {2, 3, 200}) {
     SCOPED_TRACE(damaged);
