@@ -123,13 +123,12 @@ test("drift is told against the oldest session that has the joint", () => {
 test("the page has words for every state, advice and cause that a control chart has", () => {
   const calib = `${realpathSync("src")}/../../../calib/result`;
   const named = (file: string, type: string) => {
-    const body = readFileSync(`${calib}/${file}`, "utf8").split(`const char* to_string(${type} `)[1]?.split("\n}")[0] ?? "";
-    return [...body.matchAll(/return "(.+?)";/g)].map((match) => match[1]).sort();
+    const table = readFileSync(`${calib}/${file}`, "utf8").split(`EnumNames<${type}> `)[1]?.split("}};")[0] ?? "";
+    return [...table.matchAll(/, *"(\w+)"/g)].map((match) => match[1]).sort();
   };
   assert.deepEqual([...DRIFT_STATES].sort(), named("drift_chart.cc", "DriftState"));
   assert.deepEqual([...ADVICE].sort(), named("drift_chart.cc", "DriftAdvice"));
-  const table = readFileSync(`${calib}/tcp_check.cc`, "utf8").split("EnumNames<ChangeKind> ")[1]?.split("}};")[0] ?? "";
-  assert.deepEqual([...CHANGES, "nothing"].sort(), [...table.matchAll(/, *"(\w+)"/g)].map((match) => match[1]).sort());
+  assert.deepEqual([...CHANGES, "nothing"].sort(), named("tcp_check.cc", "ChangeKind"));
   const keys: string[] = [...DRIFT_STATES.map((one) => `checks.state.${one}`), ...CHANGES.map((one) => `checks.cause.${one}`),
     ...ADVICE.filter((one) => one !== "none").map((one) => `checks.advice.${one}`)];
   assert.deepEqual(keys.filter((key) => !(key in en)), []);
