@@ -150,7 +150,7 @@ struct RsiCore::Impl {
 
   /// The correction for the commanded pose; if it exceeds the limits, the arm holds.
   std::string_view next_reply() {
-    const auto values = setpoint.next(stream.cycle_s(), mover.stops());
+    const auto values = setpoint.next(stream.motion_cycle_s(), mover.stops());
     record.set_commanded(setpoint.commanded_rad());
     if (const auto beyond = setpoint.beyond()) {
       if (mover.busy()) finish(mover.abandon(*beyond, MoveOutcome::kNotFollowing));
@@ -471,7 +471,7 @@ struct RsiCore::Impl {
   }
   MoverCycle mover_cycle(TimePoint now, bool advance, bool heard) const {
     const IpocClock clock{stream.seconds_per_ipoc(), stream.counts_milliseconds()};
-    return {now, stream.cycle_s(), clock, advance, heard};
+    return {now, stream.motion_cycle_s(), clock, advance, heard};
   }
 
   void note_time(TimePoint now) {

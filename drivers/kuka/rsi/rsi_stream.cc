@@ -39,6 +39,10 @@ double RsiStream::seconds_per_ipoc() const {
   return step_ > 0 ? cycle_s_ / static_cast<double>(step_) : 0.0;
 }
 
+double RsiStream::motion_cycle_s() const {
+  return counts_milliseconds() ? std::min(cycle_s_, step_ * kSecondsPerMillisecond) : cycle_s_;
+}
+
 /// In silence_limit_s(); the configured number until the cycle is known.
 int RsiStream::silent_cycles() const {
   if (!counts_packets()) return silence_cycles_;

@@ -47,6 +47,9 @@ class RsiStream {
   bool counts_packets() const { return learnt() && !counts_milliseconds_; }  ///< not milliseconds
   bool counts_milliseconds() const { return learnt() && counts_milliseconds_; }
   double cycle_s() const { return cycle_s_; }  ///< 0 until learned
+  /// Time that a reply's motion is computed for: at most IPOC's milliseconds, so that packets which this
+  /// computer received late do not raise the speed. 0 until learned.
+  double motion_cycle_s() const;
   double seconds_per_ipoc() const;
   std::uint32_t step() const { return step_; }  ///< IPOC increment per packet, 0 if unknown
   /// The configured cycles; at least 0.2 s if IPOC counts packets.

@@ -45,6 +45,19 @@ TEST_F(Stream, KnowsNothingBeforeItsFirstPackets) {
   EXPECT_EQ(stream.packets(), 2u);
 }
 
+TEST_F(Stream, MotionIsNeverComputedForMoreThanIpocsMilliseconds) {
+  // Received late for a while: the pace seems to be 5 ms.
+  begin(40, 4, 0.005);
+  EXPECT_NEAR(stream.cycle_s(), 0.005, 1e-9);
+  EXPECT_NEAR(stream.motion_cycle_s(), 0.004, 1e-12);
+  stream.reset();
+  begin(40, 4, 0.003);
+  EXPECT_NEAR(stream.motion_cycle_s(), 0.003, 1e-9) << "a shorter one is the slower motion";
+  stream.reset();
+  begin(40, 1, 0.005);  // packets are counted
+  EXPECT_NEAR(stream.motion_cycle_s(), 0.005, 1e-9);
+}
+
 TEST_F(Stream, TheFirstStepMayBeAHundredAndNoMore) {
   push(0);
   EXPECT_EQ(push(100), Arrival::kNext);
