@@ -117,7 +117,7 @@ std::vector<calib::DriftEvent> events_of(Journal& journal,
 
 constexpr std::size_t kMostChecks = 1500;
 constexpr std::size_t kMostOtherCharts = 3;
-/// Criterion for equal touches, as in daemon/tasks/kind_tasks.cc.
+/// Criterion for equal touches, as in daemon/tasks/planned_round.cc.
 constexpr double kSameLineRad = 0.08;
 
 struct Check {

@@ -9,17 +9,15 @@
 #include <limits>
 #include <utility>
 
-#include "calib/check/mastered.h"
 #include "calib/files/files.h"
 #include "calib/model/error.h"
 #include "calib/model/iso_time.h"
 #include "calib/model/units.h"
 #include "calib/plan/candidates.h"
 #include "calib/plan/cell_check.h"
-#include "calib/plan/check_plan.h"
 #include "calib/plan/duration.h"
 #include "calib/plan/finder.h"
-#include "daemon/result/contact_delay.h"
+#include "daemon/service/kind.h"
 #include "daemon/session/rules.h"
 #include "daemon/tasks/planned_round.h"
 
@@ -36,16 +34,6 @@ std::vector<std::string> examine_cell(const calib::Cell& cell) {
   } catch (const calib::PlanError& wrong) {
     throw RequestError(wrong.what());
   }
-}
-
-/// The delay is estimated from two speeds. (The slowest search also has to be fast enough to fit one arming.)
-void check_qualification_speeds(const TouchPolicy& touch) {
-  if (touch.fast_m_s - touch.slow_m_s >= kLeastSpeedDifferenceMS) return;
-  throw RequestError(fmt::format(
-      "fast_search_mm_s = {:g} and slow_search_mm_s = {:g}: a qualification needs {:g} mm/s between them. Set "
-      "them under [motion]",
-      calib::kMmPerM * touch.fast_m_s, calib::kMmPerM * touch.slow_m_s,
-      calib::kMmPerM * kLeastSpeedDifferenceMS));
 }
 
 /// A resumed session keeps its original parameters; its search limits are those of the current link.
@@ -67,14 +55,6 @@ void check_search_limits(std::int64_t session, const TouchPolicy& touch,
     refuse("confirm_every", touch.confirm_every, limits.most_confirm_every, "");
 }
 
-/// A dry run searches nothing, so it finds nothing.
-void check_centres(const calib::Cell& cell) {
-  if (must_find(cell))
-    throw RequestError(
-        "a dry run needs the centre of each sphere. Find them with 'cellcal find', and state centre_mm in the "
-        "cell file");
-}
-
 void examine_load(const calib::Cell& cell, const std::string& load) {
   if (load.empty() || std::ranges::find(cell.loads, load, &calib::Load::id) != cell.loads.end())
     return;
@@ -82,52 +62,6 @@ void examine_load(const calib::Cell& cell, const std::string& load) {
   for (const calib::Load& one : cell.loads) known += (known.empty() ? "" : ", ") + one.id;
   throw RequestError(fmt::format("load {}: the cell has no such [[load]]; it has: {}", load,
                                  known.empty() ? "none" : known));
-}
-
-void examine_target(const calib::Cell& cell, const std::string& target) {
-  try {
-    calib::qualification_target(cell, target);
-  } catch (const calib::PlanError& wrong) {
-    throw RequestError(wrong.what());
-  }
-}
-
-/// The calibration predicts every contact, so only the first (for the latch's delay) and surprising ones are
-/// confirmed.
-void prepare_check(const calib::Cell& cell, State& state) {
-  state.policy.confirm_every = std::numeric_limits<int>::max();
-  for (const calib::Target& target : cell.targets) state.met.push_back(target.id);
-}
-
-/// Session record of a calibration. Throws RequestError where its cell file has changed since.
-SessionRecord unchanged(SessionRecord record) {
-  const SessionInputs now = read_inputs(record.inputs.cell_name);
-  if (now.cell_text != record.inputs.cell_text || now.robot_text != record.inputs.robot_text)
-    throw RequestError(fmt::format(
-        "{} or its robot file has changed since session {} calibrated it. Put it back, or "
-        "calibrate again",
-        record.inputs.cell_name, record.id));
-  return record;
-}
-
-/// Session record of the calibration to check.
-SessionRecord calibration_to_check(Journal& journal, const RunRequest& request) {
-  try {
-    return unchanged(published_session(journal, request.cell, request.calibration));
-  } catch (const NothingToCheck& nothing) {
-    throw RequestError(nothing.what());
-  }
-}
-
-/// Newest published calibration of the cell file, as the base of an update.
-SessionRecord calibration_to_update(Journal& journal, const RunRequest& request) {
-  try {
-    return unchanged(published_session(journal, request.cell, std::nullopt));
-  } catch (const NothingToCheck&) {
-    throw RequestError(fmt::format(
-        "no published calibration of {}: nothing to update. Run a full session first: 'cellcal run --cell {}'",
-        request.cell.string(), request.cell.string()));
-  }
 }
 
 /// Months since a session ended.
@@ -148,16 +82,8 @@ void restore_session(Journal& journal, const RunRequest& request, Job& job) {
   job.session = record->id;
   job.inputs = record->inputs;
   job.options = options_from_json(record->inputs.options);
-  if (job.options.kind == SessionKind::kCheck)
-    throw RequestError("session " + std::to_string(record->id) +
-                       " is a check, which is not resumed. Start a new one: cellcal check");
-  if (job.options.kind == SessionKind::kDryRun)
-    throw RequestError("session " + std::to_string(record->id) +
-                       " is a dry run, which is not resumed. Start a new one: cellcal dry-run");
-  if (job.options.update)
-    throw RequestError(fmt::format(
-        "session {} is an update, which is not resumed. Start a new one: cellcal run --cell {} --update",
-        record->id, record->inputs.cell_name));
+  if (const std::string is = kind_of(job.options).not_resumed(*record); !is.empty())
+    throw RequestError(fmt::format("session {} is {}", record->id, is));
   check_search_limits(record->id, job.options.touch, job.settings.search_limits);
   job.started = record->started;
   job.expected_hash = record->plan_hash;
@@ -174,7 +100,7 @@ void restore_session(Journal& journal, const RunRequest& request, Job& job) {
 /// Options of the request, as opposed to those of the configuration.
 void apply_request_options(const RunRequest& request, Job& job) {
   job.options.plan.fit_touches = request.fit_touches.value_or(kPlannedTouches);
-  job.options.find = request.find || request.kind == SessionKind::kFind;
+  job.options.find = request.find;
   job.options.update = request.update;
   job.options.accept_change = request.accept_change;
   job.options.goal.u95_m = request.goal_mm.value_or(0.0) / calib::kMmPerM;
@@ -194,41 +120,6 @@ void apply_request_options(const RunRequest& request, Job& job) {
   job.options.touch = job.settings.touch;
   job.options.kind = request.kind;
   job.options.target = request.target;
-}
-
-/// Before anything is opened: the joints are those of the robot, and touches determine their zeros.
-void check_mastered(Journal& journal, const SessionOptions& options) {
-  if (options.mastered.empty()) return;
-  try {
-    (void)calib::as_mastered(calibration_of(journal, options.against), options.mastered);
-  } catch (const calib::IdentifyError& wrong) {
-    throw RequestError(wrong.what());
-  }
-}
-
-void begin_anew(Journal& journal, const RunRequest& request, Job& job) {
-  if (request.kind == SessionKind::kCheck) {
-    const SessionRecord calibrated = calibration_to_check(journal, request);
-    job.inputs = calibrated.inputs;
-    job.options.against = calibrated.id;
-    job.options.temperature_c = request.temperature_c;
-    job.options.mastered = request.mastered;
-    check_mastered(journal, job.options);
-  } else if (request.update) {
-    const SessionRecord last = calibration_to_update(journal, request);
-    job.inputs = last.inputs;
-    job.options.against = last.id;
-    job.last_ended = last.ended;
-  } else {
-    job.inputs = read_inputs(request.cell);
-  }
-  apply_request_options(request, job);
-}
-
-/// Checks before the first touch that the result can be compared with the previous calibration.
-void require_comparable(Journal& journal, const Job& job) {
-  if (job.options.kind == SessionKind::kCalibrate)
-    (void)last_calibration(journal, job.inputs.cell_name, job.session, job.options.accept_change);
 }
 
 void check_goal_value(const RunRequest& request, const Job& job) {
@@ -251,11 +142,8 @@ void check_new_session(const RunRequest& request, Job& job) {
   if (request.goal_mm)
     if (const auto fault = calib::fault_of(job.cell, job.options.goal))
       job.warnings.push_back(words(*fault));
-  if (request.kind == SessionKind::kDryRun) check_centres(job.cell);
   examine_load(job.cell, request.load);
-  if (request.kind != SessionKind::kQualify) return;
-  examine_target(job.cell, request.target);
-  check_qualification_speeds(job.options.touch);
+  kind_of(job.options).examine(job);
 }
 
 /// Its way out was planned clear of the obstacles in that session's files, so it holds for the same files
@@ -301,9 +189,8 @@ bool calibrated_before(Journal& journal, const std::string& cell) {
   return !page.empty();
 }
 
-HandSpeed hand_speed_of(Journal& journal, const Job& job, bool dry) {
-  const double fraction =
-      dry ? std::min(job.settings.speed_fraction, kDryRunSpeed) : job.settings.speed_fraction;
+HandSpeed hand_speed_of(Journal& journal, const Job& job, double most_speed) {
+  const double fraction = std::min(job.settings.speed_fraction, most_speed);
   return HandSpeed(std::make_shared<const calib::ArmModel>(job.cell), fraction,
                    {job.settings.hand_speed_m_s, !calibrated_before(journal, job.inputs.cell_name),
                     job.settings.positioner_speed_rad_s},
@@ -318,18 +205,17 @@ std::unique_ptr<Job> prepare(Journal& journal, const RunRequest& request, Sessio
   auto job = std::make_unique<Job>();
   job->settings = std::move(settings);
   job->unattended = request.unattended;
-  if (request.resume)
+  if (request.resume) {
     restore_session(journal, request, *job);
-  else
-    begin_anew(journal, request, *job);
+  } else {
+    apply_request_options(request, *job);
+    kind_of(job->options).begin(journal, request, *job);
+  }
+  const Kind& kind = kind_of(job->options);
   job->cell = cell_of(job->inputs);
-  require_comparable(journal, *job);
+  (void)kind.compared(journal, *job);  // throws before the first touch, not after the last
   check_goal_value(request, *job);
-  if (!request.resume && request.kind == SessionKind::kCalibrate)
-    job->options.one_by_one = request.goal_mm || job->options.find || must_find(job->cell);
-  if (!request.resume &&
-      (request.kind == SessionKind::kCheck || request.kind == SessionKind::kFind || request.update))
-    job->options.one_by_one = true;
+  if (!request.resume) job->options.one_by_one = kind.chooses(*job);
   // Meshes are not stored in the journal: collisions are checked against the cell as it is now.
   calib::load_meshes(job->cell, std::filesystem::path(job->inputs.cell_name).parent_path());
   if (!request.resume) check_new_session(request, *job);
@@ -340,13 +226,12 @@ std::unique_ptr<Job> prepare(Journal& journal, const RunRequest& request, Sessio
         "'cellcal correct' refuses programs");
   if (job->options.one_by_one && (job->options.find || must_find(job->cell)))
     job->left = search_left(journal, job->inputs);
-  const bool dry =
-      SessionKind::kDryRun == job->options.kind || SessionKind::kDryRun == request.kind;
-  job->backend = make_backend(job->cell, dry ? kDryRunSpeed : 1.0, job->options.load);
+  job->backend = make_backend(job->cell, kind.most_speed(), job->options.load);
   job->stated_poses = std::make_shared<StatedPoses>(job->cell.robot, job->backend->stated_frames());
   if (!request.resume) job->options.emulated = job->backend->emulated();
-  if (!job->backend->emulated()) job->hand_speed = hand_speed_of(journal, *job, dry);
-  if (request.update) job->options.months = months_since(job->last_ended, job->backend->utc_now());
+  if (!job->backend->emulated()) job->hand_speed = hand_speed_of(journal, *job, kind.most_speed());
+  if (job->options.update)
+    job->options.months = months_since(job->last_ended, job->backend->utc_now());
   return job;
 }
 
@@ -354,14 +239,9 @@ State first_state(const Job& job) {
   State state;
   state.policy = job.options.touch;
   state.load = job.options.load;
-  if (job.options.kind == SessionKind::kQualify) state.policy.confirm_every = 1;
-  if (job.options.kind == SessionKind::kCheck || job.options.update) prepare_check(job.cell, state);
-  // The arm has changed, so contacts surprise; an outlier is rejected against the other touches.
-  if (job.options.update) state.policy.surprise_sigmas = std::numeric_limits<double>::max();
   state.timeouts = job.settings.timeouts;
-  state.dry = job.options.kind == SessionKind::kDryRun;
-  state.retries = state.dry ? 0 : job.settings.retries;
-  state.repeats = state.dry ? BusyRepeats{0, 0} : job.settings.repeats;
+  state.retries = job.settings.retries;
+  state.repeats = job.settings.repeats;
   state.how_to_start = job.backend->how_to_start();
   state.one_by_one = job.options.one_by_one;
   state.resumed = job.resumed;
@@ -370,6 +250,7 @@ State first_state(const Job& job) {
   state.done = job.touches.size();
   for (const calib::Touch& touch : job.touches) state.met.push_back(touch.target);
   state.expected_hash = job.expected_hash;
+  kind_of(job.options).adapt(state, job);
   return state;
 }
 

@@ -4,6 +4,8 @@
 
 #include <set>
 
+#include "daemon/service/kind.h"
+
 namespace cellcal::daemon {
 
 namespace {
@@ -15,10 +17,11 @@ constexpr double kFinestGoalMm = 0.01, kCoarsestGoalMm = 10.0;
 }  // namespace
 
 void check(const RunRequest& request) {
-  const bool checks = request.kind == SessionKind::kCheck;
+  const Kind::Parameters takes = kind_of(request.kind, request.update).parameters();
   if (request.resume && request.kind != SessionKind::kCalibrate)
     throw RequestError("a session is resumed with its own kind: leave kind out");
-  if (!request.resume && !(checks && request.cell.empty()) && !request.cell.is_absolute()) {
+  const bool of_a_calibration = takes.compares && request.cell.empty();
+  if (!request.resume && !of_a_calibration && !request.cell.is_absolute()) {
     throw RequestError("give the cell file as an absolute path, not \"" + request.cell.string() +
                        "\"");
   }
@@ -31,19 +34,6 @@ void check(const RunRequest& request) {
     throw RequestError(fmt::format("the goal must be {} to {} mm, not {}", kFinestGoalMm,
                                    kCoarsestGoalMm, *request.goal_mm));
   }
-  if (request.kind == SessionKind::kQualify &&
-      (request.goal_mm || request.find || request.fit_touches))
-    throw RequestError("a qualification has its own touches: leave goal_mm, find and touches out");
-  if (checks && (request.goal_mm || request.find || request.fit_touches))
-    throw RequestError("a check has its own touches: leave goal_mm, find and touches out");
-  if ((checks || request.update) && request.seed != RunRequest{}.seed)
-    throw RequestError("checks are compared by the same touches: leave seed out");
-  if (request.kind == SessionKind::kFind && (request.goal_mm || request.fit_touches))
-    throw RequestError("finding ends when all spheres are found: leave goal_mm and touches out");
-  if (request.kind == SessionKind::kDryRun && (request.goal_mm || request.find))
-    throw RequestError(
-        "a dry run follows a planned path: leave goal_mm and find out, and give "
-        "touches");
   if (request.update && request.kind != SessionKind::kCalibrate)
     throw RequestError(
         "\"update\" applies to a calibration: leave it out of a check or qualification");
@@ -51,22 +41,25 @@ void check(const RunRequest& request) {
     throw RequestError("a resumed session keeps its load: leave \"load\" out");
   if (request.update && request.resume)
     throw RequestError("an update is not resumed: start a new one, without \"resume\"");
-  if (request.update && (request.goal_mm || request.find || request.fit_touches))
-    throw RequestError("an update has its own touches: leave goal_mm, find and touches out");
-  if (!checks && request.calibration)
+  if ((request.goal_mm && !takes.goal) || (request.find && !takes.find) ||
+      (request.fit_touches && !takes.touches))
+    throw RequestError(takes.refusal);
+  if (request.seed != RunRequest{}.seed && !takes.seed)
+    throw RequestError("checks are compared by the same touches: leave seed out");
+  if (!takes.compares && request.calibration)
     throw RequestError(
         "\"calibration\" applies to a check: a calibration begins from the files alone");
-  if (!checks && !request.mastered.empty())
+  if (!takes.compares && !request.mastered.empty())
     throw RequestError("\"mastered\" applies to a check: leave it out");
   if (std::set(request.mastered.begin(), request.mastered.end()).size() != request.mastered.size())
     throw RequestError("\"mastered\" names a joint twice");
-  if (!checks && request.temperature_c)
+  if (!takes.compares && request.temperature_c)
     throw RequestError("\"temperature_c\" applies to a check: leave it out");
   if (request.temperature_c &&
       !(*request.temperature_c >= kColdestC && *request.temperature_c <= kWarmestC))
     throw RequestError(fmt::format("temperature_c must be {} to {} degrees Celsius, not {}",
                                    kColdestC, kWarmestC, *request.temperature_c));
-  if (request.kind != SessionKind::kQualify && !request.target.empty())
+  if (!takes.target && !request.target.empty())
     throw RequestError("\"target\" applies to a qualification: a calibration touches all targets");
   if (request.check_touches < 0 || request.check_touches > kMostTouches) {
     throw RequestError("check touches must be 0 to 2000, not " +

@@ -7,7 +7,6 @@
 #include <cstddef>
 
 #include "calib/check/controller_model.h"
-#include "calib/check/mastered.h"
 #include "calib/files/calibration_json.h"
 #include "calib/model/enum_table.h"
 #include "calib/model/kinematics.h"
@@ -18,6 +17,7 @@
 #include "daemon/files/log_context.h"
 #include "daemon/service/job.h"
 #include "daemon/service/journal_recorder.h"
+#include "daemon/service/kind.h"
 #include "daemon/session/rules.h"
 #include "daemon/session/state.h"
 #include "daemon/tasks/options.h"
@@ -291,22 +291,13 @@ TaskInputs SessionService::task_inputs(Job& job) {
   inputs.options = job.options;
   inputs.made = job.touches;
   if (job.left) inputs.left = *job.left;
-  if (job.options.kind == SessionKind::kCheck) {
-    inputs.against = std::make_shared<const calib::Calibration>(calib::as_mastered(
-        calibration_of(parts_.journal, job.options.against), job.options.mastered));
-    if (job.options.mastered.empty())
-      inputs.checks_before =
-          checks_before(parts_.journal, job.options.against, job.session, job.options.load);
-  }
   inputs.note = [this, &job](const std::string& words) {
     parts_.journal.note(job.session, job.backend->utc_now(), words);
     spdlog::info("session {}: {}", job.session, words);
   };
-  // A dry run follows the path of a calibration, which is planned by what the last one learnt.
-  const bool dry = job.options.kind == SessionKind::kDryRun;
-  if (dry || job.options.kind == SessionKind::kCalibrate)
-    inputs.compared = last_calibration(parts_.journal, job.inputs.cell_name, job.session,
-                                       dry || job.options.accept_change);
+  const Kind& kind = kind_of(job.options);
+  inputs.compared = kind.compared(parts_.journal, job);
+  kind.add_inputs(inputs, parts_.journal, job);
   inputs.session = job.session;
   inputs.started = job.started;
   inputs.results_dir = results_dir(job.session);
@@ -325,7 +316,7 @@ TaskInputs SessionService::task_inputs(Job& job) {
 }
 
 void SessionService::carry_out(Job& job) {
-  TaskInputs inputs = task_inputs(job);
+  const auto inputs = std::make_shared<const TaskInputs>(task_inputs(job));
   JournalRecorder recorder(parts_.journal, job.session, *job.backend,
                            std::make_shared<const calib::ArmModel>(job.cell.robot, job.cell.tool),
                            parts_.ending);
@@ -338,7 +329,8 @@ void SessionService::carry_out(Job& job) {
     worker = std::make_unique<ThreadWorker>();
     disk = std::make_unique<ThreadWorker>(ThreadWorker::Priority::kNormal);
   }
-  Runner runner({*job.backend, recorder, *worker, *disk, make_tasks(std::move(inputs)),
+  Runner runner({*job.backend, recorder, *worker, *disk,
+                 with_controller_model(kind_of(job.options).tasks(inputs), inputs),
                  [this, &job](const State& now, const std::vector<calib::Touch>& touches) {
                    publish(now, touches, job);
                  },

@@ -26,8 +26,6 @@ enum class SessionKind {
   kDryRun      ///< the complete path of a calibration, slowly, without contact
 };
 const char* to_string(SessionKind kind);
-/// Share of the robot file's axis speeds; further reduced by the configuration.
-inline constexpr double kDryRunSpeed = 0.1;
 /// None: unknown kind.
 std::optional<SessionKind> session_kind(std::string_view name);
 

@@ -10,13 +10,9 @@
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
-#include "calib/identify/identify.h"
-#include "calib/identify/identify_once.h"
 #include "calib/model/iso_time.h"
-#include "calib/model/kinematics.h"
 #include "calib/model/units.h"
 #include "calib/plan/cell_check.h"
-#include "calib/plan/contact_forecast.h"
 #include "calib/plan/design.h"
 #include "calib/plan/duration.h"
 #include "calib/plan/touch_sequence.h"
@@ -25,15 +21,11 @@
 #include "daemon/files/correction_limit.h"
 #include "daemon/report/report.h"
 #include "daemon/result/outcome_json.h"
-#include "daemon/tasks/kind_tasks.h"
 #include "daemon/tasks/planned_round.h"
 
 namespace cellcal::daemon {
 
 namespace {
-
-/// Minimum to determine one sphere with its offset.
-constexpr std::size_t kFewestForProvisional = 6;
 
 void append(std::string& bytes, const calib::JointVector& joints) {
   const std::size_t old = bytes.size();
@@ -53,48 +45,6 @@ void check(const calib::Plan& plan, std::size_t joints) {
           calib::PlanError::Kind::kDefect, touch.target,
           "the planned touch on " + touch.target + " is not valid. Please report this");
   }
-}
-
-/// The cell reduced to the targets touched so far.
-calib::Cell part_of(const calib::Cell& cell, const std::vector<calib::Touch>& touches) {
-  std::set<std::string> touched;
-  for (const calib::Touch& touch : touches) touched.insert(touch.target);
-  calib::Cell part = cell;
-  std::erase_if(part.targets, [&](const calib::Target& t) { return !touched.contains(t.id); });
-  std::erase_if(part.lengths, [&](const calib::CertifiedLength& length) {
-    return !touched.contains(length.from) || !touched.contains(length.to);
-  });
-  return part;
-}
-
-std::optional<double> nominal_residual(const calib::Cell& cell, const calib::Touch& touch) {
-  const calib::Target& target = cell.targets.at(cell.target_index(touch.target));
-  if (!target.has_centre || target.kind != calib::TargetKind::kSphere) return std::nullopt;
-  const calib::ArmModel arm(cell.robot, cell.tool);
-  const auto carrier_rad = calib::carrier_rad(touch, target);
-  const double distance =
-      (arm.nominal_tcp(touch.joint_rad, 0, carrier_rad).translation() - target.centre_m).norm();
-  return std::abs(distance - target.diameter_m / 2.0 - cell.tool.tip_radius_m);
-}
-
-std::optional<double> newest_residual(const calib::Cell& cell,
-                                      const std::vector<calib::Touch>& touches) {
-  if (touches.empty()) return std::nullopt;
-  if (touches.size() < kFewestForProvisional) return nominal_residual(cell, touches.back());
-  try {
-    // Prediction from the other touches: a fit that includes the newest one is biased towards it.
-    std::vector<calib::Touch> held_out = touches;
-    held_out.back().set = calib::TouchSet::kCheck;
-    const calib::Calibration provisional =
-        calib::identify_single_pass(part_of(cell, touches), held_out);
-    for (const calib::TouchResidual& residual : provisional.residuals) {
-      if (residual.touch + 1 == touches.size()) return std::abs(residual.after_m);
-    }
-  } catch (const calib::IdentifyError&) {
-    // Too few touches; the nominal residual is used.
-    return nominal_residual(cell, touches.back());
-  }
-  return std::nullopt;
 }
 
 }  // namespace
@@ -136,12 +86,12 @@ class Chooser {
  public:
   /// `chosen`: receives every chosen touch.
   Chooser(std::shared_ptr<const TaskInputs> inputs,
-          std::shared_ptr<std::optional<calib::Plan>> chosen)
-      : inputs_(std::move(inputs)), all_(std::move(chosen)) {}
+          std::shared_ptr<std::optional<calib::Plan>> chosen, bool only_find)
+      : inputs_(std::move(inputs)), only_find_(only_find), all_(std::move(chosen)) {}
 
   Tasks::Planned begin() {
     if (const auto fault = calib::fault_of(inputs_->cell, inputs_->options.goal);
-        fault && inputs_->note && !only_find())
+        fault && inputs_->note && !only_find_)
       inputs_->note("warning: " + words(*fault));
     open_sequence();
     return {{}, "", sequence_->progress()};
@@ -171,8 +121,6 @@ class Chooser {
  private:
   static constexpr double kAnyTurnRad = 6.2, kInsideRad = 0.005;
 
-  bool only_find() const { return inputs_->options.kind == SessionKind::kFind; }
-
   bool is_bounded() const {
     return inputs_->axis_reach_rad && *inputs_->axis_reach_rad < kAnyTurnRad;
   }
@@ -187,7 +135,7 @@ class Chooser {
     calib::Cell cell = cell_to_plan(*inputs_);
     if (plans_within_reach()) cell.passable = within_reach(cell.passable);
     const calib::TouchSequenceOptions options{inputs_->options.plan, inputs_->options.goal,
-                                              inputs_->options.find, only_find(), inputs_->left};
+                                              inputs_->options.find, only_find_, inputs_->left};
     sequence_.emplace(cell, options, inputs_->made);
     learnt_ = inputs_->made.size();
   }
@@ -235,28 +183,13 @@ class Chooser {
   }
 
   std::shared_ptr<const TaskInputs> inputs_;
+  bool only_find_;
   /// Position of the arm at the first request; empty before.
   std::shared_ptr<calib::JointVector> begin_ = std::make_shared<calib::JointVector>();
   std::shared_ptr<std::optional<calib::Plan>> all_;
   std::optional<calib::TouchSequence> sequence_;
   std::size_t learnt_ = 0;
 };
-
-/// Adds the path from the arm's current position to the plan's next touch.
-Tasks with_route(Tasks tasks, const std::shared_ptr<const TaskInputs>& inputs) {
-  // Position at the begin of the controller's session.
-  const auto begin = std::make_shared<calib::JointVector>();
-  tasks.route = [inputs, begin](const calib::Plan& plan, std::size_t next,
-                                const calib::JointVector& from) {
-    const auto& [arm_rad, positioner_rad] = parted(inputs->cell.robot, from);
-    calib::Plan routed = calib::resume_plan(inputs->cell, plan, next, arm_rad, positioner_rad);
-    check(routed, arm_rad.size());
-    if (begin->empty()) *begin = arm_rad;
-    refuse_beyond_reach(*inputs, routed, next, *begin);
-    return routed;
-  };
-  return tasks;
-}
 
 }  // namespace
 
@@ -277,17 +210,26 @@ void refuse_beyond_reach(const TaskInputs& inputs, const calib::Plan& plan, std:
                            beyond_limit_words(needed, limit_deg));
 }
 
-namespace {
+Tasks with_route(Tasks tasks, const SharedInputs& inputs) {
+  // Position at the begin of the controller's session.
+  const auto begin = std::make_shared<calib::JointVector>();
+  tasks.route = [inputs, begin](const calib::Plan& plan, std::size_t next,
+                                const calib::JointVector& from) {
+    const auto& [arm_rad, positioner_rad] = parted(inputs->cell.robot, from);
+    calib::Plan routed = calib::resume_plan(inputs->cell, plan, next, arm_rad, positioner_rad);
+    check(routed, arm_rad.size());
+    if (begin->empty()) *begin = arm_rad;
+    refuse_beyond_reach(*inputs, routed, next, *begin);
+    return routed;
+  };
+  return tasks;
+}
 
-using SharedInputs = std::shared_ptr<const TaskInputs>;
-
-/// Touches planned at once or chosen one by one. `planned`: for the report; planning and report are
-/// jobs of one worker.
 Tasks touching_tasks(const SharedInputs& inputs,
-                     const std::shared_ptr<std::optional<calib::Plan>>& planned) {
+                     const std::shared_ptr<std::optional<calib::Plan>>& planned, bool only_find) {
   Tasks tasks;
   if (inputs->options.one_by_one) {
-    const auto chooser = std::make_shared<Chooser>(inputs, planned);
+    const auto chooser = std::make_shared<Chooser>(inputs, planned, only_find);
     tasks.plan = [chooser] { return chooser->begin(); };
     tasks.choose = [chooser](const ChooseTouch& how, const std::vector<calib::Touch>& touches,
                              const calib::JointVector& from) {
@@ -305,46 +247,6 @@ Tasks touching_tasks(const SharedInputs& inputs,
   return with_route(std::move(tasks), inputs);
 }
 
-Tasks calibration_tasks(const SharedInputs& inputs) {
-  const auto planned = std::make_shared<std::optional<calib::Plan>>();
-  Tasks tasks = touching_tasks(inputs, planned);
-  const auto forecast = std::make_shared<calib::ContactForecast>(inputs->cell);
-  tasks.assess = [inputs, planned, forecast](const std::vector<calib::Touch>& touches) {
-    Tasks::Assessed assessed{newest_residual(inputs->cell, touches)};
-    if (inputs->options.one_by_one || !*planned) return assessed;
-    forecast->learn(touches);
-    assessed.expected = std::make_shared<const std::vector<calib::ExpectedContact>>(
-        forecast->of(**planned, touches.size()));
-    return assessed;
-  };
-  tasks.identify = [inputs](const std::vector<calib::Touch>& touches) {
-    return SessionResult{estimate(inputs->cell, inputs->files, touches, inputs->compared)};
-  };
-  tasks.report = [inputs, planned](const SessionResult& result,
-                                   const std::vector<calib::Touch>& touches) {
-    write_results(*inputs, *result.calibration(), touches, *planned);
-  };
-  return tasks;
-}
-
-Tasks tasks_of_kind(const SharedInputs& inputs) {
-  switch (inputs->options.kind) {  // no default: a kind without tasks does not compile
-    case SessionKind::kQualify:
-      return with_route(qualification_tasks(inputs), inputs);
-    case SessionKind::kCheck:
-      return check_tasks(inputs);
-    case SessionKind::kDryRun:
-      return with_route(dry_run_tasks(inputs), inputs);
-    case SessionKind::kFind:
-      return find_tasks(touching_tasks(inputs, std::make_shared<std::optional<calib::Plan>>()),
-                        inputs);
-    case SessionKind::kCalibrate:
-      return inputs->options.update ? update_tasks(inputs) : calibration_tasks(inputs);
-  }
-  throw std::logic_error("no tasks for this kind of session");
-}
-
-/// Compares the controller's model at each touch, and adds its finding to the result.
 Tasks with_controller_model(Tasks tasks, const SharedInputs& inputs) {
   if (!inputs->controller_model) return tasks;
   if (tasks.assess)
@@ -364,13 +266,6 @@ Tasks with_controller_model(Tasks tasks, const SharedInputs& inputs) {
     return result;
   };
   return tasks;
-}
-
-}  // namespace
-
-Tasks make_tasks(TaskInputs given) {
-  const auto inputs = std::make_shared<const TaskInputs>(std::move(given));
-  return with_controller_model(tasks_of_kind(inputs), inputs);
 }
 
 namespace {

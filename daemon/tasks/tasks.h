@@ -47,7 +47,17 @@ struct TaskInputs {
   std::function<std::vector<std::pair<std::string, std::string>>(const calib::Calibration&)> truth;
 };
 
-Tasks make_tasks(TaskInputs inputs);
+using SharedInputs = std::shared_ptr<const TaskInputs>;
+
+/// Planning, choice and path of touches planned at once or chosen one by one. `planned`: receives the plan, for the
+/// report; planning and report are jobs of one worker. `only_find`: ends when all spheres are found.
+Tasks touching_tasks(const SharedInputs& inputs,
+                     const std::shared_ptr<std::optional<calib::Plan>>& planned,
+                     bool only_find = false);
+/// Adds the path from the arm's current position to the plan's next touch.
+Tasks with_route(Tasks tasks, const SharedInputs& inputs);
+/// Compares the controller's model at each touch, and adds its finding to the result.
+Tasks with_controller_model(Tasks tasks, const SharedInputs& inputs);
 
 /// All touches of a session with a planned sequence. Throws calib::PlanError.
 Tasks::Planned plan_beforehand(const TaskInputs& inputs);

@@ -9,7 +9,7 @@
 #include "calib/identify/identify.h"
 #include "calib/model/error.h"
 #include "calib/model/units.h"
-#include "daemon/tasks/kind_tasks.h"
+#include "daemon/service/kind.h"
 #include "daemon/tasks/planned_round.h"
 #include "tests/calib/plan/meet.h"
 #include "tests/calib/simulate.h"
@@ -46,7 +46,7 @@ nlohmann::json checked(int given_up, const std::vector<std::string>& mastered = 
   inputs.note = [notes](const std::string& words) {
     if (notes != nullptr) *notes += words + "\n";
   };
-  const Tasks tasks = check_tasks(std::make_shared<const TaskInputs>(std::move(inputs)));
+  const Tasks tasks = check_kind().tasks(std::make_shared<const TaskInputs>(std::move(inputs)));
   tasks.plan();
   calib::Random random(7);
   std::vector<calib::Touch> made;
