@@ -114,7 +114,7 @@ bool likelier_than_model_error(const Cell& cell, const std::vector<Touch>& touch
 
 /// Adds the causes, likeliest first, before all other findings.
 void add(const std::vector<Finding>& causes, Verdict& verdict) {
-  for (auto one = causes.rbegin(); one != causes.rend(); ++one) verdict.add(*one);
+  for (auto one = causes.rbegin(); one != causes.rend(); ++one) verdict.add_first(*one);
 }
 
 std::vector<Finding> findings_of(const std::vector<Cause>& causes) {
@@ -146,7 +146,7 @@ Calibration with_discrepancy(const Cell& cell, const std::vector<Touch>& touches
     if (!one.withholds()) continue;
     Finding still{FindingKind::kStillWithModelError, Severity::kWarns, one.about};
     still.still = {one};
-    stated.verdict.findings.push_back(std::move(still));
+    stated.verdict.add(std::move(still));
   }
   return stated;
 }
@@ -158,7 +158,7 @@ Calibration diagnosed_result(const Cell& cell, const std::vector<Touch>& touches
                              Calibration calibration) {
   if (const auto wrong = wrong_measure(cell, touches, options, calibration)) {
     calibration.moved.clear();  // a wrong length displaces spheres
-    calibration.verdict.add(*wrong);
+    calibration.verdict.add_first(*wrong);
     return calibration;
   }
   // With so few touches any hypothesis would explain them.
@@ -189,7 +189,7 @@ Calibration diagnosed_result(const Cell& cell, const std::vector<Touch>& touches
     calibration = with_discrepancy(cell, touches, options, std::move(calibration));
   if (!calibration.verdict.publish() && calibration.moved.empty() && causes.empty())
     if (const auto scattered = scattered_touches(cell, touches))
-      calibration.verdict.add(*scattered);
+      calibration.verdict.add_first(*scattered);
   return calibration;
 }
 

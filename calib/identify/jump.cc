@@ -475,7 +475,7 @@ void withhold_for_jumps(const Cell& cell, const std::vector<Touch>& touches,
     erase(findings, FindingKind::kManyOutliers);
     erase(findings, FindingKind::kOutliersOfTarget);
   }
-  calibration.verdict.add(std::move(finding));
+  calibration.verdict.add_first(std::move(finding));
 }
 
 void confirm_moves(const Cell& cell, const std::vector<Touch>& touches,
@@ -497,8 +497,8 @@ void withhold_for_move(const Cell& cell, const std::vector<Touch>& touches, cons
   calibration.moved = {
       {move.name, move.after_touch, move.shift_m, move.sigma, move.squared_sigmas}};
   FindingPart part = part_of(cell, touches, move);
-  calibration.verdict.add({FindingKind::kMovedTarget, Severity::kWithholds, std::move(part.about),
-                           std::move(part.evidence)});
+  calibration.verdict.add_first({FindingKind::kMovedTarget, Severity::kWithholds,
+                                 std::move(part.about), std::move(part.evidence)});
 }
 
 }  // namespace cellcal::calib

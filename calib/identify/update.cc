@@ -384,11 +384,11 @@ void judge_update(Calibration& c) {
   if (origin.outcome == UpdateOutcome::kContradicted && origin.second)
     finding.parts.push_back({about(*origin.second, c.cell), evidence_of(*origin.second)});
   c.verdict.judged = true;
-  c.verdict.findings = {std::move(finding)};
+  c.verdict.add(std::move(finding));
   if (!updated) return;
   // An update has to meet the requirements of a full session.
-  judge_predicted(c.cell, c, c.verdict.workspace, c.verdict.findings);
-  if (c.verdict.publish()) note_gain(c.cell, c, c.verdict.workspace, c.verdict.findings);
+  judge_predicted(c.cell, c, c.verdict);
+  if (c.verdict.publish()) note_gain(c.cell, c, c.verdict);
 }
 
 namespace {

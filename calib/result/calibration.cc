@@ -67,6 +67,12 @@ bool Verdict::too_few() const {
 }
 
 void Verdict::add(Finding finding) {
+  const auto place = finding.withholds() ? std::ranges::find_if_not(findings, &Finding::withholds)
+                                         : findings.end();
+  findings.insert(place, std::move(finding));
+}
+
+void Verdict::add_first(Finding finding) {
   const auto place = finding.withholds() ? findings.begin()
                                          : std::ranges::find_if_not(findings, &Finding::withholds);
   findings.insert(place, std::move(finding));

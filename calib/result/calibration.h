@@ -164,8 +164,10 @@ struct Verdict {
   bool publish() const;
   /// Withheld only because the touches are too few, as after a first session that checks the cell.
   bool too_few() const;
-  /// Before the findings of the same weight: withholding ones, then all others.
+  /// After the findings of the same weight: withholding ones, then all others.
   void add(Finding finding);
+  /// Before those of the same weight: a cause of what was found before.
+  void add_first(Finding finding);
 };
 
 /// Held-out touches: squared residual over the predicted variance, which includes that of the fit,

@@ -47,13 +47,13 @@ std::optional<Change> change_since(const Calibration& last, const Calibration& n
 
 void judge_change(const Calibration& last, const std::string& which, bool accepted,
                   std::span<const Touch> touches, Calibration& now) {
-  std::vector<Finding>& findings = now.verdict.findings;
-  if (has(findings, FindingKind::kNotIdentified)) return;  // the result is the nominal arm
+  Verdict& verdict = now.verdict;
+  if (has(verdict.findings, FindingKind::kNotIdentified)) return;  // the result is the nominal arm
   Finding finding{FindingKind::kNotCompared, Severity::kWarns};
   finding.text = which;
   const auto change = change_since(last, now, touches);
   if (!change) {
-    findings.push_back(std::move(finding));
+    verdict.add(std::move(finding));
     return;
   }
   finding.evidence = {in_mm("apart", change->mean_m),
@@ -63,17 +63,17 @@ void judge_change(const Calibration& last, const std::string& which, bool accept
   if (!(change->mean_m > kChanged * change->expected_m)) {  // (59)
     finding.kind = FindingKind::kUnchanged;
     finding.severity = Severity::kInforms;
-    findings.push_back(std::move(finding));
+    verdict.add(std::move(finding));
     return;
   }
   if (accepted) {
     finding.kind = FindingKind::kChangeAccepted;
-    findings.push_back(std::move(finding));
+    verdict.add(std::move(finding));
     return;
   }
   finding.kind = FindingKind::kChanged;
   finding.severity = Severity::kWithholds;
-  now.verdict.add(std::move(finding));
+  verdict.add_first(std::move(finding));
 }
 
 ParameterDifferences parameter_differences(const Calibration& before, const Calibration& after) {

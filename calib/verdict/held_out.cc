@@ -375,8 +375,7 @@ bool tracker_holds_scale(const Problem& problem, const std::vector<std::size_t>&
 
 }  // namespace
 
-HeldPlaces judge_places(const Problem& problem, const Calibration& c,
-                        std::vector<Finding>& findings) {
+HeldPlaces judge_places(const Problem& problem, const Calibration& c, Verdict& verdict) {
   Eigen::VectorXd x(problem.size());
   for (int i = 0; i < problem.size(); ++i) {
     const ParameterResult& found = c.parameters[static_cast<std::size_t>(i)];
@@ -398,10 +397,10 @@ HeldPlaces judge_places(const Problem& problem, const Calibration& c,
     }
     if (least_information(problem, x, block, used) * kPlaceSigmaM * kPlaceSigmaM > 1.0) continue;
     held.loose.push_back(static_cast<int>(b));
-    findings.push_back({used.empty() ? FindingKind::kAllLeftOut : FindingKind::kTooFewDirections,
-                        Severity::kWithholds,
-                        about_target(target),
-                        {{"touches", static_cast<double>(used.size()), ""}}});
+    verdict.add({used.empty() ? FindingKind::kAllLeftOut : FindingKind::kTooFewDirections,
+                 Severity::kWithholds,
+                 about_target(target),
+                 {{"touches", static_cast<double>(used.size()), ""}}});
   }
   return held;
 }

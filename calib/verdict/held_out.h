@@ -46,7 +46,6 @@ struct HeldPlaces {
 };
 
 /// Adds a finding for each undetermined target with the directions to touch it from.
-HeldPlaces judge_places(const Problem& problem, const Calibration& c,
-                        std::vector<Finding>& findings);
+HeldPlaces judge_places(const Problem& problem, const Calibration& c, Verdict& verdict);
 
 }  // namespace cellcal::calib

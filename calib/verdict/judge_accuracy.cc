@@ -59,32 +59,28 @@ void shrink_scope(const Cell& cell, const Calibration& c, bool determined, Verdi
       (determined && all.as_required() && all.gains()) || !near.as_required() || !near.gains())
     return;
   verdict.workspace = false;
-  verdict.findings.push_back(
+  verdict.add(
       {FindingKind::kScopeOfTouches,
        Severity::kInforms,
        {},
        {in_mm("workspace_predicted", all.predicted_m), in_mm("predicted", near.predicted_m)}});
 }
 
-void judge_predicted(const Cell& cell, const Calibration& c, bool workspace,
-                     std::vector<Finding>& findings) {
+void judge_predicted(const Cell& cell, const Calibration& c, Verdict& verdict) {
   if (!(c.nominal_workspace_m > 0.0)) return;
-  const Foreseen all = foreseen(cell, c, workspace);
+  const Foreseen all = foreseen(cell, c, verdict.workspace);
   if (!all.as_required())
-    findings.push_back({FindingKind::kRequired, Severity::kWithholds, {}, all.evidence});
-  if (!all.gains())
-    findings.push_back({FindingKind::kNoGain, Severity::kWithholds, {}, all.evidence});
+    verdict.add({FindingKind::kRequired, Severity::kWithholds, {}, all.evidence});
+  if (!all.gains()) verdict.add({FindingKind::kNoGain, Severity::kWithholds, {}, all.evidence});
 }
 
-void note_gain(const Cell& cell, const Calibration& c, bool workspace,
-               std::vector<Finding>& findings) {
+void note_gain(const Cell& cell, const Calibration& c, Verdict& verdict) {
   if (!(c.nominal_workspace_m > 0.0)) return;
-  findings.push_back(
-      {FindingKind::kGain, Severity::kInforms, {}, foreseen(cell, c, workspace).evidence});
+  verdict.add(
+      {FindingKind::kGain, Severity::kInforms, {}, foreseen(cell, c, verdict.workspace).evidence});
 }
 
-void note_model_error(const Problem& problem, const Calibration& c,
-                      std::vector<Finding>& findings) {
+void note_model_error(const Problem& problem, const Calibration& c, Verdict& verdict) {
   const Discrepancy& d = c.discrepancy;
   if (!(d.sigma_m > 0.0)) return;
   Finding finding{FindingKind::kModelError,
@@ -98,7 +94,7 @@ void note_model_error(const Problem& problem, const Calibration& c,
   if (c.repeats.degrees_of_freedom > 0.0)
     finding.evidence.push_back(in_mm("repeats", c.repeats.scatter_m));
   if (d.reach_rad > 0.0) finding.evidence.push_back(in_deg("reach", d.reach_rad));
-  findings.push_back(std::move(finding));
+  verdict.add(std::move(finding));
 }
 
 namespace {
@@ -193,19 +189,18 @@ Scale scale_of(const Problem& problem, const HeldPlaces& places) {
 }
 
 void note_scope(const Problem& problem, const Calibration& c, const HeldPlaces& places,
-                const Scale& scale, std::vector<Finding>& findings) {
+                const Scale& scale, Verdict& verdict) {
   const ArmScale arm = arm_scale(problem, c);
   if (scale.by_readings)
-    findings.push_back(
-        {FindingKind::kScaleByReadings, Severity::kInforms, about_target(*places.rule)});
+    verdict.add({FindingKind::kScaleByReadings, Severity::kInforms, about_target(*places.rule)});
   // Wires belong to one instrument, and share its scale error.
   const bool alone = scale.by_readings && !scale.by_lengths && places.trackers <= 1 &&
                      (places.trackers == 0 || places.wires == 0);
   if (alone && arm.sigma > 0.0)
-    findings.push_back({FindingKind::kUncheckedReadings,
-                        Severity::kWarns,
-                        {},
-                        {{"unseen", 100.0 * arm.unseen(), "%"}}});
+    verdict.add({FindingKind::kUncheckedReadings,
+                 Severity::kWarns,
+                 {},
+                 {{"unseen", 100.0 * arm.unseen(), "%"}}});
   if (scale.by_lengths) {
     Finding finding{FindingKind::kScaleByLengths,
                     Severity::kInforms,
@@ -214,11 +209,11 @@ void note_scope(const Problem& problem, const Calibration& c, const HeldPlaces& 
     // Only the arm's tolerances contradict an error common to all certificates.
     if (scale.lengths.size() > 1 && !scale.by_readings && arm.sigma > 0.0)
       finding.evidence.push_back({"unseen", 100.0 * arm.unseen(), "%"});
-    findings.push_back(std::move(finding));
+    verdict.add(std::move(finding));
     if (auto unchecked = unchecked_lengths(c, scale.lengths.size()))
-      findings.push_back(std::move(*unchecked));
+      verdict.add(std::move(*unchecked));
   }
-  if (!scale.held()) findings.push_back(near_targets(problem, places, scale));
+  if (!scale.held()) verdict.add(near_targets(problem, places, scale));
 }
 
 namespace {
@@ -307,38 +302,37 @@ ArmScale arm_scale(const Problem& problem, const Calibration& c, int but) {
   return {pull / information, 1.0 / std::sqrt(information)};  // (57)
 }
 
-void judge_nominal_geometry(const Problem& problem, const Calibration& c,
-                            std::vector<Finding>& findings) {
+void judge_nominal_geometry(const Problem& problem, const Calibration& c, Verdict& verdict) {
   constexpr double kAnotherArm = 50.0;
   const ArmScale scale = arm_scale(problem, c);
   if (scale.sigma > 0.0 && std::abs(scale.off) > kFarScale * scale.sigma &&
       is_of_all_lengths(problem, c, scale))
-    findings.push_back({FindingKind::kArmScale,
-                        Severity::kWithholds,
-                        {},
-                        {{"off", 100.0 * scale.off, "%", 100.0 * scale.sigma},
-                         {"apart", std::abs(scale.off) / scale.sigma, "sigma"}}});
+    verdict.add({FindingKind::kArmScale,
+                 Severity::kWithholds,
+                 {},
+                 {{"off", 100.0 * scale.off, "%", 100.0 * scale.sigma},
+                  {"apart", std::abs(scale.off) / scale.sigma, "sigma"}}});
   std::vector<FindingPart> far = beyond_tolerance(problem, c, kFarFromNominal);
   if (far.empty()) return;
   const bool may_be_so = value(far.front().evidence, "tolerances") < kAnotherArm;
-  findings.push_back({FindingKind::kOffNominal,
-                      Severity::kWithholds,
-                      {},
-                      {{"may_be_so", may_be_so ? 1.0 : 0.0, ""}},
-                      std::move(far)});
+  verdict.add({FindingKind::kOffNominal,
+               Severity::kWithholds,
+               {},
+               {{"may_be_so", may_be_so ? 1.0 : 0.0, ""}},
+               std::move(far)});
 }
 
-void judge_radius(const Problem& problem, const Calibration& c, std::vector<Finding>& findings) {
+void judge_radius(const Problem& problem, const Calibration& c, Verdict& verdict) {
   if (auto off = radius_off(problem, c, kFarRadius, Severity::kWithholds))
-    findings.push_back(std::move(*off));
+    verdict.add(std::move(*off));
 }
 
-void note_tolerances(const Problem& problem, const Calibration& c, std::vector<Finding>& findings) {
+void note_tolerances(const Problem& problem, const Calibration& c, Verdict& verdict) {
   if (auto off = radius_off(problem, c, kWarnedRadius, Severity::kWarns))
-    findings.push_back(std::move(*off));
+    verdict.add(std::move(*off));
   std::vector<FindingPart> far = beyond_tolerance(problem, c, kBeyondTolerance);
   if (!far.empty())
-    findings.push_back({FindingKind::kOffNominal, Severity::kWarns, {}, {}, std::move(far)});
+    verdict.add({FindingKind::kOffNominal, Severity::kWarns, {}, {}, std::move(far)});
 }
 
 }  // namespace cellcal::calib

@@ -18,14 +18,12 @@ bool holds_where_measured(const Cell& cell, const Calibration& c);
 /// required_mm.
 void shrink_scope(const Cell& cell, const Calibration& c, bool determined, Verdict& verdict);
 /// Judges the calibration's prediction over its scope.
-void judge_predicted(const Cell& cell, const Calibration& c, bool workspace,
-                     std::vector<Finding>& findings);
+void judge_predicted(const Cell& cell, const Calibration& c, Verdict& verdict);
 
 /// Adds the improvement, for a result that may be used.
-void note_gain(const Cell& cell, const Calibration& c, bool workspace,
-               std::vector<Finding>& findings);
+void note_gain(const Cell& cell, const Calibration& c, Verdict& verdict);
 /// Adds the model error: its size, and its distinction from noise.
-void note_model_error(const Problem& problem, const Calibration& c, std::vector<Finding>& findings);
+void note_model_error(const Problem& problem, const Calibration& c, Verdict& verdict);
 
 // Data that determine the scale of the arm, and thus the scope of the result; and the data that
 // check it.
@@ -40,7 +38,7 @@ Scale scale_of(const Problem& problem, const HeldPlaces& places);
 
 /// Adds the scope with its reason, and the unchecked part of the scale.
 void note_scope(const Problem& problem, const Calibration& c, const HeldPlaces& places,
-                const Scale& scale, std::vector<Finding>& findings);
+                const Scale& scale, Verdict& verdict);
 
 // Deviation of the arm, its tool's tip and the effective radius from the files' values, in units of
 // the files' tolerances: as a note, or as a reason to withhold.
@@ -55,11 +53,10 @@ struct ArmScale {
 ArmScale arm_scale(const Problem& problem, const Calibration& c, int but = -1);
 
 /// Errors beyond the tolerances: each, and of all lengths together.
-void judge_nominal_geometry(const Problem& problem, const Calibration& c,
-                            std::vector<Finding>& findings);
+void judge_nominal_geometry(const Problem& problem, const Calibration& c, Verdict& verdict);
 /// A tip whose contacts disagree with diameters and tip radius.
-void judge_radius(const Problem& problem, const Calibration& c, std::vector<Finding>& findings);
+void judge_radius(const Problem& problem, const Calibration& c, Verdict& verdict);
 /// The same at the level of warnings, which do not withhold.
-void note_tolerances(const Problem& problem, const Calibration& c, std::vector<Finding>& findings);
+void note_tolerances(const Problem& problem, const Calibration& c, Verdict& verdict);
 
 }  // namespace cellcal::calib

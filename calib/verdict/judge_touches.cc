@@ -52,19 +52,19 @@ bool is_check(const Problem& problem, const TouchResidual& r) {
 
 }  // namespace
 
-void judge_scatter(const Problem& problem, const Calibration& c, std::vector<Finding>& findings) {
+void judge_scatter(const Problem& problem, const Calibration& c, Verdict& verdict) {
   if (!(c.chi2_per_dof > kChi2Limit)) return;
   const double stated_m = c.repeats.used_m > 0.0 ? c.repeats.used_m : problem.cell().touch_sigma_m;
-  findings.push_back({FindingKind::kTouchScatter,
-                      Severity::kWithholds,
-                      {},
-                      {in_mm("scatter", c.touch_noise_m),
-                       in_mm("stated", stated_m),
-                       {"ratio", std::sqrt(c.chi2_per_dof), ""},
-                       {"repeats", c.repeats.degrees_of_freedom > 0.0 ? 1.0 : 0.0, ""}}});
+  verdict.add({FindingKind::kTouchScatter,
+               Severity::kWithholds,
+               {},
+               {in_mm("scatter", c.touch_noise_m),
+                in_mm("stated", stated_m),
+                {"ratio", std::sqrt(c.chi2_per_dof), ""},
+                {"repeats", c.repeats.degrees_of_freedom > 0.0 ? 1.0 : 0.0, ""}}});
 }
 
-void judge_outliers(const Problem& problem, const Calibration& c, std::vector<Finding>& findings) {
+void judge_outliers(const Problem& problem, const Calibration& c, Verdict& verdict) {
   const auto touches = problem.touches();
   std::vector<int> fit(problem.blocks().size(), 0), outliers = fit;
   for (const TouchResidual& r : c.residuals) {
@@ -76,12 +76,12 @@ void judge_outliers(const Problem& problem, const Calibration& c, std::vector<Fi
   const int all = std::accumulate(fit.begin(), fit.end(), 0),
             out = std::accumulate(outliers.begin(), outliers.end(), 0);
   if (out > kOutlierShare * all) {
-    findings.push_back({FindingKind::kManyOutliers,
-                        Severity::kWithholds,
-                        {},
-                        {{"outliers", static_cast<double>(out), ""},
-                         {"touches", static_cast<double>(all), ""},
-                         {"allowed", 100.0 * kOutlierShare, "%"}}});
+    verdict.add({FindingKind::kManyOutliers,
+                 Severity::kWithholds,
+                 {},
+                 {{"outliers", static_cast<double>(out), ""},
+                  {"touches", static_cast<double>(all), ""},
+                  {"allowed", 100.0 * kOutlierShare, "%"}}});
     return;
   }
   for (std::size_t b = 0; b < fit.size(); ++b) {
@@ -90,16 +90,15 @@ void judge_outliers(const Problem& problem, const Calibration& c, std::vector<Fi
                             : kOutlierShareOfMany;
     if (outliers[b] > 0 && outliers[b] >= most * fit[b] &&
         (outliers[b] > 1 || fit[b] - 1 < kLeastOtherTouches))
-      findings.push_back({FindingKind::kOutliersOfTarget,
-                          Severity::kWithholds,
-                          about_target(problem.cell().targets[problem.blocks()[b].target]),
-                          {{"outliers", static_cast<double>(outliers[b]), ""},
-                           {"touches", static_cast<double>(fit[b]), ""}}});
+      verdict.add({FindingKind::kOutliersOfTarget,
+                   Severity::kWithholds,
+                   about_target(problem.cell().targets[problem.blocks()[b].target]),
+                   {{"outliers", static_cast<double>(outliers[b]), ""},
+                    {"touches", static_cast<double>(fit[b]), ""}}});
   }
 }
 
-void judge_check_touches(const Problem& problem, const Calibration& c,
-                         std::vector<Finding>& findings) {
+void judge_check_touches(const Problem& problem, const Calibration& c, Verdict& verdict) {
   std::vector<HeldOut> checks = held_out(problem, c);
   std::erase_if(checks, [&](const HeldOut& one) { return c.residuals[one.touch].outlier; });
   checks.insert(checks.end(), c.unseen.held_out.begin(), c.unseen.held_out.end());
@@ -114,10 +113,10 @@ void judge_check_touches(const Problem& problem, const Calibration& c,
     FindingPart part = check_touch(problem, c, r);
     if (!part.about.other_end.empty()) finding.parts.push_back(std::move(part));
   }
-  findings.push_back(std::move(finding));
+  verdict.add(std::move(finding));
 }
 
-void note_touches(const Problem& problem, const Calibration& c, std::vector<Finding>& findings) {
+void note_touches(const Problem& problem, const Calibration& c, Verdict& verdict) {
   std::vector<const TouchResidual*> gross;
   for (const TouchResidual& r : c.residuals)
     if (is_check(problem, r) && r.outlier) gross.push_back(&r);
@@ -127,10 +126,10 @@ void note_touches(const Problem& problem, const Calibration& c, std::vector<Find
   if (!gross.empty()) {
     Finding finding{FindingKind::kGrossCheckTouches, Severity::kWarns};
     for (const TouchResidual* r : gross) finding.parts.push_back(check_touch(problem, c, *r));
-    findings.push_back(std::move(finding));
+    verdict.add(std::move(finding));
   }
   if (auto temperature = temperature_finding(problem.touches()))
-    findings.push_back(std::move(*temperature));
+    verdict.add(std::move(*temperature));
   for (const UnseenTarget& unseen : c.unseen.targets) {
     const Cell& cell = problem.cell();
     Finding finding{FindingKind::kUnseenPlace, Severity::kInforms,
@@ -145,9 +144,9 @@ void note_touches(const Problem& problem, const Calibration& c, std::vector<Find
                           touches,
                           {"degrees_of_freedom", unseen.degrees_of_freedom, ""}};
     }
-    findings.push_back(std::move(finding));
+    verdict.add(std::move(finding));
   }
-  if (c.check.count == 0) findings.push_back({FindingKind::kNoCheckTouches, Severity::kWarns});
+  if (c.check.count == 0) verdict.add({FindingKind::kNoCheckTouches, Severity::kWarns});
 }
 
 namespace {
@@ -159,7 +158,7 @@ constexpr double kFarCentre = 5.0;
 
 /// Two certificates of one length; all other data are too uncertain to determine which of them is
 /// wrong.
-void judge_certified_twice(const Calibration& c, std::vector<Finding>& findings) {
+void judge_certified_twice(const Calibration& c, Verdict& verdict) {
   for (std::size_t a = 0; a < c.lengths.size(); ++a)
     for (std::size_t b = a + 1; b < c.lengths.size(); ++b) {
       const LengthResult &one = c.lengths[a], &other = c.lengths[b];
@@ -168,11 +167,11 @@ void judge_certified_twice(const Calibration& c, std::vector<Finding>& findings)
       by_other.by_others_m = other.certified_m;
       by_other.sigma_m = other.certified_sigma_m;
       if (!same_ends(one, other) || !is_contradicted(by_other)) continue;
-      findings.push_back({FindingKind::kCertifiedTwice,
-                          Severity::kWithholds,
-                          about_length(one.from, one.to),
-                          {in_mm("certified", one.certified_m, one.certified_sigma_m),
-                           in_mm("certified_again", other.certified_m, other.certified_sigma_m)}});
+      verdict.add({FindingKind::kCertifiedTwice,
+                   Severity::kWithholds,
+                   about_length(one.from, one.to),
+                   {in_mm("certified", one.certified_m, one.certified_sigma_m),
+                    in_mm("certified_again", other.certified_m, other.certified_sigma_m)}});
     }
 }
 
@@ -197,27 +196,27 @@ const Target* exchanged_with(const Problem& problem, const Calibration& c,
 
 }  // namespace
 
-void judge_lengths(const Calibration& c, std::vector<Finding>& findings) {
+void judge_lengths(const Calibration& c, Verdict& verdict) {
   const LengthResult* worst = worst_contradicted(c.lengths);
   if (worst == nullptr) {
-    judge_certified_twice(c, findings);
+    judge_certified_twice(c, verdict);
     return;
   }
   const auto others = std::count_if(c.lengths.begin(), c.lengths.end(), is_contradicted) - 1;
-  findings.push_back({FindingKind::kCertifiedLength,
-                      Severity::kWithholds,
-                      about_length(worst->from, worst->to),
-                      {in_mm("certified", worst->certified_m, worst->certified_sigma_m),
-                       in_mm("measured", std::max(0.0, worst->by_others_m), worst->sigma_m),
-                       {"apart", contradiction(*worst), "sigma"},
-                       {"others", static_cast<double>(others), ""}}});
+  verdict.add({FindingKind::kCertifiedLength,
+               Severity::kWithholds,
+               about_length(worst->from, worst->to),
+               {in_mm("certified", worst->certified_m, worst->certified_sigma_m),
+                in_mm("measured", std::max(0.0, worst->by_others_m), worst->sigma_m),
+                {"apart", contradiction(*worst), "sigma"},
+                {"others", static_cast<double>(others), ""}}});
 }
 
-void judge_artefact_biases(const Calibration& c, std::vector<Finding>& findings) {
+void judge_artefact_biases(const Calibration& c, Verdict& verdict) {
   const ArtefactBias* worst = worst_contradicted(c.artefact_biases);
   if (worst == nullptr) return;
   // For touches from one side, or in a plane, the size has a second-order effect.
-  if (std::any_of(findings.begin(), findings.end(), [&](const Finding& one) {
+  if (std::ranges::any_of(verdict.findings, [&](const Finding& one) {
         return one.kind == FindingKind::kTooFewDirections && one.about.name == worst->target;
       }))
     return;
@@ -234,29 +233,27 @@ void judge_artefact_biases(const Calibration& c, std::vector<Finding>& findings)
     finding.evidence = {in_mm("longer", worst->off_m, worst->sigma_m)};
   }
   finding.evidence.push_back({"apart", contradiction(*worst), "sigma"});
-  findings.push_back(std::move(finding));
+  verdict.add(std::move(finding));
 }
 
-void judge_loads(const Problem& problem, const Calibration& c, std::vector<Finding>& findings) {
+void judge_loads(const Problem& problem, const Calibration& c, Verdict& verdict) {
   for (int p = 0; p < problem.arm_size(); ++p) {
     const ArmParameter& parameter = problem.arm().parameters()[static_cast<std::size_t>(p)];
     if (parameter.kind != ParameterKind::kCompliance &&
-        parameter.kind != ParameterKind::kDeflection &&
-        !is_positioner_compliance(parameter))
+        parameter.kind != ParameterKind::kDeflection && !is_positioner_compliance(parameter))
       continue;
     const ParameterResult& found = c.parameters[static_cast<std::size_t>(p)];
     const double value = found.nominal + found.correction;
     if (found.sigma > 0.0 && value < -kAgainstLoad * found.sigma)
-      findings.push_back(
-          {FindingKind::kNegativeCompliance,
-           Severity::kWithholds,
-           about_parameter(c.cell, found.key),
-           {{"value", value * found.to_unit, found.unit, found.sigma * found.to_unit},
-            {"below_zero", -value / found.sigma, "sigma"}}});
+      verdict.add({FindingKind::kNegativeCompliance,
+                   Severity::kWithholds,
+                   about_parameter(c.cell, found.key),
+                   {{"value", value * found.to_unit, found.unit, found.sigma * found.to_unit},
+                    {"below_zero", -value / found.sigma, "sigma"}}});
   }
 }
 
-void note_untouched(const Problem& problem, std::vector<Finding>& findings) {
+void note_untouched(const Problem& problem, Verdict& verdict) {
   Finding finding{FindingKind::kNotTouched, Severity::kWarns};
   const auto& targets = problem.cell().targets;
   for (std::size_t t = 0; t < targets.size(); ++t)
@@ -274,10 +271,10 @@ void note_untouched(const Problem& problem, std::vector<Finding>& findings) {
         });
       });
   finding.evidence = {{"idle_lengths", static_cast<double>(idle), ""}};
-  findings.push_back(std::move(finding));
+  verdict.add(std::move(finding));
 }
 
-void note_centres(const Problem& problem, const Calibration& c, std::vector<Finding>& findings) {
+void note_centres(const Problem& problem, const Calibration& c, Verdict& verdict) {
   Finding far{FindingKind::kStatedCentre, Severity::kWarns};
   for (const TargetResult& found : c.targets) {
     const Target& target = problem.cell().targets[problem.cell().target_index(found.id)];
@@ -292,18 +289,18 @@ void note_centres(const Problem& problem, const Calibration& c, std::vector<Find
   for (const TargetResult& one : c.targets)
     if (const Target* other = exchanged_with(problem, c, one)) {
       const Target& target = problem.cell().targets[problem.cell().target_index(one.id)];
-      findings.push_back({FindingKind::kExchangedCentres,
-                          Severity::kWarns,
-                          {},
-                          {},
-                          {{about_target(target), {}}, {about_target(*other), {}}}});
+      verdict.add({FindingKind::kExchangedCentres,
+                   Severity::kWarns,
+                   {},
+                   {},
+                   {{about_target(target), {}}, {about_target(*other), {}}}});
       return;
     }
   std::stable_sort(far.parts.begin(), far.parts.end(),
                    [](const FindingPart& a, const FindingPart& b) {
                      return value(a.evidence, "apart") > value(b.evidence, "apart");
                    });
-  findings.push_back(std::move(far));
+  verdict.add(std::move(far));
 }
 
 std::optional<Finding> temperature_finding(std::span<const Touch> touches) {

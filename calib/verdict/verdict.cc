@@ -35,8 +35,8 @@ Finding undetermined(const Calibration& c) {
 }
 
 /// True if further touches would resolve all findings.
-bool wants_touches_alone(const std::vector<Finding>& findings) {
-  return !findings.empty() && std::all_of(findings.begin(), findings.end(), [](const Finding& one) {
+bool wants_touches_alone(const Verdict& verdict) {
+  return !verdict.findings.empty() && std::ranges::all_of(verdict.findings, [](const Finding& one) {
     return one.kind == FindingKind::kRank || one.kind == FindingKind::kTooFewDirections;
   });
 }
@@ -45,36 +45,35 @@ bool wants_touches_alone(const std::vector<Finding>& findings) {
 
 Verdict judge(const Problem& problem, const Calibration& c) {
   Verdict verdict{.judged = true};
-  std::vector<Finding>& findings = verdict.findings;
-  judge_scatter(problem, c, findings);
-  if (auto copies = duplicate_touches(problem.touches())) findings.push_back(std::move(*copies));
-  judge_outliers(problem, c, findings);
+  judge_scatter(problem, c, verdict);
+  if (auto copies = duplicate_touches(problem.touches())) verdict.add(std::move(*copies));
+  judge_outliers(problem, c, verdict);
   const bool determined = is_determined(c);
-  if (!determined && !holds_where_measured(problem.cell(), c)) findings.push_back(undetermined(c));
-  const HeldPlaces places = judge_places(problem, c, findings);
-  judge_lengths(c, findings);
-  judge_artefact_biases(c, findings);
-  judge_loads(problem, c, findings);
-  judge_radius(problem, c, findings);
-  judge_nominal_geometry(problem, c, findings);
-  judge_check_touches(problem, c, findings);
-  if (wants_touches_alone(findings) && has_only_begun(problem)) {
-    findings = {first_session(problem)};
-    note_untouched(problem, findings);
+  if (!determined && !holds_where_measured(problem.cell(), c)) verdict.add(undetermined(c));
+  const HeldPlaces places = judge_places(problem, c, verdict);
+  judge_lengths(c, verdict);
+  judge_artefact_biases(c, verdict);
+  judge_loads(problem, c, verdict);
+  judge_radius(problem, c, verdict);
+  judge_nominal_geometry(problem, c, verdict);
+  judge_check_touches(problem, c, verdict);
+  if (wants_touches_alone(verdict) && has_only_begun(problem)) {
+    verdict.findings = {first_session(problem)};
+    note_untouched(problem, verdict);
     return verdict;
   }
   const Scale scale = scale_of(problem, places);
   verdict.workspace = scale.held();
   shrink_scope(problem.cell(), c, determined, verdict);
-  judge_predicted(problem.cell(), c, verdict.workspace, findings);
+  judge_predicted(problem.cell(), c, verdict);
 
-  note_scope(problem, c, places, scale, findings);
-  if (verdict.publish()) note_gain(problem.cell(), c, verdict.workspace, findings);
-  note_model_error(problem, c, findings);
-  note_untouched(problem, findings);
-  note_centres(problem, c, findings);
-  if (verdict.publish()) note_tolerances(problem, c, findings);
-  note_touches(problem, c, findings);
+  note_scope(problem, c, places, scale, verdict);
+  if (verdict.publish()) note_gain(problem.cell(), c, verdict);
+  note_model_error(problem, c, verdict);
+  note_untouched(problem, verdict);
+  note_centres(problem, c, verdict);
+  if (verdict.publish()) note_tolerances(problem, c, verdict);
+  note_touches(problem, c, verdict);
   return verdict;
 }
 
@@ -85,11 +84,11 @@ void warn_of_unchecked_touch(std::span<const Touch> touches, Calibration& c) {
   const double predicted_m =
       verdict.workspace ? c.predicted_workspace_m : c.predicted_near_targets_m;
   if (!(one.shift_m > kMostUnchecked * predicted_m)) return;
-  verdict.add({FindingKind::kUncheckedTouch,
-               Severity::kWarns,
-               about_touch(one.touch, touches[one.touch]),
-               {in_mm("unseen", one.unseen_m), in_mm("shift", one.shift_m),
-                in_mm("predicted", predicted_m)}});
+  verdict.add_first({FindingKind::kUncheckedTouch,
+                     Severity::kWarns,
+                     about_touch(one.touch, touches[one.touch]),
+                     {in_mm("unseen", one.unseen_m), in_mm("shift", one.shift_m),
+                      in_mm("predicted", predicted_m)}});
 }
 
 namespace {

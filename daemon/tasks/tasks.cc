@@ -259,7 +259,7 @@ Tasks with_controller_model(Tasks tasks, const SharedInputs& inputs) {
     const calib::ControllerModel model = inputs->controller_model();
     const auto finding = calib::finding_of(model, inputs->cell.robot);
     if (auto* calibration = std::get_if<calib::Calibration>(&result.of); finding && calibration)
-      calibration->verdict.add(*finding);
+      calibration->verdict.add_first(*finding);
     if (inputs->note)
       inputs->note(fmt::format("{}controller's model: {}", finding ? "warning: " : "",
                                words(phrase(model, inputs->cell.robot))));

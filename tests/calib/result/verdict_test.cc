@@ -21,16 +21,18 @@ TEST(Verdict, PublishesOnlyWhatWasJudgedAndNoFindingWithholds) {
   EXPECT_FALSE(verdict.publish());
 }
 
-TEST(Verdict, ListsWithholdingFindingsFirstAndTheNewestOfEachWeightBeforeTheOthers) {
+TEST(Verdict, ListsWithholdingFindingsFirstInTheOrderTheyWereAddedAndACauseBeforeThem) {
+  using enum FindingKind;
   Verdict verdict{.judged = true};
-  verdict.add(of(FindingKind::kGain, Severity::kInforms));
-  verdict.add(of(FindingKind::kRank, Severity::kWithholds));
-  verdict.add(of(FindingKind::kTemperature, Severity::kWarns));
-  verdict.add(of(FindingKind::kJumped, Severity::kWithholds));
+  verdict.add(of(kGain, Severity::kInforms));
+  verdict.add(of(kRank, Severity::kWithholds));
+  verdict.add(of(kTemperature, Severity::kWarns));
+  verdict.add(of(kRequired, Severity::kWithholds));
+  verdict.add_first(of(kJumped, Severity::kWithholds));
+  verdict.add_first(of(kModelError, Severity::kWarns));
   std::vector<FindingKind> order;
   for (const Finding& one : verdict.findings) order.push_back(one.kind);
-  EXPECT_EQ(order, (std::vector{FindingKind::kJumped, FindingKind::kRank, FindingKind::kTemperature,
-                                FindingKind::kGain}));
+  EXPECT_EQ(order, (std::vector{kJumped, kRank, kRequired, kModelError, kGain, kTemperature}));
 }
 
 TEST(Verdict, HasTooFewTouchesOnlyWhereNothingElseWithholds) {
