@@ -19,6 +19,12 @@ constexpr double kLargestStepRad = 0.3;  // trust region of Newton's method
 constexpr double kLeverM = 0.5;
 constexpr double kDamping = 1e-6;
 
+/// Within the limits reduced by the margin, of a short range by a quarter of it at most.
+bool within_limits(double value, const Joint& joint, double margin) {
+  margin = std::min(margin, (joint.max_rad - joint.min_rad) / 4.0);
+  return value >= joint.min_rad + margin && value <= joint.max_rad - margin;
+}
+
 }  // namespace
 
 std::optional<JointVector> inverse(const ArmModel& arm, const Eigen::Isometry3d& tcp,
@@ -33,8 +39,7 @@ std::optional<JointVector> inverse(const ArmModel& arm, const Eigen::Isometry3d&
     error.tail<3>() = turn.angle() * turn.axis();
     if (error.head<3>().norm() < kReached && error.tail<3>().norm() < kReached) {
       for (std::size_t i = 0; i < q.size(); ++i)
-        if (q[i] < joints[i].min_rad + margin_rad || q[i] > joints[i].max_rad - margin_rad)
-          return std::nullopt;
+        if (!within_limits(q[i], joints[i], margin_rad)) return std::nullopt;
       return q;
     }
     Eigen::Matrix<double, 6, Eigen::Dynamic> j = arm.nominal_jacobian(q);
@@ -108,8 +113,7 @@ std::optional<double> within(double angle, const Joint& joint, double margin) {
   angle = std::remainder(angle, kRadPerTurn);
   for (const double candidate : {angle, angle > 0.0 ? angle - kRadPerTurn : angle + kRadPerTurn,
                                  angle > 0.0 ? angle + kRadPerTurn : angle - kRadPerTurn})
-    if (candidate >= joint.min_rad + margin && candidate <= joint.max_rad - margin)
-      return candidate;
+    if (within_limits(candidate, joint, margin)) return candidate;
   return std::nullopt;
 }
 

@@ -12,9 +12,8 @@
 namespace cellcal::calib {
 
 /// Damped Newton's method from `seed`; usually converges to the nearest solution. A linear unit stays
-/// where the seed has it. Empty if it does
-/// not reach the pose (1e-9 m, 1e-9 rad) inside the joint limits reduced by `margin_rad`, of a
-/// linear unit by as many metres.
+/// where the seed has it. Empty if it does not reach the pose (1e-9 m, 1e-9 rad) inside the joint limits reduced by
+/// `margin_rad`, of a linear unit by as many metres, and by a quarter of the range at most.
 std::optional<JointVector> inverse(const ArmModel& arm, const Eigen::Isometry3d& tcp,
                                    const JointVector& seed, double margin_rad);
 
@@ -36,7 +35,7 @@ struct Posture {
 
 class Configurations {
  public:
-  /// Refers to `arm`. Every solution respects the joint limits reduced by `margin_rad`.
+  /// Refers to `arm`. Every solution respects the joint limits reduced as in inverse().
   Configurations(const ArmModel& arm, double margin_rad);
 
   bool closed_form() const { return wrist_.has_value(); }

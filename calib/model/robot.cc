@@ -9,6 +9,21 @@
 
 namespace cellcal::calib {
 
+Eigen::Vector3d up_of(const Robot& robot) {
+  const Eigen::Vector3d up = -robot.gravity_m_s2.normalized();
+  return up.allFinite() && !up.isZero() ? up : Eigen::Vector3d::UnitZ();
+}
+
+Eigen::Vector3d shaft_of(const Tool& tool) {
+  constexpr double kNoLengthM = 1e-6;
+  return tool.tcp.translation().norm() > kNoLengthM ? tool.tcp.translation().normalized()
+                                                    : Eigen::Vector3d::UnitZ();
+}
+
+Eigen::Vector3d stand_up(const Robot& robot, const Target& target) {
+  return target.stand_up.isZero() ? up_of(robot) : target.stand_up;
+}
+
 JointUnit unit_of(const Joint& joint) {
   return joint.is_prismatic() ? JointUnit{kMmPerM, "mm"} : JointUnit{kDegPerRad, "deg"};
 }

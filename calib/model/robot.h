@@ -110,6 +110,9 @@ struct Robot {
   std::size_t first_turning() const { return !joints.empty() && joints[0].is_prismatic() ? 1 : 0; }
 };
 
+/// Unit, against gravity in the base frame; z where the robot file states no gravity.
+Eigen::Vector3d up_of(const Robot& robot);
+
 /// Unit of a joint's position in files and interfaces.
 struct JointUnit {
   double per_si = 1.0;
@@ -151,6 +154,8 @@ struct Tool {
   double slim_length_m = 0.06;  ///< contact tip and wire
   double slim_radius_m = 0.004;
 };
+/// Unit, from the flange to the TCP, in the flange's frame; z of the flange for a TCP on it.
+Eigen::Vector3d shaft_of(const Tool& tool);
 
 /// What the tools hold: a gripper's part. The joints bear it in addition to the tools; it bends no
 /// tool.
@@ -199,6 +204,8 @@ struct Target {
   /// positioner, where that stands (plan).
   Eigen::Vector3d stand_up = Eigen::Vector3d::Zero();
 };
+/// Unit, from the stand to the target.
+Eigen::Vector3d stand_up(const Robot& robot, const Target& target);
 
 /// Triangle mesh in its own frame.
 struct Mesh {

@@ -133,23 +133,6 @@ bool is_planned(const Target& target, Kinds kinds) {
 
 namespace {
 
-/// Opposite to gravity; z without gravity.
-Vector3d upwards(const Robot& robot) {
-  const Vector3d up = -robot.gravity_m_s2.normalized();
-  return up.allFinite() ? up : Vector3d::UnitZ();
-}
-
-Vector3d stand_up(const Robot& robot, const Target& target) {
-  return target.stand_up.isZero() ? upwards(robot) : target.stand_up;
-}
-
-/// From the flange to the TCP, flange frame.
-Vector3d shaft_of(const Tool& tool) {
-  constexpr double kNoLengthM = 1e-6;
-  return tool.tcp.translation().norm() > kNoLengthM ? tool.tcp.translation().normalized()
-                                                    : Vector3d::UnitZ();
-}
-
 double contact_radius_m(const Target& target, const Tool& tool) {
   return target.diameter_m / 2.0 + tool.tip_radius_m;
 }

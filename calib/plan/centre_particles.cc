@@ -50,7 +50,7 @@ CentreParticles::CentreParticles(const Target& target, double radius_m, unsigned
   const Vector3d low = target.low_m.array() - off_m, high = target.high_m.array() + off_m;
   prior_mean_ = frame * ((low + high) / 2.0);
   half_box_m_ = (high - low) / 2.0;
-  prior_sigma_m_ = half_box_m_.norm();
+  prior_sigma_m_ = std::max(half_box_m_.norm(), kRegionToleranceM);  // also of a box without extent
   while (places_.size() < kPlaces) {
     Vector3d place;
     for (int k = 0; k < 3; ++k) place[k] = random_.uniform(low[k], high[k]);

@@ -269,7 +269,9 @@ class CheckDesign {
       if (change.kind == ChangeKind::kJoint &&
           std::ranges::find(joints, change.name) != joints.end())
         continue;
-      const double size = kElseM / std::sqrt(by.rowwise().squaredNorm().maxCoeff());
+      const double largest = by.rowwise().squaredNorm().maxCoeff();
+      if (!(largest > 0.0)) continue;  // such as an axis that carries no touched sphere
+      const double size = kElseM / std::sqrt(largest);
       beside_.noalias() += size * size * by * by.transpose();
     }
     if (!joints.empty()) wanted_ = by_zeros(calibration, joints, foresight.contacts);

@@ -47,7 +47,7 @@ constexpr int kPerAim = 60;
 /// Lateral aims around the mean, while the lateral position is uncertain: this many per radius of
 /// the spread (2 sigma), of which a single line excludes little.
 constexpr double kMoreAims = 8.0;
-constexpr double kOpen = 0.5;         ///< of the radius
+constexpr double kOpen = 0.5;            ///< of the radius
 constexpr std::size_t kEvaluated = 600;  ///< particles that a line is evaluated on
 /// Before the first contact: an inclined shaft comes close to what the tip passes.
 constexpr double kMostTiltRad = 0.35;
@@ -203,10 +203,8 @@ struct Finder::Impl {
     const double thick = target.stand_diameter_m > 0.0
                              ? target.stand_diameter_m
                              : std::min(kUsualStandM, kStandShare * target.diameter_m);
-    const Vector3d up = target.stand_up.isZero() ? Vector3d(-cell.robot.gravity_m_s2.normalized())
-                                                 : target.stand_up;
-    if (!target.has_stand || !up.allFinite()) return {Vector3d::UnitZ(), 0.0};
-    return {up, thick / 2.0};
+    if (!target.has_stand) return {Vector3d::UnitZ(), 0.0};
+    return {stand_up(cell.robot, target), thick / 2.0};
   }
 
   /// Largest standard deviation of the particles relative to the radius that a line meets.

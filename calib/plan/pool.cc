@@ -36,6 +36,19 @@ std::string words_of(const Target& target) {
   return (target.kind == TargetKind::kPlane ? "plane " : "sphere ") + target.id;
 }
 
+/// Fewer do not reach a pose of the tool as it is asked for.
+void require_six_joints(const Robot& robot) {
+  constexpr std::size_t kLeastJoints = 6;
+  const std::size_t joints = robot.joints.size() - robot.first_turning();
+  if (joints >= kLeastJoints) return;
+  throw PlanError(
+      PlanError::Kind::kCell,
+      fmt::format(
+          "the robot file has {} joints; touches are planned for arms of {} or more. Touch by hand, "
+          "and use 'cellcal identify' with the file",
+          joints, kLeastJoints));
+}
+
 /// Validates in the initialiser list, before any computation.
 const Cell& checked(const Cell& cell) {
   check_cell(cell);
@@ -52,6 +65,7 @@ std::vector<Candidate> searchable(std::vector<Candidate> candidates, const Clear
 
 ArmModel planning_arm(const Cell& cell) {
   require_speeds(cell.robot);
+  require_six_joints(cell.robot);
   Robot robot = cell.robot;
   for (Joint& joint : robot.joints) {
     joint.errors.clear();

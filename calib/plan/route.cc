@@ -51,8 +51,8 @@ std::vector<JointVector> joined(std::vector<JointVector> a, const std::vector<Jo
 std::optional<JointVector> Router::above(const Candidate& candidate, double height_m,
                                          const JointVector& seed) const {
   const Target& target = cell_.targets[candidate.target];
-  Eigen::Vector3d up = -cell_.robot.gravity_m_s2.normalized();
-  if (!up.allFinite()) up = Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d up =
+      target.kind == TargetKind::kPlane ? target.normal : stand_up(cell_.robot, target);
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.linear() = candidate.orientation;
   pose.translation() = target.centre_m + (target.diameter_m / 2.0 + height_m) * up;

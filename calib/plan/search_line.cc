@@ -18,9 +18,7 @@ constexpr double kLargestRad = 0.35;  ///< of a joint along a line; larger: anot
 
 }  // namespace
 
-Vector3d shaft_in_tool(const Tool& tool) {
-  return tool.tcp.linear().transpose() * tool.tcp.translation().normalized();
-}
+Vector3d shaft_in_tool(const Tool& tool) { return tool.tcp.linear().transpose() * shaft_of(tool); }
 
 std::optional<JointVector> LineLeader::posture(const LineToLead& line, double outside_m,
                                                const Vector3d& beside,

@@ -136,7 +136,7 @@ std::vector<Place> possible_places(const Cell& cell, const ArmModel& arm,
   }
   const auto postures =
       accuracy_region_postures(region, arm, {}, {}, options.limit_margin_rad, kPostures);
-  const Vector3d up = -cell.robot.gravity_m_s2.stableNormalized();
+  const Vector3d up = up_of(cell.robot);
   const double highest_m = cell.floor_m.value_or(0.0) + kHighestM;
   std::vector<Place> places;
   for (const JointVector& posture : postures) {

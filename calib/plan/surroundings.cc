@@ -162,17 +162,12 @@ struct Surroundings::Thing {
 Surroundings::Surroundings(Surroundings&&) noexcept = default;
 Surroundings::~Surroundings() = default;
 
-Vector3d up_of(const Robot& robot) {
-  const Vector3d up = -robot.gravity_m_s2.normalized();
-  return up.allFinite() && !up.isZero() ? up : Vector3d::UnitZ();
-}
-
 std::vector<Post> posts_of(const Cell& cell) {
   std::vector<Post> posts;
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     const Target& target = cell.targets[t];
     if (!has_place(target) || !target.has_stand) continue;
-    const Vector3d up = target.stand_up.isZero() ? up_of(cell.robot) : target.stand_up;
+    const Vector3d up = stand_up(cell.robot, target);
     // From the centre down; at most as thick as the sphere, which would otherwise be untouchable.
     // It ends at the floor if that is known.
     const double radius = target.diameter_m / 2.0;

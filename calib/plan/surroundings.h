@@ -12,9 +12,6 @@
 
 namespace cellcal::calib {
 
-/// Upwards; z without gravity.
-Eigen::Vector3d up_of(const Robot& robot);
-
 /// Stand of a target: a cylinder about z of `frame`, with the frame in its centre.
 struct Post {
   std::size_t target = 0;

@@ -139,7 +139,7 @@ struct TouchSequence::Impl {
     return arm_rad;
   }
 
-  /// Straight away from the sphere or plane at the tip.
+  /// Straight away from the sphere or plane at the tip, which may be outside where it is stated.
   JointVector way_out(const JointVector& from) const {
     const Cell& cell = finder.here();
     const Clearance clearance(cell, arm);
@@ -168,7 +168,7 @@ struct TouchSequence::Impl {
                       "to back off. Jog it free",
                       cell.targets[nearest].id));
     Eigen::Isometry3d outside = pose;
-    outside.translation() += (options.plan.clear_m - nearest_m) * outwards;
+    outside.translation() += (options.plan.clear_m + std::max(0.0, -nearest_m)) * outwards;
     const auto out = inverse(arm, outside, from, 0.0);
     if (!out || !clearance.clear_search(from, *out, nearest, kTipMarginM))
       throw PlanError(

@@ -21,7 +21,8 @@ double track_position_m(const ArmModel& arm, const Eigen::Vector3d& place_m, dou
   const Robot& robot = arm.robot();
   if (robot.first_turning() == 0) return 0.0;
   const Joint& track = robot.joints[0];
-  const double least = track.min_rad + margin_m, most = std::max(least, track.max_rad - margin_m);
+  margin_m = std::min(margin_m, (track.max_rad - track.min_rad) / 4.0);
+  const double least = track.min_rad + margin_m, most = track.max_rad - margin_m;
   const Eigen::Vector3d along = robot.base_fixed.linear() * track.guide->along;
   const Eigen::Vector3d off = place_m - robot.base_fixed.translation();
   const double opposite = along.dot(off), beside = (off - opposite * along).norm();

@@ -76,11 +76,12 @@ calib::ArmModel true_arm(const calib::Cell& cell, const TruthOptions& options) {
   return {robot, tool};
 }
 
-/// Targets with a place in the cell, in one frame; a tracker may be anywhere.
+/// Targets with a place in the cell, in one frame; trackers, and others without a place, may be anywhere.
 std::vector<const calib::Target*> placed_targets(const calib::Cell& cell, int carried_by) {
   std::vector<const calib::Target*> placed;
   for (const calib::Target& target : cell.targets)
-    if (target.kind != calib::TargetKind::kTracker && target.carried_by == carried_by)
+    if (target.kind != calib::TargetKind::kTracker && (target.has_centre || target.has_box) &&
+        target.carried_by == carried_by)
       placed.push_back(&target);
   return placed;
 }
@@ -92,6 +93,26 @@ std::vector<double> taught_rad(const calib::Robot& robot, int carried_by) {
        std::span(robot.positioner).first(static_cast<std::size_t>(carried_by)))
     angles.push_back(std::clamp(0.0, axis.min_rad, axis.max_rad));
   return angles;
+}
+
+/// Orientations of the TCP in which a place is taught: its z axis down, turned about it; or the tool itself down, whose
+/// direction some TCPs state as x.
+std::vector<Eigen::Matrix3d> taught_orientations(const calib::Cell& cell, bool by_tool) {
+  using Eigen::AngleAxisd, Eigen::Quaterniond, Eigen::Vector3d;
+  constexpr int kViews = 6;
+  const Quaterniond up = Quaterniond::FromTwoVectors(Vector3d::UnitZ(), calib::up_of(cell.robot));
+  const Vector3d shaft = cell.tool.tcp.linear().transpose() * calib::shaft_of(cell.tool);
+  std::vector<Eigen::Matrix3d> all;
+  for (int view = 0; view < kViews; ++view) {
+    const Eigen::Matrix3d down =
+        (AngleAxisd(view * 2.0 * std::numbers::pi / kViews, Vector3d::UnitZ()) *
+         AngleAxisd(std::numbers::pi, Vector3d::UnitX()))
+            .toRotationMatrix();
+    all.emplace_back(up.toRotationMatrix() * down);
+    if (by_tool)
+      all.back() *= Quaterniond::FromTwoVectors(shaft, Vector3d::UnitZ()).toRotationMatrix();
+  }
+  return all;
 }
 
 /// Position of the real arm's tip with the nominal arm at the centres, in the frame that carries them;
@@ -116,19 +137,18 @@ Eigen::Matrix3Xd taught_places(const Truth& truth, const calib::Cell& cell, int 
     const calib::JointVector seed = facing(cell.robot, home, centre);
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     int reached = 0;
-    constexpr int kViews = 6;
-    for (int view = 0; view < kViews; ++view) {
-      Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-      pose.translation() = centre;
-      pose.linear() =
-          (Eigen::AngleAxisd(view * 2.0 * std::numbers::pi / kViews, Eigen::Vector3d::UnitZ()) *
-           Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX()))
-              .toRotationMatrix();
-      const auto q = calib::inverse(nominal, pose, seed, 0.0);
-      if (!q) continue;
-      sum +=
-          truth.arm.position(truth.arm.prepare(*q, 0, nullptr, carrier_rad), truth.errors.data());
-      ++reached;
+    for (const bool by_tool : {false, true}) {
+      if (reached > 0) break;
+      for (const Eigen::Matrix3d& orientation : taught_orientations(cell, by_tool)) {
+        Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+        pose.translation() = centre;
+        pose.linear() = orientation;
+        const auto q = calib::inverse(nominal, pose, seed, 0.0);
+        if (!q) continue;
+        sum +=
+            truth.arm.position(truth.arm.prepare(*q, 0, nullptr, carrier_rad), truth.errors.data());
+        ++reached;
+      }
     }
     if (reached == 0)
       throw std::runtime_error("the emulated arm does not reach target " + targets[t]->id +
