@@ -91,10 +91,10 @@ struct EkiCore::Impl {
       if (const auto done = mover.cancel(now)) end_move(*done);
       return;
     }
+    EkiCommand stop;
+    stop.type = EkiType::kStop;
+    stop.id = next_id;
     if (mover.wants_stop()) {
-      EkiCommand stop;
-      stop.type = EkiType::kStop;
-      stop.id = next_id;
       if (sender.send(stop, now, true)) mover.stop_sent(now);
     }
     if (mover.wants_sending()) {
@@ -109,7 +109,7 @@ struct EkiCore::Impl {
       bye.id = next_id;
       bye_sent = sender.send(bye, now, true);
     }
-    if (!bye_sent) sender.beat(now);
+    if (!bye_sent) sender.beat(mover.is_stopping() ? stop : EkiCommand{}, now);
   }
 
   void ask_to_run(TimePoint now) {
@@ -148,17 +148,19 @@ struct EkiCore::Impl {
   }
 
   void on_document(std::string_view document, TimePoint t_rx) {
-    if (const EkiError error = parser.parse_state(document, frame); error != EkiError::kNone) {
+    if (const EkiError error = parser.parse_state(document, received); error != EkiError::kNone) {
       return note_bad(error, document);
     }
-    too_few_axes = frame.axes_deg.size() < config.wire_axes();
+    too_few_axes = received.axes_deg.size() < config.wire_axes();
     if (too_few_axes) return note_bad(EkiError::kNoAxes, document);
     ++state.states;
     last_rx = t_rx;
     spread.add(t_rx);
-    if (frame.session != state.session) return on_other_session();
+    if (received.session != state.session) return on_other_session();
     // A count above those sent on this connection belongs to an earlier one, left in a buffer.
-    if (!sender.confirm(frame.heard, t_rx)) return note_bad(EkiError::kBadNumber, document);
+    if (!sender.confirm(received.heard, t_rx)) return note_bad(EkiError::kBadNumber, document);
+    unused_stand = states_here > 0 && stand(received.axes_deg, frame.axes_deg);
+    std::swap(frame, received);
     state.other_session = 0;
     ++states_here;
     if (!greeted) {
@@ -176,10 +178,10 @@ struct EkiCore::Impl {
   }
 
   void on_other_session() {
-    state.other_session = frame.session;
+    state.other_session = received.session;
     // Until the hello is accepted the controller reports the preceding session.
     if (greeted) {
-      lose(EkiLoss::kSessionTaken, cause::SessionTaken{frame.session});
+      lose(EkiLoss::kSessionTaken, cause::SessionTaken{received.session});
     }
   }
 
@@ -232,7 +234,7 @@ struct EkiCore::Impl {
   void try_reference() {
     if (!rereference_asked || !frame.ready || coarse() || mover.busy()) return;
     if (frame.progress == EkiProgress::kMoving || states_here < kStatesToJudge) return;
-    if (!record.rests(kReferenceWindow)) return;
+    if (!record.rests(kReferenceWindow) || !unused_stand) return;
     rereference_asked = false;
     held = frame.axes_deg;
     const auto used = static_cast<std::ptrdiff_t>(axes());
@@ -243,6 +245,13 @@ struct EkiCore::Impl {
   }
 
   // ---- external axes ---------------------------------------------------------------------------
+
+  /// True if the axes without a limit, which the record does not have, stand.
+  bool stand(const AxisAngles& now, const AxisAngles& before) const {
+    for (std::size_t i = axes(); i < now.size(); ++i)
+      if (i >= before.size() || std::abs(now[i] - before[i]) > kUnusedStands) return false;
+    return true;
+  }
 
   /// Farthest external axis from where a move may have it, or where it was left; empty: within the
   /// tolerance.
@@ -378,8 +387,8 @@ struct EkiCore::Impl {
   const WireAxes wire;
   EkiFramer framer;
   EkiParser parser;
-  EkiState frame;
-  AxisAngles held;  // on the wire: at the reference, or where a move has left them
+  EkiState frame, received;  ///< accepted; not yet accepted
+  AxisAngles held;           // on the wire: at the reference, or where a move has left them
   PositionRecord record;
   EkiMover mover;
 
@@ -566,8 +575,8 @@ void EkiSender::repeat_hello(TimePoint now) {
   last_hello_ = now;
 }
 
-void EkiSender::beat(TimePoint now) {
-  if (now - last_sent_ >= from_seconds(config_.beat_s)) send({}, now);
+void EkiSender::beat(const EkiCommand& command, TimePoint now) {
+  if (now - last_sent_ >= from_seconds(config_.beat_s)) send(command, now);
 }
 
 bool EkiSender::confirm(std::uint32_t seq, TimePoint now) {

@@ -128,7 +128,8 @@ class EkiSender {
   /// own.
   bool send(const EkiCommand& command, TimePoint now, bool urgent = false);
   void repeat_hello(TimePoint now);
-  void beat(TimePoint now);
+  /// Unless something was sent recently.
+  void beat(const EkiCommand& command, TimePoint now);
 
   /// The controller has read telegrams up to this one. False: impossible on this connection.
   bool confirm(std::uint32_t seq, TimePoint now);

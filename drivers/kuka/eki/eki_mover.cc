@@ -66,6 +66,7 @@ std::optional<CoreResult> EkiMover::start(const Move& move, const AxisAngles& at
   contact_.reset();
   open_due_.reset();
   latched_rad_.reset();
+  agreeing_latches_ = 0;
   latch_.reset();
   ask(0, at_rad, now);
   return std::nullopt;
@@ -180,17 +181,21 @@ std::optional<CoreResult> EkiMover::on_state(const EkiState& state, TimePoint no
     phase_ = Phase::kMoving;
     still_rad_.clear();
   }
+  const bool ended = phase_ == Phase::kVerdict || phase_ == Phase::kSettling;
+  if (ended && ours && state.progress == EkiProgress::kMoving) withdraw_end();
   if (phase_ == Phase::kMoving) {
     if (state.progress == EkiProgress::kDone && ours) {
       apply_progress_report(state, now);
     } else if (!ours || state.progress == EkiProgress::kIdle) {
       // The program no longer knows the move: it was reset.
       fail(MoveOutcome::kNotFollowing, cause::ProgramAborted{state.fault});
+      stop_wanted_ = true;
       begin_settling(now);
     } else {
       watch_motion(state, now);
     }
   }
+  if (ours && (phase_ == Phase::kVerdict || phase_ == Phase::kSettling)) note_latch(state);
   if (phase_ == Phase::kSettling) {
     ++settling_states_;
     return settle(now);
@@ -200,10 +205,26 @@ std::optional<CoreResult> EkiMover::on_state(const EkiState& state, TimePoint no
 
 // ---- end of motion -----------------------------------------------------------------------------
 
+/// The end was that of a damaged state: the arm is stopped, and its next end counts.
+void EkiMover::withdraw_end() {
+  phase_ = Phase::kMoving;
+  latched_rad_.reset();
+  open_due_.reset();
+  if (stop_sent_) return;
+  fail(MoveOutcome::kNotFollowing, cause::EndWithdrawn{});
+  stop_wanted_ = true;
+}
+
+/// The states after the end repeat the latch: one that differs is damaged, and the next ones decide.
+void EkiMover::note_latch(const EkiState& state) {
+  if (state.latch_id != command_.id || state.latch_deg.size() < command_.target_deg.size()) return;
+  const AxisAngles latched = axes().inside(state.latch_deg);
+  agreeing_latches_ = latched_rad_ && *latched_rad_ == latched ? agreeing_latches_ + 1 : 1;
+  latched_rad_ = latched;
+}
+
 void EkiMover::apply_progress_report(const EkiState& state, TimePoint now) {
   done_at_ = now;
-  if (state.latch_id == command_.id && state.latch_deg.size() >= command_.target_deg.size())
-    latched_rad_ = axes().inside(state.latch_deg);
   begin_settling(now);
   if (!ends_well()) return;
   switch (state.outcome) {
@@ -313,6 +334,8 @@ std::optional<CoreResult> EkiMover::settle(TimePoint now) {
 }
 
 void EkiMover::fill_latch(const AxisAngles& settled_rad, TimePoint now) {
+  constexpr int kAgreeing = 2;
+  if (agreeing_latches_ < kAgreeing) latched_rad_.reset();
   const EkiLatchResult made =
       latch_of({*contact_, latched_rad_, settled_rad, done_at_}, config_, record_, now);
   latch_ = made.latch;
@@ -388,14 +411,14 @@ void EkiMover::watch_motion(const EkiState& state, TimePoint now) {
 }
 
 void EkiMover::halt(MoveOutcome outcome, const Cause& cause) {
-  if (!under_way() || !ends_well()) return;
-  fail(outcome, cause);
-  stop_wanted_ = true;
+  // Also where the controller has reported the end: one damaged state may have said so.
+  if (busy()) stop_wanted_ = true;
+  if (under_way() && ends_well()) fail(outcome, cause);
 }
 
 void EkiMover::condemn(MoveOutcome outcome, const Cause& cause, TimePoint now) {
-  if (under_way()) return halt(outcome, cause);
-  if (!busy() || !is<cause::None>(cause_)) return;
+  halt(outcome, cause);
+  if (under_way() || !busy() || !is<cause::None>(cause_)) return;
   fail(outcome, cause);
   if (phase_ == Phase::kVerdict) begin_settling(now);
 }

@@ -52,12 +52,14 @@ class EkiMover {
   /// True if a stop telegram for this move is due.
   bool wants_stop() const { return busy() && stop_wanted_ && !stop_sent_; }
   void stop_sent(TimePoint now);
+  /// True until the controller has obeyed it: repeated, since one telegram may be unreadable.
+  bool is_stopping() const { return under_way() && stop_sent_; }
 
   /// Processes a state of the controller, after it was recorded.
   std::optional<CoreResult> on_state(const EkiState& state, TimePoint now);
   /// After listen(). A result of CommandNotTaken requires closing the connection.
   std::optional<CoreResult> on_tick(TimePoint now);
-  /// Stops with this outcome. No effect on a move that is already being stopped.
+  /// Stops with this outcome; one that is already being stopped, or at rest, keeps its own.
   void halt(MoveOutcome outcome, const Cause& cause);
   /// Likewise, also of a move whose arm is at rest and whose result is still due.
   void condemn(MoveOutcome outcome, const Cause& cause, TimePoint now);
@@ -85,6 +87,8 @@ class EkiMover {
   void watch_arrived(TimePoint now);
   void watch_other(TimePoint now);
   void watch_motion(const EkiState& state, TimePoint now);
+  void withdraw_end();
+  void note_latch(const EkiState& state);
   void apply_progress_report(const EkiState& state, TimePoint now);
   void on_search_done(EkiOutcome outcome, TimePoint now);
   void await_verdict(TimePoint now);
@@ -115,6 +119,7 @@ class EkiMover {
   std::optional<TimePoint>
       open_due_;  ///< retreat: when the contact was due, and not heard, to be open
   std::optional<AxisAngles> latched_rad_;
+  int agreeing_latches_ = 0;
   AxisAngles still_rad_;  ///< position at the last motion
   TimePoint still_since_{};
   TimePoint settling_since_{};

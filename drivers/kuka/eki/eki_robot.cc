@@ -138,6 +138,8 @@ struct EkiRobot::Impl : std::enable_shared_from_this<EkiRobot::Impl> {
     ++connection;
     connecting = false;
     error_code ignored_on_purpose;  // closed in any case
+    // Discards what was not delivered: no command arrives once the link is given up, however late a cable is back.
+    socket.set_option(asio::socket_base::linger(true, 0), ignored_on_purpose);
     socket.close(ignored_on_purpose);
     core->on_closed(now);
     next_try = now + kRetry;

@@ -223,6 +223,7 @@ struct Words {
   Sentence operator()(const cause::ProgramAborted& c) const {
     return {"say.stop.program_aborted", {{"fault", c.fault}}};
   }
+  Sentence operator()(const cause::EndWithdrawn&) const { return "say.stop.end_withdrawn"; }
   Sentence operator()(const cause::InputAtStart&) const { return "say.stop.input_at_start"; }
   Sentence operator()(const cause::InputTouched&) const { return "say.stop.input_touched"; }
   Sentence operator()(const cause::InputMissed&) const { return "say.stop.input_missed"; }

@@ -190,6 +190,7 @@ struct DeadMan {};  ///< the controller missed this computer's beats
 struct ProgramAborted {
   int fault = 0;  ///< number defined by the controller's program
 };
+struct EndWithdrawn {};  ///< reported as ended, and then as under way
 struct InputAtStart {};  ///< the controller's contact input is on before the search
 struct InputMissed {};   ///< the sensor tripped, the controller's input did not
 struct InputAlone {
@@ -231,10 +232,10 @@ using Cause = std::variant<
     cause::SessionRestarted, cause::DamagedPackets, cause::ReplyBeyondLimit, cause::HeldUp,
     cause::LateReplies, cause::IncrementLost, cause::DelayGone, cause::TooCoarse,
     cause::NotConnected, cause::ControllerNotReady, cause::CommandNotTaken, cause::LinkClosed,
-    cause::SessionTaken, cause::DeadMan, cause::ProgramAborted, cause::InputAtStart,
-    cause::InputMissed, cause::InputAlone, cause::OutsideSoftLimits, cause::NotFeasible,
-    cause::LatchMissing, cause::LatchOutOfRange, cause::TooFastForFlag, cause::NotMoving,
-    cause::NotAtTarget>;
+    cause::SessionTaken, cause::DeadMan, cause::ProgramAborted, cause::EndWithdrawn,
+    cause::InputAtStart, cause::InputMissed, cause::InputAlone, cause::OutsideSoftLimits,
+    cause::NotFeasible, cause::LatchMissing, cause::LatchOutOfRange, cause::TooFastForFlag,
+    cause::NotMoving, cause::NotAtTarget>;
 
 // It is passed through lock-free queues, from a cycle that does not allocate.
 static_assert(std::is_trivially_copyable_v<Cause>);

@@ -298,6 +298,38 @@ TEST_F(EkiKrc, ATelegramWithAMissingElementIsCountedAndMovesNothing) {
   EXPECT_EQ(state.outcome, EkiOutcome::kArrived) << "the queues are in step again";
 }
 
+TEST_F(EkiKrc, ATelegramThatIsMissingInTheCountStopsTheArm) {
+  make();
+  go(170);
+  run(200ms);
+  ASSERT_TRUE(krc->moving());
+  ++seq;  // unreadable: it may have been a stop
+  run(600ms);
+  EXPECT_FALSE(krc->moving());
+  EXPECT_EQ(state.outcome, EkiOutcome::kDeadMan);
+  EXPECT_EQ(state.bad, 1u);
+  go(5);
+  run_to_rest();
+  EXPECT_EQ(state.outcome, EkiOutcome::kArrived);
+}
+
+TEST_F(EkiKrc, ATelegramWithoutItsNumberStopsTheArmAndShiftsNoOther) {
+  make();
+  go(170);
+  run(200ms);
+  ++seq;
+  krc->receive(
+      "<RobotCommand Session=\"5\" Type=\"2\" Id=\"1\"><Axis A1=\"0\" A2=\"-90\" A3=\"90\" A4=\"0\" A5=\"90\" "
+      "A6=\"0\"/><Move Guard=\"0\" Path=\"1\" Percent=\"50\" Duration=\"0\"/></RobotCommand>");
+  run(600ms);
+  EXPECT_FALSE(krc->moving());
+  EXPECT_EQ(state.bad, 1u);
+  go(5);
+  run_to_rest();
+  EXPECT_EQ(state.outcome, EkiOutcome::kArrived);
+  EXPECT_NEAR(a1_deg(), 5.0, 0.02);
+}
+
 TEST_F(EkiKrc, T1IsSlow) {
   make();
   krc->mode(drivers::EkiMode::kT1);

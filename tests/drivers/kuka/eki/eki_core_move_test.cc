@@ -190,6 +190,25 @@ TEST(EkiMove, StopsWhenAsked) {
   EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, -5)).outcome, MoveOutcome::kArrived);
 }
 
+TEST(EkiMove, StopsAlsoWhereTheStopArrivesUnreadable) {
+  EkiRig rig;
+  rig.make_ready();
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 150));
+  rig.run(600ms);
+  int broken = 0;
+  rig.mangle_written = [&](std::string bytes) {
+    if (const auto at = bytes.find("Type=\"4\""); at != std::string::npos && broken++ == 0)
+      bytes.erase(at + 5, 1);
+    return bytes;
+  };
+  const double asked_deg = rig.true_deg();
+  rig.core.stop();
+  EXPECT_EQ(rig.finish().outcome, MoveOutcome::kStopped);
+  EXPECT_GT(broken, 0);
+  EXPECT_LT(rig.true_deg() - asked_deg, 40.0);
+  EXPECT_EQ(rig.link(), RobotLink::kReady);
+}
+
 TEST(EkiMove, StoppedBeforeItWasSentIsNeverSent) {
   EkiRig rig;
   rig.make_ready();

@@ -236,6 +236,34 @@ TEST(EkiExternalAxis, OfAnArmOfSixAxesIsHeldAndWatchedToo) {
   EXPECT_TRUE(is<cause::MovedUnasked>(rig.finish().cause));
 }
 
+TEST(EkiExternalAxis, ThatTheStatesDoNotAgreeOnIsNoReference) {
+  sim::EkiControllerConfig controller = eki_controller();
+  EkiFilesConfig files;
+  files.external_axes = 1;
+  controller.files = eki_files(files);
+  controller.start_rad.push_back(0.7);
+  controller.max_speed_rad_s.push_back(1.0);
+  EkiConfig config = eki_config();
+  config.external_axes = 1;
+  EkiRig rig(controller, config);
+  rig.run(40ms);
+  ASSERT_TRUE(rig.connect());
+  int states = 0;
+  rig.mangle = [&](std::string bytes) {
+    if (const auto at = bytes.find(" E1=\""); at != std::string::npos && ++states % 2 == 0)
+      bytes[at + 5] = '9';
+    return bytes;
+  };
+  rig.run(300ms);
+  rig.core.rereference();
+  rig.run(1s);
+  EXPECT_GT(states, 40);
+  EXPECT_EQ(rig.link(), RobotLink::kNotReferenced);
+  rig.mangle = [](std::string bytes) { return bytes; };
+  rig.run(200ms);
+  EXPECT_EQ(rig.link(), RobotLink::kReady);
+}
+
 // A positioner of two axes, E1 and E2, with a six-axis arm.
 struct TableRig : EkiRig {
   TableRig() : EkiRig(controller(), config()) { make_ready(); }

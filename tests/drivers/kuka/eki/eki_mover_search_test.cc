@@ -44,6 +44,43 @@ TEST_F(EkiMoverSearch, LatchesWhereTheControllersInterruptSawIt) {
   expect(done(EkiOutcome::kArrived), MoveOutcome::kArrived, cause::None{});
 }
 
+TEST_F(EkiMoverSearch, TakesTheLatchThatTheControllerRepeats) {
+  search();
+  moving(20, 0.01);
+  guard.trip(5, now - 4ms);
+  guard.push(ContactEventKind::kContact, 5, now - 4ms);
+  latched(at_deg[1] + 0.02);  // damaged
+  ASSERT_FALSE(state(EkiProgress::kDone, EkiOutcome::kInput));
+  latched(at_deg[1] - 0.003);
+  const CoreResult result = done(EkiOutcome::kInput);
+  expect(result, MoveOutcome::kContact, cause::None{});
+  EXPECT_NEAR(result.latch->contact_rad[1], (at_deg[1] - 0.003) * kDeg, 1e-9);
+  search();
+  moving(20, 0.01);
+  guard.trip(5, now - 4ms);
+  guard.push(ContactEventKind::kContact, 5, now - 4ms);
+  std::optional<CoreResult> torn;
+  for (int i = 0; i < 30 && !torn; ++i) {
+    latched(at_deg[1] - 0.003 + 0.001 * (i % 2));
+    torn = state(EkiProgress::kDone, EkiOutcome::kInput);
+  }
+  ASSERT_TRUE(torn);
+  expect(*torn, MoveOutcome::kContactSilent, cause::LatchMissing{});
+}
+
+TEST_F(EkiMoverSearch, AnEndThatIsTakenBackIsNoContact) {
+  config.stop = EkiStop::kFlag;
+  search();
+  ASSERT_FALSE(state(EkiProgress::kDone, EkiOutcome::kArrived));
+  guard.trip(5, now);
+  guard.push(ContactEventKind::kContact, 5, now);
+  EXPECT_FALSE(tick());
+  moving();
+  EXPECT_TRUE(mover.wants_stop());
+  mover.stop_sent(now);
+  expect(done(EkiOutcome::kStop), MoveOutcome::kNotFollowing, cause::EndWithdrawn{});
+}
+
 TEST_F(EkiMoverSearch, TheInputHasFortyMillisecondsBeforeTheNetworkStopsIt) {
   search();
   moving(3);

@@ -195,6 +195,40 @@ TEST_F(EkiMoverAlone, AProgramThatForgetsTheMoveHasAbortedIt) {
   }
 }
 
+TEST_F(EkiMoverAlone, AnEndThatTheNextStateTakesBackStopsTheArm) {
+  const std::tuple<std::uint32_t, EkiProgress, EkiOutcome, int> damaged[] = {
+      {0, EkiProgress::kDone, EkiOutcome::kNone, 3},
+      {0, EkiProgress::kDone, EkiOutcome::kArrived, 0},  // before the controller has begun it
+      {0, EkiProgress::kDone, EkiOutcome::kInput, 3},
+      {0, EkiProgress::kIdle, EkiOutcome::kNone, 3},
+      {1, EkiProgress::kMoving, EkiOutcome::kNone, 3}};
+  for (const auto& [id_off, progress, outcome, before] : damaged) {
+    ASSERT_FALSE(begin(MoveKind::kTransit, 5.0));
+    moving(before);
+    command += id_off;
+    ASSERT_FALSE(state(progress, outcome));
+    command -= id_off;
+    moving();
+    EXPECT_TRUE(mover.wants_stop());
+    mover.stop_sent(now);
+    EXPECT_TRUE(mover.is_stopping()) << "until the controller says that it rests";
+    moving(10);
+    expect(done(EkiOutcome::kStop), MoveOutcome::kNotFollowing, cause::EndWithdrawn{});
+  }
+}
+
+TEST_F(EkiMoverAlone, AStopIsAlsoSentWhereTheControllerHasReportedTheEnd) {
+  ASSERT_FALSE(begin(MoveKind::kTransit, 5.0));
+  moving(3);
+  arrive();
+  ASSERT_FALSE(state(EkiProgress::kDone, EkiOutcome::kArrived));
+  mover.halt(MoveOutcome::kStopped, cause::StopAsked{});
+  EXPECT_TRUE(mover.wants_stop());
+  mover.stop_sent(now);
+  EXPECT_FALSE(mover.is_stopping());
+  expect(done(EkiOutcome::kArrived), MoveOutcome::kArrived, cause::None{});
+}
+
 TEST_F(EkiMoverAlone, AStateOfAnotherMoveDoesNotBeginThisOne) {
   ASSERT_FALSE(begin(MoveKind::kTransit, 5.0));
   ++command;

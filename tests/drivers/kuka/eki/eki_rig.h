@@ -56,8 +56,8 @@ class EkiRig : public VirtualRig<EkiRig> {
     core.on_tick(now + 300us);
     if (connected && core.wants_close()) close_connection();
     if (connected && cable) {
-      const std::string bytes(core.output());
-      core.sent(bytes.size());
+      const std::string bytes = mangle_written(std::string(core.output()));
+      core.sent(core.output().size());
       written += bytes;
       krc.receive(bytes);
     }
@@ -105,6 +105,7 @@ class EkiRig : public VirtualRig<EkiRig> {
   std::string written;  ///< all output of the adapter
   bool cable = true, connected = false;
   std::function<std::string(std::string)> mangle = [](std::string bytes) { return bytes; };
+  std::function<std::string(std::string)> mangle_written = mangle;
   std::function<void()> before_tick;
   std::uint32_t session = 100;
   std::uint16_t arm_id = 0;
