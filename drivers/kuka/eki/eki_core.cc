@@ -402,6 +402,7 @@ struct EkiCore::Impl {
   std::uint32_t last_time_ms = 0, time_turns = 0;
   std::uint64_t states_here = 0;
   bool heard_time = false, greeted = false, close = false, too_few_axes = false;
+  bool unused_stand = false;  ///< in the two newest states
   bool rereference_asked = false;
   bool ending = false, bye_sent = false;
   MoveQueue queue;
