@@ -70,14 +70,21 @@ Fault line_fault(const LineOf& line, const Shape& shape) {
   return fault;
 }
 
+/// Those of a telegram; of the axes' angles; of the report on the move.
+enum class Numbers { kAll, kAxes, kMove };
+
 /// A digit of the telegram is changed: valid XML with another number.
-void change_a_digit(std::string& text, bool of_axes, std::uint64_t& state) {
+void change_a_digit(std::string& text, Numbers of, std::uint64_t& state) {
+  const std::size_t move = text.find("<Move"),
+                    move_end = text.find('>', std::min(move, text.size()));
   std::vector<std::size_t> digits;
   std::string name;  // of the attribute whose value this is
   for (std::size_t i = 0; i < text.size(); ++i) {
     if (text[i] == '=' && i >= 2) name = text.substr(i - 2, 2);
     const bool axis = name.size() == 2 && name[0] == 'A' && name[1] >= '1' && name[1] <= '6';
-    if (text[i] >= '0' && text[i] <= '9' && (axis || !of_axes)) digits.push_back(i);
+    const bool wanted = of == Numbers::kAll || (of == Numbers::kAxes && axis) ||
+                        (of == Numbers::kMove && i > move && i < move_end);
+    if (text[i] >= '0' && text[i] <= '9' && wanted) digits.push_back(i);
   }
   if (digits.empty()) return;
   state = state * 6364136223846793005u + 1442695040888963407u;
@@ -93,16 +100,18 @@ const char* no_stream(sim::LineKind kind) {
 
 void add_digits(std::vector<Fault>& all, const LineOf& line) {
   if (line.sensor) return;  // any byte is a number there
-  for (const bool of_axes : {false, true}) {
+  const std::pair<Numbers, const char*> all_numbers[] = {
+      {Numbers::kAll, "a"}, {Numbers::kAxes, "an axis'"}, {Numbers::kMove, "a move report's"}};
+  for (const auto& [of, whose] : all_numbers) {
+    if (of == Numbers::kMove && line.kind != sim::LineKind::kStream) continue;
     for (const int count : {1, 10}) {
-      Fault fault{"corrupt", fmt::format("{} digit, {} times", of_axes ? "an axis'" : "a", count),
-                  line.where};
-      fault.book = [line, count, of_axes](const Victim& victim) {
+      Fault fault{"corrupt", fmt::format("{} digit, {} times", whose, count), line.where};
+      fault.book = [line, count, numbers = of](const Victim& victim) {
         auto state = std::make_shared<std::uint64_t>(
             static_cast<std::uint64_t>(victim.at.time_since_epoch().count()));
         Trouble trouble{LineFaultKind::kRewrite, victim.at, TimePoint::max(), 1.0, count};
-        trouble.rewrite = [=](std::string& text) { change_a_digit(text, of_axes, *state); };
-        for (const auto& of : line.lines) of(victim.cell).add(trouble);
+        trouble.rewrite = [=](std::string& text) { change_a_digit(text, numbers, *state); };
+        for (const auto& from : line.lines) from(victim.cell).add(trouble);
       };
       if (line.kind == sim::LineKind::kStream && line.commands) {
         fault.why_not = [](TouchPhase) {

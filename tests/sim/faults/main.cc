@@ -86,7 +86,7 @@ class Table {
   Matrix matrix_;
   std::map<std::string, std::map<TouchPhase, Count>> cells_;
   std::map<std::string, int> reasons_, names_;
-  double worst_m_ = 0.0, worst_rest_s_ = 0.0;
+  double worst_m_ = 0.0, worst_rest_s_ = 0.0, deepest_m_ = 0.0;
   int by_itself_ = 0;  ///< sessions completed after interruptions
 };
 
@@ -100,6 +100,7 @@ void Table::one(Wire wire, const Fault& fault, const Stretch& stretch, std::uint
   const Verdict verdict = matrix_.run(wire, fault, stretch, number);
   worst_m_ = std::max(worst_m_, verdict.worst_m);
   worst_rest_s_ = std::max(worst_rest_s_, verdict.rest_s);
+  deepest_m_ = std::max(deepest_m_, verdict.deepest_m);
   if (verdict.outcome == Outcome::kMeasured) ++count.measured;
   if (verdict.outcome == Outcome::kMeasured && verdict.interruptions > 0) ++by_itself_;
   if (verdict.outcome == Outcome::kNamed) ++count.named;
@@ -114,10 +115,11 @@ void Table::one(Wire wire, const Fault& fault, const Stretch& stretch, std::uint
   }
   if (!options_.verbose || !verdict.violations.empty()) return;
   if (verdict.outcome == Outcome::kMeasured) {
-    fmt::print("{}: measured, {:.1f} um from the truth\n", which, verdict.worst_m * 1e6);
+    fmt::print("{}: measured, {:.1f} um from the truth, {:.2f} mm deep\n", which,
+               verdict.worst_m * 1e6, verdict.deepest_m * 1e3);
   } else {
-    fmt::print("{}: {}, at rest after {:.2f} s: {}\n", which, verdict.name, verdict.rest_s,
-               verdict.words);
+    fmt::print("{}: {}, at rest after {:.2f} s, {:.2f} mm deep: {}\n", which, verdict.name,
+               verdict.rest_s, verdict.deepest_m * 1e3, verdict.words);
   }
 }
 
@@ -163,7 +165,8 @@ bool is_of_the_row(const std::vector<Stretch>& stretches, std::size_t i, const s
   }
   const auto& names = fault_names();
   const auto number = static_cast<std::size_t>(std::ranges::find(names, row) - names.begin());
-  const auto turn = number + static_cast<std::size_t>(wire) + static_cast<std::size_t>(stretches[i].phase);
+  const auto turn =
+      number + static_cast<std::size_t>(wire) + static_cast<std::size_t>(stretches[i].phase);
   return turn % phases_apart == 0 && number % count == before;
 }
 
@@ -181,7 +184,7 @@ Count Table::run(Wire wire) {
   cells_.clear();
   reasons_.clear();
   names_.clear();
-  worst_m_ = worst_rest_s_ = 0.0;
+  worst_m_ = worst_rest_s_ = deepest_m_ = 0.0;
   by_itself_ = 0;
   std::uint64_t number = 0;
   const std::vector<Fault> faults = faults_of(wire);
@@ -213,9 +216,10 @@ Count Table::run(Wire wire) {
   fmt::print(
       "\n{}: {} cells, {} runs: {} measured right (worst {:.1f} um from the truth), {} named "
       "errors "
-      "(at rest after {:.2f} s at the most), {} violations; {} combinations make no sense\n",
+      "(at rest after {:.2f} s at the most), the tip {:.2f} mm in a sphere at the most, {} violations; {} combinations "
+      "make no sense\n",
       to_string(wire), cells, all.runs(), all.measured, worst_m_ * 1e6, all.named, worst_rest_s_,
-      all.violations, all.not_applicable);
+      deepest_m_ * 1e3, all.violations, all.not_applicable);
   if (options_.retries > 0) {
     fmt::print("  {:>5} of those measured right were interrupted and went on by themselves\n",
                by_itself_);

@@ -154,10 +154,7 @@ struct Matrix::Run {
 
 Matrix::Matrix(const std::filesystem::path& cell_file, std::filesystem::path folder,
                std::uint64_t seed, Expectation expectation)
-    : cell_file_(cell_file),
-      folder_(std::move(folder)),
-      seed_(seed),
-      expectation_(expectation) {}
+    : cell_file_(cell_file), folder_(std::move(folder)), seed_(seed), expectation_(expectation) {}
 
 const Job& Matrix::job(Wire wire) {
   if (const auto known = jobs_.find(wire); known != jobs_.end()) return known->second;
@@ -225,7 +222,8 @@ void Matrix::judge_ending(Run& run) {
     run.broke("a time-out of the run itself: " + run.ending.hung + " (" +
               last.substr(last.size() > 600 ? last.size() - 600 : 0) + ")");
   }
-  if (run.touches.size() > job(run.wire).plan.touches.size()) run.broke("more touches than were planned");
+  if (run.touches.size() > job(run.wire).plan.touches.size())
+    run.broke("more touches than were planned");
   const std::size_t whole = run.stretch.phase == TouchPhase::kConnect ? 0 : 1;
   const auto& first = reference(run.wire).touches.front();
   // For any effect of a fault on the clocks, measurements before it must be unchanged.
@@ -235,7 +233,8 @@ void Matrix::judge_ending(Run& run) {
     run.broke("the touch that was on disk before the fault is not there as it was");
   }
   if (state.phase == Phase::kDone) {
-    if (run.touches.size() != job(run.wire).plan.touches.size()) run.broke("done without all touches");
+    if (run.touches.size() != job(run.wire).plan.touches.size())
+      run.broke("done without all touches");
     return;
   }
   run.verdict.outcome = Outcome::kNamed;
@@ -254,6 +253,14 @@ void Matrix::judge_ending(Run& run) {
   } else if (run.ending.hung.empty()) {
     run.broke("ended without a word");
   }
+}
+
+void Matrix::judge_depth(Run& run) {
+  run.verdict.deepest_m = run.cell.deepest_m();
+  if (run.verdict.deepest_m > expectation_.deepest_m)
+    run.broke(fmt::format("the tip was {:.2f} mm inside a sphere (limit {:.2f} mm)",
+                          run.verdict.deepest_m * 1e3, expectation_.deepest_m * 1e3));
+  if (run.cell.crashes() > 0) run.broke("the tool's shaft met a sphere");
 }
 
 double Matrix::longest_to_rest_s(const Run& run) const {
@@ -337,7 +344,8 @@ void Matrix::judge_resumption(Run& run) {
                      (ending.state.failure ? describe(*ending.state.failure) : std::string()));
   }
   std::vector<calib::Touch> touches = journal.touches(run.session);
-  if (touches.size() != job(run.wire).plan.touches.size()) run.broke("resumed, and not all touches");
+  if (touches.size() != job(run.wire).plan.touches.size())
+    run.broke("resumed, and not all touches");
   judge_touches(run, touches, "of the resumed session");
   touches.resize(std::min(touches.size(), run.touches.size()));
   if (touches != run.touches) run.broke("the resumed session has changed touches on disk");
@@ -380,6 +388,7 @@ Verdict Matrix::run(Wire wire, const Fault& fault, const Stretch& stretch, std::
   }
   judge_touches(run, run.touches, "on disk");
   judge_ending(run);
+  judge_depth(run);
   const std::string beyond = cell->command_beyond();
   if (fault.replies_arrive && !beyond.empty())
     run.broke("commanded beyond the axes' limits: " + beyond);

@@ -47,6 +47,7 @@ struct Verdict {
   int interruptions = 0;                ///< harmless ones, as counted by the session
   double worst_m = 0.0;                 ///< distance of a touch from the truth
   double rest_s = 0.0;                  ///< from the error, or a permanent fault, to rest
+  double deepest_m = 0.0;               ///< of the tip in a sphere, whatever the arm reported
 };
 
 /// Requirements of the judgement. Tests disable or falsify single ones, to verify that the matrix
@@ -59,6 +60,8 @@ struct Expectation {
   /// From the dead man's message to rest: the ramp from transit or search speed, and five time
   /// constants of the arm.
   double ramp_s = 0.75, search_ramp_s = 0.2;
+  /// Way of a search until the controller stops by itself.
+  double deepest_m = 4e-3;
   /// The instant of the fault is checked against the session's own record.
   bool check_phase = true;
   /// Maximum number of harmless interruptions after which the session continues by itself.
@@ -83,6 +86,7 @@ class Matrix {
   const Job& job(Wire wire);
   void judge_touches(Run& run, const std::vector<calib::Touch>& touches, const char* when);
   void judge_ending(Run& run);
+  void judge_depth(Run& run);
   double longest_to_rest_s(const Run& run) const;
   void judge_rest(Run& run);
   void judge_reconnection(Run& run);
