@@ -103,6 +103,27 @@ TEST(QualificationWithPositioner, StaysAtOneSetting) {
   }
 }
 
+TEST(CheckWithPositioner, OfASphereOnTheFloorAloneIsPlannedAsWithoutThePositioner) {
+  Calibration with = calibrated_with_positioner();
+  std::erase_if(with.targets, [](const TargetResult& known) { return known.id != "S4"; });
+  with.cell.lengths.clear();
+  for (Target& target : with.cell.targets) {
+    if (target.carried_by == 0) continue;
+    target.kind = TargetKind::kPoint;  // neither touched nor in the way
+    target.has_centre = false;
+    target.carried_by = 0;
+  }
+  Calibration without = with;
+  without.cell.robot.positioner.clear();
+  CheckPlanOptions few;
+  few.most_touches = few.least_touches = 4;
+  const Plan plan = make_check_plan(with, {}, few), plain = make_check_plan(without, {}, few);
+  ASSERT_EQ(plan.touches.size(), 4u);
+  ASSERT_EQ(plain.touches.size(), 4u);
+  for (std::size_t k = 0; k < plan.touches.size(); ++k)
+    EXPECT_EQ(plan.touches[k].normal, plain.touches[k].normal) << k;
+}
+
 TEST(CheckWithPositioner, HoldsWhereNothingChanged) {
   const TcpCheck check = checked(unchanged_cell());
   EXPECT_TRUE(check.holds) << verdict_words(check);

@@ -1,11 +1,13 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
 
 #include "calib/files/files.h"
 #include "calib/model/inverse.h"
+#include "calib/model/units.h"
 #include "tests/calib/model/random_arm.h"
 
 namespace cellcal::calib {
@@ -91,6 +93,18 @@ TEST(Configurations, OfAnArmWithWideLimitsAreEightInTheMiddleOfItsWorkspace) {
   const ArmModel arm(robot, bent_tool());
   const JointVector q = {0.3, -1.2, 1.6, 0.4, 0.9, -0.5};
   EXPECT_EQ(Configurations(arm, 0.0).reach(arm.nominal_tcp(q)).size(), 8U);
+}
+
+TEST(Configurations, OfAnAxisWithAShortRangeAreFoundInTheMiddleOfIt) {
+  Robot robot = load_robot(CELLCAL_ROBOTS_FOLDER "/kr5_r1400.toml");
+  robot.joints[5].min_rad = -2.0 * kRadPerDeg;
+  robot.joints[5].max_rad = 2.0 * kRadPerDeg;
+  const ArmModel arm(robot, bent_tool());
+  const JointVector q = {0.3, -1.2, 1.6, 0.4, 0.9, 0.0};
+  constexpr double kWideMargin = 0.05;
+  EXPECT_TRUE(
+      std::ranges::any_of(Configurations(arm, kWideMargin).reach(arm.nominal_tcp(q)),
+                          [&](const JointVector& found) { return apart(found, q) < 1e-6; }));
 }
 
 TEST(Configurations, AreNoneOutOfReach) {

@@ -173,5 +173,17 @@ TEST(Bending, OnTheCeilingPointsTheOtherWayInTheArmsOwnFrame) {
               -standing.position(standing.prepare(q), &kCt).z(), 1e-15);
 }
 
+TEST(Up, IsAgainstGravityAndZWhereThereIsNone) {
+  Robot robot;
+  Target target;
+  robot.gravity_m_s2 = Vector3d(0.0, 9.81, 0.0);
+  EXPECT_EQ(up_of(robot), Vector3d(0.0, -1.0, 0.0));
+  robot.gravity_m_s2.setZero();
+  EXPECT_EQ(up_of(robot), Vector3d(0.0, 0.0, 1.0));
+  EXPECT_EQ(stand_up(robot, target), up_of(robot));
+  target.stand_up = Vector3d(1.0, 0.0, 0.0);
+  EXPECT_EQ(stand_up(robot, target), target.stand_up);
+}
+
 }  // namespace
 }  // namespace cellcal::calib

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "calib/files/files.h"
+#include "calib/model/units.h"
 #include "tests/calib/model/random_arm.h"
 
 namespace cellcal::calib {
@@ -103,6 +104,18 @@ TEST(Inverse, HasNoneForAPoseInsideTheMarginOfALimit) {
     EXPECT_FALSE(inverse(arm, arm.nominal_tcp(q), q, kInverseMargin)) << joint;
     EXPECT_TRUE(inverse(arm, arm.nominal_tcp(q), q, 0.25 * kInverseMargin)) << joint;
   }
+}
+
+TEST(Inverse, ReducesAShortRangeByAQuarterOfItAtMost) {
+  const ArmModel shipped_arm = shipped("kr5_r1400.toml");
+  Robot robot = shipped_arm.robot();
+  robot.joints[5].min_rad = -2.0 * kRadPerDeg;
+  robot.joints[5].max_rad = 2.0 * kRadPerDeg;
+  const ArmModel arm(robot, shipped_arm.tool());
+  JointVector q = {0.1, -1.2, 1.6, 0.2, 1.0, 0.0};
+  EXPECT_TRUE(inverse(arm, arm.nominal_tcp(q), q, kInverseMargin));
+  q[5] = 1.5 * kRadPerDeg;
+  EXPECT_FALSE(inverse(arm, arm.nominal_tcp(q), q, kInverseMargin));
 }
 
 TEST(Inverse, HasNoneForAPoseThatIsNotANumber) {

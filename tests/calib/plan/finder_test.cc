@@ -395,6 +395,28 @@ TEST(TouchSequence, ThatWasInterruptedInContactElsewhereWhileItFindsHasToBeJogge
   EXPECT_TRUE(sequence.next(at, false));
 }
 
+TEST(TouchSequence, InContactOutsideOfWhereTheSphereIsStatedLeadsFartherOut) {
+  Cell cell = demo_cell();
+  cell.lengths.clear();
+  Target& sought = cell.targets[3];  // so that no plan of all touches is made
+  sought.has_centre = false;
+  sought.has_box = true;
+  sought.low_m = sought.centre_m.array() - 0.01;
+  sought.high_m = sought.centre_m.array() + 0.01;
+  const ArmModel arm = planning_arm(cell);
+  JointVector at(6, 0.0);
+  at[1] = -1.2, at[2] = 1.6, at[4] = 1.0;  // the tool points down
+  constexpr double kOutsideM = 0.025;
+  Target& touched = cell.targets[0];
+  const double radius = touched.diameter_m / 2.0;
+  touched.centre_m = arm.nominal_tip_m(at) - (radius + kOutsideM) * Vector3d::UnitZ();
+  const TouchSequenceOptions options;
+  const auto next = TouchSequence(cell, options, {}).next(at, true);
+  ASSERT_TRUE(next);
+  const Vector3d out = arm.nominal_tip_m(next->transit.front()) - touched.centre_m;
+  EXPECT_GT(out.norm() - radius, kOutsideM + options.plan.clear_m - 1e-6);
+}
+
 TEST(TouchSequence, FindsTheSpheresAndThenTouchesThemToTheGoal) {
   const sim::Truth truth = testing::plain_truth(demo_cell(), 1);
   const Cell cell = rough(1);

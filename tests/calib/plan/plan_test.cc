@@ -5,11 +5,13 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
+#include <cmath>
 #include <map>
 
 #include "calib/files/files.h"
 #include "calib/plan/candidates.h"
 #include "calib/plan/clearance.h"
+#include "calib/plan/pool.h"
 #include "tests/calib/plan/ways.h"
 #include "tests/calib/simulate.h"
 
@@ -138,6 +140,21 @@ TEST(Plan, TouchesFromManySidesButNotThroughTheStand) {
     matrix /= count[id];
     EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(matrix).eigenvalues()[0], 0.03) << id;
   }
+}
+
+TEST(Candidates, AreAboveTheStandsWithoutGravityToo) {
+  Cell weightless = demo_cell();
+  weightless.robot.gravity_m_s2.setZero();
+  const auto normals = [](const Cell& cell) {
+    std::vector<Eigen::Vector3d> all;
+    for (const Candidate& c : find_candidates(cell, planning_arm(cell), Clearance::blind(), {}, 8))
+      all.push_back(c.normal);
+    return all;
+  };
+  const std::vector<Eigen::Vector3d> all = normals(weightless);
+  EXPECT_GT(all.size(), 16u);
+  for (const Eigen::Vector3d& normal : all) EXPECT_GT(normal.z(), std::sin(-0.35) - 1e-12);
+  EXPECT_EQ(all, normals(demo_cell()));
 }
 
 TEST(Plan, IsTheSameForTheSameSeedAndAnotherForAnother) {

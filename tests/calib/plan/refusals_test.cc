@@ -5,6 +5,7 @@
 #include "calib/plan/candidates.h"
 #include "calib/plan/clearance.h"
 #include "calib/plan/plan.h"
+#include "calib/plan/pool.h"
 #include "tests/calib/plan/box.h"
 #include "tests/calib/plan/ways.h"
 #include "tests/calib/simulate.h"
@@ -99,6 +100,14 @@ TEST(PlanRefusal, NamesTheJointWhoseSpeedTheRobotFileDoesNotState) {
     EXPECT_EQ(error.joint, "A4");
     expect_named(error, "joint A4 has no max_speed_deg_s");
   }
+}
+
+TEST(PlanRefusal, OfAnArmWithFiveJointsSaysHowManyItTakes) {
+  Cell cell = demo_cell();
+  cell.robot.joints.pop_back();
+  const PlanError error = testing::thrown<PlanError>([&] { (void)planning_arm(cell); });
+  EXPECT_EQ(error.kind, PlanError::Kind::kCell) << error.what();
+  expect_named(error, "has 5 joints; touches are planned for arms of 6 or more");
 }
 
 TEST(PlanRefusal, NeedsAFitTouchAndNoNegativeChecks) {

@@ -58,6 +58,24 @@ TEST(CentreParticles, ThinsPlacesAsSurelyAsTheyWouldHaveBeenMet) {
   EXPECT_NEAR(at(0.009, 0.010) / grazing, 0.40, 0.10);
 }
 
+TEST(CentreParticles, OfABoxWithoutExtentHaveASpreadOfTheirPrior) {
+  Target target;
+  target.has_box = true;
+  target.low_m = target.high_m = Vector3d(0.8, 0.1, 0.3);
+  const CentreParticles particles(target, 0.03, 1);
+  EXPECT_LT((particles.mean() - target.low_m).norm(), 1e-9);
+  EXPECT_GT(particles.prior_sigma_m(), kArmSigmaM);
+  EXPECT_LT(particles.prior_sigma_m(), 10.0 * kArmSigmaM);
+}
+
+TEST(Shaft, OfATcpOnTheFlangeIsTheFlangesZ) {
+  Tool tool;
+  tool.tcp.linear() = Eigen::AngleAxisd(0.7, Vector3d::UnitY()).toRotationMatrix();
+  EXPECT_EQ(shaft_of(tool), Vector3d(0.0, 0.0, 1.0));
+  EXPECT_NEAR(shaft_in_tool(tool).norm(), 1.0, 1e-12);
+  EXPECT_LT((tool.tcp.linear() * shaft_in_tool(tool) - shaft_of(tool)).norm(), 1e-12);
+}
+
 const SearchStand kNoStand{Eigen::Vector3d::UnitZ(), 0.0};
 
 TEST(SearchDepth, EndsBeforeTheShaftMeetsWhatTheTipHasPassed) {

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <span>
 #include <vector>
 
@@ -68,6 +69,15 @@ TEST(Truth, KeepsTheCertifiedLengths) {
   }
 }
 
+/// An arm without errors finds every target where the cell file has it.
+void expect_taught(const calib::Cell& cell) {
+  TruthOptions exact;
+  exact.geometry_scale = exact.deflection = exact.placement_m = exact.placement_rad = 0.0;
+  const Truth truth = draw_truth(cell, exact);
+  for (std::size_t t = 0; t < truth.centre_m.size(); ++t)
+    EXPECT_LT((truth.centre_m[t] - cell.targets[t].centre_m).norm(), 1e-8) << t;
+}
+
 TEST(Truth, PutsTheArtefactWhereTheRealArmWasTaughtToFindIt) {
   // Within the scatter of placement and teaching: a few millimetres.
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
@@ -75,11 +85,32 @@ TEST(Truth, PutsTheArtefactWhereTheRealArmWasTaughtToFindIt) {
     for (std::size_t t = 0; t < truth.centre_m.size(); ++t)
       EXPECT_LT((truth.centre_m[t] - demo_cell().targets[t].centre_m).norm(), 0.02) << seed;
   }
-  TruthOptions exact;
-  exact.geometry_scale = exact.deflection = exact.placement_m = exact.placement_rad = 0.0;
-  const Truth truth = draw_truth(demo_cell(), exact);
-  for (std::size_t t = 0; t < truth.centre_m.size(); ++t)
-    EXPECT_LT((truth.centre_m[t] - demo_cell().targets[t].centre_m).norm(), 1e-8);
+  expect_taught(demo_cell());
+}
+
+TEST(Truth, OfAnArmOnTheCeilingIsTaughtWithItsToolPointingDown) {
+  calib::Cell cell = demo_cell();
+  cell.robot.gravity_m_s2 = -cell.robot.gravity_m_s2;
+  for (calib::Target& target : cell.targets) target.centre_m.z() += 0.8;
+  expect_taught(cell);
+}
+
+TEST(Truth, OfAToolAlongXOfItsTcpIsTaughtWithTheToolPointingDown) {
+  calib::Cell cell = demo_cell();
+  cell.tool.tcp.rotate(Eigen::AngleAxisd(-std::numbers::pi / 2.0, Eigen::Vector3d::UnitY()));
+  // S1 and S2 are then out of reach of a level tool.
+  for (calib::Target& target : cell.targets) target.centre_m.z() -= 1.1;
+  expect_taught(cell);
+}
+
+TEST(Truth, NeedsNoPlaceOfAPlane) {
+  calib::Cell cell = demo_cell();
+  cell.targets.emplace_back();
+  cell.targets.back().id = "P";
+  cell.targets.back().kind = calib::TargetKind::kPlane;
+  const Truth truth = draw_truth(cell, {});
+  ASSERT_EQ(truth.centre_m.size(), 5u);
+  for (std::size_t t = 0; t < 4; ++t) EXPECT_EQ(truth.centre_m[t], drawn(1).centre_m[t]);
 }
 
 TEST(Truth, DrawsErrorsFromTheTolerancesOfTheRobotFile) {
