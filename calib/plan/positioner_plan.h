@@ -21,7 +21,8 @@ Cell at_setting(const Cell& cell, const std::vector<double>& positioner_rad);
 void require_clear_turn(const Cell& cell, const std::vector<double>& from,
                         const std::vector<double>& to, const JointVector& rest);
 
-/// Where the arm waits while the positioner turns: clear of all that it carries, wherever that is.
+/// Where the arm waits while the positioner turns: clear of all that it carries, wherever that is. The middle
+/// posture if none tried is; require_clear_turn() then refuses.
 JointVector waiting_posture(const Cell& cell);
 
 /// Angles spread over the axes' limits, the first nearest to zero.
