@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdlib>
+#include <random>
 #include <set>
 
 #include "matrix.h"
@@ -19,6 +20,7 @@ struct Options {
   int retries = 0;
   bool verbose = false, in_turn = false;
   int every = 1;
+  int pairs = 0;
 };
 
 struct Count {
@@ -70,6 +72,7 @@ class Table {
         matrix_(options.cell_file, folder_.path(), options.seed, expectation(options.retries)) {}
 
   Count run(Wire wire);
+  Count run_pairs(Wire wire);
   double worst_m() const { return worst_m_; }
 
  private:
@@ -79,7 +82,9 @@ class Table {
     return usual;
   }
   void one(Wire wire, const Fault& fault, const Stretch& stretch, std::uint64_t number);
+  void begin();
   void print(Wire wire) const;
+  Count conclude(Wire wire) const;
 
   const Options& options_;
   Folder folder_;
@@ -170,6 +175,26 @@ bool is_of_the_row(const std::vector<Stretch>& stretches, std::size_t i, const s
   return turn % phases_apart == 0 && number % count == before;
 }
 
+/// Two faults in one session, the second up to 50 ms after the first.
+Fault both(const Fault& first, const Fault& second, std::chrono::milliseconds apart) {
+  const auto named = [](const Fault& one) {
+    return fmt::format("{}, {} ({})", one.name, one.variant, one.where);
+  };
+  Fault pair{"two faults",
+             fmt::format("{}; {} ms later {}", named(first), apart.count(), named(second)), "pair"};
+  pair.before = [=](CellOptions& options, TimePoint at) {
+    if (first.before) first.before(options, at);
+    if (second.before) second.before(options, at + apart);
+  };
+  pair.book = [=](const Victim& victim) {
+    if (first.book) first.book(victim);
+    if (second.book) second.book({victim.cell, victim.at + apart, victim.runner});
+  };
+  pair.replies_arrive = first.replies_arrive && second.replies_arrive;
+  pair.asks_for_end = first.asks_for_end || second.asks_for_end;
+  return pair;
+}
+
 /// Row and variant of the faults of other wires.
 std::set<std::pair<std::string, std::string>> faults_elsewhere(Wire wire) {
   std::set<std::pair<std::string, std::string>> all;
@@ -180,12 +205,36 @@ std::set<std::pair<std::string, std::string>> faults_elsewhere(Wire wire) {
   return all;
 }
 
-Count Table::run(Wire wire) {
+Count Table::run_pairs(Wire wire) {
+  const std::vector<Fault> faults = faults_of(wire);
+  const std::vector<Stretch>& stretches = matrix_.reference(wire).stretches;
+  std::mt19937_64 random(options_.seed * 1000 + static_cast<std::uint64_t>(wire));
+  begin();
+  for (int made = 0; made < options_.pairs;) {
+    const Stretch& stretch = stretches[random() % stretches.size()];
+    const Fault &first = faults[random() % faults.size()],
+                &second = faults[random() % faults.size()];
+    const std::chrono::milliseconds apart(random() % 51);
+    const std::uint64_t number = random();
+    const bool fit = !(first.why_not && first.why_not(stretch.phase)) &&
+                     !(second.why_not && second.why_not(stretch.phase));
+    if (!fit || &first == &second) continue;
+    one(wire, both(first, second, apart), stretch, number);
+    ++made;
+  }
+  return conclude(wire);
+}
+
+void Table::begin() {
   cells_.clear();
   reasons_.clear();
   names_.clear();
   worst_m_ = worst_rest_s_ = deepest_m_ = 0.0;
   by_itself_ = 0;
+}
+
+Count Table::run(Wire wire) {
+  begin();
   std::uint64_t number = 0;
   const std::vector<Fault> faults = faults_of(wire);
   const auto elsewhere = faults_elsewhere(wire);
@@ -205,6 +254,10 @@ Count Table::run(Wire wire) {
     }
   }
   print(wire);
+  return conclude(wire);
+}
+
+Count Table::conclude(Wire wire) const {
   Count all;
   int cells = 0;
   for (const auto& [name, row] : cells_) {
@@ -233,7 +286,8 @@ int run(const Options& options) {
   Table table(options);
   Count all;
   for (const Wire wire : kWires) {
-    if (options.wire.empty() || options.wire == to_string(wire)) all += table.run(wire);
+    if (options.wire.empty() || options.wire == to_string(wire))
+      all += options.pairs > 0 ? table.run_pairs(wire) : table.run(wire);
   }
   if (options.wire.empty()) {
     fmt::print(
@@ -272,6 +326,9 @@ int main(int argc, char** argv) {
   app.add_flag(
       "--in-turn", options.in_turn,
       "of the variants of a row one in every third phase, those of this wire alone in every one");
+  app.add_option("--pairs", options.pairs,
+                 "so many sessions with two faults each instead, drawn by the seed")
+      ->check(CLI::Range(1, 1000000));
   app.add_flag("--verbose", options.verbose, "a line for every run, with the error's words");
   try {
     app.parse(argc, argv);
