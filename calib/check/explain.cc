@@ -124,10 +124,6 @@ double log_unmet(const std::vector<Unmet>& unmet) {
 
 namespace {
 
-/// Ripple counts twice at postures without a touch of the calibration, as in its bounds
-/// (calib/estimate, (37)).
-constexpr double kRippleElsewhere = 2.0;
-
 /// The arm with every error that a calibration may have identified.
 Cell levelled(const Calibration& c) { return at_level(c.cell, {1.0, 1.0, 0.0, c.level.play}); }
 
@@ -166,7 +162,8 @@ KnownTouches::KnownTouches(const Calibration& c, const std::vector<Touch>& touch
       x_(problem_.size()) {
   if (c.repeats.used_m > 0.0)
     problem_.set_repeats(std::vector<int>(touches_.size(), 1), c.repeats.used_m);
-  problem_.set_ripple(std::sqrt(kRippleElsewhere) * c.level.ripple_rad);
+  // At postures without a touch of the calibration, as in its bounds.
+  problem_.set_ripple(ripple_elsewhere_rad(c.level.ripple_rad, c.degrees_of_freedom));
   for (int i = 0; i < problem_.size(); ++i) {
     const Unknown& unknown = unknowns()[static_cast<std::size_t>(i)];
     const ParameterResult* found = find(c, unknown.key);

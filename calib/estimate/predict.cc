@@ -28,18 +28,22 @@ struct Predictor::Impl {
       : arm(levelled),
         x(arm_values(arm, c)),
         sigma(arm_covariance(arm, c)),
-        bound(carriers == 0 ? PositionBound(arm, x, sigma, c.level.ripple_rad,
-                                            c.discrepancy.sigma_m, c.region)
-                            : PositionBound(arm, x, sigma, c.level.ripple_rad,
-                                            c.discrepancy.sigma_m, work_on(c, carriers))) {}
+        bound(carriers == 0
+                  ? PositionBound(arm, x, sigma,
+                                  ripple_elsewhere_rad(c.level.ripple_rad, c.degrees_of_freedom),
+                                  c.discrepancy.sigma_m, c.region)
+                  : PositionBound(arm, x, sigma,
+                                  ripple_elsewhere_rad(c.level.ripple_rad, c.degrees_of_freedom),
+                                  c.discrepancy.sigma_m, work_on(c, carriers))) {}
 
   std::vector<CarriedPose> work_on(const Calibration& c, int carriers) const {
     auto poses = carried_poses(arm, c, carriers, kPoses, kRegionSeed);
     if (poses.empty())
-      throw PositionerError("no touched target stands on " +
-                            c.cell.robot.positioner.at(static_cast<std::size_t>(carriers) - 1).name +
-                            " within the arm's reach: its place is as drawn. Calibrate with "
-                            "spheres on it");
+      throw PositionerError(
+          "no touched target stands on " +
+          c.cell.robot.positioner.at(static_cast<std::size_t>(carriers) - 1).name +
+          " within the arm's reach: its place is as drawn. Calibrate with "
+          "spheres on it");
     return poses;
   }
 };
@@ -78,11 +82,6 @@ namespace {
 
 constexpr int kArms = 400;  ///< drawn from the covariance
 constexpr double kShare = 0.95, kConfidence = 0.98;
-/// Variance of the ripple away from the touches, relative to that among them. The touches do not
-/// distinguish its part common to all of them, such as play that the load closes to one side, from
-/// the geometry.
-constexpr double kElsewhere = 2.0;
-
 double quantile(std::vector<double>& values, double share) {
   const auto k = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), values.begin() + k, values.end());
@@ -153,6 +152,12 @@ bool Scope::holds_at(const Eigen::Vector3d& tcp_m, int carriers) const {
            return place.carriers == carriers &&
                   (tcp_m - place.place_m).cwiseAbs().maxCoeff() <= kNearM;
          });
+}
+
+double ripple_elsewhere_rad(double ripple_rad, double degrees_of_freedom) {
+  constexpr double kFew = 300.0;
+  const double common = degrees_of_freedom > kFew ? kFew / degrees_of_freedom : 1.0;
+  return std::sqrt(1.0 + common) * ripple_rad;  // (37a)
 }
 
 double radius_95(const Eigen::Matrix3d& c) {
@@ -263,8 +268,7 @@ double PositionBound::u95_m(std::span<const double> joint_rad, const Eigen::Vect
     by_joint.leftCols(static_cast<Eigen::Index>(arm_.robot().first_turning())).setZero();
     if (!carrier_rad.empty())
       by_joint = carried_at(arm_.robot(), carrier_rad).linear().transpose() * by_joint;
-    const double variance = kElsewhere * ripple_rad_ * ripple_rad_;  // (37)
-    c += variance * by_joint * by_joint.transpose();
+    c += ripple_rad_ * ripple_rad_ * by_joint * by_joint.transpose();  // (37)
   }
   c.diagonal().array() += field_m_ * field_m_;  // as far from all touches
   return widening_ * radius_95(c);

@@ -84,9 +84,14 @@ class Scope {
 /// a scaled chi^2 (Satterthwaite), its quantile approximated by Wilson and Hilferty.
 double radius_95(const Eigen::Matrix3d& c);
 
+/// Ripple of each joint away from the touches, 1 sigma: sqrt 2 times that among them, and less where many rows have
+/// determined it. Few touches do not distinguish its part common to all of them, such as play that the load closes to one
+/// side, from the geometry.
+double ripple_elsewhere_rad(double ripple_rad, double degrees_of_freedom = 0.0);
+
 class PositionBound {
  public:
-  /// `x`, `covariance`: of the arm's parameters, SI. `ripple_rad`: noise of each joint, 1 sigma.
+  /// `x`, `covariance`: of the arm's parameters, SI. `ripple_rad`: of each joint at the poses asked for, 1 sigma.
   /// `field_m`: model discrepancy (discrepancy.h), 1 sigma per component of the tip position. Keeps
   /// a reference to `arm`. `measured`: postures that span where the base was measured
   /// (Calibration::region); empty: the workspace, or a half of it.

@@ -124,7 +124,7 @@ class Choosing {
       const auto scale = problem_.scale.asDiagonal();
       const Eigen::MatrixXd own = left.topLeftCorner(arm, arm);
       const PositionBound bound(*problem_.arm, Eigen::VectorXd::Zero(arm), scale * own * scale,
-                                problem_.ripple_rad);
+                                ripple_elsewhere_rad(problem_.ripple_rad));
       // The bound is of the arm without functions.
       const double without_m =
           predicted_mean_error_m(problem_.moves_m.leftCols(arm), own, ripple_m2);

@@ -51,7 +51,7 @@ RemainingUncertainty remaining_uncertainty(const Cell& cell, const Pool& pool,
       predicted_mean_error_m(moves, estimate.covariance_u().topLeftCorner(n, n),
                              ripple_variance_m2(arm, postures, estimate.ripple_rad()));
   const PositionBound bound(arm, x, estimate.covariance_si().topLeftCorner(n, n),
-                            estimate.ripple_rad());
+                            ripple_elsewhere_rad(estimate.ripple_rad()));
   Design design(linear.jacobian.topRows(linear.length_row), estimate.covariance_u(), moves);
   const double u95_m = bound.mean_u95_m(postures);
   return {std::move(design), std::move(moves), mean_m, u95_m, std::move(postures)};
