@@ -69,8 +69,10 @@ void Chain::add(std::int64_t session, const char* table, std::int64_t row) {
 }
 
 void Chain::committed() {
-  if (newest_.entries != on_disk_.entries) head_.write(newest_);
-  on_disk_ = newest_;
+  head_due_ |= newest_.entries != on_disk_.entries;
+  on_disk_ = newest_;  // also where the head cannot be written: a rollback goes back to here
+  if (head_due_) head_.write(newest_);
+  head_due_ = false;
 }
 
 Walked walk_chain(Database& database, const std::optional<Head>& expected) {

@@ -92,6 +92,7 @@ class Chain {
               const std::string& digest);
   Database& database_;
   HeadFile& head_;
+  bool head_due_ = false;  ///< it could not be written
   Head newest_, on_disk_;
   struct Known {
     std::optional<bool> own_row, all_rows;  ///< unchanged

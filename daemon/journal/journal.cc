@@ -133,8 +133,8 @@ void Journal::Impl::write(const std::function<void()>& act) {
     });
   }
   pending.written(waiting.size());
-  chain.committed();
   outbox.committed();
+  chain.committed();
   files.check();
 }
 

@@ -231,6 +231,7 @@ void Runner::feed(Event event) {
     touches_.push_back(std::move(*on_its_way_));
     on_its_way_.reset();
   }
+  if (event.kind() == EventKind::kJournalFailed) on_its_way_.reset();
   const Phase before = state_.phase;
   Step next = step(std::move(state_), event);
   state_ = std::move(next.state);

@@ -229,6 +229,11 @@ std::unique_ptr<Job> prepare(Journal& journal, const RunRequest& request, Sessio
   job->backend = make_backend(job->cell, kind.most_speed(), job->options.load);
   job->stated_poses = std::make_shared<StatedPoses>(job->cell.robot, job->backend->stated_frames());
   if (!request.resume) job->options.emulated = job->backend->emulated();
+  if (job->options.emulated != job->backend->emulated())
+    throw RequestError(fmt::format(
+        "session {} has touched {}, and the configuration now has {}. Set backend as it was, or start a new session",
+        job->session, job->options.emulated ? "an emulated cell" : "the real arm",
+        job->backend->emulated() ? "an emulated cell" : "the real arm"));
   if (!job->backend->emulated()) job->hand_speed = hand_speed_of(journal, *job, kind.most_speed());
   if (job->options.update)
     job->options.months = months_since(job->last_ended, job->backend->utc_now());

@@ -256,14 +256,15 @@ void SessionService::run(Job& job) {
     failed.failure = Failure{FailureKind::kUnexpectedEvent, error.what()};
     spdlog::critical("session {} could not start: {}", job.session, error.what());
     publish(failed, job.touches, job);
-    try {  // no RecordEnd was performed, which would have included the reports
-      if (parts_.ending)
-        for (const Report& report : parts_.ending(
-                 job.session, {Ending::kFailed, to_journal(*failed.failure), failed.failure}))
-          parts_.journal.report(job.session, report);
-    } catch (const std::exception& report_error) {
-      spdlog::warn("session {}: its failed start is not reported to the plant: {}", job.session,
-                   report_error.what());
+    try {
+      const RecordEnd end{Ending::kFailed, to_journal(*failed.failure), failed.failure};
+      JournalRecorder(parts_.journal, job.session, *job.backend,
+                      std::make_shared<const calib::ArmModel>(job.cell.robot, job.cell.tool),
+                      parts_.ending)
+          .record(end);
+    } catch (const std::exception& record_error) {
+      spdlog::warn("session {}: its failed start is not recorded: {}", job.session,
+                   record_error.what());
     }
   }
   job.backend.reset();

@@ -229,7 +229,9 @@ bool not_where_left(const State& state, const Event& event) {
   return false;
 }
 bool none_left_after_interruption(const State& state, const Event& event) {
-  return state.interruptions.total() > 0 && nothing_chosen(state, event);
+  const bool planned_made =
+      !state.one_by_one && state.plan && state.done >= state.plan->touches.size();
+  return state.interruptions.total() > 0 && (planned_made || nothing_chosen(state, event));
 }
 bool sensor_proven(const State& state, const Event&) {
   return state.links.ready() && !state.links.in_contact;

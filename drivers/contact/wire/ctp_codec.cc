@@ -242,7 +242,9 @@ bool FrameReader::in_order(std::uint8_t type, std::uint8_t seq) {
   const bool begins = order_ == Order::kAnyhow && (type == CTP_HELLO || type == CTP_IDENT);
   if (last_seq_ && !begins) {
     const auto ahead = static_cast<std::uint8_t>(seq - *last_seq_);
-    if (order_ == Order::kAnyhow && static_cast<std::int8_t>(ahead) <= 0) {
+    constexpr std::uint8_t kLongestOvertaken = 64;
+    const auto behind = static_cast<std::uint8_t>(*last_seq_ - seq);
+    if (order_ == Order::kAnyhow && behind < kLongestOvertaken) {
       ++counters_.overtaken;
       return false;
     }

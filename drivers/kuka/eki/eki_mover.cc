@@ -391,11 +391,13 @@ void EkiMover::watch_arrived(TimePoint now) {
 }
 
 void EkiMover::watch_other(TimePoint now) {
-  if (!sensor_.present() || !under_way() || !ends_well()) return;
+  if (!sensor_.present() || !busy() || !ends_well()) return;
+  // Also at rest: without the sensor it is not known whether the contact is open.
   if (!sensor_.heard().snapshot.alive) {
-    halt(MoveOutcome::kContactSilent, cause::SensorDead{});
-  } else if (sensor_.touched(move_.kind, now)) {
-    halt(MoveOutcome::kUnexpectedContact, cause::TouchedOutsideSearch{});
+    condemn(MoveOutcome::kContactSilent, cause::SensorDead{}, now);
+  } else if ((under_way() || move_.kind == MoveKind::kTransit) &&
+             sensor_.touched(move_.kind, now)) {
+    condemn(MoveOutcome::kUnexpectedContact, cause::TouchedOutsideSearch{}, now);
   }
 }
 

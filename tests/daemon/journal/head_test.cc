@@ -15,6 +15,8 @@
 
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
+#include "daemon/journal/chain.h"
+#include "daemon/journal/store/sqlite.h"
 #include "daemon/journal/store/store_files.h"
 #include "images.h"
 #include "temporary_directory.h"
@@ -73,6 +75,20 @@ class NoStandardInput {
  private:
   int kept_;
 };
+
+TEST(AChain, GoesOnWhereItsHeadCouldNotBeWritten) {
+  const TemporaryDirectory dir;
+  Database database(dir / "j.db");
+  database.execute("CREATE TABLE chain (number INTEGER PRIMARY KEY, session, kind, row, digest, sum)");
+  HeadFile full("/dev/full", dir / "j.db");
+  Chain chain(database, full);
+  chain.begin();
+  EXPECT_THROW(chain.committed(), JournalError);
+  chain.rolled_back();  // of the next transaction, such as on a full disk
+  EXPECT_NO_THROW(chain.begin());
+  EXPECT_THROW(chain.committed(), JournalError) << "still due";
+  EXPECT_EQ(database.integer("SELECT max(number) FROM chain"), 2);
+}
 
 struct AHeadFileByItself : ::testing::Test {
   Head head(std::int64_t entries) const {

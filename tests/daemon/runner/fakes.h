@@ -146,6 +146,7 @@ class FakeRecorder final : public Recorder {
   void note(const RecordCause&) override {}
 
   int fails_at = kNever;
+  int fails_for = kNever;  ///< so many calls from then on
   int calls = 0;
   std::vector<RecordReading> readings;
   std::vector<RecordTouch> touches;

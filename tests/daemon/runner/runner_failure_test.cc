@@ -173,6 +173,16 @@ TEST(AFullDisk, AtAnyRecordStopsTheSessionBeforeTheNextMove) {
   }
 }
 
+TEST(AFullDisk, ThatTakesTheEndAgainLeavesNoTouchCountedThatIsNotThere) {
+  for (int nth = 1; nth <= 12; ++nth) {
+    Session session({}, 2);
+    session.recorder.fails_at = nth;
+    session.recorder.fails_for = 1;
+    session.run();
+    EXPECT_EQ(session.done.size(), session.recorder.touches.size()) << nth;
+  }
+}
+
 TEST(AFailingWorker, EndsTheSessionWithItsWords) {
   const auto fail = [](const char* words) { throw std::runtime_error(words); };
   Session plan;

@@ -9,6 +9,7 @@
 #include "daemon/tasks/options.h"
 #include "drivers/error.h"
 #include "tests/daemon/journal/temporary_directory.h"
+#include "tests/daemon/runner/fakes.h"
 
 namespace cellcal::daemon::testing {
 namespace {
@@ -17,7 +18,12 @@ const SearchLimits kByFlag{0.0025, 1, "with eki stop = \"flag\""};
 
 struct ASessionThatIsResumed : ::testing::Test {
   /// Reason why it is not resumed under these limits; "devices" if it would be.
-  std::string refusal(const TouchPolicy& touch, const SearchLimits& limits) {
+  std::string refusal(
+      const TouchPolicy& touch, const SearchLimits& limits,
+      const std::function<std::unique_ptr<Backend>()>& backend = [] {
+        throw drivers::ConfigError("devices");
+        return std::unique_ptr<Backend>();
+      }) {
     Journal journal(dir / "j.db");
     SessionInputs inputs = read_inputs(CELLCAL_DEMO_CELL);
     SessionOptions options;
@@ -28,9 +34,7 @@ struct ASessionThatIsResumed : ::testing::Test {
     SessionService service{
         {journal,
          dir.path(),
-         [](const calib::Cell&, double, const std::string&) -> std::unique_ptr<Backend> {
-           throw drivers::ConfigError("devices");
-         },
+         [&](const calib::Cell&, double, const std::string&) { return backend(); },
          {{}, {}, 0, limits}}};
     RunRequest request;
     request.resume = true;
@@ -45,6 +49,17 @@ struct ASessionThatIsResumed : ::testing::Test {
   }
   TemporaryDirectory dir;
 };
+
+struct EmulatedCell : FakeBackend {
+  bool emulated() const override { return true; }
+};
+
+TEST_F(ASessionThatIsResumed, IsNotMixedWithTouchesOfAnEmulatedCell) {
+  EXPECT_EQ(
+      refusal({}, {}, [] { return std::make_unique<EmulatedCell>(); }),
+      "session 1 has touched the real arm, and the configuration now has an emulated cell. Set backend as it "
+      "was, or start a new session");
+}
 
 TEST_F(ASessionThatIsResumed, IsRefusedWhereTodaysLinkStopsTooSlowlyForItsSearches) {
   TouchPolicy touch;

@@ -353,6 +353,29 @@ TEST(ALatenessWhileATouchGoesToTheDisk, WaitsUntilItIsThere) {
   EXPECT_EQ(walk.state.done, 1u) << "it is made, and not made again";
 }
 
+TEST(ALatenessWhileTheLastTouchGoesToTheDisk, EndsInTheIdentification) {
+  Walk walk(1);
+  walk.state.repeats = BusyRepeats{};
+  walk.to_slow_search();
+  walk.contact(0.11, 0.1102);
+  walk.on(EventKind::kArrived);
+  walk.on(EventKind::kArmed);
+  walk.contact(0.11, 0.1102);
+  ASSERT_EQ(walk.state.phase, Phase::kRecording);
+  walk.on(EventKind::kLinks, [](Event& event) {
+    links(event).contact = ContactLink::kFault;
+    links(event).fault = ContactFault::kDeliveredLate;
+  });
+  walk.on(EventKind::kRecorded);
+  ASSERT_EQ(walk.state.phase, Phase::kRecovering);
+  walk.on(EventKind::kLinks);
+  walk.on(EventKind::kDeadline);
+  for (int i = 0; i < 4 && walk.state.phase != Phase::kRouting; ++i) walk.on(EventKind::kLinks);
+  ASSERT_EQ(walk.state.phase, Phase::kRouting);
+  walk.on(EventKind::kRouted);
+  EXPECT_EQ(walk.state.phase, Phase::kIdentifying);
+}
+
 TEST(AnArmingThatWasNotAnswered, InTimeIsRepeatedWhereThisComputerWasLateAndOnlyThere) {
   for (const int arming : {1, 2, 4}) {
     Script script;

@@ -22,8 +22,10 @@ static uint8_t unstuff(uint8_t* bytes, uint8_t size) {
 
 static bool in_order(link_reader* reader, uint8_t type, uint8_t seq) {
   const uint8_t ahead = (uint8_t)(seq - reader->last_seq);
+  const uint8_t behind = (uint8_t)(reader->last_seq - seq);
+  const uint8_t longest_overtaken = 64;
   if (reader->heard && !(reader->datagrams && type == CTP_HELLO)) {
-    if (reader->datagrams && (int8_t)ahead <= 0) {
+    if (reader->datagrams && behind < longest_overtaken) {
       ++reader->overtaken;
       return false;
     }

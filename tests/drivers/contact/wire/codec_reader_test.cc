@@ -49,6 +49,19 @@ TEST(CtpReaderMemory, ANewPeerIsReadFromItsFirstByte) {
   EXPECT_NE(last_frame_of(reader, wire.bytes()), nullptr);
 }
 
+TEST(CtpDatagrams, AreOvertakenByAQuarterOfTheCountAtMost) {
+  FrameReader reader(Direction::kFromSensor, Order::kAnyhow);
+  const auto is_read = [&](std::uint8_t seq) {
+    return last_frame_of(reader, build(Trip{1, 2}, seq).bytes()) != nullptr;
+  };
+  EXPECT_TRUE(is_read(0));
+  EXPECT_FALSE(is_read(0)) << "twice";
+  EXPECT_TRUE(is_read(151)) << "150 frames were lost with the cable";
+  EXPECT_FALSE(is_read(100));
+  EXPECT_TRUE(is_read(152));
+  EXPECT_EQ(reader.counters().overtaken, 2u);
+}
+
 TEST(CtpReaderMemory, TheLongestFrameIsReadAndOneByteMoreIsNot) {
   const std::vector<std::uint8_t> text(CTP_MAX_PAYLOAD, 'x');
   FrameReader reader(Direction::kFromSensor);

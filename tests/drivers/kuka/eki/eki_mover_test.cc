@@ -352,6 +352,18 @@ TEST_F(EkiMoverAlone, ContactOutsideOfASearchAndASensorThatDiesAskForAStop) {
   expect(done(EkiOutcome::kStop), MoveOutcome::kContactSilent, cause::SensorDead{});
 }
 
+TEST_F(EkiMoverAlone, ARetreatWhoseSensorFallsSilentAtItsEndDoesNotCountAsOpen) {
+  guard.touch(true);
+  guard.set_said(now);
+  ASSERT_FALSE(begin(MoveKind::kRetreat, -1.0, 1.0));
+  moving(3, -0.1);
+  arrive();
+  for (int i = 0; i < 12; ++i) ASSERT_FALSE(state(EkiProgress::kDone, EkiOutcome::kArrived));
+  guard.touch(false);  // as of a sensor that was lost
+  guard.set_alive(false);
+  expect(done(EkiOutcome::kArrived), MoveOutcome::kContactSilent, cause::SensorDead{});
+}
+
 TEST_F(EkiMoverAlone, ARetreatThatEndsInContactSaysSo) {
   for (const bool open : {true, false}) {
     guard.touch(true);
