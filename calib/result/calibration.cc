@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <regex>
 #include <utility>
 #include <vector>
 
 #include "calib/model/enum_table.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/units.h"
+#include "calib/result/finding_phrase.h"
+#include "calib/result/update.h"
 
 namespace cellcal::calib {
 
@@ -178,6 +181,29 @@ Eigen::MatrixXd arm_covariance(const ArmModel& arm, const Calibration& c) {
     for (int j = 0; j < arm.size(); ++j)
       if (at[i] >= 0 && at[j] >= 0) result(i, j) = c.covariance(at[i], at[j]);
   return result;
+}
+
+namespace {
+
+constexpr EnumNames<UpdateOutcome> kOutcomes{{{UpdateOutcome::kUpdated, "updated"},
+                                              {UpdateOutcome::kNothingChanged, "nothing_changed"},
+                                              {UpdateOutcome::kContradicted, "contradicted"},
+                                              {UpdateOutcome::kNotResolved, "not_resolved"},
+                                              {UpdateOutcome::kNotFound, "not_found"},
+                                              {UpdateOutcome::kTooFewTouches, "too_few_touches"}}};
+
+}  // namespace
+
+const char* to_string(UpdateOutcome outcome) { return kOutcomes[outcome]; }
+std::optional<UpdateOutcome> update_outcome(const std::string& name) {
+  return kOutcomes.key_of(name);
+}
+
+Phrase calibration_phrase(const std::string& in_file) {
+  static const std::regex kSession(R"(session (\d+) of (\d{4}-\d\d-\d\d))");
+  std::smatch found;
+  if (!std::regex_match(in_file, found, kSession)) return in_file;
+  return {"say.session_of", {{"n", found[1].str()}, {"date", found[2].str()}}};
 }
 
 }  // namespace cellcal::calib
