@@ -55,7 +55,7 @@ double time_of_day_s(Scan& scan) {
   if (colons ? scan.take(':')
              : !scan.rest.empty() && scan.rest.front() >= '0' && scan.rest.front() <= '9')
     seconds += scan.up_to(2, 60);
-  if (scan.take('.')) seconds += scan.fraction();
+  if (scan.take('.') || scan.take(',')) seconds += scan.fraction();
   return seconds;
 }
 

@@ -45,6 +45,7 @@ TEST(IsoTime, CountsFrom1970AndTakesUtcWhereNoZoneIs) {
   EXPECT_EQ(seconds_of("2000-01-01T05:30+05:30"), seconds_of("2000-01-01T00:00Z"));
   EXPECT_EQ(seconds_of("2000-01-01T00:00-0130"), seconds_of("2000-01-01T01:30Z"));
   EXPECT_NEAR(*seconds_of("2000-01-01T00:00:00.125"), 946684800.125, 1e-6);
+  EXPECT_EQ(seconds_of("2000-01-01 00:00:00,125Z"), seconds_of("2000-01-01T00:00:00.125"));
 }
 
 TEST(IsoTime, IsWrittenInUtc) {
@@ -72,6 +73,8 @@ TEST(IsoTime, RefusesWhatIsNone) {
                            "2024-09-24T10:00:61",
                            "2024-09-24T10:00:00.",
                            "2024-09-24T10:00:00.Z",
+                           "2024-09-24T10:00:00,",
+                           "2024-09-24T10,5",
                            "2024-09-24T10:00:00X",
                            "2024-09-24T10:00:00+",
                            "2024-09-24T10:00:00+2",
