@@ -45,6 +45,42 @@ void append_utf8(char32_t c, std::string& text) {
   }
 }
 
+bool is_utf8(std::string_view text) {
+  constexpr char32_t kLeast[] = {0, 0x80, 0x800, 0x10000};  // of a code point by its further bytes
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    const auto lead = static_cast<unsigned char>(text[at]);
+    if (lead < 0x80) continue;
+    const std::size_t more = lead < 0xE0 ? 1 : lead < 0xF0 ? 2 : 3;
+    if (lead < 0xC0 || lead >= 0xF8 || at + more >= text.size()) return false;
+    char32_t c = lead & (0x3F >> more);
+    for (std::size_t k = 0; k < more; ++k) {
+      const auto next = static_cast<unsigned char>(text[++at]);
+      if ((next & 0xC0) != 0x80) return false;
+      c = c << 6 | (next & 0x3F);
+    }
+    if (c < kLeast[more] || c > 0x10FFFF || (c >= 0xD800 && c < 0xE000)) return false;
+  }
+  return true;
+}
+
+std::string from_windows_1252(std::string_view bytes, const std::string& name) {
+  // Code points of 0x80 to 0x9F; 0: none.
+  constexpr char16_t kHigh[32] = {0x20AC, 0,      0x201A, 0x0192, 0x201E, 0x2026, 0x2020, 0x2021,
+                                  0x02C6, 0x2030, 0x0160, 0x2039, 0x0152, 0,      0x017D, 0,
+                                  0,      0x2018, 0x2019, 0x201C, 0x201D, 0x2022, 0x2013, 0x2014,
+                                  0x02DC, 0x2122, 0x0161, 0x203A, 0x0153, 0,      0x017E, 0x0178};
+  std::string text;
+  for (std::size_t at = 0; at < bytes.size(); ++at) {
+    const auto byte = static_cast<unsigned char>(bytes[at]);
+    const char32_t c = byte >= 0x80 && byte < 0xA0 ? kHigh[byte - 0x80] : byte;
+    if (byte != 0 && c == 0)
+      throw FileError(name, ":" + std::to_string(1 + std::count(text.begin(), text.end(), '\n')) +
+                                ": neither UTF-8 nor Windows-1252");
+    append_utf8(c, text);
+  }
+  return text;
+}
+
 /// `bytes`: after the byte order mark.
 std::string from_utf16(std::string_view bytes, bool little, const std::string& name) {
   const auto damaged = [&] { return FileError(name, ": UTF-16 text is damaged or cut off"); };
@@ -70,12 +106,17 @@ std::string from_utf16(std::string_view bytes, bool little, const std::string& n
 
 /// Replaces all occurrences of `what`. Returns true if there were any.
 bool replace_all(std::string& text, std::string_view what, char with) {
-  bool any = false;
-  for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) {
-    text.replace(at, what.size(), 1, with);
-    any = true;
+  auto at = text.find(what);
+  if (at == std::string::npos) return false;
+  std::string replaced;
+  for (std::size_t from = 0; from < text.size(); at = text.find(what, from)) {
+    replaced.append(text, from, at - from);
+    if (at == std::string::npos) break;
+    replaced += with;
+    from = at + what.size();
   }
-  return any;
+  text = std::move(replaced);
+  return true;
 }
 
 /// Number of occurrences outside quotes and a unit's brackets.
@@ -161,23 +202,37 @@ std::string guess_cause(const std::vector<std::string_view>& fields, std::size_t
              : "one field per column is needed";
 }
 
+/// UTF-8, of lines that end in LF or CR LF. Adds to `odd` what it was instead.
+std::string plain_text(std::string_view bytes, const std::string& name,
+                       std::vector<std::string>& odd) {
+  constexpr std::string_view kMark = "\xEF\xBB\xBF", kLittle = "\xFF\xFE", kBig = "\xFE\xFF";
+  std::string text;
+  if (bytes.starts_with(kLittle) || bytes.starts_with(kBig)) {
+    text = from_utf16(bytes.substr(2), bytes.starts_with(kLittle), name);
+    odd.emplace_back("UTF-16");
+  } else if (bytes.starts_with(kMark)) {
+    text = bytes.substr(kMark.size());
+  } else if (is_utf8(bytes)) {
+    text = bytes;
+  } else {
+    text = from_windows_1252(bytes, name);
+    odd.emplace_back("Windows-1252");
+  }
+  if (text.find('\n') == std::string::npos && replace_all(text, "\r", '\n'))
+    odd.emplace_back("lines that end in CR");
+  if (replace_all(text, "\r\r\n", '\n')) odd.emplace_back("lines that end in CR CR LF");
+  replace_all(text, "\xC2\xA0", ' ');
+  replace_all(text, "\xE2\x80\xAF", ' ');
+  if (replace_all(text, "\xE2\x88\x92", '-')) odd.emplace_back("Unicode minus");
+  return text;
+}
+
 }  // namespace
 
 CsvForm csv_form(std::string_view text, const std::string& name) {
-  constexpr std::string_view kMark = "\xEF\xBB\xBF", kLittle = "\xFF\xFE", kBig = "\xFE\xFF";
   CsvForm form;
   std::vector<std::string> odd;
-  if (text.starts_with(kLittle) || text.starts_with(kBig)) {
-    form.text = from_utf16(text.substr(2), text.starts_with(kLittle), name);
-    odd.emplace_back("UTF-16");
-  } else {
-    form.text = text.substr(text.starts_with(kMark) ? kMark.size() : 0);
-  }
-  if (form.text.find('\n') == std::string::npos && replace_all(form.text, "\r", '\n'))
-    odd.emplace_back("lines that end in CR");
-  replace_all(form.text, "\xC2\xA0", ' ');
-  replace_all(form.text, "\xE2\x80\xAF", ' ');
-  if (replace_all(form.text, "\xE2\x88\x92", '-')) odd.emplace_back("Unicode minus");
+  form.text = plain_text(text, name, odd);
 
   auto lines = first_lines(form.text, 4);
   if (!lines.empty() && same_letters(lines[0].substr(0, kSeparatorLine.size()), kSeparatorLine) &&

@@ -1,8 +1,8 @@
 #pragma once
 // Tables: a header row, numbers and words, '#' comments. In addition to the plain form (UTF-8,
 // commas, '.' as the decimal mark), the forms of spreadsheets and measuring programs are accepted
-// where they are unambiguous: ';' or tab as separator, decimal comma, quotes, UTF-16, CR line ends,
-// "sep=;", a title line, a trailing separator, units in the header (A1 [deg], x [mm], sigma [um]),
+// where they are unambiguous: ';' or tab as separator, decimal comma, quotes, UTF-16, Windows-1252,
+// CR or CR CR LF line ends, "sep=;", a title line, a trailing separator, units in the header (A1 [deg], x [mm], sigma [um]),
 // names in any case, Unicode's minus and no-break space. Messages: "FILE:LINE: COLUMN: error".
 
 #include <functional>
@@ -21,7 +21,7 @@ struct CsvForm {
   int title_lines = 0;  ///< before the header, comments and blank lines aside
   std::string reading;  ///< "; with decimal comma, UTF-16"; empty: the plain form
 };
-/// Throws FileError for damaged UTF-16, and for a header with two kinds of separators.
+/// Throws FileError for damaged text, and for a header with two kinds of separators.
 CsvForm csv_form(std::string_view text, const std::string& name);
 
 class CsvTable {

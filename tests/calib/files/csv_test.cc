@@ -73,6 +73,30 @@ TEST(ATableOfAnotherForm, IsReadAsThePlainOne) {
       "");
 }
 
+TEST(ATableOfAnotherForm, InWindows1252IsReadAsUtf8) {
+  expect_plain(
+      "A1 [\xB0],A2 [\xB0],target,sigma_mm\n-34.5,\xA0"
+      "2.25,S1,0.03\n1,-2.5,S1,0.04\n",
+      "Windows-1252");
+  expect_plain("K\xFChler \x96 \x80\n" + std::string(kPlain), "Windows-1252, a title line");
+  EXPECT_EQ(csv_form("\x80 \xB5m \xFC", "t").text, "\xE2\x82\xAC \xC2\xB5m \xC3\xBC");
+  EXPECT_EQ(csv_form("\xE2\x82\xAC \xF0\x9F\x98\x80", "t").reading, "");
+  for (const char* none : {"\xE2\x82", "\xC0\xAF", "\xED\xA0\xA0", "\xF5\xA0\xA0\xA0", "\xF0\xA0"})
+    EXPECT_EQ(csv_form(none, "t").reading, "Windows-1252");
+  expect_words(touches_refusal("A1,A2,target\n1,2,S1\n1,2,\x81\n"),
+               {"touches.csv:3:", "neither UTF-8 nor Windows-1252"});
+  expect_words(touches_refusal("A1,A2,target\n1,2,S1\n1,2,\xFC\x1B\n"),
+               {"touches.csv:3:", "control"});
+  using namespace std::string_literals;
+  expect_words(touches_refusal("\x7F\x45LF\x02\0\0\xFF\xFE\n"s), {"touches.csv:1:", "control"});
+}
+
+TEST(ATableOfAnotherForm, HasLinesThatEndInCrCrLf) {
+  const std::string plain = kPlain;
+  expect_plain(exchanged(plain, '\n', "\r\r\n"), "lines that end in CR CR LF");
+  expect_plain("# of cell 3\r\n" + exchanged(plain, '\n', "\r\r\n"), "lines that end in CR CR LF");
+}
+
 TEST(AUnitInTheHeader, IsConvertedToTheTables) {
   const auto rows = rows_of("A1 [rad],A2 [deg],target,sigma [um]\n0.5,2,S1,30\n");
   ASSERT_EQ(rows.size(), 1U);
