@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 
 #include "calib/files/text.h"
@@ -132,7 +133,13 @@ std::size_t count_of(std::string_view line, char what) {
   return count;
 }
 
-/// The first lines, at most `most`, other than blank lines and comments.
+/// No field of the line has anything in it.
+bool is_empty(std::string_view line) {
+  return line.find_first_not_of(" \t,;\"") == std::string_view::npos &&
+         std::count(line.begin(), line.end(), '"') % 2 == 0;
+}
+
+/// The first lines, at most `most`, other than empty lines and comments.
 std::vector<std::string_view> first_lines(std::string_view text, std::size_t most) {
   std::vector<std::string_view> lines;
   while (!text.empty() && lines.size() < most) {
@@ -140,7 +147,7 @@ std::vector<std::string_view> first_lines(std::string_view text, std::size_t mos
     std::string_view line = trim(text.substr(0, end));
     text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
     if (line.ends_with('\r')) line.remove_suffix(1);
-    if (!line.empty() && line.front() != '#') lines.push_back(line);
+    if (!is_empty(line) && line.front() != '#') lines.push_back(line);
   }
   return lines;
 }
@@ -176,6 +183,19 @@ constexpr KnownUnit kUnits[] = {{"deg", "deg", 1.0},
                                  "c", 1.0},
                                 {"kg", "kg", 1.0}};
 
+const KnownUnit* known_unit(std::string_view written) {
+  const auto one = std::ranges::find_if(
+      kUnits, [&](const KnownUnit& unit) { return same_letters(unit.written, written); });
+  return one == std::end(kUnits) ? nullptr : one;
+}
+
+/// Of a row of units: "mm", "[mm]" or "(mm)".
+std::string_view without_brackets(std::string_view field) {
+  const bool any = field.size() > 2 && (field.front() == '[' || field.front() == '(') &&
+                   (field.back() == ']' || field.back() == ')');
+  return any ? trim(field.substr(1, field.size() - 2)) : field;
+}
+
 bool is_number(std::string_view text) {
   if (text.starts_with('+')) text.remove_prefix(1);
   double value = 0.0;
@@ -185,6 +205,71 @@ bool is_number(std::string_view text) {
 
 bool is_digits(std::string_view text) {
   return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
+bool is_value(std::string_view text) { return is_number(text) || has_digit_comma_digit(text); }
+
+bool is_comma_number(std::string_view text) {
+  std::string with_point(text);
+  const auto comma = text.find(',');
+  if (comma != std::string_view::npos) with_point[comma] = '.';
+  return comma != std::string_view::npos && is_number(with_point);
+}
+
+/// Fields without the blanks and quotes around them; separators inside quotes separate, too.
+std::vector<std::string_view> roughly_split(std::string_view line, char separator) {
+  std::vector<std::string_view> fields;
+  while (true) {
+    const auto end = line.find(separator);
+    std::string_view field = trim(line.substr(0, end));
+    while (field.starts_with('"')) field.remove_prefix(1);
+    while (field.ends_with('"')) field.remove_suffix(1);
+    fields.push_back(trim(field));
+    if (end == std::string_view::npos) return fields;
+    line.remove_prefix(end + 1);
+  }
+}
+
+/// That of a header; 0 without one.
+char separator_of(std::string_view line) {
+  return count_of(line, ';') > 0    ? ';'
+         : count_of(line, ',') > 0  ? ','
+         : count_of(line, '\t') > 0 ? '\t'
+                                    : '\0';
+}
+
+const char* words_of(char separator) {
+  return separator == ';' ? "semicolons" : separator == ',' ? "commas" : "tabs";
+}
+
+/// Refuses two kinds of separators.
+char sole_separator(const std::vector<std::string_view>& lines, const std::string& name) {
+  for (const std::string_view line : lines) {
+    const char separator = separator_of(line);
+    if (separator == '\0') continue;
+    const std::size_t commas = count_of(line, ','), semicolons = count_of(line, ';'),
+                      tabs = count_of(line, '\t');
+    if (semicolons > 0 && (tabs > 0 || commas > semicolons))
+      throw FileError(name, ": both " + std::string(words_of(tabs > 0 ? '\t' : ',')) +
+                                " and semicolons in the header; one of them is needed");
+    return separator;
+  }
+  return ',';
+}
+
+/// A title has one field, before separators at most, and the header after it words in several. Its
+/// commas are text where the header has none.
+bool is_title(std::string_view line, std::string_view header, char separator) {
+  line = line.substr(0, line.find_last_not_of(std::string(" \t") + separator) + 1);
+  return count_of(line, separator) == 0 && count_of(header, separator) > 0 &&
+         (count_of(line, ',') == 0 || count_of(header, ',') == 0) &&
+         std::ranges::none_of(roughly_split(header, separator), is_value);
+}
+
+bool are_units(std::string_view line, char separator) {
+  return std::ranges::all_of(roughly_split(line, separator), [](std::string_view field) {
+    return field.empty() || known_unit(without_brackets(field)) != nullptr;
+  });
 }
 
 /// Guesses why the number of fields in a row differs from the number of columns.
@@ -233,41 +318,33 @@ CsvForm csv_form(std::string_view text, const std::string& name) {
   CsvForm form;
   std::vector<std::string> odd;
   form.text = plain_text(text, name, odd);
-
-  auto lines = first_lines(form.text, 4);
-  if (!lines.empty() && same_letters(lines[0].substr(0, kSeparatorLine.size()), kSeparatorLine) &&
-      lines[0].size() == kSeparatorLine.size() + 1) {
+  auto lines = first_lines(form.text, 6);
+  const bool stated = !lines.empty() && lines[0].size() == kSeparatorLine.size() + 1 &&
+                      same_letters(lines[0].substr(0, kSeparatorLine.size()), kSeparatorLine);
+  if (stated) {
     form.separator = lines[0].back();
     form.title_lines = 1;
     lines.erase(lines.begin());
     if (std::string_view(",;\t").find(form.separator) == std::string_view::npos)
       throw FileError(name, ":1: sep= names no comma, semicolon or tab");
-  } else {
-    for (const std::string_view line : lines) {
-      const std::size_t commas = count_of(line, ','), semicolons = count_of(line, ';'),
-                        tabs = count_of(line, '\t');
-      if (commas + semicolons + tabs == 0) continue;
-      form.separator = semicolons > 0 ? ';' : commas > 0 ? ',' : '\t';
-      if ((tabs > 0 && semicolons > 0) ||
-          (commas > semicolons + tabs && commas + semicolons > commas))
-        throw FileError(name, ": both " + std::string(tabs > 0 ? "tabs" : "commas") +
-                                  " and semicolons in the header; one of them is needed");
-      break;
-    }
   }
-  // A title has fewer fields than the header after it, whose fields are words.
-  if (lines.size() > 2 && !has_digit_comma_digit(lines[0]) &&
-      count_of(lines[0], form.separator) == 0 && count_of(lines[1], form.separator) > 0 &&
-      count_of(lines[1], form.separator) == count_of(lines[2], form.separator) &&
-      !is_number(trim(lines[1].substr(0, lines[1].find(form.separator))))) {
+  if (lines.size() > 1 &&
+      is_title(lines[0], lines[1], stated ? form.separator : separator_of(lines[1]))) {
     ++form.title_lines;
     odd.emplace_back("a title line");
     lines.erase(lines.begin());
   }
+  if (!stated) form.separator = sole_separator(lines, name);
+  if (lines.size() > 1 && are_units(lines[1], form.separator)) {
+    form.has_units_row = true;
+    odd.emplace_back("a row of units");
+  }
   if (form.separator != ',') {
-    const bool comma = lines.size() > 1 && has_digit_comma_digit(lines[1]);
+    for (const std::string_view line : lines)
+      if (std::ranges::any_of(roughly_split(line, form.separator), is_comma_number))
+        form.decimal_comma = true;
     odd.insert(odd.begin(), std::string(form.separator == ';' ? ";" : "tab") +
-                                (comma ? " with decimal comma" : ""));
+                                (form.decimal_comma ? " with decimal comma" : ""));
   }
   for (const std::string& one : odd) form.reading += (form.reading.empty() ? "" : ", ") + one;
   return form;
@@ -289,13 +366,20 @@ CsvTable::Column CsvTable::column_of(std::string_view field) const {
   const auto open = field.find_last_of("[(");
   if (open == std::string_view::npos || open == 0 || (field.back() != ']' && field.back() != ')'))
     return column;
-  const std::string_view written = trim(field.substr(open + 1, field.size() - open - 2));
-  for (const KnownUnit& one : kUnits)
-    if (same_letters(one.written, written)) {
-      column.bare = trim(field.substr(0, open));
-      column.unit = one.unit;
-      column.scale = one.scale;
-    }
+  if (const KnownUnit* unit = known_unit(trim(field.substr(open + 1, field.size() - open - 2)))) {
+    column.bare = trim(field.substr(0, open));
+    column.unit = unit->unit;
+    column.scale = unit->scale;
+  }
+  return column;
+}
+
+CsvTable::Column CsvTable::by_suffix(const std::string& name) const {
+  const auto at = name.rfind('_');
+  Column column = column_of(name);
+  if (!column.unit.empty() || at == std::string::npos) return column;
+  column = column_of(name.substr(0, at) + " [" + name.substr(at + 1) + "]");
+  column.name = name;
   return column;
 }
 
@@ -330,6 +414,20 @@ CsvTable::CsvTable(std::string_view text, std::string name)
   read_header();
 }
 
+void CsvTable::read_units(std::vector<std::string>& names) {
+  next_row(names.size());
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const KnownUnit* unit = known_unit(without_brackets(fields_[i]));
+    if (unit == nullptr) continue;
+    const Column stated = by_suffix(names[i]);
+    if (stated.unit.empty())
+      names[i] += " [" + std::string(unit->written) + "]";
+    else if (stated.unit != unit->unit || stated.scale != unit->scale)
+      throw FileError(name_, ":" + std::to_string(line_) + ": " + shown(names[i]) + ": unit \"" +
+                                 unit->written + "\" contradicts the header");
+  }
+}
+
 void CsvTable::read_header() {
   std::string_view line;
   for (int i = 0; i < form_.title_lines; ++i) next_line(line);
@@ -337,18 +435,18 @@ void CsvTable::read_header() {
   header_line_ = line_;
   split(line);
   const auto fail_here = [&](const std::string& what) {
-    throw FileError(name_, ":" + std::to_string(line_) + ": " + what);
+    throw FileError(name_, ":" + std::to_string(header_line_) + ": " + what);
   };
+  while (fields_.size() > 1 && fields_.back().empty()) fields_.pop_back();  // trailing separators
   if (fields_.size() > kMaxColumns) fail_here("more than 256 columns");
-  const auto numbers = static_cast<std::size_t>(
-      std::count_if(fields_.begin(), fields_.end(),
-                    [](std::string_view f) { return is_number(f) || has_digit_comma_digit(f); }));
+  const auto numbers = static_cast<std::size_t>(std::ranges::count_if(fields_, is_value));
   if (2 * numbers >= fields_.size())
     fail_here(
         "the header row is missing: these are numbers, and the first row must name the columns, as "
         "in A1,A2,A3,A4,A5,A6,target");
-  if (fields_.size() > 1 && fields_.back().empty()) fields_.pop_back();  // a trailing separator
-  for (const std::string_view field : fields_) {
+  std::vector<std::string> names(fields_.begin(), fields_.end());
+  if (form_.has_units_row) read_units(names);
+  for (const std::string& field : names) {
     if (field.empty()) fail_here("a column has no name");
     for (const Column& one : columns_)
       if (same_letters(one.name, field) || one.is(field))
@@ -366,15 +464,24 @@ int CsvTable::find(std::string_view column) const {
   return -1;
 }
 
-void CsvTable::refuse_unknown(const std::vector<std::string>& known) const {
-  for (const Column& column : columns_) {
+void CsvTable::refuse_unknown(const std::vector<std::string>& known) {
+  for (Column& column : columns_) {
     if (std::any_of(known.begin(), known.end(),
                     [&](const std::string& name) { return column.is(name); }))
       continue;
+    const Column suffixed = by_suffix(column.name);
+    std::vector<std::string> names;
+    std::ranges::copy_if(known, std::back_inserter(names),
+                         [&](const std::string& name) { return suffixed.is(name); });
+    if (names.size() == 1 && find(names[0]) < 0) {
+      column = suffixed;
+      continue;
+    }
+    const std::string at = ":" + std::to_string(header_line_) + ": ";
     std::string list;
     for (const std::string& name : known) list += (list.empty() ? "" : ", ") + name;
-    throw FileError(name_, ":" + std::to_string(header_line_) + ": unknown column \"" +
-                               shown(column.name) + "\"; known here are: " + list);
+    throw FileError(name_,
+                    at + "unknown column \"" + shown(column.name) + "\"; known here are: " + list);
   }
 }
 
@@ -393,21 +500,20 @@ bool CsvTable::next_line(std::string_view& line) {
         }))
       throw FileError(name_, ":" + std::to_string(line_) +
                                  ": NUL and other control characters cannot stand in this file");
-    const std::string_view content = trim(line);
-    if (!content.empty() && content.front() != '#') return true;
+    if (!is_empty(line) && trim(line).front() != '#') return true;
   }
   return false;
 }
 
-bool CsvTable::next() {
+bool CsvTable::next_row(std::size_t columns) {
   std::string_view line;
   if (!next_line(line)) return false;
   split(line);
-  if (fields_.size() == columns_.size() + 1 && fields_.back().empty()) fields_.pop_back();
-  if (fields_.size() != columns_.size())
+  while (fields_.size() > columns && fields_.back().empty()) fields_.pop_back();
+  if (fields_.size() != columns)
     throw FileError(name_, ":" + std::to_string(line_) + ": " + std::to_string(fields_.size()) +
-                               " fields, but the header has " + std::to_string(columns_.size()) +
-                               " columns; " + guess_cause(fields_, columns_.size()));
+                               " fields, but the header has " + std::to_string(columns) +
+                               " columns; " + guess_cause(fields_, columns));
   return true;
 }
 

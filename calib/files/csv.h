@@ -2,8 +2,9 @@
 // Tables: a header row, numbers and words, '#' comments. In addition to the plain form (UTF-8,
 // commas, '.' as the decimal mark), the forms of spreadsheets and measuring programs are accepted
 // where they are unambiguous: ';' or tab as separator, decimal comma, quotes, UTF-16, Windows-1252,
-// CR or CR CR LF line ends, "sep=;", a title line, a trailing separator, units in the header (A1 [deg], x [mm], sigma [um]),
-// names in any case, Unicode's minus and no-break space. Messages: "FILE:LINE: COLUMN: error".
+// CR or CR CR LF line ends, "sep=;", a title line, trailing separators, empty rows, units in the
+// header (A1 [deg], x [mm], sigma_um) or in the row below it, names in any case, Unicode's minus and
+// no-break space. Messages: "FILE:LINE: COLUMN: error".
 
 #include <functional>
 #include <string>
@@ -18,8 +19,10 @@ namespace cellcal::calib {
 struct CsvForm {
   std::string text;  ///< UTF-8, line ends LF or CR LF, plain minus and blanks
   char separator = ',';
-  int title_lines = 0;  ///< before the header, comments and blank lines aside
-  std::string reading;  ///< "; with decimal comma, UTF-16"; empty: the plain form
+  bool decimal_comma = false;
+  int title_lines = 0;         ///< before the header, comments and empty lines aside
+  bool has_units_row = false;  ///< directly below the header
+  std::string reading;         ///< "; with decimal comma, UTF-16"; empty: the plain form
 };
 /// Throws FileError for damaged text, and for a header with two kinds of separators.
 CsvForm csv_form(std::string_view text, const std::string& name);
@@ -37,11 +40,12 @@ class CsvTable {
   const std::string& unit(int column) const {
     return columns_[static_cast<std::size_t>(column)].unit;
   }
-  /// Throws naming the first column not in `known`, and the known ones.
-  void refuse_unknown(const std::vector<std::string>& known) const;
+  /// Throws naming the first column not in `known`, and the known ones. A column that only without
+  /// its suffix is one of them (A1_rad, sigma_um) is taken for it.
+  void refuse_unknown(const std::vector<std::string>& known);
 
   /// Advances to the next row; false at the end. Refuses rows with too few or too many fields.
-  bool next();
+  bool next() { return next_row(columns_.size()); }
   int line() const { return line_; }
   int header_line() const { return header_line_; }
   std::string_view text(int column) const { return fields_[static_cast<std::size_t>(column)]; }
@@ -59,9 +63,14 @@ class CsvTable {
     bool is(std::string_view wanted) const;
   };
   Column column_of(std::string_view field) const;
+  /// With the unit in brackets or after the last '_'.
+  Column by_suffix(const std::string& name) const;
   bool next_line(std::string_view& line);
+  bool next_row(std::size_t columns);
   void split(std::string_view line);
   void read_header();
+  /// Adds the units in the row below the header to `names`.
+  void read_units(std::vector<std::string>& names);
 
   std::string name_;
   CsvForm form_;

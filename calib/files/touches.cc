@@ -133,6 +133,7 @@ class TouchColumns {
       if (!seconds_of(touch.time))
         table_.fail(time_, "\"" + shown(touch.time) +
                                "\" is not an ISO 8601 time, such as 2024-09-24T10:00:00Z");
+      std::ranges::replace(touch.time, ',', '.');
     }
     if (stated(temperature_))
       touch.temperature_c = within(temperature_, -100.0, 200.0, "-100 and 200 degrees Celsius");

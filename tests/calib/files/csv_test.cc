@@ -91,10 +91,82 @@ TEST(ATableOfAnotherForm, InWindows1252IsReadAsUtf8) {
   expect_words(touches_refusal("\x7F\x45LF\x02\0\0\xFF\xFE\n"s), {"touches.csv:1:", "control"});
 }
 
+TEST(ATableOfAnotherForm, IsASpreadsheetsRectangle) {
+  const std::string plain = kPlain;
+  expect_plain(exchanged(plain, '\n', ",,,\n"), "");
+  expect_plain(exchanged(plain, '\n', "\n , ,,\n\n\"\",\"\",\n"), "");
+  const std::string semicolons = exchanged(with_decimal_commas(";"), '\n', ";;\n");
+  for (const char* title : {"Cell 3;;;;;\n;;;;;\n", "Cell 3, hall 2\n", "Cell 3, hall 2;;;;;\n",
+                            "\"Cell 3; hall 2\";;;;;\n", "a, b, c, 3,5;;\n"})
+    expect_plain(title + semicolons, "; with decimal comma, a title line");
+  expect_plain("Cell 3,,,,,\n" + plain, "a title line");
+  expect_plain("Cell 3, hall 2\n" + exchanged(plain, ',', "\t"), "tab, a title line");
+  expect_plain("sep=;\nCell 3, hall 2;;\n" + semicolons, "; with decimal comma, a title line");
+  expect_words(touches_refusal("A1,A2,target,,\n1,2,S1,,\n,2,S1,,\n"), {"touches.csv:3: A1"});
+  expect_words(touches_refusal("A1,A2,target,,\n1,2,,,\n"), {"touches.csv:2: target"});
+  expect_words(touches_refusal("A1,A2,target,,\n1,2,S1,,fit\n"), {"touches.csv:2: 5 fields"});
+  expect_words(touches_refusal("A1,A2,target\n1,2,S1\n\"\n"), {"touches.csv:3:", "quotes"});
+}
+
+TEST(ATableOfAnotherForm, MayHaveCommasAndSemicolonsInItsTexts) {
+  const std::string text = "target,tool,A1,A2\nS1,,1,2\n";
+  EXPECT_EQ(rows_of(text).size(), 1U);
+  EXPECT_EQ(csv_form("id,serial\nS1,3; 4\n", "t").title_lines, 0);
+  EXPECT_EQ(csv_form("id;serial\nS1;3, 4\n", "t").title_lines, 0);
+}
+
 TEST(ATableOfAnotherForm, HasLinesThatEndInCrCrLf) {
   const std::string plain = kPlain;
   expect_plain(exchanged(plain, '\n', "\r\r\n"), "lines that end in CR CR LF");
   expect_plain("# of cell 3\r\n" + exchanged(plain, '\n', "\r\r\n"), "lines that end in CR CR LF");
+}
+
+TEST(ATableOfAnotherForm, MayHaveTimesWithADecimalComma) {
+  const auto rows = rows_of("A1;A2;target;time\n1.5;2;S1;2024-09-24 10:00:00,250\n");
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_EQ(rows[0].time, "2024-09-24 10:00:00.250");
+  EXPECT_EQ(csv_form("A1;time\n1.5;2024-09-24 10:00:00,250\n", "t").reading, ";");
+}
+
+TEST(ARowOfUnits, CountsAsTheHeaders) {
+  const auto rows = rows_of("A1;A2;target;sigma;;\nrad;[deg];;\xC2\xB5m;;\n0,5;2;S1;30;;\n");
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_EQ(rows[0].line, 3);
+  EXPECT_NEAR(rows[0].joint_rad[0], 0.5, 1e-12);
+  EXPECT_NEAR(rows[0].sigma_m, 30e-6, 1e-12);
+  const std::string rest = std::string(kPlain).substr(std::string(kPlain).find('\n'));
+  expect_plain("A1,A2,target,sigma_mm\ndeg,deg,,mm" + rest, "a row of units");
+  expect_plain("Cell 3\nA1 [deg],A2_deg,target,sigma\n(deg),deg,,mm" + rest,
+               "a title line, a row of units");
+  expect_words(touches_refusal("A1 [deg],A2,target\nrad,deg,\n1,2,S1\n"),
+               {"touches.csv:2: A1 [deg]", "\"rad\"", "contradicts"});
+  expect_words(touches_refusal("A1,A2,target,sigma_mm\ndeg,deg,,um\n1,2,S1,30\n"),
+               {"touches.csv:2: sigma_mm", "contradicts"});
+  expect_words(touches_refusal("A1,A2,target\nmm,deg,\n1,2,S1\n"), {"unknown column", "A1 [mm]"});
+  expect_words(touches_refusal("A1,A2,target\ndeg,inch,\n1,2,S1\n"), {"touches.csv:2: A1"});
+  expect_words(touches_refusal("A1,A2,target\n1,2,S1\ndeg,deg,\n"), {"touches.csv:3: A1"});
+  expect_words(touches_refusal("A1,A2,target\ndeg\n1,2,S1\n"), {"touches.csv:2: 1 fields"});
+}
+
+TEST(AUnitAtTheEndOfAHeading, IsThatOfTheColumn) {
+  const auto rows = rows_of("A1_rad,a2_DEG,target,sigma_um\n0.5,2,S1,30\n");
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_NEAR(rows[0].joint_rad[0], 0.5, 1e-12);
+  EXPECT_DOUBLE_EQ(rows[0].joint_rad[1], 2 * kRadPerDeg);
+  EXPECT_NEAR(rows[0].sigma_m, 30e-6, 1e-12);
+  expect_words(touches_refusal("A1,A1_deg,A2,target\n1,1,2,S1\n"), {"unknown column", "A1_deg"});
+  expect_words(touches_refusal("A1_rad,A1_deg,A2,target\n1,1,2,S1\n"), {"unknown column"});
+  expect_words(touches_refusal("A1_mm,A2,target\n1,2,S1\n"), {"unknown column", "A1_mm"});
+  // A joint's whole name, and a column that could be two.
+  Cell cell = testing::cell();
+  cell.robot.joints[0].name = "a";
+  cell.robot.joints[1].name = "b_rad";
+  const std::string row = "\n1,2,S1\n";
+  const auto named = parse_touches("a,b_rad,target" + row, "touches.csv", cell);
+  EXPECT_DOUBLE_EQ(named[0].joint_rad[1], 2 * kRadPerDeg);
+  expect_words(testing::refusal(
+                   [&] { (void)parse_touches("a_rad,b_rad,target" + row, "touches.csv", cell); }),
+               {"unknown column", "a_rad"});
 }
 
 TEST(AUnitInTheHeader, IsConvertedToTheTables) {

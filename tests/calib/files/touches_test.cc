@@ -222,7 +222,9 @@ TEST(Touches, RefusesHostileText) {
   std::string columns = "A1,A2,target";
   for (int i = 0; i < 10000; ++i) columns += ",c" + std::to_string(i);
   expect_words(touches_refusal(columns + "\n"), {"touches.csv:1:", "columns"});
-  expect_words(touches_refusal(std::string(50000, ',') + "\n"), {"touches.csv:1:"});
+  expect_words(touches_refusal(std::string(50000, ',') + "\n"), {"touches.csv", "empty"});
+  expect_words(touches_refusal("A1,A2,target" + std::string(50000, ',') + "x\n"),
+               {"touches.csv:1:", "columns"});
 }
 
 TEST(Touches, KeepsMessagesShort) {
