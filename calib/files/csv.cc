@@ -273,11 +273,13 @@ bool are_units(std::string_view line, char separator) {
 }
 
 /// Guesses why the number of fields in a row differs from the number of columns.
-std::string guess_cause(const std::vector<std::string_view>& fields, std::size_t columns) {
+std::string guess_cause(const std::vector<std::string_view>& fields, std::size_t columns,
+                        char separator) {
   if (fields.size() < columns)
-    return "is the file cut off, or something other than commas between the fields?";
+    return "is the file cut off, or something other than " + std::string(words_of(separator)) +
+           " between the fields?";
   std::size_t fractions = 0;  // fields that may be the decimals of the field before
-  for (std::size_t i = 1; i < fields.size(); ++i) {
+  for (std::size_t i = 1; i < fields.size() && separator == ','; ++i) {
     std::string_view whole = fields[i - 1];
     if (whole.starts_with('-') || whole.starts_with('+')) whole.remove_prefix(1);
     if (is_digits(whole) && is_digits(fields[i])) ++fractions;
@@ -440,10 +442,14 @@ void CsvTable::read_header() {
   while (fields_.size() > 1 && fields_.back().empty()) fields_.pop_back();  // trailing separators
   if (fields_.size() > kMaxColumns) fail_here("more than 256 columns");
   const auto numbers = static_cast<std::size_t>(std::ranges::count_if(fields_, is_value));
-  if (2 * numbers >= fields_.size())
+  if (2 * numbers >= fields_.size()) {
+    std::string example = "A1,A2,A3,A4,A5,A6,target";
+    std::ranges::replace(example, ',', form_.separator);
     fail_here(
         "the header row is missing: these are numbers, and the first row must name the columns, as "
-        "in A1,A2,A3,A4,A5,A6,target");
+        "in " +
+        example);
+  }
   std::vector<std::string> names(fields_.begin(), fields_.end());
   if (form_.has_units_row) read_units(names);
   for (const std::string& field : names) {
@@ -478,6 +484,9 @@ void CsvTable::refuse_unknown(const std::vector<std::string>& known) {
       continue;
     }
     const std::string at = ":" + std::to_string(header_line_) + ": ";
+    if (columns_.size() == 1 && column.name.find(' ') != std::string::npos)
+      throw FileError(name_, at + "the header is one field, \"" + shown(column.name) +
+                                 "\"; separate fields by , ; or tab");
     std::string list;
     for (const std::string& name : known) list += (list.empty() ? "" : ", ") + name;
     throw FileError(name_,
@@ -513,7 +522,7 @@ bool CsvTable::next_row(std::size_t columns) {
   if (fields_.size() != columns)
     throw FileError(name_, ":" + std::to_string(line_) + ": " + std::to_string(fields_.size()) +
                                " fields, but the header has " + std::to_string(columns) +
-                               " columns; " + guess_cause(fields_, columns));
+                               " columns; " + guess_cause(fields_, columns, form_.separator));
   return true;
 }
 
@@ -533,7 +542,9 @@ double CsvTable::number(int column) const {
   double value = 0.0;
   const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
   if (error != std::errc() || end != field.data() + field.size() || field.empty())
-    fail(column, "\"" + shown(text(column)) + "\" is not a number (use a decimal point)");
+    fail(column, "\"" + shown(text(column)) + "\" is not a number (the decimal mark is '" +
+                     (form_.decimal_comma || comma_line_ > 0 ? ',' : '.') +
+                     "', with none between thousands)");
   if (!std::isfinite(value)) fail(column, "must be a finite number");
   if (comma_line_ > 0 && point_line_ > 0)
     fail(column, "both decimal comma (line " + std::to_string(comma_line_) +

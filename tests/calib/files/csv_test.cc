@@ -169,6 +169,19 @@ TEST(AUnitAtTheEndOfAHeading, IsThatOfTheColumn) {
                {"unknown column", "a_rad"});
 }
 
+TEST(ARefusal, NamesTheFormThatTheFileHas) {
+  expect_words(touches_refusal("A1;A2;target\n1,5;2,5;S1\n1,5;2,5\n"),
+               {"touches.csv:3:", "cut off", "other than semicolons"});
+  expect_words(touches_refusal("A1;A2;target\n1;5;2;S1\n"), {"one field per column"});
+  expect_words(touches_refusal("A1\tA2\ttarget\n1\n"), {"other than tabs"});
+  expect_words(touches_refusal("A1;A2;target\n1,5;2;S1\nx;2,5;S1\n"),
+               {"touches.csv:3: A1", "the decimal mark is ','"});
+  expect_words(touches_refusal("A1,A2,target\nx,2.5,S1\n"), {"the decimal mark is '.'"});
+  expect_words(touches_refusal("1,5;2,5;S1\n"), {"header row is missing", "A1;A2;"});
+  expect_words(touches_refusal("A1 A2 target\n1,5 2,5 S1\n"),
+               {"touches.csv:1:", "separate fields by , ; or tab"});
+}
+
 TEST(AUnitInTheHeader, IsConvertedToTheTables) {
   const auto rows = rows_of("A1 [rad],A2 [deg],target,sigma [um]\n0.5,2,S1,30\n");
   ASSERT_EQ(rows.size(), 1U);
