@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/estimate/predict.h"
 #include "calib/model/error.h"
 #include "calib/model/linear.h"
 #include "calib/result/level.h"
