@@ -106,7 +106,7 @@ TEST(Update, IsWithheldAboveTheErrorThatTheCellFileRequires) {
   last.cell.required_m = 0.99 * reached_m;
   const Calibration bad = update(last, session.touches, kFacts);
   EXPECT_FALSE(bad.verdict.publish());
-  EXPECT_EQ(bad.verdict.findings.back().kind, FindingKind::kRequired);
+  EXPECT_EQ(bad.verdict.findings.front().kind, FindingKind::kRequired);
 }
 
 TEST(Update, ASphereThatMovedIsKnownWhereItStandsNow) {
