@@ -39,8 +39,10 @@ fs::path dat_beside(fs::path src) {
   return {};
 }
 
+/// The submit interpreter's programs (.sub), too.
 bool is_src(const fs::path& path) {
-  return calib::krl::lower_case(path.extension().string()) == ".src";
+  const std::string ending = calib::krl::lower_case(path.extension().string());
+  return ending == ".src" || ending == ".sub";
 }
 
 /// Other programs of the folder, which may contain called routines. Empty if there are more than a
@@ -269,6 +271,15 @@ nlohmann::json refusal_json(const krl::Refusal& refusal, const calib::Robot& rob
           {"words", words(refusal, robot)}};
 }
 
+nlohmann::json warned(const std::vector<calib::Phrase>& warnings) {
+  nlohmann::json all = nlohmann::json::array();
+  for (const calib::Phrase& one : warnings) {
+    fmt::print(stderr, "{}\n", say(one));
+    all.push_back(calib::words(one));
+  }
+  return all;
+}
+
 int correct_krl(const CorrectCommand& command, const calib::Calibration& calibration,
                 const calib::Calibration* from) {
   const krl::ProgramFiles files =
@@ -284,7 +295,8 @@ int correct_krl(const CorrectCommand& command, const calib::Calibration& calibra
   }
   const bool nothing = result.motions > 0 && result.points.empty();
   const std::vector<fs::path> written = nothing ? std::vector<fs::path>{} : places(command, result);
-  const nlohmann::json all = json_of(result, written, robot);
+  nlohmann::json all = json_of(result, written, robot);
+  all["warnings"] = warned(result.warnings);
   if (!written.empty()) {
     std::vector<KrlFile> read = {files.src};
     if (files.dat) read.push_back(*files.dat);

@@ -10,6 +10,7 @@
 
 #include "calib/estimate/predict.h"
 #include "calib/files/robot_file.h"
+#include "calib/files/text.h"
 #include "calib/model/error.h"
 #include "calib/model/units.h"
 #include "daemon/krl/carriers.h"
@@ -100,6 +101,27 @@ class Correction {
   const std::vector<ToolUsed>& tools() const { return views_.used(); }
   const std::vector<std::string>& order() const { return order_; }
 
+  /// Of other modules that compute the number of what they change, which may be that of the points among `keys`.
+  std::vector<calib::Phrase> warnings(const std::set<std::string>& keys) const {
+    std::set<std::pair<std::string, const ChangedNumbers*>> used;
+    const FrameChanges& all = program_.changes;
+    for (const Motion& motion : program_.motions) {
+      const Frames& now = motion.frames;
+      if (motion.left || !now.tool || keys.count(motion.point) == 0) continue;
+      if (now.tool->number > 0) used.emplace("TOOL_DATA", &all.tools);
+      if (now.load_number() > 0) used.emplace("LOAD_DATA", &all.loads);
+      if (is_axes(motion) || !now.base) continue;
+      if (now.base->number > 0) used.emplace("BASE_DATA", &all.bases);
+      if (carriers_.machine_of(*now.base) > 0) used.emplace("MACHINE_DEF", &all.machines);
+    }
+    std::vector<calib::Phrase> found;
+    for (const auto& [data, changed] : used)
+      for (const auto& [file, line] : changed->computed)
+        found.push_back({"say.krl.warning.computed_number",
+                         {{"file", calib::shown(file, 120)}, {"line", line}, {"data", data}}});
+    return found;
+  }
+
  private:
   void refuse(Why why, const Motion& motion, std::optional<calib::NotReached> reached = {},
               int number = -1) {
@@ -116,10 +138,18 @@ class Correction {
                               number, reached, lost(why, motion)});
   }
 
-  /// The statement that makes the frame or posture unknown.
+  bool is_axes(const Motion& motion) const {
+    return program_.points.at(motion.point).kind == PointKind::kAxes;
+  }
+
+  /// The statement that makes the frame or posture unknown, or changes the frame.
   Lost lost(Why why, const Motion& motion) const {
     if (why == Why::kToolNotKnown || why == Why::kBaseNotKnown) return motion.frames.lost;
     if (why == Why::kLoadNotKnown) return motion.frames.load_lost;
+    if (why == Why::kFrameChanged) {
+      const auto place = postures_.changed(motion, is_axes(motion));
+      return {place->file, place->line};
+    }
     if (why == Why::kPostureNotKnown || why == Why::kNoConfiguration)
       return program_.flow.before(motion.start).lost.value_or(Lost{});
     return {};
@@ -140,7 +170,7 @@ class Correction {
   void again(std::size_t index, std::size_t first) {
     const Motion &one = program_.motions[first], &other = program_.motions[index];
     if (refused_.count(other.point) > 0) return;
-    const bool axes = program_.points.at(other.point).kind == PointKind::kAxes;
+    const bool axes = is_axes(other);
     if (!other.frames.tool || (!axes && !other.frames.base)) {
       refused_.insert(other.point);
       return refuse(other.frames.tool ? Why::kBaseNotKnown : Why::kToolNotKnown, other);
@@ -154,6 +184,10 @@ class Correction {
         (!axes && !(one.frames.base == other.frames.base)) || other.frames.external) {
       refused_.insert(other.point);
       return refuse(other.frames.external ? Why::kExternalTool : Why::kTwoFrames, other);
+    }
+    if (postures_.changed(other, axes)) {
+      refused_.insert(other.point);
+      return refuse(Why::kFrameChanged, other);
     }
     const auto there = ends_.find(first);
     if (there == ends_.end()) return;
@@ -488,6 +522,7 @@ CorrectedProgram correct_program(const calib::Calibration& calibration, const Pr
   for (const auto& [key, refusal] : correction.refusals()) result.refusals.push_back(refusal);
   sort_by_place(result.refusals);
   if (!result.refusals.empty()) return result;
+  result.warnings = correction.warnings(keys);
   for (const KrlFile* file : texts)
     result.files.push_back({file->name, edited(file->text, correction.edits_of(file->name, keys))});
   return result;
@@ -553,6 +588,7 @@ CorrectedBackup correct_backup(const calib::Calibration& calibration, const Back
   }
   for (const std::string& key : correction.order())
     if (keys.count(key) > 0) result.points.push_back(correction.points().at(key));
+  result.warnings = correction.warnings(keys);
   for (const KrlFile* file : texts)
     if (const auto edits = correction.edits_of(file->name, keys); !edits.empty())
       result.files.push_back({file->name, edited(file->text, edits)});

@@ -45,6 +45,7 @@ struct CorrectedProgram {
   std::vector<ToolUsed> tools;
   bool robroot_stated = false;  ///< by a file; otherwise the arm is at the world's origin
   std::vector<Refusal> refusals;
+  std::vector<calib::Phrase> warnings;
   int motions = 0;  ///< lines of the program with a motion
 
   const CorrectedPoint* largest() const;  ///< by shift; null without points
@@ -73,6 +74,7 @@ struct CorrectedBackup {
   std::vector<CorrectedPoint> points;
   std::vector<LeftPoint> left;
   std::vector<ToolUsed> tools;
+  std::vector<calib::Phrase> warnings;
   bool robroot_stated = false;
 };
 

@@ -147,6 +147,7 @@ Routines::Routines(const std::vector<const KrlFile*>& modules, const std::set<st
 /// A routine is visible in its module; everywhere if it is GLOBAL or has the module's name.
 void Routines::keep(const std::string& name, Body body, bool global) {
   if (name.empty()) return;
+  if (still_.count(name) > 0) body.changes = {};
   places_[{body.module, name}].push_back(bodies_.size());
   if (global) places_[{kEverywhere, name}].push_back(bodies_.size());
   bodies_.push_back(std::move(body));
@@ -172,7 +173,7 @@ void Routines::read(const KrlFile& file, std::size_t module) {
     body.frames = body.frames || sets_frames(line);
     for (std::size_t i = 0; i < line.tokens.size(); ++i)
       if (calls_at(line.tokens, i)) body.calls.insert(line.tokens[i].word);
-    add_changes(line, body.changes);
+    add_changes(line, file.name, body.changes);
   }
   keep(name, std::move(body), global);
 }

@@ -1,56 +1,90 @@
 #include "daemon/krl/krl_changes.h"
 
+#include <string_view>
+
 #include "calib/export/krl_values.h"
 
 namespace cellcal::daemon::krl {
 
 namespace {
 
-void change(const std::vector<Token>& t, std::size_t at, ChangedNumbers& changed) {
+void change(const std::vector<Token>& t, std::size_t at, const ChangePlace& place,
+            ChangedNumbers& changed) {
   // In a declaration this is the array's length.
   const bool declares = t[0].is("DECL") || t[0].is("GLOBAL") || t[0].is("FRAME") || t[0].is("LOAD");
   int number = 0;
   if (!declares && read_index(t, at + 1, number) > 0)
-    changed.numbers.insert(number);
+    changed.numbers.emplace(number, place);
   else
-    changed.all = true;
+    changed.computed.emplace(place.file, place.line);
+}
+
+/// X=BASE_DATA[1], X=$WORLD:BASE_DATA[1], INV_POS(BASE_DATA[1])
+bool reads(const std::vector<Token>& t, std::size_t at) {
+  constexpr std::string_view kOperators = "=:+-*/<>";
+  if (at == 0 || t[at - 1].kind != Token::Kind::kSign) return false;
+  return kOperators.find(t[at - 1].word[0]) != std::string_view::npos ||
+         (at > 1 && sign_at(t, at - 1, '(') && t[at - 2].is("INV_POS"));
 }
 
 void merge_numbers(const ChangedNumbers& from, ChangedNumbers& into) {
-  into.all = into.all || from.all;
   into.numbers.insert(from.numbers.begin(), from.numbers.end());
+  into.computed.insert(from.computed.begin(), from.computed.end());
 }
 
 }  // namespace
+
+std::optional<ChangePlace> ChangedNumbers::of(int number) const {
+  if (number <= 0) return std::nullopt;
+  if (const auto at = numbers.find(number); at != numbers.end()) return at->second;
+  if (computed.empty()) return std::nullopt;
+  return ChangePlace{computed.begin()->first, computed.begin()->second};
+}
+
+std::optional<ChangePlace> ChangedNumbers::any() const {
+  return numbers.empty() ? of(1) : std::optional(numbers.begin()->second);
+}
 
 bool sets_kinematic_base(const std::vector<Token>& t) {
   return t.size() > 3 && t[0].is("$BASE") && sign_at(t, 1, '=') && t[2].is("EK");
 }
 
-void add_changes(const Line& line, FrameChanges& changes) {
+void add_changes(const Line& line, const std::string& file, FrameChanges& changes) {
   const auto& t = line.tokens;
   if (sets_kinematic_base(t)) return;
-  if (t[0].is("MACHINE_DEF") || t[0].is("MACHINE_FRAME_DAT")) changes.robroot = true;
+  const ChangePlace place{file, line.number};
+  if (t[0].is("MACHINE_DEF")) change(t, 0, place, changes.machines);
+  if (t[0].is("MACHINE_FRAME_DAT")) change(t, 0, place, changes.bases);
+  bool robroot = false;
   for (std::size_t i = 0; i < t.size(); ++i) {
-    if (t[i].kind != Token::Kind::kWord || (i > 0 && sign_at(t, i - 1, '='))) continue;
-    if (t[i].word == "TOOL_DATA") change(t, i, changes.tools);
-    if (t[i].word == "BASE_DATA") change(t, i, changes.bases);
-    if (t[i].word == "LOAD_DATA") change(t, i, changes.loads);
-    if (t[i].word == "$ROBROOT" || t[i].word == "$WORLD" || t[i].word == "$NULLFRAME")
-      changes.robroot = true;
+    if (t[i].kind != Token::Kind::kWord || reads(t, i)) continue;
+    if (t[i].word == "TOOL_DATA") change(t, i, place, changes.tools);
+    if (t[i].word == "BASE_DATA") change(t, i, place, changes.bases);
+    if (t[i].word == "LOAD_DATA") change(t, i, place, changes.loads);
+    // The controller protects $WORLD and $NULLFRAME: handed over they are read.
+    robroot = robroot || t[i].word == "$ROBROOT" ||
+              (i == 0 && (t[i].word == "$WORLD" || t[i].word == "$NULLFRAME"));
   }
+  if (robroot && !changes.robroot) changes.robroot = place;
 }
 
 void merge(const FrameChanges& from, FrameChanges& into) {
   merge_numbers(from.tools, into.tools);
   merge_numbers(from.bases, into.bases);
   merge_numbers(from.loads, into.loads);
-  into.robroot = into.robroot || from.robroot;
+  merge_numbers(from.machines, into.machines);
+  if (!into.robroot) into.robroot = from.robroot;
 }
 
-FrameChanges frame_changes(const std::vector<Line>& lines) {
+FrameChanges of_stated_numbers(FrameChanges changes) {
+  for (ChangedNumbers* one : {&changes.tools, &changes.loads, &changes.bases, &changes.machines})
+    one->computed.clear();
+  return changes;
+}
+
+FrameChanges frame_changes(const std::vector<Line>& lines, const std::string& file) {
   FrameChanges changes;
-  for (const Line& line : lines) add_changes(line, changes);
+  for (const Line& line : lines) add_changes(line, file, changes);
   return changes;
 }
 

@@ -1,8 +1,10 @@
 #pragma once
-// Tools, bases and loads of the controller that a program changes itself: their values in
-// $config.dat may be invalid at any of its motions, regardless of the line's position.
+// Tools, bases and loads of the controller that programs change: their values in $config.dat may be
+// invalid at any motion, regardless of the line's position.
 
-#include <set>
+#include <map>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "calib/export/krl_text.h"
@@ -11,23 +13,36 @@ namespace cellcal::daemon::krl {
 
 using namespace calib::krl;
 
+struct ChangePlace {
+  std::string file;
+  int line = 0;
+};
+
 struct ChangedNumbers {
-  bool all = false;  ///< computed number
-  std::set<int> numbers;
-  bool has(int number) const { return number > 0 && (all || numbers.count(number) > 0); }
+  std::map<int, ChangePlace> numbers;
+  /// Files that compute the number, with their first such line.
+  std::map<std::string, int> computed;
+  /// Where it may be changed.
+  std::optional<ChangePlace> of(int number) const;
+  std::optional<ChangePlace> any() const;
 };
 
 struct FrameChanges {
-  ChangedNumbers tools, bases, loads;
-  bool robroot = false;
+  ChangedNumbers tools, loads;
+  ChangedNumbers bases;     ///< BASE_DATA[n], MACHINE_FRAME_DAT[n]
+  ChangedNumbers machines;  ///< MACHINE_DEF[n]
+  std::optional<ChangePlace> robroot;
 };
 
-/// Every use other than TOOL_DATA[n] and the like directly after '=' counts as a change:
-/// assignments, components, OUT parameters, and declarations that hide the controller's.
-FrameChanges frame_changes(const std::vector<Line>& lines);
-void add_changes(const Line& line, FrameChanges& changes);
+/// Every use of TOOL_DATA[n] and the like counts as a change, save those behind '=' or another
+/// operator: assignments, components, OUT parameters, and declarations that hide the controller's.
+FrameChanges frame_changes(const std::vector<Line>& lines, const std::string& file);
+void add_changes(const Line& line, const std::string& file, FrameChanges& changes);
 /// $BASE=EK(MACHINE_DEF[n].ROOT,...): reads what it names.
 bool sets_kinematic_base(const std::vector<Token>& tokens);
+/// The places of `into` stay.
 void merge(const FrameChanges& from, FrameChanges& into);
+/// Without those of a computed number, which may be any.
+FrameChanges of_stated_numbers(FrameChanges changes);
 
 }  // namespace cellcal::daemon::krl

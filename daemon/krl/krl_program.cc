@@ -362,9 +362,21 @@ void add_globals(const Data& from, Data& into) {
     if (from.globals.count(name) > 0) into.named_frames.emplace(name, frame);
 }
 
-std::vector<Line> lines_of(const ProgramFiles& files) {
-  auto all = read_lines(files.src);
-  if (files.dat) std::ranges::copy(read_lines(*files.dat), std::back_inserter(all));
+/// By all modules but the controller's own.
+FrameChanges changes_by_all(const std::vector<const KrlFile*>& sources, const Routines& routines) {
+  FrameChanges all;
+  for (std::size_t i = 0; i < sources.size(); ++i)
+    if (!is_kukas_program(sources[i]->name)) merge(routines.changes(i), all);
+  return all;
+}
+
+/// `others`: of all modules.
+FrameChanges changes_for(const ProgramFiles& files, const FrameChanges& own_and_called,
+                         const FrameChanges& others) {
+  FrameChanges all = frame_changes(read_lines(files.src), files.src.name);
+  if (files.dat) merge(frame_changes(read_lines(*files.dat), files.dat->name), all);
+  merge(own_and_called, all);
+  merge(of_stated_numbers(others), all);
   return all;
 }
 
@@ -482,11 +494,12 @@ Program read_program(const ProgramFiles& files, const std::vector<std::string>& 
   for (const KrlFile& file : files.controller) read_data(file, known);
   if (files.dat) read_data(*files.dat, program.data);
   add(known, program.data);
-  program.modules.push_back({files.src.name, frame_changes(lines_of(files)), 0, {}, false});
   std::vector<const KrlFile*> sources = {&files.src};
   for (const KrlFile& one : files.modules) sources.push_back(&one);
   const Routines routines(sources, {still.begin(), still.end()});
-  merge(routines.changes(0), program.modules[0].changes);
+  program.changes = changes_by_all(sources, routines);
+  program.modules.push_back(
+      {files.src.name, changes_for(files, routines.changes(0), program.changes), 0, {}, false});
   Reader reader(files.src, leave, known, {routines, 0}, false, program.data, program);
   reader.read(read_lines(files.src));
   for (const std::string& name : leave) reader.there_is(name);
@@ -522,6 +535,7 @@ Program read_programs(const BackupFiles& files, const std::vector<std::string>& 
   std::erase_if(seen.named_frames, [&](const auto& one) { return touched.count(one.first) > 0; });
   add(seen, program.data);
   const Routines routines(sources, {still.begin(), still.end()});
+  program.changes = changes_by_all(sources, routines);
   std::set<std::string> missing(leave.begin(), leave.end());
   for (std::size_t i = 0; i < files.modules.size(); ++i) {
     const ProgramFiles& one = files.modules[i];
@@ -529,8 +543,8 @@ Program read_programs(const BackupFiles& files, const std::vector<std::string>& 
       return own[i].globals.count(frame.first) > 0 && touched.count(frame.first) > 0;
     });
     add(seen, own[i]);
-    program.modules.push_back({one.src.name, frame_changes(lines_of(one)), 0, {}, false});
-    merge(routines.changes(i), program.modules[i].changes);
+    program.modules.push_back(
+        {one.src.name, changes_for(one, routines.changes(i), program.changes), 0, {}, false});
     Reader reader(one.src, leave, seen, {routines, i}, true, own[i], program);
     if ((program.modules[i].kukas = is_kukas_program(one.src.name)))
       reader.count_motions(read_lines(one.src));

@@ -48,6 +48,8 @@ struct Frames {
   Lost lost;       ///< reason for an unknown tool or base
   Lost load_lost;  ///< likewise for a load
 
+  /// LOAD_DATA that a known tool is borne with; -1: none.
+  int load_number() const { return load.value_or(tool->number); }
   /// The load's number where it is not the tool's own.
   std::optional<int> other_load() const {
     return load && tool && !tool->literal && *load == tool->number ? std::nullopt : load;
@@ -71,9 +73,10 @@ struct Copy {
   Refusal refusal;       ///< where they cannot be corrected alike
 };
 
-/// A .src, its .dat, and its own changes.
+/// A .src and its .dat.
 struct Module {
   std::string src;
+  /// Its own and its callees', and those of other modules that state a number.
   FrameChanges changes;
   int motion_lines = 0;           ///< including those not understood
   std::vector<Refusal> refusals;  ///< statements that are not understood
@@ -92,6 +95,7 @@ struct Program {
   std::map<std::string, std::string> left;   ///< points that stay unchanged, and their file
   std::map<std::string, Refusal> computed;   ///< points read or changed outside motions, by key
   std::vector<Refusal> twice;                ///< points stated twice
+  FrameChanges changes;                      ///< by all modules but the controller's own
   std::vector<Copy> copies;
   std::set<std::string> copied_to;  ///< keys of points that take another's value
   Data data;  ///< the controller's tools, bases, loads and FDATs; for a single module all data

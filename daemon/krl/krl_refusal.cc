@@ -65,7 +65,10 @@ calib::Phrase since(const Lost& lost) {
 calib::Phrase why_phrase(const Refusal& r, const calib::Robot& robot) {
   if (r.why == Why::kNotReached && r.reached) return calib::phrase(*r.reached, robot);
   return {std::string("say.krl.why.") + name_of(r.why),
-          {{"n", r.number}, {"since", since(r.lost)}, {"module", calib::shown(r.lost.what, 120)}}};
+          {{"n", r.number},
+           {"since", since(r.lost)},
+           {"module", calib::shown(r.lost.what, 120)},
+           {"there", r.lost.line}}};
 }
 
 }  // namespace

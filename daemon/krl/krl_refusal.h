@@ -32,7 +32,7 @@ enum class Why {
   kNoSuchBase,       ///< no BASE_DATA of that number
   kLoadNotKnown,     ///< the load in force is unknown
   kNoSuchLoad,       ///< no LOAD_DATA of that number with a mass
-  kFrameChanged,     ///< the program changes the TOOL_DATA, BASE_DATA, LOAD_DATA or $ROBROOT
+  kFrameChanged,     ///< a program changes the TOOL_DATA, BASE_DATA, LOAD_DATA or $ROBROOT
   kNoSuchFrameData,  ///< no FDAT of that name
   kTwoFrames,        ///< used with more than one tool or base
   kExternalTool,     ///< the tool is fixed in the cell, the arm carries the part
@@ -66,7 +66,7 @@ struct Refusal {
   std::string what;  ///< name of the point, tool or statement, as in the file
   int number = -1;   ///< kNoSuchTool, kNoSuchBase, kNoSuchLoad
   std::optional<calib::NotReached> reached = std::nullopt;
-  Lost lost = {};  ///< for unknown frames and postures
+  Lost lost = {};  ///< for unknown frames and postures; `what` is a file for kShared, kFrameChanged
 };
 
 /// "weld.src:12: XP3: ... : what to do".

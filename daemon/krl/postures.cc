@@ -62,14 +62,15 @@ std::optional<Isometry3d> Postures::base_of(const Motion& motion) const {
   return found == nullptr ? std::nullopt : std::optional(found->nominal * *base);
 }
 
-bool Postures::changed(const Motion& motion, bool axes) const {
-  const FrameRef& tool = *motion.frames.tool;
+std::optional<ChangePlace> Postures::changed(const Motion& motion, bool axes) const {
   const FrameChanges& changes = program_.modules[motion.module].changes;
-  const int load = motion.frames.load.value_or(tool.literal ? -1 : tool.number);
-  if (changes.loads.has(load) || (!tool.literal && changes.tools.has(tool.number))) return true;
-  if (axes) return false;
-  return changes.robroot || (motion.frames.base && !motion.frames.base->literal &&
-                             changes.bases.has(motion.frames.base->number));
+  const auto& base = motion.frames.base;
+  if (const auto load = changes.loads.of(motion.frames.load_number())) return load;
+  if (const auto tool = changes.tools.of(motion.frames.tool->number)) return tool;
+  if (axes) return std::nullopt;
+  if (changes.robroot) return changes.robroot;
+  if (const auto machine = changes.machines.any()) return machine;
+  return base ? changes.bases.of(base->number) : std::nullopt;
 }
 
 std::vector<JointVector> Postures::known_starts(std::size_t motion, const JointsOfMotions& joints,
@@ -102,8 +103,8 @@ bool Postures::is_out_of_reach(const Motion& motion) {
 std::optional<Isometry3d> Postures::target_of(const Motion& motion) {
   const Point* const point = point_of(motion);
   if (point == nullptr || point->kind == PointKind::kAxes || motion.wrong_frame_data ||
-      carriers_.wrong_value(*point) || motion.frames.external ||
-      !motion.frames.tool || !motion.frames.base || changed(motion, false))
+      carriers_.wrong_value(*point) || motion.frames.external || !motion.frames.tool ||
+      !motion.frames.base || changed(motion, false))
     return std::nullopt;
   ControllerView* const view = view_of(motion);
   if (view == nullptr || !view->closed_form()) return std::nullopt;

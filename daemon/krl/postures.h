@@ -31,8 +31,8 @@ class Postures {
   /// CP motions keep the posture of their start regardless of S, and so does a point without S and T.
   std::optional<Why> wrong(std::size_t motion, const JointsOfMotions& joints);
 
-  /// True if the program changes the data that are valid at the motion.
-  bool changed(const Motion& motion, bool axes) const;
+  /// Where the data that are valid at the motion are changed; empty: nowhere.
+  std::optional<ChangePlace> changed(const Motion& motion, bool axes) const;
   /// Of a motion whose tool is known; null: its number is not stated.
   ControllerView* view_of(const Motion& motion) { return views_.of(motion.frames); }
   const Point* point_of(const Motion& motion) const;

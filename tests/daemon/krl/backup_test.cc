@@ -82,6 +82,61 @@ TEST(ABackup, CorrectsPointsOfOtherModulesOfTheConfigurationAndOfArrays) {
   EXPECT_NE(text_of_file(result, "$config.dat").find("XHOME={A1 0.0,A2 -90.0"), std::string::npos);
 }
 
+/// A module in tool 1 and base 2, and another with that statement.
+CorrectedBackup beside(const std::string& statement, const std::string& name = "OTHER",
+                       const std::string& ending = ".src") {
+  krl::ProgramFiles other;
+  other.src = {name + ending, "DEF " + name + "()\n" + statement + "\nEND\n"};
+  return corrected_together(
+      {module_named("A", "BAS(#BASE,2)\nPTP XA", "DECL E6POS XA=" + taught_at(0) + "\n"), other});
+}
+
+TEST(AFrameThatAnotherModuleChanges, IsRefusedWithThePlace) {
+  for (const char* change :
+       {"BASE_DATA[2].X=BASE_DATA[2].X+400", "TOOL_DATA[1].Z=7", "FIND(BASE_DATA[2])",
+        "LOAD_DATA[1].M=3", "$ROBROOT.Z=5", "MACHINE_FRAME_DAT[2]=X", "MACHINE_DEF[3].ROOT=X"}) {
+    for (const char* ending : {".src", ".sub"}) {
+      const auto result = beside(change, "OTHER", ending);
+      ASSERT_EQ(of(result, "A").refusals.size(), 1U) << change;
+      EXPECT_EQ(of(result, "A").refusals[0].why, Why::kFrameChanged) << change;
+      EXPECT_NE(why_not(of(result, "A")).find(std::string("changed in OTHER") + ending + ":2."),
+                std::string::npos)
+          << why_not(of(result, "A"));
+    }
+    EXPECT_EQ(of(beside(change, "BrakeTestReq", ""), "A").points, 1) << "the controller's own";
+  }
+}
+
+TEST(AFrameThatAnotherModuleReadsOrThatIsOfAnotherNumber, IsNone) {
+  for (const char* use :
+       {"BASE_DATA[3].X=5", "TOOL_DATA[2]=X", "$BASE=$WORLD:BASE_DATA[2]", "Y=5+BASE_DATA[2].X",
+        "XP=INV_POS(BASE_DATA[2]):XN", "SET($NULLFRAME)", "DECL FRAME BASE_DATA[9]"}) {
+    const auto result = beside(use);
+    EXPECT_EQ(why_not(of(result, "A")), "") << use;
+    EXPECT_TRUE(result.warnings.empty()) << use;
+  }
+}
+
+TEST(AFrameOfAComputedNumberThatAnotherModuleChanges, IsAWarningWithThePlace) {
+  const struct {
+    const char *change, *data;
+  } cases[] = {{"BASE_DATA[N]=X", "BASE_DATA"},
+               {"TOOL_DATA[N].X=5", "TOOL_DATA"},
+               {"LOAD_DATA[N].M=5", "LOAD_DATA"}};
+  for (const auto& one : cases) {
+    const auto result = beside(one.change);
+    EXPECT_EQ(of(result, "A").points, 1) << why_not(of(result, "A"));
+    ASSERT_EQ(result.warnings.size(), 1U) << one.change;
+    EXPECT_NE(words(result.warnings[0]).find(std::string("OTHER.src:2: changes ") + one.data),
+              std::string::npos)
+        << words(result.warnings[0]);
+  }
+  EXPECT_TRUE(beside("MACHINE_DEF[N].ROOT=X").warnings.empty()) << "nothing is on a positioner";
+  const auto own = corrected_together({module_named("A", "BASE_DATA[N]=X\nBAS(#BASE,2)\nPTP XA",
+                                                    "DECL E6POS XA=" + taught_at(0) + "\n")});
+  EXPECT_EQ(of(own, "A").refusals.at(0).why, Why::kFrameChanged) << why_not(of(own, "A"));
+}
+
 TEST(APointThatModulesMoveToInTwoFrames, IsRefusedWithBoth) {
   const auto result = corrected_together(
       {module_named("A", "PTP XG", "DECL GLOBAL E6POS XG=" + taught_at(0) + "\n"),

@@ -88,6 +88,19 @@ TEST(ABodyThatChangesAToolOrBaseOfTheController, IsSeen) {
   EXPECT_EQ(result.refusals[0].why, Why::kFrameChanged);
 }
 
+TEST(AModuleBesideThatIsNotCalled, ChangesAToolOfTheController) {
+  const krl::KrlFile other{"main.src", "DEF MAIN()\nTOOL_DATA[1].X=5\nP()\nEND\n"};
+  const auto result = correct_calling("", {other});
+  ASSERT_EQ(result.refusals.size(), 1U);
+  EXPECT_EQ(result.refusals[0].why, Why::kFrameChanged);
+  EXPECT_EQ(result.refusals[0].lost.what, "main.src");
+  EXPECT_EQ(result.refusals[0].lost.line, 2);
+  EXPECT_EQ(all_words(correct_calling("", {other}, {"MAIN"})), "") << "stated by the user";
+  const auto warned = correct_calling("", {{"main.src", "DEF MAIN()\nTOOL_DATA[N].X=5\nEND\n"}});
+  EXPECT_EQ(all_words(warned), "");
+  EXPECT_EQ(warned.warnings.size(), 1U);
+}
+
 TEST(ModulesThatAreNoText, HaveNoRoutines) {
   const krl::KrlFile broken{"clamp.src", std::string("DEF CLAMP()\0END\n", 16)},
       cut{"clamp.src", "DEF"};
