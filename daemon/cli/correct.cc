@@ -271,7 +271,43 @@ nlohmann::json refusal_json(const krl::Refusal& refusal, const calib::Robot& rob
           {"words", words(refusal, robot)}};
 }
 
-nlohmann::json warned(const std::vector<calib::Phrase>& warnings) {
+namespace {
+
+/// The given files of the controller: of a backup all that could state it.
+calib::AbsoluteAccuracy stated_accuracy(const CorrectCommand& command) {
+  calib::MachineData data;
+  const auto scan = [&](const KrlFile& file) {
+    if (calib::krl::lower_name(file.name).starts_with("$") &&
+        !is_of_the_controllers_side(file.name))
+      calib::read_absolute_accuracy(file.text, file.name, data);
+  };
+  for (const fs::path& path : command.controller) scan(read(path));
+  if (!command.backup.empty())
+    for (const KrlFile& file : read_backup(command.backup)) scan(file);
+  return data.absolute_accuracy();
+}
+
+/// Points with the bit of absolute accuracy, where nothing states whether the controller computes by it.
+calib::Phrase taught_by_another_model(const CorrectCommand& command, const calib::Robot& robot,
+                                      const std::vector<CorrectedPoint>& points) {
+  const auto first = std::ranges::find_if(points, &CorrectedPoint::taught_accurately);
+  if (first == points.end() || command.nominal_controller ||
+      robot.absolute_accuracy != calib::AbsoluteAccuracy::kNotStated ||
+      stated_accuracy(command) != calib::AbsoluteAccuracy::kNotStated)
+    return {};
+  return {"say.correct.taught_accurately",
+          {{"n", std::ranges::count_if(points, &CorrectedPoint::taught_accurately)},
+           {"name", calib::shown(first->name)},
+           {"file", calib::shown(first->file, 120)},
+           {"line", first->line}}};
+}
+
+}  // namespace
+
+nlohmann::json warned(std::vector<calib::Phrase> warnings, const CorrectCommand& command,
+                      const calib::Robot& robot, const std::vector<CorrectedPoint>& points) {
+  if (auto one = taught_by_another_model(command, robot, points); !one.empty())
+    warnings.push_back(std::move(one));
   nlohmann::json all = nlohmann::json::array();
   for (const calib::Phrase& one : warnings) {
     fmt::print(stderr, "{}\n", say(one));
@@ -296,7 +332,7 @@ int correct_krl(const CorrectCommand& command, const calib::Calibration& calibra
   const bool nothing = result.motions > 0 && result.points.empty();
   const std::vector<fs::path> written = nothing ? std::vector<fs::path>{} : places(command, result);
   nlohmann::json all = json_of(result, written, robot);
-  all["warnings"] = warned(result.warnings);
+  all["warnings"] = warned(result.warnings, command, robot, result.points);
   if (!written.empty()) {
     std::vector<KrlFile> read = {files.src};
     if (files.dat) read.push_back(*files.dat);
@@ -311,20 +347,6 @@ int correct_krl(const CorrectCommand& command, const calib::Calibration& calibra
 }
 
 namespace {
-
-/// The given files of the controller: of a backup all that could state it.
-calib::AbsoluteAccuracy stated_accuracy(const CorrectCommand& command) {
-  calib::MachineData data;
-  const auto scan = [&](const KrlFile& file) {
-    if (calib::krl::lower_name(file.name).starts_with("$") &&
-        !is_of_the_controllers_side(file.name))
-      calib::read_absolute_accuracy(file.text, file.name, data);
-  };
-  for (const fs::path& path : command.controller) scan(read(path));
-  if (!command.backup.empty())
-    for (const KrlFile& file : read_backup(command.backup)) scan(file);
-  return data.absolute_accuracy();
-}
 
 /// Why the controller would not go to corrected points by the robot file's model; empty: it does.
 calib::Phrase other_model(const CorrectCommand& command, const calib::Calibration& calibration) {

@@ -61,8 +61,10 @@ std::string load_name(const krl::ToolUsed& tool);
 std::string module_line(const std::string& state, const std::string& src, const calib::Phrase& what);
 nlohmann::json point_json(const krl::CorrectedPoint& point);
 nlohmann::json refusal_json(const krl::Refusal& refusal, const calib::Robot& robot);
-/// Prints them to the standard error; in English for JSON.
-nlohmann::json warned(const std::vector<calib::Phrase>& warnings);
+/// Prints the warnings, and one of points that were taught by another model than may be in force, to the standard
+/// error; in English for JSON.
+nlohmann::json warned(std::vector<calib::Phrase> warnings, const CorrectCommand& command,
+                      const calib::Robot& robot, const std::vector<krl::CorrectedPoint>& points);
 
 // Record WELD.corrected.json of a corrected WELD.src: the changes and their calibration. Correcting twice
 // displaces the arm by the same amount again, and the program itself carries no mark.

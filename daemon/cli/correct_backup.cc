@@ -177,7 +177,7 @@ int correct_backup_files(const CorrectCommand& command, const calib::Calibration
       correct_backup(calibration, modules_of(read), correction_options(command, from));
   const calib::Robot& robot = calibration.cell.robot;
   Json all = backup_json(result, robot);
-  all["warnings"] = warned(result.warnings);
+  all["warnings"] = warned(result.warnings, command, robot, result.points);
   std::vector<fs::path> places;
   if (!result.files.empty() && !command.output.empty()) {
     places = places_of(command, result);

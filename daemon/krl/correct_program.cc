@@ -399,6 +399,7 @@ class Correction {
     done.file = point.file;
     done.line = point.line;
     done.axes = point.kind == PointKind::kAxes;
+    done.taught_accurately = taught_accurately(point);
     done.tool = motion.frames.tool->literal ? -1 : motion.frames.tool->number;
     if (motion.frames.base)
       done.base = motion.frames.base->literal ? -1 : motion.frames.base->number;

@@ -32,6 +32,7 @@ struct CorrectedPoint {
   double u95_mm = 0.0;          ///< of the real TCP there, as from predict
   double left_mm = 0.0;         ///< deviation of the calibrated TCP with the written numbers
   bool status_changed = false;  ///< S or T changed
+  bool taught_accurately = false;  ///< by the absolutely accurate model of the controller (S)
 };
 
 struct LeftPoint {

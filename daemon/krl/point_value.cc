@@ -55,4 +55,9 @@ std::optional<StatusTurn> status_turn(const Point& point) {
                     static_cast<int>(t->second.value) & kTurnBits};
 }
 
+bool taught_accurately(const Point& point) {
+  const auto s = point.value.numbers.find("S");
+  return s != point.value.numbers.end() && (static_cast<int>(s->second.value) & kAccurateBit) != 0;
+}
+
 }  // namespace cellcal::daemon::krl

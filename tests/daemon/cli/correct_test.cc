@@ -464,6 +464,44 @@ TEST_F(Correct, ReadsCalledRoutinesOfTheFolderAndThoseThatAreNamed) {
       run_correct({"--program", src, "--config", config, "--does-not-move", "glue_on"}).status, 0);
 }
 
+TEST_F(Correct, WarnsOnceOfPointsTaughtWithAbsoluteAccuracyWhereNothingStatesIt) {
+  calibration_file();
+  const auto points = postures(2);
+  const auto accurate = [](std::string point) {
+    const StatusAndTurn st = status_and_turn(cell().robot, postures(1)[0]);
+    const std::string s = ",S " + std::to_string(st.status);
+    return point.replace(point.find(s), s.size(), ",S " + std::to_string(st.status + 16));
+  };
+  const std::string src =
+      put("p.src", "DEF P()\nBAS(#TOOL,1)\nBAS(#BASE,0)\nPTP XP\nPTP XQ\nEND\n");
+  put("p.dat", "DECL E6POS XP=" + accurate(pose_text(points[0])) +
+                   "\nDECL E6POS XQ=" + pose_text(points[1]) + "\n");
+  const std::string config =
+      put("$config.dat", "TOOL_DATA[1]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\n");
+  const std::string words = "1 points were taught with absolute accuracy (S bit 4), the first XP (";
+  const auto warned = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> all = {"--program", src, "--config", config, "--json"};
+    all.insert(all.end(), more.begin(), more.end());
+    const Outcome outcome = run_correct(all);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    const bool said = outcome.err.find(words) != std::string::npos;
+    EXPECT_EQ(nlohmann::json::parse(outcome.out).at("warnings").size(), said ? 1U : 0U);
+    return said;
+  };
+  EXPECT_TRUE(warned({}));
+  EXPECT_FALSE(warned({"--nominal-controller"}));
+  EXPECT_FALSE(warned({"--config", put("$machine.dat", "$ABS_ACCUR=#NONE\n")}));
+  calib::Calibration c = calibration();
+  c.verdict.judged = true;
+  c.cell.robot.absolute_accuracy = calib::AbsoluteAccuracy::kOff;
+  put("cal.json", calib::calibration_to_json(c));
+  EXPECT_FALSE(warned({}));
+  calibration_file();
+  put("p.dat",
+      "DECL E6POS XP=" + pose_text(points[0]) + "\nDECL E6POS XQ=" + pose_text(points[1]) + "\n");
+  EXPECT_FALSE(warned({}));
+}
+
 /// A point computed by the running program, and a relative motion.
 const char* const kAtRunTime =
     "DEF P()\r\nBAS(#TOOL,1)\r\nBAS(#BASE,0)\r\nPTP XHOME\r\nPTP XP\r\nXP.Z=XP.Z+5.0\r\nLIN XP C_DIS\r\n"

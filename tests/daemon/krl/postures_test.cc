@@ -74,6 +74,18 @@ TEST(StatusAndTurn, BecomeDecimalWhereTheyChange) {
   ADD_FAILURE() << "neither turn changed";
 }
 
+TEST(StatusAndTurn, WithTheBitOfAbsoluteAccuracyAreNamedWithThePoint) {
+  for (const int bit : {0, 16}) {
+    std::string pose = pose_text(kUp, false);
+    const StatusAndTurn st = status_and_turn(cell().robot, kUp);
+    pose.insert(pose.size() - 1,
+                ",S " + std::to_string(st.status + bit) + ",T " + std::to_string(st.turn));
+    const auto result = correct_motions("PTP " + pose + "\n");
+    ASSERT_EQ(result.points.size(), 1U) << all_words(result);
+    EXPECT_EQ(result.points[0].taught_accurately, bit == 16);
+  }
+}
+
 TEST(ALinearMotion, ToAPointOfThePostureItBeginsInIsCorrected) {
   for (const char* kind : {"LIN", "SLIN"}) {
     const auto result =
