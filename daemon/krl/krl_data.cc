@@ -152,4 +152,23 @@ void read_data(const KrlFile& file, Data& data) {
   for (const Line& line : read_lines(file)) read_declaration(line, file.name, data);
 }
 
+std::vector<Import> imports_of(const KrlFile& file) {
+  std::vector<Import> all;
+  for (const Line& line : read_lines(file)) {
+    const auto& t = line.tokens;
+    const std::size_t at = t[0].is("DECL") ? 1 : 0;
+    if (at + 2 >= t.size() || !t[at].is("IMPORT") || t[at + 1].is("FDAT")) continue;
+    std::size_t dots = at + 3;
+    while (dots < t.size() && !(sign_at(t, dots, '.') && sign_at(t, dots + 1, '.'))) ++dots;
+    if (word_at(t, dots - 1) && word_at(t, dots + 2))
+      all.push_back({t[at + 2].word, t[dots - 1].word, t[dots + 2].word, file.name, line.number});
+  }
+  return all;
+}
+
+std::string module_name(const std::string& file) {
+  const std::string name = upper_case(lower_name(file));
+  return name.substr(0, name.find('.'));
+}
+
 }  // namespace cellcal::daemon::krl

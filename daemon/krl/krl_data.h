@@ -59,4 +59,14 @@ bool read_declaration(const Line& line, const std::string& file, Data& data);
 /// Reads a whole .dat file.
 void read_data(const KrlFile& file, Data& data);
 
+/// IMPORT E6POS XP1 IS /R1/POINTS..XP1: XP1 of POINTS, but no FDAT.
+struct Import {
+  std::string name, module, original;  ///< upper case
+  std::string file;
+  int line = 0;
+};
+std::vector<Import> imports_of(const KrlFile& file);
+/// POINTS of "R1/Program/points.dat".
+std::string module_name(const std::string& file);
+
 }  // namespace cellcal::daemon::krl

@@ -24,14 +24,17 @@ const std::set<std::string> kHere = {"$AXIS_ACT",    "$AXIS_ACT_MEAS", "$POS_ACT
 
 class Reader {
  public:
-  /// `together`: all modules are read, so that points shared between modules are corrected, too.
+  /// `together`: all modules are read, so that points shared between modules are corrected, too. `imported`: names of
+  /// other modules' points that are not followed.
   Reader(const KrlFile& src, const std::vector<std::string>& leave, const Data& controller,
-         Calls calls, bool together, Data& data, Program& program)
+         Calls calls, bool together, std::map<std::string, Why> imported, Data& data,
+         Program& program)
       : src_(src),
         leave_(leave.begin(), leave.end()),
         controller_(controller),
         calls_(calls),
         together_(together),
+        imported_(std::move(imported)),
         module_(program.modules.size() - 1),
         data_(data),
         program_(program),
@@ -110,7 +113,7 @@ class Reader {
     depth_ = std::max(0, depth_ + FrameState::blocks(line));
     follow(line);
     const bool frames = state.read(line);
-    if (declares_data(line) || t[0].is("EXT")) return;
+    if (declares_data(line) || t[0].is("EXT") || t[0].is("IMPORT")) return;
     const MotionKind kind = motion_kind(line);
     if (kind != MotionKind::kNone) ++own().motion_lines;
     if (kind == MotionKind::kRelative) {
@@ -166,7 +169,7 @@ class Reader {
 
   /// A point with a value, which neither stays nor belongs to a file that is not corrected.
   bool corrected_by_name(const std::string& name) const {
-    if (leave_.count(name) > 0) return false;
+    if (leave_.count(name) > 0 || imported_.count(name) > 0) return false;
     const bool own_point = data_.points.count(name) > 0;
     const bool global = data_.globals.count(name) > 0;
     if (!together_) return own_point && !global;
@@ -283,6 +286,8 @@ class Reader {
   bool known(const std::string& name, const std::string& key, int line) {
     if (leave_.count(name) > 0 || leave_.count(variable_of(name)) > 0)
       return leave(name, key, "--leave");
+    if (const auto why = imported_.find(variable_of(name)); why != imported_.end())
+      return refuse(why->second, line, name), false;
     if (program_.points.count(key) > 0) return true;
     const auto own_point = find_point(data_, name);
     const bool global = data_.globals.count(variable_of(name)) > 0;
@@ -330,6 +335,7 @@ class Reader {
   const Data& controller_;
   Calls calls_;
   bool together_;
+  std::map<std::string, Why> imported_;
   std::size_t module_;
   Data& data_;
   Program& program_;
@@ -360,6 +366,57 @@ void add_globals(const Data& from, Data& into) {
     if (from.globals.count(name) > 0) into.frames.emplace(name, frame);
   for (const auto& [name, frame] : from.named_frames)
     if (from.globals.count(name) > 0) into.named_frames.emplace(name, frame);
+}
+
+/// What modules import of each other.
+class Imports {
+ public:
+  explicit Imports(const BackupFiles& files) {
+    std::set<std::string> modules = {"$CONFIG"};
+    for (const KrlFile& file : files.data) modules.insert(module_name(file.name));
+    for (const ProgramFiles& one : files.modules) modules.insert(module_name(one.src.name));
+    for (const KrlFile& file : files.data) read(file, modules);
+    for (const ProgramFiles& one : files.modules) {
+      read(one.src, modules);
+      if (one.dat) read(*one.dat, modules);
+    }
+  }
+  /// Points of a .dat that others import become visible to all.
+  void share(const KrlFile& dat, Data& data) const {
+    if (const auto names = shared_.find(module_name(dat.name)); names != shared_.end())
+      data.globals.insert(names->second.begin(), names->second.end());
+  }
+  const std::map<std::string, Why>& not_followed(const std::string& file) const {
+    static const std::map<std::string, Why> none;
+    const auto at = not_followed_.find(module_name(file));
+    return at == not_followed_.end() ? none : at->second;
+  }
+  /// By the key of the point that has another name elsewhere.
+  const std::map<std::string, Refusal>& renamed() const { return renamed_; }
+
+ private:
+  void read(const KrlFile& file, const std::set<std::string>& modules) {
+    for (const Import& one : imports_of(file)) {
+      shared_[one.module].insert(one.original);
+      const bool renamed = one.name != one.original;
+      if (renamed)
+        renamed_.emplace(one.original, Refusal{Why::kImported, one.file, one.line, one.original});
+      if (renamed || modules.count(one.module) == 0)
+        not_followed_[module_name(file.name)].emplace(
+            one.name, renamed ? Why::kImported : Why::kUnknownPoint);
+    }
+  }
+
+  std::map<std::string, std::set<std::string>> shared_;
+  std::map<std::string, std::map<std::string, Why>> not_followed_;
+  std::map<std::string, Refusal> renamed_;
+};
+
+/// Points of the program that another module imports may be its points, too. A module that is no text has none.
+void share_imported(const KrlFile& module, const std::string& program, Data& data) try {
+  for (const Import& one : imports_of(module))
+    if (one.module == module_name(program)) data.globals.insert(one.original);
+} catch (const calib::FileError&) {
 }
 
 /// By all modules but the controller's own.
@@ -500,7 +557,10 @@ Program read_program(const ProgramFiles& files, const std::vector<std::string>& 
   program.changes = changes_by_all(sources, routines);
   program.modules.push_back(
       {files.src.name, changes_for(files, routines.changes(0), program.changes), 0, {}, false});
-  Reader reader(files.src, leave, known, {routines, 0}, false, program.data, program);
+  std::map<std::string, Why> imported;
+  for (const Import& one : imports_of(files.src)) imported.emplace(one.name, Why::kElsewhere);
+  for (const KrlFile& one : files.modules) share_imported(one, files.src.name, program.data);
+  Reader reader(files.src, leave, known, {routines, 0}, false, imported, program.data, program);
   reader.read(read_lines(files.src));
   for (const std::string& name : leave) reader.there_is(name);
   settle(program);
@@ -515,15 +575,20 @@ Program read_programs(const BackupFiles& files, const std::vector<std::string>& 
                       const std::vector<std::string>& still) {
   Program program;
   Data seen;  // visible to all modules
+  const Imports imports(files);
   for (const KrlFile& file : files.controller) read_data(file, seen);
   std::vector<Data> own(files.modules.size());
   for (const KrlFile& file : files.data) {
     Data data;
     read_data(file, data);
+    imports.share(file, data);
     add_globals(data, seen);
   }
   for (std::size_t i = 0; i < files.modules.size(); ++i) {
-    if (files.modules[i].dat) read_data(*files.modules[i].dat, own[i]);
+    if (const auto& dat = files.modules[i].dat) {
+      read_data(*dat, own[i]);
+      imports.share(*dat, own[i]);
+    }
     add_globals(own[i], seen);
   }
   std::vector<const KrlFile*> sources;
@@ -545,7 +610,8 @@ Program read_programs(const BackupFiles& files, const std::vector<std::string>& 
     add(seen, own[i]);
     program.modules.push_back(
         {one.src.name, changes_for(one, routines.changes(i), program.changes), 0, {}, false});
-    Reader reader(one.src, leave, seen, {routines, i}, true, own[i], program);
+    Reader reader(one.src, leave, seen, {routines, i}, true, imports.not_followed(one.src.name),
+                  own[i], program);
     if ((program.modules[i].kukas = is_kukas_program(one.src.name)))
       reader.count_motions(read_lines(one.src));
     else
@@ -554,6 +620,7 @@ Program read_programs(const BackupFiles& files, const std::vector<std::string>& 
     for (const Refusal& refusal : own[i].refusals) program.twice.push_back(refusal);
   }
   for (const Refusal& refusal : seen.refusals) program.twice.push_back(refusal);
+  program.computed.insert(imports.renamed().begin(), imports.renamed().end());
   if (!missing.empty())
     throw calib::FileError("--leave: no point is named " + calib::shown(*missing.begin()));
   settle(program);

@@ -24,6 +24,7 @@ enum class Why {
   kUnknownPoint,     ///< in none of the files
   kTwice,            ///< declared twice
   kGlobal,           ///< declared GLOBAL: other modules use it
+  kImported,         ///< imported under another name
   kElsewhere,        ///< in another file, which is not corrected with the program
   kShared,           ///< its point belongs to a refused module, too
   kToolNotKnown,     ///< the active tool is unknown

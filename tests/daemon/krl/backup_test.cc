@@ -206,6 +206,57 @@ TEST(FramesByName, AreThoseOfTheDeclaration) {
   }
 }
 
+/// POINTS moves to its XP1, and USER imports it with that line, in its .src or .dat.
+CorrectedBackup imported(const std::string& line, const std::string& body, bool in_data = false) {
+  return corrected_together(
+      {module_named("POINTS", "PTP XP1", "DECL E6POS XP1=" + taught_at(0) + "\n"),
+       module_named("USER", (in_data ? "" : line + "\n") + body,
+                    "DECL E6POS XP2=" + taught_at(1) + "\n" + (in_data ? line + "\n" : "")),
+       module_named("OTHER", "PTP XP1", "DECL E6POS XP1=" + taught_at(2) + "\n")});
+}
+constexpr const char* kImport = "IMPORT E6POS XP1 IS /R1/POINTS..XP1";
+
+TEST(AnImportedPoint, IsThatOfTheOtherModule) {
+  for (const bool in_data : {false, true}) {
+    const auto result = imported(kImport, "PTP XP1\nPTP XP2", in_data);
+    EXPECT_EQ(why_not(of(result, "USER")), "");
+    EXPECT_EQ(result.points.size(), 3U);
+    EXPECT_EQ(
+        of(imported(std::string("DECL ") + kImport, "PTP XP1\nPTP XP2", in_data), "USER").points,
+        2);
+  }
+}
+
+TEST(AnImportedPoint, KeepsItsValueInAllModulesWhereItIsRefusedInOne) {
+  for (const char* body :
+       {"BAS(#BASE,2)\nPTP XP1", "XP1.Z=XP1.Z+5\nPTP XP2", "PTP XP1\nLIN_REL {Z 5}"})
+    for (const bool in_data : {false, true}) {
+      const auto result = imported(kImport, body, in_data);
+      EXPECT_FALSE(of(result, "POINTS").refusals.empty()) << body;
+      EXPECT_EQ(text_of_file(result, "POINTS.dat"), "") << body;
+      EXPECT_EQ(of(result, "OTHER").points, 1) << "its own";
+    }
+}
+
+TEST(AnImportedPoint, UnderAnotherNameIsRefusedByBoth) {
+  for (const char* line :
+       {"IMPORT E6POS XA IS /R1/POINTS..XP1", "DECL IMPORT E6POS XA[] IS /R1/POINTS..XP1[]"}) {
+    const auto result = imported(line, "PTP XA");
+    for (const char* name : {"POINTS", "USER"}) {
+      ASSERT_EQ(of(result, name).refusals.size(), 1U) << name << why_not(of(result, name));
+      EXPECT_EQ(of(result, name).refusals[0].why, Why::kImported) << name;
+    }
+    EXPECT_EQ(of(result, "OTHER").points, 1);
+  }
+  // A point of that name elsewhere is another.
+  EXPECT_EQ(
+      of(imported("IMPORT E6POS XP1 IS /R1/POINTS..XP9", "PTP XP1"), "USER").refusals.at(0).why,
+      Why::kImported);
+  EXPECT_EQ(
+      of(imported("IMPORT E6POS XP1 IS /R1/NOWHERE..XP1", "PTP XP1"), "USER").refusals.at(0).why,
+      Why::kUnknownPoint);
+}
+
 TEST(HomesAndTheMasteringReference, Stay) {
   const auto result = corrected_together({module_named("A", "PTP XHOME\nPTP XMASREF")},
                                          "DECL GLOBAL E6POS XMASREF=" + taught_at(0) + "\n");

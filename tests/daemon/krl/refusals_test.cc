@@ -220,6 +220,23 @@ TEST(AGlobalPoint, IsLeftWhereItIsNamed) {
   EXPECT_EQ(result.files[1].text, dat);
 }
 
+TEST(APointOfAProgram, ThatAnotherImportsOrThatItImportsIsRefused) {
+  krl::ProgramFiles f = {
+      {"p.src", "DEF p()\n" + std::string(kFrames) + "PTP XP1\nEND\n"},
+      krl::KrlFile{"p.dat", declared(point())},
+      {{"$config.dat", "TOOL_DATA[1]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\n"}}};
+  f.modules = {{"user.src", "DEF USER()\nIMPORT E6POS XA IS /R1/P..XP1\nEND\n"}};
+  const auto shared = correct_program(calibration(), f);
+  ASSERT_EQ(shared.refusals.size(), 1U) << all_words(shared);
+  EXPECT_EQ(shared.refusals[0].why, Why::kGlobal);
+  f.modules[0].text = "DEF USER()\nIMPORT E6POS XA IS /R1/P2..XP1\nEND\n";
+  EXPECT_EQ(all_words(correct_program(calibration(), f)), "");
+  const auto own =
+      correct("IMPORT E6POS XP1 IS /R1/POINTS..XP1\n" + std::string(kFrames) + "PTP XP1\n", "");
+  ASSERT_EQ(own.refusals.size(), 1U) << all_words(own);
+  EXPECT_EQ(own.refusals[0].why, Why::kElsewhere);
+}
+
 TEST(AToolsData, ThatTheProgramOnlyReadsOrThatAreOfAnotherAreNoReason) {
   const auto result = correct(
       std::string(kFrames) + "TOOL_DATA[9].X=3\n$TOOL=TOOL_DATA[1]\nPTP XP1\n", declared(point()));
