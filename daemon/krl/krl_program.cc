@@ -326,7 +326,8 @@ class Reader {
       const bool read_only = i >= 2 && sign_at(t, i - 1, '(') &&
                              (t[i - 2].is("STOOL2") || t[i - 2].is("SBASE") ||
                               t[i - 2].is("SIPO_MODE") || t[i - 2].is("SLOAD"));
-      if (!read_only) mentioned_.emplace(t[i].word, line.number);
+      const bool home = i == 2 && t[0].is("$H_POS") && sign_at(t, 1, '=') && stays(t[i].word);
+      if (!read_only && !home) mentioned_.emplace(t[i].word, line.number);
     }
   }
 

@@ -134,9 +134,18 @@ TEST(ALinearMotion, MayBeginAtAPointThatIsLeft) {
                       "DECL E6AXIS XHOME={A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 -20.0,A6 0.0}\n");
   ASSERT_EQ(twice.refusals.size(), 1U) << all_words(twice);
   EXPECT_EQ(twice.refusals[0].why, Why::kPostureNotKnown);
-  const auto changed = correct_motions("XHOME.A5=-20\nPTP XHOME\nLIN XNEAR\n");
-  ASSERT_EQ(changed.refusals.size(), 1U) << all_words(changed);
-  EXPECT_EQ(changed.refusals[0].why, Why::kPostureNotKnown);
+}
+
+TEST(ALinearMotion, MayBeginAtTheHomeOfItsInlineFormUnlessTheProgramChangesIt) {
+  const std::string home = "$H_POS = XHOME\nPTP XHOME\nLIN XNEAR\n";
+  EXPECT_EQ(all_words(correct_motions(home)), "");
+  for (const char* change :
+       {"XHOME.A5=-20\n", "XHOME.A1=5\n", "XHOME=XOTHER\n", "SHIFT(XHOME)\n"}) {
+    const auto changed = correct_motions(
+        change + std::string("BAS(#TOOL,1)\nBAS(#BASE,0)\n") + home, {.still = {"SHIFT"}});
+    ASSERT_EQ(changed.refusals.size(), 1U) << change << all_words(changed);
+    EXPECT_EQ(changed.refusals[0].why, Why::kPostureNotKnown) << change;
+  }
 }
 
 }  // namespace
