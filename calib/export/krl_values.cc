@@ -153,6 +153,15 @@ std::optional<FrameMmDeg> frame_of(const Aggregate& value) {
   return frame;
 }
 
+std::optional<LoadData> load_stated(const Aggregate& value) {
+  for (const char* name : {"M", "CM.X", "CM.Y", "CM.Z"}) {
+    const auto at = value.numbers.find(name);
+    if (at == value.numbers.end() || !(std::abs(at->second.value) <= kLargest)) return std::nullopt;
+  }
+  const LoadData load = load_of(value);
+  return load.mass_kg >= 0.0 ? std::optional(load) : std::nullopt;
+}
+
 std::optional<double> read_number(const std::vector<Token>& t, std::size_t at) {
   const bool minus = sign_at(t, at, '-');
   if (minus || sign_at(t, at, '+')) ++at;

@@ -55,7 +55,10 @@ std::optional<Given> read_given(const Line& line);
 struct LoadData {
   double mass_kg = -1.0;
   std::array<double, 3> com_mm{};
+  bool operator==(const LoadData&) const = default;
 };
+/// {M 1.5,CM {X ...},...} with M and the place of CM.
+std::optional<LoadData> load_stated(const Aggregate& value);
 
 /// Tools, bases and loads of $config.dat by their number, and $ROBROOT, each as stated last.
 struct ControllerFrames {

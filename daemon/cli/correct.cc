@@ -223,14 +223,14 @@ std::string tool_words(const krl::ToolUsed& tool) {
   const calib::Phrase tool_name = tool.number < 0
                                       ? calib::Phrase("say.correct.tool.text")
                                       : calib::Phrase("say.correct.tool", {{"n", tool.number}});
-  const calib::Phrase name =
-      tool.cells && tool.load >= 0
-          ? calib::Phrase("say.correct.tool.and_load", {{"tool", tool_name}, {"n", tool.load}})
-          : tool_name;
+  const calib::Phrase name = tool.cells && tool.other_load()
+                                 ? calib::Phrase("say.correct.tool.and_load",
+                                                 {{"tool", tool_name}, {"load", load_name(tool)}})
+                                 : tool_name;
   return say({tool.cells        ? "say.correct.tool.cells"
               : tool.load_known ? "say.correct.tool.load"
                                 : "say.correct.tool.no_load",
-              {{"tool", name}}}) +
+              {{"tool", name}, {"load", tool.load_name.empty() ? "LOAD_DATA" : tool.load_name}}}) +
          "\n";
 }
 
@@ -245,7 +245,8 @@ std::string module_line(const std::string& state, const std::string& src,
 }
 
 std::string load_name(const krl::ToolUsed& tool) {
-  return tool.load < 0 ? kOwnLoad : fmt::format("LOAD_DATA[{}]", tool.load);
+  if (!tool.other_load()) return kOwnLoad;
+  return tool.load_name.empty() ? fmt::format("LOAD_DATA[{}]", tool.load) : tool.load_name;
 }
 
 nlohmann::json point_json(const CorrectedPoint& p) {

@@ -35,6 +35,13 @@ std::string key_of(const FrameRef& ref) {
   return key;
 }
 
+/// Variables of one name in two modules are distinguished by their values.
+std::string key_of(const LoadRef& load) {
+  std::string key = " load " + std::to_string(load.number) + load.name;
+  for (const double one : load.stated.com_mm) key += " " + std::to_string(one);
+  return key + " " + std::to_string(load.stated.mass_kg);
+}
+
 calib::Tool of_controller(const Eigen::Isometry3d& tcp) {
   calib::Tool tool;
   tool.tcp = tcp;
@@ -111,19 +118,24 @@ std::optional<LoadData> load_of(const Data& data, int number) {
   return stated ? std::optional(at->second) : std::nullopt;
 }
 
+std::optional<LoadData> load_of(const Data& data, const LoadRef& load) {
+  return load.name.empty() ? load_of(data, load.number) : std::optional(load.stated);
+}
+
 ControllerView* ControllerViews::of(const Frames& frames) {
   const FrameRef& tool = *frames.tool;
-  const std::optional<int> other = frames.other_load();
-  const std::string key = key_of(tool) + (other ? " load " + std::to_string(*other) : "");
+  const std::optional<LoadRef> other = frames.other_load();
+  const std::string key = key_of(tool) + (other ? key_of(*other) : "");
   if (const auto known = views_.find(key); known != views_.end()) return known->second.get();
   const auto frame = frame_of_ref(tool, data_.tools);
   if (!frame) return nullptr;
   std::optional<LoadData> load;
-  if (other || !tool.literal) load = load_of(data_, other.value_or(tool.number));
+  if (other || !tool.literal) load = load_of(data_, other.value_or(LoadRef{tool.number, {}, {}}));
   auto& view = views_[key];
   view = std::make_unique<ControllerView>(calibration_, *frame, load, other.has_value());
   used_.push_back({tool.literal ? -1 : tool.number, view->is_the_cells(),
-                   view->is_the_cells() || load.has_value(), other.value_or(-1)});
+                   view->is_the_cells() || load.has_value(), other ? other->number : -1,
+                   other ? other->name : ""});
   return view.get();
 }
 

@@ -75,6 +75,7 @@ std::optional<Eigen::Isometry3d> frame_of_ref(const FrameRef& ref,
 
 /// LOAD_DATA of that number with a mass.
 std::optional<LoadData> load_of(const Data& data, int number);
+std::optional<LoadData> load_of(const Data& data, const LoadRef& load);
 
 /// One view per tool and load of a program, created on first use. Keeps references to both.
 class ControllerViews {

@@ -177,7 +177,7 @@ class Correction {
     }
     if (const auto why = wrong_load(other)) {
       refused_.insert(other.point);
-      return refuse(*why, other, {}, other.frames.load.value_or(-1));
+      return refuse(*why, other, {}, other.frames.load ? other.frames.load->number : -1);
     }
     if (!(one.frames.tool == other.frames.tool) ||
         one.frames.other_load() != other.frames.other_load() ||
@@ -226,7 +226,7 @@ class Correction {
     if (motion.frames.external) return Why::kExternalTool;
     if (!motion.frames.tool) return Why::kToolNotKnown;
     if (const auto why = wrong_load(motion)) {
-      refuse(*why, motion, {}, motion.frames.load.value_or(-1));
+      refuse(*why, motion, {}, motion.frames.load ? motion.frames.load->number : -1);
       reported_ = true;
       return why;
     }
@@ -485,10 +485,11 @@ constexpr const char* kNever = "no posture reaches it as stated; other points ar
 const ToolUsed* tool_of(const Motion& motion, const std::vector<ToolUsed>& used) {
   const auto& tool = motion.frames.tool;
   if (!tool) return nullptr;
-  const int number = tool->literal ? -1 : tool->number,
-            load = motion.frames.other_load().value_or(-1);
-  const auto found = std::ranges::find_if(
-      used, [&](const ToolUsed& one) { return one.number == number && one.load == load; });
+  const int number = tool->literal ? -1 : tool->number;
+  const LoadRef load = motion.frames.other_load().value_or(LoadRef{});
+  const auto found = std::ranges::find_if(used, [&](const ToolUsed& one) {
+    return one.number == number && one.load == load.number && one.load_name == load.name;
+  });
   return found == used.end() ? nullptr : &*found;
 }
 

@@ -55,6 +55,15 @@ void read_frame_data(const Line& line, std::size_t at, Data& data) {
   if (const auto value = read_aggregate(t, at + 2)) data.frames[t[at].word] = frame_data_of(*value);
 }
 
+void read_named_load(const Line& line, std::size_t at, Data& data) {
+  const auto& t = line.tokens;
+  if (!sign_at(t, at + 1, '=')) return;
+  const auto value = read_aggregate(t, at + 2);
+  const auto load = value ? load_stated(*value) : std::nullopt;
+  if (load && !data.named_loads.emplace(t[at].word, *load).second)
+    data.named_loads.erase(t[at].word);
+}
+
 /// XP[1]={...} of an array of points; XS={...}, XS[1]={...} of any other type.
 void read_element(const Line& line, bool global, const std::string& file, Data& data) {
   const auto given = read_given(line);
@@ -144,6 +153,7 @@ bool read_declaration(const Line& line, const std::string& file, Data& data) {
     read_frame_data(line, at + 1, data);
     return true;
   }
+  if (t[at].is("LOAD")) read_named_load(line, at + 1, data);
   read_element(line, global, file, data);
   return at > 0;
 }

@@ -40,6 +40,7 @@ struct Data : ControllerFrames {
   std::map<std::string, Point> structures;  ///< of other types, with all components
   std::set<std::string> globals;  ///< points, structures and FDATs visible to other modules
   std::map<std::string, calib::FrameMmDeg> named_frames;  ///< type FRAME
+  std::map<std::string, LoadData> named_loads;            ///< type LOAD
   std::map<std::string, FrameData> frames;
   calib::ExternalAxes external;
   std::vector<Refusal> refusals;

@@ -350,6 +350,7 @@ class Reader {
 void add(const Data& controller, Data& own) {
   own.frames.insert(controller.frames.begin(), controller.frames.end());
   own.named_frames.insert(controller.named_frames.begin(), controller.named_frames.end());
+  own.named_loads.insert(controller.named_loads.begin(), controller.named_loads.end());
   static_cast<ControllerFrames&>(own) = controller;
   own.external = controller.external;
 }
@@ -367,6 +368,8 @@ void add_globals(const Data& from, Data& into) {
     if (from.globals.count(name) > 0) into.frames.emplace(name, frame);
   for (const auto& [name, frame] : from.named_frames)
     if (from.globals.count(name) > 0) into.named_frames.emplace(name, frame);
+  for (const auto& [name, load] : from.named_loads)
+    if (from.globals.count(name) > 0) into.named_loads.emplace(name, load);
 }
 
 /// What modules import of each other.
@@ -598,16 +601,20 @@ Program read_programs(const BackupFiles& files, const std::vector<std::string>& 
     sources.push_back(&one.src);
     touched.merge(touched_names(read_lines(one.src)));
   }
-  std::erase_if(seen.named_frames, [&](const auto& one) { return touched.count(one.first) > 0; });
+  const auto is_touched = [&](const auto& one) { return touched.count(one.first) > 0; };
+  std::erase_if(seen.named_frames, is_touched);
+  std::erase_if(seen.named_loads, is_touched);
   add(seen, program.data);
   const Routines routines(sources, {still.begin(), still.end()});
   program.changes = changes_by_all(sources, routines);
   std::set<std::string> missing(leave.begin(), leave.end());
   for (std::size_t i = 0; i < files.modules.size(); ++i) {
     const ProgramFiles& one = files.modules[i];
-    std::erase_if(own[i].named_frames, [&](const auto& frame) {
-      return own[i].globals.count(frame.first) > 0 && touched.count(frame.first) > 0;
-    });
+    const auto is_touched_global = [&](const auto& named) {
+      return own[i].globals.count(named.first) > 0 && is_touched(named);
+    };
+    std::erase_if(own[i].named_frames, is_touched_global);
+    std::erase_if(own[i].named_loads, is_touched_global);
     add(seen, own[i]);
     program.modules.push_back(
         {one.src.name, changes_for(one, routines.changes(i), program.changes), 0, {}, false});

@@ -30,12 +30,22 @@ struct FrameRef {
   bool operator==(const FrameRef& other) const;
 };
 
+/// A load: number of LOAD_DATA, or a variable of type LOAD.
+struct LoadRef {
+  int number = -1;
+  std::string name;
+  LoadData stated;  ///< of the variable
+  bool operator==(const LoadRef&) const = default;
+};
+
 /// Identification of a tool.
 struct ToolUsed {
   int number = 0;          ///< of TOOL_DATA; -1: written out in the text
   bool cells = false;      ///< the cell file's own, with its bending; otherwise stiff and as stated
   bool load_known = true;  ///< from LOAD_DATA; otherwise the cell's tool is assumed as the load
   int load = -1;           ///< of LOAD_DATA, where the program sets another than the tool's own
+  std::string load_name = {};  ///< of the variable, where the program sets one
+  bool other_load() const { return load >= 0 || !load_name.empty(); }
   bool operator==(const ToolUsed&) const = default;
 };
 
@@ -43,16 +53,18 @@ struct ToolUsed {
 struct Frames {
   std::optional<FrameRef> tool, base;
   bool external = false;  ///< the tool is fixed in the cell
-  /// LOAD_DATA in force by $LOAD; none: the tool's own, as BAS and inline forms set it.
-  std::optional<int> load;
+  /// In force by $LOAD; none: the tool's own, as BAS and inline forms set it.
+  std::optional<LoadRef> load;
   Lost lost;       ///< reason for an unknown tool or base
   Lost load_lost;  ///< likewise for a load
 
   /// LOAD_DATA that a known tool is borne with; -1: none.
-  int load_number() const { return load.value_or(tool->number); }
-  /// The load's number where it is not the tool's own.
-  std::optional<int> other_load() const {
-    return load && tool && !tool->literal && *load == tool->number ? std::nullopt : load;
+  int load_number() const { return load ? load->number : tool->number; }
+  /// The load where it is not the tool's own.
+  std::optional<LoadRef> other_load() const {
+    const bool own =
+        load && load->name.empty() && tool && !tool->literal && load->number == tool->number;
+    return own ? std::nullopt : load;
   }
 };
 

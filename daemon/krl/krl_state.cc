@@ -77,9 +77,19 @@ void FrameState::apply_load(const std::vector<Token>& t, std::size_t at, Frames&
     const auto data = data_.frames.find(t[value + 2].word);
     if (data != data_.frames.end() && data->second.tool >= 0) number = data->second.tool;
   }
-  if (!number) return;
-  frames.load = number;
+  const auto named =
+      value + 1 == t.size() || sign_at(t, value + 1, ',') ? named_load(t[value]) : std::nullopt;
+  if (!number && !named) return;
+  frames.load = named ? *named : LoadRef{*number, {}, {}};
   frames.load_lost = {};
+}
+
+/// A variable of type LOAD that no statement changes.
+std::optional<LoadRef> FrameState::named_load(const Token& token) const {
+  const auto at = data_.named_loads.find(token.word);
+  if (foreign_ || at == data_.named_loads.end() || touched_.count(token.word) > 0)
+    return std::nullopt;
+  return LoadRef{-1, at->first, at->second};
 }
 
 /// A frame from tokens[at]; the index of the next token, 0: none.

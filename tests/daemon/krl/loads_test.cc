@@ -107,6 +107,48 @@ TEST(ALoadInForce, ThatCannotBeResolvedIsRefusedByNameAndLine) {
   EXPECT_NE(all_words(result).find("$LOAD"), std::string::npos);
 }
 
+/// With a LOAD in p.dat.
+CorrectedProgram named(const std::string& declaration, const std::string& body) {
+  krl::ProgramFiles f = loaded("$TOOL=TOOL_DATA[1]\n" + body + kHere);
+  f.dat->text = "DEFDAT P\n" + declaration + "\nENDDAT\n";
+  return correct_program(calibration(), f);
+}
+
+TEST(ALoadInForce, ByTheNameOfAVariableIsThatOfItsDeclaration) {
+  const std::string value = "={M 5.0,CM {X 60.0,Y 0.0,Z 150.0,A 0.0,B 0.0,C 0.0},J {X 0,Y 0,Z 0}}";
+  const CorrectedProgram numbered =
+      corrected_with("$TOOL=TOOL_DATA[1]\n$LOAD=LOAD_DATA[2]\n" + std::string(kHere));
+  for (const char* type : {"DECL GLOBAL LOAD ", "DECL LOAD "}) {
+    const auto result = named(type + ("part_L" + value), "$LOAD = part_L\n");
+    ASSERT_EQ(result.points.size(), 1u) << all_words(result);
+    EXPECT_EQ(result.points[0].shift_mm, numbered.points.at(0).shift_mm);
+    EXPECT_EQ(result.tools.at(0).load_name, "PART_L");
+    EXPECT_TRUE(result.tools[0].other_load());
+  }
+  for (const std::string& refused :
+       {"DECL FRAME part_L" + value, std::string("DECL LOAD part_L={M 5.0}"),
+        std::string("DECL LOAD part_L"),
+        std::string("DECL LOAD part_L={M -1.0,CM {X 0,Y 0,Z 0,A 0,B 0,C 0}}"),
+        "DECL LOAD part_L" + value + "\nDECL LOAD part_L" + value})
+    EXPECT_FALSE(named(refused, "$LOAD=part_L\n").refusals.empty()) << refused;
+  for (const char* changed : {"part_L.M=3\n$LOAD=part_L\n", "$LOAD=part_L\npart_L=other\n"})
+    EXPECT_FALSE(named("DECL LOAD part_L" + value, changed).refusals.empty()) << changed;
+}
+
+TEST(ALoadInForce, ByANameThatAnotherModuleChangesIsRefused) {
+  const std::string value =
+      "={M 5.0,CM {X 60.0,Y 0.0,Z 150.0,A 0.0,B 0.0,C 0.0},J {X 0,Y 0,Z 0}}\n";
+  for (const bool changed : {false, true}) {
+    krl::BackupFiles files;
+    files.controller = loaded("").controller;
+    files.modules = {loaded("$TOOL=TOOL_DATA[1]\n$LOAD=part_L\n" + std::string(kHere)), {}};
+    files.modules[0].dat->text = "DEFDAT P\nDECL GLOBAL LOAD part_L" + value;
+    files.modules[1].src = {"q.src",
+                            std::string("DEF Q()\n") + (changed ? "part_L.M=3\n" : "") + "END\n"};
+    EXPECT_EQ(correct_backup(calibration(), files).modules.at(0).refusals.empty(), !changed);
+  }
+}
+
 TEST(ALoadInForce, InABranchIsUnknownBehindIt) {
   EXPECT_NE(refused_as("$TOOL=TOOL_DATA[1]\nIF $IN[1] THEN\n$LOAD=LOAD_DATA[2]\nENDIF\n" + std::string(kHere)), "");
 }
