@@ -236,7 +236,8 @@ Chain chain_of(const Document& document, const std::string& asked) {
                       "can be in the chain, and before them a prismatic one that carries the arm",
                       shown(joint->name), shown(joint->type)));
     if (joint->node.child("mimic"))
-      document.fail(fmt::format("joint \"{}\" mimics another", shown(joint->name)));
+      document.fail(fmt::format("joint \"{}\" mimics another. Name the flange's link: --tip LINK",
+                                shown(joint->name)));
     refuse_calibration(document, *joint);
     PlacedJoint& placed = chain.frames.joints.emplace_back();
     placed.name = joint->name;

@@ -144,7 +144,11 @@ class Correction {
 
   /// The statement that makes the frame or posture unknown, or changes the frame.
   Lost lost(Why why, const Motion& motion) const {
-    if (why == Why::kToolNotKnown || why == Why::kBaseNotKnown) return motion.frames.lost;
+    if (why == Why::kToolNotKnown || why == Why::kBaseNotKnown) {
+      const Frames& now = motion.frames;
+      const Lost& alone = why == Why::kToolNotKnown ? now.tool_lost : now.base_lost;
+      return alone.what.empty() ? now.lost : alone;
+    }
     if (why == Why::kLoadNotKnown) return motion.frames.load_lost;
     if (why == Why::kFrameChanged) {
       const auto place = postures_.changed(motion, is_axes(motion));

@@ -104,8 +104,14 @@ std::optional<Point> find_point(const Data& data, const std::string& name) {
   for (const auto& [member, word] : all->second.value.words)
     if (member.starts_with(prefix)) point.value.words.emplace(member.substr(prefix.size()), word);
   if (point.value.numbers.empty()) return std::nullopt;
-  if (point.value.numbers.count("A1") > 0) point.kind = PointKind::kAxes;
+  point.kind = kind_of(point.value);
   return point;
+}
+
+PointKind kind_of(const Aggregate& value) {
+  for (const char* axis : {"A1", "A2", "A3", "A4", "A5", "A6"})
+    if (value.numbers.count(axis) > 0 || value.words.count(axis) > 0) return PointKind::kAxes;
+  return PointKind::kCartesian;
 }
 
 FrameData frame_data_of(const Aggregate& value) {

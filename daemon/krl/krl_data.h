@@ -51,6 +51,8 @@ std::optional<Point> find_point(const Data& data, const std::string& name);
 /// Variable of XP[2] or XS.P.
 std::string variable_of(const std::string& name);
 
+/// Axes where one of A1 to A6 is stated.
+PointKind kind_of(const Aggregate& value);
 FrameData frame_data_of(const Aggregate& value);
 bool is_point_type(const std::string& word);
 

@@ -21,6 +21,7 @@ const std::set<std::string> kArcs = {"CIRC", "SCIRC"};
 /// Current positions: motions to these do not move.
 const std::set<std::string> kHere = {"$AXIS_ACT",    "$AXIS_ACT_MEAS", "$POS_ACT",
                                      "$POS_ACT_MES", "$AXIS_INT",      "$POS_INT"};
+constexpr const char* kHome = "$H_POS";
 
 class Reader {
  public:
@@ -187,8 +188,7 @@ class Reader {
       return false;
     auto value = read_aggregate(t, 2);
     if (!value || value->after != t.size()) return false;
-    const PointKind kind =
-        value->numbers.count("A1") > 0 ? PointKind::kAxes : PointKind::kCartesian;
+    const PointKind kind = kind_of(*value);
     const auto [at, fresh] = data_.points.emplace(
         t[0].word, Point{t[0].word, kind, src_.name, line.number, std::move(*value)});
     if (!fresh) refuse(Why::kTwice, line.number, t[0].word);
@@ -229,8 +229,7 @@ class Reader {
       if (sign_at(t, value->after, ':'))
         return refuse(Why::kOperator, line.number, motion.point), false;
       at = value->after;
-      const PointKind kind =
-          value->numbers.count("A1") > 0 ? PointKind::kAxes : PointKind::kCartesian;
+      const PointKind kind = kind_of(*value);
       if (program_.points.count(motion.point + where) > 0) motion.point += " (second point)";
       motion.point += where;
       program_.points[motion.point] = {{}, kind, src_.name, line.number, std::move(*value)};
@@ -286,6 +285,7 @@ class Reader {
   bool known(const std::string& name, const std::string& key, int line) {
     if (leave_.count(name) > 0 || leave_.count(variable_of(name)) > 0)
       return leave(name, key, "--leave");
+    if (name == kHome) return leave(name, key, "home of $machine.dat");
     if (const auto why = imported_.find(variable_of(name)); why != imported_.end())
       return refuse(why->second, line, name), false;
     if (program_.points.count(key) > 0) return true;
@@ -326,7 +326,7 @@ class Reader {
       const bool read_only = i >= 2 && sign_at(t, i - 1, '(') &&
                              (t[i - 2].is("STOOL2") || t[i - 2].is("SBASE") ||
                               t[i - 2].is("SIPO_MODE") || t[i - 2].is("SLOAD"));
-      const bool home = i == 2 && t[0].is("$H_POS") && sign_at(t, 1, '=') && stays(t[i].word);
+      const bool home = i == 2 && t[0].is(kHome) && sign_at(t, 1, '=') && stays(t[i].word);
       if (!read_only && !home) mentioned_.emplace(t[i].word, line.number);
     }
   }
@@ -537,7 +537,7 @@ bool is_kukas_program(const std::string& src) {
 }
 
 bool stays(const std::string& name) {
-  return name.starts_with("XHOME") || name.find("MASREF") != std::string::npos ||
+  return name == kHome || name.starts_with("XHOME") || name.find("MASREF") != std::string::npos ||
          name.starts_with("XBRAKE");
 }
 

@@ -55,8 +55,9 @@ struct Frames {
   bool external = false;  ///< the tool is fixed in the cell
   /// In force by $LOAD; none: the tool's own, as BAS and inline forms set it.
   std::optional<LoadRef> load;
-  Lost lost;       ///< reason for an unknown tool or base
-  Lost load_lost;  ///< likewise for a load
+  Lost lost;                  ///< reason for an unknown tool and base
+  Lost tool_lost, base_lost;  ///< likewise for one of them alone
+  Lost load_lost;             ///< likewise for a load
 
   /// LOAD_DATA that a known tool is borne with; -1: none.
   int load_number() const { return load ? load->number : tool->number; }

@@ -38,6 +38,28 @@ bool sets_frames_inside(const Line& line) {
   return false;
 }
 
+/// A tool or base as a statement sets it; `why`: the statement, where that is not known.
+void set(Frames& frames, bool tool, std::optional<FrameRef> value, Lost why) {
+  (tool ? frames.tool_lost : frames.base_lost) = value ? Lost{} : std::move(why);
+  (tool ? frames.tool : frames.base) = std::move(value);
+}
+
+Frames without_reasons(Frames frames) {
+  frames.tool_lost = frames.base_lost = {};
+  return frames;
+}
+
+/// Frames after a call: what its body makes unknown is so since the call.
+Frames with_reasons(Frames after, const Frames& before, const Lost& call) {
+  if (!after.tool) after.tool_lost = after.tool_lost.what.empty() ? before.tool_lost : call;
+  if (!after.base) after.base_lost = after.base_lost.what.empty() ? before.base_lost : call;
+  return after;
+}
+
+std::optional<FrameRef> numbered(std::optional<int> number) {
+  return number ? std::optional(FrameRef{*number, {}}) : std::nullopt;
+}
+
 }  // namespace
 
 std::set<std::string> touched_names(const std::vector<Line>& lines) {
@@ -202,9 +224,8 @@ bool FrameState::apply(const std::vector<Token>& t, std::size_t at, Frames& fram
   const bool tool = is_word(t, at, "$TOOL"), base = is_word(t, at, "$BASE");
   const bool mode = is_word(t, at, "$IPO_MODE");
   if (!tool && !base && !mode) return false;
-  std::optional<FrameRef>& place = tool ? frames.tool : frames.base;
   if (!sign_at(t, at + 1, '=')) {  // $TOOL.X=...
-    if (!mode) place.reset();
+    if (!mode) set(frames, tool, {}, {t[at].word, line});
     return true;
   }
   const std::size_t value = at + 2;
@@ -214,8 +235,7 @@ bool FrameState::apply(const std::vector<Token>& t, std::size_t at, Frames& fram
   if (by_data) {
     Frames named;
     take(t[value + 2].word, line, named, wrong);
-    if (tool) frames.tool = named.tool;
-    if (base) frames.base = named.base;
+    if (!mode) set(frames, tool, tool ? named.tool : named.base, {t[value].word, line});
     frames.external = named.external;
     return true;
   }
@@ -223,7 +243,7 @@ bool FrameState::apply(const std::vector<Token>& t, std::size_t at, Frames& fram
     frames.external = !is_word(t, value, "#BASE");
     return true;
   }
-  place = assigned(t, value, tool ? "TOOL_DATA" : "BASE_DATA");
+  set(frames, tool, assigned(t, value, tool ? "TOOL_DATA" : "BASE_DATA"), {t[at].word, line});
   return true;
 }
 
@@ -268,16 +288,17 @@ bool FrameState::follow(const Line& call) {
   inside.foreign_ = foreign;
   inside.depth_ = depth_ + 1;
   inside.touched_.insert(touched_.begin(), touched_.end());
-  inside.now_ = now_;
-  inside.pending_ = pending_;
+  inside.now_ = without_reasons(now_);
+  inside.pending_ = without_reasons(pending_);
   for (const Line& line : lines) inside.read(line);
   if (inside.wrong_ || inside.pending_wrong_ || !inside.now_.lost.what.empty()) return false;
   // Its own .dat may have another FDAT of this name.
   if (foreign &&
       std::ranges::any_of(inside.used_, [](const auto& one) { return one.first != "FDEFAULT"; }))
     return false;
-  now_ = inside.now_;
-  pending_ = inside.pending_;
+  const Lost here{call.tokens[0].word, call.number};
+  now_ = with_reasons(inside.now_, now_, here);
+  pending_ = with_reasons(inside.pending_, pending_, here);
   wrong_.reset();
   pending_wrong_.reset();
   used_.merge(inside.used_);
@@ -293,9 +314,7 @@ bool FrameState::read_frame_data(const Line& line) {
   }
   if (t.size() == 5 && sign_at(t, 1, '.') && sign_at(t, 3, '=') &&
       (t[2].is("TOOL_NO") || t[2].is("BASE_NO"))) {
-    auto& place = t[2].is("TOOL_NO") ? pending_.tool : pending_.base;
-    place.reset();
-    if (const auto number = slot_number(t[4])) place = FrameRef{*number, {}};
+    set(pending_, t[2].is("TOOL_NO"), numbered(slot_number(t[4])), {"FDAT_ACT", line.number});
     return true;
   }
   pending_ = {};
@@ -317,9 +336,7 @@ bool FrameState::read_bas(const Line& line) {
     now_ = pending_;
     wrong_ = pending_wrong_;
   } else if (command == "#TOOL" || command == "#BASE") {
-    auto& place = command == "#TOOL" ? now_.tool : now_.base;
-    place.reset();
-    if (number) place = FrameRef{*number, {}};
+    set(now_, command == "#TOOL", numbered(number), {"BAS(" + command + ")", line.number});
     if (command == "#TOOL") {
       now_.load.reset();
       now_.load_lost = {};

@@ -175,7 +175,8 @@ TEST(ParsedUrdf, ThatCannotBeUsedIsRefusedByNameAndPlace) {
       {"<robot name", "<automat name", "line "},
       {"velocity=\"2.6\"", "velocity=\"fast\"", "velocity=\"fast\" is not a number"},
       {"<parent link=\"link_1\"/>", "", "needs name, parent and child"},
-      {"<limit lower=\"-2.7\"", "<mimic joint=\"joint_a2\"/><limit lower=\"-2.7\"", "mimics"},
+      {"<limit lower=\"-2.7\"", "<mimic joint=\"joint_a2\"/><limit lower=\"-2.7\"",
+       "mimics another. Name the flange's link: --tip LINK"},
   };
   for (const auto& one : kWrong)
     EXPECT_NE(urdf_refusal(replaced(kDrawn, one.what, one.by)).find(one.words), std::string::npos)

@@ -139,6 +139,14 @@ TEST(ALinearMotion, MayBeginAtAPointThatIsLeft) {
 TEST(ALinearMotion, MayBeginAtTheHomeOfItsInlineFormUnlessTheProgramChangesIt) {
   const std::string home = "$H_POS = XHOME\nPTP XHOME\nLIN XNEAR\n";
   EXPECT_EQ(all_words(correct_motions(home)), "");
+  const std::string machine = "E6AXIS $H_POS={A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 20.0,A6 0.0}\n";
+  EXPECT_EQ(all_words(correct_motions("PTP $H_POS\nLIN XNEAR\n", {}, machine)), "");
+  for (const char* set : {"", "$H_POS=XHOME\n"}) {
+    const auto result =
+        correct_motions(set + std::string("PTP $H_POS\nLIN XNEAR\n"), {}, *set != 0 ? machine : "");
+    ASSERT_EQ(result.refusals.size(), 1U) << all_words(result);
+    EXPECT_EQ(result.refusals[0].why, Why::kPostureNotKnown);
+  }
   for (const char* change :
        {"XHOME.A5=-20\n", "XHOME.A1=5\n", "XHOME=XOTHER\n", "SHIFT(XHOME)\n"}) {
     const auto changed = correct_motions(

@@ -59,6 +59,7 @@ TEST(AProgramThatIsNotUnderstood, IsRefusedByFileAndLine) {
       {"relative", f + "LIN_REL {Z 50}\n", p1, Why::kRelative, "p.src", 4},
       {"partial", f + "LIN {Z 50}\n", "", Why::kPartial, "p.src", 4},
       {"partial axes", f + "PTP {A1 50}\n", "", Why::kPartial, "p.src", 4},
+      {"partial axes without A1", f + "PTP {A2 -90,A3 90}\n", "", Why::kPartial, "p.src", 4},
       {"unknown", f + "PTP XP9\n", p1, Why::kUnknownPoint, "p.src", 4},
       {"twice", f + "PTP XP1\n", p1 + p1, Why::kTwice, "p.dat", 2},
       {"given again", f + "XP1=" + point() + "\nPTP XP1\n", p1, Why::kTwice, "p.src", 4},
@@ -185,6 +186,51 @@ TEST(AProgramThatIsNotUnderstood, IsRefusedByFileAndLine) {
       EXPECT_NE(words(r, cell().robot).find(": "), std::string::npos);
     }
   }
+}
+
+TEST(AFrame, ThatIsUnknownIsSoSinceTheStatement) {
+  const struct {
+    const char *body, *since;
+  } cases[] = {
+      {"BAS(#BASE,0)\n$TOOL=$TOOL\nPTP XP1\n", "tool unknown since $TOOL in line 3."},
+      {"BAS(#TOOL,1)\n$BASE=$WORLD:BASE_DATA[2]\nPTP XP1\n", "base unknown since $BASE in line 3."},
+      {"BAS(#BASE,0)\nBAS(#TOOL,N)\nPTP XP1\n", "tool unknown since BAS(#TOOL) in line 3."},
+      {"BAS(#TOOL,1)\nBAS(#BASE,N)\nPTP XP1\n", "base unknown since BAS(#BASE) in line 3."},
+      {"FDAT_ACT.TOOL_NO=N\nBAS(#PTP_PARAMS,1)\nPTP XP1\n",
+       "tool unknown since FDAT_ACT in line 2."},
+      {"BAS(#TOOL,N)\nBAS(#BASE,N)\nPTP XP1\n", "tool unknown since BAS(#TOOL) in line 2."},
+      {"BAS(#TOOL,1)\nBAS(#BASE,0)\nFIND()\nBAS(#TOOL,1)\n$BASE.X=5\nPTP XP1\n",
+       "base unknown since $BASE in line 6."},
+      {"BAS(#TOOL,N)\nBAS(#TOOL,1)\nPTP XP1\n", "base unknown. "},
+      {"BAS(#TOOL,1)\nBAS(#BASE,0)\nTAKE()\nPTP XP1\nEND\nDEF TAKE()\n\n\nBAS(#TOOL,N)\n",
+       "tool unknown since TAKE in line 4."},
+      {"BAS(#TOOL,N)\nBAS(#BASE,0)\nPLACE()\nPTP XP1\nEND\nDEF PLACE()\nBAS(#BASE,2)\n",
+       "tool unknown since BAS(#TOOL) in line 2."},
+  };
+  for (const auto& one : cases) {
+    const auto result = correct(one.body, declared(point()));
+    EXPECT_NE(all_words(result).find(one.since), std::string::npos)
+        << one.body << all_words(result);
+  }
+}
+
+TEST(TheHomeOfTheMachineData, IsLeftAsItIs) {
+  const auto body = [](const std::string& more) {
+    return kFrames + more + "PTP $H_POS\nPTP XP1\n";
+  };
+  const auto result = correct(body(""), declared(point()));
+  EXPECT_EQ(all_words(result), "");
+  ASSERT_EQ(result.left.size(), 1U);
+  EXPECT_EQ(result.left[0].name, "$H_POS");
+  EXPECT_EQ(all_words(correct(body("$H_POS=XP2\n"), declared(point()))), "");
+  EXPECT_EQ(correct(body("$H_POS=XP1\n"), declared(point())).refusals.at(0).why, Why::kComputed);
+  krl::BackupFiles files;
+  files.modules = {{{"p.src", "DEF P()\nBAS(#TOOL,1)\nPTP $H_POS\nEND\n"}, {}, {}, {}}};
+  files.controller = {
+      {"$machine.dat", "E6AXIS $H_POS={A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 10.0,A6 0.0}\n"}};
+  const auto together = correct_backup(calibration(), files);
+  EXPECT_TRUE(together.files.empty());
+  EXPECT_TRUE(together.modules[0].refusals.empty());
 }
 
 TEST(APoint, ThatIsToStayIsLeftAsItIs) {
