@@ -26,11 +26,19 @@ bool is_krl(std::string_view path) {
   return name.ends_with(".src") || name.ends_with(".dat") || name.ends_with(".sub");
 }
 
-/// Options keep binary data of their own in files named .dat.
+/// Options keep data of their own, binary or of long lines, in files named .dat.
 bool is_other_data(const KrlFile& file) {
-  return calib::krl::lower_case(file.name).ends_with(".dat") &&
-         file.text.find('\0') != std::string::npos &&
-         calib::krl::lower_case(file.text).find("defdat") == std::string::npos;
+  if (!calib::krl::lower_case(file.name).ends_with(".dat") ||
+      calib::krl::lower_case(file.text).find("defdat") != std::string::npos)
+    return false;
+  if (file.text.find('\0') != std::string::npos) return true;
+  if (calib::krl::lower_name(file.name).starts_with('$')) return false;
+  try {
+    calib::krl::read_lines(file);
+    return false;
+  } catch (const calib::FileError&) {
+    return true;
+  }
 }
 
 std::vector<KrlFile> read_folder(const fs::path& folder) {
@@ -64,11 +72,15 @@ bool is_of_the_controllers_side(const std::string& path) {
          all.find("/roboter/template/") != std::string::npos;
 }
 
-std::vector<KrlFile> read_backup(const fs::path& place) {
+std::vector<KrlFile> read_backup(const fs::path& place, std::vector<std::string>* others) {
   auto files = fs::is_directory(place) ? read_folder(place) : read_zip(place);
-  std::erase_if(files, is_other_data);
   std::sort(files.begin(), files.end(),
             [](const KrlFile& a, const KrlFile& b) { return a.name < b.name; });
+  std::erase_if(files, [&](const KrlFile& file) {
+    const bool other = is_other_data(file);
+    if (other && others != nullptr) others->push_back(file.name);
+    return other;
+  });
   return files;
 }
 

@@ -13,8 +13,10 @@
 namespace cellcal::daemon {
 
 /// All .src, .sub and .dat files of a folder or ZIP archive, by their path in it, in order of the
-/// paths; without binary .dat files of options. Throws calib::FileError if it cannot be read, or has more files than a controller.
-std::vector<calib::krl::KrlFile> read_backup(const std::filesystem::path& place);
+/// paths; without .dat files of options that are no KRL, whose paths go to `others`. Throws calib::FileError if it
+/// cannot be read, or has more files than a controller.
+std::vector<calib::krl::KrlFile> read_backup(const std::filesystem::path& place,
+                                             std::vector<std::string>* others = nullptr);
 
 /// True for paths below STEU, which has its own $machine.dat and $config.dat, and for templates of
 /// new programs.

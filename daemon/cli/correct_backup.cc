@@ -171,10 +171,12 @@ void refuse_corrected_backup(const fs::path& place, const std::vector<KrlFile>& 
 
 int correct_backup_files(const CorrectCommand& command, const calib::Calibration& calibration,
                          const calib::Calibration* from) {
-  const std::vector<KrlFile> read = read_backup(command.backup);
+  std::vector<std::string> others;
+  const std::vector<KrlFile> read = read_backup(command.backup, &others);
   refuse_corrected_backup(command.backup, read);
-  const CorrectedBackup result =
+  CorrectedBackup result =
       correct_backup(calibration, modules_of(read), correction_options(command, from));
+  for (std::string& file : others) result.left.push_back({std::move(file), "no KRL data"});
   const calib::Robot& robot = calibration.cell.robot;
   Json all = backup_json(result, robot);
   all["warnings"] = warned(result.warnings, command, robot, result.points);

@@ -419,6 +419,12 @@ TEST_F(Correct, ABackupLeavesTemplatesAndBinaryDataOfOptionsAndRefusesADamagedDa
   const Outcome left = run_correct({"--backup", backup, "-o", out});
   EXPECT_NE(left.out.find("2 of 2 modules"), std::string::npos) << left.out << left.err;
   EXPECT_FALSE(std::filesystem::exists(out + "/SnmpData.dat"));
+  EXPECT_NE(left.out.find("left as it is: SnmpData.dat (no KRL data)"), std::string::npos)
+      << left.out;
+  std::ofstream(backup + "/log.dat") << std::string(20000, 'x') << "\n";
+  const Outcome logged = run_correct({"--backup", backup, "-o", dir_ / "logged"});
+  EXPECT_NE(logged.out.find("2 of 2 modules"), std::string::npos) << logged.err;
+  EXPECT_NE(logged.out.find("left as it is: log.dat"), std::string::npos) << logged.out;
   std::ofstream(backup + "/damaged.dat", std::ios::binary) << std::string("DEFDAT D\0\n", 10);
   const Outcome outcome = run_correct({"--backup", backup, "-o", dir_ / "more"});
   EXPECT_EQ(outcome.status, 1);
