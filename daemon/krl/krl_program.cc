@@ -372,6 +372,15 @@ void add_globals(const Data& from, Data& into) {
     if (from.globals.count(name) > 0) into.named_loads.emplace(name, load);
 }
 
+/// Frames and loads by name that modules touch: all, or the GLOBAL ones.
+void forget(const std::set<std::string>& touched, bool all, Data& data) {
+  const auto is_touched = [&](const auto& named) {
+    return touched.count(named.first) > 0 && (all || data.globals.count(named.first) > 0);
+  };
+  std::erase_if(data.named_frames, is_touched);
+  std::erase_if(data.named_loads, is_touched);
+}
+
 /// What modules import of each other.
 class Imports {
  public:
@@ -416,10 +425,14 @@ class Imports {
   std::map<std::string, Refusal> renamed_;
 };
 
-/// Points of the program that another module imports may be its points, too. A module that is no text has none.
-void share_imported(const KrlFile& module, const std::string& program, Data& data) try {
+/// What another module does to a program's data: points that it imports may be its own, too, and named frames and loads
+/// that it touches are unknown. A module that is no text does nothing.
+void apply_beside(const KrlFile& module, const std::string& program, Data& known, Data& own) try {
   for (const Import& one : imports_of(module))
-    if (one.module == module_name(program)) data.globals.insert(one.original);
+    if (one.module == module_name(program)) own.globals.insert(one.original);
+  const auto touched = touched_names(read_lines(module));
+  forget(touched, true, known);
+  forget(touched, false, own);
 } catch (const calib::FileError&) {
 }
 
@@ -554,6 +567,7 @@ Program read_program(const ProgramFiles& files, const std::vector<std::string>& 
   Data known;
   for (const KrlFile& file : files.controller) read_data(file, known);
   if (files.dat) read_data(*files.dat, program.data);
+  for (const KrlFile& one : files.modules) apply_beside(one, files.src.name, known, program.data);
   add(known, program.data);
   std::vector<const KrlFile*> sources = {&files.src};
   for (const KrlFile& one : files.modules) sources.push_back(&one);
@@ -563,7 +577,6 @@ Program read_program(const ProgramFiles& files, const std::vector<std::string>& 
       {files.src.name, changes_for(files, routines.changes(0), program.changes), 0, {}, false});
   std::map<std::string, Why> imported;
   for (const Import& one : imports_of(files.src)) imported.emplace(one.name, Why::kElsewhere);
-  for (const KrlFile& one : files.modules) share_imported(one, files.src.name, program.data);
   Reader reader(files.src, leave, known, {routines, 0}, false, imported, program.data, program);
   reader.read(read_lines(files.src));
   for (const std::string& name : leave) reader.there_is(name);
@@ -601,20 +614,14 @@ Program read_programs(const BackupFiles& files, const std::vector<std::string>& 
     sources.push_back(&one.src);
     touched.merge(touched_names(read_lines(one.src)));
   }
-  const auto is_touched = [&](const auto& one) { return touched.count(one.first) > 0; };
-  std::erase_if(seen.named_frames, is_touched);
-  std::erase_if(seen.named_loads, is_touched);
+  forget(touched, true, seen);
   add(seen, program.data);
   const Routines routines(sources, {still.begin(), still.end()});
   program.changes = changes_by_all(sources, routines);
   std::set<std::string> missing(leave.begin(), leave.end());
   for (std::size_t i = 0; i < files.modules.size(); ++i) {
     const ProgramFiles& one = files.modules[i];
-    const auto is_touched_global = [&](const auto& named) {
-      return own[i].globals.count(named.first) > 0 && is_touched(named);
-    };
-    std::erase_if(own[i].named_frames, is_touched_global);
-    std::erase_if(own[i].named_loads, is_touched_global);
+    forget(touched, false, own[i]);
     add(seen, own[i]);
     program.modules.push_back(
         {one.src.name, changes_for(one, routines.changes(i), program.changes), 0, {}, false});

@@ -146,6 +146,10 @@ TEST(ALoadInForce, ByANameThatAnotherModuleChangesIsRefused) {
     files.modules[1].src = {"q.src",
                             std::string("DEF Q()\n") + (changed ? "part_L.M=3\n" : "") + "END\n"};
     EXPECT_EQ(correct_backup(calibration(), files).modules.at(0).refusals.empty(), !changed);
+    krl::ProgramFiles alone = files.modules[0];
+    alone.controller = files.controller;
+    alone.modules = {files.modules[1].src};
+    EXPECT_EQ(correct_program(calibration(), alone).refusals.empty(), !changed);
   }
 }
 
