@@ -157,7 +157,7 @@ bool Scope::holds_at(const Eigen::Vector3d& tcp_m, int carriers) const {
 double ripple_elsewhere_rad(double ripple_rad, double degrees_of_freedom) {
   constexpr double kFew = 300.0;
   const double common = degrees_of_freedom > kFew ? kFew / degrees_of_freedom : 1.0;
-  return std::sqrt(1.0 + common) * ripple_rad;  // (37a)
+  return std::sqrt(1.0 + common) * ripple_rad;  // (37)
 }
 
 double radius_95(const Eigen::Matrix3d& c) {
@@ -268,7 +268,7 @@ double PositionBound::u95_m(std::span<const double> joint_rad, const Eigen::Vect
     by_joint.leftCols(static_cast<Eigen::Index>(arm_.robot().first_turning())).setZero();
     if (!carrier_rad.empty())
       by_joint = carried_at(arm_.robot(), carrier_rad).linear().transpose() * by_joint;
-    c += ripple_rad_ * ripple_rad_ * by_joint * by_joint.transpose();  // (37)
+    c += ripple_rad_ * ripple_rad_ * by_joint * by_joint.transpose();
   }
   c.diagonal().array() += field_m_ * field_m_;  // as far from all touches
   return widening_ * radius_95(c);

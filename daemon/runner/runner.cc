@@ -227,11 +227,10 @@ void Runner::feed(Event event) {
   event.utc = parts_.backend.utc_now();
   if (parts_.on_rest && open_ && shows_rest(state_.phase, event))
     parts_.on_rest(parts_.backend.robot().state());
-  if (event.kind() == EventKind::kRecorded && on_its_way_) {
-    touches_.push_back(std::move(*on_its_way_));
-    on_its_way_.reset();
+  if (event.kind() == EventKind::kRecorded && on_its_way_.written && *on_its_way_.written) {
+    touches_.push_back(std::move(on_its_way_.touch));
+    on_its_way_ = {};
   }
-  if (event.kind() == EventKind::kJournalFailed) on_its_way_.reset();
   const Phase before = state_.phase;
   Step next = step(std::move(state_), event);
   state_ = std::move(next.state);
@@ -418,8 +417,14 @@ struct Runner::Perform {
   void operator()(const RecordPlan& action) const { record(action); }
   void operator()(const RecordReading& action) const { record(action); }
   void operator()(const RecordTouch& action) const {
-    runner.on_its_way_ = action.touch;
-    record(action, Event{Plain<EventKind::kRecorded>{}});
+    const auto written = std::make_shared<bool>(false);
+    runner.on_its_way_ = {action.touch, written};
+    runner.commit(
+        [action, written](Recorder& recorder) {
+          recorder.record(action);
+          *written = true;
+        },
+        Event{Plain<EventKind::kRecorded>{}}, name_of(action));
   }
   void operator()(const RecordSearch& action) const { record(action); }
   void operator()(const CheckJournal& action) const {

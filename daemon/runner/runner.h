@@ -185,7 +185,10 @@ class Runner {
   bool open_ = false;
   double sensor_late_s_ = 0.0;  ///< newest value
   drivers::TimePoint next_report_{};
-  std::optional<calib::Touch> on_its_way_;  ///< touch being written to disk
+  struct {
+    calib::Touch touch;
+    std::shared_ptr<const bool> written;  ///< set by the disk's worker; null: none
+  } on_its_way_;                          ///< touch being written to disk
   std::atomic<bool> abort_requested_{false};
   std::atomic<std::uint64_t> turns_{1};
   std::uint64_t turns_seen_ = 0;
