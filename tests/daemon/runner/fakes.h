@@ -124,8 +124,10 @@ class FakeBackend : public Backend {
   drivers::Clock& clock() override { return world.clock; }
   bool virtual_time() const override { return true; }
   std::string utc_now() override { return "2026-01-01T00:00:00.000Z"; }
+  bool emulated() const override { return is_emulated; }
 
   World world;
+  bool is_emulated = false;
 
  private:
   FakeRobot robot_{world};

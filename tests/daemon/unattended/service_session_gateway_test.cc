@@ -31,7 +31,9 @@ struct UnattendedSession : ::testing::Test {
     if (++made <= broken) {
       testing::Script script;
       script.open_contact_error = "/dev/ttyUSB0: no such device";
-      return std::make_unique<testing::FakeBackend>(script);
+      auto fake = std::make_unique<testing::FakeBackend>(script);
+      fake->is_emulated = true;  // as the one that it is resumed on
+      return fake;
     }
     return make_mock_backend(
         parse_config("format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n", "d"), cell);
