@@ -164,7 +164,7 @@ KnownTouches::KnownTouches(const Calibration& c, const std::vector<Touch>& touch
   if (c.repeats.used_m > 0.0)
     problem_.set_repeats(std::vector<int>(touches_.size(), 1), c.repeats.used_m);
   // At postures without a touch of the calibration, as in its bounds.
-  problem_.set_ripple(ripple_elsewhere_rad(c.level.ripple_rad, c.degrees_of_freedom));
+  problem_.set_ripple(ripple_elsewhere_rad(c));
   for (int i = 0; i < problem_.size(); ++i) {
     const Unknown& unknown = unknowns()[static_cast<std::size_t>(i)];
     const ParameterResult* found = find(c, unknown.key);

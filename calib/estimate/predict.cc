@@ -28,13 +28,10 @@ struct Predictor::Impl {
       : arm(levelled),
         x(arm_values(arm, c)),
         sigma(arm_covariance(arm, c)),
-        bound(carriers == 0
-                  ? PositionBound(arm, x, sigma,
-                                  ripple_elsewhere_rad(c.level.ripple_rad, c.degrees_of_freedom),
-                                  c.discrepancy.sigma_m, c.region)
-                  : PositionBound(arm, x, sigma,
-                                  ripple_elsewhere_rad(c.level.ripple_rad, c.degrees_of_freedom),
-                                  c.discrepancy.sigma_m, work_on(c, carriers))) {}
+        bound(carriers == 0 ? PositionBound(arm, x, sigma, ripple_elsewhere_rad(c),
+                                            c.discrepancy.sigma_m, c.region)
+                            : PositionBound(arm, x, sigma, ripple_elsewhere_rad(c),
+                                            c.discrepancy.sigma_m, work_on(c, carriers))) {}
 
   std::vector<CarriedPose> work_on(const Calibration& c, int carriers) const {
     auto poses = carried_poses(arm, c, carriers, kPoses, kRegionSeed);
@@ -154,10 +151,24 @@ bool Scope::holds_at(const Eigen::Vector3d& tcp_m, int carriers) const {
          });
 }
 
-double ripple_elsewhere_rad(double ripple_rad, double degrees_of_freedom) {
+namespace {
+
+/// Rows of the fit at postures of their own: those of repeats, and of turns, hold the same ripple.
+double rows_of_postures(const Calibration& c) {
+  const double postures = c.after.count - c.repeats.degrees_of_freedom;
+  return std::min(c.degrees_of_freedom, (c.region.empty() ? 1.0 : 3.0) * postures);
+}
+
+}  // namespace
+
+double ripple_elsewhere_rad(double ripple_rad, double rows) {
   constexpr double kFew = 300.0;
-  const double common = degrees_of_freedom > kFew ? kFew / degrees_of_freedom : 1.0;
+  const double common = rows > kFew ? kFew / rows : 1.0;
   return std::sqrt(1.0 + common) * ripple_rad;  // (37)
+}
+
+double ripple_elsewhere_rad(const Calibration& c) {
+  return ripple_elsewhere_rad(c.level.ripple_rad, rows_of_postures(c));
 }
 
 double radius_95(const Eigen::Matrix3d& c) {

@@ -87,7 +87,8 @@ double radius_95(const Eigen::Matrix3d& c);
 /// Ripple of each joint away from the touches, 1 sigma: sqrt 2 times that among them, and less where many rows have
 /// determined it. Few touches do not distinguish its part common to all of them, such as play that the load closes to one
 /// side, from the geometry.
-double ripple_elsewhere_rad(double ripple_rad, double degrees_of_freedom = 0.0);
+double ripple_elsewhere_rad(double ripple_rad, double rows = 0.0);
+double ripple_elsewhere_rad(const Calibration& c);
 
 class PositionBound {
  public:

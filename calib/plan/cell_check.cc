@@ -304,7 +304,7 @@ std::vector<CellFault> faults_of(const Cell& cell) {
   check_containment(cell, faults);
   examine_load(cell, faults);
   examine_column(cell, faults);
-  if (tool_is_sound) {
+  if (tool_is_sound && reaches_any_turn(cell.robot)) {
     check_reach(cell, faults);
     examine_tool(cell, faults);
     examine_description(cell, faults);

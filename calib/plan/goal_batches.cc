@@ -101,9 +101,7 @@ struct GoalBatches::Impl {
     const Eigen::VectorXd x = arm_values(arm, c);
     const Eigen::MatrixXd covariance = arm_covariance(arm, c);
     const std::vector<JointVector> poses = postures(arm);
-    const PositionBound bound(arm, x, covariance,
-                              ripple_elsewhere_rad(c.level.ripple_rad, c.degrees_of_freedom),
-                              c.discrepancy.sigma_m);
+    const PositionBound bound(arm, x, covariance, ripple_elsewhere_rad(c), c.discrepancy.sigma_m);
     const Eigen::MatrixXd moves =
         aligned_moves(arm, poses, x.data(), Eigen::VectorXd::Ones(arm.size()));
     progress.u95_m = bound.mean_u95_m(poses);

@@ -13,7 +13,28 @@ namespace cellcal::calib {
 
 namespace {
 
+constexpr std::size_t kLeastJoints = 6;
+
+std::size_t arm_joints(const Robot& robot) { return robot.joints.size() - robot.first_turning(); }
+
+}  // namespace
+
+bool reaches_any_turn(const Robot& robot) { return arm_joints(robot) >= kLeastJoints; }
+
+void require_any_turn(const Robot& robot) {
+  if (reaches_any_turn(robot)) return;
+  throw PlanError(
+      PlanError::Kind::kCell,
+      fmt::format(
+          "the robot file has {} joints; touches are planned for arms of {} or more. Touch by hand, "
+          "and use 'cellcal identify' with the file",
+          arm_joints(robot), kLeastJoints));
+}
+
+namespace {
+
 void check_cell(const Cell& cell) {
+  require_any_turn(cell.robot);
   refuse_positioner(cell.robot, "a plan touch by touch", "Plan a calibration, 'cellcal plan'");
   bool sphere = false;
   for (const Target& target : cell.targets) {
@@ -36,19 +57,6 @@ std::string words_of(const Target& target) {
   return (target.kind == TargetKind::kPlane ? "plane " : "sphere ") + target.id;
 }
 
-/// Fewer do not reach a pose of the tool as it is asked for.
-void require_six_joints(const Robot& robot) {
-  constexpr std::size_t kLeastJoints = 6;
-  const std::size_t joints = robot.joints.size() - robot.first_turning();
-  if (joints >= kLeastJoints) return;
-  throw PlanError(
-      PlanError::Kind::kCell,
-      fmt::format(
-          "the robot file has {} joints; touches are planned for arms of {} or more. Touch by hand, "
-          "and use 'cellcal identify' with the file",
-          joints, kLeastJoints));
-}
-
 /// Validates in the initialiser list, before any computation.
 const Cell& checked(const Cell& cell) {
   check_cell(cell);
@@ -65,7 +73,6 @@ std::vector<Candidate> searchable(std::vector<Candidate> candidates, const Clear
 
 ArmModel planning_arm(const Cell& cell) {
   require_speeds(cell.robot);
-  require_six_joints(cell.robot);
   Robot robot = cell.robot;
   for (Joint& joint : robot.joints) {
     joint.errors.clear();

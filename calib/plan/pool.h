@@ -8,6 +8,10 @@ namespace cellcal::calib {
 
 /// The arm without identification-only properties: plans are made on nominal geometry.
 ArmModel planning_arm(const Cell& cell);
+/// True where the tool may be asked for in any orientation: an arm of six or more joints.
+bool reaches_any_turn(const Robot& robot);
+/// Throws PlanError for an arm of fewer.
+void require_any_turn(const Robot& robot);
 
 /// A posture well inside the limits: centred, with the arm reaching forward and up.
 JointVector middle_posture(const Robot& robot);

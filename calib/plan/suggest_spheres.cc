@@ -225,6 +225,7 @@ class PlaceChoice {
 }  // namespace
 
 SuggestedSpheres suggest_spheres(const Cell& cell, const PlanOptions& options, int count) {
+  require_any_turn(cell.robot);
   refuse_external_axes(cell.robot, "suggesting places of spheres",
                        "Place them by hand, and let 'cellcal plan' state the accuracy");
   if (options.region.kind != AccuracyRegion::Kind::kWorkspace &&

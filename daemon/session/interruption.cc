@@ -140,7 +140,11 @@ void record_interruption_cause(State& state, const Event& event) {
 
 /// From the current position.
 ResumePath resume_path(const State& state) {
-  if (!state.one_by_one || state.plan->touches.empty()) return ResumePath::kNone;
+  if (state.plan->touches.empty()) return ResumePath::kNone;
+  // Behind the last touch of a plan no route leads on from the contact.
+  const std::size_t made = state.done + (state.phase == Phase::kRecording ? 1 : 0);
+  const bool kept = state.phase == Phase::kReferencing || state.phase == Phase::kWatching;
+  if (!state.one_by_one && !kept && made < state.plan->touches.size()) return ResumePath::kNone;
   switch (state.phase) {
     case Phase::kArmingFast:  // after noise it is near the surface
       return state.search_from_m > state.approach_m ? ResumePath::kToSearch : ResumePath::kNone;

@@ -126,8 +126,11 @@ bool is_beside_turn(const calib::PlannedTouch& planned, std::size_t k) {
   return k + 2 == before || k + 1 == before;
 }
 
+/// Of the current touch; after the last one of a plan, of that.
 drivers::AxisAngles clear_point(const State& state) {
-  return axis_angles(state.planned().clear, state.planned().positioner_rad);
+  const std::size_t last = state.plan->touches.size() - 1;
+  const calib::PlannedTouch& touch = state.plan->touches.at(std::min(state.current_index(), last));
+  return axis_angles(touch.clear, touch.positioner_rad);
 }
 
 /// Waypoint of the way home, during which the positioner is at rest.

@@ -21,6 +21,9 @@ constexpr double kLongestLinRad = 10.0 * kRadPerDeg;
 constexpr std::size_t kSettleWindow = 5;
 constexpr double kSettledRad = 0.001 * kRadPerDeg;
 constexpr std::chrono::milliseconds kSettleLimit{2000};
+/// The controller comes to rest at a way-point; its states lag by less.
+constexpr double kAtWayPointRad = 2.0 * kRadPerDeg;
+constexpr int kAgreeingLatches = 2;
 
 }  // namespace
 
@@ -132,7 +135,6 @@ std::optional<CoreResult> EkiMover::cancel(TimePoint now) {
   // start.
   if (ends_well()) fail(MoveOutcome::kRefused, cause::TrippedAtStart{});
   if (leg_ == 0) return result(record_.newest().actual_rad);
-  stop_wanted_ = false;  // nothing is moving
   begin_settling(now);
   return std::nullopt;
 }
@@ -227,7 +229,10 @@ void EkiMover::apply_progress_report(const EkiState& state, TimePoint now) {
   done_at_ = now;
   begin_settling(now);
   if (!ends_well()) return;
-  switch (state.outcome) {
+  // A stop that arrived unreadable stops the arm, too: as a missing telegram.
+  const bool stopped = state.outcome == EkiOutcome::kDeadMan && stop_sent_;
+  const EkiOutcome outcome = stopped ? EkiOutcome::kStop : state.outcome;
+  switch (outcome) {
     case EkiOutcome::kSoftLimit:
       return fail(MoveOutcome::kRefused, cause::OutsideSoftLimits{});
     case EkiOutcome::kNotFeasible:
@@ -245,18 +250,23 @@ void EkiMover::apply_progress_report(const EkiState& state, TimePoint now) {
     case EkiOutcome::kStop:
       break;
   }
-  if (state.outcome == EkiOutcome::kArrived && !last_leg()) return on_leg_done(now);
-  if (searching()) return on_search_done(state.outcome, now);
-  if (state.outcome == EkiOutcome::kInput) {
+  if (outcome == EkiOutcome::kArrived && !last_leg()) return on_leg_done(now);
+  if (searching()) return on_search_done(outcome, now);
+  if (outcome == EkiOutcome::kInput) {
     fail(MoveOutcome::kUnexpectedContact, cause::TouchedOutsideSearch{});
-  } else if (state.outcome == EkiOutcome::kStop) {
+  } else if (outcome == EkiOutcome::kStop) {
     fail(MoveOutcome::kStopped, cause::StopAsked{});
   }
 }
 
-/// At a way-point: continues immediately, unless a retreat has not opened its contact on its first
-/// leg.
+/// At a way-point: continues immediately, unless the arm is not there, or a retreat has not opened its contact on its
+/// first leg.
 void EkiMover::on_leg_done(TimePoint now) {
+  const AxisDistance off = farthest_axis(record_.newest().actual_rad, leg_target(move_, leg_));
+  if (off.rad > kAtWayPointRad) {
+    stop_wanted_ = true;
+    return fail(MoveOutcome::kNotFollowing, cause::EndWithdrawn{});
+  }
   if (leg_ == 0 && move_.kind == MoveKind::kRetreat && sensor_.present() && !sensor_.opened()) {
     open_due_ = now;  // the sensor's next messages decide whether it is closed
     return fail(MoveOutcome::kContactSilent, cause::OpeningUnheard{});
@@ -312,7 +322,9 @@ std::optional<CoreResult> EkiMover::settle(TimePoint now) {
   const AxisDistance largest_deviation = farthest_axis(late, move_.target_rad);
   const std::uint8_t far = largest_deviation.axis;
   const bool at_rest = moved.rad <= kSettledRad;
-  if (!at_rest && now - settling_since_ < kSettleLimit) return std::nullopt;
+  const bool latch_open =
+      outcome_ == MoveOutcome::kContact && latched_rad_ && agreeing_latches_ < kAgreeingLatches;
+  if ((!at_rest || latch_open) && now - settling_since_ < kSettleLimit) return std::nullopt;
   if (ends_well() && largest_deviation.rad > config_.follow_tolerance_deg * kRadPerDeg) {
     fail(MoveOutcome::kNotFollowing,
          cause::NotAtTarget{axes().name(far), axes().shown(far, move_.target_rad[far]),
@@ -334,8 +346,7 @@ std::optional<CoreResult> EkiMover::settle(TimePoint now) {
 }
 
 void EkiMover::fill_latch(const AxisAngles& settled_rad, TimePoint now) {
-  constexpr int kAgreeing = 2;
-  if (agreeing_latches_ < kAgreeing) latched_rad_.reset();
+  if (agreeing_latches_ < kAgreeingLatches) latched_rad_.reset();
   const EkiLatchResult made =
       latch_of({*contact_, latched_rad_, settled_rad, done_at_}, config_, record_, now);
   latch_ = made.latch;

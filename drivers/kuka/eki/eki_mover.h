@@ -3,6 +3,7 @@
 //
 //   asked --taken--> moving --done--> verdict (search with contact) --> settling --rest--> result
 //     ^---- next leg -----+
+//     ^---- one that the next state takes back: stopped --------------------+
 //
 // A move through way-points is a sequence of commands, one per leg: the controller comes to rest at
 // every way-point, and continues with the next telegram, sent on arrival.

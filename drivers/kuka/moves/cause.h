@@ -186,7 +186,7 @@ struct LinkClosed {};  ///< by the controller
 struct SessionTaken {
   std::uint32_t session = 0;  ///< obeyed by the controller
 };
-struct DeadMan {};  ///< the controller missed this computer's beats
+struct DeadMan {};  ///< the controller missed this computer's beats, or a telegram
 struct ProgramAborted {
   int fault = 0;  ///< number defined by the controller's program
 };

@@ -91,7 +91,7 @@ enum class EkiOutcome : int {
   kInputAtStart = 4,  ///< not started: the input was on
   kSoftLimit = 5,     ///< not started: outside the software limit switches
   kNotFeasible = 6,   ///< not started: target or speed could not be computed
-  kDeadMan = 7,       ///< stopped: no telegram for too long
+  kDeadMan = 7,       ///< stopped: no telegram for too long, or one is missing
   kAborted = 8,       ///< drives off, stop, emergency stop or program cancelled
 };
 

@@ -353,7 +353,7 @@ TEST(ALatenessWhileATouchGoesToTheDisk, WaitsUntilItIsThere) {
   EXPECT_EQ(walk.state.done, 1u) << "it is made, and not made again";
 }
 
-TEST(ALatenessWhileTheLastTouchGoesToTheDisk, EndsInTheIdentification) {
+TEST(ALatenessWhileTheLastTouchGoesToTheDisk, IsFollowedByTheRetreatAndTheWayHome) {
   Walk walk(1);
   walk.state.repeats = BusyRepeats{};
   walk.to_slow_search();
@@ -370,10 +370,11 @@ TEST(ALatenessWhileTheLastTouchGoesToTheDisk, EndsInTheIdentification) {
   ASSERT_EQ(walk.state.phase, Phase::kRecovering);
   walk.on(EventKind::kLinks);
   walk.on(EventKind::kDeadline);
-  for (int i = 0; i < 4 && walk.state.phase != Phase::kRouting; ++i) walk.on(EventKind::kLinks);
-  ASSERT_EQ(walk.state.phase, Phase::kRouting);
-  walk.on(EventKind::kRouted);
-  EXPECT_EQ(walk.state.phase, Phase::kIdentifying);
+  for (int i = 0; i < 4 && walk.state.phase != Phase::kRetreat; ++i) walk.on(EventKind::kLinks);
+  ASSERT_EQ(walk.state.phase, Phase::kRetreat);
+  EXPECT_EQ(walk.the<BeginMove>().move.target_rad, walk.plan->touches[0].clear);
+  walk.on(EventKind::kArrived);
+  EXPECT_EQ(walk.state.phase, Phase::kReturning);
 }
 
 TEST(AnArmingThatWasNotAnswered, InTimeIsRepeatedWhereThisComputerWasLateAndOnlyThere) {

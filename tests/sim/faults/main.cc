@@ -190,6 +190,7 @@ Fault both(const Fault& first, const Fault& second, std::chrono::milliseconds ap
     if (first.book) first.book(victim);
     if (second.book) second.book({victim.cell, victim.at + apart, victim.runner});
   };
+  pair.silences = first.silences;
   pair.replies_arrive = first.replies_arrive && second.replies_arrive;
   pair.asks_for_end = first.asks_for_end || second.asks_for_end;
   return pair;

@@ -55,17 +55,30 @@ TEST_F(EkiMoverSearch, TakesTheLatchThatTheControllerRepeats) {
   const CoreResult result = done(EkiOutcome::kInput);
   expect(result, MoveOutcome::kContact, cause::None{});
   EXPECT_NEAR(result.latch->contact_rad[1], (at_deg[1] - 0.003) * kDeg, 1e-9);
+  EXPECT_EQ(states, 10) << "and not a state more";
   search();
   moving(20, 0.01);
   guard.trip(5, now - 4ms);
   guard.push(ContactEventKind::kContact, 5, now - 4ms);
   std::optional<CoreResult> torn;
-  for (int i = 0; i < 30 && !torn; ++i) {
+  for (int i = 0; i < 200 && !torn; ++i) {
     latched(at_deg[1] - 0.003 + 0.001 * (i % 2));
     torn = state(EkiProgress::kDone, EkiOutcome::kInput);
   }
   ASSERT_TRUE(torn);
   expect(*torn, MoveOutcome::kContactSilent, cause::LatchMissing{});
+}
+
+TEST_F(EkiMoverSearch, AStopThatArrivedAsAMissingTelegramStillEndsInTheContact) {
+  config.stop = EkiStop::kFlag;
+  search();
+  moving(20, 0.01);
+  guard.trip(5, now);
+  EXPECT_FALSE(tick());
+  ASSERT_TRUE(mover.wants_stop());
+  mover.stop_sent(now);
+  guard.push(ContactEventKind::kContact, 5, now);
+  expect(done(EkiOutcome::kDeadMan), MoveOutcome::kContact, cause::None{});
 }
 
 TEST_F(EkiMoverSearch, AnEndThatIsTakenBackIsNoContact) {

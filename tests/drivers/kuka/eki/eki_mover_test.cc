@@ -304,10 +304,29 @@ TEST_F(EkiMoverAlone, StoppedAtAWayPointBeforeTheNextLegWasSentItOnlyComesToRest
   mover.halt(MoveOutcome::kStopped, cause::StopAsked{});
   ASSERT_TRUE(mover.wants_stop());
   EXPECT_FALSE(mover.cancel(now)) << "it settles first";
-  EXPECT_FALSE(mover.wants_stop() || mover.wants_sending());
+  EXPECT_FALSE(mover.wants_sending());
+  EXPECT_TRUE(mover.wants_stop()) << "the end of the leg may have been a damaged state's";
   const CoreResult stopped = done(EkiOutcome::kArrived);
   expect(stopped, MoveOutcome::kStopped, cause::StopAsked{});
   EXPECT_NEAR(stopped.at_rad[1], -10.0 * kDeg, 1e-9);
+}
+
+TEST_F(EkiMoverAlone, AnArmThatIsNotAtTheWayPointIsStoppedThere) {
+  mover.listen(now);
+  ASSERT_FALSE(mover.start({++id,
+                            MoveKind::kTransit,
+                            {10.0 * kDeg, 0.0},
+                            0.0,
+                            0,
+                            {{{10.0 * kDeg, -10.0 * kDeg}, 0.5, 0.5}}},
+                           at_rad(), now));
+  mover.sent(++command);
+  moving(3);
+  ASSERT_FALSE(state(EkiProgress::kDone, EkiOutcome::kArrived)) << "10 deg before it";
+  EXPECT_FALSE(mover.wants_sending()) << "no next leg";
+  EXPECT_TRUE(mover.wants_stop());
+  mover.stop_sent(now);
+  expect(done(EkiOutcome::kStop), MoveOutcome::kNotFollowing, cause::EndWithdrawn{});
 }
 
 TEST_F(EkiMoverAlone, AnArmThatDoesNotMoveForTwoSecondsIsNamedWithTheOverride) {
