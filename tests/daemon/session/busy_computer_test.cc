@@ -372,7 +372,7 @@ TEST(ALatenessWhileTheLastTouchGoesToTheDisk, IsFollowedByTheRetreatAndTheWayHom
   walk.on(EventKind::kDeadline);
   for (int i = 0; i < 4 && walk.state.phase != Phase::kRetreat; ++i) walk.on(EventKind::kLinks);
   ASSERT_EQ(walk.state.phase, Phase::kRetreat);
-  EXPECT_EQ(walk.the<BeginMove>().move.target_rad, walk.plan->touches[0].clear);
+  EXPECT_EQ(walk.the<BeginMove>().move.target_rad.at(0), walk.plan->touches[0].clear.at(0));
   walk.on(EventKind::kArrived);
   EXPECT_EQ(walk.state.phase, Phase::kReturning);
 }
