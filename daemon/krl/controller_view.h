@@ -13,7 +13,7 @@
 #include "calib/model/kinematics.h"
 #include "calib/result/calibration.h"
 #include "daemon/krl/krl_program.h"
-#include "daemon/krl/status_turn.h"
+#include "daemon/krl/point_value.h"
 
 namespace cellcal::daemon::krl {
 

@@ -13,9 +13,13 @@
 #include "daemon/krl/carriers.h"
 #include "daemon/krl/controller_view.h"
 #include "daemon/krl/fix_lines.h"
-#include "daemon/krl/fix_template.h"
 
 namespace cellcal::daemon::krl {
+
+// cellcal_fix.src.in, what follows it for external axes, and cellcal's version, made by the build, so that the command needs
+// no other file.
+extern const std::string_view kFixTemplate, kFixExternalTemplate;
+extern const char* const kFixRelease;
 
 namespace {
 

@@ -2,7 +2,7 @@
 
 #include "calib/files/robot_file.h"
 #include "daemon/krl/krl_numbers.h"
-#include "daemon/krl/status_turn.h"
+#include "daemon/krl/point_value.h"
 #include "tests/daemon/krl/fixture.h"
 
 namespace cellcal::daemon::testing {
