@@ -357,7 +357,7 @@ std::vector<std::string> TomlTable::strings(std::string_view key) const {
 TomlTable TomlTable::table(std::string_view key) const {
   const toml::node* node = node_->find(key);
   if (!node)
-    fail("", "the table [" + shown(node_->full(key), kShownKey) + "] is missing" +
+    fail(key, "the table [" + shown(node_->full(key), kShownKey) + "] is missing" +
                  node_->similar_key(key, is_similar_table));
   if (!node->is_table()) fail(key, "must be a table, but is " + kind_of(*node));
   auto child = std::make_shared<Node>();
