@@ -3,6 +3,10 @@
 #include <algorithm>
 
 #include "calib/files/files.h"
+#include "calib/model/error.h"
+#include "calib/plan/candidates.h"
+#include "calib/plan/clearance.h"
+#include "calib/plan/pool.h"
 #include "daemon/backends/backends.h"
 #include "daemon/backends/virtual_cell.h"
 #include "daemon/config/config.h"
@@ -39,6 +43,17 @@ drivers::Duration busy_every(const DaemonConfig& config) {
 /// Speed of a positioner for parts of some hundred kilograms [rad/s].
 constexpr double kPositionerRadS = 1.5;
 
+/// As configured; where the arm would meet the cell there, a clear posture instead, since an emulated arm cannot be jogged.
+calib::JointVector clear_start(const calib::Cell& cell, calib::JointVector start) try {
+  if (!cell.robot.positioner.empty()) return start;
+  const calib::ArmModel arm = calib::planning_arm(cell);
+  const calib::Clearance clearance(cell, arm);
+  return clearance.clear(start, calib::kTipMarginM) ? start
+                                                    : calib::resting_posture(cell.robot, clearance);
+} catch (const calib::PlanError&) {
+  return start;  // the session's plan names it
+}
+
 /// Common settings of the emulated controllers of both wires.
 template <class Controller>
 void set_arm(Controller& controller, const DaemonConfig& config, const calib::Cell& cell) {
@@ -51,6 +66,7 @@ void set_arm(Controller& controller, const DaemonConfig& config, const calib::Ce
                                 config.mock.start_m.value_or(middle_m));
   }
   controller.start_rad.resize(cell.robot.joints.size(), 0.0);
+  controller.start_rad = clear_start(cell, std::move(controller.start_rad));
   for (const calib::PositionerAxis& axis : cell.robot.positioner)
     controller.start_rad.push_back(std::clamp(0.0, axis.min_rad, axis.max_rad));
   controller.cycle_ms = config.mock.cycle_ms;
