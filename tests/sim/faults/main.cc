@@ -219,7 +219,8 @@ Count Table::run_pairs(Wire wire) {
     const std::uint64_t number = random();
     const bool fit = !(first.why_not && first.why_not(stretch.phase)) &&
                      !(second.why_not && second.why_not(stretch.phase));
-    if (!fit || &first == &second) continue;
+    // The first may end the session, and with it what would be asked to stop.
+    if (!fit || &first == &second || second.asks_for_end) continue;
     one(wire, both(first, second, apart), stretch, number);
     ++made;
   }
