@@ -50,5 +50,7 @@ void host_link_take(host_link* link, const host_address* from, const uint8_t* by
 }
 
 void host_link_run(host_link* link, uint32_t now) {
-  if (link->there && now - link->heard_at > HOST_SILENCE_MS * TICKS_PER_MS) link->there = false;
+  /* A datagram may be stamped later than the caller took `now`: then there is no silence. */
+  const int32_t silent = (int32_t)(now - link->heard_at);
+  if (link->there && silent > (int32_t)(HOST_SILENCE_MS * TICKS_PER_MS)) link->there = false;
 }

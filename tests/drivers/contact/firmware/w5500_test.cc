@@ -181,6 +181,8 @@ TEST(EthernetChip, CarriesAConversation) {
   const host_address from{ctp_get_u32(b.from.address), b.from.port};
   host_link_take(&link, &from, heard.data(), static_cast<std::uint16_t>(heard.size()), 10);
   ASSERT_TRUE(link.there);
+  host_link_run(&link, 9);  // by the time taken before the datagram was read, as in the board's loop
+  ASSERT_TRUE(link.there);
   std::array<std::uint8_t, CTP_MAX_WIRE> wire{};
   std::uint32_t start = 0;
   const std::uint8_t size = sensor_next_frame(&s, 20, wire.data(), &start);
@@ -195,6 +197,11 @@ TEST(EthernetChip, CarriesAConversation) {
   for (const std::uint8_t byte : b.model.sent[0].second) frame = reader.feed(byte);
   ASSERT_NE(frame, nullptr);
   EXPECT_EQ(ctp::read<ctp::Ident>(*frame).nonce, 99u);
+  constexpr std::uint32_t kSilence = HOST_SILENCE_MS * 1000u * CTP_TICKS_PER_US;
+  host_link_run(&link, 10 + kSilence);
+  EXPECT_TRUE(link.there);
+  host_link_run(&link, 11 + kSilence);
+  EXPECT_FALSE(link.there);
 }
 
 }  // namespace
