@@ -50,7 +50,6 @@ void host_link_take(host_link* link, const host_address* from, const uint8_t* by
 }
 
 void host_link_run(host_link* link, uint32_t now) {
-  /* A datagram may be stamped later than the caller took `now`: then there is no silence. */
-  const int32_t silent = (int32_t)(now - link->heard_at);
-  if (link->there && silent > (int32_t)(HOST_SILENCE_MS * TICKS_PER_MS)) link->there = false;
+  if (link->there && !is_recent(link->heard_at, now, HOST_SILENCE_MS * TICKS_PER_MS + 1u))
+    link->there = false;
 }

@@ -173,7 +173,8 @@ bool sensor_free(const sensor* s) {
 
 void sensor_run(sensor* s, uint32_t now) {
   sample_until(s, now);
-  if (s->edge_seen && now - s->last_edge > CTP_IDLE_STATUS_MS * TICKS_PER_MS) s->edge_seen = false;
+  if (s->edge_seen && !is_recent(s->last_edge, now, CTP_IDLE_STATUS_MS * TICKS_PER_MS + 1u))
+    s->edge_seen = false;
   if (s->test != TEST_NONE) sensor_run_test(s, now);
   sensor_age_test(s, now);
   if (s->identity.has_relay) sensor_run_relay(s, now);
@@ -213,7 +214,7 @@ void sensor_on_mirror(sensor* s, uint32_t t, bool open) {
 void sensor_run_relay(sensor* s, uint32_t now) {
   bool fault = s->relay_wanted != s->relay_closed;
   if (s->relay_wanted && due(s->relay_until, now)) sensor_want_relay(s, now, false);
-  if (fault && now - s->relay_since < CTP_RELAY_MS * TICKS_PER_MS) return; /* switching time */
+  if (fault && is_recent(s->relay_since, now, CTP_RELAY_MS * TICKS_PER_MS)) return; /* switching */
   if (fault != s->relay_fault) s->relay_due = true;
   s->relay_fault = fault;
 }

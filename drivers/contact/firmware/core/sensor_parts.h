@@ -8,6 +8,10 @@
 #define TICKS_PER_MS ((uint32_t)(1000 * CTP_TICKS_PER_US))
 
 /* True if `deadline` has passed. */
+/* A stamp may be later than the time that the board's loop took before: that is no age of half an hour. */
+static inline bool is_recent(uint32_t t, uint32_t now, uint32_t ticks) {
+  return now - t < ticks || t - now < ticks;
+}
 static inline bool due(uint32_t deadline, uint32_t now) { return (int32_t)(deadline - now) <= 0; }
 
 void sensor_disarm(sensor* s);

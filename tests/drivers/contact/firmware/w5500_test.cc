@@ -5,6 +5,9 @@
 #include <numeric>
 
 #include "drivers/contact/firmware/core/host_link.h"
+extern "C" {
+#include "drivers/contact/firmware/core/sensor_parts.h"
+}
 #include "drivers/contact/wire/ctp_codec.h"
 #include "w5500_model.h"
 
@@ -160,6 +163,21 @@ TEST(EthernetChip, WhatWasLoadedAndNotSentIsReplaced) {
   b.send(kHost, counting(5));
   ASSERT_EQ(b.model.sent.size(), 1u);
   EXPECT_EQ(b.model.sent[0].second, counting(5));
+}
+
+TEST(BoardTime, OfAStampLaterThanTheLoopsIsNoAge) {
+  sensor_identity identity{};
+  identity.version = CTP_VERSION;
+  identity.has_relay = true;
+  sensor s{};
+  sensor_init(&s, &identity, 0);
+  constexpr std::uint32_t kSwitching = CTP_RELAY_MS * 1000u * CTP_TICKS_PER_US, kAsked = 10 * kSwitching;
+  sensor_want_relay(&s, kAsked, true);
+  s.relay_until = kAsked + 10 * kSwitching;
+  sensor_run_relay(&s, kAsked - 1);
+  EXPECT_FALSE(s.relay_fault) << "it has just been asked to switch";
+  sensor_run_relay(&s, kAsked + kSwitching);
+  EXPECT_TRUE(s.relay_fault);
 }
 
 /// As in the board's program: a HELLO received through the chip, the IDENT sent through it.
