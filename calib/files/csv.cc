@@ -189,7 +189,7 @@ const KnownUnit* known_unit(std::string_view written) {
   return one == std::end(kUnits) ? nullptr : one;
 }
 
-/// Of a row of units: "mm", "[mm]" or "(mm)".
+/// A field of a row of units: "mm", "[mm]" or "(mm)".
 std::string_view without_brackets(std::string_view field) {
   const bool any = field.size() > 2 && (field.front() == '[' || field.front() == '(') &&
                    (field.back() == ']' || field.back() == ')');

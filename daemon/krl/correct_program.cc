@@ -101,7 +101,7 @@ class Correction {
   const std::vector<ToolUsed>& tools() const { return views_.used(); }
   const std::vector<std::string>& order() const { return order_; }
 
-  /// Of other modules that compute the number of what they change, which may be that of the points among `keys`.
+  /// Warnings of other modules that compute the number of what they change, possibly that of the points among `keys`.
   std::vector<calib::Phrase> warnings(const std::set<std::string>& keys) const {
     std::set<std::pair<std::string, const ChangedNumbers*>> used;
     const FrameChanges& all = program_.changes;

@@ -22,7 +22,7 @@ struct ChangedNumbers {
   std::map<int, ChangePlace> numbers;
   /// Files that compute the number, with their first such line.
   std::map<std::string, int> computed;
-  /// Where it may be changed.
+  /// Place of a possible change.
   std::optional<ChangePlace> of(int number) const;
   std::optional<ChangePlace> any() const;
 };

@@ -381,7 +381,7 @@ void forget(const std::set<std::string>& touched, bool all, Data& data) {
   std::erase_if(data.named_loads, is_touched);
 }
 
-/// What modules import of each other.
+/// Imports of modules from each other.
 class Imports {
  public:
   explicit Imports(const BackupFiles& files) {
@@ -425,7 +425,7 @@ class Imports {
   std::map<std::string, Refusal> renamed_;
 };
 
-/// What another module does to a program's data: points that it imports may be its own, too, and named frames and loads
+/// Effect of another module on a program's data: points that it imports may be its own, too, and named frames and loads
 /// that it touches are unknown. A module that is no text does nothing.
 void apply_beside(const KrlFile& module, const std::string& program, Data& known, Data& own) try {
   for (const Import& one : imports_of(module))

@@ -34,7 +34,7 @@ std::optional<calib::JointVector> joints_of(const calib::Configurations& ways,
 
 /// Bits of S and T for the arm's six axes.
 inline constexpr int kStatusBits = 7, kTurnBits = 63;
-/// Of S: the point was taught with the absolutely accurate model.
+/// Bit of S: the point was taught with the absolutely accurate model.
 inline constexpr int kAccurateBit = 16;
 
 /// Requirements: components of its kind only, all numeric; the six required ones, S and T both or

@@ -31,7 +31,7 @@ class Postures {
   /// CP motions keep the posture of their start regardless of S, and so does a point without S and T.
   std::optional<Why> wrong(std::size_t motion, const JointsOfMotions& joints);
 
-  /// Where the data that are valid at the motion are changed; empty: nowhere.
+  /// Place of a change of the data that are valid at the motion; empty: none.
   std::optional<ChangePlace> changed(const Motion& motion, bool axes) const;
   /// Of a motion whose tool is known; null: its number is not stated.
   ControllerView* view_of(const Motion& motion) { return views_.of(motion.frames); }

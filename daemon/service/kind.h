@@ -1,5 +1,5 @@
 #pragma once
-// What the kinds of session differ in, from the request to the result: one file each.
+// Differences between the kinds of session, from the request to the result: one file each.
 
 #include <memory>
 #include <optional>
@@ -23,7 +23,7 @@ class Kind {
   virtual ~Kind() = default;
 
   virtual Parameters parameters() const = 0;
-  /// What such a session is, and the remedy, where it is not resumed; empty: it is.
+  /// Name of such a session, and the remedy, if it is not resumed; empty: it is.
   virtual std::string not_resumed(const SessionRecord& session) const;
 
   /// Inputs of a new session, and options that the request does not state. By default the files of the request's cell.

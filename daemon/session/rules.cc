@@ -126,7 +126,7 @@ bool is_beside_turn(const calib::PlannedTouch& planned, std::size_t k) {
   return k + 2 == before || k + 1 == before;
 }
 
-/// Of the current touch; after the last one of a plan, of that.
+/// Clear point of the current touch; after the last one of a plan, of that.
 drivers::AxisAngles clear_point(const State& state) {
   const std::size_t last = state.plan->touches.size() - 1;
   const calib::PlannedTouch& touch = state.plan->touches.at(std::min(state.current_index(), last));

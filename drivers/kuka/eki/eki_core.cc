@@ -246,7 +246,7 @@ struct EkiCore::Impl {
 
   // ---- external axes ---------------------------------------------------------------------------
 
-  /// True if the axes without a limit, which the record does not have, stand.
+  /// True if the axes without a limit, which the record does not have, are at rest.
   bool stand(const AxisAngles& now, const AxisAngles& before) const {
     for (std::size_t i = axes(); i < now.size(); ++i)
       if (i >= before.size() || std::abs(now[i] - before[i]) > kUnusedStands) return false;
