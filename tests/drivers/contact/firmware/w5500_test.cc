@@ -168,6 +168,7 @@ TEST(EthernetChip, WhatWasLoadedAndNotSentIsReplaced) {
 TEST(BoardTime, OfAStampLaterThanTheLoopsIsNoAge) {
   sensor_identity identity{};
   identity.version = CTP_VERSION;
+  identity.baud = CTP_DEFAULT_BAUD;
   identity.has_relay = true;
   sensor s{};
   sensor_init(&s, &identity, 0);
