@@ -12,6 +12,7 @@
 #include "calib/plan/finder.h"
 #include "calib/plan/pool.h"
 #include "calib/plan/positioner_plan.h"
+#include "tests/calib/simulate.h"
 
 namespace cellcal::calib::testing {
 
@@ -62,6 +63,36 @@ void record_gaps(const Cell& cell, const sim::Truth& truth, const JointVector& f
                                           cell.tool.tip_radius_m - cell.tool.radius_m);
     }
   }
+}
+
+const Cell& small_cell() {
+  static const Cell small = [] {
+    Cell cell = demo_cell();
+    cell.robot = load_robot(std::filesystem::path(CELLCAL_ROBOTS_FOLDER) / "kr10_r1100_2.toml");
+    cell.lengths.clear();
+    cell.tool.tcp = Eigen::Isometry3d::Identity();
+    cell.tool.tcp.translation() = Vector3d(0.0, 0.0, 0.16);
+    cell.tool.length_m = 0.16;
+    cell.tool.tip_radius_m = 0.002;
+    cell.tool.radius_m = 0.02;
+    cell.tool.slim_length_m = 0.08;
+    cell.tool.slim_radius_m = 0.003;
+    const Vector3d centres[] = {
+        {0.62, -0.30, 0.20}, {0.60, 0.32, 0.22}, {0.40, -0.52, 0.38}, {0.45, 0.50, 0.44}};
+    for (std::size_t t = 0; t < 4; ++t) {
+      cell.targets[t].diameter_m = 0.0381;
+      cell.targets[t].centre_m = centres[t];
+      cell.targets[t].stand_diameter_m = 0.012;
+    }
+    Obstacle table;
+    table.id = "table";
+    table.frame.translation() = Vector3d(0.5, 0.0, -0.03);
+    table.size_m = Vector3d(1.2, 1.6, 0.06);
+    cell.obstacles = {table};
+    cell.floor_m = -0.7;
+    return cell;
+  }();
+  return small;
 }
 
 Cell table_cell(double diameter_m, double tip_radius_m, std::size_t first) {

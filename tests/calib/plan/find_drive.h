@@ -15,6 +15,9 @@ namespace cellcal::calib::testing {
 /// in front.
 Cell table_cell(double diameter_m, double tip_radius_m, std::size_t first);
 
+/// A KR 10 R1100 on a table, with a slender tool and four spheres of 38.1 mm.
+const Cell& small_cell();
+
 /// Errors of the cell file as large as its sigma states, in every direction; values beyond 2.7
 /// sigma, one in 15, are redrawn.
 Cell as_rough_as_stated(Cell cell, double sigma_m, unsigned seed);

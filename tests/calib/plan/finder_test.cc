@@ -74,44 +74,13 @@ TEST(Finder, FindsSpheresWhoseCentresAreRoughWellEnoughToPlanOn) {
   }
 }
 
-/// A KR 10 R1100 on a table, with a slender tool and four spheres of 38.1 mm.
-const Cell& small_cell() {
-  static const Cell small = [] {
-    Cell cell = demo_cell();
-    cell.robot = load_robot(std::filesystem::path(CELLCAL_ROBOTS_FOLDER) / "kr10_r1100_2.toml");
-    cell.lengths.clear();
-    cell.tool.tcp = Eigen::Isometry3d::Identity();
-    cell.tool.tcp.translation() = Vector3d(0.0, 0.0, 0.16);
-    cell.tool.length_m = 0.16;
-    cell.tool.tip_radius_m = 0.002;
-    cell.tool.radius_m = 0.02;
-    cell.tool.slim_length_m = 0.08;
-    cell.tool.slim_radius_m = 0.003;
-    const Vector3d centres[] = {
-        {0.62, -0.30, 0.20}, {0.60, 0.32, 0.22}, {0.40, -0.52, 0.38}, {0.45, 0.50, 0.44}};
-    for (std::size_t t = 0; t < 4; ++t) {
-      cell.targets[t].diameter_m = 0.0381;
-      cell.targets[t].centre_m = centres[t];
-      cell.targets[t].stand_diameter_m = 0.012;
-    }
-    Obstacle table;
-    table.id = "table";
-    table.frame.translation() = Vector3d(0.5, 0.0, -0.03);
-    table.size_m = Vector3d(1.2, 1.6, 0.06);
-    cell.obstacles = {table};
-    cell.floor_m = -0.7;
-    return cell;
-  }();
-  return small;
-}
-
 class FindingTest : public ::testing::TestWithParam<int> {};
 
 TEST_P(FindingTest, NeedsNoBetterCentresThanTheirSigmaSays) {
   const double sigma_m = GetParam() * 1e-3;
   // Particles within a sphere's size differ little.
   const unsigned most = GetParam() <= 10 ? 1 : GetParam() <= 15 ? 2 : 3;
-  for (const Cell* cell : {&demo_cell(), &small_cell()})
+  for (const Cell* cell : {&demo_cell(), &testing::small_cell()})
     for (unsigned seed = 1; seed <= most; ++seed) {
       SCOPED_TRACE(cell->robot.name + ", seed " + std::to_string(seed));
       const sim::Truth truth = testing::plain_truth(*cell, seed);

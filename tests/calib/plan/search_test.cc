@@ -8,6 +8,7 @@
 #include "calib/plan/centre_particles.h"
 #include "calib/plan/pool.h"
 #include "calib/plan/search_line.h"
+#include "tests/calib/plan/find_drive.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
@@ -132,7 +133,7 @@ TEST(SearchDepth, KeepsTheShaftFromASphereThatAnArmThatIsOffWouldMiss) {
 }
 
 TEST(LineLeader, PassesALongLineOnBothSides) {
-  const Cell& cell = small_cell();
+  const Cell& cell = testing::small_cell();
   const ArmModel arm(cell.robot, cell.tool);
   JointVector near(cell.robot.joints.size(), 0.0);
   near[1] = -1.2, near[2] = 1.6, near[4] = 1.0;

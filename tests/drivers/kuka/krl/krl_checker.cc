@@ -1,5 +1,7 @@
 #include "tests/drivers/kuka/krl/krl_checker.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cctype>
 

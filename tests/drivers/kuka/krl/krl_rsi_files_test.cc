@@ -4,6 +4,7 @@
 
 #include <map>
 #include <pugixml.hpp>
+#include <regex>
 
 #include "drivers/error.h"
 #include "drivers/kuka/krl/krl_files.h"
