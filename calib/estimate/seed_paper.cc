@@ -284,7 +284,7 @@ Calibration identify_paper(const Cell& cell, const std::vector<Touch>& touches,
     variance[p] = result.parameters[p].sigma * result.parameters[p].sigma;
   result.covariance = variance.asDiagonal();
   result.frame_basis = MatrixXd(x.size(), 0);
-  result.verdict.add_first({FindingKind::kReferenceMethod, Severity::kWithholds});
+  result.verdict.add({FindingKind::kReferenceMethod, Severity::kWithholds});
   return result;
 }
 

@@ -494,7 +494,7 @@ Calibration not_identified(const Cell& cell, const std::vector<Touch>& touches,
   fill_residuals(problem, x, std::vector<bool>(touches.size(), false), calibration);
   Finding finding{FindingKind::kNotIdentified, Severity::kWithholds};
   finding.text = why;
-  calibration.verdict.add_first(std::move(finding));
+  calibration.verdict.add(std::move(finding));
   return calibration;
 }
 

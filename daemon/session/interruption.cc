@@ -155,7 +155,7 @@ ResumePath resume_path(const State& state) {
       return ResumePath::kToSearch;
     case Phase::kRecording:
     case Phase::kRetreat:
-      return state.leads_on ? ResumePath::kNone : ResumePath::kToClear;
+      return state.one_by_one && state.leads_on ? ResumePath::kNone : ResumePath::kToClear;
     case Phase::kReferencing:
     case Phase::kWatching:
       return state.resume_path;

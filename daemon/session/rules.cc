@@ -304,6 +304,7 @@ void begin_back_to_search(State& state, const Event& event, Actions& actions) {
 
 void begin_back_to_clear(State& state, const Event& event, Actions& actions) {
   end_interruption(state);
+  state.leads_on = false;  // also where the retreat to this touch led on to it
   begin(state, event, actions, MoveKind::kRetreat, clear_point(state), 0.0,
         state.timeouts.waypoint);
 }

@@ -124,6 +124,21 @@ TEST(Bound, OfAnArmOfUnknownScaleIsNowhereNextToNothing) {
   EXPECT_GT(least, 0.25 * sum / static_cast<double>(poses.size()));
 }
 
+TEST(Bound, CountsRippleTwiceUntilManyPosturesDeterminedIt) {
+  EXPECT_DOUBLE_EQ(ripple_elsewhere_rad(1.0), std::sqrt(2.0));
+  EXPECT_DOUBLE_EQ(ripple_elsewhere_rad(1.0, 300.0), std::sqrt(2.0));
+  EXPECT_DOUBLE_EQ(ripple_elsewhere_rad(1.0, 3000.0), std::sqrt(1.1));
+  Calibration c;
+  c.level.ripple_rad = 1.0;
+  c.degrees_of_freedom = 2800.0;
+  c.after.count = 1000;
+  EXPECT_DOUBLE_EQ(ripple_elsewhere_rad(c), ripple_elsewhere_rad(1.0, 1000.0)) << "a row each";
+  c.region.assign(3, JointVector(6, 0.0));
+  EXPECT_DOUBLE_EQ(ripple_elsewhere_rad(c), ripple_elsewhere_rad(1.0, 2800.0)) << "of a tracker";
+  c.repeats.degrees_of_freedom = 950.0;
+  EXPECT_DOUBLE_EQ(ripple_elsewhere_rad(c), std::sqrt(2.0)) << "fifty postures, read again and again";
+}
+
 TEST(Bound, WithoutCovarianceClaimsNothing) {
   const ArmModel arm(demo_cell().robot, demo_cell().tool);
   const PositionBound bound(arm, Eigen::VectorXd::Zero(arm.size()), {}, 0.0);

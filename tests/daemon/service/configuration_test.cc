@@ -50,13 +50,14 @@ struct ASessionThatIsResumed : ::testing::Test {
   TemporaryDirectory dir;
 };
 
-struct EmulatedCell : FakeBackend {
-  bool emulated() const override { return true; }
-};
-
 TEST_F(ASessionThatIsResumed, IsNotMixedWithTouchesOfAnEmulatedCell) {
   EXPECT_EQ(
-      refusal({}, {}, [] { return std::make_unique<EmulatedCell>(); }),
+      refusal({}, {},
+              [] {
+                auto fake = std::make_unique<FakeBackend>();
+                fake->is_emulated = true;
+                return fake;
+              }),
       "session 1 has touched the real arm, and the configuration now has an emulated cell. Set backend as it "
       "was, or start a new session");
 }

@@ -354,27 +354,31 @@ TEST(ALatenessWhileATouchGoesToTheDisk, WaitsUntilItIsThere) {
 }
 
 TEST(ALatenessWhileTheLastTouchGoesToTheDisk, IsFollowedByTheRetreatAndTheWayHome) {
-  Walk walk(1);
-  walk.state.repeats = BusyRepeats{};
-  walk.to_slow_search();
-  walk.contact(0.11, 0.1102);
-  walk.on(EventKind::kArrived);
-  walk.on(EventKind::kArmed);
-  walk.contact(0.11, 0.1102);
-  ASSERT_EQ(walk.state.phase, Phase::kRecording);
-  walk.on(EventKind::kLinks, [](Event& event) {
-    links(event).contact = ContactLink::kFault;
-    links(event).fault = ContactFault::kDeliveredLate;
-  });
-  walk.on(EventKind::kRecorded);
-  ASSERT_EQ(walk.state.phase, Phase::kRecovering);
-  walk.on(EventKind::kLinks);
-  walk.on(EventKind::kDeadline);
-  for (int i = 0; i < 4 && walk.state.phase != Phase::kRetreat; ++i) walk.on(EventKind::kLinks);
-  ASSERT_EQ(walk.state.phase, Phase::kRetreat);
-  EXPECT_EQ(walk.the<BeginMove>().move.target_rad.at(0), walk.plan->touches[0].clear.at(0));
-  walk.on(EventKind::kArrived);
-  EXPECT_EQ(walk.state.phase, Phase::kReturning);
+  for (const bool led_on : {false, true}) {  // to the last touch by the retreat from the one before
+    SCOPED_TRACE(led_on);
+    Walk walk(1);
+    walk.state.repeats = BusyRepeats{};
+    walk.to_slow_search();
+    walk.contact(0.11, 0.1102);
+    walk.on(EventKind::kArrived);
+    walk.on(EventKind::kArmed);
+    walk.contact(0.11, 0.1102);
+    ASSERT_EQ(walk.state.phase, Phase::kRecording);
+    walk.state.leads_on = led_on;
+    walk.on(EventKind::kLinks, [](Event& event) {
+      links(event).contact = ContactLink::kFault;
+      links(event).fault = ContactFault::kDeliveredLate;
+    });
+    walk.on(EventKind::kRecorded);
+    ASSERT_EQ(walk.state.phase, Phase::kRecovering);
+    walk.on(EventKind::kLinks);
+    walk.on(EventKind::kDeadline);
+    for (int i = 0; i < 4 && walk.state.phase != Phase::kRetreat; ++i) walk.on(EventKind::kLinks);
+    ASSERT_EQ(walk.state.phase, Phase::kRetreat);
+    EXPECT_EQ(walk.the<BeginMove>().move.target_rad.at(0), walk.plan->touches[0].clear.at(0));
+    walk.on(EventKind::kArrived);
+    EXPECT_EQ(walk.state.phase, Phase::kReturning);
+  }
 }
 
 TEST(AnArmingThatWasNotAnswered, InTimeIsRepeatedWhereThisComputerWasLateAndOnlyThere) {
@@ -395,9 +399,8 @@ TEST(AnArmingThatWasNotAnswered, InTimeIsRepeatedWhereThisComputerWasLateAndOnly
   walk.to_arming();
   walk.on(EventKind::kLinks, [](Event& event) { links(event).delivery.late = 1; });
   for (int i = 0; i < 2; ++i) {
-    walk.on(EventKind::kArmRefused, [](Event& event) {
-      arming(event).refusal = drivers::ArmRefusal::kInContact;
-    });
+    walk.on(EventKind::kArmRefused,
+            [](Event& event) { arming(event).refusal = drivers::ArmRefusal::kInContact; });
   }
   EXPECT_EQ(walk.state.phase, Phase::kFailed);
   EXPECT_EQ(walk.state.failure->kind, FailureKind::kArmRefused);
