@@ -88,7 +88,11 @@ const steps = {
     await form.getByRole("button", { name: "Add an obstacle" }).click();
     const table = form.locator('[data-obstacle="obstacle 1"]');
     await table.getByLabel("Size X Y Z").fill("600 400 20,5");
+    await page.context().setOffline(true);
+    const lost = page.waitForEvent("requestfailed", { ...LONG, predicate: (one) => one.url().endsWith("/v1/cell-form/scene") });
     await table.getByLabel("Middle X Y Z").fill("-900 0 10");
+    await lost;
+    await page.context().setOffline(false);
     await drawn(1);
     await form.getByRole("button", { name: "Add an obstacle" }).click();
     const pillar = form.locator('[data-obstacle="obstacle 2"]');

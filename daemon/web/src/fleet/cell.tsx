@@ -26,9 +26,13 @@ function Certificate({ path }: { path: string }) {
     const answer = await get(path);
     become(answer.status === 200 ? decode.certificate_files(answer.value).map(download) : []);
   };
-  if (files === null) return <button type="button" class="small" onClick={() => void ask()}>{say("fleet.certificate")}</button>;
-  if (files.length === 0) return <span class="note">{say("fleet.no-answer")}</span>;
-  return <>{files.map((file) => <a key={file.name} download={file.name} href={file.href}>{file.name} </a>)}</>;
+  if (files && files.length > 0) return <>{files.map((file) => <a key={file.name} download={file.name} href={file.href}>{file.name} </a>)}</>;
+  return (
+    <>
+      <button type="button" class="small" onClick={() => void ask()}>{say("fleet.certificate")}</button>
+      {files && <span class="note" role="status"> {say("fleet.no-answer")}</span>}
+    </>
+  );
 }
 
 export function CellDetail({ cell }: { cell: FleetCell }) {

@@ -7,7 +7,7 @@ import {
   refused_field, robot_choice, sphere_drafts, taught_angles, unit_seen, vouch, type CellDraft, type CellForms, type Refused, type SphereDraft, type UnitSeen, type Wrong,
 } from "../cell_form";
 import { fields, number, words } from "../decode";
-import { get, is_good, post, post_file, type Answer } from "../request";
+import { asking, get, is_good, post, post_file, SILENT, type Answer } from "../request";
 import type { Key, Say } from "../words";
 import { fault_words, FaultsContext, Files, LengthRow, ObstacleRow, SphereRow, TextField, useFault } from "./cell_rows";
 import { CellSketch } from "./cell_sketch";
@@ -26,19 +26,17 @@ const refusal = (answer: Answer, say: Say): string =>
 function useForms(cell: string): { forms: CellForms | null; refused: Answer | null } {
   const [seen, become] = useState<{ forms: CellForms | null; refused: Answer | null }>({ forms: null, refused: null });
   useEffect(() => {
-    let over = false;
     const ask = async () => {
-      let answer = await get("/v1/cell-form");
+      const answer = await get("/v1/cell-form");
       const name = name_within(cell_forms(answer.value)?.folder ?? "", cell);
       if (cell !== "") {
         const asked = name !== "" ? `name=${encodeURIComponent(name)}` : `file=${encodeURIComponent(cell)}`;
         const one = await get(`/v1/cell-form?${asked}`);
-        if (is_good(one)) answer = one;
+        if (is_good(one) || one.status === SILENT) return one;
       }
-      if (!over) become({ forms: is_good(answer) ? cell_forms(answer.value) : null, refused: is_good(answer) ? null : answer });
+      return answer;
     };
-    void ask();
-    return () => { over = true; };
+    return asking(ask, (answer) => become({ forms: is_good(answer) ? cell_forms(answer.value) : null, refused: is_good(answer) ? null : answer }));
   }, [cell]);
   return seen;
 }

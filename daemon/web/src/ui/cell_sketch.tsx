@@ -3,7 +3,7 @@
 import { useEffect, useState } from "preact/hooks";
 import { sketch_of, type CellDraft } from "../cell_form";
 import { fields, list, number, scene } from "../decode";
-import { is_good, post } from "../request";
+import { asking, is_good, post } from "../request";
 import type { Scene } from "../types";
 import { useCellView } from "./cell_view";
 import { useVoice } from "./context";
@@ -30,14 +30,9 @@ function useSketch(draft: CellDraft, from: string): { drawn: Drawn | null; refus
       become({ drawn: null, refused: "" });
       return undefined;
     }
-    let over = false;
-    const timer = setTimeout(() => void post("/v1/cell-form/scene", JSON.parse(wanted)).then((answer) => {
-      if (!over) become((now) => (is_good(answer) ? { drawn: drawn_of(answer.value), refused: "" } : { ...now, refused: answer.words }));
-    }), PAUSE_MS);
-    return () => {
-      over = true;
-      clearTimeout(timer);
-    };
+    return asking(() => post("/v1/cell-form/scene", JSON.parse(wanted)), (answer) => {
+      become((now) => (is_good(answer) ? { drawn: drawn_of(answer.value), refused: "" } : { ...now, refused: answer.words }));
+    }, PAUSE_MS);
   }, [wanted]);
   return seen;
 }

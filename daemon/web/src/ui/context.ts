@@ -3,7 +3,7 @@
 import { createContext } from "preact";
 import { useContext, useEffect, useRef, useState } from "preact/hooks";
 import { formats, type Formats } from "../format";
-import { get } from "../request";
+import { asking, get, SILENT } from "../request";
 import { speaker, type Language, type Say } from "../words";
 
 export interface Voice {
@@ -21,8 +21,6 @@ export const voice_in = (language: Language, theme: Voice["theme"]): Voice => ({
 export const VoiceContext = createContext<Voice>(voice_in("en", "light"));
 export const useVoice = (): Voice => useContext(VoiceContext);
 
-const TRIES = 5, AGAIN_MS = 2000, BUSY = 503, SILENT = 0;
-
 let awaited = 0;
 /** Number of parts of the page that have had no answer yet. */
 export const answers_awaited = (): number => awaited;
@@ -35,27 +33,24 @@ export function useFetched<T>(path: string | null, key: unknown, decode: (value:
   const [value, become] = useState<T | null>(null);
   const asked_before = useRef(false);
   useEffect(() => {
-    let first = path !== null && !asked_before.current;
-    asked_before.current ||= first;
+    if (path === null) {
+      become(null);
+      return undefined;
+    }
+    let first = !asked_before.current;
+    asked_before.current = true;
     if (first) ++awaited;
-    const answered = () => {
+    const settled = () => {
       if (first) --awaited;
       first = false;
     };
-    let wanted = true, timer: ReturnType<typeof setTimeout> | undefined;
-    const ask = (asked: string, left: number) => void get(asked).then((answer) => {
-      if (!wanted) return;
-      answered();
+    const end = asking(() => get(path), (answer) => {
+      settled();
       if (answer.status !== SILENT) become(answer.status === 200 ? decode(answer.value) : null);
-      if (answer.status === SILENT) timer = setTimeout(() => ask(asked, left), AGAIN_MS);
-      if (answer.status === BUSY && left > 1) timer = setTimeout(() => ask(asked, left - 1), AGAIN_MS);
     });
-    if (path === null) become(null);
-    else ask(path, TRIES);
     return () => {
-      wanted = false;
-      answered();
-      clearTimeout(timer);
+      end();
+      settled();
     };
   }, [path, key]);
   return value;

@@ -2,7 +2,7 @@
 
 import { useEffect, useState } from "preact/hooks";
 import * as decode from "../decode";
-import { get, is_good, post } from "../request";
+import { asking, get, is_good, post, SILENT } from "../request";
 import type { Doctor, Finding } from "../types";
 import { CATALOGUES, type Key, type Language, type Say } from "../words";
 import { useVoice } from "./context";
@@ -14,20 +14,13 @@ const MARKS: Record<Finding["outcome"], string> = { ok: "✔", warning: "▲", f
 export function useDoctor(wanted: boolean, key: unknown, language: Language): Doctor | null {
   const [doctor, become] = useState<Doctor | null>(null);
   useEffect(() => {
-    let timer: ReturnType<typeof setTimeout> | undefined;
-    let over = !wanted;
-    const ask = async () => {
-      const answer = await get(`/v1/doctor?language=${language}`);
-      if (over) return;
+    if (!wanted) return undefined;
+    return asking(() => get(`/v1/doctor?language=${language}`), (answer) => {
+      if (answer.status === SILENT) return undefined;
       const now = answer.status === 200 ? decode.doctor(answer.value) : null;
       become(now);
-      if (now?.running) timer = setTimeout(() => void ask(), ASK_EVERY_MS);
-    };
-    if (wanted) void ask();
-    return () => {
-      over = true;
-      clearTimeout(timer);
-    };
+      return now?.running ? ASK_EVERY_MS : undefined;
+    });
   }, [wanted, key, language]);
   return doctor;
 }

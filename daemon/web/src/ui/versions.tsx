@@ -2,7 +2,7 @@
 
 import { useEffect, useState } from "preact/hooks";
 import * as decode from "../decode";
-import { get } from "../request";
+import { asking, get, SILENT } from "../request";
 import type { Comparison, Version } from "../types";
 import { useVoice } from "./context";
 import { SayWhy } from "./say_why";
@@ -20,13 +20,9 @@ export function Versions({ versions, may, changed }: { versions: Version[]; may:
   useEffect(() => {
     become(null);
     if (apart === null || !in_use) return undefined;
-    let awaited = true;
-    void get(`/v1/versions/compare?before=${apart}&after=${in_use.session}`).then((answer) => {
-      if (awaited) become((answer.status === 200 ? decode.comparison(answer.value) : null) ?? "none");
+    return asking(() => get(`/v1/versions/compare?before=${apart}&after=${in_use.session}`), (answer) => {
+      if (answer.status !== SILENT) become((answer.status === 200 ? decode.comparison(answer.value) : null) ?? "none");
     });
-    return () => {
-      awaited = false;
-    };
   }, [apart, in_use?.session]);
   const rows = all ? versions : versions.slice(0, FEW);
   return (

@@ -1,0 +1,67 @@
+import assert from "node:assert/strict";
+import { afterEach, beforeEach, test } from "node:test";
+import { asking, type Answer } from "../src/request";
+
+const answer = (status: number): Answer => ({ status, value: null, words: "" });
+const now = { setTimeout: globalThis.setTimeout, clearTimeout: globalThis.clearTimeout };
+/** Timers that the test lets expire. */
+let due: { run: () => void; ms: number }[] = [];
+const expire = async () => {
+  const [one] = due.splice(0, 1);
+  one?.run();
+  await new Promise((done) => now.setTimeout(done, 0));
+  return one?.ms;
+};
+
+beforeEach(() => {
+  due = [];
+  globalThis.setTimeout = ((run: () => void, ms: number) => {
+    const one = { run, ms };
+    due.push(one);
+    return one;
+  }) as unknown as typeof setTimeout;
+  globalThis.clearTimeout = ((one: unknown) => { due = due.filter((other) => other !== one); }) as typeof clearTimeout;
+});
+afterEach(() => Object.assign(globalThis, now));
+
+/** Asks a daemon that answers with these states, one after the other; returns what was received. */
+function ask_of(states: number[], again: (status: number) => number | undefined = () => undefined, wait_ms = 0) {
+  const seen: number[] = [];
+  const end = asking(async () => answer(states.shift() ?? 200), ({ status }) => {
+    seen.push(status);
+    return again(status);
+  }, wait_ms);
+  return { seen, end };
+}
+
+test("a daemon that does not answer is asked until it does", async () => {
+  const { seen } = ask_of([0, 0, 0, 0, 0, 0, 0, 404]);
+  for (let k = 0; k < 10; ++k) await expire();
+  assert.deepEqual(seen, [0, 0, 0, 0, 0, 0, 0, 404]);
+  assert.equal(due.length, 0);
+});
+
+test("a busy daemon is asked a few times", async () => {
+  const { seen } = ask_of(Array<number>(20).fill(503));
+  for (let k = 0; k < 20; ++k) await expire();
+  assert.equal(seen.length, 5);
+});
+
+test("what goes on is asked for again at its own pace", async () => {
+  const { seen } = ask_of([200, 200, 201], (status) => (status === 200 ? 1000 : undefined));
+  await expire();
+  assert.equal(await expire(), 1000);
+  assert.deepEqual(seen, [200, 200, 201]);
+  assert.equal(due.length, 0);
+});
+
+test("an answer is not received after the end, and a request that waits is not sent", async () => {
+  const late = ask_of([0, 200]);
+  late.end();
+  await expire();
+  assert.deepEqual(late.seen, []);
+  const waiting = ask_of([200], undefined, 400);
+  assert.equal(due[0]?.ms, 400);
+  waiting.end();
+  assert.equal(due.length, 0);
+});
