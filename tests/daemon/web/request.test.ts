@@ -50,7 +50,7 @@ test("a busy daemon is asked a few times", async () => {
 test("what goes on is asked for again at its own pace", async () => {
   const { seen } = ask_of([200, 200, 201], (status) => (status === 200 ? 1000 : undefined));
   await expire();
-  assert.equal(await expire(), 1000);
+  for (let k = 0; k < 2; ++k) assert.equal(await expire(), 1000);
   assert.deepEqual(seen, [200, 200, 201]);
   assert.equal(due.length, 0);
 });
