@@ -214,14 +214,21 @@ struct Chain {
   std::vector<Isometry3d> fixed_before;  ///< fixed transforms before each of them
 };
 
-Chain chain_of(const Document& document, const std::string& asked) {
+Chain chain_of(const Document& document, const UrdfEnds& asked) {
   Chain found;
   UrdfChain& chain = found.chain;
   chain.robot_name = document.robot.attribute("name").value();
-  chain.tip_link = chosen_tip(document, asked);
+  chain.tip_link = chosen_tip(document, asked.tip);
   auto path = path_to(document, chain.tip_link);
   // The arm's place in its cell is not part of the arm.
-  if (path.size() > 1 && path.front()->type == "fixed" && path.front()->parent == "world")
+  if (!asked.root.empty()) {
+    const auto from = std::ranges::find(path, asked.root, &UrdfJoint::parent);
+    if (from == path.end())
+      document.fail(fmt::format("no chain of joints leads from link \"{}\" to link \"{}\". Check "
+                                "--root and --tip",
+                                shown(asked.root), shown(chain.tip_link)));
+    path.erase(path.begin(), from);
+  } else if (path.size() > 1 && path.front()->type == "fixed" && path.front()->parent == "world")
     path.erase(path.begin());
   chain.base_link = path.front()->parent;
   Isometry3d fixed = Isometry3d::Identity();
@@ -340,20 +347,20 @@ void refuse_second(const Document& document, const JointFrames& frames) {
 
 }  // namespace
 
-UrdfChain read_urdf(std::string_view text, const std::string& name, const std::string& tip_link) {
+UrdfChain read_urdf(std::string_view text, const std::string& name, const UrdfEnds& ends) {
   Document document;
   document.name = name;
   read(document, text);
-  return chain_of(document, tip_link).chain;
+  return chain_of(document, ends).chain;
 }
 
 std::string calibrated_urdf(std::string_view text, const std::string& name,
-                            const std::string& tip_link, const RigidArm& nominal,
+                            const UrdfEnds& ends, const RigidArm& nominal,
                             const RigidArm& calibrated, const std::string& comment) {
   Document document;
   document.name = name;
   read(document, text);
-  const Chain found = chain_of(document, tip_link);
+  const Chain found = chain_of(document, ends);
   JointFrames moved;
   try {
     moved = moved_frames(found.chain.frames, nominal, calibrated);

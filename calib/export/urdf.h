@@ -24,18 +24,22 @@ struct UrdfChain {
   JointFrames frames;
 };
 
-/// The chain of turning joints from the root to `tip_link`, the first of which may be prismatic: a linear
-/// unit. By default the end of the longest
-/// chain; among links that differ by fixed joints only, "tool0", otherwise "flange", with or
-/// without a prefix, otherwise the first in the file. A root "world" is skipped: the arm begins at
-/// the link fixed to it. Messages name the file `name`. Throws FileError.
-UrdfChain read_urdf(std::string_view text, const std::string& name,
-                    const std::string& tip_link = {});
+/// Links at the ends of the arm; empty: chosen as read_urdf() describes.
+struct UrdfEnds {
+  std::string tip = {}, root = {};
+};
+
+/// The chain of turning joints from root to tip, the first of which may be prismatic: a linear unit. By
+/// default the tip is the end of the longest chain; among links that differ by fixed joints only,
+/// "tool0", otherwise "flange", with or without a prefix, otherwise the first in the file. The root is
+/// that of the file; a root "world" is skipped: the arm begins at the link fixed to it. Messages name
+/// the file `name`. Throws FileError.
+UrdfChain read_urdf(std::string_view text, const std::string& name, const UrdfEnds& ends = {});
 
 /// The given URDF with its chain's joints at their calibrated places, and the positioner from the chain's
 /// base. Throws FileError, also where a joint or link has the name of one of the positioner's.
 std::string calibrated_urdf(std::string_view text, const std::string& name,
-                            const std::string& tip_link, const RigidArm& nominal,
+                            const UrdfEnds& ends, const RigidArm& nominal,
                             const RigidArm& calibrated, const std::string& comment);
 
 }  // namespace cellcal::calib

@@ -83,13 +83,13 @@ std::string urdf_text(const std::filesystem::path& urdf,
 calib::Robot from_urdf(const ImportRobotCommand& command) {
   const std::string name = command.urdf.string();
   const calib::UrdfChain chain =
-      calib::read_urdf(urdf_text(command.urdf, command.xacro_arguments), name, command.tip);
+      calib::read_urdf(urdf_text(command.urdf, command.xacro_arguments), name, command.ends);
   if (chain.frames.joints.front().slides)
     throw calib::FileError(
         name,
         fmt::format(
-            ": joint \"{}\" slides. Take the arm behind it (--urdf of it alone, or its base as root), and "
-            "state the linear unit as the robot file's first [[joint]], kind = \"prismatic\"",
+            ": joint \"{}\" slides. Take the arm behind it (--root LINK, its base), and state the "
+            "linear unit as the robot file's first [[joint]], kind = \"prismatic\"",
             chain.frames.joints.front().name));
   calib::Robot robot = calib::robot_of(chain.frames);
   robot.name = chain.robot_name.empty() ? "robot" : chain.robot_name;
@@ -336,11 +336,11 @@ int export_robot(const ExportRobotCommand& command) {
     const std::string given = urdf_text(command.urdf, {});
     const std::string name = command.urdf.string();
     text = command.as == "urdf"
-               ? calib::calibrated_urdf(given, name, command.tip, nominal, real, words)
-               : yaml(calib::moved_frames(calib::read_urdf(given, name, command.tip).frames,
+               ? calib::calibrated_urdf(given, name, command.ends, nominal, real, words)
+               : yaml(calib::moved_frames(calib::read_urdf(given, name, command.ends).frames,
                                           nominal, real));
   }
-  if (command.as == "urdf") read_back(text, command.output, as_urdf(command.tip));
+  if (command.as == "urdf") read_back(text, command.output, as_urdf(command.ends));
   put(text, command.output);
   fmt::print(stderr, "left out: {}. Where that is too much, correct poses: cellcal correct{}\n",
              rigid_words(out),

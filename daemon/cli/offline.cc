@@ -402,9 +402,9 @@ Reader as_cell(std::string robot_name, std::string robot_text) {
   };
 }
 
-Reader as_urdf(std::string tip) {
+Reader as_urdf(calib::UrdfEnds ends) {
   return
-      [=](const std::string& text, const std::string& name) { calib::read_urdf(text, name, tip); };
+      [=](const std::string& text, const std::string& name) { calib::read_urdf(text, name, ends); };
 }
 
 Reader as_touches(const calib::Cell& cell) {

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/export/urdf.h"
 #include "calib/model/touch.h"
 #include "calib/result/calibration.h"
 
@@ -75,7 +76,7 @@ int kuka_files(const KukaFilesCommand& command);
 struct ExportRobotCommand {
   std::filesystem::path calibration, urdf, output;
   std::string as = "urdf";  ///< urdf, yaml, dh, json
-  std::string tip;          ///< link of the given URDF; empty: determined automatically
+  calib::UrdfEnds ends;     ///< links of the given URDF
   bool withheld = false;    ///< also a calibration withheld by its verdict
 };
 int export_robot(const ExportRobotCommand& command);
@@ -83,7 +84,7 @@ int export_robot(const ExportRobotCommand& command);
 /// Creates a robot file from data of other programs, or puts a controller's tool into a cell file.
 struct ImportRobotCommand {
   std::filesystem::path urdf, robot, output;
-  std::string tip;
+  calib::UrdfEnds ends;
   std::vector<std::string> xacro_arguments;  ///< NAME:=VALUE
   std::vector<std::filesystem::path> machine_data;
   std::filesystem::path cell;  ///< cell file whose [tool] becomes TOOL_DATA[tool]; empty: none
@@ -160,7 +161,7 @@ using Reader = std::function<void(const std::string& text, const std::string& na
 
 Reader as_robot();
 Reader as_cell(std::string robot_name, std::string robot_text);
-Reader as_urdf(std::string tip = {});
+Reader as_urdf(calib::UrdfEnds ends = {});
 Reader as_touches(const calib::Cell& cell);   ///< keeps a reference
 Reader as_joints(const calib::Robot& robot);  ///< keeps a reference
 Reader as_calibration();

@@ -179,6 +179,12 @@ void add_kuka_files(CLI::App& app, int& status) {
   });
 }
 
+void add_ends(CLI::App& command, CLI::Option& urdf, calib::UrdfEnds& ends) {
+  command.add_option("--tip", ends.tip, "Its link at the flange [tool0, flange, or the last]")->needs(&urdf);
+  command.add_option("--root", ends.root, "Its link that is the arm's base [its first, or that fixed to \"world\"]")
+      ->needs(&urdf);
+}
+
 void add_export_robot(CLI::App& app, int& status) {
   auto given = std::make_shared<ExportRobotCommand>();
   CLI::App* command = app.add_subcommand(
@@ -202,8 +208,7 @@ void add_export_robot(CLI::App& app, int& status) {
   CLI::Option* urdf = command->add_option(
       "--urdf", given->urdf,
       "Put the calibrated joints into this URDF: links, meshes and names stay [a new one]");
-  command->add_option("--tip", given->tip, "Its link at the flange [tool0, flange, or the last]")
-      ->needs(urdf);
+  add_ends(*command, *urdf, given->ends);
   command->add_flag("--withheld", given->withheld,
                     "Accept a withheld calibration, for inspection only");
   command->add_option("-o,--output,--out", given->output, "Write to this file [standard output]");
@@ -236,8 +241,7 @@ void add_import_robot(CLI::App& app, int& status) {
       ->add_option("--robot", given->robot,
                    "Geometry from this robot file, or a shipped robot by its name")
       ->excludes(urdf);
-  command->add_option("--tip", given->tip, "Link at the flange [tool0, flange, or the last]")
-      ->needs(urdf);
+  add_ends(*command, *urdf, given->ends);
   command
       ->add_option("--xacro-arg", given->xacro_arguments,
                    "Argument of a .xacro, NAME:=VALUE; may be repeated")

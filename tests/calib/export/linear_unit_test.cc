@@ -125,7 +125,7 @@ TEST(LinearUnitUrdf, HasAPrismaticJointInTheDirectionFound) {
   const RigidArm arm = calibrated_rigid_arm(c);
   const std::string text = urdf_of(joint_frames(arm), "a", "b");
   EXPECT_NE(text.find("<joint name=\"joint_e1\" type=\"prismatic\">"), std::string::npos) << text;
-  const UrdfChain chain = read_urdf(text, "a.urdf", "flange");
+  const UrdfChain chain = read_urdf(text, "a.urdf", {"flange"});
   ASSERT_EQ(chain.frames.joints.size(), 7u);
   EXPECT_TRUE(chain.frames.joints[0].slides);
   EXPECT_EQ(chain.frames.joints[0].min_rad, kLowM);
@@ -155,8 +155,8 @@ TEST(LinearUnitUrdf, IsPutIntoAGivenOneThatHasIt) {
   const Calibration c = on_a_track(0, false);
   const RigidArm nominal = nominal_rigid_arm(c.cell), real = calibrated_rigid_arm(c);
   const std::string given = urdf_of(joint_frames(nominal), "a", "b");
-  const std::string text = calibrated_urdf(given, "a.urdf", "flange", nominal, real, "c");
-  const UrdfChain chain = read_urdf(text, "b.urdf", "flange");
+  const std::string text = calibrated_urdf(given, "a.urdf", {"flange"}, nominal, real, "c");
+  const UrdfChain chain = read_urdf(text, "b.urdf", {"flange"});
   // The axis remains, so that a file with only the origins has the direction, too.
   EXPECT_LT((chain.frames.joints[0].axis - Vector3d::UnitX()).norm(), 1e-12);
   std::mt19937 random(8);
@@ -170,7 +170,7 @@ TEST(LinearUnitUrdf, RefusesAChainWithoutItOrWithOneTooMany) {
   const auto refusal = [](const Calibration& given, const Calibration& calibrated) {
     const std::string text = urdf_of(joint_frames(nominal_rigid_arm(given.cell)), "a", "b");
     try {
-      calibrated_urdf(text, "a.urdf", "flange", nominal_rigid_arm(calibrated.cell),
+      calibrated_urdf(text, "a.urdf", {"flange"}, nominal_rigid_arm(calibrated.cell),
                       calibrated_rigid_arm(calibrated), "c");
     } catch (const FileError& error) {
       return std::string(error.what());

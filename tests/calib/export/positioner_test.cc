@@ -163,7 +163,7 @@ TEST(PositionerUrdf, HasTheAxesAsAChainOfTheirOwnFromTheBase) {
   const Calibration c = calibration_with_positioner(0.0);
   const RigidArm arm = calibrated_rigid_arm(c);
   const std::string text = urdf_of(joint_frames(arm), "a", "b");
-  const UrdfChain second = read_urdf(text, "a.urdf", "positioner_2");
+  const UrdfChain second = read_urdf(text, "a.urdf", {"positioner_2"});
   ASSERT_EQ(second.frames.joints.size(), 2u);
   EXPECT_EQ(second.base_link, "base_link");
   EXPECT_EQ(second.frames.joints[0].name, "joint_e1");
@@ -182,14 +182,14 @@ TEST(PositionerUrdf, IsPutIntoAGivenOneOnce) {
   RigidArm alone = nominal;
   alone.robot.positioner.clear();
   const std::string given = urdf_of(joint_frames(alone), "a", "b");
-  const std::string text = calibrated_urdf(given, "a.urdf", "flange", nominal, real, "c");
+  const std::string text = calibrated_urdf(given, "a.urdf", {"flange"}, nominal, real, "c");
   const std::vector<double> e = {0.5, -1.0};
-  EXPECT_LT(apart_m(flange_of(read_urdf(text, "b.urdf", "positioner_2").frames, e),
+  EXPECT_LT(apart_m(flange_of(read_urdf(text, "b.urdf", {"positioner_2"}).frames, e),
                     carried_as_found(c, e)),
             1e-12);
   try {
     const std::string twice = urdf_of(joint_frames(nominal), "a", "b");
-    calibrated_urdf(twice, "a.urdf", "flange", nominal, real, "c");
+    calibrated_urdf(twice, "a.urdf", {"flange"}, nominal, real, "c");
     FAIL();
   } catch (const FileError& error) {
     EXPECT_NE(std::string(error.what()).find("\"positioner_1\" is there already"),

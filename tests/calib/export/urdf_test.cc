@@ -2,8 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <numbers>
+
 #include "calib/estimate/predict.h"
 #include "calib/export/rigid_arm.h"
+#include "calib/files/files.h"
+#include "calib/files/input_file.h"
 #include "calib/model/error.h"
 #include "tests/calib/export/arms.h"
 
@@ -49,9 +54,9 @@ const std::string kDrawn = R"(<?xml version="1.0"?>
 </robot>
 )";
 
-std::string urdf_refusal(const std::string& text, const std::string& tip = {}) {
+std::string urdf_refusal(const std::string& text, const UrdfEnds& ends = {}) {
   try {
-    read_urdf(text, "robot.urdf", tip);
+    read_urdf(text, "robot.urdf", ends);
   } catch (const FileError& error) {
     return error.what();
   }
@@ -69,7 +74,7 @@ TEST(GeneratedUrdf, AgreesWithTheCalibratedArmAtAThousandPoses) {
   const RigidArm arm = calibrated_rigid_arm(c);
   const std::string text = urdf_of(joint_frames(arm), "KR 5 & \"co\"", "a -- b");
   EXPECT_EQ(read_urdf(text, "x").robot_name, "KR 5 & \"co\"");
-  const UrdfChain flange = read_urdf(text, "x", "flange"), tcp = read_urdf(text, "x", "tcp");
+  const UrdfChain flange = read_urdf(text, "x", {"flange"}), tcp = read_urdf(text, "x", {"tcp"});
   EXPECT_EQ(flange.base_link, "base_link");
   const Predictor predictor(c);
   std::mt19937 random(32);
@@ -86,10 +91,10 @@ TEST(GivenUrdf, HasTheNominalArmsKinematicsAndBecomesTheCalibratedOne) {
   const UrdfChain given = read_urdf(kDrawn, "kr5.urdf");
   EXPECT_EQ(given.tip_link, "tool0");
   EXPECT_EQ(given.base_link, "base_link");  // where it stands in "world" is none of the arm
-  const std::string text = calibrated_urdf(kDrawn, "kr5.urdf", "", nominal, real, "by cellcal");
+  const std::string text = calibrated_urdf(kDrawn, "kr5.urdf", {}, nominal, real, "by cellcal");
   const UrdfChain made = read_urdf(text, "made");
-  const UrdfChain camera_before = read_urdf(kDrawn, "x", "camera"),
-                  camera = read_urdf(text, "x", "camera");
+  const UrdfChain camera_before = read_urdf(kDrawn, "x", {"camera"}),
+                  camera = read_urdf(text, "x", {"camera"});
   std::mt19937 random(34);
   for (int k = 0; k < 1000; ++k) {
     const auto q = random_joints(real.robot, random);
@@ -105,7 +110,7 @@ TEST(GivenUrdf, HasTheNominalArmsKinematicsAndBecomesTheCalibratedOne) {
 
 TEST(GivenUrdf, KeepsAllButTheOriginsOfItsChain) {
   const Calibration c = rigid_calibration(33);
-  const std::string text = calibrated_urdf(kDrawn, "kr5.urdf", "", nominal_rigid_arm(c.cell),
+  const std::string text = calibrated_urdf(kDrawn, "kr5.urdf", {}, nominal_rigid_arm(c.cell),
                                            calibrated_rigid_arm(c), "by cellcal");
   for (const char* kept : {"<!-- drawn by hand -->", "package://x/base.stl", "<axis xyz=\"0 0 -1\"",
                            "<gazebo reference=\"link_1\">", "<mass value=\"12.5\"",
@@ -116,7 +121,7 @@ TEST(GivenUrdf, KeepsAllButTheOriginsOfItsChain) {
 
 TEST(GivenUrdf, WithoutCorrectionsHasTheSameKinematicsAsBefore) {
   const RigidArm nominal = nominal_rigid_arm(rigid_calibration(33).cell);
-  const std::string text = calibrated_urdf(kDrawn, "x", "", nominal, nominal, "");
+  const std::string text = calibrated_urdf(kDrawn, "x", {}, nominal, nominal, "");
   const UrdfChain before = read_urdf(kDrawn, "x"), after = read_urdf(text, "x");
   for (std::size_t i = 0; i < before.frames.joints.size(); ++i)
     EXPECT_LT(
@@ -127,7 +132,7 @@ TEST(GivenUrdf, WithoutCorrectionsHasTheSameKinematicsAsBefore) {
 TEST(GivenUrdf, OfAnotherRobotIsRefusedByFileAndJoint) {
   const RigidArm nominal = nominal_rigid_arm(rigid_calibration(33).cell);
   try {
-    calibrated_urdf(replaced(kDrawn, "0.6 0 0", "0.61 0 0"), "kr5.urdf", "", nominal, nominal, "");
+    calibrated_urdf(replaced(kDrawn, "0.6 0 0", "0.61 0 0"), "kr5.urdf", {}, nominal, nominal, "");
     FAIL() << "taken";
   } catch (const FileError& error) {
     EXPECT_EQ(std::string(error.what()).find("kr5.urdf: joint \"joint_a3\": its axis is 10.000 mm"),
@@ -143,7 +148,7 @@ TEST(GivenUrdf, WithNothingFixedToItsLastLinkIsRefused) {
     const auto at = text.find(std::string("<joint name=\"") + joint);
     text.erase(at, text.find("</joint>", at) + 8 - at);
   }
-  EXPECT_THROW(calibrated_urdf(text, "x", "", nominal, nominal, ""), FileError);
+  EXPECT_THROW(calibrated_urdf(text, "x", {}, nominal, nominal, ""), FileError);
 }
 
 TEST(RobotOfUrdf, IsTheShippedOne) {
@@ -157,6 +162,61 @@ TEST(RobotOfUrdf, IsTheShippedOne) {
               1e-9);
   }
   EXPECT_EQ(robot.joints[1].mass_kg, 12.5);
+}
+
+std::string file_of_tests(const char* path) {
+  return read_file(std::filesystem::path(CELLCAL_TESTS_FOLDER) / path, kMostUrdfBytes);
+}
+
+/// Largest distance of the flanges over a thousand postures, of the robot and of the URDF's own joints [m].
+double apart_m(const Robot& robot, const JointFrames& frames) {
+  std::mt19937 random(36);
+  std::uniform_real_distribution<double> angle(-std::numbers::pi, std::numbers::pi);
+  double worst = 0.0;
+  for (int k = 0; k < 1000; ++k) {
+    std::vector<double> q(robot.joints.size());
+    for (double& one : q) one = angle(random);
+    worst = std::max(worst, apart_m(pose_of({robot, Eigen::Isometry3d::Identity()}, q).flange,
+                                    flange_of(frames, q)));
+  }
+  return worst;
+}
+
+TEST(RobotOfUrdf, HasItsKinematicsWithParallelSkewedAndTurnedAxesAndFixedJoints) {
+  const UrdfChain chain =
+      read_urdf(file_of_tests("calib/export/awkward.urdf"), "awkward.urdf", {"tip"});
+  ASSERT_EQ(chain.frames.joints.size(), 7u);
+  EXPECT_LT(apart_m(robot_of(chain.frames), chain.frames), 1e-12);
+}
+
+TEST(ShippedRobot, HasTheKinematicsOfItsUrdf) {
+  const struct {
+    const char *robot, *urdf;
+    UrdfEnds ends;
+  } all[] = {{"iiwa14", "real-data/mukca/urdf/iiwa14.urdf", {"tool0", "base_link"}},
+             {"panda", "real-data/mukca/urdf/panda.urdf", {"panda_link8", "panda_link0"}}};
+  for (const auto& one : all) {
+    const UrdfChain chain = read_urdf(file_of_tests(one.urdf), one.urdf, one.ends);
+    const Robot robot = load_robot(std::filesystem::path(CELLCAL_ROBOTS_FOLDER) /
+                                   (one.robot + std::string(".toml")));
+    EXPECT_LT(apart_m(robot, chain.frames), 1e-12) << one.robot;
+    for (std::size_t i = 0; i < robot.joints.size(); ++i) {
+      EXPECT_NEAR(robot.joints[i].min_rad, chain.frames.joints[i].min_rad, 1e-6);
+      EXPECT_NEAR(robot.joints[i].max_rad, chain.frames.joints[i].max_rad, 1e-6);
+      EXPECT_NEAR(robot.joints[i].max_speed_rad_s, chain.frames.joints[i].max_speed_rad_s, 1e-6);
+    }
+  }
+}
+
+TEST(ParsedUrdf, BeginsAtTheRootThatIsNamed) {
+  const UrdfChain whole = read_urdf(kDrawn, "x"), wrist = read_urdf(kDrawn, "x", {"", "link_3"});
+  EXPECT_EQ(wrist.base_link, "link_3");
+  ASSERT_EQ(wrist.frames.joints.size(), 3u);
+  EXPECT_EQ(wrist.frames.joints[0].name, "joint_a4");
+  EXPECT_TRUE(wrist.frames.joints[0].origin.isApprox(whole.frames.joints[3].origin));
+  EXPECT_EQ(read_urdf(kDrawn, "x", {"", "world"}).base_link, "world");
+  for (const char* off : {"nowhere", "camera", "tool0"})
+    EXPECT_NE(urdf_refusal(kDrawn, {"", off}).find("no chain of joints"), std::string::npos) << off;
 }
 
 TEST(ParsedUrdf, ThatCannotBeUsedIsRefusedByNameAndPlace) {
@@ -181,7 +241,7 @@ TEST(ParsedUrdf, ThatCannotBeUsedIsRefusedByNameAndPlace) {
   for (const auto& one : kWrong)
     EXPECT_NE(urdf_refusal(replaced(kDrawn, one.what, one.by)).find(one.words), std::string::npos)
         << one.by << ": " << urdf_refusal(replaced(kDrawn, one.what, one.by));
-  EXPECT_NE(urdf_refusal(kDrawn, "nowhere").find("no link \"nowhere\""), std::string::npos);
+  EXPECT_NE(urdf_refusal(kDrawn, {"nowhere"}).find("no link \"nowhere\""), std::string::npos);
   EXPECT_NE(urdf_refusal("<robot/>").find("no <joint>"), std::string::npos);
   EXPECT_NE(urdf_refusal("<xacro/>").find("no <robot>"), std::string::npos);
   EXPECT_NE(urdf_refusal(""), "");
@@ -233,7 +293,7 @@ TEST(ParsedUrdf, WithTwoArmsAsksForTheTip) {
       text.find("</robot>"),
       "<joint name=\"b\" type=\"revolute\"><parent link=\"link_5\"/><child link=\"other\"/></joint>");
   EXPECT_NE(urdf_refusal(text).find("--tip"), std::string::npos) << urdf_refusal(text);
-  EXPECT_EQ(urdf_refusal(text, "other"), "");
+  EXPECT_EQ(urdf_refusal(text, {"other"}), "");
 }
 
 }  // namespace

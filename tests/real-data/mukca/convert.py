@@ -12,8 +12,8 @@ import math
 import pathlib
 import sys
 
-# Folder of the originals -> folder here, robot file, joint names, tool (from the URDF, printed by
-# from_urdf.py --tool ball_link), its mass, and the noise of one touch.
+# Folder of the originals -> folder here, robot file, joint names, tool (the URDF's fixed joints from
+# the flange to ball_link), its mass, and the noise of one touch.
 ROBOTS = {
     "kuka_14": ("iiwa14", "iiwa14.toml", [f"A{i}" for i in range(1, 8)],
                 ([0.0, 0.0, 40.0], [0.0, 0.0, 0.0]), 0.0, 0.07),
