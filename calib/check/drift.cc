@@ -147,15 +147,21 @@ bool unusual_temperature(const DriftChart& chart) {
   return others && nearest >= kUnusualK;
 }
 
+/// An alarm of the statistics that a single check may resolve is no statement yet.
+bool is_of_one_check(const DriftChart& chart) { return !chart.trend || chart.trend->checks == 1; }
+
 DriftAdvice advice_for(const DriftChart& chart) {
   if (chart.points.empty()) return DriftAdvice::kNone;
   const CheckMeasurement& newest = chart.points.back().check;
-  if (newest.verdict != CheckVerdict::kHolds)
+  // Without a new measurement an alarm of the statistics keeps its remedy.
+  const bool adds_nothing = newest.verdict == CheckVerdict::kUndecided &&
+                            chart.state == DriftState::kAlarms && !chart.not_held;
+  if (newest.verdict != CheckVerdict::kHolds && !adds_nothing)
     return remedy_of(newest.verdict, newest.change ? newest.change->kind : ChangeKind::kNothing);
   if (chart.state == DriftState::kWarns || chart.state == DriftState::kUnknown)
     return DriftAdvice::kCheckAgain;
   if (chart.state != DriftState::kAlarms) return DriftAdvice::kNone;
-  if (!chart.trend || chart.trend->checks == 1) return DriftAdvice::kCheckAgain;
+  if (is_of_one_check(chart)) return DriftAdvice::kCheckAgain;
   if (unusual_temperature(chart)) return DriftAdvice::kLetItWarmUp;
   if (!chart.trend->causes.empty())
     return remedy_of(CheckVerdict::kDoesNotHold, chart.trend->causes.front().kind);
@@ -190,22 +196,25 @@ DriftChart drift_chart(const std::vector<CheckMeasurement>& checks) {
   return chart;
 }
 
+bool is_current(double evidence_s, double now_s) {
+  return now_s <= evidence_s + kMostDays * kDayS && now_s >= evidence_s - kDayS;
+}
+
 void age(DriftChart& chart, double now_s) {
   if (chart.state != DriftState::kInControl) return;
   const CheckMeasurement* decided = chart.newest_decided();
-  if (decided == nullptr || now_s - decided->time_s <= kMostDays * kDayS) return;
+  if (decided == nullptr || is_current(decided->time_s, now_s)) return;
   chart.state = DriftState::kUnknown;
   advise(chart);
 }
 
 namespace {
 
-Holding holding_of(const DriftChart& chart, bool overdue) {
+Holding holding_of(const DriftChart& chart, bool current) {
   if (chart.not_held) return Holding::kDoesNotHold;
-  // An alarm of the statistics that a single check may resolve is no statement yet.
   if (chart.state == DriftState::kAlarms)
-    return chart.advice == DriftAdvice::kCheckAgain ? Holding::kUnknown : Holding::kDoesNotHold;
-  const bool known = chart.state != DriftState::kUnknown && chart.undecided == 0 && !overdue;
+    return is_of_one_check(chart) ? Holding::kUnknown : Holding::kDoesNotHold;
+  const bool known = chart.state != DriftState::kUnknown && chart.undecided == 0 && current;
   return known ? Holding::kHolds : Holding::kUnknown;
 }
 
@@ -217,7 +226,7 @@ Standing standing_of(const DriftChart& chart, double calibrated_s, double now_s)
   standing.by_check = decided != nullptr;
   standing.evidence_s = decided != nullptr ? decided->time_s : calibrated_s;
   standing.due_s = standing.evidence_s + kMostDays * kDayS;
-  standing.holding = holding_of(chart, !(now_s <= standing.due_s));
+  standing.holding = holding_of(chart, is_current(standing.evidence_s, now_s));
   return standing;
 }
 

@@ -17,6 +17,10 @@ namespace cellcal::calib {
 /// are set by advise().
 DriftChart drift_chart(const std::vector<CheckMeasurement>& checks);
 
+/// True if evidence of that time counts at `now_s` (since 1970, UTC): it is not older than kMostDays, nor, as under a
+/// clock that was ahead and has been set back, more than a day in the future.
+bool is_current(double evidence_s, double now_s);
+
 /// Downgrades a state that is out of date: if `now_s` (since 1970, UTC) is long after the newest decided check, 'in
 /// control' becomes kUnknown with the advice to check again. Warnings and alarms remain.
 void age(DriftChart& chart, double now_s);

@@ -283,8 +283,10 @@ calib::DriftChart chart_of(const calib::Calibration& calibration, const Check* l
 calib::Standing standing_at(const Drift& drift, double now_s) {
   const double calibrated_s = calib::seconds_of(drift.calibrated_at).value_or(0.0);
   const bool ages = calibrated_s >= kYear2001S;
+  const calib::CheckMeasurement* decided = drift.chart.newest_decided();
+  const double ageless_s = decided != nullptr ? decided->time_s : calibrated_s;
   calib::Standing standing =
-      calib::standing_of(drift.chart, calibrated_s, ages ? now_s : calibrated_s);
+      calib::standing_of(drift.chart, calibrated_s, ages ? now_s : ageless_s);
   if (!ages) standing.due_s = std::numeric_limits<double>::infinity();
   return standing;
 }

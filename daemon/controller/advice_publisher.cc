@@ -171,12 +171,15 @@ PublishedAdvice advice_of(const calib::DriftChart& chart, double now_s) {
                                                           {kLetItWarmUp, Advice::kLetItWarmUp},
                                                           {kRemeasureTcp, Advice::kRemeasureTcp},
                                                           {kRecalibrate, Advice::kRecalibrate}}};
-  if (chart.advice != kNone) return {kTable[chart.advice]};
   const calib::CheckMeasurement* decided = chart.newest_decided();
+  // An undecided check does not lower the advice of the one before, which did not hold.
+  if (chart.not_held && decided != nullptr)
+    return {kTable[calib::remedy_of(
+        decided->verdict, decided->change ? decided->change->kind : calib::ChangeKind::kNothing)]};
+  if (chart.advice != kNone) return {kTable[chart.advice]};
   if (decided == nullptr || decided->verdict != calib::CheckVerdict::kHolds) return {};
-  const double until_s = decided->time_s + calib::kMostDays * kDayS;
-  if (now_s > until_s) return {};
-  return {Advice::kHolds, day_number(until_s)};
+  if (!calib::is_current(decided->time_s, now_s)) return {};
+  return {Advice::kHolds, day_number(decided->time_s + calib::kMostDays * kDayS)};
 }
 
 }  // namespace cellcal::daemon

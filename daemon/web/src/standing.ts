@@ -69,6 +69,7 @@ function unknown_because(chart: DriftChart, now_s: number, say: Say): string {
   if (!standing) return say("standing.unknown.old_daemon");
   if (chart.undecided > 0) return say("standing.unknown.undecided");
   if (standing.due_s !== null && now_s > standing.due_s) return say("standing.unknown.late", { age: age_words(now_s - standing.evidence_s, say) });
+  if (standing.due_s !== null && now_s < standing.evidence_s - S_PER_DAY) return say("standing.unknown.clock");
   return say("standing.unknown.contradicted");
 }
 

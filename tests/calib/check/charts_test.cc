@@ -87,7 +87,8 @@ TEST(DriftCharts, SaysInControlNoLongerThanTwoWeeks) {
     return chart;
   };
   EXPECT_EQ(at(kMostDays - 0.01).state, DriftState::kInControl);
-  EXPECT_EQ(at(-100.0).state, DriftState::kInControl) << "a clock that was set back";
+  EXPECT_EQ(at(-0.9).state, DriftState::kInControl);
+  EXPECT_EQ(at(-1.1).state, DriftState::kUnknown) << "a clock that was set back";
   EXPECT_EQ(at(kMostDays + 0.01).state, DriftState::kUnknown);
   EXPECT_EQ(at(kMostDays + 0.01).advice, DriftAdvice::kCheckAgain);
 }
@@ -152,6 +153,7 @@ TEST(DriftCharts, LetACalibrationHoldAsItsNewestCheckDoesAndForTwoWeeks) {
     std::vector<CheckMeasurement> checks = checks_of(count, still);
     EXPECT_EQ(holding_at(checks, 0.1), Holding::kHolds) << count;
     EXPECT_EQ(holding_at(checks, kMostDays + 0.1), Holding::kUnknown) << count;
+    EXPECT_EQ(holding_at(checks, -300.0), Holding::kUnknown) << "a clock that was set back";
     give_up(checks);
     EXPECT_EQ(holding_at(checks, 0.1), Holding::kUnknown) << count;
     checks.pop_back();
@@ -170,12 +172,19 @@ TEST(DriftCharts, LetACalibrationWithoutACheckHoldForTwoWeeks) {
   EXPECT_EQ(fresh.due_s, calibrated_s + kMostDays * kDayS);
   const double late_s = fresh.due_s + 1.0;
   EXPECT_EQ(standing_of(drift_chart({}), calibrated_s, late_s).holding, Holding::kUnknown);
+  const double before_s = calibrated_s - 2.0 * kDayS;
+  EXPECT_EQ(standing_of(drift_chart({}), calibrated_s, before_s).holding, Holding::kUnknown);
 }
 
-TEST(DriftCharts, LetNoCalibrationHoldThatHasCreptAway) {
-  const std::vector<CheckMeasurement> checks = checks_of(90, creep(0.3, 10.0));
+TEST(DriftCharts, LetNoCalibrationHoldThatHasCreptAwayNorAnUndecidedCheckSayOtherwise) {
+  std::vector<CheckMeasurement> checks = checks_of(90, creep(0.3, 10.0));
   ASSERT_EQ(checks.back().verdict, CheckVerdict::kHolds);
   EXPECT_EQ(holding_at(checks, 0.1), Holding::kDoesNotHold);
+  const DriftAdvice advice = drift_chart(checks).advice;
+  EXPECT_NE(advice, DriftAdvice::kCheckAgain);
+  give_up(checks);
+  EXPECT_EQ(holding_at(checks, 0.1), Holding::kDoesNotHold);
+  EXPECT_EQ(drift_chart(checks).advice, advice);
 }
 
 TEST(DriftCharts, LeaveOpenWhetherACalibrationHoldsWhereOneCheckAloneAlarms) {

@@ -63,6 +63,16 @@ TEST(Advice, NamesWhatACheckThatDidNotHoldAsksFor) {
   EXPECT_EQ(advice_by({check(0), sphere}, kFirst + kDay).advice, Advice::kLetItWarmUp);
 }
 
+TEST(Advice, IsNotLoweredByACheckThatDecidedNothing) {
+  const calib::CheckMeasurement undecided = check(2, true, calib::LeftOut::kUndecided);
+  EXPECT_EQ(advice_by({check(0), check(1, false), undecided}, kFirst + 2 * kDay).advice,
+            Advice::kRemeasureTcp);
+}
+
+TEST(Advice, IsUnknownByACheckDatedAfterToday) {
+  EXPECT_EQ(advice_by({check(300)}, kFirst), PublishedAdvice());
+}
+
 TEST(Advice, DaysGrowOverTheEndsOfMonthsAndYears) {
   int before = day_number(kFirst - kDay);
   for (int day = 0; day < 800; ++day) {
