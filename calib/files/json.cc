@@ -9,10 +9,6 @@
 
 namespace cellcal::calib {
 
-nlohmann::json parse_json(std::string_view text) {
-  return nlohmann::json::parse(text, nullptr, false);
-}
-
 std::string write_json(const nlohmann::json& value) { return value.dump(); }
 
 std::string write_lines(const nlohmann::ordered_json& value) {
@@ -74,7 +70,9 @@ void refuse_deep_toml(std::string_view text, const std::string& name) {
   }
 }
 
-void refuse_deep_json(std::string_view text, const std::string& name) {
+namespace {
+
+bool is_deep_json(std::string_view text) {
   int depth = 0;
   bool inside = false;  // inside a string
   for (std::size_t at = 0; at < text.size(); ++at) {
@@ -87,10 +85,22 @@ void refuse_deep_json(std::string_view text, const std::string& name) {
       ++depth;
     else if (!inside && (c == '}' || c == ']'))
       --depth;
-    if (depth > kDeepestJson)
-      throw FileError(
-          name, fmt::format(": nested deeper than {} levels; not a cellcal file", kDeepestJson));
+    if (depth > kDeepestJson) return true;
   }
+  return false;
+}
+
+}  // namespace
+
+void refuse_deep_json(std::string_view text, const std::string& name) {
+  if (is_deep_json(text))
+    throw FileError(
+        name, fmt::format(": nested deeper than {} levels; not a cellcal file", kDeepestJson));
+}
+
+nlohmann::json parse_json(std::string_view text) {
+  if (is_deep_json(text)) return nlohmann::json::value_t::discarded;
+  return nlohmann::json::parse(text, nullptr, false);
 }
 
 }  // namespace cellcal::calib

@@ -81,14 +81,15 @@ class JsonReader {
 
 // JSON as text, both ways: parser and writer are slow to compile and instantiated only once.
 
-/// Discarded (`is_discarded()`) if the text is not JSON.
-nlohmann::json parse_json(std::string_view text);
-
 /// On one line. Throws nlohmann's error for bytes that are not UTF-8.
 std::string write_json(const nlohmann::json& value);
 
 /// One value per line, as in files; bytes that are not UTF-8 are replaced.
 std::string write_lines(const nlohmann::ordered_json& value);
+
+/// Discarded (`is_discarded()`) if the text is not JSON, or nested deeper than any known document: copying
+/// a value descends recursively, and hostile text could overflow the stack.
+nlohmann::json parse_json(std::string_view text);
 
 /// Throws FileError if a dotted key (TOML) or a value (JSON) is nested deeper than any known
 /// document: the libraries traverse trees recursively, and hostile text could overflow the stack.

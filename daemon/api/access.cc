@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "calib/files/input_file.h"
+#include "calib/files/json.h"
 #include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {
@@ -38,7 +39,7 @@ Response who(const Token& token) {
 }
 
 std::string token_in(const std::string& body) {
-  const json object = json::parse(body, nullptr, false);
+  const json object = calib::parse_json(body);
   const bool sound = object.is_object() && object.size() == 1 && object.contains("token") &&
                      object["token"].is_string();
   if (!sound) throw BadRequest("the body must be {\"token\": \"...\"}");
@@ -88,7 +89,7 @@ std::optional<Response> Access::admit(Request& request, Role needed) {
     return none;
   }
   const std::optional<Token> token = token_of(request);
-  if (!token) return wrong_token(request);
+  if (!token) return bearer ? wrong_token(request) : ended_sign_in();
   if (token->role < needed) {
     return error(403, fmt::format("the role {0} is needed, and the token \"{1}\" has {2}. Make one "
                                   "with it: 'cellcal token add --role {0} --name NAME'",
@@ -121,6 +122,14 @@ Response Access::wrong_token(const Request& request) {
   return wrong;
 }
 
+/// A page that asks every second with the cookie of a login that has ended: its 256 random bits are no guess to
+/// slow down, and a page without an answer shows no form to log in again.
+Response Access::ended_sign_in() const {
+  Response ended = error(401, "this login has ended: log in again");
+  ended.headers = {{"WWW-Authenticate", "Bearer"}, {"Set-Cookie", no_cookie()}};
+  return ended;
+}
+
 Response Access::log_in(const Request& request) {
   const std::optional<Token> token = tokens_.find(token_in(request.body));
   if (!token) return wrong_token(request);
@@ -136,9 +145,13 @@ Response Access::log_in(const Request& request) {
 Response Access::log_out(const Request& request) {
   sign_ins_.end(cookie_of(request));
   Response gone{.body = "{}"};
-  gone.headers = {{"Set-Cookie", fmt::format("{}=; Path=/; Max-Age=0; HttpOnly; SameSite=Strict{}",
-                                             cookie_name(), config_.tls ? "; Secure" : "")}};
+  gone.headers = {{"Set-Cookie", no_cookie()}};
   return gone;
+}
+
+std::string Access::no_cookie() const {
+  return fmt::format("{}=; Path=/; Max-Age=0; HttpOnly; SameSite=Strict{}", cookie_name(),
+                     config_.tls ? "; Secure" : "");
 }
 
 /// Cookies are not separated by port: two daemons on one computer would overwrite each other's.

@@ -225,6 +225,8 @@ class Access {
   class Admitted;
   std::optional<Token> token_of(const Request& request);
   Response wrong_token(const Request& request);
+  Response ended_sign_in() const;
+  std::string no_cookie() const;
   std::string cookie_name() const;
   std::string cookie_of(const Request& request) const;
 

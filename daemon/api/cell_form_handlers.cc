@@ -8,6 +8,7 @@
 #include "calib/export/machine_data.h"
 #include "calib/files/cell_file.h"
 #include "calib/files/input_file.h"
+#include "calib/files/json.h"
 #include "calib/files/robot_file.h"
 #include "calib/files/toml.h"
 #include "calib/model/error.h"
@@ -58,7 +59,7 @@ auto cell_act(Act act) {
 }
 
 json cell_request(const Request& request) {
-  json body = json::parse(request.body, nullptr, false);
+  json body = calib::parse_json(request.body);
   if (!body.is_object()) throw BadRequest("the body must be a JSON object");
   return body;
 }

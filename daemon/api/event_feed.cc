@@ -171,6 +171,9 @@ void EventFeed::examine_joints() {
   const Status status = source_.status();
   if (!status.links || !status.links->open || status.links == seen_) return;
   seen_ = status.links;
+  // Before the first packet, and after the last, the joints are not measured.
+  const drivers::RobotLink link = status.links->robot.link;
+  if (link != drivers::RobotLink::kNotReferenced && link != drivers::RobotLink::kReady) return;
   if (status.links->robot.actual_rad.empty()) return;
   ++joints_.number;
   joints_.text = event("robot", "", joints_to_json(status.session, *seen_));

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "calib/files/json.h"
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/http.h"
 #include "daemon/controller/frame_station.h"
@@ -37,7 +38,7 @@ json to_json(const FrameRecord& one) {
 }
 
 json object_in(const Request& request, std::initializer_list<const char*> known) {
-  json body = json::parse(request.body, nullptr, false);
+  json body = calib::parse_json(request.body);
   if (!body.is_object()) throw BadRequest("the body must be a JSON object");
   for (const auto& [key, value] : body.items())
     if (std::find(known.begin(), known.end(), key) == known.end())

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/files/calibration_json.h"
+#include "calib/files/json.h"
 #include "calib/model/error.h"
 #include "daemon/api/access.h"
 #include "daemon/cell_form/cell_form.h"
@@ -237,7 +238,7 @@ std::vector<std::string> consume_names(json& object, const char* key) {
 }  // namespace
 
 RunRequest run_request(const std::string& body) {
-  json object = json::parse(body, nullptr, false);
+  json object = calib::parse_json(body);
   if (!object.is_object()) throw BadRequest("the body must be a JSON object");
   RunRequest request;
   std::string cell, kind = to_string(request.kind);

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/files/input_file.h"
+#include "calib/files/json.h"
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/http.h"
 #include "daemon/archive/versions.h"
@@ -35,7 +36,8 @@ std::string lines_of(const std::filesystem::path& file) {
 
 /// SHA-256 of the certified content: stated under "content", otherwise of the whole body. Throws BadRequest.
 std::string content_of(const std::string& body) {
-  const nlohmann::json whole = nlohmann::json::parse(body);
+  const nlohmann::json whole = calib::parse_json(body);
+  if (!whole.is_object()) throw BadRequest("the body must be a JSON object");
   if (!whole.contains("content")) return calib::sha256(body);
   const nlohmann::json& content = whole["content"];
   const std::string text = content.is_string() ? content.get<std::string>() : "";
@@ -145,7 +147,7 @@ json to_json(const StoredProposal& one, const plant::ProposalBox& box) {
 /// {"reason": "why", "by": "a name"}; both optional when accepting.
 plant::Say decision_note_in(const Request& request, bool needs_reason) {
   const json body =
-      request.body.empty() ? json::object() : json::parse(request.body, nullptr, false);
+      request.body.empty() ? json::object() : calib::parse_json(request.body);
   if (!body.is_object()) throw BadRequest(R"(the body must be {"reason": "why", "by": "a name"})");
   for (const auto& [key, value] : body.items())
     if (key != "reason" && key != "by") throw BadRequest("\"reason\" and \"by\" are known here");
@@ -260,7 +262,7 @@ std::optional<Response> Api::show_schedule(const Call& call) {
 }
 
 std::optional<Response> Api::begin_scheduled(const Call& call) {
-  const json body = json::parse(call.request.body, nullptr, false);
+  const json body = calib::parse_json(call.request.body);
   const bool fits =
       body.is_object() && body.size() == 1 && body.contains("name") && body["name"].is_string();
   if (!fits) throw BadRequest("the body must be {\"name\": \"a session of the schedule\"}");

@@ -11,6 +11,7 @@
 
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
+#include "calib/files/json.h"
 #include "calib/model/long_work.h"
 #include "calib/model/units.h"
 #include "daemon/api/event_feed.h"
@@ -253,7 +254,7 @@ struct Wanted {
 
 /// {"dry_run": true, "days": 90, "megabytes": 500}, each optional.
 Wanted wanted_in(const std::string& body) {
-  const json object = json::parse(body, nullptr, false);
+  const json object = calib::parse_json(body);
   if (!object.is_object()) throw BadRequest("the body must be a JSON object");
   Wanted wanted;
   for (const auto& [key, value] : object.items()) {
@@ -301,7 +302,7 @@ std::optional<Response> Api::retain(const Call& call) {
 namespace {
 
 std::filesystem::path path_in(const std::string& body, const char* key) {
-  const json object = json::parse(body, nullptr, false);
+  const json object = calib::parse_json(body);
   const bool fits =
       object.is_object() && object.size() == 1 && object.contains(key) && object[key].is_string();
   if (!fits)

@@ -1,5 +1,6 @@
 // Login, logout and management of tokens.
 
+#include "calib/files/json.h"
 #include "daemon/api/access.h"
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/http.h"
@@ -17,7 +18,7 @@ struct TokenRequest {
 };
 
 TokenRequest token_request(const std::string& body) {
-  const json object = json::parse(body, nullptr, false);
+  const json object = calib::parse_json(body);
   const auto has_text = [&](const char* key) {
     return object.contains(key) && object[key].is_string();
   };

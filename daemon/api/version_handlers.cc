@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "calib/files/json.h"
 #include "calib/model/enum_table.h"
 #include "calib/model/units.h"
 #include "daemon/api/handlers.h"
@@ -81,7 +82,7 @@ json to_json(const Comparison& all) {
 /// {"session": 7, "reason": "why", "by": "a name"}; the name is optional, and so is the session unless
 /// `needed`.
 Activation wanted_in(const Request& request, bool needed) {
-  const json body = json::parse(request.body, nullptr, false);
+  const json body = calib::parse_json(request.body);
   if (!body.is_object() || !body.contains("reason") || (needed && !body.contains("session")))
     throw BadRequest(needed ? R"(the body must be {"session": 7, "reason": "why"})"
                             : R"(the body must be {"reason": "why"})");
@@ -150,7 +151,7 @@ json to_json(const StepSeen& seen, const calib::Language& language) {
 
 /// {"cell": "/abs/cell.toml"}. Throws BadRequest.
 std::filesystem::path cell_asked_for(const std::string& body) {
-  const json object = json::parse(body, nullptr, false);
+  const json object = calib::parse_json(body);
   if (!object.is_object() || object.size() != 1 || !object.contains("cell") ||
       !object["cell"].is_string())
     throw BadRequest("the body must be {\"cell\": \"/absolute/path.toml\"}");
@@ -225,7 +226,7 @@ std::optional<Response> Api::examine(const Call& call) {
 }
 
 std::optional<Response> Api::adopt_examination(const Call& call) {
-  const json body = json::parse(call.request.body, nullptr, false);
+  const json body = calib::parse_json(call.request.body);
   keep_among_cells(call.request, body.is_object() ? body.value("cell", "") : "");
   std::optional<Examiner::NotTaken> refused;
   try {

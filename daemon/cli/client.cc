@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "calib/files/calibration_json.h"
+#include "calib/files/json.h"
 #include "calib/model/units.h"
 #include "calib/words/phrase_json.h"
 #include "daemon/cli/actions.h"
@@ -471,7 +472,7 @@ int watch(const Connection& daemon) {
     json last;
     for (std::size_t at = 0; at < lines.body.size();) {
       const std::size_t end = std::min(lines.body.find('\n', at), lines.body.size());
-      last = json::parse(lines.body.substr(at, end - at), nullptr, false);
+      last = calib::parse_json(lines.body.substr(at, end - at));
       at = end + 1;
     }
     if (!last.is_object()) continue;
@@ -565,7 +566,7 @@ int fetch_report(const Connection& daemon, std::optional<std::int64_t> session,
 }
 
 json parse(const Response& response) {
-  json value = json::parse(response.body, nullptr, false);
+  json value = calib::parse_json(response.body);
   if (value.is_discarded())
     throw SocketError(
         "the daemon's answer is not JSON. Check that cellcal and cellcald are of the same version");
@@ -576,7 +577,7 @@ Response ask(const Connection& daemon, const char* method, const std::string& ta
              const std::string& body) {
   Response response = http_request(daemon.socket, method, target, body);
   if (response.status < 300) return response;
-  const json value = json::parse(response.body, nullptr, false);
+  const json value = calib::parse_json(response.body);
   const bool words = value.is_object() && value.contains("error") && value["error"].is_string();
   throw DaemonRefusal(words ? value["error"].get<std::string>()
                             : fmt::format("the daemon answered {}", response.status),

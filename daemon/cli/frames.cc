@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "calib/files/input_file.h"
+#include "calib/files/json.h"
 #include "calib/model/units.h"
 #include "daemon/cli/commands.h"
 #include "daemon/cli/offline.h"
@@ -203,7 +204,7 @@ std::string move_words(const krl::ProposedFrame& one, const json& was, const jso
 std::optional<json> record_in(const std::exception& failure) {
   const auto* refusal = dynamic_cast<const DaemonRefusal*>(&failure);
   if (refusal == nullptr) return std::nullopt;
-  json record = json::parse(refusal->response.body, nullptr, false);
+  json record = calib::parse_json(refusal->response.body);
   if (!record.is_object() || !record.contains("id")) return std::nullopt;
   return record;
 }
@@ -231,7 +232,7 @@ void require_in_use(const Connection& daemon, const std::filesystem::path& file)
   const auto session = active->at("session").get<std::int64_t>();
   const json in_use =
       parse(ask(daemon, "GET", fmt::format("/v1/sessions/{}/calibration.json", session)));
-  if (in_use == json::parse(calib::read_file(file), nullptr, false)) return;
+  if (in_use == calib::parse_json(calib::read_file(file))) return;
   throw std::runtime_error(fmt::format(
       "{}: not the calibration in use on this daemon (session {}). Give that one, or activate this "
       "one; --other-calibration overrides",

@@ -1,3 +1,4 @@
+#include "calib/files/json.h"
 #include "daemon/cli/actions.h"
 
 #include <fmt/format.h>
@@ -70,7 +71,7 @@ void name_arm(const fs::path& file, calib::ArmEvidence& evidence) {
   const fs::path folder = file.parent_path();
   if (file.filename() != "calibration.json" || !fs::exists(folder / kExport)) return;
   const auto manifest =
-      nlohmann::json::parse(calib::read_file(folder / kExport, kMostPriorsBytes), nullptr, false);
+      calib::parse_json(calib::read_file(folder / kExport, kMostPriorsBytes));
   if (manifest.is_object() && manifest.contains("started") && manifest["started"].is_string())
     evidence.time = manifest["started"];
   try {

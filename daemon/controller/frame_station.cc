@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/files/input_file.h"
+#include "calib/files/json.h"
 #include "calib/model/enum_table.h"
 #include "daemon/files/atomic_file.h"
 #include "drivers/units.h"
@@ -360,7 +361,7 @@ std::string frames_to_json(const std::vector<FrameRecord>& records) {
 }
 
 std::vector<FrameRecord> frames_from_json(const std::string& text, const std::string& file) {
-  const json all = json::parse(text, nullptr, false);
+  const json all = calib::parse_json(text);
   if (!all.is_object() || all.value("format", json()) != kFormat || !all.contains("frames") ||
       !all["frames"].is_array())
     throw std::runtime_error(fmt::format("{}: is not {}", file, kFormat));

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/files/calibration_json.h"
+#include "calib/files/json.h"
 #include "daemon/api/http/http.h"
 #include "daemon/doctor/wires.h"
 #include "daemon/files/atomic_file.h"
@@ -108,7 +109,7 @@ std::optional<DaemonSeen> examine_daemon(const DaemonConfig& config, Findings& f
                   "say.doctor.daemon.stopped.do");
     return std::nullopt;
   }
-  const json status = json::parse(seen.status, nullptr, false);
+  const json status = calib::parse_json(seen.status);
   if (!status.is_object()) {
     findings.fail(check, {"say.doctor.daemon.other", {{"socket", config.socket.string()}}},
                   "say.doctor.daemon.other.do");
@@ -150,7 +151,7 @@ void judge_sparkplug(const json& line, Findings& findings) {
 
 void judge_plant(const std::string& plant, Findings& findings) {
   const std::string check = "plant";
-  const json line = json::parse(plant, nullptr, false);
+  const json line = calib::parse_json(plant);
   if (!line.is_object() || !line.contains("connected")) {
     findings.skip(check, "say.doctor.plant.unknown");
     return;
@@ -189,7 +190,7 @@ void examine_plant(const DaemonConfig& config, Findings& findings) {
 }
 
 void judge_links_of(const std::string& status_text, Findings& findings) {
-  const json status = json::parse(status_text, nullptr, false);
+  const json status = calib::parse_json(status_text);
   const json links = status.is_object() ? status.value("links", json()) : json();
   if (!links.is_object()) {
     findings.skip("robot link", "say.doctor.link.closed");

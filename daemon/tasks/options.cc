@@ -8,6 +8,7 @@
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
+#include "calib/files/json.h"
 #include "calib/files/robot_file.h"
 #include "calib/identify/identify.h"
 #include "calib/identify/update.h"
@@ -117,7 +118,7 @@ SessionOptions options_from_json(std::string_view text) {
   // Behaviour of earlier versions.
   options.touch.confirm_every = 1;
   options.touch.behind_nominal_m = 0.0;
-  const nlohmann::json json = nlohmann::json::parse(text, nullptr, false);
+  const nlohmann::json json = calib::parse_json(text);
   if (!json.is_object()) throw std::runtime_error("stored session options: not a JSON object");
   const auto read = [&](const char* key, auto& value) {
     try {

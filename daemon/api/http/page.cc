@@ -34,7 +34,8 @@ std::optional<Response> page_answer_at(const Request& request, std::string_view 
   response.headers.emplace_back("ETag", asset->etag);
   response.headers.emplace_back("Cache-Control", at_home ? kAskAgain : kForEver);
   response.headers.emplace_back("Content-Security-Policy", kPolicy);
-  response.headers.emplace_back("Referrer-Policy", "no-referrer");
+  // With "no-referrer" a form without scripts, as that of the abort, would be sent with "Origin: null".
+  response.headers.emplace_back("Referrer-Policy", "same-origin");
   if (request.header("if-none-match") == asset->etag) {
     response.status = 304;
     return response;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "calib/files/json.h"
 #include "calib/model/error.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/plant/line/cell_metrics.h"
@@ -170,7 +171,7 @@ std::string asked(const std::filesystem::path& socket, const char* method,
                   const std::string& target, const std::string& body = "") {
   Response answer = http_request(socket, method, target, body, kMost);
   if (answer.status == 200) return std::move(answer.body);
-  const auto words = nlohmann::json::parse(answer.body, nullptr, false);
+  const auto words = calib::parse_json(answer.body);
   throw OutboxError(words.is_object() && words.contains("error") && words["error"].is_string()
                         ? words["error"].get<std::string>()
                         : fmt::format("cellcald answered {}", answer.status));
@@ -220,7 +221,7 @@ bool DeskClient::propose(const Proposal& proposal) {
   return read_as([&] {
     const std::string answer =
         asked(socket_, "POST", "/v1/proposals/" + proposal.id + as_, to_json(proposal));
-    const auto json = nlohmann::json::parse(answer, nullptr, false);
+    const auto json = calib::parse_json(answer);
     return json.is_object() && json.value("answered", nlohmann::json(false)) == true;
   });
 }

@@ -144,6 +144,21 @@ TEST_F(AnApiOnTheNetwork, SlowsAnAddressThatTriesAndNobodyWhoHasAToken) {
   EXPECT_EQ(ask(Role::kNone, "GET", "/v1/status").hold.count(), 0) << "it has tried nothing";
 }
 
+TEST_F(AnApiOnTheNetwork, AnswersABrowserWhoseLoginHasEndedAtOnceAndTakesItsCookieBack) {
+  const std::string cookie = log_in(Role::kView);
+  ask(request("POST", "/v1/logout", {{"cookie", cookie}}));
+  for (int i = 0; i < 20; ++i) {
+    const Response ended = ask(request("GET", "/v1/status", {{"cookie", cookie}}));
+    EXPECT_EQ(ended.status, 401);
+    EXPECT_EQ(ended.hold.count(), 0) << i;
+    const auto sent = std::ranges::find(ended.headers, "Set-Cookie", [](const auto& one) { return one.first; });
+    ASSERT_NE(sent, ended.headers.end());
+    EXPECT_NE(sent->second.find("Max-Age=0"), std::string::npos) << sent->second;
+  }
+  Request wrong = request("GET", "/v1/status", {{"authorization", "Bearer guess"}});
+  EXPECT_LT(ask(wrong).hold, std::chrono::seconds(1)) << "the login that ended counts as no guess";
+}
+
 TEST_F(AnApiOnTheNetwork, WritesOfAttemptsIntoTheLogButNotWhatWasTried) {
   const std::string guess(64, 'a');
   for (int i = 0; i < 100; ++i) {

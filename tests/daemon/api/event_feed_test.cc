@@ -66,9 +66,10 @@ struct AFeed : ::testing::Test {
     history.push_back(next);
     if (history.size() > 512) history.erase(history.begin());
   }
-  void move(double joint_rad) {
+  void move(double joint_rad, drivers::RobotLink link = drivers::RobotLink::kReady) {
     auto report = std::make_shared<LinkReport>();
     report->open = true;
+    report->robot.link = link;
     report->robot.actual_rad = {joint_rad};
     links = report;
   }
@@ -255,6 +256,20 @@ TEST_F(AFeed, GivesTheNewestJointsAtMostFiveTimesASecondAndWithoutANumber) {
   EXPECT_GE(given, 5);
   EXPECT_LE(given, 10);
   EXPECT_NEAR(newest, 1.9 * 57.29577951, 12.0);
+}
+
+TEST_F(AFeed, GivesNoJointsThatNoPacketShows) {
+  happen();
+  const auto stream = feed.follow({});
+  take(*stream);
+  for (const auto link : {drivers::RobotLink::kDown, drivers::RobotLink::kLost}) {
+    now += std::chrono::seconds(1);
+    move(0.5, link);
+    EXPECT_TRUE(take(*stream).empty());
+  }
+  now += std::chrono::seconds(1);
+  move(0.5, drivers::RobotLink::kNotReferenced);
+  EXPECT_EQ(take(*stream).size(), 1u);
 }
 
 TEST_F(AFeed, ThatIsQuietSaysNowAndThenThatItLives) {
