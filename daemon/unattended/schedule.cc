@@ -61,11 +61,16 @@ void Schedule::update() {
   notice_clock(inputs);
   notice_ends(inputs);
   follow(inputs);
+  const UtcSeconds since =
+      std::clamp(state_.evaluated_until, inputs.now - kMostBacklog, inputs.now);
   for (const ScheduledSession& entry : inputs.config.sessions) {
-    if (state_.known.try_emplace(entry.name, inputs.now).second) dirty_ = true;
+    const auto [known, is_new] = state_.known.try_emplace(entry.name, inputs.now);
+    // Otherwise an entry first seen while the clock was ahead would not run until that date.
+    const bool ahead = !state_.clock_doubt && known->second > inputs.now;
+    if (ahead) known->second = inputs.now;
+    dirty_ |= is_new || ahead;
     if (entry.on_request) continue;
-    for (const Window& window :
-         windows_between(entry.window, std::min(state_.evaluated_until, inputs.now), inputs.now))
+    for (const Window& window : windows_between(entry.window, since, inputs.now))
       decide(inputs, entry, window);
   }
   state_.evaluated_until = inputs.now;

@@ -316,6 +316,25 @@ TEST_F(ASchedule, BeginsInAWindowThatAClockSetWrongHadMadeMissed) {
   EXPECT_EQ(cell.begun.size(), 1u);
 }
 
+TEST_F(ASchedule, BeginsWhatItFirstSawWhileTheClockWasMonthsAhead) {
+  utc += 90 * kDay;
+  restart();
+  pass(5);
+  utc -= 90 * kDay;
+  live(11 * kHour);
+  EXPECT_EQ(cell.begun.size(), 1u);
+}
+
+TEST_F(ASchedule, TellsOfTheWindowsOfAWeekWhereTheClockWasYearsBehind) {
+  utc -= 1000 * kDay;
+  restart();
+  pass(5);
+  utc += 1000 * kDay;
+  live(kHour);
+  EXPECT_GE(count(Verb::kMissed, Why::kClockSet), 7);
+  EXPECT_LE(count(Verb::kMissed, Why::kClockSet), 9);
+}
+
 TEST_F(ASchedule, BeginsNothingBecauseTheClockWasSetIntoAWindow) {
   live(2 * kHour);
   synchronised = false;  // as reported by the kernel after a clock was set manually
