@@ -289,7 +289,9 @@ std::string metrics_text(const plant::LineStatus& line, const OutboxCount& outbo
 }
 
 std::optional<Response> Api::metrics(const Call&) {
-  const std::vector<SessionRecord> sessions = journal_.sessions();
+  std::vector<SessionRecord> sessions = journal_.sessions();
+  // Imported ones may be of another arm.
+  std::erase_if(sessions, [](const SessionRecord& one) { return one.origin.has_value(); });
   const auto newest = newest_result(journal_, sessions);
   std::shared_ptr<const Drift> drift;
   try {

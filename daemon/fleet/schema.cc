@@ -183,10 +183,13 @@ SELECT c.id AS cell_id, s.* FROM cells c CROSS JOIN LATERAL (
     SELECT * FROM session_facts s WHERE s.journal_id = j.id ORDER BY s.number DESC LIMIT 1) n
   WHERE j.cell_id = c.id ORDER BY j.id DESC LIMIT 1) s;
 
+-- Of the calibration in use, where the journal has one: a check of another one says nothing of it.
 CREATE VIEW newest_checks AS
-SELECT c.id AS cell_id, s.* FROM cells c CROSS JOIN LATERAL (
+SELECT c.id AS cell_id, s.* FROM cells c LEFT JOIN in_use u ON u.cell_id = c.id CROSS JOIN LATERAL (
   SELECT n.* FROM journals j CROSS JOIN LATERAL (
-    SELECT * FROM checks s WHERE s.journal_id = j.id ORDER BY s.number DESC LIMIT 1) n
+    SELECT * FROM checks s
+    WHERE s.journal_id = j.id AND (u.journal_id IS DISTINCT FROM j.id OR s.against = u.session)
+    ORDER BY s.number DESC LIMIT 1) n
   WHERE j.cell_id = c.id ORDER BY j.id DESC LIMIT 1) s;
 
 CREATE VIEW newest_calibrations AS

@@ -166,10 +166,9 @@ CellNow::InUse in_use_of(const Version& version) {
 
 CellNow::Check check_of(const calib::CheckMeasurement& seen) {
   const bool decided = seen.verdict != calib::CheckVerdict::kUndecided;
-  const bool measured = decided && seen.left_out != calib::LeftOut::kIncomplete;
   return {seen.session, seen.time_s,
           decided ? std::optional(seen.verdict == calib::CheckVerdict::kHolds) : std::nullopt,
-          measured ? std::optional(seen.shift_m.norm()) : std::nullopt};
+          decided ? seen.tcp_shift_m : std::nullopt};
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "daemon/archive/drift_watch.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/result/outcome_json.h"
+#include "daemon/tasks/active_calibration.h"
 #include "daemon/tasks/options.h"
 
 namespace cellcal::daemon {
@@ -37,6 +38,14 @@ bool ended_an_alarm(const calib::DriftChart& chart) {
          chart.points[n - 2].state == calib::DriftState::kAlarms;
 }
 
+/// True for a check of another calibration than that in use: whatever it finds, the cell need not have changed.
+bool is_of_another(Journal& journal, const SessionRecord& check) {
+  const std::int64_t against = options_from_json(check.inputs.options).against;
+  if (against == 0) return false;
+  const auto used = in_use(journal, check.inputs.cell_name);
+  return used && used->session != against;
+}
+
 /// Adds the state of the control chart, where it alarms or has just ceased to.
 void add_drift(Notice& notice, Journal& journal) {
   const auto drift = DriftWatch(journal).evaluate(notice.cell);
@@ -48,9 +57,9 @@ void add_drift(Notice& notice, Journal& journal) {
   for (const std::string& line : calib::words(drift->chart)) notice.findings.push_back(line);
 }
 
-void add_outcome(Notice& notice, const SessionOutcome& outcome) {
+void add_outcome(Notice& notice, const SessionOutcome& outcome, bool of_another) {
   notice.outcome = to_string(outcome.kind);
-  notice.news = news_of(outcome.kind);
+  notice.news = of_another ? News::kDone : news_of(outcome.kind);
   // A calibration has findings of its own.
   if (published(outcome)) return;
   notice.findings = phrases(outcome);
@@ -103,7 +112,11 @@ Notice notice_of_end(std::int64_t session, const RecordEnd& end, const std::stri
   notice.cell = record->inputs.cell_name;
   notice.started = record->started;
   if (notice.news != News::kDone) return notice;
-  if (end.result) add_outcome(notice, outcome_of(*end.result));
+  if (end.result) {
+    bool of_another = false;
+    try_to(notice, [&] { of_another = is_of_another(journal, *record); });
+    add_outcome(notice, outcome_of(*end.result), of_another);
+  }
   if (record->calibration.empty()) return notice;
   Notice read = notice;
   notice.news = unread;
@@ -131,9 +144,10 @@ Notice news_of(const Status& status, Journal& journal) {
     notice.started = record->started;
     notice.ended = record->ended;
     if (notice.news != News::kDone) return notice;
-    if (status.outcome) add_outcome(notice, *status.outcome);
+    const bool of_another = is_of_another(journal, *record);
+    if (status.outcome) add_outcome(notice, *status.outcome, of_another);
     if (!record->calibration.empty()) add_figures(notice, record->calibration);
-    if (status.kind == to_string(SessionKind::kCheck)) add_drift(notice, journal);
+    if (status.kind == to_string(SessionKind::kCheck) && !of_another) add_drift(notice, journal);
   } catch (const std::exception& unreadable) {
     notice.findings.emplace_back(unreadable.what());  // the remainder is reported nevertheless
   }

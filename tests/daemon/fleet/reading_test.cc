@@ -32,8 +32,8 @@ class FleetReading : public ::testing::Test {
     ask(database,
         "UPDATE fleet.calibrations SET at = now() WHERE number = " + std::to_string(number));
   }
-  void check(std::int64_t number, plant::Held held) {
-    say(fact(kWeld, number, plant::CheckFact{1, held, 0.5e-3, 0.1e-3, "tool", {}, "{}"}, number));
+  void check(std::int64_t number, plant::Held held, std::int64_t against = 1) {
+    say(fact(kWeld, number, plant::CheckFact{against, held, 0.5e-3, 0.1e-3, "tool", {}, "{}"}, number));
   }
   void session(std::int64_t number, plant::SessionState state) {
     auto body = std::get<plant::SessionFact>(testing::one_of_each()[0]);
@@ -79,6 +79,18 @@ TEST_F(FleetReading, AFailedCheckCountsUntilThereIsANewCalibration) {
   calibrate(kWeld, 3);
   EXPECT_EQ(needs(), "");
   check(2, plant::Held::kNo);  // again
+  EXPECT_EQ(needs(), "");
+}
+
+TEST_F(FleetReading, ACheckOfACalibrationThatIsNotInUseSaysNothingOfTheOne) {
+  calibrate(kWeld, 1);
+  calibrate(kWeld, 3);
+  check(4, plant::Held::kNo, 1);
+  EXPECT_EQ(needs(), "");
+  check(5, plant::Held::kNo, 3);
+  check(6, plant::Held::kYes, 1);
+  EXPECT_EQ(needs(), "check-not-held");
+  check(7, plant::Held::kYes, 3);
   EXPECT_EQ(needs(), "");
 }
 

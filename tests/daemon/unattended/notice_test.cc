@@ -104,6 +104,28 @@ TEST(NewsOfACheck, ThatDoesNotHoldAndOfTheNextThatDoesAreDriftAndItsEnd) {
   EXPECT_EQ(news(Checked::that_holds()).news, News::kDone);
 }
 
+TEST(NewsOfACheck, OfACalibrationThatIsNotInUseAreNoDrift) {
+  testing::CheckedJournal checked;
+  const std::int64_t before = checked.calibrated, used = checked.calibrate();
+  const auto checked_against = [&](std::int64_t calibration) {
+    checked.calibrated = calibration;
+    const auto result = testing::CheckedJournal::that_does_not_hold(calib::ChangeKind::kTool);
+    const std::int64_t session = checked.check({.result = result});
+    RecordEnd end{Ending::kDone, ""};
+    end.result = std::make_shared<const SessionResult>(SessionResult{result});
+    Status status;
+    status.session = session;
+    status.kind = "check";
+    status.phase = Phase::kDone;
+    status.outcome = outcome_of(*end.result);
+    const News news = news_of(status, checked.journal).news;
+    EXPECT_EQ(notice_of_end(session, end, "t9", checked.journal).news, news);
+    return news;
+  };
+  EXPECT_EQ(checked_against(before), News::kDone);
+  EXPECT_EQ(checked_against(used), News::kDrifted);
+}
+
 TEST(NewsOfTheSchedule, AreToldWhereAWindowPassedWithoutItsSession) {
   Decision decision;
   decision.entry = "nightly";
