@@ -69,6 +69,13 @@ bool Verdict::too_few() const {
          });
 }
 
+ScaleBy Verdict::scale() const {
+  return has(findings, FindingKind::kScaleByLengths)    ? ScaleBy::kLengths
+         : has(findings, FindingKind::kScaleByReadings) ? ScaleBy::kReadings
+         : has(findings, FindingKind::kScaleByNothing)  ? ScaleBy::kNothing
+                                                        : ScaleBy::kNotJudged;
+}
+
 void Verdict::add(Finding finding) {
   const auto place = finding.withholds() ? std::ranges::find_if_not(findings, &Finding::withholds)
                                          : findings.end();

@@ -155,6 +155,14 @@ struct Observability {
   double condition = 0.0;  ///< largest over smallest s; 0 if the rank is 0
 };
 
+/// What the scale of the arm rests on.
+enum class ScaleBy {
+  kNotJudged,
+  kLengths,   ///< certified, also where readings hold it as well
+  kReadings,  ///< of a tracker or of wires
+  kNothing,
+};
+
 struct Verdict {
   bool judged = false;                 ///< a result that was not judged is not published
   bool workspace = false;              ///< scope: workspace, otherwise near targets
@@ -164,6 +172,7 @@ struct Verdict {
   bool publish() const;
   /// Withheld only because the touches are too few, as after a first session that checks the cell.
   bool too_few() const;
+  ScaleBy scale() const;
   /// After the findings of the same weight: withholding ones, then all others.
   void add(Finding finding);
   /// Before those of the same weight: a cause of what was found before.

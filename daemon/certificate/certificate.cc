@@ -105,8 +105,9 @@ void add_artefacts(const Sources& s, CertificateData& data) {
     data.lengths.push_back({text("between/0"), text("between/1"),
                             s.number("cell", at + "mm", "mm", 4),
                             s.expanded("cell", at + "sigma_mm", "mm", 4), text("certificate"),
-                            text("certificate_date")});
+                            text("certificate_date"), text("role").text == "check"});
   }
+  data.scale = s.calibration.verdict.scale();
 }
 
 /// In words of a certificate.

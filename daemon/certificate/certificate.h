@@ -45,6 +45,7 @@ struct Artefact {
 };
 struct Length {
   Entry from, to, length, expanded, certificate, date;
+  bool is_check = false;  ///< not fitted
 };
 /// A certified length that was not fitted, and what the calibrated arm measures.
 struct LengthCheck {
@@ -123,6 +124,7 @@ struct CertificateData {
   Decision decision;
   std::vector<Artefact> artefacts;
   std::vector<Length> lengths;  ///< with both ends touched
+  calib::ScaleBy scale = calib::ScaleBy::kNotJudged;
   std::vector<LengthCheck> length_checks;
   PoseSheetData pose_sheet;        ///< in the terms of ISO 9283
   std::vector<BudgetLine> budget;  ///< empty: not recorded

@@ -150,12 +150,12 @@ std::string table(const std::string& head, const std::string& rows, std::string_
 
 /// What holds the scale, with the certificates of its lengths.
 std::string traceability(const CertificateData& d) {
-  if (d.lengths.empty())
-    return say(d.workspace ? "say.certificate.no_length.instrument" : "say.certificate.no_length");
-  if (!d.workspace) return say("say.certificate.traceability.none");
+  if (d.scale == calib::ScaleBy::kReadings) return say("say.certificate.traceability.instrument");
+  if (d.scale != calib::ScaleBy::kLengths)
+    return say(d.lengths.empty() ? "say.certificate.no_length" : "say.certificate.traceability.none");
   std::map<std::string, std::string> certificates;
   for (const Length& one : d.lengths)
-    if (one.certificate.stated()) certificates.try_emplace(one.certificate.text, shown(one.certificate));
+    if (one.certificate.stated() && !one.is_check) certificates.try_emplace(one.certificate.text, shown(one.certificate));
   calib::Phrase all;
   for (const auto& [text, html] : certificates) all = joined("say.join.comma", all, html);
   return all.empty() ? say("say.certificate.traceability.held")

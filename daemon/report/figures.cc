@@ -39,8 +39,18 @@ std::string freedom_words(double degrees) {
                        : say({"say.report.noise.degrees", {{"n", fixed(degrees, 0)}}});
 }
 
+std::string freedom_sentence(double degrees) {
+  if (!is_known(degrees)) return {};
+  return say({degrees < kFewDegrees ? "say.report.noise.rests.roughly" : "say.report.noise.rests",
+              {{"freedom", freedom_words(degrees)}}});
+}
+
 std::string noise_words(const View& view) {
   const calib::Calibration& result = view.result;
+  // Scatter and repeats are of the last full session; an update widens nothing.
+  if (result.update)
+    return say({"say.report.noise.update", {{"chi2", fixed(result.chi2_per_dof, 2)}}}) +
+           freedom_sentence(result.degrees_of_freedom);
   if (!(result.touch_noise_m > 0.0) || !(result.chi2_per_dof > 0.0))
     return say("say.report.noise.none");
   std::string words = say({result.level.ripple_rad > 0.0 ? "say.report.noise.ripple"
@@ -56,10 +66,7 @@ std::string noise_words(const View& view) {
                    {"freedom", freedom_words(result.repeats.degrees_of_freedom)},
                    {"used", positive_mm(result.repeats.used_m)}}});
   if (result.chi2_per_dof > 1.0) words += say("say.report.noise.widened");
-  if (const double degrees = result.degrees_of_freedom; is_known(degrees))
-    words += say({degrees < kFewDegrees ? "say.report.noise.rests.roughly" : "say.report.noise.rests",
-                  {{"freedom", freedom_words(degrees)}}});
-  return words;
+  return words + freedom_sentence(result.degrees_of_freedom);
 }
 
 std::string tile(std::string_view label, std::string_view value, std::string_view basis,
@@ -149,7 +156,9 @@ std::string truth_block(const View& view) {
 
 std::string figures_table(const View& view) {
   const calib::Calibration& result = view.result;
-  const std::string before = say("say.report.figures.before"), after = say("say.report.figures.after");
+  const std::string before = say(result.update ? "say.report.figures.before.update"
+                                               : "say.report.figures.before"),
+                    after = say("say.report.figures.after");
   std::string body =
       "<div class=\"beside\">\n<div class=\"scroll\"><table class=\"numbers figures\">\n" +
       table_head({{say("say.report.figures.residual")},
@@ -165,18 +174,22 @@ std::string figures_table(const View& view) {
   body += row(before, result.check_before, false);
   body += row(after, result.check, true);
   body += "</tbody>\n</table></div>\n<div>\n";
-  body += paragraph("note", say({view.outliers > 0 ? "say.report.figures.note.outliers"
-                                                   : "say.report.figures.note",
+  body += paragraph("note", say({result.update       ? "say.report.figures.note.update"
+                                 : view.outliers > 0 ? "say.report.figures.note.outliers"
+                                                     : "say.report.figures.note",
                                  {{"residual", residual_words(view)}}}));
   body += paragraph("note", noise_words(view));
-  if (result.check.count <= 0) body += paragraph("note", say("say.report.figures.no_check"));
+  if (result.check.count <= 0 && !result.update) body += paragraph("note", say("say.report.figures.no_check"));
   return section("figures", "say.report.figures", body + "</div>\n</div>\n");
 }
 
 std::string meaning(const View& view) {
   const std::size_t lengths = view.touched_lengths();
-  const std::string scale = lengths == 0 ? say("say.report.meaning.no_scale")
-                                         : counted(lengths, "say.report.meaning.scale.");
+  const calib::ScaleBy by = view.result.verdict.scale();
+  const std::string scale = by == calib::ScaleBy::kReadings ? say("say.report.meaning.scale.readings")
+                            : by == calib::ScaleBy::kNothing || lengths == 0
+                                ? say("say.report.meaning.no_scale")
+                                : counted(lengths, "say.report.meaning.scale.");
   return section(
       "meaning", "say.report.meaning",
       tiles(view) +

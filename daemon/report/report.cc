@@ -198,7 +198,7 @@ bool View::any_point() const {
 std::size_t View::touched_lengths() const {
   std::set<std::pair<std::string, std::string>> ends;  // each length once
   for (const calib::CertifiedLength& length : result.cell.lengths)
-    if (target_result(length.from) && target_result(length.to))
+    if (!length.is_check && target_result(length.from) && target_result(length.to))
       ends.insert(std::minmax(length.from, length.to));
   return ends.size();
 }

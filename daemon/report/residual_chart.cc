@@ -104,7 +104,8 @@ void draw_touch_axis(Svg& svg, const View& view, const Scale& across, double y) 
 
 void draw_before(Svg& svg, const View& view, const Panel& panel, double size) {
   const std::vector<Mark>& marks = view.marks;
-  draw_frame(svg, panel, view.say("say.report.residuals.before"));
+  draw_frame(svg, panel, view.say(view.result.update ? "say.report.residuals.before.update"
+                                                    : "say.report.residuals.before"));
   for (std::size_t i = 0; i < marks.size(); ++i) {
     const double x = panel.across(static_cast<double>(i + 1));
     svg.line({x, panel.up(0.0)}, {x, panel.up.clamped(marks[i].before_mm)}, "stem");
@@ -231,7 +232,8 @@ std::string residual_plot(const View& view) {
   const double size = marks.size() > kManyMarks ? 1.9 : 3.0;
 
   Svg svg(kChartWidth, kChartHeight, "chart residuals",
-          view.say("say.report.residuals.picture"));
+          view.say(view.result.update ? "say.report.residuals.picture.update"
+                                      : "say.report.residuals.picture"));
   draw_before(svg, view, upper, size);
   draw_after(svg, view, lower, size, band_of(view));
   draw_touch_axis(svg, view, across, kAfterTop + kAfterHeight + 18.0);

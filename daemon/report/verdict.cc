@@ -84,7 +84,9 @@ std::string residual_sentence(const View& view) {
   const bool same_touches_before = tested && result.check_before.count > 0;
   const calib::ResidualSummary& before = same_touches_before ? result.check_before : result.before;
   if (after.count <= 0) return say("say.report.residual.none");
-  return say({tested ? "say.report.residual.checked" : "say.report.residual.fitted",
+  return say({result.update ? "say.report.residual.update"
+              : tested      ? "say.report.residual.checked"
+                            : "say.report.residual.fitted",
               {{"before", mm_words(before.mean_m)},
                {"before_max", mm_words(before.max_m)},
                {"after", mm_words(after.mean_m)},

@@ -171,7 +171,7 @@ TEST(FindingWords, OfScopeAndAccuracy) {
                                           {"required_is_stated", 0.0, ""}, {"workspace", 1.0, ""}};
   EXPECT_EQ(
       said(FindingKind::kGain, {}, foreseen),
-      "accuracy: 0.13 mm predicted over the workspace, 4.50 ± 0.12 mm with the nominal arm (3 %); 2.00 mm "
+      "accuracy: 0.130 mm predicted over the workspace, 4.500 ± 0.120 mm with the nominal arm (2.9 %); 2.000 mm "
       "allowed (required_mm not stated)");
   EXPECT_EQ(
       said(FindingKind::kModelError, {},

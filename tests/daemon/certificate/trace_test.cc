@@ -148,6 +148,26 @@ TEST_F(ACertificate, ListsTheCertifiedLengthsWhoseEndsWereTouched) {
   expect_all_traced(archive);
 }
 
+TEST_F(ACertificate, TracesTheScaleToWhatTheVerdictFound) {
+  CertificateData data = make_certificate(recorded().second, "e", kIssue);
+  ASSERT_GE(data.lengths.size(), 2u);
+  EXPECT_EQ(data.scale, calib::ScaleBy::kLengths);
+  data.lengths[0].certificate.text = "FITTED-1";
+  data.lengths[1].certificate.text = "CHECKED-2";
+  data.lengths[1].is_check = true;
+  const auto has_scale = [&](const char* words) { return to_html(data).find(words) != std::string::npos; };
+  EXPECT_TRUE(has_scale("The certified lengths hold the scale"));
+  const std::string html = to_html(data);
+  const std::size_t at = html.find("The certified lengths hold the scale");
+  const std::string sentence = html.substr(at, html.find("</p>", at) - at);
+  EXPECT_NE(sentence.find("FITTED-1"), std::string::npos) << sentence;
+  EXPECT_EQ(sentence.find("CHECKED-2"), std::string::npos) << sentence;
+  data.scale = calib::ScaleBy::kReadings;
+  EXPECT_TRUE(has_scale("Readings of an instrument hold the scale"));
+  data.scale = calib::ScaleBy::kNothing;
+  EXPECT_TRUE(has_scale("it is not traced"));
+}
+
 TEST_F(ACertificate, StatesTheDeviationOfALengthThatWasNotFittedBesideItsUncertainty) {
   const TemporaryDirectory directory;
   Journal journal(directory / "j.db");

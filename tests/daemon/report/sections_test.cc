@@ -163,6 +163,37 @@ TEST(Meaning, CountsOnlyCertifiedLengthsOfWhichBothEndsWereTouched) {
       says(section_of(html_report(input), "meaning"), "A wrong scale does not show either"));
 }
 
+TEST(Meaning, SaysWhatTheVerdictFoundToHoldTheScale) {
+  ReportInput input = made_up_session({.spheres = 3});
+  const auto found = [&](calib::FindingKind kind) {
+    input.calibration.verdict.findings = {{kind, calib::Severity::kInforms}};
+    return section_of(html_report(input), "meaning");
+  };
+  EXPECT_TRUE(says(found(calib::FindingKind::kScaleByLengths), "here by 2 certified lengths"));
+  EXPECT_TRUE(says(found(calib::FindingKind::kScaleByReadings), "the readings of an instrument"));
+  EXPECT_TRUE(says(found(calib::FindingKind::kScaleByNothing), "A wrong scale does not show"))
+      << "of lengths that are too uncertain";
+  for (calib::CertifiedLength& length : input.calibration.cell.lengths) length.is_check = true;
+  EXPECT_FALSE(says(found(calib::FindingKind::kScaleByLengths), "certified lengths"))
+      << "lengths that are not fitted hold nothing";
+}
+
+TEST(Update, IsComparedWithTheLastCalibrationAndWidensNothing) {
+  ReportInput input = made_up_session();
+  input.calibration.chi2_per_dof = 1.8;
+  input.calibration.touch_noise_m = 3e-5;
+  EXPECT_TRUE(says(html_report(input), "is widened accordingly"));
+  input.calibration.update.emplace();
+  const std::string html = html_report(input);
+  EXPECT_TRUE(says(html, "before: last calibration"));
+  EXPECT_TRUE(says(html, "By the last calibration, mm"));
+  for (const char* of_a_full_session :
+       {"with the nominal robot,", "before: nominal robot", "Nominal robot, mm",
+        "is widened accordingly", "Repeated touches scatter", "No touch was held out"})
+    EXPECT_FALSE(says(html, of_a_full_session)) << of_a_full_session;
+  EXPECT_EQ(testing::joined(testing::complaints(html)), "");
+}
+
 TEST(Meaning, SaysThatThePredictionHoldsRipple) {
   ReportInput input = made_up_session();
   input.calibration.level.ripple_rad = 2e-5;
