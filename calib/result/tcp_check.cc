@@ -38,7 +38,7 @@ std::optional<ChangeKind> change_kind(const std::string& name) { return kChangeK
 
 CheckVerdict TcpCheck::verdict() const {
   if (holds) return CheckVerdict::kHolds;
-  const bool alarm = !not_found.empty() || (!explanations.empty() && log_odds > log_alarm);
+  const bool alarm = !zeros_hold || !not_found.empty() || (!explanations.empty() && log_odds > log_alarm);
   return alarm ? CheckVerdict::kDoesNotHold : CheckVerdict::kUndecided;
 }
 

@@ -33,7 +33,7 @@ constexpr bool is_shift(ChangeKind kind) {
 /// Verdict of a check on the calibration.
 enum class CheckVerdict {
   kHolds,
-  kDoesNotHold,  ///< the odds are above the alarm, or a touch made no contact
+  kDoesNotHold,  ///< the odds are above the alarm, a touch made no contact, or a mastered zero does not hold
   kUndecided     ///< touches gave no contact point, and the others raise no alarm
 };
 /// Name in files: "does_not_hold". Empty for an unknown name.
@@ -87,6 +87,7 @@ struct TcpCheck {
   std::vector<Explanation> explanations = {};  ///< most likely first; includes kNothing
   std::vector<NotFound> not_found = {};
   std::vector<UnsteadyTouch> unsteady = {};
+  bool zeros_hold = true;  ///< after mastering: those of the mastered joints
 
   CheckVerdict verdict() const;
   /// The most likely change; null if too few touches were made.

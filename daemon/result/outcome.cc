@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "calib/model/units.h"
 #include "calib/result/finding_phrase.h"
@@ -69,6 +70,8 @@ struct OutcomeOf {
     return outcome;
   }
 
+  const std::vector<calib::MasteredZero>& mastered;
+
   SessionOutcome operator()(const calib::TcpCheck& check) const {
     using enum calib::CheckVerdict;
     static constexpr EnumTable<calib::CheckVerdict, OutcomeKind> kTable{
@@ -77,7 +80,12 @@ struct OutcomeOf {
          {kUndecided, OutcomeKind::kUndecided}}};
     SessionOutcome outcome;
     outcome.kind = kTable[check.verdict()];
-    if (outcome.kind == OutcomeKind::kDoesNotHold) outcome.change = likeliest(check.explanations);
+    std::ranges::copy_if(mastered, std::back_inserter(outcome.zeros),
+                         [](const calib::MasteredZero& one) { return !one.holds(); });
+    // The touches name a change of their own only where they alarm.
+    const bool by_zeros_alone = !outcome.zeros.empty() && check.log_odds <= check.log_alarm;
+    if (outcome.kind == OutcomeKind::kDoesNotHold && !by_zeros_alone)
+      outcome.change = likeliest(check.explanations);
     outcome.touches = check.touches;
     if (!check.explanations.empty()) outcome.tcp_shift = {check.shift_m, check.u_along_m()};
     for (const calib::NotFound& one : check.not_found) add_once(outcome.not_found, one.target);
@@ -119,7 +127,7 @@ std::optional<OutcomeKind> outcome_kind(const std::string& name) {
 bool is_good(OutcomeKind kind) { return kKinds[kind].good; }
 
 SessionOutcome outcome_of(const SessionResult& result) {
-  return std::visit(OutcomeOf{}, result.of);
+  return std::visit(OutcomeOf{result.mastered}, result.of);
 }
 
 std::string cause_of(const SessionOutcome& outcome) {
@@ -177,7 +185,8 @@ Phrase opening(const SessionOutcome& outcome) {
 /// Remedy where no change is identified.
 Phrase remedy(const SessionOutcome& outcome) {
   std::string id = std::string("say.session.") + to_string(outcome.kind) + ".do";
-  if (outcome.kind == OutcomeKind::kDoesNotHold && outcome.change) return {};
+  if (outcome.kind == OutcomeKind::kDoesNotHold && (outcome.change || !outcome.zeros.empty()))
+    return {};
   return calib::sentence_of(id) ? Phrase(std::move(id)) : Phrase();
 }
 
@@ -209,6 +218,7 @@ std::vector<Phrase> phrases(const SessionOutcome& outcome) {
   };
   add_targets("say.session.no_contact", outcome.not_found);
   add_targets("say.session.unsteady", outcome.unsteady);
+  for (const calib::MasteredZero& one : outcome.zeros) lines.push_back(phrase(one));
   if (outcome.change) {
     const bool acts = outcome.kind == OutcomeKind::kDoesNotHold;
     lines.push_back(joined("say.join.sentences", calib::phrase(*outcome.change),

@@ -94,6 +94,7 @@ struct SessionOutcome {
   std::vector<std::string> not_found = {};  ///< targets with a touch without contact, each once
   /// Targets with a touch without a valid contact point, each once.
   std::vector<std::string> unsteady = {};
+  std::vector<calib::MasteredZero> zeros = {};  ///< after mastering: those that do not hold
   calib::DriftAdvice remedy = calib::DriftAdvice::kNone;
   // Search for spheres.
   std::vector<FoundSphere> spheres = {};

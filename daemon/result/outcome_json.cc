@@ -99,6 +99,12 @@ FoundSphere sphere_of(const json& value) {
   return one;
 }
 
+json to_json(const calib::MasteredZero& one) {
+  return {{"joint", one.joint},
+          {"error_deg", one.error_rad * calib::kDegPerRad},
+          {"u_deg", one.u_rad() * calib::kDegPerRad}};
+}
+
 template <class T>
 json names_of(const std::vector<T>& list) {
   json names = json::array();
@@ -114,6 +120,7 @@ json document_of(const SessionOutcome& outcome) {
              {"change", outcome.change ? to_json(*outcome.change) : json()},
              {"not_found", outcome.not_found},
              {"unsteady", outcome.unsteady},
+             {"zeros", json::array()},
              {"remedy", to_string(outcome.remedy)},
              {"spheres", json::array()},
              {"not_as_stated", names_of(outcome.not_as_stated)},
@@ -124,6 +131,7 @@ json document_of(const SessionOutcome& outcome) {
                              {"length", kMmPerM * outcome.tcp_shift->shift_m.norm()},
                              {"u_length", kMmPerM * outcome.tcp_shift->u_m}};
   for (const FoundSphere& one : outcome.spheres) value["spheres"].push_back(to_json(one));
+  for (const calib::MasteredZero& one : outcome.zeros) value["zeros"].push_back(to_json(one));
   return value;
 }
 
@@ -136,6 +144,10 @@ SessionOutcome outcome_in(const json& value) {
   if (value.at("change").is_object()) outcome.change = explanation_of(value["change"]);
   value.at("not_found").get_to(outcome.not_found);
   value.at("unsteady").get_to(outcome.unsteady);
+  for (const json& one : value.value("zeros", json::array()))
+    outcome.zeros.push_back({one.at("joint").get<std::string>(),
+                             one.at("error_deg").get<double>() * calib::kRadPerDeg,
+                             0.5 * one.at("u_deg").get<double>() * calib::kRadPerDeg});
   outcome.remedy = calib::drift_advice(value.at("remedy").get<std::string>()).value();
   for (const json& one : value.at("spheres")) outcome.spheres.push_back(sphere_of(one));
   for (const json& one : value.at("not_as_stated"))
@@ -217,10 +229,8 @@ std::string document_of_check(const SessionResult& result, const calib::TcpCheck
   auto json = nlohmann::ordered_json::parse(document);
   auto mastered = nlohmann::ordered_json::array(), words = mastered, said = mastered;
   for (const calib::MasteredZero& one : result.mastered) {
-    mastered.push_back({{"joint", one.joint},
-                        {"error_deg", one.error_rad * calib::kDegPerRad},
-                        {"u_deg", one.u_rad() * calib::kDegPerRad},
-                        {"holds", one.holds()}});
+    mastered.push_back(to_json(one));
+    mastered.back()["holds"] = one.holds();
     words.push_back(calib::words(phrase(one)));
     said.emplace_back(calib::to_json(phrase(one)));
   }

@@ -83,7 +83,8 @@ class Round {
     std::vector<calib::MasteredZero> zeros;
     if (!mastered().empty() && made.size() >= calib::kLeastCheckTouches)
       zeros = calib::zeros_left(round_.calibration(), mastered(), made);
-    check.holds &= std::ranges::all_of(zeros, &calib::MasteredZero::holds);
+    check.zeros_hold = std::ranges::all_of(zeros, &calib::MasteredZero::holds);
+    check.holds &= check.zeros_hold;
     return {std::move(check), std::move(zeros)};
   }
 

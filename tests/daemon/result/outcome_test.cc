@@ -115,6 +115,23 @@ TEST(AnOutcome, OfACheckWithTouchesThatGaveNoContactPointIsUndecidedUnlessTheOth
   EXPECT_EQ(of(nothing_met).remedy, calib::DriftAdvice::kRecalibrate);
 }
 
+/// All touches were made and alarm of nothing; one of two mastered zeros is off by four sigma.
+SessionResult mastered_wrong() {
+  calib::TcpCheck check = a_check(true);
+  check.holds = check.zeros_hold = false;
+  return {check, {{"A2", 4e-4, 1e-4}, {"A3", 1e-4, 1e-4}}};
+}
+
+TEST(AnOutcome, OfAMasteredZeroThatIsOffDoesNotHoldAndNamesIt) {
+  const SessionOutcome outcome = outcome_of(mastered_wrong());
+  EXPECT_EQ(outcome.kind, OutcomeKind::kDoesNotHold);
+  EXPECT_FALSE(outcome.change) << "the touches found none";
+  const std::vector<std::string> lines = in_language(outcome, "en");
+  ASSERT_EQ(lines.size(), 2U);
+  EXPECT_NE(lines[1].find("zero of A2 +0.0229 +- 0.0115 deg (k=2)"), std::string::npos) << lines[1];
+  EXPECT_NE(lines[1].find("Master it again"), std::string::npos) << lines[1];
+}
+
 TEST(AnOutcome, IsReadBackAsItWasWritten) {
   FoundSpheres found{{{"S1", {1.2, -0.1, 0.3}, 5e-3, 9, 2.5e-3},
                       {"S2", {0.9, 0.4, 0.2}, 5e-3, 7, {}},
@@ -129,7 +146,7 @@ TEST(AnOutcome, IsReadBackAsItWasWritten) {
       .kind = ChangeKind::kTouch, .name = "S3", .touch = 4, .amount = 3e-4};
   for (const SessionOutcome& one :
        {of(a_calibration(true)), of(a_calibration(false)), of(a_check(true)), of(a_check(false)),
-        of(joint), of(touch), of(qualification), of(found), of(DryRun{14}),
+        outcome_of(mastered_wrong()), of(joint), of(touch), of(qualification), of(found), of(DryRun{14}),
         of(an_update(calib::UpdateOutcome::kUpdated)),
         of(an_update(calib::UpdateOutcome::kNothingChanged)),
         of(an_update(calib::UpdateOutcome::kContradicted))}) {

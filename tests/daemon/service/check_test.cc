@@ -133,6 +133,7 @@ TEST(ACheck, AfterMasteringNamesTheJointThatIsOffWithItsSize) {
   ASSERT_EQ(result["mastered"].size(), 1U);
   EXPECT_EQ(result["mastered"][0]["joint"], "A2");
   EXPECT_EQ(result["mastered"][0]["holds"], false);
+  EXPECT_TRUE(result["words"][0].get<std::string>().starts_with("does not hold")) << result;
   EXPECT_NEAR(result["mastered"][0]["error_deg"].get<double>(), 0.03, 0.015) << result;
   EXPECT_LE(result["touches"], 6);
   EXPECT_NE(result["words"][1].get<std::string>().find("zero of A2 +0.0"), std::string::npos);

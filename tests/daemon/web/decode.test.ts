@@ -148,7 +148,7 @@ test("the outcome of a session is read by the keys that the API has for it, and 
   const outcome = {
     kind: "does_not_hold", good: false, touches: 8, tcp_shift_mm: { xyz: [0.8, -0.5, 0.3], length: 0.99, u_length: 0.05 },
     change: { kind: "tool", name: "probe", probability: 0.99, touch: null, shift_mm: [0.8, -0.5, 0.3], value: 0.99, u: 0.05, unit: "mm" },
-    not_found: ["S2"], unsteady: [], remedy: "re_measure_tcp", spheres: [], not_as_stated: [],
+    not_found: ["S2"], unsteady: [], zeros: [], remedy: "re_measure_tcp", spheres: [], not_as_stated: [],
   };
   const row = (more: object) => decode.sessions([{ id: 7, kind: "check", state: "done", ...more }])[0];
   const got = row({ outcome })?.outcome;
