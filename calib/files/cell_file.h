@@ -65,8 +65,9 @@ std::string stand_to_toml(const Target& target);
 /// Maximum number of triangles: the furniture of a cell needs hundreds.
 inline constexpr std::size_t kMostTriangles = 400'000;
 
-/// Triangles of all solids; normals are ignored, triangles without an area are omitted. Throws
-/// FileError naming the line (ASCII) or the byte (binary). `name` denotes the file.
+/// Triangles of all solids; normals are ignored, triangles without an area are omitted, and so is what follows the
+/// last one of a binary file. Throws FileError naming the line (ASCII) or the byte (binary), or the format that the
+/// file has instead. `name` denotes the file.
 Mesh parse_stl(std::string_view bytes, const std::string& name);
 Mesh load_stl(const std::filesystem::path& path);
 

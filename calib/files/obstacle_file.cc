@@ -180,6 +180,7 @@ constexpr std::size_t kMostBytes = 128u << 20;  // ASCII: about 270 bytes per tr
 constexpr std::size_t kHeader = 84, kRecord = 50, kNormal = 12;
 constexpr double kFurthestMm = 1e5;
 constexpr double kLeastAreaMm2 = 1e-9;
+constexpr const char* kExport = "Export it as STL in millimetres";
 
 /// Builds a mesh; shared corners are stored once.
 class Builder {
@@ -221,8 +222,24 @@ std::uint32_t number_at(std::string_view bytes, std::size_t at) {
   return value;
 }
 
+/// That of the header, also with other bytes behind the last facet; without one (0) as many as the file holds.
+std::size_t count_facets(std::string_view bytes, const std::string& name) {
+  const std::size_t stated = number_at(bytes, kHeader - 4), rest = bytes.size() - kHeader;
+  const bool whole = rest % kRecord == 0;
+  const std::size_t count = stated == 0 && whole ? rest / kRecord : stated;
+  // Whole facets behind the last one may belong to the mesh: two readings.
+  if (rest < kRecord * count || (whole && rest > kRecord * count))
+    throw FileError(name, fmt::format(": byte {}: not an STL file, or damaged: its header's {} triangles need {} "
+                                      "bytes, but it has {}. {}",
+                                      kHeader - 4, count, kHeader + kRecord * count, bytes.size(), kExport));
+  if (count > kMostTriangles)
+    throw FileError(name, fmt::format(": byte {}: {} triangles, more than {}; export it coarser", kHeader - 4, count,
+                                      kMostTriangles));
+  return count;
+}
+
 Mesh read_binary(std::string_view bytes, const std::string& name) {
-  const std::size_t count = number_at(bytes, kHeader - 4);
+  const std::size_t count = count_facets(bytes, name);
   Builder mesh;
   for (std::size_t i = 0; i < count; ++i) {
     std::array<Vector3d, 3> mm;
@@ -259,9 +276,17 @@ class Words {
   void skip_line() {
     while (at_ < text_.size() && text_[at_] != '\n') ++at_;
   }
+  /// True for `wanted` in any case, also if "end" and its rest are two words.
+  bool is(std::string_view word, std::string_view wanted) {
+    if (wanted.starts_with("end") && same(word, "end")) {
+      wanted.remove_prefix(word.size());
+      word = next();
+    }
+    return same(word, wanted);
+  }
   void expect(std::string_view wanted) {
     const std::string_view word = next();
-    if (!same(word, wanted))
+    if (!is(word, wanted))
       fail(fmt::format("\"{}\" is expected, but there is \"{}\"", wanted, shown(word)));
   }
   double number() {
@@ -312,7 +337,7 @@ Mesh read_ascii(std::string_view text, const std::string& name) {
     words.skip_line();  // the solid's name
     for (;;) {
       const std::string_view word = words.next();
-      if (Words::same(word, "endsolid")) {
+      if (words.is(word, "endsolid")) {
         words.skip_line();
         break;
       }
@@ -338,30 +363,40 @@ Mesh read_ascii(std::string_view text, const std::string& name) {
   return mesh.take();
 }
 
+constexpr std::string_view kZip = "PK\x03\x04";
+
+/// What else a CAD system exports, by how it begins; empty: unknown.
+std::string_view other_format(std::string_view text) {
+  constexpr std::pair<std::string_view, std::string_view> kBeginnings[] = {
+      {kZip, "ZIP (3MF is one)"}, {"ISO-10303-21", "STEP"}, {"#VRML", "VRML"}, {"ply", "PLY"}};
+  text = trimmed(text);
+  for (const auto& [beginning, format] : kBeginnings)
+    if (text.starts_with(beginning)) return format;
+  while (text.starts_with('#')) text = trimmed(text.substr(std::min(text.find('\n'), text.size())));  // OBJ's comments
+  for (const std::string_view word : {"mtllib", "usemtl", "o", "g", "v", "vn", "vt"})
+    if (text.starts_with(word) && kBlanks.find(text.substr(word.size(), 1)) != std::string_view::npos) return "OBJ";
+  return {};
+}
+
 }  // namespace
 
 Mesh parse_stl(std::string_view bytes, const std::string& name) {
+  std::string_view text = bytes;
+  if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
   Mesh mesh;
-  const std::size_t count = bytes.size() >= kHeader ? number_at(bytes, kHeader - 4) : 0;
-  if (bytes.size() >= kHeader && bytes.size() == kHeader + kRecord * count) {
-    // Binary files are recognised by their size: many begin with "solid".
-    if (count > kMostTriangles)
-      throw FileError(name, fmt::format(": byte {}: {} triangles, more than {}; export it coarser",
-                                        kHeader - 4, count, kMostTriangles));
+  if (bytes.size() >= kHeader && bytes[kHeader - 1] == '\0' && !bytes.starts_with(kZip)) {
+    // Binary files are recognised by their triangle count, the last byte of which is 0: many begin with "solid".
     mesh = read_binary(bytes, name);
-  } else if (bytes.starts_with("solid") || bytes.starts_with("SOLID")) {
-    mesh = read_ascii(bytes, name);
+  } else if (Words::same(trimmed(text).substr(0, 5), "solid")) {
+    mesh = read_ascii(text, name);
+  } else if (const std::string_view other = other_format(text); !other.empty()) {
+    throw FileError(name, fmt::format(": {}, not an STL file. {}", other, kExport));
   } else if (bytes.size() < kHeader) {
     throw FileError(
         name, fmt::format(": byte {}: ends before an STL's header does; is it the right file?",
                           bytes.size()));
   } else {
-    throw FileError(
-        name,
-        fmt::format(
-            ": byte {}: not an STL file: it does not begin with \"solid\", and its header's {} "
-            "triangles would need {} bytes, but it has {}",
-            kHeader - 4, count, kHeader + kRecord * count, bytes.size()));
+    throw FileError(name, fmt::format(": not an STL file. {}", kExport));
   }
   if (mesh.triangles.empty()) throw FileError(name, ": no triangles in it. Export the mesh again");
   return mesh;

@@ -14,6 +14,7 @@ namespace {
 
 using testing::expect_words;
 using testing::refusal;
+using namespace std::string_literals;
 
 std::string ascii(const std::string& corners) {
   return "solid made by hand\nfacet normal 0 0 1\n outer loop\n" + corners +
@@ -69,6 +70,54 @@ TEST(Stl, ReadsSeveralSolidsWindowsLinesAndCapitals) {
   EXPECT_EQ(parse_stl(shouted, "f.stl").triangles.size(), 2u);
 }
 
+TEST(Stl, ReadsAsciiWhereverOneReadingIsLeft) {
+  for (const char* before : {"\n", " \t", "\r\n\r\n", "\xEF\xBB\xBF", "\xEF\xBB\xBF  "})
+    expect_the_triangle(parse_stl(before + ascii(kCorners), "f.stl"));
+  std::string text = ascii(kCorners), apart = text;
+  for (const char* word : {"loop", "facet", "solid"}) apart.replace(apart.find("end" + std::string(word)), 3, "End  ");
+  expect_the_triangle(parse_stl(apart, "f.stl"));
+  EXPECT_EQ(parse_stl(apart + "\n" + apart, "f.stl").triangles.size(), 2u);
+  expect_the_triangle(parse_stl(text.replace(0, 5, "Solid"), "f.stl"));
+  expect_the_triangle(parse_stl(text.replace(0, 5, "SOLID"), "f.stl"));
+  const std::string nul = "made\0by"s;
+  expect_the_triangle(parse_stl(ascii(kCorners).replace(6, 7, nul), "f.stl"));
+}
+
+TEST(Stl, ReadsBinaryWhereverOneReadingIsLeft) {
+  for (const std::string& header : {"x"s, "solid"s, "solid\0\0\0made by hand"s, "\nsolid facet normal"s}) {
+    const std::string whole = binary({kTriangle, kTriangle}, header);
+    EXPECT_EQ(parse_stl(whole, "f.stl").triangles.size(), 2u);
+    for (const std::string& behind : {"x"s, "\0\0"s, "COLOR=... solid facet normal"s, std::string(1051, ' ')})
+      EXPECT_EQ(parse_stl(whole + behind, "f.stl").triangles.size(), 2u) << behind;
+    std::string uncounted = whole;
+    uncounted[80] = '\0';
+    EXPECT_EQ(parse_stl(uncounted, "f.stl").triangles.size(), 2u);
+    expect_words(stl_refusal(uncounted + "x"), {"f.stl: no triangles"});
+    // More facets than are counted, or another thing behind them.
+    expect_words(stl_refusal(whole + binary({kTriangle}).substr(84)), {"f.stl: byte 80", "184", "234"});
+  }
+}
+
+TEST(Stl, NamesTheFormatOfAnotherFile) {
+  for (const auto& [begins, format] : std::initializer_list<std::pair<std::string, std::string>>{
+           {"ISO-10303-21;\nHEADER;\n", "STEP"},
+           {"PK\x03\x04\x14\0"s, "3MF"},
+           {"#VRML V2.0 utf8\n", "VRML"},
+           {"# Blender 4.1\n# www.blender.org\n\nmtllib a.mtl\n", "OBJ"},
+           {"\xEF\xBB\xBFv 0 0 0\nv 1 0 0\n", "OBJ"},
+           {"o fixture\n", "OBJ"},
+           {"ply\nformat ascii 1.0\n", "PLY"},
+           {"<html>" + std::string(100, ' '), "f.stl: not an STL file"},
+           {"###" + std::string(100, '#'), "f.stl: not an STL file"},
+           {"vertices " + std::string(100, 'v'), "f.stl: not an STL file"}})
+    for (const std::string& rest : {""s, std::string(3000, 'x')})
+      expect_words(stl_refusal(begins + rest), {"f.stl: ", format});
+  expect_words(stl_refusal("PK\x03\x04" + std::string(3000, '\0')), {"3MF"});
+  const std::string words = stl_refusal("ISO-10303-21;" + std::string(200, ' '));
+  expect_words(words, {"STEP, not an STL file", "Export it as STL in millimetres"});
+  EXPECT_EQ(words.find("triangles"), std::string::npos) << words;
+}
+
 TEST(Stl, LeavesOutTrianglesWithoutAnArea) {
   constexpr std::array<float, 9> kNeedle = {0, 0, 0, 1, 1, 1, 2, 2, 2};
   EXPECT_EQ(parse_stl(binary({kNeedle, kTriangle}), "f.stl").triangles.size(), 1u);
@@ -91,7 +140,6 @@ TEST(Stl, NamesTheByteThatItDoesNotUnderstand) {
   const std::string whole = binary({kTriangle, kTriangle});
   for (std::size_t length = 0; length < whole.size(); ++length)
     expect_words(stl_refusal(whole.substr(0, length)), {"f.stl: byte "});
-  expect_words(stl_refusal(whole + "x"), {"f.stl: byte 80", "184", "185"});
   std::array<float, 9> bad = kTriangle;
   for (const float value :
        {std::numeric_limits<float>::quiet_NaN(), 1e9f, -std::numeric_limits<float>::infinity()}) {
@@ -108,7 +156,12 @@ TEST(Stl, RefusesMoreTrianglesThanAnyCellNeeds) {
   // A wrong triangle count is detected, without allocating memory for it.
   std::string lie(80, ' ');
   put(lie, 0xffffffffu);
-  expect_words(stl_refusal(lie), {"f.stl: byte 80", "4294967295"});
+  expect_words(stl_refusal(lie), {"f.stl: not an STL file"});
+  lie.resize(80);
+  put(lie, 400'000u);
+  expect_words(stl_refusal(lie), {"f.stl: byte 80", "20000084"});
+  std::string uncounted(84 + 50 * std::size_t{400'001}, '\0');
+  expect_words(stl_refusal(uncounted), {"f.stl: byte 80", "400001 triangles"});
 }
 
 }  // namespace
