@@ -35,7 +35,7 @@ constexpr double kTypicalCentreM = 0.010;
 constexpr double kIgnoredCentreErrorM = 0.010;
 constexpr double kOverlapM = 1e-3;
 /// Smaller values were probably stated in metres.
-constexpr double kShortestToolM = 0.005, kNearestCentreM = 0.020, kThinnestSphereM = 0.001;
+constexpr double kShortestToolM = 0.005, kNearestCentreM = 0.020, kThinnestSphereM = 0.001, kSmallestMeshM = 0.010;
 constexpr double kFinestTouchM = 0.5e-6, kCoarsestTouchM = 2e-3;
 /// Relative tolerance within which a power of ten, or the two radii, explain a deviation.
 constexpr double kExplained = 0.05;
@@ -248,6 +248,14 @@ bool check_unit_range(const Cell& cell, std::vector<CellFault>& faults) {
   for (const Target& target : cell.targets)
     if (target.kind == TargetKind::kSphere && target.diameter_m < kThinnestSphereM)
       faults.push_back({Kind::kDiameterInMetres, true, {target.id}, target.diameter_m});
+  for (const Obstacle& obstacle : cell.obstacles) {
+    if (obstacle.mesh == nullptr) continue;
+    Eigen::AlignedBox3d around;
+    for (const Eigen::Vector3d& vertex : obstacle.mesh->vertices_m) around.extend(vertex);
+    const Eigen::Vector3d size = around.sizes();
+    if (size.maxCoeff() < kSmallestMeshM)
+      faults.push_back({Kind::kMeshInMetres, true, {obstacle.id, obstacle.mesh_file}, size.x(), size.y(), size.z()});
+  }
   if (cell.touch_sigma_m < kFinestTouchM || cell.touch_sigma_m > kCoarsestTouchM)
     faults.push_back({Kind::kTouchSigma, false, {}, cell.touch_sigma_m});
   return sound;
@@ -517,6 +525,7 @@ constexpr EnumNames<Kind> kKindNames{{{Kind::kLength, "length"},
                                       {Kind::kCentreInMetres, "centre_in_metres"},
                                       {Kind::kToolInMetres, "tool_in_metres"},
                                       {Kind::kDiameterInMetres, "diameter_in_metres"},
+                                      {Kind::kMeshInMetres, "mesh_in_metres"},
                                       {Kind::kTouchSigma, "touch_sigma"},
                                       {Kind::kCertifiedSigma, "certified_sigma"},
                                       {Kind::kToolTooHeavy, "tool_too_heavy"},

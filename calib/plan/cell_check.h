@@ -34,6 +34,7 @@ enum class CellFaultKind {
   kCentreInMetres,     ///< a: from the base's origin
   kToolInMetres,       ///< a: from the flange
   kDiameterInMetres,   ///< a: stated
+  kMeshInMetres,       ///< of the first id's obstacle; the second is its file. a, b, c: extents
   kTouchSigma,         ///< a: stated. Implausibly small or large for touches
   kCertifiedSigma,     ///< of the length between two ids, or the diameter of one. a: stated
   kToolTooHeavy,       ///< kg: stated, limit_kg: the robot's rated payload, or any robot's

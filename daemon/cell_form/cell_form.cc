@@ -519,7 +519,7 @@ std::string form_key(std::string_view path) {
 
 namespace {
 
-enum class Place { kNone, kSphere, kLength, kTool };
+enum class Place { kNone, kSphere, kLength, kTool, kObstacle };
 
 struct FaultyField {
   Place place = Place::kNone;
@@ -542,6 +542,7 @@ FaultyField field_of(calib::CellFaultKind kind) {
        {kCentreInMetres, {Place::kSphere, "centre_mm"}},
        {kToolInMetres, {Place::kTool, "xyz_mm"}},
        {kDiameterInMetres, {Place::kSphere, "diameter_mm"}},
+       {kMeshInMetres, {Place::kObstacle, "file"}},
        {kTouchSigma, {}},
        {kCertifiedSigma, {Place::kLength, "sigma_mm"}},
        {kToolTooHeavy, {Place::kTool, "mass_kg"}},
@@ -561,9 +562,9 @@ std::string in_row(const char* rows, std::ptrdiff_t row, std::ptrdiff_t of, cons
   return row == of ? "" : std::string(rows) + '.' + std::to_string(row) + '.' + field;
 }
 
-std::string in_sphere(const CellForm& form, const std::string& id, const char* field) {
-  const auto found = std::ranges::find(form.spheres, id, &SphereForm::id);
-  return in_row("spheres", found - form.spheres.begin(), std::ssize(form.spheres), field);
+std::string in_row_of(const char* name, const auto& rows, const std::string& id, const char* field) {
+  const auto found = std::ranges::find_if(rows, [&](const auto& one) { return one.id == id; });
+  return in_row(name, found - rows.begin(), std::ssize(rows), field);
 }
 
 std::string in_length(const CellForm& form, const std::vector<std::string>& ids,
@@ -581,10 +582,11 @@ std::string key_of(const calib::CellFault& fault, const CellForm& form) {
   const FaultyField field = field_of(fault.kind);
   if (field.place == Place::kTool) return std::string("tool.") + field.field;
   if (field.place == Place::kNone || fault.ids.empty()) return {};
-  if (field.place == Place::kSphere) return in_sphere(form, fault.ids[0], field.field);
+  if (field.place == Place::kSphere) return in_row_of("spheres", form.spheres, fault.ids[0], field.field);
+  if (field.place == Place::kObstacle) return in_row_of("obstacles", form.obstacles, fault.ids[0], field.field);
   if (fault.ids.size() > 1) return in_length(form, fault.ids, field.field);
   return fault.kind == calib::CellFaultKind::kCertifiedSigma
-             ? in_sphere(form, fault.ids[0], "diameter_sigma_mm")
+             ? in_row_of("spheres", form.spheres, fault.ids[0], "diameter_sigma_mm")
              : std::string();
 }
 

@@ -151,6 +151,26 @@ TEST(CellCheck, NamesAToolOrADiameterInMetresAndATouchTooGoodToBeTrue) {
   EXPECT_EQ(refuse_faulty(cell).size(), 1u);
 }
 
+TEST(CellCheck, NamesAMeshInMetres) {
+  Cell cell = demo_cell();
+  cell.obstacles = {box("fixture", {-0.9, 0.9, 0.2}, Vector3d::Zero())};
+  cell.obstacles[0].shape = ObstacleShape::kMesh;
+  cell.obstacles[0].mesh_file = "fixture.stl";
+  const auto with_mesh = [&](double per_m) {  // 0.4 m x 0.3 m x 0.25 m, far from the origin of its file
+    Mesh mesh{{{2, 1, 0}, {2.4, 1, 0}, {2.4, 1.3, 0}, {2, 1, 0.25}}, {{0, 1, 2}, {0, 1, 3}, {0, 2, 3}, {1, 2, 3}}};
+    for (Vector3d& vertex : mesh.vertices_m) vertex *= per_m;
+    cell.obstacles[0].mesh = std::make_shared<const Mesh>(mesh);
+    return cell;
+  };
+  EXPECT_EQ(all_words(faults_of(with_mesh(1.0))), "");
+  const CellFault fault = only_fault(with_mesh(1e-3), CellFaultKind::kMeshInMetres);
+  EXPECT_TRUE(fault.refused);
+  expect_words(fault, {"obstacle fixture: fixture.stl is 0.4 x 0.3 x 0.25 mm", "metres", "Export it in millimetres"});
+  EXPECT_EQ(calib::words(found_phrase(fault), *Language::of("de")),
+            "Hindernis fixture: fixture.stl misst 0,4 x 0,3 x 0,25 mm");
+  EXPECT_EQ(all_words(faults_of(with_mesh(0.03))), "") << "12 mm may be a bolt";
+}
+
 TEST(CellCheck, NamesASigmaThatACertificateStatesInMicrometres) {
   Cell cell = demo_cell();
   cell.lengths[0].sigma_m = 4e-3;

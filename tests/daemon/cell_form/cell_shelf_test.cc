@@ -79,8 +79,8 @@ TEST_F(ACellShelf, KeepsWhatSomebodyHasAddedByHand) {
 }
 
 /// ASCII STL of one triangle.
-std::string triangle(const std::string& corner) {
-  return "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 100 0 0\nvertex " + corner +
+std::string triangle(const std::string& corner, const std::string& other = "100 0 0") {
+  return "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex " + other + "\nvertex " + corner +
          "\nendloop\nendfacet\nendsolid s\n";
 }
 
@@ -99,6 +99,11 @@ TEST_F(ACellShelf, KeepsAnStlFileThatAnObstacleOfAFormNames) {
   EXPECT_EQ(calib::load_cell(file).obstacles.at(0).mesh->triangles.size(), 1u);
   EXPECT_EQ(to_json(*shelf.find("weld")->form), to_json(form));
   EXPECT_EQ(shelf.names(), std::vector<std::string>{"weld"}) << "an STL file is no cell";
+  std::ofstream(kept.file) << triangle("0 0.3 0.2", "0.4 0 0");
+  const auto metres = fault_in(form);
+  ASSERT_TRUE(metres);
+  EXPECT_EQ(metres->key, "obstacles.0.file");
+  EXPECT_NE(metres->words.find("0.4 x 0.3 x 0.2 mm"), std::string::npos) << metres->words;
   std::filesystem::remove(kept.file);
   EXPECT_EQ(refused("other", form, ""), Why::kUnusable) << "the arm could hit what is not there";
   EXPECT_NE(words.find("fixture"), std::string::npos) << words;
