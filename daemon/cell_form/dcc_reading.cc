@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <optional>
 #include <pugixml.hpp>
@@ -67,6 +69,27 @@ bool has_word(const std::string& text, const char* words) {
   return std::regex_search(text, std::regex(words, std::regex::icase));
 }
 
+constexpr const char* kDiameter = "diameter|durchmesser";
+constexpr const char* kDistance = R"(distance|abst.{1,2}nd|\blengths?\b|l(?:ae|[^a-z]{1,2})ngen?\b)";
+constexpr const char* kCentre = "centre|center";
+/// Of no artefact's size itself. Short ones are words of their own: "information" has no form, "Benennung" no Nennmaß.
+constexpr const char* kAside =
+    R"(deviation|abweichung|toleran|roundness|rundheit)"
+    R"(|\b(?:nominal(?:e[nrs]?)?|nenn(?:ma|wert|durchm|l|abst|gr)\w*|form(?:fehler)?|limits?|errors?)\b)";
+
+/// Own name and reference type, of which "basic_nominalValue" is three words.
+std::string own_words(const xml_node& quantity) {
+  const std::string_view type = quantity.attribute("refType").value();
+  const std::string both = name_of(quantity) + " " + std::string(calib::beginning(type, kMostNameBytes));
+  std::string words;
+  for (const char c : both) {
+    if (!words.empty() && std::islower(static_cast<unsigned char>(words.back())) != 0 && c >= 'A' && c <= 'Z')
+      words += ' ';
+    words += c == '_' ? ' ' : c;
+  }
+  return words;
+}
+
 /// Words of an XML list: one more than may be at most, where there are more.
 std::vector<std::string> tokens_of(const std::string& text, const char* separators = " \t\r\n") {
   std::vector<std::string> tokens;
@@ -123,7 +146,8 @@ class Certificate {
   double number(const xml_node& node, const char* what, const OneOf& one) const;
   std::optional<double> sigma_of(const xml_node& values, const OneOf& one, double per_unit) const;
   std::string listed(const std::vector<const Certified*>& found) const;
-  std::vector<const Certified*> certified(const char* words, const char* what) const;
+  using IsMeant = std::function<bool(const Certified&, const std::string& own_words)>;
+  std::vector<const Certified*> certified(const IsMeant& is_meant, const char* what) const;
 
   std::string_view text_;
   std::string file_;
@@ -308,13 +332,14 @@ void Certificate::read_value(const xml_node& quantity, const xml_node& values, c
   all_.push_back(std::move(found));
 }
 
-/// "S1", "sphere 1", "Kugel 1", "ball B2": ids of targets in a name, each once.
+/// "S1", "sphere 1", "Kugel 1", "ball B2": ids of targets in a name, each once. An uncertainty's U95 and k2 are none.
 std::vector<std::string> ids_in(const std::string& name) {
   static const std::regex kId(
       R"((?:(?:sphere|kugel|ball)\s*(?:no\.?|nr\.?)?\s*([A-Za-z]?\d{1,3})\b)|\b([A-Za-z]\d{1,3})\b)",
       std::regex::icase);
   std::vector<std::string> ids;
   for (std::sregex_iterator at(name.begin(), name.end(), kId), end; at != end; ++at) {
+    if ((*at)[2] == "U95" || (*at)[2] == "k2") continue;
     std::string id = (*at)[1].matched ? (*at)[1].str() : (*at)[2].str();
     if (std::isdigit(static_cast<unsigned char>(id[0])) != 0) id = "S" + id;
     id[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(id[0])));
@@ -322,6 +347,8 @@ std::vector<std::string> ids_in(const std::string& name) {
   }
   return ids;
 }
+
+std::vector<std::string> ids_of(const Certified& one) { return ids_in(one.label.empty() ? one.name : one.label); }
 
 /// Distinguishes the values of a list: its own labels, a column of texts beside it, or as many names in its name.
 std::vector<std::string> labels_of(const xml_node& quantity, const xml_node& values,
@@ -356,18 +383,13 @@ std::string Certificate::listed(const std::vector<const Certified*>& found) cons
   return text + (found.size() > kMostShown ? "; ..." : "");
 }
 
-/// Measured values whose name has one of the words; those without an uncertainty are nominal.
-std::vector<const Certified*> Certificate::certified(const char* words, const char* what) const {
+/// Measured values; those without an uncertainty are nominal.
+std::vector<const Certified*> Certificate::certified(const IsMeant& is_meant, const char* what) const {
   std::vector<const Certified*> found;
   const Certified* bare = nullptr;
   for (const Certified& one : all_) {
-    const std::string own =
-        name_of(one.node) + " " +
-        std::string(calib::beginning(one.node.attribute("refType").value(), kMostNameBytes));
-    if (!has_word(own, words) && !has_word(one.name, words)) continue;
-    if (has_word(own,
-                 "nominal|nenn|deviation|abweichung|error|toleran|limit|form|roundness|rundheit"))
-      continue;
+    const std::string own = own_words(one.node);
+    if (!is_meant(one, own) || has_word(own, kAside)) continue;
     if (!one.sigma_mm) {
       bare = &one;
       continue;
@@ -392,11 +414,16 @@ std::vector<const Certified*> Certificate::certified(const char* words, const ch
 constexpr const char* kAsCsv = "as CSV: id,diameter_mm,diameter_sigma_mm,serial,certificate";
 
 std::vector<SphereForm> Certificate::spheres() const {
-  const auto found = certified("diameter|durchmesser", "diameter");
+  const auto found = certified(
+      [](const Certified& one, const std::string& own) {
+        return has_word(own, kDiameter) ||
+               (has_word(one.name, kDiameter) && !has_word(own, kDistance) && !has_word(own, kCentre));
+      },
+      "diameter");
   std::vector<SphereForm> all;
   std::set<std::string> taken;
   for (const Certified* one : found) {
-    const std::vector<std::string> ids = ids_in(one->label.empty() ? one->name : one->label);
+    const std::vector<std::string> ids = ids_of(*one);
     SphereForm sphere;
     sphere.diameter_mm = one->mm;
     sphere.diameter_sigma_mm = *one->sigma_mm;
@@ -423,12 +450,17 @@ std::vector<SphereForm> Certificate::spheres() const {
 }
 
 std::vector<LengthForm> Certificate::lengths() const {
-  const auto found =
-      certified("distance|abstand|length|l.{1,2}nge|centre|center", "distance of two centres");
+  // Coordinates of a centre ("Centre of sphere S1, x") are no distances.
+  const auto found = certified(
+      [](const Certified& one, const std::string& own) {
+        if (has_word(own, kDiameter)) return false;
+        return has_word(own, kDistance) || (ids_of(one).size() == 2 && !has_word(one.name, kDiameter) &&
+                                            (has_word(one.name, kDistance) || has_word(one.name, kCentre)));
+      },
+      "distance of two centres");
   std::vector<LengthForm> all;
   for (const Certified* one : found) {
-    if (has_word(one->name, "diameter|durchmesser")) continue;
-    const std::vector<std::string> ids = ids_in(one->label.empty() ? one->name : one->label);
+    const std::vector<std::string> ids = ids_of(*one);
     if (ids.size() != 2)
       fail(one->node,
            fmt::format(
@@ -445,7 +477,6 @@ std::vector<LengthForm> Certificate::lengths() const {
                                   ids[0], ids[1], listed(found)));
     all.push_back({ids[0], ids[1], one->mm, *one->sigma_mm, of_});
   }
-  if (all.empty()) fail("no distance of two centres among its results");
   return all;
 }
 

@@ -51,6 +51,21 @@ std::string dcc(const std::string& quantities, const std::string& items = item("
          "</dcc:digitalCalibrationCertificate>";
 }
 
+std::string list_of(const std::string& name, const std::string& values, const std::string& more,
+                    const std::string& unit = "\\milli\\metre") {
+  return "<dcc:quantity refType=\"basic_measuredValue\"><dcc:name><dcc:content>" + name +
+         "</dcc:content></dcc:name><si:realListXMLList><si:valueXMLList>" + values +
+         "</si:valueXMLList><si:unitXMLList>" + unit + "</si:unitXMLList>" + more +
+         "</si:realListXMLList></dcc:quantity>\n";
+}
+
+std::string expanded_mu(const std::string& values, const std::string& k) {
+  return "<si:measurementUncertaintyUnivariateXMLList><si:expandedMUXMLList><si:valueExpandedMUXMLList>" +
+         values + "</si:valueExpandedMUXMLList><si:coverageFactorXMLList>" + k +
+         "</si:coverageFactorXMLList><si:coverageProbabilityXMLList>0.95</si:coverageProbabilityXMLList>"
+         "</si:expandedMUXMLList></si:measurementUncertaintyUnivariateXMLList>";
+}
+
 std::string refusal(const std::string& xml, bool lengths = false) {
   try {
     if (lengths)
@@ -140,6 +155,56 @@ TEST(ADcc, OfABallPlateGivesTheLengthsBetweenItsSpheres) {
   EXPECT_EQ(lengths[1].to, "S3");
 }
 
+TEST(ADcc, OfABallPlateMayStateCoordinatesOfItsCentresAndUncertaintiesByName) {
+  const std::string plate = "<dcc:name><dcc:content>diameters and lengths</dcc:content></dcc:name>";
+  const std::string xml =
+      dcc(plate + quantity("diameter S1", "30000", kNewU) + quantity("Centre of sphere S1, x", "0.0", kNewU) +
+          quantity("Centre of sphere S2, x", "12500", kNewU) + quantity("Centre of sphere S2, y", "-3", kNewU) +
+          quantity("Distance S1-S2, U95", "400000.1", kNewU) + quantity("Abst\xc3\xa4nde S1-S3 (k2)", "500000", kNewU) +
+          quantity("L\xc3\x84NGE S2-sphere k2", "600000", kNewU) +
+          list_of("centres, x", "0.0 400.1", "<si:labelXMLList>S1 S2</si:labelXMLList>" + expanded_mu("0.1", "2")));
+  const auto lengths = certificate_in(xml, "given.xml");
+  ASSERT_EQ(lengths.size(), 3u);
+  EXPECT_EQ(lengths[0].from + lengths[0].to, "S1S2");
+  EXPECT_EQ(lengths[1].from + lengths[1].to, "S1S3");
+  EXPECT_EQ(lengths[2].from + lengths[2].to, "S2K2");
+  const auto spheres = spheres_in(xml, "given.xml");
+  ASSERT_EQ(spheres.size(), 1u);
+  EXPECT_DOUBLE_EQ(spheres[0].diameter_mm, 30.0);
+  EXPECT_NE(refusal(dcc(quantity("Centre of sphere S1, x", "0.0", kNewU)), true).find("no distance of two centres"),
+            std::string::npos);
+  EXPECT_NE(refusal(dcc(quantity("distance S1-S2", "0.0", kNewU)), true).find("not the distance of two centres"),
+            std::string::npos);
+}
+
+TEST(ADcc, LeavesOutWhatIsNoSizeByWholeWords) {
+  for (const char* kept :
+       {"(information in annex)", "(conformity stated)", "unlimited", "Benennung A7b", "performed 2026", "informal"}) {
+    const auto spheres = spheres_in(dcc(quantity("Diameter of sphere S1", "50001", kNewU) +
+                                        quantity(std::string("Diameter of sphere S2 ") + kept, "50002", kNewU)),
+                                    "given.xml");
+    EXPECT_EQ(spheres.size(), 2u) << kept;
+  }
+  for (const char* left :
+       {"form", "Formabweichung", "Formfehler,", "nominal", "nominaler", "Nenndurchmesser", "Nennma\xc3\x9f",
+        "Nennwert", "Unrundheit", "Durchmesserabweichungen", "lower limit", "limits", "error", "Ma\xc3\x9ftoleranz"})
+    EXPECT_EQ(spheres_in(dcc(quantity("diameter S1", "50001", kNewU) +
+                             quantity(std::string(left) + " diameter S2", "50002", kNewU)),
+                         "given.xml")
+                  .size(),
+              1u)
+        << left;
+  for (const char* type : {"basic_nominalValue", "basic_measurementError", "geometry_formDeviation",
+                           "basic_toleranceLimitUpper", "basic_limitLower"})
+    EXPECT_EQ(spheres_in(dcc(quantity("diameter S1", "50001", kNewU) +
+                             quantity("diameter S2", "50002", kNewU, "\\micro\\metre",
+                                      "refType=\"" + std::string(type) + "\"")),
+                         "given.xml")
+                  .size(),
+              1u)
+        << type;
+}
+
 TEST(ADcc, ThatLeavesOpenWhichSphereAValueIsOfIsRefusedWithWhatToChoose) {
   const std::string two =
       quantity("diameter", "50001", kNewU) + quantity("diameter", "50002", kNewU);
@@ -184,21 +249,6 @@ TEST(ADcc, WithoutWhatASigmaNeedsIsRefusedByLine) {
       std::string::npos);
   EXPECT_NE(refusal(dcc(quantity("diameter", "0", kNewU))).find("not the diameter"),
             std::string::npos);
-}
-
-std::string list_of(const std::string& name, const std::string& values, const std::string& more,
-                    const std::string& unit = "\\milli\\metre") {
-  return "<dcc:quantity refType=\"basic_measuredValue\"><dcc:name><dcc:content>" + name +
-         "</dcc:content></dcc:name><si:realListXMLList><si:valueXMLList>" + values +
-         "</si:valueXMLList><si:unitXMLList>" + unit + "</si:unitXMLList>" + more +
-         "</si:realListXMLList></dcc:quantity>\n";
-}
-
-std::string expanded_mu(const std::string& values, const std::string& k) {
-  return "<si:measurementUncertaintyUnivariateXMLList><si:expandedMUXMLList><si:valueExpandedMUXMLList>" +
-         values + "</si:valueExpandedMUXMLList><si:coverageFactorXMLList>" + k +
-         "</si:coverageFactorXMLList><si:coverageProbabilityXMLList>0.95</si:coverageProbabilityXMLList>"
-         "</si:expandedMUXMLList></si:measurementUncertaintyUnivariateXMLList>";
 }
 
 TEST(ADcc, WithSeveralValuesInOneListTellsThemApartByTheNamesInItsName) {
