@@ -170,6 +170,8 @@ bool has_decimal_comma(std::string_view line) {
 /// Common cause of a syntax error; the parser's description if there is none.
 std::string common_syntax_error(std::string_view text, std::size_t line,
                                 std::string_view description) {
+  if (description.starts_with("Encountered") && description.find("utf-8") != std::string_view::npos)
+    return "not UTF-8 text, but of another encoding (Windows-1252, UTF-16). Save it as UTF-8";
   // The parser reports an unterminated string at the end of its line, or at the start of the next.
   for (const std::size_t number : {line, line - 1}) {
     if (number == 0 || without_texts(line_of(text, number))) continue;

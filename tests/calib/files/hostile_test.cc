@@ -31,6 +31,22 @@ TEST(HostileToml, NulsAndBytesThatAreNotUtf8AreRefused) {
   expect_words(robot_refusal("\xFF\xFEn\0a\0"s), {"robot.toml"});
 }
 
+TEST(HostileToml, OfAnotherEncodingIsRefusedWithWhatToDo) {
+  // As Notepad saves "ANSI": a sharp s in a string, in a comment, an umlaut at the end.
+  for (const char* source : {"\"gro\xDF\"", "\"made up\"  # gro\xDF, 1,5 m"})
+    expect_words(robot_refusal(with(kRobot, "\"made up\"", source)),
+                 {"robot.toml:3:", "Windows-1252", "Save it as UTF-8"});
+  expect_words(robot_refusal(std::string(kRobot) + "# H\xF6"), {"robot.toml:", "Save it as UTF-8"});
+  std::string little = "\xFF\xFE", big = "\xFE\xFF";  // as PowerShell saves
+  for (const char c : std::string(kRobot)) {
+    little += {c, '\0'};
+    big += {'\0', c};
+  }
+  for (const std::string& text : {little, big})
+    expect_words(robot_refusal(text), {"robot.toml:1:", "UTF-16", "Save it as UTF-8"});
+  EXPECT_EQ(robot_refusal(with(kRobot, "\"made up\"", "utf-8")).find("Save it"), std::string::npos);
+}
+
 TEST(HostileToml, DeepNestingIsRefusedInEveryForm) {
   constexpr int kDeep = 100000;
   expect_words(robot_refusal("a = " + repeated("[", kDeep)), {"robot.toml:1:"});
