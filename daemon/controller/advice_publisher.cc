@@ -7,6 +7,7 @@
 #include <chrono>
 
 #include "calib/check/charts.h"
+#include "calib/check/drift.h"
 #include "calib/model/enum_table.h"
 #include "daemon/controller/frame_station.h"
 

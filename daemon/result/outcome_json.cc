@@ -229,7 +229,7 @@ std::string document_of_check(const SessionResult& result, const calib::TcpCheck
   auto json = nlohmann::ordered_json::parse(document);
   auto mastered = nlohmann::ordered_json::array(), words = mastered, said = mastered;
   for (const calib::MasteredZero& one : result.mastered) {
-    mastered.push_back(to_json(one));
+    mastered.emplace_back(to_json(one));
     mastered.back()["holds"] = one.holds();
     words.push_back(calib::words(phrase(one)));
     said.emplace_back(calib::to_json(phrase(one)));
