@@ -38,12 +38,15 @@ export const post = (path: string, body: unknown = {}, longest_ms?: number) => r
 export const post_file = (path: string, file: Blob, longest_ms: number) => request("POST", path, file, longest_ms);
 export const is_good = (answer: Answer): boolean => answer.status >= 200 && answer.status < 300;
 
-const TRIES = 5, AGAIN_MS = 2000, BUSY = 503;
-export const SILENT = 0;
+const TRIES = 5, AGAIN_MS = 2000, SLOWLY_MS = 10_000;
+const SILENT = 0, BUSY = 503;
+/** It says nothing of what was asked for: asked again, and what was known before stays. */
+export const is_unanswered = ({ status }: Answer): boolean => status === SILENT || status === BUSY;
 
 /**
- * Asks at once or after `wait_ms`, and again while the daemon does not answer or, a few times, is busy. `answered` receives every
- * answer, and returns the milliseconds after which to ask again anyway. The returned function ends it: nothing is received after.
+ * Asks at once or after `wait_ms`, and again while the daemon does not answer or is busy, after a few times more slowly. `answered`
+ * receives every answer, and returns the milliseconds after which to ask again anyway. The returned function ends it: nothing is
+ * received after.
  */
 export function asking(ask: () => Promise<Answer>, answered: (answer: Answer) => number | undefined | void, wait_ms = 0): () => void {
   let over = false, busy = 0, timer: ReturnType<typeof setTimeout> | undefined;
@@ -51,8 +54,9 @@ export function asking(ask: () => Promise<Answer>, answered: (answer: Answer) =>
     const answer = await ask();
     if (over) return;
     const again_ms = answered(answer);
-    const unanswered = answer.status === SILENT || (answer.status === BUSY && ++busy < TRIES);
-    if (again_ms !== undefined || unanswered) timer = setTimeout(() => void once(), again_ms ?? AGAIN_MS);
+    if (answer.status === BUSY) ++busy;
+    const unanswered_ms = busy < TRIES ? AGAIN_MS : SLOWLY_MS;
+    if (again_ms !== undefined || is_unanswered(answer)) timer = setTimeout(() => void once(), again_ms ?? unanswered_ms);
   };
   if (wait_ms > 0) timer = setTimeout(() => void once(), wait_ms);
   else void once();

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { afterEach, beforeEach, test } from "node:test";
-import { asking, type Answer } from "../src/request";
+import { asking, is_unanswered, type Answer } from "../src/request";
 
 const answer = (status: number): Answer => ({ status, value: null, words: "" });
 const now = { setTimeout: globalThis.setTimeout, clearTimeout: globalThis.clearTimeout };
@@ -41,10 +41,18 @@ test("a daemon that does not answer is asked until it does", async () => {
   assert.equal(due.length, 0);
 });
 
-test("a busy daemon is asked a few times", async () => {
-  const { seen } = ask_of(Array<number>(20).fill(503));
-  for (let k = 0; k < 20; ++k) await expire();
-  assert.equal(seen.length, 5);
+test("a busy daemon is asked until it answers, after a few times more slowly", async () => {
+  const { seen } = ask_of([...Array<number>(20).fill(503), 200]);
+  await expire();
+  const waited: (number | undefined)[] = [];
+  for (let k = 0; k < 20; ++k) waited.push(await expire());
+  assert.deepEqual(waited, [...Array<number>(4).fill(2000), ...Array<number>(16).fill(10_000)]);
+  assert.equal(seen.at(-1), 200);
+  assert.equal(due.length, 0);
+});
+
+test("what was known stays where the daemon says nothing of it", () => {
+  assert.deepEqual([0, 503, 200, 404, 401].map((status) => is_unanswered(answer(status))), [true, true, false, false, false]);
 });
 
 test("what goes on is asked for again at its own pace", async () => {

@@ -7,7 +7,7 @@ import {
   refused_field, robot_choice, sphere_drafts, taught_angles, unit_seen, vouch, type CellDraft, type CellForms, type Refused, type SphereDraft, type UnitSeen, type Wrong,
 } from "../cell_form";
 import { fields, number, words } from "../decode";
-import { asking, get, is_good, post, post_file, SILENT, type Answer } from "../request";
+import { asking, get, is_good, is_unanswered, post, post_file, type Answer } from "../request";
 import type { Key, Say } from "../words";
 import { fault_words, FaultsContext, Files, LengthRow, ObstacleRow, SphereRow, TextField, useFault } from "./cell_rows";
 import { CellSketch } from "./cell_sketch";
@@ -32,7 +32,7 @@ function useForms(cell: string): { forms: CellForms | null; refused: Answer | nu
       if (cell !== "") {
         const asked = name !== "" ? `name=${encodeURIComponent(name)}` : `file=${encodeURIComponent(cell)}`;
         const one = await get(`/v1/cell-form?${asked}`);
-        if (is_good(one) || one.status === SILENT) return one;
+        if (is_good(one) || is_unanswered(one)) return one;
       }
       return answer;
     };

@@ -3,7 +3,7 @@
 import { createContext } from "preact";
 import { useContext, useEffect, useRef, useState } from "preact/hooks";
 import { formats, type Formats } from "../format";
-import { asking, get, SILENT } from "../request";
+import { asking, get, is_unanswered } from "../request";
 import { speaker, type Language, type Say } from "../words";
 
 export interface Voice {
@@ -26,8 +26,8 @@ let awaited = 0;
 export const answers_awaited = (): number => awaited;
 
 /**
- * Content of a path; fetched again when `key` changes, when the daemon was busy, and until it answers. Null until then, and where
- * it does not exist; that of the path before where the daemon is gone.
+ * Content of a path; fetched again when `key` changes, and until the daemon answers. Null where it does not exist, and until the
+ * first answer; that of before where the daemon is busy or gone.
  */
 export function useFetched<T>(path: string | null, key: unknown, decode: (value: unknown) => T | null): T | null {
   const [value, become] = useState<T | null>(null);
@@ -46,7 +46,7 @@ export function useFetched<T>(path: string | null, key: unknown, decode: (value:
     };
     const end = asking(() => get(path), (answer) => {
       settled();
-      if (answer.status !== SILENT) become(answer.status === 200 ? decode(answer.value) : null);
+      if (!is_unanswered(answer)) become(answer.status === 200 ? decode(answer.value) : null);
     });
     return () => {
       end();

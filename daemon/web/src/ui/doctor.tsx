@@ -2,7 +2,7 @@
 
 import { useEffect, useState } from "preact/hooks";
 import * as decode from "../decode";
-import { asking, get, is_good, post, SILENT } from "../request";
+import { asking, get, is_good, is_unanswered, post } from "../request";
 import type { Doctor, Finding } from "../types";
 import { CATALOGUES, type Key, type Language, type Say } from "../words";
 import { useVoice } from "./context";
@@ -16,7 +16,7 @@ export function useDoctor(wanted: boolean, key: unknown, language: Language): Do
   useEffect(() => {
     if (!wanted) return undefined;
     return asking(() => get(`/v1/doctor?language=${language}`), (answer) => {
-      if (answer.status === SILENT) return undefined;
+      if (is_unanswered(answer)) return undefined;
       const now = answer.status === 200 ? decode.doctor(answer.value) : null;
       become(now);
       return now?.running ? ASK_EVERY_MS : undefined;

@@ -2,7 +2,7 @@
 
 import { useEffect, useState } from "preact/hooks";
 import * as decode from "../decode";
-import { asking, get, SILENT } from "../request";
+import { asking, get, is_unanswered } from "../request";
 import type { Comparison, Version } from "../types";
 import { useVoice } from "./context";
 import { SayWhy } from "./say_why";
@@ -21,7 +21,7 @@ export function Versions({ versions, may, changed }: { versions: Version[]; may:
     become(null);
     if (apart === null || !in_use) return undefined;
     return asking(() => get(`/v1/versions/compare?before=${apart}&after=${in_use.session}`), (answer) => {
-      if (answer.status !== SILENT) become((answer.status === 200 ? decode.comparison(answer.value) : null) ?? "none");
+      if (!is_unanswered(answer)) become((answer.status === 200 ? decode.comparison(answer.value) : null) ?? "none");
     });
   }, [apart, in_use?.session]);
   const rows = all ? versions : versions.slice(0, FEW);
