@@ -84,6 +84,8 @@ export function plots(value: unknown): api.Plots | null {
 
 export function schedule(value: unknown): Schedule | null {
   const all = read(api.Schedule, value);
-  const begins = known((all?.entries ?? []).map((one) => (one.on_request ? null : (one.now ?? one.next)?.begins_utc_s ?? null)));
-  return all && { unattended: all.unattended, held: all.held !== "", next_s: begins.length > 0 ? Math.min(...begins) : null };
+  const entries = (all?.entries ?? []).filter((one) => !one.on_request);
+  const begins = known(entries.map((one) => (one.now ?? one.next)?.begins_utc_s ?? null));
+  return all && { unattended: all.unattended, held: all.held !== "", open: entries.some((one) => one.now !== null),
+                  next_s: begins.length > 0 ? Math.min(...begins) : null };
 }

@@ -39,6 +39,8 @@ export interface Figures extends api.Figures {
 export interface Schedule {
   unattended: boolean;
   held: boolean;
+  /** By the daemon's clock a window is open. */
+  open: boolean;
   /** Beginning of the current or next window; null: none. */
   next_s: number | null;
 }

@@ -135,7 +135,8 @@ test("a cell is named by its file, or by its folder where the file is named as e
 });
 
 const of = (more: Record<string, unknown> = {}) => decode.status(status(more))!;
-const near = (one: ReturnType<typeof of> | null, schedule: unknown = null) => near_words(one, decode.schedule(schedule), NOW_S, say, fmt);
+const MANNED = { unattended: false, held: null, entries: [] };
+const near = (one: ReturnType<typeof of> | null, schedule: unknown = MANNED) => near_words(one, decode.schedule(schedule), NOW_S, say, fmt);
 
 test("nobody is told to go near while something may move, nor that it is safe", () => {
   const rest = { arm: { motion: "at rest", packet_age_s: 0.1 } };
@@ -146,10 +147,14 @@ test("nobody is told to go near while something may move, nor that it is safe", 
   assert.match(near(of(lost)), /^Keep out: .*unknown/);
   const idle = of({ phase: "idle", running: false, arm: undefined });
   assert.match(near(idle), /^cellcal moves nothing\. Enter by the rules/);
+  for (const unread of [null, 3, {}, { unattended: false }, { entries: [] }])
+    assert.match(near(idle, unread), /^Keep out: .*unknown/, "until a schedule is read");
   const schedule = (more: object) => ({ unattended: true, held: null, entries: [{ on_request: false, now: null, next: { begins_utc_s: NOW_S + HOUR } }], ...more });
   assert.match(near(idle, schedule({})), /until 27\u00a0Nov, \d\d:\d\d: then a session may begin by itself/);
   assert.match(near(idle, schedule({ entries: [{ on_request: false, now: { begins_utc_s: NOW_S - 1 }, next: null }] })), /^Keep out/);
-  for (const quiet of [schedule({ unattended: false }), schedule({ held: "failed" }), schedule({ entries: [{ on_request: true, next: { begins_utc_s: 1 } }] }), {}, 3])
+  const slow = [{ on_request: false, now: { begins_utc_s: NOW_S + 5 * 60 }, next: { begins_utc_s: NOW_S + DAY } }];
+  assert.match(near(idle, schedule({ entries: slow })), /^Keep out/, "open by the daemon's clock, not yet by a slow one here");
+  for (const quiet of [schedule({ unattended: false }), schedule({ held: "failed" }), schedule({ entries: [] }), schedule({ entries: [{ on_request: true, now: { begins_utc_s: 1 } }] })])
     assert.match(near(idle, quiet), /^cellcal moves nothing\. Enter/);
   assert.deepEqual([of(), of({ ...rest }), of(lost), of({ running: false, phase: "aborted" }), idle].map(may_move), [true, true, true, true, false]);
 });
