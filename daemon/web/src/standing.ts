@@ -112,11 +112,12 @@ export function standing_line(seen: {
   if (damaged)
     return { state: "unknown", action: null, more: [damaged.trouble],
              headline: say("standing.damaged", { session: damaged.session }) };
+  // Without the versions the accuracy is not known, which is not an accuracy that is not stated.
+  if (!drift || !versions) return { state: "pending", headline: say("standing.pending"), more: [], action: null };
   if (drift?.checks) {
     const { calibration } = drift.checks;
-    return of_chart(drift.checks, versions?.find((one) => one.session === calibration), seen.cell, seen.now, now_s, say, fmt);
+    return of_chart(drift.checks, versions.find((one) => one.session === calibration), seen.cell, seen.now, now_s, say, fmt);
   }
-  if (!drift || !versions) return { state: "pending", headline: say("standing.pending"), more: [], action: null };
   if (versions.length > 0)
     return { state: "unknown", headline: say("standing.unreadable"), more: [say("standing.unreadable.do")], action: null };
   const next: Key = seen.now === "running" ? "standing.none.running" : readiness?.next ? "standing.none.next" : "standing.none.do";

@@ -111,7 +111,11 @@ test("without a calibration, or with a damaged one, it says so and what comes ne
   const damaged = line(null, [version({ trouble: "session 7: damaged" })]);
   assert.deepEqual([damaged.state, damaged.more], ["unknown", ["session 7: damaged"]]);
   assert.equal(line(null).state, "unknown", "published, but not judged");
-  assert.equal(standing_line({ drift: null, versions: null, readiness: null, now: "calm", cell: "" }, NOW_S, say, fmt).state, "pending");
+  const seen = { drift: decode.drift({ checks: checks() }), versions: decode.versions([version()]), readiness: null, now: "calm" as const, cell: "" };
+  for (const missing of [{ drift: null, versions: null }, { drift: null }, { versions: null }])
+    assert.equal(standing_line({ ...seen, ...missing }, NOW_S, say, fmt).state, "pending");
+  const lost = decode.versions([version({ trouble: "session 7: damaged" })]);
+  assert.match(standing_line({ ...seen, drift: null, versions: lost }, NOW_S, say, fmt).headline, /session 7 is damaged/);
 });
 
 test("an accuracy that is not stated is not invented", () => {
