@@ -1,6 +1,7 @@
 // Requests to the daemon. They never throw and have a time limit.
 
 import { error_words, parse } from "./decode";
+import type { Say } from "./words";
 
 export interface Answer {
   /** 0: no answer. */
@@ -38,8 +39,12 @@ export const post = (path: string, body: unknown = {}, longest_ms?: number) => r
 export const post_file = (path: string, file: Blob, longest_ms: number) => request("POST", path, file, longest_ms);
 export const is_good = (answer: Answer): boolean => answer.status >= 200 && answer.status < 300;
 
-const TRIES = 5, AGAIN_MS = 2000, SLOWLY_MS = 10_000;
 const SILENT = 0, BUSY = 503;
+/** Why it was refused, in the daemon's words where it has some. */
+export const refusal = (answer: Answer, say: Say): string =>
+  answer.status === SILENT ? say("request.no-answer") : answer.words || say("request.refused", { status: answer.status });
+
+const TRIES = 5, AGAIN_MS = 2000, SLOWLY_MS = 10_000;
 /** It says nothing of what was asked for: asked again, and what was known before stays. */
 export const is_unanswered = ({ status }: Answer): boolean => status === SILENT || status === BUSY;
 

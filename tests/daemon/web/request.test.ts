@@ -1,6 +1,8 @@
 import assert from "node:assert/strict";
 import { afterEach, beforeEach, test } from "node:test";
-import { asking, is_unanswered, type Answer } from "../src/request";
+import { asking, is_unanswered, refusal, type Answer } from "../src/request";
+import { login_refusal } from "../src/ui/login";
+import { speaker } from "../src/words";
 
 const answer = (status: number): Answer => ({ status, value: null, words: "" });
 const now = { setTimeout: globalThis.setTimeout, clearTimeout: globalThis.clearTimeout };
@@ -61,6 +63,16 @@ test("what goes on is asked for again at its own pace", async () => {
   for (let k = 0; k < 2; ++k) assert.equal(await expire(), 1000);
   assert.deepEqual(seen, [200, 200, 201]);
   assert.equal(due.length, 0);
+});
+
+test("a token is not valid only where the daemon says so", () => {
+  const say = speaker("en");
+  const told = (status: number, words = "") => login_refusal({ ...answer(status), words }, say);
+  assert.match(told(401, "no token or an invalid one"), /^This token is not valid/);
+  assert.equal(told(503, "too many requests"), "too many requests");
+  assert.equal(told(403), "cellcald refused (HTTP 403).");
+  assert.match(told(0), /^No answer from cellcald/);
+  assert.equal(refusal({ ...answer(401), words: "no token" }, say), "no token");
 });
 
 test("an answer is not received after the end, and a request that waits is not sent", async () => {

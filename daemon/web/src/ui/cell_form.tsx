@@ -7,7 +7,7 @@ import {
   refused_field, robot_choice, sphere_drafts, taught_angles, unit_seen, vouch, type CellDraft, type CellForms, type Refused, type SphereDraft, type UnitSeen, type Wrong,
 } from "../cell_form";
 import { fields, number, words } from "../decode";
-import { asking, get, is_good, is_unanswered, post, post_file, type Answer } from "../request";
+import { asking, get, is_good, is_unanswered, post, post_file, refusal, type Answer } from "../request";
 import type { Key, Say } from "../words";
 import { fault_words, FaultsContext, Files, LengthRow, ObstacleRow, SphereRow, TextField, useFault } from "./cell_rows";
 import { CellSketch } from "./cell_sketch";
@@ -18,9 +18,6 @@ const MEGABYTE = 1 << 20;
 const LARGEST_FILE = MEGABYTE, LARGEST_MESH = 8 * MEGABYTE;
 /** Places are computed within seconds, more on a busy computer. */
 const PLACES_MS = 120_000, UPLOAD_MS = 60_000;
-
-const refusal = (answer: Answer, say: Say): string =>
-  answer.status === 0 ? say("request.no-answer") : answer.words || say("request.refused", { status: answer.status });
 
 /** Forms created here, and the form of `cell` if it was created here. */
 function useForms(cell: string): { forms: CellForms | null; refused: Answer | null } {

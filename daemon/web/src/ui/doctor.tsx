@@ -2,7 +2,7 @@
 
 import { useEffect, useState } from "preact/hooks";
 import * as decode from "../decode";
-import { asking, get, is_good, is_unanswered, post } from "../request";
+import { asking, get, is_good, is_unanswered, post, refusal } from "../request";
 import type { Doctor, Finding } from "../types";
 import { CATALOGUES, type Key, type Language, type Say } from "../words";
 import { useVoice } from "./context";
@@ -28,9 +28,7 @@ export function useDoctor(wanted: boolean, key: unknown, language: Language): Do
 /** Starts an examination of this cell; returns the refusal as text, otherwise empty. */
 export async function examine(cell: string, say: Say): Promise<string> {
   const answer = await post("/v1/doctor", { cell });
-  if (is_good(answer)) return "";
-  return answer.status === 0 ? say("request.no-answer")
-    : answer.words || say("request.refused", { status: answer.status });
+  return is_good(answer) ? "" : refusal(answer, say);
 }
 
 export function DoctorPanel({ doctor, cell, may, begun }: {

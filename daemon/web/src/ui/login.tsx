@@ -1,8 +1,13 @@
 // Login: without a token the daemon reports nothing about the cell.
 
 import { useState } from "preact/hooks";
-import { is_good, post } from "../request";
+import { is_good, post, refusal, type Answer } from "../request";
+import type { Say } from "../words";
 import { useVoice } from "./context";
+
+const NO_TOKEN = 401;
+/** A daemon that is busy, or does not know the host, says nothing of the token. */
+export const login_refusal = (answer: Answer, say: Say): string => (answer.status === NO_TOKEN ? say("login.wrong") : refusal(answer, say));
 
 export function Login({ done }: { done: () => void }) {
   const { say } = useVoice();
@@ -12,7 +17,7 @@ export function Login({ done }: { done: () => void }) {
     event.preventDefault();
     const answer = await post("/v1/login", { token: token.trim() });
     if (is_good(answer)) return done();
-    set_wrong(answer.status === 0 ? say("request.no-answer") : say("login.wrong"));
+    set_wrong(login_refusal(answer, say));
   };
   return (
     <form class="panel login" onSubmit={submit}>

@@ -2,7 +2,7 @@
 
 import type { ComponentChildren } from "preact";
 import { useLayoutEffect, useRef, useState } from "preact/hooks";
-import { is_good, post } from "../request";
+import { is_good, post, refusal } from "../request";
 import { useVoice } from "./context";
 
 const LONGEST_REASON = 500; // bytes, limit of the daemon: two per letter
@@ -32,8 +32,7 @@ export function SayWhy({ title, go, needed, path, body, done, close, children }:
     const answer = await post(path, why === "" ? body : { ...body, reason: why });
     set_busy(sending.current = false);
     if (is_good(answer)) done();
-    else set_refused(answer.status === 0 ? say("request.no-answer")
-      : answer.words || say("request.refused", { status: answer.status }));
+    else set_refused(refusal(answer, say));
   };
   return (
     <>

@@ -2,7 +2,7 @@
 
 import type { ComponentChildren } from "preact";
 import { useLayoutEffect, useRef, useState } from "preact/hooks";
-import { is_good, post, type Answer } from "../request";
+import { is_good, post, refusal } from "../request";
 import { resumable } from "../sentence";
 import type { Kind, Role, Status } from "../types";
 import type { Say } from "../words";
@@ -41,10 +41,6 @@ function request_of_kind(wish: Wish): Record<string, unknown> {
   if (wish.find) body.find = true;
   return body;
 }
-
-const refusal = (answer: Answer, say: Say): string =>
-  answer.status === 0 ? say("request.no-answer")
-    : answer.words || say("request.refused", { status: answer.status });
 
 /** Sends the confirmation, then the request; returns the refusal of either as text, otherwise empty. */
 async function begin(body: unknown, say: Say): Promise<string> {
