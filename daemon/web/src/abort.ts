@@ -67,6 +67,7 @@ async function abort(): Promise<void> {
 form.addEventListener("submit", (event) => {
   event.preventDefault();
   void abort();
+  dispatchEvent(new CustomEvent("cellcal-abort")); // calls off a start that is not sent yet
 });
 addEventListener("cellcal-language", (event) => {
   language = (event as CustomEvent<typeof language>).detail;

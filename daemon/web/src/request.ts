@@ -39,7 +39,8 @@ export const post = (path: string, body: unknown = {}, longest_ms?: number) => r
 export const post_file = (path: string, file: Blob, longest_ms: number) => request("POST", path, file, longest_ms);
 export const is_good = (answer: Answer): boolean => answer.status >= 200 && answer.status < 300;
 
-const SILENT = 0, BUSY = 503;
+export const SILENT = 0;
+const BUSY = 503;
 /** Why it was refused, in the daemon's words where it has some. */
 export const refusal = (answer: Answer, say: Say): string =>
   answer.status === SILENT ? say("request.no-answer") : answer.words || say("request.refused", { status: answer.status });

@@ -2,10 +2,9 @@
 
 import type { ComponentChildren } from "preact";
 import { useLayoutEffect, useRef, useState } from "preact/hooks";
-import { is_good, post, refusal } from "../request";
+import { begin, type Start } from "../clearance";
 import { resumable } from "../sentence";
 import type { Kind, Role, Status } from "../types";
-import type { Say } from "../words";
 import { useVoice } from "./context";
 
 /** Kinds that can be started here: `update` is a calibration on top of the last one, by which the TCP is measured. */
@@ -40,14 +39,6 @@ function request_of_kind(wish: Wish): Record<string, unknown> {
   else body.touches = Number(wish.touches);
   if (wish.find) body.find = true;
   return body;
-}
-
-/** Sends the confirmation, then the request; returns the refusal of either as text, otherwise empty. */
-async function begin(body: unknown, say: Say): Promise<string> {
-  const clear = await post("/v1/clear");
-  if (!is_good(clear)) return refusal(clear, say);
-  const run = await post("/v1/run", body);
-  return is_good(run) ? "" : refusal(run, say);
 }
 
 /** `second`: another session is due first. */
@@ -137,28 +128,42 @@ function ClearDialog({ title, go, body, done, close, children }: {
   const { say } = useVoice();
   const dialog = useRef<HTMLDialogElement>(null);
   const [clear, set_clear] = useState(false);
-  const [busy, set_busy] = useState(false);
+  const [stage, set_stage] = useState<"asks" | "confirms" | "sent">("asks");
   const [refused, set_refused] = useState("");
+  const start = useRef<Start>({ called_off: false, sent: false });
+  const withdraw = () => {
+    start.current.called_off = true;
+    set_clear(false);
+  };
+  // Once the request is out, leaving would hide what only an abort stops.
+  const leave = () => { if (!start.current.sent) close(); };
   // Not modal: the abort button must stay accessible. Before the next paint, so that Escape works as soon as the dialog is
   // visible.
   useLayoutEffect(() => {
     dialog.current?.show();
-    const leave = (event: KeyboardEvent) => event.key === "Escape" && close();
-    addEventListener("keydown", leave);
-    return () => removeEventListener("keydown", leave);
+    const pressed = (event: KeyboardEvent) => event.key === "Escape" && leave();
+    addEventListener("keydown", pressed);
+    addEventListener("cellcal-abort", withdraw);
+    return () => {
+      removeEventListener("keydown", pressed);
+      removeEventListener("cellcal-abort", withdraw);
+      start.current.called_off = true;
+    };
   }, []);
   const submit = async (event: Event) => {
     event.preventDefault();
-    if (!clear || busy) return;
-    set_busy(true);
-    const words = await begin(body(), say);
-    set_busy(false);
+    if (!clear || stage !== "asks") return;
+    set_stage("confirms");
+    set_refused("");
+    start.current = { called_off: false, sent: false };
+    const words = await begin(start.current, body(), say, () => set_stage("sent"));
+    set_stage("asks");
     set_refused(words);
     if (words === "") done();
   };
   return (
     <>
-    <div class="veil" onClick={close} />
+    <div class="veil" onClick={leave} />
     <dialog ref={dialog} aria-labelledby="dialog-title">
       <form onSubmit={submit}>
         <h2 id="dialog-title">{title}</h2>
@@ -170,9 +175,10 @@ function ClearDialog({ title, go, body, done, close, children }: {
         </label>
         <p class="note">{say("start.clear.hint")}</p>
         {refused !== "" && <p class="refused" role="alert">{refused}</p>}
+        {stage === "sent" && <p class="paused" role="alert">{say("start.sent")}</p>}
         <div class="buttons">
-          <button type="button" onClick={close}>{say("cancel")}</button>
-          <button type="submit" class="go" disabled={!clear || busy}>{go}</button>
+          <button type="button" disabled={stage === "sent"} onClick={leave}>{say("cancel")}</button>
+          <button type="submit" class="go" disabled={!clear || stage !== "asks"}>{go}</button>
         </div>
       </form>
     </dialog>

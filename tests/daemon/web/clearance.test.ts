@@ -1,0 +1,70 @@
+// What may move the arm: what is sent when, and what a person's word still counts for.
+
+import assert from "node:assert/strict";
+import { afterEach, beforeEach, test } from "node:test";
+import { begin, type Start } from "../src/clearance";
+import { speaker } from "../src/words";
+
+const say = speaker("en");
+const fetched = globalThis.fetch;
+/** Requests that the daemon has not answered yet. */
+let sent: { path: string; answer: (status: number, body?: object) => void; lose: () => void }[] = [];
+
+beforeEach(() => {
+  sent = [];
+  globalThis.fetch = ((path: string) => new Promise((done, lost) => {
+    sent.push({ path, answer: (status, body = {}) => done(new Response(JSON.stringify(body), { status })), lose: () => lost(new Error()) });
+  })) as typeof fetch;
+});
+afterEach(() => { globalThis.fetch = fetched; });
+
+const settled = () => new Promise((done) => setTimeout(done, 0));
+const paths = () => sent.map((one) => one.path);
+function starting() {
+  const start: Start = { called_off: false, sent: false };
+  const out: string[][] = [];
+  return { start, out, end: begin(start, { touches: 8 }, say, () => out.push(paths())) };
+}
+
+test("a session starts by the word that the cell is clear, then by the request", async () => {
+  const { start, out, end } = starting();
+  assert.deepEqual([paths(), start.sent], [["/v1/clear"], false]);
+  sent[0]!.answer(200);
+  await settled();
+  assert.deepEqual([paths(), start.sent], [["/v1/clear", "/v1/run"], true]);
+  assert.deepEqual(out, [["/v1/clear"]], "it is said before it is sent");
+  sent[1]!.answer(201);
+  assert.equal(await end, "");
+  assert.equal(start.sent, false);
+});
+
+test("a start that is called off before its request is out is not sent", async () => {
+  for (const status of [200, 409, 503]) {
+    sent = [];
+    const { start, out, end } = starting();
+    start.called_off = true;
+    sent[0]!.answer(status);
+    assert.match(await end, /^Called off: /);
+    assert.deepEqual([paths(), out, start.sent], [["/v1/clear"], [], false]);
+  }
+});
+
+test("of a start that is refused or without an answer it is said", async () => {
+  const unclear = starting();
+  sent[0]!.answer(409, { error: "a session is in progress" });
+  assert.equal(await unclear.end, "a session is in progress");
+  assert.deepEqual(paths(), ["/v1/clear"]);
+  sent = [];
+  const { start, end } = starting();
+  sent[0]!.answer(200);
+  await settled();
+  sent[1]!.answer(422, { error: "no such file" });
+  assert.equal(await end, "no such file");
+  assert.equal(start.sent, false);
+  sent = [];
+  const lost = starting();
+  sent[0]!.answer(200);
+  await settled();
+  sent[1]!.lose();
+  assert.match(await lost.end, /^Start sent: the arm can move .* ABORT/, "it may have begun");
+});
