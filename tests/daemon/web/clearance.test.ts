@@ -2,8 +2,11 @@
 
 import assert from "node:assert/strict";
 import { afterEach, beforeEach, test } from "node:test";
-import { begin, type Start } from "../src/clearance";
+import { begin, CLEAR_FOR_MS, counts, situation, type Start } from "../src/clearance";
+import * as decode from "../src/decode";
+import { EMPTY, OLD_AFTER_MS, silent, with_status } from "../src/model";
 import { speaker } from "../src/words";
+import { status } from "./kr5";
 
 const say = speaker("en");
 const fetched = globalThis.fetch;
@@ -67,4 +70,17 @@ test("of a start that is refused or without an answer it is said", async () => {
   await settled();
   sent[1]!.lose();
   assert.match(await lost.end, /^Start sent: the arm can move .* ABORT/, "it may have begun");
+});
+
+test("the word that the cell is clear counts for one session, one phase, five minutes, and while the daemon answers", () => {
+  const of = (more: object) => with_status(EMPTY, decode.status(status({ running: false, phase: "done", arm: undefined, ...more }))!, 0);
+  const at = situation(of({}), 0), given = { situation: at, given_ms: 1e12 };
+  const later = (ms: number, now = at) => counts(given, now, 1e12 + ms);
+  assert.ok(later(0));
+  assert.ok(later(CLEAR_FOR_MS - 1));
+  for (const ms of [CLEAR_FOR_MS, 8 * 3600_000, -1]) assert.ok(!later(ms), `${ms} ms`);
+  assert.ok(later(1, situation(of({ seq: 9, warnings: ["x"] }), OLD_AFTER_MS)), "news of the same");
+  const others = [situation(of({ session: 4 }), 0), situation(of({ phase: "failed" }), 0), situation(of({ running: true, phase: "planning" }), 0),
+    situation(silent(of({})), 0), situation(of({}), OLD_AFTER_MS + 1), situation(EMPTY, 0)];
+  for (const other of others) assert.ok(!later(1, other), other);
 });

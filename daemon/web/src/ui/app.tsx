@@ -1,6 +1,7 @@
 // The complete page.
 
 import { useEffect, useMemo, useReducer, useRef, useState } from "preact/hooks";
+import { situation } from "../clearance";
 import * as decode from "../decode";
 import { Live } from "../live";
 import { age_ms } from "../model";
@@ -9,7 +10,7 @@ import { cell_name, now_of, standing_line } from "../standing";
 import { preferred_language, type Language } from "../words";
 import { CellPanel } from "./cell";
 import { CellDialog } from "./cell_form";
-import { VoiceContext, answers_awaited, useFetched, voice_in } from "./context";
+import { SituationContext, VoiceContext, answers_awaited, useFetched, voice_in } from "./context";
 import { DoctorPanel, useDoctor } from "./doctor";
 import { Checks } from "./checks";
 import { Drift } from "./drift";
@@ -115,7 +116,7 @@ export function App() {
     dispatchEvent(new CustomEvent("cellcal-language", { detail: wanted }));
   };
   return (
-    <VoiceContext.Provider value={voice}>
+    <VoiceContext.Provider value={voice}><SituationContext.Provider value={situation(model, now)}>
       <Header model={model} cell={cell} robot={robot} now={now} choice={choice} choose={choose} speak={speak} />
       {with_login ? <main><Login done={() => void live.ask()} /></main> : (
         <main data-mood={status && !old ? mood(status) : "unknown"}>
@@ -159,7 +160,7 @@ export function App() {
       <footer class="note">
         {status?.version && `cellcald ${status.version} · `}<a href={LICENCES}>{say("licences")}</a>
       </footer>
-    </VoiceContext.Provider>
+    </SituationContext.Provider></VoiceContext.Provider>
   );
 }
 

@@ -21,6 +21,9 @@ export const voice_in = (language: Language, theme: Voice["theme"]): Voice => ({
 export const VoiceContext = createContext<Voice>(voice_in("en", "light"));
 export const useVoice = (): Voice => useContext(VoiceContext);
 
+/** clearance.ts; of the newest status. */
+export const SituationContext = createContext("");
+
 let awaited = 0;
 /** Number of parts of the page that have had no answer yet. */
 export const answers_awaited = (): number => awaited;

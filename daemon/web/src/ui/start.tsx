@@ -1,11 +1,11 @@
 // Starting and resuming sessions. Both move the arm and require the confirmation that the cell is clear.
 
 import type { ComponentChildren } from "preact";
-import { useLayoutEffect, useRef, useState } from "preact/hooks";
-import { begin, type Start } from "../clearance";
+import { useContext, useLayoutEffect, useRef, useState } from "preact/hooks";
+import { begin, counts, type Clearance, type Start } from "../clearance";
 import { resumable } from "../sentence";
 import type { Kind, Role, Status } from "../types";
-import { useVoice } from "./context";
+import { SituationContext, useVoice } from "./context";
 
 /** Kinds that can be started here: `update` is a calibration on top of the last one, by which the TCP is measured. */
 const WISHES = ["calibrate", "update", "qualify", "find", "dry-run", "check"] as const satisfies readonly (Kind | "update")[];
@@ -127,14 +127,17 @@ function ClearDialog({ title, go, body, done, close, children }: {
 }) {
   const { say } = useVoice();
   const dialog = useRef<HTMLDialogElement>(null);
-  const [clear, set_clear] = useState(false);
+  const situation = useContext(SituationContext);
+  const [given, give] = useState<Clearance | null>(null);
   const [stage, set_stage] = useState<"asks" | "confirms" | "sent">("asks");
   const [refused, set_refused] = useState("");
   const start = useRef<Start>({ called_off: false, sent: false });
   const withdraw = () => {
     start.current.called_off = true;
-    set_clear(false);
+    give(null);
   };
+  const clear = given !== null && counts(given, situation, Date.now());
+  useLayoutEffect(() => { if (given && !clear) withdraw(); });
   // Once the request is out, leaving would hide what only an abort stops.
   const leave = () => { if (!start.current.sent) close(); };
   // Not modal: the abort button must stay accessible. Before the next paint, so that Escape works as soon as the dialog is
@@ -159,6 +162,7 @@ function ClearDialog({ title, go, body, done, close, children }: {
     const words = await begin(start.current, body(), say, () => set_stage("sent"));
     set_stage("asks");
     set_refused(words);
+    give(null);
     if (words === "") done();
   };
   return (
@@ -170,7 +174,7 @@ function ClearDialog({ title, go, body, done, close, children }: {
         {children}
         <label class="tick clear">
           <input type="checkbox" name="clear" checked={clear}
-                 onChange={(event) => set_clear(event.currentTarget.checked)} />
+                 onChange={(event) => (event.currentTarget.checked ? give({ situation, given_ms: Date.now() }) : withdraw())} />
           <strong>{say("start.clear")}</strong>
         </label>
         <p class="note">{say("start.clear.hint")}</p>
