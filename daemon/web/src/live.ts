@@ -106,7 +106,7 @@ export class Live {
       if (touch) this.become(with_touches(this.model, [touch]));
     } else if (event.name === "robot") {
       const posture = decode.posture(value);
-      if (posture) this.become(with_posture(this.model, posture));
+      if (posture) this.become(with_posture(this.model, posture, performance.now()));
     }
   }
 }

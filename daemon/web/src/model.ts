@@ -10,7 +10,8 @@ export interface Model {
   status: Status | null;
   /** Of the status' session, by number. */
   touches: Touch[];
-  posture: RobotPosture | null;
+  /** Newest of the status' session, and its arrival. */
+  posture: { at: RobotPosture; seen: number } | null;
   /** Reason of a refusal, as text of the daemon. */
   refusal: string;
 }
@@ -62,10 +63,15 @@ export function with_touches(model: Model, touches: Touch[]): Model {
 }
 
 /** Only during its session: afterwards the arm's position is unknown. */
-export function with_posture(model: Model, posture: RobotPosture): Model {
+export function with_posture(model: Model, at: RobotPosture, seen: number): Model {
   const { status } = model;
-  if (!status?.running || status.session !== posture.session) return model;
-  return { ...model, posture };
+  if (!status?.running || status.session !== at.session) return model;
+  return { ...model, posture: { at, seen } };
+}
+
+/** Where the arm is now, as far as packets of the controller show it. */
+export function measured_posture({ status, posture }: Model, now: number): RobotPosture | null {
+  return posture && status && status.arm.motion !== "unknown" && now - posture.seen <= OLD_AFTER_MS ? posture.at : null;
 }
 
 export const silent = (model: Model, refusal = ""): Model =>

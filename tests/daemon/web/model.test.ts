@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import * as decode from "../src/decode";
 import { formats } from "../src/format";
-import { EMPTY, OLD_AFTER_MS, answered, age_ms, lacks_touches, silent, with_posture, with_status, with_touches, without_token } from "../src/model";
+import { EMPTY, OLD_AFTER_MS, answered, age_ms, lacks_touches, measured_posture, silent, with_posture, with_status, with_touches, without_token } from "../src/model";
 import { motion, motion_words, resumable, sentence } from "../src/sentence";
 import * as api from "../generated/api";
 import { speaker } from "../src/words";
@@ -34,11 +34,22 @@ test("an answer that events have overtaken changes nothing, and one of a new dae
 test("joints are shown while their own session runs and not after it", () => {
   const running = with_status(EMPTY, of(), 0);
   const at = { session: 3, joints_deg: [1, 2, 3], positioner_deg: [] };
-  assert.deepEqual(with_posture(running, at).posture, at);
-  assert.equal(with_posture(running, { ...at, session: 2 }).posture, null);
-  const ended = with_status(with_posture(running, at), of({ running: false, phase: "aborted" }), 1);
+  assert.deepEqual(with_posture(running, at, 5).posture, { at, seen: 5 });
+  assert.equal(with_posture(running, { ...at, session: 2 }, 5).posture, null);
+  const ended = with_status(with_posture(running, at, 5), of({ running: false, phase: "aborted" }), 6);
   assert.equal(ended.posture, null);
-  assert.equal(with_posture(ended, at).posture, null);
+  assert.equal(with_posture(ended, at, 7).posture, null);
+});
+
+test("the arm is where packets show it only while they come", () => {
+  const at = { session: 3, joints_deg: [1, 2, 3], positioner_deg: [] };
+  const model = with_posture(with_status(EMPTY, of(), 0), at, 1000);
+  assert.equal(measured_posture(model, 1000 + OLD_AFTER_MS), at);
+  assert.equal(measured_posture(model, 1001 + OLD_AFTER_MS), null, "events stopped, while the status comes");
+  for (const arm of [{ motion: "unknown", packet_age_s: 2 }, { motion: "unknown", packet_age_s: null }, undefined])
+    assert.equal(measured_posture(with_status(model, of({ arm }), 1000), 1000), null);
+  assert.equal(measured_posture(with_status(model, of({ arm: { motion: "at rest", packet_age_s: 0 } }), 1000), 1000), at);
+  assert.equal(measured_posture(EMPTY, 0), null);
 });
 
 test("touches come in any order, once each, and keep the residual that they were made with", () => {

@@ -2,7 +2,7 @@
 
 import { useEffect } from "preact/hooks";
 import type { Side } from "../cell/view";
-import { age_ms, type Model } from "../model";
+import { age_ms, measured_posture, type Model } from "../model";
 import { NONE, type Formats } from "../format";
 import type { PlannedTouch, RobotPosture, Scene } from "../types";
 import { useCellView } from "./cell_view";
@@ -12,8 +12,9 @@ import type { Key } from "../words";
 const SIDES: Side[] = ["fit", "front", "side", "top"];
 
 /** Drawn posture of arm and positioner, and its source. */
-export function drawn_posture(model: Model, plan: PlannedTouch[]): { at: Omit<RobotPosture, "session">; key: Key } | null {
-  if (model.posture) return { at: model.posture, key: "view.pose.live" };
+export function drawn_posture(model: Model, plan: PlannedTouch[], now: number): { at: Omit<RobotPosture, "session">; key: Key } | null {
+  const measured = measured_posture(model, now);
+  if (measured) return { at: measured, key: "view.pose.live" };
   const newest = model.touches.at(-1);
   if (newest && newest.joints_deg.length > 0) return { at: newest, key: "view.pose.touch" };
   const first = plan[0];
@@ -31,7 +32,7 @@ export function CellPanel({ model, scene, plan, now, nothing }: {
   const { say, theme, fmt } = useVoice();
   const { box, view, cannot } = useCellView(model.status !== null);
   const old = age_ms(model, now) > 0;
-  const drawn = drawn_posture(model, plan);
+  const drawn = drawn_posture(model, plan, now);
 
   useEffect(() => { if (view && scene) view.show_scene(scene); }, [view, scene, theme]);
   useEffect(() => {
