@@ -10,6 +10,8 @@ import { EventReader, type ServerEvent } from "./sse";
 const ASK_EVERY_MS = 1500;
 const LONGEST_ANSWER_MS = 3000;
 const AGAIN_MS = 1500;
+/** Without events the daemon sends a comment every 5 s: a stream that is silent for longer is none, though it may look open. */
+const LONGEST_SILENCE_MS = 12_000;
 const NO_TOKEN = 401;
 
 const pause = (ms: number) => new Promise((done) => setTimeout(done, ms));
@@ -75,19 +77,23 @@ export class Live {
   }
 
   private async listen(): Promise<void> {
-    this.reading = new AbortController();
+    const reading = this.reading = new AbortController();
+    const in_time = async <T>(what: Promise<T>): Promise<T> => {
+      const timer = setTimeout(() => reading.abort(), LONGEST_SILENCE_MS);
+      return what.finally(() => clearTimeout(timer));
+    };
     const headers: Record<string, string> = { Accept: "text/event-stream" };
     if (this.newest_id !== "") headers["Last-Event-ID"] = this.newest_id;
     // Initially from the oldest event available; fill() fetches the rest.
-    const answer = await fetch(this.newest_id === "" ? "/v1/events?since=0" : "/v1/events", {
-      headers, signal: this.reading.signal, cache: "no-store",
-    });
+    const answer = await in_time(fetch(this.newest_id === "" ? "/v1/events?since=0" : "/v1/events", {
+      headers, signal: reading.signal, cache: "no-store",
+    }));
     if (!answer.ok || !answer.body) return;
     const reader = answer.body.getReader();
     const decoder = new TextDecoder();
     const events = new EventReader();
     for (;;) {
-      const { done, value } = await reader.read();
+      const { done, value } = await in_time(reader.read());
       if (done) return;
       for (const event of events.take(decoder.decode(value, { stream: true }))) this.take(event);
     }
