@@ -5,6 +5,7 @@ import { situation } from "../clearance";
 import * as decode from "../decode";
 import { Live } from "../live";
 import { age_ms } from "../model";
+import { post } from "../request";
 import { may_move, mood, sentence } from "../sentence";
 import { cell_name, now_of, standing_line } from "../standing";
 import { preferred_language, type Language } from "../words";
@@ -115,9 +116,16 @@ export function App() {
     set_language(wanted);
     dispatchEvent(new CustomEvent("cellcal-language", { detail: wanted }));
   };
+  const sign_out = async () => {
+    await post("/v1/logout");
+    await live.ask();
+  };
+  // Not in mid-session: whoever is signed out cannot abort it.
+  const may_leave = status !== null && !old && me !== null && (me === "look" || !status.running);
   return (
     <VoiceContext.Provider value={voice}><SituationContext.Provider value={situation(model, now)}>
-      <Header model={model} cell={cell} robot={robot} now={now} choice={choice} choose={choose} speak={speak} />
+      <Header model={model} cell={cell} robot={robot} now={now} choice={choice} choose={choose} speak={speak}
+              sign_out={may_leave ? () => void sign_out() : null} />
       {with_login ? <main><Login done={() => void live.ask()} /></main> : (
         <main data-mood={status && !old ? mood(status) : "unknown"}>
           {status && (
@@ -126,7 +134,7 @@ export function App() {
           )}
           {(status || together.current) && <div class="top">
             <StatePanel model={model} plan={plan} schedule={schedule} now={now} why={why} />
-            {status && !old && <StartButtons status={status} role={me} second={guided || due} started={() => void live.ask()}
+            {status && !old && <StartButtons status={status} role={me} second={guided || due} started={() => void live.ask()} sign_out={() => void sign_out()}
                                              last_cell={readiness?.cell || (sessions?.[0]?.cell ?? "")} />}
           </div>}
           {status && !old && <FailurePanel status={status} />}

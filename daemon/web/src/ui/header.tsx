@@ -6,9 +6,10 @@ import { Choices } from "./choices";
 import { useVoice } from "./context";
 import type { Choice } from "./theme";
 
-export function Header({ model, cell, robot, now, choice, choose, speak }: {
+/** `sign_out`: null where that is not offered. */
+export function Header({ model, cell, robot, now, choice, choose, speak, sign_out }: {
   model: Model; cell: string; robot: string; now: number; choice: Choice; choose: (choice: Choice) => void;
-  speak: (language: Language) => void;
+  speak: (language: Language) => void; sign_out: (() => void) | null;
 }) {
   const { say, fmt } = useVoice();
   const old = age_ms(model, now);
@@ -24,6 +25,7 @@ export function Header({ model, cell, robot, now, choice, choose, speak }: {
         {words}
       </span>
       <Choices choice={choice} choose={choose} speak={speak} />
+      {sign_out && <button type="button" class="small" onClick={sign_out}>{say("logout")}</button>}
     </header>
   );
 }

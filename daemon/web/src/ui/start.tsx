@@ -42,13 +42,14 @@ function request_of_kind(wish: Wish): Record<string, unknown> {
 }
 
 /** `second`: another session is due first. */
-export function StartButtons({ status, role, last_cell, second, started }: {
-  status: Status; role: Role | null; last_cell: string; second: boolean; started: () => void;
+export function StartButtons({ status, role, last_cell, second, started, sign_out }: {
+  status: Status; role: Role | null; last_cell: string; second: boolean; started: () => void; sign_out: () => void;
 }) {
   const { say } = useVoice();
   const [open, become] = useState<"start" | "resume" | null>(null);
   if (status.running) return null;
-  if (role === "look") return <p class="note">{say("role.look")}</p>;
+  if (role === "look")
+    return <p class="note">{say("role.look")} <button type="button" class="small" onClick={sign_out}>{say("logout")}</button></p>;
   const left = resumable(status);
   const told_already = status.interrupted === null;
   const close = () => become(null);
