@@ -31,8 +31,10 @@ import { StatePanel } from "./state";
 import { useTheme } from "./theme";
 import { Versions } from "./versions";
 
-const TICK_MS = 500, PROPOSALS_MS = 60_000;
-/** Age of a check and times of the schedule change without a session. */
+const TICK_MS = 500;
+/** The plant's proposals, a calibration that others put into use, times of the schedule: without a session. */
+const OTHERS_MS = 60_000;
+/** The age of a check changes without a session. */
 const STANDING_MS = 300_000;
 /** The parts below the state wait so long for each other, so that none pushes another one away. */
 const TOGETHER_MS = 3000;
@@ -66,17 +68,22 @@ export function App() {
   const chosen_as_it_goes = status?.goal_mm !== null || status?.finding ? status?.touches : 0;
   const planned = status?.running ? `${session} ${status.planned} ${chosen_as_it_goes}` : ended;
   const [said, said_something] = useReducer((n: number) => n + 1, 0);
-  const aged = Math.floor(now / STANDING_MS);
+  const aged = Math.floor(now / STANDING_MS), others = Math.floor(now / OTHERS_MS);
   const me = useFetched(asked === null ? null : "/v1/me", with_login, decode.role);
   const scene = useFetched(asked === null ? null : "/v1/scene", session, decode.scene);
   const plan = useFetched(session > 0 && asked !== null ? `/v1/sessions/${session}/plan` : null, planned, decode.plan) ?? NOTHING;
-  const sessions = useFetched(asked === null ? null : "/v1/sessions", ended, decode.sessions);
+  const sessions = useFetched(asked === null ? null : "/v1/sessions", `${ended} ${others}`, decode.sessions);
   const drift = useFetched(asked === null ? null : `/v1/drift?language=${language}`, `${ended} ${said} ${aged}`, decode.drift);
-  const schedule = useFetched(asked === null ? null : "/v1/schedule", `${ended} ${aged}`, decode.schedule);
-  const versions = useFetched(asked === null ? null : "/v1/versions", `${ended} ${said}`, decode.versions);
-  const proposals = useFetched(asked === null ? null : "/v1/proposals", `${ended} ${said} ${Math.floor(now / PROPOSALS_MS)}`, decode.proposals);
+  const schedule = useFetched(asked === null ? null : "/v1/schedule", `${ended} ${others}`, decode.schedule);
+  const versions = useFetched(asked === null ? null : "/v1/versions", `${ended} ${said} ${others}`, decode.versions);
+  const proposals = useFetched(asked === null ? null : "/v1/proposals", `${ended} ${said} ${others}`, decode.proposals);
 
   const in_use = versions?.find((one) => one.active && one.trouble === "")?.session ?? null;
+  const in_use_before = useRef(in_use);
+  useEffect(() => {
+    if (in_use_before.current !== null && in_use_before.current !== in_use) said_something(undefined); // another chart
+    in_use_before.current = in_use;
+  }, [in_use]);
 
   // What is typed outlives a lost connection.
   const [entered, enter] = useState<string | null>(null);
