@@ -70,6 +70,16 @@ test("a cell of the plant that needs what this page does not know is not shown a
   assert.deepEqual(fleet.certificate_files({ files: [{ name: "a.html", base64: "<b>" }, { name: "a.html", base64: "PGI" }, { name: "a.html", base64: "PGI+" }] }), [{ name: "a.html", base64: "PGI+" }]);
 });
 
+test("corrections are those of the joint that is asked for, and asked for again when a cell has another calibration", () => {
+  const all = fleet.corrections({ corrections: [{ plant: "graz", cell: "weld-3", correction: 0.1, sigma: 0.01 }] })!;
+  assert.equal(fleet.of_asked({ asked: "joint=A1", all }, "joint=A1"), all);
+  assert.equal(fleet.of_asked({ asked: "joint=A1", all }, "joint=A2"), null);
+  assert.equal(fleet.of_asked(null, null), null);
+  const key = (more: object) => fleet.calibrations_in_use(fleet.cells({ cells: [{ plant: "graz", cell: "weld-3", journal: "j", calibration: 7, needs: [], ...more }] })!);
+  assert.equal(key({ online: true }), key({ online: false }));
+  for (const other of [{ calibration: 8 }, { calibration: null }, { journal: "k" }, { cell: "weld-4" }]) assert.notEqual(key(other), key({}));
+});
+
 test("two calibrations that cannot be compared have no distance", () => {
   const all = { comparable: false, mean_mm: 1, max_mm: 2, expected_mm: null, moved: [{ name: "theta_A3" }] };
   assert.equal(decode.comparison(all)?.mean_mm, null);

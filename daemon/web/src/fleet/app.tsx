@@ -74,7 +74,7 @@ export function FleetApp() {
         {cells && cells.length > 0 && (
           <CellTable cells={cells} old={old} chosen={chosen} choose={choose_cell} />
         )}
-        {open && <CellDetail cell={open} />}
+        {open && <CellDetail key={chosen} cell={open} old={old} />}
         {cells && cells.length > 0 && <Compare cells={cells} />}
       </main>
     </VoiceContext.Provider>

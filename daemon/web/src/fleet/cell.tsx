@@ -35,14 +35,14 @@ function Certificate({ path }: { path: string }) {
   );
 }
 
-export function CellDetail({ cell }: { cell: FleetCell }) {
+export function CellDetail({ cell, old }: { cell: FleetCell; old: boolean }) {
   const { say, fmt } = useVoice();
   const path = `/v1/fleet/cells/${cell.plant}/${cell.cell}`;
   const seen = useFetched(path, JSON.stringify(cell), decode.cell_seen);
   useEffect(() => { document.getElementById("cell-title")?.scrollIntoView({ block: "nearest" }); }, [path]);
   const of = (one: FleetCalibration) => `${one.journal}/${one.session}`;
   return (
-    <section class="panel wide" aria-labelledby="cell-title">
+    <section class={`panel wide${old ? " old" : ""}`} aria-labelledby="cell-title">
       <h2 id="cell-title">{named(cell)}</h2>
       {cell.needs.length > 0 && (
         <ul class="needs">{cell.needs.map((need, i) => (

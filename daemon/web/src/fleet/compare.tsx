@@ -16,7 +16,11 @@ export function Compare({ cells }: { cells: FleetCell[] }) {
   const [parameter, choose_parameter] = useState("");
   useEffect(() => { if (robot === "" && models[0]) choose_robot(models[0]); }, [models[0]]);
   const asked = robot === "" ? null : `/v1/fleet/compare?robot=${encodeURIComponent(robot)}&joint=${encodeURIComponent(joint)}`;
-  const all = useFetched(asked, "", decode.corrections) ?? [];
+  const seen = useFetched(asked, decode.calibrations_in_use(cells), (value) => {
+    const all = decode.corrections(value);
+    return all && { asked, all };
+  });
+  const told = decode.of_asked(seen, asked), all = told ?? [];
   const parameters = [...new Set(all.map((one) => one.parameter))];
   const shown = parameters.includes(parameter) ? parameter : parameters[0] ?? "";
   const rows = all.filter((one) => one.parameter === shown);
@@ -38,7 +42,7 @@ export function Compare({ cells }: { cells: FleetCell[] }) {
         {select("joint", JOINTS, joint, choose_joint)}
         {parameters.length > 0 && select("parameter", parameters, shown, choose_parameter)}
       </div>
-      {rows.length === 0 ? <p class="note">{say("fleet.compare.none")}</p> : (
+      {rows.length === 0 ? <p class="note">{say(told ? "fleet.compare.none" : "fleet.asking")}</p> : (
         <div class="scroll" tabIndex={0}><table class="history compare">
           <thead><tr>
             <th scope="col">{say("fleet.column.cell")}</th>

@@ -8,6 +8,13 @@ export const cells = (value: unknown) => read(api.FleetCells, value)?.cells ?? n
 export const cell_seen = (value: unknown) => read(api.FleetCellSeen, value);
 export const corrections = (value: unknown) => read(api.Corrections, value)?.corrections ?? null;
 
+/** Null while another joint's or model's are known only. */
+export const of_asked = (seen: { asked: string | null; all: api.Correction[] } | null, asked: string | null): api.Correction[] | null =>
+  seen && seen.asked === asked ? seen.all : null;
+/** Differs once a cell has another calibration. */
+export const calibrations_in_use = (cells: api.FleetCell[]): string =>
+  cells.map((one) => `${one.plant}/${one.cell} ${one.journal} ${one.calibration} ${one.calibrated_at}`).join();
+
 /** Of the workspace, else near the targets. */
 export const predicted_mm = (one: { over_mm: number | null; near_mm: number | null }) => one.over_mm ?? one.near_mm;
 
