@@ -1,6 +1,7 @@
 // Cell form as typed and as sent to the daemon; pure. U is for k = 2, as in certificates; the daemon uses 1 sigma.
 
 import { fields, known, list, number, truth, words } from "./decode";
+import type { Answer } from "./request";
 import type { Key } from "./words";
 
 export type Place = "centre" | "taught" | "box";
@@ -392,6 +393,10 @@ export function cell_forms(value: unknown): CellForms | null {
     shown: shown && { file: words(shown.file), sha256: words(shown.sha256), kept: list(shown.kept).map(words), draft: draft_of(words(shown.name), shown.form) },
   };
 }
+
+const NOT_FOUND = 404, UNUSABLE = 422;
+/** Which of both fills the form: that of the cell, or, only where there is none that can be shown, `empty`. */
+export const form_answer = (empty: Answer, of_cell: Answer): Answer => ([NOT_FOUND, UNUSABLE].includes(of_cell.status) ? empty : of_cell);
 
 /** A cell file of another computer, as a form. */
 export interface CellFileSeen {

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import {
-  cell_file, cell_forms, draft_of, EMPTY, form_of, imported, length_drafts, name_within, new_obstacle, numbers_in, placed, places_wanted, refused_field,
+  cell_file, cell_forms, draft_of, EMPTY, form_answer, form_of, imported, length_drafts, name_within, new_obstacle, numbers_in, placed, places_wanted, refused_field,
   sketch_of, sphere_drafts, taught_angles, unit_seen, vouch, type CellDraft,
 } from "../src/cell_form";
 
@@ -212,4 +212,11 @@ test("a refusal of the daemon is about the field that states the value, or about
     assert.equal(at(other), undefined, String(other));
   assert.equal(at("tool.xyz_mm", ""), undefined, "without a reason");
   assert.equal(refused_field(null, DRAFT), null);
+});
+
+test("the form of a cell that is there is never the empty one", () => {
+  const answer = (status: number) => ({ status, value: null, words: "" });
+  const empty = answer(200);
+  for (const status of [404, 422]) assert.equal(form_answer(empty, answer(status)), empty);
+  for (const of_cell of [200, 0, 503, 500, 403, 401, 429].map(answer)) assert.equal(form_answer(empty, of_cell), of_cell);
 });

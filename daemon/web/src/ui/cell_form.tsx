@@ -3,11 +3,11 @@
 
 import { useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
 import {
-  cell_file, cell_forms, EMPTY, form_of, imported, length_drafts, name_within, new_length, new_obstacle, new_sphere, placed, places_wanted,
+  cell_file, cell_forms, EMPTY, form_answer, form_of, imported, length_drafts, name_within, new_length, new_obstacle, new_sphere, placed, places_wanted,
   refused_field, robot_choice, sphere_drafts, taught_angles, unit_seen, vouch, type CellDraft, type CellForms, type Refused, type SphereDraft, type UnitSeen, type Wrong,
 } from "../cell_form";
 import { fields, number, words } from "../decode";
-import { asking, get, is_good, is_unanswered, post, post_file, refusal, type Answer } from "../request";
+import { asking, get, is_good, post, post_file, refusal, type Answer } from "../request";
 import type { Key, Say } from "../words";
 import { fault_words, FaultsContext, Files, LengthRow, ObstacleRow, SphereRow, TextField, useFault } from "./cell_rows";
 import { CellSketch } from "./cell_sketch";
@@ -26,12 +26,9 @@ function useForms(cell: string): { forms: CellForms | null; refused: Answer | nu
     const ask = async () => {
       const answer = await get("/v1/cell-form");
       const name = name_within(cell_forms(answer.value)?.folder ?? "", cell);
-      if (cell !== "") {
-        const asked = name !== "" ? `name=${encodeURIComponent(name)}` : `file=${encodeURIComponent(cell)}`;
-        const one = await get(`/v1/cell-form?${asked}`);
-        if (is_good(one) || is_unanswered(one)) return one;
-      }
-      return answer;
+      if (cell === "") return answer;
+      const asked = name !== "" ? `name=${encodeURIComponent(name)}` : `file=${encodeURIComponent(cell)}`;
+      return form_answer(answer, await get(`/v1/cell-form?${asked}`));
     };
     return asking(ask, (answer) => become({ forms: is_good(answer) ? cell_forms(answer.value) : null, refused: is_good(answer) ? null : answer }));
   }, [cell]);
