@@ -34,14 +34,16 @@ struct MasteredAxis {
 
 std::vector<MasteredAxis> axes_of(const calib::Calibration& calibration,
                                   const calib::MachineData& data) {
+  const calib::Robot& robot = calibration.cell.robot;
+  const std::size_t first = robot.first_turning();  // A1, behind a linear unit, too
+  const bool six = robot.joints.size() - first == data.axes.size();
   std::vector<MasteredAxis> all;
   for (krl::MasteringOffset& zero : krl::mastering_of(calibration)) {
-    const auto& joints = calibration.cell.robot.joints;
-    const auto joint = std::ranges::find(joints, zero.joint, &calib::Joint::name);
-    const auto i = static_cast<std::size_t>(joint - joints.begin());
+    const auto joint = std::ranges::find(robot.joints, zero.joint, &calib::Joint::name);
+    const auto i = static_cast<std::size_t>(joint - robot.joints.begin());
     MasteredAxis axis{std::move(zero), {}};
-    if (i < data.axes.size() && data.axes[i].mastering_rad)
-      axis.mark_deg = *data.axes[i].mastering_rad * calib::kDegPerRad;
+    if (six && i >= first && data.axes[i - first].mastering_rad)
+      axis.mark_deg = *data.axes[i - first].mastering_rad * calib::kDegPerRad;
     all.push_back(std::move(axis));
   }
   return all;

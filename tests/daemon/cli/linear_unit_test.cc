@@ -10,7 +10,10 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
+#include "tests/calib/random_calibration.h"
+#include "tests/calib/track_cell.h"
 #include "tests/daemon/cli/content.h"
 #include "tests/daemon/cli/process.h"
 #include "tests/daemon/journal/temporary_directory.h"
@@ -255,6 +258,22 @@ TEST(ALinearUnit, HasItsPositionsBesideTheAnglesInThePlansJson) {
   const Outcome beyond = files.planned({"--from", "3200,0,-70,90,0,60,0"});
   EXPECT_EQ(beyond.status, 1);
   EXPECT_NE(beyond.err.find("3200 mm for E1"), std::string::npos) << beyond.err;
+}
+
+TEST(ALinearUnit, LeavesEachAxisOfTheArmTheMarkOfItsNumber) {
+  TemporaryDirectory dir;
+  calib::Random random(1);
+  std::ofstream(dir / "c.json") << calib::calibration_to_json(
+      calib::testing::random_calibration(calib::testing::track_cell(CELLCAL_TRACK_ROBOT), random));
+  std::ofstream(dir / "$machine.dat")
+      << "$MAMES[1]=1.0\n$MAMES[2]=2.0\n$MAMES[3]=3.0\n$MAMES[4]=4.0\n$MAMES[5]=5.0\n$MAMES[6]=6.0\n";
+  const Outcome told = run_program({CELLCAL, "mastering", "--calibration", dir / "c.json",
+                                    "--machine-data", dir / "$machine.dat", "--json"});
+  ASSERT_EQ(told.status, 0) << told.err;
+  const auto axes = nlohmann::json::parse(told.out).at("axes");
+  ASSERT_EQ(axes.size(), 6u);
+  for (const auto& axis : axes)
+    EXPECT_EQ(fmt::format("A{:.0f}", axis.at("mark_deg").get<double>()), axis.at("joint")) << axis;
 }
 
 TEST(ALinearUnit, IsRefusedByNameWhereItCannotBeCarriedYet) {
