@@ -155,6 +155,7 @@ void take(const Place& place, MachineData& data, Drives& rpm) {
   if (name == "$TRAFONAME" || name == "$MODEL_NAME") {
     if (const std::string type = place.word(); !type.empty()) data.type = type;
   }
+  if (name == "$INDIVIDUAL_MAMES") data.marks_in_arm = place.word() != "#NONE";
   apply_accuracy(place, data);
   for (const auto& [variable, usual] : kUsual)
     if (name == variable) data.kinds[name] = place.word();

@@ -22,7 +22,7 @@ struct MachineAxis {
   std::optional<double> max_speed_rad_s;   ///< $VEL_AXIS_MA over $RAT_MOT_AX
   std::optional<double> gear_ratio;        ///< $RAT_MOT_AX: motor turns for one of the axis
   std::optional<int> sense;                ///< $AXIS_DIR
-  std::optional<double> mastering_rad;     ///< $MAMES: shown at the mark
+  std::optional<double> mastering_rad;     ///< $MAMES: shown at the mark, unless marks_in_arm
 };
 
 /// $DH_4, $DH_5.
@@ -46,6 +46,8 @@ struct MachineData : krl::ControllerFrames {
                ? AbsoluteAccuracy::kOff
                : stated_accuracy;
   }
+  /// $INDIVIDUAL_MAMES is not #NONE: angles at the marks are this arm's own, in the RDC on its foot, not $MAMES.
+  bool marks_in_arm = false;
   std::map<int, std::string> tool_places;    ///< "$config.dat:120" of TOOL_DATA[n]
   std::map<std::string, std::string> kinds;  ///< $KINCLASS and the like, as stated
   ExternalAxes external;

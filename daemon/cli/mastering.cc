@@ -25,7 +25,7 @@ struct MasteringCommand {
 /// An axis and its zero by the touches.
 struct MasteredAxis {
   krl::MasteringOffset zero;
-  std::optional<double> mark_deg;  ///< shown at the mark, $MAMES
+  std::optional<double> mark_deg;  ///< shown at the mark; empty: not stated
 
   double expanded_deg() const { return 2.0 * zero.sigma_deg; }
   bool is_told() const { return zero.decided_by == calib::DecidedBy::kData; }
@@ -42,7 +42,7 @@ std::vector<MasteredAxis> axes_of(const calib::Calibration& calibration,
     const auto joint = std::ranges::find(robot.joints, zero.joint, &calib::Joint::name);
     const auto i = static_cast<std::size_t>(joint - robot.joints.begin());
     MasteredAxis axis{std::move(zero), {}};
-    if (six && i >= first && data.axes[i - first].mastering_rad)
+    if (six && i >= first && !data.marks_in_arm && data.axes[i - first].mastering_rad)
       axis.mark_deg = *data.axes[i - first].mastering_rad * calib::kDegPerRad;
     all.push_back(std::move(axis));
   }
@@ -66,12 +66,13 @@ calib::Phrase phrase_of(const MasteredAxis& axis) {
            {"mark", axis.mark_deg.value_or(0.0)}}};
 }
 
-std::string report(const std::vector<MasteredAxis>& axes) {
+std::string report(const std::vector<MasteredAxis>& axes, bool marks_in_arm) {
   std::string text, off;
   for (const MasteredAxis& axis : axes) {
     text += say(phrase_of(axis)) + "\n";
     if (axis.is_off()) off += (off.empty() ? "" : ",") + axis.zero.joint;
   }
+  if (marks_in_arm && !off.empty()) text += say("say.mastering.marks_in_arm") + "\n";
   text += say("say.mastering.warning") + "\n";
   return off.empty() ? text : text + say({"say.mastering.then", {{"joints", off}}}) + "\n";
 }
@@ -94,9 +95,9 @@ nlohmann::json json_of(const std::vector<MasteredAxis>& axes) {
 int mastering(const MasteringCommand& command) {
   const auto calibration = usable_calibration("mastering", command.calibration, command.withheld);
   if (!calibration) return kNotPublishable;
-  const std::vector<MasteredAxis> axes =
-      axes_of(*calibration, read_machine_files(command.machine_data));
-  put(command.json ? json_of(axes).dump(1) + "\n" : report(axes), {});
+  const calib::MachineData data = read_machine_files(command.machine_data);
+  const std::vector<MasteredAxis> axes = axes_of(*calibration, data);
+  put(command.json ? json_of(axes).dump(1) + "\n" : report(axes, data.marks_in_arm), {});
   return kSuccess;
 }
 
@@ -108,13 +109,14 @@ void add_mastering(CLI::App& app, int& status) {
       "mastering", "Show at which angle each axis is to be mastered, and which no touch tells");
   command->footer(
       "The zeros of the axes by a calibration. An axis whose zero is off by more than its "
-      "uncertainty is jogged\nto the angle shown, and mastered there by 'dial' or 'reference' "
-      "mastering, not at its mark.\nExit status 3: the calibration was withheld.\n"
+      "uncertainty is jogged\nto the angle shown, or from its mark by the angle shown, and mastered there by "
+      "'dial' or 'reference'\nmastering, not at its mark.\n"
+      "Exit status 3: the calibration was withheld.\n"
       "Example: cellcal mastering --calibration calibration.json --machine-data '$machine.dat'");
   command->add_option("--calibration", given->calibration, "Calibration (JSON)")->required();
   command->add_option("--machine-data", given->machine_data,
                       "The controller's $machine.dat, or its backup (folder, ZIP): the angles "
-                      "shown at the marks ($MAMES)");
+                      "shown at the marks ($MAMES, where $INDIVIDUAL_MAMES is not #RDC)");
   command->add_flag("--withheld", given->withheld,
                     "Accept a withheld calibration, for inspection only");
   command->add_flag("--json", given->json, "Print JSON");

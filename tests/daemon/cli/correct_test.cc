@@ -337,9 +337,11 @@ TEST_F(Correct, AndMasteringNamesTheAngleOfEachAxisAndThoseThatNoTouchTells) {
     if (one.key == calib::joint_parameter(calib::ParameterKind::kTheta, 0))
       one.decided_by = calib::DecidedBy::kFrame;
   put("cal.json", calib::calibration_to_json(found));
-  const std::string data = put("$machine.dat",
-                               "$MAMES[1]=-20.0\n$MAMES[2]=-120.0\n$MAMES[3]=110.0\n"
-                               "$MAMES[4]=0.0\n$MAMES[5]=0.0\n$MAMES[6]=0.0\n");
+  const std::string marks =
+      "$MAMES[1]=-20.0\n$MAMES[2]=-120.0\n$MAMES[3]=110.0\n"
+      "$MAMES[4]=0.0\n$MAMES[5]=0.0\n$MAMES[6]=0.0\n";
+  const std::string data =
+      put("$machine.dat", marks + "DECL INDIVIDUAL_MAMES $INDIVIDUAL_MAMES=#NONE\n");
   std::vector<std::string> all = {CELLCAL, "mastering", "--calibration", dir_ / "cal.json"};
   const Outcome relative = run_program(all);
   ASSERT_EQ(relative.status, 0) << relative.err;
@@ -373,6 +375,14 @@ TEST_F(Correct, AndMasteringNamesTheAngleOfEachAxisAndThoseThatNoTouchTells) {
   }
   EXPECT_TRUE(off);
   EXPECT_EQ(json.at("axes").at(0).at("decided_by"), "frame");
+  put("$machine.dat", marks + "DECL INDIVIDUAL_MAMES $INDIVIDUAL_MAMES=#RDC ; Existenz\n");
+  for (const auto& axis : nlohmann::json::parse(run_program(all).out).at("axes"))
+    EXPECT_FALSE(axis.contains("mark_deg") || axis.contains("jog_to_deg")) << axis;
+  all.resize(6);
+  const std::string in_arm = run_program(all).out;
+  EXPECT_EQ(in_arm.find("deg is shown"), std::string::npos) << in_arm;
+  EXPECT_NE(in_arm.find("from the angle shown at its mark"), std::string::npos) << in_arm;
+  EXPECT_NE(in_arm.find("$MAMES_ACT[n]"), std::string::npos) << in_arm;
 }
 
 /// A backup of two modules that share a point of $config.dat; with `bad` one moves relatively.
