@@ -287,6 +287,12 @@ ArmLengths lengths_of(const Robot& robot, const MachineData& senses) {
   return found;
 }
 
+/// The arm that A1 to A6 of the controller are.
+Robot behind_unit(Robot robot) {
+  robot.joints.erase(robot.joints.begin(), robot.joints.begin() + robot.first_turning());
+  return robot;
+}
+
 /// Payload class of a type such as "#KR210R2700EXC4FLR" in kg; 0: none is named.
 int payload_kg(std::string_view type) {
   constexpr std::string_view kSeries = "KR";
@@ -334,15 +340,16 @@ Robot robot_of(const MachineData& data) {
 }
 
 std::vector<LengthDifference> differences(const MachineData& data, const Robot& robot) {
-  if (robot.joints.size() != 6)
+  const Robot arm = behind_unit(robot);
+  if (arm.joints.size() != 6)
     throw FileError(fmt::format("\"{}\" has {} joints; machine data of a six-axis arm are read",
-                                robot.name, robot.joints.size()));
-  const ArmLengths is = lengths_of(robot, data);
+                                arm.name, arm.joints.size()));
+  const ArmLengths is = lengths_of(arm, data);
   std::vector<LengthDifference> found;
   const auto hold = [&](const char* variable, const std::optional<double>& stated, const char* key,
                         std::size_t joint, double robot_m) {
     if (stated && !(std::abs(*stated - robot_m) <= kSame))
-      found.push_back({variable, robot.joints[joint].name, key, *stated, robot_m});
+      found.push_back({variable, arm.joints[joint].name, key, *stated, robot_m});
   };
   const auto of = [](const std::optional<FrameMmDeg>& frame, std::size_t axis) {
     return frame ? std::optional(frame->xyz_mm[axis] / kMmPerM) : std::nullopt;
@@ -371,21 +378,23 @@ std::vector<LengthDifference> differences(const MachineData& data, const Robot& 
 
 std::optional<ZeroComparison> controllers_zeros(const MachineData& data, const Robot& robot) {
   constexpr double kOtherLengthsM = 0.05;
-  if (robot.joints.size() != 6) return std::nullopt;
-  const ArmLengths is = lengths_of(robot, data);
+  const Robot arm = behind_unit(robot);
+  if (arm.joints.size() != 6) return std::nullopt;
+  const ArmLengths is = lengths_of(arm, data);
   // Of such lengths, none of them to the other side: only the flange may be turned.
   const bool counted_alike = is.off_m <= kSame && is.length_m[2] > 0.0 && is.length_m[4] > 0.0;
   const bool whole = data.base && data.length_a_m && data.length_b_m && data.wrist && data.flange;
   if (!counted_alike && !whole) return std::nullopt;
   const Robot own = counted_alike ? of_lengths(data, is.length_m) : standard_arm(data);
-  const auto zeros = compare_zeros(joint_frames({robot, {}}), joint_frames({own, {}}));
+  const auto zeros = compare_zeros(joint_frames({arm, {}}), joint_frames({own, {}}));
   return zeros && zeros->aside_m < kOtherLengthsM ? zeros : std::nullopt;
 }
 
 Robot with_machine_data(Robot robot, const MachineData& data) {
-  for (std::size_t i = 0; i < std::min(robot.joints.size(), data.axes.size()); ++i) {
+  const std::size_t first = robot.first_turning();
+  for (std::size_t i = 0; i < std::min(robot.joints.size() - first, data.axes.size()); ++i) {
     const MachineAxis& axis = data.axes[i];
-    Joint& joint = robot.joints[i];
+    Joint& joint = robot.joints[first + i];
     joint.min_rad = axis.min_rad.value_or(joint.min_rad);
     joint.max_rad = axis.max_rad.value_or(joint.max_rad);
     joint.max_speed_rad_s = axis.max_speed_rad_s.value_or(joint.max_speed_rad_s);

@@ -75,11 +75,11 @@ struct LengthDifference {
   double controller_m = 0.0, robot_m = 0.0;
 };
 /// Differences of more than 0.01 mm, regardless of the frames in which the robot file states its
-/// arm. If the arm is not described by such lengths, or its axes turn the other way: one entry with
+/// arm, and of a linear unit below it. If the arm is not described by such lengths, or its axes turn the other way: one entry with
 /// an empty variable, whose robot_m is the distance of the flanges.
 std::vector<LengthDifference> differences(const MachineData& data, const Robot& robot);
 
-/// How the controller's angles follow from the robot's. Empty: the same arm cannot be seen in both, or the machine
+/// How the controller's angles follow from the robot's, of the arm behind a linear unit. Empty: the same arm cannot be seen in both, or the machine
 /// data do not describe it as a whole.
 std::optional<ZeroComparison> controllers_zeros(const MachineData& data, const Robot& robot);
 

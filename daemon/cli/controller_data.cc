@@ -89,13 +89,17 @@ std::vector<calib::PositionerAxis> positioner_or_warning(const MachineData& data
 calib::Robot with_external_axes(calib::Robot arm, const calib::MachineData& data) {
   if (const auto unit = linear_unit_or_warning(data)) {
     const Eigen::Vector3d along = unit->guide->along;
+    const bool there = arm.first_turning() > 0;
     fmt::print(stderr,
-               "linear unit E1: {:g} to {:g} mm along [{:g}, {:g}, {:g}] of the arm's foot. Machine "
-               "data state no speed of it: add max_speed_mm_s. Jog E1 and check the direction\n",
+               "linear unit E1: {:g} to {:g} mm along [{:g}, {:g}, {:g}] of the arm's foot{}\n",
                unit->min_rad * calib::kMmPerM, unit->max_rad * calib::kMmPerM, along.x(), along.y(),
-               along.z());
-    arm.joints.insert(arm.joints.begin(), *unit);
+               along.z(),
+               there ? " in the machine data. That of the robot file stays: compare them"
+                     : ". Machine data state no speed of it: add max_speed_mm_s. Jog E1 and check "
+                       "the direction");
+    if (!there) arm.joints.insert(arm.joints.begin(), *unit);
   }
+  if (!arm.positioner.empty()) return arm;
   arm.positioner = positioner_or_warning(data);
   for (const calib::PositionerAxis& axis : arm.positioner)
     fmt::print(stderr, "positioner {}: {:g} to {:g} deg. Jog it and check its place and sense\n",

@@ -15,6 +15,7 @@ bool has_an_arm(const calib::MachineData& data);
 
 /// The arm on the linear unit that carries it and with the positioner, if the files describe them, with a line that
 /// states each; where they do in part, or describe another kinematic, without it and a warning that names the variable.
+/// A linear unit and a positioner that the arm has already stay.
 calib::Robot with_external_axes(calib::Robot arm, const calib::MachineData& data);
 
 /// TOOL_DATA[number] with mass and centre of its LOAD_DATA, if stated. Throws calib::FileError naming number and

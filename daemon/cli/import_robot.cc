@@ -129,7 +129,7 @@ void refuse_other_zeros(const calib::MachineData& data, const calib::Robot& robo
     const calib::JointZero& one = zeros->joints[i];
     if (one.same()) continue;
     all += fmt::format("{}: zero {:.2f} deg from the controller's{}; ",
-                       calib::shown(robot.joints[i].name), one.zero_rad * calib::kDegPerRad + 0.0,
+                       calib::shown(robot.joints[robot.first_turning() + i].name), one.zero_rad * calib::kDegPerRad + 0.0,
                        one.sense < 0 ? ", opposite sense" : "");
   }
   if (all.empty())
@@ -144,8 +144,9 @@ void refuse_other_zeros(const calib::MachineData& data, const calib::Robot& robo
 /// The controller's are taken.
 void print_limits(const calib::MachineData& data, const calib::Robot& robot) {
   constexpr double kSameDeg = 0.1;
-  for (std::size_t i = 0; i < std::min(robot.joints.size(), data.axes.size()); ++i) {
-    const calib::Joint& joint = robot.joints[i];
+  const std::size_t first = robot.first_turning();
+  for (std::size_t i = 0; i < std::min(robot.joints.size() - first, data.axes.size()); ++i) {
+    const calib::Joint& joint = robot.joints[first + i];
     const double low = data.axes[i].min_rad.value_or(joint.min_rad) * calib::kDegPerRad,
                  high = data.axes[i].max_rad.value_or(joint.max_rad) * calib::kDegPerRad,
                  low_here = joint.min_rad * calib::kDegPerRad,
@@ -202,7 +203,12 @@ calib::Robot geometry(const ImportRobotCommand& command, const calib::MachineDat
 void put_tool(const ImportRobotCommand& command, const calib::MachineData& data) {
   const ToolForm tool = tool_of(data, command.tool);
   const calib::CellText before = calib::read_cell_text(command.cell);
-  if (has_an_arm(data)) print_differences(data, calib::parse_cell(before).robot);
+  const calib::Robot robot = calib::parse_cell(before).robot;
+  try {
+    if (has_an_arm(data)) print_differences(data, robot);
+  } catch (const calib::FileError& other) {  // TOOL_DATA is from the flange of any arm
+    fmt::print(stderr, "warning: {}. Lengths are not compared\n", other.what());
+  }
   calib::CellText after = before;
   after.cell_text = with_tool(before.cell_text, before.cell_name, tool);
   const calib::Cell cell = calib::parse_cell(after);

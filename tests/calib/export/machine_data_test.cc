@@ -226,6 +226,26 @@ TEST(MachineData, OfAnotherKindOfArmAreRefusedByVariable) {
     machine_data_refusal(all.substr(0, length));
 }
 
+TEST(MachineData, AreThoseOfTheArmBehindALinearUnit) {
+  Robot on_unit = kr5();
+  Joint unit;
+  unit.name = "E1";
+  unit.guide.emplace();
+  unit.max_rad = 3.0;
+  on_unit.joints.insert(on_unit.joints.begin(), unit);
+  const MachineData data = read(whole_arm("$LENGTH_B=610.0"));
+  const auto found = differences(data, on_unit);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].joint, "A2");
+  const auto zeros = controllers_zeros(data, on_unit);
+  ASSERT_TRUE(zeros);
+  EXPECT_EQ(zeros->joints.size(), 6U);
+  EXPECT_TRUE(zeros->same());
+  const Robot made = with_machine_data(on_unit, data);
+  EXPECT_EQ(made.joints[0].max_rad, 3.0);
+  for (std::size_t i = 1; i < 7; ++i) EXPECT_NEAR(made.joints[i].max_rad * kDegPerRad, 120.0, 1e-9);
+}
+
 TEST(MachineData, OfAnArmWithSevenAxesAreNotCompared) {
   EXPECT_THROW(differences({}, load_robot(CELLCAL_ROBOTS_FOLDER "/iiwa14.toml")), FileError);
 }

@@ -100,6 +100,61 @@ TEST(ImportRobotWithMachineData, WritesTheLinearUnitThatCarriesTheArmOrNamesWhat
   EXPECT_EQ(calib::load_robot(robot).joints.size(), 6u);
 }
 
+/// Its files, and a robot file of another arm on a unit of its own.
+struct ControllersTrack {
+  TemporaryDirectory dir;
+  std::string robot = dir / "track.toml", cell = dir / "cell.toml";
+  ControllersTrack() {
+    std::filesystem::copy_file(CELLCAL_TRACK_ROBOT, robot);
+    std::ofstream(cell) << kCellOnTrack;
+    std::filesystem::create_directory(dir / "controller");
+    std::ofstream(dir / "controller/$machine.dat")
+        << machine_on_track("$ET1_TFLA3={X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 90.0}\n");
+    std::ofstream(dir / "controller/$config.dat")
+        << "TOOL_DATA[3]={X 0.0,Y 0.0,Z 250.0,A 0.0,B 0.0,C 0.0}\n";
+  }
+  Outcome imported(const std::vector<std::string>& more) const {
+    std::vector<std::string> all = {CELLCAL, "import-robot", "--machine-data", dir / "controller"};
+    all.insert(all.end(), more.begin(), more.end());
+    return run_program(all);
+  }
+};
+
+TEST(ImportRobotWithMachineData, ComparesTheArmOfARobotFileBehindItsLinearUnitWhichStays) {
+  const ControllersTrack files;
+  const Outcome made = files.imported({"--robot", files.robot, "-o", files.dir / "made.toml"});
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_NE(made.err.find("$LENGTH_A 180.000 mm in the controller, 260.000 mm in the robot file (a_mm of A1)"),
+            std::string::npos)
+      << made.err;
+  EXPECT_NE(made.err.find("That of the robot file stays"), std::string::npos) << made.err;
+  const calib::Robot before = calib::load_robot(files.robot),
+                     after = calib::load_robot(files.dir / "made.toml");
+  ASSERT_EQ(after.joints.size(), 7u);
+  EXPECT_EQ(after.joints[0].max_speed_rad_s, before.joints[0].max_speed_rad_s);
+  EXPECT_EQ(after.joints[0].max_rad, before.joints[0].max_rad);
+  for (std::size_t i = 1; i < 7; ++i)
+    EXPECT_NEAR(after.joints[i].max_rad * calib::kDegPerRad, 120.0, 1e-9) << i;
+}
+
+TEST(ImportRobotWithMachineData, SetsTheToolOfACellOnALinearUnitAndOfAnArmThatCannotBeCompared) {
+  const ControllersTrack files;
+  const auto put = [&] { return files.imported({"--cell", files.cell, "--tool", "3"}); };
+  const Outcome compared = put();
+  ASSERT_EQ(compared.status, 0) << compared.err;
+  EXPECT_NE(compared.err.find("$LENGTH_A 180.000 mm"), std::string::npos) << compared.err;
+  EXPECT_EQ(calib::load_cell(files.cell).tool.tcp.translation().z(), 0.25);
+  std::ofstream(files.cell) << kCellOnTrack;
+  std::filesystem::copy_file(CELLCAL_ROBOTS_FOLDER "/iiwa14.toml", files.robot,
+                             std::filesystem::copy_options::overwrite_existing);
+  const Outcome other = put();
+  ASSERT_EQ(other.status, 0) << other.err;
+  EXPECT_NE(other.err.find("has 7 joints; machine data of a six-axis arm are read. Lengths are not compared"),
+            std::string::npos)
+      << other.err;
+  EXPECT_EQ(calib::load_cell(files.cell).tool.tcp.translation().z(), 0.25);
+}
+
 struct TrackFiles {
   TemporaryDirectory dir;
   std::string cell = dir / "cell.toml", plan = dir / "plan.csv", result = dir / "c.json";

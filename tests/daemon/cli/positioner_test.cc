@@ -68,6 +68,16 @@ struct PositionerFiles {
   }
 };
 
+TEST(APositioner, OfARobotFileStaysWhereMachineDataHaveNone) {
+  const PositionerFiles files;
+  std::ofstream(files.dir / "$machine.dat") << "$SOFTP_END[1]=170.0\n";
+  const Outcome made =
+      run_program({CELLCAL, "import-robot", "--robot", files.dir / "positioner.toml",
+                   "--machine-data", files.dir / "$machine.dat", "-o", files.dir / "made.toml"});
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_EQ(calib::load_robot(files.dir / "made.toml").positioner.size(), 2u);
+}
+
 void expect_positioner_refused(const Outcome& outcome) {
   EXPECT_EQ(outcome.status, 1) << outcome.out;
   EXPECT_NE(outcome.err.find("positioner (E1)"), std::string::npos) << outcome.err;
