@@ -169,7 +169,7 @@ std::string file_of_tests(const char* path) {
 }
 
 /// Largest distance of the flanges over a thousand postures, of the robot and of the URDF's own joints [m].
-double apart_m(const Robot& robot, const JointFrames& frames) {
+double farthest_m(const Robot& robot, const JointFrames& frames) {
   std::mt19937 random(36);
   std::uniform_real_distribution<double> angle(-std::numbers::pi, std::numbers::pi);
   double worst = 0.0;
@@ -186,7 +186,7 @@ TEST(RobotOfUrdf, HasItsKinematicsWithParallelSkewedAndTurnedAxesAndFixedJoints)
   const UrdfChain chain =
       read_urdf(file_of_tests("calib/export/awkward.urdf"), "awkward.urdf", {"tip"});
   ASSERT_EQ(chain.frames.joints.size(), 7u);
-  EXPECT_LT(apart_m(robot_of(chain.frames), chain.frames), 1e-12);
+  EXPECT_LT(farthest_m(robot_of(chain.frames), chain.frames), 1e-12);
 }
 
 TEST(ShippedRobot, HasTheKinematicsOfItsUrdf) {
@@ -199,7 +199,7 @@ TEST(ShippedRobot, HasTheKinematicsOfItsUrdf) {
     const UrdfChain chain = read_urdf(file_of_tests(one.urdf), one.urdf, one.ends);
     const Robot robot = load_robot(std::filesystem::path(CELLCAL_ROBOTS_FOLDER) /
                                    (one.robot + std::string(".toml")));
-    EXPECT_LT(apart_m(robot, chain.frames), 1e-12) << one.robot;
+    EXPECT_LT(farthest_m(robot, chain.frames), 1e-12) << one.robot;
     for (std::size_t i = 0; i < robot.joints.size(); ++i) {
       EXPECT_NEAR(robot.joints[i].min_rad, chain.frames.joints[i].min_rad, 1e-6);
       EXPECT_NEAR(robot.joints[i].max_rad, chain.frames.joints[i].max_rad, 1e-6);
