@@ -330,7 +330,6 @@ Robot robot_of(const MachineData& data) {
   refuse_other_kinds(data);
   for (std::size_t i = 0; i < 6; ++i) check_axis(data.axes[i], i + 1);
   Robot robot = with_machine_data(standard_arm(data), data);
-  robot.gravity_m_s2 = foot_in_world(data.external, data.robroot).linear().transpose() * robot.gravity_m_s2;
   robot.name = data.type.empty() ? "KUKA" : data.type;
   std::erase(robot.name, '#');
   robot.source = "machine data";
@@ -390,7 +389,15 @@ std::optional<ZeroComparison> controllers_zeros(const MachineData& data, const R
   return zeros && zeros->aside_m < kOtherLengthsM ? zeros : std::nullopt;
 }
 
+std::optional<Eigen::Vector3d> gravity_of(const MachineData& data) {
+  const ExternalAxes& external = data.external;
+  if (!data.robroot && !external.ersys_root && external.of_kind("#ERSYS") == nullptr)
+    return std::nullopt;
+  return foot_in_world(external, data.robroot).linear().transpose() * Robot{}.gravity_m_s2;
+}
+
 Robot with_machine_data(Robot robot, const MachineData& data) {
+  robot.gravity_m_s2 = gravity_of(data).value_or(robot.gravity_m_s2);
   const std::size_t first = robot.first_turning();
   for (std::size_t i = 0; i < std::min(robot.joints.size() - first, data.axes.size()); ++i) {
     const MachineAxis& axis = data.axes[i];

@@ -83,7 +83,10 @@ std::vector<LengthDifference> differences(const MachineData& data, const Robot& 
 /// data do not describe it as a whole.
 std::optional<ZeroComparison> controllers_zeros(const MachineData& data, const Robot& robot);
 
-/// The robot with the controller's limits, speeds and absolute accuracy, if stated.
+/// Gravity at the arm's foot, by $ROBROOT and what carries it; empty: not stated.
+std::optional<Eigen::Vector3d> gravity_of(const MachineData& data);
+
+/// The robot with the controller's limits, speeds, gravity and absolute accuracy, if stated.
 Robot with_machine_data(Robot robot, const MachineData& data);
 
 }  // namespace cellcal::calib

@@ -220,16 +220,20 @@ Chain chain_of(const Document& document, const UrdfEnds& asked) {
   chain.robot_name = document.robot.attribute("name").value();
   chain.tip_link = chosen_tip(document, asked.tip);
   auto path = path_to(document, chain.tip_link);
-  // The arm's place in its cell is not part of the arm.
+  // The arm's place in its cell is not part of the arm, how it is mounted there is.
+  auto from = path.begin();
+  const bool in_world = path.front()->parent == "world";
   if (!asked.root.empty()) {
-    const auto from = std::ranges::find(path, asked.root, &UrdfJoint::parent);
+    from = std::ranges::find(path, asked.root, &UrdfJoint::parent);
     if (from == path.end())
       document.fail(fmt::format("no chain of joints leads from link \"{}\" to link \"{}\". Check "
                                 "--root and --tip",
                                 shown(asked.root), shown(chain.tip_link)));
-    path.erase(path.begin(), from);
-  } else if (path.size() > 1 && path.front()->type == "fixed" && path.front()->parent == "world")
-    path.erase(path.begin());
+  } else if (path.size() > 1 && path.front()->type == "fixed" && in_world)
+    ++from;
+  for (auto before = path.begin(); in_world && before != from; ++before)
+    chain.mounted *= (*before)->origin.linear();
+  path.erase(path.begin(), from);
   chain.base_link = path.front()->parent;
   Isometry3d fixed = Isometry3d::Identity();
   for (const UrdfJoint* joint : path) {

@@ -22,6 +22,8 @@ struct UrdfChain {
   std::string robot_name, base_link, tip_link;
   /// The flange is the frame of `tip_link`. Joint names are the file's.
   JointFrames frames;
+  /// Of base_link in the file's link "world", which gravity is along -z of, joints between them at 0; else none.
+  Eigen::Matrix3d mounted = Eigen::Matrix3d::Identity();
 };
 
 /// Links at the ends of the arm; empty: chosen as read_urdf() describes.

@@ -111,6 +111,42 @@ calib::Robot with_external_axes(calib::Robot arm, const calib::MachineData& data
   return arm;
 }
 
+namespace {
+
+constexpr double kSameDirection = 2e-3;  // 0.1 deg
+
+/// "[0, 0, 1]", to a thousandth.
+std::string direction_words(const Eigen::Vector3d& direction) {
+  const Eigen::Vector3d to = (direction * 1e3).array().round() / 1e3 + 0.0;
+  return fmt::format("[{:g}, {:g}, {:g}]", to.x(), to.y(), to.z());
+}
+
+}  // namespace
+
+void compare_mounting(const MachineData& data, const calib::Robot& robot, const std::string& file,
+                      bool taken) {
+  const Eigen::Vector3d here = -calib::up_of(robot);
+  const auto gravity = calib::gravity_of(data);
+  if (!gravity || gravity->normalized().isApprox(here, kSameDirection)) return;
+  fmt::print(
+      stderr,
+      "warning: gravity along {} of the arm's foot in the controller ($ROBROOT), along {} in {}. {}\n",
+      direction_words(gravity->normalized()), direction_words(here), file,
+      taken ? "The controller's is taken"
+            : fmt::format("It stays: 'cellcal import-robot --robot {} --machine-data ... -o FILE' "
+                          "makes a robot file with the controller's",
+                          file));
+}
+
+void print_mounting(const calib::Robot& robot) {
+  const Eigen::Vector3d up = calib::up_of(robot);
+  if (!up.isApprox(Eigen::Vector3d::UnitZ(), kSameDirection))
+    fmt::print(
+        stderr,
+        "mounting: gravity along {} of the arm's foot, which does not stand on a floor. Check it\n",
+        direction_words(-up));
+}
+
 ToolForm tool_of(const MachineData& data, int number) {
   const std::string name = tool_name(data, number);
   const auto stated = data.tools.find(number);

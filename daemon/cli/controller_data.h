@@ -18,6 +18,13 @@ bool has_an_arm(const calib::MachineData& data);
 /// A linear unit and a positioner that the arm has already stay.
 calib::Robot with_external_axes(calib::Robot arm, const calib::MachineData& data);
 
+/// Warns where the controller has the arm of `file` mounted otherwise. `taken`: what is written has it so; else the
+/// warning says how to take it.
+void compare_mounting(const calib::MachineData& data, const calib::Robot& robot,
+                      const std::string& file, bool taken);
+/// States the mounting of an arm that does not stand on the floor.
+void print_mounting(const calib::Robot& robot);
+
 /// TOOL_DATA[number] with mass and centre of its LOAD_DATA, if stated. Throws calib::FileError naming number and
 /// file: not stated, empty, or a tool that stands in the cell.
 ToolForm tool_of(const calib::MachineData& data, int number);

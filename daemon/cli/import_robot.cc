@@ -92,6 +92,7 @@ calib::Robot from_urdf(const ImportRobotCommand& command) {
             "linear unit as the robot file's first [[joint]], kind = \"prismatic\"",
             chain.frames.joints.front().name));
   calib::Robot robot = calib::robot_of(chain.frames);
+  robot.gravity_m_s2 = chain.mounted.transpose() * robot.gravity_m_s2;
   robot.name = chain.robot_name.empty() ? "robot" : chain.robot_name;
   robot.source = command.urdf.filename().string();
   for (calib::Joint& joint : robot.joints) {
@@ -209,6 +210,7 @@ void put_tool(const ImportRobotCommand& command, const calib::MachineData& data)
   } catch (const calib::FileError& other) {  // TOOL_DATA is from the flange of any arm
     fmt::print(stderr, "warning: {}. Lengths are not compared\n", other.what());
   }
+  compare_mounting(data, robot, before.robot_name, false);
   calib::CellText after = before;
   after.cell_text = with_tool(before.cell_text, before.cell_name, tool);
   const calib::Cell cell = calib::parse_cell(after);
@@ -237,9 +239,10 @@ int import_robot(const ImportRobotCommand& command) {
   calib::Robot robot = geometry(command, data);
   if (!command.machine_data.empty()) {
     if (!command.urdf.empty() || !command.robot.empty()) {
-      refuse_other_zeros(data, robot,
-                         (command.urdf.empty() ? command.robot : command.urdf).string());
+      const std::string file = (command.urdf.empty() ? command.robot : command.urdf).string();
+      refuse_other_zeros(data, robot, file);
       print_differences(data, robot);
+      compare_mounting(data, robot, file, true);
     }
     if (!command.urdf.empty()) print_limits(data, robot);
     robot = calib::with_machine_data(std::move(robot), data);
@@ -249,6 +252,7 @@ int import_robot(const ImportRobotCommand& command) {
   }
   if (!command.urdf.empty()) check_joints(robot, command.urdf.string());
   robot = with_external_axes(std::move(robot), data);
+  print_mounting(robot);
   put_as(as_robot(), calib::robot_to_toml(robot), command.output);
   return kSuccess;
 }

@@ -47,6 +47,7 @@ void apply_tool(const ToolForm& of_controller, CellForm& form) {
 /// kr210_r2700_extra.toml beside the cell file, of the controller's own arm.
 NamedRobotFile robot_file_of(const calib::MachineData& data, const NewCellCommand& command) {
   const calib::Robot robot = with_external_axes(calib::arm_of_controller(data), data);
+  print_mounting(robot);
   NamedRobotFile file;
   file.reference = calib::krl::lower_case(robot.name) + ".toml";
   std::ranges::replace_if(
@@ -67,7 +68,12 @@ NamedRobotFile robot_file_of(const calib::MachineData& data, const NewCellComman
 void apply_controller(const NewCellCommand& command, CellForm& form, Given& given) {
   if (command.machine_data.empty()) return;
   const calib::MachineData data = read_machine_files(command.machine_data);
-  if (!given.robot && (given.robot = has_an_arm(data))) form.robot = robot_file_of(data, command);
+  if (given.robot)
+    compare_mounting(data,
+                     calib::read_robot(calib::TomlTable::parse(form.robot.text, form.robot.name)),
+                     command.robot, false);
+  else if ((given.robot = has_an_arm(data)))
+    form.robot = robot_file_of(data, command);
   form.notes = frame_lines(data);
   for (const int number : measured_tools(data)) given.tools[number] = tool_of(data, number);
   given.tool_list = tool_list(data);
@@ -81,8 +87,6 @@ void apply_controller(const NewCellCommand& command, CellForm& form, Given& give
 /// Fills the form from the options and returns the parts given. Throws with the option's name as a prefix.
 Given apply_request_options(const NewCellCommand& command, CellForm& form) {
   Given given;
-  given.robot = !command.robot.empty();
-  apply_controller(command, form, given);
   const auto take = [](const char* option, auto what) {
     try {
       what();
@@ -90,8 +94,9 @@ Given apply_request_options(const NewCellCommand& command, CellForm& form) {
       throw std::runtime_error(fmt::format("{}: {}", option, wrong.what()));
     }
   };
-  if (!command.robot.empty())
+  if ((given.robot = !command.robot.empty()))
     take("--robot", [&] { form.robot = find_robot(command.robot, command.output); });
+  apply_controller(command, form, given);
   if (!given.tool && (given.tool = !command.tool.empty())) {
     take("--tool", [&] {
       const std::vector<double> six = numbers(command.tool, {3, 6});

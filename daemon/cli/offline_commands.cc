@@ -226,8 +226,8 @@ void add_import_robot(CLI::App& app, int& status) {
   command->footer(
       "Machine data: $machine.dat and $robcor.dat of KRC:\\R1\\Mada, $config.dat of "
       "KRC:\\R1\\System, or the\nbackup that has them, as a folder or ZIP archive. Geometry, limits, "
-      "speeds and gear ratios come from them.\nWhere the geometry is another file's, lengths and limits that "
-      "differ are named; joints that count their angles\notherwise than the controller are refused. Tools, loads "
+      "speeds, gear ratios and mounting ($ROBROOT) come from them.\nWhere the geometry is another file's, "
+      "lengths, limits and mounting that differ are named; joints that count their angles\notherwise than the controller are refused. Tools, loads "
       "and bases of $config.dat are printed; 'cellcal new-cell\n--machine-data' makes robot and cell file in one, "
       "and --cell FILE --tool N puts TOOL_DATA[N] with its LOAD_DATA\ninto the [tool] of a cell file, which is "
       "kept as FILE.before. A linear unit that carries\nthe arm ($EX_KIN with #ERSYS) becomes the first joint; its "

@@ -246,6 +246,21 @@ TEST(MachineData, AreThoseOfTheArmBehindALinearUnit) {
   for (std::size_t i = 1; i < 7; ++i) EXPECT_NEAR(made.joints[i].max_rad * kDegPerRad, 120.0, 1e-9);
 }
 
+TEST(MachineData, GiveTheArmOfAnotherFileTheirGravityIfStated) {
+  Robot ceiling = kr5();
+  ceiling.gravity_m_s2 = -ceiling.gravity_m_s2;
+  EXPECT_EQ(with_machine_data(ceiling, read(kMachine)).gravity_m_s2, ceiling.gravity_m_s2);
+  const std::string root = "={X 0.0,Y 0.0,Z 2000.0,A 0.0,B 0.0,C ";
+  const auto gravity = [&](const std::string& more) {
+    return with_machine_data(ceiling, read(kMachine + more)).gravity_m_s2;
+  };
+  EXPECT_TRUE(gravity("$ROBROOT" + root + "0.0}\r\n").isApprox(kr5().gravity_m_s2));
+  EXPECT_TRUE(gravity("$ROBROOT" + root + "180.0}\r\n").isApprox(ceiling.gravity_m_s2));
+  EXPECT_TRUE(gravity("$EX_KIN={ET1 #ERSYS}\r\n$ET1_AX={TR_A1 #E1}\r\n$ET1_TA1KR" + root +
+                      "0.0}\r\n$ET1_TFLA3" + root + "0.0}\r\n$ERSYSROOT" + root + "90.0}\r\n")
+                  .isApprox(Eigen::Vector3d(0.0, -9.81, 0.0)));
+}
+
 TEST(MachineData, OfAnArmWithSevenAxesAreNotCompared) {
   EXPECT_THROW(differences({}, load_robot(CELLCAL_ROBOTS_FOLDER "/iiwa14.toml")), FileError);
 }

@@ -219,6 +219,25 @@ TEST(ParsedUrdf, BeginsAtTheRootThatIsNamed) {
     EXPECT_NE(urdf_refusal(kDrawn, {"", off}).find("no chain of joints"), std::string::npos) << off;
 }
 
+TEST(ParsedUrdf, StatesHowItsBaseIsMountedInTheWorld) {
+  const std::string ceiling =
+      replaced(kDrawn, "type=\"fixed\"><parent link=\"world\"/>",
+               "type=\"fixed\"><origin rpy=\"0 3.14159 0\"/><parent link=\"world\"/>");
+  const auto down = [](const std::string& text, const UrdfEnds& ends = {}) -> Eigen::Vector3d {
+    return read_urdf(text, "x", ends).mounted.transpose() * Eigen::Vector3d(0, 0, -1);
+  };
+  const Eigen::Vector3d upwards(0, 0, 1), downwards(0, 0, -1);
+  EXPECT_TRUE(down(kDrawn).isApprox(downwards));
+  EXPECT_TRUE(down(ceiling).isApprox(upwards, 1e-5));
+  EXPECT_TRUE(down(ceiling, {"", "base_link"}).isApprox(upwards, 1e-5));
+  EXPECT_TRUE(down(ceiling, {"", "link_3"}).isApprox(upwards, 1e-5)) << "with all that is left out";
+  EXPECT_TRUE(down(ceiling, {"", "world"}).isApprox(downwards)) << "nothing is left out";
+  std::string other = ceiling;
+  for (std::size_t at; (at = other.find("\"world\"")) != std::string::npos;)
+    other.replace(at, 7, "\"cabin\"");
+  EXPECT_TRUE(down(other, {"", "base_link"}).isApprox(downwards)) << "gravity is not known there";
+}
+
 TEST(ParsedUrdf, ThatCannotBeUsedIsRefusedByNameAndPlace) {
   EXPECT_EQ(urdf_refusal(kDrawn), "");
   const struct {

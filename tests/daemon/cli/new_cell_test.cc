@@ -433,6 +433,30 @@ TEST(ABackup, DoesNotReplaceAnotherRobotFile) {
   EXPECT_EQ(content(dir / "kr5_r1400.toml"), "mine");
 }
 
+TEST(ABackup, OfAnArmOnACeilingGivesTheRobotFileItsGravityOrWarnsOfTheNamedOne) {
+  const TemporaryDirectory dir;
+  (void)from_backup(dir, kTorch + "$ROBROOT={X 0,Y 0,Z 3000,A 0,B 0,C 180}\n");
+  const auto made = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> all = {CELLCAL,        "new-cell",        "--force",
+                                    "-o",           dir / "cell.toml", "--machine-data",
+                                    dir / "backup", "--spheres",       dir / "spheres.csv"};
+    all.insert(all.end(), more.begin(), more.end());
+    return run_program(all);
+  };
+  const Outcome own = made({});
+  EXPECT_NE(own.err.find("mounting: gravity along [0, 0, 1]"), std::string::npos) << own.err;
+  EXPECT_NEAR(calib::load_cell(dir / "cell.toml").robot.gravity_m_s2.z(), 9.81, 1e-9);
+  const Outcome named = made({"--robot", "kr5_r1400"});
+  EXPECT_NE(named.err.find(
+                "along [0, 0, -1] in kr5_r1400. It stays: 'cellcal import-robot --robot kr5_r1400"),
+            std::string::npos)
+      << named.err;
+  const Outcome tool = run_program({CELLCAL, "import-robot", "--machine-data", dir / "backup",
+                                    "--cell", dir / "cell.toml", "--tool", "1"});
+  EXPECT_EQ(tool.status, 0) << tool.err;
+  EXPECT_NE(tool.err.find("warning: gravity along [0, 0, 1]"), std::string::npos) << tool.err;
+}
+
 TEST(ACellFile, GetsAnotherToolOfTheControllerAndKeepsAllElse) {
   const TemporaryDirectory dir;
   ASSERT_EQ(refusal(from_backup(dir, kTorch)), "written");

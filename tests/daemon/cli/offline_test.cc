@@ -486,6 +486,41 @@ TEST(AUrdf, WithAPrefixAndNumbersGivesKukasNamesTheFlangeAndTheArmsOwnBase) {
   EXPECT_NEAR(robot.base_fixed.translation().x(), 0.0, 1e-9);
 }
 
+TEST(AUrdf, OfAnArmOnACeilingGivesItsGravity) {
+  const TemporaryDirectory dir;
+  std::ofstream(dir / "r.urdf") << small_urdf("xyz=\"1 0 0.8\"",
+                                              "xyz=\"1 0 3\" rpy=\"0 3.14159 0\"");
+  const auto made = [&] {
+    return run_program({CELLCAL, "import-robot", "--urdf", dir / "r.urdf", "-o", dir / "r.toml"});
+  };
+  const Outcome ceiling = made();
+  ASSERT_EQ(ceiling.status, 0) << ceiling.err;
+  EXPECT_NE(ceiling.err.find("mounting: gravity along [0, 0, 1] of the arm's foot"),
+            std::string::npos)
+      << ceiling.err;
+  EXPECT_NEAR(calib::load_robot(dir / "r.toml").gravity_m_s2.z(), 9.81, 1e-6);
+  std::ofstream(dir / "r.urdf") << small_urdf();
+  EXPECT_EQ(made().err.find("mounting"), std::string::npos);
+}
+
+TEST(MachineData, OfAnArmOnACeilingGiveTheRobotFilesArmItsGravity) {
+  const TemporaryDirectory dir;
+  std::ofstream(dir / "$machine.dat") << "$ROBROOT={X 0.0,Y 0.0,Z 3000.0,A 0.0,B 0.0,C 180.0}\n";
+  const Outcome made = run_program({CELLCAL, "import-robot", "--robot", "kr5_r1400",
+                                    "--machine-data", dir / "$machine.dat", "-o", dir / "r.toml"});
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_NE(made.err.find(
+                "warning: gravity along [0, 0, 1] of the arm's foot in the controller ($ROBROOT), "
+                "along [0, 0, -1] in kr5_r1400. The controller's is taken"),
+            std::string::npos)
+      << made.err;
+  EXPECT_NE(made.err.find("mounting: gravity along [0, 0, 1]"), std::string::npos) << made.err;
+  EXPECT_NEAR(calib::load_robot(dir / "r.toml").gravity_m_s2.z(), 9.81, 1e-9);
+  const Outcome again = run_program({CELLCAL, "import-robot", "--robot", dir / "r.toml",
+                                     "--machine-data", dir / "$machine.dat", "-o", dir / "s.toml"});
+  EXPECT_EQ(again.err.find("warning"), std::string::npos) << again.err;
+}
+
 TEST(AUrdf, ThatNoPlanCouldUseIsRefusedByJoint) {
   const TemporaryDirectory dir;
   const auto why = [&](const std::string& what, const std::string& with) {
