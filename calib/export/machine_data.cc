@@ -4,6 +4,7 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <numbers>
@@ -29,6 +30,7 @@ struct Place {
   const std::string& file;
   const krl::Line& line;
   const Given& given;
+  std::string text() const { return fmt::format("{}:{}", file, line.number); }
   [[noreturn]] void fail(const std::string& what) const {
     throw FileError(file,
                     fmt::format(":{}: {}{} is not {}", line.number, shown(given.name),
@@ -133,8 +135,7 @@ void take(const Place& place, MachineData& data, Drives& rpm) {
   if (frames == krl::Stated::kUnreadable)
     place.fail("a structure with " +
                std::string(name == "LOAD_DATA" ? "M and CM" : "X, Y, Z, A, B, C"));
-  if (name == "TOOL_DATA")
-    data.tool_places[place.given.index] = fmt::format("{}:{}", place.file, place.line.number);
+  if (name == "TOOL_DATA") data.tool_places[place.given.index] = place.text();
   if (frames == krl::Stated::kValue) return;
   const auto external = read_external_axes(place.line, data.external);
   if (external == krl::Stated::kUnreadable) place.fail(form_of(place.given));
@@ -143,6 +144,7 @@ void take(const Place& place, MachineData& data, Drives& rpm) {
     if (place.given.index <= 6) of_axis(place, data, rpm);
     return;
   }
+  if (name.starts_with('$')) data.places[name] = place.text();
   if (auto* frame = frame_named(name, data)) *frame = place.frame();
   if (name == "$LENGTH_A") data.length_a_m = place.real(kLargestMm) / kMmPerM;
   if (name == "$LENGTH_B") data.length_b_m = place.real(kLargestMm) / kMmPerM;
@@ -152,9 +154,8 @@ void take(const Place& place, MachineData& data, Drives& rpm) {
                                                   place.member(link, "DHART_D", kLargestMm),
                                                   place.member(link, "DHART_ALPHA", kLargestDeg)};
   }
-  if (name == "$TRAFONAME" || name == "$MODEL_NAME") {
-    if (const std::string type = place.word(); !type.empty()) data.type = type;
-  }
+  if (name == "$TRAFONAME") data.trafo_name = place.word();
+  if (name == "$MODEL_NAME") data.model_name = place.word();
   if (name == "$INDIVIDUAL_MAMES") data.marks_in_arm = place.word() != "#NONE";
   apply_accuracy(place, data);
   for (const auto& [variable, usual] : kUsual)
@@ -166,8 +167,14 @@ constexpr std::array<int, 6> kSigns = {-1, 1, 1, -1, 1, -1};
 /// $AXIS_DIR of such an arm, whose hand KUKA describes with the other turn of axis 5.
 constexpr std::array<int, 6> kSenses = {-1, 1, 1, -1, -1, -1};
 
-[[noreturn]] void refuse_arm(const std::string& what) {
-  throw FileError(what +
+std::string place_of(const MachineData& data, const std::string& variable) {
+  const auto at = data.places.find(variable);
+  return at == data.places.end() ? "" : at->second + ": ";
+}
+
+[[noreturn]] void refuse_arm(const MachineData& data, const std::string& variable,
+                             const std::string& is) {
+  throw FileError(place_of(data, variable) + variable + is +
                   ": not a six-axis arm with a spherical wrist. Give its geometry with --robot or "
                   "--urdf");
 }
@@ -175,23 +182,24 @@ constexpr std::array<int, 6> kSenses = {-1, 1, 1, -1, -1, -1};
 void refuse_other_kinds(const MachineData& data) {
   for (const auto& [variable, usual] : kUsual)
     if (const auto at = data.kinds.find(variable); at != data.kinds.end() && at->second != usual)
-      refuse_arm(fmt::format("{} = {}", variable, at->second));
+      refuse_arm(data, variable, " = " + at->second);
   constexpr std::array<double, 2> kTurns = {90.0, -90.0};
   for (std::size_t i = 0; i < 2; ++i) {
     if (!data.hand[i]) continue;
     const auto& [a, d, alpha] = *data.hand[i];
     if (a != 0.0 || d != 0.0 || alpha != kTurns[i])
-      refuse_arm(fmt::format("$DH_{}: DHART_A {:.3f} mm, DHART_D {:.3f} mm, DHART_ALPHA {:.3f} deg",
-                             i + 4, a, d, alpha));
+      refuse_arm(data, fmt::format("$DH_{}", i + 4),
+                 fmt::format(": DHART_A {:.3f} mm, DHART_D {:.3f} mm, DHART_ALPHA {:.3f} deg", a, d,
+                             alpha));
   }
 }
 
 /// Along z alone, turned by B = turn.
-double along_z(const std::optional<FrameMmDeg>& frame, const char* name) {
+double along_z(const MachineData& data, const std::optional<FrameMmDeg>& frame, const char* name) {
   if (!frame) throw FileError(std::string(name) + ": not in the given machine data");
   const auto& [xyz, abc] = *frame;
   if (xyz[0] != 0.0 || xyz[1] != 0.0 || abc[0] != 0.0 || abc[1] != 0.0 || abc[2] != 0.0)
-    refuse_arm(std::string(name) + " is not along Z alone");
+    refuse_arm(data, name, " is not along Z alone");
   return xyz[2] / kMmPerM;
 }
 
@@ -203,7 +211,7 @@ WristPlace wrist_of(const MachineData& data) {
   if (!data.wrist) throw FileError("$TX3P3: not in the given machine data");
   const auto& [xyz, abc] = *data.wrist;
   if (xyz[1] != 0.0 || abc[0] != 0.0 || abc[1] != 90.0 || abc[2] != 0.0)
-    refuse_arm("$TX3P3 is not {X ..,Y 0,Z ..,A 0,B 90,C 0}");
+    refuse_arm(data, "$TX3P3", " is not {X ..,Y 0,Z ..,A 0,B 90,C 0}");
   return {xyz[0] / kMmPerM, xyz[2] / kMmPerM};
 }
 
@@ -220,8 +228,9 @@ Robot standard_arm(const MachineData& data) {
   if (!data.length_a_m || !data.length_b_m)
     throw FileError("$LENGTH_A, $LENGTH_B: not in the given machine data");
   const WristPlace wrist = wrist_of(data);
-  const std::array<double, 6> d = {along_z(data.base, "$TIRORO"), 0.0, 0.0, wrist.along_m, 0.0,
-                                   along_z(data.flange, "$TFLWP")};
+  const std::array<double, 6> d = {
+      along_z(data, data.base, "$TIRORO"), 0.0, 0.0, wrist.along_m, 0.0,
+      along_z(data, data.flange, "$TFLWP")};
   const std::array<double, 6> a = {
       *data.length_a_m, *data.length_b_m, wrist.above_m, 0.0, 0.0, 0.0};
   const std::array<double, 6> alpha = {-kQuarter, 0.0, -kQuarter, kQuarter, -kQuarter, 0.0};
@@ -304,6 +313,13 @@ int payload_kg(std::string_view type) {
   return kg;
 }
 
+/// Letters and digits alone: releases write "#KR5 R1400", "#KR5R1400" and "#KR5_R1400 C4".
+std::string plain_type(const std::string& type) {
+  std::string plain = krl::upper_case(type);
+  std::erase_if(plain, [](unsigned char c) { return std::isalnum(c) == 0; });
+  return plain;
+}
+
 /// Priors of counterbalance and stiffening gears, as in the shipped files of heavy arms.
 void add_heavy_priors(Robot& robot) {
   robot.joints[1].counterbalance_sigma_rad = 300.0 * kRadPerArcsec;
@@ -326,15 +342,26 @@ void read_absolute_accuracy(std::string_view text, const std::string& name, Mach
     if (const auto given = krl::read_given(line)) apply_accuracy({name, line, *given}, data);
 }
 
+std::string two_robots(const MachineData& data) {
+  const std::string &trafo = data.trafo_name, &model = data.model_name;
+  const std::string one = plain_type(trafo), other = plain_type(model);
+  const bool longer = one.starts_with(other) || other.starts_with(one);  // with options, or cut
+  if (one.empty() || other.empty() || (longer && payload_kg(trafo) == payload_kg(model))) return {};
+  return fmt::format(
+      "{}$TRAFONAME \"{}\", {}$MODEL_NAME \"{}\": two robots. The first counts, whose lengths these are. "
+      "Compare the type plate",
+      place_of(data, "$TRAFONAME"), trafo, place_of(data, "$MODEL_NAME"), model);
+}
+
 Robot robot_of(const MachineData& data) {
   refuse_other_kinds(data);
   for (std::size_t i = 0; i < 6; ++i) check_axis(data.axes[i], i + 1);
   Robot robot = with_machine_data(standard_arm(data), data);
-  robot.name = data.type.empty() ? "KUKA" : data.type;
+  robot.name = data.type().empty() ? "KUKA" : data.type();
   std::erase(robot.name, '#');
   robot.source = "machine data";
   constexpr int kHeavyKg = 120;  // from here on KUKA's arms have a counterbalance
-  if (payload_kg(data.type) >= kHeavyKg) add_heavy_priors(robot);
+  if (payload_kg(data.type()) >= kHeavyKg) add_heavy_priors(robot);
   return robot;
 }
 

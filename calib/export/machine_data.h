@@ -31,7 +31,9 @@ struct HandLink {
 };
 
 struct MachineData : krl::ControllerFrames {
-  std::string type;  ///< $TRAFONAME[], $MODEL_NAME[]
+  /// $TRAFONAME[], whose geometry is in $machine.dat, and $MODEL_NAME[] of $robcor.dat.
+  std::string trafo_name, model_name;
+  const std::string& type() const { return trafo_name.empty() ? model_name : trafo_name; }
   std::array<MachineAxis, 6> axes;
   std::optional<double> length_a_m, length_b_m;  ///< $LENGTH_A, $LENGTH_B
   std::optional<FrameMmDeg> base;                ///< $TIRORO: foot to the height of axis 2
@@ -50,6 +52,8 @@ struct MachineData : krl::ControllerFrames {
   bool marks_in_arm = false;
   std::map<int, std::string> tool_places;    ///< "$config.dat:120" of TOOL_DATA[n]
   std::map<std::string, std::string> kinds;  ///< $KINCLASS and the like, as stated
+  /// "$machine.dat:420" of the variables without an index.
+  std::map<std::string, std::string> places;
   ExternalAxes external;
 };
 
@@ -60,8 +64,11 @@ void read_machine_data(std::string_view text, const std::string& name, MachineDa
 /// Likewise what they state on absolute accuracy alone, whatever else is in the file.
 void read_absolute_accuracy(std::string_view text, const std::string& name, MachineData& data);
 
+/// Warning of $TRAFONAME and $MODEL_NAME that name two robots, and where; empty: they agree, or one is not stated.
+std::string two_robots(const MachineData& data);
+
 /// The six-axis arm with a spherical wrist that they describe. Throws FileError naming the variable
-/// that is missing, or that belongs to another kind of arm.
+/// that is missing, or, with its place, that belongs to another kind of arm.
 Robot robot_of(const MachineData& data);
 
 /// Typical tolerances of the shipped robots.

@@ -115,6 +115,8 @@ calib::MachineData read_machine_files(const std::vector<fs::path>& places) {
   calib::MachineData data;
   for (const KrlFile& file : machine_files(places))
     calib::read_machine_data(file.text, file.name, data);
+  if (const std::string two = calib::two_robots(data); !two.empty())
+    fmt::print(stderr, "warning: {}\n", two);
   return data;
 }
 

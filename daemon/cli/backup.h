@@ -25,6 +25,7 @@ bool is_of_the_controllers_side(const std::string& path);
 /// $machine.dat, $robcor.dat, $config.dat and $custom.dat of folders, archives and files. Throws
 /// calib::FileError if a place has two of the same name.
 std::vector<calib::krl::KrlFile> machine_files(const std::vector<std::filesystem::path>& places);
+/// Warns of files of two robots.
 calib::MachineData read_machine_files(const std::vector<std::filesystem::path>& places);
 
 // Files out of a ZIP archive.

@@ -246,7 +246,7 @@ int import_robot(const ImportRobotCommand& command) {
     }
     if (!command.urdf.empty()) print_limits(data, robot);
     robot = calib::with_machine_data(std::move(robot), data);
-    if (!data.type.empty()) robot.source += (robot.source.empty() ? "" : "; ") + data.type;
+    if (!data.type().empty()) robot.source += (robot.source.empty() ? "" : "; ") + data.type();
     for (const std::string& line : frame_lines(data)) fmt::print(stderr, "{}\n", line);
     print_accuracy(robot);
   }

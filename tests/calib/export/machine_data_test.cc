@@ -43,7 +43,7 @@ std::string machine_data_refusal(const std::string& text) {
 
 TEST(MachineData, OfAKR5MakeTheShippedRobot) {
   const MachineData data = read(kMachine);
-  EXPECT_EQ(data.type, "#KR5 R1400 C4");
+  EXPECT_EQ(data.type(), "#KR5 R1400 C4");
   EXPECT_TRUE(differences(data, kr5()).empty());
   Robot other = kr5();
   for (Joint& joint : other.joints) joint.min_rad = joint.max_rad = 0.0;
@@ -188,6 +188,31 @@ TEST(MachineData, OfHeavyArmsAllowForACounterbalance) {
     EXPECT_EQ(counterbalance_rad(type), 0.0) << type;
 }
 
+TEST(MachineData, OfTwoRobotsAreThoseOfTheGeometryAndSaySo) {
+  const auto read_both = [](const std::string& trafo, const std::string& model) {
+    MachineData data;  // in either order
+    read_machine_data("$MODEL_NAME[]=\"" + model + "\"\n", "$robcor.dat", data);
+    read_machine_data(whole_arm("$TRAFONAME[]=\"" + trafo + "\""), "$machine.dat", data);
+    read_machine_data("\n$MODEL_NAME[]=\"" + model + "\"\n", "$robcor.dat", data);
+    return data;
+  };
+  const MachineData two = read_both("#KR120R2700_2 C4 FLR", "#KR30L16_3A C4 FLR ZH16_2");
+  EXPECT_EQ(robot_of(two).name, "KR120R2700_2 C4 FLR");
+  EXPECT_GT(robot_of(two).joints[1].counterbalance_sigma_rad, 0.0) << "of the heavier";
+  EXPECT_NE(two_robots(two).find(
+                ": $TRAFONAME \"#KR120R2700_2 C4 FLR\", $robcor.dat:2: $MODEL_NAME \"#KR30L16_3A"),
+            std::string::npos)
+      << two_robots(two);
+  EXPECT_EQ(two_robots(two).find("$machine.dat:"), 0U);
+  EXPECT_NE(two_robots(read_both("#KR6", "#KR60HA C4")), "");
+  for (const auto& [trafo, model] :
+       {std::pair("#KR210R2700_2 C4 FLR", "#KR210R2700_2 C4 FLR"),
+        std::pair("#KR5 R1400", "#KR5R1400 C4"), std::pair("#KR5 R1400 C4", "#KR5 R1400"),
+        std::pair("#KR5 R1400", ""), std::pair(" ", "#KR5 R1400")})
+    EXPECT_EQ(two_robots(read_both(trafo, model)), "") << trafo << " " << model;
+  EXPECT_EQ(robot_of(read_both("", "#KR5 R1400")).name, "KR5 R1400");
+}
+
 TEST(MachineData, ThatDifferInSignOrHeightAreNamedWithIt) {
   for (const auto& [line, variable] :
        {std::pair("$TIRORO={X 0,Y 0,Z 500,A 0,B 0,C 0}", "$TIRORO Z"),
@@ -220,6 +245,12 @@ TEST(MachineData, OfAnotherKindOfArmAreRefusedByVariable) {
         << line << ": " << why(line);
   EXPECT_NE(why("$DH_5={DHART_A 265.0,DHART_D 0.0,DHART_ALPHA -90.0}").find("DHART_A 265.000 mm"),
             std::string::npos);
+  const auto line = std::to_string(std::ranges::count(whole_arm(), '\n'));
+  EXPECT_EQ(why("$DEF_A4FIX=TRUE")
+                .find("$machine.dat:" + line + ": $DEF_A4FIX = TRUE: not a six-axis arm"),
+            0U)
+      << why("$DEF_A4FIX=TRUE");
+  EXPECT_EQ(why("$DH_5={DHART_A 265.0,DHART_D 0.0,DHART_ALPHA -90.0}").find("$machine.dat:"), 0U);
   EXPECT_THROW(robot_of(read("$LENGTH_A=1")), FileError);
   const std::string all = whole_arm();
   for (std::size_t length = 0; length < all.size(); length += 3)

@@ -682,6 +682,15 @@ TEST(MachineData, OfAWholeArmMakeItsRobotFromABackup) {
                                        "--machine-data", dir / "backup", "-o", dir / "s.toml"});
   EXPECT_EQ(against.status, 0);
   EXPECT_EQ(against.err.find("warning"), std::string::npos) << against.err;
+  std::ofstream(dir / "backup/KRC/R1/Mada/$robcor.dat") << "$MODEL_NAME[]=\"#KR30L16_3A C4\"\n";
+  const Outcome two = run_program(
+      {CELLCAL, "import-robot", "--machine-data", dir / "backup", "-o", dir / "r.toml"});
+  EXPECT_EQ(two.status, 0) << two.err;
+  EXPECT_NE(two.err.find("warning: KRC/R1/Mada/$machine.dat:1: $TRAFONAME \"#KR5 R1400\", "
+                         "KRC/R1/Mada/$robcor.dat:1: $MODEL_NAME \"#KR30L16_3A C4\": two robots"),
+            std::string::npos)
+      << two.err;
+  EXPECT_EQ(calib::load_robot(dir / "r.toml").name, "KR5 R1400");
 }
 
 }  // namespace
