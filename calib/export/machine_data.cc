@@ -117,7 +117,7 @@ AbsoluteAccuracy accuracy_of(const Place& place) {
   const std::string word = place.word();
   for (const char* active : {"TRUE", "#ACTIVATED", "#ACTIVE"})
     if (word == active) return AbsoluteAccuracy::kActive;
-  for (const char* off : {"FALSE", "#SUPPRESSED", "#NONE"})
+  for (const char* off : {"FALSE", "#SUPPRESSED", "#INACTIVE", "#NONE"})
     if (word == off) return AbsoluteAccuracy::kOff;
   place.fail("TRUE, FALSE, #ACTIVATED, #SUPPRESSED or #NONE");
 }

@@ -40,7 +40,7 @@ struct MachineData : krl::ControllerFrames {
   std::optional<FrameMmDeg> wrist;               ///< $TX3P3: axis 3 to the wrist's centre
   std::optional<FrameMmDeg> flange;              ///< $TFLWP: wrist's centre to flange
   std::array<std::optional<HandLink>, 2> hand;
-  /// $ABS_ACCUR: KRC2 TRUE or FALSE, later #ACTIVATED, #SUPPRESSED or #NONE.
+  /// $ABS_ACCUR: KRC2 TRUE or FALSE, later #ACTIVATED, #SUPPRESSED or #NONE; #ACTIVE, #INACTIVE.
   AbsoluteAccuracy stated_accuracy = AbsoluteAccuracy::kNotStated;
   bool accuracy_deactivated = false;  ///< $DEACTIVATE_ABS_ACCUR or $SUPPRESS_ABS_ACCUR is TRUE
   AbsoluteAccuracy absolute_accuracy() const {

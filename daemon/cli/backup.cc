@@ -84,37 +84,39 @@ std::vector<KrlFile> read_backup(const fs::path& place, std::vector<std::string>
   return files;
 }
 
-std::vector<KrlFile> machine_files(const std::vector<fs::path>& places) {
+bool may_state_accuracy(const std::string& path) {
+  static const std::set<std::string> names = {"$option.dat", "$custom.dat", "$machine.dat"};
+  const std::string name = calib::krl::lower_name(path);
+  return is_of_the_controllers_side(path) ? names.contains(name) : name.starts_with('$');
+}
+
+calib::MachineData read_machine_files(const std::vector<fs::path>& places) {
   static const std::set<std::string> names = {"$machine.dat", "$robcor.dat", "$config.dat",
-                                              "$custom.dat"};
-  std::vector<KrlFile> all;
+                                              "$custom.dat", "$option.dat"};
+  calib::MachineData data;
   for (const fs::path& place : places) {
     const bool archive = calib::krl::lower_name(place.string()).ends_with(".zip");
     if (!archive && !fs::is_directory(place)) {
-      all.push_back({place.string(), calib::read_file(place)});
+      calib::read_machine_data(calib::read_file(place), place.string(), data);
       continue;
     }
     std::map<std::string, std::string> seen;
-    for (KrlFile& file : read_backup(place)) {
-      if (names.count(calib::krl::lower_name(file.name)) == 0 ||
-          is_of_the_controllers_side(file.name))
+    for (const KrlFile& file : read_backup(place)) {
+      if (is_of_the_controllers_side(file.name)) {  // whose other values are not the arm's
+        if (may_state_accuracy(file.name))
+          calib::read_absolute_accuracy(file.text, file.name, data);
         continue;
+      }
+      if (!names.contains(calib::krl::lower_name(file.name))) continue;
       const auto [first, fresh] = seen.emplace(calib::krl::lower_name(file.name), file.name);
       if (!fresh)
         throw calib::FileError(place.string(), ": both " + first->second + " and " + file.name +
                                                    ". Name the files of one robot");
-      all.push_back(std::move(file));
+      calib::read_machine_data(file.text, file.name, data);
     }
     if (seen.empty())
       throw calib::FileError(place.string(), ": no $machine.dat, $robcor.dat or $config.dat in it");
   }
-  return all;
-}
-
-calib::MachineData read_machine_files(const std::vector<fs::path>& places) {
-  calib::MachineData data;
-  for (const KrlFile& file : machine_files(places))
-    calib::read_machine_data(file.text, file.name, data);
   if (const std::string two = calib::two_robots(data); !two.empty())
     fmt::print(stderr, "warning: {}\n", two);
   return data;

@@ -22,10 +22,13 @@ std::vector<calib::krl::KrlFile> read_backup(const std::filesystem::path& place,
 /// new programs.
 bool is_of_the_controllers_side(const std::string& path);
 
-/// $machine.dat, $robcor.dat, $config.dat and $custom.dat of folders, archives and files. Throws
-/// calib::FileError if a place has two of the same name.
-std::vector<calib::krl::KrlFile> machine_files(const std::vector<std::filesystem::path>& places);
-/// Warns of files of two robots.
+/// True for files of system variables, of the controller's side for $option.dat (KR C2: $ABS_ACCUR), $custom.dat
+/// ($DEACTIVATE_ABS_ACCUR) and $machine.dat alone.
+bool may_state_accuracy(const std::string& path);
+
+/// $machine.dat, $robcor.dat, $config.dat, $custom.dat and $option.dat of folders, archives and files; of the
+/// controller's side what its files state on absolute accuracy alone. Throws calib::FileError if a place has two of the
+/// same name; warns of files of two robots.
 calib::MachineData read_machine_files(const std::vector<std::filesystem::path>& places);
 
 // Files out of a ZIP archive.

@@ -278,9 +278,7 @@ namespace {
 calib::AbsoluteAccuracy stated_accuracy(const CorrectCommand& command) {
   calib::MachineData data;
   const auto scan = [&](const KrlFile& file) {
-    if (calib::krl::lower_name(file.name).starts_with("$") &&
-        !is_of_the_controllers_side(file.name))
-      calib::read_absolute_accuracy(file.text, file.name, data);
+    if (may_state_accuracy(file.name)) calib::read_absolute_accuracy(file.text, file.name, data);
   };
   for (const fs::path& path : command.controller) scan(read(path));
   if (!command.backup.empty())

@@ -224,14 +224,14 @@ void add_import_robot(CLI::App& app, int& status) {
   CLI::App* command = app.add_subcommand(
       "import-robot", "Make a robot file from a KUKA controller's machine data, or a URDF");
   command->footer(
-      "Machine data: $machine.dat and $robcor.dat of KRC:\\R1\\Mada, $config.dat of "
-      "KRC:\\R1\\System, or the\nbackup that has them, as a folder or ZIP archive. Geometry, limits, "
-      "speeds, gear ratios and mounting ($ROBROOT) come from them.\nWhere the geometry is another file's, "
-      "lengths, limits and mounting that differ are named; joints that count their angles\notherwise than the controller are refused. Tools, loads "
-      "and bases of $config.dat are printed; 'cellcal new-cell\n--machine-data' makes robot and cell file in one, "
-      "and --cell FILE --tool N puts TOOL_DATA[N] with its LOAD_DATA\ninto the [tool] of a cell file, which is "
-      "kept as FILE.before. A linear unit that carries\nthe arm ($EX_KIN with #ERSYS) becomes the first joint; its "
-      "max_speed_mm_s has to be added. A .xacro is expanded by xacro where that is installed.\n"
+      "Machine data: $machine.dat and $robcor.dat of KRC:\\R1\\Mada, $config.dat of KRC:\\R1\\System, $option.dat "
+      "and\n$custom.dat of KRC:\\STEU\\Mada (absolute accuracy alone), or the backup that has them, as a folder or ZIP "
+      "archive.\nGeometry, limits, speeds, gear ratios and mounting ($ROBROOT) come from them. Where the geometry is another\n"
+      "file's, lengths, limits and mounting that differ are named; joints that count their angles otherwise than the\n"
+      "controller are refused. Tools, loads and bases of $config.dat are printed; 'cellcal new-cell --machine-data'\n"
+      "makes robot and cell file in one, and --cell FILE --tool N puts TOOL_DATA[N] with its LOAD_DATA into the [tool]\n"
+      "of a cell file, which is kept as FILE.before. A linear unit that carries the arm ($EX_KIN with #ERSYS) becomes the\n"
+      "first joint; its max_speed_mm_s has to be added. A .xacro is expanded by xacro where that is installed.\n"
       "Example: cellcal import-robot --machine-data backup.zip -o my_arm.toml\n"
       "         cellcal import-robot --robot kr5_r1400 --machine-data '$machine.dat' -o my_kr5.toml\n"
       "         cellcal import-robot --urdf robot.urdf -o robot.toml\n"

@@ -67,7 +67,7 @@ TEST(MachineData, StateAbsoluteAccuracyInTheWordsOfEachRelease) {
     EXPECT_EQ(of(active), kActive) << active;
   for (const char* off :
        {"$ABS_ACCUR=FALSE\r\n", "$ABS_ACCUR=#NONE\r\n", "$ABS_ACCUR=#SUPPRESSED\r\n",
-        "$DEACTIVATE_ABS_ACCUR=TRUE\r\n$ABS_ACCUR=TRUE\r\n"})
+        "$ABS_ACCUR=#INACTIVE\r\n", "$DEACTIVATE_ABS_ACCUR=TRUE\r\n$ABS_ACCUR=TRUE\r\n"})
     EXPECT_EQ(of(off), kOff) << off;
   EXPECT_EQ(of("$DEACTIVATE_ABS_ACCUR=FALSE\r\n$ABS_ACCUR=TRUE\r\n"), kActive);
   EXPECT_EQ(of("$DEACTIVATE_ABS_ACCUR=TRUE\r\n"), kNotStated) << "the option is not there";

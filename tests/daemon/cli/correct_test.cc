@@ -283,6 +283,15 @@ TEST_F(Correct, RefusesProgramsWhereTheControllerComputesWithAnotherModel) {
   calibration_file();
   put("$config.dat", taught_here.config + "$ABS_ACCUR=TRUE\n");
   refused_because("$ABS_ACCUR");
+  // Where a KR C2 has it: beside the arm's files, in a folder whose other values do not count.
+  std::filesystem::create_directories(dir_ / "KRC/STEU/Mada");
+  put("$config.dat", taught_here.config);
+  const std::string option = put("KRC/STEU/Mada/$option.dat", "BOOL $ABS_ACCUR=TRUE ;MODELL\n");
+  const auto with_option = [&](const std::string& custom) {
+    return program({"--config", option, "--config", put("KRC/STEU/Mada/$custom.dat", custom)});
+  };
+  EXPECT_EQ(with_option("BOOL $DEACTIVATE_ABS_ACCUR=FALSE\n").status, 1);
+  EXPECT_EQ(with_option("BOOL $DEACTIVATE_ABS_ACCUR=TRUE\n").status, 0);
   c = calibration();
   c.verdict.judged = true;
   c.cell.robot.absolute_accuracy = calib::AbsoluteAccuracy::kInFile;
@@ -439,6 +448,26 @@ TEST_F(Correct, ABackupLeavesTemplatesAndBinaryDataOfOptionsAndRefusesADamagedDa
   const Outcome outcome = run_correct({"--backup", backup, "-o", dir_ / "more"});
   EXPECT_EQ(outcome.status, 1);
   EXPECT_NE(outcome.err.find("damaged.dat: byte 8 is NUL"), std::string::npos) << outcome.err;
+}
+
+TEST_F(Correct, ABackupOfAnAbsolutelyAccurateArmIsRefusedByTheControllersOptions) {
+  calibration_file();
+  const std::string backup = put_backup(dir_ / "backup", false);
+  std::filesystem::create_directories(dir_ / "backup/KRC/STEU/Mada");
+  const auto corrected = [&](const std::string& accurate, const std::string& deactivated) {
+    put("backup/KRC/STEU/Mada/$option.dat",
+        "DEFDAT $OPTION\nBOOL $ABS_ACCUR=" + accurate + "\nENDDAT\n");
+    put("backup/KRC/STEU/Mada/$custom.dat",
+        "DEFDAT $CUSTOM\nBOOL $DEACTIVATE_ABS_ACCUR=" + deactivated + "\nENDDAT\n");
+    std::filesystem::remove_all(dir_ / "out");
+    return run_correct({"--backup", backup, "-o", dir_ / "out"});
+  };
+  const Outcome refused = corrected("TRUE", "FALSE");
+  EXPECT_EQ(refused.status, 1);
+  EXPECT_NE(refused.err.find("$ABS_ACCUR: absolute accuracy is active"), std::string::npos)
+      << refused.err;
+  EXPECT_EQ(corrected("TRUE", "TRUE").status, 0);
+  EXPECT_EQ(corrected("FALSE", "FALSE").status, 0);
 }
 
 TEST_F(Correct, ABackupOfWhichNothingCanBeCorrectedIsStatus3) {

@@ -682,6 +682,17 @@ TEST(MachineData, OfAWholeArmMakeItsRobotFromABackup) {
                                        "--machine-data", dir / "backup", "-o", dir / "s.toml"});
   EXPECT_EQ(against.status, 0);
   EXPECT_EQ(against.err.find("warning"), std::string::npos) << against.err;
+  // The controller's options count for absolute accuracy, and its other values do not.
+  std::ofstream(dir / "backup/KRC/STEU/Mada/$option.dat") << "BOOL $ABS_ACCUR=TRUE\n$LENGTH_A=1\n";
+  const Outcome accurate = run_program(
+      {CELLCAL, "import-robot", "--machine-data", dir / "backup", "-o", dir / "r.toml"});
+  EXPECT_NE(accurate.err.find("$ABS_ACCUR: absolute accuracy is active"), std::string::npos)
+      << accurate.err;
+  EXPECT_EQ(calib::load_robot(dir / "r.toml").joints[0].a_m, 0.18);
+  std::ofstream(dir / "backup/KRC/STEU/Mada/$custom.dat") << "BOOL $DEACTIVATE_ABS_ACCUR=TRUE\n";
+  EXPECT_EQ(run_program({CELLCAL, "import-robot", "--machine-data", dir / "backup"})
+                .err.find("absolute accuracy is active"),
+            std::string::npos);
   std::ofstream(dir / "backup/KRC/R1/Mada/$robcor.dat") << "$MODEL_NAME[]=\"#KR30L16_3A C4\"\n";
   const Outcome two = run_program(
       {CELLCAL, "import-robot", "--machine-data", dir / "backup", "-o", dir / "r.toml"});
