@@ -172,7 +172,7 @@ void print_accuracy(const calib::Robot& robot) {
 
 /// Throws for joints as of a URDF in wrong units or without limits or speed.
 void check_joints(const calib::Robot& robot, const std::string& file) {
-  constexpr double kMostTurnsRad = 25.0, kLongestM = 50.0;
+  constexpr double kMostTurnsRad = 25.0, kLongestM = 50.0, kFastestRadS = 35.0;
   const auto fail = [&](const calib::Joint& joint, const std::string& what) {
     throw calib::FileError(file, ": joint \"" + calib::shown(joint.name) + "\": " + what);
   };
@@ -188,6 +188,11 @@ void check_joints(const calib::Robot& robot, const std::string& file) {
            fmt::format("limits {:.3f} to {:.3f} deg, the lower not below the upper. Give "
                        "<limit lower upper>, or the controller's with --machine-data",
                        joint.min_rad * calib::kDegPerRad, joint.max_rad * calib::kDegPerRad));
+    if (joint.max_speed_rad_s > kFastestRadS)
+      fail(joint,
+           fmt::format("velocity {:g} rad/s: no arm's. A URDF is in rad/s, not deg/s; give the "
+                       "data sheet's, or --machine-data",
+                       joint.max_speed_rad_s));
     if (!(joint.max_speed_rad_s > 0.0))
       fail(joint, "no speed. Give <limit velocity>, or the controller's data with --machine-data");
   }
