@@ -58,17 +58,25 @@ struct Notifier::Shared {
   std::mutex mutex;
   std::condition_variable changed;
   std::deque<std::function<std::optional<Notice>()>> waiting;
+  std::deque<std::pair<Notice, NotifyConfig>> undelivered;
   bool busy = false, ending = false, ended = false;
   bool asking = false;  ///< a callback into the owner's objects is in progress
 
   void run();
+  /// Takes the oldest waiting one: recorded at once, however long others take to be delivered.
+  void ask(std::unique_lock<std::mutex>& lock);
   void deliver(const Notice& notice, const NotifyConfig& config);
   void with_retries(const char* way, const std::string& subject, int retries,
                     const std::function<Delivery()>& act);
   /// False: the daemon is shutting down.
   bool pause(std::chrono::milliseconds time) {
+    const auto until = std::chrono::steady_clock::now() + time;
     std::unique_lock lock(mutex);
-    return !changed.wait_for(lock, time, [this] { return ending; });
+    while (changed.wait_until(lock, until, [this] { return ending || !waiting.empty(); })) {
+      if (ending) return false;
+      ask(lock);
+    }
+    return true;
   }
 };
 
@@ -110,32 +118,42 @@ void Notifier::Shared::deliver(const Notice& notice, const NotifyConfig& config)
   });
 }
 
+void Notifier::Shared::ask(std::unique_lock<std::mutex>& lock) {
+  const auto next = std::move(waiting.front());
+  waiting.pop_front();
+  asking = true;
+  lock.unlock();
+  std::optional<Notice> notice;
+  NotifyConfig config;
+  try {
+    config = parts.config();
+    const auto also = parts.also ? parts.also() : nullptr;
+    if (config.webhook || config.mail || also) notice = next();
+    if (notice && also) also(*notice);
+  } catch (const std::exception& failed) {
+    spdlog::error("notify: {}", failed.what());
+  }
+  lock.lock();
+  asking = false;
+  if (notice) undelivered.emplace_back(std::move(*notice), std::move(config));
+  changed.notify_all();
+}
+
 void Notifier::Shared::run() {
   ::setpriority(PRIO_PROCESS, 0, kNice);  // of this thread only
   std::unique_lock lock(mutex);
   while (true) {
-    changed.wait(lock, [this] { return ending || !waiting.empty(); });
+    changed.wait(lock, [this] { return ending || !waiting.empty() || !undelivered.empty(); });
     if (ending) break;
-    const auto next = std::move(waiting.front());
-    waiting.pop_front();
-    busy = asking = true;
-    lock.unlock();
-    std::optional<Notice> notice;
-    NotifyConfig config;
-    try {
-      config = parts.config();
-      const auto also = parts.also ? parts.also() : nullptr;
-      if (config.webhook || config.mail || also) notice = next();
-      if (notice && also) also(*notice);
-    } catch (const std::exception& failed) {
-      spdlog::error("notify: {}", failed.what());
+    if (!waiting.empty()) {
+      ask(lock);
+      continue;
     }
-    lock.lock();
-    asking = false;
-    changed.notify_all();
-    if (ending) break;
+    const auto [notice, config] = std::move(undelivered.front());
+    undelivered.pop_front();
+    busy = true;
     lock.unlock();
-    if (notice) deliver(*notice, config);
+    deliver(notice, config);
     lock.lock();
     busy = false;
     changed.notify_all();
@@ -152,8 +170,8 @@ Notifier::Notifier(Parts parts) : shared_(std::make_shared<Shared>()) {
 Notifier::~Notifier() {
   std::unique_lock lock(shared_->mutex);
   shared_->ending = true;
-  if (!shared_->waiting.empty())
-    spdlog::warn("notify: {} messages not sent: the daemon ends", shared_->waiting.size());
+  if (const std::size_t left = shared_->waiting.size() + shared_->undelivered.size(); left > 0)
+    spdlog::warn("notify: {} messages not sent: the daemon ends", left);
   // The objects used by pending notices may be destroyed after this returns.
   shared_->waiting.clear();
   shared_->changed.notify_all();
@@ -163,8 +181,11 @@ Notifier::~Notifier() {
 
 void Notifier::notify(std::function<std::optional<Notice>()> notice) {
   const std::lock_guard lock(shared_->mutex);
-  if (shared_->waiting.size() >= kMostWaiting) {
-    shared_->waiting.pop_front();
+  if (shared_->waiting.size() + shared_->undelivered.size() >= kMostWaiting) {
+    if (shared_->undelivered.empty())
+      shared_->waiting.pop_front();
+    else
+      shared_->undelivered.pop_front();
     spdlog::warn("notify: too many messages wait; the oldest is dropped");
   }
   shared_->waiting.push_back(std::move(notice));
@@ -173,7 +194,10 @@ void Notifier::notify(std::function<std::optional<Notice>()> notice) {
 
 void Notifier::drain() {
   std::unique_lock lock(shared_->mutex);
-  shared_->changed.wait(lock, [this] { return shared_->waiting.empty() && !shared_->busy; });
+  shared_->changed.wait(lock, [this] {
+    return shared_->waiting.empty() && shared_->undelivered.empty() && !shared_->busy &&
+           !shared_->asking;
+  });
 }
 
 }  // namespace cellcal::daemon

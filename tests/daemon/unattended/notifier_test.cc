@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <atomic>
 #include <fstream>
 
 #include "tests/daemon/journal/temporary_directory.h"
@@ -83,6 +84,20 @@ TEST(ANotifier, MailsAgainToThoseAloneThatWereBusy) {
   EXPECT_EQ(std::ranges::count(lines, "RCPT TO:<a@plant.example>"), 2);
   EXPECT_EQ(std::ranges::count(lines, "RCPT TO:<b@plant.example>"), 1) << "it has it";
   EXPECT_EQ(std::ranges::count(lines, "DATA"), 2);
+}
+
+TEST(ANotifier, RecordsTheNextWhileOneWaitsForItsNextAttempt) {
+  HookServer server({testing::kBroken});
+  std::atomic<int> recorded{0};
+  Notifier notifier({.config = [&] { return hook(server); },
+                     .host = "c",
+                     .first_wait = std::chrono::hours(1),
+                     .also = [&] { return [&](const Notice&) { ++recorded; }; }});
+  notifier.notify([] { return aborted(); });
+  while (server.requests().empty()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  notifier.notify([] { return aborted(); });
+  while (recorded < 2) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_EQ(server.requests().size(), 1u) << "it is delivered behind the first";
 }
 
 TEST(ANotifier, EndsWhileItWaitsForTheNextAttemptAndAsksForNothingWhereNobodyIsTold) {
