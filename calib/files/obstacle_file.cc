@@ -222,7 +222,7 @@ std::uint32_t number_at(std::string_view bytes, std::size_t at) {
   return value;
 }
 
-/// That of the header, also with other bytes behind the last facet; without one (0) as many as the file holds.
+/// That of the header, also with other bytes behind the last facet; without one as many as the file holds.
 std::size_t count_facets(std::string_view bytes, const std::string& name) {
   const std::size_t stated = number_at(bytes, kHeader - 4), rest = bytes.size() - kHeader;
   const bool whole = rest % kRecord == 0;

@@ -280,13 +280,14 @@ calib::DriftChart chart_of(const calib::Calibration& calibration, const Check* l
   return chart;
 }
 
-calib::Standing standing_at(const Drift& drift, double now_s) {
+/// None: as of its evidence, as where a clock is of no year of this century (virtual time).
+calib::Standing standing_at(const Drift& drift, std::optional<double> now_s) {
   const double calibrated_s = calib::seconds_of(drift.calibrated_at).value_or(0.0);
   const bool ages = calibrated_s >= kYear2001S;
   const calib::CheckMeasurement* decided = drift.chart.newest_decided();
-  const double ageless_s = decided != nullptr ? decided->time_s : calibrated_s;
-  calib::Standing standing =
-      calib::standing_of(drift.chart, calibrated_s, ages ? now_s : ageless_s);
+  const double evidence_s = decided != nullptr ? decided->time_s : calibrated_s;
+  calib::Standing standing = calib::standing_of(drift.chart, calibrated_s,
+                                                ages ? now_s.value_or(evidence_s) : evidence_s);
   if (!ages) standing.due_s = std::numeric_limits<double>::infinity();
   return standing;
 }
@@ -343,7 +344,7 @@ std::shared_ptr<const Drift> worked_out(Journal& journal,
   drift->chart = chart_of(journal, newest_first, calibrated.id);
   add_history(journal, newest_first, *drift);
   // As of its evidence: evaluate() compares it with that of the time.
-  drift->standing = standing_at(*drift, 0.0);
+  drift->standing = standing_at(*drift, std::nullopt);
   return drift;
 } catch (const NothingToCheck&) {
   return nullptr;

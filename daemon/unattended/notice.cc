@@ -39,11 +39,13 @@ bool ended_an_alarm(const calib::DriftChart& chart) {
 }
 
 /// True for a check of another calibration than that in use: whatever it finds, the cell need not have changed.
-bool is_of_another(Journal& journal, const SessionRecord& check) {
+bool is_of_another(Journal& journal, const SessionRecord& check) try {
   const std::int64_t against = options_from_json(check.inputs.options).against;
   if (against == 0) return false;
   const auto used = in_use(journal, check.inputs.cell_name);
   return used && used->session != against;
+} catch (const std::exception&) {
+  return false;  // not known: it is reported
 }
 
 /// Adds the state of the control chart, where it alarms or has just ceased to.
@@ -112,11 +114,7 @@ Notice notice_of_end(std::int64_t session, const RecordEnd& end, const std::stri
   notice.cell = record->inputs.cell_name;
   notice.started = record->started;
   if (notice.news != News::kDone) return notice;
-  if (end.result) {
-    bool of_another = false;
-    try_to(notice, [&] { of_another = is_of_another(journal, *record); });
-    add_outcome(notice, outcome_of(*end.result), of_another);
-  }
+  if (end.result) add_outcome(notice, outcome_of(*end.result), is_of_another(journal, *record));
   if (record->calibration.empty()) return notice;
   Notice read = notice;
   notice.news = unread;

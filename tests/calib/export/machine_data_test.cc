@@ -245,7 +245,9 @@ TEST(MachineData, OfAnotherKindOfArmAreRefusedByVariable) {
         << line << ": " << why(line);
   EXPECT_NE(why("$DH_5={DHART_A 265.0,DHART_D 0.0,DHART_ALPHA -90.0}").find("DHART_A 265.000 mm"),
             std::string::npos);
-  const auto line = std::to_string(std::ranges::count(whole_arm(), '\n'));
+  const std::string fixed = whole_arm("$DEF_A4FIX=TRUE");
+  const auto line =
+      std::to_string(1 + std::count(fixed.begin(), fixed.begin() + fixed.find("$DEF_A4FIX"), '\n'));
   EXPECT_EQ(why("$DEF_A4FIX=TRUE")
                 .find("$machine.dat:" + line + ": $DEF_A4FIX = TRUE: not a six-axis arm"),
             0U)

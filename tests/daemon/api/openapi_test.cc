@@ -338,7 +338,7 @@ TEST_F(ADescribedApi, AnswersAsItIsDescribed) {
             201);
   EXPECT_EQ(ask("POST", "/v1/cell-form/robot", R"({"robot_file": "robot = 3"})").status, 422);
   const std::string stl =
-      "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 9 0 0\nvertex 0 9 0\nendloop\n"
+      "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 90 0 0\nvertex 0 90 0\nendloop\n"
       "endfacet\nendsolid\n";
   const auto mesh = ask("POST", "/v1/cell-form/mesh", stl);
   ASSERT_EQ(mesh.status, 201) << mesh.body;

@@ -144,7 +144,12 @@ TEST(ImportRobotWithMachineData, SetsTheToolOfACellOnALinearUnitAndOfAnArmThatCa
   ASSERT_EQ(compared.status, 0) << compared.err;
   EXPECT_NE(compared.err.find("$LENGTH_A 180.000 mm"), std::string::npos) << compared.err;
   EXPECT_EQ(calib::load_cell(files.cell).tool.tcp.translation().z(), 0.25);
-  std::ofstream(files.cell) << kCellOnTrack;
+  std::string near = kCellOnTrack;  // the arm of the next file reaches 0.8 m
+  for (const auto& [far, at] : {std::pair("1200.0, 400.0, 300.0", "500.0, 0.0, 200.0"),
+                                std::pair("1000.0, 1500.0, 700.0", "350.0, 350.0, 300.0"),
+                                std::pair("1250.0, 2600.0, 350.0", "350.0, -350.0, 200.0")})
+    near.replace(near.find(far), std::strlen(far), at);
+  std::ofstream(files.cell) << near;
   std::filesystem::copy_file(CELLCAL_ROBOTS_FOLDER "/iiwa14.toml", files.robot,
                              std::filesystem::copy_options::overwrite_existing);
   const Outcome other = put();
