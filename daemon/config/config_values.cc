@@ -79,7 +79,7 @@ std::filesystem::path read_path(const TomlTable& table, const char* key) {
   if (!path.is_absolute()) {
     table.fail(key, in_quotes(text) + " must be an absolute path (beginning with \"/\")");
   }
-  return path;
+  return path.lexically_normal();
 }
 
 void refuse_equal_tags(const TomlTable& rsi, const drivers::RsiConfig& config) {

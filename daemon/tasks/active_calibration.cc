@@ -191,10 +191,10 @@ std::optional<std::int64_t> in_use_before(Journal& journal, const std::string& c
       } catch (const NotUsable&) {  // it was in use nevertheless
       }
     if (!known->second) continue;
-    const auto again = std::ranges::find(stack, session);
-    if (again != stack.end())
-      stack.erase(again + 1, stack.end());
-    else
+    const bool is_back = stack.size() > 1 && stack[stack.size() - 2] == session;
+    if (is_back)
+      stack.pop_back();
+    else if (stack.empty() || stack.back() != session)
       stack.push_back(session);
   }
   return stack.size() < 2 ? std::nullopt : std::optional(stack[stack.size() - 2]);

@@ -61,7 +61,7 @@ std::optional<Published> active_calibration(Journal& journal, const std::string&
                                             std::int64_t before = 0);
 
 /// Session whose calibration is in use after rolling back the current one: publications and activations are
-/// pushed on a stack, and a reactivation removes all entries above it. None: nothing was in use before.
+/// pushed on a stack, except that an activation of the one before removes the top: a step back. None: nothing was in use before.
 std::optional<std::int64_t> in_use_before(Journal& journal, const std::string& cell_name);
 
 }  // namespace cellcal::daemon

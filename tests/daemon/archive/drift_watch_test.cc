@@ -27,7 +27,7 @@ struct AWatch : ::testing::Test {
   }
   testing::CheckedJournal checked;
   DriftWatch watch{checked.journal, [this] { return now_s; }};
-  double now_s = 0.0;
+  double now_s = 1'600'000'000.0 + 10.0 * 86400.0;  ///< some days after the checks
 };
 
 TEST_F(AWatch, HasNoChartWithoutAPublishedCalibration) {
