@@ -263,6 +263,8 @@ Imported import_archive(Journal& journal, const Archive& archive, const std::str
   const auto [session, is_new] = journal.import(archive.at(kRows), name, touches_of(archive));
   const auto record = journal.session(session);
   const fs::path results = results_dir(session);
+  // As after a restored backup, of a session that was lost.
+  if (is_new) set_aside(results);
   const bool wanted = record && !record->calibration.empty() && record->origin;
   // Also completes an earlier import that stored the rows only.
   if (!wanted || fs::exists(results / "calibration.json")) return {session, is_new};

@@ -53,7 +53,7 @@ std::vector<Version> versions(Journal& journal, std::int64_t of_cell, std::size_
   if (!active) return all;
   const std::vector<Activation> activations = journal.activations();
   for (const std::int64_t session : done_or_damaged(journal, active->cell)) {
-    if (all.size() == most) break;
+    if (all.size() >= most && session != active->session) continue;
     try {
       if (const auto one = published(journal, session))
         all.push_back(version_of(journal, *one, active->session, activations));

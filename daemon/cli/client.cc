@@ -31,6 +31,9 @@ using nlohmann::json;
 /// Smooth to the eye at negligible load of the daemon.
 constexpr std::chrono::milliseconds kPollInterval{200};
 
+/// The daemon answers an abort at once, and its status within a second on a busy computer.
+constexpr std::chrono::seconds kLongestAbort{3}, kLongestStatus{10};
+
 volatile std::sig_atomic_t g_detached = 0;
 
 void on_interrupt(int) { g_detached = 1; }
@@ -42,8 +45,8 @@ std::string in_language(const Connection& daemon, const std::string& target) {
   return target + (target.find('?') == std::string::npos ? "?" : "&") + "language=" + language.code();
 }
 
-json get(const Connection& daemon, const std::string& target) {
-  return parse(ask(daemon, "GET", in_language(daemon, target)));
+json get(const Connection& daemon, const std::string& target, std::chrono::milliseconds most = {}) {
+  return parse(ask(daemon, "GET", in_language(daemon, target), "", most));
 }
 
 std::string session_path(std::int64_t session) { return fmt::format("/v1/sessions/{}", session); }
@@ -212,7 +215,7 @@ int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c, 
   std::size_t warned = 0;
   while (g_detached == 0) {
     try {
-      status = get(daemon, "/v1/status");
+      status = get(daemon, "/v1/status", kLongestStatus);
     } catch (const SocketError&) {
       throw SocketError(fmt::format(
           "session {} was interrupted: cellcald ended or does not answer (its log: journalctl -u cellcald). The touches "
@@ -254,7 +257,7 @@ int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c, 
                "detached, session %lld continues. Follow it: 'cellcal watch'; stop the arm: "
                "'cellcal abort'\n",
                static_cast<long long>(session));
-  return kSuccess;
+  return kDetached;
 }
 
 /// Sentences of an outcome, one per line; empty where none is recorded.
@@ -345,6 +348,11 @@ std::string state_word(const json& session) {
                                  : "withheld";
 }
 
+/// Of another journal, and perhaps of another cell.
+bool is_imported(const json& session) {
+  return session.contains("imported") && !session["imported"].is_null();
+}
+
 std::string session_line(const json& session) {
   const std::string kind = kind_words(session);
   return fmt::format(
@@ -352,7 +360,7 @@ std::string session_line(const json& session) {
       text_in(session, "started"), state_word(session), number(session, "touches"),
       number(session, "planned"), kind,
       text_in(session, "failure").empty() ? text_in(session, "cell") : text_in(session, "failure"),
-      load_words(session));
+      load_words(session) + (is_imported(session) ? ", imported" : ""));
 }
 
 /// True for options of a full session, as opposed to an update that falls back to one.
@@ -458,6 +466,20 @@ int show_status(const Connection& daemon) {
   return print_result(daemon.json, status, words);
 }
 
+namespace {
+
+/// As conclude() has it, where nothing more is to be printed.
+int status_of_end(const json& status) {
+  const std::string phase = text_in(status, "phase");
+  if (phase == "failed" || phase == "aborted") return kJobFailed;
+  const json outcome = status.value("outcome", json());
+  if (!outcome.is_object()) return kSuccess;
+  const bool published = text_in(outcome, "kind") != "nothing_changed";  // good, and no new result
+  return outcome.value("good", false) && published ? kSuccess : kNotPublishable;
+}
+
+}  // namespace
+
 int watch(const Connection& daemon) {
   const json status = get(daemon, "/v1/status");
   if (!is_running(status) && number(status, "session") == 0) return show_status(daemon);
@@ -477,12 +499,19 @@ int watch(const Connection& daemon) {
     }
     if (!last.is_object()) continue;
     since = number(last, "seq");
-    if (!is_running(last)) return kSuccess;
+    if (!is_running(last)) return status_of_end(last);
   }
 }
 
 int abort(const Connection& daemon) {
-  const json answer = parse(ask(daemon, "POST", "/v1/abort"));
+  const json answer = [&] {
+    try {
+      return parse(ask(daemon, "POST", "/v1/abort", "", kLongestAbort));
+    } catch (const SocketError& silent) {
+      throw SocketError(std::string(silent.what()) +
+                        ". The arm may be moving: press the emergency stop, or release the enabling switch");
+    }
+  }();
   json status = get(daemon, "/v1/status");
   while (is_running(status)) {
     std::this_thread::sleep_for(kPollInterval);
@@ -547,7 +576,9 @@ int fetch_report(const Connection& daemon, std::optional<std::int64_t> session,
                  const std::filesystem::path& output) {
   if (!session) {
     for (const json& one : get(daemon, "/v1/sessions")) {
-      if (text_in(one, "state") != "done" || text_in(one, "kind") != "calibrate") continue;
+      if (text_in(one, "state") != "done" || text_in(one, "kind") != "calibrate" ||
+          is_imported(one))
+        continue;
       session = number(one, "id");
       break;
     }
@@ -574,8 +605,8 @@ json parse(const Response& response) {
 }
 
 Response ask(const Connection& daemon, const char* method, const std::string& target,
-             const std::string& body) {
-  Response response = http_request(daemon.socket, method, target, body);
+             const std::string& body, std::chrono::milliseconds most) {
+  Response response = http_request(daemon.socket, method, target, body, most);
   if (response.status < 300) return response;
   const json value = calib::parse_json(response.body);
   const bool words = value.is_object() && value.contains("error") && value["error"].is_string();

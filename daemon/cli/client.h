@@ -1,6 +1,7 @@
 #pragma once
 // Commands that talk to the daemon. Each returns its exit status and throws on failure.
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
@@ -84,9 +85,9 @@ struct DaemonRefusal : std::runtime_error {
   Response response;
 };
 
-/// Throws SocketError, DaemonRefusal.
+/// `most`: time limit; 0: unlimited. Throws SocketError, DaemonRefusal.
 Response ask(const Connection& daemon, const char* method, const std::string& target,
-             const std::string& body = "");
+             const std::string& body = "", std::chrono::milliseconds most = {});
 /// Throws SocketError where the body is not JSON.
 nlohmann::json parse(const Response& response);
 

@@ -127,6 +127,7 @@ inline constexpr int kSuccess = 0;
 inline constexpr int kJobFailed = 1;
 inline constexpr int kWrongUsage = 2;
 inline constexpr int kNotPublishable = 3;
+inline constexpr int kDetached = 130;  ///< Ctrl-C: the session continues, and nothing is known of its end
 
 // Human-readable results.
 

@@ -85,11 +85,14 @@ std::string in_words(const json& all) {
 
 /// For the cell of that session; without one, of the calibration in use.
 int list_versions(const Connection& daemon, std::optional<std::int64_t> of_cell) {
-  const json list = parse(
-      ask(daemon, "GET", "/v1/versions" + (of_cell ? fmt::format("?session={}", *of_cell) : "")));
+  constexpr std::size_t kMost = 100;
+  const json list = parse(ask(daemon, "GET",
+                              fmt::format("/v1/versions?limit={}", kMost) +
+                                  (of_cell ? fmt::format("&session={}", *of_cell) : "")));
   std::string words = fmt::format("{:>8}  {:<19}  {:<12}  {:>12}  {:>7}\n", "session",
                                   "published (UTC)", "scope", "predicted mm", "u95 mm");
   for (const json& one : list) words += version_line(one);
+  if (list.size() >= kMost) words += "older ones are not listed\n";
   return print_result(daemon.json, list, list.empty() ? "no calibration was published\n" : words);
 }
 

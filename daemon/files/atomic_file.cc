@@ -101,6 +101,15 @@ void write_atomically(const std::filesystem::path& path, std::string_view text, 
   File(parent.empty() ? "." : parent, path, O_RDONLY | O_DIRECTORY).sync();
 }
 
+std::filesystem::path set_aside(const std::filesystem::path& path) {
+  if (!std::filesystem::exists(path)) return {};
+  std::filesystem::path aside = path.string() + ".before";
+  for (int n = 2; std::filesystem::exists(aside); ++n)
+    aside = path.string() + ".before-" + std::to_string(n);
+  std::filesystem::rename(path, aside);
+  return aside;
+}
+
 std::string system_words(const std::exception& error) {
   // The library's text contains its class names and error numbers.
   if (const auto* no_json = dynamic_cast<const nlohmann::json::parse_error*>(&error))

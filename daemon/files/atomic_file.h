@@ -15,6 +15,10 @@ enum class Readers { kAsUsual, kOwner };
 void write_atomically(const std::filesystem::path& path, std::string_view text,
                       Readers readers = Readers::kAsUsual);
 
+/// Renames what is there already to PATH.before, or PATH.before-2 ...; returns the new path, empty where nothing was
+/// there. Throws std::filesystem::filesystem_error.
+std::filesystem::path set_aside(const std::filesystem::path& path);
+
 /// For a file: path, fault and remedy, where the library's text starts with a function name ("filesystem
 /// error: cannot create directories: ..."). For JSON: the fault instead of "[json.exception...". Otherwise
 /// the exception's own text.

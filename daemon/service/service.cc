@@ -14,6 +14,7 @@
 #include "calib/plan/online.h"
 #include "calib/result/finding.h"
 #include "daemon/archive/drift_watch.h"
+#include "daemon/files/atomic_file.h"
 #include "daemon/files/log_context.h"
 #include "daemon/service/job.h"
 #include "daemon/service/journal_recorder.h"
@@ -211,6 +212,10 @@ std::int64_t SessionService::begin(const RunRequest& request) {
     job->started = now;
     job->inputs.options = options_to_json(job->options);
     job->session = parts_.journal.begin(job->inputs, now);
+    // After a restored backup: the folder of a lost session of that number is not this one's.
+    if (const auto aside = set_aside(results_dir(job->session)); !aside.empty())
+      spdlog::warn("session {}: results of an earlier session of this number are now in {}",
+                   job->session, aside.string());
   }
   const LogScope scope({.session = job->session, .event = LogEvent::kSessionBegins});
   spdlog::info("session {} {}: {}", job->session, job->resumed ? "resumed" : "begins",

@@ -297,6 +297,18 @@ TEST_F(AnExport, WhoseColumnsWereExchangedIsNotImported) {
   EXPECT_TRUE(other.sessions().empty());
 }
 
+TEST_F(AnExport, IsNotImportedIntoTheFolderOfALostSession) {
+  const auto folder = dir / "results-1";
+  std::filesystem::create_directories(folder);
+  for (const char* name : {"calibration.json", "report.html"})
+    std::ofstream(folder / name) << "of a lost session";
+  Journal other(dir / "other.db");
+  ASSERT_EQ(import_into(other, archive).session, 1);
+  EXPECT_FALSE(std::filesystem::exists(folder / "report.html"));
+  EXPECT_GT(std::filesystem::file_size(folder / "calibration.json"), 1000u);
+  EXPECT_TRUE(std::filesystem::exists(dir / "results-1.before/report.html"));
+}
+
 TEST_F(AnExport, WhoseImportEndedBehindTheRowsIsCompletedByTheNext) {
   Journal other(dir / "other.db");
   const auto session = import_into(other, archive).session;
