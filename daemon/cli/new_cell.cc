@@ -229,8 +229,9 @@ int new_cell(const NewCellCommand& command, std::istream& in, std::ostream& aske
     write_atomically(form.robot.name, form.robot.text);  // of machine data
   write_atomically(command.output, text);
   const PlannedCell planned = plan_it(cell);
-  fmt::print("{}", command.json ? as_json(command, warnings, planned)
-                                : words(command, form, cell, warnings, planned));
+  put(command.json ? as_json(command, warnings, planned)
+                   : words(command, form, cell, warnings, planned),
+      {});
   return planned.why_not ? 1 : 0;
 }
 
@@ -544,7 +545,33 @@ void ask_for_rest(CellForm& form, const Given& given, const std::filesystem::pat
 
 namespace {
 
-constexpr std::string_view kBetween = " \t,";
+constexpr std::string_view kBlanks = " \t", kBetween = " \t,";
+
+std::vector<std::string> split(std::string_view text, std::string_view between) {
+  std::vector<std::string> words;
+  for (std::size_t at = text.find_first_not_of(between); at != std::string_view::npos;
+       at = text.find_first_not_of(between, at)) {
+    const std::size_t end = std::min(text.size(), text.find_first_of(between, at));
+    words.emplace_back(text.substr(at, end - at));
+    at = end;
+  }
+  return words;
+}
+
+/// Words that blanks separate, with the comma within one as its decimal mark; none where no comma can be one.
+std::vector<std::string> with_decimal_commas(std::string_view text) {
+  std::vector<std::string> words = split(text, kBlanks);
+  bool any = false;
+  for (std::string& word : words) {
+    if (word.ends_with(',')) word.pop_back();
+    const std::size_t comma = word.find(',');
+    if (comma == std::string::npos) continue;
+    if (comma == 0 || word.find(',', comma + 1) != std::string::npos) return {};
+    word[comma] = '.';
+    any = true;
+  }
+  return any ? words : std::vector<std::string>();
+}
 
 double number(std::string_view word) {
   const char* const end = word.data() + word.size();
@@ -567,15 +594,21 @@ std::string words_of(const std::vector<std::size_t>& counts) {
 }  // namespace
 
 std::vector<double> numbers(std::string_view text, const std::vector<std::size_t>& counts) {
-  std::vector<double> values;
+  const auto is_count = [&](std::size_t n) {
+    return std::find(counts.begin(), counts.end(), n) != counts.end();
+  };
   text = calib::trimmed(text);
-  for (std::size_t at = text.find_first_not_of(kBetween); at != std::string_view::npos;
-       at = text.find_first_not_of(kBetween, at)) {
-    const std::size_t end = std::min(text.size(), text.find_first_of(kBetween, at));
-    values.push_back(number(text.substr(at, end - at)));
-    at = end;
+  std::vector<std::string> words = split(text, kBetween), decimal = with_decimal_commas(text);
+  if (!decimal.empty() && is_count(decimal.size())) {
+    if (is_count(words.size()))
+      throw BadAnswer(fmt::format(
+          "\"{}\" may be {} or {} numbers: use a decimal point, and blanks between numbers",
+          calib::shown(text), decimal.size(), words.size()));
+    words = std::move(decimal);
   }
-  if (std::find(counts.begin(), counts.end(), values.size()) == counts.end())
+  std::vector<double> values;
+  for (const std::string& word : words) values.push_back(number(word));
+  if (!is_count(values.size()))
     throw BadAnswer(fmt::format("{} {} given, {} expected (use a decimal point)", values.size(),
                                 values.size() == 1 ? "number" : "numbers", words_of(counts)));
   return values;

@@ -144,7 +144,7 @@ ordered_json as_json(const calib::FleetPriors& priors) {
 }
 
 void print_json(const ordered_json& json) {
-  fmt::print("{}\n", json.dump(2, ' ', false, ordered_json::error_handler_t::replace));
+  put(json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n", {});
 }
 
 ordered_json as_json(const std::vector<calib::PriorChange>& changes) {
@@ -203,7 +203,7 @@ int show_priors(const ShowPriorsCommand& command) {
   if (command.json)
     print_json(as_json(priors));
   else
-    fmt::print("{}", spreads_words(priors));
+    put(spreads_words(priors), {});
   return kSuccess;
 }
 
@@ -234,8 +234,9 @@ int accept_priors(const AcceptPriorsCommand& command) {
     print_json({{"robot", command.output.string()}, {"changes", as_json(accepted.changes)}});
     return kSuccess;
   }
-  fmt::print("{}{}: written. In the cell file: robot = \"{}\"\n", changes_words(accepted.changes),
-             command.output.string(), command.output.string());
+  put(fmt::format("{}{}: written. In the cell file: robot = \"{}\"\n", changes_words(accepted.changes),
+                  command.output.string(), command.output.string()),
+      {});
   return kSuccess;
 }
 
