@@ -26,7 +26,8 @@ Archive fetch(const Connection& daemon, std::int64_t session) {
 }
 
 bool is_number(const std::string& text) {
-  return !text.empty() &&
+  constexpr std::size_t kMostDigits = 18;  // of a 64-bit number
+  return !text.empty() && text.size() <= kMostDigits &&
          std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
