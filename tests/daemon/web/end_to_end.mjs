@@ -185,8 +185,23 @@ const steps = {
     await page.goto(cell.url);
     await sign_in(page, token);
     await says(page, /Idle: no session is running/);
-    await page.getByText("View only.").waitFor(LONG);
+    const note = page.locator("main .begin", { hasText: "View only." });
+    await note.waitFor(LONG);
     assert.equal(await page.getByRole("button", { name: "Start a session" }).count(), 0);
+    for (const width of [1280, 390]) {
+      await page.setViewportSize({ width, height: 844 });
+      assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), `${width}`);
+      await picture(`view-only-${width}`, page);
+    }
+    await note.getByRole("button", { name: "Sign out" }).click();
+    await page.getByRole("heading", { name: "Sign in" }).waitFor(LONG);
+    await sign_in(page);
+    await page.getByRole("button", { name: "Start a session" }).waitFor(LONG);
+    assert.equal(await note.count(), 0);
+    await page.locator("header").getByRole("button", { name: "Sign out" }).click();
+    await page.getByRole("heading", { name: "Sign in" }).waitFor(LONG);
+    await page.reload();
+    await page.getByRole("heading", { name: "Sign in" }).waitFor(LONG);
     await context.close();
   },
 
@@ -262,6 +277,72 @@ const steps = {
   async "aborts in one click, and says that there was nothing to abort"() {
     await this.page.getByRole("button", { name: "ABORT" }).click();
     await this.page.getByText("nothing to abort").waitFor(LONG);
+  },
+
+  async "sends no start that is called off, and keeps the dialog of one that is sent"() {
+    // No start reaches the daemon: its answers are given here, when the test wants them.
+    const page = await open();
+    const held = { clear: [], run: [] };
+    for (const path of ["clear", "run"]) await page.route(`**/v1/${path}`, (route) => { held[path].push(route); });
+    const dialog = page.locator("dialog"), go = page.getByRole("button", { name: "Start: the arm moves" }), clear = page.getByLabel("The cell is clear");
+    const requested = async (path) => {
+      for (let k = 0; k < 600 && held[path].length === 0; ++k) await page.waitForTimeout(100);
+      return held[path].pop();
+    };
+    const unticked = () => page.waitForFunction(() => document.querySelector('[name="clear"]')?.checked === false, null, LONG);
+    const begin = async () => {
+      if (await dialog.count() === 0) await page.getByRole("button", { name: "Start a session" }).click();
+      await page.getByLabel("Cell file").fill(process.env.CELL);
+      await clear.check();
+      await go.click();
+      return requested("clear");
+    };
+    const beside = { position: { x: 5, y: 300 } };
+    for (const leave_by of [() => dialog.getByRole("button", { name: "Cancel" }).click(), () => page.keyboard.press("Escape"), () => page.locator(".veil").click(beside)]) {
+      const confirmation = await begin();
+      await leave_by();
+      await dialog.waitFor({ ...LONG, state: "detached" });
+      await confirmation.fulfill({ json: { valid_s: 300 } });
+    }
+    const aborted = await begin();
+    await page.getByRole("button", { name: "ABORT" }).click();
+    await unticked();
+    await aborted.fulfill({ json: { valid_s: 300 } });
+    await dialog.getByText("Called off: no start was sent.").waitFor(LONG);
+    assert.ok(await go.isDisabled());
+    await page.waitForTimeout(300);
+    assert.equal(held.run.length, 0);
+
+    await (await begin()).fulfill({ json: { valid_s: 300 } });
+    const run = await requested("run");
+    await dialog.getByText("Start sent: the arm can move at any moment. Stop it with ABORT.").waitFor(LONG);
+    assert.ok(await dialog.getByRole("button", { name: "Cancel" }).isDisabled());
+    await page.keyboard.press("Escape");
+    await page.locator(".veil").click(beside);
+    await accessible(page, "a start that is sent");
+    await picture("start-sent-1280", page);
+    assert.ok(await dialog.isVisible());
+    assert.ok(await is_in_reach(page));
+    await run.fulfill({ status: 422, json: { error: "refused by the test" } });
+    await dialog.getByText("refused by the test").waitFor(LONG);
+    assert.ok(await go.isDisabled());
+    await unticked();
+
+    // Another session, and five minutes.
+    await clear.check();
+    const another = async (route) => route.fulfill({ json: { ...await (await route.fetch()).json(), session: 99, phase: "aborted" } });
+    await page.route("**/v1/events*", (route) => route.abort());
+    await page.route("**/v1/status", another);
+    await unticked();
+    await clear.check();
+    await page.evaluate(() => {
+      const now = Date.now;
+      Date.now = () => now() + 301_000;
+    });
+    await unticked();
+    assert.ok(await go.isDisabled());
+    assert.deepEqual(held, { clear: [], run: [] });
+    await leave(page);
   },
 
   async "starts a session behind the word that the cell is clear, and shows it as it goes"() {
@@ -390,6 +471,13 @@ const steps = {
       ...held, ...free, wrong: "standing.nothing", todo: seq("standing.nothing", said("standing.due", { due: /\d+\.? \w+\.?/ })) });
     await abort_is(page, "small");
     await pictures(page, "holds", 6);
+    // Another browser puts another calibration into use: seen within a minute.
+    now = { ...now, versions: now.versions.map((one) => ({ ...one, u95_mm: 0.2 })) };
+    await page.evaluate(() => {
+      const at = performance.now.bind(performance);
+      performance.now = () => at() + 60_000;
+    });
+    await page.locator(".standing").getByText(/TCP ±0\.20.mm/).waitFor(LONG);
     await show(broken(), idle);
     await answers(page, "does-not-hold", {
       ...free, calibrated: "standing.broken", good: said("standing.broken.since", { good: u95 }), since: said("standing.broken.since", { since: /\d+\.? \w+\.?/ }),
@@ -407,6 +495,15 @@ const steps = {
     await page.locator(".standing").getByRole("button", { name: "Check now" }).click();
     assert.equal(await page.getByLabel("Kind").inputValue(), "check");
     assert.equal(await page.locator("dialog").getByLabel("Cell file").inputValue(), process.env.CELL);
+    const go = page.getByRole("button", { name: "Start: the arm moves" });
+    await page.getByLabel("The cell is clear").check();
+    assert.ok(await go.isEnabled());
+    const gone = (route) => route.abort();
+    await page.route("**/v1/status", gone);
+    await page.waitForFunction(() => !document.querySelector('[name="clear"]').checked, null, LONG);
+    await page.unroute("**/v1/status", gone);
+    await page.locator(".lost").first().waitFor({ ...LONG, state: "detached" });
+    assert.ok(await go.isDisabled(), "the word does not outlive a lost connection");
     await page.keyboard.press("Escape");
     await show(calibrated({}), { ...idle, phase: "transit", running: true, touches: 5, time_left_s: 95, u95_mm: 0.312, goal_mm: 0.05,
                                  arm: { motion: "moving", packet_age_s: 0.1 } });
@@ -570,7 +667,7 @@ const steps = {
     await says(page, /State unknown/);
     assert.match(await page.locator(".lost").innerText(), /Connection lost: data .* old/);
     assert.equal(await page.locator(".motion").getAttribute("data-motion"), "unknown");
-    assert.match(await page.title(), /^demo, KUKA KR 5.* · State unknown/);
+    await page.waitForFunction(() => /^demo, KUKA KR 5.* · State unknown/.test(document.title), null, LONG);
     assert.match(await page.locator(".lost").innerText(), /Last known: Touch/);
     await page.getByRole("button", { name: "ABORT" }).click();
     await page.getByText("No answer to abort. USE THE EMERGENCY STOP.").waitFor(LONG);

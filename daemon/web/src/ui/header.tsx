@@ -25,7 +25,7 @@ export function Header({ model, cell, robot, now, choice, choose, speak, sign_ou
         {words}
       </span>
       <Choices choice={choice} choose={choose} speak={speak} />
-      {sign_out && <button type="button" class="small" onClick={sign_out}>{say("logout")}</button>}
+      {sign_out && <button type="button" class="small leave" onClick={sign_out}>{say("logout")}</button>}
     </header>
   );
 }

@@ -49,7 +49,12 @@ export function StartButtons({ status, role, last_cell, second, started, sign_ou
   const [open, become] = useState<"start" | "resume" | null>(null);
   if (status.running) return null;
   if (role === "look")
-    return <p class="note">{say("role.look")} <button type="button" class="small" onClick={sign_out}>{say("logout")}</button></p>;
+    return (
+      <div class="buttons begin">
+        <p class="note">{say("role.look")}</p>
+        <button type="button" class="small" onClick={sign_out}>{say("logout")}</button>
+      </div>
+    );
   const left = resumable(status);
   const told_already = status.interrupted === null;
   const close = () => become(null);
