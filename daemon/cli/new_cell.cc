@@ -573,7 +573,7 @@ std::vector<std::string> with_decimal_commas(std::string_view text) {
   return any ? words : std::vector<std::string>();
 }
 
-double number(std::string_view word) {
+double read_number(std::string_view word) {
   const char* const end = word.data() + word.size();
   double value = 0.0;
   const auto [at, code] =
@@ -607,7 +607,7 @@ std::vector<double> numbers(std::string_view text, const std::vector<std::size_t
     words = std::move(decimal);
   }
   std::vector<double> values;
-  for (const std::string& word : words) values.push_back(number(word));
+  for (const std::string& word : words) values.push_back(read_number(word));
   if (!is_count(values.size()))
     throw BadAnswer(fmt::format("{} {} given, {} expected (use a decimal point)", values.size(),
                                 values.size() == 1 ? "number" : "numbers", words_of(counts)));
