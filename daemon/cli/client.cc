@@ -257,7 +257,8 @@ int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c, 
                "detached, session %lld continues. Follow it: 'cellcal watch'; stop the arm: "
                "'cellcal abort'\n",
                static_cast<long long>(session));
-  return kDetached;
+  // Whoever began the session waits for its end, whoever watches does not.
+  return ctrl_c == BeforeMotion::kCtrlCEnds ? kDetached : kSuccess;
 }
 
 /// Sentences of an outcome, one per line; empty where none is recorded.
