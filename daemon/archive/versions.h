@@ -27,8 +27,8 @@ struct Version {
 
 using NotActivated = NotUsable;
 
-/// Versions for the cell of that session, or for that of the calibration in use for 0; newest first, at most `most`. Empty where
-/// nothing was published. Throws JournalError.
+/// Versions for the cell of that session, or for that of the calibration in use for 0; newest first, at most `most`, and the one in
+/// use. Empty where nothing was published. Throws JournalError.
 std::vector<Version> versions(Journal& journal, std::int64_t of_cell, std::size_t most);
 
 /// The one in use, of any cell; none where it is unusable. Throws JournalError.

@@ -77,7 +77,9 @@ TEST_F(ACellsVersions, HasTheNewestPublishedInUseUntilAnotherIsActivatedOrPublis
   EXPECT_EQ(all[1].activated->who, "anna");
   EXPECT_EQ(all[1].activated->reason, "the newer one was made cold");
   EXPECT_GT(all[1].in_scope->mean_u95_m, all[1].predicted_m);
-  EXPECT_EQ(versions(*journal, one, 1).size(), 1u);
+  const auto newest_and_used = versions(*journal, one, 1);
+  ASSERT_EQ(newest_and_used.size(), 2u);
+  EXPECT_TRUE(newest_and_used[1].active);
   const std::int64_t three = calibrate({.seed = 3});
   EXPECT_EQ(in_use(), three);
 }
