@@ -668,13 +668,13 @@ const steps = {
     assert.match(await page.locator(".lost").innerText(), /Connection lost: data .* old/);
     assert.equal(await page.locator(".motion").getAttribute("data-motion"), "unknown");
     await page.waitForFunction(() => /^demo, KUKA KR 5.* · State unknown/.test(document.title), null, LONG);
-    assert.match(await page.locator(".lost").innerText(), /Last known: Touch/);
+    assert.match(await page.locator(".lost").innerText(), /Last known: (Touch|Choosing)/);
     await page.getByRole("button", { name: "ABORT" }).click();
     await page.getByText("No answer to abort. USE THE EMERGENCY STOP.").waitFor(LONG);
     assert.equal(await page.getByRole("button", { name: "Start a session" }).count(), 0);
     await abort_is(page, "large");
     await answers(page, "gone", {
-      ...NONE, since: said("standing.old", { age: /\d+ (s|min)/ }), doing: seq("link.unknown", said("link.last", { state: said("touch.n", { target: /S\d/ }) })),
+      ...NONE, since: said("standing.old", { age: /\d+ (s|min)/ }), doing: seq("link.unknown", said("link.last", { state: any(said("touch.n", { target: /S\d/ }), "phase.choosing") })),
       long: said("link.lost", { age: /\d+ s/ }), wrong: "link.lost", todo: "link.lost.do", near: "near.unknown",
     });
     await pictures(page, "gone");
