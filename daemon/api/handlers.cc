@@ -275,8 +275,7 @@ RunRequest run_request(const std::string& body) {
       printable(request.target) != request.target || printable(request.load) != request.load)
     throw BadRequest(
         "\"cell\", \"target\", \"load\" and \"region\" must not contain control characters");
-  // A cell is known by its path: one spelling for one file.
-  request.cell = std::filesystem::path(cell).lexically_normal();
+  request.cell = cell;
   return request;
 }
 

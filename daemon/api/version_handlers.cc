@@ -159,7 +159,7 @@ std::filesystem::path cell_asked_for(const std::string& body) {
   if (printable(cell) != cell) throw BadRequest("\"cell\" must not contain control characters");
   if (!std::filesystem::path(cell).is_absolute())
     throw RequestError("give the cell file as an absolute path, not \"" + cell + "\"");
-  return std::filesystem::path(cell).lexically_normal();
+  return cell;
 }
 
 /// Same format as `cellcal doctor --json`.

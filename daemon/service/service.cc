@@ -182,7 +182,9 @@ std::int64_t SessionService::start(const RunRequest& request) {
   }
   try {
     if (thread_.joinable()) thread_.join();
-    return begin(request);
+    RunRequest one_spelling = request;  // calibrations are found by the path of their cell
+    one_spelling.cell = request.cell.lexically_normal();
+    return begin(one_spelling);
   } catch (...) {
     const std::lock_guard lock(mutex_);
     busy_ = starting_ = false;
