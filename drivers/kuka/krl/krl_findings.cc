@@ -1,7 +1,7 @@
 #include "drivers/kuka/krl/krl_findings.h"
 
 #include <algorithm>
-#include <cctype>
+#include <string_view>
 #include <utility>
 
 #include "drivers/error.h"
@@ -18,15 +18,27 @@ std::string to_string(const FileFinding& objection) {
 namespace krl {
 namespace {
 
-std::vector<std::string> lines_of(const std::string& text) {
-  std::vector<std::string> lines;
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t end = std::min(text.find('\n', at), text.size());
-    lines.emplace_back(wire::trim(std::string_view(text).substr(at, end - at)));
-    at = end + 1;
+bool in_word(char c) {
+  return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' ||
+         c == '$' || c == '.';
+}
+
+/// Without comment, and without blanks except between words; in upper case outside of strings.
+std::string statement(std::string_view line) {
+  std::string result;
+  bool quoted = false, blank = false;
+  for (const char c : line) {
+    if (c == '"') quoted = !quoted;
+    if (!quoted && c == ';') break;
+    if (!quoted && (c == ' ' || c == '\t' || c == '\r')) {
+      blank = true;
+      continue;
+    }
+    if (blank && !result.empty() && in_word(result.back()) && in_word(c)) result += ' ';
+    blank = false;
+    result += !quoted && c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
   }
-  while (!lines.empty() && lines.back().empty()) lines.pop_back();
-  return lines;
+  return result;
 }
 
 }  // namespace
@@ -35,6 +47,12 @@ std::vector<FileFinding> Findings::take() {
   std::stable_partition(list_.begin(), list_.end(),
                         [](const FileFinding& one) { return one.refused; });
   return std::exchange(list_, {});
+}
+
+bool Findings::refuses(const std::string& file, int line) const {
+  return std::ranges::any_of(list_, [&](const FileFinding& one) {
+    return one.refused && one.file == file && one.line == line;
+  });
 }
 
 std::vector<Candidate> of_kind(const ControllerFiles& files, ControllerFileKind kind) {
@@ -66,39 +84,14 @@ const Candidate* choose(const std::vector<Candidate>& candidates, const std::str
   return candidates.size() == 1 ? &candidates.front() : nullptr;
 }
 
-void compare_program(const ControllerFiles& files, const std::string& name,
-                     const std::string& expected, Findings& findings) {
-  const auto found = std::find_if(files.begin(), files.end(), [&](const auto& one) {
-    return wire::same_name(one.first, name);
-  });
-  if (found == files.end()) {
-    findings.warn(name, 0, "is not in the folder: not checked");
-    return;
-  }
-  const std::vector<std::string> have = lines_of(found->second), want = lines_of(expected);
-  for (std::size_t i = 0; i < std::max(have.size(), want.size()); ++i) {
-    const std::string left = i < have.size() ? have[i] : "", right = i < want.size() ? want[i] : "";
-    if (left == right) continue;
-    // Comments contain the release number; a pendant rewrites the lines of the head.
-    const bool aside = left.starts_with(';') && right.starts_with(';');
-    if (aside || (left.starts_with('&') && right.starts_with('&'))) continue;
-    findings.warn(found->first, static_cast<int>(i) + 1,
-                  "differs from the configuration: \"{}\" instead of \"{}\". Check whether it "
-                  "was edited on purpose or is of an older set",
-                  shown(left), shown(right));
-    return;
-  }
-}
-
 std::vector<Placed<std::string>> statements(const std::string& text) {
   std::vector<Placed<std::string>> result;
   int number = 0;
-  for (std::string line : lines_of(text)) {
+  for (std::size_t at = 0, end = 0; at < text.size(); at = end + 1) {
+    end = std::min(text.find('\n', at), text.size());
     ++number;
-    if (line.empty() || line.front() == ';' || line.front() == '&') continue;
-    std::transform(line.begin(), line.end(), line.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-    result.push_back({std::move(line), number});
+    std::string line = statement(std::string_view(text).substr(at, end - at));
+    if (!line.empty() && line.front() != '&') result.push_back({std::move(line), number});
   }
   return result;
 }

@@ -23,6 +23,8 @@ class Findings {
   }
   /// From an exception of read_...(), which contains file and line.
   void unreadable(const std::exception& error) { list_.push_back({"", 0, error.what(), true}); }
+  /// Whether that line has been refused.
+  bool refuses(const std::string& file, int line) const;
   /// Refused ones first, otherwise in order.
   std::vector<FileFinding> take();
 
@@ -42,12 +44,17 @@ void report_unreadable(const ControllerFiles& files, Findings& findings);
 /// ambiguous.
 const Candidate* choose(const std::vector<Candidate>& candidates, const std::string& name);
 
-/// Warns if a program is missing or differs from the generated one: it may have been edited
+/// Removes from a statement of that sub-program what other checks compare.
+using LeaveOut = void (*)(const std::string& scope, std::string& statement);
+
+/// Refuses a program that differs from the generated one in what the arm's stop, limits or frames
+/// depend on, and warns of other differences and of a missing one: it may have been edited
 /// intentionally, or be older.
 void compare_program(const ControllerFiles& files, const std::string& name,
-                     const std::string& expected, Findings& findings);
+                     const std::string& expected, Findings& findings, LeaveOut leave_out = nullptr);
 
-/// Lines of a program without comments, trimmed, in upper case, with their numbers.
+/// Statements of a program with their lines: without head, comments and blanks between other than
+/// words, in upper case outside of strings.
 std::vector<Placed<std::string>> statements(const std::string& text);
 
 }  // namespace cellcal::drivers::krl

@@ -3,7 +3,8 @@
 // kuka-files', edited by an integrator, or copied back from the controller.
 //
 // Checked: consistency of the files (context, channel numbers, programs), agreement with the
-// daemon's configuration (addresses, SENTYPE, tags, limits), and settings that fail on the
+// daemon's configuration (addresses, SENTYPE, tags, limits) and of each program with the generated
+// one, and settings that fail on the
 // controller without a message: HOLDON inconsistent with the mode, Precision below 4, limits that
 // clamp, STOP with Channel on RSI 3.
 

@@ -16,6 +16,7 @@ namespace {
 using krl::RsiSet;
 
 constexpr int kVerifiedAxes = 6;
+constexpr const char* kProgram = "cellcal_rsi.src";
 
 const char* name_of(CorrectionMode mode) {
   return mode == CorrectionMode::kAbsolute ? "ABSOLUTE" : "RELATIVE";
@@ -181,7 +182,7 @@ void check_unit(const ControllerFiles& files, const RsiContextFile& context,
 void check_ends(const std::string& name, const std::string& text, krl::Findings& findings) {
   std::string before;
   for (const auto& [line, number] : krl::statements(text)) {
-    if (line == "HALT" && before.starts_with("IF ") && before.find("RSIOK") != std::string::npos) {
+    if (line == "HALT" && before.starts_with("IF") && before.find("RSIOK") != std::string::npos) {
       findings.refuse(
           name, number,
           "HALT after a failed call of RSI: the next start continues without a context. "
@@ -230,7 +231,7 @@ void check_program(const ControllerFiles& files, const RsiFilesConfig& config, C
         }
       }
       if (krl::find_call(line, krl::calls_of(config).load) == std::string::npos) continue;
-      const bool extended = line.find(".RSI\"") != std::string::npos;
+      const bool extended = wire::lower(line).find(".rsi\"") != std::string::npos;
       if (extended == (config.rsi_version == 3)) continue;
       findings.refuse(name, number,
                       "{} {} the extension .rsi: RSI {} {} it, otherwise the "
@@ -240,7 +241,7 @@ void check_program(const ControllerFiles& files, const RsiFilesConfig& config, C
     }
   }
   if (!on) {
-    findings.warn("cellcal_rsi.src", 0,
+    findings.warn(kProgram, 0,
                   "no program with {} in the folder: its mode and HOLDON were not compared",
                   turns_on);
   }

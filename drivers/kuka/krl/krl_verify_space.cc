@@ -115,13 +115,10 @@ void check_frames(const std::string& name, const std::string& text, const RsiFil
     return number == 0 ? std::string("$NULLFRAME") : fmt::format("{}[{}]", array, number);
   };
   for (const auto& [line, number] : statements(text)) {
-    std::string bare = line;
-    std::erase(bare, ' ');
     for (const auto& [variable, key, wanted] :
          {std::tuple{"$TOOL=", "tool", value("TOOL_DATA", config.tool)},
           std::tuple{"$BASE=", "base", value("BASE_DATA", config.base)}}) {
-      if (!bare.starts_with(variable) || bare.substr(std::string(variable).size()) == wanted)
-        continue;
+      if (!line.starts_with(variable) || line == variable + wanted) continue;
       findings.refuse(name, number,
                       "{} does not match [controller] {} = {}, with which corrections in space "
                       "are computed. Set {}{}",

@@ -388,11 +388,11 @@ TEST(EkiSet, IsRefusedByFileLineAndWords) {
   }
 }
 
-TEST(EkiSet, WithAnotherInputInItsProgramIsAWarningWithTheLine) {
+TEST(EkiSet, WithAnotherInputInItsProgramIsRefusedByTheLine) {
   EkiFilesConfig other;
   other.input = 17;
   const std::string said = all(verify_eki_files(eki_files({}), other));
-  EXPECT_EQ(said.rfind("warned cellcal_eki.src:", 0), 0u) << said;
+  EXPECT_EQ(said.rfind("refused cellcal_eki.src:", 0), 0u) << said;
   EXPECT_NE(said.find("$IN[17]"), std::string::npos) << said;
 }
 
