@@ -97,6 +97,17 @@ void check_public(const ControllerFiles& files, const RsiContextFile& context,
   }
 }
 
+void leave_out_limits(const std::string& scope, std::string& statement) {
+  double limit = 0.0;
+  const std::size_t span = statement.find(',');
+  if (scope == "CC_FENCE" && statement.starts_with("LIMIT=CC_") && span != std::string::npos) {
+    statement.erase(span, statement.find(',', span + 1) - span);
+  } else if ((scope == "CC_LOW" || scope == "CC_HIGH") && statement.starts_with(kLimit) &&
+             wire::parse_number(statement.substr(kLimit.size()), limit)) {
+    statement = limit < 0.0 ? "LIMIT=-" : "LIMIT=";
+  }
+}
+
 void check_fence(const std::string& name, const std::string& text, const RsiFilesConfig& config,
                  Findings& findings) {
   const std::vector<Placed<std::string>> lines = statements(text);
@@ -127,25 +138,44 @@ void check_fence(const std::string& name, const std::string& text, const RsiFile
                            "be silently clamped. Make the files again",
                            std::abs(limit_deg), config.correction_limit_deg);
   }
+  const bool called = std::any_of(lines.begin(), on, [](const Placed<std::string>& one) {
+    return one.value.find("CC_FENCE(") != std::string::npos && !one.value.starts_with("DEF");
+  });
+  if (!called) {
+    return findings.refuse(name, on->line,
+                           "CC_FENCE is not called before {}: nothing sets the limits. Make the "
+                           "files again",
+                           calls_of(config).on);
+  }
   RsiFilesConfig switches_alone = config;
   switches_alone.ranges_deg.clear();
   const std::vector<FenceLimit> wide = fence_limits(switches_alone), wanted = fence_limits(config);
+  const FenceLimit* other = nullptr;
+  std::size_t by_switches = 0;
   for (std::size_t i = 0; i < wanted.size(); ++i) {
+    const FenceLimit& one = wanted[i];
+    if (first(fmt::format(",\"{}\",\"{}\",LIMIT)", one.object, one.parameter)) == lines.end()) {
+      return findings.refuse(name, on->line, "no call sets {} of {}. Make the files again",
+                             one.parameter, one.object);
+    }
     // Ranges are unknown without a cell file, and then not compared.
     const std::string value = config.ranges_deg.empty()
                                   ? wide[i].value.substr(0, wide[i].value.find(',') + 1)
-                                  : wanted[i].value;
+                                  : one.value;
     if (first(std::string(kLimit) + value) != lines.end()) continue;
-    if (first(std::string(kLimit) + wide[i].value) != lines.end()) {
-      return findings.warn(name, on->line,
-                           "the fence is that of the software limit switches alone, without the "
-                           "cell's ranges. Make the files again with the cell file (--cell)");
-    }
-    return findings.refuse(name, on->line,
-                           "{} is not LIMIT={}: the fence is not that of this cell. Make the "
-                           "files again with the cell file (--cell)",
-                           wanted[i].parameter, wanted[i].value);
+    if (other == nullptr) other = &one;
+    by_switches += first(std::string(kLimit) + wide[i].value) != lines.end() ? 1 : 0;
   }
+  if (other == nullptr) return;
+  if (by_switches == wanted.size()) {
+    return findings.warn(name, on->line,
+                         "the fence is that of the software limit switches alone, without the "
+                         "cell's ranges. Make the files again with the cell file (--cell)");
+  }
+  findings.refuse(name, on->line,
+                  "{} is not LIMIT={}: the fence is not that of this cell. Make the files again "
+                  "with the cell file (--cell)",
+                  other->parameter, other->value);
 }
 
 }  // namespace cellcal::drivers::krl

@@ -57,10 +57,14 @@ std::string fence_axes(const RsiFilesConfig& config);
 /// Limits set by a program have to be public in the context.
 void check_public(const ControllerFiles& files, const RsiContextFile& context,
                   const RsiFilesConfig& config, Findings& findings);
-/// Warns if a program sets none of them, or no range of the cell; refuses ranges that differ from
-/// the configuration.
+/// Warns if a program sets none of them, or no range of the cell; refuses one that does not call
+/// CC_FENCE before RSI_ON, sets some of them alone, or has ranges that differ from the
+/// configuration.
 void check_fence(const std::string& name, const std::string& text, const RsiFilesConfig& config,
                  Findings& findings);
+/// Removes from statements of the fence the figures that check_fence() compares: correction_limit_deg
+/// and ranges (LeaveOut of compare_program()).
+void leave_out_limits(const std::string& scope, std::string& statement);
 
 // State of the controller sent by RSI's context in addition to positions: the operating mode (STATUS),
 // the override (OV_PRO) and the contact input (DIGIN), each on a channel of the ETHERNET object.

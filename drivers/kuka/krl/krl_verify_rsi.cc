@@ -245,6 +245,11 @@ void check_program(const ControllerFiles& files, const RsiFilesConfig& config, C
                   "no program with {} in the folder: its mode and HOLDON were not compared",
                   turns_on);
   }
+  RsiFilesConfig wanted = config;
+  wanted.mode = mode;
+  wanted.pc_address = "10.0.0.1";  // not in the program
+  krl::compare_program(files, kProgram, rsi_files(wanted).at(kProgram), findings,
+                       krl::leave_out_limits);
 }
 
 std::optional<RsiContextFile> find_context(const ControllerFiles& files,

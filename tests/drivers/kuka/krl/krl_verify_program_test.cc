@@ -76,6 +76,19 @@ TEST(EkiPrograms, FitWhereNothingDiffersForTheController) {
       EXPECT_EQ(all(verify_eki_files(changed(eki_files(config), change), config)), "") << what;
 }
 
+TEST(RsiProgram, FitsWhereNothingDiffersForTheController) {
+  RsiFilesConfig ranges = rsi_config(), space = rsi_config(), track = rsi_config();
+  ranges.ranges_deg.assign(6, {-170.0, 170.0});
+  space.space.on = true;
+  track.external_axes = 1;
+  track.external = {{-500.0, 2500.0, true}};
+  for (const RsiFilesConfig& config :
+       {rsi_config(3), rsi_config(4), rsi_config(6), ranges, space, track})
+    for (const auto& [what, change] : kHarmless)
+      EXPECT_EQ(verdict(changed(rsi_files(config), change), config), "")
+          << what << ", RSI " << config.rsi_version;
+}
+
 TEST(EkiPrograms, FitWithTheValuesThatTheControllerWritesIntoTheirDataList) {
   ControllerFiles files = eki_files({});
   replace(files, "cellcal_eki.dat", "CC_SESSION=0", "CC_SESSION=815");
@@ -187,6 +200,84 @@ TEST(EkiPrograms, ThatAreAltogetherOthersAreRefusedInAFewWords) {
     ASSERT_FALSE(found.empty());
     EXPECT_TRUE(found.front().refused);
     EXPECT_LE(found.size(), 11u) << all(found);
+  }
+}
+
+TEST(RsiProgram, IsRefusedWhereTheFenceDiffers) {
+  const auto cut = [](std::string text, const char* from, const char* to) {
+    const std::size_t at = text.find(from);
+    return text.erase(at, text.find(to, at) - at);
+  };
+  const std::pair<Change, const char*> edits[] = {
+      {[&](const auto& text) { return cut(text, "  IF CC_FENCE(", "  RET=RSI_ON"); },
+       "CC_FENCE is not called before RSI_ON"},
+      {[](const auto& text) { return every(text, "SOFT-HERE<LIMIT", "SOFT-HERE>LIMIT"); },
+       "\"IF SOFT-HERE>LIMIT THEN\" instead of \"IF SOFT-HERE<LIMIT THEN\""},
+      {[](const auto& text) { return every(text, "\"UpperLimA2\"", "\"UpperLimA1\""); },
+       "no call sets UpperLimA2 of AxisCorr_1"},
+      {[](const auto& text) {
+         const std::size_t kept = text.find("RET=RSI_SetPublicPar") + 1;
+         return text.substr(0, kept) +
+                every(text.substr(kept), "RET=RSI_SetPublicPar", ";RET=RSI_SetPublicPar");
+       },
+       "no call sets UpperLimA1 of AxisCorr_1"},
+      {[](const auto& text) { return every(text, "OK=OK AND (RET==RSIOK) AND (LIMIT<=0.0)", ""); },
+       "no statement instead of \"OK=OK AND(RET==RSIOK)AND(LIMIT<=0.0)\""},
+      {[](const auto& text) { return every(text, "  RETURN (OK)", "  RETURN (TRUE)"); },
+       "\"RETURN(TRUE)\" instead of \"RETURN(OK)\""},
+      {[](const auto& text) { return every(text, "LIMIT=-90.0", "LIMIT=90.0"); },
+       "\"LIMIT=\" instead of \"LIMIT=-\""},
+      {[](const auto& text) { return every(text, "\"cellcal_rsi\",CONTID", "\"own\",CONTID"); },
+       "\"RET=RSI_CREATE(\"own\",CONTID,TRUE)\" instead of"},
+      {[](const auto& text) { return every(text, "  RET=RSI_OFF()", "  RET=RSIOK"); },
+       "\"RET=RSIOK\" instead of \"RET=RSI_OFF()\""},
+  };
+  for (const auto& [change, words] : edits) {
+    const std::string said = verdict(changed(rsi_files(rsi_config()), change), rsi_config());
+    EXPECT_NE(said.find(words), std::string::npos) << words << "\nsaid: " << said;
+    EXPECT_EQ(said.rfind("refused cellcal_rsi.src:", 0), 0u) << words << "\nsaid: " << said;
+  }
+}
+
+TEST(RsiProgram, ThatLacksARangeOfOneAxisIsRefused) {
+  RsiFilesConfig config = rsi_config();
+  config.ranges_deg.assign(6, {-170.0, 170.0});
+  ControllerFiles files = rsi_files(config);
+  replace(files, "cellcal_rsi.src", "$SOFTN_END[3],-170.1", "$SOFTN_END[3],$SOFTN_END[3]");
+  EXPECT_EQ(verdict(files, config).rfind("refused cellcal_rsi.src:", 0), 0u)
+      << verdict(files, config);
+}
+
+TEST(RsiProgram, ThatDiffersInWhatAUserMayChangeIsAWarning) {
+  const Edit edits[] = {
+      {"", "  PTP $AXIS_ACT_MEAS", "  PTP XHOME", "\"PTP XHOME\" instead of"},
+      {"", "  RET=RSI_RESET()\r\n", "", "no statement instead of \"RET=RSI_RESET()\""},
+      {"", "(#ABSOLUTE,#IPO_FAST)", "(#ABSOLUTE)", "\"RET=RSI_ON(#ABSOLUTE)\" instead of"},
+      {"", "$LOAD={M -1.0", "$LOAD={M 20.5", "\"$LOAD={M 20.5"},
+  };
+  for (const Edit& one : edits) {
+    ControllerFiles files = rsi_files(rsi_config());
+    replace(files, "cellcal_rsi.src", one.from, one.to);
+    const std::string said = verdict(files, rsi_config());
+    EXPECT_EQ(said.rfind("warned cellcal_rsi.src:", 0), 0u) << said;
+    EXPECT_NE(said.find(one.words), std::string::npos) << one.words << "\nsaid: " << said;
+  }
+}
+
+TEST(RsiProgram, OfAnotherNameNeedsTheFenceToo) {
+  ControllerFiles files = rsi_files(rsi_config());
+  files["own.src"] = every(files.at("cellcal_rsi.src"), "IF CC_FENCE(CONTID)==FALSE", "IF FALSE");
+  files.erase("cellcal_rsi.src");
+  const std::string said = verdict(files, rsi_config());
+  EXPECT_NE(said.find("refused own.src:"), std::string::npos) << said;
+  EXPECT_NE(said.find("CC_FENCE is not called before RSI_ON"), std::string::npos) << said;
+}
+
+TEST(RsiProgram, IsReadWithAnyStatement) {
+  for (const char* text : {"LIMIT=CC_\n", "LIMIT=CC_LOW(1,2\n", "DEF \nDEFFCT (\n", "\"\n;\n&\n"}) {
+    ControllerFiles files = rsi_files(rsi_config());
+    files.at("cellcal_rsi.src") = "DEFFCT BOOL CC_FENCE (\n" + std::string(text);
+    EXPECT_NE(verdict(files, rsi_config()).find("refused"), std::string::npos) << text;
   }
 }
 
