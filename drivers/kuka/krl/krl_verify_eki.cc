@@ -43,6 +43,11 @@ void compare(const EkiChannelFile& file, const EkiChannelFile& wanted, krl::Find
                     "the connection",
                     file.buffer_limit.value, wanted.buffer_limit.value);
   }
+  if (file.buffer_bytes.value < wanted.buffer_bytes.value) {
+    findings.refuse(file.name, file.buffer_bytes.line,
+                    "BUFFSIZE Limit is {}. Set at least {}: a telegram that does not fit is lost",
+                    file.buffer_bytes.value, wanted.buffer_bytes.value);
+  }
   if (file.alive_flag.value != wanted.alive_flag.value) {
     findings.refuse(file.name, file.alive_flag.line,
                     "ALIVE Set_Flag is {}, [controller] alive_flag is {}: the programs would "

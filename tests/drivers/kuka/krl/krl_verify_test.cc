@@ -373,6 +373,7 @@ TEST(EkiSet, IsRefusedByFileLineAndWords) {
       {{"<PROTOCOL>TCP", "<PROTOCOL>UDP"}, "PROTOCOL is \"UDP\""},
       {{"Mode=\"FIFO\"", "Mode=\"LIFO\""}, "read in order"},
       {{"Limit=\"16\"", "Limit=\"2\""}, "BUFFERING Limit is 2"},
+      {{"Limit=\"16384\"", "Limit=\"50\""}, "BUFFSIZE Limit is 50. Set at least 16384"},
       {{"<ENVIRONMENT>Submit", "<ENVIRONMENT>Program"}, "ENVIRONMENT"},
       {{"Set_Flag=\"901\"", "Set_Flag=\"1\""}, "ALIVE Set_Flag is 1"},
       {{"RobotCommand/@Seq", "RobotCommand/@Count"}, "the element RobotCommand/@Seq is missing"},
