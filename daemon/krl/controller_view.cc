@@ -1,8 +1,11 @@
 #include "daemon/krl/controller_view.h"
 
+#include <algorithm>
 #include <cmath>
 
+#include "calib/model/linear.h"
 #include "calib/model/units.h"
+#include "calib/result/level.h"
 
 namespace cellcal::daemon::krl {
 
@@ -42,6 +45,43 @@ std::string key_of(const LoadRef& load) {
   return key + " " + std::to_string(load.stated.mass_kg);
 }
 
+calib::FlangeLoad on_flange(const LoadData& load) {
+  const auto& com = load.com_mm;
+  return {load.mass_kg, Eigen::Vector3d(com[0], com[1], com[2]) / calib::kMmPerM};
+}
+
+/// Of all tools of the cell file together.
+calib::FlangeLoad load_of_the_cell(const calib::Cell& cell) {
+  calib::FlangeLoad load{cell.tool.mass_kg, cell.tool.mass_kg * cell.tool.com_m};
+  for (const calib::Tool& tool : cell.other_tools) {
+    load.mass_kg += tool.mass_kg;
+    load.com_m += tool.mass_kg * tool.com_m;
+  }
+  if (load.mass_kg > 0.0) load.com_m /= load.mass_kg;
+  return load;
+}
+
+/// Largest shift of the TCP of the cell's tool by that load in place of its own. A centre at 0 0 0 is not stated.
+double shift_by_load_mm(const calib::Calibration& c, calib::FlangeLoad load) {
+  if (load.com_m.isZero()) load.com_m = load_of_the_cell(c.cell).com_m;
+  const calib::Calibration loaded = calib::with_load(c, load);
+  const calib::ArmModel own(calib::at_level(c.cell, c.level)),
+      other(calib::at_level(loaded.cell, c.level));
+  const Eigen::VectorXd x = calib::arm_values(own, c), y = calib::arm_values(other, loaded);
+  calib::Random random(1);
+  constexpr int kPostures = 100;
+  double most_m = 0.0;
+  for (int k = 0; k < kPostures; ++k) {
+    calib::JointVector q;
+    for (const calib::Joint& joint : own.robot().joints)
+      q.push_back(random.uniform(joint.min_rad, joint.max_rad));
+    const auto tcp = own.shape(own.prepare(q), x.data()).tcp,
+               there = other.shape(other.prepare(q), y.data()).tcp;
+    most_m = std::max(most_m, (there.translation() - tcp.translation()).norm());
+  }
+  return most_m * calib::kMmPerM;
+}
+
 calib::Tool of_controller(const Eigen::Isometry3d& tcp) {
   calib::Tool tool;
   tool.tcp = tcp;
@@ -62,10 +102,7 @@ calib::Calibration real_arm(const calib::Calibration& c, const Eigen::Isometry3d
                             const std::optional<LoadData>& load, bool in_force) {
   if (!is_the_cells_tool(c, tool)) return calib::with_tool(c, stiff(c, tool, load));
   if (!load || !in_force) return c;
-  const auto& com = load->com_mm;
-  return calib::with_load(
-      c, calib::FlangeLoad{load->mass_kg,
-                           Eigen::Vector3d(com[0], com[1], com[2]) / calib::kMmPerM});
+  return calib::with_load(c, on_flange(*load));
 }
 
 ControllerView::ControllerView(const calib::Calibration& calibration, const Eigen::Isometry3d& tool,
@@ -122,6 +159,28 @@ std::optional<LoadData> load_of(const Data& data, const LoadRef& load) {
   return load.name.empty() ? load_of(data, load.number) : std::optional(load.stated);
 }
 
+/// LOAD_DATA of a number with the cell file's tool: that of the tool itself, or of the tool with what it holds.
+bool ControllerViews::counts_for_the_cells(int number, const Eigen::Isometry3d& tool,
+                                           const LoadData& load) {
+  if (!(load.mass_kg > 0.0) || !is_the_cells_tool(calibration_, tool)) return false;
+  const double shift_mm = shift_by_load_mm(calibration_, on_flange(load));
+  if (shift_mm < kSameLoadMm) return false;
+  const calib::FlangeLoad own = load_of_the_cell(calibration_.cell);
+  const Eigen::Vector3d com_mm = own.com_m * calib::kMmPerM;
+  warnings_[number] = {"say.krl.warning.tool_load",
+                       {{"n", number},
+                        {"kg", load.mass_kg},
+                        {"x", load.com_mm[0]},
+                        {"y", load.com_mm[1]},
+                        {"z", load.com_mm[2]},
+                        {"cell_kg", own.mass_kg},
+                        {"cell_x", com_mm.x()},
+                        {"cell_y", com_mm.y()},
+                        {"cell_z", com_mm.z()},
+                        {"mm", shift_mm}}};
+  return true;
+}
+
 ControllerView* ControllerViews::of(const Frames& frames) {
   const FrameRef& tool = *frames.tool;
   const std::optional<LoadRef> other = frames.other_load();
@@ -131,10 +190,14 @@ ControllerView* ControllerViews::of(const Frames& frames) {
   if (!frame) return nullptr;
   std::optional<LoadData> load;
   if (other || !tool.literal) load = load_of(data_, other.value_or(LoadRef{tool.number, {}, {}}));
+  const bool another = !other && load && counts_for_the_cells(tool.number, *frame, *load);
   auto& view = views_[key];
-  view = std::make_unique<ControllerView>(calibration_, *frame, load, other.has_value());
+  view = std::make_unique<ControllerView>(calibration_, *frame, load, other || another);
   used_.push_back({tool.literal ? -1 : tool.number, view->is_the_cells(),
-                   view->is_the_cells() || load.has_value(), other ? other->number : -1,
+                   view->is_the_cells() || load.has_value(),
+                   other     ? other->number
+                   : another ? tool.number
+                             : -1,
                    other ? other->name : ""});
   return view.get();
 }

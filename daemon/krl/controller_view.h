@@ -12,6 +12,7 @@
 #include "calib/model/inverse.h"
 #include "calib/model/kinematics.h"
 #include "calib/result/calibration.h"
+#include "calib/words/phrase.h"
 #include "daemon/krl/krl_program.h"
 #include "daemon/krl/point_value.h"
 
@@ -19,6 +20,9 @@ namespace cellcal::daemon::krl {
 
 /// A TOOL_DATA nearer than this to the cell file's tool, stated or identified, is that tool.
 inline constexpr double kSameToolMm = 0.05, kSameToolDeg = 0.02;
+/// A LOAD_DATA by which the TCP of the cell file's tool is nearer than this to where it is with the cell file's mass is
+/// that of the tool.
+inline constexpr double kSameLoadMm = 0.1;
 
 /// True for the cell file's tool, as stated or as identified.
 bool is_the_cells_tool(const calib::Calibration& calibration, const Eigen::Isometry3d& tool);
@@ -85,12 +89,17 @@ class ControllerViews {
   /// Of known frames' tool and load. Null: the tool's number is not stated.
   ControllerView* of(const Frames& frames);
   const std::vector<ToolUsed>& used() const { return used_; }
+  /// By number of those whose LOAD_DATA is not the load of the cell file's tool.
+  const std::map<int, calib::Phrase>& warnings() const { return warnings_; }
 
  private:
+  bool counts_for_the_cells(int number, const Eigen::Isometry3d& tool, const LoadData& load);
+
   const calib::Calibration& calibration_;
   const Data& data_;
   std::map<std::string, std::unique_ptr<ControllerView>> views_;
   std::vector<ToolUsed> used_;
+  std::map<int, calib::Phrase> warnings_;
 };
 
 }  // namespace cellcal::daemon::krl

@@ -101,15 +101,18 @@ class Correction {
   const std::vector<ToolUsed>& tools() const { return views_.used(); }
   const std::vector<std::string>& order() const { return order_; }
 
-  /// Warnings of other modules that compute the number of what they change, possibly that of the points among `keys`.
+  /// Of the points among `keys`: other modules that compute the number of what they change, and tools whose LOAD_DATA is
+  /// not the cell file's load.
   std::vector<calib::Phrase> warnings(const std::set<std::string>& keys) const {
     std::set<std::pair<std::string, const ChangedNumbers*>> used;
+    std::set<int> own_loads;  // of LOAD_DATA
     const FrameChanges& all = program_.changes;
     for (const Motion& motion : program_.motions) {
       const Frames& now = motion.frames;
       if (motion.left || !now.tool || keys.count(motion.point) == 0) continue;
       if (now.tool->number > 0) used.emplace("TOOL_DATA", &all.tools);
       if (now.load_number() > 0) used.emplace("LOAD_DATA", &all.loads);
+      if (!now.tool->literal && !now.other_load()) own_loads.insert(now.tool->number);
       if (is_axes(motion) || !now.base) continue;
       if (now.base->number > 0) used.emplace("BASE_DATA", &all.bases);
       if (carriers_.machine_of(*now.base) > 0) used.emplace("MACHINE_DEF", &all.machines);
@@ -119,6 +122,8 @@ class Correction {
       for (const auto& [file, line] : changed->computed)
         found.push_back({"say.krl.warning.computed_number",
                          {{"file", calib::shown(file, 120)}, {"line", line}, {"data", data}}});
+    for (const auto& [number, warning] : views_.warnings())
+      if (own_loads.count(number) > 0) found.push_back(warning);
     return found;
   }
 
@@ -490,9 +495,11 @@ const ToolUsed* tool_of(const Motion& motion, const std::vector<ToolUsed>& used)
   const auto& tool = motion.frames.tool;
   if (!tool) return nullptr;
   const int number = tool->literal ? -1 : tool->number;
-  const LoadRef load = motion.frames.other_load().value_or(LoadRef{});
+  const auto other = motion.frames.other_load();
+  const LoadRef load = other.value_or(LoadRef{});
   const auto found = std::ranges::find_if(used, [&](const ToolUsed& one) {
-    return one.number == number && one.load == load.number && one.load_name == load.name;
+    return one.number == number && one.load_name == load.name &&
+           (one.load == load.number || (!other && one.load == number));
   });
   return found == used.end() ? nullptr : &*found;
 }

@@ -43,7 +43,9 @@ struct ToolUsed {
   int number = 0;          ///< of TOOL_DATA; -1: written out in the text
   bool cells = false;      ///< the cell file's own, with its bending; otherwise stiff and as stated
   bool load_known = true;  ///< from LOAD_DATA; otherwise the cell's tool is assumed as the load
-  int load = -1;           ///< of LOAD_DATA, where the program sets another than the tool's own
+  /// Of LOAD_DATA, where the program sets another than the tool's own, or where that of the cell file's tool is not the
+  /// cell file's.
+  int load = -1;
   std::string load_name = {};  ///< of the variable, where the program sets one
   bool other_load() const { return load >= 0 || !load_name.empty(); }
   bool operator==(const ToolUsed&) const = default;

@@ -62,6 +62,55 @@ TEST(ALoadInForce, IsBorneByTheCellsToolFromItsStatementOn) {
   EXPECT_LT((own.points[0].shift_mm - full.points[0].shift_mm - more_mm).norm(), 0.1 * more_mm.norm());
 }
 
+/// Points and warnings with LOAD_DATA[4] of tool 4, which has the frame of the cell file's tool: 1.535 kg at 30 25 205.
+CorrectedProgram of_the_cells_tool(const std::string& load) {
+  krl::ProgramFiles f = loaded("BAS(#TOOL,4)\n" + std::string(kHere));
+  f.controller[0].text += "TOOL_DATA[4]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\n" + load;
+  return correct_program(calibration(), f);
+}
+
+TEST(TheCellsTool, BearsLoadDataOfItsNumberWhereThatIsAnother) {
+  const auto load = [](const char* mass, const char* centre) {
+    return std::string("LOAD_DATA[4]={M ") + mass + ",CM {" + centre +
+           ",A 0,B 0,C 0},J {X 0,Y 0,Z 0}}\n";
+  };
+  const CorrectedProgram own = of_the_cells_tool("");
+  EXPECT_TRUE(own.warnings.empty());
+  for (const std::string& same :
+       {load("1.6", "X 28.0,Y 25.0,Z 200.0"), load("1.5", "X 0.0,Y 0.0,Z 0.0"),
+        load("0.0", "X 0.0,Y 0.0,Z 0.0"), load("-1.0", "X 0.0,Y 0.0,Z 0.0")}) {
+    const CorrectedProgram result = of_the_cells_tool(same);
+    EXPECT_EQ(result.points.at(0).shift_mm, own.points.at(0).shift_mm) << same;
+    EXPECT_TRUE(result.warnings.empty()) << same;
+    EXPECT_EQ(result.tools.at(0).load, -1) << same;
+  }
+  const CorrectedProgram full = of_the_cells_tool(load("5.0", "X 60.0,Y 0.0,Z 150.0"));
+  const CorrectedProgram set =
+      corrected_with("$TOOL=TOOL_DATA[1]\n$LOAD=LOAD_DATA[2]\n" + std::string(kHere));
+  EXPECT_EQ(full.points.at(0).shift_mm, set.points.at(0).shift_mm) << "as where $LOAD states it";
+  EXPECT_EQ(full.tools.at(0).load, 4);
+  ASSERT_EQ(full.warnings.size(), 1u);
+  const std::string words = calib::words(full.warnings[0]);
+  for (const char* part : {"tool 4", "LOAD_DATA[4] 5.00 kg at X 60", "cell file 1.53 kg"})
+    EXPECT_NE(words.find(part), std::string::npos) << words;
+}
+
+TEST(TheCellsTool, IsNamedWithItsLoadInABackup) {
+  krl::BackupFiles files;
+  files.controller = loaded("").controller;
+  files.controller[0].text +=
+      "TOOL_DATA[2]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\n";  // LOAD_DATA[2]: 5 kg
+  files.modules = {loaded("BAS(#TOOL,2)\n" + std::string(kHere)),
+                   loaded("BAS(#TOOL,1)\n" + std::string(kHere))};
+  files.modules[1].src.name = "q.src";
+  const krl::CorrectedBackup result = correct_backup(calibration(), files);
+  ASSERT_EQ(result.modules.at(0).tools.size(), 1u);
+  EXPECT_EQ(result.modules[0].tools[0].load, 2);
+  ASSERT_EQ(result.modules.at(1).tools.size(), 1u);
+  EXPECT_EQ(result.modules[1].tools[0].load, -1);
+  EXPECT_EQ(result.warnings.size(), 1u);
+}
+
 TEST(ALoadInForce, IsNamedWithEachModuleOfABackup) {
   const auto module = [](const std::string& name, const std::string& body) {
     krl::ProgramFiles one = loaded("$TOOL=TOOL_DATA[1]\n" + body);
