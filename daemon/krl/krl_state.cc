@@ -1,7 +1,10 @@
 #include "daemon/krl/krl_state.h"
 
 #include <algorithm>
+#include <iterator>
 #include <set>
+
+#include "daemon/krl/krl_inline.h"
 
 namespace cellcal::daemon::krl {
 
@@ -74,6 +77,20 @@ std::set<std::string> touched_names(const std::vector<Line>& lines) {
     }
   }
   return touched;
+}
+
+std::set<std::string> hidden_names(const std::vector<Line>& lines) {
+  std::set<std::string> hidden;
+  for (const Line& line : lines) {
+    const auto& t = line.tokens;
+    if (begins_routine(line)) {
+      std::ranges::copy(parameters_of(line), std::inserter(hidden, hidden.end()));
+    } else if ((t[0].is("DECL") || t[0].is("LOAD") || is_point_type(t[0].word)) &&
+               std::ranges::none_of(t, [](const Token& one) { return one.is("="); })) {
+      for (const Token& one : t) hidden.insert(one.word);
+    }
+  }
+  return hidden;
 }
 
 bool sets_load(const std::vector<Line>& lines) {

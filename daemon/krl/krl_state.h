@@ -14,6 +14,9 @@ namespace cellcal::daemon::krl {
 /// Names that these lines read or change, except values of $TOOL, $BASE and $LOAD.
 std::set<std::string> touched_names(const std::vector<Line>& lines);
 
+/// Parameters of routines and variables declared without a value: they hide those of the .dat.
+std::set<std::string> hidden_names(const std::vector<Line>& lines);
+
 /// True if one of these lines sets $LOAD otherwise than inline forms do.
 bool sets_load(const std::vector<Line>& lines);
 
@@ -23,6 +26,7 @@ class FrameState {
   /// `shared`: data that all modules see, those of routines of other modules.
   FrameState(const std::vector<Line>& lines, const Data& data, const Data& shared, Calls calls)
       : data_(data), shared_(shared), calls_(calls), touched_(touched_names(lines)), sets_load_(sets_load(lines)) {
+    touched_.merge(hidden_names(lines));
     find_strict(lines);
   }
 

@@ -206,6 +206,32 @@ TEST(FramesByName, AreThoseOfTheDeclaration) {
   }
 }
 
+TEST(FramesByName, AreNotThoseThatAParameterOrVariableHides) {
+  const std::string data =
+      "DECL GLOBAL FRAME table={X 0,Y 0,Z 0,A 0,B 0,C 0}\n"
+      "DECL GLOBAL LOAD part={M 5.0,CM {X 60.0,Y 0.0,Z 150.0,A 0.0,B 0.0,C 0.0}}\nDECL E6POS XP=" +
+      taught_at(0) + "\n";
+  const auto place = [&](const std::string& routine) {
+    return module_named(
+        "A", "PLACE(BASE_DATA[2])\nEND\n" + routine + "\n$LOAD=part\n$BASE=table\nPTP XP", data);
+  };
+  const std::string tool = "BAS(#TOOL,1)";
+  for (const std::string& hides :
+       {"DEF PLACE(table :IN)\nDECL FRAME table\n" + tool,
+        "DEF PLACE(table :IN, part :IN)\n" + tool, "DEFFCT INT PLACE(ANY :OUT,table :OUT)\n" + tool,
+        "DEF PLACE(ANY :IN)\nFRAME ANY, table\n" + tool,
+        "DEF PLACE(ANY :IN)\nDECL FRAME ANY\nDECL LOAD part\n" + tool}) {
+    EXPECT_NE(why_not(of(corrected_together({place(hides)}), "A")), "") << hides;
+    krl::ProgramFiles alone = place(hides);
+    alone.controller = {{"$config.dat", kConfig}};
+    EXPECT_FALSE(correct_program(calibration(), alone).refusals.empty()) << hides;
+  }
+  // In another module it hides nothing.
+  const auto apart = corrected_together({place("DEF PLACE(ANY :IN)\nDECL FRAME ANY\n" + tool),
+                                         module_named("B", "END\nDEF OTHER(table :IN)")});
+  EXPECT_EQ(why_not(of(apart, "A")), "");
+}
+
 /// POINTS moves to its XP1, and USER imports it with that line, in its .src or .dat.
 CorrectedBackup imported(const std::string& line, const std::string& body, bool in_data = false) {
   return corrected_together(
