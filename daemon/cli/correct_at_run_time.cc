@@ -47,6 +47,13 @@ krl::BackupFiles whole_backup(const CorrectCommand& command) {
   return modules_of(std::move(files));
 }
 
+/// Of a single program.
+std::vector<calib::Phrase> callees_beside(const CorrectCommand& command,
+                                          const krl::BackupFiles& files) {
+  if (!command.backup.empty()) return {};
+  return uncorrected_callees(files.modules.front(), correction_options(command, nullptr).still);
+}
+
 const char* state_of_module(const RewrittenModule& module) {
   if (!module.refusals.empty()) return "refused";
   if (module.corrected > 0) return "corrected";
@@ -195,6 +202,7 @@ int correct_at_run_time(const CorrectCommand& command, const calib::Calibration&
       rewrite_motions(files, correction_options(command, nullptr).leave,
                       krl::external_names(robot));
   Json report = report_json(result, fix, command.serial, robot);
+  report["warnings"] = warned(callees_beside(command, files), command, robot, {});
   std::vector<Written> written;
   if (!result.files.empty() && !command.output.empty()) {
     std::vector<KrlFile> read;

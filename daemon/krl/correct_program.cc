@@ -536,6 +536,7 @@ CorrectedProgram correct_program(const calib::Calibration& calibration, const Pr
   sort_by_place(result.refusals);
   if (!result.refusals.empty()) return result;
   result.warnings = correction.warnings(keys);
+  result.warnings.insert(result.warnings.end(), program.callees.begin(), program.callees.end());
   for (const KrlFile* file : texts)
     result.files.push_back({file->name, edited(file->text, correction.edits_of(file->name, keys))});
   return result;

@@ -7,6 +7,7 @@
 #include "calib/export/krl_values.h"
 #include "calib/model/error.h"
 #include "daemon/krl/krl_inline.h"
+#include "daemon/krl/krl_program.h"
 
 namespace cellcal::daemon::krl {
 
@@ -86,6 +87,14 @@ bool calls_at(const std::vector<Token>& t, std::size_t at) {
          t[at].word[0] != '$' && t[at].word[0] != '#';
 }
 
+/// A motion to another place than a home or where the arm is.
+bool moves_to_points(const Line& line) {
+  const auto& t = line.tokens;
+  const bool stays_there =
+      t.size() > 1 && (stays(t[1].word) || (t[1].word.starts_with('$') && !sign_at(t, 2, ':')));
+  return motion_kind(line) != MotionKind::kNone && !stays_there;
+}
+
 std::string upper_stem(const std::string& file) {
   return upper_case(std::filesystem::path(file).stem().string());
 }
@@ -148,6 +157,7 @@ Routines::Routines(const std::vector<const KrlFile*>& modules, const std::set<st
 void Routines::keep(const std::string& name, Body body, bool global) {
   if (name.empty()) return;
   if (still_.count(name) > 0) body.changes = {};
+  body.name = name;
   places_[{body.module, name}].push_back(bodies_.size());
   if (global) places_[{kEverywhere, name}].push_back(bodies_.size());
   bodies_.push_back(std::move(body));
@@ -170,6 +180,7 @@ void Routines::read(const KrlFile& file, std::size_t module) {
     if (declares(line) || line.tokens[0].is("END")) continue;
     if (body.lines.size() <= kMostFollowed) body.lines.push_back(line);
     body.moves = body.moves || motion_kind(line) != MotionKind::kNone;
+    body.to_points = body.to_points || moves_to_points(line);
     body.frames = body.frames || sets_frames(line);
     for (std::size_t i = 0; i < line.tokens.size(); ++i)
       if (calls_at(line.tokens, i)) body.calls.insert(line.tokens[i].word);
@@ -208,22 +219,35 @@ void Routines::settle() {
     if (!body.may_set || body.lines.size() > kMostFollowed) std::vector<Line>().swap(body.lines);
 }
 
-FrameChanges Routines::changes(std::size_t module) const {
-  FrameChanges all;
-  std::deque<std::size_t> called;
+std::vector<std::size_t> Routines::reached(std::size_t module) const {
+  std::vector<std::size_t> all;
   for (std::size_t i = 0; i < bodies_.size(); ++i)
-    if (bodies_[i].module == module) called.push_back(i);
-  std::set<std::size_t> seen(called.begin(), called.end());
-  for (; !called.empty(); called.pop_front()) {
-    const Body& body = bodies_[called.front()];
-    merge(body.changes, all);
+    if (bodies_[i].module == module) all.push_back(i);
+  std::set<std::size_t> seen(all.begin(), all.end());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const Body& body = bodies_[all[i]];
     for (const std::string& call : body.calls) {
       if (still_.count(call) > 0 || is_kukas(call)) continue;  // STOOL2 reads TOOL_DATA[n]
       if (const auto* places = bodies_of(body.module, call))
         for (const std::size_t one : *places)
-          if (seen.insert(one).second) called.push_back(one);
+          if (seen.insert(one).second) all.push_back(one);
     }
   }
+  return all;
+}
+
+FrameChanges Routines::changes(std::size_t module) const {
+  FrameChanges all;
+  for (const std::size_t one : reached(module)) merge(bodies_[one].changes, all);
+  return all;
+}
+
+std::vector<std::pair<std::size_t, std::string>> Routines::moving_callees(
+    std::size_t module) const {
+  std::vector<std::pair<std::size_t, std::string>> all;
+  for (const std::size_t one : reached(module))
+    if (bodies_[one].module != module && bodies_[one].to_points)
+      all.emplace_back(bodies_[one].module, bodies_[one].name);
   return all;
 }
 

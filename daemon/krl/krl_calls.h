@@ -58,10 +58,15 @@ class Routines {
                                                                    const Line& line) const;
   /// Changes by that module's routines and all their callees.
   FrameChanges changes(std::size_t module) const;
+  /// Module and name of the routines elsewhere that its routines call, directly or not, and that move to points other than
+  /// homes.
+  std::vector<std::pair<std::size_t, std::string>> moving_callees(std::size_t module) const;
 
  private:
   struct Body {
+    std::string name;
     std::size_t module = 0;
+    bool to_points = false;  ///< moves by its own statements, and not to homes alone
     bool moves = false, frames = false;      ///< by its own statements
     bool may_move = false, may_set = false;  ///< including callees
     std::set<std::string> calls;
@@ -76,6 +81,8 @@ class Routines {
   /// Visible from this module: its own routines hide others.
   const std::vector<std::size_t>* bodies_of(std::size_t module, const std::string& name) const;
   Effects of_name(std::size_t module, const std::string& name) const;
+  /// The module's own and all their callees, as indices.
+  std::vector<std::size_t> reached(std::size_t module) const;
 
   std::vector<Body> bodies_;
   std::map<std::pair<std::size_t, std::string>, std::vector<std::size_t>> places_;

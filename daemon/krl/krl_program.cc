@@ -436,6 +436,24 @@ void apply_beside(const KrlFile& module, const std::string& program, Data& known
 } catch (const calib::FileError&) {
 }
 
+/// The program, and the modules beside.
+std::vector<const KrlFile*> sources_of(const ProgramFiles& files) {
+  std::vector<const KrlFile*> sources = {&files.src};
+  for (const KrlFile& one : files.modules) sources.push_back(&one);
+  return sources;
+}
+
+std::vector<calib::Phrase> callees_of(const std::vector<const KrlFile*>& sources,
+                                      const Routines& routines) {
+  std::vector<calib::Phrase> all;
+  for (const auto& [module, name] : routines.moving_callees(0))
+    if (!is_kukas_program(sources[module]->name))
+      all.push_back(
+          {"say.krl.warning.callee",
+           {{"name", calib::shown(name)}, {"file", calib::shown(sources[module]->name, 120)}}});
+  return all;
+}
+
 /// By all modules but the controller's own.
 FrameChanges changes_by_all(const std::vector<const KrlFile*>& sources, const Routines& routines) {
   FrameChanges all;
@@ -569,9 +587,9 @@ Program read_program(const ProgramFiles& files, const std::vector<std::string>& 
   if (files.dat) read_data(*files.dat, program.data);
   for (const KrlFile& one : files.modules) apply_beside(one, files.src.name, known, program.data);
   add(known, program.data);
-  std::vector<const KrlFile*> sources = {&files.src};
-  for (const KrlFile& one : files.modules) sources.push_back(&one);
+  const std::vector<const KrlFile*> sources = sources_of(files);
   const Routines routines(sources, {still.begin(), still.end()});
+  program.callees = callees_of(sources, routines);
   program.changes = changes_by_all(sources, routines);
   program.modules.push_back(
       {files.src.name, changes_for(files, routines.changes(0), program.changes), 0, {}, false});
@@ -586,6 +604,12 @@ Program read_program(const ProgramFiles& files, const std::vector<std::string>& 
       program.left[name] = "no motion goes to it";
   program.twice = program.data.refusals;
   return program;
+}
+
+std::vector<calib::Phrase> uncorrected_callees(const ProgramFiles& files,
+                                               const std::vector<std::string>& still) {
+  const std::vector<const KrlFile*> sources = sources_of(files);
+  return callees_of(sources, Routines(sources, {still.begin(), still.end()}));
 }
 
 Program read_programs(const BackupFiles& files, const std::vector<std::string>& leave,

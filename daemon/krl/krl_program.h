@@ -113,6 +113,8 @@ struct Program {
   FrameChanges changes;                      ///< by all modules but the controller's own
   std::vector<Copy> copies;
   std::set<std::string> copied_to;  ///< keys of points that take another's value
+  /// Of a single module: the routines of other modules that it calls and that move.
+  std::vector<calib::Phrase> callees;
   Data data;  ///< the controller's tools, bases, loads and FDATs; for a single module all data
 };
 
@@ -135,6 +137,11 @@ struct ProgramFiles {
 /// move nor set frames. Throws FileError for a name of `leave` without a point.
 Program read_program(const ProgramFiles& files, const std::vector<std::string>& leave,
                      const std::vector<std::string>& still);
+
+/// Warnings of the routines in `files.modules` that the program calls, directly or not, and that move to points: these
+/// stay uncorrected.
+std::vector<calib::Phrase> uncorrected_callees(const ProgramFiles& files,
+                                               const std::vector<std::string>& still);
 
 /// All modules of a controller.
 struct BackupFiles {

@@ -509,6 +509,28 @@ TEST_F(Correct, ReadsCalledRoutinesOfTheFolderAndThoseThatAreNamed) {
       run_correct({"--program", src, "--config", config, "--does-not-move", "glue_on"}).status, 0);
 }
 
+TEST_F(Correct, NamesACalledProgramThatMovesAndIsNotCorrected) {
+  calibration_file();
+  const auto points = postures(2);
+  const std::string src =
+      put("p.src", "DEF P()\nBAS(#TOOL,1)\nBAS(#BASE,0)\nPTP XP\nPLACE()\nPTP XP\nEND\n");
+  put("p.dat", "DECL E6POS XP=" + pose_text(points[0]) + "\n");
+  put("place.src", "DEF PLACE()\nPTP XP9\nEND\n");
+  put("place.dat", "DECL E6POS XP9=" + pose_text(points[1]) + "\n");
+  const std::string config =
+      put("$config.dat", "TOOL_DATA[1]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\n");
+  for (const bool at_run_time : {false, true}) {
+    std::vector<std::string> command = {"--program", src, "--config", config, "--json"};
+    if (at_run_time) command.insert(command.end(), {"--at-run-time", "--serial", "5"});
+    const Outcome outcome = run_correct(command);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    const std::string warning =
+        "moves and is not corrected. Correct all programs together with --backup";
+    EXPECT_NE(outcome.err.find(warning), std::string::npos) << outcome.err;
+    EXPECT_EQ(nlohmann::json::parse(outcome.out).at("warnings").size(), 1U);
+  }
+}
+
 TEST_F(Correct, WarnsOnceOfPointsTaughtWithAbsoluteAccuracyWhereNothingStatesIt) {
   calibration_file();
   const auto points = postures(2);

@@ -101,6 +101,30 @@ TEST(AModuleBesideThatIsNotCalled, ChangesAToolOfTheController) {
   EXPECT_EQ(warned.warnings.size(), 1U);
 }
 
+TEST(ARoutineElsewhereThatMoves, IsNamedAsNotCorrected) {
+  const auto warned = [](const std::string& body, const std::vector<krl::KrlFile>& modules,
+                         const std::vector<std::string>& still = {}) {
+    krl::ProgramFiles f{{"p.src", "DEF p()\n" + body + "END\n"}, {}, {}, modules};
+    std::string all;
+    for (const calib::Phrase& one : uncorrected_callees(f, still)) all += calib::words(one) + "\n";
+    return all;
+  };
+  const krl::KrlFile place{"place.src", "DEF place()\nLIN XP9\nEND\n"},
+      home{"home.src", "DEF home()\nPTP $AXIS_ACT\nPTP XHOME C_PTP\nEND\n"},
+      through{"through.src", "DEF through()\nplace()\nhome()\nEND\n"};
+  const std::string named = warned("PLACE()\n", {place});
+  EXPECT_NE(named.find("PLACE in place.src, which this program calls, moves and is not corrected"),
+            std::string::npos)
+      << named;
+  EXPECT_EQ(warned("through()\n", {place, home, through}), named) << "through another";
+  EXPECT_EQ(warned("IF f(place()) THEN\nENDIF\nplace()\n", {place}), named) << "once";
+  EXPECT_EQ(warned("home()\n", {place, home}), "") << "a home stays";
+  EXPECT_EQ(warned("", {place}), "") << "not called";
+  EXPECT_EQ(warned("PLACE()\n", {place}, {"PLACE"}), "") << "stated not to move";
+  EXPECT_EQ(warned("own()\nEND\nDEF own()\nPTP XP1\n", {place}), "") << "corrected with it";
+  EXPECT_EQ(warned("IR_STOPM()\n", {{"ir_stopm.src", "DEF ir_stopm()\nPTP XP1\nEND\n"}}), "");
+}
+
 TEST(ModulesThatAreNoText, HaveNoRoutines) {
   const krl::KrlFile broken{"clamp.src", std::string("DEF CLAMP()\0END\n", 16)},
       cut{"clamp.src", "DEF"};
