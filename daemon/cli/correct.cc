@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <tuple>
 
 #include "calib/export/corrector.h"
 #include "calib/export/machine_data.h"
@@ -178,12 +180,7 @@ bool known_at_run_time(const krl::Refusal& refusal) {
 }
 
 void name_refusals(const CorrectedProgram& result, const calib::Robot& robot) {
-  constexpr std::size_t kInWords = 30;
-  for (std::size_t i = 0; i < std::min(kInWords, result.refusals.size()); ++i)
-    fmt::print(stderr, "cellcal correct: {}\n", say(phrase(result.refusals[i], robot)));
-  if (result.refusals.size() > kInWords)
-    fmt::print(stderr, "{}\n",
-               say({"say.correct.refused.more", {{"n", result.refusals.size() - kInWords}}}));
+  print_refusals(result.refusals, robot);
   const calib::Phrase instead = std::ranges::any_of(result.refusals, known_at_run_time)
                                     ? "say.correct.refused.at_run_time"
                                     : "";
@@ -270,6 +267,32 @@ nlohmann::json refusal_json(const krl::Refusal& refusal, const calib::Robot& rob
           {"line", refusal.line},
           {"what", refusal.what},
           {"words", words(refusal, robot)}};
+}
+
+void print_refusals(const std::vector<krl::Refusal>& refusals, const calib::Robot& robot) {
+  constexpr std::size_t kInWords = 30;
+  for (std::size_t i = 0; i < std::min(kInWords, refusals.size()); ++i)
+    fmt::print(stderr, "cellcal correct: {}\n", say(phrase(refusals[i], robot)));
+  if (refusals.size() > kInWords)
+    fmt::print(stderr, "{}\n",
+               say({"say.correct.refused.more", {{"n", refusals.size() - kInWords}}}));
+}
+
+int print_refused_modules(const std::vector<std::vector<krl::Refusal>>& of_moving,
+                          const calib::Robot& robot) {
+  std::vector<krl::Refusal> all;
+  std::size_t refused = 0;
+  std::set<std::tuple<std::string, int, std::string, krl::Why>> seen;  // one point of several
+  for (const auto& module : of_moving) {
+    refused += module.empty() ? 0 : 1;
+    for (const krl::Refusal& one : module)
+      if (seen.emplace(one.file, one.line, one.what, one.why).second) all.push_back(one);
+  }
+  if (refused == 0) return kSuccess;
+  print_refusals(all, robot);
+  fmt::print(stderr, "{}\n",
+             say({"say.correct.backup.refused", {{"n", refused}, {"all", of_moving.size()}}}));
+  return kNotPublishable;
 }
 
 namespace {

@@ -61,6 +61,18 @@ std::string load_name(const krl::ToolUsed& tool);
 std::string module_line(const std::string& state, const std::string& src, const calib::Phrase& what);
 nlohmann::json point_json(const krl::CorrectedPoint& point);
 nlohmann::json refusal_json(const krl::Refusal& refusal, const calib::Robot& robot);
+/// Prints the refusals to the standard error, the first 30 of them.
+void print_refusals(const std::vector<krl::Refusal>& refusals, const calib::Robot& robot);
+/// Prints those of modules that move, and how many modules stay; kNotPublishable where there is one.
+int print_refused_modules(const std::vector<std::vector<krl::Refusal>>& of_moving,
+                          const calib::Robot& robot);
+template <class Module>
+std::vector<std::vector<krl::Refusal>> refusals_of_moving(const std::vector<Module>& modules) {
+  std::vector<std::vector<krl::Refusal>> all;
+  for (const Module& module : modules)
+    if (module.motions > 0) all.push_back(module.refusals);
+  return all;
+}
 /// Prints the warnings, and one of points that were taught by another model than may be in force, to the standard
 /// error; in English for JSON.
 nlohmann::json warned(std::vector<calib::Phrase> warnings, const CorrectCommand& command,

@@ -220,10 +220,9 @@ int correct_at_run_time(const CorrectCommand& command, const calib::Calibration&
   }
   if (written.empty()) text += say("say.correct.run_time.not_written") + "\n";
   put(command.json ? json_text(report) : text, {});
-  if (!result.files.empty()) return kSuccess;
-  return std::ranges::any_of(result.modules, [](const auto& m) { return !m.refusals.empty(); })
-             ? kJobFailed
-             : kNotPublishable;
+  const int status = print_refused_modules(refusals_of_moving(result.modules), robot);
+  if (!result.files.empty()) return status;
+  return status == kSuccess ? kNotPublishable : kJobFailed;
 }
 
 int restore_program(const CorrectCommand& command) {

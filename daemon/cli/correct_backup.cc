@@ -194,8 +194,9 @@ int correct_backup_files(const CorrectCommand& command, const calib::Calibration
     text += say({"say.correct.written", {{"file", place.string()}}}) + "\n";
   if (places.empty() && !result.files.empty()) text += say("say.correct.backup.not_written") + "\n";
   put(command.json ? json_text(all) : text, {});
+  const int status = print_refused_modules(refusals_of_moving(result.modules), robot);
   const Counts counts = counts_of(result);
-  if (counts.moving == 0 || counts.corrected > 0) return kSuccess;
+  if (counts.moving == 0 || counts.corrected > 0) return status;
   fmt::print(stderr, "{}\n", say({"say.correct.backup.none", {{"n", counts.moving}}}));
   return kNotPublishable;
 }

@@ -481,6 +481,29 @@ TEST_F(Correct, ABackupOfWhichNothingCanBeCorrectedIsStatus3) {
   EXPECT_EQ(report.at("modules").at(1).at("refusals").at(0).at("why"), "relative_motion");
 }
 
+TEST_F(Correct, ABackupWithARefusedModuleIsWrittenWithStatus3AndTheRefusalOnStandardError) {
+  calibration_file();
+  const std::string backup = put_backup(dir_ / "backup", false);
+  put("backup/KRC/R1/Program/c.src", "DEF C()\nBAS(#TOOL,1)\nBAS(#BASE,0)\nLIN {Z 5}\nEND\n");
+  put("backup/KRC/R1/Program/still.src", "DEF STILL()\nXQ.X=5\nEND\n");
+  for (const bool at_run_time : {false, true}) {
+    std::vector<std::string> command = {"--backup", backup, "-o", dir_ / "out"};
+    if (at_run_time) command.insert(command.end(), {"--at-run-time", "--serial", "5", "--force"});
+    const Outcome outcome = run_correct(command);
+    EXPECT_EQ(outcome.status, 3) << outcome.err;
+    EXPECT_NE(outcome.err.find("cellcal correct: KRC/R1/Program/c.src:4: line 4: incomplete"),
+              std::string::npos)
+        << outcome.err;
+    EXPECT_NE(outcome.err.find("1 of 3 modules with motions refused; they stay as they are"),
+              std::string::npos)
+        << outcome.err;
+    EXPECT_TRUE(std::filesystem::exists(dir_ / "out/cellcal.corrected.json"));
+    EXPECT_TRUE(std::filesystem::exists(
+        dir_ / (at_run_time ? "out/KRC/R1/Program/a.src" : "out/KRC/R1/Program/A.DAT")));
+    EXPECT_FALSE(std::filesystem::exists(dir_ / "out/KRC/R1/Program/c.src"));
+  }
+}
+
 TEST_F(Correct, AProgramOfHomesAloneIsStatus3) {
   calibration_file();
   const std::string src = put("p.src", "DEF P()\nPTP XHOME\nEND\n");
