@@ -101,8 +101,8 @@ class Correction {
   const std::vector<ToolUsed>& tools() const { return views_.used(); }
   const std::vector<std::string>& order() const { return order_; }
 
-  /// Of the points among `keys`: other modules that compute the number of what they change, and tools whose LOAD_DATA is
-  /// not the cell file's load.
+  /// Of the points among `keys`: other modules that compute the number of what they change, tools whose LOAD_DATA is
+  /// not the cell file's load, and S and T that fit no posture.
   std::vector<calib::Phrase> warnings(const std::set<std::string>& keys) const {
     std::set<std::pair<std::string, const ChangedNumbers*>> used;
     std::set<int> own_loads;  // of LOAD_DATA
@@ -124,6 +124,15 @@ class Correction {
                          {{"file", calib::shown(file, 120)}, {"line", line}, {"data", data}}});
     for (const auto& [number, warning] : views_.warnings())
       if (own_loads.count(number) > 0) found.push_back(warning);
+    std::vector<const CorrectedPoint*> ignored;
+    for (const std::string& key : order_)
+      if (keys.count(key) > 0 && postures_.ignored(key)) ignored.push_back(&points_.at(key));
+    if (!ignored.empty())
+      found.push_back({"say.krl.warning.status_ignored",
+                       {{"n", ignored.size()},
+                        {"name", calib::shown(ignored[0]->name)},
+                        {"file", calib::shown(ignored[0]->file, 120)},
+                        {"line", ignored[0]->line}}});
     return found;
   }
 
@@ -207,7 +216,7 @@ class Correction {
     }
     // Without S and T the same numbers may belong to another posture here.
     ControllerView& view = *postures_.view_of(other);
-    if (!axes && !status_turn(program_.points.at(other.point)) &&
+    if (!axes && !postures_.stated(other) &&
         view.status_turn(*here).status != view.status_turn(*postures_.at(first)).status) {
       refused_.insert(other.point);
       return refuse(Why::kNoConfiguration, other);
@@ -316,9 +325,9 @@ class Correction {
     const Isometry3d& in_robot = *base;
     const FrameMmDeg old = *frame_of(point.value);
     const Isometry3d taught = calib::to_isometry(old), wanted = in_robot * taught;
-    const auto stated = status_turn(point);
+    const auto stated = postures_.stated(motion);
     const auto q = postures_.at(index);
-    if (!q) return no_posture(index, stated.has_value());
+    if (!q) return no_posture(index, status_turn(point).has_value());
     const auto flange = flange_of(carriers_, motion, point);
     const Isometry3d goal = goal_of(motion, point, *q, flange, wanted);
     if (flange ? outside_scope_on(*flange, goal) : outside_scope(goal)) return Why::kOutsideScope;

@@ -30,6 +30,7 @@ bool same_joints(const JointVector& a, const JointVector& b) {
 Postures::Postures(const Program& program, ControllerViews& views, const Carriers& carriers)
     : program_(program), views_(views), carriers_(carriers) {
   for (const Motion& motion : program.motions) before_.push_back(program.flow.before(motion.start));
+  find_ignored();
   for (int pass = 0; pass < kMostPasses && fill(); ++pass) {
   }
   for (std::size_t i = 0; i < program.motions.size(); ++i)
@@ -93,6 +94,25 @@ std::vector<JointVector> Postures::starts(std::size_t motion, const JointsOfMoti
   return all ? known : std::vector<JointVector>{};
 }
 
+std::optional<StatusTurn> Postures::stated(const Motion& motion) const {
+  return ignored(motion.point) ? std::nullopt : status_turn(*point_of(motion));
+}
+
+void Postures::find_ignored() {
+  std::set<std::string> selected = program_.copied_to;
+  for (const Motion& motion : program_.motions)
+    if (!motion.cp) selected.insert(motion.point);
+  for (const Motion& motion : program_.motions) {
+    if (selected.count(motion.point) > 0) continue;
+    const auto tcp = target_of(motion);
+    if (!tcp) continue;
+    const Point& point = *point_of(motion);
+    const auto status = status_turn(point);
+    if (status && !view_of(motion)->joints(*tcp, *status, carriers_.unit_m(point)))
+      ignored_.insert(motion.point);
+  }
+}
+
 /// A copied point whose own value has no posture: no motion goes there as it is stated.
 bool Postures::is_out_of_reach(const Motion& motion) {
   return program_.copied_to.count(motion.point) > 0 && target_of(motion) &&
@@ -133,8 +153,8 @@ std::optional<JointVector> Postures::find(std::size_t index) {
   const auto tcp = target_of(motion);
   if (!tcp) return std::nullopt;
   ControllerView* const view = view_of(motion);
-  if (const auto stated = status_turn(*point))
-    return view->joints(*tcp, *stated, carriers_.unit_m(*point));
+  if (const auto status = stated(motion))
+    return view->joints(*tcp, *status, carriers_.unit_m(*point));
   bool all = false;
   const auto known = known_starts(index, joints_, all);
   if (known.empty()) return std::nullopt;
@@ -148,7 +168,7 @@ bool Postures::fill() {
     if (joints_.count(i) > 0) continue;
     const auto q = find(i);
     if (q) joints_[i] = *q;
-    news = news || (q && !status_turn(*point_of(program_.motions[i])));
+    news = news || (q && !stated(program_.motions[i]));
   }
   return news;
 }
@@ -156,22 +176,23 @@ bool Postures::fill() {
 std::optional<Why> Postures::wrong(std::size_t index, const JointsOfMotions& joints) {
   const Motion& motion = program_.motions[index];
   const Point& point = *point_of(motion);
-  const bool follows = point.kind == PointKind::kCartesian && !status_turn(point);
+  const bool follows = point.kind == PointKind::kCartesian && !stated(motion);
   if (!motion.cp && !follows) return std::nullopt;
+  const Why unknown = ignored(motion.point) ? Why::kWrongTurn : Why::kNoConfiguration;
   const auto from = starts(index, joints);
-  if (from.empty()) return follows ? Why::kNoConfiguration : Why::kPostureNotKnown;
+  if (from.empty()) return follows ? unknown : Why::kPostureNotKnown;
   ControllerView& view = *view_of(motion);
   if (!view.closed_form()) return Why::kNoClosedForm;
   const JointVector& q = joints.at(index);
   const int status = view.status_turn(q).status;
   if (!std::ranges::all_of(
           from, [&](const JointVector& one) { return view.status_turn(one).status == status; }))
-    return follows ? Why::kNoConfiguration : Why::kOtherPosture;
+    return follows ? unknown : Why::kOtherPosture;
   if (!follows || &joints != &joints_) return std::nullopt;
   const Isometry3d tcp = *base_of(motion) * calib::to_isometry(*frame_of(point.value));
   for (const JointVector& one : from)
     if (const auto there = view.joints(tcp, carriers_.at_the_unit(one, point)); !there || !same_joints(*there, q))
-      return Why::kNoConfiguration;
+      return unknown;
   return std::nullopt;
 }
 
@@ -182,7 +203,7 @@ bool Postures::remove_wrong() {
     const Motion& motion = program_.motions[i];
     if (!motion.left || joints_.count(i) == 0) continue;
     const Point& point = *point_of(motion);
-    if (!motion.cp && (point.kind == PointKind::kAxes || status_turn(point))) continue;
+    if (!motion.cp && (point.kind == PointKind::kAxes || stated(motion))) continue;
     const bool known_frames = motion.frames.tool && view_of(motion) != nullptr;
     if (known_frames && !wrong(i, joints_)) continue;
     joints_.erase(i);

@@ -26,6 +26,10 @@ class Postures {
   std::optional<calib::JointVector> at(std::size_t motion) const;
   /// To a copied point whose own value no posture reaches: only its copies are moved to.
   bool never(std::size_t motion) const { return never_.count(motion) > 0; }
+  /// S and T of its point that select the posture; none of one for CP motions alone whose S and T fit no posture: the
+  /// controller does not look at them.
+  std::optional<StatusTurn> stated(const Motion& motion) const;
+  bool ignored(const std::string& point) const { return ignored_.count(point) > 0; }
   /// Those in which it may start; empty: unknown on one of the ways to it.
   std::vector<calib::JointVector> starts(std::size_t motion, const JointsOfMotions& joints) const;
   /// CP motions keep the posture of their start regardless of S, and so does a point without S and T.
@@ -43,6 +47,7 @@ class Postures {
   std::vector<calib::JointVector> known_starts(std::size_t motion, const JointsOfMotions& joints,
                                                bool& all) const;
   bool is_out_of_reach(const Motion& motion);
+  void find_ignored();
   std::optional<Eigen::Isometry3d> target_of(const Motion& motion);
   std::optional<calib::JointVector> find_axes(const Motion& motion, const Point& point);
   std::optional<calib::JointVector> find(std::size_t index);
@@ -55,6 +60,7 @@ class Postures {
   std::vector<Before> before_;  ///< of each motion
   JointsOfMotions joints_;
   std::set<std::size_t> never_;
+  std::set<std::string> ignored_;  ///< points
 };
 
 }  // namespace cellcal::daemon::krl

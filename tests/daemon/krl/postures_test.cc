@@ -121,6 +121,47 @@ TEST(ALinearMotion, WhoseBeginningIsNotKnownIsRefused) {
   }
 }
 
+/// Of a post-processor that writes S 0,T 0 in all points.
+std::string constant(const calib::JointVector& q) {
+  return pose_text(q, false).insert(pose_text(q, false).size() - 1, ",S 0,T 0");
+}
+
+TEST(ALinearMotion, ToAPointWhoseStatusFitsNoPostureKeepsItsOwnWithAWarning) {
+  const std::string near = constant(kNear),
+                    body = "PTP XUP\nLIN " + near + "\nLIN XNEAR\nLIN " + near + "\n";
+  const auto result = correct_motions(body);
+  const auto plain = correct_motions("PTP XUP\nLIN XNEAR\n");
+  ASSERT_TRUE(result.refusals.empty()) << all_words(result);
+  ASSERT_EQ(result.points.size(), 4U);
+  for (const std::size_t i : {1U, 3U})
+    EXPECT_LT((result.points[i].shift_mm - plain.points.at(1).shift_mm).norm(), 1e-9);
+  EXPECT_FALSE(result.points[1].status_changed);
+  EXPECT_NE(result.files[0].text.find(",S 0,T 0}"), std::string::npos);
+  ASSERT_EQ(result.warnings.size(), 1U);
+  EXPECT_NE(
+      calib::words(result.warnings[0])
+          .find("of 2 points of LIN, CIRC or splines match no posture, the first line 5 (p.src:5)"),
+      std::string::npos)
+      << calib::words(result.warnings[0]);
+  EXPECT_TRUE(plain.warnings.empty());
+}
+
+TEST(ALinearMotion, ToAPointWhoseStatusFitsNoPostureIsRefusedWhereAPtpUsesItOrTheStartIsUnknown) {
+  const std::string point = "XC=" + constant(kNear) + "\n";
+  const auto refused_as = [&](const std::string& body) {
+    std::string all;
+    for (const krl::Refusal& one : correct_motions("DECL E6POS XC\n" + point + body).refusals)
+      all += krl::name_of(one.why) + std::string(" ");
+    return all;
+  };
+  EXPECT_EQ(refused_as("PTP XUP\nLIN XC\n"), "");
+  EXPECT_EQ(refused_as("PTP XUP\nCIRC XNEAR,XC\n"), "");
+  EXPECT_EQ(refused_as("PTP XUP\nLIN XC\nPTP XC\n"), "wrong_turn ");
+  EXPECT_EQ(refused_as("LIN XC\n"), "wrong_turn ");
+  EXPECT_EQ(refused_as("IF $IN[1] THEN\nPTP XUP\nELSE\nPTP XFLIPPED\nENDIF\nLIN XC\n"),
+            "wrong_turn ");
+}
+
 TEST(ALinearMotion, MayBeginAtAPointThatIsLeft) {
   EXPECT_TRUE(correct_motions("PTP XHOME\nLIN XNEAR\n").refusals.empty());
   const auto left = correct_motions("PTP XUP\nLIN XNEAR\n", {{"XUP"}});
