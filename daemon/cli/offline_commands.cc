@@ -444,7 +444,10 @@ void add_correct(CLI::App& app, int& status) {
                    "Routines that neither move the arm nor set frames: NAME,NAME")
       ->delimiter(',')
       ->excludes(poses);
-  command->add_option("--leave", given->leave, "Points that stay as they are: NAME,NAME")
+  command
+      ->add_option(
+          "--leave", given->leave,
+          "Points that stay as they are: NAME,NAME, or \"line 12\" for one written out there")
       ->delimiter(',')
       ->excludes(poses);
   command

@@ -221,21 +221,31 @@ class Reader {
     flow_.lose({});  // unless the target is known
     motion.frames = state.at_motion(line, motion.wrong_frame_data);
     if (motion.wrong_frame_data) motion.wrong_frame_data->file = src_.name;
+    const std::string where = together_ ? "@" + std::to_string(module_) : "";
+    const auto refuse_line = [&](Why why) {
+      if (!leave_line(motion.point, motion.point + where)) refuse(why, line.number, motion.point);
+      return false;
+    };
     if (sign_at(t, at, '{')) {
       auto value = read_aggregate(t, at);
       motion.point = "line " + std::to_string(line.number);
-      const std::string where = together_ ? "@" + std::to_string(module_) : "";
-      if (!value) return refuse(Why::kPartial, line.number, motion.point), false;
-      if (sign_at(t, value->after, ':'))
-        return refuse(Why::kOperator, line.number, motion.point), false;
+      if (!value) return refuse_line(Why::kPartial);
+      if (sign_at(t, value->after, ':')) return refuse_line(Why::kOperator);
       at = value->after;
       const PointKind kind = kind_of(*value);
-      if (program_.points.count(motion.point + where) > 0) motion.point += " (second point)";
-      motion.point += where;
-      program_.points[motion.point] = {{}, kind, src_.name, line.number, std::move(*value)};
+      if (program_.points.count(motion.point + where) + program_.left.count(motion.point + where) >
+          0)
+        motion.point += " (second point)";
+      const std::string key = motion.point + where;
+      motion.left = leave_line(motion.point, key);
+      (motion.left ? program_.left_points : program_.points)[key] = {
+          {}, kind, src_.name, line.number, std::move(*value)};
+      motion.point = key;
     } else {
-      if (at >= t.size() || t[at].kind != Kind::kWord)
-        return refuse(Why::kComputed, line.number, "line " + std::to_string(line.number)), false;
+      if (at >= t.size() || t[at].kind != Kind::kWord) {
+        motion.point = "line " + std::to_string(line.number);
+        return refuse_line(Why::kComputed);
+      }
       std::string name = t[at].word;
       if (!rest_of_name(t, ++at, name)) return refuse(Why::kArray, line.number, name), false;
       if (sign_at(t, at, ':')) return refuse(Why::kOperator, line.number, name), false;
@@ -278,6 +288,14 @@ class Reader {
         break;
       }
     return false;
+  }
+
+  /// A point without a name, by that of its refusal ("line 12"); false: it does not stay.
+  bool leave_line(const std::string& name, const std::string& key) {
+    if (leave_.count(upper_case(name)) == 0) return false;
+    targets_.insert(upper_case(name));
+    program_.left[key] = together_ ? "--leave, " + src_.name : "--leave";
+    return true;
   }
 
   /// True if the point is to be corrected. A later value is unknown yet, so the final decision

@@ -137,6 +137,19 @@ TEST(AFrameOfAComputedNumberThatAnotherModuleChanges, IsAWarningWithThePlace) {
   EXPECT_EQ(of(own, "A").refusals.at(0).why, Why::kFrameChanged) << why_not(of(own, "A"));
 }
 
+TEST(APointWrittenOut, IsLeftByItsLineInAllModulesOfABackup) {
+  krl::BackupFiles files;
+  files.modules = {module_named("A", "PTP " + taught_at(0)),
+                   module_named("B", "PTP XB", "DECL E6POS XB=" + taught_at(1))};
+  files.controller = {{"$config.dat", kConfig}};
+  const auto result = correct_backup(calibration(), files, {{"LINE 5"}});
+  EXPECT_EQ(of(result, "A").points, 0);
+  EXPECT_EQ(of(result, "B").points, 1);
+  const auto left = std::ranges::find(result.left, "line 5", &krl::LeftPoint::name);
+  ASSERT_NE(left, result.left.end());
+  EXPECT_EQ(left->why, "--leave, A.src");
+}
+
 TEST(APointThatModulesMoveToInTwoFrames, IsRefusedWithBoth) {
   const auto result = corrected_together(
       {module_named("A", "PTP XG", "DECL GLOBAL E6POS XG=" + taught_at(0) + "\n"),

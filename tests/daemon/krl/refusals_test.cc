@@ -246,6 +246,32 @@ TEST(APoint, ThatIsToStayIsLeftAsItIs) {
   EXPECT_EQ(result.left[1].why, "--leave");
 }
 
+TEST(APoint, WrittenOutIsLeftByTheNameOfItsRefusal) {
+  const std::string start = "PTP {A1 5.0,A2 -90.0,A3 90.0,A4 0.0,A5 20.0,A6 0.0}\n",
+                    body = start + kFrames + "LIN XP1\n";
+  const auto refused = correct(body, declared(point()));
+  EXPECT_EQ(refused.refusals.at(0).what, "line 2");
+  const auto result = correct(body, declared(point()), {{"LINE 2"}});
+  ASSERT_TRUE(result.refusals.empty()) << all_words(result);
+  EXPECT_EQ(result.points.size(), 1U) << "its angles are the posture before the LIN";
+  EXPECT_NE(result.files.at(0).text.find(start), std::string::npos);
+  ASSERT_EQ(result.left.size(), 1U);
+  EXPECT_EQ(result.left[0].name, "line 2");
+  const std::string p = point();
+  const auto arc = correct(kFrames + ("PTP " + p + "\nCIRC " + p + "," + p + "\n"), "",
+                           {{"LINE 5", "LINE 5 (SECOND POINT)"}});
+  EXPECT_EQ(all_words(arc), "");
+  EXPECT_EQ(arc.left.size(), 2U);
+  EXPECT_EQ(arc.points.size(), 1U);
+  for (const char* other :
+       {"LIN {Z 50}", "LIN {}", "LIN {X 1,Y 0,Z 50,A 0,B 0,C 0}:XP1", "LIN (XP1)"})
+    EXPECT_EQ(
+        all_words(correct(kFrames + ("PTP " + p + "\n") + other + "\n", declared(p), {{"LINE 5"}})),
+        "")
+        << other;
+  EXPECT_THROW(correct(body, declared(point()), {{"LINE 3"}}), calib::FileError);
+}
+
 TEST(APoint, ThatIsToStayHasToBeThere) {
   const std::string body = std::string(kFrames) + "PTP XP1\n";
   for (const auto& [name, words] :
