@@ -191,15 +191,6 @@ void write_external(const calib::Calibration& c, const Carriers& carriers, bool 
   out.reals("CCF_XSTEP", ranges, [](const Range& one) { return one.step; });
   write_unit(c, out);
   write_positioner(c, carriers, out);
-  const std::string none = frame(calib::FrameMmDeg{});
-  out.value(
-      "E6AXIS", "CCF_X",
-      "{A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0,E1 0.0,E2 0.0,E3 0.0,E4 0.0,E5 0.0,E6 0.0}");
-  out.reals("CCF_XE", ranges, [](const Range&) { return 0.0; });
-  out.value("BOOL", "CCF_XUNSEEN", "FALSE");
-  for (const char* name : {"CCF_XON", "CCF_XMACHINE", "CCF_XNEXT"}) out.value("INT", name, "0");
-  for (const char* name : {"CCF_XWAY", "CCF_XGO", "CCF_XFOOT", "CCF_XACT", "CCF_XSHIFT"})
-    out.value("FRAME", name, none);
 }
 
 }  // namespace cellcal::daemon::krl

@@ -404,21 +404,19 @@ void write_tools(const std::vector<FixTool>& tools, Lines& out) {
                            real(1.0 / tools[n].play_closes_nm[i])));
 }
 
-/// Variables of the running module.
-void write_state(Lines& out) {
+/// What a call keeps for the next one, and what it has to itself.
+void write_state(bool external, Lines& out) {
   const std::string axes =
-      "{A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0,E1 0.0,E2 0.0,E3 0.0,"
-      "E4 0.0,E5 0.0,E6 0.0}";
-  const std::string none = frame(FrameMmDeg{});
-  out.comment("while it runs: the axes before as programmed (W) and as commanded (Q), their S");
-  out.value("BOOL", "CCF_SEEN", "FALSE");
-  out.value("E6AXIS", "CCF_W", axes);
-  out.value("E6AXIS", "CCF_Q", axes);
-  out.value("E6AXIS", "CCF_A", axes);
-  out.value("BOOL", "CCF_OK", "FALSE");
-  for (const char* name : {"CCF_N", "CCF_S", "CCF_TT"}) out.value("INT", name, "0");
-  for (const char* name : {"CCF_P", "CCF_C", "CCF_T", "CCF_B", "CCF_R", "CCF_F", "CCF_ROOT"})
-    out.value("FRAME", name, none);
+      "{A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0,E1 0.0,E2 0.0,E3 0.0,E4 0.0,E5 0.0,E6 0.0}";
+  const std::string of_external =
+      ",BOOL XUNSEEN,INT XON,XMACHINE,FRAME XWAY,XGO,XFOOT,XACT,XSHIFT,E6AXIS X,REAL XE[6]";
+  out.comment("the axes before as programmed (W) and as commanded (Q), their S; the tool before");
+  out.line("STRUC CCF_MEMORY BOOL SEEN,INT S,N,FRAME T,E6AXIS W,Q");
+  out.value("CCF_MEMORY", "CCF_MEM",
+            fmt::format("{{SEEN FALSE,S 0,N 0,T {},W {},Q {}}}", frame(FrameMmDeg{}), axes, axes));
+  out.comment("of a single call");
+  out.line("STRUC CCF_CALL CCF_MEMORY MEM,BOOL OK,OWN,INT TT,FRAME P,C,B,R,F,ROOT,E6AXIS A" +
+           (external ? of_external : ""));
   out.value("FRAME", "CCF_UP", frame(Vector3d(0.0, 0.0, kAlongMm)));
   out.value("FRAME", "CCF_ALONG", frame(Vector3d(kAlongMm, 0.0, 0.0)));
   out.value("FRAME", "CCF_ASIDE", frame(Vector3d(0.0, kAlongMm, 0.0)));
@@ -515,7 +513,7 @@ FixModule fix_module(const calib::Calibration& c, const Data& data,
   write_loads(joints, out);
   write_waves(joints, table, out);
   write_tools(module.tools, out);
-  write_state(out);
+  write_state(!external.empty(), out);
   if (!external.empty()) write_external(c, Carriers(c, data), options.anywhere, out);
   write_messages(!external.empty(), out);
   out.line("ENDDAT");

@@ -33,8 +33,10 @@ const std::array<Functions, 5> kFunctions = {
 constexpr const char* kByBase = "CC_BY";
 constexpr const char* kByTool = "CC_BY_TOOL";
 constexpr const char* kByAxes = "CC_BY_AXES";
-/// In place of the controller's, of external axes: it keeps what carries the base.
+/// Of external axes: in place of SBASE(n), and what carries that base. kActive: the active one does not change.
 constexpr const char* kBase = "CC_BASE";
+constexpr const char* kCarrier = "CC_CARRIER";
+constexpr const char *kActive = "-1", *kNotCarried = "0";
 /// Components missing in a relative motion are appended to its {..}. The double blank marks them for
 /// restored(): no editor writes it there.
 constexpr const char* kAdded = ",  ";
@@ -142,6 +144,7 @@ bool approximates(const Token& token) {
 /// Tool, base and mode of a motion's or spline's own WITH, as text.
 struct With {
   std::string tool, base, mode;
+  std::string carrier = kActive;
   bool any() const { return !tool.empty() || !base.empty() || !mode.empty(); }
 };
 
@@ -226,8 +229,12 @@ class Rewriter {
                                                          : nullptr;
       if (place != nullptr && sign_at(t, at + 1, '=') && at + 2 < end)
         *place = src_.text.substr(t[at + 2].begin, t[end - 1].end - t[at + 2].begin);
-      if (place == &with.base && !external_.empty() && t[at + 2].is("SBASE"))
-        place->replace(0, std::string_view("SBASE").size(), kBase);
+      if (place == &with.base) with.carrier = kNotCarried;
+      if (place == &with.base && !external_.empty() && t[at + 2].is("SBASE")) {
+        place->erase(0, std::string_view("SBASE").size());
+        with.carrier = kCarrier + *place;
+        place->insert(0, kBase);
+      }
       at = end;
     }
     return with;
@@ -364,6 +371,7 @@ class Rewriter {
     std::string more;
     if (in) more = given(with.tool, "$TOOL");
     if (in && !axes) more += given(with.base, "$BASE") + given(with.mode, "$IPO_MODE");
+    if (in && !axes && !external_.empty()) more += "," + with.carrier;
     wrap(line, target, function, more);
     spoken_ = true;
     return true;

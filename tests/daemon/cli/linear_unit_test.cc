@@ -285,7 +285,7 @@ TEST(ALinearUnit, IsCorrectedForProgramsAtRunTime) {
                    "--program", src, "--at-run-time", "--serial", "4711", "-o", folder});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_NE(content(folder + "/p.src").find(",A6 +0.0,E1 +0.0})"), std::string::npos);
-  EXPECT_NE(content(folder + "/cellcal_fix.src").find("CCF_X.E1=P.E1"), std::string::npos);
+  EXPECT_NE(content(folder + "/cellcal_fix.src").find("ME.X.E1=P.E1"), std::string::npos);
   EXPECT_NE(content(folder + "/cellcal_fix.dat").find("CCF_XUNITS=1"), std::string::npos);
 }
 

@@ -493,20 +493,47 @@ TEST(FixModuleWithExternalAxes, CorrectsRelativeMotionsWithTheCarriageWhereItGoe
 TEST(FixModuleWithExternalAxes, TakesABaseOnTheTableOfTheMotionsOwnWith) {
   const World world = world_of(true, 2);
   const auto points = points_of(world, 10);
-  for (const int active : {0, 4, 3}) {
+  const std::string of_its_own = "CC_BASE(3),#BASE,CC_CARRIER(3)", of_the_tool = "$BASE,#BASE,-1";
+  for (const auto& [active, with] :
+       {std::pair(0, of_its_own), {4, of_its_own}, {3, of_its_own}, {3, of_the_tool}}) {
     Text text;
     for (std::size_t i = 0; i < points.size(); ++i) {
       // Settings of WITH for this motion only.
       text.body += fmt::format(
-          "BAS(#TOOL,0)\nBAS(#BASE,{1})\nXP{0}=CC_FIX_PTP_IN(XP{0},TOOL_DATA[1],CC_BASE(3),#BASE)\n"
+          "BAS(#TOOL,0)\nBAS(#BASE,{1})\nXP{0}=CC_FIX_PTP_IN(XP{0},TOOL_DATA[1],{2})\n"
           "BAS(#TOOL,1)\nBAS(#BASE,3)\nPTP XP{0}\n",
-          i, active);
+          i, active, with);
       text.data += fmt::format("DECL E6POS XP{}={}\n", i, pose_of(world, points[i], 3));
     }
     const auto controller = controller_with(world, "DEF P ( )\n" + text.body + "END\n", text.data);
     controller->run("P");
     expect_met(world, *controller, points, true);
   }
+}
+
+/// Also between the base of the motion's own WITH and what carries it.
+TEST(FixModuleWithExternalAxes, GivesTheSamePointsWhereAnInterruptCallsItInsideOfACall) {
+  const World world = world_of(true, 1);
+  const auto points = points_of(world, 2);
+  const auto controller = controller_with(
+      world,
+      "DEF P ( )\nINTERRUPT DECL 5 WHEN CALLED DO ASIDE( )\nINTERRUPT ON 5\nBAS(#TOOL,1)\n"
+      "BAS(#BASE,4)\nXR=TARGET( )\nEND\nDEFFCT E6POS TARGET ( )\n"
+      "RETURN (CC_FIX_PTP_IN(XP,TOOL_DATA[1],CC_BASE(3),#BASE,CC_CARRIER(3)))\nENDFCT\n"
+      "DEF ASIDE ( )\nXS=CC_FIX_PTP_IN(XQ,TOOL_DATA[1],CC_BASE(4),#BASE,CC_CARRIER(4))\nEND\n",
+      "DECL GLOBAL BOOL CALLED=FALSE\nDECL E6POS XP=" + pose_of(world, points[0], 3) +
+          "\nDECL E6POS XQ=" + pose_of(world, points[1], 4) + "\nDECL GLOBAL E6POS XR,XS\n");
+  std::vector<float> first;
+  std::int64_t n = 1;
+  for (; controller->run_interrupted("P", "TARGET", n, "CALLED"); ++n) {
+    ASSERT_EQ(controller->state(), State::kEnded) << n << " " << why(*controller);
+    std::vector<float> both;
+    for (const char* name : {"XR", "XS"})
+      for (std::size_t i = 0; i < 6; ++i) both.push_back(controller->variable(name).parts[i].r);
+    if (n == 1) first = both;
+    ASSERT_EQ(both, first) << n;
+  }
+  EXPECT_GT(n, 1000);
 }
 
 /// Expects a halt before any motion, with this message.
@@ -580,14 +607,16 @@ TEST(FixModuleWithExternalAxes, IsNotMadeOfDataThatContradictTheCalibration) {
 TEST(RunTimeProgramWithExternalAxes, KeepsWhatCarriesTheBaseOfAMotionsOwnWith) {
   const World world = world_of(false, 1);
   const auto files =
-      files_of(world, "SLIN XP WITH $TOOL=STOOL2(FP),$BASE=SBASE(FP.BASE_NO)\nPTP_REL {A1 5.0}",
+      files_of(world,
+               "SLIN XP WITH $TOOL=STOOL2(FP),$BASE=SBASE(FP.BASE_NO)\nPTP_REL {A1 5.0}\n"
+               "SLIN XP WITH $TOOL=STOOL2(FP)\nSLIN XP WITH $BASE=BASE_DATA[2]",
                "DECL E6POS XP\n");
   const auto with = rewrite_motions(files, {}, {"E1"}), without = rewrite_motions(files, {});
-  EXPECT_NE(with.files.at(0).text.find(
-                "SLIN CC_FIX_IN(XP,STOOL2(FP),CC_BASE(FP.BASE_NO),$IPO_MODE) WITH"),
-            std::string::npos)
-      << with.files[0].text;
-  EXPECT_NE(with.files[0].text.find(",A6 +0.0,E1 +0.0})"), std::string::npos) << with.files[0].text;
+  ASSERT_EQ(with.files.size(), 1U);
+  for (const char* own :
+       {"CC_FIX_IN(XP,STOOL2(FP),CC_BASE(FP.BASE_NO),$IPO_MODE,CC_CARRIER(FP.BASE_NO)) WITH",
+        ",A6 +0.0,E1 +0.0})", "STOOL2(FP),$BASE,$IPO_MODE,-1)", "$TOOL,BASE_DATA[2],$IPO_MODE,0)"})
+    EXPECT_NE(with.files[0].text.find(own), std::string::npos) << with.files[0].text;
   EXPECT_NE(without.files.at(0).text.find(",SBASE(FP.BASE_NO),"), std::string::npos);
   for (const auto* all : {&with, &without})
     EXPECT_EQ(krl::restored(all->files[0]), files.modules[0].src.text);

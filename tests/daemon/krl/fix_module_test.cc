@@ -279,6 +279,33 @@ TEST(FixModule, ARelativeMotionAfterTheArmWasMovedElsewhereRemainsAsShort) {
   EXPECT_NEAR(way * calib::kMmPerM, 30.0, 2.0 * demo_module().most_mm);
 }
 
+/// An interrupt's routine goes elsewhere, in another posture, and back, at every statement of a call.
+TEST(FixModule, BringsTheTcpToThePointsOfAProgramAndOfItsInterruptInsideOfACall) {
+  const calib::Calibration c = calibration();
+  const auto taught = regular_postures(demo(), 3);
+  ASSERT_NE(status_and_turn(demo(), taught[0]).status, status_and_turn(demo(), taught[1]).status);
+  std::string frame = point_text(demo(), taught[0]);
+  frame = frame.substr(0, frame.find(",S")) + "}";
+  for (const auto& [within, motion] : {std::pair("CC_FIX_FRAME", "LIN CC_FIX_FRAME(XF)"),
+                                       std::pair("CC_BY", "LIN_REL CC_BY(XNONE)")}) {
+    Rig rig(demo(), module_of(c),
+            "INTERRUPT DECL 5 WHEN CALLED DO ASIDE( )\nINTERRUPT ON 5\nPTP CC_FIX_PTP(XP)\n" +
+                std::string(motion) +
+                "\nEND\nDEF ASIDE ( )\nPTP CC_FIX_PTP(XQ)\nPTP CC_FIX_PTP(XP)",
+            "DECL GLOBAL BOOL CALLED=FALSE\nDECL E6POS XP=" + point_text(demo(), taught[0]) +
+                "\nDECL E6POS XQ=" + point_text(demo(), taught[1]) + "\nDECL FRAME XF=" + frame +
+                "\nDECL FRAME XNONE={X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}");
+    std::vector<calib::JointVector> ends;
+    for (std::int64_t n = 1; rig.controller.run_interrupted("P", within, n, "CALLED"); ++n) {
+      ASSERT_EQ(rig.controller.state(), State::kEnded) << n << " " << why(rig.controller);
+      ASSERT_EQ(rig.controller.reached.size(), 4 * static_cast<std::size_t>(n));
+      ends.insert(ends.end(), {taught[0], taught[1], taught[0], taught[0]});
+    }
+    EXPECT_GT(ends.size(), 4U * 300U);
+    EXPECT_LT(missed(c, rig.controller.reached, ends).mm, kPreciseMm) << motion;
+  }
+}
+
 TEST(FixModule, TakesToolAndBaseOfTheMotionsOwnWith) {
   const auto taught = regular_postures(demo(), 5);
   Points p{"PTP CC_STAY(XHOME)\n", ""};

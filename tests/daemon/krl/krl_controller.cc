@@ -197,6 +197,20 @@ void KrlController::press_start() {
   interpreter_.run(0.0, kMost);
 }
 
+bool KrlController::run_interrupted(const std::string& routine, const char* within, std::int64_t n,
+                                    const char* condition) {
+  program_[condition].set_whole(0);
+  interpreter_.select(routine);
+  while (interpreter_.running() && !interpreter_.is_in(within)) interpreter_.run(0.0, 1);
+  const std::int64_t first = executed().statements;
+  while (interpreter_.running() && executed().statements < first + n) interpreter_.run(0.0, 1);
+  const bool inside = interpreter_.is_in(within);
+  program_[condition].set_whole(1);
+  interpreter_.poll_interrupts();
+  press_start();
+  return inside;
+}
+
 void KrlController::activate(const std::string& what, std::size_t number) {
   Value& all = program_[what + "_DATA"];
   if (what == "BASE")

@@ -31,6 +31,10 @@ class KrlController : public sim::krl::Mover {
   /// From its beginning until it ends, halts or fails.
   void run(const std::string& routine);
   void press_start();
+  /// As run(), with the BOOL `condition` of an interrupt set at the n-th statement of the first call of `within`. False:
+  /// that call has fewer.
+  bool run_interrupted(const std::string& routine, const char* within, std::int64_t n,
+                       const char* condition);
   sim::krl::Interpreter::State state() const { return interpreter_.state(); }
   const std::string& message() const { return interpreter_.message(); }
   const sim::krl::Interpreter::Executed& executed() const { return interpreter_.executed(); }
