@@ -411,9 +411,10 @@ void write_state(bool external, Lines& out) {
   const std::string of_external =
       ",BOOL XUNSEEN,INT XON,XMACHINE,FRAME XWAY,XGO,XFOOT,XACT,XSHIFT,E6AXIS X,REAL XE[6]";
   out.comment("the axes before as programmed (W) and as commanded (Q), their S; the tool before");
-  out.line("STRUC CCF_MEMORY BOOL SEEN,INT S,N,FRAME T,E6AXIS W,Q");
+  out.line("STRUC CCF_MEMORY BOOL SEEN,STAYED,INT S,N,FRAME T,E6AXIS W,Q");
   out.value("CCF_MEMORY", "CCF_MEM",
-            fmt::format("{{SEEN FALSE,S 0,N 0,T {},W {},Q {}}}", frame(FrameMmDeg{}), axes, axes));
+            fmt::format("{{SEEN FALSE,STAYED FALSE,S 0,N 0,T {},W {},Q {}}}", frame(FrameMmDeg{}),
+                        axes, axes));
   out.comment("of a single call");
   out.line("STRUC CCF_CALL CCF_MEMORY MEM,BOOL OK,OWN,INT TT,FRAME P,C,B,R,F,ROOT,E6AXIS A" +
            (external ? of_external : ""));

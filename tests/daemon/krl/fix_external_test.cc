@@ -511,6 +511,42 @@ TEST(FixModuleWithExternalAxes, TakesABaseOnTheTableOfTheMotionsOwnWith) {
   }
 }
 
+/// In part 3 where the calibrated axes carry it, and in the world.
+TEST(FixModuleWithExternalAxes, MovesTheRealTcpFromAPointThatStaysByWhatIsProgrammed) {
+  const World world = world_of(true, 2);
+  const Point point = points_of(world, 1)[0];
+  const calib::Predictor real(world.c);
+  for (const int base : {3, 4})
+    for (const char* stays : {"CC_STAY(XH)", "CC_STAY_POS(XP)"}) {
+      const auto controller = controller_with(
+          world,
+          fmt::format("DEF P ( )\nBAS(#TOOL,1)\nBAS(#BASE,{0})\nPTP {1}\nLIN_REL CC_BY(XD)\n"
+                      "PTP {1}\nLIN_REL CC_BY_TOOL(XD) #TOOL\nPTP {1}\n"
+                      "PTP_REL CC_BY_AXES(XA)\nLIN_REL CC_BY(XD)\nEND\n",
+                      base, stays),
+          "DECL E6AXIS XH=" + axes_of(world, point) +
+              "\nDECL E6POS XP=" + pose_of(world, point, base) +
+              "\nDECL FRAME XD={X 3.0,Y -2.0,Z 40.0,A 0.0,B 0.0,C 0.0}\n"
+              "DECL E6AXIS XA={A1 1.0,A2 0.0,A3 0.0,A4 0.0,A5 0.0,A6 5.0,E1 -20.0,E2 5.0,E3 5.0}\n");
+      controller->run("P");
+      ASSERT_EQ(controller->state(), State::kEnded) << why(*controller);
+      const auto is = [&](std::size_t i) {
+        const External& e = controller->external_reached.at(i);
+        JointVector q = controller->reached[i];
+        q.insert(q.begin(), e[0] * 1e-3);
+        const Isometry3d at =
+            base == 3 ? world.shift(e) * world.foot({}).inverse() * world.table(e) * kOffset
+                      : world.foot({}).inverse() * kFixed;
+        return at.inverse() * real.calibrated(q).tcp;
+      };
+      const Vector3d by(3e-3, -2e-3, 40e-3);
+      EXPECT_LT((is(1).translation() - is(0).translation() - by).norm(), 2.0 * kPreciseM);
+      EXPECT_LT((is(3).translation() - is(2) * by).norm(), 2.0 * kPreciseM);
+      EXPECT_LT((is(6).translation() - is(5).translation() - by).norm(), 2.0 * kPreciseM);
+      EXPECT_NEAR(controller->external_reached[6][0], point.e[0] - 20.0, 2e-4);
+    }
+}
+
 /// Also between the base of the motion's own WITH and what carries it.
 TEST(FixModuleWithExternalAxes, GivesTheSamePointsWhereAnInterruptCallsItInsideOfACall) {
   const World world = world_of(true, 1);

@@ -265,6 +265,42 @@ TEST(FixModule, CorrectsTheWayOfARelativeMotion) {
   EXPECT_LT(off_mm(2), kPreciseMm);
 }
 
+/// The real TCP does not stand where the program says.
+TEST(FixModule, MovesTheRealTcpFromAPointThatStaysByWhatIsProgrammed) {
+  const auto taught = regular_postures(demo(), 1);
+  const std::string data = "DECL E6POS XP=" + point_text(demo(), taught[0]);
+  const calib::Predictor predictor(demo_calibration());
+  const calib::FrameMmDeg by_tool{{0.0, 5.0, -40.0}, {3.0, 0.0, 1.0}};
+  for (const char* stays :
+       {"PTP CC_STAY(XHOME)", "PTP CC_STAY_POS(XP)", "PTP CC_STAY($AXIS_ACT)"}) {
+    Rig rig(demo(), demo_module(),
+            std::string(stays) + "\nLIN_REL CC_BY({X 30.0,Y -20.0,Z 10.0,A 0.0,B 0.0,C 0.0})\n" +
+                stays + "\nLIN_REL CC_BY_TOOL({X 0.0,Y 5.0,Z -40.0,A 3.0,B 0.0,C 1.0}) #TOOL\n" +
+                stays +
+                "\nPTP_REL CC_BY_AXES({A1 2.0,A2 0.0,A3 -1.0,A4 0.0,A5 0.0,A6 4.0})\n"
+                "LIN_REL CC_BY({X 0.0,Y 0.0,Z 15.0,A 0.0,B 0.0,C 0.0})",
+            data);
+    for (std::size_t i = 0; i < 6; ++i)
+      rig.controller.variable("$AXIS_ACT").parts[i].set(taught[0][i] * calib::kDegPerRad + 1.0);
+    KrlController& controller = rig.run();
+    ASSERT_EQ(controller.state(), State::kEnded) << stays << " " << why(controller);
+    const auto is = [&](std::size_t i) {
+      return kFrames.base.inverse() * predictor.calibrated(controller.reached.at(i)).tcp;
+    };
+    const auto off_mm = [&](std::size_t i, const Eigen::Isometry3d& wanted) {
+      return (is(i).translation() - wanted.translation()).norm() * calib::kMmPerM;
+    };
+    const Eigen::Isometry3d first = is(0);
+    EXPECT_LT(off_mm(1, Eigen::Translation3d(0.03, -0.02, 0.01) * first), kPreciseMm) << stays;
+    EXPECT_LT(off_mm(3, first * calib::to_isometry(by_tool)), kPreciseMm) << stays;
+    const std::array turned = {2.0, 0.0, -1.0, 0.0, 0.0, 4.0};
+    for (std::size_t i = 0; i < 6; ++i)
+      EXPECT_NEAR(controller.reached[5][i] - controller.reached[4][i],
+                  turned[i] * calib::kRadPerDeg, 1e-6);
+    EXPECT_LT(off_mm(6, Eigen::Translation3d(0.0, 0.0, 0.015) * is(5)), kPreciseMm) << stays;
+  }
+}
+
 TEST(FixModule, ARelativeMotionAfterTheArmWasMovedElsewhereRemainsAsShort) {
   const auto taught = regular_postures(demo(), 2);
   Rig rig(demo(), demo_module(),
