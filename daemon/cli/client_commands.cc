@@ -56,12 +56,12 @@ void add_run(CLI::App& app, int& status) {
                    "Accuracy to reach: u95 in mm, mean over the region. Each touch is chosen "
                    "from the results so far, until this is reached or more touches gain too "
                    "little")
-      ->check(CLI::Range(0.01, 10.0));
+      ->check(between(0.01, 10.0));
   command
       ->add_option("--touches", given->touches,
                    "Touches for the fit; with --goal the most, at least 5 per target [50, with "
                    "--goal 200]")
-      ->check(CLI::Range(4, 2000));
+      ->check(between(4, 2000));
   command->add_flag("--find", given->find,
                     "Find the spheres by touch first: for rough centres in the cell file");
   command->add_flag(
@@ -83,7 +83,7 @@ void add_run(CLI::App& app, int& status) {
   command->add_option("--region", given->region, "Where accuracy matters, as in 'cellcal plan'")
       ->capture_default_str();
   command->add_option("--check", given->check, "Held-out touches, to check the result")
-      ->check(CLI::Range(0, 2000))
+      ->check(between(0, 2000))
       ->capture_default_str();
   command->add_option("--seed", given->seed, "Seed of the plan: same seed, same plan")
       ->capture_default_str();
@@ -128,10 +128,10 @@ void add_dry_run(CLI::App& app, int& status) {
   command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
   command->add_option("--touches", given->touches, "Touches for the fit")
       ->capture_default_str()
-      ->check(CLI::Range(4, 2000));
+      ->check(between(4, 2000));
   command->add_option("--check", given->check, "Check touches")
       ->capture_default_str()
-      ->check(CLI::Range(0, 2000));
+      ->check(between(0, 2000));
   command->add_option("--seed", given->seed, "Seed of the plan")->capture_default_str();
   command->callback([=, &status] { status = dry_run(*daemon, *given); });
 }
@@ -173,12 +173,13 @@ void add_check(CLI::App& app, int& status) {
       ->add_option(
           "--temperature", given->temperature_c,
           "Cell temperature in deg C, for temperature compensation in 'cellcal history --drift'")
-      ->check(CLI::Range(-40.0, 80.0));
+      ->check(between(-40.0, 80.0));
   command
       ->add_option("--mastered", given->mastered,
                    "Joints that were mastered by 'cellcal mastering': four to six touches in 20 s show what is left of "
                    "their zeros")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->transform([](std::string name) { return CLI::detail::trim(name); });
   command->callback([=, &status] { status = check(*daemon, *given); });
 }
 

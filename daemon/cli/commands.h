@@ -49,6 +49,23 @@ inline CLI::Validator session_number() {
       "");
 }
 
+/// Validator of a number of that range; CLI::Range says of a decimal comma that it is out of range.
+template <class T>
+CLI::Validator between(T low, T high) {
+  const CLI::Range range(low, high);
+  return CLI::Validator(
+      [range](std::string& text) {
+        double number = 0.0;
+        const char* const end = text.data() + text.size();
+        const auto [at, error] =
+            std::from_chars(text.data() + (text.starts_with('+') ? 1 : 0), end, number);
+        if (error != std::errc() || at != end)
+          return "\"" + text + "\" is not a number (use a decimal point)";
+        return range(text);
+      },
+      range.get_description());
+}
+
 // Language of a command's sentences.
 
 /// Adds --language.

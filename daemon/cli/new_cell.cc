@@ -25,6 +25,7 @@
 #include "calib/plan/plan.h"
 #include "daemon/cell_form/cell_text.h"
 #include "daemon/cli/backup.h"
+#include "daemon/cli/commands.h"
 #include "daemon/cli/controller_data.h"
 #include "daemon/cli/offline.h"
 #include "daemon/files/atomic_file.h"
@@ -262,11 +263,11 @@ void add_new_cell_command(CLI::App& app, int& status) {
           "--tool-sigma", given->tool_sigma_mm,
           "1 sigma of X, Y and Z of it, in mm (0.5: measured with four points; 0: exact, the "
           "TCP is not estimated)")
-      ->check(CLI::Range(0.0, 1e3));
+      ->check(between(0.0, 1e3));
   command->add_option("--mass", given->mass_kg, "Of all that is on the flange, in kg")
-      ->check(CLI::Range(0.0, 1e4));
+      ->check(between(0.0, 1e4));
   command->add_option("--tip-radius", given->tip_radius_mm, "Of the tip, in mm; 0: a point")
-      ->check(CLI::Range(0.0, 1e3));
+      ->check(between(0.0, 1e3));
   command->add_option("--spheres", given->spheres,
                       "CSV: id,diameter_mm and, where known, diameter_sigma_mm,x_mm,y_mm,z_mm, "
                       "centre_sigma_mm; or their Digital Calibration Certificate (XML)");

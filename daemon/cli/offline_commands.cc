@@ -90,19 +90,19 @@ void add_plan(CLI::App& app, int& status) {
   auto* touches = command
                       ->add_option("--touches", given->touches,
                                    "Touches for the fit; with --goal the most [with --goal 200]")
-                      ->check(CLI::Range(1, 2000));
+                      ->check(between(1, 2000));
   auto* goal = command
                    ->add_option("--goal", given->goal_mm,
                                 "Accuracy to reach: predicted u95 in mm, mean over the region. As "
                                 "many touches as it takes; where the most allowed do not reach it, "
                                 "what remains is named, with the joint and its angles")
-                   ->check(CLI::Range(0.01, 10.0));
+                   ->check(between(0.01, 10.0));
   command->add_option(
       "--last", given->last,
       "Previous calibration of this arm: the transmission errors that it learnt are "
       "known to the choice of touches");
   command->add_option("--check", given->check, "Held-out touches, to check the result")
-      ->check(CLI::Range(0, 2000))
+      ->check(between(0, 2000))
       ->capture_default_str();
   command
       ->add_option("--region", given->region,
@@ -137,7 +137,7 @@ void add_plan(CLI::App& app, int& status) {
           "accuracy beside today's [4]")
       ->expected(0, 1)
       ->default_str("4")
-      ->check(CLI::Range(1, 12))
+      ->check(between(1, 12))
       ->excludes(goal);
   command->callback([=, &status] {
     if (touches->count() == 0 && goal->count() == 0)
@@ -255,7 +255,7 @@ void add_import_robot(CLI::App& app, int& status) {
   command->add_option("-o,--output,--out", given->output,
                       "Write the robot to this file [standard output]");
   CLI::Option* tool = command->add_option("--tool", given->tool, "Number of TOOL_DATA for --cell")
-                          ->check(CLI::Range(1, 1000));
+                          ->check(between(1, 1000));
   command
       ->add_option("--cell", given->cell, "Cell file to set; then no robot is written without -o")
       ->needs(tool);
@@ -284,10 +284,10 @@ void add_doctor(CLI::App& app, int& status) {
   command->add_option("--files", given->files,
                       "Check the controller's files in this folder, as 'kuka-files --verify'");
   command->add_option("--wait", given->wait_s, "Seconds to wait for the controller's first packet")
-      ->check(CLI::Range(0.5, 600.0))
+      ->check(between(0.5, 600.0))
       ->capture_default_str();
   command->add_option("--for", given->observe_s, "Seconds to observe the links")
-      ->check(CLI::Range(1.0, 3600.0))
+      ->check(between(1.0, 3600.0))
       ->capture_default_str();
   add_language(*command, given->language);
   command->add_flag("--json", given->json, "Print JSON");
@@ -473,7 +473,7 @@ void add_correct(CLI::App& app, int& status) {
           ->excludes(from)
           ->excludes(command->get_option("--upload"));
   command->add_option("--serial", given->serial, "Serial number of the robot ($KR_SERIALNO)")
-      ->check(CLI::Range(1, 2147483647))
+      ->check(between(1, 2147483647))
       ->needs(at_run_time);
   command
       ->add_option(
@@ -518,7 +518,7 @@ void add_sending(CLI::App* command, CLI::Option* calibration, SendFrames& sendin
   auto* restore = command
                       ->add_option("--restore", sending.restore,
                                    "Set the old values that this number of --sent replaced")
-                      ->check(CLI::Range(1, 1000000000));
+                      ->check(between(1, 1000000000));
   command
       ->add_flag("--other-calibration", sending.other_calibration,
                  "With --send: also a calibration that is not the one in use on the daemon")
@@ -550,7 +550,7 @@ void add_frames(CLI::App& app, int& status) {
                       "The controller's $config.dat, for the old values; also $machine.dat; may be "
                       "repeated");
   command->add_option("--tool", given->tool, "Number of TOOL_DATA that is the cell file's tool")
-      ->check(CLI::Range(1, 128));
+      ->check(between(1, 128));
   command
       ->add_option("--base", given->bases,
                    "Number of BASE_DATA and its targets, as 3=S1,S2,S3; may be repeated")

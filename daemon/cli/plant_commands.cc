@@ -320,7 +320,7 @@ void add_export(CLI::App* of, int& status) {
 void add_broker(CLI::App* command, ProposeCommand& wanted, bool& no_tls) {
   command->add_option("--broker", wanted.broker, "The plant's MQTT broker")->required();
   command->add_option("--port", wanted.port, "Its port [8883, without TLS 1883]")
-      ->check(CLI::Range(1, 65535));
+      ->check(between(1, 65535));
   command->add_option("--ca", wanted.ca, "CA certificate of the broker (PEM) [the system's]")
       ->check(CLI::ExistingFile);
   command->add_option("--user", wanted.user, "User with the right to propose")

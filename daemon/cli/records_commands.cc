@@ -271,12 +271,12 @@ void add_retain(CLI::App& app, int& status) {
   command->add_flag("--dry-run", given->dry_run, "Only list what would be dropped");
   auto* days =
       command->add_option("--days", given->days, "Sessions that ended more than this many days ago")
-          ->check(CLI::Range(1, 36500));
+          ->check(between(1, 36500));
   auto* megabytes =
       command
           ->add_option("--megabytes", given->megabytes,
                        "The oldest sessions, until the journal uses no more than this")
-          ->check(CLI::Range(1.0, 1e9));
+          ->check(between(1.0, 1e9));
   command->callback([=, &status] {
     status = retain(*daemon, given->dry_run,
                     days->count() > 0 ? std::optional(given->days) : std::nullopt,

@@ -45,6 +45,12 @@ TEST(Cellcal, IsUsedWronglyWithoutACommandOrWithOneThatDoesNotExist) {
   EXPECT_EQ(run_program({CELLCAL, "run"}).status, 2) << "--cell or --resume is needed";
   EXPECT_EQ(run_program({CELLCAL, "run", "--cell", "c", "--touches", "1"}).status, 2);
   EXPECT_EQ(run_program({CELLCAL, "show", "zero"}).status, 2);
+  for (const char* comma : {"21,5", "warm"}) {
+    const Outcome refused = run_program({CELLCAL, "check", "--temperature", comma});
+    EXPECT_EQ(refused.status, 2);
+    EXPECT_NE(refused.err.find("is not a number (use a decimal point)"), std::string::npos) << refused.err;
+  }
+  EXPECT_NE(run_program({CELLCAL, "check", "--temperature", "99"}).err.find("not in range"), std::string::npos);
   EXPECT_EQ(run_program({CELLCAL, "identify", "--cell", "c"}).status, 2);
 }
 
