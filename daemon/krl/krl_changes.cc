@@ -1,5 +1,6 @@
 #include "daemon/krl/krl_changes.h"
 
+#include <algorithm>
 #include <string_view>
 
 #include "calib/export/krl_values.h"
@@ -80,6 +81,14 @@ FrameChanges of_stated_numbers(FrameChanges changes) {
   for (ChangedNumbers* one : {&changes.tools, &changes.loads, &changes.bases, &changes.machines})
     one->computed.clear();
   return changes;
+}
+
+int count_changes(const std::vector<Line>& lines, bool tool, int number) {
+  return static_cast<int>(std::ranges::count_if(lines, [&](const Line& line) {
+    FrameChanges changes;
+    add_changes(line, {}, changes);
+    return (tool ? changes.tools : changes.bases).numbers.count(number) > 0;
+  }));
 }
 
 FrameChanges frame_changes(const std::vector<Line>& lines, const std::string& file) {

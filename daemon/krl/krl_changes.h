@@ -1,6 +1,6 @@
 #pragma once
 // Tools, bases and loads of the controller that programs change: their values in $config.dat may be
-// invalid at any motion, regardless of the line's position.
+// invalid at any motion, regardless of the line's position (AssignedFrame of krl_program.h aside).
 
 #include <map>
 #include <optional>
@@ -42,6 +42,8 @@ void add_changes(const Line& line, const std::string& file, FrameChanges& change
 bool sets_kinematic_base(const std::vector<Token>& tokens);
 /// The places of `into` stay.
 void merge(const FrameChanges& from, FrameChanges& into);
+/// Statements that change that TOOL_DATA, or else BASE_DATA.
+int count_changes(const std::vector<Line>& lines, bool tool, int number);
 /// Without those of a computed number, which may be any.
 FrameChanges of_stated_numbers(FrameChanges changes);
 

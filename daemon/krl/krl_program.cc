@@ -46,6 +46,8 @@ class Reader {
       if (declares_data(line)) read_declaration(line, src_.name, data_);
     FrameState state(lines, data_, controller_, calls_);
     for (const Line& line : lines) read(line, state);
+    if (shared_)  // another module may call it without the first one
+      std::erase_if(program_.assigned, [&](const auto& one) { return one.module == module_; });
     flow_.end();
     for (const auto& [name, at] : state.frame_data_used())
       if (const auto found = mentioned_.find(name); found != mentioned_.end())
@@ -113,6 +115,7 @@ class Reader {
     const auto& t = line.tokens;
     depth_ = std::max(0, depth_ + FrameState::blocks(line));
     follow(line);
+    note_assigned(line, state);
     const bool frames = state.read(line);
     if (declares_data(line) || t[0].is("EXT") || t[0].is("IMPORT")) return;
     const MotionKind kind = motion_kind(line);
@@ -130,6 +133,26 @@ class Reader {
     }
     if (assigns(line) || copies(line)) return;
     mention(line, 0);
+  }
+
+  void note_assigned(const Line& line, const FrameState& state) {
+    const auto& t = line.tokens;
+    if (begins_routine(line) && ++routines_ > 1) shared_ = shared_ || t[0].is("GLOBAL");
+    const bool tool = t[0].is("TOOL_DATA");
+    AssignedFrame one{module_, tool, 0, {}};
+    const std::size_t at = tool || t[0].is("BASE_DATA") ? read_index(t, 1, one.number) : 0;
+    if (at > 0 && routines_ == 1 && !started_ && depth_ == 0 && sign_at(t, at, '=')) {
+      const auto value = read_aggregate(t, at + 1);
+      const auto frame = value && value->after == t.size() ? frame_of(*value) : std::nullopt;
+      const auto& in_force = tool ? state.now().tool : state.now().base;
+      if (frame && !(in_force && in_force->number == one.number)) {
+        one.value = *frame;
+        program_.assigned.push_back(one);
+      }
+    }
+    const bool to_here = t.size() > 1 && kHere.count(t[1].word) > 0 && !sign_at(t, 2, ':');
+    started_ = started_ || (motion_kind(line) != MotionKind::kNone && !to_here) ||
+               calls_.of(line).moves || t[0].is("GOTO");
   }
 
   /// The arm's position after this line is unknown.
@@ -362,6 +385,9 @@ class Reader {
   std::map<std::string, int> mentioned_;
   std::set<std::string> targets_;  ///< names of motion targets so far
   int depth_ = 0;                  ///< blocks of IF, LOOP and the like around the line
+  int routines_ = 0;               ///< begun so far
+  bool started_ = false;           ///< the first one may have moved, or jumps
+  bool shared_ = false;            ///< a further one is GLOBAL
 };
 
 /// Adds data missing in the program's own files.
@@ -490,6 +516,30 @@ FrameChanges changes_for(const ProgramFiles& files, const FrameChanges& own_and_
   return all;
 }
 
+int changes_in(const KrlFile& file, bool tool, int number) try {
+  return is_kukas_program(file.name) ? 0 : count_changes(read_lines(file), tool, number);
+} catch (const calib::FileError&) {  // no text
+  return 0;
+}
+
+/// Frames that nothing but one assignment changes: in its module this is their value. Other modules may run before it.
+void take_assigned(const std::vector<const KrlFile*>& files, Program& program) {
+  for (const auto& [module, tool, number, value] : program.assigned) {
+    int changes = 0;
+    for (const KrlFile* file : files) changes += changes_in(*file, tool, number);
+    if (changes != 1) continue;
+    auto& stated = tool ? program.data.tools : program.data.bases;
+    const auto before = stated.find(number);
+    const bool same = before != stated.end() && before->second.xyz_mm == value.xyz_mm &&
+                      before->second.abc_deg == value.abc_deg;
+    for (std::size_t i = 0; i < program.modules.size(); ++i) {
+      FrameChanges& all = program.modules[i].changes;
+      if (i == module || same) (tool ? all.tools : all.bases).numbers.erase(number);
+    }
+    stated[number] = value;
+  }
+}
+
 /// Points that may have each other's value.
 class Alike {
  public:
@@ -616,6 +666,9 @@ Program read_program(const ProgramFiles& files, const std::vector<std::string>& 
   Reader reader(files.src, leave, known, {routines, 0}, false, imported, program.data, program);
   reader.read(read_lines(files.src));
   for (const std::string& name : leave) reader.there_is(name);
+  std::vector<const KrlFile*> texts = sources;
+  if (files.dat) texts.push_back(&*files.dat);
+  take_assigned(texts, program);
   settle(program);
   for (const auto& [name, point] : program.data.points)
     if (program.points.count(name) == 0 && program.left.count(name) == 0)
@@ -678,6 +731,9 @@ Program read_programs(const BackupFiles& files, const std::vector<std::string>& 
   }
   for (const Refusal& refusal : seen.refusals) program.twice.push_back(refusal);
   program.computed.insert(imports.renamed().begin(), imports.renamed().end());
+  for (const ProgramFiles& one : files.modules)
+    if (one.dat) sources.push_back(&*one.dat);
+  take_assigned(sources, program);
   if (!missing.empty())
     throw calib::FileError("--leave: no point is named " + calib::shown(*missing.begin()));
   settle(program);

@@ -88,6 +88,15 @@ struct Copy {
   Refusal refusal;       ///< where they cannot be corrected alike
 };
 
+/// TOOL_DATA[1]={FRAME: X 1.0,...} in a module's first routine, before it moves, calls a routine that may move, or jumps,
+/// and while another frame is in force: for its motions this is the number's value if nothing else changes it.
+struct AssignedFrame {
+  std::size_t module = 0;
+  bool tool = false;  ///< else a base
+  int number = 0;
+  calib::FrameMmDeg value;
+};
+
 /// A .src and its .dat.
 struct Module {
   std::string src;
@@ -111,6 +120,7 @@ struct Program {
   std::map<std::string, Refusal> computed;   ///< points read or changed outside motions, by key
   std::vector<Refusal> twice;                ///< points stated twice
   FrameChanges changes;                      ///< by all modules but the controller's own
+  std::vector<AssignedFrame> assigned;
   std::vector<Copy> copies;
   std::set<std::string> copied_to;  ///< keys of points that take another's value
   /// Of a single module: the routines of other modules that it calls and that move.

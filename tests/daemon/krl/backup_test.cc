@@ -137,6 +137,84 @@ TEST(AFrameOfAComputedNumberThatAnotherModuleChanges, IsAWarningWithThePlace) {
   EXPECT_EQ(of(own, "A").refusals.at(0).why, Why::kFrameChanged) << why_not(of(own, "A"));
 }
 
+/// As RoboDK's posts begin, with other frames than $config.dat has.
+constexpr const char* kStated =
+    "BASE_DATA[2] = {FRAME: X 5.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}\n"
+    "TOOL_DATA[7] = {FRAME: X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\n";
+
+krl::ProgramFiles stating(const std::string& head, const std::string& more = {}) {
+  krl::ProgramFiles one;
+  one.src = {"A.src", "DEF A()\nBAS(#TOOL,0)\nPTP $AXIS_ACT\n" + head +
+                          "BAS(#TOOL,7)\nBAS(#BASE,2)\nPTP XA\n" + more + "END\n"};
+  one.dat = krl::KrlFile{"A.dat", "DEFDAT A\nDECL E6POS XA=" + taught_at(0) + "\n"};
+  return one;
+}
+
+TEST(AFrameThatAProgramStatesAtItsBeginning, IsThatOfItsMotions) {
+  const auto reference = corrected_together(
+      {stating("")},
+      "TOOL_DATA[7]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\nBASE_DATA[2]={X 5.0,Y 0.0,Z 0.0,A "
+      "0.0,B 0.0,C 0.0}\n");
+  ASSERT_EQ(reference.points.size(), 1U) << why_not(of(reference, "A"));
+  const auto result = corrected_together({stating(kStated)});
+  ASSERT_EQ(result.points.size(), 1U) << why_not(of(result, "A"));
+  EXPECT_EQ(result.points[0].shift_mm, reference.points[0].shift_mm);
+  krl::ProgramFiles alone =
+      stating(kStated, "SUB()\nEND\nDEF SUB()\nBAS(#TOOL,7)\nBAS(#BASE,2)\nLIN XA\n");
+  alone.controller = {{"$config.dat", kConfig}};
+  alone.modules = {{"other.src", "DEF OTHER()\nBASE_DATA[3].X=5\nY=BASE_DATA[2].X\nEND\n"}};
+  const auto one = correct_program(calibration(), alone);
+  ASSERT_EQ(one.points.size(), 1U) << all_words(one);
+  EXPECT_EQ(one.points[0].shift_mm, reference.points[0].shift_mm);
+}
+
+TEST(AFrameThatAProgramStates, IsRefusedWhereItMayBeAnotherAtAMotion) {
+  const std::string base = "BASE_DATA[2] = {FRAME: X 5.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}\n",
+                    tool = "TOOL_DATA[7] = {X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\n";
+  const auto refused = [](const krl::ProgramFiles& program, const std::string& other = "") {
+    const auto result = corrected_together({program, module_named("B", other)});
+    return !of(result, "A").refusals.empty();
+  };
+  EXPECT_FALSE(refused(stating(tool + base)));
+  for (const std::string& head :
+       {tool + base + base, tool + "IF $IN[1] THEN\n" + base + "ENDIF\n",
+        tool + "PTP XHOME\n" + base, tool + "LIN_REL {Z 5}\n" + base, tool + "MOVE()\n" + base,
+        tool + "GOTO NEXT\n" + base + "NEXT:\n",
+        tool + "PTP $POS_ACT:{X 5,Y 0,Z 0,A 0,B 0,C 0}\n" + base, tool + "BASE_DATA[2] = {X 5.0}\n",
+        tool + "BASE_DATA[2] = FIND(1)\n", base + "TOOL_DATA[7] = TOOL_DATA[1]\n",
+        tool + base + "BASE_DATA[N].X = 5\n"})
+    EXPECT_TRUE(refused(stating(head))) << head;
+  for (const std::string& more :
+       {base, std::string("BASE_DATA[2].X=7\n"),
+        "END\nGLOBAL DEF SUB()\nBAS(#TOOL,7)\nBAS(#BASE,2)\nPTP XA\n" + std::string()})
+    EXPECT_TRUE(refused(stating(tool + base, more))) << more;
+  // $BASE has the value from before.
+  EXPECT_TRUE(refused({{"A.src", "DEF A()\nBAS(#TOOL,1)\nBAS(#BASE,2)\n" + base + "PTP XA\nEND\n"},
+                       stating("").dat,
+                       {},
+                       {}}));
+  EXPECT_TRUE(refused({{"A.src", "DEF A()\nSUB()\nEND\nDEF SUB()\n" + base +
+                                     "BAS(#TOOL,1)\nBAS(#BASE,2)\nPTP XA\nEND\n"},
+                       stating("").dat,
+                       {},
+                       {}}));
+  EXPECT_TRUE(refused(stating(tool + base), "BASE_DATA[2].X=7"));
+  EXPECT_FALSE(refused(stating(tool + base), "X=BASE_DATA[2]"));
+}
+
+TEST(AFrameThatAProgramStates, RefusesOtherModulesUnlessItIsThatOfTheController) {
+  const auto other =
+      module_named("B", "BAS(#BASE,2)\nPTP XB", "DECL E6POS XB=" + taught_at(1) + "\n");
+  const auto differs = corrected_together({stating(kStated), other});
+  EXPECT_EQ(of(differs, "A").points, 1);
+  ASSERT_EQ(of(differs, "B").refusals.size(), 1U);
+  EXPECT_EQ(of(differs, "B").refusals[0].why, Why::kFrameChanged);
+  const auto same = corrected_together({stating(kStated), other},
+                                       "BASE_DATA[2]={X 5.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}\n");
+  EXPECT_EQ(of(same, "A").points, 1);
+  EXPECT_EQ(of(same, "B").points, 1) << why_not(of(same, "B"));
+}
+
 TEST(APointWrittenOut, IsLeftByItsLineInAllModulesOfABackup) {
   krl::BackupFiles files;
   files.modules = {module_named("A", "PTP " + taught_at(0)),
