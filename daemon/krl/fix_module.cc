@@ -33,6 +33,8 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 constexpr std::size_t kJoints = 6, kMostTools = 64;
+/// A load that moves the TCP of the cell file's tool by less is that of this tool.
+constexpr double kOwnLoadMm = 0.1;
 /// Scale of directions in the module: points 1 m along them.
 constexpr double kAlongMm = 1000.0;
 constexpr double kTiltDeg = kDegPerRad / kAlongMm;
@@ -159,16 +161,23 @@ Joints joints_of(const ArmModel& arm, const Eigen::VectorXd& x) {
   return joints;
 }
 
+/// Over the range of the joints.
+struct Corrections {
+  double most_m = 0.0, most_rad = 0.0;
+  std::vector<Vector3d> tips;  ///< real TCP with the last tool, each time in the same postures
+};
+
 /// One tool's part of the arm.
 FixTool tool_of(const calib::Calibration& calibration, const FrameMmDeg& stated,
-                const std::optional<LoadData>& load, double& most_m, double& most_rad) {
+                const std::optional<LoadData>& load, Corrections& corrections) {
   const Isometry3d tcp = calib::to_isometry(stated);
-  const calib::Calibration c = real_arm(calibration, tcp, load);
+  const calib::Calibration c = real_arm(calibration, tcp, load, true);
   const ArmModel arm(at_level(c.cell, c.level));
   const Eigen::VectorXd x = arm_values(arm, c);
   const calib::ArmErrors errors = arm.errors(x.data());
   FixTool tool;
   tool.stated = stated;
+  tool.load = load;
   tool.cells = is_the_cells_tool(calibration, tcp);
   tool.tip = arm.tool().tcp;
   tool.tip.translation() = errors.tool[0].tcp_m;
@@ -183,17 +192,26 @@ FixTool tool_of(const calib::Calibration& calibration, const FrameMmDeg& stated,
     tool.play_closes_nm.push_back(joint.play_closes_nm);
   calib::Random random(1);
   constexpr int kPostures = 2000;
+  corrections.tips.clear();
   for (int k = 0; k < kPostures; ++k) {
     calib::JointVector q;
     for (const calib::Joint& joint : arm.robot().joints)
       q.push_back(random.uniform(joint.min_rad, joint.max_rad));
     Isometry3d nominal = arm.nominal_tcp(q);
     if (tool.cells) nominal = nominal * arm.tool().tcp.inverse() * tcp;
-    const Isometry3d off = nominal.inverse() * arm.shape(arm.prepare(q), x.data()).tcp;
-    most_m = std::max(most_m, off.translation().norm());
-    most_rad = std::max(most_rad, calib::turn_vector(off.linear()).norm());
+    const Isometry3d real = arm.shape(arm.prepare(q), x.data()).tcp;
+    const Isometry3d off = nominal.inverse() * real;
+    corrections.tips.push_back(real.translation());
+    corrections.most_m = std::max(corrections.most_m, off.translation().norm());
+    corrections.most_rad = std::max(corrections.most_rad, calib::turn_vector(off.linear()).norm());
   }
   return tool;
+}
+
+double farthest_m(const std::vector<Vector3d>& a, const std::vector<Vector3d>& b) {
+  double most = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, (a[i] - b[i]).norm());
+  return most;
 }
 
 bool same_tool(const FrameMmDeg& a, const FrameMmDeg& b) {
@@ -202,16 +220,21 @@ bool same_tool(const FrameMmDeg& a, const FrameMmDeg& b) {
          calib::turn_vector(off.linear()).norm() * kDegPerRad < kSameToolDeg;
 }
 
-/// The cell's tool as stated and as identified, the bare flange, and the controller's.
-std::vector<FixTool> tools_of(const calib::Calibration& c, const Data& data, double& most_m,
-                              double& most_rad) {
+/// The cell's tool as stated and as identified, the bare flange, and the controller's; those for any load last.
+std::vector<FixTool> tools_of(const calib::Calibration& c, const Data& data,
+                              Corrections& corrections) {
   std::vector<FixTool> all;
+  std::vector<Vector3d> own;  ///< tips with the cell's tool
   const auto add = [&](const FrameMmDeg& stated, const std::optional<LoadData>& load) {
-    if (std::ranges::any_of(all, [&](const FixTool& t) { return same_tool(t.stated, stated); }))
+    if (std::ranges::any_of(
+            all, [&](const FixTool& t) { return same_tool(t.stated, stated) && t.load == load; }))
       return;
     if (all.size() == kMostTools)
       throw calib::FileError("more than 64 tools. Give a $config.dat with the tools in use");
-    all.push_back(tool_of(c, stated, load, most_m, most_rad));
+    FixTool tool = tool_of(c, stated, load, corrections);
+    if (all.empty()) own = corrections.tips;
+    if (!tool.cells || !load || farthest_m(own, corrections.tips) * kMmPerM > kOwnLoadMm)
+      all.push_back(std::move(tool));
   };
   add(calib::to_frame(c.cell.tool.tcp), {});
   Isometry3d identified = c.cell.tool.tcp;
@@ -220,11 +243,11 @@ std::vector<FixTool> tools_of(const calib::Calibration& c, const Data& data, dou
         correction_of(c, calib::tool_parameter(ParameterKind::kTcp, 0, axis));
   add(calib::to_frame(identified), {});
   add({}, {});
-  for (const auto& [number, stated] : data.tools) {
-    const auto load = data.loads.find(number);
-    const bool known = load != data.loads.end() && load->second.mass_kg >= 0.0;
-    add(stated, known ? std::optional(load->second) : std::nullopt);
-  }
+  for (const auto& [number, stated] : data.tools) add(stated, load_of(data, number));
+  std::ranges::stable_partition(all, [](const FixTool& one) { return one.load.has_value(); });
+  for (FixTool& one : all)
+    one.by_load = std::ranges::count_if(
+                      all, [&](const FixTool& t) { return same_tool(t.stated, one.stated); }) > 1;
   return all;
 }
 
@@ -284,7 +307,7 @@ Table table_of(const Joints& joints, double reach) {
 constexpr std::array<const char*, 11> kMessages = {
     "cellcal_fix.src and .dat are of two calibrations. Copy both again",
     "this robot has another serial number than the calibrated one",
-    "no correction for the active tool. Correct again with this $config.dat",
+    "no correction for the active tool and load. Correct again with this $config.dat",
     "tool fixed in the cell (IPO_MODE #TCP): not corrected",
     "point not reached when corrected, or near a singularity. Move the point",
     "controller computes another place: machine data, ROBROOT, moving base",
@@ -381,16 +404,22 @@ void write_waves(const Joints& joints, const Table& table, Lines& out) {
 }
 
 void write_tools(const std::vector<FixTool>& tools, Lines& out) {
-  std::vector<std::string> stated, tip, stiff, com;
+  std::vector<std::string> stated, tip, stiff, com, by_load, centre;
   for (const FixTool& tool : tools) {
+    const LoadData load = tool.load.value_or(LoadData{});
+    by_load.push_back(tool.by_load ? "TRUE" : "FALSE");
+    centre.push_back(frame(Vector3d(load.com_mm[0], load.com_mm[1], load.com_mm[2])));
     stated.push_back(frame(tool.stated));
     tip.push_back(frame(tool.tip));
     stiff.push_back(tool.cells ? "FALSE" : "TRUE");
     com.push_back(frame(Vector3d(tool.com_m * kMmPerM)));
   }
-  out.comment("tools: as $TOOL has them, as they are; load in kg; bending per m/s2");
+  out.comment("tools: as $TOOL and $LOAD have them (-1: any load), as they are; bending per m/s2");
   out.value("INT", "CCF_TOOLS", std::to_string(tools.size()));
   out.array("FRAME", "CCF_TF", stated, "");
+  out.array("BOOL", "CCF_BY_LOAD", by_load, "");
+  out.reals("CCF_LM", tools, [](const FixTool& t) { return t.load ? t.load->mass_kg : -1.0; });
+  out.array("FRAME", "CCF_LC", centre, "");
   out.array("FRAME", "CCF_TR", tip, "");
   out.array("BOOL", "CCF_STIFF", stiff, "");
   out.array("FRAME", "CCF_TC", com, "");
@@ -416,7 +445,7 @@ void write_state(bool external, Lines& out) {
             fmt::format("{{SEEN FALSE,STAYED FALSE,S 0,N 0,T {},W {},Q {}}}", frame(FrameMmDeg{}),
                         axes, axes));
   out.comment("of a single call");
-  out.line("STRUC CCF_CALL CCF_MEMORY MEM,BOOL OK,OWN,INT TT,FRAME P,C,B,R,F,ROOT,E6AXIS A" +
+  out.line("STRUC CCF_CALL CCF_MEMORY MEM,BOOL OK,OWN,INT TT,FRAME P,C,B,R,F,ROOT,E6AXIS A,LOAD L" +
            (external ? of_external : ""));
   out.value("FRAME", "CCF_UP", frame(Vector3d(0.0, 0.0, kAlongMm)));
   out.value("FRAME", "CCF_ALONG", frame(Vector3d(kAlongMm, 0.0, 0.0)));
@@ -486,12 +515,13 @@ FixModule fix_module(const calib::Calibration& c, const Data& data,
   const Joints joints = joints_of(arm, arm_values(arm, c));
   const Table table = table_of(joints, reach_m(c.cell.robot, c.cell.tool));
   FixModule module;
-  double most_m = 0.0, most_rad = 0.0;
-  module.tools = tools_of(c, data, most_m, most_rad);
+  Corrections corrections;
+  module.tools = tools_of(c, data, corrections);
   // Postures between those looked at.
   constexpr double kMargin = 1.3, kLeastMm = 1.0, kLeastDeg = 0.2;
-  module.most_mm = std::ceil(10.0 * (kMargin * most_m * kMmPerM + kLeastMm)) / 10.0;
-  module.most_deg = std::ceil(100.0 * (kMargin * most_rad * kDegPerRad + kLeastDeg)) / 100.0;
+  module.most_mm = std::ceil(10.0 * (kMargin * corrections.most_m * kMmPerM + kLeastMm)) / 10.0;
+  module.most_deg =
+      std::ceil(100.0 * (kMargin * corrections.most_rad * kDegPerRad + kLeastDeg)) / 100.0;
   module.table_mm = table.off_m * kMmPerM;
   const std::string id = std::to_string(id_of(options.calibration_sha256));
 

@@ -6,6 +6,7 @@
 // where its robot, tool, base or calibration are others, or a correction is larger than any of this arm.
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,8 @@ struct FixModuleOptions {
 /// A tool that the module corrects with.
 struct FixTool {
   calib::FrameMmDeg stated;  ///< $TOOL, within kSameToolMm and kSameToolDeg
+  std::optional<LoadData> load;  ///< LOAD_DATA; none: any, borne as the cell file's tool
+  bool by_load = false;          ///< another one has this $TOOL: $LOAD tells them apart
   bool cells = false;        ///< the cell file's, with its bending; otherwise stiff and as stated
   Eigen::Isometry3d tip = Eigen::Isometry3d::Identity();  ///< identified, in the flange
   double bend_m_per_accel = 0.0, turn_rad_per_accel = 0.0;

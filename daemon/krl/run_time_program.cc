@@ -141,11 +141,11 @@ bool approximates(const Token& token) {
   return token.kind == Kind::kWord && words.count(token.word) > 0;
 }
 
-/// Tool, base and mode of a motion's or spline's own WITH, as text.
+/// Tool, base, mode and load of a motion's or spline's own WITH, as text.
 struct With {
-  std::string tool, base, mode;
+  std::string tool, base, mode, load;
   std::string carrier = kActive;
-  bool any() const { return !tool.empty() || !base.empty() || !mode.empty(); }
+  bool any() const { return !(tool + base + mode + load).empty(); }
 };
 
 class Rewriter {
@@ -226,6 +226,7 @@ class Rewriter {
       std::string* const place = t[at].is("$TOOL")       ? &with.tool
                                  : t[at].is("$BASE")     ? &with.base
                                  : t[at].is("$IPO_MODE") ? &with.mode
+                                 : t[at].is("$LOAD")     ? &with.load
                                                          : nullptr;
       if (place != nullptr && sign_at(t, at + 1, '=') && at + 2 < end)
         *place = src_.text.substr(t[at + 2].begin, t[end - 1].end - t[at + 2].begin);
@@ -360,7 +361,7 @@ class Rewriter {
   bool fix(const Line& line, const Target& target, const Functions& functions, bool ptp) {
     const With with = with_of(line.tokens, spline_);
     const bool axes = target.type == "E6AXIS" || target.type == "AXIS";
-    const bool in = axes ? !with.tool.empty() : with.any();
+    const bool in = axes ? !(with.tool + with.load).empty() : with.any();
     const std::string& function = in    ? (ptp ? functions.ptp_in : functions.path_in)
                                   : ptp ? functions.ptp
                                         : functions.path;
@@ -371,6 +372,7 @@ class Rewriter {
     std::string more;
     if (in) more = given(with.tool, "$TOOL");
     if (in && !axes) more += given(with.base, "$BASE") + given(with.mode, "$IPO_MODE");
+    if (in) more += given(with.load, "$LOAD");
     if (in && !axes && !external_.empty()) more += "," + with.carrier;
     wrap(line, target, function, more);
     spoken_ = true;

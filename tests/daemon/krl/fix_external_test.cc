@@ -493,7 +493,8 @@ TEST(FixModuleWithExternalAxes, CorrectsRelativeMotionsWithTheCarriageWhereItGoe
 TEST(FixModuleWithExternalAxes, TakesABaseOnTheTableOfTheMotionsOwnWith) {
   const World world = world_of(true, 2);
   const auto points = points_of(world, 10);
-  const std::string of_its_own = "CC_BASE(3),#BASE,CC_CARRIER(3)", of_the_tool = "$BASE,#BASE,-1";
+  const std::string of_its_own = "CC_BASE(3),#BASE,$LOAD,CC_CARRIER(3)",
+                    of_the_tool = "$BASE,#BASE,$LOAD,-1";
   for (const auto& [active, with] :
        {std::pair(0, of_its_own), {4, of_its_own}, {3, of_its_own}, {3, of_the_tool}}) {
     Text text;
@@ -555,8 +556,8 @@ TEST(FixModuleWithExternalAxes, GivesTheSamePointsWhereAnInterruptCallsItInsideO
       world,
       "DEF P ( )\nINTERRUPT DECL 5 WHEN CALLED DO ASIDE( )\nINTERRUPT ON 5\nBAS(#TOOL,1)\n"
       "BAS(#BASE,4)\nXR=TARGET( )\nEND\nDEFFCT E6POS TARGET ( )\n"
-      "RETURN (CC_FIX_PTP_IN(XP,TOOL_DATA[1],CC_BASE(3),#BASE,CC_CARRIER(3)))\nENDFCT\n"
-      "DEF ASIDE ( )\nXS=CC_FIX_PTP_IN(XQ,TOOL_DATA[1],CC_BASE(4),#BASE,CC_CARRIER(4))\nEND\n",
+      "RETURN (CC_FIX_PTP_IN(XP,TOOL_DATA[1],CC_BASE(3),#BASE,$LOAD,CC_CARRIER(3)))\nENDFCT\n"
+      "DEF ASIDE ( )\nXS=CC_FIX_PTP_IN(XQ,TOOL_DATA[1],CC_BASE(4),#BASE,$LOAD,CC_CARRIER(4))\nEND\n",
       "DECL GLOBAL BOOL CALLED=FALSE\nDECL E6POS XP=" + pose_of(world, points[0], 3) +
           "\nDECL E6POS XQ=" + pose_of(world, points[1], 4) + "\nDECL GLOBAL E6POS XR,XS\n");
   std::vector<float> first;
@@ -650,8 +651,9 @@ TEST(RunTimeProgramWithExternalAxes, KeepsWhatCarriesTheBaseOfAMotionsOwnWith) {
   const auto with = rewrite_motions(files, {}, {"E1"}), without = rewrite_motions(files, {});
   ASSERT_EQ(with.files.size(), 1U);
   for (const char* own :
-       {"CC_FIX_IN(XP,STOOL2(FP),CC_BASE(FP.BASE_NO),$IPO_MODE,CC_CARRIER(FP.BASE_NO)) WITH",
-        ",A6 +0.0,E1 +0.0})", "STOOL2(FP),$BASE,$IPO_MODE,-1)", "$TOOL,BASE_DATA[2],$IPO_MODE,0)"})
+       {"CC_FIX_IN(XP,STOOL2(FP),CC_BASE(FP.BASE_NO),$IPO_MODE,$LOAD,CC_CARRIER(FP.BASE_NO)) WITH",
+        ",A6 +0.0,E1 +0.0})", "STOOL2(FP),$BASE,$IPO_MODE,$LOAD,-1)",
+        "$TOOL,BASE_DATA[2],$IPO_MODE,$LOAD,0)"})
     EXPECT_NE(with.files[0].text.find(own), std::string::npos) << with.files[0].text;
   EXPECT_NE(without.files.at(0).text.find(",SBASE(FP.BASE_NO),"), std::string::npos);
   for (const auto* all : {&with, &without})

@@ -349,7 +349,7 @@ TEST(FixModule, TakesToolAndBaseOfTheMotionsOwnWith) {
     const std::string name = "XP" + std::to_string(i + 1);
     p.body += "$TOOL=TOOL_DATA[1]\n$BASE=BASE_DATA[1]\nPTP CC_STAY(XHOME)\n";
     // Settings of WITH for this motion only.
-    p.body += name + "=CC_FIX_PTP_IN(" + name + ",TOOL_DATA[2],BASE_DATA[2],#BASE)\n";
+    p.body += name + "=CC_FIX_PTP_IN(" + name + ",TOOL_DATA[2],BASE_DATA[2],#BASE,$LOAD)\n";
     p.body += "$TOOL=TOOL_DATA[2]\n$BASE=BASE_DATA[2]\nPTP " + name + "\n";
     p.data += "DECL E6POS " + name + "=" + point_text(demo(), taught[i]) + "\n";
   }
@@ -396,6 +396,72 @@ TEST(FixModule, TakesAnotherToolAsStatedWithItsLoad) {
             kPreciseMm);
 }
 
+/// Expects a halt before the first corrected motion, with this message, even after the start key.
+void expect_halt(Rig& rig, const std::string& words) {
+  KrlController& controller = rig.run();
+  EXPECT_EQ(controller.state(), State::kHalted) << controller.message();
+  EXPECT_EQ(controller.reached.size(), 1U);
+  EXPECT_NE(why(controller).find(words), std::string::npos) << why(controller);
+  controller.press_start();
+  EXPECT_EQ(controller.state(), State::kHalted);
+  EXPECT_EQ(controller.reached.size(), 1U);
+}
+
+/// A gripper without and with a part, as two tools of one TCP; and the cell's tool with a part.
+TEST(FixModule, TellsToolsOfOneTcpApartByTheLoadInForce) {
+  const Frames grips{calib::to_isometry({{10.0, -20.0, 150.0}, {0.0, 30.0, 5.0}}), kFrames.base};
+  const auto load = [](double kg) {
+    return "{M " + std::to_string(kg) +
+           ",CM {X 0.0,Y 5.0,Z 80.0,A 0.0,B 0.0,C 0.0},J {X 0.0,Y 0.0,Z 0.0}}\n";
+  };
+  const std::string gripper = "={X 10.0,Y -20.0,Z 150.0,A 0.0,B 30.0,C 5.0}\n";
+  const krl::FixModule module =
+      module_of(demo_calibration(),
+                "DEFDAT $CONFIG PUBLIC\nTOOL_DATA[3]" + gripper + "LOAD_DATA[3]=" + load(0.5) +
+                    "TOOL_DATA[4]" + gripper + "LOAD_DATA[4]=" + load(9.0) +
+                    "TOOL_DATA[5]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\n"
+                    "LOAD_DATA[5]=" +
+                    load(9.0) + "ENDDAT\n");
+  const auto q = regular_postures(demo(), 1);
+  const auto reached = [&](const std::string& body, const Frames& in) {
+    Rig rig(demo(), module, body,
+            "DECL LOAD XEMPTY=" + load(0.5) + "DECL LOAD XFULL=" + load(9.0) + "DECL LOAD XOTHER=" +
+                load(4.0) + "DECL GLOBAL E6POS XP=" + point_text(demo(), q[0], in));
+    rig.controller.set_frame("$TOOL", calib::to_frame(in.tool));
+    rig.run();
+    EXPECT_EQ(rig.controller.state(), State::kEnded) << body << " " << why(rig.controller);
+    return rig.controller.reached;
+  };
+  const auto bearing = [&](double kg) {
+    calib::Tool tool = cell().tool;
+    tool.tcp = grips.tool;
+    tool.length_m = tool.tcp.translation().norm();
+    tool.mass_kg = kg;
+    tool.com_m = {0.0, 0.005, 0.08};
+    return calib::with_tool(demo_calibration(), tool);
+  };
+  for (const auto& [empty, full] :
+       {std::pair("$LOAD=XEMPTY\nPTP CC_FIX_PTP(XP)\n", "$LOAD=XFULL\nPTP CC_FIX_PTP(XP)\n"),
+        std::pair("PTP CC_FIX_PTP_IN(XP,$TOOL,$BASE,#BASE,XEMPTY)\n",
+                  "PTP CC_FIX_PTP_IN(XP,$TOOL,$BASE,#BASE,XFULL)\n")}) {
+    const auto at = reached(empty + std::string(full), grips);
+    ASSERT_EQ(at.size(), 2U);
+    EXPECT_LT(missed(bearing(0.5), at, q).mm, kPreciseMm);
+    EXPECT_LT(missed(bearing(9.0), at, q, 1).mm, kPreciseMm);
+    EXPECT_GT(missed(bearing(9.0), at, q).mm, 0.1);
+  }
+  const auto own =
+      reached("$LOAD=XFULL\nPTP CC_FIX_PTP(XP)\n$LOAD=XOTHER\nPTP CC_FIX_PTP(XP)\n", kFrames);
+  ASSERT_EQ(own.size(), 2U);
+  const calib::FlangeLoad nine{9.0, {0.0, 0.005, 0.08}};
+  EXPECT_LT(missed(calib::with_load(demo_calibration(), nine), own, q).mm, kPreciseMm);
+  EXPECT_LT(missed(demo_calibration(), own, q, 1).mm, kPreciseMm) << "its own";
+  Rig other(demo(), module, "PTP CC_STAY(XHOME)\n$LOAD=XOTHER\nPTP CC_FIX_PTP(XP)",
+            "DECL LOAD XOTHER=" + load(4.0) + "DECL E6POS XP=" + point_text(demo(), q[0], grips));
+  other.controller.set_frame("$TOOL", calib::to_frame(grips.tool));
+  expect_halt(other, "no correction for the active tool and load");
+}
+
 TEST(FixModule, OffByOneVariableItGivesTheSamePoints) {
   const auto taught = regular_postures(demo(), 10);
   const Points plain = ptp_to(demo(), taught, "");
@@ -407,17 +473,6 @@ TEST(FixModule, OffByOneVariableItGivesTheSamePoints) {
   const auto a = without.run().reached, b = off.run().reached;
   ASSERT_EQ(a.size(), taught.size() + 1);
   EXPECT_EQ(a, b);
-}
-
-/// Expects a halt before the first corrected motion, with this message, even after the start key.
-void expect_halt(Rig& rig, const std::string& words) {
-  KrlController& controller = rig.run();
-  EXPECT_EQ(controller.state(), State::kHalted) << controller.message();
-  EXPECT_EQ(controller.reached.size(), 1U);
-  EXPECT_NE(why(controller).find(words), std::string::npos) << why(controller);
-  controller.press_start();
-  EXPECT_EQ(controller.state(), State::kHalted);
-  EXPECT_EQ(controller.reached.size(), 1U);
 }
 
 TEST(FixModule, HoldsTheArmWhereItIsNotThatOfTheCalibration) {

@@ -114,16 +114,21 @@ TEST(RunTimeProgram, KeepsRelativeMotionsRelative) {
   EXPECT_EQ(line_of("LIN_REL {}"), "relative_motion");
 }
 
-TEST(RunTimeProgram, GivesToolAndBaseOfTheMotionsOwnWith) {
-  EXPECT_EQ(line_of("SLIN XP1 WITH $VEL=SVEL_CP(2.0,,LDAT),$TOOL=STOOL2(FP1),$BASE="
-                    "SBASE(FP1.BASE_NO),$IPO_MODE=SIPO_MODE(FP1.IPO_FRAME) C_SPL"),
-            "SLIN CC_FIX_IN(XP1,STOOL2(FP1),SBASE(FP1.BASE_NO),SIPO_MODE(FP1.IPO_FRAME)) "
-            "WITH $VEL=SVEL_CP(2.0,,LDAT),$TOOL=STOOL2(FP1),$BASE=SBASE(FP1.BASE_NO),$IPO_MODE="
-            "SIPO_MODE(FP1.IPO_FRAME) C_SPL");
+TEST(RunTimeProgram, GivesToolBaseAndLoadOfTheMotionsOwnWith) {
+  const std::string with =
+      "WITH $VEL=SVEL_CP(2.0,,LDAT),$TOOL=STOOL2(FP1),$BASE=SBASE(FP1.BASE_NO),$IPO_MODE=SIPO_MODE("
+      "FP1.IPO_FRAME),$LOAD=SLOAD(FP1.TOOL_NO) C_SPL";
+  EXPECT_EQ(line_of("SLIN XP1 " + with),
+            "SLIN CC_FIX_IN(XP1,STOOL2(FP1),SBASE(FP1.BASE_NO),SIPO_MODE(FP1.IPO_FRAME),SLOAD("
+            "FP1.TOOL_NO)) " +
+                with);
   EXPECT_EQ(line_of("SPTP XA WITH $TOOL=TOOL_DATA[1]"),
-            "SPTP CC_FIX_E6AXIS_IN(XA,TOOL_DATA[1]) WITH $TOOL=TOOL_DATA[1]");
+            "SPTP CC_FIX_E6AXIS_IN(XA,TOOL_DATA[1],$LOAD) WITH $TOOL=TOOL_DATA[1]");
+  EXPECT_EQ(line_of("SPTP XA WITH $LOAD=LOAD_DATA[1]"),
+            "SPTP CC_FIX_E6AXIS_IN(XA,$TOOL,LOAD_DATA[1]) WITH $LOAD=LOAD_DATA[1]");
   EXPECT_EQ(line_of("SPLINE WITH $BASE=BASE_DATA[2]\r\nSPL XP1\r\nENDSPLINE\r\nLIN XP1"),
-            "SPLINE WITH $BASE=BASE_DATA[2]\r\nSPL CC_FIX_IN(XP1,$TOOL,BASE_DATA[2],$IPO_MODE)\r\n"
+            "SPLINE WITH $BASE=BASE_DATA[2]\r\n"
+            "SPL CC_FIX_IN(XP1,$TOOL,BASE_DATA[2],$IPO_MODE,$LOAD)\r\n"
             "ENDSPLINE\r\nLIN CC_FIX(XP1)");
 }
 
