@@ -21,6 +21,11 @@ const std::set<std::string> kArcs = {"CIRC", "SCIRC"};
 /// Current positions: motions to these do not move.
 const std::set<std::string> kHere = {"$AXIS_ACT",    "$AXIS_ACT_MEAS", "$POS_ACT",
                                      "$POS_ACT_MES", "$AXIS_INT",      "$POS_INT"};
+/// What states where the arm is, or was.
+const std::set<std::string> kOwnPlace = {
+    "$AXIS_ACT", "$AXIS_ACT_MEAS", "$POS_ACT",  "$POS_ACT_MES", "$AXIS_INT",
+    "$POS_INT",  "$AXIS_BACK",     "$POS_BACK", "$AXIS_FOR",    "$POS_FOR",
+    "$AXIS_RET", "$POS_RET",       "FORWARD"};
 constexpr const char* kHome = "$H_POS";
 
 class Reader {
@@ -44,6 +49,8 @@ class Reader {
   void read(const std::vector<Line>& lines) {
     for (const Line& line : lines)
       if (declares_data(line)) read_declaration(line, src_.name, data_);
+    while (std::ranges::any_of(lines, [&](const Line& line) { return finds_own_place(line); })) {
+    }
     FrameState state(lines, data_, controller_, calls_);
     for (const Line& line : lines) read(line, state);
     if (shared_)  // another module may call it without the first one
@@ -53,7 +60,8 @@ class Reader {
       if (const auto found = mentioned_.find(name); found != mentioned_.end())
         refuse(Why::kNoSuchFrameData, found->second, name);
     for (const auto& [name, line] : mentioned_)
-      program_.computed.emplace(key_of(name), Refusal{Why::kComputed, src_.name, line, name});
+      program_.computed.emplace(key_of(name),
+                                Refusal{of_place(Why::kComputed, name), src_.name, line, name});
   }
 
   void count_motions(const std::vector<Line>& lines) {
@@ -85,7 +93,30 @@ class Reader {
  private:
   Module& own() { return program_.modules[module_]; }
   void refuse(Why why, int line, const std::string& what) {
-    own().refusals.push_back({why, src_.name, line, what});
+    own().refusals.push_back({of_place(why, what), src_.name, line, what});
+  }
+
+  /// The reason for a point that may come from where the arm is.
+  Why of_place(Why why, const std::string& what) const {
+    const bool computed = why == Why::kComputed || why == Why::kOperator || why == Why::kArray;
+    return computed && is_own_place(variable_of(what)) ? Why::kOwnPlace : why;
+  }
+  bool is_own_place(const std::string& name) const {
+    return kOwnPlace.count(name) > 0 || own_places_.count(name) > 0;
+  }
+  /// XP1=$POS_ACT, XP1.Z=$POS_ACT.Z+5, XP2=XP1; true if the name was not known for one.
+  bool finds_own_place(const Line& line) {
+    const auto& t = line.tokens;
+    std::size_t at = 1;
+    if (!(sign_at(t, at, '=') || sign_at(t, at, '.') || sign_at(t, at, '['))) return false;
+    while (at < t.size() && !sign_at(t, at, '=')) ++at;
+    const bool copy = at + 2 == t.size();
+    return std::any_of(t.begin() + static_cast<std::ptrdiff_t>(std::min(at, t.size())), t.end(),
+                       [&](const Token& one) {
+                         return kOwnPlace.count(one.word) > 0 ||
+                                (copy && own_places_.count(one.word) > 0);
+                       }) &&
+           own_places_.insert(t[0].word).second;
   }
 
   static bool given_twice(const Data& data, const std::string& name) {
@@ -234,7 +265,9 @@ class Reader {
     if (at < t.size() && kHere.count(t[at].word) > 0) {
       if (!sign_at(t, ++at, ':')) return true;
       lose(line);
-      return refuse(Why::kOperator, line.number, t[at - 1].word), false;
+      if (!leave_line(t[at - 1].word, t[at - 1].word))
+        refuse(Why::kOperator, line.number, t[at - 1].word);
+      return false;
     }
     Motion motion;
     motion.line = line.number;
@@ -270,9 +303,11 @@ class Reader {
         return refuse_line(Why::kComputed);
       }
       std::string name = t[at].word;
-      if (!rest_of_name(t, ++at, name)) return refuse(Why::kArray, line.number, name), false;
-      if (sign_at(t, at, ':')) return refuse(Why::kOperator, line.number, name), false;
-      if (sign_at(t, at, '(')) return refuse(Why::kComputed, line.number, name), false;
+      const bool element = rest_of_name(t, ++at, name);
+      motion.point = name;
+      if (!element) return refuse_line(Why::kArray);
+      if (sign_at(t, at, ':')) return refuse_line(Why::kOperator);
+      if (sign_at(t, at, '(')) return refuse_line(Why::kComputed);
       motion.point = key_of(name);
       targets_.insert(variable_of(name));
       targets_.insert(name);
@@ -313,7 +348,7 @@ class Reader {
     return false;
   }
 
-  /// A point without a name, by that of its refusal ("line 12"); false: it does not stay.
+  /// By the name of its refusal ("line 12", XP of XP[I]); false: it does not stay.
   bool leave_line(const std::string& name, const std::string& key) {
     if (leave_.count(upper_case(name)) == 0) return false;
     targets_.insert(upper_case(name));
@@ -384,6 +419,7 @@ class Reader {
   FlowReader flow_;
   std::map<std::string, int> mentioned_;
   std::set<std::string> targets_;  ///< names of motion targets so far
+  std::set<std::string> own_places_;  ///< variables that are set to where the arm is
   int depth_ = 0;                  ///< blocks of IF, LOOP and the like around the line
   int routines_ = 0;               ///< begun so far
   bool started_ = false;           ///< the first one may have moved, or jumps

@@ -532,6 +532,22 @@ TEST_F(Correct, ReadsCalledRoutinesOfTheFolderAndThoseThatAreNamed) {
       run_correct({"--program", src, "--config", config, "--does-not-move", "glue_on"}).status, 0);
 }
 
+TEST_F(Correct, ProposesTheCorrectionAtRunTimeForComputedPointsButNotForWhereTheArmIs) {
+  calibration_file();
+  const std::string config =
+      put("$config.dat", "TOOL_DATA[1]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\n");
+  put("p.dat", "DECL E6POS XP=" + pose_text(postures(1)[0]) + "\nDECL E6POS XR\n");
+  for (const bool own : {false, true}) {
+    const std::string src =
+        put("p.src", std::string("DEF P()\nBAS(#TOOL,1)\nBAS(#BASE,0)\nPTP XP\nXR=") +
+                         (own ? "$POS_ACT" : "NEXT()") + "\nLIN XR\nEND\n");
+    const Outcome outcome =
+        run_correct({"--program", src, "--config", config, "--does-not-move", "NEXT"});
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_EQ(outcome.err.find("--at-run-time") == std::string::npos, own) << outcome.err;
+  }
+}
+
 TEST_F(Correct, NamesACalledProgramThatMovesAndIsNotCorrected) {
   calibration_file();
   const auto points = postures(2);

@@ -214,6 +214,32 @@ TEST(AFrame, ThatIsUnknownIsSoSinceTheStatement) {
   }
 }
 
+TEST(APointFromWhereTheArmIs, IsRefusedAsOneThatIsRightAsItIs) {
+  const std::string dat = declared(point()) + "DECL E6POS XR\nDECL E6POS XQ[3]\nDECL FRAME F\n",
+                    start = kFrames + std::string("PTP XP1\n");
+  const auto why = [&](const std::string& body, const std::vector<std::string>& leave = {}) {
+    std::string all;
+    for (const krl::Refusal& one : correct(start + body, dat, {leave}).refusals)
+      all += krl::name_of(one.why) + (":" + one.what) + " ";
+    return all;
+  };
+  for (const char* body : {"XR=$POS_ACT\nXR.Z=XR.Z+50\nLIN XR\n",
+                           "XR=FORWARD($AXIS_ACT,ERR)\nLIN XR\n", "XR.X=$POS_INT.X+5\nLIN XR\n",
+                           "XR=F\nF=$POS_ACT:SHIFT\nLIN XR\n", "LIN XR\nXR=$AXIS_RET\n"})
+    EXPECT_EQ(why(body), "own_place:XR ") << body;
+  EXPECT_EQ(why("XQ[I]=$POS_ACT\nLIN XQ[I]\n"), "own_place:XQ ");
+  EXPECT_EQ(why("LIN $POS_ACT:{X 0,Y 0,Z 50,A 0,B 0,C 0}\n"), "own_place:$POS_ACT ");
+  EXPECT_EQ(why("LIN $POS_ACT:{X 0,Y 0,Z 50,A 0,B 0,C 0}\n", {"$POS_ACT"}), "");
+  EXPECT_EQ(why("XR=$POS_ACT\nLIN XR\nLIN XR:{Z 5}\n", {"XR"}), "");
+  EXPECT_EQ(why("XQ[I]=$POS_ACT\nLIN XQ[I]\n", {"XQ"}), "");
+  EXPECT_EQ(why("LIN FORWARD($AXIS_ACT,ERR)\n", {"FORWARD"}), "");
+  EXPECT_EQ(why("XR=XP1:SHIFT\nIF $POS_ACT.Z==5 THEN\nLIN XR\nENDIF\n"),
+            "computed:XP1 computed:XR ");
+  EXPECT_NE(all_words(correct(start + "XR=$POS_ACT\nLIN XR\n", dat))
+                .find("right only as it is, at run time, too"),
+            std::string::npos);
+}
+
 TEST(TheHomeOfTheMachineData, IsLeftAsItIs) {
   const auto body = [](const std::string& more) {
     return kFrames + more + "PTP $H_POS\nPTP XP1\n";
