@@ -1,6 +1,5 @@
 #include "daemon/krl/krl_changes.h"
 
-#include <algorithm>
 #include <string_view>
 
 #include "calib/export/krl_values.h"
@@ -83,12 +82,13 @@ FrameChanges of_stated_numbers(FrameChanges changes) {
   return changes;
 }
 
-int count_changes(const std::vector<Line>& lines, bool tool, int number) {
-  return static_cast<int>(std::ranges::count_if(lines, [&](const Line& line) {
+void count_changes(const std::vector<Line>& lines, ChangeCounts& counts) {
+  for (const Line& line : lines) {
     FrameChanges changes;
     add_changes(line, {}, changes);
-    return (tool ? changes.tools : changes.bases).numbers.count(number) > 0;
-  }));
+    for (const auto& [number, place] : changes.tools.numbers) ++counts.tools[number];
+    for (const auto& [number, place] : changes.bases.numbers) ++counts.bases[number];
+  }
 }
 
 FrameChanges frame_changes(const std::vector<Line>& lines, const std::string& file) {

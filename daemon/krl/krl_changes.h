@@ -42,8 +42,11 @@ void add_changes(const Line& line, const std::string& file, FrameChanges& change
 bool sets_kinematic_base(const std::vector<Token>& tokens);
 /// The places of `into` stay.
 void merge(const FrameChanges& from, FrameChanges& into);
-/// Statements that change that TOOL_DATA, or else BASE_DATA.
-int count_changes(const std::vector<Line>& lines, bool tool, int number);
+/// Statements that change each number.
+struct ChangeCounts {
+  std::map<int, int> tools, bases;
+};
+void count_changes(const std::vector<Line>& lines, ChangeCounts& counts);
 /// Without those of a computed number, which may be any.
 FrameChanges of_stated_numbers(FrameChanges changes);
 

@@ -49,8 +49,7 @@ class Reader {
   void read(const std::vector<Line>& lines) {
     for (const Line& line : lines)
       if (declares_data(line)) read_declaration(line, src_.name, data_);
-    while (std::ranges::any_of(lines, [&](const Line& line) { return finds_own_place(line); })) {
-    }
+    find_own_places(lines);
     FrameState state(lines, data_, controller_, calls_);
     for (const Line& line : lines) read(line, state);
     if (shared_)  // another module may call it without the first one
@@ -103,6 +102,14 @@ class Reader {
   }
   bool is_own_place(const std::string& name) const {
     return kOwnPlace.count(name) > 0 || own_places_.count(name) > 0;
+  }
+  void find_own_places(const std::vector<Line>& lines) {
+    constexpr int kMostPasses = 8;  // each follows copies in the text's order
+    bool news = true;
+    for (int pass = 0; pass < kMostPasses && news; ++pass) {
+      news = false;
+      for (const Line& line : lines) news = finds_own_place(line) || news;
+    }
   }
   /// XP1=$POS_ACT, XP1.Z=$POS_ACT.Z+5, XP2=XP1; true if the name was not known for one.
   bool finds_own_place(const Line& line) {
@@ -418,12 +425,12 @@ class Reader {
   Program& program_;
   FlowReader flow_;
   std::map<std::string, int> mentioned_;
-  std::set<std::string> targets_;  ///< names of motion targets so far
+  std::set<std::string> targets_;     ///< names of motion targets so far
   std::set<std::string> own_places_;  ///< variables that are set to where the arm is
-  int depth_ = 0;                  ///< blocks of IF, LOOP and the like around the line
-  int routines_ = 0;               ///< begun so far
-  bool started_ = false;           ///< the first one may have moved, or jumps
-  bool shared_ = false;            ///< a further one is GLOBAL
+  int depth_ = 0;                     ///< blocks of IF, LOOP and the like around the line
+  int routines_ = 0;                  ///< begun so far
+  bool started_ = false;              ///< the first one may have moved, or jumps
+  bool shared_ = false;               ///< a further one is GLOBAL
 };
 
 /// Adds data missing in the program's own files.
@@ -552,18 +559,18 @@ FrameChanges changes_for(const ProgramFiles& files, const FrameChanges& own_and_
   return all;
 }
 
-int changes_in(const KrlFile& file, bool tool, int number) try {
-  return is_kukas_program(file.name) ? 0 : count_changes(read_lines(file), tool, number);
+void count_changes_in(const KrlFile& file, ChangeCounts& counts) try {
+  if (!is_kukas_program(file.name)) count_changes(read_lines(file), counts);
 } catch (const calib::FileError&) {  // no text
-  return 0;
 }
 
 /// Frames that nothing but one assignment changes: in its module this is their value. Other modules may run before it.
 void take_assigned(const std::vector<const KrlFile*>& files, Program& program) {
+  if (program.assigned.empty()) return;
+  ChangeCounts counts;
+  for (const KrlFile* file : files) count_changes_in(*file, counts);
   for (const auto& [module, tool, number, value] : program.assigned) {
-    int changes = 0;
-    for (const KrlFile* file : files) changes += changes_in(*file, tool, number);
-    if (changes != 1) continue;
+    if ((tool ? counts.tools : counts.bases)[number] != 1) continue;
     auto& stated = tool ? program.data.tools : program.data.bases;
     const auto before = stated.find(number);
     const bool same = before != stated.end() && before->second.xyz_mm == value.xyz_mm &&
