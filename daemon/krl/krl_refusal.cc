@@ -49,6 +49,7 @@ constexpr EnumNames<Why> kNames({{Why::kComputed, "computed"},
                                  {Why::kNotReached, "not_reached"},
                                  {Why::kOutsideScope, "outside_scope"},
                                  {Why::kNotVerified, "not_verified"},
+                                 {Why::kOwnPosition, "own_position"},
                                  {Why::kNotRestored, "not_restored"},
                                  {Why::kNoClosedForm, "no_closed_form"}});
 

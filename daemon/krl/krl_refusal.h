@@ -51,6 +51,7 @@ enum class Why {
   kNotReached,       ///< reason in `reached`
   kOutsideScope,     ///< the calibration is valid near its targets only
   kNotVerified,      ///< the TCP would miss with the written numbers
+  kOwnPosition,      ///< takes the arm's own position, which is corrected already
   kNotRestored,      ///< its rewriting for run time could not be taken back byte for byte
   kNoClosedForm,     ///< S and T are defined for six axes with a spherical wrist only
 };

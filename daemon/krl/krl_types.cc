@@ -41,6 +41,17 @@ std::size_t next_comma(const std::vector<Token>& t, std::size_t at, std::size_t 
   return at;
 }
 
+std::size_t closed(const std::vector<Token>& t, std::size_t at) {
+  int depth = 0;
+  for (; at < t.size(); ++at) {
+    if (t[at].kind != Token::Kind::kSign) continue;
+    const char c = t[at].word[0];
+    if (c == '{' || c == '[' || c == '(') ++depth;
+    if ((c == '}' || c == ']' || c == ')') && --depth == 0) return at + 1;
+  }
+  return 0;
+}
+
 /// A name with two types has none.
 void Types::keep(const std::string& name, const std::string& type, Names& names) {
   const auto [at, fresh] = names.emplace(name, type);
@@ -112,12 +123,12 @@ Types::Types(const BackupFiles& files) {
     Module& module = modules_.emplace_back();
     read_source(one.src, module);
     if (one.dat) read_data(*one.dat, module.variables);
+  }
+  for (const ProgramFiles& one : files.modules)
     for (const KrlFile& other : one.modules) try {
-        Module of_other;
-        read_source(other, of_other);
+        read_source(other, modules_.emplace_back());
       } catch (const calib::FileError&) {  // not a text: its functions are unknown
       }
-  }
   Names controller;
   for (const KrlFile& file : files.controller) read_data(file, controller);
   for (const auto& [name, type] : controller) keep(name, type, globals_);
@@ -149,6 +160,14 @@ std::string Types::of_function(std::size_t module, const std::string& name) cons
   if (own != modules_[module].functions.end()) return own->second;
   const std::string type = found_in(functions_, name);
   return type.empty() ? found_in(system_names(), name) : type;
+}
+
+std::string Types::key(std::size_t module, int line, const std::string& name) const {
+  const Module& own = modules_[module];
+  const auto& [begin, local] = *std::prev(own.locals.upper_bound(line));
+  const std::string key = name + "@" + std::to_string(module);
+  if (local.count(name) > 0) return key + ":" + std::to_string(begin);
+  return own.variables.count(name) > 0 && globals_.count(name) == 0 ? key : name;
 }
 
 }  // namespace cellcal::daemon::krl

@@ -13,6 +13,9 @@ namespace cellcal::daemon::krl {
 /// The first comma from `at` on that no bracket encloses; else `end`.
 std::size_t next_comma(const std::vector<Token>& tokens, std::size_t at, std::size_t end);
 
+/// Index after the bracket that closes the one at `at`; 0: none does.
+std::size_t closed(const std::vector<Token>& tokens, std::size_t at);
+
 class Types {
  public:
   /// Throws FileError for a text that is not KRL.
@@ -23,6 +26,9 @@ class Types {
   std::string of_variable(std::size_t module, int line, const std::string& name,
                           const std::vector<std::string>& components) const;
   std::string of_function(std::size_t module, const std::string& name) const;
+  /// The same for the same variable alone, seen from these lines. Behind the modules, counted on, are those that they
+  /// may call (ProgramFiles::modules).
+  std::string key(std::size_t module, int line, const std::string& name) const;
 
  private:
   using Names = std::map<std::string, std::string>;

@@ -12,6 +12,7 @@
 #include "daemon/krl/krl_calls.h"
 #include "daemon/krl/krl_numbers.h"
 #include "daemon/krl/krl_types.h"
+#include "daemon/krl/own_position.h"
 
 namespace cellcal::daemon::krl {
 
@@ -50,9 +51,8 @@ constexpr const char* kParted = " \t";
 const std::set<std::string> kPtp = {"PTP", "SPTP"};
 const std::set<std::string> kArc = {"CIRC", "SCIRC"};
 const std::set<std::string> kRelativeWays = {"PTP_REL", "SPTP_REL", "LIN_REL", "SLIN_REL"};
-/// Actual positions: motions to these do not move, or return to a corrected path.
-const std::set<std::string> kWhereItIs = {"$POS_ACT",  "$POS_ACT_MES", "$POS_INT",
-                                          "$POS_BACK", "$POS_FOR",     "$POS_RET"};
+/// Frames that points are in.
+const std::set<std::string> kFrames = {"$BASE", "$TOOL", "BASE_DATA", "TOOL_DATA"};
 
 bool is_ours(const Token& token) {
   static const std::set<std::string> all = [] {
@@ -64,18 +64,6 @@ bool is_ours(const Token& token) {
     return names;
   }();
   return token.kind == Kind::kWord && all.count(token.word) > 0;
-}
-
-/// Index after the bracket that closes the one at `at`; 0: none does.
-std::size_t closed(const Tokens& t, std::size_t at) {
-  int depth = 0;
-  for (; at < t.size(); ++at) {
-    if (t[at].kind != Kind::kSign) continue;
-    const char c = t[at].word[0];
-    if (c == '{' || c == '[' || c == '(') ++depth;
-    if ((c == '}' || c == ']' || c == ')') && --depth == 0) return at + 1;
-  }
-  return 0;
 }
 
 /// True if the character before `at` belongs to a word.
@@ -152,8 +140,14 @@ class Rewriter {
  public:
   Rewriter(const KrlFile& src, std::size_t module, const Types& types,
            const std::set<std::string>& leave, const std::vector<std::string>& external,
-           std::set<std::string>& seen)
-      : src_(src), module_(module), types_(types), leave_(leave), external_(external), seen_(seen) {
+           const OwnPosition& own, std::set<std::string>& seen)
+      : src_(src),
+        module_(module),
+        types_(types),
+        leave_(leave),
+        external_(external),
+        own_(own),
+        seen_(seen) {
     result_.src = src.name;
   }
 
@@ -205,6 +199,7 @@ class Rewriter {
     const Tokens& t = line.tokens;
     if (t[0].is("SPLINE") || t[0].is("PTP_SPLINE")) spline_ = with_of(t, {});
     if (t[0].is("ENDSPLINE") || begins_routine(line)) spline_ = {};
+    if (kFrames.count(t[0].word) > 0) refuse_own(line, 1, t.size(), t[0].word);
     const MotionKind kind = motion_kind(line);
     if (t.size() < 2 || (kind != MotionKind::kPoint && kind != MotionKind::kRelative)) return;
     ++result_.motions;
@@ -341,7 +336,6 @@ class Rewriter {
     const std::string what =
         target.name.empty() ? "line " + std::to_string(line.number) : target.name;
     seen_.insert({target.name, variable_of(target.name)});
-    if (kWhereItIs.count(target.name) > 0) return target.end;
     const bool ptp = kPtp.count(line.tokens[0].word) > 0;
     const bool odd = typed_by_us(src_.text, line.tokens, target.begin);
     if (odd || (target.literal && !whole(*target.literal, ptp)))
@@ -349,12 +343,21 @@ class Rewriter {
     const auto functions =
         std::ranges::find(kFunctions, target.type, [](const Functions& f) { return f.type; });
     if (functions == kFunctions.end()) return refuse(Why::kUnknownPoint, line, what), 0;
-    if (left(target.name) || target.name.starts_with("$")) {
+    if (left(target.name) || target.name.starts_with("$") ||
+        own_.whole(module_, line.number, target.name)) {
       if (!functions->stay.empty()) wrap(line, target, functions->stay);
       return target.end;
     }
+    if (refuse_own(line, target.begin, target.end, target.name)) return 0;
     return fix(line, target, *functions, ptp) ? target.end
                                               : (refuse(Why::kUnknownPoint, line, what), 0);
+  }
+
+  /// True if tokens [begin, end) take the arm's own position.
+  bool refuse_own(const Line& line, std::size_t begin, std::size_t end, const std::string& name) {
+    const std::string source = own_.source(module_, line, begin, end);
+    if (!source.empty()) refuse(Why::kOwnPosition, line, name.empty() ? source : name);
+    return !source.empty();
   }
 
   /// False: no function for this type here.
@@ -398,6 +401,7 @@ class Rewriter {
     if (!understood || typed_by_us(src_.text, t, 1) ||
         (target.literal && !axes && !in_tool && turns()))
       return refuse(Why::kRelative, line, t[0].word);
+    if (refuse_own(line, target.begin, target.end, target.name)) return;
     std::string missing;
     std::vector<std::string> names(axes ? kAxes.begin() : kPlace.begin(),
                                    axes ? kAxes.end() : kPlace.end());
@@ -418,6 +422,7 @@ class Rewriter {
   const Types& types_;
   const std::set<std::string>& leave_;
   const std::vector<std::string>& external_;
+  const OwnPosition& own_;
   std::set<std::string>& seen_;
   With spline_;
   bool spoken_ = false;  ///< a point of this line is corrected
@@ -482,13 +487,14 @@ void restore_call(const KrlFile& src, const Line& line, std::size_t at, std::vec
 RewrittenPrograms rewrite_motions(const BackupFiles& files, const std::vector<std::string>& leave,
                                   const std::vector<std::string>& external) {
   const Types types(files);
+  const OwnPosition own(files, types);
   const std::set<std::string> left(leave.begin(), leave.end());
   std::set<std::string> seen;
   RewrittenPrograms result;
   for (std::size_t i = 0; i < files.modules.size(); ++i) {
     const KrlFile& src = files.modules[i].src;
     if (stays_as_it_is(src.name)) continue;
-    Rewriter rewriter(src, i, types, left, external, seen);
+    Rewriter rewriter(src, i, types, left, external, own, seen);
     rewriter.read();
     result.modules.push_back(rewriter.result());
     KrlFile fresh{src.name, rewriter.text()};

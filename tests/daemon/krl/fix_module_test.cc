@@ -280,8 +280,7 @@ TEST(FixModule, MovesTheRealTcpFromAPointThatStaysByWhatIsProgrammed) {
                 "\nPTP_REL CC_BY_AXES({A1 2.0,A2 0.0,A3 -1.0,A4 0.0,A5 0.0,A6 4.0})\n"
                 "LIN_REL CC_BY({X 0.0,Y 0.0,Z 15.0,A 0.0,B 0.0,C 0.0})",
             data);
-    for (std::size_t i = 0; i < 6; ++i)
-      rig.controller.variable("$AXIS_ACT").parts[i].set(taught[0][i] * calib::kDegPerRad + 1.0);
+    rig.controller.at = taught[0];
     KrlController& controller = rig.run();
     ASSERT_EQ(controller.state(), State::kEnded) << stays << " " << why(controller);
     const auto is = [&](std::size_t i) {
@@ -290,9 +289,8 @@ TEST(FixModule, MovesTheRealTcpFromAPointThatStaysByWhatIsProgrammed) {
     const auto off_mm = [&](std::size_t i, const Eigen::Isometry3d& wanted) {
       return (is(i).translation() - wanted.translation()).norm() * calib::kMmPerM;
     };
-    const Eigen::Isometry3d first = is(0);
-    EXPECT_LT(off_mm(1, Eigen::Translation3d(0.03, -0.02, 0.01) * first), kPreciseMm) << stays;
-    EXPECT_LT(off_mm(3, first * calib::to_isometry(by_tool)), kPreciseMm) << stays;
+    EXPECT_LT(off_mm(1, Eigen::Translation3d(0.03, -0.02, 0.01) * is(0)), kPreciseMm) << stays;
+    EXPECT_LT(off_mm(3, is(2) * calib::to_isometry(by_tool)), kPreciseMm) << stays;
     const std::array turned = {2.0, 0.0, -1.0, 0.0, 0.0, 4.0};
     for (std::size_t i = 0; i < 6; ++i)
       EXPECT_NEAR(controller.reached[5][i] - controller.reached[4][i],

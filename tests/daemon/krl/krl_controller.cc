@@ -32,6 +32,7 @@ LOAD $LOAD={M -1.0,CM {X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0},J {X 0.0,Y 0.0,Z 0.0
 STRUC MACHINE_FRAME_T INT MACH_DEF_INDEX
 MACHINE_FRAME_T MACHINE_FRAME_DAT[32]
 E6AXIS $AXIS_ACT
+E6POS $POS_ACT
 BOOL $BWDSTART
 PDAT PDAT_ACT
 PDAT PDEFAULT={VEL 100.0,ACC 100.0,APO_DIST 100.0}
@@ -226,16 +227,24 @@ void KrlController::put_data(const char* data, std::size_t number, const Isometr
   put_frame(program_[data].parts.at(number - 1), frame);
 }
 
+void KrlController::put_pose(Value& value, const JointVector& q, const External& e) {
+  put_frame(value, tcp(q, e));
+  for (std::size_t i = 0; i < e.size(); ++i) value.part("E" + std::to_string(i + 1)).set(e[i]);
+  const StatusAndTurn st = status_and_turn(arm_, stretched_rad_, q);
+  value.part("S").set_whole(st.status);
+  value.part("T").set_whole(st.turn);
+}
+
 void KrlController::bind() {
+  program_.variable("$AXIS_ACT").read = [this](Value& value, std::size_t) {
+    put_axes(value, at, external);
+  };
+  program_.variable("$POS_ACT").read = [this](Value& value, std::size_t) {
+    put_pose(value, at, external);
+  };
   program_.bind("FORWARD", [this](std::span<Value* const> a) {
     Value result(program_.type("E6POS"));
-    const JointVector q = axes(*a[0], JointVector(6, 0.0));
-    const External e = external_of(*a[0], {});
-    put_frame(result, tcp(q, e));
-    for (std::size_t i = 0; i < e.size(); ++i) result.part("E" + std::to_string(i + 1)).set(e[i]);
-    const StatusAndTurn st = status_and_turn(arm_, stretched_rad_, q);
-    result.part("S").set_whole(st.status);
-    result.part("T").set_whole(st.turn);
+    put_pose(result, axes(*a[0], JointVector(6, 0.0)), external_of(*a[0], {}));
     a[1]->set_whole(0);
     return result;
   });

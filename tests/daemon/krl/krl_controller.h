@@ -68,6 +68,7 @@ class KrlController : public sim::krl::Mover {
   std::optional<calib::JointVector> joints(const Value& point, const calib::JointVector& near,
                                            bool keeps, const External& e);
   calib::JointVector axes(const Value& value, const calib::JointVector& missing) const;
+  void put_pose(Value& value, const calib::JointVector& q, const External& e);
   calib::JointVector target_of(const sim::krl::Motion& motion);
   void activate(const std::string& what, std::size_t number);
   void bind();

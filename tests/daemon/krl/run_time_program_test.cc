@@ -135,10 +135,118 @@ TEST(RunTimeProgram, GivesToolBaseAndLoadOfTheMotionsOwnWith) {
 TEST(RunTimeProgram, LeavesHomesAndNamedPointsWhereTheyAre) {
   EXPECT_EQ(line_of("PTP XHOME"), "PTP CC_STAY(XHOME)");
   EXPECT_EQ(line_of("PTP $AXIS_ACT"), "PTP CC_STAY($AXIS_ACT)");
-  EXPECT_EQ(line_of("LIN $POS_ACT"), "unchanged");
+  EXPECT_EQ(line_of("LIN $POS_ACT"), "LIN CC_STAY_POS($POS_ACT)");
+  EXPECT_EQ(line_of("PTP $POS_RET C_PTP"), "PTP CC_STAY_POS($POS_RET) C_PTP");
   EXPECT_EQ(line_of("LIN XP1", {"XP1"}), "LIN CC_STAY_POS(XP1)");
   EXPECT_EQ(line_of("WAIT SEC 0\r\nR=XP1.X"), "unchanged");
   EXPECT_THROW(line_of("LIN XP1", {"XP9"}), calib::FileError);
+}
+
+/// "line:name" of each refusal for the arm's own position.
+std::string own_of(const std::string& body, const std::vector<std::string>& leave = {}) {
+  const RewrittenPrograms result = rewritten_of(program(body), leave);
+  std::string all;
+  for (const krl::Refusal& one : result.modules.at(0).refusals)
+    if (one.why == Why::kOwnPosition) all += std::to_string(one.line) + ":" + one.what + " ";
+  return all;
+}
+
+TEST(RunTimeProgram, RefusesPointsThatComeFromTheArmsOwnPosition) {
+  EXPECT_EQ(own_of("XP1=$POS_ACT\r\nXP1.Z=XP1.Z+50\r\nLIN XP1"), "4:XP1 ");
+  EXPECT_EQ(own_of("LIN $POS_ACT:{Z -50.0}"), "2:$POS_ACT ");
+  EXPECT_EQ(own_of("R=$POS_INT.Z\r\nXP1.Z=R+5.0\r\nLIN XP1"), "4:XP1 ");
+  EXPECT_EQ(own_of("XARR[2]=XP1\r\nXF=$POS_FOR\r\nXARR[1]=XF:XP1\r\nPTP XARR[1]"), "5:XARR[1] ");
+  EXPECT_EQ(own_of("LIN FORWARD($AXIS_ACT,R)"), "2:$AXIS_ACT ");
+  EXPECT_EQ(own_of("XF.Z=$POS_ACT.Z\r\nLIN_REL XF"), "3:XF ");
+  EXPECT_EQ(own_of("$BASE=$POS_ACT\r\nLIN XP1"), "2:$BASE ");
+  EXPECT_EQ(own_of("SUB($POS_ACT)\r\nEND\r\nDEF SUB (P :IN)\r\nDECL E6POS P\r\nP.Z=P.Z+5\r\nLIN P"),
+            "7:P ");
+  EXPECT_EQ(own_of("SUB(XP1)\r\nLIN XP1\r\nEND\r\nDEF SUB (P :OUT)\r\nDECL E6POS P\r\n"
+                   "P=$POS_ACT\r\nP.Z=0.0"),
+            "3:XP1 ");
+  EXPECT_EQ(own_of("LIN UP()\r\nEND\r\nDEFFCT E6POS UP ()\r\nRETURN (XF:$POS_ACT)\r\nENDFCT\r\n"
+                   "DEF Q()"),
+            "2:UP ");
+  // --leave is the way out.
+  EXPECT_EQ(line_of("XP1=$POS_ACT\r\nXP1.Z=XP1.Z+50\r\nLIN XP1", {"XP1"}),
+            "XP1=$POS_ACT\r\nXP1.Z=XP1.Z+50\r\nLIN CC_STAY_POS(XP1)");
+}
+
+TEST(RunTimeProgram, RefusesNothingForLooksAtTheArmsOwnPosition) {
+  EXPECT_EQ(own_of("IF $POS_ACT.Z<500.0 THEN\r\nLIN XP1\r\nENDIF"), "");
+  EXPECT_EQ(own_of("R=$POS_ACT.Z\r\nLIN XP1\r\nLIN_REL {Z 50.0,X R2}"), "");
+  EXPECT_EQ(own_of("XP1.E1=$AXIS_ACT.E1\r\nXP1.S=$POS_ACT.S\r\nLIN XP1"), "");
+  EXPECT_EQ(own_of("XA=INVERSE(XP1,$AXIS_ACT,R)\r\nPTP XA"), "");
+  EXPECT_EQ(own_of("DECL REAL Z\r\nZ=$POS_ACT.Z\r\nLIN_REL {Z 100.0}"), "");
+  // Variables of other routines.
+  EXPECT_EQ(own_of("LIN XP1\r\nEND\r\nDEF SUB (XP1 :IN)\r\nDECL E6POS XP1\r\nXP1=$POS_ACT"), "");
+  EXPECT_EQ(own_of("SUB(XP1)\r\nSUB($POS_ACT)\r\nLIN XP1\r\nEND\r\nDEF SUB (P :IN)\r\n"
+                   "DECL E6POS P\r\nR=P.X"),
+            "");
+}
+
+TEST(RunTimeProgram, LeavesVariablesThatAreTheArmsOwnPositionAndNothingElse) {
+  EXPECT_EQ(line_of("XA=$AXIS_ACT\r\nPTP XA"), "XA=$AXIS_ACT\r\nPTP CC_STAY(XA)");
+  EXPECT_EQ(line_of("XP1=$POS_INT\r\nLIN XP1"), "XP1=$POS_INT\r\nLIN CC_STAY_POS(XP1)");
+  EXPECT_EQ(own_of("XA=$AXIS_ACT\r\nXA=XHOME\r\nPTP XA"), "4:XA ");
+  EXPECT_EQ(own_of("XA=$AXIS_ACT\r\nXA.A1=0.0\r\nPTP XA"), "4:XA ");
+}
+
+/// In the other module, or through a GLOBAL variable.
+TEST(RunTimeProgram, FollowsTheArmsOwnPositionThroughModules) {
+  const auto module = [](const char* name, const std::string& body, const std::string& data) {
+    krl::ProgramFiles one;
+    one.src = {std::string(name) + ".src", "DEF " + std::string(name) + "( )\n" + body + "\nEND\n"};
+    one.dat = krl::KrlFile{std::string(name) + ".dat", "DEFDAT D PUBLIC\n" + data + "\nENDDAT\n"};
+    return one;
+  };
+  krl::BackupFiles files;
+  files.modules = {module("A", "LIN XRET\nLIN XOWN", "DECL E6POS XOWN"),
+                   module("B", "XRET=$POS_ACT\nXRET.Z=0.0\nXOWN=$POS_ACT\nXOWN.Z=0.0",
+                          "DECL GLOBAL E6POS XRET\nDECL E6POS XOWN")};
+  const RewrittenPrograms together = rewrite_motions(files, {});
+  ASSERT_EQ(together.modules.at(0).refusals.size(), 1U);
+  EXPECT_EQ(together.modules[0].refusals[0].what, "XRET");
+  krl::BackupFiles alone;
+  alone.modules = {module("A", "DECL E6POS P\nASIDE(P)\nLIN P", "")};
+  alone.modules[0].modules = {
+      {"ASIDE.src", "DEF ASIDE(Q :OUT)\nDECL E6POS Q\nQ=$POS_ACT\nQ.Z=0.0\nEND\n"},
+      {"binary.src", std::string("\0\1", 2)}};
+  const RewrittenPrograms result = rewrite_motions(alone, {});
+  ASSERT_EQ(result.modules.at(0).refusals.size(), 1U);
+  EXPECT_EQ(result.modules[0].refusals[0].what, "P");
+}
+
+TEST(RunTimeProgram, ReturnsToWhereTheArmStood) {
+  const auto taught = postures(2, 9);
+  const std::string src =
+      "DEF P ( )\nDECL E6AXIS SAVED\nDECL E6POS FOUND\nPTP XP1\nSAVED=$AXIS_ACT\nFOUND=$POS_ACT\n"
+      "PTP XP2\nPTP SAVED\nPTP XP2\nPTP FOUND\nLIN_REL {Z 20.0}\nEND\n";
+  const std::string dat = "DEFDAT P PUBLIC\nDECL E6POS XP1=" + pose_text(taught[0]) +
+                          "\nDECL E6POS XP2=" + pose_text(taught[1]) + "\nENDDAT\n";
+  krl::BackupFiles files;
+  krl::ProgramFiles one;
+  one.src = {"p.src", src};
+  one.dat = krl::KrlFile{"p.dat", dat};
+  files.modules.push_back(one);
+  const RewrittenPrograms result = rewrite_motions(files, {});
+  ASSERT_EQ(result.files.size(), 1U);
+  const calib::Calibration c = calibration();
+  const krl::FixModule fix = fix_module(c, krl::Data{}, {4711, "0"});
+  KrlController controller(cell().robot, {{"p.src", result.files[0].text},
+                                          {"p.dat", dat},
+                                          {fix.src.name, fix.src.text},
+                                          {fix.dat.name, fix.dat.text}});
+  controller.set_frame("$TOOL", calib::to_frame(frames().tool));
+  controller.run("P");
+  ASSERT_EQ(controller.reached.size(), 6U) << controller.message();
+  const calib::Predictor predictor(c);
+  const auto tip = [&](std::size_t i) -> Eigen::Vector3d {
+    return predictor.calibrated(controller.reached[i]).tcp.translation();
+  };
+  EXPECT_LT((tip(0) - predictor.nominal(taught[0]).translation()).norm(), 2e-5);
+  for (const std::size_t i : {2U, 4U}) EXPECT_LT((tip(i) - tip(0)).norm(), 2e-6) << i;
+  EXPECT_LT((tip(5) - tip(4) - Eigen::Vector3d(0.0, 0.0, 0.02)).norm(), 2e-5);
 }
 
 TEST(RunTimeProgram, RefusesAPointOfAnUnknownTypeByFileAndLine) {
