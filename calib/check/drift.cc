@@ -133,14 +133,18 @@ class Watch {
   bool failed_ = false;      ///< the alarm was raised by a check that did not hold
 };
 
-/// True if the newest check's temperature is outside the range of the others.
+/// True if the temperature of the newest check in the chart is outside the range of the others.
 bool unusual_temperature(const DriftChart& chart) {
-  const auto& newest = chart.points.back().check.temperature_c;
+  const auto last = std::find_if(chart.points.rbegin(), chart.points.rend(), [](const DriftPoint& one) {
+    return one.check.left_out == LeftOut::kNo;
+  });
+  const auto newest = last == chart.points.rend() ? std::nullopt : last->check.temperature_c;
   double nearest = kUnusualK;
   bool others = false;
-  for (std::size_t k = 0; newest && k + 1 < chart.points.size(); ++k) {
-    const CheckMeasurement& check = chart.points[k].check;
-    if (!check.temperature_c || check.left_out != LeftOut::kNo) continue;
+  for (const DriftPoint& point : chart.points) {
+    const CheckMeasurement& check = point.check;
+    if (!newest || &point == &*last || !check.temperature_c || check.left_out != LeftOut::kNo)
+      continue;
     others = true;
     nearest = std::min(nearest, std::abs(*check.temperature_c - *newest));
   }

@@ -263,8 +263,12 @@ Imported import_archive(Journal& journal, const Archive& archive, const std::str
   const auto [session, is_new] = journal.import(archive.at(kRows), name, touches_of(archive));
   const auto record = journal.session(session);
   const fs::path results = results_dir(session);
-  // As after a restored backup, of a session that was lost.
-  if (is_new) set_aside(results);
+  try {
+    if (is_new) set_aside(results);  // as after a restored backup, of a session that was lost
+  } catch (const std::exception& failed) {
+    throw ArchiveError(fmt::format("{}. Session {} is in the journal; {} is of another: move it away",
+                                   system_words(failed), session, results.string()));
+  }
   const bool wanted = record && !record->calibration.empty() && record->origin;
   // Also completes an earlier import that stored the rows only.
   if (!wanted || fs::exists(results / "calibration.json")) return {session, is_new};

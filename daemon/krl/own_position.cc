@@ -56,7 +56,25 @@ OwnPosition::OwnPosition(const BackupFiles& files, const Types& types) : types_(
       if (!declares(line) || line.tokens[0].is("INTERRUPT")) read(line, i, routine);
     }
   }
+  for (std::size_t i = 0; i < files.modules.size(); ++i)
+    if (files.modules[i].dat) keep_taught(*files.modules[i].dat, i);
   settle();
+}
+
+/// DECL E6POS XP1={X 900.0,...}: taught, and of the arm's own position only where a program puts that into it as well.
+/// Zeros alone are no place.
+void OwnPosition::keep_taught(const KrlFile& dat, std::size_t module) {
+  for (const Line& line : read_lines(dat)) {
+    const Tokens& t = line.tokens;
+    const auto equals = std::ranges::find_if(t, [](const Token& one) { return one.is("="); });
+    const bool stated = std::any_of(equals, t.end(), [](const Token& one) {
+      return one.kind == Token::Kind::kNumber && one.value != 0.0;
+    });
+    if (!stated) continue;
+    for (auto name = t.begin(); name != equals; ++name)
+      if (name + 1 == equals || (name + 1)->is("["))
+        if (name->kind == Token::Kind::kWord) flow(types_.key(module, 0, name->word), {}, false);
+  }
 }
 
 /// DEF NAME(A :IN,B :OUT)

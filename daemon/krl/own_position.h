@@ -39,6 +39,7 @@ class OwnPosition {
     std::string key;  ///< of a variable (Types::key) or function; empty: the own position itself
     std::string word;
   };
+  void keep_taught(const KrlFile& dat, std::size_t module);
   void keep_parameters(const Line& line, std::size_t module);
   void read(const Line& line, std::size_t module, const std::string& routine);
   void give_arguments(const Line& line, std::size_t module);

@@ -226,9 +226,11 @@ class Rewriter {
       if (place != nullptr && sign_at(t, at + 1, '=') && at + 2 < end)
         *place = src_.text.substr(t[at + 2].begin, t[end - 1].end - t[at + 2].begin);
       if (place == &with.base) with.carrier = kNotCarried;
-      if (place == &with.base && !external_.empty() && t[at + 2].is("SBASE")) {
+      if (place == &with.base && !external_.empty() && t[at + 2].is("SBASE") && sign_at(t, at + 3, '(') &&
+          closed(t, at + 3) > 0) {
         place->erase(0, std::string_view("SBASE").size());
-        with.carrier = kCarrier + *place;
+        const std::size_t closing = closed(t, at + 3);  // after it an offset of that base
+        with.carrier = kCarrier + src_.text.substr(t[at + 3].begin, t[closing - 1].end - t[at + 3].begin);
         place->insert(0, kBase);
       }
       at = end;
@@ -343,8 +345,9 @@ class Rewriter {
     const auto functions =
         std::ranges::find(kFunctions, target.type, [](const Functions& f) { return f.type; });
     if (functions == kFunctions.end()) return refuse(Why::kUnknownPoint, line, what), 0;
-    if (left(target.name) || target.name.starts_with("$") ||
-        own_.whole(module_, line.number, target.name)) {
+    // Of a POS or FRAME that stays CELLCAL_FIX would not know, and a motion after it would begin elsewhere.
+    const bool own = !functions->stay.empty() && own_.whole(module_, line.number, target.name);
+    if (left(target.name) || target.name.starts_with("$") || own) {
       if (!functions->stay.empty()) wrap(line, target, functions->stay);
       return target.end;
     }

@@ -215,9 +215,13 @@ std::int64_t SessionService::begin(const RunRequest& request) {
     job->inputs.options = options_to_json(job->options);
     job->session = parts_.journal.begin(job->inputs, now);
     // After a restored backup: the folder of a lost session of that number is not this one's.
-    if (const auto aside = set_aside(results_dir(job->session)); !aside.empty())
-      spdlog::warn("session {}: results of an earlier session of this number are now in {}",
-                   job->session, aside.string());
+    try {
+      if (const auto aside = set_aside(results_dir(job->session)); !aside.empty())
+        spdlog::warn("session {}: results of an earlier session of this number are now in {}",
+                     job->session, aside.string());
+    } catch (const std::exception& failed) {
+      spdlog::error("session {}: {}", job->session, system_words(failed));
+    }
   }
   const LogScope scope({.session = job->session, .event = LogEvent::kSessionBegins});
   spdlog::info("session {} {}: {}", job->session, job->resumed ? "resumed" : "begins",

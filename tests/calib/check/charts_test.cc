@@ -185,6 +185,9 @@ TEST(DriftCharts, LetNoCalibrationHoldThatHasCreptAwayNorAnUndecidedCheckSayOthe
   give_up(checks);
   EXPECT_EQ(holding_at(checks, 0.1), Holding::kDoesNotHold);
   EXPECT_EQ(drift_chart(checks).advice, advice);
+  for (CheckMeasurement& check : checks) check.temperature_c = 20.0;
+  checks.back().temperature_c = 5.0;  // of a check that found nothing
+  EXPECT_EQ(drift_chart(checks).advice, advice);
 }
 
 TEST(DriftCharts, LeaveOpenWhetherACalibrationHoldsWhereOneCheckAloneAlarms) {

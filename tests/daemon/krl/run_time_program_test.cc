@@ -21,7 +21,8 @@ using krl::Why;
 
 constexpr const char* kDat =
     "DEFDAT P PUBLIC\nDECL E6POS XP1={X 1.0,Y 2.0,Z 3.0,A 0.0,B 0.0,C 0.0,S 2,T 35}\n"
-    "DECL E6POS XARR[5]\nPOS XPOS\nFRAME XF\nDECL E6AXIS XA\nAXIS XB\n"
+    "DECL E6POS XARR[5]\nDECL E6POS XQ\nDECL E6POS XZ={X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0,S 0,T 0}\n"
+    "POS XPOS\nFRAME XF\nDECL E6AXIS XA\nAXIS XB\n"
     "STRUC STATION E6POS ABOVE,AT,INT NR\nDECL STATION XS[3]\nDECL REAL R=0.0\nENDDAT\n";
 
 RewrittenPrograms rewritten_of(const std::string& text,
@@ -187,7 +188,11 @@ TEST(RunTimeProgram, RefusesNothingForLooksAtTheArmsOwnPosition) {
 
 TEST(RunTimeProgram, LeavesVariablesThatAreTheArmsOwnPositionAndNothingElse) {
   EXPECT_EQ(line_of("XA=$AXIS_ACT\r\nPTP XA"), "XA=$AXIS_ACT\r\nPTP CC_STAY(XA)");
-  EXPECT_EQ(line_of("XP1=$POS_INT\r\nLIN XP1"), "XP1=$POS_INT\r\nLIN CC_STAY_POS(XP1)");
+  for (const std::string& name : {"XQ", "XZ"})
+    EXPECT_EQ(line_of(name + "=$POS_INT\r\nLIN " + name),
+              name + "=$POS_INT\r\nLIN CC_STAY_POS(" + name + ")");
+  EXPECT_EQ(own_of("XP1=$POS_INT\r\nLIN XP1"), "3:XP1 ") << "it is taught as well";
+  EXPECT_EQ(own_of("XF=$POS_ACT\r\nLIN XF"), "3:XF ") << "CELLCAL_FIX cannot know of a FRAME that stays";
   EXPECT_EQ(own_of("XA=$AXIS_ACT\r\nXA=XHOME\r\nPTP XA"), "4:XA ");
   EXPECT_EQ(own_of("XA=$AXIS_ACT\r\nXA.A1=0.0\r\nPTP XA"), "4:XA ");
 }
