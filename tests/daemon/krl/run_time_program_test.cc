@@ -188,7 +188,7 @@ TEST(RunTimeProgram, RefusesNothingForLooksAtTheArmsOwnPosition) {
 
 TEST(RunTimeProgram, LeavesVariablesThatAreTheArmsOwnPositionAndNothingElse) {
   EXPECT_EQ(line_of("XA=$AXIS_ACT\r\nPTP XA"), "XA=$AXIS_ACT\r\nPTP CC_STAY(XA)");
-  for (const std::string& name : {"XQ", "XZ"})
+  for (const std::string name : {"XQ", "XZ"})
     EXPECT_EQ(line_of(name + "=$POS_INT\r\nLIN " + name),
               name + "=$POS_INT\r\nLIN CC_STAY_POS(" + name + ")");
   EXPECT_EQ(own_of("XP1=$POS_INT\r\nLIN XP1"), "3:XP1 ") << "it is taught as well";
