@@ -86,7 +86,7 @@ struct LengthDifference {
 /// an empty variable, whose robot_m is the distance of the flanges.
 std::vector<LengthDifference> differences(const MachineData& data, const Robot& robot);
 
-/// How the controller's angles follow from the robot's, of the arm behind a linear unit. Empty: the same arm cannot be seen in both, or the machine
+/// How the controller's angles follow from the robot's, for the arm that a linear unit carries. Empty: the same arm cannot be seen in both, or the machine
 /// data do not describe it as a whole.
 std::optional<ZeroComparison> controllers_zeros(const MachineData& data, const Robot& robot);
 

@@ -227,7 +227,7 @@ std::size_t count_facets(std::string_view bytes, const std::string& name) {
   const std::size_t stated = number_at(bytes, kHeader - 4), rest = bytes.size() - kHeader;
   const bool whole = rest % kRecord == 0;
   const std::size_t count = stated == 0 && whole ? rest / kRecord : stated;
-  // Whole facets behind the last one may belong to the mesh: two readings.
+  // Whole facets after the last one may belong to the mesh: two readings.
   if (rest < kRecord * count || (whole && rest > kRecord * count))
     throw FileError(name, fmt::format(": byte {}: not an STL file, or damaged: its header's {} triangles need {} "
                                       "bytes, but it has {}. {}",
@@ -365,7 +365,7 @@ Mesh read_ascii(std::string_view text, const std::string& name) {
 
 constexpr std::string_view kZip = "PK\x03\x04";
 
-/// What else a CAD system exports, by how it begins; empty: unknown.
+/// Name of another CAD format by the file's first bytes; empty: unknown.
 std::string_view other_format(std::string_view text) {
   constexpr std::pair<std::string_view, std::string_view> kBeginnings[] = {
       {kZip, "ZIP (3MF is one)"}, {"ISO-10303-21", "STEP"}, {"#VRML", "VRML"}, {"ply", "PLY"}};

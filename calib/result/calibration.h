@@ -155,7 +155,7 @@ struct Observability {
   double condition = 0.0;  ///< largest over smallest s; 0 if the rank is 0
 };
 
-/// What the scale of the arm rests on.
+/// Basis of the arm's scale.
 enum class ScaleBy {
   kNotJudged,
   kLengths,   ///< certified, also where readings hold it as well

@@ -49,7 +49,7 @@ inline CLI::Validator session_number() {
       "");
 }
 
-/// Validator of a number of that range; CLI::Range says of a decimal comma that it is out of range.
+/// Validator of a number in that range; CLI::Range calls a decimal comma out of range.
 template <class T>
 CLI::Validator between(T low, T high) {
   const CLI::Range range(low, high);

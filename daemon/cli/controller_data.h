@@ -22,7 +22,7 @@ calib::Robot with_external_axes(calib::Robot arm, const calib::MachineData& data
 /// warning says how to take it.
 void compare_mounting(const calib::MachineData& data, const calib::Robot& robot,
                       const std::string& file, bool taken);
-/// States the mounting of an arm that does not stand on the floor.
+/// States a mounting other than on the floor.
 void print_mounting(const calib::Robot& robot);
 
 /// TOOL_DATA[number] with mass and centre of its LOAD_DATA, if stated. Throws calib::FileError naming number and

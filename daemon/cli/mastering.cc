@@ -35,7 +35,7 @@ struct MasteredAxis {
 std::vector<MasteredAxis> axes_of(const calib::Calibration& calibration,
                                   const calib::MachineData& data) {
   const calib::Robot& robot = calibration.cell.robot;
-  const std::size_t first = robot.first_turning();  // A1, behind a linear unit, too
+  const std::size_t first = robot.first_turning();  // A1, also on a linear unit
   const bool six = robot.joints.size() - first == data.axes.size();
   std::vector<MasteredAxis> all;
   for (krl::MasteringOffset& zero : krl::mastering_of(calibration)) {

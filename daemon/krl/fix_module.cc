@@ -433,7 +433,7 @@ void write_tools(const std::vector<FixTool>& tools, Lines& out) {
                            real(1.0 / tools[n].play_closes_nm[i])));
 }
 
-/// What a call keeps for the next one, and what it has to itself.
+/// Memory of a call for the next one, and its own state.
 void write_state(bool external, Lines& out) {
   const std::string axes =
       "{A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0,E1 0.0,E2 0.0,E3 0.0,E4 0.0,E5 0.0,E6 0.0}";

@@ -21,7 +21,7 @@ const std::set<std::string> kArcs = {"CIRC", "SCIRC"};
 /// Current positions: motions to these do not move.
 const std::set<std::string> kHere = {"$AXIS_ACT",    "$AXIS_ACT_MEAS", "$POS_ACT",
                                      "$POS_ACT_MES", "$AXIS_INT",      "$POS_INT"};
-/// What states where the arm is, or was.
+/// Variables that state the arm's present or past position.
 const std::set<std::string> kOwnPlace = {
     "$AXIS_ACT", "$AXIS_ACT_MEAS", "$POS_ACT",  "$POS_ACT_MES", "$AXIS_INT",
     "$POS_INT",  "$AXIS_BACK",     "$POS_BACK", "$AXIS_FOR",    "$POS_FOR",
@@ -523,7 +523,7 @@ void apply_beside(const KrlFile& module, const std::string& program, Data& known
 } catch (const calib::FileError&) {
 }
 
-/// The program, and the modules beside.
+/// The program and its neighbouring modules.
 std::vector<const KrlFile*> sources_of(const ProgramFiles& files) {
   std::vector<const KrlFile*> sources = {&files.src};
   for (const KrlFile& one : files.modules) sources.push_back(&one);

@@ -1,6 +1,6 @@
 #pragma once
 // The arm's own position in KRL ($POS_ACT, $AXIS_ACT, ...) and the variables that it reaches. With CELLCAL_FIX the arm
-// stands where a correction has brought it: a point of that place would be corrected twice.
+// is where a correction has brought it: a point of that place would be corrected twice.
 
 #include <map>
 #include <set>
@@ -17,7 +17,7 @@ class OwnPosition {
   /// Keeps a reference to `types`, which are those of `files`. Throws FileError for a text that is not KRL.
   OwnPosition(const BackupFiles& files, const Types& types);
 
-  /// What tokens [begin, end) have it from: "$POS_ACT", or a variable or function that it reaches through assignments,
+  /// Source of it in tokens [begin, end): "$POS_ACT", or a variable or function that it reaches through assignments,
   /// parameters and results of the given files, in any order. Empty: nothing, or E1 to E6, S and T alone.
   std::string source(std::size_t module, const Line& line, std::size_t begin,
                      std::size_t end) const;

@@ -23,7 +23,7 @@ class Findings {
   }
   /// From an exception of read_...(), which contains file and line.
   void unreadable(const std::exception& error) { list_.push_back({"", 0, error.what(), true}); }
-  /// Whether that line has been refused.
+  /// True if that line has been refused.
   bool refuses(const std::string& file, int line) const;
   /// Refused ones first, otherwise in order.
   std::vector<FileFinding> take();
