@@ -257,7 +257,7 @@ int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c, 
                "detached, session %lld continues. Follow it: 'cellcal watch'; stop the arm: "
                "'cellcal abort'\n",
                static_cast<long long>(session));
-  // Whoever began the session waits for its end, whoever watches does not.
+  // A command that began the session promises its end; `watch` only shows it.
   return ctrl_c == BeforeMotion::kCtrlCEnds ? kDetached : kSuccess;
 }
 

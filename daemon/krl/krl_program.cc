@@ -9,6 +9,7 @@
 #include "calib/model/error.h"
 #include "daemon/krl/krl_calls.h"
 #include "daemon/krl/krl_state.h"
+#include "daemon/krl/own_position.h"
 
 namespace cellcal::daemon::krl {
 
@@ -21,11 +22,6 @@ const std::set<std::string> kArcs = {"CIRC", "SCIRC"};
 /// Current positions: motions to these do not move.
 const std::set<std::string> kHere = {"$AXIS_ACT",    "$AXIS_ACT_MEAS", "$POS_ACT",
                                      "$POS_ACT_MES", "$AXIS_INT",      "$POS_INT"};
-/// Variables that state the arm's present or past position.
-const std::set<std::string> kOwnPlace = {
-    "$AXIS_ACT", "$AXIS_ACT_MEAS", "$POS_ACT",  "$POS_ACT_MES", "$AXIS_INT",
-    "$POS_INT",  "$AXIS_BACK",     "$POS_BACK", "$AXIS_FOR",    "$POS_FOR",
-    "$AXIS_RET", "$POS_RET",       "FORWARD"};
 constexpr const char* kHome = "$H_POS";
 
 class Reader {
@@ -98,10 +94,10 @@ class Reader {
   /// The reason for a point that may come from where the arm is.
   Why of_place(Why why, const std::string& what) const {
     const bool computed = why == Why::kComputed || why == Why::kOperator || why == Why::kArray;
-    return computed && is_own_place(variable_of(what)) ? Why::kOwnPlace : why;
+    return computed && is_own_place(variable_of(what)) ? Why::kOwnPosition : why;
   }
   bool is_own_place(const std::string& name) const {
-    return kOwnPlace.count(name) > 0 || own_places_.count(name) > 0;
+    return states_own_position(name) || name == "FORWARD" || own_places_.count(name) > 0;
   }
   void find_own_places(const std::vector<Line>& lines) {
     constexpr int kMostPasses = 8;  // each follows copies in the text's order
@@ -120,7 +116,7 @@ class Reader {
     const bool copy = at + 2 == t.size();
     return std::any_of(t.begin() + static_cast<std::ptrdiff_t>(std::min(at, t.size())), t.end(),
                        [&](const Token& one) {
-                         return kOwnPlace.count(one.word) > 0 ||
+                         return states_own_position(one.word) || one.word == "FORWARD" ||
                                 (copy && own_places_.count(one.word) > 0);
                        }) &&
            own_places_.insert(t[0].word).second;

@@ -14,7 +14,6 @@ namespace cellcal::daemon::krl {
 namespace {
 
 constexpr EnumNames<Why> kNames({{Why::kComputed, "computed"},
-                                 {Why::kOwnPlace, "own_place"},
                                  {Why::kArray, "array"},
                                  {Why::kOperator, "geometric_operator"},
                                  {Why::kRelative, "relative_motion"},

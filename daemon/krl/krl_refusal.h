@@ -16,7 +16,6 @@ struct Program;
 
 enum class Why {
   kComputed,         ///< the program also reads or changes the point
-  kOwnPlace,         ///< computed from where the arm is: $POS_ACT, FORWARD
   kArray,            ///< an element of an array
   kOperator,         ///< ':' after the point
   kRelative,         ///< LIN_REL and the like

@@ -13,13 +13,6 @@ namespace {
 using Tokens = std::vector<Token>;
 const std::string kItself;
 
-bool is_own(const std::string& word) {
-  for (const char* of : {"$POS_", "$AXIS_"})
-    for (const char* which : {"ACT", "INT", "FOR", "BACK", "RET"})
-      if (word.starts_with(std::string(of) + which)) return true;
-  return false;
-}
-
 /// Index after NAME, NAME[..] or NAME.X at tokens[at]. `same`: no correction changes its last component.
 std::size_t behind(const Tokens& t, std::size_t at, bool& same) {
   static const std::set<std::string> unchanged = {"E1", "E2", "E3", "E4", "E5", "E6", "S", "T"};
@@ -36,6 +29,13 @@ std::size_t behind(const Tokens& t, std::size_t at, bool& same) {
 std::string key_of_function(const std::string& name) { return name + "()"; }
 
 }  // namespace
+
+bool states_own_position(const std::string& word) {
+  for (const char* of : {"$POS_", "$AXIS_"})
+    for (const char* which : {"ACT", "INT", "FOR", "BACK", "RET"})
+      if (word.starts_with(std::string(of) + which)) return true;
+  return false;
+}
 
 OwnPosition::OwnPosition(const BackupFiles& files, const Types& types) : types_(types) {
   std::vector<std::vector<Line>> sources;  // by the number of a module in Types
@@ -147,7 +147,7 @@ std::vector<OwnPosition::Value> OwnPosition::values(std::size_t module, const Li
     bool same = false;
     if (!called) behind(t, at, same);
     if (same) continue;
-    all.push_back({is_own(word) ? kItself
+    all.push_back({states_own_position(word) ? kItself
                    : called     ? key_of_function(word)
                                 : types_.key(module, line.number, word),
                    word});

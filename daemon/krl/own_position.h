@@ -12,6 +12,9 @@
 
 namespace cellcal::daemon::krl {
 
+/// True for a variable that states the arm's present or past position: $POS_ACT, $AXIS_BACK.
+bool states_own_position(const std::string& word);
+
 class OwnPosition {
  public:
   /// Keeps a reference to `types`, which are those of `files`. Throws FileError for a text that is not KRL.

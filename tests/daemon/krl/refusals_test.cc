@@ -226,9 +226,9 @@ TEST(APointFromWhereTheArmIs, IsRefusedAsOneThatIsRightAsItIs) {
   for (const char* body : {"XR=$POS_ACT\nXR.Z=XR.Z+50\nLIN XR\n",
                            "XR=FORWARD($AXIS_ACT,ERR)\nLIN XR\n", "XR.X=$POS_INT.X+5\nLIN XR\n",
                            "XR=F\nF=$POS_ACT:SHIFT\nLIN XR\n", "LIN XR\nXR=$AXIS_RET\n"})
-    EXPECT_EQ(why(body), "own_place:XR ") << body;
-  EXPECT_EQ(why("XQ[I]=$POS_ACT\nLIN XQ[I]\n"), "own_place:XQ ");
-  EXPECT_EQ(why("LIN $POS_ACT:{X 0,Y 0,Z 50,A 0,B 0,C 0}\n"), "own_place:$POS_ACT ");
+    EXPECT_EQ(why(body), "own_position:XR ") << body;
+  EXPECT_EQ(why("XQ[I]=$POS_ACT\nLIN XQ[I]\n"), "own_position:XQ ");
+  EXPECT_EQ(why("LIN $POS_ACT:{X 0,Y 0,Z 50,A 0,B 0,C 0}\n"), "own_position:$POS_ACT ");
   EXPECT_EQ(why("LIN $POS_ACT:{X 0,Y 0,Z 50,A 0,B 0,C 0}\n", {"$POS_ACT"}), "");
   EXPECT_EQ(why("XR=$POS_ACT\nLIN XR\nLIN XR:{Z 5}\n", {"XR"}), "");
   EXPECT_EQ(why("XQ[I]=$POS_ACT\nLIN XQ[I]\n", {"XQ"}), "");
