@@ -8,7 +8,9 @@
 #include "calib/files/text.h"
 #include "calib/model/error.h"
 #include "daemon/krl/krl_calls.h"
+#include "daemon/krl/krl_modules.h"
 #include "daemon/krl/krl_state.h"
+#include "daemon/krl/krl_types.h"
 #include "daemon/krl/own_position.h"
 
 namespace cellcal::daemon::krl {
@@ -29,12 +31,13 @@ class Reader {
   /// `together`: all modules are read, so that points shared between modules are corrected, too. `imported`: names of
   /// other modules' points that are not followed.
   Reader(const KrlFile& src, const std::vector<std::string>& leave, const Data& controller,
-         Calls calls, bool together, std::map<std::string, Why> imported, Data& data,
-         Program& program)
+         Calls calls, const OwnPosition& positions, bool together,
+         std::map<std::string, Why> imported, Data& data, Program& program)
       : src_(src),
         leave_(leave.begin(), leave.end()),
         controller_(controller),
         calls_(calls),
+        positions_(positions),
         together_(together),
         imported_(std::move(imported)),
         module_(program.modules.size() - 1),
@@ -45,7 +48,6 @@ class Reader {
   void read(const std::vector<Line>& lines) {
     for (const Line& line : lines)
       if (declares_data(line)) read_declaration(line, src_.name, data_);
-    find_own_places(lines);
     FrameState state(lines, data_, controller_, calls_);
     for (const Line& line : lines) read(line, state);
     if (shared_)  // another module may call it without the first one
@@ -55,8 +57,8 @@ class Reader {
       if (const auto found = mentioned_.find(name); found != mentioned_.end())
         refuse(Why::kNoSuchFrameData, found->second, name);
     for (const auto& [name, line] : mentioned_)
-      program_.computed.emplace(key_of(name),
-                                Refusal{of_place(Why::kComputed, name), src_.name, line, name});
+      program_.computed.emplace(
+          key_of(name), Refusal{of_place(Why::kComputed, line, name), src_.name, line, name});
   }
 
   void count_motions(const std::vector<Line>& lines) {
@@ -88,38 +90,16 @@ class Reader {
  private:
   Module& own() { return program_.modules[module_]; }
   void refuse(Why why, int line, const std::string& what) {
-    own().refusals.push_back({of_place(why, what), src_.name, line, what});
+    own().refusals.push_back({of_place(why, line, what), src_.name, line, what});
   }
 
   /// The reason for a point that may come from where the arm is.
-  Why of_place(Why why, const std::string& what) const {
+  Why of_place(Why why, int line, const std::string& what) const {
     const bool computed = why == Why::kComputed || why == Why::kOperator || why == Why::kArray;
-    return computed && is_own_place(variable_of(what)) ? Why::kOwnPosition : why;
-  }
-  bool is_own_place(const std::string& name) const {
-    return states_own_position(name) || name == "FORWARD" || own_places_.count(name) > 0;
-  }
-  void find_own_places(const std::vector<Line>& lines) {
-    constexpr int kMostPasses = 8;  // each follows copies in the text's order
-    bool news = true;
-    for (int pass = 0; pass < kMostPasses && news; ++pass) {
-      news = false;
-      for (const Line& line : lines) news = finds_own_place(line) || news;
-    }
-  }
-  /// XP1=$POS_ACT, XP1.Z=$POS_ACT.Z+5, XP2=XP1; true if the name was not known for one.
-  bool finds_own_place(const Line& line) {
-    const auto& t = line.tokens;
-    std::size_t at = 1;
-    if (!(sign_at(t, at, '=') || sign_at(t, at, '.') || sign_at(t, at, '['))) return false;
-    while (at < t.size() && !sign_at(t, at, '=')) ++at;
-    const bool copy = at + 2 == t.size();
-    return std::any_of(t.begin() + static_cast<std::ptrdiff_t>(std::min(at, t.size())), t.end(),
-                       [&](const Token& one) {
-                         return states_own_position(one.word) || one.word == "FORWARD" ||
-                                (copy && own_places_.count(one.word) > 0);
-                       }) &&
-           own_places_.insert(t[0].word).second;
+    const std::string name = variable_of(what);
+    return computed && (name == "FORWARD" || positions_.reaches(module_, line, name))
+               ? Why::kOwnPosition
+               : why;
   }
 
   static bool given_twice(const Data& data, const std::string& name) {
@@ -414,6 +394,7 @@ class Reader {
   std::set<std::string> leave_;
   const Data& controller_;
   Calls calls_;
+  const OwnPosition& positions_;
   bool together_;
   std::map<std::string, Why> imported_;
   std::size_t module_;
@@ -421,103 +402,12 @@ class Reader {
   Program& program_;
   FlowReader flow_;
   std::map<std::string, int> mentioned_;
-  std::set<std::string> targets_;     ///< names of motion targets so far
-  std::set<std::string> own_places_;  ///< variables that are set to where the arm is
-  int depth_ = 0;                     ///< blocks of IF, LOOP and the like around the line
-  int routines_ = 0;                  ///< begun so far
-  bool started_ = false;              ///< the first one may have moved, or jumps
-  bool shared_ = false;               ///< a further one is GLOBAL
+  std::set<std::string> targets_;  ///< names of motion targets so far
+  int depth_ = 0;                  ///< blocks of IF, LOOP and the like around the line
+  int routines_ = 0;               ///< begun so far
+  bool started_ = false;           ///< the first one may have moved, or jumps
+  bool shared_ = false;            ///< a further one is GLOBAL
 };
-
-/// Adds data missing in the program's own files.
-void add(const Data& controller, Data& own) {
-  own.frames.insert(controller.frames.begin(), controller.frames.end());
-  own.named_frames.insert(controller.named_frames.begin(), controller.named_frames.end());
-  own.named_loads.insert(controller.named_loads.begin(), controller.named_loads.end());
-  static_cast<ControllerFrames&>(own) = controller;
-  own.external = controller.external;
-}
-
-/// Parts of a .dat file visible to other modules: all of $config.dat.
-void add_globals(const Data& from, Data& into) {
-  for (const auto& [name, point] : from.points)
-    if (from.globals.count(variable_of(name)) > 0 && !into.points.emplace(name, point).second)
-      into.refusals.push_back({Why::kTwice, point.file, point.line, name});
-  for (const auto& [name, structure] : from.structures)
-    if (from.globals.count(variable_of(name)) > 0) into.structures.emplace(name, structure);
-  for (const auto& [name, line] : from.declared)
-    if (from.globals.count(name) > 0) into.declared.emplace(name, line);
-  for (const auto& [name, frame] : from.frames)
-    if (from.globals.count(name) > 0) into.frames.emplace(name, frame);
-  for (const auto& [name, frame] : from.named_frames)
-    if (from.globals.count(name) > 0) into.named_frames.emplace(name, frame);
-  for (const auto& [name, load] : from.named_loads)
-    if (from.globals.count(name) > 0) into.named_loads.emplace(name, load);
-}
-
-/// Frames and loads by name that modules touch: all, or the GLOBAL ones.
-void forget(const std::set<std::string>& touched, bool all, Data& data) {
-  const auto is_touched = [&](const auto& named) {
-    return touched.count(named.first) > 0 && (all || data.globals.count(named.first) > 0);
-  };
-  std::erase_if(data.named_frames, is_touched);
-  std::erase_if(data.named_loads, is_touched);
-}
-
-/// Imports of modules from each other.
-class Imports {
- public:
-  explicit Imports(const BackupFiles& files) {
-    std::set<std::string> modules = {"$CONFIG"};
-    for (const KrlFile& file : files.data) modules.insert(module_name(file.name));
-    for (const ProgramFiles& one : files.modules) modules.insert(module_name(one.src.name));
-    for (const KrlFile& file : files.data) read(file, modules);
-    for (const ProgramFiles& one : files.modules) {
-      read(one.src, modules);
-      if (one.dat) read(*one.dat, modules);
-    }
-  }
-  /// Points of a .dat that others import become visible to all.
-  void share(const KrlFile& dat, Data& data) const {
-    if (const auto names = shared_.find(module_name(dat.name)); names != shared_.end())
-      data.globals.insert(names->second.begin(), names->second.end());
-  }
-  const std::map<std::string, Why>& not_followed(const std::string& file) const {
-    static const std::map<std::string, Why> none;
-    const auto at = not_followed_.find(module_name(file));
-    return at == not_followed_.end() ? none : at->second;
-  }
-  /// By the key of the point that has another name elsewhere.
-  const std::map<std::string, Refusal>& renamed() const { return renamed_; }
-
- private:
-  void read(const KrlFile& file, const std::set<std::string>& modules) {
-    for (const Import& one : imports_of(file)) {
-      shared_[one.module].insert(one.original);
-      const bool renamed = one.name != one.original;
-      if (renamed)
-        renamed_.emplace(one.original, Refusal{Why::kImported, one.file, one.line, one.original});
-      if (renamed || modules.count(one.module) == 0)
-        not_followed_[module_name(file.name)].emplace(
-            one.name, renamed ? Why::kImported : Why::kUnknownPoint);
-    }
-  }
-
-  std::map<std::string, std::set<std::string>> shared_;
-  std::map<std::string, std::map<std::string, Why>> not_followed_;
-  std::map<std::string, Refusal> renamed_;
-};
-
-/// Effect of another module on a program's data: points that it imports may be its own, too, and named frames and loads
-/// that it touches are unknown. A module that is no text does nothing.
-void apply_beside(const KrlFile& module, const std::string& program, Data& known, Data& own) try {
-  for (const Import& one : imports_of(module))
-    if (one.module == module_name(program)) own.globals.insert(one.original);
-  const auto touched = touched_names(read_lines(module));
-  forget(touched, true, known);
-  forget(touched, false, own);
-} catch (const calib::FileError&) {
-}
 
 /// The program and its neighbouring modules.
 std::vector<const KrlFile*> sources_of(const ProgramFiles& files) {
@@ -693,7 +583,7 @@ Program read_program(const ProgramFiles& files, const std::vector<std::string>& 
   for (const KrlFile& file : files.controller) read_data(file, known);
   if (files.dat) read_data(*files.dat, program.data);
   for (const KrlFile& one : files.modules) apply_beside(one, files.src.name, known, program.data);
-  add(known, program.data);
+  add_missing(known, program.data);
   const std::vector<const KrlFile*> sources = sources_of(files);
   const Routines routines(sources, {still.begin(), still.end()});
   program.callees = callees_of(sources, routines);
@@ -702,7 +592,11 @@ Program read_program(const ProgramFiles& files, const std::vector<std::string>& 
       {files.src.name, changes_for(files, routines.changes(0), program.changes), 0, {}, false});
   std::map<std::string, Why> imported;
   for (const Import& one : imports_of(files.src)) imported.emplace(one.name, Why::kElsewhere);
-  Reader reader(files.src, leave, known, {routines, 0}, false, imported, program.data, program);
+  const BackupFiles alone = {{files}, {}, {}};
+  const Types types(alone);
+  const OwnPosition positions(alone, types);
+  Reader reader(files.src, leave, known, {routines, 0}, positions, false, imported, program.data,
+                program);
   reader.read(read_lines(files.src));
   for (const std::string& name : leave) reader.there_is(name);
   std::vector<const KrlFile*> texts = sources;
@@ -749,18 +643,20 @@ Program read_programs(const BackupFiles& files, const std::vector<std::string>& 
     touched.merge(touched_names(read_lines(one.src)));
   }
   forget(touched, true, seen);
-  add(seen, program.data);
+  add_missing(seen, program.data);
   const Routines routines(sources, {still.begin(), still.end()});
   program.changes = changes_by_all(sources, routines);
+  const Types types(files);
+  const OwnPosition positions(files, types);
   std::set<std::string> missing(leave.begin(), leave.end());
   for (std::size_t i = 0; i < files.modules.size(); ++i) {
     const ProgramFiles& one = files.modules[i];
     forget(touched, false, own[i]);
-    add(seen, own[i]);
+    add_missing(seen, own[i]);
     program.modules.push_back(
         {one.src.name, changes_for(one, routines.changes(i), program.changes), 0, {}, false});
-    Reader reader(one.src, leave, seen, {routines, i}, true, imports.not_followed(one.src.name),
-                  own[i], program);
+    Reader reader(one.src, leave, seen, {routines, i}, positions, true,
+                  imports.not_followed(one.src.name), own[i], program);
     if ((program.modules[i].kukas = is_kukas_program(one.src.name)))
       reader.count_motions(read_lines(one.src));
     else

@@ -148,8 +148,8 @@ std::vector<OwnPosition::Value> OwnPosition::values(std::size_t module, const Li
     if (!called) behind(t, at, same);
     if (same) continue;
     all.push_back({states_own_position(word) ? kItself
-                   : called     ? key_of_function(word)
-                                : types_.key(module, line.number, word),
+                   : called                  ? key_of_function(word)
+                                             : types_.key(module, line.number, word),
                    word});
     if (!called || word != "INVERSE") continue;
     // The axes near which it seeks a posture are no part of its result.
@@ -188,6 +188,10 @@ std::string OwnPosition::source(std::size_t module, const Line& line, std::size_
   for (const Value& one : values(module, line, begin, end))
     if (reached(one.key)) return one.word;
   return {};
+}
+
+bool OwnPosition::reaches(std::size_t module, int line, const std::string& name) const {
+  return states_own_position(name) || reached(types_.key(module, line, name));
 }
 
 bool OwnPosition::whole(std::size_t module, int line, const std::string& name) const {

@@ -24,6 +24,8 @@ class OwnPosition {
   /// parameters and results of the given files, in any order. Empty: nothing, or E1 to E6, S and T alone.
   std::string source(std::size_t module, const Line& line, std::size_t begin,
                      std::size_t end) const;
+  /// True for a variable that states it or that it reaches.
+  bool reaches(std::size_t module, int line, const std::string& name) const;
   /// A variable that is only ever given the whole of it: the controller's place, to which it returns uncorrected.
   bool whole(std::size_t module, int line, const std::string& name) const;
 
