@@ -34,8 +34,10 @@ constexpr double kTypicalCentreM = 0.010;
 /// it.
 constexpr double kIgnoredCentreErrorM = 0.010;
 constexpr double kOverlapM = 1e-3;
-/// Smaller values were probably stated in metres.
-constexpr double kShortestToolM = 0.005, kNearestCentreM = 0.020, kThinnestSphereM = 0.001, kSmallestMeshM = 0.010;
+/// Smaller values were probably stated in metres, a diameter perhaps in inches.
+constexpr double kShortestToolM = 0.005, kNearestCentreM = 0.020, kThinnestSphereM = 0.005, kSmallestMeshM = 0.010;
+/// Beyond these a diameter may be a radius or a mistake; 40 to 60 mm are usual.
+constexpr double kSmallestUsualM = 0.030, kLargestUsualM = 0.150;
 constexpr double kFinestTouchM = 0.5e-6, kCoarsestTouchM = 2e-3;
 /// Relative tolerance within which a power of ten, or the two radii, explain a deviation.
 constexpr double kExplained = 0.05;
@@ -245,9 +247,13 @@ bool check_unit_range(const Cell& cell, std::vector<CellFault>& faults) {
   const double tool = cell.tool.tcp.translation().norm();
   const bool sound = tool <= 0.0 || tool >= kShortestToolM;
   if (!sound) faults.push_back({Kind::kToolInMetres, true, {}, tool});
-  for (const Target& target : cell.targets)
-    if (target.kind == TargetKind::kSphere && target.diameter_m < kThinnestSphereM)
+  for (const Target& target : cell.targets) {
+    if (target.kind != TargetKind::kSphere) continue;
+    if (target.diameter_m < kThinnestSphereM)
       faults.push_back({Kind::kDiameterInMetres, true, {target.id}, target.diameter_m});
+    else if (target.diameter_m < kSmallestUsualM || target.diameter_m > kLargestUsualM)
+      faults.push_back({Kind::kUnusualDiameter, false, {target.id}, target.diameter_m});
+  }
   for (const Obstacle& obstacle : cell.obstacles) {
     if (obstacle.mesh == nullptr) continue;
     Eigen::AlignedBox3d around;
@@ -525,6 +531,7 @@ constexpr EnumNames<Kind> kKindNames{{{Kind::kLength, "length"},
                                       {Kind::kCentreInMetres, "centre_in_metres"},
                                       {Kind::kToolInMetres, "tool_in_metres"},
                                       {Kind::kDiameterInMetres, "diameter_in_metres"},
+                                      {Kind::kUnusualDiameter, "unusual_diameter"},
                                       {Kind::kMeshInMetres, "mesh_in_metres"},
                                       {Kind::kTouchSigma, "touch_sigma"},
                                       {Kind::kCertifiedSigma, "certified_sigma"},

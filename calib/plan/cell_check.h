@@ -33,7 +33,8 @@ enum class CellFaultKind {
   kOutOfReach,         ///< no posture touches it. a: from the base's origin
   kCentreInMetres,     ///< a: from the base's origin
   kToolInMetres,       ///< a: from the flange
-  kDiameterInMetres,   ///< a: stated
+  kDiameterInMetres,   ///< a: stated; or in inches
+  kUnusualDiameter,    ///< a: stated
   kMeshInMetres,       ///< of the first id's obstacle; the second is its file. a, b, c: extents
   kTouchSigma,         ///< a: stated. Implausibly small or large for touches
   kCertifiedSigma,     ///< of the length between two ids, or the diameter of one. a: stated

@@ -341,13 +341,15 @@ std::string status_to_json(const Status& status, const calib::Language& language
                {"packet_age_s", or_null(status.arm.packet_age_s)}}},
              {"links", to_json(status.links)},
              {"version", calib::software_version()},
+             {"anew", status.anew},
              {"interrupted", nullptr},
              {"failure", nullptr}};
   if (status.interrupted) {
     value["interrupted"] = {{"session", status.interrupted->session},
                             {"touches", status.interrupted->touches},
                             {"planned", status.interrupted->planned},
-                            {"started", status.interrupted->started}};
+                            {"started", status.interrupted->started},
+                            {"anew", status.interrupted->anew}};
   }
   if (status.failure) {
     value["failure"] = {{"kind", to_string(status.failure->kind)},

@@ -542,6 +542,7 @@ FaultyField field_of(calib::CellFaultKind kind) {
        {kCentreInMetres, {Place::kSphere, "centre_mm"}},
        {kToolInMetres, {Place::kTool, "xyz_mm"}},
        {kDiameterInMetres, {Place::kSphere, "diameter_mm"}},
+       {kUnusualDiameter, {Place::kSphere, "diameter_mm"}},
        {kMeshInMetres, {Place::kObstacle, "file"}},
        {kTouchSigma, {}},
        {kCertifiedSigma, {Place::kLength, "sigma_mm"}},

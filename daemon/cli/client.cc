@@ -45,6 +45,13 @@ std::string in_language(const Connection& daemon, const std::string& target) {
   return target + (target.find('?') == std::string::npos ? "?" : "&") + "language=" + language.code();
 }
 
+/// How to go on after a session that is not done.
+calib::Phrase then_of(const json& session) {
+  const std::string anew = text_in(session, "anew");
+  if (anew.empty()) return "say.cli.then.resume";
+  return {"say.cli.then.anew", {{"command", anew}}};
+}
+
 json get(const Connection& daemon, const std::string& target, std::chrono::milliseconds most = {}) {
   return parse(ask(daemon, "GET", in_language(daemon, target), "", most));
 }
@@ -152,7 +159,8 @@ int conclude(const Connection& daemon, const json& status) {
   const std::string phase = text_in(status, "phase");
   if (phase == "failed") throw std::runtime_error(failure_words(status));
   if (phase == "aborted") {
-    throw std::runtime_error(say({"say.cli.aborted", {{"session", session}}}));
+    throw std::runtime_error(
+        say({"say.cli.aborted", {{"session", session}, {"then", then_of(status)}}}));
   }
   const std::string kind = text_in(status, "kind");
   if (kind == "qualify") return conclude_with(daemon, status, "qualification.json", "passed");
@@ -219,14 +227,14 @@ int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c, 
     } catch (const SocketError&) {
       throw SocketError(fmt::format(
           "session {} was interrupted: cellcald ended or does not answer (its log: journalctl -u cellcald). The touches "
-          "made so far are kept. See that the arm has stopped, start cellcald (sudo systemctl start cellcald), resume: "
-          "'cellcal run --resume'",
+          "made so far are kept. See that the arm has stopped, start cellcald (sudo systemctl start cellcald); how to go "
+          "on: 'cellcal status'",
           session));
     }
     if (number(status, "session") != session) {
       throw std::runtime_error(
           fmt::format("session {} is no longer running: cellcald was restarted, or another session "
-                      "began. See 'cellcal show {}'; resume: 'cellcal run --resume'",
+                      "began. See 'cellcal show {}'; how to go on: 'cellcal status'",
                       session, session));
     }
     for (const auto warnings = warnings_of(status); warned < warnings.size(); ++warned) {
@@ -285,7 +293,8 @@ std::string status_words(const json& status) {
                 {{"session", number(left, "session")},
                  {"started", text_in(left, "started")},
                  {"touches", number(left, "touches")},
-                 {"planned", number(left, "planned")}}}) +
+                 {"planned", number(left, "planned")},
+                 {"then", then_of(left)}}}) +
            "\n";
   }
   if (session == 0) return say("say.cli.idle") + "\n";
@@ -521,8 +530,8 @@ int abort(const Connection& daemon) {
   if (text_in(status, "phase") == "failed") throw std::runtime_error(failure_words(status));
   return print_result(
       daemon.json, status,
-      fmt::format("session {}: {}; its touches are kept. Resume: 'cellcal run --resume'\n",
-                  number(answer, "session"), text_in(status, "phase")));
+      fmt::format("session {}: {}; its touches are kept. {}\n", number(answer, "session"),
+                  text_in(status, "phase"), say(then_of(status))));
 }
 
 int history(const Connection& daemon) {

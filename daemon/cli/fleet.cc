@@ -217,7 +217,7 @@ std::optional<Need> need_of(const std::string& name) {
 std::string in_words(Need need, const std::string& detail) {
   switch (need) {
     case Need::kInterrupted:
-      return "session interrupted (" + detail + "). At the cell: cellcal run --resume";
+      return "session interrupted (" + detail + "). At the cell: cellcal status";
     case Need::kFailed:
       return "session failed: " + detail;
     case Need::kDrifted:

@@ -131,9 +131,7 @@ class CheckKind : public Kind {
             .refusal = "a check has its own touches: leave goal_mm, find and touches out"};
   }
 
-  std::string not_resumed(const SessionRecord&) const override {
-    return "a check, which is not resumed. Start a new one: cellcal check";
-  }
+  std::string anew(const SessionInputs&) const override { return "cellcal check"; }
 
   void begin(Journal& journal, const RunRequest& request, Job& job) const override {
     const SessionRecord calibrated = calibration_to_check(journal, request);

@@ -15,8 +15,8 @@ class DryRunKind : public Kind {
                 "a dry run follows a planned path: leave goal_mm and find out, and give touches"};
   }
 
-  std::string not_resumed(const SessionRecord&) const override {
-    return "a dry run, which is not resumed. Start a new one: cellcal dry-run";
+  std::string anew(const SessionInputs& inputs) const override {
+    return "cellcal dry-run --cell " + inputs.cell_name;
   }
 
   /// Its path is planned by what the last calibration learnt, as that of a calibration.

@@ -77,14 +77,15 @@ void restore_session(Journal& journal, const RunRequest& request, Job& job) {
   const std::optional<SessionRecord> record = journal.newest_resumable();
   if (!record) {
     throw RequestError(
-        "nothing to resume: the newest session is done, or there is none. Start one with "
-        "'cellcal run --cell CELL'");
+        "nothing to resume: the newest session is done, or there is none; an earlier one is not resumed, since the cell "
+        "may have changed after it. Start one with 'cellcal run --cell CELL'");
   }
   job.session = record->id;
   job.inputs = record->inputs;
   job.options = options_from_json(record->inputs.options);
-  if (const std::string is = kind_of(job.options).not_resumed(*record); !is.empty())
-    throw RequestError(fmt::format("session {} is {}", record->id, is));
+  if (const std::string anew = kind_of(job.options).anew(job.inputs); !anew.empty())
+    throw RequestError(fmt::format(
+        "session {}, the newest, is not resumed. Start a new one: '{}'", record->id, anew));
   check_search_limits(record->id, job.options.touch, job.settings.search_limits);
   job.started = record->started;
   job.expected_hash = record->plan_hash;
@@ -256,6 +257,7 @@ State first_state(const Job& job) {
   state.done = job.touches.size();
   for (const calib::Touch& touch : job.touches) state.met.push_back(touch.target);
   state.expected_hash = job.expected_hash;
+  state.anew = kind_of(job.options).anew(job.inputs);
   kind_of(job.options).adapt(state, job);
   return state;
 }
@@ -379,7 +381,7 @@ std::optional<double> TimeLeft::update(Phase phase, std::size_t done, std::size_
 
 // Defaults of the kinds.
 
-std::string Kind::not_resumed(const SessionRecord&) const { return ""; }
+std::string Kind::anew(const SessionInputs&) const { return ""; }
 
 void Kind::begin(Journal&, const RunRequest& request, Job& job) const {
   job.inputs = read_inputs(request.cell);

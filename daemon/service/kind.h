@@ -23,8 +23,8 @@ class Kind {
   virtual ~Kind() = default;
 
   virtual Parameters parameters() const = 0;
-  /// Name of such a session, and the remedy, if it is not resumed; empty: it is.
-  virtual std::string not_resumed(const SessionRecord& session) const;
+  /// Command that begins such a session anew, since it is not resumed; empty: it is resumed.
+  virtual std::string anew(const SessionInputs& inputs) const;
 
   /// Inputs of a new session, and options that the request does not state. By default the files of the request's cell.
   /// Throws RequestError, JournalError, calib::FileError.

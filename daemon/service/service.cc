@@ -58,6 +58,7 @@ Status status_of(const State& state, const Job& job, std::size_t done) {
   status.session = job.session;
   status.kind = to_string(job.options.kind);
   status.load = job.options.load;
+  status.anew = state.anew;
   status.phase = state.phase;
   status.done = std::max(state.done, done);
   const calib::Calibration* calibration = state.result ? state.result->calibration() : nullptr;
@@ -98,7 +99,9 @@ std::optional<InterruptedSession> interrupted_session(Journal& journal) {
   try {
     const auto record = journal.newest_resumable();
     if (!record || record->state != RecordState::kInterrupted) return std::nullopt;
-    return InterruptedSession{record->id, record->touches, record->planned, record->started};
+    const auto options = options_in(record->inputs);
+    return InterruptedSession{record->id, record->touches, record->planned, record->started,
+                              options ? kind_of(*options).anew(record->inputs) : ""};
   } catch (const JournalError& damaged) {
     spdlog::warn("the newest session cannot be resumed: {}", damaged.what());
     return std::nullopt;

@@ -46,6 +46,7 @@ struct InterruptedSession {
   std::int64_t session = 0;
   int touches = 0, planned = 0;
   std::string started;
+  std::string anew;  ///< as Status::anew
 };
 
 /// Links that a session waits for before its first move.
@@ -70,6 +71,7 @@ struct Status {
   std::int64_t session = 0;        ///< 0: none since the daemon started
   std::string kind = "calibrate";  ///< of the session, to_string(SessionKind)
   std::string load;                ///< held in its touches; empty: none
+  std::string anew;                ///< command of a new one of a kind that is not resumed; empty: it is resumed
   Phase phase = Phase::kIdle;
   std::string target;  ///< of the current touch
   std::size_t done = 0, total = 0;

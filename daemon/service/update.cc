@@ -116,10 +116,8 @@ class UpdateKind : public Kind {
     return {.refusal = "an update has its own touches: leave goal_mm, find and touches out"};
   }
 
-  std::string not_resumed(const SessionRecord& session) const override {
-    return fmt::format(
-        "an update, which is not resumed. Start a new one: cellcal run --cell {} --update",
-        session.inputs.cell_name);
+  std::string anew(const SessionInputs& inputs) const override {
+    return fmt::format("cellcal run --cell {} --update", inputs.cell_name);
   }
 
   void begin(Journal& journal, const RunRequest& request, Job& job) const override {

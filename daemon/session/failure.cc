@@ -270,9 +270,11 @@ const char* next_step(FailureKind kind) {
   }
 }
 
-Phrase with_next_step(FailureKind kind, Phrase what) {
+Phrase with_next_step(FailureKind kind, const State& state, Phrase what) {
   const char* const then = next_step(kind);
-  return then == nullptr ? what : Phrase(then, {{"what", std::move(what)}});
+  if (then == nullptr) return what;
+  if (state.anew.empty()) return {then, {{"what", std::move(what)}}};
+  return {"say.failure.then.command", {{"what", std::move(what)}, {"command", state.anew}}};
 }
 
 }  // namespace
@@ -282,11 +284,11 @@ Phrase failure_detail(FailureKind kind, const State& state, const Event& event) 
 }
 
 Phrase failure_words(FailureKind kind, const State& state, const Event& event) {
-  return with_next_step(kind, failure_detail(kind, state, event));
+  return with_next_step(kind, state, failure_detail(kind, state, event));
 }
 
 Phrase not_resumed_words(const Failure& failure, Setback why, const State& state) {
-  return with_next_step(failure.kind,
+  return with_next_step(failure.kind, state,
                         {"say.failure.not_resumed",
                          {{"what", failure.detail}, {"why", setback_words(why, state)}}});
 }

@@ -92,8 +92,12 @@ export function sentence(status: Status, say: Say): string {
   });
 }
 
-/** Idle with a session left by a killed daemon, failed or aborted, which can be resumed. */
+/** How to go on after a session that failed or was aborted. */
+export const then_words = (status: Status, say: Say): string => say(status.anew ? "do.then.anew" : "do.then.resume");
+
+/** Idle with a session left by a killed daemon, failed or aborted, of a kind that is resumed. */
 export function resumable(status: Status): { session: number; n: number; total: number } | null {
+  if (status.interrupted ? status.interrupted.anew : status.anew) return null;
   if (status.interrupted) {
     const { session, touches, planned } = status.interrupted;
     return { session, n: touches, total: planned };

@@ -145,6 +145,11 @@ TEST(CellCheck, NamesAToolOrADiameterInMetresAndATouchTooGoodToBeTrue) {
   cell = demo_cell();
   cell.targets[0].diameter_m *= 1e-3;
   EXPECT_EQ(faults_of(cell).front().kind, CellFaultKind::kDiameterInMetres);
+  cell.targets[0].diameter_m = 0.002;  // 2 inches, stated as such
+  EXPECT_EQ(faults_of(cell).front().kind, CellFaultKind::kDiameterInMetres);
+  cell = demo_cell();
+  cell.targets[0].diameter_m = 0.0254;
+  EXPECT_FALSE(only_fault(cell, CellFaultKind::kUnusualDiameter).refused);
   cell = demo_cell();
   cell.touch_sigma_m = 3e-8;
   EXPECT_FALSE(only_fault(cell, CellFaultKind::kTouchSigma).refused);

@@ -218,7 +218,7 @@ TEST(AKilledDaemon, LosesNoTouchAndItsSuccessorFinishesTheSession) {
   EXPECT_EQ(sessions[0]["state"], "interrupted");
   const std::string words = fixture.cellcal({"status"}).out;
   EXPECT_EQ(words.find("idle. Session 1 of 2000-01-01"), 0u) << words;
-  EXPECT_NE(words.find(" of 16. Resume: 'cellcal run --resume'"), std::string::npos) << words;
+  EXPECT_NE(words.find(" of 16. Resume, before any other session: 'cellcal run --resume'"), std::string::npos) << words;
   EXPECT_GE(sessions[0]["touches"], before);
   const Outcome outcome = fixture.cellcal({"run", "--resume"});
   EXPECT_TRUE(outcome.status == 0 || outcome.status == 3) << outcome.err;

@@ -92,5 +92,22 @@ TEST(ADryRun, IsNeverWhatAnAbortedCalibrationIsGoneOnWith) {
   EXPECT_FALSE(fixture.status()["running"]);
 }
 
+TEST(ADryRun, ThatWasAbortedIsNotResumedAndNamesTheCommandOfANewOne) {
+  DaemonFixture fixture(kFast);
+  fixture.start();
+  const nlohmann::json whole{{"kind", "dry-run"}, {"cell", CELLCAL_DEMO_CELL}, {"touches", 50}};
+  ASSERT_EQ(http_request(fixture.socket(), "POST", "/v1/run", whole.dump()).status, 201);
+  if (http_request(fixture.socket(), "POST", "/v1/abort").status != 202)
+    GTEST_SKIP() << "this machine was too slow to abort it before its end";
+  while (fixture.status()["running"]) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  ASSERT_EQ(fixture.status()["phase"], "aborted");
+  const std::string anew = std::string("cellcal dry-run --cell ") + CELLCAL_DEMO_CELL;
+  EXPECT_EQ(fixture.status()["anew"], anew);
+  const Outcome resumed = fixture.cellcal({"run", "--resume"});
+  EXPECT_EQ(resumed.status, 1);
+  EXPECT_NE(resumed.err.find("not resumed. Start a new one: '" + anew), std::string::npos)
+      << resumed.err;
+}
+
 }  // namespace
 }  // namespace cellcal::daemon::testing

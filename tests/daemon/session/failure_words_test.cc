@@ -133,6 +133,18 @@ TEST_F(FailureWords, ListTheReadingsThatDisagree) {
   EXPECT_EQ(in(kSlowSearch, F::kReadingsDisagree), words + "0.000" + look);
 }
 
+TEST_F(FailureWords, NameTheCommandOfANewSessionWhereTheKindIsNotResumed) {
+  state.phase = kTransit;
+  const auto then = [&](F kind) { return words(rules::failure_words(kind, state, event)); };
+  EXPECT_NE(then(F::kDevice).find("Then: 'cellcal run --resume'"), std::string::npos);
+  state.anew = "cellcal dry-run --cell a.toml";
+  for (const F kind : {F::kDevice, F::kNoContact, F::kNotFound}) {
+    EXPECT_NE(then(kind).find("Then: 'cellcal dry-run --cell a.toml'"), std::string::npos)
+        << then(kind);
+    EXPECT_EQ(then(kind).find("resume"), std::string::npos) << then(kind);
+  }
+}
+
 TEST_F(FailureWords, SayWhichLinkIsMissingAndWhatToStart) {
   state.how_to_start = "start CELLCAL_RSI";
   state.links.robot = RobotLink::kDown;

@@ -113,6 +113,8 @@ test("what can be gone on with is what was left, failed or aborted", () => {
   assert.equal(resumable(of({ phase: "idle", session: 0 })), null);
   assert.equal(resumable(of({ phase: "done" })), null);
   assert.equal(resumable(of({ phase: "aborted" }))?.session, 3);
-  const left = { session: 2, touches: 5, planned: 9, started: "" };
+  assert.equal(resumable(of({ phase: "aborted", anew: "cellcal check" })), null, "of a kind that is not resumed");
+  const left = { session: 2, touches: 5, planned: 9, started: "", anew: "" };
   assert.deepEqual(resumable(of({ phase: "idle", session: 0, interrupted: left })), { session: 2, n: 5, total: 9 });
+  assert.equal(resumable(of({ phase: "idle", session: 0, interrupted: { ...left, anew: "cellcal check" } })), null);
 });

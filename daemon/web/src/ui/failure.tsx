@@ -1,6 +1,7 @@
 // Failure of a session and its remedy.
 
 import * as decode from "../decode";
+import { then_words } from "../sentence";
 import type { Status } from "../types";
 import { useFetched, useVoice } from "./context";
 
@@ -15,7 +16,7 @@ export function FailurePanel({ status }: { status: Status }) {
     <section class="panel failure" aria-labelledby="failure-title">
       <h2 id="failure-title">{say("failure")}</h2>
       <p class="what"><span aria-hidden="true">✖ </span>{say(`failure.${failure.kind}`)}</p>
-      <p class="todo"><strong>{say("failure.todo")}:</strong> {say(`do.${failure.kind}`)}</p>
+      <p class="todo"><strong>{say("failure.todo")}:</strong> {say(`do.${failure.kind}`, { then: then_words(status, say) })}</p>
       {failure.detail !== "" && (
         <p class="evidence"><strong>{say("failure.detail")}:</strong> <span lang={told ? language : "en"}>{told?.detail ?? failure.detail}</span></p>
       )}
