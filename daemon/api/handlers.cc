@@ -206,33 +206,44 @@ namespace {
 
 using nlohmann::json;
 
-/// Moves a key out of the object; keys that remain at the end are unknown.
-template <typename T>
-void take(json& object, const char* key, T& value) {
-  const auto found = object.find(key);
-  if (found == object.end()) return;
-  const bool fits = std::is_same_v<T, bool>          ? found->is_boolean()
-                    : std::is_same_v<T, std::string> ? found->is_string()
-                    : std::is_same_v<T, double>
-                        ? found->is_number()
-                        : found->is_number_unsigned() && found->template get<std::uint64_t>() <=
-                                                             std::numeric_limits<int>::max();
-  if (!fits) throw BadRequest(std::string("\"") + key + "\" has the wrong type or range");
-  value = found->template get<T>();
-  object.erase(found);
+template <class T>
+void read(const json& value, const char* key, T& field) {
+  bool fits = value.is_string();
+  if constexpr (std::is_same_v<T, bool>)
+    fits = value.is_boolean();
+  else if constexpr (std::is_same_v<T, double>)
+    fits = value.is_number();
+  else if constexpr (std::is_integral_v<T>)
+    fits =
+        value.is_number_unsigned() && value.get<std::uint64_t>() <= std::numeric_limits<int>::max();
+  if (!fits) throw BadRequest(fmt::format("\"{}\" has the wrong type or range", key));
+  value.get_to(field);
 }
 
-std::vector<std::string> consume_names(json& object, const char* key) {
+template <class T>
+void read(const json& value, const char* key, std::optional<T>& field) {
+  read(value, key, field.emplace());
+}
+
+void read(const json& value, const char* key, SessionKind& kind) {
+  std::string name;
+  read(value, key, name);
+  const auto known = session_kind(name);
+  if (!known)
+    throw BadRequest(
+        "\"kind\" must be \"calibrate\", \"qualify\", \"find\", \"dry-run\" or \"check\"");
+  kind = *known;
+}
+
+void read(const json& value, const char* key, std::vector<std::string>& names) {
   constexpr std::size_t kMostNames = 20;
-  const json list = object.at(key);
-  object.erase(key);
   const auto is_name = [](const json& one) {
     return one.is_string() && printable(one.get<std::string>()) == one.get<std::string>();
   };
-  if (!list.is_array() || list.empty() || list.size() > kMostNames ||
-      !std::ranges::all_of(list, is_name))
+  if (!value.is_array() || value.empty() || value.size() > kMostNames ||
+      !std::ranges::all_of(value, is_name))
     throw BadRequest(fmt::format("\"{}\" must be a list of 1 to {} names", key, kMostNames));
-  return list;
+  value.get_to(names);
 }
 
 }  // namespace
@@ -241,41 +252,19 @@ RunRequest run_request(const std::string& body) {
   json object = calib::parse_json(body);
   if (!object.is_object()) throw BadRequest("the body must be a JSON object");
   RunRequest request;
-  std::string cell, kind = to_string(request.kind);
-  take(object, "cell", cell);
-  take(object, "kind", kind);
-  const auto known = session_kind(kind);
-  if (!known)
-    throw BadRequest(
-        "\"kind\" must be \"calibrate\", \"qualify\", \"find\", \"dry-run\" or \"check\"");
-  request.kind = *known;
-  take(object, "target", request.target);
-  if (object.contains("calibration")) {
-    int session = 0;
-    take(object, "calibration", session);
-    request.calibration = session;
-  }
-  if (object.contains("mastered")) request.mastered = consume_names(object, "mastered");
-  if (object.contains("temperature_c"))
-    take(object, "temperature_c", request.temperature_c.emplace());
-  take(object, "load", request.load);
-  if (object.contains("touches")) take(object, "touches", request.fit_touches.emplace());
-  if (object.contains("goal_mm")) take(object, "goal_mm", request.goal_mm.emplace());
-  take(object, "region", request.region);
-  take(object, "find", request.find);
-  take(object, "update", request.update);
-  take(object, "accept_change", request.accept_change);
-  take(object, "check", request.check_touches);
-  take(object, "seed", request.seed);
-  take(object, "resume", request.resume);
+  each_run_key(request, [&](const char* key, auto& field) {
+    if (!object.contains(key)) return;
+    read(object[key], key, field);
+    object.erase(key);
+  });
   if (!object.empty()) throw BadRequest("unknown key \"" + object.begin().key() + "\"");
-  if (cell.empty() && !request.resume && request.kind != SessionKind::kCheck)
+  if (request.cell.empty() && !request.resume && request.kind != SessionKind::kCheck)
     throw BadRequest("\"cell\" is missing");
-  if (printable(cell) != cell || printable(request.region) != request.region ||
-      printable(request.target) != request.target || printable(request.load) != request.load)
-    throw BadRequest(
-        "\"cell\", \"target\", \"load\" and \"region\" must not contain control characters");
-  request.cell = cell;
+  for (const std::string& text :
+       {request.cell.string(), request.target, request.load, request.region})
+    if (printable(text) != text)
+      throw BadRequest(
+          "\"cell\", \"target\", \"load\" and \"region\" must not contain control characters");
   return request;
 }
 

@@ -21,6 +21,7 @@
 #include "daemon/doctor/wires.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/session/interruption.h"
+#include "daemon/tasks/options.h"
 
 namespace cellcal::daemon {
 
@@ -373,11 +374,6 @@ std::string session_line(const json& session) {
       load_words(session) + (is_imported(session) ? ", imported" : ""));
 }
 
-/// True for options of a full session, as opposed to an update that falls back to one.
-bool has_own_touches(const RunCommand& command) {
-  return !command.resume && !(command.update && command.or_full);
-}
-
 /// True where the update was withheld and a full session can resolve it: not where nothing changed, nor where
 /// a sphere is displaced, so that positions are unknown.
 bool needs_full_session(const Connection& daemon, std::int64_t session) {
@@ -388,76 +384,52 @@ bool needs_full_session(const Connection& daemon, std::int64_t session) {
   return outcome != "nothing_changed" && outcome != "not_found";
 }
 
-/// Begins a session and follows it to its end.
-int begin(const Connection& daemon, const json& body, std::int64_t& session) {
-  session = number(parse(ask(daemon, "POST", "/v1/run", body.dump())), "session");
-  return follow(daemon, session, BeforeMotion::kCtrlCEnds,
-                daemon.progress ? Shows::kLinesElsewhere : Shows::kLine);
+// A field of a request in JSON; null: left out.
+
+json stated(SessionKind kind) { return to_string(kind); }
+json stated(const std::filesystem::path& file) {
+  return file.empty() ? json() : json(std::filesystem::absolute(file).string());
 }
-int begin(const Connection& daemon, const json& body) {
-  std::int64_t session = 0;
-  return begin(daemon, body, session);
+json stated(const std::vector<std::string>& names) { return names.empty() ? json() : json(names); }
+template <class T>
+json stated(const std::optional<T>& value) {
+  return value ? json(*value) : json();
+}
+template <class T>
+json stated(const T& value) {
+  return value;
+}
+
+json body_of(const RunRequest& request) {
+  json body;
+  each_run_key(request, [&](const char* key, const auto& value) {
+    if (json given = stated(value); !given.is_null()) body[key] = std::move(given);
+  });
+  return body;
 }
 
 }  // namespace
 
-int run(const Connection& daemon, const RunCommand& command) {
-  json body{{"resume", command.resume}};
-  if (command.update) body["update"] = true;
-  if (!command.cell.empty()) body["cell"] = std::filesystem::absolute(command.cell).string();
-  if (!command.load.empty()) body["load"] = command.load;
-  if (has_own_touches(command)) {
-    if (command.touches) body["touches"] = *command.touches;
-    if (command.goal_mm) body["goal_mm"] = *command.goal_mm;
-    body["region"] = command.region;
-    body["find"] = command.find;
-    body["accept_change"] = command.accept_change;
-    body["check"] = command.check;
-    body["seed"] = command.seed;
-  }
-  std::int64_t session = 0;
-  const int status = begin(daemon, body, session);
-  if (command.or_full && g_detached != 0)
+int run(const Connection& daemon, const RunRequest& request, bool or_full) {
+  json body = body_of(request);
+  // Touches are stated for a full session: neither for a resumed one, nor for the update before it.
+  if (request.resume || (request.update && or_full))
+    for (const char* key :
+         {"touches", "goal_mm", "region", "find", "accept_change", "check", "seed"})
+      body.erase(key);
+  const std::int64_t session =
+      number(parse(ask(daemon, "POST", "/v1/run", body.dump())), "session");
+  const int status = follow(daemon, session, BeforeMotion::kCtrlCEnds,
+                            daemon.progress ? Shows::kLinesElsewhere : Shows::kLine);
+  if (or_full && g_detached != 0)
     std::fprintf(stderr, "no full session follows (--or-full): this command was to begin it\n");
-  if (status != kNotPublishable || !command.or_full || !needs_full_session(daemon, session))
-    return status;
+  if (status != kNotPublishable || !or_full || !needs_full_session(daemon, session)) return status;
   std::fprintf(stderr,
                "session %lld: the update is withheld. A full session begins now (--or-full)\n",
                static_cast<long long>(session));
-  RunCommand full = command;
-  full.update = full.or_full = false;
+  RunRequest full = request;
+  full.update = false;
   return run(daemon, full);
-}
-
-int dry_run(const Connection& daemon, const DryRunCommand& command) {
-  return begin(daemon, {{"kind", "dry-run"},
-                        {"cell", std::filesystem::absolute(command.cell).string()},
-                        {"touches", command.touches},
-                        {"check", command.check},
-                        {"seed", command.seed},
-                        {"load", command.load}});
-}
-
-int find(const Connection& daemon, const FindCommand& command) {
-  return begin(daemon, {{"kind", "find"},
-                        {"cell", std::filesystem::absolute(command.cell).string()},
-                        {"load", command.load}});
-}
-
-int qualify(const Connection& daemon, const QualifyCommand& command) {
-  return begin(daemon, {{"kind", "qualify"},
-                        {"cell", std::filesystem::absolute(command.cell).string()},
-                        {"target", command.target},
-                        {"load", command.load}});
-}
-
-int check(const Connection& daemon, const CheckCommand& command) {
-  json body{{"kind", "check"}, {"load", command.load}};
-  if (!command.cell.empty()) body["cell"] = std::filesystem::absolute(command.cell).string();
-  if (command.calibration) body["calibration"] = *command.calibration;
-  if (command.temperature_c) body["temperature_c"] = *command.temperature_c;
-  if (!command.mastered.empty()) body["mastered"] = command.mastered;
-  return begin(daemon, body);
 }
 
 int show_status(const Connection& daemon) {

@@ -13,6 +13,8 @@
 
 namespace cellcal::daemon {
 
+struct RunRequest;
+
 struct Connection {
   std::filesystem::path socket;
   bool json = false;
@@ -20,52 +22,9 @@ struct Connection {
   bool progress = false;  ///< a line every ten seconds, also without a terminal
 };
 
-struct RunCommand {
-  std::filesystem::path cell;
-  std::optional<int> touches;
-  int check = 10;
-  std::optional<double> goal_mm;
-  std::string region = "workspace";
-  bool find = false;
-  bool update = false;
-  bool or_full = false;  ///< full session after a withheld update, unless nothing changed
-  bool accept_change = false;
-  unsigned seed = 1;
-  std::string load;  ///< id in the cell file; empty: none
-  bool resume = false;
-};
-
-struct DryRunCommand {
-  std::filesystem::path cell;
-  int touches = 50, check = 10;
-  unsigned seed = 1;
-  std::string load;
-};
-int dry_run(const Connection& daemon, const DryRunCommand& command);
-
-struct FindCommand {
-  std::filesystem::path cell;
-  std::string load;
-};
-int find(const Connection& daemon, const FindCommand& command);
-
-struct QualifyCommand {
-  std::filesystem::path cell;
-  std::string target;  ///< empty: the first sphere
-  std::string load;
-};
-
-struct CheckCommand {
-  std::filesystem::path cell;      ///< empty: the one calibrated last
-  std::optional<int> calibration;  ///< none: the calibration in use
-  std::optional<double> temperature_c;
-  std::vector<std::string> mastered;  ///< joints mastered anew by the calibration
-  std::string load;
-};
-
-int run(const Connection& daemon, const RunCommand& command);
-int check(const Connection& daemon, const CheckCommand& command);
-int qualify(const Connection& daemon, const QualifyCommand& command);
+/// Begins a session and follows it to its end. `or_full`: a full session after a withheld update, unless nothing
+/// changed.
+int run(const Connection& daemon, const RunRequest& request, bool or_full = false);
 int show_status(const Connection& daemon);
 int watch(const Connection& daemon);
 int abort(const Connection& daemon);

@@ -6,6 +6,7 @@
 #include "daemon/cli/client.h"
 #include "daemon/cli/commands.h"
 #include "daemon/cli/frames.h"
+#include "daemon/tasks/options.h"
 
 namespace cellcal::daemon {
 
@@ -40,7 +41,8 @@ void add_load(CLI::App* command, std::string& load) {
 }
 
 void add_run(CLI::App& app, int& status) {
-  auto given = std::make_shared<RunCommand>();
+  auto given = std::make_shared<RunRequest>();
+  auto or_full = std::make_shared<bool>(false);
   CLI::App* command = app.add_subcommand("run", "Calibrate the cell: touch, identify, report");
   command->footer(
       "Ctrl-C detaches and the session continues; before anything has moved it ends the "
@@ -58,7 +60,7 @@ void add_run(CLI::App& app, int& status) {
                    "little")
       ->check(between(0.01, 10.0));
   command
-      ->add_option("--touches", given->touches,
+      ->add_option("--touches", given->fit_touches,
                    "Touches for the fit; with --goal the most, at least 5 per target [50, with "
                    "--goal 200]")
       ->check(between(4, 2000));
@@ -75,14 +77,14 @@ void add_run(CLI::App& app, int& status) {
       "collision run a full session: two changes can look like one");
   command
       ->add_flag(
-          "--or-full", given->or_full,
+          "--or-full", *or_full,
           "With --update: where it is withheld (more than one change, or not resolved), go on with "
           "a full session at once, with --touches, --check, --goal as given. Not where a sphere "
           "was not found: look at it first")
       ->needs(update);
   command->add_option("--region", given->region, "Where accuracy matters, as in 'cellcal plan'")
       ->capture_default_str();
-  command->add_option("--check", given->check, "Held-out touches, to check the result")
+  command->add_option("--check", given->check_touches, "Held-out touches, to check the result")
       ->check(between(0, 2000))
       ->capture_default_str();
   command->add_option("--seed", given->seed, "Seed of the plan: same seed, same plan")
@@ -92,12 +94,13 @@ void add_run(CLI::App& app, int& status) {
     if (!given->resume && cell->count() == 0) {
       throw CLI::RequiredError("--cell (or --resume)");
     }
-    status = run(*daemon, *given);
+    status = run(*daemon, *given, *or_full);
   });
 }
 
 void add_qualify(CLI::App& app, int& status) {
-  auto given = std::make_shared<QualifyCommand>();
+  auto given = std::make_shared<RunRequest>();
+  given->kind = SessionKind::kQualify;
   CLI::App* command = app.add_subcommand(
       "qualify",
       "Measure the contact itself: touch noise, overtravel, latch delay, effective radius");
@@ -110,11 +113,12 @@ void add_qualify(CLI::App& app, int& status) {
   add_load(command, given->load);
   command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
   command->add_option("--target", given->target, "Sphere to touch [the first one]");
-  command->callback([=, &status] { status = qualify(*daemon, *given); });
+  command->callback([=, &status] { status = run(*daemon, *given); });
 }
 
 void add_dry_run(CLI::App& app, int& status) {
-  auto given = std::make_shared<DryRunCommand>();
+  auto given = std::make_shared<RunRequest>();
+  given->kind = SessionKind::kDryRun;
   CLI::App* command = app.add_subcommand(
       "dry-run", "Follow the path of a calibration slowly, without touching anything");
   command->footer(
@@ -126,18 +130,20 @@ void add_dry_run(CLI::App& app, int& status) {
   add_progress(command, *daemon);
   add_load(command, given->load);
   command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
-  command->add_option("--touches", given->touches, "Touches for the fit")
+  command
+      ->add_option("--touches", given->fit_touches.emplace(kPlannedTouches), "Touches for the fit")
       ->capture_default_str()
       ->check(between(4, 2000));
-  command->add_option("--check", given->check, "Check touches")
+  command->add_option("--check", given->check_touches, "Check touches")
       ->capture_default_str()
       ->check(between(0, 2000));
   command->add_option("--seed", given->seed, "Seed of the plan")->capture_default_str();
-  command->callback([=, &status] { status = dry_run(*daemon, *given); });
+  command->callback([=, &status] { status = run(*daemon, *given); });
 }
 
 void add_find(CLI::App& app, int& status) {
-  auto given = std::make_shared<FindCommand>();
+  auto given = std::make_shared<RunRequest>();
+  given->kind = SessionKind::kFind;
   CLI::App* command =
       app.add_subcommand("find", "Find the spheres by touch, and print their centres");
   command->footer(
@@ -149,11 +155,12 @@ void add_find(CLI::App& app, int& status) {
   add_progress(command, *daemon);
   add_load(command, given->load);
   command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
-  command->callback([=, &status] { status = find(*daemon, *given); });
+  command->callback([=, &status] { status = run(*daemon, *given); });
 }
 
 void add_check(CLI::App& app, int& status) {
-  auto given = std::make_shared<CheckCommand>();
+  auto given = std::make_shared<RunRequest>();
+  given->kind = SessionKind::kCheck;
   CLI::App* command = app.add_subcommand(
       "check", "Check by six to eight touches whether the last calibration still holds");
   command->footer(
@@ -180,7 +187,7 @@ void add_check(CLI::App& app, int& status) {
                    "their zeros")
       ->delimiter(',')
       ->transform([](std::string name) { return CLI::detail::trim(name); });
-  command->callback([=, &status] { status = check(*daemon, *given); });
+  command->callback([=, &status] { status = run(*daemon, *given); });
 }
 
 void add_watch(CLI::App& app, int& status) {

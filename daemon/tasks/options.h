@@ -1,5 +1,5 @@
 #pragma once
-// Options of a session. Stored with it as JSON, so that it can be planned again.
+// Options of a session: as requested, and as stored with it as JSON, so that it can be planned again.
 
 #include <cstdint>
 #include <filesystem>
@@ -29,12 +29,62 @@ const char* to_string(SessionKind kind);
 /// None: unknown kind.
 std::optional<SessionKind> session_kind(std::string_view name);
 
+inline constexpr int kPlannedTouches = 50, kMostChosen = 200;
+
+/// Request for a session.
+struct RunRequest {
+  SessionKind kind = SessionKind::kCalibrate;
+  std::string target;  ///< of a qualification; empty: the first sphere of the cell
+  /// Session of the calibration to check; none: the newest published one (of `cell` where given).
+  std::optional<std::int64_t> calibration;
+  std::optional<double> temperature_c;  ///< of a check: cell temperature [deg C]
+  std::vector<std::string> mastered;    ///< of a check: joints mastered anew by the calibration
+  std::string load;                     ///< held in all touches: id in the cell file; empty: none
+  std::filesystem::path cell;           ///< absolute; empty only when resuming or checking
+  std::optional<int> fit_touches;  ///< none: kPlannedTouches, or at most kMostChosen with a goal
+  int check_touches = 10;
+  /// Target u95 [mm], mean over the region: touches are chosen one by one until it is reached.
+  std::optional<double> goal_mm;
+  std::string region = "workspace";
+  /// Locate the spheres by touching first; implied for spheres without a centre.
+  bool find = false;
+  bool update = false;         ///< a few touches on top of the last calibration of that cell file
+  bool accept_change = false;  ///< publish although the arm has changed since its last calibration
+  unsigned seed = 1;
+  bool resume = false;
+  /// Originator of an unattended session, recorded in its events. Empty: a person.
+  std::string unattended;
+  /// Starts only if SessionService::aborts() still returns this value.
+  std::optional<std::uint64_t> unless_aborted;
+};
+
+/// Keys of the body of POST /v1/run, in both directions: `visit` is called with each key and its member.
+template <typename Request, typename Visitor>
+void each_run_key(Request& request, Visitor visit) {
+  visit("cell", request.cell);
+  visit("kind", request.kind);
+  visit("target", request.target);
+  visit("calibration", request.calibration);
+  visit("mastered", request.mastered);
+  visit("temperature_c", request.temperature_c);
+  visit("load", request.load);
+  visit("touches", request.fit_touches);
+  visit("goal_mm", request.goal_mm);
+  visit("region", request.region);
+  visit("find", request.find);
+  visit("update", request.update);
+  visit("accept_change", request.accept_change);
+  visit("check", request.check_touches);
+  visit("seed", request.seed);
+  visit("resume", request.resume);
+}
+
 struct SessionOptions {
   SessionKind kind = SessionKind::kCalibrate;
   std::string target;                   ///< kQualify: the sphere; empty: the first
   std::int64_t against = 0;             ///< kCheck: session of the checked calibration
   std::optional<double> temperature_c;  ///< kCheck: stated temperature of the cell
-  std::vector<std::string> mastered;    ///< kCheck: joints mastered by the calibration's zeros since
+  std::vector<std::string> mastered;  ///< kCheck: joints mastered by the calibration's zeros since
   calib::PlanOptions plan;
   std::string region = "workspace";  ///< as in `cellcal plan --region`
   std::string load;                  ///< held in all touches: id in the cell file; empty: none

@@ -167,12 +167,34 @@ TEST_F(AnApi, RefusesRunRequestsThatAreWrongInThemselves) {
         "{\"cell\": \"/x\", \"touches\": \"many\"}", "{\"cell\": \"/x\", \"touches\": -4}",
         "{\"cell\": \"/x\", \"touches\": 4.5}", "{\"cell\": \"/x\", \"touches\": 1e300}",
         "{\"cell\": \"/x\\n/y\"}", "{\"cell\": \"/x\\u001b[2J\"}",
-        "{\"cell\": \"/x\", \"touches\": 99999999999}", "{\"cell\": \"/x\", \"resume\": 1}"}) {
+        "{\"cell\": \"/x\", \"touches\": 99999999999}",
+        "{\"cell\": \"/x\", \"touches\": 18446744073709551615}",
+        "{\"cell\": \"/x\", \"resume\": 1}"}) {
     const Response response = ask("POST", "/v1/run", body);
     EXPECT_EQ(response.status, 400) << body;
     EXPECT_FALSE(error(response).empty()) << body;
   }
   EXPECT_EQ(ask("POST", "/v1/run", std::string(60000, '[')).status, 400);
+}
+
+TEST(ARunRequest, IsReadWithAllItsKeys) {
+  const RunRequest request = run_request(
+      R"({"cell": "/c.toml", "kind": "check", "target": "S2", "calibration": 7, "mastered": ["A2", "A3"],
+          "temperature_c": 21.5, "load": "L", "touches": 30, "goal_mm": 1, "region": "near", "find": true,
+          "update": true, "accept_change": true, "check": 0, "seed": 2147483647, "resume": true})");
+  EXPECT_EQ(request.cell, "/c.toml");
+  EXPECT_EQ(request.kind, SessionKind::kCheck);
+  EXPECT_EQ(request.target, "S2");
+  EXPECT_EQ(request.calibration, 7);
+  EXPECT_EQ(request.mastered, (std::vector<std::string>{"A2", "A3"}));
+  EXPECT_EQ(request.temperature_c, 21.5);
+  EXPECT_EQ(request.load, "L");
+  EXPECT_EQ(request.fit_touches, 30);
+  EXPECT_EQ(request.goal_mm, 1.0);
+  EXPECT_EQ(request.region, "near");
+  EXPECT_TRUE(request.find && request.update && request.accept_change && request.resume);
+  EXPECT_EQ(request.check_touches, 0);
+  EXPECT_EQ(request.seed, 2147483647u);
 }
 
 TEST_F(AnApi, RefusesRunRequestsWhoseFilesCannotBeUsed) {
