@@ -565,7 +565,7 @@ std::string qualification_target(const Cell& cell, std::string_view target) {
   if (target.empty())
     throw PlanError(
         PlanError::Kind::kCell,
-        "no sphere with centre_mm: a qualification needs one. Add centre_mm to the cell file");
+        "no sphere with centre_mm: a qualification needs one. Find it with 'cellcal find', or add centre_mm to the cell file");
   throw PlanError(PlanError::Kind::kRequest, std::string(target),
                   fmt::format("target {}: no sphere with centre_mm of that name. There are: {}",
                               target, others.empty() ? "none" : others));

@@ -130,18 +130,14 @@ void add_plan(CLI::App& app, int& status) {
                       "Write the plan to this file (CSV) [standard output]");
   command->add_flag("--json", given->json, "Write JSON");
   add_language(*command);
-  command
-      ->add_option(
-          "--suggest-spheres", given->suggest_spheres,
-          "In place of a plan: places for so many spheres that serve the region, and the predicted "
-          "accuracy beside today's [4]")
-      ->expected(0, 1)
-      ->default_str("4")
-      ->check(between(1, 12))
-      ->excludes(goal);
+  CLI::Option* const suggested = command->add_option(
+      "--suggest-spheres", given->suggest_spheres,
+      "In place of a plan: places for so many spheres that serve the region, and the predicted "
+      "accuracy beside today's [4]");
+  suggested->expected(0, 1)->default_str("4")->check(between(1, 12))->excludes(goal);
   command->callback([=, &status] {
     if (touches->count() == 0 && goal->count() == 0)
-      throw CLI::RequiredError("--touches (or --goal)");
+      throw CLI::RequiredError(suggested->count() > 0 ? "--touches" : "--touches (or --goal)");
     status = plan(*given);
   });
 }

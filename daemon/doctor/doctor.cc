@@ -82,10 +82,12 @@ Phrase trimmed(std::string words) {
 }
 
 /// `words`: complaint of the device itself. `losses`: share of faulty messages.
-void judge_link(const std::string& check, const std::string& words, const Phrase& figures,
+/// `up`: it delivers, so that `words` speak of its losses.
+void judge_link(const std::string& check, const std::string& words, bool up, const Phrase& figures,
                 double losses, Findings& findings) {
   if (!words.empty()) {
-    findings.fail(check, words, "say.doctor.link.do");
+    up ? findings.warn(check, words, "say.doctor.link.losses.do")
+       : findings.fail(check, words, "say.doctor.link.do");
   } else if (losses > 0.0) {
     findings.warn(check, figures, "say.doctor.link.losses.do");
   } else {
@@ -199,10 +201,13 @@ void judge_links_of(const std::string& status_text, Findings& findings) {
   }
   const json robot = links.value("robot", json::object());
   const json contact = links.value("contact", json::object());
-  judge_link("robot link", text_in(status, "robot"), trimmed(link_words({{"robot", robot}})),
+  const std::string motion = text_in(status.value("arm", json::object()), "motion");
+  const bool arm_seen = motion == "at rest" || motion == "moving";
+  judge_link("robot link", text_in(status, "robot"), arm_seen,
+             trimmed(link_words({{"robot", robot}})),
              number_in(robot, "late") + number_in(robot, "gaps") + number_in(robot, "bad_packets"),
              findings);
-  judge_link("contact link", text_in(status, "contact"),
+  judge_link("contact link", text_in(status, "contact"), false,
              trimmed(link_words({{"contact", contact}})),
              number_in(contact, "crc_errors") + number_in(contact, "gaps"), findings);
 }

@@ -36,7 +36,7 @@ Examination Examiner::kept() const try {
   if (document.at("format") != kExaminationFormat) throw std::runtime_error("another format");
   if (document.at("config_sha256") != parts_.config_sha256()) return {};
   Examination kept;
-  kept.kept = kept.whole = true;
+  kept.whole = true;
   kept.cell = document.at("cell").get<std::string>();
   kept.cell_text = document.at("cell_text").get<std::string>();
   kept.ended = document.at("ended").get<std::string>();

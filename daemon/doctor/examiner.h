@@ -69,7 +69,6 @@ class Findings {
 
 struct Examination {
   std::filesystem::path cell;  ///< empty: none requested or stored
-  bool kept = false;           ///< by an earlier daemon process
   bool running = false;
   bool whole = false;           ///< completed
   calib::Phrase hint;           ///< required operator action while it runs

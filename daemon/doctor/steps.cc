@@ -162,7 +162,9 @@ Evidence evidence_of(const Examination& examination, Journal& journal) {
   std::erase_if(sessions, [](const SessionRecord& one) { return one.origin.has_value(); });
   Evidence evidence;
   evidence.cell = examination.cell.string();
-  if ((evidence.cell.empty() || examination.kept) && !sessions.empty())
+  const bool older = !examination.ended.empty() && !sessions.empty() &&
+                     examination.ended < sessions.front().started;
+  if ((evidence.cell.empty() && !sessions.empty()) || older)
     evidence.cell = sessions.front().inputs.cell_name;
   if (evidence.cell.empty()) return evidence;
   examine_files(evidence);
@@ -179,7 +181,7 @@ Evidence evidence_of(const Examination& examination, Journal& journal) {
       evidence.dry_run = StepEvidence{true, {}, record.id};
     if (kind != SessionKind::kCalibrate) continue;
     if (!record.outcome || record.outcome->kind == OutcomeKind::kNothingChanged)
-      continue;                                    // the one before holds
+      continue;                                          // the one before holds
     evidence.first = StepEvidence{true, {}, record.id};  // the oldest stays
     if (!evidence.calibration) evidence.calibration = calibrated(*record.outcome, record.id);
   }

@@ -59,7 +59,7 @@ std::optional<SetUpStep> next_of(const std::vector<StepSeen>& steps);
 /// Current content of cell and robot file, concatenated; empty where unreadable.
 std::string text_of_cell(const std::filesystem::path& cell);
 
-/// For the cell examined last, otherwise that of the newest session.
+/// For the cell of the examination or of the newest session, whichever is later.
 Evidence evidence_of(const Examination& examination, Journal& journal);
 
 }  // namespace cellcal::daemon

@@ -132,7 +132,8 @@ std::vector<ManSection> cellcal_sections() {
         {"2", "Wrong usage."},
         {"3",
          "Done, and the answer is no: the result must not be published (it is still written), a "
-         "check does not hold, drift alarms, files differ."}}},
+         "check does not hold, drift alarms, files differ."},
+        {"130", "Left by Ctrl-C: the session continues, and nothing is known of its end."}}},
       {"ENVIRONMENT",
        {{"CELLCAL_SOCKET", "The daemon's socket, where --socket is not given."},
         {"CELLCAL_ROBOTS", "A folder of robot files that is searched before the shipped ones."}}},

@@ -113,18 +113,21 @@ TEST_F(ACell, IsKnownByTheNewestSessionWhereNobodyNamedOne) {
   EXPECT_EQ(evidence.cell, dir / "cell.toml");
 }
 
-TEST_F(ACell, ThatTheDoctorSawInAnEarlierDaemonIsTheGuidesWhileNoSessionIsOfAnother) {
+TEST_F(ACell, ThatTheDoctorSawIsTheGuidesUntilASessionOfAnotherBegins) {
   std::filesystem::copy_file(dir / "cell.toml", dir / "other.toml");
   examination.cell = dir / "other.toml";
   examined(Outcome::kOk);
-  examination.kept = true;
+  examination.ended = "t/";
   EXPECT_EQ(next(), "qualify");
   EXPECT_EQ(evidence.cell, dir / "other.toml");
   session(SessionKind::kQualify, Ending::kFailed);
   EXPECT_EQ(next(), "doctor") << "of the session's cell nothing was seen";
   EXPECT_EQ(evidence.cell, dir / "cell.toml");
-  examination.kept = false;
-  EXPECT_EQ(next(), "qualify");
+  examination.ended = "t1";
+  EXPECT_EQ(next(), "qualify") << "seen again since";
+  examination.ended.clear();
+  examination.running = true;
+  EXPECT_EQ(next(), "qualify") << "seen at present";
 }
 
 TEST_F(ACell, ThatIsSoundNeedsTheDoctorNext) {

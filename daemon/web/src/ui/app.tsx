@@ -142,7 +142,7 @@ export function App() {
           {(status || together.current) && <div class="top">
             <StatePanel model={model} plan={plan} schedule={schedule} now={now} why={why} />
             {status && !old && <StartButtons status={status} role={me} second={guided || due} started={() => void live.ask()} sign_out={() => void sign_out()}
-                                             last_cell={readiness?.cell || (sessions?.[0]?.cell ?? "")} />}
+                                             last_cell={file} />}
           </div>}
           {status && !old && <FailurePanel status={status} />}
           {together.current && idle && readiness && (

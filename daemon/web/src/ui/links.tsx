@@ -8,9 +8,10 @@ const some = (count: number | null) => (count ?? 0) > 0;
 /** More than half of the delay that stops the arm. */
 const heartbeat_is_late = ({ late_ms }: ContactLink) =>
   late_ms.worst !== null && late_ms.limit !== null && late_ms.worst > late_ms.limit / 2;
-const robot_is_good = (link: RobotLink) => !some(link.late) && !some(link.gaps) && !some(link.bad_packets);
-const contact_is_good = (link: ContactLink) =>
-  link.loop_ok !== false && link.self_test_ok !== false && !some(link.crc_errors) && !some(link.gaps) &&
+/** `words`: of the daemon, on what the link lacks. */
+const robot_is_good = (link: RobotLink, words: string) => words === "" && !some(link.late) && !some(link.gaps) && !some(link.bad_packets);
+const contact_is_good = (link: ContactLink, words: string) =>
+  words === "" && link.loop_ok !== false && link.self_test_ok !== false && !some(link.crc_errors) && !some(link.gaps) &&
   !heartbeat_is_late(link);
 
 export function LinksPanel({ status, old }: { status: Status | null; old: boolean }) {
@@ -21,8 +22,8 @@ export function LinksPanel({ status, old }: { status: Status | null; old: boolea
       <h2 id="links-title">{say("links")}</h2>
       {!links && <p class="note">{say("links.none")}</p>}
       {links && !links.open && <p class="note">{say("links.closed")}</p>}
-      {links && <Robot link={links.robot} old={old} />}
-      {links && <Contact link={links.contact} old={old} />}
+      {links && <Robot link={links.robot} words={links.open ? status.robot : ""} old={old} />}
+      {links && <Contact link={links.contact} words={links.open ? status.contact : ""} old={old} />}
     </section>
   );
 }
@@ -41,12 +42,24 @@ function Heading({ name, good, old }: { name: string; good: boolean; old: boolea
   );
 }
 
-function Robot({ link, old }: { link: RobotLink; old: boolean }) {
+/** Before the first packet there are no figures, only initial values. */
+function Silent({ name, old }: { name: string; old: boolean }) {
+  const { say } = useVoice();
+  return (
+    <>
+      <Heading name={name} good={false} old={old} />
+      <p class="note">{say("links.silent")}</p>
+    </>
+  );
+}
+
+function Robot({ link, words, old }: { link: RobotLink; words: string; old: boolean }) {
   const { say, fmt } = useVoice();
+  if (!some(link.packets)) return <Silent name={say("links.robot")} old={old} />;
   const late = say("links.late.of", { late: fmt.whole(link.late), replies: fmt.whole(link.replies) });
   return (
     <>
-      <Heading name={say("links.robot")} good={robot_is_good(link)} old={old} />
+      <Heading name={say("links.robot")} good={robot_is_good(link, words)} old={old} />
       <dl class="figures">
         <Figure name={say("links.mode")} value={link.mode === "unknown" ? "–" : link.mode} />
         <Figure name={say("links.override")} value={link.override_percent === null ? "–" : `${fmt.whole(link.override_percent)} %`} />
@@ -61,8 +74,9 @@ function Robot({ link, old }: { link: RobotLink; old: boolean }) {
   );
 }
 
-function Contact({ link, old }: { link: ContactLink; old: boolean }) {
+function Contact({ link, words, old }: { link: ContactLink; words: string; old: boolean }) {
   const { say, fmt } = useVoice();
+  if (!some(link.frames)) return <Silent name={say("links.contact")} old={old} />;
   const heartbeat = say("links.heartbeat.of", {
     worst: fmt.ms(link.late_ms.worst), limit: fmt.ms(link.late_ms.limit),
   });
@@ -71,7 +85,7 @@ function Contact({ link, old }: { link: ContactLink; old: boolean }) {
     : say(link.in_contact ? "links.contact.closed" : "links.contact.open");
   return (
     <>
-      <Heading name={say("links.contact")} good={contact_is_good(link)} old={old} />
+      <Heading name={say("links.contact")} good={contact_is_good(link, words)} old={old} />
       <dl class="figures">
         <Figure name={say("links.contact.now")} value={contact} />
         <Figure name={say("links.loop")} value={loop} bad={link.loop_ok === false} />
