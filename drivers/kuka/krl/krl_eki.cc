@@ -58,20 +58,22 @@ std::string external_speeds(const EkiFilesConfig& c) {
                      c.external_axes, c.acceleration_percent);
 }
 
-/// One block for each external axis; {0} is "E1".
-std::string per_external_axis(std::string_view form, int external_axes) {
-  std::string text;
-  for (int i = 1; i <= external_axes; ++i) {
-    if (!text.empty()) text += '\n';
-    text += fmt::format(fmt::runtime(form), fmt::format("E{}", i));
-  }
-  return text;
-}
-
 // Asked for no more than the servo's noise, an external axis does not move at all: deg, mm.
 constexpr const char* kExternalHold = R"(  IF ABS(CC_TARGET.{0}-$AXIS_ACT.{0})<0.1 THEN
     CC_TARGET.{0}=$AXIS_ACT.{0}
   ENDIF)";
+// Of one that no telegram names CC_TARGET has the data list's 0.0; one that does not exist reads as 0.0.
+constexpr const char* kExternalStay = "  CC_TARGET.{0}=$AXIS_ACT.{0}";
+
+std::string external_hold(int external_axes) {
+  std::string text;
+  for (int i = 1; i <= kAxes; ++i) {
+    if (!text.empty()) text += '\n';
+    text += fmt::format(fmt::runtime(i <= external_axes ? kExternalHold : kExternalStay),
+                        fmt::format("E{}", i));
+  }
+  return text;
+}
 
 /// Requests of the controller, in order of precedence.
 std::string requests(const EkiFilesConfig& c) {
@@ -273,8 +275,7 @@ krl::Places places_of(const EkiFilesConfig& c) {
                  "{M -1.0,CM {X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0},J {X 0.0,Y 0.0,Z 0.0}}")},
       {"ACC_AXIS", text(c.acceleration_percent)},
       {"EXTERNAL_SPEEDS", external_speeds(c)},
-      {"EXTERNAL_HOLD", per_external_axis(kExternalHold, c.external_axes)},
-      {"EXTERNAL_GOAL", per_external_axis("    GOAL.{0}=CC_TARGET.{0}", c.external_axes)},
+      {"EXTERNAL_HOLD", external_hold(c.external_axes)},
       {"ACC_CP", kAccCp},
       {"LIN_LIMIT", kLinLimit},
       {"INTERRUPT_INPUT", text(c.first_interrupt)},

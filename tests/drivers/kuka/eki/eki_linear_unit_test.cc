@@ -236,6 +236,25 @@ TEST(EkiExternalAxis, OfAnArmOfSixAxesIsHeldAndWatchedToo) {
   EXPECT_TRUE(is<cause::MovedUnasked>(rig.finish().cause));
 }
 
+TEST(EkiExternalAxis, ThatIsNotCountedStaysWhereItIs) {
+  for (const int counted : {0, 1}) {
+    sim::EkiControllerConfig controller = eki_controller();
+    EkiFilesConfig files;
+    files.external_axes = counted;
+    controller.files = eki_files(files);
+    controller.start_rad.insert(controller.start_rad.end(), {0.7, -0.4});
+    controller.max_speed_rad_s.assign(8, 200 * kEkiDeg);
+    EkiConfig config = eki_config();
+    config.external_axes = counted;
+    EkiRig rig(controller, config);
+    rig.make_ready();
+    EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, 5)).outcome, MoveOutcome::kArrived);
+    EXPECT_EQ(rig.search(1, 3.0).outcome, MoveOutcome::kArrived);
+    EXPECT_NEAR(rig.krc.setpoint_rad()[6], 0.7, kReal) << counted;
+    EXPECT_NEAR(rig.krc.setpoint_rad()[7], -0.4, kReal) << counted;
+  }
+}
+
 TEST(EkiExternalAxis, ThatTheStatesDoNotAgreeOnIsNoReference) {
   sim::EkiControllerConfig controller = eki_controller();
   EkiFilesConfig files;
