@@ -103,7 +103,9 @@ void EkiMover::choose_path(const AxisAngles& at_rad) {
   for (std::size_t i = 0; i < target_rad.size(); ++i)
     command_.target_deg[wire.place(i)] = wire.shown(i, target_rad[i]);
   for (const double held : unused_) command_.target_deg.push_back(held);
-  const bool at_input = config_.stop == EkiStop::kInput && move_.kind != MoveKind::kRetreat;
+  // A retreat begins in contact; its later legs begin with the contact proven open.
+  const bool at_input =
+      config_.stop == EkiStop::kInput && (move_.kind != MoveKind::kRetreat || leg_ > 0);
   command_.guard = at_input ? EkiGuard::kInput : EkiGuard::kNone;
   // Rounds down, except for a share that is a whole percentage up to the last bit.
   constexpr double kLastBit = 1e-9;

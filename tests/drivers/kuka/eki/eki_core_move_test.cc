@@ -146,6 +146,27 @@ TEST(EkiWayPoints, ATouchOnTheSecondLegStopsIt) {
   EXPECT_EQ(rig.krc.moves(), 2u);
 }
 
+TEST(EkiWayPoints, TheInputStopsARetreatFromItsSecondLegOn) {
+  for (const int leg : {2, 3}) {
+    EkiRig rig;
+    rig.make_ready();
+    rig.krc.input(rig.now, true);
+    rig.guard.touch(true);
+    const Move move = by_way_points(rig, MoveKind::kRetreat);
+    rig.core.begin(move);
+    rig.run(200ms);
+    ASSERT_TRUE(rig.krc.moving()) << "it begins in contact";
+    rig.krc.input(rig.now, false);
+    rig.guard.touch(false);
+    ASSERT_TRUE(rig.run_until([&] { return rig.krc.moves() == static_cast<unsigned>(leg); }));
+    rig.run(200ms);
+    rig.krc.input(rig.now, true);  // the sensor says nothing
+    const CoreResult result = rig.finish();
+    EXPECT_EQ(result.outcome, MoveOutcome::kUnexpectedContact) << leg << words(result);
+    EXPECT_EQ(rig.krc.moves(), static_cast<unsigned>(leg));
+  }
+}
+
 TEST(EkiWayPoints, ARetreatStillInContactAfterItsFirstLegGoesNoFarther) {
   EkiRig rig;
   rig.make_ready();
