@@ -79,12 +79,17 @@ class RobotShell {
   /// Caller. Opens the link with this state. Returns the number of this opening, so that commands
   /// of an earlier one are discarded.
   std::uint32_t open(const State& state) {
-    snapshot_.store(state);
+    snapshot_.store({state});
     open_ = true;
     return ++asked_;
   }
-  /// Caller.
-  State state() const { return snapshot_.load(); }
+  /// Caller. Not referenced from rereference() on, until the core has obeyed.
+  State state() const {
+    Snapshot newest = snapshot_.load();
+    if (newest.rereferences < rereferences_asked_ && newest.state.link == RobotLink::kReady)
+      newest.state.link = RobotLink::kNotReferenced;
+    return newest.state;
+  }
   /// Caller.
   void begin(const Move& move) {
     if (!is_open()) {
@@ -96,7 +101,9 @@ class RobotShell {
   /// Caller.
   void stop() { send(Command::Kind::kStop); }
   /// Caller.
-  void rereference() { send(Command::Kind::kRereference); }
+  void rereference() {
+    if (send(Command::Kind::kRereference)) ++rereferences_asked_;
+  }
   /// Caller.
   std::optional<MoveResult> poll() {
     if (!refusals_.empty()) {
@@ -117,6 +124,7 @@ class RobotShell {
   /// Passes pending commands to the core.
   void obey(Core& core) {
     commands_.consume_all([&](const Command& command) {
+      if (command.kind == Command::Kind::kRereference) ++rereferences_;
       if (command.opening != opening_) return;
       switch (command.kind) {
         case Command::Kind::kBegin:
@@ -138,7 +146,7 @@ class RobotShell {
       if (!result) break;
       results_.push(*result);
     }
-    snapshot_.store(core.core_state());
+    snapshot_.store({core.core_state(), rereferences_});
   }
 
  private:
@@ -150,9 +158,17 @@ class RobotShell {
     Move move;
   };
 
-  void send(typename Command::Kind kind) {
-    if (!is_open()) return;
-    if (!commands_.push({kind, asked_, {}})) stop_anyway_ = true;  // a stop is never lost
+  struct Snapshot {
+    State state;
+    std::uint64_t rereferences = 0;  ///< obeyed, or discarded with their opening
+  };
+
+  /// False if the link is closed or, instead, the arm is stopped: a stop is never lost.
+  bool send(typename Command::Kind kind) {
+    if (!is_open()) return false;
+    const bool queued = commands_.push({kind, asked_, {}});
+    if (!queued) stop_anyway_ = true;
+    return queued;
   }
   void refuse(const Move& move, const char* why) {
     MoveResult result;
@@ -164,9 +180,11 @@ class RobotShell {
   boost::lockfree::spsc_queue<Command, boost::lockfree::capacity<kDepth>> commands_;
   boost::lockfree::spsc_queue<CoreResult, boost::lockfree::capacity<kDepth>> results_;
   std::atomic<bool> stop_anyway_{false}, open_{false};
-  Seqlock<State> snapshot_;
-  std::uint32_t opening_ = 0;  // I/O thread only
-  std::uint32_t asked_ = 0;    // caller only
+  Seqlock<Snapshot> snapshot_;
+  std::atomic<std::uint64_t> rereferences_asked_{0};
+  std::uint64_t rereferences_ = 0;  // I/O thread only
+  std::uint32_t opening_ = 0;       // I/O thread only
+  std::uint32_t asked_ = 0;         // caller only
   std::deque<MoveResult> refusals_;
 };
 
