@@ -246,9 +246,9 @@ void ContactCore::note_delivery(std::uint32_t ticks, TimePoint now) {
     if (sent < *given_up_at_ && late > kLateShare * limit) {
       ++deliveries_late_;
       delivered_late_s_ = std::max(late, seconds(now - silent_since_));
-      if (last_end_ == ArmEnd::kSilence) last_end_ = ArmEnd::kDeliveredLate;
-      if (fault_ == ContactFault::kSilent) fault_ = ContactFault::kDeliveredLate;
       late_limit_s_ = limit;
+      if (last_end_ == ArmEnd::kSilence) note_end(ArmEnd::kDeliveredLate);
+      if (fault_ == ContactFault::kSilent) fault_ = ContactFault::kDeliveredLate;
     } else {
       ++silences_;
     }
@@ -521,6 +521,8 @@ ContactFacts ContactCore::facts(TimePoint now) const {
   f.unanswered_s = seconds(now - last_pong_);
   f.delivered_late_s = delivered_late_s_;
   f.late_limit_s = late_limit_s_;
+  f.end_late_s = end_late_s_;
+  f.end_limit_s = end_limit_s_;
   f.clock_ok = clock_good(now);
   f.delivery = {deliveries_late_, silences_, given_up_at_.has_value()};
   f.baud = options_.baud;

@@ -119,6 +119,7 @@ class ContactCore : public ContactGuard {
   void ask(const Request& request, TimePoint now);
   void answer(ArmRefusal refusal, std::uint16_t arm_id, TimePoint now);
   void end_arming(ArmEnd end, TimePoint now);
+  void note_end(ArmEnd end);
   void begin_disarm(TimePoint now);
   void use_up_arming(std::uint16_t arm_id, TimePoint now);
   bool keeps_alive() const;  ///< prevents the arming from expiring in the sensor
@@ -194,6 +195,7 @@ class ContactCore : public ContactGuard {
   std::optional<Request> waiting_;  ///< until the preceding arming has ended
   TimePoint asked_at_{}, next_try_{}, next_keepalive_{}, expires_{};
   ArmEnd last_end_ = ArmEnd::kNone;
+  double end_late_s_ = 0.0, end_limit_s_ = 0.0;  ///< delivered_late_s_ and its limit at that end
 
   static constexpr std::size_t kRememberedEvents = 16;
   static constexpr std::size_t kEvents = 64;

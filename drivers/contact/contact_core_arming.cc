@@ -16,7 +16,8 @@ constexpr milliseconds kKeepAlivePeriod{CTP_KEEPALIVE_MS};
 /// which a sensor with firmware 1.1 without a keep-alive ends it.
 constexpr milliseconds kArmTimeout{80};
 constexpr milliseconds kMaxLifetime{0xFFFF};
-/// The sensor ends an arming itself; the host does so only after this additional time.
+/// The sensor ends an arming itself, by its own clock; the host does so only after this additional time, and takes an
+/// end by the sensor less than this time before it for the same.
 constexpr milliseconds kLifetimeGrace{100};
 
 constexpr milliseconds kRelayPeriod{100}, kRelayTimeout{1000}, kRelaySettle{CTP_RELAY_MS / 2};
@@ -110,10 +111,16 @@ void ContactCore::begin_disarm(TimePoint now) {
   send(ctp::Disarm{request_.arm_id});
 }
 
+void ContactCore::note_end(ArmEnd end) {
+  last_end_ = end;
+  end_late_s_ = delivered_late_s_;
+  end_limit_s_ = late_limit_s_;
+}
+
 void ContactCore::end_arming(ArmEnd end, TimePoint now) {
   if (arming_ == Arming::kArmed) {
     arming_ = Arming::kNone;
-    last_end_ = end;
+    note_end(end);
   }
   if (end == ArmEnd::kLinkLost) {
     if (arming_ == Arming::kAsking) answer(ArmRefusal::kLinkLost, request_.arm_id, now);
@@ -152,8 +159,8 @@ void ContactCore::on_status_arming(bool armed_flag, bool latched, TimePoint now)
       if (latched) {  // the TRIP was damaged; CONTACT or REVOKED follows
         end_arming(ArmEnd::kTripped, now);
       } else {
-        end_arming(now + kLifetimeGrace >= expires_ ? ArmEnd::kExpired : ArmEnd::kSensorDisarmed,
-                   now);
+        const bool lived = now + 2 * kLifetimeGrace >= expires_;
+        end_arming(lived ? ArmEnd::kExpired : ArmEnd::kSensorDisarmed, now);
       }
       break;
     case Arming::kDisarming:
@@ -286,8 +293,8 @@ bool ContactCore::relay_closed() const {
 void ContactCore::tick_relay(TimePoint now) {
   const ContactFault found = relay_fault();
   if (found != ContactFault::kNone && found != fault_) fail_test(found, now);
-  const bool named = fault_ == ContactFault::kRelayStaysOpen || fault_ == ContactFault::kRelayWelded ||
-                     fault_ == ContactFault::kNoRelay;
+  const bool named = fault_ == ContactFault::kRelayStaysOpen ||
+                     fault_ == ContactFault::kRelayWelded || fault_ == ContactFault::kNoRelay;
   if (named && relay_closed()) fault_ = ContactFault::kNone;
   if (!relay_to_ask() || now < relay_next_) return;
   if (!relay_ && now - relay_asked_ > kRelayTimeout && step_ == ContactStep::kSelfTest)
@@ -421,9 +428,12 @@ TimePoint ContactCore::next_wake() const {
   } else if (step_ >= ContactStep::kSelfTest && arming_ == Arming::kNone) {
     // Without a closed relay there is no test, and its state has its own wake-up.
     const TimePoint test = std::max(next_test_, relay_since_ + kRelaySettle);
-    if (step_ != ContactStep::kSelfTest) t = std::min(t, next_ping_);
-    else if (!options_.relay) t = std::min(t, next_test_);
-    else if (relay_closed()) t = std::min(t, test);
+    if (step_ != ContactStep::kSelfTest)
+      t = std::min(t, next_ping_);
+    else if (!options_.relay)
+      t = std::min(t, next_test_);
+    else if (relay_closed())
+      t = std::min(t, test);
   }
   if (arming_ == Arming::kArmed) {
     t = std::min({t, last_frame_ + silence_limit_ + milliseconds{1}, expires_});

@@ -171,8 +171,7 @@ Sentence end_words(const ContactFacts& f) {
   switch (f.last_arm_end) {
     case ArmEnd::kDeliveredLate:
       return {"say.contact.ended.late",
-              {{"ms", std::ceil(f.delivered_late_s * kMsPerS)},
-               {"limit", f.late_limit_s * kMsPerS}}};
+              {{"ms", std::ceil(f.end_late_s * kMsPerS)}, {"limit", f.end_limit_s * kMsPerS}}};
     case ArmEnd::kSilence:
       return "say.contact.ended.silence";
     case ArmEnd::kExpired:

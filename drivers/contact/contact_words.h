@@ -33,10 +33,11 @@ struct ContactFacts {
   double silent_s = 0.0;   ///< since the last valid frame
   double sense_v = 0.0;
   double clock_limit_s = 0.0;
-  double unanswered_s = 0.0;      ///< since the last answer to a PING
-  double delivered_late_s = 0.0;  ///< as in ContactSnapshot
-  double late_limit_s = 0.0;      ///< limit for it
-  bool clock_ok = false;          ///< as in ContactStatus
+  double unanswered_s = 0.0;                   ///< since the last answer to a PING
+  double delivered_late_s = 0.0;               ///< as in ContactSnapshot
+  double late_limit_s = 0.0;                   ///< limit for it
+  double end_late_s = 0.0, end_limit_s = 0.0;  ///< the same at the last arming's end
+  bool clock_ok = false;                       ///< as in ContactStatus
   ContactDelivery delivery;
   int baud = 0;                     ///< of the host
   bool datagrams = false;           ///< over Ethernet

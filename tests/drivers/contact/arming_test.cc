@@ -306,6 +306,18 @@ TEST(ContactArming, EndsByItsLifetimeOnBothSides) {
   EXPECT_NE(said(rig.contact.status().words).find("lifetime"), std::string::npos);
 }
 
+TEST(ContactArming, EndsByItsLifetimeWhateverTheRateOfTheSensorsClock) {
+  for (const double ppm : {-100.0, 10.0, 100.0}) {
+    sim::McuOptions options;
+    options.drift_ppm = ppm;
+    Rig rig(options);
+    ASSERT_TRUE(rig.get_ready());
+    ASSERT_TRUE(rig.arm(1, milliseconds{4700}).armed);
+    rig.run(milliseconds{5000});
+    EXPECT_EQ(rig.snapshot().last_end, ArmEnd::kExpired) << ppm;
+  }
+}
+
 TEST(ContactArming, TheSensorDisarmsWithoutKeepAlive) {
   Rig rig;
   ASSERT_TRUE(rig.get_ready());

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "scripted_sensor.h"
+#include "tests/drivers/said.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -169,6 +170,21 @@ TEST_F(CoreDelivery, ASilenceBehindALatenessIsNotExplainedByIt) {
   fall_silent(false);  // a cable pulled, soon after
   EXPECT_EQ(s.snapshot().delivered_late_s, 0.0);
   EXPECT_TRUE(s.snapshot().silence_open);
+}
+
+TEST_F(CoreDelivery, StatesWithTheLastArmingsEndTheLatenessThatEndedIt) {
+  ASSERT_TRUE(s.arm(5, 1000ms));
+  s.beats = false;
+  heartbeat(0.040);
+  const std::string words = said(words_of(s.facts()));
+  EXPECT_NE(words.find("sensor data 40 ms late (limit 25 ms)"), std::string::npos) << words;
+  fall_silent(false);
+  heartbeat(0.35);
+  EXPECT_EQ(s.facts().late_limit_s, 0.3);
+  s.identifies = s.beats = s.pongs = true;
+  ASSERT_TRUE(s.run_until([&] { return s.facts().step == ContactStep::kReady; }));
+  EXPECT_EQ(s.facts().delivered_late_s, 0.0);
+  EXPECT_EQ(said(words_of(s.facts())), words);
 }
 
 TEST_F(CoreDelivery, CountsWhatComesLateWithoutAnArmingToo) {
