@@ -75,8 +75,15 @@ Phrase readings_words(const State& state, const Event& event) {
 
 double seconds(std::chrono::milliseconds t) { return std::chrono::duration<double>(t).count(); }
 
+/// The sensor was not proven, though both links are ready.
+Phrase not_proven_words(const State& state) {
+  if (state.links.in_contact) return "say.failure.still_in_contact";
+  return {"say.failure.self_test", {{"s", seconds(state.timeouts.proving)}}};
+}
+
 /// The link that did not come up, and what the operator starts.
 Phrase not_ready_words(const State& state) {
+  if (state.phase == Phase::kProving && state.links.ready()) return not_proven_words(state);
   if (state.phase != Phase::kConnecting) return link_words(state.links);
   const Missing which = missing(state);
   Phrase text;

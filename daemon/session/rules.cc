@@ -320,6 +320,7 @@ void begin_freeing(State& state, const Event& event, Actions& actions) {
 }
 
 void prove_sensor(State& state, const Event& event, Actions& actions) {
+  actions.emplace_back(Disarm{});  // armed for a search that met nothing, it would not test itself
   actions.emplace_back(SelfTest{});
   state.deadline = event.at + state.timeouts.proving;
 }

@@ -159,6 +159,15 @@ TEST_F(FailureWords, SayWhichLinkIsMissingAndWhatToStart) {
   EXPECT_EQ(in(kConnecting, F::kLinkNotReady), "contact sensor: no answer" + waited);
 }
 
+TEST_F(FailureWords, SayWhyTheSensorWasNotProvenThoughBothLinksAreReady) {
+  const std::string touch = "touch 1 of 2 (S1): ";
+  EXPECT_EQ(
+      in(kProving, F::kLinkNotReady),
+      touch + "no result of the contact sensor's self-test within 15 s. Check the sensor's cable");
+  state.links.in_contact = true;
+  EXPECT_NE(in(kProving, F::kLinkNotReady).find("contact did not open"), std::string::npos);
+}
+
 TEST_F(FailureWords, SayOfLinksThatWereUpBeforeWhichOneIsNot) {
   const auto words = [&](RobotLink robot, ContactLink contact) {
     state.links.robot = robot;

@@ -454,7 +454,9 @@ TEST(ASearch, ThatMeetsNothingAsksTheSensorFirst) {
   Walk walk;
   walk.to_fast_search();
   walk.on(EventKind::kArrived);
-  walk.the<SelfTest>();
+  ASSERT_EQ(walk.actions.size(), 2u);
+  EXPECT_TRUE(std::holds_alternative<Disarm>(walk.actions[0])) << "armed it would not test itself";
+  EXPECT_TRUE(std::holds_alternative<SelfTest>(walk.actions[1]));
   EXPECT_TRUE(walk.state.missed);
   walk.on(EventKind::kLinks, [](Event& event) { links(event).self_test_ok = false; });
   EXPECT_EQ(walk.state.phase, Phase::kProving);
