@@ -1,5 +1,7 @@
 #include "daemon/journal/journal.h"
 
+#include <fmt/format.h>
+
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -165,7 +167,17 @@ void Journal::Impl::report_session(std::int64_t session, const std::string& utc,
   std::optional<SessionRecord> record = as_stored(session, true);
   if (!record) return;
   record->failure_kind = failed;
+  // Of a session that has not ended well it is not in use.
+  if (record->state == RecordState::kDone && record->has_calibration)
+    outbox.put(session, utc, [](const Reporter&) {
+      return std::vector{Report{"calibration", Worth::kResult, {}}};
+    });
   outbox.put(session, utc, [&](const Reporter& to) { return to.session(*record); });
+}
+
+bool Journal::Impl::is_done(std::int64_t session) {
+  const auto stored = as_stored(session, false);
+  return stored && stored->state == RecordState::kDone;
 }
 
 void Journal::Impl::set_state(std::int64_t session, RecordState state, std::string_view ended,
@@ -276,6 +288,8 @@ void Journal::record(std::int64_t session, const RecordEnd& end, const std::stri
                      const std::vector<Report>& also) {
   impl_->running = 0;  // even if that cannot be recorded
   impl_->write([&] {
+    // An abort while the good end is on its way to the disk is too late.
+    if (impl_->is_done(session)) return;
     if (end.result) {
       impl_->database.run("UPDATE session SET outcome=?, document=? WHERE id=?",
                           outcome_to_json(outcome_of(*end.result)), document_of(*end.result),
@@ -294,15 +308,11 @@ void Journal::record(std::int64_t session, const RecordEnd& end, const std::stri
 void Journal::store_calibration(std::int64_t session, const std::string& json,
                                 const std::optional<Compared>& compared) {
   impl_->write([&] {
-    if (impl_->outbox.on()) {
-      if (const auto before = impl_->as_stored(session, true))
-        impl_->outbox.compose(*before, [&] { return impl_->touches(session); });
-    }
+    if (session != impl_->running)
+      throw JournalError(
+          fmt::format("session {} has ended: its calibration is not recorded", session));
     impl_->database.run("UPDATE session SET calibration=? WHERE id=?", json, session);
     impl_->changed(session);
-    impl_->outbox.put(session, {}, [](const Reporter&) {
-      return std::vector{Report{"calibration", Worth::kResult, {}}};
-    });
     if (!compared) return;
     impl_->database.run(
         "INSERT INTO compared (session, words, accepted, calibration) VALUES (?,?,?,?)", session,
@@ -352,11 +362,7 @@ bool Journal::is_whole(std::int64_t session) {
 std::vector<calib::Touch> Journal::touches(std::int64_t session) {
   const std::lock_guard lock(impl_->mutex);
   impl_->chain.verify(session);
-  return impl_->touches(session);
-}
-
-std::vector<calib::Touch> Journal::Impl::touches(std::int64_t session) {
-  Statement select(database,
+  Statement select(impl_->database,
                    "SELECT joint_rad, target, held_out, sigma_m, radius_m, tracker_m, time, "
                    "settled_rad, readings, spread_m, speed_m_s, tool, turn_sigma_rad, "
                    "tracker_abc_rad, approach, temperature_c, load, positioner_rad FROM touch "

@@ -60,9 +60,10 @@ class Journal {
   void record(std::int64_t session, const RecordReading& reading);
   void record(std::int64_t session, const RecordTouch& touch);
   void record(std::int64_t session, const RecordSearch& search, const std::string& utc);
-  /// `also`: further reports, written in the same transaction.
+  /// `also`: further reports, written in the same transaction. A session that is done stays so.
   void record(std::int64_t session, const RecordEnd& end, const std::string& utc,
               const std::vector<Report>& also = {});
+  /// Throws JournalError if the session is not running.
   void store_calibration(std::int64_t session, const std::string& json,
                          const std::optional<Compared>& compared = {});
   // Written with the next row of this journal; never wait for the disk.

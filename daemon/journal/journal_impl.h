@@ -25,7 +25,6 @@ struct Journal::Impl {
   /// Within a transaction: reports the session's current row.
   void report_session(std::int64_t session, const std::string& utc,
                       std::optional<FailureKind> failed = {});
-  std::vector<calib::Touch> touches(std::int64_t session);
   /// As Journal::sessions().
   std::vector<SessionRecord> sessions();
   /// Visits sessions with a number below `before`, newest first, until `visit` returns true.
@@ -39,6 +38,7 @@ struct Journal::Impl {
     chain.add(session, table, database.last_row_id());
   }
   void changed(std::int64_t session) { chain.add(session, "session", session); }
+  bool is_done(std::int64_t session);
   void set_state(std::int64_t session, RecordState state, std::string_view ended,
                  std::string_view failure);
   /// Sets kInterrupted if the session is not running in this process, and kDamaged if its row was

@@ -220,30 +220,6 @@ void OutboxRows::drop_telemetry() {
   drop(now_.telemetry_bytes);
 }
 
-void OutboxRows::compose(const SessionRecord& record,
-                         const std::function<std::vector<calib::Touch>()>& touches) {
-  if (!reporter_) return;
-  Statement waits(database_, "SELECT number FROM outbox WHERE session=? AND body=''");
-  waits.bind(1, record.id);
-  std::vector<std::int64_t> rows;
-  while (waits.step()) rows.push_back(waits.integer(0));
-  if (rows.empty()) return;
-  std::string body;
-  try {
-    body = reporter_->calibration(record, touches()).body;
-  } catch (const JournalError&) {
-    throw;  // the disk: the following calibration cannot be stored either
-  } catch (
-      const std::
-          exception&) {  // the fact has priority; the sender reports that it cannot be composed
-    body = "{}";
-  }
-  for (const std::int64_t row : rows) {
-    database_.run("UPDATE outbox SET body=? WHERE number=?", body, row);
-    now_.bytes += static_cast<std::int64_t>(body.size());
-  }
-}
-
 bool OutboxRows::was_reported_interrupted(std::int64_t entry) {
   return database_.integer("SELECT interrupted FROM outbox_source ORDER BY first DESC LIMIT 1") >=
          entry;

@@ -26,8 +26,7 @@ enum class Worth { kResult, kTelemetry };
 struct Report {
   std::string kind;
   Worth worth = Worth::kResult;
-  /// Empty: composed by Reporter::calibration() on reading, so that a calibration is stored only
-  /// once.
+  /// Empty: a calibration, composed of the session's on reading, so that it is stored only once.
   std::string body;
 };
 
@@ -38,9 +37,6 @@ class Reporter {
   virtual ~Reporter() = default;
   /// A session began, was resumed, was found interrupted, or ended.
   virtual std::vector<Report> session(const SessionRecord& session) const = 0;
-  /// Reports `session.calibration`; `touches` are the session's.
-  virtual Report calibration(const SessionRecord& session,
-                             const std::vector<calib::Touch>& touches) const = 0;
   virtual std::vector<Report> touch(const RecordTouch& touch) const = 0;
   virtual std::vector<Report> change(const RecordChange& change) const = 0;
   virtual std::vector<Report> activation(const Activation& activation) const = 0;
@@ -115,9 +111,6 @@ class OutboxRows {
   /// Releases a report held by put_touch().
   void close_touch() { open_ = {}; }
   void replace(std::int64_t row, const Report& report);
-  /// Composes the report of a calibration that is about to be replaced; `record` contains it.
-  void compose(const SessionRecord& record,
-               const std::function<std::vector<calib::Touch>()>& touches);
   /// Interruption of a session, identified by the chain entry of its 'running' row.
   bool was_reported_interrupted(std::int64_t entry);
   void mark_reported_interrupted(std::int64_t entry);

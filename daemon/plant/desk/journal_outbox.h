@@ -33,9 +33,8 @@ class PlantReporter final : public Reporter {
   explicit PlantReporter(Parts parts) : parts_(std::move(parts)) {}
 
   std::vector<Report> session(const SessionRecord& session) const override;
-  /// Predicted u95 near its touches and over the workspace.
-  Report calibration(const SessionRecord& session,
-                     const std::vector<calib::Touch>& touches) const override;
+  /// Reports `session.calibration`, with its predicted u95 near `touches`, the session's, and over the workspace.
+  Report calibration(const SessionRecord& session, const std::vector<calib::Touch>& touches) const;
   std::vector<Report> touch(const RecordTouch& touch) const override;
   std::vector<Report> change(const RecordChange& change) const override;
   std::vector<Report> activation(const Activation& activation) const override;

@@ -90,28 +90,23 @@ TEST_F(OutboxTest, TellsNothingOfSessionsOfOtherJournals) {
   EXPECT_EQ(journal->outbox().newest, 0);
 }
 
-TEST_F(OutboxTest, HasACalibrationAsItWasWhereAnotherTakesItsPlace) {
+TEST_F(OutboxTest, TellsOfACalibrationWithTheEndOfASessionThatIsDoneAndOnlyThen) {
   const auto journal = open();
   const std::int64_t id = begin(*journal);
   journal->store_calibration(id, "one");
-  EXPECT_EQ(journal->waiting(1, 1)[0].report.body, "") << "it is not on disk twice";
+  journal->record(id, RecordEnd{Ending::kAborted, ""}, "t1");
+  EXPECT_EQ(words_of(journal->waiting(1, kAll)), "2 session aborted\n");
+  EXPECT_THROW(journal->store_calibration(id, "of a report that was not called off"), JournalError);
+  EXPECT_EQ(journal->session(id)->calibration, "one");
+  journal->resume(id, "t2");
   journal->store_calibration(id, "two");
-  EXPECT_EQ(words_of(journal->waiting(1, kAll)), "2 calibration of one\n3 calibration \n");
-}
-
-TEST_F(OutboxTest, ThatCannotComposeTheOneBeforeCostsNoCalibration) {
-  struct Mute : PlainReporter {
-    Report calibration(const SessionRecord&, const std::vector<calib::Touch>&) const override {
-      throw std::runtime_error("of another version");
-    }
-  };
-  const auto journal = open();
-  journal->report_to(std::make_shared<const Mute>());
-  const std::int64_t id = begin(*journal);
-  journal->store_calibration(id, "one");
-  journal->store_calibration(id, "two");
-  EXPECT_EQ(journal->session(id)->calibration, "two");
-  EXPECT_EQ(words_of(journal->waiting(1, kAll)), "2 calibration {}\n3 calibration \n");
+  EXPECT_EQ(words_of(journal->waiting(2, kAll)), "3 session running\n");
+  journal->record(id, RecordEnd{Ending::kDone, ""}, "t3");
+  EXPECT_EQ(words_of(journal->waiting(3, kAll)), "4 calibration \n5 session done\n");
+  EXPECT_EQ(journal->waiting(3, kAll)[0].time, "t3");
+  journal->record(id, RecordEnd{Ending::kAborted, "too late"}, "t4");
+  EXPECT_EQ(journal->session(id)->state, RecordState::kDone);
+  EXPECT_EQ(journal->outbox().newest, 5);
 }
 
 TEST_F(OutboxTest, BeyondItsBoundDropsTheOldestTelemetrySaysWhichAndNeverAResult) {
@@ -274,7 +269,7 @@ TEST_F(OutboxTest, TellsWithASessionsEndWhyItFailedAndWhatGoesWithIt) {
 TEST_F(OutboxTest, TellsAnotherResultInThePlaceOfOneThatNobodyTakes) {
   const auto journal = open();
   const std::int64_t id = begin(*journal);
-  journal->store_calibration(id, "one");
+  journal->activate({id, "t", "ben", ""});
   journal->activate({id, "t", "anna", ""});
   journal->replace(journal->waiting(1, 1)[0].row, {"dropped", Worth::kResult, "2"});
   EXPECT_EQ(words_of(journal->waiting(0, kAll)),

@@ -19,10 +19,6 @@ class PlainReporter : public Reporter {
          to_string(session.state) +
              (session.failure_kind ? std::string(" ") + to_string(*session.failure_kind) : "")}};
   }
-  Report calibration(const SessionRecord& session,
-                     const std::vector<calib::Touch>&) const override {
-    return {"calibration", Worth::kResult, "of " + session.calibration};
-  }
   std::vector<Report> touch(const RecordTouch& touch) const override {
     return {{"touch", Worth::kTelemetry,
              std::to_string(touch.index) + fill_ + (touch.residual_m ? "assessed" : "")}};

@@ -96,10 +96,11 @@ TEST_F(JournalOutboxTest, StaysWithinItsBoundWhateverAPlantIsAnsweredAndTellsWha
 
 TEST_F(JournalOutboxTest, SaysThatTheDiskIsAwayAndDropsNothingForIt) {
   JournalOutbox outbox({journal, config_of("weld-3")});
-  journal.store_calibration(
-      journal.begin({"c", std::string(std::size_t{4} << 20, 'c'), "r", "r", "{}"}, "t0"),
-      "composed when it is read");
-  EXPECT_EQ(outbox.facts(0, 10).size(), 2u);
+  const std::int64_t id =
+      journal.begin({"c", std::string(std::size_t{4} << 20, 'c'), "r", "r", "{}"}, "t0");
+  journal.store_calibration(id, "composed when it is read");
+  journal.record(id, RecordEnd{Ending::kDone, ""}, "t1");
+  EXPECT_EQ(outbox.facts(0, 10).size(), 3u);
   {
     const AwayDisk away(dir.path());
     EXPECT_THROW(
@@ -109,7 +110,7 @@ TEST_F(JournalOutboxTest, SaysThatTheDiskIsAwayAndDropsNothingForIt) {
         },
         plant::OutboxError);
   }
-  EXPECT_EQ(outbox.facts(0, 10).size(), 2u);
+  EXPECT_EQ(outbox.facts(0, 10).size(), 3u);
 }
 
 TEST_F(JournalOutboxTest, ThatTakesAnothersPlaceMissesNoFactAndGoesOnUnderItsOwnName) {
