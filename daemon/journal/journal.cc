@@ -124,15 +124,12 @@ void Journal::Impl::write(const std::function<void()>& act) {
   files.check();
   const std::vector<PendingRow> waiting = pending.all();
   try {
-    write_once(waiting, act);
+    write_once([] {}, waiting, act);
   } catch (const DiskFullError&) {
     if (outbox.count().telemetry_bytes == 0) throw;
     // A log that was moved into the file restarts, and dropped rows free space in the file.
     database.move_log_into_file();
-    write_once(waiting, [&] {
-      outbox.drop_telemetry();
-      act();
-    });
+    write_once([&] { outbox.drop_telemetry(); }, waiting, act);
   }
   pending.written(waiting.size());
   outbox.committed();
@@ -140,10 +137,12 @@ void Journal::Impl::write(const std::function<void()>& act) {
   files.check();
 }
 
-void Journal::Impl::write_once(const std::vector<PendingRow>& waiting,
+void Journal::Impl::write_once(const std::function<void()>& first,
+                               const std::vector<PendingRow>& waiting,
                                const std::function<void()>& act) {
   try {
     Transaction transaction(database);
+    first();
     for (const PendingRow& row : waiting) {
       insert(database, chain, row);
       if (const auto* change = std::get_if<RecordChange>(&row.what))
@@ -151,6 +150,7 @@ void Journal::Impl::write_once(const std::vector<PendingRow>& waiting,
                    [&](const Reporter& to) { return to.change(*change); });
       if (const auto* touch = std::get_if<AssessedTouch>(&row.what))
         outbox.assess(row.session, *touch);
+      if (const auto* end = std::get_if<SessionEnd>(&row.what)) write_end(row.session, *end);
     }
     act();
     transaction.commit();
@@ -173,11 +173,6 @@ void Journal::Impl::report_session(std::int64_t session, const std::string& utc,
       return std::vector{Report{"calibration", Worth::kResult, {}}};
     });
   outbox.put(session, utc, [&](const Reporter& to) { return to.session(*record); });
-}
-
-bool Journal::Impl::is_done(std::int64_t session) {
-  const auto stored = as_stored(session, false);
-  return stored && stored->state == RecordState::kDone;
 }
 
 void Journal::Impl::set_state(std::int64_t session, RecordState state, std::string_view ended,
@@ -287,22 +282,32 @@ void Journal::record(std::int64_t session, const RecordTouch& record) {
 void Journal::record(std::int64_t session, const RecordEnd& end, const std::string& utc,
                      const std::vector<Report>& also) {
   impl_->running = 0;  // even if that cannot be recorded
-  impl_->write([&] {
-    // An abort while the good end is on its way to the disk is too late.
-    if (impl_->is_done(session)) return;
-    if (end.result) {
-      impl_->database.run("UPDATE session SET outcome=?, document=? WHERE id=?",
-                          outcome_to_json(outcome_of(*end.result)), document_of(*end.result),
-                          session);
-    }
-    if (end.why)
-      impl_->database.run("UPDATE session SET document=? WHERE id=?", failure_to_json(*end.why),
-                          session);
-    impl_->set_state(session, state_after(end.ending), utc, as_utf8(end.failure));
-    impl_->outbox.close_touch();
-    impl_->report_session(session, utc, end.why ? std::optional(end.why->kind) : std::nullopt);
-    impl_->outbox.put(session, utc, [&](const Reporter&) { return also; });
-  });
+  SessionEnd ended{state_after(end.ending), utc, as_utf8(end.failure), {}, {}, {}, also};
+  if (end.result) {
+    ended.outcome = outcome_to_json(outcome_of(*end.result));
+    ended.document = document_of(*end.result);
+  }
+  if (end.why) {
+    ended.failed = end.why->kind;
+    ended.document = failure_to_json(*end.why);
+  }
+  // A session whose good end cannot be written fails; that end is the one to keep.
+  if (end.ending == Ending::kDone) return impl_->write([&] { impl_->write_end(session, ended); });
+  impl_->pending.take({session, std::move(ended)});
+  impl_->write([] {});
+}
+
+void Journal::Impl::write_end(std::int64_t session, const SessionEnd& end) {
+  // An abort while the good end is on its way to the disk is too late.
+  const auto stored = as_stored(session, false);
+  if (stored && stored->state == RecordState::kDone) return;
+  database.run(
+      "UPDATE session SET outcome=coalesce(?,outcome), document=coalesce(?,document) WHERE id=?",
+      end.outcome, end.document, session);
+  set_state(session, end.state, end.utc, end.failure);
+  outbox.close_touch();
+  report_session(session, end.utc, end.failed);
+  outbox.put(session, end.utc, [&](const Reporter&) { return end.also; });
 }
 
 void Journal::store_calibration(std::int64_t session, const std::string& json,

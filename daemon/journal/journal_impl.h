@@ -21,7 +21,9 @@ struct Journal::Impl {
   /// Writes pending rows and then `act` in one transaction. On disk on return; throws if the files
   /// were replaced.
   void write(const std::function<void()>& act);
-  void write_once(const std::vector<PendingRow>& waiting, const std::function<void()>& act);
+  void write_once(const std::function<void()>& first, const std::vector<PendingRow>& waiting,
+                  const std::function<void()>& act);
+  void write_end(std::int64_t session, const SessionEnd& end);
   /// Within a transaction: reports the session's current row.
   void report_session(std::int64_t session, const std::string& utc,
                       std::optional<FailureKind> failed = {});
@@ -38,7 +40,6 @@ struct Journal::Impl {
     chain.add(session, table, database.last_row_id());
   }
   void changed(std::int64_t session) { chain.add(session, "session", session); }
-  bool is_done(std::int64_t session);
   void set_state(std::int64_t session, RecordState state, std::string_view ended,
                  std::string_view failure);
   /// Sets kInterrupted if the session is not running in this process, and kDamaged if its row was

@@ -326,6 +326,7 @@ struct Insert {
   }
 
   void operator()(const AssessedTouch&) const {}  // the outbox's alone
+  void operator()(const SessionEnd&) const {}     // the session's own row
 
   void operator()(const RecordContact& row) const {
     const drivers::ContactRecord& contact = row.contact;
@@ -381,8 +382,6 @@ void Journal::report_no_more_to(const Reporter& reporter) {
 
 void Journal::report(std::int64_t session, const Report& report) {
   impl_->write([&] {
-    // After a failed write of a session's end its last touch would hold back all later results.
-    if (report.worth == Worth::kResult) impl_->outbox.close_touch();
     impl_->outbox.put(session, {}, [&](const Reporter&) { return std::vector{report}; });
   });
 }

@@ -150,16 +150,24 @@ class OutboxRows {
   bool only_results_ = false, added_ = false;
 };
 
-// Rows that are written with the next transaction: log, changes of phase, sensor events. Adding one
-// does not wait for the disk.
+// Rows that are written with the next transaction: log, changes of phase, sensor events, and a session's end, which so
+// is written as soon as a full disk has room again. Adding one does not wait for the disk.
 
 struct Words {
   std::string utc, words;
 };
 
+struct SessionEnd {
+  RecordState state = RecordState::kFailed;
+  std::string utc, failure;
+  std::optional<std::string> outcome, document;  ///< JSON
+  std::optional<FailureKind> failed;
+  std::vector<Report> also;
+};
+
 struct PendingRow {
   std::int64_t session = 0;
-  std::variant<Words, RecordChange, RecordContact, RecordCause, AssessedTouch> what;
+  std::variant<Words, RecordChange, RecordContact, RecordCause, AssessedTouch, SessionEnd> what;
 };
 
 class PendingRows {

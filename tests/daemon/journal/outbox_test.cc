@@ -225,12 +225,35 @@ TEST_F(OutboxTest, KeepsATouchBackUntilItIsAssessedOrTheNextIsMadeOrTheSessionEn
   EXPECT_EQ(journal->outbox().bytes, bytes);
 }
 
-TEST_F(OutboxTest, HoldsBackNoResultBehindATouchThatIsNotAssessedYet) {
+TEST_F(OutboxTest, TellsOfAnEndThatAFullDiskDidNotTakeWithItsAlarmOnceThereIsRoom) {
   const auto journal = open();
   const std::int64_t id = begin(*journal);
   journal->record(id, RecordTouch{0, touch_at(0.1), kTip});
-  journal->report(0, {"alarm", Worth::kResult, "failed"});
-  EXPECT_EQ(words_of(journal->waiting(0, kAll)), "1 session running\n2 touch 0.\n3 alarm failed\n");
+  {
+    const FileSizeLimit limit(1024);
+    const RecordEnd end{Ending::kFailed, "", Failure{FailureKind::kJournal, "full"}};
+    EXPECT_THROW(journal->record(id, end, "t1", {{"alarm", Worth::kResult, "failed"}}),
+                 JournalError);
+  }
+  journal->report(0, {"health", Worth::kTelemetry, "well"});
+  EXPECT_EQ(words_of(journal->waiting(1, kAll)),
+            "2 touch 0.\n3 session failed journal\n4 alarm failed\n5 health well\n");
+  EXPECT_EQ(journal->waiting(2, 1)[0].time, "t1");
+  EXPECT_EQ(journal->session(id)->state, RecordState::kFailed);
+}
+
+TEST_F(OutboxTest, KeepsNoGoodEndThatAFullDiskDidNotTakeSinceTheSessionFailsThen) {
+  const auto journal = open();
+  const std::int64_t id = begin(*journal);
+  journal->store_calibration(id, "one");
+  {
+    const FileSizeLimit limit(1024);
+    EXPECT_THROW(journal->record(id, RecordEnd{Ending::kDone, ""}, "t1"), JournalError);
+    EXPECT_THROW(journal->record(id, RecordEnd{Ending::kFailed, "journal: full"}, "t1"),
+                 JournalError);
+  }
+  journal->report(0, {"health", Worth::kTelemetry, "well"});
+  EXPECT_EQ(words_of(journal->waiting(1, kAll)), "2 session failed\n3 health well\n");
 }
 
 TEST_F(OutboxTest, GivesTelemetryUpOnAFullDiskThoughNobodyIsToldAnyMore) {
