@@ -15,6 +15,7 @@
 #include "calib/plan/pool.h"
 #include "calib/plan/positioner_plan.h"
 #include "calib/plan/route.h"
+#include "calib/plan/touch_sequence.h"
 #include "calib/plan/visit.h"
 
 namespace cellcal::calib {
@@ -32,20 +33,6 @@ constexpr int kExchanges = 6;
 /// Fewer directions do not constrain a sphere reliably; and half of all touches are distributed
 /// evenly, since the choice covers only the errors in the model.
 constexpr int kLeastPerSphere = 5;
-
-/// Distance of q from the segment a-b in joint space, maximum norm.
-double off_segment(const JointVector& q, const JointVector& a, const JointVector& b) {
-  double dot = 0.0, length = 0.0;
-  for (std::size_t i = 0; i < q.size(); ++i) {
-    dot += (q[i] - a[i]) * (b[i] - a[i]);
-    length += (b[i] - a[i]) * (b[i] - a[i]);
-  }
-  const double s = length > 0.0 ? std::clamp(dot / length, 0.0, 1.0) : 0.0;
-  double worst = 0.0;
-  for (std::size_t i = 0; i < q.size(); ++i)
-    worst = std::max(worst, std::abs(q[i] - a[i] - s * (b[i] - a[i])));
-  return worst;
-}
 
 /// The fit touches; throws if too few are reachable.
 Choice choose_connected(const Cell& cell, const ChooseOptions& how, Pool& pool) {
@@ -148,19 +135,19 @@ std::optional<JointVector> out_of_search(const Cell& cell, const Clearance& clea
                                          std::initializer_list<const PlannedTouch*> lines,
                                          const JointVector& from, bool as_planned) {
   if (clearance.clear(from, kTipMarginM)) return std::nullopt;
-  constexpr double kOnLineRad = 0.02;
   for (const PlannedTouch* near : lines) {
-    if (off_segment(from, near->clear, near->end) > kOnLineRad) continue;
+    if (!way_out_of({near->target, {near->standoff}, near->end, {near->clear}}, from)) continue;
     // Out of a contact the arm moves alone: a linear unit stays.
     JointVector out = near->clear;
     std::copy_n(from.begin(), cell.robot.first_turning(), out.begin());
     if ((out != near->clear || !as_planned) && !clearance.clear(out, kTipMarginM)) continue;
-    return out;
+    if (clearance.clear_search(from, out, cell.target_index(near->target), kTipMarginM)) return out;
   }
   throw PlanError(
       PlanError::Kind::kArmStands,
       fmt::format(
-          "the arm is not on the line of its last touch, and at its position {}. Jog it free",
+          "no clear way back along the line of the last touch, and at the arm's position {}. "
+          "Jog it free",
           words_or(clearance.hit(from, kTipMarginM), "something is too close")));
 }
 

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <optional>
+
+#include "calib/model/inverse.h"
 #include "calib/plan/candidates.h"
 #include "calib/plan/clearance.h"
 #include "calib/plan/plan.h"
@@ -230,6 +234,58 @@ TEST(Resume, FromAForeignPostureNearASphereIsRefused) {
   const JointVector from = between(foreign.standoff, foreign.end, 0.5);
   const PlanError error =
       testing::thrown<PlanError>([&] { (void)resume_plan(demo_cell(), sound_plan(), 20, from); });
+  EXPECT_EQ(error.kind, PlanError::Kind::kArmStands) << error.what();
+}
+
+/// The tip of the touch beside its sphere, 3 mm from it, 45 deg from the normal; empty: out of reach.
+std::optional<JointVector> beside(const ArmModel& arm, const PlannedTouch& touch,
+                                  double azimuth_rad) {
+  const Target& sphere = demo_cell().targets[demo_cell().target_index(touch.target)];
+  Eigen::Isometry3d pose = arm.nominal_tcp(touch.end);
+  const Eigen::Vector3d across =
+      Eigen::AngleAxisd(azimuth_rad, touch.normal) * touch.normal.unitOrthogonal();
+  pose.translation() = sphere.centre_m +
+                       (sphere.diameter_m / 2.0 + 0.003) * std::sqrt(0.5) * (touch.normal + across);
+  return inverse(arm, pose, touch.end, 0.0);
+}
+
+/// Largest distance of a joint from the search at its nearest place.
+double off_search_rad(const PlannedTouch& touch, const JointVector& at) {
+  double least = 1.0;
+  for (double share = 0.0; share <= 1.0; share += 0.05) {
+    const JointVector on = between(touch.standoff, touch.end, share);
+    double most = 0.0;
+    for (std::size_t i = 0; i < at.size(); ++i) most = std::max(most, std::abs(at[i] - on[i]));
+    least = std::min(least, most);
+  }
+  return least;
+}
+
+TEST(Resume, FromBesideTheSearchLineIsRefusedAndNotMovedAcrossTheSphere) {
+  const ArmModel arm = planning_arm(demo_cell());
+  int refused = 0;
+  for (std::size_t next = 0; next < sound_plan().touches.size(); ++next)
+    for (double azimuth = 0.0; azimuth < 6.0; azimuth += 1.0) {
+      const PlannedTouch& touch = sound_plan().touches[next];
+      const auto from = beside(arm, touch, azimuth);
+      if (!from || off_search_rad(touch, *from) > 0.02) continue;
+      const PlanError error = testing::thrown<PlanError>(
+          [&] { (void)resume_plan(demo_cell(), sound_plan(), next, *from); });
+      EXPECT_EQ(error.kind, PlanError::Kind::kArmStands) << error.what();
+      ++refused;
+    }
+  EXPECT_GT(refused, 4);
+}
+
+TEST(Resume, FromASearchLineThatAnObstacleHasMovedBesideIsRefused) {
+  const PlannedTouch& touch = sound_plan().touches[7];
+  Cell cell = demo_cell();
+  const ArmModel arm = planning_arm(cell);
+  const Eigen::Isometry3d pose = arm.nominal_tcp(touch.end);
+  const Eigen::Vector3d flange = pose.translation() - pose.linear() * cell.tool.tcp.translation();
+  cell.obstacles.push_back(box("fence", flange, {0.05, 0.05, 0.05}));
+  const PlanError error = testing::thrown<PlanError>(
+      [&] { (void)resume_plan(cell, sound_plan(), 7, between(touch.standoff, touch.end, 0.55)); });
   EXPECT_EQ(error.kind, PlanError::Kind::kArmStands) << error.what();
 }
 
