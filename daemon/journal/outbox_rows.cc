@@ -28,18 +28,34 @@ std::int64_t bytes_of(const Report& report) {
   return static_cast<std::int64_t>(report.body.size()) + kOutboxRowBytes;
 }
 
-std::int64_t name_source(Database& database) {
-  const std::int64_t first =
-      database.integer("SELECT coalesce(max(seq), 0) + 1 FROM sqlite_sequence WHERE name='outbox'");
-  database.run("INSERT OR REPLACE INTO outbox_source (first, name) VALUES (?,?)", first,
-               random_name(4));
-  return first;
+void name_source(Database& database) {
+  database.run(
+      "INSERT OR REPLACE INTO outbox_source (first, name) SELECT coalesce(max(seq), 0) + 1, ? FROM "
+      "sqlite_sequence WHERE name='outbox'",
+      random_name(4));
+}
+
+/// `count` facts with numbers from `first` to `last` were dropped. Of the journal itself: no reporter may be there.
+Report dropped(std::int64_t first, std::int64_t last, std::int64_t count) {
+  return {"dropped", Worth::kResult,
+          fmt::format(R"({{"first":{},"last":{},"count":{}}})", first, last, count)};
 }
 
 }  // namespace
 
 void begin_source(Database& database) {
-  database.execute("DELETE FROM outbox WHERE worth='telemetry'");
+  Statement waiting(
+      database,
+      "SELECT max(number), min(number) - first + 1, max(number) - first + 1, count(*) "
+      "FROM outbox, (SELECT max(first) AS first FROM outbox_source) "
+      "WHERE worth='telemetry' HAVING count(*) > 0");
+  if (waiting.step()) {
+    const Report notice = dropped(waiting.integer(1), waiting.integer(2), waiting.integer(3));
+    // In the place of the last: the journal that this is a copy of may use the next number.
+    database.run("UPDATE outbox SET session=0, kind=?, worth=?, body=? WHERE number=?", notice.kind,
+                 worth_name(notice.worth), notice.body, waiting.integer(0));
+    database.execute("DELETE FROM outbox WHERE worth='telemetry'");
+  }
   name_source(database);
 }
 
@@ -212,7 +228,7 @@ void OutboxRows::drop(std::int64_t bytes) {
   now_.bytes -= freed;
   now_.telemetry_bytes -= freed;
   now_.dropped += count;
-  if (reporter_) add(0, {}, reporter_->dropped(first - first_ + 1, last - first_ + 1, count));
+  add(0, {}, dropped(first - first_ + 1, last - first_ + 1, count));
 }
 
 void OutboxRows::drop_telemetry() {

@@ -40,8 +40,6 @@ class Reporter {
   virtual std::vector<Report> touch(const RecordTouch& touch) const = 0;
   virtual std::vector<Report> change(const RecordChange& change) const = 0;
   virtual std::vector<Report> activation(const Activation& activation) const = 0;
-  /// `count` facts with numbers from `first` to `last` were dropped.
-  virtual Report dropped(std::int64_t first, std::int64_t last, std::int64_t count) const = 0;
   /// Name under which this journal reports; empty: none. A changed name starts a new source, numbered from 1.
   virtual std::string address() const { return {}; }
   /// True if rows written under that name are reported now; other rows wait.
@@ -80,7 +78,7 @@ struct OutboxCount {
 };
 
 /// Starts a new source, numbered from 1, because another copy of this file may continue as well.
-/// Waiting results keep their source and number; waiting telemetry is dropped.
+/// Waiting results keep their source and number; waiting telemetry is dropped, and reported so.
 void begin_source(Database& database);
 
 class OutboxRows {

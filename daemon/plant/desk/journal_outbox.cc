@@ -274,8 +274,4 @@ bool PlantReporter::publishes_name(const std::string& other) const {
   return other == address() || std::ranges::find(parts_.former, other) != parts_.former.end();
 }
 
-Report PlantReporter::dropped(std::int64_t first, std::int64_t last, std::int64_t count) const {
-  return report_of(DroppedFact{first, last, count, DropReason::kNoRoom});
-}
-
 }  // namespace cellcal::daemon::plant

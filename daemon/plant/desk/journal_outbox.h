@@ -38,7 +38,6 @@ class PlantReporter final : public Reporter {
   std::vector<Report> touch(const RecordTouch& touch) const override;
   std::vector<Report> change(const RecordChange& change) const override;
   std::vector<Report> activation(const Activation& activation) const override;
-  Report dropped(std::int64_t first, std::int64_t last, std::int64_t count) const override;
   std::string address() const override;
   bool publishes_name(const std::string& address) const override;
   std::int64_t most_bytes() const override { return parts_.most_bytes; }

@@ -29,10 +29,6 @@ class PlainReporter : public Reporter {
   std::vector<Report> activation(const Activation& activation) const override {
     return {{"activation", Worth::kResult, activation.who}};
   }
-  Report dropped(std::int64_t first, std::int64_t last, std::int64_t count) const override {
-    return {"dropped", Worth::kResult,
-            std::to_string(first) + "-" + std::to_string(last) + " " + std::to_string(count)};
-  }
   std::string address() const override { return address_; }
   bool publishes_name(const std::string& other) const override {
     return address_.empty() || other == address_;

@@ -140,5 +140,22 @@ TEST_F(JournalOutboxTest, GoesOnWhereTheJournalCannotReportToTheOneThatWasToTake
   EXPECT_EQ(before.facts(0, 10).size(), 2u);
 }
 
+TEST_F(JournalOutboxTest, OfAJournalThatGoesOnWithoutItsHeadTellsWhichNumbersItDropped) {
+  {
+    Journal before(dir / "other.db");
+    const JournalOutbox outbox({before, config_of("weld-3")});
+    fill(before, 3);
+  }
+  std::filesystem::remove(dir / "other.db.head");
+  Journal now(dir / "other.db");
+  JournalOutbox outbox({now, config_of("weld-3")});
+  const auto facts = outbox.facts(0, 10);
+  ASSERT_GE(facts.size(), 2u);
+  EXPECT_EQ(facts[0].number, 1);
+  EXPECT_EQ(facts[1].source, facts[0].source);
+  EXPECT_EQ(fact_of(facts[1]).number, 4);
+  EXPECT_EQ(std::get<plant::DroppedFact>(fact_of(facts[1]).body), (plant::DroppedFact{2, 4, 3}));
+}
+
 }  // namespace
 }  // namespace cellcal::daemon::testing

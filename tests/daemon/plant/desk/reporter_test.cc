@@ -100,11 +100,5 @@ TEST_F(ReporterTest, SpeaksUnderItsCellsNameAndForThoseThatItHad) {
   EXPECT_TRUE(renamed.publishes_name("graz/weld-2"));
 }
 
-TEST_F(ReporterTest, NeverLetsWordOfWhatWasDroppedBeDropped) {
-  const Report dropped_report = plant_reporter.dropped(3, 9, 5);
-  EXPECT_EQ(dropped_report.worth, daemon::Worth::kResult);
-  EXPECT_EQ(std::get<plant::DroppedFact>(body_of(dropped_report)), (plant::DroppedFact{3, 9, 5}));
-}
-
 }  // namespace
 }  // namespace cellcal::daemon::testing
