@@ -201,22 +201,24 @@ json taken_record(const Fact& fact, long journal) {
   return record;
 }
 
-/// Newest ranges of each journal that had a result; its cell keeps results until they are
-/// confirmed.
+/// Ranges of each journal that had a result, those of this batch first and then the newest; its cell keeps results
+/// until they are confirmed.
 std::vector<plant::Stored> stored_of(pqxx::work& work, const std::vector<Fact>& facts,
                                      const std::vector<Place>& places) {
   std::map<long, const Fact*> with_results;
-  for (std::size_t i = 0; i < facts.size(); ++i)
-    if (places[i].journal != 0 && plant::worth_of(facts[i].body) == plant::Worth::kResult)
-      with_results.emplace(places[i].journal, &facts[i]);
-  if (with_results.empty()) return {};
-  std::string ids;
-  for (const auto& [journal, fact] : with_results)
-    ids += (ids.empty() ? "{" : ",") + std::to_string(journal);
+  json results = json::array();
+  for (std::size_t i = 0; i < facts.size(); ++i) {
+    if (places[i].journal == 0 || plant::worth_of(facts[i].body) != plant::Worth::kResult) continue;
+    with_results.emplace(places[i].journal, &facts[i]);
+    results.push_back({{"journal", places[i].journal}, {"number", facts[i].number}});
+  }
+  if (results.empty()) return {};
   const pqxx::result found = work.exec_params(
-      "SELECT j.id, lower(n.r), upper(n.r) - 1 FROM journals j, LATERAL (SELECT r FROM unnest(j.numbers) r "
-      "ORDER BY lower(r) DESC LIMIT $2) n WHERE j.id = ANY($1::bigint[]) ORDER BY 1, 2",
-      ids + "}", plant::kMostStoredRanges);
+      "SELECT j.id, lower(n.r), upper(n.r) - 1 FROM journals j JOIN (SELECT journal, range_agg(int8range(number, "
+      "number + 1)) AS now FROM jsonb_to_recordset($1) AS r(journal bigint, number bigint) GROUP BY journal) b "
+      "ON b.journal = j.id, LATERAL (SELECT r FROM unnest(j.numbers) r "
+      "ORDER BY r && b.now DESC, lower(r) DESC LIMIT $2) n ORDER BY 1, 2",
+      dumped(results), plant::kMostStoredRanges);
   std::map<long, plant::Stored> by_journal;
   for (const auto& row : found) {
     const long journal = row[0].as<long>();

@@ -55,6 +55,21 @@ TEST(Store, WhatComesTwiceIsThereOnce) {
   EXPECT_EQ(testing::count_of_each(database), "1|1|1|1|1|1|1|1|1|1|1");
 }
 
+TEST(Store, ConfirmsTheNumbersOfTheBatchThoughThereAreMoreNewerRangesThanOneMessageNames) {
+  const std::string database = Database::shared().emptied();
+  Store store({database});
+  const auto kMost = static_cast<std::int64_t>(plant::kMostStoredRanges);
+  Batch scattered, old;
+  for (std::int64_t i = 0; i < kMost; ++i)
+    scattered.facts.push_back(testing::alarm(kWeld, 10 + 2 * i));
+  EXPECT_EQ(store.write(scattered).stored.at(0).numbers.size(), plant::kMostStoredRanges);
+  old.facts = {testing::alarm(kWeld, 1)};
+  const auto numbers = store.write(old).stored.at(0).numbers;
+  EXPECT_EQ(numbers.size(), plant::kMostStoredRanges);
+  EXPECT_EQ(numbers.front(), (std::pair<std::int64_t, std::int64_t>{1, 1}));
+  EXPECT_EQ(numbers.back().first, 10 + 2 * (kMost - 1)) << "and the newest";
+}
+
 TEST(Store, AnotherCellsJournalOfTheSameNameIsItsOwn) {
   const std::string database = Database::shared().emptied();
   Store store({database});
