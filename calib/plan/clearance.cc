@@ -45,6 +45,7 @@ struct Mode {
 
 struct Pair {
   std::size_t inner, outer;  ///< bodies; the outer one is moved by more joints
+  bool is_rooted = false;    ///< a tool that begins in the link's capsule, and may come back to it
 };
 
 /// The worst violation.
@@ -135,7 +136,8 @@ struct Clearance::Impl {
       }
     }
     for (const Pair& pair : pairs)
-      note(pair_slack_m(pair, axes), kBodyMarginM, pair.outer, list[pair.inner].words, false);
+      note(pair_slack_m(pair, axes), pair_margin_m(pair, axes), pair.outer, list[pair.inner].words,
+           false);
     return worst;
   }
 
@@ -366,9 +368,23 @@ struct Clearance::Impl {
   }
 
   double pair_slack_m(const Pair& pair, const std::vector<Segment>& axes) const {
-    const Body &inner = bodies.list()[pair.inner], &outer = bodies.list()[pair.outer];
-    return distance_m(axes[pair.inner], axes[pair.outer]) - inner.radius_m - outer.radius_m -
-           kBodyMarginM;
+    return distance_m(axes[pair.inner], axes[pair.outer]) - radii_m(pair) -
+           pair_margin_m(pair, axes);
+  }
+
+  double radii_m(const Pair& pair) const {
+    return bodies.list()[pair.inner].radius_m + bodies.list()[pair.outer].radius_m;
+  }
+
+  /// A rooted tool comes no nearer to the link than its root does, less the margin: the place of its axis nearest to
+  /// the end that it turns about.
+  double pair_margin_m(const Pair& pair, const std::vector<Segment>& axes) const {
+    if (!pair.is_rooted) return kBodyMarginM;
+    const Segment &link = axes[pair.inner], &tool = axes[pair.outer];
+    const Eigen::Vector3d along = tool.b - tool.a;
+    const double share = (link.b - tool.a).dot(along) / along.squaredNorm();
+    const Eigen::Vector3d root = tool.a + std::clamp(share, 0.0, 1.0) * along;
+    return std::min(kBodyMarginM, distance_m(link, {root, root}) - radii_m(pair) - kBodyMarginM);
   }
 
   /// Upper bounds of the motion of the body's axis; for pairs relative to the inner body.
@@ -383,8 +399,9 @@ struct Clearance::Impl {
     };
     result.clear();
     for (const Body& body : list) result.push_back(body.meets_cell ? path(body, 0) : 0.0);
-    for (const Pair& pair : pairs)
-      result.push_back(path(list[pair.outer], list[pair.inner].joint + 1));
+    for (const Pair& pair : pairs)  // of a rooted one both distances change
+      result.push_back((pair.is_rooted ? 2.0 : 1.0) *
+                       path(list[pair.outer], list[pair.inner].joint + 1));
   }
 
   void set_margins_m(const Mode& mode, std::vector<double>& result) const {
@@ -402,6 +419,7 @@ struct Clearance::Impl {
       for (std::size_t outer = inner + 1; outer < list.size(); ++outer)
         if (list[outer].joint > list[inner].joint) all.push_back({inner, outer});
     std::vector<int> close(all.size(), 0);
+    std::vector<bool> returns(all.size(), false);
     Random random(kSeed);
     std::vector<Segment> axes;
     for (int k = 0; k < kPostures; ++k) {
@@ -410,9 +428,28 @@ struct Clearance::Impl {
         q.push_back(random.uniform(joint.min_rad, joint.max_rad));
       bodies.place(q, axes);
       for (std::size_t p = 0; p < all.size(); ++p) close[p] += pair_slack_m(all[p], axes) < 0.0;
+      bend_wrist(robot, k % 2 == 0, q);
+      bodies.place(q, axes);
+      for (std::size_t p = 0; p < all.size(); ++p)
+        returns[p] = returns[p] || comes_back(all[p], axes);
     }
-    for (std::size_t p = 0; p < all.size(); ++p)
-      if (2 * close[p] <= kPostures) pairs.push_back(all[p]);
+    for (std::size_t p = 0; p < all.size(); ++p) {
+      all[p].is_rooted = 2 * close[p] > kPostures;
+      if (!all[p].is_rooted || returns[p]) pairs.push_back(all[p]);
+    }
+  }
+
+  /// To its limit, where a tool comes nearest to the links before it.
+  void bend_wrist(const Robot& robot, bool up, JointVector& q) const {
+    if (hand == 0) return;
+    const Joint& joint = robot.joints[hand - 1];
+    q[hand - 1] = up ? joint.max_rad : joint.min_rad;
+  }
+
+  bool comes_back(Pair pair, const std::vector<Segment>& axes) const {
+    pair.is_rooted =
+        pair.outer > hand && (axes[pair.outer].b - axes[pair.outer].a).norm() > kShortM;
+    return pair.is_rooted && pair_slack_m(pair, axes) < 0.0;
   }
 };
 

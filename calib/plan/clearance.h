@@ -6,6 +6,7 @@
 // Margins. For the tip (slim end and ball) as given by the caller; 20 mm for everything else: an uncalibrated arm is
 // off by up to 10 mm. Self-collision is checked between links that are not neighbours. Two bodies closer than their
 // margin in more than half of all postures inside the limits are neighbours: their capsules overlap by construction.
+// A tool among them comes no more than 20 mm nearer to the link than its place next to the wrist does.
 //
 // Moves are straight in joint space. At one end of a piece of the move every body's distance is gap_0, at the other end
 // gap_1, both at least the margin M_c. No point of the body moves further along the piece than D_max, its levers times

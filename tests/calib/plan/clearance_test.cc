@@ -12,6 +12,7 @@
 #include "calib/plan/bodies.h"
 #include "calib/plan/candidates.h"
 #include "calib/plan/plan.h"
+#include "calib/plan/pool.h"
 #include "tests/calib/plan/box.h"
 #include "tests/calib/plan/collisions.h"
 #include "tests/calib/thrown.h"
@@ -305,6 +306,54 @@ TEST(Clearance, KeepsTheHandOffTheArmItself) {
     EXPECT_FALSE(clearance.clear(q, kTipMarginM));
   }
   EXPECT_GT(folded, 20);
+}
+
+/// From the forearm's axis that of the shaft, and its place nearest to the wrist.
+std::pair<double, double> shaft_to_forearm_m(const Bodies& bodies, const JointVector& q) {
+  std::vector<Segment> axes;
+  bodies.place(q, axes);
+  const Segment &forearm = axes[3], &shaft = axes[6];
+  const Eigen::Vector3d along = (shaft.b - shaft.a).normalized();
+  const double beyond =
+      std::clamp((forearm.b - shaft.a).dot(along), 0.0, (shaft.b - shaft.a).norm());
+  const Eigen::Vector3d root = shaft.a + beyond * along;
+  return {distance_m(forearm, shaft), distance_m(forearm, {root, root})};
+}
+
+TEST(Clearance, KeepsAToolThatPointsBackOffTheForearm) {
+  Cell cell = demo();
+  cell.targets.clear();
+  cell.lengths.clear();
+  cell.tool.tcp.translation() = Eigen::Vector3d(0.5, 0.0, -0.25);
+  const ArmModel arm(cell.robot, cell.tool);
+  const Bodies bodies(arm);
+  ASSERT_EQ(bodies.list()[6].words, "the tool's shaft");
+  const Clearance clearance(cell, arm);
+  Random random(1);
+  const auto posture = [&] {
+    JointVector q;
+    for (const Joint& joint : cell.robot.joints)
+      q.push_back(random.uniform(joint.min_rad, joint.max_rad));
+    return q;
+  };
+  int across = 0, free = 0;
+  JointVector last = middle_posture(cell.robot);
+  for (int k = 0; k < 4000; ++k) {
+    const JointVector q = posture();
+    const auto [gap, root] = shaft_to_forearm_m(bodies, q);
+    across += gap < root - kBodyMarginM;
+    if (!clearance.clear(q, kTipMarginM)) continue;
+    ++free;
+    EXPECT_GE(gap, root - kBodyMarginM - 1e-9);
+    if (k % 8 == 0 && clearance.clear(last, q, kTipMarginM))
+      for (double share = 0.0; share < 1.0; share += 0.01) {
+        const auto [near, from] = shaft_to_forearm_m(bodies, interpolated(last, q, share));
+        EXPECT_GE(near, from - 1.1 * kBodyMarginM);
+      }
+    last = q;
+  }
+  EXPECT_GT(across, 100);
+  EXPECT_GT(free, 500);
 }
 
 TEST(Clearance, KeepsOtherToolsOnTheFlangeClearToo) {
