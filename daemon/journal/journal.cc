@@ -167,12 +167,20 @@ void Journal::Impl::report_session(std::int64_t session, const std::string& utc,
   std::optional<SessionRecord> record = as_stored(session, true);
   if (!record) return;
   record->failure_kind = failed;
+  report(*record, utc);
+}
+
+void Journal::Impl::report(const SessionRecord& record, const std::string& utc) {
   // Of a session that has not ended well it is not in use.
-  if (record->state == RecordState::kDone && record->has_calibration)
-    outbox.put(session, utc, [](const Reporter&) {
-      return std::vector{Report{"calibration", Worth::kResult, {}}};
-    });
-  outbox.put(session, utc, [&](const Reporter& to) { return to.session(*record); });
+  if (record.state == RecordState::kDone && record.has_calibration)
+    report_calibration(record.id, utc);
+  outbox.put(record.id, utc, [&](const Reporter& to) { return to.session(record); });
+}
+
+void Journal::Impl::report_calibration(std::int64_t session, const std::string& utc) {
+  outbox.put(session, utc, [](const Reporter&) {
+    return std::vector{Report{"calibration", Worth::kResult, {}}};
+  });
 }
 
 void Journal::Impl::set_state(std::int64_t session, RecordState state, std::string_view ended,

@@ -24,9 +24,22 @@ struct Journal::Impl {
   void write_once(const std::function<void()>& first, const std::vector<PendingRow>& waiting,
                   const std::function<void()>& act);
   void write_end(std::int64_t session, const SessionEnd& end);
-  /// Within a transaction: reports the session's current row.
+  // Within a transaction.
+
+  /// Reports the session's current row.
   void report_session(std::int64_t session, const std::string& utc,
                       std::optional<FailureKind> failed = {});
+  void report(const SessionRecord& record, const std::string& utc);
+  void report(const Activation& activation) {
+    outbox.put(activation.session, activation.time,
+               [&](const Reporter& to) { return to.activation(activation); });
+  }
+  void report_calibration(std::int64_t session, const std::string& utc);
+  /// Reports the newest own session, as interrupted where it is.
+  void report_newest();
+  /// Reports what a new source begins with, in the order of the chain.
+  void report_state(Journal& journal);
+
   /// As Journal::sessions().
   std::vector<SessionRecord> sessions();
   /// Visits sessions with a number below `before`, newest first, until `visit` returns true.
@@ -46,7 +59,8 @@ struct Journal::Impl {
   /// changed.
   void judge(SessionRecord& record);
 
-  std::mutex mutex;  ///< held during disk access
+  /// Held during disk access; a Reporter may read the journal meanwhile.
+  std::recursive_mutex mutex;
   std::mutex one_backup;
   LockFile lock;
   HeadFile head;

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "daemon/journal/journal_impl.h"
 #include "daemon/session/interruption.h"
@@ -383,12 +384,40 @@ void Journal::report_to(std::shared_ptr<const Reporter> reporter) {
   }
   impl_->write([&] {
     impl_->outbox.use_from_commit(reporter);
-    if (impl_->outbox.is_other(address)) impl_->outbox.speak_as(address);
+    const bool other = impl_->outbox.is_other(address);
+    if (other) {
+      impl_->outbox.speak_as(address);
+      impl_->report_state(*this);
+    }
     if (const auto session = interrupted()) {
-      impl_->outbox.put(session->id, {}, [&](const Reporter& to) { return to.session(*session); });
+      if (!other) impl_->report_newest();
       impl_->outbox.mark_reported_interrupted(impl_->chain.last_entry(session->id));
     }
   });
+}
+
+void Journal::Impl::report_newest() {
+  const auto newest = newest_own();
+  auto record = newest ? as_stored(newest->id, true) : std::nullopt;
+  if (!record || newest->state == RecordState::kDamaged) return;
+  record->state = newest->state;
+  report(*record, record->ended);
+}
+
+void Journal::Impl::report_state(Journal& journal) {
+  std::map<std::int64_t, std::function<void()>> facts;  // by entry of the chain
+  if (const std::int64_t used = outbox.reporter().in_use(journal)) {
+    facts[chain.last_entry(used)] = [this, used] {
+      if (const auto record = as_stored(used, false)) report_calibration(used, record->ended);
+    };
+    std::optional<Activation> activated;
+    for (Activation& one : journal.activations())
+      if (one.session == used) activated = std::move(one);
+    if (activated) facts[activated->entry] = [this, activated = *activated] { report(activated); };
+  }
+  if (const auto newest = newest_own())
+    facts[chain.last_entry(newest->id)] = [this] { report_newest(); };
+  for (const auto& [entry, report_it] : facts) report_it();
 }
 
 void Journal::report_no_more_to(const Reporter& reporter) {

@@ -30,6 +30,8 @@ struct Report {
   std::string body;
 };
 
+class Journal;
+
 /// Converts facts to reports. Called with the journal's lock held, so it must not block. An
 /// exception discards the report, never the fact.
 class Reporter {
@@ -40,7 +42,10 @@ class Reporter {
   virtual std::vector<Report> touch(const RecordTouch& touch) const = 0;
   virtual std::vector<Report> change(const RecordChange& change) const = 0;
   virtual std::vector<Report> activation(const Activation& activation) const = 0;
-  /// Name under which this journal reports; empty: none. A changed name starts a new source, numbered from 1.
+  /// Session whose calibration is in use; 0: none. May read the journal. Throws JournalError.
+  virtual std::int64_t in_use(Journal& /*journal*/) const { return 0; }
+  /// Name under which this journal reports; empty: none. A changed name starts a new source, numbered from 1, with the
+  /// calibration in use and the newest session as its first facts.
   virtual std::string address() const { return {}; }
   /// True if rows written under that name are reported now; other rows wait.
   virtual bool publishes_name(const std::string& /*address*/) const { return true; }

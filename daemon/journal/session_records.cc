@@ -242,8 +242,7 @@ void Journal::activate(const Activation& activation) {
     impl_->database.run("INSERT INTO activation (session, time, who, reason) VALUES (?,?,?,?)",
                         activation.session, activation.time, activation.who, activation.reason);
     impl_->added(activation.session, "activation");
-    impl_->outbox.put(activation.session, activation.time,
-                      [&](const Reporter& to) { return to.activation(activation); });
+    impl_->report(activation);
   });
 }
 

@@ -13,6 +13,7 @@
 #include "calib/verdict/change.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/result/outcome.h"
+#include "daemon/tasks/active_calibration.h"
 #include "daemon/tasks/options.h"
 
 namespace cellcal::daemon::plant {
@@ -264,6 +265,11 @@ std::vector<Report> PlantReporter::change(const RecordChange& change) const {
 
 std::vector<Report> PlantReporter::activation(const Activation& activation) const {
   return {report_of(ActivationFact{activation.who, activation.reason})};
+}
+
+std::int64_t PlantReporter::in_use(Journal& journal) const {
+  const auto used = daemon::in_use(journal, "");
+  return used ? used->session : 0;
 }
 
 std::string PlantReporter::address() const {

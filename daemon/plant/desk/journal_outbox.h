@@ -38,6 +38,7 @@ class PlantReporter final : public Reporter {
   std::vector<Report> touch(const RecordTouch& touch) const override;
   std::vector<Report> change(const RecordChange& change) const override;
   std::vector<Report> activation(const Activation& activation) const override;
+  std::int64_t in_use(Journal& journal) const override;
   std::string address() const override;
   bool publishes_name(const std::string& address) const override;
   std::int64_t most_bytes() const override { return parts_.most_bytes; }

@@ -319,16 +319,47 @@ TEST_F(OutboxTest, UnderAnotherNameBeginsAnewAndKeepsWhatWaitsForTheNameThatItWa
   speak_as("graz/weld-4");
   EXPECT_NE(journal->outbox().source, source);
   journal->activate({id, "t", "anna", ""});
-  EXPECT_EQ(words_of(journal->waiting(0, kAll)), "1 activation anna\n");
+  EXPECT_EQ(words_of(journal->waiting(0, kAll)), "1 session running\n2 activation anna\n");
   EXPECT_EQ(journal->outbox().elsewhere, 2);
   EXPECT_EQ(journal->outbox().elsewhere_address, "graz/weld-3");
   speak_as("graz/weld-3");
   EXPECT_EQ(words_of(journal->waiting(0, kAll)),
-            "1 session running\n3 dropped {\"first\":2,\"last\":2,\"count\":1}\n");
+            "1 session running\n3 dropped {\"first\":2,\"last\":2,\"count\":1}\n"
+            "1 session running\n");
   EXPECT_EQ(journal->waiting(0, kAll)[0].source, source);
-  EXPECT_EQ(journal->outbox().elsewhere, 1);
-  EXPECT_EQ(journal->outbox().newest, 0)
+  EXPECT_EQ(journal->outbox().elsewhere, 2);
+  EXPECT_EQ(journal->outbox().newest, 1)
       << "a third source: numbers of the first are told already, up to where it ended";
+}
+
+struct ReporterOfUse : PlainReporter {
+  ReporterOfUse(const char* name, std::int64_t session)
+      : PlainReporter(1 << 20, 1, name), used(session) {}
+  std::int64_t in_use(Journal& journal) const override { return journal.session(used) ? used : 0; }
+  std::int64_t used;
+};
+
+TEST_F(OutboxTest, UnderANewNameBeginsWithWhatIsInUseAndTheNewestSessionInTheirOrder) {
+  Journal journal(dir / "j.db");
+  const auto speak_as = [&](const char* name, std::int64_t used) {
+    journal.report_to(std::make_shared<const ReporterOfUse>(name, used));
+    return words_of(journal.waiting(0, kAll));
+  };
+  EXPECT_EQ(speak_as("graz/weld-2", 1), "");
+  journal.report_to(nullptr);
+  for (const char* end : {"t1", "t2"}) {
+    const std::int64_t id = begin(journal);
+    journal.store_calibration(id, "one");
+    journal.record(id, RecordEnd{Ending::kDone, ""}, end);
+  }
+  EXPECT_EQ(speak_as("graz/weld-3", 2), "1 calibration \n2 session done\n");
+  journal.activate({1, "t3", "anna", "why"});
+  EXPECT_EQ(speak_as("graz/weld-4", 1),
+            "1 calibration \n2 calibration \n3 session done\n4 activation anna\n");
+  EXPECT_EQ(journal.waiting(0, 1)[0].session, 1);
+  EXPECT_EQ(journal.waiting(0, 1)[0].time, "t1");
+  journal.record(begin(journal), RecordEnd{Ending::kAborted, ""}, "t4");
+  EXPECT_EQ(speak_as("graz/weld-5", 1), "1 calibration \n2 activation anna\n3 session aborted\n");
 }
 
 TEST_F(OutboxTest, OfACopyUsesNoNumberOfTheJournalThatGoesOnThoughItHasThatOnesHead) {

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "daemon/plant/messages/fact.h"
+#include "tests/daemon/archive/checked_journal.h"
 #include "tests/daemon/journal/disks/away_disk.h"
 #include "tests/daemon/journal/images.h"
 #include "tests/daemon/journal/temporary_directory.h"
@@ -123,8 +124,27 @@ TEST_F(JournalOutboxTest, ThatTakesAnothersPlaceMissesNoFactAndGoesOnUnderItsOwn
   EXPECT_EQ(now.count().elsewhere, 1);
   EXPECT_EQ(now.count().elsewhere_address, "graz/weld-3");
   const auto facts = now.facts(0, 10);
-  ASSERT_EQ(facts.size(), 1u);
-  EXPECT_EQ(fact_of(facts[0], "weld-4").number, 1);
+  ASSERT_EQ(facts.size(), 2u);
+  EXPECT_EQ(facts[0].kind, "session");
+  EXPECT_EQ(fact_of(facts[1], "weld-4").number, 2);
+}
+
+TEST(JournalOutboxOfACell, BeginsEachSourceWithTheCalibrationInUse) {
+  CheckedJournal cell;
+  const CheckedJournal::Files files{.cell = "[identity]\nrobot_serial = \"1234\"\n"};
+  const std::int64_t first = cell.calibrate({}, files);
+  cell.calibrate({}, files);
+  cell.journal.activate({first, "2026-01-02T00:00:00.000Z", "anna", "warm"});
+  for (const char* name : {"weld-3", "weld-4"}) {
+    JournalOutbox outbox({cell.journal, config_of(name)});
+    const auto facts = outbox.facts(0, 10);
+    ASSERT_EQ(facts.size(), 4u);
+    const plant::Fact used = fact_of(facts[0], name), since = fact_of(facts[3], name);
+    EXPECT_TRUE(std::get<plant::CalibrationFact>(used.body).published);
+    EXPECT_EQ(used.session, first);
+    EXPECT_EQ(std::get<plant::ActivationFact>(since.body).by, "anna");
+    EXPECT_EQ(since.session, first);
+  }
 }
 
 TEST_F(JournalOutboxTest, GoesOnWhereTheJournalCannotReportToTheOneThatWasToTakeItsPlace) {
