@@ -31,6 +31,12 @@ struct DroppedRows {
   std::int64_t bytes = 0;  ///< approximate
 };
 
+/// State of the schedule as last stored.
+struct StoredSchedule {
+  std::string state;    ///< empty: none
+  bool newest = false;  ///< false: a later state may exist, or have existed
+};
+
 /// Search in progress, and its session.
 struct LeftSearch {
   std::int64_t session = 0;
@@ -123,8 +129,9 @@ class Journal {
 
   /// On disk on return.
   void store_schedule(const std::string& state);
-  /// State as last stored; empty: never stored. Throws DamagedError if it was altered.
-  std::string schedule();
+  /// Not the newest in a new journal, nor in one opened without its head until the state is stored again. Throws
+  /// DamagedError if it was altered.
+  StoredSchedule schedule();
 
   // Outbox: reports to the plant. Empty without a reporter.
 

@@ -92,8 +92,9 @@ std::vector<std::string> prepare(Database& database, HeadFile& head, Chain& chai
     remarks = chain.open();
     if (version < kSchemaVersion) convert(database, version);
     if (!remarks.empty()) {
-      begin_source(
-          database);  // a restored copy: the journal that it was copied from may continue, too
+      // A restored copy: the journal that it was copied from may have continued.
+      begin_source(database);
+      database.run("UPDATE schedule SET sum = ? || substr(sum, -64)", kOlderSchedule);
       chain.write_head();
     }
   }

@@ -22,6 +22,9 @@ inline constexpr int kSchemaVersion = 13;
 /// PRAGMA application_id, "ccal": distinguishes a journal from other SQLite files.
 inline constexpr int kApplicationId = 0x6363616c;
 
+/// Precedes the sum of the schedule's state where a later one may exist.
+inline constexpr const char* kOlderSchedule = "older ";
+
 inline constexpr const char* kSchema = R"sql(
 CREATE TABLE session (
   id          INTEGER PRIMARY KEY AUTOINCREMENT,

@@ -269,15 +269,17 @@ void Journal::store_schedule(const std::string& state) {
   });
 }
 
-std::string Journal::schedule() {
+StoredSchedule Journal::schedule() {
   const std::lock_guard lock(impl_->mutex);
   Statement select(impl_->database, "SELECT state, sum FROM schedule");
   if (!select.step()) return {};
-  std::string state = select.text(0);
-  if (calib::sha256(state) != select.text(1))
+  StoredSchedule stored{select.text(0)};
+  const std::string sum = calib::sha256(stored.state);
+  stored.newest = select.text(1) == sum;
+  if (!stored.newest && select.text(1) != kOlderSchedule + sum)
     throw DamagedError(
         "the journal's row of the schedule is altered: what was begun or held is not known");
-  return state;
+  return stored;
 }
 
 std::int64_t Journal::last_entry(std::int64_t session) {

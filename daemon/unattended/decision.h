@@ -64,6 +64,7 @@ enum class Why {
   kFailedBefore,          ///< a session failed, not harmlessly
   kAbortedBefore,         ///< a person stopped a session, or its start
   kLeftBefore,            ///< a session was interrupted: daemon killed, power failure
+  kPastUnknown,           ///< the journal is new, or an older copy
   kBusy,                  ///< a session is under way
   kNoTimeLeft,            ///< would exceed the end of the window
   kOutsideWindow,         ///< requested outside of it

@@ -36,8 +36,11 @@ double since_boot_s(Schedule::Steady at) {
 }  // namespace
 
 Schedule::Schedule(Parts parts) : parts_(std::move(parts)), started_(parts_.clocks.utc()) {
+  bool past_known = true;
   try {
-    state_ = schedule_state_from(parts_.store.load());
+    const StoredSchedule stored = parts_.store.load();
+    state_ = schedule_state_from(stored.state);
+    past_known = stored.newest;
   } catch (const std::exception& damaged) {
     damaged_ = damaged.what();
     spdlog::error("schedule: {}", damaged_);
@@ -45,9 +48,13 @@ Schedule::Schedule(Parts parts) : parts_(std::move(parts)), started_(parts_.cloc
   kept_ = state_.evaluated_until;
   if (state_.evaluated_until == 0) state_.evaluated_until = started_;
   state_.evaluated_until = std::max(state_.evaluated_until, started_ - kMostBacklog);
-  aborts_seen_ = parts_.cell.standing().aborts;
   const Inputs inputs = read_inputs();
+  aborts_seen_ = inputs.cell.aborts;
   notice_clock(inputs);
+  if (!past_known) {
+    state_.hold_from({inputs.cell.session, Why::kPastUnknown});
+    report_held(inputs, Why::kPastUnknown, 0.0);
+  }
   show(inputs);
 }
 
@@ -106,13 +113,17 @@ void Schedule::notice_clock(const Inputs& inputs) {
 void Schedule::doubt_clock(const Inputs& inputs, Why why, double set_by_s) {
   state_.clock_doubt = ClockDoubt{why, set_by_s};
   agrees_since_.reset();
+  report_held(inputs, why, set_by_s);
+}
+
+void Schedule::report_held(const Inputs& inputs, Why why, double figure_s) {
   dirty_ = true;
   if (!inputs.config.unattended) return;  // time-based sessions are disabled
   Decision decision;
   decision.at = inputs.now;
   decision.verb = Verb::kHeld;
   decision.why = why;
-  decision.figure_s = set_by_s;
+  decision.figure_s = figure_s;
   report(std::move(decision));
 }
 
@@ -139,7 +150,7 @@ void Schedule::notice_ends(const Inputs& inputs) {
   const Standing& cell = inputs.cell;
   if (cell.aborts != aborts_seen_) {
     aborts_seen_ = cell.aborts;
-    state_.aborted = cell.session;
+    state_.hold_from({cell.session, Why::kAbortedBefore});
     dirty_ = true;
   }
   if (cell.busy) {
@@ -148,9 +159,9 @@ void Schedule::notice_ends(const Inputs& inputs) {
     state_.released.clear();
     return;
   }
-  const bool newer = state_.aborted && cell.session > *state_.aborted;
+  const bool newer = state_.hold && cell.session > state_.hold->session;
   if (newer && cell.state == Standing::State::kDone) {
-    state_.aborted.reset();
+    state_.hold.reset();
     dirty_ = true;
   }
   const bool failed = cell.state == Standing::State::kFailed;
@@ -173,9 +184,9 @@ Why Schedule::held(const Inputs& inputs, Decision& why) const {
   using State = Standing::State;
   if (!state_.released.empty() && state_.released == cell.end) return Why::kNothing;
   if (cell.state == State::kAborted && state_.harmless != cell.end) return Why::kAbortedBefore;
-  if (state_.aborted) {
+  if (state_.hold) {
     why.session = 0;
-    return Why::kAbortedBefore;
+    return state_.hold->why;
   }
   if (cell.state == State::kLeft) return Why::kLeftBefore;
   if (cell.state != State::kFailed || state_.harmless == cell.end) return Why::kNothing;
@@ -369,8 +380,8 @@ void Schedule::resume(const Inputs& inputs) {
     decision.why = Why::kResumesUsed;
   } else if (state_.clock_doubt) {
     decision.why = state_.clock_doubt->why;
-  } else if (state_.aborted) {
-    decision.why = Why::kAbortedBefore;
+  } else if (state_.hold) {
+    decision.why = state_.hold->why;
   } else if (static_cast<double>(inputs.now) + decision.figure_s >
              static_cast<double>(own_->window.ends)) {
     decision.why = Why::kNoTimeLeft;
@@ -445,7 +456,7 @@ Decision Schedule::release(const std::string& by) {
     decision.why = Why::kBusy;
     return decision;
   }
-  state_.aborted.reset();
+  state_.hold.reset();
   state_.clock_doubt.reset();
   state_.released = inputs.cell.end;
   aborts_seen_ = inputs.cell.aborts;

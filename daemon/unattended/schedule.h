@@ -6,6 +6,9 @@
 // configuration names a responsible person, nothing is held, no session is under way, and its expected end
 // lies within the window. The decision is on disk before the session begins.
 //
+// Where the journal is new or was opened without its head, aborts and begun windows may be missing: nothing begins until
+// an operator releases it or has run a session to its end.
+//
 // The wall clock determines the window. After a step (a minute or more relative to the clock since boot), and
 // after a boot without synchronisation, it is not used until an operator releases it or it has been
 // synchronised for ten minutes without another step.
@@ -16,6 +19,7 @@
 #include <optional>
 #include <vector>
 
+#include "daemon/journal/journal.h"
 #include "daemon/unattended/schedule_state.h"
 #include "daemon/unattended/session_gateway.h"
 
@@ -50,7 +54,7 @@ class Schedule {
   };
   /// Storage of the state. Both throw std::exception.
   struct Store {
-    std::function<std::string()> load;             ///< newest stored text; empty: none
+    std::function<StoredSchedule()> load;
     std::function<void(const std::string&)> save;  ///< on disk on return
   };
   struct Parts {
@@ -90,6 +94,7 @@ class Schedule {
   Inputs read_inputs();
   void notice_clock(const Inputs& inputs);
   void doubt_clock(const Inputs& inputs, Why why, double set_by_s);
+  void report_held(const Inputs& inputs, Why why, double figure_s);
   void restore_clock_trust(const Inputs& inputs);
   void notice_ends(const Inputs& inputs);
   void follow(const Inputs& inputs);

@@ -43,7 +43,9 @@ ScheduleState state_from(const json& j) {
   for (const json& one : j.at("closed"))
     state.closed.push_back({one.at("entry").get<std::string>(), one.at("night").get<std::string>(),
                             one.at("missed").get<bool>()});
-  if (!j.at("aborted").is_null()) state.aborted = j.at("aborted").get<std::int64_t>();
+  if (!j.at("aborted").is_null())
+    state.hold = Hold{j.at("aborted").get<std::int64_t>(),
+                      why_of(j.value("hold", to_string(Why::kAbortedBefore)))};
   const json& clock = j.at("clock");
   state.clock = {clock.at("boot").get<std::string>(), clock.at("utc").get<UtcSeconds>(),
                  clock.at("since_boot_s").get<double>()};
@@ -57,6 +59,11 @@ ScheduleState state_from(const json& j) {
 }
 
 }  // namespace
+
+void ScheduleState::hold_from(const Hold& since) {
+  hold = since;
+  released.clear();
+}
 
 bool ScheduleState::is_closed(const std::string& entry, const std::string& day) const {
   return std::any_of(closed.begin(), closed.end(),
@@ -102,7 +109,8 @@ std::string to_text(const ScheduleState& state) {
                  {"looked", state.evaluated_until},
                  {"known", state.known},
                  {"closed", std::move(closed)},
-                 {"aborted", state.aborted ? json(*state.aborted) : json(nullptr)},
+                 {"aborted", state.hold ? json(state.hold->session) : json(nullptr)},
+                 {"hold", to_string(state.hold.value_or(Hold{}).why)},
                  {"clock",
                   {{"boot", state.clock.boot},
                    {"utc", state.clock.utc},

@@ -1,7 +1,7 @@
 #pragma once
 // Persistent state of the schedule: written to the journal before a session begins, so that a restart neither
 // repeats a session nor releases a hold. Format "cellcal.schedule/1", in which "night" is a
-// window's day and "looked" the time evaluated so far.
+// window's day, "looked" the time evaluated so far and "aborted" the session of a hold.
 
 #include <deque>
 #include <map>
@@ -32,17 +32,25 @@ struct ClockDoubt {
   double set_by_s = 0.0;
 };
 
+/// Nothing begins until released, or until a later session is done.
+struct Hold {
+  std::int64_t session = 0;  ///< the newest at that time
+  Why why = Why::kAbortedBefore;
+};
+
 struct ScheduleState {
   UtcSeconds evaluated_until = 0;           ///< evaluated up to this time
   std::map<std::string, UtcSeconds> known;  ///< time at which an entry was added
   std::deque<ClosedWindow> closed;          ///< newest last
-  std::optional<std::int64_t> aborted;      ///< newest session at the time of an abort
+  std::optional<Hold> hold;
   ClockMark clock;
   std::optional<ClockDoubt> clock_doubt;
   std::string released;            ///< inspected end (Standing::end)
   std::string harmless;            ///< end after which another may begin
   std::deque<Decision> decisions;  ///< newest last
 
+  /// Also after an end that was released.
+  void hold_from(const Hold& since);
   bool is_closed(const std::string& entry, const std::string& day) const;
   void close(const std::string& entry, const std::string& day, bool missed);
   void reopen_missed(const std::string& entry, const std::string& day);

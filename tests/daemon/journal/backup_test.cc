@@ -34,13 +34,24 @@ TEST(ABackup, HoldsWhatTheScheduleHoldsAndAnAlteredRowOfItIsRefused) {
   const TemporaryDirectory dir;
   {
     Journal journal(dir / "j.db");
-    EXPECT_EQ(journal.schedule(), "");
+    EXPECT_EQ(journal.schedule().state, "");
+    EXPECT_FALSE(journal.schedule().newest) << "a journal was possibly moved aside";
     journal.store_schedule("before");
     journal.store_schedule("held");
     journal.backup(dir / "copy.db");
   }
-  EXPECT_EQ(Journal(dir / "j.db").schedule(), "held");
-  EXPECT_EQ(Journal(dir / "copy.db").schedule(), "held");
+  EXPECT_EQ(Journal(dir / "j.db").schedule().state, "held");
+  EXPECT_TRUE(Journal(dir / "j.db").schedule().newest);
+  for (int start = 0; start < 2; ++start) {
+    EXPECT_EQ(Journal(dir / "copy.db").schedule().state, "held");
+    EXPECT_FALSE(Journal(dir / "copy.db").schedule().newest) << "a later state may exist";
+    std::filesystem::remove(dir / "copy.db.head");
+  }
+  {
+    Journal copy(dir / "copy.db");
+    copy.store_schedule("again");
+    EXPECT_TRUE(copy.schedule().newest);
+  }
   Database(dir / "j.db").execute("UPDATE schedule SET state = 'free'");
   Journal altered(dir / "j.db");
   EXPECT_THROW(altered.schedule(), DamagedError);

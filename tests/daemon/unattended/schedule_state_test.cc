@@ -15,7 +15,7 @@ ScheduleState filled() {
   state.known = {{"nightly", 1'700'000'000}};
   state.close("nightly", "2026-11-22", false);
   state.close("nightly", "2026-11-23", true);
-  state.aborted = 7;
+  state.hold = Hold{7, Why::kPastUnknown};
   state.clock = {"first", 1'799'999'000, 12.5};
   state.clock_doubt = ClockDoubt{Why::kClockStepped, -90.0};
   state.released = "7/3/failed/no-contact: x";
@@ -40,7 +40,9 @@ TEST(TheSchedulesState, IsReadBackWholeAndNewWhereThereIsNone) {
   EXPECT_EQ(read.known.at("nightly"), 1'700'000'000);
   EXPECT_TRUE(read.is_closed("nightly", "2026-11-22"));
   EXPECT_FALSE(read.is_closed("other", "2026-11-22"));
-  EXPECT_EQ(read.aborted, 7);
+  ASSERT_TRUE(read.hold);
+  EXPECT_EQ(read.hold->session, 7);
+  EXPECT_EQ(read.hold->why, Why::kPastUnknown);
   EXPECT_EQ(read.released, "7/3/failed/no-contact: x");
   EXPECT_EQ(read.clock.boot, "first");
   EXPECT_EQ(read.clock.since_boot_s, 12.5);

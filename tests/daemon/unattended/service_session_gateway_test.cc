@@ -38,12 +38,33 @@ struct UnattendedSession : ::testing::Test {
     return make_mock_backend(
         parse_config("format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n", "d"), cell);
   }
+  /// Within the window, as of the state in this journal.
+  std::unique_ptr<Schedule> schedule_of(SessionGateway& cell, Journal& rows) {
+    return std::make_unique<Schedule>(Schedule::Parts{
+        cell,
+        {[&rows] { return rows.schedule(); },
+         [&rows](const std::string& state) { rows.store_schedule(state); }},
+        [this] {
+          ScheduleConfig config;
+          config.unattended = true;
+          config.program_start = ProgramStart::kCell;
+          config.responsible = "A. Miller";
+          config.resumes = 1;
+          config.resume_wait_s = 60.0;
+          config.sessions = {session()};
+          return config;
+        },
+        {[this] { return utc; }, [this] { return steady; }, "boot", [] { return true; }},
+        {}});
+  }
   void wait() {
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(120);
     while (!is_final(service.status().phase) && std::chrono::steady_clock::now() < end)
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
 
+  UtcSeconds utc = 1'800'000'000 - 1'800'000'000 % 86400 + 43200;
+  Schedule::Steady steady{std::chrono::hours(1)};
   int made = 0, broken = 0;
   testing::TemporaryDirectory dir;
   Journal journal{dir / "journal.db"};
@@ -57,25 +78,12 @@ struct UnattendedSession : ::testing::Test {
 
 TEST_F(UnattendedSession, BeginsFailsHarmlesslyIsResumedAndDoneWithItsEvidenceInTheJournal) {
   broken = 1;
-  ScheduleConfig config;
-  config.unattended = true;
-  config.program_start = ProgramStart::kCell;
-  config.responsible = "A. Miller";
-  config.resumes = 1;
-  config.resume_wait_s = 60.0;
-  config.sessions = {session()};
-  UtcSeconds utc = 1'800'000'000 - 1'800'000'000 % 86400 + 43200;
-  Schedule::Steady steady{std::chrono::hours(1)};
-  Schedule schedule({gateway,
-                     {[this] { return journal.schedule(); },
-                      [this](const std::string& state) { journal.store_schedule(state); }},
-                     [&] { return config; },
-                     {[&] { return utc; }, [&] { return steady; }, "boot", [] { return true; }},
-                     {}});
+  const auto schedule = schedule_of(gateway, journal);
+  schedule->release("A. Miller");  // the journal is new
   const auto pass = [&](int seconds) {
     utc += seconds;
     steady += std::chrono::seconds(seconds);
-    schedule.update();
+    schedule->update();
   };
   pass(5);
   ASSERT_EQ(service.status().session, 1);
@@ -89,13 +97,46 @@ TEST_F(UnattendedSession, BeginsFailsHarmlesslyIsResumedAndDoneWithItsEvidenceIn
   EXPECT_EQ(service.status().phase, Phase::kDone)
       << describe(service.status().failure.value_or(Failure{}));
   pass(5);
-  EXPECT_EQ(schedule.picture().entries[0].last->why, Why::kDone);
+  EXPECT_EQ(schedule->picture().entries[0].last->why, Why::kDone);
   EXPECT_EQ(journal.sessions().size(), 1u);
   int said = 0;
   for (const std::string& event : journal.events(1))
     said += event.find("responsible for the clear cell: A. Miller") != std::string::npos ? 1 : 0;
   EXPECT_EQ(said, 2) << "when it began, and when it was resumed";
   EXPECT_LT(gateway.foreseen_s(session()), 3600.0) << "by the one that was done";
+}
+
+TEST_F(UnattendedSession, IsNotBegunInANewJournalNorInARestoredCopyUntilReleasedThroughRestarts) {
+  broken = 9;
+  auto schedule = schedule_of(gateway, journal);
+  schedule->update();
+  EXPECT_EQ(schedule->picture().held, Why::kPastUnknown) << "new";
+  schedule->release("A. Miller");
+  schedule = schedule_of(gateway, journal);
+  EXPECT_EQ(schedule->picture().held, Why::kNothing) << "known since";
+  schedule->update();
+  wait();
+  EXPECT_EQ(service.status().session, 1);
+  schedule->release("A. Miller");
+  journal.backup(dir / "restored.db");
+  EXPECT_FALSE(service.abort()) << "after the copy";
+  schedule->update();
+  EXPECT_EQ(schedule->picture().held, Why::kAbortedBefore) << "also after an end that was released";
+  for (int start = 0; start < 2;
+       ++start) {  // the daemon ends before the schedule has stored anything
+    Journal restored(dir / "restored.db");
+    SessionService after{{restored, dir.path(), {}, {}}};
+    ServiceSessionGateway cell(after, restored);
+    EXPECT_EQ(schedule_of(cell, restored)->picture().held, Why::kPastUnknown) << start;
+  }
+  Journal restored(dir / "restored.db");
+  SessionService after{{restored, dir.path(), {}, {}}};
+  ServiceSessionGateway cell(after, restored);
+  schedule_of(cell, restored)->update();
+  EXPECT_EQ(restored.sessions().size(), 1u);
+  EXPECT_EQ(schedule_of(cell, restored)->picture().held, Why::kPastUnknown) << "as stored";
+  schedule_of(cell, restored)->release("A. Miller");
+  EXPECT_EQ(schedule_of(cell, restored)->picture().held, Why::kNothing);
 }
 
 TEST_F(UnattendedSession, IsNotBegunWhereSomebodyHasAbortedMeanwhile) {
