@@ -91,8 +91,8 @@ std::vector<T> without(const std::set<CellName>& unknown, const std::vector<T>& 
   return kept;
 }
 
-// A presence is newer than another of the same journal if its number is higher; with equal numbers,
-// if its time by the cell's clock is later; of one connection the end is newer.
+// A presence is newer than another of the same journal if its number is higher; with equal numbers, if it arrives later.
+// Of one connection, whose birth and will have the same time, the will is newer.
 void put_presences(pqxx::work& work, const std::vector<plant::Presence>& presences) {
   std::map<CellName, std::vector<const plant::Presence*>> by_cell;
   for (const plant::Presence& one : presences) by_cell[one.of].push_back(&one);
@@ -104,8 +104,8 @@ void put_presences(pqxx::work& work, const std::vector<plant::Presence>& presenc
           "ON CONFLICT (cell_id) DO UPDATE SET online = excluded.online, farewell = excluded.farewell, "
           "journal = excluded.journal, number = excluded.number, software = excluded.software, "
           "mock = excluded.mock, at = excluded.at, received = excluded.received "
-          "WHERE p.journal <> excluded.journal OR "
-          "(excluded.number, excluded.at, NOT excluded.online) > (p.number, p.at, NOT p.online)",
+          "WHERE p.journal <> excluded.journal OR excluded.number > p.number OR "
+          "(excluded.number = p.number AND (excluded.at <> p.at OR (p.online AND NOT excluded.online)))",
           name.plant, name.cell, one->online, one->farewell, one->journal, one->number,
           one->software, one->mock, one->time);
     }

@@ -123,6 +123,23 @@ TEST(Store, PresenceAdvancesByNumberNotByArrival) {
   EXPECT_EQ(say(5, false, "2026-11-22T20:00:00Z"), "t|9");  // the will again
 }
 
+TEST(Store, PresenceOfALaterConnectionReplacesTheEndOfTheOneBeforeUnderAClockThatIsBehind) {
+  const std::string database = Database::shared().emptied();
+  Store store({database});
+  const auto say = [&](bool online, bool farewell, const char* time) {
+    Batch batch;
+    batch.presences = {{kWeld, online, farewell, "j1", 5, "1.9.0", time, false}};
+    store.write(batch);
+    return ask(database, "SELECT online, farewell FROM fleet.presence");
+  };
+  EXPECT_EQ(say(true, false, "2026-11-22T20:00:00Z"), "t|f");
+  EXPECT_EQ(say(false, true, "2026-11-22T21:00:00Z"), "f|t");
+  EXPECT_EQ(say(true, false, "2026-11-21T21:00:00Z"), "t|f") << "no fact since the farewell";
+  EXPECT_EQ(say(false, false, "2026-11-21T21:00:00Z"), "f|f");
+  EXPECT_EQ(say(true, false, "2026-11-20T21:00:00Z"), "t|f") << "no fact since the will";
+  EXPECT_EQ(say(false, true, "2026-11-19T21:00:00Z"), "f|t") << "set back during the connection";
+}
+
 TEST(Store, DocumentsComeBackByteForByte) {
   const std::string database = Database::shared().emptied();
   Store store({database});
