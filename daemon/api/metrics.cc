@@ -188,24 +188,29 @@ void put_result(Exposition& out, const calib::Calibration& newest) {
   if (newest.check.count > 0)
     out.gauge("cellcal_calibration_check_meters", "Mean residual of its check touches.",
               newest.check.mean_m);
-  out.family("cellcal_calibration_error_meters", "gauge", "Predicted mean position error.");
-  out.sample(newest.predicted_near_targets_m, {{"over", "targets"}});
-  out.sample(newest.predicted_workspace_m, {{"over", "workspace"}});
-  if (newest.nominal_workspace_u_m > 0.0) {
+}
+
+void put_in_use(Exposition& out, const calib::Calibration& used) {
+  out.family("cellcal_calibration_error_meters", "gauge",
+             "Predicted mean position error of the calibration in use.");
+  out.sample(used.predicted_near_targets_m, {{"over", "targets"}});
+  out.sample(used.predicted_workspace_m, {{"over", "workspace"}});
+  if (used.nominal_workspace_u_m > 0.0) {
     out.family("cellcal_nominal_error_meters", "gauge",
                "Mean position error of this arm with its nominal model.");
-    out.sample(newest.nominal_near_targets_m, {{"over", "targets"}});
-    out.sample(newest.nominal_workspace_m, {{"over", "workspace"}});
+    out.sample(used.nominal_near_targets_m, {{"over", "targets"}});
+    out.sample(used.nominal_workspace_m, {{"over", "workspace"}});
     out.family("cellcal_nominal_error_u_meters", "gauge",
                "Expanded uncertainty (k = 2) of cellcal_nominal_error_meters.");
-    out.sample(newest.nominal_near_targets_u_m, {{"over", "targets"}});
-    out.sample(newest.nominal_workspace_u_m, {{"over", "workspace"}});
+    out.sample(used.nominal_near_targets_u_m, {{"over", "targets"}});
+    out.sample(used.nominal_workspace_u_m, {{"over", "workspace"}});
   }
-  out.family("cellcal_joint_zero_degrees", "gauge", "How far a joint's zero is from nominal.");
+  out.family("cellcal_joint_zero_degrees", "gauge",
+             "How far a joint's zero is from nominal, by the calibration in use.");
   const auto zeros = [&](double calib::ParameterResult::*figure) {
-    for (const calib::ParameterResult& one : newest.parameters) {
+    for (const calib::ParameterResult& one : used.parameters) {
       if (one.key.kind != calib::ParameterKind::kTheta || one.key.joint < 0) continue;
-      const auto& joint = newest.cell.robot.joints.at(static_cast<std::size_t>(one.key.joint));
+      const auto& joint = used.cell.robot.joints.at(static_cast<std::size_t>(one.key.joint));
       out.sample(one.*figure * calib::kDegPerRad, {{"joint", joint.name}});
     }
   };
@@ -253,7 +258,8 @@ std::optional<calib::Calibration> newest_result(Journal& journal,
 }  // namespace
 
 std::string metrics_text(const Status& status, const std::vector<SessionRecord>& sessions,
-                         const calib::Calibration* newest, const calib::DriftChart* drift) {
+                         const calib::Calibration* newest, const calib::Calibration* in_use,
+                         const calib::DriftChart* drift) {
   Exposition out;
   put_state(out, status);
   out.family("cellcal_arm_motion", "gauge", "1 for what the controller's newest packet shows.");
@@ -269,6 +275,7 @@ std::string metrics_text(const Status& status, const std::vector<SessionRecord>&
   put_sessions(out, sessions);
   put_outcome(out, sessions);
   if (newest != nullptr) put_result(out, *newest);
+  if (in_use != nullptr) put_in_use(out, *in_use);
   if (drift != nullptr) put_drift(out, *drift);
   return std::move(out).text();
 }
@@ -293,14 +300,17 @@ std::optional<Response> Api::metrics(const Call&) {
   // Imported ones may be of another arm.
   std::erase_if(sessions, [](const SessionRecord& one) { return one.origin.has_value(); });
   const auto newest = newest_result(journal_, sessions);
+  const auto used = in_use(journal_, "");
   std::shared_ptr<const Drift> drift;
   try {
     drift = drift_watch_.evaluate();
   } catch (const NotUsable& damaged) {
     spdlog::debug("metrics without drift: {}", damaged.what());
   }
-  std::string text = metrics_text(service_.status(), sessions, newest ? &*newest : nullptr,
-                                  drift ? &drift->chart : nullptr);
+  std::string text =
+      metrics_text(service_.status(), sessions, newest ? &*newest : nullptr,
+                   used && used->calibration ? &used->calibration->calibration : nullptr,
+                   drift ? &drift->chart : nullptr);
   if (const auto line = plant_line_ ? plant_line_() : std::nullopt)
     text += metrics_text(line->facts, journal_.outbox());
   return Response{200, "text/plain; version=0.0.4; charset=utf-8", std::move(text)};

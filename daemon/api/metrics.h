@@ -11,10 +11,11 @@
 
 namespace cellcal::daemon {
 
-/// Metrics of the state and its links, of all sessions, of the newest result and of its checks (null: none).
-/// Unknown values are omitted.
+/// Metrics of the state and its links, of all sessions, of the newest result, of the calibration in use and of its
+/// checks (null: none). Unknown values are omitted.
 std::string metrics_text(const Status& status, const std::vector<SessionRecord>& sessions,
                          const calib::Calibration* newest,
+                         const calib::Calibration* in_use = nullptr,
                          const calib::DriftChart* drift = nullptr);
 
 /// Metrics of the connection to the plant, where one is configured.

@@ -109,19 +109,26 @@ TEST(TheMetrics, SayWhatStatusAndJournalSayInBaseUnits) {
   EXPECT_FALSE(samples.contains("cellcal_session_u95_meters")) << "not known";
 }
 
-TEST(TheMetrics, HaveTheZerosOfTheNewestResultWithNamesEscaped) {
-  calib::Calibration newest;
-  newest.cell.robot.joints.resize(1);
-  newest.cell.robot.joints[0].name = "A\"1\\\n";
+TEST(TheMetrics, HaveZerosAndAccuracyOfTheCalibrationInUseWithNamesEscaped) {
+  calib::Calibration used;
+  used.cell.robot.joints.resize(1);
+  used.cell.robot.joints[0].name = "A\"1\\\n";
+  used.predicted_workspace_m = 1e-4;
   calib::ParameterResult zero;
   zero.key.kind = calib::ParameterKind::kTheta;
   zero.key.joint = 0;
   zero.correction = 0.01;
-  newest.parameters.push_back(zero);
-  const Scraped scraped = scrape(metrics_text({}, {}, &newest));
+  used.parameters.push_back(zero);
+  calib::Calibration withheld = used;
+  withheld.parameters[0].correction = 0.5;
+  withheld.predicted_workspace_m = 9.0;
+  const Scraped scraped = scrape(metrics_text({}, {}, &withheld, &used));
   EXPECT_EQ(scraped.wrong, "");
   EXPECT_NEAR(scraped.samples.at("cellcal_joint_zero_degrees{joint=\"A\\\"1\\\\\\n\"}"), 0.57296,
               1e-5);
+  EXPECT_EQ(scraped.samples.at("cellcal_calibration_error_meters{over=\"workspace\"}"), 1e-4);
+  const Scraped nothing_used = scrape(metrics_text({}, {}, &withheld));
+  EXPECT_FALSE(nothing_used.types.contains("cellcal_calibration_error_meters"));
 }
 
 TEST(TheDashboard, AsksForMetricsThatThereAre) {
@@ -132,7 +139,7 @@ TEST(TheDashboard, AsksForMetricsThatThereAre) {
   calib::DriftChart chart;
   chart.points.resize(1);
   chart.counted = 1;
-  const auto types = scrape(metrics_text(status, {}, &newest, &chart)).types;
+  const auto types = scrape(metrics_text(status, {}, &newest, &newest, &chart)).types;
   std::ifstream file(CELLCAL_DASHBOARD);
   const auto dashboard = nlohmann::json::parse(file);
   std::set<std::string> asked;
