@@ -22,6 +22,8 @@ using End = Standing::State;
 double guess_s(const std::string& kind) { return kind == "calibrate" ? 3600.0 : 600.0; }
 /// Number of earlier sessions considered.
 constexpr std::size_t kMostConsidered = 3;
+/// Longer ones by the wall clock are steps of it, or pauses.
+constexpr double kMostByWallClock_s = 86400.0;
 /// Reserve for the variation between windows.
 constexpr double kSpare = 1.25;
 
@@ -141,19 +143,35 @@ std::int64_t ServiceSessionGateway::resume(const std::string& by, std::uint64_t 
 
 void ServiceSessionGateway::stop() { service_.abort(SessionService::By::kDaemon); }
 
-/// Median of the newest, which excludes sessions resumed on a later day.
+/// By the session's own clock; by the wall clock where retention has dropped that.
+std::optional<double> ServiceSessionGateway::duration_s(const SessionRecord& record) {
+  const auto [known, is_new] = took_s_.try_emplace(record.id);
+  if (!is_new) return known->second;
+  try {
+    const double phases_s = phase_times(journal_.changes(record.id)).total_s;
+    if (phases_s > 0.0) return known->second = phases_s;
+  } catch (const DamagedError&) {
+    return {};
+  }
+  const auto began = calib::seconds_of(record.started), ended = calib::seconds_of(record.ended);
+  if (began && ended && *ended > *began && *ended - *began < kMostByWallClock_s)
+    known->second = *ended - *began;
+  return known->second;
+}
+
+/// Median of the newest.
 double ServiceSessionGateway::foreseen_s(const ScheduledSession& session) {
   std::vector<double> took_s;
   for (const SessionRecord& record : records(service_.status())) {
     if (record.state != RecordState::kDone || record.inputs.cell_name != session.cell.string())
       continue;
     if (session.kind != to_string(kind_of(record))) continue;
-    const auto began = calib::seconds_of(record.started), ended = calib::seconds_of(record.ended);
-    if (!began || !ended || record.touches == 0) continue;
+    const auto lasted_s = duration_s(record);
+    if (!lasted_s || record.touches == 0) continue;
     double share = 1.0;
     if (session.touches && !session.goal_mm)
       share = static_cast<double>(*session.touches + session.check.value_or(10)) / record.touches;
-    took_s.push_back((*ended - *began) * share);
+    took_s.push_back(*lasted_s * share);
     if (took_s.size() == kMostConsidered) break;
   }
   if (took_s.empty()) return guess_s(session.kind);

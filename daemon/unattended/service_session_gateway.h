@@ -2,6 +2,7 @@
 // The daemon's sessions as seen by the schedule.
 
 #include <condition_variable>
+#include <map>
 #include <mutex>
 #include <stop_token>
 #include <thread>
@@ -29,11 +30,14 @@ class ServiceSessionGateway final : public SessionGateway {
   std::int64_t start(const RunRequest& request);
   /// Reread after a new session or an end.
   const std::vector<SessionRecord>& records(const Status& status);
+  /// Of a completed session, without pauses; none: not known.
+  std::optional<double> duration_s(const SessionRecord& record);
 
   SessionService& service_;
   Journal& journal_;
   std::optional<std::uint64_t> read_at_;  ///< status of the records read
   std::vector<SessionRecord> records_;
+  std::map<std::int64_t, std::optional<double>> took_s_;  ///< by session
 };
 
 // Thread that evaluates the schedule every few seconds, and immediately after events.

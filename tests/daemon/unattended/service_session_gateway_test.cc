@@ -160,6 +160,31 @@ TEST_F(UnattendedSession, BeginsWithTheLoadOfItsEntry) {
   }
 }
 
+TEST_F(UnattendedSession, IsForeseenByItsOwnClockNotByOneThatWasSetMeanwhile) {
+  const auto done = [this](double lasted_s, const char* ended) {
+    const std::int64_t id =
+        journal.begin({CELLCAL_DEMO_CELL, "c", "r", "r", "{}"}, "2026-01-01T00:00:00.000Z");
+    for (std::size_t i = 0; i < 8; ++i) journal.record(id, RecordTouch{i, {}});
+    if (lasted_s > 0.0) {
+      journal.note(id, RecordChange{{Phase::kIdle, Phase::kConnecting}, EventKind::kRun, "t", 5.0});
+      journal.note(
+          id,
+          RecordChange{{Phase::kConnecting, Phase::kDone}, EventKind::kRun, "t", 5.0 + lasted_s});
+    }
+    journal.record(id, RecordEnd{Ending::kDone, ""}, ended);
+  };
+  const auto foreseen_s = [this] {
+    return ServiceSessionGateway(service, journal).foreseen_s(session());
+  };
+  done(0.0, "2025-06-01T00:00:00.000Z");
+  done(0.0, "2026-07-01T00:00:00.000Z");
+  EXPECT_EQ(foreseen_s(), 3600.0) << "not known: no phases, and dates of a clock that was set";
+  done(600.0, "2026-07-19T00:00:00.000Z");
+  EXPECT_NEAR(foreseen_s(), 1.25 * 600.0, 1e-6);
+  done(0.0, "2026-01-01T00:20:00.000Z");
+  EXPECT_NEAR(foreseen_s(), 1.25 * 1200.0, 1e-6) << "the longer of two, by the wall clock";
+}
+
 TEST_F(UnattendedSession, StandsBehindTheEndThatTheJournalHasWhenTheDaemonBegins) {
   const std::int64_t id = journal.begin({"c", "c", "r", "r", "{}"}, "2026-01-01T00:00:00.000Z");
   journal.record(id, RecordEnd{Ending::kFailed, "no-contact: no contact up to 8 mm"},
