@@ -113,7 +113,7 @@ struct UnattendedServices::Impl {
                   [this] { return live.now()->schedule; },
                   {wall_clock, std::chrono::steady_clock::now, boot_id(), clock_synchronised},
                   [this](const Decision& decision) {
-                    notifier.notify([decision] { return news_of(decision); });
+                    notifier.notify([decision, this] { return news_of(decision, journal); });
                   }}),
         thread(schedule),
         housekeeping([this, &service] { drop_old(service, journal, *live.now()); }) {

@@ -152,7 +152,28 @@ Notice news_of(const Status& status, Journal& journal) {
   return notice;
 }
 
-std::optional<Notice> news_of(const Decision& decision) {
+namespace {
+
+Notice interrupted(std::int64_t session, Journal& journal) {
+  Notice notice;
+  notice.news = News::kInterrupted;
+  notice.session = session;
+  try_to(notice, [&] {
+    const auto record = journal.session(session);
+    if (!record) return;
+    notice.touches = static_cast<std::size_t>(record->touches);
+    notice.cell = record->inputs.cell_name;
+    notice.started = record->started;
+    notice.kind = to_string(options_from_json(record->inputs.options).kind);
+  });
+  return notice;
+}
+
+}  // namespace
+
+std::optional<Notice> news_of(const Decision& decision, Journal& journal) {
+  if (decision.verb == Verb::kHeld && decision.why == Why::kLeftBefore)
+    return interrupted(decision.session, journal);
   const bool nothing_began =
       decision.verb == Verb::kMissed || (decision.verb == Verb::kRefused && !decision.day.empty());
   if (!nothing_began) return std::nullopt;
@@ -203,7 +224,8 @@ void add_session(Lines& lines, const Notice& notice) {
   lines.add({"say.notice.cell", {{"cell", notice.cell}}});
   lines.add({"say.notice.kind", {{"kind", notice.kind}}});
   lines.add({"say.notice.touches", {{"touches", notice.touches}}});
-  lines.add({"say.notice.time", {{"begin", notice.started}, {"end", notice.ended}}});
+  if (!notice.ended.empty())
+    lines.add({"say.notice.time", {{"begin", notice.started}, {"end", notice.ended}}});
   if (notice.near_m) lines.add({"say.notice.near", {{"mm", *notice.near_m * calib::kMmPerM}}});
   if (notice.over_m) lines.add({"say.notice.over", {{"mm", *notice.over_m * calib::kMmPerM}}});
   for (const calib::Phrase& one : notice.findings)
@@ -232,6 +254,7 @@ const char* to_string(News news) {
                                            {kRecovered, "recovered"},
                                            {kFailed, "failed"},
                                            {kAborted, "aborted"},
+                                           {kInterrupted, "interrupted"},
                                            {kNotBegun, "not-begun"}}};
   return kTable[news];
 }

@@ -27,7 +27,8 @@ enum class News {
   kRecovered,  ///< a check ended, and with it an alarm of the control chart
   kFailed,
   kAborted,
-  kNotBegun  ///< a window of the schedule passed without its session
+  kInterrupted,  ///< the daemon was killed, or the power failed, during a session
+  kNotBegun      ///< a window of the schedule passed without its session
 };
 inline constexpr auto kAllNews = all_values<News>();
 /// Hyphenated; used in the posted JSON.
@@ -42,10 +43,10 @@ struct Notice {
   std::string outcome;                  ///< to_string(OutcomeKind); empty: none
   std::vector<calib::Phrase> findings;  ///< of the verdict; what is text already, in English
   std::optional<double> near_m,
-      over_m;                     ///< predicted mean error: near the targets, over the workspace
-  bool by_chart = false;          ///< kDrifted or kRecovered by the control chart alone
-  std::string entry, day;         ///< kNotBegun: of the schedule
-  calib::Phrase why;              ///< kNotBegun
+      over_m;              ///< predicted mean error: near the targets, over the workspace
+  bool by_chart = false;   ///< kDrifted or kRecovered by the control chart alone
+  std::string entry, day;  ///< kNotBegun: of the schedule
+  calib::Phrase why;       ///< kNotBegun
 };
 
 /// Notice kind of a completed session with this outcome.
@@ -56,8 +57,8 @@ Notice notice_of_end(std::int64_t session, const RecordEnd& end, const std::stri
                      Journal& journal);
 /// `status`: final one of the session. Reads the journal.
 Notice news_of(const Status& status, Journal& journal);
-/// None where no notification is needed.
-std::optional<Notice> news_of(const Decision& decision);
+/// None where no notification is needed. Reads the journal.
+std::optional<Notice> news_of(const Decision& decision, Journal& journal);
 
 // A notice as text for operators, and as JSON for programs (format "cellcal.notice/1").
 

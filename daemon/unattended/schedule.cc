@@ -55,6 +55,7 @@ Schedule::Schedule(Parts parts) : parts_(std::move(parts)), started_(parts_.cloc
     state_.hold_from({inputs.cell.session, Why::kPastUnknown});
     report_held(inputs, Why::kPastUnknown, 0.0);
   }
+  report_left(inputs);
   show(inputs);
 }
 
@@ -110,6 +111,18 @@ void Schedule::notice_clock(const Inputs& inputs) {
   restore_clock_trust(inputs);
 }
 
+/// Once, also without a schedule: the operator may be absent.
+void Schedule::report_left(const Inputs& inputs) {
+  if (inputs.cell.state != Standing::State::kLeft || state_.left == inputs.cell.end) return;
+  state_.left = inputs.cell.end;
+  Decision decision;
+  decision.at = inputs.now;
+  decision.verb = Verb::kHeld;
+  decision.why = Why::kLeftBefore;
+  decision.session = inputs.cell.session;
+  report(std::move(decision));
+}
+
 void Schedule::doubt_clock(const Inputs& inputs, Why why, double set_by_s) {
   state_.clock_doubt = ClockDoubt{why, set_by_s};
   agrees_since_.reset();
@@ -155,8 +168,9 @@ void Schedule::notice_ends(const Inputs& inputs) {
   }
   if (cell.busy) {
     // Its future end differs from the inspected one.
-    if (!state_.released.empty()) dirty_ = true;
+    if (!state_.released.empty() || !state_.left.empty()) dirty_ = true;
     state_.released.clear();
+    state_.left.clear();
     return;
   }
   const bool newer = state_.hold && cell.session > state_.hold->session;

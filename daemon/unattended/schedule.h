@@ -94,6 +94,7 @@ class Schedule {
   Inputs read_inputs();
   void notice_clock(const Inputs& inputs);
   void doubt_clock(const Inputs& inputs, Why why, double set_by_s);
+  void report_left(const Inputs& inputs);
   void report_held(const Inputs& inputs, Why why, double figure_s);
   void restore_clock_trust(const Inputs& inputs);
   void notice_ends(const Inputs& inputs);

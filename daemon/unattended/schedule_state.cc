@@ -54,6 +54,7 @@ ScheduleState state_from(const json& j) {
         ClockDoubt{why_of(doubt.at("why").get<std::string>()), doubt.at("set_by_s").get<double>()};
   j.at("released").get_to(state.released);
   j.at("harmless").get_to(state.harmless);
+  state.left = j.value("left", "");
   for (const json& one : j.at("decisions")) state.decisions.push_back(decision_from(one));
   return state;
 }
@@ -118,6 +119,7 @@ std::string to_text(const ScheduleState& state) {
                  {"clock_doubt", std::move(doubt)},
                  {"released", state.released},
                  {"harmless", state.harmless},
+                 {"left", state.left},
                  {"decisions", std::move(decisions)}};
   return all.dump(-1, ' ', false, json::error_handler_t::replace);
 }

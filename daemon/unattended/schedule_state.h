@@ -46,6 +46,7 @@ struct ScheduleState {
   ClockMark clock;
   std::optional<ClockDoubt> clock_doubt;
   std::string released;            ///< inspected end (Standing::end)
+  std::string left;                ///< interruption that was reported
   std::string harmless;            ///< end after which another may begin
   std::deque<Decision> decisions;  ///< newest last
 

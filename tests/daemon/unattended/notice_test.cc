@@ -126,20 +126,34 @@ TEST(NewsOfACheck, OfACalibrationThatIsNotInUseAreNoDrift) {
   EXPECT_EQ(checked_against(used), News::kDrifted);
 }
 
-TEST(NewsOfTheSchedule, AreToldWhereAWindowPassedWithoutItsSession) {
+TEST_F(NewsOfASession, AreOfOneThatWasInterruptedByAKilledDaemon) {
+  Decision decision;
+  decision.verb = Verb::kHeld;
+  decision.why = Why::kLeftBefore;
+  decision.session = journal.begin({"/c.toml", "c", "r", "r", "{}"}, "t0");
+  const auto notice = news_of(decision, journal);
+  ASSERT_TRUE(notice);
+  EXPECT_EQ(notice->news, News::kInterrupted);
+  EXPECT_EQ(notice->cell, "/c.toml");
+  const Message message = compose(*notice, calib::Language(), "c");
+  EXPECT_TRUE(message.subject.starts_with("Session 1: interrupted")) << message.subject;
+  EXPECT_NE(message.body.find("--resume"), std::string::npos) << message.body;
+}
+
+TEST_F(NewsOfASession, AreToldWhereAWindowPassedWithoutOne) {
   Decision decision;
   decision.entry = "nightly";
   decision.day = "2026-11-22";
   decision.verb = Verb::kMissed;
   decision.why = Why::kFailedBefore;
-  const auto notice = news_of(decision);
+  const auto notice = news_of(decision, journal);
   ASSERT_TRUE(notice);
   EXPECT_EQ(notice->news, News::kNotBegun);
   EXPECT_NE(words(notice->why).find("--release"), std::string::npos) << words(notice->why);
   decision.verb = Verb::kWaiting;
-  EXPECT_FALSE(news_of(decision));
+  EXPECT_FALSE(news_of(decision, journal));
   decision.verb = Verb::kBegun;
-  EXPECT_FALSE(news_of(decision));
+  EXPECT_FALSE(news_of(decision, journal));
 }
 
 }  // namespace

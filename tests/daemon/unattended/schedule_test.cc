@@ -367,6 +367,23 @@ TEST_F(ASchedule, WhoseRowIsDamagedBeginsNothingAndSaysSo) {
   EXPECT_EQ(count(Verb::kWaiting, Why::kNotOnDisk), 1);
 }
 
+TEST_F(ASchedule, ReportsAnInterruptedSessionOnceAlsoWhereNothingIsUnattended) {
+  const auto start = [this] {
+    restart();
+    pass(5);
+    return count(Verb::kHeld, Why::kLeftBefore);
+  };
+  config.unattended = false;
+  cell.person_runs(EndState::kLeft);
+  EXPECT_EQ(start(), 1);
+  EXPECT_EQ(start(), 1);
+  cell.now.busy = true;  // resumed
+  pass(5);
+  --cell.ends;  // the same end, in every word
+  cell.end(EndState::kLeft);
+  EXPECT_EQ(start(), 2);
+}
+
 TEST_F(ASchedule, RefusesASessionWhoseFileIsWrongOnceANightWithItsWords) {
   cell.wrong = "c.toml:3: no such robot";
   live(kDay);
