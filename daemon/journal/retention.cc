@@ -64,12 +64,15 @@ std::vector<DroppedRows> Journal::retain(const RetentionLimits& limits, const st
   if (newest != all.end()) all.erase(newest);
   std::int64_t used = bytes_in_use();
   std::vector<DroppedRows> gone;
+  // A session is not older than the one before it, whatever date the clock had.
+  std::string latest;
   for (auto record = all.rbegin(); record != all.rend(); ++record) {
+    if (record->state != RecordState::kDamaged)
+      latest = std::max(latest, record->ended.empty() ? record->started : record->ended);
     if (record->state == RecordState::kRunning || record->state == RecordState::kDamaged ||
         !record->dropped.empty())
       continue;
-    const std::string& end = record->ended.empty() ? record->started : record->ended;
-    const bool old = !limits.ended_before.empty() && end < limits.ended_before;
+    const bool old = !limits.ended_before.empty() && latest < limits.ended_before;
     const bool too_much = limits.bytes && used > *limits.bytes;
     if (!old && !too_much) continue;
     if (go_on && !go_on()) break;

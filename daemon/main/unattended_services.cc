@@ -45,12 +45,21 @@ RetentionRule rule_of(const DaemonConfig& config) {
 }
 
 /// Runs between sessions, which do not wait for it.
-void drop_old(SessionService& service, Journal& journal, const DaemonConfig& config) {
-  const RetentionRule rule = rule_of(config);
-  if (!rule.any()) return;
+void drop_old(SessionService& service, Journal& journal, const DaemonConfig& config,
+              Schedule& schedule) {
+  RetentionRule rule = rule_of(config);
   const auto idle = [&service] { return !kActivePhases.has(service.status().phase); };
   try {
-    const auto gone = journal.retain(limits_of(rule, wall_clock()), wall_clock_utc(), false, idle);
+    const UtcSeconds now = wall_clock();  // before it is judged
+    if (rule.days && !schedule.trusts_clock()) {
+      spdlog::warn(
+          "[retention] days = {}: not applied, this computer's clock is in doubt. Check date and "
+          "time, then: 'cellcal schedule --release'; or connect a time source (NTP)",
+          *rule.days);
+      rule.days.reset();
+    }
+    if (!rule.any()) return;
+    const auto gone = journal.retain(limits_of(rule, now), wall_clock_utc(), false, idle);
     if (!gone.empty())
       spdlog::info("[retention]: raw events and readings of {} sessions dropped", gone.size());
   } catch (const std::exception& failed) {
@@ -116,7 +125,7 @@ struct UnattendedServices::Impl {
                     notifier.notify([decision, this] { return news_of(decision, journal); });
                   }}),
         thread(schedule),
-        housekeeping([this, &service] { drop_old(service, journal, *live.now()); }) {
+        housekeeping([this, &service] { drop_old(service, journal, *live.now(), schedule); }) {
     housekeeping.ask();
   }
 
@@ -145,10 +154,12 @@ void UnattendedServices::update(const Status& status) {
     impl_->notifier.notify(
         [status, &journal = impl_->journal] { return news_of(status, journal); });
   poke();
-  impl_->housekeeping.ask();
 }
 RetentionRule UnattendedServices::retention() const { return rule_of(*impl_->live.now()); }
-void UnattendedServices::poke() { impl_->thread.poke(); }
+void UnattendedServices::poke() {
+  impl_->thread.poke();
+  impl_->housekeeping.ask();
+}
 void UnattendedServices::stop() { impl_->thread.stop(); }
 
 }  // namespace cellcal::daemon

@@ -123,6 +123,12 @@ void Schedule::report_left(const Inputs& inputs) {
   report(std::move(decision));
 }
 
+bool Schedule::trusts_clock() {
+  const std::lock_guard lock(deciding_);
+  notice_clock(read_inputs());
+  return !state_.clock_doubt;
+}
+
 void Schedule::doubt_clock(const Inputs& inputs, Why why, double set_by_s) {
   state_.clock_doubt = ClockDoubt{why, set_by_s};
   agrees_since_.reset();

@@ -73,6 +73,8 @@ class Schedule {
   /// Confirms that cell and arm were inspected: releases a hold.
   Decision release(const std::string& by);
   SchedulePicture picture() const;
+  /// False while the wall clock is not used.
+  bool trusts_clock();
 
  private:
   struct Own {  ///< the session begun by the schedule

@@ -57,6 +57,14 @@ TEST_F(Retention, DropsRawRowsOfOldSessionsAndKeepsTouchesAndResultsThroughARest
   EXPECT_TRUE(journal.retain(before_march, "t", false).empty()) << "once";
 }
 
+TEST_F(Retention, TakesNoSessionForOlderThanTheOneBeforeIt) {
+  Journal journal(dir / "j.db");
+  for (const char* day : {"2026-01-01", "2026-04-01", "1970-01-01", "2026-04-02"})
+    session(journal, day);
+  EXPECT_EQ(numbers(journal.retain(before_march, "t", false)), std::vector<std::int64_t>{1})
+      << "the clock was behind in the third";
+}
+
 TEST_F(Retention, SaysBeforehandWhatItWouldDropAndDropsNothing) {
   Journal journal(dir / "j.db");
   for (const char* day : {"2026-01-01", "2026-02-01", "2026-03-01"}) session(journal, day);

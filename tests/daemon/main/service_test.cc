@@ -4,6 +4,7 @@
 #include <signal.h>
 
 #include "daemon_fixture.h"
+#include "tests/daemon/journal/images.h"
 
 namespace cellcal::daemon::testing {
 namespace {
@@ -86,6 +87,23 @@ TEST(AChangedConfiguration, IsInForceForTheNextSessionAndTheLogAtOnce) {
   EXPECT_EQ(run.status, 1);
   EXPECT_NE(run.err.find("correction_limit_deg"), std::string::npos) << run.err;
   EXPECT_NE(fixture.log().find("debug: session 1"), std::string::npos) << fixture.log();
+}
+
+TEST(AChangedConfiguration, DropsRawRowsAtOnceWhereItLimitsThem) {
+  DaemonFixture fixture;
+  std::filesystem::create_directory(fixture.dir / "state");
+  {
+    Journal journal(fixture.dir / "state/journal.db");
+    for (int i = 0; i < 2; ++i) {
+      const std::int64_t id = fill(journal, 3);
+      journal.note(id, "t", std::string(1'500'000, 'x'));
+      journal.record(id, RecordEnd{Ending::kDone, ""}, "2026-01-01T12:00:00.000Z");
+    }
+  }
+  fixture.start();
+  std::ofstream(fixture.dir / "d.toml", std::ios::app) << "[retention]\nmegabytes = 1\n";
+  fixture.daemon->signal(SIGHUP);
+  wait_for_log(fixture, "[retention]: raw events and readings of 1 sessions dropped");
 }
 
 TEST(AChangedConfiguration, ThatIsWrongChangesNothingAndIsNamedWithItsLine) {

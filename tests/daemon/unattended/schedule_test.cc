@@ -384,6 +384,20 @@ TEST_F(ASchedule, ReportsAnInterruptedSessionOnceAlsoWhereNothingIsUnattended) {
   EXPECT_EQ(start(), 2);
 }
 
+TEST_F(ASchedule, TrustsNoClockThatWasSetNorOneThatIsNotSynchronisedSinceTheStart) {
+  EXPECT_TRUE(schedule->trusts_clock());
+  utc += 400 * kDay;
+  EXPECT_FALSE(schedule->trusts_clock()) << "at once, not from the next pass on";
+  utc -= 400 * kDay;
+  EXPECT_FALSE(schedule->trusts_clock()) << "set once more";
+  schedule->release("A. Miller");
+  EXPECT_TRUE(schedule->trusts_clock());
+  boot = "second";
+  synchronised = false;
+  restart();
+  EXPECT_FALSE(schedule->trusts_clock());
+}
+
 TEST_F(ASchedule, RefusesASessionWhoseFileIsWrongOnceANightWithItsWords) {
   cell.wrong = "c.toml:3: no such robot";
   live(kDay);
