@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numbers>
 
 #include "calib/model/long_work.h"
 #include "calib/plan/candidates.h"
@@ -111,26 +112,43 @@ JointVector middle_posture(const Robot& robot) {
 }
 
 JointVector resting_posture(const Robot& robot, const Clearance& clearance) {
+  return resting_posture(robot,
+                         [&](const JointVector& q) { return clearance.clear(q, kTipMarginM); });
+}
+
+JointVector resting_posture(const Robot& robot,
+                            const std::function<bool(const JointVector&)>& is_clear) {
   const JointVector middle = middle_posture(robot);
   const std::size_t first = robot.first_turning();
-  if (clearance.clear(middle, kTipMarginM) || middle.size() < first + 3) return middle;
-  // Turned aside, lifted, folded: the smallest change first.
-  constexpr double kMarginRad = 0.1;
+  if (is_clear(middle) || middle.size() < first + 3) return middle;
+  const auto changed = [&](JointVector& q, std::size_t i, double rad) {
+    constexpr double kMarginRad = 0.1;
+    const Joint& joint = robot.joints[i];
+    q[i] = std::clamp(q[i] + rad, joint.min_rad + kMarginRad,
+                      std::max(joint.min_rad + kMarginRad, joint.max_rad - kMarginRad));
+  };
+  // Turned aside, lifted, folded: the smallest change first; then with the tool on another side.
   constexpr double kTurnRad[] = {0.0, 0.5, -0.5, 1.0, -1.0, 1.6, -1.6};
   constexpr double kLiftRad[] = {0.0, -0.3, 0.3, -0.6};
-  for (const double fold : kLiftRad)
-    for (const double lift : kLiftRad)
-      for (const double turn : kTurnRad) {
-        JointVector q = middle;
-        const double change[] = {turn, lift, fold};
-        for (std::size_t i = 0; i < 3; ++i) {
-          const Joint& joint = robot.joints[first + i];
-          q[first + i] =
-              std::clamp(q[first + i] + change[i], joint.min_rad + kMarginRad,
-                         std::max(joint.min_rad + kMarginRad, joint.max_rad - kMarginRad));
-        }
-        if (clearance.clear(q, kTipMarginM)) return q;
-      }
+  constexpr double kRollRad[] = {0.0, 0.5 * std::numbers::pi, -0.5 * std::numbers::pi,
+                                 std::numbers::pi};
+  const bool has_wrist = middle.size() >= first + kLeastJoints;
+  for (const bool bends_back : {false, true})
+    for (const double roll : kRollRad) {
+      if (!has_wrist && (bends_back || roll != 0.0)) continue;
+      JointVector rolled = middle;
+      if (bends_back) changed(rolled, first + 4, -2.0 * middle[first + 4]);
+      if (roll != 0.0) changed(rolled, middle.size() - 1, roll);
+      for (const double fold : kLiftRad)
+        for (const double lift : kLiftRad)
+          for (const double turn : kTurnRad) {
+            JointVector q = rolled;
+            changed(q, first, turn);
+            changed(q, first + 1, lift);
+            changed(q, first + 2, fold);
+            if (is_clear(q)) return q;
+          }
+    }
   return middle;  // the caller reports the obstacle
 }
 

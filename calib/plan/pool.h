@@ -1,6 +1,8 @@
 #pragma once
 // The pool of a choice of touches: the candidates of a cell and the paths to them.
 
+#include <functional>
+
 #include "calib/plan/candidates.h"
 #include "calib/plan/route.h"
 
@@ -15,8 +17,11 @@ void require_any_turn(const Robot& robot);
 
 /// A posture well inside the limits: centred, with the arm reaching forward and up.
 JointVector middle_posture(const Robot& robot);
-/// The middle posture, or one close to it without collision; the middle posture if there is none.
+/// The middle posture, or one close to it without collision, with the tool on another side where it has to be; the
+/// middle posture if there is none.
 JointVector resting_posture(const Robot& robot, const Clearance& clearance);
+JointVector resting_posture(const Robot& robot,
+                            const std::function<bool(const JointVector&)>& is_clear);
 
 PlannedTouch to_planned(const Cell& cell, const Candidate& c, TouchSet set,
                         const PlanOptions& options);

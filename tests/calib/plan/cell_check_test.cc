@@ -161,16 +161,19 @@ TEST(CellCheck, NamesAMeshInMetres) {
   cell.obstacles = {box("fixture", {-0.9, 0.9, 0.2}, Vector3d::Zero())};
   cell.obstacles[0].shape = ObstacleShape::kMesh;
   cell.obstacles[0].mesh_file = "fixture.stl";
-  const auto with_mesh = [&](double per_m) {  // 0.4 m x 0.3 m x 0.25 m, far from the origin of its file
-    Mesh mesh{{{2, 1, 0}, {2.4, 1, 0}, {2.4, 1.3, 0}, {2, 1, 0.25}}, {{0, 1, 2}, {0, 1, 3}, {0, 2, 3}, {1, 2, 3}}};
-    for (Vector3d& vertex : mesh.vertices_m) vertex *= per_m;
-    cell.obstacles[0].mesh = std::make_shared<const Mesh>(mesh);
-    return cell;
-  };
+  const auto with_mesh =
+      [&](double per_m) {  // 0.4 m x 0.3 m x 0.25 m, far from the origin of its file
+        Mesh mesh{{{2, 1, 0}, {2.4, 1, 0}, {2.4, 1.3, 0}, {2, 1, 0.25}},
+                  {{0, 1, 2}, {0, 1, 3}, {0, 2, 3}, {1, 2, 3}}};
+        for (Vector3d& vertex : mesh.vertices_m) vertex *= per_m;
+        cell.obstacles[0].mesh = std::make_shared<const Mesh>(mesh);
+        return cell;
+      };
   EXPECT_EQ(all_words(faults_of(with_mesh(1.0))), "");
   const CellFault fault = only_fault(with_mesh(1e-3), CellFaultKind::kMeshInMetres);
   EXPECT_TRUE(fault.refused);
-  expect_words(fault, {"obstacle fixture: fixture.stl is 0.4 x 0.3 x 0.25 mm", "metres", "Export it in millimetres"});
+  expect_words(fault, {"obstacle fixture: fixture.stl is 0.4 x 0.3 x 0.25 mm", "metres",
+                       "Export it in millimetres"});
   EXPECT_EQ(calib::words(found_phrase(fault), *Language::of("de")),
             "Hindernis fixture: fixture.stl misst 0,4 x 0,3 x 0,25 mm");
   EXPECT_EQ(all_words(faults_of(with_mesh(0.03))), "") << "12 mm may be a bolt";
@@ -297,6 +300,21 @@ TEST(CellCheck, NamesTheSignThatPutsTheArmIntoTheFloor) {
   EXPECT_EQ(fault.mistakes[0].joint, "A2");
   EXPECT_EQ(fault.mistakes[0].sign, demo_cell().robot.joints[1].sign);
   expect_words(fault, {"into the floor", "sign = 1 of A2"});
+}
+
+TEST(CellCheck, AcceptsAToolThatPointsBackBesideTheFlangeWhereTheArmRestsWithItOnAnotherSide) {
+  Cell cell = demo_cell();
+  cell.robot = load_robot(std::string(CELLCAL_ROBOTS_FOLDER) + "/kr16_r2010_2.toml");
+  cell.floor_m = 0.0;
+  cell.tool.tcp = Eigen::Isometry3d::Identity();
+  cell.tool.tcp.translation() = Vector3d(0.25, 0.0, -0.1);
+  cell.tool.radius_m = 0.025;
+  EXPECT_EQ(all_words(faults_of(cell)), "");
+  const ArmModel arm = planning_arm(cell);
+  const Clearance clearance(cell, arm);
+  const JointVector rest = resting_posture(cell.robot, clearance);
+  EXPECT_TRUE(clearance.clear(rest, kTipMarginM));
+  EXPECT_NE(rest[5], middle_posture(cell.robot)[5]);
 }
 
 TEST(CellCheck, NamesAToolThatPointsAlongXInsteadOfZ) {
