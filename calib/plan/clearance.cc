@@ -21,7 +21,6 @@ namespace cellcal::calib {
 
 namespace {
 
-constexpr double kBodyMarginM = 0.02;     // for everything except the tip
 constexpr double kSearchMarginM = 0.005;  // of the tool from its target, at contact
 /// Distances beyond margin plus this need not be exact: they only determine the look-ahead of a
 /// move, for which lower bounds are nearly as good.

@@ -60,6 +60,8 @@ std::string words_or(const std::optional<Hit>& hit, const char* otherwise);
 // its sides are. At each way-point the largest clear triangle is sought, between it and points on both
 // legs.
 
+/// Margin of everything except the tip.
+inline constexpr double kBodyMarginM = 0.02;
 /// Share of every margin kept within a move.
 inline constexpr double kMarginKept = 0.92;
 

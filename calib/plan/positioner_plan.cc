@@ -34,8 +34,10 @@ constexpr int kCandidatesOverSettings = 24, kLeastAtSetting = 20;
 /// Touches to a goal that candidates are made for, where more are allowed.
 constexpr int kCandidatesToGoal = 100;
 constexpr int kSettingExchanges = 4, kLeastOnSphere = 5;
-/// Steps at which the resting arm's clearance of the turning positioner is checked.
-constexpr double kTurnStepRad = 0.08;
+/// Pieces of a turn with less motion of anything carried are not halved further; where the arm waits there is more room.
+constexpr double kShortTurnM = 0.0005, kRoomM = 0.01;
+/// Added to the levers of a turn: how far (64b) may change in a radian.
+constexpr double kOffChangesM = 0.02;
 
 /// Van der Corput's sequence.
 double radical_inverse(int index, int base) {
@@ -255,24 +257,6 @@ class SettingPools {
   std::vector<Candidate> candidates_;
 };
 
-/// The limits in steps that a sphere on the table does not pass between.
-std::vector<std::vector<double>> swept_settings(const Robot& robot) {
-  constexpr double kSweepStepRad = 0.26;
-  std::vector<std::vector<double>> all = {{}};
-  for (const PositionerAxis& axis : robot.positioner) {
-    const double range_rad = std::min(axis.max_rad - axis.min_rad, 2.0 * std::numbers::pi);
-    const int steps = static_cast<int>(std::ceil(range_rad / kSweepStepRad));
-    std::vector<std::vector<double>> more;
-    for (const std::vector<double>& before : all)
-      for (int k = 0; k <= steps; ++k) {
-        more.push_back(before);
-        more.back().push_back(axis.min_rad + range_rad * k / steps);
-      }
-    all = std::move(more);
-  }
-  return all;
-}
-
 /// The fit touches, to a goal as many as it takes. Throws PlanError if too few are reachable.
 Choice choose_at_settings(const Cell& cell, const PlanOptions& options, int targets,
                           const SettingPools& settings) {
@@ -363,25 +347,129 @@ Plan visits_in_turn(const Cell& cell, const PlanOptions& options, const SettingP
 
 }  // namespace
 
+namespace {
+
+/// Balls around what is carried, in the frame of its last axis: a target with its stand, an obstacle's corners.
+using Balls = std::vector<std::pair<Eigen::Vector3d, double>>;
+
+Balls balls_around(const Target& target) {
+  if (!target.has_centre) return {};
+  const double height_m = target.stand_height_m > 0.0 ? target.stand_height_m : kStandOnTableM;
+  return {{target.centre_m,
+           height_m + std::max({target.stand_diameter_m, target.diameter_m, target.extent_m})}};
+}
+
+Balls balls_around(const Obstacle& obstacle) {
+  Balls corners;
+  const Eigen::AlignedBox3d box = box_around(obstacle);
+  for (int corner = 0; corner < 8 && !box.isEmpty(); ++corner)
+    corners.emplace_back(
+        obstacle.frame * box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner)), 0.0);
+  return corners;
+}
+
+/// Per axis of the positioner, how far anything carried moves at most in a radian of it [m]: the axes in between
+/// stretched out.
+std::vector<double> levers_m(const Cell& cell) {
+  std::vector<double> levers(cell.robot.positioner.size(), 0.0);
+  const auto note = [&](const auto& carried) {
+    for (const auto& [place_m, about_m] : balls_around(carried)) {
+      double off_axis_m = place_m.template head<2>().norm() + about_m;
+      double beyond_m = place_m.norm() + about_m;
+      for (auto j = static_cast<std::size_t>(carried.carried_by); j-- > 0;) {
+        levers[j] = std::max(levers[j], off_axis_m + kOffChangesM);
+        off_axis_m = beyond_m += cell.robot.positioner[j].frame.translation().norm();
+      }
+    }
+  };
+  for (const Target& target : cell.targets) note(target);
+  for (const Obstacle& obstacle : cell.obstacles) note(obstacle);
+  return levers;
+}
+
+/// Settings about a middle: those on the way from one end to the other, or all in the box between.
+struct Sweep {
+  std::vector<double> middle_rad, half_rad;
+  bool box = false;
+};
+
+struct MetOnSweep {
+  std::vector<double> at_rad;
+  Hit hit;
+};
+
+/// The arm at rest, and all that the positioner carries on its turns.
+class Sweeps {
+ public:
+  explicit Sweeps(const Cell& cell)
+      : cell_(cell),
+        arm_(planning_arm(at_setting(cell, zero(cell.robot)))),
+        lever_m_(levers_m(cell)) {}
+
+  /// Anything in the way of the arm at one of these settings; pieces of less motion than `least_m` [m] count as met
+  /// where they are not certainly clear.
+  std::optional<MetOnSweep> met(const Sweep& sweep, double least_m, const JointVector& rest) const {
+    poll_cancelled();
+    double moves_m = 0.0;
+    std::size_t widest = 0;
+    for (std::size_t j = 0; j < lever_m_.size(); ++j) {
+      moves_m += std::abs(sweep.half_rad[j]) * lever_m_[j];
+      if (std::abs(sweep.half_rad[j]) * lever_m_[j] >
+          std::abs(sweep.half_rad[widest]) * lever_m_[widest])
+        widest = j;
+    }
+    const auto hit = Clearance(widened(sweep.middle_rad, moves_m), arm_).hit(rest, kTipMarginM);
+    if (!hit) return std::nullopt;
+    if (moves_m <= least_m) return MetOnSweep{sweep.middle_rad, *hit};
+    Sweep first = sweep, second = sweep;
+    for (std::size_t j = 0; j < lever_m_.size(); ++j) {
+      if (sweep.box && j != widest) continue;
+      first.half_rad[j] = second.half_rad[j] = sweep.half_rad[j] / 2.0;
+      first.middle_rad[j] -= sweep.half_rad[j] / 2.0;
+      second.middle_rad[j] += sweep.half_rad[j] / 2.0;
+    }
+    if (auto before = met(first, least_m, rest)) return before;
+    return met(second, least_m, rest);
+  }
+
+ private:
+  static std::vector<double> zero(const Robot& robot) {
+    return std::vector<double>(robot.positioner.size(), 0.0);
+  }
+
+  /// The cell at a setting, with margins from all that is carried wider by this: hypot(margin, off).
+  Cell widened(const std::vector<double>& setting, double by_m) const {
+    Cell here = at_setting(cell_, setting);
+    const auto widen = [by_m](auto& thing, const auto& carried) {
+      if (carried.carried_by == 0) return;
+      const double keeps_m = std::hypot(kBodyMarginM, thing.off_m);
+      thing.off_m = std::sqrt(thing.off_m * thing.off_m + (2.0 * keeps_m + by_m) * by_m);
+    };
+    for (std::size_t t = 0; t < here.targets.size(); ++t) widen(here.targets[t], cell_.targets[t]);
+    for (std::size_t i = 0; i < here.obstacles.size(); ++i)
+      widen(here.obstacles[i], cell_.obstacles[i]);
+    return here;
+  }
+
+  const Cell& cell_;
+  ArmModel arm_;
+  std::vector<double> lever_m_;
+};
+
+}  // namespace
+
 void require_clear_turn(const Cell& cell, const std::vector<double>& from,
                         const std::vector<double>& to, const JointVector& rest) {
-  double farthest_rad = 0.0;
-  for (std::size_t j = 0; j < from.size(); ++j)
-    farthest_rad = std::max(farthest_rad, std::abs(to[j] - from[j]));
-  const int steps = std::max(1, static_cast<int>(std::ceil(farthest_rad / kTurnStepRad)));
-  const ArmModel arm = planning_arm(at_setting(cell, from));
-  for (int k = 0; k <= steps; ++k) {
-    poll_cancelled();
-    std::vector<double> at = from;
-    for (std::size_t j = 0; j < at.size(); ++j) at[j] += (to[j] - from[j]) * k / steps;
-    const Clearance clearance(at_setting(cell, at), arm);
-    if (const auto what = clearance.hit(rest, kTipMarginM))
-      throw PlanError(
-          PlanError::Kind::kInTheWay,
-          fmt::format("while the positioner passes {} the waiting arm is in the way: {}. "
-                      "Let the plan start elsewhere, or narrow the axes' limits",
-                      setting_words(cell.robot, at), words(*what)));
+  Sweep sweep{from, to};
+  for (std::size_t j = 0; j < from.size(); ++j) {
+    sweep.middle_rad[j] = (from[j] + to[j]) / 2.0;
+    sweep.half_rad[j] = (to[j] - from[j]) / 2.0;
   }
+  if (const auto met = Sweeps(cell).met(sweep, kShortTurnM, rest))
+    throw PlanError(PlanError::Kind::kInTheWay,
+                    fmt::format("while the positioner passes {} the waiting arm is in the way: {}. "
+                                "Let the plan start elsewhere, or narrow the axes' limits",
+                                setting_words(cell.robot, met->at_rad), words(met->hit)));
 }
 
 bool stands_at(const std::vector<double>& angles, const std::vector<double>& setting) {
@@ -433,28 +521,15 @@ Cell at_setting(const Cell& cell, const std::vector<double>& positioner_rad) {
 }
 
 JointVector waiting_posture(const Cell& cell) {
-  constexpr double kBetweenM = 0.1;  // twice the way from a step to the middle between two
-  Cell swept = at_setting(cell, std::vector<double>(cell.robot.positioner.size(), 0.0));
-  swept.lengths.clear();
-  swept.targets.clear();
-  swept.obstacles.clear();
-  bool floor = true;
-  for (const std::vector<double>& angles : swept_settings(cell.robot)) {
-    Cell here = at_setting(cell, angles);
-    for (std::size_t t = 0; t < here.targets.size(); ++t) {
-      if (cell.targets[t].carried_by > 0)
-        here.targets[t].diameter_m += kBetweenM;
-      else if (!floor)
-        continue;
-      swept.targets.push_back(std::move(here.targets[t]));
-    }
-    for (std::size_t i = 0; i < here.obstacles.size(); ++i)
-      if (floor || cell.obstacles[i].carried_by > 0)
-        swept.obstacles.push_back(std::move(here.obstacles[i]));
-    floor = false;
+  Sweep all{{}, {}, true};
+  for (const PositionerAxis& axis : cell.robot.positioner) {
+    const double range_rad = std::min(axis.max_rad - axis.min_rad, 2.0 * std::numbers::pi);
+    all.half_rad.push_back(range_rad / 2.0);
+    all.middle_rad.push_back(axis.min_rad + range_rad / 2.0);
   }
-  const ArmModel arm = planning_arm(swept);
-  return resting_posture(swept.robot, Clearance(swept, arm));
+  const Sweeps sweeps(cell);
+  return resting_posture(cell.robot,
+                         [&](const JointVector& rest) { return !sweeps.met(all, kRoomM, rest); });
 }
 
 std::vector<std::vector<double>> settings_of(const Robot& robot) {

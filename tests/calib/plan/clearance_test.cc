@@ -25,7 +25,6 @@ using testing::box;
 using testing::Collisions;
 using testing::Nearest;
 
-constexpr double kBodyMarginM = 0.02;
 /// Points on an axis are up to 2 mm apart.
 constexpr double kPointsM = 0.0015;
 

@@ -243,6 +243,43 @@ TEST(PositionerPlan, ResumedAtItsSettingItStaysAsItStands) {
                    .wait.empty());
 }
 
+/// A pin on the last axis' table, where the waiting tool is at this setting.
+Cell with_pin_at(const std::vector<double>& setting, const JointVector& rest) {
+  Cell cell = with_positioner();
+  const ArmModel arm = planning_arm(at_setting(cell, setting));
+  Obstacle pin;
+  pin.id = "pin";
+  pin.shape = ObstacleShape::kCylinder;
+  pin.diameter_m = 0.012;
+  pin.height_m = 0.04;
+  pin.carried_by = 2;
+  pin.frame =
+      carried_at(cell.robot, setting).inverse() * Eigen::Translation3d(arm.nominal_tip_m(rest));
+  cell.obstacles.push_back(pin);
+  return cell;
+}
+
+TEST(PositionerPlan, APinThatTheTablesTurnTakesThroughTheWaitingToolIsSeenWhereverItPasses) {
+  const JointVector rest = planned().start;
+  const Cell usual = with_positioner();
+  for (const double at : {0.31, 0.333, 0.345, 0.37}) {
+    const Cell cell = with_pin_at({0.2, at}, rest);
+    EXPECT_THROW(require_clear_turn(cell, {0.2, -1.0}, {0.2, 1.5}, rest), PlanError) << at;
+    EXPECT_THROW(require_clear_turn(cell, {-0.3, at - 0.6}, {0.7, at + 0.6}, rest), PlanError);
+    EXPECT_NO_THROW(require_clear_turn(cell, {0.2, at + 1.0}, {0.2, at + 1.4}, rest));
+    EXPECT_NO_THROW(require_clear_turn(usual, {0.2, -1.0}, {0.2, 1.5}, rest));
+  }
+}
+
+TEST(PositionerPlan, TheArmWaitsWhereNothingThatIsCarriedEverPasses) {
+  const JointVector rest = waiting_posture(with_positioner());
+  const Cell cell = with_pin_at({0.2, 0.333}, rest);
+  const JointVector other = waiting_posture(cell);
+  EXPECT_NE(other, rest);
+  for (const double tilt : {-1.0, 0.0, 0.2, 1.0})
+    EXPECT_NO_THROW(require_clear_turn(cell, {tilt, -3.0}, {tilt, 3.0}, other));
+}
+
 TEST(PositionerPlan, IsNotResumedWithoutThePositionersAngles) {
   EXPECT_THROW(resume_plan(with_positioner(), planned(), 0, planned().start), PlanError);
 }
