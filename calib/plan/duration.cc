@@ -24,17 +24,36 @@ void require_speeds(const Robot& robot) {
     }
 }
 
+namespace {
+
+double axis_s(double way, double max_speed, const Pace& pace) {
+  const double speed = pace.speed_fraction * max_speed;
+  // A slower cruise speed is reached proportionally sooner.
+  const double ramp_s = pace.speed_fraction * pace.ramp_s;
+  return way > speed * ramp_s ? way / speed + ramp_s  // (65)
+                              : 2.0 * std::sqrt(way * ramp_s / speed);
+}
+
+/// Of the positioner before a touch, while the arm waits.
+double turn_s(const Robot& robot, const PlannedTouch& touch, const Pace& pace) {
+  constexpr double kUsualRadS = 1.5;  // of an axis without a stated speed, as the emulated one's
+  double slowest = 0.0;
+  for (std::size_t j = 0; j < touch.wait_rad.size(); ++j) {
+    const double stated = robot.positioner[j].max_speed_rad_s;
+    slowest = std::max(slowest, axis_s(std::abs(touch.positioner_rad[j] - touch.wait_rad[j]),
+                                       stated > 0.0 ? stated : kUsualRadS, pace));
+  }
+  return slowest > 0.0 ? slowest + pace.build_up_s : 0.0;
+}
+
+}  // namespace
+
 double move_s(const Robot& robot, const JointVector& from, const JointVector& to,
               const Pace& pace) {
   double slowest = 0.0;
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    const double way = std::abs(to[i] - from[i]);
-    const double speed = pace.speed_fraction * robot.joints[i].max_speed_rad_s;
-    // A slower cruise speed is reached proportionally sooner.
-    const double ramp_s = pace.speed_fraction * pace.ramp_s;
-    slowest = std::max(slowest, way > speed * ramp_s ? way / speed + ramp_s  // (65)
-                                                     : 2.0 * std::sqrt(way * ramp_s / speed));
-  }
+  for (std::size_t i = 0; i < from.size(); ++i)
+    slowest =
+        std::max(slowest, axis_s(std::abs(to[i] - from[i]), robot.joints[i].max_speed_rad_s, pace));
   return slowest > 0.0 ? slowest + pace.build_up_s : 0.0;
 }
 
@@ -86,7 +105,7 @@ double duration_s(const Plan& plan, const Robot& robot, const Pace& pace) {
       sum += move_s(robot, *at, waypoint, pace);
       at = &waypoint;
     }
-    sum += transit_s(robot, *at, touch, pace);
+    sum += turn_s(robot, touch, pace) + transit_s(robot, *at, touch, pace);
     const bool predicted = touched[touch.target]++ >= pace.unpredicted_touches;
     sum +=
         touch_s(predicted ? std::min(pace.predicted_m, touch.expected_m) : touch.expected_m, pace);

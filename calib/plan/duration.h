@@ -44,7 +44,7 @@ double way_s(const Robot& robot, const JointVector& from, std::span<const JointV
 /// confirmed and unconfirmed ones.
 double touch_s(double expected_m, const Pace& pace);
 
-/// The whole plan: transits, searches to the expected surface, retreats, and return.
+/// The whole plan: turns of the positioner, transits, searches to the expected surface, retreats, and return.
 double duration_s(const Plan& plan, const Robot& robot, const Pace& pace);
 
 // Speed of points of the arm during a straight move in joint space, which the controller limits in

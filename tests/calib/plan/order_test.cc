@@ -94,5 +94,21 @@ TEST(Duration, OfAMoveIsThatOfItsSlowestAxisWithItsRamps) {
   EXPECT_GT(move_s(robot, zero, to, pace), 5.0 * 6.0 / speed);
 }
 
+TEST(Duration, OfAPlanCountsTheSlowestAxisOfEachTurnOfThePositioner) {
+  Robot robot = load_robot(CELLCAL_POSITIONER_ROBOT);
+  robot.positioner[1].max_speed_rad_s = 0.5;
+  Plan plan;
+  plan.start.assign(6, 0.0);
+  PlannedTouch touch;
+  touch.standoff = touch.end = touch.clear = plan.start;
+  plan.touches = {touch, touch};
+  const double still_s = duration_s(plan, robot, {});
+  plan.touches[1].wait_rad = {0.1, -1.0};
+  plan.touches[1].positioner_rad = {0.2, 1.0};
+  const Pace pace;
+  EXPECT_NEAR(duration_s(plan, robot, pace) - still_s, 2.0 / 0.5 + pace.ramp_s + pace.build_up_s,
+              1e-9);
+}
+
 }  // namespace
 }  // namespace cellcal::calib
