@@ -26,7 +26,7 @@ constexpr std::size_t kMostPlaces = 32;
 constexpr double kApartM = 0.15;        ///< closer places carry the same information
 constexpr double kGridM = 0.01;         ///< resolution of placing a stand
 constexpr double kCentreSigmaM = 0.01;  ///< as for files without one
-/// Above the floor, or the base without a stated floor: higher stands sway.
+/// Above the floor, or the arm's foot where that is higher: higher stands sway.
 constexpr double kHighestM = 1.0;
 constexpr double kAroundBoxM = 0.2;  ///< margin around a box for places of spheres
 constexpr std::size_t kSides = 12;   ///< touches by which a place is evaluated
@@ -109,6 +109,13 @@ bool from_many_sides(const std::vector<Candidate>& touches) {
   return solver.eigenvalues()[0] >= kLeastSpread;
 }
 
+/// Of a cell that is sound without it.
+bool is_refused_for(const Cell& cell, const std::string& sphere) {
+  return std::ranges::any_of(faults_of(cell), [&](const CellFault& fault) {
+    return fault.refused && std::ranges::find(fault.ids, sphere) != fault.ids.end();
+  });
+}
+
 /// Empty if it cannot be touched from many sides.
 std::optional<Place> place_at(const Cell& cell, const ArmModel& arm, const PlanOptions& options,
                               const Vector3d& centre_m) {
@@ -118,7 +125,8 @@ std::optional<Place> place_at(const Cell& cell, const ArmModel& arm, const PlanO
   if (!clearance.clear(resting_posture(cell.robot, clearance), kTipMarginM)) return std::nullopt;
   Place place{centre_m,
               find_candidates(alone, arm, clearance, options, 3 * static_cast<int>(kSides))};
-  if (!from_many_sides(place.touches) || !faults_of(alone).empty()) return std::nullopt;
+  if (!from_many_sides(place.touches) || is_refused_for(alone, alone.targets.front().id))
+    return std::nullopt;
   // Every n-th: the candidates are ordered by direction.
   std::vector<Candidate> some;
   for (std::size_t k = 0; k < kSides; ++k)
@@ -137,7 +145,7 @@ std::vector<Place> possible_places(const Cell& cell, const ArmModel& arm,
   const auto postures =
       accuracy_region_postures(region, arm, {}, {}, options.limit_margin_rad, kPostures);
   const Vector3d up = up_of(cell.robot);
-  const double highest_m = cell.floor_m.value_or(0.0) + kHighestM;
+  const double highest_m = std::max(cell.floor_m.value_or(0.0), 0.0) + kHighestM;
   std::vector<Place> places;
   for (const JointVector& posture : postures) {
     poll_cancelled();
@@ -234,6 +242,7 @@ SuggestedSpheres suggest_spheres(const Cell& cell, const PlanOptions& options, i
         PlanError::Kind::kRequest,
         "places are suggested for a region that does not depend on them. Use workspace or "
         "box:X,Y,Z,X,Y,Z");
+  refuse_faulty(with_spheres(cell, {}));
   const ArmModel arm = planning_arm(cell);
   std::vector<Place> places = possible_places(cell, arm, options);
   const auto wanted = static_cast<std::size_t>(std::max(count, 1));

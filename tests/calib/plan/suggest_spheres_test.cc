@@ -56,7 +56,32 @@ TEST(SuggestedPlaces, AreNotWhereSomethingStands) {
   EXPECT_EQ(suggested.cell.targets.size(), 3u);
   const Eigen::AlignedBox3d wall(Eigen::Vector3d(0.2, -1.4, 0.0), Eigen::Vector3d(1.6, -0.4, 1.2));
   for (const Target& target : suggested.cell.targets)
-    EXPECT_GT(wall.exteriorDistance(target.centre_m), target.diameter_m / 2.0) << target.centre_m.transpose();
+    EXPECT_GT(wall.exteriorDistance(target.centre_m), target.diameter_m / 2.0)
+        << target.centre_m.transpose();
+}
+
+TEST(SuggestedPlaces, AreFoundInACellWithAMereWarning) {
+  Cell cell = demo_cell();
+  cell.touch_sigma_m = 3e-3;
+  ASSERT_EQ(faults_of(cell).size(), 1u);
+  EXPECT_EQ(suggest_spheres(cell, few(), 3).cell.targets.size(), 3u);
+}
+
+TEST(SuggestedPlaces, AreFoundForAnArmOnAPedestal) {
+  Cell cell = demo_cell();
+  cell.floor_m = -1.5;
+  EXPECT_EQ(suggest_spheres(cell, few(), 3).cell.targets.size(), 3u);
+}
+
+TEST(SuggestedPlaces, OfACellThatCannotBeRightAreRefusedWithWhatIsWrong) {
+  Cell cell = demo_cell();
+  cell.tool.tcp.translation() /= 1000.0;
+  try {
+    suggest_spheres(cell, few(), 3);
+    FAIL();
+  } catch (const PlanError& error) {
+    EXPECT_EQ(error.kind, PlanError::Kind::kCell) << error.what();
+  }
 }
 
 TEST(SuggestedPlaces, AreRefusedForARegionThatDependsOnThem) {
