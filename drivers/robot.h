@@ -197,6 +197,7 @@ struct RobotState {
   /// The controller's session: incremented unless proven to be the preceding one.
   std::uint32_t session = 0;
   OperatingMode mode = OperatingMode::kUnknown;
+  bool override_slows = false;          ///< the controller's override slows moves down
   std::optional<int> override_percent;  ///< of the programmed speed; empty: not reported
   InputPath input_path = InputPath::kNone;
   std::uint32_t stops_by_input = 0;  ///< by the contact input, before the sensor's bytes

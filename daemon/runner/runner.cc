@@ -196,6 +196,7 @@ std::optional<Event> Runner::links_changed() {
                     robot.needs_operator,
                     robot.unsettled,
                     robot.mode,
+                    robot.override_slows,
                     robot.override_percent,
                     robot.request,
                     phrase_of(robot.words),

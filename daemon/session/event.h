@@ -92,6 +92,7 @@ struct Links {
   std::uint64_t late = 0;           ///< late replies, as counted by the controller
   bool needs_operator = false, unsettled = false;
   drivers::OperatingMode mode = drivers::OperatingMode::kUnknown;
+  bool override_slows = false;          ///< as in drivers::RobotState
   std::optional<int> override_percent;  ///< none: not reported
   drivers::ControllerRequest request = drivers::ControllerRequest::kNone;
   calib::Phrase robot_words;

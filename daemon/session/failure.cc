@@ -2,6 +2,8 @@
 
 #include "daemon/session/failure.h"
 
+#include <cmath>
+
 #include "calib/model/units.h"
 #include "daemon/session/interruption.h"
 #include "daemon/session/rules.h"
@@ -151,6 +153,22 @@ Phrase disagreement_words(const State& state, const Event& event) {
            {"readings", readings_words(state, event)}}};
 }
 
+Phrase refused_to_arm_words(const State& state, const Phrase& why) {
+  const NextSearch search = next_search(state, armed_speed_m_s(state));
+  if (search.takes_s() <= kLongestSearchS)
+    return sentences({"say.failure.refused_to_arm",
+                      {{"why", or_else(why, "say.failure.no_answer")}}},
+                     state.links.contact_words);
+  constexpr double kFull = 100.0;
+  const bool by_override = search.full_speed_s <= kLongestSearchS;
+  return {by_override ? "say.failure.search_too_slow.override" : "say.failure.search_too_slow",
+          {{"s", search.takes_s()},
+           {"mm", search.length_m * kMmPerM},
+           {"percent", search.pace * kFull},
+           {"least", std::ceil(kFull * search.full_speed_s / kLongestSearchS)},
+           {"limit", kLongestArmingS}}};
+}
+
 Phrase attended_words(const Links& links) {
   if (by_hand(links.mode))
     return {"say.failure.attended.mode", {{"mode", to_string(links.mode)}}};
@@ -184,9 +202,7 @@ Phrase what(FailureKind kind, const State& state, const Event& event) {
     case FailureKind::kContactClosed:
       return sentences("say.failure.contact_closed", state.links.contact_words);
     case FailureKind::kArmRefused:
-      return sentences({"say.failure.refused_to_arm",
-                        {{"why", or_else(words, "say.failure.no_answer")}}},
-                       links.contact_words);
+      return refused_to_arm_words(state, words);
     case FailureKind::kNoContact:
       return no_contact_words(state);
     case FailureKind::kContactTooEarly:

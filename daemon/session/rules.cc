@@ -8,34 +8,6 @@
 
 namespace cellcal::daemon::rules {
 
-Reading reading_of(const State& state, const Event& event, bool slow) {
-  Reading reading;
-  reading.slow = slow;
-  reading.utc = event.utc;
-  const auto& latch = event.move().latch;
-  if (!latch) return reading;
-  reading.contact_rad = latch->contact_rad;
-  reading.settled_rad = latch->settled_rad;
-  reading.along_m = travel_m(state.planned(), latch->contact_rad);
-  reading.time_sigma_s = latch->time_sigma_s;
-  reading.reaction_s = latch->reaction_s;
-  reading.bounces = latch->bounces;
-  return reading;
-}
-
-std::vector<Reading> with_new(const State& state, const Event& event) {
-  std::vector<Reading> readings = state.slow;
-  readings.push_back(reading_of(state, event, true));
-  return readings;
-}
-
-calib::ExpectedContact expected_contact(const State& state) {
-  const calib::PlannedTouch& planned = state.planned();
-  if (!state.one_by_one && state.expected && state.done < state.expected->size())
-    return (*state.expected)[state.done];
-  return {planned.expected_m, planned.expected_sigma_m};
-}
-
 namespace {
 
 /// Waypoints before the transit: those to where the arm waits, and the positioner's turn.
@@ -54,10 +26,6 @@ std::size_t waypoint_count(const State& state) {
   return to_standoff(state) + (state.approach_m > 0.0 ? 1 : 0);
 }
 
-bool was_met(const State& state) {
-  return std::ranges::find(state.met, state.planned().target) != state.met.end();
-}
-
 namespace {
 
 using drivers::MoveKind;
@@ -73,18 +41,9 @@ std::chrono::milliseconds milliseconds(double seconds) {
   return std::chrono::milliseconds(static_cast<std::int64_t>(std::ceil(seconds * calib::kMsPerS)));
 }
 
-/// A search after a first contact ends shortly beyond it, so that a known obstacle is not driven through.
-double search_end_m(const State& state) {
-  const double end_m = state.planned().search_m;
-  return state.first ? std::min(end_m, state.first->along_m + state.policy.beyond_first_m) : end_m;
-}
-
-double search_duration_s(const State& state, double speed_m_s) {
-  return std::max(0.0, search_end_m(state) - state.search_from_m) / speed_m_s;
-}
-
 std::chrono::milliseconds search_timeout(const State& state, double duration_s) {
-  return milliseconds(duration_s * state.timeouts.search_factor) + state.timeouts.search_slack;
+  return milliseconds(duration_s / pace(state) * state.timeouts.search_factor) +
+         state.timeouts.search_slack;
 }
 
 /// Every move waits for the disk, whatever was recorded before it, so that no case can be omitted.
@@ -172,22 +131,25 @@ void decide_approach(State& state) {
 }
 
 void arm(State& state, const Event& event, Actions& actions, double speed_m_s) {
+  state.late_before = state.links.delivery.late;
+  const double search_s = next_search(state, speed_m_s).takes_s();
+  if (search_s > kLongestSearchS) {
+    state.deadline = event.at;  // refused at once
+    return;
+  }
   // One-shot arming must outlive the search that it guards; 0 is not a valid arming id.
   if (++state.arm_id == 0) state.arm_id = 1;
-  constexpr std::int64_t kLongestLifetimeMs = 60'000;  // the field has 16 bits
-  constexpr std::chrono::milliseconds kSettling{2000};
-  const auto lifetime = milliseconds(1.5 * search_duration_s(state, speed_m_s)) + kSettling;
-  actions.emplace_back(ArmSensor{
-      state.arm_id, std::chrono::milliseconds(std::min(lifetime.count(), kLongestLifetimeMs))});
+  constexpr double kMargin = 1.5;
+  const double lifetime_s = std::min(kMargin * search_s + kSettlingS, kLongestArmingS);
+  actions.emplace_back(ArmSensor{state.arm_id, milliseconds(lifetime_s)});
   state.arm_pending = true;
-  state.late_before = state.links.delivery.late;
   state.deadline = event.at + state.timeouts.arming;
 }
 
 void search(State& state, const Event& event, Actions& actions, double speed_m_s) {
-  const double duration_s = search_duration_s(state, speed_m_s);
-  begin(state, event, actions, MoveKind::kSearch, at_travel(state.planned(), search_end_m(state)),
-        duration_s, search_timeout(state, duration_s));
+  const NextSearch next = next_search(state, speed_m_s);
+  begin(state, event, actions, MoveKind::kSearch, at_travel(state.planned(), next.end_m),
+        next.full_speed_s, search_timeout(state, next.full_speed_s));
 }
 
 void back_off_from(State& state, const Event& event, Actions& actions, double along_m,
@@ -205,12 +167,6 @@ double contact_m(const State& state, const Reading& reading) {
   return std::min(reading.along_m, travel_m(state.planned(), reading.settled_rad));
 }
 
-/// Speed of the first search of the current touch [m/s].
-double fast_m_s(const State& state) {
-  const double own = state.planned().search_m_s;
-  return own > 0.0 ? own : state.policy.fast_m_s;
-}
-
 void record_reading(const State& state, const Reading& reading, Actions& actions) {
   const int number = static_cast<int>(state.slow.size()) + (reading.slow ? 1 : 0);
   actions.emplace_back(RecordReading{state.done, number, reading});
@@ -218,7 +174,7 @@ void record_reading(const State& state, const Reading& reading, Actions& actions
 
 void record(State& state, const Event& event, Actions& actions, const Agreement& agreement,
             double speed_m_s) {
-  calib::Touch touch = touch_of(state.planned(), agreement, speed_m_s);
+  calib::Touch touch = touch_of(state.planned(), agreement, speed_m_s * pace(state));
   touch.load = state.load;
   actions.emplace_back(RecordTouch{state.done, std::move(touch)});
   if (!was_met(state)) state.met.push_back(state.planned().target);
@@ -363,8 +319,7 @@ void self_test(State& state, const Event& event, Actions& actions) {
 }
 
 void arm_again(State& state, const Event& event, Actions& actions) {
-  arm(state, event, actions,
-      state.phase == Phase::kArmingFast ? fast_m_s(state) : state.policy.slow_m_s);
+  arm(state, event, actions, armed_speed_m_s(state));
 }
 
 void search_fast(State& state, const Event& event, Actions& actions) {

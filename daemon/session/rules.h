@@ -12,7 +12,7 @@ struct Missing {
 };
 Missing missing(const State&);
 
-// Current touch, for guards and effects.
+// Current touch, for guards and effects (current_touch.cc).
 
 Reading reading_of(const State&, const Event&, bool slow);
 /// Its slow readings, including the one of this event.
@@ -25,6 +25,26 @@ std::size_t to_standoff(const State&);
 std::size_t waypoint_count(const State&);
 /// True if its target was touched before.
 bool was_met(const State&);
+
+/// Speed of its first search [m/s].
+double fast_m_s(const State&);
+/// Speed of the search that the sensor is being armed for [m/s].
+double armed_speed_m_s(const State&);
+/// Share of the requested speed that the controller's override leaves to a search or a back-off, in (0, 1].
+double pace(const State&);
+/// Its next search. After a first contact it ends shortly beyond it, so that a known obstacle is not driven through.
+struct NextSearch {
+  double end_m = 0.0, length_m = 0.0;
+  double full_speed_s = 0.0;  ///< without an override
+  double pace = 1.0;
+  double takes_s() const { return full_speed_s / pace; }
+};
+NextSearch next_search(const State&, double speed_m_s);
+/// Of the sensor, whose field for it has 16 bits.
+inline constexpr double kLongestArmingS = 60.0;
+/// From the arming to the begin of the search, and from its end to the arm's rest.
+inline constexpr double kSettlingS = 2.0;
+inline constexpr double kLongestSearchS = kLongestArmingS - kSettlingS;
 
 /// Reason why a session does not continue by itself after a harmless interruption.
 enum class Setback {

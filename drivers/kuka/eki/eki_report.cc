@@ -121,6 +121,7 @@ RobotState to_robot_state(const EkiCoreState& s, const std::string& peer) {
   state.mode = mode_of(s.mode);
   if (s.link != RobotLink::kDown && s.connected) state.request = request_of(s.request);
   if (s.link != RobotLink::kDown) state.override_percent = s.override_percent;
+  state.override_slows = true;
   state.cycle_s = s.cycle_s;
   state.packets = s.states;
   state.quality.jitter_s = s.jitter_s;

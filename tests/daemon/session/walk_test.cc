@@ -128,9 +128,8 @@ TEST(AWalk, ThroughOneTouchAndHome) {
   walk.the<Identify>();
   EXPECT_EQ(walk.timeout_s(), 300.0);
   const auto result = std::make_shared<const SessionResult>();
-  walk.on(EventKind::kIdentified, [&](Event& event) {
-    std::get<Identified>(event.evidence).result = result;
-  });
+  walk.on(EventKind::kIdentified,
+          [&](Event& event) { std::get<Identified>(event.evidence).result = result; });
   EXPECT_EQ(walk.the<WriteReport>().result, result);
   EXPECT_EQ(walk.state.result, result);
   EXPECT_EQ(walk.timeout_s(), 60.0);
@@ -337,13 +336,57 @@ TEST(AWalk, ResumedInContactLeavesItFirstAndLetsTheSensorProveItself) {
 
 TEST(AnArming, OutlivesItsSearchWithinWhatTheWireCanSay) {
   Walk walk;
-  walk.state.policy.fast_m_s = 0.0001;
+  walk.state.policy.fast_m_s = 0.018 / 57.9;
   walk.to_arming();
   expect_arming(walk, 1, 60'000);
   Walk wraps;
   wraps.state.arm_id = 65535;
   wraps.to_arming();
   EXPECT_EQ(wraps.the<ArmSensor>().arm_id, 1);
+}
+
+TEST(AnArming, OfASearchThatWouldOutlastItIsRefusedBeforeTheSearch) {
+  Walk walk;
+  walk.state.policy.fast_m_s = 0.018 / 58.1;
+  walk.to_arming();
+  EXPECT_EQ(walk.find<ArmSensor>(), nullptr);
+  EXPECT_EQ(walk.timeout_s(), 0.0);
+  walk.on(EventKind::kDeadline);
+  EXPECT_EQ(walk.state.failure->kind, FailureKind::kArmRefused);
+  EXPECT_NE(
+      words(walk.state.failure->detail).find("58 s for a search of 18 mm: the contact sensor"),
+      std::string::npos);
+  EXPECT_EQ(walk.find<BeginMove>(), nullptr);
+}
+
+TEST(AnArming, OfASearchThatTheOverrideSlowsIsLongerAndRefusedByTheOverride) {
+  const auto at = [](int percent, bool slows) {
+    Walk walk;
+    walk.to_routing();
+    walk.on(EventKind::kLinks, [=](Event& event) {
+      links(event).override_percent = percent;
+      links(event).override_slows = slows;
+    });
+    walk.on(EventKind::kRouted);
+    walk.on(EventKind::kArrived);
+    return walk;
+  };
+  expect_arming(at(10, false), 1, 4700);
+  Walk slowed = at(10, true);  // 18 s
+  expect_arming(slowed, 1, 29'000);
+  slowed.on(EventKind::kArmed);
+  expect_move(slowed, MoveKind::kSearch, 0.118, 1.8, 64.0);
+  slowed.contact(0.110, 0.1102);
+  expect_move(slowed, MoveKind::kRetreat, 0.109, 0.1, 13.0);
+  Walk refused = at(3, true);
+  EXPECT_EQ(refused.find<ArmSensor>(), nullptr);
+  refused.on(EventKind::kDeadline);
+  EXPECT_EQ(refused.state.failure->kind, FailureKind::kArmRefused);
+  const std::string said = words(refused.state.failure->detail);
+  EXPECT_NE(said.find("60 s for a search of 18 mm at override 3 %: the contact sensor stays armed for "
+                      "60 s at most. Set the override to 4 % or more"),
+            std::string::npos)
+      << said;
 }
 
 TEST(AnArming, ThatIsRefusedOnceIsAskedForAgainAfterASelfTest) {

@@ -1,4 +1,5 @@
-// Unattended sessions over RSI, with a controller that reports its mode and override.
+// Sessions with a controller that reports its mode and override: unattended over RSI, which the override does not slow
+// down, and over EKI, which it does.
 
 #include <gtest/gtest.h>
 
@@ -9,7 +10,7 @@
 namespace cellcal::faults {
 namespace {
 
-struct RsiUnattended : ::testing::Test {
+struct SessionWithAnOverride : ::testing::Test {
   Ending run(const CellOptions& options, bool unattended) {
     const Job job = make_job(CELLCAL_DEMO_CELL);
     const std::unique_ptr<FaultyCell> cell = make_cell(job.cell, options);
@@ -23,6 +24,8 @@ struct RsiUnattended : ::testing::Test {
   daemon::testing::TemporaryDirectory dir;
   bool stood_still = false;
 };
+
+struct RsiUnattended : SessionWithAnOverride {};
 
 TEST_F(RsiUnattended, WithoutAPersonEndsBeforeItsFirstMotionInT1) {
   CellOptions options;
@@ -49,6 +52,17 @@ TEST_F(RsiUnattended, WithAPersonGoesOnWithAnotherOverrideAndWithoutOneInAut) {
   EXPECT_EQ(run(options, true).state.phase, daemon::Phase::kDone);
   options.override_percent = 30;
   EXPECT_EQ(run(options, false).state.phase, daemon::Phase::kDone);
+}
+
+struct EkiOverride : SessionWithAnOverride {};
+
+TEST_F(EkiOverride, SlowsASessionDownThatEndsWellAllTheSame) {
+  CellOptions options;
+  options.wire = Wire::kEkiInput;
+  options.override_percent = 10;
+  const Ending ending = run(options, false);
+  EXPECT_EQ(ending.state.phase, daemon::Phase::kDone)
+      << (ending.state.failure ? describe(*ending.state.failure) : ending.hung);
 }
 
 }  // namespace

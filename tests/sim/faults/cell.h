@@ -60,7 +60,7 @@ struct CellOptions {
   std::uint64_t seed = 1;
   std::uint64_t ipoc_start = 1'000'000;  ///< RSI's counter
   bool t1 = false;                       ///< RSI: mode selector; false: AUT
-  int override_percent = 100;            ///< RSI: $OV_PRO
+  int override_percent = 100;            ///< $OV_PRO
   /// The clock at power on. EKI's $TIMER counts its milliseconds, and has 31 bits.
   TimePoint power_on{std::chrono::hours(1)};
   std::uint32_t mcu_ticks = 0;  ///< of the microcontroller's clock at power on

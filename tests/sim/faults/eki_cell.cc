@@ -55,6 +55,7 @@ class EkiCell final : public FaultyCell {
         controller_(eki_controller(config, cell, options)),
         to_pc_(sim::LineKind::kStream, kSwitch, options.seed * 37 + 1),
         to_krc_(sim::LineKind::kStream, kSwitch, options.seed * 37 + 2) {
+    controller_.set_override(options.override_percent);
     if (options.cell_src) {
       controller_.mode(drivers::EkiMode::kExt);
       put_under_cell_src(

@@ -20,6 +20,7 @@ TEST(EkiControllerRequests, TellsItsModeAndOverrideOnceItIsHeard) {
     EXPECT_EQ(to_robot_state(state, "peer").mode, mode);
   }
   EXPECT_EQ(to_robot_state(state, "peer").override_percent, 30);
+  EXPECT_TRUE(to_robot_state(state, "peer").override_slows);
 }
 
 }  // namespace
