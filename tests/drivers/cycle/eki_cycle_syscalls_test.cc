@@ -72,8 +72,10 @@ struct EkiCell {
 
   bool ready() {
     return eventually([&] {
-      if (robot.state().link == RobotLink::kNotReferenced) robot.rereference();
-      return robot.state().link == RobotLink::kReady &&
+      const RobotLink link = robot.state().link;
+      if (link == RobotLink::kNotReferenced && !robot.core_state().rereference_pending)
+        robot.rereference();
+      return link == RobotLink::kReady &&
              contact.status().link == ContactLink::kReady && !contact.status().in_contact;
     });
   }
