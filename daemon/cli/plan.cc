@@ -104,7 +104,7 @@ calib::Phrase region_phrase(const PlanCommand& command) {
 
 calib::Phrase foreseen(const calib::Phrase& region, const calib::Plan& plan,
                        const calib::Robot& robot) {
-  return {"say.plan.foreseen",
+  return {plan.predicted_u95_m > 0.0 ? "say.plan.foreseen" : "say.plan.foreseen.mean",
           {{"region", region},
            {"mean", plan.predicted_mean_m * calib::kMmPerM},
            {"u95", plan.predicted_u95_m * calib::kMmPerM},
@@ -169,7 +169,9 @@ nlohmann::json json_of(const calib::Plan& plan, const calib::Robot& robot,
   return {{"touches", list},
           {"left_out", plan.left_out},
           {"predicted_m3_mm", plan.predicted_mean_m * calib::kMmPerM},
-          {"predicted_u95_mm", plan.predicted_u95_m * calib::kMmPerM},
+          {"predicted_u95_mm", plan.predicted_u95_m > 0.0
+                                   ? nlohmann::json(plan.predicted_u95_m * calib::kMmPerM)
+                                   : nlohmann::json(nullptr)},
           {"farthest_turn_deg", needed.turn_deg},
           {"correction_limit_deg", needed.limit_deg},
           {"correction_limit_anywhere_deg", needed.anywhere_deg},

@@ -309,6 +309,18 @@ TEST(APlan, ToAGoalNamesWhatIsMissing) {
   EXPECT_EQ(run_program({CELLCAL, "plan", "--cell", kCell}).status, 2);
 }
 
+TEST(APlan, ForTheTipAloneStatesNoBound) {
+  const Outcome planned =
+      run_program({CELLCAL, "plan", "--cell", kCell, "--region", "tcp", "--touches", "24"});
+  ASSERT_EQ(planned.status, 0) << planned.err;
+  EXPECT_EQ(planned.out.find("u95"), std::string::npos) << planned.out;
+  const auto json = nlohmann::json::parse(
+      run_program({CELLCAL, "plan", "--cell", kCell, "--region", "tcp", "--touches", "24", "--json"})
+          .out);
+  EXPECT_TRUE(json["predicted_u95_mm"].is_null());
+  EXPECT_GT(json["predicted_m3_mm"], 0.0);
+}
+
 TEST(AnUnknownCommand, IsNamed) {
   const Outcome outcome = run_program({CELLCAL, "dance", "--poses", "p.csv"});
   EXPECT_EQ(outcome.status, 2);
