@@ -81,12 +81,6 @@ bool is_kukas(const std::string& name) {
                      [&](const char* family) { return name.starts_with(family); });
 }
 
-/// NAME( of a routine.
-bool calls_at(const std::vector<Token>& t, std::size_t at) {
-  return t[at].kind == Kind::kWord && sign_at(t, at + 1, '(') && !one_of(kNoCalls, t[at]) &&
-         t[at].word[0] != '$' && t[at].word[0] != '#';
-}
-
 /// A motion to another place than a home or where the arm is.
 bool moves_to_points(const Line& line) {
   const auto& t = line.tokens;
@@ -126,6 +120,11 @@ bool declares(const Line& line) {
   return one_of(words, first_word(line));
 }
 
+bool calls_at(const std::vector<Token>& t, std::size_t at) {
+  return t[at].kind == Kind::kWord && sign_at(t, at + 1, '(') && !one_of(kNoCalls, t[at]) &&
+         t[at].word[0] != '$' && t[at].word[0] != '#';
+}
+
 bool calls_a_routine(const Line& line) {
   for (std::size_t i = 0; i < line.tokens.size(); ++i)
     if (calls_at(line.tokens, i)) return true;
@@ -146,11 +145,28 @@ bool sets_frames(const Line& line) {
 
 Routines::Routines(const std::vector<const KrlFile*>& modules, const std::set<std::string>& still)
     : still_(still) {
+  find_readers(modules);
   for (std::size_t i = 0; i < modules.size(); ++i) try {
       read(*modules[i], i);
     } catch (const calib::FileError&) {  // not a text: its routines are unknown
     }
   settle();
+}
+
+void Routines::find_readers(const std::vector<const KrlFile*>& modules) {
+  Readers others;
+  for (const KrlFile* module : modules) try {
+      for (const Line& line : read_lines(*module)) {
+        const auto& t = line.tokens;
+        if (!begins_routine(line)) continue;
+        std::size_t by_value = 0;
+        for (std::size_t i = 1; i < t.size(); ++i)
+          by_value += t[i].is("IN") && sign_at(t, i - 1, ':') ? 1 : 0;
+        (by_value == parameters_of(line).size() ? readers_ : others).insert(routine_name(line));
+      }
+    } catch (const calib::FileError&) {  // not a text
+    }
+  for (const std::string& name : others) readers_.erase(name);
 }
 
 /// A routine is visible in its module; everywhere if it is GLOBAL or has the module's name.
@@ -184,7 +200,7 @@ void Routines::read(const KrlFile& file, std::size_t module) {
     body.frames = body.frames || sets_frames(line);
     for (std::size_t i = 0; i < line.tokens.size(); ++i)
       if (calls_at(line.tokens, i)) body.calls.insert(line.tokens[i].word);
-    add_changes(line, file.name, body.changes);
+    add_changes(line, file.name, readers_, body.changes);
   }
   keep(name, std::move(body), global);
 }

@@ -35,7 +35,8 @@ bool begins_routine(const Line& line);
 std::string routine_name(const Line& line);
 /// $TOOL, $BASE, $LOAD, $IPO_MODE, FDAT_ACT, or a BAS command that may set them.
 bool sets_frames(const Line& line);
-/// NAME( of a routine, without BAS.
+/// NAME( of a routine, without BAS, at tokens[at].
+bool calls_at(const std::vector<Token>& tokens, std::size_t at);
 bool calls_a_routine(const Line& line);
 /// BAS with a command that may set frames, at tokens[at].
 bool frames_by_bas(const std::vector<Token>& tokens, std::size_t at);
@@ -56,6 +57,8 @@ class Routines {
   /// The module, and the statements of the routine that `called` finds with the call's arguments (krl_inline.h).
   std::optional<std::pair<std::size_t, std::vector<Line>>> body_of(std::size_t module,
                                                                    const Line& line) const;
+  /// Routines of which every given body has its parameters by value (:IN).
+  const Readers& readers() const { return readers_; }
   /// Changes by that module's routines and all their callees.
   FrameChanges changes(std::size_t module) const;
   /// Module and name of the routines elsewhere that its routines call, directly or not, and that move to points other than
@@ -74,6 +77,7 @@ class Routines {
     std::vector<std::string> parameters;
     std::vector<Line> lines;  ///< of those that set frames, if they are few
   };
+  void find_readers(const std::vector<const KrlFile*>& modules);
   void read(const KrlFile& file, std::size_t module);
   void keep(const std::string& name, Body body, bool global);
   void settle();
@@ -87,6 +91,7 @@ class Routines {
   std::vector<Body> bodies_;
   std::map<std::pair<std::size_t, std::string>, std::vector<std::size_t>> places_;
   std::set<std::string> still_;
+  Readers readers_;
 };
 
 /// Calls of one module.

@@ -1,8 +1,8 @@
 #include "daemon/krl/krl_changes.h"
 
-#include <string_view>
-
 #include "calib/export/krl_values.h"
+#include "daemon/krl/krl_calls.h"
+#include "daemon/krl/krl_types.h"
 
 namespace cellcal::daemon::krl {
 
@@ -19,12 +19,50 @@ void change(const std::vector<Token>& t, std::size_t at, const ChangePlace& plac
     changed.computed.emplace(place.file, place.line);
 }
 
-/// X=BASE_DATA[1], X=$WORLD:BASE_DATA[1], INV_POS(BASE_DATA[1])
-bool reads(const std::vector<Token>& t, std::size_t at) {
-  constexpr std::string_view kOperators = "=:+-*/<>";
-  if (at == 0 || t[at - 1].kind != Token::Kind::kSign) return false;
-  return kOperators.find(t[at - 1].word[0]) != std::string_view::npos ||
-         (at > 1 && sign_at(t, at - 1, '(') && t[at - 2].is("INV_POS"));
+/// KUKA's own that only read a frame or load. Not SREAD, CREAD, EKI_GETFRAME, STRTOFRAME and the like.
+const Readers kReaders = {"ABS",   "SQRT",  "SIN",     "COS",     "TAN",     "ACOS",
+                          "ATAN2", "ROUND", "INVERSE", "FORWARD", "INV_POS", "EK",
+                          "LK",    "EB",    "EB_ABS",  "CAST_TO", "CWRITE",  "SWRITE"};
+
+/// Index of the bracket that encloses tokens[at]; 0: none.
+std::size_t opening(const std::vector<Token>& t, std::size_t at) {
+  for (int depth = 0; at > 0;) {
+    --at;
+    if (sign_at(t, at, ')') || sign_at(t, at, ']') || sign_at(t, at, '}')) ++depth;
+    if ((sign_at(t, at, '(') || sign_at(t, at, '[') || sign_at(t, at, '{')) && --depth < 0)
+      return at;
+  }
+  return 0;
+}
+
+/// NAME(..,TOOL_DATA[1],..) of a routine that may change it.
+bool hands_over(const std::vector<Token>& t, std::size_t at, const Readers& readers) {
+  while (sign_at(t, at - 1, '(') || sign_at(t, at - 1, ',')) {
+    const std::size_t bracket = opening(t, at);
+    if (bracket == 0 || !sign_at(t, bracket, '(')) return false;
+    if (calls_at(t, bracket - 1)) {
+      const std::string& name = t[bracket - 1].word;
+      return readers.count(name) + kReaders.count(name) == 0 && !name.starts_with("EKI_SET");
+    }
+    at = bracket;  // brackets of an expression
+  }
+  return false;
+}
+
+/// TOOL_DATA[1].X=..., also after DO.
+bool assigned(const std::vector<Token>& t, std::size_t at) {
+  for (++at; sign_at(t, at, '[') || sign_at(t, at, '.');) {
+    const std::size_t next = sign_at(t, at, '.') ? at + 2 : closed(t, at);
+    if (next == 0) return true;
+    at = next;
+  }
+  return sign_at(t, at, '=') && !sign_at(t, at + 1, '=');
+}
+
+bool changes_at(const Line& line, std::size_t at, const Readers& readers) {
+  const auto& t = line.tokens;
+  return at == 0 || assigned(t, at) || declares(line) || is_point_type(t[0].word) ||
+         t[0].is("GLOBAL") || t[0].is("LOAD") || hands_over(t, at, readers);
 }
 
 void merge_numbers(const ChangedNumbers& from, ChangedNumbers& into) {
@@ -49,15 +87,15 @@ bool sets_kinematic_base(const std::vector<Token>& t) {
   return t.size() > 3 && t[0].is("$BASE") && sign_at(t, 1, '=') && t[2].is("EK");
 }
 
-void add_changes(const Line& line, const std::string& file, FrameChanges& changes) {
+void add_changes(const Line& line, const std::string& file, const Readers& readers,
+                 FrameChanges& changes) {
   const auto& t = line.tokens;
-  if (sets_kinematic_base(t)) return;
   const ChangePlace place{file, line.number};
   if (t[0].is("MACHINE_DEF")) change(t, 0, place, changes.machines);
   if (t[0].is("MACHINE_FRAME_DAT")) change(t, 0, place, changes.bases);
   bool robroot = false;
   for (std::size_t i = 0; i < t.size(); ++i) {
-    if (t[i].kind != Token::Kind::kWord || reads(t, i)) continue;
+    if (t[i].kind != Token::Kind::kWord || !changes_at(line, i, readers)) continue;
     if (t[i].word == "TOOL_DATA") change(t, i, place, changes.tools);
     if (t[i].word == "BASE_DATA") change(t, i, place, changes.bases);
     if (t[i].word == "LOAD_DATA") change(t, i, place, changes.loads);
@@ -82,18 +120,19 @@ FrameChanges of_stated_numbers(FrameChanges changes) {
   return changes;
 }
 
-void count_changes(const std::vector<Line>& lines, ChangeCounts& counts) {
+void count_changes(const std::vector<Line>& lines, const Readers& readers, ChangeCounts& counts) {
   for (const Line& line : lines) {
     FrameChanges changes;
-    add_changes(line, {}, changes);
+    add_changes(line, {}, readers, changes);
     for (const auto& [number, place] : changes.tools.numbers) ++counts.tools[number];
     for (const auto& [number, place] : changes.bases.numbers) ++counts.bases[number];
   }
 }
 
-FrameChanges frame_changes(const std::vector<Line>& lines, const std::string& file) {
+FrameChanges frame_changes(const std::vector<Line>& lines, const std::string& file,
+                           const Readers& readers) {
   FrameChanges changes;
-  for (const Line& line : lines) add_changes(line, file, changes);
+  for (const Line& line : lines) add_changes(line, file, readers, changes);
   return changes;
 }
 

@@ -4,6 +4,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -34,10 +35,14 @@ struct FrameChanges {
   std::optional<ChangePlace> robroot;
 };
 
-/// Every use of TOOL_DATA[n] and the like counts as a change, save those behind '=' or another
-/// operator: assignments, components, OUT parameters, and declarations that hide the controller's.
-FrameChanges frame_changes(const std::vector<Line>& lines, const std::string& file);
-void add_changes(const Line& line, const std::string& file, FrameChanges& changes);
+/// Names of routines that change none of their arguments.
+using Readers = std::set<std::string>;
+/// Changes are assignments, arguments of routines other than `readers` and KUKA's that only read, and declarations that
+/// hide the controller's.
+FrameChanges frame_changes(const std::vector<Line>& lines, const std::string& file,
+                           const Readers& readers);
+void add_changes(const Line& line, const std::string& file, const Readers& readers,
+                 FrameChanges& changes);
 /// $BASE=EK(MACHINE_DEF[n].ROOT,...): reads what it names.
 bool sets_kinematic_base(const std::vector<Token>& tokens);
 /// The places of `into` stay.
@@ -46,7 +51,7 @@ void merge(const FrameChanges& from, FrameChanges& into);
 struct ChangeCounts {
   std::map<int, int> tools, bases;
 };
-void count_changes(const std::vector<Line>& lines, ChangeCounts& counts);
+void count_changes(const std::vector<Line>& lines, const Readers& readers, ChangeCounts& counts);
 /// Without those of a computed number, which may be any.
 FrameChanges of_stated_numbers(FrameChanges changes);
 

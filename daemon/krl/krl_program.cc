@@ -436,25 +436,27 @@ FrameChanges changes_by_all(const std::vector<const KrlFile*>& sources, const Ro
 }
 
 /// `others`: of all modules.
-FrameChanges changes_for(const ProgramFiles& files, const FrameChanges& own_and_called,
+FrameChanges changes_for(const ProgramFiles& files, const Routines& routines, std::size_t module,
                          const FrameChanges& others) {
-  FrameChanges all = frame_changes(read_lines(files.src), files.src.name);
-  if (files.dat) merge(frame_changes(read_lines(*files.dat), files.dat->name), all);
-  merge(own_and_called, all);
+  const Readers& readers = routines.readers();
+  FrameChanges all = frame_changes(read_lines(files.src), files.src.name, readers);
+  if (files.dat) merge(frame_changes(read_lines(*files.dat), files.dat->name, readers), all);
+  merge(routines.changes(module), all);
   merge(of_stated_numbers(others), all);
   return all;
 }
 
-void count_changes_in(const KrlFile& file, ChangeCounts& counts) try {
-  if (!is_kukas_program(file.name)) count_changes(read_lines(file), counts);
+void count_changes_in(const KrlFile& file, const Readers& readers, ChangeCounts& counts) try {
+  if (!is_kukas_program(file.name)) count_changes(read_lines(file), readers, counts);
 } catch (const calib::FileError&) {  // no text
 }
 
 /// Frames that nothing but one assignment changes: in its module this is their value. Other modules may run before it.
-void take_assigned(const std::vector<const KrlFile*>& files, Program& program) {
+void take_assigned(const std::vector<const KrlFile*>& files, const Readers& readers,
+                   Program& program) {
   if (program.assigned.empty()) return;
   ChangeCounts counts;
-  for (const KrlFile* file : files) count_changes_in(*file, counts);
+  for (const KrlFile* file : files) count_changes_in(*file, readers, counts);
   for (const auto& [module, tool, number, value] : program.assigned) {
     if ((tool ? counts.tools : counts.bases)[number] != 1) continue;
     auto& stated = tool ? program.data.tools : program.data.bases;
@@ -589,7 +591,7 @@ Program read_program(const ProgramFiles& files, const std::vector<std::string>& 
   program.callees = callees_of(sources, routines);
   program.changes = changes_by_all(sources, routines);
   program.modules.push_back(
-      {files.src.name, changes_for(files, routines.changes(0), program.changes), 0, {}, false});
+      {files.src.name, changes_for(files, routines, 0, program.changes), 0, {}, false});
   std::map<std::string, Why> imported;
   for (const Import& one : imports_of(files.src)) imported.emplace(one.name, Why::kElsewhere);
   const BackupFiles alone = {{files}, {}, {}};
@@ -601,7 +603,7 @@ Program read_program(const ProgramFiles& files, const std::vector<std::string>& 
   for (const std::string& name : leave) reader.there_is(name);
   std::vector<const KrlFile*> texts = sources;
   if (files.dat) texts.push_back(&*files.dat);
-  take_assigned(texts, program);
+  take_assigned(texts, routines.readers(), program);
   settle(program);
   for (const auto& [name, point] : program.data.points)
     if (program.points.count(name) == 0 && program.left.count(name) == 0)
@@ -654,7 +656,7 @@ Program read_programs(const BackupFiles& files, const std::vector<std::string>& 
     forget(touched, false, own[i]);
     add_missing(seen, own[i]);
     program.modules.push_back(
-        {one.src.name, changes_for(one, routines.changes(i), program.changes), 0, {}, false});
+        {one.src.name, changes_for(one, routines, i, program.changes), 0, {}, false});
     Reader reader(one.src, leave, seen, {routines, i}, positions, true,
                   imports.not_followed(one.src.name), own[i], program);
     if ((program.modules[i].kukas = is_kukas_program(one.src.name)))
@@ -668,7 +670,7 @@ Program read_programs(const BackupFiles& files, const std::vector<std::string>& 
   program.computed.insert(imports.renamed().begin(), imports.renamed().end());
   for (const ProgramFiles& one : files.modules)
     if (one.dat) sources.push_back(&*one.dat);
-  take_assigned(sources, program);
+  take_assigned(sources, routines.readers(), program);
   if (!missing.empty())
     throw calib::FileError("--leave: no point is named " + calib::shown(*missing.begin()));
   settle(program);

@@ -94,7 +94,11 @@ CorrectedBackup beside(const std::string& statement, const std::string& name = "
 TEST(AFrameThatAnotherModuleChanges, IsRefusedWithThePlace) {
   for (const char* change :
        {"BASE_DATA[2].X=BASE_DATA[2].X+400", "TOOL_DATA[1].Z=7", "FIND(BASE_DATA[2])",
-        "LOAD_DATA[1].M=3", "$ROBROOT.Z=5", "MACHINE_FRAME_DAT[2]=X", "MACHINE_DEF[3].ROOT=X"}) {
+        "TRIGGER WHEN DISTANCE=0 DELAY=0 DO TOOL_DATA[1].X=Y", "IF A THEN TOOL_DATA[1].X=5",
+        "R=EKI_GetFrame(\"C\",\"F\",TOOL_DATA[1])", "SREAD(S[],T,O,\"%r\",TOOL_DATA[1].X)",
+        "IF FIND(3,(TOOL_DATA[1])) THEN", "B=StrToFrame(S[],BASE_DATA[2])",
+        "SET(1,TOOL_DATA[1])\nEND\nDEF SET(N:IN,F:OUT)", "LOAD_DATA[1].M=3", "$ROBROOT.Z=5",
+        "MACHINE_FRAME_DAT[2]=X", "MACHINE_DEF[3].ROOT=X"}) {
     for (const char* ending : {".src", ".sub"}) {
       const auto result = beside(change, "OTHER", ending);
       ASSERT_EQ(of(result, "A").refusals.size(), 1U) << change;
@@ -110,7 +114,12 @@ TEST(AFrameThatAnotherModuleChanges, IsRefusedWithThePlace) {
 TEST(AFrameThatAnotherModuleReadsOrThatIsOfAnotherNumber, IsNone) {
   for (const char* use :
        {"BASE_DATA[3].X=5", "TOOL_DATA[2]=X", "$BASE=$WORLD:BASE_DATA[2]", "Y=5+BASE_DATA[2].X",
-        "XP=INV_POS(BASE_DATA[2]):XN", "SET($NULLFRAME)", "DECL FRAME BASE_DATA[9]"}) {
+        "XP=INV_POS(BASE_DATA[2]):XN", "SET($NULLFRAME)", "DECL FRAME BASE_DATA[9]",
+        "RET=EKI_SetFrame(\"T\",\"R\",TOOL_DATA[1])", "IF TOOL_DATA[1].Z>3 THEN\nENDIF",
+        "IF 5==TOOL_DATA[1].Z THEN\nENDIF", "SWITCH TOOL_DATA[1].Z\nENDSWITCH",
+        "IF TOOL_DATA[1].Z==5 THEN\nENDIF", "IF (A AND (LOAD_DATA[1].M<>0)) THEN\nENDIF",
+        "R=ABS(TOOL_DATA[1].Z)", "RETURN TOOL_DATA[1]", "CWRITE(H,S,M,\"%r\",BASE_DATA[2].X)",
+        "SET(1,TOOL_DATA[1])\nEND\nDEF SET(N:IN,F:IN)", "Q={X TOOL_DATA[1].X}"}) {
     const auto result = beside(use);
     EXPECT_EQ(why_not(of(result, "A")), "") << use;
     EXPECT_TRUE(result.warnings.empty()) << use;
