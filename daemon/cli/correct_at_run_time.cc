@@ -51,7 +51,7 @@ krl::BackupFiles whole_backup(const CorrectCommand& command) {
 std::vector<calib::Phrase> callees_beside(const CorrectCommand& command,
                                           const krl::BackupFiles& files) {
   if (!command.backup.empty()) return {};
-  return uncorrected_callees(files.modules.front(), correction_options(command, nullptr).still);
+  return uncorrected_callees(files, correction_options(command, nullptr).still);
 }
 
 const char* state_of_module(const RewrittenModule& module) {
@@ -66,10 +66,13 @@ Json report_json(const RewrittenPrograms& result, const FixModule& fix, int seri
   for (const RewrittenModule& module : result.modules) {
     Json refusals = Json::array();
     for (const krl::Refusal& one : module.refusals) refusals.push_back(refusal_json(one, robot));
+    Json left = Json::array();
+    for (const auto& [name, why] : module.left) left.push_back({{"name", name}, {"why", why}});
     modules.push_back({{"src", module.src},
                        {"state", state_of_module(module)},
                        {"motions", module.motions},
                        {"corrected", module.corrected},
+                       {"left", left},
                        {"refusals", refusals}});
     if (module.corrected > 0) modules.back()["load"] = kOwnLoad;
     if (module.corrected > 0 && !module.other_load.empty())
@@ -92,6 +95,7 @@ Json report_json(const RewrittenPrograms& result, const FixModule& fix, int seri
 calib::Phrase what_of_module(const RewrittenModule& module, const calib::Robot& robot) {
   if (!module.refusals.empty())
     return {"say.correct.module.refused", {{"why", phrase(module.refusals.front(), robot)}}};
+  if (module.kukas) return "say.correct.module.kukas";
   return {module.other_load.empty() ? "say.correct.module.motions"
                                     : "say.correct.module.other_load",
           {{"n", module.corrected},
@@ -104,14 +108,18 @@ std::string report_words(const RewrittenPrograms& result, const FixModule& fix,
                          const calib::Robot& robot) {
   std::string text;
   int moving = 0, corrected = 0, motions = 0;
+  std::map<std::string, std::string> left;
   for (const RewrittenModule& module : result.modules) {
     if (module.motions == 0) continue;
     ++moving;
     text += module_line(state_of_module(module), module.src, what_of_module(module, robot));
     if (!module.refusals.empty()) continue;
+    left.insert(module.left.begin(), module.left.end());
     corrected += module.corrected > 0 ? 1 : 0;
     motions += module.corrected;
   }
+  for (const auto& [name, why] : left)
+    text += say({"say.correct.left", {{"name", calib::shown(name)}, {"why", why}}}) + "\n";
   const auto cells = std::ranges::count_if(fix.tools, &krl::FixTool::cells);
   const calib::Phrase lines[] = {
       {"say.correct.run_time.sum", {{"n", corrected}, {"all", moving}, {"motions", motions}}},

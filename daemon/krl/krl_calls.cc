@@ -81,12 +81,11 @@ bool is_kukas(const std::string& name) {
                      [&](const char* family) { return name.starts_with(family); });
 }
 
-/// A motion to another place than a home or where the arm is.
-bool moves_to_points(const Line& line) {
+/// A motion to another place than where the arm is.
+bool moves_elsewhere(const Line& line) {
   const auto& t = line.tokens;
-  const bool stays_there =
-      t.size() > 1 && (stays(t[1].word) || (t[1].word.starts_with('$') && !sign_at(t, 2, ':')));
-  return motion_kind(line) != MotionKind::kNone && !stays_there;
+  return motion_kind(line) != MotionKind::kNone && t.size() > 1 &&
+         !(t[1].word.starts_with('$') && !sign_at(t, 2, ':'));
 }
 
 std::string upper_stem(const std::string& file) {
@@ -196,7 +195,7 @@ void Routines::read(const KrlFile& file, std::size_t module) {
     if (declares(line) || line.tokens[0].is("END")) continue;
     if (body.lines.size() <= kMostFollowed) body.lines.push_back(line);
     body.moves = body.moves || motion_kind(line) != MotionKind::kNone;
-    body.to_points = body.to_points || moves_to_points(line);
+    if (moves_elsewhere(line)) body.targets.insert(line.tokens[1].word);
     body.frames = body.frames || sets_frames(line);
     for (std::size_t i = 0; i < line.tokens.size(); ++i)
       if (calls_at(line.tokens, i)) body.calls.insert(line.tokens[i].word);
@@ -258,11 +257,15 @@ FrameChanges Routines::changes(std::size_t module) const {
   return all;
 }
 
-std::vector<std::pair<std::size_t, std::string>> Routines::moving_callees(
-    std::size_t module) const {
+std::vector<std::pair<std::size_t, std::string>> Routines::moving_callees(std::size_t module,
+                                                                          const Data& known) const {
+  const auto moves_to = [&](const std::string& name) {
+    const bool own = known.points.count(name) + known.declared.count(name) == 0;
+    return !stays(name, own, false);
+  };
   std::vector<std::pair<std::size_t, std::string>> all;
   for (const std::size_t one : reached(module))
-    if (bodies_[one].module != module && bodies_[one].to_points)
+    if (bodies_[one].module != module && std::ranges::any_of(bodies_[one].targets, moves_to))
       all.emplace_back(bodies_[one].module, bodies_[one].name);
   return all;
 }

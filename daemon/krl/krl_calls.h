@@ -14,6 +14,8 @@
 
 namespace cellcal::daemon::krl {
 
+struct Data;
+
 using namespace calib::krl;
 
 /// Possible effects of a statement by its calls.
@@ -62,14 +64,16 @@ class Routines {
   /// Changes by that module's routines and all their callees.
   FrameChanges changes(std::size_t module) const;
   /// Module and name of the routines elsewhere that its routines call, directly or not, and that move to points other than
-  /// homes.
-  std::vector<std::pair<std::size_t, std::string>> moving_callees(std::size_t module) const;
+  /// the homes of `known`, the data that all modules see.
+  std::vector<std::pair<std::size_t, std::string>> moving_callees(std::size_t module,
+                                                                  const Data& known) const;
 
  private:
   struct Body {
     std::string name;
     std::size_t module = 0;
-    bool to_points = false;  ///< moves by its own statements, and not to homes alone
+    std::set<std::string>
+        targets;  ///< first words of its own motions' targets, other than where the arm is
     bool moves = false, frames = false;      ///< by its own statements
     bool may_move = false, may_set = false;  ///< including callees
     std::set<std::string> calls;

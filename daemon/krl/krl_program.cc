@@ -212,7 +212,7 @@ class Reader {
     const bool global = data_.globals.count(name) > 0;
     if (!together_) return own_point && !global;
     const bool others = controller_.points.count(name) > 0;
-    return (own_point || others) && !((global || !own_point) && stays(name));
+    return (own_point || others) && !stays(name, own_point, global);
   }
 
   /// XP1={X ...}: sets the point's value if it has none yet, and no motion used it before.
@@ -351,7 +351,7 @@ class Reader {
     const auto own_point = find_point(data_, name);
     const bool global = data_.globals.count(variable_of(name)) > 0;
     const auto other = own_point ? std::nullopt : find_point(controller_, name);
-    if (together_ && (global || other) && stays(name))
+    if (together_ && (own_point || other) && stays(name, own_point.has_value(), global))
       return leave(name, key, "home or mastering reference");
     if (own_point) {
       if (global && !together_)
@@ -365,7 +365,8 @@ class Reader {
     }
     if (other) {
       leave(name, key, other->file);
-      if (other->kind == PointKind::kCartesian && !stays(name)) refuse(Why::kElsewhere, line, name);
+      if (other->kind == PointKind::kCartesian && !stays(name, false, global))
+        refuse(Why::kElsewhere, line, name);
       return false;
     }
     const bool computed =
@@ -385,7 +386,8 @@ class Reader {
       const bool read_only = i >= 2 && sign_at(t, i - 1, '(') &&
                              (t[i - 2].is("STOOL2") || t[i - 2].is("SBASE") ||
                               t[i - 2].is("SIPO_MODE") || t[i - 2].is("SLOAD"));
-      const bool home = i == 2 && t[0].is(kHome) && sign_at(t, 1, '=') && stays(t[i].word);
+      const bool home =
+          i == 2 && t[0].is(kHome) && sign_at(t, 1, '=') && stays(t[i].word, false, false);
       if (!read_only && !home) mentioned_.emplace(t[i].word, line.number);
     }
   }
@@ -416,10 +418,11 @@ std::vector<const KrlFile*> sources_of(const ProgramFiles& files) {
   return sources;
 }
 
+/// `known`: of the controller's files.
 std::vector<calib::Phrase> callees_of(const std::vector<const KrlFile*>& sources,
-                                      const Routines& routines) {
+                                      const Routines& routines, const Data& known) {
   std::vector<calib::Phrase> all;
-  for (const auto& [module, name] : routines.moving_callees(0))
+  for (const auto& [module, name] : routines.moving_callees(0, known))
     if (!is_kukas_program(sources[module]->name))
       all.push_back(
           {"say.krl.warning.callee",
@@ -563,12 +566,13 @@ std::string name_of_key(const std::string& key) { return key.substr(0, key.find(
 bool is_kukas_program(const std::string& src) {
   const std::string name = upper_case(lower_name(src));
   return name.starts_with("$") || name.starts_with("BRAKETEST") || name == "BAS.SRC" ||
-         name == "IR_STOPM.SRC";
+         name == "IR_STOPM.SRC" || name == "MASREF_USER.SRC" || name == "MASREF_MAIN.SRC";
 }
 
-bool stays(const std::string& name) {
-  return name == kHome || name.starts_with("XHOME") || name.find("MASREF") != std::string::npos ||
-         name.starts_with("XBRAKE");
+bool stays(const std::string& name, bool own, bool global) {
+  const bool reference = name.starts_with("XHOME") || name.starts_with("XBRAKE") ||
+                         name.starts_with("XMMD_") || name.find("MASREF") != std::string::npos;
+  return name == kHome || (reference && (global || !own));
 }
 
 bool FrameRef::operator==(const FrameRef& other) const {
@@ -588,7 +592,7 @@ Program read_program(const ProgramFiles& files, const std::vector<std::string>& 
   add_missing(known, program.data);
   const std::vector<const KrlFile*> sources = sources_of(files);
   const Routines routines(sources, {still.begin(), still.end()});
-  program.callees = callees_of(sources, routines);
+  program.callees = callees_of(sources, routines, known);
   program.changes = changes_by_all(sources, routines);
   program.modules.push_back(
       {files.src.name, changes_for(files, routines, 0, program.changes), 0, {}, false});
@@ -599,7 +603,10 @@ Program read_program(const ProgramFiles& files, const std::vector<std::string>& 
   const OwnPosition positions(alone, types);
   Reader reader(files.src, leave, known, {routines, 0}, positions, false, imported, program.data,
                 program);
-  reader.read(read_lines(files.src));
+  if ((program.modules[0].kukas = is_kukas_program(files.src.name)))
+    reader.count_motions(read_lines(files.src));
+  else
+    reader.read(read_lines(files.src));
   for (const std::string& name : leave) reader.there_is(name);
   std::vector<const KrlFile*> texts = sources;
   if (files.dat) texts.push_back(&*files.dat);
@@ -607,15 +614,18 @@ Program read_program(const ProgramFiles& files, const std::vector<std::string>& 
   settle(program);
   for (const auto& [name, point] : program.data.points)
     if (program.points.count(name) == 0 && program.left.count(name) == 0)
-      program.left[name] = "no motion goes to it";
+      program.left[name] =
+          program.modules[0].kukas ? "the controller's own program" : "no motion goes to it";
   program.twice = program.data.refusals;
   return program;
 }
 
-std::vector<calib::Phrase> uncorrected_callees(const ProgramFiles& files,
+std::vector<calib::Phrase> uncorrected_callees(const BackupFiles& files,
                                                const std::vector<std::string>& still) {
-  const std::vector<const KrlFile*> sources = sources_of(files);
-  return callees_of(sources, Routines(sources, {still.begin(), still.end()}));
+  Data known;
+  for (const KrlFile& file : files.controller) read_data(file, known);
+  const std::vector<const KrlFile*> sources = sources_of(files.modules.front());
+  return callees_of(sources, Routines(sources, {still.begin(), still.end()}), known);
 }
 
 Program read_programs(const BackupFiles& files, const std::vector<std::string>& leave,

@@ -133,8 +133,9 @@ std::string name_of_key(const std::string& key);
 /// Programs of the controller's system (BAS, IR_STOPM, the brake test, $...), which have no points
 /// of the user.
 bool is_kukas_program(const std::string& src);
-/// Homes and the mastering reference, which never change.
-bool stays(const std::string& name);
+/// Homes, the mastering and brake references, which never change unless they are a module's own alone. `own`: of the
+/// module's files; `global`: others see it, too.
+bool stays(const std::string& name, bool own, bool global);
 
 struct ProgramFiles {
   KrlFile src;
@@ -148,17 +149,17 @@ struct ProgramFiles {
 Program read_program(const ProgramFiles& files, const std::vector<std::string>& leave,
                      const std::vector<std::string>& still);
 
-/// Warnings of the routines in `files.modules` that the program calls, directly or not, and that move to points: these
-/// stay uncorrected.
-std::vector<calib::Phrase> uncorrected_callees(const ProgramFiles& files,
-                                               const std::vector<std::string>& still);
-
 /// All modules of a controller.
 struct BackupFiles {
   std::vector<ProgramFiles> modules;  ///< without `controller` and `modules` of their own
   std::vector<KrlFile> data;          ///< .dat files without a .src
   std::vector<KrlFile> controller;    ///< $config.dat, $machine.dat
 };
+/// Warnings of the routines in `modules` of the first program that it calls, directly or not, and that move to points:
+/// these stay uncorrected.
+std::vector<calib::Phrase> uncorrected_callees(const BackupFiles& files,
+                                               const std::vector<std::string>& still);
+
 Program read_programs(const BackupFiles& files, const std::vector<std::string>& leave,
                       const std::vector<std::string>& still);
 

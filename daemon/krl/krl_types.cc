@@ -82,8 +82,7 @@ bool Types::read_declaration(const Line& line, Names& names) {
     return at > 0;
   const std::string type = t[at].word;
   for (++at; word_at(t, at); at = next_comma(t, at + 1, t.size()) + 1) {
-    keep(t[at].word, type, names);
-    if (global) keep(t[at].word, type, globals_);
+    keep(t[at].word, type, global ? globals_ : names);
   }
   return true;
 }
@@ -167,7 +166,7 @@ std::string Types::key(std::size_t module, int line, const std::string& name) co
   const auto& [begin, local] = *std::prev(own.locals.upper_bound(line));
   const std::string key = name + "@" + std::to_string(module);
   if (local.count(name) > 0) return key + ":" + std::to_string(begin);
-  return own.variables.count(name) > 0 && globals_.count(name) == 0 ? key : name;
+  return own.variables.count(name) > 0 ? key : name;
 }
 
 }  // namespace cellcal::daemon::krl

@@ -29,6 +29,10 @@ class Types {
   /// The same for the same variable alone, seen from these lines. Behind the modules, counted on, are those that they
   /// may call (ProgramFiles::modules).
   std::string key(std::size_t module, int line, const std::string& name) const;
+  /// True for a variable that no other module sees.
+  bool own(std::size_t module, int line, const std::string& name) const {
+    return key(module, line, name) != name;
+  }
 
  private:
   using Names = std::map<std::string, std::string>;

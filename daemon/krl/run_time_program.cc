@@ -166,6 +166,12 @@ class Rewriter {
       read(line);
     }
   }
+  /// The controller's own program.
+  void leave() {
+    result_.kukas = true;
+    for (const Line& line : read_lines(src_))
+      if (motion_kind(line) != MotionKind::kNone) ++result_.motions;
+  }
   const RewrittenModule& result() const { return result_; }
   std::string text() const { return edited(src_.text, edits_); }
 
@@ -283,7 +289,8 @@ class Rewriter {
       for (; at < end; ++at) target.name += t[at].word;
     }
     target.type = types_.of_variable(module_, line.number, word, components);
-    if (target.type.empty() && components.empty() && stays(word)) target.type = "E6AXIS";
+    if (target.type.empty() && components.empty() && stays(word, false, false))
+      target.type = "E6AXIS";
     return at;
   }
 
@@ -326,8 +333,13 @@ class Rewriter {
     edits_.push_back({end, end, more + ")"});
   }
 
-  bool left(const std::string& name) const {
-    return stays(name) || leave_.count(name) > 0 || leave_.count(variable_of(name)) > 0;
+  /// The reason for a point that stays; empty: it is corrected.
+  const char* left(const Line& line, const std::string& name) const {
+    const std::string variable = variable_of(name);
+    if (leave_.count(name) + leave_.count(variable) > 0) return "--leave";
+    return stays(name, types_.own(module_, line.number, variable), false)
+               ? "home or mastering reference"
+               : "";
   }
 
   /// Rewrites the point at tokens[at]. Returns the index after it; 0 after a refusal.
@@ -347,7 +359,9 @@ class Rewriter {
     if (functions == kFunctions.end()) return refuse(Why::kUnknownPoint, line, what), 0;
     // Of a POS or FRAME that stays CELLCAL_FIX would not know, and a motion after it would begin elsewhere.
     const bool own = !functions->stay.empty() && own_.whole(module_, line.number, target.name);
-    if (left(target.name) || target.name.starts_with("$") || own) {
+    const std::string why = left(line, target.name);
+    if (!why.empty()) result_.left.emplace(target.name, why);
+    if (!why.empty() || target.name.starts_with("$") || own) {
       if (!functions->stay.empty()) wrap(line, target, functions->stay);
       return target.end;
     }
@@ -498,7 +512,10 @@ RewrittenPrograms rewrite_motions(const BackupFiles& files, const std::vector<st
     const KrlFile& src = files.modules[i].src;
     if (stays_as_it_is(src.name)) continue;
     Rewriter rewriter(src, i, types, left, external, own, seen);
-    rewriter.read();
+    if (is_kukas_program(src.name))
+      rewriter.leave();
+    else
+      rewriter.read();
     result.modules.push_back(rewriter.result());
     KrlFile fresh{src.name, rewriter.text()};
     if (!rewriter.result().refusals.empty() || fresh.text == src.text) continue;

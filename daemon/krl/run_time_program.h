@@ -2,6 +2,7 @@
 // Motions of KRL programs rewritten so that CELLCAL_FIX (fix_module.h) gives their targets while the program runs:
 // LIN XP1 C_DIS becomes LIN CC_FIX(XP1) C_DIS. Nothing else of a file changes, and restored() takes it back.
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,8 @@ struct RewrittenModule {
   int motions = 0;    ///< lines with a motion of the arm
   int corrected = 0;  ///< those whose points are corrected at run time; the others stay, as homes
   std::vector<Refusal> refusals;  ///< if any: the module is unchanged
+  std::map<std::string, std::string> left = {};  ///< points that stay as they are, with the reason
+  bool kukas = false;                            ///< the controller's own program: stays as it is
   /// The first $LOAD that is not the tool's own, with its line: CELLCAL_FIX corrects with the tool's
   /// own. Empty: none.
   std::string other_load = {};

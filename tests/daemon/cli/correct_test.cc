@@ -627,6 +627,8 @@ TEST_F(Correct, AtRunTimeRewritesTheMotionsAndWritesTheModuleAndRestoreTakesItBa
   const auto report = nlohmann::json::parse(outcome.out);
   EXPECT_EQ(report.at("modules").at(0).at("corrected"), 3);
   EXPECT_EQ(report.at("modules").at(0).at("load"), "the tool's own");
+  EXPECT_EQ(report.at("modules").at(0).at("left"),
+            nlohmann::json::parse(R"([{"name": "XHOME", "why": "home or mastering reference"}])"));
   EXPECT_EQ(report.at("fix_module").at("serial"), 123456);
   EXPECT_GT(report.at("fix_module").at("most_mm").get<double>(), 1.0);
   EXPECT_EQ(report.at("written").size(), 4U);
@@ -673,6 +675,9 @@ TEST_F(Correct, AtRunTimeNeedsTheRobotsNumberAndACalibrationForTheWorkspace) {
   const Outcome homes =
       run_correct({"--program", src, "--at-run-time", "--serial", "5", "-o", dir_ / "out"});
   EXPECT_EQ(homes.status, 0) << homes.err;  // the home is known to the module
+  EXPECT_NE(homes.out.find("left as it is: XHOME (home or mastering reference)\n"),
+            std::string::npos)
+      << homes.out;
   calib::Calibration near = calibration();
   near.verdict.judged = true;
   near.verdict.workspace = false;

@@ -58,6 +58,20 @@ std::string text_of_file(const CorrectedBackup& backup, const std::string& name)
   return {};
 }
 
+TEST(KukasMasteringReferences, Stay) {
+  const std::string axes = "={A1 20.0,A2 -80.0,A3 80.0,A4 10.0,A5 40.0,A6 0.0}\n";
+  const auto result =
+      corrected_together({module_named("MasRef_User", "PTP XM", "DECL E6AXIS XM" + axes),
+                          module_named("A", "PTP XMMD_ORIGIN")},
+                         "DECL E6AXIS XMMD_ORIGIN" + axes);
+  EXPECT_TRUE(result.points.empty());
+  EXPECT_TRUE(of(result, "MasRef_User").kukas);
+  EXPECT_EQ(why_not(of(result, "A")), "");
+  auto alone = module_named("MasRef_User", "PTP XM", "DECL E6AXIS XM" + axes);
+  alone.controller = {{"$config.dat", kConfig}};
+  EXPECT_TRUE(correct_program(calibration(), alone).points.empty());
+}
+
 TEST(ABackup, CorrectsPointsOfOtherModulesOfTheConfigurationAndOfArrays) {
   const auto result = corrected_together(
       {module_named("PICK", "PTP XABOVE\nPTP XSLOT[2]\nPTP XPALLET\nPTP XPART.GRAB\nPTP XOWN",

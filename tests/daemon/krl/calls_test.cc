@@ -104,7 +104,10 @@ TEST(AModuleBesideThatIsNotCalled, ChangesAToolOfTheController) {
 TEST(ARoutineElsewhereThatMoves, IsNamedAsNotCorrected) {
   const auto warned = [](const std::string& body, const std::vector<krl::KrlFile>& modules,
                          const std::vector<std::string>& still = {}) {
-    krl::ProgramFiles f{{"p.src", "DEF p()\n" + body + "END\n"}, {}, {}, modules};
+    const krl::KrlFile config{
+        "$config.dat", "DECL E6AXIS XHOME={A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 10.0,A6 0.0}\n"};
+    const krl::BackupFiles f{
+        {{{"p.src", "DEF p()\n" + body + "END\n"}, {}, {}, modules}}, {}, {config}};
     std::string all;
     for (const calib::Phrase& one : uncorrected_callees(f, still)) all += calib::words(one) + "\n";
     return all;
@@ -119,6 +122,7 @@ TEST(ARoutineElsewhereThatMoves, IsNamedAsNotCorrected) {
   EXPECT_EQ(warned("through()\n", {place, home, through}), named) << "through another";
   EXPECT_EQ(warned("IF f(place()) THEN\nENDIF\nplace()\n", {place}), named) << "once";
   EXPECT_EQ(warned("home()\n", {place, home}), "") << "a home stays";
+  EXPECT_NE(warned("away()\n", {{"away.src", "DEF away()\nPTP XHOME7\nEND\n"}}), "") << "its own";
   EXPECT_EQ(warned("", {place}), "") << "not called";
   EXPECT_EQ(warned("PLACE()\n", {place}, {"PLACE"}), "") << "stated not to move";
   EXPECT_EQ(warned("own()\nEND\nDEF own()\nPTP XP1\n", {place}), "") << "corrected with it";

@@ -143,6 +143,33 @@ TEST(RunTimeProgram, LeavesHomesAndNamedPointsWhereTheyAre) {
   EXPECT_THROW(line_of("LIN XP1", {"XP9"}), calib::FileError);
 }
 
+TEST(RunTimeProgram, NamesWhatStaysAndCorrectsAHomeOfTheModuleAlone) {
+  krl::BackupFiles files;
+  const auto module = [](const std::string& name, const std::string& dat) {
+    return krl::ProgramFiles{
+        {name + ".src", "DEF " + name + "()\nPTP XHOME1\nPTP XP1\nPTP $H_POS\nEND\n"},
+        krl::KrlFile{name + ".dat", dat + "DECL E6POS XP1\n"},
+        {},
+        {}};
+  };
+  files.modules = {module("A", "DECL E6POS XHOME1\n"), module("B", "DECL GLOBAL E6POS XHOME1\n"),
+                   module("C", ""), module("MasRef_User", "")};
+  files.controller = {{"$config.dat", "DECL E6POS XHOME1\nDECL E6AXIS XMMD_ORIGIN\n"}};
+  const RewrittenPrograms result = rewrite_motions(files, {"XP1"});
+  const std::string why = "home or mastering reference";
+  const std::map<std::string, std::string> named = {{"XP1", "--leave"}, {"$H_POS", why}};
+  auto all = named;
+  all.emplace("XHOME1", why);
+  EXPECT_EQ(result.modules.at(0).left, named);
+  EXPECT_NE(result.files.at(0).text.find("PTP CC_FIX_PTP(XHOME1)"), std::string::npos);
+  EXPECT_EQ(result.modules.at(1).left, all);
+  EXPECT_EQ(result.modules.at(2).left, all);
+  EXPECT_TRUE(result.modules.at(3).kukas);
+  EXPECT_EQ(result.modules[3].motions, 3);
+  EXPECT_EQ(result.files.size(), 3U);
+  EXPECT_EQ(line_of("PTP XMMD_ORIGIN"), "PTP CC_STAY(XMMD_ORIGIN)");
+}
+
 /// "line:name" of each refusal for the arm's own position.
 std::string own_of(const std::string& body, const std::vector<std::string>& leave = {}) {
   const RewrittenPrograms result = rewritten_of(program(body), leave);
