@@ -30,11 +30,11 @@ struct FrameRef {
   bool operator==(const FrameRef& other) const;
 };
 
-/// A load: number of LOAD_DATA, or a variable of type LOAD.
+/// A load: number of LOAD_DATA, a variable of type LOAD, or written out in the text.
 struct LoadRef {
   int number = -1;
   std::string name;
-  LoadData stated;  ///< of the variable
+  LoadData stated;  ///< without a number
   bool operator==(const LoadRef&) const = default;
 };
 
@@ -57,6 +57,7 @@ struct Frames {
   bool external = false;  ///< the tool is fixed in the cell
   /// In force by $LOAD; none: the tool's own, as BAS and inline forms set it.
   std::optional<LoadRef> load;
+  Aggregate load_parts;       ///< as far as $LOAD is written out
   Lost lost;                  ///< reason for an unknown tool and base
   Lost tool_lost, base_lost;  ///< likewise for one of them alone
   Lost load_lost;             ///< likewise for a load

@@ -1,5 +1,7 @@
 #include "daemon/krl/krl_state.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <iterator>
 #include <set>
@@ -63,6 +65,27 @@ std::optional<FrameRef> numbered(std::optional<int> number) {
   return number ? std::optional(FrameRef{*number, {}}) : std::nullopt;
 }
 
+/// M=5.0 or CM={X 0.0,...} from tokens[at].
+void read_load_part(const std::vector<Token>& t, std::size_t at, Aggregate& parts) {
+  const std::string name = at < t.size() ? t[at].word : "";
+  std::erase_if(parts.numbers, [&](const auto& one) {
+    return one.first == name || one.first.starts_with(name + ".");
+  });
+  if (!sign_at(t, at + 1, '=')) return;
+  if (const auto number = read_number(t, at + 2)) parts.numbers[name] = {*number, 0, 0};
+  const auto value = read_aggregate(t, at + 2);
+  if (value && value->after == t.size())
+    for (const auto& [part, number] : value->numbers) parts.numbers[name + "." + part] = number;
+}
+
+std::optional<LoadRef> written_load(const Aggregate& parts) {
+  const auto load = load_stated(parts);
+  if (!load) return std::nullopt;
+  const auto& [x, y, z] = load->com_mm;
+  return LoadRef{-1, fmt::format("$LOAD {:g} kg at {:g} {:g} {:g} mm", load->mass_kg, x, y, z),
+                 *load};
+}
+
 }  // namespace
 
 std::set<std::string> touched_names(const std::vector<Line>& lines) {
@@ -104,31 +127,42 @@ bool sets_load(const std::vector<Line>& lines) {
 
 void FrameState::apply_load(const std::vector<Token>& t, std::size_t at, Frames& frames,
                             int line) const {
-  frames.load.reset();
-  frames.load_lost = {"$LOAD", line};
-  if (!sign_at(t, at + 1, '=')) return;  // $LOAD.M=...
-  const std::size_t value = at + 2;
-  std::optional<int> number;
-  if (int stated = 0; is_word(t, value, "LOAD_DATA")) {
-    const std::size_t behind = read_index(t, value + 1, stated);
-    if (behind > 0 && (behind == t.size() || sign_at(t, behind, ','))) number = stated;
-  } else if (is_word(t, value, "SLOAD") && value + 2 < t.size()) {
-    const auto data = data_.frames.find(t[value + 2].word);
-    if (data != data_.frames.end() && data->second.tool >= 0) number = data->second.tool;
-  }
-  const auto named =
-      value + 1 == t.size() || sign_at(t, value + 1, ',') ? named_load(t[value]) : std::nullopt;
-  if (!number && !named) return;
-  frames.load = named ? *named : LoadRef{*number, {}, {}};
-  frames.load_lost = {};
+  const bool part = sign_at(t, at + 1, '.');
+  if (part && is_word(t, at + 2, "J")) return;  // bends no arm that stands
+  if (part)
+    read_load_part(t, at + 2, frames.load_parts);
+  else
+    frames.load_parts = {};
+  frames.load = part ? written_load(frames.load_parts) : load_at(t, at + 2, frames.load_parts);
+  frames.load_lost = frames.load ? Lost{} : Lost{"$LOAD", line};
 }
 
-/// A variable of type LOAD that no statement changes.
-std::optional<LoadRef> FrameState::named_load(const Token& token) const {
-  const auto at = data_.named_loads.find(token.word);
-  if (foreign_ || at == data_.named_loads.end() || touched_.count(token.word) > 0)
+/// What $LOAD is set to; `parts`: its components where it is written out.
+std::optional<LoadRef> FrameState::load_at(const std::vector<Token>& t, std::size_t at,
+                                           Aggregate& parts) const {
+  const auto ends = [&](std::size_t behind) {
+    return behind == t.size() || sign_at(t, behind, ',');
+  };
+  if (int number = 0; is_word(t, at, "LOAD_DATA")) {
+    const std::size_t behind = read_index(t, at + 1, number);
+    return behind > 0 && ends(behind) ? std::optional(LoadRef{number, {}, {}}) : std::nullopt;
+  }
+  if (is_word(t, at, "SLOAD") && at + 2 < t.size()) {
+    const auto data = data_.frames.find(t[at + 2].word);
+    return data != data_.frames.end() && data->second.tool >= 0
+               ? std::optional(LoadRef{data->second.tool, {}, {}})
+               : std::nullopt;
+  }
+  if (const auto value = read_aggregate(t, at); value && ends(value->after)) {
+    parts = *value;
+    return written_load(parts);
+  }
+  // A variable of type LOAD that no statement changes.
+  const auto named = at < t.size() ? data_.named_loads.find(t[at].word) : data_.named_loads.end();
+  if (foreign_ || named == data_.named_loads.end() || touched_.count(named->first) > 0 ||
+      !ends(at + 1))
     return std::nullopt;
-  return LoadRef{-1, at->first, at->second};
+  return LoadRef{-1, named->first, named->second};
 }
 
 /// A frame from tokens[at]; the index of the next token, 0: none.
@@ -356,6 +390,7 @@ bool FrameState::read_bas(const Line& line) {
     set(now_, command == "#TOOL", numbered(number), {"BAS(" + command + ")", line.number});
     if (command == "#TOOL") {
       now_.load.reset();
+      now_.load_parts = {};
       now_.load_lost = {};
     }
     wrong_.reset();

@@ -53,7 +53,8 @@ class FrameState {
              std::optional<Refusal>& wrong, int line) const;
   /// An assignment of $LOAD that begins at tokens[at].
   void apply_load(const std::vector<Token>& tokens, std::size_t at, Frames& frames, int line) const;
-  std::optional<LoadRef> named_load(const Token& token) const;
+  std::optional<LoadRef> load_at(const std::vector<Token>& tokens, std::size_t at,
+                                 Aggregate& parts) const;
   void take(const std::string& name, int line, Frames& frames, std::optional<Refusal>& wrong) const;
 
   const Data& data_;

@@ -148,9 +148,12 @@ TEST(ALoadInForce, ThatCannotBeResolvedIsRefusedByNameAndLine) {
   const std::string tool = "$TOOL=TOOL_DATA[1]\n";
   EXPECT_EQ(refused_as(tool + "$LOAD=LOAD_DATA[9]\n" + kHere), "no_such_load:4 ");
   EXPECT_EQ(refused_as(tool + "$LOAD=LOAD_DATA[3]\n" + kHere), "no_such_load:4 ") << "no mass";
-  for (const char* unknown : {"$LOAD=PART_LOAD\n", "$LOAD=LOAD_DATA[I]\n", "$LOAD=LOAD_DATA[1+1]\n",
-                              "$LOAD.M=3.0\n", "$LOAD={M 3.0}\n"})
-    EXPECT_EQ(refused_as(tool + unknown + kHere), "load_not_known:4 ") << unknown;
+  for (const char* unknown :
+       {"$LOAD=PART_LOAD\n", "$LOAD=LOAD_DATA[I]\n", "$LOAD=LOAD_DATA[1+1]\n", "$LOAD.M=3.0\n",
+        "$LOAD={M 3.0}\n", "$LOAD.CM={X 0,Y 0,Z 0}\n", "$LOAD.M=M1\n$LOAD.CM={X 0,Y 0,Z 0}\n",
+        "$LOAD={M 3.0,CM {X X1,Y 0,Z 0}}\n", "$LOAD={M 3,CM {X 0,Y 0,Z 0}}\n$LOAD.CM.X=X1\n",
+        "$LOAD.CM={X 0,Y 0,Z 0}\n$LOAD=LOAD_DATA[2]\n$LOAD.M=3.0\n"})
+    EXPECT_EQ(refused_as(tool + unknown + kHere).substr(0, 15), "load_not_known:") << unknown;
   const auto result = corrected_with(tool + "$LOAD=PART_LOAD\n" + kHere);
   EXPECT_NE(all_words(result).find("load in force unknown"), std::string::npos);
   EXPECT_NE(all_words(result).find("$LOAD"), std::string::npos);
@@ -182,6 +185,24 @@ TEST(ALoadInForce, ByTheNameOfAVariableIsThatOfItsDeclaration) {
     EXPECT_FALSE(named(refused, "$LOAD=part_L\n").refusals.empty()) << refused;
   for (const char* changed : {"part_L.M=3\n$LOAD=part_L\n", "$LOAD=part_L\npart_L=other\n"})
     EXPECT_FALSE(named("DECL LOAD part_L" + value, changed).refusals.empty()) << changed;
+}
+
+TEST(ALoadInForce, WrittenOutInNumbersIsBorneAsItsLoadDataWouldBe) {
+  const std::string tool = "$TOOL=TOOL_DATA[1]\n";
+  const CorrectedProgram numbered = corrected_with(tool + "$LOAD=LOAD_DATA[2]\n" + kHere);
+  const std::string com = "{X 60.0,Y 0.0,Z 150.0,A 0.0,B 0.0,C 0.0}";
+  for (const std::string& written :
+       {"$LOAD={M 5.0,CM " + com + ",J {X 0,Y 0,Z 0}}\n", "$LOAD.M=5.0\n$LOAD.CM=" + com + "\n",
+        "$LOAD.CM=" + com + "\n$LOAD.M=5\n$LOAD.J={X 1,Y 0,Z 0}\n",
+        "$LOAD={M 9,CM " + com + "}\n$LOAD.M=5\n"}) {
+    const auto result = corrected_with(tool + written + kHere);
+    ASSERT_EQ(result.points.size(), 1u) << written << all_words(result);
+    EXPECT_EQ(result.points[0].shift_mm, numbered.points.at(0).shift_mm) << written;
+    EXPECT_EQ(result.tools.at(0).load_name, "$LOAD 5 kg at 60 0 150 mm");
+  }
+  const auto own = corrected_with("$LOAD.M=9\n$LOAD.CM=" + com +
+                                  "\nBAS(#TOOL,1)\n$LOAD.J={X 1,Y 0,Z 0}\n" + kHere);
+  EXPECT_EQ(all_words(own), "") << "BAS sets the tool's own load";
 }
 
 TEST(ALoadInForce, ByANameThatAnotherModuleChangesIsRefused) {
