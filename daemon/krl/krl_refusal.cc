@@ -66,7 +66,9 @@ calib::Phrase since(const Lost& lost) {
 
 calib::Phrase why_phrase(const Refusal& r, const calib::Robot& robot) {
   if (r.why == Why::kNotReached && r.reached) return calib::phrase(*r.reached, robot);
-  return {std::string("say.krl.why.") + name_of(r.why),
+  const bool by_bas = r.lost.what.starts_with("BAS(") &&
+                      (r.why == Why::kToolNotKnown || r.why == Why::kBaseNotKnown);
+  return {std::string("say.krl.why.") + name_of(r.why) + (by_bas ? ".bas" : ""),
           {{"n", r.number},
            {"since", since(r.lost)},
            {"module", calib::shown(r.lost.what, 120)},
