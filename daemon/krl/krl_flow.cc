@@ -36,9 +36,18 @@ void Flow::follow(const Way& way, Before& before, std::vector<Way>& open) const 
       open.emplace_back(call.from.front(), std::vector<int>(calls.begin(), calls.end() - 1));
     else
       before.lost = call.why;
+  } else if (const auto callers = callers_.find(at); callers != callers_.end()) {
+    for (const int from : callers->second) open.emplace_back(from, calls);
   } else {
     before.lost = place.why;
   }
+}
+
+void Flow::only_called(const RoutineKey& routine, std::size_t statements) {
+  const auto calls = calls_.find(routine);
+  const auto places = routines_.find(routine);
+  if (calls != calls_.end() && places != routines_.end() && calls->second.size() == statements)
+    callers_[places->second.first] = calls->second;
 }
 
 Before Flow::before(int place) const {
@@ -55,7 +64,8 @@ Before Flow::before(int place) const {
   return before;
 }
 
-FlowReader::FlowReader(Flow& flow, std::size_t module) : flow_(flow), module_(module) {
+FlowReader::FlowReader(Flow& flow, std::size_t module, std::string own)
+    : flow_(flow), module_(module), own_(std::move(own)) {
   now_ = entry_ = flow_.lost({});
   exit_ = flow_.join();
 }
@@ -67,9 +77,16 @@ void FlowReader::end() {
   routine_.clear();
 }
 
+void FlowReader::finish() {
+  end();
+  for (const std::string& name : locals_) flow_.only_called({module_, name}, words_[name] - 1);
+}
+
 void FlowReader::begin(const Line& line) {
   end();
   routine_ = routine_name(line);
+  if (std::exchange(begun_, true) && !line.tokens[0].is("GLOBAL") && routine_ != own_)
+    locals_.push_back(routine_);
   blocks_.clear();
   labels_.clear();
   now_ = entry_ = flow_.lost({line.tokens[0].word, line.number});
@@ -119,6 +136,7 @@ void FlowReader::leave_loop() {
 void FlowReader::control(const Line& line) {
   const auto& t = line.tokens;
   const std::string& word = t[0].word;
+  for (const Token& one : t) words_[one.word] += one.kind == Token::Kind::kWord ? 1 : 0;
   if (begins_routine(line)) return begin(line);
   if (t[0].kind != Token::Kind::kWord) return;
   if (FrameState::blocks(line) > 0) return open(word);

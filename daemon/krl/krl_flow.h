@@ -35,11 +35,14 @@ class Flow {
   void lead(int from, int to) { places_[static_cast<std::size_t>(to)].from.push_back(from); }
   /// After a call at `from`; `why`: the reason where the routine's end is unknown.
   int call(int from, RoutineKey routine, Lost why) {
+    calls_[routine].push_back(from);
     return put({Kind::kCall, {from}, 0, std::move(why), std::move(routine)});
   }
   void keep(RoutineKey routine, int entry, int exit) {
     routines_[std::move(routine)] = {entry, exit};
   }
+  /// Of a routine that nothing but this number of statements leads to: it begins where its calls are, if all are known.
+  void only_called(const RoutineKey& routine, std::size_t statements);
   /// A motion that may take the place of another: to a point that is copied to the other's.
   void instead(std::size_t motion, std::size_t other) { others_.emplace(motion, other); }
 
@@ -65,13 +68,16 @@ class Flow {
 
   std::vector<Place> places_;
   std::map<RoutineKey, std::pair<int, int>> routines_;  ///< entry and exit
+  std::map<RoutineKey, std::vector<int>> calls_;        ///< the places before them
+  std::map<int, std::vector<int>> callers_;             ///< by entry, where they are all
   std::multimap<std::size_t, std::size_t> others_;
 };
 
 /// Follows the control statements of one module.
 class FlowReader {
  public:
-  FlowReader(Flow& flow, std::size_t module);
+  /// `own`: name of the routine that other modules see.
+  FlowReader(Flow& flow, std::size_t module, std::string own);
   /// IF, LOOP, GOTO, a label, RETURN, DEF, END and the like; others change nothing.
   void control(const Line& line);
   int now() const { return now_; }
@@ -80,7 +86,8 @@ class FlowReader {
   void call(const RoutineKey& routine, Lost why) {
     now_ = flow_.call(now_, routine, std::move(why));
   }
-  void end();
+  /// After the last line.
+  void finish();
 
  private:
   struct Block {
@@ -93,12 +100,16 @@ class FlowReader {
   void leave_loop();
   int label(const std::string& name);
   void begin(const Line& line);
+  void end();
   /// Sets `now` and returns what it was.
   int stop() { return std::exchange(now_, flow_.join()); }
 
   Flow& flow_;
   std::size_t module_;
-  std::string routine_;
+  std::string own_, routine_;
+  std::map<std::string, std::size_t> words_;  ///< how often each is in the module
+  std::vector<std::string> locals_;           ///< routines that no other module sees
+  bool begun_ = false;
   int now_ = 0, entry_ = 0, exit_ = 0;
   std::vector<Block> blocks_;
   std::map<std::string, int> labels_;

@@ -43,7 +43,7 @@ class Reader {
         module_(program.modules.size() - 1),
         data_(data),
         program_(program),
-        flow_(program.flow, module_) {}
+        flow_(program.flow, module_, module_name(src.name)) {}
 
   void read(const std::vector<Line>& lines) {
     for (const Line& line : lines)
@@ -52,7 +52,7 @@ class Reader {
     for (const Line& line : lines) read(line, state);
     if (shared_)  // another module may call it without the first one
       std::erase_if(program_.assigned, [&](const auto& one) { return one.module == module_; });
-    flow_.end();
+    flow_.finish();
     for (const auto& [name, at] : state.frame_data_used())
       if (const auto found = mentioned_.find(name); found != mentioned_.end())
         refuse(Why::kNoSuchFrameData, found->second, name);

@@ -106,6 +106,35 @@ TEST(ACall, EndsWhereItsBodyDoes) {
   EXPECT_EQ(alone.refusals[0].why, Why::kPostureNotKnown);
 }
 
+TEST(ARoutineOfTheFileAlone, BeginsWhereItsCallsAre) {
+  const std::string frames = kFlowFrames, sub = "DEF SUB()\n" + frames + "LIN XL\nEND\n";
+  EXPECT_EQ(all_words(flow_corrected("PTP XN\nSUB()\n", sub)), "");
+  EXPECT_EQ(all_words(flow_corrected(
+                "PTP XN\nIF A THEN\nSUB()\nENDIF\n" + frames + "LIN XL\nSUB()\n", sub)),
+            "");
+  EXPECT_EQ(all_words(flow_corrected("PTP XN\nTHROUGH()\n", "DEF THROUGH()\nSUB()\nEND\n" + sub)),
+            "");
+  const struct {
+    std::string body, behind;
+    Why why;
+  } cases[] = {
+      {"PTP XN\nSUB()\n" + frames + "PTP XO\nSUB()\n", sub, Why::kOtherPosture},
+      {"SUB()\n", sub, Why::kPostureNotKnown},
+      {"PTP XN\nSUB()\n", "GLOBAL " + sub, Why::kPostureNotKnown},
+      {"PTP XN\nSUB()\nINTERRUPT DECL 3 WHEN $IN[1] DO SUB()\n", sub, Why::kPostureNotKnown},
+      {"PTP XN\nSUB()\nTRIGGER WHEN DISTANCE=0 DELAY=0 DO SUB() PRIO=-1\n", sub,
+       Why::kPostureNotKnown},
+      {"PTP XN\nSUB()\nIF SUB() THEN\nENDIF\n", sub, Why::kPostureNotKnown},
+      {"PTP XN\nSUB()\n", "DEF THROUGH()\nSUB()\nEND\n" + sub, Why::kPostureNotKnown},
+      {"PTP XN\nP()\n", "DEF OTHER()\n" + frames + "PTP XN\nEND\n" + sub, Why::kPostureNotKnown},
+  };
+  for (const auto& one : cases) {
+    const auto result = flow_corrected(one.body, one.behind);
+    ASSERT_FALSE(result.refusals.empty()) << one.body;
+    EXPECT_EQ(result.refusals[0].why, one.why) << one.body << all_words(result);
+  }
+}
+
 TEST(WaysWithoutEnd, AreRefusedOrCorrectedInLittleTime) {
   std::string deep = "PTP XN\n", calls, bodies;
   for (int i = 0; i < 6000; ++i) deep += "IF A THEN\nGOTO L" + std::to_string(i) + "\nENDIF\n";
