@@ -118,17 +118,18 @@ std::vector<Line> read_lines(const KrlFile& file) {
   int number = 0;
   for (std::size_t at = 0; at < file.text.size();) {
     ++number;
-    const auto end = std::min(file.text.find('\n', at), file.text.size());
+    const auto end = std::min(file.text.find_first_of("\r\n", at), file.text.size());
     if (end - at > kMostLineBytes)
       throw FileError(file.name, ":" + std::to_string(number) +
                                      ": longer than 16384 bytes. Name a KRL file (.dat, .src)");
     std::string_view line(file.text.data() + at, end - at);
-    if (line.ends_with('\r')) line.remove_suffix(1);
     if (!line.starts_with('&')) {
       auto tokens = Scanner(line, at).tokens();
       if (!tokens.empty()) lines.push_back({number, std::move(tokens)});
     }
-    at = end + 1;
+    // CR LF and CR CR LF end one line, as LF and CR do.
+    const auto feed = std::min(file.text.find_first_not_of('\r', end), file.text.size());
+    at = (feed < file.text.size() && file.text[feed] == '\n' ? feed : end) + 1;
   }
   return lines;
 }

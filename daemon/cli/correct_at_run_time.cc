@@ -15,6 +15,7 @@
 #include "daemon/files/atomic_file.h"
 #include "daemon/krl/fix_lines.h"
 #include "daemon/krl/fix_module.h"
+#include "daemon/krl/krl_calls.h"
 #include "daemon/krl/run_time_program.h"
 
 namespace cellcal::daemon {
@@ -34,6 +35,7 @@ constexpr double kRoundingMm = 0.02;
 krl::BackupFiles one_program(const CorrectCommand& command) {
   krl::ProgramFiles files = read_program_files(command.program, command.dat, command.controller);
   refuse_corrected(files);
+  krl::require_routine(files.src);
   krl::BackupFiles all;
   all.controller = std::move(files.controller);
   files.controller.clear();

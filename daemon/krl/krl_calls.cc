@@ -114,6 +114,12 @@ const Token& first_word(const Line& line) {
 
 bool begins_routine(const Line& line) { return one_of(kBegins, first_word(line)); }
 
+void require_routine(const KrlFile& src) {
+  if (std::ranges::none_of(read_lines(src), begins_routine))
+    throw calib::FileError(
+        src.name, ": no DEF, so no KRL program. Name a .src file as the controller has it");
+}
+
 bool declares(const Line& line) {
   static const Words words = {"DEF", "DEFFCT", "DECL", "EXT", "EXTFCT", "INTERRUPT", "SIGNAL"};
   return one_of(words, first_word(line));

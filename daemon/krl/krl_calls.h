@@ -33,6 +33,8 @@ bool declares(const Line& line);
 /// After GLOBAL, if present.
 const Token& first_word(const Line& line);
 bool begins_routine(const Line& line);
+/// Throws FileError for a file without a routine.
+void require_routine(const KrlFile& src);
 /// Name of the routine that starts in this line, after a function's return type.
 std::string routine_name(const Line& line);
 /// $TOOL, $BASE, $LOAD, $IPO_MODE, FDAT_ACT, or a BAS command that may set them.

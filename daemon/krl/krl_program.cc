@@ -584,6 +584,7 @@ bool FrameRef::operator==(const FrameRef& other) const {
 
 Program read_program(const ProgramFiles& files, const std::vector<std::string>& leave,
                      const std::vector<std::string>& still) {
+  require_routine(files.src);
   Program program;
   Data known;
   for (const KrlFile& file : files.controller) read_data(file, known);

@@ -244,6 +244,20 @@ TEST_F(Correct, WritesNothingWhereAPointIsRefused) {
             std::string::npos);
 }
 
+TEST_F(Correct, RefusesAFileWithoutAProgram) {
+  calibration_file();
+  const std::string src = put("p.src", "MODULE m\nENDMODULE\n");
+  for (const std::vector<std::string>& way :
+       {std::vector<std::string>{}, {"--at-run-time", "--serial", "5"}}) {
+    std::vector<std::string> command = {"--program", src, "-o", dir_ / "out"};
+    command.insert(command.end(), way.begin(), way.end());
+    const Outcome outcome = run_correct(command);
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_EQ(outcome.err.find("cellcal correct: " + src + ": no DEF"), 0U) << outcome.err;
+  }
+  EXPECT_FALSE(std::filesystem::exists(dir_ / "out"));
+}
+
 TEST_F(Correct, RefusesProgramsWhereTheControllerComputesWithAnotherModel) {
   calibration_file();
   const std::string poses =

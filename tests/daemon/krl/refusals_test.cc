@@ -397,5 +397,30 @@ TEST(WhatIsNoKrl, IsRefusedByFileAndLine) {
   EXPECT_NE(refusal(std::string(17u << 20, '\n')).find("more than 16 MB"), std::string::npos);
 }
 
+TEST(AFileWithoutAProgram, IsRefusedByName) {
+  for (const char* text :
+       {"", "\r\n", "MODULE m\nPROC main()\nMoveL p10,v100,fine,tool0;\nENDPROC\n"}) {
+    try {
+      krl::correct_program(calibration(), {{"p.src", text}, {}, {}});
+      ADD_FAILURE() << text;
+    } catch (const calib::FileError& error) {
+      EXPECT_EQ(std::string(error.what()).find("p.src: no DEF"), 0U) << error.what();
+    }
+  }
+}
+
+TEST(AFileWithCarriageReturnsAsLineEnds, IsReadByItsLines) {
+  for (const std::string end : {"\r", "\r\n", "\r\r\n"}) {
+    std::string body;
+    for (const char* line : {"BAS(#TOOL,1)", "BAS(#BASE,0)", "; PTP XP2", "PTP XP1"})
+      body += line + end;
+    const auto result = correct(body, "DEFDAT P" + end + "DECL E6POS XP1=" + point() + end);
+    ASSERT_EQ(result.points.size(), 1U) << all_words(result);
+    EXPECT_EQ(result.points[0].line, 2);
+    const auto refused = correct(body + "LIN_REL {Z 1}" + end, "");
+    EXPECT_EQ(refused.refusals.at(1).line, 6) << all_words(refused);
+  }
+}
+
 }  // namespace
 }  // namespace cellcal::daemon::testing
