@@ -43,6 +43,7 @@ void read_points(const Line& line, std::size_t type, PointKind kind, const std::
       keep_point({name, kind, file, line.number, std::move(*value)}, data);
     } else {
       data.declared.emplace(name, line.number);
+      data.scalars.insert(name);
     }
     if (!sign_at(t, at, ',')) return;
     ++at;
@@ -64,12 +65,24 @@ void read_named_load(const Line& line, std::size_t at, Data& data) {
     data.named_loads.erase(t[at].word);
 }
 
-/// XP[1]={...} of an array of points; XS={...}, XS[1]={...} of any other type.
+/// A frame or load that a further statement sets is none by name.
+void forget_value(const std::string& name, Data& data) {
+  data.named_frames.erase(name);
+  data.named_loads.erase(name);
+  data.frames.erase(name);
+}
+
+/// XP={...} of a point declared before, XP[1]={...} of an array of them; XS={...}, XS[1]={...} of any other type.
 void read_element(const Line& line, bool global, const std::string& file, Data& data) {
   const auto given = read_given(line);
-  if (!given) return;
-  auto value = read_aggregate(line.tokens, given->value);
-  if (!value) return;
+  const std::string& first = line.tokens[0].word;
+  if (!given || given->name == first) forget_value(first, data);
+  auto value = given ? read_aggregate(line.tokens, given->value) : std::nullopt;
+  if (!value) {  // XP.X=5 after XP={...}
+    if (data.declared.count(first) + data.points.count(first) > 0)
+      data.refusals.push_back({Why::kTwice, file, line.number, first});
+    return;
+  }
   const std::string name =
       given->index < 0 ? given->name : given->name + "[" + std::to_string(given->index) + "]";
   if (global) data.globals.insert(given->name);
@@ -77,6 +90,8 @@ void read_element(const Line& line, bool global, const std::string& file, Data& 
     if (given->index >= 0) keep_point({name, array->second, file, line.number, *value}, data);
     return;
   }
+  if (data.scalars.count(name) + data.points.count(name) > 0)
+    return keep_point({name, kind_of(*value), file, line.number, *value}, data);
   const auto [at, fresh] =
       data.structures.emplace(name, Point{name, PointKind::kCartesian, file, line.number, *value});
   if (!fresh) at->second.value.numbers.clear();  // stated twice: neither is valid

@@ -37,6 +37,7 @@ struct Data : ControllerFrames {
   std::map<std::string, Point> points;
   std::map<std::string, int> declared;  ///< names of points without a value, and their line
   std::map<std::string, PointKind> arrays;
+  std::set<std::string> scalars;            ///< points without a value that are no arrays
   std::map<std::string, Point> structures;  ///< of other types, with all components
   std::set<std::string> globals;  ///< points, structures and FDATs visible to other modules
   std::map<std::string, calib::FrameMmDeg> named_frames;  ///< type FRAME

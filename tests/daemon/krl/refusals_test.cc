@@ -46,7 +46,8 @@ std::string with(const std::string& more) {
 std::string declared(const std::string& value) { return "DECL E6POS XP1=" + value + "\n"; }
 
 TEST(AProgramThatIsNotUnderstood, IsRefusedByFileAndLine) {
-  const std::string f = kFrames, p1 = declared(point());
+  const std::string f = kFrames, p1 = declared(point()),
+                    twice = "XP1=" + point() + "\nXP1=" + point() + "\n";
   const Case cases[] = {
       {"changed", f + "XP1.X=XP1.X+10\nLIN XP1\n", p1, Why::kComputed, "p.src", 4},
       {"read", f + "LIN XP1\nXP2=XP1\n", p1, Why::kComputed, "p.src", 5},
@@ -62,6 +63,12 @@ TEST(AProgramThatIsNotUnderstood, IsRefusedByFileAndLine) {
       {"partial axes without A1", f + "PTP {A2 -90,A3 90}\n", "", Why::kPartial, "p.src", 4},
       {"unknown", f + "PTP XP9\n", p1, Why::kUnknownPoint, "p.src", 4},
       {"twice", f + "PTP XP1\n", p1 + p1, Why::kTwice, "p.dat", 2},
+      {"twice in two lines", f + "PTP XP1\n", "DECL E6POS XP1\n" + twice, Why::kTwice, "p.dat", 3},
+      {"given and set", f + "PTP XP1\n", p1 + "XP1=" + point() + "\n", Why::kTwice, "p.dat", 2},
+      {"a component of it", f + "PTP XP1\n", p1 + "XP1.X=5\n", Why::kTwice, "p.dat", 2},
+      {"a base set twice", "BAS(#TOOL,1)\n$BASE=FB\nPTP XP1\n",
+       p1 + "DECL FRAME FB={X 1,Y 0,Z 0,A 0,B 0,C 0}\nFB={X 9,Y 0,Z 0,A 0,B 0,C 0}\n",
+       Why::kBaseNotKnown, "p.src", 4},
       {"given again", f + "XP1=" + point() + "\nPTP XP1\n", p1, Why::kTwice, "p.src", 4},
       {"no tool", "BAS(#BASE,0)\nPTP XP1\n", p1, Why::kToolNotKnown, "p.src", 3},
       {"no base", "BAS(#TOOL,1)\nPTP XP1\n", p1, Why::kBaseNotKnown, "p.src", 3},
@@ -395,6 +402,15 @@ TEST(WhatIsNoKrl, IsRefusedByFileAndLine) {
   EXPECT_NE(refusal(std::string("PTP \0 X", 7)).find("p.src: byte 12 is NUL"), std::string::npos);
   EXPECT_NE(refusal(std::string(20000, 'A') + "\n").find("p.src:2: longer"), std::string::npos);
   EXPECT_NE(refusal(std::string(17u << 20, '\n')).find("more than 16 MB"), std::string::npos);
+}
+
+TEST(APoint, DeclaredAndSetInTwoLinesOfItsFileHasThatValue) {
+  const std::string body = std::string(kFrames) + "PTP XP1\n";
+  const auto two = correct(body, "DECL E6POS XP1\nXP1=" + point() + "\n"),
+             one = correct(body, declared(point()));
+  ASSERT_EQ(two.points.size(), 1U) << all_words(two);
+  EXPECT_EQ(two.points[0].shift_mm, one.points.at(0).shift_mm);
+  EXPECT_EQ(two.points[0].line, 2);
 }
 
 TEST(AFileWithoutAProgram, IsRefusedByName) {
