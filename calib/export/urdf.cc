@@ -204,6 +204,15 @@ void read_link(const Document& document, const UrdfJoint& joint, PlacedJoint& pl
     const pugi::xml_node inertial = link.child("inertial");
     placed.mass_kg = attribute_or_zero(document, joint, inertial.child("mass"), "value");
     placed.com_m = three(document, joint, inertial.child("origin"), "xyz", Vector3d::Zero());
+    constexpr double kMostKg = 1e4, kMostM = 100.0;  // of a robot file
+    if (!(placed.mass_kg >= 0.0 && placed.mass_kg <= kMostKg) ||
+        placed.com_m.cwiseAbs().maxCoeff() > kMostM)
+      document.fail(
+          inertial,
+          fmt::format("link \"{}\": {:g} kg at {:g} {:g} {:g} m; up to {:g} kg within {:g} m are "
+                      "allowed. Correct its <inertial>, or take it out",
+                      shown(joint.child), placed.mass_kg, placed.com_m.x(), placed.com_m.y(),
+                      placed.com_m.z(), kMostKg, kMostM));
   }
 }
 

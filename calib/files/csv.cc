@@ -528,6 +528,11 @@ bool CsvTable::next_row(std::size_t columns) {
 
 double CsvTable::number(int column) const {
   std::string_view field = text(column);
+  const bool both =
+      field.find(',') != std::string_view::npos && field.find('.') != std::string_view::npos;
+  const char mark = both                                     ? field[field.find_last_of(",.")]
+                    : form_.decimal_comma || comma_line_ > 0 ? ','
+                                                             : '.';
   std::string with_point;
   if (const auto comma = field.find(','); comma != std::string_view::npos) {
     if (comma_line_ == 0) comma_line_ = line_;
@@ -542,8 +547,7 @@ double CsvTable::number(int column) const {
   double value = 0.0;
   const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
   if (error != std::errc() || end != field.data() + field.size() || field.empty())
-    fail(column, "\"" + shown(text(column)) + "\" is not a number (the decimal mark is '" +
-                     (form_.decimal_comma || comma_line_ > 0 ? ',' : '.') +
+    fail(column, "\"" + shown(text(column)) + "\" is not a number (the decimal mark is '" + mark +
                      "', with none between thousands)");
   if (!std::isfinite(value)) fail(column, "must be a finite number");
   if (comma_line_ > 0 && point_line_ > 0)

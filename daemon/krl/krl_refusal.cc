@@ -65,11 +65,13 @@ calib::Phrase since(const Lost& lost) {
 }
 
 calib::Phrase why_phrase(const Refusal& r, const calib::Robot& robot) {
-  if (r.why == Why::kNotReached && r.reached) return calib::phrase(*r.reached, robot);
-  const bool by_bas = r.lost.what.starts_with("BAS(") &&
-                      (r.why == Why::kToolNotKnown || r.why == Why::kBaseNotKnown);
-  return {std::string("say.krl.why.") + name_of(r.why) + (by_bas ? ".bas" : ""),
+  const bool frame = r.why == Why::kToolNotKnown || r.why == Why::kBaseNotKnown;
+  const char* const form = frame && r.lost.what.starts_with("BAS(")                 ? ".bas"
+                           : r.why == Why::kUnknownPoint && r.what.starts_with('$') ? ".system"
+                                                                                    : "";
+  return {std::string("say.krl.why.") + name_of(r.why) + form,
           {{"n", r.number},
+           {"reached", r.reached ? calib::phrase(*r.reached, robot) : calib::Phrase()},
            {"since", since(r.lost)},
            {"module", calib::shown(r.lost.what, 120)},
            {"there", r.lost.line}}};

@@ -254,6 +254,9 @@ TEST(ParsedUrdf, ThatCannotBeUsedIsRefusedByNameAndPlace) {
       {"<robot name", "<automat name", "line "},
       {"velocity=\"2.6\"", "velocity=\"fast\"", "velocity=\"fast\" is not a number"},
       {"<parent link=\"link_1\"/>", "", "needs name, parent and child"},
+      {"xyz=\"0.3 0 0\"", "xyz=\"0.3 499.9 0\"",
+       "robot.urdf:8: link \"link_2\": 12.5 kg at 0.3 499.9 0 m"},
+      {"value=\"12.5\"", "value=\"-1\"", "link \"link_2\": -1 kg"},
       {"<limit lower=\"-2.7\"", "<mimic joint=\"joint_a2\"/><limit lower=\"-2.7\"",
        "mimics another. Name the flange's link: --tip LINK"},
   };

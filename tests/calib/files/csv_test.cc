@@ -177,6 +177,10 @@ TEST(ARefusal, NamesTheFormThatTheFileHas) {
   expect_words(touches_refusal("A1;A2;target\n1,5;2;S1\nx;2,5;S1\n"),
                {"touches.csv:3: A1", "the decimal mark is ','"});
   expect_words(touches_refusal("A1,A2,target\nx,2.5,S1\n"), {"the decimal mark is '.'"});
+  expect_words(
+      touches_refusal("A1,A2,target\n\"2,713.5163\",2.5,S1\n"),
+      {"\"2,713.5163\" is not a number (the decimal mark is '.', with none between thousands)"});
+  expect_words(touches_refusal("A1;A2;target\n2.713,5163;2,5;S1\n"), {"the decimal mark is ','"});
   expect_words(touches_refusal("1,5;2,5;S1\n"), {"header row is missing", "A1;A2;"});
   expect_words(touches_refusal("A1 A2 target\n1,5 2,5 S1\n"),
                {"touches.csv:1:", "separate fields by , ; or tab"});

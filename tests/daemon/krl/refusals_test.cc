@@ -404,6 +404,23 @@ TEST(WhatIsNoKrl, IsRefusedByFileAndLine) {
   EXPECT_NE(refusal(std::string(17u << 20, '\n')).find("more than 16 MB"), std::string::npos);
 }
 
+TEST(ARefusedPoint, ThatMayStayIsNamedWithTheWayToKeepIt) {
+  const std::string frames = kFrames;
+  const auto system = correct(frames + "SPTP $NULLFRAME\n", "");
+  EXPECT_NE(
+      all_words(system).find(
+          "$NULLFRAME: the controller's own variable, not a taught point. Teach one there, or "
+          "keep it as it is with --leave"),
+      std::string::npos)
+      << all_words(system);
+  const auto home = correct(frames + "PTP XA\n",
+                            "DECL E6AXIS XA={A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.001,A6 0.0}\n");
+  EXPECT_NE(all_words(home).find(
+                "or turn the tool. One that may stay as it is, as a home may, keep with --leave"),
+            std::string::npos)
+      << all_words(home);
+}
+
 TEST(APoint, DeclaredAndSetInTwoLinesOfItsFileHasThatValue) {
   const std::string body = std::string(kFrames) + "PTP XP1\n";
   const auto two = correct(body, "DECL E6POS XP1\nXP1=" + point() + "\n"),
