@@ -1,5 +1,7 @@
 #include "daemon/krl/krl_data.h"
 
+#include <algorithm>
+
 #include "calib/model/error.h"
 
 namespace cellcal::daemon::krl {
@@ -72,14 +74,22 @@ void forget_value(const std::string& name, Data& data) {
   data.frames.erase(name);
 }
 
+/// XP.X=5, XP[1].X=5, not XP[1,2]={...}
+bool sets_component(const Line& line) {
+  const auto mark = std::ranges::find_if(
+      line.tokens, [](const Token& one) { return is_sign_of(one, '.') || is_sign_of(one, '='); });
+  return mark != line.tokens.end() && is_sign_of(*mark, '.');
+}
+
 /// XP={...} of a point declared before, XP[1]={...} of an array of them; XS={...}, XS[1]={...} of any other type.
 void read_element(const Line& line, bool global, const std::string& file, Data& data) {
   const auto given = read_given(line);
   const std::string& first = line.tokens[0].word;
   if (!given || given->name == first) forget_value(first, data);
   auto value = given ? read_aggregate(line.tokens, given->value) : std::nullopt;
-  if (!value) {  // XP.X=5 after XP={...}
-    if (data.declared.count(first) + data.points.count(first) > 0)
+  if (!value) {
+    if ((given || sets_component(line)) &&
+        data.declared.count(first) + data.points.count(first) > 0)
       data.refusals.push_back({Why::kTwice, file, line.number, first});
     return;
   }

@@ -428,6 +428,10 @@ TEST(APoint, DeclaredAndSetInTwoLinesOfItsFileHasThatValue) {
   ASSERT_EQ(two.points.size(), 1U) << all_words(two);
   EXPECT_EQ(two.points[0].shift_mm, one.points.at(0).shift_mm);
   EXPECT_EQ(two.points[0].line, 2);
+  const std::string grid = "DECL FRAME XG[2,2]\nXG[1,1]={X 1,Y 0,Z 0}\nXG[1,2]={X 2,Y 0,Z 0}\n";
+  const auto beside = correct(std::string(kFrames) + "LIN XG[1,2]\n", grid);
+  ASSERT_EQ(beside.refusals.size(), 1U) << all_words(beside);
+  EXPECT_EQ(beside.refusals[0].why, Why::kArray) << "no element of two subscripts is one set twice";
 }
 
 TEST(AFileWithoutAProgram, IsRefusedByName) {
