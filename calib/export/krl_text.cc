@@ -116,7 +116,9 @@ std::vector<Line> read_lines(const KrlFile& file) {
                     ": byte " + std::to_string(nul) + " is NUL; KRL files are Latin-1 text");
   std::vector<Line> lines;
   int number = 0;
-  for (std::size_t at = 0; at < file.text.size();) {
+  constexpr std::string_view kUtf8Mark = "\xEF\xBB\xBF";  // of editors outside of the controller
+  for (std::size_t at = file.text.starts_with(kUtf8Mark) ? kUtf8Mark.size() : 0;
+       at < file.text.size();) {
     ++number;
     const auto end = std::min(file.text.find_first_of("\r\n", at), file.text.size());
     if (end - at > kMostLineBytes)

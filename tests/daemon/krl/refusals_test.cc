@@ -446,6 +446,11 @@ TEST(AFileWithoutAProgram, IsRefusedByName) {
   }
 }
 
+TEST(AFileWithTheMarkOfUtf8, HasItsFirstStatement) {
+  const std::string text = std::string("\xEF\xBB\xBF") + "DEF P()\nEND\n";
+  EXPECT_NO_THROW(krl::correct_program(calibration(), {{"p.src", text}, {}, {}}));
+}
+
 TEST(AFileWithCarriageReturnsAsLineEnds, IsReadByItsLines) {
   for (const std::string end : {"\r", "\r\n", "\r\r\n"}) {
     std::string body;
