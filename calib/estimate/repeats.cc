@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <set>
 
 #include "calib/model/linear.h"
 #include "calib/model/units.h"
@@ -79,7 +78,9 @@ Repeats find_repeats(const Problem& problem) {
     std::vector<std::size_t> measured;
     std::set<decltype(reading(touches.front()))> seen;
     for (const std::size_t i : group)
-      if (!(touches[i].sigma_m > 0.0) && seen.insert(reading(touches[i])).second)
+      if (!(touches[i].sigma_m > 0.0) &&
+          std::none_of(measured.begin(), measured.end(),
+                       [&](std::size_t other) { return same_reading(touches[i], touches[other]); }))
         measured.push_back(i);
     if (measured.size() < 2) continue;
     const int rows = problem.place_rows(group.front());

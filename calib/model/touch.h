@@ -7,7 +7,6 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <tuple>
 #include <vector>
 
 namespace cellcal::calib {
@@ -49,11 +48,11 @@ struct Touch {
   bool operator==(const Touch&) const = default;
 };
 
-/// All fields of a touch that are read from a file. Refers to it.
-inline auto reading(const Touch& touch) {
-  return std::tie(touch.joint_rad, touch.positioner_rad, touch.radius_m, touch.tracker_m[0],
-                  touch.tracker_m[1], touch.tracker_m[2], touch.tracker_abc_rad);
-}
+/// True if the rows' numbers differ by at most half the last digit of the coarser row, of 0.01 deg and
+/// 0.01 mm at most: one touch, copied.
+bool same_reading(const Touch& a, const Touch& b);
+/// True if all joint angles are multiples of `step_deg`.
+bool is_rounded(const Touch& touch, double step_deg);
 
 /// Angles of the axes that carry the touched target; empty for one on the floor. Refers to the touch.
 /// Throws std::invalid_argument for a touch that does not state them.

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <vector>
 
 #include "calib/estimate/parallel.h"
@@ -287,27 +286,14 @@ constexpr double kShare = 0.05;
 /// of the last digit is 0.02 mm.
 constexpr double kStepDeg = 1e-3;
 
-bool is_rounded(const Touch& touch) {
-  constexpr double kStepsPerRad = kDegPerRad / kStepDeg;
-  return std::all_of(touch.joint_rad.begin(), touch.joint_rad.end(), [](double angle) {
-    const double steps = angle * kStepsPerRad;
-    return std::abs(steps - std::round(steps)) < 1e-4;
-  });
-}
-
-/// For each touch the earlier one that it copies.
+/// For each touch the last earlier one that it copies.
 std::vector<std::optional<std::size_t>> originals(std::span<const Touch> touches) {
-  std::vector<std::size_t> order(touches.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  const auto key = [&](std::size_t i) {
-    return std::tuple_cat(reading(touches[i]),
-                          std::tie(touches[i].target, touches[i].tool, touches[i].load));
-  };
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return key(a) < key(b); });
   std::vector<std::optional<std::size_t>> result(touches.size());
-  for (std::size_t k = 1; k < order.size(); ++k)
-    if (key(order[k - 1]) == key(order[k])) result[order[k]] = order[k - 1];
+  for (std::size_t i = 1; i < touches.size(); ++i)
+    for (std::size_t k = i; k-- > 0 && !result[i];)
+      if (same_reading(touches[i], touches[k]) && touches[i].target == touches[k].target &&
+          touches[i].tool == touches[k].tool && touches[i].load == touches[k].load)
+        result[i] = k;
   return result;
 }
 
@@ -321,7 +307,7 @@ std::optional<Finding> duplicate_touches(std::span<const Touch> touches) {
     if (!original[i]) continue;
     first = std::min(first, i);
     ++all;
-    fine += is_rounded(touches[i]) ? 0 : 1;
+    fine += is_rounded(touches[i], kStepDeg) || is_rounded(touches[*original[i]], kStepDeg) ? 0 : 1;
     in_order += i > 0 && original[i - 1] && *original[i] == *original[i - 1] + 1 ? 1 : 0;
   }
   if (all < kLeast || static_cast<double>(all) <= kShare * static_cast<double>(touches.size()) ||

@@ -362,6 +362,22 @@ TEST(Verdict, TouchesThatAreOthersAgainToTheLastDigitAreNotCountedTwice) {
   EXPECT_EQ(the(identify(cell, held_out), FindingKind::kDuplicateTouches, "duplicates"), 20.0);
 }
 
+TEST(Verdict, ASessionPastedAgainWithFewerDigitsIsNotCountedTwice) {
+  const Cell& cell = demo_cell();
+  for (const double step_deg : {1e-3, 1e-4, 1e-5}) {
+    const double step_rad = step_deg * std::numbers::pi / 180.0;
+    auto twice = touches_of(cell, 100, 3);
+    for (std::size_t i = 0; i < 100; ++i) {
+      twice.push_back(twice[i]);
+      for (double& angle : twice.back().joint_rad) angle = std::round(angle / step_rad) * step_rad;
+    }
+    const Calibration c = identify(cell, twice);
+    EXPECT_FALSE(c.verdict.publish()) << step_deg;
+    EXPECT_EQ(the(c, FindingKind::kDuplicateTouches, "duplicates"), 100.0) << words_of(c);
+    EXPECT_EQ(c.repeats.degrees_of_freedom, 0.0) << "rounding is no noise";
+  }
+}
+
 TEST(Verdict, SaysThatATargetStandsElsewhereThanStated) {
   Cell cell = demo_cell();
   const auto touches = touches_of(cell, 100, 3);
