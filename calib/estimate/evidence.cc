@@ -6,6 +6,7 @@
 #include <list>
 
 #include "calib/estimate/level_family.h"
+#include "calib/estimate/repeats.h"
 #include "calib/model/error.h"
 #include "calib/model/long_work.h"
 #include "calib/model/product.h"
@@ -77,6 +78,25 @@ std::vector<ModelLevel> levels_beside_functions(bool with_play) {
   return levels;
 }
 
+namespace {
+
+/// Without the levels that have no ripple, where the touches' noise as used leaves most of the stated
+/// one to their postures.
+std::vector<ModelLevel> offered(const Problem& problem, std::span<const ModelLevel> levels) {
+  std::vector<ModelLevel> all(levels.begin(), levels.end()), rippled = all;
+  std::erase_if(rippled, [](const ModelLevel& level) { return level.ripple_rad == 0.0; });
+  const auto touches = problem.touches();
+  for (std::size_t i = 0; i < touches.size(); ++i)
+    if (!(touches[i].sigma_m > 0.0))
+      return !rippled.empty() &&
+                     problem.own_sigma_m(i) < kNoFigureShare * problem.cell().touch_sigma_m
+                 ? rippled
+                 : all;
+  return all;
+}
+
+}  // namespace
+
 PlayBeforehand play_beforehand() {
   return {kPlayed, kPlayed * kCompliance[std::size(kCompliance) - 1].probability};
 }
@@ -95,10 +115,10 @@ struct LevelSums::Impl {
 
 LevelSums::LevelSums(const Problem& problem, const Eigen::VectorXd& u, const Linearisation& at,
                      std::span<const ModelLevel> levels)
-    : impl_(new Impl{Groups(problem), {}, {levels.begin(), levels.end()}, {}}) {
+    : impl_(new Impl{Groups(problem), {}, offered(problem, levels), {}}) {
   impl_->start = u(impl_->groups.order);
   const Eigen::Index n = problem.size();
-  for (const ModelLevel& level : levels) {
+  for (const ModelLevel& level : impl_->levels) {
     if (std::any_of(impl_->gathered.begin(), impl_->gathered.end(),
                     [&](const Gathered& g) { return g.ripple_rad == level.ripple_rad; }))
       continue;

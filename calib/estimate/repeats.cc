@@ -21,9 +21,7 @@ constexpr double kSamePostureRad = 0.05 * kRadPerDeg;
 /// Degrees of freedom of the noise stated in the cell file: a figure from experience, accurate to
 /// about a third.
 constexpr double kStatedDegrees = 5.0;
-/// If repeats of at least this many degrees of freedom scatter less than this share of the stated
-/// noise, the stated value is no noise figure (usually the residual of a fit) and is ignored.
-constexpr double kNoFigureShare = 0.25, kEnoughDegrees = 3.0;
+constexpr double kEnoughDegrees = 3.0;
 /// A touch further from its group's median than this many usual distances is a gross error. Its
 /// group is left out, since in a pair the erroneous one is not identifiable.
 constexpr double kGross = 6.0;
@@ -76,7 +74,6 @@ Repeats find_repeats(const Problem& problem) {
     for (const std::size_t i : group) result.times[i] = static_cast<int>(group.size());
     result.touches += static_cast<int>(group.size());
     std::vector<std::size_t> measured;
-    std::set<decltype(reading(touches.front()))> seen;
     for (const std::size_t i : group)
       if (!(touches[i].sigma_m > 0.0) &&
           std::none_of(measured.begin(), measured.end(),

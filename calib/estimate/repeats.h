@@ -10,6 +10,11 @@
 
 namespace cellcal::calib {
 
+/// If repeats of three degrees of freedom or more scatter less than this share of the stated noise, the
+/// stated value is no noise figure and is ignored. It is usually the residual of a fit, with the
+/// errors that the touches of one posture share: every level of the model has ripple then.
+constexpr double kNoFigureShare = 0.25;
+
 struct Repeats {
   std::vector<int> times;  ///< per touch: fit touches at its place, itself included; 1: no repeat
   int touches = 0;         ///< number of repeats

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "calib/estimate/start.h"
@@ -92,6 +93,27 @@ TEST(Repeats, ThatStateTheirOwnNoiseOrAreCopiesMeasureNothing) {
   EXPECT_EQ(of(touches).touches, 60);
   EXPECT_EQ(of(touches).degrees_of_freedom, 0.0);
   EXPECT_EQ(of(repeated(30, 3, 0.0)).degrees_of_freedom, 0.0);
+}
+
+TEST(Repeats, FinerThanTheTouchesLeaveToEveryLevelWhatThePosturesShare) {
+  const sim::Truth truth = plain_truth(demo_cell(), 2);
+  const auto once =
+      make_touches(demo_cell(), truth, {.fit = 60, .noise_m = demo_cell().touch_sigma_m, .seed = 2})
+          .touches;
+  const auto ripple_free = [&](double again_m) {
+    Random random(7);
+    std::vector<Touch> touches;
+    for (const Touch& touch : once)
+      for (int k = 0; k < 2; ++k) {
+        touches.push_back(touch);
+        push_out(touches.back(), truth, again_m * random.normal());
+      }
+    const Calibration c = identify_single_pass(demo_cell(), touches);
+    return std::ranges::count(c.levels, 0.0,
+                              [](const LevelEvidence& l) { return l.level.ripple_rad; });
+  };
+  EXPECT_EQ(ripple_free(0.1 * demo_cell().touch_sigma_m), 0);
+  EXPECT_GT(ripple_free(demo_cell().touch_sigma_m), 0) << "as stated";
 }
 
 TEST(Repeats, OfAParkedArmMeasureTheNoiseOfItsTracker) {
