@@ -278,13 +278,6 @@ double basis_of(DriftShape shape, const std::vector<CheckMeasurement>& checks, s
   return (checks[k].time_s - checks[from - 1].time_s) / kDayS;
 }
 
-double sigma_along(const Eigen::Matrix3d& covariance, const Eigen::Vector3d& v) {
-  const double length = v.norm();
-  const Eigen::Vector3d along =
-      length > 0.0 ? Eigen::Vector3d(v / length) : Eigen::Vector3d(Eigen::Vector3d::UnitX());
-  return std::sqrt(along.dot(covariance * along));
-}
-
 }  // namespace
 
 std::optional<DriftTrend> trend_of(const std::vector<CheckMeasurement>& checks, double noise,

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -95,15 +96,22 @@ Explanation explain(const PossibleChange& change, const std::vector<ForeseenCont
 
 namespace {
 
-/// Significance of the vector's length.
-double sigma_along(const Eigen::Vector3d& v, const Eigen::Matrix3d& covariance) {
+/// Of the component in the least known direction.
+double largest_sigma(const Eigen::Matrix3d& covariance) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(covariance, Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, axes.eigenvalues()[2]));
+}
+
+constexpr double kCoverage = 2.0;
+
+}  // namespace
+
+double sigma_along(const Eigen::Matrix3d& covariance, const Eigen::Vector3d& v) {
   const double length = v.norm();
   const Eigen::Vector3d along =
       length > 0.0 ? Eigen::Vector3d(v / length) : Eigen::Vector3d(Eigen::Vector3d::UnitX());
   return std::sqrt(std::max(0.0, along.dot(covariance * along)));
 }
-
-}  // namespace
 
 void put_size(const Eigen::VectorXd& size, const Eigen::MatrixXd& covariance,
               Explanation& explanation) {
@@ -113,10 +121,15 @@ void put_size(const Eigen::VectorXd& size, const Eigen::MatrixXd& covariance,
   }
   if (size.size() < 3) return;
   explanation.shift_m = size.head<3>();
-  explanation.sigma = sigma_along(size.head<3>(), covariance.topLeftCorner<3, 3>());
+  const Eigen::Matrix3d of_shift = covariance.topLeftCorner<3, 3>();
+  explanation.sigma = largest_sigma(of_shift);
+  const double length = explanation.shift_m.norm();
+  if (kCoverage * explanation.sigma > length)
+    explanation.amount =
+        std::max(0.0, length - kCoverage * sigma_along(of_shift, explanation.shift_m));
   if (size.size() < 6) return;
   explanation.amount = size.tail<3>().norm();
-  explanation.turn_sigma = sigma_along(size.tail<3>(), covariance.bottomRightCorner<3, 3>());
+  explanation.turn_sigma = largest_sigma(covariance.bottomRightCorner<3, 3>());
 }
 
 double log_unmet(const std::vector<Unmet>& unmet) {

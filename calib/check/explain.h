@@ -33,6 +33,8 @@ struct Unmet {
 /// Marginalised over all sizes considered, including the probability of the missed contacts.
 Explanation explain(const PossibleChange& change, const std::vector<ForeseenContact>& contacts,
                     const Cholesky& covariance, const std::vector<Unmet>& unmet);
+/// 1 sigma of v's length, or of its first component where it has none.
+double sigma_along(const Eigen::Matrix3d& covariance, const Eigen::Vector3d& v);
 /// Size of the change with its uncertainty: of one, three, or six components, of which three turn.
 void put_size(const Eigen::VectorXd& size, const Eigen::MatrixXd& covariance,
               Explanation& explanation);

@@ -31,6 +31,7 @@ ordered_json explanation_to_json(const Explanation& one) {
       json["shift_mm"] = vector_mm(one.shift_m);
       json["length_mm"] = one.shift_m.norm() * kMmPerM;
       json["u_mm"] = kCoverage * one.sigma * kMmPerM;
+      if (one.amount > 0.0) json["at_least_mm"] = one.amount * kMmPerM;
       break;
     case ChangeKind::kJoint:
       json["angle_deg"] = one.amount * kDegPerRad;

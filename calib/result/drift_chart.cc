@@ -137,7 +137,7 @@ namespace {
 std::string not_held_words(const CheckMeasurement& newest, const NotHeld& run) {
   std::string text =
       fmt::format("check {} ({}) does not hold", newest.session, date_words(newest.time_s));
-  if (newest.tcp_shift_m)
+  if (newest.tcp_shift_m && (!newest.change || newest.change->kind == ChangeKind::kTool))
     text += fmt::format(": TCP shift {:.2f} +- {:.2f} mm (k=2)", *newest.tcp_shift_m * kMmPerM,
                         newest.u_tcp_shift_m * kMmPerM);
   if (run.since != newest.session)

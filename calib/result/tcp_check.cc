@@ -64,8 +64,16 @@ Phrase xyz_mm(const Eigen::Vector3d& m) {
           {{"x", m.x() * kMmPerM}, {"y", m.y() * kMmPerM}, {"z", m.z() * kMmPerM}}};
 }
 
+/// The change where the touches name another than the tool's, for which alone a shift of the TCP holds.
+const Explanation* not_the_tool(const TcpCheck& check) {
+  const Explanation* change = check.holds ? nullptr : check.change();
+  return change == nullptr || change->kind == ChangeKind::kTool ? nullptr : change;
+}
+
 Phrase verdict_phrase(const TcpCheck& check) {
   const std::string verdict = std::string("say.check.") + to_string(check.verdict());
+  if (const Explanation* other = not_the_tool(check))
+    return joined("say.join.colon", verdict, phrase(*other));
   const std::size_t without = check.not_found.size() + check.unsteady.size();
   const Phrase evidence =
       check.explanations.empty()
@@ -79,6 +87,7 @@ Phrase verdict_phrase(const TcpCheck& check) {
 Phrase change_phrase(const TcpCheck& check) {
   const Explanation* change = check.change();
   if (check.holds || change == nullptr) return {};
+  if (not_the_tool(check) != nullptr) return remedy_phrase(*change);
   return joined("say.join.sentences", phrase(*change), remedy_phrase(*change));
 }
 
@@ -113,18 +122,20 @@ void add_explanations(const TcpCheck& check, std::vector<Phrase>& lines) {
 }  // namespace
 
 Phrase phrase(const Explanation& one) {
-  const bool is_shift = one.kind == ChangeKind::kTool || one.kind == ChangeKind::kSphere ||
-                        one.kind == ChangeKind::kPositioner;
   const bool shrinks = one.kind == ChangeKind::kGrowth && one.amount < 0.0;
   const double unit = one.kind == ChangeKind::kJoint    ? kDegPerRad
                       : one.kind == ChangeKind::kGrowth ? kPerMillion
                                                         : kMmPerM;
-  const double by = is_shift ? one.shift_m.norm() : shrinks ? -one.amount : one.amount;
-  return {std::string("say.change.") + to_string(one.kind) + (shrinks ? ".shorter" : ""),
+  const double by = is_shift(one.kind) ? one.shift_m.norm() : shrinks ? -one.amount : one.amount;
+  const bool partial =
+      (one.kind == ChangeKind::kTool || one.kind == ChangeKind::kSphere) && one.amount > 0.0;
+  const char* form = shrinks ? ".shorter" : partial ? ".at_least" : "";
+  return {std::string("say.change.") + to_string(one.kind) + form,
           {{"name", one.name},
            {"touch", one.touch + 1},
            {"by", unit * by},
            {"u", kCoverage * unit * one.sigma},
+           {"least", one.amount * kMmPerM},
            {"xyz", xyz_mm(one.shift_m)},
            {"turn", kMradPerRad * one.amount},
            {"u_turn", kCoverage * kMradPerRad * one.turn_sigma}}};

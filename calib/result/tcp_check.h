@@ -51,9 +51,9 @@ struct Explanation {
   /// kTool: in the flange's frame; kSphere: in that of its axis, or the base's; kPositioner: in the base's.
   Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();
   /// kJoint: rad, in the controller's sense; kGrowth: 1; kTouch: m, outwards; kPositioner: rad, of
-  /// its turn.
+  /// its turn; kTool, kSphere: least length (k=2) [m] of a shift known along its touches only, otherwise 0.
   double amount = 0.0;
-  double sigma = 0.0;       ///< of the shift along it, or of the amount
+  double sigma = 0.0;       ///< of the shift in its least known direction, or of the amount
   double turn_sigma = 0.0;  ///< kPositioner: of its turn [rad]
 };
 

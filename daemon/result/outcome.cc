@@ -87,7 +87,10 @@ struct OutcomeOf {
     if (outcome.kind == OutcomeKind::kDoesNotHold && !by_zeros_alone)
       outcome.change = likeliest(check.explanations);
     outcome.touches = check.touches;
-    if (!check.explanations.empty()) outcome.tcp_shift = {check.shift_m, check.u_along_m()};
+    // Of another change a shift of the TCP states what did not happen.
+    if (!check.explanations.empty() &&
+        (!outcome.change || outcome.change->kind == calib::ChangeKind::kTool))
+      outcome.tcp_shift = {check.shift_m, check.u_along_m()};
     for (const calib::NotFound& one : check.not_found) add_once(outcome.not_found, one.target);
     for (const calib::UnsteadyTouch& one : check.unsteady) add_once(outcome.unsteady, one.target);
     outcome.remedy = calib::remedy_of(
@@ -171,10 +174,18 @@ Phrase reason(const SessionOutcome& outcome) {
   }
 }
 
+/// True if a check finds a change that is no shift of the tool.
+bool names_another(const SessionOutcome& outcome) {
+  return outcome.kind == OutcomeKind::kDoesNotHold && outcome.change &&
+         outcome.change->kind != calib::ChangeKind::kTool;
+}
+
 Phrase opening(const SessionOutcome& outcome) {
   const Phrase opening{
       std::string("say.session.") + to_string(outcome.kind),
       {{"n", outcome.touches}, {"spheres", outcome.spheres.size()}, {"what", reason(outcome)}}};
+  if (names_another(outcome))
+    return joined("say.join.colon", opening, calib::phrase(*outcome.change));
   if (!outcome.tcp_shift) return opening;
   return joined("say.join.colon", opening,
                 {"say.session.shift",
@@ -221,7 +232,8 @@ std::vector<Phrase> phrases(const SessionOutcome& outcome) {
   for (const calib::MasteredZero& one : outcome.zeros) lines.push_back(phrase(one));
   if (outcome.change) {
     const bool acts = outcome.kind == OutcomeKind::kDoesNotHold;
-    lines.push_back(joined("say.join.sentences", calib::phrase(*outcome.change),
+    const Phrase what = names_another(outcome) ? Phrase() : calib::phrase(*outcome.change);
+    lines.push_back(joined("say.join.sentences", what,
                            acts ? calib::remedy_phrase(*outcome.change) : Phrase()));
   }
   for (const FoundSphere& one : outcome.spheres) lines.push_back(phrase(one));

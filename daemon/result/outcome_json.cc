@@ -48,6 +48,8 @@ Unit unit_of(calib::ChangeKind kind) {
 json to_json(const calib::Explanation& one) {
   const Unit unit = unit_of(one.kind);
   const bool shifted = is_shift(one.kind);
+  const bool turned = one.kind == calib::ChangeKind::kPositioner;
+  const double at_least = shifted && !turned ? kMmPerM * one.amount : 0.0;
   return {{"kind", to_string(one.kind)},
           {"name", one.name},
           {"probability", one.probability},
@@ -55,6 +57,7 @@ json to_json(const calib::Explanation& one) {
           {"shift_mm", shifted ? mm(one.shift_m) : json()},
           {"value", unit.per_si * (shifted ? one.shift_m.norm() : one.amount)},
           {"u", kCoverage * unit.per_si * one.sigma},
+          {"at_least", at_least > 0.0 ? json(at_least) : json()},
           {"unit", unit.name}};
 }
 
@@ -66,10 +69,13 @@ calib::Explanation explanation_of(const json& value) {
   one.probability = value.at("probability").get<double>();
   if (value.at("touch").is_number()) one.touch = value["touch"].get<std::size_t>() - 1;
   one.sigma = value.at("u").get<double>() / (kCoverage * unit.per_si);
-  if (is_shift(one.kind))
+  if (is_shift(one.kind)) {
     one.shift_m = metres(value.at("shift_mm"));
-  else
+    if (value.contains("at_least") && value["at_least"].is_number())
+      one.amount = value["at_least"].get<double>() / kMmPerM;
+  } else {
     one.amount = value.at("value").get<double>() / unit.per_si;
+  }
   return one;
 }
 

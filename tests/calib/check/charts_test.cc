@@ -126,6 +126,16 @@ TEST(DriftCharts, AlarmsFromTheFirstCheckOnWhereNoneEverHeld) {
   }
 }
 
+TEST(DriftCharts, StateNoShiftOfTheTcpWhereASphereMoved) {
+  auto checks = checks_of(4, still);
+  knock(checks, 3);
+  checks[3].change =
+      Explanation{.kind = ChangeKind::kSphere, .name = "S3", .shift_m = {0.0, 1e-3, 0.0}};
+  const std::string words = state_words(drift_chart(checks));
+  EXPECT_EQ(words.find("TCP shift"), std::string::npos) << words;
+  EXPECT_NE(words.find("does not hold; S3 moved by 1.00"), std::string::npos) << words;
+}
+
 TEST(DriftCharts, AlarmsAtTheFirstCheckThatDoesNotHoldAfterSomeThatDid) {
   for (const int held : {1, 3, 4, 5, 20}) {
     auto checks = checks_of(held + 1, still);

@@ -126,6 +126,32 @@ TEST(TcpCheck, FindsTheSphereThatMoved) {
   EXPECT_NE(change_words(check).find("Clamp the stand of " + id), std::string::npos);
 }
 
+TEST(TcpCheck, OfASphereThatIsKnownAlongItsTouchesOnlyStatesTheLeastThatItMoved) {
+  // Across the touch more than along it.
+  const std::string& id = demo_cell().targets[2].id;
+  const Eigen::Vector3d along = first_of(id).normal, across = along.unitOrthogonal();
+  const Eigen::Vector3d by_m = 1e-3 * along + 2e-3 * across;
+  const Made all = made_by(moved(id, by_m));
+  Made made;
+  for (std::size_t i = 0; i < all.touches.size(); ++i) {
+    if (all.touches[i].target == id && std::ranges::count(made.touches, id, &Touch::target) > 0)
+      continue;
+    made.touches.push_back(all.touches[i]);
+    made.planned.push_back(all.planned[i]);
+  }
+  const TcpCheck check = made.judged();
+  ASSERT_NE(check.change(), nullptr);
+  const Explanation& sphere = *check.change();
+  ASSERT_EQ(sphere.kind, ChangeKind::kSphere);
+  EXPECT_LT((sphere.shift_m - by_m).norm(), 2.0 * std::sqrt(3.0) * sphere.sigma);
+  EXPECT_GT(sphere.amount, 0.5e-3);
+  EXPECT_LT(sphere.amount, by_m.norm());
+  EXPECT_NE(words(sphere).find(id + " moved by at least "), std::string::npos) << words(sphere);
+  EXPECT_TRUE(verdict_words(check).starts_with("does not hold: " + id + " moved by at least "))
+      << verdict_words(check);
+  EXPECT_EQ(change_words(check).find("Clamp the stand of " + id), 0U) << change_words(check);
+}
+
 TEST(TcpCheck, FindsTheJointThatSlipped) {
   constexpr std::size_t kJoint = 2;
   const TcpCheck check =

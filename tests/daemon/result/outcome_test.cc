@@ -99,6 +99,23 @@ TEST(AnOutcome, OfACheckThatDoesNotHoldHasShiftCauseAndRemedy) {
   EXPECT_NE(lines[1].find("Check the tool's fastening"), std::string::npos) << lines[1];
 }
 
+TEST(AnOutcome, OfACheckAfterASphereMovedNamesItAndNoShiftOfTheTcp) {
+  calib::TcpCheck check = a_check(false);
+  check.explanations[0].kind = ChangeKind::kSphere;
+  check.explanations[0].name = "S3";
+  check.explanations[0].amount = 0.9e-3;
+  const SessionOutcome outcome = of(check);
+  EXPECT_FALSE(outcome.tcp_shift);
+  const std::vector<std::string> lines = in_language(outcome, "en");
+  ASSERT_EQ(lines.size(), 2U);
+  EXPECT_EQ(lines[0],
+            "calibration does not hold: S3 moved by at least 0.90 mm (k=2) along its touches");
+  EXPECT_TRUE(lines[1].starts_with("Clamp the stand of S3")) << lines[1];
+  const std::string written = outcome_to_json(outcome);
+  EXPECT_NE(written.find("\"at_least\":0.9"), std::string::npos) << written;
+  EXPECT_EQ(outcome_to_json(*outcome_from_json(written)), written);
+}
+
 TEST(AnOutcome, OfACheckWithTouchesThatGaveNoContactPointIsUndecidedUnlessTheOthersAlarm) {
   calib::TcpCheck check = a_check(true);
   check.holds = false;

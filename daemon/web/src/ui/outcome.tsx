@@ -6,12 +6,14 @@ import { useVoice } from "./context";
 
 export function OutcomeLine({ outcome, children }: { outcome: Outcome; children?: ComponentChildren }) {
   const { say, fmt } = useVoice();
-  const shift = outcome.tcp_shift_mm;
+  const { change, tcp_shift_mm: shift } = outcome;
+  const other = outcome.kind === "does_not_hold" && change && change.kind !== "nothing" && change.kind !== "tool"
+    ? say(`standing.changed.${change.kind}`, { name: change.name }) : "";
   return (
     <p class="verdict" data-good={outcome.good}>
       <span aria-hidden="true">{outcome.good ? "✔" : "✖"}</span>{" "}
       {say(`outcome.${outcome.kind}`, { n: outcome.kind === "found" ? outcome.spheres.length : outcome.touches })}
-      {shift && <>: {say("outcome.shift", { shift: fmt.quantity(shift.length, "mm", (shift.u_length ?? 0) / 2) })}</>}
+      {other ? `: ${other}` : shift && <>: {say("outcome.shift", { shift: fmt.quantity(shift.length, "mm", (shift.u_length ?? 0) / 2) })}</>}
       {children}
     </p>
   );
@@ -24,7 +26,8 @@ export function OutcomeDetails({ outcome }: { outcome: Outcome }) {
     <div class="outcome">
       {change && change.kind !== "nothing" && (
         <p>{say(`outcome.change.${change.kind}`, {
-          name: change.name, touch: change.touch ?? 0, value: fmt.quantity(change.value, change.unit, change.u / 2) })}</p>
+          name: change.name, touch: change.touch ?? 0,
+          value: change.at_least ? say("outcome.at_least", { value: fmt.mm(change.at_least) }) : fmt.quantity(change.value, change.unit, change.u / 2) })}</p>
       )}
       {outcome.not_found.length > 0 && <p>{say("outcome.not_met", { names: outcome.not_found.join(", ") })}</p>}
       {outcome.unsteady.length > 0 && <p>{say("outcome.unsteady", { names: outcome.unsteady.join(", ") })}</p>}
