@@ -28,6 +28,9 @@ constexpr std::size_t kNamed = 3;
 constexpr double kSameMisfit = 0.02;
 /// Number of touches that suffices to show a set-up mistake.
 constexpr std::size_t kMostTouches = 1000;
+/// Limit of the misfit of a single tolerance or certified length, squared sigmas, which many
+/// touches would hide.
+constexpr double kFarStated = 36.0;
 
 /// Causes of equal misfit are reported in this order.
 constexpr Mistake kMistakes[] = {mistakes::radians,      mistakes::axis_signs,
@@ -68,7 +71,7 @@ std::vector<Cause> best_of(std::vector<Cause> causes) {
 
 /// Causes with the stated noise. `beyond`: scatter that the best explanation leaves, relative to
 /// the stated touch noise, since an arm with unmodelled errors scatters more; unset if the session
-/// as stated hardly scatters more.
+/// as stated, within tolerances, hardly scatters more.
 std::vector<Cause> causes_at(const Cell& cell, const std::vector<Touch>& all,
                              const OtherRobots& other_robots, std::optional<double>& beyond) {
   constexpr double kDoubt = 1.5, kAsStatedScatter = 1.3, kNoBetter = 1.5;
@@ -95,8 +98,9 @@ std::vector<Cause> causes_at(const Cell& cell, const std::vector<Touch>& all,
       causes.push_back({trial.misfit(), std::move(*finding), h.moved, h.changes});
   };
   for (const Mistake mistake : kMistakes) mistake(asked);
-  if (!(least_scatter < kAsStatedScatter || stated.scatter < kNoBetter * least_scatter))
-    beyond = least_scatter;
+  // An arm far outside its tolerances follows the touches, whatever is wrong.
+  const bool as_stated = stated.worst < kFarStated && stated.scatter < kNoBetter * least_scatter;
+  if (!(least_scatter < kAsStatedScatter || as_stated)) beyond = least_scatter;
   return best_of(std::move(causes));
 }
 
@@ -131,9 +135,6 @@ namespace {
 /// Limit of the misfit, squared sigmas per row of touches and tolerances together: 1, and at most
 /// one more for each unknown, some of which the touches do not reach.
 constexpr double kSense = 2.5;
-/// Limit of the misfit of a single tolerance or certified length, squared sigmas, which many
-/// touches would hide.
-constexpr double kFarStated = 36.0;
 /// Residual, in sigmas, at which a touch is truncated: up to a tenth of them may be gross errors,
 /// as in a published result, with the others consistent.
 constexpr double kMostSigmas = 3.5;

@@ -126,6 +126,14 @@ TEST(Diagnosis, OfFilesIsTheSameWhereTheArmScattersTenTimesMoreThanStated) {
   (void)expect_cause(metres, misfit(), LikelyCause::kToolUnit);
 }
 
+TEST(Diagnosis, AMasteringThatTheArmFollowsFarOutsideItsTolerancesIsNamedInAnyScatter) {
+  std::vector<Touch> wrong = misfit();
+  constexpr double kOff = 3.0 * std::numbers::pi / 180.0;
+  for (Touch& touch : wrong) touch.joint_rad[2] += kOff;
+  const Finding finding = expect_cause(cell_of_misfit(), wrong, LikelyCause::kMastering, "A3");
+  EXPECT_NEAR(evidence(finding, "add"), -3.0, 0.2);
+}
+
 TEST(Diagnosis, AnAxisThatLostItsMasteringIsNamedWithHowMuchIsMissing) {
   const auto& joints = demo_cell().robot.joints;
   ASSERT_TRUE(std::any_of(joints.begin() + 1, joints.end(), [](const Joint& j) {
