@@ -22,6 +22,9 @@ namespace cellcal::calib {
 
 namespace {
 
+/// mm per unit: metres, micrometres, inches.
+constexpr double kUnitsMm[] = {kMmPerM, 1.0 / kMmPerM, 25.4};
+
 /// Tests the session without this length and those between the same ends.
 void without_length(const Asked& asked, const CertifiedLength& wrong) {
   const auto same = [&](const CertifiedLength& l) { return same_ends(l, wrong); };
@@ -62,7 +65,7 @@ void diameters(const Asked& asked) {
   }
 }
 
-/// One wrong length, or two exchanged ones.
+/// One wrong length, two exchanged ones, or all in another unit.
 void certified_lengths(const Asked& asked) {
   const auto& lengths = asked.cell.lengths;
   for (std::size_t k = 0; k < std::min(kMostPairs, lengths.size()); ++k) {
@@ -78,6 +81,13 @@ void certified_lengths(const Asked& asked) {
                       {{about_length(lengths[a].from, lengths[a].to), {}},
                        {about_length(lengths[b].from, lengths[b].to), {}}})));
   });
+  if (lengths.empty()) return;
+  for (const double mm : kUnitsMm)
+    asked.with_cell(
+        [=](Cell& cell) {
+          for (CertifiedLength& length : cell.lengths) length.length_m *= mm;
+        },
+        always(likely(LikelyCause::kLengthsUnit, {}, {{"unit", mm, "mm"}})));
 }
 
 void contradicted_length(const Asked& asked) {
@@ -267,7 +277,6 @@ void names_by_lengths(const Asked& asked) {
 
 /// Readings of trackers and wires in other units, or of a left-handed tracker.
 void readings(const Asked& asked) {
-  constexpr double kMmPerInch = 25.4;
   const Cell& cell = asked.cell;
   for (const auto& ids : sets_of_readings(cell)) {
     std::vector<FindingPart> of;
@@ -283,7 +292,7 @@ void readings(const Asked& asked) {
           },
           always(finding), no_farther);
     };
-    for (const double mm : {kMmPerM, 1.0 / kMmPerM, kMmPerInch})
+    for (const double mm : kUnitsMm)
       ask(mm, 1.0, likely(LikelyCause::kReadingsUnit, {}, {{"unit", mm, "mm"}}, of), true);
     if (cell.targets[cell.target_index(ids.front())].kind == TargetKind::kTracker)
       ask(1.0, -1.0, likely(LikelyCause::kReadingsHandedness, {}, {}, of), false);

@@ -35,7 +35,8 @@ constexpr EnumNames<LikelyCause> kCauses{{{LikelyCause::kRadians, "radians"},
                                           {LikelyCause::kLengthsOfTarget, "lengths_of_target"},
                                           {LikelyCause::kAllLengths, "all_lengths"},
                                           {LikelyCause::kStatedCentre, "stated_centre"},
-                                          {LikelyCause::kAllCentres, "all_centres"}}};
+                                          {LikelyCause::kAllCentres, "all_centres"},
+                                          {LikelyCause::kLengthsUnit, "lengths_unit"}}};
 
 }  // namespace
 
@@ -84,12 +85,12 @@ Phrase scattered_touches(const Finding& f) {
               f);
 }
 
-Phrase readings_unit(const Finding& f) {
+Phrase unit(const Finding& f, const std::string& id) {
   constexpr double kMetre = 1000.0;  // [mm]
   const double mm = of(f, "unit");
-  return said(mm == kMetre ? "say.cause.readings_unit.metres"
-              : mm < 1.0   ? "say.cause.readings_unit.micrometres"
-                           : "say.cause.readings_unit.inches",
+  return said(id + (mm == kMetre ? ".metres"
+                    : mm < 1.0   ? ".micrometres"
+                                 : ".inches"),
               f, {{"names", all_parts(f, "say.join.comma", name_of)}});
 }
 
@@ -157,7 +158,8 @@ Phrase sentences::cause(const Finding& f) {
     case LikelyCause::kScatteredTouches:
       return scattered_touches(f);
     case LikelyCause::kReadingsUnit:
-      return readings_unit(f);
+    case LikelyCause::kLengthsUnit:
+      return unit(f, id);
     case LikelyCause::kReadingsHandedness:
       return names(f, "say.join.comma", id);
     case LikelyCause::kMoved:

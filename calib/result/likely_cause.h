@@ -36,7 +36,8 @@ enum class LikelyCause {
   kLengthsOfTarget,   ///< all "lengths" of a target
   kAllLengths,
   kStatedCentre,  ///< of a target: "off" mm if measured
-  kAllCentres     ///< all stated centres
+  kAllCentres,    ///< all stated centres
+  kLengthsUnit    ///< all: "unit" mm per unit stated
 };
 
 /// Name in files: "axis_sign". Empty for an unknown name.

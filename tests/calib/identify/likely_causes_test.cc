@@ -437,6 +437,16 @@ TEST(Diagnosis, TwoCertifiedLengthsThatWereExchangedAreNamed) {
             "S1-S2 S2-S4");
 }
 
+TEST(Diagnosis, CertifiedLengthsInInchesOrMetresAreNamed) {
+  for (const double mm : {25.4, 1000.0}) {
+    SCOPED_TRACE(mm);
+    Cell cell = demo_cell();
+    for (CertifiedLength& length : cell.lengths) length.length_m /= mm;
+    const Finding finding = expect_cause(cell, good_touches(), LikelyCause::kLengthsUnit);
+    EXPECT_EQ(evidence(finding, "unit"), mm);
+  }
+}
+
 TEST(Diagnosis, ALoneLengthThatContradictsTheArmIsNamed) {
   for (const double off_m : {0.01, 0.03}) {
     SCOPED_TRACE(off_m);

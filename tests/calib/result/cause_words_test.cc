@@ -91,6 +91,11 @@ TEST(CauseWords, OfTargets) {
             "S2 moved by 4.98 mm at about touch 42. Clamp it and calibrate again");
 }
 
+TEST(CauseWords, OfLengthsInAnotherUnit) {
+  EXPECT_EQ(cause_words(likely(LikelyCause::kLengthsUnit, {}, {{"unit", 25.4, "mm"}})),
+            "the certified lengths are in inches. Give them in millimetres");
+}
+
 TEST(CauseWords, OfReadings) {
   const auto unit = [](double mm) {
     return cause_words(likely(LikelyCause::kReadingsUnit, {}, {{"unit", mm, "mm"}},
