@@ -15,7 +15,6 @@ namespace cellcal::calib {
 
 namespace {
 
-constexpr int kPoses = 300;
 constexpr std::size_t kLeastPoses = 20;
 /// Both calibrations share tolerances and ripple, so that their stated errors are rarely reached.
 /// Errors of an arm are correlated: this is about three sigma.
@@ -28,7 +27,7 @@ std::optional<Change> change_since(const Calibration& last, const Calibration& n
   if (!same_nominal(last.cell, now.cell)) return {};
   Change change;
   change.workspace = last.verdict.workspace && now.verdict.workspace;
-  const auto poses = poses_in_scope(now.cell, touches, change.workspace, kPoses);
+  const auto poses = poses_in_scope(now.cell, touches, change.workspace, kScopePoses);
   if (poses.size() < kLeastPoses) return {};
   const Predictor before(last), after(now);
   const Eigen::VectorXd apart = tips_apart_m(

@@ -73,6 +73,14 @@ TEST(Change, OfAMasteringByATenthOfADegreeIsFound) {
   EXPECT_GT(change->mean_m, 3.0 * change->expected_m);
 }
 
+TEST(Change, HasOneSizeInVerdictAndComparison) {
+  const Calibrated last = calibrated(demo_cell(), 3, 103), now = calibrated(demo_cell(), 7, 203);
+  const auto change = change_since(last.calibration, now.calibration, now.touches);
+  const auto compared =
+      apart_in_scope(&last.calibration, now.calibration, now.touches, change->workspace);
+  EXPECT_NEAR(change->mean_m, compared->mean_apart_m, 1e-12);
+}
+
 TEST(Change, ThatNothingIsForeseenOfIsNotJudged) {
   Calibrated last = calibrated(demo_cell(), 1, 101);
   Calibrated now = calibrated(demo_cell(), 51, 201);
