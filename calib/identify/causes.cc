@@ -83,7 +83,7 @@ std::vector<Cause> causes_at(const Cell& cell, const std::vector<Touch>& all,
   if (stated.makes_sense()) return {};
   double least_scatter = stated.scatter;
   std::vector<Cause> causes;
-  Asked asked{cell, touches, {}, share, other_robots, nominal_off_m(cell, touches)};
+  Asked asked{cell, touches, {}, share, all, other_robots, nominal_off_m(cell, touches)};
   asked.ask = [&](const Hypothesis& h) {
     if (h.no_farther && nominal_off_m(h.cell, h.touches) > kDoubt * asked.nominal_off_m) return;
     const Trial trial = fit_hypothesis(h.cell, h.touches);

@@ -393,6 +393,7 @@ FindingPart part_of(const Cell& cell, const std::vector<Touch>& touches, const J
     part.evidence = {in_deg("turn", jump.angle_rad, jump.sigma)};
   else
     part.evidence = shift_in_mm(jump.shift_m, jump.sigma);
+  add_rank(touches, jump.after_touch, part.evidence);
   return part;
 }
 

@@ -317,9 +317,12 @@ void moved(const Asked& asked) {
       moved.cause = [&](const Calibration& c) {
         const std::size_t first = own[split];
         const double shift_m = moved_by_m(result_of(c, target.id), result_of(c, two.later));
-        return likely(LikelyCause::kMoved,
-                      after(about_target(target), asked.among[first], asked.touches[first]),
-                      {in_mm("shift", shift_m)});
+        Finding finding =
+            likely(LikelyCause::kMoved,
+                   after(about_target(target), asked.among[first], asked.touches[first]),
+                   {in_mm("shift", shift_m)});
+        add_rank(asked.all, asked.among[first], finding.evidence);
+        return finding;
       };
       asked.ask(moved);
     }

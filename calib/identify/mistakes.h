@@ -38,6 +38,7 @@ struct Asked {
   const std::vector<Touch>& touches;
   std::function<void(const Hypothesis&)> ask;
   std::span<const std::size_t> among = {};  ///< per touch its index among all
+  std::span<const Touch> all = {};
   OtherRobots other_robots = {};
   double nominal_off_m = 0.0;                  ///< of the nominal arm from the touches, median
   const LengthResult* contradicted = nullptr;  ///< most contradicted length

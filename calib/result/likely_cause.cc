@@ -162,8 +162,6 @@ Phrase sentences::cause(const Finding& f) {
       return unit(f, id);
     case LikelyCause::kReadingsHandedness:
       return names(f, "say.join.comma", id);
-    case LikelyCause::kMoved:
-      return said(id, f, {{"n", f.about.touch.value_or(0) + 1}});
     case LikelyCause::kToolTip:
       return said(has(f, "turn") ? id + ".turn" : id, f);
     case LikelyCause::kDimension:
@@ -184,6 +182,7 @@ Phrase sentences::cause(const Finding& f) {
       return said(has(f, "off") ? id + ".off" : id, f);
     case LikelyCause::kAllCentres:
       return said(has(f, "mends") ? id + ".mends" : id, f);
+    case LikelyCause::kMoved:
     case LikelyCause::kRadians:
     case LikelyCause::kAxisSign:
     case LikelyCause::kMastering:

@@ -18,7 +18,7 @@ std::vector<PhraseValue> values_of(const Subject& about, const std::vector<Quant
                                    std::vector<PhraseValue> values) {
   values.emplace_back("name", about.name);
   values.emplace_back("other", about.other_end);
-  if (about.touch) values.emplace_back("touch", touch_of(about));
+  if (about.touch) values.emplace_back("touch", touch_of(about, evidence));
   for (const Quantity& one : evidence) {
     values.emplace_back(one.name, one.value);
     values.emplace_back(one.name + "_sigma", one.sigma);
@@ -45,9 +45,13 @@ Phrase said(std::string id, const FindingPart& part, std::vector<PhraseValue> mo
   return {std::move(id), values_of(part.about, part.evidence, std::move(more))};
 }
 
-Phrase touch_of(const Subject& subject) {
-  return {subject.line > 0 ? "say.touch.line" : "say.touch",
-          {{"n", subject.touch.value_or(0) + 1}, {"line", subject.line}}};
+Phrase touch_of(const Subject& subject, const std::vector<Quantity>& evidence) {
+  const Quantity* rank = find(evidence, "rank");
+  const std::string id = rank != nullptr ? "say.touch.in_time" : "say.touch";
+  return {id + (subject.line > 0 ? ".line" : ""),
+          {{"n", subject.touch.value_or(0) + 1},
+           {"line", subject.line},
+           {"rank", rank != nullptr ? rank->value : 0.0}}};
 }
 
 Phrase all_parts(const Finding& f, const char* separator,
@@ -86,7 +90,7 @@ Phrase jump(const FindingPart& one) {
   const char* id = one.about.of == Subject::Of::kJoint  ? "say.finding.jump.joint"
                    : one.about.of == Subject::Of::kTool ? "say.finding.jump.tool"
                                                         : "say.finding.jump.target";
-  return said(id, one, {{"by", jump_size(one)}, {"at", touch_of(one.about)}});
+  return said(id, one, {{"by", jump_size(one)}, {"at", touch_of(one.about, one.evidence)}});
 }
 
 Phrase one_jump(const Finding& f, const FindingPart& one) {
@@ -108,7 +112,7 @@ Phrase or_lengths(const Finding& f, Phrase sentence) {
 
 Phrase moved_target(const Finding& f) {
   return or_lengths(f, said("say.finding.moved_target", f,
-                            {{"by", shift({f.about, f.evidence})}, {"at", touch_of(f.about)}}));
+                            {{"by", shift({f.about, f.evidence})}, {"at", touch_of(f.about, f.evidence)}}));
 }
 
 Phrase jumped(const Finding& f) {

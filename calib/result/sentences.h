@@ -22,8 +22,8 @@ bool is_one(const Finding& f, const char* name);
 Phrase said(std::string id, const Finding& f, std::vector<PhraseValue> more = {});
 Phrase said(std::string id, const FindingPart& part, std::vector<PhraseValue> more = {});
 
-/// "touch 12 (line 14)", counted from 1.
-Phrase touch_of(const Subject& subject);
+/// "touch 12 (line 14)", counted from 1. `evidence`: with a "rank", "touch 3 in time (row 12, line 14)".
+Phrase touch_of(const Subject& subject, const std::vector<Quantity>& evidence = {});
 /// The first few parts; the rest is counted.
 Phrase list(const Finding& f, const std::function<Phrase(const FindingPart&)>& one);
 /// All parts.

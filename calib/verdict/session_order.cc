@@ -32,6 +32,13 @@ std::vector<std::size_t> in_order(std::span<const Touch> touches) {
   return order;
 }
 
+void add_rank(std::span<const Touch> touches, std::size_t index, std::vector<Quantity>& evidence) {
+  const std::vector<std::size_t> order = in_order(touches);
+  if (std::ranges::is_sorted(order)) return;
+  const auto behind = std::ranges::find(order, index) + 1;
+  evidence.push_back({"rank", static_cast<double>(behind - order.begin()), ""});
+}
+
 std::vector<std::size_t> share_of(std::span<const Touch> touches, std::size_t most) {
   const std::size_t every = (touches.size() + most - 1) / most;
   std::map<std::pair<std::string, TouchSet>, std::size_t> seen;

@@ -22,6 +22,8 @@ namespace cellcal::calib {
 /// Touches in the order in which they were made: by time if all state one (ties as given),
 /// otherwise as given.
 std::vector<std::size_t> in_order(std::span<const Touch> touches);
+/// Adds "rank" of one touch in in_order(), counted from 1, unless that is the order given.
+void add_rank(std::span<const Touch> touches, std::size_t index, std::vector<Quantity>& evidence);
 
 /// A share of more than `most` touches in their order, equally of each target's fit and check
 /// touches; indices, ascending.

@@ -163,6 +163,12 @@ TEST(MovedTarget, IsFoundByTimeWhateverTheOrderOfTheRows) {
   ASSERT_EQ(reversed.moved.size(), 1u);
   EXPECT_EQ(touches[reversed.moved[0].after_touch].time, when);
   EXPECT_LT((reversed.moved[0].shift_m - straight.moved[0].shift_m).norm(), 1e-6);
+  // The row is no place in the session.
+  const auto rank = static_cast<double>(straight.moved[0].after_touch + 1);
+  // Touches of one second are in the order of the rows.
+  EXPECT_NEAR(value(reversed.verdict.findings[0].evidence, "rank"), rank, 1.0)
+      << words_of(reversed);
+  EXPECT_EQ(find(straight.verdict.findings[0].evidence, "rank"), nullptr);
 }
 
 TEST(MovedTarget, IsOnlySuspectedWhereNobodyLooksCloser) {

@@ -226,6 +226,11 @@ TEST(FindingWords, OfWhatWentWrong) {
   EXPECT_EQ(said(FindingKind::kMovedTarget, after(about_target(target("S2")), 11, one), shift),
             "moved target: S2 moved by 0.52 +- 0.03 mm (+0.10, -0.50, +0.10) after touch 12 (line "
             "13). Clamp it and calibrate again");
+  std::vector<Quantity> by_time = shift;
+  by_time.push_back({"rank", 3.0, ""});
+  EXPECT_EQ(said(FindingKind::kMovedTarget, after(about_target(target("S2")), 11, one), by_time),
+            "moved target: S2 moved by 0.52 +- 0.03 mm (+0.10, -0.50, +0.10) after touch 3 in time "
+            "(row 12, line 13). Clamp it and calibrate again");
   std::vector<Quantity> or_lengths = shift;
   or_lengths.push_back({"or_lengths", 1.0, ""});
   EXPECT_EQ(said(FindingKind::kMovedTarget, after(about_target(target("S2")), 11, one), or_lengths),
