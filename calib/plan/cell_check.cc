@@ -264,6 +264,9 @@ bool check_unit_range(const Cell& cell, std::vector<CellFault>& faults) {
   }
   if (cell.touch_sigma_m < kFinestTouchM || cell.touch_sigma_m > kCoarsestTouchM)
     faults.push_back({Kind::kTouchSigma, false, {}, cell.touch_sigma_m});
+  const auto is_sphere = [](const Target& target) { return target.kind == TargetKind::kSphere; };
+  if (cell.radius_offset_sigma_m == 0.0 && std::ranges::any_of(cell.targets, is_sphere))
+    faults.push_back({Kind::kRadiusOffset, false});
   return sound;
 }
 
@@ -544,7 +547,8 @@ constexpr EnumNames<Kind> kKindNames{{{Kind::kLength, "length"},
                                       {Kind::kToolAcross, "tool_across"},
                                       {Kind::kDescription, "description"},
                                       {Kind::kGoal, "goal"},
-                                      {Kind::kRequired, "required"}}};
+                                      {Kind::kRequired, "required"},
+                                      {Kind::kRadiusOffset, "radius_offset"}}};
 
 Phrase phrase_of(const DescriptionMistake& mistake) {
   switch (mistake.kind) {

@@ -48,6 +48,7 @@ enum class CellFaultKind {
   kDescription,  ///< the arm rests in the id's object, or (no id) reaches no target. See `mistakes`
   kGoal,         ///< a: required_mm, b: goal, c: expected mean error at the goal
   kRequired,     ///< a: required_mm, b: predicted for the plan
+  kRadiusOffset  ///< none stated: the radius at which touches detect the spheres counts as exact
 };
 
 /// One change of the description that resolves the contradiction.

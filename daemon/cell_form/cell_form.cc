@@ -555,7 +555,8 @@ FaultyField field_of(calib::CellFaultKind kind) {
        {kToolAcross, {Place::kTool, "xyz_mm"}},
        {kDescription, {}},
        {kGoal, {}},
-       {kRequired, {}}}};
+       {kRequired, {}},
+       {kRadiusOffset, {}}}};
   return kTable[kind];
 }
 

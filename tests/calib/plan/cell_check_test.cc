@@ -156,6 +156,14 @@ TEST(CellCheck, NamesAToolOrADiameterInMetresAndATouchTooGoodToBeTrue) {
   EXPECT_EQ(refuse_faulty(cell).size(), 1u);
 }
 
+TEST(CellCheck, WarnsOfRadiiThatCountAsExactSinceTheirOffsetIsNotStated) {
+  Cell cell = demo_cell();
+  cell.radius_offset_sigma_m = 0.0;
+  const CellFault fault = only_fault(cell, CellFaultKind::kRadiusOffset);
+  EXPECT_FALSE(fault.refused);
+  expect_words(fault, {"radius_offset_sigma_mm = 0:", "state radius_offset_sigma_mm = 0.3"});
+}
+
 TEST(CellCheck, NamesAMeshInMetres) {
   Cell cell = demo_cell();
   cell.obstacles = {box("fixture", {-0.9, 0.9, 0.2}, Vector3d::Zero())};
