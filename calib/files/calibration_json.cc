@@ -51,6 +51,9 @@ Table<Explanation> explanation_fields() {
   using E = Explanation;
   const auto of_touch = [](const E& one) { return one.kind == ChangeKind::kTouch; };
   const auto shifted = [](const E& one) { return is_shift(one.kind); };
+  const auto known_partly = [](const E& one) {
+    return (one.kind == ChangeKind::kTool || one.kind == ChangeKind::kSphere) && one.amount > 0.0;
+  };
   const auto kind = named<ChangeKind>([](ChangeKind one) { return to_string(one); }, change_kind);
   return {
       field("kind", &E::kind, kind),
@@ -59,6 +62,7 @@ Table<Explanation> explanation_fields() {
       field("log_likelihood", &E::log_likelihood, number()),
       only_of<E>(of_touch, field("touch", &E::touch, whole<std::size_t>())),
       only_of<E>(shifted, field("shift_mm", &E::shift_m, vector(kMmPerM))),
+      where<E>(known_partly, field("at_least_mm", &E::amount, not_negative(kMmPerM))),
       amount("angle_deg", ChangeKind::kJoint, kDegPerRad),
       amount("growth_ppm", ChangeKind::kGrowth, kPerMillion),
       amount("off_mm", ChangeKind::kTouch, kMmPerM),

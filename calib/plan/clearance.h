@@ -1,7 +1,7 @@
 #pragma once
 // Collision check of the arm against spheres, their stands, obstacles, the floor, and itself. Arm and tool are capsules
 // on the nominal geometry (bodies.h). Not covered: cables, and objects missing from the cell file. Without a stated
-// floor, hand and wrist stay above the lowest target less 0.1 m.
+// floor, the axis of the hand stays above the lowest target less 0.1 m.
 //
 // Margins. For the tip (slim end and ball) as given by the caller; 20 mm for everything else: an uncalibrated arm is
 // off by up to 10 mm. Self-collision is checked between links that are not neighbours. Two bodies closer than their
@@ -28,7 +28,7 @@ namespace cellcal::calib {
 
 // Obstruction of a posture or a move, and its sentence.
 
-/// Without a floor in the cell file, hand and wrist stay above the lowest target less this.
+/// Without a floor in the cell file, the axis of the hand stays above the lowest target less this.
 inline constexpr double kBelowTargetsM = 0.10;
 
 struct Hit {

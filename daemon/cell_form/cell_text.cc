@@ -45,8 +45,8 @@ std::string head(const CellForm& form) {
                "a shipped one by name, or a file in this folder");
   text += line("#required_mm = 2.0", "largest mean error that a calibration may be published with");
   text +=
-      "# floor_mm = 0.0: height that nothing goes below. Not stated: for hand and wrist 100 mm below the\n"
-      "# lowest target, for the rest of the arm nothing.\n";
+      "# floor_mm = 0.0: height that nothing goes below. Not stated: for the axis of the hand 100 mm below the\n"
+      "# lowest target, for tool and the rest of the arm nothing.\n";
   return text;
 }
 

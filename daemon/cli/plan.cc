@@ -20,6 +20,7 @@
 #include "calib/plan/cell_check.h"
 #include "calib/plan/design.h"
 #include "calib/plan/duration.h"
+#include "calib/plan/lowest.h"
 #include "calib/plan/suggest_spheres.h"
 #include "daemon/cli/commands.h"
 #include "daemon/cli/correct.h"
@@ -211,6 +212,8 @@ int plan(const PlanCommand& command) {
   }();
   if (const auto fault = calib::fault_of(cell, made))
     fmt::print(stderr, "warning: {}\n", words(*fault));
+  if (const auto low = calib::below_feet(cell, made))
+    fmt::print(stderr, "warning: {}\n", words(*low));
   const auto short_of = missed(command, made);
   if (short_of) fmt::print(stderr, "warning: {}\n", say(*short_of));
   const LimitNeeded needed = limit_needed(made, cell.robot, made.start);

@@ -8,6 +8,7 @@
 #include "calib/model/units.h"
 #include "calib/plan/cell_check.h"
 #include "calib/plan/finder.h"
+#include "calib/plan/lowest.h"
 #include "calib/plan/plan.h"
 #include "daemon/doctor/doctor.h"
 #include "daemon/files/correction_limit.h"
@@ -75,6 +76,8 @@ void examine_plan(const DaemonConfig& config, const calib::Cell& cell, Findings&
         calib::make_plan(cell, options, known ? config.mock.start_rad : calib::JointVector{});
     if (const auto fault = calib::fault_of(cell, plan))
       findings.warn("required accuracy", found_phrase(*fault), advice_phrase(*fault));
+    if (const auto low = calib::below_feet(cell, plan))
+      findings.warn("floor", found_phrase(*low), floor_advice_phrase(*low));
     const Phrase foreseen{
         "say.doctor.plan",
         {{"touches", plan.touches.size()}, {"mm", plan.predicted_mean_m * calib::kMmPerM}}};

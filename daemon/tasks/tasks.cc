@@ -15,6 +15,7 @@
 #include "calib/plan/cell_check.h"
 #include "calib/plan/design.h"
 #include "calib/plan/duration.h"
+#include "calib/plan/lowest.h"
 #include "calib/plan/touch_sequence.h"
 #include "calib/result/finding_phrase.h"
 #include "daemon/files/atomic_file.h"
@@ -241,6 +242,8 @@ Tasks touching_tasks(const SharedInputs& inputs,
       *planned = now.plan;
       if (const auto fault = calib::fault_of(inputs->cell, now.plan); fault && inputs->note)
         inputs->note("warning: " + words(*fault));
+      if (const auto low = calib::below_feet(inputs->cell, now.plan); low && inputs->note)
+        inputs->note("warning: " + words(*low));
       return now;
     };
   }
