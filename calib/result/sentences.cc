@@ -47,8 +47,11 @@ Phrase said(std::string id, const FindingPart& part, std::vector<PhraseValue> mo
 
 Phrase touch_of(const Subject& subject, const std::vector<Quantity>& evidence) {
   const Quantity* rank = find(evidence, "rank");
-  const std::string id = rank != nullptr ? "say.touch.in_time" : "say.touch";
-  return {id + (subject.line > 0 ? ".line" : ""),
+  const bool in_file = subject.line > 0;
+  const char* id = rank != nullptr ? in_file ? "say.touch.in_time.line" : "say.touch.in_time"
+                   : in_file       ? "say.touch.line"
+                                   : "say.touch";
+  return {id,
           {{"n", subject.touch.value_or(0) + 1},
            {"line", subject.line},
            {"rank", rank != nullptr ? rank->value : 0.0}}};

@@ -11,6 +11,7 @@
 #include "daemon/archive/drift_watch.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/result/outcome_json.h"
+#include "daemon/service/kind.h"
 #include "daemon/tasks/active_calibration.h"
 #include "daemon/tasks/options.h"
 
@@ -29,6 +30,12 @@ void try_to(Notice& notice, const std::function<void()>& add) try {
   add();
 } catch (const std::exception& unreadable) {
   notice.findings.emplace_back(unreadable.what());
+}
+
+void add_kind(Notice& notice, const SessionInputs& inputs) {
+  const SessionOptions options = options_from_json(inputs.options);
+  notice.kind = to_string(options.kind);
+  notice.anew = kind_of(options).anew(inputs);
 }
 
 /// True if the newest check ended an alarm.
@@ -107,9 +114,8 @@ Notice notice_of_end(std::int64_t session, const RecordEnd& end, const std::stri
     notice.news = ended;
   });
   if (!record) return notice;
-  SessionKind kind = SessionKind::kCalibrate;
-  try_to(notice, [&] { kind = options_from_json(record->inputs.options).kind; });
-  notice.kind = to_string(kind);
+  notice.kind = to_string(SessionKind::kCalibrate);
+  try_to(notice, [&] { add_kind(notice, record->inputs); });
   notice.touches = static_cast<std::size_t>(record->touches);
   notice.cell = record->inputs.cell_name;
   notice.started = record->started;
@@ -129,6 +135,7 @@ Notice news_of(const Status& status, Journal& journal) {
   Notice notice;
   notice.session = status.session;
   notice.kind = status.kind;
+  notice.anew = status.anew;
   notice.touches = status.done;
   notice.failure = status.failure;
   notice.findings.assign(status.reasons.begin(), status.reasons.end());
@@ -164,7 +171,7 @@ Notice interrupted(std::int64_t session, Journal& journal) {
     notice.touches = static_cast<std::size_t>(record->touches);
     notice.cell = record->inputs.cell_name;
     notice.started = record->started;
-    notice.kind = to_string(options_from_json(record->inputs.options).kind);
+    add_kind(notice, record->inputs);
   });
   return notice;
 }
@@ -199,9 +206,9 @@ class Lines {
     return printable(calib::words(phrase, language_));
   }
   void add(const Phrase& phrase) { body += words(phrase) + "\n"; }
-  /// Where there is such an id.
-  void add_if_known(const std::string& id) {
-    if (calib::sentence_of(id)) add(id);
+  /// Where there is such an id. `then`: how to go on after that.
+  void add_if_known(const std::string& id, const Phrase& then) {
+    if (calib::sentence_of(id)) add({id, {{"then", then}}});
   }
 
   std::string body;
@@ -211,11 +218,14 @@ class Lines {
 };
 
 void add_what_to_do(Lines& lines, const Notice& notice) {
+  const Phrase then = notice.anew.empty()
+                          ? Phrase("say.notice.then.resume")
+                          : Phrase("say.notice.then.anew", {{"command", notice.anew}});
   if (notice.news != News::kFailed)
-    return lines.add_if_known(std::string("say.notice.do.") + to_string(notice.news));
+    return lines.add_if_known(std::string("say.notice.do.") + to_string(notice.news), then);
   if (!notice.failure) return;
-  lines.add_if_known(std::string("failure.") + to_string(notice.failure->kind));
-  lines.add_if_known(std::string("do.") + to_string(notice.failure->kind));
+  lines.add_if_known(std::string("failure.") + to_string(notice.failure->kind), then);
+  lines.add_if_known(std::string("do.") + to_string(notice.failure->kind), then);
 }
 
 void add_session(Lines& lines, const Notice& notice) {

@@ -38,6 +38,7 @@ struct Notice {
   News news = News::kDone;
   std::int64_t session = 0;  ///< 0: none
   std::string kind, cell, started, ended;
+  std::string anew;  ///< command of a new session of a kind that is not resumed; empty: it is resumed
   std::size_t touches = 0;
   std::optional<Failure> failure;
   std::string outcome;                  ///< to_string(OutcomeKind); empty: none

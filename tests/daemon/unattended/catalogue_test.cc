@@ -40,6 +40,18 @@ TEST(AMessage, SaysWhatHappenedWhatToDoAndTheEvidenceInTheLanguageThatWasAskedFo
   EXPECT_NE(german.body.find("touch 3 of 40 (S2): no contact"), std::string::npos) << german.body;
   EXPECT_NE(german.body.find("cellcal auf zelle7"), std::string::npos) << german.body;
   EXPECT_EQ(compose(failed(), Language(), "c").subject, "Session 7: failed");
+  EXPECT_NE(german.body.find("'cellcal run --resume'"), std::string::npos) << german.body;
+}
+
+TEST(AMessage, NamesTheCommandOfANewSessionWhereTheKindIsNotResumed) {
+  Notice notice = failed();
+  notice.anew = "cellcal check";
+  for (const News news : {News::kFailed, News::kAborted, News::kInterrupted}) {
+    notice.news = news;
+    const std::string body = compose(notice, Language(), "c").body;
+    EXPECT_NE(body.find("Then: 'cellcal check'"), std::string::npos) << body;
+    EXPECT_EQ(body.find("resume"), std::string::npos) << body;
+  }
 }
 
 TEST(AMessage, HasFindingsInItsLanguageAndPostsThemInEnglish) {
