@@ -96,7 +96,7 @@ Explanation explain(const PossibleChange& change, const std::vector<ForeseenCont
 
 namespace {
 
-/// Of the component in the least known direction.
+/// The sigma in the least known direction.
 double largest_sigma(const Eigen::Matrix3d& covariance) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(covariance, Eigen::EigenvaluesOnly);
   return std::sqrt(std::max(0.0, axes.eigenvalues()[2]));

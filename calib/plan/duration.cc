@@ -34,7 +34,7 @@ double axis_s(double way, double max_speed, const Pace& pace) {
                               : 2.0 * std::sqrt(way * ramp_s / speed);
 }
 
-/// Of the positioner before a touch, while the arm waits.
+/// Time of the positioner's turn before a touch, while the arm waits.
 double turn_s(const Robot& robot, const PlannedTouch& touch, const Pace& pace) {
   constexpr double kUsualRadS = 1.5;  // of an axis without a stated speed, as the emulated one's
   double slowest = 0.0;

@@ -26,7 +26,7 @@ constexpr std::size_t kMostPlaces = 32;
 constexpr double kApartM = 0.15;        ///< closer places carry the same information
 constexpr double kGridM = 0.01;         ///< resolution of placing a stand
 constexpr double kCentreSigmaM = 0.01;  ///< as for files without one
-/// Above the floor, or the arm's foot where that is higher: higher stands sway.
+/// Above the floor, or the arm's foot if that is higher: higher stands sway.
 constexpr double kHighestM = 1.0;
 constexpr double kAroundBoxM = 0.2;  ///< margin around a box for places of spheres
 constexpr std::size_t kSides = 12;   ///< touches by which a place is evaluated
@@ -109,7 +109,7 @@ bool from_many_sides(const std::vector<Candidate>& touches) {
   return solver.eigenvalues()[0] >= kLeastSpread;
 }
 
-/// Of a cell that is sound without it.
+/// True if only this sphere makes the cell faulty.
 bool is_refused_for(const Cell& cell, const std::string& sphere) {
   return std::ranges::any_of(faults_of(cell), [&](const CellFault& fault) {
     return fault.refused && std::ranges::find(fault.ids, sphere) != fault.ids.end();

@@ -92,7 +92,7 @@ std::vector<T> without(const std::set<CellName>& unknown, const std::vector<T>& 
 }
 
 // A presence is newer than another of the same journal if its number is higher; with equal numbers, if it arrives later.
-// Of one connection, whose birth and will have the same time, the will is newer.
+// Birth and will of one connection have the same time; the will is newer.
 void put_presences(pqxx::work& work, const std::vector<plant::Presence>& presences) {
   std::map<CellName, std::vector<const plant::Presence*>> by_cell;
   for (const plant::Presence& one : presences) by_cell[one.of].push_back(&one);

@@ -171,7 +171,7 @@ void Journal::Impl::report_session(std::int64_t session, const std::string& utc,
 }
 
 void Journal::Impl::report(const SessionRecord& record, const std::string& utc) {
-  // Of a session that has not ended well it is not in use.
+  // The calibration of a session that has not ended well is not in use.
   if (record.state == RecordState::kDone && record.has_calibration)
     report_calibration(record.id, utc);
   outbox.put(record.id, utc, [&](const Reporter& to) { return to.session(record); });

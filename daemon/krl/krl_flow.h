@@ -41,7 +41,7 @@ class Flow {
   void keep(RoutineKey routine, int entry, int exit) {
     routines_[std::move(routine)] = {entry, exit};
   }
-  /// Of a routine that nothing but this number of statements leads to: it begins where its calls are, if all are known.
+  /// Entry of a routine that nothing but this number of statements leads to: it begins where its calls are, if all are known.
   void only_called(const RoutineKey& routine, std::size_t statements);
   /// A motion that may take the place of another: to a point that is copied to the other's.
   void instead(std::size_t motion, std::size_t other) { others_.emplace(motion, other); }

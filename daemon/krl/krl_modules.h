@@ -1,5 +1,5 @@
 #pragma once
-// What KRL modules see of each other's data: GLOBAL names, imports, and named frames and loads that another module touches.
+// Data that KRL modules see of each other: GLOBAL names, imports, and named frames and loads that another module touches.
 
 #include <map>
 #include <set>

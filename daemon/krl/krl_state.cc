@@ -128,7 +128,7 @@ bool sets_load(const std::vector<Line>& lines) {
 void FrameState::apply_load(const std::vector<Token>& t, std::size_t at, Frames& frames,
                             int line) const {
   const bool part = sign_at(t, at + 1, '.');
-  if (part && is_word(t, at + 2, "J")) return;  // bends no arm that stands
+  if (part && is_word(t, at + 2, "J")) return;  // bends no arm at rest
   if (part)
     read_load_part(t, at + 2, frames.load_parts);
   else
@@ -137,7 +137,7 @@ void FrameState::apply_load(const std::vector<Token>& t, std::size_t at, Frames&
   frames.load_lost = frames.load ? Lost{} : Lost{"$LOAD", line};
 }
 
-/// What $LOAD is set to; `parts`: its components where it is written out.
+/// The value of $LOAD; `parts`: its components where it is written out.
 std::optional<LoadRef> FrameState::load_at(const std::vector<Token>& t, std::size_t at,
                                            Aggregate& parts) const {
   const auto ends = [&](std::size_t behind) {

@@ -87,7 +87,7 @@ struct OutcomeOf {
     if (outcome.kind == OutcomeKind::kDoesNotHold && !by_zeros_alone)
       outcome.change = likeliest(check.explanations);
     outcome.touches = check.touches;
-    // Of another change a shift of the TCP states what did not happen.
+    // A shift of the TCP is no description of another change.
     if (!check.explanations.empty() &&
         (!outcome.change || outcome.change->kind == calib::ChangeKind::kTool))
       outcome.tcp_shift = {check.shift_m, check.u_along_m()};

@@ -40,7 +40,7 @@ struct NextSearch {
   double takes_s() const { return full_speed_s / pace; }
 };
 NextSearch next_search(const State&, double speed_m_s);
-/// Of the sensor, whose field for it has 16 bits.
+/// Limit of the sensor, whose field for it has 16 bits.
 inline constexpr double kLongestArmingS = 60.0;
 /// From the arming to the begin of the search, and from its end to the arm's rest.
 inline constexpr double kSettlingS = 2.0;

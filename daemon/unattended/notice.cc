@@ -206,7 +206,7 @@ class Lines {
     return printable(calib::words(phrase, language_));
   }
   void add(const Phrase& phrase) { body += words(phrase) + "\n"; }
-  /// Where there is such an id. `then`: how to go on after that.
+  /// Adds it if there is such an id. `then`: how to go on after that.
   void add_if_known(const std::string& id, const Phrase& then) {
     if (calib::sentence_of(id)) add({id, {{"then", then}}});
   }

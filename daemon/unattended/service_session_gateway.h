@@ -30,7 +30,7 @@ class ServiceSessionGateway final : public SessionGateway {
   std::int64_t start(const RunRequest& request);
   /// Reread after a new session or an end.
   const std::vector<SessionRecord>& records(const Status& status);
-  /// Of a completed session, without pauses; none: not known.
+  /// Duration of a completed session, without pauses; none: not known.
   std::optional<double> duration_s(const SessionRecord& record);
 
   SessionService& service_;

@@ -62,7 +62,7 @@ std::string external_speeds(const EkiFilesConfig& c) {
 constexpr const char* kExternalHold = R"(  IF ABS(CC_TARGET.{0}-$AXIS_ACT.{0})<0.1 THEN
     CC_TARGET.{0}=$AXIS_ACT.{0}
   ENDIF)";
-// Of one that no telegram names CC_TARGET has the data list's 0.0; one that does not exist reads as 0.0.
+// For one that no telegram names CC_TARGET has the data list's 0.0; one that does not exist reads as 0.0.
 constexpr const char* kExternalStay = "  CC_TARGET.{0}=$AXIS_ACT.{0}";
 
 std::string external_hold(int external_axes) {
