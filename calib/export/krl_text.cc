@@ -129,9 +129,11 @@ std::vector<Line> read_lines(const KrlFile& file) {
       auto tokens = Scanner(line, at).tokens();
       if (!tokens.empty()) lines.push_back({number, std::move(tokens)});
     }
-    // CR LF and CR CR LF end one line, as LF and CR do.
+    // CR LF and CR CR LF end one line, as LF and CR do; further CRs end empty ones.
     const auto feed = std::min(file.text.find_first_not_of('\r', end), file.text.size());
-    at = (feed < file.text.size() && file.text[feed] == '\n' ? feed : end) + 1;
+    const bool fed = feed < file.text.size() && file.text[feed] == '\n';
+    if (!fed && feed > end) number += static_cast<int>(feed - end) - 1;
+    at = fed ? feed + 1 : std::max(feed, end + 1);
   }
   return lines;
 }

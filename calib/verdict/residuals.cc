@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <utility>
 #include <vector>
 
 #include "calib/estimate/parallel.h"
@@ -286,14 +288,41 @@ constexpr double kShare = 0.05;
 /// of the last digit is 0.02 mm.
 constexpr double kStepDeg = 1e-3;
 
+bool is_copy(const Touch& a, const Touch& b) {
+  return same_reading(a, b) && a.target == b.target && a.tool == b.tool && a.load == b.load;
+}
+
+/// The touches in the order of the joint that they spread most, and its index.
+std::pair<std::vector<std::size_t>, std::size_t> by_widest_joint(std::span<const Touch> touches) {
+  std::size_t widest = 0;
+  double range_rad = -1.0;
+  for (std::size_t j = 0; !touches.empty() && j < touches[0].joint_rad.size(); ++j) {
+    const auto angle = [j](const Touch& touch) { return touch.joint_rad[j]; };
+    const auto [least, most] = std::ranges::minmax_element(touches, {}, angle);
+    if (angle(*most) - angle(*least) <= range_rad) continue;
+    range_rad = angle(*most) - angle(*least);
+    widest = j;
+  }
+  std::vector<std::size_t> order(touches.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::sort(order, {}, [&](std::size_t i) { return touches[i].joint_rad[widest]; });
+  return {order, widest};
+}
+
 /// For each touch the last earlier one that it copies.
 std::vector<std::optional<std::size_t>> originals(std::span<const Touch> touches) {
+  constexpr double kWithinRad = 0.01 * kRadPerDeg;  // same_reading() allows half of it
+  const auto [order, joint] = by_widest_joint(touches);
   std::vector<std::optional<std::size_t>> result(touches.size());
-  for (std::size_t i = 1; i < touches.size(); ++i)
-    for (std::size_t k = i; k-- > 0 && !result[i];)
-      if (same_reading(touches[i], touches[k]) && touches[i].target == touches[k].target &&
-          touches[i].tool == touches[k].tool && touches[i].load == touches[k].load)
-        result[i] = k;
+  for (std::size_t a = 0; a < order.size(); ++a) {
+    const double until_rad = touches[order[a]].joint_rad[joint] + kWithinRad;
+    for (std::size_t b = a + 1; b < order.size() && touches[order[b]].joint_rad[joint] <= until_rad;
+         ++b) {
+      const auto [first, second] = std::minmax(order[a], order[b]);
+      if (result[second].value_or(0) <= first && is_copy(touches[first], touches[second]))
+        result[second] = first;
+    }
+  }
   return result;
 }
 

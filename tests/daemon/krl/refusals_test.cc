@@ -462,6 +462,9 @@ TEST(AFileWithCarriageReturnsAsLineEnds, IsReadByItsLines) {
     const auto refused = correct(body + "LIN_REL {Z 1}" + end, "");
     EXPECT_EQ(refused.refusals.at(1).line, 6) << all_words(refused);
   }
+  const std::string many(4'000'000, '\r');  // each ends an empty line, and is looked at once
+  const auto after = correct(many + "LIN_REL {Z 1}\r", "");
+  EXPECT_EQ(after.refusals.at(0).line, 4'000'002) << all_words(after);
 }
 
 }  // namespace
