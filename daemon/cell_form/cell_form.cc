@@ -332,11 +332,14 @@ nlohmann::json to_json(const std::vector<LengthForm>& lengths) {
 }
 
 nlohmann::json to_json(const CellForm& form) {
-  return {{"robot", form.robot.reference},
-          {"tool", fields::to_json(tool_fields(), form.tool)},
-          {"spheres", to_json(form.spheres)},
-          {"lengths", to_json(form.lengths)},
-          {"obstacles", few(fields::object(obstacle_fields()), kMostObstacles).to(form.obstacles)}};
+  nlohmann::json json{
+      {"robot", form.robot.reference},
+      {"tool", fields::to_json(tool_fields(), form.tool)},
+      {"spheres", to_json(form.spheres)},
+      {"lengths", to_json(form.lengths)},
+      {"obstacles", few(fields::object(obstacle_fields()), kMostObstacles).to(form.obstacles)}};
+  if (form.floor_mm) json["floor_mm"] = *form.floor_mm;
+  return json;
 }
 
 namespace {
@@ -368,7 +371,7 @@ std::vector<ObstacleForm> obstacles_in(const JsonReader& reader,
 CellForm form_from_json(const nlohmann::json& json, const std::filesystem::path& cell_file,
                         const CellForm* before) {
   const JsonReader reader(json, "form");
-  refuse_unknown(reader, {"robot", "tool", "spheres", "lengths", "obstacles"});
+  refuse_unknown(reader, {"robot", "tool", "spheres", "lengths", "obstacles", "floor_mm"});
   CellForm form;
   form.robot = robot_named(reader.at("robot"), cell_file, before);
   refuse_unknown(reader.at("tool"),
@@ -398,6 +401,7 @@ CellForm form_from_json(const nlohmann::json& json, const std::filesystem::path&
   }
   if (reader.has("obstacles"))
     form.obstacles = obstacles_in(reader.at("obstacles"), cell_file, before);
+  if (reader.has("floor_mm")) form.floor_mm = reader.at("floor_mm").number();
   return form;
 }
 
@@ -426,6 +430,7 @@ CellForm content_of(const nlohmann::json& file, const std::string& name) {
   form.lengths = few(fields::object(length_fields()), kMostLengths).from({lengths, name});
   const nlohmann::json obstacles = file.value("obstacle", nlohmann::json::array());
   form.obstacles = few(fields::object(obstacle_fields()), kMostObstacles).from({obstacles, name});
+  if (file.contains("floor_mm")) form.floor_mm = file.at("floor_mm").get<double>();
   return form;
 }
 

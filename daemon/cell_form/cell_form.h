@@ -75,6 +75,7 @@ struct CellForm {
   std::vector<SphereForm> spheres;
   std::vector<LengthForm> lengths;
   std::vector<ObstacleForm> obstacles{};
+  std::optional<double> floor_mm{};      ///< height that nothing goes below; none: not stated
   std::vector<std::string> notes{};  ///< comment lines behind the tool
 };
 

@@ -44,10 +44,11 @@ std::string head(const CellForm& form) {
   text += line("robot = " + toml_string(form.robot.reference),
                "a shipped one by name, or a file in this folder");
   text += line("#required_mm = 2.0", "largest mean error that a calibration may be published with");
-  text +=
-      "# floor_mm = 0.0: height that nothing goes below. Not stated: for the axis of the hand 100 mm below the\n"
-      "# lowest target, for tool and the rest of the arm nothing.\n";
-  return text;
+  const char* const kFloor = "height of floor or table top that nothing goes below";
+  if (form.floor_mm) return text + line("floor_mm = " + toml_number(*form.floor_mm), kFloor);
+  return text + line("# floor_mm = 0.0", kFloor) +
+         "# Without floor_mm the axis of the hand stays at most 100 mm below the lowest target; tool and the\n"
+         "# rest of the arm are not limited.\n";
 }
 
 std::string tool_text(const ToolForm& tool) {
@@ -411,7 +412,7 @@ json merged(const CellForm& form, const std::string& before_text, std::vector<st
   keep_lengths(now, before, kept);
   keep(now["touch"], touch, kNothing, "touch", kept);
   for (const auto& [key, value] : before.items()) {
-    if (now.contains(key) || key == "length" || key == "obstacle") continue;
+    if (now.contains(key) || key == "length" || key == "obstacle" || key == "floor_mm") continue;
     now[key] = value;
     if (value.is_array() && !value.empty() && value.front().is_object())
       name_list(key, value, kept);

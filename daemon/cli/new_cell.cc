@@ -22,6 +22,7 @@
 #include "calib/files/text.h"
 #include "calib/files/toml.h"
 #include "calib/plan/cell_check.h"
+#include "calib/plan/lowest.h"
 #include "calib/plan/plan.h"
 #include "daemon/cell_form/cell_text.h"
 #include "daemon/cli/backup.h"
@@ -111,6 +112,7 @@ Given apply_request_options(const NewCellCommand& command, CellForm& form) {
   given.mass = form.tool.mass_kg.has_value();
   if ((given.tip_radius = command.tip_radius_mm.has_value()))
     form.tool.tip_radius_mm = *command.tip_radius_mm;
+  form.floor_mm = command.floor_mm;
   if ((given.spheres = !command.spheres.empty()))
     take("--spheres", [&] { form.spheres = load_spheres(command.spheres); });
   if ((given.certificate = !command.certificate.empty()))
@@ -126,7 +128,8 @@ struct PlannedCell {
   LimitNeeded limit;
 };
 
-PlannedCell plan_it(const calib::Cell& cell) {
+/// Appends to `warnings`.
+PlannedCell plan_it(const calib::Cell& cell, std::vector<std::string>& warnings) {
   PlannedCell planned;
   for (const calib::Target& target : cell.targets) {
     if (target.has_centre) continue;
@@ -141,6 +144,8 @@ PlannedCell plan_it(const calib::Cell& cell) {
     planned.mean_mm = plan.predicted_mean_m * calib::kMmPerM;
     planned.u95_mm = plan.predicted_u95_m * calib::kMmPerM;
     planned.limit = limit_needed(plan, cell.robot, plan.start);
+    if (const auto lowest = calib::below_feet(cell, plan))
+      warnings.push_back(calib::words(*lowest));
   } catch (const calib::PlanError& error) {
     planned.why_not = error.what();
   }
@@ -221,7 +226,7 @@ int new_cell(const NewCellCommand& command, std::istream& in, std::ostream& aske
   if (const std::string wrong = objection(form); !wrong.empty())
     throw std::runtime_error(wrong + " (nothing was written)");
   const calib::Cell cell = cell_of(form);
-  const std::vector<std::string> warnings =
+  std::vector<std::string> warnings =
       calib::refuse_faulty(cell);  // before an existing file is replaced
   const std::string text = cell_text(form);
   read_back(text, command.output, as_cell(form.robot.name, form.robot.text));
@@ -229,7 +234,7 @@ int new_cell(const NewCellCommand& command, std::istream& in, std::ostream& aske
       calib::read_file(form.robot.name, calib::kMostTomlBytes) != form.robot.text)
     write_atomically(form.robot.name, form.robot.text);  // of machine data
   write_atomically(command.output, text);
-  const PlannedCell planned = plan_it(cell);
+  const PlannedCell planned = plan_it(cell, warnings);
   put(command.json ? as_json(command, warnings, planned)
                    : words(command, form, cell, warnings, planned),
       {});
@@ -268,6 +273,9 @@ void add_new_cell_command(CLI::App& app, int& status) {
       ->check(between(0.0, 1e4));
   command->add_option("--tip-radius", given->tip_radius_mm, "Of the tip, in mm; 0: a point")
       ->check(between(0.0, 1e3));
+  command->add_option(
+      "--floor", given->floor_mm,
+      "Height of floor or table top in the base frame, in mm: nothing goes below it");
   command->add_option("--spheres", given->spheres,
                       "CSV: id,diameter_mm and, where known, diameter_sigma_mm,x_mm,y_mm,z_mm, "
                       "centre_sigma_mm; or their Digital Calibration Certificate (XML)");
@@ -314,6 +322,7 @@ class Dialogue {
   void tool_sigma();
   void mass();
   void tip_radius();
+  void floor();
   void spheres();
   void certificate();
 
@@ -432,6 +441,15 @@ void Dialogue::tip_radius() {
   });
 }
 
+void Dialogue::floor() {
+  ask("Height of floor or table top in the base frame, mm: nothing goes below (empty: not known)",
+      [this](const std::string& answer) {
+        if (answer.empty()) return;
+        form_.floor_mm = numbers(answer, {1})[0];
+        validate();
+      });
+}
+
 std::vector<std::string> Dialogue::joint_names() const {
   std::vector<std::string> names;
   const auto robot = calib::read_robot(calib::TomlTable::parse(form_.robot.text, form_.robot.name));
@@ -539,6 +557,7 @@ void ask_for_rest(CellForm& form, const Given& given, const std::filesystem::pat
   if (!given.tool_sigma) dialogue.tool_sigma();
   if (!given.mass && !form.tool.mass_kg) dialogue.mass();
   if (!given.tip_radius) dialogue.tip_radius();
+  if (!form.floor_mm) dialogue.floor();
   if (!given.spheres) dialogue.spheres();
   form.lengths = certified;
   if (!given.certificate) dialogue.certificate();

@@ -17,8 +17,8 @@ namespace cellcal::daemon {
 struct NewCellCommand {
   std::filesystem::path output = "cell.toml";
   std::string robot{}, tool{};  ///< as typed; empty: asked for
-  std::optional<double> tool_sigma_mm{}, mass_kg{}, tip_radius_mm{};
-  std::filesystem::path spheres{}, certificate{};  ///< CSV
+  std::optional<double> tool_sigma_mm{}, mass_kg{}, tip_radius_mm{}, floor_mm{};
+  std::filesystem::path spheres{}, certificate{};     ///< CSV
   std::vector<std::filesystem::path> machine_data{};  ///< of the controller, or its backup
   bool force = false, json = false;
 };

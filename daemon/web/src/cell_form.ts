@@ -49,6 +49,8 @@ export interface CellDraft extends Vouched {
   /** Empty: half-way to the TCP. */
   com: string;
   tip: string;
+  /** Empty: not stated. */
+  floor: string;
   spheres: SphereDraft[];
   lengths: LengthDraft[];
   obstacles: ObstacleDraft[];
@@ -60,7 +62,7 @@ export const new_sphere = (n: number, { certificate, date }: Vouched = NOTHING):
 export const new_length = (from = "", to = "", { certificate, date }: Vouched = NOTHING): LengthDraft =>
   ({ from, to, mm: "", u: "", certificate, date });
 export const EMPTY: CellDraft = {
-  name: "cell", robot: "", xyz: "", abc: "0 0 0", tool_u: "1", mass: "", com: "", tip: "0",
+  name: "cell", robot: "", xyz: "", abc: "0 0 0", tool_u: "1", mass: "", com: "", tip: "0", floor: "",
   spheres: [1, 2, 3, 4].map((n) => new_sphere(n)), lengths: [], obstacles: [], ...NOTHING,
 };
 export const new_obstacle = (n: number): ObstacleDraft =>
@@ -87,7 +89,7 @@ export function imported(draft: CellDraft, rows: { spheres: SphereDraft[] } | { 
 
 /** Invalid content of a field. */
 export interface Wrong {
-  field: "robot" | "xyz" | "abc" | "tool_u" | "mass" | "com" | "tip" | "diameter" | "u" | "where" | "rough" | "mm" | "size" | "file" | "middle" | "turn";
+  field: "robot" | "xyz" | "abc" | "tool_u" | "mass" | "com" | "tip" | "floor" | "diameter" | "u" | "where" | "rough" | "mm" | "size" | "file" | "middle" | "turn";
   /** Id of the sphere, distance or obstacle. */
   of: string;
   /** Permitted counts of numbers; empty: something has to be chosen. */
@@ -111,7 +113,7 @@ export interface Refused {
 const SENT: Record<"tool" | "spheres" | "lengths" | "obstacles", Record<string, [field: string, label: Key]>> = {
   tool: {
     name: ["name", "cell.name"], robot: ["robot", "cell.robot"], xyz_mm: ["xyz", "cell.xyz"], abc_deg: ["abc", "cell.abc"], xyz_sigma_mm: ["tool_u", "cell.tool_u"],
-    mass_kg: ["mass", "cell.mass"], com_mm: ["com", "cell.com"], tip_radius_mm: ["tip", "cell.tip"],
+    mass_kg: ["mass", "cell.mass"], com_mm: ["com", "cell.com"], tip_radius_mm: ["tip", "cell.tip"], floor_mm: ["floor", "cell.floor"],
   },
   spheres: {
     id: ["id", "cell.id"], diameter_mm: ["diameter", "cell.diameter"], diameter_sigma_mm: ["u", "cell.u"], centre_mm: ["where", "cell.where"],
@@ -202,6 +204,8 @@ function tool_form(draft: CellDraft, read: Reader): Record<string, unknown> {
   return tool;
 }
 
+const floor_form = (floor: string, read: Reader): Record<string, unknown> => (floor.trim() === "" ? {} : { floor_mm: read.one(floor, "floor") });
+
 const sphere_form = (sphere: SphereDraft, read: Reader): Record<string, unknown> => ({
   id: sphere.id.trim(),
   diameter_mm: read.one(sphere.diameter, "diameter", true),
@@ -239,7 +243,7 @@ export function form_of(draft: CellDraft): { form: unknown } | { wrong: Wrong[] 
   const read = new Reader("tool");
   if (draft.robot === "") read.refuse("robot");
   const form = {
-    robot: draft.robot, tool: tool_form(draft, read),
+    robot: draft.robot, tool: tool_form(draft, read), ...floor_form(draft.floor, read),
     spheres: draft.spheres.map((one, i) => sphere_form(one, read.row(`spheres.${i}`, one.id))),
     lengths: draft.lengths.map((one, i) => length_form(one, read.row(`lengths.${i}`, length_name(one)))),
     obstacles: draft.obstacles.map((one, i) => obstacle_form(one, read.row(`obstacles.${i}`, one.id))),
@@ -270,7 +274,8 @@ export function sketch_of(draft: CellDraft): unknown {
   if (draft.robot === "") return null;
   const tool = { ...draft, xyz: stated(draft.xyz, [3], "0 0 0"), abc: stated(draft.abc, [3], "0 0 0"), tool_u: "0", mass: "", com: "", tip: stated(draft.tip, [1], "0") };
   const spheres = draft.spheres.map((one) => ({ ...one, u: "0", rough: stated(one.rough, [1], "20"), serial: "", ...NOTHING }));
-  return { robot: draft.robot, tool: tool_form(tool, new Reader()), spheres: complete(spheres, sphere_form), lengths: [], obstacles: complete(draft.obstacles, obstacle_form) };
+  const floor = floor_form(stated(draft.floor, [1], ""), new Reader());
+  return { robot: draft.robot, tool: tool_form(tool, new Reader()), ...floor, spheres: complete(spheres, sphere_form), lengths: [], obstacles: complete(draft.obstacles, obstacle_form) };
 }
 
 /** What the daemon needs to propose places: all but the places; or what is missing. */
@@ -340,6 +345,7 @@ export function draft_of(name: string, value: unknown): CellDraft | null {
   return {
     name, robot: words(form.robot), xyz: spaced(tool.xyz_mm), abc: spaced(tool.abc_deg) || "0 0 0", tool_u: doubled(tool.xyz_sigma_mm),
     mass: tool.mass_kg === undefined ? "" : String(number(tool.mass_kg) ?? ""), com: spaced(tool.com_mm), tip: String(number(tool.tip_radius_mm) ?? 0),
+    floor: String(number(form.floor_mm) ?? ""),
     spheres, lengths, obstacles: known(list(form.obstacles).map(obstacle_draft)), ...shared_by([...spheres, ...lengths]),
   };
 }

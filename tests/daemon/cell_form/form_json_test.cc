@@ -137,6 +137,20 @@ TEST(AForm, HasObstaclesAndTheLoadWhichAreFoundAgainInItsFile) {
       << "what is removed in the form does not come back from the file before";
 }
 
+TEST(AForm, HasAFloorWhichIsFoundAgainInItsFileUntilItIsTakenAway) {
+  json with_floor = example();
+  with_floor["floor_mm"] = -20.5;
+  CellForm form = form_from_json(with_floor, "/cells/a.toml");
+  EXPECT_NEAR(cell_of(form).floor_m.value(), -0.0205, 1e-12);
+  const std::string text = cell_text(form);
+  EXPECT_EQ(to_json(*form_in(text, "/cells/a.toml")), to_json(form));
+  EXPECT_TRUE(beyond(form, text).empty());
+  form.floor_mm.reset();
+  EXPECT_FALSE(form_in(cell_text_with(form, text), "/cells/a.toml")->floor_mm);
+  with_floor["floor_mm"] = "low";
+  EXPECT_THROW((void)form_from_json(with_floor, "/cells/a.toml"), calib::FileError);
+}
+
 TEST(AForm, IsDrawnBeforeItHasASphere) {
   json form = with_obstacles();
   form["spheres"] = json::array();

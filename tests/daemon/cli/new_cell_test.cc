@@ -204,6 +204,7 @@ const std::vector<std::string> kAnswers{"kr5_r1400",
                                         "",
                                         "1.535",
                                         "",
+                                        "0",
                                         "61.4 0.002",
                                         "1080, -320, 330",
                                         "=",
@@ -239,6 +240,7 @@ TEST(TheDialogue, MakesTheCellOfItsAnswers) {
   EXPECT_EQ(made.tool.xyz_sigma_mm, (Triple{0.5, 0.5, 0.5}));
   EXPECT_EQ(cell_of(made).tool.tcp_sigma_m.x(), 0.5e-3) << "without it no tool frame comes of it";
   EXPECT_EQ(made.tool.mass_kg, 1.535);
+  EXPECT_EQ(cell_of(made).floor_m, 0.0);
   ASSERT_EQ(made.spheres.size(), 2u);
   EXPECT_EQ(made.spheres[1].id, "S2");
   EXPECT_EQ(made.spheres[1].diameter_mm, 61.4);
@@ -272,14 +274,15 @@ TEST(TheDialogue, AsksAgainForABadAnswerWithTheReason) {
       {2, {"-1", "tool.xyz_sigma_mm"}},
       {3, {"heavy", "\"heavy\" is not a number"}},
       {3, {"-1", "tool.mass_kg"}},
-      {5, {"-3", "diameter_mm"}},
-      {5, {"/none/spheres.csv", "/none/spheres.csv"}},
-      {6, {"1080 -320", "2 numbers given, 3 or 6 numbers expected"}},
-      {6, {"9000 0 300", "S1"}},
-      {8, {"1080 -320 331", "S2"}},
-      {10, {"700.286", "1 number given, 2 numbers expected"}},
-      {10, {"770.286 0.005", "S1"}},
-      {10, {std::string(70000, '7'), "is not a number"}}};
+      {5, {"low", "\"low\" is not a number"}},
+      {6, {"-3", "diameter_mm"}},
+      {6, {"/none/spheres.csv", "/none/spheres.csv"}},
+      {7, {"1080 -320", "2 numbers given, 3 or 6 numbers expected"}},
+      {7, {"9000 0 300", "S1"}},
+      {9, {"1080 -320 331", "S2"}},
+      {11, {"700.286", "1 number given, 2 numbers expected"}},
+      {11, {"770.286 0.005", "S1"}},
+      {11, {std::string(70000, '7'), "is not a number"}}};
   for (const auto& [at, words] : bad) {
     std::vector<std::string> answers = kAnswers;
     answers.insert(answers.begin() + static_cast<std::ptrdiff_t>(at), words.first);
@@ -317,7 +320,7 @@ TEST(ATaughtCentre, LiesBelowTheTipThatTouchesTheTop) {
   made.tool.tip_radius_mm = 1.5;
   const std::vector<double> joints{20, -70, 80, 10, 60, 30};
   const Triple tip = tip_mm(made, joints);
-  std::vector<std::string> answers(kAnswers.begin(), kAnswers.begin() + 5);
+  std::vector<std::string> answers(kAnswers.begin(), kAnswers.begin() + 6);
   answers[4] = "1.5";
   answers.insert(answers.end(), {"50", "20 -70 80 10 60 30", ""});
   const Asked asked = ask(joined(answers, answers.size()));
@@ -399,7 +402,7 @@ TEST(ABackup, WithSeveralToolsHasTheOneOfItsNumberOrAsks) {
   EXPECT_NE(refusal(command).find("Tool: number of TOOL_DATA (1 \"torch\", 3), or X Y Z"),
             std::string::npos)
       << refusal(command);
-  EXPECT_EQ(refusal(command, "2\n3\n\n0.8\n\n\n"), "written");
+  EXPECT_EQ(refusal(command, "2\n3\n\n0.8\n\n\n\n"), "written");
   EXPECT_EQ(calib::load_cell(dir / "cell.toml").tool.mass_kg, 0.8);
   EXPECT_EQ(calib::load_cell(dir / "cell.toml").tool.tcp.translation().z(), 0.25);
   command.force = true;

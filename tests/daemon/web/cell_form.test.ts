@@ -47,6 +47,16 @@ const OBSTACLES: CellDraft["obstacles"] = [
   { id: "fixture", shape: "mesh", size: "", file: "/s/cells/0a.mesh.stl", middle: "1000 0 100", turn: "0 0 0" },
 ];
 
+test("the floor is sent as a number, shown as it was typed, and left out where it is not known", () => {
+  const made = form_of({ ...DRAFT, floor: "-20,5" });
+  assert.ok("form" in made);
+  assert.equal((made.form as { floor_mm?: number }).floor_mm, -20.5);
+  assert.equal(draft_of("weld", made.form)?.floor, "-20.5");
+  const bad = form_of({ ...DRAFT, floor: "low" });
+  assert.deepEqual("wrong" in bad && bad.wrong.map(({ at, field }) => [at, field]), [["tool.floor", "floor"]]);
+  assert.equal(draft_of("weld", { tool: {} })?.floor, "");
+});
+
 test("obstacles and the load's centre are sent in the daemon's keys, and shown as they were typed", () => {
   const made = form_of({ ...DRAFT, com: "30 25,5 205", obstacles: OBSTACLES, spheres: [] });
   assert.ok("form" in made);

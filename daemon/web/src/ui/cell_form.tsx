@@ -88,7 +88,7 @@ const NEW: Basis = { own: false, file: "", sha256: "", kept: [], missing: [], te
 const basis_of = ({ folder, shown }: CellForms): Basis =>
   shown === null ? NEW : { ...NEW, own: name_within(folder, shown.file) !== "", file: shown.file, sha256: shown.sha256, kept: shown.kept };
 
-type TextKey = "name" | "xyz" | "abc" | "tool_u" | "mass" | "com" | "tip" | "certificate" | "date";
+type TextKey = "name" | "xyz" | "abc" | "tool_u" | "mass" | "com" | "tip" | "floor" | "certificate" | "date";
 
 /** Rows of the form: changed, removed. */
 function edits<R>(rows: R[], become: (rows: R[]) => void, i: number) {
@@ -136,7 +136,7 @@ function readers(say: Say, say_it: (words: string) => void, become: (next: (now:
 /** Name of a field for the line that sums up its error. */
 function wrong_words(wrong: Wrong, say: Say): string {
   if (wrong.field === "robot") return say("cell.wrong.robot");
-  return say("cell.wrong", { of: wrong.of === "" ? say("cell.tool") : wrong.of, field: say(`cell.${wrong.field}` as Key), what: fault_words(wrong, say) });
+  return say("cell.wrong", { of: wrong.of || say(wrong.field === "floor" ? "cell.obstacles" : "cell.tool"), field: say(`cell.${wrong.field}` as Key), what: fault_words(wrong, say) });
 }
 
 function CellFields({ cell, forms, done, close }: { cell: string; forms: CellForms; done: () => void; close: () => void }) {
@@ -275,6 +275,7 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
       <fieldset>
         <legend>{say("cell.obstacles")}</legend>
         <p class="note">{say("cell.obstacles.why")}</p>
+        <div class="pair">{text("floor", true)}</div>
         {draft.obstacles.map((obstacle, i) => (
           <ObstacleRow key={i} obstacle={obstacle} at={`obstacles.${i}`} send={(file) => void read.mesh(i, file)}
                        {...edits(draft.obstacles, (obstacles) => set({ obstacles }), i)} />
