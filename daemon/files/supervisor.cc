@@ -26,6 +26,12 @@ timespec seconds_of(std::chrono::milliseconds time) {
   return {time.count() / 1000, (time.count() % 1000) * 1'000'000};
 }
 
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kMemoryIsLimited = false;  // sanitizers need more
+#else
+constexpr bool kMemoryIsLimited = true;
+#endif
+
 /// Runs in the child process.
 [[noreturn]] void live(const Supervision& limits, const sigset_t& before, pid_t supervisor,
                        const std::function<int(std::uint64_t)>& work, std::uint64_t restarts) {
@@ -34,12 +40,10 @@ timespec seconds_of(std::chrono::milliseconds time) {
   ::unsetenv("WATCHDOG_PID");                    // lets the child notify systemd's watchdog
   const rlimit none{0, 0};  // the end is expected, and core dumps would fill the disk
   ::setrlimit(RLIMIT_CORE, &none);
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // sanitizers need more memory
-  if (limits.most_bytes > 0) {
+  if (kMemoryIsLimited && limits.most_bytes > 0) {
     const rlimit most{limits.most_bytes, limits.most_bytes};
     ::setrlimit(RLIMIT_DATA, &most);
   }
-#endif
   ::sigprocmask(SIG_SETMASK, &before, nullptr);
   const int status = work(restarts);
   std::fflush(nullptr);
