@@ -349,6 +349,7 @@ std::string status_to_json(const Status& status, const calib::Language& language
                             {"touches", status.interrupted->touches},
                             {"planned", status.interrupted->planned},
                             {"started", status.interrupted->started},
+                            {"ending", to_string(status.interrupted->ending)},
                             {"anew", status.interrupted->anew}};
   }
   if (status.failure) {

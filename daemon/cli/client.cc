@@ -213,7 +213,7 @@ std::vector<std::string> warnings_of(const json& status) {
   return all;
 }
 
-/// FollowingSetpoint a session to its end, or to Ctrl-C.
+/// Follows a session to its end, or to Ctrl-C.
 int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c, Shows shows) {
   struct sigaction interrupt {};
   interrupt.sa_handler = on_interrupt;
@@ -295,6 +295,7 @@ std::string status_words(const json& status) {
                  {"started", text_in(left, "started")},
                  {"touches", number(left, "touches")},
                  {"planned", number(left, "planned")},
+                 {"ending", say("state." + text_in(left, "ending"))},
                  {"then", then_of(left)}}}) +
            "\n";
   }

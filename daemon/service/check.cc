@@ -131,7 +131,13 @@ class CheckKind : public Kind {
             .refusal = "a check has its own touches: leave goal_mm, find and touches out"};
   }
 
-  std::string anew(const SessionInputs&) const override { return "cellcal check"; }
+  std::string command(const SessionOptions& options, const SessionInputs&) const override {
+    std::string command = fmt::format("cellcal check --calibration {}", options.against);
+    if (!options.mastered.empty())
+      command += fmt::format(" --mastered {}", fmt::join(options.mastered, ","));
+    if (options.temperature_c) command += fmt::format(" --temperature {}", *options.temperature_c);
+    return command;
+  }
 
   void begin(Journal& journal, const RunRequest& request, Job& job) const override {
     const SessionRecord calibrated = calibration_to_check(journal, request);

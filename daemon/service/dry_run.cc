@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include "calib/plan/finder.h"
 #include "daemon/service/kind.h"
 #include "daemon/tasks/planned_round.h"
@@ -15,8 +17,10 @@ class DryRunKind : public Kind {
                 "a dry run follows a planned path: leave goal_mm and find out, and give touches"};
   }
 
-  std::string anew(const SessionInputs& inputs) const override {
-    return "cellcal dry-run --cell " + inputs.cell_name;
+  std::string command(const SessionOptions& options, const SessionInputs& inputs) const override {
+    return fmt::format("cellcal dry-run --cell {} --touches {} --check {} --seed {}",
+                       shell_word(inputs.cell_name), options.plan.fit_touches,
+                       options.plan.check_touches, options.plan.seed);
   }
 
   /// Its path is planned by what the last calibration learnt, as that of a calibration.

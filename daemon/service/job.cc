@@ -83,9 +83,9 @@ void restore_session(Journal& journal, const RunRequest& request, Job& job) {
   job.session = record->id;
   job.inputs = record->inputs;
   job.options = options_from_json(record->inputs.options);
-  if (const std::string anew = kind_of(job.options).anew(job.inputs); !anew.empty())
-    throw RequestError(fmt::format(
-        "session {}, the newest, is not resumed. Start a new one: '{}'", record->id, anew));
+  if (const std::string command = anew(job.options, job.inputs); !command.empty())
+    throw RequestError(fmt::format("session {}, the newest, is not resumed. Start a new one: '{}'",
+                                   record->id, command));
   check_search_limits(record->id, job.options.touch, job.settings.search_limits);
   job.started = record->started;
   job.expected_hash = record->plan_hash;
@@ -257,7 +257,7 @@ State first_state(const Job& job) {
   state.done = job.touches.size();
   for (const calib::Touch& touch : job.touches) state.met.push_back(touch.target);
   state.expected_hash = job.expected_hash;
-  state.anew = kind_of(job.options).anew(job.inputs);
+  state.anew = anew(job.options, job.inputs);
   kind_of(job.options).adapt(state, job);
   return state;
 }
@@ -381,7 +381,24 @@ std::optional<double> TimeLeft::update(Phase phase, std::size_t done, std::size_
 
 // Defaults of the kinds.
 
-std::string Kind::anew(const SessionInputs&) const { return ""; }
+std::string Kind::command(const SessionOptions&, const SessionInputs&) const { return ""; }
+
+std::string anew(const SessionOptions& options, const SessionInputs& inputs) {
+  std::string command = kind_of(options).command(options, inputs);
+  if (!command.empty() && !options.load.empty()) command += " --load " + shell_word(options.load);
+  return command;
+}
+
+std::string shell_word(const std::string& text) {
+  const auto is_plain = [](unsigned char c) {
+    return std::isalnum(c) != 0 ||
+           std::string_view("/._-+:,@%").find(static_cast<char>(c)) != std::string_view::npos;
+  };
+  if (!text.empty() && std::ranges::all_of(text, is_plain)) return text;
+  std::string word = "'";
+  for (const char c : text) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return word + "'";
+}
 
 void Kind::begin(Journal&, const RunRequest& request, Job& job) const {
   job.inputs = read_inputs(request.cell);

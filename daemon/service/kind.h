@@ -23,8 +23,8 @@ class Kind {
   virtual ~Kind() = default;
 
   virtual Parameters parameters() const = 0;
-  /// Command that begins such a session anew, since it is not resumed; empty: it is resumed.
-  virtual std::string anew(const SessionInputs& inputs) const;
+  /// As anew(), without the load.
+  virtual std::string command(const SessionOptions& options, const SessionInputs& inputs) const;
 
   /// Inputs of a new session, and options that the request does not state. By default the files of the request's cell.
   /// Throws RequestError, JournalError, calib::FileError.
@@ -50,6 +50,11 @@ const Kind& kind_of(SessionKind kind, bool update);
 inline const Kind& kind_of(const SessionOptions& options) {
   return kind_of(options.kind, options.update);
 }
+
+/// Command that begins the same session anew, where its kind is not resumed; empty: it is resumed.
+std::string anew(const SessionOptions& options, const SessionInputs& inputs);
+/// As one word of a shell.
+std::string shell_word(const std::string& text);
 
 const Kind& calibration_kind();
 const Kind& update_kind();

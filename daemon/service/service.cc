@@ -94,14 +94,15 @@ constexpr std::chrono::seconds kClosing{4};
 /// Longest wait for a short exclusive operation (try_exclusively()).
 constexpr std::chrono::seconds kBrief{20};
 
-/// The newest session, where the daemon that ran it was killed or powered off.
+/// The newest session, where it is unfinished.
 std::optional<InterruptedSession> interrupted_session(Journal& journal) {
   try {
     const auto record = journal.newest_resumable();
-    if (!record || record->state != RecordState::kInterrupted) return std::nullopt;
+    if (!record || record->state == RecordState::kDamaged) return std::nullopt;
     const auto options = options_in(record->inputs);
-    return InterruptedSession{record->id, record->touches, record->planned, record->started,
-                              options ? kind_of(*options).anew(record->inputs) : ""};
+    return InterruptedSession{record->id,      record->touches,
+                              record->planned, record->started,
+                              record->state,   options ? anew(*options, record->inputs) : ""};
   } catch (const JournalError& damaged) {
     spdlog::warn("the newest session cannot be resumed: {}", damaged.what());
     return std::nullopt;
@@ -236,6 +237,7 @@ std::int64_t SessionService::begin(const RunRequest& request) {
   first.phase = Phase::kPlanning;
   publish(first, job->touches, *job);
   const std::lock_guard lock(mutex_);
+  arm_ = {};  // what is known of it is of an earlier link
   thread_ = std::thread([this, job = std::move(job)] { run(*job); });
   starting_ = false;
   idle_.notify_all();

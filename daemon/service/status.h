@@ -10,6 +10,7 @@
 
 #include "calib/model/long_work.h"
 #include "calib/model/touch.h"
+#include "daemon/journal/records.h"
 #include "daemon/result/outcome.h"
 #include "daemon/session/failure.h"
 #include "daemon/session/interruption.h"
@@ -41,12 +42,13 @@ struct ArmSeen {
   std::optional<double> packet_age_s;  ///< none: no packet since the daemon started
 };
 
-/// Session left unfinished by the previous daemon process, which was killed or powered off.
+/// Newest session, left unfinished by an earlier daemon process.
 struct InterruptedSession {
   std::int64_t session = 0;
   int touches = 0, planned = 0;
   std::string started;
-  std::string anew;  ///< as Status::anew
+  RecordState ending = RecordState::kInterrupted;  ///< or aborted, failed
+  std::string anew;                                ///< as Status::anew
 };
 
 /// Links that a session waits for before its first move.
@@ -71,7 +73,7 @@ struct Status {
   std::int64_t session = 0;        ///< 0: none since the daemon started
   std::string kind = "calibrate";  ///< of the session, to_string(SessionKind)
   std::string load;                ///< held in its touches; empty: none
-  std::string anew;                ///< command of a new one of a kind that is not resumed; empty: it is resumed
+  std::string anew;  ///< command of a new one of a kind that is not resumed; empty: it is resumed
   Phase phase = Phase::kIdle;
   std::string target;  ///< of the current touch
   std::size_t done = 0, total = 0;

@@ -35,7 +35,7 @@ calib::Calibration last_of(const TaskInputs& inputs) {
     throw calib::IdentifyError(
         calib::IdentifyError::Kind::kCalibration,
         "the calibration that this update is based on is no longer published. Run a full session: "
-        "'cellcal run'");
+        "'cellcal run --cell CELL'");
   return calib::calibration_from_json(inputs.compared->calibration, inputs.compared->words);
 }
 
@@ -116,8 +116,9 @@ class UpdateKind : public Kind {
     return {.refusal = "an update has its own touches: leave goal_mm, find and touches out"};
   }
 
-  std::string anew(const SessionInputs& inputs) const override {
-    return fmt::format("cellcal run --cell {} --update", inputs.cell_name);
+  std::string command(const SessionOptions& options, const SessionInputs& inputs) const override {
+    return fmt::format("cellcal run --cell {} --update{}", shell_word(inputs.cell_name),
+                       options.accept_change ? " --accept-change" : "");
   }
 
   void begin(Journal& journal, const RunRequest& request, Job& job) const override {

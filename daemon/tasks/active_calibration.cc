@@ -85,7 +85,7 @@ void refuse_foreign(const Published& wanted, const Published& newest) {
       Why::kForeign,
       fmt::format(
           "session {} is of another robot or tool than session {}, the newest of {}. Calibrate "
-          "again: 'cellcal run'",
+          "again: 'cellcal run --cell CELL'",
           record.id, newest.record.id, record.inputs.cell_name));
 }
 

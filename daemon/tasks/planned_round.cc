@@ -146,9 +146,9 @@ SessionRecord published_session(Journal& journal, const std::filesystem::path& c
     throw NothingToCheck(
         fmt::format("session {} has no published calibration{}. See 'cellcal history'", *session,
                     cell.empty() ? "" : " of " + cell.string()));
-  throw NothingToCheck(
-      fmt::format("no published calibration{}: nothing to check. Calibrate first: 'cellcal run'",
-                  cell.empty() ? "" : " of " + cell.string()));
+  throw NothingToCheck(fmt::format(
+      "no published calibration{}: nothing to check. Calibrate first: 'cellcal run --cell {}'",
+      cell.empty() ? "" : " of " + cell.string(), cell.empty() ? "CELL" : cell.string()));
 }
 
 calib::Calibration calibration_of(Journal& journal, std::int64_t session) {

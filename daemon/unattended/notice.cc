@@ -35,7 +35,8 @@ void try_to(Notice& notice, const std::function<void()>& add) try {
 void add_kind(Notice& notice, const SessionInputs& inputs) {
   const SessionOptions options = options_from_json(inputs.options);
   notice.kind = to_string(options.kind);
-  notice.anew = kind_of(options).anew(inputs);
+  notice.update = options.update;
+  notice.anew = anew(options, inputs);
 }
 
 /// True if the newest check ended an alarm.
@@ -63,6 +64,7 @@ void add_drift(Notice& notice, Journal& journal) {
   if (!alarms && !ended_an_alarm(drift->chart)) return;
   notice.by_chart = notice.news != News::kDrifted;
   notice.news = alarms ? News::kDrifted : News::kRecovered;
+  notice.advice = drift->chart.advice;
   for (const std::string& line : calib::words(drift->chart)) notice.findings.push_back(line);
 }
 
@@ -71,6 +73,7 @@ void add_outcome(Notice& notice, const SessionOutcome& outcome, bool of_another)
   notice.news = of_another ? News::kDone : news_of(outcome.kind);
   // A calibration has findings of its own.
   if (published(outcome)) return;
+  notice.advice = outcome.remedy;
   notice.findings = phrases(outcome);
 }
 
@@ -148,6 +151,7 @@ Notice news_of(const Status& status, Journal& journal) {
     notice.cell = record->inputs.cell_name;
     notice.started = record->started;
     notice.ended = record->ended;
+    if (const auto options = options_in(record->inputs)) notice.update = options->update;
     if (notice.news != News::kDone) return notice;
     const bool of_another = is_of_another(journal, *record);
     if (status.outcome) add_outcome(notice, *status.outcome, of_another);
@@ -206,9 +210,9 @@ class Lines {
     return printable(calib::words(phrase, language_));
   }
   void add(const Phrase& phrase) { body += words(phrase) + "\n"; }
-  /// Adds it if there is such an id. `then`: how to go on after that.
-  void add_if_known(const std::string& id, const Phrase& then) {
-    if (calib::sentence_of(id)) add({id, {{"then", then}}});
+  /// Adds it if there is such an id.
+  void add_if_known(const std::string& id, const std::vector<calib::PhraseValue>& values) {
+    if (calib::sentence_of(id)) add({id, values});
   }
 
   std::string body;
@@ -221,18 +225,23 @@ void add_what_to_do(Lines& lines, const Notice& notice) {
   const Phrase then = notice.anew.empty()
                           ? Phrase("say.notice.then.resume")
                           : Phrase("say.notice.then.anew", {{"command", notice.anew}});
+  if (notice.news == News::kDrifted && notice.advice != calib::DriftAdvice::kNone)
+    return lines.add(std::string("checks.advice.") + to_string(notice.advice));
   if (notice.news != News::kFailed)
-    return lines.add_if_known(std::string("say.notice.do.") + to_string(notice.news), then);
+    return lines.add_if_known(std::string("say.notice.do.") + to_string(notice.news),
+                              {{"then", then}, {"cell", notice.cell}});
   if (!notice.failure) return;
-  lines.add_if_known(std::string("failure.") + to_string(notice.failure->kind), then);
-  lines.add_if_known(std::string("do.") + to_string(notice.failure->kind), then);
+  lines.add_if_known(std::string("failure.") + to_string(notice.failure->kind), {});
+  lines.add_if_known(std::string("do.") + to_string(notice.failure->kind), {{"then", then}});
 }
 
 void add_session(Lines& lines, const Notice& notice) {
   if (notice.session == 0) return;
   lines.body += "\n";
   lines.add({"say.notice.cell", {{"cell", notice.cell}}});
-  lines.add({"say.notice.kind", {{"kind", notice.kind}}});
+  const std::string kind = notice.update ? "update" : notice.kind;
+  lines.add(
+      {"say.notice.kind", {{"kind", lines.words("kind." + (kind.empty() ? "unknown" : kind))}}});
   lines.add({"say.notice.touches", {{"touches", notice.touches}}});
   if (!notice.ended.empty())
     lines.add({"say.notice.time", {{"begin", notice.started}, {"end", notice.ended}}});

@@ -38,10 +38,13 @@ struct Notice {
   News news = News::kDone;
   std::int64_t session = 0;  ///< 0: none
   std::string kind, cell, started, ended;
-  std::string anew;  ///< command of a new session of a kind that is not resumed; empty: it is resumed
+  bool update = false;  ///< of a calibration
+  std::string
+      anew;  ///< command of a new session of a kind that is not resumed; empty: it is resumed
   std::size_t touches = 0;
   std::optional<Failure> failure;
-  std::string outcome;                  ///< to_string(OutcomeKind); empty: none
+  std::string outcome;                                    ///< to_string(OutcomeKind); empty: none
+  calib::DriftAdvice advice = calib::DriftAdvice::kNone;  ///< of a check, or of the control chart
   std::vector<calib::Phrase> findings;  ///< of the verdict; what is text already, in English
   std::optional<double> near_m,
       over_m;              ///< predicted mean error: near the targets, over the workspace

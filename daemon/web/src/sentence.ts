@@ -16,13 +16,17 @@ const OF_A_TOUCH: readonly Phase[] = [
 
 const unconfirmed = (status: Status) => status.failure?.kind === "stop-unconfirmed";
 
+/** Aborted, or without a plan, before a packet of the arm: nothing has been commanded. */
+const never_linked = ({ phase, failure, arm }: Status) =>
+  arm.packet_age_s === null && (phase === "aborted" || (phase === "failed" && failure?.kind === "plan"));
+
 /** From the newest packet only: a phase describes the commanded, not the actual motion. */
 export function motion(status: Status): Motion {
   if (unconfirmed(status)) return "unknown";
   switch (status.arm.motion) {
     case "moving": return "moving";
     case "at rest": return "still";
-    default: return FREE.includes(status.phase) ? "free" : "unknown";
+    default: return FREE.includes(status.phase) || never_linked(status) ? "free" : "unknown";
   }
 }
 
@@ -60,7 +64,7 @@ export function mood(status: Status): Mood {
     case "failed": return "bad";
     case "aborted": return "wait";
     case "done": return status.outcome?.good === false ? "wait" : "good";
-    case "idle": return "calm";
+    case "idle": return status.interrupted ? "wait" : "calm";
     case "connecting": case "recovering": case "watching the links": case "stopping": return "wait";
     case "unknown": return "unknown";
     default: return "busy";
@@ -84,6 +88,9 @@ export function sentence(status: Status, say: Say): string {
   const share = status.planning?.done ?? null;
   if (status.phase === "planning" && share !== null)
     return say("phase.planning.share", { percent: Math.round(100 * share) });
+  const left = status.interrupted;
+  if (status.phase === "idle" && left)
+    return say(left.ending === "interrupted" ? "resume.left" : `phase.${left.ending}`, { session: left.session, n: left.touches, total: left.planned });
   const key: Key = status.phase === "failed" && unconfirmed(status)
     ? "phase.failed.unconfirmed"
     : `phase.${status.phase}`;
@@ -92,12 +99,15 @@ export function sentence(status: Status, say: Say): string {
   });
 }
 
-/** How to go on after a session that failed or was aborted. */
-export const then_words = (status: Status, say: Say): string => say(status.anew ? "do.then.anew" : "do.then.resume");
+/** Command of a new session of a kind that is not resumed; empty: it is resumed. */
+const anew = ({ interrupted, anew: of_newest }: Status): string => (interrupted ? interrupted.anew : of_newest);
 
-/** Idle with a session left by a killed daemon, failed or aborted, of a kind that is resumed. */
+/** How to go on after a session that failed, was aborted or interrupted. */
+export const then_words = (status: Status, say: Say): string => say(anew(status) ? "do.then.anew" : "do.then.resume");
+
+/** Unfinished newest session, also of an earlier run of the daemon, of a kind that is resumed. */
 export function resumable(status: Status): { session: number; n: number; total: number } | null {
-  if (status.interrupted ? status.interrupted.anew : status.anew) return null;
+  if (anew(status)) return null;
   if (status.interrupted) {
     const { session, touches, planned } = status.interrupted;
     return { session, n: touches, total: planned };

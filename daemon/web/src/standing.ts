@@ -16,7 +16,7 @@ export interface StandingLine {
   action: "check" | "calibrate" | "measure_tcp" | null;
 }
 
-/** amiss: the newest session failed, was aborted or withheld its result; lost: data of the past. */
+/** amiss: the newest session failed, was aborted or interrupted, or withheld its result; lost: data of the past. */
 export type Now = "calm" | "running" | "amiss" | "lost";
 
 export const now_of = (status: Status | null, old: boolean): Now =>

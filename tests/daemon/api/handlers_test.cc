@@ -69,6 +69,7 @@ TEST_F(AnApi, TellsOfTheSessionThatAKilledDaemonLeft) {
   EXPECT_EQ(status["interrupted"]["session"], 1);
   EXPECT_EQ(status["interrupted"]["touches"], 1);
   EXPECT_EQ(status["interrupted"]["planned"], 12);
+  EXPECT_EQ(status["interrupted"]["ending"], "interrupted");
   EXPECT_EQ(status["interrupted"]["started"], "2026-01-01T00:00:00.000Z");
   EXPECT_TRUE(json::parse(status_to_json(service.status()))["interrupted"].is_null());
 }

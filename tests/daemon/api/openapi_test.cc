@@ -624,7 +624,7 @@ TEST(ADescribedStatus, HasNothingThatIsNotDescribedEvenWhereAllOfItIsThere) {
   outcome.withheld_by = {calib::FindingKind::kNoGain};
   outcome.update = calib::UpdateOutcome::kNotResolved;
   status.reasons = {"a"};
-  status.interrupted = InterruptedSession{1, 2, 3, "t", ""};
+  status.interrupted = InterruptedSession{1, 2, 3, "t", RecordState::kFailed, ""};
   status.links = std::make_shared<const LinkReport>();
   EXPECT_EQ(described().complaint(json::parse(status_to_json(status)), std::string("Status")), "");
   status.outcome->change = calib::Explanation{.kind = calib::ChangeKind::kTool};

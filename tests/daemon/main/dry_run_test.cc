@@ -95,13 +95,14 @@ TEST(ADryRun, IsNeverWhatAnAbortedCalibrationIsGoneOnWith) {
 TEST(ADryRun, ThatWasAbortedIsNotResumedAndNamesTheCommandOfANewOne) {
   DaemonFixture fixture(kFast);
   fixture.start();
-  const nlohmann::json whole{{"kind", "dry-run"}, {"cell", CELLCAL_DEMO_CELL}, {"touches", 50}};
+  const nlohmann::json whole{{"kind", "dry-run"}, {"cell", CELLCAL_DEMO_CELL}, {"touches", 60}, {"seed", 5}};
   ASSERT_EQ(http_request(fixture.socket(), "POST", "/v1/run", whole.dump()).status, 201);
   if (http_request(fixture.socket(), "POST", "/v1/abort").status != 202)
     GTEST_SKIP() << "this machine was too slow to abort it before its end";
   while (fixture.status()["running"]) std::this_thread::sleep_for(std::chrono::milliseconds(5));
   ASSERT_EQ(fixture.status()["phase"], "aborted");
-  const std::string anew = std::string("cellcal dry-run --cell ") + CELLCAL_DEMO_CELL;
+  const std::string anew = std::string("cellcal dry-run --cell ") + CELLCAL_DEMO_CELL +
+                           " --touches 60 --check 10 --seed 5";
   EXPECT_EQ(fixture.status()["anew"], anew);
   const Outcome resumed = fixture.cellcal({"run", "--resume"});
   EXPECT_EQ(resumed.status, 1);

@@ -54,6 +54,21 @@ TEST(AMessage, NamesTheCommandOfANewSessionWhereTheKindIsNotResumed) {
   }
 }
 
+TEST(AMessage, NamesTheKindInItsLanguageAndTheCellOfANewCalibration) {
+  Notice notice = failed();
+  notice.kind = "calibrate";
+  notice.update = true;
+  notice.cell = "/cells/a.toml";
+  const std::string german = compose(notice, kGerman, "c").body;
+  EXPECT_NE(german.find("Art: Aktualisierung"), std::string::npos) << german;
+  notice.news = News::kDrifted;
+  const std::string body = compose(notice, Language(), "c").body;
+  EXPECT_NE(body.find("'cellcal run --cell /cells/a.toml --accept-change'"), std::string::npos)
+      << body;
+  notice.advice = calib::DriftAdvice::kRemeasureTcp;
+  EXPECT_NE(compose(notice, Language(), "c").body.find("measure the TCP"), std::string::npos);
+}
+
 TEST(AMessage, HasFindingsInItsLanguageAndPostsThemInEnglish) {
   Notice notice = failed();
   notice.findings = {{"say.finding.update_too_few", {{"touches", 3.0}}}, "a reader's own words"};

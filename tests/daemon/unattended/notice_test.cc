@@ -97,6 +97,10 @@ TEST(NewsOfACheck, ThatDoesNotHoldAndOfTheNextThatDoesAreDriftAndItsEnd) {
   // A displaced sphere: it does not enter the statistics.
   const Notice moved = news(Checked::that_does_not_hold(calib::ChangeKind::kSphere));
   EXPECT_EQ(moved.news, News::kDrifted);
+  EXPECT_EQ(moved.advice, calib::DriftAdvice::kRecalibrate);
+  const std::string said = compose(moved, {}, "host").body;
+  EXPECT_NE(said.find("Check the likely cause"), std::string::npos) << said;
+  EXPECT_EQ(said.find("--accept-change"), std::string::npos) << "of a calibration";
   EXPECT_FALSE(moved.by_chart) << "the check itself says so, with its end";
   const Notice back = news(Checked::that_holds());
   EXPECT_EQ(back.news, News::kRecovered);

@@ -3,7 +3,7 @@ import { test } from "node:test";
 import * as decode from "../src/decode";
 import { formats } from "../src/format";
 import { EMPTY, OLD_AFTER_MS, answered, age_ms, lacks_touches, measured_posture, silent, with_posture, with_status, with_touches, without_token } from "../src/model";
-import { motion, motion_words, resumable, sentence } from "../src/sentence";
+import { mood, motion, motion_words, resumable, sentence } from "../src/sentence";
 import * as api from "../generated/api";
 import { speaker } from "../src/words";
 import { status, words_of } from "./kr5";
@@ -103,7 +103,10 @@ test("the arm is at rest only as far as the newest packet of the controller show
   assert.equal(motion(gone), "unknown");
   assert.match(motion_words(gone, 1, say, fmt), /^Arm: unknown since \d\d:\d\d:\d\d, newest packet 12\u00a0s old/);
   assert.equal(motion(of({ arm: undefined })), "unknown", "of a daemon that says nothing of it");
-  assert.match(motion_words(failed({ motion: "unknown", packet_age_s: null }), 0, say, fmt), /no packet/);
+  const never = { motion: "unknown", packet_age_s: null };
+  assert.match(motion_words(failed(never), 0, say, fmt), /no packet/);
+  assert.equal(motion(of({ phase: "aborted", running: false, arm: never })), "free", "before a link was opened");
+  assert.equal(motion(of({ phase: "aborted", running: false, arm: { ...never, packet_age_s: 3 } })), "unknown");
   for (const phase of PHASES)
     for (const language of ["en", "de"] as const)
       assert.doesNotMatch(sentence(of({ phase }), speaker(language)), /at rest|steht still/, phase);
@@ -114,7 +117,15 @@ test("what can be gone on with is what was left, failed or aborted", () => {
   assert.equal(resumable(of({ phase: "done" })), null);
   assert.equal(resumable(of({ phase: "aborted" }))?.session, 3);
   assert.equal(resumable(of({ phase: "aborted", anew: "cellcal check" })), null, "of a kind that is not resumed");
-  const left = { session: 2, touches: 5, planned: 9, started: "", anew: "" };
+  const left = { session: 2, touches: 5, planned: 9, started: "", ending: "interrupted", anew: "" };
   assert.deepEqual(resumable(of({ phase: "idle", session: 0, interrupted: left })), { session: 2, n: 5, total: 9 });
   assert.equal(resumable(of({ phase: "idle", session: 0, interrupted: { ...left, anew: "cellcal check" } })), null);
+});
+
+test("a session that an earlier run of the daemon left is the page's sentence, and not calm", () => {
+  const left = { session: 2, touches: 5, planned: 9, started: "", anew: "" };
+  const idle = (ending: string) => of({ phase: "idle", session: 0, running: false, interrupted: { ...left, ending } });
+  const sentences = ["interrupted", "aborted", "failed"].map((ending) => sentence(idle(ending), speaker("en")));
+  assert.deepEqual(sentences, ["Session 2 was interrupted after 5 of 9 touches.", "Session 2 was aborted after 5 touches.", "Session 2 failed after 5 touches."]);
+  assert.equal(mood(idle("interrupted")), "wait");
 });

@@ -55,6 +55,8 @@ test("nothing is to be done only while nothing runs, nothing has failed and the 
   const ended = { running: false, phase: "done" };
   assert.deepEqual([now({}), now(ended), now({ ...ended, phase: "failed" }), now({ ...ended, phase: "aborted" }), now({}, true), now_of(null, false)],
     ["running", "calm", "amiss", "amiss", "lost", "calm"]);
+  const left = { session: 2, touches: 5, planned: 9, started: "", ending: "interrupted", anew: "" };
+  assert.deepEqual([null, left].map((interrupted) => now({ running: false, phase: "idle", interrupted })), ["calm", "amiss"]);
 });
 
 test("an emulated cell, whose clock gives no age, has none", () => {

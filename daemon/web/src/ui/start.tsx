@@ -56,7 +56,6 @@ export function StartButtons({ status, role, last_cell, second, started, sign_ou
       </div>
     );
   const left = resumable(status);
-  const told_already = status.interrupted === null;
   const close = () => become(null);
   const done = () => {
     close();
@@ -64,7 +63,6 @@ export function StartButtons({ status, role, last_cell, second, started, sign_ou
   };
   return (
     <div class="buttons begin">
-      {left && !told_already && <p class="note">{say("resume.left", left)}</p>}
       {left && (
         <button type="button" class="go" onClick={() => become("resume")}>
           {say("resume", { session: left.session })}
