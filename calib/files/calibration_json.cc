@@ -112,10 +112,8 @@ Table<UpdateOrigin> update_fields() {
                     [](const JsonReader& r, U& u) { u.on_positioner = r.flag(); }})};
 }
 
-using fields::Field, fields::Json, fields::Table, fields::Value, fields::beside, fields::field,
-    fields::for_readers, fields::from_json, fields::group, fields::joined, fields::list, fields::maybe,
-    fields::not_negative, fields::number, fields::object, fields::of_member, fields::optional,
-    fields::text, fields::to_json, fields::where;
+using fields::beside, fields::from_json, fields::group, fields::joined, fields::maybe,
+    fields::of_member, fields::optional, fields::to_json;
 using C = Calibration;
 
 constexpr const char* kFormat = "cellcal.calibration/1";

@@ -21,60 +21,72 @@ namespace cellcal::calib {
 namespace {
 
 constexpr std::string_view kCellFormat = "cellcal.cell/1";
-constexpr Range kLengthMm{-1e5, 1e5};
 constexpr Range kSigmaMm{0.0, 1e4};
+constexpr Range kMassKg{0.0, 1e4};
 constexpr std::size_t kMaxTargets = 1000, kMaxLoads = 16;
 
-Eigen::Vector3d vector_m(const std::vector<double>& mm) {
-  return Eigen::Vector3d(mm[0], mm[1], mm[2]) / kMmPerM;
+constexpr NumberKey<Tool> kTool[] = {
+    {"tip_radius_mm", &Tool::tip_radius_m, kMilli, {0.0, 1e3}, kAlways},
+    {"deflection_sigma", &Tool::deflection_sigma, kSi, {0.0, 1e3}, kAlways},
+    {"radius_mm", &Tool::radius_m, kMilli, {0.0, 1e3}},
+    {"tip_length_mm", &Tool::slim_length_m, kMilli, {0.0, 1e4}},
+    {"tip_diameter_mm", &Tool::slim_radius_m, kDiameterMm, {0.0, 1e3}}};
+
+constexpr NumberKey<Target> kSphere[] = {
+    {"diameter_mm", &Target::diameter_m, kMilli, {1e-3, 1e5}, kNeeded},
+    {"diameter_sigma_mm", &Target::diameter_sigma_m, kMilli, kSigmaMm, kAlways}};
+constexpr NumberKey<Target> kNormal[] = {
+    {"normal_sigma_deg", &Target::normal_sigma_rad, kDeg, {0.0, 90.0}, kAlways}};
+constexpr NumberKey<Target> kCentre[] = {
+    {"centre_sigma_mm", &Target::centre_sigma_m, kMilli, kSigmaMm, kAlways}};
+constexpr NumberKey<Target> kPlane[] = {{"extent_mm", &Target::extent_m, kMilli, {1.0, 1e4}}};
+
+constexpr NumberKey<CertifiedLength> kLength[] = {
+    {"mm", &CertifiedLength::length_m, kMilli, {1e-3, 1e5}, kNeeded},
+    {"sigma_mm", &CertifiedLength::sigma_m, kMilli, {1e-6, 1e4}, kNeeded}};
+
+constexpr NumberKey<Cell> kTouch[] = {
+    {"sigma_mm", &Cell::touch_sigma_m, kMilli, {1e-9, 1e3}, kNeeded},
+    {"radius_offset_sigma_mm", &Cell::radius_offset_sigma_m, kMilli, kSigmaMm, kAlways},
+    {"turn_sigma_deg", &Cell::turn_sigma_rad, kDeg, {1e-6, 90.0}},
+    {"delay_ms", &Cell::latch_delay_s, kMilli, {-1e3, 1e3}},
+    {"delay_sigma_ms", &Cell::latch_delay_sigma_s, kMilli, {0.0, 1e3}}};
+
+Eigen::Vector3d read_place(const TomlTable& t, std::string_view key) {
+  return read_vector(t, key, kLengthMm) / kMmPerM;
 }
 
 Tool read_tool(const TomlTable& t) {
   Tool tool;
-  FrameMmDeg frame;
-  const auto xyz = t.numbers("xyz_mm", 3, kLengthMm);
-  const auto abc = t.numbers_or("abc_deg", {0, 0, 0}, {-3600.0, 3600.0});
-  std::copy(xyz.begin(), xyz.end(), frame.xyz_mm.begin());
-  std::copy(abc.begin(), abc.end(), frame.abc_deg.begin());
-  tool.tcp = to_isometry(frame);
-  tool.tcp_sigma_m = vector_m(t.numbers_or("xyz_sigma_mm", {0, 0, 0}, kSigmaMm));
-  tool.mass_kg = t.number_or("mass_kg", 0.0, {0.0, 1e4});
-  const std::vector<double> half = {xyz[0] / 2, xyz[1] / 2, xyz[2] / 2};
-  tool.com_m = vector_m(t.numbers_or("com_mm", half, kLengthMm));
-  tool.length_m = t.number_or("length_mm", vector_m(xyz).norm() * kMmPerM, {0.0, 1e4}) / kMmPerM;
-  tool.tip_radius_m = t.number_or("tip_radius_mm", 0.0, {0.0, 1e3}) / kMmPerM;
-  tool.deflection_sigma = t.number_or("deflection_sigma", 0.0, {0.0, 1e3});
-  const Tool usual;
-  tool.radius_m = t.number_or("radius_mm", usual.radius_m * kMmPerM, {0.0, 1e3}) / kMmPerM;
-  tool.slim_length_m =
-      t.number_or("tip_length_mm", usual.slim_length_m * kMmPerM, {0.0, 1e4}) / kMmPerM;
-  tool.slim_radius_m =
-      t.number_or("tip_diameter_mm", 2.0 * usual.slim_radius_m * kMmPerM, {0.0, 1e3}) / 2.0 /
-      kMmPerM;
+  tool.tcp = read_frame(t);
+  const Eigen::Vector3d tcp_m = tool.tcp.translation();
+  if (t.has("xyz_sigma_mm")) tool.tcp_sigma_m = read_vector(t, "xyz_sigma_mm", kSigmaMm) / kMmPerM;
+  tool.com_m = tcp_m / 2.0;
+  read_mass(t, tool.mass_kg, tool.com_m);
+  tool.length_m = t.number_or("length_mm", tcp_m.norm() * kMmPerM, {0.0, 1e4}) / kMmPerM;
+  read_numbers(t, kTool, tool);
   t.refuse_unknown();
   return tool;
 }
 
 void read_normal(const TomlTable& t, Target& target) {
   constexpr double kShortest = 1e-3;
-  target.normal_sigma_rad = t.number_or("normal_sigma_deg", 0.0, {0.0, 90.0}) * kRadPerDeg;
+  read_numbers(t, kNormal, target);
   target.has_normal = t.has("normal");
   if (!target.has_normal) {
     if (target.normal_sigma_rad > 0.0)
       t.fail("normal_sigma_deg", "is of a normal that is not stated. Add normal");
     return;
   }
-  const auto n = t.numbers("normal", 3, kLengthMm);
-  target.normal = Eigen::Vector3d(n[0], n[1], n[2]);
+  target.normal = read_vector(t, "normal", kLengthMm);
   if (target.normal.norm() < kShortest)
     t.fail("normal", "is not a direction. Give the one from the plane to the side of the tool");
   target.normal.normalize();
 }
 
 void read_extent(const TomlTable& t, Target& target) {
-  if (!t.has("extent_mm")) return;
-  target.extent_m = t.number("extent_mm", {1.0, 1e4}) / kMmPerM;
-  if (!target.has_centre || !target.has_normal)
+  read_numbers(t, kPlane, target);
+  if (target.extent_m > 0.0 && (!target.has_centre || !target.has_normal))
     t.fail("extent_mm", "is of a place that is not stated. Add centre_mm and normal");
 }
 
@@ -84,8 +96,8 @@ void read_box(const TomlTable& t, Target& target) {
   if (!target.has_box) return;
   if (target.has_centre)
     t.fail("search_low_mm", "is for a sphere of unknown place. Give either it or centre_mm");
-  target.low_m = vector_m(t.numbers("search_low_mm", 3, kLengthMm));
-  target.high_m = vector_m(t.numbers("search_high_mm", 3, kLengthMm));
+  target.low_m = read_place(t, "search_low_mm");
+  target.high_m = read_place(t, "search_high_mm");
   constexpr double kLargestM = 1.0;
   const Eigen::Vector3d size = target.high_m - target.low_m;
   if (!(size.minCoeff() >= 0.0) || size.maxCoeff() > kLargestM)
@@ -149,10 +161,7 @@ Target read_target(const TomlTable& t, const Robot& robot) {
   target.kind = target_kind(t.word("kind", {"sphere", "wire", "plane", "point", "tracker"}))
                     .value_or(TargetKind::kSphere);
   read_on(t, robot, target);
-  if (target.kind == TargetKind::kSphere) {
-    target.diameter_m = t.number("diameter_mm", {1e-3, 1e5}) / kMmPerM;
-    target.diameter_sigma_m = t.number_or("diameter_sigma_mm", 0.0, kSigmaMm) / kMmPerM;
-  }
+  if (target.kind == TargetKind::kSphere) read_numbers(t, kSphere, target);
   if (target.kind == TargetKind::kPlane) read_normal(t, target);
   if (target.kind == TargetKind::kTracker) {  // the touches determine its frame
     t.refuse_unknown();
@@ -160,20 +169,17 @@ Target read_target(const TomlTable& t, const Robot& robot) {
   }
   if (t.has("centre_mm")) {
     target.has_centre = true;
-    target.centre_m = vector_m(t.numbers("centre_mm", 3, kLengthMm));
+    target.centre_m = read_place(t, "centre_mm");
   }
   if (target.kind == TargetKind::kPlane) read_extent(t, target);
   if (target.kind == TargetKind::kSphere) read_box(t, target);
-  target.centre_sigma_m = t.number_or("centre_sigma_mm", 0.0, kSigmaMm) / kMmPerM;
+  read_numbers(t, kCentre, target);
   if (has_a_centre(target.kind)) read_stand(t, target);
   t.refuse_unknown();
   return target;
 }
 
-std::string vec_mm(const Eigen::Vector3d& v) {
-  return fmt::format("[{}, {}, {}]", toml_number(v.x() * kMmPerM), toml_number(v.y() * kMmPerM),
-                     toml_number(v.z() * kMmPerM));
-}
+std::string mm(const Eigen::Vector3d& m) { return vector_to_toml(m * kMmPerM); }
 
 std::string taught_to_toml(const Target& target) {
   std::vector<std::string> deg;
@@ -181,50 +187,20 @@ std::string taught_to_toml(const Target& target) {
   return fmt::format("taught_deg = [{}]\n", fmt::join(deg, ", "));
 }
 
-/// Keys of a tool's body that differ from the defaults.
-std::string body_of(const Tool& tool) {
-  const Tool usual;
-  std::string out;
-  const auto add = [&](const char* key, double value, double default_value, double unit) {
-    if (value != default_value) out += fmt::format("{} = {}\n", key, toml_number(value * unit));
-  };
-  add("radius_mm", tool.radius_m, usual.radius_m, kMmPerM);
-  add("tip_length_mm", tool.slim_length_m, usual.slim_length_m, kMmPerM);
-  add("tip_diameter_mm", tool.slim_radius_m, usual.slim_radius_m, 2.0 * kMmPerM);
-  return out;
-}
-
 std::string tool_to_toml(const Tool& tool) {
-  const FrameMmDeg tcp = to_frame(tool.tcp);
-  const std::string head =
-      tool.id.empty() ? "[tool]\n" : fmt::format("[[tool]]\nid = {}\n", toml_string(tool.id));
   return fmt::format(
-      "\n{}xyz_mm = [{}, {}, {}]\nabc_deg = [{}, {}, {}]\n"
-      "xyz_sigma_mm = {}\nmass_kg = {}\ncom_mm = {}\nlength_mm = {}\ntip_radius_mm = {}\n"
-      "deflection_sigma = {}\n{}",
-      head, toml_number(tcp.xyz_mm[0]), toml_number(tcp.xyz_mm[1]), toml_number(tcp.xyz_mm[2]),
-      toml_number(tcp.abc_deg[0]), toml_number(tcp.abc_deg[1]), toml_number(tcp.abc_deg[2]),
-      vec_mm(tool.tcp_sigma_m), toml_number(tool.mass_kg), vec_mm(tool.com_m),
-      toml_number(tool.length_m * kMmPerM), toml_number(tool.tip_radius_m * kMmPerM),
-      toml_number(tool.deflection_sigma), body_of(tool));
+      "\n{}{}xyz_sigma_mm = {}\n{}length_mm = {}\n{}",
+      tool.id.empty() ? "[tool]\n" : fmt::format("[[tool]]\nid = {}\n", toml_string(tool.id)),
+      frame_to_toml(tool.tcp), mm(tool.tcp_sigma_m), mass_to_toml(tool.mass_kg, tool.com_m),
+      toml_number(tool.length_m * kMmPerM), numbers_to_toml(kTool, tool));
 }
 
-/// Latch delay of [touch]; limited to one second.
-void read_delay(const TomlTable& touch, Cell& cell) {
-  constexpr Range kDelayMs{-1e3, 1e3}, kDelaySigmaMs{0.0, 1e3};
-  if (touch.has("delay_ms")) cell.latch_delay_s = touch.number("delay_ms", kDelayMs) / kMsPerS;
-  if (touch.has("delay_sigma_ms"))
-    cell.latch_delay_sigma_s = touch.number("delay_sigma_ms", kDelaySigmaMs) / kMsPerS;
-}
-
-/// Keys of the latch delay that differ from the defaults.
 /// [[load]]: what the tools may hold.
 void read_loads(const TomlTable& document, Cell& cell) {
   for (const TomlTable& table : document.tables("load")) {
     if (cell.loads.size() == kMaxLoads)
       document.fail("load", fmt::format("at most {} [[load]] tables", kMaxLoads));
-    Load load{read_id(table), table.number("mass_kg", {0.0, 1e4}),
-              vector_m(table.numbers("com_mm", 3, kLengthMm))};
+    Load load{read_id(table), table.number("mass_kg", kMassKg), read_place(table, "com_mm")};
     if (std::ranges::find(cell.loads, load.id, &Load::id) != cell.loads.end())
       table.fail("id", "\"" + shown(load.id) + "\" occurs twice");
     table.refuse_unknown();
@@ -233,21 +209,48 @@ void read_loads(const TomlTable& document, Cell& cell) {
 }
 
 std::string load_to_toml(const Load& load) {
-  return fmt::format("\n[[load]]\nid = {}\nmass_kg = {}\ncom_mm = {}\n", toml_string(load.id),
-                     toml_number(load.mass_kg), vec_mm(load.com_m));
-}
-
-std::string delay_to_toml(const Cell& cell) {
-  const Cell usual;
-  std::string out;
-  if (cell.latch_delay_s != usual.latch_delay_s)
-    out += fmt::format("delay_ms = {}\n", toml_number(cell.latch_delay_s * kMsPerS));
-  if (cell.latch_delay_sigma_s != usual.latch_delay_sigma_s)
-    out += fmt::format("delay_sigma_ms = {}\n", toml_number(cell.latch_delay_sigma_s * kMsPerS));
-  return out;
+  return fmt::format("\n[[load]]\nid = {}\n", toml_string(load.id)) +
+         mass_to_toml(load.mass_kg, load.com_m);
 }
 
 }  // namespace
+
+std::string number_line(const char* key, double value) {
+  return fmt::format("{} = {}\n", key, toml_number(value));
+}
+
+Eigen::Vector3d read_vector(const TomlTable& table, std::string_view key, Range range) {
+  return Eigen::Vector3d(table.numbers(key, 3, range).data());
+}
+
+std::string vector_to_toml(const Eigen::Vector3d& v) {
+  return fmt::format("[{}, {}, {}]", toml_number(v.x()), toml_number(v.y()), toml_number(v.z()));
+}
+
+Eigen::Isometry3d read_frame(const TomlTable& table, bool needs_place) {
+  FrameMmDeg frame;
+  if (needs_place || table.has("xyz_mm"))
+    std::ranges::copy(read_vector(table, "xyz_mm", kLengthMm), frame.xyz_mm.begin());
+  if (table.has("abc_deg"))
+    std::ranges::copy(read_vector(table, "abc_deg", kAngleDeg), frame.abc_deg.begin());
+  return to_isometry(frame);
+}
+
+std::string frame_to_toml(const Eigen::Isometry3d& frame) {
+  const FrameMmDeg f = to_frame(frame);
+  return fmt::format("xyz_mm = {}\nabc_deg = {}\n",
+                     vector_to_toml(Eigen::Vector3d(f.xyz_mm.data())),
+                     vector_to_toml(Eigen::Vector3d(f.abc_deg.data())));
+}
+
+void read_mass(const TomlTable& table, double& mass_kg, Eigen::Vector3d& com_m) {
+  mass_kg = table.number_or("mass_kg", 0.0, kMassKg);
+  if (table.has("com_mm")) com_m = read_place(table, "com_mm");
+}
+
+std::string mass_to_toml(double mass_kg, const Eigen::Vector3d& com_m) {
+  return number_line("mass_kg", mass_kg) + fmt::format("com_mm = {}\n", mm(com_m));
+}
 
 Robot load_named_robot(const std::string& name) { return load_robot(find_robot_file(name, {})); }
 
@@ -296,8 +299,7 @@ Cell read_cell(const TomlTable& document, Robot robot) {
       table.fail("between",
                  "the positioner moves one end against the other. A length lies between "
                  "targets on the same axis, or on the floor");
-    length.length_m = table.number("mm", {1e-3, 1e5}) / kMmPerM;
-    length.sigma_m = table.number("sigma_mm", {1e-6, 1e4}) / kMmPerM;
+    read_numbers(table, kLength, length);
     length.is_check = table.has("role") && table.word("role", {"fit", "check"}) == "check";
     check_certificate(table);
     table.refuse_unknown();
@@ -309,11 +311,7 @@ Cell read_cell(const TomlTable& document, Robot robot) {
   if (document.has("required_mm"))
     cell.required_m = document.number("required_mm", {1e-3, 1e3}) / kMmPerM;
   const TomlTable touch = document.table("touch");
-  cell.touch_sigma_m = touch.number("sigma_mm", {1e-9, 1e3}) / kMmPerM;
-  cell.radius_offset_sigma_m = touch.number_or("radius_offset_sigma_mm", 0.0, kSigmaMm) / kMmPerM;
-  if (touch.has("turn_sigma_deg"))
-    cell.turn_sigma_rad = touch.number("turn_sigma_deg", {1e-6, 90.0}) * kRadPerDeg;
-  read_delay(touch, cell);
+  read_numbers(touch, kTouch, cell);
   touch.refuse_unknown();
   document.refuse_unknown();
   return cell;
@@ -349,51 +347,36 @@ Cell load_cell(const std::filesystem::path& path) {
 }
 
 std::string cell_to_toml(const Cell& cell, const std::string& robot_reference) {
-  std::string out = fmt::format(
-      "format = \"{}\"\nrobot = {}\n{}{}", kCellFormat, toml_string(robot_reference),
-      cell.floor_m ? fmt::format("floor_mm = {}\n", toml_number(*cell.floor_m * kMmPerM)) : "",
-      cell.required_m ? fmt::format("required_mm = {}\n", toml_number(*cell.required_m * kMmPerM))
-                      : "");
+  std::string out =
+      fmt::format("format = \"{}\"\nrobot = {}\n{}{}", kCellFormat, toml_string(robot_reference),
+                  cell.floor_m ? number_line("floor_mm", *cell.floor_m * kMmPerM) : "",
+                  cell.required_m ? number_line("required_mm", *cell.required_m * kMmPerM) : "");
   out += tool_to_toml(cell.tool);
   for (const Tool& tool : cell.other_tools) out += tool_to_toml(tool);
   for (const Load& load : cell.loads) out += load_to_toml(load);
   for (const Target& target : cell.targets) {
     out += fmt::format("\n[[target]]\nid = {}\nkind = \"{}\"\n", toml_string(target.id),
                        to_string(target.kind));
-    if (target.kind == TargetKind::kSphere)
-      out += fmt::format("diameter_mm = {}\ndiameter_sigma_mm = {}\n",
-                         toml_number(target.diameter_m * kMmPerM),
-                         toml_number(target.diameter_sigma_m * kMmPerM));
+    if (target.kind == TargetKind::kSphere) out += numbers_to_toml(kSphere, target);
     out += carrier_to_toml(target.carried_by, cell.robot);
     if (!target.taught_rad.empty()) out += taught_to_toml(target);
     if (target.has_normal)
-      out += fmt::format("normal = [{}, {}, {}]\nnormal_sigma_deg = {}\n",
-                         toml_number(target.normal.x()), toml_number(target.normal.y()),
-                         toml_number(target.normal.z()),
-                         toml_number(target.normal_sigma_rad * kDegPerRad));
+      out += fmt::format("normal = {}\n", vector_to_toml(target.normal)) +
+             numbers_to_toml(kNormal, target);
     if (target.kind == TargetKind::kTracker) continue;
-    if (target.has_centre) out += fmt::format("centre_mm = {}\n", vec_mm(target.centre_m));
+    if (target.has_centre) out += fmt::format("centre_mm = {}\n", mm(target.centre_m));
     if (target.has_box)
-      out += fmt::format("search_low_mm = {}\nsearch_high_mm = {}\n", vec_mm(target.low_m),
-                         vec_mm(target.high_m));
-    out += fmt::format("centre_sigma_mm = {}\n", toml_number(target.centre_sigma_m * kMmPerM));
-    if (target.extent_m > 0.0)
-      out += fmt::format("extent_mm = {}\n", toml_number(target.extent_m * kMmPerM));
+      out += fmt::format("search_low_mm = {}\nsearch_high_mm = {}\n", mm(target.low_m),
+                         mm(target.high_m));
+    out += numbers_to_toml(kCentre, target) + numbers_to_toml(kPlane, target);
     if (has_a_centre(target.kind)) out += stand_to_toml(target);
   }
   for (const CertifiedLength& length : cell.lengths)
-    out += fmt::format(
-        "\n[[length]]\nbetween = [{}, {}]\nmm = {}\nsigma_mm = {}\n{}", toml_string(length.from),
-        toml_string(length.to), toml_number(length.length_m * kMmPerM),
-        toml_number(length.sigma_m * kMmPerM), length.is_check ? "role = \"check\"\n" : "");
-  return out + obstacles_to_toml(cell.obstacles, cell.robot) +
-         fmt::format("\n[touch]\nsigma_mm = {}\nradius_offset_sigma_mm = {}\n",
-                     toml_number(cell.touch_sigma_m * kMmPerM),
-                     toml_number(cell.radius_offset_sigma_m * kMmPerM)) +
-         (cell.turn_sigma_rad > 0.0
-              ? fmt::format("turn_sigma_deg = {}\n", toml_number(cell.turn_sigma_rad * kDegPerRad))
-              : "") +
-         delay_to_toml(cell);
+    out += fmt::format("\n[[length]]\nbetween = [{}, {}]\n{}{}", toml_string(length.from),
+                       toml_string(length.to), numbers_to_toml(kLength, length),
+                       length.is_check ? "role = \"check\"\n" : "");
+  return out + obstacles_to_toml(cell.obstacles, cell.robot) + "\n[touch]\n" +
+         numbers_to_toml(kTouch, cell);
 }
 
 namespace {

@@ -10,6 +10,7 @@
 #include "calib/files/toml.h"
 #include "calib/model/error.h"
 #include "calib/model/robot.h"
+#include "calib/model/units.h"
 
 namespace cellcal::calib {
 
@@ -59,6 +60,79 @@ std::string obstacles_to_toml(const std::vector<Obstacle>& obstacles, const Robo
 /// The keys stand, stand_diameter_mm and stand_height_mm of a target.
 void read_stand(const TomlTable& table, Target& target);
 std::string stand_to_toml(const Target& target);
+
+// Keys that robot, cell and obstacles share.
+
+inline constexpr Range kLengthMm{-1e5, 1e5};  // 100 m: above any arm or cell
+inline constexpr Range kAngleDeg{-3600.0, 3600.0};
+
+/// Unit of a number in a file.
+struct FileUnit {
+  double (*to_si)(double in_file);
+  double (*to_file)(double si);
+};
+inline constexpr FileUnit kSi{[](double v) { return v; }, [](double v) { return v; }};
+/// mm, mm/m, mrad, ms.
+inline constexpr FileUnit kMilli{[](double v) { return v / 1000.0; },
+                                 [](double v) { return v * 1000.0; }};
+/// A radius, by its diameter in mm.
+inline constexpr FileUnit kDiameterMm{[](double v) { return v / 2000.0; },
+                                      [](double v) { return v * 2000.0; }};
+inline constexpr FileUnit kDeg{[](double v) { return v * kRadPerDeg; },
+                               [](double v) { return v * kDegPerRad; }};
+inline constexpr FileUnit kArcsec{[](double v) { return v * kRadPerArcsec; },
+                                  [](double v) { return v / kRadPerArcsec; }};
+
+enum class Stated {
+  kNeeded,  ///< required
+  kAlways,  ///< always written, but not required
+  kIfOther  ///< written unless it has the usual value
+};
+using enum Stated;
+
+/// A number of T by its key, both ways.
+template <class T>
+struct NumberKey {
+  const char* key;
+  double T::*member;
+  FileUnit unit;
+  Range range;  ///< in the file's unit
+  Stated stated = Stated::kIfOther;
+  double T::*written_with = nullptr;  ///< written if that member is above 0
+};
+
+/// An absent key leaves its member unchanged.
+template <class T, std::size_t N>
+void read_numbers(const TomlTable& table, const NumberKey<T> (&keys)[N], T& value) {
+  for (const NumberKey<T>& row : keys)
+    if (table.has(row.key) || row.stated == Stated::kNeeded)
+      value.*row.member = row.unit.to_si(table.number(row.key, row.range));
+}
+
+/// "KEY = VALUE" as a line.
+std::string number_line(const char* key, double value);
+
+template <class T, std::size_t N>
+std::string numbers_to_toml(const NumberKey<T> (&keys)[N], const T& value, const T& usual = {}) {
+  std::string out;
+  for (const NumberKey<T>& row : keys)
+    if (row.written_with ? value.*row.written_with > 0.0
+                         : row.stated != Stated::kIfOther || value.*row.member != usual.*row.member)
+      out += number_line(row.key, row.unit.to_file(value.*row.member));
+  return out;
+}
+
+/// Three numbers as an array.
+Eigen::Vector3d read_vector(const TomlTable& table, std::string_view key, Range range);
+std::string vector_to_toml(const Eigen::Vector3d& v);
+
+/// `xyz_mm` and `abc_deg`, which may be absent.
+Eigen::Isometry3d read_frame(const TomlTable& table, bool needs_place = true);
+std::string frame_to_toml(const Eigen::Isometry3d& frame);
+
+/// `mass_kg` and `com_mm`, which may be absent.
+void read_mass(const TomlTable& table, double& mass_kg, Eigen::Vector3d& com_m);
+std::string mass_to_toml(double mass_kg, const Eigen::Vector3d& com_m);
 
 // Triangle meshes from CAD: STL, ASCII and binary, in millimetres.
 

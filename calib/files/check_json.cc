@@ -105,8 +105,6 @@ std::string check_to_json(const TcpCheck& check) {
 
 namespace {
 
-using nlohmann::ordered_json;
-
 constexpr double kDriftCoverage = 2.0;
 constexpr double kMonthS = 30.0 * 86400.0;
 

@@ -153,8 +153,6 @@ Outlier outlier_from_json(const JsonReader& item) {
 
 namespace {
 
-using ordered = nlohmann::ordered_json;
-
 ParameterKey named(const Cell& cell, const std::string& name, const JsonReader& item) {
   if (const auto key = parameter_key(cell, name)) return *key;
   item.fail(

@@ -25,9 +25,16 @@ namespace cellcal::calib {
 namespace {
 
 constexpr std::size_t kMaxObstacles = 1000;
-constexpr Range kPlaceMm{-1e5, 1e5};
 constexpr Range kSizeMm{1e-2, 1e5};
+constexpr Range kStandMm{0.1, 1e4};
 constexpr std::size_t kLongestId = 80;
+
+constexpr NumberKey<Obstacle> kCylinder[] = {
+    {"diameter_mm", &Obstacle::diameter_m, kMilli, kSizeMm, kNeeded},
+    {"height_mm", &Obstacle::height_m, kMilli, kSizeMm, kNeeded}};
+constexpr NumberKey<Target> kStand[] = {
+    {"stand_diameter_mm", &Target::stand_diameter_m, kMilli, kStandMm},
+    {"stand_height_mm", &Target::stand_height_m, kMilli, kStandMm}};
 
 Obstacle read_obstacle(const TomlTable& t, const Robot& robot) {
   Obstacle obstacle;
@@ -36,29 +43,20 @@ Obstacle read_obstacle(const TomlTable& t, const Robot& robot) {
     t.fail("id", "must be a name of 1 to 80 bytes without control characters: messages name it");
   const std::string shape = t.word("shape", {"box", "cylinder", "mesh"});
   if (shape == "box") {
-    const auto size = t.numbers("size_mm", 3, kSizeMm);
-    obstacle.size_m = Eigen::Vector3d(size[0], size[1], size[2]) / kMmPerM;
+    obstacle.size_m = read_vector(t, "size_mm", kSizeMm) / kMmPerM;
   } else if (shape == "cylinder") {
     obstacle.shape = ObstacleShape::kCylinder;
-    obstacle.diameter_m = t.number("diameter_mm", kSizeMm) / kMmPerM;
-    obstacle.height_m = t.number("height_mm", kSizeMm) / kMmPerM;
+    read_numbers(t, kCylinder, obstacle);
   } else {
     obstacle.shape = ObstacleShape::kMesh;
     obstacle.mesh_file = t.string("file");
     if (obstacle.mesh_file.empty()) t.fail("file", "must name an STL file");
   }
-  FrameMmDeg frame;
-  const auto xyz = t.numbers("xyz_mm", 3, kPlaceMm);
-  const auto abc = t.numbers_or("abc_deg", {0, 0, 0}, {-3600.0, 3600.0});
-  std::copy(xyz.begin(), xyz.end(), frame.xyz_mm.begin());
-  std::copy(abc.begin(), abc.end(), frame.abc_deg.begin());
-  obstacle.frame = to_isometry(frame);
+  obstacle.frame = read_frame(t);
   obstacle.carried_by = read_carrier(t, robot);
   t.refuse_unknown();
   return obstacle;
 }
-
-std::string mm(double m) { return toml_number(m * kMmPerM); }
 
 }  // namespace
 
@@ -102,46 +100,29 @@ std::string obstacles_to_toml(const std::vector<Obstacle>& obstacles, const Robo
     out += fmt::format("\n[[obstacle]]\nid = {}\n", toml_string(o.id));
     switch (o.shape) {
       case ObstacleShape::kBox:
-        out += fmt::format("shape = \"box\"\nsize_mm = [{}, {}, {}]\n", mm(o.size_m.x()),
-                           mm(o.size_m.y()), mm(o.size_m.z()));
+        out += fmt::format("shape = \"box\"\nsize_mm = {}\n", vector_to_toml(o.size_m * kMmPerM));
         break;
       case ObstacleShape::kCylinder:
-        out += fmt::format("shape = \"cylinder\"\ndiameter_mm = {}\nheight_mm = {}\n",
-                           mm(o.diameter_m), mm(o.height_m));
+        out += "shape = \"cylinder\"\n" + numbers_to_toml(kCylinder, o);
         break;
       case ObstacleShape::kMesh:
         out += fmt::format("shape = \"mesh\"\nfile = {}\n", toml_string(o.mesh_file));
         break;
     }
-    const FrameMmDeg f = to_frame(o.frame);
-    out +=
-        fmt::format("xyz_mm = [{}, {}, {}]\nabc_deg = [{}, {}, {}]\n", toml_number(f.xyz_mm[0]),
-                    toml_number(f.xyz_mm[1]), toml_number(f.xyz_mm[2]), toml_number(f.abc_deg[0]),
-                    toml_number(f.abc_deg[1]), toml_number(f.abc_deg[2]));
-    out += carrier_to_toml(o.carried_by, robot);
+    out += frame_to_toml(o.frame) + carrier_to_toml(o.carried_by, robot);
   }
   return out;
 }
 
 void read_stand(const TomlTable& t, Target& target) {
-  constexpr Range kStandMm{0.1, 1e4};
   target.has_stand = !t.has("stand") || t.word("stand", {"post", "none"}) == "post";
   for (const char* key : {"stand_diameter_mm", "stand_height_mm"})
     if (!target.has_stand && t.has(key)) t.fail(key, "there is no stand; leave it out");
-  if (t.has("stand_diameter_mm"))
-    target.stand_diameter_m = t.number("stand_diameter_mm", kStandMm) / kMmPerM;
-  if (t.has("stand_height_mm"))
-    target.stand_height_m = t.number("stand_height_mm", kStandMm) / kMmPerM;
+  read_numbers(t, kStand, target);
 }
 
 std::string stand_to_toml(const Target& target) {
-  if (!target.has_stand) return "stand = \"none\"\n";
-  std::string out;
-  if (target.stand_diameter_m > 0.0)
-    out += fmt::format("stand_diameter_mm = {}\n", mm(target.stand_diameter_m));
-  if (target.stand_height_m > 0.0)
-    out += fmt::format("stand_height_mm = {}\n", mm(target.stand_height_m));
-  return out;
+  return target.has_stand ? numbers_to_toml(kStand, target) : "stand = \"none\"\n";
 }
 
 void load_meshes(Cell& cell, const std::filesystem::path& folder, std::size_t most_triangles) {

@@ -297,8 +297,7 @@ Table<InputFile> input_fields() {
 
 namespace {
 
-using fields::Field, fields::Json, fields::Table, fields::field, fields::from_json, fields::named,
-    fields::to_json;
+using fields::from_json, fields::to_json;
 
 constexpr std::array<std::pair<const char*, double>, 11> kUnits{{{"mm", kMmPerM},
                                                                  {"ms", kMsPerS},

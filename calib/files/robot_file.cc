@@ -27,11 +27,66 @@ namespace {
 
 constexpr std::string_view kRobotFormat = "cellcal.robot/1";
 constexpr std::size_t kMostJointsInFile = 32;
-constexpr Range kRobotLengthMm{-1e5, 1e5};  // 100 m: above any arm
-constexpr Range kAngleDeg{-3600.0, 3600.0};
-constexpr Range kMassKg{0.0, 1e4};
 constexpr Range kToleranceMm{0.0, 1e3};
 constexpr Range kToleranceDeg{0.0, 90.0};
+constexpr Range kPerMille{0.0, 100.0};
+constexpr Range kSpeed{1e-3, 1e5};
+constexpr Range kRadPerNm{0.0, 1.0};
+constexpr Range kSigmaArcsec{0.0, 1e5};
+constexpr Range kReachDeg{0.1, 180.0};
+
+using J = Joint;
+using A = PositionerAxis;
+using G = LinearGuide;
+
+constexpr NumberKey<J> kStroke[] = {{"min_mm", &J::min_rad, kMilli, kLengthMm, kNeeded},
+                                    {"max_mm", &J::max_rad, kMilli, kLengthMm, kNeeded},
+                                    {"max_speed_mm_s", &J::max_speed_rad_s, kMilli, kSpeed}};
+
+constexpr NumberKey<G> kGuide[] = {
+    {"scale_sigma_mm_per_m", &G::scale_sigma, kMilli, kPerMille, kAlways},
+    {"direction_sigma_mrad", &G::direction_sigma_rad, kMilli, kPerMille, kAlways},
+    {"straightness_sigma_mm", &G::straightness_sigma_m, kMilli, kToleranceMm, kAlways},
+    {"turn_sigma_mrad_per_m", &G::turn_sigma_rad_m, kMilli, kPerMille, kAlways},
+    {"turn_sigma_mrad", &G::turn_sigma_rad, kMilli, kPerMille, kAlways}};
+
+constexpr NumberKey<J> kGeometry[] = {{"offset_deg", &J::offset_rad, kDeg, kAngleDeg, kAlways},
+                                      {"d_mm", &J::d_m, kMilli, kLengthMm, kNeeded},
+                                      {"a_mm", &J::a_m, kMilli, kLengthMm, kNeeded},
+                                      {"alpha_deg", &J::alpha_rad, kDeg, kAngleDeg, kNeeded},
+                                      {"beta_deg", &J::beta_rad, kDeg, kAngleDeg, kAlways}};
+
+constexpr NumberKey<J> kTravel[] = {
+    {"min_deg", &J::min_rad, kDeg, kAngleDeg, kNeeded},
+    {"max_deg", &J::max_rad, kDeg, kAngleDeg, kNeeded},
+    {"max_speed_deg_s", &J::max_speed_rad_s, kDeg, kSpeed},
+    {"tolerance_length_mm", &J::tolerance_length_m, kMilli, kToleranceMm},
+    {"tolerance_angle_deg", &J::tolerance_angle_rad, kDeg, kToleranceDeg}};
+
+constexpr NumberKey<J> kGear[] = {
+    {"compliance_sigma_rad_per_nm", &J::compliance_sigma_rad_per_nm, kSi, kRadPerNm},
+    {"gear_ratio", &J::gear_ratio, kSi, {-1e4, 1e4}},
+    {"harmonic_sigma_arcsec", &J::harmonic_sigma_rad, kArcsec, kSigmaArcsec},
+    {"harmonic_falloff", &J::harmonic_falloff, kSi, {0.0, 10.0}},
+    {"bearing_sigma_rad_per_nm", &J::bearing_sigma_rad_per_nm, kSi, kRadPerNm},
+    {"counterbalance_sigma_arcsec", &J::counterbalance_sigma_rad, kArcsec, kSigmaArcsec},
+    {"stiffening_sigma_arcsec", &J::stiffening_sigma_rad, kArcsec, kSigmaArcsec},
+    {"stiffening_nm", &J::stiffening_nm, kSi, {1.0, 1e6}, kIfOther, &J::stiffening_sigma_rad},
+    {"function_sigma_arcsec", &J::function_sigma_rad, kArcsec, kSigmaArcsec},
+    {"function_reach_deg", &J::function_reach_rad, kDeg, kReachDeg, kIfOther,
+     &J::function_sigma_rad},
+    {"function_fast_sigma_arcsec", &J::function_fast_sigma_rad, kArcsec, kSigmaArcsec},
+    {"radius_mm", &J::radius_m, kMilli, {1.0, 5e3}}};
+
+constexpr NumberKey<A> kAxis[] = {
+    {"min_deg", &A::min_rad, kDeg, kAngleDeg, kNeeded},
+    {"max_deg", &A::max_rad, kDeg, kAngleDeg, kNeeded},
+    {"max_speed_deg_s", &A::max_speed_rad_s, kDeg, kSpeed},
+    {"place_sigma_mm", &A::place_sigma_m, kMilli, kToleranceMm, kAlways},
+    {"direction_sigma_mrad", &A::direction_sigma_rad, kMilli, kPerMille, kAlways},
+    {"scale_sigma_mrad_per_rad", &A::scale_sigma, kMilli, kPerMille, kAlways},
+    {"compliance_sigma_rad_per_nm", &A::compliance_sigma_rad_per_nm, kSi, kRadPerNm, kAlways},
+    {"bearing_sigma_rad_per_nm", &A::bearing_sigma_rad_per_nm, kSi, kRadPerNm, kAlways}};
 
 constexpr std::pair<std::string_view, JointError> kErrorNames[] = {
     {"theta", JointError::kTheta}, {"d", JointError::kD},       {"a", JointError::kA},
@@ -54,14 +109,10 @@ AbsoluteAccuracy read_accuracy(const TomlTable& document) {
   return found->second;
 }
 
-Eigen::Isometry3d read_frame(const TomlTable& table) {
-  FrameMmDeg frame;
-  const auto xyz = table.numbers_or("xyz_mm", {0, 0, 0}, kRobotLengthMm);
-  const auto abc = table.numbers_or("abc_deg", {0, 0, 0}, kAngleDeg);
-  std::copy(xyz.begin(), xyz.end(), frame.xyz_mm.begin());
-  std::copy(abc.begin(), abc.end(), frame.abc_deg.begin());
+Eigen::Isometry3d read_frame_table(const TomlTable& table) {
+  const Eigen::Isometry3d frame = read_frame(table, false);
   table.refuse_unknown();
-  return to_isometry(frame);
+  return frame;
 }
 
 std::string read_joint_name(const TomlTable& t) {
@@ -74,19 +125,15 @@ std::string read_joint_name(const TomlTable& t) {
   return name;
 }
 
-/// Defaults: an installed unit of steel rails, rack and pinion.
-constexpr double kScaleMmPerM = 0.5, kDirectionMrad = 3.0, kStraightnessMm = 0.3,
-                 kTurnMradPerM = 0.5, kTurnMrad = 0.3;
-
 }  // namespace
 
 LinearGuide usual_guide() {
   LinearGuide guide;
-  guide.scale_sigma = kScaleMmPerM / 1000.0;
-  guide.direction_sigma_rad = kDirectionMrad / 1000.0;
-  guide.straightness_sigma_m = kStraightnessMm / 1000.0;
-  guide.turn_sigma_rad_m = kTurnMradPerM / 1000.0;
-  guide.turn_sigma_rad = kTurnMrad / 1000.0;
+  guide.scale_sigma = 0.5e-3;
+  guide.direction_sigma_rad = 3e-3;
+  guide.straightness_sigma_m = 0.3e-3;
+  guide.turn_sigma_rad_m = 0.5e-3;
+  guide.turn_sigma_rad = 0.3e-3;
   return guide;
 }
 
@@ -107,29 +154,17 @@ namespace {
 Joint read_prismatic(const TomlTable& t) {
   Joint joint;
   joint.name = read_joint_name(t);
-  LinearGuide& guide = joint.guide.emplace();
-  const auto along = t.numbers("along", 3, {-1.0, 1.0});
-  guide.along = Eigen::Vector3d(along[0], along[1], along[2]);
+  LinearGuide& guide = joint.guide.emplace(usual_guide());
+  guide.along = read_vector(t, "along", {-1.0, 1.0});
   constexpr double kUnitSlack = 0.01;
   if (std::abs(guide.along.norm() - 1.0) > kUnitSlack)
     t.fail("along", "must be a direction of length 1, as in [0.0, 1.0, 0.0]");
   guide.along.normalize();
-  joint.min_rad = t.number("min_mm", kRobotLengthMm) / kMmPerM;
-  joint.max_rad = t.number("max_mm", kRobotLengthMm) / kMmPerM;
+  read_numbers(t, kStroke, joint);
   constexpr double kShortestM = 0.05;  // shorter strokes are given in metres
   if (joint.max_rad - joint.min_rad < kShortestM)
     t.fail("min_mm", "must be at least 50 mm less than max_mm");
-  if (t.has("max_speed_mm_s"))
-    joint.max_speed_rad_s = t.number("max_speed_mm_s", {1e-3, 1e5}) / kMmPerM;
-  constexpr Range kPerMille{0.0, 100.0};
-  const auto sigma = [&](const char* key, double usual, Range range) {
-    return t.number_or(key, usual, range) / 1000.0;  // mm to m, mm/m to m/m, mrad to rad
-  };
-  guide.scale_sigma = sigma("scale_sigma_mm_per_m", kScaleMmPerM, kPerMille);
-  guide.direction_sigma_rad = sigma("direction_sigma_mrad", kDirectionMrad, kPerMille);
-  guide.straightness_sigma_m = sigma("straightness_sigma_mm", kStraightnessMm, kToleranceMm);
-  guide.turn_sigma_rad_m = sigma("turn_sigma_mrad_per_m", kTurnMradPerM, kPerMille);
-  guide.turn_sigma_rad = sigma("turn_sigma_mrad", kTurnMrad, kPerMille);
+  read_numbers(t, kGuide, guide);
   t.refuse_unknown();
   return joint;
 }
@@ -162,22 +197,17 @@ std::vector<JointWave> read_waves(const TomlTable& t) {
   return waves;
 }
 
-void read_mass(const TomlTable& t, double& mass_kg, Eigen::Vector3d& com_m) {
-  mass_kg = t.number_or("mass_kg", 0.0, kMassKg);
-  const auto com = t.numbers_or("com_mm", {0, 0, 0}, kRobotLengthMm);
-  com_m = Eigen::Vector3d(com[0], com[1], com[2]) / kMmPerM;
+int read_sign(const TomlTable& t) {
+  const long sign = t.integer_or("sign", 1, -1, 1);
+  if (sign == 0) t.fail("sign", "must be 1 or -1");
+  return static_cast<int>(sign);
 }
 
-Joint read_turning(const TomlTable& t, double length_m, double angle_rad) {
-  Joint joint;
+/// `joint` holds the usual values.
+Joint read_turning(const TomlTable& t, Joint joint) {
   joint.name = read_joint_name(t);
-  joint.sign = static_cast<int>(t.integer_or("sign", 1, -1, 1));
-  if (joint.sign == 0) t.fail("sign", "must be 1 or -1");
-  joint.offset_rad = t.number_or("offset_deg", 0.0, kAngleDeg) * kRadPerDeg;
-  joint.d_m = t.number("d_mm", kRobotLengthMm) / kMmPerM;
-  joint.a_m = t.number("a_mm", kRobotLengthMm) / kMmPerM;
-  joint.alpha_rad = t.number("alpha_deg", kAngleDeg) * kRadPerDeg;
-  joint.beta_rad = t.number_or("beta_deg", 0.0, kAngleDeg) * kRadPerDeg;
+  joint.sign = read_sign(t);
+  read_numbers(t, kGeometry, joint);
   for (const std::string& word : t.strings("errors")) {
     const auto* found = std::find_if(std::begin(kErrorNames), std::end(kErrorNames),
                                      [&](const auto& entry) { return entry.first == word; });
@@ -187,40 +217,18 @@ Joint read_turning(const TomlTable& t, double length_m, double angle_rad) {
       t.fail("errors", "\"" + word + "\" occurs twice");
     joint.errors.push_back(found->second);
   }
-  joint.min_rad = t.number("min_deg", kAngleDeg) * kRadPerDeg;
-  joint.max_rad = t.number("max_deg", kAngleDeg) * kRadPerDeg;
+  read_numbers(t, kTravel, joint);
   if (joint.min_rad >= joint.max_rad) t.fail("min_deg", "must be less than max_deg");
-  if (t.has("max_speed_deg_s"))
-    joint.max_speed_rad_s = t.number("max_speed_deg_s", {1e-3, 1e5}) * kRadPerDeg;
-  joint.tolerance_length_m =
-      t.number_or("tolerance_length_mm", length_m * kMmPerM, kToleranceMm) / kMmPerM;
-  joint.tolerance_angle_rad =
-      t.number_or("tolerance_angle_deg", angle_rad * kDegPerRad, kToleranceDeg) * kRadPerDeg;
   read_mass(t, joint.mass_kg, joint.com_m);
-  joint.compliance_sigma_rad_per_nm = t.number_or("compliance_sigma_rad_per_nm", 0.0, {0.0, 1.0});
-  joint.gear_ratio = t.number_or("gear_ratio", 1.0, {-1e4, 1e4});
   joint.harmonics = read_orders(t, "harmonics", {1.0, 1000.0}, kMostHarmonics);
-  joint.harmonic_sigma_rad = t.number_or("harmonic_sigma_arcsec", 0.0, {0.0, 1e5}) * kRadPerArcsec;
-  joint.harmonic_falloff = t.number_or("harmonic_falloff", 0.0, {0.0, 10.0});
-  joint.bearing_sigma_rad_per_nm = t.number_or("bearing_sigma_rad_per_nm", 0.0, {0.0, 1.0});
-  joint.function_sigma_rad = t.number_or("function_sigma_arcsec", 0.0, {0.0, 1e5}) * kRadPerArcsec;
-  joint.function_fast_sigma_rad =
-      t.number_or("function_fast_sigma_arcsec", 0.0, {0.0, 1e5}) * kRadPerArcsec;
-  joint.function_reach_rad = t.number_or("function_reach_deg", 5.0, {0.1, 180.0}) * kRadPerDeg;
+  read_numbers(t, kGear, joint);
   joint.waves = read_waves(t);
-  joint.counterbalance_sigma_rad =
-      t.number_or("counterbalance_sigma_arcsec", 0.0, {0.0, 1e5}) * kRadPerArcsec;
-  joint.stiffening_sigma_rad =
-      t.number_or("stiffening_sigma_arcsec", 0.0, {0.0, 1e5}) * kRadPerArcsec;
-  joint.stiffening_nm = t.number_or("stiffening_nm", 1000.0, {1.0, 1e6});
   if (t.has("function_deg")) {
     const auto range = t.numbers("function_deg", 2, kAngleDeg);
     if (!(range[0] < range[1])) t.fail("function_deg", "must hold the smaller angle first");
     joint.function_min_rad = range[0] * kRadPerDeg;
     joint.function_max_rad = range[1] * kRadPerDeg;
   }
-  constexpr Range kRadiusMm{1.0, 5e3};
-  if (t.has("radius_mm")) joint.radius_m = t.number("radius_mm", kRadiusMm) / kMmPerM;
   t.refuse_unknown();
   return joint;
 }
@@ -228,26 +236,11 @@ Joint read_turning(const TomlTable& t, double length_m, double angle_rad) {
 PositionerAxis read_positioner_axis(const TomlTable& t) {
   PositionerAxis axis = usual_positioner_axis();
   axis.name = read_joint_name(t);
-  axis.sign = static_cast<int>(t.integer_or("sign", 1, -1, 1));
-  if (axis.sign == 0) t.fail("sign", "must be 1 or -1");
-  axis.min_rad = t.number("min_deg", kAngleDeg) * kRadPerDeg;
-  axis.max_rad = t.number("max_deg", kAngleDeg) * kRadPerDeg;
+  axis.sign = read_sign(t);
+  read_numbers(t, kAxis, axis);
   if (axis.min_rad >= axis.max_rad) t.fail("min_deg", "must be less than max_deg");
-  if (t.has("max_speed_deg_s"))
-    axis.max_speed_rad_s = t.number("max_speed_deg_s", {1e-3, 1e5}) * kRadPerDeg;
-  constexpr Range kPerMille{0.0, 100.0};
-  const auto sigma = [&](const char* key, double usual, const Range& range) {
-    return t.has(key) ? t.number(key, range) / 1000.0 : usual;
-  };
-  axis.place_sigma_m = sigma("place_sigma_mm", axis.place_sigma_m, kToleranceMm);
-  axis.direction_sigma_rad = sigma("direction_sigma_mrad", axis.direction_sigma_rad, kPerMille);
-  axis.scale_sigma = sigma("scale_sigma_mrad_per_rad", axis.scale_sigma, kPerMille);
   read_mass(t, axis.mass_kg, axis.com_m);
-  axis.compliance_sigma_rad_per_nm =
-      t.number_or("compliance_sigma_rad_per_nm", axis.compliance_sigma_rad_per_nm, {0.0, 1.0});
-  axis.bearing_sigma_rad_per_nm =
-      t.number_or("bearing_sigma_rad_per_nm", axis.bearing_sigma_rad_per_nm, {0.0, 1.0});
-  axis.frame = read_frame(t);
+  axis.frame = read_frame_table(t);
   return axis;
 }
 
@@ -262,42 +255,20 @@ void read_positioner(const TomlTable& document, std::set<std::string> names, Rob
   }
 }
 
-Joint read_joint(const TomlTable& t, double length_m, double angle_rad) {
+Joint read_joint(const TomlTable& t, const Joint& usual) {
   const bool prismatic = t.has("kind") && t.word("kind", {"revolute", "prismatic"}) == "prismatic";
-  return prismatic ? read_prismatic(t) : read_turning(t, length_m, angle_rad);
+  return prismatic ? read_prismatic(t) : read_turning(t, usual);
 }
 
 std::string prismatic_to_toml(const Joint& j) {
-  const LinearGuide& guide = *j.guide;
-  std::string out = fmt::format(
-      "\n[[joint]]\nname = {}\nkind = \"prismatic\"\nalong = [{}, {}, {}]\nmin_mm = {}\n"
-      "max_mm = {}\n",
-      toml_string(j.name), toml_number(guide.along.x()), toml_number(guide.along.y()),
-      toml_number(guide.along.z()), toml_number(j.min_rad * kMmPerM),
-      toml_number(j.max_rad * kMmPerM));
-  if (j.max_speed_rad_s > 0.0)
-    out += fmt::format("max_speed_mm_s = {}\n", toml_number(j.max_speed_rad_s * kMmPerM));
-  const std::pair<const char*, double> sigmas[] = {
-      {"scale_sigma_mm_per_m", guide.scale_sigma},
-      {"direction_sigma_mrad", guide.direction_sigma_rad},
-      {"straightness_sigma_mm", guide.straightness_sigma_m},
-      {"turn_sigma_mrad_per_m", guide.turn_sigma_rad_m},
-      {"turn_sigma_mrad", guide.turn_sigma_rad}};
-  for (const auto& [key, value] : sigmas)
-    out += fmt::format("{} = {}\n", key, toml_number(value * 1000.0));
-  return out;
-}
-
-std::string frame_lines(const Eigen::Isometry3d& isometry) {
-  const FrameMmDeg f = to_frame(isometry);
-  return fmt::format("xyz_mm = [{}, {}, {}]\nabc_deg = [{}, {}, {}]\n", toml_number(f.xyz_mm[0]),
-                     toml_number(f.xyz_mm[1]), toml_number(f.xyz_mm[2]), toml_number(f.abc_deg[0]),
-                     toml_number(f.abc_deg[1]), toml_number(f.abc_deg[2]));
+  return fmt::format("\n[[joint]]\nname = {}\nkind = \"prismatic\"\nalong = {}\n",
+                     toml_string(j.name), vector_to_toml(j.guide->along)) +
+         numbers_to_toml(kStroke, j) + numbers_to_toml(kGuide, *j.guide);
 }
 
 std::string frame_table(const char* name, const Eigen::Isometry3d& isometry) {
   if (isometry.isApprox(Eigen::Isometry3d::Identity(), 0.0)) return {};
-  return fmt::format("\n[{}]\n", name) + frame_lines(isometry);
+  return fmt::format("\n[{}]\n", name) + frame_to_toml(isometry);
 }
 
 std::string waves_to_toml(const std::vector<JointWave>& waves) {
@@ -311,27 +282,31 @@ std::string waves_to_toml(const std::vector<JointWave>& waves) {
                      fmt::join(sigmas, ", "));
 }
 
+std::string turning_to_toml(const Joint& j, const Joint& usual) {
+  std::string errors;
+  for (const JointError error : j.errors)
+    for (const auto& [word, value] : kErrorNames)
+      if (value == error) errors += fmt::format("{}\"{}\"", errors.empty() ? "" : ", ", word);
+  std::string out =
+      fmt::format("\n[[joint]]\nname = {}\nsign = {}\n{}errors = [{}]\n", toml_string(j.name),
+                  j.sign, numbers_to_toml(kGeometry, j), errors) +
+      numbers_to_toml(kTravel, j, usual);
+  if (j.mass_kg > 0.0 || !j.com_m.isZero(0.0)) out += mass_to_toml(j.mass_kg, j.com_m);
+  if (!j.harmonics.empty()) out += fmt::format("harmonics = [{}]\n", fmt::join(j.harmonics, ", "));
+  out += numbers_to_toml(kGear, j);
+  if (!j.waves.empty()) out += waves_to_toml(j.waves);
+  if (j.function_min_rad < j.function_max_rad)
+    out += fmt::format("function_deg = [{}, {}]\n", toml_number(j.function_min_rad * kDegPerRad),
+                       toml_number(j.function_max_rad * kDegPerRad));
+  return out;
+}
+
 std::string axis_to_toml(const PositionerAxis& axis) {
-  return fmt::format(
-             "\n[[positioner]]\nname = {}\nsign = {}\nmin_deg = {}\nmax_deg = {}\n"
-             "place_sigma_mm = {}\ndirection_sigma_mrad = {}\nscale_sigma_mrad_per_rad = {}\n",
-             toml_string(axis.name), axis.sign, toml_number(axis.min_rad * kDegPerRad),
-             toml_number(axis.max_rad * kDegPerRad), toml_number(axis.place_sigma_m * kMmPerM),
-             toml_number(axis.direction_sigma_rad * 1000.0),
-             toml_number(axis.scale_sigma * 1000.0)) +
-         (axis.max_speed_rad_s > 0.0
-              ? fmt::format("max_speed_deg_s = {}\n", toml_number(axis.max_speed_rad_s * kDegPerRad))
-              : "") +
-         (axis.mass_kg > 0.0
-              ? fmt::format("mass_kg = {}\ncom_mm = [{}, {}, {}]\n", toml_number(axis.mass_kg),
-                            toml_number(axis.com_m.x() * kMmPerM),
-                            toml_number(axis.com_m.y() * kMmPerM),
-                            toml_number(axis.com_m.z() * kMmPerM))
-              : "") +
-         fmt::format("compliance_sigma_rad_per_nm = {}\nbearing_sigma_rad_per_nm = {}\n",
-                     toml_number(axis.compliance_sigma_rad_per_nm),
-                     toml_number(axis.bearing_sigma_rad_per_nm)) +
-         frame_lines(axis.frame);
+  return fmt::format("\n[[positioner]]\nname = {}\nsign = {}\n", toml_string(axis.name),
+                     axis.sign) +
+         numbers_to_toml(kAxis, axis) +
+         (axis.mass_kg > 0.0 ? mass_to_toml(axis.mass_kg, axis.com_m) : "") +
+         frame_to_toml(axis.frame);
 }
 
 }  // namespace
@@ -342,16 +317,17 @@ Robot read_robot(const TomlTable& document) {
   robot.name = document.string("name");
   robot.source = document.text_or("source", "");
   robot.absolute_accuracy = read_accuracy(document);
-  const auto gravity = document.numbers("gravity", 3, {-100.0, 100.0});
-  robot.gravity_m_s2 = Eigen::Vector3d(gravity[0], gravity[1], gravity[2]);
+  robot.gravity_m_s2 = read_vector(document, "gravity", {-100.0, 100.0});
   constexpr double kLeastGravity = 0.1;  // a smaller vector has no defined direction
   if (const double size = robot.gravity_m_s2.norm(); size > 0.0 && size < kLeastGravity)
     document.fail("gravity", fmt::format("is {:g} m/s^2 long; state it as [0.0, 0.0, -9.81], or as "
                                          "[0.0, 0.0, 0.0] where there is none",
                                          size));
   const TomlTable tolerance = document.table("tolerance");
-  const double length_m = tolerance.number("length_mm", kToleranceMm) / kMmPerM;
-  const double angle_rad = tolerance.number("angle_deg", kToleranceDeg) * kRadPerDeg;
+  Joint usual;
+  usual.tolerance_length_m = tolerance.number("length_mm", kToleranceMm) / kMmPerM;
+  usual.tolerance_angle_rad = tolerance.number("angle_deg", kToleranceDeg) * kRadPerDeg;
+  usual.function_reach_rad = 5.0 * kRadPerDeg;
   tolerance.refuse_unknown();
   const auto joints = document.tables("joint");
   if (joints.empty() || joints.size() > kMostJointsInFile)
@@ -359,7 +335,7 @@ Robot read_robot(const TomlTable& document) {
         "", "a robot needs 1 to 32 [[joint]] tables, but has " + std::to_string(joints.size()));
   std::set<std::string> names;
   for (const TomlTable& table : joints) {
-    robot.joints.push_back(read_joint(table, length_m, angle_rad));
+    robot.joints.push_back(read_joint(table, usual));
     if (!names.insert(robot.joints.back().name).second)
       table.fail("name", "\"" + shown(robot.joints.back().name) + "\" occurs twice");
     if (robot.joints.back().is_prismatic() && (robot.joints.size() > 1 || joints.size() == 1))
@@ -367,8 +343,8 @@ Robot read_robot(const TomlTable& document) {
                  "only the first joint may be prismatic: a linear unit that carries the arm");
   }
   read_positioner(document, names, robot);
-  robot.base_fixed = read_frame(document.table_or_empty("base"));
-  robot.flange_fixed = read_frame(document.table_or_empty("flange"));
+  robot.base_fixed = read_frame_table(document.table_or_empty("base"));
+  robot.flange_fixed = read_frame_table(document.table_or_empty("flange"));
   constexpr double kTinyArmM = 0.02;
   double reach_m = robot.base_fixed.translation().norm() + robot.flange_fixed.translation().norm();
   for (const Joint& joint : robot.joints) reach_m += std::abs(joint.d_m) + std::abs(joint.a_m);
@@ -384,7 +360,6 @@ Robot read_robot(const TomlTable& document) {
 }
 
 std::string robot_to_toml(const Robot& robot) {
-  const auto& g = robot.gravity_m_s2;
   std::string accuracy;
   for (const auto& [word, value] : kAccuracyNames)
     if (value == robot.absolute_accuracy)
@@ -392,73 +367,16 @@ std::string robot_to_toml(const Robot& robot) {
   // [tolerance] is only the joints' default; the first joint's value is written.
   const Joint& first = robot.joints[robot.first_turning()];
   std::string out = fmt::format(
-      "format = \"{}\"\nname = {}\nsource = {}\ngravity = [{}, {}, {}]\n{}\n"
+      "format = \"{}\"\nname = {}\nsource = {}\ngravity = {}\n{}\n"
       "[tolerance]\nlength_mm = {}\nangle_deg = {}\n",
-      kRobotFormat, toml_string(robot.name), toml_string(robot.source), toml_number(g.x()),
-      toml_number(g.y()), toml_number(g.z()), accuracy,
-      toml_number(first.tolerance_length_m * kMmPerM),
+      kRobotFormat, toml_string(robot.name), toml_string(robot.source),
+      vector_to_toml(robot.gravity_m_s2), accuracy, toml_number(first.tolerance_length_m * kMmPerM),
       toml_number(first.tolerance_angle_rad * kDegPerRad));
-  for (const Joint& j : robot.joints) {
-    if (j.is_prismatic()) {
-      out += prismatic_to_toml(j);
-      continue;
-    }
-    std::string errors;
-    for (const JointError error : j.errors)
-      for (const auto& [word, value] : kErrorNames)
-        if (value == error) errors += fmt::format("{}\"{}\"", errors.empty() ? "" : ", ", word);
-    out += fmt::format(
-        "\n[[joint]]\nname = {}\nsign = {}\noffset_deg = {}\nd_mm = {}\na_mm = {}\n"
-        "alpha_deg = {}\nbeta_deg = {}\nerrors = [{}]\nmin_deg = {}\nmax_deg = {}\n",
-        toml_string(j.name), j.sign, toml_number(j.offset_rad * kDegPerRad),
-        toml_number(j.d_m * kMmPerM), toml_number(j.a_m * kMmPerM),
-        toml_number(j.alpha_rad * kDegPerRad), toml_number(j.beta_rad * kDegPerRad), errors,
-        toml_number(j.min_rad * kDegPerRad), toml_number(j.max_rad * kDegPerRad));
-    if (j.max_speed_rad_s > 0.0)
-      out += fmt::format("max_speed_deg_s = {}\n", toml_number(j.max_speed_rad_s * kDegPerRad));
-    if (j.tolerance_length_m != first.tolerance_length_m)
-      out += fmt::format("tolerance_length_mm = {}\n", toml_number(j.tolerance_length_m * kMmPerM));
-    if (j.tolerance_angle_rad != first.tolerance_angle_rad)
-      out += fmt::format("tolerance_angle_deg = {}\n",
-                         toml_number(j.tolerance_angle_rad * kDegPerRad));
-    if (j.mass_kg > 0.0 || !j.com_m.isZero(0.0))
-      out += fmt::format("mass_kg = {}\ncom_mm = [{}, {}, {}]\n", toml_number(j.mass_kg),
-                         toml_number(j.com_m.x() * kMmPerM), toml_number(j.com_m.y() * kMmPerM),
-                         toml_number(j.com_m.z() * kMmPerM));
-    if (j.compliance_sigma_rad_per_nm > 0.0)
-      out += fmt::format("compliance_sigma_rad_per_nm = {}\n",
-                         toml_number(j.compliance_sigma_rad_per_nm));
-    if (j.gear_ratio != 1.0) out += fmt::format("gear_ratio = {}\n", toml_number(j.gear_ratio));
-    if (!j.harmonics.empty())
-      out += fmt::format("harmonics = [{}]\n", fmt::join(j.harmonics, ", "));
-    if (j.harmonic_sigma_rad > 0.0)
-      out += fmt::format("harmonic_sigma_arcsec = {}\n",
-                         toml_number(j.harmonic_sigma_rad / kRadPerArcsec));
-    if (j.harmonic_falloff > 0.0)
-      out += fmt::format("harmonic_falloff = {}\n", toml_number(j.harmonic_falloff));
-    if (j.bearing_sigma_rad_per_nm > 0.0)
-      out +=
-          fmt::format("bearing_sigma_rad_per_nm = {}\n", toml_number(j.bearing_sigma_rad_per_nm));
-    if (j.counterbalance_sigma_rad > 0.0)
-      out += fmt::format("counterbalance_sigma_arcsec = {}\n",
-                         toml_number(j.counterbalance_sigma_rad / kRadPerArcsec));
-    if (j.stiffening_sigma_rad > 0.0)
-      out += fmt::format("stiffening_sigma_arcsec = {}\nstiffening_nm = {}\n",
-                         toml_number(j.stiffening_sigma_rad / kRadPerArcsec),
-                         toml_number(j.stiffening_nm));
-    if (j.function_sigma_rad > 0.0)
-      out += fmt::format("function_sigma_arcsec = {}\nfunction_reach_deg = {}\n",
-                         toml_number(j.function_sigma_rad / kRadPerArcsec),
-                         toml_number(j.function_reach_rad * kDegPerRad));
-    if (j.function_fast_sigma_rad > 0.0)
-      out += fmt::format("function_fast_sigma_arcsec = {}\n",
-                         toml_number(j.function_fast_sigma_rad / kRadPerArcsec));
-    if (!j.waves.empty()) out += waves_to_toml(j.waves);
-    if (j.function_min_rad < j.function_max_rad)
-      out += fmt::format("function_deg = [{}, {}]\n", toml_number(j.function_min_rad * kDegPerRad),
-                         toml_number(j.function_max_rad * kDegPerRad));
-    if (j.radius_m > 0.0) out += fmt::format("radius_mm = {}\n", toml_number(j.radius_m * kMmPerM));
-  }
+  Joint usual;
+  usual.tolerance_length_m = first.tolerance_length_m;
+  usual.tolerance_angle_rad = first.tolerance_angle_rad;
+  for (const Joint& j : robot.joints)
+    out += j.is_prismatic() ? prismatic_to_toml(j) : turning_to_toml(j, usual);
   out += frame_table("base", robot.base_fixed) + frame_table("flange", robot.flange_fixed);
   for (const PositionerAxis& axis : robot.positioner) out += axis_to_toml(axis);
   return out;

@@ -337,11 +337,6 @@ std::vector<double> TomlTable::numbers(std::string_view key, std::size_t count, 
   return values;
 }
 
-std::vector<double> TomlTable::numbers_or(std::string_view key, const std::vector<double>& fallback,
-                                          Range range) const {
-  return node_->find(key) ? numbers(key, fallback.size(), range) : fallback;
-}
-
 std::vector<std::string> TomlTable::strings(std::string_view key) const {
   const toml::node* node = node_->find(key);
   if (!node) missing(key, "an array of strings");

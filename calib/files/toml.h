@@ -50,8 +50,6 @@ class TomlTable {
   std::string word(std::string_view key, std::initializer_list<std::string_view> allowed) const;
   /// Array of exactly `count` numbers (0: any count).
   std::vector<double> numbers(std::string_view key, std::size_t count, Range range) const;
-  std::vector<double> numbers_or(std::string_view key, const std::vector<double>& fallback,
-                                 Range range) const;
   std::vector<std::string> strings(std::string_view key) const;
 
   /// Sub-table; table_or_empty returns an empty one if it is absent.
