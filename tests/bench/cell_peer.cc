@@ -9,14 +9,16 @@
 #include <array>
 #include <atomic>
 #include <random>
+#include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "drivers/contact/wire/ctp_codec.h"
-#include "drivers/kuka/wire/rsi_codec.h"
 #include "sim/krc/controller.h"
 #include "sim/mcu/microcontroller.h"
 #include "tests/bench/loopback.h"
+#include "tests/drivers/kuka/wire/sen_frame.h"
 
 namespace cellcal::bench {
 namespace {
@@ -216,12 +218,13 @@ struct CellPeer::Impl {
   }
 
   void receive_reply(std::string_view bytes, TimePoint now) {
-    if (parser.parse_sen(bytes, {}, reply) != drivers::WireError::kNone) return;
+    const auto reply = drivers::read_sen(bytes);
+    if (!reply) return;
     controller.receive(bytes);
-    const std::uint32_t ipoc = reply.ipoc.value;
+    const std::uint32_t ipoc = static_cast<std::uint32_t>(std::stoull(reply->ipoc));
     if (ipoc == static_cast<std::uint32_t>(controller.ipoc())) answered = true;
-    const bool frozen = reply.axes_deg == last_deg;
-    last_deg = reply.axes_deg;
+    const bool frozen = reply->axes_deg == last_deg;
+    last_deg = reply->axes_deg;
     steady_cycles = frozen ? 0 : steady_cycles + 1;
     if (stage == Stage::kSilent && frozen) {
       silence.to_frozen = now - last_frame_at;
@@ -249,8 +252,6 @@ struct CellPeer::Impl {
   sim::Controller controller;
   sim::Microcontroller mcu;
   std::mt19937_64 random;
-  drivers::RsiParser parser;
-  drivers::SenFrame reply;
   ctp::FrameReader listener{ctp::Direction::kFromSensor};
 
   // the wires
@@ -262,7 +263,7 @@ struct CellPeer::Impl {
   TimePoint next_packet{};
   std::string_view packet;  ///< ready to be sent
   bool answered = true;
-  drivers::AxisAngles last_deg;
+  std::vector<double> last_deg;
   int steady_cycles = 0;
   std::optional<TimePoint> echo_at;
   TimePoint echo_sent{};

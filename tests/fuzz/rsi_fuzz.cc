@@ -9,6 +9,7 @@
 #include "drivers/kuka/rsi/rsi_core.h"
 #include "drivers/kuka/rsi/rsi_space.h"
 #include "drivers/kuka/wire/rsi_codec.h"
+#include "tests/drivers/kuka/wire/sen_frame.h"
 
 namespace {
 
@@ -48,7 +49,7 @@ class Chain final : public ArmGeometry {
 };
 
 // In space the adapter sends RKorr, finite or not at all, and causes no motion by itself.
-void run_in_space(RsiParser& parser, std::string_view bytes) {
+void run_in_space(std::string_view bytes) {
   RsiConfig c = config(CorrectionMode::kAbsolute);
   c.space.on = true;
   c.space.geometry = std::make_shared<Chain>();
@@ -58,12 +59,10 @@ void run_in_space(RsiParser& parser, std::string_view bytes) {
   for (const auto later : {std::chrono::milliseconds(1000), std::chrono::milliseconds(1004)}) {
     const std::string_view answer = core.on_datagram(bytes, t + later);
     if (answer.empty()) continue;
-    SenNames names;
-    names.space_tag = "RKorr";
-    SenFrame reply;
-    require(parser.parse_sen(answer, names, reply) == WireError::kNone, "a reply that is no <Sen>");
-    require(reply.space.has_value() && reply.axes_deg.empty(), "a reply without RKorr");
-    for (const double value : *reply.space) require(std::isfinite(value), "RKorr is not finite");
+    const auto reply = read_sen(answer);
+    require(reply.has_value(), "a reply that is no <Sen>");
+    require(reply->space.size() == 6 && reply->axes_deg.empty(), "a reply without RKorr");
+    for (const double value : reply->space) require(std::isfinite(value), "RKorr is not finite");
   }
   core.on_tick(t + std::chrono::seconds(3));
   require(core.state().link != RobotLink::kReady, "ready without a reference");
@@ -82,10 +81,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const int percent = rob.override_percent.value_or(0);
     require(percent >= 0 && percent <= 100, "an override outside 0..100");
   }
-  SenFrame sen;
-  if (parser.parse_sen(bytes, {}, sen) == WireError::kNone) require_finite(sen.axes_deg);
 
-  run_in_space(parser, bytes);
+  run_in_space(bytes);
   for (const CorrectionMode mode : {CorrectionMode::kAbsolute, CorrectionMode::kRelative}) {
     // Twice: as the first packet, and within a session.
     RsiCore core(config(mode), nullptr);
@@ -94,11 +91,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     for (const auto later : {std::chrono::milliseconds(1000), std::chrono::milliseconds(1004)}) {
       const std::string_view answer = core.on_datagram(bytes, t + later);
       if (answer.empty()) continue;
-      SenFrame reply;
-      require(parser.parse_sen(answer, {}, reply) == WireError::kNone, "a reply that is no <Sen>");
-      require_finite(reply.axes_deg);
-      require(reply.ipoc.text.view() == rob.ipoc.text.view(), "another IPOC");
-      for (const double increment : reply.axes_deg) {
+      const auto reply = read_sen(answer);
+      require(reply.has_value(), "a reply that is no <Sen>");
+      for (const double value : reply->axes_deg)
+        require(std::isfinite(value), "a correction that is not finite");
+      require(reply->ipoc == rob.ipoc.text.view(), "another IPOC");
+      for (const double increment : reply->axes_deg) {
         require(mode == CorrectionMode::kAbsolute || increment == 0.0, "an increment unasked for");
       }
     }

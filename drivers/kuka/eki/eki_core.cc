@@ -113,7 +113,7 @@ struct EkiCore::Impl {
   }
 
   void ask_to_run(TimePoint now) {
-    const bool startable = frame.mode == EkiMode::kExt && frame.drives && !frame.stopped;
+    const bool startable = frame.mode == OperatingMode::kExt && frame.drives && !frame.stopped;
     if (!config.run_program || frame.ready || !startable || ending || mover.busy()) return;
     if (now - asked_to_run < kRunEvery) return;
     EkiCommand run;

@@ -1,50 +1,20 @@
 #include "drivers/kuka/eki/eki_report.h"
 
-#include "drivers/kuka/wire/stated_tcp.h"
+#include "drivers/kuka/wire/wire_axes.h"
 
 namespace cellcal::drivers {
 namespace {
 
-OperatingMode mode_of(EkiMode mode) {
-  switch (mode) {
-    case EkiMode::kT1:
-      return OperatingMode::kT1;
-    case EkiMode::kT2:
-      return OperatingMode::kT2;
-    case EkiMode::kAut:
-      return OperatingMode::kAut;
-    case EkiMode::kExt:
-      return OperatingMode::kExt;
-    case EkiMode::kUnknown:
-      break;
-  }
-  return OperatingMode::kUnknown;
-}
-
-ControllerRequest request_of(EkiRequest request) {
-  switch (request) {
-    case EkiRequest::kBrakeTest:
-      return ControllerRequest::kBrakeTest;
-    case EkiRequest::kMasteringTest:
-      return ControllerRequest::kMasteringTest;
-    case EkiRequest::kCollision:
-      return ControllerRequest::kCollision;
-    case EkiRequest::kNone:
-      break;
-  }
-  return ControllerRequest::kNone;
-}
-
 /// Remedy for the operator; empty without a request.
-Sentence request_words(EkiRequest request) {
+Sentence request_words(ControllerRequest request) {
   switch (request) {
-    case EkiRequest::kBrakeTest:
+    case ControllerRequest::kBrakeTest:
       return "say.eki.request.brake_test";
-    case EkiRequest::kMasteringTest:
+    case ControllerRequest::kMasteringTest:
       return "say.eki.request.mastering_test";
-    case EkiRequest::kCollision:
+    case ControllerRequest::kCollision:
       return "say.eki.request.collision";
-    case EkiRequest::kNone:
+    case ControllerRequest::kNone:
       break;
   }
   return {};
@@ -54,9 +24,7 @@ void add(Sentence& all, Sentence more) { all = sentences(std::move(all), std::mo
 
 Sentence readiness(const EkiCoreState& s) {
   Sentence all{s.fault != 0 ? "say.eki.not_ready.fault" : "say.eki.not_ready",
-               {{"mode", to_string(mode_of(s.mode))},
-                {"percent", s.override_percent},
-                {"fault", s.fault}}};
+               {{"mode", to_string(s.mode)}, {"percent", s.override_percent}, {"fault", s.fault}}};
   if (!s.drives) add(all, "say.eki.not_ready.drives");
   if (s.stopped) add(all, "say.eki.not_ready.stopped");
   if (s.drives && !s.stopped) add(all, "say.eki.not_ready.program");
@@ -118,8 +86,8 @@ RobotState to_robot_state(const EkiCoreState& s, const std::string& peer) {
   if (s.link == RobotLink::kLost) state.interruption = Interruption::kOther;
   state.session = s.session;
   state.needs_operator = s.link == RobotLink::kNotReferenced && !s.ready;
-  state.mode = mode_of(s.mode);
-  if (s.link != RobotLink::kDown && s.connected) state.request = request_of(s.request);
+  state.mode = s.mode;
+  if (s.link != RobotLink::kDown && s.connected) state.request = s.request;
   if (s.link != RobotLink::kDown) state.override_percent = s.override_percent;
   state.override_slows = true;
   state.cycle_s = s.cycle_s;
@@ -133,7 +101,7 @@ RobotState to_robot_state(const EkiCoreState& s, const std::string& peer) {
     add(state.words, "say.robot.referencing");
   if (s.unasked) add(state.words, words(*s.unasked));
   add(state.words, trouble_words(s, peer));
-  add(state.words, request_words(s.connected ? s.request : EkiRequest::kNone));
+  add(state.words, request_words(s.connected ? s.request : ControllerRequest::kNone));
   if (s.bad_documents > 0)
     add(state.words, {"say.eki.damaged",
                       {{"states", s.bad_documents},

@@ -46,8 +46,8 @@ struct EkiCoreState {
   std::uint8_t axes = 0, wire_axes = 0;
   bool linear_unit = false;
   std::optional<cause::MovedUnasked> unasked;  ///< since the last reference
-  EkiMode mode = EkiMode::kUnknown;
-  EkiRequest request = EkiRequest::kNone;
+  OperatingMode mode = OperatingMode::kUnknown;
+  ControllerRequest request = ControllerRequest::kNone;
   EkiError last_error = EkiError::kNone;
   std::int32_t override_percent = 100, fault = 0;
   std::int32_t decimals_seen = 0;              ///< maximum over the angles on this connection

@@ -79,9 +79,9 @@ std::string external_hold(int external_axes) {
 std::string requests(const EkiFilesConfig& c) {
   std::string text;
   for (const auto& [output, request] :
-       {std::pair{c.mastering_test_output, EkiRequest::kMasteringTest},
-        std::pair{c.brake_test_output, EkiRequest::kBrakeTest},
-        std::pair{c.collision_output, EkiRequest::kCollision}}) {
+       {std::pair{c.mastering_test_output, ControllerRequest::kMasteringTest},
+        std::pair{c.brake_test_output, ControllerRequest::kBrakeTest},
+        std::pair{c.collision_output, ControllerRequest::kCollision}}) {
     if (output == 0) continue;
     text += fmt::format("{}  IF $OUT[{}]==TRUE THEN\n    ASKED={}\n  ENDIF",
                         text.empty() ? "" : "\n", output, static_cast<int>(request));

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drivers/kuka/wire/stated_tcp.h"
+#include "drivers/kuka/wire/wire_axes.h"
 
 namespace cellcal::drivers {
 

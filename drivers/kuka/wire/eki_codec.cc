@@ -3,21 +3,19 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <pugixml.hpp>
 #include <random>
 #include <span>
 
-#include "drivers/kuka/wire/xml_arena.h"
 #include "drivers/kuka/wire/xml_values.h"
 
 namespace cellcal::drivers {
 namespace {
 
 using wire::kAxesPerElement;
+using wire::kFrameNames;
 using wire::same_name;
 
-constexpr std::size_t kEkiArenaBytes = kMaxEkiDocument * 48;  // as in RSI's parser
 constexpr int kDecimals = 6;  // 1e-6 deg, below REAL's own resolution
 constexpr int kDurationDecimals = 4;
 
@@ -62,12 +60,12 @@ class Reader {
     return value;
   }
 
-  EkiFrameValues frame(const pugi::xml_node& node) {
+  EkiFrameValues frame(const pugi::xml_node& node, bool (*parse)(std::string_view, double&)) {
     EkiFrameValues values{};
     for (std::size_t i = 0; i < values.size(); ++i) {
-      const char* found = text(node, wire::kFrameNames.substr(i, 1));
+      const char* found = text(node, kFrameNames.substr(i, 1));
       if (found == nullptr) note(EkiError::kMissing);
-      if (found != nullptr && !wire::parse_measure(found, values[i])) note(EkiError::kBadNumber);
+      if (found != nullptr && !parse(found, values[i])) note(EkiError::kBadNumber);
     }
     return values;
   }
@@ -93,6 +91,13 @@ class Reader {
   int choice(std::uint32_t value, int last) {
     if (value > static_cast<std::uint32_t>(last)) note(EkiError::kBadNumber);
     return static_cast<int>(value);
+  }
+
+  /// Required, low..high.
+  int whole(const pugi::xml_node& node, std::string_view name, std::uint32_t low, int high) {
+    const std::uint32_t value = needed(node, name);
+    if (value < low) note(EkiError::kBadNumber);
+    return choice(value, high);
   }
 
   /// A1.. of one element, E1.. of another, up to the first gap.
@@ -123,6 +128,12 @@ class Reader {
   EkiError error_ = EkiError::kNone;
 };
 
+// As the controller numbers them.
+static_assert(static_cast<int>(OperatingMode::kT1) == 1 &&
+              static_cast<int>(OperatingMode::kExt) == 4);
+static_assert(static_cast<int>(ControllerRequest::kBrakeTest) == 1 &&
+              static_cast<int>(ControllerRequest::kCollision) == 3);
+
 EkiError read_state(const pugi::xml_node& root, EkiState& state) {
   Reader in(root);
   state.session = in.needed(root, "Session");
@@ -133,11 +144,11 @@ EkiError read_state(const pugi::xml_node& root, EkiState& state) {
   state.sends_tcp = !pos.empty();
   // Empty where a program that does not set it runs with this channel file.
   if (const char* known = in.text(pos, "Known"); known != nullptr && *known != '\0')
-    if (in.count(pos, "Known") != 0u) state.tcp = in.frame(pos);
+    if (in.count(pos, "Known") != 0u) state.tcp = in.frame(pos, wire::parse_measure);
   const pugi::xml_node move = in.element("Move");
   state.move_id = in.needed(move, "Id");
-  state.progress = static_cast<EkiProgress>(in.choice(in.needed(move, "State"), 2));
-  state.outcome = static_cast<EkiOutcome>(in.choice(in.needed(move, "Outcome"), 8));
+  state.progress = static_cast<EkiProgress>(in.whole(move, "State", 0, 2));
+  state.outcome = static_cast<EkiOutcome>(in.whole(move, "Outcome", 0, 8));
   if (const pugi::xml_node latch = in.element("Latch")) {
     int unused = 0;
     state.latch_id = in.count(latch, "Id");
@@ -145,7 +156,7 @@ EkiError read_state(const pugi::xml_node& root, EkiState& state) {
   }
   const pugi::xml_node status = in.element("Status");
   state.ready = in.needed(status, "Ready") != 0;
-  state.mode = static_cast<EkiMode>(in.choice(in.count(status, "Mode").value_or(0), 4));
+  state.mode = static_cast<OperatingMode>(in.choice(in.count(status, "Mode").value_or(0), 4));
   state.drives = in.count(status, "Drives").value_or(1) != 0;
   state.stopped = in.count(status, "Stopped").value_or(0) != 0;
   state.input = in.count(status, "Input").value_or(0) != 0;
@@ -153,7 +164,8 @@ EkiError read_state(const pugi::xml_node& root, EkiState& state) {
   state.fault = in.choice(in.count(status, "Fault").value_or(0), 1'000'000);
   state.bad = in.count(status, "Bad").value_or(0);
   state.pass_ms = in.count(status, "Pass").value_or(0);
-  state.request = static_cast<EkiRequest>(in.choice(in.count(status, "Request").value_or(0), 3));
+  state.request =
+      static_cast<ControllerRequest>(in.choice(in.count(status, "Request").value_or(0), 3));
   if (in.error() != EkiError::kNone) return in.error();
   return state.axes_deg.empty() ? EkiError::kNoAxes : EkiError::kNone;
 }
@@ -188,28 +200,13 @@ const char* to_string(EkiError error) {
   return "unknown";
 }
 
-struct EkiParser::Memory {
-  XmlArena arena{kEkiArenaBytes};
-  std::array<char, kMaxEkiDocument> text{};
-};
-
-EkiParser::EkiParser() : memory_(std::make_unique<Memory>()) {}
-EkiParser::~EkiParser() = default;
-EkiParser::EkiParser(EkiParser&&) noexcept = default;
-EkiParser& EkiParser::operator=(EkiParser&&) noexcept = default;
-
 EkiError EkiParser::parse_state(std::string_view document, EkiState& state) {
   state = EkiState{};
-  if (document.size() > memory_->text.size()) return EkiError::kOversized;
+  if (document.size() > kMaxEkiDocument) return EkiError::kOversized;
   if (document.empty()) return EkiError::kNotXml;
-  const XmlArena::Scope scope(memory_->arena);
+  const XmlArena::Scope scope(arena_);
   pugi::xml_document parsed;
-  std::memcpy(memory_->text.data(), document.data(), document.size());
-  // The encoding is fixed: detection could make pugixml convert, and allocate.
-  if (!parsed.load_buffer_inplace(memory_->text.data(), document.size(), pugi::parse_default,
-                                  pugi::encoding_utf8)) {
-    return EkiError::kNotXml;
-  }
+  if (!arena_.load(document, parsed)) return EkiError::kNotXml;
   const pugi::xml_node root = parsed.document_element();
   if (!same_name(root.name(), "RobotState")) return EkiError::kWrongRoot;
   return read_state(root, state);
@@ -350,61 +347,8 @@ EkiFramer::Event EkiFramer::on_closing(char c) {
 
 namespace {
 
-using wire::kFrameNames;
-using wire::same_name;
-
 constexpr std::size_t kPlace = 3;  // X, Y, Z; the others are angles
-constexpr double kLargestInt = 2147483647.0;
-
-/// One element of the state, with values as attributes or elements, names in any case.
-class Element {
- public:
-  Element(const pugi::xml_node& root, std::string_view name) {
-    for (const pugi::xml_node& child : root.children()) {
-      if (!same_name(child.name(), name)) continue;
-      if (node_) error_ = EkiError::kDuplicate;
-      node_ = child;
-    }
-  }
-  explicit operator bool() const { return static_cast<bool>(node_); }
-  EkiError error() const { return error_; }
-
-  double number(std::string_view name) {
-    const char* text = nullptr;
-    const auto take = [&](const char* found, const char* value) {
-      if (!same_name(found, name)) return;
-      if (text != nullptr) note(EkiError::kDuplicate);
-      text = value;
-    };
-    for (const pugi::xml_attribute& one : node_.attributes()) take(one.name(), one.value());
-    for (const pugi::xml_node& one : node_.children()) take(one.name(), one.child_value());
-    double value = 0.0;
-    if (text == nullptr) {
-      note(EkiError::kMissing);
-    } else if (!wire::parse_number(text, value)) {
-      note(EkiError::kBadNumber);
-    }
-    return value;
-  }
-  int whole(std::string_view name, double low, double high) {
-    const double value = number(name);
-    if (value >= low && value <= high && value == std::floor(value)) return static_cast<int>(value);
-    note(EkiError::kBadNumber);
-    return static_cast<int>(low);
-  }
-  EkiFrameValues frame() {
-    EkiFrameValues values{};
-    for (std::size_t i = 0; i < values.size(); ++i) values[i] = number(kFrameNames.substr(i, 1));
-    return values;
-  }
-
- private:
-  void note(EkiError error) {
-    if (error_ == EkiError::kNone) error_ = error;
-  }
-  pugi::xml_node node_;
-  EkiError error_ = EkiError::kNone;
-};
+constexpr int kLargestInt = 2147483647;
 
 bool load(std::string_view document, pugi::xml_document& parsed) {
   return document.size() <= kMaxEkiDocument &&
@@ -437,34 +381,32 @@ std::optional<std::string> format_frame_command(const EkiFrameCommand& command) 
 
 bool knows_frames(std::string_view document) {
   pugi::xml_document parsed;
-  return load(document, parsed) && Element(parsed.document_element(), "Frame");
+  return load(document, parsed) && Reader(parsed.document_element()).element("Frame");
 }
 
 EkiError parse_frame_answer(std::string_view document, std::optional<EkiFrameAnswer>& answer) {
   answer.reset();
   pugi::xml_document parsed;
   if (!load(document, parsed)) return EkiError::kNotXml;
-  const pugi::xml_node root = parsed.document_element();
-  Element frame(root, "Frame");
+  Reader in(parsed.document_element());
+  const pugi::xml_node frame = in.element("Frame");
   if (!frame) return EkiError::kNone;
   EkiFrameAnswer read;
-  read.ask = static_cast<std::uint32_t>(frame.whole("Ask", 0, kLargestInt));
-  if (frame.error() != EkiError::kNone) return frame.error();
+  read.ask = static_cast<std::uint32_t>(in.whole(frame, "Ask", 0, kLargestInt));
+  if (in.error() != EkiError::kNone) return in.error();
   if (read.ask == 0) return EkiError::kNone;
-  read.done = static_cast<EkiFrameDone>(frame.whole("Done", 0, 6));
-  if (frame.error() != EkiError::kNone) return frame.error();
+  read.done = static_cast<EkiFrameDone>(in.whole(frame, "Done", 0, 6));
+  if (in.error() != EkiError::kNone) return in.error();
   if (read.done == EkiFrameDone::kIncomplete) {
     answer = read;
     return EkiError::kNone;
   }
-  read.set = frame.whole("Do", 1, 2) == 2;
-  read.kind = static_cast<EkiFrameKind>(frame.whole("Kind", 1, 3));
-  read.number = frame.whole("Number", 0, kLargestInt);
-  Element old_frame(root, "FrameOld"), new_frame(root, "FrameNew");
-  read.old_values = old_frame.frame();
-  read.new_values = new_frame.frame();
-  for (const EkiError error : {frame.error(), old_frame.error(), new_frame.error()})
-    if (error != EkiError::kNone) return error;
+  read.set = in.whole(frame, "Do", 1, 2) == 2;
+  read.kind = static_cast<EkiFrameKind>(in.whole(frame, "Kind", 1, 3));
+  read.number = in.whole(frame, "Number", 0, kLargestInt);
+  read.old_values = in.frame(in.element("FrameOld"), wire::parse_number);
+  read.new_values = in.frame(in.element("FrameNew"), wire::parse_number);
+  if (in.error() != EkiError::kNone) return in.error();
   answer = read;
   return EkiError::kNone;
 }

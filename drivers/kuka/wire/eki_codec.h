@@ -9,12 +9,12 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 
+#include "drivers/kuka/wire/xml_arena.h"
 #include "drivers/robot.h"
 
 namespace cellcal::drivers {
@@ -95,12 +95,6 @@ enum class EkiOutcome : int {
   kAborted = 8,       ///< drives off, stop, emergency stop or program cancelled
 };
 
-/// RobotState/Status/@Mode.
-enum class EkiMode : int { kUnknown = 0, kT1 = 1, kT2 = 2, kAut = 3, kExt = 4 };
-
-/// RobotState/Status/@Request: request of the controller.
-enum class EkiRequest : int { kNone = 0, kBrakeTest = 1, kMasteringTest = 2, kCollision = 3 };
-
 enum class EkiError : std::uint8_t {
   kNone,
   kOversized,
@@ -143,30 +137,25 @@ struct EkiState {
   std::optional<std::uint32_t> latch_id;  ///< move that the latch belongs to
   AxisAngles latch_deg;                   ///< $AXIS_INT
   bool ready = false;                     ///< program running, drives on, no stop
-  EkiMode mode = EkiMode::kUnknown;
+  OperatingMode mode = OperatingMode::kUnknown;  ///< Status/@Mode, its number
   bool drives = true, stopped = false, input = false;
   int override_percent = 100;
   int fault = 0;          ///< of the controller's own program; listed in krl/README.md
   std::uint32_t bad = 0;  ///< telegrams unreadable for the controller
   std::uint32_t pass_ms =
       0;  ///< the submit program's longest pass since the last state; 0: unknown
-  EkiRequest request = EkiRequest::kNone;  ///< also if not sent
+  ControllerRequest request =
+      ControllerRequest::kNone;  ///< Status/@Request, its number; also if not sent
 };
 
 /// Parses documents in its own memory. One per thread.
 class EkiParser {
  public:
-  EkiParser();
-  ~EkiParser();
-  EkiParser(EkiParser&&) noexcept;
-  EkiParser& operator=(EkiParser&&) noexcept;
-
   /// Names in any case and order, values as attributes or as elements, unknown ones ignored.
   EkiError parse_state(std::string_view document, EkiState& state);
 
  private:
-  struct Memory;
-  std::unique_ptr<Memory> memory_;
+  XmlArena arena_{kMaxEkiDocument};
 };
 
 /// Size sufficient for any telegram.

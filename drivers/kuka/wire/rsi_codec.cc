@@ -2,19 +2,20 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cstring>
 #include <pugixml.hpp>
 
-#include "drivers/kuka/wire/xml_arena.h"
 #include "drivers/kuka/wire/xml_values.h"
 
 namespace cellcal::drivers {
-namespace {
 
+using wire::count_decimals;
 using wire::kAxesPerElement;
+using wire::lower;
+using wire::parse_measure;
+using wire::parse_number;
+using wire::same_name;
+using wire::trim;
 using wire::Writer;
-
-}  // namespace
 
 const char* to_string(WireError error) {
   switch (error) {
@@ -64,40 +65,8 @@ std::string_view format_sen(const SenNames& names, std::span<const double> corre
   return out.text();
 }
 
-std::string_view format_rob(const RobFields& fields, std::span<char> buffer) {
-  Writer out(buffer);
-  out.put("<Rob Type=\"KUKA\">");
-  if (fields.with_cartesian) {
-    out.frame("RIst", KukaFrame{}, fields.decimals);
-  }
-  const auto element = [&](std::string_view axes_name, std::string_view external_name,
-                           std::span<const double> values) {
-    const std::size_t axes = std::min(values.size(), kAxesPerElement);
-    out.element(axes_name, 'A', values.first(axes), fields.decimals);
-    if (values.size() > axes) {
-      out.element(external_name, 'E', values.subspan(axes), fields.decimals);
-    }
-  };
-  if (!fields.axes_deg.empty()) element("AIPos", "EIPos", fields.axes_deg);
-  if (!fields.setpoint_axes_deg.empty()) element("ASPos", "ESPos", fields.setpoint_axes_deg);
-  if (fields.delay) out.put("<Delay D=\"").put(std::uint64_t{*fields.delay}).put("\"/>");
-  out.put("<IPOC>").put(fields.ipoc).put("</IPOC></Rob>");
-  return out.text();
-}
-
 namespace {
 
-using wire::count_decimals;
-using wire::kAxesPerElement;
-using wire::lower;
-using wire::parse_measure;
-using wire::parse_number;
-using wire::same_name;
-using wire::trim;
-
-// "<a>b" is the worst case for pugixml, with two nodes of 64 bytes for four bytes of text: 32 bytes
-// of memory per byte of datagram, plus half of that for page remainders.
-constexpr std::size_t kArenaBytes = kMaxRsiDatagram * 48;
 WireError parse_ipoc(std::string_view text, Ipoc& ipoc) {
   const std::string_view digits = trim(text);
   std::uint64_t value = 0;
@@ -190,11 +159,9 @@ std::optional<double> sent_value(const pugi::xml_node& root, std::string_view ta
 
 // KRL numbers MODE_OP from 1: T1, T2, AUT, EX.
 OperatingMode mode_of(std::optional<double> value) {
-  constexpr OperatingMode kModes[] = {OperatingMode::kT1, OperatingMode::kT2, OperatingMode::kAut,
-                                      OperatingMode::kExt};
-  for (std::size_t i = 0; i < std::size(kModes); ++i) {
-    if (value == static_cast<double>(i + 1)) return kModes[i];
-  }
+  for (const OperatingMode mode :
+       {OperatingMode::kT1, OperatingMode::kT2, OperatingMode::kAut, OperatingMode::kExt})
+    if (value == static_cast<double>(mode)) return mode;
   return OperatingMode::kUnknown;
 }
 
@@ -234,33 +201,15 @@ bool find_ipoc(std::string_view bytes, Ipoc& ipoc) {
 
 }  // namespace
 
-struct RsiParser::Memory {
-  XmlArena arena{kArenaBytes};
-  std::array<char, kMaxRsiDatagram> text{};
-
-  WireError load(std::string_view bytes, pugi::xml_document& document) {
-    if (bytes.empty()) return WireError::kEmpty;
-    if (bytes.size() > text.size()) return WireError::kOversized;
-    std::memcpy(text.data(), bytes.data(), bytes.size());
-    // The encoding is fixed: detection could make pugixml convert, and allocate.
-    const pugi::xml_parse_result result = document.load_buffer_inplace(
-        text.data(), bytes.size(), pugi::parse_default, pugi::encoding_utf8);
-    return result ? WireError::kNone : WireError::kNotXml;
-  }
-};
-
-RsiParser::RsiParser() : memory_(std::make_unique<Memory>()) {}
-RsiParser::~RsiParser() = default;
-RsiParser::RsiParser(RsiParser&&) noexcept = default;
-RsiParser& RsiParser::operator=(RsiParser&&) noexcept = default;
-
 WireError RsiParser::parse_rob(std::string_view bytes, RobFrame& frame, const RobNames& names) {
   frame = RobFrame{};
-  const XmlArena::Scope scope(memory_->arena);
+  if (bytes.empty()) return WireError::kEmpty;
+  if (bytes.size() > kMaxRsiDatagram) return WireError::kOversized;
+  const XmlArena::Scope scope(arena_);
   pugi::xml_document document;
-  if (const WireError error = memory_->load(bytes, document); error != WireError::kNone) {
-    frame.has_ipoc = error == WireError::kNotXml && find_ipoc(bytes, frame.ipoc);
-    return error;
+  if (!arena_.load(bytes, document)) {
+    frame.has_ipoc = find_ipoc(bytes, frame.ipoc);
+    return WireError::kNotXml;
   }
   const pugi::xml_node root = document.document_element();
   if (!same_name(root.name(), "Rob")) return WireError::kWrongRoot;
@@ -311,53 +260,6 @@ WireError RsiParser::parse_rob(std::string_view bytes, RobFrame& frame, const Ro
     if (error != WireError::kNone) return error;
   }
   return frame.axes_deg.empty() ? WireError::kNoAxes : WireError::kNone;
-}
-
-WireError RsiParser::parse_sen(std::string_view bytes, const SenNames& names, SenFrame& frame) {
-  frame = SenFrame{};
-  const XmlArena::Scope scope(memory_->arena);
-  pugi::xml_document document;
-  if (const WireError error = memory_->load(bytes, document); error != WireError::kNone) {
-    return error;
-  }
-  const pugi::xml_node root = document.document_element();
-  if (!same_name(root.name(), "Sen")) return WireError::kWrongRoot;
-  if (!frame.type.assign(root.attribute("Type").value())) return WireError::kWrongRoot;
-
-  Seen ipoc, axes, external, space, stop;
-  for (const pugi::xml_node& child : root.children()) {
-    const std::string_view name = child.name();
-    // Exact names: the controller's configuration is case-sensitive.
-    if (name == "IPOC") ipoc.note(child);
-    if (name == names.axis_tag) axes.note(child);
-    if (name == names.external_axis_tag) external.note(child);
-    if (!names.space_tag.empty() && name == names.space_tag) space.note(child);
-    if (!names.stop_tag.empty() && name == names.stop_tag) stop.note(child);
-  }
-  if (!ipoc.node) return WireError::kNoIpoc;
-  if (ipoc.twice || axes.twice || external.twice || space.twice || stop.twice)
-    return WireError::kDuplicate;
-  if (const WireError error = parse_ipoc(ipoc.node.child_value(), frame.ipoc);
-      error != WireError::kNone) {
-    return error;
-  }
-  if (const WireError error = parse_axes(axes.node, 'A', frame.axes_deg);
-      error != WireError::kNone) {
-    return error;
-  }
-  if (const WireError error = parse_axes(external.node, 'E', frame.external_deg);
-      error != WireError::kNone) {
-    return error;
-  }
-  if (const WireError error = parse_frame(space.node, frame.space); error != WireError::kNone) {
-    return error;
-  }
-  if (stop.node) {
-    double value = 0.0;
-    if (!parse_number(stop.node.child_value(), value)) return WireError::kBadNumber;
-    frame.stop = value != 0.0 ? 1 : 0;
-  }
-  return WireError::kNone;
 }
 
 }  // namespace cellcal::drivers

@@ -1,24 +1,23 @@
 #pragma once
-// RSI's XML in both directions: the adapter reads <Rob> and writes <Sen>, the emulator vice versa.
-// Degrees, as transmitted. Locale-independent numbers.
+// RSI's XML: the adapter reads <Rob> and writes <Sen>. Degrees, as transmitted. Locale-independent numbers.
 //
 // Assumption: one datagram is one document. Hostile or damaged input yields an error value; nothing
 // throws or allocates after a parser has been constructed.
 
 #include <array>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <span>
 #include <string_view>
 
+#include "drivers/kuka/wire/xml_arena.h"
 #include "drivers/robot.h"
 
 namespace cellcal::drivers {
 
 /// Largest datagram accepted. Actual ones have 0.3 to 3 kB, with all 64 channels.
 inline constexpr std::size_t kMaxRsiDatagram = 8192;
-/// Size sufficient for any formatted reply or packet: 24 numbers of at most 24 characters, and
+/// Size sufficient for any formatted reply: 24 numbers of at most 24 characters, and
 /// tags.
 inline constexpr std::size_t kRsiBuffer = 2048;
 
@@ -27,9 +26,9 @@ enum class WireError : std::uint8_t {
   kEmpty,
   kOversized,
   kNotXml,     ///< truncated or not well-formed
-  kWrongRoot,  ///< neither <Rob> nor <Sen> where it is expected
+  kWrongRoot,  ///< not <Rob>
   kNoIpoc,
-  kBadIpoc,    ///< neither <Rob> nor <Sen> as expected
+  kBadIpoc,    ///< not a decimal number
   kNoAxes,     ///< no AIPos (RSI 2's first frame has only IPOC)
   kBadNumber,  ///< not a number, not finite, or above any measured value
   kDuplicate,  ///< an element occurs twice: ambiguous
@@ -83,16 +82,6 @@ struct RobFrame {
   std::optional<bool> input_on;                  ///< the contact input; empty for any other value
 };
 
-/// <Sen>, PC to controller.
-struct SenFrame {
-  FixedText<40> type;
-  AxisAngles axes_deg;
-  AxisAngles external_deg;
-  std::optional<KukaFrame> space;
-  std::optional<int> stop;
-  Ipoc ipoc;
-};
-
 /// Names chosen in the controller's configuration.
 struct SenNames {
   std::string_view type = "ImFree";
@@ -113,34 +102,16 @@ struct RobNames {
 /// Parses datagrams in its own memory. One per thread.
 class RsiParser {
  public:
-  RsiParser();
-  ~RsiParser();
-  RsiParser(RsiParser&&) noexcept;
-  RsiParser& operator=(RsiParser&&) noexcept;
-
   /// Element and attribute names in any case, elements in any order, unknown ones ignored.
   WireError parse_rob(std::string_view bytes, RobFrame& frame, const RobNames& names = {});
-  WireError parse_sen(std::string_view bytes, const SenNames& names, SenFrame& frame);
 
  private:
-  struct Memory;
-  std::unique_ptr<Memory> memory_;
+  XmlArena arena_{kMaxRsiDatagram};
 };
 
 /// Formats a reply into `buffer`. Empty if it does not fit. `correction`: six axes, then external
 /// ones [deg]; with a space_tag X Y Z [mm] and A B C [deg] instead.
 std::string_view format_sen(const SenNames& names, std::span<const double> correction, int decimals,
                             std::optional<int> stop, std::string_view ipoc, std::span<char> buffer);
-
-struct RobFields {
-  std::span<const double> axes_deg;
-  std::span<const double> setpoint_axes_deg;  ///< empty: no ASPos
-  std::optional<std::uint32_t> delay;
-  bool with_cartesian = true;  ///< RIst, all zero: sent by some peers
-  int decimals = 4;            ///< ETHERNET parameter 'Precision'
-  std::uint64_t ipoc = 0;
-};
-/// Formats a packet of the controller into `buffer`. Empty if it does not fit.
-std::string_view format_rob(const RobFields& fields, std::span<char> buffer);
 
 }  // namespace cellcal::drivers

@@ -3,8 +3,9 @@
 //
 // Inside: base to flange, so that a linear unit, which carries the arm, is first; radians, of the
 // linear unit metres. On the wires: A1 to A6, then E1 on; degrees, of the linear unit millimetres.
-// The linear unit is E1.
+// The linear unit is E1. A TCP likewise: metres and radians inside.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -65,5 +66,13 @@ class WireAxes {
   std::size_t count_;
   bool unit_;
 };
+
+/// From X Y Z [mm], A B C [deg].
+inline StatedTcp to_stated_tcp(const std::array<double, 6>& frame) {
+  StatedTcp tcp{};
+  for (std::size_t i = 0; i < tcp.size(); ++i)
+    tcp[i] = i < 3 ? frame[i] / kMmPerM : frame[i] * kRadPerDeg;
+  return tcp;
+}
 
 }  // namespace cellcal::drivers

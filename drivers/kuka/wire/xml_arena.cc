@@ -20,12 +20,22 @@ void release_for_pugi(void* memory) {
 
 }  // namespace
 
-XmlArena::XmlArena(std::size_t bytes)
-    : memory_(std::make_unique<std::byte[]>(bytes)), size_(bytes) {
+// "<a>b" is the worst case for pugixml, with two nodes of 64 bytes for four bytes of text: 32 bytes
+// of memory per byte of text, plus half of that for page remainders.
+XmlArena::XmlArena(std::size_t most_text)
+    : text_(std::make_unique<char[]>(most_text)), size_(most_text * 48) {
+  memory_ = std::make_unique<std::byte[]>(size_);
   static std::once_flag installed;
   std::call_once(installed, [] {
     pugi::set_memory_management_functions(&allocate_for_pugi, &release_for_pugi);
   });
+}
+
+bool XmlArena::load(std::string_view text, pugi::xml_document& document) {
+  text.copy(text_.get(), text.size());
+  // The encoding is fixed: detection could make pugixml convert, and allocate.
+  return document.load_buffer_inplace(text_.get(), text.size(), pugi::parse_default,
+                                      pugi::encoding_utf8);
 }
 
 void* XmlArena::allocate(std::size_t bytes) {

@@ -318,7 +318,7 @@ TEST(EkiMove, IsSlowerAtALowerOverrideAndNamedWhenItDoesNotMove) {
 
 TEST(EkiMove, InT1IsSlowAndHoldsWhenTheStartKeyIsReleased) {
   EkiRig rig;
-  rig.krc.mode(EkiMode::kT1);
+  rig.krc.mode(OperatingMode::kT1);
   rig.krc.start_program();
   rig.make_ready();
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 20));
@@ -334,7 +334,7 @@ TEST(EkiMove, InT1IsSlowAndHoldsWhenTheStartKeyIsReleased) {
 
 TEST(EkiMove, HeldByTheStartKeyForTooLongDoesNotGoOnWhenItIsPressedAgain) {
   EkiRig rig;
-  rig.krc.mode(EkiMode::kT1);
+  rig.krc.mode(OperatingMode::kT1);
   rig.krc.start_program();
   rig.make_ready();
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 20));

@@ -297,7 +297,7 @@ TEST_F(EkiStates, AreTakenOverWordByWord) {
   say();
   EXPECT_FALSE(facts().ready || facts().drives);
   EXPECT_TRUE(facts().stopped && facts().input);
-  EXPECT_EQ(facts().mode, EkiMode::kT2);
+  EXPECT_EQ(facts().mode, OperatingMode::kT2);
   EXPECT_EQ(facts().override_percent, 30);
   EXPECT_EQ(facts().fault, 7);
   EXPECT_EQ(facts().unread_by_controller, 3u);

@@ -20,7 +20,8 @@ EkiConfig asking(bool asks) {
 
 /// In the evening: no program is selected, and the mode is EXT, or another one.
 struct UnattendedStart : EkiRig {
-  explicit UnattendedStart(bool may_run = true, bool asks = true, EkiMode mode = EkiMode::kExt)
+  explicit UnattendedStart(bool may_run = true, bool asks = true,
+                           OperatingMode mode = OperatingMode::kExt)
       : EkiRig(permitting(may_run), asking(asks)) {
     krc.cancel_program();
     krc.mode(mode);
@@ -50,7 +51,7 @@ TEST(CellcalEki, IsNotStartedWithoutPermissionNorUnasked) {
 }
 
 TEST(CellcalEki, IsNeitherAskedForNorStartedInAnotherMode) {
-  for (const EkiMode mode : {EkiMode::kT1, EkiMode::kT2, EkiMode::kAut}) {
+  for (const OperatingMode mode : {OperatingMode::kT1, OperatingMode::kT2, OperatingMode::kAut}) {
     UnattendedStart rig(true, true, mode);
     EXPECT_FALSE(rig.starts());
     EXPECT_FALSE(rig.asked());
@@ -60,7 +61,7 @@ TEST(CellcalEki, IsNeitherAskedForNorStartedInAnotherMode) {
 TEST(CellcalEki, IsNotAskedForWithDrivesOffOrAStopMessage) {
   EkiRig rig(permitting(true), asking(true));
   rig.krc.cancel_program();
-  rig.krc.mode(EkiMode::kExt);
+  rig.krc.mode(OperatingMode::kExt);
   rig.krc.emergency_stop(true);
   rig.run(40ms);
   ASSERT_TRUE(rig.connect());
@@ -94,7 +95,7 @@ struct UnderCell : EkiRig {
   explicit UnderCell(sim::EkiControllerConfig config = eki_controller())
       : EkiRig(std::move(config)) {
     krc.cancel_program();
-    krc.mode(EkiMode::kExt);
+    krc.mode(OperatingMode::kExt);
     krc.start_other_program();
     krc.call_program();
     run(40ms);
@@ -167,10 +168,12 @@ TEST(ControllerRequests, IsToldWithWhatToDo) {
   EXPECT_EQ(rig.core.state().request, ControllerRequest::kNone);
   EXPECT_EQ(rig.words(), "");
   for (const auto& [asked, request, words] :
-       {std::tuple{EkiRequest::kBrakeTest, ControllerRequest::kBrakeTest, "brake test requested"},
-        std::tuple{EkiRequest::kMasteringTest, ControllerRequest::kMasteringTest,
+       {std::tuple{ControllerRequest::kBrakeTest, ControllerRequest::kBrakeTest,
+                   "brake test requested"},
+        std::tuple{ControllerRequest::kMasteringTest, ControllerRequest::kMasteringTest,
                    "mastering test requested"},
-        std::tuple{EkiRequest::kCollision, ControllerRequest::kCollision, "collision detected"}}) {
+        std::tuple{ControllerRequest::kCollision, ControllerRequest::kCollision,
+                   "collision detected"}}) {
     rig.krc.request(asked);
     rig.run(100ms);
     EXPECT_EQ(rig.core.state().request, request);

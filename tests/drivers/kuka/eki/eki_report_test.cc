@@ -11,10 +11,11 @@ TEST(EkiControllerRequests, TellsItsModeAndOverrideOnceItIsHeard) {
   EXPECT_FALSE(to_robot_state(state, "peer").override_percent);
   state.link = RobotLink::kNotReferenced;
   state.override_percent = 30;
-  const std::pair<EkiMode, OperatingMode> kModes[] = {{EkiMode::kT1, OperatingMode::kT1},
-                                                      {EkiMode::kT2, OperatingMode::kT2},
-                                                      {EkiMode::kAut, OperatingMode::kAut},
-                                                      {EkiMode::kExt, OperatingMode::kExt}};
+  const std::pair<OperatingMode, OperatingMode> kModes[] = {
+      {OperatingMode::kT1, OperatingMode::kT1},
+      {OperatingMode::kT2, OperatingMode::kT2},
+      {OperatingMode::kAut, OperatingMode::kAut},
+      {OperatingMode::kExt, OperatingMode::kExt}};
   for (const auto& [number, mode] : kModes) {
     state.mode = number;
     EXPECT_EQ(to_robot_state(state, "peer").mode, mode);

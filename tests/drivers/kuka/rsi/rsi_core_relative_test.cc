@@ -4,6 +4,7 @@
 
 #include "drivers/kuka/rsi/rsi_setpoint.h"
 #include "tests/drivers/kuka/rsi/rig.h"
+#include "tests/drivers/kuka/wire/sen_frame.h"
 #include "tests/drivers/said.h"
 
 namespace cellcal::drivers {
@@ -33,8 +34,9 @@ class RelativeRig : public Rig {
   }
   /// Records the increments of a reply in transit.
   const std::string& heard(const std::string& text) {
-    if (parser_.parse_sen(text, {}, frame_) != WireError::kNone) return text;
-    increments_deg.assign(frame_.axes_deg.begin(), frame_.axes_deg.end());
+    const auto frame = read_sen(text);
+    if (!frame) return text;
+    increments_deg = frame->axes_deg;
     for (const double increment : increments_deg)
       largest_deg = std::max(largest_deg, std::abs(increment));
     return text;
@@ -46,10 +48,6 @@ class RelativeRig : public Rig {
 
   std::vector<double> increments_deg = std::vector<double>(6, 0.0);  ///< of the newest reply
   double largest_deg = 0.0;                                          ///< of all so far
-
- private:
-  RsiParser parser_;
-  SenFrame frame_;
 };
 
 TEST(RsiRelative, ArrivesByIncrementsOfAtMostOneCyclesTravel) {

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <string>
 
-#include "drivers/kuka/wire/rsi_codec.h"
 #include "tests/drivers/kuka/rsi/foreign_packet.h"
 #include "tests/drivers/kuka/rsi/rig.h"
+#include "tests/drivers/kuka/wire/sen_frame.h"
 #include "tests/drivers/said.h"
 
 namespace cellcal::drivers {
@@ -52,13 +52,11 @@ class ForeignPeer {
       core().on_tick(now);
     core().on_tick(now);
     const std::string reply(core().on_datagram(packet(), now));
-    const SenNames names{"ImFree", "AK", "EK", "Stop"};
-    SenFrame frame;
-    answered = !reply.empty() && parser.parse_sen(reply, names, frame) == WireError::kNone &&
-               frame.ipoc.text.view() == std::to_string(ipoc);
+    const auto frame = read_sen(reply);
+    answered = frame && frame->ipoc == std::to_string(ipoc);
     if (answered) {
       for (std::size_t i = 0; i < 6; ++i)
-        actual_deg[i] = (h.adds_up ? actual_deg[i] : start_deg[i]) + frame.axes_deg[i];
+        actual_deg[i] = (h.adds_up ? actual_deg[i] : start_deg[i]) + frame->axes_deg[i];
     } else {
       ++unanswered;
     }
@@ -104,7 +102,6 @@ class ForeignPeer {
     return text_of(text);
   }
 
-  RsiParser parser;
   TimePoint now{1000s};
   std::uint32_t last_id = 0;
 };

@@ -11,9 +11,9 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/kuka/wire/rsi_codec.h"
 #include "drivers/time.h"
 #include "tests/drivers/kuka/rsi/foreign_packet.h"
+#include "tests/drivers/kuka/wire/sen_frame.h"
 
 namespace cellcal::drivers {
 
@@ -56,11 +56,10 @@ class SleepyPeer {
   }
 
   void receive(std::string_view reply, TimePoint now) {
-    SenFrame frame;
-    if (!waiting_ || parser_.parse_sen(reply, {}, frame) != WireError::kNone) return;
-    if (frame.ipoc.text.view() != std::to_string(ipoc_)) return;
-    for (std::size_t i = 0; i < 6 && i < frame.axes_deg.size(); ++i) {
-      const double target = start_rad_[i] + frame.axes_deg[i] * kRad;
+    const auto frame = read_sen(reply);
+    if (!waiting_ || !frame || frame->ipoc != std::to_string(ipoc_)) return;
+    for (std::size_t i = 0; i < 6 && i < frame->axes_deg.size(); ++i) {
+      const double target = start_rad_[i] + frame->axes_deg[i] * kRad;
       largest_step_rad_ = std::max(largest_step_rad_, std::abs(target - taken_[i]));
       taken_[i] = target;
     }
@@ -125,7 +124,6 @@ class SleepyPeer {
   SleepyHabits h_;
   std::vector<double> start_rad_, setpoint_, actual_, taken_{start_rad_};
   std::mt19937_64 random_;
-  RsiParser parser_;
   std::optional<TimePoint> begun_;
   TimePoint woken_{}, sent_{}, moved_at_{};
   bool waiting_ = false;

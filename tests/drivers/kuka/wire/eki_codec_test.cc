@@ -35,10 +35,10 @@ TEST(EkiState, TellsWhatTheControllerAsksForAndNothingWhereItDoesNot) {
   EkiParser parser;
   EkiState state;
   ASSERT_EQ(parser.parse_state(kState, state), EkiError::kNone);
-  EXPECT_EQ(state.request, EkiRequest::kNone) << "files of earlier releases";
+  EXPECT_EQ(state.request, ControllerRequest::kNone) << "files of earlier releases";
   const std::string with = replaced(kState, "Bad=\"2\"", "Bad=\"2\" Request=\"1\"");
   ASSERT_EQ(parser.parse_state(with, state), EkiError::kNone);
-  EXPECT_EQ(state.request, EkiRequest::kBrakeTest);
+  EXPECT_EQ(state.request, ControllerRequest::kBrakeTest);
   for (const char* wrong : {"4", "-1", "1.5", "x", ""}) {
     const std::string value = std::string("Request=\"") + wrong + "\"";
     EXPECT_EQ(parser.parse_state(replaced(with, "Request=\"1\"", value), state),
@@ -82,7 +82,7 @@ TEST(EkiParser, ReadsAState) {
   EXPECT_EQ(state.latch_id, 3u);
   EXPECT_EQ(state.latch_deg, (AxisAngles{1.4, -90.1, 90.2, 0, 90, 0}));
   EXPECT_TRUE(state.ready);
-  EXPECT_EQ(state.mode, EkiMode::kT1);
+  EXPECT_EQ(state.mode, OperatingMode::kT1);
   EXPECT_EQ(state.override_percent, 75);
   EXPECT_TRUE(state.input);
   EXPECT_EQ(state.bad, 2u);

@@ -256,46 +256,5 @@ TEST(RsiSen, NumbersHaveAPointWhateverTheLocale) {
   EXPECT_FALSE(misread);
 }
 
-TEST(RsiSen, ReplySurvivesTheWay) {
-  std::array<char, kRsiBuffer> buffer{};
-  const double correction[] = {0.000001, -89.999999, 3.25, 0, 0, 0};
-  RsiParser parser;
-  SenFrame frame;
-  ASSERT_EQ(parser.parse_sen(format_sen({}, correction, 6, 1, "77", buffer), {}, frame),
-            WireError::kNone);
-  EXPECT_EQ(frame.type.view(), "ImFree");
-  ASSERT_EQ(frame.axes_deg.size(), 6U);
-  EXPECT_EQ(frame.axes_deg[0], 0.000001);
-  EXPECT_EQ(frame.axes_deg[1], -89.999999);
-  EXPECT_EQ(frame.stop, 1);
-  EXPECT_EQ(frame.ipoc.text.view(), "77");
-}
-
-TEST(RsiSen, ControllerReadsOnlyItsOwnTags) {
-  RsiParser parser;
-  SenFrame frame;
-  ASSERT_EQ(parser.parse_sen("<Sen Type='X'><AKorr A1='5'/><IPOC>1</IPOC></Sen>", {}, frame),
-            WireError::kNone);
-  EXPECT_TRUE(frame.axes_deg.empty());
-}
-
-TEST(RsiRob, EmulatedPacketIsReadBackWithItsPrecision) {
-  std::array<char, kRsiBuffer> buffer{};
-  const double axes[] = {1.23456, 2, 3, 4, 5, 6};
-  RobFields fields;
-  fields.axes_deg = axes;
-  fields.setpoint_axes_deg = axes;
-  fields.delay = 3;
-  fields.decimals = 1;
-  fields.ipoc = 1000;
-  RsiParser parser;
-  RobFrame frame;
-  ASSERT_EQ(parser.parse_rob(format_rob(fields, buffer), frame), WireError::kNone);
-  EXPECT_EQ(frame.decimals, 1);
-  EXPECT_EQ(frame.axes_deg[0], 1.2);
-  EXPECT_EQ(frame.setpoint_axes_deg.size(), 6U);
-  EXPECT_EQ(frame.delay, 3U);
-}
-
 }  // namespace
 }  // namespace cellcal::drivers
