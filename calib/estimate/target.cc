@@ -366,8 +366,6 @@ TargetPlace plane_through(const std::vector<Vector3d>& tips_m, double tip_radius
 
 namespace {
 
-using Eigen::Matrix3d;
-using Eigen::Vector3d;
 using Place = Eigen::Map<const Vector3d>;
 
 Distance from_centre(const double* centre, const Vector3d& tip) {

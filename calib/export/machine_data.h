@@ -9,9 +9,9 @@
 #include <string_view>
 #include <vector>
 
-#include "calib/export/joint_zeros.h"
 #include "calib/export/krl_values.h"
 #include "calib/export/machine_external.h"
+#include "calib/export/rigid_arm.h"
 #include "calib/model/robot.h"
 #include "calib/model/units.h"
 

@@ -18,6 +18,7 @@
 #include "calib/export/krl_values.h"
 #include "calib/model/robot.h"
 #include "calib/model/units.h"
+#include "calib/result/calibration.h"
 
 namespace cellcal::calib {
 
@@ -83,5 +84,21 @@ std::optional<Joint> linear_unit_of(const ExternalAxes& external,
 /// $ETn_TFLA3, the table's flange, is not part of them. Throws FileError as linear_unit_of().
 std::vector<PositionerAxis> positioner_of(const ExternalAxes& external,
                                           const std::optional<FrameMmDeg>& robroot);
+
+// A positioner as a KUKA controller's machine data state it: each axis turns about z of its frame in the
+// controller's sense ($ETn_TA1KR, $ETn_TA2A1), and $ETn_TFLA3 leads to what the last one carries. KR C2
+// machine data, "2 The file $MACHINE.DAT".
+
+struct ExternalKinematic {
+  std::vector<Eigen::Isometry3d>
+      axes;  ///< of the first in the base frame, of the next in the one before
+  Eigen::Isometry3d flange = Eigen::Isometry3d::Identity();
+};
+ExternalKinematic external_kinematic(const std::vector<PositionerAxis>& positioner);
+
+/// Lines of $MACHINE.DAT for the axes as found, with their bounds, and instead of the first the root point
+/// that lets $ETn_TA1KR stay as drawn; of a linear unit the turn of the arm's foot, and what machine data lack of it.
+/// A comment states the use of each. ASCII, LF. Throws FileError for a robot without either.
+std::string external_kinematic_lines(const Calibration& calibration);
 
 }  // namespace cellcal::calib

@@ -26,17 +26,6 @@ using fields::Field, fields::Json, fields::Table, fields::Value, fields::field, 
     fields::list, fields::not_negative, fields::number, fields::object, fields::only_of,
     fields::text, fields::vector, fields::where, fields::whole;
 
-/// An enumerator by its name; unknown names are refused.
-template <class E, class Name, class Named>
-Value<E> named(Name name, Named named) {
-  return {[=](const E& value) -> Json { return name(value); },
-          [=](const JsonReader& r) {
-            const auto found = named(r.text());
-            if (!found) r.fail("is not known");
-            return *found;
-          }};
-}
-
 /// One row of the kind whose amount has this unit.
 Field<Explanation> amount(const char* key, ChangeKind kind, double per) {
   return only_of<Explanation>([=](const Explanation& one) { return one.kind == kind; },
@@ -54,7 +43,8 @@ Table<Explanation> explanation_fields() {
   const auto known_partly = [](const E& one) {
     return (one.kind == ChangeKind::kTool || one.kind == ChangeKind::kSphere) && one.amount > 0.0;
   };
-  const auto kind = named<ChangeKind>([](ChangeKind one) { return to_string(one); }, change_kind);
+  const auto kind = named_by<ChangeKind>([](ChangeKind one) { return to_string(one); }, change_kind,
+                                         "is not known");
   return {
       field("kind", &E::kind, kind),
       field("name", &E::name, text()),
@@ -91,8 +81,8 @@ Field<UpdateOrigin> second_field() {
 /// Origin of an updated calibration.
 Table<UpdateOrigin> update_fields() {
   using U = UpdateOrigin;
-  const auto outcome =
-      named<UpdateOutcome>([](UpdateOutcome one) { return to_string(one); }, update_outcome);
+  const auto outcome = named_by<UpdateOutcome>([](UpdateOutcome one) { return to_string(one); },
+                                               update_outcome, "is not known");
   return {field("outcome", &U::outcome, outcome),
           field("stands_on", &U::stands_on, text()),
           field("months", &U::months, not_negative()),
@@ -152,9 +142,7 @@ Field<C> verdict_field() {
 
 Field<C> unidentifiable_field() {
   const auto directions = [](const Cell& cell) {
-    return list(Value<UnidentifiableDirection>{
-        [&cell](const UnidentifiableDirection& d) { return unidentifiable_to_json(cell, d); },
-        [&cell](const JsonReader& r) { return unidentifiable_from_json(cell, r); }});
+    return list(object(unidentifiable_fields(cell)));
   };
   return {"unidentifiable", [=](const C& c) { return directions(c.cell).to(c.unidentifiable); },
           [=](const JsonReader& r, C& c) { c.unidentifiable = directions(c.cell).from(r); }};
@@ -341,7 +329,7 @@ Table<C> calibration_fields() {
       optional(field("touch_noise_mm", &C::touch_noise_m, number(kMmPerM))),
       optional(touch_noise_field()),
       verdict_field(),
-      field("outliers", &C::outliers, list(Value<Outlier>{outlier_to_json, outlier_from_json})),
+      field("outliers", &C::outliers, list(object(outlier_fields()))),
       optional(field("lengths", &C::lengths, list(object(length_fields())))),
       optional(field("moved", &C::moved, list(object(moved_fields())))),
       optional(field("jumped", &C::jumped, list(object(jump_fields())))),

@@ -13,16 +13,43 @@ namespace cellcal::calib {
 
 namespace {
 
-using ordered = nlohmann::ordered_json;
+using fields::Field, fields::Json, fields::Table, fields::Value, fields::field, fields::list,
+    fields::maybe, fields::not_negative, fields::number, fields::only_of, fields::optional,
+    fields::text, fields::where, fields::whole;
+using ordered = Json;
+
+Value<TargetKind> kind_of_target() {
+  return named_by<TargetKind>([](TargetKind one) { return to_string(one); }, target_kind,
+                              "is not a kind of target");
+}
+
+Table<Subject> subject_fields(const Cell* cell) {
+  using S = Subject;
+  const auto of =
+      named_by<S::Of>([](S::Of one) { return to_string(one); }, subject_of, "is not a subject");
+  const auto read_name = [cell](const JsonReader& r, S& subject) {
+    subject.name = r.text();
+    if (subject.of == S::Of::kParameter) subject.parameter = parameter_key(*cell, subject.name);
+  };
+  return {
+      field("of", &S::of, of),
+      where<S>([](const S& one) { return !one.name.empty(); },
+               {"name", [](const S& one) { return one.name; }, read_name}),
+      where<S>([](const S& one) { return !one.other_end.empty(); },
+               field("other", &S::other_end, text())),
+      maybe("target_kind", &S::target_kind, kind_of_target()),
+      maybe("touch", &S::touch, whole<std::size_t>()),
+      where<S>([](const S& one) { return one.line > 0; }, field("line", &S::line, whole<int>()))};
+}
 
 ordered subject_to_json(const Subject& subject) {
-  ordered out = {{"of", to_string(subject.of)}};
-  if (!subject.name.empty()) out["name"] = subject.name;
-  if (!subject.other_end.empty()) out["other"] = subject.other_end;
-  if (subject.target_kind) out["target_kind"] = to_string(*subject.target_kind);
-  if (subject.touch) out["touch"] = *subject.touch;
-  if (subject.line > 0) out["line"] = subject.line;
-  return out;
+  return fields::to_json(subject_fields(nullptr), subject);
+}
+
+Subject subject_from_json(const Cell& cell, const JsonReader& item) {
+  Subject subject;
+  fields::from_json(subject_fields(&cell), item, subject);
+  return subject;
 }
 
 ordered evidence_to_json(const std::vector<Quantity>& evidence) {
@@ -33,23 +60,6 @@ ordered evidence_to_json(const std::vector<Quantity>& evidence) {
     if (one.sigma != 0.0) quantity["sigma"] = one.sigma;
   }
   return out;
-}
-
-Subject subject_from_json(const Cell& cell, const JsonReader& item) {
-  Subject subject;
-  const auto of = subject_of(item.at("of").text());
-  if (!of) item.at("of").fail("is not a subject");
-  subject.of = *of;
-  if (item.has("name")) subject.name = item.at("name").text();
-  if (subject.of == Subject::Of::kParameter) subject.parameter = parameter_key(cell, subject.name);
-  if (item.has("other")) subject.other_end = item.at("other").text();
-  if (item.has("target_kind")) {
-    subject.target_kind = target_kind(item.at("target_kind").text());
-    if (!subject.target_kind) item.at("target_kind").fail("is not a kind of target");
-  }
-  if (item.has("touch")) subject.touch = item.at("touch").whole();
-  if (item.has("line")) subject.line = static_cast<int>(item.at("line").whole());
-  return subject;
 }
 
 std::vector<Quantity> evidence_from_json(const JsonReader& item) {
@@ -119,36 +129,24 @@ Finding finding_from_json(const Cell& cell, const JsonReader& item) {
   return finding;
 }
 
-nlohmann::ordered_json outlier_to_json(const Outlier& o) {
-  nlohmann::ordered_json out = {{"touch", o.touch},
-                                {"residual_mm", o.residual_m * kMmPerM},
-                                {"reason", words(o)},
-                                {"leverage", o.leverage},
-                                {"kind", to_string(o.kind)}};
-  if (o.kind == OutlierKind::kRecorded) return out;
-  out["target"] = o.target;
-  out["target_kind"] = to_string(o.target_kind);
-  out["sigmas"] = o.sigmas;
-  if (o.kind == OutlierKind::kOnAnotherTarget) out["lies_on"] = o.lies_on;
-  return out;
-}
-
-Outlier outlier_from_json(const JsonReader& item) {
-  Outlier o{item.at("touch").whole(), item.at("residual_mm").number() / kMmPerM};
-  if (item.has("leverage")) o.leverage = item.at("leverage").not_negative();
-  const auto kind = item.has("kind") ? outlier_kind(item.at("kind").text()) : std::nullopt;
-  if (kind.value_or(OutlierKind::kRecorded) == OutlierKind::kRecorded) {
-    o.text = item.at("reason").text();
-    return o;
-  }
-  o.kind = *kind;
-  o.target = item.at("target").text();
-  const auto known = target_kind(item.at("target_kind").text());
-  if (!known) item.at("target_kind").fail("is not a kind of target");
-  o.target_kind = *known;
-  o.sigmas = item.at("sigmas").not_negative();
-  if (o.kind == OutlierKind::kOnAnotherTarget) o.lies_on = item.at("lies_on").text();
-  return o;
+Table<Outlier> outlier_fields() {
+  using O = Outlier;
+  const auto known = [](const O& o) { return o.kind != OutlierKind::kRecorded; };
+  const auto on_another = [](const O& o) { return o.kind == OutlierKind::kOnAnotherTarget; };
+  const auto read_kind = [=](const JsonReader& r, O& o) {
+    o.kind = outlier_kind(r.text()).value_or(OutlierKind::kRecorded);
+    if (known(o)) o.text.clear();
+  };
+  return {field("touch", &O::touch, whole<std::size_t>()),
+          field("residual_mm", &O::residual_m, number(kMmPerM)),
+          {"reason", [](const O& o) { return words(o); },
+           [](const JsonReader& r, O& o) { o.text = r.text(); }},
+          optional(field("leverage", &O::leverage, not_negative())),
+          optional(Field<O>{"kind", [](const O& o) { return to_string(o.kind); }, read_kind}),
+          only_of<O>(known, field("target", &O::target, text())),
+          only_of<O>(known, field("target_kind", &O::target_kind, kind_of_target())),
+          only_of<O>(known, field("sigmas", &O::sigmas, not_negative())),
+          only_of<O>(on_another, field("lies_on", &O::lies_on, text()))};
 }
 
 namespace {
@@ -167,37 +165,34 @@ ParameterKey parameter_from_json(const Cell& cell, const JsonReader& item) {
   return named(cell, item.text(), item);
 }
 
-ordered unidentifiable_to_json(const Cell& cell, const UnidentifiableDirection& d) {
-  ordered direction = ordered::object();
-  for (const auto& [key, share] : d.direction) direction[parameter_name(cell, key)] = share;
-  ordered out = {
-      {"words", words(cell, d)}, {"direction", std::move(direction)}, {"kind", to_string(d.kind)}};
-  if (d.kind == UnidentifiableKind::kRecorded) return out;
-  out["parameters"] = ordered::array();
-  for (const ParameterKey& key : d.parameters)
-    out["parameters"].push_back(parameter_name(cell, key));
-  if (d.more_parameters > 0) out["more_parameters"] = d.more_parameters;
-  if (d.more_as_weak > 0) out["more_as_weak"] = d.more_as_weak;
-  return out;
-}
-
-UnidentifiableDirection unidentifiable_from_json(const Cell& cell, const JsonReader& item) {
-  UnidentifiableDirection d;
-  const JsonReader direction = item.at("direction");
-  for (const auto& entry : direction.object().items())
-    d.direction.emplace_back(named(cell, entry.key(), direction),
-                             direction.at(entry.key().c_str()).number());
-  const auto kind = item.has("kind") ? unidentifiable_kind(item.at("kind").text()) : std::nullopt;
-  if (kind.value_or(UnidentifiableKind::kRecorded) == UnidentifiableKind::kRecorded) {
-    d.text = item.at("words").text();
-    return d;
-  }
-  d.kind = *kind;
-  for (const JsonReader& one : item.at("parameters").items())
-    d.parameters.push_back(parameter_from_json(cell, one));
-  if (item.has("more_parameters")) d.more_parameters = item.at("more_parameters").whole();
-  if (item.has("more_as_weak")) d.more_as_weak = item.at("more_as_weak").whole();
-  return d;
+Table<UnidentifiableDirection> unidentifiable_fields(const Cell& cell) {
+  using D = UnidentifiableDirection;
+  const auto known = [](const D& d) { return d.kind != UnidentifiableKind::kRecorded; };
+  const auto write_direction = [&cell](const D& d) {
+    ordered direction = ordered::object();
+    for (const auto& [key, share] : d.direction) direction[parameter_name(cell, key)] = share;
+    return direction;
+  };
+  const auto read_direction = [&cell](const JsonReader& r, D& d) {
+    for (const auto& entry : r.object().items())
+      d.direction.emplace_back(named(cell, entry.key(), r), r.at(entry.key().c_str()).number());
+  };
+  const auto read_kind = [=](const JsonReader& r, D& d) {
+    d.kind = unidentifiable_kind(r.text()).value_or(UnidentifiableKind::kRecorded);
+    if (known(d)) d.text.clear();
+  };
+  const Value<ParameterKey> parameter{
+      [&cell](const ParameterKey& key) { return parameter_name(cell, key); },
+      [&cell](const JsonReader& r) { return parameter_from_json(cell, r); }};
+  return {{"words", [&cell](const D& d) { return words(cell, d); },
+           [](const JsonReader& r, D& d) { d.text = r.text(); }},
+          {"direction", write_direction, read_direction},
+          optional(Field<D>{"kind", [](const D& d) { return to_string(d.kind); }, read_kind}),
+          only_of<D>(known, field("parameters", &D::parameters, list(parameter))),
+          where<D>([](const D& d) { return d.more_parameters > 0; },
+                   field("more_parameters", &D::more_parameters, whole<std::size_t>())),
+          where<D>([](const D& d) { return d.more_as_weak > 0; },
+                   field("more_as_weak", &D::more_as_weak, whole<std::size_t>()))};
 }
 
 }  // namespace cellcal::calib

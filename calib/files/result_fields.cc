@@ -225,18 +225,16 @@ Table<Verdict> verdict_fields(const Cell& cell) {
 
 Table<UncertaintyLine> uncertainty_fields() {
   using L = UncertaintyLine;
-  const auto read_source = [](const JsonReader& r, L& line) {
-    const auto source = uncertainty_source(r.text());
-    if (!source) r.fail("no source of uncertainty");
-    line.source = *source;
-  };
+  const auto source =
+      named_by<UncertaintySource>([](UncertaintySource one) { return to_string(one); },
+                                  uncertainty_source, "no source of uncertainty");
   const auto write_sigma = [](const L& line) -> Json {
     return line.sigma * unit_of(line.source).per_si;
   };
   const auto read_sigma = [](const JsonReader& r, L& line) {
     line.sigma = not_negative().from(r) / unit_of(line.source).per_si;
   };
-  return {{"source", [](const L& line) -> Json { return to_string(line.source); }, read_source},
+  return {field("source", &L::source, source),
           {"sigma", write_sigma, read_sigma},
           for_readers<L>("unit", [](const L& line) -> Json { return unit_of(line.source).name; }),
           field("m2_mm", &L::near_targets_m, not_negative(kMmPerM)),

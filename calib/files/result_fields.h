@@ -20,22 +20,23 @@ nlohmann::ordered_json finding_to_json(const Finding& finding);
 /// its parameters belong to. Throws FileError.
 Finding finding_from_json(const Cell& cell, const JsonReader& item);
 
-// Touches left out, in calibration files: deviation, kind, evidence and sentence.
-
-nlohmann::ordered_json outlier_to_json(const Outlier& outlier);
-/// A missing or unknown kind keeps its text (OutlierKind::kRecorded). Throws FileError.
-Outlier outlier_from_json(const JsonReader& item);
-
-// Undetermined directions in calibration files, with parameters by name.
-
 /// The parameter named in a file. Throws FileError if the cell does not have it.
 ParameterKey parameter_from_json(const Cell& cell, const JsonReader& item);
 
-nlohmann::ordered_json unidentifiable_to_json(const Cell& cell,
-                                              const UnidentifiableDirection& direction);
-/// A missing or unknown kind keeps its text (UnidentifiableKind::kRecorded). Throws FileError.
-UnidentifiableDirection unidentifiable_from_json(const Cell& cell, const JsonReader& item);
+/// An enumerator by its name; `refusal` of others.
+template <class E, class Name, class Named>
+fields::Value<E> named_by(Name name, Named named, const char* refusal) {
+  return {[=](const E& value) -> fields::Json { return name(value); },
+          [=](const JsonReader& r) {
+            const auto found = named(r.text());
+            if (!found) r.fail(refusal);
+            return *found;
+          }};
+}
 
+/// A missing or unknown kind keeps its text (kRecorded; `text`).
+fields::Table<Outlier> outlier_fields();
+fields::Table<UnidentifiableDirection> unidentifiable_fields(const Cell& cell);
 fields::Table<ResidualSummary> summary_fields();
 fields::Table<ModelLevel> level_fields();
 fields::Table<LevelEvidence> evidence_fields();

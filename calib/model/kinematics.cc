@@ -255,9 +255,6 @@ Eigen::Matrix<double, 6, Eigen::Dynamic> ArmModel::nominal_jacobian(
 
 namespace {
 
-using Eigen::Matrix3d;
-using Eigen::Vector3d;
-
 /// Tool deflection by c_t; `stiff`: m l^3/3 of the tool.
 void set_deflection(double c, const Tool& tool, double stiff, ArmErrors::OfTool& its) {
   its.bend_m_per_accel = c * stiff;

@@ -347,7 +347,6 @@ std::vector<std::string> refuse_faulty(const Cell& cell) {
 
 namespace {
 
-using Kind = CellFaultKind;
 using Eigen::Vector3d;
 
 /// Arms may carry more than their rated payload close to the flange.
@@ -516,8 +515,6 @@ void examine_description(const Cell& cell, std::vector<CellFault>& faults) {
 }
 
 namespace {
-
-using Kind = CellFaultKind;
 
 double mm(double metres) { return metres * 1e3; }
 

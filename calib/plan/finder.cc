@@ -16,7 +16,6 @@
 #include "calib/plan/pool.h"
 #include "calib/plan/positioner_plan.h"
 #include "calib/plan/search_line.h"
-#include "calib/plan/sought.h"
 #include "calib/plan/track.h"
 
 namespace cellcal::calib {

@@ -19,7 +19,7 @@
 #include "calib/model/kinematics.h"
 #include "calib/model/units.h"
 #include "calib/plan/cell_check.h"
-#include "calib/plan/suggest_spheres.h"
+#include "calib/plan/plan.h"
 #include "daemon/cell_form/cell_text.h"
 
 namespace cellcal::daemon {

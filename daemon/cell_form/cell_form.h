@@ -110,7 +110,7 @@ struct SuggestedPlaces {
   std::vector<SphereForm> spheres;     ///< those of the form, with centres
   double mean_mm = 0.0, u95_mm = 0.0;  ///< predicted after 50 touches
 };
-/// Places for the form's spheres for the whole workspace (calib/plan/suggest_spheres.h); stated places are
+/// Places for the form's spheres for the whole workspace (calib/plan/plan.h); stated places are
 /// not regarded. Takes seconds. Throws calib::PlanError, calib::FileError.
 SuggestedPlaces suggest_places(const CellForm& form);
 

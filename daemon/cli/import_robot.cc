@@ -14,7 +14,7 @@
 #include <system_error>
 
 #include "calib/estimate/external_axes.h"
-#include "calib/export/external_kinematic.h"
+#include "calib/export/machine_external.h"
 #include "calib/export/machine_data.h"
 #include "calib/export/rigid_arm.h"
 #include "calib/export/tables.h"

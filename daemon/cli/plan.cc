@@ -21,7 +21,6 @@
 #include "calib/plan/design.h"
 #include "calib/plan/duration.h"
 #include "calib/plan/lowest.h"
-#include "calib/plan/suggest_spheres.h"
 #include "daemon/cli/commands.h"
 #include "daemon/cli/correct.h"
 #include "daemon/cli/offline.h"

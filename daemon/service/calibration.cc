@@ -5,7 +5,7 @@
 #include "calib/model/error.h"
 #include "calib/model/kinematics.h"
 #include "calib/plan/cell_check.h"
-#include "calib/plan/contact_forecast.h"
+#include "calib/plan/forecast.h"
 #include "calib/plan/finder.h"
 #include "daemon/service/kind.h"
 #include "daemon/tasks/active_calibration.h"

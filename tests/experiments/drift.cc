@@ -12,8 +12,8 @@
 #include <numeric>
 #include <optional>
 
-#include "calib/check/alarm.h"
 #include "calib/check/charts.h"
+#include "calib/check/tcp_check.h"
 #include "calib/files/files.h"
 #include "calib/files/robot_file.h"
 #include "calib/identify/identify.h"

@@ -1,12 +1,11 @@
 // Zeros and senses of one arm with two descriptions.
 
-#include "calib/export/joint_zeros.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "calib/export/machine_data.h"
+#include "calib/export/rigid_arm.h"
 #include "calib/files/files.h"
 #include "calib/files/robot_file.h"
 #include "calib/model/linear.h"

@@ -11,7 +11,7 @@
 #include "calib/estimate/external_axes.h"
 #include "calib/estimate/predict.h"
 #include "calib/export/corrector.h"
-#include "calib/export/external_kinematic.h"
+#include "calib/export/machine_external.h"
 #include "calib/export/tables.h"
 #include "calib/export/urdf.h"
 #include "calib/model/error.h"

@@ -1,7 +1,5 @@
 // Predicted contacts of planned touches compared with those of the true arm and spheres.
 
-#include "calib/plan/contact_forecast.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,6 +7,7 @@
 #include <map>
 
 #include "calib/model/linear.h"
+#include "calib/plan/forecast.h"
 #include "calib/plan/plan.h"
 #include "tests/calib/plan/meet.h"
 #include "tests/calib/simulate.h"

@@ -1,10 +1,9 @@
 // Touches to a goal in a cell with a positioner: batches, each with few turns of its axes.
 
-#include "calib/plan/goal_batches.h"
-
 #include <gtest/gtest.h>
 
 #include "calib/plan/positioner_plan.h"
+#include "calib/plan/touch_sequence.h"
 #include "tests/calib/positioner_session.h"
 
 namespace cellcal::calib {

@@ -12,7 +12,6 @@
 #include "calib/plan/clearance.h"
 #include "calib/plan/plan.h"
 #include "calib/plan/pool.h"
-#include "calib/plan/suggest_spheres.h"
 #include "calib/plan/track.h"
 #include "tests/calib/track_cell.h"
 

@@ -13,7 +13,6 @@
 #include "calib/plan/plan.h"
 #include "calib/plan/pool.h"
 #include "calib/plan/positioner_plan.h"
-#include "calib/plan/suggest_spheres.h"
 #include "tests/calib/positioner_cell.h"
 
 namespace cellcal::calib {

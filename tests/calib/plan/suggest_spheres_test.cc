@@ -1,12 +1,11 @@
 // Suggested places of spheres for a region.
 
-#include "calib/plan/suggest_spheres.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 
 #include "calib/plan/cell_check.h"
+#include "calib/plan/plan.h"
 #include "tests/calib/plan/box.h"
 #include "tests/calib/simulate.h"
 
