@@ -17,6 +17,7 @@
 #include "calib/model/units.h"
 #include "calib/result/calibration.h"
 #include "calib/verdict/judge_accuracy.h"
+#include "calib/verdict/residuals.h"
 
 namespace cellcal::calib {
 
@@ -105,19 +106,10 @@ Calibration at(const Calibration& last, const Calibration& prior, Mean mean) {
 }
 
 ResidualSummary summary(const std::vector<TouchResidual>& residuals, double TouchResidual::*which) {
-  ResidualSummary s;
-  for (const TouchResidual& one : residuals) {
-    if (one.outlier) continue;
-    const double off = std::abs(one.*which);
-    ++s.count;
-    s.mean_m += off;
-    s.max_m = std::max(s.max_m, off);
-    s.rms_m += off * off;
-  }
-  if (s.count == 0) return s;
-  s.mean_m /= s.count;
-  s.rms_m = std::sqrt(s.rms_m / s.count);
-  return s;
+  std::vector<double> residuals_m;
+  for (const TouchResidual& one : residuals)
+    if (!one.outlier) residuals_m.push_back(one.*which);
+  return summary_of(residuals_m);
 }
 
 /// Residuals; "before" is by the last calibration.

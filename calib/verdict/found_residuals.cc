@@ -1,5 +1,3 @@
-#include "calib/verdict/verdict.h"
-
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -9,6 +7,8 @@
 #include "calib/model/linear.h"
 #include "calib/result/calibration.h"
 #include "calib/result/level.h"
+#include "calib/verdict/residuals.h"
+#include "calib/verdict/verdict.h"
 
 namespace cellcal::calib {
 
@@ -112,20 +112,11 @@ bool improve(Places& places, const std::vector<Seen>& seen, double offset_sigma_
   return step.lpNorm<Eigen::Infinity>() > kSettledM;
 }
 
-ResidualSummary summary_of(const Places& places, const std::vector<Seen>& seen, bool fit) {
-  ResidualSummary summary;
-  for (const Seen& one : seen) {
-    if (one.fit != fit) continue;
-    const double size = std::abs(places.residual_m(one));
-    ++summary.count;
-    summary.mean_m += size;
-    summary.max_m = std::max(summary.max_m, size);
-    summary.rms_m += size * size;
-  }
-  if (summary.count == 0) return summary;
-  summary.mean_m /= summary.count;
-  summary.rms_m = std::sqrt(summary.rms_m / summary.count);
-  return summary;
+ResidualSummary summary(const Places& places, const std::vector<Seen>& seen, bool fit) {
+  std::vector<double> residuals_m;
+  for (const Seen& one : seen)
+    if (one.fit == fit) residuals_m.push_back(places.residual_m(one));
+  return summary_of(residuals_m);
 }
 
 }  // namespace
@@ -139,7 +130,7 @@ std::optional<FoundResiduals> found_residuals(const Calibration& earlier,
   constexpr int kRounds = 20;
   for (int round = 0; round < kRounds; ++round)
     if (!improve(places, *seen, earlier.cell.radius_offset_sigma_m)) break;
-  return FoundResiduals{summary_of(places, *seen, true), summary_of(places, *seen, false)};
+  return FoundResiduals{summary(places, *seen, true), summary(places, *seen, false)};
 }
 
 }  // namespace cellcal::calib

@@ -23,10 +23,7 @@ constexpr double kGrossCheck = 4.0;
 
 std::vector<HeldOut> held_out(const Problem& problem, const Calibration& c) {
   if (c.covariance.rows() != problem.size()) return {};
-  Eigen::VectorXd x(problem.size());
-  for (int i = 0; i < problem.size(); ++i)
-    x[i] = c.parameters[static_cast<std::size_t>(i)].nominal +
-           c.parameters[static_cast<std::size_t>(i)].correction;
+  const Eigen::VectorXd x = first_values(c, problem.size());
   const Problem::At at = problem.at(x.data());
   std::vector<HeldOut> all;
   for (std::size_t t = 0; t < problem.touches().size(); ++t) {
@@ -376,11 +373,7 @@ bool tracker_holds_scale(const Problem& problem, const std::vector<std::size_t>&
 }  // namespace
 
 HeldPlaces judge_places(const Problem& problem, const Calibration& c, Verdict& verdict) {
-  Eigen::VectorXd x(problem.size());
-  for (int i = 0; i < problem.size(); ++i) {
-    const ParameterResult& found = c.parameters[static_cast<std::size_t>(i)];
-    x[i] = found.nominal + found.correction;
-  }
+  const Eigen::VectorXd x = first_values(c, problem.size());
   HeldPlaces held;
   for (std::size_t b = 0; b < problem.blocks().size(); ++b) {
     const TargetBlock& block = problem.blocks()[b];

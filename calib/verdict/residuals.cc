@@ -17,23 +17,29 @@
 
 namespace cellcal::calib {
 
-namespace {
-
-void add(ResidualSummary& summary, double residual_m) {
-  const double size = std::abs(residual_m);
-  ++summary.count;
-  summary.mean_m += size;
-  summary.max_m = std::max(summary.max_m, size);
-  summary.rms_m += size * size;
-}
-
-void finish(ResidualSummary& summary) {
-  if (summary.count == 0) return;
+ResidualSummary summary_of(std::span<const double> residuals_m) {
+  ResidualSummary summary;
+  for (const double residual_m : residuals_m) {
+    const double size = std::abs(residual_m);
+    summary.mean_m += size;
+    summary.max_m = std::max(summary.max_m, size);
+    summary.rms_m += size * size;
+  }
+  if (residuals_m.empty()) return summary;
+  summary.count = static_cast<int>(residuals_m.size());
   summary.mean_m /= summary.count;
   summary.rms_m = std::sqrt(summary.rms_m / summary.count);
+  return summary;
 }
 
-}  // namespace
+Eigen::VectorXd first_values(const Calibration& calibration, Eigen::Index count) {
+  Eigen::VectorXd x(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const ParameterResult& p = calibration.parameters[static_cast<std::size_t>(i)];
+    x[i] = p.nominal + p.correction;
+  }
+  return x;
+}
 
 Eigen::VectorXd place_seen_by_nominal_arm(const Problem& problem, int block,
                                           const std::vector<bool>& outlier) {
@@ -170,15 +176,17 @@ void fill_residuals(const Problem& problem, const Eigen::VectorXd& x_si,
     }
   });
   calibration.unseen = judge_unseen(problem, x_si, calibration);
+  std::vector<double> before, after, check_before, check;
   for (const TouchResidual& entry : calibration.residuals) {
     if (entry.outlier || std::isnan(entry.after_m)) continue;
     const bool fit = touches[entry.touch].set == TouchSet::kFit;
-    add(fit ? calibration.before : calibration.check_before, entry.before_m);
-    add(fit ? calibration.after : calibration.check, entry.after_m);
+    (fit ? before : check_before).push_back(entry.before_m);
+    (fit ? after : check).push_back(entry.after_m);
   }
-  for (ResidualSummary* summary :
-       {&calibration.before, &calibration.after, &calibration.check_before, &calibration.check})
-    finish(*summary);
+  calibration.before = summary_of(before);
+  calibration.after = summary_of(after);
+  calibration.check_before = summary_of(check_before);
+  calibration.check = summary_of(check);
 }
 
 namespace {
@@ -215,11 +223,7 @@ std::optional<std::string> lies_on(const Problem& problem, const Calibration& ca
   constexpr double kInconsistentM = 10e-3;
   constexpr double kOnAnotherM = 1e-3;
   if (std::abs(residual.after_m) < kInconsistentM) return std::nullopt;
-  Eigen::VectorXd x(problem.arm_size());
-  for (int i = 0; i < problem.arm_size(); ++i) {
-    const ParameterResult& p = calibration.parameters[static_cast<std::size_t>(i)];
-    x[i] = p.nominal + p.correction;
-  }
+  const Eigen::VectorXd x = first_values(calibration, problem.arm_size());
   const ArmModel& arm = problem.arm();
   const Touch& touch = problem.touches()[residual.touch];
   for (const TargetResult& target : calibration.targets) {

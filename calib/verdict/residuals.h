@@ -14,6 +14,10 @@
 
 namespace cellcal::calib {
 
+ResidualSummary summary_of(std::span<const double> residuals_m);
+/// Values of the calibration's first parameters, SI.
+Eigen::VectorXd first_values(const Calibration& calibration, Eigen::Index count);
+
 /// The block's own unknowns, without a sphere's radius, fitted to the nominal arm's tips.
 Eigen::VectorXd place_seen_by_nominal_arm(const Problem& problem, int block,
                                           const std::vector<bool>& outlier);
