@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "drivers/contact/wire/ctp_codec.h"
+#include "drivers/kuka/wire/rsi_codec.h"
 #include "sim/krc/controller.h"
 #include "sim/mcu/microcontroller.h"
 #include "tests/bench/loopback.h"
