@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/model/enum_table.h"
 #include "calib/model/units.h"
 #include "daemon/config/config.h"
 #include "drivers/kuka/rsi/rsi_report.h"
@@ -342,13 +341,6 @@ constexpr double kSlowStatesS = 0.060;
 constexpr std::uint32_t kSlowPassMs = 36;
 constexpr int kFewestDecimals = 3;
 
-const char* mode_of(drivers::EkiMode mode) {
-  using enum drivers::EkiMode;
-  static constexpr EnumNames<drivers::EkiMode> kTable{
-      {{kUnknown, "unknown"}, {kT1, "T1"}, {kT2, "T2"}, {kAut, "AUT"}, {kExt, "EXT"}}};
-  return kTable[mode];
-}
-
 bool judge_connection(const EkiSeen& seen, Findings& findings) {
   if (!seen.connected) {
     findings.fail("eki connection", seen.last_words, "say.doctor.eki.connection.do");
@@ -422,7 +414,7 @@ void judge_readiness(const EkiSeen& seen, Findings& findings) {
   const drivers::EkiCoreState& s = seen.newest;
   const std::string check = "eki readiness";
   Phrase figures{s.drives ? "say.doctor.eki.ready.drives_on" : "say.doctor.eki.ready.drives_off",
-                 {{"mode", mode_of(s.mode)}, {"percent", s.override_percent}}};
+                 {{"mode", to_string(s.mode)}, {"percent", s.override_percent}}};
   if (s.stopped) figures = joined("say.join.comma", figures, "say.doctor.eki.ready.stopped");
   if (s.fault != 0) {
     findings.fail(check, {"say.doctor.eki.ready.fault", {{"figures", figures}, {"fault", s.fault}}},

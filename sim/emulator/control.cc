@@ -53,9 +53,16 @@ bool set_override(Server& krc, std::string_view text) {
   return true;
 }
 
-/// Commands common to both kinds of controller. `use` provides access between two cycles.
-template <typename Server, typename Machine, typename Mode>
-bool common(Server& krc, const std::vector<std::string_view>& words, const Mode& mode_of) {
+OperatingMode mode_of(std::string_view verb) {
+  return verb == "t1"    ? OperatingMode::kT1
+         : verb == "t2"  ? OperatingMode::kT2
+         : verb == "ext" ? OperatingMode::kExt
+                         : OperatingMode::kAut;
+}
+
+/// Commands common to both kinds of controller.
+template <typename Server, typename Machine>
+bool common(Server& krc, const std::vector<std::string_view>& words) {
   const std::string_view verb = words[0];
   const bool on = words.size() == 2 && words[1] == "on";
   const bool switched = on || (words.size() == 2 && words[1] == "off");
@@ -117,18 +124,12 @@ std::string obey(KrcUdp& krc, std::string_view line) {
   const auto words = words_of(line);
   if (words.empty()) return {};
   bool known = true;
-  const auto mode_of = [](std::string_view verb) {
-    return verb == "t1"    ? OperatingMode::kT1
-           : verb == "t2"  ? OperatingMode::kT2
-           : verb == "ext" ? OperatingMode::kExt
-                           : OperatingMode::kAut;
-  };
   if (words.size() == 1 && words[0] == "reset") {
     krc.with([](Controller& c) { c.rsi_on(); });
   } else if (words.size() == 2 && words[0] == "block" && (words[1] == "on" || words[1] == "off")) {
     krc.with([&](Controller& c) { c.block_drives(words[1] == "on"); });
   } else if (words.size() != 1 || words[0] != "status") {
-    known = common<KrcUdp, Controller>(krc, words, mode_of);
+    known = common<KrcUdp, Controller>(krc, words);
   }
   if (!known) return unknown(line);
   std::string text;
@@ -138,11 +139,11 @@ std::string obey(KrcUdp& krc, std::string_view line) {
 
 namespace {
 
-std::optional<drivers::EkiRequest> request_of(std::string_view word) {
-  if (word == "none") return drivers::EkiRequest::kNone;
-  if (word == "brake-test") return drivers::EkiRequest::kBrakeTest;
-  if (word == "mastering-test") return drivers::EkiRequest::kMasteringTest;
-  if (word == "collision") return drivers::EkiRequest::kCollision;
+std::optional<drivers::ControllerRequest> request_of(std::string_view word) {
+  if (word == "none") return drivers::ControllerRequest::kNone;
+  if (word == "brake-test") return drivers::ControllerRequest::kBrakeTest;
+  if (word == "mastering-test") return drivers::ControllerRequest::kMasteringTest;
+  if (word == "collision") return drivers::ControllerRequest::kCollision;
   return std::nullopt;
 }
 
@@ -152,12 +153,6 @@ std::string obey(EkiServer& krc, std::string_view line) {
   const auto words = words_of(line);
   if (words.empty()) return {};
   bool known = true;
-  const auto mode_of = [](std::string_view verb) {
-    return verb == "t1"    ? drivers::EkiMode::kT1
-           : verb == "t2"  ? drivers::EkiMode::kT2
-           : verb == "ext" ? drivers::EkiMode::kExt
-                           : drivers::EkiMode::kAut;
-  };
   if (words.size() == 1 && words[0] == "reset") {
     krc.with([](EkiController& c) { c.start_program(); });
   } else if (words.size() == 1 && words[0] == "reconfigure") {
@@ -165,11 +160,11 @@ std::string obey(EkiServer& krc, std::string_view line) {
   } else if (words.size() == 1 && words[0] == "call") {
     krc.with([](EkiController& c) { c.call_program(); });
   } else if (words.size() == 2 && words[0] == "request") {
-    const std::optional<drivers::EkiRequest> request = request_of(words[1]);
+    const std::optional<drivers::ControllerRequest> request = request_of(words[1]);
     known = request.has_value();
     if (known) krc.with([&](EkiController& c) { c.request(*request); });
   } else if (words.size() != 1 || words[0] != "status") {
-    known = common<EkiServer, EkiController>(krc, words, mode_of);
+    known = common<EkiServer, EkiController>(krc, words);
   }
   if (!known) return unknown(line);
   std::string text;

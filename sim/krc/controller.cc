@@ -318,7 +318,7 @@ struct Controller::Impl {
     RsiValues values;
     values.ipoc = ipoc;
     values.delay = late;
-    values.mode = static_cast<int>(mode) + 1;  // as KRL numbers MODE_OP
+    values.mode = static_cast<int>(mode);  // as KRL numbers MODE_OP
     values.override_percent = override_percent;
     values.input_on = input_on;
     values.actual_deg = std::span(actual_deg).first(axes);

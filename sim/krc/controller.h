@@ -30,7 +30,7 @@ enum class RsiMode { kAbsolute, kRelative };
 /// Parameter Mode of the STOP object. 1 to 3 stop the arm, and RSI continues without effect.
 enum class RsiStop { kInfo = 0, kPathStop = 1, kSpeedStop = 2, kFastStop = 3, kExitMoveCorr = 4 };
 
-enum class OperatingMode { kT1, kT2, kAut, kExt };
+using drivers::OperatingMode;
 
 struct ControllerConfig {
   /// start_rad[0] is a linear unit's position [m]: E1, which carries the arm. As elsewhere metres and

@@ -63,7 +63,7 @@ bool EkiController::program_runs() const {
 std::string EkiController::fault() const {
   return impl_->robot.message() + impl_->submit.message();
 }
-void EkiController::request(drivers::EkiRequest request) { impl_->request = request; }
+void EkiController::request(drivers::ControllerRequest request) { impl_->request = request; }
 
 void EkiController::cancel_program() {
   impl_->cancelling = true;
@@ -83,7 +83,7 @@ void EkiController::drives(bool on) {
   if (!on) impl_->stop_program();
 }
 
-void EkiController::mode(drivers::EkiMode mode) {
+void EkiController::mode(drivers::OperatingMode mode) {
   // Turning the key switch stops and cancels any program.
   if (mode != impl_->mode) cancel_program();
   impl_->mode = mode;

@@ -83,11 +83,11 @@ class EkiController {
   /// File, line and fault of a program that the controller has stopped; empty: none.
   std::string fault() const;
   /// $BRAKETEST_REQ_INT and similar, on outputs read by the submit program.
-  void request(drivers::EkiRequest request);
+  void request(drivers::ControllerRequest request);
   void cancel_program();  ///< stopped by a ramp and deselected; nothing continues afterwards
   void emergency_stop(bool pressed);
   void drives(bool on);
-  void mode(drivers::EkiMode mode);
+  void mode(drivers::OperatingMode mode);
   void start_key(bool held);  ///< effective in T1 and T2
   void set_override(int percent);
   void place(const std::vector<double>& pose_rad);  ///< jogged; only at rest

@@ -286,7 +286,7 @@ void EkiMachine::write_command(const std::string& command) {
     stop_program();
   } else if (command == "CANCEL 1") {
     cancel();
-  } else if (command == "RUN/R1/CELLCAL_EKI()" && mode == EkiMode::kExt &&
+  } else if (command == "RUN/R1/CELLCAL_EKI()" && mode == OperatingMode::kExt &&
              state == ProgramState::kFree) {
     start("CELLCAL_EKI");
   }
@@ -392,7 +392,7 @@ void EkiMachine::brake(bool fast) {
 
 void EkiMachine::scale_speed() {
   double scale = override_percent / 100.0;
-  if (mode == EkiMode::kT1 && line_travel > 0.0) {
+  if (mode == OperatingMode::kT1 && line_travel > 0.0) {
     const double limit = kT1PtpShare * *std::min_element(config.max_speed_rad_s.begin(),
                                                          config.max_speed_rad_s.end());
     scale = std::min(scale, limit / (line_speed * line_travel));
@@ -436,10 +436,10 @@ void EkiMachine::bind_state() {
   const auto show = [this](const char* name, std::function<std::int32_t()> value) {
     program.variable(name).read = [value](Value& to, std::size_t) { to.set_whole(value()); };
   };
-  show("$T1", [this] { return mode == EkiMode::kT1; });
-  show("$T2", [this] { return mode == EkiMode::kT2; });
-  show("$AUT", [this] { return mode == EkiMode::kAut; });
-  show("$EXT", [this] { return mode == EkiMode::kExt; });
+  show("$T1", [this] { return mode == OperatingMode::kT1; });
+  show("$T2", [this] { return mode == OperatingMode::kT2; });
+  show("$AUT", [this] { return mode == OperatingMode::kAut; });
+  show("$EXT", [this] { return mode == OperatingMode::kExt; });
   show("$PERI_RDY", [this] { return drives_on; });
   show("$ALARM_STOP", [this] { return !e_stop; });
   show("$STOPMESS", [this] { return stop_message; });

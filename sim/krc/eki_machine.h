@@ -23,12 +23,12 @@ namespace cellcal::sim {
 struct EkiWiring {
   int input = 1;
   bool contact_is_on = true;
-  std::array<int, 4> request_output{};  ///< by EkiRequest; 0: none
+  std::array<int, 4> request_output{};  ///< by ControllerRequest; 0: none
 };
 EkiWiring wiring_of(const EkiControllerConfig::Files& files);
 
 struct EkiMachine final : krl::Mover {
-  using EkiMode = drivers::EkiMode;
+  using OperatingMode = drivers::OperatingMode;
   using TimePoint = drivers::TimePoint;
 
   explicit EkiMachine(EkiControllerConfig c);
@@ -40,7 +40,7 @@ struct EkiMachine final : krl::Mover {
 
   /// $PRO_STATE1 of the selected program.
   enum class ProgramState { kFree = 1, kActive = 3, kStop = 4, kEnd = 5 };
-  bool manual() const { return mode == EkiMode::kT1 || mode == EkiMode::kT2; }
+  bool manual() const { return mode == OperatingMode::kT1 || mode == OperatingMode::kT2; }
   ProgramState program_state() const;
   void start(const char* name);
   void stop_program();  ///< STOP, drives off, emergency stop: a ramp, and the program is stopped
@@ -117,9 +117,9 @@ struct EkiMachine final : krl::Mover {
   ProgramState state = ProgramState::kFree;
   std::string selected;
   bool stopping = false, cancelling = false;
-  drivers::EkiRequest request = drivers::EkiRequest::kNone;
+  drivers::ControllerRequest request = drivers::ControllerRequest::kNone;
   bool drives_on = true, e_stop = false, stop_message = false, start_held = true;
-  EkiMode mode = EkiMode::kAut;
+  OperatingMode mode = OperatingMode::kAut;
   int override_percent = 100;
 };
 

@@ -79,8 +79,6 @@ std::uint64_t EkiServer::refused_clients() const { return impl_->client.refused(
 
 namespace {
 
-using drivers::TimePoint;
-
 /// One channel on its socket.
 struct Endpoint {
   Endpoint(EkiStream& k, std::size_t i) : krc(k), index(i), udp(channel().config().udp) {}

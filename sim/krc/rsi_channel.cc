@@ -1,8 +1,5 @@
 #include "sim/krc/rsi_channel.h"
 
-#include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <pugixml.hpp>
 #include <stdexcept>
 
@@ -13,8 +10,7 @@ namespace {
 
 namespace wire = drivers::wire;
 
-constexpr std::size_t kMostReply = 8192;
-constexpr std::string_view kFrameLetters = "XYZABC";
+constexpr std::size_t kMostReply = 8192, kMostPacket = 16384;
 constexpr int kTechParameters = 10;
 
 [[noreturn]] void refuse_context(const std::string& why) {
@@ -112,50 +108,25 @@ void add_received(const std::string& tag, const std::string& type, bool hold_on,
     if (numbered && (name[0] == 'A' || name[0] == 'E') && type == "DOUBLE") {
       value.role = name[0] == 'A' ? RsiRole::kAxis : RsiRole::kExternal;
       value.index = static_cast<std::size_t>(name[1] - '1');
-    } else if (name.size() == 1 && kFrameLetters.find(name[0]) != std::string_view::npos) {
+    } else if (name.size() == 1 && wire::kFrameNames.find(name[0]) != std::string_view::npos) {
       value.role = RsiRole::kCartesian;
-      value.index = kFrameLetters.find(name[0]);
+      value.index = wire::kFrameNames.find(name[0]);
     }
   }
   // DEF_EStr and DEF_Tech have no effect here and are optional.
   if (!tag.starts_with("DEF_") && tag != "FREE") config.receive.push_back(value);
 }
 
-class Text {
- public:
-  Text& put(std::string_view more) {
-    text_ += more;
-    return *this;
-  }
-  Text& put(double value, int decimals) {
-    std::array<char, 400> buffer{};
-    const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value,
-                                   std::chars_format::fixed, decimals);
-    const std::string_view digits(buffer.data(), static_cast<std::size_t>(end.ptr - buffer.data()));
-    // Avoids "-0.0000".
-    const bool zero = digits.find_first_of("123456789") == std::string_view::npos;
-    return put(zero && digits.starts_with('-') ? digits.substr(1) : digits);
-  }
-  Text& attribute(std::string_view name, double value, int decimals) {
-    return put(" ").put(name).put("=\"").put(value, decimals).put("\"");
-  }
-  std::string take() { return std::move(text_); }
-
- private:
-  std::string text_;
-};
-
-void put_frame(Text& out, const KukaFrame& frame, int decimals) {
-  for (std::size_t i = 0; i < frame.size(); ++i)
-    out.attribute(kFrameLetters.substr(i, 1), frame[i], decimals);
+/// Six from `from` on: a controller always has them.
+std::array<double, wire::kAxesPerElement> six(std::span<const double> deg, std::size_t from) {
+  std::array<double, wire::kAxesPerElement> axes{};
+  for (std::size_t i = 0; i < axes.size() && from + i < deg.size(); ++i) axes[i] = deg[from + i];
+  return axes;
 }
 
-/// A controller always has six of them.
-void put_axes(Text& out, char letter, std::span<const double> deg, std::size_t from, int decimals) {
-  for (std::size_t i = 0; i < 6; ++i) {
-    const double value = from + i < deg.size() ? deg[from + i] : 0.0;
-    out.attribute(std::string{letter} + static_cast<char>('1' + i), value, decimals);
-  }
+std::string override_text(double percent, int decimals) {
+  std::array<char, 64> buffer{};
+  return std::string(wire::Writer(buffer).put(percent, decimals).text());
 }
 
 std::string text_of(const RsiSentValue& value, const RsiValues& values, int decimals) {
@@ -163,7 +134,7 @@ std::string text_of(const RsiSentValue& value, const RsiValues& values, int deci
     case RsiSentValue::Of::kMode:
       return std::to_string(values.mode);
     case RsiSentValue::Of::kOverride:
-      return Text().put(values.override_percent, decimals).take();
+      return override_text(values.override_percent, decimals);
     case RsiSentValue::Of::kInput:
       return values.input_on ? "1" : "0";
     case RsiSentValue::Of::kConstant:
@@ -172,7 +143,7 @@ std::string text_of(const RsiSentValue& value, const RsiValues& values, int deci
   return value.constant;
 }
 
-void put_values(Text& out, const RsiSent& sent, const RsiValues& values, int decimals) {
+void put_values(wire::Writer& out, const RsiSent& sent, const RsiValues& values, int decimals) {
   std::string text;
   bool has_text = false;
   out.put("<").put(sent.name);
@@ -228,42 +199,39 @@ RsiChannelConfig RsiChannelConfig::parse(std::string_view xml) {
 }
 
 std::string format_packet(const RsiChannelConfig& channel, const RsiValues& v, int decimals) {
-  Text out;
+  std::array<char, kMostPacket> buffer;
+  wire::Writer out(buffer);
   out.put("<Rob Type=\"KUKA\">");
   for (const RsiSent& sent : channel.send) {
-    if (sent.source == RsiSource::kConstant) {
-      put_values(out, sent, v, decimals);
-      continue;
-    }
-    out.put("<").put(sent.name);
     switch (sent.source) {
       case RsiSource::kActualFrame:
-        put_frame(out, v.actual_frame, decimals);
+        out.frame(sent.name, v.actual_frame, decimals);
         break;
       case RsiSource::kSetpointFrame:
-        put_frame(out, v.setpoint_frame, decimals);
+        out.frame(sent.name, v.setpoint_frame, decimals);
         break;
       case RsiSource::kActualAxes:
-        put_axes(out, 'A', v.actual_deg, 0, decimals);
+        out.element(sent.name, 'A', six(v.actual_deg, 0), decimals);
         break;
       case RsiSource::kSetpointAxes:
-        put_axes(out, 'A', v.setpoint_deg, 0, decimals);
+        out.element(sent.name, 'A', six(v.setpoint_deg, 0), decimals);
         break;
       case RsiSource::kActualExternal:
-        put_axes(out, 'E', v.actual_deg, 6, decimals);
+        out.element(sent.name, 'E', six(v.actual_deg, 6), decimals);
         break;
       case RsiSource::kSetpointExternal:
-        put_axes(out, 'E', v.setpoint_deg, 6, decimals);
+        out.element(sent.name, 'E', six(v.setpoint_deg, 6), decimals);
         break;
       case RsiSource::kDelay:
-        out.put(" D=\"").put(std::to_string(v.delay)).put("\"");
+        out.put("<").put(sent.name).put(" D=\"").put(v.delay).put("\"/>");
         break;
       case RsiSource::kConstant:
+        put_values(out, sent, v, decimals);
         break;
     }
-    out.put("/>");
   }
-  return out.put("<IPOC>").put(std::to_string(v.ipoc)).put("</IPOC></Rob>").take();
+  out.put("<IPOC>").put(v.ipoc).put("</IPOC></Rob>");
+  return std::string(out.text());
 }
 
 std::string format_first_packet(std::uint64_t ipoc) {

@@ -14,7 +14,7 @@ EkiSeen sound_eki() {
   s.cycle_s = 0.02;
   s.decimals_seen = 5;
   s.ready = s.drives = true;
-  s.mode = drivers::EkiMode::kT1;
+  s.mode = drivers::OperatingMode::kT1;
   s.trouble = drivers::EkiTrouble::kNone;
   return seen;
 }

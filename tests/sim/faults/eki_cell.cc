@@ -57,12 +57,13 @@ class EkiCell final : public FaultyCell {
         to_krc_(sim::LineKind::kStream, kSwitch, options.seed * 37 + 2) {
     controller_.set_override(options.override_percent);
     if (options.cell_src) {
-      controller_.mode(drivers::EkiMode::kExt);
+      controller_.mode(drivers::OperatingMode::kExt);
       put_under_cell_src(
           {[this] { controller_.call_program(); }, [this] { return !controller_.program_runs(); },
            [] { return false; },
            [this](bool on) {
-             controller_.request(on ? drivers::EkiRequest::kBrakeTest : drivers::EkiRequest::kNone);
+             controller_.request(on ? drivers::ControllerRequest::kBrakeTest
+                                    : drivers::ControllerRequest::kNone);
            },
            [this] { controller_.place(off_by_a_brake_test(controller_.setpoint_rad())); }});
     } else {

@@ -333,7 +333,7 @@ TEST_F(EkiKrc, ATelegramWithoutItsNumberStopsTheArmAndShiftsNoOther) {
 
 TEST_F(EkiKrc, T1IsSlow) {
   make();
-  krc->mode(drivers::EkiMode::kT1);
+  krc->mode(drivers::OperatingMode::kT1);
   krc->start_program();
   double fastest = 0.0, last = a1_deg();
   after_tick = [&] {
