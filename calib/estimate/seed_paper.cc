@@ -5,75 +5,20 @@
 
 #include "calib/model/kinematics.h"
 #include "calib/model/linear.h"
-#include "calib/model/units.h"
 
 namespace cellcal::calib {
 
 namespace {
 
-using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-
 constexpr int kCentre = 3;
 /// The linear sphere fit has four unknowns.
 constexpr std::size_t kLeastTouches = 4;
 
-/// Eq. 7, one column of G_i: differential translation above rotation of frame i, in frame i-1.
-Vector6 transmission_g(const Joint& joint, double theta, ParameterKind kind) {
-  const double ct = std::cos(theta), st = std::sin(theta);
-  const double ca = std::cos(joint.alpha_rad), sa = std::sin(joint.alpha_rad);
-  const double a = joint.a_m, d = joint.d_m;
-  Vector6 g = Vector6::Zero();
-  switch (kind) {
-    case ParameterKind::kTheta:
-      g << 0, 0, 0, 0, 0, 1;
-      break;
-    case ParameterKind::kD:
-      g << 0, 0, 1, 0, 0, 0;
-      break;
-    case ParameterKind::kA:
-      g << ct, st, 0, 0, 0, 0;
-      break;
-    case ParameterKind::kAlpha:
-      g << -d * st, d * ct, 0, ct, st, 0;
-      break;
-    case ParameterKind::kBeta:
-      g << a * sa * st - d * ca * ct, -a * sa * ct - d * ca * st, a * ca, -ca * st, ca * ct, sa;
-      break;
-    default:
-      break;  // not in the paper's model: no effect on the tip
-  }
-  return g;
-}
-
-/// Eq. 8: from the frame that a differential motion is given in to the base frame.
-Matrix6 transmission_k(const Eigen::Isometry3d& frame) {
-  Matrix6 k = Matrix6::Zero();
-  k.topLeftCorner<3, 3>() = frame.linear();
-  k.topRightCorner<3, 3>() = cross_matrix(frame.translation()) * frame.linear();
-  k.bottomRightCorner<3, 3>() = frame.linear();
-  return k;
-}
-
-Eigen::Isometry3d nominal_link(const Joint& joint, double theta) {
-  return Eigen::AngleAxisd(theta, Vector3d::UnitZ()) *
-         Eigen::Translation3d(joint.a_m, 0.0, joint.d_m) *
-         Eigen::AngleAxisd(joint.alpha_rad, Vector3d::UnitX()) *
-         Eigen::AngleAxisd(joint.beta_rad, Vector3d::UnitY());
-}
-
-/// Eqs. 11-20 at the flange: effect of c_t = 1 on the tip, in the flange's axes. Signs missing in
-/// the paper are chosen for a sagging tip: along gravity's component across the flange's z axis.
-Vector6 bending_g(const Tool& tool, const Vector3d& gravity_in_flange) {
-  const Vector3d load = tool.mass_kg * Vector3d(gravity_in_flange.x(), gravity_in_flange.y(), 0.0);
-  Vector6 g;
-  g.head<3>() = std::pow(tool.length_m, 3) / 3.0 * load;
-  g.tail<3>() = std::pow(tool.length_m, 2) / 2.0 * Vector3d::UnitZ().cross(load);
-  return g;
+bool in_paper(ParameterKind kind) {
+  return kind <= ParameterKind::kBeta || kind == ParameterKind::kDeflection;
 }
 
 /// One touch in the paper's model: p = nominal + a * x (Eq. 27).
@@ -83,35 +28,10 @@ struct LinearTouch {
 };
 
 LinearTouch linearise(const ArmModel& model, const std::vector<double>& joint_rad) {
-  const Robot& robot = model.robot();
-  std::vector<Eigen::Isometry3d> before;  // frame i-1 of each joint
-  std::vector<double> theta;
-  Eigen::Isometry3d frame = robot.base_fixed;
-  for (std::size_t i = 0; i < robot.joints.size(); ++i) {
-    before.push_back(frame);
-    theta.push_back(robot.joints[i].sign * joint_rad[i] + robot.joints[i].offset_rad);
-    frame = frame * nominal_link(robot.joints[i], theta.back());
-  }
-  const Eigen::Isometry3d flange = frame * robot.flange_fixed;
-  LinearTouch touch{flange * model.tool().tcp.translation(), MatrixXd(3, model.size())};
-  // The beam formulas give displacement and slope at the beam's end, so K_t refers to the tip.
-  Eigen::Isometry3d tip = flange;
-  tip.translation() = touch.nominal;
-
-  Eigen::Matrix<double, 3, 6> to_point;  // Eq. 26
-  to_point << Matrix3d::Identity(), -cross_matrix(touch.nominal);
-  for (int p = 0; p < model.size(); ++p) {
-    const ArmParameter& parameter = model.parameters()[p];
-    Vector6 in_base = Vector6::Zero();
-    if (parameter.joint >= 0)
-      in_base = transmission_k(before[parameter.joint]) *
-                transmission_g(robot.joints[parameter.joint], theta[parameter.joint],
-                               parameter.kind);  // Eq. 10
-    else if (parameter.kind == ParameterKind::kDeflection)
-      in_base = transmission_k(tip) * bending_g(model.tool(), flange.linear().transpose() *
-                                                                  robot.gravity_m_s2);  // Eq. 21
-    touch.a.col(p) = to_point * in_base;
-  }
+  Eigen::Matrix3Xd a(3, model.size());
+  LinearTouch touch{model.position(model.prepare(joint_rad), nullptr, a), a};
+  for (int p = 0; p < model.size(); ++p)
+    if (!in_paper(model.parameters()[p].kind)) touch.a.col(p).setZero();
   return touch;
 }
 
@@ -208,12 +128,10 @@ std::vector<ParameterResult> parameters_of(const ArmModel& model, const Target& 
   std::vector<ParameterResult> results;
   for (int p = 0; p < model.size(); ++p) {
     const ArmParameter& parameter = model.parameters()[p];
-    const bool in_paper =
-        is_geometric(parameter.kind) || parameter.kind == ParameterKind::kDeflection;
     // Without a sigma of its own; the tolerance is used so that a bound derived from it is not too
     // small.
     results.push_back({parameter, parameter.unit, parameter.to_unit, 0.0, x[p], parameter.sigma,
-                       in_paper ? DecidedBy::kData : DecidedBy::kPrior});
+                       in_paper(parameter.kind) ? DecidedBy::kData : DecidedBy::kPrior});
   }
   for (int axis = 0; axis < kCentre; ++axis) {
     const double nominal = sphere.has_centre ? sphere.centre_m[axis] : 0.0;

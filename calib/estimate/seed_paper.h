@@ -3,8 +3,9 @@
 // 9824, Eqs. 7-38. It is the baseline that cellcal is compared with.
 //
 // Model (Eqs. 7-27): the errors X of the joints and of the tool's bending move the nominal tip
-// linearly, p = p_N + A X, with A from the joint transmission matrices G_i and K_i at nominal
-// geometry. Second-order terms are dropped; they are about 0.01 mm for errors of 1 mm and 1 mrad.
+// linearly, p = p_N + A X. A, the paper's product of transmission matrices G_i and K_i at nominal
+// geometry, is the derivative of the tip there. Second-order terms are dropped; they are about
+// 0.01 mm for errors of 1 mm and 1 mrad.
 //
 // Residual (Eq. 33): |A X + p_N - c|^2 - R^2, squared distances in m^2.
 //
