@@ -63,6 +63,14 @@ class Chain {
 
   /// Adds an entry for the row with this rowid, within its transaction.
   void add(std::int64_t session, const char* table, std::int64_t row);
+  /// Inserts a row and adds its entry, within its transaction; `values`: all columns after `session`, in order.
+  template <class... T>
+  void insert(std::int64_t session, const char* table, const T&... values) {
+    std::string sql = std::string("INSERT INTO ") + table + " VALUES (?";
+    for (std::size_t i = 0; i < sizeof...(T); ++i) sql += ",?";
+    database_.run((sql + ")").c_str(), session, values...);
+    add(session, table, database_.last_row_id());
+  }
   /// The transaction is on disk, or was rolled back.
   void committed();
   void rolled_back() {

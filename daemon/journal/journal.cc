@@ -144,7 +144,7 @@ void Journal::Impl::write_once(const std::function<void()>& first,
     Transaction transaction(database);
     first();
     for (const PendingRow& row : waiting) {
-      insert(database, chain, row);
+      insert(chain, row);
       if (const auto* change = std::get_if<RecordChange>(&row.what))
         outbox.put(row.session, change->utc,
                    [&](const Reporter& to) { return to.change(*change); });
@@ -253,13 +253,10 @@ void Journal::record(std::int64_t session, const RecordPlan& plan) {
 void Journal::record(std::int64_t session, const RecordReading& record) {
   const Reading& reading = record.reading;
   impl_->write([&] {
-    impl_->database.run(
-        "INSERT INTO reading (session, touch, number, slow, contact_rad, settled_rad, "
-        "along_m, time_sigma_s, reaction_s, bounces, time) VALUES (?,?,?,?,?,?,?,?,?,?,?)",
-        session, record.touch, record.number, reading.slow, blob(span_of(reading.contact_rad)),
-        blob(span_of(reading.settled_rad)), reading.along_m, reading.time_sigma_s,
-        reading.reaction_s, reading.bounces, reading.utc);
-    impl_->added(session, "reading");
+    impl_->chain.insert(session, "reading", record.touch, record.number, reading.slow,
+                        blob(span_of(reading.contact_rad)), blob(span_of(reading.settled_rad)),
+                        reading.along_m, reading.time_sigma_s, reading.reaction_s, reading.bounces,
+                        reading.utc);
   });
 }
 
@@ -272,17 +269,12 @@ void Journal::record(std::int64_t session, const RecordTouch& record) {
     if (touch.approach) approach = blob(*touch.approach);
     std::optional<double> temperature_c;
     if (touch.temperature_c) temperature_c = number_of(*touch.temperature_c, "temperature");
-    impl_->database.run(
-        "INSERT INTO touch (session, number, joint_rad, target, held_out, sigma_m, "
-        "radius_m, tracker_m, time, settled_rad, readings, spread_m, speed_m_s, "
-        "tool, turn_sigma_rad, tracker_abc_rad, approach, temperature_c, load, positioner_rad) "
-        "VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)",
-        session, record.index, blob(touch.joint_rad), touch.target,
-        touch.set == calib::TouchSet::kCheck, touch.sigma_m, touch.radius_m, blob(touch.tracker_m),
-        touch.time, blob(touch.settled_joint_rad), touch.readings, touch.spread_m, touch.speed_m_s,
-        touch.tool, number_of(touch.turn_sigma_rad, "turn_sigma"), abc, approach, temperature_c,
-        touch.load.empty() ? std::nullopt : std::optional(touch.load), positioner);
-    impl_->added(session, "touch");
+    impl_->chain.insert(session, "touch", record.index, blob(touch.joint_rad), touch.target,
+                        touch.set == calib::TouchSet::kCheck, touch.sigma_m, touch.radius_m,
+                        blob(touch.tracker_m), touch.time, blob(touch.settled_joint_rad),
+                        touch.readings, touch.spread_m, touch.speed_m_s, touch.tool,
+                        number_of(touch.turn_sigma_rad, "turn_sigma"), abc, approach, temperature_c,
+                        touch.load.empty() ? std::nullopt : std::optional(touch.load), positioner);
     impl_->outbox.put_touch(session, record);
   });
 }
@@ -326,11 +318,9 @@ void Journal::store_calibration(std::int64_t session, const std::string& json,
           fmt::format("session {} has ended: its calibration is not recorded", session));
     impl_->database.run("UPDATE session SET calibration=? WHERE id=?", json, session);
     impl_->changed(session);
-    if (!compared) return;
-    impl_->database.run(
-        "INSERT INTO compared (session, words, accepted, calibration) VALUES (?,?,?,?)", session,
-        compared->words, compared->accepted, compared->calibration);
-    impl_->added(session, "compared");
+    if (compared)
+      impl_->chain.insert(session, "compared", compared->words, compared->accepted,
+                          compared->calibration);
   });
 }
 

@@ -48,10 +48,6 @@ struct Journal::Impl {
   std::optional<SessionRecord> as_stored(std::int64_t session, bool with_texts);
   /// The newest session that was not imported.
   std::optional<SessionRecord> newest_own();
-  /// Adds a chain entry for the row inserted last.
-  void added(std::int64_t session, const char* table) {
-    chain.add(session, table, database.last_row_id());
-  }
   void changed(std::int64_t session) { chain.add(session, "session", session); }
   void set_state(std::int64_t session, RecordState state, std::string_view ended,
                  std::string_view failure);

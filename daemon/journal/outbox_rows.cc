@@ -317,29 +317,19 @@ double kept(double value) {
 
 /// Adds a row to its table and to the chain.
 struct Insert {
-  Database& database;
   Chain& chain;
   std::int64_t session;
 
-  void operator()(const Words& row) const {
-    database.run("INSERT INTO event (session, time, words) VALUES (?,?,?)", session, row.utc,
-                 row.words);
-    chain.add(session, "event", database.last_row_id());
-  }
+  void operator()(const Words& row) const { chain.insert(session, "event", row.utc, row.words); }
 
   void operator()(const RecordChange& row) const {
-    database.run(
-        "INSERT INTO change (session, time, clock_s, from_phase, to_phase, event, "
-        "late_replies, sensor_late_s) VALUES (?,?,?,?,?,?,?,?)",
-        session, row.utc, kept(row.clock_s), to_string(row.change.from), to_string(row.change.to),
-        to_string(row.on), row.late_replies, kept(row.sensor_late_s));
-    chain.add(session, "change", database.last_row_id());
+    chain.insert(session, "change", row.utc, kept(row.clock_s), to_string(row.change.from),
+                 to_string(row.change.to), to_string(row.on), row.late_replies,
+                 kept(row.sensor_late_s));
   }
 
   void operator()(const RecordCause& row) const {
-    database.run("INSERT INTO interruption (session, time, cause) VALUES (?,?,?)", session, row.utc,
-                 name_of_cause(row.by));
-    chain.add(session, "interruption", database.last_row_id());
+    chain.insert(session, "interruption", row.utc, name_of_cause(row.by));
   }
 
   void operator()(const AssessedTouch&) const {}  // the outbox's alone
@@ -347,22 +337,17 @@ struct Insert {
 
   void operator()(const RecordContact& row) const {
     const drivers::ContactRecord& contact = row.contact;
-    database.run(
-        "INSERT INTO contact (session, touch, time, kind, arm_id, sequence, number, "
-        "ticks, confirmed_after_us, bounces, sense_v, heard_s, first_edge_s, "
-        "time_sigma_s, lost) VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)",
-        session, row.touch, row.utc, to_string(contact.kind), contact.arm_id, contact.sequence,
-        contact.event, contact.ticks, contact.confirmed_after_us, contact.bounces,
-        kept(contact.sense_v), seconds(contact.heard), seconds(contact.first_edge),
-        kept(contact.time_sigma_s), contact.lost);
-    chain.add(session, "contact", database.last_row_id());
+    chain.insert(session, "contact", row.touch, row.utc, to_string(contact.kind), contact.arm_id,
+                 contact.sequence, contact.event, contact.ticks, contact.confirmed_after_us,
+                 contact.bounces, kept(contact.sense_v), seconds(contact.heard),
+                 seconds(contact.first_edge), kept(contact.time_sigma_s), contact.lost);
   }
 };
 
 }  // namespace
 
-void insert(Database& database, Chain& chain, const PendingRow& row) {
-  std::visit(Insert{database, chain, row.session}, row.what);
+void insert(Chain& chain, const PendingRow& row) {
+  std::visit(Insert{chain, row.session}, row.what);
 }
 
 void Journal::report_to(std::shared_ptr<const Reporter> reporter) {

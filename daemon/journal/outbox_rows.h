@@ -195,6 +195,6 @@ class PendingRows {
 };
 
 /// Within a transaction.
-void insert(Database& database, Chain& chain, const PendingRow& row);
+void insert(Chain& chain, const PendingRow& row);
 
 }  // namespace cellcal::daemon

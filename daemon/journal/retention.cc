@@ -95,9 +95,7 @@ std::vector<DroppedRows> Journal::retain(const RetentionLimits& limits, const st
                          fmt::format("DELETE FROM {} WHERE session=?", table).c_str());
           drop.bind(1, record->id).step();
         }
-        impl_->database.run("INSERT INTO dropped (session, time, rows) VALUES (?,?,?)", record->id,
-                            utc, rows.rows);
-        impl_->added(record->id, "dropped");
+        impl_->chain.insert(record->id, "dropped", utc, rows.rows);
       });
     }
     used -= rows.bytes;

@@ -206,12 +206,9 @@ std::vector<calib::JointVector> postures(const std::string& bytes, std::int64_t 
 void Journal::record(std::int64_t session, const RecordSearch& record, const std::string& utc) {
   const calib::SearchUnderWay& search = *record.search;
   impl_->write([&] {
-    impl_->database.run(
-        "INSERT INTO search (session, time, target, axes, way_rad, end_rad, out_rad) "
-        "VALUES (?,?,?,?,?,?,?)",
-        session, utc, search.target, search.way.empty() ? 0 : search.way.front().size(),
-        blob_of(search.way), blob_of({search.end}), blob_of(search.out));
-    impl_->added(session, "search");
+    impl_->chain.insert(session, "search", utc, search.target,
+                        search.way.empty() ? 0 : search.way.front().size(), blob_of(search.way),
+                        blob_of({search.end}), blob_of(search.out));
   });
 }
 
@@ -239,9 +236,8 @@ std::optional<LeftSearch> Journal::search_left() {
 
 void Journal::activate(const Activation& activation) {
   impl_->write([&] {
-    impl_->database.run("INSERT INTO activation (session, time, who, reason) VALUES (?,?,?,?)",
-                        activation.session, activation.time, activation.who, activation.reason);
-    impl_->added(activation.session, "activation");
+    impl_->chain.insert(activation.session, "activation", activation.time, activation.who,
+                        activation.reason);
     impl_->report(activation);
   });
 }
