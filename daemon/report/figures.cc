@@ -286,13 +286,7 @@ std::string draw(const Counts& counts, const Shape& shape) {
   const Scale up{0.0, highest * 1.05, kHistogramBottom, kHistogramTop};
   Svg svg(kHistogramWidth, kHistogramHeight, "chart histogram",
           say("say.report.distribution.picture"));
-  const std::vector<double> ticks = round_ticks(0.0, up.to, 4);
-  const std::vector<std::string> labels = tick_labels(ticks);
-  for (std::size_t i = 0; i < ticks.size(); ++i) {
-    svg.line({kHistogramLeft, up(ticks[i])}, {kHistogramWidth - kHistogramRight, up(ticks[i])},
-             ticks[i] == 0.0 ? "zero" : "grid");
-    svg.text({kHistogramLeft - 7.0, up(ticks[i]) + 4.0}, Anchor::kEnd, "tick", labels[i]);
-  }
+  draw_value_axis(svg, across, up, 4, 7.0);
   for (std::size_t i = 0; i < counts.fit.size(); ++i) {
     const double left = across(shape.from + static_cast<double>(i) * kBinWidth) + 1.0;
     const double width = across(kBinWidth) - across(0.0) - 2.0;

@@ -47,13 +47,7 @@ std::string plot(const View& view, const JointMarks& of, const std::string& name
           view.say({"say.report.by_joint.picture", {{"joint", name}}}));
   svg.text({kSmallLeft, kSmallTop - 9.0}, Anchor::kStart, "panel",
            fmt::format("{}, {}", shorten(name, 20), unit_word(unit.name)));
-  const std::vector<double> ticks = round_ticks(up.from, up.to, 4);
-  const std::vector<std::string> labels = tick_labels(ticks);
-  for (std::size_t i = 0; i < ticks.size(); ++i) {
-    svg.line({across.at_from, up(ticks[i])}, {across.at_to, up(ticks[i])},
-             ticks[i] == 0.0 ? "zero" : "grid");
-    svg.text({across.at_from - 6.0, up(ticks[i]) + 4.0}, Anchor::kEnd, "tick", labels[i]);
-  }
+  draw_value_axis(svg, across, up, 4, 6.0);
   for (const double tick : round_ticks(across.from, across.to, 4))
     svg.text({across(tick), kSmallHeight - 8.0}, Anchor::kMiddle, "tick", fixed(tick, 0));
   for (std::size_t i = 0; i < of.marks.size(); ++i) {

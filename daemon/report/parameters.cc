@@ -292,13 +292,7 @@ std::string function_chart(const calib::JointFunction& f, std::string_view joint
   svg::Svg svg(kWidth, kHeight, "chart",
                say({"say.report.function.picture", {{"joint", std::string(joint)}}}));
   svg.path(band, "band");
-  const std::vector<double> heights = round_ticks(-most, most, 3);
-  const std::vector<std::string> labels = tick_labels(heights);
-  for (std::size_t i = 0; i < heights.size(); ++i) {
-    const double y = up(heights[i]);
-    svg.line({kLeft, y}, {kWidth - 8.0, y}, heights[i] == 0.0 ? "zero" : "grid");
-    svg.text({kLeft - 6.0, y + 4.0}, svg::Anchor::kEnd, "tick", labels[i]);
-  }
+  draw_value_axis(svg, across, up, 3, 6.0);
   for (const double angle : round_ticks(across.from, across.to, 6))
     svg.text({across(angle), kBottom + 16.0}, svg::Anchor::kMiddle, "tick",
              fmt::format("{:g}", angle));

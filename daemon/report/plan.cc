@@ -273,7 +273,7 @@ class PanelDrawing {
         upward_(upward),
         svg_(kPanelWidth, kPanelHeight, "chart cell", heading) {
     fit_scales();
-    draw_grid();
+    draw_plane_grid(svg_, x_, y_, across_.name, upward_.name);
     svg_.text({0.0, kPictureTop - 10.0}, Anchor::kStart, "panel", heading);
   }
 
@@ -329,26 +329,6 @@ class PanelDrawing {
           kPanelWidth - kPictureRight};
     y_ = {middle.y() - half_height, middle.y() + half_height, kPanelHeight - kPictureBottom,
           kPictureTop};
-  }
-
-  void draw_grid() {
-    const std::vector<double> columns = round_ticks(x_.from, x_.to, 6);
-    const std::vector<std::string> column_labels = tick_labels(columns);
-    for (std::size_t i = 0; i < columns.size(); ++i) {
-      const double x = x_(columns[i]);
-      svg_.line({x, kPictureTop}, {x, kPanelHeight - kPictureBottom}, "grid");
-      svg_.text({x, kPanelHeight - kPictureBottom + 16.0}, Anchor::kMiddle, "tick",
-                column_labels[i]);
-    }
-    const std::vector<double> rows = round_ticks(y_.from, y_.to, 6);
-    const std::vector<std::string> row_labels = tick_labels(rows);
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      const double y = y_(rows[i]);
-      svg_.line({kPictureLeft, y}, {kPanelWidth - kPictureRight, y}, "grid");
-      svg_.text({kPictureLeft - 7.0, y + 4.0}, Anchor::kEnd, "tick", row_labels[i]);
-    }
-    svg_.text({kPanelWidth - kPictureRight, kPanelHeight - kPictureBottom + 33.0}, Anchor::kEnd,
-              "tick", say({"say.report.view.axes", {{"across", std::string(1, across_.name)}, {"up", std::string(1, upward_.name)}}}));
   }
 
   void draw_base() {

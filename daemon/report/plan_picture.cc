@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "calib/model/units.h"
-#include "daemon/report/plan_scene.h"
 
 namespace cellcal::daemon::report {
 
@@ -134,7 +133,7 @@ class PlanPanel {
           kWidth - kRight};
     y_ = {middle[view.upward] - half_height, middle[view.upward] + half_height, kHeight - kBottom,
           kTop};
-    grid();
+    draw_plane_grid(svg_, x_, y_, view_.across_name, view_.upward_name);
     floor();
     for (std::size_t i = 0; i < reach.size(); ++i)
       shows_reach_ = line(at(reach[i]), at(reach[(i + 1) % reach.size()]), "reach") || shows_reach_;
@@ -167,29 +166,13 @@ class PlanPanel {
     svg_.path(clipped(std::move(points)), css_class);
   }
 
-  void grid() {
-    const auto columns = round_ticks(x_.from, x_.to, 6), rows = round_ticks(y_.from, y_.to, 6);
-    const auto column_labels = tick_labels(columns), row_labels = tick_labels(rows);
-    for (std::size_t i = 0; i < columns.size(); ++i) {
-      const double x = x_(columns[i]);
-      svg_.line({x, kTop}, {x, kHeight - kBottom}, "grid");
-      svg_.text({x, kHeight - kBottom + 16.0}, Anchor::kMiddle, "tick", column_labels[i]);
-    }
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      const double y = y_(rows[i]);
-      svg_.line({kLeft, y}, {kWidth - kRight, y}, "grid");
-      svg_.text({kLeft - 7.0, y + 4.0}, Anchor::kEnd, "tick", row_labels[i]);
-    }
-    svg_.text({kWidth - kRight, kHeight - kBottom + 33.0}, Anchor::kEnd, "tick",
-              say({"say.report.view.axes", {{"across", std::string(1, view_.across_name)}, {"up", std::string(1, view_.upward_name)}}}));
-  }
-
   void floor() {
     if (!scene_.floor_z || view_.upward != 2 || !y_.holds(*scene_.floor_z)) return;
     const double y = y_(*scene_.floor_z);
     svg_.rectangle({kLeft, y}, kWidth - kLeft - kRight, kHeight - kBottom - y, "solid");
     svg_.line({kLeft, y}, {kWidth - kRight, y}, "axis");
-    svg_.text({kWidth - kRight - 4.0, y + 13.0}, Anchor::kEnd, "tick", say("say.report.view.floor"));
+    svg_.text({kWidth - kRight - 4.0, y + 13.0}, Anchor::kEnd, "tick",
+              say("say.report.view.floor"));
   }
 
   void outline(const PlanScene::Solid& solid) {
@@ -249,7 +232,8 @@ class PlanPanel {
       const Point surface = at(a.contact), begin = at((a.contact + kApproachMm * a.normal).eval());
       svg_.line(begin, surface, a.check ? "approach check" : "approach fit");
       svg_.circle(begin, kEndRadius, a.check ? "begin check" : "begin fit",
-                  say({a.check ? "say.report.plan.touch.check" : "say.report.plan.touch", {{"n", a.number}}}));
+                  say({a.check ? "say.report.plan.touch.check" : "say.report.plan.touch",
+                       {{"n", a.number}}}));
     }
   }
 
@@ -290,9 +274,10 @@ class PlanPanel {
 
 PlanViews plan_views(const calib::Cell& cell, const calib::Plan& plan) {
   const PlanScene scene = scene_of(cell, plan);
-  const Projection above{0, 1, say(scene.z_is_up ? "say.report.view.above" : "say.report.view.along_z"), 'x', 'y'};
-  const Projection side{0, 2, say(scene.z_is_up ? "say.report.view.side" : "say.report.view.along_y"), 'x',
-                        'z'};
+  const Projection above{
+      0, 1, say(scene.z_is_up ? "say.report.view.above" : "say.report.view.along_z"), 'x', 'y'};
+  const Projection side{
+      0, 2, say(scene.z_is_up ? "say.report.view.side" : "say.report.view.along_y"), 'x', 'z'};
   PlanViews views;
   const auto from_above = reach_of(cell, 0, 1), from_side = reach_of(cell, 0, 2);
   const Frame frame(scene, from_above, from_side);
@@ -300,9 +285,10 @@ PlanViews plan_views(const calib::Cell& cell, const calib::Plan& plan) {
   const bool shows_reach = one.shows_reach() || other.shows_reach();
   views.above = std::move(one).finish();
   views.side = std::move(other).finish();
-  views.legend = say({"say.report.plan.legend", {{"mm", kApproachMm}}}) +
-                 say(shows_reach ? "say.report.plan.legend.dashed" : "say.report.plan.legend.inside") +
-                 (scene.axles.empty() ? "" : say("say.report.plan.legend.axes"));
+  views.legend =
+      say({"say.report.plan.legend", {{"mm", kApproachMm}}}) +
+      say(shows_reach ? "say.report.plan.legend.dashed" : "say.report.plan.legend.inside") +
+      (scene.axles.empty() ? "" : say("say.report.plan.legend.axes"));
   return views;
 }
 
@@ -407,6 +393,34 @@ std::vector<std::string> tick_labels(const std::vector<double>& ticks) {
   labels.reserve(ticks.size());
   for (const double tick : ticks) labels.push_back(fixed(tick, decimals));
   return labels;
+}
+
+void draw_value_axis(svg::Svg& svg, const Scale& across, const Scale& up, int wanted, double gap) {
+  const std::vector<double> ticks = round_ticks(up.from, up.to, wanted);
+  const std::vector<std::string> labels = tick_labels(ticks);
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    const double y = up(ticks[i]);
+    svg.line({across.at_from, y}, {across.at_to, y}, ticks[i] == 0.0 ? "zero" : "grid");
+    svg.text({across.at_from - gap, y + 4.0}, svg::Anchor::kEnd, "tick", labels[i]);
+  }
+}
+
+void draw_plane_grid(svg::Svg& svg, const Scale& across, const Scale& up, char across_name, char upward_name) {
+  const std::vector<double> columns = round_ticks(across.from, across.to, 6), rows = round_ticks(up.from, up.to, 6);
+  const std::vector<std::string> column_labels = tick_labels(columns), row_labels = tick_labels(rows);
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const double x = across(columns[i]);
+    svg.line({x, up.at_to}, {x, up.at_from}, "grid");
+    svg.text({x, up.at_from + 16.0}, svg::Anchor::kMiddle, "tick", column_labels[i]);
+  }
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const double y = up(rows[i]);
+    svg.line({across.at_from, y}, {across.at_to, y}, "grid");
+    svg.text({across.at_from - 7.0, y + 4.0}, svg::Anchor::kEnd, "tick", row_labels[i]);
+  }
+  svg.text({across.at_to, up.at_from + 33.0}, svg::Anchor::kEnd, "tick",
+           say({"say.report.view.axes",
+                {{"across", std::string(1, across_name)}, {"up", std::string(1, upward_name)}}}));
 }
 
 double round_up(double value, double fallback) {

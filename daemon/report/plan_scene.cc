@@ -1,5 +1,3 @@
-#include "daemon/report/plan_scene.h"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -12,6 +10,7 @@
 #include "calib/plan/bodies.h"
 #include "calib/plan/positioner_plan.h"
 #include "calib/plan/surroundings.h"
+#include "daemon/report/plan_picture.h"
 
 namespace cellcal::daemon::report {
 

@@ -59,13 +59,7 @@ double range_of(const std::vector<Mark>& marks, double Mark::*value, double at_l
 }
 
 void draw_frame(Svg& svg, const Panel& panel, std::string_view heading) {
-  const std::vector<double> ticks = round_ticks(panel.up.from, panel.up.to, kTicksPerPanel);
-  const std::vector<std::string> labels = tick_labels(ticks);
-  for (std::size_t i = 0; i < ticks.size(); ++i) {
-    const double y = panel.up(ticks[i]);
-    svg.line({panel.across.at_from, y}, {panel.across.at_to, y}, ticks[i] == 0.0 ? "zero" : "grid");
-    svg.text({panel.across.at_from - 8.0, y + 4.0}, Anchor::kEnd, "tick", labels[i]);
-  }
+  draw_value_axis(svg, panel.across, panel.up, kTicksPerPanel, 8.0);
   svg.text({0.0, panel.up.at_to - 15.0}, Anchor::kStart, "panel", heading);
 }
 

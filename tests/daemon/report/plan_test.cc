@@ -9,7 +9,6 @@
 #include "calib/files/files.h"
 #include "calib/model/kinematics.h"
 #include "daemon/report/plan_picture.h"
-#include "daemon/report/plan_scene.h"
 #include "tests/daemon/report/fixture.h"
 #include "tests/daemon/report/html_checker.h"
 
@@ -69,15 +68,15 @@ TEST(PlanScene, HasAPositionerAtZeroAndItsTouchesAsSeenFromThere) {
   const PlanScene scene = scene_of(cell, plan);
   ASSERT_EQ(scene.axles.size(), 1u);
   EXPECT_EQ(scene.axles[0].id, "E1");
-  EXPECT_LT((0.5 * (scene.axles[0].a + scene.axles[0].b) - Eigen::Vector3d(1000.0, 0.0, 200.0)).norm(),
-            1e-9);
+  EXPECT_LT(
+      (0.5 * (scene.axles[0].a + scene.axles[0].b) - Eigen::Vector3d(1000.0, 0.0, 200.0)).norm(),
+      1e-9);
   EXPECT_LT((scene.balls[0].centre - Eigen::Vector3d(1100.0, 200.0, 500.0)).norm(), 1e-9);
   EXPECT_EQ(scene.balls[1].centre, floor.balls[1].centre);
   // The arm touched it with the axis half a radian further.
   const Eigen::AngleAxisd back(-0.5, Eigen::Vector3d::UnitZ());
   const Eigen::Vector3d middle(1000.0, 0.0, 200.0);
-  EXPECT_LT((scene.approaches[0].contact -
-             (middle + back * (floor.approaches[0].contact - middle)))
+  EXPECT_LT((scene.approaches[0].contact - (middle + back * (floor.approaches[0].contact - middle)))
                 .norm(),
             1e-9);
   EXPECT_EQ(scene.approaches[4].contact, floor.approaches[4].contact);
