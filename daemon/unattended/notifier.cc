@@ -1,5 +1,6 @@
 #include "daemon/unattended/notifier.h"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
@@ -23,16 +24,8 @@ constexpr std::chrono::seconds kFarewell{1};
 constexpr int kNice = 10;
 
 std::string rfc_5322_now() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  ::gmtime_r(&now, &utc);
-  constexpr const char* kDays[] = {"Sun", "Mon", "Tue", "Wed", "Thu", "Fri", "Sat"};
-  constexpr const char* kMonths[] = {"Jan", "Feb", "Mar", "Apr", "May", "Jun",
-                                     "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"};
-  char rest[40];
-  std::strftime(rest, sizeof rest, "%Y %H:%M:%S +0000", &utc);
-  return std::string(kDays[utc.tm_wday]) + ", " + std::to_string(utc.tm_mday) + " " +
-         kMonths[utc.tm_mon] + " " + rest;
+  const std::tm utc = fmt::gmtime(std::time(nullptr));
+  return fmt::format("{:%a}, {} {:%b %Y %H:%M:%S} +0000", utc, utc.tm_mday, utc);
 }
 
 /// 128 bits.

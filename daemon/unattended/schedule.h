@@ -14,16 +14,110 @@
 // synchronised for ten minutes without another step.
 
 #include <chrono>
+#include <cstdint>
+#include <deque>
 #include <functional>
+#include <map>
 #include <mutex>
 #include <optional>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
+#include "daemon/config/unattended_config.h"
 #include "daemon/journal/journal.h"
-#include "daemon/unattended/schedule_state.h"
-#include "daemon/unattended/session_gateway.h"
+#include "daemon/session/failure.h"
+#include "daemon/unattended/decision.h"
 
 namespace cellcal::daemon {
+
+// Interface of the schedule to the sessions; implemented for the daemon by service_session_gateway.cc.
+
+/// Situation after the newest session recorded by this installation.
+struct Standing {
+  enum class State { kNone, kDone, kFailed, kAborted, kLeft };
+  bool busy = false;           ///< a session is under way, or releasing its devices
+  std::int64_t session = 0;    ///< the newest; 0: none
+  State state = State::kNone;  ///< of its newest end; undefined while busy
+  std::string end;             ///< distinguishes this end from others of the same session
+  Failure failure;             ///< kFailed
+  double left_share = 1.0;     ///< share of its touches still to be made
+  std::uint64_t aborts = 0;    ///< requested by a person since the daemon started
+};
+
+/// Temporarily impossible.
+struct NotNow : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+class SessionGateway {
+ public:
+  virtual ~SessionGateway() = default;
+  virtual Standing standing() = 0;
+  /// Begins a session, unless an abort was requested since `aborts` was read; returns its number. `by`:
+  /// responsible person, recorded in its events. Throws NotNow, std::exception.
+  virtual std::int64_t begin(const ScheduledSession& session, const std::string& by,
+                             std::uint64_t aborts) = 0;
+  /// Resumes the newest session, as an operator would. Likewise.
+  virtual std::int64_t resume(const std::string& by, std::uint64_t aborts) = 0;
+  /// Stops the arm and ends the session.
+  virtual void stop() = 0;
+  /// Expected duration, from earlier sessions or a default.
+  virtual double foreseen_s(const ScheduledSession& session) = 0;
+};
+
+// Persistent state of the schedule: written to the journal before a session begins, so that a restart neither
+// repeats a session nor releases a hold. Format "cellcal.schedule/1", in which "night" is a
+// window's day, "looked" the time evaluated so far and "aborted" the session of a hold.
+
+/// A window decided finally: begun, refused or missed.
+struct ClosedWindow {
+  std::string entry, day;
+  bool missed = false;  ///< nothing was begun: a clock set back may repeat it
+};
+
+/// Simultaneous values of the wall clock and the clock since boot.
+struct ClockMark {
+  std::string boot;  ///< id of this boot; empty: none
+  UtcSeconds utc = 0;
+  double since_boot_s = 0.0;
+};
+
+/// The wall clock is not used.
+struct ClockDoubt {
+  Why why = Why::kClockStepped;
+  double set_by_s = 0.0;
+};
+
+/// Nothing begins until released, or until a later session is done.
+struct Hold {
+  std::int64_t session = 0;  ///< the newest at that time
+  Why why = Why::kAbortedBefore;
+};
+
+struct ScheduleState {
+  UtcSeconds evaluated_until = 0;           ///< evaluated up to this time
+  std::map<std::string, UtcSeconds> known;  ///< time at which an entry was added
+  std::deque<ClosedWindow> closed;          ///< newest last
+  std::optional<Hold> hold;
+  ClockMark clock;
+  std::optional<ClockDoubt> clock_doubt;
+  std::string released;            ///< inspected end (Standing::end)
+  std::string left;                ///< interruption that was reported
+  std::string harmless;            ///< end after which another may begin
+  std::deque<Decision> decisions;  ///< newest last
+
+  /// Also after an end that was released.
+  void hold_from(const Hold& since);
+  bool is_closed(const std::string& entry, const std::string& day) const;
+  void close(const std::string& entry, const std::string& day, bool missed);
+  void reopen_missed(const std::string& entry, const std::string& day);
+  void add(Decision decision);
+};
+
+std::string to_text(const ScheduleState& state);
+/// Inverse of to_text(); an initial state for an empty text. Throws std::runtime_error where it is damaged.
+ScheduleState schedule_state_from(const std::string& text);
 
 /// Public state of the schedule.
 struct SchedulePicture {

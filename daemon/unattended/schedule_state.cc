@@ -1,10 +1,9 @@
-#include "daemon/unattended/schedule_state.h"
-
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "calib/words/phrase_json.h"
+#include "daemon/unattended/schedule.h"
 
 namespace cellcal::daemon {
 

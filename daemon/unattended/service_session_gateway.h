@@ -10,7 +10,6 @@
 
 #include "daemon/service/service.h"
 #include "daemon/unattended/schedule.h"
-#include "daemon/unattended/session_gateway.h"
 
 namespace cellcal::daemon {
 

@@ -1,10 +1,9 @@
-#include "daemon/unattended/schedule_state.h"
-
 #include <gtest/gtest.h>
 
 #include <regex>
 
 #include "calib/model/enum_table.h"
+#include "daemon/unattended/schedule.h"
 
 namespace cellcal::daemon {
 namespace {
