@@ -18,7 +18,7 @@
 #include "daemon/files/log_context.h"
 #include "daemon/plant/line/edge_node.h"
 #include "daemon/plant/line/line_status.h"
-#include "daemon/plant/messages/outbox.h"
+#include "daemon/plant/messages/fact.h"
 #include "daemon/plant/messages/presence.h"
 
 namespace cellcal::daemon::plant {

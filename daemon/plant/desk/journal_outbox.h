@@ -9,7 +9,6 @@
 #include "daemon/config/network_config.h"
 #include "daemon/journal/journal.h"
 #include "daemon/plant/messages/fact.h"
-#include "daemon/plant/messages/outbox.h"
 
 namespace cellcal::daemon::plant {
 

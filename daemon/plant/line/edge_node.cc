@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <boost/asio/post.hpp>
 
-#include "daemon/plant/line/line_thread.h"
+#include "daemon/plant/line/mqtt_line.h"
 #include "daemon/runner/backend.h"
 #include "sparkplug_b.pb.h"
 
@@ -25,7 +25,8 @@ std::uint64_t now_ms() {
 
 struct EdgeNode::Impl : LineThread {
   explicit Impl(Parts given)
-      : LineThread(given.first_wait, given.longest_wait), parts(std::move(given)) {}
+      : LineThread(given.first_wait, given.longest_wait, "[plant]: Sparkplug"),
+        parts(std::move(given)) {}
 
   std::string topic(const char* type) const {
     return "spBv1.0/" + parts.config.plant + "/" + type + "/" + parts.config.cell;
@@ -70,13 +71,8 @@ void EdgeNode::Impl::connect() {
 }
 
 void EdgeNode::Impl::up() {
-  is_up = true;
   up_since = std::chrono::steady_clock::now();
-  takeovers.up(up_since);
-  set([&](LineStatus& now) {
-    now = {true, LineProblem::kNone, {}, wall_clock_utc(), now.acknowledged};
-  });
-  if (connections.count(up_since))
+  if (has_come_up())
     spdlog::info("[plant]: Sparkplug node {}/{} at {}:{}", parts.config.plant, parts.config.cell,
                  parts.config.host, parts.config.port);
   line->listen({topic("NCMD")});
@@ -85,29 +81,9 @@ void EdgeNode::Impl::up() {
 }
 
 void EdgeNode::Impl::down(const LineFailure& lost) {
-  const LineFailure failure =
-      takeovers.judged(lost, parts.config, std::chrono::steady_clock::now());
-  line.reset();
-  tick.cancel();
   if (is_up && std::chrono::steady_clock::now() - up_since > parts.longest_wait) backoff.reset();
-  is_up = false;
-  bool news = false;
-  set([&](LineStatus& now) {
-    if (std::exchange(now.connected, false)) now.since = wall_clock_utc();
-    news = now.words != failure.words;
-    now.problem = failure.problem;
-    now.words = failure.words;
-  });
-  if (stopping) {
-    context.stop();
-    return;
-  }
-  if (news && failure.problem != LineProblem::kNone &&
-      warnings[failure.problem].count(std::chrono::steady_clock::now()))
-    spdlog::warn("[plant]: Sparkplug: {}", failure.words);
-  // Two cells of the same name would disconnect each other endlessly.
-  if (failure.problem == LineProblem::kTakenOver) backoff.exhaust();
-  connect_later();
+  tick.cancel();
+  go_on_after(has_gone(lost, parts.config));
 }
 
 void EdgeNode::Impl::schedule_poll() {

@@ -3,7 +3,12 @@
 #include <fmt/format.h>
 #include <mosquitto.h>
 #include <mqtt_protocol.h>
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
+#include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
@@ -15,6 +20,7 @@
 
 #include "calib/files/input_file.h"
 #include "daemon/files/atomic_file.h"
+#include "daemon/runner/backend.h"
 
 namespace cellcal::daemon::plant {
 
@@ -440,6 +446,92 @@ LineFailure Takeovers::judged(LineFailure failure, const PlantConfig& of, Time n
   LineFailure taken = taken_over(of);
   taken.words += fmt::format("; or the broker ended {} lines at once: see its log", kSeries);
   return taken;
+}
+
+void LineThread::start() {
+  constexpr int kNice = 10;
+  status.since = wall_clock_utc();
+  asio::post(context, [this] { connect(); });
+  thread = std::thread([this] {
+    ::setpriority(PRIO_PROCESS, static_cast<id_t>(::syscall(SYS_gettid)), kNice);
+    const auto work = asio::make_work_guard(context);
+    context.run();
+  });
+}
+
+void LineThread::connect_later() {
+  retry.expires_after(backoff.next());
+  retry.async_wait([this](boost::system::error_code cancelled) {
+    if (!cancelled) connect();
+  });
+}
+
+bool LineThread::has_come_up() {
+  const auto now = std::chrono::steady_clock::now();
+  is_up = true;
+  takeovers.up(now);
+  set([&](LineStatus& to) {
+    to = {true, LineProblem::kNone, {}, wall_clock_utc(), to.acknowledged};
+  });
+  return connections.count(now).has_value();
+}
+
+LineFailure LineThread::has_gone(const LineFailure& lost, const PlantConfig& of) {
+  LineFailure failure = takeovers.judged(lost, of, std::chrono::steady_clock::now());
+  line.reset();
+  is_up = false;
+  set([&](LineStatus& now) {
+    if (std::exchange(now.connected, false)) now.since = wall_clock_utc();
+  });
+  return failure;
+}
+
+void LineThread::go_on_after(const LineFailure& failure) {
+  if (stopping) {
+    context.stop();
+    return;
+  }
+  say(failure);
+  // Two cells of the same name would disconnect each other endlessly.
+  if (failure.problem == LineProblem::kTakenOver) backoff.exhaust();
+  connect_later();
+}
+
+void LineThread::say(const LineFailure& failure) {
+  bool news = false;
+  set([&](LineStatus& now) {
+    news = now.words != failure.words;
+    now.problem = failure.problem;
+    now.words = failure.words;
+  });
+  if (news && failure.problem != LineProblem::kNone &&
+      warnings[failure.problem].count(std::chrono::steady_clock::now()))
+    spdlog::warn("{}: {}", name_in_log, failure.words);
+}
+
+bool LineThread::begin_farewell(std::chrono::milliseconds longest) {
+  stopping = true;
+  retry.cancel();
+  if (!orderly) line.reset();  // the will is sent instead
+  if (!is_up || !orderly) {
+    context.stop();
+    return false;
+  }
+  last.expires_after(longest);
+  last.async_wait([this](boost::system::error_code cancelled) {
+    if (!cancelled) context.stop();
+  });
+  return true;
+}
+
+void LineThread::set(const std::function<void(LineStatus&)>& change) {
+  const std::lock_guard lock(status_mutex);
+  change(status);
+}
+
+LineStatus LineThread::status_now() const {
+  const std::lock_guard lock(status_mutex);
+  return status;
 }
 
 }  // namespace cellcal::daemon::plant

@@ -4,17 +4,22 @@
 
 #include <algorithm>
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <random>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "daemon/config/network_config.h"
+#include "daemon/files/log_context.h"
 #include "daemon/plant/line/line_status.h"
 
 namespace cellcal::daemon::plant {
@@ -122,5 +127,45 @@ class Takeovers {
 
 /// "broker HOST:PORT: another cell uses this name, graz/weld-3. ..."
 LineFailure taken_over(const PlantConfig& of);
+
+// A line that is opened anew after each loss, on a thread of its own, until an orderly end.
+
+/// start() and status_now() by the owner, all else on the thread of the context.
+struct LineThread {
+  LineThread(std::chrono::milliseconds first_wait, std::chrono::milliseconds longest_wait,
+             const char* in_log)
+      : backoff(first_wait, longest_wait), name_in_log(in_log) {}
+  virtual ~LineThread() = default;
+
+  virtual void connect() = 0;
+  void start();
+  void connect_later();
+  /// After a login. True: it is to be logged.
+  bool has_come_up();
+  /// After a loss: the failure as kTakenOver where it is one of a series.
+  LineFailure has_gone(const LineFailure& lost, const PlantConfig& of);
+  /// Ends the thread where it stops, otherwise connects later.
+  void go_on_after(const LineFailure& failure);
+  /// Into the status and, as news, into the log.
+  void say(const LineFailure& failure);
+  /// True: the farewell is to be sent; the thread ends after `longest` at the latest. Otherwise it ends.
+  bool begin_farewell(std::chrono::milliseconds longest);
+  void set(const std::function<void(LineStatus&)>& change);
+  LineStatus status_now() const;
+
+  boost::asio::io_context context;
+  boost::asio::steady_timer retry{context}, last{context};
+  Backoff backoff;
+  const char* name_in_log;
+  Takeovers takeovers;
+  std::unique_ptr<MqttLine> line;
+  OccurrenceLimit connections;
+  std::map<LineProblem, OccurrenceLimit> warnings;
+  bool is_up = false, stopping = false;
+  bool orderly = true;  ///< false: ends as a lost line, with the will
+  mutable std::mutex status_mutex;
+  LineStatus status;
+  std::thread thread;
+};
 
 }  // namespace cellcal::daemon::plant

@@ -11,7 +11,7 @@
 
 #include "calib/files/calibration_json.h"
 #include "daemon/files/atomic_file.h"
-#include "daemon/plant/line/line_thread.h"
+#include "daemon/plant/line/mqtt_line.h"
 #include "daemon/plant/messages/fact.h"
 #include "daemon/runner/backend.h"
 
@@ -32,7 +32,7 @@ constexpr std::int64_t kNoRow = 0;  ///< presence, and removal of proposals
 
 struct Publisher::Impl : LineThread {
   explicit Impl(Parts given)
-      : LineThread(given.first_wait, given.longest_wait), parts(std::move(given)) {}
+      : LineThread(given.first_wait, given.longest_wait, "[plant]"), parts(std::move(given)) {}
 
   /// Row and number of a sent message, to match the plant's confirmations.
   struct Sent {
@@ -66,7 +66,6 @@ struct Publisher::Impl : LineThread {
   void forget_acknowledged();
   void hold(std::chrono::milliseconds time, const LineFailure& why);
   void stop();
-  void say(const LineFailure& failure);
 
   Parts parts;
   asio::steady_timer pause{context}, unstored{context};
@@ -93,18 +92,6 @@ struct Publisher::Impl : LineThread {
   bool held = false;
   std::atomic<bool> poked{false};
 };
-
-void Publisher::Impl::say(const LineFailure& failure) {
-  bool news = false;
-  set([&](LineStatus& now) {
-    news = now.words != failure.words;
-    now.problem = failure.problem;
-    now.words = failure.words;
-  });
-  if (news && failure.problem != LineProblem::kNone &&
-      warnings[failure.problem].count(std::chrono::steady_clock::now()))
-    spdlog::warn("[plant]: {}", failure.words);
-}
 
 /// Will and birth of a line have the same time and number, so that a receiver of both orders the will later.
 MqttLine::Message Publisher::Impl::presence(bool online, bool farewell) const {
@@ -138,18 +125,14 @@ void Publisher::Impl::connect() try {
 }
 
 void Publisher::Impl::up() {
-  is_up = true;
-  takeovers.up(std::chrono::steady_clock::now());
+  const bool is_news = has_come_up();
   under_way.clear();
   at_the_broker.clear();
   set_aside.clear();  // possibly another broker, or another limit
   not_now = std::exchange(ended_for, std::nullopt);
   bite.clear();
   read_to = 0;
-  set([&](LineStatus& now) {
-    now = {true, LineProblem::kNone, {}, wall_clock_utc(), now.acknowledged};
-  });
-  if (connections.count(std::chrono::steady_clock::now()))
+  if (is_news)
     spdlog::info("[plant]: connected to {}:{} as {}/{}", parts.config.host, parts.config.port,
                  parts.config.plant, parts.config.cell);
   try {
@@ -163,27 +146,13 @@ void Publisher::Impl::up() {
 }
 
 void Publisher::Impl::down(const LineFailure& lost) {
-  const LineFailure failure =
-      takeovers.judged(lost, parts.config, std::chrono::steady_clock::now());
-  line.reset();
-  if (is_up && failure.problem == LineProblem::kTooLarge)
+  const bool was_up = is_up;
+  const LineFailure failure = has_gone(lost, parts.config);
+  if (was_up && failure.problem == LineProblem::kTooLarge)
     for (const auto& [message, sent] : under_way)
       ended_for = std::max(ended_for.value_or(0), sent.bytes);
   pause.cancel();
-  if (is_up || failure.problem != LineProblem::kNone) {
-    set([&](LineStatus& now) {
-      if (std::exchange(now.connected, false)) now.since = wall_clock_utc();
-    });
-  }
-  is_up = false;
-  if (stopping) {
-    context.stop();
-    return;
-  }
-  say(failure);
-  // Two cells of the same name would disconnect each other endlessly.
-  if (failure.problem == LineProblem::kTakenOver) backoff.exhaust();
-  connect_later();
+  go_on_after(failure);
 }
 
 void Publisher::Impl::hold(std::chrono::milliseconds time, const LineFailure& why) {

@@ -7,7 +7,7 @@
 
 #include "daemon/config/network_config.h"
 #include "daemon/plant/line/line_status.h"
-#include "daemon/plant/messages/outbox.h"
+#include "daemon/plant/messages/fact.h"
 #include "daemon/plant/messages/presence.h"
 
 namespace cellcal::daemon::plant {

@@ -15,9 +15,7 @@ constexpr std::array<const char*, std::variant_size_v<FactBody>> kKinds{
 
 }  // namespace
 
-const char* kind_of(const FactBody& body) {
-  return kKinds.at(body.index());
-}
+const char* kind_of(const FactBody& body) { return kKinds.at(body.index()); }
 
 Worth worth_of(const FactBody& body) {
   const bool telemetry = std::holds_alternative<PhaseFact>(body) ||
@@ -281,11 +279,8 @@ Fact fact_from_json(std::string_view json, const Topic& topic) {
   const std::string where = to_text(topic);
   const nlohmann::json parsed = json_of(json, kLargestMessage, where);
   const JsonReader reader(parsed, where);
-  if (reader.at("format").text() != kFactFormat)
-    reader.at("format").fail(std::string("must be \"") + kFactFormat + '"');
   Fact fact;
-  fact.of = {name().from(reader.at("plant")), name().from(reader.at("cell"))};
-  if (fact.of != topic.of) reader.at("cell").fail("differs from the topic");
+  fact.of = sender(reader, kFactFormat, topic);
   fact.journal = name().from(reader.at("journal"));
   fact.number = count<std::int64_t>().from(reader.at("number"));
   if (fact.number == 0) reader.at("number").fail("must be 1 or more");

@@ -37,11 +37,8 @@ Presence presence_from_json(std::string_view json, const Topic& topic) {
   const std::string where = to_text(topic);
   const nlohmann::json parsed = json_of(json, kLargestPresence, where);
   const calib::JsonReader reader(parsed, where);
-  if (reader.at("format").text() != kPresenceFormat)
-    reader.at("format").fail(std::string("must be \"") + kPresenceFormat + '"');
   Presence presence;
-  presence.of = {name().from(reader.at("plant")), name().from(reader.at("cell"))};
-  if (presence.of != topic.of) reader.at("cell").fail("differs from the topic");
+  presence.of = sender(reader, kPresenceFormat, topic);
   fields::from_json(presence_fields(), reader, presence);
   return presence;
 }
@@ -85,11 +82,8 @@ Stored stored_from_json(std::string_view json, const Topic& topic) {
   const std::string where = to_text(topic);
   const nlohmann::json parsed = json_of(json, kLargestStored, where);
   const calib::JsonReader reader(parsed, where);
-  if (reader.at("format").text() != kStoredFormat)
-    reader.at("format").fail(std::string("must be \"") + kStoredFormat + '"');
   Stored stored;
-  stored.of = {name().from(reader.at("plant")), name().from(reader.at("cell"))};
-  if (stored.of != topic.of) reader.at("cell").fail("differs from the topic");
+  stored.of = sender(reader, kStoredFormat, topic);
   stored.journal = name().from(reader.at("journal"));
   const auto ranges = reader.at("numbers").items();
   if (ranges.size() > kMostStoredRanges) reader.at("numbers").fail("has too many ranges");
@@ -141,11 +135,8 @@ Proposal proposal_from_json(std::string_view json, const Topic& topic) {
 
 Proposal proposal_in(const nlohmann::json& message, const Topic& topic) {
   const calib::JsonReader reader(message, to_text(topic));
-  if (reader.at("format").text() != kProposalFormat)
-    reader.at("format").fail(std::string("must be \"") + kProposalFormat + '"');
   Proposal proposal;
-  proposal.of = {name().from(reader.at("plant")), name().from(reader.at("cell"))};
-  if (proposal.of != topic.of) reader.at("cell").fail("differs from the topic");
+  proposal.of = sender(reader, kProposalFormat, topic);
   fields::from_json(proposal_fields(), reader, proposal);
   if (proposal.id != topic.kind) reader.at("id").fail("differs from the topic");
   return proposal;

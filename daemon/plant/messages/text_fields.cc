@@ -64,6 +64,14 @@ nlohmann::json json_of(std::string_view text, std::size_t largest, const std::st
   return json;
 }
 
+CellName sender(const calib::JsonReader& reader, const char* format, const Topic& topic) {
+  if (reader.at("format").text() != format)
+    reader.at("format").fail(std::string("must be \"") + format + '"');
+  CellName of{name().from(reader.at("plant")), name().from(reader.at("cell"))};
+  if (of != topic.of) reader.at("cell").fail("differs from the topic");
+  return of;
+}
+
 namespace {
 
 constexpr std::size_t kMost = std::size_t{1} << 28;  // OpenSSL uses int sizes

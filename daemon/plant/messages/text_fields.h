@@ -73,6 +73,9 @@ using calib::fields::maybe;
 /// Parses JSON; throws where it is invalid, too large or too deeply nested.
 nlohmann::json json_of(std::string_view text, std::size_t largest, const std::string& name);
 
+/// The cell of a message; fails where it is not the topic's, or the message has another format.
+CellName sender(const calib::JsonReader& reader, const char* format, const Topic& topic);
+
 // Base64 (RFC 4648, section 4), by OpenSSL.
 
 std::string to_base64(std::string_view bytes);
