@@ -239,10 +239,7 @@ class Import {
 std::string started_of(const SessionRows& rows) {
   for (const RowEntry& entry : rows.entries) {
     if (entry.table != "session") continue;
-    const auto found = std::find(entry.names.begin(), entry.names.end(), "started");
-    if (found == entry.names.end()) continue;
-    const Value& value = entry.columns[static_cast<std::size_t>(found - entry.names.begin())];
-    if (const auto* text = std::get_if<std::string>(&value)) return *text;
+    if (std::string started = text_of(entry, "started"); !started.empty()) return started;
   }
   return "";
 }
