@@ -3,8 +3,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -12,9 +14,9 @@
 #include "calib/model/robot.h"
 #include "calib/model/touch.h"
 #include "daemon/journal/journal.h"
+#include "daemon/runner/backend.h"
 #include "daemon/runner/stated_poses.h"
 #include "daemon/service/journal_recorder.h"
-#include "daemon/service/request.h"
 #include "daemon/session/phase.h"
 #include "daemon/session/state.h"
 #include "daemon/tasks/options.h"
@@ -22,6 +24,40 @@
 #include "drivers/time.h"
 
 namespace cellcal::daemon {
+
+// Validation of a request before any file is read.
+
+/// A session is under way.
+struct BusyError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// The request cannot be carried out: wrong file, or nothing to resume.
+struct RequestError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Throws RequestError.
+void check(const RunRequest& request);
+
+// Settings that a session takes from the configuration when it begins.
+
+struct SessionSettings {
+  TouchPolicy touch;
+  Timeouts timeouts;
+  int retries = 0;  ///< automatic continuations after harmless interruptions
+  /// Limits of the current link: a resumed session keeps its own touch policy.
+  SearchLimits search_limits{};
+  BusyRepeats repeats{};        ///< after lateness of this computer; also of today's configuration
+  double speed_fraction = 1.0;  ///< share of the robot file's axis speeds in transits
+  double hand_speed_m_s = 0.0;  ///< HandSpeed::Bound; 0: none
+  double positioner_speed_rad_s = 0.0;  ///< likewise; 0: the controller bounds it
+};
+
+/// `most_speed`: upper bound of the share of the robot file's axis speeds, whatever the configuration allows.
+/// `load`: held by the emulated tools.
+using MakeBackend = std::function<std::unique_ptr<Backend>(const calib::Cell&, double most_speed,
+                                                           const std::string& load)>;
 
 // Remaining time of a session, estimated from the pace of its touches so far.
 
@@ -88,7 +124,7 @@ struct Job {
   std::vector<calib::Touch> touches;                  ///< made before the session was resumed
   std::unique_ptr<Backend> backend;
   std::shared_ptr<StatedPoses> stated_poses;  ///< by the controller's model of the arm
-  std::optional<HandSpeed> hand_speed;  ///< none: an emulated cell
+  std::optional<HandSpeed> hand_speed;        ///< none: an emulated cell
   TouchPublication news;
   TimeLeft time_left;
 };

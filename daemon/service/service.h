@@ -17,7 +17,7 @@
 #include "calib/result/drift_chart.h"
 #include "daemon/journal/journal.h"
 #include "daemon/runner/runner.h"
-#include "daemon/service/request.h"
+#include "daemon/service/job.h"
 #include "daemon/service/status.h"
 
 namespace cellcal::daemon {
@@ -29,7 +29,6 @@ struct CurrentPlan {
   std::shared_ptr<const calib::Plan> plan;
 };
 
-struct Job;
 struct TaskInputs;
 
 struct ServiceParts {
