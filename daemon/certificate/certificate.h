@@ -4,7 +4,9 @@
 
 #include <array>
 #include <chrono>
+#include <cstdint>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -12,12 +14,115 @@
 #include <vector>
 
 #include "calib/model/parameter_key.h"
+#include "calib/model/touch.h"
+#include "calib/result/calibration.h"
 #include "calib/words/phrase.h"
 #include "daemon/archive/archive.h"
-#include "daemon/certificate/html.h"
-#include "daemon/certificate/sources.h"
+#include "daemon/journal/journal.h"
+#include "daemon/session/phase.h"
 
 namespace cellcal::daemon::certificate {
+
+// Entry of a certificate with its origin (README, Origins).
+
+struct Entry {
+  std::string text;               ///< as printed, not escaped; empty: not stated
+  std::string from;               ///< origin
+  std::optional<double> value{};  ///< of a number, in `unit`, with full precision
+  std::string unit{};
+
+  bool stated() const { return !text.empty(); }
+};
+
+/// As in the documents: text, value, unit, origin.
+nlohmann::ordered_json to_value(const Entry& entry);
+
+/// Fixed number of decimals, with a typographic minus sign.
+Entry figure(double value, const std::string& unit, int decimals, const std::string& from);
+/// With an ASCII minus, for values copied into files.
+Entry raw_figure(double value, const std::string& unit, int decimals, const std::string& from);
+/// A time of the journal in this computer's local time, with its zone.
+Entry local(const Entry& utc);
+/// "2026-11-22 19:05:00 CET (UTC+0100)"; empty for an invalid time. Not escaped.
+std::string local_words(const std::string& iso);
+
+/// The coverage factor.
+inline constexpr double kCoverage = 2.0;
+
+/// A change of phase, from which interruptions are listed.
+struct Change {
+  std::int64_t row = 0;
+  std::string time, from_phase, event;
+  std::optional<Phase> from, to;  ///< none: a phase of another version
+};
+
+struct Sources {
+  SessionRecord record;
+  std::vector<calib::Touch> touches;
+  std::optional<Compared> compared;
+  std::vector<Change> changes;
+  std::string rows_sha256;
+  calib::Calibration calibration;
+  std::optional<calib::Calibration> earlier;  ///< from `compared`, if readable
+  nlohmann::json calibration_json, cell_json, robot_json;
+
+  /// String or integer at the pointer into "calibration", "cell" or "robot"; not stated where it is missing.
+  Entry text(const std::string& source, const std::string& pointer) const;
+  Entry number(const std::string& source, const std::string& pointer, const std::string& unit,
+               int decimals) const;
+  /// Twice that value: expanded uncertainty of a sigma.
+  Entry expanded(const std::string& source, const std::string& pointer, const std::string& unit,
+                 int decimals) const;
+  /// Column of the session's row.
+  Entry session(const char* column, const std::string& text) const;
+  std::size_t size(const std::string& source, const std::string& pointer) const;
+
+ private:
+  const nlohmann::json* at(const std::string& source, const std::string& pointer) const;
+};
+
+/// Throws ArchiveError, JournalError, calib::FileError where the export or its session cannot be read;
+/// Refused where it has no calibration or was not completed.
+Sources read_sources(const Archive& archive, const std::string& from);
+
+// Entries and the pose sheet in the certificate's HTML.
+
+/// The entry with its origin, numbers with the document's decimal mark; `otherwise`, an id of the catalogue or a sign,
+/// where it is not stated.
+std::string shown(const Entry& entry, const char* otherwise = "say.report.not_stated");
+/// The number followed by its unit.
+std::string with_unit(const Entry& entry, const char* otherwise = "\xE2\x80\x93");
+/// The unit only, as "unit(origin)".
+std::string unit(const Entry& entry);
+/// A constant of the method (README, Origins).
+std::string constant(const char* name);
+/// Printed value of the constant.
+std::string_view value_of_constant(std::string_view name);
+
+/// The style sheet, without the <style> tags.
+const char* style_sheet();
+
+// Pose accuracy and repeatability in the terms of ISO 9283, where the session has touches for it.
+
+/// Held-out touches of one artefact.
+struct PoseAccuracyRow {
+  Entry target, poses, mean, largest, predicted;
+};
+/// Touches repeated at one place; `first` is the number of the first of them.
+struct PoseRepeatabilityRow {
+  Entry target, first, repeats, mean, sigma, rp, predicted;
+};
+struct PoseSheetData {
+  std::vector<PoseAccuracyRow> accuracy;
+  std::vector<PoseRepeatabilityRow> repeatability;
+  bool empty() const { return accuracy.empty() && repeatability.empty(); }
+};
+
+PoseSheetData pose_sheet_of(const Sources& sources, const std::vector<bool>& outlier);
+/// A section; empty without touches for it.
+std::string pose_sheet_html(const PoseSheetData& sheet);
+/// null without.
+nlohmann::ordered_json pose_sheet_json(const PoseSheetData& sheet);
 
 /// A certificate is refused; the reason.
 struct Refused : std::runtime_error {

@@ -1,7 +1,5 @@
 // Sections of the certificate, in their order.
 
-#include "daemon/certificate/html.h"
-
 #include <fmt/format.h>
 
 #include <array>
@@ -152,10 +150,12 @@ std::string table(const std::string& head, const std::string& rows, std::string_
 std::string traceability(const CertificateData& d) {
   if (d.scale == calib::ScaleBy::kReadings) return say("say.certificate.traceability.instrument");
   if (d.scale != calib::ScaleBy::kLengths)
-    return say(d.lengths.empty() ? "say.certificate.no_length" : "say.certificate.traceability.none");
+    return say(d.lengths.empty() ? "say.certificate.no_length"
+                                 : "say.certificate.traceability.none");
   std::map<std::string, std::string> certificates;
   for (const Length& one : d.lengths)
-    if (one.certificate.stated() && !one.is_check) certificates.try_emplace(one.certificate.text, shown(one.certificate));
+    if (one.certificate.stated() && !one.is_check)
+      certificates.try_emplace(one.certificate.text, shown(one.certificate));
   calib::Phrase all;
   for (const auto& [text, html] : certificates) all = joined("say.join.comma", all, html);
   return all.empty() ? say("say.certificate.traceability.held")
@@ -302,10 +302,9 @@ std::string conditions(const CertificateData& d) {
 std::string issue(const CertificateData& d) {
   const auto field = [](const char* id) { return "<td><span>" + say(id) + "</span></td>"; };
   return "<div class=\"signatures\">" +
-         pairs(
-             pair("say.certificate.issued", moment(d.issued_local, d.issued)) +
-             (d.issued_by.stated() ? pair("say.certificate.issued_by", shown(d.issued_by)) : "") +
-             pair("say.certificate.traceability.head", traceability(d))) +
+         pairs(pair("say.certificate.issued", moment(d.issued_local, d.issued)) +
+               (d.issued_by.stated() ? pair("say.certificate.issued_by", shown(d.issued_by)) : "") +
+               pair("say.certificate.traceability.head", traceability(d))) +
          "<table class=\"sign\"><tr>" + field("say.certificate.issued_by") +
          field("say.report.reviewed_by") + field("say.report.date") + "</tr></table></div>\n";
 }
@@ -356,12 +355,9 @@ std::string positioner(const CertificateData& d) {
     rows += "</tr>\n";
   }
   return heading("say.report.positioner") +
-         table(heads({"say.report.positioner.col.axis", number("x, mm"),
-                      number("y, mm"), number("z, mm"),
-                      number("say.report.positioner.col.direction_x"),
-                      number("y"),
-                      number("z"),
-                      number("say.report.positioner.col.place"),
+         table(heads({"say.report.positioner.col.axis", number("x, mm"), number("y, mm"),
+                      number("z, mm"), number("say.report.positioner.col.direction_x"), number("y"),
+                      number("z"), number("say.report.positioner.col.place"),
                       number("say.report.positioner.col.direction")}),
                rows, "small") +
          report::paragraph("note", say("say.report.positioner.note"));
@@ -381,12 +377,14 @@ std::string linear_unit(const CertificateData& d) {
     rows += "</tr>\n";
   }
   return heading("say.report.linear_unit") +
-         table(heads({"say.report.positioner.col.axis", number("say.report.positioner.col.direction_x"),
-                      number("y"), number("z"), number("say.report.positioner.col.direction"),
+         table(heads({"say.report.positioner.col.axis",
+                      number("say.report.positioner.col.direction_x"), number("y"), number("z"),
+                      number("say.report.positioner.col.direction"),
                       number("say.report.linear_unit.col.scale"), number("U")}),
                line + "</tr>\n", "small") +
-         table(heads({number("say.report.linear_unit.col.at"), number("say.report.linear_unit.col.along"),
-                      number("U"), number("say.report.linear_unit.col.across"), number("U"),
+         table(heads({number("say.report.linear_unit.col.at"),
+                      number("say.report.linear_unit.col.along"), number("U"),
+                      number("say.report.linear_unit.col.across"), number("U"),
                       number("say.report.linear_unit.col.above"), number("U"),
                       number("say.report.linear_unit.col.roll"), number("U"),
                       number("say.report.linear_unit.col.pitch"), number("U"),
@@ -468,8 +466,8 @@ std::string to_html(const CertificateData& d, const calib::Language& language) {
     html += report::paragraph(
         "emulated", say({"say.certificate.emulated",
                          {{"cell", shown_as(d.emulated, "say.certificate.emulated_cell")}}}));
-  html += issue(d) + object(d) + result(d) + decision(d) + artefacts(d) + length_checks(d) + budget(d) +
-          pose_sheet_html(d.pose_sheet) + frame(d) + conditions(d);
+  html += issue(d) + object(d) + result(d) + decision(d) + artefacts(d) + length_checks(d) +
+          budget(d) + pose_sheet_html(d.pose_sheet) + frame(d) + conditions(d);
   html += heading("say.certificate.remarks") + list(d.remarks);
   html += sums(d) + parameters(d) + positioner(d) + linear_unit(d) + touches(d);
   return html + "</main>\n</body>\n</html>\n";

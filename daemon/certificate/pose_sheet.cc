@@ -1,8 +1,9 @@
+#include "calib/check/pose_sheet.h"
+
 #include <fmt/format.h>
 
-#include "calib/check/pose_sheet.h"
 #include "calib/model/units.h"
-#include "daemon/certificate/html.h"
+#include "daemon/certificate/certificate.h"
 #include "daemon/report/say.h"
 
 namespace cellcal::daemon::certificate {

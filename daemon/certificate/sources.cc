@@ -1,5 +1,3 @@
-#include "daemon/certificate/sources.h"
-
 #include <fmt/format.h>
 #include <time.h>
 
