@@ -14,7 +14,6 @@
 #include "calib/files/toml.h"
 #include "calib/model/units.h"
 #include "calib/plan/cell_check.h"
-#include "daemon/cell_form/dcc_reading.h"
 
 namespace cellcal::daemon {
 

@@ -1,5 +1,3 @@
-#include "daemon/cell_form/dcc_reading.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,6 +15,7 @@
 #include "calib/model/error.h"
 #include "calib/model/units.h"
 #include "calib/plan/cell_check.h"
+#include "daemon/cell_form/cell_text.h"
 
 namespace cellcal::daemon {
 
@@ -70,7 +69,8 @@ bool has_word(const std::string& text, const char* words) {
 }
 
 constexpr const char* kDiameter = "diameter|durchmesser";
-constexpr const char* kDistance = R"(distance|abst.{1,2}nd|\blengths?\b|l(?:ae|[^a-z]{1,2})ngen?\b)";
+constexpr const char* kDistance =
+    R"(distance|abst.{1,2}nd|\blengths?\b|l(?:ae|[^a-z]{1,2})ngen?\b)";
 constexpr const char* kCentre = "centre|center";
 /// Of no artefact's size itself. Short ones are words of their own: "information" has no form, "Benennung" no Nennmaß.
 constexpr const char* kAside =
@@ -80,10 +80,12 @@ constexpr const char* kAside =
 /// Own name and reference type, of which "basic_nominalValue" is three words.
 std::string own_words(const xml_node& quantity) {
   const std::string_view type = quantity.attribute("refType").value();
-  const std::string both = name_of(quantity) + " " + std::string(calib::beginning(type, kMostNameBytes));
+  const std::string both =
+      name_of(quantity) + " " + std::string(calib::beginning(type, kMostNameBytes));
   std::string words;
   for (const char c : both) {
-    if (!words.empty() && std::islower(static_cast<unsigned char>(words.back())) != 0 && c >= 'A' && c <= 'Z')
+    if (!words.empty() && std::islower(static_cast<unsigned char>(words.back())) != 0 && c >= 'A' &&
+        c <= 'Z')
       words += ' ';
     words += c == '_' ? ' ' : c;
   }
@@ -113,7 +115,8 @@ struct OneOf {
 /// A length as certified.
 struct Certified {
   xml_node node;
-  std::string label{};  ///< of one value of a list: what tells it from the others; empty: its name does
+  std::string
+      label{};  ///< of one value of a list: what tells it from the others; empty: its name does
   std::string name;    ///< of the quantity, and what it is part of
   std::string serial;  ///< of its item, where it is known
   double mm = 0.0;
@@ -348,7 +351,9 @@ std::vector<std::string> ids_in(const std::string& name) {
   return ids;
 }
 
-std::vector<std::string> ids_of(const Certified& one) { return ids_in(one.label.empty() ? one.name : one.label); }
+std::vector<std::string> ids_of(const Certified& one) {
+  return ids_in(one.label.empty() ? one.name : one.label);
+}
 
 /// Distinguishes the values of a list: its own labels, a column of texts beside it, or as many names in its name.
 std::vector<std::string> labels_of(const xml_node& quantity, const xml_node& values,
@@ -377,14 +382,16 @@ void Certificate::read_list(const xml_node& quantity, const xml_node& values,
 std::string Certificate::listed(const std::vector<const Certified*>& found) const {
   std::string text;
   for (std::size_t i = 0; i < std::min(found.size(), kMostShown); ++i)
-    text += fmt::format("{}\"{}\" {:.6f} mm, sigma {:.6f} mm", i == 0 ? "" : "; ",
-                        calib::shown(found[i]->label.empty() ? found[i]->name : found[i]->label, 60), found[i]->mm,
-                        found[i]->sigma_mm.value_or(0.0));
+    text +=
+        fmt::format("{}\"{}\" {:.6f} mm, sigma {:.6f} mm", i == 0 ? "" : "; ",
+                    calib::shown(found[i]->label.empty() ? found[i]->name : found[i]->label, 60),
+                    found[i]->mm, found[i]->sigma_mm.value_or(0.0));
   return text + (found.size() > kMostShown ? "; ..." : "");
 }
 
 /// Measured values; those without an uncertainty are nominal.
-std::vector<const Certified*> Certificate::certified(const IsMeant& is_meant, const char* what) const {
+std::vector<const Certified*> Certificate::certified(const IsMeant& is_meant,
+                                                     const char* what) const {
   std::vector<const Certified*> found;
   const Certified* bare = nullptr;
   for (const Certified& one : all_) {
@@ -416,8 +423,8 @@ constexpr const char* kAsCsv = "as CSV: id,diameter_mm,diameter_sigma_mm,serial,
 std::vector<SphereForm> Certificate::spheres() const {
   const auto found = certified(
       [](const Certified& one, const std::string& own) {
-        return has_word(own, kDiameter) ||
-               (has_word(one.name, kDiameter) && !has_word(own, kDistance) && !has_word(own, kCentre));
+        return has_word(own, kDiameter) || (has_word(one.name, kDiameter) &&
+                                            !has_word(own, kDistance) && !has_word(own, kCentre));
       },
       "diameter");
   std::vector<SphereForm> all;
@@ -454,8 +461,9 @@ std::vector<LengthForm> Certificate::lengths() const {
   const auto found = certified(
       [](const Certified& one, const std::string& own) {
         if (has_word(own, kDiameter)) return false;
-        return has_word(own, kDistance) || (ids_of(one).size() == 2 && !has_word(one.name, kDiameter) &&
-                                            (has_word(one.name, kDistance) || has_word(one.name, kCentre)));
+        return has_word(own, kDistance) ||
+               (ids_of(one).size() == 2 && !has_word(one.name, kDiameter) &&
+                (has_word(one.name, kDistance) || has_word(one.name, kCentre)));
       },
       "distance of two centres");
   std::vector<LengthForm> all;

@@ -14,7 +14,7 @@
 
 #include "calib/files/text.h"
 #include "calib/model/error.h"
-#include "daemon/cell_form/dcc_reading.h"
+#include "daemon/cell_form/cell_text.h"
 
 namespace {
 

@@ -1,7 +1,5 @@
 // Digital Calibration Certificates of laboratories, and malformed ones.
 
-#include "daemon/cell_form/dcc_reading.h"
-
 #include <gtest/gtest.h>
 
 #include "calib/model/error.h"
@@ -97,7 +95,8 @@ TEST(ADcc, OfOneSphereGivesDiameterSigmaSerialNumberAndCertificate) {
 }
 
 TEST(ADcc, GivesTheCellFileShortTextsOfOneLine) {
-  std::string xml = dcc(quantity("diameter S1", "50001", kNewU), item(std::string(5000, '7') + "\x1b[2J\n8", "item1"));
+  std::string xml = dcc(quantity("diameter S1", "50001", kNewU),
+                        item(std::string(5000, '7') + "\x1b[2J\n8", "item1"));
   xml.replace(xml.find("2026-04-01"), 10, "2026-04-0\x1b\n" + std::string(5000, '1'));
   const SphereForm sphere = spheres_in(xml, "given.xml").at(0);
   EXPECT_EQ(sphere.serial, std::string(60, '7'));
@@ -158,11 +157,15 @@ TEST(ADcc, OfABallPlateGivesTheLengthsBetweenItsSpheres) {
 TEST(ADcc, OfABallPlateMayStateCoordinatesOfItsCentresAndUncertaintiesByName) {
   const std::string plate = "<dcc:name><dcc:content>diameters and lengths</dcc:content></dcc:name>";
   const std::string xml =
-      dcc(plate + quantity("diameter S1", "30000", kNewU) + quantity("Centre of sphere S1, x", "0.0", kNewU) +
-          quantity("Centre of sphere S2, x", "12500", kNewU) + quantity("Centre of sphere S2, y", "-3", kNewU) +
-          quantity("Distance S1-S2, U95", "400000.1", kNewU) + quantity("Abst\xc3\xa4nde S1-S3 (k2)", "500000", kNewU) +
+      dcc(plate + quantity("diameter S1", "30000", kNewU) +
+          quantity("Centre of sphere S1, x", "0.0", kNewU) +
+          quantity("Centre of sphere S2, x", "12500", kNewU) +
+          quantity("Centre of sphere S2, y", "-3", kNewU) +
+          quantity("Distance S1-S2, U95", "400000.1", kNewU) +
+          quantity("Abst\xc3\xa4nde S1-S3 (k2)", "500000", kNewU) +
           quantity("L\xc3\x84NGE S2-sphere k2", "600000", kNewU) +
-          list_of("centres, x", "0.0 400.1", "<si:labelXMLList>S1 S2</si:labelXMLList>" + expanded_mu("0.1", "2")));
+          list_of("centres, x", "0.0 400.1",
+                  "<si:labelXMLList>S1 S2</si:labelXMLList>" + expanded_mu("0.1", "2")));
   const auto lengths = certificate_in(xml, "given.xml");
   ASSERT_EQ(lengths.size(), 3u);
   EXPECT_EQ(lengths[0].from + lengths[0].to, "S1S2");
@@ -171,23 +174,27 @@ TEST(ADcc, OfABallPlateMayStateCoordinatesOfItsCentresAndUncertaintiesByName) {
   const auto spheres = spheres_in(xml, "given.xml");
   ASSERT_EQ(spheres.size(), 1u);
   EXPECT_DOUBLE_EQ(spheres[0].diameter_mm, 30.0);
-  EXPECT_NE(refusal(dcc(quantity("Centre of sphere S1, x", "0.0", kNewU)), true).find("no distance of two centres"),
+  EXPECT_NE(refusal(dcc(quantity("Centre of sphere S1, x", "0.0", kNewU)), true)
+                .find("no distance of two centres"),
             std::string::npos);
-  EXPECT_NE(refusal(dcc(quantity("distance S1-S2", "0.0", kNewU)), true).find("not the distance of two centres"),
+  EXPECT_NE(refusal(dcc(quantity("distance S1-S2", "0.0", kNewU)), true)
+                .find("not the distance of two centres"),
             std::string::npos);
 }
 
 TEST(ADcc, LeavesOutWhatIsNoSizeByWholeWords) {
-  for (const char* kept :
-       {"(information in annex)", "(conformity stated)", "unlimited", "Benennung A7b", "performed 2026", "informal"}) {
-    const auto spheres = spheres_in(dcc(quantity("Diameter of sphere S1", "50001", kNewU) +
-                                        quantity(std::string("Diameter of sphere S2 ") + kept, "50002", kNewU)),
-                                    "given.xml");
+  for (const char* kept : {"(information in annex)", "(conformity stated)", "unlimited",
+                           "Benennung A7b", "performed 2026", "informal"}) {
+    const auto spheres =
+        spheres_in(dcc(quantity("Diameter of sphere S1", "50001", kNewU) +
+                       quantity(std::string("Diameter of sphere S2 ") + kept, "50002", kNewU)),
+                   "given.xml");
     EXPECT_EQ(spheres.size(), 2u) << kept;
   }
   for (const char* left :
-       {"form", "Formabweichung", "Formfehler,", "nominal", "nominaler", "Nenndurchmesser", "Nennma\xc3\x9f",
-        "Nennwert", "Unrundheit", "Durchmesserabweichungen", "lower limit", "limits", "error", "Ma\xc3\x9ftoleranz"})
+       {"form", "Formabweichung", "Formfehler,", "nominal", "nominaler", "Nenndurchmesser",
+        "Nennma\xc3\x9f", "Nennwert", "Unrundheit", "Durchmesserabweichungen", "lower limit",
+        "limits", "error", "Ma\xc3\x9ftoleranz"})
     EXPECT_EQ(spheres_in(dcc(quantity("diameter S1", "50001", kNewU) +
                              quantity(std::string(left) + " diameter S2", "50002", kNewU)),
                          "given.xml")
@@ -252,9 +259,9 @@ TEST(ADcc, WithoutWhatASigmaNeedsIsRefusedByLine) {
 }
 
 TEST(ADcc, WithSeveralValuesInOneListTellsThemApartByTheNamesInItsName) {
-  const auto spheres = spheres_in(
-      dcc(list_of("diameters S1, S2, S4", "38.1001 38.0998 25.4", expanded_mu("0.0004 0.0006 0.001", "2"))),
-      "given.xml");
+  const auto spheres = spheres_in(dcc(list_of("diameters S1, S2, S4", "38.1001 38.0998 25.4",
+                                              expanded_mu("0.0004 0.0006 0.001", "2"))),
+                                  "given.xml");
   ASSERT_EQ(spheres.size(), 3u);
   EXPECT_EQ(spheres[1].id, "S2");
   EXPECT_DOUBLE_EQ(spheres[1].diameter_mm, 38.0998);
@@ -266,10 +273,11 @@ TEST(ADcc, WithSeveralValuesInOneListTellsThemApartByTheNamesInItsName) {
 
 TEST(ADcc, WithSeveralValuesInOneListTellsThemApartByLabelsOrByAColumnBesideIt) {
   const auto labelled = certificate_in(
-      dcc(list_of("distances of the centres", "400.1 300.2",
-                  "<si:labelXMLList>S1-S2 S1-S3</si:labelXMLList><si:expandedUncXMLList><si:uncertaintyXMLList>"
-                  "0.002</si:uncertaintyXMLList><si:coverageFactorXMLList>2 2</si:coverageFactorXMLList>"
-                  "</si:expandedUncXMLList>")),
+      dcc(list_of(
+          "distances of the centres", "400.1 300.2",
+          "<si:labelXMLList>S1-S2 S1-S3</si:labelXMLList><si:expandedUncXMLList><si:uncertaintyXMLList>"
+          "0.002</si:uncertaintyXMLList><si:coverageFactorXMLList>2 2</si:coverageFactorXMLList>"
+          "</si:expandedUncXMLList>")),
       "given.xml");
   ASSERT_EQ(labelled.size(), 2u);
   EXPECT_EQ(labelled[1].to, "S3");
@@ -286,22 +294,26 @@ TEST(ADcc, WithSeveralValuesInOneListTellsThemApartByLabelsOrByAColumnBesideIt) 
 }
 
 TEST(ADcc, WhoseListIsNotOfOnePieceIsRefused) {
-  EXPECT_NE(refusal(dcc(list_of("diameters", "38.1 25.4", expanded_mu("0.0004", "2")))).find("Choose"),
-            std::string::npos)
+  EXPECT_NE(
+      refusal(dcc(list_of("diameters", "38.1 25.4", expanded_mu("0.0004", "2")))).find("Choose"),
+      std::string::npos)
       << "nothing tells the two apart";
   EXPECT_NE(refusal(dcc(list_of("diameters S1 S2 S3", "38 25 19", expanded_mu("0.1 0.2", "2"))))
                 .find("the uncertainty: 2 for 3 values of the list"),
             std::string::npos);
-  EXPECT_NE(refusal(dcc(list_of("diameters S1 S2", "38 x", expanded_mu("0.1", "2")))).find("not a number"),
+  EXPECT_NE(refusal(dcc(list_of("diameters S1 S2", "38 x", expanded_mu("0.1", "2"))))
+                .find("not a number"),
             std::string::npos);
-  EXPECT_NE(refusal(dcc(list_of("diameters S1 S2", "", expanded_mu("0.1", "2")))).find("without values"),
-            std::string::npos);
+  EXPECT_NE(
+      refusal(dcc(list_of("diameters S1 S2", "", expanded_mu("0.1", "2")))).find("without values"),
+      std::string::npos);
   EXPECT_NE(refusal(dcc(list_of("diameters S1 S2", "38 25", ""))).find("states no uncertainty"),
             std::string::npos);
   std::string many;
   for (int i = 0; i < 1001; ++i) many += "38 ";
-  EXPECT_NE(refusal(dcc(list_of("diameters", many, expanded_mu("0.1", "2")))).find("more than 1000"),
-            std::string::npos);
+  EXPECT_NE(
+      refusal(dcc(list_of("diameters", many, expanded_mu("0.1", "2")))).find("more than 1000"),
+      std::string::npos);
 }
 
 TEST(ForeignXml, IsRefusedByNameAndNoEntityIsExpanded) {
