@@ -14,6 +14,8 @@
 #include <utility>
 #include <vector>
 
+#include "calib/result/calibration.h"
+#include "calib/result/drift_chart.h"
 #include "calib/words/phrase.h"
 #include "daemon/api/event_feed.h"
 #include "daemon/api/http/http.h"
@@ -266,5 +268,17 @@ std::optional<std::int64_t> whole_number_in(const Request& request, const char* 
 calib::Language language_in(const Request& request);
 /// Non-negative, digits only.
 std::optional<std::int64_t> whole_number(std::string_view text);
+
+// Metrics of the daemon in the Prometheus text format, version 0.0.4.
+
+/// Metrics of the state and its links, of all sessions, of the newest result, of the calibration in use and of its
+/// checks (null: none). Unknown values are omitted.
+std::string metrics_text(const Status& status, const std::vector<SessionRecord>& sessions,
+                         const calib::Calibration* newest,
+                         const calib::Calibration* in_use = nullptr,
+                         const calib::DriftChart* drift = nullptr);
+
+/// Metrics of the connection to the plant, where one is configured.
+std::string metrics_text(const plant::LineStatus& line, const OutboxCount& outbox);
 
 }  // namespace cellcal::daemon

@@ -1,5 +1,3 @@
-#include "daemon/api/metrics.h"
-
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
@@ -19,70 +17,19 @@ namespace cellcal::daemon {
 
 namespace {
 
-using Labels = std::vector<std::pair<const char*, std::string>>;
-
-/// Metric families, each preceded by its help and type.
-class Exposition {
- public:
-  void family(const char* name, const char* type, const char* help) {
-    family_ = name;
-    text_ += fmt::format("# HELP {0} {2}\n# TYPE {0} {1}\n", name, type, help);
+/// Cumulative counts up to each bound, as defined by Prometheus.
+void put_histogram(Exposition& out, const char* name, const char* help,
+                   const drivers::TimeHistogram& times) {
+  out.family(name, "histogram", help);
+  double count = 0.0;
+  for (std::size_t i = 0; i < times.counts.size(); ++i) {
+    count += static_cast<double>(times.counts[i]);
+    const bool last = i == times.kBounds_s.size();
+    out.sample(count, {{"le", last ? "+Inf" : Exposition::number(times.kBounds_s[i])}}, "_bucket");
   }
-  void sample(double value, const Labels& labels = {}, const char* suffix = "") {
-    text_ += family_ + suffix;
-    const char* separator = "{";
-    for (const auto& [name, words] : labels) {
-      text_ += fmt::format("{}{}=\"{}\"", separator, name, escaped(words));
-      separator = ",";
-    }
-    text_ += (labels.empty() ? " " : "} ") + number(value) + "\n";
-  }
-  void gauge(const char* name, const char* help, double value) {
-    family(name, "gauge", help);
-    sample(value);
-  }
-  void gauge(const char* name, const char* help, const std::optional<double>& value) {
-    if (value) gauge(name, help, *value);
-  }
-  void counter(const char* name, const char* help, double value) {
-    family(name, "counter", help);
-    sample(value);
-  }
-  /// Cumulative counts up to each bound, as defined by Prometheus.
-  void histogram(const char* name, const char* help, const drivers::TimeHistogram& times) {
-    family(name, "histogram", help);
-    double count = 0.0;
-    for (std::size_t i = 0; i < times.counts.size(); ++i) {
-      count += static_cast<double>(times.counts[i]);
-      const bool last = i == times.kBounds_s.size();
-      sample(count, {{"le", last ? "+Inf" : number(times.kBounds_s[i])}}, "_bucket");
-    }
-    sample(times.sum_s, {}, "_sum");
-    sample(count, {}, "_count");
-  }
-  std::string text() && { return std::move(text_); }
-
- private:
-  static std::string escaped(const std::string& words) {
-    std::string text;
-    for (const char c : words) {
-      if (c == '\n') {
-        text += "\\n";
-        continue;
-      }
-      if (c == '\\' || c == '"') text += '\\';
-      text += c;
-    }
-    return text;
-  }
-  static std::string number(double value) {
-    if (std::isnan(value)) return "NaN";
-    if (std::isinf(value)) return value > 0.0 ? "+Inf" : "-Inf";
-    return fmt::format("{}", value);
-  }
-
-  std::string text_, family_;
-};
+  out.sample(times.sum_s, {}, "_sum");
+  out.sample(count, {}, "_count");
+}
 
 void put_state(Exposition& out, const Status& status) {
   out.family("cellcal_build_info", "gauge", "Version of cellcald.");
@@ -131,7 +78,7 @@ void put_robot(Exposition& out, const drivers::RobotState& robot) {
   out.counter("cellcal_robot_stops_by_input_total",
               "Stops by the controller's contact input, before the sensor's bytes.",
               static_cast<double>(robot.stops_by_input));
-  out.histogram("cellcal_robot_reply_seconds", "From a packet to its reply.", q.reply_times);
+  put_histogram(out, "cellcal_robot_reply_seconds", "From a packet to its reply.", q.reply_times);
   out.gauge("cellcal_robot_reply_worst_seconds", "The longest since the link was opened.",
             q.reply_max_s);
 }
@@ -147,7 +94,7 @@ void put_contact(Exposition& out, const drivers::ContactStatus& contact) {
               static_cast<double>(q.gaps));
   out.counter("cellcal_contact_bounces_total", "Bounces of contacts.",
               static_cast<double>(q.bounces));
-  out.histogram("cellcal_contact_late_seconds", "How late this computer delivered heartbeats.",
+  put_histogram(out, "cellcal_contact_late_seconds", "How late this computer delivered heartbeats.",
                 q.late_times);
   out.gauge("cellcal_contact_late_worst_seconds", "The latest since the port was opened.",
             q.late_worst_s);

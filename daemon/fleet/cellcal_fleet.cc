@@ -16,7 +16,7 @@
 #include "daemon/files/service_options.h"
 #include "daemon/files/supervisor.h"
 #include "daemon/fleet/collector.h"
-#include "daemon/fleet/fleet_config.h"
+#include "daemon/fleet/fleet_server.h"
 
 namespace {
 

@@ -36,6 +36,13 @@ std::unique_ptr<pqxx::connection> connect(const std::string& connection);
 /// Calls `work`. Throws StoreUnavailable (Locked) or BadData (NoMonth) for exceptions of libpqxx.
 void guarded(const std::function<void()>& work);
 
+/// The message as one that was refused.
+Refused refused_as(const plant::Fact& fact, Refusal why, const std::string& words);
+Refused refused_as(const plant::Presence& presence, Refusal why, const std::string& words);
+
+/// Writes one batch in one transaction. Throws StoreUnavailable, BadData; nothing is written then.
+Written write_once(pqxx::connection& connection, const Batch& batch);
+
 /// Creates tables and views in an empty database. Throws OtherVersion.
 void make_tables(pqxx::connection& connection);
 /// Serializes collectors that create or drop tables.

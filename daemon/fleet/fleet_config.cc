@@ -1,4 +1,4 @@
-#include "daemon/fleet/fleet_config.h"
+#include "daemon/fleet/fleet_server.h"
 
 #include <unistd.h>
 

@@ -1,15 +1,15 @@
 #include "daemon/fleet/fleet_server.h"
 
+#include <algorithm>
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
 #include <charconv>
 #include <mutex>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <thread>
 
-#include "daemon/api/http/page.h"
+#include "daemon/api/http/http.h"
 #include "daemon/api/http/server.h"
 #include "daemon/plant/messages/text_fields.h"
 
@@ -72,70 +72,46 @@ std::uint16_t FleetServer::port() const { return impl_->network ? impl_->network
 
 namespace {
 
-class Lines {
- public:
-  void family(const char* name, const char* type, const char* help) {
-    out_ << "# HELP " << name << ' ' << help << "\n# TYPE " << name << ' ' << type << '\n';
-  }
-  void one(const char* name, const char* type, const char* help, std::uint64_t value) {
-    family(name, type, help);
-    out_ << name << ' ' << value << '\n';
-  }
-  /// `value` is a name: letters and hyphens.
-  void labelled(const char* name, const char* label, const std::string& value,
-                std::uint64_t count) {
-    out_ << name << '{' << label << "=\"" << value << "\"} " << count << '\n';
-  }
-  std::string text() const { return out_.str(); }
-
- private:
-  std::ostringstream out_;
-};
-
-void add_collector(Lines& lines, const Counters& counters) {
-  lines.one("cellcal_fleet_messages_total", "counter", "Messages stored or refused.",
-            counters.messages);
-  lines.one("cellcal_fleet_facts_total", "counter", "Facts stored.", counters.facts);
-  lines.one("cellcal_fleet_twice_total", "counter", "Facts that were there already.",
-            counters.twice);
-  lines.one("cellcal_fleet_refused_total", "counter",
-            "Messages refused: quarantined, or above a cell's rate and only counted.",
-            counters.refused);
-  lines.one("cellcal_fleet_batches_total", "counter", "Transactions.", counters.batches);
-  lines.one("cellcal_fleet_broker_up", "gauge", "1: connected to the broker.",
-            counters.broker_up ? 1 : 0);
-  lines.one("cellcal_fleet_database_up", "gauge", "1: connected to the database.",
-            counters.store_up ? 1 : 0);
-  lines.one("cellcal_fleet_broker_lost_total", "counter", "Connections to the broker that broke.",
-            counters.broker_lost);
-  lines.one("cellcal_fleet_database_lost_total", "counter",
-            "Connections to the database that broke.", counters.store_lost);
+void add_collector(Exposition& out, const Counters& counters) {
+  out.counter("cellcal_fleet_messages_total", "Messages stored or refused.", counters.messages);
+  out.counter("cellcal_fleet_facts_total", "Facts stored.", counters.facts);
+  out.counter("cellcal_fleet_twice_total", "Facts that were there already.", counters.twice);
+  out.counter("cellcal_fleet_refused_total",
+              "Messages refused: quarantined, or above a cell's rate and only counted.",
+              counters.refused);
+  out.counter("cellcal_fleet_batches_total", "Transactions.", counters.batches);
+  out.gauge("cellcal_fleet_broker_up", "1: connected to the broker.",
+            counters.broker_up ? 1.0 : 0.0);
+  out.gauge("cellcal_fleet_database_up", "1: connected to the database.",
+            counters.store_up ? 1.0 : 0.0);
+  out.counter("cellcal_fleet_broker_lost_total", "Connections to the broker that broke.",
+              counters.broker_lost);
+  out.counter("cellcal_fleet_database_lost_total", "Connections to the database that broke.",
+              counters.store_lost);
 }
 
-void add_plant(Lines& lines, const Totals& totals) {
-  const auto count = [](std::int64_t value) { return static_cast<std::uint64_t>(value); };
-  lines.one("cellcal_fleet_cells", "gauge", "Cells that are known.", count(totals.cells));
-  lines.one("cellcal_fleet_cells_online", "gauge", "Cells that are online.", count(totals.online));
-  lines.one("cellcal_fleet_gaps", "gauge", "Ranges of numbers that did not come.",
-            count(totals.gaps));
-  lines.one("cellcal_fleet_quarantined", "gauge", "Messages that ever were refused.",
-            count(totals.refused));
+void add_plant(Exposition& out, const Totals& totals) {
+  const auto count = [](std::int64_t value) { return static_cast<double>(value); };
+  out.gauge("cellcal_fleet_cells", "Cells that are known.", count(totals.cells));
+  out.gauge("cellcal_fleet_cells_online", "Cells that are online.", count(totals.online));
+  out.gauge("cellcal_fleet_gaps", "Ranges of numbers that did not come.", count(totals.gaps));
+  out.gauge("cellcal_fleet_quarantined", "Messages that ever were refused.", count(totals.refused));
   constexpr const char* kNeeds = "cellcal_fleet_cells_in_need";
-  lines.family(kNeeds, "gauge", "Cells by what they need attention for.");
-  for (const auto& [what, cells] : totals.needs) lines.labelled(kNeeds, "what", what, count(cells));
+  out.family(kNeeds, "gauge", "Cells by what they need attention for.");
+  for (const auto& [what, cells] : totals.needs) out.sample(count(cells), {{"what", what}});
 }
 
 }  // namespace
 
 std::string fleet_metrics(Reading& reading, const Counters& counters) {
-  Lines lines;
-  add_collector(lines, counters);
+  Exposition out;
+  add_collector(out, counters);
   try {
-    add_plant(lines, reading.totals());
+    add_plant(out, reading.totals());
   } catch (const StoreUnavailable&) {
     // reported by cellcal_fleet_database_up
   }
-  return lines.text();
+  return std::move(out).text();
 }
 
 namespace {
@@ -154,20 +130,6 @@ std::vector<std::string> parts_of(const std::string& path) {
     from = end + 1;
   }
   return parts;
-}
-
-/// Decodes "KR%205" of a query.
-std::string decoded(const std::string& text) {
-  std::string plain;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    unsigned byte = 0;
-    const char* at = text.data() + i + 1;
-    const bool escaped = text[i] == '%' && i + 2 < text.size() &&
-                         std::from_chars(at, at + 2, byte, 16).ptr == at + 2;
-    plain += escaped ? static_cast<char>(byte) : text[i] == '+' ? ' ' : text[i];
-    if (escaped) i += 2;
-  }
-  return plain;
 }
 
 std::int64_t session_of(const std::string& text) {
@@ -213,7 +175,8 @@ Response of_cell(const std::vector<std::string>& parts, Reading& reading) {
 
 std::string asked(const Request& request, const char* key) {
   const auto found = request.query.find(key);
-  const std::string value = found == request.query.end() ? "" : decoded(found->second);
+  std::string value = found == request.query.end() ? "" : found->second;
+  std::ranges::replace(value, '+', ' ');
   // PostgreSQL's text accepts neither NUL nor invalid UTF-8.
   const bool sound = !value.empty() && value.size() <= 200 &&
                      value.find('\0') == std::string::npos &&

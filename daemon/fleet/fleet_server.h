@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "daemon/api/http/http.h"
@@ -21,6 +22,17 @@ struct Listen {
   /// Host names, in lower case, that are accepted in addition to this computer's addresses.
   std::vector<std::string> host_names{};
 };
+
+// fleet.toml, "cellcal.fleet/1".
+
+struct FleetConfig {
+  CollectorConfig collector;
+  Listen listen;
+};
+
+/// Throw calib::FileError.
+FleetConfig parse_fleet_config(std::string_view text, const std::string& name);
+FleetConfig load_fleet_config(const std::filesystem::path& path);
 
 class FleetServer {
  public:

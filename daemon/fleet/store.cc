@@ -5,7 +5,6 @@
 
 #include "calib/model/enum_table.h"
 #include "daemon/fleet/connection.h"
-#include "daemon/fleet/write.h"
 
 namespace cellcal::daemon::fleet {
 
@@ -80,18 +79,13 @@ Written write_or_quarantine(pqxx::connection& connection, const Batch& one,
 
 /// Writes everything except the messages that PostgreSQL rejects, which are quarantined.
 Written write_one_by_one(pqxx::connection& connection, const Batch& batch) {
-  using plant::Subject;
   Written written;
   for (const plant::Fact& fact : batch.facts)
-    written += write_or_quarantine(
-        connection, only(&Batch::facts, fact),
-        {fact.of, plant::to_text({fact.of, Subject::kFact, plant::kind_of(fact.body)}),
-         plant::to_json(fact), Refusal::kDatabase, ""});
+    written += write_or_quarantine(connection, only(&Batch::facts, fact),
+                                   refused_as(fact, Refusal::kDatabase, ""));
   for (const plant::Presence& presence : batch.presences)
-    written +=
-        write_or_quarantine(connection, only(&Batch::presences, presence),
-                            {presence.of, plant::to_text({presence.of, Subject::kPresence, ""}),
-                             plant::to_json(presence), Refusal::kDatabase, ""});
+    written += write_or_quarantine(connection, only(&Batch::presences, presence),
+                                   refused_as(presence, Refusal::kDatabase, ""));
   Batch rest;
   rest.refused = batch.refused;
   rest.too_many = batch.too_many;

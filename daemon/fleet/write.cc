@@ -1,7 +1,7 @@
-#include "daemon/fleet/write.h"
-
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <tuple>
@@ -9,6 +9,8 @@
 #include "calib/files/calibration_json.h"
 #include "calib/files/input_file.h"
 #include "calib/files/text.h"
+#include "calib/model/units.h"
+#include "daemon/fleet/connection.h"
 #include "daemon/plant/messages/fact.h"
 #include "daemon/plant/messages/text_fields.h"
 
@@ -19,6 +21,203 @@ namespace {
 using nlohmann::json;
 using plant::CellName;
 using plant::Fact;
+
+/// JSON text for jsonb: bytes that are not UTF-8 are replaced.
+std::string dumped(const json& value) {
+  return value.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+/// Rows of the corrections of the arm's joints, for comparison between robots. Empty for a document that this version
+/// cannot read, which is stored nevertheless.
+std::vector<json> corrections_of(std::string_view document) {
+  std::vector<json> all;
+  try {
+    const calib::Calibration calibration = calib::calibration_from_json(document, "calibration");
+    const calib::Cell& cell = calibration.cell;
+    for (const calib::ParameterResult& one : calibration.parameters) {
+      const bool of_the_arm = one.key.kind <= calib::ParameterKind::kPlay &&
+                              !calib::is_by_evidence(one.key.kind) && one.key.joint >= 0;
+      const double correction = one.correction * one.to_unit, sigma = one.sigma * one.to_unit;
+      if (!of_the_arm || !std::isfinite(correction) || !std::isfinite(sigma)) continue;
+      const std::string& joint = cell.robot.joints.at(static_cast<std::size_t>(one.key.joint)).name;
+      // "A3.theta" without the joint, which has its own column.
+      all.push_back({{"joint", joint},
+                     {"parameter", calib::parameter_name(cell, one.key).substr(joint.size() + 1)},
+                     {"unit", one.unit},
+                     {"correction", correction},
+                     {"sigma", sigma},
+                     {"decided_by", calib::to_string(one.decided_by)}});
+    }
+  } catch (const std::exception&) {  // of any kind: the document is stored as received
+    return {};
+  }
+  return all;
+}
+
+// Facts as rows of their tables: JSON records, which PostgreSQL expands (jsonb_populate_recordset).
+
+/// Arrays of records by table.
+using Rows = std::map<std::string, json>;
+
+/// Tables of rows, parents first.
+constexpr std::array kRowTables{
+    "session_facts", "calibrations",      "corrections", "checks",  "activations",
+    "certificates",  "certificate_files", "alarms",      "answers", "drops",
+    "phases",        "touches",           "health"};
+
+json maybe(const std::optional<double>& value, double unit = 1.0) {
+  return value ? json(*value * unit) : json(nullptr);
+}
+
+/// Hex form of PostgreSQL's bytea.
+std::string bytea(std::string_view bytes) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string text = "\\x";
+  text.reserve(2 + 2 * bytes.size());
+  for (const unsigned char byte : bytes) {
+    text += kDigits[byte >> 4];
+    text += kDigits[byte & 15];
+  }
+  return text;
+}
+
+/// Adds the journal, number and other common fields of a fact to its records.
+class Records {
+ public:
+  Records(const Fact& fact, long journal, Rows& rows)
+      : head_{{"journal_id", journal},
+              {"number", fact.number},
+              {"session", fact.session},
+              {"at", fact.time}},
+        rows_(rows) {}
+
+  void add(const char* table, const json& own) {
+    json record = head_;
+    record.update(own);
+    rows_[table].push_back(std::move(record));
+  }
+
+ private:
+  json head_;
+  Rows& rows_;
+};
+
+void put(Records& to, const plant::SessionFact& one) {
+  to.add("session_facts", {{"state", plant::kSessionStates[one.state]},
+                           {"purpose", one.purpose},
+                           {"cell_file", one.cell_file},
+                           {"robot_file", one.robot_file},
+                           {"started", one.started},
+                           {"touches", one.touches},
+                           {"planned", one.planned},
+                           {"failure_kind", one.failure_kind},
+                           {"failure", one.failure},
+                           {"software", one.software}});
+}
+
+void put(Records& to, const plant::CalibrationFact& one) {
+  to.add("calibrations", {{"robot", one.robot},
+                          {"robot_serial", one.robot_serial},
+                          {"published", one.published},
+                          {"is_update", one.update},
+                          {"findings", one.findings},
+                          {"near_mm", maybe(one.near_m, calib::kMmPerM)},
+                          {"over_mm", maybe(one.over_m, calib::kMmPerM)},
+                          {"u95_near_mm", maybe(one.u95_near_m, calib::kMmPerM)},
+                          {"u95_over_mm", maybe(one.u95_over_m, calib::kMmPerM)},
+                          {"document", bytea(one.document)},
+                          {"sha256", calib::sha256(one.document)}});
+  for (const json& row : corrections_of(one.document)) to.add("corrections", row);
+}
+
+void put(Records& to, const plant::CheckFact& one) {
+  to.add("checks", {{"against", one.against},
+                    {"held", plant::kHeldNames[one.held]},
+                    {"shift_mm", maybe(one.shift_m, calib::kMmPerM)},
+                    {"u_mm", maybe(one.u_m, calib::kMmPerM)},
+                    {"cause", one.cause},
+                    {"temperature_c", maybe(one.temperature_c)},
+                    {"document", bytea(one.document)},
+                    {"sha256", calib::sha256(one.document)}});
+}
+
+void put(Records& to, const plant::ActivationFact& one) {
+  to.add("activations", {{"by_whom", one.by}, {"reason", one.reason}});
+}
+
+void put(Records& to, const plant::CertificateFact& one) {
+  to.add("certificates", {{"certificate", one.certificate}});
+  for (std::size_t i = 0; i < one.files.size(); ++i)
+    to.add("certificate_files", {{"position", i},
+                                 {"name", one.files[i].name},
+                                 {"bytes", bytea(one.files[i].bytes)},
+                                 {"sha256", calib::sha256(one.files[i].bytes)}});
+}
+
+void put(Records& to, const plant::AlarmFact& one) {
+  to.add("alarms", {{"news", one.news}, {"subject", one.subject}, {"text", one.text}});
+}
+
+void put(Records& to, const plant::AnswerFact& one) {
+  to.add("answers", {{"proposal", one.proposal},
+                     {"accepted", one.accepted},
+                     {"by_whom", one.by},
+                     {"reason", one.reason}});
+}
+
+void put(Records& to, const plant::DroppedFact& one) {
+  to.add("drops", {{"first", one.first}, {"last", one.last}, {"count", one.count}});
+}
+
+void put(Records& to, const plant::PhaseFact& one) {
+  to.add("phases", {{"from_phase", one.from},
+                    {"to_phase", one.to},
+                    {"on_event", one.on},
+                    {"clock_s", one.clock_s}});
+}
+
+void put(Records& to, const plant::TouchFact& one) {
+  json joints = json::array(), tip = nullptr;
+  for (const double angle : one.joint_rad) joints.push_back(angle * calib::kDegPerRad);
+  if (one.tip_m)
+    tip = {(*one.tip_m)[0] * calib::kMmPerM, (*one.tip_m)[1] * calib::kMmPerM,
+           (*one.tip_m)[2] * calib::kMmPerM};
+  to.add("touches", {{"index", one.index},
+                     {"target", one.target},
+                     {"held_out", one.check},
+                     {"joints_deg", joints},
+                     {"tip_mm", tip},
+                     {"residual_mm", maybe(one.residual_m, calib::kMmPerM)}});
+}
+
+void put(Records& to, const plant::HealthFact& one) {
+  to.add("health", {{"packets", one.packets},
+                    {"gaps", one.gaps},
+                    {"late", one.late},
+                    {"replies", one.replies},
+                    {"reply_p99_ms", one.reply_p99_s * calib::kMsPerS},
+                    {"reply_max_ms", one.reply_max_s * calib::kMsPerS},
+                    {"frames", one.frames},
+                    {"crc_errors", one.crc_errors},
+                    {"sensor_late_ms", one.sensor_late_s * calib::kMsPerS},
+                    {"waiting", one.waiting},
+                    {"journal_bytes", one.journal_bytes}});
+}
+
+/// Adds the rows of a fact of the journal `journal_id`.
+void add_rows(const Fact& fact, long journal_id, Rows& rows) {
+  Records records(fact, journal_id, rows);
+  std::visit([&](const auto& one) { put(records, one); }, fact.body);
+}
+
+/// Sets `received` of the tables that have it; telemetry has no key, and therefore no conflict.
+void insert(pqxx::work& work, const std::string& table, const json& records) {
+  work.exec_params0(
+      "INSERT INTO " + table +
+          " SELECT * FROM jsonb_populate_recordset(jsonb_populate_record(NULL::" + table +
+          ", jsonb_build_object('received', now())), $1) ON CONFLICT DO NOTHING",
+      dumped(records));
+}
 
 /// A cell has one journal, and another after the replacement of its disk.
 constexpr int kMostJournals = 100;
@@ -64,19 +263,6 @@ std::set<CellName> make_cells(pqxx::work& work, const Batch& batch) {
   return refused;
 }
 
-template <class T>
-Refused beyond_bound(const T& message, const plant::Topic& topic, const char* words) {
-  return {message.of, plant::to_text(topic), plant::to_json(message), Refusal::kBound, words};
-}
-
-plant::Topic topic_for(const Fact& fact) {
-  return {fact.of, plant::Subject::kFact, plant::kind_of(fact.body)};
-}
-
-plant::Topic topic_for(const plant::Presence& presence) {
-  return {presence.of, plant::Subject::kPresence, ""};
-}
-
 /// Removes and refuses messages of such cells.
 template <class T>
 std::vector<T> without(const std::set<CellName>& unknown, const std::vector<T>& all,
@@ -84,7 +270,7 @@ std::vector<T> without(const std::set<CellName>& unknown, const std::vector<T>& 
   std::vector<T> kept;
   for (const T& one : all) {
     if (unknown.contains(one.of))
-      refused.push_back(beyond_bound(one, topic_for(one), "the plant has 20000 cells already"));
+      refused.push_back(refused_as(one, Refusal::kBound, "the plant has 20000 cells already"));
     else
       kept.push_back(one);
   }
@@ -93,23 +279,19 @@ std::vector<T> without(const std::set<CellName>& unknown, const std::vector<T>& 
 
 // A presence is newer than another of the same journal if its number is higher; with equal numbers, if it arrives later.
 // Birth and will of one connection have the same time; the will is newer.
-void put_presences(pqxx::work& work, const std::vector<plant::Presence>& presences) {
-  std::map<CellName, std::vector<const plant::Presence*>> by_cell;
-  for (const plant::Presence& one : presences) by_cell[one.of].push_back(&one);
-  for (const auto& [name, all] : by_cell) {
-    for (const plant::Presence* one : all) {
-      work.exec_params(
-          "INSERT INTO presence AS p (cell_id, online, farewell, journal, number, software, mock, at, received) "
-          "SELECT id, $3, $4, $5, $6, $7, $8, $9::timestamptz, now() FROM cells WHERE plant = $1 AND cell = $2 "
-          "ON CONFLICT (cell_id) DO UPDATE SET online = excluded.online, farewell = excluded.farewell, "
-          "journal = excluded.journal, number = excluded.number, software = excluded.software, "
-          "mock = excluded.mock, at = excluded.at, received = excluded.received "
-          "WHERE p.journal <> excluded.journal OR excluded.number > p.number OR "
-          "(excluded.number = p.number AND (excluded.at <> p.at OR (p.online AND NOT excluded.online)))",
-          name.plant, name.cell, one->online, one->farewell, one->journal, one->number,
-          one->software, one->mock, one->time);
-    }
-  }
+void put_presences(pqxx::work& work, std::vector<plant::Presence> presences) {
+  std::ranges::stable_sort(presences, {}, &plant::Presence::of);
+  for (const plant::Presence& one : presences)
+    work.exec_params(
+        "INSERT INTO presence AS p (cell_id, online, farewell, journal, number, software, mock, at, received) "
+        "SELECT id, $3, $4, $5, $6, $7, $8, $9::timestamptz, now() FROM cells WHERE plant = $1 AND cell = $2 "
+        "ON CONFLICT (cell_id) DO UPDATE SET online = excluded.online, farewell = excluded.farewell, "
+        "journal = excluded.journal, number = excluded.number, software = excluded.software, "
+        "mock = excluded.mock, at = excluded.at, received = excluded.received "
+        "WHERE p.journal <> excluded.journal OR excluded.number > p.number OR "
+        "(excluded.number = p.number AND (excluded.at <> p.at OR (p.online AND NOT excluded.online)))",
+        one.of.plant, one.of.cell, one.online, one.farewell, one.journal, one.number, one.software,
+        one.mock, one.time);
 }
 
 using JournalName = std::tuple<std::string, std::string, std::string>;  // plant, cell, journal
@@ -244,7 +426,7 @@ Written put_facts(pqxx::work& work, const std::vector<Fact>& facts, std::vector<
     if (place.journal == 0 || (!place.known && !place.fits)) {
       const char* words = place.journal == 0 ? "the cell has 100 journals already"
                                              : "the journal's numbers have 5000 gaps already";
-      refused.push_back(beyond_bound(facts[i], topic_for(facts[i]), words));
+      refused.push_back(refused_as(facts[i], Refusal::kBound, words));
       continue;
     }
     if (place.known || !in_batch.emplace(place.journal, facts[i].number).second) {
@@ -255,8 +437,8 @@ Written put_facts(pqxx::work& work, const std::vector<Fact>& facts, std::vector<
     add_rows(facts[i], place.journal, rows);
     taken.push_back(taken_record(facts[i], place.journal));
   }
-  for (const auto& [table, sql] : inserts())
-    if (rows.contains(table)) work.exec_params0(sql, dumped(rows[table]));
+  for (const char* table : kRowTables)
+    if (rows.contains(table)) insert(work, table, rows[table]);
   if (!taken.empty()) parse_numbers(work, taken);
   written.stored = stored_of(work, facts, places);
   return written;
@@ -352,6 +534,16 @@ void quarantine(pqxx::work& work, const Batch& batch, const std::vector<Refused>
 
 }  // namespace
 
+Refused refused_as(const Fact& fact, Refusal why, const std::string& words) {
+  const plant::Topic topic{fact.of, plant::Subject::kFact, plant::kind_of(fact.body)};
+  return {fact.of, plant::to_text(topic), plant::to_json(fact), why, words};
+}
+
+Refused refused_as(const plant::Presence& presence, Refusal why, const std::string& words) {
+  const plant::Topic topic{presence.of, plant::Subject::kPresence, ""};
+  return {presence.of, plant::to_text(topic), plant::to_json(presence), why, words};
+}
+
 Written write_once(pqxx::connection& connection, const Batch& batch) {
   Written written;
   guarded([&] {
@@ -371,42 +563,6 @@ Written write_once(pqxx::connection& connection, const Batch& batch) {
     work.commit();
   });
   return written;
-}
-
-namespace {
-
-using calib::ParameterResult;
-
-Correction correction_of(const calib::Cell& cell, const ParameterResult& one) {
-  const std::string& joint = cell.robot.joints.at(static_cast<std::size_t>(one.key.joint)).name;
-  // "A3.theta" without the joint, which has its own column.
-  const std::string parameter = calib::parameter_name(cell, one.key).substr(joint.size() + 1);
-  return {joint,
-          parameter,
-          one.unit,
-          one.correction * one.to_unit,
-          one.sigma * one.to_unit,
-          calib::to_string(one.decided_by)};
-}
-
-}  // namespace
-
-std::vector<Correction> corrections_of(std::string_view document) {
-  std::vector<Correction> all;
-  try {
-    const calib::Calibration calibration = calib::calibration_from_json(document, "calibration");
-    for (const ParameterResult& one : calibration.parameters) {
-      const bool of_the_arm = one.key.kind <= calib::ParameterKind::kPlay &&
-                              !calib::is_by_evidence(one.key.kind) && one.key.joint >= 0;
-      if (!of_the_arm) continue;
-      Correction made = correction_of(calibration.cell, one);
-      if (std::isfinite(made.correction) && std::isfinite(made.sigma))
-        all.push_back(std::move(made));
-    }
-  } catch (const std::exception&) {  // of any kind: the document is stored as received
-    return {};
-  }
-  return all;
 }
 
 }  // namespace cellcal::daemon::fleet

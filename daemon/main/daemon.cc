@@ -11,7 +11,7 @@
 #include "calib/files/calibration_json.h"
 #include "daemon/api/access.h"
 #include "daemon/api/handlers.h"
-#include "daemon/api/http/page.h"
+#include "daemon/api/http/http.h"
 #include "daemon/api/http/server.h"
 #include "daemon/archive/drift_watch.h"
 #include "daemon/archive/versions.h"

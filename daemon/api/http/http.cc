@@ -1,12 +1,14 @@
 #include "daemon/api/http/http.h"
 
 #include <arpa/inet.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
+#include <cmath>
 
 #include "calib/model/enum_table.h"
 
@@ -202,6 +204,44 @@ std::optional<Role> parse_role(std::string_view word) {
     if (word == to_string(role)) return role;
   }
   return std::nullopt;
+}
+
+namespace {
+
+std::string escaped(const std::string& words) {
+  std::string text;
+  for (const char c : words) {
+    if (c == '\n') {
+      text += "\\n";
+      continue;
+    }
+    if (c == '\\' || c == '"') text += '\\';
+    text += c;
+  }
+  return text;
+}
+
+}  // namespace
+
+void Exposition::family(const char* name, const char* type, const char* help) {
+  family_ = name;
+  text_ += fmt::format("# HELP {0} {2}\n# TYPE {0} {1}\n", name, type, help);
+}
+
+void Exposition::sample(double value, const Labels& labels, const char* suffix) {
+  text_ += family_ + suffix;
+  const char* separator = "{";
+  for (const auto& [name, words] : labels) {
+    text_ += fmt::format("{}{}=\"{}\"", separator, name, escaped(words));
+    separator = ",";
+  }
+  text_ += (labels.empty() ? " " : "} ") + number(value) + "\n";
+}
+
+std::string Exposition::number(double value) {
+  if (std::isnan(value)) return "NaN";
+  if (std::isinf(value)) return value > 0.0 ? "+Inf" : "-Inf";
+  return fmt::format("{}", value);
 }
 
 }  // namespace cellcal::daemon

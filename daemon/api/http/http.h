@@ -131,4 +131,42 @@ bool origin_is_ours(const Request& request, bool tls);
 /// the address itself. A key for counting, not for display.
 std::string network_of(const std::string& address);
 
+// Prometheus' text format, version 0.0.4.
+
+/// Metric families, each preceded by its help and type.
+class Exposition {
+ public:
+  using Labels = std::vector<std::pair<const char*, std::string>>;
+
+  void family(const char* name, const char* type, const char* help);
+  void sample(double value, const Labels& labels = {}, const char* suffix = "");
+  void gauge(const char* name, const char* help, double value) {
+    family(name, "gauge", help);
+    sample(value);
+  }
+  void gauge(const char* name, const char* help, const std::optional<double>& value) {
+    if (value) gauge(name, help, *value);
+  }
+  void counter(const char* name, const char* help, double value) {
+    family(name, "counter", help);
+    sample(value);
+  }
+  std::string text() && { return std::move(text_); }
+  static std::string number(double value);
+
+ private:
+  std::string text_, family_;
+};
+
+// Static files of the web page, at "/" and under "/page/". Public: they contain no data of the cell.
+
+/// The page by the path of its asset: of a cell, or of a plant.
+inline constexpr const char* kCellPage = "/";
+inline constexpr const char* kFleetPage = "/fleet";
+
+/// None for other paths. Does not block.
+std::optional<Response> page_answer(const Request& request);
+/// Serves that page, and no other, at "/".
+std::optional<Response> page_answer_at(const Request& request, std::string_view home);
+
 }  // namespace cellcal::daemon

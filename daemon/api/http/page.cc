@@ -1,7 +1,6 @@
-#include "daemon/api/http/page.h"
-
 #include <algorithm>
 
+#include "daemon/api/http/http.h"
 #include "daemon/web/assets.h"
 
 namespace cellcal::daemon {

@@ -1,7 +1,5 @@
 // Metrics compared with Prometheus' text format and with the dashboard that displays them.
 
-#include "daemon/api/metrics.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,6 +9,8 @@
 #include <regex>
 #include <set>
 #include <sstream>
+
+#include "daemon/api/handlers.h"
 
 namespace cellcal::daemon {
 namespace {

@@ -1,6 +1,6 @@
 // Files of the page and values that it draws, by requests.
 
-#include "daemon/api/http/page.h"
+#include "daemon/api/http/http.h"
 
 #include <gtest/gtest.h>
 

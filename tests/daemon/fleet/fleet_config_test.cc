@@ -1,11 +1,10 @@
-#include "daemon/fleet/fleet_config.h"
-
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <regex>
 
 #include "calib/model/error.h"
+#include "daemon/fleet/fleet_server.h"
 
 namespace cellcal::daemon::fleet {
 namespace {
