@@ -148,8 +148,9 @@ bool sets_frames(const Line& line) {
   return false;
 }
 
-Routines::Routines(const std::vector<const KrlFile*>& modules, const std::set<std::string>& still)
-    : still_(still) {
+Routines::Routines(const std::vector<const KrlFile*>& modules, const std::set<std::string>& still,
+                   const ControllerFrames& stated)
+    : still_(still), stated_(stated) {
   find_readers(modules);
   for (std::size_t i = 0; i < modules.size(); ++i) try {
       read(*modules[i], i);
@@ -205,7 +206,7 @@ void Routines::read(const KrlFile& file, std::size_t module) {
     body.frames = body.frames || sets_frames(line);
     for (std::size_t i = 0; i < line.tokens.size(); ++i)
       if (calls_at(line.tokens, i)) body.calls.insert(line.tokens[i].word);
-    add_changes(line, file.name, readers_, body.changes);
+    add_changes(line, file.name, readers_, stated_, body.changes);
   }
   keep(name, std::move(body), global);
 }

@@ -49,8 +49,10 @@ bool frames_by_bas(const std::vector<Token>& tokens, std::size_t at);
 class Routines {
  public:
   /// `modules`: .src files whose routines call each other. `still`: names, in upper case, of
-  /// routines that neither move nor set frames. A module that is not KRL text has no routines.
-  Routines(const std::vector<const KrlFile*>& modules, const std::set<std::string>& still);
+  /// routines that neither move nor set frames. `stated`: by the controller's files; must outlive this. A module that is
+  /// not KRL text has no routines.
+  Routines(const std::vector<const KrlFile*>& modules, const std::set<std::string>& still,
+           const ControllerFrames& stated);
 
   /// Effects of a statement of that module, counted from 0.
   Effects of(std::size_t module, const Line& line) const;
@@ -97,6 +99,7 @@ class Routines {
   std::vector<Body> bodies_;
   std::map<std::pair<std::size_t, std::string>, std::vector<std::size_t>> places_;
   std::set<std::string> still_;
+  const ControllerFrames& stated_;
   Readers readers_;
 };
 

@@ -1,6 +1,8 @@
 #include "daemon/krl/krl_changes.h"
 
-#include "calib/export/krl_values.h"
+#include <algorithm>
+#include <cmath>
+
 #include "daemon/krl/krl_calls.h"
 #include "daemon/krl/krl_types.h"
 
@@ -65,6 +67,25 @@ bool changes_at(const Line& line, std::size_t at, const Readers& readers) {
          t[0].is("GLOBAL") || t[0].is("LOAD") || hands_over(t, at, readers);
 }
 
+bool same(const std::map<int, calib::FrameMmDeg>& ones,
+          const std::map<int, calib::FrameMmDeg>& stated) {
+  constexpr double kRounding = 5e-4;  // mm, deg: the controller's REAL has 24 bits
+  const auto near = [](double a, double b) { return std::abs(a - b) < kRounding; };
+  return std::ranges::all_of(ones, [&](const auto& one) {
+    const auto at = stated.find(one.first);
+    return at != stated.end() && std::ranges::equal(one.second.xyz_mm, at->second.xyz_mm, near) &&
+           std::ranges::equal(one.second.abc_deg, at->second.abc_deg, near);
+  });
+}
+
+/// TOOL_DATA[1]={X ...} with the value that it has in any case, as of a program of 'cellcal frames' that has run.
+bool restates(const Line& line, const ControllerFrames& stated) {
+  ControllerFrames one;
+  return read_controller_frames(line, one) == Stated::kValue &&
+         one.tools.size() + one.bases.size() > 0 && same(one.tools, stated.tools) &&
+         same(one.bases, stated.bases);
+}
+
 void merge_numbers(const ChangedNumbers& from, ChangedNumbers& into) {
   into.numbers.insert(from.numbers.begin(), from.numbers.end());
   into.computed.insert(from.computed.begin(), from.computed.end());
@@ -88,7 +109,8 @@ bool sets_kinematic_base(const std::vector<Token>& t) {
 }
 
 void add_changes(const Line& line, const std::string& file, const Readers& readers,
-                 FrameChanges& changes) {
+                 const ControllerFrames& stated, FrameChanges& changes) {
+  if (restates(line, stated)) return;
   const auto& t = line.tokens;
   const ChangePlace place{file, line.number};
   if (t[0].is("MACHINE_DEF")) change(t, 0, place, changes.machines);
@@ -120,19 +142,20 @@ FrameChanges of_stated_numbers(FrameChanges changes) {
   return changes;
 }
 
-void count_changes(const std::vector<Line>& lines, const Readers& readers, ChangeCounts& counts) {
+void count_changes(const std::vector<Line>& lines, const Readers& readers,
+                   const ControllerFrames& stated, ChangeCounts& counts) {
   for (const Line& line : lines) {
     FrameChanges changes;
-    add_changes(line, {}, readers, changes);
+    add_changes(line, {}, readers, stated, changes);
     for (const auto& [number, place] : changes.tools.numbers) ++counts.tools[number];
     for (const auto& [number, place] : changes.bases.numbers) ++counts.bases[number];
   }
 }
 
 FrameChanges frame_changes(const std::vector<Line>& lines, const std::string& file,
-                           const Readers& readers) {
+                           const Readers& readers, const ControllerFrames& stated) {
   FrameChanges changes;
-  for (const Line& line : lines) add_changes(line, file, readers, changes);
+  for (const Line& line : lines) add_changes(line, file, readers, stated, changes);
   return changes;
 }
 

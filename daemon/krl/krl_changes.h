@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/export/krl_text.h"
+#include "calib/export/krl_values.h"
 
 namespace cellcal::daemon::krl {
 
@@ -37,12 +37,12 @@ struct FrameChanges {
 
 /// Names of routines that change none of their arguments.
 using Readers = std::set<std::string>;
-/// Changes are assignments, arguments of routines other than `readers` and KUKA's that only read, and declarations that
+/// Changes are assignments other than of the value that `stated` has, arguments of routines other than `readers` and KUKA's that only read, and declarations that
 /// hide the controller's.
 FrameChanges frame_changes(const std::vector<Line>& lines, const std::string& file,
-                           const Readers& readers);
+                           const Readers& readers, const ControllerFrames& stated);
 void add_changes(const Line& line, const std::string& file, const Readers& readers,
-                 FrameChanges& changes);
+                 const ControllerFrames& stated, FrameChanges& changes);
 /// $BASE=EK(MACHINE_DEF[n].ROOT,...): reads what it names.
 bool sets_kinematic_base(const std::vector<Token>& tokens);
 /// The places of `into` stay.
@@ -51,7 +51,8 @@ void merge(const FrameChanges& from, FrameChanges& into);
 struct ChangeCounts {
   std::map<int, int> tools, bases;
 };
-void count_changes(const std::vector<Line>& lines, const Readers& readers, ChangeCounts& counts);
+void count_changes(const std::vector<Line>& lines, const Readers& readers,
+                   const ControllerFrames& stated, ChangeCounts& counts);
 /// Without those of a computed number, which may be any.
 FrameChanges of_stated_numbers(FrameChanges changes);
 

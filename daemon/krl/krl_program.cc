@@ -440,17 +440,19 @@ FrameChanges changes_by_all(const std::vector<const KrlFile*>& sources, const Ro
 
 /// `others`: of all modules.
 FrameChanges changes_for(const ProgramFiles& files, const Routines& routines, std::size_t module,
-                         const FrameChanges& others) {
+                         const ControllerFrames& stated, const FrameChanges& others) {
   const Readers& readers = routines.readers();
-  FrameChanges all = frame_changes(read_lines(files.src), files.src.name, readers);
-  if (files.dat) merge(frame_changes(read_lines(*files.dat), files.dat->name, readers), all);
+  FrameChanges all = frame_changes(read_lines(files.src), files.src.name, readers, stated);
+  if (files.dat)
+    merge(frame_changes(read_lines(*files.dat), files.dat->name, readers, stated), all);
   merge(routines.changes(module), all);
   merge(of_stated_numbers(others), all);
   return all;
 }
 
-void count_changes_in(const KrlFile& file, const Readers& readers, ChangeCounts& counts) try {
-  if (!is_kukas_program(file.name)) count_changes(read_lines(file), readers, counts);
+void count_changes_in(const KrlFile& file, const Readers& readers, const ControllerFrames& stated,
+                      ChangeCounts& counts) try {
+  if (!is_kukas_program(file.name)) count_changes(read_lines(file), readers, stated, counts);
 } catch (const calib::FileError&) {  // no text
 }
 
@@ -459,18 +461,12 @@ void take_assigned(const std::vector<const KrlFile*>& files, const Readers& read
                    Program& program) {
   if (program.assigned.empty()) return;
   ChangeCounts counts;
-  for (const KrlFile* file : files) count_changes_in(*file, readers, counts);
+  for (const KrlFile* file : files) count_changes_in(*file, readers, program.data, counts);
   for (const auto& [module, tool, number, value] : program.assigned) {
     if ((tool ? counts.tools : counts.bases)[number] != 1) continue;
-    auto& stated = tool ? program.data.tools : program.data.bases;
-    const auto before = stated.find(number);
-    const bool same = before != stated.end() && before->second.xyz_mm == value.xyz_mm &&
-                      before->second.abc_deg == value.abc_deg;
-    for (std::size_t i = 0; i < program.modules.size(); ++i) {
-      FrameChanges& all = program.modules[i].changes;
-      if (i == module || same) (tool ? all.tools : all.bases).numbers.erase(number);
-    }
-    stated[number] = value;
+    FrameChanges& changes = program.modules[module].changes;
+    (tool ? changes.tools : changes.bases).numbers.erase(number);
+    (tool ? program.data.tools : program.data.bases)[number] = value;
   }
 }
 
@@ -592,11 +588,11 @@ Program read_program(const ProgramFiles& files, const std::vector<std::string>& 
   for (const KrlFile& one : files.modules) apply_beside(one, files.src.name, known, program.data);
   add_missing(known, program.data);
   const std::vector<const KrlFile*> sources = sources_of(files);
-  const Routines routines(sources, {still.begin(), still.end()});
+  const Routines routines(sources, {still.begin(), still.end()}, known);
   program.callees = callees_of(sources, routines, known);
   program.changes = changes_by_all(sources, routines);
   program.modules.push_back(
-      {files.src.name, changes_for(files, routines, 0, program.changes), 0, {}, false});
+      {files.src.name, changes_for(files, routines, 0, known, program.changes), 0, {}, false});
   std::map<std::string, Why> imported;
   for (const Import& one : imports_of(files.src)) imported.emplace(one.name, Why::kElsewhere);
   const BackupFiles alone = {{files}, {}, {}};
@@ -626,7 +622,7 @@ std::vector<calib::Phrase> uncorrected_callees(const BackupFiles& files,
   Data known;
   for (const KrlFile& file : files.controller) read_data(file, known);
   const std::vector<const KrlFile*> sources = sources_of(files.modules.front());
-  return callees_of(sources, Routines(sources, {still.begin(), still.end()}), known);
+  return callees_of(sources, Routines(sources, {still.begin(), still.end()}, known), known);
 }
 
 Program read_programs(const BackupFiles& files, const std::vector<std::string>& leave,
@@ -657,7 +653,7 @@ Program read_programs(const BackupFiles& files, const std::vector<std::string>& 
   }
   forget(touched, true, seen);
   add_missing(seen, program.data);
-  const Routines routines(sources, {still.begin(), still.end()});
+  const Routines routines(sources, {still.begin(), still.end()}, seen);
   program.changes = changes_by_all(sources, routines);
   const Types types(files);
   const OwnPosition positions(files, types);
@@ -667,7 +663,7 @@ Program read_programs(const BackupFiles& files, const std::vector<std::string>& 
     forget(touched, false, own[i]);
     add_missing(seen, own[i]);
     program.modules.push_back(
-        {one.src.name, changes_for(one, routines, i, program.changes), 0, {}, false});
+        {one.src.name, changes_for(one, routines, i, seen, program.changes), 0, {}, false});
     Reader reader(one.src, leave, seen, {routines, i}, positions, true,
                   imports.not_followed(one.src.name), own[i], program);
     if ((program.modules[i].kukas = is_kukas_program(one.src.name)))

@@ -354,6 +354,40 @@ TEST_F(Correct, AndFramesWriteAKrlProgramWithTheOldValuesInIt) {
   EXPECT_EQ(run_program(wrong).status, 2);
 }
 
+TEST_F(Correct, TakesAProgramBesideFilesOfCellcalAndRefusesItWhereTheyHoldAnotherFrame) {
+  calibration_file();
+  const KrlProgram program = taught(cell().robot, frames(), postures(3));
+  const std::string src = put("weld.src", program.src), config = put("$config.dat", program.config);
+  put("weld.dat", program.dat);
+  const auto corrected = [&](std::vector<std::string> more = {}) {
+    more.insert(more.begin(), {"--program", src, "--config", config, "-o", dir_ / "out"});
+    return run_correct(more);
+  };
+  ASSERT_EQ(corrected({"--at-run-time", "--serial", "5"}).status, 0);
+  for (const char* name : {"cellcal_fix.src", "cellcal_fix.dat"})
+    std::filesystem::copy(dir_ / "out" / name, dir_ / name);
+  const std::string snippet = dir_ / "cellcal_frames.src";
+  ASSERT_EQ(run_program({CELLCAL, "frames", "--calibration", dir_ / "cal.json", "--config", config,
+                         "--tool", "1", "-o", snippet})
+                .status,
+            0);
+  for (int k = 0; k < 2; ++k) {
+    const Outcome beside = corrected({"--force"});
+    EXPECT_EQ(beside.status, 0) << beside.err;
+  }
+  std::string text = content(snippet);
+  const std::size_t value = text.rfind("X 59.9000");
+  put("cellcal_frames.src", text.replace(value, 9, "X 59.90002"));
+  EXPECT_EQ(corrected({"--force"}).status, 0) << "as a REAL of the controller";
+  put("cellcal_frames.src", text.replace(value, 10, "X 60.1000"));
+  const Outcome other = corrected({"--force"});
+  EXPECT_EQ(other.status, 1);
+  EXPECT_NE(other.err.find("cellcal_frames.src:7. Set it in $config.dat only (a value that the "
+                           "given $config.dat has is no change)"),
+            std::string::npos)
+      << other.err;
+}
+
 TEST_F(Correct, AndMasteringNamesTheAngleOfEachAxisAndThoseThatNoTouchTells) {
   calib::Calibration found = calibration();
   for (calib::ParameterResult& one : found.parameters)
