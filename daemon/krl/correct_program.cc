@@ -76,10 +76,7 @@ class Correction {
         continue;
       }
       const auto [first, fresh] = first_motion_.emplace(motion.point, i);
-      if (fresh)
-        correct(i);
-      else
-        again(i, first->second);
+      fresh ? correct(i) : again(i, first->second);
     }
     for (std::size_t i = 0; i < program_.motions.size(); ++i) check_posture(i);
   }
@@ -140,12 +137,12 @@ class Correction {
   void refuse(Why why, const Motion& motion, std::optional<calib::NotReached> reached = {},
               int number = -1) {
     const Point& point = program_.points.at(motion.point);
-    const bool of_the_motion =
-        why == Why::kToolNotKnown || why == Why::kBaseNotKnown || why == Why::kTwoFrames ||
-        why == Why::kExternalTool || why == Why::kNoConfiguration || why == Why::kPostureNotKnown ||
-        why == Why::kOtherPosture || why == Why::kFrameChanged || why == Why::kNoSuchTool ||
-        why == Why::kNoSuchBase || why == Why::kExternalBase || why == Why::kOtherKinematic ||
-        why == Why::kLoadNotKnown || why == Why::kNoSuchLoad;
+    using enum Why;
+    constexpr Why kOfTheMotion[] = {
+        kToolNotKnown,    kBaseNotKnown,   kTwoFrames,    kExternalTool, kNoConfiguration,
+        kPostureNotKnown, kOtherPosture,   kFrameChanged, kNoSuchTool,   kNoSuchBase,
+        kExternalBase,    kOtherKinematic, kLoadNotKnown, kNoSuchLoad};
+    const bool of_the_motion = std::ranges::find(kOfTheMotion, why) != std::end(kOfTheMotion);
     refusals_.emplace(motion.point,
                       Refusal{why, of_the_motion ? program_.modules[motion.module].src : point.file,
                               of_the_motion ? motion.line : point.line, name_of_key(motion.point),
@@ -179,9 +176,24 @@ class Correction {
     if (motion.left || refused_.count(motion.point) > 0 || !postures_.at(index)) return;
     auto wrong = postures_.wrong(index, postures_.all());
     if (!wrong && ends_.count(index) > 0 && motion.cp) wrong = postures_.wrong(index, ends_);
-    if (!wrong) return;
+    if (wrong) deny(*wrong, motion);
+  }
+
+  void deny(Why why, const Motion& motion, int number = -1) {
     refused_.insert(motion.point);
-    refuse(*wrong, motion);
+    refuse(why, motion, {}, number);
+  }
+
+  /// Lists the refusal; its reason.
+  Why listed(Why why, const Motion& motion, std::optional<calib::NotReached> reached = {},
+             int number = -1) {
+    refuse(why, motion, reached, number);
+    reported_ = true;
+    return why;
+  }
+
+  static int load_number(const Motion& motion) {
+    return motion.frames.load ? motion.frames.load->number : -1;
   }
 
   /// A point already corrected for an earlier motion.
@@ -189,38 +201,25 @@ class Correction {
     const Motion &one = program_.motions[first], &other = program_.motions[index];
     if (refused_.count(other.point) > 0) return;
     const bool axes = is_axes(other);
-    if (!other.frames.tool || (!axes && !other.frames.base)) {
-      refused_.insert(other.point);
-      return refuse(other.frames.tool ? Why::kBaseNotKnown : Why::kToolNotKnown, other);
-    }
-    if (const auto why = wrong_load(other)) {
-      refused_.insert(other.point);
-      return refuse(*why, other, {}, other.frames.load ? other.frames.load->number : -1);
-    }
+    if (!other.frames.tool) return deny(Why::kToolNotKnown, other);
+    if (!axes && !other.frames.base) return deny(Why::kBaseNotKnown, other);
+    if (const auto why = wrong_load(other)) return deny(*why, other, load_number(other));
+    if (other.frames.external) return deny(Why::kExternalTool, other);
     if (!(one.frames.tool == other.frames.tool) ||
         one.frames.other_load() != other.frames.other_load() ||
-        (!axes && !(one.frames.base == other.frames.base)) || other.frames.external) {
-      refused_.insert(other.point);
-      return refuse(other.frames.external ? Why::kExternalTool : Why::kTwoFrames, other);
-    }
-    if (postures_.changed(other, axes)) {
-      refused_.insert(other.point);
-      return refuse(Why::kFrameChanged, other);
-    }
+        (!axes && !(one.frames.base == other.frames.base)))
+      return deny(Why::kTwoFrames, other);
+    if (postures_.changed(other, axes)) return deny(Why::kFrameChanged, other);
     const auto there = ends_.find(first);
     if (there == ends_.end()) return;
     const auto here = postures_.at(index);
-    if (!here) {
-      refused_.insert(other.point);
-      return refuse(Why::kNoConfiguration, other);
-    }
     // Without S and T the same numbers may belong to another posture here.
-    ControllerView& view = *postures_.view_of(other);
-    if (!axes && !postures_.stated(other) &&
-        view.status_turn(*here).status != view.status_turn(*postures_.at(first)).status) {
-      refused_.insert(other.point);
-      return refuse(Why::kNoConfiguration, other);
-    }
+    const auto other_posture = [&] {
+      ControllerView& view = *postures_.view_of(other);
+      return view.status_turn(*here).status != view.status_turn(*postures_.at(first)).status;
+    };
+    if (!here || (!axes && !postures_.stated(other) && other_posture()))
+      return deny(Why::kNoConfiguration, other);
     ends_[index] = there->second;
   }
 
@@ -243,15 +242,11 @@ class Correction {
     }
     if (motion.frames.external) return Why::kExternalTool;
     if (!motion.frames.tool) return Why::kToolNotKnown;
-    if (const auto why = wrong_load(motion)) {
-      refuse(*why, motion, {}, motion.frames.load ? motion.frames.load->number : -1);
-      reported_ = true;
-      return why;
-    }
+    if (const auto why = wrong_load(motion)) return listed(*why, motion, {}, load_number(motion));
     if (const auto why = wrong_carrier(motion, point)) return why;
     if (postures_.changed(motion, point.kind == PointKind::kAxes)) return Why::kFrameChanged;
-    ControllerView* view = view_of(motion);
-    if (view == nullptr) return Why::kNoSuchTool;
+    ControllerView* view = postures_.view_of(motion);
+    if (view == nullptr) return listed(Why::kNoSuchTool, motion, {}, motion.frames.tool->number);
     return point.kind == PointKind::kAxes ? correct_axes(index, motion, point, *view)
                                           : correct_pose(index, motion, point, *view);
   }
@@ -316,26 +311,21 @@ class Correction {
                                   const ControllerView& view) {
     if (!view.closed_form()) return Why::kNoClosedForm;
     if (!motion.frames.base) return Why::kBaseNotKnown;
-    const auto base = postures_.base_of(motion);
-    if (!base) {
-      refuse(Why::kNoSuchBase, motion, {}, motion.frames.base->number);
-      reported_ = true;
-      return Why::kNoSuchBase;
-    }
-    const Isometry3d& in_robot = *base;
+    const auto in_robot = postures_.base_of(motion);
+    if (!in_robot) return listed(Why::kNoSuchBase, motion, {}, motion.frames.base->number);
     const FrameMmDeg old = *frame_of(point.value);
-    const Isometry3d taught = calib::to_isometry(old), wanted = in_robot * taught;
+    const Isometry3d taught = calib::to_isometry(old), wanted = *in_robot * taught;
     const auto stated = postures_.stated(motion);
     const auto q = postures_.at(index);
     if (!q) return no_posture(index, status_turn(point).has_value());
     const auto flange = flange_of(carriers_, motion, point);
     const Isometry3d goal = goal_of(motion, point, *q, flange, wanted);
-    if (flange ? outside_scope_on(*flange, goal) : outside_scope(goal)) return Why::kOutsideScope;
+    if (outside_scope(goal, flange)) return Why::kOutsideScope;
     const auto reached = reach(motion, view, goal, *q);
     if (!reached) return Why::kNotReached;
     ends_[index] = *reached;
     CorrectedPoint done = about(motion, point);
-    const Isometry3d moved = in_robot.inverse() * view.nominal(*reached);
+    const Isometry3d moved = in_robot->inverse() * view.nominal(*reached);
     done.shift_mm = (moved.translation() - taught.translation()) * calib::kMmPerM;
     done.turn_deg = degrees_between(taught, moved);
     FrameMmDeg written = old;
@@ -353,7 +343,7 @@ class Correction {
         done.status_changed |= rewrite_bits(motion, point, "T", kTurnBits, now.turn);
       }
     }
-    const Isometry3d intended = in_robot * calib::to_isometry(written);
+    const Isometry3d intended = *in_robot * calib::to_isometry(written);
     const auto commanded =
         stated ? view.joints(intended, now, carriers_.unit_m(point)) : view.joints(intended, *q);
     if (!commanded) return Why::kNotVerified;
@@ -373,9 +363,8 @@ class Correction {
   Why no_posture(std::size_t index, bool stated) {
     if (stated) return Why::kWrongTurn;
     if (postures_.starts(index, postures_.all()).empty()) return Why::kNoConfiguration;
-    refuse(Why::kNotReached, program_.motions[index], calib::NotReached{calib::Unreached::kTooFar});
-    reported_ = true;
-    return Why::kNotReached;
+    return listed(Why::kNotReached, program_.motions[index],
+                  calib::NotReached{calib::Unreached::kTooFar});
   }
 
   /// TCP of the arm that the point was taught on.
@@ -428,28 +417,16 @@ class Correction {
                                    const Isometry3d& wanted, const JointVector& seed) {
     const calib::Reach reach = view.correct(wanted, seed);
     if (const auto* at = std::get_if<calib::Reached>(&reach)) return at->joint_rad;
-    refuse(Why::kNotReached, motion, std::get<calib::NotReached>(reach));
-    reported_ = true;
+    listed(Why::kNotReached, motion, std::get<calib::NotReached>(reach));
     return std::nullopt;
   }
 
-  bool outside_scope(const Isometry3d& tcp) const {
-    return !options_.anywhere && !scope_.holds_at(tcp.translation());
-  }
-
-  /// In the frame that the positioner's axes carry.
-  bool outside_scope_on(const CarriedFlange& flange, const Isometry3d& tcp) const {
-    const Eigen::Vector3d there = flange.mount * flange.real.inverse() * tcp.translation();
-    return !options_.anywhere &&
-           !scope_.holds_at(there, static_cast<int>(flange.carrier_rad.size()));
-  }
-
-  ControllerView* view_of(const Motion& motion) {
-    ControllerView* const view = postures_.view_of(motion);
-    if (view != nullptr) return view;
-    refuse(Why::kNoSuchTool, motion, {}, motion.frames.tool->number);
-    reported_ = true;
-    return nullptr;
+  /// With a flange in the frame that the positioner's axes carry.
+  bool outside_scope(const Isometry3d& tcp, const std::optional<CarriedFlange>& flange = {}) const {
+    if (options_.anywhere) return false;
+    if (!flange) return !scope_.holds_at(tcp.translation());
+    const Eigen::Vector3d there = flange->mount * flange->real.inverse() * tcp.translation();
+    return !scope_.holds_at(there, static_cast<int>(flange->carrier_rad.size()));
   }
 
   /// Replaces a component's number; returns the new one as read by the controller.
@@ -488,10 +465,8 @@ class Correction {
 }  // namespace
 
 const CorrectedPoint* CorrectedProgram::largest() const {
-  const auto at = std::max_element(points.begin(), points.end(),
-                                   [](const CorrectedPoint& a, const CorrectedPoint& b) {
-                                     return a.shift_mm.norm() < b.shift_mm.norm();
-                                   });
+  const auto at = std::ranges::max_element(
+      points, {}, [](const CorrectedPoint& one) { return one.shift_mm.norm(); });
   return at == points.end() ? nullptr : &*at;
 }
 
@@ -513,6 +488,11 @@ const ToolUsed* tool_of(const Motion& motion, const std::vector<ToolUsed>& used)
   return found == used.end() ? nullptr : &*found;
 }
 
+std::vector<const KrlFile*> texts_of(const ProgramFiles& files) {
+  if (files.dat) return {&files.src, &*files.dat};
+  return {&files.src};
+}
+
 }  // namespace
 
 calib::Calibration as_drawn(calib::Calibration calibration) {
@@ -527,8 +507,7 @@ CorrectedProgram correct_program(const calib::Calibration& calibration, const Pr
   result.robroot_stated = program.data.robroot.has_value();
   result.motions = program.modules[0].motion_lines;
   for (const auto& [name, why] : program.left) result.left.push_back({name, why});
-  std::vector<const KrlFile*> texts = {&files.src};
-  if (files.dat) texts.push_back(&*files.dat);
+  const std::vector<const KrlFile*> texts = texts_of(files);
   Correction correction(calibration, texts, program, options);
   correction.run();
   result.tools = correction.tools();
@@ -558,8 +537,7 @@ ProgramPostures program_postures(const calib::Cell& cell, const ProgramFiles& fi
   // On a positioner: what it carries is going to be touched.
   for (const calib::Target& target : cell.targets)
     nominal.targets.push_back({.id = target.id, .centre_m = target.centre_m});
-  std::vector<const KrlFile*> texts = {&files.src};
-  if (files.dat) texts.push_back(&*files.dat);
+  const std::vector<const KrlFile*> texts = texts_of(files);
   Correction correction(nominal, texts, program, {.anywhere = true});
   correction.run();
   ProgramPostures result;

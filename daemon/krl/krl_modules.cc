@@ -80,4 +80,92 @@ void apply_beside(const KrlFile& module, const std::string& program, Data& known
 } catch (const calib::FileError&) {
 }
 
+namespace {
+
+/// Points that may have each other's value.
+class Alike {
+ public:
+  explicit Alike(const Program& program) {
+    for (const Copy& one : program.copies) merge(one.to, one.from);
+  }
+  /// Empty for a point that is not copied.
+  const std::set<std::string>& of(const std::string& key) const {
+    static const std::set<std::string> none;
+    const auto at = group_.find(key);
+    return at == group_.end() ? none : members_.at(at->second);
+  }
+
+ private:
+  void merge(const std::string& a, const std::string& b) {
+    for (const std::string& one : {a, b})
+      if (group_.emplace(one, one).second) members_[one] = {one};
+    std::string into = group_.at(a), from = group_.at(b);
+    if (into == from) return;
+    if (members_.at(into).size() < members_.at(from).size()) std::swap(into, from);
+    for (const std::string& one : members_.at(from)) group_[one] = into;
+    members_.at(into).merge(members_.at(from));
+    members_.erase(from);
+  }
+  std::map<std::string, std::string> group_;
+  std::map<std::string, std::set<std::string>> members_;
+};
+
+/// Beyond this a group of copied points is refused.
+constexpr std::size_t kMostAlike = 64;
+
+bool same_components(const Point& a, const Point& b) {
+  const auto has = [](const Point& point, const char* name) {
+    return point.value.numbers.count(name) > 0;
+  };
+  return a.kind == b.kind && has(a, "S") == has(b, "S") && has(a, "T") == has(b, "T");
+}
+
+/// A motion to a copied point may go to all values of its group: each is corrected for it.
+void follow_copies(Program& program) {
+  const Alike alike(program);
+  for (const Copy& one : program.copies) program.copied_to.insert(one.to);
+  for (const Copy& one : program.copies)
+    if (!same_components(program.points.at(one.to), program.points.at(one.from)) ||
+        alike.of(one.to).size() > kMostAlike)
+      program.computed.emplace(one.to, one.refusal);
+  std::map<std::string, Refusal> also;
+  for (const Copy& one : program.copies)
+    for (const std::string& key : alike.of(one.to))
+      if (const auto why = program.computed.find(key); why != program.computed.end())
+        also.emplace(one.to, why->second), also.emplace(one.from, why->second);
+  program.computed.merge(also);
+  const std::size_t own = program.motions.size();
+  for (std::size_t i = 0; i < own; ++i) {
+    if (program.computed.count(program.motions[i].point) > 0) continue;
+    for (const std::string& key : alike.of(program.motions[i].point)) {
+      if (key == program.motions[i].point) continue;
+      Motion other = program.motions[i];
+      other.point = key;
+      program.flow.instead(i, program.motions.size());
+      program.motions.push_back(std::move(other));
+    }
+  }
+}
+
+}  // namespace
+
+void settle(Program& program) {
+  follow_copies(program);
+  const auto found = [&](const std::string& key) {
+    const auto at = key.find('@');
+    const std::string name = variable_of(key.substr(0, at));
+    return program.computed.find(at == std::string::npos ? name : name + key.substr(at));
+  };
+  std::erase_if(program.left_points,
+                [&](const auto& one) { return found(one.first) != program.computed.end(); });
+  std::map<std::string, Refusal> computed;
+  for (const auto& [key, point] : program.points)
+    if (const auto at = found(key); at != program.computed.end()) {
+      Refusal refusal = at->second;
+      refusal.what = name_of_key(key);
+      computed.emplace(key, std::move(refusal));
+    }
+  program.computed = std::move(computed);
+}
+
 }  // namespace cellcal::daemon::krl

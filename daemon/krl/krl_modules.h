@@ -1,5 +1,6 @@
 #pragma once
-// Data that KRL modules see of each other: GLOBAL names, imports, and named frames and loads that another module touches.
+// Data that KRL modules see of each other: GLOBAL names, imports, named frames and loads that another module touches,
+// and points that are copied.
 
 #include <map>
 #include <set>
@@ -21,6 +22,10 @@ void forget(const std::set<std::string>& touched, bool all, Data& data);
 /// Applies the effect of another module on a program's data: points that it imports may be its own, too, and named
 /// frames and loads that it touches are unknown. A module that is no text has none.
 void apply_beside(const KrlFile& module, const std::string& program, Data& known, Data& own);
+
+/// Motions to copied points (XP2=XP1), which may go to all values of their group, and points whose value is unknown
+/// since statements read or change them.
+void settle(Program& program);
 
 /// Imports of modules from each other.
 class Imports {
