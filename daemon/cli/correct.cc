@@ -73,40 +73,18 @@ std::vector<std::string> upper(std::vector<std::string> names) {
   return names;
 }
 
-void refuse_to_replace(const CorrectCommand& command, const fs::path& path) {
-  if (!command.force && fs::exists(path))
-    throw calib::FileError(path.string(),
-                           ": exists. Replace it with --force, or write to another folder");
-}
-
-/// Output files, the record last. Throws unless all can be written: no input file, no duplicate, and no
-/// existing file without --force.
-std::vector<fs::path> places(const CorrectCommand& command, const CorrectedProgram& result) {
-  if (command.output.empty()) return {};
-  std::vector<fs::path> all;
-  for (const KrlFile& file : result.files) {
-    all.push_back(command.output / fs::path(file.name).filename());
-    if (fs::exists(all.back()) && fs::equivalent(all.back(), file.name))
-      throw calib::FileError(all.back().string(),
-                             ": is the program itself; write to another folder with -o");
-    refuse_to_replace(command, all.back());
-  }
-  if (all.size() == 2 && all[0] == all[1])
-    throw calib::FileError(all[0].string(), ": program and points have one name");
-  all.push_back(record_beside(all.front()));
-  refuse_to_replace(command, all.back());
-  return all;
-}
-
-/// Writes the record first: a corrected program without it would pass for the original.
-void write(const std::vector<fs::path>& places, const CorrectedProgram& result,
-           const std::string& record) {
-  for (std::size_t i = 0; i < result.files.size(); ++i)
-    read_back(result.files[i].text, places[i], as_krl());
-  fs::create_directories(places.front().parent_path());
-  write_atomically(places.back(), record);
-  for (std::size_t i = 0; i < result.files.size(); ++i)
-    write_atomically(places[i], result.files[i].text);
+/// Throws where this is the file that was read.
+fs::path place_of(const CorrectCommand& command, const KrlFile& file) {
+  const bool alone = command.backup.empty();
+  const fs::path name = file.name;
+  const fs::path inside = alone ? name.filename() : name.lexically_normal();
+  if (inside.is_absolute() || inside.string().starts_with(".."))
+    throw calib::FileError(file.name, ": leads out of the backup");
+  const fs::path place = command.output / inside, read = alone ? name : command.backup / inside;
+  if (fs::exists(place) && fs::exists(read) && fs::equivalent(place, read))
+    throw calib::FileError(place.string(),
+                           ": is the program itself; write to another folder with -o");
+  return place;
 }
 
 /// TOOL_DATA[n] or BASE_DATA[n]; below 0: written out in the program.
@@ -129,45 +107,48 @@ std::string point_words(const CorrectedPoint& p) {
         {"u95", p.u95_mm}}});
 }
 
-std::string report(const CorrectedProgram& result, const std::vector<fs::path>& written) {
-  std::string text = say("say.correct.head") + "\n";
+std::string tool_words(const krl::ToolUsed& tool) {
+  const calib::Phrase tool_name = tool.number < 0
+                                      ? calib::Phrase("say.correct.tool.text")
+                                      : calib::Phrase("say.correct.tool", {{"n", tool.number}});
+  const calib::Phrase name = tool.cells && tool.other_load()
+                                 ? calib::Phrase("say.correct.tool.and_load",
+                                                 {{"tool", tool_name}, {"load", load_name(tool)}})
+                                 : tool_name;
+  return said({tool.cells        ? "say.correct.tool.cells"
+               : tool.load_known ? "say.correct.tool.load"
+                                 : "say.correct.tool.no_load",
+               {{"tool", name}, {"load", tool.load_name.empty() ? "LOAD_DATA" : tool.load_name}}});
+}
+
+std::string report(const CorrectedProgram& result, const std::string& written) {
+  std::string text = said("say.correct.head");
   for (const CorrectedPoint& p : result.points) text += point_words(p) + "\n";
-  for (const krl::ToolUsed& tool : result.tools) text += tool_words(tool);
-  for (const krl::LeftPoint& one : result.left)
-    text += say({"say.correct.left", {{"name", one.name}, {"why", one.why}}}) + "\n";
-  if (!result.robroot_stated) text += say("say.correct.robroot") + "\n";
+  text += stated_words(result.tools, result.left, result.robroot_stated);
   const CorrectedPoint* largest = result.largest();
-  text += (largest == nullptr ? say("say.correct.no_point")
-                              : say({"say.correct.largest",
-                                     {{"n", result.points.size()},
-                                      {"mm", largest->shift_mm.norm()},
-                                      {"name", largest->name},
-                                      {"file", largest->file},
-                                      {"line", largest->line}}})) +
-          "\n";
-  for (const fs::path& path : written)
-    text += say({"say.correct.written", {{"file", path.string()}}}) + "\n";
-  if (written.empty() && largest != nullptr) text += say("say.correct.nothing_written") + "\n";
+  text += said(largest == nullptr
+                   ? calib::Phrase("say.correct.no_point")
+                   : calib::Phrase("say.correct.largest", {{"n", result.points.size()},
+                                                           {"mm", largest->shift_mm.norm()},
+                                                           {"name", largest->name},
+                                                           {"file", largest->file},
+                                                           {"line", largest->line}}));
+  text += written;
+  if (written.empty() && largest != nullptr) text += said("say.correct.nothing_written");
   return text;
 }
 
-nlohmann::json json_of(const CorrectedProgram& result, const std::vector<fs::path>& written,
-                       const calib::Robot& robot) {
+nlohmann::json json_of(const CorrectedProgram& result, const calib::Robot& robot) {
   nlohmann::json all = {
-      {"points", nlohmann::json::array()},  {"left", nlohmann::json::array()},
-      {"tools", nlohmann::json::array()},   {"refusals", nlohmann::json::array()},
+      {"points", nlohmann::json::array()},  {"left", left_json(result.left)},
+      {"tools", nlohmann::json::array()},   {"refusals", refusals_json(result.refusals, robot)},
       {"written", nlohmann::json::array()}, {"robroot_stated", result.robroot_stated}};
   for (const CorrectedPoint& p : result.points) all["points"].push_back(point_json(p));
   if (const CorrectedPoint* largest = result.largest()) all["largest"] = point_json(*largest);
-  for (const krl::LeftPoint& one : result.left)
-    all["left"].push_back({{"name", one.name}, {"why", one.why}});
-  for (const krl::ToolUsed& tool : result.tools)
-    all["tools"].push_back(
-        {{"number", tool.number}, {"of_the_cell", tool.cells}, {"load_known", tool.load_known},
-         {"load", load_name(tool)}});
-  for (const krl::Refusal& one : result.refusals)
-    all["refusals"].push_back(refusal_json(one, robot));
-  for (const fs::path& path : written) all["written"].push_back(path.string());
+  for (const krl::ToolUsed& tool : result.tools) {
+    all["tools"].push_back(tool_json(tool));
+    all["tools"].back()["number"] = tool.number;
+  }
   return all;
 }
 
@@ -216,29 +197,32 @@ krl::CorrectionOptions correction_options(const CorrectCommand& command,
   return options;
 }
 
-std::string tool_words(const krl::ToolUsed& tool) {
-  const calib::Phrase tool_name = tool.number < 0
-                                      ? calib::Phrase("say.correct.tool.text")
-                                      : calib::Phrase("say.correct.tool", {{"n", tool.number}});
-  const calib::Phrase name = tool.cells && tool.other_load()
-                                 ? calib::Phrase("say.correct.tool.and_load",
-                                                 {{"tool", tool_name}, {"load", load_name(tool)}})
-                                 : tool_name;
-  return say({tool.cells        ? "say.correct.tool.cells"
-              : tool.load_known ? "say.correct.tool.load"
-                                : "say.correct.tool.no_load",
-              {{"tool", name}, {"load", tool.load_name.empty() ? "LOAD_DATA" : tool.load_name}}}) +
-         "\n";
+std::string stated_words(const std::vector<krl::ToolUsed>& tools,
+                         const std::vector<krl::LeftPoint>& left, bool robroot_stated) {
+  std::string text;
+  for (const krl::ToolUsed& tool : tools) text += tool_words(tool);
+  for (const krl::LeftPoint& one : left)
+    text += said({"say.correct.left", {{"name", calib::shown(one.name)}, {"why", one.why}}});
+  return robroot_stated ? text : text + said("say.correct.robroot");
+}
+
+nlohmann::json left_json(const std::vector<krl::LeftPoint>& left) {
+  nlohmann::json all = nlohmann::json::array();
+  for (const krl::LeftPoint& one : left) all.push_back({{"name", one.name}, {"why", one.why}});
+  return all;
+}
+
+nlohmann::json tool_json(const krl::ToolUsed& tool) {
+  return {{"of_the_cell", tool.cells}, {"load_known", tool.load_known}, {"load", load_name(tool)}};
 }
 
 std::string module_line(const std::string& state, const std::string& src,
                         const calib::Phrase& what) {
   const std::string id = state == "no motion" ? "no_motion" : state;
-  return say({"say.correct.module",
-              {{"state", fmt::format("{:<10}", say("say.correct.state." + id))},
-               {"src", calib::shown(src, 120)},
-               {"what", what}}}) +
-         "\n";
+  return said({"say.correct.module",
+               {{"state", fmt::format("{:<10}", say("say.correct.state." + id))},
+                {"src", calib::shown(src, 120)},
+                {"what", what}}});
 }
 
 std::string load_name(const krl::ToolUsed& tool) {
@@ -261,12 +245,15 @@ nlohmann::json point_json(const CorrectedPoint& p) {
           {"status_changed", p.status_changed}};
 }
 
-nlohmann::json refusal_json(const krl::Refusal& refusal, const calib::Robot& robot) {
-  return {{"why", name_of(refusal.why)},
-          {"file", refusal.file},
-          {"line", refusal.line},
-          {"what", refusal.what},
-          {"words", words(refusal, robot)}};
+nlohmann::json refusals_json(const std::vector<krl::Refusal>& refusals, const calib::Robot& robot) {
+  nlohmann::json all = nlohmann::json::array();
+  for (const krl::Refusal& one : refusals)
+    all.push_back({{"why", name_of(one.why)},
+                   {"file", one.file},
+                   {"line", one.line},
+                   {"what", one.what},
+                   {"words", words(one, robot)}});
+  return all;
 }
 
 void print_refusals(const std::vector<krl::Refusal>& refusals, const calib::Robot& robot) {
@@ -348,20 +335,15 @@ int correct_krl(const CorrectCommand& command, const calib::Calibration& calibra
   const calib::Robot& robot = calibration.cell.robot;
   if (!result.refusals.empty()) {
     name_refusals(result, robot);
-    if (command.json) put(json_text(json_of(result, {}, robot)), {});
+    if (command.json) put(json_text(json_of(result, robot)), {});
     return kJobFailed;
   }
   const bool nothing = result.motions > 0 && result.points.empty();
-  const std::vector<fs::path> written = nothing ? std::vector<fs::path>{} : places(command, result);
-  nlohmann::json all = json_of(result, written, robot);
+  nlohmann::json all = json_of(result, robot);
   all["warnings"] = warned(result.warnings, command, robot, result.points);
-  if (!written.empty()) {
-    std::vector<KrlFile> read = {files.src};
-    if (files.dat) read.push_back(*files.dat);
-    nlohmann::json record = corrected_record(all, read, result.files);
-    record["calibration_sha256"] = calib::sha256(calib::read_file(command.calibration));
-    write(written, result, json_text(record));
-  }
+  std::vector<KrlFile> read = {files.src};
+  if (files.dat) read.push_back(*files.dat);
+  const std::string written = nothing ? "" : write_corrected(command, read, result.files, {}, all);
   put(command.json ? json_text(all) : report(result, written), {});
   if (nothing)
     fmt::print(stderr, "{}\n", say({"say.correct.no_motion_point", {{"n", result.motions}}}));
@@ -465,18 +447,64 @@ void refuse_written(const fs::path& record, const krl::KrlFile& file) {
                                           "). Correct the original program instead");
 }
 
-Json corrected_record(Json report, const std::vector<krl::KrlFile>& read,
-                      const std::vector<krl::KrlFile>& written) {
+namespace {
+
+/// The report with the SHA-256 of each file as read and as written.
+Json corrected_record(Json report, const std::vector<KrlFile>& read,
+                      const std::vector<KrlFile>& corrected) {
   report["format"] = kFormat;
   report["files"] = Json::array();
-  for (const krl::KrlFile& file : written) {
-    const auto before = std::find_if(
-        read.begin(), read.end(), [&](const krl::KrlFile& one) { return one.name == file.name; });
+  for (const KrlFile& file : corrected) {
+    const auto before = std::ranges::find(read, file.name, &KrlFile::name);
     report["files"].push_back({{"name", fs::path(file.name).filename().string()},
                                {"sha256_before", calib::sha256(before->text)},
                                {"sha256", calib::sha256(file.text)}});
   }
   return report;
+}
+
+}  // namespace
+
+void refuse_to_replace(const CorrectCommand& command, const fs::path& place) {
+  if (!command.force && fs::exists(place))
+    throw calib::FileError(place.string(),
+                           ": exists. Replace it with --force, or write to another folder");
+}
+
+std::string write_corrected(const CorrectCommand& command, const std::vector<KrlFile>& read,
+                            const std::vector<KrlFile>& corrected, const std::vector<KrlFile>& more,
+                            Json& report) {
+  if (corrected.empty() || command.output.empty()) return {};
+  std::vector<KrlFile> files;
+  for (const KrlFile& file : corrected)
+    files.push_back({place_of(command, file).string(), file.text});
+  for (const KrlFile& file : more)
+    files.push_back({(command.output / file.name).string(), file.text});
+  const fs::path record =
+      command.backup.empty() ? record_beside(files.front().name) : command.output / kBackupRecord;
+  std::set<std::string> places;
+  for (const KrlFile& file : files) {
+    if (!places.insert(file.name).second)
+      throw calib::FileError(file.name, ": program and points have one name");
+    refuse_to_replace(command, file.name);
+    read_back(file.text, file.name, as_krl());
+    report["written"].push_back(file.name);
+  }
+  refuse_to_replace(command, record);
+  report["written"].push_back(record.string());
+  Json recorded = corrected_record(report, read, corrected);
+  recorded["calibration_sha256"] = calib::sha256(calib::read_file(command.calibration));
+  fs::create_directories(record.parent_path());
+  // The record first: a corrected program without it would pass for the original.
+  write_atomically(record, json_text(recorded));
+  for (const KrlFile& file : files) {
+    fs::create_directories(fs::path(file.name).parent_path());
+    write_atomically(file.name, file.text);
+  }
+  std::string words;
+  for (const Json& place : report["written"])
+    words += said({"say.correct.written", {{"file", place.get<std::string>()}}});
+  return words;
 }
 
 }  // namespace cellcal::daemon

@@ -13,7 +13,7 @@ namespace cellcal::daemon {
 
 struct CorrectCommand {
   std::filesystem::path calibration, output;
-  std::filesystem::path poses;         ///< a CSV, or
+  std::filesystem::path poses;  ///< a CSV, or
   std::string on;  ///< axis of the positioner whose frame the poses are in; empty: the base frame
   std::filesystem::path backup;        ///< all programs of a controller: folder or ZIP, or
   std::filesystem::path program, dat;  ///< a .src; dat empty: next to it, if it exists
@@ -53,14 +53,19 @@ krl::BackupFiles modules_of(std::vector<krl::KrlFile> files);
 std::string json_text(const nlohmann::json& all);
 krl::CorrectionOptions correction_options(const CorrectCommand& command,
                                           const calib::Calibration* from);
-std::string tool_words(const krl::ToolUsed& tool);
+/// Tools, what stays, and where the robot stands is not stated.
+std::string stated_words(const std::vector<krl::ToolUsed>& tools,
+                         const std::vector<krl::LeftPoint>& left, bool robroot_stated);
+nlohmann::json left_json(const std::vector<krl::LeftPoint>& left);
+nlohmann::json tool_json(const krl::ToolUsed& tool);
 /// In records: the load of LOAD_DATA that the points were corrected with.
 inline constexpr const char* kOwnLoad = "the tool's own";
 std::string load_name(const krl::ToolUsed& tool);
 /// `state`: "corrected", "left", "refused", "no motion". Ends with a line break.
-std::string module_line(const std::string& state, const std::string& src, const calib::Phrase& what);
+std::string module_line(const std::string& state, const std::string& src,
+                        const calib::Phrase& what);
 nlohmann::json point_json(const krl::CorrectedPoint& point);
-nlohmann::json refusal_json(const krl::Refusal& refusal, const calib::Robot& robot);
+nlohmann::json refusals_json(const std::vector<krl::Refusal>& refusals, const calib::Robot& robot);
 /// Prints the refusals to the standard error, the first 30 of them.
 void print_refusals(const std::vector<krl::Refusal>& refusals, const calib::Robot& robot);
 /// Prints those of modules that move, and how many modules stay; kNotPublishable where there is one.
@@ -95,8 +100,13 @@ inline constexpr const char* kBackupRecord = "cellcal.corrected.json";
 void refuse_corrected_backup(const std::filesystem::path& place,
                              const std::vector<krl::KrlFile>& files);
 
-/// The report with the SHA-256 of each file as read and as written.
-nlohmann::json corrected_record(nlohmann::json report, const std::vector<krl::KrlFile>& read,
-                                const std::vector<krl::KrlFile>& written);
+/// Throws for an existing file without --force.
+void refuse_to_replace(const CorrectCommand& command, const std::filesystem::path& place);
+/// Writes the corrected files, `more` by their names in the output folder, and a record of `report`, to which the
+/// places are added as `written`; returns these as lines. Nothing without corrected files or output folder. All or none:
+/// throws where a file is one that was read, exists without --force, or is not KRL.
+std::string write_corrected(const CorrectCommand& command, const std::vector<krl::KrlFile>& read,
+                            const std::vector<krl::KrlFile>& corrected,
+                            const std::vector<krl::KrlFile>& more, nlohmann::json& report);
 
 }  // namespace cellcal::daemon

@@ -66,8 +66,6 @@ Json report_json(const RewrittenPrograms& result, const FixModule& fix, int seri
                  const calib::Robot& robot) {
   Json modules = Json::array(), tools = Json::array();
   for (const RewrittenModule& module : result.modules) {
-    Json refusals = Json::array();
-    for (const krl::Refusal& one : module.refusals) refusals.push_back(refusal_json(one, robot));
     Json left = Json::array();
     for (const auto& [name, why] : module.left) left.push_back({{"name", name}, {"why", why}});
     modules.push_back({{"src", module.src},
@@ -75,16 +73,18 @@ Json report_json(const RewrittenPrograms& result, const FixModule& fix, int seri
                        {"motions", module.motions},
                        {"corrected", module.corrected},
                        {"left", left},
-                       {"refusals", refusals}});
+                       {"refusals", refusals_json(module.refusals, robot)}});
     if (module.corrected > 0) modules.back()["load"] = kOwnLoad;
     if (module.corrected > 0 && !module.other_load.empty())
-      modules.back()["other_load"] = {{"name", module.other_load}, {"line", module.other_load_line}};
+      modules.back()["other_load"] = {{"name", module.other_load},
+                                      {"line", module.other_load_line}};
   }
   for (const krl::FixTool& tool : fix.tools)
     tools.push_back({{"xyz_mm", tool.stated.xyz_mm},
                      {"abc_deg", tool.stated.abc_deg},
                      {"of_the_cell", tool.cells}});
   return {{"modules", modules},
+          {"written", Json::array()},
           {"fix_module",
            {{"serial", serial},
             {"most_mm", fix.most_mm},
@@ -98,12 +98,12 @@ calib::Phrase what_of_module(const RewrittenModule& module, const calib::Robot& 
   if (!module.refusals.empty())
     return {"say.correct.module.refused", {{"why", phrase(module.refusals.front(), robot)}}};
   if (module.kukas) return "say.correct.module.kukas";
-  return {module.other_load.empty() ? "say.correct.module.motions"
-                                    : "say.correct.module.other_load",
-          {{"n", module.corrected},
-           {"all", module.motions},
-           {"load", module.other_load},
-           {"line", module.other_load_line}}};
+  return {
+      module.other_load.empty() ? "say.correct.module.motions" : "say.correct.module.other_load",
+      {{"n", module.corrected},
+       {"all", module.motions},
+       {"load", module.other_load},
+       {"line", module.other_load_line}}};
 }
 
 std::string report_words(const RewrittenPrograms& result, const FixModule& fix,
@@ -121,7 +121,7 @@ std::string report_words(const RewrittenPrograms& result, const FixModule& fix,
     motions += module.corrected;
   }
   for (const auto& [name, why] : left)
-    text += say({"say.correct.left", {{"name", calib::shown(name)}, {"why", why}}}) + "\n";
+    text += said({"say.correct.left", {{"name", calib::shown(name)}, {"why", why}}});
   const auto cells = std::ranges::count_if(fix.tools, &krl::FixTool::cells);
   const calib::Phrase lines[] = {
       {"say.correct.run_time.sum", {{"n", corrected}, {"all", moving}, {"motions", motions}}},
@@ -129,7 +129,7 @@ std::string report_words(const RewrittenPrograms& result, const FixModule& fix,
       {"say.correct.run_time.holds", {{"mm", fix.most_mm}, {"deg", fix.most_deg}}},
       {cells > 1 ? "say.correct.run_time.tools.both" : "say.correct.run_time.tools",
        {{"n", std::ssize(fix.tools) - cells}}}};
-  for (const calib::Phrase& line : lines) text += say(line) + "\n";
+  for (const calib::Phrase& line : lines) text += said(line);
   return text;
 }
 
@@ -146,45 +146,6 @@ fs::path folder_of_module(const CorrectCommand& command, const RewrittenPrograms
   return {};
 }
 
-struct Written {
-  fs::path place;
-  std::string text;
-};
-
-/// Programs, CELLCAL_FIX, then the record. Throws where one exists already.
-std::vector<Written> written_files(const CorrectCommand& command, const RewrittenPrograms& result,
-                                   const FixModule& fix, const std::string& record) {
-  std::vector<Written> all;
-  for (const KrlFile& file : result.files) {
-    const fs::path inside = command.backup.empty() ? fs::path(file.name).filename()
-                                                   : fs::path(file.name).lexically_normal();
-    if (inside.is_absolute() || inside.string().starts_with(".."))
-      throw calib::FileError(file.name, ": leads out of the backup");
-    all.push_back({command.output / inside, file.text});
-    const fs::path read = command.backup.empty() ? fs::path(file.name) : command.backup / inside;
-    if (fs::exists(all.back().place) && fs::exists(read) && fs::equivalent(all.back().place, read))
-      throw calib::FileError(all.back().place.string(),
-                             ": is the program itself; write to another folder with -o");
-  }
-  const fs::path folder = command.output / folder_of_module(command, result);
-  for (const KrlFile* file : {&fix.src, &fix.dat}) all.push_back({folder / file->name, file->text});
-  all.push_back(
-      {command.backup.empty() ? record_beside(all.front().place) : command.output / kBackupRecord,
-       record});
-  for (const Written& one : all)
-    if (!command.force && fs::exists(one.place))
-      throw calib::FileError(one.place.string(),
-                             ": exists. Replace it with --force, or write to another folder");
-  return all;
-}
-
-void write_all(const std::vector<Written>& files) {
-  for (const Written& one : files) fs::create_directories(one.place.parent_path());
-  // The record first: a corrected program without it would pass for the original.
-  for (auto one = files.rbegin(); one != files.rend(); ++one)
-    write_atomically(one->place, one->text);
-}
-
 FixModule module_for(const CorrectCommand& command, const calib::Calibration& calibration,
                      const std::vector<KrlFile>& controller) {
   if (command.serial <= 0)
@@ -196,9 +157,9 @@ FixModule module_for(const CorrectCommand& command, const calib::Calibration& ca
         "everywhere, with its u95");
   krl::Data data;
   for (const KrlFile& file : controller) read_data(file, data);
-  return fix_module(calibration, data,
-                    {command.serial, calib::sha256(calib::read_file(command.calibration)),
-                     command.anywhere});
+  return fix_module(
+      calibration, data,
+      {command.serial, calib::sha256(calib::read_file(command.calibration)), command.anywhere});
 }
 
 }  // namespace
@@ -208,27 +169,18 @@ int correct_at_run_time(const CorrectCommand& command, const calib::Calibration&
       command.backup.empty() ? one_program(command) : whole_backup(command);
   const FixModule fix = module_for(command, calibration, files.controller);
   const calib::Robot& robot = calibration.cell.robot;
-  const RewrittenPrograms result =
-      rewrite_motions(files, correction_options(command, nullptr).leave,
-                      krl::external_names(robot));
+  const RewrittenPrograms result = rewrite_motions(
+      files, correction_options(command, nullptr).leave, krl::external_names(robot));
   Json report = report_json(result, fix, command.serial, robot);
   report["warnings"] = warned(callees_beside(command, files), command, robot, {});
-  std::vector<Written> written;
-  if (!result.files.empty() && !command.output.empty()) {
-    std::vector<KrlFile> read;
-    for (const krl::ProgramFiles& one : files.modules) read.push_back(one.src);
-    Json record = corrected_record(report, read, result.files);
-    record["calibration_sha256"] = calib::sha256(calib::read_file(command.calibration));
-    written = written_files(command, result, fix, json_text(record));
-    write_all(written);
-  }
-  report["written"] = Json::array();
-  std::string text = report_words(result, fix, robot);
-  for (const Written& one : written) {
-    report["written"].push_back(one.place.string());
-    text += say({"say.correct.written", {{"file", one.place.string()}}}) + "\n";
-  }
-  if (written.empty()) text += say("say.correct.run_time.not_written") + "\n";
+  std::vector<KrlFile> read, module;
+  for (const krl::ProgramFiles& one : files.modules) read.push_back(one.src);
+  const fs::path folder = folder_of_module(command, result);
+  for (const KrlFile* file : {&fix.src, &fix.dat})
+    module.push_back({(folder / file->name).string(), file->text});
+  const std::string written = write_corrected(command, read, result.files, module, report);
+  const std::string text = report_words(result, fix, robot) +
+                           (written.empty() ? said("say.correct.run_time.not_written") : written);
   put(command.json ? json_text(report) : text, {});
   const int status = print_refused_modules(refusals_of_moving(result.modules), robot);
   if (!result.files.empty()) return status;
@@ -241,12 +193,10 @@ int restore_program(const CorrectCommand& command) {
   const std::string text = krl::restored(src);
   if (command.output.empty()) throw calib::FileError("--restore needs -o FOLDER");
   const fs::path place = command.output / command.restore.filename();
-  if (!command.force && fs::exists(place))
-    throw calib::FileError(place.string(),
-                           ": exists. Replace it with --force, or write to another folder");
+  refuse_to_replace(command, place);
   fs::create_directories(command.output);
   write_atomically(place, text);
-  put(say({"say.correct.restored", {{"file", place.string()}}}) + "\n", {});
+  put(said({"say.correct.restored", {{"file", place.string()}}}), {});
   return kSuccess;
 }
 

@@ -12,7 +12,6 @@
 #include "daemon/cli/commands.h"
 #include "daemon/cli/correct.h"
 #include "daemon/cli/offline.h"
-#include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {
 
@@ -47,14 +46,11 @@ Json module_json(const CorrectedModule& module, const calib::Robot& robot) {
               {"state", state_of(module)},
               {"motions", module.motions},
               {"points", module.points},
-              {"refusals", Json::array()}};
-  for (const krl::Refusal& refusal : module.refusals)
-    one["refusals"].push_back(refusal_json(refusal, robot));
-  for (const krl::ToolUsed& tool : module.tools)
-    one["loads"].push_back({{"tool", tool.number},
-                            {"of_the_cell", tool.cells},
-                            {"load_known", tool.load_known},
-                            {"load", load_name(tool)}});
+              {"refusals", refusals_json(module.refusals, robot)}};
+  for (const krl::ToolUsed& tool : module.tools) {
+    one["loads"].push_back(tool_json(tool));
+    one["loads"].back()["tool"] = tool.number;
+  }
   return one;
 }
 
@@ -76,63 +72,23 @@ std::string report(const CorrectedBackup& result, const calib::Robot& robot) {
     for (const CorrectedModule& module : result.modules)
       if (state == std::string(state_of(module)))
         text += module_line(state, module.src, what_of(module, robot));
-  for (const krl::ToolUsed& tool : result.tools) text += tool_words(tool);
-  for (const krl::LeftPoint& one : result.left)
-    text += say({"say.correct.left", {{"name", calib::shown(one.name)}, {"why", one.why}}}) + "\n";
-  if (!result.robroot_stated) text += say("say.correct.robroot") + "\n";
+  text += stated_words(result.tools, result.left, result.robroot_stated);
   const Counts counts = counts_of(result);
   return text +
-         say({"say.correct.backup.sum",
-              {{"n", counts.corrected},
-               {"all", counts.moving},
-               {"points", result.points.size()}}}) +
-         "\n";
-}
-
-/// Output paths of the changed files, then of the record. Throws for existing files without
-/// --force.
-std::vector<fs::path> places_of(const CorrectCommand& command, const CorrectedBackup& result) {
-  std::vector<fs::path> places;
-  if (fs::is_directory(command.backup) && fs::exists(command.output) &&
-      fs::equivalent(command.backup, command.output))
-    throw calib::FileError(command.output.string(),
-                           ": is the backup itself; write to another folder with -o");
-  for (const KrlFile& file : result.files) {
-    const fs::path inside = fs::path(file.name).lexically_normal();
-    if (inside.is_absolute() || inside.string().starts_with(".."))
-      throw calib::FileError(file.name, ": leads out of the backup");
-    places.push_back(command.output / inside);
-  }
-  places.push_back(command.output / kBackupRecord);
-  for (const fs::path& place : places)
-    if (!command.force && fs::exists(place))
-      throw calib::FileError(place.string(),
-                             ": is there already; --force replaces it, or write to another folder");
-  return places;
-}
-
-void write_backup(const std::vector<fs::path>& places, const CorrectedBackup& result,
-                  const std::string& record) {
-  for (std::size_t i = 0; i < result.files.size(); ++i)
-    read_back(result.files[i].text, places[i], as_krl());
-  fs::create_directories(places.back().parent_path());
-  write_atomically(places.back(), record);  // first: programs without it would pass for originals
-  for (std::size_t i = 0; i < result.files.size(); ++i) {
-    fs::create_directories(places[i].parent_path());
-    write_atomically(places[i], result.files[i].text);
-  }
+         said(
+             {"say.correct.backup.sum",
+              {{"n", counts.corrected}, {"all", counts.moving}, {"points", result.points.size()}}});
 }
 
 Json backup_json(const CorrectedBackup& result, const calib::Robot& robot) {
   Json all = {{"modules", Json::array()},
               {"points", Json::array()},
-              {"left", Json::array()},
+              {"left", left_json(result.left)},
+              {"written", Json::array()},
               {"robroot_stated", result.robroot_stated}};
   for (const CorrectedModule& module : result.modules)
     all["modules"].push_back(module_json(module, robot));
   for (const krl::CorrectedPoint& point : result.points) all["points"].push_back(point_json(point));
-  for (const krl::LeftPoint& one : result.left)
-    all["left"].push_back({{"name", one.name}, {"why", one.why}});
   return all;
 }
 
@@ -180,19 +136,9 @@ int correct_backup_files(const CorrectCommand& command, const calib::Calibration
   const calib::Robot& robot = calibration.cell.robot;
   Json all = backup_json(result, robot);
   all["warnings"] = warned(result.warnings, command, robot, result.points);
-  std::vector<fs::path> places;
-  if (!result.files.empty() && !command.output.empty()) {
-    places = places_of(command, result);
-    Json record = corrected_record(all, read, result.files);
-    record["calibration_sha256"] = calib::sha256(calib::read_file(command.calibration));
-    write_backup(places, result, json_text(record));
-  }
-  all["written"] = Json::array();
-  for (const fs::path& place : places) all["written"].push_back(place.string());
-  std::string text = report(result, robot);
-  for (const fs::path& place : places)
-    text += say({"say.correct.written", {{"file", place.string()}}}) + "\n";
-  if (places.empty() && !result.files.empty()) text += say("say.correct.backup.not_written") + "\n";
+  const std::string written = write_corrected(command, read, result.files, {}, all);
+  std::string text = report(result, robot) + written;
+  if (written.empty() && !result.files.empty()) text += said("say.correct.backup.not_written");
   put(command.json ? json_text(all) : text, {});
   const int status = print_refused_modules(refusals_of_moving(result.modules), robot);
   const Counts counts = counts_of(result);

@@ -73,7 +73,8 @@ std::string joints_csv(const calib::Robot& robot, const std::vector<Reach>& all,
     const calib::JointVector& q = std::get<Reached>(all[i]).joint_rad;
     // Ten decimals of a degree are 3e-9 mm at 1.4 m.
     for (std::size_t k = 0; k < q.size(); ++k)
-      row += fmt::format("{}{:.10f}", row.empty() ? "" : ",", q[k] * unit_of(robot.joints[k]).per_si);
+      row +=
+          fmt::format("{}{:.10f}", row.empty() ? "" : ",", q[k] * unit_of(robot.joints[k]).per_si);
     for (const double e : rows[i].positioner_rad)
       if (on_axis) row += fmt::format(",{:.10f}", e * kDegPerRad);
     text += row + "\n";
@@ -132,9 +133,10 @@ int correct_poses(const CorrectCommand& command, const calib::Calibration& calib
   if (robot.first_turning() > 0 && !rows.empty() && rows.front().seed_rad.empty())
     throw calib::FileError(
         command.poses.string(),
-        fmt::format(": no columns of the joints. {0} carries the arm, and where it stands has to be stated: add {0} in mm "
-                    "and the angles near the pose, A1 to A6",
-                    robot.joints.front().name));
+        fmt::format(
+            ": no columns of the joints. {0} carries the arm, and where it stands has to be stated: add {0} in mm "
+            "and the angles near the pose, A1 to A6",
+            robot.joints.front().name));
   std::vector<Eigen::Vector3d> tcps_m;
   std::vector<std::vector<double>> angles;
   for (const calib::PoseRow& row : rows) {
