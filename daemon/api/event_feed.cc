@@ -337,7 +337,7 @@ std::string status_to_json(const Status& status, const calib::Language& language
              {"reasons", status.reasons},
              {"results", status.results_dir},
              {"arm",
-              {{"motion", to_string(status.arm.motion)},
+              {{"motion", kArmMotions[status.arm.motion]},
                {"packet_age_s", or_null(status.arm.packet_age_s)}}},
              {"links", to_json(status.links)},
              {"version", calib::software_version()},

@@ -39,22 +39,11 @@ volatile std::sig_atomic_t g_detached = 0;
 
 void on_interrupt(int) { g_detached = 1; }
 
-/// The answer's sentences in the reader's language; JSON is in English.
-std::string in_language(const Connection& daemon, const std::string& target) {
-  const calib::Language language = language_of(daemon.language);
-  if (daemon.json || language == calib::Language()) return target;
-  return target + (target.find('?') == std::string::npos ? "?" : "&") + "language=" + language.code();
-}
-
 /// How to go on after a session that is not done.
 calib::Phrase then_of(const json& session) {
   const std::string anew = text_in(session, "anew");
   if (anew.empty()) return "say.cli.then.resume";
   return {"say.cli.then.anew", {{"command", anew}}};
-}
-
-json get(const Connection& daemon, const std::string& target, std::chrono::milliseconds most = {}) {
-  return parse(ask(daemon, "GET", in_language(daemon, target), "", most));
 }
 
 std::string session_path(std::int64_t session) { return fmt::format("/v1/sessions/{}", session); }
@@ -78,18 +67,17 @@ std::string interruption_words(const json& of) {
   if (const json causes = of.value("interruptions_by_cause", json()); causes.is_object())
     for (std::size_t i = 0; i < counts.of.size(); ++i)
       counts.of[i] = static_cast<int>(number(causes, kCountedCauses[i].name));
-  const std::string by_cause = words(counts);
-  return fmt::format("interruptions: {}{}, each resumed automatically\n", all,
-                     by_cause.empty() ? "" : ": " + by_cause);
+  const calib::Phrase causes = phrase(counts);
+  return said({causes.empty() ? "say.cli.interruptions" : "say.cli.interruptions.by_cause",
+               {{"n", all}, {"causes", causes}}});
 }
 
-/// Missing links: "the robot controller", "the contact sensor" or both; "" without any.
-std::string waited_for(const json& status) {
+/// Missing links; empty without any.
+calib::Phrase waited_for(const json& status) {
   const json waiting = status.value("waiting", json());
-  if (!waiting.is_object()) return "";
-  const bool robot = waiting.value("robot", false), contact = waiting.value("contact", false);
-  if (robot && contact) return "the robot controller and the contact sensor";
-  return robot ? "the robot controller" : contact ? "the contact sensor" : "";
+  if (!waiting.is_object()) return {};
+  return calib::joined("say.join.and", waiting.value("robot", false) ? "say.cli.waiting.robot" : "",
+                       waiting.value("contact", false) ? "say.cli.waiting.contact" : "");
 }
 
 /// Operator action while the controller is missing; otherwise the sensor's message.
@@ -101,14 +89,21 @@ std::string what_to_do(const json& status) {
   return start.empty() ? sensor : start;
 }
 
+std::string phase_words(const json& status) { return say("say.phase." + text_in(status, "phase")); }
+
 Progress progress_of(const json& status) {
-  if (const std::string what = waited_for(status); !what.empty()) {
-    Progress progress{"waiting for " + what, "", 0, 0, {}, figure(status["waiting"], "left_s")};
+  if (const calib::Phrase what = waited_for(status); !what.empty()) {
+    Progress progress{say({"say.cli.waiting.for", {{"what", what}}}),
+                      "",
+                      0,
+                      0,
+                      {},
+                      figure(status["waiting"], "left_s")};
     progress.done = static_cast<std::size_t>(number(status, "touches"));
     progress.total = static_cast<std::size_t>(number(status, "planned"));
     return progress;
   }
-  const std::string stage = text_in(status, "stage"), phase = text_in(status, "phase");
+  const std::string stage = text_in(status, "stage"), phase = phase_words(status);
   if (const json planning = status.value("planning", json()); planning.is_object()) {
     Progress progress{phase, "", 0, 0, {}, {}};
     progress.share = figure(planning, "done");
@@ -140,18 +135,12 @@ int conclude_with(const Connection& daemon, const json& status, const std::strin
   std::string words;
   // Sessions of earlier versions have their sentences in English alone.
   for (const json& line : result.value(result.contains("said") ? "said" : "words", json::array()))
-    words += say(calib::phrase_of(line)) + "\n";
+    words += said(calib::phrase_of(line));
   words += say(last.empty() ? calib::Phrase("say.cli.figures",
                                             {{"file", text_in(status, "results") + "/" + file}})
                             : last);
   print_result(daemon.json, result, words + "\n");
   return flag == nullptr || result.value(flag, false) ? kSuccess : kNotPublishable;
-}
-
-/// A dry run that did not fail has covered the whole path.
-int conclude_dry_run(const Connection& daemon, const json& status) {
-  return print_result(daemon.json, status,
-                      say({"say.cli.dry_run", {{"n", number(status, "touches")}}}) + "\n");
 }
 
 /// Prints the result of a session; the exit status follows from it.
@@ -168,7 +157,9 @@ int conclude(const Connection& daemon, const json& status) {
   if (kind == "check") return conclude_with(daemon, status, "check.json", "holds");
   if (kind == "find")
     return conclude_with(daemon, status, "found.json", nullptr, "say.cli.found.do");
-  if (kind == "dry-run") return conclude_dry_run(daemon, status);
+  if (kind == "dry-run")  // one that did not fail has covered the whole path
+    return print_result(daemon.json, status,
+                        said({"say.cli.dry_run", {{"n", number(status, "touches")}}}));
   const Response calibration = ask(daemon, "GET", session_path(session) + "/calibration.json");
   const calib::Calibration result =
       calib::calibration_from_json(calibration.body, "the daemon's calibration");
@@ -177,9 +168,16 @@ int conclude(const Connection& daemon, const json& status) {
   const std::string why = text_in(status, "why_ended");
   print_result(
       daemon.json, value,
-      (why.empty() ? "" : say({"say.cli.stopped", {{"why", why}}}) + "\n") + result_words(result) +
-          say({"say.cli.report", {{"file", text_in(status, "results") + "/report.html"}}}) + "\n");
+      (why.empty() ? "" : said({"say.cli.stopped", {{"why", why}}})) + result_words(result) +
+          said({"say.cli.report", {{"file", text_in(status, "results") + "/report.html"}}}));
   return result.verdict.publish() ? kSuccess : kNotPublishable;
+}
+
+std::string links_words(const json& status) {
+  const json links = status.value("links", json());
+  if (!links.is_object()) return "";
+  return said(robot_link_phrase(links.value("robot", json()))) +
+         said(contact_link_phrase(links.value("contact", json())));
 }
 
 /// Effect of Ctrl-C before the first motion.
@@ -200,8 +198,7 @@ int end_session(const Connection& daemon, std::int64_t session) {
     status = get(daemon, "/v1/status");
   }
   if (text_in(status, "phase") != "aborted") return conclude(daemon, status);
-  std::fprintf(stderr, "session %lld ended before anything moved\n",
-               static_cast<long long>(session));
+  fmt::print(stderr, "{}", said({"say.cli.ended_at_rest", {{"session", session}}}));
   return kJobFailed;
 }
 
@@ -209,7 +206,8 @@ int end_session(const Connection& daemon, std::int64_t session) {
 std::vector<std::string> warnings_of(const json& status) {
   std::vector<std::string> all;
   for (const json& one : status.value("warnings", json::array()))
-    if (one.is_string()) all.push_back("warning: " + one.get<std::string>() + "\n");
+    if (one.is_string())
+      all.push_back(said({"say.cli.warning", {{"words", one.get<std::string>()}}}));
   return all;
 }
 
@@ -246,14 +244,12 @@ int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c, 
       display.clear();
       return conclude(daemon, status);
     }
-    if (const std::string what = waited_for(status); !what.empty()) {
-      const bool ends = ctrl_c == BeforeMotion::kCtrlCEnds;
-      display.say("waiting for " + what + ": " + what_to_do(status) +
-                  (ends ? "; Ctrl-C ends the session" : ""));
-    }
+    if (const calib::Phrase what = waited_for(status); !what.empty())
+      display.say(
+          say({ctrl_c == BeforeMotion::kCtrlCEnds ? "say.cli.waiting.ctrl_c" : "say.cli.waiting",
+               {{"what", what}, {"do", what_to_do(status)}}}));
     Progress progress = progress_of(status);
-    progress.links =
-        arm_words(status.value("arm", json())) + link_words(status.value("links", json()));
+    progress.links = said(arm_phrase(status.value("arm", json()))) + links_words(status);
     display.show(progress);
     std::this_thread::sleep_for(kPollInterval);
   }
@@ -262,10 +258,7 @@ int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c, 
   if (ctrl_c == BeforeMotion::kCtrlCEnds && (status.is_null() || before_motion(status))) {
     return end_session(daemon, session);
   }
-  std::fprintf(stderr,
-               "detached, session %lld continues. Follow it: 'cellcal watch'; stop the arm: "
-               "'cellcal abort'\n",
-               static_cast<long long>(session));
+  fmt::print(stderr, "{}", said({"say.cli.detached", {{"session", session}}}));
   // A command that began the session promises its end; `watch` only shows it.
   return ctrl_c == BeforeMotion::kCtrlCEnds ? kDetached : kSuccess;
 }
@@ -290,16 +283,15 @@ std::string load_words(const json& session) {
 std::string status_words(const json& status) {
   const std::int64_t session = number(status, "session");
   if (const json left = status.value("interrupted", json()); session == 0 && left.is_object()) {
-    return say({"say.cli.idle.interrupted",
-                {{"session", number(left, "session")},
-                 {"started", text_in(left, "started")},
-                 {"touches", number(left, "touches")},
-                 {"planned", number(left, "planned")},
-                 {"ending", say("state." + text_in(left, "ending"))},
-                 {"then", then_of(left)}}}) +
-           "\n";
+    return said({"say.cli.idle.interrupted",
+                 {{"session", number(left, "session")},
+                  {"started", text_in(left, "started")},
+                  {"touches", number(left, "touches")},
+                  {"planned", number(left, "planned")},
+                  {"ending", say("state." + text_in(left, "ending"))},
+                  {"then", then_of(left)}}});
   }
-  if (session == 0) return say("say.cli.idle") + "\n";
+  if (session == 0) return said("say.cli.idle");
   std::string words =
       say({"say.cli.session",
            {{"session", session}, {"phase", "say.phase." + text_in(status, "phase")}}}) +
@@ -307,21 +299,20 @@ std::string status_words(const json& status) {
   words += outcome_words(status);
   for (const std::string& warning : warnings_of(status)) words += warning;
   if (number(status, "planned") > 0) words += progress_line(progress_of(status), 1000) + "\n";
-  if (const std::string what = waited_for(status); !what.empty()) {
-    words += "waiting for " + what + ": " + what_to_do(status) + "\n";
-  }
+  if (const calib::Phrase what = waited_for(status); !what.empty())
+    words += said({"say.cli.waiting", {{"what", what}, {"do", what_to_do(status)}}});
   words += interruption_words(status);
   if (const auto left = figure(status, "busy_left_s");
       left && text_in(status, "phase") == "recovering")
-    words += say({"say.cli.busy", {{"s", *left}}}) + "\n";
+    words += said({"say.cli.busy", {{"s", *left}}});
   const auto add = [&](const char* id, const char* key) {
     if (const std::string of = text_in(status, key); !of.empty())
-      words += say({id, {{"words", of}}}) + "\n";
+      words += said({id, {{"words", of}}});
   };
   add("say.cli.robot", "robot");
   add("say.cli.contact", "contact");
-  if (text_in(status, "phase") != "done") words += arm_words(status.value("arm", json()));
-  words += link_words(status.value("links", json()));
+  if (text_in(status, "phase") != "done") words += said(arm_phrase(status.value("arm", json())));
+  words += links_words(status);
   if (!failure_words(status).empty()) words += failure_words(status) + "\n";
   add("say.cli.results", "results");
   return words;
@@ -335,14 +326,18 @@ std::string times_of(const json& times) {
   return times_words(number(times, "touches"), rows);
 }
 
+std::optional<ContactsDelay> delay_of_contacts(const json& delay) {
+  const auto ms = figure(delay, "ms"), sigma_ms = figure(delay, "sigma_ms");
+  if (!ms || !sigma_ms) return std::nullopt;
+  return ContactsDelay{*ms / calib::kMsPerS, *sigma_ms / calib::kMsPerS,
+                       static_cast<int>(number(delay, "touches"))};
+}
+
 /// Kind of a session; empty for a calibration, the default.
 std::string kind_words(const json& session) {
   const std::string kind = text_in(session, "kind");
-  return kind == "qualify"   ? "qualification: "
-         : kind == "dry-run" ? "dry run: "
-         : kind == "find"    ? "find: "
-         : kind == "check"   ? "check: "
-                             : "";
+  if (kind.empty() || kind == to_string(SessionKind::kCalibrate)) return "";
+  return say({"say.cli.history.kind", {{"kind", "kind." + kind}}});
 }
 
 /// State with the outcome, since 'done' alone would read as a success. Without a recorded outcome: whether a
@@ -350,14 +345,10 @@ std::string kind_words(const json& session) {
 std::string state_word(const json& session) {
   const json outcome = session.value("outcome", json()),
              published = session.value("published", json());
-  if (outcome.is_object()) {
-    std::string words = text_in(outcome, "kind");
-    std::ranges::replace(words, '_', ' ');
-    return words;
-  }
-  return !published.is_boolean() ? text_in(session, "state")
-         : published.get<bool>() ? "published"
-                                 : "withheld";
+  if (outcome.is_object()) return say("history." + text_in(outcome, "kind"));
+  return say(!published.is_boolean() ? "state." + text_in(session, "state")
+             : published.get<bool>() ? "history.published"
+                                     : "history.withheld");
 }
 
 /// Of another journal, and perhaps of another cell.
@@ -372,7 +363,7 @@ std::string session_line(const json& session) {
       text_in(session, "started"), state_word(session), number(session, "touches"),
       number(session, "planned"), kind,
       text_in(session, "failure").empty() ? text_in(session, "cell") : text_in(session, "failure"),
-      load_words(session) + (is_imported(session) ? ", imported" : ""));
+      load_words(session) + (is_imported(session) ? say("say.cli.history.imported") : ""));
 }
 
 /// True where the update was withheld and a full session can resolve it: not where nothing changed, nor where
@@ -422,12 +413,9 @@ int run(const Connection& daemon, const RunRequest& request, bool or_full) {
       number(parse(ask(daemon, "POST", "/v1/run", body.dump())), "session");
   const int status = follow(daemon, session, BeforeMotion::kCtrlCEnds,
                             daemon.progress ? Shows::kLinesElsewhere : Shows::kLine);
-  if (or_full && g_detached != 0)
-    std::fprintf(stderr, "no full session follows (--or-full): this command was to begin it\n");
+  if (or_full && g_detached != 0) fmt::print(stderr, "{}", said("say.cli.no_full_session"));
   if (status != kNotPublishable || !or_full || !needs_full_session(daemon, session)) return status;
-  std::fprintf(stderr,
-               "session %lld: the update is withheld. A full session begins now (--or-full)\n",
-               static_cast<long long>(session));
+  fmt::print(stderr, "{}", said({"say.cli.full_session", {{"session", session}}}));
   RunRequest full = request;
   full.update = false;
   return run(daemon, full);
@@ -491,8 +479,9 @@ int abort(const Connection& daemon) {
     try {
       return parse(ask(daemon, "POST", "/v1/abort", "", kLongestAbort));
     } catch (const SocketError& silent) {
-      throw SocketError(std::string(silent.what()) +
-                        ". The arm may be moving: press the emergency stop, or release the enabling switch");
+      throw SocketError(
+          std::string(silent.what()) +
+          ". The arm may be moving: press the emergency stop, or release the enabling switch");
     }
   }();
   json status = get(daemon, "/v1/status");
@@ -501,39 +490,33 @@ int abort(const Connection& daemon) {
     status = get(daemon, "/v1/status");
   }
   if (text_in(status, "phase") == "failed") throw std::runtime_error(failure_words(status));
-  return print_result(
-      daemon.json, status,
-      fmt::format("session {}: {}; its touches are kept. {}\n", number(answer, "session"),
-                  text_in(status, "phase"), say(then_of(status))));
+  return print_result(daemon.json, status,
+                      said({"say.cli.ended",
+                            {{"session", number(answer, "session")},
+                             {"phase", "say.phase." + text_in(status, "phase")},
+                             {"then", then_of(status)}}}));
 }
 
 int history(const Connection& daemon) {
   const json list = get(daemon, "/v1/sessions");
-  std::string words = fmt::format("{:>5}  {:<24}  {:<15}  {:>9}  {}\n", "id", "started", "outcome",
-                                  "touches", "cell, or failure");
+  std::string words = fmt::format("{:>5}  {:<24}  {:<15}  {:>9}  {}\n", "id",
+                                  say("say.cli.history.started"), say("say.cli.history.outcome"),
+                                  say("say.cli.history.touches"), say("say.cli.history.cell"));
   for (const json& session : list) words += session_line(session);
-  return print_result(daemon.json, list, list.empty() ? "no sessions yet\n" : words);
+  return print_result(daemon.json, list, list.empty() ? said("say.cli.history.none") : words);
 }
-
-namespace {
-
-std::optional<ContactsDelay> delay_of_contacts(const json& delay) {
-  const auto ms = figure(delay, "ms"), sigma_ms = figure(delay, "sigma_ms");
-  if (!ms || !sigma_ms) return std::nullopt;
-  return ContactsDelay{*ms / calib::kMsPerS, *sigma_ms / calib::kMsPerS,
-                       static_cast<int>(number(delay, "touches"))};
-}
-
-}  // namespace
 
 int show(const Connection& daemon, std::int64_t session, Shown shown) {
   const json value = get(daemon, session_path(session));
   if (daemon.json || shown == Shown::kTimes)
     return print_result(daemon.json, value, times_of(value.value("times", json::object())));
+  // What to do is read last: a session has some hundred events.
   std::string words = session_line(value);
+  for (const json& event : value.value("events", json::array()))
+    if (event.is_string()) words += "  " + event.get<std::string>() + "\n";
   words += outcome_words(value);
   if (const std::string dropped = text_in(value, "raw_dropped"); !dropped.empty())
-    words += "raw events and readings were dropped " + dropped + " (retention)\n";
+    words += said({"say.cli.raw_dropped", {{"at", dropped}}});
   const json delay = value.value("contact_delay", json());
   const std::optional<ContactsDelay> contacts = delay_of_contacts(delay);
   const Response calibration =
@@ -542,15 +525,12 @@ int show(const Connection& daemon, std::int64_t session, Shown shown) {
     words +=
         result_words(calib::calibration_from_json(calibration.body, "the daemon's calibration"), {},
                      Detail::kAll, contacts);
-    words += "results: " + text_in(value, "results") + "\n";
+    words += said({"say.cli.results", {{"words", text_in(value, "results")}}});
   }
   words += interruption_words(value.value("times", json::object()));
   if (contacts && calibration.status != 200) words += delay_words(nullptr, contacts);
   if (delay.is_object() && !text_in(delay, "warning").empty())
-    words += "warning: " + text_in(delay, "warning") + "\n";
-  for (const json& event : value.value("events", json::array())) {
-    if (event.is_string()) words += "  " + event.get<std::string>() + "\n";
-  }
+    words += said({"say.cli.warning", {{"words", text_in(delay, "warning")}}});
   put(words, {});
   return kSuccess;
 }
@@ -568,8 +548,8 @@ int fetch_report(const Connection& daemon, std::optional<std::int64_t> session,
     if (!session) throw std::runtime_error("no calibration is finished yet. See 'cellcal history'");
   }
   const calib::Language language = language_of(daemon.language);
-  const Response html = ask(daemon, "GET",
-                            session_path(*session) + "/report.html?language=" + language.code());
+  const Response html =
+      ask(daemon, "GET", session_path(*session) + "/report.html?language=" + language.code());
   if (!output.empty()) put(html.body, output);
   const std::string where =
       output.empty() ? text_in(get(daemon, session_path(*session)), "results") + "/" +
@@ -577,6 +557,17 @@ int fetch_report(const Connection& daemon, std::optional<std::int64_t> session,
                                                           : "report." + language.code() + ".html")
                      : output.string();
   return print_result(daemon.json, {{"session", *session}, {"report", where}}, where + "\n");
+}
+
+std::string in_language(const Connection& daemon, const std::string& target) {
+  const calib::Language language = language_of(daemon.language);
+  if (daemon.json || language == calib::Language()) return target;
+  return target + (target.find('?') == std::string::npos ? "?" : "&") +
+         "language=" + language.code();
+}
+
+json get(const Connection& daemon, const std::string& target, std::chrono::milliseconds most) {
+  return parse(ask(daemon, "GET", in_language(daemon, target), "", most));
 }
 
 json parse(const Response& response) {
@@ -603,99 +594,6 @@ std::string user_name() {
   if (before_sudo != nullptr && *before_sudo != '\0') return printable(before_sudo);
   const passwd* entry = ::getpwuid(::getuid());
   return entry != nullptr ? printable(entry->pw_name) : std::to_string(::getuid());
-}
-
-int add_token(const Connection& daemon, const std::string& name, const std::string& role) {
-  const json body{{"name", name}, {"role", role}};
-  const json made = parse(ask(daemon, "POST", "/v1/tokens", body.dump()));
-  print_result(daemon.json, made, made.value("token", "") + "\n");
-  if (!daemon.json) {
-    std::fprintf(stderr,
-                 "token \"%s\", role %s: copy it now, it is not shown again. Revoke: 'cellcal "
-                 "token remove %s'\n",
-                 name.c_str(), role.c_str(), name.c_str());
-  }
-  return kSuccess;
-}
-
-int list_tokens(const Connection& daemon) {
-  const json list = parse(ask(daemon, "GET", "/v1/tokens"));
-  std::string words = fmt::format("{:<24}  {:<10}  {}\n", "name", "role", "created");
-  for (const json& one : list) {
-    words += fmt::format("{:<24}  {:<10}  {}\n", one.value("name", ""), one.value("role", ""),
-                         one.value("created", ""));
-  }
-  return print_result(daemon.json, list,
-                      list.empty() ? "no tokens: no access over the network\n" : words);
-}
-
-int remove_token(const Connection& daemon, const std::string& name) {
-  ask(daemon, "DELETE", "/v1/tokens/" + name);
-  if (!daemon.json) put("token \"" + name + "\" is no longer accepted\n", {});
-  return kSuccess;
-}
-
-namespace {
-
-constexpr std::size_t kShown = 10;
-
-std::string entry_words(const json& entry) {
-  const json& now = entry.at("now");
-  const json& next = entry.at("next");
-  calib::Phrase when = "say.cli.schedule.no_next";
-  if (!next.is_null())
-    when = {"say.cli.schedule.next",
-            {{"begin", text_in(next, "begins")}, {"end", text_in(next, "ends")}}};
-  if (!now.is_null())
-    when = joined("say.join.semicolon", {"say.cli.schedule.now", {{"end", text_in(now, "ends")}}},
-                  when);
-  const bool on_request = entry.value("on_request", false);
-  std::string words =
-      fmt::format("{:<16}  {:<10}  {}\n", text_in(entry, "name"), text_in(entry, "kind"),
-                  say({on_request ? "say.cli.schedule.entry.on_request" : "say.cli.schedule.entry",
-                       {{"when", when}, {"min", entry.value("foreseen_s", 0.0) / 60.0}}}));
-  if (const json& last = entry.at("last"); !last.is_null())
-    words += fmt::format("{:<16}  {}\n", "",
-                         say({"say.cli.schedule.last",
-                              {{"at", text_in(last, "at")}, {"words", text_in(last, "words")}}}));
-  return words;
-}
-
-std::string schedule_words(const json& schedule) {
-  std::string text = say(schedule.value("unattended", false)
-                             ? calib::Phrase("say.cli.schedule.unattended",
-                                             {{"who", schedule.value("responsible", "")}})
-                             : "say.cli.schedule.attended") +
-                     "\n";
-  if (!schedule.at("held").is_null()) text += schedule.value("held", "") + "\n";
-  if (schedule.at("entries").empty()) text += say("say.cli.schedule.none") + "\n";
-  for (const json& entry : schedule.at("entries")) text += entry_words(entry);
-  const json& decisions = schedule.at("decisions");
-  if (!decisions.empty()) text += say("say.cli.schedule.decisions") + "\n";
-  for (std::size_t i = 0; i < decisions.size() && i < kShown; ++i) {
-    text += fmt::format("{}  {:<16}  {}\n", decisions[i].value("at", ""),
-                        decisions[i].value("entry", ""), decisions[i].value("words", ""));
-  }
-  return text;
-}
-
-}  // namespace
-
-int show_schedule(const Connection& daemon) {
-  const json schedule = get(daemon, "/v1/schedule");
-  return print_result(daemon.json, schedule, schedule_words(schedule));
-}
-
-int begin_scheduled(const Connection& daemon, const std::string& name) {
-  const json made = parse(
-      ask(daemon, "POST", in_language(daemon, "/v1/schedule/begin"), json{{"name", name}}.dump()));
-  return print_result(daemon.json, made,
-                      say({"say.schedule.begun", {{"session", number(made, "session")}}}) + "\n");
-}
-
-int release_schedule(const Connection& daemon) {
-  const json answer = parse(ask(daemon, "POST", in_language(daemon, "/v1/schedule/release")));
-  return print_result(daemon.json, answer, say("say.cli.schedule.released") + "\n");
 }
 
 }  // namespace cellcal::daemon

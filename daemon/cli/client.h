@@ -50,22 +50,13 @@ Response ask(const Connection& daemon, const char* method, const std::string& ta
 /// Throws SocketError where the body is not JSON.
 nlohmann::json parse(const Response& response);
 
+/// The target with the reader's language, which the answer's sentences are in; unchanged for JSON, which is in English.
+std::string in_language(const Connection& daemon, const std::string& target);
+/// Answer in the reader's language. `most`: as of ask().
+nlohmann::json get(const Connection& daemon, const std::string& target,
+                   std::chrono::milliseconds most = {});
+
 /// Login name, also under sudo; printable.
 std::string user_name();
-
-// Command cellcal token: tokens for network access.
-
-/// Prints the token, which cannot be shown again.
-int add_token(const Connection& daemon, const std::string& name, const std::string& role);
-int list_tokens(const Connection& daemon);
-int remove_token(const Connection& daemon, const std::string& name);
-
-// Unattended sessions and their times.
-
-int show_schedule(const Connection& daemon);
-/// Begins a scheduled session on request; 1 with the reason where it may not begin.
-int begin_scheduled(const Connection& daemon, const std::string& name);
-/// Confirms that cell and arm were inspected.
-int release_schedule(const Connection& daemon);
 
 }  // namespace cellcal::daemon

@@ -1,11 +1,15 @@
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdlib>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "daemon/cli/actions.h"
 #include "daemon/cli/client.h"
 #include "daemon/cli/commands.h"
 #include "daemon/cli/frames.h"
+#include "daemon/cli/offline.h"
 #include "daemon/tasks/options.h"
 
 namespace cellcal::daemon {
@@ -182,9 +186,10 @@ void add_check(CLI::App& app, int& status) {
           "Cell temperature in deg C, for temperature compensation in 'cellcal history --drift'")
       ->check(between(-40.0, 80.0));
   command
-      ->add_option("--mastered", given->mastered,
-                   "Joints that were mastered by 'cellcal mastering': four to six touches in 20 s show what is left of "
-                   "their zeros")
+      ->add_option(
+          "--mastered", given->mastered,
+          "Joints that were mastered by 'cellcal mastering': four to six touches in 20 s show what is left of "
+          "their zeros")
       ->delimiter(',')
       ->transform([](std::string name) { return CLI::detail::trim(name); });
   command->callback([=, &status] { status = run(*daemon, *given); });
@@ -267,6 +272,37 @@ void add_history(CLI::App& app, int& status) {
   command->add_flag("--drift", *drift,
                     "Control chart of the checks: drift, since when, what to do");
   command->callback([=, &status] { status = *drift ? show_drift(*daemon) : history(*daemon); });
+}
+
+/// Prints the token, which cannot be shown again.
+int add_token(const Connection& daemon, const std::string& name, const std::string& role) {
+  const nlohmann::json body{{"name", name}, {"role", role}};
+  const nlohmann::json made = parse(ask(daemon, "POST", "/v1/tokens", body.dump()));
+  print_result(daemon.json, made, made.value("token", "") + "\n");
+  if (!daemon.json) {
+    std::fprintf(stderr,
+                 "token \"%s\", role %s: copy it now, it is not shown again. Revoke: 'cellcal "
+                 "token remove %s'\n",
+                 name.c_str(), role.c_str(), name.c_str());
+  }
+  return kSuccess;
+}
+
+int list_tokens(const Connection& daemon) {
+  const nlohmann::json list = parse(ask(daemon, "GET", "/v1/tokens"));
+  std::string words = fmt::format("{:<24}  {:<10}  {}\n", "name", "role", "created");
+  for (const nlohmann::json& one : list) {
+    words += fmt::format("{:<24}  {:<10}  {}\n", one.value("name", ""), one.value("role", ""),
+                         one.value("created", ""));
+  }
+  return print_result(daemon.json, list,
+                      list.empty() ? "no tokens: no access over the network\n" : words);
+}
+
+int remove_token(const Connection& daemon, const std::string& name) {
+  ask(daemon, "DELETE", "/v1/tokens/" + name);
+  if (!daemon.json) put("token \"" + name + "\" is no longer accepted\n", {});
+  return kSuccess;
 }
 
 void add_token_commands(CLI::App& app, int& status) {

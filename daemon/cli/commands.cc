@@ -3,7 +3,6 @@
 #include <cstdlib>
 
 #include "calib/files/calibration_json.h"
-#include "daemon/cli/new_cell.h"
 #include "daemon/config/config.h"
 
 namespace cellcal::daemon {
@@ -32,6 +31,8 @@ void add_language(CLI::App& command) { add_language(command, given_language()); 
 std::string say(const calib::Phrase& phrase) {
   return calib::words(phrase, language_of(given_language()));
 }
+
+std::string said(const calib::Phrase& phrase) { return phrase.empty() ? "" : say(phrase) + "\n"; }
 
 calib::Language language_of(const std::string& given) {
   std::string code = given;

@@ -19,6 +19,7 @@ void add_correct(CLI::App& app, int& status);
 void add_frames(CLI::App& app, int& status);
 void add_mastering(CLI::App& app, int& status);
 void add_relate(CLI::App& app, int& status);
+void add_new_cell_command(CLI::App& app, int& status);
 void add_client_commands(CLI::App& app, int& status);
 void add_schedule_commands(CLI::App& app, int& status);
 void add_archive_commands(CLI::App& app, int& status);
@@ -74,6 +75,8 @@ void add_language(CLI::App& command, std::string& given);
 void add_language(CLI::App& command);
 /// In the language of this command's --language, otherwise of the environment.
 std::string say(const calib::Phrase& phrase);
+/// As a line of its own; "" for an empty phrase.
+std::string said(const calib::Phrase& phrase);
 /// As given, otherwise of the first of LC_ALL, LC_MESSAGES and LANG that is set; English without a catalogue of it.
 calib::Language language_of(const std::string& given);
 /// As given, otherwise of the configuration where that is another than English, otherwise as above.

@@ -58,17 +58,16 @@ calib::Phrase tip_phrase(const krl::ProposedFrame& one) {
 std::string report(const krl::ProposedFrames& result) {
   std::string text = result.config_lines;
   for (const krl::ProposedFrame& one : result.frames) {
-    text += say({one.old ? "say.frames.from_old" : "say.frames.no_old",
-                 {{"frame", one.name},
-                  {"mm", one.shift_mm},
-                  {"deg", one.turn_deg},
-                  {"tip", tip_phrase(one)}}}) +
-            "\n";
+    text += said({one.old ? "say.frames.from_old" : "say.frames.no_old",
+                  {{"frame", one.name},
+                   {"mm", one.shift_mm},
+                   {"deg", one.turn_deg},
+                   {"tip", tip_phrase(one)}}});
   }
   if (!result.robroot_stated && !result.frames.empty() &&
       result.frames.back().kind == krl::ProposedFrame::Kind::kBase)
-    text += say("say.correct.robroot") + "\n";
-  return text + say("say.frames.zeros") + "\n";
+    text += said("say.correct.robroot");
+  return text + said("say.frames.zeros");
 }
 
 nlohmann::json frame_json(const calib::FrameMmDeg& f) {
@@ -322,8 +321,7 @@ int list_sent_frames(const Connection& daemon) {
                                    one.value("words", ""))) +
              "\n";
   if (all.at("problem").is_string()) words += printable(all["problem"].get<std::string>()) + "\n";
-  return print_result(daemon.json, all,
-                      words.empty() ? say("say.frames.none_sent") + "\n" : words);
+  return print_result(daemon.json, all, words.empty() ? said("say.frames.none_sent") : words);
 }
 
 int restore_frame(const Connection& daemon, const SendFrames& how) {
@@ -339,12 +337,11 @@ int restore_frame(const Connection& daemon, const SendFrames& how) {
   const std::string name = printable(found->value("frame", ""));
   const json was = parse(ask(daemon, "POST", "/v1/frames/read", json{{"frame", name}}.dump()));
   const json& then = found->at("before");
-  fmt::print(
-      stderr, "{}\n{}\n{}\n", now_words(name, was),
-      say({"say.frames.then.as_before",
-           {{"frame", name}, {"values", frame_line(then)}, {"n", how.restore}}}),
-      say({"say.frames.moves",
-           {{"frame", name}, {"mm", shift_mm(was, then)}, {"deg", turn_deg(was, then)}}}));
+  fmt::print(stderr, "{}\n{}\n{}\n", now_words(name, was),
+             say({"say.frames.then.as_before",
+                  {{"frame", name}, {"values", frame_line(then)}, {"n", how.restore}}}),
+             say({"say.frames.moves",
+                  {{"frame", name}, {"mm", shift_mm(was, then)}, {"deg", turn_deg(was, then)}}}));
   require_yes(how.confirm, say({"say.frames.points_move", {{"frames", name}}}));
   const json body{{"id", how.restore}, {"by", user_name()}, {"confirm", true}};
   json done;

@@ -69,12 +69,12 @@ calib::Phrase phrase_of(const MasteredAxis& axis) {
 std::string report(const std::vector<MasteredAxis>& axes, bool marks_in_arm) {
   std::string text, off;
   for (const MasteredAxis& axis : axes) {
-    text += say(phrase_of(axis)) + "\n";
+    text += said(phrase_of(axis));
     if (axis.is_off()) off += (off.empty() ? "" : ",") + axis.zero.joint;
   }
-  if (marks_in_arm && !off.empty()) text += say("say.mastering.marks_in_arm") + "\n";
-  text += say("say.mastering.warning") + "\n";
-  return off.empty() ? text : text + say({"say.mastering.then", {{"joints", off}}}) + "\n";
+  if (marks_in_arm && !off.empty()) text += said("say.mastering.marks_in_arm");
+  text += said("say.mastering.warning");
+  return off.empty() ? text : text + said({"say.mastering.then", {{"joints", off}}});
 }
 
 nlohmann::json json_of(const std::vector<MasteredAxis>& axes) {

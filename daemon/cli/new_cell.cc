@@ -152,14 +152,6 @@ PlannedCell plan_it(const calib::Cell& cell, std::vector<std::string>& warnings)
   return planned;
 }
 
-/// Lines for cellcald.toml that this cell needs.
-std::string daemon_lines(const LimitNeeded& limit) {
-  return fmt::format(
-      "into cellcald.toml, over RSI:\n  [rsi]\n  correction_limit_deg = {:<12.0f} # for {}, wherever on its way a "
-      "session is resumed\n",
-      advised_limit_deg(limit), limit.widest_axis);
-}
-
 std::string words(const NewCellCommand& command, const CellForm& form, const calib::Cell& cell,
                   const std::vector<std::string>& warnings, const PlannedCell& planned) {
   const std::string file = command.output.string();
@@ -173,7 +165,10 @@ std::string words(const NewCellCommand& command, const CellForm& form, const cal
   } else {
     text += fmt::format("plan of {} touches: predicted mean error {:.3f} mm, u95 {:.3f} mm\n",
                         planned.touches, planned.mean_mm, planned.u95_mm);
-    text += daemon_lines(planned.limit);
+    text += fmt::format(
+        "into cellcald.toml, over RSI:\n  [rsi]\n  correction_limit_deg = {:<12.0f} # for {}, wherever on its way a "
+        "session is resumed\n",
+        advised_limit_deg(planned.limit), planned.limit.widest_axis);
   }
   return text + fmt::format("next: cellcal doctor --cell {}\n", file);
 }
@@ -298,8 +293,7 @@ constexpr const char* kListsThem = "; ? lists those that come with cellcal";
 
 std::vector<calib::NamedRobot> robots_by_name() {
   std::vector<calib::NamedRobot> robots = calib::shipped_robots();
-  std::sort(robots.begin(), robots.end(),
-            [](const auto& a, const auto& b) { return a.file < b.file; });
+  std::ranges::sort(robots, {}, &calib::NamedRobot::file);
   return robots;
 }
 
@@ -332,11 +326,9 @@ class Dialogue {
   void ask(const std::string& question, const Take& take);
   /// Throws BadAnswer with the current faults of the form.
   void validate() const;
-  void list_robots();
   bool sphere();
   void place(SphereForm& sphere);
   bool length(const std::string& from, const std::string& to);
-  std::vector<std::string> joint_names() const;
 
   CellForm& form_;
   const Given& given_;
@@ -367,15 +359,11 @@ void Dialogue::validate() const {
   if (const std::string words = objection(form_); !words.empty()) throw BadAnswer(words);
 }
 
-void Dialogue::list_robots() {
-  for (const calib::NamedRobot& one : robots_by_name())
-    out_ << fmt::format("  {:<18}{}\n", one.file, one.robot.name);
-}
-
 void Dialogue::robot() {
   ask("Robot: name, path of a robot file, or ? for the list", [this](const std::string& answer) {
     if (answer == "?") {
-      list_robots();
+      for (const calib::NamedRobot& one : robots_by_name())
+        out_ << fmt::format("  {:<18}{}\n", one.file, one.robot.name);
       throw BadAnswer("give one of the names in the first column");
     }
     if (answer.empty()) throw BadAnswer("a name is needed; ? lists them");
@@ -450,16 +438,11 @@ void Dialogue::floor() {
       });
 }
 
-std::vector<std::string> Dialogue::joint_names() const {
-  std::vector<std::string> names;
-  const auto robot = calib::read_robot(calib::TomlTable::parse(form_.robot.text, form_.robot.name));
-  for (const calib::Joint& joint : robot.joints) names.push_back(joint.name);
-  std::ranges::rotate(names, names.begin() + static_cast<std::ptrdiff_t>(robot.first_turning()));
-  return names;
-}
-
 void Dialogue::place(SphereForm& sphere) {
-  const std::vector<std::string> joints = joint_names();
+  const auto robot = calib::read_robot(calib::TomlTable::parse(form_.robot.text, form_.robot.name));
+  std::vector<std::string> joints;
+  for (const calib::Joint& joint : robot.joints) joints.push_back(joint.name);
+  std::ranges::rotate(joints, joints.begin() + static_cast<std::ptrdiff_t>(robot.first_turning()));
   ask(fmt::format("{}: X Y Z of its centre in the base frame; or {} ... {} with the tip on its top "
                   "(empty: not known)",
                   sphere.id, joints.front(), joints.back()),
@@ -565,8 +548,6 @@ void ask_for_rest(CellForm& form, const Given& given, const std::filesystem::pat
 
 namespace {
 
-constexpr std::string_view kBlanks = " \t", kBetween = " \t,";
-
 std::vector<std::string> split(std::string_view text, std::string_view between) {
   std::vector<std::string> words;
   for (std::size_t at = text.find_first_not_of(between); at != std::string_view::npos;
@@ -580,7 +561,7 @@ std::vector<std::string> split(std::string_view text, std::string_view between) 
 
 /// Words that blanks separate, with the comma within one as its decimal mark; none where no comma can be one.
 std::vector<std::string> with_decimal_commas(std::string_view text) {
-  std::vector<std::string> words = split(text, kBlanks);
+  std::vector<std::string> words = split(text, " \t");
   bool any = false;
   for (std::string& word : words) {
     if (word.ends_with(',')) word.pop_back();
@@ -614,11 +595,9 @@ std::string words_of(const std::vector<std::size_t>& counts) {
 }  // namespace
 
 std::vector<double> numbers(std::string_view text, const std::vector<std::size_t>& counts) {
-  const auto is_count = [&](std::size_t n) {
-    return std::find(counts.begin(), counts.end(), n) != counts.end();
-  };
+  const auto is_count = [&](std::size_t n) { return std::ranges::find(counts, n) != counts.end(); };
   text = calib::trimmed(text);
-  std::vector<std::string> words = split(text, kBetween), decimal = with_decimal_commas(text);
+  std::vector<std::string> words = split(text, " \t,"), decimal = with_decimal_commas(text);
   if (!decimal.empty() && is_count(decimal.size())) {
     if (is_count(words.size()))
       throw BadAnswer(fmt::format(

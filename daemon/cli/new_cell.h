@@ -27,17 +27,6 @@ struct NewCellCommand {
 /// exit status; throws where the file cannot be written.
 int new_cell(const NewCellCommand& command, std::istream& in, std::ostream& asked);
 
-}  // namespace cellcal::daemon
-
-namespace CLI {
-class App;
-}
-
-namespace cellcal::daemon {
-
-/// Declares the command; when selected it sets `status` and may throw.
-void add_new_cell_command(CLI::App& app, int& status);
-
 // Interactive questions, each repeated until its answer is valid.
 
 /// The input ended before the last question.

@@ -41,18 +41,14 @@ using calib::kMmPerM;
 
 std::string line(const char* id, const calib::ResidualSummary& summary) {
   const std::string name = fmt::format("{:<14}", say(id));
-  if (summary.count == 0) return say({"say.cli.residual.none", {{"name", name}}}) + "\n";
-  return say({"say.cli.residual",
-              {{"name", name},
-               {"n", summary.count},
-               {"mean", summary.mean_m * kMmPerM},
-               {"max", summary.max_m * kMmPerM},
-               {"rms", summary.rms_m * kMmPerM}}}) +
-         "\n";
+  if (summary.count == 0) return said({"say.cli.residual.none", {{"name", name}}});
+  return said({"say.cli.residual",
+               {{"name", name},
+                {"n", summary.count},
+                {"mean", summary.mean_m * kMmPerM},
+                {"max", summary.max_m * kMmPerM},
+                {"rms", summary.rms_m * kMmPerM}}});
 }
-
-/// A sentence on a line of its own.
-std::string said(const calib::Phrase& phrase) { return say(phrase) + "\n"; }
 
 const char* verdict_id(const calib::Calibration& calibration) {
   const calib::Verdict& verdict = calibration.verdict;

@@ -324,7 +324,7 @@ int suggest_spheres(const PlanCommand& command, const calib::Cell& cell,
   std::string in_file, on_terminal;
   for (const calib::Phrase& line : lines) {
     in_file += "# " + words(line) + "\n";
-    on_terminal += "# " + say(line) + "\n";
+    on_terminal += "# " + said(line);
   }
   put(in_file + file_lines(suggested.cell), command.output);
   if (!command.output.empty()) put(on_terminal, {});

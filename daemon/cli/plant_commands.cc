@@ -463,6 +463,71 @@ void add_proposal_commands(CLI::App& app, int& status) {
   });
 }
 
+namespace {
+
+constexpr std::size_t kShown = 10;
+
+std::string entry_words(const json& entry) {
+  const json& now = entry.at("now");
+  const json& next = entry.at("next");
+  calib::Phrase when = "say.cli.schedule.no_next";
+  if (!next.is_null())
+    when = {"say.cli.schedule.next",
+            {{"begin", text_in(next, "begins")}, {"end", text_in(next, "ends")}}};
+  if (!now.is_null())
+    when = joined("say.join.semicolon", {"say.cli.schedule.now", {{"end", text_in(now, "ends")}}},
+                  when);
+  const bool on_request = entry.value("on_request", false);
+  std::string words =
+      fmt::format("{:<16}  {:<10}  {}\n", text_in(entry, "name"), text_in(entry, "kind"),
+                  say({on_request ? "say.cli.schedule.entry.on_request" : "say.cli.schedule.entry",
+                       {{"when", when}, {"min", entry.value("foreseen_s", 0.0) / 60.0}}}));
+  if (const json& last = entry.at("last"); !last.is_null())
+    words += fmt::format("{:<16}  {}\n", "",
+                         say({"say.cli.schedule.last",
+                              {{"at", text_in(last, "at")}, {"words", text_in(last, "words")}}}));
+  return words;
+}
+
+std::string schedule_words(const json& schedule) {
+  std::string text = said(schedule.value("unattended", false)
+                              ? calib::Phrase("say.cli.schedule.unattended",
+                                              {{"who", schedule.value("responsible", "")}})
+                              : "say.cli.schedule.attended");
+  if (!schedule.at("held").is_null()) text += schedule.value("held", "") + "\n";
+  if (schedule.at("entries").empty()) text += said("say.cli.schedule.none");
+  for (const json& entry : schedule.at("entries")) text += entry_words(entry);
+  const json& decisions = schedule.at("decisions");
+  if (!decisions.empty()) text += said("say.cli.schedule.decisions");
+  for (std::size_t i = 0; i < decisions.size() && i < kShown; ++i) {
+    text += fmt::format("{}  {:<16}  {}\n", decisions[i].value("at", ""),
+                        decisions[i].value("entry", ""), decisions[i].value("words", ""));
+  }
+  return text;
+}
+
+int show_schedule(const Connection& daemon) {
+  const json schedule = get(daemon, "/v1/schedule");
+  return print_result(daemon.json, schedule, schedule_words(schedule));
+}
+
+/// 1 with the reason where it may not begin.
+int begin_scheduled(const Connection& daemon, const std::string& name) {
+  const json made = parse(
+      ask(daemon, "POST", in_language(daemon, "/v1/schedule/begin"), json{{"name", name}}.dump()));
+  return print_result(
+      daemon.json, made,
+      said({"say.schedule.begun", {{"session", made.value("session", std::int64_t{0})}}}));
+}
+
+/// Confirms that cell and arm were inspected.
+int release_schedule(const Connection& daemon) {
+  const json answer = parse(ask(daemon, "POST", in_language(daemon, "/v1/schedule/release")));
+  return print_result(daemon.json, answer, said("say.cli.schedule.released"));
+}
+
+}  // namespace
+
 void add_schedule_commands(CLI::App& app, int& status) {
   struct Given {
     bool release = false;

@@ -11,6 +11,8 @@
 #include <cstdlib>
 #include <sstream>
 
+#include "daemon/cli/commands.h"
+
 namespace cellcal::daemon {
 
 namespace {
@@ -21,8 +23,8 @@ constexpr std::size_t kLongestLine = 200;
 
 std::string time_words(double seconds) {
   const auto whole = static_cast<long>(std::lround(std::max(0.0, seconds)));
-  if (whole < 60) return fmt::format("{} s left", whole);
-  return fmt::format("{} min {:02} s left", whole / 60, whole % 60);
+  return say({whole < 60 ? "say.cli.progress.left.s" : "say.cli.progress.left",
+              {{"min", whole / 60}, {"s", whole % 60}}});
 }
 
 std::size_t terminal_width() {
@@ -57,8 +59,10 @@ std::string progress_line(const Progress& progress, std::size_t width) {
   line += " " + progress.phase;
   if (progress.share) line += fmt::format(" {:.0f} %", 100.0 * part);
   if (progress.u95_mm && progress.goal_mm)
-    line += fmt::format("  u95 {:.3f} mm (goal {:.3f} mm)", *progress.u95_mm, *progress.goal_mm);
-  if (progress.residual_mm) line += fmt::format("  residual {:.3f} mm", *progress.residual_mm);
+    line += "  " +
+            say({"say.cli.progress.u95", {{"mm", *progress.u95_mm}, {"goal", *progress.goal_mm}}});
+  if (progress.residual_mm)
+    line += "  " + say({"say.cli.progress.residual", {{"mm", *progress.residual_mm}}});
   if (progress.time_left_s) line += "  " + time_words(*progress.time_left_s);
   if (line.size() > width) line.resize(width);
   return line;
@@ -85,7 +89,7 @@ std::vector<std::string> view_lines(const Progress& progress, std::span<const do
   std::vector<std::string> lines{progress_line(progress, width)};
   if (!residuals_mm.empty()) {
     const double worst = *std::max_element(residuals_mm.begin(), residuals_mm.end());
-    const std::string words = fmt::format("residuals, worst {:.3f} mm  ", worst);
+    const std::string words = say({"say.cli.progress.residuals", {{"mm", worst}}}) + "  ";
     if (words.size() < width)
       lines.push_back(words + sparkline(residuals_mm, width - words.size(), utf8));
   }

@@ -129,12 +129,11 @@ std::string words_of(const calib::RelatedSphere& one) {
   const char* id = !one.agrees   ? "say.relate.sphere.moved"
                    : one.suspect ? "say.relate.sphere.suspect"
                                  : "say.relate.sphere";
-  return say({id,
-              {{"name", fmt::format("{:<10}", name_of(one.sphere))},
-               {"off", one.off_m.norm() * kMmPerM},
-               {"u", one.u_m * kMmPerM},
-               {"sigmas", one.sigmas}}}) +
-         "\n";
+  return said({id,
+               {{"name", fmt::format("{:<10}", name_of(one.sphere))},
+                {"off", one.off_m.norm() * kMmPerM},
+                {"u", one.u_m * kMmPerM},
+                {"sigmas", one.sigmas}}});
 }
 
 /// As $ROBROOT: in the controller's syntax, with decimal points.
@@ -149,20 +148,19 @@ std::string krl_frame(calib::FrameMmDeg f) {
 std::string report(const calib::BaseRelation& found) {
   const Eigen::Vector<double, 6> u = 2.0 * found.covariance.diagonal().cwiseSqrt();
   std::string text =
-      say("say.relate.frame") + "\n" + krl_frame(calib::to_frame(found.second_in_first)) +
-      say({"say.relate.u",
-           {{"x", u[0] * kMmPerM},
-            {"y", u[1] * kMmPerM},
-            {"z", u[2] * kMmPerM},
-            {"about_x", u[3] * kDegPerRad},
-            {"about_y", u[4] * kDegPerRad},
-            {"about_z", u[5] * kDegPerRad},
-            {"middle", u_mm(found.middle_covariance)}}}) +
-      "\n" +
-      say({"say.relate.spheres", {{"chi2", found.chi2}, {"dof", found.degrees_of_freedom}}}) + "\n";
+      said("say.relate.frame") + krl_frame(calib::to_frame(found.second_in_first)) +
+      said({"say.relate.u",
+            {{"x", u[0] * kMmPerM},
+             {"y", u[1] * kMmPerM},
+             {"z", u[2] * kMmPerM},
+             {"about_x", u[3] * kDegPerRad},
+             {"about_y", u[4] * kDegPerRad},
+             {"about_z", u[5] * kDegPerRad},
+             {"middle", u_mm(found.middle_covariance)}}}) +
+      said({"say.relate.spheres", {{"chi2", found.chi2}, {"dof", found.degrees_of_freedom}}});
   for (const calib::RelatedSphere& one : found.spheres) text += words_of(one);
   if (std::ranges::any_of(found.spheres, &calib::RelatedSphere::suspect))
-    text += say("say.relate.contradiction") + "\n";
+    text += said("say.relate.contradiction");
   return text;
 }
 

@@ -1,10 +1,10 @@
-#include "daemon/doctor/wires.h"
-
 #include <fmt/format.h>
 
 #include <chrono>
+#include <filesystem>
 
 #include "calib/model/units.h"
+#include "daemon/doctor/wires.h"
 #include "daemon/session/driver_phrase.h"
 #include "drivers/contact/wire/ctp_codec.h"
 
@@ -145,7 +145,8 @@ bool judge_contact(const ContactSeen& seen, Findings& findings) {
   judge_self_test(s, findings);
   judge_clock(s, findings);
   const bool ready = s.link == drivers::ContactLink::kReady;
-  if (!ready && findings.green()) findings.fail("contact link", phrase_of(s.words), "say.doctor.contact.wait");
+  if (!ready && findings.green())
+    findings.fail("contact link", phrase_of(s.words), "say.doctor.contact.wait");
   return ready && s.self_test_ok && !s.in_contact;
 }
 
@@ -222,6 +223,71 @@ void judge_contact_delivery(const ContactSeen& seen, Findings& findings) {
     findings.warn(check, figures, advice);
   } else {
     findings.ok(check, figures);
+  }
+}
+
+void judge_adapter(const std::string& device, const std::optional<drivers::Adapter>& adapter,
+                   int baud, Findings& findings) {
+  using drivers::AdapterFit;
+  const std::string check = "contact adapter";
+  if (!adapter) {
+    findings.skip(check, {"say.doctor.adapter.none", {{"device", device}}});
+    return;
+  }
+  const Phrase who{"say.doctor.adapter.name",
+                   {{"name", or_else(adapter->name, "say.doctor.adapter.unnamed")},
+                    {"vendor", adapter->vendor},
+                    {"product", adapter->product}}};
+  const Phrase timer{"say.doctor.adapter.timer.do",
+                     {{"tty", std::filesystem::path(device).filename().string()}}};
+  const int latency_ms = adapter->latency_ms.value_or(0);
+  switch (drivers::fit_of(*adapter, baud)) {
+    case AdapterFit::kFits:
+      findings.ok(check, adapter->latency_ms
+                             ? Phrase("say.doctor.adapter.good", {{"who", who}, {"ms", latency_ms}})
+                             : who);
+      break;
+    case AdapterFit::kTooLate:
+      findings.fail(check,
+                    {"say.doctor.adapter.late",
+                     {{"ms", latency_ms},
+                      {"who", who},
+                      {"lost", latency_ms + 2 * int{CTP_KEEPALIVE_MS}},
+                      {"limit", drivers::kHeartbeatLimit.count()}}},
+                    timer);
+      break;
+    case AdapterFit::kHoldsBack:
+      findings.warn(check, {"say.doctor.adapter.holds", {{"who", who}, {"ms", latency_ms}}}, timer);
+      break;
+    case AdapterFit::kNoSuchRate:
+      findings.fail(check, {"say.doctor.adapter.rate", {{"baud", baud}, {"who", who}}},
+                    "say.doctor.adapter.slower.do");
+      break;
+    case AdapterFit::kRateUntried:
+      findings.warn(check, {"say.doctor.adapter.rate_untried", {{"baud", baud}, {"who", who}}},
+                    "say.doctor.adapter.rate_untried.do");
+      break;
+    case AdapterFit::kUntried:
+      findings.warn(check, {"say.doctor.adapter.untried", {{"who", who}}},
+                    "say.doctor.adapter.untried.do");
+      break;
+  }
+}
+
+void judge_interface(const std::optional<drivers::BoardInterface>& way, Findings& findings) {
+  const std::string check = "contact adapter";
+  if (!way) {
+    findings.fail(check, "say.doctor.interface.none", "say.doctor.interface.none.do");
+  } else if (!way->carrier) {
+    findings.fail(check, {"say.doctor.interface.no_link", {{"name", way->name}}},
+                  "say.doctor.interface.no_link.do");
+  } else if (way->wireless) {
+    findings.warn(check, {"say.doctor.interface.wireless", {{"name", way->name}}},
+                  "say.doctor.interface.wireless.do");
+  } else {
+    findings.ok(check, way->speed_mbit ? Phrase("say.doctor.interface",
+                                                {{"name", way->name}, {"mbit", *way->speed_mbit}})
+                                       : Phrase(way->name));
   }
 }
 

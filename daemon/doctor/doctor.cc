@@ -75,12 +75,6 @@ namespace {
 
 using nlohmann::json;
 
-/// Without the line's end.
-Phrase trimmed(std::string words) {
-  while (!words.empty() && words.back() == '\n') words.pop_back();
-  return words;
-}
-
 /// `words`: complaint of the device itself. `losses`: share of faulty messages.
 /// `up`: it delivers, so that `words` speak of its losses.
 void judge_link(const std::string& check, const std::string& words, bool up, const Phrase& figures,
@@ -201,14 +195,11 @@ void judge_links_of(const std::string& status_text, Findings& findings) {
   }
   const json robot = links.value("robot", json::object());
   const json contact = links.value("contact", json::object());
-  const std::string motion = text_in(status.value("arm", json::object()), "motion");
-  const bool arm_seen = motion == "at rest" || motion == "moving";
-  judge_link("robot link", text_in(status, "robot"), arm_seen,
-             trimmed(link_words({{"robot", robot}})),
+  const bool arm_seen = motion_of(status.value("arm", json())) != ArmMotion::kUnknown;
+  judge_link("robot link", text_in(status, "robot"), arm_seen, robot_link_phrase(robot),
              number_in(robot, "late") + number_in(robot, "gaps") + number_in(robot, "bad_packets"),
              findings);
-  judge_link("contact link", text_in(status, "contact"), false,
-             trimmed(link_words({{"contact", contact}})),
+  judge_link("contact link", text_in(status, "contact"), false, contact_link_phrase(contact),
              number_in(contact, "crc_errors") + number_in(contact, "gaps"), findings);
 }
 

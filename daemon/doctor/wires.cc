@@ -467,40 +467,6 @@ namespace {
 
 using nlohmann::json;
 
-std::string robot_words(const json& robot) {
-  std::string words = fmt::format(
-      "robot link: cycle {:.2f} ms, jitter {:.2f} ms, longest {:.1f} ms; {:.0f} packets, "
-      "{:.0f} missing, {:.0f} damaged",
-      number_in(robot, "cycle_ms"), number_in(robot, "jitter_ms"),
-      number_in(robot, "longest_gap_ms"), number_in(robot, "packets"), number_in(robot, "gaps"),
-      number_in(robot, "bad_packets"));
-  const json mode = robot.value("mode", json()), percent = robot.value("override_percent", json());
-  if (mode.is_string() && mode != "unknown") words += "; mode " + mode.get<std::string>();
-  if (percent.is_number()) words += fmt::format("; override {:.0f} %", percent.get<double>());
-  const json reply = robot.value("reply_ms", json());
-  if (number_in(robot, "replies") > 0.0 && reply.is_object()) {
-    words += fmt::format("; replies p50 {:.2f} ms, p99 {:.2f} ms, longest {:.2f} ms, {:.0f} late",
-                         number_in(reply, "p50"), number_in(reply, "p99"), number_in(reply, "max"),
-                         number_in(robot, "late"));
-  }
-  return words + "\n";
-}
-
-std::string contact_words(const json& contact) {
-  const json trip = contact.value("round_trip_ms", json::object());
-  const json late = contact.value("late_ms", json::object());
-  const json firmware = contact.value("firmware", json());
-  return fmt::format(
-      "contact link: firmware {}, boot id {:.0f}; {:.0f} frames, {:.0f} damaged, {:.0f} "
-      "missing; round trip {:.2f} ms, p99 {:.2f} ms; clock +- {:.1f} us, drift {:.1f} ppm; "
-      "late on this computer {:.2f} ms (median), {:.1f} ms at worst (limit {:.0f} ms)\n",
-      firmware.is_string() ? firmware.get<std::string>() : "unknown", number_in(contact, "boot_id"),
-      number_in(contact, "frames"), number_in(contact, "crc_errors"), number_in(contact, "gaps"),
-      number_in(trip, "p50"), number_in(trip, "p99"), number_in(contact, "clock_sigma_us"),
-      number_in(contact, "clock_drift_ppm"), number_in(late, "p50"), number_in(late, "worst"),
-      number_in(late, "limit"));
-}
-
 std::string local_time(std::time_t when) {
   std::tm day{};
   return fmt::format("{:%H:%M:%S}", *::localtime_r(&when, &day));
@@ -508,89 +474,67 @@ std::string local_time(std::time_t when) {
 
 }  // namespace
 
-std::string arm_words(const json& arm) {
-  if (!arm.is_object()) return "";
-  const json motion = arm.value("motion", json()), packet_age_s = arm.value("packet_age_s", json());
-  if (!packet_age_s.is_number()) return "arm: unknown, no packet from the controller\n";
+Phrase robot_link_phrase(const json& robot) {
+  if (!robot.is_object() || !(number_in(robot, "packets") > 0.0)) return {};
+  const auto and_also = [](const Phrase& a, const Phrase& b) {
+    return joined("say.join.semicolon", a, b);
+  };
+  Phrase all{"say.link.robot",
+             {{"cycle", number_in(robot, "cycle_ms")},
+              {"jitter", number_in(robot, "jitter_ms")},
+              {"longest", number_in(robot, "longest_gap_ms")},
+              {"packets", number_in(robot, "packets")},
+              {"missing", number_in(robot, "gaps")},
+              {"damaged", number_in(robot, "bad_packets")}}};
+  const std::string mode = text_in(robot, "mode");
+  if (!mode.empty() && mode != to_string(drivers::OperatingMode::kUnknown))
+    all = and_also(all, {"say.link.mode", {{"mode", mode}}});
+  const json percent = robot.value("override_percent", json());
+  if (percent.is_number())
+    all = and_also(all, {"say.link.override", {{"percent", percent.get<double>()}}});
+  const json reply = robot.value("reply_ms", json());
+  if (number_in(robot, "replies") > 0.0 && reply.is_object())
+    all = and_also(all, {"say.link.replies",
+                         {{"p50", number_in(reply, "p50")},
+                          {"p99", number_in(reply, "p99")},
+                          {"max", number_in(reply, "max")},
+                          {"late", number_in(robot, "late")}}});
+  return all;
+}
+
+Phrase contact_link_phrase(const json& contact) {
+  if (!contact.is_object() || !(number_in(contact, "frames") > 0.0)) return {};
+  const json trip = contact.value("round_trip_ms", json::object());
+  const json late = contact.value("late_ms", json::object());
+  return {"say.link.contact",
+          {{"firmware", or_else(text_in(contact, "firmware"), "say.link.unknown")},
+           {"boot", number_in(contact, "boot_id")},
+           {"frames", number_in(contact, "frames")},
+           {"damaged", number_in(contact, "crc_errors")},
+           {"missing", number_in(contact, "gaps")},
+           {"trip", number_in(trip, "p50")},
+           {"trip99", number_in(trip, "p99")},
+           {"clock", number_in(contact, "clock_sigma_us")},
+           {"drift", number_in(contact, "clock_drift_ppm")},
+           {"late", number_in(late, "p50")},
+           {"worst", number_in(late, "worst")},
+           {"limit", number_in(late, "limit")}}};
+}
+
+ArmMotion motion_of(const json& arm) {
+  return arm.is_object() ? kArmMotions.key_of(text_in(arm, "motion")).value_or(ArmMotion::kUnknown)
+                         : ArmMotion::kUnknown;
+}
+
+Phrase arm_phrase(const json& arm) {
+  if (!arm.is_object()) return {};
+  const json packet_age_s = arm.value("packet_age_s", json());
+  if (!packet_age_s.is_number()) return "say.arm.no_packet";
   const double age_s = packet_age_s.get<double>();
-  if (motion == "moving" || motion == "at rest")
-    return fmt::format("arm: {} (packet {:.1f} s old)\n", motion.get<std::string>(), age_s);
-  return fmt::format("arm: unknown since {}, newest packet {:.0f} s old. Look at the robot\n",
-                     local_time(std::time(nullptr) - std::lround(age_s)), age_s);
-}
-
-std::string link_words(const json& links) {
-  if (!links.is_object()) return "";
-  std::string words;
-  const json robot = links.value("robot", json()), contact = links.value("contact", json());
-  if (robot.is_object() && number_in(robot, "packets") > 0.0) words += robot_words(robot);
-  if (contact.is_object() && number_in(contact, "frames") > 0.0) words += contact_words(contact);
-  return words;
-}
-
-void judge_adapter(const std::string& device, const std::optional<drivers::Adapter>& adapter,
-                   int baud, Findings& findings) {
-  using drivers::AdapterFit;
-  const std::string check = "contact adapter";
-  if (!adapter) {
-    findings.skip(check, {"say.doctor.adapter.none", {{"device", device}}});
-    return;
-  }
-  const Phrase who{"say.doctor.adapter.name",
-                   {{"name", or_else(adapter->name, "say.doctor.adapter.unnamed")},
-                    {"vendor", adapter->vendor},
-                    {"product", adapter->product}}};
-  const Phrase timer{"say.doctor.adapter.timer.do",
-                     {{"tty", std::filesystem::path(device).filename().string()}}};
-  const int latency_ms = adapter->latency_ms.value_or(0);
-  switch (drivers::fit_of(*adapter, baud)) {
-    case AdapterFit::kFits:
-      findings.ok(check, adapter->latency_ms
-                             ? Phrase("say.doctor.adapter.good", {{"who", who}, {"ms", latency_ms}})
-                             : who);
-      break;
-    case AdapterFit::kTooLate:
-      findings.fail(check,
-                    {"say.doctor.adapter.late",
-                     {{"ms", latency_ms},
-                      {"who", who},
-                      {"lost", latency_ms + 2 * int{CTP_KEEPALIVE_MS}},
-                      {"limit", drivers::kHeartbeatLimit.count()}}},
-                    timer);
-      break;
-    case AdapterFit::kHoldsBack:
-      findings.warn(check, {"say.doctor.adapter.holds", {{"who", who}, {"ms", latency_ms}}}, timer);
-      break;
-    case AdapterFit::kNoSuchRate:
-      findings.fail(check, {"say.doctor.adapter.rate", {{"baud", baud}, {"who", who}}},
-                    "say.doctor.adapter.slower.do");
-      break;
-    case AdapterFit::kRateUntried:
-      findings.warn(check, {"say.doctor.adapter.rate_untried", {{"baud", baud}, {"who", who}}},
-                    "say.doctor.adapter.rate_untried.do");
-      break;
-    case AdapterFit::kUntried:
-      findings.warn(check, {"say.doctor.adapter.untried", {{"who", who}}},
-                    "say.doctor.adapter.untried.do");
-      break;
-  }
-}
-
-void judge_interface(const std::optional<drivers::BoardInterface>& way, Findings& findings) {
-  const std::string check = "contact adapter";
-  if (!way) {
-    findings.fail(check, "say.doctor.interface.none", "say.doctor.interface.none.do");
-  } else if (!way->carrier) {
-    findings.fail(check, {"say.doctor.interface.no_link", {{"name", way->name}}},
-                  "say.doctor.interface.no_link.do");
-  } else if (way->wireless) {
-    findings.warn(check, {"say.doctor.interface.wireless", {{"name", way->name}}},
-                  "say.doctor.interface.wireless.do");
-  } else {
-    findings.ok(check, way->speed_mbit ? Phrase("say.doctor.interface",
-                                                {{"name", way->name}, {"mbit", *way->speed_mbit}})
-                                       : Phrase(way->name));
-  }
+  if (const ArmMotion motion = motion_of(arm); motion != ArmMotion::kUnknown)
+    return {motion == ArmMotion::kMoving ? "say.arm.moving" : "say.arm.at_rest", {{"age", age_s}}};
+  return {"say.arm.unknown",
+          {{"since", local_time(std::time(nullptr) - std::lround(age_s))}, {"age", age_s}}};
 }
 
 }  // namespace cellcal::daemon

@@ -1,22 +1,24 @@
 #pragma once
-// Quality of the two links: text of what the daemon publishes, and judgements of the contact sensor and its path.
+// Quality of the two links: phrases of what the daemon publishes, and judgements of the contact sensor and its path.
 
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 
 #include "daemon/doctor/examiner.h"
+#include "daemon/service/status.h"
 #include "drivers/contact.h"
 #include "drivers/contact/port/adapter.h"
 
 namespace cellcal::daemon {
 
-/// From "links" of the status; "" for null. One line per link, each terminated. Keys missing in another
-/// version are omitted.
-std::string link_words(const nlohmann::json& links);
+// From "links" and "arm" of the status; empty for null and without packets. Keys missing in another version are omitted.
 
-/// From "arm" of the status, one line: motion and packet age. "" where the daemon sends none.
-std::string arm_words(const nlohmann::json& arm);
+calib::Phrase robot_link_phrase(const nlohmann::json& robot);
+calib::Phrase contact_link_phrase(const nlohmann::json& contact);
+/// Motion and packet age.
+calib::Phrase arm_phrase(const nlohmann::json& arm);
+ArmMotion motion_of(const nlohmann::json& arm);
 
 // Judges the path to the contact sensor: USB adapter or network interface.
 

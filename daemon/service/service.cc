@@ -116,13 +116,6 @@ struct HoldGuard {
 
 }  // namespace
 
-const char* to_string(ArmMotion motion) {
-  using enum ArmMotion;
-  static constexpr EnumNames<ArmMotion> kTable{
-      {{kUnknown, "unknown"}, {kAtRest, "at rest"}, {kMoving, "moving"}}};
-  return kTable[motion];
-}
-
 SessionService::SessionService(ServiceParts parts) : parts_(std::move(parts)) {
   for (const auto& file : parts_.journal.files()) no_inputs_.emplace_back(file);
   history_.emplace_back();

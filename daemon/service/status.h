@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/model/enum_table.h"
 #include "calib/model/long_work.h"
 #include "calib/model/touch.h"
 #include "daemon/journal/records.h"
@@ -35,7 +36,9 @@ enum class ArmMotion : std::uint8_t {
   kAtRest,
   kMoving,
 };
-const char* to_string(ArmMotion motion);
+inline constexpr EnumNames<ArmMotion> kArmMotions{{{ArmMotion::kUnknown, "unknown"},
+                                                   {ArmMotion::kAtRest, "at rest"},
+                                                   {ArmMotion::kMoving, "moving"}}};
 
 struct ArmSeen {
   ArmMotion motion = ArmMotion::kUnknown;

@@ -1,9 +1,11 @@
-// Bodies of POST /v1/run as sent by cellcal run, check, qualify, find and dry-run, with a scripted daemon.
+// Bodies of POST /v1/run as sent by cellcal run, check, qualify, find and dry-run, and what status, show and history print
+// of answers, with a scripted daemon.
 
 #include <gtest/gtest.h>
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -16,7 +18,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Refuses every session, and keeps the body.
+/// Refuses every session, and keeps the body; gives the scripted answers by their path.
 class ARunRequest : public ::testing::Test {
  protected:
   ~ARunRequest() override {
@@ -34,13 +36,24 @@ class ARunRequest : public ::testing::Test {
   }
 
   TemporaryDirectory dir_;
+  std::string said(std::vector<std::string> command) {
+    command.insert(command.begin(), CELLCAL);
+    command.insert(command.end(), {"--socket", dir_ / "s"});
+    const Outcome outcome = run_program(command);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return outcome.out;
+  }
+
   std::string body_;
+  std::map<std::string, json> answers_;
   boost::asio::io_context context_;
   HttpServer server_{context_,
                      dir_ / "s",
                      {[](Request&) { return std::optional<Response>(); },
                       [this](const Request& request, bool) {
                         body_ = request.body;
+                        if (const auto at = answers_.find(request.path); at != answers_.end())
+                          return std::optional(Response{.body = at->second.dump()});
                         return std::optional(error(422, "refused by the script"));
                       },
                       [](const Request&) { return false; }}};
@@ -93,6 +106,58 @@ TEST_F(ARunRequest, LeavesTheTouchesOfAFullSessionOutOfAnUpdateBeforeItAndOfARes
 TEST_F(ARunRequest, NamesTheCellFileByItsAbsolutePath) {
   EXPECT_EQ(body_of("find", {"--cell", "c.toml"}).at("cell"),
             std::filesystem::absolute("c.toml").string());
+}
+
+using AnAnswer = ARunRequest;
+
+TEST_F(AnAnswer, OfTheStatusIsSaidInTheReadersLanguageAlone) {
+  answers_["/v1/status"] = {
+      {"session", 3},
+      {"running", true},
+      {"phase", "slow search"},
+      {"target", "S2"},
+      {"touches", 12},
+      {"planned", 48},
+      {"residual_mm", 0.0341},
+      {"time_left_s", 200.4},
+      {"waiting", {{"robot", true}, {"contact", true}, {"start", "X"}}},
+      {"interruptions", 2},
+      {"interruptions_by_cause", {{"packets-stopped", 2}}},
+      {"arm", {{"motion", "at rest"}, {"packet_age_s", 0.1}}},
+      {"links", {{"robot", {{"packets", 5}, {"mode", "T1"}}}, {"contact", {{"frames", 50}}}}}};
+  const std::string english = said({"status"});
+  for (const char* part :
+       {"session 3: slow search\n", "waiting for the robot controller and the contact sensor: X\n",
+        "interruptions: 2: 2 controller packets stopped, each resumed automatically\n",
+        "arm: at rest (packet 0.1 s old)\n", "; mode T1\n", "contact link: firmware unknown"})
+    EXPECT_NE(english.find(part), std::string::npos) << part << "\n" << english;
+  const std::string german = said({"status", "--language", "de"});
+  for (const char* word : {"session", "waiting", "interruptions", "resumed", "arm:", "packet ",
+                           "link", "mode ", "firmware", "late", "round trip", "left"})
+    EXPECT_EQ(german.find(word), std::string::npos) << word << "\n" << german;
+  answers_["/v1/status"].erase("waiting");
+  EXPECT_NE(said({"status"}).find("12/48 S2 slow search  residual 0.034 mm  3 min 20 s left\n"),
+            std::string::npos);
+  EXPECT_NE(said({"status", "--language", "de"})
+                .find("12/48 S2 langsame Suche  Restfehler 0,034 mm  noch 3 min 20 s\n"),
+            std::string::npos);
+}
+
+TEST_F(AnAnswer, OfASessionEndsInItsOutcomeBelowItsEvents) {
+  answers_["/v1/sessions/3"] = {{"id", 3},
+                                {"started", "2026-11-28"},
+                                {"kind", "check"},
+                                {"state", "done"},
+                                {"outcome", {{"kind", "does_not_hold"}, {"words", {"TCP moved"}}}},
+                                {"events", {"began", "touch 1"}}};
+  const std::string shown = said({"show", "3"});
+  EXPECT_NE(shown.find("does not hold"), std::string::npos) << shown;
+  EXPECT_NE(shown.find("check: "), std::string::npos) << shown;
+  EXPECT_TRUE(shown.ends_with("  began\n  touch 1\noutcome: TCP moved\n")) << shown;
+  answers_["/v1/sessions"] = json::array({answers_["/v1/sessions/3"]});
+  const std::string german = said({"history", "--language", "de"});
+  EXPECT_NE(german.find("gilt nicht"), std::string::npos) << german;
+  EXPECT_NE(german.find("Zelle oder Fehler"), std::string::npos) << german;
 }
 
 }  // namespace

@@ -57,27 +57,35 @@ TEST(LinksOfASession, ThatHasOpenedNothingOrOfAnotherVersionAreSkipped) {
   EXPECT_EQ(judged(json("no object")).count(Outcome::kSkipped), 2u);
 }
 
-TEST(ArmWords, CallTheArmAtRestOnlyWithThePacketThatShowsIt) {
-  EXPECT_EQ(arm_words({{"motion", "at rest"}, {"packet_age_s", 0.13}}),
-            "arm: at rest (packet 0.1 s old)\n");
-  EXPECT_EQ(arm_words({{"motion", "unknown"}, {"packet_age_s", nullptr}}),
-            "arm: unknown, no packet from the controller\n");
-  const std::string lost = arm_words({{"motion", "unknown"}, {"packet_age_s", 12.2}});
+TEST(AnArmOfTheStatus, IsAtRestOnlyWithThePacketThatShowsItAndIsReadAsAnEnumerator) {
+  const auto said = [](const json& arm) { return calib::words(arm_phrase(arm)); };
+  EXPECT_EQ(said({{"motion", kArmMotions[ArmMotion::kAtRest]}, {"packet_age_s", 0.13}}),
+            "arm: at rest (packet 0.1 s old)");
+  EXPECT_EQ(said({{"motion", "unknown"}, {"packet_age_s", nullptr}}),
+            "arm: unknown, no packet from the controller");
+  const std::string lost = said({{"motion", "unknown"}, {"packet_age_s", 12.2}});
   EXPECT_TRUE(lost.starts_with("arm: unknown since ")) << lost;
   EXPECT_NE(lost.find("newest packet 12 s old. Look at the robot"), std::string::npos) << lost;
-  EXPECT_EQ(arm_words(nullptr), "");
+  EXPECT_TRUE(arm_phrase(nullptr).empty());
+  for (std::size_t i = 0; i < EnumNames<ArmMotion>::kSize; ++i)
+    EXPECT_EQ(motion_of({{"motion", kArmMotions[ArmMotion(i)]}}), ArmMotion(i));
+  EXPECT_EQ(motion_of({{"motion", "of another version"}}), ArmMotion::kUnknown);
 }
 
-TEST(LinkWords, LeaveOutWhatIsNotThere) {
-  EXPECT_EQ(link_words(nullptr), "");
-  EXPECT_EQ(link_words({{"robot", nullptr}, {"contact", 3}}), "");
-  const std::string eki = link_words({{"robot", {{"cycle_ms", 20.0}, {"packets", 5}}}});
+TEST(ALinkOfTheStatus, IsSaidInTheReadersLanguageWithoutWhatIsNotThere) {
+  EXPECT_TRUE(robot_link_phrase(nullptr).empty());
+  EXPECT_TRUE(contact_link_phrase(3).empty());
+  const std::string eki = calib::words(robot_link_phrase({{"cycle_ms", 20.0}, {"packets", 5}}));
   EXPECT_NE(eki.find("cycle 20.00 ms"), std::string::npos) << eki;
   EXPECT_EQ(eki.find("replies"), std::string::npos) << eki;
   EXPECT_EQ(eki.find("mode"), std::string::npos) << eki;
-  const std::string in_t1 =
-      link_words({{"robot", {{"packets", 5}, {"mode", "T1"}, {"override_percent", 10}}}});
-  EXPECT_NE(in_t1.find("; mode T1; override 10 %"), std::string::npos) << in_t1;
+  const calib::Phrase in_t1 =
+      robot_link_phrase({{"packets", 5}, {"mode", "T1"}, {"override_percent", 10}});
+  EXPECT_NE(calib::words(in_t1).find("; mode T1; override 10 %"), std::string::npos);
+  EXPECT_NE(calib::words(in_t1, *calib::Language::of("de")).find("; Betriebsart T1; Override 10 %"),
+            std::string::npos);
+  const std::string contact = calib::words(contact_link_phrase({{"frames", 50}, {"boot_id", 7}}));
+  EXPECT_NE(contact.find("firmware unknown, boot id 7; 50 frames"), std::string::npos) << contact;
 }
 
 TEST(TheLineToThePlant, IsToldWithWhatWaitsSinceWhenAndWhatToDoAndNeverFails) {
