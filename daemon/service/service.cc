@@ -226,11 +226,15 @@ std::int64_t SessionService::begin(const RunRequest& request) {
   if (!job->unattended.empty()) parts_.journal.note(job->session, now, job->unattended);
   const std::int64_t session = job->session;
   job->news = TouchPublication(session, job->cell, job->touches.size());
+  {
+    const std::lock_guard lock(mutex_);
+    links_.reset();  // of an earlier session, as is what is known of the arm
+    arm_ = {};
+  }
   State first;
   first.phase = Phase::kPlanning;
   publish(first, job->touches, *job);
   const std::lock_guard lock(mutex_);
-  arm_ = {};  // what is known of it is of an earlier link
   thread_ = std::thread([this, job = std::move(job)] { run(*job); });
   starting_ = false;
   idle_.notify_all();
