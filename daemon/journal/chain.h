@@ -63,7 +63,8 @@ class Chain {
 
   /// Adds an entry for the row with this rowid, within its transaction.
   void add(std::int64_t session, const char* table, std::int64_t row);
-  /// Inserts a row and adds its entry, within its transaction; `values`: all columns after `session`, in order.
+  /// Inserts a row and adds its entry, within its transaction. `values`: all columns after `session` in the order of
+  /// the schema, to which a later version only appends.
   template <class... T>
   void insert(std::int64_t session, const char* table, const T&... values) {
     std::string sql = std::string("INSERT INTO ") + table + " VALUES (?";
