@@ -174,8 +174,7 @@ KnownTouches::KnownTouches(const Calibration& c, const std::vector<Touch>& touch
       arm_(cell_),
       problem_(cell_, arm_, touches_, places_of(c, touches_)),
       x_(problem_.size()) {
-  if (c.repeats.used_m > 0.0)
-    problem_.set_repeats(std::vector<int>(touches_.size(), 1), c.repeats.used_m);
+  if (c.repeats.used_m > 0.0) problem_.set_noise(c.repeats.used_m);
   // At postures without a touch of the calibration, as in its bounds.
   problem_.set_ripple(ripple_elsewhere_rad(c));
   for (int i = 0; i < problem_.size(); ++i) {

@@ -164,9 +164,8 @@ void Problem::weigh(std::size_t i) {
   const Target& target = cell_.targets[target_of_[i]];
   residuals_[i] = residual_of(touch, target, nominal_radius_m(target, tool), has_turns);
   const auto carriers = carrier_rad(touch, target);
-  poses_[i] =
-      arm_.prepare(touch.joint_rad, tool, arm_.load(touch.load), carriers,
-                   outer_rad(touch, target));
+  poses_[i] = arm_.prepare(touch.joint_rad, tool, arm_.load(touch.load), carriers,
+                           outer_rad(touch, target));
   ArmChain chain;
   arm_.walk(poses_[i], nominal_, chain);
   Eigen::Matrix3Xd by_joint(3, arm_.joint_count());
@@ -253,7 +252,11 @@ void Problem::add_lengths() {
 
 void Problem::set_repeats(std::vector<int> times, double sigma_m) {
   times_ = std::move(times);
-  for (std::size_t i = 0; i < times_.size(); ++i)
+  set_noise(sigma_m);
+}
+
+void Problem::set_noise(double sigma_m) {
+  for (std::size_t i = 0; i < own_sigma_m_.size(); ++i)
     if (!(touches_[i].sigma_m > 0.0)) own_sigma_m_[i] = sigma_m;
   usual_sigma_m_ = sigma_m;
   set_ripple(ripple_rad_);

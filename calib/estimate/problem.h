@@ -110,11 +110,12 @@ class Problem {
   double field_m() const { return field_m_; }
   /// Replaces the ripple.
   void set_ripple(double ripple_rad);
-  /// Sets repeats. `times[i]`: number of touches at the place of touch i. They share the ripple, so
+  /// Sets repeats. `times[i]`: number of touches at the posture of touch i. They share the ripple, so
   /// that their mean has that of one: each counts as if its ripple were larger by the root of the
-  /// number. `sigma_m` becomes the noise of touches that state none, later ones included. Replaces
-  /// previous repeats.
+  /// number. Replaces previous repeats. `sigma_m`: as in set_noise().
   void set_repeats(std::vector<int> times, double sigma_m);
+  /// Noise of the touches that state none, later ones included.
+  void set_noise(double sigma_m);
   /// Change of the residual [m] by one radian of independent noise in every joint, root sum of
   /// squares; of repeats, times the root of their number.
   double joint_lever_m(std::size_t touch) const {
@@ -158,7 +159,7 @@ class Problem {
   std::vector<int> block_of_;
   std::vector<std::size_t> target_of_;
   std::vector<double> own_sigma_m_, sigma_m_, lever_m_, closing_m_s_;
-  std::vector<int> times_;  ///< number of touches at the place of each, itself included
+  std::vector<int> times_;  ///< number of touches at the posture of each, itself included
   double usual_sigma_m_;    ///< noise of touches that state none
   std::vector<Length> lengths_;
   std::vector<int> block_of_target_;

@@ -26,16 +26,21 @@ constexpr double kEnoughDegrees = 3.0;
 /// group is left out, since in a pair the erroneous one is not identifiable.
 constexpr double kGross = 6.0;
 
-bool same_place(const Touch& a, const Touch& b) {
+bool same_posture(const Touch& a, const Touch& b) {
   for (std::size_t k = 0; k < a.joint_rad.size(); ++k)
     if (std::abs(a.joint_rad[k] - b.joint_rad[k]) > kSamePostureRad) return false;
   for (std::size_t k = 0; k < a.positioner_rad.size(); ++k)
     if (std::abs(a.positioner_rad[k] - b.positioner_rad[k]) > kSamePostureRad) return false;
-  return a.target == b.target && a.tool == b.tool && a.load == b.load;
+  return true;
+}
+
+bool same_place(const Touch& a, const Touch& b) {
+  return a.target == b.target && a.tool == b.tool && a.load == b.load && same_posture(a, b);
 }
 
 /// Groups of two or more touches, each around its first touch in order of the first axis.
-std::vector<std::vector<std::size_t>> groups_of(std::span<const Touch> touches) {
+std::vector<std::vector<std::size_t>> groups_of(std::span<const Touch> touches,
+                                                bool (&alike)(const Touch&, const Touch&)) {
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < touches.size(); ++i)
     if (touches[i].set == TouchSet::kFit && !touches[i].joint_rad.empty()) order.push_back(i);
@@ -50,7 +55,7 @@ std::vector<std::vector<std::size_t>> groups_of(std::span<const Touch> touches) 
     std::vector<std::size_t> group{order[a]};
     for (std::size_t b = a + 1; b < order.size(); ++b) {
       if (touches[order[b]].joint_rad[0] - first.joint_rad[0] > kSamePostureRad) break;
-      if (taken[order[b]] || !same_place(first, touches[order[b]])) continue;
+      if (taken[order[b]] || !alike(first, touches[order[b]])) continue;
       taken[order[b]] = true;
       group.push_back(order[b]);
     }
@@ -65,13 +70,14 @@ Repeats find_repeats(const Problem& problem) {
   const auto touches = problem.touches();
   Repeats result;
   result.times.assign(touches.size(), 1);
+  for (const std::vector<std::size_t>& group : groups_of(touches, same_posture))
+    for (const std::size_t i : group) result.times[i] = static_cast<int>(group.size());
   result.used_m = problem.cell().touch_sigma_m;
   // Residuals of a group by the nominal arm, one column per row of a touch.
   std::vector<std::vector<double>> columns;
   const Eigen::VectorXd nominal = problem.to_si(Eigen::VectorXd::Zero(problem.size()));
   const Problem::At at = problem.at(nominal.data());
-  for (const std::vector<std::size_t>& group : groups_of(touches)) {
-    for (const std::size_t i : group) result.times[i] = static_cast<int>(group.size());
+  for (const std::vector<std::size_t>& group : groups_of(touches, same_place)) {
     result.touches += static_cast<int>(group.size());
     std::vector<std::size_t> measured;
     for (const std::size_t i : group)
@@ -124,8 +130,18 @@ Repeats find_repeats(const Problem& problem) {
 
 Repeats weigh_repeats(Problem& problem) {
   Repeats repeats = find_repeats(problem);
-  if (repeats.touches > 0) problem.set_repeats(repeats.times, repeats.used_m);
+  problem.set_repeats(repeats.times, repeats.used_m);
   return repeats;
+}
+
+std::vector<Touch> of_one_tool_per_posture(const std::vector<Touch>& touches) {
+  std::vector<bool> leave(touches.size(), false);
+  for (const std::vector<std::size_t>& group : groups_of(touches, same_posture))
+    for (const std::size_t i : group) leave[i] = !same_place(touches[group.front()], touches[i]);
+  std::vector<Touch> some;
+  for (std::size_t i = 0; i < touches.size(); ++i)
+    if (!leave[i]) some.push_back(touches[i]);
+  return some;
 }
 
 bool repeats_another(std::span<const Touch> touches) {

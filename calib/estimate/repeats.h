@@ -1,7 +1,8 @@
 #pragma once
 // Repeated touches of one place: their differences are the touch noise alone. The errors of the arm
 // are the same for all of them and cancel, as do ripple and wobble of the gears; therefore their
-// mean still includes one ripple.
+// mean still includes one ripple. Readings of several tools at one posture (reflectors of a tracker)
+// share it likewise.
 
 #include <span>
 #include <vector>
@@ -16,9 +17,10 @@ namespace cellcal::calib {
 constexpr double kNoFigureShare = 0.25;
 
 struct Repeats {
-  std::vector<int> times;  ///< per touch: fit touches at its place, itself included; 1: no repeat
-  int touches = 0;         ///< number of repeats
-  double scatter_m = 0.0;  ///< 1 sigma of one of them about its group's mean, pooled
+  /// Per touch: fit touches at its posture, whatever the tool, load and target; itself included.
+  std::vector<int> times;
+  int touches = 0;                  ///< number of repeats
+  double scatter_m = 0.0;           ///< 1 sigma of one of them about its group's mean, pooled
   double degrees_of_freedom = 0.0;  ///< of the scatter; 0: not measured
   double used_m = 0.0;              ///< noise of a touch that states none: stated and measured
 };
@@ -28,6 +30,9 @@ struct Repeats {
 Repeats find_repeats(const Problem& problem);
 /// Sets the weights of `problem` by find_repeats() and returns its result.
 Repeats weigh_repeats(Problem& problem);
+/// Touches without those that share a posture with one of another tool, load or target. They share its errors,
+/// whatever causes them: what the arm has beyond its geometry is not to be concluded from both.
+std::vector<Touch> of_one_tool_per_posture(const std::vector<Touch>& touches);
 /// True if the last touch was made at the place of an earlier one.
 bool repeats_another(std::span<const Touch> touches);
 

@@ -1,5 +1,7 @@
 #include "calib/files/csv.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -103,6 +105,18 @@ std::string from_utf16(std::string_view bytes, bool little, const std::string& n
     append_utf8(c, text);
   }
   return text;
+}
+
+/// Files of other programs that hold tables.
+void refuse_workbook(std::string_view bytes, const std::string& name) {
+  constexpr std::pair<std::string_view, const char*> kKinds[] = {
+      {"PK\x03\x04", "a ZIP archive or an Excel or OpenDocument workbook"},
+      {"\xD0\xCF\x11\xE0", "an Excel workbook"},
+      {"MATLAB 5.0", "a MATLAB file"},
+      {"\x89HDF", "an HDF5 or MATLAB file"}};
+  for (const auto& [begin, kind] : kKinds)
+    if (bytes.starts_with(begin))
+      throw FileError(name, fmt::format(": is {}. Save the table as CSV", kind));
 }
 
 /// Replaces all occurrences of `what`. Returns true if there were any.
@@ -293,6 +307,7 @@ std::string guess_cause(const std::vector<std::string_view>& fields, std::size_t
 std::string plain_text(std::string_view bytes, const std::string& name,
                        std::vector<std::string>& odd) {
   constexpr std::string_view kMark = "\xEF\xBB\xBF", kLittle = "\xFF\xFE", kBig = "\xFE\xFF";
+  refuse_workbook(bytes, name);
   std::string text;
   if (bytes.starts_with(kLittle) || bytes.starts_with(kBig)) {
     text = from_utf16(bytes.substr(2), bytes.starts_with(kLittle), name);

@@ -123,23 +123,31 @@ std::vector<Finding> findings_of(const std::vector<Cause>& causes) {
   return findings;
 }
 
-/// True if the touches show, or may show, an error of the arm beyond the model.
-bool shows_discrepancy(const Calibration& c) {
-  constexpr double kTooMuch = 4.0, kTooMuchWithRepeats = 2.0, kEnoughRepeats = 5.0;
-  const bool measured = c.repeats.degrees_of_freedom >= kEnoughRepeats;
-  return c.touch_noise_m > kNothingM &&
-         (c.discrepancy.alike > kFieldSigmas ||
-          c.chi2_per_dof > (measured ? kTooMuchWithRepeats : kTooMuch));
+bool has_functions(const Calibration& c) {
+  return std::ranges::any_of(c.cell.robot.joints,
+                             [](const Joint& joint) { return joint.function_sigma_rad > 0.0; });
 }
 
-/// Calibration with the discrepancy estimated, if the residuals show one. If both are withheld,
-/// `stated` with the findings of the other as warnings.
+/// True if the touches show, or may show, an error of the arm beyond the model.
+bool shows_discrepancy(const Calibration& c) {
+  constexpr double kTooMuch = 4.0, kTooMuchUnlessNoise = 2.0, kEnoughRepeats = 5.0;
+  // Functions take much of such an error for theirs; with_discrepancy() decides by evidence then.
+  const bool sensitive = c.repeats.degrees_of_freedom >= kEnoughRepeats || has_functions(c);
+  return c.touch_noise_m > kNothingM &&
+         (c.discrepancy.alike > kFieldSigmas ||
+          c.chi2_per_dof > (sensitive ? kTooMuchUnlessNoise : kTooMuch));
+}
+
+/// Calibration with the discrepancy estimated, if the residuals show one and, where the arm has functions of its joints'
+/// angles, it is likelier than those. If both are withheld, `stated` with the findings of the other as warnings.
 Calibration with_discrepancy(const Cell& cell, const std::vector<Touch>& touches,
                              IdentifyOptions options, Calibration stated) {
-  if (options.level || options.with_discrepancy || !shows_discrepancy(stated)) return stated;
+  if (options.level || options.with_discrepancy || !shows_discrepancy(stated))
+    return stated;
   options.with_discrepancy = true;
   std::optional<Calibration> estimated = tried(cell, touches, options);
   if (!estimated) return stated;
+  if (has_functions(stated) && !(estimated->log_evidence > stated.log_evidence)) return stated;
   estimated->discrepancy.alike = stated.discrepancy.alike;
   if (estimated->verdict.publish() || stated.verdict.publish()) return std::move(*estimated);
   for (const Finding& one : estimated->verdict.findings) {

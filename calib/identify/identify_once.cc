@@ -314,8 +314,8 @@ bool states(const Robot& robot, double Joint::*sigma) {
 /// Levels with a ripple of their own where functions were identified from the touches, not stated in the
 /// cell file.
 std::vector<ModelLevel> levels_of(const Cell& cell, const Robot& robot, const ModelLevel& fullest) {
-  const bool learnt = states(robot, &Joint::function_sigma_rad) &&
-                      !states(cell.robot, &Joint::function_sigma_rad);
+  const bool learnt =
+      states(robot, &Joint::function_sigma_rad) && !states(cell.robot, &Joint::function_sigma_rad);
   const bool with_play = fullest.play > 0.0;
   return learnt ? levels_beside_functions(with_play) : usual_levels(with_play);
 }
@@ -354,8 +354,8 @@ void add_bearings(const Cell& cell, const std::vector<Touch>& touches,
   } catch (const IdentifyError&) {
     return;
   }
-  adopt(std::move(best), kGainOfBearings, options, levels_of(cell, likely->levelled.robot, likely->level), likely,
-        e);
+  adopt(std::move(best), kGainOfBearings, options,
+        levels_of(cell, likely->levelled.robot, likely->level), likely, e);
 }
 
 /// Sizes above are no gear's, 1.5 mm at 1 m: a file or the touches are wrong.
@@ -399,11 +399,25 @@ bool contradicts_files(const Problem& problem, const Repeats& repeats, const Est
              nullptr;
 }
 
+/// The model decided on by `decided`, with the estimate of all touches.
+std::unique_ptr<Stated> with_all_touches(const Cell& cell, const std::vector<Touch>& touches,
+                                         const IdentifyOptions& options, const Stated& decided,
+                                         Estimate& e) {
+  const Robot& robot = decided.levelled.robot;
+  auto all = std::make_unique<Stated>(with_learnt_of(robot, cell), touches, decided.level);
+  all->learnt = decided.learnt;
+  e = estimate(all->problem, options, levels_of(cell, robot, decided.level));
+  return all;
+}
+
 /// Starts with the fullest level without play: outliers are tested against a model that explains
 /// nearly all errors of an arm, and the evidence of every simpler level follows from its
 /// linearisation.
 std::unique_ptr<Stated> likeliest(const Cell& cell, const std::vector<Touch>& touches,
                                   const IdentifyOptions& options, bool richer, Estimate& e) {
+  if (const std::vector<Touch> some = of_one_tool_per_posture(touches);
+      richer && some.size() < touches.size())
+    return with_all_touches(cell, touches, options, *likeliest(cell, some, options, richer, e), e);
   auto likely = std::make_unique<Stated>(cell, touches, options.level.value_or(ModelLevel{}));
   std::vector<ModelLevel> levels = usual_levels();
   if (options.level)

@@ -99,7 +99,7 @@ class Sighting {
         problem_(fitted.cell(), fitted.arm(), touches_,
                  starting_places(fitted.cell(), fitted.arm(), touches_)) {
     const double usual_m = c.repeats.used_m > 0.0 ? c.repeats.used_m : fitted.cell().touch_sigma_m;
-    problem_.set_repeats(std::vector<int>(of_.size(), 1), usual_m);
+    problem_.set_noise(usual_m);
     problem_.set_ripple(c.level.ripple_rad);
     x_ = problem_.to_si(VectorXd::Zero(problem_.size()));
     x_.head(problem_.arm_size()) = x_si.head(problem_.arm_size());

@@ -61,7 +61,12 @@ TEST(Repeats, AreNotWhereTheLoadIsAnother) {
   for (std::size_t i = 0; i < 10; ++i) touches[i].load = "full";
   const ArmModel arm(cell);
   const Problem problem(cell, arm, touches, starting_places(cell, arm, touches));
-  EXPECT_EQ(find_repeats(problem).touches, 0);
+  const Repeats found = find_repeats(problem);
+  EXPECT_EQ(found.touches, 0);
+  EXPECT_EQ(found.times, std::vector<int>(20, 2)) << "the ripple of a posture is that of both";
+  const std::vector<Touch> some = of_one_tool_per_posture(touches);
+  EXPECT_EQ(some.size(), 10u);
+  EXPECT_EQ(of_one_tool_per_posture(repeated(10, 2, 1e-5)).size(), 20u);
 }
 
 TEST(Repeats, MeasureTheNoiseOfATouchThroughTheErrorsOfAnUncalibratedArm) {

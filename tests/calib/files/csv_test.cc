@@ -91,6 +91,12 @@ TEST(ATableOfAnotherForm, InWindows1252IsReadAsUtf8) {
   expect_words(touches_refusal("\x7F\x45LF\x02\0\0\xFF\xFE\n"s), {"touches.csv:1:", "control"});
 }
 
+TEST(ATableOfAnotherForm, ThatIsAWorkbookIsRefusedWithTheWayOut) {
+  for (const char* begin :
+       {"PK\x03\x04\x14", "\xD0\xCF\x11\xE0\xA1", "MATLAB 5.0 MAT-file", "\x89HDF\r\n"})
+    expect_words(touches_refusal(begin), {"touches.csv: is a", "Save the table as CSV"});
+}
+
 TEST(ATableOfAnotherForm, IsASpreadsheetsRectangle) {
   const std::string plain = kPlain;
   expect_plain(exchanged(plain, '\n', ",,,\n"), "");

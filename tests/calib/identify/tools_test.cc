@@ -11,6 +11,7 @@
 #include "calib/estimate/seed_paper.h"
 #include "calib/identify/identify.h"
 #include "calib/model/linear.h"
+#include "calib/model/units.h"
 #include "tests/calib/findings.h"
 #include "tests/calib/millimetre.h"
 #include "tests/calib/simulate.h"
@@ -47,9 +48,10 @@ Tool beside(const Tool& first, const std::string& id, const Vector3d& off_m, dou
   return tool;
 }
 
-/// Three reflectors seen by one tracker; all except the first are 1 mm off their stated positions.
+/// Three reflectors seen by one tracker; all except the first are 1 mm off their stated positions. With `scatter_rad`
+/// of every joint all three are read at each posture, else one of them in turn.
 struct Reflectors {
-  explicit Reflectors(int count, unsigned seed = 1) {
+  explicit Reflectors(int count, unsigned seed = 1, double scatter_rad = 0.0) {
     cell = demo_cell();
     cell.targets.clear();
     cell.lengths.clear();
@@ -75,13 +77,21 @@ struct Reflectors {
     tracker_in_base.translate(Vector3d(3.0, -1.0, 0.5));
     tracker_in_base.rotate(Eigen::AngleAxisd(2.0, Vector3d(0.1, -0.2, 1.0).normalized()));
     const auto poses = workspace_poses(arm, count, seed + 7);
-    for (std::size_t i = 0; i < poses.size(); ++i) {
+    const std::size_t at_each = scatter_rad > 0.0 ? 3 : 1;
+    JointVector stands;
+    for (std::size_t i = 0; i < at_each * poses.size(); ++i) {
       const int tool = static_cast<int>(i % 3);
-      Vector3d p = arm.position(arm.prepare(poses[i], tool), x.data());
+      const JointVector& pose = poses[i / at_each];
+      if (i % at_each == 0) {
+        stands = pose;
+        if (scatter_rad > 0.0)
+          for (double& angle : stands) angle += scatter_rad * random.normal();
+      }
+      Vector3d p = arm.position(arm.prepare(stands, tool), x.data());
       for (int k = 0; k < 3; ++k) p[k] += 0.02 * kMm * random.normal();
       const Vector3d m = tracker_in_base.inverse() * p;
       Touch touch;
-      touch.joint_rad = poses[i];
+      touch.joint_rad = pose;
       touch.target = "L";
       touch.tool = tool == 0 ? "" : arm.tool(tool).id;
       touch.sigma_m = 0.02 * kMm;
@@ -119,6 +129,17 @@ TEST(Tools, OfSeveralReflectorsOnOneFlangeEachIsFound) {
       << "it is stated to be known";
   EXPECT_TRUE(has_parameter(c, tool_parameter(ParameterKind::kDeflection, 0)));
   EXPECT_LT(c.check.rms_m, 0.1 * kMm);
+}
+
+TEST(Tools, ReadAtOnePostureShowItsErrorsOnce) {
+  constexpr double kScatterRad = 40.0 * kRadPerArcsec;
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    const Reflectors made(50, seed, kScatterRad);
+    const Calibration c = identify(made.cell, made.touches);
+    for (const Joint& joint : c.cell.robot.joints)
+      EXPECT_EQ(joint.function_sigma_rad, 0.0) << joint.name << ": it has none";
+    EXPECT_GT(std::max(c.level.ripple_rad, c.discrepancy.sigma_m), 10.0 * kRadPerArcsec) << seed;
+  }
 }
 
 TEST(Tools, ATouchThatNamesTheWrongOneIsAnOutlier) {
