@@ -131,11 +131,15 @@ bool has_functions(const Calibration& c) {
 /// True if the touches show, or may show, an error of the arm beyond the model.
 bool shows_discrepancy(const Calibration& c) {
   constexpr double kTooMuch = 4.0, kTooMuchUnlessNoise = 2.0, kEnoughRepeats = 5.0;
-  // Functions take much of such an error for theirs; with_discrepancy() decides by evidence then.
-  const bool sensitive = c.repeats.degrees_of_freedom >= kEnoughRepeats || has_functions(c);
+  // Functions take such an error for theirs where touches are few; with_discrepancy() decides by evidence. Of many
+  // touches it takes seconds.
+  constexpr std::size_t kFewTouches = 300;
+  const bool functions = has_functions(c);
+  const bool sensitive = functions || c.repeats.degrees_of_freedom >= kEnoughRepeats;
   return c.touch_noise_m > kNothingM &&
          (c.discrepancy.alike > kFieldSigmas ||
-          c.chi2_per_dof > (sensitive ? kTooMuchUnlessNoise : kTooMuch));
+          c.chi2_per_dof > (sensitive ? kTooMuchUnlessNoise : kTooMuch) ||
+          (functions && c.residuals.size() <= kFewTouches));
 }
 
 /// Calibration with the discrepancy estimated, if the residuals show one and, where the arm has functions of its joints'

@@ -32,7 +32,7 @@ std::vector<std::string> beyond(const CellForm& form, const std::string& text);
 /// is none. Throws calib::FileError.
 std::string cell_text_with(const CellForm& form, const std::string& before);
 
-// Spheres and their certificate from CSV files or Digital Calibration Certificates (XML, dcc_reading.h). All functions throw calib::FileError with file, line and
+// Spheres and their certificate from CSV files or Digital Calibration Certificates (XML). All functions throw calib::FileError with file, line and
 // column.
 
 /// `name`: of the text, for error messages.

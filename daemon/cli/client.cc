@@ -337,7 +337,7 @@ std::optional<ContactsDelay> delay_of_contacts(const json& delay) {
 std::string kind_words(const json& session) {
   const std::string kind = text_in(session, "kind");
   if (kind.empty() || kind == to_string(SessionKind::kCalibrate)) return "";
-  return say({"say.cli.history.kind", {{"kind", "kind." + kind}}});
+  return say({"say.cli.history.kind", {{"kind", say("kind." + kind)}}});
 }
 
 /// State with the outcome, since 'done' alone would read as a success. Without a recorded outcome: whether a
