@@ -497,9 +497,10 @@ std::string write_corrected(const CorrectCommand& command, const std::vector<Krl
   fs::create_directories(record.parent_path());
   // The record first: a corrected program without it would pass for the original.
   write_atomically(record, json_text(recorded));
-  for (const KrlFile& file : files) {
-    fs::create_directories(fs::path(file.name).parent_path());
-    write_atomically(file.name, file.text);
+  // Last the programs, which call what the others define.
+  for (auto file = files.rbegin(); file != files.rend(); ++file) {
+    fs::create_directories(fs::path(file->name).parent_path());
+    write_atomically(file->name, file->text);
   }
   std::string words;
   for (const Json& place : report["written"])

@@ -683,8 +683,8 @@ const steps = {
   async "finds the daemon again by itself and offers to go on with what was left"() {
     const { page } = this;
     await cell.begin();
-    await says(page, /Idle: no session is running/);
-    await page.getByText(/Session 4 was interrupted after \d+ of \d+ touches/).waitFor(LONG);
+    await says(page, /^Session 4 was interrupted after \d+ of \d+ touches/);
+    await page.getByText("Look at the robot and at the cell. Then resume").waitFor(LONG);
     await page.getByRole("button", { name: "Resume session 4" }).click();
     const go = page.getByRole("button", { name: "Resume: the arm moves" });
     assert.ok(await go.isDisabled(), "nothing resumes before the cell is said to be clear");
