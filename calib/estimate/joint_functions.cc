@@ -203,6 +203,12 @@ void maximise(const Eigen::MatrixXd& by_unknowns, const Eigen::VectorXd& y, Comp
 
 }  // namespace
 
+bool has_functions(const Robot& robot) {
+  return std::ranges::any_of(robot.joints, [](const Joint& joint) {
+    return joint.function_sigma_rad > 0.0 || !joint.waves.empty();
+  });
+}
+
 Cell with_learnt_of(const Robot& robot, Cell cell) {
   for (std::size_t i = 0; i < cell.robot.joints.size(); ++i) {
     const Joint& from = robot.joints[i];

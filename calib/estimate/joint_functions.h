@@ -21,6 +21,9 @@ Robot with_bearings(Robot robot, double share);
 /// `plain`, which lacks the additional unknowns of `richer`.
 bool speaks_for(const Problem& plain, Problem& richer, const Estimate& e);
 
+/// True if a joint has a function of its angle or single waves.
+bool has_functions(const Robot& robot);
+
 /// The robot with the sizes and the reach of its joints' functions by restricted likelihood; none
 /// where the residuals of touches that share joint angles are uncorrelated, (30). `e`: the estimate
 /// of `problem`, which lacks functions.

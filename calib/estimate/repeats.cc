@@ -147,7 +147,7 @@ std::vector<Touch> of_one_tool_per_posture(const std::vector<Touch>& touches) {
 bool repeats_another(std::span<const Touch> touches) {
   return touches.back().set == TouchSet::kFit &&
          std::any_of(touches.begin(), touches.end() - 1, [&](const Touch& other) {
-           return other.set == TouchSet::kFit && same_place(other, touches.back());
+           return other.set == TouchSet::kFit && same_posture(other, touches.back());
          });
 }
 

@@ -33,7 +33,7 @@ Repeats weigh_repeats(Problem& problem);
 /// Touches without those that share a posture with one of another tool, load or target. They share its errors,
 /// whatever causes them: what the arm has beyond its geometry is not to be concluded from both.
 std::vector<Touch> of_one_tool_per_posture(const std::vector<Touch>& touches);
-/// True if the last touch was made at the place of an earlier one.
+/// True if the last touch was made at the posture of an earlier one.
 bool repeats_another(std::span<const Touch> touches);
 
 }  // namespace cellcal::calib

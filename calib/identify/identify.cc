@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "calib/estimate/discrepancy.h"
+#include "calib/estimate/joint_functions.h"
 #include "calib/estimate/target.h"
 #include "calib/identify/causes.h"
 #include "calib/identify/data_association.h"
@@ -123,18 +124,13 @@ std::vector<Finding> findings_of(const std::vector<Cause>& causes) {
   return findings;
 }
 
-bool has_functions(const Calibration& c) {
-  return std::ranges::any_of(c.cell.robot.joints,
-                             [](const Joint& joint) { return joint.function_sigma_rad > 0.0; });
-}
-
 /// True if the touches show, or may show, an error of the arm beyond the model.
 bool shows_discrepancy(const Calibration& c) {
   constexpr double kTooMuch = 4.0, kTooMuchUnlessNoise = 2.0, kEnoughRepeats = 5.0;
   // Functions take such an error for theirs where touches are few; with_discrepancy() decides by evidence. Of many
   // touches it takes seconds.
   constexpr std::size_t kFewTouches = 300;
-  const bool functions = has_functions(c);
+  const bool functions = has_functions(c.cell.robot);
   const bool sensitive = functions || c.repeats.degrees_of_freedom >= kEnoughRepeats;
   return c.touch_noise_m > kNothingM &&
          (c.discrepancy.alike > kFieldSigmas ||
@@ -146,12 +142,11 @@ bool shows_discrepancy(const Calibration& c) {
 /// angles, it is likelier than those. If both are withheld, `stated` with the findings of the other as warnings.
 Calibration with_discrepancy(const Cell& cell, const std::vector<Touch>& touches,
                              IdentifyOptions options, Calibration stated) {
-  if (options.level || options.with_discrepancy || !shows_discrepancy(stated))
-    return stated;
+  if (options.level || options.with_discrepancy || !shows_discrepancy(stated)) return stated;
   options.with_discrepancy = true;
   std::optional<Calibration> estimated = tried(cell, touches, options);
   if (!estimated) return stated;
-  if (has_functions(stated) && !(estimated->log_evidence > stated.log_evidence)) return stated;
+  if (has_functions(stated.cell.robot) && !(estimated->log_evidence > stated.log_evidence)) return stated;
   estimated->discrepancy.alike = stated.discrepancy.alike;
   if (estimated->verdict.publish() || stated.verdict.publish()) return std::move(*estimated);
   for (const Finding& one : estimated->verdict.findings) {

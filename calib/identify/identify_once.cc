@@ -415,9 +415,10 @@ std::unique_ptr<Stated> with_all_touches(const Cell& cell, const std::vector<Tou
 /// linearisation.
 std::unique_ptr<Stated> likeliest(const Cell& cell, const std::vector<Touch>& touches,
                                   const IdentifyOptions& options, bool richer, Estimate& e) {
-  if (const std::vector<Touch> some = of_one_tool_per_posture(touches);
-      richer && some.size() < touches.size())
-    return with_all_touches(cell, touches, options, *likeliest(cell, some, options, richer, e), e);
+  if (richer)
+    if (const std::vector<Touch> some = of_one_tool_per_posture(touches);
+        some.size() < touches.size())
+      return with_all_touches(cell, touches, options, *likeliest(cell, some, options, true, e), e);
   auto likely = std::make_unique<Stated>(cell, touches, options.level.value_or(ModelLevel{}));
   std::vector<ModelLevel> levels = usual_levels();
   if (options.level)
@@ -428,10 +429,7 @@ std::unique_ptr<Stated> likeliest(const Cell& cell, const std::vector<Touch>& to
   if (!options.with_discrepancy && estimate_with_play(likely->problem, played->problem, options, e))
     likely = std::move(played);
   if (!richer || contradicts_files(likely->problem, likely->repeats, e)) return likely;
-  const bool stated = std::ranges::any_of(cell.robot.joints, [](const Joint& joint) {
-    return joint.function_sigma_rad > 0.0 || !joint.waves.empty();
-  });
-  if (options.functions && !stated) add_functions(cell, touches, options, likely, e);
+  if (options.functions && !has_functions(cell.robot)) add_functions(cell, touches, options, likely, e);
   // After the functions: of gears with waves, 100 touches took bearings for these.
   if (!states(cell.robot, &Joint::bearing_sigma_rad_per_nm))
     add_bearings(cell, touches, options, likely, e);

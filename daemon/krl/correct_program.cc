@@ -76,7 +76,10 @@ class Correction {
         continue;
       }
       const auto [first, fresh] = first_motion_.emplace(motion.point, i);
-      fresh ? correct(i) : again(i, first->second);
+      if (fresh)
+        correct(i);
+      else
+        again(i, first->second);
     }
     for (std::size_t i = 0; i < program_.motions.size(); ++i) check_posture(i);
   }

@@ -196,6 +196,17 @@ TEST(Discrepancy, DoesNotShrinkWithTheNumberOfTouches) {
   EXPECT_GT(judged(many, truth, field).covered, 0.85);
 }
 
+TEST(Discrepancy, IsNotTakenForFunctionsOfTheJointsAngles) {
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    const sim::Truth truth = plain_truth(demo_cell(), 40 + seed);
+    const Field field(0.3e-3, seed);
+    const Calibration c =
+        identify(demo_cell(), touches_of({.repeated = 5, .seed = seed}, truth, field));
+    EXPECT_TRUE(c.discrepancy.estimated) << seed;
+    for (const Joint& joint : c.cell.robot.joints) EXPECT_EQ(joint.function_sigma_rad, 0.0) << seed;
+  }
+}
+
 TEST(Discrepancy, OfAnArmThatIsAsItsModelIsNone) {
   const sim::Truth truth = plain_truth(demo_cell(), 5);
   const Field none(0.0, 5);
