@@ -163,8 +163,8 @@ bool is_drawn(ParameterKind kind) {
 bool Trial::makes_sense() const { return misfit() < kSense && worst < kFarStated; }
 
 std::optional<Calibration> tried(const Cell& cell, const std::vector<Touch>& touches,
-                                 const IdentifyOptions& options) {
-  auto found = identified_or_why_not(cell, touches, options);
+                                 const IdentifyOptions& options, bool richer) {
+  auto found = identified_or_why_not(cell, touches, options, richer);
   auto* calibration = std::get_if<Calibration>(&found);
   return calibration ? std::optional(std::move(*calibration)) : std::nullopt;
 }

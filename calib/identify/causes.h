@@ -52,7 +52,7 @@ struct Trial {
 
 /// Calibration by identified_or_why_not(); nullopt if there is none.
 std::optional<Calibration> tried(const Cell& cell, const std::vector<Touch>& touches,
-                                 const IdentifyOptions& options);
+                                 const IdentifyOptions& options, bool richer = false);
 
 /// Trial at the fullest level without play; the level does not matter for this purpose.
 Trial fit_hypothesis(const Cell& cell, const std::vector<Touch>& touches);

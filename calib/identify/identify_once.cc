@@ -298,7 +298,8 @@ struct Stated {
   ArmModel arm;
   Problem problem;
   Repeats repeats;
-  bool learnt = false;  ///< has bearings or functions sized by these touches
+  bool learnt = false;         ///< has bearings or functions sized by these touches
+  std::vector<Jump> jumped{};  ///< suspected without those, which may absorb a jump
 };
 
 /// Required gain of log evidence. Sizes were found from the same touches, which gains some by chance;
@@ -330,6 +331,7 @@ bool adopt(std::unique_ptr<Stated> richer, double required_gain, const IdentifyO
     return false;
   }
   richer->learnt = true;
+  richer->jumped = std::move(likely->jumped);
   likely = std::move(richer);
   return true;
 }
@@ -389,14 +391,12 @@ void add_functions(const Cell& cell, const std::vector<Touch>& touches,
 }
 
 /// True if the touches contradict a certified length or a size: a richer arm would absorb it.
-bool contradicts_files(const Problem& problem, const Repeats& repeats, const Estimate& e) {
-  Calibration c;
-  fill_fit(problem, e, repeats, c);
+bool contradicts_files(const Problem& problem, const Estimate& e, const Calibration& fit) {
   const NormalEquations equations = normal_equations_without_lengths(problem, e);
-  return worst_contradicted(leave_one_out_lengths(problem, e, equations, c.chi2,
-                                                  c.degrees_of_freedom)) != nullptr ||
-         worst_contradicted(artefact_biases(problem, e, equations, c.chi2, c.degrees_of_freedom)) !=
-             nullptr;
+  return worst_contradicted(leave_one_out_lengths(problem, e, equations, fit.chi2,
+                                                  fit.degrees_of_freedom)) != nullptr ||
+         worst_contradicted(
+             artefact_biases(problem, e, equations, fit.chi2, fit.degrees_of_freedom)) != nullptr;
 }
 
 /// The model decided on by `decided`, with the estimate of all touches.
@@ -406,6 +406,7 @@ std::unique_ptr<Stated> with_all_touches(const Cell& cell, const std::vector<Tou
   const Robot& robot = decided.levelled.robot;
   auto all = std::make_unique<Stated>(with_learnt_of(robot, cell), touches, decided.level);
   all->learnt = decided.learnt;
+  all->jumped = decided.jumped;
   e = estimate(all->problem, options, levels_of(cell, robot, decided.level));
   return all;
 }
@@ -428,8 +429,13 @@ std::unique_ptr<Stated> likeliest(const Cell& cell, const std::vector<Touch>& to
   auto played = std::make_unique<Stated>(cell, touches, kFullestLevel);
   if (!options.with_discrepancy && estimate_with_play(likely->problem, played->problem, options, e))
     likely = std::move(played);
-  if (!richer || contradicts_files(likely->problem, likely->repeats, e)) return likely;
-  if (options.functions && !has_functions(cell.robot)) add_functions(cell, touches, options, likely, e);
+  if (!richer) return likely;
+  Calibration fit;
+  fill_fit(likely->problem, e, likely->repeats, fit);
+  if (contradicts_files(likely->problem, e, fit)) return likely;
+  likely->jumped = suspected_jump(likely->problem, e, fit.chi2_per_dof);
+  if (options.functions && !has_functions(cell.robot))
+    add_functions(cell, touches, options, likely, e);
   // After the functions: of gears with waves, 100 touches took bearings for these.
   if (!states(cell.robot, &Joint::bearing_sigma_rad_per_nm))
     add_bearings(cell, touches, options, likely, e);
@@ -544,6 +550,8 @@ Calibration identify_single_pass(const Cell& cell, const std::vector<Touch>& tou
   // Not with a discrepancy, for which they were sought before: the model error resembles moves and
   // jumps, and properties that a specified level omits resemble jumps.
   fill_consistency(problem, e, !together, !together && !options.level, calibration);
+  if (calibration.jumped.empty() && likely->learnt && !together)
+    calibration.jumped = likely->jumped;
   calibration.positioner = positioner_lines(calibration, touches);
   calibration.linear_unit = linear_unit_line(calibration, touches);
   calibration.verdict = judge(problem, calibration);

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "calib/estimate/discrepancy.h"
+#include "calib/estimate/joint_functions.h"
 #include "calib/identify/causes.h"
 #include "calib/verdict/artefacts.h"
 #include "calib/verdict/session_order.h"
@@ -95,6 +96,14 @@ std::optional<Calibration> beside_model(const Cell& cell, const std::vector<Touc
   return tried(cell, touches, options);
 }
 
+/// True if bearings, functions or waves were found that the robot file does not state.
+bool has_learnt(const Robot& stated, const Calibration& c) {
+  const auto bears = [](const Joint& joint) { return joint.bearing_sigma_rad_per_nm > 0.0; };
+  const Robot& found = c.cell.robot;
+  return (has_functions(found) && !has_functions(stated)) ||
+         (std::ranges::any_of(found.joints, bears) && std::ranges::none_of(stated.joints, bears));
+}
+
 double log_evidence_of(const std::optional<Calibration>& c) {
   return c ? c->log_evidence : -std::numeric_limits<double>::infinity();
 }
@@ -139,7 +148,13 @@ class JumpSearch {
  public:
   JumpSearch(const Cell& cell, const std::vector<Touch>& touches, const IdentifyOptions& options,
              const Calibration& calibration)
-      : cell_(cell), touches_(touches), options_(options), calibration_(calibration) {
+      : cell_(cell),
+        touches_(touches),
+        options_(options),
+        calibration_(calibration),
+        learnt_(has_learnt(cell.robot, calibration)),
+        log_evidence_(learnt_ ? log_evidence_of(tried(cell, touches, options))
+                              : calibration.log_evidence) {
     for (const Outlier& o : calibration.outliers) ++left_out_[touches[o.touch].target];
     for (const MovedTarget& m : calibration.moved) left_out_[m.target] += touches.size();
   }
@@ -206,13 +221,15 @@ class JumpSearch {
   /// penalty for the search of the place.
   void test_against_model(Undone& one, double places) {
     if (one.jump.log_odds < kConfirmedOdds) return;
-    if (!one.alike && one.chi2 < kAsStated && calibration_.repeats.touches == 0) return;
+    if (!learnt_ && !one.alike && one.chi2 < kAsStated && calibration_.repeats.touches == 0) return;
     if (!beside_)
       beside_ = std::max(calibration_.log_evidence,
                          log_evidence_of(beside_model(cell_, touches_, options_)));
     const std::optional<Calibration> c = beside_model(one.cell, one.touches, options_);
     one.jump.mends = one.jump.mends || (c && mended(*c));
-    const double undone = std::max(one.log_evidence, log_evidence_of(c));
+    double undone = std::max(one.log_evidence, log_evidence_of(c));
+    if (learnt_)
+      undone = std::max(undone, log_evidence_of(tried(one.cell, one.touches, options_, true)));
     one.jump.log_odds =
         std::min(one.jump.log_odds, undone - *beside_ - one.penalty - places);  // (62a)
     if (c && one.jump.what == Jump::What::kTarget)
@@ -264,9 +281,7 @@ class JumpSearch {
     always.size = size_of(jump);
     const std::vector<Touch> touches = with_undone(suspect, always);
     const std::optional<Calibration> c = tried(cell_, touches, options_);
-    return c ? c->log_evidence - calibration_.log_evidence -
-                   size_penalty(always.size, suspect.usual)
-             : 0.0;
+    return c ? c->log_evidence - log_evidence_ - size_penalty(always.size, suspect.usual) : 0.0;
   }
 
   std::optional<Undone> undone(const JumpSuspect& suspect, FoundJump found) const {
@@ -341,7 +356,7 @@ class JumpSearch {
     one.chi2 = std::max(1.0, c.chi2_per_dof);
     one.alike = c.discrepancy.alike > kFieldSigmas;
     one.log_evidence = c.log_evidence;
-    one.jump.log_odds = c.log_evidence - calibration_.log_evidence - one.penalty;
+    one.jump.log_odds = c.log_evidence - log_evidence_ - one.penalty;
     one.jump.mends = mended(c);
   }
 
@@ -349,6 +364,8 @@ class JumpSearch {
   const std::vector<Touch>& touches_;
   const IdentifyOptions& options_;
   const Calibration& calibration_;
+  bool learnt_;          ///< the calibration has parts that hypotheses are tested without
+  double log_evidence_;  ///< without a jump and without those
   mutable std::optional<JumpSequence> stated_;
   std::optional<double> beside_;                 ///< log evidence without a jump, (62a)
   std::map<std::string, std::size_t> left_out_;  ///< number of excluded touches, by target
@@ -435,7 +452,8 @@ std::vector<Jump> jumps_by_odds(const Cell& cell, const std::vector<Touch>& touc
     const std::vector<std::size_t> which = share_of(touches, kMostTouchesForJumps);
     std::vector<Touch> share;
     for (const std::size_t i : which) share.push_back(touches[i]);
-    const std::optional<Calibration> c = tried(cell, share, options);
+    const std::optional<Calibration> c =
+        tried(cell, share, options, has_learnt(cell.robot, calibration));
     if (!c) return {};  // the subset determines too little
     jumps = JumpSearch(cell, share, options, *c).all();
     for (Jump& jump : jumps) jump.after_touch = which[jump.after_touch];

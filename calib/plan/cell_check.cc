@@ -35,7 +35,8 @@ constexpr double kTypicalCentreM = 0.010;
 constexpr double kIgnoredCentreErrorM = 0.010;
 constexpr double kOverlapM = 1e-3;
 /// Smaller values were probably stated in metres, a diameter perhaps in inches.
-constexpr double kShortestToolM = 0.005, kNearestCentreM = 0.020, kThinnestSphereM = 0.005, kSmallestMeshM = 0.010;
+constexpr double kShortestToolM = 0.005, kNearestCentreM = 0.020, kThinnestSphereM = 0.005,
+                 kSmallestMeshM = 0.010;
 /// Beyond these a diameter may be a radius or a mistake; 40 to 60 mm are usual.
 constexpr double kSmallestUsualM = 0.030, kLargestUsualM = 0.150;
 constexpr double kFinestTouchM = 0.5e-6, kCoarsestTouchM = 2e-3;
@@ -260,7 +261,12 @@ bool check_unit_range(const Cell& cell, std::vector<CellFault>& faults) {
     for (const Eigen::Vector3d& vertex : obstacle.mesh->vertices_m) around.extend(vertex);
     const Eigen::Vector3d size = around.sizes();
     if (size.maxCoeff() < kSmallestMeshM)
-      faults.push_back({Kind::kMeshInMetres, true, {obstacle.id, obstacle.mesh_file}, size.x(), size.y(), size.z()});
+      faults.push_back({Kind::kMeshInMetres,
+                        true,
+                        {obstacle.id, obstacle.mesh_file},
+                        size.x(),
+                        size.y(),
+                        size.z()});
   }
   if (cell.touch_sigma_m < kFinestTouchM || cell.touch_sigma_m > kCoarsestTouchM)
     faults.push_back({Kind::kTouchSigma, false, {}, cell.touch_sigma_m});
@@ -330,14 +336,14 @@ std::vector<CellFault> faults_of(const Cell& cell) {
   return faults;
 }
 
-std::vector<std::string> refuse_faulty(const Cell& cell) {
-  std::vector<std::string> warnings;
+std::vector<Phrase> refuse_faulty(const Cell& cell) {
+  std::vector<Phrase> warnings;
   std::string refusal;
   for (const CellFault& fault : faults_of(cell)) {
     if (!fault.refused) {
-      warnings.push_back(words(fault));
+      warnings.push_back(phrase(fault));
     } else {
-      refusal += (refusal.empty() ? "" : "; ") + words(fault);
+      refusal += (refusal.empty() ? "" : "; ") + words(phrase(fault));
     }
   }
   if (!refusal.empty())
@@ -599,8 +605,8 @@ Phrase advice_phrase(const CellFault& f) {
   return phrase_of(f, std::string("say.cell.do.") + kKindNames[f.kind]);
 }
 
-std::string words(const CellFault& fault) {
-  return words(found_phrase(fault)) + ". " + words(advice_phrase(fault));
+Phrase phrase(const CellFault& fault) {
+  return joined("say.join.remedy", found_phrase(fault), advice_phrase(fault));
 }
 
 }  // namespace cellcal::calib

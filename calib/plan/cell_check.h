@@ -21,30 +21,30 @@ namespace cellcal::calib {
 struct Goal;
 
 enum class CellFaultKind {
-  kLength,             ///< centres and a certified length disagree. a: stated, b: from centres
-  kSurfaces,           ///< as kLength, by both radii: measured between surfaces
-  kDecimalPoint,       ///< as kLength, corrected by a power of ten. c: the corrected length
-  kCentresExchanged,   ///< the first two ids: exchanging them makes all lengths fit
-  kCentre,             ///< only lengths at the first id disagree, several. a: the largest
-  kLengthTooShort,     ///< the spheres would intersect. a: stated, b: both radii
-  kTriangle,           ///< three lengths form no triangle. a: longest, b: the others' sum
-  kOverlap,            ///< two spheres intersect. a: between centres, b: both radii
-  kInside,             ///< a sphere inside an object. a: depth
-  kOutOfReach,         ///< no posture touches it. a: from the base's origin
-  kCentreInMetres,     ///< a: from the base's origin
-  kToolInMetres,       ///< a: from the flange
-  kDiameterInMetres,   ///< a: stated; or in inches
-  kUnusualDiameter,    ///< a: stated
-  kMeshInMetres,       ///< of the first id's obstacle; the second is its file. a, b, c: extents
-  kTouchSigma,         ///< a: stated. Implausibly small or large for touches
-  kCertifiedSigma,     ///< of the length between two ids, or the diameter of one. a: stated
-  kToolTooHeavy,       ///< kg: stated, limit_kg: the robot's rated payload, or any robot's
-  kInColumn,           ///< the first id intersects axis A1. a: from the axis, b: limit
-  kLargeBall,          ///< a: radius of the ball tip, b: clearance between touches
-  kShaftTouchesFirst,  ///< a: tip ahead of the shaft, b: required for a touch along the tool
-  kShankTouchesFirst,  ///< a: radius of the ball tip, b: of the slim end
-  kPositionerUnloaded, ///< the positioner of which the id is the last axis carries no stated mass
-  kToolAcross,         ///< a: tip along the flange's axis, b: across it
+  kLength,              ///< centres and a certified length disagree. a: stated, b: from centres
+  kSurfaces,            ///< as kLength, by both radii: measured between surfaces
+  kDecimalPoint,        ///< as kLength, corrected by a power of ten. c: the corrected length
+  kCentresExchanged,    ///< the first two ids: exchanging them makes all lengths fit
+  kCentre,              ///< only lengths at the first id disagree, several. a: the largest
+  kLengthTooShort,      ///< the spheres would intersect. a: stated, b: both radii
+  kTriangle,            ///< three lengths form no triangle. a: longest, b: the others' sum
+  kOverlap,             ///< two spheres intersect. a: between centres, b: both radii
+  kInside,              ///< a sphere inside an object. a: depth
+  kOutOfReach,          ///< no posture touches it. a: from the base's origin
+  kCentreInMetres,      ///< a: from the base's origin
+  kToolInMetres,        ///< a: from the flange
+  kDiameterInMetres,    ///< a: stated; or in inches
+  kUnusualDiameter,     ///< a: stated
+  kMeshInMetres,        ///< of the first id's obstacle; the second is its file. a, b, c: extents
+  kTouchSigma,          ///< a: stated. Implausibly small or large for touches
+  kCertifiedSigma,      ///< of the length between two ids, or the diameter of one. a: stated
+  kToolTooHeavy,        ///< kg: stated, limit_kg: the robot's rated payload, or any robot's
+  kInColumn,            ///< the first id intersects axis A1. a: from the axis, b: limit
+  kLargeBall,           ///< a: radius of the ball tip, b: clearance between touches
+  kShaftTouchesFirst,   ///< a: tip ahead of the shaft, b: required for a touch along the tool
+  kShankTouchesFirst,   ///< a: radius of the ball tip, b: of the slim end
+  kPositionerUnloaded,  ///< the positioner of which the id is the last axis carries no stated mass
+  kToolAcross,          ///< a: tip along the flange's axis, b: across it
   kDescription,  ///< the arm rests in the id's object, or (no id) reaches no target. See `mistakes`
   kGoal,         ///< a: required_mm, b: goal, c: expected mean error at the goal
   kRequired,     ///< a: required_mm, b: predicted for the plan
@@ -87,11 +87,11 @@ std::optional<CellFault> fault_of(const Cell& cell, const Goal& goal);
 /// The finding with its numbers, and the remedy.
 Phrase found_phrase(const CellFault& fault);
 Phrase advice_phrase(const CellFault& fault);
-/// Finding and remedy on one line, in English.
-std::string words(const CellFault& fault);
+/// Finding and remedy.
+Phrase phrase(const CellFault& fault);
 
-/// Throws PlanError naming all refused faults; returns the sentences of the others.
-std::vector<std::string> refuse_faulty(const Cell& cell);
+/// Throws PlanError naming all refused faults; returns the others.
+std::vector<Phrase> refuse_faulty(const Cell& cell);
 
 // Plausibility of the described arm and tool; part of cell_check.h.
 

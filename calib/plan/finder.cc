@@ -563,12 +563,14 @@ Cell Finder::located() const { return impl_->located(); }
 
 const std::vector<double>& Finder::positioner_rad() const { return impl_->positioner_rad; }
 
-std::string Finder::words() const {
+Phrase Finder::stage() const {
   const Sought* one = impl_->current();
   if (one == nullptr) return {};
   const double spread = std::sqrt(one->particles.covariance().trace());
-  return fmt::format("finding {}: {} touches, within {:.0f} mm",
-                     impl_->cell.targets[one->target].id, one->tips.size(), 2.0 * spread * 1e3);
+  return {"say.stage.finding",
+          {{"target", impl_->cell.targets[one->target].id},
+           {"touches", one->tips.size()},
+           {"mm", 2.0 * spread * kMmPerM}}};
 }
 
 }  // namespace cellcal::calib

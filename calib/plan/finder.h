@@ -22,6 +22,7 @@
 
 #include "calib/model/touch.h"
 #include "calib/plan/planned_touch.h"
+#include "calib/words/phrase.h"
 
 namespace cellcal::calib {
 
@@ -73,8 +74,8 @@ class Finder {
   std::vector<JointVector> way_home() const;
   /// Typical number of touches remaining; 0 once all are found, otherwise at least 1.
   int touches_left() const;
-  /// "finding S2: 2 touches, within 8 mm"; empty once all are found.
-  std::string words() const;
+  /// The sphere being sought, its touches, and within how many mm it is known; empty once all are found.
+  Phrase stage() const;
 
  private:
   struct Impl;

@@ -91,8 +91,8 @@ Phrase floor_advice_phrase(const LowestPoint& lowest) {
   return {"say.plan.low.do", {{"feet", lowest.feet_m * kMmPerM}}};
 }
 
-std::string words(const LowestPoint& lowest) {
-  return words(found_phrase(lowest)) + ". " + words(floor_advice_phrase(lowest));
+Phrase phrase(const LowestPoint& lowest) {
+  return joined("say.join.remedy", found_phrase(lowest), floor_advice_phrase(lowest));
 }
 
 }  // namespace cellcal::calib

@@ -24,7 +24,7 @@ std::optional<LowestPoint> below_feet(const Cell& cell, const Plan& plan);
 Phrase found_phrase(const LowestPoint& lowest);
 /// How to keep the arm up.
 Phrase floor_advice_phrase(const LowestPoint& lowest);
-/// Both on one line, in English.
-std::string words(const LowestPoint& lowest);
+/// Both.
+Phrase phrase(const LowestPoint& lowest);
 
 }  // namespace cellcal::calib

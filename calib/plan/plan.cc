@@ -135,6 +135,13 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
 
 namespace {
 
+/// The last leg of a touch's transit, which may pass from a stand-off to a nearer one, as a point or two.
+std::vector<JointVector> last_leg(const PlannedTouch& touch) {
+  if (touch.transit.empty()) return {touch.standoff};
+  return {touch.transit.end() - std::min<std::ptrdiff_t>(2, std::ssize(touch.transit)),
+          touch.transit.end()};
+}
+
 /// Out of a search that the arm stopped in, `lines`: back along its line. Empty: the arm is clear.
 /// `as_planned`: what is around their ends has not moved.
 std::optional<JointVector> out_of_search(const Cell& cell, const Clearance& clearance,
@@ -142,7 +149,7 @@ std::optional<JointVector> out_of_search(const Cell& cell, const Clearance& clea
                                          const JointVector& from, bool as_planned) {
   if (clearance.clear(from, kTipMarginM)) return std::nullopt;
   for (const PlannedTouch* near : lines) {
-    if (!way_out_of({near->target, {near->standoff}, near->end, {near->clear}}, from)) continue;
+    if (!way_out_of({near->target, last_leg(*near), near->end, {near->clear}}, from)) continue;
     // Out of a contact the arm moves alone: a linear unit stays.
     JointVector out = near->clear;
     std::copy_n(from.begin(), cell.robot.first_turning(), out.begin());

@@ -451,9 +451,9 @@ const Progress& TouchSequence::progress() const {
   return impl_->online ? impl_->online->progress() : impl_->progress;
 }
 
-std::string TouchSequence::stage() const {
-  if (progress().finding) return impl_->finder.words();
-  return progress().fitted ? "checking" : "touching";
+Phrase TouchSequence::stage() const {
+  if (progress().finding) return impl_->finder.stage();
+  return progress().fitted ? "say.stage.checking" : "say.stage.touching";
 }
 
 std::optional<std::vector<JointVector>> way_out_of(const SearchUnderWay& left,

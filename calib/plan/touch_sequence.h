@@ -11,6 +11,7 @@
 #include "calib/model/joint_vector.h"
 #include "calib/plan/finder.h"
 #include "calib/plan/online.h"
+#include "calib/words/phrase.h"
 
 namespace cellcal::calib {
 
@@ -118,8 +119,8 @@ class TouchSequence {
   const Progress& progress() const;
   /// As Finder::located().
   Cell located() const;
-  /// Current activity: "finding S2: 1 touch, within 20 mm", "touching", "checking".
-  std::string stage() const;
+  /// Current activity: a target being found and how far it is known, touching, or checking.
+  Phrase stage() const;
 
  private:
   struct Impl;

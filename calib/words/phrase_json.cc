@@ -43,6 +43,12 @@ json to_json(const Phrase& phrase) {
   return {{"id", phrase.id()}, {"values", values}};
 }
 
+std::vector<std::string> words(const std::vector<Phrase>& phrases, const Language& language) {
+  std::vector<std::string> all;
+  for (const Phrase& one : phrases) all.push_back(words(one, language));
+  return all;
+}
+
 Phrase phrase_of(const json& value) { return phrase_of(value, 0); }
 
 }  // namespace cellcal::calib

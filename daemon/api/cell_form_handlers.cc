@@ -14,6 +14,7 @@
 #include "calib/model/error.h"
 #include "calib/model/units.h"
 #include "calib/plan/pool.h"
+#include "calib/words/phrase_json.h"
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/http.h"
 #include "daemon/api/page_data.h"
@@ -317,7 +318,7 @@ std::optional<Response> Api::write_cell(const Call& call) {
         from.empty() ? shelf().find(name) : CellFileStore::read(from);
     const CellForm form = form_from_json(body.value("form", json()), file,
                                          before && before->form ? &*before->form : nullptr);
-    const std::vector<std::string> warnings = CellFileStore::validate(form);
+    const std::vector<calib::Phrase> warnings = CellFileStore::validate(form);
     if (!from.empty() && before && before->form) origin_text = before->text;
     if (from.empty() && !origin_text.empty()) (void)uploaded_cell(origin_text, "cell file");
     if (write) {
@@ -327,7 +328,7 @@ std::optional<Response> Api::write_cell(const Call& call) {
     return Response{write ? 201 : 200, "application/json",
                     dump({{"file", file.string()},
                           {"written", write},
-                          {"warnings", warnings},
+                          {"warnings", words(warnings)},
                           {"form", to_json(form)}})};
   });
 }

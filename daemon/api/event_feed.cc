@@ -320,10 +320,10 @@ std::string status_to_json(const Status& status, const calib::Language& language
              {"u95_mm", or_null(status.u95_m, calib::kMmPerM)},
              {"mean_error_mm", or_null(status.mean_error_m, calib::kMmPerM)},
              {"finding", status.finding},
-             {"stage", status.stage},
+             {"stage", words(status.stage, language)},
              {"planning", to_json(status.planning)},
              {"why_ended", status.why_ended},
-             {"warnings", status.warnings},
+             {"warnings", words(status.warnings, language)},
              {"time_left_s", or_null(status.time_left_s)},
              {"waiting", to_json(status.waiting, language)},
              {"interruptions", status.interruptions.total()},
@@ -345,12 +345,10 @@ std::string status_to_json(const Status& status, const calib::Language& language
              {"interrupted", nullptr},
              {"failure", nullptr}};
   if (status.interrupted) {
-    value["interrupted"] = {{"session", status.interrupted->session},
-                            {"touches", status.interrupted->touches},
-                            {"planned", status.interrupted->planned},
-                            {"started", status.interrupted->started},
-                            {"ending", to_string(status.interrupted->ending)},
-                            {"anew", status.interrupted->anew}};
+    value["interrupted"] = {
+        {"session", status.interrupted->session},          {"touches", status.interrupted->touches},
+        {"planned", status.interrupted->planned},          {"started", status.interrupted->started},
+        {"ending", to_string(status.interrupted->ending)}, {"anew", status.interrupted->anew}};
   }
   if (status.failure) {
     value["failure"] = {{"kind", to_string(status.failure->kind)},

@@ -156,7 +156,7 @@ CellFileStore::Shown CellFileStore::read(const std::filesystem::path& path) {
   return shown;
 }
 
-std::vector<std::string> CellFileStore::validate(const CellForm& form) {
+std::vector<calib::Phrase> CellFileStore::validate(const CellForm& form) {
   if (auto wrong = fault_in(form)) throw CellNotWritten(std::move(*wrong));
   try {
     return calib::refuse_faulty(cell_of(form));

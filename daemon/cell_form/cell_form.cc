@@ -97,7 +97,10 @@ std::optional<FormFault> fault_in(const CellForm& form) {
   if (whole.spheres.empty()) whole.spheres.push_back(kAnySphere);
   try {
     for (const calib::CellFault& fault : calib::faults_of(cell_of(whole)))
-      if (fault.refused) return FormFault{words(fault), key_of(fault, form), words(fault)};
+      if (fault.refused) {
+        const std::string wrong = words(phrase(fault));
+        return FormFault{wrong, key_of(fault, form), wrong};
+      }
   } catch (const calib::KeyError& error) {
     return FormFault{error.what(), form_key(error.path), error.reason};
   } catch (const calib::FileError& error) {
@@ -483,14 +486,14 @@ namespace {
 
 /// Table of the cell file or of the form's JSON.
 struct Rows {
-  const char* name;     ///< in the form
-  std::size_t first;    ///< number of its first row in the path
+  const char* name;   ///< in the form
+  std::size_t first;  ///< number of its first row in the path
 };
 
 const Rows* rows_named(std::string_view name) {
   static const std::map<std::string_view, Rows> kRows{
-      {"target", {"spheres", 1}},   {"length", {"lengths", 1}}, {"obstacle", {"obstacles", 1}},
-      {"spheres", {"spheres", 0}},  {"lengths", {"lengths", 0}}, {"obstacles", {"obstacles", 0}}};
+      {"target", {"spheres", 1}},  {"length", {"lengths", 1}},  {"obstacle", {"obstacles", 1}},
+      {"spheres", {"spheres", 0}}, {"lengths", {"lengths", 0}}, {"obstacles", {"obstacles", 0}}};
   const auto found = kRows.find(name);
   return found == kRows.end() ? nullptr : &found->second;
 }
@@ -569,7 +572,8 @@ std::string in_row(const char* rows, std::ptrdiff_t row, std::ptrdiff_t of, cons
   return row == of ? "" : std::string(rows) + '.' + std::to_string(row) + '.' + field;
 }
 
-std::string in_row_of(const char* name, const auto& rows, const std::string& id, const char* field) {
+std::string in_row_of(const char* name, const auto& rows, const std::string& id,
+                      const char* field) {
   const auto found = std::ranges::find_if(rows, [&](const auto& one) { return one.id == id; });
   return in_row(name, found - rows.begin(), std::ssize(rows), field);
 }
@@ -589,8 +593,10 @@ std::string key_of(const calib::CellFault& fault, const CellForm& form) {
   const FaultyField field = field_of(fault.kind);
   if (field.place == Place::kTool) return std::string("tool.") + field.field;
   if (field.place == Place::kNone || fault.ids.empty()) return {};
-  if (field.place == Place::kSphere) return in_row_of("spheres", form.spheres, fault.ids[0], field.field);
-  if (field.place == Place::kObstacle) return in_row_of("obstacles", form.obstacles, fault.ids[0], field.field);
+  if (field.place == Place::kSphere)
+    return in_row_of("spheres", form.spheres, fault.ids[0], field.field);
+  if (field.place == Place::kObstacle)
+    return in_row_of("obstacles", form.obstacles, fault.ids[0], field.field);
   if (fault.ids.size() > 1) return in_length(form, fault.ids, field.field);
   return fault.kind == calib::CellFaultKind::kCertifiedSigma
              ? in_row_of("spheres", form.spheres, fault.ids[0], "diameter_sigma_mm")

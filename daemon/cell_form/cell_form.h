@@ -75,7 +75,7 @@ struct CellForm {
   std::vector<SphereForm> spheres;
   std::vector<LengthForm> lengths;
   std::vector<ObstacleForm> obstacles{};
-  std::optional<double> floor_mm{};      ///< height that nothing goes below; none: not stated
+  std::optional<double> floor_mm{};  ///< height that nothing goes below; none: not stated
   std::vector<std::string> notes{};  ///< comment lines behind the tool
 };
 
@@ -89,8 +89,8 @@ calib::Cell cell_of(const CellForm& form);
 calib::Cell sketch_of(const CellForm& form);
 /// Why a form is refused, and the field to change.
 struct FormFault {
-  std::string words{};   ///< fault and remedy
-  std::string key{};     ///< of form_from_json(): "spheres.1.diameter_mm"; empty: of no single field
+  std::string words{};  ///< fault and remedy
+  std::string key{};    ///< of form_from_json(): "spheres.1.diameter_mm"; empty: of no single field
   std::string reason{};  ///< to be shown at the field: `words` without file and line
 };
 /// First fault of the incomplete form; none: it can be written. Spheres may still be missing.
@@ -198,7 +198,7 @@ class CellFileStore {
   std::optional<Shown> find(const std::string& name) const;
 
   /// Non-fatal findings. Throws CellNotWritten (kUnusable).
-  static std::vector<std::string> validate(const CellForm& form);
+  static std::vector<calib::Phrase> validate(const CellForm& form);
   /// Writes atomically. `instead_of`: SHA-256 of the file to replace, which is kept as NAME.toml.before;
   /// empty: a new file. Content beyond the form is kept, from the replaced file or from `origin`, the text of
   /// another cell file. Throws CellNotWritten.

@@ -14,8 +14,8 @@
 #include <system_error>
 
 #include "calib/estimate/external_axes.h"
-#include "calib/export/machine_external.h"
 #include "calib/export/machine_data.h"
+#include "calib/export/machine_external.h"
 #include "calib/export/rigid_arm.h"
 #include "calib/export/tables.h"
 #include "calib/export/urdf.h"
@@ -130,7 +130,8 @@ void refuse_other_zeros(const calib::MachineData& data, const calib::Robot& robo
     const calib::JointZero& one = zeros->joints[i];
     if (one.same()) continue;
     all += fmt::format("{}: zero {:.2f} deg from the controller's{}; ",
-                       calib::shown(robot.joints[robot.first_turning() + i].name), one.zero_rad * calib::kDegPerRad + 0.0,
+                       calib::shown(robot.joints[robot.first_turning() + i].name),
+                       one.zero_rad * calib::kDegPerRad + 0.0,
                        one.sense < 0 ? ", opposite sense" : "");
   }
   if (all.empty())
@@ -222,8 +223,8 @@ void put_tool(const ImportRobotCommand& command, const calib::MachineData& data)
   const calib::FrameMmDeg is{tool.xyz_mm, tool.abc_deg};
   if (!cell.tool.tcp.isApprox(calib::to_isometry(is), 1e-9))
     throw calib::FileError(before.cell_name, ": [tool] could not be set (not written)");
-  for (const std::string& warning : calib::refuse_faulty(cell))
-    fmt::print(stderr, "warning: {}\n", warning);
+  for (const calib::Phrase& warning : calib::refuse_faulty(cell))
+    fmt::print(stderr, "warning: {}\n", words(warning));
   write_atomically(command.cell.string() + ".before", before.cell_text);
   write_atomically(command.cell, after.cell_text);
   fmt::print(stderr, "{}: [tool] is TOOL_DATA[{}]{}; the file before: {}.before\n",
@@ -278,18 +279,19 @@ std::string positioner_words(const ExportRobotCommand& command, const calib::Cal
     const std::string& name = c.cell.robot.positioner[j].name;
     const double scale = correction_of(c, positioner_parameter(j, calib::AxisError::kScale));
     const double give = calib::largest_give_rad(c, j);
-    words += command.as == "dh"
-                 ? fmt::format(
-                       "\n{} of the positioner: not in a table of the arm; --as urdf, yaml, "
-                       "json and kuka have it",
-                       name)
-                 : fmt::format(
-                       "\n{} of the positioner: scale of its angle {:+.3f} mrad/rad{}, not in "
-                       "its joint",
-                       name, 1e3 * scale,
-                       give > 0.0 ? fmt::format(" and {:.3f} mrad that it gives at most under its load",
-                                                1e3 * give)
-                                  : "");
+    words +=
+        command.as == "dh"
+            ? fmt::format(
+                  "\n{} of the positioner: not in a table of the arm; --as urdf, yaml, "
+                  "json and kuka have it",
+                  name)
+            : fmt::format(
+                  "\n{} of the positioner: scale of its angle {:+.3f} mrad/rad{}, not in "
+                  "its joint",
+                  name, 1e3 * scale,
+                  give > 0.0 ? fmt::format(" and {:.3f} mrad that it gives at most under its load",
+                                           1e3 * give)
+                             : "");
   }
   return words;
 }

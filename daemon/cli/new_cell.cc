@@ -24,6 +24,7 @@
 #include "calib/plan/cell_check.h"
 #include "calib/plan/lowest.h"
 #include "calib/plan/plan.h"
+#include "calib/words/phrase_json.h"
 #include "daemon/cell_form/cell_text.h"
 #include "daemon/cli/backup.h"
 #include "daemon/cli/commands.h"
@@ -129,7 +130,7 @@ struct PlannedCell {
 };
 
 /// Appends to `warnings`.
-PlannedCell plan_it(const calib::Cell& cell, std::vector<std::string>& warnings) {
+PlannedCell plan_it(const calib::Cell& cell, std::vector<calib::Phrase>& warnings) {
   PlannedCell planned;
   for (const calib::Target& target : cell.targets) {
     if (target.has_centre) continue;
@@ -144,8 +145,7 @@ PlannedCell plan_it(const calib::Cell& cell, std::vector<std::string>& warnings)
     planned.mean_mm = plan.predicted_mean_m * calib::kMmPerM;
     planned.u95_mm = plan.predicted_u95_m * calib::kMmPerM;
     planned.limit = limit_needed(plan, cell.robot, plan.start);
-    if (const auto lowest = calib::below_feet(cell, plan))
-      warnings.push_back(calib::words(*lowest));
+    if (const auto lowest = calib::below_feet(cell, plan)) warnings.push_back(phrase(*lowest));
   } catch (const calib::PlanError& error) {
     planned.why_not = error.what();
   }
@@ -153,11 +153,11 @@ PlannedCell plan_it(const calib::Cell& cell, std::vector<std::string>& warnings)
 }
 
 std::string words(const NewCellCommand& command, const CellForm& form, const calib::Cell& cell,
-                  const std::vector<std::string>& warnings, const PlannedCell& planned) {
+                  const std::vector<calib::Phrase>& warnings, const PlannedCell& planned) {
   const std::string file = command.output.string();
   std::string text = fmt::format("{}: {}, {} spheres, {} certified lengths\n", file,
                                  cell.robot.name, form.spheres.size(), form.lengths.size());
-  for (const std::string& warning : warnings) text += "warning: " + warning + "\n";
+  for (const calib::Phrase& one : warnings) text += "warning: " + calib::words(one) + "\n";
   if (form.lengths.empty())
     text += "warning: no certified length: the result will count near the spheres only\n";
   if (planned.why_not) {
@@ -173,10 +173,10 @@ std::string words(const NewCellCommand& command, const CellForm& form, const cal
   return text + fmt::format("next: cellcal doctor --cell {}\n", file);
 }
 
-std::string as_json(const NewCellCommand& command, const std::vector<std::string>& warnings,
+std::string as_json(const NewCellCommand& command, const std::vector<calib::Phrase>& warnings,
                     const PlannedCell& planned) {
   json value{{"file", command.output.string()},
-             {"warnings", warnings},
+             {"warnings", calib::words(warnings)},
              {"why_not_planned", nullptr},
              {"plan", nullptr}};
   if (planned.why_not) {
@@ -221,7 +221,7 @@ int new_cell(const NewCellCommand& command, std::istream& in, std::ostream& aske
   if (const std::string wrong = objection(form); !wrong.empty())
     throw std::runtime_error(wrong + " (nothing was written)");
   const calib::Cell cell = cell_of(form);
-  std::vector<std::string> warnings =
+  std::vector<calib::Phrase> warnings =
       calib::refuse_faulty(cell);  // before an existing file is replaced
   const std::string text = cell_text(form);
   read_back(text, command.output, as_cell(form.robot.name, form.robot.text));

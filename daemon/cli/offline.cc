@@ -274,7 +274,7 @@ void write_output(const std::filesystem::path& output, const std::string& text) 
 void warn_of_cell(const calib::Cell& cell) {
   try {
     for (const calib::CellFault& fault : calib::faults_of(cell))
-      fmt::print(stderr, "warning: {}\n", words(fault));
+      fmt::print(stderr, "warning: {}\n", words(phrase(fault)));
   } catch (const calib::PlanError&) {  // of a robot that sessions cannot move
   }
 }

@@ -193,8 +193,8 @@ int plan(const PlanCommand& command) {
   calib::Cell cell = calib::load_cell(command.cell);
   if (!command.last.empty())
     cell = with_functions_of(read_calibration(command.last).cell.robot, std::move(cell));
-  for (const std::string& warning : calib::refuse_faulty(cell))
-    fmt::print(stderr, "warning: {}\n", warning);
+  for (const calib::Phrase& warning : calib::refuse_faulty(cell))
+    fmt::print(stderr, "warning: {}\n", words(warning));
   calib::PlanOptions options;
   options.fit_touches = command.touches;
   options.check_touches = command.check;
@@ -210,9 +210,9 @@ int plan(const PlanCommand& command) {
     return calib::make_plan(cell, options, begin_of(command, cell.robot));
   }();
   if (const auto fault = calib::fault_of(cell, made))
-    fmt::print(stderr, "warning: {}\n", words(*fault));
+    fmt::print(stderr, "warning: {}\n", words(phrase(*fault)));
   if (const auto low = calib::below_feet(cell, made))
-    fmt::print(stderr, "warning: {}\n", words(*low));
+    fmt::print(stderr, "warning: {}\n", words(phrase(*low)));
   const auto short_of = missed(command, made);
   if (short_of) fmt::print(stderr, "warning: {}\n", say(*short_of));
   const LimitNeeded needed = limit_needed(made, cell.robot, made.start);

@@ -315,6 +315,7 @@ struct Runner::Perform {
     runner.work([plan = tasks.plan] {
       Tasks::Planned planned = plan();
       return Event{Planned{{std::make_shared<const calib::Plan>(std::move(planned.plan)),
+                            {},
                             std::move(planned.progress)},
                            std::move(planned.hash)}};
     });
@@ -336,7 +337,7 @@ struct Runner::Perform {
                                                      : action.from_rad)] {
           Tasks::Chosen chosen = choose(action, touches, from);
           Routed routed{{std::make_shared<const calib::Plan>(std::move(chosen.plan)),
-                         std::move(chosen.progress), std::move(chosen.stage)},
+                         std::move(chosen.stage), std::move(chosen.progress)},
                         action.route_id};
           if (chosen.search)
             routed.search =

@@ -74,7 +74,7 @@ struct Tasks {
   struct Chosen {
     calib::Plan plan;  ///< the one touch, or none and the way home
     calib::Progress progress{};
-    std::string stage{};                            ///< purpose of the touch, in words
+    calib::Phrase stage{};                          ///< purpose of the touch
     std::optional<calib::SearchUnderWay> search{};  ///< while spheres are located
     bool not_found = false;  ///< a sphere cannot be located; the plan leads home
     std::string why{};       ///< reason of not_found, for the operator

@@ -52,7 +52,7 @@ class Round {
                        const calib::JointVector& from) {
     round_.learn(how, touches);
     Tasks::Chosen chosen = round_.offer(from);
-    chosen.stage = "checking";
+    chosen.stage = "say.stage.checking";
     return chosen;
   }
 

@@ -28,10 +28,10 @@ namespace cellcal::daemon {
 namespace {
 
 /// Cell checks made before anything is opened, planned or moved.
-std::vector<std::string> examine_cell(const calib::Cell& cell) {
+std::vector<calib::Phrase> examine_cell(const calib::Cell& cell) {
   try {
-    std::vector<std::string> warnings = calib::refuse_faulty(cell);
-    for (const std::string& warning : warnings) spdlog::warn("{}", warning);
+    std::vector<calib::Phrase> warnings = calib::refuse_faulty(cell);
+    for (const calib::Phrase& warning : warnings) spdlog::warn("{}", words(warning));
     return warnings;
   } catch (const calib::PlanError& wrong) {
     throw RequestError(wrong.what());
@@ -144,7 +144,7 @@ void check_new_session(const RunRequest& request, Job& job) {
   job.warnings = examine_cell(job.cell);
   if (request.goal_mm)
     if (const auto fault = calib::fault_of(job.cell, job.options.goal))
-      job.warnings.push_back(words(*fault));
+      job.warnings.push_back(phrase(*fault));
   examine_load(job.cell, request.load);
   kind_of(job.options).examine(job);
 }
@@ -224,9 +224,7 @@ std::unique_ptr<Job> prepare(Journal& journal, const RunRequest& request, Sessio
   if (!request.resume) check_new_session(request, *job);
   check_axis_count(*job);
   if (job->cell.robot.absolute_accuracy == calib::AbsoluteAccuracy::kActive)
-    job->warnings.emplace_back(
-        "robot file: absolute accuracy is active: the calibration holds for joint angles, and "
-        "'cellcal correct' refuses programs");
+    job->warnings.emplace_back("say.session.absolute_accuracy");
   if (job->options.one_by_one && (job->options.find || must_find(job->cell)))
     job->left = search_left(journal, job->inputs);
   job->backend = make_backend(job->cell, kind.most_speed(), job->options.load);

@@ -119,7 +119,7 @@ struct Job {
   std::string expected_hash;  ///< of a resumed session's plan
   bool resumed = false;
   std::string unattended;
-  std::vector<std::string> warnings;                  ///< non-fatal findings in the cell file
+  std::vector<calib::Phrase> warnings;                ///< non-fatal findings in the cell file
   std::shared_ptr<const calib::SearchUnderWay> left;  ///< unfinished search of the previous session
   std::vector<calib::Touch> touches;                  ///< made before the session was resumed
   std::unique_ptr<Backend> backend;

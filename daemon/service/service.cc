@@ -68,7 +68,7 @@ Status status_of(const State& state, const Job& job, std::size_t done) {
   status.failure = state.failure;
   status.warnings = job.warnings;
   if (const auto model = calib::finding_of(job.stated_poses->judged(), job.cell.robot))
-    status.warnings.push_back(calib::words(*model));
+    status.warnings.push_back(phrase(*model));
   status.interruptions = state.interruptions;
   if (state.busy_until && kAwaitingPhases.has(state.phase))
     status.busy_left_s = seconds_to(*state.busy_until, job);
@@ -78,7 +78,7 @@ Status status_of(const State& state, const Job& job, std::size_t done) {
     status.total = std::max(state.total(), status.done);
     if (state.current_index() < state.plan->touches.size()) status.target = state.planned().target;
     if (const auto fault = calib::fault_of(job.cell, *state.plan))
-      status.warnings.push_back(words(*fault));
+      status.warnings.push_back(phrase(*fault));
   }
   if (job.options.one_by_one) set_choice_progress(state, job, status);
   const bool given_up = state.phase == Phase::kFailed || state.phase == Phase::kAborted;

@@ -84,11 +84,11 @@ struct Status {
   /// over the region.
   std::optional<double> goal_m, u95_m, mean_error_m;
   bool finding = false;                     ///< the current touch serves to locate a sphere
-  std::string stage;                        ///< purpose of the current touch, in words
+  calib::Phrase stage;                      ///< purpose of the current touch
   std::optional<calib::WorkDone> planning;  ///< progress of planning
   std::string why_ended;                    ///< why no further touch was chosen
   /// Non-fatal findings in cell file and plan, in words.
-  std::vector<std::string> warnings;
+  std::vector<calib::Phrase> warnings;
   /// Residual of the newest touch, none before the first; after identification, the mean of the fit.
   std::optional<double> residual_m;
   std::optional<double> time_left_s;  ///< touches and the way home; none before the first touch

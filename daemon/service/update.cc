@@ -56,7 +56,7 @@ class Update {
     round_.learn(how, touches);
     if (round_.all_done() && !further_) add_further(touches, from);
     Tasks::Chosen chosen = round_.offer(from);
-    chosen.stage = further_ ? "resolving what changed" : "checking";
+    chosen.stage = further_ ? "say.stage.resolving" : "say.stage.checking";
     return chosen;
   }
 

@@ -139,8 +139,8 @@ struct ArmAnswer {
 /// A plan to be carried out from here on.
 struct Offer {
   std::shared_ptr<const calib::Plan> plan{};
+  calib::Phrase stage{};       ///< purpose of the touch
   calib::Progress progress{};  ///< with touches chosen one by one
-  std::string stage{};         ///< purpose of the touch, in words
 };
 
 struct Planned {

@@ -53,13 +53,14 @@ struct State {
   /// Search left by the previous session. Where the arm is still in it, the first move may lead out of a
   /// contact, too.
   std::shared_ptr<const calib::SearchUnderWay> left;
-  bool unattended = false;    ///< begins only while no person works at the robot
-  int retries = 0;            ///< automatic continuations after harmless interruptions
-  BusyRepeats repeats{0, 0};  ///< likewise after lateness of this computer
+  bool unattended = false;     ///< begins only while no person works at the robot
+  int retries = 0;             ///< automatic continuations after harmless interruptions
+  BusyRepeats repeats{0, 0};   ///< likewise after lateness of this computer
   calib::Phrase how_to_start;  ///< what the operator starts on the pendant; for messages
-  std::size_t done = 0;       ///< touches on disk; also the index of the next one
-  std::string expected_hash;  ///< resumed: hash of the stored plan; empty: not compared
-  std::string anew;  ///< command of a new session of a kind that is not resumed; empty: it is resumed
+  std::size_t done = 0;        ///< touches on disk; also the index of the next one
+  std::string expected_hash;   ///< resumed: hash of the stored plan; empty: not compared
+  std::string
+      anew;  ///< command of a new session of a kind that is not resumed; empty: it is resumed
 
   /// Null before planning. With touches chosen one by one it holds the current touch, or none and the way
   /// home.
@@ -72,7 +73,7 @@ struct State {
 
   // Touches chosen one by one.
   calib::Progress progress;
-  std::string stage;  ///< purpose of the current touch, in words
+  calib::Phrase stage;  ///< purpose of the current touch
   /// The current touch could not be made; another replaces it.
   std::optional<calib::NotMade> touch_failed;
   int failed_in_a_row = 0, failed_touches = 0;

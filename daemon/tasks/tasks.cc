@@ -93,7 +93,7 @@ class Chooser {
   Tasks::Planned begin() {
     if (const auto fault = calib::fault_of(inputs_->cell, inputs_->options.goal);
         fault && inputs_->note && !only_find_)
-      inputs_->note("warning: " + words(*fault));
+      inputs_->note("warning: " + words(phrase(*fault)));
     open_sequence();
     return {{}, "", sequence_->progress()};
   }
@@ -241,9 +241,9 @@ Tasks touching_tasks(const SharedInputs& inputs,
       Tasks::Planned now = plan_beforehand(*inputs);
       *planned = now.plan;
       if (const auto fault = calib::fault_of(inputs->cell, now.plan); fault && inputs->note)
-        inputs->note("warning: " + words(*fault));
+        inputs->note("warning: " + words(phrase(*fault)));
       if (const auto low = calib::below_feet(inputs->cell, now.plan); low && inputs->note)
-        inputs->note("warning: " + words(*low));
+        inputs->note("warning: " + words(phrase(*low)));
       return now;
     };
   }

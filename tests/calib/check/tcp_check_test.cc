@@ -62,6 +62,24 @@ const PlannedTouch& first_of(const std::string& sphere) {
   return *std::ranges::find(plan().touches, sphere, &PlannedTouch::target);
 }
 
+TEST(ACheckTouch, IsResumedFromItsNearStandoffFromBeforeItAndFromItsSearch) {
+  const auto halfway = [](const JointVector& from, const JointVector& to) {
+    JointVector at = from;
+    for (std::size_t i = 0; i < at.size(); ++i) at[i] = 0.5 * (from[i] + to[i]);
+    return at;
+  };
+  for (std::size_t next = 0; next < plan().touches.size(); ++next) {
+    const PlannedTouch& touch = plan().touches[next];
+    ASSERT_GE(touch.transit.size(), 2u);
+    const JointVector& far = touch.transit[touch.transit.size() - 2];
+    for (const JointVector& from :
+         {touch.standoff, halfway(far, touch.standoff), halfway(touch.standoff, touch.end)})
+      EXPECT_NO_THROW(
+          EXPECT_EQ(check_touch_from(calibration(), plan(), next, from, {}).end, touch.end))
+          << next;
+  }
+}
+
 TEST(CheckPlan, TouchesEverySphereByClearShortSearchesWithinTwentySeconds) {
   EXPECT_GE(plan().touches.size(), 6U);
   EXPECT_LE(plan().touches.size(), 8U);

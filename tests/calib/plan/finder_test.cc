@@ -409,8 +409,8 @@ TEST(TouchSequence, FindsTheSpheresAndThenTouchesThemToTheGoal) {
     } else {
       sequence.failed(NotMade::kMissed);
     }
-    EXPECT_EQ(sequence.progress().finding, sequence.stage().starts_with("finding "))
-        << sequence.stage();
+    EXPECT_EQ(sequence.progress().finding, sequence.stage().id() == "say.stage.finding")
+        << words(sequence.stage());
   }
   EXPECT_TRUE(sequence.progress().done);
   EXPECT_LE(sequence.progress().u95_m, 0.6e-3);

@@ -38,7 +38,7 @@ TEST(LowestPoint, OfAPlanWithoutAFloorIsStatedBelowTheFeet) {
   const auto low = below_feet(cell, plan);
   ASSERT_TRUE(low);
   EXPECT_LT(low->at_m, feet_m(cell));
-  EXPECT_NE(words(*low).find("State floor_mm"), std::string::npos) << words(*low);
+  EXPECT_NE(words(phrase(*low)).find("State floor_mm"), std::string::npos) << words(phrase(*low));
 }
 
 TEST(LowestPoint, IsNotNamedWithAFloorNorOfAPlanThatStaysAboveTheFeet) {

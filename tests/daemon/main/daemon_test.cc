@@ -546,6 +546,8 @@ TEST(ASession, SaysBeforeItMovesThatItsPlanDoesNotReachWhatIsRequired) {
   EXPECT_NE(shown.out.find("warning: required_mm = 0.011"), std::string::npos) << shown.out;
   EXPECT_NE(fixture.cellcal({"status"}).out.find("warning: required_mm = 0.011"),
             std::string::npos);
+  const Outcome german = fixture.cellcal({"status", "--language", "de"});
+  EXPECT_NE(german.out.find("Warnung: required_mm = 0,011"), std::string::npos) << german.out;
 
   const Outcome goal = fixture.cellcal({"run", "--cell", cell, "--goal", "0.4", "--touches", "20"});
   for (const char* part : {"warning: required_mm = 0.011, a goal of 0.400 mm leads to a mean error of about 0.190 mm",
