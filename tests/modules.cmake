@@ -46,10 +46,73 @@ function(cellcal_require_direction module of)
   endif()
 endfunction()
 
-# Fails on a cycle of modules. Called when all are declared: removes those that use none of the rest until none is left.
-function(cellcal_require_no_cycle)
+# cellcal_uses(folders...): files of this folder may include, of the project, the folder itself and the named ones, by their
+# path from the root (calib/model).
+function(cellcal_uses)
+  file(GLOB files CONFIGURE_DEPENDS *.cc *.h *.c)
+  file(RELATIVE_PATH module ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
+  foreach(of ${ARGN})
+    cellcal_require_direction(${module} ${of})
+  endforeach()
+  set_property(GLOBAL APPEND PROPERTY CELLCAL_MODULES ${module})
+  set_property(GLOBAL PROPERTY CELLCAL_USES_OF_${module} ${ARGN})
+  set_property(GLOBAL PROPERTY CELLCAL_FILES_OF_${module} ${files})
+endfunction()
+
+# cellcal_module(LIBRARY EXCEPT files... USES folders... LINKS targets...): a module, this folder. Its .cc files, but for
+# those of programs and of libraries with other links (EXCEPT), become part of a static library, which several may share.
+function(cellcal_module library)
+  cmake_parse_arguments(ARG "" "" "EXCEPT;USES;LINKS" ${ARGN})
+  if(NOT TARGET ${library})
+    add_library(${library} STATIC)
+    target_link_libraries(${library} PUBLIC cellcal_options)
+  endif()
+  file(GLOB sources CONFIGURE_DEPENDS *.cc)
+  list(TRANSFORM ARG_EXCEPT PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
+  list(REMOVE_ITEM sources ${ARG_EXCEPT})
+  cellcal_sources(${library} ${sources})
+  target_link_libraries(${library} PUBLIC ${ARG_LINKS})
+  cellcal_uses(${ARG_USES})
+endfunction()
+
+# cellcal_sources(TARGET files...): of files with absolute paths, those of a folder are compiled as one.
+function(cellcal_sources target)
+  target_sources(${target} PRIVATE ${ARGN})
+  set_target_properties(${target} PROPERTIES UNITY_BUILD_MODE GROUP)
+  set(most ${CMAKE_UNITY_BUILD_BATCH_SIZE})
+  if(NOT most)
+    set(most 1)
+  endif()
+  foreach(source ${ARGN})
+    get_filename_component(folder ${source} DIRECTORY)
+    file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${folder})
+    string(MAKE_C_IDENTIFIER "${folder}" folder)
+    list(APPEND files_${folder} ${source})
+    list(LENGTH files_${folder} count)
+    math(EXPR batch "(${count} - 1) / ${most}")
+    set_source_files_properties(${source} TARGET_DIRECTORY ${target} PROPERTIES UNITY_GROUP ${folder}_${batch})
+  endforeach()
+endfunction()
+
+# Called when all modules are declared. Fails on a cycle of them: removes those that use none of the rest until none is
+# left. Whatever is compiled waits for the check of all of them.
+function(cellcal_check_modules)
   get_property(modules GLOBAL PROPERTY CELLCAL_MODULES)
-  list(REMOVE_DUPLICATES modules)
+  set(stamps)
+  foreach(module ${modules})
+    get_property(files GLOBAL PROPERTY CELLCAL_FILES_OF_${module})
+    get_property(may GLOBAL PROPERTY CELLCAL_USES_OF_${module})
+    list(JOIN may "," may)
+    set(stamp ${PROJECT_BINARY_DIR}/${module}/uses.stamp)
+    add_custom_command(OUTPUT ${stamp}
+      COMMAND ${CMAKE_COMMAND} -DMODULE=${module} -DMAY=${may} -DSTAMP=${stamp} -DSOURCE=${PROJECT_SOURCE_DIR}
+              -P ${CELLCAL_MODULES_FILE}
+      DEPENDS ${files} ${CELLCAL_MODULES_FILE}
+      COMMENT "Dependencies of ${module}")
+    list(APPEND stamps ${stamp})
+  endforeach()
+  add_custom_target(module_dependencies DEPENDS ${stamps})
+  add_dependencies(cellcal_options module_dependencies)
   while(modules)
     set(rest)
     foreach(module ${modules})
@@ -68,43 +131,4 @@ function(cellcal_require_no_cycle)
     endif()
     set(modules ${rest})
   endwhile()
-endfunction()
-
-# cellcal_uses(TARGET USES folders...): files of this folder may include, of the project, the folder
-# itself and the named ones, by their path from the root (calib/model).
-function(cellcal_uses target)
-  cmake_parse_arguments(ARG "" "" "USES" ${ARGN})
-  file(GLOB files CONFIGURE_DEPENDS *.cc *.h *.c)
-  file(RELATIVE_PATH module ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
-  foreach(of ${ARG_USES})
-    cellcal_require_direction(${module} ${of})
-  endforeach()
-  set_property(GLOBAL APPEND PROPERTY CELLCAL_MODULES ${module})
-  set_property(GLOBAL PROPERTY CELLCAL_USES_OF_${module} ${ARG_USES})
-  list(JOIN ARG_USES "," may)
-  set(stamp ${CMAKE_CURRENT_BINARY_DIR}/uses.stamp)
-  add_custom_command(OUTPUT ${stamp}
-    COMMAND ${CMAKE_COMMAND} -DMODULE=${module} -DMAY=${may} -DSTAMP=${stamp} -DSOURCE=${PROJECT_SOURCE_DIR}
-            -P ${CELLCAL_MODULES_FILE}
-    DEPENDS ${files} ${CELLCAL_MODULES_FILE}
-    COMMENT "Dependencies of ${module}")
-  add_custom_target(${target}_uses DEPENDS ${stamp})
-  add_dependencies(${target} ${target}_uses)
-endfunction()
-
-# cellcal_module(NAME USES modules... LINKS targets...): a module of calib, the static library cellcal_NAME of all .cc files
-# of the folder. Modules by their folder below calib/.
-function(cellcal_module name)
-  cmake_parse_arguments(ARG "" "" "USES;LINKS" ${ARGN})
-  file(GLOB sources CONFIGURE_DEPENDS *.cc)
-  add_library(cellcal_${name} STATIC ${sources})
-  list(TRANSFORM ARG_USES REPLACE "/" "_" OUTPUT_VARIABLE targets)
-  list(TRANSFORM targets PREPEND cellcal_)
-  target_link_libraries(cellcal_${name} PUBLIC cellcal_options Eigen3::Eigen ${targets} PRIVATE ${ARG_LINKS})
-  # The installed libraries consist of the same objects (calib/library). Their functions are not interposed, so they may be
-  # inlined as in a program. Eigen costs minutes per file: small batches compile in parallel.
-  set_target_properties(cellcal_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON UNITY_BUILD_BATCH_SIZE 5)
-  target_compile_options(cellcal_${name} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fno-semantic-interposition>)
-  list(TRANSFORM ARG_USES PREPEND calib/ OUTPUT_VARIABLE may)
-  cellcal_uses(cellcal_${name} USES ${may})
 endfunction()

@@ -279,7 +279,7 @@ int main(int argc, char** argv) {
     app.option("--load", load_kg, "Mass on the table [kg], 0.12 m off its axis").between(0, 5000);
     app.option("--seed", first, "Of the first arm");
     if (const auto code = app.parse(argc, argv)) return *code;
-    calib::Robot robot = calib::load_robot(CELLCAL_EXPERIMENT_POSITIONER);
+    calib::Robot robot = calib::load_robot(CELLCAL_POSITIONER_ROBOT);
     robot.positioner.back().mass_kg = load_kg;
     robot.positioner.back().com_m = Vector3d(0.1, 0.07, 0.2);
     Column exact, stiff, found;

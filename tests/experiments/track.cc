@@ -81,7 +81,7 @@ int main(int argc, char** argv) {
     app.option("--seed", first, "Of the first arm");
     if (const auto code = app.parse(argc, argv)) return *code;
     if (touches == "random") trial.criterion = calib::Criterion::kRandom;
-    const calib::Robot robot = calib::load_robot(CELLCAL_EXPERIMENT_TRACK);
+    const calib::Robot robot = calib::load_robot(CELLCAL_TRACK_ROBOT);
     Column arm, both;
     for (std::uint64_t seed = first; static_cast<int>(both.mean.size()) < robots; ++seed) {
       if (seed > first + 200) throw std::runtime_error("no cell could be planned");

@@ -99,7 +99,7 @@ int main(int argc, char** argv) {
     app.option("--rigid", rigid,
                "An arm that does not bend: what is left of its errors is geometry");
     if (const auto code = app.parse(argc, argv)) return *code;
-    calib::Cell cell = cell_of(calib::load_robot(CELLCAL_EXPERIMENT_TRACK));
+    calib::Cell cell = cell_of(calib::load_robot(CELLCAL_TRACK_ROBOT));
     if (rigid)
       for (calib::Joint& joint : cell.robot.joints) joint.compliance_sigma_rad_per_nm = 0.0;
     calib::Cell exact = cell;

@@ -38,12 +38,6 @@ class CopyTree:
         return [p for p in listed.split("\n") if p and (self.root / p).is_file()]
 
     def _copy(self, names):
-        lists = {}
-        for path in self.files:
-            folder = Path(path).parent
-            while not (self.root / folder / "CMakeLists.txt").exists():
-                folder = folder.parent
-            lists.setdefault(f"{folder}/CMakeLists.txt", []).append(os.path.relpath(path, folder))
         kept = set(names)
         for old in self.tree.rglob("*") if self.tree.exists() else []:
             path = str(old.relative_to(self.tree))
@@ -53,15 +47,31 @@ class CopyTree:
             if path in self.sites:
                 continue
             data = (self.root / path).read_bytes()
-            if path in lists:
-                data += self._options(lists[path]).encode()
+            if path == "CMakeLists.txt":
+                data += self._options().encode()
             self._write(path, data, (self.root / path).stat().st_mode)
         self._write_faults()
 
-    def _options(self, sources):
-        include = self.tree / "tests/mutation/fault.h"
-        return (f"\nset_source_files_properties({' '.join(s for s in sources if s.endswith('.cc'))} PROPERTIES\n"
-                f'  COMPILE_OPTIONS "-w;-Wno-error;-Wno-narrowing;-fpermissive;-O2;-UNDEBUG;-D_GLIBCXX_ASSERTIONS;-include;{include}")\n')
+    def _options(self):
+        """Those of the files with faults. The target of a file may be another folder's: they are set in all."""
+        sources = " ".join(f"${{PROJECT_SOURCE_DIR}}/{path}" for path in self.files if path.endswith(".cc"))
+        return f"""
+function(mutated folder)
+  set_source_files_properties({sources} DIRECTORY ${{folder}} PROPERTIES COMPILE_OPTIONS
+    "-w;-Wno-error;-Wno-narrowing;-fpermissive;-O2;-UNDEBUG;-D_GLIBCXX_ASSERTIONS;-include;{self.tree}/tests/mutation/fault.h")
+  get_property(below DIRECTORY ${{folder}} PROPERTY SUBDIRECTORIES)
+  foreach(one ${{below}})
+    mutated(${{one}})
+  endforeach()
+endfunction()
+mutated(.)
+"""
+
+    def programs(self, folders):
+        """The test programs that have sources in these folders."""
+        rows = [line.split(" ") for line in (self.build / "test_programs").read_text().splitlines()]
+        return sorted({self.build / program for source, program in rows
+                       if any(Path(source).is_relative_to(folder) for folder in folders)})
 
     def _write(self, path, data, mode=0o644):
         target = self.tree / path
@@ -89,7 +99,7 @@ class CopyTree:
                                     capture_output=True, text=True)
         if configured.returncode:
             sys.exit(f"mutation: cmake failed in {self.tree}\n{configured.stdout}{configured.stderr}")
-        targets = [f"{folder}/all" for folder in folders]
+        targets = [str(program.relative_to(self.build)) for program in self.programs(folders)]
         for _ in range(_ROUNDS):
             made = subprocess.run(["cmake", "--build", "build/release", "--target", *targets, "--", "-k", "0"],
                                   cwd=self.tree, env=env, capture_output=True, text=True)

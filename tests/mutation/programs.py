@@ -29,22 +29,16 @@ class Outcome:
     by: str = ""
 
 
-def tests_in(folder):
-    """Tests of all GoogleTest programs in a folder and its subfolders."""
-    found = []
-    for path in sorted(folder.rglob("*")) if folder.is_dir() else []:
-        if "CMakeFiles" in path.parts or not path.is_file() or not os.access(path, os.X_OK) or path.suffix:
-            continue
-        listed = subprocess.run([path, "--gtest_list_tests"], capture_output=True, text=True, timeout=60)
-        if listed.returncode or "\n  " not in listed.stdout:
-            continue
-        suite = ""
-        for line in listed.stdout.split("\n"):
-            name = line.split("#")[0].rstrip()
-            if line.startswith("  "):
-                found.append(Test(str(path), suite + name.strip()))
-            elif name.endswith("."):
-                suite = name
+def tests_in(program):
+    """Tests of a GoogleTest program; of another none."""
+    listed = subprocess.run([program, "--gtest_list_tests"], capture_output=True, text=True, timeout=60)
+    found, suite = [], ""
+    for line in listed.stdout.split("\n") if not listed.returncode else []:
+        name = line.split("#")[0].rstrip()
+        if line.startswith("  "):
+            found.append(Test(str(program), suite + name.strip()))
+        elif name.endswith("."):
+            suite = name
     return [t for t in found if ".DISABLED_" not in t.name and not t.name.startswith("DISABLED_")]
 
 

@@ -40,7 +40,7 @@ calib::Cell rich(calib::Cell one) {
 
 calib::Cell cell_with(const char* robot) {
   calib::Cell one = cell();
-  one.robot = calib::load_robot(std::string(CELLCAL_ROBOTS) + robot);
+  one.robot = calib::load_robot(std::string(CELLCAL_ROBOTS_FOLDER "/") + robot);
   return one;
 }
 

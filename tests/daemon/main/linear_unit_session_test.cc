@@ -29,7 +29,7 @@ struct TrackFixture : DaemonFixture {
                         "start_deg = [0, -90, 90, 0, 60, 0]\nstart_mm = 1500\nwire = \"") +
             wire + "\"\n[controller]\nexternal_axes = 2\n") {
     // The demonstration's arm, on a unit of 3 m.
-    std::string robot = content(CELLCAL_ROBOT);
+    std::string robot = content(CELLCAL_ROBOTS_FOLDER "/kr5_r1400.toml");
     robot.insert(robot.find("[[joint]]"), kUnit);
     std::ofstream(dir / "track.toml") << robot;
     std::ofstream file(cell);
