@@ -149,12 +149,25 @@ void compare_lengths(const Cell& cell, std::vector<CellFault>& faults) {
     if (!one.fits()) faults.push_back(length_fault(cell, one));
 }
 
+bool joins(const CertifiedLength& one, const std::string& a, const std::string& b) {
+  return (one.from == a && one.to == b) || (one.from == b && one.to == a);
+}
+
+void compare_lengths_of_one_pair(const Cell& cell, std::vector<CellFault>& faults) {
+  for (auto one = cell.lengths.begin(); one != cell.lengths.end(); ++one)
+    for (auto other = one + 1; other != cell.lengths.end(); ++other) {
+      const double sigma = std::hypot(one->sigma_m, other->sigma_m);
+      if (joins(*one, other->from, other->to) &&
+          std::abs(one->length_m - other->length_m) > kMistakeSigmas * sigma)
+        faults.push_back({Kind::kTwoLengths, true, {one->from, one->to}, one->length_m, other->length_m, 0.0, sigma});
+    }
+}
+
 /// Also applies without stated centres.
 void compare_lengths_with_each_other(const Cell& cell, std::vector<CellFault>& faults) {
   const auto between = [&](const std::string& a, const std::string& b) -> const CertifiedLength* {
     for (const CertifiedLength& length : cell.lengths)
-      if ((length.from == a && length.to == b) || (length.from == b && length.to == a))
-        return &length;
+      if (joins(length, a, b)) return &length;
     return nullptr;
   };
   for (const CertifiedLength& length : cell.lengths) {
@@ -321,7 +334,10 @@ std::vector<CellFault> faults_of(const Cell& cell) {
   }
   const bool tool_is_sound = check_unit_range(cell, faults);
   compare_lengths(cell, faults);
-  if (faults.empty()) compare_lengths_with_each_other(cell, faults);
+  if (std::ranges::none_of(faults, &CellFault::refused)) {
+    compare_lengths_of_one_pair(cell, faults);
+    compare_lengths_with_each_other(cell, faults);
+  }
   check_certified(cell, faults);
   check_overlaps(cell, faults);
   check_containment(cell, faults);
@@ -530,6 +546,7 @@ constexpr EnumNames<Kind> kKindNames{{{Kind::kLength, "length"},
                                       {Kind::kCentresExchanged, "centres_exchanged"},
                                       {Kind::kCentre, "centre"},
                                       {Kind::kLengthTooShort, "length_too_short"},
+                                      {Kind::kTwoLengths, "two_lengths"},
                                       {Kind::kTriangle, "triangle"},
                                       {Kind::kOverlap, "overlap"},
                                       {Kind::kInside, "inside"},

@@ -27,6 +27,7 @@ enum class CellFaultKind {
   kCentresExchanged,    ///< the first two ids: exchanging them makes all lengths fit
   kCentre,              ///< only lengths at the first id disagree, several. a: the largest
   kLengthTooShort,      ///< the spheres would intersect. a: stated, b: both radii
+  kTwoLengths,          ///< of one pair, which disagree. a, b: stated
   kTriangle,            ///< three lengths form no triangle. a: longest, b: the others' sum
   kOverlap,             ///< two spheres intersect. a: between centres, b: both radii
   kInside,              ///< a sphere inside an object. a: depth

@@ -543,6 +543,7 @@ FaultyField field_of(calib::CellFaultKind kind) {
        {kCentresExchanged, {Place::kSphere, "centre_mm"}},
        {kCentre, {Place::kSphere, "centre_mm"}},
        {kLengthTooShort, {Place::kLength, "mm"}},
+       {kTwoLengths, {Place::kLength, "mm"}},
        {kTriangle, {Place::kLength, "mm"}},
        {kOverlap, {Place::kSphere, "centre_mm"}},
        {kInside, {Place::kSphere, "centre_mm"}},
@@ -598,9 +599,8 @@ std::string key_of(const calib::CellFault& fault, const CellForm& form) {
   if (field.place == Place::kObstacle)
     return in_row_of("obstacles", form.obstacles, fault.ids[0], field.field);
   if (fault.ids.size() > 1) return in_length(form, fault.ids, field.field);
-  return fault.kind == calib::CellFaultKind::kCertifiedSigma
-             ? in_row_of("spheres", form.spheres, fault.ids[0], "diameter_sigma_mm")
-             : std::string();
+  if (fault.kind != calib::CellFaultKind::kCertifiedSigma) return {};
+  return in_row_of("spheres", form.spheres, fault.ids[0], "diameter_sigma_mm");
 }
 
 }  // namespace cellcal::daemon

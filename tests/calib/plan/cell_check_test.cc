@@ -101,6 +101,22 @@ TEST(CellCheck, NamesLengthsThatCannotBeWithoutAnyCentre) {
   EXPECT_EQ(faults_of(cell).front().kind, CellFaultKind::kLengthTooShort);
 }
 
+TEST(CellCheck, NamesTwoLengthsOfOnePairThatDisagreeBesideWarningsToo) {
+  Cell cell = demo_cell();
+  for (Target& target : cell.targets) target.has_centre = false;
+  CertifiedLength again = cell.lengths[0];
+  std::swap(again.from, again.to);
+  again.length_m += 5.0 * again.sigma_m;  // 3.5 sigma of both
+  cell.lengths.push_back(again);
+  EXPECT_EQ(all_words(faults_of(cell)), "");
+  cell.lengths.back().length_m += 0.089;
+  const CellFault fault = only_fault(cell, CellFaultKind::kTwoLengths);
+  EXPECT_TRUE(fault.refused);
+  expect_words(fault, {"S1-S2: ", " mm stated (", "One of the two is wrong"});
+  cell.radius_offset_sigma_m = 0.0;
+  EXPECT_EQ(faults_of(cell).front().kind, CellFaultKind::kTwoLengths);
+}
+
 TEST(CellCheck, NamesSpheresInEachOtherInATableAndInTheFloor) {
   Cell cell = demo_cell();
   cell.lengths.clear();
