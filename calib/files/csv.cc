@@ -84,29 +84,6 @@ std::string from_windows_1252(std::string_view bytes, const std::string& name) {
   return text;
 }
 
-/// `bytes`: after the byte order mark.
-std::string from_utf16(std::string_view bytes, bool little, const std::string& name) {
-  const auto damaged = [&] { return FileError(name, ": UTF-16 text is damaged or cut off"); };
-  if (bytes.size() % 2 != 0) throw damaged();
-  const auto unit = [&](std::size_t at) {
-    const auto a = static_cast<unsigned char>(bytes[at]),
-               b = static_cast<unsigned char>(bytes[at + 1]);
-    return static_cast<char32_t>(little ? a | b << 8 : b | a << 8);
-  };
-  std::string text;
-  for (std::size_t at = 0; at < bytes.size(); at += 2) {
-    char32_t c = unit(at);
-    if (c >= 0xDC00 && c < 0xE000) throw damaged();
-    if (c >= 0xD800 && c < 0xDC00) {
-      at += 2;
-      if (at >= bytes.size() || unit(at) < 0xDC00 || unit(at) >= 0xE000) throw damaged();
-      c = 0x10000 + ((c - 0xD800) << 10) + (unit(at) - 0xDC00);
-    }
-    append_utf8(c, text);
-  }
-  return text;
-}
-
 /// Files of other programs that hold tables.
 void refuse_workbook(std::string_view bytes, const std::string& name) {
   constexpr std::pair<std::string_view, const char*> kKinds[] = {
@@ -306,11 +283,11 @@ std::string guess_cause(const std::vector<std::string_view>& fields, std::size_t
 /// UTF-8, of lines that end in LF or CR LF. Adds to `odd` what it was instead.
 std::string plain_text(std::string_view bytes, const std::string& name,
                        std::vector<std::string>& odd) {
-  constexpr std::string_view kMark = "\xEF\xBB\xBF", kLittle = "\xFF\xFE", kBig = "\xFE\xFF";
+  constexpr std::string_view kMark = "\xEF\xBB\xBF";
   refuse_workbook(bytes, name);
   std::string text;
-  if (bytes.starts_with(kLittle) || bytes.starts_with(kBig)) {
-    text = from_utf16(bytes.substr(2), bytes.starts_with(kLittle), name);
+  if (auto decoded = from_utf16(bytes, name)) {
+    text = std::move(*decoded);
     odd.emplace_back("UTF-16");
   } else if (bytes.starts_with(kMark)) {
     text = bytes.substr(kMark.size());
@@ -330,6 +307,31 @@ std::string plain_text(std::string_view bytes, const std::string& name,
 }
 
 }  // namespace
+
+std::optional<std::string> from_utf16(std::string_view bytes, const std::string& name) {
+  const bool little = bytes.starts_with("\xFF\xFE");
+  if (!little && !bytes.starts_with("\xFE\xFF")) return std::nullopt;
+  bytes.remove_prefix(2);
+  const auto damaged = [&] { return FileError(name, ": UTF-16 text is damaged or cut off"); };
+  if (bytes.size() % 2 != 0) throw damaged();
+  const auto unit = [&](std::size_t at) {
+    const auto a = static_cast<unsigned char>(bytes[at]),
+               b = static_cast<unsigned char>(bytes[at + 1]);
+    return static_cast<char32_t>(little ? a | b << 8 : b | a << 8);
+  };
+  std::string text;
+  for (std::size_t at = 0; at < bytes.size(); at += 2) {
+    char32_t c = unit(at);
+    if (c >= 0xDC00 && c < 0xE000) throw damaged();
+    if (c >= 0xD800 && c < 0xDC00) {
+      at += 2;
+      if (at >= bytes.size() || unit(at) < 0xDC00 || unit(at) >= 0xE000) throw damaged();
+      c = 0x10000 + ((c - 0xD800) << 10) + (unit(at) - 0xDC00);
+    }
+    append_utf8(c, text);
+  }
+  return text;
+}
 
 CsvForm csv_form(std::string_view text, const std::string& name) {
   CsvForm form;

@@ -7,6 +7,7 @@
 // no-break space. Messages: "FILE:LINE: COLUMN: error".
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,6 +15,9 @@
 #include "calib/model/error.h"
 
 namespace cellcal::calib {
+
+/// In UTF-8; none without a byte order mark of UTF-16. Throws FileError for damaged text.
+std::optional<std::string> from_utf16(std::string_view bytes, const std::string& name);
 
 /// Interpretation of a text.
 struct CsvForm {

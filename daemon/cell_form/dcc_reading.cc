@@ -11,6 +11,7 @@
 #include <regex>
 #include <set>
 
+#include "calib/files/csv.h"
 #include "calib/files/text.h"
 #include "calib/model/error.h"
 #include "calib/model/units.h"
@@ -74,16 +75,25 @@ constexpr const char* kDistance =
 constexpr const char* kCentre = "centre|center";
 /// Of no artefact's size itself. Short ones are words of their own: "information" has no form, "Benennung" no Nennmaß.
 constexpr const char* kAside =
-    R"(deviation|abweichung|toleran|roundness|rundheit)"
+    R"(deviation|abweichung|toleran|roundness|rundheit|variation|differen[cz])"
     R"(|\b(?:nominal(?:e[nrs]?)?|nenn(?:ma|wert|durchm|l|abst|gr)\w*|form(?:fehler)?|limits?|errors?)\b)";
 
-/// Own name and reference type, of which "basic_nominalValue" is three words.
-std::string own_words(const xml_node& quantity) {
-  const std::string_view type = quantity.attribute("refType").value();
-  const std::string both =
-      name_of(quantity) + " " + std::string(calib::beginning(type, kMostNameBytes));
+/// Distances that are not those of two centres: their components, projections, and those of surfaces.
+constexpr const char* kOtherDistance =
+    R"(\bd?[xyz]\b|component|komponente|horizontal|verti[ck]al|waage?recht|senkrecht|projected|projection|proji?zier)"
+    R"(|surface|fl(?:ae|[^a-z]{1,2})che|\binner|\binnen|\bouter|\bau(?:ss|[^a-z]{1,2})en|\bgap\b|\bspalt)";
+
+/// True if the name of a quantity, or of what it is part of, states the kind of quantity.
+bool states_kind(const std::string& name) {
+  static const std::regex kKinds(std::string(kDiameter) + '|' + kDistance + '|' + kCentre,
+                                 std::regex::icase);
+  return std::regex_search(name, kKinds);
+}
+
+/// Of a name or reference type: "basic_nominalValue" is three.
+std::string words_of(std::string_view name) {
   std::string words;
-  for (const char c : both) {
+  for (const char c : calib::beginning(name, kMostNameBytes)) {
     if (!words.empty() && std::islower(static_cast<unsigned char>(words.back())) != 0 && c >= 'A' &&
         c <= 'Z')
       words += ' ';
@@ -117,10 +127,13 @@ struct Certified {
   xml_node node;
   std::string
       label{};  ///< of one value of a list: what tells it from the others; empty: its name does
-  std::string name;    ///< of the quantity, and what it is part of
-  std::string serial;  ///< of its item, where it is known
+  std::string name;      ///< of the quantity, and what it is part of
+  std::string nearest;   ///< the first of these names
+  std::string words;     ///< these names up to the one that states the kind, and the reference type
+  std::string serial{};  ///< of its item, where it is known
   double mm = 0.0;
-  std::optional<double> sigma_mm;
+  std::optional<double> sigma_mm{};
+  std::string unit{};  ///< where it is not known as one of length
 };
 
 class Certificate {
@@ -132,8 +145,8 @@ class Certificate {
 
  private:
   struct Context {
-    std::string name;
     std::string item;  ///< id of the item referred to
+    std::string name{}, nearest{}, words{};  ///< as of a length
   };
   [[noreturn]] void fail(const std::string& words) const {
     throw calib::FileError(file_, ": " + words);
@@ -142,6 +155,8 @@ class Certificate {
   void read_items(const xml_node& items);
   void collect(const xml_node& node, const Context& context, int depth);
   void read_quantity(const xml_node& quantity, const Context& context);
+  /// Without value.
+  Certified& added(const xml_node& quantity, const Context& context);
   void read_value(const xml_node& quantity, const xml_node& values, const OneOf& one,
                   const Context& context, const std::string& label);
   void read_list(const xml_node& quantity, const xml_node& values, const Context& context);
@@ -149,10 +164,12 @@ class Certificate {
   double number(const xml_node& node, const char* what, const OneOf& one) const;
   std::optional<double> sigma_of(const xml_node& values, const OneOf& one, double per_unit) const;
   std::string listed(const std::vector<const Certified*>& found) const;
-  using IsMeant = std::function<bool(const Certified&, const std::string& own_words)>;
+  std::string others() const;
+  using IsMeant = std::function<bool(const Certified&)>;
   std::vector<const Certified*> certified(const IsMeant& is_meant, const char* what) const;
 
   std::string_view text_;
+  std::string decoded_;  ///< from UTF-16
   std::string file_;
   pugi::xml_document xml_;
   CertificateForm of_;
@@ -171,6 +188,7 @@ void Certificate::fail(const xml_node& node, const std::string& words) const {
 Certificate::Certificate(std::string_view text, std::string file)
     : text_(text), file_(std::move(file)) {
   if (text.size() > kMostCertificateBytes) fail("has more than 16 MB");
+  if (const auto decoded = calib::from_utf16(text, file_)) text_ = text = decoded_ = *decoded;
   // pugixml skips a document type and knows the five entities of XML alone.
   const auto parsed =
       xml_.load_buffer(text.data(), text.size(), pugi::parse_default, pugi::encoding_auto);
@@ -198,7 +216,7 @@ Certificate::Certificate(std::string_view text, std::string file)
   read_items(along(root, {"administrativeData", "items"}));
   for (const xml_node& result : child(root, "measurementResults").children())
     for (const xml_node& one : child(result, "results").children())
-      collect(one, {"", result.attribute("refId").value()}, 0);
+      collect(one, {result.attribute("refId").value()}, 0);
 }
 
 std::string serial_of(const xml_node& item) {
@@ -235,19 +253,25 @@ void Certificate::collect(const xml_node& node, const Context& context, int dept
   if (depth > kDeepest) fail(node, "is nested deeper than any certificate");
   if (is_aside(local_name(node))) return;
   Context inner = context;
-  if (const std::string name = name_of(node); !name.empty())
+  if (const std::string name = name_of(node); !name.empty()) {
     inner.name += (inner.name.empty() ? "" : " / ") + name;
+    inner.nearest = words_of(name);
+    inner.words = inner.nearest + (states_kind(inner.nearest) ? "" : ' ' + inner.words);
+    inner.words = calib::beginning(inner.words, kMostNameBytes);
+  }
   inner.name = calib::beginning(inner.name, kMostNameBytes);
   if (const auto refers = node.attribute("refId"); refers) inner.item = refers.value();
   if (local_name(node) == "quantity") return read_quantity(node, inner);
   for (const xml_node& one : node.children()) collect(one, inner, depth + 1);
 }
 
-/// Millimetres per unit of D-SI; empty: no length.
-std::optional<double> mm_per(const std::string& unit) {
+/// Millimetres per unit of D-SI, spelt either way, or by its symbol; empty: no length.
+std::optional<double> mm_per(std::string unit) {
   static const std::map<std::string, double> kUnits{
-      {"\\metre", 1e3},        {"\\meter", 1e3},         {"\\centi\\metre", 10.0},
-      {"\\milli\\metre", 1.0}, {"\\micro\\metre", 1e-3}, {"\\nano\\metre", 1e-6}};
+      {"\\metre", 1e3},        {"m", 1e3},          {"\\centi\\metre", 10.0}, {"cm", 10.0},
+      {"\\milli\\metre", 1.0}, {"mm", 1.0},         {"\\micro\\metre", 1e-3}, {"um", 1e-3},
+      {"\xc2\xb5m", 1e-3},     {"\xce\xbcm", 1e-3}, {"\\nano\\metre", 1e-6},  {"nm", 1e-6}};
+  if (const auto at = unit.find("meter"); at != std::string::npos) unit.replace(at, 5, "metre");
   const auto found = kUnits.find(unit);
   return found == kUnits.end() ? std::nullopt : std::optional(found->second);
 }
@@ -309,9 +333,11 @@ void Certificate::read_quantity(const xml_node& quantity, const Context& context
     if (local_name(one) != "hybrid") continue;
     for (const xml_node& part : one.children()) add(part);
   }
+  std::string other_unit;
   for (const xml_node& values : stated) {
     const bool many = local_name(values) == "realListXMLList";
     const auto units = tokens_of(text_of(child(values, many ? "unitXMLList" : "unit")));
+    if (!units.empty() && !mm_per(units[0])) other_unit = units[0];
     if (units.empty() || !mm_per(units[0])) continue;
     if (many)
       read_list(quantity, values, context);
@@ -319,6 +345,14 @@ void Certificate::read_quantity(const xml_node& quantity, const Context& context
       read_value(quantity, values, {}, context, "");
     return;
   }
+  if (!other_unit.empty() && states_kind(context.words)) added(quantity, context).unit = other_unit;
+}
+
+Certified& Certificate::added(const xml_node& quantity, const Context& context) {
+  if (all_.size() == kMostQuantities) fail("has more than 1000 lengths");
+  const std::string type = words_of(quantity.attribute("refType").value());
+  return all_.emplace_back(
+      Certified{quantity, "", context.name, context.nearest, context.words + ' ' + type});
 }
 
 void Certificate::read_value(const xml_node& quantity, const xml_node& values, const OneOf& one,
@@ -326,13 +360,13 @@ void Certificate::read_value(const xml_node& quantity, const xml_node& values, c
   const xml_node unit = along(values, {"unit"}, one.ending);
   const auto per_unit = mm_per(text_in(unit, "the unit", one));
   if (!per_unit) fail(unit, "holds lengths and other units");
-  if (all_.size() == kMostQuantities) fail("has more than 1000 lengths");
-  Certified found{quantity, label, context.name, label.empty() ? only_serial_ : "", 0.0, {}};
+  Certified& found = added(quantity, context);
+  found.label = label;
+  if (label.empty()) found.serial = only_serial_;
   if (const auto item = serials_.find(context.item); item != serials_.end() && label.empty())
     found.serial = item->second;
   found.mm = number(along(values, {"value"}, one.ending), "the value", one) * *per_unit;
   found.sigma_mm = sigma_of(values, one, *per_unit);
-  all_.push_back(std::move(found));
 }
 
 /// "S1", "sphere 1", "Kugel 1", "ball B2": ids of targets in a name, each once. An uncertainty's U95 and k2 are none.
@@ -389,14 +423,28 @@ std::string Certificate::listed(const std::vector<const Certified*>& found) cons
   return text + (found.size() > kMostShown ? "; ..." : "");
 }
 
+/// Where none of them is meant.
+std::string Certificate::others() const {
+  std::string lengths, units;
+  int count = 0;
+  for (const Certified& one : all_) {
+    if (!one.unit.empty()) {
+      units = fmt::format("; \"{}\" is in \"{}\", which is not known as a unit of length",
+                          calib::shown(one.name, 60), calib::shown(one.unit));
+    } else if (count++ == 0) {
+      lengths = fmt::format(", such as \"{}\"", calib::shown(one.name, 60));
+    }
+  }
+  return fmt::format("{} other lengths{}{}", count, lengths, units);
+}
+
 /// Measured values; those without an uncertainty are nominal.
 std::vector<const Certified*> Certificate::certified(const IsMeant& is_meant,
                                                      const char* what) const {
   std::vector<const Certified*> found;
   const Certified* bare = nullptr;
   for (const Certified& one : all_) {
-    const std::string own = own_words(one.node);
-    if (!is_meant(one, own) || has_word(own, kAside)) continue;
+    if (!one.unit.empty() || !is_meant(one) || has_word(one.words, kAside)) continue;
     if (!one.sigma_mm) {
       bare = &one;
       continue;
@@ -413,20 +461,15 @@ std::vector<const Certified*> Certificate::certified(const IsMeant& is_meant,
                      "si:measurementUncertaintyUnivariate): enter it as CSV with its sigma",
                      calib::shown(bare->name, 60)));
   if (found.empty())
-    fail(fmt::format("no {} with an uncertainty among its results ({} other lengths)", what,
-                     all_.size()));
+    fail(fmt::format("no {} with an uncertainty among its results ({})", what, others()));
   return found;
 }
 
 constexpr const char* kAsCsv = "as CSV: id,diameter_mm,diameter_sigma_mm,serial,certificate";
 
 std::vector<SphereForm> Certificate::spheres() const {
-  const auto found = certified(
-      [](const Certified& one, const std::string& own) {
-        return has_word(own, kDiameter) || (has_word(one.name, kDiameter) &&
-                                            !has_word(own, kDistance) && !has_word(own, kCentre));
-      },
-      "diameter");
+  const auto found =
+      certified([](const Certified& one) { return has_word(one.words, kDiameter); }, "diameter");
   std::vector<SphereForm> all;
   std::set<std::string> taken;
   for (const Certified* one : found) {
@@ -459,11 +502,11 @@ std::vector<SphereForm> Certificate::spheres() const {
 std::vector<LengthForm> Certificate::lengths() const {
   // Coordinates of a centre ("Centre of sphere S1, x") are no distances.
   const auto found = certified(
-      [](const Certified& one, const std::string& own) {
-        if (has_word(own, kDiameter)) return false;
-        return has_word(own, kDistance) ||
-               (ids_of(one).size() == 2 && !has_word(one.name, kDiameter) &&
-                (has_word(one.name, kDistance) || has_word(one.name, kCentre)));
+      [](const Certified& one) {
+        if (has_word(one.words, kDiameter) || has_word(one.words, kOtherDistance)) return false;
+        return has_word(one.nearest, kDistance) ||
+               (ids_of(one).size() == 2 &&
+                (has_word(one.words, kDistance) || has_word(one.words, kCentre)));
       },
       "distance of two centres");
   std::vector<LengthForm> all;
@@ -491,8 +534,11 @@ std::vector<LengthForm> Certificate::lengths() const {
 }  // namespace
 
 bool is_xml(std::string_view text) {
-  if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
-  return calib::trimmed(text).starts_with('<');
+  for (const std::string_view mark : {"\xef\xbb\xbf", "\xff\xfe", "\xfe\xff"})
+    if (text.starts_with(mark)) text.remove_prefix(mark.size());
+  // UTF-16 has zeros beside these characters.
+  const std::size_t first = text.find_first_not_of(std::string_view(" \t\r\n\0", 5));
+  return first != std::string_view::npos && text[first] == '<';
 }
 
 std::vector<SphereForm> spheres_in_dcc(std::string_view xml, const std::string& name) {

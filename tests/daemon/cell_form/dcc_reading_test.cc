@@ -212,6 +212,107 @@ TEST(ADcc, LeavesOutWhatIsNoSizeByWholeWords) {
         << type;
 }
 
+/// The name is that of the result; its quantity has none, or `own`.
+std::string result(const std::string& name, const std::string& value, const std::string& own = "") {
+  std::string inner = quantity(own, value, kNewU);
+  if (own.empty())
+    inner.replace(inner.find("<dcc:name>"), inner.find("<si:real>") - inner.find("<dcc:name>"), "");
+  return "<dcc:result><dcc:name><dcc:content>" + name + "</dcc:content></dcc:name><dcc:data>" +
+         inner + "</dcc:data></dcc:result>";
+}
+
+TEST(ADcc, LeavesOutDistancesThatAreNotThoseOfTwoCentres) {
+  for (const char* other : {"Distance of S1 and S3, x component", "Distance S1-S3 in z",
+                            "dx, distance S1-S3", "Abstand S1-S3, X-Komponente",
+                            "Horizontal distance of S1 and S3", "Vertikaler Abstand S1-S3",
+                            "projected length S1-S3", "Distance between the surfaces of S1 and S3",
+                            "Abstand der Kugeloberfl\xc3\xa4"
+                            "chen S1-S3",
+                            "Inner distance S1-S3", "distance_S1_S3_x_component",
+                            "Au\xc3\x9f"
+                            "enabstand S1-S3"}) {
+    for (const std::string& named : {quantity(other, "300000", kNewU), result(other, "300000"),
+                                     result(other, "300000", "result")})
+      EXPECT_EQ(
+          certificate_in(dcc(quantity("distance S1-S2", "400000", kNewU) + named), "given.xml")
+              .size(),
+          1u)
+          << other;
+    const std::string words = refusal(dcc(quantity(other, "300000", kNewU)), true);
+    EXPECT_NE(
+        words.find(
+            "no distance of two centres with an uncertainty among its results (1 other lengths, such as"),
+        std::string::npos)
+        << words;
+  }
+}
+
+TEST(ADcc, AsksTheEnclosingNamesWhereTheQuantitysOwnDoesNotStateItsKind) {
+  const auto lengths = certificate_in(dcc(result("Centre distance S1-S2", "400000") +
+                                          result("Distance of S1 and S3", "500000", "value")),
+                                      "given.xml");
+  ASSERT_EQ(lengths.size(), 2u);
+  EXPECT_EQ(lengths[1].to, "S3");
+  EXPECT_NE(refusal(dcc(result("Centre distance 1-2", "400000")), true)
+                .find("does not name its two spheres"),
+            std::string::npos);
+  const auto spheres = spheres_in(dcc(result("Roundness of diameter, sphere 1", "5000") +
+                                      result("Diameter of sphere 2", "50001") +
+                                      result("Sphere 3: diameter variation", "4000", "value") +
+                                      result("Form and diameter of sphere 4", "50002", "diameter")),
+                                  "given.xml");
+  ASSERT_EQ(spheres.size(), 2u);
+  EXPECT_EQ(spheres[0].id, "S2");
+  EXPECT_EQ(spheres[1].id, "S4");
+}
+
+TEST(ADcc, KnowsUnitsByEitherSpellingAndBySymbolAndNamesOthers) {
+  const auto mm = [](const std::string& unit) {
+    return spheres_in(
+               dcc(quantity(
+                   "diameter", "50",
+                   "<si:expandedUnc><si:uncertainty>1e-6</si:uncertainty><si:coverageFactor>2"
+                   "</si:coverageFactor></si:expandedUnc>",
+                   unit)),
+               "given.xml")
+        .at(0)
+        .diameter_mm;
+  };
+  for (const char* unit : {"\\milli\\metre", "\\milli\\meter", "mm"})
+    EXPECT_EQ(mm(unit), 50.0) << unit;
+  for (const char* unit : {"\\micro\\meter", "um", "\xc2\xb5m", "\xce\xbcm"})
+    EXPECT_EQ(mm(unit), 0.05) << unit;
+  const std::string words =
+      refusal(dcc(quantity("diameter of sphere 1", "1.5", kNewU, "inch") +
+                  quantity("mass", "1", kNewU, "\\kilogram") + quantity("height", "30000", kNewU)));
+  EXPECT_NE(
+      words.find(
+          "1 other lengths, such as \"results / height\"; \"results / diameter of sphere 1\" is in \"inch\""),
+      std::string::npos)
+      << words;
+}
+
+TEST(ADcc, MayBeInUtf16) {
+  const std::string xml = dcc(quantity("Durchmesser K\xc3\xb6rper, Kugel 1", "50001", kNewU));
+  const auto utf16 = [](const std::string& text, bool little) {
+    std::string bytes = little ? "\xff\xfe" : "\xfe\xff";
+    for (std::size_t i = 0; i < text.size(); ++i) {
+      const auto lead = static_cast<unsigned char>(text[i]);
+      const int c = lead < 0x80 ? lead : (lead & 0x1f) << 6 | (text[++i] & 0x3f);
+      const std::string two = {static_cast<char>(c >> 8), static_cast<char>(c & 0xff)};
+      bytes += little ? std::string{two[1], two[0]} : two;
+    }
+    return bytes;
+  };
+  for (const bool little : {true, false})
+    EXPECT_EQ(spheres_in(utf16(xml, little), "given.xml").at(0).id, "S1");
+  EXPECT_NE(
+      refusal(utf16(dcc(quantity("diameter", "x", kNewU)), true)).find("given.xml:5: the value"),
+      std::string::npos)
+      << refusal(utf16(dcc(quantity("diameter", "x", kNewU)), true));
+  EXPECT_NE(refusal("\xff\xfe<").find("UTF-16 text is damaged"), std::string::npos);
+}
+
 TEST(ADcc, ThatLeavesOpenWhichSphereAValueIsOfIsRefusedWithWhatToChoose) {
   const std::string two =
       quantity("diameter", "50001", kNewU) + quantity("diameter", "50002", kNewU);
