@@ -35,8 +35,7 @@ constexpr double kTypicalCentreM = 0.010;
 constexpr double kIgnoredCentreErrorM = 0.010;
 constexpr double kOverlapM = 1e-3;
 /// Smaller values were probably stated in metres, a diameter perhaps in inches.
-constexpr double kShortestToolM = 0.005, kNearestCentreM = 0.020, kThinnestSphereM = 0.005,
-                 kSmallestMeshM = 0.010;
+constexpr double kShortestToolM = 0.005, kThinnestSphereM = 0.005, kSmallestMeshM = 0.010;
 /// Beyond these a diameter may be a radius or a mistake; 40 to 60 mm are usual.
 constexpr double kSmallestUsualM = 0.030, kLargestUsualM = 0.150;
 constexpr double kFinestTouchM = 0.5e-6, kCoarsestTouchM = 2e-3;

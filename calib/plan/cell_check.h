@@ -79,6 +79,9 @@ std::vector<CellFault> faults_of(const Cell& cell);
 /// Certificates state 0.2 um to 0.1 mm; more was probably stated in micrometres.
 inline constexpr double kMostCertifiedSigmaM = 1e-3;
 
+/// Smaller distances of a centre or a tip from the base's origin were probably stated in metres.
+inline constexpr double kNearestCentreM = 0.020;
+
 /// Warning if required_mm is below the predicted error of a plan of this cell.
 std::optional<CellFault> fault_of(const Cell& cell, const Plan& plan);
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <span>
@@ -13,6 +14,7 @@
 #include "calib/model/enum_table.h"
 #include "calib/model/error.h"
 #include "calib/model/units.h"
+#include "calib/plan/cell_check.h"
 #include "daemon/cli/commands.h"
 #include "daemon/cli/correct.h"
 #include "daemon/cli/offline.h"
@@ -123,6 +125,20 @@ std::size_t name_unreached(const CorrectCommand& command, const calib::Robot& ro
   return count;
 }
 
+/// No tip comes so near to the base's origin; on an axis of the positioner it may.
+void examine_unit(const CorrectCommand& command, const std::vector<Eigen::Vector3d>& tcps_m) {
+  double farthest_m = 0.0;
+  for (const Eigen::Vector3d& tcp_m : tcps_m) farthest_m = std::max(farthest_m, tcp_m.norm());
+  if (tcps_m.empty() || farthest_m >= calib::kNearestCentreM) return;
+  const std::string words = fmt::format(
+      ": {} poses, all within {:.3f} mm of {}: x_mm, y_mm, z_mm may be in metres. State them in millimetres, or name "
+      "the columns x_m, y_m, z_m",
+      tcps_m.size(), farthest_m * calib::kMmPerM,
+      command.on.empty() ? "the base's origin" : "the origin of " + command.on);
+  if (command.on.empty()) throw calib::FileError(command.poses.string(), words);
+  fmt::print(stderr, "warning: {}{}\n", command.poses.string(), words);
+}
+
 }  // namespace
 
 int correct_poses(const CorrectCommand& command, const calib::Calibration& calibration) {
@@ -139,10 +155,14 @@ int correct_poses(const CorrectCommand& command, const calib::Calibration& calib
             robot.joints.front().name));
   std::vector<Eigen::Vector3d> tcps_m;
   std::vector<std::vector<double>> angles;
+  std::vector<calib::JointVector> seeds;
   for (const calib::PoseRow& row : rows) {
     tcps_m.push_back(row.tcp.translation());
+    seeds.push_back(row.seed_rad);
     if (!row.positioner_rad.empty()) angles.push_back(row.positioner_rad);
   }
+  examine_unit(command, tcps_m);
+  warn_of_radians(command.poses, robot, seeds);
   if (!rows.empty()) angles = carrier_angles(std::move(angles), carriers, command.poses, robot);
   const std::vector<Reach> all = reached(calibration, rows, carriers);
   const std::size_t unreached = name_unreached(command, robot, rows, all);

@@ -286,6 +286,19 @@ void report_reading(const std::filesystem::path& csv) {
   if (!reading.empty()) fmt::print(stderr, "{}: read as {}\n", csv.string(), reading);
 }
 
+void warn_of_radians(const std::filesystem::path& csv, const calib::Robot& robot,
+                     std::span<const calib::JointVector> rows) {
+  constexpr std::size_t kFewestRows = 5;
+  double largest_deg = 0.0;
+  for (const calib::JointVector& row : rows)
+    for (std::size_t i = robot.first_turning(); i < row.size(); ++i)
+      largest_deg = std::max(largest_deg, std::abs(row[i]) * calib::kDegPerRad);
+  if (rows.size() < kFewestRows || largest_deg == 0.0 || largest_deg > calib::kRadPerTurn) return;
+  fmt::print(stderr, "warning: {}\n",
+             say({"say.cli.radians",
+                  {{"file", csv.string()}, {"largest", largest_deg}, {"n", rows.size()}}}));
+}
+
 void put(const std::string& text, const std::filesystem::path& output) {
   if (!output.empty()) {
     write_output(output, text);

@@ -82,6 +82,7 @@ calib::Calibration with_load(const calib::Calibration& calibration,
 AskedRows asked_rows(const PredictCommand& command, const calib::Robot& robot) {
   report_reading(command.joints);
   AskedRows asked{calib::load_joints(command.joints, robot), carriers_of(robot, command.on), {}};
+  warn_of_radians(command.joints, robot, asked.rows.joint_rad);
   warn_beyond_limits(asked.rows);
   asked.carrier_rad =
       carrier_angles(asked.rows.positioner_rad, asked.carriers, command.joints, robot);

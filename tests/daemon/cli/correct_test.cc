@@ -161,6 +161,35 @@ TEST_F(Correct, NamesWhatIsNotReachedByLineAndWritesNoCsv) {
   EXPECT_NE(bad.err.find("bad.csv:2: z_mm"), std::string::npos) << bad.err;
 }
 
+TEST_F(Correct, RefusesPosesInMetresInColumnsOfMillimetres) {
+  calibration_file();
+  const std::string joints = dir_ / "joints.csv";
+  const Outcome metres =
+      run_correct({"--poses", put("poses.csv", std::string(kHead) + "\n0.98,-0.12,0.7,20,75,-10\n"),
+                   "-o", joints});
+  EXPECT_EQ(metres.status, 1);
+  EXPECT_NE(
+      metres.err.find(
+          "poses.csv: 1 poses, all within 1.210 mm of the base's origin: x_mm, y_mm, z_mm may be in metres"),
+      std::string::npos)
+      << metres.err;
+  EXPECT_FALSE(std::filesystem::exists(joints));
+  EXPECT_EQ(
+      run_correct({"--poses",
+                   put("poses.csv", "x_m,y_m,z_m,a_deg,b_deg,c_deg\n0.98,-0.12,0.7,20,75,-10\n")})
+          .status,
+      0);
+}
+
+TEST_F(Correct, WarnsOfSeedsInRadians) {
+  calibration_file();
+  std::string rows = std::string("A1,A2,A3,A4,A5,A6,") + kHead + "\n";
+  for (int i = 0; i < 5; ++i) rows += "0,-1.05,1.4,0,0.7,0,980.5,-120.25,700,20,75,-10\n";
+  const Outcome outcome = run_correct({"--poses", put("poses.csv", rows)});
+  EXPECT_NE(outcome.err.find("largest joint angle 1.4 deg in 5 rows"), std::string::npos)
+      << outcome.err;
+}
+
 TEST_F(Correct, WritesAProgramBesideAndTellsEachShift) {
   calibration_file();
   const KrlProgram program = taught(cell().robot, frames(), postures(6));

@@ -114,6 +114,20 @@ TEST(APlan, IsATouchFileThatIdentifyReadsAndPredictContinuesFrom) {
   EXPECT_NE(beyond.err.find("beyond.csv:3: A1: 200 deg is outside the joint's limits"),
             std::string::npos)
       << beyond.err;
+  const auto warned_of_radians = [&](const std::string& row, int rows) {
+    std::ofstream table(dir / "small.csv");
+    table << "A1,A2,A3,A4,A5,A6\n";
+    for (int i = 0; i < rows; ++i) table << row;
+    table.close();
+    const Outcome small = run_program({CELLCAL, "predict", "--calibration", calibration, "--joints",
+                                       dir / "small.csv", "--withheld"});
+    EXPECT_EQ(small.status, 0);
+    return small.err.find("largest joint angle 3.1 deg in") != std::string::npos;
+  };
+  EXPECT_TRUE(warned_of_radians("0.1,-1.5,1.5,-3.1,1,0\n", 5));
+  EXPECT_FALSE(warned_of_radians("0.1,-1.5,1.5,-3.1,1,0\n", 4));
+  EXPECT_FALSE(warned_of_radians("0,0,0,0,0,0\n", 5));
+  EXPECT_FALSE(warned_of_radians("0.1,-90,90,-3.1,1,0\n", 5));
   const auto with_load = [&](const std::string& load) {
     return run_program({CELLCAL, "predict", "--calibration", calibration, "--joints",
                         dir / "joints.csv", "--withheld", "--load", load});
