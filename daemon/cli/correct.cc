@@ -68,11 +68,6 @@ std::vector<KrlFile> modules_beside(const fs::path& program) {
   return all;
 }
 
-std::vector<std::string> upper(std::vector<std::string> names) {
-  for (std::string& name : names) name = calib::krl::upper_case(std::move(name));
-  return names;
-}
-
 /// Throws where this is the file that was read.
 fs::path place_of(const CorrectCommand& command, const KrlFile& file) {
   const bool alone = command.backup.empty();
@@ -169,6 +164,11 @@ void name_refusals(const CorrectedProgram& result, const calib::Robot& robot) {
 }
 
 }  // namespace
+
+std::vector<std::string> upper(std::vector<std::string> names) {
+  for (std::string& name : names) name = calib::krl::upper_case(std::move(name));
+  return names;
+}
 
 std::string json_text(const nlohmann::json& all) {
   // Paths as typed by the user, in any encoding.

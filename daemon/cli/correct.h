@@ -46,6 +46,9 @@ krl::ProgramFiles read_program_files(const std::filesystem::path& program,
                                      const std::filesystem::path& dat,
                                      const std::vector<std::filesystem::path>& controller);
 
+/// As names of KRL.
+std::vector<std::string> upper(std::vector<std::string> names);
+
 /// Each .src with the .dat of the same name; the controller's own data; other .dat files.
 krl::BackupFiles modules_of(std::vector<krl::KrlFile> files);
 

@@ -46,6 +46,7 @@ struct PlanCommand {
   std::string region = "workspace";
   std::vector<std::filesystem::path> programs;    ///< KRL, whose points are the region
   std::vector<std::filesystem::path> controller;  ///< $config.dat, $machine.dat of the programs
+  std::vector<std::string> leave, still;          ///< points and routines, as in CorrectCommand
   std::vector<double> from_deg;                   ///< current position of the arm; empty: unknown
   unsigned seed = 1;
   int suggest_spheres = 0;  ///< number of sphere positions to suggest instead of a plan; 0: a plan

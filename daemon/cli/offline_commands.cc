@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <array>
 #include <memory>
 
 #include "daemon/cli/actions.h"
@@ -75,6 +76,19 @@ void add_predict(CLI::App& app, int& status) {
   command->callback([given, &status] { status = predict(*given); });
 }
 
+std::array<CLI::Option*, 2> add_leave_and_still(CLI::App& command, auto& given) {
+  return {
+      command
+          .add_option(
+              "--leave", given.leave,
+              "Points that stay as they are: NAME,NAME, or \"line 12\" for one written out there")
+          ->delimiter(','),
+      command
+          .add_option("--does-not-move", given.still,
+                      "Routines that neither move the arm nor set frames: NAME,NAME")
+          ->delimiter(',')};
+}
+
 void add_plan(CLI::App& app, int& status) {
   auto given = std::make_shared<PlanCommand>();
   CLI::App* command = app.add_subcommand("plan", "Plan the touches and their order");
@@ -116,6 +130,7 @@ void add_plan(CLI::App& app, int& status) {
   command->add_option("--config", given->controller,
                       "The controller's $config.dat with the program's tools and bases; also "
                       "$machine.dat; may be repeated");
+  for (CLI::Option* one : add_leave_and_still(*command, *given)) one->needs("--program");
   command
       ->add_option(
           "--from", given->from_deg,
@@ -435,17 +450,7 @@ void add_correct(CLI::App& app, int& status) {
           "with routines that the program calls (those of its folder are read unasked); may be "
           "repeated")
       ->needs(program);
-  command
-      ->add_option("--does-not-move", given->still,
-                   "Routines that neither move the arm nor set frames: NAME,NAME")
-      ->delimiter(',')
-      ->excludes(poses);
-  command
-      ->add_option(
-          "--leave", given->leave,
-          "Points that stay as they are: NAME,NAME, or \"line 12\" for one written out there")
-      ->delimiter(',')
-      ->excludes(poses);
+  for (CLI::Option* one : add_leave_and_still(*command, *given)) one->excludes(poses);
   command
       ->add_flag("--anywhere", given->anywhere,
                  "Also points far from the targets, where the calibration does not hold")

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
@@ -81,12 +82,17 @@ calib::JointVector begin_of(const PlanCommand& command, const calib::Robot& robo
   return begin;
 }
 
-/// The points of the programs. Throws FileError if too few are known.
+/// The points of the programs. Throws FileError if too few are known, and for a name of --leave without a point in any
+/// of them.
 calib::AccuracyRegion region_of_programs(const PlanCommand& command, const calib::Cell& cell) {
   calib::AccuracyRegion region{calib::AccuracyRegion::Kind::kPostures};
+  const std::vector<std::string> leave = upper(command.leave), still = upper(command.still);
+  std::map<std::string, std::size_t> programs_without;
   for (const std::filesystem::path& program : command.programs) {
-    const krl::ProgramPostures found =
-        krl::program_postures(cell, read_program_files(program, {}, command.controller));
+    const krl::ProgramPostures found = krl::program_postures(
+        cell, read_program_files(program, {}, command.controller), leave, still);
+    for (const auto& [name, error] : found.no_points)
+      if (++programs_without[name] == command.programs.size()) throw error;
     region.postures.insert(region.postures.end(), found.postures.begin(), found.postures.end());
     for (const krl::Refusal& one : found.refusals)
       fmt::print(stderr, "warning: {}\n", say(krl::phrase(one, cell.robot)));

@@ -506,6 +506,7 @@ calib::Calibration as_drawn(calib::Calibration calibration) {
 CorrectedProgram correct_program(const calib::Calibration& calibration, const ProgramFiles& files,
                                  const CorrectionOptions& options) {
   const Program program = read_program(files, options.leave, options.still);
+  if (!program.no_points.empty()) throw program.no_points.begin()->second;
   CorrectedProgram result;
   result.robroot_stated = program.data.robroot.has_value();
   result.motions = program.modules[0].motion_lines;
@@ -533,8 +534,10 @@ CorrectedProgram correct_program(const calib::Calibration& calibration, const Pr
   return result;
 }
 
-ProgramPostures program_postures(const calib::Cell& cell, const ProgramFiles& files) {
-  const Program program = read_program(files, {}, {});
+ProgramPostures program_postures(const calib::Cell& cell, const ProgramFiles& files,
+                                 const std::vector<std::string>& leave,
+                                 const std::vector<std::string>& still) {
+  const Program program = read_program(files, leave, still);
   calib::Calibration nominal;
   nominal.cell = cell;
   // On a positioner: what it carries is going to be touched.
@@ -543,9 +546,8 @@ ProgramPostures program_postures(const calib::Cell& cell, const ProgramFiles& fi
   const std::vector<const KrlFile*> texts = texts_of(files);
   Correction correction(nominal, texts, program, {.anywhere = true});
   correction.run();
-  ProgramPostures result;
+  ProgramPostures result{{}, program.modules[0].refusals, program.no_points};
   for (const auto& [motion, q] : correction.nominal()) result.postures.push_back(q);
-  result.refusals = program.modules[0].refusals;
   for (const auto& [key, refusal] : correction.refusals()) result.refusals.push_back(refusal);
   sort_by_place(result.refusals);
   return result;

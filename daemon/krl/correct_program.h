@@ -83,15 +83,18 @@ struct CorrectedBackup {
 struct ProgramPostures {
   std::vector<calib::JointVector> postures;
   std::vector<Refusal> refusals;
+  std::map<std::string, calib::FileError> no_points;  ///< names of `leave` without a point
 };
-/// Throws FileError if a text is not KRL.
-ProgramPostures program_postures(const calib::Cell& cell, const ProgramFiles& files);
+/// `leave`, `still`: as in CorrectionOptions. Throws FileError if a text is not KRL.
+ProgramPostures program_postures(const calib::Cell& cell, const ProgramFiles& files,
+                                 const std::vector<std::string>& leave = {},
+                                 const std::vector<std::string>& still = {});
 
 /// Throws FileError if a text is not KRL.
 CorrectedBackup correct_backup(const calib::Calibration& calibration, const BackupFiles& files,
                                const CorrectionOptions& options = {});
 
-/// Throws FileError if a text is not KRL.
+/// Throws FileError if a text is not KRL, and for a name of `leave` without a point.
 CorrectedProgram correct_program(const calib::Calibration& calibration, const ProgramFiles& files,
                                  const CorrectionOptions& options = {});
 

@@ -71,14 +71,12 @@ class Reader {
            find_point(controller_, name);
   }
 
-  void there_is(const std::string& name) const {
-    if (is_point(name)) return;
-    throw calib::FileError(src_.name,
-                           ": no point is named " + calib::shown(name) +
-                               (is_point("X" + name) ? "; the inline form's " + calib::shown(name) +
-                                                           " is X" + calib::shown(name)
-                                                     : "") +
-                               ". Name points as the .dat has them (--leave)");
+  calib::FileError no_point(const std::string& name) const {
+    return {src_.name, ": no point is named " + calib::shown(name) +
+                           (is_point("X" + name) ? "; the inline form's " + calib::shown(name) +
+                                                       " is X" + calib::shown(name)
+                                                 : "") +
+                           ". Name points as the .dat has them (--leave)"};
   }
 
  private:
@@ -513,7 +511,8 @@ Program read_program(const ProgramFiles& files, const std::vector<std::string>& 
     reader.count_motions(read_lines(files.src));
   else
     reader.read(read_lines(files.src));
-  for (const std::string& name : leave) reader.there_is(name);
+  for (const std::string& name : leave)
+    if (!reader.is_point(name)) program.no_points.emplace(name, reader.no_point(name));
   std::vector<const KrlFile*> texts = sources;
   if (files.dat) texts.push_back(&*files.dat);
   take_assigned(texts, routines.readers(), program);

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/model/error.h"
 #include "daemon/krl/krl_changes.h"
 #include "daemon/krl/krl_data.h"
 #include "daemon/krl/krl_flow.h"
@@ -121,6 +122,7 @@ struct Program {
   std::map<std::string, Refusal> computed;   ///< points read or changed outside motions, by key
   std::vector<Refusal> twice;                ///< points stated twice
   FrameChanges changes;                      ///< by all modules but the controller's own
+  std::map<std::string, calib::FileError> no_points;  ///< names of `leave` without a point
   std::vector<AssignedFrame> assigned;
   std::vector<Copy> copies;
   std::set<std::string> copied_to;  ///< keys of points that take another's value
@@ -146,7 +148,7 @@ struct ProgramFiles {
 };
 
 /// `leave`: names, in upper case, of points that stay unchanged; `still`: of routines that neither
-/// move nor set frames. Throws FileError for a name of `leave` without a point.
+/// move nor set frames.
 Program read_program(const ProgramFiles& files, const std::vector<std::string>& leave,
                      const std::vector<std::string>& still);
 
@@ -161,6 +163,7 @@ struct BackupFiles {
 std::vector<calib::Phrase> uncorrected_callees(const BackupFiles& files,
                                                const std::vector<std::string>& still);
 
+/// Throws FileError for a name of `leave` without a point.
 Program read_programs(const BackupFiles& files, const std::vector<std::string>& leave,
                       const std::vector<std::string>& still);
 

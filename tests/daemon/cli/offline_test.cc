@@ -250,6 +250,39 @@ TEST(APlan, ServesThePointsOfAProgram) {
   EXPECT_NE(without.err.find("--program: 0 points"), std::string::npos) << without.err;
 }
 
+TEST(APlan, TakesPointsAndRoutinesAsCorrectDoesWhereItsWarningsNameThem) {
+  const TemporaryDirectory dir;
+  const KrlProgram program = taught(cell().robot, frames(), postures(6));
+  const std::string src = dir / "weld.src", other = dir / "other.src", config = dir / "$config.dat";
+  std::string calling = program.src;
+  const std::size_t motion = calling.rfind('\n', calling.find(" XP2")) + 1;
+  calling.insert(motion, "CLAMP()\r\n");
+  calling.insert(calling.rfind("END"), "PTP XELSEWHERE\r\n");
+  std::ofstream(src, std::ios::binary) << calling;
+  std::ofstream(other, std::ios::binary) << program.src;
+  for (const char* dat : {"weld.dat", "other.dat"})
+    std::ofstream(dir / dat, std::ios::binary) << program.dat;
+  std::ofstream(config, std::ios::binary) << program.config;
+  const auto planned = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> all = {CELLCAL,     "plan", "--cell",    kCell, "--touches", "8",
+                                    "--program", src,    "--program", other, "--config",  config};
+    all.insert(all.end(), more.begin(), more.end());
+    return run_program(all);
+  };
+  const Outcome warned = planned({});
+  for (const char* remedy :
+       {"XP2: active tool unknown since CLAMP", "name it with --does-not-move",
+        "XELSEWHERE: not declared", "with --leave"})
+    EXPECT_NE(warned.err.find(remedy), std::string::npos) << warned.err;
+  const Outcome named = planned({"--does-not-move", "clamp", "--leave", "xelsewhere"});
+  EXPECT_EQ(named.status, 0);
+  for (const char* name : {"CLAMP", "XP2", "XELSEWHERE"})
+    EXPECT_EQ(named.err.find(name), std::string::npos) << named.err;
+  const Outcome nowhere = planned({"--leave", "XNOWHERE"});
+  EXPECT_EQ(nowhere.status, 1);
+  EXPECT_NE(nowhere.err.find("no point is named XNOWHERE"), std::string::npos) << nowhere.err;
+}
+
 TEST(APlan, OfACellFileThatContradictsItselfIsRefused) {
   const TemporaryDirectory dir;
   std::string text = content(kCell);

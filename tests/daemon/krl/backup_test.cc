@@ -96,6 +96,21 @@ TEST(ABackup, CorrectsPointsOfOtherModulesOfTheConfigurationAndOfArrays) {
   EXPECT_NE(text_of_file(result, "$config.dat").find("XHOME={A1 0.0,A2 -90.0"), std::string::npos);
 }
 
+TEST(APointOfAnotherProgram, IsRefusedAloneWithTheRemediesThatWork) {
+  const krl::ProgramFiles user = module_named("USER", "PTP XQ"),
+                          points = module_named("POINTS", "",
+                                                "DECL GLOBAL E6POS XQ=" + taught_at(0) + "\n");
+  krl::ProgramFiles alone = user;
+  alone.controller = {{"$config.dat", kConfig}};
+  const auto refused = correct_program(calibration(), alone);
+  ASSERT_EQ(refused.refusals.size(), 1U);
+  const std::string why = words(refused.refusals[0], cell().robot);
+  for (const char* remedy : {"by --backup", "with --leave", "with --dat"})
+    EXPECT_NE(why.find(remedy), std::string::npos) << why;
+  EXPECT_EQ(of(corrected_together({user, points}), "USER").points, 1);
+  EXPECT_TRUE(correct_program(calibration(), alone, {.leave = {"XQ"}}).refusals.empty());
+}
+
 /// A module in tool 1 and base 2, and another with that statement.
 CorrectedBackup beside(const std::string& statement, const std::string& name = "OTHER",
                        const std::string& ending = ".src") {
