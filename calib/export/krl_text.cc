@@ -14,6 +14,8 @@ bool letter(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == '$' || c == '#';
 }
 bool digit(char c) { return c >= '0' && c <= '9'; }
+/// Control characters as well: form feeds of printed listings, Ctrl-Z of old editors.
+bool blank(char c) { return static_cast<unsigned char>(c) <= ' '; }
 char upper(char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; }
 
 /// One line's tokens; `at` is where it begins in the file.
@@ -29,7 +31,7 @@ class Scanner {
 
  private:
   bool skip_blanks() {
-    while (at_ < line_.size() && (line_[at_] == ' ' || line_[at_] == '\t')) ++at_;
+    while (at_ < line_.size() && blank(line_[at_])) ++at_;
     return at_ < line_.size() && line_[at_] != ';';
   }
 
@@ -103,7 +105,9 @@ std::optional<double> based_constant(std::string_view text) {
   if (base != 'B' && base != 'H') return std::nullopt;
   std::uint32_t value = 0;
   const char* const end = text.data() + text.size() - 1;
-  const auto [stop, error] = std::from_chars(text.data() + 2, end, value, base == 'B' ? 2 : 16);
+  const char* at = text.data() + 2;
+  while (at < end && blank(*at)) ++at;  // 'B 010' of some post-processors
+  const auto [stop, error] = std::from_chars(at, end, value, base == 'B' ? 2 : 16);
   if (error != std::errc() || stop != end) return std::nullopt;
   return value;
 }

@@ -44,7 +44,7 @@ struct Line {
   std::vector<Token> tokens;
 };
 
-/// Value of 'B110' or 'H1F' with its quotes; empty for other texts, or more than 32 bits.
+/// Value of 'B110', 'B 110' or 'H1F' with its quotes; empty for other texts, or more than 32 bits.
 std::optional<double> based_constant(std::string_view text);
 
 /// Lines with statements: comments, folds, headers (&ACCESS) and blank lines are omitted. Throws

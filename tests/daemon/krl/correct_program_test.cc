@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bitset>
 #include <regex>
 
 #include "calib/estimate/predict.h"
@@ -172,6 +173,30 @@ TEST(FramesInPlainKrl, AreFollowedInTheOrderOfTheText) {
   EXPECT_EQ(result.points[2].base, 2);
   EXPECT_LT((result.points[0].shift_mm - result.points[2].shift_mm).norm(), 1e-9);
   EXPECT_GT((result.points[0].shift_mm - result.points[1].shift_mm).norm(), 1e-3);
+}
+
+TEST(AStatement, BehindAFormFeedOrAnotherControlCharacterIsRead) {
+  const std::string point = pose_text({-0.2, -1.4, 1.5, 0.3, 0.8, 0.1});
+  const auto result = correct_program(
+      calibration(), plain("BAS(#TOOL,1)\n\fBAS(#BASE,0)\n\vPTP\f" + point + "\n\fLIN P1\n\x1a",
+                           "\fE6POS P1=" + point + "\n\x1a"));
+  EXPECT_EQ(all_words(result), "");
+  EXPECT_EQ(result.points.size(), 2U);
+}
+
+TEST(StatusAndTurnInBinary, AreReadWithABlankBehindTheB) {
+  const calib::JointVector q = {-0.2, -1.4, 1.5, 0.3, 0.8, 0.1};
+  const StatusAndTurn st = status_and_turn(cell().robot, q);
+  std::string binary = pose_text(q, false);
+  binary.insert(binary.size() - 1,
+                ",S 'B " + std::bitset<3>(static_cast<unsigned>(st.status)).to_string() +
+                    "',T 'B  " + std::bitset<6>(static_cast<unsigned>(st.turn)).to_string() + "'");
+  const std::string body = "BAS(#TOOL,1)\nBAS(#BASE,0)\nPTP ";
+  const auto result = correct_program(calibration(), plain(body + binary + "\n")),
+             decimal = correct_program(calibration(), plain(body + pose_text(q) + "\n"));
+  ASSERT_EQ(result.points.size(), 1U) << all_words(result);
+  EXPECT_EQ(result.points[0].shift_mm, decimal.points.at(0).shift_mm);
+  EXPECT_NE(result.files[0].text.find(",S 'B "), std::string::npos) << "as long as it stays";
 }
 
 TEST(AFrameWithoutStatus, IsReachedInThePostureOfTheMotionBeforeIt) {
