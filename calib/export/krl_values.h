@@ -17,6 +17,7 @@ namespace cellcal::calib::krl {
 struct Number {
   double value = 0.0;
   std::size_t begin = 0, end = 0;
+  bool operator==(const Number&) const = default;
 };
 
 /// {X 1.0,Y 2.0,...}: the components that are plain numbers, and all others.
@@ -24,6 +25,7 @@ struct Aggregate {
   std::map<std::string, Number> numbers;
   std::map<std::string, std::string> words;  ///< IPO_FRAME #BASE
   std::size_t after = 0;                     ///< index of the next token
+  bool operator==(const Aggregate&) const = default;
 };
 /// Begins at tokens[at], which is '{'. Empty where it is none.
 std::optional<Aggregate> read_aggregate(const std::vector<Token>& tokens, std::size_t at);

@@ -158,12 +158,9 @@ class Correction {
 
   /// The statement that makes the frame or posture unknown, or changes the frame.
   Lost lost(Why why, const Motion& motion) const {
-    if (why == Why::kToolNotKnown || why == Why::kBaseNotKnown) {
-      const Frames& now = motion.frames;
-      const Lost& alone = why == Why::kToolNotKnown ? now.tool_lost : now.base_lost;
-      return alone.what.empty() ? now.lost : alone;
-    }
-    if (why == Why::kLoadNotKnown) return motion.frames.load_lost;
+    if (why == Why::kToolNotKnown) return motion.frames.tool_at;
+    if (why == Why::kBaseNotKnown) return motion.frames.base_at;
+    if (why == Why::kLoadNotKnown) return motion.frames.load_at;
     if (why == Why::kFrameChanged) {
       const auto place = postures_.changed(motion, is_axes(motion));
       return {place->file, place->line};
@@ -256,7 +253,7 @@ class Correction {
 
   /// The load in force is unknown, or not stated.
   std::optional<Why> wrong_load(const Motion& motion) const {
-    if (!motion.frames.load_lost.what.empty()) return Why::kLoadNotKnown;
+    if (!motion.frames.load_known) return Why::kLoadNotKnown;
     const auto other = motion.frames.other_load();
     if (other && !load_of(program_.data, *other)) return Why::kNoSuchLoad;
     return std::nullopt;

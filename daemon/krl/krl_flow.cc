@@ -64,8 +64,26 @@ Before Flow::before(int place) const {
   return before;
 }
 
+std::vector<std::vector<int>> Flow::next() const {
+  std::vector<std::vector<int>> next(places_.size());
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    const auto callers = callers_.find(static_cast<int>(i));
+    for (const int from : callers != callers_.end() ? callers->second : places_[i].from)
+      next[static_cast<std::size_t>(from)].push_back(static_cast<int>(i));
+  }
+  return next;
+}
+
+std::vector<std::pair<int, Lost>> Flow::beginnings() const {
+  std::vector<std::pair<int, Lost>> all;
+  for (std::size_t i = 0; i < places_.size(); ++i)
+    if (places_[i].kind == Kind::kLost && callers_.count(static_cast<int>(i)) == 0)
+      all.emplace_back(static_cast<int>(i), places_[i].why);
+  return all;
+}
+
 FlowReader::FlowReader(Flow& flow, std::size_t module, std::string own)
-    : flow_(flow), module_(module), own_(std::move(own)) {
+    : flow_(flow), module_(module), own_(std::move(own)), routine_(own_) {
   now_ = entry_ = flow_.lost({});
   exit_ = flow_.join();
 }

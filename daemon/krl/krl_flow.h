@@ -29,7 +29,7 @@ struct Before {
 class Flow {
  public:
   int lost(Lost why) { return put({Kind::kLost, {}, 0, std::move(why), {}}); }
-  int motion(std::size_t index) { return put({Kind::kMotion, {}, index, {}, {}}); }
+  int motion(std::size_t index, int from) { return put({Kind::kMotion, {from}, index, {}, {}}); }
   /// State at a junction; without ways: never reached.
   int join(std::vector<int> from = {}) { return put({Kind::kJoin, std::move(from), 0, {}, {}}); }
   void lead(int from, int to) { places_[static_cast<std::size_t>(to)].from.push_back(from); }
@@ -47,6 +47,13 @@ class Flow {
   void instead(std::size_t motion, std::size_t other) { others_.emplace(motion, other); }
 
   Before before(int place) const;
+
+  // Forwards, where a call ends in the state that its statement gives.
+
+  /// Places that follow each.
+  std::vector<std::vector<int>> next() const;
+  /// Places that begin with nothing known, and why.
+  std::vector<std::pair<int, Lost>> beginnings() const;
 
  private:
   enum class Kind { kLost, kMotion, kJoin, kCall };
@@ -76,18 +83,22 @@ class Flow {
 /// Follows the control statements of one module.
 class FlowReader {
  public:
-  /// `own`: name of the routine that other modules see.
+  /// `own`: name of the routine that other modules see; lines without DEF are its own.
   FlowReader(Flow& flow, std::size_t module, std::string own);
   /// IF, LOOP, GOTO, a label, RETURN, DEF, END and the like; others change nothing.
   void control(const Line& line);
   int now() const { return now_; }
-  void moved(std::size_t motion) { now_ = flow_.motion(motion); }
+  void moved(std::size_t motion) { now_ = flow_.motion(motion, now_); }
   void lose(Lost why) { now_ = flow_.lost(std::move(why)); }
   void call(const RoutineKey& routine, Lost why) {
     now_ = flow_.call(now_, routine, std::move(why));
   }
+  /// No way leads here.
+  void never() { stop(); }
   /// After the last line.
   void finish();
+  /// Where the last routine, or text without one, ends.
+  int exit() const { return exit_; }
 
  private:
   struct Block {

@@ -117,9 +117,7 @@ std::optional<std::vector<Line>> inlined(const std::vector<std::string>& paramet
   }
   std::vector<Line> lines;
   for (const Line& line : body) {
-    const Token& first = line.tokens[0];
-    const bool at_the_end = &line == &body.back() || first.is("END");
-    if (may_change(line, parameters) || (first.is("RETURN") && !at_the_end)) return std::nullopt;
+    if (may_change(line, parameters)) return std::nullopt;
     lines.push_back(with_arguments(line, arguments));
   }
   return taken(lines);

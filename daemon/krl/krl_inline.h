@@ -16,8 +16,7 @@ using namespace calib::krl;
 std::vector<std::string> parameters_of(const Line& definition);
 
 /// The statements of `body` as `call` runs them: constant arguments are put in, any other argument names nothing, IF with
-/// two constants is decided. Empty where the order of the lines does not decide what is set: a parameter is changed or
-/// passed on, RETURN before the end, another number of arguments.
+/// two constants is decided. Empty where a parameter is changed or passed on, or with another number of arguments.
 std::optional<std::vector<Line>> inlined(const std::vector<std::string>& parameters,
                                          const std::vector<Line>& body, const Line& call);
 

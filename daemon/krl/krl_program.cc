@@ -41,6 +41,7 @@ class Reader {
         together_(together),
         imported_(std::move(imported)),
         module_(program.modules.size() - 1),
+        where_(together ? "@" + std::to_string(module_) : ""),
         data_(data),
         program_(program),
         flow_(program.flow, module_, module_name(src.name)) {}
@@ -48,7 +49,7 @@ class Reader {
   void read(const std::vector<Line>& lines) {
     for (const Line& line : lines)
       if (declares_data(line)) read_declaration(line, src_.name, data_);
-    FrameState state(lines, data_, controller_, calls_);
+    const FrameState state(lines, module_name(src_.name), data_, controller_, calls_);
     for (const Line& line : lines) read(line, state);
     if (shared_)  // another module may call it without the first one
       std::erase_if(program_.assigned, [&](const auto& one) { return one.module == module_; });
@@ -106,7 +107,7 @@ class Reader {
         (data_.globals.count(variable) > 0 ||
          !(find_point(data_, name) || data_.points.count(variable) > 0 ||
            data_.declared.count(variable) > 0 || data_.structures.count(variable) > 0));
-    return together_ && !others ? name + "@" + std::to_string(module_) : name;
+    return others ? name : name + where_;
   }
 
   /// With or without DECL; statements that begin with DEF are excluded.
@@ -117,15 +118,18 @@ class Reader {
             !line.tokens[1].is("DEFFCT"));
   }
 
-  void read(const Line& line, FrameState& state) {
+  void read(const Line& line, const FrameState& state) {
     const auto& t = line.tokens;
     depth_ = std::max(0, depth_ + FrameState::blocks(line));
+    const Frames* const now = state.before(line);
     follow(line);
-    note_assigned(line, state);
-    const bool frames = state.read(line);
+    if (now == nullptr) flow_.never();
+    flow_.control(line);
+    note_assigned(line, now);
     if (declares_data(line) || t[0].is("EXT") || t[0].is("IMPORT")) return;
     const MotionKind kind = motion_kind(line);
     if (kind != MotionKind::kNone) ++own().motion_lines;
+    if (kind != MotionKind::kNone && now == nullptr) return never(line);
     if (kind == MotionKind::kRelative) {
       lose(line);
       if (together_) mention(line, 1);
@@ -133,24 +137,23 @@ class Reader {
     }
     if (kind == MotionKind::kExternal) return refuse(Why::kExternalAxes, line.number, t[0].word);
     if (kind == MotionKind::kPoint && t.size() > 1) return motion(line, state);
-    if (frames) {
-      const bool names_data = t[0].is("FDAT_ACT") && t.size() == 3;
-      return names_data ? void() : mention(line, 1);
-    }
+    if (begins_routine(line) || only_sets_frames(line))
+      return t[0].is("FDAT_ACT") && t.size() == 3 ? void() : mention(line, 1);
     if (assigns(line) || copies(line)) return;
     mention(line, 0);
   }
 
-  void note_assigned(const Line& line, const FrameState& state) {
+  /// `now`: the frames before it; null: no path leads there.
+  void note_assigned(const Line& line, const Frames* now) {
     const auto& t = line.tokens;
     if (begins_routine(line) && ++routines_ > 1) shared_ = shared_ || t[0].is("GLOBAL");
     const bool tool = t[0].is("TOOL_DATA");
     AssignedFrame one{module_, tool, 0, {}};
     const std::size_t at = tool || t[0].is("BASE_DATA") ? read_index(t, 1, one.number) : 0;
-    if (at > 0 && routines_ == 1 && !started_ && depth_ == 0 && sign_at(t, at, '=')) {
+    if (at > 0 && now && routines_ == 1 && !started_ && depth_ == 0 && sign_at(t, at, '=')) {
       const auto value = read_aggregate(t, at + 1);
       const auto frame = value && value->after == t.size() ? frame_of(*value) : std::nullopt;
-      const auto& in_force = tool ? state.now().tool : state.now().base;
+      const auto& in_force = tool ? now->tool : now->base;
       if (frame && !(in_force && in_force->number == one.number)) {
         one.value = *frame;
         program_.assigned.push_back(one);
@@ -175,7 +178,13 @@ class Reader {
       flow_.call(*routine, {effects.call, line.number});
     else if (effects.moves)
       lose(line);
-    flow_.control(line);
+  }
+
+  /// A motion that no path leads to.
+  void never(const Line& line) {
+    const std::string name = "line " + std::to_string(line.number);
+    targets_.insert(upper_case(name));
+    program_.left[name + where_] = "no path leads to it" + (together_ ? ", " + src_.name : "");
   }
 
   /// XP2=XP1: both are corrected for all motions to either.
@@ -252,9 +261,8 @@ class Reader {
     flow_.lose({});  // unless the target is known
     motion.frames = state.at_motion(line, motion.wrong_frame_data);
     if (motion.wrong_frame_data) motion.wrong_frame_data->file = src_.name;
-    const std::string where = together_ ? "@" + std::to_string(module_) : "";
     const auto refuse_line = [&](Why why) {
-      if (!leave_line(motion.point, motion.point + where)) refuse(why, line.number, motion.point);
+      if (!leave_line(motion.point, motion.point + where_)) refuse(why, line.number, motion.point);
       return false;
     };
     if (sign_at(t, at, '{')) {
@@ -264,10 +272,11 @@ class Reader {
       if (sign_at(t, value->after, ':')) return refuse_line(Why::kOperator);
       at = value->after;
       const PointKind kind = kind_of(*value);
-      if (program_.points.count(motion.point + where) + program_.left.count(motion.point + where) >
+      if (program_.points.count(motion.point + where_) +
+              program_.left.count(motion.point + where_) >
           0)
         motion.point += " (second point)";
-      const std::string key = motion.point + where;
+      const std::string key = motion.point + where_;
       motion.left = leave_line(motion.point, key);
       (motion.left ? program_.left_points : program_.points)[key] = {
           {}, kind, src_.name, line.number, std::move(*value)};
@@ -392,6 +401,7 @@ class Reader {
   bool together_;
   std::map<std::string, Why> imported_;
   std::size_t module_;
+  std::string where_;  ///< behind the name in its keys
   Data& data_;
   Program& program_;
   FlowReader flow_;
@@ -476,13 +486,6 @@ bool stays(const std::string& name, bool own, bool global) {
   const bool reference = name.starts_with("XHOME") || name.starts_with("XBRAKE") ||
                          name.starts_with("XMMD_") || name.find("MASREF") != std::string::npos;
   return name == kHome || (reference && (global || !own));
-}
-
-bool FrameRef::operator==(const FrameRef& other) const {
-  return number == other.number && std::max(machine, 0) == std::max(other.machine, 0) &&
-         literal.has_value() == other.literal.has_value() &&
-         (!literal ||
-          (literal->xyz_mm == other.literal->xyz_mm && literal->abc_deg == other.literal->abc_deg));
 }
 
 Program read_program(const ProgramFiles& files, const std::vector<std::string>& leave,

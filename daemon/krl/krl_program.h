@@ -3,10 +3,8 @@
 // are ignored; a motion is refused if they could change its meaning.
 //
 // Tool and base: an inline form's FDAT_ACT followed by BAS(#PTP_PARAMS..) and the like, WITH of a
-// spline motion, BAS(#TOOL,n), $TOOL=TOOL_DATA[n] and $TOOL={...}. They are valid in the order of
-// the text up to the end of the sub-program, or to a call (krl_calls.h) or BAS command that might
-// change them. In a sub-program that sets frames or calls inside IF, LOOP and the like, or has
-// GOTO, they are valid only up to the next such line.
+// spline motion, BAS(#TOOL,n), $TOOL=TOOL_DATA[n] and $TOOL={...}. They are known at a motion where
+// all paths to it agree (krl_state.h).
 
 #include <map>
 #include <optional>
@@ -58,10 +56,10 @@ struct Frames {
   bool external = false;  ///< the tool is fixed in the cell
   /// In force by $LOAD; none: the tool's own, as BAS and inline forms set it.
   std::optional<LoadRef> load;
-  Aggregate load_parts;       ///< as far as $LOAD is written out
-  Lost lost;                  ///< reason for an unknown tool and base
-  Lost tool_lost, base_lost;  ///< likewise for one of them alone
-  Lost load_lost;             ///< likewise for a load
+  bool load_known = true;
+  Aggregate load_parts;  ///< as far as $LOAD is written out
+  /// The statement that set each, or made it unknown.
+  Lost tool_at, base_at, load_at;
 
   /// LOAD_DATA that a known tool is borne with; -1: none.
   int load_number() const { return load ? load->number : tool->number; }

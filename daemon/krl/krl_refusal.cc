@@ -58,15 +58,17 @@ const char* name_of(Why why) { return kNames[why]; }
 
 namespace {
 
-/// " since CLAMP() in line 12".
+/// " since CLAMP() in line 12", ", as lines 4 and 9 set different ones".
 calib::Phrase since(const Lost& lost) {
   if (lost.what.empty()) return {};
+  if (lost.other > 0) return {"say.krl.differ", {{"line", lost.line}, {"other", lost.other}}};
   return {"say.krl.since", {{"what", calib::shown(lost.what)}, {"line", lost.line}}};
 }
 
 calib::Phrase why_phrase(const Refusal& r, const calib::Robot& robot) {
   const bool frame = r.why == Why::kToolNotKnown || r.why == Why::kBaseNotKnown;
-  const char* const form = frame && r.lost.what.starts_with("BAS(")                 ? ".bas"
+  const bool by_bas = r.lost.what.starts_with("BAS(") && r.lost.other == 0;
+  const char* const form = frame && by_bas                                          ? ".bas"
                            : r.why == Why::kUnknownPoint && r.what.starts_with('$') ? ".system"
                                                                                     : "";
   return {std::string("say.krl.why.") + name_of(r.why) + form,

@@ -55,10 +55,11 @@ enum class Why {
   kNoClosedForm,     ///< S and T are defined for six axes with a spherical wrist only
 };
 
-/// The statement after which a value is unknown.
+/// The statement that sets a value, or after which it is unknown.
 struct Lost {
-  std::string what;  ///< name of the call, "BAS(#INITMOV)", "IF"; empty: none
+  std::string what;  ///< name of the call, "BAS(#INITMOV)", "DEF"; empty: none
   int line = 0;
+  int other = 0;  ///< line that sets another value on another way to the same place; 0: none
 };
 
 struct Refusal {

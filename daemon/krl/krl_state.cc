@@ -17,7 +17,6 @@ using Kind = Token::Kind;
 const std::set<std::string> kOpens = {"IF", "LOOP", "FOR", "WHILE", "REPEAT", "SWITCH"};
 const std::set<std::string> kCloses = {"ENDIF",    "ENDLOOP", "ENDFOR",
                                        "ENDWHILE", "UNTIL",   "ENDSWITCH"};
-const std::set<std::string> kBetween = {"ELSE", "CASE", "DEFAULT", "EXIT", "GOTO"};
 /// BAS commands that take the frames from FDAT_ACT.
 const std::set<std::string> kFromFrameData = {"#PTP_PARAMS", "#CP_PARAMS", "#FRAMES"};
 bool is_word(const std::vector<Token>& t, std::size_t at, const char* what) {
@@ -25,11 +24,6 @@ bool is_word(const std::vector<Token>& t, std::size_t at, const char* what) {
 }
 bool in(const std::set<std::string>& words, const Token& token) {
   return token.kind == Kind::kWord && words.count(token.word) > 0;
-}
-
-bool is_label(const Line& line) {
-  return line.tokens.size() == 2 && line.tokens[0].kind == Kind::kWord &&
-         sign_at(line.tokens, 1, ':');
 }
 
 /// TRIGGER .. DO $BASE=..: an assignment or OUT parameter inside another statement.
@@ -43,22 +37,62 @@ bool sets_frames_inside(const Line& line) {
   return false;
 }
 
-/// A tool or base as a statement sets it; `why`: the statement, where that is not known.
-void set(Frames& frames, bool tool, std::optional<FrameRef> value, Lost why) {
-  (tool ? frames.tool_lost : frames.base_lost) = value ? Lost{} : std::move(why);
+/// A tool or base as a statement sets it; empty: not known.
+void set(Frames& frames, bool tool, std::optional<FrameRef> value, Lost at) {
+  (tool ? frames.tool_at : frames.base_at) = std::move(at);
   (tool ? frames.tool : frames.base) = std::move(value);
 }
 
-Frames without_reasons(Frames frames) {
-  frames.tool_lost = frames.base_lost = {};
-  return frames;
+/// The statements after which a value is unknown behind two ways that meet; `known`: on the other one.
+Lost differ(const Lost& one, const Lost& other, bool known) {
+  if (!known) return other;
+  return {one.what, std::min(one.line, other.line),
+          one.line == other.line ? 0 : std::max(one.line, other.line)};
 }
 
-/// Frames after a call: what its body makes unknown is so since the call.
-Frames with_reasons(Frames after, const Frames& before, const Lost& call) {
-  if (!after.tool) after.tool_lost = after.tool_lost.what.empty() ? before.tool_lost : call;
-  if (!after.base) after.base_lost = after.base_lost.what.empty() ? before.base_lost : call;
-  return after;
+/// Unknown where the other way has another; true if that is news.
+bool meet(std::optional<FrameRef>& frame, Lost& at, const std::optional<FrameRef>& other,
+          const Lost& other_at) {
+  if (!frame) return false;
+  const int machine = frame->machine;
+  if (frame == other) {
+    frame->machine = std::min(machine, other->machine);
+    return frame->machine != machine;
+  }
+  at = differ(at, other_at, other.has_value());
+  frame.reset();
+  return true;
+}
+
+bool meet_load(Frames& into, const Frames& other) {
+  const bool same_parts = into.load_parts == other.load_parts;
+  bool news = !same_parts && !(into.load_parts == Aggregate{});
+  if (!same_parts) into.load_parts = {};
+  if (!into.load_known) return news;
+  const bool same = into.load == other.load ||
+                    (into.tool == other.tool && into.other_load() == other.other_load());
+  if (same && other.load_known) {
+    if (into.load || !other.load) return news;
+    into.load = other.load;  // as $LOAD states it, for another tool behind
+    return true;
+  }
+  into.load_at = differ(into.load_at, other.load_at, other.load_known);
+  into.load_known = false;
+  into.load.reset();
+  return true;
+}
+
+bool meet(Frames& into, const Frames& other) {
+  bool news = meet_load(into, other) || (other.external && !into.external);
+  into.external = into.external || other.external;
+  news = meet(into.tool, into.tool_at, other.tool, other.tool_at) || news;
+  return meet(into.base, into.base_at, other.base, other.base_at) || news;
+}
+
+bool meet(std::optional<Refusal>& into, const std::optional<Refusal>& other) {
+  if (into || !other) return false;
+  into = other;
+  return true;
 }
 
 std::optional<FrameRef> numbered(std::optional<int> number) {
@@ -87,6 +121,13 @@ std::optional<LoadRef> written_load(const Aggregate& parts) {
 }
 
 }  // namespace
+
+bool FrameRef::operator==(const FrameRef& other) const {
+  return number == other.number && std::max(machine, 0) == std::max(other.machine, 0) &&
+         literal.has_value() == other.literal.has_value() &&
+         (!literal ||
+          (literal->xyz_mm == other.literal->xyz_mm && literal->abc_deg == other.literal->abc_deg));
+}
 
 std::set<std::string> touched_names(const std::vector<Line>& lines) {
   std::set<std::string> touched;
@@ -134,7 +175,8 @@ void FrameState::apply_load(const std::vector<Token>& t, std::size_t at, Frames&
   else
     frames.load_parts = {};
   frames.load = part ? written_load(frames.load_parts) : load_at(t, at + 2, frames.load_parts);
-  frames.load_lost = frames.load ? Lost{} : Lost{"$LOAD", line};
+  frames.load_known = frames.load.has_value();
+  frames.load_at = this->at("$LOAD", line);
 }
 
 /// The value of $LOAD; `parts`: its components where it is written out.
@@ -221,9 +263,11 @@ std::optional<FrameRef> FrameState::assigned(const std::vector<Token>& t, std::s
   return frame;
 }
 
-bool is_control(const Line& line) {
-  const Token& token = line.tokens[0];
-  return in(kOpens, token) || in(kCloses, token) || in(kBetween, token) || is_label(line);
+bool only_sets_frames(const Line& line) {
+  static const std::set<std::string> words = {"$TOOL",  "$BASE",      "$LOAD",     "$IPO_MODE",
+                                              "SPLINE", "PTP_SPLINE", "ENDSPLINE", "FDAT_ACT"};
+  const auto& t = line.tokens;
+  return in(words, t[0]) || (t[0].is("BAS") && sign_at(t, 1, '(') && t.size() > 2);
 }
 
 int FrameState::blocks(const Line& line) {
@@ -231,32 +275,11 @@ int FrameState::blocks(const Line& line) {
   return in(kCloses, line.tokens[0]) ? -1 : 0;
 }
 
-void FrameState::find_strict(const std::vector<Line>& lines) {
-  int begin = 0, depth = 0;
-  bool strict = false, jumps = false;
-  const auto close = [&] { strict_[begin] = strict; };
-  for (const Line& line : lines) {
-    const Token& token = line.tokens[0];
-    if (begins_routine(line)) {
-      close();
-      begin = line.number;
-      depth = 0;
-      strict = jumps = false;
-    }
-    const bool inside_before = depth != 0;  // UNTIL f()
-    depth += blocks(line);
-    const bool changes = sets_frames(line) || calls_.of(line).frames;
-    jumps = jumps || token.is("GOTO") || is_label(line);  // no jump leads to a line before
-    strict = strict || (changes && (depth != 0 || inside_before || jumps));
-  }
-  close();
-  strict_now_ = strict_[0];
-}
-
 void FrameState::take(const std::string& name, int line, Frames& frames,
                       std::optional<Refusal>& wrong) const {
   const auto data = data_.frames.find(name);
   frames = {};
+  frames.tool_at = frames.base_at = frames.load_at = at("FDAT_ACT", line);
   wrong.reset();
   if (data == data_.frames.end()) {
     wrong = Refusal{Why::kNoSuchFrameData, {}, line, name};
@@ -276,7 +299,7 @@ bool FrameState::apply(const std::vector<Token>& t, std::size_t at, Frames& fram
   const bool mode = is_word(t, at, "$IPO_MODE");
   if (!tool && !base && !mode) return false;
   if (!sign_at(t, at + 1, '=')) {  // $TOOL.X=...
-    if (!mode) set(frames, tool, {}, {t[at].word, line});
+    if (!mode) set(frames, tool, {}, this->at(t[at].word, line));
     return true;
   }
   const std::size_t value = at + 2;
@@ -286,7 +309,7 @@ bool FrameState::apply(const std::vector<Token>& t, std::size_t at, Frames& fram
   if (by_data) {
     Frames named;
     take(t[value + 2].word, line, named, wrong);
-    if (!mode) set(frames, tool, tool ? named.tool : named.base, {t[value].word, line});
+    if (!mode) set(frames, tool, tool ? named.tool : named.base, this->at(t[value].word, line));
     frames.external = named.external;
     return true;
   }
@@ -294,13 +317,15 @@ bool FrameState::apply(const std::vector<Token>& t, std::size_t at, Frames& fram
     frames.external = !is_word(t, value, "#BASE");
     return true;
   }
-  set(frames, tool, assigned(t, value, tool ? "TOOL_DATA" : "BASE_DATA"), {t[at].word, line});
+  set(frames, tool, assigned(t, value, tool ? "TOOL_DATA" : "BASE_DATA"),
+      this->at(t[at].word, line));
   return true;
 }
 
-Frames FrameState::at_motion(const Line& line, std::optional<Refusal>& wrong) const {
-  Frames frames = now_;
-  wrong = wrong_;
+Frames FrameState::with_own(const Line& line, const State& state,
+                            std::optional<Refusal>& wrong) const {
+  Frames frames = state.now;
+  wrong = state.wrong;
   const auto& t = line.tokens;
   std::size_t with = 0;
   while (with < t.size() && !t[with].is("WITH")) ++with;
@@ -309,120 +334,171 @@ Frames FrameState::at_motion(const Line& line, std::optional<Refusal>& wrong) co
   return frames;
 }
 
-void FrameState::forget(const std::string& why, int line) {
-  now_ = pending_ = outside_spline_ = {};
-  now_.lost = pending_.lost = outside_spline_.lost = {why, line};
-  if (sets_load_) now_.load_lost = outside_spline_.load_lost = {why.empty() ? "$LOAD" : why, line};
-  wrong_.reset();
-  pending_wrong_.reset();
+Frames FrameState::at_motion(const Line& line, std::optional<Refusal>& wrong) const {
+  return with_own(line, *state(line), wrong);
 }
 
-bool FrameState::read(const Line& line) {
-  const bool frames = read_frames(line);
+const Frames* FrameState::before(const Line& line) const {
+  return state(line) ? &state(line)->now : nullptr;
+}
+
+FrameState::FrameState(const std::vector<Line>& lines, const std::string& own, const Data& data,
+                       const Data& shared, Calls calls)
+    : FrameState(lines, data, shared, calls) {
+  run(lines, own, nullptr);
+  for (const auto& [place, line] : statements_)
+    if (auto& state = states_[static_cast<std::size_t>(place)]) step(line, *state);
+}
+
+bool FrameState::meet(State& into, const State& other) {
+  using krl::meet;
+  bool news = meet(into.now, other.now);
+  news = meet(into.pending, other.pending) || news;
+  news = meet(into.outside_spline, other.outside_spline) || news;
+  news = meet(into.wrong, other.wrong) || news;
+  return meet(into.pending_wrong, other.pending_wrong) || news;
+}
+
+const std::optional<FrameState::State>& FrameState::run(const std::vector<Line>& lines,
+                                                        const std::string& own,
+                                                        const State* entry) {
+  Flow flow;
+  FlowReader reader(flow, calls_.module, own);
+  for (const Line& line : lines) {
+    const int place = before_[line.number] = reader.now();
+    if (const auto routine = calls_.routines.called(calls_.module, line))
+      reader.call(*routine, {});
+    else if (steps(line))
+      reader.moved(0);
+    if (reader.now() != place) statements_.emplace(reader.now(), line);
+    reader.control(line);
+  }
+  reader.finish();
+  const auto next = flow.next();
+  states_.resize(next.size());
+  std::set<int> open;
+  const auto arrive = [&](int place, const State& state) {
+    auto& there = states_[static_cast<std::size_t>(place)];
+    const bool news = !there || meet(*there, state);
+    if (!there) there = state;
+    if (news) open.insert(place);
+  };
+  for (const auto& [place, why] : flow.beginnings())
+    arrive(place, entry != nullptr && place == 0 ? *entry : unknown(why));
+  while (!open.empty()) {
+    const int place = open.extract(open.begin()).value();
+    State state = *states_[static_cast<std::size_t>(place)];
+    if (const auto line = statements_.find(place); line != statements_.end())
+      step(line->second, state);
+    for (const int one : next[static_cast<std::size_t>(place)]) arrive(one, state);
+  }
+  return states_[static_cast<std::size_t>(reader.exit())];
+}
+
+FrameState::State FrameState::unknown(const Lost& why) const {
+  State state;
+  for (Frames* one : {&state.now, &state.pending, &state.outside_spline})
+    one->tool_at = one->base_at = one->load_at = why;
+  state.now.load_known = state.outside_spline.load_known = !sets_load_;
+  return state;
+}
+
+bool FrameState::steps(const Line& line) const {
+  return only_sets_frames(line) || calls_.of(line).frames ||
+         (sets_frames_inside(line) && !declares(line));
+}
+
+void FrameState::step(const Line& line, State& state) const {
+  const auto& t = line.tokens;
+  if (t[0].is("SPLINE") || t[0].is("PTP_SPLINE")) {
+    state.outside_spline = state.now;
+    state.now = with_own(line, state, state.wrong);
+  } else if (t[0].is("ENDSPLINE")) {
+    state.now = state.outside_spline;
+  } else if (t[0].is("FDAT_ACT")) {
+    read_frame_data(line, state);
+  } else if (only_sets_frames(line) && t[0].is("BAS")) {
+    read_bas(line, state);
+  } else {
+    apply(t, 0, state.now, state.wrong, line.number);
+  }
   const Effects effects = calls_.of(line);
-  if (effects.frames && follow(line))
-    return frames;
-  else if (effects.frames)
-    forget(effects.call, line.number);
+  if (effects.frames && follow(line, state)) return;
+  if (effects.frames)
+    state = unknown(at(effects.call, line.number));
   else if (sets_frames_inside(line) && !declares(line))
-    forget(line.tokens[0].word, line.number);
-  return frames;
+    state = unknown(at(t[0].word, line.number));
 }
 
-bool FrameState::follow(const Line& call) {
-  constexpr int kDeepest = 8;
+bool FrameState::follow(const Line& call, State& state) const {
+  constexpr int kDeepest = 8, kMostFollowed = 1000;  // of each call of the module
   const auto body = calls_.routines.body_of(calls_.module, call);
-  if (!body || depth_ == kDeepest) return false;
+  if (depth_ == 0) *followed_ = 0;
+  if (!body || depth_ == kDeepest || ++*followed_ > kMostFollowed) return false;
   const auto& [module, lines] = *body;
   const bool foreign = module != calls_.module;
   FrameState inside(lines, foreign ? shared_ : data_, shared_, {calls_.routines, module});
   inside.foreign_ = foreign;
   inside.depth_ = depth_ + 1;
+  inside.followed_ = followed_;
+  inside.call_ = at(call.tokens[0].word, call.number);
   inside.touched_.insert(touched_.begin(), touched_.end());
-  inside.now_ = without_reasons(now_);
-  inside.pending_ = without_reasons(pending_);
-  for (const Line& line : lines) inside.read(line);
-  if (inside.wrong_ || inside.pending_wrong_ || !inside.now_.lost.what.empty()) return false;
+  inside.sets_load_ = inside.sets_load_ || sets_load_;
+  State entry = state;
+  entry.wrong.reset();
+  entry.pending_wrong.reset();
+  const auto& behind = inside.run(lines, call.tokens[0].word, &entry);
+  if (!behind || behind->wrong || behind->pending_wrong) return false;
   // Its own .dat may have another FDAT of this name.
   if (foreign &&
       std::ranges::any_of(inside.used_, [](const auto& one) { return one.first != "FDEFAULT"; }))
     return false;
-  const Lost here{call.tokens[0].word, call.number};
-  now_ = with_reasons(inside.now_, now_, here);
-  pending_ = with_reasons(inside.pending_, pending_, here);
-  wrong_.reset();
-  pending_wrong_.reset();
+  state = *behind;
   used_.merge(inside.used_);
   return true;
 }
 
 /// FDAT_ACT=FP1, FDAT_ACT={TOOL_NO 1,...}, FDAT_ACT.TOOL_NO=1
-bool FrameState::read_frame_data(const Line& line) {
+void FrameState::read_frame_data(const Line& line, State& state) const {
   const auto& t = line.tokens;
-  if (t.size() == 3 && sign_at(t, 1, '=') && t[2].kind == Kind::kWord) {
-    take(t[2].word, line.number, pending_, pending_wrong_);
-    return true;
-  }
+  Frames& pending = state.pending;
+  if (t.size() == 3 && sign_at(t, 1, '=') && t[2].kind == Kind::kWord)
+    return take(t[2].word, line.number, pending, state.pending_wrong);
+  const Lost here = at("FDAT_ACT", line.number);
   if (t.size() == 5 && sign_at(t, 1, '.') && sign_at(t, 3, '=') &&
-      (t[2].is("TOOL_NO") || t[2].is("BASE_NO"))) {
-    set(pending_, t[2].is("TOOL_NO"), numbered(slot_number(t[4])), {"FDAT_ACT", line.number});
-    return true;
-  }
-  pending_ = {};
-  pending_wrong_.reset();
+      (t[2].is("TOOL_NO") || t[2].is("BASE_NO")))
+    return set(pending, t[2].is("TOOL_NO"), numbered(slot_number(t[4])), here);
+  pending = {};
+  pending.tool_at = pending.base_at = pending.load_at = here;
+  state.pending_wrong.reset();
   if (const auto value = sign_at(t, 1, '=') ? read_aggregate(t, 2) : std::nullopt) {
     const FrameData data = frame_data_of(*value);
-    if (data.tool >= 0) pending_.tool = FrameRef{data.tool, {}};
-    if (data.base >= 0) pending_.base = FrameRef{data.base, {}};
-    pending_.external = data.external;
+    if (data.tool >= 0) pending.tool = FrameRef{data.tool, {}};
+    if (data.base >= 0) pending.base = FrameRef{data.base, {}};
+    pending.external = data.external;
   }
-  return true;
 }
 
-bool FrameState::read_bas(const Line& line) {
+void FrameState::read_bas(const Line& line, State& state) const {
   const auto& t = line.tokens;
   const std::string& command = t[2].word;
   const auto number = t.size() == 6 && sign_at(t, 3, ',') ? slot_number(t[4]) : std::nullopt;
   if (kFromFrameData.count(command) > 0) {
-    now_ = pending_;
-    wrong_ = pending_wrong_;
+    state.now = state.pending;
+    state.wrong = state.pending_wrong;
   } else if (command == "#TOOL" || command == "#BASE") {
-    set(now_, command == "#TOOL", numbered(number), {"BAS(" + command + ")", line.number});
+    const Lost here = at("BAS(" + command + ")", line.number);
+    set(state.now, command == "#TOOL", numbered(number), here);
     if (command == "#TOOL") {
-      now_.load.reset();
-      now_.load_parts = {};
-      now_.load_lost = {};
+      state.now.load.reset();
+      state.now.load_parts = {};
+      state.now.load_known = true;
+      state.now.load_at = here;
     }
-    wrong_.reset();
+    state.wrong.reset();
   } else if (frames_by_bas(t, 0)) {
-    forget("BAS(" + command + ")", line.number);
+    state = unknown(at("BAS(" + command + ")", line.number));
   }
-  return true;
-}
-
-bool FrameState::read_frames(const Line& line) {
-  const auto& t = line.tokens;
-  if (begins_routine(line)) {
-    forget();
-    strict_now_ = strict_[line.number];
-    return true;
-  }
-  if (is_control(line)) {
-    if (strict_now_) forget(line.tokens[0].word, line.number);
-    return false;
-  }
-  if (t[0].is("SPLINE") || t[0].is("PTP_SPLINE")) {
-    outside_spline_ = now_;
-    now_ = at_motion(line, wrong_);
-    return true;
-  }
-  if (t[0].is("ENDSPLINE")) {
-    now_ = outside_spline_;
-    return true;
-  }
-  if (t[0].is("FDAT_ACT")) return read_frame_data(line);
-  if (t[0].is("BAS") && sign_at(t, 1, '(') && t.size() > 2) return read_bas(line);
-  return apply(t, 0, now_, wrong_, line.number);
 }
 
 }  // namespace cellcal::daemon::krl

@@ -73,9 +73,8 @@ TEST(ALinearMotion, IsRefusedWhereAWayToItEndsElsewhere) {
        "BAS(#TOOL,1)\nBAS(#BASE,0)\nLIN XL\n",
        Why::kPostureNotKnown},
       {"IF A THEN\nPTP XN\nENDIF\nLIN XL\n", Why::kPostureNotKnown},
-      {"PTP XN\nGOTO OVER\nLIN XL\nOVER:\n", Why::kPostureNotKnown},
       {"PTP XN\nIF A THEN\nPTP XO\nENDIF\nPTP XF\n", Why::kNoConfiguration},
-      {"PTP XN\nENDIF\nLIN XL\n", Why::kPostureNotKnown},
+      {"PTP XN\nENDIF\nBAS(#TOOL,1)\nBAS(#BASE,0)\nLIN XL\n", Why::kPostureNotKnown},
   };
   for (const auto& one : cases) {
     const auto result = flow_corrected(one.body);

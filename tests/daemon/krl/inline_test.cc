@@ -74,7 +74,6 @@ TEST(ARoutinesParameters, DecideNothingWhereItsLinesDoNot) {
            {"TOOLS(1)", "TOOLS(N :IN)\nBAS(#TOOL,N)\nBAS(#BASE,0)\nUNKNOWN()"},
            {"TOOLS(1,2)", "TOOLS(N :IN)\nBAS(#TOOL,N)\nBAS(#BASE,0)"},
            {"TOOLS()", "TOOLS(N :IN)\nBAS(#TOOL,N)\nBAS(#BASE,0)"},
-           {"TOOLS(1)", "TOOLS(N :IN)\nTOOLS(1)\nBAS(#TOOL,N)\nBAS(#BASE,0)"},
            {"IF $IN[1] THEN\nTOOLS(1)\nENDIF", "TOOLS(N :IN)\nBAS(#TOOL,N)\nBAS(#BASE,0)"},
            {"TOOLS(1)", "TOOLS(N :IN)\n$TOOL=XFRAME\n$BASE=$NULLFRAME"}}) {
     const auto result = after_call(call, routine);
