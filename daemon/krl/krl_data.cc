@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "calib/model/error.h"
+#include "daemon/krl/krl_types.h"
 
 namespace cellcal::daemon::krl {
 
@@ -67,10 +68,27 @@ void read_named_load(const Line& line, std::size_t at, Data& data) {
     data.named_loads.erase(t[at].word);
 }
 
-/// A frame or load that a further statement sets is none by name.
+/// NAME[=value]{,NAME[=value]} of the type at tokens[type].
+void read_numbers(const Line& line, std::size_t type, bool global, bool constant, Data& data) {
+  const auto& t = line.tokens;
+  const bool whole = t[type].is("INT");
+  for (std::size_t at = type + 1; word_at(t, at); at = next_comma(t, at, t.size()) + 1) {
+    if (global && whole) data.globals.insert(t[at].word);
+    std::optional<NamedNumber> number;
+    const bool given = sign_at(t, at + 1, '=') && next_comma(t, at, t.size()) == at + 3;
+    if (const auto value = whole && given ? slot_number(t[at + 2]) : std::nullopt)
+      number = NamedNumber{*value, constant};
+    if (const auto [known, fresh] = data.named_numbers.emplace(t[at].word, number); !fresh)
+      known->second.reset();
+  }
+}
+
+/// A frame, load or number that a further statement sets is none by name.
 void forget_value(const std::string& name, Data& data) {
   data.named_frames.erase(name);
   data.named_loads.erase(name);
+  if (const auto at = data.named_numbers.find(name); at != data.named_numbers.end())
+    at->second.reset();
   data.frames.erase(name);
 }
 
@@ -167,9 +185,11 @@ bool read_declaration(const Line& line, const std::string& file, Data& data) {
       calib::read_external_axes(line, data.external) != Stated::kNothing)
     return true;
   std::size_t at = 0;
-  bool global = false;
-  for (; at < t.size() && (t[at].is("DECL") || t[at].is("GLOBAL") || t[at].is("CONST")); ++at)
+  bool global = false, constant = false;
+  for (; at < t.size() && (t[at].is("DECL") || t[at].is("GLOBAL") || t[at].is("CONST")); ++at) {
     global = global || t[at].is("GLOBAL");
+    constant = constant || t[at].is("CONST");
+  }
   if (at + 1 >= t.size() || t[at].kind != Kind::kWord) return at > 0;
   if (kCartesianTypes.count(t[at].word) > 0) {
     read_points(line, at, PointKind::kCartesian, file, global, data);
@@ -185,6 +205,7 @@ bool read_declaration(const Line& line, const std::string& file, Data& data) {
     return true;
   }
   if (t[at].is("LOAD")) read_named_load(line, at + 1, data);
+  read_numbers(line, at, global, constant, data);
   read_element(line, global, file, data);
   return at > 0;
 }

@@ -33,6 +33,12 @@ struct FrameData {
   bool external = false;  ///< IPO_FRAME #TCP
 };
 
+/// INT with its value.
+struct NamedNumber {
+  int value = 0;
+  bool constant = false;  ///< CONST: no statement can change it
+};
+
 struct Data : ControllerFrames {
   std::map<std::string, Point> points;
   std::map<std::string, int> declared;  ///< names of points without a value, and their line
@@ -42,6 +48,8 @@ struct Data : ControllerFrames {
   std::set<std::string> globals;  ///< points, structures and FDATs visible to other modules
   std::map<std::string, calib::FrameMmDeg> named_frames;  ///< type FRAME
   std::map<std::string, LoadData> named_loads;            ///< type LOAD
+  /// Variables of other types; empty: no INT, without a value, or declared twice.
+  std::map<std::string, std::optional<NamedNumber>> named_numbers;
   std::map<std::string, FrameData> frames;
   calib::ExternalAxes external;
   std::vector<Refusal> refusals;

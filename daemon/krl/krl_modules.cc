@@ -9,6 +9,7 @@ void add_missing(const Data& controller, Data& own) {
   own.frames.insert(controller.frames.begin(), controller.frames.end());
   own.named_frames.insert(controller.named_frames.begin(), controller.named_frames.end());
   own.named_loads.insert(controller.named_loads.begin(), controller.named_loads.end());
+  own.named_numbers.insert(controller.named_numbers.begin(), controller.named_numbers.end());
   static_cast<ControllerFrames&>(own) = controller;
   own.external = controller.external;
 }
@@ -27,6 +28,8 @@ void add_globals(const Data& from, Data& into) {
     if (from.globals.count(name) > 0) into.named_frames.emplace(name, frame);
   for (const auto& [name, load] : from.named_loads)
     if (from.globals.count(name) > 0) into.named_loads.emplace(name, load);
+  for (const auto& [name, number] : from.named_numbers)
+    if (from.globals.count(name) > 0) into.named_numbers.emplace(name, number);
 }
 
 void forget(const std::set<std::string>& touched, bool all, Data& data) {
@@ -35,6 +38,8 @@ void forget(const std::set<std::string>& touched, bool all, Data& data) {
   };
   std::erase_if(data.named_frames, is_touched);
   std::erase_if(data.named_loads, is_touched);
+  for (auto& named : data.named_numbers)
+    if (named.second && !named.second->constant && is_touched(named)) named.second.reset();
 }
 
 Imports::Imports(const BackupFiles& files) {

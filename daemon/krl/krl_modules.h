@@ -16,7 +16,7 @@ void add_missing(const Data& controller, Data& own);
 /// Adds the parts of a .dat file that other modules see: all of $config.dat.
 void add_globals(const Data& from, Data& into);
 
-/// Removes frames and loads by name that modules touch: all, or the GLOBAL ones.
+/// Removes frames, loads and numbers by name that modules touch: all, or the GLOBAL ones.
 void forget(const std::set<std::string>& touched, bool all, Data& data);
 
 /// Applies the effect of another module on a program's data: points that it imports may be its own, too, and named

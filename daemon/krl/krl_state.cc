@@ -19,6 +19,8 @@ const std::set<std::string> kCloses = {"ENDIF",    "ENDLOOP", "ENDFOR",
                                        "ENDWHILE", "UNTIL",   "ENDSWITCH"};
 /// BAS commands that take the frames from FDAT_ACT.
 const std::set<std::string> kFromFrameData = {"#PTP_PARAMS", "#CP_PARAMS", "#FRAMES"};
+const std::set<std::string> kNumberTypes = {"INT", "REAL", "BOOL", "CHAR"};
+
 bool is_word(const std::vector<Token>& t, std::size_t at, const char* what) {
   return at < t.size() && t[at].kind == Kind::kWord && t[at].word == what;
 }
@@ -137,7 +139,8 @@ std::set<std::string> touched_names(const std::vector<Line>& lines) {
     for (std::size_t i = 0; i < t.size(); ++i) {
       const bool set_to = i >= 2 && sign_at(t, i - 1, '=') &&
                           (t[i - 2].is("$TOOL") || t[i - 2].is("$BASE") || t[i - 2].is("$LOAD"));
-      if (t[i].kind == Kind::kWord && !set_to) touched.insert(t[i].word);
+      const bool read = set_to || sign_at(t, i - 1, '[') || t[0].is("BAS") || t[0].is("FDAT_ACT");
+      if (t[i].kind == Kind::kWord && !read) touched.insert(t[i].word);
     }
   }
   return touched;
@@ -149,8 +152,9 @@ std::set<std::string> hidden_names(const std::vector<Line>& lines) {
     const auto& t = line.tokens;
     if (begins_routine(line)) {
       std::ranges::copy(parameters_of(line), std::inserter(hidden, hidden.end()));
-    } else if ((t[0].is("DECL") || t[0].is("LOAD") || is_point_type(t[0].word)) &&
-               std::ranges::none_of(t, [](const Token& one) { return one.is("="); })) {
+    } else if (in(kNumberTypes, t[0]) ||
+               ((t[0].is("DECL") || t[0].is("LOAD") || is_point_type(t[0].word)) &&
+                std::ranges::none_of(t, [](const Token& one) { return one.is("="); }))) {
       for (const Token& one : t) hidden.insert(one.word);
     }
   }
@@ -335,7 +339,7 @@ Frames FrameState::with_own(const Line& line, const State& state,
 }
 
 Frames FrameState::at_motion(const Line& line, std::optional<Refusal>& wrong) const {
-  return with_own(line, *state(line), wrong);
+  return with_own(with_numbers(line), *state(line), wrong);
 }
 
 const Frames* FrameState::before(const Line& line) const {
@@ -370,7 +374,7 @@ const std::optional<FrameState::State>& FrameState::run(const std::vector<Line>&
       reader.call(*routine, {});
     else if (steps(line))
       reader.moved(0);
-    if (reader.now() != place) statements_.emplace(reader.now(), line);
+    if (reader.now() != place) statements_.emplace(reader.now(), with_numbers(line));
     reader.control(line);
   }
   reader.finish();
@@ -393,6 +397,24 @@ const std::optional<FrameState::State>& FrameState::run(const std::vector<Line>&
     for (const int one : next[static_cast<std::size_t>(place)]) arrive(one, state);
   }
   return states_[static_cast<std::size_t>(reader.exit())];
+}
+
+Line FrameState::with_numbers(Line line) const {
+  auto& t = line.tokens;
+  const auto one_of = [&](std::size_t at, const std::string& signs) {
+    return at < t.size() && t[at].kind == Kind::kSign &&
+           signs.find(t[at].word) != std::string::npos;
+  };
+  for (std::size_t i = 1; i < t.size() && !foreign_; ++i) {
+    if (t[i].kind != Kind::kWord || !one_of(i - 1, "=,([")) continue;
+    if (i + 1 < t.size() && !one_of(i + 1, ",)]")) continue;
+    const auto named = data_.named_numbers.find(t[i].word);
+    if (named == data_.named_numbers.end() || !named->second) continue;
+    if ((named->second->constant ? hidden_ : touched_).count(t[i].word) > 0) continue;
+    t[i].kind = Kind::kNumber;
+    t[i].value = named->second->value;
+  }
+  return line;
 }
 
 FrameState::State FrameState::unknown(const Lost& why) const {
@@ -443,6 +465,7 @@ bool FrameState::follow(const Line& call, State& state) const {
   inside.followed_ = followed_;
   inside.call_ = at(call.tokens[0].word, call.number);
   inside.touched_.insert(touched_.begin(), touched_.end());
+  inside.hidden_.insert(hidden_.begin(), hidden_.end());
   inside.sets_load_ = inside.sets_load_ || sets_load_;
   State entry = state;
   entry.wrong.reset();

@@ -12,7 +12,7 @@
 
 namespace cellcal::daemon::krl {
 
-/// Names that these lines read or change, except values of $TOOL, $BASE and $LOAD.
+/// Names that these lines read or change, except values of $TOOL, $BASE and $LOAD, indices, and arguments of BAS.
 std::set<std::string> touched_names(const std::vector<Line>& lines);
 
 /// Parameters of routines and variables declared without a value: they hide those of the .dat.
@@ -52,14 +52,17 @@ class FrameState {
         shared_(shared),
         calls_(calls),
         touched_(touched_names(lines)),
+        hidden_(hidden_names(lines)),
         sets_load_(sets_load(lines)) {
-    touched_.merge(hidden_names(lines));
+    touched_.insert(hidden_.begin(), hidden_.end());
   }
   /// Finds the state at each line; that behind the last one. `entry`: before the first one.
   const std::optional<State>& run(const std::vector<Line>& lines, const std::string& own,
                                   const State* entry);
   /// Runs one that sets frames, or after which they are unknown.
   void step(const Line& line, State& state) const;
+  /// With the values of INTs by name.
+  Line with_numbers(Line line) const;
   bool steps(const Line& line) const;
   static bool meet(State& into, const State& other);
   const std::optional<State>& state(const Line& line) const {
@@ -95,7 +98,7 @@ class FrameState {
   std::shared_ptr<int> followed_ = std::make_shared<int>();  ///< so far
   bool foreign_ = false;      ///< a routine of another module, whose .dat is not seen
   std::optional<Lost> call_;  ///< that is followed
-  std::set<std::string> touched_;
+  std::set<std::string> touched_, hidden_;
   bool sets_load_ = false;
   mutable std::map<std::string, int> used_;
   std::map<int, int> before_;                 ///< place before each line, by its number
