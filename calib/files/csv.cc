@@ -428,9 +428,9 @@ void CsvTable::split(std::string_view line) {
   }
 }
 
-CsvTable::CsvTable(std::string_view text, std::string name)
+CsvTable::CsvTable(std::string_view text, std::string name, const std::string& example)
     : name_(std::move(name)), form_(csv_form(text, name_)), rest_(form_.text) {
-  read_header();
+  read_header(example);
 }
 
 void CsvTable::read_units(std::vector<std::string>& names) {
@@ -447,7 +447,7 @@ void CsvTable::read_units(std::vector<std::string>& names) {
   }
 }
 
-void CsvTable::read_header() {
+void CsvTable::read_header(std::string example) {
   std::string_view line;
   for (int i = 0; i < form_.title_lines; ++i) next_line(line);
   if (!next_line(line)) throw FileError(name_, ": empty; a header row is needed");
@@ -460,7 +460,6 @@ void CsvTable::read_header() {
   if (fields_.size() > kMaxColumns) fail_here("more than 256 columns");
   const auto numbers = static_cast<std::size_t>(std::ranges::count_if(fields_, is_value));
   if (2 * numbers >= fields_.size()) {
-    std::string example = "A1,A2,A3,A4,A5,A6,target";
     std::ranges::replace(example, ',', form_.separator);
     fail_here(
         "the header row is missing: these are numbers, and the first row must name the columns, as "

@@ -33,8 +33,8 @@ CsvForm csv_form(std::string_view text, const std::string& name);
 
 class CsvTable {
  public:
-  /// Parses the header. Throws FileError.
-  CsvTable(std::string_view text, std::string name);
+  /// Parses the header. Throws FileError, without a header one with `example`: "A1,A2,target".
+  CsvTable(std::string_view text, std::string name, const std::string& example);
   CsvTable(const CsvTable&) = delete;
   CsvTable& operator=(const CsvTable&) = delete;
 
@@ -72,7 +72,7 @@ class CsvTable {
   bool next_line(std::string_view& line);
   bool next_row(std::size_t columns);
   void split(std::string_view line);
-  void read_header();
+  void read_header(std::string example);
   /// Adds the units in the row below the header to `names`.
   void read_units(std::vector<std::string>& names);
 

@@ -1,6 +1,7 @@
 #include "calib/files/touches.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -235,6 +236,12 @@ class TouchColumns {
   std::array<int, 3> xyz_{}, abc_{}, approach_{};
 };
 
+std::string joints_row(const Robot& robot) {
+  std::string row;
+  for (const Joint& joint : robot.joints) row += (row.empty() ? "" : ",") + joint.name;
+  return row;
+}
+
 constexpr std::array<const char*, 6> kPose = {"x_mm", "y_mm", "z_mm", "a_deg", "b_deg", "c_deg"};
 constexpr std::size_t kMaxPoses = 2'000'000;
 /// Beyond the reach and the turns of any arm: detects other units.
@@ -263,7 +270,7 @@ double bounded(const CsvTable& table, int column, double most, const char* unit)
 }  // namespace
 
 std::vector<Touch> parse_touches(std::string_view text, const std::string& name, const Cell& cell) {
-  CsvTable table(text, name);
+  CsvTable table(text, name, joints_row(cell.robot) + ",target");
   auto known = joint_names(cell.robot);
   const Robot positioner = axes_of_positioner(cell.robot);
   std::ranges::move(joint_names(positioner), std::back_inserter(known));
@@ -389,7 +396,7 @@ JointRows load_joints(const std::filesystem::path& path, const Robot& robot) {
 }
 
 JointRows parse_joints(std::string_view text, const std::string& name, const Robot& robot) {
-  CsvTable table(text, name);
+  CsvTable table(text, name, joints_row(robot));
   auto known = joint_names(robot);
   const Robot positioner = axes_of_positioner(robot);
   std::ranges::move(joint_names(positioner), std::back_inserter(known));
@@ -464,7 +471,7 @@ std::vector<std::string> joint_names(const Robot& robot) {
 
 std::vector<PoseRow> parse_poses(std::string_view text, const std::string& name,
                                  const Robot& robot) {
-  CsvTable table(text, name);
+  CsvTable table(text, name, fmt::format("{}", fmt::join(kPose, ",")));
   const Robot positioner = axes_of_positioner(robot);
   std::vector<std::string> known(kPose.begin(), kPose.end());
   std::ranges::move(joint_names(robot), std::back_inserter(known));

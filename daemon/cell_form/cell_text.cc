@@ -1,6 +1,7 @@
 #include "daemon/cell_form/cell_text.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -453,7 +454,7 @@ template <typename Row>
 auto rows(std::string_view text, const std::string& name, const std::vector<std::string>& known,
           Row row) {
   if (text.size() > kMostBytes) throw calib::FileError(name, ": has more than 1 MB");
-  calib::CsvTable table(text, name);
+  calib::CsvTable table(text, name, fmt::format("{}", fmt::join(known, ",")));
   table.refuse_unknown(known);
   std::vector<decltype(row(table, name))> all;
   while (table.next()) {

@@ -167,6 +167,11 @@ TEST(Touches, NamesAMissingOrUnknownOrDoubledColumnAndTheHeadersLine) {
   expect_words(touches_refusal(comments + "A1,A2\n1,2\n"), {"touches.csv:3:", "\"target\""});
 }
 
+TEST(Poses, WithoutAHeaderAreRefusedWithTheirOwnColumns) {
+  expect_words(refusal([] { parse_poses("1;2;3;4;5;6\n", "p.csv", testing::cell().robot); }),
+               {"p.csv:1: the header row is missing", "as in x_mm;y_mm;z_mm;a_deg;b_deg;c_deg"});
+}
+
 TEST(Touches, NamesTheLineOfATruncatedRowAndGuessesWhy) {
   expect_words(touches_refusal("A1,A2,target\n1,2,S1\n1,2"),
                {"touches.csv:3:", "2 fields", "3 columns", "cut off"});
