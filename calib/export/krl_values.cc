@@ -37,13 +37,17 @@ LoadData load_of(const Aggregate& value) {
   return load;
 }
 
+bool same(const LoadData& a, const LoadData& b) { return a == b; }
+bool same(const FrameMmDeg& a, const FrameMmDeg& b) {
+  return a.xyz_mm == b.xyz_mm && a.abc_deg == b.abc_deg;
+}
+
 template <class V>
 Stated put(std::map<int, V>& all, int index, const std::optional<V>& value) {
   if (value)
-    all[index] = *value;
-  else
-    all.erase(index);
-  return value ? Stated::kValue : Stated::kUnreadable;
+    return same(all.emplace(index, *value).first->second, *value) ? Stated::kValue : Stated::kOther;
+  all.erase(index);
+  return Stated::kUnreadable;
 }
 
 /// "\"torch\"" without its quotes and blanks, from Latin-1.
@@ -170,6 +174,10 @@ std::optional<double> read_number(const std::vector<Token>& t, std::size_t at) {
   return minus ? -t[at].value : t[at].value;
 }
 
+std::string Given::element() const {
+  return index < 0 ? name : name + "[" + std::to_string(index) + "]";
+}
+
 std::optional<Given> read_given(const Line& line) {
   const auto& t = line.tokens;
   std::size_t words = 0;  // the last word is the variable
@@ -206,6 +214,7 @@ Stated read_controller_frames(const Line& line, ControllerFrames& frames) {
   if (name == "TOOL_DATA") return put(frames.tools, index, frame);
   if (name == "BASE_DATA") return put(frames.bases, index, frame);
   if (name != "$ROBROOT") return Stated::kNothing;
+  if (frame && frames.robroot && !same(*frames.robroot, *frame)) return Stated::kOther;
   frames.robroot = frame;
   return frame ? Stated::kValue : Stated::kUnreadable;
 }

@@ -50,6 +50,8 @@ struct Given {
   std::string name;
   int index = -1;         ///< -1: none, or []
   std::size_t value = 0;  ///< index of its first token
+
+  std::string element() const;  ///< "NAME[n]"
 };
 std::optional<Given> read_given(const Line& line);
 
@@ -62,7 +64,7 @@ struct LoadData {
 /// {M 1.5,CM {X ...},...} with M and the place of CM.
 std::optional<LoadData> load_stated(const Aggregate& value);
 
-/// Tools, bases and loads of $config.dat by their number, and $ROBROOT, each as stated last.
+/// Tools, bases and loads of $config.dat by their number, and $ROBROOT, each as stated first.
 struct ControllerFrames {
   std::map<int, FrameMmDeg> tools, bases;  ///< all zero: not measured
   std::map<int, LoadData> loads;
@@ -71,7 +73,10 @@ struct ControllerFrames {
   std::optional<FrameMmDeg> robroot;
 };
 
-enum class Stated { kNothing, kValue, kUnreadable };
+/// kOther: a frame or load that an earlier line states otherwise.
+enum class Stated { kNothing, kValue, kUnreadable, kOther };
+/// For messages: TOOL_DATA[1] is not ... .
+inline constexpr const char* kStatedBefore = "as stated before. Give the files of one robot";
 /// Takes a value of the above. An unreadable one invalidates the earlier one, too.
 Stated read_controller_frames(const Line& line, ControllerFrames& frames);
 

@@ -32,9 +32,8 @@ struct Place {
   const Given& given;
   std::string text() const { return fmt::format("{}:{}", file, line.number); }
   [[noreturn]] void fail(const std::string& what) const {
-    throw FileError(file,
-                    fmt::format(":{}: {}{} is not {}", line.number, shown(given.name),
-                                given.index < 0 ? "" : fmt::format("[{}]", given.index), what));
+    throw FileError(
+        file, fmt::format(":{}: {} is not {}", line.number, shown(given.element()), what));
   }
   double real(double largest) const {
     const auto value = krl::read_number(line.tokens, given.value);
@@ -129,17 +128,8 @@ void apply_accuracy(const Place& place, MachineData& data) {
     data.accuracy_deactivated |= place.word() == "TRUE";
 }
 
-void take(const Place& place, MachineData& data, Drives& rpm) {
+void take_arm(const Place& place, MachineData& data, Drives& rpm) {
   const std::string& name = place.given.name;
-  const auto frames = krl::read_controller_frames(place.line, data);
-  if (frames == krl::Stated::kUnreadable)
-    place.fail("a structure with " +
-               std::string(name == "LOAD_DATA" ? "M and CM" : "X, Y, Z, A, B, C"));
-  if (name == "TOOL_DATA") data.tool_places[place.given.index] = place.text();
-  if (frames == krl::Stated::kValue) return;
-  const auto external = read_external_axes(place.line, data.external);
-  if (external == krl::Stated::kUnreadable) place.fail(form_of(place.given));
-  if (external == krl::Stated::kValue) return;
   if (place.given.index >= 1) {
     if (place.given.index <= 6) of_axis(place, data, rpm);
     return;
@@ -160,6 +150,20 @@ void take(const Place& place, MachineData& data, Drives& rpm) {
   apply_accuracy(place, data);
   for (const auto& [variable, usual] : kUsual)
     if (name == variable) data.kinds[name] = place.word();
+}
+
+void take(const Place& place, MachineData& data, Drives& rpm) {
+  const std::string& name = place.given.name;
+  const auto frames = krl::read_controller_frames(place.line, data);
+  if (frames == krl::Stated::kUnreadable)
+    place.fail("a structure with " +
+               std::string(name == "LOAD_DATA" ? "M and CM" : "X, Y, Z, A, B, C"));
+  if (frames == krl::Stated::kOther) place.fail(krl::kStatedBefore);
+  if (name == "TOOL_DATA") data.tool_places[place.given.index] = place.text();
+  if (frames == krl::Stated::kValue) return;
+  const auto external = read_external_axes(place.line, data.external);
+  if (external == krl::Stated::kUnreadable) place.fail(form_of(place.given));
+  if (external == krl::Stated::kNothing) take_arm(place, data, rpm);
 }
 
 /// Standard kinematics: the first axis down, 2, 3 and 5 as positive turns about +y, 4 and 6 against +x.
@@ -335,6 +339,12 @@ void read_machine_data(std::string_view text, const std::string& name, MachineDa
   Drives rpm{};
   for (const krl::Line& line : krl::read_lines({name, std::string(text)}))
     if (const auto given = krl::read_given(line)) take({name, line, *given}, data, rpm);
+}
+
+void read_arm(std::string_view text, const std::string& name, MachineData& data) {
+  Drives rpm{};
+  for (const krl::Line& line : krl::read_lines({name, std::string(text)}))
+    if (const auto given = krl::read_given(line)) take_arm({name, line, *given}, data, rpm);
 }
 
 void read_absolute_accuracy(std::string_view text, const std::string& name, MachineData& data) {

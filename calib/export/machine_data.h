@@ -58,8 +58,11 @@ struct MachineData : krl::ControllerFrames {
 };
 
 /// Merges the values stated in one file into `data`; other lines are ignored. Throws FileError
-/// naming file, line and variable for an invalid value.
+/// naming file, line and variable for an invalid value, and for a frame or load stated before with another.
 void read_machine_data(std::string_view text, const std::string& name, MachineData& data);
+
+/// Likewise what it states on the arm and its accuracy alone, without tools, bases and external axes.
+void read_arm(std::string_view text, const std::string& name, MachineData& data);
 
 /// Likewise what they state on absolute accuracy alone, whatever else is in the file.
 void read_absolute_accuracy(std::string_view text, const std::string& name, MachineData& data);

@@ -111,8 +111,7 @@ void read_element(const Line& line, bool global, const std::string& file, Data& 
       data.refusals.push_back({Why::kTwice, file, line.number, first});
     return;
   }
-  const std::string name =
-      given->index < 0 ? given->name : given->name + "[" + std::to_string(given->index) + "]";
+  const std::string name = given->element();
   if (global) data.globals.insert(given->name);
   if (const auto array = data.arrays.find(given->name); array != data.arrays.end()) {
     if (given->index >= 0) keep_point({name, array->second, file, line.number, *value}, data);
@@ -177,10 +176,11 @@ bool is_point_type(const std::string& word) {
 bool read_declaration(const Line& line, const std::string& file, Data& data) {
   const auto& t = line.tokens;
   const Stated frames = read_controller_frames(line, data);
-  if (frames == Stated::kUnreadable && read_given(line)->name == "$ROBROOT")
-    throw calib::FileError(file,
-                           ":" + std::to_string(line.number) +
-                               ": $ROBROOT is not like {X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}");
+  const bool other = frames == Stated::kOther;
+  if (other || (frames == Stated::kUnreadable && read_given(line)->name == "$ROBROOT"))
+    throw calib::FileError(
+        file, ":" + std::to_string(line.number) + ": " + read_given(line)->element() + " is not " +
+                  (other ? kStatedBefore : "like {X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}"));
   if (frames != Stated::kNothing ||
       calib::read_external_axes(line, data.external) != Stated::kNothing)
     return true;

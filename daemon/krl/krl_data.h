@@ -66,7 +66,7 @@ FrameData frame_data_of(const Aggregate& value);
 bool is_point_type(const std::string& word);
 
 /// A line with a declaration or value; false: another statement. Also for .src files. Throws
-/// FileError for an unreadable $ROBROOT.
+/// FileError for an unreadable $ROBROOT, and for a frame or load that an earlier line states otherwise.
 bool read_declaration(const Line& line, const std::string& file, Data& data);
 /// Reads a whole .dat file.
 void read_data(const KrlFile& file, Data& data);

@@ -123,6 +123,22 @@ TEST(MachineData, OfAToolThatCannotBeReadAreRefusedByFileAndLine) {
         << line;
 }
 
+TEST(MachineData, OfAFrameStatedTwiceAreRefusedUnlessBothAgree) {
+  const std::string frame = "={X 1.0,Y 2.0,Z 3.0,A 0.0,B 0.0,C 0.0}\n",
+                    load = "={M 4.5,CM {X 1.0,Y 2.0,Z 80.0}}\n";
+  for (const auto& [name, value] :
+       {std::pair("TOOL_DATA[1]", frame), std::pair("BASE_DATA[2]", frame),
+        std::pair("LOAD_DATA[3]", load), std::pair("$ROBROOT", frame)}) {
+    const std::string line = name + value;
+    std::string other = line;
+    other.replace(other.find("2.0"), 3, "2.1");
+    EXPECT_EQ(machine_data_refusal(line + line), "");
+    EXPECT_EQ(machine_data_refusal(line + other),
+              std::string("$machine.dat:2: ") + name +
+                  " is not as stated before. Give the files of one robot");
+  }
+}
+
 TEST(MachineData, ThatAreNoneOfItsAxesStay) {
   const MachineData data =
       read("$SOFTN_END[7]=-1.0\n$SOFTN_END[0]=-1.0\n$SOFTN_END=-1.0\n;$LENGTH_A=1.0\n");

@@ -438,7 +438,10 @@ TEST(ABackup, DoesNotReplaceAnotherRobotFile) {
 
 TEST(ABackup, OfAnArmOnACeilingGivesTheRobotFileItsGravityOrWarnsOfTheNamedOne) {
   const TemporaryDirectory dir;
-  (void)from_backup(dir, kTorch + "$ROBROOT={X 0,Y 0,Z 3000,A 0,B 0,C 180}\n");
+  (void)from_backup(dir, kTorch);
+  std::string machine = content(dir / "backup/KRC/R1/Mada/$machine.dat");
+  machine.replace(machine.find("A 90,B 0,C 0"), 12, "A 0,B 0,C 180");
+  write(dir / "backup/KRC/R1/Mada/$machine.dat", machine);
   const auto made = [&](const std::vector<std::string>& more) {
     std::vector<std::string> all = {CELLCAL,        "new-cell",        "--force",
                                     "-o",           dir / "cell.toml", "--machine-data",

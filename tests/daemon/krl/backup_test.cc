@@ -18,6 +18,11 @@ constexpr const char* kConfig =
     "DEFDAT $CONFIG PUBLIC\nDECL E6AXIS XHOME={A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 10.0,A6 0.0}\n"
     "TOOL_DATA[1]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\n"
     "BASE_DATA[2]={X 10.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}\n";
+/// With another BASE_DATA[2].
+std::string config_at_5() {
+  std::string config = kConfig;
+  return config.replace(config.find("X 10.0"), 6, "X 5.0");
+}
 constexpr const char* kSetUp = "BAS(#TOOL,1)\nBAS(#BASE,0)\nPTP XHOME\n";
 
 std::string taught_at(std::size_t i) {
@@ -34,10 +39,11 @@ krl::ProgramFiles module_named(const std::string& name, const std::string& body,
 }
 
 CorrectedBackup corrected_together(std::vector<krl::ProgramFiles> modules,
-                                   const std::string& config = {}) {
+                                   const std::string& more = {},
+                                   const std::string& config = kConfig) {
   krl::BackupFiles files;
   files.modules = std::move(modules);
-  files.controller = {{"$config.dat", kConfig + config}};
+  files.controller = {{"$config.dat", config + more}};
   return correct_backup(calibration(), files);
 }
 
@@ -190,9 +196,7 @@ krl::ProgramFiles stating(const std::string& head, const std::string& more = {})
 
 TEST(AFrameThatAProgramStatesAtItsBeginning, IsThatOfItsMotions) {
   const auto reference = corrected_together(
-      {stating("")},
-      "TOOL_DATA[7]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\nBASE_DATA[2]={X 5.0,Y 0.0,Z 0.0,A "
-      "0.0,B 0.0,C 0.0}\n");
+      {stating("")}, "TOOL_DATA[7]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\n", config_at_5());
   ASSERT_EQ(reference.points.size(), 1U) << why_not(of(reference, "A"));
   const auto result = corrected_together({stating(kStated)});
   ASSERT_EQ(result.points.size(), 1U) << why_not(of(result, "A"));
@@ -247,8 +251,7 @@ TEST(AFrameThatAProgramStates, RefusesOtherModulesUnlessItIsThatOfTheController)
   EXPECT_EQ(of(differs, "A").points, 1);
   ASSERT_EQ(of(differs, "B").refusals.size(), 1U);
   EXPECT_EQ(of(differs, "B").refusals[0].why, Why::kFrameChanged);
-  const auto same = corrected_together({stating(kStated), other},
-                                       "BASE_DATA[2]={X 5.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}\n");
+  const auto same = corrected_together({stating(kStated), other}, {}, config_at_5());
   EXPECT_EQ(of(same, "A").points, 1);
   EXPECT_EQ(of(same, "B").points, 1) << why_not(of(same, "B"));
 }
