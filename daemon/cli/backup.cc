@@ -170,11 +170,13 @@ std::vector<ZippedFile> unzip(std::string_view bytes, const std::string& name,
     zip_stat_t file;
     if (zip_stat_index(archive.get(), i, 0, &file) != 0 || (file.valid & ZIP_STAT_SIZE) == 0)
       throw calib::FileError(name, ": damaged. Copy it again");
-    if (!wanted(file.name)) continue;
+    std::string path = file.name;
+    std::ranges::replace(path, '\\', '/');  // as of old tools of Windows
+    if (!wanted(path)) continue;
     if (file.size > left)
       throw calib::FileError(name, fmt::format(": more than {} MB in it", most_bytes >> 20));
     left -= file.size;
-    files.push_back({file.name, unpacked(archive.get(), file, name)});
+    files.push_back({std::move(path), unpacked(archive.get(), file, name)});
   }
   return files;
 }

@@ -37,7 +37,7 @@ struct ZippedFile {
   std::string path, text;
 };
 
-/// Files whose path is wanted. Throws calib::FileError with `name` for archives and files that are damaged,
+/// Files whose path, with '/', is wanted. Throws calib::FileError with `name` for archives and files that are damaged,
 /// encrypted, of an unsupported method, or larger than `most_bytes` in all.
 std::vector<ZippedFile> unzip(std::string_view archive, const std::string& name,
                               const std::function<bool(std::string_view)>& wanted,

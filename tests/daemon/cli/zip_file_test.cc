@@ -41,6 +41,17 @@ TEST(AnArchive, GivesTheFilesThatAreWanted) {
   EXPECT_EQ(stored[0].text, "$LENGTH_A=180.0\n");
 }
 
+TEST(AnArchive, HasFoldersBehindEitherSlash) {
+  std::string windows = archive_of("deflated.zip");
+  const std::string path = "KRC/R1/Program/pick.dat";
+  for (std::size_t at = 0; (at = windows.find(path, at)) != std::string::npos;)
+    windows.replace(at, path.size(), "KRC\\R1\\Program\\pick.dat");
+  const auto files = unzip(
+      windows, "w.zip", [&](std::string_view one) { return one == path; }, kMostUnzipped);
+  ASSERT_EQ(files.size(), 1U);
+  EXPECT_EQ(files[0].path, path);
+}
+
 TEST(AnArchiveThatIsDamagedOrTooLarge, IsRefusedByName) {
   for (const char* name : {"cut.zip", "outside.zip", "encrypted.zip", "method.zip", "changed.zip",
                            "count.zip", "none.zip"})
