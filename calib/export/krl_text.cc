@@ -125,11 +125,13 @@ std::vector<Line> read_lines(const KrlFile& file) {
        at < file.text.size();) {
     ++number;
     const auto end = std::min(file.text.find_first_of("\r\n", at), file.text.size());
-    if (end - at > kMostLineBytes)
+    std::string_view line(file.text.data() + at, end - at);
+    const bool comment =
+        line.substr(std::min(line.find_first_not_of(" \t"), line.size())).starts_with(';');
+    if (line.size() > kMostLineBytes && !comment)
       throw FileError(file.name, ":" + std::to_string(number) +
                                      ": longer than 16384 bytes. Name a KRL file (.dat, .src)");
-    std::string_view line(file.text.data() + at, end - at);
-    if (!line.starts_with('&')) {
+    if (!comment && !line.starts_with('&')) {
       auto tokens = Scanner(line, at).tokens();
       if (!tokens.empty()) lines.push_back({number, std::move(tokens)});
     }

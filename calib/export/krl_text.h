@@ -21,7 +21,7 @@ std::string lower_case(std::string text);
 /// File name of a path in lower case: "$config.dat".
 std::string lower_name(const std::string& path);
 
-/// Beyond these a file is refused. A controller's largest programs have some megabytes.
+/// Beyond these a file is refused, comments aside. A controller's largest programs have some megabytes.
 inline constexpr std::size_t kMostBytes = 16u << 20, kMostLineBytes = 1u << 14;
 
 struct Token {

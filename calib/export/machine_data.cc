@@ -32,8 +32,8 @@ struct Place {
   const Given& given;
   std::string text() const { return fmt::format("{}:{}", file, line.number); }
   [[noreturn]] void fail(const std::string& what) const {
-    throw FileError(
-        file, fmt::format(":{}: {} is not {}", line.number, shown(given.element()), what));
+    throw FileError(file,
+                    fmt::format(":{}: {} is not {}", line.number, shown(given.element()), what));
   }
   double real(double largest) const {
     const auto value = krl::read_number(line.tokens, given.value);

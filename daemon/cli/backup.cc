@@ -26,13 +26,23 @@ bool is_krl(std::string_view path) {
   return name.ends_with(".src") || name.ends_with(".dat") || name.ends_with(".sub");
 }
 
-/// Options keep data of their own, binary or of long lines, in files named .dat.
-bool is_other_data(const KrlFile& file) {
-  if (!calib::krl::lower_case(file.name).ends_with(".dat") ||
-      calib::krl::lower_case(file.text).find("defdat") != std::string::npos)
-    return false;
+/// DEF, DEFFCT or DEFDAT at the beginning of a word.
+bool defines(const KrlFile& file) {
+  const bool dat = calib::krl::lower_name(file.name).ends_with(".dat");
+  const std::string text = calib::krl::lower_case(file.text), word = dat ? "defdat" : "def";
+  for (auto at = text.find(word); at != std::string::npos; at = text.find(word, at + 1))
+    if (at == 0 || std::string_view(" \t\r\n").find(text[at - 1]) != std::string_view::npos)
+      return true;
+  return false;
+}
+
+/// Options keep data of their own, binary or of long lines, in files named .dat; other tools UTF-16 and binary data
+/// (macOS "._NAME") in files named .src.
+bool is_no_krl(const KrlFile& file) {
+  const std::string name = calib::krl::lower_name(file.name);
+  if (name == "$config.dat" || name == "$machine.dat" || defines(file)) return false;
   if (file.text.find('\0') != std::string::npos) return true;
-  if (calib::krl::lower_name(file.name).starts_with('$')) return false;
+  if (name.starts_with('$')) return false;
   try {
     calib::krl::read_lines(file);
     return false;
@@ -41,26 +51,33 @@ bool is_other_data(const KrlFile& file) {
   }
 }
 
-std::vector<KrlFile> read_folder(const fs::path& folder) {
-  std::vector<KrlFile> files;
-  std::size_t bytes = 0;
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    if (!is_krl(entry.path().string()) || !entry.is_regular_file()) continue;
-    files.push_back({fs::relative(entry.path(), folder).string(),
-                     calib::read_file(entry.path(), calib::krl::kMostBytes + 1)});
-    bytes += files.back().text.size();
-    if (files.size() > kMostBackupFiles || bytes > kMostBackupBytes)
-      throw calib::FileError(folder.string(), ": more than 10000 KRL files, or 256 MB of them");
-  }
-  return files;
+/// Of any file in `backup`: true for those to be read.
+bool takes(Backup& backup, std::string_view path) {
+  if (calib::krl::lower_case(std::string(path)).ends_with(".zip")) backup.archive = path;
+  return is_krl(path);
 }
 
-std::vector<KrlFile> read_zip(const fs::path& path) {
-  std::vector<KrlFile> files;
-  for (ZippedFile& one :
-       unzip(calib::read_file(path, kMostBackupBytes), path.string(), is_krl, kMostBackupBytes))
-    files.push_back({std::move(one.path), std::move(one.text)});
-  return files;
+Backup read_folder(const fs::path& folder) {
+  Backup backup;
+  std::size_t bytes = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (!takes(backup, entry.path().string()) || !entry.is_regular_file()) continue;
+    backup.files.push_back({fs::relative(entry.path(), folder).string(),
+                            calib::read_file(entry.path(), calib::krl::kMostBytes + 1)});
+    bytes += backup.files.back().text.size();
+    if (backup.files.size() > kMostBackupFiles || bytes > kMostBackupBytes)
+      throw calib::FileError(folder.string(), ": more than 10000 KRL files, or 256 MB of them");
+  }
+  return backup;
+}
+
+Backup read_zip(const fs::path& path) {
+  Backup backup;
+  for (ZippedFile& one : unzip(
+           calib::read_file(path, kMostBackupBytes), path.string(),
+           [&](std::string_view inside) { return takes(backup, inside); }, kMostBackupBytes))
+    backup.files.push_back({std::move(one.path), std::move(one.text)});
+  return backup;
 }
 
 }  // namespace
@@ -72,16 +89,38 @@ bool is_of_the_controllers_side(const std::string& path) {
          all.find("/roboter/template/") != std::string::npos;
 }
 
-std::vector<KrlFile> read_backup(const fs::path& place, std::vector<std::string>* others) {
-  auto files = fs::is_directory(place) ? read_folder(place) : read_zip(place);
-  std::sort(files.begin(), files.end(),
-            [](const KrlFile& a, const KrlFile& b) { return a.name < b.name; });
-  std::erase_if(files, [&](const KrlFile& file) {
-    const bool other = is_other_data(file);
-    if (other && others != nullptr) others->push_back(file.name);
+namespace {
+
+/// The controller's side has others of these names.
+bool is_of_the_arm(const std::string& path) {
+  static const std::set<std::string> names = {"$machine.dat", "$robcor.dat", "$config.dat",
+                                              "$custom.dat", "$option.dat"};
+  return names.contains(calib::krl::lower_name(path)) && !is_of_the_controllers_side(path);
+}
+
+void refuse_two_robots(const fs::path& place, const std::vector<KrlFile>& files) {
+  std::map<std::string, std::string> seen;
+  for (const KrlFile& file : files) {
+    if (!is_of_the_arm(file.name)) continue;
+    const auto [first, fresh] = seen.emplace(calib::krl::lower_name(file.name), file.name);
+    if (!fresh)
+      throw calib::FileError(place.string(), ": both " + first->second + " and " + file.name +
+                                                 ". Give the files of one robot");
+  }
+}
+
+}  // namespace
+
+Backup read_backup(const fs::path& place) {
+  Backup backup = fs::is_directory(place) ? read_folder(place) : read_zip(place);
+  std::ranges::sort(backup.files, {}, &KrlFile::name);
+  std::erase_if(backup.files, [&](const KrlFile& file) {
+    const bool other = is_no_krl(file);
+    if (other) backup.others.push_back(file.name);
     return other;
   });
-  return files;
+  refuse_two_robots(place, backup.files);
+  return backup;
 }
 
 bool may_state_accuracy(const std::string& path) {
@@ -91,8 +130,6 @@ bool may_state_accuracy(const std::string& path) {
 }
 
 calib::MachineData read_machine_files(const std::vector<fs::path>& places) {
-  static const std::set<std::string> names = {"$machine.dat", "$robcor.dat", "$config.dat",
-                                              "$custom.dat", "$option.dat"};
   calib::MachineData data;
   for (const fs::path& place : places) {
     const bool archive = calib::krl::lower_name(place.string()).ends_with(".zip");
@@ -100,21 +137,16 @@ calib::MachineData read_machine_files(const std::vector<fs::path>& places) {
       calib::read_machine_data(calib::read_file(place), place.string(), data);
       continue;
     }
-    std::map<std::string, std::string> seen;
-    for (const KrlFile& file : read_backup(place)) {
-      if (is_of_the_controllers_side(file.name)) {  // whose other values are not the arm's
-        if (may_state_accuracy(file.name))
-          calib::read_absolute_accuracy(file.text, file.name, data);
-        continue;
+    bool found = false;
+    for (const KrlFile& file : read_backup(place).files) {
+      if (is_of_the_arm(file.name)) {
+        found = true;
+        calib::read_machine_data(file.text, file.name, data);
+      } else if (is_of_the_controllers_side(file.name) && may_state_accuracy(file.name)) {
+        calib::read_absolute_accuracy(file.text, file.name, data);
       }
-      if (!names.contains(calib::krl::lower_name(file.name))) continue;
-      const auto [first, fresh] = seen.emplace(calib::krl::lower_name(file.name), file.name);
-      if (!fresh)
-        throw calib::FileError(place.string(), ": both " + first->second + " and " + file.name +
-                                                   ". Name the files of one robot");
-      calib::read_machine_data(file.text, file.name, data);
     }
-    if (seen.empty())
+    if (!found)
       throw calib::FileError(place.string(), ": no $machine.dat, $robcor.dat or $config.dat in it");
   }
   if (const std::string two = calib::two_robots(data); !two.empty())

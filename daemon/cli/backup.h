@@ -12,11 +12,15 @@
 
 namespace cellcal::daemon {
 
-/// All .src, .sub and .dat files of a folder or ZIP archive, by their path in it, in order of the
-/// paths; without .dat files of options that are no KRL, whose paths go to `others`. Throws calib::FileError if it
-/// cannot be read, or has more files than a controller.
-std::vector<calib::krl::KrlFile> read_backup(const std::filesystem::path& place,
-                                             std::vector<std::string>* others = nullptr);
+/// All .src, .sub and .dat files of a folder or ZIP archive, by their path in it, in order of the paths.
+struct Backup {
+  std::vector<calib::krl::KrlFile> files;
+  std::vector<std::string> others;  ///< paths of those that are no KRL, as options have
+  std::string archive;              ///< a ZIP archive in it; empty: none
+};
+/// Throws calib::FileError if it cannot be read, has more files than a controller, or two $config.dat, $machine.dat or
+/// the like of the arm.
+Backup read_backup(const std::filesystem::path& place);
 
 /// True for paths below STEU, which has its own $machine.dat and $config.dat, and for templates of
 /// new programs.
@@ -27,8 +31,8 @@ bool is_of_the_controllers_side(const std::string& path);
 bool may_state_accuracy(const std::string& path);
 
 /// $machine.dat, $robcor.dat, $config.dat, $custom.dat and $option.dat of folders, archives and files; of the
-/// controller's side what its files state on absolute accuracy alone. Throws calib::FileError if a place has two of the
-/// same name; warns of files of two robots.
+/// controller's side what its files state on absolute accuracy alone. Throws calib::FileError as read_backup() does;
+/// warns of files of two robots.
 calib::MachineData read_machine_files(const std::vector<std::filesystem::path>& places);
 
 // Files out of a ZIP archive.

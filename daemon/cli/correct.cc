@@ -18,6 +18,7 @@
 #include "calib/result/finding_phrase.h"
 #include "daemon/cli/backup.h"
 #include "daemon/cli/commands.h"
+#include "daemon/cli/controller_data.h"
 #include "daemon/cli/offline.h"
 #include "daemon/files/atomic_file.h"
 
@@ -70,8 +71,11 @@ std::vector<KrlFile> modules_beside(const fs::path& program) {
 
 /// Throws where this is the file that was read.
 fs::path place_of(const CorrectCommand& command, const KrlFile& file) {
-  const bool alone = command.backup.empty();
   const fs::path name = file.name;
+  const bool alone =
+      command.backup.empty() || std::ranges::any_of(command.controller, [&](const fs::path& given) {
+        return fs::absolute(given) == name;
+      });
   const fs::path inside = alone ? name.filename() : name.lexically_normal();
   if (inside.is_absolute() || inside.string().starts_with(".."))
     throw calib::FileError(file.name, ": leads out of the backup");
@@ -187,6 +191,17 @@ krl::ProgramFiles read_program_files(const fs::path& program, const fs::path& da
   return files;
 }
 
+std::vector<KrlFile> controller_files(const CorrectCommand& command) {
+  std::vector<KrlFile> files;
+  for (const fs::path& path : command.controller) {
+    if (is_src(path))
+      throw calib::FileError(path.string(),
+                             ": a program, and --backup corrects those in the backup alone");
+    files.push_back(read(fs::absolute(path)));
+  }
+  return files;
+}
+
 krl::CorrectionOptions correction_options(const CorrectCommand& command,
                                           const calib::Calibration* from) {
   krl::CorrectionOptions options;
@@ -284,16 +299,19 @@ int print_refused_modules(const std::vector<std::vector<krl::Refusal>>& of_movin
 
 namespace {
 
-/// The given files of the controller: of a backup all that could state it.
-calib::AbsoluteAccuracy stated_accuracy(const CorrectCommand& command) {
+/// Arm and accuracy by the given files of the controller; of a backup by all that could state them.
+calib::MachineData stated_arm(const CorrectCommand& command) {
   calib::MachineData data;
   const auto scan = [&](const KrlFile& file) {
-    if (may_state_accuracy(file.name)) calib::read_absolute_accuracy(file.text, file.name, data);
+    (is_of_the_controllers_side(file.name) ? calib::read_absolute_accuracy : calib::read_arm)(
+        file.text, file.name, data);
   };
-  for (const fs::path& path : command.controller) scan(read(path));
+  for (const fs::path& path : command.controller)
+    if (!is_src(path)) scan(read(path));
   if (!command.backup.empty())
-    for (const KrlFile& file : read_backup(command.backup)) scan(file);
-  return data.absolute_accuracy();
+    for (const KrlFile& file : read_backup(command.backup).files)
+      if (may_state_accuracy(file.name)) scan(file);
+  return data;
 }
 
 /// Points with the bit of absolute accuracy, where nothing states whether the controller computes by it.
@@ -302,7 +320,7 @@ calib::Phrase taught_by_another_model(const CorrectCommand& command, const calib
   const auto first = std::ranges::find_if(points, &CorrectedPoint::taught_accurately);
   if (first == points.end() || command.nominal_controller ||
       robot.absolute_accuracy != calib::AbsoluteAccuracy::kNotStated ||
-      stated_accuracy(command) != calib::AbsoluteAccuracy::kNotStated)
+      stated_arm(command).absolute_accuracy() != calib::AbsoluteAccuracy::kNotStated)
     return {};
   return {"say.correct.taught_accurately",
           {{"n", std::ranges::count_if(points, &CorrectedPoint::taught_accurately)},
@@ -352,17 +370,41 @@ int correct_krl(const CorrectCommand& command, const calib::Calibration& calibra
 
 namespace {
 
+/// Lengths that differ: "$LENGTH_A 350.000 mm (260.000)"; empty: none that the files state.
+std::string other_lengths(const calib::MachineData& data, const calib::Robot& robot) {
+  if (!has_an_arm(data) || robot.joints.size() - robot.first_turning() != data.axes.size())
+    return {};
+  std::string all;
+  for (const calib::LengthDifference& one : calib::differences(data, robot)) {
+    // Of an arm that such lengths do not describe, none can be compared.
+    if (one.variable.empty() && !calib::differences({}, robot).empty()) return {};
+    const auto mm = [](double m) { return fmt::format("{:.3f}", m * calib::kMmPerM); };
+    all += (all.empty() ? "" : ", ") +
+           (one.variable.empty()
+                ? "$AXIS_DIR"
+                : one.variable + " " + mm(one.controller_m) + " mm (" + mm(one.robot_m) + ")");
+  }
+  return all;
+}
+
 /// Why the controller would not go to corrected points by the robot file's model; empty: it does.
 calib::Phrase other_model(const CorrectCommand& command, const calib::Calibration& calibration) {
+  const calib::Robot& robot = calibration.cell.robot;
+  const auto because = [](calib::Phrase why) {
+    return calib::Phrase{"say.correct.other_model", {{"why", std::move(why)}}};
+  };
   const auto& findings = calibration.verdict.findings;
   if (const auto* found = calib::first(findings, calib::FindingKind::kControllerModel))
-    return calib::phrase(*found);
-  if (calibration.cell.robot.absolute_accuracy == calib::AbsoluteAccuracy::kActive)
-    return "say.correct.other_model.robot_file";
-  const bool in_file = calibration.cell.robot.absolute_accuracy == calib::AbsoluteAccuracy::kInFile;
-  if (!in_file && stated_accuracy(command) == calib::AbsoluteAccuracy::kActive)
-    return "say.correct.other_model.controller";
-  return {};
+    return because(calib::phrase(*found));
+  if (robot.absolute_accuracy == calib::AbsoluteAccuracy::kActive)
+    return because("say.correct.other_model.robot_file");
+  if (robot.absolute_accuracy == calib::AbsoluteAccuracy::kInFile) return {};
+  const calib::MachineData stated = stated_arm(command);
+  if (stated.absolute_accuracy() == calib::AbsoluteAccuracy::kActive)
+    return because("say.correct.other_model.controller");
+  const std::string lengths = other_lengths(stated, robot);
+  if (lengths.empty()) return {};
+  return {"say.correct.other_arm", {{"lengths", lengths}, {"robot", robot.name}}};
 }
 
 /// Corrected points are those to which the nominal arm's inverse leads; angles are not concerned.
@@ -370,7 +412,7 @@ bool refused_by_model(const CorrectCommand& command, const calib::Calibration& c
   if (command.nominal_controller || !command.poses.empty()) return false;
   const calib::Phrase why = other_model(command, calibration);
   if (why.empty()) return false;
-  fmt::print(stderr, "{}\n", say({"say.correct.other_model", {{"why", why}}}));
+  fmt::print(stderr, "{}\n", say(why));
   return true;
 }
 

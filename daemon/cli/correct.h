@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "calib/result/calibration.h"
+#include "daemon/cli/backup.h"
 #include "daemon/krl/correct_program.h"
 
 namespace cellcal::daemon {
@@ -51,6 +52,13 @@ std::vector<std::string> upper(std::vector<std::string> names);
 
 /// Each .src with the .dat of the same name; the controller's own data; other .dat files.
 krl::BackupFiles modules_of(std::vector<krl::KrlFile> files);
+/// Those of --backup with the files of --config, which are added to `backup`. Throws calib::FileError without a program
+/// in it, or if one is corrected already.
+krl::BackupFiles programs_of(const CorrectCommand& command, Backup& backup);
+/// Files that are no KRL.
+std::vector<krl::LeftPoint> files_left(const Backup& backup);
+/// $config.dat and the like of --config, by absolute path.
+std::vector<krl::KrlFile> controller_files(const CorrectCommand& command);
 
 // Common to the reports.
 std::string json_text(const nlohmann::json& all);
@@ -99,9 +107,6 @@ void refuse_written(const std::filesystem::path& record, const krl::KrlFile& fil
 
 /// Record in the folder of a corrected backup.
 inline constexpr const char* kBackupRecord = "cellcal.corrected.json";
-/// Throws if the record in the backup's folder lists one of the files as already corrected.
-void refuse_corrected_backup(const std::filesystem::path& place,
-                             const std::vector<krl::KrlFile>& files);
 
 /// Throws for an existing file without --force.
 void refuse_to_replace(const CorrectCommand& command, const std::filesystem::path& place);

@@ -43,12 +43,6 @@ krl::BackupFiles one_program(const CorrectCommand& command) {
   return all;
 }
 
-krl::BackupFiles whole_backup(const CorrectCommand& command) {
-  std::vector<KrlFile> files = read_backup(command.backup);
-  refuse_corrected_backup(command.backup, files);
-  return modules_of(std::move(files));
-}
-
 /// Of a single program.
 std::vector<calib::Phrase> callees_beside(const CorrectCommand& command,
                                           const krl::BackupFiles& files) {
@@ -165,13 +159,17 @@ FixModule module_for(const CorrectCommand& command, const calib::Calibration& ca
 }  // namespace
 
 int correct_at_run_time(const CorrectCommand& command, const calib::Calibration& calibration) {
+  Backup backup;
+  if (!command.backup.empty()) backup = read_backup(command.backup);
   const krl::BackupFiles files =
-      command.backup.empty() ? one_program(command) : whole_backup(command);
+      command.backup.empty() ? one_program(command) : programs_of(command, backup);
   const FixModule fix = module_for(command, calibration, files.controller);
   const calib::Robot& robot = calibration.cell.robot;
   const RewrittenPrograms result = rewrite_motions(
       files, correction_options(command, nullptr).leave, krl::external_names(robot));
   Json report = report_json(result, fix, command.serial, robot);
+  const std::vector<krl::LeftPoint> left = files_left(backup);
+  report["left"] = left_json(left);
   report["warnings"] = warned(callees_beside(command, files), command, robot, {});
   std::vector<KrlFile> read, module;
   for (const krl::ProgramFiles& one : files.modules) read.push_back(one.src);
@@ -179,11 +177,12 @@ int correct_at_run_time(const CorrectCommand& command, const calib::Calibration&
   for (const KrlFile* file : {&fix.src, &fix.dat})
     module.push_back({(folder / file->name).string(), file->text});
   const std::string written = write_corrected(command, read, result.files, module, report);
-  const std::string text = report_words(result, fix, robot) +
-                           (written.empty() ? said("say.correct.run_time.not_written") : written);
+  std::string text = stated_words({}, left, true) + report_words(result, fix, robot) + written;
+  if (written.empty() && !result.files.empty()) text += said("say.correct.run_time.not_written");
   put(command.json ? json_text(report) : text, {});
-  const int status = print_refused_modules(refusals_of_moving(result.modules), robot);
-  if (!result.files.empty()) return status;
+  const auto moving = refusals_of_moving(result.modules);
+  const int status = print_refused_modules(moving, robot);
+  if (!result.files.empty() || moving.empty()) return status;
   return status == kSuccess ? kNotPublishable : kJobFailed;
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -120,23 +121,48 @@ krl::BackupFiles modules_of(std::vector<KrlFile> files) {
   return all;
 }
 
+namespace {
+
+/// By the record in its folder.
 void refuse_corrected_backup(const fs::path& place, const std::vector<KrlFile>& files) {
   if (!fs::is_directory(place) || !fs::exists(place / kBackupRecord)) return;
   for (const KrlFile& file : files) refuse_written(place / kBackupRecord, file);
 }
 
+}  // namespace
+
+krl::BackupFiles programs_of(const CorrectCommand& command, Backup& backup) {
+  refuse_corrected_backup(command.backup, backup.files);
+  krl::BackupFiles all = modules_of(backup.files);
+  if (all.modules.empty())
+    throw calib::FileError(
+        command.backup.string(),
+        ": no KRL program (.src) in it" +
+            (backup.archive.empty() ? "" : ". Unpack " + backup.archive + " and give that"));
+  for (const KrlFile& file : controller_files(command)) {
+    if (std::ranges::find(backup.files, file.text, &KrlFile::text) != backup.files.end()) continue;
+    all.controller.push_back(file);
+    backup.files.push_back(file);
+  }
+  return all;
+}
+
+std::vector<krl::LeftPoint> files_left(const Backup& backup) {
+  std::vector<krl::LeftPoint> left;
+  for (const std::string& file : backup.others) left.push_back({file, "no readable KRL"});
+  return left;
+}
+
 int correct_backup_files(const CorrectCommand& command, const calib::Calibration& calibration,
                          const calib::Calibration* from) {
-  std::vector<std::string> others;
-  const std::vector<KrlFile> read = read_backup(command.backup, &others);
-  refuse_corrected_backup(command.backup, read);
-  CorrectedBackup result =
-      correct_backup(calibration, modules_of(read), correction_options(command, from));
-  for (std::string& file : others) result.left.push_back({std::move(file), "no KRL data"});
+  Backup backup = read_backup(command.backup);
+  const krl::BackupFiles programs = programs_of(command, backup);
+  CorrectedBackup result = correct_backup(calibration, programs, correction_options(command, from));
+  for (krl::LeftPoint& file : files_left(backup)) result.left.push_back(std::move(file));
   const calib::Robot& robot = calibration.cell.robot;
   Json all = backup_json(result, robot);
   all["warnings"] = warned(result.warnings, command, robot, result.points);
-  const std::string written = write_corrected(command, read, result.files, {}, all);
+  const std::string written = write_corrected(command, backup.files, result.files, {}, all);
   std::string text = report(result, robot) + written;
   if (written.empty() && !result.files.empty()) text += said("say.correct.backup.not_written");
   put(command.json ? json_text(all) : text, {});

@@ -420,7 +420,7 @@ void add_correct(CLI::App& app, int& status) {
       "the arm where robot, tool or calibration are others;\nCC_FIX_ON=FALSE turns it off. --restore takes "
       "the motions of a .src back.\nExit status 3: the calibration was withheld, the program moves and has no point to "
       "correct, or a module that\nmoves was refused and the others are written; 1: a refused --program, or at run time nothing but refused "
-      "modules.\nExample: "
+      "modules.\nA program or backup without a motion is 0, offline and at run time: nothing is to be corrected.\nExample: "
       "cellcal correct --calibration calibration.json --poses poses.csv -o joints.csv\n         "
       "cellcal correct --calibration calibration.json --program weld.src --config '$config.dat' -o "
       "corrected\n         cellcal correct --calibration calibration.json --backup backup.zip -o "
@@ -446,11 +446,26 @@ void add_correct(CLI::App& app, int& status) {
   command
       ->add_option(
           "--config", given->controller,
-          "The controller's $config.dat with its tools and bases; also $machine.dat, and .src files "
-          "with routines that the program calls (those of its folder are read unasked); may be "
+          "The controller's $config.dat with its tools and bases, where a backup lacks it, too; also $machine.dat, and "
+          "of a program .src files with routines that it calls (those of its folder are read unasked); may be "
           "repeated")
+<<<<<<< HEAD
       ->needs(program);
   for (CLI::Option* one : add_leave_and_still(*command, *given)) one->excludes(poses);
+=======
+      ->excludes(poses);
+  command
+      ->add_option("--does-not-move", given->still,
+                   "Routines that neither move the arm nor set frames: NAME,NAME")
+      ->delimiter(',')
+      ->excludes(poses);
+  command
+      ->add_option(
+          "--leave", given->leave,
+          "Points that stay as they are: NAME,NAME, or \"line 12\" for one written out there")
+      ->delimiter(',')
+      ->excludes(poses);
+>>>>>>> 9993878b (correct: backups of two robots, of another arm, without programs or with unreadable ones are refused or named; --config with --backup)
   command
       ->add_flag("--anywhere", given->anywhere,
                  "Also points far from the targets, where the calibration does not hold")
@@ -482,13 +497,14 @@ void add_correct(CLI::App& app, int& status) {
           "A .src of --at-run-time, whose motions become what they were, in the folder of -o")
       ->excludes(calibration)
       ->excludes(poses)
-      ->excludes(program);
+      ->excludes(program)
+      ->excludes(command->get_option("--config"));
   command->add_flag("--force", given->force, "Replace files of the same names in the folder of -o")
       ->excludes(poses);
   command
       ->add_flag("--nominal-controller", given->nominal_controller,
                  "The controller computes with the robot file's model of the arm when the programs "
-                 "run, although absolute accuracy is stated or another model was found")
+                 "run, although its files state absolute accuracy or other lengths, or another model was found")
       ->excludes(poses);
   command->add_flag("--withheld", given->withheld,
                     "Accept a withheld calibration, for inspection only");

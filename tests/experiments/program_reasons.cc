@@ -76,7 +76,7 @@ void count(const fs::path& backup, bool verbose, Reasons& reasons) {
   calib::Random random(1);
   daemon::krl::CorrectionOptions options;
   options.anywhere = true;
-  const auto files = daemon::modules_of(daemon::read_backup(backup));
+  const auto files = daemon::modules_of(daemon::read_backup(backup).files);
   const auto offline =
       correct_backup(calib::testing::random_calibration(cell, random, 1.0), files, options);
   const auto run_time = rewrite_motions(files, {});

@@ -515,7 +515,7 @@ TEST_F(Correct, ABackupLeavesTemplatesAndBinaryDataOfOptionsAndRefusesADamagedDa
   const Outcome left = run_correct({"--backup", backup, "-o", out});
   EXPECT_NE(left.out.find("2 of 2 modules"), std::string::npos) << left.out << left.err;
   EXPECT_FALSE(std::filesystem::exists(out + "/SnmpData.dat"));
-  EXPECT_NE(left.out.find("left as it is: SnmpData.dat (no KRL data)"), std::string::npos)
+  EXPECT_NE(left.out.find("left as it is: SnmpData.dat (no readable KRL)"), std::string::npos)
       << left.out;
   std::ofstream(backup + "/log.dat") << std::string(20000, 'x') << "\n";
   const Outcome logged = run_correct({"--backup", backup, "-o", dir_ / "logged"});
