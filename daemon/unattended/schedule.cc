@@ -518,6 +518,12 @@ bool Schedule::keep() {
   }
 }
 
+/// A session of the entry may begin in the window that lasts, or be resumed.
+bool Schedule::may_begin_in(const ScheduledSession& entry, const Window& window) const {
+  const bool resumed = own_ && own_->entry.name == entry.name && own_->window == window;
+  return resumed || !state_.is_closed(entry.name, to_string(window.day), true);
+}
+
 void Schedule::show(const Inputs& inputs) {
   SchedulePicture picture;
   picture.unattended = inputs.config.unattended;
@@ -531,7 +537,7 @@ void Schedule::show(const Inputs& inputs) {
   for (const ScheduledSession& session : inputs.config.sessions) {
     SchedulePicture::Entry entry{session, {}, next_window(session.window, inputs.now), 0.0, {}};
     for (const Window& window : windows_between(session.window, inputs.now, inputs.now))
-      if (window.has(inputs.now)) entry.now = window;
+      if (window.has(inputs.now) && may_begin_in(session, window)) entry.now = window;
     entry.foreseen_s = session.minutes ? *session.minutes * 60.0 : parts_.cell.foreseen_s(session);
     const auto last = std::find_if(state_.decisions.rbegin(), state_.decisions.rend(),
                                    [&](const Decision& d) { return d.entry == session.name; });

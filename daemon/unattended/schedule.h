@@ -109,7 +109,8 @@ struct ScheduleState {
 
   /// Also after an end that was released.
   void hold_from(const Hold& since);
-  bool is_closed(const std::string& entry, const std::string& day) const;
+  /// `lasts`: now lies within the window, in which a missed session may still begin.
+  bool is_closed(const std::string& entry, const std::string& day, bool lasts = false) const;
   void close(const std::string& entry, const std::string& day, bool missed);
   void reopen_missed(const std::string& entry, const std::string& day);
   void add(Decision decision);
@@ -123,7 +124,7 @@ ScheduleState schedule_state_from(const std::string& text);
 struct SchedulePicture {
   struct Entry {
     ScheduledSession session;
-    Window now;  ///< empty: outside its window
+    Window now;  ///< in which a session may begin now, or be resumed; empty: none
     Window next;
     double foreseen_s = 0.0;
     std::optional<Decision> last;
@@ -206,6 +207,7 @@ class Schedule {
   Why over(const ScheduledSession& entry, const Window& window) const;
   Decision of(const Inputs& inputs, const ScheduledSession& entry, const Window& window) const;
   const Decision* newest(const std::string& entry, const std::string& day) const;
+  bool may_begin_in(const ScheduledSession& entry, const Window& window) const;
   void report(Decision decision);
   bool keep();
   void show(const Inputs& inputs);

@@ -65,9 +65,10 @@ void ScheduleState::hold_from(const Hold& since) {
   released.clear();
 }
 
-bool ScheduleState::is_closed(const std::string& entry, const std::string& day) const {
-  return std::any_of(closed.begin(), closed.end(),
-                     [&](const ClosedWindow& one) { return one.day == day && one.entry == entry; });
+bool ScheduleState::is_closed(const std::string& entry, const std::string& day, bool lasts) const {
+  return std::any_of(closed.begin(), closed.end(), [&](const ClosedWindow& one) {
+    return one.day == day && one.entry == entry && !(lasts && one.missed);
+  });
 }
 
 void ScheduleState::reopen_missed(const std::string& entry, const std::string& day) {

@@ -517,5 +517,39 @@ TEST_F(ASchedule, ShowsTheNextTimesAndTheLastDecision) {
   EXPECT_EQ(words(*picture.entries[0].last), "session 1 begun");
 }
 
+TEST_F(ASchedule, ShowsAWindowAsOpenOnlyWhileASessionMayBeginInIt) {
+  const auto opens = [this] { return schedule->picture().entries[0].now.exists(); };
+  config.resumes = 1;
+  live(11 * kHour);
+  cell.end(EndState::kFailed, {FailureKind::kComputerBusy, "late"});
+  pass(5);
+  EXPECT_TRUE(opens()) << "about to be resumed";
+  live(600, 60);
+  ASSERT_EQ(cell.resumed, 1);
+  cell.end(EndState::kDone);
+  pass(5);
+  EXPECT_FALSE(opens()) << "once in each window";
+  EXPECT_EQ(local_time(schedule->picture().entries[0].next.begins), "2026-11-23 22:00");
+  restart();
+  EXPECT_FALSE(opens());
+  live(kDay);
+  cell.end(EndState::kFailed, {FailureKind::kNoContact, "no contact"});
+  pass(5);
+  EXPECT_FALSE(opens());
+  live(kDay);
+  EXPECT_EQ(cell.begun.size(), 2u) << "held";
+  EXPECT_TRUE(opens()) << "begins where it is released within its window";
+}
+
+TEST_F(ASchedule, ShowsAWindowAsOpenThatAClockSetAheadHadMadeMissed) {
+  live(8 * kHour);
+  utc += kDay;
+  schedule->update();
+  ASSERT_GE(count(Verb::kMissed, Why::kClockSet), 1);
+  utc -= kDay - 3 * kHour;
+  restart();
+  EXPECT_TRUE(schedule->picture().entries[0].now.exists());
+}
+
 }  // namespace
 }  // namespace cellcal::daemon
