@@ -267,6 +267,13 @@ json to_json(const std::optional<Waiting>& waiting, const calib::Language& langu
           {"start", words(waiting->start, language)}};
 }
 
+json to_json(const std::optional<ScheduleSeen>& schedule, const calib::Language& language) {
+  if (!schedule) return nullptr;
+  return {{"held", schedule->held.empty() ? json(nullptr) : json(words(schedule->held, language))},
+          {"open", schedule->open},
+          {"next_utc_s", or_null(schedule->next_utc_s)}};
+}
+
 json to_json(const std::shared_ptr<const LinkReport>& links) {
   if (!links) return nullptr;
   return {{"open", links->open},
@@ -341,6 +348,7 @@ std::string status_to_json(const Status& status, const calib::Language& language
                {"packet_age_s", or_null(status.arm.packet_age_s)}}},
              {"links", to_json(status.links)},
              {"version", calib::software_version()},
+             {"schedule", to_json(status.schedule, language)},
              {"anew", status.anew},
              {"interrupted", nullptr},
              {"failure", nullptr}};

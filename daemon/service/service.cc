@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 
 #include "calib/check/controller_model.h"
 #include "calib/files/calibration_json.h"
@@ -392,6 +393,7 @@ void SessionService::publish(const State& state, const std::vector<calib::Touch>
     if (history_.back().session != status.session) made_.clear();
     if (status.made) made_.push_back(status.made);
     status.links = links_;
+    status.schedule = history_.back().schedule;
     const auto now = std::chrono::steady_clock::now();
     if (robot) arm_.update(*robot, now);
     status.arm = arm_.seen(now);
@@ -406,14 +408,25 @@ void SessionService::publish(const State& state, const std::vector<calib::Touch>
 
 /// Publishes planning progress as a change of its own; dropped once the session has left that phase.
 void SessionService::publish_work(const calib::WorkDone& done) {
+  publish_changed([&](Status& status) {
+    status.planning = done;
+    return status.phase == Phase::kPlanning;
+  });
+}
+
+void SessionService::show(const ScheduleSeen& schedule) {
+  publish_changed(
+      [&](Status& status) { return std::exchange(status.schedule, schedule) != schedule; });
+}
+
+void SessionService::publish_changed(const std::function<bool(Status&)>& change) {
   std::function<void()> notify;
   {
     const std::lock_guard lock(mutex_);
-    if (history_.back().phase != Phase::kPlanning) return;
     Status status = history_.back();
+    if (!change(status)) return;
     status.made.reset();  // already published
     ++status.seq;
-    status.planning = done;
     history_.push_back(std::move(status));
     if (history_.size() > kHistory) history_.pop_front();
     notify = notify_;

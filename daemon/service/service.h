@@ -84,7 +84,9 @@ class SessionService {
   void use(SessionSettings settings, MakeBackend make_backend);
   /// Stops the arm, ends the session and waits for it.
   void shutdown();
-  /// Callback after each change, on the session's thread.
+  /// Publishes a change of the schedule in the status.
+  void show(const ScheduleSeen& schedule);
+  /// Callback after each change, on the thread that makes it.
   void on_change(std::function<void()> notify);
 
   std::filesystem::path results_dir(std::int64_t session) const;
@@ -106,6 +108,8 @@ class SessionService {
   TaskInputs task_inputs(Job& job);
   void publish(const State& state, const std::vector<calib::Touch>& touches, Job& job);
   void publish_work(const calib::WorkDone& done);
+  /// Publishes the newest status, changed by `change` unless that returns false.
+  void publish_changed(const std::function<bool(Status&)>& change);
   void keep_links(LinkReport report);
 
   ServiceParts parts_;

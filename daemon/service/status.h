@@ -71,6 +71,15 @@ struct MadeTouch {
   std::optional<double> residual_m, u95_m;
 };
 
+/// Sessions that begin without a person, as far as they concern a person at the cell.
+struct ScheduleSeen {
+  calib::Phrase held;  ///< why none begins, and the remedy; empty: not held
+  bool open = false;   ///< one may begin or be resumed at any moment
+  /// Next window [s since 1970]; none while a person has to release.
+  std::optional<std::int64_t> next_utc_s;
+  bool operator==(const ScheduleSeen&) const = default;
+};
+
 struct Status {
   std::uint64_t seq = 0;           ///< increases with every change
   std::int64_t session = 0;        ///< 0: none since the daemon started
@@ -107,6 +116,7 @@ struct Status {
   /// the session.
   std::shared_ptr<const MadeTouch> made;
   std::optional<InterruptedSession> interrupted;  ///< until a session begins
+  std::optional<ScheduleSeen> schedule;           ///< none: not known yet
   ArmSeen arm;  ///< in service.status() it may be newer than `seq`
   /// None before the first session has opened its devices. In service.status() newer than `seq`: continuously
   /// varying figures do not count as a change.

@@ -524,6 +524,23 @@ bool Schedule::may_begin_in(const ScheduledSession& entry, const Window& window)
   return resumed || !state_.is_closed(entry.name, to_string(window.day), true);
 }
 
+ScheduleSeen Schedule::seen(const SchedulePicture& picture) const {
+  ScheduleSeen seen;
+  if (!picture.unattended || picture.entries.empty()) return seen;
+  seen.held = picture.held_words;
+  const bool by_clock =  // releases itself
+      picture.held == Why::kClockStepped || picture.held == Why::kClockNotSynchronised;
+  if (picture.held != Why::kNothing && !by_clock) return seen;
+  seen.open = own_.has_value();
+  for (const SchedulePicture::Entry& entry : picture.entries) {
+    if (entry.session.on_request) continue;
+    seen.open |= entry.now.exists();
+    if (entry.next.exists())
+      seen.next_utc_s = std::min(seen.next_utc_s.value_or(entry.next.begins), entry.next.begins);
+  }
+  return seen;
+}
+
 void Schedule::show(const Inputs& inputs) {
   SchedulePicture picture;
   picture.unattended = inputs.config.unattended;
@@ -545,6 +562,7 @@ void Schedule::show(const Inputs& inputs) {
     picture.entries.push_back(std::move(entry));
   }
   picture.decisions.assign(state_.decisions.rbegin(), state_.decisions.rend());
+  parts_.cell.show(seen(picture));
   const std::lock_guard lock(showing_);
   picture_ = std::move(picture);
 }

@@ -26,6 +26,7 @@
 
 #include "daemon/config/unattended_config.h"
 #include "daemon/journal/journal.h"
+#include "daemon/service/status.h"
 #include "daemon/session/failure.h"
 #include "daemon/unattended/decision.h"
 
@@ -62,6 +63,8 @@ class SessionGateway {
   virtual std::int64_t resume(const std::string& by, std::uint64_t aborts) = 0;
   /// Stops the arm and ends the session.
   virtual void stop() = 0;
+  /// For the daemon's status.
+  virtual void show(const ScheduleSeen& schedule) = 0;
   /// Expected duration, from earlier sessions or a default.
   virtual double foreseen_s(const ScheduledSession& session) = 0;
 };
@@ -211,6 +214,7 @@ class Schedule {
   void report(Decision decision);
   bool keep();
   void show(const Inputs& inputs);
+  ScheduleSeen seen(const SchedulePicture& picture) const;
   std::string by(const ScheduleConfig& config, const ScheduledSession& entry) const;
 
   Parts parts_;

@@ -23,6 +23,7 @@ class ServiceSessionGateway final : public SessionGateway {
                      std::uint64_t aborts) override;
   std::int64_t resume(const std::string& by, std::uint64_t aborts) override;
   void stop() override;
+  void show(const ScheduleSeen& schedule) override { service_.show(schedule); }
   double foreseen_s(const ScheduledSession& session) override;
 
  private:

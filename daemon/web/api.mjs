@@ -22,7 +22,7 @@ const NEEDS = {
   Readiness: ["steps"], StepSeen: ["step", "state"], Doctor: ["checks"], DoctorFinding: ["outcome"],
   FleetCells: ["cells"], FleetCell: ["plant", "cell"], FleetCalibration: ["session"], FleetCheck: ["held"], FleetSession: ["session"],
   Corrections: ["corrections"], Correction: ["correction", "sigma"],
-  Proposal: ["id", "kind", "stand"], Schedule: ["unattended", "entries"], ScheduleWindow: ["begins_utc_s"],
+  Proposal: ["id", "kind", "stand"], ScheduleSeen: ["open"],
 };
 /** What a word that is not listed is read as; with "unknown" also where the word is needed. */
 const OTHERWISE = { Phase: "unknown", FailureKind: "unknown", Advice: "none", Severity: "informs", Scope: "near targets", TouchSet: "fit" };

@@ -3,7 +3,7 @@
 
 import * as api from "../generated/api";
 import { fields, list, read, read_all } from "./read";
-import type { Figures, Proposal, ProposalsSeen, RobotPosture, Role, Scene, Schedule, Solid, Touch } from "./types";
+import type { Figures, Proposal, ProposalsSeen, RobotPosture, Role, Scene, Solid, Touch } from "./types";
 
 export { fields, list } from "./read";
 
@@ -80,12 +80,4 @@ export function plots(value: unknown): api.Plots | null {
   const all = fields(value);
   return all && { session: number(all.session) ?? 0, before_after: drawing(all.before_after),
                   by_joint: list(all.by_joint).map(drawing).filter((one) => one !== ""), error_map: drawing(all.error_map) };
-}
-
-export function schedule(value: unknown): Schedule | null {
-  const all = read(api.Schedule, value);
-  const entries = (all?.entries ?? []).filter((one) => !one.on_request);
-  const begins = known(entries.map((one) => (one.now ?? one.next)?.begins_utc_s ?? null));
-  return all && { unattended: all.unattended, held: all.held !== "", open: entries.some((one) => one.now !== null),
-                  next_s: begins.length > 0 ? Math.min(...begins) : null };
 }

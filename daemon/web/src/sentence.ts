@@ -2,7 +2,7 @@
 
 import type { Formats } from "./format";
 import type { Key, Say } from "./words";
-import type { Phase, Schedule, Status } from "./types";
+import type { Phase, Status } from "./types";
 
 /** Motion of the arm; `free`: cellcal holds no link to it, without a failure. */
 export type Motion = "moving" | "still" | "free" | "unknown";
@@ -45,18 +45,19 @@ export function motion_words(status: Status, seen_s: number, say: Say, fmt: Form
 /** Whether something may move, for all that is known: a session runs, or the arm is not known to be at rest or free of cellcal. */
 export const may_move = (status: Status): boolean => status.running || ["moving", "unknown"].includes(motion(status));
 
-/** Advice on entering the cell; null: state, or schedule, not known. Never a release: that is the cell's own safety. */
-export function near_words(status: Status | null, schedule: Schedule | null, now_s: number, say: Say, fmt: Formats): string {
+/** Advice on entering the cell; null: state not known. Never a release: that is the cell's own safety. */
+export function near_words(status: Status | null, now_s: number, say: Say, fmt: Formats): string {
   if (!status) return say("near.unknown");
   const moves = motion(status);
   if (moves === "moving") return say("near.moving");
   if (status.running) return say("near.soon");
   if (moves === "unknown") return say("near.unknown");
-  if (!schedule) return say("near.scheduled.unknown");
-  if (!schedule.unattended || schedule.held || schedule.next_s === null) return say("near.free");
+  if (!status.schedule) return say("near.scheduled.unknown");
+  const { open, next_utc_s: next_s } = status.schedule;
   // The clock of this browser may be slow.
-  return schedule.open || schedule.next_s <= now_s ? say("near.scheduled.now")
-    : say("near.scheduled", { day: fmt.day(schedule.next_s), time: fmt.clock(schedule.next_s * 1000).slice(0, 5) });
+  if (open || (next_s !== null && next_s <= now_s)) return say("near.scheduled.now");
+  return next_s === null ? say("near.free")
+    : say("near.scheduled", { day: fmt.day(next_s), time: fmt.clock(next_s * 1000).slice(0, 5) });
 }
 
 export function mood(status: Status): Mood {

@@ -34,13 +34,3 @@ export interface Scene extends api.Scene {
 export interface Figures extends api.Figures {
   touches: Touch[];
 }
-
-/** Sessions that begin without a person. */
-export interface Schedule {
-  unattended: boolean;
-  held: boolean;
-  /** By the daemon's clock a window is open. */
-  open: boolean;
-  /** Beginning of the current or next window; null: none. */
-  next_s: number | null;
-}

@@ -41,6 +41,7 @@ struct FakeCell final : SessionGateway {
     ++stopped;
     end(EndState::kAborted);
   }
+  void show(const ScheduleSeen& schedule) override { shown = schedule; }
   double foreseen_s(const ScheduledSession&) override { return takes_s; }
 
   void end(EndState state, Failure failure = {}) {
@@ -55,6 +56,7 @@ struct FakeCell final : SessionGateway {
   }
 
   Standing now;
+  ScheduleSeen shown;
   std::vector<std::string> begun;
   std::string said, wrong;
   int resumed = 0, stopped = 0, ends = 0;

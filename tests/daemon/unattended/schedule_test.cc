@@ -551,5 +551,48 @@ TEST_F(ASchedule, ShowsAWindowAsOpenThatAClockSetAheadHadMadeMissed) {
   EXPECT_TRUE(schedule->picture().entries[0].now.exists());
 }
 
+TEST_F(ASchedule, StatesInTheStatusWhetherASessionMayBeginAndWhyNot) {
+  const auto next = [this] { return local_time(cell.shown.next_utc_s.value_or(0)); };
+  pass(5);
+  EXPECT_FALSE(cell.shown.open);
+  EXPECT_EQ(next(), "2026-11-22 22:00");
+  live(11 * kHour);
+  cell.end(EndState::kFailed, {FailureKind::kNoContact, "no contact"});
+  pass(5);
+  EXPECT_NE(calib::words(cell.shown.held).find("schedule --release"), std::string::npos);
+  EXPECT_FALSE(cell.shown.open || cell.shown.next_utc_s) << "until a person has released it";
+  restart();
+  EXPECT_FALSE(cell.shown.held.empty());
+  live(kDay);
+  schedule->release("A. Miller");
+  EXPECT_EQ(cell.shown.held, "");
+  EXPECT_TRUE(cell.shown.open) << "at once";
+  config.unattended = false;
+  pass(5);
+  EXPECT_FALSE(cell.shown.open || cell.shown.next_utc_s);
+}
+
+TEST_F(ASchedule, StatesAWindowAsOpenBehindAHoldThatEndsByItself) {
+  live(11 * kHour);
+  cell.end(EndState::kDone);
+  live(kDay - 2 * kHour);
+  utc += kHour;
+  schedule->update();
+  EXPECT_EQ(schedule->picture().held, Why::kClockStepped);
+  EXPECT_FALSE(cell.shown.held.empty());
+  EXPECT_TRUE(cell.shown.open);
+}
+
+TEST_F(ASchedule, StatesThatASessionOnRequestIsAboutToBeResumed) {
+  config.resumes = 1;
+  config.sessions[0].on_request = true;
+  live(11 * kHour);
+  EXPECT_FALSE(cell.shown.open || cell.shown.next_utc_s) << "nothing begins by itself";
+  schedule->begin("nightly");
+  cell.end(EndState::kFailed, {FailureKind::kComputerBusy, "late"});
+  pass(5);
+  EXPECT_TRUE(cell.shown.open);
+}
+
 }  // namespace
 }  // namespace cellcal::daemon

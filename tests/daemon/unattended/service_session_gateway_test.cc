@@ -139,6 +139,22 @@ TEST_F(UnattendedSession, IsNotBegunInANewJournalNorInARestoredCopyUntilReleased
   EXPECT_EQ(schedule_of(cell, restored)->picture().held, Why::kNothing);
 }
 
+TEST_F(UnattendedSession, ChangesTheStatusWhereItIsHeldOrReleased) {
+  const auto schedule = schedule_of(gateway, journal);
+  const Status held = service.status();
+  ASSERT_TRUE(held.schedule) << "before anything can be asked";
+  EXPECT_FALSE(held.schedule->held.empty());
+  schedule->update();
+  EXPECT_EQ(service.status().seq, held.seq) << "unchanged";
+  schedule->release("A. Miller");
+  ASSERT_EQ(service.since(held.seq).size(), 1U);
+  EXPECT_TRUE(service.since(held.seq)[0].schedule->open);
+  schedule->update();
+  ASSERT_EQ(service.status().session, 1);
+  wait();
+  ASSERT_TRUE(service.status().schedule) << "of a session";
+}
+
 TEST_F(UnattendedSession, IsNotBegunWhereSomebodyHasAbortedMeanwhile) {
   const std::uint64_t seen = gateway.standing().aborts;
   EXPECT_FALSE(service.abort()) << "nothing runs";

@@ -141,28 +141,27 @@ test("a cell is named by its file, or by its folder where the file is named as e
 });
 
 const of = (more: Record<string, unknown> = {}) => decode.status(status(more))!;
-const MANNED = { unattended: false, held: null, entries: [] };
-const near = (one: ReturnType<typeof of> | null, schedule: unknown = MANNED) => near_words(one, decode.schedule(schedule), NOW_S, say, fmt);
+const MANNED = { held: null, open: false, next_utc_s: null };
+const near = (one: Record<string, unknown> | null, schedule: unknown = MANNED) => near_words(one && of({ schedule, ...one }), NOW_S, say, fmt);
 
 test("nobody is told to go near while something may move, nor that it is safe", () => {
   const rest = { arm: { motion: "at rest", packet_age_s: 0.1 } };
-  assert.match(near(of()), /^Keep out: the arm moves/);
-  assert.match(near(of({ ...rest, phase: "planning" })), /^Keep out: a session runs/);
+  assert.match(near({}), /^Keep out: the arm moves/);
+  assert.match(near({ ...rest, phase: "planning" }), /^Keep out: a session runs/);
   assert.match(near(null), /^Keep out: .*unknown/);
   const lost = { phase: "failed", running: false, failure: { kind: "stop-unconfirmed", detail: "" }, ...rest };
-  assert.match(near(of(lost)), /^Keep out: .*unknown/);
-  const idle = of({ phase: "idle", running: false, arm: undefined });
+  assert.match(near(lost), /^Keep out: .*unknown/);
+  const idle = { phase: "idle", running: false, arm: undefined };
   assert.match(near(idle), /^cellcal moves nothing\. Enter by the rules/);
-  for (const unread of [null, 3, {}, { unattended: false }, { entries: [] }])
+  for (const unread of [null, 3, {}, { held: null }, { next_utc_s: 5 }])
     assert.match(near(idle, unread), /^Keep out: .*unknown/, "until a schedule is read");
-  const schedule = (more: object) => ({ unattended: true, held: null, entries: [{ on_request: false, now: null, next: { begins_utc_s: NOW_S + HOUR } }], ...more });
-  assert.match(near(idle, schedule({})), /until 27\u00a0Nov, \d\d:\d\d: then a session may begin by itself/);
-  assert.match(near(idle, schedule({ entries: [{ on_request: false, now: { begins_utc_s: NOW_S - 1 }, next: null }] })), /^Keep out/);
-  const slow = [{ on_request: false, now: { begins_utc_s: NOW_S + 5 * 60 }, next: { begins_utc_s: NOW_S + DAY } }];
-  assert.match(near(idle, schedule({ entries: slow })), /^Keep out/, "open by the daemon's clock, not yet by a slow one here");
-  for (const quiet of [schedule({ unattended: false }), schedule({ held: "failed" }), schedule({ entries: [] }), schedule({ entries: [{ on_request: true, now: { begins_utc_s: 1 } }] })])
-    assert.match(near(idle, quiet), /^cellcal moves nothing\. Enter/);
-  assert.deepEqual([of(), of({ ...rest }), of(lost), of({ running: false, phase: "aborted" }), idle].map(may_move), [true, true, true, true, false]);
+  const next = { ...MANNED, next_utc_s: NOW_S + HOUR };
+  assert.match(near(idle, next), /until 27\u00a0Nov, \d\d:\d\d: then a session may begin by itself/);
+  assert.match(near(idle, { ...next, open: true }), /^Keep out/, "open by the daemon's clock, not yet by a slow one here");
+  assert.match(near(idle, { ...next, next_utc_s: NOW_S - 1 }), /^Keep out/);
+  assert.match(near(idle, { ...next, open: true, held: "the clock was set" }), /^Keep out/, "a hold that ends by itself");
+  assert.match(near(idle, { ...MANNED, held: "failed" }), /^cellcal moves nothing\. Enter/);
+  assert.deepEqual([of(), of({ ...rest }), of(lost), of({ running: false, phase: "aborted" }), of(idle)].map(may_move), [true, true, true, true, false]);
 });
 
 test("checks that fail for another reason than the tool are drawn, though they do not count", () => {

@@ -32,7 +32,7 @@ import { useTheme } from "./theme";
 import { Versions } from "./versions";
 
 const TICK_MS = 500;
-/** The plant's proposals, a calibration that others put into use, times of the schedule: without a session. */
+/** The plant's proposals, a calibration that others put into use: without a session. */
 const OTHERS_MS = 60_000;
 /** The age of a check changes without a session. */
 const STANDING_MS = 300_000;
@@ -74,7 +74,6 @@ export function App() {
   const plan = useFetched(session > 0 && asked !== null ? `/v1/sessions/${session}/plan` : null, planned, decode.plan) ?? NOTHING;
   const sessions = useFetched(asked === null ? null : "/v1/sessions", `${ended} ${others}`, decode.sessions);
   const drift = useFetched(asked === null ? null : `/v1/drift?language=${language}`, `${ended} ${said} ${aged}`, decode.drift);
-  const schedule = useFetched(asked === null ? null : "/v1/schedule", `${ended} ${others}`, decode.schedule);
   const versions = useFetched(asked === null ? null : "/v1/versions", `${ended} ${said} ${others}`, decode.versions);
   const proposals = useFetched(asked === null ? null : "/v1/proposals", `${ended} ${said} ${others}`, decode.proposals);
 
@@ -140,7 +139,7 @@ export function App() {
                       started={() => void live.ask()} />
           )}
           {(status || together.current) && <div class="top">
-            <StatePanel model={model} plan={plan} schedule={schedule} now={now} why={why} />
+            <StatePanel model={model} plan={plan} now={now} why={why} />
             {status && !old && <StartButtons status={status} role={me} second={guided || due} started={() => void live.ask()} sign_out={() => void sign_out()}
                                              last_cell={file} />}
           </div>}

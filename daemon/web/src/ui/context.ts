@@ -2,8 +2,10 @@
 
 import { createContext } from "preact";
 import { useContext, useEffect, useRef, useState } from "preact/hooks";
+import * as decode from "../decode";
 import { formats, type Formats } from "../format";
 import { asking, get, is_unanswered } from "../request";
+import type { Status } from "../types";
 import { speaker, type Language, type Say } from "../words";
 
 export interface Voice {
@@ -57,4 +59,12 @@ export function useFetched<T>(path: string | null, key: unknown, decode: (value:
     };
   }, [path, key]);
   return value;
+}
+
+/** The status with its sentences in the page's language where `wanted`, and that language; events are in English. */
+export function useTranslated(status: Status, wanted: boolean): [Status, Language] {
+  const { language } = useVoice();
+  const asked = wanted && language !== "en" ? `/v1/status?language=${language}` : null;
+  const told = useFetched(asked, status.seq, decode.status);
+  return told ? [told, language] : [status, "en"];
 }

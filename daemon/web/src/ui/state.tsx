@@ -3,8 +3,8 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import { age_ms, type Model } from "../model";
 import { mood, motion, motion_words, near_words, sentence, then_words, type Mood, type Motion } from "../sentence";
-import type { PlannedTouch, Schedule } from "../types";
-import { useVoice } from "./context";
+import type { PlannedTouch, Status } from "../types";
+import { useVoice, useTranslated } from "./context";
 import { OutcomeDetails, OutcomeLine } from "./outcome";
 import { Progress } from "./progress";
 
@@ -29,8 +29,8 @@ function useCalm(words: string, at_once: boolean): string {
 }
 
 /** `why`: first finding that withholds the session's result; empty: none, or not known yet. */
-export function StatePanel({ model, plan, schedule, now, why }: {
-  model: Model; plan: PlannedTouch[]; schedule: Schedule | null; now: number; why: string;
+export function StatePanel({ model, plan, now, why }: {
+  model: Model; plan: PlannedTouch[]; now: number; why: string;
 }) {
   const { say, fmt } = useVoice();
   const { status } = model;
@@ -51,9 +51,10 @@ export function StatePanel({ model, plan, schedule, now, why }: {
     <section id="state" class="state" data-mood={shown} data-old={old > 0}>
       <p class="motion" data-motion={moves}>
         <span aria-hidden="true">{MARKS[moves]}</span>{" "}
-        {near_words(old > 0 ? null : status, schedule, Date.now() / 1000, say, fmt)}
+        {near_words(old > 0 ? null : status, Date.now() / 1000, say, fmt)}
         {old === 0 && <small> {motion_words(status, seen_s, say, fmt)}</small>}
       </p>
+      {old === 0 && <Held status={status} />}
       <p class="sentence">{words}</p>
       {status.busy_left_s !== null && old === 0 && <p class="paused" role="alert">{say("busy.waiting", { left: fmt.duration(status.busy_left_s) })}</p>}
       {old === 0 && (status.phase === "aborted" || status.interrupted) && <p>{say("aborted.do", { then: then_words(status, say) })}</p>}
@@ -77,6 +78,14 @@ export function StatePanel({ model, plan, schedule, now, why }: {
       {old === 0 && <Waiting model={model} />}
     </section>
   );
+}
+
+/** Why no scheduled session begins, and who releases it. */
+function Held({ status }: { status: Status }) {
+  const { say } = useVoice();
+  const held = status.schedule?.held ?? "";
+  const [told, lang] = useTranslated(status, held !== "");
+  return held === "" ? null : <p><strong>{say("schedule")}:</strong> <span lang={lang}>{told.schedule?.held || held}</span></p>;
 }
 
 function Waiting({ model }: { model: Model }) {
