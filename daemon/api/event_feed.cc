@@ -353,10 +353,15 @@ std::string status_to_json(const Status& status, const calib::Language& language
              {"interrupted", nullptr},
              {"failure", nullptr}};
   if (status.interrupted) {
-    value["interrupted"] = {
-        {"session", status.interrupted->session},          {"touches", status.interrupted->touches},
-        {"planned", status.interrupted->planned},          {"started", status.interrupted->started},
-        {"ending", to_string(status.interrupted->ending)}, {"anew", status.interrupted->anew}};
+    value["interrupted"] = {{"session", status.interrupted->session},
+                            {"touches", status.interrupted->touches},
+                            {"planned", status.interrupted->planned},
+                            {"started", status.interrupted->started},
+                            {"ending", to_string(status.interrupted->ending)},
+                            {"anew", status.interrupted->anew},
+                            {"failure", nullptr}};
+    if (const auto& why = status.interrupted->failure)
+      value["interrupted"]["failure"] = to_string(*why);
   }
   if (status.failure) {
     value["failure"] = {{"kind", to_string(status.failure->kind)},

@@ -26,7 +26,7 @@ constexpr const char* kSelectSession =
     " (SELECT count(*) FROM touch WHERE touch.session = session.id), software, origin, "
     "cell_text, robot_text, calibration, "
     "(SELECT max(time) FROM dropped WHERE dropped.session = session.id), outcome, "
-    "calibration <> '', document, CASE state WHEN 'failed' THEN document END FROM session ";
+    "calibration <> '', document, CASE WHEN state IN ('failed', 'aborted') THEN document END FROM session ";
 
 SessionRecord session_from(Statement& row, bool with_texts) {
   SessionRecord record;

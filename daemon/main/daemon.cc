@@ -321,7 +321,7 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
   signals.async_wait([&](boost::system::error_code, int signal) {
     spdlog::info("signal {}: stopping", signal);
     // The arm first: the following steps may wait for a disk.
-    service.abort(SessionService::By::kDaemon);
+    service.abort({FailureKind::kDaemonStopped});
     systemd.stopping();
     examiner.stop();
     advice.stop();

@@ -91,7 +91,8 @@ Runner::Runner(RunnerParts parts, State state, std::vector<calib::Touch> touches
 
 Runner::~Runner() = default;
 
-void Runner::request_abort() {
+void Runner::request_abort(const Aborted& by) {
+  if (!by.why || !abort_requested_) abort_why_ = by.why;
   abort_requested_ = true;
   inbox_->called_off = true;
 }
@@ -143,7 +144,7 @@ bool Runner::gather() {
 }
 
 std::optional<Event> Runner::happened() {
-  if (abort_requested_.exchange(false)) return Event{Plain<EventKind::kAbort>{}};
+  if (abort_requested_.exchange(false)) return Event{Aborted{abort_why_}};
   if (auto answer = inbox_->take()) return answer;
   if (open_) {
     if (auto result = device_result()) return result;

@@ -149,7 +149,7 @@ class Runner {
   /// of an action stops the arm, closes the devices and fails the session.
   State run();
   /// Thread-safe. Cancels computations of the worker immediately.
-  void request_abort();
+  void request_abort(const Aborted& by = {});
   /// True if the loop and the device threads have progressed since the last call. Always true on virtual
   /// time, where the loop runs the worker's jobs itself. To be called from a single thread.
   bool alive();
@@ -190,6 +190,7 @@ class Runner {
     std::shared_ptr<const bool> written;  ///< set by the disk's worker; null: none
   } on_its_way_;                          ///< touch being written to disk
   std::atomic<bool> abort_requested_{false};
+  std::atomic<std::optional<FailureKind>> abort_why_;  ///< of the abort requested
   std::atomic<std::uint64_t> turns_{1};
   std::uint64_t turns_seen_ = 0;
 };

@@ -49,8 +49,9 @@ void JournalRecorder::record(const RecordEnd& end) {
   if (end.ending == Ending::kFailed) {
     spdlog::error("session {} failed: {}", session_, end.failure);
   } else {
-    spdlog::info("session {} {}", session_,
-                 end.ending == Ending::kDone ? "is done" : "was aborted");
+    spdlog::info("session {} {}{}", session_,
+                 end.ending == Ending::kDone ? "is done" : "was aborted",
+                 end.failure.empty() ? "" : ": " + end.failure);
   }
 }
 

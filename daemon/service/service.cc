@@ -101,9 +101,11 @@ std::optional<InterruptedSession> interrupted_session(Journal& journal) {
     const auto record = journal.newest_resumable();
     if (!record || record->state == RecordState::kDamaged) return std::nullopt;
     const auto options = options_in(record->inputs);
-    return InterruptedSession{record->id,      record->touches,
-                              record->planned, record->started,
-                              record->state,   options ? anew(*options, record->inputs) : ""};
+    InterruptedSession left{record->id,      record->touches,
+                            record->planned, record->started,
+                            record->state,   options ? anew(*options, record->inputs) : ""};
+    if (!record->failure.empty()) left.failure = failure_from_journal(record->failure).kind;
+    return left;
   } catch (const JournalError& damaged) {
     spdlog::warn("the newest session cannot be resumed: {}", damaged.what());
     return std::nullopt;
@@ -176,7 +178,7 @@ std::int64_t SessionService::start(const RunRequest& request) {
     }
     if (!held_.empty()) throw BusyError(held_);
     busy_ = starting_ = true;
-    abort_early_ = false;
+    abort_early_.reset();
   }
   try {
     if (thread_.joinable()) thread_.join();
@@ -362,7 +364,7 @@ void SessionService::carry_out(Job& job) {
   {
     const std::lock_guard lock(mutex_);
     runner_ = &runner;
-    if (abort_early_) runner.request_abort();
+    if (abort_early_) runner.request_abort(*abort_early_);
   }
   runner.run();
   {
@@ -446,16 +448,16 @@ std::uint64_t SessionService::aborts() const {
   return aborts_;
 }
 
-bool SessionService::abort(By by) {
+bool SessionService::abort(const Aborted& by) {
   const std::lock_guard lock(mutex_);
-  if (by == By::kPerson) ++aborts_;
+  if (!by.why) ++aborts_;
   ++stops_;  // wakes the starts that wait
   idle_.notify_all();
   if (!starting_ && (!busy_ || is_final(history_.back().phase))) return waiting_ > 0;
   if (!starting_ && runner_ != nullptr)
-    runner_->request_abort();
-  else
-    abort_early_ = true;
+    runner_->request_abort(by);
+  else if (!abort_early_ || !by.why)
+    abort_early_ = by;
   return true;
 }
 
@@ -512,7 +514,7 @@ void SessionService::shutdown() {
     ending_ = true;
     idle_.wait(lock, [this] { return !starting_; });
   }
-  abort(By::kDaemon);
+  abort({FailureKind::kDaemonStopped});
   if (thread_.joinable()) thread_.join();
 }
 

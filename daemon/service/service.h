@@ -64,8 +64,7 @@ class SessionService {
   // The next six never block, neither on the disk nor on a session being prepared.
   /// Returns false where there is nothing to abort. A session being prepared is aborted as soon as it has
   /// begun.
-  enum class By { kPerson, kDaemon };
-  bool abort(By by = By::kPerson);
+  bool abort(const Aborted& by = {});
   /// Number of aborts requested by a person since the daemon started.
   std::uint64_t aborts() const;
   Status status() const;
@@ -124,9 +123,10 @@ class SessionService {
   std::vector<std::shared_ptr<const MadeTouch>> made_;  ///< of the newest session
   CurrentPlan plan_;
   Runner* runner_ = nullptr;
-  bool busy_ = false, starting_ = false, ending_ = false, abort_early_ = false;
-  std::string held_;      ///< why no session may begin; empty: one may
-  bool briefly_ = false;  ///< released within seconds
+  bool busy_ = false, starting_ = false, ending_ = false;
+  std::optional<Aborted> abort_early_;  ///< before the runner has begun
+  std::string held_;                    ///< why no session may begin; empty: one may
+  bool briefly_ = false;                ///< released within seconds
   std::uint64_t aborts_ = 0;
   std::uint64_t stops_ = 0;  ///< aborts of any origin
   int waiting_ = 0;  ///< starts that wait until the previous session has released its devices

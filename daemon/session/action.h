@@ -114,8 +114,8 @@ struct RecordInterruption {
 enum class Ending { kDone, kAborted, kFailed };
 struct RecordEnd {
   Ending ending = Ending::kDone;
-  std::string failure;  ///< to_journal(Failure), empty otherwise
-  std::optional<Failure> why{};
+  std::string failure;                            ///< to_journal(why); empty: none
+  std::optional<Failure> why{};                   ///< kFailed, and kAborted by the daemon itself
   std::shared_ptr<const SessionResult> result{};  ///< kDone
 };
 

@@ -12,6 +12,7 @@
 #include "calib/model/enum_table.h"
 #include "calib/plan/touch_sequence.h"
 #include "calib/words/phrase.h"
+#include "daemon/session/failure.h"
 #include "drivers/contact.h"
 #include "drivers/robot.h"
 
@@ -136,6 +137,11 @@ struct ArmAnswer {
   EventKind kind() const { return armed ? EventKind::kArmed : EventKind::kArmRefused; }
 };
 
+struct Aborted {
+  std::optional<FailureKind> why{};  ///< of the daemon itself; none: requested by a person
+  EventKind kind() const { return EventKind::kAbort; }
+};
+
 /// A plan to be carried out from here on.
 struct Offer {
   std::shared_ptr<const calib::Plan> plan{};
@@ -191,10 +197,10 @@ struct Plain {
 };
 
 using EventEvidence =
-    std::variant<Plain<EventKind::kRun>, Plain<EventKind::kAbort>, Planned, Routed, Assessed,
-                 Identified, Plain<EventKind::kReported>, WorkFailed, Links,
-                 Plain<EventKind::kDeviceFailed>, ArmAnswer, MoveEnded, Plain<EventKind::kRecorded>,
-                 JournalSound, Plain<EventKind::kJournalFailed>, Plain<EventKind::kDeadline>>;
+    std::variant<Plain<EventKind::kRun>, Aborted, Planned, Routed, Assessed, Identified,
+                 Plain<EventKind::kReported>, WorkFailed, Links, Plain<EventKind::kDeviceFailed>,
+                 ArmAnswer, MoveEnded, Plain<EventKind::kRecorded>, JournalSound,
+                 Plain<EventKind::kJournalFailed>, Plain<EventKind::kDeadline>>;
 
 struct Event {
   EventEvidence evidence{};

@@ -247,6 +247,10 @@ Phrase what(FailureKind kind, const State& state, const Event& event) {
       return links.request == drivers::ControllerRequest::kMasteringTest
                  ? "say.failure.mastering_test"
                  : "say.failure.brake_test";
+    case FailureKind::kWindowOver:
+      return "say.schedule.why.window-over";
+    case FailureKind::kDaemonStopped:
+      return "say.failure.daemon_stopped";
     case FailureKind::kUnexpectedEvent:
       return unexpected_words(state, event);
   }

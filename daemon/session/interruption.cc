@@ -51,6 +51,8 @@ InterruptionRule{F::kIdentify,          kAny, kNever, "the same touches give the
 InterruptionRule{F::kReport,            kAny, kNever, "the disk has to be checked first"},
 InterruptionRule{F::kAttended,          kAny, kNever, "a person works at the robot"},
 InterruptionRule{F::kControllerTest,    kAny, kNever, "the controller's program is left for its test"},
+InterruptionRule{F::kWindowOver,        kAny, kNever, "the time of the schedule is used up"},
+InterruptionRule{F::kDaemonStopped,     kAny, kNever, "the daemon ends"},
 InterruptionRule{F::kUnexpectedEvent,   kAny, kNever, "the cause is not known"},
 };
 // clang-format on

@@ -152,6 +152,8 @@ constexpr EnumNames<FailureKind> kFailureNames{
      {FailureKind::kReport, "report"},
      {FailureKind::kAttended, "attended"},
      {FailureKind::kControllerTest, "controller-test"},
+     {FailureKind::kWindowOver, "window-over"},
+     {FailureKind::kDaemonStopped, "daemon-stopped"},
      {FailureKind::kUnexpectedEvent, "unexpected-event"}}};
 
 const char* to_string(FailureKind kind) { return kFailureNames[kind]; }

@@ -506,9 +506,12 @@ void stop(State& state, const Event& event, Actions& actions) {
   state.deadline = event.at + state.timeouts.stopping;
 }
 
-void close_and_end(State&, const Event&, Actions& actions) {
+void close_and_end(State& state, const Event& event, Actions& actions) {
+  if (const auto why = state.aborted_for)
+    state.failure = Failure{*why, failure_words(*why, state, event)};
   actions.emplace_back(CloseDevices{});
-  actions.emplace_back(RecordEnd{Ending::kAborted, ""});
+  actions.emplace_back(
+      RecordEnd{Ending::kAborted, state.failure ? to_journal(*state.failure) : "", state.failure});
 }
 
 void fail(FailureKind kind, State& state, const Event& event, Actions& actions) {

@@ -17,6 +17,10 @@ void note(State& state, const Event& event) {
     state.assessed = assessed->assessed;
     if (assessed->expected) state.expected = assessed->expected;
   }
+  if (const Aborted* aborted = std::get_if<Aborted>(&event.evidence)) {
+    // A person's abort precedes.
+    if (!aborted->why || state.phase != Phase::kStopping) state.aborted_for = aborted->why;
+  }
 }
 
 /// Unlisted event: the arm is stopped where it can be moving, and the session fails with the name of the

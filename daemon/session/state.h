@@ -122,7 +122,9 @@ struct State {
   std::optional<drivers::TimePoint> busy_until;
 
   std::optional<drivers::TimePoint> deadline;  ///< of this phase
-  std::optional<Failure> failure;              ///< set in kStopping and kFailed
+  std::optional<FailureKind> aborted_for;      ///< by the daemon itself; none: by a person
+  /// Set in kStopping and kFailed, and in kAborted by the daemon itself.
+  std::optional<Failure> failure;
   std::optional<Failure>
       deferred_failure;  ///< not found: failure of the session once the arm is home
   std::shared_ptr<const SessionResult> result;  ///< once identified

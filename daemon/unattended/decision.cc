@@ -50,6 +50,8 @@ FailurePolicy{F::kNotFound,          kAny, false, false, "a person has to measur
 FailurePolicy{F::kPlanChanged,       kAny, false, false, "a person has to begin another session"},
 FailurePolicy{F::kJournal,           kAny, false, false, "nothing moves that cannot be recorded"},
 FailurePolicy{F::kReport,            kAny, false, false, "the disk has to be checked first"},
+FailurePolicy{F::kWindowOver,        kAny, false, true,  "the schedule stopped it: the arm rests"},
+FailurePolicy{F::kDaemonStopped,     kAny, false, false, "a person stopped the daemon in mid-session"},
 FailurePolicy{F::kUnexpectedEvent,   kAny, false, false, "the cause is not known"},
 };
 // clang-format on

@@ -227,10 +227,10 @@ void add_what_to_do(Lines& lines, const Notice& notice) {
                           : Phrase("say.notice.then.anew", {{"command", notice.anew}});
   if (notice.news == News::kDrifted && notice.advice != calib::DriftAdvice::kNone)
     return lines.add(std::string("checks.advice.") + to_string(notice.advice));
-  if (notice.news != News::kFailed)
+  const bool given_up = notice.news == News::kFailed || notice.news == News::kAborted;
+  if (!given_up || !notice.failure)
     return lines.add_if_known(std::string("say.notice.do.") + to_string(notice.news),
                               {{"then", then}, {"cell", notice.cell}});
-  if (!notice.failure) return;
   lines.add_if_known(std::string("failure.") + to_string(notice.failure->kind), {});
   lines.add_if_known(std::string("do.") + to_string(notice.failure->kind), {{"then", then}});
 }

@@ -184,9 +184,7 @@ void Schedule::notice_ends(const Inputs& inputs) {
     state_.hold.reset();
     dirty_ = true;
   }
-  const bool failed = cell.state == Standing::State::kFailed;
-  if (failed && aftermath(cell.failure.kind, cell.failure.by).begin &&
-      state_.harmless != cell.end) {
+  if (aftermath(cell.failure.kind, cell.failure.by).begin && state_.harmless != cell.end) {
     state_.harmless = cell.end;
     dirty_ = true;
   }
@@ -359,8 +357,6 @@ void Schedule::follow_end(const Inputs& inputs) {
   if (failed) decision.detail = phrase(cell.failure);
   const bool may = failed && aftermath(cell.failure.kind, cell.failure.by).resume;
   if (own_->stopped && cell.state == Standing::State::kAborted) {
-    state_.harmless = cell.end;  // caused by the schedule itself
-    dirty_ = true;
     own_.reset();
     return;
   }

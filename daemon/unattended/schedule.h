@@ -41,7 +41,7 @@ struct Standing {
   std::int64_t session = 0;    ///< the newest; 0: none
   State state = State::kNone;  ///< of its newest end; undefined while busy
   std::string end;             ///< distinguishes this end from others of the same session
-  Failure failure;             ///< kFailed
+  Failure failure;             ///< kFailed; kAborted by the daemon itself
   double left_share = 1.0;     ///< share of its touches still to be made
   std::uint64_t aborts = 0;    ///< requested by a person since the daemon started
 };
@@ -61,7 +61,7 @@ class SessionGateway {
                              std::uint64_t aborts) = 0;
   /// Resumes the newest session, as an operator would. Likewise.
   virtual std::int64_t resume(const std::string& by, std::uint64_t aborts) = 0;
-  /// Stops the arm and ends the session.
+  /// Stops the arm and ends the session, since its window is over.
   virtual void stop() = 0;
   /// For the daemon's status.
   virtual void show(const ScheduleSeen& schedule) = 0;

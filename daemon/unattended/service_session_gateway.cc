@@ -95,7 +95,7 @@ Standing ServiceSessionGateway::standing() {
   } else if (const auto newest = journal_.newest_own()) {
     standing.session = newest->id;
     standing.state = state_of(*newest);
-    if (standing.state == End::kFailed) standing.failure = failure_from_journal(newest->failure);
+    standing.failure = failure_from_journal(newest->failure);
     touches = static_cast<std::size_t>(newest->touches);
     planned = static_cast<std::size_t>(newest->planned);
   } else {
@@ -141,7 +141,7 @@ std::int64_t ServiceSessionGateway::resume(const std::string& by, std::uint64_t 
   return start(request);
 }
 
-void ServiceSessionGateway::stop() { service_.abort(SessionService::By::kDaemon); }
+void ServiceSessionGateway::stop() { service_.abort({FailureKind::kWindowOver}); }
 
 /// By the session's own clock; by the wall clock where retention has dropped that.
 std::optional<double> ServiceSessionGateway::duration_s(const SessionRecord& record) {

@@ -2,7 +2,7 @@
 
 import type { Formats } from "./format";
 import type { Key, Say } from "./words";
-import type { Phase, Status } from "./types";
+import type { FailureKind, Phase, Status } from "./types";
 
 /** Motion of the arm; `free`: cellcal holds no link to it, without a failure. */
 export type Motion = "moving" | "still" | "free" | "unknown";
@@ -85,16 +85,20 @@ export function touch_words(status: Status, say: Say): string {
   return say("touch.n", { n, total: status.planned, target: status.target });
 }
 
+/** `why`: of the daemon itself; null: a person. */
+const aborted = (why: FailureKind | null): Key =>
+  why === "window-over" || why === "daemon-stopped" ? `phase.aborted.${why}` : "phase.aborted";
+
 export function sentence(status: Status, say: Say): string {
   const share = status.planning?.done ?? null;
   if (status.phase === "planning" && share !== null)
     return say("phase.planning.share", { percent: Math.round(100 * share) });
   const left = status.interrupted;
   if (status.phase === "idle" && left)
-    return say(left.ending === "interrupted" ? "resume.left" : `phase.${left.ending}`, { session: left.session, n: left.touches, total: left.planned });
+    return say(left.ending === "interrupted" ? "resume.left" : left.ending === "aborted" ? aborted(left.failure) : `phase.${left.ending}`, { session: left.session, n: left.touches, total: left.planned });
   const key: Key = status.phase === "failed" && unconfirmed(status)
     ? "phase.failed.unconfirmed"
-    : `phase.${status.phase}`;
+    : status.phase === "aborted" ? aborted(status.failure?.kind ?? null) : `phase.${status.phase}`;
   return say(key, {
     session: status.session, n: status.touches, touch: touch_words(status, say),
   });

@@ -3,7 +3,7 @@
 import type * as api from "../generated/api";
 
 export type {
-  AdviceStatus, Cause, Comparison, ContactLink, Doctor, DriftChart, DriftEvent, DriftPoint, Holding, Outcome, Phase, PlannedTouch,
+  AdviceStatus, Cause, Comparison, ContactLink, Doctor, DriftChart, DriftEvent, DriftPoint, FailureKind, Holding, Outcome, Phase, PlannedTouch,
   Point, Readiness, Result, RobotLink, Status, StepSeen, Summary, Version,
 } from "../generated/api";
 export type Kind = api.SessionKind;

@@ -625,6 +625,7 @@ TEST(ADescribedStatus, HasNothingThatIsNotDescribedEvenWhereAllOfItIsThere) {
   outcome.update = calib::UpdateOutcome::kNotResolved;
   status.reasons = {"a"};
   status.interrupted = InterruptedSession{1, 2, 3, "t", RecordState::kFailed, ""};
+  status.interrupted->failure = FailureKind::kWindowOver;
   status.schedule = ScheduleSeen{"held", true, 1'800'000'000};
   status.links = std::make_shared<const LinkReport>();
   EXPECT_EQ(described().complaint(json::parse(status_to_json(status)), std::string("Status")), "");

@@ -524,6 +524,7 @@ TEST(AnEnd, StopsWhatMovesAndWaitsFiveSecondsForItsRest) {
   walk.on(EventKind::kStopped);
   walk.the<CloseDevices>();
   EXPECT_EQ(walk.the<RecordEnd>().ending, Ending::kAborted);
+  EXPECT_FALSE(walk.the<RecordEnd>().why);
   Walk late;
   late.to_fast_search();
   late.on(EventKind::kDeadline);
@@ -535,6 +536,27 @@ TEST(AnEnd, StopsWhatMovesAndWaitsFiveSecondsForItsRest) {
   EXPECT_NE(words(late.state.failure->detail).find("before that"), std::string::npos);
   EXPECT_EQ(late.the<RecordEnd>().failure, describe(*late.state.failure));
   EXPECT_EQ(late.the<RecordEnd>().ending, Ending::kFailed);
+}
+
+TEST(AnEnd, ByTheDaemonItselfIsRecordedWithItsCauseUnlessAPersonAborted) {
+  for (const bool by_person : {false, true}) {
+    Walk walk;
+    walk.to_fast_search();
+    const auto abort = [&](std::optional<FailureKind> why) {
+      walk.on(EventKind::kAbort, [&](Event& event) { event.evidence = Aborted{why}; });
+    };
+    abort(FailureKind::kWindowOver);
+    if (by_person) abort({});
+    abort(FailureKind::kDaemonStopped);
+    walk.on(EventKind::kStopped);
+    EXPECT_EQ(walk.state.phase, Phase::kAborted);
+    const RecordEnd end = walk.the<RecordEnd>();
+    EXPECT_EQ(end.why.has_value(), !by_person);
+    if (!by_person) {
+      EXPECT_EQ(end.why->kind, FailureKind::kWindowOver);
+    }
+    EXPECT_EQ(walk.state.failure, end.why);
+  }
 }
 
 TEST(AnEnd, ThatNobodyThoughtOfStopsTheArmWhereverItMayBe) {

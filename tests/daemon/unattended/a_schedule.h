@@ -39,7 +39,7 @@ struct FakeCell final : SessionGateway {
   }
   void stop() override {
     ++stopped;
-    end(EndState::kAborted);
+    end(EndState::kAborted, {FailureKind::kWindowOver, "the window is over"});
   }
   void show(const ScheduleSeen& schedule) override { shown = schedule; }
   double foreseen_s(const ScheduledSession&) override { return takes_s; }

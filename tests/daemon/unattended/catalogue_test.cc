@@ -54,6 +54,18 @@ TEST(AMessage, NamesTheCommandOfANewSessionWhereTheKindIsNotResumed) {
   }
 }
 
+TEST(AMessage, NamesWhyTheDaemonItselfAbortedASession) {
+  Notice notice = failed();
+  notice.news = News::kAborted;
+  notice.failure = Failure{FailureKind::kWindowOver, "say.schedule.why.window-over"};
+  const std::string body = compose(notice, kGerman, "c").body;
+  EXPECT_NE(body.find("Das Zeitfenster des Zeitplans endete vor der Sitzung"), std::string::npos)
+      << body;
+  EXPECT_NE(body.find("das Zeitfenster ist vorbei"), std::string::npos) << body;
+  notice.failure.reset();
+  EXPECT_NE(compose(notice, kGerman, "c").body.find("Die Zelle ansehen."), std::string::npos);
+}
+
 TEST(AMessage, NamesTheKindInItsLanguageAndTheCellOfANewCalibration) {
   Notice notice = failed();
   notice.kind = "calibrate";

@@ -8,6 +8,7 @@
 
 #include "daemon/backends/backends.h"
 #include "daemon/config/config.h"
+#include "daemon/unattended/notice.h"
 #include "daemon/unattended/schedule.h"
 #include "tests/daemon/journal/temporary_directory.h"
 #include "tests/daemon/runner/fakes.h"
@@ -153,6 +154,28 @@ TEST_F(UnattendedSession, ChangesTheStatusWhereItIsHeldOrReleased) {
   ASSERT_EQ(service.status().session, 1);
   wait();
   ASSERT_TRUE(service.status().schedule) << "of a session";
+}
+
+TEST_F(UnattendedSession, AbortedByTheDaemonItselfNamesItsCauseAlsoAfterARestart) {
+  for (const FailureKind why : {FailureKind::kWindowOver, FailureKind::kDaemonStopped}) {
+    gateway.begin(session(), "by", gateway.standing().aborts);
+    if (why == FailureKind::kWindowOver) gateway.stop();
+    if (why == FailureKind::kDaemonStopped) service.shutdown();
+    wait();
+    const Status status = service.status();
+    ASSERT_EQ(status.phase, Phase::kAborted);
+    ASSERT_TRUE(status.failure);
+    EXPECT_EQ(status.failure->kind, why);
+    const SessionRecord record = *journal.newest_own();
+    EXPECT_EQ(record.state, RecordState::kAborted);
+    EXPECT_EQ(failure_from_journal(record.failure).kind, why) << record.failure;
+    EXPECT_NE(record.failure_words(*calib::Language::of("de")), record.failure);
+    EXPECT_EQ(news_of(status, journal).failure->kind, why);
+    SessionService after{{journal, dir.path(), {}, {}}};
+    ASSERT_TRUE(after.status().interrupted);
+    EXPECT_EQ(after.status().interrupted->failure, why);
+    EXPECT_EQ(ServiceSessionGateway(after, journal).standing().failure.kind, why);
+  }
 }
 
 TEST_F(UnattendedSession, IsNotBegunWhereSomebodyHasAbortedMeanwhile) {

@@ -129,3 +129,12 @@ test("a session that an earlier run of the daemon left is the page's sentence, a
   assert.deepEqual(sentences, ["Session 2 was interrupted after 5 of 9 touches.", "Session 2 was aborted after 5 touches.", "Session 2 failed after 5 touches."]);
   assert.equal(mood(idle("interrupted")), "wait");
 });
+
+test("a session that the schedule or the end of the daemon stopped is not called aborted, also after a restart", () => {
+  for (const [kind, told] of [["window-over", /stopped at the end of its window, after/], ["daemon-stopped", /ended after \d+ touches: cellcald was stopped/]] as const) {
+    assert.match(sentence(of({ phase: "aborted", running: false, failure: { kind, detail: "" } }), speaker("en")), told);
+    const left = { session: 2, touches: 5, planned: 9, started: "", anew: "", ending: "aborted", failure: kind };
+    assert.match(sentence(of({ phase: "idle", session: 0, running: false, interrupted: left }), speaker("en")), told);
+  }
+  assert.match(sentence(of({ phase: "aborted", running: false, failure: null }), speaker("en")), /was aborted after/);
+});

@@ -57,7 +57,7 @@ export function StatePanel({ model, plan, now, why }: {
       {old === 0 && <Held status={status} />}
       <p class="sentence">{words}</p>
       {status.busy_left_s !== null && old === 0 && <p class="paused" role="alert">{say("busy.waiting", { left: fmt.duration(status.busy_left_s) })}</p>}
-      {old === 0 && (status.phase === "aborted" || status.interrupted) && <p>{say("aborted.do", { then: then_words(status, say) })}</p>}
+      {old === 0 && ((status.phase === "aborted" && !status.failure) || status.interrupted) && <p>{say("aborted.do", { then: then_words(status, say) })}</p>}
       {old === 0 && status.session > 0 && <Progress status={status} touches={model.touches} plan={plan} />}
       <p class="unseen" role="status" aria-live="polite">{spoken}</p>
       {old > 0 && (
