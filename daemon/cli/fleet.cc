@@ -214,6 +214,18 @@ std::optional<Need> need_of(const std::string& name) {
   return std::nullopt;
 }
 
+/// "check_touches, rank" as words.
+std::string finding_words(std::string_view names) {
+  std::string words;
+  for (std::size_t at = 0; at < names.size();) {
+    const std::size_t end = std::min(names.find(',', at), names.size());
+    const std::string name(names.substr(at, end - at)), id = "finding." + name;
+    words += (words.empty() ? "" : ", ") + (calib::sentence_of(id) ? calib::words(calib::Phrase(id)) : name);
+    at = end + 2;
+  }
+  return words;
+}
+
 std::string in_words(Need need, const std::string& detail) {
   switch (need) {
     case Need::kInterrupted:
@@ -231,7 +243,7 @@ std::string in_words(Need need, const std::string& detail) {
     case Need::kGap:
       return detail + " messages missing. At the cell: cellcal history";
     case Need::kWithheld:
-      return "newest calibration withheld" + (detail.empty() ? "" : ": " + detail);
+      return "newest calibration withheld" + (detail.empty() ? "" : ": " + finding_words(detail));
     case Need::kOverdue:
       return detail + " due";
   }

@@ -163,7 +163,7 @@ Phrase in_a_row(const char* id, const std::vector<T>& list) {
 Phrase reason(const SessionOutcome& outcome) {
   switch (outcome.kind) {
     case OutcomeKind::kWithheld:
-      return in_a_row("say.kind.", outcome.withheld_by);
+      return in_a_row("finding.", outcome.withheld_by);
     case OutcomeKind::kNotQualified:
       if (!outcome.not_as_stated.empty()) return in_a_row("say.contacts.", outcome.not_as_stated);
       return {"say.session.not_qualified.few", {{"n", outcome.touches}}};

@@ -236,7 +236,7 @@ Report PlantReporter::calibration(const SessionRecord& session,
   fact.published = result.verdict.publish();
   fact.update = result.update.has_value();
   for (const calib::Finding& one : result.verdict.findings)
-    fact.findings.emplace_back(to_string(one.kind));
+    if (one.withholds()) fact.findings.emplace_back(to_string(one.kind));
   fact.near_m = if_any(result.predicted_near_targets_m);
   fact.over_m = if_any(result.predicted_workspace_m);
   if (fact.near_m) fact.u95_near_m = u95_of(result, touches, false);

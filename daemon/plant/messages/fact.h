@@ -44,7 +44,7 @@ struct CalibrationFact {
   std::string robot;         ///< model of the robot file
   std::string robot_serial;  ///< of the cell file; empty: not stated
   bool published = false, update = false;
-  std::vector<std::string> findings;  ///< hyphenated names of the verdict's findings
+  std::vector<std::string> findings;  ///< names of those that withhold: "check_touches"
   std::optional<double> near_m,
       over_m;  ///< predicted mean error: near the targets, over the workspace
   std::optional<double> u95_near_m, u95_over_m;  ///< mean

@@ -2,12 +2,23 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "calib/result/finding.h"
+#include "daemon/cli/actions.h"
 #include "daemon/cli/offline.h"
 
 namespace cellcal::daemon {
 namespace {
+
+TEST(ANoticeOfTheFleet, NamesWhatWithholdsACalibrationInWords) {
+  const auto words = [](const char* detail) {
+    return need_words({{"what", "withheld"}, {"since", nullptr}, {"detail", detail}});
+  };
+  EXPECT_EQ(words("touch_scatter, no_gain"),
+            "newest calibration withheld: touch scatter, no gain");
+  EXPECT_EQ(words("of_a_later_version"), "newest calibration withheld: of_a_later_version");
+}
 
 TEST(TheResult, ShowsBeforeAfterCheckAndTheVerdictWithScopeAndReasons) {
   calib::Calibration calibration;

@@ -185,6 +185,23 @@ TEST_F(FleetReading, OneCellHasItsHistory) {
   EXPECT_FALSE(reading.cell({"graz", "nowhere"}));
 }
 
+TEST_F(FleetReading, EachSessionIsListedOnceByItsNewestFact) {
+  const auto state = [this](std::int64_t number, std::int64_t of, plant::SessionState now) {
+    auto body = std::get<plant::SessionFact>(testing::one_of_each()[0]);
+    body.state = now;
+    say(fact(kWeld, number, body, of));
+  };
+  state(1, 7, plant::SessionState::kRunning);
+  state(3, 7, plant::SessionState::kAborted);
+  state(5, 7, plant::SessionState::kRunning);  // resumed
+  state(4, 8, plant::SessionState::kRunning);
+  state(6, 7, plant::SessionState::kDone);
+  const json sessions = json::parse(reading.cell(kWeld).value()).at("sessions");
+  ASSERT_EQ(sessions.size(), 2U);
+  EXPECT_EQ(sessions[0].at("session"), 8) << "newest first";
+  EXPECT_EQ(sessions[1].at("state"), "done");
+}
+
 TEST_F(FleetReading, DocumentsAndCertificatesComeBackWhole) {
   calibrate(kWeld, 1);
   say(fact(kWeld, 2, testing::one_of_each()[4], 1));

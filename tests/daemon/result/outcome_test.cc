@@ -219,7 +219,7 @@ TEST(EveryKind, OfOutcomeFindingAndCauseHasANameInEveryLanguage) {
     for (const OutcomeKind kind : kOutcomeKinds)
       expect(std::string("say.session.") + to_string(kind));
     for (const calib::FindingKind kind : all_values<calib::FindingKind>())
-      expect(std::string("say.kind.") + to_string(kind));
+      expect(std::string("finding.") + to_string(kind));
     for (const calib::ChangeKind kind : all_values<calib::ChangeKind>())
       expect(std::string("say.change.") + to_string(kind));
     for (const calib::UpdateOutcome kind : all_values<calib::UpdateOutcome>())

@@ -3,9 +3,10 @@
 import { useEffect, useState } from "preact/hooks";
 import { get } from "../request";
 import { useFetched, useVoice } from "../ui/context";
-import { named } from "./cells";
+import { named, type Say } from "../words";
+import { name_of } from "./cells";
 import * as decode from "./decode";
-import type { FleetCalibration, FleetCell } from "../../generated/api";
+import type { FleetCalibration, FleetCell, Need } from "../../generated/api";
 
 const FEW = 10;
 
@@ -35,6 +36,17 @@ function Certificate({ path }: { path: string }) {
   );
 }
 
+/** Evidence of a notice; empty: its heading says all. */
+export function detail_words({ what, detail }: Need, say: Say): string {
+  switch (what) {
+    case "withheld": return detail.split(", ").map((one) => named(say, `finding.${one}`)).join(", ");
+    case "check-not-held": return named(say, `fleet.cause.${detail}`);
+    case "interrupted": case "overdue": return named(say, `kind.${detail === "calibration" ? "calibrate" : detail}`);
+    case "failed": case "gap": return detail;
+    default: return "";
+  }
+}
+
 export function CellDetail({ cell, old }: { cell: FleetCell; old: boolean }) {
   const { say, fmt } = useVoice();
   const path = `/v1/fleet/cells/${cell.plant}/${cell.cell}`;
@@ -43,11 +55,11 @@ export function CellDetail({ cell, old }: { cell: FleetCell; old: boolean }) {
   const of = (one: FleetCalibration) => `${one.journal}/${one.session}`;
   return (
     <section class={`panel wide${old ? " old" : ""}`} aria-labelledby="cell-title">
-      <h2 id="cell-title">{named(cell)}</h2>
+      <h2 id="cell-title">{name_of(cell)}</h2>
       {cell.needs.length > 0 && (
         <ul class="needs">{cell.needs.map((need, i) => (
           <li key={i} data-need={need.what}><strong>{say(`fleet.need.${need.what}`)}</strong> {fmt.time(need.since)}
-            {need.what !== "offline" && need.detail !== "" && <>: {need.detail}</>} <span class="note">{say(`fleet.do.${need.what}`)}</span></li>
+            {detail_words(need, say) !== "" && <>: {detail_words(need, say)}</>} <span class="note">{say(`fleet.do.${need.what}`)}</span></li>
         ))}</ul>
       )}
       {seen && (
@@ -82,16 +94,16 @@ export function CellDetail({ cell, old }: { cell: FleetCell; old: boolean }) {
               <tr key={i}>
                 <th scope="row">{one.session}</th>
                 <td>{fmt.time(one.at)}</td>
-                <td>{one.state}</td>
+                <td>{say(`state.${one.state}`)}</td>
                 <td>{one.touches}{one.planned > 0 ? `/${one.planned}` : ""}</td>
-                <td>{one.failure}</td>
+                <td>{one.failure_kind !== "" && named(say, `failure.${one.failure_kind}`)} <small lang="en">{one.failure}</small></td>
               </tr>
             ))}
           </tbody></table></div>
           {seen.gaps.some((one) => one.settled) && (
             <p class="note">{say("fleet.gaps", { gaps: seen.gaps.filter((one) => one.settled).map((one) => `${one.first}–${one.last}`).join(", ") })}</p>
           )}
-          {seen.refused.map((one) => <p class="note" key={one.why}>{say("fleet.refused", { n: one.count, why: one.why })}</p>)}
+          {seen.refused.map((one) => <p class="note" key={one.why}>{say("fleet.refused", { n: one.count, why: named(say, `fleet.refused.${one.why}`) })}</p>)}
         </>
       )}
     </section>

@@ -9,9 +9,9 @@ import { predicted_mm } from "./decode";
 const FEW = 50;
 const COLUMNS = ["cell", "needs", "calibration", "predicted", "check", "robot"] as const;
 
-export const named = (cell: FleetCell): string => `${cell.plant}/${cell.cell}`;
+export const name_of = (cell: FleetCell): string => `${cell.plant}/${cell.cell}`;
 const fits = (cell: FleetCell, text: string): boolean =>
-  `${named(cell)} ${cell.robot} ${cell.robot_serial}`.toLowerCase().includes(text.trim().toLowerCase());
+  `${name_of(cell)} ${cell.robot} ${cell.robot_serial}`.toLowerCase().includes(text.trim().toLowerCase());
 
 export function CellTable({ cells, old, chosen, choose }: {
   cells: FleetCell[]; old: boolean; chosen: string | null; choose: (name: string | null) => void;
@@ -29,7 +29,7 @@ export function CellTable({ cells, old, chosen, choose }: {
         <thead><tr>{COLUMNS.map((name) => <th scope="col" key={name}>{say(`fleet.column.${name}`)}</th>)}</tr></thead>
         <tbody>
           {rows.map((cell) => {
-            const name = named(cell), shown = name === chosen;
+            const name = name_of(cell), shown = name === chosen;
             return (
               <tr key={name} aria-current={shown ? "true" : undefined} data-needs={cell.needs[0]?.what ?? "none"}>
                 <th scope="row">

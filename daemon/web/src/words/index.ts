@@ -23,6 +23,10 @@ export function speaker(language: Language): Say {
     });
 }
 
+/** Of a word that another version may have made; as it is where the catalogue has none. */
+export const named = (say: Say, key: string): string =>
+  key in CATALOGUES.en ? say(key as Key) : key.slice(key.lastIndexOf(".") + 1);
+
 const STORED = "cellcal.language";
 
 export function preferred_language(): Language {

@@ -93,6 +93,19 @@ TEST_F(ReporterTest, TellsOfAFailureByItsName) {
             "no-contact");
 }
 
+TEST_F(ReporterTest, NamesOfACalibrationTheFindingsThatWithholdIt) {
+  calib::Calibration result = calib::load_calibration(CELLCAL_CALIBRATION);
+  result.verdict.findings = {
+      calib::Finding{calib::FindingKind::kScaleByLengths, calib::Severity::kInforms},
+      calib::Finding{calib::FindingKind::kNoGain, calib::Severity::kWithholds},
+      calib::Finding{calib::FindingKind::kModelError, calib::Severity::kWarns}};
+  SessionRecord withheld = session_of(SessionKind::kCalibrate, RecordState::kDone);
+  withheld.calibration = calib::calibration_to_json(result);
+  const auto fact =
+      std::get<plant::CalibrationFact>(body_of(plant_reporter.calibration(withheld, {})));
+  EXPECT_EQ(fact.findings, std::vector<std::string>{"no_gain"});
+}
+
 TEST_F(ReporterTest, SpeaksUnderItsCellsNameAndForThoseThatItHad) {
   EXPECT_EQ(plant_reporter.address(), "graz/weld-3");
   EXPECT_FALSE(plant_reporter.publishes_name("graz/weld-2"));

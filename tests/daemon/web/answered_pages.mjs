@@ -1,0 +1,86 @@
+// Pages in a browser with answers of the test: a cell on hold and its release, and a plant's collector on a telephone; in German.
+
+import assert from "node:assert/strict";
+import { build } from "esbuild";
+import { readFileSync } from "node:fs";
+import { catalogues } from "../catalogues.mjs";
+import { find_browser, launch, leave, LONG } from "./page_browser.mjs";
+
+const browser = await launch(find_browser());
+const { outputFiles } = await build({
+  entryPoints: ["src/main.tsx", "src/abort.ts", "src/fleet/fleet.tsx", "src/style.css"], bundle: true, format: "esm", target: ["es2021"], preserveSymlinks: true,
+  jsx: "automatic", jsxImportSource: "preact", outdir: "page", entryNames: "[name]", loader: { ".svg": "file" }, plugins: [catalogues], write: false, logLevel: "warning",
+});
+const TYPES = { js: "text/javascript", css: "text/css" };
+const FILES = Object.fromEntries(outputFiles.map(({ path, contents }) => {
+  const name = path.slice(path.lastIndexOf("/") + 1);
+  return [`/page/${name}`, { body: Buffer.from(contents), contentType: TYPES[name.split(".").pop()] ?? "" }];
+}));
+const html = (name) => ({ body: readFileSync(`src/${name}.html`, "utf8").replace(/\{\{(.*?)\}\}/g, (_, file) => `/page/${file}`), contentType: "text/html" });
+
+/** `answer`: of a URL; null: none. */
+async function open(name, viewport, answer) {
+  const page = await (await browser.newContext({ locale: "de-DE", viewport })).newPage();
+  await page.route("**/*", (route) => {
+    const url = new URL(route.request().url());
+    return route.fulfill(url.pathname === "/" ? html(name) : FILES[url.pathname] ?? answer(url) ?? { status: 404, json: {} });
+  });
+  await page.goto("http://page.test/");
+  return page;
+}
+
+async function says_that_a_cell_is_on_hold_until_it_is_released() {
+  const idle = { seq: 1, phase: "idle", session: 0, running: false, arm: { motion: "unknown", packet_age_s: null } };
+  let schedule = { held: "on hold", open: false, next_utc_s: null };
+  const asked = new Set();
+  const page = await open("index", { width: 1280, height: 800 }, ({ pathname, searchParams }) => {
+    asked.add(pathname);
+    const german = searchParams.get("language") === "de" && schedule.held && { ...schedule, held: "gesperrt. Zelle ansehen" };
+    return pathname === "/v1/status" ? { json: { ...idle, schedule: german || schedule } } : null;
+  });
+  const state = page.locator("#state");
+  await state.getByText("Zeitplan: gesperrt. Zelle ansehen").waitFor(LONG);
+  await state.getByText("cellcal bewegt nichts. Eintreten nach den Regeln dieser Zelle.").waitFor(LONG);
+  schedule = { held: null, open: true, next_utc_s: null };
+  idle.seq = 2;
+  await state.getByText("Draußen bleiben: Eine Sitzung kann jederzeit von selbst beginnen.").waitFor({ timeout: 5000 });
+  assert.equal(await state.getByText("gesperrt").count(), 0);
+  assert.ok(!asked.has("/v1/schedule"));
+  await leave(page);
+}
+
+async function shows_a_plant_in_german_on_a_telephone() {
+  const TIME = "2026-11-28T20:00:00Z";
+  const needs = [{ what: "check-not-held", since: TIME, detail: "tool" }, { what: "withheld", since: TIME, detail: "check_touches, no_gain" },
+                 { what: "drifted", since: TIME, detail: "Session 4: the cell has changed" }, { what: "overdue", since: TIME, detail: "calibration" }];
+  const state = { plant: "graz", cell: "weld-3", since: TIME, online: true, robot: "KR 16 R2010-2 of the second line, with a linear unit", held: "no" };
+  const session = (number, of, more = {}) => ({ journal: "j", session: number, at: TIME, state: of, purpose: "calibrate", touches: 60, planned: 60, failure_kind: "", failure: "", ...more });
+  const answers = {
+    "/v1/fleet/cells": { cells: [{ ...state, needs }] },
+    "/v1/fleet/cells/graz/weld-3": { state, needs, calibrations: [], checks: [], gaps: [], refused: [{ why: "size", count: 2, newest: TIME }],
+      sessions: [session(4, "failed", { failure_kind: "no-contact", failure: "no-contact: S1" }), session(3, "done"), session(2, "running")] },
+    "/v1/fleet/compare": { robot: state.robot, joint: "A1", corrections: [] },
+  };
+  const page = await open("fleet", { width: 390, height: 844 }, ({ pathname }) => answers[pathname] && { json: answers[pathname] });
+  await page.getByRole("button", { name: "graz/weld-3" }).click();
+  const cell = page.locator("section", { has: page.locator("#cell-title") });
+  await cell.getByText("fertig").waitFor(LONG);
+  const words = (await cell.innerText()).replace(/no-contact: S1/, "");
+  for (const told of ["Kontrollantastungen, zu geringer Gewinn", "wahrscheinlich das Werkzeug", "fehlgeschlagen", "Kein Kontakt bis zum Ende der Suche", "zu groß"])
+    assert.ok(words.includes(told), `${told}: ${words}`);
+  for (const raw of ["check_touches", "done", "running", "changed", "failed", ": tool", "calibration", "(size)"])
+    assert.ok(!words.includes(raw), `${raw}: ${words}`);
+  const beyond = await page.locator("main select").evaluateAll((all) =>
+    all.filter((one) => one.getBoundingClientRect().right > one.closest("section").getBoundingClientRect().right).map(({ name }) => name));
+  assert.deepEqual(beyond, [], "boxes past their card");
+  await leave(page);
+}
+
+try {
+  for (const step of [says_that_a_cell_is_on_hold_until_it_is_released, shows_a_plant_in_german_on_a_telephone]) {
+    await step();
+    console.log(`ok      the page ${step.name.replaceAll("_", " ")}`);
+  }
+} finally {
+  await browser.close();
+}
