@@ -147,8 +147,7 @@ int conclude_with(const Connection& daemon, const json& status, const std::strin
 int conclude(const Connection& daemon, const json& status) {
   const std::int64_t session = number(status, "session");
   const std::string phase = text_in(status, "phase");
-  if (phase == "failed" || !failure_words(status).empty())
-    throw std::runtime_error(failure_words(status));
+  if (const auto why = failure_words(status); !why.empty()) throw std::runtime_error(why);
   if (phase == "aborted") {
     throw std::runtime_error(
         say({"say.cli.aborted", {{"session", session}, {"then", then_of(status)}}}));
