@@ -70,11 +70,15 @@ enum class ArmEnd {
   kDeliveredLate,  ///< the heartbeats were sent in time, but this computer processed them late
 };
 
-/// Link quality, for the status page and the log.
+/// Times from a request to its answer.
+struct RoundTrip {
+  double min_s = 0.0, p50_s = 0.0, p99_s = 0.0;
+};
+
+/// Link quality, for the status page and the log. Of the session with the sensor: empty after a silence.
 struct ContactQuality {
-  double round_trip_min_s = 0.0, round_trip_p50_s = 0.0, round_trip_p99_s = 0.0;
-  double clock_sigma_s = 0.0;
-  double clock_drift_ppm = 0.0;
+  std::optional<RoundTrip> round_trip;
+  std::optional<double> clock_sigma_s, clock_drift_ppm;
   double heartbeat_jitter_s = 0.0;
   /// Delay from the end of a heartbeat's transmission, by the sensor's own stamp, to the thread
   /// that reads the port, i.e. this computer's share. Over the last 256 heartbeats; maximum since
@@ -112,11 +116,11 @@ struct ContactIdentity {
 
 struct ContactStatus {
   ContactLink link = ContactLink::kDown;
-  bool in_contact = false;
+  std::optional<bool> in_contact;  ///< empty before the first heartbeat after a silence
   /// Ready, or in contact since before the self-test, which cannot pass in contact, with its loop
   /// tested: only a retreat can be guarded.
   bool can_guard_retreat = false;
-  bool loop_ok = false;  ///< wires F, S and E
+  std::optional<bool> loop_ok;  ///< wires F, S and E; empty where not tested
   bool self_test_ok = false;
   bool armed = false;
   /// The last arming was ended by a voltage between the bands instead of an edge.
@@ -126,8 +130,8 @@ struct ContactStatus {
   std::string warning;  ///< of the port, with the remedy; also in `words`
   ContactQuality quality;
   ContactIdentity identity;
-  double sense_voltage_v = 0.0;  ///< newest value
-  double clock_limit_s = 0.0;    ///< largest clock_sigma_s at which arming is allowed
+  std::optional<double> sense_voltage_v;  ///< newest value
+  double clock_limit_s = 0.0;             ///< largest clock_sigma_s at which arming is allowed
   ContactFault fault = ContactFault::kNone;
   ArmEnd last_arm_end = ArmEnd::kNone;
   bool clock_ok = false;  ///< clock known to clock_limit_s, by recent answers

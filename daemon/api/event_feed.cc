@@ -226,6 +226,13 @@ json to_json(const drivers::RobotState& robot) {
         {"max", q.reply_max_s * calib::kMsPerS}}}};
 }
 
+json to_json(const std::optional<drivers::RoundTrip>& trip) {
+  if (!trip) return nullptr;
+  return {{"min", trip->min_s * calib::kMsPerS},
+          {"p50", trip->p50_s * calib::kMsPerS},
+          {"p99", trip->p99_s * calib::kMsPerS}};
+}
+
 json to_json(const drivers::ContactStatus& contact) {
   const drivers::ContactQuality& q = contact.quality;
   const drivers::ContactIdentity& id = contact.identity;
@@ -234,20 +241,17 @@ json to_json(const drivers::ContactStatus& contact) {
           {"uid", hex(id.uid, 8)},
           {"boot_id", id.boot_id},
           {"config_crc", hex(id.config_crc, 4)},
-          {"in_contact", contact.in_contact},
-          {"loop_ok", contact.loop_ok},
+          {"in_contact", or_null(contact.in_contact)},
+          {"loop_ok", or_null(contact.loop_ok)},
           {"self_test_ok", contact.self_test_ok},
           {"frames", q.frames},
           {"crc_errors", q.crc_errors},
           {"gaps", q.gaps},
           {"unknown_types", q.unknown_types},
           {"bounces", q.bounces},
-          {"round_trip_ms",
-           {{"min", q.round_trip_min_s * calib::kMsPerS},
-            {"p50", q.round_trip_p50_s * calib::kMsPerS},
-            {"p99", q.round_trip_p99_s * calib::kMsPerS}}},
-          {"clock_sigma_us", q.clock_sigma_s * 1e6},
-          {"clock_drift_ppm", q.clock_drift_ppm},
+          {"round_trip_ms", to_json(q.round_trip)},
+          {"clock_sigma_us", or_null(q.clock_sigma_s, 1e6)},
+          {"clock_drift_ppm", or_null(q.clock_drift_ppm)},
           {"heartbeat_jitter_ms", q.heartbeat_jitter_s * calib::kMsPerS},
           {"late_ms",
            {{"p50", q.late_p50_s * calib::kMsPerS},
@@ -255,7 +259,7 @@ json to_json(const drivers::ContactStatus& contact) {
             {"worst", q.late_worst_s * calib::kMsPerS},
             {"limit", std::chrono::duration<double, std::milli>(drivers::kHeartbeatLimit).count()},
             {"over", contact.delivery.late}}},
-          {"sense_v", contact.sense_voltage_v},
+          {"sense_v", or_null(contact.sense_voltage_v)},
           {"contact_v", q.contact_voltage_v}};
 }
 

@@ -85,8 +85,12 @@ void put_robot(Exposition& out, const drivers::RobotState& robot) {
 
 void put_contact(Exposition& out, const drivers::ContactStatus& contact) {
   const drivers::ContactQuality& q = contact.quality;
-  out.gauge("cellcal_contact_closed", "1 while the tool touches.", contact.in_contact ? 1.0 : 0.0);
-  out.gauge("cellcal_contact_loop_ok", "1 while the wires are whole.", contact.loop_ok ? 1.0 : 0.0);
+  if (contact.in_contact)
+    out.gauge("cellcal_contact_closed", "1 while the tool touches.",
+              *contact.in_contact ? 1.0 : 0.0);
+  if (contact.loop_ok)
+    out.gauge("cellcal_contact_loop_ok", "1 while the wires are whole.",
+              *contact.loop_ok ? 1.0 : 0.0);
   out.counter("cellcal_contact_frames_total", "Frames taken.", static_cast<double>(q.frames));
   out.counter("cellcal_contact_crc_errors_total", "Damaged frames.",
               static_cast<double>(q.crc_errors));
@@ -98,12 +102,15 @@ void put_contact(Exposition& out, const drivers::ContactStatus& contact) {
                 q.late_times);
   out.gauge("cellcal_contact_late_worst_seconds", "The latest since the port was opened.",
             q.late_worst_s);
-  out.family("cellcal_contact_round_trip_seconds", "summary", "Request to answer over the line.");
-  out.sample(q.round_trip_min_s, {{"quantile", "0"}});
-  out.sample(q.round_trip_p50_s, {{"quantile", "0.5"}});
-  out.sample(q.round_trip_p99_s, {{"quantile", "0.99"}});
-  out.gauge("cellcal_contact_clock_sigma_seconds", "1 sigma of the map of its clock.",
-            q.clock_sigma_s);
+  if (q.round_trip) {
+    out.family("cellcal_contact_round_trip_seconds", "summary", "Request to answer over the line.");
+    out.sample(q.round_trip->min_s, {{"quantile", "0"}});
+    out.sample(q.round_trip->p50_s, {{"quantile", "0.5"}});
+    out.sample(q.round_trip->p99_s, {{"quantile", "0.99"}});
+  }
+  if (q.clock_sigma_s)
+    out.gauge("cellcal_contact_clock_sigma_seconds", "1 sigma of the map of its clock.",
+              *q.clock_sigma_s);
 }
 
 void put_sessions(Exposition& out, const std::vector<SessionRecord>& sessions) {

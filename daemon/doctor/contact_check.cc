@@ -47,23 +47,22 @@ void judge_board(const drivers::ContactIdentity& id, Findings& findings) {
 void judge_circuit(const drivers::ContactStatus& s, Findings& findings) {
   const std::string check = "contact circuit";
   const double open_v = drivers::ctp::Config().open_mv * 1e-3;
-  const bool loop_checked = s.loop_ok || s.fault == drivers::ContactFault::kLoopBroken;
+  const double volts = s.sense_voltage_v.value_or(0.0);
   if (s.relay == drivers::ContactRelay::kOpen) {
     findings.skip(check, "say.doctor.circuit.relay");
-  } else if (!loop_checked) {
-    findings.skip(check, "say.doctor.circuit.unchecked");
   } else if (!s.loop_ok) {
+    findings.skip(check, "say.doctor.circuit.unchecked");
+  } else if (!*s.loop_ok) {
     findings.fail(check, or_else(phrase_of(s.words), "say.doctor.circuit.broken"),
                   "say.doctor.circuit.broken.do");
-  } else if (s.in_contact) {
-    findings.fail(check, {"say.doctor.circuit.closed", {{"volts", s.sense_voltage_v}}},
+  } else if (s.in_contact == true) {
+    findings.fail(check, {"say.doctor.circuit.closed", {{"volts", volts}}},
                   "say.doctor.circuit.closed.do");
-  } else if (s.sense_voltage_v < open_v) {
-    findings.fail(check,
-                  {"say.doctor.circuit.between", {{"volts", s.sense_voltage_v}, {"open", open_v}}},
+  } else if (volts < open_v) {
+    findings.fail(check, {"say.doctor.circuit.between", {{"volts", volts}, {"open", open_v}}},
                   "say.doctor.circuit.between.do");
   } else {
-    findings.ok(check, {"say.doctor.circuit.open", {{"volts", s.sense_voltage_v}}});
+    findings.ok(check, {"say.doctor.circuit.open", {{"volts", volts}}});
   }
 }
 
@@ -71,7 +70,7 @@ void judge_self_test(const drivers::ContactStatus& s, Findings& findings) {
   const std::string check = "contact self-test";
   if (s.self_test_ok) {
     findings.ok(check, "say.doctor.self_test.passed");
-  } else if (!s.loop_ok || s.in_contact) {
+  } else if (s.loop_ok != true || s.in_contact != false) {
     findings.skip(check, "say.doctor.self_test.circuit");
   } else {
     findings.fail(check, or_else(phrase_of(s.words), "say.doctor.self_test.failed"),
@@ -83,10 +82,10 @@ void judge_clock(const drivers::ContactStatus& s, Findings& findings) {
   const std::string check = "contact clock";
   const drivers::ContactQuality& q = s.quality;
   const Phrase figures{"say.doctor.clock",
-                       {{"us", q.clock_sigma_s * 1e6},
+                       {{"us", q.clock_sigma_s.value_or(0.0) * 1e6},
                         {"limit", s.clock_limit_s * 1e6},
-                        {"ppm", q.clock_drift_ppm}}};
-  if (!(q.clock_sigma_s > 0.0)) {
+                        {"ppm", q.clock_drift_ppm.value_or(0.0)}}};
+  if (!q.clock_sigma_s) {
     findings.fail(check, "say.doctor.clock.none", "say.doctor.clock.none.do");
   } else if (q.clock_sigma_s > s.clock_limit_s) {
     findings.fail(check, figures, "say.doctor.clock.bad.do");
@@ -147,7 +146,7 @@ bool judge_contact(const ContactSeen& seen, Findings& findings) {
   const bool ready = s.link == drivers::ContactLink::kReady;
   if (!ready && findings.green())
     findings.fail("contact link", phrase_of(s.words), "say.doctor.contact.wait");
-  return ready && s.self_test_ok && !s.in_contact;
+  return ready && s.self_test_ok && s.in_contact == false;
 }
 
 void judge_contact_line(const ContactSeen& seen, Findings& findings) {
@@ -156,15 +155,18 @@ void judge_contact_line(const ContactSeen& seen, Findings& findings) {
   const std::uint64_t bad = q.crc_errors + q.gaps;
   const double rate =
       q.frames + bad == 0 ? 0.0 : static_cast<double>(bad) / static_cast<double>(q.frames + bad);
-  const Phrase figures{seen.datagrams ? "say.doctor.line.network" : "say.doctor.line",
-                       {{"frames", q.frames},
-                        {"s", seen.observed_s},
-                        {"damaged", q.crc_errors},
-                        {"missing", q.gaps},
-                        {"overtaken", q.overtaken},
-                        {"round", q.round_trip_p50_s * calib::kMsPerS},
-                        {"p99", q.round_trip_p99_s * calib::kMsPerS},
-                        {"jitter", q.heartbeat_jitter_s * calib::kMsPerS}}};
+  Phrase figures{seen.datagrams ? "say.doctor.line.network" : "say.doctor.line",
+                 {{"frames", q.frames},
+                  {"s", seen.observed_s},
+                  {"damaged", q.crc_errors},
+                  {"missing", q.gaps},
+                  {"overtaken", q.overtaken},
+                  {"jitter", q.heartbeat_jitter_s * calib::kMsPerS}}};
+  if (q.round_trip)
+    figures = calib::joined("say.join.semicolon", figures,
+                            {"say.link.round_trip",
+                             {{"p50", q.round_trip->p50_s * calib::kMsPerS},
+                              {"p99", q.round_trip->p99_s * calib::kMsPerS}}});
   if (q.frames == 0) {
     findings.fail(check, "say.doctor.line.none",
                   seen.newest.fault == drivers::ContactFault::kBaud ? "say.doctor.line.none.do.baud"
@@ -176,7 +178,7 @@ void judge_contact_line(const ContactSeen& seen, Findings& findings) {
         seen.datagrams ? "say.doctor.line.bad.do.network" : "say.doctor.line.bad.do.serial");
   } else if (bad > 0) {
     findings.warn(check, figures, "say.doctor.line.losses.do");
-  } else if (q.round_trip_p50_s > kSlowRoundTripS) {
+  } else if (q.round_trip && q.round_trip->p50_s > kSlowRoundTripS) {
     findings.warn(
         check, figures,
         seen.datagrams ? "say.doctor.line.slow.do.network" : "say.doctor.line.slow.do.serial");

@@ -164,10 +164,10 @@ bool Wires::open_contact() {
 }
 
 void Wires::examine_contact() {
-  const bool was_closed = contact_seen_.newest.in_contact;
+  const bool was_closed = contact_seen_.newest.in_contact == true;
   contact_seen_.newest = contact_.status();
   const drivers::ContactStatus& s = contact_seen_.newest;
-  if (was_closed && !s.in_contact && s.loop_ok) contact_seen_.touched = true;
+  if (was_closed && s.in_contact == false && s.loop_ok == true) contact_seen_.touched = true;
 }
 
 void Wires::contact(const std::optional<ProcessRights>& daemon) {
@@ -194,7 +194,7 @@ void Wires::contact(const std::optional<ProcessRights>& daemon) {
     examine_contact();
     const drivers::ContactStatus& s = contact_seen_.newest;
     if (s.link == drivers::ContactLink::kReady) break;
-    const bool stuck = s.link == drivers::ContactLink::kFault || s.in_contact;
+    const bool stuck = s.link == drivers::ContactLink::kFault || s.in_contact == true;
     if (!stuck) faulty.reset();
     if (stuck && !faulty) faulty = Steady::now();
     if (faulty && since(*faulty) > kFaultTimeoutS) break;
@@ -325,7 +325,7 @@ RsiSeen Wires::watch(drivers::RsiRobot& robot) {
     seen.up = up.has_value();
     if (up) rest_.update(state);
     if (up && core.input_path != drivers::InputPath::kUntold)
-      input.update(core.input_contact, contact_seen_.newest.in_contact, contact_good_);
+      input.update(core.input_contact, contact_seen_.newest.in_contact == true, contact_good_);
     seen.answered = seen.answered || core.replies > 0;
     seen.refused = seen.refused || core.trouble == drivers::Trouble::kNotAccepted;
     seen.lost = seen.lost || core.link == drivers::RobotLink::kLost;
@@ -405,7 +405,7 @@ EkiSeen Wires::watch(drivers::EkiRobot& robot) {
     seen.up = up.has_value();
     seen.lost = seen.lost || (up && !linked);
     if (linked) rest_.update(state);
-    if (linked) input.update(core.input, contact_seen_.newest.in_contact, contact_good_);
+    if (linked) input.update(core.input, contact_seen_.newest.in_contact == true, contact_good_);
     seen.waited_s = since(begun);
     if (!up && seen.waited_s >= request_.wait_s) break;
     if (up && since(*up) >= request_.observe_s) break;
@@ -504,21 +504,25 @@ Phrase robot_link_phrase(const json& robot) {
 
 Phrase contact_link_phrase(const json& contact) {
   if (!contact.is_object() || !(number_in(contact, "frames") > 0.0)) return {};
-  const json trip = contact.value("round_trip_ms", json::object());
-  const json late = contact.value("late_ms", json::object());
-  return {"say.link.contact",
-          {{"firmware", or_else(text_in(contact, "firmware"), "say.link.unknown")},
-           {"boot", number_in(contact, "boot_id")},
-           {"frames", number_in(contact, "frames")},
-           {"damaged", number_in(contact, "crc_errors")},
-           {"missing", number_in(contact, "gaps")},
-           {"trip", number_in(trip, "p50")},
-           {"trip99", number_in(trip, "p99")},
-           {"clock", number_in(contact, "clock_sigma_us")},
-           {"drift", number_in(contact, "clock_drift_ppm")},
-           {"late", number_in(late, "p50")},
-           {"worst", number_in(late, "worst")},
-           {"limit", number_in(late, "limit")}}};
+  Phrase all{"say.link.contact",
+             {{"firmware", or_else(text_in(contact, "firmware"), "say.link.unknown")},
+              {"boot", number_in(contact, "boot_id")},
+              {"frames", number_in(contact, "frames")},
+              {"damaged", number_in(contact, "crc_errors")},
+              {"missing", number_in(contact, "gaps")}}};
+  const auto also = [&](Phrase part) { all = joined("say.join.semicolon", all, std::move(part)); };
+  const json trip = contact.value("round_trip_ms", json()), late = contact.value("late_ms", json());
+  if (trip.is_object())
+    also({"say.link.round_trip",
+          {{"p50", number_in(trip, "p50")}, {"p99", number_in(trip, "p99")}}});
+  if (const double clock = number_in(contact, "clock_sigma_us"); clock > 0.0)
+    also({"say.link.clock", {{"clock", clock}, {"drift", number_in(contact, "clock_drift_ppm")}}});
+  if (const double worst = number_in(late, "worst"); worst > 0.0)
+    also({"say.link.late",
+          {{"late", number_in(late, "p50")},
+           {"worst", worst},
+           {"limit", number_in(late, "limit")}}});
+  return all;
 }
 
 ArmMotion motion_of(const json& arm) {

@@ -202,7 +202,7 @@ std::optional<Event> Runner::links_changed() {
                     robot.request,
                     phrase_of(robot.words),
                     contact.link,
-                    contact.in_contact,
+                    contact.in_contact == true,
                     contact.can_guard_retreat,
                     contact.self_test_ok,
                     contact.clock_ok,

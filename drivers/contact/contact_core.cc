@@ -113,7 +113,7 @@ void ContactCore::forget_session() {
   clock_.reset();
   ping_out_ = false;
   status_.reset();
-  in_contact_ = false;
+  in_contact_.reset();
   said_ = {};
   said_late_s_ = 0.0;
   open_ticks_.reset();
@@ -277,7 +277,7 @@ void ContactCore::on_status(const ctp::Status& status, TimePoint now) {
   }
   status_ = status;
   const bool contact = (status.flags & CTP_FLAG_CONTACT) != 0;
-  if (contact && !in_contact_) contact_since_ = now;
+  if (contact && in_contact_ != true) contact_since_ = now;
   in_contact_ = contact;
   note_level(status.t, now);
   if (!contact) open_ticks_ = status.t;
@@ -453,11 +453,13 @@ void ContactCore::on_tick_but_ping(TimePoint now) {
 
 ContactQuality ContactCore::quality() const {
   ContactQuality q;
-  q.round_trip_min_s = clock_.round_trip_min_s();
-  q.round_trip_p50_s = clock_.round_trip_p50_s();
-  q.round_trip_p99_s = clock_.round_trip_p99_s();
-  q.clock_sigma_s = clock_.valid() ? clock_.sigma_s() : 0.0;
-  q.clock_drift_ppm = clock_.drift_ppm();
+  if (clock_.samples() > 0)
+    q.round_trip = {clock_.round_trip_min_s(), clock_.round_trip_p50_s(),
+                    clock_.round_trip_p99_s()};
+  if (clock_.valid()) {
+    q.clock_sigma_s = clock_.sigma_s();
+    q.clock_drift_ppm = clock_.drift_ppm();
+  }
   q.heartbeat_jitter_s = std::sqrt(delay_var_s2_);
   if (const std::size_t kept = std::min(late_count_, kLateKept); kept > 0) {
     std::array<float, kLateKept> late = late_s_;
@@ -494,7 +496,9 @@ ContactFacts ContactCore::facts(TimePoint now) const {
   f.in_contact = in_contact_;
   if (status_) {
     f.loop_flaw = loop_flaw(*status_);
-    f.loop_ok = f.loop_flaw == LoopFlaw::kNone;
+    // Before the sensor's own first self-test the loop reads as broken.
+    const bool whole = f.loop_flaw == LoopFlaw::kNone;
+    if (whole || fault_ == ContactFault::kLoopBroken) f.loop_ok = whole;
     f.voltage_trip = (status_->flags & CTP_FLAG_VOLTAGE_TRIP) != 0;
     f.sense_v = status_->sense_mv * 1e-3;
     f.sensor_errors = status_->errors;
@@ -537,7 +541,7 @@ ContactSnapshot ContactCore::snapshot(TimePoint now) {
   ContactSnapshot s;
   s.armed = arming_ == Arming::kArmed;
   s.arm_id = s.armed ? request_.arm_id : std::uint16_t{0};
-  s.in_contact = in_contact_;
+  s.in_contact = in_contact_ == true;
   s.last_end = last_end_;
   s.delivered_late_s = delivered_late_s_;
   s.late_limit_s = late_limit_s_;

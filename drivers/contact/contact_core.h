@@ -161,7 +161,7 @@ class ContactCore : public ContactGuard {
   Duration idle_limit() const { return std::max<Duration>(kIdleLimit, silence_limit_); }
   std::optional<ctp::Status> status_;
   TimePoint contact_since_{};
-  bool in_contact_ = false;
+  std::optional<bool> in_contact_;
   TimePoint said_{};  ///< time of the level, by the sensor's stamp
   double said_late_s_ = 0.0;
   /// Ticks of the newest heartbeat with an open circuit, and of the newest one with an active

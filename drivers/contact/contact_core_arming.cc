@@ -54,7 +54,7 @@ ArmRefusal ContactCore::refusal(const Request& request, TimePoint now) const {
     return ArmRefusal::kNotReady;
   }
   if (loop_flaw(*status_) != LoopFlaw::kNone) return ArmRefusal::kLoopBroken;
-  if (in_contact_) return ArmRefusal::kInContact;
+  if (in_contact_ != false) return ArmRefusal::kInContact;
   const bool running = test_ == Test::kRunning;  // the sense line is pulled: judged afterwards
   const bool undefined =
       status_->sense_mv > options_.wire.contact_mv && status_->sense_mv < options_.wire.open_mv;
@@ -329,7 +329,7 @@ bool ContactCore::test_due(TimePoint now) const {
   if (test_wanted_) return true;
   if (now < next_test_) return false;
   if (step_ == ContactStep::kSelfTest) return true;
-  if (in_contact_) return now - contact_since_ > kContactSuspicious;
+  if (in_contact_ == true) return now - contact_since_ > kContactSuspicious;
   return !test_passed_ || now - test_passed_at_ > options_.self_test_renew;
 }
 
@@ -398,7 +398,7 @@ void ContactCore::on_status_test(const ctp::Status& status, TimePoint now) {
     return;
   }
   // In contact no edge can be observed, only the loop tested.
-  if (in_contact_ && after) {
+  if (in_contact_ == true && after) {
     if (!loop_ok) {
       fail_test(ContactFault::kLoopBroken, now);
       return;

@@ -25,7 +25,9 @@ Sentence late_words(const ContactFacts& f) {
 
 Sentence identified_again(Sentence why) { return sentences(std::move(why), "say.contact.again"); }
 
-Sentence with_volts(const char* id, const ContactFacts& f) { return {id, {{"volts", f.sense_v}}}; }
+Sentence with_volts(const char* id, const ContactFacts& f) {
+  return {id, {{"volts", f.sense_v.value_or(0.0)}}};
+}
 
 Sentence loop_words(const ContactFacts& f) {
   if (f.relay == ContactRelay::kOpen) return "say.contact.loop.relay_open";
@@ -86,9 +88,9 @@ Sentence fault_words(const ContactFacts& f) {
 
 Sentence with_clock(const char* id, const ContactFacts& f) {
   return {id,
-          {{"us", f.quality.clock_sigma_s * kUsPerS},
+          {{"us", f.quality.clock_sigma_s.value_or(0.0) * kUsPerS},
            {"limit", f.clock_limit_s * kUsPerS},
-           {"ms", f.quality.round_trip_min_s * kMsPerS}}};
+           {"ms", f.quality.round_trip.value_or(RoundTrip{}).min_s * kMsPerS}}};
 }
 
 Sentence hello_words(const ContactFacts& f) {
@@ -108,11 +110,11 @@ Sentence step_words(const ContactFacts& f) {
     case ContactStep::kConfig:
       return "say.contact.configuring";
     case ContactStep::kClock:
-      if (f.waiting_s < kMuteS || f.quality.clock_sigma_s <= f.clock_limit_s)
+      if (f.waiting_s < kMuteS || !(f.quality.clock_sigma_s > f.clock_limit_s))
         return "say.contact.synchronising";
       return with_clock("say.contact.clock_uncertain", f);
     case ContactStep::kSelfTest:
-      if (f.touching_at_self_test || f.in_contact) return "say.contact.touching";
+      if (f.touching_at_self_test || f.in_contact == true) return "say.contact.touching";
       if (f.relay == ContactRelay::kOpen) return "say.contact.relay_closing";
       return "say.contact.testing";
     case ContactStep::kReady:

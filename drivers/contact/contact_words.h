@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "drivers/contact.h"
 
@@ -18,7 +19,8 @@ struct ContactFacts {
   ContactFault fault = ContactFault::kNone;
   bool heard = false;  ///< any valid frame since the port was opened
   bool touching_at_self_test = false;
-  bool in_contact = false, loop_ok = false, self_test_ok = false, armed = false;
+  std::optional<bool> in_contact, loop_ok;  ///< as in ContactStatus
+  bool self_test_ok = false, armed = false;
   bool voltage_trip = false;
   LoopFlaw loop_flaw = LoopFlaw::kNone;
   std::uint16_t arm_id = 0;
@@ -31,7 +33,7 @@ struct ContactFacts {
   ContactRelay relay = ContactRelay::kNone;
   double waiting_s = 0.0;  ///< in the current step
   double silent_s = 0.0;   ///< since the last valid frame
-  double sense_v = 0.0;
+  std::optional<double> sense_v;
   double clock_limit_s = 0.0;
   double unanswered_s = 0.0;                   ///< since the last answer to a PING
   double delivered_late_s = 0.0;               ///< as in ContactSnapshot

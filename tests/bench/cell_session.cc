@@ -87,7 +87,7 @@ std::optional<Contact> CellSession::search(std::optional<Duration> gap) {
   if (!result) return std::nullopt;
   const std::optional<Contact> contact = peer_.consume_contact();
   peer_.release();
-  eventually([&] { return !contact_.status().in_contact; });
+  eventually([&] { return contact_.status().in_contact == false; });
   if (result->outcome != MoveOutcome::kContact) {
     return spoiled(std::string(to_string(result->outcome)) + ": " + drivers::said(result->detail));
   }

@@ -166,7 +166,7 @@ Errors measure(Rig& rig, const Line& line, double speed_m_s, int searches, unsig
       continue;
     }
     in_contact = false;
-    if (!eventually(rig.clock, [&] { return !rig.contact.status().in_contact; })) {
+    if (!eventually(rig.clock, [&] { return rig.contact.status().in_contact == false; })) {
       ++errors.failed["still in contact"];
       continue;
     }

@@ -128,7 +128,7 @@ TEST(AStatus, HoldsTheQualityOfBothLinksInTheUnitsThatItsKeysName) {
   report.contact.identity = {1, {1, 2, 3}, 0xABC, 42, 0x2ad3, {}};
   report.contact.quality.frames = 100;
   report.contact.quality.clock_sigma_s = 20e-6;
-  report.contact.quality.round_trip_min_s = 0.0005;
+  report.contact.quality.round_trip = {0.0005, 0.0, 0.0};
   report.contact.quality.late_worst_s = 0.040;
   Status status;
   status.links = std::make_shared<const LinkReport>(report);
@@ -152,6 +152,17 @@ TEST(AStatus, HoldsTheQualityOfBothLinksInTheUnitsThatItsKeysName) {
   EXPECT_DOUBLE_EQ(contact.at("late_ms").at("worst"), 40.0);
   EXPECT_DOUBLE_EQ(contact.at("late_ms").at("limit"), 25.0);
   EXPECT_EQ(contact.at("late_ms").at("over"), 0);
+}
+
+TEST(AStatus, HasNullForWhatASilentSensorHasNotSent) {
+  LinkReport report;
+  report.contact.quality.frames = 100;
+  Status status;
+  status.links = std::make_shared<const LinkReport>(report);
+  const json contact = json::parse(status_to_json(status)).at("links").at("contact");
+  for (const char* key :
+       {"in_contact", "loop_ok", "round_trip_ms", "clock_sigma_us", "clock_drift_ppm", "sense_v"})
+    EXPECT_TRUE(contact.at(key).is_null()) << key;
 }
 
 TEST_F(AnApi, KnowsItsResourcesAndTheirMethods) {

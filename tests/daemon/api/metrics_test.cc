@@ -109,6 +109,18 @@ TEST(TheMetrics, SayWhatStatusAndJournalSayInBaseUnits) {
   EXPECT_FALSE(samples.contains("cellcal_session_u95_meters")) << "not known";
 }
 
+TEST(TheMetrics, LeaveOutWhatASilentSensorHasNotSent) {
+  for (const char* name :
+       {"cellcal_contact_closed", "cellcal_contact_loop_ok", "cellcal_contact_round_trip_seconds",
+        "cellcal_contact_clock_sigma_seconds"})
+    EXPECT_FALSE(scrape(metrics_text(busy(), {}, nullptr)).types.contains(name)) << name;
+  LinkReport links;
+  links.contact.loop_ok = false;
+  Status status = busy();
+  status.links = std::make_shared<const LinkReport>(links);
+  EXPECT_EQ(scrape(metrics_text(status, {}, nullptr)).samples.at("cellcal_contact_loop_ok"), 0.0);
+}
+
 TEST(TheMetrics, HaveZerosAndAccuracyOfTheCalibrationInUseWithNamesEscaped) {
   calib::Calibration used;
   used.cell.robot.joints.resize(1);
@@ -136,6 +148,11 @@ TEST(TheDashboard, AsksForMetricsThatThereAre) {
   newest.check.count = 1;
   Status status = busy();
   status.u95_m = status.goal_m = status.time_left_s = status.arm.packet_age_s = 1.0;
+  LinkReport links = *status.links;
+  links.contact.in_contact = links.contact.loop_ok = true;
+  links.contact.quality.round_trip.emplace();
+  links.contact.quality.clock_sigma_s = 2e-5;
+  status.links = std::make_shared<const LinkReport>(links);
   calib::DriftChart chart;
   chart.points.resize(1);
   chart.counted = 1;

@@ -10,12 +10,13 @@ ContactSeen sound_contact() {
   drivers::ContactStatus& s = seen.newest;
   s.link = drivers::ContactLink::kReady;
   s.loop_ok = s.self_test_ok = true;
+  s.in_contact = false;
   s.sense_voltage_v = 4.8;
   s.clock_limit_s = 500e-6;
   s.identity = {1, {1, 2, 3}, 7, 42, 0x1234, {true, false, false}};
   s.quality.clock_sigma_s = 20e-6;
   s.quality.frames = 200;
-  s.quality.round_trip_p50_s = 0.0005;
+  s.quality.round_trip = {0.0, 0.0005, 0.0};
   seen.wanted_config_crc = 0x1234;
   seen.observed_s = 10.0;
   return seen;
@@ -115,7 +116,7 @@ TEST(AContactSensor, IsJudgedByHowWellItsClockIsKnown) {
   EXPECT_EQ(outcome_of(judged(seen), "contact clock"), Outcome::kWarning);
   seen.newest.quality.clock_sigma_s = 600e-6;
   EXPECT_EQ(outcome_of(judged(seen), "contact clock"), Outcome::kFailed);
-  seen.newest.quality.clock_sigma_s = 0.0;
+  seen.newest.quality.clock_sigma_s.reset();
   EXPECT_EQ(outcome_of(judged(seen), "contact clock"), Outcome::kFailed);
 }
 
@@ -137,11 +138,13 @@ TEST(AContactSensor, OfAnotherBaudRateIsToldFromABrokenWire) {
 
 TEST(AContactSensor, WhoseClockDoesNotComeHasNoOpenWire) {
   ContactSeen seen = sound_contact();
-  seen.newest.loop_ok = seen.newest.self_test_ok = false;
+  seen.newest.loop_ok.reset();  // not tested
+  seen.newest.self_test_ok = false;
   seen.newest.quality.clock_sigma_s = 800e-6;
   seen.newest.link = drivers::ContactLink::kIdentifying;
   const Findings findings = judged(seen);
   EXPECT_EQ(outcome_of(findings, "contact circuit"), Outcome::kSkipped);
+  EXPECT_EQ(outcome_of(findings, "contact self-test"), Outcome::kSkipped);
   EXPECT_EQ(outcome_of(findings, "contact clock"), Outcome::kFailed);
 }
 
@@ -178,7 +181,7 @@ TEST(AContactLine, IsJudgedByItsDamagedFramesAndItsRoundTrip) {
   seen.newest.quality.gaps = 20;
   EXPECT_EQ(outcome_of(judged(seen), "contact line"), Outcome::kFailed);
   seen = sound_contact();
-  seen.newest.quality.round_trip_p50_s = 0.016;
+  seen.newest.quality.round_trip->p50_s = 0.016;
   EXPECT_EQ(outcome_of(judged(seen), "contact line"), Outcome::kWarning);
 }
 

@@ -86,6 +86,12 @@ TEST(ALinkOfTheStatus, IsSaidInTheReadersLanguageWithoutWhatIsNotThere) {
             std::string::npos);
   const std::string contact = calib::words(contact_link_phrase({{"frames", 50}, {"boot_id", 7}}));
   EXPECT_NE(contact.find("firmware unknown, boot id 7; 50 frames"), std::string::npos) << contact;
+  for (const char* unknown : {"round trip", "clock", "late on this computer"})
+    EXPECT_EQ(contact.find(unknown), std::string::npos) << contact;
+  const std::string sound = calib::words(contact_link_phrase(
+      {{"frames", 50}, {"round_trip_ms", {{"p50", 0.5}, {"p99", 0.7}}}, {"clock_sigma_us", 8.0}}));
+  EXPECT_NE(sound.find("; round trip 0.50 ms, p99 0.70 ms; clock +- 8.0 us"), std::string::npos)
+      << sound;
 }
 
 TEST(TheLineToThePlant, IsToldWithWhatWaitsSinceWhenAndWhatToDoAndNeverFails) {

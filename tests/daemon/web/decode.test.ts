@@ -210,6 +210,11 @@ test("a link's counts that do not come are unknown, not none", () => {
   assert.deepEqual([link({})?.robot.mode, link({})?.contact.loop_ok, link({ reply_ms: { p99: Infinity } })?.robot.reply_ms.p99], ["unknown", null, null]);
 });
 
+test("what a silent sensor has not sent is unknown", () => {
+  const contact = decode.status(status({ links: { open: true, robot: {}, contact: { frames: 9, in_contact: null, loop_ok: null, round_trip_ms: null, clock_sigma_us: null } } }))?.links?.contact;
+  assert.deepEqual([contact?.frames, contact?.in_contact, contact?.loop_ok, contact?.round_trip_ms, contact?.clock_sigma_us], [9, null, null, null, null]);
+});
+
 test("angles are those of an arm, and finite, or none", () => {
   const at = (joints_deg: unknown) => decode.posture({ session: 3, joints_deg });
   assert.deepEqual(at([1, 2.5]), { session: 3, joints_deg: [1, 2.5], positioner_deg: [] });

@@ -406,7 +406,7 @@ TEST(ContactArming, LastingContactIsExaminedForABreakUnasked) {
   rig.mcu.set_faults({.circuit = {.sense_wire = sim::TouchCircuit::kOpen}}, rig.now());
   rig.run(std::chrono::seconds{3});
   EXPECT_EQ(rig.contact.status().link, ContactLink::kFault);
-  EXPECT_FALSE(rig.contact.status().loop_ok);
+  EXPECT_EQ(rig.contact.status().loop_ok, false);
 }
 
 TEST(ContactArming, ATouchDuringTheSelfTestIsNotLost) {

@@ -172,7 +172,7 @@ TEST_P(ClockThroughTheStack, TouchTimesAreRightToAFewMicroseconds) {
     EXPECT_NEAR(micro(contacts.back().first_edge - touch), 0.0, 3.0);
     EXPECT_LT(contacts.back().time_sigma_s, 10e-6);
   }
-  EXPECT_NEAR(rig.contact.status().quality.clock_drift_ppm, mcu.drift_ppm, 1.0);
+  EXPECT_NEAR(rig.contact.status().quality.clock_drift_ppm.value(), mcu.drift_ppm, 1.0);
 }
 
 INSTANTIATE_TEST_SUITE_P(DriftAndWrap, ClockThroughTheStack,

@@ -373,12 +373,12 @@ TEST_F(CoreArming, TellsTheQualityOfTheLine) {
   s.run(4s);
   ContactFacts facts = s.facts();
   EXPECT_EQ(facts.sensor_errors, 3u);
-  EXPECT_NEAR(facts.sense_v, 4.321, 1e-9);
+  EXPECT_NEAR(facts.sense_v.value(), 4.321, 1e-9);
   EXPECT_EQ(facts.clock_limit_s, s.options.max_clock_sigma_s);
   EXPECT_GT(facts.quality.clock_sigma_s, 0.0);
   EXPECT_LT(facts.quality.clock_sigma_s, 200e-6);
-  EXPECT_LE(facts.quality.round_trip_min_s, facts.quality.round_trip_p50_s);
-  EXPECT_LE(facts.quality.round_trip_p50_s, facts.quality.round_trip_p99_s);
+  EXPECT_LE(facts.quality.round_trip->min_s, facts.quality.round_trip->p50_s);
+  EXPECT_LE(facts.quality.round_trip->p50_s, facts.quality.round_trip->p99_s);
   EXPECT_LT(facts.quality.heartbeat_jitter_s, 1e-6);
   EXPECT_GT(facts.quality.frames, 400u);
   EXPECT_EQ(facts.quality.crc_errors + facts.quality.gaps + facts.quality.unknown_types, 0u);
@@ -490,7 +490,7 @@ TEST_F(CoreArming, ALoopThatBreaksOutsideOfATestIsAFaultAtOnce) {
   s.say_status();
   EXPECT_EQ(s.facts().fault, ContactFault::kLoopBroken);
   EXPECT_EQ(s.facts().step, ContactStep::kSelfTest);
-  EXPECT_FALSE(s.facts().loop_ok);
+  EXPECT_EQ(s.facts().loop_ok, false);
   EXPECT_FALSE(s.snapshot().alive);
 }
 

@@ -49,7 +49,7 @@ TEST_F(CoreDelivery, IsMeasuredFromTheEndOfTheHeartbeatOnTheWire) {
 }
 
 TEST_F(CoreDelivery, EndsAnArmingWhereItIsLateBeyondItsLimitAndTheClocksDoubt) {
-  const double sigma = quality().clock_sigma_s;
+  const double sigma = quality().clock_sigma_s.value();
   ASSERT_GT(sigma, 5e-6);
   ASSERT_TRUE(s.arm(5, 1000ms));
   s.beats = false;
@@ -141,6 +141,28 @@ TEST_F(CoreDelivery, ExplainsASilenceUnderArmWhereItIsAThirdOfTheLimitAndWasSent
     heartbeat(0.020);
     EXPECT_EQ(s.facts().last_arm_end, one.explains ? ArmEnd::kDeliveredLate : ArmEnd::kSilence);
   }
+}
+
+TEST_F(CoreDelivery, ASilentSensorHasNoContactNoLoopNoClockAndIsNotAlive) {
+  EXPECT_EQ(s.facts().loop_ok, true);
+  EXPECT_EQ(s.facts().in_contact, false);
+  fall_silent(false);
+  const ContactStatus status = status_of(s.facts());
+  EXPECT_FALSE(status.loop_ok.has_value() || status.in_contact.has_value());
+  EXPECT_FALSE(status.sense_voltage_v || status.quality.round_trip);
+  EXPECT_FALSE(status.quality.clock_sigma_s || status.quality.clock_drift_ppm);
+  EXPECT_FALSE(s.snapshot().alive || status.self_test_ok || status.clock_ok);
+  EXPECT_EQ(s.refusal(5, 1000ms), ArmRefusal::kNotReady);
+}
+
+TEST(CoreSteps, ALoopThatTheSensorHasNotTestedIsNotBroken) {
+  ScriptedSensor s;
+  s.tests = false;
+  s.set(CTP_FLAG_LOOP_OK, false);
+  s.core.connect(s.now);
+  ASSERT_TRUE(s.run_until([&] { return s.facts().step == ContactStep::kSelfTest; }));
+  EXPECT_TRUE(s.facts().in_contact.has_value());
+  EXPECT_FALSE(s.facts().loop_ok.has_value());
 }
 
 TEST_F(CoreDelivery, ExplainsAnIdleSilenceByItsOwnName) {

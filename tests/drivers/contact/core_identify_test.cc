@@ -228,9 +228,11 @@ TEST(CoreIdentify, AClosedPortForgetsEverythingAndSendsNothing) {
   EXPECT_EQ(facts.step, ContactStep::kClosed);
   EXPECT_EQ(facts.fault, ContactFault::kNone);
   EXPECT_EQ(facts.last_arm_end, ArmEnd::kLinkLost);
-  EXPECT_FALSE(facts.armed || facts.in_contact || facts.loop_ok || facts.self_test_ok);
-  EXPECT_EQ(facts.quality.clock_sigma_s, 0.0);
-  EXPECT_EQ(facts.quality.clock_drift_ppm, 0.0);
+  EXPECT_FALSE(facts.armed || facts.self_test_ok);
+  EXPECT_FALSE(facts.in_contact.has_value() || facts.loop_ok.has_value() ||
+               facts.sense_v.has_value());
+  EXPECT_FALSE(facts.quality.clock_sigma_s || facts.quality.clock_drift_ppm ||
+               facts.quality.round_trip);
   EXPECT_EQ(s.core.next_wake(), TimePoint::max());
   s.core.self_test(s.now);
   s.core.on_tick(s.now);
@@ -265,13 +267,13 @@ TEST(CoreIdentify, AnOldOrForeignPongIsNone) {
   s.sent.clear();
   ASSERT_TRUE(s.run_until([&] { return s.count(CTP_PING) == 1; }));
   const std::uint32_t nonce = ctp::read<ctp::Ping>(s.sent.back().frame).nonce;
-  const double least = s.facts().quality.round_trip_min_s;
+  const double least = s.facts().quality.round_trip.value().min_s;
   s.say(ctp::Pong{nonce + 1, 0, 0});
   s.say(ctp::Pong{nonce, s.ticks(s.now), s.ticks(s.now)});
   for (int i = 0; i < 5; ++i)
     s.say(ctp::Pong{nonce, 0, 0});  // the same one again: no longer pending
   EXPECT_EQ(s.facts().step, ContactStep::kReady);
-  EXPECT_LE(s.facts().quality.round_trip_min_s, least);
+  EXPECT_LE(s.facts().quality.round_trip.value().min_s, least);
 }
 
 // Called only at its own wake-up times, the core behaves as if it were called continuously.

@@ -76,7 +76,7 @@ struct EkiCell {
       if (link == RobotLink::kNotReferenced && !robot.core_state().rereference_pending)
         robot.rereference();
       return link == RobotLink::kReady &&
-             contact.status().link == ContactLink::kReady && !contact.status().in_contact;
+             contact.status().link == ContactLink::kReady && contact.status().in_contact == false;
     });
   }
   std::optional<MoveResult> result() {

@@ -91,7 +91,7 @@ function Contact({ link, words, old }: { link: ContactLink; words: string; old: 
         <Figure name={say("links.loop")} value={loop} bad={link.loop_ok === false} />
         <Figure name={say("links.heartbeat")} value={heartbeat} bad={heartbeat_is_late(link)} />
         <Figure name={say("links.crc")} value={fmt.whole(link.crc_errors)} bad={some(link.crc_errors)} />
-        <Figure name={say("links.roundtrip")} value={fmt.ms(link.round_trip_ms.p99)} />
+        <Figure name={say("links.roundtrip")} value={fmt.ms(link.round_trip_ms?.p99 ?? null)} />
         <Figure name={say("links.clock")} value={link.clock_sigma_us === null ? "–" : `± ${fmt.us(link.clock_sigma_us)}`} />
       </dl>
     </>

@@ -23,7 +23,7 @@ TEST(SimavrSensor, IsIdentifiedAndReadyAtEveryBaudRate) {
     Bench bench(baud);
     ASSERT_TRUE(bench.get_ready()) << baud << ": " << bench.contact.status().words;
     const ContactStatus s = bench.contact.status();
-    EXPECT_TRUE(s.loop_ok);
+    EXPECT_EQ(s.loop_ok, true);
     EXPECT_TRUE(s.self_test_ok);
     EXPECT_EQ(s.quality.crc_errors, 0u);
     EXPECT_TRUE(bench.events.empty()) << "the self-test's own edge must not be reported";
@@ -86,7 +86,7 @@ TEST_P(SimavrLoop, TheSelfTestTellsABreakFromATouch) {
   bench.contact.self_test();
   bench.run(milliseconds{200});
   const ContactStatus s = bench.contact.status();
-  EXPECT_TRUE(s.in_contact);
+  EXPECT_EQ(s.in_contact, true);
   EXPECT_EQ(s.loop_ok, !GetParam().fault_detected) << s.words;
 }
 
@@ -123,7 +123,7 @@ TEST(SimavrSensor, PoweredOnInContactItGuardsTheWayOut) {
   bench.contact.open();
   ASSERT_TRUE(bench.run_until([&] { return bench.contact.status().can_guard_retreat; }))
       << bench.contact.status().words;
-  EXPECT_TRUE(bench.contact.status().in_contact);
+  EXPECT_EQ(bench.contact.status().in_contact, true);
   EXPECT_FALSE(bench.arm(1).armed);
   bench.board.touch(bench.now(), false);
   EXPECT_TRUE(bench.run_until([&] { return bench.contact.status().link == ContactLink::kReady; }));
@@ -170,7 +170,7 @@ TEST(SimavrSensor, ALineThatChattersFasterThanTheProgramDoesNotSilenceIt) {
   EXPECT_LT(silence, kHeartbeatLimit);
   bench.run(milliseconds{50});
   EXPECT_EQ(bench.contact.status().link, ContactLink::kReady);
-  EXPECT_FALSE(bench.contact.status().in_contact);
+  EXPECT_EQ(bench.contact.status().in_contact, false);
   EXPECT_TRUE(bench.arm(2).armed) << "when it is over, it works as before";
 }
 
