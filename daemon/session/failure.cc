@@ -219,7 +219,7 @@ Phrase what(FailureKind kind, const State& state, const Event& event) {
           {"say.failure.noise", {{"n", state.revoked + 1}, {"target", target(state)}}},
           links.contact_words);
     case FailureKind::kContactSilent:
-      return sentences(or_else(words, "say.failure.no_heartbeat"), links.contact_words);
+      return or_else(sentences(words, links.contact_words), "say.failure.no_heartbeat");
     case FailureKind::kComputerBusy:
       return busy_words(state, event);
     case FailureKind::kRobotSilent:

@@ -16,7 +16,7 @@ enum class FailureKind {
   kPlanChanged,        ///< resumed, but the stored inputs no longer reproduce the stored plan
   kDevice,             ///< a device or address could not be opened
   kLinkNotReady,       ///< robot or contact sensor did not become ready in time
-  kContactFault,       ///< the contact sensor is not trustworthy (loop, self-test, lost, silent)
+  kContactFault,       ///< the contact sensor is not trustworthy (loop, self-test, restarted)
   kContactClosed,      ///< contact is closed before the first move
   kArmRefused,         ///< the sensor refused to be armed
   kNoContact,          ///< end of the search without contact
@@ -25,7 +25,7 @@ enum class FailureKind {
   kStillInContact,     ///< contact did not open on the way back
   kReadingsDisagree,   ///< readings of one touch do not repeat
   kTooManyRevoked,     ///< too many trips caused by noise
-  kContactSilent,
+  kContactSilent,      ///< no data of the contact sensor, or its port is lost
   kComputerBusy,  ///< this computer was late (sensor data or replies); robot and sensor were sound
   kRobotSilent,
   kMoveRefused,

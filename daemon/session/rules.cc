@@ -522,6 +522,12 @@ void fail(FailureKind kind, State& state, const Event& event, Actions& actions) 
   end_failed(state, event, actions);
 }
 
+void fail_of_sensor(State& state, const Event& event, Actions& actions) {
+  const bool silent = state.links.contact == drivers::ContactLink::kDown ||
+                      state.links.fault == drivers::ContactFault::kSilent;
+  fail(silent ? FailureKind::kContactSilent : FailureKind::kContactFault, state, event, actions);
+}
+
 void fail_and_stop(FailureKind kind, State& state, const Event& event, Actions& actions) {
   state.failure = Failure{kind, failure_words(kind, state, event), behind(kind, state, event)};
   stop(state, event, actions);

@@ -208,6 +208,8 @@ template <FailureKind kind>
 void fail(State& state, const Event& event, Actions& actions) {
   fail(kind, state, event, actions);
 }
+/// Likewise, of the contact sensor's link: silent, or faulty.
+void fail_of_sensor(State&, const Event&, Actions&);
 /// Sets the failure and stops the arm; the session ends when the arm rests.
 void fail_and_stop(FailureKind kind, State&, const Event&, Actions&);
 template <FailureKind kind>

@@ -222,9 +222,9 @@ TEST(BehindALateness, AnySignOfAFaultEndsIt) {
          links(e).contact = ContactLink::kFault;
          links(e).fault = ContactFault::kSilent;
        },
-       FailureKind::kContactFault},
+       FailureKind::kContactSilent},
       {"port lost", [](Event& e) { links(e).contact = ContactLink::kDown; },
-       FailureKind::kContactFault}};
+       FailureKind::kContactSilent}};
   for (const Sign& sign : kSigns) {
     for (const bool watching : {false, true}) {
       Walk walk = recovering(Interruption::kLateBytes);

@@ -264,8 +264,13 @@ TEST(AWalk, TakesALinkThatGoesDownWhileItStandsForLost) {
             FailureKind::kRobotSilent);
   EXPECT_EQ(after([](Event& e) { links(e).robot = drivers::RobotLink::kDown; }).failure->kind,
             FailureKind::kRobotSilent);
-  EXPECT_EQ(after([](Event& e) { links(e).contact = drivers::ContactLink::kDown; }).failure->kind,
-            FailureKind::kContactFault);
+  const State unplugged = after([](Event& e) {
+    links(e).contact = drivers::ContactLink::kDown;
+    links(e).contact_words = "unplugged";
+  });
+  EXPECT_EQ(unplugged.failure->kind, FailureKind::kContactSilent);
+  EXPECT_NE(words(unplugged.failure->detail).find(": unplugged."), std::string::npos)
+      << words(unplugged.failure->detail);
   EXPECT_EQ(after([](Event& e) { links(e).contact = drivers::ContactLink::kFault; }).failure->kind,
             FailureKind::kContactFault);
   EXPECT_FALSE(
