@@ -102,6 +102,8 @@ struct OutcomeOf {
     SessionOutcome outcome{q.passed() ? OutcomeKind::kQualified : OutcomeKind::kNotQualified};
     outcome.touches = static_cast<std::size_t>(std::max(0, q.touches));
     outcome.not_as_stated = q.findings;
+    outcome.contacts = phrases(q);
+    outcome.contacts.pop_back();  // its verdict is the outcome's
     return outcome;
   }
 
@@ -236,6 +238,7 @@ std::vector<Phrase> phrases(const SessionOutcome& outcome) {
     lines.push_back(joined("say.join.sentences", what,
                            acts ? calib::remedy_phrase(*outcome.change) : Phrase()));
   }
+  lines.insert(lines.end(), outcome.contacts.begin(), outcome.contacts.end());
   for (const FoundSphere& one : outcome.spheres) lines.push_back(phrase(one));
   if (Phrase what = remedy(outcome); !what.empty()) lines.push_back(std::move(what));
   return lines;

@@ -100,6 +100,7 @@ struct SessionOutcome {
   std::vector<FoundSphere> spheres = {};
   // Qualification.
   std::vector<QualificationFinding> not_as_stated = {};
+  std::vector<calib::Phrase> contacts = {};  ///< its figures and deviations, with their remedies
   // Calibration or update.
   std::vector<calib::FindingKind> withheld_by = {};  ///< each once
   std::optional<calib::UpdateOutcome> update = {};

@@ -130,6 +130,7 @@ json document_of(const SessionOutcome& outcome) {
              {"remedy", to_string(outcome.remedy)},
              {"spheres", json::array()},
              {"not_as_stated", names_of(outcome.not_as_stated)},
+             {"contacts", json::array()},
              {"withheld_by", names_of(outcome.withheld_by)},
              {"update", outcome.update ? json(to_string(*outcome.update)) : json()}};
   if (outcome.tcp_shift)
@@ -138,6 +139,8 @@ json document_of(const SessionOutcome& outcome) {
                              {"u_length", kMmPerM * outcome.tcp_shift->u_m}};
   for (const FoundSphere& one : outcome.spheres) value["spheres"].push_back(to_json(one));
   for (const calib::MasteredZero& one : outcome.zeros) value["zeros"].push_back(to_json(one));
+  for (const calib::Phrase& one : outcome.contacts)
+    value["contacts"].push_back(calib::to_json(one));
   return value;
 }
 
@@ -158,6 +161,8 @@ SessionOutcome outcome_in(const json& value) {
   for (const json& one : value.at("spheres")) outcome.spheres.push_back(sphere_of(one));
   for (const json& one : value.at("not_as_stated"))
     outcome.not_as_stated.push_back(qualification_finding(one.get<std::string>()).value());
+  for (const json& one : value.value("contacts", json::array()))
+    outcome.contacts.push_back(calib::phrase_of(one));
   for (const json& one : value.at("withheld_by"))
     outcome.withheld_by.push_back(calib::finding_kind(one.get<std::string>()).value());
   if (value.at("update").is_string())
@@ -267,6 +272,8 @@ std::optional<SessionOutcome> outcome_from_json(const std::string& text) try {
 } catch (const json::exception&) {
   return std::nullopt;
 } catch (const std::bad_optional_access&) {  // a name of a later version
+  return std::nullopt;
+} catch (const std::invalid_argument&) {  // no phrase
   return std::nullopt;
 }
 

@@ -624,6 +624,7 @@ TEST(ADescribedStatus, HasNothingThatIsNotDescribedEvenWhereAllOfItIsThere) {
   outcome.withheld_by = {calib::FindingKind::kNoGain};
   outcome.update = calib::UpdateOutcome::kNotResolved;
   status.reasons = {"a"};
+  outcome.contacts = {"a text", {"say.qualify.stop", {{"ms", 1.0}, {"n", 2}}}};
   status.interrupted = InterruptedSession{1, 2, 3, "t", RecordState::kFailed, ""};
   status.interrupted->failure = FailureKind::kWindowOver;
   status.schedule = ScheduleSeen{"held", true, 1'800'000'000};

@@ -2,6 +2,7 @@
 
 #include "daemon/result/outcome.h"
 
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -155,6 +156,7 @@ TEST(AnOutcome, IsReadBackAsItWasWritten) {
                       {"T1", {0.22, 0.0, 0.1}, 5e-3, 6, {}, "E2", {0.5, -1.0}}}};
   Qualification qualification;
   qualification.findings = {QualificationFinding::kDelayNotAsStated};
+  qualification.delay = ContactDelay{.delay_s = 2.67e-3, .sigma_s = 0.27e-3};
   calib::TcpCheck joint = a_check(false);
   joint.explanations.front() = {
       .kind = ChangeKind::kJoint, .name = "A2", .amount = 4e-4, .sigma = 1e-5};
@@ -163,8 +165,8 @@ TEST(AnOutcome, IsReadBackAsItWasWritten) {
       .kind = ChangeKind::kTouch, .name = "S3", .touch = 4, .amount = 3e-4};
   for (const SessionOutcome& one :
        {of(a_calibration(true)), of(a_calibration(false)), of(a_check(true)), of(a_check(false)),
-        outcome_of(mastered_wrong()), of(joint), of(touch), of(qualification), of(found), of(DryRun{14}),
-        of(an_update(calib::UpdateOutcome::kUpdated)),
+        outcome_of(mastered_wrong()), of(joint), of(touch), of(qualification), of(found),
+        of(DryRun{14}), of(an_update(calib::UpdateOutcome::kUpdated)),
         of(an_update(calib::UpdateOutcome::kNothingChanged)),
         of(an_update(calib::UpdateOutcome::kContradicted))}) {
     const std::string text = outcome_to_json(one);
@@ -179,6 +181,27 @@ TEST(AnOutcome, IsReadBackAsItWasWritten) {
       EXPECT_EQ((german[i] + english[i]).find("say."), std::string::npos) << german[i];
     }
   }
+}
+
+TEST(AnOutcome, OfAQualificationHasItsFiguresAndTheValuesToSet) {
+  Qualification qualification;
+  qualification.target = "S2";
+  qualification.touches = 18;
+  qualification.noise_m = Figure{0.02e-3, 0.004e-3};
+  qualification.delay = ContactDelay{.delay_s = 2.67e-3, .sigma_s = 0.27e-3};
+  const auto all = [](const Qualification& q) {
+    return fmt::format("{}", fmt::join(in_language(of(q), "en"), "\n"));
+  };
+  const std::string passed = all(qualification);
+  EXPECT_TRUE(passed.starts_with("contacts qualified: 18 touches\n")) << passed;
+  EXPECT_NE(passed.find("0.020 +- 0.004 mm, 1 sigma"), std::string::npos) << passed;
+  EXPECT_NE(passed.find("2.67 +- 0.27 ms"), std::string::npos) << passed;
+  EXPECT_EQ(passed.find("Set delay_ms"), std::string::npos) << passed;
+  EXPECT_EQ(passed.find("result:"), std::string::npos) << "stated once";
+  qualification.findings = {QualificationFinding::kDelayNotAsStated};
+  const std::string failed = all(qualification);
+  EXPECT_NE(failed.find("Set delay_ms = 2.67 and delay_sigma_ms = 0.27"), std::string::npos)
+      << failed;
 }
 
 TEST(AFoundSphere, IsStatedInTheCellFilesKeysOnAPositionerWithAxisAndAngles) {
@@ -235,6 +258,9 @@ TEST(AnOutcome, OfATextThatIsNoneIsNothing) {
   for (const char* text :
        {"", "{", "[]", "null", "3", R"({"kind": "holds"})", R"({"kind": "later"})"})
     EXPECT_FALSE(outcome_from_json(text)) << text;
+  auto wrong = nlohmann::json::parse(outcome_to_json(of(DryRun{14})));
+  wrong["contacts"] = {3};
+  EXPECT_FALSE(outcome_from_json(wrong.dump()));
   EXPECT_TRUE(outcome_with_words(std::nullopt).is_null());
 }
 

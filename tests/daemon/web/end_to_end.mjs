@@ -806,6 +806,10 @@ const steps = {
     await says(page, /Session 8 is done/);
     // The doctor's passed examination is kept after a restart: every step is done.
     await page.locator(".guide").waitFor({ state: "detached", ...LONG });
+    await page.locator("#state").getByText(/latch delay .* ms stated/).waitFor(LONG);
+    await page.getByLabel("Language").selectOption("de");
+    await page.locator("#state").getByText(/Verzögerung .* ms angegeben/).waitFor(LONG);
+    await page.getByLabel("Sprache").selectOption("en");
     const figures = await page.getByRole("link", { name: "Qualification (JSON)" }).getAttribute("href");
     assert.equal((await page.context().request.get(cell.url + figures)).status(), 200);
   },

@@ -19,7 +19,8 @@ export function OutcomeLine({ outcome, children }: { outcome: Outcome; children?
   );
 }
 
-export function OutcomeDetails({ outcome }: { outcome: Outcome }) {
+/** `lang`: of its sentences by the daemon. */
+export function OutcomeDetails({ outcome, lang }: { outcome: Outcome; lang: string }) {
   const { say, fmt } = useVoice();
   const { change, remedy } = outcome;
   return (
@@ -31,8 +32,8 @@ export function OutcomeDetails({ outcome }: { outcome: Outcome }) {
       )}
       {outcome.not_found.length > 0 && <p>{say("outcome.not_met", { names: outcome.not_found.join(", ") })}</p>}
       {outcome.unsteady.length > 0 && <p>{say("outcome.unsteady", { names: outcome.unsteady.join(", ") })}</p>}
-      {outcome.not_as_stated.length > 0 && (
-        <ul>{outcome.not_as_stated.map((one) => <li key={one}>{say(`outcome.stated.${one}`)}</li>)}</ul>
+      {(outcome.kind === "qualified" || outcome.kind === "not_qualified") && outcome.words.length > 1 && (
+        <ul lang={lang}>{outcome.words.slice(1).map((one) => <li key={one}>{one}</li>)}</ul>
       )}
       {remedy !== "none" && <p><strong>{say(`checks.advice.${remedy}`)}</strong></p>}
       {outcome.spheres.length > 0 && (

@@ -5,7 +5,7 @@ import { useVoice } from "./context";
 import { OutcomeDetails, OutcomeLine } from "./outcome";
 
 export function ResultPanel({ figures }: { figures: Figures }) {
-  const { say } = useVoice();
+  const { say, language } = useVoice();
   const { session, result, outcome } = figures;
   return (
     <section class="panel" aria-labelledby="result-title">
@@ -13,7 +13,7 @@ export function ResultPanel({ figures }: { figures: Figures }) {
       {outcome ? (
         <>
           <OutcomeLine outcome={outcome}>{result?.publish && <> · {say(`scope.${result.scope}`)}</>}</OutcomeLine>
-          <OutcomeDetails outcome={outcome} />
+          <OutcomeDetails outcome={outcome} lang={language} />
         </>
       ) : <p class="note">{say("outcome.none")}</p>}
       {result && <Findings result={result} />}

@@ -3,8 +3,8 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import { age_ms, type Model } from "../model";
 import { mood, motion, motion_words, near_words, sentence, then_words, type Mood, type Motion } from "../sentence";
-import type { PlannedTouch, Status } from "../types";
-import { useVoice, useTranslated } from "./context";
+import type { Outcome, PlannedTouch, Status } from "../types";
+import { useTranslated, useVoice } from "./context";
 import { OutcomeDetails, OutcomeLine } from "./outcome";
 import { Progress } from "./progress";
 
@@ -72,7 +72,7 @@ export function StatePanel({ model, plan, now, why }: {
         <>
           <OutcomeLine outcome={status.outcome} />
           {why !== "" && <p>{why}</p>}
-          <OutcomeDetails outcome={status.outcome} />
+          <Details status={status} outcome={status.outcome} />
         </>
       )}
       {old === 0 && <Waiting model={model} />}
@@ -86,6 +86,11 @@ function Held({ status }: { status: Status }) {
   const held = status.schedule?.held ?? "";
   const [told, lang] = useTranslated(status, held !== "");
   return held === "" ? null : <p><strong>{say("schedule")}:</strong> <span lang={lang}>{told.schedule?.held || held}</span></p>;
+}
+
+function Details({ status, outcome }: { status: Status; outcome: Outcome }) {
+  const [told, lang] = useTranslated(status, true);
+  return <OutcomeDetails outcome={told.outcome ?? outcome} lang={lang} />;
 }
 
 function Waiting({ model }: { model: Model }) {
