@@ -42,10 +42,18 @@ Reasons sorted_reasons(const calib::Verdict& verdict) {
   }
   return reasons;
 }
+bool nothing_changed(const View& view) {
+  return view.result.update && view.result.update->outcome == calib::UpdateOutcome::kNothingChanged;
+}
 
+/// Not published, and without a defect.
+bool is_as_it_should_be(const View& view) {
+  return view.result.verdict.too_few() || nothing_changed(view);
+}
 
 
 std::string scope_words(const View& view, const Reasons& reasons) {
+  if (nothing_changed(view)) return say("say.report.verdict.unchanged.scope");
   const calib::Verdict& verdict = view.result.verdict;
   if (verdict.too_few()) return say("say.report.verdict.few.scope");
   if (!verdict.publish()) return say("say.report.verdict.no.scope");
@@ -59,7 +67,9 @@ std::string scope_words(const View& view, const Reasons& reasons) {
               {{"why", why}}});
 }
 
-const char* headline(const calib::Verdict& verdict) {
+const char* headline(const View& view) {
+  const calib::Verdict& verdict = view.result.verdict;
+  if (nothing_changed(view)) return "say.report.verdict.unchanged";
   if (verdict.too_few()) return "say.report.verdict.few";
   if (!verdict.publish()) return "say.report.verdict.no";
   return verdict.workspace ? "say.report.verdict.workspace" : "say.report.verdict.near";
@@ -121,7 +131,8 @@ std::string accuracy_sentence(const View& view) {
 std::string verdict_banner(const View& view) {
   const calib::Verdict& verdict = view.result.verdict;
   const Reasons reasons = sorted_reasons(verdict);
-  std::string words = list(verdict.too_few() ? "say.report.shown" : "say.report.why_not", reasons.against);
+  std::string words =
+      list(is_as_it_should_be(view) ? "say.report.shown" : "say.report.why_not", reasons.against);
   if (!verdict.publish() && reasons.against.empty()) {
     words = paragraph("because", say("say.report.no_reason"));
   }
@@ -132,10 +143,10 @@ std::string verdict_banner(const View& view) {
   return fmt::format(
       "<div id=\"verdict\" class=\"verdict {}\">\n<span class=\"glyph\" aria-hidden=\"true\">{}"
       "</span>\n<div>\n<p class=\"headline\">{}</p>\n<p class=\"scope\">{}</p>\n{}</div>\n</div>\n",
-      verdict.publish()   ? "yes"
-      : verdict.too_few() ? "few"
-                          : "no",
-      verdict.publish() || verdict.too_few() ? "&#10003;" : "&#10005;", say(headline(verdict)),
+      verdict.publish()          ? "yes"
+      : is_as_it_should_be(view) ? "few"
+                                 : "no",
+      verdict.publish() || is_as_it_should_be(view) ? "&#10003;" : "&#10005;", say(headline(view)),
       scope_words(view, reasons), words);
 }
 

@@ -53,6 +53,21 @@ TEST(Verdict, OfAFirstSessionSaysThatTheCellWorksAndNotWhatSoFewTouchesLack) {
   EXPECT_FALSE(says(html, "all lengths in common"));
 }
 
+TEST(Verdict, OfAnUpdateThatFindsNothingSaysSoAndThatTheCalibrationInUseStays) {
+  ReportInput input = made_up_session();
+  input.calibration.update.emplace().outcome = calib::UpdateOutcome::kNothingChanged;
+  calib::Finding not_needed{calib::FindingKind::kUpdateNotNeeded, calib::Severity::kWithholds};
+  not_needed.text = "session 12";
+  input.calibration.verdict.findings = {not_needed};
+  const std::string html = html_report(input);
+  EXPECT_TRUE(says(html, "Nothing changed: the last calibration holds"));
+  EXPECT_TRUE(says(html, "The calibration in use stays."));
+  EXPECT_TRUE(says(html, "session 12 holds"));
+  for (const char* of_a_withheld_one :
+       {"Not publishable", "Do not put this result into service", "Why not", "verdict no"})
+    EXPECT_FALSE(says(html, of_a_withheld_one)) << of_a_withheld_one;
+}
+
 TEST(Verdict, ThatRefusesGivesEveryReason) {
   ReportInput input = made_up_session();
   input.calibration.verdict = {};
