@@ -91,6 +91,7 @@ void restore_session(Journal& journal, const RunRequest& request, Job& job) {
   job.started = record->started;
   job.expected_hash = record->plan_hash;
   job.touches = journal.touches(record->id);
+  job.interruptions = journal.interruptions(record->id);
   job.resumed = true;
   job.options.accept_change |= request.accept_change;
   if (!request.cell.empty() && read_inputs(request.cell).cell_text != record->inputs.cell_text) {

@@ -122,6 +122,7 @@ struct Job {
   std::vector<calib::Phrase> warnings;                ///< non-fatal findings in the cell file
   std::shared_ptr<const calib::SearchUnderWay> left;  ///< unfinished search of the previous session
   std::vector<calib::Touch> touches;                  ///< made before the session was resumed
+  InterruptionCounts interruptions;                   ///< likewise
   std::unique_ptr<Backend> backend;
   std::shared_ptr<StatedPoses> stated_poses;  ///< by the controller's model of the arm
   std::optional<HandSpeed> hand_speed;        ///< none: an emulated cell

@@ -70,7 +70,9 @@ Status status_of(const State& state, const Job& job, std::size_t done) {
   status.warnings = job.warnings;
   if (const auto model = calib::finding_of(job.stated_poses->judged(), job.cell.robot))
     status.warnings.push_back(phrase(*model));
-  status.interruptions = state.interruptions;
+  status.interruptions = job.interruptions;
+  for (std::size_t i = 0; i < status.interruptions.of.size(); ++i)
+    status.interruptions.of[i] += state.interruptions.of[i];
   if (state.busy_until && kAwaitingPhases.has(state.phase))
     status.busy_left_s = seconds_to(*state.busy_until, job);
   if (state.phase == Phase::kConnecting && state.deadline)

@@ -62,6 +62,28 @@ TEST_F(ASessionThatIsResumed, IsNotMixedWithTouchesOfAnEmulatedCell) {
       "was, or start a new session");
 }
 
+TEST_F(ASessionThatIsResumed, StatesAllInterruptionsOfItsRecord) {
+  Journal journal(dir / "j.db");
+  SessionInputs inputs = read_inputs(CELLCAL_DEMO_CELL);
+  SessionOptions options;
+  inputs.options = options_to_json(options);
+  const std::int64_t id = journal.begin(inputs, "t0");
+  for (const auto by : {drivers::Interruption::kLateBytes, drivers::Interruption::kPacketsStopped})
+    journal.note(id, RecordCause{"t1", by});
+  journal.record(id, RecordEnd{Ending::kAborted, ""}, "t2");
+  SessionService service{{journal,
+                          dir.path(),
+                          [](const calib::Cell&, double, const std::string&) {
+                            return std::make_unique<FakeBackend>();
+                          },
+                          {}}};
+  RunRequest request;
+  request.resume = true;
+  service.start(request);
+  EXPECT_EQ(service.status().interruptions, journal.interruptions(id));
+  EXPECT_EQ(service.status().interruptions.total(), 2);
+}
+
 TEST_F(ASessionThatIsResumed, IsRefusedWhereTodaysLinkStopsTooSlowlyForItsSearches) {
   TouchPolicy touch;
   EXPECT_EQ(refusal(touch, {}), "devices");
