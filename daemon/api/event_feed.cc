@@ -363,6 +363,7 @@ std::string status_to_json(const Status& status, const calib::Language& language
                             {"started", status.interrupted->started},
                             {"ending", to_string(status.interrupted->ending)},
                             {"anew", status.interrupted->anew},
+                            {"kind", status.interrupted->kind},
                             {"failure", nullptr}};
     if (const auto& why = status.interrupted->failure)
       value["interrupted"]["failure"] = to_string(*why);

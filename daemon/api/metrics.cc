@@ -41,7 +41,8 @@ void put_state(Exposition& out, const Status& status) {
   out.gauge("cellcal_session_running", "1 while a session is under way.", running ? 1.0 : 0.0);
   out.gauge("cellcal_session_number", "The newest session of this daemon, 0 for none.",
             static_cast<double>(status.session));
-  out.gauge("cellcal_session_touches", "Touches recorded in that session.",
+  out.gauge("cellcal_session_touches",
+            "Touches recorded in that session; of a dry run, stand-offs reached.",
             static_cast<double>(status.done));
   out.gauge("cellcal_session_touches_planned", "Touches that it will have.",
             static_cast<double>(status.total));

@@ -283,7 +283,8 @@ std::string load_words(const json& session) {
 std::string status_words(const json& status) {
   const std::int64_t session = number(status, "session");
   if (const json left = status.value("interrupted", json()); session == 0 && left.is_object()) {
-    return said({"say.cli.idle.interrupted",
+    return said({text_in(left, "kind") == "dry-run" ? "say.cli.idle.interrupted.dry_run"
+                                                    : "say.cli.idle.interrupted",
                  {{"session", number(left, "session")},
                   {"started", text_in(left, "started")},
                   {"touches", number(left, "touches")},
@@ -358,10 +359,13 @@ bool is_imported(const json& session) {
 
 std::string session_line(const json& session) {
   const std::string kind = kind_words(session);
+  const std::string touches =
+      text_in(session, "kind") == "dry-run"  // it makes none
+          ? "-"
+          : fmt::format("{:>4}/{:<4}", number(session, "touches"), number(session, "planned"));
   return fmt::format(
-      "{:>5}  {:<24}  {:<15}  {:>4}/{:<4}  {}{}{}\n", number(session, "id"),
-      text_in(session, "started"), state_word(session), number(session, "touches"),
-      number(session, "planned"), kind,
+      "{:>5}  {:<24}  {:<15}  {:^9}  {}{}{}\n", number(session, "id"), text_in(session, "started"),
+      state_word(session), touches, kind,
       text_in(session, "failure").empty() ? text_in(session, "cell") : text_in(session, "failure"),
       load_words(session) + (is_imported(session) ? say("say.cli.history.imported") : ""));
 }

@@ -103,9 +103,13 @@ std::optional<InterruptedSession> interrupted_session(Journal& journal) {
     const auto record = journal.newest_resumable();
     if (!record || record->state == RecordState::kDamaged) return std::nullopt;
     const auto options = options_in(record->inputs);
-    InterruptedSession left{record->id,      record->touches,
-                            record->planned, record->started,
-                            record->state,   options ? anew(*options, record->inputs) : ""};
+    InterruptedSession left{record->id,
+                            record->touches,
+                            record->planned,
+                            record->started,
+                            record->state,
+                            options ? anew(*options, record->inputs) : "",
+                            to_string(options ? options->kind : SessionKind::kCalibrate)};
     if (!record->failure.empty()) left.failure = failure_from_journal(record->failure).kind;
     return left;
   } catch (const JournalError& damaged) {

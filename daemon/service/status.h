@@ -52,6 +52,7 @@ struct InterruptedSession {
   std::string started;
   RecordState ending = RecordState::kInterrupted;  ///< or aborted, failed
   std::string anew;                                ///< as Status::anew
+  std::string kind = "calibrate";                  ///< likewise
   std::optional<FailureKind> failure{};            ///< none: interrupted, or aborted by a person
 };
 

@@ -85,9 +85,12 @@ export function touch_words(status: Status, say: Say): string {
   return say("touch.n", { n, total: status.planned, target: status.target });
 }
 
-/** `why`: of the daemon itself; null: a person. */
-const aborted = (why: FailureKind | null): Key =>
-  why === "window-over" || why === "daemon-stopped" ? `phase.aborted.${why}` : "phase.aborted";
+/** `why`: of an abort; a person's has none. A dry run makes no touches. */
+function ended(ending: "done" | "aborted" | "failed" | "interrupted" | "unknown", kind: string, why: FailureKind | null): Key {
+  if (kind === "dry-run" && ending !== "unknown") return `ended.${ending}`;
+  if (ending === "aborted" && (why === "window-over" || why === "daemon-stopped")) return `phase.aborted.${why}`;
+  return ending === "interrupted" ? "resume.left" : `phase.${ending}`;
+}
 
 export function sentence(status: Status, say: Say): string {
   const share = status.planning?.done ?? null;
@@ -95,10 +98,12 @@ export function sentence(status: Status, say: Say): string {
     return say("phase.planning.share", { percent: Math.round(100 * share) });
   const left = status.interrupted;
   if (status.phase === "idle" && left)
-    return say(left.ending === "interrupted" ? "resume.left" : left.ending === "aborted" ? aborted(left.failure) : `phase.${left.ending}`, { session: left.session, n: left.touches, total: left.planned });
+    return say(ended(left.ending, left.kind, left.failure), { session: left.session, n: left.touches, total: left.planned });
   const key: Key = status.phase === "failed" && unconfirmed(status)
     ? "phase.failed.unconfirmed"
-    : status.phase === "aborted" ? aborted(status.failure?.kind ?? null) : `phase.${status.phase}`;
+    : status.phase === "done" || status.phase === "aborted" || status.phase === "failed"
+      ? ended(status.phase, status.kind, status.failure?.kind ?? null)
+      : `phase.${status.phase}`;
   return say(key, {
     session: status.session, n: status.touches, touch: touch_words(status, say),
   });

@@ -39,7 +39,10 @@ TEST(ADryRun, GoesTheWayThatTheCalibrationOfTheSameOptionsGoesAndIsNone) {
   EXPECT_EQ(get("/v1/sessions/1")["state"], "done");
   EXPECT_EQ(get("/v1/sessions/1")["touches"], 0);
   EXPECT_EQ(http_request(fixture.socket(), "GET", "/v1/sessions/1/calibration.json").status, 404);
-  EXPECT_NE(fixture.cellcal({"history"}).out.find("dry run: "), std::string::npos);
+  const std::string history = fixture.cellcal({"history"}).out;
+  EXPECT_NE(history.find("dry run: "), std::string::npos);
+  EXPECT_EQ(history.find("0/14"), std::string::npos) << "no touch is made, none is missing\n"
+                                                     << history;
 
   fixture.daemon.reset();
   Journal journal(fixture.dir / "state" / "journal.db");

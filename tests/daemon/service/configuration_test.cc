@@ -84,6 +84,19 @@ TEST_F(ASessionThatIsResumed, StatesAllInterruptionsOfItsRecord) {
   EXPECT_EQ(service.status().interruptions.total(), 2);
 }
 
+TEST(ASessionThatWasLeft, IsOfItsOwnKind) {
+  const TemporaryDirectory dir;
+  Journal journal(dir / "j.db");
+  SessionInputs inputs = read_inputs(CELLCAL_DEMO_CELL);
+  SessionOptions options;
+  options.kind = SessionKind::kDryRun;
+  inputs.options = options_to_json(options);
+  journal.record(journal.begin(inputs, "t0"), RecordEnd{Ending::kAborted, ""}, "t1");
+  const SessionService service{{journal, dir.path(), {}, {}}};
+  ASSERT_TRUE(service.status().interrupted);
+  EXPECT_EQ(service.status().interrupted->kind, "dry-run");
+}
+
 TEST_F(ASessionThatIsResumed, IsRefusedWhereTodaysLinkStopsTooSlowlyForItsSearches) {
   TouchPolicy touch;
   EXPECT_EQ(refusal(touch, {}), "devices");

@@ -542,6 +542,24 @@ const steps = {
     await leave(page);
   },
 
+  async "states of the links what was measured, and nothing of a silent sensor or of replies that there are none of"() {
+    const page = await open();
+    const links = (now) => ({ ...now, robot: { ...now.robot, packets: 9, replies: 0, late: 0 },
+      contact: { ...now.contact, frames: 9, in_contact: null, loop_ok: null, round_trip_ms: null, clock_sigma_us: null } });
+    await page.route("**/v1/events*", (route) => route.abort());
+    await page.route("**/v1/status", async (route) => {
+      const status = await (await route.fetch()).json();
+      return route.fulfill({ json: { ...status, links: links(status.links) } });
+    });
+    await page.reload();
+    const card = page.locator("section", { has: page.locator("#links-title") });
+    await card.getByText("Loop").waitFor(LONG);
+    const words = await card.innerText();
+    for (const unknown of ["Contact", "Loop", "Round trip", "Clock"]) assert.match(words, new RegExp(`${unknown}[^\\n]*\\n–`), words);
+    assert.doesNotMatch(words, /BROKEN|Late replies|Reply time/);
+    await leave(page);
+  },
+
   async "puts the tip where 'cellcal predict --nominal' has it"() {
     await build({
       entryPoints: ["src/kinematics.ts", "src/decode.ts"], bundle: true, format: "esm", outdir: "unit",

@@ -133,8 +133,19 @@ test("a session that an earlier run of the daemon left is the page's sentence, a
 test("a session that the schedule or the end of the daemon stopped is not called aborted, also after a restart", () => {
   for (const [kind, told] of [["window-over", /stopped at the end of its window, after/], ["daemon-stopped", /ended after \d+ touches: cellcald was stopped/]] as const) {
     assert.match(sentence(of({ phase: "aborted", running: false, failure: { kind, detail: "" } }), speaker("en")), told);
-    const left = { session: 2, touches: 5, planned: 9, started: "", anew: "", ending: "aborted", failure: kind };
+    const left = { session: 2, touches: 5, planned: 9, started: "", anew: "", ending: "aborted", failure: kind, kind: "calibrate" };
     assert.match(sentence(of({ phase: "idle", session: 0, running: false, interrupted: left }), speaker("en")), told);
   }
   assert.match(sentence(of({ phase: "aborted", running: false, failure: null }), speaker("en")), /was aborted after/);
+});
+
+test("a dry run, which makes no touches, has none in its sentence", () => {
+  for (const language of ["en", "de"] as const)
+    for (const ending of ["interrupted", "aborted", "failed", "done"]) {
+      const left = { session: 2, touches: 0, planned: 9, started: "", anew: "cellcal dry-run", kind: "dry-run", failure: null, ending };
+      const words = [of({ phase: ending, kind: "dry-run", running: false, touches: 8 })];
+      if (ending !== "done") words.push(of({ phase: "idle", session: 0, running: false, interrupted: left }));
+      for (const status of ending === "interrupted" ? words.slice(1) : words)
+        assert.match(sentence(status, speaker(language)), /^(Session|Sitzung) [23] [a-zA-Z ]+\.$/, ending);
+    }
 });

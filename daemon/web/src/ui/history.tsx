@@ -40,7 +40,7 @@ export function History({ sessions, shown, show }: {
                 <td class="state-word" data-state={row.state}>
                   <span aria-hidden="true">{came && !came.good ? "▲" : MARKS[row.state]}</span> {say(came ? `history.${came.word}` : `state.${row.state}`)}
                 </td>
-                <td class="column-touches">{row.touches}{row.planned > 0 ? `/${row.planned}` : ""}</td>
+                <td class="column-touches">{row.kind === "dry-run" ? "–" : row.touches + (row.planned > 0 ? `/${row.planned}` : "")}</td>
                 <td class="column-cell" title={row.cell}>{row.cell.split("/").pop()}</td>
                 <td>
                   <button type="button" class="small" aria-expanded={row.id === shown}

@@ -63,10 +63,10 @@ function Robot({ link, words, old }: { link: RobotLink; words: string; old: bool
       <dl class="figures">
         <Figure name={say("links.mode")} value={link.mode === "unknown" ? "–" : link.mode} />
         <Figure name={say("links.override")} value={link.override_percent === null ? "–" : `${fmt.whole(link.override_percent)} %`} />
-        <Figure name={say("links.late")} value={late} bad={some(link.late)} />
+        {some(link.replies) && <Figure name={say("links.late")} value={late} bad={some(link.late)} />}
         <Figure name={say("links.gaps")} value={fmt.whole(link.gaps)} bad={some(link.gaps)} />
         <Figure name={say("links.bad")} value={fmt.whole(link.bad_packets)} bad={some(link.bad_packets)} />
-        <Figure name={say("links.reply")} value={fmt.ms(link.reply_ms.p99)} />
+        {some(link.replies) && <Figure name={say("links.reply")} value={fmt.ms(link.reply_ms.p99)} />}
         <Figure name={say("links.cycle")} value={fmt.ms(link.cycle_ms)} />
         <Figure name={say("links.gap")} value={fmt.ms(link.longest_gap_ms)} />
       </dl>

@@ -19,6 +19,7 @@ export function Progress({ status, touches, plan }: { status: Status; touches: T
 function Ahead({ status, touches, plan }: { status: Status; touches: Touch[]; plan: PlannedTouch[] }) {
   const { say, fmt } = useVoice();
   const { touches: n, planned: total } = status;
+  const share = say(status.kind === "dry-run" ? "progress.standoffs" : "progress.touches", { n, total });
   const next = plan.find((touch) => touch.index === n);
   const ahead = touch_in_hand(status) !== null || next !== undefined;
   const first = touches.find((touch) => touch.u95_mm !== null)?.u95_mm ?? null;
@@ -26,8 +27,8 @@ function Ahead({ status, touches, plan }: { status: Status; touches: Touch[]; pl
     <>
       <div class="bar-line">
         <progress max={Math.max(1, total)} value={Math.min(n, Math.max(1, total))}
-                  aria-label={say("progress.touches", { n, total })} />
-        <strong>{say("progress.touches", { n, total })}</strong>
+                  aria-label={share} />
+        <strong>{share}</strong>
       </div>
       <dl class="figures">
         <Figure name={say("progress.kind")} value={say("progress.kind.of", { session: status.session, kind: say(`kind.${status.kind}`) })} />
