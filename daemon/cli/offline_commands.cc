@@ -449,23 +449,8 @@ void add_correct(CLI::App& app, int& status) {
           "The controller's $config.dat with its tools and bases, where a backup lacks it, too; also $machine.dat, and "
           "of a program .src files with routines that it calls (those of its folder are read unasked); may be "
           "repeated")
-<<<<<<< HEAD
-      ->needs(program);
+      ->excludes(poses);
   for (CLI::Option* one : add_leave_and_still(*command, *given)) one->excludes(poses);
-=======
-      ->excludes(poses);
-  command
-      ->add_option("--does-not-move", given->still,
-                   "Routines that neither move the arm nor set frames: NAME,NAME")
-      ->delimiter(',')
-      ->excludes(poses);
-  command
-      ->add_option(
-          "--leave", given->leave,
-          "Points that stay as they are: NAME,NAME, or \"line 12\" for one written out there")
-      ->delimiter(',')
-      ->excludes(poses);
->>>>>>> 9993878b (correct: backups of two robots, of another arm, without programs or with unreadable ones are refused or named; --config with --backup)
   command
       ->add_flag("--anywhere", given->anywhere,
                  "Also points far from the targets, where the calibration does not hold")
