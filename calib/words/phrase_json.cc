@@ -43,7 +43,7 @@ json to_json(const Phrase& phrase) {
   return {{"id", phrase.id()}, {"values", values}};
 }
 
-std::vector<std::string> words(const std::vector<Phrase>& phrases, const Language& language) {
+std::vector<std::string> all_words(const std::vector<Phrase>& phrases, const Language& language) {
   std::vector<std::string> all;
   for (const Phrase& one : phrases) all.push_back(words(one, language));
   return all;

@@ -328,7 +328,7 @@ std::optional<Response> Api::write_cell(const Call& call) {
     return Response{write ? 201 : 200, "application/json",
                     dump({{"file", file.string()},
                           {"written", write},
-                          {"warnings", words(warnings)},
+                          {"warnings", all_words(warnings)},
                           {"form", to_json(form)}})};
   });
 }

@@ -90,7 +90,7 @@ bool states_kind(const std::string& name) {
   return std::regex_search(name, kKinds);
 }
 
-/// Of a name or reference type: "basic_nominalValue" is three.
+/// Words in a name or reference type: "basic_nominalValue" has three.
 std::string words_of(std::string_view name) {
   std::string words;
   for (const char c : calib::beginning(name, kMostNameBytes)) {
@@ -423,7 +423,7 @@ std::string Certificate::listed(const std::vector<const Certified*>& found) cons
   return text + (found.size() > kMostShown ? "; ..." : "");
 }
 
-/// Where none of them is meant.
+/// Other lengths and unknown units of the certificate, for the message where none is usable.
 std::string Certificate::others() const {
   std::string lengths, units;
   int count = 0;
@@ -536,7 +536,7 @@ std::vector<LengthForm> Certificate::lengths() const {
 bool is_xml(std::string_view text) {
   for (const std::string_view mark : {"\xef\xbb\xbf", "\xff\xfe", "\xfe\xff"})
     if (text.starts_with(mark)) text.remove_prefix(mark.size());
-  // UTF-16 has zeros beside these characters.
+  // UTF-16 has a zero next to each of these characters.
   const std::size_t first = text.find_first_not_of(std::string_view(" \t\r\n\0", 5));
   return first != std::string_view::npos && text[first] == '<';
 }

@@ -51,7 +51,7 @@ bool is_no_krl(const KrlFile& file) {
   }
 }
 
-/// Of any file in `backup`: true for those to be read.
+/// True for the files in `backup` to be read.
 bool takes(Backup& backup, std::string_view path) {
   if (calib::krl::lower_case(std::string(path)).ends_with(".zip")) backup.archive = path;
   return is_krl(path);

@@ -376,7 +376,7 @@ std::string other_lengths(const calib::MachineData& data, const calib::Robot& ro
     return {};
   std::string all;
   for (const calib::LengthDifference& one : calib::differences(data, robot)) {
-    // Of an arm that such lengths do not describe, none can be compared.
+    // An arm that such lengths do not describe has none to compare.
     if (one.variable.empty() && !calib::differences({}, robot).empty()) return {};
     const auto mm = [](double m) { return fmt::format("{:.3f}", m * calib::kMmPerM); };
     all += (all.empty() ? "" : ", ") +

@@ -176,7 +176,7 @@ std::string words(const NewCellCommand& command, const CellForm& form, const cal
 std::string as_json(const NewCellCommand& command, const std::vector<calib::Phrase>& warnings,
                     const PlannedCell& planned) {
   json value{{"file", command.output.string()},
-             {"warnings", calib::words(warnings)},
+             {"warnings", calib::all_words(warnings)},
              {"why_not_planned", nullptr},
              {"plan", nullptr}};
   if (planned.why_not) {

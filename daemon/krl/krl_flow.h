@@ -97,7 +97,7 @@ class FlowReader {
   void never() { stop(); }
   /// After the last line.
   void finish();
-  /// Where the last routine, or text without one, ends.
+  /// End of the last routine, or of text without one.
   int exit() const { return exit_; }
 
  private:

@@ -401,7 +401,7 @@ class Reader {
   bool together_;
   std::map<std::string, Why> imported_;
   std::size_t module_;
-  std::string where_;  ///< behind the name in its keys
+  std::string where_;  ///< follows the name in its keys
   Data& data_;
   Program& program_;
   FlowReader flow_;

@@ -45,7 +45,7 @@ void set(Frames& frames, bool tool, std::optional<FrameRef> value, Lost at) {
   (tool ? frames.tool : frames.base) = std::move(value);
 }
 
-/// The statements after which a value is unknown behind two ways that meet; `known`: on the other one.
+/// The statements after which a value is unknown where two ways meet; `known`: on the other one.
 Lost differ(const Lost& one, const Lost& other, bool known) {
   if (!known) return other;
   return {one.what, std::min(one.line, other.line),
@@ -75,7 +75,7 @@ bool meet_load(Frames& into, const Frames& other) {
                     (into.tool == other.tool && into.other_load() == other.other_load());
   if (same && other.load_known) {
     if (into.load || !other.load) return news;
-    into.load = other.load;  // as $LOAD states it, for another tool behind
+    into.load = other.load;  // as $LOAD states it, for another tool from there on
     return true;
   }
   into.load_at = differ(into.load_at, other.load_at, other.load_known);

@@ -56,7 +56,7 @@ class FrameState {
         sets_load_(sets_load(lines)) {
     touched_.insert(hidden_.begin(), hidden_.end());
   }
-  /// Finds the state at each line; that behind the last one. `entry`: before the first one.
+  /// Finds the state at each line; that after the last one. `entry`: before the first one.
   const std::optional<State>& run(const std::vector<Line>& lines, const std::string& own,
                                   const State* entry);
   /// Runs one that sets frames, or after which they are unknown.

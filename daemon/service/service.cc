@@ -13,7 +13,7 @@
 #include "calib/model/kinematics.h"
 #include "calib/plan/cell_check.h"
 #include "calib/plan/online.h"
-#include "calib/result/finding.h"
+#include "calib/result/finding_phrase.h"
 #include "daemon/archive/drift_watch.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/log_context.h"

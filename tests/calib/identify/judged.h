@@ -40,12 +40,12 @@ inline Off off(const Calibration& c, const sim::Truth& arm) {
 }
 
 /// Three waves per joint, of orders not in any file; those of one joint may be faster.
-inline sim::Truth truth_with_waves(const std::string& faster = {}) {
+inline sim::Truth truth_with_waves(const std::string& faster = {}, double arcsec = 25.0) {
   Cell waved = demo_cell();
   for (Joint& joint : waved.robot.joints) {
     joint.harmonics = {7, 15, 23};
     if (joint.name == faster) joint.harmonics = {7, 23, 62};
-    joint.harmonic_sigma_rad = 25.0 * kRadPerArcsec;
+    joint.harmonic_sigma_rad = arcsec * kRadPerArcsec;
     joint.harmonic_falloff = 0.0;
     joint.gear_ratio = 1.0;
   }

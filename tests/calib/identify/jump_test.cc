@@ -14,6 +14,7 @@
 #include "calib/identify/identify.h"
 #include "calib/model/linear.h"
 #include "tests/calib/findings.h"
+#include "tests/calib/identify/judged.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
@@ -169,9 +170,9 @@ TEST(Jump, IsNotSeenWhereNothingDid) {
 
 /// A tracker's readings of 24 postures, ten in a row of each, in random order. The arm has an
 /// unmodelled error, common to the touches of one posture.
-std::vector<Touch> ten_of_each(const Cell& cell, double beside_m, unsigned seed,
+std::vector<Touch> ten_of_each(const Cell& cell, const sim::Truth& truth, double beside_m,
+                               unsigned seed,
                                const std::function<void(std::size_t, Touch&)>& change = {}) {
-  const sim::Truth truth = plain_truth(demo_cell(), seed);
   auto postures = workspace_poses(ArmModel(cell), 24, 7);
   Random random(seed);
   for (std::size_t i = postures.size(); i > 1; --i)
@@ -210,7 +211,8 @@ TEST(Jump, IsNotMadeOfTheErrorThatTheTouchesOfOnePostureShare) {
     for (unsigned seed = 1; seed <= 2; ++seed) {
       SCOPED_TRACE(seed);
       const Cell cell = tracker_cell(sigma_m);
-      const Calibration c = identify(cell, ten_of_each(cell, 0.06e-3, seed));
+      const Calibration c =
+          identify(cell, ten_of_each(cell, plain_truth(demo_cell(), seed), 0.06e-3, seed));
       EXPECT_TRUE(c.jumped.empty()) << words_of(c);
       EXPECT_TRUE(c.moved.empty()) << words_of(c);
       EXPECT_FALSE(found(c, FindingKind::kLikelyCause)) << words_of(c);
@@ -220,13 +222,32 @@ TEST(Jump, IsNotMadeOfTheErrorThatTheTouchesOfOnePostureShare) {
 
 TEST(Jump, IsNamedBesideAnErrorThatTheTouchesOfOnePostureShare) {
   const Cell cell = tracker_cell(0.02e-3);
-  const Calibration c =
-      identify(cell, ten_of_each(cell, 0.06e-3, 2, [](std::size_t i, Touch& touch) {
-                 if (i >= 120) touch.joint_rad[2] -= 0.1 * kRadPerDegree;
-               }));
+  const Calibration c = identify(cell, ten_of_each(cell, plain_truth(demo_cell(), 2), 0.06e-3, 2,
+                                                   [](std::size_t i, Touch& touch) {
+                                                     if (i >= 120)
+                                                       touch.joint_rad[2] -= 0.1 * kRadPerDegree;
+                                                   }));
   ASSERT_EQ(c.jumped.size(), 1u) << words_of(c);
   EXPECT_EQ(c.jumped[0].name, demo_cell().robot.joints[2].name) << words_of(c);
   EXPECT_NEAR(c.jumped[0].angle_rad / kRadPerDegree, 0.1, 0.02);
+}
+
+/// Functions of the joints' angles can absorb it where each posture is visited once.
+TEST(Jump, OfAnArmWithFunctionsIsNamedThoughEachPostureIsVisitedOnce) {
+  const Cell cell = tracker_cell(0.02e-3);
+  const sim::Truth truth = testing::truth_with_waves({}, 8.0);
+  const Calibration healthy = identify(cell, ten_of_each(cell, truth, 0.05e-3, 2));
+  EXPECT_TRUE(testing::has_functions(healthy));
+  EXPECT_TRUE(healthy.jumped.empty()) << words_of(healthy);
+  EXPECT_TRUE(healthy.verdict.publish()) << words_of(healthy);
+  const auto slips = [](std::size_t i, Touch& touch) {
+    if (i >= 120) touch.joint_rad[2] -= 0.05 * kRadPerDegree;
+  };
+  const Calibration c = identify(cell, ten_of_each(cell, truth, 0.05e-3, 2, slips));
+  EXPECT_TRUE(testing::has_functions(c));
+  ASSERT_EQ(c.jumped.size(), 1u) << words_of(c);
+  EXPECT_EQ(c.jumped[0].name, demo_cell().robot.joints[2].name) << words_of(c);
+  EXPECT_FALSE(c.verdict.publish());
 }
 
 TEST(Jump, BelowThePredictedErrorWithholdsNothing) {

@@ -104,7 +104,8 @@ TEST(APlan, IsATouchFileThatIdentifyReadsAndPredictContinuesFrom) {
   ASSERT_EQ(predicted.status, 0) << predicted.err;
   EXPECT_EQ(predicted.out.find("x_mm,y_mm,z_mm,a_deg,b_deg,c_deg,u95_mm\n"), 0u);
   EXPECT_EQ(lines(predicted.out), 3u);
-  EXPECT_NE(predicted.err.find("2 of 2 poses, the first in row 1, are outside the scope"), std::string::npos)
+  EXPECT_NE(predicted.err.find("2 of 2 poses, the first in row 1, are outside the scope"),
+            std::string::npos)
       << predicted.err;
   std::ofstream(dir / "beyond.csv") << "A1,A2,A3,A4,A5,A6\n0,-90,90,0,0,0\n200,-80,80,20,30,40\n";
   const Outcome beyond = run_program({CELLCAL, "predict", "--calibration", calibration, "--joints",
@@ -270,9 +271,8 @@ TEST(APlan, TakesPointsAndRoutinesAsCorrectDoesWhereItsWarningsNameThem) {
     return run_program(all);
   };
   const Outcome warned = planned({});
-  for (const char* remedy :
-       {"XP2: active tool unknown since CLAMP", "name it with --does-not-move",
-        "XELSEWHERE: not declared", "with --leave"})
+  for (const char* remedy : {"XP2: active tool unknown since CLAMP", "name it with --does-not-move",
+                             "XELSEWHERE: not declared", "with --leave"})
     EXPECT_NE(warned.err.find(remedy), std::string::npos) << warned.err;
   const Outcome named = planned({"--does-not-move", "clamp", "--leave", "xelsewhere"});
   EXPECT_EQ(named.status, 0);
@@ -309,7 +309,7 @@ TEST(AMistakeInACellFile, IsNamedByPlanAndIdentifyWithItsValue) {
     const auto faults = calib::faults_of(calib::load_cell(cell));
     if (!of_the_plan) {
       ASSERT_EQ(faults.size(), 1u) << one.name;
-      EXPECT_EQ(faults[0].kind, one.kind) << one.name << ": " << words(faults[0]);
+      EXPECT_EQ(faults[0].kind, one.kind) << one.name << ": " << words(phrase(faults[0]));
       EXPECT_EQ(faults[0].refused, one.refused) << one.name;
     }
     const Outcome plan = run_program({CELLCAL, "plan", "--cell", cell, "--touches", "8"});
@@ -342,8 +342,8 @@ TEST(APlan, SaysHowFarTheAxesGoFromWhereTheArmStands) {
 }
 
 TEST(APlan, ToAGoalNamesWhatIsMissing) {
-  const Outcome planned =
-      run_program({CELLCAL, "plan", "--cell", kCell, "--goal", "0.02", "--touches", "24", "--json"});
+  const Outcome planned = run_program(
+      {CELLCAL, "plan", "--cell", kCell, "--goal", "0.02", "--touches", "24", "--json"});
   ASSERT_EQ(planned.status, 0) << planned.err;
   const auto json = nlohmann::json::parse(planned.out);
   EXPECT_EQ(json["touches"].size(), 24u);
@@ -361,9 +361,9 @@ TEST(APlan, ForTheTipAloneStatesNoBound) {
       run_program({CELLCAL, "plan", "--cell", kCell, "--region", "tcp", "--touches", "24"});
   ASSERT_EQ(planned.status, 0) << planned.err;
   EXPECT_EQ(planned.out.find("u95"), std::string::npos) << planned.out;
-  const auto json = nlohmann::json::parse(
-      run_program({CELLCAL, "plan", "--cell", kCell, "--region", "tcp", "--touches", "24", "--json"})
-          .out);
+  const auto json = nlohmann::json::parse(run_program({CELLCAL, "plan", "--cell", kCell, "--region",
+                                                       "tcp", "--touches", "24", "--json"})
+                                              .out);
   EXPECT_TRUE(json["predicted_u95_mm"].is_null());
   EXPECT_GT(json["predicted_m3_mm"], 0.0);
 }

@@ -116,7 +116,7 @@ class Walk {
       calib::Progress progress;
       progress.touches_left = 4;
       progress.checks_left = 2;
-      return {walk.plan, progress, "stage"};
+      return {walk.plan, "stage", progress};
     }
   };
 
