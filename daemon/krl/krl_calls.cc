@@ -200,6 +200,7 @@ void Routines::read(const KrlFile& file, std::size_t module) {
       continue;
     }
     if (declares(line) || line.tokens[0].is("END")) continue;
+    resumes_ = resumes_ || line.tokens[0].is("RESUME");
     if (body.lines.size() <= kMostFollowed) body.lines.push_back(line);
     body.moves = body.moves || motion_kind(line) != MotionKind::kNone;
     if (moves_elsewhere(line)) body.targets.insert(line.tokens[1].word);
@@ -334,6 +335,29 @@ Effects Routines::of(std::size_t module, const Line& line) const {
     all.frames = all.frames || one.frames;
   }
   return all;
+}
+
+std::string Routines::frames_aside(std::size_t module, const Line& line) const {
+  const auto& t = line.tokens;
+  if (!first_word(line).is("INTERRUPT") && !t[0].is("TRIGGER")) return {};
+  for (std::size_t i = 1; i + 1 < t.size(); ++i) {
+    if (!t[i].is("DO") || t[i + 1].kind != Kind::kWord) continue;
+    std::set<std::string> seen;
+    return sets_by_given(module, t[i + 1].word, seen) ? t[i + 1].word : "";
+  }
+  return {};
+}
+
+bool Routines::sets_by_given(std::size_t module, const std::string& name,
+                             std::set<std::string>& seen) const {
+  const auto* bodies = bodies_of(module, name);
+  if (bodies == nullptr || !seen.insert(name).second) return false;
+  return std::ranges::any_of(*bodies, [&](std::size_t at) {
+    return bodies_[at].frames ||
+           std::ranges::any_of(bodies_[at].calls, [&](const std::string& call) {
+             return sets_by_given(bodies_[at].module, call, seen);
+           });
+  });
 }
 
 }  // namespace cellcal::daemon::krl

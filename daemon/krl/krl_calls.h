@@ -56,6 +56,10 @@ class Routines {
 
   /// Effects of a statement of that module, counted from 0.
   Effects of(std::size_t module, const Line& line) const;
+  /// Name of the given routine that this INTERRUPT or TRIGGER of that module runs, if it sets frames; otherwise empty.
+  std::string frames_aside(std::size_t module, const Line& line) const;
+  /// True if a given routine leaves those that it interrupted.
+  bool resumes() const { return resumes_; }
   /// Name and module of the routine that the statement calls and does nothing else; empty: another
   /// statement, no body or several.
   std::optional<std::pair<std::size_t, std::string>> called(std::size_t module,
@@ -93,6 +97,9 @@ class Routines {
   /// Visible from this module: its own routines hide others.
   const std::vector<std::size_t>* bodies_of(std::size_t module, const std::string& name) const;
   Effects of_name(std::size_t module, const std::string& name) const;
+  /// True if a given body of it, or one that it calls, sets frames.
+  bool sets_by_given(std::size_t module, const std::string& name,
+                     std::set<std::string>& seen) const;
   /// The module's own and all their callees, as indices.
   std::vector<std::size_t> reached(std::size_t module) const;
 
@@ -101,6 +108,7 @@ class Routines {
   std::set<std::string> still_;
   const ControllerFrames& stated_;
   Readers readers_;
+  bool resumes_ = false;
 };
 
 /// Calls of one module.

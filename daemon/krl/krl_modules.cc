@@ -9,7 +9,9 @@ void add_missing(const Data& controller, Data& own) {
   own.frames.insert(controller.frames.begin(), controller.frames.end());
   own.named_frames.insert(controller.named_frames.begin(), controller.named_frames.end());
   own.named_loads.insert(controller.named_loads.begin(), controller.named_loads.end());
-  own.named_numbers.insert(controller.named_numbers.begin(), controller.named_numbers.end());
+  // An INT may be set by a program that is not given, or by hand.
+  for (const auto& [name, number] : controller.named_numbers)
+    if (number && number->constant) own.named_numbers.emplace(name, number);
   static_cast<ControllerFrames&>(own) = controller;
   own.external = controller.external;
 }

@@ -135,7 +135,9 @@ std::set<std::string> touched_names(const std::vector<Line>& lines) {
   std::set<std::string> touched;
   for (const Line& line : lines) {
     const auto& t = line.tokens;
-    if (declares(line) || is_point_type(t[0].word) || sets_kinematic_base(t)) continue;
+    const bool interrupt = first_word(line).is("INTERRUPT");  // its call's arguments
+    if ((declares(line) && !interrupt) || is_point_type(t[0].word) || sets_kinematic_base(t))
+      continue;
     for (std::size_t i = 0; i < t.size(); ++i) {
       const bool set_to = i >= 2 && sign_at(t, i - 1, '=') &&
                           (t[i - 2].is("$TOOL") || t[i - 2].is("$BASE") || t[i - 2].is("$LOAD"));
@@ -352,6 +354,10 @@ FrameState::FrameState(const std::vector<Line>& lines, const std::string& own, c
   run(lines, own, nullptr);
   for (const auto& [place, line] : statements_)
     if (auto& state = states_[static_cast<std::size_t>(place)]) step(line, *state);
+  for (const Line& line : lines)
+    if (const std::string by = calls_.routines.frames_aside(calls_.module, line); !by.empty())
+      for (auto& state : states_)  // at any time
+        if (state) lose({by, line.number}, *state);
 }
 
 bool FrameState::meet(State& into, const State& other) {
@@ -425,6 +431,13 @@ FrameState::State FrameState::unknown(const Lost& why) const {
   return state;
 }
 
+void FrameState::lose(const Lost& why, State& state) const {
+  const bool now = state.now.external, outside = state.outside_spline.external;
+  state = unknown(why);
+  state.now.external = now;
+  state.outside_spline.external = outside;
+}
+
 bool FrameState::steps(const Line& line) const {
   return only_sets_frames(line) || calls_.of(line).frames ||
          (sets_frames_inside(line) && !declares(line));
@@ -447,18 +460,19 @@ void FrameState::step(const Line& line, State& state) const {
   const Effects effects = calls_.of(line);
   if (effects.frames && follow(line, state)) return;
   if (effects.frames)
-    state = unknown(at(effects.call, line.number));
+    lose(at(effects.call, line.number), state);
   else if (sets_frames_inside(line) && !declares(line))
-    state = unknown(at(t[0].word, line.number));
+    lose(at(t[0].word, line.number), state);
 }
 
 bool FrameState::follow(const Line& call, State& state) const {
   constexpr int kDeepest = 8, kMostFollowed = 1000;  // of each call of the module
   const auto body = calls_.routines.body_of(calls_.module, call);
   if (depth_ == 0) *followed_ = 0;
-  if (!body || depth_ == kDeepest || ++*followed_ > kMostFollowed) return false;
+  if (!body || calls_.routines.resumes() || depth_ == kDeepest || ++*followed_ > kMostFollowed)
+    return false;
   const auto& [module, lines] = *body;
-  const bool foreign = module != calls_.module;
+  const bool foreign = foreign_ || module != calls_.module;
   FrameState inside(lines, foreign ? shared_ : data_, shared_, {calls_.routines, module});
   inside.foreign_ = foreign;
   inside.depth_ = depth_ + 1;

@@ -75,6 +75,8 @@ class FrameState {
   bool follow(const Line& call, State& state) const;
   /// Nothing is known until it is set again; `why`: the responsible statement.
   State unknown(const Lost& why) const;
+  /// Likewise; a tool that stands in the cell still does.
+  void lose(const Lost& why, State& state) const;
   /// The statement, or the call that it is inside.
   Lost at(const std::string& what, int line) const { return call_.value_or(Lost{what, line}); }
   Frames with_own(const Line& line, const State& state, std::optional<Refusal>& wrong) const;

@@ -201,5 +201,54 @@ TEST(PathsWithoutEnd, AreFollowedInLittleTime) {
   EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
 }
 
+TEST(AFrame, ThatAnInterruptOrTriggerSetsIsUnknownInTheWholeModule) {
+  const std::string frames = "BAS(#TOOL,1)\nBAS(#BASE,1)\n",
+                    sets = "DEF AT_ANY_TIME()\nBAS(#TOOL,2)\nEND\n";
+  for (const std::string line :
+       {"INTERRUPT DECL 3 WHEN $IN[1]==TRUE DO AT_ANY_TIME()\nINTERRUPT ON 3\n",
+        "GLOBAL INTERRUPT DECL 3 WHEN $IN[1]==TRUE DO AT_ANY_TIME()\n",
+        "TRIGGER WHEN DISTANCE=1 DELAY=0 DO AT_ANY_TIME() PRIO=-1\n"}) {
+    EXPECT_NE(frames_of(paths_corrected(line + frames + "PTP XP1\n", sets)).find("tool unknown"),
+              std::string::npos)
+        << line;
+    EXPECT_EQ(
+        frames_of(paths_corrected(line + frames + "PTP XP1\n", "DEF AT_ANY_TIME()\nN=2\nEND\n")),
+        "XP1:1.1 ")
+        << line;
+  }
+}
+
+TEST(AFrame, OfACallThatResumeMayLeaveIsUnknownAfterIt) {
+  const std::string body = "INTERRUPT DECL 3 WHEN $IN[1]==TRUE DO STOP_IT()\nSEARCH()\nLIN XP1\n";
+  const std::string search =
+      "DEF SEARCH()\nBAS(#TOOL,2)\nBAS(#BASE,1)\nPTP XP2\nBAS(#TOOL,1)\nEND\n";
+  EXPECT_NE(frames_of(paths_corrected(body, search + "DEF STOP_IT()\nBRAKE\nRESUME\nEND\n"))
+                .find("tool unknown"),
+            std::string::npos);
+}
+
+TEST(AFrame, OfARoutineOfAnotherModuleIsNotThatOfANameThatItsDatMayHide) {
+  krl::ProgramFiles files{
+      {"p.src", "DEF P()\nBAS(#BASE,1)\nM2()\nPTP XP1\nEND\n"},
+      krl::KrlFile{"p.dat", "DEFDAT P\nDECL E6POS XP1=" +
+                                pose_text({0.1, -1.4, 1.5, 0.3, 0.8, 0.1}) + "\nENDDAT\n"},
+      {{"$config.dat", std::string(kPathsConfig) +
+                           "CONST INT TNO=1\nFRAME TF={X 1.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}\n"}}};
+  for (const std::string sets : {"BAS(#TOOL,TNO)\n", "$TOOL=TF\n"}) {
+    files.modules = {{"m2.src", "DEF M2()\nSETT()\nEND\nDEF SETT()\n" + sets + "END\n"}};
+    EXPECT_NE(frames_of(krl::correct_program(calibration(), files, {.anywhere = true}))
+                  .find("tool unknown"),
+              std::string::npos)
+        << sets;
+  }
+}
+
+TEST(AFrame, OfAToolThatStandsInTheCellStaysSoAfterAnUnknownCall) {
+  const auto result =
+      paths_corrected("$IPO_MODE=#TCP\nFOO()\nBAS(#TOOL,1)\nBAS(#BASE,1)\nPTP XP1\n");
+  ASSERT_FALSE(result.refusals.empty());
+  EXPECT_EQ(result.refusals[0].why, Why::kExternalTool) << all_words(result);
+}
+
 }  // namespace
 }  // namespace cellcal::daemon::testing

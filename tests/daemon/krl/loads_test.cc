@@ -19,11 +19,12 @@ krl::ProgramFiles loaded(const std::string& body) {
   krl::ProgramFiles f;
   f.src = {"p.src", "DEF p()\n" + body + "END\n"};
   f.dat = krl::KrlFile{"p.dat", "DEFDAT P\nENDDAT\n"};
-  f.controller = {{"$config.dat",
-                   "TOOL_DATA[1]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\n"
-                   "LOAD_DATA[1]={M 1.5,CM {X 0.0,Y 0.0,Z 90.0,A 0.0,B 0.0,C 0.0},J {X 0.0,Y 0.0,Z 0.0}}\n"
-                   "LOAD_DATA[2]={M 5.0,CM {X 60.0,Y 0.0,Z 150.0,A 0.0,B 0.0,C 0.0},J {X 0.0,Y 0.0,Z 0.0}}\n"
-                   "LOAD_DATA[3]={M -1.0,CM {X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0},J {X 0.0,Y 0.0,Z 0.0}}\n"}};
+  f.controller = {
+      {"$config.dat",
+       "TOOL_DATA[1]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\n"
+       "LOAD_DATA[1]={M 1.5,CM {X 0.0,Y 0.0,Z 90.0,A 0.0,B 0.0,C 0.0},J {X 0.0,Y 0.0,Z 0.0}}\n"
+       "LOAD_DATA[2]={M 5.0,CM {X 60.0,Y 0.0,Z 150.0,A 0.0,B 0.0,C 0.0},J {X 0.0,Y 0.0,Z 0.0}}\n"
+       "LOAD_DATA[3]={M -1.0,CM {X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0},J {X 0.0,Y 0.0,Z 0.0}}\n"}};
   return f;
 }
 
@@ -40,8 +41,10 @@ std::string refused_as(const std::string& body) {
 }
 
 TEST(ALoadInForce, IsBorneByTheCellsToolFromItsStatementOn) {
-  const CorrectedProgram own = corrected_with("$TOOL=TOOL_DATA[1]\n$LOAD=LOAD_DATA[1]\n" + std::string(kHere));
-  const CorrectedProgram full = corrected_with("$TOOL=TOOL_DATA[1]\n$LOAD=LOAD_DATA[2]\n" + std::string(kHere));
+  const CorrectedProgram own =
+      corrected_with("$TOOL=TOOL_DATA[1]\n$LOAD=LOAD_DATA[1]\n" + std::string(kHere));
+  const CorrectedProgram full =
+      corrected_with("$TOOL=TOOL_DATA[1]\n$LOAD=LOAD_DATA[2]\n" + std::string(kHere));
   ASSERT_TRUE(own.refusals.empty()) << all_words(own);
   ASSERT_TRUE(full.refusals.empty()) << all_words(full);
   const CorrectedProgram before = corrected_with("BAS(#TOOL,1)\n" + std::string(kHere));
@@ -51,15 +54,18 @@ TEST(ALoadInForce, IsBorneByTheCellsToolFromItsStatementOn) {
   const calib::Calibration c = calibration();
   const calib::JointVector q = [] {
     calib::JointVector at;
-    for (const double deg : {20.0, -80.0, 80.0, 10.0, 40.0, 0.0}) at.push_back(deg * calib::kRadPerDeg);
+    for (const double deg : {20.0, -80.0, 80.0, 10.0, 40.0, 0.0})
+      at.push_back(deg * calib::kRadPerDeg);
     return at;
   }();
   const calib::Calibration heavy =
       calib::with_load(c, calib::FlangeLoad{5.0, Eigen::Vector3d(0.06, 0.0, 0.15)});
-  const Eigen::Vector3d more_mm =
-      (calib::Predictor(heavy).calibrated(q).tcp.translation() - calib::Predictor(c).calibrated(q).tcp.translation()) * 1e3;
+  const Eigen::Vector3d more_mm = (calib::Predictor(heavy).calibrated(q).tcp.translation() -
+                                   calib::Predictor(c).calibrated(q).tcp.translation()) *
+                                  1e3;
   EXPECT_GT(more_mm.norm(), 0.005) << "there is something to correct";
-  EXPECT_LT((own.points[0].shift_mm - full.points[0].shift_mm - more_mm).norm(), 0.1 * more_mm.norm());
+  EXPECT_LT((own.points[0].shift_mm - full.points[0].shift_mm - more_mm).norm(),
+            0.1 * more_mm.norm());
 }
 
 /// Points and warnings with LOAD_DATA[4] of tool 4, which has the frame of the cell file's tool: 1.535 kg at 30 25 205.
@@ -135,9 +141,10 @@ TEST(ALoadInForce, IsNamedWithEachModuleOfABackup) {
 }
 
 TEST(ALoadInForce, StaysUntilAnotherIsSet) {
-  const CorrectedProgram result = corrected_with(
-      "BAS(#TOOL,1)\n" + std::string(kHere) + "$LOAD=LOAD_DATA[2]\nPTP {A1 25.0,A2 -80.0,A3 80.0,A4 10.0,A5 40.0,A6 0.0}\n"
-      "BAS(#TOOL,1)\nPTP {A1 30.0,A2 -80.0,A3 80.0,A4 10.0,A5 40.0,A6 0.0}\n");
+  const CorrectedProgram result =
+      corrected_with("BAS(#TOOL,1)\n" + std::string(kHere) +
+                     "$LOAD=LOAD_DATA[2]\nPTP {A1 25.0,A2 -80.0,A3 80.0,A4 10.0,A5 40.0,A6 0.0}\n"
+                     "BAS(#TOOL,1)\nPTP {A1 30.0,A2 -80.0,A3 80.0,A4 10.0,A5 40.0,A6 0.0}\n");
   ASSERT_TRUE(result.refusals.empty()) << all_words(result);
   ASSERT_EQ(result.tools.size(), 2u);
   EXPECT_EQ(result.tools[0].load, -1);
@@ -224,7 +231,9 @@ TEST(ALoadInForce, ByANameThatAnotherModuleChangesIsRefused) {
 }
 
 TEST(ALoadInForce, InABranchIsUnknownBehindIt) {
-  EXPECT_NE(refused_as("$TOOL=TOOL_DATA[1]\nIF $IN[1] THEN\n$LOAD=LOAD_DATA[2]\nENDIF\n" + std::string(kHere)), "");
+  EXPECT_NE(refused_as("$TOOL=TOOL_DATA[1]\nIF $IN[1] THEN\n$LOAD=LOAD_DATA[2]\nENDIF\n" +
+                       std::string(kHere)),
+            "");
 }
 
 TEST(ALoadInForce, AtRunTimeIsTheToolsOwnAndAnotherNamedByLine) {
@@ -236,7 +245,8 @@ TEST(ALoadInForce, AtRunTimeIsTheToolsOwnAndAnotherNamedByLine) {
     const krl::RewrittenPrograms result = krl::rewrite_motions(files, {});
     const krl::RewrittenModule& made = result.modules.at(0);
     EXPECT_TRUE(made.refusals.empty());
-    return made.other_load.empty() ? std::string() : std::to_string(made.other_load_line) + ":" + made.other_load;
+    return made.other_load.empty() ? std::string()
+                                   : std::to_string(made.other_load_line) + ":" + made.other_load;
   };
   EXPECT_EQ(other("$TOOL=TOOL_DATA[2]\n$BASE=BASE_DATA[1]\n$LOAD=LOAD_DATA[2]\n"), "");
   EXPECT_EQ(other("$LOAD=LOAD_DATA[2]\n$TOOL=TOOL_DATA[2]\n"), "");

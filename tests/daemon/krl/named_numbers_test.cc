@@ -40,7 +40,7 @@ TEST(ANumberByName, IsThatOfAConstantOrOfAnIntThatNothingAssigns) {
        "BAS(#TOOL,1)\nSPTP XN WITH $BASE=BASE_DATA[TABLE]\nBAS(#BASE,TABLE)\n",
        "USE(GRIPPER)\nBAS(#BASE,TABLE)\nPTP XN\nEND\nDEF USE(N :IN)\nBAS(#TOOL,N)\nEND\nDEF LAST()\nBAS(#TOOL,1)\nBAS(#BASE,3)\n"})
     EXPECT_EQ(by_name(numbers, body), "1.3") << body;
-  EXPECT_EQ(by_name("", kNamed, "GLOBAL CONST INT GRIPPER=1\nDECL GLOBAL INT TABLE=3\n"), "1.3");
+  EXPECT_EQ(by_name("", kNamed, "GLOBAL CONST INT GRIPPER=1\nGLOBAL CONST INT TABLE=3\n"), "1.3");
   EXPECT_EQ(by_name("CONST INT TABLE=3,GRIPPER=1\n", kNamed, "GLOBAL CONST INT GRIPPER=7\n"),
             "1.3");
 }
@@ -72,6 +72,17 @@ TEST(ANumberByName, IsUnknownWhereItHasAnotherReading) {
           .find("base unknown"),
       std::string::npos)
       << "its own .dat hides the controller's";
+}
+
+TEST(ANumberByName, IsUnknownWhereTheControllersFileHasAnIntOrAnInterruptIsGivenIt) {
+  const std::string tool = "GLOBAL CONST INT GRIPPER=1\n";
+  EXPECT_NE(by_name("", kNamed, tool + "DECL GLOBAL INT TABLE=3\n").find("base unknown"),
+            std::string::npos);
+  EXPECT_NE(
+      by_name("DECL INT TABLE=3\n",
+              "INTERRUPT DECL 3 WHEN $IN[1]==TRUE DO IRQ(20,TABLE)\n" + std::string(kNamed), tool)
+          .find("base unknown"),
+      std::string::npos);
 }
 
 TEST(ANumberByName, IsUnknownWhereAnotherModuleChangesIt) {

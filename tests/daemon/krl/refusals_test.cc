@@ -246,9 +246,9 @@ TEST(APointFromWhereTheArmIs, IsRefusedAsOneThatIsRightAsItIs) {
   EXPECT_EQ(why("LIN FORWARD($AXIS_ACT,ERR)\n", {"FORWARD"}), "");
   EXPECT_EQ(why("XR=XP1:SHIFT\nIF $POS_ACT.Z==5 THEN\nLIN XR\nENDIF\n"),
             "computed:XP1 computed:XR ");
-  EXPECT_NE(all_words(correct(start + "XR=$POS_ACT\nLIN XR\n", dat))
-                .find("which is corrected already"),
-            std::string::npos);
+  EXPECT_NE(
+      all_words(correct(start + "XR=$POS_ACT\nLIN XR\n", dat)).find("which is corrected already"),
+      std::string::npos);
 }
 
 TEST(TheHomeOfTheMachineData, IsLeftAsItIs) {

@@ -219,7 +219,8 @@ TEST(RunTimeProgram, LeavesVariablesThatAreTheArmsOwnPositionAndNothingElse) {
     EXPECT_EQ(line_of(name + "=$POS_INT\r\nLIN " + name),
               name + "=$POS_INT\r\nLIN CC_STAY_POS(" + name + ")");
   EXPECT_EQ(own_of("XP1=$POS_INT\r\nLIN XP1"), "3:XP1 ") << "it is taught as well";
-  EXPECT_EQ(own_of("XF=$POS_ACT\r\nLIN XF"), "3:XF ") << "CELLCAL_FIX cannot know of a FRAME that stays";
+  EXPECT_EQ(own_of("XF=$POS_ACT\r\nLIN XF"), "3:XF ")
+      << "CELLCAL_FIX cannot know of a FRAME that stays";
   EXPECT_EQ(own_of("XA=$AXIS_ACT\r\nXA=XHOME\r\nPTP XA"), "4:XA ");
   EXPECT_EQ(own_of("XA=$AXIS_ACT\r\nXA.A1=0.0\r\nPTP XA"), "4:XA ");
 }
