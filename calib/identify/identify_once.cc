@@ -406,7 +406,6 @@ std::unique_ptr<Stated> with_all_touches(const Cell& cell, const std::vector<Tou
   const Robot& robot = decided.levelled.robot;
   auto all = std::make_unique<Stated>(with_learnt_of(robot, cell), touches, decided.level);
   all->learnt = decided.learnt;
-  all->jumped = decided.jumped;
   e = estimate(all->problem, options, levels_of(cell, robot, decided.level));
   return all;
 }

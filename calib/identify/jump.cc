@@ -12,6 +12,7 @@
 
 #include "calib/estimate/discrepancy.h"
 #include "calib/estimate/joint_functions.h"
+#include "calib/estimate/repeats.h"
 #include "calib/identify/causes.h"
 #include "calib/verdict/artefacts.h"
 #include "calib/verdict/session_order.h"
@@ -152,7 +153,8 @@ class JumpSearch {
         touches_(touches),
         options_(options),
         calibration_(calibration),
-        learnt_(has_learnt(cell.robot, calibration)),
+        learnt_(has_learnt(cell.robot, calibration) &&
+                of_one_tool_per_posture(touches).size() == touches.size()),
         log_evidence_(learnt_ ? log_evidence_of(tried(cell, touches, options))
                               : calibration.log_evidence) {
     for (const Outlier& o : calibration.outliers) ++left_out_[touches[o.touch].target];
@@ -364,7 +366,9 @@ class JumpSearch {
   const std::vector<Touch>& touches_;
   const IdentifyOptions& options_;
   const Calibration& calibration_;
-  bool learnt_;          ///< the calibration has parts that hypotheses are tested without
+  /// The calibration has parts that hypotheses are tested without. Not counted where several tools are read at one
+  /// posture: these share its errors, and a jump would be found in them.
+  bool learnt_;
   double log_evidence_;  ///< without a jump and without those
   mutable std::optional<JumpSequence> stated_;
   std::optional<double> beside_;                 ///< log evidence without a jump, (62a)
