@@ -221,6 +221,9 @@ void Clearance::forget() {
 }
 
 void Clearance::update(const Status& status) {
+  // A change of the schedule repeats the phase of a session that has ended.
+  const std::pair now{status.session, status.phase};
+  if (std::exchange(newest_, now) == now) return;
   // kIdle and kDone leave the confirmation unchanged; kDone never occurs without a session under way.
   if (status.phase != Phase::kIdle && status.phase != Phase::kDone) forget();
 }

@@ -18,6 +18,7 @@
 #include <string>
 #include <string_view>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "daemon/api/http/http.h"
@@ -185,7 +186,7 @@ class Clearance {
   /// Restores the confirmation of a run that was refused before anything happened.
   void put_back(const std::string& name);
   void forget();
-  /// To be called after each change of the status.
+  /// To be called after each change of the status, in order.
   void update(const Status& status);
 
  private:
@@ -196,6 +197,7 @@ class Clearance {
   Clock clock_;
   std::mutex mutex_;
   std::optional<Acknowledgement> acknowledged_, taken_;
+  std::pair<std::int64_t, Phase> newest_{0, Phase::kIdle};  ///< last updated to
 };
 
 struct AccessConfig {

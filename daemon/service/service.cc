@@ -394,7 +394,6 @@ void SessionService::publish(const State& state, const std::vector<calib::Touch>
   // State of the driver at this instant: the newest sample is up to 0.2 s older.
   std::optional<drivers::RobotState> robot;
   if (job.backend) robot = job.backend->robot().state();
-  std::function<void()> notify;
   {
     const std::lock_guard lock(mutex_);
     status.seq = history_.back().seq + 1;
@@ -402,16 +401,15 @@ void SessionService::publish(const State& state, const std::vector<calib::Touch>
     if (status.made) made_.push_back(status.made);
     status.links = links_;
     status.schedule = history_.back().schedule;
-    const auto now = std::chrono::steady_clock::now();
+    const auto now = parts_.clock();
     if (robot) arm_.update(*robot, now);
     status.arm = arm_.seen(now);
     plan_ = {job.session, job.options.one_by_one ? state.done : 0, state.plan};
     published_ = now;
     history_.push_back(std::move(status));
     if (history_.size() > kHistory) history_.pop_front();
-    notify = notify_;
   }
-  if (notify) notify();
+  notify();
 }
 
 /// Publishes planning progress as a change of its own; dropped once the session has left that phase.
@@ -428,24 +426,24 @@ void SessionService::show(const ScheduleSeen& schedule) {
 }
 
 void SessionService::publish_changed(const std::function<bool(Status&)>& change) {
-  std::function<void()> notify;
   {
     const std::lock_guard lock(mutex_);
-    Status status = history_.back();
+    const auto now = parts_.clock();
+    Status status = newest(now);
     if (!change(status)) return;
     status.made.reset();  // already published
     ++status.seq;
+    published_ = now;
     history_.push_back(std::move(status));
     if (history_.size() > kHistory) history_.pop_front();
-    notify = notify_;
   }
-  if (notify) notify();
+  notify();
 }
 
 void SessionService::keep_links(LinkReport report) {
   auto kept = std::make_shared<const LinkReport>(std::move(report));
   const std::lock_guard lock(mutex_);
-  if (kept->open) arm_.update(kept->robot, std::chrono::steady_clock::now());
+  if (kept->open) arm_.update(kept->robot, parts_.clock());
   links_ = std::move(kept);
 }
 
@@ -469,14 +467,18 @@ bool SessionService::abort(const Aborted& by) {
 
 Status SessionService::status() const {
   const std::lock_guard lock(mutex_);
-  Status newest = history_.back();
-  newest.links = links_;
-  newest.arm = arm_.seen(std::chrono::steady_clock::now());
-  if (newest.waiting) {
-    const std::chrono::duration<double> since = std::chrono::steady_clock::now() - published_;
-    newest.waiting->left_s = std::max(0.0, newest.waiting->left_s - since.count());
+  return newest(parts_.clock());
+}
+
+Status SessionService::newest(drivers::TimePoint now) const {
+  Status status = history_.back();
+  status.links = links_;
+  status.arm = arm_.seen(now);
+  if (status.waiting) {
+    const std::chrono::duration<double> since = now - published_;
+    status.waiting->left_s = std::max(0.0, status.waiting->left_s - since.count());
   }
-  return newest;
+  return status;
 }
 
 CurrentPlan SessionService::plan() const {
@@ -506,6 +508,16 @@ bool SessionService::alive() {
 void SessionService::on_change(std::function<void()> notify) {
   const std::lock_guard lock(mutex_);
   notify_ = std::move(notify);
+}
+
+void SessionService::notify() {
+  const std::lock_guard in_order(notifying_);
+  std::function<void()> call;
+  {
+    const std::lock_guard lock(mutex_);
+    call = notify_;
+  }
+  if (call) call();
 }
 
 void SessionService::use(SessionSettings settings, MakeBackend make_backend) {

@@ -38,6 +38,8 @@ struct ServiceParts {
   SessionSettings settings;
   /// Reports to send at the end of a session; called on any thread.
   std::function<std::vector<Report>(std::int64_t session, const RecordEnd& end)> ending = {};
+  /// Of the figures that vary continuously; called on any thread.
+  std::function<drivers::TimePoint()> clock = std::chrono::steady_clock::now;
 };
 
 class SessionService {
@@ -85,7 +87,8 @@ class SessionService {
   void shutdown();
   /// Publishes a change of the schedule in the status.
   void show(const ScheduleSeen& schedule);
-  /// Callback after each change, on the thread that makes it.
+  /// Callback after each change, on the thread that makes it. Changes of several threads call it one after
+  /// the other, so that status() never goes back between its calls; it publishes nothing itself.
   void on_change(std::function<void()> notify);
 
   std::filesystem::path results_dir(std::int64_t session) const;
@@ -110,13 +113,17 @@ class SessionService {
   /// Publishes the newest status, changed by `change` unless that returns false.
   void publish_changed(const std::function<bool(Status&)>& change);
   void keep_links(LinkReport report);
+  /// The newest status with its continuously varying figures as of `now`; under the mutex.
+  Status newest(drivers::TimePoint now) const;
+  void notify();
 
   ServiceParts parts_;
   std::deque<calib::Withheld> no_inputs_;  ///< for the journal's files
+  std::mutex notifying_;                   ///< locked before mutex_
   mutable std::mutex mutex_;
   std::condition_variable idle_;
-  std::deque<Status> history_;                         ///< newest last; never empty
-  std::chrono::steady_clock::time_point published_{};  ///< time of the newest status
+  std::deque<Status> history_;      ///< newest last; never empty
+  drivers::TimePoint published_{};  ///< time of the newest status
   std::function<void()> notify_;
   std::shared_ptr<const LinkReport> links_;
   ArmWatch arm_;

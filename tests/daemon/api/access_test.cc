@@ -460,8 +460,9 @@ TEST_F(AnApiOnTheNetwork, DoesNotAnswerARequestThatWasNotAdmitted) {
 }
 
 struct AWord : ::testing::Test {
-  Status in(Phase phase) {
+  Status in(Phase phase, std::int64_t session = 1) {
     Status status;
+    status.session = session;
     status.phase = phase;
     return status;
   }
@@ -494,7 +495,7 @@ TEST_F(AWord, IsVoidOnceASessionIsUnderWayHasFailedOrWasAborted) {
     EXPECT_FALSE(clearance.take("a")) << to_string(phase);
     clearance.acknowledge("a");
     EXPECT_TRUE(clearance.take("a"));
-    clearance.update(in(phase));
+    clearance.update(in(phase, 2));
     clearance.put_back("a");
     EXPECT_FALSE(clearance.take("a")) << to_string(phase);
   }
@@ -503,6 +504,16 @@ TEST_F(AWord, IsVoidOnceASessionIsUnderWayHasFailedOrWasAborted) {
     clearance.update(in(phase));
     EXPECT_TRUE(clearance.take("a")) << to_string(phase);
   }
+}
+
+TEST_F(AWord, OutlastsAChangeOfTheScheduleAfterAFailedSession) {
+  clearance.update(in(Phase::kFailed));
+  clearance.acknowledge("a");
+  clearance.update(in(Phase::kFailed));
+  EXPECT_TRUE(clearance.take("a"));
+  clearance.update(in(Phase::kFailed));
+  clearance.put_back("a");
+  EXPECT_TRUE(clearance.take("a"));
 }
 
 TEST_F(AnApiOnTheNetwork, AnswersAnAbortAtOnceWhateverTokenComesWithIt) {
