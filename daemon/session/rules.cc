@@ -30,9 +30,14 @@ namespace {
 
 using drivers::MoveKind;
 
-/// Cause of a silent robot, as reported by the move or, at rest, by the link; or lateness of this computer.
+/// Cause of a silent robot, as reported by the move or, at rest, by the link; whether a silent sensor has lost
+/// its port; or lateness of this computer.
 drivers::Interruption behind(FailureKind kind, const State& state, const Event& event) {
   if (kind == FailureKind::kComputerBusy) return interruption_by(state, event);
+  if (kind == FailureKind::kContactSilent)
+    return state.links.contact == drivers::ContactLink::kDown
+               ? drivers::Interruption::kOther
+               : drivers::Interruption::kPacketsStopped;
   if (kind != FailureKind::kRobotSilent) return drivers::Interruption::kNone;
   return event.kind() == EventKind::kLinks ? state.links.interruption : event.move().interruption;
 }

@@ -116,7 +116,7 @@ std::string words(const Decision& decision, const calib::Language& language = {}
 
 struct FailurePolicy {
   FailureKind failure;
-  /// Cause in the robot's link; none: any.
+  /// Cause in the link of robot or sensor; none: any.
   std::optional<drivers::Interruption> by;
   bool resume, begin;
   const char* reason;

@@ -269,10 +269,17 @@ TEST(AWalk, TakesALinkThatGoesDownWhileItStandsForLost) {
     links(e).contact_words = "unplugged";
   });
   EXPECT_EQ(unplugged.failure->kind, FailureKind::kContactSilent);
+  EXPECT_EQ(unplugged.failure->by, drivers::Interruption::kOther);
   EXPECT_NE(words(unplugged.failure->detail).find(": unplugged."), std::string::npos)
       << words(unplugged.failure->detail);
   EXPECT_EQ(after([](Event& e) { links(e).contact = drivers::ContactLink::kFault; }).failure->kind,
             FailureKind::kContactFault);
+  const State silent = after([](Event& e) {
+    links(e).contact = drivers::ContactLink::kFault;
+    links(e).fault = drivers::ContactFault::kSilent;
+  });
+  EXPECT_EQ(silent.failure->kind, FailureKind::kContactSilent);
+  EXPECT_EQ(silent.failure->by, drivers::Interruption::kPacketsStopped);
   EXPECT_FALSE(
       after([](Event& e) { links(e).contact = drivers::ContactLink::kIdentifying; }).failure);
 }

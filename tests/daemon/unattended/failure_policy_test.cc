@@ -14,16 +14,16 @@ constexpr std::size_t kKinds = static_cast<std::size_t>(FailureKind::kUnexpected
 
 TEST(TheAftermath, OfEveryFailureIsKnownWithItsReason) {
   std::set<FailureKind> known;
-  std::set<Interruption> of_the_robot;
+  std::set<std::pair<FailureKind, Interruption>> causes;
   for (const FailurePolicy& one : failure_policies()) {
     EXPECT_STRNE(one.reason, "");
     known.insert(one.failure);
     if (one.by) {
-      EXPECT_TRUE(of_the_robot.insert(*one.by).second) << one.reason;
+      EXPECT_TRUE(causes.emplace(one.failure, *one.by).second) << one.reason;
     }
   }
   EXPECT_EQ(known.size(), kKinds);
-  EXPECT_EQ(of_the_robot.size(), 3u);
+  EXPECT_EQ(causes.size(), 5u);
 }
 
 TEST(TheAftermath, ResumesNothingBehindWhichNoOtherSessionMightBegin) {
@@ -41,6 +41,14 @@ TEST(TheAftermath, WaitsForSomebodyWhereTheArmMetSomethingOrSomebodyStoppedIt) {
   }
   EXPECT_FALSE(aftermath(FailureKind::kRobotSilent, Interruption::kOther).begin);
   EXPECT_FALSE(aftermath(FailureKind::kRobotSilent, Interruption::kNone).begin);
+}
+
+TEST(TheAftermath, OfASensorThatAPersonMayHaveUnpluggedWaitsForSomebody) {
+  for (const Interruption by : {Interruption::kOther, Interruption::kNone}) {
+    EXPECT_FALSE(aftermath(FailureKind::kContactSilent, by).resume);
+    EXPECT_FALSE(aftermath(FailureKind::kContactSilent, by).begin);
+  }
+  EXPECT_TRUE(aftermath(FailureKind::kContactSilent, Interruption::kPacketsStopped).resume);
 }
 
 TEST(TheAftermath, ResumesWhateverASessionCouldHaveGoneOnFromByItself) {

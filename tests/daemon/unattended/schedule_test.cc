@@ -426,7 +426,8 @@ TEST_F(ASchedule, ResumesAfterHarmlessFailuresSoOftenAndBehindAWait) {
   pass(60);
   EXPECT_EQ(cell.resumed, 1);
   pass(60);
-  cell.end(EndState::kFailed, {FailureKind::kContactSilent, "no heartbeat"});
+  cell.end(EndState::kFailed,
+           {FailureKind::kContactSilent, "no heartbeat", drivers::Interruption::kPacketsStopped});
   live(600, 60);
   EXPECT_EQ(cell.resumed, 2);
   cell.end(EndState::kFailed, late());
