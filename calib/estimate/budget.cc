@@ -29,8 +29,7 @@ double rms_sigma_m(const std::vector<Problem::Length>& lengths) {
 }  // namespace
 
 UncertaintySource source_of(const ParameterKey& key) {
-  if (is_positioner_compliance(key))
-    return UncertaintySource::kLoads;
+  if (is_positioner_compliance(key)) return UncertaintySource::kLoads;
   switch (key.kind) {
     case ParameterKind::kD:
     case ParameterKind::kA:
@@ -72,12 +71,22 @@ UncertaintySource source_of(const ParameterKey& key) {
   return UncertaintySource::kPlaces;
 }
 
+namespace {
+
+/// Touch noise of the covariance: as stated where the residuals are smaller.
+double used_noise_m(const Calibration& c) {
+  return c.chi2_per_dof > 0.0 ? c.touch_noise_m / std::sqrt(std::min(1.0, c.chi2_per_dof))
+                              : c.touch_noise_m;
+}
+
+}  // namespace
+
 UncertaintyBudget::UncertaintyBudget(const Problem& problem, const Estimate& e, double inflation,
                                      const Calibration& c)
     : problem_(problem),
       estimate_(e),
       inflation_(inflation),
-      touch_noise_m_(c.touch_noise_m),
+      touch_noise_m_(used_noise_m(c)),
       ripple_rad_(c.level.ripple_rad),
       field_m_(c.discrepancy.sigma_m) {
   std::map<UncertaintySource, Priors> groups;

@@ -48,8 +48,18 @@ TEST(UncertaintyBudget, NamesWhatTheTouchesHaveNotTakenOver) {
   }
   const UncertaintyLine* touches = line(many, UncertaintySource::kTouches);
   ASSERT_NE(touches, nullptr);
-  EXPECT_NEAR(touches->sigma, many.touch_noise_m, 1e-12);
+  EXPECT_NEAR(touches->sigma, many.touch_noise_m / std::sqrt(std::min(1.0, many.chi2_per_dof)),
+              1e-12);
   EXPECT_LT(touches->workspace_m, 1e-3);
+}
+
+TEST(UncertaintyBudget, StatesTheTouchNoiseThatWasUsedWhereTheResidualsAreSmaller) {
+  Cell cell = demo_cell();
+  cell.touch_sigma_m = 0.1e-3;
+  const Calibration c = calibrated(cell, 100);
+  ASSERT_LT(c.chi2_per_dof, 0.5);
+  ASSERT_NE(line(c, UncertaintySource::kTouches), nullptr);
+  EXPECT_NEAR(line(c, UncertaintySource::kTouches)->sigma, cell.touch_sigma_m, 0.01e-3);
 }
 
 TEST(UncertaintyBudget, HasALineForCertifiedLengthsAloneThatWereFitted) {
