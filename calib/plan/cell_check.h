@@ -97,7 +97,7 @@ Phrase phrase(const CellFault& fault);
 /// Throws PlanError naming all refused faults; returns the others.
 std::vector<Phrase> refuse_faulty(const Cell& cell);
 
-// Plausibility of the described arm and tool; part of cell_check.h.
+// Plausibility of the described arm and tool; cell_description.cc.
 
 /// Rated payload [kg] from KUKA's model name ("KR 16 R1610-2": 16, "KR 150 L110": 110). 0: unknown.
 double rated_payload_kg(const Robot& robot);

@@ -75,7 +75,7 @@ class FrameState {
   bool follow(const Line& call, State& state) const;
   /// Nothing is known until it is set again; `why`: the responsible statement.
   State unknown(const Lost& why) const;
-  /// Likewise; a tool that stands in the cell still does.
+  /// Likewise, but an external tool remains one.
   void lose(const Lost& why, State& state) const;
   /// The statement, or the call that it is inside.
   Lost at(const std::string& what, int line) const { return call_.value_or(Lost{what, line}); }

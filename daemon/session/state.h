@@ -59,8 +59,8 @@ struct State {
   calib::Phrase how_to_start;  ///< what the operator starts on the pendant; for messages
   std::size_t done = 0;        ///< touches on disk; also the index of the next one
   std::string expected_hash;   ///< resumed: hash of the stored plan; empty: not compared
-  std::string
-      anew;  ///< command of a new session of a kind that is not resumed; empty: it is resumed
+  /// Command of a new session of a kind that is not resumed; empty: it is resumed.
+  std::string anew;
 
   /// Null before planning. With touches chosen one by one it holds the current touch, or none and the way
   /// home.

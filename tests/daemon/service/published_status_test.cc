@@ -1,4 +1,4 @@
-// A change that a session does not make, such as one of the schedule, published beside it or after it.
+// A change that a session does not make, such as one of the schedule, published during or after it.
 
 #include <gtest/gtest.h>
 
