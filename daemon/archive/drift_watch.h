@@ -1,5 +1,5 @@
 #pragma once
-// Control chart of the checks of the newest published calibration, cached until another check has ended.
+// Control chart of the checks of the calibration in use, cached until another check has ended.
 
 #include <cstdint>
 #include <filesystem>

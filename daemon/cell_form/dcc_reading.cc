@@ -276,6 +276,13 @@ std::optional<double> mm_per(std::string unit) {
   return found == kUnits.end() ? std::nullopt : std::optional(found->second);
 }
 
+/// A length all the same, such as "inch" or "\\foot".
+bool may_be_length(const std::string& unit) {
+  static const std::regex kLength("met(re|er)|inch|foot|feet|yard|\\bmil\\b|thou",
+                                  std::regex::icase);
+  return std::regex_search(unit, kLength);
+}
+
 /// A list may state one text for all of its values.
 std::string Certificate::text_in(const xml_node& node, const char* what, const OneOf& one) const {
   if (one.ending.empty()) return text_of(node);
@@ -442,9 +449,13 @@ std::string Certificate::others() const {
 std::vector<const Certified*> Certificate::certified(const IsMeant& is_meant,
                                                      const char* what) const {
   std::vector<const Certified*> found;
-  const Certified* bare = nullptr;
+  const Certified *bare = nullptr, *other_unit = nullptr;
   for (const Certified& one : all_) {
-    if (!one.unit.empty() || !is_meant(one) || has_word(one.words, kAside)) continue;
+    if (!is_meant(one) || has_word(one.words, kAside)) continue;
+    if (!one.unit.empty()) {
+      if (may_be_length(one.unit)) other_unit = &one;
+      continue;
+    }
     if (!one.sigma_mm) {
       bare = &one;
       continue;
@@ -455,6 +466,10 @@ std::vector<const Certified*> Certificate::certified(const IsMeant& is_meant,
       fail(one.node, fmt::format("{:g} mm is not the {} of an artefact", one.mm, what));
     found.push_back(&one);
   }
+  if (!found.empty() && other_unit != nullptr)
+    fail(other_unit->node,
+         fmt::format("\"{}\" is in \"{}\", others in units of the SI: enter all as CSV, in mm",
+                     calib::shown(other_unit->name, 60), calib::shown(other_unit->unit)));
   if (found.empty() && bare != nullptr)
     fail(bare->node,
          fmt::format("\"{}\" states no uncertainty (si:expandedUnc or "

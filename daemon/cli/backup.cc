@@ -98,14 +98,14 @@ bool is_of_the_arm(const std::string& path) {
   return names.contains(calib::krl::lower_name(path)) && !is_of_the_controllers_side(path);
 }
 
-void refuse_two_robots(const fs::path& place, const std::vector<KrlFile>& files) {
-  std::map<std::string, std::string> seen;
+void refuse_two_robots(const std::string& place, const std::vector<KrlFile>& files) {
+  std::map<std::string, const KrlFile*> seen;
   for (const KrlFile& file : files) {
     if (!is_of_the_arm(file.name)) continue;
-    const auto [first, fresh] = seen.emplace(calib::krl::lower_name(file.name), file.name);
-    if (!fresh)
-      throw calib::FileError(place.string(), ": both " + first->second + " and " + file.name +
-                                                 ". Give the files of one robot");
+    const auto [first, fresh] = seen.emplace(calib::krl::lower_name(file.name), &file);
+    if (!fresh && first->second->text != file.text)
+      throw calib::FileError(place, ": both " + first->second->name + " and " + file.name +
+                                        ". Give the files of one robot");
   }
 }
 
@@ -119,7 +119,7 @@ Backup read_backup(const fs::path& place) {
     if (other) backup.others.push_back(file.name);
     return other;
   });
-  refuse_two_robots(place, backup.files);
+  refuse_two_robots(place.string(), backup.files);
   return backup;
 }
 
@@ -131,10 +131,12 @@ bool may_state_accuracy(const std::string& path) {
 
 calib::MachineData read_machine_files(const std::vector<fs::path>& places) {
   calib::MachineData data;
+  std::vector<KrlFile> alone;
   for (const fs::path& place : places) {
     const bool archive = calib::krl::lower_name(place.string()).ends_with(".zip");
     if (!archive && !fs::is_directory(place)) {
-      calib::read_machine_data(calib::read_file(place), place.string(), data);
+      alone.push_back({place.string(), calib::read_file(place)});
+      calib::read_machine_data(alone.back().text, place.string(), data);
       continue;
     }
     bool found = false;
@@ -149,6 +151,7 @@ calib::MachineData read_machine_files(const std::vector<fs::path>& places) {
     if (!found)
       throw calib::FileError(place.string(), ": no $machine.dat, $robcor.dat or $config.dat in it");
   }
+  refuse_two_robots("machine data", alone);
   if (const std::string two = calib::two_robots(data); !two.empty())
     fmt::print(stderr, "warning: {}\n", two);
   return data;

@@ -60,6 +60,7 @@ struct Lost {
   std::string what;  ///< name of the call, "BAS(#INITMOV)", "DEF"; empty: none
   int line = 0;
   int other = 0;  ///< line that sets another value on another way to the same place; 0: none
+  bool any_time = false;  ///< the call is an interrupt's or trigger's
 };
 
 struct Refusal {

@@ -357,7 +357,7 @@ FrameState::FrameState(const std::vector<Line>& lines, const std::string& own, c
   for (const Line& line : lines)
     if (const std::string by = calls_.routines.frames_aside(calls_.module, line); !by.empty())
       for (auto& state : states_)  // at any time
-        if (state) lose({by, line.number}, *state);
+        if (state) lose({.what = by, .line = line.number, .any_time = true}, *state);
 }
 
 bool FrameState::meet(State& into, const State& other) {

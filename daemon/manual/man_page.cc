@@ -154,8 +154,9 @@ std::vector<ManSection> cellcald_sections() {
        {{"SIGTERM, SIGINT", "Stop the arm, record the end of the session, end."},
         {"SIGUSR1", "'cellcal abort' without a connection: stop the arm, end the session."},
         {"SIGHUP",
-         "Read the configuration again: log_level at once, all else from the next session on. What "
-         "cannot change while the daemon runs is named in the log."}}},
+         "Read the configuration again: log_level, [schedule], [notify], [plant] and [retention] at "
+         "once, all else from the next session on. What cannot change while the daemon runs is "
+         "named in the log."}}},
       {"FILES",
        {{"/etc/cellcal/cellcald.toml", "The configuration."},
         {"/var/lib/cellcal", "Journal and results of all sessions."},

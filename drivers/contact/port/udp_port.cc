@@ -31,19 +31,41 @@ std::chrono::nanoseconds to_duration(const timespec& t) {
   return std::chrono::seconds{t.tv_sec} + std::chrono::nanoseconds{t.tv_nsec};
 }
 
+/// Both clocks at one instant; `steady` is never earlier than `wall`.
+struct Instant {
+  std::chrono::nanoseconds wall{};
+  TimePoint steady{};
+};
+
+/// A thread that is preempted between the two readings reads again.
+Instant read_clocks() {
+  constexpr std::chrono::microseconds kUndisturbed{20};
+  constexpr int kMostReadings = 4;
+  Instant best;
+  auto least = Steady::duration::max();
+  for (int i = 0; i < kMostReadings && least > kUndisturbed; ++i) {
+    timespec wall{};
+    const TimePoint before = Steady::now();
+    ::clock_gettime(CLOCK_REALTIME, &wall);
+    const TimePoint after = Steady::now();
+    if (after - before >= least) continue;
+    least = after - before;
+    best = {to_duration(wall), after};
+  }
+  return best;
+}
+
 /// Converts the kernel's wall-clock stamp of a datagram to the steady clock.
 TimePoint arrival_of(msghdr& message) {
-  timespec wall{};
-  ::clock_gettime(CLOCK_REALTIME, &wall);
-  const TimePoint now = Steady::now();
+  const Instant now = read_clocks();
   for (cmsghdr* c = CMSG_FIRSTHDR(&message); c != nullptr; c = CMSG_NXTHDR(&message, c)) {
     if (c->cmsg_level != SOL_SOCKET || c->cmsg_type != SCM_TIMESTAMPNS) continue;
     timespec stamp{};
     std::memcpy(&stamp, CMSG_DATA(c), sizeof stamp);
-    const auto age = to_duration(wall) - to_duration(stamp);
-    if (age >= age.zero() && age <= kOldestStamp) return now - age;
+    const auto age = now.wall - to_duration(stamp);
+    if (age >= age.zero() && age <= kOldestStamp) return now.steady - age;
   }
-  return now;
+  return now.steady;
 }
 
 class UdpPort final : public Port {

@@ -29,6 +29,9 @@ constexpr double kPeerWaitsS = 0.2;
 constexpr double kPeerTimeoutS = 2.5;
 // Tolerance of an external axis without a move, degrees or millimetres: above the servo's noise.
 constexpr double kUnusedStands = 0.1;
+// Replies accepted in a row after which the controller holds the last correction at rest: one until it has
+// it, one for its speed to be zero, one for its acceleration.
+constexpr std::uint32_t kAcceptedAtRest = 3;
 // A larger interval between ticks and packets shows that this thread was delayed.
 constexpr double kHeldUpS = 0.02;
 
@@ -356,19 +359,25 @@ struct RsiCore::Impl {
     if (!mover.busy()) state.link = RobotLink::kNotReferenced;
   }
 
+  bool too_many_late() const {
+    return state.late_while_moving >= static_cast<std::uint32_t>(config.late_replies_limit);
+  }
+
   /// Number of further late replies. Before the first reply none can be late.
   std::uint32_t note_delay() {
     const std::uint32_t more = delay.note(frame.delay);
+    accepted_in_a_row = more > 0 ? 0 : accepted_in_a_row + 1;
     if (delay.replies() == 0) return 0;
     state.late += more;
     if (more > 0 && !relative()) setpoint.not_taken();
-    if (more == 0 || !mover.busy()) return more;
+    if (more == 0 || !(mover.busy() || queue.waiting())) return more;
     state.late_while_moving += more;
+    if (!mover.busy()) return more;
     if (relative()) {
       // The arm differs from the accumulator, and does not converge to it.
       increments_lost = true;
       mover.halt(MoveOutcome::kRobotSilent, cause::IncrementLost{state.late_while_moving});
-    } else if (state.late_while_moving >= static_cast<std::uint32_t>(config.late_replies_limit)) {
+    } else if (too_many_late()) {
       mover.halt(MoveOutcome::kRobotSilent, cause::LateReplies{state.late_while_moving});
     }
     return more;
@@ -381,6 +390,7 @@ struct RsiCore::Impl {
       refuse(move, cause::Busy{});
     } else {
       queue.wait(move);
+      state.late_while_moving = 0;
     }
   }
 
@@ -396,6 +406,9 @@ struct RsiCore::Impl {
 
   void start_waiting_move() {
     if (waits_for_input()) return;
+    // After late replies the controller may hold an earlier correction than the commanded one.
+    const bool late = state.link == RobotLink::kReady && accepted_in_a_row < kAcceptedAtRest;
+    if (late && !too_many_late()) return;
     const auto move = queue.next_waiting_move();
     if (!move) return;
     if (ending) return refuse(*move, cause::Closing{});
@@ -404,6 +417,8 @@ struct RsiCore::Impl {
     if (state.link != RobotLink::kReady && state.unasked) return refuse(*move, *state.unasked);
     if (state.link != RobotLink::kReady) return refuse(*move, cause::NotReferenced{});
     if (const auto objection = setpoint.object_to(*move)) return refuse(*move, *objection);
+    if (late)
+      return refuse(*move, cause::LateReplies{state.late_while_moving}, MoveOutcome::kRobotSilent);
     state.late_while_moving = 0;
     if (const auto refusal = mover.start(*move, setpoint.commanded_rad())) finish(*refusal);
   }
@@ -564,9 +579,10 @@ struct RsiCore::Impl {
     TimePoint t_rx{};
     std::uint32_t answered_since = 0;
   } counted;
-  double held_up_s = 0.0;                 // since the last packet
-  double slept_s = 0.0;                   // longest delay of this thread since then
-  std::optional<TimePoint> input_due;     // a move waits for the contact input until then
+  double held_up_s = 0.0;              // since the last packet
+  double slept_s = 0.0;                // longest delay of this thread since then
+  std::optional<TimePoint> input_due;  // a move waits for the contact input until then
+  std::uint32_t accepted_in_a_row = 0;
   std::optional<std::uint32_t> answered;  // IPOC of the last reply
   bool rereference_asked = false, too_few_axes = false;
   std::uint32_t damaged_in_a_row = 0;  // with a valid IPOC only

@@ -292,6 +292,17 @@ TEST(ADcc, KnowsUnitsByEitherSpellingAndBySymbolAndNamesOthers) {
       << words;
 }
 
+TEST(ADcc, WithOneSphereInAUnitThatIsNotReadIsRefused) {
+  const std::string s1 = quantity("diameter of sphere 1", "50001", kNewU);
+  const std::string words = refusal(dcc(s1 + quantity("diameter of sphere 2", "2", kNewU, "inch")));
+  EXPECT_NE(words.find("sphere 2\" is in \"inch\", others in units of the SI"), std::string::npos)
+      << words;
+  EXPECT_EQ(spheres_in(dcc(s1 + quantity("diameter of sphere 2, drift", "2", kNewU, "\\kelvin")),
+                       "given.xml")
+                .size(),
+            1u);
+}
+
 TEST(ADcc, MayBeInUtf16) {
   const std::string xml = dcc(quantity("Durchmesser K\xc3\xb6rper, Kugel 1", "50001", kNewU));
   const auto utf16 = [](const std::string& text, bool little) {

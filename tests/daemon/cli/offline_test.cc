@@ -509,6 +509,13 @@ TEST(MachineData, OfAControllerAreHeldAgainstTheRobotFileAndGiveItsLimits) {
   EXPECT_NE(accurate.err.find("$ABS_ACCUR: absolute accuracy is active"), std::string::npos)
       << accurate.err;
   EXPECT_EQ(calib::load_robot(robot).absolute_accuracy, calib::AbsoluteAccuracy::kActive);
+  std::filesystem::create_directory(dir / "other");
+  const std::string other = dir / "other/$machine.dat";
+  std::ofstream(other) << "$TFLWP={X 0.0,Y 0.0,Z 158.0,A 0.0,B 0.0,C 0.0}\r\n";
+  const Outcome two = run_program({CELLCAL, "import-robot", "--robot", "kr5_r1400",
+                                   "--machine-data", data, other, "-o", robot});
+  EXPECT_EQ(two.status, 1);
+  EXPECT_NE(two.err.find("both " + data + " and " + other), std::string::npos) << two.err;
   EXPECT_EQ(run_program({CELLCAL, "import-robot", "--robot", "kr9999"}).status, 1);
   EXPECT_EQ(run_program({CELLCAL, "import-robot"}).status, 2);
 }

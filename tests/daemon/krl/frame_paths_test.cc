@@ -208,7 +208,8 @@ TEST(AFrame, ThatAnInterruptOrTriggerSetsIsUnknownInTheWholeModule) {
        {"INTERRUPT DECL 3 WHEN $IN[1]==TRUE DO AT_ANY_TIME()\nINTERRUPT ON 3\n",
         "GLOBAL INTERRUPT DECL 3 WHEN $IN[1]==TRUE DO AT_ANY_TIME()\n",
         "TRIGGER WHEN DISTANCE=1 DELAY=0 DO AT_ANY_TIME() PRIO=-1\n"}) {
-    EXPECT_NE(frames_of(paths_corrected(line + frames + "PTP XP1\n", sets)).find("tool unknown"),
+    EXPECT_NE(frames_of(paths_corrected(line + frames + "PTP XP1\n", sets))
+                  .find("tool unknown: AT_ANY_TIME, which the interrupt or trigger of line"),
               std::string::npos)
         << line;
     EXPECT_EQ(

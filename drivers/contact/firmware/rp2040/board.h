@@ -4,7 +4,7 @@
  *   GP26 A0   sense line's voltage
  *   GP27 A1   feed's voltage, behind its resistor
  *   GP28 A2   voltage of the wire that comes back from the stands
- *   GP3       test: pulls the sense line down through 100 ohms, or lifts it (pin's pull-up)
+ *   GP3       test: pulls the sense line down through 47 ohms, or lifts it (pin's pull-up)
  *   GP6       output to a controller's input, by an optocoupler: high while the gun is free
  *   GP7       the relay's coil, by a transistor (where one is fitted)
  *   GP8       its mirror contact, to ground: closed while the relay is released

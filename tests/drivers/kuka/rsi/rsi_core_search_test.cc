@@ -63,6 +63,39 @@ TEST_F(Search, TripFreezesTheVeryReplyAndContactLatches) {
   expect_still(before);
 }
 
+TEST_F(Search, RetreatBeginsOnceTheControllerHasTakenTheStop) {
+  rig.make_ready();
+  rig.guard.arm(kArm);
+  rig.begin(MoveKind::kSearch, rig.moved_by(0, 20), 1.0, kArm);
+  rig.run(500ms);  // far above probing speed: the stop is a brake
+  rig.guard.trip(kArm, rig.now);
+  rig.run(8ms);
+  rig.to_krc = false;
+  rig.guard.push(ContactEventKind::kContact, kArm, rig.now - 8ms);
+  const CoreResult contact = rig.finish();
+  ASSERT_EQ(contact.outcome, MoveOutcome::kContact) << words(contact);
+  rig.begin(MoveKind::kRetreat, rig.moved_by(0, -5));
+  rig.cycle();
+  EXPECT_EQ(rig.commanded(), contact.at_rad);
+  rig.to_krc = true;
+  const CoreResult retreat = rig.finish();
+  EXPECT_EQ(retreat.outcome, MoveOutcome::kArrived) << words(retreat);
+}
+
+TEST_F(Search, RetreatThatWaitsForRepliesToBeTakenEndsByTheLimitOfLateOnes) {
+  search();
+  rig.guard.trip(kArm, rig.now);
+  rig.guard.push(ContactEventKind::kContact, kArm, rig.now);
+  rig.finish();
+  bool taken = false;
+  rig.after_cycle = [&] { rig.to_krc = taken = !taken; };
+  rig.run(20ms);
+  rig.begin(MoveKind::kRetreat, rig.moved_by(0, -1));
+  const CoreResult retreat = rig.finish(100ms);
+  EXPECT_EQ(retreat.outcome, MoveOutcome::kRobotSilent) << words(retreat);
+  EXPECT_TRUE(is<cause::LateReplies>(retreat.cause)) << words(retreat);
+}
+
 TEST_F(Search, LatchDoesNotMindNetworkJitter) {
   std::mt19937 random(4);
   std::exponential_distribution<double> jitter(1.0 / 400e-6);

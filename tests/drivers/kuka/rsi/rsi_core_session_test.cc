@@ -135,7 +135,7 @@ TEST_F(RsiSession, AMoveThatTheLinkEndedSaysWhatItWas) {
   rig.run(200ms);
   rig.krc.rsi_on();
   ended = result();
-  EXPECT_TRUE(is<cause::SessionRestarted>(ended.cause));
+  EXPECT_TRUE(is<cause::SessionRestarted>(ended.cause)) << words(ended);
   EXPECT_EQ(ended.interruption, Interruption::kOther);
 }
 
