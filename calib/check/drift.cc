@@ -169,7 +169,7 @@ DriftAdvice advice_for(const DriftChart& chart) {
   if (unusual_temperature(chart)) return DriftAdvice::kLetItWarmUp;
   if (!chart.trend->causes.empty())
     return remedy_of(CheckVerdict::kDoesNotHold, chart.trend->causes.front().kind);
-  return DriftAdvice::kRemeasureTcp;
+  return DriftAdvice::kReMeasureTcp;
 }
 
 void share_out(std::vector<Explanation>& all, const std::vector<PossibleChange>& changes) {

@@ -111,7 +111,7 @@ UncertaintyBudget::UncertaintyBudget(const Problem& problem, const Estimate& e, 
 std::vector<UncertaintyLine> UncertaintyBudget::lines() const {
   std::vector<UncertaintyLine> all = {
       {UncertaintySource::kTouches, touch_noise_m_},
-      {UncertaintySource::kLengths, rms_sigma_m(problem_.lengths())}};
+      {UncertaintySource::kCertifiedLengths, rms_sigma_m(problem_.lengths())}};
   for (const Priors& one : priors_) all.push_back(one.line);
   all.push_back({UncertaintySource::kRipple, ripple_rad_});
   all.push_back({UncertaintySource::kModel, field_m_});

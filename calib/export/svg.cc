@@ -20,9 +20,6 @@ constexpr double kFarOff = 1e5;
 bool drawable(double value) { return std::isfinite(value) && std::abs(value) < kFarOff; }
 bool drawable(Point point) { return drawable(point.x) && drawable(point.y); }
 
-constexpr EnumNames<Anchor> kAnchors{
-    {{Anchor::kStart, "start"}, {Anchor::kMiddle, "middle"}, {Anchor::kEnd, "end"}}};
-
 std::string attributes(const Style& style) {
   if (const auto* classes = std::get_if<std::string_view>(&style))
     return fmt::format(" class=\"{}\"", *classes);
@@ -81,7 +78,7 @@ void Svg::text(Point at, Anchor anchor, const Style& style, std::string_view con
   if (!drawable(at)) return;
   fmt::format_to(std::back_inserter(out_),
                  "<text{} x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\">{}</text>\n",
-                 attributes(style), at.x, at.y, kAnchors[anchor], escape(content));
+                 attributes(style), at.x, at.y, own_name(anchor), escape(content));
 }
 
 void Svg::vertical_text(Point at, const Style& style, std::string_view content) {

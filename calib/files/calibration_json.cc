@@ -23,8 +23,8 @@ namespace cellcal::calib {
 namespace {
 
 using fields::Field, fields::Json, fields::Table, fields::Value, fields::field, fields::for_readers,
-    fields::list, fields::not_negative, fields::number, fields::object, fields::only_of,
-    fields::text, fields::vector, fields::where, fields::whole;
+    fields::list, fields::maybe, fields::named, fields::not_negative, fields::number,
+    fields::object, fields::only_of, fields::text, fields::vector, fields::where, fields::whole;
 
 /// One row of the kind whose amount has this unit.
 Field<Explanation> amount(const char* key, ChangeKind kind, double per) {
@@ -43,10 +43,8 @@ Table<Explanation> explanation_fields() {
   const auto known_partly = [](const E& one) {
     return (one.kind == ChangeKind::kTool || one.kind == ChangeKind::kSphere) && one.amount > 0.0;
   };
-  const auto kind = named_by<ChangeKind>([](ChangeKind one) { return to_string(one); }, change_kind,
-                                         "is not known");
   return {
-      field("kind", &E::kind, kind),
+      field("kind", &E::kind, named<ChangeKind>("is not known")),
       field("name", &E::name, text()),
       field("probability", &E::probability, not_negative()),
       field("log_likelihood", &E::log_likelihood, number()),
@@ -70,20 +68,10 @@ Table<Explanation> explanation_fields() {
       for_readers<E>("words", [](const E& one) -> Json { return words(one); })};
 }
 
-Field<UpdateOrigin> second_field() {
-  using U = UpdateOrigin;
-  const auto one = object(explanation_fields());
-  return where<U>([](const U& u) { return u.second.has_value(); },
-                  {"second", [=](const U& u) { return one.to(*u.second); },
-                   [=](const JsonReader& r, U& u) { u.second = one.from(r); }});
-}
-
 /// Origin of an updated calibration.
 Table<UpdateOrigin> update_fields() {
   using U = UpdateOrigin;
-  const auto outcome = named_by<UpdateOutcome>([](UpdateOutcome one) { return to_string(one); },
-                                               update_outcome, "is not known");
-  return {field("outcome", &U::outcome, outcome),
+  return {field("outcome", &U::outcome, named<UpdateOutcome>("is not known")),
           field("stands_on", &U::stands_on, text()),
           field("months", &U::months, not_negative()),
           field("touches", &U::touches, whole<std::size_t>()),
@@ -94,7 +82,7 @@ Table<UpdateOrigin> update_fields() {
           field("degrees_of_freedom", &U::degrees_of_freedom, not_negative()),
           field("by_chance", &U::by_chance, not_negative()),
           field("log_odds_second", &U::log_odds_second, number()),
-          second_field(),
+          maybe("second", &U::second, object(explanation_fields())),
           field("m3_before_mm", &U::before_m, not_negative(kMmPerM)),
           field("m3_reached_mm", &U::reached_m, not_negative(kMmPerM)),
           where<U>([](const U& u) { return u.on_positioner; },
@@ -102,8 +90,8 @@ Table<UpdateOrigin> update_fields() {
                     [](const JsonReader& r, U& u) { u.on_positioner = r.flag(); }})};
 }
 
-using fields::beside, fields::from_json, fields::group, fields::joined, fields::maybe,
-    fields::of_member, fields::optional, fields::to_json;
+using fields::beside, fields::from_json, fields::group, fields::joined, fields::of_member,
+    fields::optional, fields::to_json;
 using C = Calibration;
 
 constexpr const char* kFormat = "cellcal.calibration/1";
@@ -128,24 +116,11 @@ Field<C> cell_field() {
       [](const JsonReader& r, C& c) { c.cell = read_cell(document(r), std::move(c.cell.robot)); }};
 }
 
-Field<C> targets_field() {
-  const auto targets = [](const Cell& cell) { return list(object(target_fields(cell))); };
-  return {"targets", [=](const C& c) { return targets(c.cell).to(c.targets); },
-          [=](const JsonReader& r, C& c) { c.targets = targets(c.cell).from(r); }};
-}
-
-Field<C> verdict_field() {
-  const auto verdict = [](const Cell& cell) { return object(verdict_fields(cell)); };
-  return {"verdict", [=](const C& c) { return verdict(c.cell).to(c.verdict); },
-          [=](const JsonReader& r, C& c) { c.verdict = verdict(c.cell).from(r); }};
-}
-
-Field<C> unidentifiable_field() {
-  const auto directions = [](const Cell& cell) {
-    return list(object(unidentifiable_fields(cell)));
-  };
-  return {"unidentifiable", [=](const C& c) { return directions(c.cell).to(c.unidentifiable); },
-          [=](const JsonReader& r, C& c) { c.unidentifiable = directions(c.cell).from(r); }};
+/// A member whose rows depend on the cell, which was read before.
+template <class V>
+Field<C> of_cell(const char* key, V C::*member, Value<V> (*as)(const Cell&)) {
+  return {key, [=](const C& c) { return as(c.cell).to(c.*member); },
+          [=](const JsonReader& r, C& c) { c.*member = as(c.cell).from(r); }};
 }
 
 /// Derived from covariance and frame_basis, for readers without linear algebra.
@@ -195,20 +170,14 @@ Field<C> reason_field() {
 
 /// Choice of the level; known kinds are worded anew.
 Field<C> chosen_field() {
-  constexpr std::pair<LevelChoice, const char*> kChoices[] = {
-      {LevelChoice::kAskedFor, "asked_for"},
-      {LevelChoice::kMeanByEvidence, "mean_by_evidence"},
-      {LevelChoice::kNothingIdentified, "nothing_identified"}};
-  const auto name = [=](LevelChoice choice) -> const char* {
-    for (const auto& [one, its] : kChoices)
-      if (one == choice) return its;
-    return nullptr;
+  const auto is_kind = [](LevelChoice choice) {
+    return choice != LevelChoice::kNone && choice != LevelChoice::kRecorded;
   };
-  return where<C>([=](const C& c) { return name(c.level_reason.choice) != nullptr; },
-                  {"chosen", [=](const C& c) -> Json { return name(c.level_reason.choice); },
+  return where<C>([=](const C& c) { return is_kind(c.level_reason.choice); },
+                  {"chosen", [](const C& c) -> Json { return own_name(c.level_reason.choice); },
                    [=](const JsonReader& r, C& c) {
-                     for (const auto& [one, its] : kChoices)
-                       if (r.text() == its) c.level_reason = {one};
+                     const auto choice = by_own_name<LevelChoice>(r.text());
+                     if (choice && is_kind(*choice)) c.level_reason = {*choice};
                    }});
 }
 
@@ -278,14 +247,6 @@ Field<C> touch_noise_field() {
                          of_member(&C::repeats, repeats_fields())));
 }
 
-/// Present in a calibration that was updated from the one before it by a few touches.
-Field<C> update_field() {
-  const auto origin = object(update_fields());
-  return where<C>([](const C& c) { return c.update.has_value(); },
-                  {"update", [=](const C& c) { return origin.to(*c.update); },
-                   [=](const JsonReader& r, C& c) { c.update = origin.from(r); }});
-}
-
 Field<C> inputs_field() {
   return group<C>("inputs",
                   {for_readers<C>("software", [](const C&) { return software_version(); }),
@@ -306,12 +267,16 @@ Table<C> calibration_fields() {
       optional(model_field()),
       parameters_field(),
       joint_functions_field(),
-      targets_field(),
+      of_cell(
+          "targets", &C::targets,
+          +[](const Cell& cell) { return list(object(target_fields(cell))); }),
       where<C>([](const C& c) { return !c.positioner.empty(); },
                field("positioner", &C::positioner, list(object(positioner_fields())))),
       maybe("linear_unit", &C::linear_unit, object(linear_unit_fields())),
       residuals_field(),
-      unidentifiable_field(),
+      of_cell(
+          "unidentifiable", &C::unidentifiable,
+          +[](const Cell& cell) { return list(object(unidentifiable_fields(cell))); }),
       where<C>(with_observability,
                field("observability", &C::observability, object(observability_fields()))),
       for_readers<C>("correlations", correlations_json),
@@ -328,14 +293,15 @@ Table<C> calibration_fields() {
       optional(field("chi2_per_dof", &C::chi2_per_dof, number())),
       optional(field("touch_noise_mm", &C::touch_noise_m, number(kMmPerM))),
       optional(touch_noise_field()),
-      verdict_field(),
+      of_cell(
+          "verdict", &C::verdict, +[](const Cell& cell) { return object(verdict_fields(cell)); }),
       field("outliers", &C::outliers, list(object(outlier_fields()))),
       optional(field("lengths", &C::lengths, list(object(length_fields())))),
       optional(field("moved", &C::moved, list(object(moved_fields())))),
       optional(field("jumped", &C::jumped, list(object(jump_fields())))),
       covariance_field(),
       frame_basis_field(),
-      update_field(),
+      maybe("update", &C::update, object(update_fields())),
       inputs_field(),
   };
 }

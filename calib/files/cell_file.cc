@@ -158,8 +158,9 @@ Target read_target(const TomlTable& t, const Robot& robot) {
   Target target;
   target.id = read_id(t);
   check_artefact(t);
-  target.kind = target_kind(t.word("kind", {"sphere", "wire", "plane", "point", "tracker"}))
-                    .value_or(TargetKind::kSphere);
+  target.kind =
+      by_own_name<TargetKind>(t.word("kind", {"sphere", "wire", "plane", "point", "tracker"}))
+          .value_or(TargetKind::kSphere);
   read_on(t, robot, target);
   if (target.kind == TargetKind::kSphere) read_numbers(t, kSphere, target);
   if (target.kind == TargetKind::kPlane) read_normal(t, target);

@@ -18,21 +18,16 @@ using fields::Field, fields::Json, fields::Table, fields::Value, fields::field, 
     fields::text, fields::where, fields::whole;
 using ordered = Json;
 
-Value<TargetKind> kind_of_target() {
-  return named_by<TargetKind>([](TargetKind one) { return to_string(one); }, target_kind,
-                              "is not a kind of target");
-}
+Value<TargetKind> kind_of_target() { return fields::named<TargetKind>("is not a kind of target"); }
 
 Table<Subject> subject_fields(const Cell* cell) {
   using S = Subject;
-  const auto of =
-      named_by<S::Of>([](S::Of one) { return to_string(one); }, subject_of, "is not a subject");
   const auto read_name = [cell](const JsonReader& r, S& subject) {
     subject.name = r.text();
     if (subject.of == S::Of::kParameter) subject.parameter = parameter_key(*cell, subject.name);
   };
   return {
-      field("of", &S::of, of),
+      field("of", &S::of, fields::named<S::Of>("is not a subject")),
       where<S>([](const S& one) { return !one.name.empty(); },
                {"name", [](const S& one) { return one.name; }, read_name}),
       where<S>([](const S& one) { return !one.other_end.empty(); },
@@ -106,10 +101,10 @@ ordered finding_to_json(const Finding& finding) {
 
 Finding finding_from_json(const Cell& cell, const JsonReader& item) {
   Finding finding;
-  const auto known = severity(item.at("severity").text());
+  const auto known = by_own_name<Severity>(item.at("severity").text());
   if (!known) item.at("severity").fail("must be \"withholds\", \"warns\" or \"informs\"");
   finding.severity = *known;
-  const auto kind = finding_kind(item.at("kind").text());
+  const auto kind = by_own_name<FindingKind>(item.at("kind").text());
   if (!kind) {
     finding.text = item.at("words").text();
     return finding;
@@ -121,7 +116,7 @@ Finding finding_from_json(const Cell& cell, const JsonReader& item) {
     for (const JsonReader& part : item.at("parts").items())
       finding.parts.push_back(
           {subject_from_json(cell, part.at("about")), evidence_from_json(part.at("evidence"))});
-  if (item.has("cause")) finding.cause = likely_cause(item.at("cause").text());
+  if (item.has("cause")) finding.cause = by_own_name<LikelyCause>(item.at("cause").text());
   if (item.has("still"))
     for (const JsonReader& one : item.at("still").items())
       finding.still.push_back(finding_from_json(cell, one));
@@ -134,7 +129,7 @@ Table<Outlier> outlier_fields() {
   const auto known = [](const O& o) { return o.kind != OutlierKind::kRecorded; };
   const auto on_another = [](const O& o) { return o.kind == OutlierKind::kOnAnotherTarget; };
   const auto read_kind = [=](const JsonReader& r, O& o) {
-    o.kind = outlier_kind(r.text()).value_or(OutlierKind::kRecorded);
+    o.kind = by_own_name<OutlierKind>(r.text()).value_or(OutlierKind::kRecorded);
     if (known(o)) o.text.clear();
   };
   return {field("touch", &O::touch, whole<std::size_t>()),
@@ -178,7 +173,7 @@ Table<UnidentifiableDirection> unidentifiable_fields(const Cell& cell) {
       d.direction.emplace_back(named(cell, entry.key(), r), r.at(entry.key().c_str()).number());
   };
   const auto read_kind = [=](const JsonReader& r, D& d) {
-    d.kind = unidentifiable_kind(r.text()).value_or(UnidentifiableKind::kRecorded);
+    d.kind = by_own_name<UnidentifiableKind>(r.text()).value_or(UnidentifiableKind::kRecorded);
     if (known(d)) d.text.clear();
   };
   const Value<ParameterKey> parameter{

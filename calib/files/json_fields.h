@@ -172,11 +172,21 @@ Value<E> word(std::vector<std::pair<E, const char*>> words) {
           }};
 }
 
+/// By its own name.
 template <class E>
-Value<E> named(const EnumNames<E>& names) {
+Value<E> named() {
   std::vector<std::pair<E, const char*>> words;
-  for (const E one : all_values<E>()) words.emplace_back(one, names[one]);
+  for (const E one : all_values<E>()) words.emplace_back(one, own_name(one));
   return word(std::move(words));
+}
+template <class E>
+Value<E> named(const char* refusal) {
+  return {[](const E& value) -> Json { return own_name(value); },
+          [=](const JsonReader& r) {
+            const auto found = by_own_name<E>(r.text());
+            if (!found) r.fail(refusal);
+            return *found;
+          }};
 }
 
 template <class V>

@@ -225,9 +225,7 @@ Table<Verdict> verdict_fields(const Cell& cell) {
 
 Table<UncertaintyLine> uncertainty_fields() {
   using L = UncertaintyLine;
-  const auto source =
-      named_by<UncertaintySource>([](UncertaintySource one) { return to_string(one); },
-                                  uncertainty_source, "no source of uncertainty");
+  const auto source = named<UncertaintySource>("no source of uncertainty");
   const auto write_sigma = [](const L& line) -> Json {
     return line.sigma * unit_of(line.source).per_si;
   };
@@ -276,7 +274,7 @@ Table<Jump> jump_fields() {
   using What = Jump::What;
   const auto joint = [](const J& jump) { return jump.what == What::kJoint; };
   const auto place = [](const J& jump) { return jump.what != What::kJoint; };
-  return {field("what", &J::what, named(kWhatJumps)),
+  return {field("what", &J::what, named<Jump::What>()),
           field("name", &J::name, text()),
           field("after_touch", &J::after_touch, whole<std::size_t>()),
           only_of<J>(joint, field("angle_deg", &J::angle_rad, number(kDegPerRad))),
@@ -357,7 +355,7 @@ Table<ParameterResult> parameter_fields(const Cell& cell) {
       {"correction", [](const P& p) -> Json { return p.correction * p.to_unit; }, read_correction},
       {"sigma", [](const P& p) -> Json { return p.sigma * p.to_unit; },
        [](const JsonReader& r, P& p) { p.sigma = r.not_negative() / p.to_unit; }},
-      field("decided_by", &P::decided_by, named(kDecidedBy))};
+      field("decided_by", &P::decided_by, named<DecidedBy>())};
 }
 
 void read_parameters(const JsonReader& reader, Calibration& c) {

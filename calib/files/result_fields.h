@@ -23,17 +23,6 @@ Finding finding_from_json(const Cell& cell, const JsonReader& item);
 /// The parameter named in a file. Throws FileError if the cell does not have it.
 ParameterKey parameter_from_json(const Cell& cell, const JsonReader& item);
 
-/// An enumerator by its name; `refusal` of others.
-template <class E, class Name, class Named>
-fields::Value<E> named_by(Name name, Named named, const char* refusal) {
-  return {[=](const E& value) -> fields::Json { return name(value); },
-          [=](const JsonReader& r) {
-            const auto found = named(r.text());
-            if (!found) r.fail(refusal);
-            return *found;
-          }};
-}
-
 /// A missing or unknown kind keeps its text (kRecorded; `text`).
 fields::Table<Outlier> outlier_fields();
 fields::Table<UnidentifiableDirection> unidentifiable_fields(const Cell& cell);

@@ -18,6 +18,7 @@
 #include "calib/files/text.h"
 #include "calib/files/toml.h"
 #include "calib/files/touches.h"
+#include "calib/model/enum_table.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/units.h"
 
@@ -88,11 +89,6 @@ constexpr NumberKey<A> kAxis[] = {
     {"compliance_sigma_rad_per_nm", &A::compliance_sigma_rad_per_nm, kSi, kRadPerNm, kAlways},
     {"bearing_sigma_rad_per_nm", &A::bearing_sigma_rad_per_nm, kSi, kRadPerNm, kAlways}};
 
-constexpr std::pair<std::string_view, JointError> kErrorNames[] = {
-    {"theta", JointError::kTheta}, {"d", JointError::kD},       {"a", JointError::kA},
-    {"alpha", JointError::kAlpha}, {"beta", JointError::kBeta},
-};
-
 constexpr std::pair<std::string_view, AbsoluteAccuracy> kAccuracyNames[] = {
     {"off", AbsoluteAccuracy::kOff},
     {"active", AbsoluteAccuracy::kActive},
@@ -104,9 +100,9 @@ AbsoluteAccuracy read_accuracy(const TomlTable& document) {
   const std::string stated =
       document.word("absolute_accuracy",
                     {kAccuracyNames[0].first, kAccuracyNames[1].first, kAccuracyNames[2].first});
-  const auto* found = std::find_if(std::begin(kAccuracyNames), std::end(kAccuracyNames),
-                                   [&](const auto& one) { return one.first == stated; });
-  return found->second;
+  return std::ranges::find(kAccuracyNames, stated,
+                           &std::pair<std::string_view, AbsoluteAccuracy>::first)
+      ->second;
 }
 
 Eigen::Isometry3d read_frame_table(const TomlTable& table) {
@@ -119,8 +115,7 @@ std::string read_joint_name(const TomlTable& t) {
   const std::string name = t.string("name");
   if (name.empty() || name.find_first_of(", \t\r\n\"#") != std::string::npos)
     t.fail("name", "must be a word without spaces, commas or quotes: it names a CSV column");
-  if (std::find(std::begin(kTouchColumns), std::end(kTouchColumns), name) !=
-      std::end(kTouchColumns))
+  if (std::ranges::find(kTouchColumns, name) != std::end(kTouchColumns))
     t.fail("name", "must not be \"" + name + "\": a column of touches is named so");
   return name;
 }
@@ -209,13 +204,12 @@ Joint read_turning(const TomlTable& t, Joint joint) {
   joint.sign = read_sign(t);
   read_numbers(t, kGeometry, joint);
   for (const std::string& word : t.strings("errors")) {
-    const auto* found = std::find_if(std::begin(kErrorNames), std::end(kErrorNames),
-                                     [&](const auto& entry) { return entry.first == word; });
-    if (found == std::end(kErrorNames))
+    const auto error = by_own_name<JointError>(word);
+    if (!error)
       t.fail("errors", "\"" + shown(word) + "\" is not known; use theta, d, a, alpha, beta");
-    if (std::find(joint.errors.begin(), joint.errors.end(), found->second) != joint.errors.end())
+    if (std::ranges::find(joint.errors, *error) != joint.errors.end())
       t.fail("errors", "\"" + word + "\" occurs twice");
-    joint.errors.push_back(found->second);
+    joint.errors.push_back(*error);
   }
   read_numbers(t, kTravel, joint);
   if (joint.min_rad >= joint.max_rad) t.fail("min_deg", "must be less than max_deg");
@@ -285,8 +279,7 @@ std::string waves_to_toml(const std::vector<JointWave>& waves) {
 std::string turning_to_toml(const Joint& j, const Joint& usual) {
   std::string errors;
   for (const JointError error : j.errors)
-    for (const auto& [word, value] : kErrorNames)
-      if (value == error) errors += fmt::format("{}\"{}\"", errors.empty() ? "" : ", ", word);
+    errors += fmt::format("{}\"{}\"", errors.empty() ? "" : ", ", own_name(error));
   std::string out =
       fmt::format("\n[[joint]]\nname = {}\nsign = {}\n{}errors = [{}]\n", toml_string(j.name),
                   j.sign, numbers_to_toml(kGeometry, j), errors) +

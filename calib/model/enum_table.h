@@ -6,13 +6,35 @@
 #include <optional>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 
 namespace cellcal {
 
-/// False for a value without an enumerator, which GCC and Clang print as a cast.
+/// As GCC and Clang print it: "cellcal::Colour::kDarkBlue"; "(cellcal::Colour)7" without an enumerator.
+template <auto kValue>
+consteval std::string_view printed() {
+  std::string_view text(__PRETTY_FUNCTION__);
+  text.remove_prefix(text.find("kValue = ") + std::string_view("kValue = ").size());
+  return text.substr(0, text.find_first_of(";]"));
+}
+
 template <auto kValue>
 consteval bool is_enumerator() {
-  return std::string_view(__PRETTY_FUNCTION__).find("= (") == std::string_view::npos;
+  return !printed<kValue>().starts_with('(');
+}
+
+/// "dark_blue" of kDarkBlue, with the zero at its end.
+template <auto kValue>
+consteval auto snake_case() {
+  constexpr std::string_view kPrinted = printed<kValue>();
+  std::array<char, 2 * kPrinted.size()> name{};
+  std::size_t length = 0;
+  for (const char c : kPrinted.substr(kPrinted.rfind(':') + 2)) {
+    const bool capital = c >= 'A' && c <= 'Z';
+    if (capital && length > 0) name[length++] = '_';
+    name[length++] = capital ? static_cast<char>(c - 'A' + 'a') : c;
+  }
+  return name;
 }
 
 /// Number of enumerators of an enum that counts from zero.
@@ -69,5 +91,26 @@ class EnumTable {
 
 template <class E>
 using EnumNames = EnumTable<E, const char*>;
+
+template <auto kValue>
+inline constexpr auto kOwnName = snake_case<kValue>();
+
+/// The enumerators' own names: another enumerator is another name in files (tests/calib/result/names_test.cc).
+template <class E>
+inline constexpr EnumNames<E> kOwnNames = [
+]<std::size_t... kIndex>(std::index_sequence<kIndex...>) {
+  return EnumNames<E>({{E(kIndex), kOwnName<E(kIndex)>.data()}...});
+}
+(std::make_index_sequence<enumerators<E>()>());
+
+/// "touch_scatter" of FindingKind::kTouchScatter, and back; empty for an unknown name.
+template <class E>
+constexpr const char* own_name(E value) {
+  return kOwnNames<E>[value];
+}
+template <class E>
+constexpr std::optional<E> by_own_name(std::string_view name) {
+  return kOwnNames<E>.key_of(name);
+}
 
 }  // namespace cellcal

@@ -5,14 +5,13 @@
 #include <initializer_list>
 #include <system_error>
 
+#include "calib/model/enum_table.h"
+
 namespace cellcal::calib {
 
 namespace {
 
 constexpr std::array kAxis = {"x", "y", "z"};
-/// By GuideMotion.
-constexpr std::array kGuideNames = {"along", "across", "above", "roll", "pitch", "yaw"};
-static_assert(kGuideNames.size() == kGuideMotions);
 /// By AxisError.
 constexpr std::array kAxisErrorNames = {"x",     "y",          "rx",        "ry",
                                         "scale", "compliance", "bearing_x", "bearing_y"};
@@ -44,21 +43,9 @@ std::string owner(const Cell& cell, const ParameterKey& key) {
 /// Name of the quantity within the part.
 std::string what(const Cell& cell, const ParameterKey& key) {
   switch (key.kind) {
-    case ParameterKind::kTheta:
-      return "theta";
-    case ParameterKind::kD:
-      return "d";
-    case ParameterKind::kA:
-      return "a";
-    case ParameterKind::kAlpha:
-      return "alpha";
-    case ParameterKind::kBeta:
-      return "beta";
     case ParameterKind::kGuide:
-      return kGuideNames.at(static_cast<std::size_t>(key.axis)) +
+      return own_name(GuideMotion{key.axis}) +
              (key.harmonic == 0 ? "_slope" : std::to_string(key.harmonic));
-    case ParameterKind::kCompliance:
-      return "compliance";
     case ParameterKind::kLoad:
       return "load_" + part(cell.robot.joints, key.link).name + "_" + axis_of(key);
     case ParameterKind::kCosine:
@@ -71,16 +58,10 @@ std::string what(const Cell& cell, const ParameterKey& key) {
       return "fsin" + std::to_string(key.harmonic);
     case ParameterKind::kBearing:
       return std::string("bearing_") + axis_of(key);
-    case ParameterKind::kStiffening:
-      return "stiffening";
-    case ParameterKind::kPlay:
-      return "play";
     case ParameterKind::kDeflection:
       return "c_t";
     case ParameterKind::kEffectiveRadius:
       return "rho";
-    case ParameterKind::kLatchDelay:
-      return "latch_delay";
     case ParameterKind::kTcp:
     case ParameterKind::kCentre:
       return axis_of(key);
@@ -88,16 +69,13 @@ std::string what(const Cell& cell, const ParameterKey& key) {
       return kAxisErrorNames.at(static_cast<std::size_t>(key.axis));
     case ParameterKind::kTilt:
       return key.axis == 0 ? "tilt1" : "tilt2";
-    case ParameterKind::kShift:
-      return "shift";
     case ParameterKind::kTurn:
       return std::string("r") + axis_of(key);
-    case ParameterKind::kRadius:
-      return "radius";
     case ParameterKind::kProbeTurn:
       return std::string("probe_r") + axis_of(key);
+    default:
+      return own_name(key.kind);
   }
-  return {};
 }
 
 /// Order of "cos3"; 0 if invalid.
@@ -142,10 +120,9 @@ class Search {
           ParameterKind::kPlay})
       consider(joint_parameter(kind, index));
     std::string_view rest = name_.substr(owner.size() + 1);
-    for (int motion = 0; motion < kGuideMotions; ++motion)
-      if (const std::string_view word = kGuideNames[static_cast<std::size_t>(motion)];
-          rest.starts_with(word))
-        consider(guide_parameter(index, GuideMotion{motion}, order_of(rest.substr(word.size()))));
+    for (const GuideMotion motion : all_values<GuideMotion>())
+      if (const std::string_view word = own_name(motion); rest.starts_with(word))
+        consider(guide_parameter(index, motion, order_of(rest.substr(word.size()))));
     for (const int axis : {0, 1}) consider(bearing_parameter(index, axis));
     if (rest.starts_with("load_"))
       for (std::size_t link = index; link < cell_.robot.joints.size(); ++link)

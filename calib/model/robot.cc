@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "calib/model/enum_table.h"
 #include "calib/model/error.h"
 #include "calib/model/units.h"
 
@@ -84,19 +83,5 @@ std::size_t Cell::target_index(const std::string& id) const {
     if (targets[i].id == id) return i;
   throw std::out_of_range("no target \"" + id + "\" in the cell");
 }
-
-namespace {
-
-constexpr EnumNames<TargetKind> kKinds{{{TargetKind::kSphere, "sphere"},
-                                        {TargetKind::kWire, "wire"},
-                                        {TargetKind::kPlane, "plane"},
-                                        {TargetKind::kPoint, "point"},
-                                        {TargetKind::kTracker, "tracker"}}};
-
-}  // namespace
-
-const char* to_string(TargetKind kind) { return kKinds[kind]; }
-
-std::optional<TargetKind> target_kind(std::string_view name) { return kKinds.key_of(name); }
 
 }  // namespace cellcal::calib

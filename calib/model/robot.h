@@ -15,9 +15,9 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
+#include "calib/model/enum_table.h"
 #include "calib/model/joint_vector.h"
 #include "calib/model/positioner.h"
 
@@ -166,6 +166,7 @@ struct Load {
 };
 
 enum class TargetKind { kSphere, kWire, kPlane, kPoint, kTracker };
+constexpr const char* to_string(TargetKind kind) { return own_name(kind); }
 
 /// True if certified lengths can begin or end at targets of this kind.
 constexpr bool has_a_centre(TargetKind kind) {
@@ -266,11 +267,5 @@ struct Cell {
   /// Index of the target with this id; throws std::out_of_range naming the id.
   std::size_t target_index(const std::string& id) const;
 };
-
-// Kinds of targets by name.
-
-const char* to_string(TargetKind kind);
-/// Empty for an unknown name.
-std::optional<TargetKind> target_kind(std::string_view name);
 
 }  // namespace cellcal::calib

@@ -55,8 +55,6 @@ bool same_reading(const Touch& a, const Touch& b) {
          (!turn || same_numbers(*turn, *other_turn, kRadPerDeg));
 }
 
-const char* to_string(TouchSet set) { return set == TouchSet::kFit ? "fit" : "check"; }
-
 std::span<const double> carrier_rad(const Touch& touch, const Target& target) {
   const auto axes = static_cast<std::size_t>(target.carried_by);
   if (touch.positioner_rad.size() < axes)

@@ -9,13 +9,15 @@
 #include <string>
 #include <vector>
 
+#include "calib/model/enum_table.h"
+
 namespace cellcal::calib {
 
 struct Target;
 
 enum class TouchSet { kFit, kCheck };
 /// Name in files and interfaces: "fit", "check".
-const char* to_string(TouchSet set);
+constexpr const char* to_string(TouchSet set) { return own_name(set); }
 
 struct Touch {
   /// Controller's axis angles at the instant of contact [rad]; position of a linear unit [m].

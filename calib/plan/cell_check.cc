@@ -375,36 +375,6 @@ namespace {
 
 double mm(double metres) { return metres * 1e3; }
 
-constexpr EnumNames<Kind> kKindNames{{{Kind::kLength, "length"},
-                                      {Kind::kSurfaces, "surfaces"},
-                                      {Kind::kDecimalPoint, "decimal_point"},
-                                      {Kind::kCentresExchanged, "centres_exchanged"},
-                                      {Kind::kCentre, "centre"},
-                                      {Kind::kLengthTooShort, "length_too_short"},
-                                      {Kind::kTwoLengths, "two_lengths"},
-                                      {Kind::kTriangle, "triangle"},
-                                      {Kind::kOverlap, "overlap"},
-                                      {Kind::kInside, "inside"},
-                                      {Kind::kOutOfReach, "out_of_reach"},
-                                      {Kind::kCentreInMetres, "centre_in_metres"},
-                                      {Kind::kToolInMetres, "tool_in_metres"},
-                                      {Kind::kDiameterInMetres, "diameter_in_metres"},
-                                      {Kind::kUnusualDiameter, "unusual_diameter"},
-                                      {Kind::kMeshInMetres, "mesh_in_metres"},
-                                      {Kind::kTouchSigma, "touch_sigma"},
-                                      {Kind::kCertifiedSigma, "certified_sigma"},
-                                      {Kind::kToolTooHeavy, "tool_too_heavy"},
-                                      {Kind::kInColumn, "in_column"},
-                                      {Kind::kLargeBall, "large_ball"},
-                                      {Kind::kShaftTouchesFirst, "shaft_touches_first"},
-                                      {Kind::kShankTouchesFirst, "shank_touches_first"},
-                                      {Kind::kPositionerUnloaded, "positioner_unloaded"},
-                                      {Kind::kToolAcross, "tool_across"},
-                                      {Kind::kDescription, "description"},
-                                      {Kind::kGoal, "goal"},
-                                      {Kind::kRequired, "required"},
-                                      {Kind::kRadiusOffset, "radius_offset"}}};
-
 Phrase phrase_of(const DescriptionMistake& mistake) {
   switch (mistake.kind) {
     case DescriptionMistake::Kind::kSign:
@@ -446,7 +416,7 @@ Phrase phrase_of(const CellFault& f, std::string id) {
 }  // namespace
 
 Phrase found_phrase(const CellFault& f) {
-  std::string id = std::string("say.cell.found.") + kKindNames[f.kind];
+  std::string id = std::string("say.cell.found.") + own_name(f.kind);
   if (f.kind == Kind::kCertifiedSigma && f.ids.size() == 1) id += ".sphere";
   if (f.kind == Kind::kDescription && f.ids.empty()) id += ".reach";
   return phrase_of(f, id);
@@ -454,7 +424,7 @@ Phrase found_phrase(const CellFault& f) {
 
 Phrase advice_phrase(const CellFault& f) {
   if (f.kind == Kind::kDescription) return mistakes_of(f);
-  return phrase_of(f, std::string("say.cell.do.") + kKindNames[f.kind]);
+  return phrase_of(f, std::string("say.cell.do.") + own_name(f.kind));
 }
 
 Phrase phrase(const CellFault& fault) {

@@ -17,26 +17,11 @@ namespace cellcal::calib {
 
 namespace {
 
-constexpr EnumNames<UncertaintySource> kSources{
-    {{UncertaintySource::kTouches, "touches"},
-     {UncertaintySource::kLengths, "certified_lengths"},
-     {UncertaintySource::kDiameters, "diameters"},
-     {UncertaintySource::kEffectiveRadius, "effective_radius"},
-     {UncertaintySource::kLatchDelay, "latch_delay"},
-     {UncertaintySource::kTool, "tool"},
-     {UncertaintySource::kArmLengths, "arm_lengths"},
-     {UncertaintySource::kArmAngles, "arm_angles"},
-     {UncertaintySource::kLinearUnit, "linear_unit"},
-     {UncertaintySource::kTransmission, "transmission"},
-     {UncertaintySource::kLoads, "loads"},
-     {UncertaintySource::kPlaces, "places"},
-     {UncertaintySource::kRipple, "ripple"},
-     {UncertaintySource::kModel, "model"}}};
 constexpr SourceUnit kMm{"mm", kMmPerM}, kDeg{"deg", kDegPerRad},
     kArcsec{"arcsec", 1.0 / kRadPerArcsec}, kSeveral{"", 1.0};
 constexpr EnumTable<UncertaintySource, SourceUnit> kSourceUnits{
     {{UncertaintySource::kTouches, kMm},
-     {UncertaintySource::kLengths, kMm},
+     {UncertaintySource::kCertifiedLengths, kMm},
      {UncertaintySource::kDiameters, kMm},
      {UncertaintySource::kEffectiveRadius, kMm},
      {UncertaintySource::kLatchDelay, {"ms", kMsPerS}},
@@ -52,10 +37,6 @@ constexpr EnumTable<UncertaintySource, SourceUnit> kSourceUnits{
 
 }  // namespace
 
-const char* to_string(UncertaintySource source) { return kSources[source]; }
-std::optional<UncertaintySource> uncertainty_source(std::string_view name) {
-  return kSources.key_of(name);
-}
 SourceUnit unit_of(UncertaintySource source) { return kSourceUnits[source]; }
 
 bool Verdict::publish() const {
@@ -188,22 +169,6 @@ Eigen::MatrixXd arm_covariance(const ArmModel& arm, const Calibration& c) {
     for (int j = 0; j < arm.size(); ++j)
       if (at[i] >= 0 && at[j] >= 0) result(i, j) = c.covariance(at[i], at[j]);
   return result;
-}
-
-namespace {
-
-constexpr EnumNames<UpdateOutcome> kOutcomes{{{UpdateOutcome::kUpdated, "updated"},
-                                              {UpdateOutcome::kNothingChanged, "nothing_changed"},
-                                              {UpdateOutcome::kContradicted, "contradicted"},
-                                              {UpdateOutcome::kNotResolved, "not_resolved"},
-                                              {UpdateOutcome::kNotFound, "not_found"},
-                                              {UpdateOutcome::kTooFewTouches, "too_few_touches"}}};
-
-}  // namespace
-
-const char* to_string(UpdateOutcome outcome) { return kOutcomes[outcome]; }
-std::optional<UpdateOutcome> update_outcome(const std::string& name) {
-  return kOutcomes.key_of(name);
 }
 
 Phrase calibration_phrase(const std::string& in_file) {

@@ -6,7 +6,6 @@
 #include <array>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "calib/model/enum_table.h"
@@ -24,9 +23,7 @@ namespace cellcal::calib {
 enum class DecidedBy { kData, kPrior, kFrame };
 
 /// Name in files and on screens.
-inline constexpr EnumNames<DecidedBy> kDecidedBy{
-    {{DecidedBy::kData, "data"}, {DecidedBy::kPrior, "prior"}, {DecidedBy::kFrame, "frame"}}};
-constexpr const char* to_string(DecidedBy decided) { return kDecidedBy[decided]; }
+constexpr const char* to_string(DecidedBy decided) { return own_name(decided); }
 
 /// One identified quantity. Values are in SI units and radians; `unit` is the display unit.
 struct ParameterResult {
@@ -117,9 +114,7 @@ struct Jump {
   bool mends = false;                                 ///< correcting it resolves all other findings
 };
 
-inline constexpr EnumNames<Jump::What> kWhatJumps{
-    {{Jump::What::kJoint, "joint"}, {Jump::What::kTool, "tool"}, {Jump::What::kTarget, "target"}}};
-constexpr const char* to_string(Jump::What what) { return kWhatJumps[what]; }
+constexpr const char* to_string(Jump::What what) { return own_name(what); }
 
 /// A certified length, and its estimate from all other data.
 struct LengthResult {
@@ -215,8 +210,8 @@ struct UncheckedTouch {
 
 /// Sources of the uncertainty of a TCP position (calib/estimate/budget.h).
 enum class UncertaintySource {
-  kTouches,          ///< scatter of one touch
-  kLengths,          ///< certified lengths
+  kTouches,  ///< scatter of one touch
+  kCertifiedLengths,
   kDiameters,        ///< of spheres
   kEffectiveRadius,  ///< of the tips
   kLatchDelay,
@@ -230,8 +225,7 @@ enum class UncertaintySource {
   kRipple,        ///< of the gears, at every pose
   kModel          ///< scatter that the model does not explain, at every pose
 };
-const char* to_string(UncertaintySource source);
-std::optional<UncertaintySource> uncertainty_source(std::string_view name);
+constexpr const char* to_string(UncertaintySource source) { return own_name(source); }
 /// Unit of a source's sigma in files and documents; "" for several.
 struct SourceUnit {
   const char* name;

@@ -11,16 +11,6 @@
 
 namespace cellcal::calib {
 
-namespace {
-
-constexpr EnumNames<DriftAdvice> kAdvice{{{DriftAdvice::kNone, "none"},
-                                          {DriftAdvice::kCheckAgain, "check_again"},
-                                          {DriftAdvice::kLetItWarmUp, "let_it_warm_up"},
-                                          {DriftAdvice::kRemeasureTcp, "re_measure_tcp"},
-                                          {DriftAdvice::kRecalibrate, "recalibrate"}}};
-
-}  // namespace
-
 const CheckMeasurement* DriftChart::newest_decided() const {
   const auto newest = std::find_if(points.rbegin(), points.rend(), [](const DriftPoint& one) {
     return one.check.verdict != CheckVerdict::kUndecided;
@@ -37,7 +27,7 @@ DriftAdvice remedy_of(CheckVerdict verdict, ChangeKind change) {
     case ChangeKind::kGrowth:
       return DriftAdvice::kLetItWarmUp;
     case ChangeKind::kTool:
-      return DriftAdvice::kRemeasureTcp;
+      return DriftAdvice::kReMeasureTcp;
     case ChangeKind::kNothing:  // too few touches made contact
     case ChangeKind::kSphere:
     case ChangeKind::kJoint:
@@ -45,39 +35,6 @@ DriftAdvice remedy_of(CheckVerdict verdict, ChangeKind change) {
       break;
   }
   return DriftAdvice::kRecalibrate;
-}
-
-std::optional<DriftAdvice> drift_advice(const std::string& name) { return kAdvice.key_of(name); }
-
-const char* to_string(LeftOut why) {
-  using enum LeftOut;
-  static constexpr EnumNames<LeftOut> kTable{{{kNo, "no"},
-                                              {kUndecided, "undecided"},
-                                              {kIncomplete, "incomplete"},
-                                              {kNotTheTool, "not_the_tool"},
-                                              {kOtherTouches, "other_touches"}}};
-  return kTable[why];
-}
-
-const char* to_string(DriftState state) {
-  using enum DriftState;
-  static constexpr EnumNames<DriftState> kTable{{{kTooFew, "too_few"},
-                                                 {kInControl, "in_control"},
-                                                 {kWarns, "warns"},
-                                                 {kAlarms, "alarms"},
-                                                 {kUnknown, "unknown"}}};
-  return kTable[state];
-}
-
-const char* to_string(DriftAdvice advice) { return kAdvice[advice]; }
-
-const char* to_string(DriftShape shape) { return shape == DriftShape::kStep ? "step" : "creep"; }
-
-const char* to_string(Holding holding) {
-  using enum Holding;
-  static constexpr EnumNames<Holding> kTable{
-      {{kHolds, "holds"}, {kDoesNotHold, "does_not_hold"}, {kUnknown, "unknown"}}};
-  return kTable[holding];
 }
 
 namespace {
@@ -196,7 +153,7 @@ std::string advice_words(const DriftChart& chart) {
       return "Clean tip and spheres and check again: 'cellcal check'";
     case DriftAdvice::kLetItWarmUp:
       return "Let the arm come to its usual temperature and check again; if that is the new one, calibrate again";
-    case DriftAdvice::kRemeasureTcp:
+    case DriftAdvice::kReMeasureTcp:
       return "Check the tool's fastening and its tip; then measure the TCP or calibrate again";
     case DriftAdvice::kRecalibrate:
       return "Look at what the check names, then calibrate again: 'cellcal run'";
@@ -228,13 +185,6 @@ std::vector<std::string> words(const DriftChart& chart) {
         chart.noise));
   lines.push_back(limit_words(chart));
   return lines;
-}
-
-const char* to_string(DriftEventKind kind) {
-  using enum DriftEventKind;
-  static constexpr EnumNames<DriftEventKind> kTable{
-      {{kCalibrated, "calibrated"}, {kUpdated, "updated"}, {kActivated, "activated"}}};
-  return kTable[kind];
 }
 
 namespace {

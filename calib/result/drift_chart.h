@@ -23,7 +23,7 @@ enum class DriftEventKind {
   kActivated,  ///< an earlier calibration put into use again
 };
 
-const char* to_string(DriftEventKind kind);
+constexpr const char* to_string(DriftEventKind kind) { return own_name(kind); }
 
 /// A calibration that came into use, and what differs from the cell file of the one published before.
 struct DriftEvent {
@@ -72,7 +72,7 @@ enum class DriftState {
   kUnknown,  ///< was in control; the newest check is undecided or too long ago
 };
 
-enum class DriftAdvice { kNone, kCheckAgain, kLetItWarmUp, kRemeasureTcp, kRecalibrate };
+enum class DriftAdvice { kNone, kCheckAgain, kLetItWarmUp, kReMeasureTcp, kRecalibrate };
 
 /// Limits of both charts, in their own sigmas; an unchanged cell exceeds one of them once per this many checks.
 struct ControlLimits {
@@ -159,14 +159,13 @@ struct Standing {
 
 /// Advice for a single check.
 DriftAdvice remedy_of(CheckVerdict verdict, ChangeKind change);
-/// Name in files: "re_measure_tcp". Empty for an unknown name.
-std::optional<DriftAdvice> drift_advice(const std::string& name);
 
-const char* to_string(LeftOut why);
-const char* to_string(DriftState state);
-const char* to_string(DriftAdvice advice);
-const char* to_string(DriftShape shape);
-const char* to_string(Holding holding);
+constexpr const char* to_string(LeftOut why) { return own_name(why); }
+constexpr const char* to_string(DriftState state) { return own_name(state); }
+/// "re_measure_tcp"
+constexpr const char* to_string(DriftAdvice advice) { return own_name(advice); }
+constexpr const char* to_string(DriftShape shape) { return own_name(shape); }
+constexpr const char* to_string(Holding holding) { return own_name(holding); }
 
 // Sentences of a control chart: number first, then the remedy.
 

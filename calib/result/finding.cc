@@ -4,7 +4,6 @@
 #include <limits>
 #include <utility>
 
-#include "calib/model/enum_table.h"
 #include "calib/model/units.h"
 #include "calib/result/finding_phrase.h"
 #include "calib/result/likely_cause.h"
@@ -14,74 +13,6 @@ namespace cellcal::calib {
 
 namespace {
 
-constexpr EnumNames<FindingKind> kKinds{
-    {{FindingKind::kTouchScatter, "touch_scatter"},
-     {FindingKind::kDuplicateTouches, "duplicate_touches"},
-     {FindingKind::kManyOutliers, "many_outliers"},
-     {FindingKind::kOutliersOfTarget, "outliers_of_target"},
-     {FindingKind::kCheckTouches, "check_touches"},
-     {FindingKind::kGrossCheckTouches, "gross_check_touches"},
-     {FindingKind::kNoCheckTouches, "no_check_touches"},
-     {FindingKind::kUnseenPlace, "unseen_place"},
-     {FindingKind::kUnseenNotJudged, "unseen_not_judged"},
-     {FindingKind::kTemperature, "temperature"},
-     {FindingKind::kModelError, "model_error"},
-     {FindingKind::kTooFewTouches, "too_few_touches"},
-     {FindingKind::kRank, "rank"},
-     {FindingKind::kTooFewDirections, "too_few_directions"},
-     {FindingKind::kAllLeftOut, "all_left_out"},
-     {FindingKind::kNotTouched, "not_touched"},
-     {FindingKind::kCertifiedLength, "certified_length"},
-     {FindingKind::kCertifiedTwice, "certified_twice"},
-     {FindingKind::kArtefactSize, "artefact_size"},
-     {FindingKind::kStatedCentre, "stated_centre"},
-     {FindingKind::kExchangedCentres, "exchanged_centres"},
-     {FindingKind::kNegativeCompliance, "negative_compliance"},
-     {FindingKind::kArmScale, "arm_scale"},
-     {FindingKind::kOffNominal, "off_nominal"},
-     {FindingKind::kEffectiveRadius, "effective_radius"},
-     {FindingKind::kScaleByLengths, "scale_by_lengths"},
-     {FindingKind::kScaleByReadings, "scale_by_readings"},
-     {FindingKind::kScaleByNothing, "scale_by_nothing"},
-     {FindingKind::kScopeOfTouches, "scope_of_touches"},
-     {FindingKind::kUncheckedReadings, "unchecked_readings"},
-     {FindingKind::kUncheckedTouch, "unchecked_touch"},
-     {FindingKind::kUncheckedLengths, "unchecked_lengths"},
-     {FindingKind::kUncheckedLength, "unchecked_length"},
-     {FindingKind::kRequired, "required"},
-     {FindingKind::kNoGain, "no_gain"},
-     {FindingKind::kGain, "gain"},
-     {FindingKind::kControllerModel, "controller_model"},
-     {FindingKind::kChanged, "changed"},
-     {FindingKind::kChangeAccepted, "change_accepted"},
-     {FindingKind::kUnchanged, "unchanged"},
-     {FindingKind::kNotCompared, "not_compared"},
-     {FindingKind::kUpdated, "updated"},
-     {FindingKind::kUpdateNotNeeded, "update_not_needed"},
-     {FindingKind::kUpdateContradicted, "update_contradicted"},
-     {FindingKind::kUpdateNotResolved, "update_not_resolved"},
-     {FindingKind::kUpdateNotFound, "update_not_found"},
-     {FindingKind::kUpdateTooFew, "update_too_few"},
-     {FindingKind::kNotIdentified, "not_identified"},
-     {FindingKind::kLikelyCause, "likely_cause"},
-     {FindingKind::kMovedTarget, "moved_target"},
-     {FindingKind::kJumped, "jumped"},
-     {FindingKind::kStillWithModelError, "still_with_model_error"},
-     {FindingKind::kReferenceMethod, "reference_method"},
-     {FindingKind::kRecorded, "recorded"}}};
-constexpr EnumNames<Severity> kSeverities{{{Severity::kWithholds, "withholds"},
-                                           {Severity::kWarns, "warns"},
-                                           {Severity::kInforms, "informs"}}};
-constexpr EnumNames<Subject::Of> kSubjects{{{Subject::Of::kSession, "session"},
-                                            {Subject::Of::kTouch, "touch"},
-                                            {Subject::Of::kTarget, "target"},
-                                            {Subject::Of::kJoint, "joint"},
-                                            {Subject::Of::kTool, "tool"},
-                                            {Subject::Of::kLength, "length"},
-                                            {Subject::Of::kParameter, "parameter"},
-                                            {Subject::Of::kRobot, "robot"},
-                                            {Subject::Of::kPositioner, "positioner"}}};
-
 Subject about(Subject::Of of, std::string name) {
   Subject subject;
   subject.of = of;
@@ -90,13 +21,6 @@ Subject about(Subject::Of of, std::string name) {
 }
 
 }  // namespace
-
-const char* to_string(FindingKind kind) { return kKinds[kind]; }
-std::optional<FindingKind> finding_kind(const std::string& name) { return kKinds.key_of(name); }
-const char* to_string(Severity severity) { return kSeverities[severity]; }
-std::optional<Severity> severity(const std::string& name) { return kSeverities.key_of(name); }
-const char* to_string(Subject::Of of) { return kSubjects[of]; }
-std::optional<Subject::Of> subject_of(const std::string& name) { return kSubjects.key_of(name); }
 
 Subject about_touch(std::size_t index, const Touch& touch) {
   return after(about(Subject::Of::kTouch, touch.target), index, touch);

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/model/enum_table.h"
 #include "calib/model/parameter_key.h"
 #include "calib/model/robot.h"
 #include "calib/model/touch.h"
@@ -80,17 +81,15 @@ enum class FindingKind {
   kRecorded              ///< text of a file without kinds
 };
 
-/// Name in files: "touch_scatter". Empty for an unknown name.
-const char* to_string(FindingKind kind);
-std::optional<FindingKind> finding_kind(const std::string& name);
+/// Name in files: "touch_scatter".
+constexpr const char* to_string(FindingKind kind) { return own_name(kind); }
 
 enum class Severity {
   kWithholds,  ///< the result must not be used for this
   kWarns,      ///< to be reviewed before using the result
   kInforms
 };
-const char* to_string(Severity severity);
-std::optional<Severity> severity(const std::string& name);
+constexpr const char* to_string(Severity severity) { return own_name(severity); }
 
 /// Subject of a finding.
 struct Subject {
@@ -121,8 +120,7 @@ struct Subject {
 
   bool operator==(const Subject&) const = default;
 };
-const char* to_string(Subject::Of of);
-std::optional<Subject::Of> subject_of(const std::string& name);
+constexpr const char* to_string(Subject::Of of) { return own_name(of); }
 
 Subject about_touch(std::size_t index, const Touch& touch);
 Subject about_target(const Target& target);

@@ -4,44 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "calib/model/enum_table.h"
 #include "calib/result/finding.h"
 #include "calib/result/sentences.h"
 
 namespace cellcal::calib {
-
-namespace {
-
-constexpr EnumNames<LikelyCause> kCauses{{{LikelyCause::kRadians, "radians"},
-                                          {LikelyCause::kAxisSign, "axis_sign"},
-                                          {LikelyCause::kMastering, "mastering"},
-                                          {LikelyCause::kExchangedColumns, "exchanged_columns"},
-                                          {LikelyCause::kTargetNames, "target_names"},
-                                          {LikelyCause::kScatteredTouches, "scattered_touches"},
-                                          {LikelyCause::kReadingsUnit, "readings_unit"},
-                                          {LikelyCause::kReadingsHandedness, "readings_handedness"},
-                                          {LikelyCause::kMoved, "moved"},
-                                          {LikelyCause::kToolUnit, "tool_unit"},
-                                          {LikelyCause::kToolTip, "tool_tip"},
-                                          {LikelyCause::kDimension, "dimension"},
-                                          {LikelyCause::kOtherRobot, "other_robot"},
-                                          {LikelyCause::kAxisConvention, "axis_convention"},
-                                          {LikelyCause::kGravity, "gravity"},
-                                          {LikelyCause::kAllDiameters, "all_diameters"},
-                                          {LikelyCause::kDiameter, "diameter"},
-                                          {LikelyCause::kArtefactSize, "artefact_size"},
-                                          {LikelyCause::kCertifiedLength, "certified_length"},
-                                          {LikelyCause::kExchangedLengths, "exchanged_lengths"},
-                                          {LikelyCause::kLengthsOfTarget, "lengths_of_target"},
-                                          {LikelyCause::kAllLengths, "all_lengths"},
-                                          {LikelyCause::kStatedCentre, "stated_centre"},
-                                          {LikelyCause::kAllCentres, "all_centres"},
-                                          {LikelyCause::kLengthsUnit, "lengths_unit"}}};
-
-}  // namespace
-
-const char* to_string(LikelyCause cause) { return kCauses[cause]; }
-std::optional<LikelyCause> likely_cause(const std::string& name) { return kCauses.key_of(name); }
 
 namespace {
 

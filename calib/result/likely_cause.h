@@ -2,9 +2,9 @@
 // The common mistake that explains a withheld result. Subject, evidence and parts of a finding of
 // kind kLikelyCause are documented per enumerator; likely_cause.cc words them.
 
-#include <optional>
 #include <string>
 
+#include "calib/model/enum_table.h"
 
 namespace cellcal::calib {
 
@@ -40,9 +40,8 @@ enum class LikelyCause {
   kLengthsUnit    ///< all: "unit" mm per unit stated
 };
 
-/// Name in files: "axis_sign". Empty for an unknown name.
-const char* to_string(LikelyCause cause);
-std::optional<LikelyCause> likely_cause(const std::string& name);
+/// Name in files: "axis_sign".
+constexpr const char* to_string(LikelyCause cause) { return own_name(cause); }
 
 // Sentences of likely causes, generated here only: deviation first, then what to check.
 

@@ -2,18 +2,12 @@
 
 #include <cmath>
 
-#include "calib/model/enum_table.h"
 #include "calib/model/units.h"
 #include "calib/result/finding_phrase.h"
 
 namespace cellcal::calib {
 
 namespace {
-
-constexpr EnumNames<OutlierKind> kNames{{{OutlierKind::kOffItsTarget, "off_its_target"},
-                                         {OutlierKind::kOnAnotherTarget, "on_another_target"},
-                                         {OutlierKind::kHoldsItself, "holds_itself"},
-                                         {OutlierKind::kRecorded, "recorded"}}};
 
 /// Sentence with a hint on how the touch may have been made; null: none.
 const char* hint(TargetKind kind, double residual_m) {
@@ -47,10 +41,6 @@ Phrase off_phrase(const Outlier& o) {
 }
 
 }  // namespace
-
-const char* to_string(OutlierKind kind) { return kNames[kind]; }
-
-std::optional<OutlierKind> outlier_kind(const std::string& name) { return kNames.key_of(name); }
 
 Phrase phrase(const Outlier& o) {
   if (o.kind == OutlierKind::kRecorded) return o.text;

@@ -2,9 +2,9 @@
 // A fit touch that was left out, and its sentence.
 
 #include <cstddef>
-#include <optional>
 #include <string>
 
+#include "calib/model/enum_table.h"
 #include "calib/model/robot.h"
 
 namespace cellcal::calib {
@@ -17,9 +17,8 @@ enum class OutlierKind {
   kRecorded          ///< text of a file without kinds
 };
 
-/// Name in files: "on_another_target". Empty for an unknown name.
-const char* to_string(OutlierKind kind);
-std::optional<OutlierKind> outlier_kind(const std::string& name);
+/// Name in files: "on_another_target".
+constexpr const char* to_string(OutlierKind kind) { return own_name(kind); }
 
 struct Outlier {
   std::size_t touch = 0;

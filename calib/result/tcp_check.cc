@@ -4,7 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "calib/model/enum_table.h"
 #include "calib/model/units.h"
 #include "calib/result/finding_phrase.h"
 
@@ -14,27 +13,8 @@ namespace {
 
 constexpr double kCoverage = 2.0;  // U(k=2)
 constexpr double kMradPerRad = 1e3;
-constexpr EnumNames<ChangeKind> kChangeKinds{{{ChangeKind::kNothing, "nothing"},
-                                              {ChangeKind::kTool, "tool"},
-                                              {ChangeKind::kSphere, "sphere"},
-                                              {ChangeKind::kJoint, "joint"},
-                                              {ChangeKind::kGrowth, "growth"},
-                                              {ChangeKind::kTouch, "touch"},
-                                              {ChangeKind::kPositioner, "positioner"}}};
-
-constexpr EnumNames<CheckVerdict> kVerdicts{{{CheckVerdict::kHolds, "holds"},
-                                             {CheckVerdict::kDoesNotHold, "does_not_hold"},
-                                             {CheckVerdict::kUndecided, "undecided"}}};
 
 }  // namespace
-
-const char* to_string(CheckVerdict verdict) { return kVerdicts[verdict]; }
-std::optional<CheckVerdict> check_verdict(const std::string& name) {
-  return kVerdicts.key_of(name);
-}
-
-const char* to_string(ChangeKind kind) { return kChangeKinds[kind]; }
-std::optional<ChangeKind> change_kind(const std::string& name) { return kChangeKinds.key_of(name); }
 
 CheckVerdict TcpCheck::verdict() const {
   if (holds) return CheckVerdict::kHolds;

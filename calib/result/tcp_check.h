@@ -5,9 +5,10 @@
 
 #include <Eigen/Core>
 #include <cstddef>
-#include <optional>
 #include <string>
 #include <vector>
+
+#include "calib/model/enum_table.h"
 
 namespace cellcal::calib {
 
@@ -21,9 +22,8 @@ enum class ChangeKind {
   kPositioner  ///< a positioner's foot: shift of its first axis, base frame, and turn
 };
 
-/// Name in files: "sphere". Empty for an unknown name.
-const char* to_string(ChangeKind kind);
-std::optional<ChangeKind> change_kind(const std::string& name);
+/// Name in files: "sphere".
+constexpr const char* to_string(ChangeKind kind) { return own_name(kind); }
 /// Of three components.
 constexpr bool is_shift(ChangeKind kind) {
   return kind == ChangeKind::kTool || kind == ChangeKind::kSphere ||
@@ -36,9 +36,8 @@ enum class CheckVerdict {
   kDoesNotHold,  ///< the odds are above the alarm, a touch made no contact, or a mastered zero does not hold
   kUndecided     ///< touches gave no contact point, and the others raise no alarm
 };
-/// Name in files: "does_not_hold". Empty for an unknown name.
-const char* to_string(CheckVerdict verdict);
-std::optional<CheckVerdict> check_verdict(const std::string& name);
+/// Name in files: "does_not_hold".
+constexpr const char* to_string(CheckVerdict verdict) { return own_name(verdict); }
 
 /// A possible single change, and how well it explains the touches.
 struct Explanation {

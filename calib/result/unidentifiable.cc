@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/model/enum_table.h"
 #include "calib/model/linear.h"
 #include "calib/result/calibration.h"
 #include "calib/result/finding_phrase.h"
@@ -11,16 +10,6 @@
 namespace cellcal::calib {
 
 namespace {
-
-constexpr EnumNames<UnidentifiableKind> kUnidentifiableNames{
-    {{UnidentifiableKind::kZeroOfFirstJoint, "zero_of_first_joint"},
-     {UnidentifiableKind::kHeightOfBase, "height_of_base"},
-     {UnidentifiableKind::kBehindLastJoint, "behind_last_joint"},
-     {UnidentifiableKind::kNothingMoves, "nothing_moves"},
-     {UnidentifiableKind::kNoEffect, "no_effect"},
-     {UnidentifiableKind::kScale, "scale"},
-     {UnidentifiableKind::kWeak, "weak"},
-     {UnidentifiableKind::kRecorded, "recorded"}}};
 
 /// "A1.d, A2.a and 3 more"
 Phrase list(const Cell& cell, const UnidentifiableDirection& d) {
@@ -71,12 +60,6 @@ Phrase sentence(const Cell& cell, const UnidentifiableDirection& d) {
 }
 
 }  // namespace
-
-const char* to_string(UnidentifiableKind kind) { return kUnidentifiableNames[kind]; }
-
-std::optional<UnidentifiableKind> unidentifiable_kind(const std::string& name) {
-  return kUnidentifiableNames.key_of(name);
-}
 
 Phrase phrase(const Cell& cell, const UnidentifiableDirection& d) {
   if (d.more_as_weak <= 0) return sentence(cell, d);

@@ -2,11 +2,11 @@
 // A combination of parameters not determined by the touches, and its sentence.
 
 #include <cstddef>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "calib/model/enum_table.h"
 #include "calib/model/parameter_key.h"
 #include "calib/model/robot.h"
 
@@ -26,9 +26,8 @@ enum class UnidentifiableKind {
   kRecorded   ///< text of a file without kinds
 };
 
-/// Name in files: "zero_of_first_joint". Empty for an unknown name.
-const char* to_string(UnidentifiableKind kind);
-std::optional<UnidentifiableKind> unidentifiable_kind(const std::string& name);
+/// Name in files: "zero_of_first_joint".
+constexpr const char* to_string(UnidentifiableKind kind) { return own_name(kind); }
 /// True for a choice of frame, which is not an error.
 constexpr bool is_of_frame(UnidentifiableKind kind) {
   return kind <= UnidentifiableKind::kNothingMoves;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/model/enum_table.h"
 #include "calib/result/tcp_check.h"
 
 namespace cellcal::calib {
@@ -20,9 +21,8 @@ enum class UpdateOutcome {
   kTooFewTouches
 };
 
-/// Name in files: "not_resolved". Empty for an unknown name.
-const char* to_string(UpdateOutcome outcome);
-std::optional<UpdateOutcome> update_outcome(const std::string& name);
+/// Name in files: "not_resolved".
+constexpr const char* to_string(UpdateOutcome outcome) { return own_name(outcome); }
 
 struct UpdateOrigin {
   UpdateOutcome outcome = UpdateOutcome::kTooFewTouches;

@@ -36,16 +36,6 @@ FindingPart check_touch(const Problem& problem, const Calibration& c, const Touc
   return part;
 }
 
-/// Name of the reason in the finding.
-const char* name_of(UnseenTarget::NotJudged why) {
-  using enum UnseenTarget::NotJudged;
-  static constexpr EnumNames<UnseenTarget::NotJudged> kTable{{{kPlaceAlone, "place_alone"},
-                                                              {kNoPlace, "no_place"},
-                                                              {kUnusable, "unusable"},
-                                                              {kOtherNormal, "other_normal"}}};
-  return kTable[why];
-}
-
 bool is_check(const Problem& problem, const TouchResidual& r) {
   return problem.touches()[r.touch].set == TouchSet::kCheck;
 }
@@ -138,7 +128,7 @@ void note_touches(const Problem& problem, const Calibration& c, Verdict& verdict
     if (unseen.not_judged) {
       finding.kind = FindingKind::kUnseenNotJudged;
       finding.severity = Severity::kWarns;
-      finding.evidence = {touches, {name_of(*unseen.not_judged), 1.0, ""}};
+      finding.evidence = {touches, {own_name(*unseen.not_judged), 1.0, ""}};
     } else {
       finding.evidence = {in_mm("rms", unseen.rms_m),
                           touches,

@@ -113,7 +113,7 @@ void add_artefacts(const Sources& s, CertificateData& data) {
 /// In words of a certificate.
 constexpr EnumNames<calib::UncertaintySource> kSourceWords{
     {{calib::UncertaintySource::kTouches, "say.certificate.source.touches"},
-     {calib::UncertaintySource::kLengths, "say.certificate.source.lengths"},
+     {calib::UncertaintySource::kCertifiedLengths, "say.certificate.source.lengths"},
      {calib::UncertaintySource::kDiameters, "say.certificate.source.diameters"},
      {calib::UncertaintySource::kEffectiveRadius, "say.certificate.source.effective_radius"},
      {calib::UncertaintySource::kLatchDelay, "say.certificate.source.latch_delay"},

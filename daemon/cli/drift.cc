@@ -111,7 +111,7 @@ std::string events_text(const json& checks) {
 
 std::string update_line(const json& update) {
   if (!update.is_object()) return {};
-  const auto outcome = calib::update_outcome(text_in(update, "outcome"));
+  const auto outcome = by_own_name<calib::UpdateOutcome>(text_in(update, "outcome"));
   std::string text = fmt::format(
       "{} {}, {} touches",
       outcome == calib::UpdateOutcome::kUpdated ? "an update of" : "no update of",

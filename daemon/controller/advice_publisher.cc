@@ -170,7 +170,7 @@ PublishedAdvice advice_of(const calib::DriftChart& chart, double now_s) {
   static constexpr EnumTable<DriftAdvice, Advice> kTable{{{kNone, Advice::kUnknown},
                                                           {kCheckAgain, Advice::kCheckAgain},
                                                           {kLetItWarmUp, Advice::kLetItWarmUp},
-                                                          {kRemeasureTcp, Advice::kRemeasureTcp},
+                                                          {kReMeasureTcp, Advice::kRemeasureTcp},
                                                           {kRecalibrate, Advice::kRecalibrate}}};
   const calib::CheckMeasurement* decided = chart.newest_decided();
   // An undecided check does not lower the advice of the one before, which did not hold.

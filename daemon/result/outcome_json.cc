@@ -63,7 +63,7 @@ json to_json(const calib::Explanation& one) {
 
 calib::Explanation explanation_of(const json& value) {
   calib::Explanation one;
-  one.kind = calib::change_kind(value.at("kind").get<std::string>()).value();
+  one.kind = by_own_name<calib::ChangeKind>(value.at("kind").get<std::string>()).value();
   const Unit unit = unit_of(one.kind);
   one.name = value.at("name").get<std::string>();
   one.probability = value.at("probability").get<double>();
@@ -157,16 +157,16 @@ SessionOutcome outcome_in(const json& value) {
     outcome.zeros.push_back({one.at("joint").get<std::string>(),
                              one.at("error_deg").get<double>() * calib::kRadPerDeg,
                              0.5 * one.at("u_deg").get<double>() * calib::kRadPerDeg});
-  outcome.remedy = calib::drift_advice(value.at("remedy").get<std::string>()).value();
+  outcome.remedy = by_own_name<calib::DriftAdvice>(value.at("remedy").get<std::string>()).value();
   for (const json& one : value.at("spheres")) outcome.spheres.push_back(sphere_of(one));
   for (const json& one : value.at("not_as_stated"))
     outcome.not_as_stated.push_back(qualification_finding(one.get<std::string>()).value());
   for (const json& one : value.value("contacts", json::array()))
     outcome.contacts.push_back(calib::phrase_of(one));
   for (const json& one : value.at("withheld_by"))
-    outcome.withheld_by.push_back(calib::finding_kind(one.get<std::string>()).value());
+    outcome.withheld_by.push_back(by_own_name<calib::FindingKind>(one.get<std::string>()).value());
   if (value.at("update").is_string())
-    outcome.update = calib::update_outcome(value["update"].get<std::string>()).value();
+    outcome.update = by_own_name<calib::UpdateOutcome>(value["update"].get<std::string>()).value();
   return outcome;
 }
 

@@ -115,7 +115,7 @@ TEST(DriftCharts, AlarmsFromTheFirstCheckOnWhereNoneEverHeld) {
     ASSERT_TRUE(chart.not_held);
     EXPECT_EQ(chart.not_held->since, checks.front().session);
     EXPECT_EQ(chart.not_held->checks, checks.size());
-    EXPECT_EQ(chart.advice, DriftAdvice::kRemeasureTcp);
+    EXPECT_EQ(chart.advice, DriftAdvice::kReMeasureTcp);
     EXPECT_EQ(state_words(chart).find("alarm: check "), 0U) << state_words(chart);
     EXPECT_NE(state_words(chart).find("does not hold: TCP shift 0.99 +- 0.05 mm (k=2)"),
               std::string::npos)
@@ -306,7 +306,7 @@ TEST(DriftCharts, FindsACreepLongBeforeASingleCheckDoesAndSaysSinceWhenAndHowFas
   ASSERT_TRUE(chart.alarmed_at);
   // Detected below 0.09 mm.
   EXPECT_LT(*chart.alarmed_at, 70 + 81);
-  EXPECT_EQ(chart.advice, DriftAdvice::kRemeasureTcp);
+  EXPECT_EQ(chart.advice, DriftAdvice::kReMeasureTcp);
 }
 
 TEST(DriftCharts, StatesNoRateOfACreepThatWasWatchedForTwoDays) {

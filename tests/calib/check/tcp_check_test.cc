@@ -293,8 +293,8 @@ TEST(TcpCheck, AsADocumentHasEveryExplanationWithItsLikelihood) {
 TEST(ChangeKind, IsFoundByItsNameAndNoOther) {
   for (const ChangeKind kind : {ChangeKind::kNothing, ChangeKind::kTool, ChangeKind::kSphere,
                                 ChangeKind::kJoint, ChangeKind::kGrowth, ChangeKind::kTouch})
-    EXPECT_EQ(change_kind(to_string(kind)), kind);
-  EXPECT_FALSE(change_kind("thing").has_value());
+    EXPECT_EQ(by_own_name<ChangeKind>(to_string(kind)), kind);
+  EXPECT_FALSE(by_own_name<ChangeKind>("thing").has_value());
 }
 
 }  // namespace

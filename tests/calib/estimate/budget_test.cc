@@ -66,18 +66,20 @@ TEST(UncertaintyBudget, HasALineForCertifiedLengthsAloneThatWereFitted) {
   Cell cell = demo_cell();
   ASSERT_FALSE(cell.lengths.empty());
   const Calibration fitted = calibrated(cell, 60);
-  const UncertaintyLine* lengths = line(fitted, UncertaintySource::kLengths);
+  const UncertaintyLine* lengths = line(fitted, UncertaintySource::kCertifiedLengths);
   ASSERT_NE(lengths, nullptr);
   EXPECT_NEAR(lengths->sigma, cell.lengths.front().sigma_m, 1e-9);
   for (CertifiedLength& one : cell.lengths) one.is_check = true;
-  EXPECT_EQ(line(calibrated(cell, 60), UncertaintySource::kLengths), nullptr);
+  EXPECT_EQ(line(calibrated(cell, 60), UncertaintySource::kCertifiedLengths), nullptr);
 }
 
 TEST(UncertaintyBudget, GrowsInTheCertificatesShareWithTheirUncertainty) {
   Cell cell = demo_cell();
-  const double exact_m = line(calibrated(cell, 100), UncertaintySource::kLengths)->workspace_m;
+  const double exact_m =
+      line(calibrated(cell, 100), UncertaintySource::kCertifiedLengths)->workspace_m;
   for (CertifiedLength& one : cell.lengths) one.sigma_m = 0.2e-3;
-  EXPECT_GT(line(calibrated(cell, 100), UncertaintySource::kLengths)->workspace_m, 2.0 * exact_m);
+  EXPECT_GT(line(calibrated(cell, 100), UncertaintySource::kCertifiedLengths)->workspace_m,
+            2.0 * exact_m);
 }
 
 TEST(UncertaintyBudget, IsReadFromTheFileAsItWasWritten) {

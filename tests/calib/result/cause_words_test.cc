@@ -37,9 +37,9 @@ TEST(CauseNames, AreReadBackAsTheyAreWritten) {
   for (int k = 0; k < kCauses; ++k) {
     const auto cause = static_cast<LikelyCause>(k);
     EXPECT_STRNE(to_string(cause), "") << k;
-    EXPECT_EQ(likely_cause(to_string(cause)), cause) << k;
+    EXPECT_EQ(by_own_name<LikelyCause>(to_string(cause)), cause) << k;
   }
-  EXPECT_FALSE(likely_cause("gremlins"));
+  EXPECT_FALSE(by_own_name<LikelyCause>("gremlins"));
 }
 
 TEST(CauseWords, AreASentenceForEveryCauseWhateverItsEvidence) {

@@ -32,13 +32,14 @@ TEST(FindingNames, AreReadBackAsTheyAreWritten) {
   for (int k = 0; k <= static_cast<int>(FindingKind::kRecorded); ++k) {
     const auto kind = static_cast<FindingKind>(k);
     EXPECT_STRNE(to_string(kind), "") << k;
-    EXPECT_EQ(finding_kind(to_string(kind)), kind) << k;
+    EXPECT_EQ(by_own_name<FindingKind>(to_string(kind)), kind) << k;
   }
-  EXPECT_FALSE(finding_kind("chi^2"));
+  EXPECT_FALSE(by_own_name<FindingKind>("chi^2"));
   for (const Severity one : {Severity::kWithholds, Severity::kWarns, Severity::kInforms})
-    EXPECT_EQ(severity(to_string(one)), one);
+    EXPECT_EQ(by_own_name<Severity>(to_string(one)), one);
   for (int k = 0; k <= static_cast<int>(Subject::Of::kRobot); ++k)
-    EXPECT_EQ(subject_of(to_string(static_cast<Subject::Of>(k))), static_cast<Subject::Of>(k));
+    EXPECT_EQ(by_own_name<Subject::Of>(to_string(static_cast<Subject::Of>(k))),
+              static_cast<Subject::Of>(k));
 }
 
 TEST(FindingWords, AreASentenceForEveryKindWhateverItsEvidence) {

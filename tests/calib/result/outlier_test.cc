@@ -25,9 +25,9 @@ TEST(OutlierKinds, AreReadBackAsTheyAreWritten) {
   for (int k = 0; k <= static_cast<int>(OutlierKind::kRecorded); ++k) {
     const auto kind = static_cast<OutlierKind>(k);
     EXPECT_STRNE(to_string(kind), "") << k;
-    EXPECT_EQ(outlier_kind(to_string(kind)), kind) << k;
+    EXPECT_EQ(by_own_name<OutlierKind>(to_string(kind)), kind) << k;
   }
-  EXPECT_FALSE(outlier_kind("off"));
+  EXPECT_FALSE(by_own_name<OutlierKind>("off"));
 }
 
 TEST(OutlierWords, HaveTheSideWhereThereIsOne) {

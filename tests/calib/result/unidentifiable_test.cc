@@ -29,9 +29,9 @@ TEST(UnidentifiableKinds, AreReadBackAsTheyAreWritten) {
   for (int k = 0; k <= static_cast<int>(Kind::kRecorded); ++k) {
     const auto kind = static_cast<Kind>(k);
     EXPECT_STRNE(to_string(kind), "") << k;
-    EXPECT_EQ(unidentifiable_kind(to_string(kind)), kind) << k;
+    EXPECT_EQ(by_own_name<UnidentifiableKind>(to_string(kind)), kind) << k;
   }
-  EXPECT_FALSE(unidentifiable_kind("frame"));
+  EXPECT_FALSE(by_own_name<UnidentifiableKind>("frame"));
 }
 
 TEST(UnidentifiableWords, OfTheFrameSayThatItIsAConvention) {

@@ -101,7 +101,7 @@ TEST_F(AWatch, SaysThatTheToolCreepsSinceWhenAndWhatToDo) {
   EXPECT_NEAR(drift->chart.trend->now_m.norm(), 0.24e-3, 0.08e-3);
   ASSERT_FALSE(drift->chart.trend->causes.empty());
   EXPECT_EQ(drift->chart.trend->causes.front().kind, calib::ChangeKind::kTool);
-  EXPECT_EQ(drift->chart.advice, DriftAdvice::kRemeasureTcp);
+  EXPECT_EQ(drift->chart.advice, DriftAdvice::kReMeasureTcp);
 }
 
 TEST_F(AWatch, HasNoCheckInItsChartThatEndedAtNoTime) {
@@ -140,7 +140,7 @@ TEST_F(AWatch, AlarmsWhereEveryCheckSinceTheCalibrationFails) {
     checked.check({.shift_m = knocked_m, .result = Checked::that_does_not_hold(ChangeKind::kTool)});
     const auto drift = evaluate();
     EXPECT_EQ(drift->chart.state, DriftState::kAlarms) << k;
-    EXPECT_EQ(drift->chart.advice, DriftAdvice::kRemeasureTcp) << k;
+    EXPECT_EQ(drift->chart.advice, DriftAdvice::kReMeasureTcp) << k;
     ASSERT_TRUE(drift->chart.not_held);
     EXPECT_EQ(drift->chart.not_held->since, checked.calibrated + 1);
     EXPECT_NEAR(*drift->chart.newest_decided()->tcp_shift_m, 0.99e-3, 0.01e-3);

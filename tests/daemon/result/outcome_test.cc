@@ -92,7 +92,7 @@ TEST(AnOutcome, OfACheckThatDoesNotHoldHasShiftCauseAndRemedy) {
   EXPECT_NEAR(outcome.tcp_shift->shift_m.norm(), 0.99e-3, 0.01e-3);
   EXPECT_NEAR(outcome.tcp_shift->u_m, 0.05e-3, 1e-9);
   EXPECT_EQ(cause_of(outcome), "tool");
-  EXPECT_EQ(outcome.remedy, calib::DriftAdvice::kRemeasureTcp);
+  EXPECT_EQ(outcome.remedy, calib::DriftAdvice::kReMeasureTcp);
   const std::vector<std::string> lines = in_language(outcome, "en");
   ASSERT_EQ(lines.size(), 2U);
   EXPECT_EQ(lines[0], "calibration does not hold: TCP shift 0.99 +- 0.05 mm (k=2)");
