@@ -89,14 +89,9 @@ std::string upper_case(std::string text) {
   return text;
 }
 
-std::string lower_case(std::string text) {
-  for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return text;
-}
-
 std::string lower_name(const std::string& path) {
   const auto slash = path.find_last_of("/\\");
-  return lower_case(slash == std::string::npos ? path : path.substr(slash + 1));
+  return lower_case(std::string_view(path).substr(slash == std::string::npos ? 0 : slash + 1));
 }
 
 std::optional<double> based_constant(std::string_view text) {

@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/files/text.h"
+
 namespace cellcal::calib::krl {
 
 /// A file as it was given.
@@ -17,7 +19,7 @@ struct KrlFile {
 
 /// KRL and its files' names ignore case; ASCII.
 std::string upper_case(std::string text);
-std::string lower_case(std::string text);
+using calib::lower_case;
 /// File name of a path in lower case: "$config.dat".
 std::string lower_name(const std::string& path);
 

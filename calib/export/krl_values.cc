@@ -53,11 +53,8 @@ Stated put(std::map<int, V>& all, int index, const std::optional<V>& value) {
 /// "\"torch\"" without its quotes and blanks, from Latin-1.
 Stated put_name(std::map<int, std::string>& names, int index, const Token& token) {
   std::string name;
-  for (const char c : token.word) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte >= 0x80) name += static_cast<char>(0xc0 | (byte >> 6));
-    if (c != '"') name += byte >= 0x80 ? static_cast<char>(0x80 | (byte & 0x3f)) : c;
-  }
+  for (const char c : token.word)
+    if (c != '"') append_utf8(static_cast<unsigned char>(c), name);
   name = shown(trimmed(name));
   if (token.kind != Kind::kText || name.empty())
     names.erase(index);

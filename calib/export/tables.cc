@@ -331,10 +331,6 @@ std::string robot_joint_name(const std::string& name) {
   return result;
 }
 
-std::string ros_joint_name(const std::string& name) {
-  std::string result = "joint_";
-  for (const char c : name) result += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return result;
-}
+std::string ros_joint_name(const std::string& name) { return "joint_" + lower_case(name); }
 
 }  // namespace cellcal::calib

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/locale/encoding_utf.hpp>
 #include <charconv>
 #include <cmath>
 #include <iterator>
@@ -17,51 +18,13 @@ namespace {
 constexpr std::size_t kMaxColumns = 256;
 constexpr std::size_t kMaxLine = 1 << 16;
 
-std::string_view trim(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
-
-char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
-
-bool same_letters(std::string_view a, std::string_view b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](char x, char y) { return lower(x) == lower(y); });
-}
-
-void append_utf8(char32_t c, std::string& text) {
-  if (c < 0x80) {
-    text += static_cast<char>(c);
-  } else if (c < 0x800) {
-    text += static_cast<char>(0xC0 | c >> 6);
-    text += static_cast<char>(0x80 | (c & 0x3F));
-  } else if (c < 0x10000) {
-    text += static_cast<char>(0xE0 | c >> 12);
-    text += static_cast<char>(0x80 | (c >> 6 & 0x3F));
-    text += static_cast<char>(0x80 | (c & 0x3F));
-  } else {
-    text += static_cast<char>(0xF0 | c >> 18);
-    text += static_cast<char>(0x80 | (c >> 12 & 0x3F));
-    text += static_cast<char>(0x80 | (c >> 6 & 0x3F));
-    text += static_cast<char>(0x80 | (c & 0x3F));
-  }
-}
+std::string_view trim(std::string_view text) { return trimmed(text, " \t"); }
 
 bool is_utf8(std::string_view text) {
-  constexpr char32_t kLeast[] = {0, 0x80, 0x800, 0x10000};  // of a code point by its further bytes
-  for (std::size_t at = 0; at < text.size(); ++at) {
-    const auto lead = static_cast<unsigned char>(text[at]);
-    if (lead < 0x80) continue;
-    const std::size_t more = lead < 0xE0 ? 1 : lead < 0xF0 ? 2 : 3;
-    if (lead < 0xC0 || lead >= 0xF8 || at + more >= text.size()) return false;
-    char32_t c = lead & (0x3F >> more);
-    for (std::size_t k = 0; k < more; ++k) {
-      const auto next = static_cast<unsigned char>(text[++at]);
-      if ((next & 0xC0) != 0x80) return false;
-      c = c << 6 | (next & 0x3F);
-    }
-    if (c < kLeast[more] || c > 0x10FFFF || (c >= 0xD800 && c < 0xE000)) return false;
+  for (std::size_t at = 0; at < text.size();) {
+    const CodePoint c = code_point_at(text, at);
+    if (!c.valid) return false;
+    at += c.length;
   }
   return true;
 }
@@ -312,25 +275,18 @@ std::optional<std::string> from_utf16(std::string_view bytes, const std::string&
   const bool little = bytes.starts_with("\xFF\xFE");
   if (!little && !bytes.starts_with("\xFE\xFF")) return std::nullopt;
   bytes.remove_prefix(2);
-  const auto damaged = [&] { return FileError(name, ": UTF-16 text is damaged or cut off"); };
-  if (bytes.size() % 2 != 0) throw damaged();
-  const auto unit = [&](std::size_t at) {
+  std::u16string units;
+  for (std::size_t at = 0; at + 1 < bytes.size(); at += 2) {
     const auto a = static_cast<unsigned char>(bytes[at]),
                b = static_cast<unsigned char>(bytes[at + 1]);
-    return static_cast<char32_t>(little ? a | b << 8 : b | a << 8);
-  };
-  std::string text;
-  for (std::size_t at = 0; at < bytes.size(); at += 2) {
-    char32_t c = unit(at);
-    if (c >= 0xDC00 && c < 0xE000) throw damaged();
-    if (c >= 0xD800 && c < 0xDC00) {
-      at += 2;
-      if (at >= bytes.size() || unit(at) < 0xDC00 || unit(at) >= 0xE000) throw damaged();
-      c = 0x10000 + ((c - 0xD800) << 10) + (unit(at) - 0xDC00);
-    }
-    append_utf8(c, text);
+    units += static_cast<char16_t>(little ? a | b << 8 : b | a << 8);
   }
-  return text;
+  try {
+    if (bytes.size() % 2 == 0)
+      return boost::locale::conv::utf_to_utf<char>(units, boost::locale::conv::stop);
+  } catch (const boost::locale::conv::conversion_error&) {  // as the odd byte
+  }
+  throw FileError(name, ": UTF-16 text is damaged or cut off");
 }
 
 CsvForm csv_form(std::string_view text, const std::string& name) {

@@ -259,11 +259,11 @@ class Words {
   }
   /// True for `wanted` in any case, also if "end" and its rest are two words.
   bool is(std::string_view word, std::string_view wanted) {
-    if (wanted.starts_with("end") && same(word, "end")) {
+    if (wanted.starts_with("end") && same_letters(word, "end")) {
       wanted.remove_prefix(word.size());
       word = next();
     }
-    return same(word, wanted);
+    return same_letters(word, wanted);
   }
   void expect(std::string_view wanted) {
     const std::string_view word = next();
@@ -287,14 +287,6 @@ class Words {
   }
   [[noreturn]] void fail(const std::string& what) const {
     throw FileError(name_, fmt::format(":{}: {}", line_, what));
-  }
-  static bool same(std::string_view word, std::string_view lower) {
-    if (word.size() != lower.size()) return false;
-    for (std::size_t i = 0; i < word.size(); ++i) {
-      const char c = word[i] >= 'A' && word[i] <= 'Z' ? static_cast<char>(word[i] + 32) : word[i];
-      if (c != lower[i]) return false;
-    }
-    return true;
   }
 
  private:
@@ -322,7 +314,7 @@ Mesh read_ascii(std::string_view text, const std::string& name) {
         words.skip_line();
         break;
       }
-      if (!Words::same(word, "facet"))
+      if (!same_letters(word, "facet"))
         words.fail(
             fmt::format("\"facet\" or \"endsolid\" is expected, but there is \"{}\"", shown(word)));
       if (++count > kMostTriangles)
@@ -368,7 +360,7 @@ Mesh parse_stl(std::string_view bytes, const std::string& name) {
   if (bytes.size() >= kHeader && bytes[kHeader - 1] == '\0' && !bytes.starts_with(kZip)) {
     // Binary files are recognised by their triangle count, the last byte of which is 0: many begin with "solid".
     mesh = read_binary(bytes, name);
-  } else if (Words::same(trimmed(text).substr(0, 5), "solid")) {
+  } else if (same_letters(trimmed(text).substr(0, 5), "solid")) {
     mesh = read_ascii(text, name);
   } else if (const std::string_view other = other_format(text); !other.empty()) {
     throw FileError(name, fmt::format(": {}, not an STL file. {}", other, kExport));

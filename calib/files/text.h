@@ -1,9 +1,44 @@
 #pragma once
 
+#include <algorithm>
+#include <boost/locale/utf.hpp>
+#include <iterator>
 #include <string>
 #include <string_view>
 
 namespace cellcal::calib {
+
+/// In UTF-8.
+inline void append_utf8(char32_t c, std::string& text) {
+  boost::locale::utf::utf_traits<char>::encode(c, std::back_inserter(text));
+}
+
+struct CodePoint {
+  char32_t value = 0;
+  std::size_t length = 1;  ///< bytes
+  bool valid = false;      ///< as RFC 3629: shortest form, no surrogates, up to U+10FFFF
+};
+inline CodePoint code_point_at(std::string_view text, std::size_t at) {
+  using namespace boost::locale::utf;
+  const char* end = text.data() + at;
+  const code_point c = utf_traits<char>::decode(end, text.data() + text.size());
+  if (c == illegal || c == incomplete) return {};
+  return {c, static_cast<std::size_t>(end - text.data()) - at, true};
+}
+
+// Letters: ASCII.
+
+inline char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+
+inline std::string lower_case(std::string_view text) {
+  std::string result(text);
+  std::ranges::transform(text, result.begin(), lower);
+  return result;
+}
+
+inline bool same_letters(std::string_view a, std::string_view b) {
+  return std::ranges::equal(a, b, {}, lower, lower);
+}
 
 /// Length in bytes of the control character at `i`, 0 if there is none: ASCII, U+0080 to U+009F, and Unicode's
 /// direction marks and line separators (UTF-8), which can make one name look like another.
@@ -55,10 +90,10 @@ inline std::string shown(std::string_view text, std::size_t most = 40) {
 inline constexpr std::string_view kBlanks = " \t\r\n";
 
 /// Without leading and trailing whitespace.
-inline std::string_view trimmed(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(kBlanks);
+inline std::string_view trimmed(std::string_view text, std::string_view blanks = kBlanks) {
+  const std::size_t first = text.find_first_not_of(blanks);
   if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
+  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
 }
 
 }  // namespace cellcal::calib

@@ -70,14 +70,6 @@ double flushed_to_zero(double value) {
   return std::abs(value) < kDust ? 0.0 : value;
 }
 
-std::string lower_case(std::string_view text) {
-  std::string lower(text);
-  std::transform(lower.begin(), lower.end(), lower.begin(), [](char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  });
-  return lower;
-}
-
 /// Without the unit suffix.
 std::string_view without_unit(std::string_view key) {
   for (const std::string_view unit : {"_mm", "_cm", "_m", "_um", "_deg", "_rad", "_kg", "_g", "_s"})
