@@ -17,7 +17,7 @@ namespace cellcal::calib {
 
 struct TomlTable::Node {
   std::shared_ptr<const toml::table> document;
-  const toml::table* table = nullptr;  // inside document
+  const toml::table* table = nullptr;  // inside document, or empty
   std::string file;
   std::string path;  // of this table, for messages
   mutable std::set<std::string, std::less<>> asked;
@@ -33,35 +33,30 @@ struct TomlTable::Node {
   std::string full(std::string_view key) const {
     return path.empty() ? std::string(key) : path + (key.empty() ? "" : ".") + std::string(key);
   }
+  /// A table of the same document.
+  TomlTable child(const toml::table* of, std::string at) const {
+    return TomlTable(std::make_shared<Node>(Node{document, of, file, std::move(at), {}}));
+  }
+  /// The value, finite and in the range; 0 below 1e-30.
+  static double within(const TomlTable& table, std::string_view key, double value, Range range);
+  static std::string text(const TomlTable& table, std::string_view key, const toml::node& node);
+  static TomlTable root(toml::table of, const std::string& file_name) {
+    const auto whole = std::make_shared<const toml::table>(std::move(of));
+    return TomlTable(std::make_shared<Node>(Node{whole, whole.get(), file_name, "", {}}));
+  }
 };
 
 namespace {
 
-std::shared_ptr<const toml::table> empty_table() {
-  static const auto kEmpty = std::make_shared<const toml::table>();
-  return kEmpty;
-}
-
 std::string kind_of(const toml::node& node) {
-  switch (node.type()) {
-    case toml::node_type::table:
-      return "a table";
-    case toml::node_type::array:
-      return "an array";
-    case toml::node_type::string:
-      return "a string";
-    case toml::node_type::integer:
-      return "an integer";
-    case toml::node_type::floating_point:
-      return "a number";
-    case toml::node_type::boolean:
-      return "a boolean";
-    default:
-      return "a date or time";
-  }
+  constexpr std::pair<toml::node_type, const char*> kKinds[] = {
+      {toml::node_type::table, "a table"},     {toml::node_type::array, "an array"},
+      {toml::node_type::string, "a string"},   {toml::node_type::integer, "an integer"},
+      {toml::node_type::boolean, "a boolean"}, {toml::node_type::floating_point, "a number"}};
+  for (const auto& [type, words] : kKinds)
+    if (node.type() == type) return words;
+  return "a date or time";
 }
-
-std::string show(double value) { return fmt::format("{:g}", value); }
 
 /// Flushes to zero below any value of the formats. Powers of such values would be denormal, which
 /// are about a hundred times slower.
@@ -192,25 +187,13 @@ std::string TomlTable::Node::similar_key(std::string_view key,
 
 TomlTable TomlTable::parse(std::string_view text, const std::string& file_name) {
   refuse_deep_toml(text, file_name);
-  auto node = std::make_shared<Node>();
   try {
-    node->document = std::make_shared<const toml::table>(toml::parse(text, file_name));
+    return Node::root(toml::parse(text, file_name), file_name);
   } catch (const toml::parse_error& e) {
     const std::size_t line = e.source().begin.line;
     throw FileError(file_name, ":" + std::to_string(line) + ": " +
                                    common_syntax_error(text, line, e.description()));
   }
-  node->table = node->document.get();
-  node->file = file_name;
-  return TomlTable(std::move(node));
-}
-
-TomlTable TomlAccess::table(toml::table document, const std::string& name) {
-  auto node = std::make_shared<TomlTable::Node>();
-  node->document = std::make_shared<const toml::table>(std::move(document));
-  node->table = node->document.get();
-  node->file = name;
-  return TomlTable(std::move(node));
 }
 
 TomlTable TomlTable::load(const std::filesystem::path& path) {
@@ -231,17 +214,22 @@ void TomlTable::missing(std::string_view key, const std::string& wanted) const {
 
 bool TomlTable::has(std::string_view key) const { return node_->find(key) != nullptr; }
 
+double TomlTable::Node::within(const TomlTable& table, std::string_view key, double value,
+                               Range range) {
+  if (!std::isfinite(value)) table.fail(key, "must be finite");
+  const double number = flushed_to_zero(value);
+  if (number < range.min || number > range.max)
+    table.fail(key, fmt::format("{:g} is out of range, allowed are {:g} to {:g}", value, range.min,
+                                range.max));
+  return number;
+}
+
 double TomlTable::number(std::string_view key, Range range) const {
   const toml::node* node = node_->find(key);
   if (!node) missing(key, "a number");
   const auto value = node->value<double>();
   if (!value || !node->is_number()) fail(key, "must be a number, but is " + kind_of(*node));
-  if (!std::isfinite(*value)) fail(key, "must be finite");
-  const double number = flushed_to_zero(*value);
-  if (number < range.min || number > range.max)
-    fail(key, show(*value) + " is out of range, allowed are " + show(range.min) + " to " +
-                  show(range.max));
-  return number;
+  return Node::within(*this, key, *value, range);
 }
 
 double TomlTable::number_or(std::string_view key, double fallback, Range range) const {
@@ -270,11 +258,16 @@ bool TomlTable::boolean_or(std::string_view key, bool fallback) const {
   return *node->value<bool>();
 }
 
+std::string TomlTable::Node::text(const TomlTable& table, std::string_view key,
+                                  const toml::node& node) {
+  if (!node.is_string()) table.fail(key, "must be a string, but is " + kind_of(node));
+  return *node.value<std::string>();
+}
+
 std::string TomlTable::string(std::string_view key) const {
   const toml::node* node = node_->find(key);
   if (!node) missing(key, "a string");
-  if (!node->is_string()) fail(key, "must be a string, but is " + kind_of(*node));
-  auto value = *node->value<std::string>();
+  std::string value = Node::text(*this, key, *node);
   if (has_control(value)) fail(key, kNoControl);
   return value;
 }
@@ -286,9 +279,7 @@ std::string TomlTable::string_or(std::string_view key, std::string_view fallback
 std::string TomlTable::text_or(std::string_view key, std::string_view fallback) const {
   const toml::node* node = node_->find(key);
   if (!node) return std::string(fallback);
-  if (!node->is_string()) fail(key, "must be a string, but is " + kind_of(*node));
-  auto value = *node->value<std::string>();
-  std::string line = value;
+  std::string value = Node::text(*this, key, *node), line = value;
   std::erase_if(line, [](char c) { return c == '\n' || c == '\r' || c == '\t'; });
   if (has_control(line))
     fail(key, "must not hold control characters other than line ends and tabs");
@@ -319,12 +310,7 @@ std::vector<double> TomlTable::numbers(std::string_view key, std::size_t count, 
   std::vector<double> values;
   for (const toml::node& item : *array) {
     if (!item.is_number()) fail(key, "must hold numbers only, but holds " + kind_of(item));
-    const double value = flushed_to_zero(*item.value<double>());
-    if (!std::isfinite(value)) fail(key, "must be finite");
-    if (value < range.min || value > range.max)
-      fail(key, show(value) + " is out of range, allowed are " + show(range.min) + " to " +
-                    show(range.max));
-    values.push_back(value);
+    values.push_back(Node::within(*this, key, *item.value<double>(), range));
   }
   return values;
 }
@@ -349,22 +335,12 @@ TomlTable TomlTable::table(std::string_view key) const {
     fail(key, "the table [" + shown(node_->full(key), kShownKey) + "] is missing" +
                  node_->similar_key(key, is_similar_table));
   if (!node->is_table()) fail(key, "must be a table, but is " + kind_of(*node));
-  auto child = std::make_shared<Node>();
-  child->document = node_->document;
-  child->table = node->as_table();
-  child->file = node_->file;
-  child->path = node_->full(key);
-  return TomlTable(std::move(child));
+  return node_->child(node->as_table(), node_->full(key));
 }
 
 TomlTable TomlTable::table_or_empty(std::string_view key) const {
-  if (node_->find(key)) return table(key);
-  auto child = std::make_shared<Node>();
-  child->document = empty_table();
-  child->table = child->document.get();
-  child->file = node_->file;
-  child->path = node_->full(key);
-  return TomlTable(std::move(child));
+  static const toml::table kEmpty;
+  return node_->find(key) ? table(key) : node_->child(&kEmpty, node_->full(key));
 }
 
 bool TomlTable::is_list(std::string_view key) const {
@@ -381,12 +357,7 @@ std::vector<TomlTable> TomlTable::tables(std::string_view key) const {
   for (std::size_t i = 0; i < array->size(); ++i) {
     const toml::table* item = (*array)[i].as_table();
     if (!item) fail(key, "must hold tables only, [[" + std::string(key) + "]]");
-    auto child = std::make_shared<Node>();
-    child->document = node_->document;
-    child->table = item;
-    child->file = node_->file;
-    child->path = node_->full(key) + "[" + std::to_string(i + 1) + "]";
-    result.push_back(TomlTable(std::move(child)));
+    result.push_back(node_->child(item, node_->full(key) + "[" + std::to_string(i + 1) + "]"));
   }
   return result;
 }
@@ -506,7 +477,7 @@ std::string json_to_toml(const json& object) {
 }
 
 TomlTable table_from_json(const json& object, const std::string& name) {
-  return TomlAccess::table(to_table(object, name), name);
+  return TomlTable::Node::root(to_table(object, name), name);
 }
 
 }  // namespace cellcal::calib

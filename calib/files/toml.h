@@ -3,8 +3,6 @@
 // Messages read "FILE:LINE: KEY: what is wrong; what to do". Throws FileError. Numbers smaller than
 // 1e-30 are read as 0.
 
-#include <toml++/toml.h>
-
 #include <cstddef>
 #include <filesystem>
 #include <initializer_list>
@@ -69,7 +67,7 @@ class TomlTable {
   /// Fails for a missing key, and suggests a similar one that was not requested.
   [[noreturn]] void missing(std::string_view key, const std::string& wanted) const;
 
-  friend struct TomlAccess;  // builds tables from documents that do not come from a file
+  friend TomlTable table_from_json(const nlohmann::json& object, const std::string& name);
   struct Node;
   explicit TomlTable(std::shared_ptr<Node> node) : node_(std::move(node)) {}
   std::shared_ptr<Node> node_;
@@ -89,11 +87,5 @@ nlohmann::json toml_to_json(std::string_view toml);
 std::string json_to_toml(const nlohmann::json& object);
 /// JSON object as a table for the strict reader. Throws FileError.
 TomlTable table_from_json(const nlohmann::json& object, const std::string& name);
-
-// Shared by the two files that include toml++.
-
-struct TomlAccess {
-  static TomlTable table(toml::table document, const std::string& name);
-};
 
 }  // namespace cellcal::calib
