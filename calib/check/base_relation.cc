@@ -90,10 +90,14 @@ MatrixXd moves_in_base(const Calibration& c, std::span<const std::string> ids,
   return moves;
 }
 
-void require_off_line(const Eigen::Matrix3Xd& centre_m, const std::string& robot) {
+/// How far they are off one line, rms.
+double off_line_m(const Eigen::Matrix3Xd& centre_m) {
   const Eigen::Matrix3Xd about = centre_m.colwise() - centre_m.rowwise().mean();
-  const VectorXd spread = spread_of(about).values;
-  const double rms_m = spread[1] / std::sqrt(static_cast<double>(centre_m.cols()));
+  return spread_of(about).values[1] / std::sqrt(static_cast<double>(centre_m.cols()));
+}
+
+void require_off_line(const Eigen::Matrix3Xd& centre_m, const std::string& robot) {
+  const double rms_m = off_line_m(centre_m);
   if (rms_m >= kLeastOffLineM) return;
   throw undetermined(fmt::format(
       "the common spheres are {:.1f} mm off one line ({}), and {:.0f} mm are needed: they hold no rotation about it. "
@@ -101,39 +105,29 @@ void require_off_line(const Eigen::Matrix3Xd& centre_m, const std::string& robot
       rms_m * kMmPerM, robot, kLeastOffLineM * kMmPerM));
 }
 
-double diameter_of(const Calibration& c, const std::string& id, double& sigma_m) {
-  const Target& target = c.cell.targets[c.cell.target_index(id)];
-  sigma_m = target.diameter_sigma_m;
-  return target.diameter_m;
-}
-
 void require_same_diameter(const Calibration& first, const Calibration& second,
                            const SpherePair& sphere) {
   constexpr double kSigmas = 3.0;
-  double first_sigma = 0.0, second_sigma = 0.0;
-  const double one = diameter_of(first, sphere.first, first_sigma);
-  const double other = diameter_of(second, sphere.second, second_sigma);
-  const double allowed = kSigmas * std::hypot(first_sigma, second_sigma) + kFormM;
-  if (std::abs(one - other) <= allowed) return;
+  const Target &one = first.cell.targets[first.cell.target_index(sphere.first)],
+               &other = second.cell.targets[second.cell.target_index(sphere.second)];
+  const double allowed =
+      kSigmas * std::hypot(one.diameter_sigma_m, other.diameter_sigma_m) + kFormM;
+  if (std::abs(one.diameter_m - other.diameter_m) <= allowed) return;
   throw IdentifyError(
       IdentifyError::Kind::kCell, sphere.first,
       fmt::format(
           "{}: diameter {:.4f} mm in the first calibration, {:.4f} mm in the second ({}), {:.4f} mm apart at "
           "most by their sigmas. Another sphere of that name, or a wrong diameter: correct the cell file and "
           "identify again, or name the pairs",
-          sphere.first, one * kMmPerM, other * kMmPerM, sphere.second, allowed * kMmPerM));
-}
-
-/// Rigid fit of equal weights (Umeyama 1991, scale 1).
-Isometry3d start_of(const Eigen::Matrix3Xd& first, const Eigen::Matrix3Xd& second) {
-  return Isometry3d(Eigen::umeyama(second, first, false));
+          sphere.first, one.diameter_m * kMmPerM, other.diameter_m * kMmPerM, sphere.second,
+          allowed * kMmPerM));
 }
 
 /// Weighted rigid fit with some spheres freed, each by a shift of its own.
 class RigidFit {
  public:
   RigidFit(const CentresInBase& first, const CentresInBase& second)
-      : first_(first), second_(second), at_(start_of(first.centre_m, second.centre_m)) {}
+      : first_(first), second_(second), at_(rigid_motion(second.centre_m, first.centre_m)) {}
 
   struct Solution {
     VectorXd x;  ///< step of the base (shift, turn about `middle_m`), then the freed shifts
@@ -228,10 +222,8 @@ Eigen::Matrix3Xd without(const Eigen::Matrix3Xd& all, const Indices& freed) {
 }
 
 bool hold_a_base(const Eigen::Matrix3Xd& centre_m) {
-  if (centre_m.cols() < static_cast<Eigen::Index>(kLeastSpheres)) return false;
-  const Eigen::Matrix3Xd about = centre_m.colwise() - centre_m.rowwise().mean();
-  return spread_of(about).values[1] / std::sqrt(static_cast<double>(centre_m.cols())) >=
-         kLeastOffLineM;
+  return centre_m.cols() >= static_cast<Eigen::Index>(kLeastSpheres) &&
+         off_line_m(centre_m) >= kLeastOffLineM;
 }
 
 /// Which spheres are left out, and which of the others may be the wrong one.

@@ -172,18 +172,6 @@ DriftAdvice advice_for(const DriftChart& chart) {
   return DriftAdvice::kReMeasureTcp;
 }
 
-void share_out(std::vector<Explanation>& all, const std::vector<PossibleChange>& changes) {
-  double most = -1e300, sum = 0.0;
-  for (std::size_t k = 0; k < all.size(); ++k)
-    most = std::max(most, all[k].log_likelihood + std::log(changes[k].weight));
-  for (std::size_t k = 0; k < all.size(); ++k)
-    sum += all[k].probability =
-        std::exp(all[k].log_likelihood + std::log(changes[k].weight) - most);
-  for (Explanation& one : all) one.probability /= sum;
-  std::stable_sort(all.begin(), all.end(),
-                   [](const auto& a, const auto& b) { return a.probability > b.probability; });
-}
-
 }  // namespace
 
 std::optional<double> reference_temperature_c(const std::vector<CheckMeasurement>& checks) {
@@ -357,9 +345,12 @@ std::vector<Explanation> ShiftGauge::causes(const Eigen::VectorXd& off_m, double
   }
   const Cholesky covariance(scatter * foresight_.passing_m2);
   std::vector<Explanation> all;
-  for (const PossibleChange& change : changes_)
+  std::vector<double> weight;
+  for (const PossibleChange& change : changes_) {
     all.push_back(explain(change, contacts, covariance, {}));
-  share_out(all, changes_);
+    weight.push_back(change.weight);
+  }
+  share_out(all, weight);
   return all;
 }
 

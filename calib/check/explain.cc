@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "calib/estimate/predict.h"
 #include "calib/model/error.h"
@@ -130,6 +131,20 @@ void put_size(const Eigen::VectorXd& size, const Eigen::MatrixXd& covariance,
   if (size.size() < 6) return;
   explanation.amount = size.tail<3>().norm();
   explanation.turn_sigma = largest_sigma(covariance.bottomRightCorner<3, 3>());
+}
+
+void share_out(std::vector<Explanation>& explanations, const std::vector<double>& weight) {
+  double most = -std::numeric_limits<double>::infinity(), sum = 0.0;
+  for (std::size_t k = 0; k < explanations.size(); ++k)
+    most = std::max(most, explanations[k].log_likelihood + std::log(weight[k]));
+  for (std::size_t k = 0; k < explanations.size(); ++k) {
+    explanations[k].probability =
+        std::exp(explanations[k].log_likelihood + std::log(weight[k]) - most);
+    sum += explanations[k].probability;
+  }
+  for (Explanation& one : explanations) one.probability /= sum;
+  std::stable_sort(explanations.begin(), explanations.end(),
+                   [](const auto& a, const auto& b) { return a.probability > b.probability; });
 }
 
 double log_unmet(const std::vector<Unmet>& unmet) {

@@ -38,6 +38,8 @@ double sigma_along(const Eigen::Matrix3d& covariance, const Eigen::Vector3d& v);
 /// Size of the change with its uncertainty: of one, three, or six components, of which three turn.
 void put_size(const Eigen::VectorXd& size, const Eigen::MatrixXd& covariance,
               Explanation& explanation);
+/// Normalises the probabilities of all explanations, the most likely first; `weight`: their prior weights.
+void share_out(std::vector<Explanation>& explanations, const std::vector<double>& weight);
 /// Log probability of the missed contacts in an unchanged cell.
 double log_unmet(const std::vector<Unmet>& unmet);
 

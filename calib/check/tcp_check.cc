@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "calib/check/explain.h"
@@ -275,21 +274,6 @@ Foresight foreseen(const Calibration& calibration, const std::vector<Touch>& exp
   return foresight;
 }
 
-/// Normalises the probabilities of all explanations; `weight`: their prior weights.
-void share_out(std::vector<Explanation>& explanations, const std::vector<double>& weight) {
-  double most = -std::numeric_limits<double>::infinity(), sum = 0.0;
-  for (std::size_t k = 0; k < explanations.size(); ++k)
-    most = std::max(most, explanations[k].log_likelihood + std::log(weight[k]));
-  for (std::size_t k = 0; k < explanations.size(); ++k) {
-    explanations[k].probability =
-        std::exp(explanations[k].log_likelihood + std::log(weight[k]) - most);
-    sum += explanations[k].probability;
-  }
-  for (Explanation& one : explanations) one.probability /= sum;
-  std::stable_sort(explanations.begin(), explanations.end(),
-                   [](const auto& a, const auto& b) { return a.probability > b.probability; });
-}
-
 /// Adds the spheres without any contact as candidates for a displacement.
 std::vector<PossibleChange> with_spheres_of(const std::vector<MissedTouch>& missed,
                                             std::vector<PossibleChange> changes) {
@@ -370,19 +354,15 @@ TcpCheck TcpChecker::judge(const std::vector<Touch>& made, const std::vector<std
   std::vector<double> weight{1.0 - kChangedBefore};
   check.explanations.emplace_back();
   check.explanations.back().log_likelihood = log_unmet(unmet);
-  double most = -std::numeric_limits<double>::infinity();
   std::vector<double> logs;
   for (const PossibleChange& change : with_spheres_of(missed, changes_)) {
     Explanation one = explain(change, contacts, alarm_.covariance(), unmet);
     logs.push_back(one.log_likelihood + std::log(change.weight));
-    most = std::max(most, logs.back());
     if (change.kind == ChangeKind::kTouch) one.touch = planned[change.index];
     check.explanations.push_back(std::move(one));
     weight.push_back(kChangedBefore * change.weight);
   }
-  double sum = 0.0;
-  for (const double one : logs) sum += std::exp(one - most);
-  check.log_odds = most + std::log(sum) - log_unmet(unmet);
+  check.log_odds = log_sum(logs) - log_unmet(unmet);
   share_out(check.explanations, weight);
 
   check.log_alarm = alarm_.threshold();

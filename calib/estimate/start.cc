@@ -182,7 +182,7 @@ FrameFit fit_frame(const std::vector<Eigen::Vector3d>& readings_m,
     from.col(i) = readings_m[static_cast<std::size_t>(i)];
     to.col(i) = points_m[static_cast<std::size_t>(i)];
   }
-  const Eigen::Matrix4d motion = Eigen::umeyama(from, to, false);
+  const Eigen::Matrix4d motion = rigid_motion(from, to).matrix();
   if (motion.allFinite()) fit.frame.matrix() = motion;
   return fit;
 }

@@ -148,4 +148,8 @@ PointSpread spread_of(const Eigen::MatrixXd& points) {
   return {svd.singularValues(), svd.matrixU()};
 }
 
+Eigen::Isometry3d rigid_motion(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to) {
+  return Eigen::Isometry3d(Eigen::umeyama(from, to, false));
+}
+
 }  // namespace cellcal::calib

@@ -4,6 +4,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -89,6 +90,9 @@ struct PointSpread {
   Eigen::MatrixXd directions;
 };
 PointSpread spread_of(const Eigen::MatrixXd& points);
+
+/// Motion that brings the points `from` nearest to `to`, one column each (Umeyama 1991, scale 1).
+Eigen::Isometry3d rigid_motion(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to);
 
 class Random {
  public:

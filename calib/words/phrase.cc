@@ -97,27 +97,17 @@ std::vector<std::string> Language::codes() {
   return codes;
 }
 
-Phrase::Phrase() = default;
 Phrase::Phrase(std::string id) : id_(std::move(id)) {}
 Phrase::Phrase(const char* id) : id_(id) {}
-Phrase::Phrase(const Phrase&) = default;
-Phrase::Phrase(Phrase&&) noexcept = default;
-Phrase& Phrase::operator=(const Phrase&) = default;
-Phrase& Phrase::operator=(Phrase&&) noexcept = default;
-Phrase::~Phrase() = default;
 
 Phrase::Phrase(std::string id, std::vector<PhraseValue> values)
     : id_(std::move(id)), values_(std::move(values)) {
   std::ranges::sort(values_, {}, &PhraseValue::name);  // as in JSON
 }
 
-bool Phrase::operator==(const Phrase& other) const {
-  return id_ == other.id_ && values_ == other.values_;
-}
+bool Phrase::operator==(const Phrase&) const = default;
 
-bool PhraseValue::operator==(const PhraseValue& other) const {
-  return name == other.name && value == other.value;
-}
+bool PhraseValue::operator==(const PhraseValue&) const = default;
 
 Phrase joined(const char* separator, const Phrase& a, const Phrase& b) {
   if (a.empty()) return b;

@@ -36,15 +36,10 @@ struct PhraseValue;
 class Phrase {
  public:
   // Defined where PhraseValue is complete.
-  Phrase();
+  Phrase() = default;
   Phrase(std::string id);  // NOLINT: text is a phrase
   Phrase(const char* id);  // NOLINT
   Phrase(std::string id, std::vector<PhraseValue> values);
-  Phrase(const Phrase&);
-  Phrase(Phrase&&) noexcept;
-  Phrase& operator=(const Phrase&);
-  Phrase& operator=(Phrase&&) noexcept;
-  ~Phrase();
 
   const std::string& id() const { return id_; }
   const std::vector<PhraseValue>& values() const { return values_; }

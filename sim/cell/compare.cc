@@ -7,6 +7,7 @@
 #include "calib/estimate/predict.h"
 #include "calib/estimate/region.h"
 #include "calib/model/iso_time.h"
+#include "calib/model/linear.h"
 #include "sim/cell/physical_cell.h"
 
 namespace cellcal::sim {
@@ -21,7 +22,7 @@ constexpr unsigned kSeed = 4711;  // differs from the estimator's: other poses t
 
 /// Norms of the residuals after the best rigid motion of `points` onto `truth`.
 Eigen::VectorXd aligned_errors(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xd& truth) {
-  const Eigen::Matrix4d motion = Eigen::umeyama(points, truth, false);
+  const Eigen::Matrix4d motion = calib::rigid_motion(points, truth).matrix();
   return ((motion.topLeftCorner<3, 3>() * points).colwise() + motion.topRightCorner<3, 1>() - truth)
       .colwise()
       .norm()

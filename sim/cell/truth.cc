@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "calib/model/inverse.h"
+#include "calib/model/linear.h"
 #include "calib/model/units.h"
 #include "sim/cell/physical_cell.h"
 
@@ -216,7 +217,7 @@ Eigen::Isometry3d artefact_place(const Truth& truth, const calib::Cell& cell, in
       taught.cols() > 0 ? taught.rowwise().mean() : Eigen::Vector3d::Zero().eval();
   Eigen::Isometry3d place = Eigen::Isometry3d::Identity();
   if (nominal.cols() >= 3)  // three points determine a rigid body
-    place = Eigen::Isometry3d(Eigen::umeyama(nominal, taught, false));
+    place = calib::rigid_motion(nominal, taught);
   else if (nominal.cols() > 0)
     place.translation() = middle - nominal.rowwise().mean();
   Eigen::Vector3d shift, turn;

@@ -220,7 +220,7 @@ Parts parts_of(const experiments::Session& session, const calib::Calibration& c)
   Eigen::Matrix3Xd real(3, seen.tips.cols());
   for (Eigen::Index k = 0; k < real.cols(); ++k)
     real.col(k) = session.world.arm.tip(poses[static_cast<std::size_t>(k)]);
-  const Eigen::Isometry3d motion(Eigen::umeyama(seen.tips, real, false));
+  const Eigen::Isometry3d motion = calib::rigid_motion(seen.tips, real);
   std::vector<double> error, ratio, u95;
   const calib::Predictor predictor(c);
   for (Eigen::Index k = 0; k < real.cols(); ++k) {

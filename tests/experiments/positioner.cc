@@ -13,6 +13,7 @@
 #include "calib/files/robot_file.h"
 #include "calib/identify/identify.h"
 #include "calib/identify/identify_once.h"
+#include "calib/model/linear.h"
 #include "calib/result/finding.h"
 #include "tests/command_line/command_line.h"
 #include "tests/experiments/trial.h"
@@ -172,7 +173,7 @@ Isometry3d base_of(const Made& made, const calib::Calibration& c) {
     predicted.col(i) = predictor.calibrated(postures[i]).tcp.translation();
     real.col(i) = made.world.arm.tip(postures[i]);
   }
-  return Isometry3d(Eigen::umeyama(predicted, real, false));
+  return calib::rigid_motion(predicted, real);
 }
 
 struct Column {

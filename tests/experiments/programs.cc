@@ -22,6 +22,7 @@
 #include "calib/estimate/predict.h"
 #include "calib/files/robot_file.h"
 #include "calib/identify/identify.h"
+#include "calib/model/linear.h"
 #include "calib/model/units.h"
 #include "calib/plan/plan.h"
 #include "daemon/krl/correct_program.h"
@@ -54,7 +55,7 @@ struct Distances {
 /// `align`: after alignment of the base, as by measuring it with the arm.
 Distances distances(const Eigen::Matrix3Xd& is, const Eigen::Matrix3Xd& wanted, bool align) {
   Eigen::Matrix4d motion = Eigen::Matrix4d::Identity();
-  if (align) motion = Eigen::umeyama(is, wanted, false);
+  if (align) motion = calib::rigid_motion(is, wanted).matrix();
   const Eigen::VectorXd off =
       ((motion.topLeftCorner<3, 3>() * is).colwise() + motion.topRightCorner<3, 1>() - wanted)
           .colwise()

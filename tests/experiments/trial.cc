@@ -23,7 +23,7 @@ namespace {
 
 /// Residuals after the best rigid motion of `points` onto `real`.
 Eigen::VectorXd aligned_errors(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xd& real) {
-  const Eigen::Matrix4d motion = Eigen::umeyama(points, real, false);
+  const Eigen::Matrix4d motion = calib::rigid_motion(points, real).matrix();
   return ((motion.topLeftCorner<3, 3>() * points).colwise() + motion.topRightCorner<3, 1>() - real)
       .colwise()
       .norm()

@@ -41,7 +41,7 @@ Isometry3d motion_between(const ArmModel& arm, const Eigen::VectorXd& from, cons
     one.col(static_cast<Eigen::Index>(k)) = arm.position(arm.prepare(poses[k]), from.data());
     two.col(static_cast<Eigen::Index>(k)) = other.position(other.prepare(poses[k]), to.data());
   }
-  return Isometry3d(Eigen::umeyama(one, two, false));
+  return calib::rigid_motion(one, two);
 }
 
 Eigen::Matrix<double, 6, 1> error_of(const BaseRelation& found, const Isometry3d& truth) {

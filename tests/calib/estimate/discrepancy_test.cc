@@ -113,7 +113,7 @@ Judged judged(const Calibration& c, const sim::Truth& truth, const Field& field)
     foreseen.col(i) = p.tcp.translation();
     u95[i] = p.u95_m;
   }
-  const Eigen::Matrix4d motion = Eigen::umeyama(foreseen, real, false);
+  const Eigen::Matrix4d motion = calib::rigid_motion(foreseen, real).matrix();
   const Eigen::VectorXd off =
       ((motion.topLeftCorner<3, 3>() * foreseen).colwise() + motion.topRightCorner<3, 1>() - real)
           .colwise()

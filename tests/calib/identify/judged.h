@@ -7,6 +7,7 @@
 
 #include "calib/estimate/predict.h"
 #include "calib/estimate/region.h"
+#include "calib/model/linear.h"
 #include "calib/model/units.h"
 #include "tests/calib/simulate.h"
 
@@ -30,7 +31,7 @@ inline Off off(const Calibration& c, const sim::Truth& arm) {
     predicted.col(k) = p.tcp.translation();
     u95[k] = p.u95_m;
   }
-  const Eigen::Matrix4d motion = Eigen::umeyama(predicted, real, false);
+  const Eigen::Matrix4d motion = calib::rigid_motion(predicted, real).matrix();
   const Eigen::ArrayXd e =
       ((motion.topLeftCorner<3, 3>() * predicted).colwise() + motion.topRightCorner<3, 1>() - real)
           .colwise()

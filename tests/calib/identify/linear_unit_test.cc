@@ -125,7 +125,7 @@ TEST(LinearUnit, IsPredictedWithItsBoundOverTheWholeTrack) {
     nominal.col(k) = predictor.nominal(q).translation();
   }
   const auto off = [&](const Eigen::Matrix3Xd& points) {
-    const Eigen::Matrix4d motion = Eigen::umeyama(points, real, false);
+    const Eigen::Matrix4d motion = calib::rigid_motion(points, real).matrix();
     return Eigen::VectorXd(
         ((motion.topLeftCorner<3, 3>() * points).colwise() + motion.topRightCorner<3, 1>() - real)
             .colwise()

@@ -13,6 +13,7 @@
 #include "calib/identify/identify.h"
 #include "calib/identify/identify_once.h"
 #include "calib/model/error.h"
+#include "calib/model/linear.h"
 #include "tests/calib/positioner_session.h"
 
 namespace cellcal::calib {
@@ -154,7 +155,7 @@ TEST(PositionerPredicted, TheBoundOnTheTableHoldsForTheArmAsItIs) {
   ASSERT_GT(poses.size(), 200u);
   const OnTable at = on_table_of(c, poses);
   // The base is aligned on the table over successive angles.
-  const Eigen::Isometry3d base(Eigen::umeyama(at.told, at.real, false));
+  const Eigen::Isometry3d base = calib::rigid_motion(at.told, at.real);
   int inside = 0;
   double sum_m = 0.0, bound_m = 0.0;
   for (Eigen::Index k = 0; k < at.told.cols(); ++k) {

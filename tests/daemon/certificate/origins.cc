@@ -16,6 +16,7 @@
 #include "calib/files/calibration_json.h"
 #include "calib/files/input_file.h"
 #include "calib/files/toml.h"
+#include "calib/model/linear.h"
 #include "calib/verdict/change.h"
 
 namespace cellcal::daemon::testing {
@@ -257,7 +258,7 @@ double Origins::scope(const std::string& name) const {
     before.col(i) = (earlier ? earlier->calibrated(q).tcp : predictor.nominal(q)).translation();
     u95[i] = here.u95_m;
   }
-  const Eigen::Matrix4d base = Eigen::umeyama(before, after, false);
+  const Eigen::Matrix4d base = calib::rigid_motion(before, after).matrix();
   const Eigen::VectorXd apart =
       (((base.topLeftCorner<3, 3>() * before).colwise() + base.topRightCorner<3, 1>()) - after)
           .colwise()

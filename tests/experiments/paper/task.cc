@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "calib/files/files.h"
+#include "calib/model/linear.h"
 #include "calib/model/units.h"
 
 namespace cellcal::sim::paper {
@@ -285,7 +286,7 @@ Spread workspace_error(const Task& task, const calib::Calibration& result, int p
     predicted.col(i) = model.position(pose, x.data());
     real.col(i) = model.position(pose, task.true_errors.data());
   }
-  const Eigen::Isometry3d align(Eigen::umeyama(predicted, real, false));
+  const Eigen::Isometry3d align = calib::rigid_motion(predicted, real);
   Spread spread;
   int count = 0;
   for (int i = 0; i < poses; ++i)
