@@ -25,15 +25,13 @@ Eigen::Vector3d parse_corner(std::string_view& text, bool last) {
   for (int k = 0; k < 3; ++k) {
     double mm = 0.0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), mm);
-    if (error != std::errc{} || !std::isfinite(mm) || std::abs(mm) > kLargestMm)
-      throw PlanError(PlanError::Kind::kRequest,
-                      "region box: needs six numbers in mm, X,Y,Z,X,Y,Z, two opposite corners");
-    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
-    corner[k] = mm / kMmPerM;
+    const bool is_number = error == std::errc{} && std::isfinite(mm) && std::abs(mm) <= kLargestMm;
+    if (is_number) text.remove_prefix(static_cast<std::size_t>(end - text.data()));
     const bool more = !(last && k == 2);
-    if (more != text.starts_with(','))
+    if (!is_number || more != text.starts_with(','))
       throw PlanError(PlanError::Kind::kRequest,
                       "region box: needs six numbers in mm, X,Y,Z,X,Y,Z, two opposite corners");
+    corner[k] = mm / kMmPerM;
     if (more) text.remove_prefix(1);
   }
   return corner;
@@ -67,16 +65,9 @@ std::vector<JointVector> in_box(const AccuracyRegion& region, const ArmModel& ar
 }  // namespace
 
 AccuracyRegion parse_accuracy_region(std::string_view text) {
-  AccuracyRegion region;
-  if (text == "workspace") return region;
-  if (text == "targets") {
-    region.kind = AccuracyRegion::Kind::kTargets;
-    return region;
-  }
-  if (text == "tcp") {
-    region.kind = AccuracyRegion::Kind::kTool;
-    return region;
-  }
+  if (text == "workspace") return {};
+  if (text == "targets") return {.kind = AccuracyRegion::Kind::kTargets};
+  if (text == "tcp") return {.kind = AccuracyRegion::Kind::kTool};
   if (!text.starts_with("box:"))
     throw PlanError(
         PlanError::Kind::kRequest,
@@ -86,10 +77,7 @@ AccuracyRegion parse_accuracy_region(std::string_view text) {
   const Eigen::Vector3d a = parse_corner(text, false), b = parse_corner(text, true);
   if (!text.empty())
     throw PlanError(PlanError::Kind::kRequest, "region box: more than six numbers");
-  region.kind = AccuracyRegion::Kind::kBox;
-  region.low_m = a.cwiseMin(b);
-  region.high_m = a.cwiseMax(b);
-  return region;
+  return {AccuracyRegion::Kind::kBox, a.cwiseMin(b), a.cwiseMax(b)};
 }
 
 std::vector<JointVector> accuracy_region_postures(const AccuracyRegion& region, const ArmModel& arm,

@@ -10,7 +10,6 @@
 #include <set>
 #include <span>
 #include <utility>
-#include <variant>
 
 #include "calib/check/explain.h"
 #include "calib/check/foresight.h"
@@ -37,10 +36,11 @@ namespace cellcal::calib {
 
 namespace {
 
-/// Picks this many candidates by index; `possible` is called for each before it is picked.
-using ChoiceOfFew =
-    std::function<std::vector<std::size_t>(const std::vector<Candidate>& candidates, int count,
-                                           const std::function<bool(std::size_t)>& possible)>;
+/// Called for a candidate before it is picked.
+using Possible = std::function<bool(std::size_t)>;
+/// Picks this many candidates by index.
+using ChoiceOfFew = std::function<std::vector<std::size_t>(const std::vector<Candidate>& candidates,
+                                                           int count, const Possible& possible)>;
 
 constexpr int kCandidatesForFew = 300;
 /// Angles of variations added around the picks: the touches most sensitive to a shift across the tool are at the
@@ -61,10 +61,8 @@ void set_predicted_sigmas(const Calibration& calibration, Plan& plan) {
     contacts.emplace_back();
     contacts.back().target = planned.target;
     contacts.back().positioner_rad = planned.positioner_rad;
-    const double share = planned.expected_m / planned.search_m;
-    for (std::size_t i = 0; i < planned.standoff.size(); ++i)
-      contacts.back().joint_rad.push_back(planned.standoff[i] +
-                                          share * (planned.end[i] - planned.standoff[i]));
+    contacts.back().joint_rad =
+        interpolated(planned.standoff, planned.end, planned.expected_m / planned.search_m);
   }
   const Eigen::MatrixXd covariance_m2 = foresee(calibration, contacts).covariance_m2();
   for (std::size_t k = 0; k < contacts.size(); ++k) {
@@ -120,28 +118,6 @@ std::unique_ptr<Still> still_at(const Calibration& calibration, const Cell& know
   return still;
 }
 
-/// Fills the pool; targets that cannot be touched at this setting become obstacles. Their number, or the
-/// reason why none is left.
-std::variant<std::size_t, PlanError> fill_pool(const PlanOptions& options, const JointVector& rest,
-                                               Still& still) {
-  std::size_t without = 0;
-  while (true) {
-    try {
-      still.pool =
-          std::make_unique<Pool>(still.cell, options, kCandidatesForFew, Kinds::kSpheres, rest);
-      return without;
-    } catch (const PlanError& error) {
-      using enum PlanError::Kind;
-      if (error.kind != kOutOfReach && error.kind != kInTheWay) throw;
-      if (error.target.empty()) return error;
-      still.cell.targets[still.cell.target_index(error.target)].obstacle_only = true;
-      ++without;
-      const auto is_left = [](const Target& one) { return is_planned(one, Kinds::kSpheres); };
-      if (std::ranges::none_of(still.cell.targets, is_left)) return error;
-    }
-  }
-}
-
 /// The cell as known, of one with a positioner at the setting asked for, else at the first that lets most
 /// spheres be touched. Throws PlanError.
 std::unique_ptr<Still> still_cell(const Calibration& calibration, const PlanOptions& options,
@@ -159,13 +135,15 @@ std::unique_ptr<Still> still_cell(const Calibration& calibration, const PlanOpti
   for (const std::vector<double>& angles :
        asked.empty() ? settings_of(known.robot) : std::vector<std::vector<double>>{asked}) {
     std::unique_ptr<Still> still = still_at(calibration, known, angles);
-    const auto without = fill_pool(options, rest, *still);
-    if (const auto* error = std::get_if<PlanError>(&without)) {
-      if (!why) why = *error;
+    std::vector<PlanError> refused;
+    still->pool =
+        pool_of_touchable(still->cell, options, kCandidatesForFew, Kinds::kSpheres, rest, refused);
+    if (still->pool == nullptr) {
+      if (!why) why = refused.back();
       continue;
     }
-    if (std::get<std::size_t>(without) < least) {
-      least = std::get<std::size_t>(without);
+    if (refused.size() < least) {
+      least = refused.size();
       best = std::move(still);
     }
     if (least == 0) break;
@@ -306,7 +284,7 @@ class Picker {
  public:
   /// `every_target`: touches each target at least once.
   Picker(const std::vector<Candidate>& candidates, const CheckDesign& design,
-         const std::function<bool(std::size_t)>& possible, bool every_target)
+         const Possible& possible, bool every_target)
       : candidates_(candidates),
         design_(design),
         possible_(possible),
@@ -338,7 +316,7 @@ class Picker {
  private:
   const std::vector<Candidate>& candidates_;
   const CheckDesign& design_;
-  const std::function<bool(std::size_t)>& possible_;
+  const Possible& possible_;
   bool every_target_;
 };
 
@@ -360,22 +338,14 @@ std::vector<std::size_t> pick(const Picker& picker, int count) {
   return picked;
 }
 
-/// `count` indices of candidates, with every target at least once if possible. `possible`: called for a
-/// candidate before it is picked. Fewer if no more are feasible.
+/// `count` indices of candidates, with every target at least once if possible; fewer if no more are feasible. Of the
+/// zeros of these joints, if any, regardless of targets.
 std::vector<std::size_t> choose_check(const Calibration& calibration,
+                                      const std::vector<std::string>& joints,
                                       const std::vector<Candidate>& candidates, int count,
-                                      const std::function<bool(std::size_t)>& possible) {
-  const CheckDesign design(calibration, candidates, {});
-  return pick(Picker(candidates, design, possible, true), count);
-}
-
-/// Likewise, of the zeros of these joints.
-std::vector<std::size_t> choose_for_zeros(const Calibration& calibration,
-                                          const std::vector<std::string>& joints,
-                                          const std::vector<Candidate>& candidates, int count,
-                                          const std::function<bool(std::size_t)>& possible) {
+                                      const Possible& possible) {
   const CheckDesign design(calibration, candidates, joints);
-  return pick(Picker(candidates, design, possible, false), count);
+  return pick(Picker(candidates, design, possible, joints.empty()), count);
 }
 
 constexpr int kUpdatePoses = 60;
@@ -435,7 +405,7 @@ Eigen::MatrixXd across_m(const Calibration& c, const std::vector<Touch>& touches
 /// of candidates; `possible` is called for each before it is picked.
 std::vector<std::size_t> choose_update(const Calibration& posterior,
                                        const std::vector<Candidate>& candidates, int count,
-                                       const std::function<bool(std::size_t)>& possible) {
+                                       const Possible& possible) {
   const std::vector<Touch> touches = touches_of(posterior, candidates);
   Eigen::MatrixXd foreseen = foresee(posterior, touches).covariance_m2();
   Eigen::MatrixXd cross_covariance = wanted(posterior) * across_m(posterior, touches);
@@ -492,14 +462,9 @@ PlannedTouch again(PlannedTouch touch) {
 
 Plan make_check_plan(const Calibration& calibration, const PlanOptions& options,
                      const CheckPlanOptions& how, const JointVector& from) {
-  return make_few_touches(calibration, options, how, from,
-                          [&](const std::vector<Candidate>& candidates, int count,
-                              const std::function<bool(std::size_t)>& possible) {
-                            return how.joints.empty()
-                                       ? choose_check(calibration, candidates, count, possible)
-                                       : choose_for_zeros(calibration, how.joints, candidates,
-                                                          count, possible);
-                          });
+  return make_few_touches(
+      calibration, options, how, from,
+      std::bind_front(choose_check, std::cref(calibration), std::cref(how.joints)));
 }
 
 CheckPlanOptions mastered_touches(const std::vector<std::string>& joints) {
@@ -549,10 +514,7 @@ CheckPlanOptions further_update_touches(int touches_made, double seconds) {
 Plan make_update_plan(const Calibration& posterior, const PlanOptions& options,
                       const CheckPlanOptions& how, const JointVector& from) {
   return make_few_touches(posterior, options, how, from,
-                          [&](const std::vector<Candidate>& candidates, int count,
-                              const std::function<bool(std::size_t)>& possible) {
-                            return choose_update(posterior, candidates, count, possible);
-                          });
+                          std::bind_front(choose_update, std::cref(posterior)));
 }
 
 std::string qualification_target(const Cell& cell, std::string_view target) {

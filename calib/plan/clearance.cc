@@ -210,6 +210,17 @@ struct Clearance::Impl {
     return true;
   }
 
+  bool is_clear(const JointVector& from, const JointVector& to, const Mode& mode) const {
+    return path_is_clear(from, to, mode, nullptr) && passes(from, to);
+  }
+
+  std::optional<Hit> hit(const JointVector& from, const JointVector& to, const Mode& mode) const {
+    Encounter worst;
+    if (!path_is_clear(from, to, mode, &worst)) return of(worst);
+    if (!passes(from, to)) return Hit{Hit::Kind::kImpassable};
+    return std::nullopt;
+  }
+
   /// (64) for every body and pair between two postures that span this share of the move.
   bool is_passed(const std::vector<double>& path, double share, const std::vector<double>& margin,
                  const Mode& mode, Around& first, Around& last) const {
@@ -466,15 +477,12 @@ bool Clearance::clear(const JointVector& q, double tip_margin_m) const {
 }
 
 bool Clearance::clear(const JointVector& from, const JointVector& to, double tip_margin_m) const {
-  return impl_ == nullptr ||
-         (impl_->path_is_clear(from, to, {tip_margin_m, -1}, nullptr) && impl_->passes(from, to));
+  return impl_ == nullptr || impl_->is_clear(from, to, {tip_margin_m, -1});
 }
 
 bool Clearance::clear_search(const JointVector& from, const JointVector& to, std::size_t target,
                              double tip_margin_m) const {
-  return impl_ == nullptr ||
-         (impl_->path_is_clear(from, to, {tip_margin_m, static_cast<int>(target)}, nullptr) &&
-          impl_->passes(from, to));
+  return impl_ == nullptr || impl_->is_clear(from, to, {tip_margin_m, static_cast<int>(target)});
 }
 
 Corner Clearance::corner(const JointVector& from, const JointVector& at, const JointVector& to,
@@ -493,23 +501,13 @@ std::optional<Hit> Clearance::hit(const JointVector& q, double tip_margin_m) con
 
 std::optional<Hit> Clearance::hit(const JointVector& from, const JointVector& to,
                                   double tip_margin_m) const {
-  if (impl_ == nullptr) return std::nullopt;
-  Encounter worst;
-  const bool is_clear = impl_->path_is_clear(from, to, {tip_margin_m, -1}, &worst);
-  if (!is_clear) return impl_->of(worst);
-  if (!impl_->passes(from, to)) return Hit{Hit::Kind::kImpassable};
-  return std::nullopt;
+  return impl_ == nullptr ? std::nullopt : impl_->hit(from, to, {tip_margin_m, -1});
 }
 
 std::optional<Hit> Clearance::hit_search(const JointVector& from, const JointVector& to,
                                          std::size_t target, double tip_margin_m) const {
-  if (impl_ == nullptr) return std::nullopt;
-  Encounter worst;
-  const bool is_clear =
-      impl_->path_is_clear(from, to, {tip_margin_m, static_cast<int>(target)}, &worst);
-  if (!is_clear) return impl_->of(worst);
-  if (!impl_->passes(from, to)) return Hit{Hit::Kind::kImpassable};
-  return std::nullopt;
+  return impl_ == nullptr ? std::nullopt
+                          : impl_->hit(from, to, {tip_margin_m, static_cast<int>(target)});
 }
 
 namespace {

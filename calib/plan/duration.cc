@@ -153,16 +153,20 @@ double fastest_point_m_s(const ArmModel& arm, std::span<const double> from,
   return fastest_m_s;
 }
 
-namespace {
-
-void widen(AxisTravel& travel, const JointVector& posture) {
-  for (std::size_t i = 0; i < std::min(posture.size(), travel.low_rad.size()); ++i) {
-    travel.low_rad[i] = std::min(travel.low_rad[i], posture[i]);
-    travel.high_rad[i] = std::max(travel.high_rad[i], posture[i]);
+std::vector<JointVector> stops_of(const Plan& plan, const JointVector& begin, std::size_t next) {
+  std::vector<JointVector> stops{begin};
+  const auto follow = [&](const std::vector<JointVector>& way) {
+    stops.insert(stops.end(), way.begin(), way.end());
+  };
+  for (std::size_t k = next; k < plan.touches.size(); ++k) {
+    const PlannedTouch& touch = plan.touches[k];
+    follow(touch.wait);
+    follow(touch.transit);
+    follow({touch.standoff, touch.end, touch.clear});
   }
+  follow(plan.home);
+  return stops;
 }
-
-}  // namespace
 
 Turn AxisTravel::from(const JointVector& posture) const {
   Turn farthest;
@@ -183,14 +187,11 @@ Turn AxisTravel::from_anywhere() const {
 
 AxisTravel axis_travel(const Plan& plan, const JointVector& begin, std::size_t next) {
   AxisTravel travel{begin, begin};
-  for (std::size_t k = next; k < plan.touches.size(); ++k) {
-    const PlannedTouch& touch = plan.touches[k];
-    for (const JointVector& waypoint : touch.wait) widen(travel, waypoint);
-    for (const JointVector& waypoint : touch.transit) widen(travel, waypoint);
-    for (const JointVector* posture : {&touch.standoff, &touch.end, &touch.clear})
-      widen(travel, *posture);
-  }
-  for (const JointVector& waypoint : plan.home) widen(travel, waypoint);
+  for (const JointVector& stop : stops_of(plan, begin, next))
+    for (std::size_t i = 0; i < std::min(stop.size(), begin.size()); ++i) {
+      travel.low_rad[i] = std::min(travel.low_rad[i], stop[i]);
+      travel.high_rad[i] = std::max(travel.high_rad[i], stop[i]);
+    }
   return travel;
 }
 

@@ -74,7 +74,9 @@ struct AxisTravel {
   Turn from_anywhere() const;
 };
 
-/// From `begin` through touch `next` and all later ones, and back.
+/// All postures at which a move ends: from `begin` through touch `next` and all later ones, and back.
+std::vector<JointVector> stops_of(const Plan& plan, const JointVector& begin, std::size_t next = 0);
+/// Over these.
 AxisTravel axis_travel(const Plan& plan, const JointVector& begin, std::size_t next = 0);
 
 }  // namespace cellcal::calib

@@ -95,9 +95,7 @@ Touch on_line(const PlannedTouch& planned, double travel_m, const Touch& like, d
   touch.load = like.load;
   touch.positioner_rad = planned.positioner_rad;
   touch.speed_m_s = speed_m_s;
-  const double share = travel_m / planned.search_m;
-  for (std::size_t i = 0; i < planned.standoff.size(); ++i)
-    touch.joint_rad.push_back(planned.standoff[i] + share * (planned.end[i] - planned.standoff[i]));
+  touch.joint_rad = interpolated(planned.standoff, planned.end, travel_m / planned.search_m);
   return touch;
 }
 

@@ -6,6 +6,7 @@
 
 #include "calib/model/units.h"
 #include "calib/plan/bodies.h"
+#include "calib/plan/duration.h"
 #include "calib/plan/pool.h"
 #include "calib/plan/surroundings.h"
 
@@ -15,20 +16,6 @@ namespace {
 
 /// Between two postures a body of 2 m dips by less than 1 mm.
 constexpr double kLowestStepRad = 0.05;
-
-std::vector<JointVector> stops_of(const Plan& plan) {
-  std::vector<JointVector> stops = {plan.start};
-  const auto follow = [&](const std::vector<JointVector>& way) {
-    stops.insert(stops.end(), way.begin(), way.end());
-  };
-  for (const PlannedTouch& touch : plan.touches) {
-    follow(touch.wait);
-    follow(touch.transit);
-    follow({touch.standoff, touch.end, touch.clear});
-  }
-  follow(plan.home);
-  return stops;
-}
 
 class Lowest {
  public:
@@ -77,7 +64,7 @@ std::optional<LowestPoint> below_feet(const Cell& cell, const Plan& plan) {
   if (cell.floor_m) return std::nullopt;
   LowestPoint lowest{std::numeric_limits<double>::max(), feet_m(cell)};
   Lowest arm(cell);
-  const std::vector<JointVector> stops = stops_of(plan);
+  const std::vector<JointVector> stops = stops_of(plan, plan.start);
   for (std::size_t i = 1; i < stops.size(); ++i)
     lowest.at_m = std::min(lowest.at_m, arm.on_move(stops[i - 1], stops[i]));
   return lowest.at_m < lowest.feet_m ? std::optional(lowest) : std::nullopt;

@@ -175,9 +175,6 @@ Pool::Pool(const Cell& cell, const PlanOptions& options, int per_target, Kinds k
       clearance_(cell, arm_),
       middle_(rest.empty() ? resting_posture(cell.robot, clearance_) : std::move(rest)),
       router_(cell, arm_, clearance_, middle_, options.limit_margin_rad),
-      spheres_(static_cast<int>(
-          std::count_if(cell.targets.begin(), cell.targets.end(),
-                        [](const Target& t) { return t.kind == TargetKind::kSphere; }))),
       candidates_(searchable(find_candidates(cell, arm_, clearance_, options, per_target, kinds),
                              clearance_)),
       connected_(candidates_.size(), -1),

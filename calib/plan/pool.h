@@ -35,7 +35,6 @@ class Pool {
   Pool(const Pool&) = delete;  // members refer to each other
 
   const std::vector<Candidate>& candidates() const { return candidates_; }
-  int spheres() const { return spheres_; }
   const ArmModel& arm() const { return arm_; }
   const Clearance& clearance() const { return clearance_; }
   const Router& router() const { return router_; }
@@ -60,7 +59,6 @@ class Pool {
   Clearance clearance_;
   JointVector middle_;
   Router router_;
-  int spheres_ = 0;
   std::vector<Candidate> candidates_;
   std::vector<signed char> connected_;  ///< -1: not computed
   PlanOptions options_;

@@ -169,22 +169,11 @@ SettingPool setting_at(const Cell& cell, std::vector<double> angles_rad,
                        const JointVector& rest, Refused& refused) {
   SettingPool setting{std::move(angles_rad), nullptr, nullptr};
   setting.cell = std::make_unique<Cell>(at_setting(cell, setting.angles_rad));
-  const auto leave_out = [&](std::size_t t) { setting.cell->targets[t].obstacle_only = true; };
   for (std::size_t t = 0; t < cell.targets.size(); ++t)
-    if (!wanted[t]) leave_out(t);
-  const auto is_left = [](const Target& target) { return is_planned(target, kTouched); };
-  while (std::ranges::any_of(setting.cell->targets, is_left)) {
-    try {
-      setting.pool = std::make_unique<Pool>(*setting.cell, options, per_target, kTouched, rest);
-      break;
-    } catch (const PlanError& error) {
-      using enum PlanError::Kind;
-      if (error.kind != kOutOfReach && error.kind != kInTheWay) throw;
-      refused.insert_or_assign(error.target, error);
-      if (error.target.empty()) break;
-      leave_out(cell.target_index(error.target));
-    }
-  }
+    if (!wanted[t]) setting.cell->targets[t].obstacle_only = true;
+  std::vector<PlanError> why;
+  setting.pool = pool_of_touchable(*setting.cell, options, per_target, kTouched, rest, why);
+  for (const PlanError& error : why) refused.insert_or_assign(error.target, error);
   return setting;
 }
 
@@ -518,6 +507,24 @@ Cell at_setting(const Cell& cell, const std::vector<double>& positioner_rad) {
   }
   still.robot.positioner.clear();
   return still;
+}
+
+std::unique_ptr<Pool> pool_of_touchable(Cell& cell, const PlanOptions& options, int per_target,
+                                        Kinds kinds, const JointVector& rest,
+                                        std::vector<PlanError>& refused) {
+  const auto is_left = [kinds](const Target& target) { return is_planned(target, kinds); };
+  while (std::ranges::any_of(cell.targets, is_left)) {
+    try {
+      return std::make_unique<Pool>(cell, options, per_target, kinds, rest);
+    } catch (const PlanError& error) {
+      using enum PlanError::Kind;
+      if (error.kind != kOutOfReach && error.kind != kInTheWay) throw;
+      refused.push_back(error);
+      if (error.target.empty()) break;
+      cell.targets[cell.target_index(error.target)].obstacle_only = true;
+    }
+  }
+  return nullptr;
 }
 
 JointVector waiting_posture(const Cell& cell) {

@@ -2,9 +2,11 @@
 // Plans for a cell with a positioner: the same choice of touches, among candidates at several
 // settings of its axes. The axes turn only while the arm waits at the start of the plan.
 
+#include <memory>
 #include <vector>
 
 #include "calib/plan/planned_touch.h"
+#include "calib/plan/pool.h"
 
 namespace cellcal::calib {
 
@@ -24,6 +26,12 @@ void require_clear_turn(const Cell& cell, const std::vector<double>& from,
 /// Where the arm waits while the positioner turns: clear of all that it carries, wherever that is. The middle
 /// posture if none tried is; require_clear_turn() then refuses.
 JointVector waiting_posture(const Cell& cell);
+
+/// The pool of a still cell's targets that can be touched; the others become obstacles. Null: none can, or the arm
+/// cannot rest. `refused`: the reason for each of the others, the last one of null.
+std::unique_ptr<Pool> pool_of_touchable(Cell& cell, const PlanOptions& options, int per_target,
+                                        Kinds kinds, const JointVector& rest,
+                                        std::vector<PlanError>& refused);
 
 /// Angles spread over the axes' limits, the first nearest to zero.
 std::vector<std::vector<double>> settings_of(const Robot& robot);

@@ -38,9 +38,8 @@ std::optional<JointVector> LineLeader::posture(const LineToLead& line, double ou
 
 Vector3d LineLeader::on_move(const JointVector& from, const JointVector& to, double share,
                              double behind_tip_m) const {
-  JointVector q(from.size());
-  for (std::size_t i = 0; i < q.size(); ++i) q[i] = from[i] + share * (to[i] - from[i]);
-  return arm_.nominal_tcp(q) * Vector3d(-behind_tip_m * shaft_in_tool(tool_));
+  return arm_.nominal_tcp(interpolated(from, to, share)) *
+         Vector3d(-behind_tip_m * shaft_in_tool(tool_));
 }
 
 Vector3d LineLeader::bow_m(const JointVector& from, const JointVector& to) const {

@@ -28,7 +28,8 @@ Phrase phrase(const Outlier& outlier);
 Phrase phrase(const Cell& cell, const UnidentifiableDirection& direction);
 /// "geometry, tool bending, ..."
 Phrase phrase(const Cell& cell, const ModelLevel& level);
-/// Reason for the selection of the level; empty for methods without levels.
+/// Reason for the selection of the level: "mean over 24 levels, weighted by evidence. Joint compliance: 0.1 x prior
+/// (2 %), ..."; empty for methods without levels.
 Phrase reason_phrase(const Calibration& calibration);
 /// A calibration's name in files, "session 12 of 2026-11-20"; other text is left as it is.
 Phrase calibration_phrase(const std::string& in_file);

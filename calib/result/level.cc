@@ -207,8 +207,6 @@ Phrase reason_phrase(const Calibration& c) {
   return {};
 }
 
-std::string reason_words(const Calibration& c) { return words(reason_phrase(c)); }
-
 Phrase level_and_reason_phrase(const Calibration& c) {
   const LevelChoice choice = c.level_reason.choice;
   const bool of_a_level =

@@ -61,12 +61,7 @@ Cell at_level(const Cell& cell, const ModelLevel& level, std::span<const Touch> 
 /// "geometry, tool bending, joint compliance, transmission 10 arcsec, ripple 5 arcsec"
 std::string words(const Cell& cell, const ModelLevel& level);
 
-// Reason for the selection of a model level.
-
-/// "mean over 24 levels, weighted by evidence. Joint compliance: 0.1 x prior (2 %), ..."; empty for
-/// methods without levels.
-std::string reason_words(const Calibration& calibration);
-/// The level and its reason, as in files.
+/// The level and the reason for its selection, as in files.
 std::string level_and_reason_words(const Calibration& calibration);
 
 }  // namespace cellcal::calib

@@ -28,10 +28,6 @@ enum class UnidentifiableKind {
 
 /// Name in files: "zero_of_first_joint".
 constexpr const char* to_string(UnidentifiableKind kind) { return own_name(kind); }
-/// True for a choice of frame, which is not an error.
-constexpr bool is_of_frame(UnidentifiableKind kind) {
-  return kind <= UnidentifiableKind::kNothingMoves;
-}
 
 struct UnidentifiableDirection {
   UnidentifiableKind kind = UnidentifiableKind::kRecorded;

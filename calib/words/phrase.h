@@ -35,7 +35,6 @@ struct PhraseValue;
 /// An id that no catalogue has, e.g. the text of a device or of a parser, is shown unchanged.
 class Phrase {
  public:
-  // Defined where PhraseValue is complete.
   Phrase() = default;
   Phrase(std::string id);  // NOLINT: text is a phrase
   Phrase(const char* id);  // NOLINT

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "calib/result/calibration.h"
+#include "calib/result/finding_phrase.h"
 #include "calib/result/level.h"
 #include "tests/calib/simulate.h"
 
@@ -20,7 +21,7 @@ Calibration with(LevelChoice choice) {
 
 TEST(LevelWords, SayHowTheLevelWasTaken) {
   const std::string level = "geometry, tool bending, joint compliance, play";
-  EXPECT_EQ(reason_words(with(LevelChoice::kMeanByEvidence)),
+  EXPECT_EQ(words(reason_phrase(with(LevelChoice::kMeanByEvidence))),
             "mean over 2 levels, weighted by evidence. Joint compliance: 0 x prior (25 %), "
             "1 x prior (75 %); play (75 %). Likeliest level (75 %): " +
                 level);
@@ -34,7 +35,7 @@ TEST(LevelWords, SayHowTheLevelWasTaken) {
 TEST(LevelWords, OfAMeanOverNothingAreASentenceStill) {
   Calibration c = with(LevelChoice::kMeanByEvidence);
   c.levels.clear();
-  EXPECT_EQ(reason_words(c), "mean over levels, weighted by evidence");
+  EXPECT_EQ(words(reason_phrase(c)), "mean over levels, weighted by evidence");
 }
 
 }  // namespace

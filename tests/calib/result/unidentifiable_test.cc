@@ -47,9 +47,6 @@ TEST(UnidentifiableWords, OfTheFrameSayThatItIsAConvention) {
   EXPECT_EQ(said(Kind::kNothingMoves, {kD, kA, kX}, 3),
             "A3.d, A2.a, S1.x and 3 more can change together without moving anything. Fixed by "
             "convention (gauge)");
-  for (const Kind kind :
-       {Kind::kZeroOfFirstJoint, Kind::kHeightOfBase, Kind::kBehindLastJoint, Kind::kNothingMoves})
-    EXPECT_TRUE(is_of_frame(kind));
 }
 
 TEST(UnidentifiableWords, OfWeakDirectionsSayWhatToTouch) {
@@ -65,8 +62,6 @@ TEST(UnidentifiableWords, OfWeakDirectionsSayWhatToTouch) {
   UnidentifiableDirection last{Kind::kWeak, {kD, kA}};
   last.more_as_weak = 4;
   EXPECT_TRUE(words(cell(), last).ends_with(". 4 further directions are as weak"));
-  for (const Kind kind : {Kind::kNoEffect, Kind::kScale, Kind::kWeak, Kind::kRecorded})
-    EXPECT_FALSE(is_of_frame(kind));
 }
 
 TEST(UnidentifiableWords, OfARecordAreTheRecords) {
