@@ -277,24 +277,23 @@ Chain chain_of(const Document& document, const UrdfEnds& asked) {
   return found;
 }
 
+void put(pugi::xml_node node, const char* name, const Vector3d& values) {
+  pugi::xml_attribute attribute = node.attribute(name);
+  if (!attribute) attribute = node.append_attribute(name);
+  attribute.set_value(shortest(values).c_str());
+}
+
 void put_origin(pugi::xml_node joint, const Isometry3d& frame) {
   pugi::xml_node origin = joint.child("origin");
   if (!origin) origin = joint.prepend_child("origin");
-  const auto put = [&](const char* name, const Vector3d& values) {
-    pugi::xml_attribute attribute = origin.attribute(name);
-    if (!attribute) attribute = origin.append_attribute(name);
-    attribute.set_value(shortest(values).c_str());
-  };
-  put("xyz", frame.translation());
-  put("rpy", roll_pitch_yaw(frame.linear()));
+  put(origin, "xyz", frame.translation());
+  put(origin, "rpy", roll_pitch_yaw(frame.linear()));
 }
 
 void put_axis(pugi::xml_node joint, const Vector3d& axis) {
   pugi::xml_node node = joint.child("axis");
   if (!node) node = joint.append_child("axis");
-  pugi::xml_attribute attribute = node.attribute("xyz");
-  if (!attribute) attribute = node.append_attribute("xyz");
-  attribute.set_value(shortest(axis).c_str());
+  put(node, "xyz", axis);
 }
 
 void append_link(pugi::xml_node robot, const std::string& name) {

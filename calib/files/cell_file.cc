@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <map>
 #include <set>
 
 #include "calib/files/files.h"
@@ -24,6 +25,7 @@ constexpr std::string_view kCellFormat = "cellcal.cell/1";
 constexpr Range kSigmaMm{0.0, 1e4};
 constexpr Range kMassKg{0.0, 1e4};
 constexpr std::size_t kMaxTargets = 1000, kMaxLoads = 16;
+constexpr const char* kOfATool = "is the id of a tool. Give the target another";
 
 constexpr NumberKey<Tool> kTool[] = {
     {"tip_radius_mm", &Tool::tip_radius_m, kMilli, {0.0, 1e3}, kAlways},
@@ -266,20 +268,15 @@ Cell read_cell(const TomlTable& document, Robot robot) {
   if (targets.empty() || targets.size() > kMaxTargets)
     document.fail(
         "", "a cell needs 1 to 1000 [[target]] tables, but has " + std::to_string(targets.size()));
-  std::set<std::string> ids, tools;
-  if (!cell.tool.id.empty()) tools.insert(cell.tool.id);
-  for (const Tool& tool : cell.other_tools) tools.insert(tool.id);
+  std::map<std::string, const char*> taken;
+  for (const PositionerAxis& axis : cell.robot.positioner)
+    taken[axis.name] = "is an axis of the positioner. Give the target another";
+  if (!cell.tool.id.empty()) taken[cell.tool.id] = kOfATool;
+  for (const Tool& tool : cell.other_tools) taken[tool.id] = kOfATool;
   for (const TomlTable& table : targets) {
-    cell.targets.push_back(read_target(table, cell.robot));
-    if (tools.contains(cell.targets.back().id))
-      table.fail("id", "\"" + shown(cell.targets.back().id) +
-                           "\" is the id of a tool. Give the target another");
-    if (std::ranges::find(cell.robot.positioner, cell.targets.back().id, &PositionerAxis::name) !=
-        cell.robot.positioner.end())
-      table.fail("id", "\"" + shown(cell.targets.back().id) +
-                           "\" is an axis of the positioner. Give the target another");
-    if (!ids.insert(cell.targets.back().id).second)
-      table.fail("id", "\"" + shown(cell.targets.back().id) + "\" occurs twice");
+    const Target& target = cell.targets.emplace_back(read_target(table, cell.robot));
+    const auto [other, is_new] = taken.try_emplace(target.id, "occurs twice");
+    if (!is_new) table.fail("id", "\"" + shown(target.id) + "\" " + other->second);
   }
   for (const TomlTable& table : document.tables("length")) {
     CertifiedLength length;
@@ -287,7 +284,7 @@ Cell read_cell(const TomlTable& document, Robot robot) {
     if (between.size() != 2 || between[0] == between[1])
       table.fail("between", "must name two different targets");
     for (const std::string& id : between)
-      if (!ids.contains(id))
+      if (std::ranges::find(cell.targets, id, &Target::id) == cell.targets.end())
         table.fail("between", "there is no target \"" + shown(id) + "\"");
       else if (!has_a_centre(cell.targets[cell.target_index(id)].kind))
         table.fail("between", "\"" + shown(id) +

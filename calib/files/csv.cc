@@ -371,12 +371,10 @@ void CsvTable::split(std::string_view line) {
       field = close == std::string_view::npos ? line : line.substr(first + 1, close - first - 1);
       if (close == std::string_view::npos ||
           !trim(line.substr(close + 1, std::min(end, line.size()) - close - 1)).empty())
-        throw FileError(
-            name_, ":" + std::to_string(line_) + ": quotes inside of a field, or none at its end");
+        fail_row("quotes inside of a field, or none at its end");
     } else {
       field = line.substr(0, end);
-      if (field.find('"') != std::string_view::npos)
-        throw FileError(name_, ":" + std::to_string(line_) + ": quotes inside of a field");
+      if (field.find('"') != std::string_view::npos) fail_row("quotes inside of a field");
     }
     fields_.push_back(trim(field));
     if (end == std::string_view::npos) return;
@@ -398,8 +396,7 @@ void CsvTable::read_units(std::vector<std::string>& names) {
     if (stated.unit.empty())
       names[i] += " [" + std::string(unit->written) + "]";
     else if (stated.unit != unit->unit || stated.scale != unit->scale)
-      throw FileError(name_, ":" + std::to_string(line_) + ": " + shown(names[i]) + ": unit \"" +
-                                 unit->written + "\" contradicts the header");
+      fail_row(shown(names[i]) + ": unit \"" + unit->written + "\" contradicts the header");
   }
 }
 
@@ -409,15 +406,12 @@ void CsvTable::read_header(std::string example) {
   if (!next_line(line)) throw FileError(name_, ": empty; a header row is needed");
   header_line_ = line_;
   split(line);
-  const auto fail_here = [&](const std::string& what) {
-    throw FileError(name_, ":" + std::to_string(header_line_) + ": " + what);
-  };
   while (fields_.size() > 1 && fields_.back().empty()) fields_.pop_back();  // trailing separators
-  if (fields_.size() > kMaxColumns) fail_here("more than 256 columns");
+  if (fields_.size() > kMaxColumns) fail_header("more than 256 columns");
   const auto numbers = static_cast<std::size_t>(std::ranges::count_if(fields_, is_value));
   if (2 * numbers >= fields_.size()) {
     std::ranges::replace(example, ',', form_.separator);
-    fail_here(
+    fail_header(
         "the header row is missing: these are numbers, and the first row must name the columns, as "
         "in " +
         example);
@@ -425,14 +419,14 @@ void CsvTable::read_header(std::string example) {
   std::vector<std::string> names(fields_.begin(), fields_.end());
   if (form_.has_units_row) read_units(names);
   for (const std::string& field : names) {
-    if (field.empty()) fail_here("a column has no name");
+    if (field.empty()) fail_header("a column has no name");
     for (const Column& one : columns_)
       if (same_letters(one.name, field) || one.is(field))
-        fail_here("column \"" + shown(field) + "\" stands twice");
+        fail_header("column \"" + shown(field) + "\" stands twice");
     columns_.push_back(column_of(field));
     for (std::size_t i = 0; i + 1 < columns_.size(); ++i)
       if (columns_.back().is(columns_[i].name))
-        fail_here("column \"" + shown(field) + "\" stands twice");
+        fail_header("column \"" + shown(field) + "\" stands twice");
   }
 }
 
@@ -455,14 +449,12 @@ void CsvTable::refuse_unknown(const std::vector<std::string>& known) {
       column = suffixed;
       continue;
     }
-    const std::string at = ":" + std::to_string(header_line_) + ": ";
     if (columns_.size() == 1 && column.name.find(' ') != std::string::npos)
-      throw FileError(name_, at + "the header is one field, \"" + shown(column.name) +
-                                 "\"; separate fields by , ; or tab");
+      fail_header("the header is one field, \"" + shown(column.name) +
+                  "\"; separate fields by , ; or tab");
     std::string list;
     for (const std::string& name : known) list += (list.empty() ? "" : ", ") + name;
-    throw FileError(name_,
-                    at + "unknown column \"" + shown(column.name) + "\"; known here are: " + list);
+    fail_header("unknown column \"" + shown(column.name) + "\"; known here are: " + list);
   }
 }
 
@@ -473,14 +465,12 @@ bool CsvTable::next_line(std::string_view& line) {
     line = rest_.substr(0, end);
     rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
     if (line.ends_with('\r')) line.remove_suffix(1);
-    if (line.size() > kMaxLine)
-      throw FileError(name_, ":" + std::to_string(line_) + ": line longer than 65536 bytes");
+    if (line.size() > kMaxLine) fail_row("line longer than 65536 bytes");
     // A carriage return or an escape inside a field would not survive rewriting.
     if (std::any_of(line.begin(), line.end(), [](char c) {
           return c == 0x7f || (static_cast<unsigned char>(c) < 0x20 && c != '\t');
         }))
-      throw FileError(name_, ":" + std::to_string(line_) +
-                                 ": NUL and other control characters cannot stand in this file");
+      fail_row("NUL and other control characters cannot stand in this file");
     if (!is_empty(line) && trim(line).front() != '#') return true;
   }
   return false;
@@ -492,9 +482,8 @@ bool CsvTable::next_row(std::size_t columns) {
   split(line);
   while (fields_.size() > columns && fields_.back().empty()) fields_.pop_back();
   if (fields_.size() != columns)
-    throw FileError(name_, ":" + std::to_string(line_) + ": " + std::to_string(fields_.size()) +
-                               " fields, but the header has " + std::to_string(columns) +
-                               " columns; " + guess_cause(fields_, columns, form_.separator));
+    fail_row(fmt::format("{} fields, but the header has {} columns; {}", fields_.size(), columns,
+                         guess_cause(fields_, columns, form_.separator)));
   return true;
 }
 
@@ -535,5 +524,13 @@ FileError CsvTable::error(int column, const std::string& what) const {
 }
 
 void CsvTable::fail(int column, const std::string& what) const { throw error(column, what); }
+
+void CsvTable::fail_row(const std::string& what) const {
+  throw FileError(name_, fmt::format(":{}: {}", line_, what));
+}
+
+void CsvTable::fail_header(const std::string& what) const {
+  throw FileError(name_, fmt::format(":{}: {}", header_line_, what));
+}
 
 }  // namespace cellcal::calib

@@ -58,6 +58,9 @@ class CsvTable {
   /// Error in this row's column.
   FileError error(int column, const std::string& what) const;
   [[noreturn]] void fail(int column, const std::string& what) const;
+  /// In this row, or in the header.
+  [[noreturn]] void fail_row(const std::string& what) const;
+  [[noreturn]] void fail_header(const std::string& what) const;
 
  private:
   /// "A1 [deg]" is A1 in deg; 'scale' is that of the unit that names end in.

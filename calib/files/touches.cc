@@ -77,27 +77,8 @@ std::string with_unit(const Joint& joint) { return joint.name + "_mm"; }
 /// Columns other than the joints', and how they are read.
 class TouchColumns {
  public:
-  TouchColumns(const CsvTable& table, const std::string& name)
-      : table_(table),
-        name_(name),
-        target_(table.find("target")),
-        tool_(table.find("tool")),
-        load_(table.find("load")),
-        sigma_(table.find("sigma_mm")),
-        radius_(table.find("radius_mm")),
-        set_(table.find("set")),
-        time_(table.find("time")),
-        turn_sigma_(table.find("turn_sigma_deg")),
-        temperature_(table.find("temperature_c")),
-        speed_(table.find("speed_mm_s")) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      xyz_[k] = table.find(kReading[k]);
-      abc_[k] = table.find(kTurns[k]);
-      approach_[k] = table.find(kApproach[k]);
-    }
-    if (target_ < 0)
-      throw FileError(name, ":" + std::to_string(table.header_line()) +
-                                ": no column \"target\"; it names the target of each row");
+  explicit TouchColumns(const CsvTable& table) : table_(table) {
+    if (target_ < 0) table.fail_header("no column \"target\"; it names the target of each row");
   }
 
   void read(const Cell& cell, Touch& touch) const {
@@ -150,8 +131,7 @@ class TouchColumns {
   }
 
   [[noreturn]] void missing(const char* column, const char* why) const {
-    throw FileError(name_,
-                    ":" + std::to_string(table_.line()) + ": " + column + ": missing; " + why);
+    table_.fail_row(std::string(column) + ": missing; " + why);
   }
 
   void read_tool(const Cell& cell, Touch& touch) const {
@@ -230,10 +210,18 @@ class TouchColumns {
     touch.approach = along;
   }
 
+  std::array<int, 3> three(const char* const (&columns)[3]) const {
+    return {table_.find(columns[0]), table_.find(columns[1]), table_.find(columns[2])};
+  }
+
   const CsvTable& table_;
-  const std::string& name_;
-  int target_, tool_, load_, sigma_, radius_, set_, time_, turn_sigma_, temperature_, speed_;
-  std::array<int, 3> xyz_{}, abc_{}, approach_{};
+  const int target_ = table_.find("target"), tool_ = table_.find("tool"),
+            load_ = table_.find("load"), sigma_ = table_.find("sigma_mm"),
+            radius_ = table_.find("radius_mm"), set_ = table_.find("set"),
+            time_ = table_.find("time"), turn_sigma_ = table_.find("turn_sigma_deg"),
+            temperature_ = table_.find("temperature_c"), speed_ = table_.find("speed_mm_s");
+  const std::array<int, 3> xyz_ = three(kReading), abc_ = three(kTurns),
+                           approach_ = three(kApproach);
 };
 
 std::string joints_row(const Robot& robot) {
@@ -247,15 +235,15 @@ constexpr std::size_t kMaxPoses = 2'000'000;
 /// Beyond the reach and the turns of any arm: detects other units.
 constexpr double kFarthestMm = 1e5, kMostDeg = 3600.0;
 
-std::array<int, 6> pose_columns(const CsvTable& table, const std::string& name) {
+std::array<int, 6> pose_columns(const CsvTable& table) {
   std::array<int, 6> columns{};
   for (std::size_t i = 0; i < kPose.size(); ++i) {
     columns[i] = table.find(kPose[i]);
     if (columns[i] < 0)
-      throw FileError(name,
-                      fmt::format(":{}: no column \"{}\"; x_mm,y_mm,z_mm,a_deg,b_deg,c_deg are "
-                                  "needed, in the robot's base frame",
-                                  table.header_line(), kPose[i]));
+      table.fail_header(
+          fmt::format("no column \"{}\"; x_mm,y_mm,z_mm,a_deg,b_deg,c_deg are needed, in the "
+                      "robot's base frame",
+                      kPose[i]));
   }
   return columns;
 }
@@ -276,9 +264,9 @@ std::vector<Touch> parse_touches(std::string_view text, const std::string& name,
   std::ranges::move(joint_names(positioner), std::back_inserter(known));
   for (const std::string_view column : kTouchColumns) known.emplace_back(column);
   table.refuse_unknown(known);
-  const auto joints = joint_columns(table, cell.robot, name);
-  const auto axes = joint_columns(table, positioner, name);
-  const TouchColumns columns(table, name);
+  const auto joints = joint_columns(table, cell.robot);
+  const auto axes = joint_columns(table, positioner);
+  const TouchColumns columns(table);
   std::vector<Touch> touches;
   while (table.next()) {
     if (touches.size() == kMaxRows) throw FileError(name, ": more than 2000000 touches");
@@ -382,11 +370,10 @@ std::string format_touches(const std::vector<Touch>& touches, const Robot& robot
 namespace {
 
 /// Columns of joints that a table has all of, or none.
-std::vector<int> columns_or_none(const CsvTable& table, const Robot& robot,
-                                 const std::string& name) {
+std::vector<int> columns_or_none(const CsvTable& table, const Robot& robot) {
   const bool any = std::ranges::any_of(
       joint_names(robot), [&](const std::string& joint) { return table.find(joint) >= 0; });
-  return any ? joint_columns(table, robot, name) : std::vector<int>{};
+  return any ? joint_columns(table, robot) : std::vector<int>{};
 }
 
 }  // namespace
@@ -401,8 +388,8 @@ JointRows parse_joints(std::string_view text, const std::string& name, const Rob
   const Robot positioner = axes_of_positioner(robot);
   std::ranges::move(joint_names(positioner), std::back_inserter(known));
   table.refuse_unknown(known);
-  const auto columns = joint_columns(table, robot, name);
-  const auto axes = columns_or_none(table, positioner, name);
+  const auto columns = joint_columns(table, robot);
+  const auto axes = columns_or_none(table, positioner);
   JointRows rows;
   while (table.next()) {
     if (rows.joint_rad.size() == kMaxRows) throw FileError(name, ": more than 2000000 rows");
@@ -418,25 +405,23 @@ JointRows parse_joints(std::string_view text, const std::string& name, const Rob
   return rows;
 }
 
-std::vector<int> joint_columns(const CsvTable& table, const Robot& robot, const std::string& name) {
+std::vector<int> joint_columns(const CsvTable& table, const Robot& robot) {
   std::vector<int> columns;
   for (const Joint& joint : robot.joints) {
     columns.push_back(table.find(joint.name));
     if (const int other = joint.is_prismatic() ? table.find(with_unit(joint)) : -1; other >= 0) {
       if (columns.back() >= 0 && columns.back() != other)
-        throw FileError(name, fmt::format(":{}: columns \"{}\" and \"{}\" are the same",
-                                          table.header_line(), joint.name, with_unit(joint)));
+        table.fail_header(
+            fmt::format("columns \"{}\" and \"{}\" are the same", joint.name, with_unit(joint)));
       columns.back() = other;
     }
     if (columns.back() >= 0 && joint.is_prismatic() && table.unit(columns.back()) == "deg")
-      throw FileError(name,
-                      fmt::format(":{}: column \"{}\" is in degrees, but {} is a linear unit; "
-                                  "give its position in mm",
-                                  table.header_line(), joint.name, joint.name));
+      table.fail_header(fmt::format(
+          "column \"{0}\" is in degrees, but {0} is a linear unit; give its position in mm",
+          joint.name));
     if (columns.back() < 0)
-      throw FileError(name, ":" + std::to_string(table.header_line()) + ": no column \"" +
-                                joint.name +
-                                "\"; one column per joint is needed, named as in the robot file");
+      table.fail_header("no column \"" + joint.name +
+                        "\"; one column per joint is needed, named as in the robot file");
   }
   return columns;
 }
@@ -477,9 +462,9 @@ std::vector<PoseRow> parse_poses(std::string_view text, const std::string& name,
   std::ranges::move(joint_names(robot), std::back_inserter(known));
   std::ranges::move(joint_names(positioner), std::back_inserter(known));
   table.refuse_unknown(known);
-  const auto pose = pose_columns(table, name);
-  const auto seed = columns_or_none(table, robot, name);
-  const auto axes = columns_or_none(table, positioner, name);
+  const auto pose = pose_columns(table);
+  const auto seed = columns_or_none(table, robot);
+  const auto axes = columns_or_none(table, positioner);
   std::vector<PoseRow> rows;
   while (table.next()) {
     if (rows.size() == kMaxPoses) throw FileError(name, ": more than 2000000 rows");

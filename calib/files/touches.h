@@ -31,7 +31,7 @@ double joint_si(const Joint& joint, double in_files);
 /// Of a linear unit also with its unit: E1 and E1_mm.
 std::vector<std::string> joint_names(const Robot& robot);
 /// Index of each joint's column. Throws FileError naming the first that is missing.
-std::vector<int> joint_columns(const CsvTable& table, const Robot& robot, const std::string& name);
+std::vector<int> joint_columns(const CsvTable& table, const Robot& robot);
 /// Angles of the current row [rad], positions of linear units [m]. Throws FileError for values that
 /// cannot be degrees or millimetres.
 std::vector<double> read_joints(const CsvTable& table, const Robot& robot,

@@ -57,17 +57,9 @@ double sigma_m(const DriftPoint& point, double noise) {
 }
 
 const char* opening(DriftState state) {
-  switch (state) {
-    case DriftState::kAlarms:
-      return "alarm";
-    case DriftState::kWarns:
-      return "warning";
-    case DriftState::kInControl:
-    case DriftState::kTooFew:
-    case DriftState::kUnknown:
-      break;
-  }
-  return "in control";
+  return state == DriftState::kAlarms  ? "alarm"
+         : state == DriftState::kWarns ? "warning"
+                                       : "in control";
 }
 
 /// "23 min", "5.0 h", "2.1 days".
