@@ -294,11 +294,10 @@ Phrase phrase(const ControllerModel& model, const Robot& robot) {
 
 std::optional<Finding> finding_of(const ControllerModel& model, const Robot& robot) {
   if (model.outcome != ControllerModel::Outcome::kDiffers) return std::nullopt;
-  Finding finding{
-      FindingKind::kControllerModel,
-      Severity::kWarns,
-      about_robot("", robot.name),
-      {in_mm("difference", model.worst_m), {"postures", static_cast<double>(model.postures), ""}}};
+  Finding finding{FindingKind::kControllerModel,
+                  Severity::kWarns,
+                  about_robot("", robot.name),
+                  {in_mm("difference", model.worst_m), {"postures", model.postures}}};
   finding.text = posture_words(robot, model.worst_rad);
   return finding;
 }

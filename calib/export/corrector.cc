@@ -159,9 +159,7 @@ struct Corrector::Impl {
   }
 };
 
-Corrector::Corrector(const Calibration& calibration) : impl_(std::make_unique<Impl>(calibration)) {}
-Corrector::~Corrector() = default;
-Corrector::Corrector(Corrector&&) noexcept = default;
+Corrector::Corrector(const Calibration& calibration) : impl_(make_hidden<Impl>(calibration)) {}
 
 Reach Corrector::joints(const Isometry3d& tcp, const JointVector& seed) const {
   if (!finite(tcp, seed)) return NotReached{Unreached::kNotANumber};

@@ -10,11 +10,11 @@
 // and the posture is the same. Poses near a singularity violate this.
 
 #include <Eigen/Geometry>
-#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
 
+#include "calib/model/hidden.h"
 #include "calib/model/joint_vector.h"
 #include "calib/model/robot.h"
 #include "calib/result/calibration.h"
@@ -84,8 +84,6 @@ class Corrector {
   static constexpr double kMostTurn = 0.18;
 
   explicit Corrector(const Calibration& calibration);
-  ~Corrector();
-  Corrector(Corrector&&) noexcept;
 
   /// `tcp`: in the base frame. Returns the joint angles nearest to `seed` in whole turns, in its
   /// posture; for an arm without closed form the solution of Newton's method from the seed. A linear
@@ -99,7 +97,7 @@ class Corrector {
 
  private:
   struct Impl;
-  std::unique_ptr<Impl> impl_;
+  Hidden<Impl> impl_;
 };
 
 }  // namespace cellcal::calib

@@ -463,12 +463,9 @@ struct Clearance::Impl {
   }
 };
 
-Clearance::Clearance(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-Clearance::Clearance(const Cell& cell, const ArmModel& arm)
-    : impl_(std::make_unique<Impl>(cell, arm)) {}
-Clearance Clearance::blind() { return Clearance(nullptr); }
-Clearance::Clearance(Clearance&&) noexcept = default;
-Clearance::~Clearance() = default;
+Clearance::Clearance(Hidden<Impl> impl) : impl_(std::move(impl)) {}
+Clearance::Clearance(const Cell& cell, const ArmModel& arm) : impl_(make_hidden<Impl>(cell, arm)) {}
+Clearance Clearance::blind() { return Clearance(Hidden<Impl>(nullptr, nullptr)); }
 
 bool Clearance::clear(const JointVector& q, double tip_margin_m) const {
   thread_local Impl::Around around;

@@ -16,10 +16,10 @@
 //
 // Postures and moves that the cell declares impassable (Cell::passable) count as hits.
 
-#include <memory>
 #include <optional>
 #include <string>
 
+#include "calib/model/hidden.h"
 #include "calib/model/joint_vector.h"
 #include "calib/model/kinematics.h"
 #include "calib/plan/planned_touch.h"
@@ -72,8 +72,6 @@ class Clearance {
   Clearance(const Cell& cell, const ArmModel& arm);
   /// Everything is clear; used to determine what is reachable without obstacles.
   static Clearance blind();
-  Clearance(Clearance&&) noexcept;
-  ~Clearance();
 
   /// `tip_margin_m`: required distance of the tip from every surface.
   bool clear(const JointVector& q, double tip_margin_m) const;
@@ -97,8 +95,8 @@ class Clearance {
 
  private:
   struct Impl;
-  explicit Clearance(std::unique_ptr<Impl> impl);
-  std::unique_ptr<Impl> impl_;  ///< null: blind
+  explicit Clearance(Hidden<Impl> impl);
+  Hidden<Impl> impl_;  ///< null: blind
 };
 
 }  // namespace cellcal::calib

@@ -470,11 +470,8 @@ struct Finder::Impl {
 Finder::Finder(const Cell& cell, const PlanOptions& options, bool all,
                const std::vector<Touch>& made, std::vector<double> positioner_rad)
     : impl_((require_any_turn(cell.robot),
-             new Impl(cell, options, all, made,
-                      known_setting(cell.robot, std::move(positioner_rad))))) {}
-Finder::~Finder() = default;
-Finder::Finder(Finder&&) noexcept = default;
-Finder& Finder::operator=(Finder&&) noexcept = default;
+             make_hidden<Impl>(cell, options, all, made,
+                               known_setting(cell.robot, std::move(positioner_rad))))) {}
 
 std::optional<std::size_t> Finder::seeking() const {
   const Sought* one = impl_->current();

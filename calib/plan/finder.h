@@ -15,11 +15,11 @@
 // kFoundSigmaM (1 sigma, any direction) for a nominal arm with an error of kArmSigmaM, and no touch
 // off the fitted sphere by more than kOffM.
 
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "calib/model/hidden.h"
 #include "calib/model/touch.h"
 #include "calib/plan/planned_touch.h"
 #include "calib/words/phrase.h"
@@ -38,9 +38,6 @@ class Finder {
   /// Throws PlanError if a sphere has neither centre nor box.
   Finder(const Cell& cell, const PlanOptions& options, bool all, const std::vector<Touch>& made,
          std::vector<double> positioner_rad = {});
-  ~Finder();
-  Finder(Finder&&) noexcept;
-  Finder& operator=(Finder&&) noexcept;
 
   bool done() const;
   /// The next line with its path from `from`; empty once all are found. Repeated until touched(),
@@ -79,7 +76,7 @@ class Finder {
 
  private:
   struct Impl;
-  std::unique_ptr<Impl> impl_;
+  Hidden<Impl> impl_;
 };
 
 }  // namespace cellcal::calib

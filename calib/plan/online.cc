@@ -450,10 +450,7 @@ struct Online::Impl {
 
 Online::Online(const Cell& cell, const PlanOptions& options, const Goal& goal,
                const JointVector& start, const Pace& pace, const std::vector<Touch>& made)
-    : impl_(new Impl(cell, options, goal, start, pace, made)) {}
-Online::~Online() = default;
-Online::Online(Online&&) noexcept = default;
-Online& Online::operator=(Online&&) noexcept = default;
+    : impl_(make_hidden<Impl>(cell, options, goal, start, pace, made)) {}
 
 std::optional<PlannedTouch> Online::next(const JointVector& where) {
   Impl& me = *impl_;

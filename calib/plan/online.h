@@ -8,10 +8,10 @@
 // the remaining uncertainty. A failed touch is not offered again. The last ones are check touches,
 // drawn at random, so that they represent postures not used by the fit.
 
-#include <memory>
 #include <optional>
 #include <string>
 
+#include "calib/model/hidden.h"
 #include "calib/model/touch.h"
 #include "calib/plan/duration.h"
 #include "calib/plan/plan.h"
@@ -69,9 +69,6 @@ class Online {
   /// does.
   Online(const Cell& cell, const PlanOptions& options, const Goal& goal, const JointVector& start,
          const Pace& pace = {}, const std::vector<Touch>& made = {});
-  ~Online();
-  Online(Online&&) noexcept;
-  Online& operator=(Online&&) noexcept;
 
   /// The next touch with its path from `from` (empty: the start); empty once done. Repeated until
   /// touched() or failed() is called. Throws PlanError if no clear path leads away from `from`.
@@ -91,7 +88,7 @@ class Online {
 
  private:
   struct Impl;
-  std::unique_ptr<Impl> impl_;
+  Hidden<Impl> impl_;
 };
 
 }  // namespace cellcal::calib

@@ -170,10 +170,7 @@ struct GoalBatches::Impl {
 
 GoalBatches::GoalBatches(const Cell& cell, const PlanOptions& options, const Goal& goal,
                          const std::vector<Touch>& made)
-    : impl_(new Impl(cell, options, goal, made)) {}
-GoalBatches::~GoalBatches() = default;
-GoalBatches::GoalBatches(GoalBatches&&) noexcept = default;
-GoalBatches& GoalBatches::operator=(GoalBatches&&) noexcept = default;
+    : impl_(make_hidden<Impl>(cell, options, goal, made)) {}
 
 std::optional<PlannedTouch> GoalBatches::next(const JointVector& from,
                                               const std::vector<double>& positioner_rad) {
@@ -380,10 +377,7 @@ struct TouchSequence::Impl {
 
 TouchSequence::TouchSequence(const Cell& cell, const TouchSequenceOptions& options,
                              const std::vector<Touch>& made)
-    : impl_(new Impl(cell, options, made)) {}
-TouchSequence::~TouchSequence() = default;
-TouchSequence::TouchSequence(TouchSequence&&) noexcept = default;
-TouchSequence& TouchSequence::operator=(TouchSequence&&) noexcept = default;
+    : impl_(make_hidden<Impl>(cell, options, made)) {}
 
 std::optional<PlannedTouch> TouchSequence::next(const JointVector& from, bool in_contact,
                                                 const std::vector<double>& positioner_rad) {

@@ -3,11 +3,11 @@
 // unknown places are located (finder.h), then all are touched until the goal is reached (online.h, with a
 // positioner GoalBatches). The positioner stays where it is until all spheres are found.
 
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "calib/model/hidden.h"
 #include "calib/model/joint_vector.h"
 #include "calib/plan/finder.h"
 #include "calib/plan/online.h"
@@ -27,9 +27,6 @@ class GoalBatches {
   /// `made`: earlier touches of a resumed session. Throws as make_plan().
   GoalBatches(const Cell& cell, const PlanOptions& options, const Goal& goal,
               const std::vector<Touch>& made);
-  ~GoalBatches();
-  GoalBatches(GoalBatches&&) noexcept;
-  GoalBatches& operator=(GoalBatches&&) noexcept;
 
   /// The next touch with its path from the arm's and the positioner's present angles; empty once done. Repeated
   /// until touched() or failed() is called. Throws PlanError if no clear path leads away.
@@ -45,7 +42,7 @@ class GoalBatches {
 
  private:
   struct Impl;
-  std::unique_ptr<Impl> impl_;
+  Hidden<Impl> impl_;
 };
 
 // A search and its retreat, in a form that outlives the session.
@@ -96,9 +93,6 @@ class TouchSequence {
   /// `made`: touches of the same session before its interruption. Throws as Online's constructor.
   TouchSequence(const Cell& cell, const TouchSequenceOptions& options,
                 const std::vector<Touch>& made);
-  ~TouchSequence();
-  TouchSequence(TouchSequence&&) noexcept;
-  TouchSequence& operator=(TouchSequence&&) noexcept;
 
   /// The next touch with its path from the current position; empty once done. Repeated until
   /// touched() or failed() is called. `in_contact`: the tip touches a sphere; the first waypoint
@@ -124,7 +118,7 @@ class TouchSequence {
 
  private:
   struct Impl;
-  std::unique_ptr<Impl> impl_;
+  Hidden<Impl> impl_;
 };
 
 }  // namespace cellcal::calib

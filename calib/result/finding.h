@@ -4,9 +4,11 @@
 // kinds.
 
 #include <Eigen/Core>
+#include <concepts>
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "calib/model/enum_table.h"
@@ -136,6 +138,15 @@ Subject after(Subject subject, std::size_t index, const Touch& touch);
 
 /// A number in its display unit.
 struct Quantity {
+  Quantity() = default;
+  Quantity(std::string its_name, double its_value, std::string its_unit = {},
+           double its_sigma = 0.0)
+      : name(std::move(its_name)), value(its_value), unit(std::move(its_unit)), sigma(its_sigma) {}
+  /// A count; true is 1.
+  template <std::integral T>
+  Quantity(std::string its_name, T count)
+      : Quantity(std::move(its_name), static_cast<double>(count)) {}
+
   std::string name;
   double value = 0.0;
   std::string unit;    ///< "mm", "deg", "%", "sigma"; empty: a count or a ratio

@@ -57,8 +57,8 @@ void judge_change(const Calibration& last, const std::string& which, bool accept
   }
   finding.evidence = {in_mm("apart", change->mean_m),
                       in_mm("expected", change->expected_m),
-                      {"ratio", change->mean_m / change->expected_m, ""},
-                      {"workspace", change->workspace ? 1.0 : 0.0, ""}};
+                      {"ratio", change->mean_m / change->expected_m},
+                      {"workspace", change->workspace}};
   if (!(change->mean_m > kChanged * change->expected_m)) {  // (59)
     finding.kind = FindingKind::kUnchanged;
     finding.severity = Severity::kInforms;

@@ -393,7 +393,7 @@ HeldPlaces judge_places(const Problem& problem, const Calibration& c, Verdict& v
     verdict.add({used.empty() ? FindingKind::kAllLeftOut : FindingKind::kTooFewDirections,
                  Severity::kWithholds,
                  about_target(target),
-                 {{"touches", static_cast<double>(used.size()), ""}}});
+                 {{"touches", used.size()}}});
   }
   return held;
 }

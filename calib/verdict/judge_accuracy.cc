@@ -40,8 +40,8 @@ Foreseen foreseen(const Cell& cell, const Calibration& c, bool workspace) {
       {"of_nominal", 100.0 * all.predicted_m / all.nominal_m, "%"},
       {"most_of_nominal", 100.0 * kOfNominal, "%"},
       in_mm("required", all.required_m),
-      {"required_is_stated", cell.required_m ? 1.0 : 0.0, ""},
-      {"workspace", workspace ? 1.0 : 0.0, ""}};
+      {"required_is_stated", cell.required_m.has_value()},
+      {"workspace", workspace}};
   return all;
 }
 
@@ -87,7 +87,7 @@ void note_model_error(const Problem& problem, const Calibration& c, Verdict& ver
                   Severity::kWarns,
                   {},
                   {in_mm("sigma", d.sigma_m),
-                   {"estimated", d.estimated ? 1.0 : 0.0, ""},
+                   {"estimated", d.estimated},
                    in_mm("scatter", c.touch_noise_m),
                    in_mm("noise", d.noise_m),
                    in_mm("stated", problem.cell().touch_sigma_m)}};
@@ -155,27 +155,24 @@ std::optional<Finding> unchecked_lengths(const Calibration& c, std::size_t holdi
                  about_length(best.from, best.to),
                  {in_mm("unseen", least_seen_error_m(best)),
                   in_mm("certified", best.certified_m, best.certified_sigma_m),
-                  {"lengths", static_cast<double>(holding), ""}}};
+                  {"lengths", holding}}};
 }
 
 /// Reason for a scope limited to the targets, and the remedy.
 Finding near_targets(const Problem& problem, const HeldPlaces& places, const Scale& scale) {
   const auto any = [&](const auto& is) {
-    return std::any_of(problem.blocks().begin(), problem.blocks().end(),
-                       [&](const TargetBlock& block) {
-                         return is(problem.cell().targets[block.target].kind);
-                       })
-               ? 1.0
-               : 0.0;
+    return std::ranges::any_of(problem.blocks(), [&](const TargetBlock& block) {
+      return is(problem.cell().targets[block.target].kind);
+    });
   };
   return {FindingKind::kScaleByNothing,
           Severity::kInforms,
           {},
-          {{"lengths", static_cast<double>(problem.fitted_lengths()), ""},
-           {"lengths_with_held_ends", static_cast<double>(scale.lengths.size()), ""},
-           {"loose_targets", static_cast<double>(places.loose.size()), ""},
-           {"spheres", any([](TargetKind kind) { return kind == TargetKind::kSphere; }), ""},
-           {"centres", any(has_a_centre), ""}}};
+          {{"lengths", problem.fitted_lengths()},
+           {"lengths_with_held_ends", scale.lengths.size()},
+           {"loose_targets", places.loose.size()},
+           {"spheres", any([](TargetKind kind) { return kind == TargetKind::kSphere; })},
+           {"centres", any(has_a_centre)}}};
 }
 
 }  // namespace
@@ -202,10 +199,8 @@ void note_scope(const Problem& problem, const Calibration& c, const HeldPlaces& 
                  {},
                  {{"unseen", 100.0 * arm.unseen(), "%"}}});
   if (scale.by_lengths) {
-    Finding finding{FindingKind::kScaleByLengths,
-                    Severity::kInforms,
-                    {},
-                    {{"lengths", static_cast<double>(scale.lengths.size()), ""}}};
+    Finding finding{
+        FindingKind::kScaleByLengths, Severity::kInforms, {}, {{"lengths", scale.lengths.size()}}};
     // Only the arm's tolerances contradict an error common to all certificates.
     if (scale.lengths.size() > 1 && !scale.by_readings && arm.sigma > 0.0)
       finding.evidence.push_back({"unseen", 100.0 * arm.unseen(), "%"});
@@ -252,7 +247,7 @@ std::vector<FindingPart> beyond_tolerance(const Problem& problem, const Calibrat
     if (!(tolerances > most)) continue;
     far.push_back(
         {about_parameter(c.cell, found.key),
-         {{"off", found.correction * found.to_unit, found.unit}, {"tolerances", tolerances, ""}}});
+         {{"off", found.correction * found.to_unit, found.unit}, {"tolerances", tolerances}}});
   }
   std::stable_sort(far.begin(), far.end(), [](const FindingPart& a, const FindingPart& b) {
     return value(a.evidence, "tolerances") > value(b.evidence, "tolerances");
@@ -318,7 +313,7 @@ void judge_nominal_geometry(const Problem& problem, const Calibration& c, Verdic
   verdict.add({FindingKind::kOffNominal,
                Severity::kWithholds,
                {},
-               {{"may_be_so", may_be_so ? 1.0 : 0.0, ""}},
+               {{"may_be_so", may_be_so}},
                std::move(far)});
 }
 

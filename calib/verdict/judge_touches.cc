@@ -50,8 +50,8 @@ void judge_scatter(const Problem& problem, const Calibration& c, Verdict& verdic
                {},
                {in_mm("scatter", c.touch_noise_m),
                 in_mm("stated", stated_m),
-                {"ratio", std::sqrt(c.chi2_per_dof), ""},
-                {"repeats", c.repeats.degrees_of_freedom > 0.0 ? 1.0 : 0.0, ""}}});
+                {"ratio", std::sqrt(c.chi2_per_dof)},
+                {"repeats", c.repeats.degrees_of_freedom > 0.0}}});
 }
 
 void judge_outliers(const Problem& problem, const Calibration& c, Verdict& verdict) {
@@ -69,9 +69,7 @@ void judge_outliers(const Problem& problem, const Calibration& c, Verdict& verdi
     verdict.add({FindingKind::kManyOutliers,
                  Severity::kWithholds,
                  {},
-                 {{"outliers", static_cast<double>(out), ""},
-                  {"touches", static_cast<double>(all), ""},
-                  {"allowed", 100.0 * kOutlierShare, "%"}}});
+                 {{"outliers", out}, {"touches", all}, {"allowed", 100.0 * kOutlierShare, "%"}}});
     return;
   }
   for (std::size_t b = 0; b < fit.size(); ++b) {
@@ -83,8 +81,7 @@ void judge_outliers(const Problem& problem, const Calibration& c, Verdict& verdi
       verdict.add({FindingKind::kOutliersOfTarget,
                    Severity::kWithholds,
                    about_target(problem.cell().targets[problem.blocks()[b].target]),
-                   {{"outliers", static_cast<double>(outliers[b]), ""},
-                    {"touches", static_cast<double>(fit[b]), ""}}});
+                   {{"outliers", outliers[b]}, {"touches", fit[b]}}});
   }
 }
 
@@ -97,7 +94,7 @@ void judge_check_touches(const Problem& problem, const Calibration& c, Verdict& 
   Finding finding{FindingKind::kCheckTouches,
                   Severity::kWithholds,
                   {},
-                  {in_mm("rms", c.check.rms_m), {"ratio", ratio, ""}}};
+                  {in_mm("rms", c.check.rms_m), {"ratio", ratio}}};
   for (const TouchResidual& r : c.residuals) {
     if (!is_check(problem, r) || r.outlier || std::isnan(r.after_m)) continue;
     FindingPart part = check_touch(problem, c, r);
@@ -124,15 +121,14 @@ void note_touches(const Problem& problem, const Calibration& c, Verdict& verdict
     const Cell& cell = problem.cell();
     Finding finding{FindingKind::kUnseenPlace, Severity::kInforms,
                     about_target(cell.targets[cell.target_index(unseen.target)])};
-    const Quantity touches{"touches", static_cast<double>(unseen.touches), ""};
+    const Quantity touches{"touches", unseen.touches};
     if (unseen.not_judged) {
       finding.kind = FindingKind::kUnseenNotJudged;
       finding.severity = Severity::kWarns;
-      finding.evidence = {touches, {own_name(*unseen.not_judged), 1.0, ""}};
+      finding.evidence = {touches, {own_name(*unseen.not_judged), true}};
     } else {
-      finding.evidence = {in_mm("rms", unseen.rms_m),
-                          touches,
-                          {"degrees_of_freedom", unseen.degrees_of_freedom, ""}};
+      finding.evidence = {
+          in_mm("rms", unseen.rms_m), touches, {"degrees_of_freedom", unseen.degrees_of_freedom}};
     }
     verdict.add(std::move(finding));
   }
@@ -199,7 +195,7 @@ void judge_lengths(const Calibration& c, Verdict& verdict) {
                {in_mm("certified", worst->certified_m, worst->certified_sigma_m),
                 in_mm("measured", std::max(0.0, worst->by_others_m), worst->sigma_m),
                 {"apart", contradiction(*worst), "sigma"},
-                {"others", static_cast<double>(others), ""}}});
+                {"others", others}}});
 }
 
 void judge_artefact_biases(const Calibration& c, Verdict& verdict) {
@@ -260,7 +256,7 @@ void note_untouched(const Problem& problem, Verdict& verdict) {
           return one.about.name == length.from || one.about.name == length.to;
         });
       });
-  finding.evidence = {{"idle_lengths", static_cast<double>(idle), ""}};
+  finding.evidence = {{"idle_lengths", idle}};
   verdict.add(std::move(finding));
 }
 
@@ -306,8 +302,8 @@ std::optional<Finding> temperature_finding(std::span<const Touch> touches) {
   Finding finding{FindingKind::kTemperature, Severity::kInforms};
   finding.evidence = {{"coldest", coldest, "degrees C"},
                       {"hottest", hottest, "degrees C"},
-                      {"stated", static_cast<double>(stated), ""},
-                      {"touches", static_cast<double>(touches.size()), ""}};
+                      {"stated", stated},
+                      {"touches", touches.size()}};
   return finding;
 }
 

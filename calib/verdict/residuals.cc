@@ -349,8 +349,7 @@ std::optional<Finding> duplicate_touches(std::span<const Touch> touches) {
   return Finding{FindingKind::kDuplicateTouches,
                  Severity::kWithholds,
                  {},
-                 {{"duplicates", static_cast<double>(all), ""},
-                  {"touches", static_cast<double>(touches.size()), ""}},
+                 {{"duplicates", all}, {"touches", touches.size()}},
                  {{about_touch(first, touches[first]), {}},
                   {about_touch(*original[first], touches[*original[first]]), {}}}};
 }

@@ -36,7 +36,7 @@ void add_rank(std::span<const Touch> touches, std::size_t index, std::vector<Qua
   const std::vector<std::size_t> order = in_order(touches);
   if (std::ranges::is_sorted(order)) return;
   const auto behind = std::ranges::find(order, index) + 1;
-  evidence.push_back({"rank", static_cast<double>(behind - order.begin()), ""});
+  evidence.push_back({"rank", behind - order.begin()});
 }
 
 std::vector<std::size_t> share_of(std::span<const Touch> touches, std::size_t most) {

@@ -30,8 +30,7 @@ Finding undetermined(const Calibration& c) {
   return {FindingKind::kRank,
           Severity::kWithholds,
           {},
-          {{"determined", static_cast<double>(c.observability.determined), ""},
-           {"directions", static_cast<double>(c.observability.directions), ""}}};
+          {{"determined", c.observability.determined}, {"directions", c.observability.directions}}};
 }
 
 /// True if further touches would resolve all findings.
@@ -130,11 +129,11 @@ Finding first_session(const Problem& problem) {
   Finding finding{FindingKind::kTooFewTouches,
                   Severity::kWithholds,
                   {},
-                  {{"touches", static_cast<double>(problem.touches().size()), ""},
-                   {"usual_touches", kUsualTouches, ""},
-                   {"usual_checks", kUsualChecks, ""}}};
+                  {{"touches", problem.touches().size()},
+                   {"usual_touches", kUsualTouches},
+                   {"usual_checks", kUsualChecks}}};
   if (met > 0) {
-    finding.evidence.push_back({"met", static_cast<double>(met), ""});
+    finding.evidence.push_back({"met", met});
     finding.evidence.push_back(in_mm("farthest", farthest_m));
   }
   return finding;
