@@ -3,6 +3,7 @@
 #include <sys/un.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 
@@ -72,8 +73,9 @@ void read_motion(const TomlTable& table, DaemonConfig& config) {
                "must be at most 2.5 with eki stop = \"flag\": the stop takes 50 to 70 ms");
   }
   // The flag stop takes the contact from a record of states, which is accurate at the slow speed only.
-  config.touch.confirm_every = static_cast<int>(table.integer_or(
-      "confirm_every", by_flag ? 1 : policy.confirm_every, 1, SearchLimits{}.most_confirm_every));
+  config.touch.confirm_every =
+      integer_or(table, "confirm_every", by_flag ? 1 : policy.confirm_every, 1,
+                 SearchLimits{}.most_confirm_every);
   if (config.touch.confirm_every > config.search_limits.most_confirm_every)
     table.fail("confirm_every", "must be 1 with eki stop = \"flag\": only its slow searches count");
   config.touch.fast_m_s = fast * kMm;
@@ -94,19 +96,21 @@ void read_retention(const TomlTable& table, DaemonConfig& config) {
   table.refuse_unknown();
 }
 
+/// In seconds, from `least` to an hour.
+void read_wait(const TomlTable& table, const char* key, double least,
+               std::chrono::milliseconds& wait) {
+  const double usual = std::chrono::duration<double>(wait).count();
+  const double wait_s = table.number_or(key, usual, {least, 3600.0});
+  wait = std::chrono::milliseconds(std::llround(wait_s * 1e3));
+}
+
 void read_session(const TomlTable& table, DaemonConfig& config) {
-  const double usual = std::chrono::duration<double>(config.timeouts.connecting).count();
-  const double wait_s = table.number_or("connect_wait_s", usual, {1.0, 3600.0});
-  config.timeouts.connecting = std::chrono::milliseconds(std::llround(wait_s * 1e3));
-  config.retries = static_cast<int>(table.integer_or("retries", 0, 0, 100));
+  read_wait(table, "connect_wait_s", 1.0, config.timeouts.connecting);
+  config.retries = integer_or(table, "retries", 0, 0, 100);
   BusyRepeats& repeats = config.repeats;
-  repeats.of_touch =
-      static_cast<int>(table.integer_or("busy_repeats_touch", repeats.of_touch, 0, 100));
-  repeats.of_session =
-      static_cast<int>(table.integer_or("busy_repeats", repeats.of_session, 0, 10'000));
-  const double patience = std::chrono::duration<double>(config.timeouts.busy).count();
-  const double busy_s = table.number_or("busy_wait_s", patience, {3.0, 3600.0});
-  config.timeouts.busy = std::chrono::milliseconds(std::llround(busy_s * 1e3));
+  repeats.of_touch = integer_or(table, "busy_repeats_touch", repeats.of_touch, 0, 100);
+  repeats.of_session = integer_or(table, "busy_repeats", repeats.of_session, 0, 10'000);
+  read_wait(table, "busy_wait_s", 3.0, config.timeouts.busy);
   table.refuse_unknown();
 }
 
@@ -143,10 +147,10 @@ void read_rsi(const TomlTable& table, DaemonConfig& config) {
   refuse_equal_tags(table, rsi);
   rsi.longest_lag_s =
       table.number_or("longest_lag_ms", rsi.longest_lag_s / kMs, {10.0, 500.0}) * kMs;
-  rsi.silence_cycles = static_cast<int>(
-      table.integer_or("silence_cycles", rsi.silence_cycles, 2, drivers::kMostSilenceCycles));
+  rsi.silence_cycles =
+      integer_or(table, "silence_cycles", rsi.silence_cycles, 2, drivers::kMostSilenceCycles);
   rsi.late_replies_limit =
-      static_cast<int>(table.integer_or("late_replies_limit", rsi.late_replies_limit, 1, 10000));
+      integer_or(table, "late_replies_limit", rsi.late_replies_limit, 1, 10000);
   if (const int most = config.rsi_files.timeout_cycles; rsi.late_replies_limit >= most) {
     table.fail("late_replies_limit", "must be below timeout_cycles of [controller], " +
                                          std::to_string(most) +
@@ -158,10 +162,6 @@ void read_rsi(const TomlTable& table, DaemonConfig& config) {
   const bool realtime = table.boolean_or("realtime", true);
   if (wire_of(config) == WireKind::kRsi) config.realtime = realtime;
   table.refuse_unknown();
-}
-
-int integer_or(const TomlTable& table, const char* key, int usual, int low, int high) {
-  return static_cast<int>(table.integer_or(key, usual, low, high));
 }
 
 void read_eki(const TomlTable& table, DaemonConfig& config) {
@@ -295,7 +295,7 @@ std::string read_device(const TomlTable& table) {
   if (!drivers::is_datagrams(text)) return read_path(table, "device");
   if (drivers::udp_device_of(text)) return text;
   table.fail("device",
-             "\"" + text + "\"" +
+             in_quotes(text) +
                  " is not the address of a board: write \"udp:ADDRESS:PORT\" with an IPv4 "
                  "address (example: \"udp:169.254.67.84:4300\")");
 }
@@ -315,14 +315,11 @@ void read_contact(const TomlTable& table, DaemonConfig& config) {
         "must not be \"plug\" with [schedule] unattended = true: plug X1 is put in by hand "
         "before a session and pulled before welding. A relay does both (isolation = \"relay\")");
   }
-  config.contact.baud = static_cast<int>(table.integer_or("baud", 1'000'000, 9600, 4'000'000));
-  for (int allowed : {1'000'000, 250'000, 115'200}) {
-    if (config.contact.baud == allowed) {
-      table.refuse_unknown();
-      return;
-    }
-  }
-  table.fail("baud", "must be 1000000, 250000 or 115200: the firmware has no other rate");
+  config.contact.baud = integer_or(table, "baud", 1'000'000, 9600, 4'000'000);
+  constexpr std::array kRates{1'000'000, 250'000, 115'200};
+  if (std::ranges::find(kRates, config.contact.baud) == kRates.end())
+    table.fail("baud", "must be 1000000, 250000 or 115200: the firmware has no other rate");
+  table.refuse_unknown();
 }
 
 void read_mock(const TomlTable& table, MockConfig& mock) {
@@ -355,7 +352,7 @@ void read_mock(const TomlTable& table, MockConfig& mock) {
       mock.stated_tool_m.push_back(mm * 1e-3);
   if (!mock.stated_tool_m.empty() && mock.stated_tool_m.size() != 3)
     table.fail("stated_tool_mm", "must be [X, Y, Z], or [] for the configured tool");
-  mock.cycle_ms = static_cast<int>(table.integer_or("cycle_ms", mock.cycle_ms, 4, 12));
+  mock.cycle_ms = integer_or(table, "cycle_ms", mock.cycle_ms, 4, 12);
   mock.busy_every_s = table.number_or("busy_every_s", 0.0, {0.0, 3600.0});
   mock.wall_clock = table.boolean_or("wall_clock", false);
   if (mock.cycle_ms != 4 && mock.cycle_ms != 12) table.fail("cycle_ms", "must be 4 or 12");
@@ -428,15 +425,8 @@ double correction_limit_rad(const DaemonConfig& config) {
 }
 
 WireKind wire_of(const DaemonConfig& config) {
-  switch (config.backend) {
-    case BackendKind::kRsi:
-      return WireKind::kRsi;
-    case BackendKind::kEki:
-      return WireKind::kEki;
-    case BackendKind::kMock:
-      break;
-  }
-  return config.mock.wire;
+  if (config.backend == BackendKind::kMock) return config.mock.wire;
+  return config.backend == BackendKind::kRsi ? WireKind::kRsi : WireKind::kEki;
 }
 
 const char* start_instruction(WireKind wire) {

@@ -2,6 +2,8 @@
 
 #include <arpa/inet.h>
 
+#include <algorithm>
+#include <charconv>
 #include <utility>
 #include <vector>
 
@@ -16,8 +18,6 @@ namespace cellcal::daemon {
 namespace {
 
 using calib::TomlTable;
-
-std::string in_quotes(const std::string& text) { return "\"" + calib::shown(text) + "\""; }
 
 /// 224.0.0.0 and above: multicast, reserved, broadcast.
 bool is_of_one(in_addr address) {
@@ -38,6 +38,36 @@ const char* meant(Addresses whose) {
 }
 
 }  // namespace
+
+std::string in_quotes(const std::string& text) { return "\"" + calib::shown(text) + "\""; }
+
+bool is_visible_ascii(const std::string& text) {
+  return std::ranges::all_of(text, [](char c) { return '!' <= c && c <= '~'; });
+}
+
+bool has_letters_digits_and(std::string_view others, const std::string& text) {
+  return std::ranges::all_of(text, [&](char c) {
+    return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || ('0' <= c && c <= '9') ||
+           others.find(c) != std::string_view::npos;
+  });
+}
+
+std::optional<std::uint16_t> port_of(const std::string& text) {
+  std::uint16_t port = 0;
+  const char* const end = text.data() + text.size();
+  const auto [at, code] = std::from_chars(text.data(), end, port);
+  return code == std::errc() && at == end && port > 0 ? std::optional(port) : std::nullopt;
+}
+
+int integer_or(const TomlTable& table, const char* key, int usual, int low, int high) {
+  return static_cast<int>(table.integer_or(key, usual, low, high));
+}
+
+void refuse_without(const TomlTable& table, const std::string& needed,
+                    std::initializer_list<const char*> keys) {
+  for (const char* key : keys)
+    if (table.has(key)) table.fail(key, "has no effect without " + needed);
+}
 
 std::string read_name(const TomlTable& table, const char* key, const std::string& usual,
                       Emptiness empty) {
@@ -80,6 +110,18 @@ std::filesystem::path read_path(const TomlTable& table, const char* key) {
     table.fail(key, in_quotes(text) + " must be an absolute path (beginning with \"/\")");
   }
   return path.lexically_normal();
+}
+
+void read_pair(const TomlTable& table, const char* first_key, std::filesystem::path& first,
+               const char* second_key, std::filesystem::path& second) {
+  const bool given = table.has(first_key);
+  if (given != table.has(second_key))
+    table.fail(
+        given ? first_key : second_key,
+        std::string("needs ") + (given ? second_key : first_key) + " as well: give both or none");
+  if (!given) return;
+  first = read_path(table, first_key);
+  second = read_path(table, second_key);
 }
 
 void refuse_equal_tags(const TomlTable& rsi, const drivers::RsiConfig& config) {

@@ -2,8 +2,12 @@
 // Formatted text values of cellcald.toml: names on the wire, addresses, paths. All functions throw
 // calib::FileError with file, line and key, the permitted values and the remedy.
 
+#include <cstdint>
 #include <filesystem>
+#include <initializer_list>
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include "calib/files/toml.h"
 #include "daemon/config/config.h"
@@ -26,6 +30,23 @@ std::string read_address(const calib::TomlTable& table, const char* key, const s
 
 /// Absolute, without control characters.
 std::filesystem::path read_path(const calib::TomlTable& table, const char* key);
+/// Two paths, both or neither: a certificate and its key.
+void read_pair(const calib::TomlTable& table, const char* first_key, std::filesystem::path& first,
+               const char* second_key, std::filesystem::path& second);
+
+int integer_or(const calib::TomlTable& table, const char* key, int usual, int low, int high);
+
+/// For a message: in quotes, without control characters.
+std::string in_quotes(const std::string& text);
+bool is_visible_ascii(const std::string& text);
+/// Letters and digits of ASCII, and these.
+bool has_letters_digits_and(std::string_view others, const std::string& text);
+/// Of a decimal port number from 1; none: no such number.
+std::optional<std::uint16_t> port_of(const std::string& text);
+
+/// `needed`: the key without which these have no effect, and what to do.
+void refuse_without(const calib::TomlTable& table, const std::string& needed,
+                    std::initializer_list<const char*> keys);
 
 /// Throws std::runtime_error with the remedy where a file of a key or password is readable by every user.
 /// Empty and missing paths are not checked here.

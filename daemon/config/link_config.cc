@@ -1,8 +1,11 @@
 // Axes of the robot file as the adapters, and the controller's files, take them.
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "calib/model/units.h"
@@ -16,27 +19,27 @@ namespace cellcal::daemon {
 namespace {
 
 drivers::AxisLimit axis_limit(const MotionConfig& motion, const calib::Joint& joint) {
-  drivers::AxisLimit limit;
-  limit.min_rad = joint.min_rad;
-  limit.max_rad = joint.max_rad;
-  limit.max_speed_rad_s = joint.max_speed_rad_s * motion.speed_fraction;
-  limit.linear = joint.is_prismatic();
-  limit.max_acceleration_rad_s2 =
-      limit.linear ? motion.travel_acceleration_m_s2 : motion.acceleration_rad_s2;
-  limit.max_jerk_rad_s3 = limit.linear ? motion.travel_jerk_m_s3 : motion.jerk_rad_s3;
-  return limit;
+  const bool linear = joint.is_prismatic();
+  return {joint.min_rad,
+          joint.max_rad,
+          joint.max_speed_rad_s * motion.speed_fraction,
+          linear ? motion.travel_acceleration_m_s2 : motion.acceleration_rad_s2,
+          linear ? motion.travel_jerk_m_s3 : motion.jerk_rad_s3,
+          linear};
 }
 
 drivers::AxisLimit axis_limit(const MotionConfig& motion, const calib::PositionerAxis& axis) {
-  drivers::AxisLimit limit;
-  limit.min_rad = axis.min_rad;
-  limit.max_rad = axis.max_rad;
-  limit.max_speed_rad_s = motion.positioner_speed_rad_s;
-  if (axis.max_speed_rad_s > 0.0)
-    limit.max_speed_rad_s = std::min(limit.max_speed_rad_s, axis.max_speed_rad_s);
-  limit.max_acceleration_rad_s2 = motion.positioner_acceleration_rad_s2;
-  limit.max_jerk_rad_s3 = motion.positioner_jerk_rad_s3;
-  return limit;
+  double speed_rad_s = motion.positioner_speed_rad_s;
+  if (axis.max_speed_rad_s > 0.0) speed_rad_s = std::min(speed_rad_s, axis.max_speed_rad_s);
+  return {axis.min_rad, axis.max_rad, speed_rad_s, motion.positioner_acceleration_rad_s2,
+          motion.positioner_jerk_rad_s3};
+}
+
+/// "robot file of NAME: ..."
+template <class... T>
+[[noreturn]] void refuse(const calib::Robot& robot, fmt::format_string<T...> words, T&&... values) {
+  throw drivers::ConfigError("robot file of " + robot.name + ": " +
+                             fmt::format(words, std::forward<T>(values)...));
 }
 
 /// A positioner's axes follow those of an arm of six, and its linear unit's, in the robot file's order and by
@@ -44,17 +47,19 @@ drivers::AxisLimit axis_limit(const MotionConfig& motion, const calib::Positione
 void check_positioner(const calib::Robot& robot) {
   std::size_t number = robot.first_turning();
   if (!robot.positioner.empty() && robot.joints.size() != drivers::kArmAxes + number)
-    throw drivers::ConfigError("robot file of " + robot.name + ": " +
-                               std::to_string(robot.joints.size()) +
-                               " joints beside a [[positioner]], whose E1 follows A6. State six, "
-                               "behind a linear unit if there is one");
+    refuse(
+        robot,
+        "{} joints beside a [[positioner]], whose E1 follows A6. State six, behind a linear unit if "
+        "there is one",
+        robot.joints.size());
   for (const calib::PositionerAxis& axis : robot.positioner) {
     const std::string name = "E" + std::to_string(++number);
     if (axis.name != name)
-      throw drivers::ConfigError("robot file of " + robot.name + ": [[positioner]] " + axis.name +
-                                 " is " + name +
-                                 " of the controller, behind the arm's axes. Name it so, also in "
-                                 "the cell file");
+      refuse(
+          robot,
+          "[[positioner]] {} is {} of the controller, behind the arm's axes. Name it so, also in the "
+          "cell file",
+          axis.name, name);
   }
 }
 
@@ -63,11 +68,9 @@ std::vector<drivers::AxisLimit> axis_limits(const DaemonConfig& config, const ca
   check_positioner(cell.robot);
   std::vector<drivers::AxisLimit> limits;
   for (const calib::Joint& joint : cell.robot.joints) {
-    if (!(joint.max_speed_rad_s > 0.0)) {
-      throw drivers::ConfigError("robot file of " + cell.robot.name + ": joint " + joint.name +
-                                 " has no max_speed_" + (joint.is_prismatic() ? "mm_s" : "deg_s") +
-                                 ". Add it: the arm cannot be moved without");
-    }
+    if (!(joint.max_speed_rad_s > 0.0))
+      refuse(cell.robot, "joint {} has no max_speed_{}. Add it: the arm cannot be moved without",
+             joint.name, joint.is_prismatic() ? "mm_s" : "deg_s");
     limits.push_back(axis_limit(config.motion, joint));
   }
   for (const calib::PositionerAxis& axis : cell.robot.positioner)
@@ -105,11 +108,11 @@ void check_turn_time(const calib::Robot& robot, double speed_rad_s) {
   for (const calib::PositionerAxis& axis : robot.positioner) {
     const double turn_s = (axis.max_rad - axis.min_rad) / speed_rad_s;
     if (turn_s > kLongestTurnS)
-      throw drivers::ConfigError("robot file of " + robot.name + ": [[positioner]] " + axis.name +
-                                 " turns through its range in " +
-                                 std::to_string(std::lround(turn_s)) + " s, at most " +
-                                 std::to_string(std::lround(kLongestTurnS)) +
-                                 " s are waited for. Raise [motion] positioner_speed_deg_s");
+      refuse(
+          robot,
+          "[[positioner]] {} turns through its range in {} s, at most {} s are waited for. Raise "
+          "[motion] positioner_speed_deg_s",
+          axis.name, std::lround(turn_s), std::lround(kLongestTurnS));
   }
 }
 
@@ -160,14 +163,11 @@ drivers::EkiConfig eki_config_for(const DaemonConfig& config, const calib::Cell&
   const std::size_t axes = 6 + static_cast<std::size_t>(config.controller.external_axes);
   const std::size_t joints = cell.robot.joints.size(), turning = cell.robot.positioner.size();
   // External axes without a joint hold still.
-  if (joints < 6 + cell.robot.first_turning() || joints + turning > axes) {
-    throw drivers::ConfigError(
-        "robot file of " + cell.robot.name + ": " + std::to_string(joints) + " joints" +
-        (turning > 0 ? " and " + std::to_string(turning) + " axes of a positioner" : "") +
-        "; the controller's EKI channel has " + std::to_string(axes) +
-        " axes (six, and [controller] external_axes, of which a linear unit "
-        "is E1)");
-  }
+  if (joints < 6 + cell.robot.first_turning() || joints + turning > axes)
+    refuse(cell.robot,
+           "{} joints{}; the controller's EKI channel has {} axes (six, and [controller] "
+           "external_axes, of which a linear unit is E1)",
+           joints, turning > 0 ? fmt::format(" and {} axes of a positioner", turning) : "", axes);
   eki.external_axes = config.controller.external_axes;
   eki.limits = axis_limits(config, cell);
   constexpr double kAnyFullSpeed = 1.0;

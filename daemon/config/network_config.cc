@@ -2,9 +2,8 @@
 
 #include <algorithm>
 #include <boost/asio/ip/address.hpp>
-#include <charconv>
+#include <cctype>
 
-#include "calib/files/text.h"
 #include "daemon/config/config_values.h"
 #include "daemon/plant/messages/text_fields.h"
 
@@ -17,21 +16,10 @@ using calib::TomlTable;
 
 constexpr std::size_t kLongestName = 253;
 
-std::string shown_in_quotes(const std::string& text) { return "\"" + calib::shown(text) + "\""; }
-
 [[noreturn]] void no_address(const TomlTable& table, const std::string& text) {
-  table.fail("listen", shown_in_quotes(text) +
+  table.fail("listen", in_quotes(text) +
                            " is not an address with a port. Examples: \"127.0.0.1:8080\", "
                            "\"10.0.0.5:8443\", \"[::1]:8080\"");
-}
-
-std::uint16_t port_of(const TomlTable& table, const std::string& text, const std::string& port) {
-  std::uint16_t value = 0;
-  const auto [end, code] = std::from_chars(port.data(), port.data() + port.size(), value);
-  if (code != std::errc() || end != port.data() + port.size() || value == 0) {
-    no_address(table, text);
-  }
-  return value;
 }
 
 /// "127.0.0.1:8080", "[::1]:8080".
@@ -44,34 +32,17 @@ address read_listen(const TomlTable& table, HttpConfig& http) {
   if (brackets) host = host.substr(1, host.size() - 2);
   boost::system::error_code wrong;
   const address at = boost::asio::ip::make_address(host, wrong);
-  if (wrong || at.is_v6() != brackets || at.is_multicast()) no_address(table, text);
+  const auto port = port_of(text.substr(colon + 1));
+  if (wrong || at.is_v6() != brackets || at.is_multicast() || !port) no_address(table, text);
   http.address = at.to_string();
-  http.port = port_of(table, text, text.substr(colon + 1));
+  http.port = *port;
   return at;
 }
 
-void read_tls(const TomlTable& table, HttpConfig& http) {
-  const bool certificate = table.has("tls_certificate"), key = table.has("tls_key");
-  if (certificate != key) {
-    table.fail(certificate ? "tls_certificate" : "tls_key",
-               std::string("needs ") + (certificate ? "tls_key" : "tls_certificate") +
-                   " as well: give both or none");
-  }
-  if (!certificate) return;
-  http.tls_certificate = read_path(table, "tls_certificate");
-  http.tls_key = read_path(table, "tls_key");
-}
-
 std::string read_host_name(const TomlTable& table, std::string name) {
-  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char letter) {
-    return 'A' <= letter && letter <= 'Z' ? static_cast<char>(letter + 'a' - 'A')
-                                          : static_cast<char>(letter);
-  });
-  const bool sound =
-      !name.empty() && name.size() <= kLongestName &&
-      name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789.-") == std::string::npos;
-  if (!sound) {
-    table.fail("host_names", shown_in_quotes(name) +
+  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (name.empty() || name.size() > kLongestName || !has_letters_digits_and(".-", name)) {
+    table.fail("host_names", in_quotes(name) +
                                  " is not a host name: write it without port, as in "
                                  "\"cell7.plant.example\"");
   }
@@ -83,7 +54,7 @@ std::vector<std::filesystem::path> read_folders(const TomlTable& table, const ch
   for (const std::string& name : table.strings(key)) {
     folders.emplace_back(name);
     if (!folders.back().is_absolute())
-      table.fail(key, shown_in_quotes(name) + " is not an absolute path");
+      table.fail(key, in_quotes(name) + " is not an absolute path");
   }
   return folders;
 }
@@ -100,22 +71,18 @@ std::vector<std::string> read_host_names(const TomlTable& table) {
 
 std::optional<HttpConfig> read_http(const TomlTable& table) {
   if (!table.has("listen")) {
-    for (const char* key :
-         {"tls_certificate", "tls_key", "allow_plain", "host_names", "cell_folders"}) {
-      if (table.has(key)) {
-        table.fail(key, "has no effect without listen. Set listen, such as \"127.0.0.1:8080\"");
-      }
-    }
+    refuse_without(table, "listen. Set listen, such as \"127.0.0.1:8080\"",
+                   {"tls_certificate", "tls_key", "allow_plain", "host_names", "cell_folders"});
     table.refuse_unknown();
     return std::nullopt;
   }
   HttpConfig http;
   const address at = read_listen(table, http);
-  read_tls(table, http);
+  read_pair(table, "tls_certificate", http.tls_certificate, "tls_key", http.tls_key);
   const bool plain = table.boolean_or("allow_plain", false);
   if (!at.is_loopback() && !http.tls() && !plain) {
     table.fail("listen",
-               shown_in_quotes(http.address) +
+               in_quotes(http.address) +
                    " is reachable from the network, and tokens would be sent in clear text. "
                    "Give tls_certificate and tls_key, or set allow_plain = true");
   }
@@ -127,27 +94,23 @@ std::optional<HttpConfig> read_http(const TomlTable& table) {
 
 namespace {
 
-constexpr std::size_t kLongestHost = 253, kLongestUser = 64;
+constexpr std::size_t kLongestUser = 64;
 constexpr std::uint16_t kTlsPort = 8883, kPlainPort = 1883;
 
 std::string read_plant_name(const TomlTable& table, const char* key) {
   const std::string name = table.string(key);
   if (!plant::is_name(name))
-    table.fail(key, "\"" + calib::shown(name) +
-                        "\" must have 1 to 64 of A-Z a-z 0-9 _ -: it is part of MQTT topics");
+    table.fail(
+        key, in_quotes(name) + " must have 1 to 64 of A-Z a-z 0-9 _ -: it is part of MQTT topics");
   return name;
 }
 
 std::string read_host(const TomlTable& table) {
   const std::string host = table.string("broker");
-  const bool sound = !host.empty() && host.size() <= kLongestHost &&
-                     host.find_first_not_of(
-                         "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
-                         "0123456789.-:") == std::string::npos;
-  if (!sound)
-    table.fail("broker",
-               "\"" + calib::shown(host) +
-                   "\" is not a host: write it without port, as in \"broker.plant.example\"");
+  if (host.empty() || host.size() > kLongestName || !has_letters_digits_and(".-:", host))
+    table.fail(
+        "broker",
+        in_quotes(host) + " is not a host: write it without port, as in \"broker.plant.example\"");
   return host;
 }
 
@@ -162,23 +125,14 @@ void read_tls(const TomlTable& table, PlantConfig& plant) {
   for (const char* key : {"ca", "certificate", "key"})
     if (table.has(key) && !plant.tls) table.fail(key, "has no effect with tls = false");
   if (table.has("ca")) plant.ca = read_path(table, "ca");
-  const bool certificate = table.has("certificate");
-  if (certificate != table.has("key"))
-    table.fail(certificate ? "certificate" : "key", std::string("needs ") +
-                                                        (certificate ? "key" : "certificate") +
-                                                        " as well: give both or none");
-  if (!certificate) return;
-  plant.certificate = read_path(table, "certificate");
-  plant.key = read_path(table, "key");
+  read_pair(table, "certificate", plant.certificate, "key", plant.key);
 }
 
 void read_login(const TomlTable& table, PlantConfig& plant) {
   if (table.has("user")) {
     plant.user = table.string("user");
-    const bool sound = !plant.user.empty() && plant.user.size() <= kLongestUser &&
-                       std::all_of(plant.user.begin(), plant.user.end(),
-                                   [](char c) { return '!' <= c && c <= '~'; });
-    if (!sound) table.fail("user", "must have 1 to 64 visible ASCII characters");
+    if (plant.user.empty() || plant.user.size() > kLongestUser || !is_visible_ascii(plant.user))
+      table.fail("user", "must have 1 to 64 visible ASCII characters");
   }
   if (!table.has("password_file")) return;
   if (plant.user.empty()) table.fail("password_file", "has no effect without user");
@@ -189,11 +143,10 @@ void read_login(const TomlTable& table, PlantConfig& plant) {
 
 std::optional<PlantConfig> read_plant(const TomlTable& table) {
   if (!table.has("plant")) {
-    for (const char* key : {"cell", "broker", "port", "tls", "ca", "certificate", "key", "user",
-                            "password_file", "allow_plain", "former", "accept", "touches",
-                            "health_minutes", "outbox_megabytes", "sparkplug"})
-      if (table.has(key))
-        table.fail(key, "has no effect without plant. Set plant, cell and broker");
+    refuse_without(table, "plant. Set plant, cell and broker",
+                   {"cell", "broker", "port", "tls", "ca", "certificate", "key", "user",
+                    "password_file", "allow_plain", "former", "accept", "touches", "health_minutes",
+                    "outbox_megabytes", "sparkplug"});
     table.refuse_unknown();
     return std::nullopt;
   }
@@ -203,7 +156,7 @@ std::optional<PlantConfig> read_plant(const TomlTable& table) {
   plant.host = read_host(table);
   read_tls(table, plant);
   plant.port = static_cast<std::uint16_t>(
-      table.integer_or("port", plant.tls ? kTlsPort : kPlainPort, 1, 65535));
+      integer_or(table, "port", plant.tls ? kTlsPort : kPlainPort, 1, 65535));
   read_login(table, plant);
   const bool plain = table.boolean_or("allow_plain", false);
   if (!plant.tls && !plain && !is_this_computer(plant.host))
@@ -215,16 +168,15 @@ std::optional<PlantConfig> read_plant(const TomlTable& table) {
     const std::size_t cut = std::min(name.find('/'), name.size());
     if (!plant::is_name(name.substr(0, cut)) || cut == name.size() ||
         !plant::is_name(name.substr(cut + 1)))
-      table.fail("former",
-                 "\"" + calib::shown(name) + "\" must be PLANT/CELL, as in \"graz/weld-3\"");
+      table.fail("former", in_quotes(name) + " must be PLANT/CELL, as in \"graz/weld-3\"");
   }
   if (table.has("accept")) plant.accept = table.strings("accept");
   for (const std::string& kind : plant.accept)
     if (kind != "calibrate" && kind != "check" && kind != "activate")
       table.fail(
           "accept",
-          "\"" + calib::shown(kind) +
-              "\" must be \"calibrate\", \"check\" or \"activate\": schedules and priors require an "
+          in_quotes(kind) +
+              " must be \"calibrate\", \"check\" or \"activate\": schedules and priors require an "
               "operator");
   plant.touches = table.boolean_or("touches", plant.touches);
   plant.health_minutes = table.number_or("health_minutes", plant.health_minutes, {1.0, 1440.0});

@@ -1,7 +1,6 @@
 #include "daemon/config/unattended_config.h"
 
 #include <algorithm>
-#include <charconv>
 
 #include "calib/files/text.h"
 #include "daemon/config/config_values.h"
@@ -13,10 +12,6 @@ namespace {
 using calib::TomlTable;
 
 constexpr std::size_t kMostAddresses = 20, kLongestAddress = 254, kLongestUrl = 2000;
-
-bool is_visible_ascii(const std::string& text) {
-  return std::all_of(text.begin(), text.end(), [](char c) { return '!' <= c && c <= '~'; });
-}
 
 struct Address {
   std::size_t scheme = 0;  ///< index into the permitted schemes
@@ -42,17 +37,11 @@ std::optional<Address> read_address(const std::string& text,
   if (const std::size_t colon = host.find(':', bracket); colon != std::string::npos) {
     address.port = host.substr(colon + 1);
     host.resize(colon);
-    std::uint16_t port = 0;
-    const char* last = address.port.data() + address.port.size();
-    const auto [rest, code] = std::from_chars(address.port.data(), last, port);
-    if (code != std::errc() || rest != last || port == 0) return std::nullopt;
+    if (!port_of(address.port)) return std::nullopt;
   }
   if (bracket > 0) host = host.substr(1, bracket - 1);
-  const bool known_letters =
-      host.find_first_not_of(
-          "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.-_:") ==
-      std::string::npos;
-  if (host.empty() || !known_letters || (bracket == 0 && host.find(':') != std::string::npos))
+  if (host.empty() || !has_letters_digits_and(".-_:", host) ||
+      (bracket == 0 && host.find(':') != std::string::npos))
     return std::nullopt;
   address.host = host;
   return address;
@@ -63,8 +52,8 @@ WebhookUrl read_url(const TomlTable& table) {
   const auto address = read_address(text, {"http", "https"});
   if (!address)
     table.fail("webhook",
-               "\"" + calib::shown(text) +
-                   "\" is not a URL for POST. Examples: \"https://hooks.plant.example/cellcal\", "
+               in_quotes(text) +
+                   " is not a URL for POST. Examples: \"https://hooks.plant.example/cellcal\", "
                    "\"http://10.0.0.7:8080/in\"");
   const bool tls = address->scheme == 1;
   return {tls, address->host,
@@ -79,8 +68,8 @@ MailServer read_mail_server(const TomlTable& table) {
   const auto address = read_address(text, {"smtp", "smtps"});
   if (!address || (!address->rest.empty() && address->rest != "/"))
     table.fail("mail_server",
-               "\"" + calib::shown(text) +
-                   "\" is not a mail server. Examples: \"smtps://mail.plant.example\", "
+               in_quotes(text) +
+                   " is not a mail server. Examples: \"smtps://mail.plant.example\", "
                    "\"smtp://10.0.0.7:587\"");
   MailServer server;
   server.tls = address->scheme == 1;
@@ -122,17 +111,10 @@ std::string checked_address(const TomlTable& table, const char* key, const std::
                      text.find_first_of(",;:<>()[]\"\\") == std::string::npos;
   if (!sound) {
     table.fail(key,
-               "\"" + calib::shown(text) +
-                   "\" is not a mail address: write it bare, as in \"maintenance@plant.example\"");
+               in_quotes(text) +
+                   " is not a mail address: write it bare, as in \"maintenance@plant.example\"");
   }
   return text;
-}
-
-void refuse_without(const TomlTable& table, const char* needed,
-                    std::initializer_list<const char*> keys) {
-  for (const char* key : keys) {
-    if (table.has(key)) table.fail(key, std::string("has no effect without ") + needed);
-  }
 }
 
 WebhookConfig read_webhook(const TomlTable& table) {
@@ -145,7 +127,7 @@ WebhookConfig read_webhook(const TomlTable& table) {
     webhook.ca = read_path(table, "webhook_ca");
   }
   webhook.timeout_s = table.number_or("webhook_timeout_s", webhook.timeout_s, {1.0, 60.0});
-  webhook.retries = static_cast<int>(table.integer_or("webhook_retries", webhook.retries, 0, 10));
+  webhook.retries = integer_or(table, "webhook_retries", webhook.retries, 0, 10);
   return webhook;
 }
 
@@ -216,8 +198,8 @@ int read_time_of_day(const TomlTable& table, const char* key) {
       text.size() == 5 && digit(0) && digit(1) && text[2] == ':' && digit(3) && digit(4);
   const auto number = [&](std::size_t at) { return 10 * (text[at] - '0') + text[at + 1] - '0'; };
   if (!sound || number(0) >= kHoursPerDay || number(3) >= kMinutesPerHour) {
-    table.fail(key, "\"" + calib::shown(text) +
-                        "\" is not a time of day: write hours and minutes, \"00:00\" to \"23:59\"");
+    table.fail(key, in_quotes(text) +
+                        " is not a time of day: write hours and minutes, \"00:00\" to \"23:59\"");
   }
   return number(0) * kMinutesPerHour + number(3);
 }
@@ -229,8 +211,7 @@ std::array<bool, 7> read_days(const TomlTable& table) {
   for (const std::string& name : given) {
     const auto day = std::find(kDays.begin(), kDays.end(), name);
     if (day == kDays.end()) {
-      table.fail("days", "\"" + calib::shown(name) +
-                             "\" is not a day. Use sun, mon, tue, wed, thu, fri, sat");
+      table.fail("days", in_quotes(name) + " is not a day. Use sun, mon, tue, wed, thu, fri, sat");
     }
     days[static_cast<std::size_t>(day - kDays.begin())] = true;
   }
@@ -250,13 +231,10 @@ WeeklyWindow read_window(const TomlTable& table) {
 /// The name is used in lists, in the log and on command lines.
 std::string read_session_name(const TomlTable& table) {
   const std::string name = table.string("name");
-  const bool sound =
-      !name.empty() && name.size() <= kLongestScheduleName && name.front() != '-' &&
-      name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") ==
-          std::string::npos;
-  if (!sound) {
-    table.fail("name", "\"" + calib::shown(name) +
-                           "\" must have 1 to 40 letters, digits, - and _, such as \"nightly\"");
+  if (name.empty() || name.size() > kLongestScheduleName || name.front() == '-' ||
+      !has_letters_digits_and("_-", name)) {
+    table.fail("name", in_quotes(name) +
+                           " must have 1 to 40 letters, digits, - and _, such as \"nightly\"");
   }
   return name;
 }
@@ -266,8 +244,8 @@ std::string read_load(const TomlTable& table) {
   constexpr std::size_t kLongest = 64;
   const std::string load = table.string("load");
   if (load.empty() || load.size() > kLongest || calib::shown(load) != load)
-    table.fail("load", "\"" + calib::shown(load) +
-                           "\" must be the id of a [[load]] of the cell file: 1 to 64 characters. "
+    table.fail("load", in_quotes(load) +
+                           " must be the id of a [[load]] of the cell file: 1 to 64 characters. "
                            "Without load leave it out");
   return load;
 }
@@ -328,7 +306,7 @@ ScheduleConfig read_schedule(const TomlTable& table) {
         "is missing: with unattended = true sessions begin without a person. Name the person "
         "responsible for a closed and clear cell within the windows, and how to reach them");
   }
-  schedule.resumes = static_cast<int>(table.integer_or("resumes", 0, 0, 20));
+  schedule.resumes = integer_or(table, "resumes", 0, 0, 20);
   schedule.resume_wait_s = table.number_or("resume_wait_s", schedule.resume_wait_s, {10.0, 3600.0});
   const std::vector<TomlTable> sessions = table.tables("session");
   if (sessions.size() > kMostSessions)
