@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -58,31 +58,15 @@ double apart_mm(const EkiFrameValues& a, const EkiFrameValues& b) {
   return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
 }
 
-using Rotation = std::array<double, 9>;
-
-/// Rz(A) Ry(B) Rx(C), row-major.
-Rotation rotation_of(const EkiFrameValues& frame) {
-  const double a = frame[3] * kRadPerDeg, b = frame[4] * kRadPerDeg, c = frame[5] * kRadPerDeg;
-  const double sa = std::sin(a), ca = std::cos(a), sb = std::sin(b), cb = std::cos(b),
-               sc = std::sin(c), cc = std::cos(c);
-  return {ca * cb,
-          ca * sb * sc - sa * cc,
-          ca * sb * cc + sa * sc,
-          sa * cb,
-          sa * sb * sc + ca * cc,
-          sa * sb * cc - ca * sc,
-          -sb,
-          cb * sc,
-          cb * cc};
+/// Rz(A) Ry(B) Rx(C).
+Eigen::Quaterniond rotation_of(const EkiFrameValues& frame) {
+  return Eigen::AngleAxisd(frame[3] * kRadPerDeg, Eigen::Vector3d::UnitZ()) *
+         Eigen::AngleAxisd(frame[4] * kRadPerDeg, Eigen::Vector3d::UnitY()) *
+         Eigen::AngleAxisd(frame[5] * kRadPerDeg, Eigen::Vector3d::UnitX());
 }
 
-/// Angle between two rotations: for an angle t the Frobenius norm of their difference is 2 sqrt(2) sin(t /
-/// 2).
 double turned_deg(const EkiFrameValues& from, const EkiFrameValues& to) {
-  const Rotation one = rotation_of(from), other = rotation_of(to);
-  double sum = 0.0;
-  for (std::size_t i = 0; i < one.size(); ++i) sum += std::pow(one[i] - other[i], 2);
-  return 2.0 * std::asin(std::min(1.0, std::sqrt(sum / 8.0))) * drivers::kDegPerRad;
+  return rotation_of(from).angularDistance(rotation_of(to)) * drivers::kDegPerRad;
 }
 
 FrameOutcome outcome_of(EkiFrameEnd end) {
