@@ -23,13 +23,6 @@ bool contact_up(const State& state, const Links& links) {
   return links.contact == drivers::ContactLink::kReady || touching;
 }
 
-/// All touches are made; only the way home remains.
-bool after_last(const State& state) {
-  if (state.phase == Phase::kReturning) return true;
-  // With touches chosen one by one, a plan without touches is the way home.
-  return state.one_by_one ? state.plan->touches.empty() : state.done >= state.plan->touches.size();
-}
-
 /// This computer was late, or may have been; no other interruption.
 bool is_lateness(const State& state) { return state.unheard || state.busy_until.has_value(); }
 
@@ -97,8 +90,13 @@ bool test_requested(const State& state, const Event&) {
   return state.unattended &&
          (request == ControllerRequest::kBrakeTest || request == ControllerRequest::kMasteringTest);
 }
+bool after_last(const State& state, const Event&) {
+  if (state.phase == Phase::kReturning) return true;
+  // With touches chosen one by one, a plan without touches is the way home.
+  return state.one_by_one ? state.plan->touches.empty() : state.done >= state.plan->touches.size();
+}
 bool test_requested_between(const State& state, const Event& event) {
-  return test_requested(state, event) && !after_last(state);
+  return test_requested(state, event) && !after_last(state, event);
 }
 bool contact_faulty(const State& state, const Event&) {
   // While late bytes are waited for, they are not a fault of the sensor.
@@ -123,9 +121,6 @@ bool interrupted(const State& state, const Event& event) {
   const drivers::Interruption by = event.move().interruption;
   return may_go_on(state, failure_by(by, FailureKind::kRobotSilent), by);
 }
-bool interrupted_after_last(const State& state, const Event& event) {
-  return interrupted(state, event) && after_last(state);
-}
 bool computer_late(const State&, const Event& event) {
   return failure_by(event.move().interruption, FailureKind::kRobotSilent) ==
          FailureKind::kComputerBusy;
@@ -140,12 +135,6 @@ bool late_at_rest(const State& state, const Event&) {
 bool late_and_may_go_on(const State& state, const Event&) {
   return state.links.late_here() &&
          may_go_on(state, FailureKind::kComputerBusy, drivers::Interruption::kLateBytes);
-}
-bool held_and_late(const State& state, const Event& event) {
-  return move_held(state, event) && late_and_may_go_on(state, event);
-}
-bool held_and_late_after_last(const State& state, const Event& event) {
-  return held_and_late(state, event) && late_at_rest(state, event) && after_last(state);
 }
 /// Each of these refusals can result from a late answer alone, with no contact at the tip.
 bool unanswered_for_lateness(const State& state, const Event& event) {
@@ -166,9 +155,6 @@ bool computer_blamed(const State& state, const Event&) {
 }
 bool computer_blamed_and_back(const State& state, const Event& event) {
   return computer_blamed(state, event) && links_ready(state, event) && !state.links.unsettled;
-}
-bool late_here_after_last(const State& state, const Event& event) {
-  return computer_blamed(state, event) && after_last(state);
 }
 bool robot_doubtful(const State& state, const Event& event) {
   return robot_lost(state, event) || state.links.needs_operator;
@@ -231,7 +217,8 @@ bool not_where_left(const State& state, const Event& event) {
 bool none_left_after_interruption(const State& state, const Event& event) {
   const bool planned_made =
       !state.one_by_one && state.plan && state.done >= state.plan->touches.size();
-  return state.interruptions.total() > 0 && (planned_made || nothing_chosen(state, event));
+  return state.interruptions.total() > 0 &&
+         (planned_made || (state.one_by_one && none_left(state, event)));
 }
 bool sensor_proven(const State& state, const Event&) {
   return state.links.ready() && !state.links.in_contact;
@@ -256,11 +243,7 @@ bool more_waypoints(const State& state, const Event&) {
   return state.waypoint + 1 < waypoint_count(state);
 }
 bool leads_on(const State& state, const Event&) { return state.leads_on; }
-bool more_waypoints_on(const State& state, const Event& event) {
-  return state.leads_on && more_waypoints(state, event);
-}
 bool dry(const State& state, const Event&) { return state.dry; }
-bool dry_and_leads_on(const State& state, const Event&) { return state.dry && state.leads_on; }
 bool next_is_known(const State& state, const Event&) {
   return !state.one_by_one && state.done + 1 < state.plan->touches.size();
 }
@@ -310,36 +293,13 @@ bool sensor_proven_after_failure(const State& state, const Event& event) {
 bool sensor_proven_after_miss(const State& state, const Event& event) {
   return state.missed && sensor_proven(state, event) && state.links.self_test_ok;
 }
-bool contact_not_repeated(const State& state, const Event& event) {
-  return sensor_proven_after_miss(state, event) && state.first.has_value();
-}
 bool not_found(const State&, const Event& event) { return event.routed().not_found; }
-bool not_found_at_home(const State& state, const Event& event) {
-  return not_found(state, event) && event.offer().plan->home.empty();
-}
 bool not_found_after_last(const State& state, const Event&) {
   return state.deferred_failure.has_value();
 }
 bool none_left(const State&, const Event& event) { return event.offer().plan->touches.empty(); }
-bool nothing_chosen(const State& state, const Event& event) {
-  return state.one_by_one && none_left(state, event);
-}
-bool none_left_at_home(const State& state, const Event& event) {
-  return none_left(state, event) && event.offer().plan->home.empty();
-}
+bool no_way_on(const State&, const Event& event) { return event.offer().plan->home.empty(); }
 
 bool move_held(const State& state, const Event&) { return state.held.has_value(); }
-bool held_and_robot_lost(const State& state, const Event& event) {
-  return move_held(state, event) && robot_lost(state, event);
-}
-bool held_and_paused(const State& state, const Event& event) {
-  return move_held(state, event) && paused(state, event);
-}
-bool held_and_paused_after_last(const State& state, const Event& event) {
-  return held_and_paused(state, event) && after_last(state);
-}
-bool held_and_contact_faulty(const State& state, const Event& event) {
-  return move_held(state, event) && contact_faulty(state, event);
-}
 
 }  // namespace cellcal::daemon::rules

@@ -1,6 +1,7 @@
 // Names of phases, events, actions and failures.
 
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "calib/model/enum_table.h"
@@ -97,31 +98,15 @@ EventKind event_of(drivers::MoveOutcome outcome) {
 }
 
 const char* name_of(const Action& action) {
-  struct Names {
-    const char* operator()(const MakePlan&) { return "make plan"; }
-    const char* operator()(const FindRoute&) { return "find route"; }
-    const char* operator()(const ChooseTouch&) { return "choose touch"; }
-    const char* operator()(const TakeAnswer&) { return "take answer"; }
-    const char* operator()(const Assess&) { return "assess"; }
-    const char* operator()(const Identify&) { return "identify"; }
-    const char* operator()(const WriteReport&) { return "write report"; }
-    const char* operator()(const OpenDevices&) { return "open devices"; }
-    const char* operator()(const Rereference&) { return "rereference"; }
-    const char* operator()(const ArmSensor&) { return "arm sensor"; }
-    const char* operator()(const Disarm&) { return "disarm"; }
-    const char* operator()(const SelfTest&) { return "self-test"; }
-    const char* operator()(const BeginMove&) { return "begin move"; }
-    const char* operator()(const StopArm&) { return "stop arm"; }
-    const char* operator()(const CloseDevices&) { return "close devices"; }
-    const char* operator()(const RecordPlan&) { return "record plan"; }
-    const char* operator()(const RecordReading&) { return "record reading"; }
-    const char* operator()(const RecordTouch&) { return "record touch"; }
-    const char* operator()(const CheckJournal&) { return "check journal"; }
-    const char* operator()(const RecordInterruption&) { return "record interruption"; }
-    const char* operator()(const RecordSearch&) { return "record search"; }
-    const char* operator()(const RecordEnd&) { return "record end"; }
-  };
-  return std::visit(Names{}, action);
+  // In the order of the alternatives.
+  static constexpr std::array kNames{
+      "make plan",     "find route",     "choose touch", "take answer",   "assess",
+      "identify",      "write report",   "open devices", "rereference",   "arm sensor",
+      "disarm",        "self-test",      "begin move",   "stop arm",      "close devices",
+      "record plan",   "record reading", "record touch", "check journal", "record interruption",
+      "record search", "record end"};
+  static_assert(kNames.size() == std::variant_size_v<Action>);
+  return kNames[action.index()];
 }
 
 constexpr EnumNames<FailureKind> kFailureNames{

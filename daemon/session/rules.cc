@@ -63,14 +63,15 @@ void begin(State& state, const Event& event, Actions& actions, drivers::Move mov
   state.deadline = event.at + state.timeouts.recording;
 }
 
-/// Direct move.
+/// Direct move, at a constant speed where its duration is given.
 void begin(State& state, const Event& event, Actions& actions, MoveKind kind,
-           drivers::AxisAngles target, double cruise_s, std::chrono::milliseconds timeout) {
+           drivers::AxisAngles target, std::optional<double> cruise_s = {}) {
   drivers::Move move;
   move.kind = kind;
   move.target_rad = std::move(target);
-  move.cruise_s = cruise_s;
-  begin(state, event, actions, std::move(move), timeout);
+  move.cruise_s = cruise_s.value_or(0.0);
+  begin(state, event, actions, std::move(move),
+        cruise_s ? search_timeout(state, *cruise_s) : state.timeouts.waypoint);
 }
 
 /// Angles [rad] at waypoint `k` of the current transit.
@@ -154,7 +155,7 @@ void arm(State& state, const Event& event, Actions& actions, double speed_m_s) {
 void search(State& state, const Event& event, Actions& actions, double speed_m_s) {
   const NextSearch next = next_search(state, speed_m_s);
   begin(state, event, actions, MoveKind::kSearch, at_travel(state.planned(), next.end_m),
-        next.full_speed_s, search_timeout(state, next.full_speed_s));
+        next.full_speed_s);
 }
 
 void back_off_from(State& state, const Event& event, Actions& actions, double along_m,
@@ -162,7 +163,7 @@ void back_off_from(State& state, const Event& event, Actions& actions, double al
   state.search_from_m = std::max(0.0, along_m - back_m);
   const double duration_s = back_m / state.policy.fast_m_s;
   begin(state, event, actions, MoveKind::kRetreat, at_travel(state.planned(), state.search_from_m),
-        duration_s, search_timeout(state, duration_s));
+        duration_s);
 }
 
 /// Start of the way back: at the contact, and never beyond the position where the arm came to rest, whatever
@@ -259,15 +260,13 @@ void begin_back_to_search(State& state, const Event& event, Actions& actions) {
   forget_touch(state);
   decide_approach(state);
   state.waypoint = waypoint_count(state) - 1;
-  begin(state, event, actions, MoveKind::kRetreat, waypoint(state, state.waypoint), 0.0,
-        state.timeouts.waypoint);
+  begin(state, event, actions, MoveKind::kRetreat, waypoint(state, state.waypoint));
 }
 
 void begin_back_to_clear(State& state, const Event& event, Actions& actions) {
   end_interruption(state);
   state.leads_on = false;  // also where the retreat to this touch led on to it
-  begin(state, event, actions, MoveKind::kRetreat, clear_point(state), 0.0,
-        state.timeouts.waypoint);
+  begin(state, event, actions, MoveKind::kRetreat, clear_point(state));
 }
 
 void begin_freeing(State& state, const Event& event, Actions& actions) {
@@ -276,8 +275,7 @@ void begin_freeing(State& state, const Event& event, Actions& actions) {
   record_search(event, actions);
   forget_touch(state);
   decide_approach(state);
-  begin(state, event, actions, MoveKind::kRetreat, waypoint(state, 0), 0.0,
-        state.timeouts.waypoint);
+  begin(state, event, actions, MoveKind::kRetreat, waypoint(state, 0));
 }
 
 void prove_sensor(State& state, const Event& event, Actions& actions) {
@@ -377,7 +375,7 @@ void leave(State& state, const Event& event, Actions& actions) {
     actions.emplace_back(ChooseTouch{std::nullopt, false, clear, ++state.route_id});
     state.ahead = {true, nullptr};
   }
-  begin(state, event, actions, MoveKind::kRetreat, clear, 0.0, state.timeouts.waypoint);
+  begin(state, event, actions, MoveKind::kRetreat, clear);
   state.leads_on = false;
   ++state.done;
   state.failed_in_a_row = 0;
@@ -403,8 +401,7 @@ void pass_by(State& state, const Event& event, Actions& actions) {
   const bool last = !next_is_known(state, event);
   ++state.done;
   forget_touch(state);
-  if (last)
-    return begin(state, event, actions, MoveKind::kTransit, clear, 0.0, state.timeouts.waypoint);
+  if (last) return begin(state, event, actions, MoveKind::kTransit, clear);
   state.leads_on = true;
   drivers::Move move;
   move.via.push_back(leaving);
@@ -413,8 +410,7 @@ void pass_by(State& state, const Event& event, Actions& actions) {
 
 /// Retreats along the search line, as after any touch. The sphere is not at the searched position.
 void leave_empty_place(State& state, const Event& event, Actions& actions) {
-  begin(state, event, actions, MoveKind::kRetreat, clear_point(state), 0.0,
-        state.timeouts.waypoint);
+  begin(state, event, actions, MoveKind::kRetreat, clear_point(state));
   state.leads_on = false;
   state.touch_failed = calib::NotMade::kMissed;
 }
@@ -450,8 +446,7 @@ void choose_next(State& state, const Event& event, Actions& actions) {
 void begin_way_home(State& state, const Event& event, Actions& actions) {
   apply_final_choice(state, event, actions);
   record_search(event, actions);
-  begin(state, event, actions, MoveKind::kTransit, way_home(state, 0), 0.0,
-        state.timeouts.waypoint);
+  begin(state, event, actions, MoveKind::kTransit, way_home(state, 0));
 }
 
 void begin_way_out(State& state, const Event& event, Actions& actions) {
@@ -467,14 +462,12 @@ void end_touching(State& state, const Event& event, Actions& actions) {
 
 void go_home(State& state, const Event& event, Actions& actions) {
   forget_touch(state);
-  begin(state, event, actions, MoveKind::kTransit, way_home(state, 0), 0.0,
-        state.timeouts.waypoint);
+  begin(state, event, actions, MoveKind::kTransit, way_home(state, 0));
 }
 
 void next_waypoint_home(State& state, const Event& event, Actions& actions) {
   ++state.waypoint;
-  begin(state, event, actions, MoveKind::kTransit, way_home(state, state.waypoint), 0.0,
-        state.timeouts.waypoint);
+  begin(state, event, actions, MoveKind::kTransit, way_home(state, state.waypoint));
 }
 
 void identify_at_once(State& state, const Event& event, Actions& actions) {

@@ -2,6 +2,8 @@
 // Guards and effects named by the rows of the table. Effects see the old phase; step() sets the new one
 // afterwards.
 
+#include <type_traits>
+
 #include "daemon/session/session.h"
 
 namespace cellcal::daemon::rules {
@@ -65,142 +67,47 @@ int repeats_of_touch(const State&);
 /// True if the session may continue by itself.
 bool may_go_on(const State&, FailureKind, drivers::Interruption by);
 
-// Guards (guards.cc).
-bool plan_differs(const State&, const Event&);
-bool nothing_left(const State&, const Event&);
-bool fresh_and_closed(const State&, const Event&);
 /// A mode that requires a held enabling switch.
 bool by_hand(drivers::OperatingMode mode);
-bool operator_present(const State&, const Event&);
-bool test_requested(const State&, const Event&);
-bool test_requested_between(const State&, const Event&);
-bool contact_faulty(const State&, const Event&);
-bool robot_lost(const State&, const Event&);
-bool links_ready(const State&, const Event&);
-bool in_contact(const State&, const Event&);
-bool closed_since(const State&, const Event&);
-bool sensor_proven(const State&, const Event&);
-bool sensor_proven_freed(const State&, const Event&);
-bool sensor_proven_at_standoff(const State&, const Event&);
-bool referenced(const State&, const Event&);
-bool back_to_search(const State&, const Event&);
-bool back_to_clear(const State&, const Event&);
-bool more_waypoints(const State&, const Event&);
-bool leads_on(const State&, const Event&);
-bool more_waypoints_on(const State&, const Event&);
-bool dry(const State&, const Event&);
-bool dry_and_leads_on(const State&, const Event&);
-bool next_is_known(const State&, const Event&);
-bool more_way_home(const State&, const Event&);
-bool no_way_home(const State&, const Event&);
-bool not_found(const State&, const Event&);
-bool not_found_at_home(const State&, const Event&);
-bool not_found_after_last(const State&, const Event&);
-bool not_self_tested(const State&, const Event&);
-bool self_test_passed(const State&, const Event&);
-bool too_early(const State&, const Event&);
-bool contact_suffices(const State&, const Event&);
-bool readings_agree(const State&, const Event&);
-bool readings_left(const State&, const Event&);
-bool revocations_left(const State&, const Event&);
-bool had_first_contact(const State&, const Event&);
-bool has_failed(const State&, const Event&);
-bool may_miss(const State&, const Event&);
-bool may_be_replaced(const State&, const Event&);
-bool one_by_one(const State&, const Event&);
-bool one_by_one_after_failure(const State&, const Event&);
-bool sensor_proven_after_failure(const State&, const Event&);
-bool sensor_proven_after_miss(const State&, const Event&);
-bool contact_not_repeated(const State&, const Event&);
-bool none_left(const State&, const Event&);
-bool nothing_chosen(const State&, const Event&);
-bool none_left_at_home(const State&, const Event&);
-bool move_held(const State&, const Event&);
-bool held_and_robot_lost(const State&, const Event&);
-bool held_and_paused(const State&, const Event&);
-bool held_and_paused_after_last(const State&, const Event&);
-bool held_and_contact_faulty(const State&, const Event&);
-bool interrupted(const State&, const Event&);
-bool interrupted_after_last(const State&, const Event&);
-bool computer_late(const State&, const Event&);
-bool unheard(const State&, const Event&);
-bool late_at_rest(const State&, const Event&);
-bool late_and_may_go_on(const State&, const Event&);
-bool held_and_late(const State&, const Event&);
-bool held_and_late_after_last(const State&, const Event&);
-bool unanswered_for_lateness(const State&, const Event&);
-bool sensor_was_silent(const State&, const Event&);
-bool computer_blamed(const State&, const Event&);
-bool computer_blamed_and_back(const State&, const Event&);
-bool late_here_after_last(const State&, const Event&);
-bool robot_doubtful(const State&, const Event&);
-bool robot_doubtful_meanwhile(const State&, const Event&);
-bool late_again(const State&, const Event&);
-bool only_sensor_missing(const State&, const Event&);
-bool may_wait_longer(const State&, const Event&);
-bool paused(const State&, const Event&);
-bool paused_again(const State&, const Event&);
-bool pause_noted(const State&, const Event&);
-bool both_back(const State&, const Event&);
-bool other_session(const State&, const Event&);
-bool touched_meanwhile(const State&, const Event&);
-bool both_proven(const State&, const Event&);
-bool not_where_left(const State&, const Event&);
-bool none_left_after_interruption(const State&, const Event&);
 
-// Effects (rules.cc).
-void plan_touches(State&, const Event&, Actions&);
-void open_devices(State&, const Event&, Actions&);
-void rereference(State&, const Event&, Actions&);
-void find_route(State&, const Event&, Actions&);
-void begin_back_to_search(State&, const Event&, Actions&);
-void begin_back_to_clear(State&, const Event&, Actions&);
-void begin_freeing(State&, const Event&, Actions&);
-void prove_sensor(State&, const Event&, Actions&);
-void doubt_sensor(State&, const Event&, Actions&);
-void begin_transit(State&, const Event&, Actions&);
-void next_waypoint(State&, const Event&, Actions&);
-void arm_fast(State&, const Event&, Actions&);
-void arm_slow(State&, const Event&, Actions&);
-void self_test(State&, const Event&, Actions&);
-void arm_again(State&, const Event&, Actions&);
-void search_fast(State&, const Event&, Actions&);
-void search_slow(State&, const Event&, Actions&);
-void keep_first_and_back_off(State&, const Event&, Actions&);
-void keep_reading_and_back_off(State&, const Event&, Actions&);
-void back_off_from_noise(State&, const Event&, Actions&);
-void record_first_contact(State&, const Event&, Actions&);
-void record_touch(State&, const Event&, Actions&);
-void leave(State&, const Event&, Actions&);
-void leave_for_next(State&, const Event&, Actions&);
-void pass_by(State&, const Event&, Actions&);
-void keep_answer(State&, const Event&, Actions&);
-void await_choice(State&, const Event&, Actions&);
-void leave_empty_place(State&, const Event&, Actions&);
-void give_touch_up(State&, const Event&, Actions&);
-void choose_next(State&, const Event&, Actions&);
-void interrupt(State&, const Event&, Actions&);
-void note_pause(State&, const Event&, Actions&);
-void interrupt_behind_touch(State&, const Event&, Actions&);
-void watch_links(State&, const Event&, Actions&);
-void blame_computer(State&, const Event&, Actions&);
-void blame_computer_and_watch(State&, const Event&, Actions&);
-void blame_computer_and_identify(State&, const Event&, Actions&);
-void wait_longer(State&, const Event&, Actions&);
-void identify_behind_interruption(State&, const Event&, Actions&);
-void begin_way_home(State&, const Event&, Actions&);
-void begin_way_out(State&, const Event&, Actions&);
-void end_not_found(State&, const Event&, Actions&);
-void end_touching(State&, const Event&, Actions&);
-void go_home(State&, const Event&, Actions&);
-void next_waypoint_home(State&, const Event&, Actions&);
-void identify_at_once(State&, const Event&, Actions&);
-void close_and_identify(State&, const Event&, Actions&);
-void write_report(State&, const Event&, Actions&);
-void record_good_end(State&, const Event&, Actions&);
-void release_move(State&, const Event&, Actions&);
-void stop(State&, const Event&, Actions&);
-void close_and_end(State&, const Event&, Actions&);
+/// Type of every guard, and of every effect.
+using GuardFunction = std::remove_pointer_t<Guard>;
+using EffectFunction = std::remove_pointer_t<Effect>;
+
+// Guards (guards.cc).
+GuardFunction plan_differs, nothing_left, fresh_and_closed, operator_present, test_requested,
+    test_requested_between, contact_faulty, robot_lost, links_ready, in_contact, closed_since,
+    sensor_proven, sensor_proven_freed, sensor_proven_at_standoff, sensor_proven_after_failure,
+    sensor_proven_after_miss, referenced, back_to_search, back_to_clear;
+GuardFunction more_waypoints, leads_on, dry, next_is_known, more_way_home, no_way_home, no_way_on,
+    not_found, not_found_after_last, after_last;
+GuardFunction not_self_tested, self_test_passed, too_early, contact_suffices, readings_agree,
+    readings_left, revocations_left, had_first_contact, has_failed, may_miss, may_be_replaced,
+    one_by_one, one_by_one_after_failure, none_left, move_held;
+GuardFunction interrupted, computer_late, unheard, late_at_rest, late_and_may_go_on,
+    unanswered_for_lateness, sensor_was_silent, computer_blamed, computer_blamed_and_back,
+    robot_doubtful, robot_doubtful_meanwhile, late_again, only_sensor_missing, may_wait_longer,
+    paused, paused_again, pause_noted, both_back, other_session, touched_meanwhile, both_proven,
+    not_where_left, none_left_after_interruption;
+/// True where all of them are.
+template <Guard... guards>
+bool all(const State& state, const Event& event) {
+  return (guards(state, event) && ...);
+}
+
+// Effects (rules.cc, interruption.cc).
+EffectFunction plan_touches, open_devices, rereference, find_route, begin_back_to_search,
+    begin_back_to_clear, begin_freeing, prove_sensor, doubt_sensor, begin_transit, next_waypoint;
+EffectFunction arm_fast, arm_slow, self_test, arm_again, search_fast, search_slow,
+    keep_first_and_back_off, keep_reading_and_back_off, back_off_from_noise, record_first_contact,
+    record_touch, leave, leave_for_next, pass_by, keep_answer, await_choice, leave_empty_place,
+    give_touch_up, choose_next;
+EffectFunction interrupt, note_pause, interrupt_behind_touch, watch_links, blame_computer,
+    blame_computer_and_watch, blame_computer_and_identify, wait_longer,
+    identify_behind_interruption;
+EffectFunction begin_way_home, begin_way_out, end_not_found, end_touching, go_home,
+    next_waypoint_home, identify_at_once, close_and_identify, write_report, record_good_end,
+    release_move, stop, close_and_end;
 
 /// Sets the failure, closes the devices and ends the session. The arm is at rest.
 void fail(FailureKind kind, State&, const Event&, Actions&);
@@ -209,7 +116,7 @@ void fail(State& state, const Event& event, Actions& actions) {
   fail(kind, state, event, actions);
 }
 /// Likewise, of the contact sensor's link: silent, or faulty.
-void fail_of_sensor(State&, const Event&, Actions&);
+EffectFunction fail_of_sensor;
 /// Sets the failure and stops the arm; the session ends when the arm rests.
 void fail_and_stop(FailureKind kind, State&, const Event&, Actions&);
 template <FailureKind kind>
@@ -223,9 +130,9 @@ void fail_interrupted(State& state, const Event& event, Actions& actions) {
   fail_interrupted(why, state, event, actions);
 }
 /// Ends a session whose failure is already set.
-void end_failed(State&, const Event&, Actions&);
+EffectFunction end_failed;
 /// The end could not be written to disk; only reported.
-void note_journal_failure(State&, const Event&, Actions&);
+EffectFunction note_journal_failure;
 
 /// A failure's sentence: what failed, where, and what to check.
 calib::Phrase failure_detail(FailureKind kind, const State& state, const Event& event);
