@@ -2,85 +2,37 @@
 
 #include <arpa/inet.h>
 
-#include <atomic>
 #include <cstring>
-#include <mutex>
-#include <thread>
 
 #include "drivers/error.h"
-#include "sim/hard_clock.h"
 
 namespace cellcal::sim {
 
 using drivers::TimePoint;
 
-struct EkiServer::Impl {
-  Impl(EkiControllerConfig config, EkiServerOptions o, CycleHook hook)
-      : options(std::move(o)), on_cycle(std::move(hook)), controller(std::move(config)) {}
-
-  void run() {
-    if (options.realtime) request_hardware_priority();
-    TimePoint next = std::chrono::steady_clock::now();
-    while (!stopping.load()) {
-      next += controller.cycle();
-      sleep_until(next);
-      const std::lock_guard lock(mutex);
-      cycle(next);
-    }
-  }
-
-  void cycle(TimePoint now) {
-    const bool cable = !unplugged.load();
-    if (cable) client.take(controller);
-    controller.tick(now);
-    if (on_cycle) on_cycle(controller, now);
-    client.collect(controller);
-    if (cable) client.give(controller);
-  }
-
-  EkiServerOptions options;
-  CycleHook on_cycle;
-  std::mutex mutex;
-  EkiController controller;
-  OneClientPort<EkiController> client;
-  std::atomic<bool> stopping{false}, unplugged{false};
-  std::thread thread;
-};
-
 EkiServer::EkiServer(EkiControllerConfig config, EkiServerOptions options, CycleHook on_cycle)
-    : impl_(std::make_unique<Impl>(std::move(config), std::move(options), std::move(on_cycle))) {}
-
-EkiServer::~EkiServer() { stop(); }
+    : InRealTime(std::move(config), options.realtime, std::move(on_cycle)),
+      options_(std::move(options)) {}
 
 void EkiServer::start() {
-  if (impl_->thread.joinable()) return;
-  if (!impl_->client.is_open()) {
-    impl_->client.open(impl_->options.address,
-                       impl_->options.port.value_or(impl_->controller.channel().config().port));
-  }
-  impl_->stopping = false;
-  impl_->controller.start_program();
-  impl_->thread = std::thread([impl = impl_.get()] { impl->run(); });
+  if (running()) return;
+  if (!client_.is_open())
+    client_.open(options_.address, options_.port.value_or(machine_.channel().config().port));
+  machine_.start_program();
+  run();
 }
 
-void EkiServer::stop() {
-  impl_->stopping = true;
-  if (impl_->thread.joinable()) impl_->thread.join();
+void EkiServer::cycle(TimePoint now) {
+  const bool cable = !unplugged_;
+  if (cable) client_.take(machine_);
+  machine_.tick(now);
+  if (on_cycle_) on_cycle_(machine_, now);
+  client_.collect(machine_);
+  if (cable) client_.give(machine_);
 }
-
-void EkiServer::with(const std::function<void(EkiController&)>& use) {
-  const std::lock_guard lock(impl_->mutex);
-  use(impl_->controller);
-}
-
-void EkiServer::unplug(bool unplugged) { impl_->unplugged = unplugged; }
-std::uint16_t EkiServer::port() const { return impl_->client.port(); }
-std::uint64_t EkiServer::refused_clients() const { return impl_->client.refused(); }
-
-namespace {
 
 /// One channel on its socket.
-struct Endpoint {
+struct EkiStreamServer::Endpoint {
   Endpoint(EkiStream& k, std::size_t i) : krc(k), index(i), udp(channel().config().udp) {}
   ~Endpoint() {
     if (datagrams.fd >= 0) ::close(datagrams.fd);
@@ -134,64 +86,31 @@ struct Endpoint {
   std::array<char, 8192> buffer{};
 };
 
-}  // namespace
-
-struct EkiStreamServer::Impl {
-  Impl(EkiStreamConfig config, EkiStreamServerOptions o, CycleHook hook)
-      : options(std::move(o)), on_cycle(std::move(hook)), krc(std::move(config)) {
-    for (std::size_t i = 0; i < krc.channels(); ++i)
-      endpoints.push_back(std::make_unique<Endpoint>(krc, i));
-  }
-
-  void run() {
-    if (options.realtime) request_hardware_priority();
-    TimePoint next = std::chrono::steady_clock::now();
-    while (!stopping.load()) {
-      next += krc.cycle();
-      sleep_until(next);
-      const std::lock_guard lock(mutex);
-      for (const auto& endpoint : endpoints) endpoint->take();
-      krc.tick(next);
-      if (on_cycle) on_cycle(krc, next);
-      for (const auto& endpoint : endpoints) endpoint->give();
-    }
-  }
-
-  EkiStreamServerOptions options;
-  CycleHook on_cycle;
-  std::mutex mutex;
-  EkiStream krc;
-  std::vector<std::unique_ptr<Endpoint>> endpoints;
-  std::atomic<bool> stopping{false};
-  std::thread thread;
-};
-
 EkiStreamServer::EkiStreamServer(EkiStreamConfig config, EkiStreamServerOptions options,
                                  CycleHook on_cycle)
-    : impl_(std::make_unique<Impl>(std::move(config), std::move(options), std::move(on_cycle))) {}
+    : InRealTime(std::move(config), options.realtime, std::move(on_cycle)),
+      options_(std::move(options)) {
+  for (std::size_t i = 0; i < machine_.channels(); ++i)
+    endpoints_.push_back(std::make_unique<Endpoint>(machine_, i));
+}
 EkiStreamServer::~EkiStreamServer() { stop(); }
 
 void EkiStreamServer::start() {
-  if (impl_->thread.joinable()) return;
-  for (const auto& endpoint : impl_->endpoints) {
-    if (!endpoint->is_open()) endpoint->open(impl_->options);
-  }
-  impl_->stopping = false;
-  impl_->thread = std::thread([impl = impl_.get()] { impl->run(); });
+  if (running()) return;
+  for (const auto& endpoint : endpoints_)
+    if (!endpoint->is_open()) endpoint->open(options_);
+  run();
 }
 
-void EkiStreamServer::stop() {
-  impl_->stopping = true;
-  if (impl_->thread.joinable()) impl_->thread.join();
-}
-
-void EkiStreamServer::with(const std::function<void(EkiStream&)>& use) {
-  const std::lock_guard lock(impl_->mutex);
-  use(impl_->krc);
+void EkiStreamServer::cycle(TimePoint now) {
+  for (const auto& endpoint : endpoints_) endpoint->take();
+  machine_.tick(now);
+  if (on_cycle_) on_cycle_(machine_, now);
+  for (const auto& endpoint : endpoints_) endpoint->give();
 }
 
 std::uint16_t EkiStreamServer::port(std::size_t channel) const {
-  return impl_->endpoints.at(channel)->port();
+  return endpoints_.at(channel)->port();
 }
 
 BoundSocket bind_socket(const std::string& address, std::uint16_t port, bool udp) {

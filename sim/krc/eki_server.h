@@ -1,5 +1,5 @@
 #pragma once
-// The emulated EKI controller in real time: its own thread, its own clock, and a TCP server.
+// The emulated EKI controller in real time, and a TCP server.
 
 #include <netinet/in.h>
 #include <netinet/tcp.h>
@@ -10,78 +10,16 @@
 #include <atomic>
 #include <cerrno>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "sim/hard_clock.h"
 #include "sim/krc/eki_controller.h"
 #include "sim/krc/eki_stream.h"
 
 namespace cellcal::sim {
-
-struct EkiServerOptions {
-  std::string address = "127.0.0.1";
-  /// 0: a free one. Empty: from the channel file.
-  std::optional<std::uint16_t> port;
-  bool realtime = false;  ///< SCHED_FIFO for the clock, if permitted
-};
-
-class EkiServer {
- public:
-  /// Called after each cycle on the controller's thread: a physical cell computes the contacts
-  /// between `now` and the next cycle.
-  using CycleHook = std::function<void(EkiController&, drivers::TimePoint now)>;
-
-  EkiServer(EkiControllerConfig config, EkiServerOptions options, CycleHook on_cycle = {});
-  ~EkiServer();
-  EkiServer(const EkiServer&) = delete;
-  EkiServer& operator=(const EkiServer&) = delete;
-
-  /// Listens, starts the program and the clock. Throws drivers::DriverError.
-  void start();
-  void stop();  ///< Idempotent; joins the thread.
-
-  /// Runs `use` between two cycles, with exclusive access to the controller. Must be short.
-  void with(const std::function<void(EkiController&)>& use);
-  /// Cable disconnected: no data in either direction while true, without notification.
-  void unplug(bool unplugged);
-  std::uint16_t port() const;
-  std::uint64_t refused_clients() const;  ///< while another one was connected
-
- private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
-};
-
-// EkiStream in real time: a thread, a clock, and a TCP listener or UDP socket per channel file.
-
-struct EkiStreamServerOptions {
-  std::string address = "127.0.0.1";
-  bool free_ports = false;  ///< any free ports instead of the files'
-  bool realtime = false;    ///< SCHED_FIFO for the clock, if permitted
-};
-
-class EkiStreamServer {
- public:
-  using CycleHook = std::function<void(EkiStream&, drivers::TimePoint now)>;
-
-  EkiStreamServer(EkiStreamConfig config, EkiStreamServerOptions options, CycleHook on_cycle = {});
-  ~EkiStreamServer();
-  EkiStreamServer(const EkiStreamServer&) = delete;
-  EkiStreamServer& operator=(const EkiStreamServer&) = delete;
-
-  /// Opens the ports and starts the clock. Throws drivers::DriverError.
-  void start();
-  void stop();  ///< Idempotent; joins the thread.
-  /// Runs `use` between two cycles, with exclusive access to the controller. Must be short.
-  void with(const std::function<void(EkiStream&)>& use);
-  std::uint16_t port(std::size_t channel) const;
-
- private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
-};
 
 // A port of the emulated EKI: its socket, and over TCP its single client.
 
@@ -174,6 +112,60 @@ class OneClientPort {
   std::string unsent_;
   std::atomic<std::uint16_t> port_{0};
   std::atomic<std::uint64_t> refused_{0};
+};
+
+struct EkiServerOptions {
+  std::string address = "127.0.0.1";
+  /// 0: a free one. Empty: from the channel file.
+  std::optional<std::uint16_t> port;
+  bool realtime = false;  ///< SCHED_FIFO for the clock, if permitted
+};
+
+class EkiServer : public InRealTime<EkiController> {
+ public:
+  EkiServer(EkiControllerConfig config, EkiServerOptions options, CycleHook on_cycle = {});
+  ~EkiServer() override { stop(); }
+
+  /// Listens, starts the program and the clock. Throws drivers::DriverError.
+  void start();
+  /// Cable disconnected: no data in either direction while true, without notification.
+  void unplug(bool unplugged) { unplugged_ = unplugged; }
+  std::uint16_t port() const { return client_.port(); }
+  std::uint64_t refused_clients() const {
+    return client_.refused();
+  }  ///< while another one was connected
+
+ private:
+  void cycle(drivers::TimePoint now) override;
+
+  EkiServerOptions options_;
+  OneClientPort<EkiController> client_;
+  std::atomic<bool> unplugged_{false};
+};
+
+// EkiStream in real time: a TCP listener or UDP socket per channel file.
+
+struct EkiStreamServerOptions {
+  std::string address = "127.0.0.1";
+  bool free_ports = false;  ///< any free ports instead of the files'
+  bool realtime = false;    ///< SCHED_FIFO for the clock, if permitted
+};
+
+class EkiStreamServer : public InRealTime<EkiStream> {
+ public:
+  EkiStreamServer(EkiStreamConfig config, EkiStreamServerOptions options, CycleHook on_cycle = {});
+  ~EkiStreamServer() override;
+
+  /// Opens the ports and starts the clock. Throws drivers::DriverError.
+  void start();
+  std::uint16_t port(std::size_t channel) const;
+
+ private:
+  void cycle(drivers::TimePoint now) override;
+
+  struct Endpoint;
+  EkiStreamServerOptions options_;
+  std::vector<std::unique_ptr<Endpoint>> endpoints_;
 };
 
 }  // namespace cellcal::sim

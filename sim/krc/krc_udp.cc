@@ -8,24 +8,19 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cerrno>
 #include <charconv>
 #include <cstring>
 #include <ctime>
-#include <mutex>
 #include <span>
 #include <string_view>
-#include <thread>
 #include <vector>
 
 #include "drivers/error.h"
 #include "drivers/kuka/wire/rsi_codec.h"
-#include "sim/hard_clock.h"
 
 namespace cellcal::sim {
 
-using drivers::Duration;
 using drivers::TimePoint;
 
 namespace {
@@ -43,18 +38,34 @@ std::uint64_t ipoc_of(std::string_view telegram) {
   return ipoc;
 }
 
+}  // namespace
+
 /// Time from sending a packet to receiving its reply, by the kernel's time stamps: as seen by a real
 /// controller, independent of this process' load.
-class ReplyClock {
+class KrcUdp::ReplyClock {
  public:
-  /// Requests time stamps for received data.
-  void watch(int socket);
+  /// Requests time stamps for received data. Without kernel support no figures are available.
+  void watch(int socket) {
+    const int on = 1;
+    ::setsockopt(socket, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on);
+    if (ms_.capacity() == 0) ms_.reserve(kMost);
+  }
   /// To be called just before the packet is sent.
-  void sent(std::string_view packet);
+  void sent(std::string_view packet) {
+    timespec now{};
+    ::clock_gettime(CLOCK_REALTIME, &now);
+    sent_[next_++ % kKept] = {ipoc_of(packet), to_ns(now)};
+  }
   /// recv() on that socket, recording the reply's time.
   ssize_t receive(int socket, std::span<char> into);
 
-  KrcUdp::ReplyTimes figures() const;
+  ReplyTimes figures() const {
+    if (ms_.empty()) return {};
+    std::vector<float> sorted = ms_;
+    std::sort(sorted.begin(), sorted.end());
+    return {sorted.size(), sorted[sorted.size() / 2], sorted[(sorted.size() - 1) * 99 / 100],
+            sorted.back()};
+  }
 
  private:
   struct Sent {
@@ -69,20 +80,7 @@ class ReplyClock {
   std::vector<float> ms_;
 };
 
-void ReplyClock::watch(int socket) {
-  const int on = 1;
-  // Without kernel support no figures are available.
-  ::setsockopt(socket, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on);
-  if (ms_.capacity() == 0) ms_.reserve(kMost);
-}
-
-void ReplyClock::sent(std::string_view packet) {
-  timespec now{};
-  ::clock_gettime(CLOCK_REALTIME, &now);
-  sent_[next_++ % kKept] = {ipoc_of(packet), to_ns(now)};
-}
-
-ssize_t ReplyClock::receive(int socket, std::span<char> into) {
+ssize_t KrcUdp::ReplyClock::receive(int socket, std::span<char> into) {
   iovec piece{into.data(), into.size()};
   alignas(cmsghdr) std::array<char, 128> control{};
   msghdr message{};
@@ -105,126 +103,74 @@ ssize_t ReplyClock::receive(int socket, std::span<char> into) {
   return got;
 }
 
-KrcUdp::ReplyTimes ReplyClock::figures() const {
-  if (ms_.empty()) return {};
-  std::vector<float> sorted = ms_;
-  std::sort(sorted.begin(), sorted.end());
-  return {sorted.size(), sorted[sorted.size() / 2], sorted[(sorted.size() - 1) * 99 / 100],
-          sorted.back()};
-}
-
-}  // namespace
-
-struct KrcUdp::Impl {
-  Impl(ControllerConfig config, KrcUdpOptions o, CycleHook hook)
-      : options(std::move(o)), on_cycle(std::move(hook)), controller(std::move(config)) {}
-
-  void open_socket() {
-    sockaddr_in pc{};
-    pc.sin_family = AF_INET;
-    pc.sin_port = htons(options.pc_port);
-    if (inet_pton(AF_INET, options.pc_address.c_str(), &pc.sin_addr) != 1) {
-      throw drivers::DriverError("emulated controller: pc_address \"" + options.pc_address +
-                                 "\" is not an IPv4 address");
-    }
-    socket = ::socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-    if (socket < 0 || ::connect(socket, reinterpret_cast<sockaddr*>(&pc), sizeof pc) != 0) {
-      throw drivers::DriverError("emulated controller: no UDP socket to " + options.pc_address +
-                                 ": " + std::strerror(errno));
-    }
-    replies.watch(socket);
-  }
-
-  void run() {
-    if (options.realtime) realtime_granted = request_hardware_priority();
-    TimePoint next = std::chrono::steady_clock::now();
-    while (!stopping.load()) {
-      next += controller.cycle();
-      sleep_until(next);
-      if (std::chrono::steady_clock::now() - next > controller.cycle() / 2) ++overrun;
-      const std::lock_guard lock(mutex);
-      cycle(next);
-    }
-  }
-
-  void cycle(TimePoint now) {
-    read_replies();
-    const std::string_view packet = controller.tick(now);
-    if (!packet.empty() && !unplugged.load()) {
-      // Fails if the PC does not listen; ignored, as by the controller, and counted.
-      replies.sent(packet);
-      (void)::send(socket, packet.data(), packet.size(), 0);
-    }
-    operate(now);
-    if (on_cycle) on_cycle(controller, now);
-  }
-
-  void read_replies() {
-    for (;;) {
-      const ssize_t got = replies.receive(socket, buffer);
-      if (got < 0 && (errno == ECONNREFUSED || errno == EINTR))
-        continue;  // ICMP of an earlier send
-      if (got < 0) return;
-      if (!unplugged.load()) controller.receive({buffer.data(), static_cast<std::size_t>(got)});
-    }
-  }
-
-  // The operator resets the program and restarts it.
-  void operate(TimePoint now) {
-    const bool stopped =
-        controller.phase() == RsiPhase::kFaulted || controller.phase() == RsiPhase::kEnded;
-    if (!stopped || !options.restart_after_s) {
-      stopped_at.reset();
-      return;
-    }
-    if (!stopped_at) stopped_at = now;
-    if (std::chrono::duration<double>(now - *stopped_at).count() >= *options.restart_after_s) {
-      controller.rsi_on();
-    }
-  }
-
-  KrcUdpOptions options;
-  CycleHook on_cycle;
-  std::mutex mutex;
-  Controller controller;
-  int socket = -1;
-  ReplyClock replies;
-  std::array<char, drivers::kMaxRsiDatagram> buffer{};
-  std::optional<TimePoint> stopped_at;
-  std::atomic<bool> stopping{false}, unplugged{false}, realtime_granted{false};
-  std::atomic<std::uint64_t> overrun{0};
-  std::thread thread;
-};
-
 KrcUdp::KrcUdp(ControllerConfig config, KrcUdpOptions options, CycleHook on_cycle)
-    : impl_(std::make_unique<Impl>(std::move(config), std::move(options), std::move(on_cycle))) {}
+    : InRealTime(std::move(config), options.realtime, std::move(on_cycle)),
+      options_(std::move(options)),
+      replies_(std::make_unique<ReplyClock>()) {}
 
 KrcUdp::~KrcUdp() {
   stop();
-  if (impl_->socket >= 0) ::close(impl_->socket);
+  if (socket_ >= 0) ::close(socket_);
+}
+
+void KrcUdp::open_socket() {
+  sockaddr_in pc{};
+  pc.sin_family = AF_INET;
+  pc.sin_port = htons(options_.pc_port);
+  if (inet_pton(AF_INET, options_.pc_address.c_str(), &pc.sin_addr) != 1) {
+    throw drivers::DriverError("emulated controller: pc_address \"" + options_.pc_address +
+                               "\" is not an IPv4 address");
+  }
+  socket_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  if (socket_ < 0 || ::connect(socket_, reinterpret_cast<sockaddr*>(&pc), sizeof pc) != 0) {
+    throw drivers::DriverError("emulated controller: no UDP socket to " + options_.pc_address +
+                               ": " + std::strerror(errno));
+  }
+  replies_->watch(socket_);
 }
 
 void KrcUdp::start() {
-  if (impl_->thread.joinable()) return;
-  if (impl_->socket < 0) impl_->open_socket();
-  impl_->stopping = false;
-  impl_->controller.rsi_on();
-  impl_->thread = std::thread([impl = impl_.get()] { impl->run(); });
+  if (running()) return;
+  if (socket_ < 0) open_socket();
+  machine_.rsi_on();
+  run();
 }
 
-void KrcUdp::stop() {
-  impl_->stopping = true;
-  if (impl_->thread.joinable()) impl_->thread.join();
+void KrcUdp::cycle(TimePoint now) {
+  read_replies();
+  const std::string_view packet = machine_.tick(now);
+  if (!packet.empty() && !unplugged_) {
+    // Fails if the PC does not listen; ignored, as by the controller, and counted.
+    replies_->sent(packet);
+    (void)::send(socket_, packet.data(), packet.size(), 0);
+  }
+  operate(now);
+  if (on_cycle_) on_cycle_(machine_, now);
 }
 
-void KrcUdp::with(const std::function<void(Controller&)>& use) {
-  const std::lock_guard lock(impl_->mutex);
-  use(impl_->controller);
+void KrcUdp::read_replies() {
+  std::array<char, drivers::kMaxRsiDatagram> buffer;
+  for (;;) {
+    const ssize_t got = replies_->receive(socket_, buffer);
+    if (got < 0 && (errno == ECONNREFUSED || errno == EINTR)) continue;  // ICMP of an earlier send
+    if (got < 0) return;
+    if (!unplugged_) machine_.receive({buffer.data(), static_cast<std::size_t>(got)});
+  }
 }
 
-void KrcUdp::unplug(bool unplugged) { impl_->unplugged = unplugged; }
-KrcUdp::ReplyTimes KrcUdp::reply_times() const { return impl_->replies.figures(); }
-bool KrcUdp::realtime_granted() const { return impl_->realtime_granted.load(); }
-std::uint64_t KrcUdp::overruns() const { return impl_->overrun.load(); }
+// The operator resets the program and restarts it.
+void KrcUdp::operate(TimePoint now) {
+  const RsiPhase phase = machine_.phase();
+  const bool stopped = phase == RsiPhase::kFaulted || phase == RsiPhase::kEnded;
+  if (!stopped || !options_.restart_after_s) {
+    stopped_at_.reset();
+    return;
+  }
+  if (!stopped_at_) stopped_at_ = now;
+  if (std::chrono::duration<double>(now - *stopped_at_).count() >= *options_.restart_after_s)
+    machine_.rsi_on();
+}
+
+KrcUdp::ReplyTimes KrcUdp::reply_times() const { return replies_->figures(); }
 
 }  // namespace cellcal::sim

@@ -1,13 +1,14 @@
 #pragma once
 // The emulated controller in real time: its own thread, a hard clock, and a UDP socket to the PC.
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 
+#include "sim/hard_clock.h"
 #include "sim/krc/controller.h"
 
 namespace cellcal::sim {
@@ -21,38 +22,36 @@ struct KrcUdpOptions {
   bool realtime = false;  ///< SCHED_FIFO for the clock, if permitted
 };
 
-class KrcUdp {
+class KrcUdp : public InRealTime<Controller> {
  public:
   /// Of replies to packets.
   struct ReplyTimes {
     std::size_t replies = 0;
     double median_ms = 0.0, p99_ms = 0.0, worst_ms = 0.0;
   };
-  /// Called after each tick on the controller's thread: a physical cell computes the contacts
-  /// between `now` and the next tick (Controller::actual_rad_at).
-  using CycleHook = std::function<void(Controller&, drivers::TimePoint now)>;
 
   KrcUdp(ControllerConfig config, KrcUdpOptions options, CycleHook on_cycle = {});
-  ~KrcUdp();
-  KrcUdp(const KrcUdp&) = delete;
-  KrcUdp& operator=(const KrcUdp&) = delete;
+  ~KrcUdp() override;
 
   /// Opens the socket, RSI_ON, starts the clock. Throws drivers::DriverError.
   void start();
-  void stop();  ///< Idempotent; joins the thread.
-
-  /// Runs `use` between two cycles, with exclusive access to the controller. Must be short.
-  void with(const std::function<void(Controller&)>& use);
   /// Cable disconnected: neither packets nor replies pass while true; the clock continues.
-  void unplug(bool unplugged);
+  void unplug(bool unplugged) { unplugged_ = unplugged; }
   /// From packet to reply, over all sessions. After stop().
   ReplyTimes reply_times() const;
-  bool realtime_granted() const;   ///< requested and permitted
-  std::uint64_t overruns() const;  ///< ticks more than half a cycle late
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  void open_socket();
+  void cycle(drivers::TimePoint now) override;
+  void read_replies();
+  void operate(drivers::TimePoint now);
+
+  class ReplyClock;
+  KrcUdpOptions options_;
+  int socket_ = -1;
+  std::unique_ptr<ReplyClock> replies_;
+  std::optional<drivers::TimePoint> stopped_at_;
+  std::atomic<bool> unplugged_{false};
 };
 
 }  // namespace cellcal::sim
