@@ -12,10 +12,11 @@
 #include <charconv>
 #include <cstdio>
 #include <cstring>
+#include <map>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 #include <thread>
-#include <vector>
 
 #include "calib/model/enum_table.h"
 #include "drivers/units.h"
@@ -27,68 +28,61 @@ namespace {
 
 constexpr std::size_t kLongestLine = 200;
 
-std::vector<std::string_view> words_of(std::string_view line) {
-  std::vector<std::string_view> words;
-  for (std::size_t at = 0; at < line.size();) {
-    const std::size_t from = line.find_first_not_of(" \t\r\n", at);
-    if (from == std::string_view::npos) break;
-    const std::size_t to = std::min(line.find_first_of(" \t\r\n", from), line.size());
-    words.push_back(line.substr(from, to - from));
-    at = to;
-  }
-  return words;
+/// What is done at each command; "override" has a number after it.
+template <typename Machine>
+using Commands = std::map<std::string, void (*)(Machine&), std::less<>>;
+
+/// Of both kinds of controller.
+template <typename Machine>
+Commands<Machine> with_common(Commands<Machine> own) {
+  own.merge(Commands<Machine>{{"estop", [](Machine& m) { m.emergency_stop(true); }},
+                              {"release", [](Machine& m) { m.emergency_stop(false); }},
+                              {"cancel", [](Machine& m) { m.cancel_program(); }},
+                              {"t1", [](Machine& m) { m.mode(OperatingMode::kT1); }},
+                              {"t2", [](Machine& m) { m.mode(OperatingMode::kT2); }},
+                              {"aut", [](Machine& m) { m.mode(OperatingMode::kAut); }},
+                              {"ext", [](Machine& m) { m.mode(OperatingMode::kExt); }},
+                              {"drives on", [](Machine& m) { m.drives(true); }},
+                              {"drives off", [](Machine& m) { m.drives(false); }},
+                              {"start on", [](Machine& m) { m.start_key(true); }},
+                              {"start off", [](Machine& m) { m.start_key(false); }},
+                              {"status", [](Machine&) {}}});
+  return own;
 }
 
-std::string unknown(std::string_view line) {
-  return fmt::format("\"{}\" is not a command. {}", line, control_help());
-}
-
-template <typename Server, typename Machine>
-bool set_override(Server& krc, std::string_view text) {
+/// The percentage of "override 50"; nullopt: another command.
+std::optional<int> override_of(std::string_view command) {
+  constexpr std::string_view kOverride = "override ";
+  if (!command.starts_with(kOverride)) return std::nullopt;
   int percent = -1;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), percent);
-  if (error != std::errc() || end != text.data() + text.size() || percent < 0 || percent > 100)
-    return false;
-  krc.with([&](Machine& machine) { machine.set_override(percent); });
-  return true;
+  const char* const digits = command.data() + kOverride.size();
+  const char* const stop = command.data() + command.size();
+  const auto [end, error] = std::from_chars(digits, stop, percent);
+  const bool fits = error == std::errc() && end == stop && percent >= 0 && percent <= 100;
+  return fits ? std::optional(percent) : std::nullopt;
 }
 
-OperatingMode mode_of(std::string_view verb) {
-  return verb == "t1"    ? OperatingMode::kT1
-         : verb == "t2"  ? OperatingMode::kT2
-         : verb == "ext" ? OperatingMode::kExt
-                         : OperatingMode::kAut;
-}
-
-/// Commands common to both kinds of controller.
-template <typename Server, typename Machine>
-bool common(Server& krc, const std::vector<std::string_view>& words) {
-  const std::string_view verb = words[0];
-  const bool on = words.size() == 2 && words[1] == "on";
-  const bool switched = on || (words.size() == 2 && words[1] == "off");
-  if (verb == "unplug" || verb == "plug") {
-    krc.unplug(verb == "unplug");
-    return words.size() == 1;
+template <typename Machine, typename Server>
+std::string obey(Server& krc, std::string_view line, const Commands<Machine>& commands,
+                 std::string (*status)(const Machine&)) {
+  std::istringstream words{std::string(line)};
+  std::string command;
+  for (std::string word; words >> word;) command += (command.empty() ? "" : " ") + word;
+  if (command.empty()) return {};
+  const auto found = commands.find(command);
+  const std::optional<int> percent = override_of(command);
+  if (command == "unplug" || command == "plug") {
+    krc.unplug(command == "unplug");
+  } else if (found == commands.end() && !percent) {
+    return fmt::format("\"{}\" is not a command. {}", line, control_help());
   }
-  if (verb == "override") return words.size() == 2 && set_override<Server, Machine>(krc, words[1]);
-  bool known = true;
+  std::string text;
   krc.with([&](Machine& machine) {
-    if (words.size() == 1 && (verb == "estop" || verb == "release")) {
-      machine.emergency_stop(verb == "estop");
-    } else if (words.size() == 1 && verb == "cancel") {
-      machine.cancel_program();
-    } else if (words.size() == 1 &&
-               (verb == "t1" || verb == "t2" || verb == "aut" || verb == "ext")) {
-      machine.mode(mode_of(verb));
-    } else if (switched && verb == "drives") {
-      machine.drives(on);
-    } else if (switched && verb == "start") {
-      machine.start_key(on);
-    } else {
-      known = false;
-    }
+    if (found != commands.end()) found->second(machine);
+    if (percent) machine.set_override(*percent);
+    text = status(machine);
   });
-  return known;
+  return text;
 }
 
 const char* to_words(RsiPhase phase) {
@@ -110,6 +104,11 @@ std::string status(const Controller& c) {
   return text;
 }
 
+std::string status_of_eki(const EkiController& c) {
+  return fmt::format("{}, {}, {} moves", c.ready() ? "ready" : "not ready",
+                     c.connected() ? "a client is connected" : "no client", c.moves());
+}
+
 }  // namespace
 
 const char* control_help() {
@@ -121,58 +120,25 @@ const char* control_help() {
 }
 
 std::string obey(KrcUdp& krc, std::string_view line) {
-  const auto words = words_of(line);
-  if (words.empty()) return {};
-  bool known = true;
-  if (words.size() == 1 && words[0] == "reset") {
-    krc.with([](Controller& c) { c.rsi_on(); });
-  } else if (words.size() == 2 && words[0] == "block" && (words[1] == "on" || words[1] == "off")) {
-    krc.with([&](Controller& c) { c.block_drives(words[1] == "on"); });
-  } else if (words.size() != 1 || words[0] != "status") {
-    known = common<KrcUdp, Controller>(krc, words);
-  }
-  if (!known) return unknown(line);
-  std::string text;
-  krc.with([&](Controller& c) { text = status(c); });
-  return text;
+  static const auto kCommands =
+      with_common<Controller>({{"reset", [](Controller& c) { c.rsi_on(); }},
+                               {"block on", [](Controller& c) { c.block_drives(true); }},
+                               {"block off", [](Controller& c) { c.block_drives(false); }}});
+  return obey<Controller>(krc, line, kCommands, status);
 }
-
-namespace {
-
-std::optional<drivers::ControllerRequest> request_of(std::string_view word) {
-  if (word == "none") return drivers::ControllerRequest::kNone;
-  if (word == "brake-test") return drivers::ControllerRequest::kBrakeTest;
-  if (word == "mastering-test") return drivers::ControllerRequest::kMasteringTest;
-  if (word == "collision") return drivers::ControllerRequest::kCollision;
-  return std::nullopt;
-}
-
-}  // namespace
 
 std::string obey(EkiServer& krc, std::string_view line) {
-  const auto words = words_of(line);
-  if (words.empty()) return {};
-  bool known = true;
-  if (words.size() == 1 && words[0] == "reset") {
-    krc.with([](EkiController& c) { c.start_program(); });
-  } else if (words.size() == 1 && words[0] == "reconfigure") {
-    krc.with([](EkiController& c) { c.reconfigure_io(); });
-  } else if (words.size() == 1 && words[0] == "call") {
-    krc.with([](EkiController& c) { c.call_program(); });
-  } else if (words.size() == 2 && words[0] == "request") {
-    const std::optional<drivers::ControllerRequest> request = request_of(words[1]);
-    known = request.has_value();
-    if (known) krc.with([&](EkiController& c) { c.request(*request); });
-  } else if (words.size() != 1 || words[0] != "status") {
-    known = common<EkiServer, EkiController>(krc, words);
-  }
-  if (!known) return unknown(line);
-  std::string text;
-  krc.with([&](EkiController& c) {
-    text = fmt::format("{}, {}, {} moves", c.ready() ? "ready" : "not ready",
-                       c.connected() ? "a client is connected" : "no client", c.moves());
-  });
-  return text;
+  using drivers::ControllerRequest;
+  using Krc = EkiController;
+  static const auto kCommands = with_common<Krc>(
+      {{"reset", [](Krc& c) { c.start_program(); }},
+       {"reconfigure", [](Krc& c) { c.reconfigure_io(); }},
+       {"call", [](Krc& c) { c.call_program(); }},
+       {"request none", [](Krc& c) { c.request(ControllerRequest::kNone); }},
+       {"request brake-test", [](Krc& c) { c.request(ControllerRequest::kBrakeTest); }},
+       {"request mastering-test", [](Krc& c) { c.request(ControllerRequest::kMasteringTest); }},
+       {"request collision", [](Krc& c) { c.request(ControllerRequest::kCollision); }}});
+  return obey<Krc>(krc, line, kCommands, status_of_eki);
 }
 
 struct Control::Impl {

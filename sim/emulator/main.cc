@@ -51,11 +51,16 @@ void wait_for_operator(const sim::EmulatorOptions& options, Krc& krc) {
   wait_for_signal();
 }
 
-/// Common to both controllers: the physical cell, the contact sensor, and the statistics at the
-/// end.
+/// Common to all controllers: the physical cell with its contacts, and the contact sensor.
 struct Cell {
   explicit Cell(const sim::EmulatorOptions& o, const calib::Cell& cell)
-      : options(o), physical(sim::draw_truth(cell, o.truth)), sensor(sensor_of(o)) {
+      : options(o),
+        physical(sim::draw_truth(cell, o.truth)),
+        sensor(sensor_of(o)),
+        contacts(physical, [this](drivers::TimePoint t, bool closed) {
+          sensor->edge(t, closed);
+          if (wired_input) wired_input(t, closed);
+        }) {
     sensor->set_faults(o.sensor_faults);
   }
 
@@ -73,10 +78,24 @@ struct Cell {
     return options.device_link.empty() || !options.udp.empty() ? sensor->path()
                                                                : options.device_link;
   }
+  /// Contacts of the controller's cycle that begins now.
+  template <typename Krc>
+  void follow(const Krc& krc, drivers::TimePoint now) {
+    if (!options.no_spheres)
+      contacts.update(now, now + krc.cycle(),
+                      [&](drivers::TimePoint t) { return krc.actual_rad_at(t); });
+  }
+  std::string contact_figures() const {
+    return fmt::format("deepest {:.3f} mm, {} crashes of the shaft", contacts.deepest_m() * 1e3,
+                       contacts.crashes());
+  }
+  int exit_code() const { return contacts.crashes() == 0 ? 0 : 1; }
 
   const sim::EmulatorOptions& options;
   sim::PhysicalCell physical;
   std::unique_ptr<sim::McuThread> sensor;
+  sim::ContactWatch::OnEdge wired_input;  ///< of the controller; empty: not wired to the sensor
+  sim::ContactWatch contacts;
 };
 
 /// Speed of a positioner for parts of some hundred kilograms [rad/s].
@@ -141,9 +160,6 @@ int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   const calib::Cell known = with_tool_of(controller.program, cell);
   controller.arm = sim::make_cartesian_arm(known);
   controller.states = stated_arm(options, emulated.physical.truth(), known);
-  sim::ContactWatch watch(emulated.physical, [&](drivers::TimePoint t, bool closed) {
-    emulated.sensor->edge(t, closed);
-  });
   emulated.sensor->on_output([&free](drivers::TimePoint, bool is) { free = is; });
   sim::KrcUdpOptions udp;
   udp.pc_address = options.pc_address;
@@ -152,8 +168,7 @@ int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   udp.realtime = true;
   sim::KrcUdp krc(controller, udp, [&](sim::Controller& c, drivers::TimePoint now) {
     c.input(now, free);
-    if (!options.no_spheres)
-      watch.update(now, now + c.cycle(), [&](drivers::TimePoint t) { return c.actual_rad_at(t); });
+    emulated.follow(c, now);
   });
   krc.start();
   fmt::print("emulator: {} axes, controller sends to {}:{}, contact sensor on {}\n",
@@ -161,13 +176,6 @@ int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   std::fflush(stdout);
   wait_for_operator(options, krc);
   krc.stop();
-  std::uint64_t taken = 0, late = 0;
-  std::string message;
-  krc.with([&](sim::Controller& c) {
-    taken = c.taken_ever();
-    late = c.late_ever();
-    message = c.message();
-  });
   const sim::KrcUdp::ReplyTimes times = krc.reply_times();
   fmt::print(
       "emulator: packet to reply {:.3f} ms (median), {:.3f} (p99), {:.3f} (worst) of {}; {} "
@@ -175,12 +183,12 @@ int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
       "sent late by the emulator itself{}\n",
       times.median_ms, times.p99_ms, times.worst_ms, times.replies, krc.overruns(),
       krc.realtime_granted() ? "" : " (no real-time priority)");
-  fmt::print(
-      "emulator: {} replies taken over RSI, {} were late, deepest {:.3f} mm, "
-      "{} crashes of the shaft{}\n",
-      taken, late, watch.deepest_m() * 1e3, watch.crashes(),
-      message.empty() ? "" : ", pendant: " + message);
-  return watch.crashes() == 0 ? 0 : 1;
+  krc.with([&](sim::Controller& c) {
+    fmt::print("emulator: {} replies taken over RSI, {} were late, {}{}\n", c.taken_ever(),
+               c.late_ever(), emulated.contact_figures(),
+               c.message().empty() ? "" : ", pendant: " + c.message());
+  });
+  return emulated.exit_code();
 }
 
 /// Channel files and clients of other software.
@@ -202,15 +210,11 @@ int run_eki_stream(const sim::EmulatorOptions& options, const calib::Cell& cell)
   controller.arm = sim::make_cartesian_arm(cell);
 
   Cell emulated(options, cell);
-  sim::ContactWatch watch(emulated.physical, [&](drivers::TimePoint t, bool closed) {
-    emulated.sensor->edge(t, closed);
-  });
   sim::EkiStreamServerOptions server;
   if (!options.listen.empty()) server.address = options.listen;
   server.realtime = true;
   sim::EkiStreamServer krc(controller, server, [&](sim::EkiStream& c, drivers::TimePoint now) {
-    if (!options.no_spheres)
-      watch.update(now, now + c.cycle(), [&](drivers::TimePoint t) { return c.actual_rad_at(t); });
+    emulated.follow(c, now);
   });
   krc.start();
   for (std::size_t i = 0; i < options.eki_xml.size(); ++i)
@@ -220,16 +224,11 @@ int run_eki_stream(const sim::EmulatorOptions& options, const calib::Cell& cell)
   std::fflush(stdout);
   wait_for_signal();
   krc.stop();
-  std::uint64_t moves = 0;
-  std::string message;
   krc.with([&](sim::EkiStream& c) {
-    moves = c.moves();
-    message = c.message();
+    fmt::print("emulator: {} moves, {}{}\n", c.moves(), emulated.contact_figures(),
+               c.message().empty() ? "" : ", last command left out: " + c.message());
   });
-  fmt::print("emulator: {} moves, deepest {:.3f} mm, {} crashes of the shaft{}\n", moves,
-             watch.deepest_m() * 1e3, watch.crashes(),
-             message.empty() ? "" : ", last command left out: " + message);
-  return watch.crashes() == 0 ? 0 : 1;
+  return emulated.exit_code();
 }
 
 int run_eki(const sim::EmulatorOptions& options, const calib::Cell& cell) {
@@ -264,17 +263,13 @@ int run_eki(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   Cell emulated(options, cell);
   controller.states = stated_arm(options, emulated.physical.truth(), known);
   sim::EkiController* running = nullptr;
-  sim::ContactWatch watch(emulated.physical, [&](drivers::TimePoint t, bool closed) {
-    emulated.sensor->edge(t, closed);
-    running->input(t, closed);
-  });
+  emulated.wired_input = [&](drivers::TimePoint t, bool closed) { running->input(t, closed); };
   sim::EkiServerOptions tcp;
   if (!options.listen.empty()) tcp.address = options.listen;
   tcp.realtime = true;
   sim::EkiServer krc(controller, tcp, [&](sim::EkiController& c, drivers::TimePoint now) {
     running = &c;
-    if (!options.no_spheres)
-      watch.update(now, now + c.cycle(), [&](drivers::TimePoint t) { return c.actual_rad_at(t); });
+    emulated.follow(c, now);
   });
   krc.start();
   fmt::print("emulator: {} axes, controller listens on {}:{}, contact sensor on {}\n",
@@ -282,15 +277,11 @@ int run_eki(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   std::fflush(stdout);
   wait_for_operator(options, krc);
   krc.stop();
-  std::uint64_t moves = 0, frames = 0;
   krc.with([&](sim::EkiController& c) {
-    moves = c.moves();
-    frames = c.frames_set();
+    fmt::print("emulator: {} moves, {} frames set, {} clients refused, {}\n", c.moves(),
+               c.frames_set(), krc.refused_clients(), emulated.contact_figures());
   });
-  fmt::print(
-      "emulator: {} moves, {} frames set, {} clients refused, deepest {:.3f} mm, {} crashes of the shaft\n",
-      moves, frames, krc.refused_clients(), watch.deepest_m() * 1e3, watch.crashes());
-  return watch.crashes() == 0 ? 0 : 1;
+  return emulated.exit_code();
 }
 
 int run(const sim::EmulatorOptions& options) {

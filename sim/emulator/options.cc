@@ -6,14 +6,13 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <stdexcept>
 #include <string>
 #include <tuple>
 #include <vector>
 
+#include "calib/files/input_file.h"
 #include "drivers/kuka/wire/xml_values.h"
 #include "sim/emulator/control.h"
 
@@ -234,10 +233,8 @@ void add_choice(CLI::App& app, const char* name, const char* text, Value& value,
 }
 
 void load_channel(const std::string& path, EmulatorOptions& options) {
-  std::ifstream file(path, std::ios::binary);
-  const std::string xml{std::istreambuf_iterator<char>(file), {}};
   try {
-    options.controller.channel = RsiChannelConfig::parse(xml);
+    options.controller.channel = RsiChannelConfig::parse(calib::read_file(path));
   } catch (const std::invalid_argument& e) {
     throw CLI::ValidationError("--rsi-xml", path + ": " + e.what());
   }
@@ -360,13 +357,6 @@ constexpr std::size_t kAxes = 6;
 constexpr double kDefaultPrecision = 1, kDefaultTimeout = 10, kDefaultClampDeg = 5,
                  kDefaultMonitorDeg = 6;
 constexpr double kDefaultClampMm = 5;
-
-std::string content(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(file), {}};
-  if (!file && text.empty()) throw std::invalid_argument(path.string() + ": cannot be read");
-  return text;
-}
 
 /// Inputs of AXISCORR or POSCORR, in order.
 std::string value_name(bool space, std::size_t i) {
@@ -564,13 +554,13 @@ void load_rsi(EmulatorOptions& options) {
 void load_rsi_context(EmulatorOptions& options) {
   const std::filesystem::path channel_path = options.rsi_xml, context_path = options.rsi_context;
   const RsiChannelFile channel =
-      drivers::read_rsi_channel(content(channel_path), channel_path.filename().string());
+      drivers::read_rsi_channel(calib::read_file(channel_path), channel_path.filename().string());
   if (!options.pc_port_given) {
     options.pc_address = channel.ip_number.value;
     options.pc_port = static_cast<std::uint16_t>(channel.port.value);
   }
   const RsiContextFile context =
-      drivers::read_rsi_context(content(context_path), context_path.filename().string());
+      drivers::read_rsi_context(calib::read_file(context_path), context_path.filename().string());
   check_release(context, options);
   apply_context(context, channel, options.controller);
 }
