@@ -149,11 +149,8 @@ Value inverse_frame(const Value& frame) {
 namespace {
 
 std::string module_of(const std::string& file) {
-  std::string stem = file.substr(file.find_last_of("/\\") + 1);
-  stem = stem.substr(0, stem.find_last_of('.'));
-  std::transform(stem.begin(), stem.end(), stem.begin(),
-                 [](char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 32) : c; });
-  return stem;
+  const std::string stem = file.substr(file.find_last_of("/\\") + 1);
+  return source::upper_case(stem.substr(0, stem.find_last_of('.')));
 }
 
 bool is_data(const std::string& file) {
@@ -265,7 +262,7 @@ class Loader {
     if (!text.file.empty()) return;
     Routine& routine = program_.routines_.emplace_back();
     if (cursor_.takes("EXTFCT")) {
-      routine.result = type(text);
+      routine.result = type();
     } else {
       cursor_.expect("EXT");
     }
@@ -273,7 +270,7 @@ class Loader {
     cursor_.expect("(");
     while (!cursor_.takes(")")) {
       Parameter& parameter = routine.parameters.emplace_back();
-      parameter.type = type(text);
+      parameter.type = type();
       parameter.name = parameter.type->name;
       cursor_.expect(":");
       parameter.in = cursor_.takes("IN");
@@ -283,7 +280,7 @@ class Loader {
     program_.routine_names_[routine.name] = &routine;
   }
 
-  const Type* type(const Lines&) {
+  const Type* type() {
     const Type* result = &program_.type(cursor_.take().word);
     if (!cursor_.takes("[")) return result;
     cursor_.expect("]");

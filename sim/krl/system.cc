@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -55,21 +54,17 @@ constexpr double kDegree = std::numbers::pi / 180.0;
 
 using Arguments = std::span<Value* const>;
 
-std::string upper(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 32) : c; });
-  return text;
-}
+using calib::krl::upper_case;
 
 bool is_same(const Value& a, const Value& b, const Value& sense) {
   const bool exact = sense.i == 1;
-  return exact ? a.text() == b.text() : upper(a.text()) == upper(b.text());
+  return exact ? a.text() == b.text() : upper_case(a.text()) == upper_case(b.text());
 }
 
 std::int32_t find(Arguments a) {
   const bool exact = a[3]->i == 1;
-  const std::string in = exact ? a[1]->text() : upper(a[1]->text());
-  const std::string what = exact ? a[2]->text() : upper(a[2]->text());
+  const std::string in = exact ? a[1]->text() : upper_case(a[1]->text());
+  const std::string what = exact ? a[2]->text() : upper_case(a[2]->text());
   if (a[0]->i < 1) return 0;
   const auto at = in.find(what, static_cast<std::size_t>(a[0]->i) - 1);
   return at == std::string::npos ? 0 : static_cast<std::int32_t>(at) + 1;

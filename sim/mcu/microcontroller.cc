@@ -1,7 +1,7 @@
 #include "sim/mcu/microcontroller.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <utility>
@@ -352,51 +352,29 @@ constexpr double kEarthPullUpOhm = 1e3;  // R9
 constexpr double kAirOhm = 1e10;
 /// In series with the gun's capacitor: negligible.
 constexpr double kCapacitorOhm = 1e-3;
-constexpr double kStepS = 1e-6;
 
-enum Node : std::size_t { kFeed, kFeedEnd, kGun, kSenseEnd, kSense, kFirst, kLast, kBack, kNodes };
+enum Node : int { kFeed, kFeedEnd, kGun, kSenseEnd, kSense, kFirst, kLast, kBack, kNodes };
 
 /// Nodal analysis: conductances and currents into each node.
-class Network {
- public:
-  Network() {
-    for (std::size_t n = 0; n < kNodes; ++n) siemens_[n][n] = 1.0 / kAirOhm;
-  }
+struct Network {
+  using Volts = Eigen::Matrix<double, kNodes, 1>;
+
   void join(Node a, Node b, double ohm) {
-    siemens_[a][a] += 1.0 / ohm;
-    siemens_[b][b] += 1.0 / ohm;
-    siemens_[a][b] -= 1.0 / ohm;
-    siemens_[b][a] -= 1.0 / ohm;
+    siemens(a, a) += 1.0 / ohm;
+    siemens(b, b) += 1.0 / ohm;
+    siemens(a, b) -= 1.0 / ohm;
+    siemens(b, a) -= 1.0 / ohm;
   }
   void tie(Node a, double volt, double ohm) {
-    siemens_[a][a] += 1.0 / ohm;
-    ampere_[a] += volt / ohm;
+    siemens(a, a) += 1.0 / ohm;
+    ampere[a] += volt / ohm;
   }
-  void drain(Node a, double ampere) { ampere_[a] -= ampere; }
+  void drain(Node a, double amperes) { ampere[a] -= amperes; }
+  Volts solve() const { return siemens.llt().solve(ampere); }
 
-  /// Gaussian elimination: the matrix is symmetric and diagonally dominant, so that no pivoting is
-  /// needed.
-  std::array<double, kNodes> solve() {
-    for (std::size_t k = 0; k < kNodes; ++k) {
-      for (std::size_t row = k + 1; row < kNodes; ++row) {
-        const double factor = siemens_[row][k] / siemens_[k][k];
-        for (std::size_t col = k; col < kNodes; ++col)
-          siemens_[row][col] -= factor * siemens_[k][col];
-        ampere_[row] -= factor * ampere_[k];
-      }
-    }
-    std::array<double, kNodes> volt{};
-    for (std::size_t row = kNodes; row-- > 0;) {
-      double rest = ampere_[row];
-      for (std::size_t col = row + 1; col < kNodes; ++col) rest -= siemens_[row][col] * volt[col];
-      volt[row] = rest / siemens_[row][row];
-    }
-    return volt;
-  }
-
- private:
-  std::array<std::array<double, kNodes>, kNodes> siemens_{};
-  std::array<double, kNodes> ampere_{};
+  Eigen::Matrix<double, kNodes, kNodes> siemens =
+      Eigen::Matrix<double, kNodes, kNodes>::Identity() / kAirOhm;
+  Volts ampere = Volts::Zero();
 };
 
 Network network_of(const TouchCircuit& c) {
@@ -458,18 +436,6 @@ double TouchCircuit::gun_after_v(double from_v, double seconds) const {
   pulled.drain(kGun, -1.0);  // one ampere: yields the resistance seen by the capacitor
   const double ohm = pulled.solve()[kGun] - rest_v;
   return rest_v + (from_v - rest_v) * std::exp(-seconds / (ohm * gun_farad));
-}
-
-double Rail::highest_v(double from_v, double surge_ohm, double seconds) const {
-  double rail_v = supply_v, highest = supply_v;
-  for (double t = 0.0; t < seconds; t += kStepS) {
-    const double in_a = std::max(0.0, from_v - diode_v - rail_v) / surge_ohm +
-                        std::max(0.0, supply_v - rail_v) / supply_ohm;
-    const double out_a = load_a + std::max(0.0, rail_v - clamp_v) / clamp_ohm;
-    rail_v += (in_a - out_a) * kStepS / farad;
-    highest = std::max(highest, rail_v);
-  }
-  return highest;
 }
 
 }  // namespace cellcal::sim

@@ -95,20 +95,6 @@ struct TouchCircuit {
   bool operator==(const TouchCircuit&) const = default;
 };
 
-/// The board's supply rail while external current flows into it: a supply cannot sink current, so that any
-/// excess over the board's load charges the rail's capacitors, up to the clamp.
-struct Rail {
-  double supply_v = 5.0, supply_ohm = 0.3;
-  double load_a = 0.045;  ///< of the board; 0: hung
-  double farad = 120e-6;  ///< of the board's capacitors
-  double clamp_v = 1e3,
-         clamp_ohm = 1.0;  ///< threshold and slope resistance of Z1; very high: none
-  double diode_v = 0.4;    ///< D3
-
-  /// Highest voltage within `seconds` of `from_v` at the sense wire's clamp, through R6 and D3.
-  double highest_v(double from_v, double surge_ohm, double seconds) const;
-};
-
 using drivers::Duration;
 using drivers::TimePoint;
 

@@ -10,6 +10,7 @@
 #include "calib/model/inverse.h"
 #include "calib/model/linear.h"
 #include "sim/cell/truth.h"
+#include "tests/experiments/constraints/stage.h"
 
 namespace cellcal::calib::testing {
 
@@ -62,9 +63,10 @@ JointVector reach(const Cell& cell, const sim::Truth& truth, Random& random, con
                   const Vector3d& normal, double cone_rad) {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.translation() = point;
-  pose.linear() = sim::random_orientation(cell.tool, random, normal, cone_rad);
+  pose.linear() = sim::constraints::random_orientation(cell.tool, random, normal, cone_rad);
   const auto q =
-      inverse(truth.arm, pose, sim::random_posture(cell.robot, random, point), kLimitMarginRad);
+      inverse(truth.arm, pose, sim::constraints::random_posture(cell.robot, random, point),
+              kLimitMarginRad);
   return q ? bring_true_tip(cell, truth, *q, point) : JointVector{};
 }
 

@@ -14,6 +14,34 @@
 
 namespace cellcal::sim::constraints {
 
+Eigen::Matrix3d random_orientation(const calib::Tool& tool, calib::Random& random,
+                                   const Eigen::Vector3d& normal, double cone_rad) {
+  const double pi = std::numbers::pi;
+  const Eigen::Vector3d shaft = tool.tcp.translation().normalized();
+  const Eigen::AngleAxisd roll(random.uniform(-pi, pi), -normal);
+  const Eigen::AngleAxisd heading(random.uniform(-pi, pi), normal);
+  const Eigen::AngleAxisd tilt(cone_rad * std::sqrt(random.uniform()),
+                               heading * normal.unitOrthogonal());
+  return (tilt * roll).toRotationMatrix() *
+         Eigen::Quaterniond::FromTwoVectors(shaft, -normal).toRotationMatrix() * tool.tcp.linear();
+}
+
+calib::JointVector random_posture(const calib::Robot& robot, calib::Random& random,
+                                  const Eigen::Vector3d& at) {
+  calib::JointVector q(robot.joints.size(), 0.0);
+  const std::size_t arm = robot.first_turning();
+  if (q.size() >= arm + 6) q[arm + 1] = -1.2, q[arm + 2] = 1.6, q[arm + 4] = 1.0;
+  q = facing(robot, q, at);
+  if (arm > 0) q[0] += random.uniform(-0.4, 0.4);
+  for (std::size_t i = arm + 1; i < q.size(); ++i) {
+    const double spread = i < arm + 3 ? 0.4 : 1.5;
+    q[i] += random.uniform(-spread, spread);
+  }
+  for (std::size_t i = 0; i < q.size(); ++i)
+    q[i] = std::clamp(q[i], robot.joints[i].min_rad, robot.joints[i].max_rad);
+  return q;
+}
+
 namespace {
 
 using calib::JointVector;
@@ -46,9 +74,9 @@ JointVector reach(const Stage& stage, Random& random, const Vector3d& point, con
   const auto& joints = stage.cell.robot.joints;
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.translation() = point;
-  pose.linear() = sim::random_orientation(stage.cell.tool, random, normal, cone_rad);
+  pose.linear() = random_orientation(stage.cell.tool, random, normal, cone_rad);
   const auto found = calib::inverse(
-      stage.truth.arm, pose, sim::random_posture(stage.cell.robot, random, point), kLimitMarginRad);
+      stage.truth.arm, pose, random_posture(stage.cell.robot, random, point), kLimitMarginRad);
   if (!found) return {};
   JointVector q = *found;
   // Newton's method with nominal derivatives, which are accurate to parts in a thousand.

@@ -35,6 +35,18 @@ struct TouchOptions {
 /// Random touches; for a tracker over the whole workspace.
 std::vector<calib::Touch> touch(const Stage& stage, const TouchOptions& options);
 
+// Random tool orientations at a surface, for simulated touches.
+
+/// TCP orientation (base frame) with the tool's shaft within `cone_rad` of -normal; the roll about
+/// it is uniform.
+Eigen::Matrix3d random_orientation(const calib::Tool& tool, calib::Random& random,
+                                   const Eigen::Vector3d& normal, double cone_rad);
+
+/// Start of the inverse kinematics: the first axis towards `at` (m, base), elbow bent, the rest
+/// random inside the limits.
+calib::JointVector random_posture(const calib::Robot& robot, calib::Random& random,
+                                  const Eigen::Vector3d& at);
+
 // Cells to be compared: the same arm and tool, with a different kind of target in each.
 
 struct Layout {

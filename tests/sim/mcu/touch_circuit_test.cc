@@ -13,6 +13,31 @@ constexpr double kUnoMostV = 6.0, kRp2040MostV = 3.63;  // absolute maximum rati
 /// 24 V on wire S by mistake, until its fuse has blown: at the clamp, at a few amperes.
 constexpr double kUnoClampV = 17.0, kEthernetClampV = 11.0, kFuseS = 0.02;
 
+/// The board's supply rail while external current flows into it: a supply cannot sink current, so that any
+/// excess over the board's load charges the rail's capacitors, up to the clamp.
+struct Rail {
+  double supply_v = 5.0, supply_ohm = 0.3;
+  double load_a = 0.045;  ///< of the board; 0: hung
+  double farad = 120e-6;  ///< of the board's capacitors
+  /// Threshold and slope resistance of Z1; very high: none.
+  double clamp_v = 1e3, clamp_ohm = 1.0;
+  double diode_v = 0.4;  ///< D3
+
+  /// Highest voltage within `seconds` of `from_v` at the sense wire's clamp, through R6 and D3.
+  double highest_v(double from_v, double surge_ohm, double seconds) const {
+    constexpr double kStepS = 1e-6;
+    double rail_v = supply_v, highest = supply_v;
+    for (double t = 0.0; t < seconds; t += kStepS) {
+      const double in_a = std::max(0.0, from_v - diode_v - rail_v) / surge_ohm +
+                          std::max(0.0, supply_v - rail_v) / supply_ohm;
+      const double out_a = load_a + std::max(0.0, rail_v - clamp_v) / clamp_ohm;
+      rail_v += (in_a - out_a) * kStepS / farad;
+      highest = std::max(highest, rail_v);
+    }
+    return highest;
+  }
+};
+
 TEST(TouchSupply, IsLiftedByASlipOf24VoltsWithinAMillisecondWhereNothingClampsIt) {
   const Rail bare;
   EXPECT_LT(bare.highest_v(kUnoClampV, kUno.surge_ohm, 0.3e-3), kUnoMostV);
