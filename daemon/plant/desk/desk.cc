@@ -243,21 +243,18 @@ fields::Value<std::filesystem::path> path() {
           }};
 }
 
-const fields::Table<PlantConfig>& plant_fields() {
-  using T = PlantConfig;
-  static const fields::Table<T> kTable{field("plant", &T::plant, name()),
-                                       field("cell", &T::cell, name()),
-                                       field("host", &T::host, line(kLongestWords)),
-                                       field("port", &T::port, fields::whole<std::uint16_t>()),
-                                       field("tls", &T::tls, fields::flag()),
-                                       field("ca", &T::ca, path()),
-                                       field("certificate", &T::certificate, path()),
-                                       field("key", &T::key, path()),
-                                       field("user", &T::user, line()),
-                                       field("password_file", &T::password_file, path()),
-                                       field("sparkplug", &T::sparkplug, fields::flag())};
-  return kTable;
-}
+const fields::Table<PlantConfig> kPlantFields{
+    field("plant", &PlantConfig::plant, name()),
+    field("cell", &PlantConfig::cell, name()),
+    field("host", &PlantConfig::host, line(kLongestWords)),
+    field("port", &PlantConfig::port, fields::whole<std::uint16_t>()),
+    field("tls", &PlantConfig::tls, fields::flag()),
+    field("ca", &PlantConfig::ca, path()),
+    field("certificate", &PlantConfig::certificate, path()),
+    field("key", &PlantConfig::key, path()),
+    field("user", &PlantConfig::user, line()),
+    field("password_file", &PlantConfig::password_file, path()),
+    field("sparkplug", &PlantConfig::sparkplug, fields::flag())};
 
 /// The type selects the value; null: unknown.
 fields::Value<Metric> metric() {
@@ -300,60 +297,39 @@ fields::Value<Metric> metric() {
           }};
 }
 
-const fields::Table<LineStatus>& line_fields() {
-  using T = LineStatus;
-  static const fields::Table<T> kTable{
-      field("connected", &T::connected, fields::flag()),
-      field("problem", &T::problem, fields::named(kLineProblems)),
-      field("words", &T::words, bounded(kLongestWords)), field("since", &T::since, line()),
-      field("acknowledged", &T::acknowledged, count<std::uint64_t>())};
-  return kTable;
-}
+const fields::Table<LineStatus> kLineFields{
+    field("connected", &LineStatus::connected, fields::flag()),
+    field("problem", &LineStatus::problem, fields::named(kLineProblems)),
+    field("words", &LineStatus::words, bounded(kLongestWords)),
+    field("since", &LineStatus::since, line()),
+    field("acknowledged", &LineStatus::acknowledged, count<std::uint64_t>())};
 
-const fields::Table<LinesStatus>& lines_fields() {
-  using T = LinesStatus;
-  static const fields::Table<T> kTable{
-      field("facts", &T::facts, fields::object(line_fields())),
-      maybe("sparkplug", &T::sparkplug, fields::object(line_fields())),
-      field("restarts", &T::restarts, count<std::uint64_t>())};
-  return kTable;
-}
+const fields::Table<LinesStatus> kLinesFields{
+    field("facts", &LinesStatus::facts, fields::object(kLineFields)),
+    maybe("sparkplug", &LinesStatus::sparkplug, fields::object(kLineFields)),
+    field("restarts", &LinesStatus::restarts, count<std::uint64_t>())};
 
-const fields::Table<Orders>& orders_fields() {
-  using T = Orders;
-  static const fields::Table<T> kTable{field("daemon", &T::daemon, line()),
-                                       maybe("plant", &T::plant, fields::object(plant_fields())),
-                                       field("mock", &T::mock, fields::flag()),
-                                       field("metrics", &T::metrics, fields::list(metric()))};
-  return kTable;
-}
+const fields::Table<Orders> kOrdersFields{
+    field("daemon", &Orders::daemon, line()),
+    maybe("plant", &Orders::plant, fields::object(kPlantFields)),
+    field("mock", &Orders::mock, fields::flag()),
+    field("metrics", &Orders::metrics, fields::list(metric()))};
 
-const fields::Table<WaitingCount>& count_fields() {
-  using T = WaitingCount;
-  static const fields::Table<T> kTable{field("source", &T::source, line()),
-                                       field("newest", &T::newest, count<std::int64_t>()),
-                                       field("rows", &T::rows, count<std::int64_t>()),
-                                       field("elsewhere", &T::elsewhere, count<std::int64_t>()),
-                                       field("elsewhere_address", &T::elsewhere_address, line())};
-  return kTable;
-}
+const fields::Table<WaitingCount> kCountFields{
+    field("source", &WaitingCount::source, line()),
+    field("newest", &WaitingCount::newest, count<std::int64_t>()),
+    field("rows", &WaitingCount::rows, count<std::int64_t>()),
+    field("elsewhere", &WaitingCount::elsewhere, count<std::int64_t>()),
+    field("elsewhere_address", &WaitingCount::elsewhere_address, line())};
 
-const fields::Table<WaitingFact>& fact_fields() {
-  using T = WaitingFact;
-  static const fields::Table<T> kTable{
-      field("row", &T::row, count<std::int64_t>()),
-      field("source", &T::source, line()),
-      field("number", &T::number, count<std::int64_t>()),
-      field("session", &T::session, count<std::int64_t>()),
-      field("kind", &T::kind, name()),
-      field("worth", &T::worth,
-            fields::word<Worth>({{Worth::kResult, "result"}, {Worth::kTelemetry, "telemetry"}}))};
-  return kTable;
-}
-
-std::string text_of(const Json& json) {
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
+const fields::Table<WaitingFact> kFactFields{
+    field("row", &WaitingFact::row, count<std::int64_t>()),
+    field("source", &WaitingFact::source, line()),
+    field("number", &WaitingFact::number, count<std::int64_t>()),
+    field("session", &WaitingFact::session, count<std::int64_t>()),
+    field("kind", &WaitingFact::kind, name()),
+    field("worth", &WaitingFact::worth,
+          fields::word<Worth>({{Worth::kResult, "result"}, {Worth::kTelemetry, "telemetry"}}))};
 
 template <class T>
 T read(const fields::Table<T>& table, std::string_view json, const char* name) {
@@ -375,10 +351,10 @@ std::string_view line_of(std::string_view& left) {
 }  // namespace
 
 std::string to_json(const Orders& orders) {
-  return text_of(fields::to_json(orders_fields(), orders));
+  return text_of(fields::to_json(kOrdersFields, orders));
 }
 
-Orders orders_from_json(std::string_view json) { return read(orders_fields(), json, "orders"); }
+Orders orders_from_json(std::string_view json) { return read(kOrdersFields, json, "orders"); }
 
 std::string to_json(const LinesStatus& lines) {
   LinesStatus cut = lines;
@@ -389,28 +365,28 @@ std::string to_json(const LinesStatus& lines) {
   };
   shorten(cut.facts);
   if (cut.sparkplug) shorten(*cut.sparkplug);
-  return text_of(fields::to_json(lines_fields(), cut));
+  return text_of(fields::to_json(kLinesFields, cut));
 }
 
-LinesStatus lines_from_json(std::string_view json) { return read(lines_fields(), json, "line"); }
+LinesStatus lines_from_json(std::string_view json) { return read(kLinesFields, json, "line"); }
 
 std::string to_json(const WaitingCount& count) {
-  return text_of(fields::to_json(count_fields(), count));
+  return text_of(fields::to_json(kCountFields, count));
 }
 
-WaitingCount count_from_json(std::string_view json) { return read(count_fields(), json, "count"); }
+WaitingCount count_from_json(std::string_view json) { return read(kCountFields, json, "count"); }
 
 std::string to_lines(const std::vector<WaitingFact>& facts) {
   std::string lines;
   for (const WaitingFact& fact : facts)
-    lines += text_of(fields::to_json(fact_fields(), fact)) + '\n' + fact.text + '\n';
+    lines += text_of(fields::to_json(kFactFields, fact)) + '\n' + fact.text + '\n';
   return lines;
 }
 
 std::vector<WaitingFact> facts_from_lines(std::string_view lines) {
   std::vector<WaitingFact> facts;
   while (!lines.empty()) {
-    WaitingFact fact = read(fact_fields(), line_of(lines), "fact");
+    WaitingFact fact = read(kFactFields, line_of(lines), "fact");
     const std::string_view text = line_of(lines);
     if (text.size() > kLargestMessage) throw calib::FileError("facts", "one is too large");
     fact.text = text;
@@ -420,7 +396,7 @@ std::vector<WaitingFact> facts_from_lines(std::string_view lines) {
 }
 
 std::string rows_to_json(const std::vector<std::int64_t>& rows) {
-  return text_of({{"rows", rows}});
+  return text_of(Json{{"rows", rows}});
 }
 
 std::vector<std::int64_t> rows_from_json(std::string_view json) {

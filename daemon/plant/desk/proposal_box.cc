@@ -281,19 +281,14 @@ fields::Value<Proposal> proposal() {
           }};
 }
 
-const fields::Table<StoredProposal>& kept_fields() {
-  using T = StoredProposal;
-  static const fields::Table<T> kTable{
-      field("proposal", &T::proposal, proposal()),
-      field("received", &T::received, line()),
-      field("stand", &T::stand,
-            fields::named(kStands)),
-      field("decided", &T::decided, line()),
-      field("by", &T::by, line()),
-      field("reason", &T::reason, bounded(kLongestText)),
-      fields::optional(field("told", &T::reported, fields::flag()))};
-  return kTable;
-}
+const fields::Table<StoredProposal> kKeptFields{
+    field("proposal", &StoredProposal::proposal, proposal()),
+    field("received", &StoredProposal::received, line()),
+    field("stand", &StoredProposal::stand, fields::named(kStands)),
+    field("decided", &StoredProposal::decided, line()),
+    field("by", &StoredProposal::by, line()),
+    field("reason", &StoredProposal::reason, bounded(kLongestText)),
+    fields::optional(field("told", &StoredProposal::reported, fields::flag()))};
 
 }  // namespace
 
@@ -301,7 +296,7 @@ std::string proposals_to_json(const StoredProposals& kept) {
   return calib::write_lines(
       {{"format", kFormat},
        {"dropped", kept.dropped},
-       {"proposals", fields::list(fields::object(kept_fields())).to(kept.all)}});
+       {"proposals", fields::list(fields::object(kKeptFields)).to(kept.all)}});
 }
 
 StoredProposals proposals_from_json(std::string_view json, const std::string& name) {
@@ -309,7 +304,7 @@ StoredProposals proposals_from_json(std::string_view json, const std::string& na
   const calib::JsonReader reader(parsed, name);
   if (reader.at("format").text() != kFormat)
     reader.at("format").fail(std::string("must be \"") + kFormat + '"');
-  return {fields::list(fields::object(kept_fields())).from(reader.at("proposals")),
+  return {fields::list(fields::object(kKeptFields)).from(reader.at("proposals")),
           reader.has("dropped") ? count<std::int64_t>().from(reader.at("dropped")) : 0};
 }
 

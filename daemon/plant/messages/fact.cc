@@ -37,8 +37,6 @@ using fields::Value;
 
 constexpr const char* kFactFormat = "cellcal.plant/1";
 constexpr std::size_t kMostFindings = 100, kMostFiles = 20, kMostJoints = 20;
-/// nlohmann throws for invalid UTF-8 otherwise.
-constexpr auto kReplace = Json::error_handler_t::replace;
 
 /// Unmodified, with its checksum.
 template <class T>
@@ -67,65 +65,55 @@ Value<std::vector<V>> few(Value<V> one, std::size_t most) {
           }};
 }
 
+template <class T, class I>
+fields::Field<T> times(const char* key, I T::*member) {
+  return field(key, member, count<I>());
+}
+
 template <class T>
-fields::Field<T> times(const char* key, std::int64_t T::*member) {
-  return field(key, member, count<std::int64_t>());
-}
-template <class T>
-fields::Field<T> times(const char* key, std::uint64_t T::*member) {
-  return field(key, member, count<std::uint64_t>());
-}
+const Table<T> kFieldsOf;
 
-const Table<SessionFact>& table_of(const SessionFact&) {
-  using T = SessionFact;
-  static const Table<T> kTable{field("state", &T::state, fields::named(kSessionStates)),
-                               field("purpose", &T::purpose, name()),
-                               field("cell_file", &T::cell_file, line(kLongestText)),
-                               field("robot_file", &T::robot_file, line(kLongestText)),
-                               field("started", &T::started, line()),
-                               field("touches", &T::touches, count<std::size_t>()),
-                               field("planned", &T::planned, count<std::size_t>()),
-                               field("failure_kind", &T::failure_kind, line()),
-                               field("failure", &T::failure, bounded(kLongestText)),
-                               field("software", &T::software, line()),
-                               maybe("outcome", &T::outcome, line())};
-  return kTable;
-}
+template <>
+const Table<SessionFact> kFieldsOf<SessionFact>{
+    field("state", &SessionFact::state, fields::named(kSessionStates)),
+    field("purpose", &SessionFact::purpose, name()),
+    field("cell_file", &SessionFact::cell_file, line(kLongestText)),
+    field("robot_file", &SessionFact::robot_file, line(kLongestText)),
+    field("started", &SessionFact::started, line()),
+    times("touches", &SessionFact::touches),
+    times("planned", &SessionFact::planned),
+    field("failure_kind", &SessionFact::failure_kind, line()),
+    field("failure", &SessionFact::failure, bounded(kLongestText)),
+    field("software", &SessionFact::software, line()),
+    maybe("outcome", &SessionFact::outcome, line())};
 
-const Table<CalibrationFact>& table_of(const CalibrationFact&) {
-  using T = CalibrationFact;
-  static const Table<T> kTable{
-      field("robot", &T::robot, line()),
-      field("robot_serial", &T::robot_serial, line()),
-      field("published", &T::published, fields::flag()),
-      field("update", &T::update, fields::flag()),
-      field("findings", &T::findings, few(line(), kMostFindings)),
-      maybe("predicted_near_mm", &T::near_m, fields::not_negative(kMmPerM)),
-      maybe("predicted_over_mm", &T::over_m, fields::not_negative(kMmPerM)),
-      maybe("u95_near_mm", &T::u95_near_m, fields::not_negative(kMmPerM)),
-      maybe("u95_over_mm", &T::u95_over_m, fields::not_negative(kMmPerM)),
-      document(&T::document)};
-  return kTable;
-}
+template <>
+const Table<CalibrationFact> kFieldsOf<CalibrationFact>{
+    field("robot", &CalibrationFact::robot, line()),
+    field("robot_serial", &CalibrationFact::robot_serial, line()),
+    field("published", &CalibrationFact::published, fields::flag()),
+    field("update", &CalibrationFact::update, fields::flag()),
+    field("findings", &CalibrationFact::findings, few(line(), kMostFindings)),
+    maybe("predicted_near_mm", &CalibrationFact::near_m, fields::not_negative(kMmPerM)),
+    maybe("predicted_over_mm", &CalibrationFact::over_m, fields::not_negative(kMmPerM)),
+    maybe("u95_near_mm", &CalibrationFact::u95_near_m, fields::not_negative(kMmPerM)),
+    maybe("u95_over_mm", &CalibrationFact::u95_over_m, fields::not_negative(kMmPerM)),
+    document(&CalibrationFact::document)};
 
-const Table<CheckFact>& table_of(const CheckFact&) {
-  using T = CheckFact;
-  static const Table<T> kTable{times("against", &T::against),
-                               field("held", &T::held, fields::named(kHeldNames)),
-                               maybe("shift_mm", &T::shift_m, fields::not_negative(kMmPerM)),
-                               maybe("u_mm", &T::u_m, fields::not_negative(kMmPerM)),
-                               field("cause", &T::cause, line()),
-                               maybe("temperature_c", &T::temperature_c, fields::number()),
-                               document(&T::document)};
-  return kTable;
-}
+template <>
+const Table<CheckFact> kFieldsOf<CheckFact>{
+    times("against", &CheckFact::against),
+    field("held", &CheckFact::held, fields::named(kHeldNames)),
+    maybe("shift_mm", &CheckFact::shift_m, fields::not_negative(kMmPerM)),
+    maybe("u_mm", &CheckFact::u_m, fields::not_negative(kMmPerM)),
+    field("cause", &CheckFact::cause, line()),
+    maybe("temperature_c", &CheckFact::temperature_c, fields::number()),
+    document(&CheckFact::document)};
 
-const Table<ActivationFact>& table_of(const ActivationFact&) {
-  using T = ActivationFact;
-  static const Table<T> kTable{field("by", &T::by, line()),
-                               field("reason", &T::reason, bounded(kLongestText))};
-  return kTable;
-}
+template <>
+const Table<ActivationFact> kFieldsOf<ActivationFact>{
+    field("by", &ActivationFact::by, line()),
+    field("reason", &ActivationFact::reason, bounded(kLongestText))};
 
 Value<CertificateFile> certificate_file() {
   return {[](const CertificateFile& file) {
@@ -148,36 +136,27 @@ Value<CertificateFile> certificate_file() {
           }};
 }
 
-const Table<CertificateFact>& table_of(const CertificateFact&) {
-  using T = CertificateFact;
-  static const Table<T> kTable{field("certificate", &T::certificate, line()),
-                               field("files", &T::files, few(certificate_file(), kMostFiles))};
-  return kTable;
-}
+template <>
+const Table<CertificateFact> kFieldsOf<CertificateFact>{
+    field("certificate", &CertificateFact::certificate, line()),
+    field("files", &CertificateFact::files, few(certificate_file(), kMostFiles))};
 
-const Table<AlarmFact>& table_of(const AlarmFact&) {
-  using T = AlarmFact;
-  static const Table<T> kTable{field("news", &T::news, name()),
-                               field("subject", &T::subject, line(kLongestText)),
-                               field("text", &T::text, bounded(kLongestText))};
-  return kTable;
-}
+template <>
+const Table<AlarmFact> kFieldsOf<AlarmFact>{
+    field("news", &AlarmFact::news, name()),
+    field("subject", &AlarmFact::subject, line(kLongestText)),
+    field("text", &AlarmFact::text, bounded(kLongestText))};
 
-const Table<AnswerFact>& table_of(const AnswerFact&) {
-  using T = AnswerFact;
-  static const Table<T> kTable{
-      field("proposal", &T::proposal, name()), field("accepted", &T::accepted, fields::flag()),
-      field("by", &T::by, line()), field("reason", &T::reason, bounded(kLongestText))};
-  return kTable;
-}
+template <>
+const Table<AnswerFact> kFieldsOf<AnswerFact>{
+    field("proposal", &AnswerFact::proposal, name()),
+    field("accepted", &AnswerFact::accepted, fields::flag()), field("by", &AnswerFact::by, line()),
+    field("reason", &AnswerFact::reason, bounded(kLongestText))};
 
-const Table<PhaseFact>& table_of(const PhaseFact&) {
-  using T = PhaseFact;
-  static const Table<T> kTable{field("from", &T::from, line()), field("to", &T::to, line()),
-                               field("on", &T::on, line()),
-                               field("clock_s", &T::clock_s, fields::number())};
-  return kTable;
-}
+template <>
+const Table<PhaseFact> kFieldsOf<PhaseFact>{
+    field("from", &PhaseFact::from, line()), field("to", &PhaseFact::to, line()),
+    field("on", &PhaseFact::on, line()), field("clock_s", &PhaseFact::clock_s, fields::number())};
 
 Value<std::array<double, 3>> place() {
   const Value<std::vector<double>> all = fields::list(fields::number(kMmPerM));
@@ -191,49 +170,40 @@ Value<std::array<double, 3>> place() {
           }};
 }
 
-const Table<TouchFact>& table_of(const TouchFact&) {
-  using T = TouchFact;
-  static const Table<T> kTable{
-      field("index", &T::index, count<std::size_t>()),
-      field("target", &T::target, line()),
-      field("check", &T::check, fields::flag()),
-      field("joints_deg", &T::joint_rad, few(fields::number(calib::kDegPerRad), kMostJoints)),
-      maybe("tip_mm", &T::tip_m, place()),
-      maybe("residual_mm", &T::residual_m, fields::number(kMmPerM))};
-  return kTable;
-}
+template <>
+const Table<TouchFact> kFieldsOf<TouchFact>{
+    times("index", &TouchFact::index),
+    field("target", &TouchFact::target, line()),
+    field("check", &TouchFact::check, fields::flag()),
+    field("joints_deg", &TouchFact::joint_rad, few(fields::number(calib::kDegPerRad), kMostJoints)),
+    maybe("tip_mm", &TouchFact::tip_m, place()),
+    maybe("residual_mm", &TouchFact::residual_m, fields::number(kMmPerM))};
 
-const Table<HealthFact>& table_of(const HealthFact&) {
-  using T = HealthFact;
-  static const Table<T> kTable{
-      times("packets", &T::packets),
-      times("gaps", &T::gaps),
-      times("late", &T::late),
-      times("replies", &T::replies),
-      field("reply_p99_ms", &T::reply_p99_s, fields::not_negative(kMsPerS)),
-      field("reply_max_ms", &T::reply_max_s, fields::not_negative(kMsPerS)),
-      times("frames", &T::frames),
-      times("crc_errors", &T::crc_errors),
-      field("sensor_late_ms", &T::sensor_late_s, fields::not_negative(kMsPerS)),
-      times("waiting", &T::waiting),
-      times("journal_bytes", &T::journal_bytes)};
-  return kTable;
-}
+template <>
+const Table<HealthFact> kFieldsOf<HealthFact>{
+    times("packets", &HealthFact::packets),
+    times("gaps", &HealthFact::gaps),
+    times("late", &HealthFact::late),
+    times("replies", &HealthFact::replies),
+    field("reply_p99_ms", &HealthFact::reply_p99_s, fields::not_negative(kMsPerS)),
+    field("reply_max_ms", &HealthFact::reply_max_s, fields::not_negative(kMsPerS)),
+    times("frames", &HealthFact::frames),
+    times("crc_errors", &HealthFact::crc_errors),
+    field("sensor_late_ms", &HealthFact::sensor_late_s, fields::not_negative(kMsPerS)),
+    times("waiting", &HealthFact::waiting),
+    times("journal_bytes", &HealthFact::journal_bytes)};
 
-const Table<DroppedFact>& table_of(const DroppedFact&) {
-  using T = DroppedFact;
-  static const Table<T> kTable{
-      times("first", &T::first),
-      times("last", &T::last),
-      times("count", &T::count),
-      fields::optional(field("reason", &T::reason,
-                             fields::word<DropReason>({{DropReason::kNoRoom, "no-room"},
-                                                       {DropReason::kTooLarge, "too-large"},
-                                                       {DropReason::kDamaged, "damaged"}}))),
-      maybe("kind", &T::kind, name()),
-      maybe("bytes", &T::bytes, count<std::int64_t>())};
-  return kTable;
-}
+template <>
+const Table<DroppedFact> kFieldsOf<DroppedFact>{
+    times("first", &DroppedFact::first),
+    times("last", &DroppedFact::last),
+    times("count", &DroppedFact::count),
+    fields::optional(field("reason", &DroppedFact::reason,
+                           fields::word<DropReason>({{DropReason::kNoRoom, "no-room"},
+                                                     {DropReason::kTooLarge, "too-large"},
+                                                     {DropReason::kDamaged, "damaged"}}))),
+    maybe("kind", &DroppedFact::kind, name()),
+    maybe("bytes", &DroppedFact::bytes, count<std::int64_t>())};
 
 /// Reads the alternative of that name, by trying them in turn.
 template <std::size_t I = 0>
@@ -243,7 +213,7 @@ FactBody read_body(std::string_view kind, const JsonReader& reader) {
   } else {
     std::variant_alternative_t<I, FactBody> one;
     if (kind != kKinds[I]) return read_body<I + 1>(kind, reader);
-    fields::from_json(table_of(one), reader, one);
+    fields::from_json(kFieldsOf<decltype(one)>, reader, one);
     return one;
   }
 }
@@ -253,12 +223,10 @@ std::string id_of(const Fact& fact) { return fact.journal + '-' + std::to_string
 }  // namespace
 
 Json json_of(const FactBody& body) {
-  return std::visit([](const auto& one) { return fields::to_json(table_of(one), one); }, body);
+  return std::visit([]<class T>(const T& one) { return fields::to_json(kFieldsOf<T>, one); }, body);
 }
 
-std::string body_to_json(const FactBody& body) {
-  return json_of(body).dump(-1, ' ', false, kReplace);
-}
+std::string body_to_json(const FactBody& body) { return text_of(json_of(body)); }
 
 FactBody body_from_json(std::string_view kind, std::string_view json) {
   const std::string where = "body of a " + std::string(kind.substr(0, kLongestName));
@@ -267,12 +235,16 @@ FactBody body_from_json(std::string_view kind, std::string_view json) {
 }
 
 std::string to_json(const Fact& fact) {
-  const Json json{{"format", kFactFormat},   {"id", id_of(fact)},
-                  {"plant", fact.of.plant},  {"cell", fact.of.cell},
-                  {"journal", fact.journal}, {"number", fact.number},
-                  {"time", fact.time},       {"kind", kind_of(fact.body)},
-                  {"session", fact.session}, {"body", json_of(fact.body)}};
-  return json.dump(-1, ' ', false, kReplace);
+  return text_of({{"format", kFactFormat},
+                  {"id", id_of(fact)},
+                  {"plant", fact.of.plant},
+                  {"cell", fact.of.cell},
+                  {"journal", fact.journal},
+                  {"number", fact.number},
+                  {"time", fact.time},
+                  {"kind", kind_of(fact.body)},
+                  {"session", fact.session},
+                  {"body", json_of(fact.body)}});
 }
 
 Fact fact_from_json(std::string_view json, const Topic& topic) {

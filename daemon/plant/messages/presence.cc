@@ -7,48 +7,41 @@ namespace cellcal::daemon::plant {
 namespace {
 
 namespace fields = calib::fields;
-using fields::field;
+using fields::field, fields::Json;
 
 constexpr const char* kPresenceFormat = "cellcal.presence/1";
-constexpr std::size_t kLargestPresence = std::size_t{1} << 14;
-
-const fields::Table<Presence>& presence_fields() {
-  using T = Presence;
-  static const fields::Table<T> kTable{field("online", &T::online, fields::flag()),
-                                       field("farewell", &T::farewell, fields::flag()),
-                                       field("journal", &T::journal, name()),
-                                       field("number", &T::number, count<std::int64_t>()),
-                                       field("software", &T::software, line()),
-                                       field("time", &T::time, line()),
-                                       field("mock", &T::mock, fields::flag())};
-  return kTable;
-}
-
-}  // namespace
-
-std::string to_json(const Presence& presence) {
-  fields::Json json{
-      {"format", kPresenceFormat}, {"plant", presence.of.plant}, {"cell", presence.of.cell}};
-  json.update(fields::to_json(presence_fields(), presence));
-  return json.dump(-1, ' ', false, fields::Json::error_handler_t::replace);
-}
-
-Presence presence_from_json(std::string_view json, const Topic& topic) {
-  const std::string where = to_text(topic);
-  const nlohmann::json parsed = json_of(json, kLargestPresence, where);
-  const calib::JsonReader reader(parsed, where);
-  Presence presence;
-  presence.of = sender(reader, kPresenceFormat, topic);
-  fields::from_json(presence_fields(), reader, presence);
-  return presence;
-}
-
-namespace {
-
-using Json = calib::fields::Json;
-
 constexpr const char* kStoredFormat = "cellcal.stored/1";
+constexpr const char* kProposalFormat = "cellcal.proposal/1";
+constexpr std::size_t kLargestPresence = std::size_t{1} << 14;
 constexpr std::size_t kLargestStored = std::size_t{1} << 16;
+constexpr std::size_t kLargestProposal = std::size_t{1} << 18;
+
+/// With the head that all messages have.
+template <class T>
+Json written(const char* format, const fields::Table<T>& table, const T& message) {
+  Json json{{"format", format}, {"plant", message.of.plant}, {"cell", message.of.cell}};
+  json.update(fields::to_json(table, message));
+  return json;
+}
+
+template <class T>
+T read(const nlohmann::json& json, const char* format, const fields::Table<T>& table,
+       const Topic& topic) {
+  const calib::JsonReader reader(json, to_text(topic));
+  T message;
+  message.of = sender(reader, format, topic);
+  fields::from_json(table, reader, message);
+  return message;
+}
+
+const fields::Table<Presence> kPresenceFields{
+    field("online", &Presence::online, fields::flag()),
+    field("farewell", &Presence::farewell, fields::flag()),
+    field("journal", &Presence::journal, name()),
+    field("number", &Presence::number, count<std::int64_t>()),
+    field("software", &Presence::software, line()),
+    field("time", &Presence::time, line()),
+    field("mock", &Presence::mock, fields::flag())};
 
 std::pair<std::int64_t, std::int64_t> range_of(const calib::JsonReader& reader) {
   const auto ends = reader.items();
@@ -59,42 +52,23 @@ std::pair<std::int64_t, std::int64_t> range_of(const calib::JsonReader& reader) 
   return range;
 }
 
-}  // namespace
-
-bool Stored::has(std::int64_t number) const {
-  return std::any_of(numbers.begin(), numbers.end(), [&](const auto& range) {
-    return range.first <= number && number <= range.second;
-  });
+fields::Value<std::vector<std::pair<std::int64_t, std::int64_t>>> ranges() {
+  return {[](const auto& ranges) {
+            Json list = Json::array();
+            for (const auto& [from, to] : ranges) list.push_back({from, to});
+            return list;
+          },
+          [](const calib::JsonReader& reader) {
+            const auto items = reader.items();
+            if (items.size() > kMostStoredRanges) reader.fail("has too many ranges");
+            std::vector<std::pair<std::int64_t, std::int64_t>> ranges;
+            for (const calib::JsonReader& one : items) ranges.push_back(range_of(one));
+            return ranges;
+          }};
 }
 
-std::string to_json(const Stored& stored) {
-  Json ranges = Json::array();
-  for (const auto& [from, to] : stored.numbers) ranges.push_back({from, to});
-  return Json{{"format", kStoredFormat},
-              {"plant", stored.of.plant},
-              {"cell", stored.of.cell},
-              {"journal", stored.journal},
-              {"numbers", std::move(ranges)}}
-      .dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
-Stored stored_from_json(std::string_view json, const Topic& topic) {
-  const std::string where = to_text(topic);
-  const nlohmann::json parsed = json_of(json, kLargestStored, where);
-  const calib::JsonReader reader(parsed, where);
-  Stored stored;
-  stored.of = sender(reader, kStoredFormat, topic);
-  stored.journal = name().from(reader.at("journal"));
-  const auto ranges = reader.at("numbers").items();
-  if (ranges.size() > kMostStoredRanges) reader.at("numbers").fail("has too many ranges");
-  for (const calib::JsonReader& range : ranges) stored.numbers.push_back(range_of(range));
-  return stored;
-}
-
-namespace {
-
-constexpr const char* kProposalFormat = "cellcal.proposal/1";
-constexpr std::size_t kLargestProposal = std::size_t{1} << 18;
+const fields::Table<Stored> kStoredFields{field("journal", &Stored::journal, name()),
+                                          field("numbers", &Stored::numbers, ranges())};
 
 constexpr EnumNames<ProposalKind> kProposalKinds{{{ProposalKind::kCalibrate, "calibrate"},
                                                   {ProposalKind::kCheck, "check"},
@@ -103,42 +77,56 @@ constexpr EnumNames<ProposalKind> kProposalKinds{{{ProposalKind::kCalibrate, "ca
                                                   {ProposalKind::kPriors, "priors"},
                                                   {ProposalKind::kWithdraw, "withdraw"}}};
 
-const fields::Table<Proposal>& proposal_fields() {
-  using T = Proposal;
-  static const fields::Table<T> kTable{field("id", &T::id, name()),
-                                       field("kind", &T::kind, fields::named(kProposalKinds)),
-                                       field("session", &T::session, count<std::int64_t>()),
-                                       field("text", &T::text, bounded(kLongestText)),
-                                       field("by", &T::by, line()),
-                                       field("reason", &T::reason, bounded(kLongestText)),
-                                       field("time", &T::time, line())};
-  return kTable;
-}
+const fields::Table<Proposal> kProposalFields{
+    field("id", &Proposal::id, name()),
+    field("kind", &Proposal::kind, fields::named(kProposalKinds)),
+    field("session", &Proposal::session, count<std::int64_t>()),
+    field("text", &Proposal::text, bounded(kLongestText)),
+    field("by", &Proposal::by, line()),
+    field("reason", &Proposal::reason, bounded(kLongestText)),
+    field("time", &Proposal::time, line())};
 
 }  // namespace
+
+std::string to_json(const Presence& presence) {
+  return text_of(written(kPresenceFormat, kPresenceFields, presence));
+}
+
+Presence presence_from_json(std::string_view json, const Topic& topic) {
+  return read(json_of(json, kLargestPresence, to_text(topic)), kPresenceFormat, kPresenceFields,
+              topic);
+}
+
+bool Stored::has(std::int64_t number) const {
+  return std::any_of(numbers.begin(), numbers.end(), [&](const auto& range) {
+    return range.first <= number && number <= range.second;
+  });
+}
+
+std::string to_json(const Stored& stored) {
+  return text_of(written(kStoredFormat, kStoredFields, stored));
+}
+
+Stored stored_from_json(std::string_view json, const Topic& topic) {
+  return read(json_of(json, kLargestStored, to_text(topic)), kStoredFormat, kStoredFields, topic);
+}
 
 const char* to_string(ProposalKind kind) { return kProposalKinds[kind]; }
 
 Json message_of(const Proposal& proposal) {
-  Json json{{"format", kProposalFormat}, {"plant", proposal.of.plant}, {"cell", proposal.of.cell}};
-  json.update(fields::to_json(proposal_fields(), proposal));
-  return json;
+  return written(kProposalFormat, kProposalFields, proposal);
 }
 
-std::string to_json(const Proposal& proposal) {
-  return message_of(proposal).dump(-1, ' ', false, Json::error_handler_t::replace);
-}
+std::string to_json(const Proposal& proposal) { return text_of(message_of(proposal)); }
 
 Proposal proposal_from_json(std::string_view json, const Topic& topic) {
   return proposal_in(json_of(json, kLargestProposal, to_text(topic)), topic);
 }
 
 Proposal proposal_in(const nlohmann::json& message, const Topic& topic) {
-  const calib::JsonReader reader(message, to_text(topic));
-  Proposal proposal;
-  proposal.of = sender(reader, kProposalFormat, topic);
-  fields::from_json(proposal_fields(), reader, proposal);
-  if (proposal.id != topic.kind) reader.at("id").fail("differs from the topic");
+  const Proposal proposal = read(message, kProposalFormat, kProposalFields, topic);
+  if (proposal.id != topic.kind)
+    calib::JsonReader(message, to_text(topic)).at("id").fail("differs from the topic");
   return proposal;
 }
 

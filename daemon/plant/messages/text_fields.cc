@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "calib/files/json.h"
+#include "calib/model/enum_table.h"
 
 namespace cellcal::daemon::plant {
 
@@ -20,7 +21,7 @@ bool is_control(char c) {
   return byte < 0x20 || byte == 0x7f;
 }
 
-Value<std::string> text_of(std::size_t longest, const char* may, bool lines) {
+Value<std::string> sound_text(std::size_t longest, const char* may, bool lines) {
   const auto to = [](const std::string& text) { return text; };
   return {to, [=](const JsonReader& reader) {
             std::string text = reader.text();
@@ -37,11 +38,11 @@ Value<std::string> text_of(std::size_t longest, const char* may, bool lines) {
 }  // namespace
 
 Value<std::string> bounded(std::size_t longest) {
-  return text_of(longest, "text without control characters", true);
+  return sound_text(longest, "text without control characters", true);
 }
 
 Value<std::string> line(std::size_t longest) {
-  return text_of(longest, "one line without control characters", false);
+  return sound_text(longest, "one line without control characters", false);
 }
 
 Value<std::string> name() {
@@ -51,6 +52,10 @@ Value<std::string> name() {
             if (!is_name(text)) reader.fail("must be 1 to 64 of A-Z a-z 0-9 _ -");
             return text;
           }};
+}
+
+std::string text_of(const calib::fields::Json& json) {
+  return json.dump(-1, ' ', false, calib::fields::Json::error_handler_t::replace);
 }
 
 nlohmann::json json_of(std::string_view text, std::size_t largest, const std::string& name) {
@@ -115,8 +120,15 @@ std::optional<std::string> from_base64(std::string_view text) {
 namespace {
 
 constexpr std::string_view kRoot = "cellcal";
-constexpr std::string_view kFact = "fact", kPresence = "presence", kStored = "stored",
-                           kProposal = "proposal";
+constexpr EnumNames<Subject> kSubjects{{{Subject::kFact, "fact"},
+                                        {Subject::kPresence, "presence"},
+                                        {Subject::kStored, "stored"},
+                                        {Subject::kProposal, "proposal"}}};
+
+/// Their topics end with a kind or an id.
+bool has_kind(Subject subject) {
+  return subject == Subject::kFact || subject == Subject::kProposal;
+}
 
 bool is_letter(char c) {
   return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || ('0' <= c && c <= '9') || c == '_' ||
@@ -143,34 +155,20 @@ bool is_name(std::string_view text) {
 }
 
 std::string to_text(const Topic& topic) {
-  std::string text = std::string(kRoot) + '/' + topic.of.plant + '/' + topic.of.cell + '/';
-  switch (topic.subject) {
-    case Subject::kFact:
-      return text.append(kFact).append("/").append(topic.kind);
-    case Subject::kPresence:
-      return text.append(kPresence);
-    case Subject::kStored:
-      return text.append(kStored);
-    case Subject::kProposal:
-      return text.append(kProposal).append("/").append(topic.kind);
-  }
-  return text;
+  const std::string text = std::string(kRoot) + '/' + topic.of.plant + '/' + topic.of.cell + '/' +
+                           kSubjects[topic.subject];
+  return has_kind(topic.subject) ? text + '/' + topic.kind : text;
 }
 
 std::optional<Topic> topic_of(std::string_view text) {
   const std::vector<std::string_view> levels = levels_of(text);
   if (levels.size() < 4 || levels[0] != kRoot || !is_name(levels[1]) || !is_name(levels[2]))
     return std::nullopt;
-  Topic topic;
-  topic.of = {std::string(levels[1]), std::string(levels[2])};
-  if (levels.size() == 5 && (levels[3] == kFact || levels[3] == kProposal) && is_name(levels[4])) {
-    topic.subject = levels[3] == kFact ? Subject::kFact : Subject::kProposal;
-    topic.kind = levels[4];
-    return topic;
-  }
-  if (levels.size() != 4 || (levels[3] != kPresence && levels[3] != kStored)) return std::nullopt;
-  topic.subject = levels[3] == kPresence ? Subject::kPresence : Subject::kStored;
-  return topic;
+  const std::optional<Subject> subject = kSubjects.key_of(levels[3]);
+  if (!subject || levels.size() != (has_kind(*subject) ? 5 : 4)) return std::nullopt;
+  Topic topic{{std::string(levels[1]), std::string(levels[2])}, *subject, {}};
+  if (has_kind(*subject)) topic.kind = levels[4];
+  return has_kind(*subject) && !is_name(topic.kind) ? std::nullopt : std::optional(topic);
 }
 
 std::string facts_of_all(std::string_view share) {

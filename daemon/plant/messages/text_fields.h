@@ -70,6 +70,8 @@ calib::fields::Value<I> count() {
 
 using calib::fields::maybe;
 
+/// One line; bytes that are not UTF-8 are replaced.
+std::string text_of(const calib::fields::Json& json);
 /// Parses JSON; throws where it is invalid, too large or too deeply nested.
 nlohmann::json json_of(std::string_view text, std::size_t largest, const std::string& name);
 
