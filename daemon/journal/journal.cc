@@ -337,17 +337,10 @@ std::optional<Compared> Journal::compared(std::int64_t session) {
 void Journal::note(std::int64_t session, const std::string& utc, const std::string& words) {
   impl_->pending.take({session, Words{utc, as_utf8(words)}});
 }
-void Journal::note(std::int64_t session, const RecordChange& change) {
-  impl_->pending.take({session, change});
-}
-void Journal::note(std::int64_t session, const RecordContact& contact) {
-  impl_->pending.take({session, contact});
-}
-void Journal::note(std::int64_t session, const RecordCause& cause) {
-  impl_->pending.take({session, cause});
-}
-void Journal::note(std::int64_t session, const AssessedTouch& touch) {
-  impl_->pending.take({session, touch});
+void Journal::note(
+    std::int64_t session,
+    const std::variant<RecordChange, RecordContact, RecordCause, AssessedTouch>& row) {
+  std::visit([&](const auto& one) { impl_->pending.take({session, one}); }, row);
 }
 
 bool Journal::is_whole(std::int64_t session) {
@@ -362,96 +355,77 @@ bool Journal::is_whole(std::int64_t session) {
   return impl_->chain.is_whole(session);
 }
 
+void Journal::Impl::read(std::int64_t session, const char* sql,
+                         const std::function<void(Statement&)>& each_row) {
+  const std::lock_guard lock(mutex);
+  chain.verify(session);
+  for (Statement select(database, sql, session); select.step();) each_row(select);
+}
+
 std::vector<calib::Touch> Journal::touches(std::int64_t session) {
-  const std::lock_guard lock(impl_->mutex);
-  impl_->chain.verify(session);
-  Statement select(impl_->database,
-                   "SELECT joint_rad, target, held_out, sigma_m, radius_m, tracker_m, time, "
-                   "settled_rad, readings, spread_m, speed_m_s, tool, turn_sigma_rad, "
-                   "tracker_abc_rad, approach, temperature_c, load, positioner_rad FROM touch "
-                   "WHERE session=? ORDER BY number",
-                   session);
   std::vector<calib::Touch> touches;
-  while (select.step()) touches.push_back(touch_from(select));
+  impl_->read(session,
+              "SELECT joint_rad, target, held_out, sigma_m, radius_m, tracker_m, time, "
+              "settled_rad, readings, spread_m, speed_m_s, tool, turn_sigma_rad, "
+              "tracker_abc_rad, approach, temperature_c, load, positioner_rad FROM touch "
+              "WHERE session=? ORDER BY number",
+              [&](Statement& row) { touches.push_back(touch_from(row)); });
   return touches;
 }
 
 std::vector<std::string> Journal::events(std::int64_t session) {
   const std::lock_guard lock(impl_->mutex);
-  impl_->chain.verify(session);
-  Statement select(impl_->database,
-                   "SELECT time || ' ' || words FROM event WHERE session=? ORDER BY rowid",
-                   session);
   std::vector<std::string> events;
-  while (select.step()) events.push_back(select.text(0));
-  for (const PendingRow& waiting : impl_->pending.all()) {
-    const auto* row = std::get_if<Words>(&waiting.what);
-    if (row != nullptr && waiting.session == session) events.push_back(row->utc + " " + row->words);
-  }
+  impl_->read(session, "SELECT time || ' ' || words FROM event WHERE session=? ORDER BY rowid",
+              [&](Statement& row) { events.push_back(row.text(0)); });
+  impl_->pending.visit<Words>(
+      session, [&](const Words& row) { events.push_back(row.utc + " " + row.words); });
   return events;
 }
 
 std::vector<TimedChange> Journal::changes(std::int64_t session) {
   const std::lock_guard lock(impl_->mutex);
-  impl_->chain.verify(session);
   std::vector<TimedChange> changes;
-  Statement select(
-      impl_->database,
-      "SELECT clock_s, from_phase, to_phase FROM change WHERE session=? ORDER BY rowid", session);
-  while (select.step()) {
-    const auto from = phase_of(select.text(1)), to = phase_of(select.text(2));
-    if (from && to) changes.push_back({select.number(0), {*from, *to}});
-  }
-  for (const PendingRow& waiting : impl_->pending.all()) {
-    const auto* row = std::get_if<RecordChange>(&waiting.what);
-    if (row != nullptr && waiting.session == session)
-      changes.push_back({row->clock_s, row->change});
-  }
+  impl_->read(session,
+              "SELECT clock_s, from_phase, to_phase FROM change WHERE session=? ORDER BY rowid",
+              [&](Statement& row) {
+                const auto from = phase_of(row.text(1)), to = phase_of(row.text(2));
+                if (from && to) changes.push_back({row.number(0), {*from, *to}});
+              });
+  impl_->pending.visit<RecordChange>(session, [&](const RecordChange& row) {
+    changes.push_back({row.clock_s, row.change});
+  });
   return changes;
 }
 
 InterruptionCounts Journal::interruptions(std::int64_t session) {
   const std::lock_guard lock(impl_->mutex);
-  impl_->chain.verify(session);
   InterruptionCounts counts;
-  Statement select(impl_->database, "SELECT cause FROM interruption WHERE session=?", session);
-  while (select.step())
-    if (const auto by = cause_of(select.text(0))) counts.count(*by);
-  for (const PendingRow& waiting : impl_->pending.all()) {
-    const auto* row = std::get_if<RecordCause>(&waiting.what);
-    if (row != nullptr && waiting.session == session) counts.count(row->by);
-  }
+  impl_->read(session, "SELECT cause FROM interruption WHERE session=?", [&](Statement& row) {
+    if (const auto by = cause_of(row.text(0))) counts.count(*by);
+  });
+  impl_->pending.visit<RecordCause>(session, [&](const RecordCause& row) { counts.count(row.by); });
   return counts;
 }
 
-int Journal::reading_count(std::int64_t session) {
-  const std::lock_guard lock(impl_->mutex);
-  impl_->chain.verify(session);
-  Statement select(impl_->database, "SELECT count(*) FROM reading WHERE session=?", session);
-  return select.step() ? static_cast<int>(select.integer(0)) : 0;
-}
-
 std::vector<RecordReading> Journal::readings(std::int64_t session) {
-  const std::lock_guard lock(impl_->mutex);
-  impl_->chain.verify(session);
-  Statement select(impl_->database,
-                   "SELECT touch, number, slow, contact_rad, settled_rad, along_m, time_sigma_s, "
-                   "reaction_s, bounces, time FROM reading WHERE session=? ORDER BY rowid",
-                   session);
   std::vector<RecordReading> readings;
-  while (select.step()) {
-    RecordReading& one = readings.emplace_back();
-    one.touch = static_cast<std::size_t>(select.integer(0));
-    one.number = static_cast<int>(select.integer(1));
-    one.reading.slow = select.integer(2) != 0;
-    one.reading.contact_rad = axes(numbers(select.text(3)));
-    one.reading.settled_rad = axes(numbers(select.text(4)));
-    one.reading.along_m = select.number(5);
-    one.reading.time_sigma_s = select.number(6);
-    one.reading.reaction_s = select.number(7);
-    one.reading.bounces = static_cast<int>(select.integer(8));
-    one.reading.utc = select.text(9);
-  }
+  impl_->read(session,
+              "SELECT touch, number, slow, contact_rad, settled_rad, along_m, time_sigma_s, "
+              "reaction_s, bounces, time FROM reading WHERE session=? ORDER BY rowid",
+              [&](Statement& row) {
+                RecordReading& one = readings.emplace_back();
+                one.touch = static_cast<std::size_t>(row.integer(0));
+                one.number = static_cast<int>(row.integer(1));
+                one.reading.slow = row.integer(2) != 0;
+                one.reading.contact_rad = axes(numbers(row.text(3)));
+                one.reading.settled_rad = axes(numbers(row.text(4)));
+                one.reading.along_m = row.number(5);
+                one.reading.time_sigma_s = row.number(6);
+                one.reading.reaction_s = row.number(7);
+                one.reading.bounces = static_cast<int>(row.integer(8));
+                one.reading.utc = row.text(9);
+              });
   return readings;
 }
 

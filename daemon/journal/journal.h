@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "calib/model/touch.h"
@@ -74,12 +75,10 @@ class Journal {
                          const std::optional<Compared>& compared = {});
   // Written with the next row of this journal; never wait for the disk.
   void note(std::int64_t session, const std::string& utc, const std::string& words);
-  void note(std::int64_t session, const RecordChange& change);
-  void note(std::int64_t session, const RecordContact& contact);
-  void note(std::int64_t session, const RecordCause& cause);
-  /// Completes the report of the newest touch, which otherwise waits for the next touch or the session's
-  /// end.
-  void note(std::int64_t session, const AssessedTouch& touch);
+  /// An assessment completes the report of the newest touch, which otherwise waits for the next touch or the
+  /// session's end.
+  void note(std::int64_t session,
+            const std::variant<RecordChange, RecordContact, RecordCause, AssessedTouch>& row);
 
   // Reading one session verifies its checksums: throws DamagedError if rows were changed,
   // JournalError if the disk cannot be read.
@@ -105,7 +104,6 @@ class Journal {
   std::vector<std::string> events(std::int64_t session);
   /// In chronological order; empty after deletion by retention.
   std::vector<TimedChange> changes(std::int64_t session);
-  int reading_count(std::int64_t session);
   /// By cause; empty after deletion by retention.
   InterruptionCounts interruptions(std::int64_t session);
   /// In chronological order.

@@ -42,6 +42,8 @@ struct Journal::Impl {
 
   /// As Journal::sessions().
   std::vector<SessionRecord> sessions();
+  /// Verifies the session, and visits the rows of a statement whose parameter it is.
+  void read(std::int64_t session, const char* sql, const std::function<void(Statement&)>& each_row);
   /// Visits sessions with a number below `before`, newest first, until `visit` returns true.
   void visit_sessions(std::int64_t before, const std::function<bool(SessionRecord)>& visit);
   /// The stored row; nullopt if missing.

@@ -183,6 +183,13 @@ class PendingRows {
     const std::lock_guard lock(mutex_);
     return rows_;
   }
+  /// The session's rows of one kind, oldest first.
+  template <class Row, class Visit>
+  void visit(std::int64_t session, Visit each) const {
+    for (const PendingRow& one : all())
+      if (const auto* row = std::get_if<Row>(&one.what); row != nullptr && one.session == session)
+        each(*row);
+  }
   /// The first ones are on disk.
   void written(std::size_t count) {
     const std::lock_guard lock(mutex_);

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <boost/algorithm/hex.hpp>
 #include <charconv>
 #include <cmath>
 #include <cstring>
@@ -76,24 +77,12 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kFormat = "cellcal.rows/1";
 constexpr int kHex = 16;
 
-std::string hex_of(const std::string& bytes) {
-  std::string text;
-  for (const char byte : bytes) text += fmt::format("{:02x}", static_cast<unsigned char>(byte));
-  return text;
-}
+std::string hex_of(const std::string& bytes) { return boost::algorithm::hex_lower(bytes); }
 
-std::string bytes_of_hex(const std::string& text) {
-  if (text.size() % 2 != 0) throw std::invalid_argument("an odd number of hexadecimal digits");
-  std::string bytes;
-  for (std::size_t i = 0; i < text.size(); i += 2) {
-    unsigned byte = 0;
-    const char* end = text.data() + i + 2;
-    if (const auto got = std::from_chars(text.data() + i, end, byte, kHex);
-        got.ec != std::errc() || got.ptr != end)
-      throw std::invalid_argument("\"" + text.substr(i, 2) + "\" is not hexadecimal");
-    bytes += static_cast<char>(byte);
-  }
-  return bytes;
+std::string bytes_of_hex(const std::string& text) try {
+  return boost::algorithm::unhex(text);
+} catch (const boost::algorithm::hex_decode_error&) {
+  throw std::invalid_argument("\"" + text.substr(0, 16) + "\" is not hexadecimal");
 }
 
 Json to_json(const Value& value) {

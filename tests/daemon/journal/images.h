@@ -69,7 +69,7 @@ inline std::string all_of(const std::filesystem::path& path) {
     for (const std::string& event : journal.events(record->id)) all << event;
     for (const RecordReading& one : journal.readings(record->id))
       all << one.touch << one.reading.slow << one.reading.along_m;
-    all << journal.reading_count(record->id);
+    all << journal.readings(record->id).size();
   }
   return all.str();
 }

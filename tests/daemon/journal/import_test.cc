@@ -56,7 +56,7 @@ TEST_F(TheRowsOfASession, ComeIntoAnotherJournalBitForBitAndAreMarked) {
   Journal first(dir / "a.db");
   EXPECT_EQ(other.touches(there), first.touches(id));
   EXPECT_EQ(other.events(there), events);
-  EXPECT_EQ(other.reading_count(there), 6);
+  EXPECT_EQ(other.readings(there).size(), 6u);
   const SessionRecord record = *other.session(there);
   EXPECT_EQ(record.state, RecordState::kFailed);
   EXPECT_EQ(record.failure, "why");

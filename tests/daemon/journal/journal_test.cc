@@ -190,7 +190,7 @@ TEST(AJournal, WritesNotesWithTheNextRowAndShowsThemBefore) {
   EXPECT_EQ(journal.events(id), std::vector<std::string>{"t1 transit -> arming"});
   journal.record(id, RecordReading{});
   EXPECT_EQ(journal.events(id), std::vector<std::string>{"t1 transit -> arming"});
-  EXPECT_EQ(journal.reading_count(id), 1);
+  EXPECT_EQ(journal.readings(id).size(), 1u);
 }
 
 TEST(AJournal, RefusesAFileThatIsNotADatabase) {

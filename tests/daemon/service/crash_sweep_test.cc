@@ -194,7 +194,7 @@ TEST(ASession, HasEveryChangeOfPhaseAndEveryContactInItsRows) {
   changes = count("\"table\":\"change\"");
   contacts = count("\"kind\":\"contact\"");
   EXPECT_EQ(changes, phases.size() - 1);
-  EXPECT_EQ(contacts, static_cast<std::size_t>(journal.reading_count(1)));
+  EXPECT_EQ(contacts, journal.readings(1).size());
   EXPECT_EQ(contacts, 3 * kTouches);
 }
 
