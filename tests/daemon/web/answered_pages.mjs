@@ -1,4 +1,5 @@
-// Pages in a browser with answers of the test: a cell on hold and its release, and a plant's collector on a telephone; in German.
+// Pages in a browser with answers of the test: a cell on hold and its release, long names and many sessions, the keyboard, paper, and
+// a plant's collector on a telephone; in German.
 
 import assert from "node:assert/strict";
 import { build } from "esbuild";
@@ -49,6 +50,65 @@ async function says_that_a_cell_is_on_hold_until_it_is_released() {
   await leave(page);
 }
 
+/** Answers of a daemon that is idle, with `rows` sessions of a cell whose name has no space. */
+function idle_cell(rows) {
+  const cell = `/etc/cellcal/cells/${"Schweisszelle_links_hinten_".repeat(4)}.toml`;
+  const step = (name) => ({ step: name, state: "todo", words: "", session: null });
+  const row = (id) => ({ id, kind: "check", started: "2026-11-28T20:00:00Z", ended: "2026-11-28T20:01:00Z", state: "done", cell, touches: 8, planned: 8 });
+  const answers = {
+    "/v1/status": { seq: 1, phase: "idle", session: 0, running: false, arm: { motion: "unknown", packet_age_s: null }, schedule: { held: null, open: false, next_utc_s: null } },
+    "/v1/me": { role: "operate", name: "test" },
+    "/v1/sessions": Array.from({ length: rows }, (_, i) => row(rows - i)), "/v1/versions": [],
+    "/v1/readiness": { cell, robot: "KUKA KR 16", spheres: 4, placed: 4, lengths: 0, next: "qualify", steps: ["doctor", "qualify", "calibration"].map(step) },
+    "/v1/doctor": { running: false, ended: "2026-11-28T20:00:00Z", green: true, hint: "", checks: [{ check: "cell", outcome: "warning", found: cell, advice: "" }] },
+  };
+  return ({ pathname }) => answers[pathname] && { json: answers[pathname] };
+}
+
+async function keeps_long_names_and_the_focus_in_sight_on_a_telephone() {
+  const page = await open("index", { width: 360, height: 640 }, idle_cell(12));
+  await page.locator("table.history").waitFor(LONG);
+  await page.locator("[data-doctor=done]").waitFor(LONG);
+  assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), "wider than the telephone");
+  assert.ok(await page.locator(".guide").evaluate((guide) =>
+    guide.querySelector("summary .note").getBoundingClientRect().bottom <= guide.querySelector("details > .note").getBoundingClientRect().top + 1), "lines on each other");
+  const focus = () => page.evaluate(() => {
+    const { activeElement: at } = document, { top, bottom } = at.getBoundingClientRect(), floor = document.getElementById("abort").getBoundingClientRect().top;
+    const place = at.closest("dialog") ? "dialog" : at.closest("#abort") ? "abort" : at === document.body ? "none" : "page";
+    return { place, words: at.textContent.slice(0, 20), hidden: place === "page" && bottom - top < floor && bottom > floor + 1 };
+  });
+  const seen = new Set();
+  for (let k = 0; k < 40; ++k) {
+    await page.keyboard.press("Tab");
+    const { words, hidden, place } = await focus();
+    assert.ok(!hidden, `the focus is below the abort bar: ${words}`);
+    seen.add(place);
+  }
+  assert.deepEqual([...seen].sort(), ["abort", "none", "page"]);
+
+  const start = page.getByRole("button", { name: "Sitzung starten" });
+  await start.focus();
+  await page.keyboard.press("Enter");
+  await page.locator("dialog").waitFor(LONG);
+  for (const key of ["Tab", "Shift+Tab"]) {
+    const places = new Set();
+    for (let k = 0; k < 25; ++k) {
+      await page.keyboard.press(key);
+      places.add((await focus()).place);
+    }
+    places.delete("none");
+    assert.deepEqual([...places].sort(), ["abort", "dialog"], `the focus left the dialog by ${key}`);
+  }
+  await page.keyboard.press("Escape");
+  await page.locator("dialog").waitFor({ ...LONG, state: "detached" });
+  assert.ok(await start.evaluate((one) => document.activeElement === one), "the focus is not where it was");
+
+  await page.emulateMedia({ media: "print", colorScheme: "dark" });
+  assert.equal(await page.locator("#abort").isVisible(), false);
+  assert.equal(await page.evaluate(() => getComputedStyle(document.documentElement).getPropertyValue("--ink")), "#16202b", "dark on paper");
+  await leave(page);
+}
+
 async function shows_a_plant_in_german_on_a_telephone() {
   const TIME = "2026-11-28T20:00:00Z";
   const needs = [{ what: "check-not-held", since: TIME, detail: "tool" }, { what: "withheld", since: TIME, detail: "check_touches, no_gain" },
@@ -77,7 +137,7 @@ async function shows_a_plant_in_german_on_a_telephone() {
 }
 
 try {
-  for (const step of [says_that_a_cell_is_on_hold_until_it_is_released, shows_a_plant_in_german_on_a_telephone]) {
+  for (const step of [says_that_a_cell_is_on_hold_until_it_is_released, keeps_long_names_and_the_focus_in_sight_on_a_telephone, shows_a_plant_in_german_on_a_telephone]) {
     await step();
     console.log(`ok      the page ${step.name.replaceAll("_", " ")}`);
   }

@@ -1,7 +1,7 @@
 // Form for the cell's file: robot, tool, spheres and their certificate, obstacles; typed or from files. The daemon reads and writes
 // it; causes no motion.
 
-import { useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
+import { useEffect, useRef, useState } from "preact/hooks";
 import {
   cell_file, cell_forms, EMPTY, form_answer, form_of, imported, length_drafts, name_within, new_length, new_obstacle, new_sphere, placed, places_wanted,
   refused_field, robot_choice, sphere_drafts, taught_angles, unit_seen, vouch, type CellDraft, type CellForms, type Refused, type SphereDraft, type UnitSeen, type Wrong,
@@ -12,6 +12,7 @@ import type { Key, Say } from "../words";
 import { fault_words, FaultsContext, Files, LengthRow, ObstacleRow, SphereRow, TextField, useFault } from "./cell_rows";
 import { CellSketch } from "./cell_sketch";
 import { useVoice } from "./context";
+import { useDialog } from "./dialog";
 import { examine } from "./doctor";
 
 const MEGABYTE = 1 << 20;
@@ -38,14 +39,7 @@ function useForms(cell: string): { forms: CellForms | null; refused: Answer | nu
 export function CellDialog({ cell, done, close }: { cell: string; done: () => void; close: () => void }) {
   const { say } = useVoice();
   const { forms, refused } = useForms(cell);
-  const dialog = useRef<HTMLDialogElement>(null);
-  // Not modal: the abort button must stay accessible.
-  useLayoutEffect(() => {
-    dialog.current?.show();
-    const leave = (event: KeyboardEvent) => event.key === "Escape" && close();
-    addEventListener("keydown", leave);
-    return () => removeEventListener("keydown", leave);
-  }, []);
+  const dialog = useDialog(close);
   return (
     <>
       <div class="veil" />

@@ -1,9 +1,10 @@
 // Dialog that asks for a reason. Its request causes no motion.
 
 import type { ComponentChildren } from "preact";
-import { useLayoutEffect, useRef, useState } from "preact/hooks";
+import { useRef, useState } from "preact/hooks";
 import { is_good, post, refusal } from "../request";
 import { useVoice } from "./context";
+import { useDialog } from "./dialog";
 
 const LONGEST_REASON = 500; // bytes, limit of the daemon: two per letter
 
@@ -12,18 +13,11 @@ export function SayWhy({ title, go, needed, path, body, done, close, children }:
   done: () => void; close: () => void; children?: ComponentChildren;
 }) {
   const { say } = useVoice();
-  const dialog = useRef<HTMLDialogElement>(null);
   const [reason, set_reason] = useState("");
   const [busy, set_busy] = useState(false);
   const sending = useRef(false); // a sent request is not cancelled by leaving
   const [refused, set_refused] = useState("");
-  // Not modal: the abort button must stay accessible.
-  useLayoutEffect(() => {
-    dialog.current?.show();
-    const leave = (event: KeyboardEvent) => event.key === "Escape" && !sending.current && close();
-    addEventListener("keydown", leave);
-    return () => removeEventListener("keydown", leave);
-  }, []);
+  const dialog = useDialog(() => { if (!sending.current) close(); });
   const why = reason.trim();
   const submit = async (event: Event) => {
     event.preventDefault();

@@ -6,6 +6,7 @@ import { begin, counts, type Clearance, type Start } from "../clearance";
 import { resumable } from "../sentence";
 import type { Kind, Role, Status } from "../types";
 import { SituationContext, useVoice } from "./context";
+import { useDialog } from "./dialog";
 
 /** Kinds that can be started here: `update` is a calibration on top of the last one, by which the TCP is measured. */
 const WISHES = ["calibrate", "update", "qualify", "find", "dry-run", "check"] as const satisfies readonly (Kind | "update")[];
@@ -130,7 +131,6 @@ function ClearDialog({ title, go, body, done, close, children }: {
   children: ComponentChildren;
 }) {
   const { say } = useVoice();
-  const dialog = useRef<HTMLDialogElement>(null);
   const situation = useContext(SituationContext);
   const [given, give] = useState<Clearance | null>(null);
   const [stage, set_stage] = useState<"asks" | "confirms" | "sent">("asks");
@@ -144,15 +144,10 @@ function ClearDialog({ title, go, body, done, close, children }: {
   useLayoutEffect(() => { if (given && !clear) withdraw(); });
   // Once the request is out, leaving would hide what only an abort stops.
   const leave = () => { if (!start.current.sent) close(); };
-  // Not modal: the abort button must stay accessible. Before the next paint, so that Escape works as soon as the dialog is
-  // visible.
+  const dialog = useDialog(leave);
   useLayoutEffect(() => {
-    dialog.current?.show();
-    const pressed = (event: KeyboardEvent) => event.key === "Escape" && leave();
-    addEventListener("keydown", pressed);
     addEventListener("cellcal-abort", withdraw);
     return () => {
-      removeEventListener("keydown", pressed);
       removeEventListener("cellcal-abort", withdraw);
       start.current.called_off = true;
     };
