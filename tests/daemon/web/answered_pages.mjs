@@ -109,6 +109,21 @@ async function keeps_long_names_and_the_focus_in_sight_on_a_telephone() {
   await leave(page);
 }
 
+async function writes_thousands_of_sessions_only_once() {
+  const page = await open("index", { width: 1280, height: 800 }, idle_cell(2000));
+  await page.getByRole("button", { name: "Alle 2000 zeigen" }).click(LONG);
+  await page.locator("table.history tbody tr").nth(1999).waitFor(LONG);
+  const written = await page.evaluate(async () => {
+    let times = 0;
+    const { getTime } = Date.prototype;
+    Date.prototype.getTime = function () { ++times; return getTime.call(this); };
+    await new Promise((done) => setTimeout(done, 2500));
+    return times;
+  });
+  assert.ok(written < 2000, `${written} times written in 2.5 s without news`);
+  await leave(page);
+}
+
 async function shows_a_plant_in_german_on_a_telephone() {
   const TIME = "2026-11-28T20:00:00Z";
   const needs = [{ what: "check-not-held", since: TIME, detail: "tool" }, { what: "withheld", since: TIME, detail: "check_touches, no_gain" },
@@ -137,7 +152,8 @@ async function shows_a_plant_in_german_on_a_telephone() {
 }
 
 try {
-  for (const step of [says_that_a_cell_is_on_hold_until_it_is_released, keeps_long_names_and_the_focus_in_sight_on_a_telephone, shows_a_plant_in_german_on_a_telephone]) {
+  for (const step of [says_that_a_cell_is_on_hold_until_it_is_released, keeps_long_names_and_the_focus_in_sight_on_a_telephone, writes_thousands_of_sessions_only_once,
+                      shows_a_plant_in_german_on_a_telephone]) {
     await step();
     console.log(`ok      the page ${step.name.replaceAll("_", " ")}`);
   }

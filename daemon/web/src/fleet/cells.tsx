@@ -3,6 +3,7 @@
 import { useState } from "preact/hooks";
 import { NONE } from "../format";
 import { useVoice } from "../ui/context";
+import { steady } from "../ui/steady";
 import type { FleetCell } from "../../generated/api";
 import { predicted_mm } from "./decode";
 
@@ -13,7 +14,7 @@ export const name_of = (cell: FleetCell): string => `${cell.plant}/${cell.cell}`
 const fits = (cell: FleetCell, text: string): boolean =>
   `${name_of(cell)} ${cell.robot} ${cell.robot_serial}`.toLowerCase().includes(text.trim().toLowerCase());
 
-export function CellTable({ cells, old, chosen, choose }: {
+export const CellTable = steady(function CellTable({ cells, old, chosen, choose }: {
   cells: FleetCell[]; old: boolean; chosen: string | null; choose: (name: string | null) => void;
 }) {
   const { say, fmt } = useVoice();
@@ -57,4 +58,4 @@ export function CellTable({ cells, old, chosen, choose }: {
       )}
     </section>
   );
-}
+});

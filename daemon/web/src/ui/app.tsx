@@ -1,6 +1,6 @@
 // The complete page.
 
-import { useEffect, useMemo, useReducer, useRef, useState } from "preact/hooks";
+import { useCallback, useEffect, useMemo, useReducer, useRef, useState } from "preact/hooks";
 import { situation } from "../clearance";
 import * as decode from "../decode";
 import { Live } from "../live";
@@ -67,7 +67,8 @@ export function App() {
   // With touches chosen one by one, the plan contains the current touch only.
   const chosen_as_it_goes = status?.goal_mm !== null || status?.finding ? status?.touches : 0;
   const planned = status?.running ? `${session} ${status.planned} ${chosen_as_it_goes}` : ended;
-  const [said, said_something] = useReducer((n: number) => n + 1, 0);
+  const [said, said_one_more] = useReducer((n: number) => n + 1, 0);
+  const said_something = useCallback(() => said_one_more(undefined), []);
   const aged = Math.floor(now / STANDING_MS), others = Math.floor(now / OTHERS_MS);
   const me = useFetched(asked === null ? null : "/v1/me", with_login, decode.role);
   const scene = useFetched(asked === null ? null : "/v1/scene", session, decode.scene);
@@ -80,7 +81,7 @@ export function App() {
   const in_use = versions?.find((one) => one.active && one.trouble === "")?.session ?? null;
   const in_use_before = useRef(in_use);
   useEffect(() => {
-    if (in_use_before.current !== null && in_use_before.current !== in_use) said_something(undefined); // another chart
+    if (in_use_before.current !== null && in_use_before.current !== in_use) said_something(); // another chart
     in_use_before.current = in_use;
   }, [in_use]);
 
@@ -149,7 +150,7 @@ export function App() {
                         quiet={!guided} enter={() => enter(readiness.cell)} again={() => look_again(undefined)}
                         begun={() => look_again(undefined)} started={() => void live.ask()} />
           )}
-          {together.current && proposals && !old && <Proposals seen={proposals} may={may} changed={() => said_something(undefined)} />}
+          {together.current && proposals && !old && <Proposals seen={proposals} may={may} changed={said_something} />}
           {together.current && <div class="grid">
             <div class="column">
               <CellPanel model={model} scene={scene} plan={plan} now={now} nothing={sessions?.length === 0} />
@@ -163,7 +164,7 @@ export function App() {
               {figures?.result && <Residuals touches={figures.touches} found />}
             </div>
             {sessions && <History sessions={sessions} shown={shown} show={show} />}
-            {versions && versions.length > 0 && <Versions versions={versions} may={may} changed={() => said_something(undefined)} />}
+            {versions && versions.length > 0 && <Versions versions={versions} may={may} changed={said_something} />}
             {in_use !== null && <Plots session={in_use} />}
             {drift?.checks && <Checks chart={drift.checks} controller={drift.controller} />}
             <Drift rows={drift?.sessions ?? NOTHING} />

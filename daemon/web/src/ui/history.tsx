@@ -3,6 +3,7 @@
 import { useState } from "preact/hooks";
 import type { SessionRow } from "../types";
 import { useVoice } from "./context";
+import { steady } from "./steady";
 
 const FEW = 10;
 const MARKS: Record<SessionRow["state"], string> = {
@@ -16,7 +17,7 @@ function outcome(row: SessionRow) {
   return null;
 }
 
-export function History({ sessions, shown, show }: {
+export const History = steady(function History({ sessions, shown, show }: {
   sessions: SessionRow[]; shown: number | null; show: (session: number | null) => void;
 }) {
   const { say, fmt, language } = useVoice();
@@ -74,4 +75,4 @@ export function History({ sessions, shown, show }: {
       )}
     </section>
   );
-}
+});

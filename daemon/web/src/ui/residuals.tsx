@@ -4,6 +4,7 @@ import { useMemo } from "preact/hooks";
 import type { Status, Touch } from "../types";
 import { Chart, type Line } from "./chart";
 import { useVoice } from "./context";
+import { steady } from "./steady";
 
 /** `found`: of an identification, signed. Otherwise as measured with each touch, unsigned. */
 export function Residuals({ touches, found, old = false }: { touches: Touch[]; found: boolean; old?: boolean }) {
@@ -36,7 +37,7 @@ export function Residuals({ touches, found, old = false }: { touches: Touch[]; f
   );
 }
 
-function TouchTable({ touches }: { touches: Touch[] }) {
+const TouchTable = steady(function TouchTable({ touches }: { touches: Touch[] }) {
   const { say, fmt } = useVoice();
   return (
     <table>
@@ -55,7 +56,7 @@ function TouchTable({ touches }: { touches: Touch[] }) {
       </tbody>
     </table>
   );
-}
+});
 
 export function Accuracy({ touches, status, old }: { touches: Touch[]; status: Status; old: boolean }) {
   const { say, fmt } = useVoice();

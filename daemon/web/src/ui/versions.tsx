@@ -6,10 +6,11 @@ import { asking, get, is_unanswered } from "../request";
 import type { Comparison, Version } from "../types";
 import { useVoice } from "./context";
 import { SayWhy } from "./say_why";
+import { steady } from "./steady";
 
 const FEW = 5;
 
-export function Versions({ versions, may, changed }: { versions: Version[]; may: boolean; changed: () => void }) {
+export const Versions = steady(function Versions({ versions, may, changed }: { versions: Version[]; may: boolean; changed: () => void }) {
   const { say, fmt } = useVoice();
   const [all, set_all] = useState(false);
   const [wanted, want] = useState<Version | null>(null);
@@ -80,7 +81,7 @@ export function Versions({ versions, may, changed }: { versions: Version[]; may:
       )}
     </section>
   );
-}
+});
 
 const NONE = "–";
 const NAMED = 8; // another model level has dozens of its own
