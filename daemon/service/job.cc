@@ -379,10 +379,6 @@ std::optional<double> TimeLeft::update(Phase phase, std::size_t done, std::size_
   return std::max(0.0, each_s * (static_cast<double>(total) - static_cast<double>(done)) - since_s);
 }
 
-// Defaults of the kinds.
-
-std::string Kind::command(const SessionOptions&, const SessionInputs&) const { return ""; }
-
 std::string anew(const SessionOptions& options, const SessionInputs& inputs) {
   std::string command = kind_of(options).command(options, inputs);
   if (!command.empty() && !options.load.empty()) command += " --load " + shell_word(options.load);
@@ -403,16 +399,6 @@ std::string shell_word(const std::string& text) {
 void Kind::begin(Journal&, const RunRequest& request, Job& job) const {
   job.inputs = read_inputs(request.cell);
 }
-
-std::optional<Compared> Kind::compared(Journal&, const Job&) const { return std::nullopt; }
-
-bool Kind::chooses(const Job&) const { return true; }
-
-void Kind::examine(const Job&) const {}
-
-void Kind::adapt(State&, const Job&) const {}
-
-void Kind::add_inputs(TaskInputs&, Journal&, const Job&) const {}
 
 const Kind& kind_of(SessionKind kind, bool update) {
   switch (kind) {  // no default: a value without a class does not compile

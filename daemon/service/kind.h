@@ -24,23 +24,23 @@ class Kind {
 
   virtual Parameters parameters() const = 0;
   /// As anew(), without the load.
-  virtual std::string command(const SessionOptions& options, const SessionInputs& inputs) const;
+  virtual std::string command(const SessionOptions&, const SessionInputs&) const { return ""; }
 
   /// Inputs of a new session, and options that the request does not state. By default the files of the request's cell.
   /// Throws RequestError, JournalError, calib::FileError.
   virtual void begin(Journal& journal, const RunRequest& request, Job& job) const;
   /// Calibration that the result is compared with. Throws NotUsable, JournalError.
-  virtual std::optional<Compared> compared(Journal& journal, const Job& job) const;
+  virtual std::optional<Compared> compared(Journal&, const Job&) const { return std::nullopt; }
   /// True where touches are chosen one by one. By default true.
-  virtual bool chooses(const Job& job) const;
+  virtual bool chooses(const Job&) const { return true; }
   /// Checks of a new session, before anything is opened, planned or moved. Throws RequestError.
-  virtual void examine(const Job& job) const;
+  virtual void examine(const Job&) const {}
   /// Upper bound of the share of the robot file's axis speeds, whatever the configuration allows.
   virtual double most_speed() const { return 1.0; }
 
-  virtual void adapt(State& first, const Job& job) const;
+  virtual void adapt(State&, const Job&) const {}
   /// Throws NotUsable, JournalError.
-  virtual void add_inputs(TaskInputs& inputs, Journal& journal, const Job& job) const;
+  virtual void add_inputs(TaskInputs&, Journal&, const Job&) const {}
   /// Throws calib::IdentifyError.
   virtual Tasks tasks(const SharedInputs& inputs) const = 0;
 };
