@@ -94,15 +94,9 @@ void set_log_status(const Status& status) {
 
 std::unique_ptr<Backend> make_backend(const DaemonConfig& config, const calib::Cell& cell,
                                       const std::string& load) {
-  switch (config.backend) {
-    case BackendKind::kRsi:
-      return make_rsi_backend(config, cell);
-    case BackendKind::kEki:
-      return make_eki_backend(config, cell);
-    case BackendKind::kMock:
-      break;
-  }
-  return make_mock_backend(config, cell, load);
+  if (config.backend == BackendKind::kMock) return make_mock_backend(config, cell, load);
+  return config.backend == BackendKind::kRsi ? make_rsi_backend(config, cell)
+                                             : make_eki_backend(config, cell);
 }
 
 /// Bound to this configuration, whatever is loaded later.

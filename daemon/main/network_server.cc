@@ -5,16 +5,11 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
-#include <boost/asio/executor_work_guard.hpp>
-#include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
-#include <thread>
 
 #include "daemon/plant/desk/desk.h"
 
 namespace cellcal::daemon {
-
-namespace asio = boost::asio;
 
 namespace {
 
@@ -26,57 +21,41 @@ NetworkAddress address_of(const HttpConfig& config) {
   return {config.address, config.port, config.tls_certificate, config.tls_key};
 }
 
-struct NetworkServer::Impl {
-  Impl(const HttpConfig& config, Api& api)
-      : server(
-            context, address_of(config),
-            {[&api](Request& request) { return api.admit_network(request); },
-             [&api](const Request& request, bool give_up) { return api.answer(request, give_up); },
-             Api::is_slow,
-             {},
-             Api::largest_body}),
-        thread([this] { context.run(); }) {}
-  /// Its thread queries the journal and composes messages, at the lowest priority.
-  Impl(const std::filesystem::path& socket, std::function<Response(const Request&)> answer)
-      : server(
-            context, socket,
-            {[](Request&) { return std::nullopt; },
-             [answer = std::move(answer)](const Request& request, bool) { return answer(request); },
-             {},
-             {.body = plant::kMostDeskBody}}),
-        thread([this] {
-          ::setpriority(PRIO_PROCESS, static_cast<id_t>(::syscall(SYS_gettid)), kNice);
-          context.run();
-        }) {}
-
-  asio::io_context context;
-  asio::executor_work_guard<asio::io_context::executor_type> work{context.get_executor()};
-  HttpServer server;
-  std::thread thread;
-};
-
 NetworkServer::NetworkServer(const HttpConfig& config, Api& api)
-    : impl_(std::make_unique<Impl>(config, api)) {
+    : server_(
+          context_, address_of(config),
+          {[&api](Request& request) { return api.admit_network(request); },
+           [&api](const Request& request, bool give_up) { return api.answer(request, give_up); },
+           Api::is_slow,
+           {},
+           Api::largest_body}),
+      thread_([this] { context_.run(); }) {
   spdlog::info("listening on {} port {}, {}", config.address, config.port,
                config.tls() ? "TLS" : "without TLS");
 }
 
+/// Its thread queries the journal and composes messages, at the lowest priority.
 NetworkServer::NetworkServer(const std::filesystem::path& socket,
                              std::function<Response(const Request&)> answer)
-    : impl_(std::make_unique<Impl>(socket, std::move(answer))) {}
-
-NetworkServer::~NetworkServer() { stop(); }
-
-void NetworkServer::poke() { impl_->server.poke(); }
+    : server_(
+          context_, socket,
+          {[](Request&) { return std::nullopt; },
+           [answer = std::move(answer)](const Request& request, bool) { return answer(request); },
+           {},
+           {.body = plant::kMostDeskBody}}),
+      thread_([this] {
+        ::setpriority(PRIO_PROCESS, static_cast<id_t>(::syscall(SYS_gettid)), kNice);
+        context_.run();
+      }) {}
 
 void NetworkServer::stop() {
-  if (!impl_->thread.joinable()) return;
-  asio::post(impl_->context, [this] {
-    impl_->server.stop();
-    impl_->work.reset();
-    impl_->context.stop();
+  if (!thread_.joinable()) return;
+  boost::asio::post(context_, [this] {
+    server_.stop();
+    work_.reset();
+    context_.stop();
   });
-  impl_->thread.join();
+  thread_.join();
 }
 
 }  // namespace cellcal::daemon

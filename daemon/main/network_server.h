@@ -2,9 +2,11 @@
 // Listener for external clients, on a thread of its own: its load does not affect the thread that takes
 // aborts from the Unix socket and signals and feeds the watchdog.
 
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
 #include <filesystem>
 #include <functional>
-#include <memory>
+#include <thread>
 
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/server.h"
@@ -21,18 +23,21 @@ class NetworkServer {
   /// Socket for the process with the line to the plant, limited to these answers. Throws SocketError.
   NetworkServer(const std::filesystem::path& socket,
                 std::function<Response(const Request&)> answer);
-  ~NetworkServer();
+  ~NetworkServer() { stop(); }
   NetworkServer(const NetworkServer&) = delete;
   NetworkServer& operator=(const NetworkServer&) = delete;
 
   /// As HttpServer::poke(); thread-safe.
-  void poke();
+  void poke() { server_.poke(); }
   /// Closes all connections and waits for the current request.
   void stop();
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  boost::asio::io_context context_;
+  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_{
+      context_.get_executor()};
+  HttpServer server_;
+  std::thread thread_;
 };
 
 }  // namespace cellcal::daemon

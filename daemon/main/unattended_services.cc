@@ -4,7 +4,6 @@
 #include <sys/timex.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <chrono>
 #include <fstream>
 #include <string>
@@ -12,8 +11,6 @@
 #include "daemon/plant/desk/journal_outbox.h"
 #include "daemon/runner/backend.h"
 #include "daemon/unattended/notice.h"
-#include "daemon/unattended/notifier.h"
-#include "daemon/unattended/service_session_gateway.h"
 
 namespace cellcal::daemon {
 
@@ -81,7 +78,11 @@ std::function<void(const Notice&)> alarm_to_plant(Journal& journal, const std::s
   };
 }
 
-std::string host_name();
+std::string host_name() {
+  char name[256] = "";
+  if (::gethostname(name, sizeof name - 1) != 0) return "cellcald";
+  return name;
+}
 
 }  // namespace
 
@@ -95,71 +96,45 @@ std::function<std::vector<Report>(std::int64_t, const RecordEnd&)> alarms_with_e
   };
 }
 
-namespace {
-
-std::string host_name() {
-  char name[256] = "";
-  if (::gethostname(name, sizeof name - 1) != 0) return "cellcald";
-  return name;
+UnattendedServices::UnattendedServices(SessionService& service, Journal& journal, LiveConfig& live)
+    : journal_(journal),
+      live_(live),
+      notifier_({.config = [this] { return live_.now()->notify; },
+                 .host = host_name(),
+                 .also =
+                     [this] {
+                       return live_.now()->plant ? alarm_to_plant(journal_, host_name()) : nullptr;
+                     }}),
+      gateway_(service, journal),
+      schedule_({gateway_,
+                 {[this] { return journal_.schedule(); },
+                  [this](const std::string& state) { journal_.store_schedule(state); }},
+                 [this] { return live_.now()->schedule; },
+                 {wall_clock, std::chrono::steady_clock::now, boot_id(), clock_synchronised},
+                 [this](const Decision& decision) {
+                   notifier_.notify([decision, this] { return news_of(decision, journal_); });
+                 }}),
+      thread_(schedule_),
+      housekeeping_([this, &service] { drop_old(service, journal_, *live_.now(), schedule_); }) {
+  housekeeping_.ask();
 }
 
-}  // namespace
-
-struct UnattendedServices::Impl {
-  Impl(SessionService& service, Journal& rows, LiveConfig& config)
-      : journal(rows),
-        live(config),
-        notifier({.config = [this] { return live.now()->notify; },
-                  .host = host_name(),
-                  .also =
-                      [this] {
-                        return live.now()->plant ? alarm_to_plant(journal, host_name()) : nullptr;
-                      }}),
-        gateway(service, journal),
-        schedule({gateway,
-                  {[this] { return journal.schedule(); },
-                   [this](const std::string& state) { journal.store_schedule(state); }},
-                  [this] { return live.now()->schedule; },
-                  {wall_clock, std::chrono::steady_clock::now, boot_id(), clock_synchronised},
-                  [this](const Decision& decision) {
-                    notifier.notify([decision, this] { return news_of(decision, journal); });
-                  }}),
-        thread(schedule),
-        housekeeping([this, &service] { drop_old(service, journal, *live.now(), schedule); }) {
-    housekeeping.ask();
-  }
-
-  Journal& journal;
-  LiveConfig& live;
-  Notifier notifier;
-  ServiceSessionGateway gateway;
-  Schedule schedule;
-  ScheduleThread thread;
-  OnRequest housekeeping;             ///< applies the retention rule
-  std::atomic<bool> reported{false};  ///< end of the newest session
-};
-
-UnattendedServices::UnattendedServices(SessionService& service, Journal& journal, LiveConfig& live)
-    : impl_(std::make_unique<Impl>(service, journal, live)) {}
-UnattendedServices::~UnattendedServices() { stop(); }
-
-Schedule& UnattendedServices::schedule() { return impl_->schedule; }
 /// Each end once: the status of an end is repeated.
 void UnattendedServices::update(const Status& status) {
   if (!is_final(status.phase)) {
-    impl_->reported = false;
+    reported_ = false;
     return;
   }
-  if (!impl_->reported.exchange(true))
-    impl_->notifier.notify(
-        [status, &journal = impl_->journal] { return news_of(status, journal); });
+  if (!reported_.exchange(true))
+    notifier_.notify([status, this] { return news_of(status, journal_); });
   poke();
 }
-RetentionRule UnattendedServices::retention() const { return rule_of(*impl_->live.now()); }
+
+RetentionRule UnattendedServices::retention() const { return rule_of(*live_.now()); }
+
 void UnattendedServices::poke() {
-  impl_->thread.poke();
-  impl_->housekeeping.ask();
+  thread_.poke();
+  housekeeping_.ask();
 }
-void UnattendedServices::stop() { impl_->thread.stop(); }
 
 }  // namespace cellcal::daemon

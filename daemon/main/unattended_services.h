@@ -1,14 +1,16 @@
 #pragma once
 // Unattended functions of the daemon, on threads of their own: schedule, notification, retention.
 
+#include <atomic>
 #include <functional>
-#include <memory>
 #include <vector>
 
 #include "daemon/archive/archive.h"
 #include "daemon/main/reload.h"
 #include "daemon/service/service.h"
+#include "daemon/unattended/notifier.h"
 #include "daemon/unattended/schedule.h"
+#include "daemon/unattended/service_session_gateway.h"
 
 namespace cellcal::daemon {
 
@@ -20,22 +22,28 @@ std::function<std::vector<Report>(std::int64_t session, const RecordEnd& end)> a
 class UnattendedServices {
  public:
   UnattendedServices(SessionService& service, Journal& journal, LiveConfig& live);
-  ~UnattendedServices();
+  ~UnattendedServices() { stop(); }
   UnattendedServices(const UnattendedServices&) = delete;
   UnattendedServices& operator=(const UnattendedServices&) = delete;
 
-  Schedule& schedule();
+  Schedule& schedule() { return schedule_; }
   /// By the current configuration.
   RetentionRule retention() const;
   /// To be called after each change of the status and of the configuration. Do not block.
   void update(const Status& status);
   void poke();
   /// No session begins afterwards.
-  void stop();
+  void stop() { thread_.stop(); }
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  Journal& journal_;
+  LiveConfig& live_;
+  Notifier notifier_;
+  ServiceSessionGateway gateway_;
+  Schedule schedule_;
+  ScheduleThread thread_;
+  OnRequest housekeeping_;             ///< applies the retention rule
+  std::atomic<bool> reported_{false};  ///< end of the newest session
 };
 
 }  // namespace cellcal::daemon
