@@ -177,24 +177,6 @@ Finding finding_of(const nlohmann::json& value) {
           calib::phrase_of(said.at("advice"))};
 }
 
-void Findings::ok(const std::string& check, const calib::Phrase& found) {
-  add({check, Outcome::kOk, found, ""});
-}
-
-void Findings::warn(const std::string& check, const calib::Phrase& found,
-                    const calib::Phrase& advice) {
-  add({check, Outcome::kWarning, found, advice});
-}
-
-void Findings::fail(const std::string& check, const calib::Phrase& found,
-                    const calib::Phrase& advice) {
-  add({check, Outcome::kFailed, found, advice});
-}
-
-void Findings::skip(const std::string& check, const calib::Phrase& why) {
-  add({check, Outcome::kSkipped, why, ""});
-}
-
 std::size_t Findings::count(Outcome outcome) const {
   return static_cast<std::size_t>(std::count_if(
       all_.begin(), all_.end(), [outcome](const Finding& one) { return one.outcome == outcome; }));

@@ -50,10 +50,18 @@ class Findings {
 
   explicit Findings(Listener listener = {}) : listener_(std::move(listener)) {}
 
-  void ok(const std::string& check, const calib::Phrase& found);
-  void warn(const std::string& check, const calib::Phrase& found, const calib::Phrase& advice);
-  void fail(const std::string& check, const calib::Phrase& found, const calib::Phrase& advice);
-  void skip(const std::string& check, const calib::Phrase& why);
+  void ok(const std::string& check, const calib::Phrase& found) {
+    add({check, Outcome::kOk, found, ""});
+  }
+  void warn(const std::string& check, const calib::Phrase& found, const calib::Phrase& advice) {
+    add({check, Outcome::kWarning, found, advice});
+  }
+  void fail(const std::string& check, const calib::Phrase& found, const calib::Phrase& advice) {
+    add({check, Outcome::kFailed, found, advice});
+  }
+  void skip(const std::string& check, const calib::Phrase& why) {
+    add({check, Outcome::kSkipped, why, ""});
+  }
 
   const std::vector<Finding>& all() const { return all_; }
   std::size_t count(Outcome outcome) const;

@@ -42,14 +42,19 @@ std::string command_of(const std::filesystem::path& process) {
   return name;
 }
 
-std::string user_name(uid_t uid) {
+/// What `take` makes of an entry of the user or group database; `look_up` as getpwuid_r(3). None: there is none.
+template <class Entry, class Key, class Take>
+auto entry_of(int (*look_up)(Key, Entry*, char*, std::size_t, Entry**), Key key, Take take) {
   std::array<char, 4096> buffer{};
-  passwd entry{};
-  passwd* found = nullptr;
-  if (::getpwuid_r(uid, &entry, buffer.data(), buffer.size(), &found) != 0 || found == nullptr) {
-    return fmt::to_string(uid);
-  }
-  return found->pw_name;
+  Entry entry{};
+  Entry* found = nullptr;
+  const int failed = look_up(key, &entry, buffer.data(), buffer.size(), &found);
+  return failed == 0 && found != nullptr ? std::optional(take(*found)) : std::nullopt;
+}
+
+std::string user_name(uid_t uid) {
+  return entry_of(::getpwuid_r, uid, [](const passwd& one) { return std::string(one.pw_name); })
+      .value_or(fmt::to_string(uid));
 }
 
 /// A socket as /proc/net lists it.
@@ -215,24 +220,16 @@ ProcessRights rights_in_unit(const std::string& text) {
   rights.realtime = priority == "infinity" || granted >= drivers::kPortPriority;
   rights.locked_memory = value_of(text, "LimitMEMLOCK=") == "infinity";
   std::istringstream names(value_of(text, "Group=") + " " + value_of(text, "SupplementaryGroups="));
-  for (std::string name; names >> name;) {
-    std::array<char, 4096> buffer{};
-    group entry{};
-    group* found = nullptr;
-    if (::getgrnam_r(name.c_str(), &entry, buffer.data(), buffer.size(), &found) == 0 &&
-        found != nullptr) {
-      rights.groups.push_back(found->gr_gid);
-    }
-  }
-  std::array<char, 4096> buffer{};
-  passwd entry{};
-  passwd* found = nullptr;
+  for (std::string name; names >> name;)
+    if (const auto id =
+            entry_of(::getgrnam_r, name.c_str(), [](const group& one) { return one.gr_gid; }))
+      rights.groups.push_back(*id);
   const std::string user = value_of(text, "User=");
-  if (!user.empty() &&
-      ::getpwnam_r(user.c_str(), &entry, buffer.data(), buffer.size(), &found) == 0 &&
-      found != nullptr) {
-    rights.uid = found->pw_uid;
-    const std::vector<gid_t> own = groups_of(user, found->pw_gid);  // systemd grants these as well
+  if (const auto entry =
+          entry_of(::getpwnam_r, user.c_str(), [](const passwd& one) { return one; });
+      entry && !user.empty()) {
+    rights.uid = entry->pw_uid;
+    const std::vector<gid_t> own = groups_of(user, entry->pw_gid);  // systemd grants these as well
     rights.groups.insert(rights.groups.end(), own.begin(), own.end());
   }
   return rights;
@@ -260,14 +257,9 @@ std::optional<bool> may_use(const ProcessRights& rights, const std::filesystem::
 std::string group_of(const std::filesystem::path& device) {
   struct stat info {};
   if (::stat(device.c_str(), &info) != 0) return "unknown";
-  std::array<char, 4096> buffer{};
-  group entry{};
-  group* found = nullptr;
-  if (::getgrgid_r(info.st_gid, &entry, buffer.data(), buffer.size(), &found) != 0 ||
-      found == nullptr) {
-    return fmt::to_string(info.st_gid);
-  }
-  return found->gr_name;
+  return entry_of(::getgrgid_r, info.st_gid,
+                  [](const group& one) { return std::string(one.gr_name); })
+      .value_or(fmt::to_string(info.st_gid));
 }
 
 }  // namespace cellcal::daemon
