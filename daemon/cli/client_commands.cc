@@ -102,37 +102,37 @@ void add_run(CLI::App& app, int& status) {
   });
 }
 
+/// A command that runs a session of this kind.
+RequestCommand<RunRequest> add_session(CLI::App& app, int& status, SessionKind kind,
+                                       const char* words, const std::string& footer) {
+  auto added = add_request<RunRequest>(
+      app, status, to_string(kind), words, footer,
+      [](const Connection& daemon, const RunRequest& request) { return run(daemon, request); });
+  added.given->kind = kind;
+  add_progress(added.command, *added.connection);
+  add_load(added.command, added.given->load);
+  return added;
+}
+
 void add_qualify(CLI::App& app, int& status) {
-  auto given = std::make_shared<RunRequest>();
-  given->kind = SessionKind::kQualify;
-  CLI::App* command = app.add_subcommand(
-      "qualify",
-      "Measure the contact itself: touch noise, overtravel, latch delay, effective radius");
-  command->footer(
+  const auto [command, given, connection] = add_session(
+      app, status, SessionKind::kQualify,
+      "Measure the contact itself: touch noise, overtravel, latch delay, effective radius",
       "Before the first calibration, and after work on tip, sensor or wiring. It touches one sphere at "
       "six\nplaces, several times each, and compares the figures with what the cell file states. Exit "
       "status 3:\nnot as stated.\nExample: cellcal qualify --cell cell.toml --target S1");
-  auto daemon = add_connection(command);
-  add_progress(command, *daemon);
-  add_load(command, given->load);
   command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
   command->add_option("--target", given->target, "Sphere to touch [the first one]");
-  command->callback([=, &status] { status = run(*daemon, *given); });
 }
 
 void add_dry_run(CLI::App& app, int& status) {
-  auto given = std::make_shared<RunRequest>();
-  given->kind = SessionKind::kDryRun;
-  CLI::App* command = app.add_subcommand(
-      "dry-run", "Follow the path of a calibration slowly, without touching anything");
-  command->footer(
+  const auto [command, given, connection] = add_session(
+      app, status, SessionKind::kDryRun,
+      "Follow the path of a calibration slowly, without touching anything",
       "Before the first calibration, and after anything was moved in the cell. From stand-off to stand-off at a tenth of "
       "the\naxis speeds or less; nothing is searched. What the tip meets stops the arm and ends it. 'cellcal run' with "
       "the\nsame cell file, touches, check and seed goes the same way. Run it in T1.\n"
       "Example: cellcal dry-run --cell cell.toml --touches 50 --check 10");
-  auto daemon = add_connection(command);
-  add_progress(command, *daemon);
-  add_load(command, given->load);
   command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
   command
       ->add_option("--touches", given->fit_touches.emplace(kPlannedTouches), "Touches for the fit")
@@ -142,38 +142,25 @@ void add_dry_run(CLI::App& app, int& status) {
       ->capture_default_str()
       ->check(between(0, 2000));
   command->add_option("--seed", given->seed, "Seed of the plan")->capture_default_str();
-  command->callback([=, &status] { status = run(*daemon, *given); });
 }
 
 void add_find(CLI::App& app, int& status) {
-  auto given = std::make_shared<RunRequest>();
-  given->kind = SessionKind::kFind;
-  CLI::App* command =
-      app.add_subcommand("find", "Find the spheres by touch, and print their centres");
-  command->footer(
+  const auto [command, given, connection] = add_session(
+      app, status, SessionKind::kFind, "Find the spheres by touch, and print their centres",
       "For a cell file with rough centres (centre_sigma_mm) or boxes to search. At least six touches of each sphere; the\n"
       "centres are good enough to plan on. Nothing is calibrated and no file is changed. A positioner stays\n"
       "at its present angles; a sphere on it is stated in the frame of its axis, with these angles (taught_deg).\n"
       "Example: cellcal find --cell cell.toml");
-  auto daemon = add_connection(command);
-  add_progress(command, *daemon);
-  add_load(command, given->load);
   command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
-  command->callback([=, &status] { status = run(*daemon, *given); });
 }
 
 void add_check(CLI::App& app, int& status) {
-  auto given = std::make_shared<RunRequest>();
-  given->kind = SessionKind::kCheck;
-  CLI::App* command = app.add_subcommand(
-      "check", "Check by six to eight touches whether the last calibration still holds");
-  command->footer(
+  const auto [command, given, connection] = add_session(
+      app, status, SessionKind::kCheck,
+      "Check by six to eight touches whether the last calibration still holds",
       "Prints the TCP shift and, if it does not hold, what changed: the tool, a sphere, a joint or "
       "the\nlength of the whole arm, with the likelihood of each. Exit status 0: it holds; 3: it does not; 1: "
       "the check\nitself failed.\nExample: cellcal check\n         cellcal check --calibration 7 --json\n         cellcal check --mastered A2,A3");
-  auto daemon = add_connection(command);
-  add_progress(command, *daemon);
-  add_load(command, given->load);
   command->add_option("--cell", given->cell,
                       "Cell file (TOML) of the calibration [the one calibrated last]");
   command
@@ -192,17 +179,15 @@ void add_check(CLI::App& app, int& status) {
           "their zeros")
       ->delimiter(',')
       ->transform([](std::string name) { return CLI::detail::trim(name); });
-  command->callback([=, &status] { status = run(*daemon, *given); });
 }
 
 void add_watch(CLI::App& app, int& status) {
-  CLI::App* command = app.add_subcommand("watch", "Follow the running session to its end");
-  command->footer(
+  const auto [command, none, connection] = add_request<NoOptions>(
+      app, status, "watch", "Follow the running session to its end",
       "On a terminal: progress, residuals of the touches and quality of the links; elsewhere a line\n"
-      "every 10 s on standard error.\nExample: cellcal watch");
-  auto daemon = add_connection(command);
-  add_progress(command, *daemon);  // accepted for compatibility; always active
-  command->callback([=, &status] { status = watch(*daemon); });
+      "every 10 s on standard error.\nExample: cellcal watch",
+      [](const Connection& daemon, const NoOptions&) { return watch(daemon); });
+  add_progress(command, *connection);  // accepted for compatibility; always active
 }
 
 void add_show(CLI::App& app, int& status) {
@@ -210,68 +195,51 @@ void add_show(CLI::App& app, int& status) {
     std::int64_t session = 0;
     bool times = false;
   };
-  auto given = std::make_shared<Given>();
-  CLI::App* command = app.add_subcommand("show", "Show one session: its events and its result");
-  command->footer("Example: cellcal show 7\n         cellcal show 7 --times");
-  auto daemon = add_connection(command);
+  const auto [command, given, connection] = add_request<Given>(
+      app, status, "show", "Show one session: its events and its result",
+      "Example: cellcal show 7\n         cellcal show 7 --times",
+      [](const Connection& daemon, const Given& of) {
+        return show(daemon, of.session, of.times ? Shown::kTimes : Shown::kEventsAndResult);
+      });
   command->add_option("ID", given->session, "Number of the session")
       ->required()
       ->check(session_number());
   command->add_flag("--times", given->times, "Only the time spent, per touch and activity");
-  command->callback([=, &status] {
-    status = show(*daemon, given->session, given->times ? Shown::kTimes : Shown::kEventsAndResult);
-  });
 }
 
 void add_report(CLI::App& app, int& status) {
   struct Given {
-    std::int64_t session = 0;
+    std::optional<std::int64_t> session;
     std::filesystem::path output;
   };
-  auto given = std::make_shared<Given>();
-  CLI::App* command =
-      app.add_subcommand("report", "Print the path of a session's report, or copy it");
-  command->footer("Example: cellcal report 7 -o report.html");
-  auto daemon = add_connection(command);
+  const auto [command, given, connection] = add_request<Given>(
+      app, status, "report", "Print the path of a session's report, or copy it",
+      "Example: cellcal report 7 -o report.html", [](const Connection& daemon, const Given& of) {
+        return fetch_report(daemon, of.session, of.output);
+      });
   command
       ->add_option("ID", given->session,
                    "Number of the session; default: the newest calibration that is finished")
       ->check(session_number());
   command->add_option("-o,--output,--out", given->output, "Copy the report to this file (HTML)");
-  command->callback([=, &status] {
-    status = fetch_report(
-        *daemon, given->session > 0 ? std::optional(given->session) : std::nullopt, given->output);
-  });
 }
 
 void add_plain(CLI::App& app, int& status, const char* name, const char* words,
-               int (*act)(const Connection&)) {
-  CLI::App* command = app.add_subcommand(name, words);
-  command->footer(std::string("Example: cellcal ") + name + " --json");
-  auto daemon = add_connection(command);
-  command->callback([=, &status] { status = act(*daemon); });
-}
-
-void add_position(CLI::App& app, int& status) {
-  CLI::App* command = app.add_subcommand(
-      "position", "Print the arm's axis angles in degrees, over EKI; nothing moves");
-  command->footer(
-      "For a sphere that is taught: jog the tip onto its top until it just touches, release the "
-      "keys, and give the angles\nto 'cellcal new-cell'. EKI only.\nExample: cellcal position");
-  auto daemon = add_connection(command);
-  command->callback([=, &status] { status = show_position(*daemon); });
+               int (*act)(const Connection&), const std::string& footer) {
+  add_request<NoOptions>(app, status, name, words, footer,
+                         [act](const Connection& daemon, const NoOptions&) { return act(daemon); });
 }
 
 void add_history(CLI::App& app, int& status) {
-  CLI::App* command = app.add_subcommand("history", "List all sessions, newest first");
-  command->footer(
+  const auto [command, drift, connection] = add_request<bool>(
+      app, status, "history", "List all sessions, newest first",
       "--drift: the checks of the newest calibration as a control chart. Exit status 0: in control, a warning or too "
-      "few checks;\n3: alarm.\nExample: cellcal history --json\n         cellcal history --drift");
-  auto daemon = add_connection(command);
-  auto drift = std::make_shared<bool>(false);
+      "few checks;\n3: alarm.\nExample: cellcal history --json\n         cellcal history --drift",
+      [](const Connection& daemon, bool charted) {
+        return charted ? show_drift(daemon) : history(daemon);
+      });
   command->add_flag("--drift", *drift,
                     "Control chart of the checks: drift, since when, what to do");
-  command->callback([=, &status] { status = *drift ? show_drift(*daemon) : history(*daemon); });
 }
 
 /// Prints the token, which cannot be shown again.
@@ -315,27 +283,22 @@ void add_token_commands(CLI::App& app, int& status) {
       "removes tokens as well.\nExample: cellcal token add --role look --name wall-screen\n         "
       "cellcal token list --json\n         cellcal token remove wall-screen");
   token->require_subcommand(1);
-  auto given = std::make_shared<Given>();
-
-  CLI::App* add = token->add_subcommand("add", "Make a token and print it, once");
-  add->footer("Example: cellcal token add --role look --name wall-screen");
-  auto daemon = add_connection(add);
+  const auto [add, given, connection] =
+      add_request<Given>(*token, status, "add", "Make a token and print it, once",
+                         "Example: cellcal token add --role look --name wall-screen",
+                         [](const Connection& daemon, const Given& of) {
+                           return add_token(daemon, of.name, of.role);
+                         });
   add->add_option("--role", given->role, "look, operate or administer")
       ->required()
       ->check(CLI::IsMember({"look", "operate", "administer"}));
   add->add_option("--name", given->name, "Name in lists and logs")->required();
-  add->callback([=, &status] { status = add_token(*daemon, given->name, given->role); });
-
-  CLI::App* list = token->add_subcommand("list", "List the tokens: names and roles");
-  list->footer("Example: cellcal token list --json");
-  auto listed = add_connection(list);
-  list->callback([=, &status] { status = list_tokens(*listed); });
-
-  CLI::App* remove = token->add_subcommand("remove", "Revoke a token and all its logins");
-  remove->footer("Example: cellcal token remove wall-screen");
-  auto removed = add_connection(remove);
-  remove->add_option("NAME", given->name, "Its name, as 'cellcal token list' shows it")->required();
-  remove->callback([=, &status] { status = remove_token(*removed, given->name); });
+  add_plain(*token, status, "list", "List the tokens: names and roles", list_tokens,
+            "Example: cellcal token list --json");
+  const auto [remove, name, same] =
+      add_request<std::string>(*token, status, "remove", "Revoke a token and all its logins",
+                               "Example: cellcal token remove wall-screen", remove_token);
+  remove->add_option("NAME", *name, "Its name, as 'cellcal token list' shows it")->required();
 }
 
 }  // namespace
@@ -346,10 +309,16 @@ void add_client_commands(CLI::App& app, int& status) {
   add_find(app, status);
   add_dry_run(app, status);
   add_check(app, status);
-  add_plain(app, status, "status", "Show what the daemon is doing", show_status);
-  add_position(app, status);
+  add_plain(app, status, "status", "Show what the daemon is doing", show_status,
+            "Example: cellcal status --json");
+  add_plain(
+      app, status, "position", "Print the arm's axis angles in degrees, over EKI; nothing moves",
+      show_position,
+      "For a sphere that is taught: jog the tip onto its top until it just touches, release the "
+      "keys, and give the angles\nto 'cellcal new-cell'. EKI only.\nExample: cellcal position");
   add_watch(app, status);
-  add_plain(app, status, "abort", "Stop the arm and end the session", abort);
+  add_plain(app, status, "abort", "Stop the arm and end the session", abort,
+            "Example: cellcal abort --json");
   add_history(app, status);
   add_show(app, status);
   add_report(app, status);

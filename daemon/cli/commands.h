@@ -5,8 +5,10 @@
 #include <charconv>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "calib/words/phrase.h"
 #include "daemon/cli/client.h"
@@ -35,6 +37,44 @@ void describe_cellcal(CLI::App& app, int& status);
 
 /// Adds --socket and --json.
 std::shared_ptr<Connection> add_connection(CLI::App* command);
+
+/// Declares a command that `act` carries out with what its options fill; the caller adds them.
+template <class Given>
+std::pair<CLI::App*, std::shared_ptr<Given>> add_command(CLI::App& parent, int& status,
+                                                         const char* name, const char* words,
+                                                         const std::string& footer,
+                                                         int (*act)(const Given&)) {
+  CLI::App* const command = parent.add_subcommand(name, words);
+  auto given = std::make_shared<Given>();
+  command->footer(footer);
+  command->callback([given, act, &status] { status = act(*given); });
+  return {command, given};
+}
+
+/// A command that asks the daemon.
+template <class Given>
+struct RequestCommand {
+  CLI::App* command;
+  std::shared_ptr<Given> given;
+  std::shared_ptr<Connection> connection;
+};
+
+/// Likewise. `connect` adds its first options.
+template <class Given>
+RequestCommand<Given> add_request(
+    CLI::App& parent, int& status, const char* name, const char* words, const std::string& footer,
+    std::function<int(const Connection&, const Given&)> act,
+    std::shared_ptr<Connection> (*connect)(CLI::App*) = add_connection) {
+  CLI::App* const command = parent.add_subcommand(name, words);
+  auto given = std::make_shared<Given>();
+  command->footer(footer);
+  auto daemon = connect(command);
+  command->callback(
+      [given, daemon, act = std::move(act), &status] { status = act(*daemon, *given); });
+  return {command, given, daemon};
+}
+/// Of a request without options of its own.
+struct NoOptions {};
 
 /// Validator of session numbers.
 inline CLI::Validator session_number() {

@@ -1,16 +1,16 @@
-#include "daemon/cli/actions.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <vector>
 
 #include "calib/files/input_file.h"
 #include "calib/model/linear.h"
+#include "daemon/cli/actions.h"
 #include "daemon/cli/offline.h"
 #include "daemon/files/atomic_file.h"
+#include "daemon/plant/messages/text_fields.h"
 
 namespace cellcal::daemon {
 
@@ -140,24 +140,6 @@ void require_sum(const std::string& bytes, const std::string& sum, const std::st
     throw std::runtime_error(printable(name) + ": damaged, SHA-256 does not match. Try again");
 }
 
-std::string from_base64(const std::string& text) {
-  std::string bytes;
-  unsigned held = 0;
-  int bits = 0;
-  constexpr std::string_view kLetters =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  for (const char c : text) {
-    const std::size_t value = kLetters.find(c);
-    if (value == std::string_view::npos) break;  // '='
-    held = held << 6 | static_cast<unsigned>(value);
-    bits += 6;
-    if (bits < 8) continue;
-    bits -= 8;
-    bytes += static_cast<char>(held >> bits & 0xff);
-  }
-  return bytes;
-}
-
 }  // namespace
 
 int fleet_status(const Connection& fleet) {
@@ -189,7 +171,8 @@ int fleet_export(const Connection& fleet, const FleetExport& command) {
     const json files = parse(ask_fleet(fleet, of_cell + "certificates" + target)).at("files");
     std::filesystem::create_directories(command.output);
     for (const json& file : files) {
-      const std::string bytes = from_base64(file.at("base64").get<std::string>());
+      const std::string bytes =
+          plant::from_base64(file.at("base64").get<std::string>()).value_or("");
       const std::string name = std::filesystem::path(file.at("name").get<std::string>()).filename();
       require_sum(bytes, file.at("sha256").get<std::string>(), name);
       write_atomically(command.output / name, bytes);
@@ -204,61 +187,43 @@ int fleet_export(const Connection& fleet, const FleetExport& command) {
 
 namespace {
 
-enum class Need { kInterrupted, kFailed, kDrifted, kNotHeld, kOffline, kGap, kWithheld, kOverdue };
-
-std::optional<Need> need_of(const std::string& name) {
-  constexpr std::array<const char*, 8> kNames{"interrupted", "failed", "drifted",  "check-not-held",
-                                              "offline",     "gap",    "withheld", "overdue"};
-  for (std::size_t i = 0; i < kNames.size(); ++i)
-    if (name == kNames[i]) return static_cast<Need>(i);
-  return std::nullopt;
-}
-
 /// "check_touches, rank" as words.
 std::string finding_words(std::string_view names) {
   std::string words;
   for (std::size_t at = 0; at < names.size();) {
     const std::size_t end = std::min(names.find(',', at), names.size());
     const std::string name(names.substr(at, end - at)), id = "finding." + name;
-    words += (words.empty() ? "" : ", ") + (calib::sentence_of(id) ? calib::words(calib::Phrase(id)) : name);
+    words += (words.empty() ? "" : ", ") +
+             (calib::sentence_of(id) ? calib::words(calib::Phrase(id)) : name);
     at = end + 2;
   }
   return words;
 }
 
-std::string in_words(Need need, const std::string& detail) {
-  switch (need) {
-    case Need::kInterrupted:
-      return "session interrupted (" + detail + "). At the cell: cellcal status";
-    case Need::kFailed:
-      return "session failed: " + detail;
-    case Need::kDrifted:
-      return "drift alarm: " + detail + ". Calibrate again";
-    case Need::kNotHeld:
-      return "check: calibration does not hold" + (detail.empty() ? "" : ", likely " + detail) +
-             ". Calibrate again";
-    case Need::kOffline:
-      return detail == "farewell" ? "offline: shut down"
-                                  : "offline: connection lost. Check network and power";
-    case Need::kGap:
-      return detail + " messages missing. At the cell: cellcal history";
-    case Need::kWithheld:
-      return "newest calibration withheld" + (detail.empty() ? "" : ": " + finding_words(detail));
-    case Need::kOverdue:
-      return detail + " due";
-  }
-  return "";
-}
+/// By the need; the detail stands for {}.
+const std::map<std::string, const char*> kNeedWords{
+    {"interrupted", "session interrupted ({}). At the cell: cellcal status"},
+    {"failed", "session failed: {}"},
+    {"drifted", "drift alarm: {}. Calibrate again"},
+    {"check-not-held", "check: calibration does not hold{}. Calibrate again"},
+    {"offline", "offline: {}"},
+    {"gap", "{} messages missing. At the cell: cellcal history"},
+    {"withheld", "newest calibration withheld{}"},
+    {"overdue", "{} due"}};
 
 }  // namespace
 
 std::string need_words(const json& need) {
   constexpr std::size_t kDay = 10;  // YYYY-MM-DD
   const std::string what = need.value("what", "");
-  const json& detail = need.at("detail");
-  const std::optional<Need> known = need_of(what);
+  std::string detail = need.at("detail").is_string() ? need.at("detail").get<std::string>() : "";
+  if (what == "check-not-held" && !detail.empty()) detail = ", likely " + detail;
+  if (what == "withheld" && !detail.empty()) detail = ": " + finding_words(detail);
+  if (what == "offline")
+    detail = detail == "farewell" ? "shut down" : "connection lost. Check network and power";
+  const auto known = kNeedWords.find(what);
   std::string words =
-      known ? in_words(*known, detail.is_string() ? detail.get<std::string>() : "") : what;
+      known == kNeedWords.end() ? what : fmt::format(fmt::runtime(known->second), detail);
   const json& since = need.at("since");
   if (since.is_string()) words += " (since " + since.get<std::string>().substr(0, kDay) + ")";
   return printable(words);

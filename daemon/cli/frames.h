@@ -27,8 +27,6 @@ bool is_base(const std::string& text);
 // Frames set on the controller through the daemon. Each function returns its exit status and throws on
 // failure.
 
-struct FramesCommand;
-
 struct SendFrames {
   bool send = false, confirm = false, list = false;
   bool other_calibration = false;  ///< also a calibration that is not in use on the daemon

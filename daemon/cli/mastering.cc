@@ -104,15 +104,15 @@ int mastering(const MasteringCommand& command) {
 }  // namespace
 
 void add_mastering(CLI::App& app, int& status) {
-  auto given = std::make_shared<MasteringCommand>();
-  CLI::App* command = app.add_subcommand(
-      "mastering", "Show at which angle each axis is to be mastered, and which no touch tells");
-  command->footer(
+  const auto [command, given] = add_command(
+      app, status, "mastering",
+      "Show at which angle each axis is to be mastered, and which no touch tells",
       "The zeros of the axes by a calibration. An axis whose zero is off by more than its "
       "uncertainty is jogged\nto the angle shown, or from its mark by the angle shown, and mastered there by "
       "'dial' or 'reference'\nmastering, not at its mark.\n"
       "Exit status 3: the calibration was withheld.\n"
-      "Example: cellcal mastering --calibration calibration.json --machine-data '$machine.dat'");
+      "Example: cellcal mastering --calibration calibration.json --machine-data '$machine.dat'",
+      mastering);
   command->add_option("--calibration", given->calibration, "Calibration (JSON)")->required();
   command->add_option("--machine-data", given->machine_data,
                       "The controller's $machine.dat, or its backup (folder, ZIP): the angles "
@@ -121,7 +121,6 @@ void add_mastering(CLI::App& app, int& status) {
                     "Accept a withheld calibration, for inspection only");
   command->add_flag("--json", given->json, "Print JSON");
   add_language(*command);
-  command->callback([given, &status] { status = mastering(*given); });
 }
 
 }  // namespace cellcal::daemon

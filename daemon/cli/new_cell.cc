@@ -314,9 +314,8 @@ class Dialogue {
   void robot();
   void tool();
   void tool_sigma();
-  void mass();
-  void tip_radius();
-  void floor();
+  /// Asks for a number that may be left out.
+  void number(const std::string& question, const std::function<void(double)>& keep);
   void spheres();
   void certificate();
 
@@ -412,30 +411,12 @@ void Dialogue::tool_sigma() {
       });
 }
 
-void Dialogue::mass() {
-  ask("Mass of all that is on the flange, kg (empty: not known)",
-      [this](const std::string& answer) {
-        if (answer.empty()) return;
-        form_.tool.mass_kg = numbers(answer, {1})[0];
-        validate();
-      });
-}
-
-void Dialogue::tip_radius() {
-  ask("Radius of the tip, mm (empty: 0, a point)", [this](const std::string& answer) {
+void Dialogue::number(const std::string& question, const std::function<void(double)>& keep) {
+  ask(question, [&](const std::string& answer) {
     if (answer.empty()) return;
-    form_.tool.tip_radius_mm = numbers(answer, {1})[0];
+    keep(numbers(answer, {1})[0]);
     validate();
   });
-}
-
-void Dialogue::floor() {
-  ask("Height of floor or table top in the base frame, mm: nothing goes below (empty: not known)",
-      [this](const std::string& answer) {
-        if (answer.empty()) return;
-        form_.floor_mm = numbers(answer, {1})[0];
-        validate();
-      });
 }
 
 void Dialogue::place(SphereForm& sphere) {
@@ -538,9 +519,16 @@ void ask_for_rest(CellForm& form, const Given& given, const std::filesystem::pat
   if (!given.robot) dialogue.robot();
   if (!given.tool) dialogue.tool();
   if (!given.tool_sigma) dialogue.tool_sigma();
-  if (!given.mass && !form.tool.mass_kg) dialogue.mass();
-  if (!given.tip_radius) dialogue.tip_radius();
-  if (!form.floor_mm) dialogue.floor();
+  if (!given.mass && !form.tool.mass_kg)
+    dialogue.number("Mass of all that is on the flange, kg (empty: not known)",
+                    [&](double kg) { form.tool.mass_kg = kg; });
+  if (!given.tip_radius)
+    dialogue.number("Radius of the tip, mm (empty: 0, a point)",
+                    [&](double mm) { form.tool.tip_radius_mm = mm; });
+  if (!form.floor_mm)
+    dialogue.number(
+        "Height of floor or table top in the base frame, mm: nothing goes below (empty: not known)",
+        [&](double mm) { form.floor_mm = mm; });
   if (!given.spheres) dialogue.spheres();
   form.lengths = certified;
   if (!given.certificate) dialogue.certificate();

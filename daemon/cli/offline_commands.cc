@@ -13,13 +13,12 @@ namespace cellcal::daemon {
 namespace {
 
 void add_identify(CLI::App& app, int& status) {
-  auto given = std::make_shared<IdentifyCommand>();
-  CLI::App* command =
-      app.add_subcommand("identify", "Estimate a calibration from a file of touches, offline");
-  command->footer(
-      "Exit status 3: the result is written but must not be used; the reasons are "
-      "printed.\nExample: cellcal identify --cell cell.toml --touches touches.csv -o "
-      "calibration.json");
+  const auto [command, given] =
+      add_command(app, status, "identify", "Estimate a calibration from a file of touches, offline",
+                  "Exit status 3: the result is written but must not be used; the reasons are "
+                  "printed.\nExample: cellcal identify --cell cell.toml --touches touches.csv -o "
+                  "calibration.json",
+                  identify);
   command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
   command->add_option("--touches", given->touches, "Touches (CSV)")->required();
   command->add_option("-o,--output,--out", given->output,
@@ -41,26 +40,25 @@ void add_identify(CLI::App& app, int& status) {
   command->add_flag("--json", given->json, "Print the calibration as JSON");
   command->add_flag("--verbose", given->verbose, "Print all findings, not only the summary");
   add_language(*command);
-  command->callback([given, &status] { status = identify(*given); });
 }
 
 void add_predict(CLI::App& app, int& status) {
-  auto given = std::make_shared<PredictCommand>();
-  CLI::App* command =
-      app.add_subcommand("predict", "Predict where the TCP is at given joint angles");
-  command->footer(
+  const auto [command, given] = add_command(
+      app, status, "predict", "Predict where the TCP is at given joint angles",
       "u95_mm: radius that contains the position error at 95 % of the workspace, with 98 "
       "%\nconfidence. The position of the base frame is not part of it. The nominal model has "
       "none.\n--on E2: poses in the frame that this axis of the positioner carries, at the angles of the file's columns\n"
       "E1,E2; u95 excludes the position of that frame, and dx_mm,dy_mm,dz_mm is the predicted error: the calibrated\n"
       "tip minus the nominal one there.\nExit status 3: the calibration was withheld; nothing is predicted without "
       "--withheld.\nExample: cellcal predict --calibration calibration.json --joints "
-      "joints.csv -o tcp.csv");
+      "joints.csv -o tcp.csv",
+      predict);
   command->add_option("--calibration", given->calibration, "Calibration (JSON)")->required();
   command->add_option("--joints", given->joints, "Joint angles (CSV, deg)")->required();
   command->add_flag("--nominal", given->nominal, "Use the nominal robot with a stiff tool");
-  command->add_option("--on", given->on,
-                      "Axis of the positioner that carries the frame of the poses [the base frame]");
+  command->add_option(
+      "--on", given->on,
+      "Axis of the positioner that carries the frame of the poses [the base frame]");
   command
       ->add_option(
           "--load", given->load,
@@ -73,7 +71,6 @@ void add_predict(CLI::App& app, int& status) {
   command->add_option("-o,--output,--out", given->output,
                       "Write the poses to this file (CSV) [standard output]");
   command->add_flag("--json", given->json, "Write JSON");
-  command->callback([given, &status] { status = predict(*given); });
 }
 
 std::array<CLI::Option*, 2> add_leave_and_still(CLI::App& command, auto& given) {
@@ -191,15 +188,19 @@ void add_kuka_files(CLI::App& app, int& status) {
 }
 
 void add_ends(CLI::App& command, CLI::Option& urdf, calib::UrdfEnds& ends) {
-  command.add_option("--tip", ends.tip, "Its link at the flange [tool0, flange, or the last]")->needs(&urdf);
-  command.add_option("--root", ends.root, "Its link that is the arm's base [its first, or that fixed to \"world\"]")
+  command.add_option("--tip", ends.tip, "Its link at the flange [tool0, flange, or the last]")
+      ->needs(&urdf);
+  command
+      .add_option("--root", ends.root,
+                  "Its link that is the arm's base [its first, or that fixed to \"world\"]")
       ->needs(&urdf);
 }
 
 void add_export_robot(CLI::App& app, int& status) {
   auto given = std::make_shared<ExportRobotCommand>();
   CLI::App* command = app.add_subcommand(
-      "export-robot", "Write the calibrated arm for other programs: URDF, ROS, DH table, JSON, KUKA machine data");
+      "export-robot",
+      "Write the calibrated arm for other programs: URDF, ROS, DH table, JSON, KUKA machine data");
   command->footer(
       "URDF, YAML and DH table hold rigid links; what compliance, gears and bending add is printed "
       "in mm. A positioner\nis a second chain from the base, a linear unit a prismatic joint in the direction found; the DH table has the "
@@ -210,10 +211,11 @@ void add_export_robot(CLI::App& app, int& status) {
       "calibration.json --as dh -o dh.csv");
   command->add_option("--calibration", given->calibration, "Calibration (JSON)")->required();
   command
-      ->add_option("--as", given->as,
-                   "urdf; yaml: frames of the joints for ROS 2 drivers; dh: Denavit-Hartenberg "
-                   "parameters (CSV); json: all parameters; kuka: a positioner's frames for the machine data, "
-                   "$ETn_TA1KR or the root point, and the turn of the foot on a linear unit")
+      ->add_option(
+          "--as", given->as,
+          "urdf; yaml: frames of the joints for ROS 2 drivers; dh: Denavit-Hartenberg "
+          "parameters (CSV); json: all parameters; kuka: a positioner's frames for the machine data, "
+          "$ETn_TA1KR or the root point, and the turn of the foot on a linear unit")
       ->check(CLI::IsMember({"urdf", "yaml", "dh", "json", "kuka"}))
       ->capture_default_str();
   CLI::Option* urdf = command->add_option(
@@ -279,16 +281,16 @@ void add_import_robot(CLI::App& app, int& status) {
 }
 
 void add_doctor(CLI::App& app, int& status) {
-  auto given = std::make_shared<DoctorCommand>();
-  CLI::App* command = app.add_subcommand(
-      "doctor", "Check everything between this computer and the cell, without moving the arm");
-  command->footer(
+  const auto [command, given] = add_command(
+      app, status, "doctor",
+      "Check everything between this computer and the cell, without moving the arm",
       "Checks configuration, files, daemon, real-time rights, contact sensor and the "
       "controller's\nlink, in this order. Each line is ok, warning, FAILED or skipped, with "
       "what to do. Over RSI\nall corrections are zero and Stop ends the RSI session; over EKI "
       "nothing is commanded. While\na session runs, the daemon's own figures are shown.\nExit "
       "status 0: nothing FAILED; there may be warnings. 1: something FAILED.\nExample: cellcal "
-      "doctor --config /etc/cellcal/cellcald.toml --cell cell.toml");
+      "doctor --config /etc/cellcal/cellcald.toml --cell cell.toml",
+      doctor);
   command->add_option("--config", given->config, "The daemon's configuration")
       ->capture_default_str();
   command->add_option("--cell", given->cell, "Cell file (TOML): robot, axis limits");
@@ -302,18 +304,16 @@ void add_doctor(CLI::App& app, int& status) {
       ->capture_default_str();
   add_language(*command, given->language);
   command->add_flag("--json", given->json, "Print JSON");
-  command->callback([given, &status] { status = doctor(*given); });
 }
 
 void add_robots(CLI::App& app, int& status) {
-  auto given = std::make_shared<RobotsCommand>();
-  CLI::App* command = app.add_subcommand("robots", "List the robots that a cell file may name");
-  command->footer(
+  const auto [command, given] = add_command(
+      app, status, "robots", "List the robots that a cell file may name",
       "Reach: from the axis of A1 to the wrist centre, the arm stretched. Own robot files are in the folder of the\n"
       "cell file, which names them by path, or in the folder that CELLCAL_ROBOTS names, which is searched before "
-      "the\nshipped ones. The places are printed behind the list.\nExample: cellcal robots");
+      "the\nshipped ones. The places are printed behind the list.\nExample: cellcal robots",
+      robots);
   command->add_flag("--json", given->json, "Print JSON");
-  command->callback([given, &status] { status = robots(*given); });
 }
 
 }  // namespace
@@ -336,15 +336,14 @@ void add_offline_commands(CLI::App& app, int& status) {
 namespace {
 
 void add_learn(CLI::App& priors, int& status) {
-  auto given = std::make_shared<LearnPriorsCommand>();
-  CLI::App* command = priors.add_subcommand(
-      "learn",
-      "Learn from published calibrations how far the arms of a model lie from their nominal geometry");
-  command->footer(
+  const auto [command, given] = add_command(
+      priors, status, "learn",
+      "Learn from published calibrations how far the arms of a model lie from their nominal geometry",
       "Calibrations (JSON), or directories of them and of what 'cellcal export' wrote, which name the arm by its "
       "serial\nnumber. Each arm counts once. Withheld calibrations, other models and arms that do not fit with the "
       "others are set\naside, and each is named. Exit status 1: too few arms, or not one population.\nExample: cellcal "
-      "priors learn calibrations -o priors.toml");
+      "priors learn calibrations -o priors.toml",
+      learn_priors);
   command->add_option("FROM", given->from, "Calibrations, or directories of them")
       ->required()
       ->check(CLI::ExistingPath);
@@ -357,34 +356,30 @@ void add_learn(CLI::App& priors, int& status) {
   command->add_option("-o,--output,--out", given->output,
                       "Write the priors to this file (TOML) [standard output]");
   command->add_flag("--json", given->json, "Print priors and what was set aside as JSON");
-  command->callback([given, &status] { status = learn_priors(*given); });
 }
 
 void add_show_priors(CLI::App& priors, int& status) {
-  auto given = std::make_shared<ShowPriorsCommand>();
-  CLI::App* command = priors.add_subcommand("show", "Print a file of priors");
-  command->footer("Example: cellcal priors show priors.toml");
+  const auto [command, given] =
+      add_command(priors, status, "show", "Print a file of priors",
+                  "Example: cellcal priors show priors.toml", show_priors);
   command->add_option("FILE", given->file, "Priors (TOML)")->required();
   command->add_flag("--json", given->json, "Print JSON");
-  command->callback([given, &status] { status = show_priors(*given); });
 }
 
 void add_accept(CLI::App& priors, int& status) {
-  auto given = std::make_shared<AcceptPriorsCommand>();
-  CLI::App* command = priors.add_subcommand(
-      "accept",
-      "Write a robot file with the tolerances of its fleet; print each old and new value");
-  command->footer(
+  const auto [command, given] = add_command(
+      priors, status, "accept",
+      "Write a robot file with the tolerances of its fleet; print each old and new value",
       "Nothing else of the robot changes; the input file is left unchanged. Priors of another nominal geometry are\n"
       "refused. The new file is used where a cell file names it.\nExample: cellcal priors accept priors.toml --robot "
-      "kr5_r1400 -o my_kr5.toml");
+      "kr5_r1400 -o my_kr5.toml",
+      accept_priors);
   command->add_option("FILE", given->file, "Priors (TOML)")->required();
   command->add_option("--robot", given->robot, "Robot file, or a shipped robot by its name")
       ->required();
   command->add_option("-o,--output,--out", given->output, "Write the robot to this file")
       ->required();
   command->add_flag("--json", given->json, "Print the changes as JSON");
-  command->callback([given, &status] { status = accept_priors(*given); });
 }
 
 }  // namespace
@@ -431,9 +426,10 @@ void add_correct(CLI::App& app, int& status) {
   CLI::Option* poses =
       command->add_option("--poses", given->poses, "Poses of the TCP in the base frame (CSV)");
   command
-      ->add_option("--on", given->on,
-                   "Axis of the positioner that carries the frame of the poses, with its angles in columns "
-                   "E1,E2 [the base frame]")
+      ->add_option(
+          "--on", given->on,
+          "Axis of the positioner that carries the frame of the poses, with its angles in columns "
+          "E1,E2 [the base frame]")
       ->needs(poses);
   CLI::Option* program =
       command->add_option("--program", given->program, "KRL program (.src)")->excludes(poses);
@@ -487,9 +483,10 @@ void add_correct(CLI::App& app, int& status) {
   command->add_flag("--force", given->force, "Replace files of the same names in the folder of -o")
       ->excludes(poses);
   command
-      ->add_flag("--nominal-controller", given->nominal_controller,
-                 "The controller computes with the robot file's model of the arm when the programs "
-                 "run, although its files state absolute accuracy or other lengths, or another model was found")
+      ->add_flag(
+          "--nominal-controller", given->nominal_controller,
+          "The controller computes with the robot file's model of the arm when the programs "
+          "run, although its files state absolute accuracy or other lengths, or another model was found")
       ->excludes(poses);
   command->add_flag("--withheld", given->withheld,
                     "Accept a withheld calibration, for inspection only");

@@ -4,6 +4,7 @@
 #include <boost/asio/io_context.hpp>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -173,25 +174,19 @@ PlantConfig plant_line_of(const ProposeCommand& command, const plant::CellName& 
 
 /// The line's messages address a cell; this one addresses the proposer.
 std::string words_of(const LineFailure& failure, const ProposeCommand& command) {
-  const std::string broker = "broker " + command.broker;
-  switch (failure.problem) {
-    case LineProblem::kNoName:
-      return broker + ": no computer has this name. Check --broker";
-    case LineProblem::kUnreachable:
-      return broker + ": not reached. Check --broker and --port, and that it runs";
-    case LineProblem::kCertificate:
-      return broker + ": no TLS with it. Check --ca, and the name in the broker's certificate";
-    case LineProblem::kLogin:
-      return broker + ": login refused. Check --user and --password-file";
-    case LineProblem::kRefused:
-      return fmt::format(
-          "{}: user \"{}\" may not propose to {}. Check its rights there (cellcal.acl)", broker,
-          command.user, command.cell);
-    case LineProblem::kLost:
-      return broker + ": the connection was lost before it was accepted. Try again";
-    default:
-      return failure.words;
-  }
+  static const std::map<LineProblem, const char*> kWords{
+      {LineProblem::kNoName, "no computer has this name. Check --broker"},
+      {LineProblem::kUnreachable, "not reached. Check --broker and --port, and that it runs"},
+      {LineProblem::kCertificate,
+       "no TLS with it. Check --ca, and the name in the broker's certificate"},
+      {LineProblem::kLogin, "login refused. Check --user and --password-file"},
+      {LineProblem::kRefused,
+       "user \"{0}\" may not propose to {1}. Check its rights there (cellcal.acl)"},
+      {LineProblem::kLost, "the connection was lost before it was accepted. Try again"}};
+  const auto found = kWords.find(failure.problem);
+  if (found == kWords.end()) return failure.words;
+  return fmt::format("broker {}: {}", command.broker,
+                     fmt::format(fmt::runtime(found->second), command.user, command.cell));
 }
 
 /// Published as retained: a disconnected cell receives it on reconnection, so a missing subscriber is not an
@@ -253,11 +248,17 @@ int propose(const ProposeCommand& command) {
 
 constexpr const char* kFleetSocket = "/run/cellcal-fleet/fleet.sock";
 
-std::shared_ptr<Connection> add_fleet(CLI::App* command, bool json = true) {
+std::shared_ptr<Connection> add_fleet_socket(CLI::App* command) {
   auto fleet = std::make_shared<Connection>();
   fleet->socket = kFleetSocket;
   command->add_option("--socket", fleet->socket, "The collector's socket")->capture_default_str();
-  if (json) command->add_flag("--json", fleet->json, "Print JSON");
+  return fleet;
+}
+
+/// Likewise, with --json.
+std::shared_ptr<Connection> add_fleet(CLI::App* command) {
+  auto fleet = add_fleet_socket(command);
+  command->add_flag("--json", fleet->json, "Print JSON");
   return fleet;
 }
 
@@ -265,30 +266,35 @@ void add_compare(CLI::App* of, int& status) {
   struct Given {
     std::string robot, joint;
   };
-  auto given = std::make_shared<Given>();
-  CLI::App* command = of->add_subcommand("compare", "Compare one joint over all robots of a model");
-  command->footer(
-      "Compares the calibrations in use.\nExample: cellcal fleet compare --robot \"KR 5 R1400\" --joint A3");
-  auto fleet = add_fleet(command);
+  const auto [command, given, connection] = add_request<Given>(
+      *of, status, "compare", "Compare one joint over all robots of a model",
+      "Compares the calibrations in use.\nExample: cellcal fleet compare --robot \"KR 5 R1400\" --joint A3",
+      [](const Connection& fleet, const Given& asked) {
+        return fleet_compare(fleet, asked.robot, asked.joint);
+      },
+      add_fleet);
   command->add_option("--robot", given->robot, "Model, as the robot file names it")->required();
   command->add_option("--joint", given->joint, "Joint, such as A3")->required();
-  command->callback([=, &status] { status = fleet_compare(*fleet, given->robot, given->joint); });
 }
 
 void add_export(CLI::App* of, int& status) {
   struct Given {
     FleetExport command;
-    std::int64_t session = 0;
     bool check = false, certificate = false;
   };
-  auto given = std::make_shared<Given>();
-  CLI::App* command = of->add_subcommand(
-      "export", "Write a cell's calibration, check or certificate, byte for byte");
-  command->footer(
+  const auto [command, given, connection] = add_request<Given>(
+      *of, status, "export", "Write a cell's calibration, check or certificate, byte for byte",
       "The newest where no session is named; its SHA-256 is compared.\n"
       "Example: cellcal fleet export graz/weld-3 -o calibration.json\n"
-      "         cellcal fleet export graz/weld-3 --session 7 --certificate -o certificate");
-  auto fleet = add_fleet(command, false);
+      "         cellcal fleet export graz/weld-3 --session 7 --certificate -o certificate",
+      [](const Connection& fleet, const Given& asked) {
+        FleetExport wanted = asked.command;
+        wanted.what = asked.certificate ? Exported::kCertificate
+                      : asked.check     ? Exported::kCheck
+                                        : Exported::kCalibration;
+        return fleet_export(fleet, wanted);
+      },
+      add_fleet_socket);
   command->add_option("CELL", given->command.cell, "PLANT/CELL")
       ->required()
       ->check([](const std::string& text) {
@@ -297,8 +303,7 @@ void add_export(CLI::App* of, int& status) {
         return sound ? std::string()
                      : "\"" + text + "\" must be PLANT/CELL, as listed by 'cellcal fleet status'";
       });
-  auto* session =
-      command->add_option("--session", given->session, "Session")->check(session_number());
+  command->add_option("--session", given->command.session, "Session")->check(session_number());
   command->add_option("--journal", given->command.journal, "Journal, where the cell had several");
   auto* check = command->add_flag("--check", given->check, "The check");
   auto* output = command->add_option("-o,--output,--out", given->command.output,
@@ -306,14 +311,6 @@ void add_export(CLI::App* of, int& status) {
   command->add_flag("--certificate", given->certificate, "The certificate's files")
       ->excludes(check)
       ->needs(output);
-  command->callback([=, &status] {
-    FleetExport& wanted = given->command;
-    if (session->count() > 0) wanted.session = given->session;
-    wanted.what = given->certificate ? Exported::kCertificate
-                  : given->check     ? Exported::kCheck
-                                     : Exported::kCalibration;
-    status = fleet_export(*fleet, wanted);
-  });
 }
 
 /// Options of the plant's broker and its login.
@@ -334,7 +331,6 @@ void add_broker(CLI::App* command, ProposeCommand& wanted, bool& no_tls) {
 void add_propose(CLI::App* of, int& status) {
   struct Given {
     ProposeCommand command;
-    std::string schedule, priors, withdraw;
     bool calibrate = false, check = false, no_tls = false;
   };
   auto given = std::make_shared<Given>();
@@ -356,14 +352,13 @@ void add_propose(CLI::App* of, int& status) {
   auto* activate = what->add_option("--activate", wanted.session,
                                     "Request to use that session's calibration again")
                        ->check(session_number());
-  auto* schedule = what->add_option("--schedule", given->schedule,
+  auto* schedule = what->add_option("--schedule", wanted.file,
                                     "Propose this schedule (TOML, keys of [schedule])")
                        ->check(CLI::ExistingFile);
-  auto* priors = what->add_option("--priors", given->priors,
+  auto* priors = what->add_option("--priors", wanted.file,
                                   "Propose these tolerances for its robot file (TOML)")
                      ->check(CLI::ExistingFile);
-  auto* withdraw =
-      what->add_option("--withdraw", given->withdraw, "Withdraw the proposal of this id");
+  auto* withdraw = what->add_option("--withdraw", wanted.id, "Withdraw the proposal of this id");
   what->require_option(1);
   command->add_option("--reason", wanted.reason, "Reason, shown to the operators")->required();
   command->add_option("--by", wanted.by, "Author [the user]");
@@ -380,9 +375,6 @@ void add_propose(CLI::App* of, int& status) {
                : priors->count() > 0   ? ProposalKind::kPriors
                : withdraw->count() > 0 ? ProposalKind::kWithdraw
                                        : ProposalKind::kCheck;
-    if (now.kind == ProposalKind::kSchedule) now.file = given->schedule;
-    if (now.kind == ProposalKind::kPriors) now.file = given->priors;
-    if (now.kind == ProposalKind::kWithdraw) now.id = given->withdraw;
     status = propose(now);
   });
 }
@@ -396,16 +388,16 @@ void add_fleet_commands(CLI::App& app, int& status) {
       "         cellcal fleet overdue --json");
   fleet->require_subcommand(1);
 
-  CLI::App* all =
-      fleet->add_subcommand("status", "List all cells, those first that need attention, and why");
-  all->footer("Example: cellcal fleet status");
-  auto of_all = add_fleet(all);
-  all->callback([=, &status] { status = fleet_status(*of_all); });
-
-  CLI::App* overdue = fleet->add_subcommand("overdue", "List calibrations and checks that are due");
-  overdue->footer("Exit status 3: there are some.\nExample: cellcal fleet overdue");
-  auto of_overdue = add_fleet(overdue);
-  overdue->callback([=, &status] { status = fleet_overdue(*of_overdue); });
+  add_request<NoOptions>(
+      *fleet, status, "status", "List all cells, those first that need attention, and why",
+      "Example: cellcal fleet status",
+      [](const Connection& collector, const NoOptions&) { return fleet_status(collector); },
+      add_fleet);
+  add_request<NoOptions>(
+      *fleet, status, "overdue", "List calibrations and checks that are due",
+      "Exit status 3: there are some.\nExample: cellcal fleet overdue",
+      [](const Connection& collector, const NoOptions&) { return fleet_overdue(collector); },
+      add_fleet);
 
   add_compare(fleet, status);
   add_export(fleet, status);
@@ -533,13 +525,15 @@ void add_schedule_commands(CLI::App& app, int& status) {
     bool release = false;
     std::string begin;
   };
-  auto given = std::make_shared<Given>();
-  CLI::App* command = app.add_subcommand(
-      "schedule", "Show unattended sessions: next times, last decisions and reasons");
-  command->footer(
+  const auto [command, given, connection] = add_request<Given>(
+      app, status, "schedule", "Show unattended sessions: next times, last decisions and reasons",
       "Its sessions are [[schedule.session]] in cellcald.toml.\nExample: cellcal schedule\n"
-      "         cellcal schedule --release\n         cellcal schedule --begin check");
-  auto daemon = add_connection(command);
+      "         cellcal schedule --release\n         cellcal schedule --begin check",
+      [](const Connection& daemon, const Given& of) {
+        return of.release          ? release_schedule(daemon)
+               : !of.begin.empty() ? begin_scheduled(daemon, of.begin)
+                                   : show_schedule(daemon);
+      });
   auto* release = command->add_flag(
       "--release", given->release,
       "Confirm that cell, arm and this computer's clock were checked: scheduled sessions begin again");
@@ -547,11 +541,6 @@ void add_schedule_commands(CLI::App& app, int& status) {
       ->add_option("--begin", given->begin,
                    "Begin this session, if the schedule allows it now (begin = \"on request\")")
       ->excludes(release);
-  command->callback([=, &status] {
-    status = given->release          ? release_schedule(*daemon)
-             : !given->begin.empty() ? begin_scheduled(*daemon, given->begin)
-                                     : show_schedule(*daemon);
-  });
 }
 
 }  // namespace cellcal::daemon

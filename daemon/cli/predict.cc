@@ -12,6 +12,7 @@
 #include <ranges>
 #include <span>
 #include <stdexcept>
+#include <utility>
 
 #include "calib/export/corrector.h"
 #include "calib/export/tables.h"
@@ -113,42 +114,38 @@ std::vector<PredictedRow> predicted_rows(const PredictCommand& command,
   return rows;
 }
 
-/// With the deviation from the nominal arm and positioner in the frame of an axis.
+/// Names and values of a row, with the deviation from the nominal arm and positioner in the frame of an axis.
+std::vector<std::pair<const char*, double>> columns(const PredictedRow& row, bool nominal,
+                                                    bool on_axis) {
+  const auto& xyz = row.frame.xyz_mm;
+  const auto& abc = row.frame.abc_deg;
+  const Eigen::Vector3d& d = row.error_mm;
+  std::vector<std::pair<const char*, double>> all{{"x_mm", xyz[0]},  {"y_mm", xyz[1]},
+                                                  {"z_mm", xyz[2]},  {"a_deg", abc[0]},
+                                                  {"b_deg", abc[1]}, {"c_deg", abc[2]}};
+  if (!nominal) all.emplace_back("u95_mm", row.u95_mm);
+  if (!nominal && on_axis)
+    all.insert(all.end(), {{"dx_mm", d.x()}, {"dy_mm", d.y()}, {"dz_mm", d.z()}});
+  return all;
+}
+
 std::string predicted_csv(const std::vector<PredictedRow>& rows, bool nominal, bool on_axis) {
-  std::string text = "x_mm,y_mm,z_mm,a_deg,b_deg,c_deg";
-  if (!nominal) text += on_axis ? ",u95_mm,dx_mm,dy_mm,dz_mm" : ",u95_mm";
-  text += "\n";
+  std::string text;
+  for (const auto& [name, value] : columns({}, nominal, on_axis))
+    text += fmt::format("{}{}", text.empty() ? "" : ",", name);
   for (const PredictedRow& row : rows) {
-    const auto& xyz = row.frame.xyz_mm;
-    const auto& abc = row.frame.abc_deg;
-    const Eigen::Vector3d& d = row.error_mm;
-    text += fmt::format("{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f}", xyz[0], xyz[1], xyz[2], abc[0],
-                        abc[1], abc[2]);
-    if (!nominal) text += fmt::format(",{:.9f}", row.u95_mm);
-    if (!nominal && on_axis) text += fmt::format(",{:.9f},{:.9f},{:.9f}", d.x(), d.y(), d.z());
-    text += "\n";
+    const char* before = "\n";
+    for (const auto& [name, value] : columns(row, nominal, on_axis))
+      text += fmt::format("{}{:.9f}", std::exchange(before, ","), value);
   }
-  return text;
+  return text + "\n";
 }
 
 std::string predicted_json(const std::vector<PredictedRow>& rows, bool nominal, bool on_axis) {
   nlohmann::json list = nlohmann::json::array();
   for (const PredictedRow& row : rows) {
-    const auto& xyz = row.frame.xyz_mm;
-    const auto& abc = row.frame.abc_deg;
-    const Eigen::Vector3d& d = row.error_mm;
-    list.push_back({{"x_mm", xyz[0]},
-                    {"y_mm", xyz[1]},
-                    {"z_mm", xyz[2]},
-                    {"a_deg", abc[0]},
-                    {"b_deg", abc[1]},
-                    {"c_deg", abc[2]}});
-    if (!nominal) list.back()["u95_mm"] = row.u95_mm;
-    if (!nominal && on_axis) {
-      list.back()["dx_mm"] = d.x();
-      list.back()["dy_mm"] = d.y();
-      list.back()["dz_mm"] = d.z();
-    }
+    nlohmann::json& one = list.emplace_back();
+    for (const auto& [name, value] : columns(row, nominal, on_axis)) one[name] = value;
   }
   return list.dump(1) + "\n";
 }

@@ -216,72 +216,59 @@ void add_import(CLI::App& app, int& status) {
   struct Given {
     std::filesystem::path directory, key;
   };
-  auto given = std::make_shared<Given>();
-  CLI::App* command = app.add_subcommand("import", "Import an exported session into this journal");
-  command->footer(
+  const auto [command, given, connection] = add_request<Given>(
+      app, status, "import", "Import an exported session into this journal",
       "The daemon reads the directory: put it where its user may, not below /tmp or a home.\n"
       "Reports the signer; files changed after signing are refused.\n"
-      "Example: cellcal import /var/lib/cellcal/session-7");
-  auto daemon = add_connection(command);
+      "Example: cellcal import /var/lib/cellcal/session-7",
+      [](const Connection& daemon, const Given& of) {
+        return import_session(daemon, of.directory, of.key);
+      });
   command->add_option("DIR", given->directory, "Directory that 'cellcal export' wrote")->required();
   command->add_option(
       "--key", given->key,
       "Public key of the signer (PEM); by default $CELLCAL_KEY.pub or /etc/cellcal/certificate.key.pub");
-  command->callback(
-      [=, &status] { status = import_session(*daemon, given->directory, given->key); });
 }
 
 void add_replay(CLI::App& app, int& status) {
-  auto given = std::make_shared<std::string>();
-  CLI::App* command = app.add_subcommand("replay", "Compute a recorded session again and compare");
-  command->footer(
+  const auto [command, given, connection] = add_request<std::string>(
+      app, status, "replay", "Compute a recorded session again and compare",
       "A directory needs no daemon. Status 1 where a value differs.\n"
-      "Example: cellcal replay 7\n         cellcal replay session-7");
-  auto daemon = add_connection(command);
+      "Example: cellcal replay 7\n         cellcal replay session-7",
+      replay_session);
   command->add_option("SESSION", *given, "Number of the session, or directory of its export")
       ->required();
-  command->callback([=, &status] { status = replay_session(*daemon, *given); });
 }
 
 void add_backup(CLI::App& app, int& status) {
-  auto given = std::make_shared<std::filesystem::path>();
-  CLI::App* command =
-      app.add_subcommand("backup", "Copy the whole journal, also while a session runs");
-  command->footer(
+  const auto [command, given, connection] = add_request<std::filesystem::path>(
+      app, status, "backup", "Copy the whole journal, also while a session runs",
       "The daemon writes the file: name a directory where its user may.\n"
-      "Example: cellcal backup /var/lib/cellcal/journal-2026-11-20.db");
-  auto daemon = add_connection(command);
+      "Example: cellcal backup /var/lib/cellcal/journal-2026-11-20.db",
+      back_up);
   command->add_option("FILE", *given, "File, must not exist")->required();
-  command->callback([=, &status] { status = back_up(*daemon, *given); });
 }
 
 void add_retain(CLI::App& app, int& status) {
   struct Given {
     bool dry_run = false;
-    int days = 0;
-    double megabytes = 0.0;
+    std::optional<int> days;
+    std::optional<double> megabytes;
   };
-  auto given = std::make_shared<Given>();
-  CLI::App* command =
-      app.add_subcommand("retain", "Drop raw events and readings of old sessions, nothing else");
-  command->footer(
+  const auto [command, given, connection] = add_request<Given>(
+      app, status, "retain", "Drop raw events and readings of old sessions, nothing else",
       "Touches, calibrations and results stay, and so do the checksums. Default: [retention] of "
-      "cellcald.toml.\nExample: cellcal retain --days 90 --dry-run");
-  auto daemon = add_connection(command);
+      "cellcald.toml.\nExample: cellcal retain --days 90 --dry-run",
+      [](const Connection& daemon, const Given& of) {
+        return retain(daemon, of.dry_run, of.days, of.megabytes);
+      });
   command->add_flag("--dry-run", given->dry_run, "Only list what would be dropped");
-  auto* days =
-      command->add_option("--days", given->days, "Sessions that ended more than this many days ago")
-          ->check(between(1, 36500));
-  auto* megabytes =
-      command
-          ->add_option("--megabytes", given->megabytes,
-                       "The oldest sessions, until the journal uses no more than this")
-          ->check(between(1.0, 1e9));
-  command->callback([=, &status] {
-    status = retain(*daemon, given->dry_run,
-                    days->count() > 0 ? std::optional(given->days) : std::nullopt,
-                    megabytes->count() > 0 ? std::optional(given->megabytes) : std::nullopt);
-  });
+  command->add_option("--days", given->days, "Sessions that ended more than this many days ago")
+      ->check(between(1, 36500));
+  command
+      ->add_option("--megabytes", given->megabytes,
+                   "The oldest sessions, until the journal uses no more than this")
+      ->check(between(1.0, 1e9));
 }
 
 }  // namespace
@@ -342,19 +329,17 @@ void add_certificate(CLI::App& app, int& status) {
 }
 
 void add_verify(CLI::App& app, int& status) {
-  auto given = std::make_shared<VerifyCommand>();
-  CLI::App* command =
-      app.add_subcommand("verify", "Show who signed a certificate, and whether it was changed");
-  command->footer(
+  const auto [command, given] = add_command(
+      app, status, "verify", "Show who signed a certificate, and whether it was changed",
       "Status 0: as it was signed. 3: it is not: changed file, one more in the directory, other key,\n"
-      "damaged signature. 1: cannot be verified: no signature, no key, a file is missing.\nExample: cellcal verify certificate-7/certificate.pdf --key quality.key.pub");
+      "damaged signature. 1: cannot be verified: no signature, no key, a file is missing.\nExample: cellcal verify certificate-7/certificate.pdf --key quality.key.pub",
+      verify);
   command->add_option("FILE", given->file, "One file of a certificate, or its directory")
       ->required();
   command->add_option(
       "--key", given->key,
       "The issuer's public key (PEM); by default $CELLCAL_KEY.pub or /etc/cellcal/certificate.key.pub");
   command->add_flag("--json", given->json, "Print JSON");
-  command->callback([given, &status] { status = verify(*given); });
 }
 
 }  // namespace
@@ -367,59 +352,49 @@ void add_certificate_commands(CLI::App& app, int& status) {
 namespace {
 
 void add_versions(CLI::App& app, int& status) {
-  auto given = std::make_shared<std::int64_t>(0);
-  CLI::App* command = app.add_subcommand(
-      "versions", "List the published calibrations of a cell, and which is in use");
-  command->footer("Example: cellcal versions");
-  auto daemon = add_connection(command);
-  auto* of =
-      command->add_option("--of", *given, "Session of the cell [that of the calibration in use]")
-          ->check(session_number());
-  command->callback([=, &status] {
-    status = list_versions(*daemon, of->count() > 0 ? std::optional(*given) : std::nullopt);
-  });
+  const auto [command, given, connection] = add_request<std::optional<std::int64_t>>(
+      app, status, "versions", "List the published calibrations of a cell, and which is in use",
+      "Example: cellcal versions", list_versions);
+  command->add_option("--of", *given, "Session of the cell [that of the calibration in use]")
+      ->check(session_number());
 }
 
 void add_activate(CLI::App& app, int& status) {
   struct Given {
-    std::int64_t session = 0;
+    std::optional<std::int64_t> session;
     bool back = false;
     std::string reason;
   };
-  auto given = std::make_shared<Given>();
-  CLI::App* command = app.add_subcommand("activate", "Put an earlier calibration into use again");
-  command->footer(
+  const auto [command, given, connection] = add_request<Given>(
+      app, status, "activate", "Put an earlier calibration into use again",
       "It is what 'cellcal check' checks and what the next result is compared with, until the next one is published\n"
       "or activated. Recorded in the journal with author and reason. Corrected programs and frames stay unchanged.\n"
       "Example: cellcal activate 7 --reason \"session 9 was made with a loose torch\"\n"
-      "         cellcal activate --back --reason \"loose torch\"");
-  auto daemon = add_connection(command);
+      "         cellcal activate --back --reason \"loose torch\"",
+      [](const Connection& daemon, const Given& of) {
+        if (!of.back && !of.session) throw CLI::RequiredError("ID or --back");
+        return activate_version(daemon, of.back ? std::nullopt : of.session, of.reason);
+      });
   auto* session = command->add_option("ID", given->session, "Session of the calibration")
                       ->check(session_number());
   auto* back = command->add_flag("--back", given->back, "The calibration used before this one");
   back->excludes(session);
   command->add_option("--reason", given->reason, "Why")->required();
-  command->callback([=, &status] {
-    if (!given->back && given->session == 0) throw CLI::RequiredError("ID or --back");
-    status = activate_version(*daemon, given->back ? std::nullopt : std::optional(given->session),
-                              given->reason);
-  });
 }
 
 void add_compare(CLI::App& app, int& status) {
   struct Given {
     std::int64_t before = 0, after = 0;
   };
-  auto given = std::make_shared<Given>();
-  CLI::App* command = app.add_subcommand("compare", "Compare two published calibrations of a cell");
-  command->footer(
+  const auto [command, given, connection] = add_request<Given>(
+      app, status, "compare", "Compare two published calibrations of a cell",
       "Prints the distance of the tips over the workspace (or near the targets), and the parameters that moved by more than\n"
-      "U (k=2).\nExample: cellcal compare 7 9");
-  auto daemon = add_connection(command);
+      "U (k=2).\nExample: cellcal compare 7 9",
+      [](const Connection& daemon, const Given& of) {
+        return compare_versions(daemon, of.before, of.after);
+      });
   command->add_option("A", given->before, "First session")->required()->check(session_number());
   command->add_option("B", given->after, "Second session")->required()->check(session_number());
-  command->callback(
-      [=, &status] { status = compare_versions(*daemon, given->before, given->after); });
 }
 
 }  // namespace

@@ -185,18 +185,17 @@ std::string no_pair(std::string& text) {
 }  // namespace
 
 void add_relate(CLI::App& app, int& status) {
-  auto given = std::make_shared<RelateCommand>();
-  CLI::App* command = app.add_subcommand(
-      "relate",
-      "Find where the base of one arm is in that of another that touched the same spheres");
-  command->footer(
+  const auto [command, given] = add_command(
+      app, status, "relate",
+      "Find where the base of one arm is in that of another that touched the same spheres",
       "Both arms touch the same spheres, three or more that are not on one line, which stay where they are in "
       "between.\nPrints the frame of the second base in the first, as $ROBROOT, with U (k=2); it holds for both arms "
       "corrected by\nthese calibrations, whose own u95 comes on top. Spheres are the same where their ids are, or "
       "with --cells their\nserial numbers.\nExit status 3: a sphere does not agree, or a calibration was withheld.\n"
       "Example: cellcal relate left.json right.json -o frame.txt\n"
       "         cellcal relate left.json right.json --cells left.toml right.toml\n"
-      "         cellcal relate left.json right.json --same S1=K1,S2=K2,S3=K3");
+      "         cellcal relate left.json right.json --same S1=K1,S2=K2,S3=K3",
+      relate);
   command->add_option("first", given->first, "Calibration of the first arm (JSON)")->required();
   command->add_option("second", given->second, "Calibration of the second arm (JSON)")->required();
   CLI::Option* same =
@@ -212,7 +211,6 @@ void add_relate(CLI::App& app, int& status) {
   command->add_option("-o,--output,--out", given->output, "Write to this file [standard output]");
   command->add_flag("--json", given->json, "Print JSON");
   add_language(*command);
-  command->callback([given, &status] { status = relate(*given); });
 }
 
 }  // namespace cellcal::daemon
