@@ -19,9 +19,10 @@ const FILES = Object.fromEntries(outputFiles.map(({ path, contents }) => {
 }));
 const html = (name) => ({ body: readFileSync(`src/${name}.html`, "utf8").replace(/\{\{(.*?)\}\}/g, (_, file) => `/page/${file}`), contentType: "text/html" });
 
-/** `answer`: of a URL; null: none. */
-async function open(name, viewport, answer) {
+/** `answer`: of a URL; null: none. `begin`: run in the page before all else. */
+async function open(name, viewport, answer, begin = () => {}) {
   const page = await (await browser.newContext({ locale: "de-DE", viewport })).newPage();
+  await page.addInitScript(begin);
   await page.route("**/*", (route) => {
     const url = new URL(route.request().url());
     return route.fulfill(url.pathname === "/" ? html(name) : FILES[url.pathname] ?? answer(url) ?? { status: 404, json: {} });
@@ -124,6 +125,12 @@ async function writes_thousands_of_sessions_only_once() {
   await leave(page);
 }
 
+async function is_shown_in_a_browser_without_a_locale() {
+  const page = await open("index", { width: 1024, height: 600 }, idle_cell(1), () => Object.defineProperty(Navigator.prototype, "language", { get: () => "C" }));
+  await page.getByRole("button", { name: "Start a session" }).waitFor(LONG);
+  await leave(page);
+}
+
 async function shows_a_plant_in_german_on_a_telephone() {
   const TIME = "2026-11-28T20:00:00Z";
   const needs = [{ what: "check-not-held", since: TIME, detail: "tool" }, { what: "withheld", since: TIME, detail: "check_touches, no_gain" },
@@ -153,7 +160,7 @@ async function shows_a_plant_in_german_on_a_telephone() {
 
 try {
   for (const step of [says_that_a_cell_is_on_hold_until_it_is_released, keeps_long_names_and_the_focus_in_sight_on_a_telephone, writes_thousands_of_sessions_only_once,
-                      shows_a_plant_in_german_on_a_telephone]) {
+                      is_shown_in_a_browser_without_a_locale, shows_a_plant_in_german_on_a_telephone]) {
     await step();
     console.log(`ok      the page ${step.name.replaceAll("_", " ")}`);
   }

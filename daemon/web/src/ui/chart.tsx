@@ -1,6 +1,7 @@
 // One chart of numbers over numbers. Its content is also stated as text, and as a table where the caller provides one.
 
 import { useEffect, useRef } from "preact/hooks";
+import "../browser_language";
 import uPlot from "uplot";
 import { useVoice } from "./context";
 
