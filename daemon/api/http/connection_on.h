@@ -2,6 +2,8 @@
 // Connection of one client, for any socket type: reads a request, waits for its answer, writes it, and
 // repeats. Instantiated in one file per socket type, since Beast and Asio compile slowly.
 
+#include <fmt/chrono.h>
+
 #include <algorithm>
 #include <boost/asio/error.hpp>
 #include <boost/asio/post.hpp>
@@ -11,6 +13,7 @@
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/ssl.hpp>
+#include <ctime>
 #include <limits>
 #include <optional>
 #include <string>
@@ -252,6 +255,9 @@ class ConnectionOn final : public Connection,
   template <class Message>
   static void set_headers(Message& message, const Response& response) {
     message.set(http::field::server, "cellcald");
+    // Ages are stated by it where the client's clock is wrong.
+    message.set(http::field::date,
+                fmt::format("{:%a, %d %b %Y %H:%M:%S} GMT", fmt::gmtime(std::time(nullptr))));
     message.set(http::field::content_type, response.type);
     message.set("X-Content-Type-Options", "nosniff");
     message.set(http::field::cache_control, "no-store");  // unless overridden

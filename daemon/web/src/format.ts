@@ -1,5 +1,6 @@
 // Numbers with their units, in the format of the language.
 
+import { now_ms } from "./clock";
 import type { Language } from "./words";
 
 export interface Formats {
@@ -33,7 +34,7 @@ const UNITS: Record<string, string> = { deg: "°", sigma: "σ" };
 function day(instant: string | number, language: Language): string {
   const when = new Date(typeof instant === "number" ? instant * 1000 : instant);
   if (Number.isNaN(when.getTime())) return NONE;
-  const year = when.getFullYear() === new Date().getFullYear() ? undefined : "numeric";
+  const year = when.getFullYear() === new Date(now_ms()).getFullYear() ? undefined : "numeric";
   return when.toLocaleDateString(language === "en" ? "en-GB" : language, { day: "numeric", month: "short", year })
     .replace(/ /g, SPACE);
 }

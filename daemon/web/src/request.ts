@@ -1,5 +1,6 @@
 // Requests to the daemon. They never throw and have a time limit.
 
+import { heard } from "./clock";
 import { error_words, parse } from "./decode";
 import type { Say } from "./words";
 
@@ -24,6 +25,7 @@ export async function request(
       headers: body === undefined ? {} : { "Content-Type": body instanceof Blob ? "application/octet-stream" : "application/json" },
       body: body === undefined ? null : body instanceof Blob ? body : JSON.stringify(body),
     });
+    heard(answer.headers.get("Date"));
     const value = parse(await answer.text());
     return { status: answer.status, value, words: answer.ok ? "" : error_words(value) };
   } catch {

@@ -1,5 +1,6 @@
 // A status as a sentence: keys of the catalogue with values. Uses typed values only, no texts.
 
+import { now_ms } from "./clock";
 import type { Formats } from "./format";
 import type { Key, Say } from "./words";
 import type { FailureKind, Phase, Status } from "./types";
@@ -38,7 +39,7 @@ export function motion_words(status: Status, seen_s: number, say: Say, fmt: Form
   if (packet_age_s === null) return say("motion.never");
   const age_s = packet_age_s + seen_s;
   if (moves === "unknown")
-    return say("motion.unknown", { since: fmt.clock(Date.now() - age_s * 1000), age: fmt.duration(age_s) });
+    return say("motion.unknown", { since: fmt.clock(now_ms() - age_s * 1000), age: fmt.duration(age_s) });
   return say(`motion.${moves}`, { age: fmt.seconds(age_s) });
 }
 
@@ -54,7 +55,7 @@ export function near_words(status: Status | null, now_s: number, say: Say, fmt: 
   if (moves === "unknown") return say("near.unknown");
   if (!status.schedule) return say("near.scheduled.unknown");
   const { open, next_utc_s: next_s } = status.schedule;
-  // The clock of this browser may be slow.
+  // Due, though the newest status does not state it yet.
   if (open || (next_s !== null && next_s <= now_s)) return say("near.scheduled.now");
   return next_s === null ? say("near.free")
     : say("near.scheduled", { day: fmt.day(next_s), time: fmt.clock(next_s * 1000).slice(0, 5) });

@@ -6,6 +6,7 @@
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
+#include <ctime>
 #include <future>
 #include <list>
 #include <thread>
@@ -106,6 +107,19 @@ TEST(ANetworkServer, AnswersAndHandsOnTheHeaders) {
   const std::string answer = ask(served, "/a");
   EXPECT_EQ(answer.rfind("HTTP/1.1 200", 0), 0u) << answer;
   EXPECT_NE(answer.find("GET /a word"), std::string::npos) << answer;
+}
+
+TEST(ANetworkServer, StatesItsTimeWithEachAnswer) {
+  const ServedOnPort served;
+  const std::time_t before = std::time(nullptr);
+  const std::string answer = ask(served, "/a");
+  const std::size_t at = answer.find("\r\nDate: ");
+  ASSERT_NE(at, std::string::npos) << answer;
+  std::tm stated{};
+  const char* end = ::strptime(answer.c_str() + at + 8, "%a, %d %b %Y %H:%M:%S GMT\r\n", &stated);
+  ASSERT_NE(end, nullptr) << answer;
+  EXPECT_GE(::timegm(&stated), before);
+  EXPECT_LE(::timegm(&stated), std::time(nullptr));
 }
 
 TEST(ANetworkServer, AsksNobodyForTheAnswerToOneWhoIsNotAdmitted) {

@@ -2,6 +2,7 @@
 
 import { useCallback, useEffect, useMemo, useReducer, useRef, useState } from "preact/hooks";
 import { situation } from "../clearance";
+import { now_ms, ticks_ms } from "../clock";
 import * as decode from "../decode";
 import { Live } from "../live";
 import { age_ms } from "../model";
@@ -52,7 +53,7 @@ export function App() {
     return () => clearInterval(ticking);
   }, []);
 
-  const now = performance.now();
+  const now = ticks_ms();
   const { model } = live;
   const { status } = model;
   const old = age_ms(model, now) > 0;
@@ -104,7 +105,7 @@ export function App() {
 
   const file = (status?.session ? sessions?.find((one) => one.id === status.session)?.cell : "") || readiness?.cell || sessions?.[0]?.cell || "";
   const cell = cell_name(file), robot = scene?.robot || readiness?.robot || "";
-  const standing = standing_line({ drift, versions, readiness, cell: file, now: now_of(status, old) }, Date.now() / 1000, voice.say, voice.fmt);
+  const standing = standing_line({ drift, versions, readiness, cell: file, now: now_of(status, old) }, now_ms() / 1000, voice.say, voice.fmt);
   const names = [cell, robot].filter((one) => one !== "").join(", ") || say("title");
   // The page's first button: that of the first line, else that of the guide. A failed or aborted session is looked at first.
   const due = standing.action !== null && standing.state !== "holds";

@@ -1,6 +1,7 @@
 // State of the cell in one sentence: the first element seen and read aloud.
 
 import { useEffect, useRef, useState } from "preact/hooks";
+import { now_ms } from "../clock";
 import { age_ms, type Model } from "../model";
 import { mood, motion, motion_words, near_words, sentence, then_words, type Mood, type Motion } from "../sentence";
 import type { Outcome, PlannedTouch, Status } from "../types";
@@ -51,7 +52,7 @@ export function StatePanel({ model, plan, now, why }: {
     <section id="state" class="state" data-mood={shown} data-old={old > 0}>
       <p class="motion" data-motion={moves}>
         <span aria-hidden="true">{MARKS[moves]}</span>{" "}
-        {near_words(old > 0 ? null : status, Date.now() / 1000, say, fmt)}
+        {near_words(old > 0 ? null : status, now_ms() / 1000, say, fmt)}
         {old === 0 && <small> {motion_words(status, seen_s, say, fmt)}</small>}
       </p>
       {old === 0 && <Held status={status} />}
