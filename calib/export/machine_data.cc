@@ -450,14 +450,23 @@ Robot with_machine_data(Robot robot, const MachineData& data) {
   return robot;
 }
 
-void set_usual_tolerances(Joint& joint) {
-  joint.tolerance_length_m = 0.7e-3;
-  joint.tolerance_angle_rad = 0.035 * kRadPerDeg;
+void set_usual_tolerances(Robot& robot) {
+  constexpr double kPerM = 0.5e-3, kLeastM = 0.2e-3, kDigitM = 1e-5;
+  double reach_m = 0.0;  // without the base's height and the flange's distance
+  for (std::size_t i = robot.first_turning(); i < robot.joints.size(); ++i) {
+    const bool end = i == robot.first_turning() || i + 1 == robot.joints.size();
+    reach_m += std::hypot(robot.joints[i].a_m, end ? 0.0 : robot.joints[i].d_m);
+  }
+  for (std::size_t i = robot.first_turning(); i < robot.joints.size(); ++i) {
+    robot.joints[i].tolerance_length_m =
+        std::max(std::round(kPerM * reach_m / kDigitM) * kDigitM, kLeastM);
+    robot.joints[i].tolerance_angle_rad = 0.035 * kRadPerDeg;
+  }
 }
 
 Robot arm_of_controller(const MachineData& data) {
   Robot robot = with_machine_data(robot_of(data), data);
-  for (Joint& joint : robot.joints) set_usual_tolerances(joint);
+  set_usual_tolerances(robot);
   return robot;
 }
 

@@ -74,8 +74,8 @@ std::string two_robots(const MachineData& data);
 /// that is missing, or, with its place, that belongs to another kind of arm.
 Robot robot_of(const MachineData& data);
 
-/// Typical tolerances of the shipped robots.
-void set_usual_tolerances(Joint& joint);
+/// Those of the shipped industrial robots (calib/robots): lengths 0.5 mm per metre of reach, at least 0.2 mm.
+void set_usual_tolerances(Robot& robot);
 /// robot_of() with usual tolerances and the controller's limits and speeds: a robot file's content.
 Robot arm_of_controller(const MachineData& data);
 

@@ -95,10 +95,8 @@ calib::Robot from_urdf(const ImportRobotCommand& command) {
   robot.gravity_m_s2 = chain.mounted.transpose() * robot.gravity_m_s2;
   robot.name = chain.robot_name.empty() ? "robot" : chain.robot_name;
   robot.source = command.urdf.filename().string();
-  for (calib::Joint& joint : robot.joints) {
-    joint.name = calib::robot_joint_name(joint.name);
-    calib::set_usual_tolerances(joint);
-  }
+  for (calib::Joint& joint : robot.joints) joint.name = calib::robot_joint_name(joint.name);
+  calib::set_usual_tolerances(robot);
   fmt::print(stderr,
              "chain \"{}\" to \"{}\", {} joints. Check joint senses and zeros against the "
              "pendant before use\n",
