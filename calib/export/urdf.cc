@@ -13,6 +13,7 @@
 #include "calib/export/tables.h"
 #include "calib/files/text.h"
 #include "calib/model/error.h"
+#include "calib/model/units.h"
 
 namespace cellcal::calib {
 
@@ -153,7 +154,48 @@ std::vector<const UrdfJoint*> path_to(const Document& document, const std::strin
   return path;
 }
 
-std::ptrdiff_t turning(const std::vector<const UrdfJoint*>& path) {
+using Path = std::vector<const UrdfJoint*>;
+
+/// The joint that this one mimics; empty: none.
+std::string_view leader(const UrdfJoint& joint) {
+  return joint.node.child("mimic").attribute("joint").value();
+}
+bool follows(const UrdfJoint& joint) { return joint.node.child("mimic"); }
+
+bool passes(const Path& path, const std::string& link) {
+  return std::ranges::find(path, link, &UrdfJoint::parent) != path.end();
+}
+
+/// A gripper's: its followers hang on the same link as it, or further out.
+bool drives_a_gripper(const Document& document, const UrdfJoint& joint) {
+  return std::ranges::any_of(document.joints, [&](const UrdfJoint& other) {
+    return leader(other) == joint.name &&
+           (other.parent == joint.parent || passes(path_to(document, other.parent), joint.parent));
+  });
+}
+
+bool is_named(const std::string& link, const std::string& usual) {
+  return link == usual || link.ends_with("_" + usual);  // robot1_tool0 of a prefix, too
+}
+
+/// As far as the flange: to a tool0 that it passes, and without a gripper's joints.
+Path up_to_flange(const Document& document, Path path) {
+  const auto tool0 =
+      std::ranges::find_if(path, [](const UrdfJoint* j) { return is_named(j->child, "tool0"); });
+  if (tool0 != path.end() &&
+      std::any_of(path.begin(), tool0, [](const UrdfJoint* j) { return j->turns(); }))
+    path.erase(tool0 + 1, path.end());
+  for (auto last = path.end(); last != path.begin();) {
+    const UrdfJoint& joint = **--last;
+    if (is_named(joint.child, "tool0") || is_named(joint.child, "flange")) break;
+    if (!joint.moves()) continue;
+    if (joint.turns() && !follows(joint) && !drives_a_gripper(document, joint)) break;
+    last = path.erase(last, path.end());
+  }
+  return path;
+}
+
+std::ptrdiff_t turning(const Path& path) {
   return std::count_if(path.begin(), path.end(), [](const UrdfJoint* j) { return j->turns(); });
 }
 
@@ -166,10 +208,13 @@ std::string chosen_tip(const Document& document, const std::string& asked) {
   std::ptrdiff_t most = 0;
   std::vector<std::string> tips;
   for (const UrdfJoint& joint : document.joints) {
-    const auto count = turning(path_to(document, joint.child));
+    const Path path = up_to_flange(document, path_to(document, joint.child));
+    const auto count = turning(path);
+    if (count == 0 || count < most) continue;
     if (count > most) tips.clear();
-    most = std::max(most, count);
-    if (count == most) tips.push_back(joint.child);
+    most = count;
+    const std::string& link = path.back()->child;
+    if (std::ranges::find(tips, link) == tips.end()) tips.push_back(link);
   }
   const auto last_turning = [&](const std::string& link) {
     const auto path = path_to(document, link);
@@ -181,9 +226,9 @@ std::string chosen_tip(const Document& document, const std::string& asked) {
       document.fail(
           fmt::format("two chains of {} joints end at \"{}\" and \"{}\". Name the one: --tip LINK",
                       most, shown(tips.front()), shown(link)));
-  for (const std::string usual : {"tool0", "flange"})  // robot1_tool0 of a prefix, too
+  for (const std::string usual : {"tool0", "flange"})
     for (const std::string& tip : tips)
-      if (tip == usual || tip.ends_with("_" + usual)) return tip;
+      if (is_named(tip, usual)) return tip;
   return tips.front();
 }
 
@@ -223,6 +268,33 @@ struct Chain {
   std::vector<Isometry3d> fixed_before;  ///< fixed transforms before each of them
 };
 
+/// What the chain leaves out.
+void look_around(const Document& document, Chain& found, bool chosen) {
+  UrdfChain& chain = found.chain;
+  const UrdfJoint& last = *found.moving.back();
+  const bool usual = is_named(chain.tip_link, "tool0") || is_named(chain.tip_link, "flange");
+  for (const UrdfJoint& joint : document.joints) {
+    const Path path = path_to(document, joint.child);
+    const auto behind = std::ranges::find(path, &last);
+    if (joint.moves() && behind == path.end() - 1) continue;  // the last one
+    if (joint.moves() && behind != path.end()) {
+      chain.behind.push_back(joint.name);
+      continue;
+    }
+    for (const UrdfJoint* one : found.moving)
+      if (leader(joint) == one->name) chain.followed.emplace_back(one->name, joint.name);
+    if (!chosen || usual || behind == path.end() ||
+        std::any_of(behind + 1, path.end(), [](const UrdfJoint* j) { return j->moves(); }))
+      continue;
+    Isometry3d place = chain.frames.flange.inverse();
+    for (auto at = behind + 1; at != path.end(); ++at) place = place * (*at)->origin;
+    if (!place.isApprox(Isometry3d::Identity(), 1e-9))
+      chain.other_flanges.emplace_back(joint.child, place);
+  }
+  if (chosen && !usual && chain.tip_link != last.child)
+    chain.other_flanges.emplace_back(last.child, chain.frames.flange.inverse());
+}
+
 Chain chain_of(const Document& document, const UrdfEnds& asked) {
   Chain found;
   UrdfChain& chain = found.chain;
@@ -255,9 +327,14 @@ Chain chain_of(const Document& document, const UrdfEnds& asked) {
           fmt::format("joint \"{}\" is {}. Only revolute, continuous and fixed joints "
                       "can be in the chain, and before them a prismatic one that carries the arm",
                       shown(joint->name), shown(joint->type)));
-    if (joint->node.child("mimic"))
-      document.fail(fmt::format("joint \"{}\" mimics another. Name the flange's link: --tip LINK",
-                                shown(joint->name)));
+    if (follows(*joint))
+      document.fail(
+          joint->node,
+          fmt::format(
+              "joint \"{}\" mimics \"{}\". In the chain each joint has to turn by itself: name a "
+              "link before it (--tip LINK), or behind it (--root LINK); an arm with such a joint in "
+              "its middle cannot be calibrated",
+              shown(joint->name), shown(std::string(leader(*joint)))));
     refuse_calibration(document, *joint);
     PlacedJoint& placed = chain.frames.joints.emplace_back();
     placed.name = joint->name;
@@ -268,12 +345,19 @@ Chain chain_of(const Document& document, const UrdfEnds& asked) {
     placed.min_rad = attribute_or_zero(document, *joint, limit, "lower");
     placed.max_rad = attribute_or_zero(document, *joint, limit, "upper");
     placed.max_speed_rad_s = attribute_or_zero(document, *joint, limit, "velocity");
+    if (joint->type == "continuous" && placed.min_rad == 0.0 && placed.max_rad == 0.0) {
+      placed.min_rad = -kRadPerTurn;
+      placed.max_rad = kRadPerTurn;
+      chain.unlimited.push_back(joint->name);
+    }
     read_link(document, *joint, placed);
     found.moving.push_back(joint);
     found.fixed_before.push_back(fixed);
     fixed = Isometry3d::Identity();
   }
   chain.frames.flange = fixed;
+  chain.ends_at_joint = chain.tip_link == found.moving.back()->child;
+  look_around(document, found, asked.tip.empty());
   return found;
 }
 
@@ -359,6 +443,10 @@ void refuse_second(const Document& document, const JointFrames& frames) {
 
 }  // namespace
 
+std::string calibrated_flange(const UrdfChain& chain) {
+  return chain.ends_at_joint ? chain.tip_link + "_calibrated" : "";
+}
+
 UrdfChain read_urdf(std::string_view text, const std::string& name, const UrdfEnds& ends) {
   Document document;
   document.name = name;
@@ -386,17 +474,20 @@ std::string calibrated_urdf(std::string_view text, const std::string& name,
   }
   // The correction of the last link applies to everything fixed to it.
   const Isometry3d off = moved.flange * found.chain.frames.flange.inverse();
-  bool carried = false;
-  for (const UrdfJoint& joint : document.joints) {
-    if (joint.parent != found.moving.back()->child) continue;
-    put_origin(joint.node, off * joint.origin);
-    carried = true;
+  const std::string last = found.moving.back()->child;
+  for (const UrdfJoint& joint : document.joints)
+    if (joint.parent == last) put_origin(joint.node, off * joint.origin);
+  if (const std::string link = calibrated_flange(found.chain); !link.empty()) {
+    for (const pugi::xml_node& node : document.robot.children())
+      if (node.attribute("name").value() == link)
+        document.fail(
+            node, fmt::format(
+                      "\"{}\" is there already, as of a calibrated file. Give the file that it was "
+                      "made of",
+                      shown(link)));
+    append_link(document.robot, link);
+    append_joint(document.robot, "joint_" + link, "fixed", last, link, off);
   }
-  if (!carried)
-    document.fail(
-        fmt::format("nothing is fixed to link \"{}\", so the flange's own error has no "
-                    "place. Add a fixed joint to a link \"flange\" (xyz and rpy 0)",
-                    shown(found.moving.back()->child)));
   refuse_second(document, moved);
   append_positioner(document.robot, moved, found.chain.base_link);
   document.robot.prepend_child(pugi::node_comment)

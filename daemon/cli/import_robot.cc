@@ -12,6 +12,8 @@
 #include <optional>
 #include <sstream>
 #include <system_error>
+#include <tuple>
+#include <utility>
 
 #include "calib/estimate/external_axes.h"
 #include "calib/export/machine_data.h"
@@ -80,7 +82,57 @@ std::string urdf_text(const std::filesystem::path& urdf,
   return end.out;
 }
 
-calib::Robot from_urdf(const ImportRobotCommand& command) {
+std::string quoted(const std::vector<std::string>& names) {
+  constexpr std::size_t kMost = 6;
+  std::string words;
+  for (std::size_t i = 0; i < std::min(names.size(), kMost); ++i)
+    words += fmt::format("{}\"{}\"", i == 0 ? "" : ", ", calib::shown(names[i]));
+  return words + (names.size() > kMost ? fmt::format(" and {} more", names.size() - kMost) : "");
+}
+
+void print_chain(const calib::UrdfChain& chain) {
+  fmt::print(stderr,
+             "chain \"{}\" to \"{}\", {} joints. Check joint senses and zeros against the "
+             "pendant before use\n",
+             calib::shown(chain.base_link), calib::shown(chain.tip_link),
+             chain.frames.joints.size());
+  if (!chain.behind.empty())
+    fmt::print(stderr, "left out behind the flange: {}\n", quoted(chain.behind));
+  if (!chain.other_flanges.empty()) {
+    constexpr std::size_t kMost = 4;
+    std::string links;
+    for (std::size_t i = 0; i < std::min(chain.other_flanges.size(), kMost); ++i) {
+      const auto& [link, place] = chain.other_flanges[i];
+      const Eigen::Vector3d at = ((place.translation() * calib::kMmPerM * 10.0).array().round() / 10.0).matrix();
+      links += fmt::format("{}\"{}\" ({:g} {:g} {:g} mm from it, turned by {:.1f} deg)",
+                           i == 0 ? "" : ", ", calib::shown(link), at.x() + 0.0, at.y() + 0.0,
+                           at.z() + 0.0, Eigen::AngleAxisd(place.linear()).angle() * calib::kDegPerRad);
+    }
+    if (chain.other_flanges.size() > kMost)
+      links += fmt::format(" and {} more", chain.other_flanges.size() - kMost);
+    fmt::print(
+        stderr,
+        "warning: no link is named tool0 or flange: \"{}\" is taken for the flange. Also fixed to the last "
+        "joint: {}. The tool is stated from the controller's flange: --tip LINK takes another\n",
+        calib::shown(chain.tip_link), links);
+  }
+  for (const std::string& joint : chain.unlimited)
+    fmt::print(
+        stderr,
+        "warning: joint \"{}\" turns without limits: -360 to 360 deg are taken. State the controller's "
+        "in min_deg and max_deg\n",
+        calib::shown(joint));
+  if (!chain.followed.empty())
+    fmt::print(
+        stderr,
+        "warning: joint \"{}\" is mimicked by \"{}\", a parallel linkage. Its angle has to be that against the "
+        "link before it: where the controller shows it against the base, add or subtract the joint's before it in "
+        "each table\n",
+        calib::shown(chain.followed.front().first), calib::shown(chain.followed.front().second));
+}
+
+/// And the names that its joints have in the URDF.
+std::pair<calib::Robot, std::vector<std::string>> from_urdf(const ImportRobotCommand& command) {
   const std::string name = command.urdf.string();
   const calib::UrdfChain chain =
       calib::read_urdf(urdf_text(command.urdf, command.xacro_arguments), name, command.ends);
@@ -95,13 +147,14 @@ calib::Robot from_urdf(const ImportRobotCommand& command) {
   robot.gravity_m_s2 = chain.mounted.transpose() * robot.gravity_m_s2;
   robot.name = chain.robot_name.empty() ? "robot" : chain.robot_name;
   robot.source = command.urdf.filename().string();
-  for (calib::Joint& joint : robot.joints) joint.name = calib::robot_joint_name(joint.name);
+  std::vector<std::string> names;
+  for (calib::Joint& joint : robot.joints) {
+    names.push_back(joint.name);
+    joint.name = calib::robot_joint_name(joint.name);
+  }
   calib::set_usual_tolerances(robot);
-  fmt::print(stderr,
-             "chain \"{}\" to \"{}\", {} joints. Check joint senses and zeros against the "
-             "pendant before use\n",
-             chain.base_link, chain.tip_link, robot.joints.size());
-  return robot;
+  print_chain(chain);
+  return {std::move(robot), std::move(names)};
 }
 
 void print_differences(const calib::MachineData& data, const calib::Robot& robot) {
@@ -169,11 +222,13 @@ void print_accuracy(const calib::Robot& robot) {
              "absolute_accuracy = \"in this file\"\n");
 }
 
-/// Throws for joints as of a URDF in wrong units or without limits or speed.
-void check_joints(const calib::Robot& robot, const std::string& file) {
+/// Throws for joints as of a URDF in wrong units or without limits or speed. `names`: the URDF's.
+void check_joints(const calib::Robot& robot, const std::vector<std::string>& names,
+                  const std::string& file) {
   constexpr double kMostTurnsRad = 25.0, kLongestM = 50.0, kFastestRadS = 35.0;
   const auto fail = [&](const calib::Joint& joint, const std::string& what) {
-    throw calib::FileError(file, ": joint \"" + calib::shown(joint.name) + "\": " + what);
+    const std::string& name = names.at(static_cast<std::size_t>(&joint - robot.joints.data()));
+    throw calib::FileError(file, ": joint \"" + calib::shown(name) + "\": " + what);
   };
   for (const calib::Joint& joint : robot.joints) {
     if (std::max(std::abs(joint.d_m), std::abs(joint.a_m)) > kLongestM)
@@ -197,9 +252,8 @@ void check_joints(const calib::Robot& robot, const std::string& file) {
   }
 }
 
-/// The geometry, before limits and speeds of the machine data.
+/// Another geometry than a URDF's, before limits and speeds of the machine data.
 calib::Robot geometry(const ImportRobotCommand& command, const calib::MachineData& data) {
-  if (!command.urdf.empty()) return from_urdf(command);
   if (!command.robot.empty()) return calib::load_named_robot(command.robot.string());
   return calib::arm_of_controller(data);
 }
@@ -240,7 +294,12 @@ int import_robot(const ImportRobotCommand& command) {
   const calib::MachineData data = read_machine_files(command.machine_data);
   if (!command.cell.empty()) put_tool(command, data);
   if (!command.cell.empty() && command.output.empty()) return kSuccess;
-  calib::Robot robot = geometry(command, data);
+  std::vector<std::string> names;
+  calib::Robot robot;
+  if (!command.urdf.empty())
+    std::tie(robot, names) = from_urdf(command);
+  else
+    robot = geometry(command, data);
   if (!command.machine_data.empty()) {
     if (!command.urdf.empty() || !command.robot.empty()) {
       const std::string file = (command.urdf.empty() ? command.robot : command.urdf).string();
@@ -254,7 +313,7 @@ int import_robot(const ImportRobotCommand& command) {
     for (const std::string& line : frame_lines(data)) fmt::print(stderr, "{}\n", line);
     print_accuracy(robot);
   }
-  if (!command.urdf.empty()) check_joints(robot, command.urdf.string());
+  if (!command.urdf.empty()) check_joints(robot, names, command.urdf.string());
   robot = with_external_axes(std::move(robot), data);
   print_mounting(robot);
   put_as(as_robot(), calib::robot_to_toml(robot), command.output);
@@ -350,10 +409,17 @@ int export_robot(const ExportRobotCommand& command) {
   } else {
     const std::string given = urdf_text(command.urdf, {});
     const std::string name = command.urdf.string();
+    const calib::UrdfChain chain = calib::read_urdf(given, name, command.ends);
+    if (const std::string link = calib::calibrated_flange(chain);
+        command.as == "urdf" && !link.empty())
+      fmt::print(
+          stderr,
+          "warning: link \"{}\" lies on the last joint's axis, which cannot hold the flange's own error: the "
+          "calibrated flange is the added link \"{}\"\n",
+          calib::shown(chain.tip_link), calib::shown(link));
     text = command.as == "urdf"
                ? calib::calibrated_urdf(given, name, command.ends, nominal, real, words)
-               : yaml(calib::moved_frames(calib::read_urdf(given, name, command.ends).frames,
-                                          nominal, real));
+               : yaml(calib::moved_frames(chain.frames, nominal, real));
   }
   if (command.as == "urdf") read_back(text, command.output, as_urdf(command.ends));
   put(text, command.output);

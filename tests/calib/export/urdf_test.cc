@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <filesystem>
 #include <numbers>
+#include <random>
+#include <utility>
 
 #include "calib/estimate/predict.h"
 #include "calib/export/rigid_arm.h"
@@ -141,14 +144,32 @@ TEST(GivenUrdf, OfAnotherRobotIsRefusedByFileAndJoint) {
   }
 }
 
-TEST(GivenUrdf, WithNothingFixedToItsLastLinkIsRefused) {
-  const RigidArm nominal = nominal_rigid_arm(rigid_calibration(33).cell);
-  std::string text = kDrawn;
+/// The drawn arm ends at the last joint's own link: the calibrated flange, off that joint's axis, is a link of its own.
+TEST(GivenUrdf, ThatEndsAtItsLastJointGetsALinkForTheCalibratedFlange) {
+  std::string alone = kDrawn;
   for (const char* joint : {"joint_flange", "joint_camera"}) {
-    const auto at = text.find(std::string("<joint name=\"") + joint);
-    text.erase(at, text.find("</joint>", at) + 8 - at);
+    const auto at = alone.find(std::string("<joint name=\"") + joint);
+    alone.erase(at, alone.find("</joint>", at) + 8 - at);
   }
-  EXPECT_THROW(calibrated_urdf(text, "x", {}, nominal, nominal, ""), FileError);
+  for (const std::string& given : {alone, kDrawn}) {  // nothing is fixed to it, or something
+    const UrdfEnds ends{"link_6"};
+    Calibration c = rigid_calibration(33);
+    c.cell.robot = robot_of(read_urdf(given, "x", ends).frames);
+    const RigidArm nominal = nominal_rigid_arm(c.cell), real = calibrated_rigid_arm(c);
+    const std::string text = calibrated_urdf(given, "x", ends, nominal, real, "");
+    const UrdfChain flange = read_urdf(text, "x", {"link_6_calibrated"}),
+                    axis = read_urdf(text, "x", ends);
+    std::mt19937 random(35);
+    double off_m = 0.0;
+    for (int k = 0; k < 200; ++k) {
+      const auto q = random_joints(real.robot, random);
+      ASSERT_LT(apart_m(flange_of(flange.frames, q), pose_of(real, q).flange), 1e-9);
+      off_m = std::max(off_m, apart_m(flange_of(axis.frames, q), pose_of(real, q).flange));
+    }
+    EXPECT_GT(off_m, 1e-5) << "an axis holds no flange beside it";
+    EXPECT_THROW(calibrated_urdf(text, "x", ends, real, real, ""), FileError) << "twice";
+  }
+  EXPECT_EQ(calibrated_flange(read_urdf(kDrawn, "x")), "");
 }
 
 TEST(RobotOfUrdf, IsTheShippedOne) {
@@ -219,6 +240,97 @@ TEST(ParsedUrdf, BeginsAtTheRootThatIsNamed) {
     EXPECT_NE(urdf_refusal(kDrawn, {"", off}).find("no chain of joints"), std::string::npos) << off;
 }
 
+/// The drawn arm with this behind its flange, whose links have no usual names.
+std::string with_behind(const std::string& more) {
+  std::string text = replaced(kDrawn, "</robot>", more + "</robot>");
+  for (const auto& [usual, other] :
+       {std::pair{"\"flange\"", "\"plate\""}, {"\"tool0\"", "\"plate_turned\""}})
+    for (std::size_t at; (at = text.find(usual)) != std::string::npos;)
+      text.replace(at, std::strlen(usual), other);
+  return text;
+}
+
+std::string moving(const std::string& name, const std::string& parent, const std::string& child,
+                   const std::string& more, const std::string& type = "revolute") {
+  return "<link name=\"" + child + "\"/><joint name=\"" + name + "\" type=\"" + type +
+         "\"><parent link=\"" + parent + "\"/><child link=\"" + child + "\"/>" + more + "</joint>";
+}
+
+TEST(ParsedUrdf, EndsBeforeAGripper) {
+  const std::string bent = "<mimic joint=\"knuckle\"/>";
+  const std::string fingers = moving("knuckle", "plate_turned", "left", "") +
+                              moving("left_tip_joint", "left", "left_tip", bent) +
+                              moving("right_joint", "plate_turned", "right", bent) +
+                              moving("right_tip_joint", "right", "right_tip", bent);
+  const std::string sliding =
+      moving("left_slide", "plate_turned", "left", "", "prismatic") +
+      moving("right_slide", "plate_turned", "right", "<mimic joint=\"left_slide\"/>", "prismatic");
+  for (const std::string& gripper : {fingers, sliding}) {
+    const UrdfChain chain = read_urdf(with_behind(gripper), "x");
+    ASSERT_EQ(chain.frames.joints.size(), 6u) << gripper;
+    EXPECT_EQ(chain.frames.joints.back().name, "joint_a6");
+    EXPECT_EQ(chain.behind.size(), gripper == fingers ? 4u : 2u);
+    EXPECT_TRUE(chain.followed.empty()) << "nothing within the arm";
+  }
+  // A tool with a joint of its own, behind the link that ROS names for the flange.
+  const UrdfChain behind = read_urdf(
+      replaced(kDrawn, "</robot>", moving("spindle", "tool0", "cutter", "") + "</robot>"), "x");
+  EXPECT_EQ(behind.tip_link, "tool0");
+  EXPECT_EQ(behind.frames.joints.size(), 6u);
+  EXPECT_EQ(behind.behind, std::vector<std::string>{"spindle"});
+  // Asked for, it is part of the chain.
+  EXPECT_EQ(
+      read_urdf(replaced(kDrawn, "</robot>", moving("spindle", "tool0", "cutter", "") + "</robot>"),
+                "x", {"cutter"})
+          .frames.joints.size(),
+      7u);
+  // What moves with the last joint of an arm is no gripper where the flange is behind that joint.
+  const UrdfChain hose = read_urdf(
+      replaced(kDrawn, "</robot>",
+               moving("hose", "link_5", "hose", "<mimic joint=\"joint_a6\"/>") + "</robot>"),
+      "x");
+  EXPECT_EQ(hose.frames.joints.size(), 6u);
+  // Two arms with a gripper each stay two arms.
+  EXPECT_NE(urdf_refusal(with_behind(fingers + moving("joint_b6", "link_5", "link_b6", "")))
+                .find("two chains of 6 joints"),
+            std::string::npos);
+}
+
+TEST(ParsedUrdf, NamesWhatElseCouldBeTheFlange) {
+  EXPECT_TRUE(read_urdf(kDrawn, "x").other_flanges.empty()) << "its name tells it";
+  EXPECT_TRUE(read_urdf(with_behind(""), "x", {"plate"}).other_flanges.empty()) << "it was named";
+  const UrdfChain chain = read_urdf(with_behind(""), "x");
+  EXPECT_EQ(chain.tip_link, "link_6");
+  ASSERT_EQ(chain.other_flanges.size(), 3u);
+  EXPECT_EQ(chain.other_flanges[0].first, "plate");
+  EXPECT_NEAR(chain.other_flanges[0].second.translation().x(), 0.08, 1e-12);
+  EXPECT_EQ(chain.other_flanges[2].first, "camera");
+}
+
+TEST(ParsedUrdf, NamesTheJointThatAParallelLinkageFollows) {
+  const UrdfChain chain = read_urdf(
+      replaced(kDrawn, "</robot>",
+               moving("rod", "link_2", "rod", "<mimic joint=\"joint_a3\"/>") + "</robot>"),
+      "x");
+  ASSERT_EQ(chain.followed.size(), 1u);
+  EXPECT_EQ(chain.followed[0], (std::pair<std::string, std::string>("joint_a3", "rod")));
+  EXPECT_TRUE(read_urdf(kDrawn, "x").followed.empty());
+}
+
+TEST(ParsedUrdf, TakesATurnToEitherSideForAJointWithoutLimits) {
+  const std::string limit = "<limit lower=\"-6.1\" upper=\"6.1\" velocity=\"5.9\" effort=\"0\"/>";
+  std::string text =
+      replaced(kDrawn, "joint_a4\" type=\"revolute\"", "joint_a4\" type=\"continuous\"");
+  EXPECT_TRUE(read_urdf(text, "x").unlimited.empty()) << "limits that it states are its limits";
+  text = replaced(text, limit, "<limit velocity=\"5.9\" effort=\"0\"/>");
+  const UrdfChain chain = read_urdf(text, "x");
+  EXPECT_EQ(chain.unlimited, std::vector<std::string>{"joint_a4"});
+  EXPECT_DOUBLE_EQ(chain.frames.joints[3].min_rad, -2.0 * std::numbers::pi);
+  EXPECT_DOUBLE_EQ(chain.frames.joints[3].max_rad, 2.0 * std::numbers::pi);
+  EXPECT_DOUBLE_EQ(read_urdf(replaced(kDrawn, limit, ""), "x").frames.joints[3].max_rad, 0.0)
+      << "a revolute has to state them";
+}
+
 TEST(ParsedUrdf, StatesHowItsBaseIsMountedInTheWorld) {
   const std::string ceiling =
       replaced(kDrawn, "type=\"fixed\"><parent link=\"world\"/>",
@@ -258,7 +370,7 @@ TEST(ParsedUrdf, ThatCannotBeUsedIsRefusedByNameAndPlace) {
        "robot.urdf:8: link \"link_2\": 12.5 kg at 0.3 499.9 0 m"},
       {"value=\"12.5\"", "value=\"-1\"", "link \"link_2\": -1 kg"},
       {"<limit lower=\"-2.7\"", "<mimic joint=\"joint_a2\"/><limit lower=\"-2.7\"",
-       "mimics another. Name the flange's link: --tip LINK"},
+       "robot.urdf:10: joint \"joint_a1\" mimics \"joint_a2\". In the chain each joint has to turn by itself"},
   };
   for (const auto& one : kWrong)
     EXPECT_NE(urdf_refusal(replaced(kDrawn, one.what, one.by)).find(one.words), std::string::npos)

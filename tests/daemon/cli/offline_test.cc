@@ -7,6 +7,7 @@
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <regex>
 #include <thread>
 
@@ -600,7 +601,7 @@ TEST(AUrdf, ThatNoPlanCouldUseIsRefusedByJoint) {
   const std::string limit = "<limit lower=\"-2\" upper=\"2.5\" velocity=\"1\"/>";
   for (const auto& [what, with, words] : std::vector<std::array<std::string, 3>>{
            {"type=\"revolute\"", "type=\"continuous\"", ""},
-           {limit, "", "limits 0.000 to 0.000 deg"},
+           {limit, "", "joint \"p_joint_1\": limits 0.000 to 0.000 deg"},
            {limit, "<limit lower=\"2\" upper=\"-2\" velocity=\"1\"/>", "lower not below the upper"},
            {limit, "<limit lower=\"-170\" upper=\"170\" velocity=\"1\"/>", "radians"},
            {limit, "<limit lower=\"-2\" upper=\"2\" velocity=\"0\"/>", "no speed"},
@@ -614,6 +615,40 @@ TEST(AUrdf, ThatNoPlanCouldUseIsRefusedByJoint) {
     if (with.find("continuous") != std::string::npos) continue;  // its limits may be stated
     EXPECT_NE(why(what, with).find(words), std::string::npos) << with << ": " << why(what, with);
   }
+}
+
+TEST(AUrdf, IsImportedWithAWordOnWhatWasTakenForGranted) {
+  const TemporaryDirectory dir;
+  const auto told = [&](const std::string& what, const std::string& with) {
+    std::ofstream(dir / "r.urdf") << small_urdf(what, with);
+    const Outcome made =
+        run_program({CELLCAL, "import-robot", "--urdf", dir / "r.urdf", "-o", dir / "r.toml"});
+    EXPECT_EQ(made.status, 0) << made.err;
+    return made.err;
+  };
+  EXPECT_EQ(told("", "").find("warning"), std::string::npos);
+  const std::string turning =
+      "type=\"revolute\"><parent link=\"p_base\"/><child link=\"p_link_1\"/><origin xyz=\"0 0 0.4\"/>"
+      "<axis xyz=\"0 0 1\"/><limit lower=\"-2\" upper=\"2.5\" velocity=\"1\"/>";
+  const std::string endless =
+      told(turning,
+           "type=\"continuous\"><parent link=\"p_base\"/><child link=\"p_link_1\"/>"
+           "<axis xyz=\"0 0 1\"/><limit velocity=\"1\"/>");
+  EXPECT_NE(endless.find("joint \"p_joint_1\" turns without limits"), std::string::npos) << endless;
+  EXPECT_NEAR(calib::load_robot(dir / "r.toml").joints[0].max_rad, 2.0 * std::numbers::pi, 1e-9);
+  const std::string flange = told("<child link=\"p_tool0\"/>", "<child link=\"p_camera\"/>");
+  EXPECT_NE(flange.find("\"p_camera\" (200 0 0 mm from it"), std::string::npos) << flange;
+  const std::string rod =
+      told("</robot>",
+           "<joint name=\"rod\" type=\"revolute\"><parent link=\"p_base\"/><child link=\"rod\"/>"
+           "<mimic joint=\"p_joint_2\"/></joint></robot>");
+  EXPECT_NE(rod.find("joint \"p_joint_2\" is mimicked by \"rod\""), std::string::npos) << rod;
+  const std::string spindle = told(
+      "</robot>",
+      "<joint name=\"spindle\" type=\"revolute\"><parent link=\"p_tool0\"/><child link=\"cutter\"/>"
+      "</joint></robot>");
+  EXPECT_NE(spindle.find("2 joints"), std::string::npos) << spindle;
+  EXPECT_NE(spindle.find("left out behind the flange: \"spindle\""), std::string::npos) << spindle;
 }
 
 /// Runs `import-robot --urdf r.xacro` with this program xacro on the PATH, and further arguments.
