@@ -307,9 +307,10 @@ Chain chain_of(const Document& document, const UrdfEnds& asked) {
   if (!asked.root.empty()) {
     from = std::ranges::find(path, asked.root, &UrdfJoint::parent);
     if (from == path.end())
-      document.fail(fmt::format("no chain of joints leads from link \"{}\" to link \"{}\". Check "
-                                "--root and --tip",
-                                shown(asked.root), shown(chain.tip_link)));
+      document.fail(
+          fmt::format("no chain of joints leads from link \"{}\" to link \"{}\". Check "
+                      "--root and --tip",
+                      shown(asked.root), shown(chain.tip_link)));
   } else if (path.size() > 1 && path.front()->type == "fixed" && in_world)
     ++from;
   for (auto before = path.begin(); in_world && before != from; ++before)
@@ -398,7 +399,7 @@ pugi::xml_node append_joint(pugi::xml_node robot, const std::string& name, const
 
 /// A link, and the joint that moves it.
 void append_moving(pugi::xml_node robot, const PlacedJoint& one, const std::string& parent,
-                    const std::string& link) {
+                   const std::string& link) {
   append_link(robot, link);
   pugi::xml_node node =
       append_joint(robot, ros_joint_name(one.name), one.slides ? "prismatic" : "revolute", parent,
@@ -434,9 +435,10 @@ void refuse_second(const Document& document, const JointFrames& frames) {
     for (const pugi::xml_node& node : document.robot.children()) {
       const std::string_view name = node.attribute("name").value();
       if (name == joint || name == link)
-        document.fail(node, fmt::format("\"{}\" is there already, and the calibration has that axis of "
-                                        "the positioner. Remove it from this file",
-                                        shown(name)));
+        document.fail(node,
+                      fmt::format("\"{}\" is there already, and the calibration has that axis of "
+                                  "the positioner. Remove it from this file",
+                                  shown(name)));
     }
   }
 }
@@ -454,9 +456,9 @@ UrdfChain read_urdf(std::string_view text, const std::string& name, const UrdfEn
   return chain_of(document, ends).chain;
 }
 
-std::string calibrated_urdf(std::string_view text, const std::string& name,
-                            const UrdfEnds& ends, const RigidArm& nominal,
-                            const RigidArm& calibrated, const std::string& comment) {
+std::string calibrated_urdf(std::string_view text, const std::string& name, const UrdfEnds& ends,
+                            const RigidArm& nominal, const RigidArm& calibrated,
+                            const std::string& comment) {
   Document document;
   document.name = name;
   read(document, text);

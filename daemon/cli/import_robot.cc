@@ -103,10 +103,12 @@ void print_chain(const calib::UrdfChain& chain) {
     std::string links;
     for (std::size_t i = 0; i < std::min(chain.other_flanges.size(), kMost); ++i) {
       const auto& [link, place] = chain.other_flanges[i];
-      const Eigen::Vector3d at = ((place.translation() * calib::kMmPerM * 10.0).array().round() / 10.0).matrix();
-      links += fmt::format("{}\"{}\" ({:g} {:g} {:g} mm from it, turned by {:.1f} deg)",
-                           i == 0 ? "" : ", ", calib::shown(link), at.x() + 0.0, at.y() + 0.0,
-                           at.z() + 0.0, Eigen::AngleAxisd(place.linear()).angle() * calib::kDegPerRad);
+      const Eigen::Vector3d at =
+          ((place.translation() * calib::kMmPerM * 10.0).array().round() / 10.0).matrix();
+      links +=
+          fmt::format("{}\"{}\" ({:g} {:g} {:g} mm from it, turned by {:.1f} deg)",
+                      i == 0 ? "" : ", ", calib::shown(link), at.x() + 0.0, at.y() + 0.0,
+                      at.z() + 0.0, Eigen::AngleAxisd(place.linear()).angle() * calib::kDegPerRad);
     }
     if (chain.other_flanges.size() > kMost)
       links += fmt::format(" and {} more", chain.other_flanges.size() - kMost);
