@@ -172,6 +172,12 @@ Value<E> word(std::vector<std::pair<E, const char*>> words) {
           }};
 }
 
+template <class E>
+Value<E> named(const EnumNames<E>& names) {
+  std::vector<std::pair<E, const char*>> words;
+  for (const E one : all_values<E>()) words.emplace_back(one, names[one]);
+  return word(std::move(words));
+}
 /// By its own name.
 template <class E>
 Value<E> named() {
