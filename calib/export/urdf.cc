@@ -268,7 +268,7 @@ struct Chain {
   std::vector<Isometry3d> fixed_before;  ///< fixed transforms before each of them
 };
 
-/// What the chain leaves out.
+/// Joints and links outside the chain.
 void look_around(const Document& document, Chain& found, bool chosen) {
   UrdfChain& chain = found.chain;
   const UrdfJoint& last = *found.moving.back();

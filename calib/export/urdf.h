@@ -27,14 +27,14 @@ struct UrdfChain {
   Eigen::Matrix3d mounted = Eigen::Matrix3d::Identity();
   /// The tip is the link that the last joint moves, on whose axis a calibrated flange need not lie.
   bool ends_at_joint = false;
-  // What a person has to be told, by the file's names.
+  // Facts for the user, by the names in the file.
   /// Continuous joints without limits: a turn to either side is taken.
   std::vector<std::string> unlimited = {};
-  /// Joints behind the last one: a gripper's.
+  /// Joints after the last one: a gripper's.
   std::vector<std::string> behind = {};
-  /// Links fixed to the last joint where no name tells the flange, and their place in the frame of tip_link.
+  /// Links fixed to the last joint where none is named as flange, and their place in the frame of tip_link.
   std::vector<std::pair<std::string, Eigen::Isometry3d>> other_flanges = {};
-  /// Of the chain, and what mimics it beside the chain: the rod of a parallel linkage.
+  /// Joint of the chain, and the joint that mimics it: the rod of a parallel linkage.
   std::vector<std::pair<std::string, std::string>> followed = {};
 };
 

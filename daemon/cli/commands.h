@@ -73,7 +73,7 @@ RequestCommand<Given> add_request(
       [given, daemon, act = std::move(act), &status] { status = act(*daemon, *given); });
   return {command, given, daemon};
 }
-/// Of a request without options of its own.
+/// Request without options of its own.
 struct NoOptions {};
 
 /// Validator of session numbers.

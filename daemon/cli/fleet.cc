@@ -200,7 +200,7 @@ std::string finding_words(std::string_view names) {
   return words;
 }
 
-/// By the need; the detail stands for {}.
+/// By the need; the detail takes the place of {}.
 const std::map<std::string, const char*> kNeedWords{
     {"interrupted", "session interrupted ({}). At the cell: cellcal status"},
     {"failed", "session failed: {}"},

@@ -41,7 +41,7 @@ std::string in_quotes(const std::string& text);
 bool is_visible_ascii(const std::string& text);
 /// Letters and digits of ASCII, and these.
 bool has_letters_digits_and(std::string_view others, const std::string& text);
-/// Of a decimal port number from 1; none: no such number.
+/// Decimal port number from 1; none: no such number.
 std::optional<std::uint16_t> port_of(const std::string& text);
 
 /// `needed`: the key without which these have no effect, and what to do.

@@ -42,7 +42,7 @@ std::string command_of(const std::filesystem::path& process) {
   return name;
 }
 
-/// What `take` makes of an entry of the user or group database; `look_up` as getpwuid_r(3). None: there is none.
+/// Result of `take` for an entry of the user or group database; `look_up` as getpwuid_r(3). None: no entry.
 template <class Entry, class Key, class Take>
 auto entry_of(int (*look_up)(Key, Entry*, char*, std::size_t, Entry**), Key key, Take take) {
   std::array<char, 4096> buffer{};

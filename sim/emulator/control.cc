@@ -28,11 +28,11 @@ namespace {
 
 constexpr std::size_t kLongestLine = 200;
 
-/// What is done at each command; "override" has a number after it.
+/// Action of each command; "override" has a number after it.
 template <typename Machine>
 using Commands = std::map<std::string, void (*)(Machine&), std::less<>>;
 
-/// Of both kinds of controller.
+/// Common to both kinds of controller.
 template <typename Machine>
 Commands<Machine> with_common(Commands<Machine> own) {
   own.merge(Commands<Machine>{{"estop", [](Machine& m) { m.emergency_stop(true); }},
