@@ -123,12 +123,13 @@ test("drift is told against the oldest session that has the joint", () => {
 test("the page has words for every state, advice and cause that a control chart has", () => {
   const calib = `${realpathSync("src")}/../../../calib/result`;
   const named = (file: string, type: string) => {
-    const table = readFileSync(`${calib}/${file}`, "utf8").split(`EnumNames<${type}> `)[1]?.split("}};")[0] ?? "";
-    return [...table.matchAll(/, *"(\w+)"/g)].map((match) => match[1]).sort();
+    const body = readFileSync(`${calib}/${file}`, "utf8").split(`enum class ${type} `)[1]?.split("};")[0] ?? "";
+    return [...body.replace(/\/\/.*/g, "").matchAll(/\bk([A-Z]\w*)/g)]
+      .map((match) => (match[1] ?? "").replace(/(?!^)[A-Z]/g, "_$&").toLowerCase()).sort();
   };
-  assert.deepEqual([...DRIFT_STATES].sort(), named("drift_chart.cc", "DriftState"));
-  assert.deepEqual([...ADVICE].sort(), named("drift_chart.cc", "DriftAdvice"));
-  assert.deepEqual([...CHANGES, "nothing"].sort(), named("tcp_check.cc", "ChangeKind"));
+  assert.deepEqual([...DRIFT_STATES].sort(), named("drift_chart.h", "DriftState"));
+  assert.deepEqual([...ADVICE].sort(), named("drift_chart.h", "DriftAdvice"));
+  assert.deepEqual([...CHANGES, "nothing"].sort(), named("tcp_check.h", "ChangeKind"));
   const keys: string[] = [...DRIFT_STATES.map((one) => `checks.state.${one}`), ...CHANGES.map((one) => `checks.cause.${one}`),
     ...ADVICE.filter((one) => one !== "none").map((one) => `checks.advice.${one}`)];
   assert.deepEqual(keys.filter((key) => !(key in en)), []);
