@@ -1,7 +1,6 @@
 // State of the running cell: events, and the status polled in addition. Events keep the page current; polling detects a lost
 // connection, after which the displayed data are marked as old.
 
-import { ticks_ms } from "./clock";
 import * as decode from "./decode";
 import { EMPTY, answered, silent, with_posture, with_status, with_touches, without_token, lacks_touches,
          type Model } from "./model";
@@ -39,7 +38,7 @@ export class Live {
     const status = decode.status(answer.value);
     if (answer.status !== 200 || !status) return this.become(silent(this.model, answer.words));
     if (status.seq < asked_at) this.listen_anew();
-    this.become(answered(this.model, status, asked_at, ticks_ms()));
+    this.become(answered(this.model, status, asked_at, performance.now()));
     await this.fill();
   }
 
@@ -107,13 +106,13 @@ export class Live {
       const status = decode.status(value);
       // Past events are repeated where a page is opened late; the newest status is kept.
       if (status && status.seq >= (this.model.status?.seq ?? 0))
-        this.become(with_status(this.model, status, ticks_ms()));
+        this.become(with_status(this.model, status, performance.now()));
     } else if (event.name === "touch") {
       const touch = decode.touch(value);
       if (touch) this.become(with_touches(this.model, [touch]));
     } else if (event.name === "robot") {
       const posture = decode.posture(value);
-      if (posture) this.become(with_posture(this.model, posture, ticks_ms()));
+      if (posture) this.become(with_posture(this.model, posture, performance.now()));
     }
   }
 }

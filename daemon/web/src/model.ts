@@ -5,7 +5,7 @@ import type { RobotPosture, Status, Touch } from "./types";
 export interface Model {
   /** login: the daemon answers, but requires a token. */
   link: "connecting" | "answering" | "silent" | "login";
-  /** Arrival of the newest status [ms, ticks_ms of clock.ts]. */
+  /** Arrival of the newest status [ms, monotonic clock of the browser]. */
   seen: number | null;
   status: Status | null;
   /** Of the status' session, by number. */

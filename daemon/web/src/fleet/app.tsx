@@ -1,7 +1,6 @@
 // All cells of the plants, those that need attention first. Read-only.
 
 import { useEffect, useMemo, useReducer, useState } from "preact/hooks";
-import { ticks_ms } from "../clock";
 import { get } from "../request";
 import { Choices } from "../ui/choices";
 import { VoiceContext, voice_in } from "../ui/context";
@@ -34,7 +33,7 @@ export function FleetApp() {
       set_wrong(all ? "" : answer.words || voice.say("fleet.no-answer"));
       if (!all) return;
       become(all);
-      set_seen(ticks_ms());
+      set_seen(performance.now());
     };
     void ask();
     const asking = setInterval(() => void ask(), ASK_MS), ticking = setInterval(() => redraw(undefined), TICK_MS);
@@ -44,7 +43,7 @@ export function FleetApp() {
       clearInterval(ticking);
     };
   }, [voice]);
-  const age = seen === null ? null : ticks_ms() - seen;
+  const age = seen === null ? null : performance.now() - seen;
   const old = age === null || age > OLD_MS;
   const needing = cells?.filter((one) => one.needs.length > 0).length ?? 0;
   const sentence = cells === null ? say("fleet.asking")

@@ -2,7 +2,7 @@
 
 import { useCallback, useEffect, useMemo, useReducer, useRef, useState } from "preact/hooks";
 import { situation } from "../clearance";
-import { now_ms, ticks_ms } from "../clock";
+import { now_ms } from "../clock";
 import * as decode from "../decode";
 import { Live } from "../live";
 import { age_ms } from "../model";
@@ -53,7 +53,7 @@ export function App() {
     return () => clearInterval(ticking);
   }, []);
 
-  const now = ticks_ms();
+  const now = performance.now();
   const { model } = live;
   const { status } = model;
   const old = age_ms(model, now) > 0;
