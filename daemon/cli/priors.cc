@@ -287,24 +287,32 @@ std::string changes_words(const std::vector<calib::PriorChange>& changes) {
 std::string set_aside_words(const calib::SetAside& one) {
   constexpr std::size_t kWhole = 400;  // a path and an error text
   const std::string name = calib::shown(one.name, kWhole), other = calib::shown(one.other, kWhole);
-  using enum calib::SetAsideKind;
-  static constexpr EnumNames<calib::SetAsideKind> kWords{
-      {{kUnreadable, "{name}: cannot be read. {other}"},
-       {kWithheld, "{name}: withheld, not used. Priors are learned from published calibrations"},
-       {kOtherNominalGeometry,
-        "{name}: nominal geometry of another robot model. Learn its priors separately"},
-       {kInconsistent, "{name}: parameters and covariance are inconsistent. Replay its session"},
-       {kUninformative, "{name}: determined by the prior alone. It needs more touches"},
-       {kSameArm, "{name}: same arm as {other}. Only that one is used"},
-       {kTooFar,
-        "{name}: chi^2 {chi2:.3g} for {directions} directions, farther from nominal than the other "
-        "arms. Check robot file and mastering of this arm"},
-       {kTooNear,
-        "{name}: chi^2 {chi2:.3g} for {directions} directions, too small to be measured errors. Check "
-        "the source of this calibration"}}};
-  return fmt::format(fmt::runtime(kWords[one.kind]), fmt::arg("name", name),
-                     fmt::arg("other", other), fmt::arg("chi2", one.chi2),
-                     fmt::arg("directions", one.directions));
+  using calib::SetAsideKind;
+  switch (one.kind) {
+    case SetAsideKind::kUnreadable:
+      return fmt::format("{}: cannot be read. {}", name, other);
+    case SetAsideKind::kWithheld:
+      return name + ": withheld, not used. Priors are learned from published calibrations";
+    case SetAsideKind::kOtherNominalGeometry:
+      return name + ": nominal geometry of another robot model. Learn its priors separately";
+    case SetAsideKind::kInconsistent:
+      return name + ": parameters and covariance are inconsistent. Replay its session";
+    case SetAsideKind::kUninformative:
+      return name + ": determined by the prior alone. It needs more touches";
+    case SetAsideKind::kSameArm:
+      return fmt::format("{}: same arm as {}. Only that one is used", name, other);
+    case SetAsideKind::kTooFar:
+      return fmt::format(
+          "{}: chi^2 {:.3g} for {} directions, farther from nominal than the other arms. Check "
+          "robot file and mastering of this arm",
+          name, one.chi2, one.directions);
+    case SetAsideKind::kTooNear:
+      return fmt::format(
+          "{}: chi^2 {:.3g} for {} directions, too small to be measured errors. Check the source "
+          "of this calibration",
+          name, one.chi2, one.directions);
+  }
+  return name;
 }
 
 std::string no_priors_words(const calib::Learned& learned) {

@@ -366,7 +366,6 @@ struct RsiCore::Impl {
   /// Number of further late replies. Before the first reply none can be late.
   std::uint32_t note_delay() {
     const std::uint32_t more = delay.note(frame.delay);
-    accepted_in_a_row = more > 0 ? 0 : accepted_in_a_row + 1;
     if (delay.replies() == 0) return 0;
     state.late += more;
     if (more > 0 && !relative()) setpoint.not_taken();
@@ -407,7 +406,8 @@ struct RsiCore::Impl {
   void start_waiting_move() {
     if (waits_for_input()) return;
     // After late replies the controller may hold an earlier correction than the commanded one.
-    const bool late = state.link == RobotLink::kReady && accepted_in_a_row < kAcceptedAtRest;
+    const bool late =
+        state.link == RobotLink::kReady && delay.accepted_in_a_row() < kAcceptedAtRest;
     if (late && !too_many_late()) return;
     const auto move = queue.next_waiting_move();
     if (!move) return;
@@ -579,10 +579,9 @@ struct RsiCore::Impl {
     TimePoint t_rx{};
     std::uint32_t answered_since = 0;
   } counted;
-  double held_up_s = 0.0;              // since the last packet
-  double slept_s = 0.0;                // longest delay of this thread since then
-  std::optional<TimePoint> input_due;  // a move waits for the contact input until then
-  std::uint32_t accepted_in_a_row = 0;
+  double held_up_s = 0.0;                 // since the last packet
+  double slept_s = 0.0;                   // longest delay of this thread since then
+  std::optional<TimePoint> input_due;     // a move waits for the contact input until then
   std::optional<std::uint32_t> answered;  // IPOC of the last reply
   bool rereference_asked = false, too_few_axes = false;
   std::uint32_t damaged_in_a_row = 0;  // with a valid IPOC only

@@ -179,8 +179,9 @@ void DelayWatch::begin_session() {
 }
 
 std::uint32_t DelayWatch::note(std::optional<std::uint32_t> delay) {
+  const std::uint32_t more = delay && last_ && *delay > *last_ ? *delay - *last_ : 0;
+  accepted_in_a_row_ = more > 0 ? 0 : accepted_in_a_row_ + 1;
   if (!delay) return 0;
-  const std::uint32_t more = last_ && *delay > *last_ ? *delay - *last_ : 0;
   counts_ = counts_ || more > 0;
   last_ = delay;
   return more;

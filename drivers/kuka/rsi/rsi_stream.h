@@ -168,6 +168,8 @@ class DelayWatch {
   std::optional<std::uint32_t> last() const { return last_; }
   bool counts() const { return counts_; }  ///< it has increased: the controller sends it
   std::uint64_t replies() const { return replies_; }
+  /// Newest packets in a row that count no further late reply.
+  std::uint32_t accepted_in_a_row() const { return accepted_in_a_row_; }
   /// True if every reply of this session, of at least `replies`, counts as late, except those in
   /// transit.
   bool refused(std::uint64_t replies) const;
@@ -175,6 +177,7 @@ class DelayWatch {
  private:
   std::optional<std::uint32_t> first_, last_;
   std::uint64_t replies_ = 0;
+  std::uint32_t accepted_in_a_row_ = 0;
   bool counts_ = false;
 };
 

@@ -303,6 +303,17 @@ TEST(DelayWatched, TellsHowManyMoreCameLate) {
   EXPECT_TRUE(watch.counts());
 }
 
+TEST(DelayWatched, CountsAcceptedRepliesFromTheLastLateOne) {
+  DelayWatch watch;
+  for (const std::optional<std::uint32_t> delay : {std::optional(7u), std::optional(7u), {}})
+    watch.note(delay);
+  EXPECT_EQ(watch.accepted_in_a_row(), 3u);
+  watch.note(8);
+  EXPECT_EQ(watch.accepted_in_a_row(), 0u);
+  watch.note(8);
+  EXPECT_EQ(watch.accepted_in_a_row(), 1u);
+}
+
 TEST(DelayWatched, RepliesAreRefusedWhereAllButTwoAreCountedAsLate) {
   const auto refused = [](int replies, std::uint32_t first, std::uint32_t last,
                           std::uint64_t least) {
