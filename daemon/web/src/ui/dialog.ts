@@ -4,7 +4,7 @@
 import { useLayoutEffect, useRef } from "preact/hooks";
 import type { RefObject } from "preact";
 
-const CONTROLS = "button, input, select, summary, a[href]";
+const CONTROLS = ":is(button, input, select):enabled, summary, a[href]";
 
 /** Shown before the next paint, so that Escape works as soon as it is visible. */
 export function useDialog(leave: () => void): RefObject<HTMLDialogElement> {
@@ -19,8 +19,8 @@ export function useDialog(leave: () => void): RefObject<HTMLDialogElement> {
     const focused = ({ target, relatedTarget }: FocusEvent) => {
       const abort = document.getElementById("abort-button");
       if (within(target) || target === abort) return;
-      const to = within(relatedTarget) ? abort : dialog.current?.querySelector<HTMLElement>(CONTROLS);
-      to?.focus();
+      const first = within(relatedTarget) ? null : dialog.current?.querySelector<HTMLElement>(CONTROLS);
+      (first ?? abort)?.focus();
     };
     addEventListener("keydown", pressed);
     addEventListener("focusin", focused);
