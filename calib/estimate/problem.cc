@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <type_traits>
 #include <variant>
 
 #include "calib/estimate/parallel.h"
@@ -309,10 +308,8 @@ void Problem::residual_m(std::size_t touch, const At& at, double* residual, doub
   std::visit([&](const auto& kind) { fill(kind, touch, at, chain, rows); }, residuals_[touch]);
 }
 
-template <typename Kind>
-requires requires(Kind kind) { kind.has_own_radius; }
-void Problem::fill(const Kind& kind, std::size_t touch, const At& at, const ArmChain& chain,
-                   const Rows& rows) const {
+void Problem::fill(const DistanceResidual& kind, std::size_t touch, const At& at,
+                   const ArmChain& chain, const Rows& rows) const {
   const double* own = at.x + blocks_[static_cast<std::size_t>(block_of_[touch])].first;
   const int tool = tool_of(touch);
   const Distance distance = kind.distance(places_[target_of_[touch]], own, chain.tip);
@@ -322,7 +319,7 @@ void Problem::fill(const Kind& kind, std::size_t touch, const At& at, const ArmC
   if (rows.by_shared != nullptr) {
     arm_.derivative_along(distance.normal, poses_[touch], at.arm, chain, rows.by_shared);
     std::fill(rows.by_shared + arm_.size(), rows.by_shared + shared_size_, 0.0);
-    if (Kind::kHasSurface && rho(tool) >= 0) rows.by_shared[rho(tool)] = -1.0;
+    if (kind.has_surface() && rho(tool) >= 0) rows.by_shared[rho(tool)] = -1.0;
     if (delay_ >= 0) rows.by_shared[delay_] = closing_m_s_[touch];
   }
   if (rows.by_target != nullptr) {
@@ -331,10 +328,8 @@ void Problem::fill(const Kind& kind, std::size_t touch, const At& at, const ArmC
   }
 }
 
-template <typename Kind>
-requires requires(Kind kind) { kind.has_turns; }
-void Problem::fill(const Kind& kind, std::size_t touch, const At& at, const ArmChain& chain,
-                   const Rows& rows) const {
+void Problem::fill(const PositionResidual& kind, std::size_t touch, const At& at,
+                   const ArmChain& chain, const Rows& rows) const {
   const TargetBlock& block = blocks_[static_cast<std::size_t>(block_of_[touch])];
   const SeenTip seen =
       kind.seen(places_[block.target], at.x + block.first, rows.by_target != nullptr);
@@ -349,14 +344,13 @@ void Problem::fill(const Kind& kind, std::size_t touch, const At& at, const ArmC
   if (rows.by_target != nullptr) {
     Eigen::Map<RowMajor> by(rows.by_target, 3, block.size());
     by.setZero();
-    by.leftCols<Kind::kPlace>() = -seen.by_place.template leftCols<Kind::kPlace>();
+    by.leftCols(block.place) = -seen.by_place.leftCols(block.place);
   }
-  if constexpr (std::is_same_v<Kind, TrackerResidual>)
-    if (kind.has_turns) fill_turn(kind, touch, at, chain, rows);
+  if (kind.has_turns) fill_turn(kind, touch, at, chain, rows);
 }
 
 /// Fills the rotation rows, after the three of the position.
-void Problem::fill_turn(const TrackerResidual& kind, std::size_t touch, const At& at,
+void Problem::fill_turn(const PositionResidual& kind, std::size_t touch, const At& at,
                         const ArmChain& chain, const Rows& rows) const {
   const TargetBlock& block = blocks_[static_cast<std::size_t>(block_of_[touch])];
   const bool derivatives = rows.by_shared != nullptr || rows.by_target != nullptr;
@@ -383,6 +377,18 @@ Eigen::VectorXd Problem::to_si(const Eigen::VectorXd& u) const {
   Eigen::VectorXd x(size());
   for (int i = 0; i < size(); ++i) x[i] = unknowns_[i].origin + unknowns_[i].scale * u[i];
   return x;
+}
+
+Eigen::VectorXd Problem::to_u(const Eigen::VectorXd& x) const {
+  Eigen::VectorXd u(size());
+  for (int i = 0; i < size(); ++i) u[i] = (x[i] - unknowns_[i].origin) / unknowns_[i].scale;
+  return u;
+}
+
+Eigen::VectorXd Problem::scales() const {
+  Eigen::VectorXd scale(size());
+  for (int i = 0; i < size(); ++i) scale[i] = unknowns_[i].scale;
+  return scale;
 }
 
 }  // namespace cellcal::calib

@@ -141,6 +141,10 @@ class Problem {
   }
 
   Eigen::VectorXd to_si(const Eigen::VectorXd& u) const;
+  /// Inverse of to_si().
+  Eigen::VectorXd to_u(const Eigen::VectorXd& x) const;
+  /// SI values of u = 1.
+  Eigen::VectorXd scales() const;
   std::span<const Touch> touches() const { return touches_; }
   const Cell& cell() const { return cell_; }
   const ArmModel& arm() const { return arm_; }
@@ -175,17 +179,11 @@ class Problem {
     double *residual, *by_shared, *by_target;
     Eigen::Vector3d* direction;
   };
-  /// Targets that measure a distance.
-  template <typename Kind>
-  requires requires(Kind kind) { kind.has_own_radius; }
-  void fill(const Kind& kind, std::size_t touch, const At& at, const ArmChain& chain,
+  void fill(const DistanceResidual& kind, std::size_t touch, const At& at, const ArmChain& chain,
             const Rows& rows) const;
-  /// Targets that measure the position of the tip.
-  template <typename Kind>
-  requires requires(Kind kind) { kind.has_turns; }
-  void fill(const Kind& kind, std::size_t touch, const At& at, const ArmChain& chain,
+  void fill(const PositionResidual& kind, std::size_t touch, const At& at, const ArmChain& chain,
             const Rows& rows) const;
-  void fill_turn(const TrackerResidual& kind, std::size_t touch, const At& at,
+  void fill_turn(const PositionResidual& kind, std::size_t touch, const At& at,
                  const ArmChain& chain, const Rows& rows) const;
   void add_target(std::size_t target);
   void add_lengths();

@@ -114,9 +114,6 @@ double common_tip_radius_m(const Seen& seen) {
   return std::accumulate(all.begin(), all.end(), 0.0) / static_cast<double>(all.size());
 }
 
-/// Place of a target, or the error with the remedy if the touches do not determine it.
-using Placed = std::variant<TargetPlace, IdentifyError>;
-
 /// Sign of the normal towards the tool, by the mean direction from tip to flange. nullopt if the
 /// tool lies nearly along the plane and the side matters.
 std::optional<double> side_of(const Cell& cell, const Seen& seen, const Vector3d& normal) {
@@ -129,10 +126,10 @@ std::optional<double> side_of(const Cell& cell, const Seen& seen, const Vector3d
   return std::nullopt;
 }
 
-Placed place_plane(const Cell& cell, const Target& target, const Seen& seen) {
+TargetPlace place_plane(const Cell& cell, const Target& target, const Seen& seen) {
   const PlaneFit fit = fit_plane(seen.tips_m);
   if (!fit.determined && !target.has_normal)
-    return IdentifyError(
+    throw IdentifyError(
         IdentifyError::Kind::kUndetermined, target.id,
         fmt::format(
             "target {}: {} fit touches do not span a plane. Touch it farther apart in two directions, "
@@ -143,7 +140,7 @@ Placed place_plane(const Cell& cell, const Target& target, const Seen& seen) {
     if (normal.dot(target.normal) < 0.0) normal = -normal;
     if (!fit.determined) normal = target.normal;
     if (normal.dot(target.normal) < kNormalCosine)
-      return IdentifyError(
+      throw IdentifyError(
           IdentifyError::Kind::kCell, target.id,
           fmt::format(
               "target {}: normal of the touched plane {:.0f} deg off the stated one. Check its normal "
@@ -152,7 +149,7 @@ Placed place_plane(const Cell& cell, const Target& target, const Seen& seen) {
   } else if (const auto side = side_of(cell, seen, normal)) {
     normal *= *side;
   } else {
-    return IdentifyError(
+    throw IdentifyError(
         IdentifyError::Kind::kUndetermined, target.id,
         fmt::format(
             "target {}: the touched side of the plane is not determined: the tool lies along "
@@ -176,15 +173,15 @@ Matrix3d probe_on_tool(const Matrix3d& axes, const Seen& seen) {
   return svd.matrixU() * proper * svd.matrixV().transpose();
 }
 
-Placed place_tracker(const Target& target, const Seen& seen) {
+TargetPlace place_tracker(const Target& target, const Seen& seen) {
   for (const Vector3d& reading : seen.readings_m)
     if (!reading.allFinite())
-      return IdentifyError(
+      throw IdentifyError(
           IdentifyError::Kind::kTouches, target.id,
           fmt::format("target {}: a reading is not a number. Leave it out", target.id));
   const FrameFit fit = fit_frame(seen.readings_m, seen.tips_m);
   if (!fit.determined)
-    return IdentifyError(
+    throw IdentifyError(
         IdentifyError::Kind::kUndetermined, target.id,
         fmt::format(
             "target {}: {} fit touches whose readings lie in a line do not determine the tracker's "
@@ -197,7 +194,8 @@ Placed place_tracker(const Target& target, const Seen& seen) {
   return place;
 }
 
-Placed place_of(const Cell& cell, const Target& target, const Seen& seen) {
+/// Throws IdentifyError with the remedy if the touches do not determine the place.
+TargetPlace place_of(const Cell& cell, const Target& target, const Seen& seen) {
   if (target.kind == TargetKind::kPlane) return place_plane(cell, target, seen);
   if (target.kind == TargetKind::kTracker) return place_tracker(target, seen);
   if (target.kind == TargetKind::kPoint) return TargetPlace(mean_of_points(seen.tips_m));
@@ -206,7 +204,7 @@ Placed place_of(const Cell& cell, const Target& target, const Seen& seen) {
     for (const Vector3d& tool : seen.tool) hints.outwards += tool;
   const SphereFit fit = fit_centre(seen.tips_m, seen.radii_m, hints);
   if (!fit.determined && !target.has_centre)
-    return IdentifyError(
+    throw IdentifyError(
         IdentifyError::Kind::kUndetermined, target.id,
         fmt::format(
             "target {}: {} fit touches do not span a sphere. Touch it from more sides, or add "
@@ -288,37 +286,24 @@ bool centre_is_held(const Target& target) {
   return has_a_centre(target.kind) && target.has_centre && target.centre_sigma_m > 0.0;
 }
 
-namespace {
-
-std::variant<std::vector<TargetPlace>, IdentifyError> place_all(const Cell& cell,
-                                                                const ArmModel& arm,
-                                                                const std::vector<Touch>& touches) {
+std::vector<TargetPlace> starting_places(const Cell& cell, const ArmModel& arm,
+                                         const std::vector<Touch>& touches) {
   std::vector<TargetPlace> places(cell.targets.size());
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     const Target& target = cell.targets[t];
     const Seen seen = without_strays(target, see(arm, target, touches));
-    if (seen.tips_m.empty()) continue;
-    const Placed placed = place_of(cell, target, seen);
-    if (const auto* why_not = std::get_if<IdentifyError>(&placed)) return *why_not;
-    places[t] = std::get<TargetPlace>(placed);
+    if (!seen.tips_m.empty()) places[t] = place_of(cell, target, seen);
   }
   return places;
 }
 
-}  // namespace
-
-std::vector<TargetPlace> starting_places(const Cell& cell, const ArmModel& arm,
-                                         const std::vector<Touch>& touches) {
-  auto places = place_all(cell, arm, touches);
-  if (const auto* why_not = std::get_if<IdentifyError>(&places)) throw *why_not;
-  return std::get<std::vector<TargetPlace>>(std::move(places));
-}
-
 std::optional<std::vector<TargetPlace>> seen_places(const Cell& cell, const ArmModel& arm,
                                                     const std::vector<Touch>& touches) {
-  auto places = place_all(cell, arm, touches);
-  if (std::holds_alternative<IdentifyError>(places)) return std::nullopt;
-  return std::get<std::vector<TargetPlace>>(std::move(places));
+  try {
+    return starting_places(cell, arm, touches);
+  } catch (const IdentifyError&) {
+    return std::nullopt;
+  }
 }
 
 std::vector<TargetPlace> rough_places(const Cell& cell, const ArmModel& arm,
@@ -328,10 +313,11 @@ std::vector<TargetPlace> rough_places(const Cell& cell, const ArmModel& arm,
     const Target& target = cell.targets[t];
     const Seen seen = see(arm, target, touches);
     if (seen.tips_m.empty()) continue;
-    const Placed placed = place_of(cell, target, seen);
-    if (const auto* place = std::get_if<TargetPlace>(&placed)) {
-      places[t] = *place;
+    try {
+      places[t] = place_of(cell, target, seen);
       continue;
+    } catch (const IdentifyError&) {
+      // Undetermined: approximately, below.
     }
     places[t].centre_m = mean_of_points(seen.tips_m);
     places[t].middle_m = mean_of_points(seen.readings_m);
@@ -368,12 +354,6 @@ namespace {
 
 using Place = Eigen::Map<const Vector3d>;
 
-Distance from_centre(const double* centre, const Vector3d& tip) {
-  const Vector3d offset = tip - Place(centre);
-  const Vector3d normal = direction_of(offset);
-  return {offset.norm(), normal, -normal.transpose()};
-}
-
 }  // namespace
 
 Vector3d direction_of(const Vector3d& offset) {
@@ -381,39 +361,34 @@ Vector3d direction_of(const Vector3d& offset) {
   return length > 0.0 ? Vector3d(offset / length) : Vector3d::UnitZ();
 }
 
-Distance SphereResidual::distance(const TargetPlace&, const double* own,
-                                  const Vector3d& tip) const {
-  return from_centre(own, tip);
-}
-
-double SphereResidual::radius_m(double rho_m, const double* own) const {
-  return has_own_radius ? stated_radius_m + rho_m + own[3] : stated_radius_m + rho_m;
-}
-
-Distance WireResidual::distance(const TargetPlace&, const double* own, const Vector3d& tip) const {
-  return from_centre(own, tip);
-}
-
-Distance PlaneResidual::distance(const TargetPlace& start, const double* own,
-                                 const Vector3d& tip) const {
+Distance DistanceResidual::distance(const TargetPlace& start, const double* own,
+                                    const Vector3d& tip) const {
+  if (kind != TargetKind::kPlane) {
+    const Vector3d offset = tip - Place(own);
+    const Vector3d normal = direction_of(offset);
+    return {offset.norm(), normal, -normal.transpose()};
+  }
   Distance distance;
   distance.m = plane_distance_m(start, own, tip, &distance.normal, &distance.by_place);
   return distance;
 }
 
-SeenTip PointResidual::seen(const TargetPlace&, const double* own, bool derivatives) const {
+double DistanceResidual::radius_m(double rho_m, const double* own) const {
+  const double radius_m = has_surface() ? stated_m + rho_m : stated_m;
+  return has_own_radius ? radius_m + own[3] : radius_m;
+}
+
+SeenTip PositionResidual::seen(const TargetPlace& start, const double* own,
+                               bool derivatives) const {
   SeenTip seen{Place(own), {}};
-  if (derivatives) seen.by_place.leftCols<kPlace>().setIdentity();
+  if (kind == TargetKind::kTracker)
+    seen.m = tracked_m(start, own, reading_m, derivatives ? &seen.by_place : nullptr);
+  else if (derivatives)
+    seen.by_place.leftCols<3>().setIdentity();
   return seen;
 }
 
-SeenTip TrackerResidual::seen(const TargetPlace& start, const double* own, bool derivatives) const {
-  SeenTip seen;
-  seen.m = tracked_m(start, own, reading_m, derivatives ? &seen.by_place : nullptr);
-  return seen;
-}
-
-ProbeTurn probe_turn(const TrackerResidual& touch, const TargetPlace& start, const double* own,
+ProbeTurn probe_turn(const PositionResidual& touch, const TargetPlace& start, const double* own,
                      const Matrix3d& tool, double lever_m, bool derivatives) {
   const Place frame(own + 3), mount(own + 6);
   const Matrix3d held = tool * turn(mount) * start.probe;
@@ -431,33 +406,19 @@ ProbeTurn probe_turn(const TrackerResidual& touch, const TargetPlace& start, con
 
 TargetResidual residual_of(const Touch& touch, const Target& target, double stated_radius_m,
                            bool has_turns) {
-  switch (target.kind) {
-    case TargetKind::kSphere:
-      return SphereResidual{stated_radius_m, target.diameter_sigma_m > 0.0};
-    case TargetKind::kWire:
-      return WireResidual{touch.radius_m};
-    case TargetKind::kPlane:
-      return PlaneResidual{stated_radius_m};
-    case TargetKind::kPoint:
-      return PointResidual{};
-    case TargetKind::kTracker:
-      break;
-  }
-  TrackerResidual tracker{has_turns && touch.tracker_abc_rad.has_value(), Place(touch.tracker_m),
-                          Matrix3d::Identity()};
-  if (tracker.has_turns) tracker.probe = probe_turn(touch);
-  return tracker;
+  if (target.kind == TargetKind::kWire) return DistanceResidual{target.kind, touch.radius_m, false};
+  if (target.kind == TargetKind::kSphere || target.kind == TargetKind::kPlane)
+    return DistanceResidual{target.kind, stated_radius_m,
+                            target.kind == TargetKind::kSphere && target.diameter_sigma_m > 0.0};
+  PositionResidual position{target.kind, has_turns && touch.tracker_abc_rad.has_value(),
+                            Place(touch.tracker_m), Matrix3d::Identity()};
+  if (position.has_turns) position.probe = probe_turn(touch);
+  return position;
 }
 
 int rows_of(const TargetResidual& residual) {
-  return std::visit(
-      [](const auto& touch) {
-        if constexpr (requires { touch.has_turns; })
-          return touch.has_turns ? 6 : 3;
-        else
-          return 1;
-      },
-      residual);
+  const auto* position = std::get_if<PositionResidual>(&residual);
+  return position == nullptr ? 1 : position->has_turns ? 6 : 3;
 }
 
 }  // namespace cellcal::calib

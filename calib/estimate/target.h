@@ -86,7 +86,7 @@ LieTogether lie_together(const Cell& cell, const ArmModel& arm, const std::strin
 TargetPlace plane_through(const std::vector<Eigen::Vector3d>& tips_m, double tip_radius_m,
                           const TargetPlace& start);
 
-// Residual of a touch by kind of target, (12) to (15). `own` are the unknowns of the target: its
+// Residual of a touch, (12) to (15). `own` are the unknowns of the target: its
 // place, counted from `start`, then the error of a sphere's radius, or the rotation of a tracker's
 // probe on the tool. Metres and radians, base frame; derivatives by SI unknowns.
 
@@ -101,31 +101,16 @@ struct Distance {
   Eigen::RowVector3d by_place;  ///< by the three unknowns of the place
 };
 
-/// |p - c| - (r_s + r_tip + rho + dr). A late latch measures too deep.
-struct SphereResidual {
-  static constexpr bool kHasSurface = true;
-  double stated_radius_m;  ///< r_s + r_tip
-  bool has_own_radius;     ///< dr is the fourth of `own`
+/// Targets that measure a distance.
+/// Sphere: |p - c| - (r_s + r_tip + rho + dr); plane: n.(p - c_0) - shift - (r_tip + rho); wire: |p - c| - L_w.
+/// A late latch on a surface measures too deep.
+struct DistanceResidual {
+  TargetKind kind;
+  double stated_m;      ///< r_s + r_tip, r_tip, or L_w
+  bool has_own_radius;  ///< dr is the fourth of `own`
+  bool has_surface() const { return kind != TargetKind::kWire; }
   Distance distance(const TargetPlace& start, const double* own, const Eigen::Vector3d& tip) const;
   double radius_m(double rho_m, const double* own) const;
-};
-
-/// |p - c| - L_w
-struct WireResidual {
-  static constexpr bool kHasSurface = false;
-  static constexpr bool has_own_radius = false;
-  double length_m;
-  Distance distance(const TargetPlace& start, const double* own, const Eigen::Vector3d& tip) const;
-  double radius_m(double /*rho_m*/, const double* /*own*/) const { return length_m; }
-};
-
-/// n.(p - c_0) - shift - (r_tip + rho). A late latch measures too deep.
-struct PlaneResidual {
-  static constexpr bool kHasSurface = true;
-  static constexpr bool has_own_radius = false;
-  double tip_radius_m;
-  Distance distance(const TargetPlace& start, const double* own, const Eigen::Vector3d& tip) const;
-  double radius_m(double rho_m, const double* /*own*/) const { return tip_radius_m + rho_m; }
 };
 
 /// Position of the tip measured by the target; the residual is the tip minus that.
@@ -134,16 +119,10 @@ struct SeenTip {
   Eigen::Matrix<double, 3, 6> by_place;  ///< its first columns are those of the place's unknowns
 };
 
-/// p - c
-struct PointResidual {
-  static constexpr int kPlace = 3;
-  static constexpr bool has_turns = false;
-  SeenTip seen(const TargetPlace& start, const double* own, bool derivatives) const;
-};
-
-/// p - Y(y), and with `has_turns` the rotation of the probe.
-struct TrackerResidual {
-  static constexpr int kPlace = 6;
+/// Targets that measure the position of the tip.
+/// Point: p - c; tracker: p - Y(y), and with `has_turns` the rotation of the probe.
+struct PositionResidual {
+  TargetKind kind;
   bool has_turns;
   Eigen::Vector3d reading_m;  ///< in the tracker's frame
   Eigen::Matrix3d probe;      ///< the probe's frame in the tracker's, where it has turns
@@ -159,11 +138,10 @@ struct ProbeTurn {
   Eigen::Matrix3d by_tool, by_frame, by_mount;
 };
 /// `tool`: orientation of the tool's frame in the base frame. `own`: nine unknowns.
-ProbeTurn probe_turn(const TrackerResidual& touch, const TargetPlace& start, const double* own,
+ProbeTurn probe_turn(const PositionResidual& touch, const TargetPlace& start, const double* own,
                      const Eigen::Matrix3d& tool, double lever_m, bool derivatives);
 
-using TargetResidual =
-    std::variant<SphereResidual, WireResidual, PlaneResidual, PointResidual, TrackerResidual>;
+using TargetResidual = std::variant<DistanceResidual, PositionResidual>;
 
 /// `stated_radius_m`: r_s + r_tip of a sphere, r_tip of a plane. `has_turns`: uses the probe's
 /// rotations of this target's touches where available.
