@@ -172,22 +172,11 @@ Sizes sizes_of(const Problem& problem, const Eigen::VectorXd& u, const Eigen::Ma
                                    1.1, 1.4,  1.8, 2.4,  3.2, 4.3,  5.7};
   constexpr double kNoise[] = {0.1, 0.2, 0.35, 0.6, 1.0, 1.7, 3.0, 6.0, 10.0};
   constexpr double kNoiseSigma = 0.7;  // of the logarithm of the factor to the stated noise
-  constexpr double kAnywhere = 10.0;   // unknowns without a prior, in their scales
   const std::vector<Row> rows = rows_of(problem, u, touches);
   const Measured m = in_metres(problem, u, touches);
   const Eigen::MatrixXd apart = distances(postures, rows);
   const auto n = static_cast<Eigen::Index>(rows.size());
-  // Contribution of the unknowns, within their priors, to the rows.
-  Eigen::VectorXd prior(problem.size()), off(problem.size());
-  for (int i = 0; i < problem.size(); ++i) {
-    const Unknown& unknown = problem.unknowns()[i];
-    const bool stated = unknown.prior_weight > 0.0;
-    prior[i] = std::min(kAnywhere, stated ? 1.0 / unknown.prior_weight : kAnywhere);
-    off[i] = stated ? unknown.prior_mean_u - u[i] : 0.0;
-  }
-  const Eigen::VectorXd y = m.residual_m + m.jacobian * off;
-  const Eigen::MatrixXd reached = m.jacobian * prior.asDiagonal();
-  const Eigen::MatrixXd by_unknowns = product(reached, reached.transpose());
+  const IntegratedRows integrated(problem, u, m.jacobian, m.residual_m);
   Eigen::VectorXd own(n);
   for (Eigen::Index k = 0; k < n; ++k)
     own[k] = std::pow(problem.own_sigma_m(rows[static_cast<std::size_t>(k)].touch), 2);
@@ -204,14 +193,14 @@ Sizes sizes_of(const Problem& problem, const Eigen::VectorXd& u, const Eigen::Ma
       const Eigen::MatrixXd k = correlation_of(apart, rows, reach, rough);
       for (const double factor : kNoise) {
         if (noise_is_known && factor != 1.0) continue;
-        Eigen::MatrixXd without = by_unknowns;
+        Eigen::MatrixXd without = integrated.by_unknowns;
         without.diagonal() += factor * factor * own;
         for (const double share : kOfScatter) {
           poll_cancelled();
           const double field = share * scatter_m;
           const Cholesky v(without + field * field * k);  // (31)
           if (!v.positive()) continue;
-          const Eigen::VectorXd w = v.whitened(y);
+          const Eigen::VectorXd w = v.whitened(integrated.y);
           tried.push_back({{field, factor, rough == 1.0 ? 0.0 : reach, rough},
                            -0.5 * w.squaredNorm() - 0.5 * v.log_det() -
                                0.5 * std::pow(std::log(factor) / kNoiseSigma, 2)});
@@ -275,10 +264,6 @@ std::vector<std::size_t> spread_over(const std::vector<bool>& use) {
   if (all.size() <= kMostTouches) return all;
   for (std::size_t k = 0; k < kMostTouches; ++k) some.push_back(all[k * all.size() / kMostTouches]);
   return some;
-}
-
-Eigen::VectorXd leverage_of(const RowMajor& j, const Eigen::MatrixXd& covariance) {
-  return product(j, covariance).cwiseProduct(j).rowwise().sum();
 }
 
 std::vector<ModelLevel> levels_without_ripple() {
@@ -367,17 +352,45 @@ bool judged_by_others(const Problem& problem, const IdentifyOptions& options, Es
 
 }  // namespace
 
+Eigen::MatrixXd left_by_fit(const Eigen::Ref<const RowMajor>& jacobian,
+                            const Eigen::MatrixXd& covariance_u) {
+  Eigen::MatrixXd left = -product(product(jacobian, covariance_u), jacobian.transpose());
+  left.diagonal().array() += 1.0;
+  return left;
+}
+
+double correlation_sigmas(const Eigen::VectorXd& r, const Eigen::MatrixXd& k,
+                          const Eigen::MatrixXd& left, double scatter) {
+  const Eigen::MatrixXd through = product(k, left);
+  const double variance = 2.0 * through.cwiseProduct(through.transpose()).sum();
+  if (!(variance > 0.0)) return 0.0;
+  return (r.dot(k * r) / scatter - through.trace()) / std::sqrt(variance);  // (30)
+}
+
+IntegratedRows::IntegratedRows(const Problem& problem, const Eigen::VectorXd& u,
+                               const RowMajor& jacobian, const Eigen::VectorXd& residual_m) {
+  constexpr double kAnywhere = 10.0;
+  Eigen::VectorXd prior(problem.size()), off(problem.size());
+  for (int i = 0; i < problem.size(); ++i) {
+    const Unknown& unknown = problem.unknowns()[static_cast<std::size_t>(i)];
+    const bool stated = unknown.prior_weight > 0.0;
+    prior[i] = std::min(kAnywhere, stated ? 1.0 / unknown.prior_weight : kAnywhere);
+    off[i] = stated ? unknown.prior_mean_u - u[i] : 0.0;
+  }
+  y = residual_m + jacobian * off;
+  const Eigen::MatrixXd reached = jacobian * prior.asDiagonal();
+  by_unknowns = product(reached, reached.transpose());
+}
+
 double alike_sigmas(const Problem& problem, const Estimate& e, double chi2_per_dof) {
   const Eigen::MatrixXd postures = postures_of(problem);
   const auto touches = some_of(problem, postures, touches_in(e.posterior.linear));
   if (touches.size() < 3 || !(chi2_per_dof > 0.0)) return 0.0;
   const std::vector<Row> rows = rows_of(problem, e.u, touches);
   const Linearisation linear = linearise(problem, e.u, only(touches, problem.touches().size()));
-  const auto j = linear.jacobian.topRows(linear.length_row);
   const Eigen::VectorXd r = linear.residual.head(linear.length_row);
-  // Covariance of the residuals of independent errors, less the part absorbed by the fit.
-  Eigen::MatrixXd left = -product(product(j, e.posterior.covariance_u), j.transpose());
-  left.diagonal().array() += 1.0;
+  const Eigen::MatrixXd left =
+      left_by_fit(linear.jacobian.topRows(linear.length_row), e.posterior.covariance_u);
   const Eigen::MatrixXd apart = distances(postures, rows);
   double most = 0.0;
   for (const double reach : kReachesRad) {
@@ -386,11 +399,7 @@ double alike_sigmas(const Problem& problem, const Estimate& e, double chi2_per_d
     for (Eigen::Index a = 0; a < k.rows(); ++a)
       for (Eigen::Index b = 0; b < k.cols(); ++b)
         if (apart(a, b) < kSamePlaceRad) k(a, b) = 0.0;
-    const Eigen::MatrixXd through = product(k, left);
-    const double variance = 2.0 * through.cwiseProduct(through.transpose()).sum();
-    if (!(variance > 0.0)) continue;
-    // (30)
-    most = std::max(most, (r.dot(k * r) / chi2_per_dof - through.trace()) / std::sqrt(variance));
+    most = std::max(most, correlation_sigmas(r, k, left, chi2_per_dof));
   }
   return most;
 }

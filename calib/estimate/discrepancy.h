@@ -27,6 +27,23 @@ constexpr double kFieldSigmas = 4.0;
 /// noise-free touches.
 constexpr double kNothingM = 2e-6;
 
+/// Covariance of the whitened residuals of independent errors: 1 - J S J', less what the fit absorbs.
+Eigen::MatrixXd left_by_fit(const Eigen::Ref<const RowMajor>& jacobian,
+                            const Eigen::MatrixXd& covariance_u);
+/// (30): correlation, in standard deviations, of whitened residuals `r` in rows that `k` correlates,
+/// for errors of variance `scatter`; `left`: of left_by_fit(). 0 where `k` correlates none.
+double correlation_sigmas(const Eigen::VectorXd& r, const Eigen::MatrixXd& k,
+                          const Eigen::MatrixXd& left, double scatter);
+
+/// Rows in metres with all unknowns integrated out over their priors; unknowns without a prior are
+/// known to ten of their scales.
+struct IntegratedRows {
+  IntegratedRows(const Problem& problem, const Eigen::VectorXd& u, const RowMajor& jacobian,
+                 const Eigen::VectorXd& residual_m);
+  Eigen::VectorXd y;            ///< residuals at the priors' means
+  Eigen::MatrixXd by_unknowns;  ///< their covariance by the unknowns
+};
+
 /// Spatial correlation of the residuals in standard deviations (Moran's I, largest of three
 /// reaches), less what the fit itself causes with independent errors. Repeats are not counted.
 double alike_sigmas(const Problem& problem, const Estimate& e, double chi2_per_dof);

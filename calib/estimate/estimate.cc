@@ -12,6 +12,145 @@
 
 namespace cellcal::calib {
 
+// Outliers: fit touches with a studentised residual beyond the gate. They are excluded from the
+// estimate, tested again at each step, and may be readmitted.
+
+namespace {
+
+/// Studentised residual of a touch: |r| / sigma, with its own influence on the fit removed for used
+/// touches and the uncertainty of the fit added for the others.
+struct Studentised {
+  double sigmas = 0.0;
+  /// Leverage of an excluded touch if readmitted, j S j' / (1 + j S j'). Near 1 no other
+  /// touch determines its direction, and a small residual is no evidence in its favour.
+  double own = 0.0;
+};
+
+std::vector<Studentised> studentised(const Problem& problem, const Eigen::VectorXd& u,
+                                     const std::vector<bool>& fit, const std::vector<bool>& use,
+                                     const Posterior& posterior) {
+  const std::size_t count = problem.touches().size();
+  std::vector<Studentised> off(count);
+  for (const auto& [touch, row] : posterior.linear.touch_row) {
+    for (int k = row; k < row + problem.rows(touch); ++k) {
+      constexpr double kLeast =
+          1e-6;  // a touch that alone determines something gives no information on itself
+      const double free = 1.0 - posterior.leverage[k];  // (20), used
+      if (free > kLeast)
+        off[touch].sigmas =
+            std::max(off[touch].sigmas, std::abs(posterior.linear.residual[k]) / std::sqrt(free));
+    }
+  }
+  std::vector<bool> others(count, false);
+  for (std::size_t i = 0; i < count; ++i) others[i] = fit[i] && !use[i];
+  const Linearisation outside = linearise(problem, u, others);
+  // (20), left out
+  const Eigen::VectorXd predicted = leverage_of(outside.jacobian, posterior.covariance_u);
+  for (const auto& [touch, row] : outside.touch_row) {
+    for (int k = row; k < row + problem.rows(touch); ++k) {
+      off[touch].sigmas = std::max(off[touch].sigmas,
+                                   std::abs(outside.residual[k]) / std::sqrt(1.0 + predicted[k]));
+      off[touch].own = std::max(off[touch].own, predicted[k] / (1.0 + predicted[k]));  // (22)
+    }
+  }
+  return off;
+}
+
+/// Studentised residuals of all fit touches; sets e.gate.
+std::vector<Studentised> studentise_and_set_gate(const Problem& problem,
+                                                 const IdentifyOptions& options,
+                                                 const std::vector<bool>& fit, Estimate& e) {
+  std::vector<Studentised> off = studentised(problem, e.u, fit, e.use, e.posterior);
+  // For a point or a tracker the largest of three components counts, whose median is 1.26 sigma:
+  // their gate is wider. Seated or hand-held measurements have heavier tails (a gate by the median
+  // of three made panda_1 of the measured data worse).
+  std::vector<double> scatter;
+  for (std::size_t i = 0; i < off.size(); ++i)
+    if (fit[i]) scatter.push_back(off[i].sigmas / kNormalMedian);
+  // Scatter above the stated noise widens the gate instead of rejecting good touches.
+  e.gate = options.outlier_sigma * std::max(1.0, median(scatter));  // (21)
+  return off;
+}
+
+/// Selects outliers iteratively.
+///
+/// Among excluded touches of a target that no other touch determines only one is readmitted at a
+/// time, and the others are tested against it: together they would always agree with themselves.
+///
+/// A touch with a leverage near 1 may be rejected while it is used and accepted while it is not. On
+/// its second readmission it is settled permanently by its residual relative to the others, and
+/// stays excluded in doubt: a gross error in the fit does more harm than a missing good touch.
+class OutlierRejection {
+ public:
+  OutlierRejection(const Problem& problem, const IdentifyOptions& options)
+      : options_(options),
+        fit_(fit_touches(problem)),
+        came_back_(fit_.size(), false),
+        settled_(fit_.size(), false) {}
+
+  /// Updates e.use and returns true if it changed. `near`: the estimate is close enough to the
+  /// solution for permanent decisions.
+  bool changed(const Problem& problem, Estimate& e, bool near) {
+    if (!options_.reject_outliers) return false;
+    constexpr double kInDoubt = 0.5;       // of the gate
+    constexpr double kUndetermined = 0.9;  // leverage
+    const std::vector<Studentised> off = studentise_and_set_gate(problem, options_, fit_, e);
+    const std::vector<std::size_t> first = first_undetermined(problem, e, off, kUndetermined);
+    bool any = false;
+    for (std::size_t i = 0; i < off.size(); ++i) {
+      if (!fit_[i] || settled_[i]) continue;
+      bool inlier = off[i].sigmas <= e.gate;
+      if (inlier && !e.use[i]) {
+        if (off[i].own > kUndetermined && first[static_cast<std::size_t>(problem.block_of(i))] != i)
+          continue;
+        if (near && came_back_[i]) {
+          settled_[i] = true;
+          inlier = off[i].sigmas <= kInDoubt * e.gate;
+        }
+        came_back_[i] = came_back_[i] || near;
+      }
+      any |= inlier != e.use[i];
+      e.use[i] = inlier;
+    }
+    return any;
+  }
+
+ private:
+  /// Per target block, the excluded touch of least residual among those that no other touch
+  /// determines; the number of touches if there is none.
+  std::vector<std::size_t> first_undetermined(const Problem& problem, const Estimate& e,
+                                              const std::vector<Studentised>& off,
+                                              double own) const {
+    std::vector<std::size_t> first(problem.blocks().size(), off.size());
+    for (std::size_t i = 0; i < off.size(); ++i) {
+      if (!fit_[i] || settled_[i] || e.use[i] || off[i].own <= own) continue;
+      std::size_t& least = first[static_cast<std::size_t>(problem.block_of(i))];
+      if (least == off.size() || off[i].sigmas < off[least].sigmas) least = i;
+    }
+    return first;
+  }
+
+  const IdentifyOptions& options_;
+  std::vector<bool> fit_, came_back_, settled_;
+};
+
+}  // namespace
+
+std::vector<bool> fit_touches(const Problem& problem) {
+  std::vector<bool> fit(problem.touches().size());
+  for (std::size_t i = 0; i < fit.size(); ++i) fit[i] = problem.touches()[i].set == TouchSet::kFit;
+  return fit;
+}
+
+std::vector<bool> select_inliers(const Problem& problem, const IdentifyOptions& options,
+                                 Estimate& e) {
+  std::vector<bool> inliers = fit_touches(problem);
+  const std::vector<Studentised> off = studentise_and_set_gate(problem, options, inliers, e);
+  for (std::size_t i = 0; i < off.size(); ++i)
+    if (off[i].sigmas > e.gate) inliers[i] = false;
+  return inliers;
+}
+
 namespace {
 
 /// Scale of Cauchy's loss: nearly full weight for good touches, almost none for gross errors.
@@ -217,165 +356,6 @@ Estimate estimate(Problem& problem, const IdentifyOptions& options,
   if (there || share) linearise(problem, e.u, e.use, e.posterior.linear);
   refine(problem, options, std::move(levels), e);
   return e;
-}
-
-namespace {
-
-std::vector<Studentised> studentised(const Problem& problem, const Eigen::VectorXd& u,
-                                     const std::vector<bool>& fit, const std::vector<bool>& use,
-                                     const Posterior& posterior) {
-  const std::size_t count = problem.touches().size();
-  std::vector<Studentised> off(count);
-  for (const auto& [touch, row] : posterior.linear.touch_row) {
-    for (int k = row; k < row + problem.rows(touch); ++k) {
-      constexpr double kLeast =
-          1e-6;  // a touch that alone determines something gives no information on itself
-      const double free = 1.0 - posterior.leverage[k];  // (20), used
-      if (free > kLeast)
-        off[touch].sigmas =
-            std::max(off[touch].sigmas, std::abs(posterior.linear.residual[k]) / std::sqrt(free));
-    }
-  }
-  std::vector<bool> others(count, false);
-  for (std::size_t i = 0; i < count; ++i) others[i] = fit[i] && !use[i];
-  const Linearisation outside = linearise(problem, u, others);
-  // (20), left out
-  const Eigen::VectorXd predicted = leverage_of(outside.jacobian, posterior.covariance_u);
-  for (const auto& [touch, row] : outside.touch_row) {
-    for (int k = row; k < row + problem.rows(touch); ++k) {
-      off[touch].sigmas = std::max(off[touch].sigmas,
-                                   std::abs(outside.residual[k]) / std::sqrt(1.0 + predicted[k]));
-      off[touch].own = std::max(off[touch].own, predicted[k] / (1.0 + predicted[k]));  // (22)
-    }
-  }
-  return off;
-}
-
-/// Studentised residuals of all fit touches; sets e.gate.
-std::vector<Studentised> studentise_and_set_gate(const Problem& problem,
-                                                 const IdentifyOptions& options,
-                                                 const std::vector<bool>& fit, Estimate& e) {
-  std::vector<Studentised> off = studentised(problem, e.u, fit, e.use, e.posterior);
-  // For a point or a tracker the largest of three components counts, whose median is 1.26 sigma:
-  // their gate is wider. Seated or hand-held measurements have heavier tails (a gate by the median
-  // of three made panda_1 of the measured data worse).
-  std::vector<double> scatter;
-  for (std::size_t i = 0; i < off.size(); ++i)
-    if (fit[i]) scatter.push_back(off[i].sigmas / kNormalMedian);
-  // Scatter above the stated noise widens the gate instead of rejecting good touches.
-  e.gate = options.outlier_sigma * std::max(1.0, median(scatter));  // (21)
-  return off;
-}
-
-}  // namespace
-
-std::vector<bool> fit_touches(const Problem& problem) {
-  std::vector<bool> fit(problem.touches().size());
-  for (std::size_t i = 0; i < fit.size(); ++i) fit[i] = problem.touches()[i].set == TouchSet::kFit;
-  return fit;
-}
-
-std::vector<bool> select_inliers(const Problem& problem, const IdentifyOptions& options,
-                                 Estimate& e) {
-  std::vector<bool> inliers = fit_touches(problem);
-  const std::vector<Studentised> off = studentise_and_set_gate(problem, options, inliers, e);
-  for (std::size_t i = 0; i < off.size(); ++i)
-    if (off[i].sigmas > e.gate) inliers[i] = false;
-  return inliers;
-}
-
-OutlierRejection::OutlierRejection(const Problem& problem, const IdentifyOptions& options)
-    : options_(options),
-      fit_(fit_touches(problem)),
-      came_back_(fit_.size(), false),
-      settled_(fit_.size(), false) {}
-
-bool OutlierRejection::changed(const Problem& problem, Estimate& e, bool near) {
-  if (!options_.reject_outliers) return false;
-  constexpr double kInDoubt = 0.5;       // of the gate
-  constexpr double kUndetermined = 0.9;  // leverage
-  const std::vector<Studentised> off = studentise_and_set_gate(problem, options_, fit_, e);
-  const std::vector<std::size_t> first = first_undetermined(problem, e, off, kUndetermined);
-  bool any = false;
-  for (std::size_t i = 0; i < off.size(); ++i) {
-    if (!fit_[i] || settled_[i]) continue;
-    bool inlier = off[i].sigmas <= e.gate;
-    if (inlier && !e.use[i]) {
-      if (off[i].own > kUndetermined && first[static_cast<std::size_t>(problem.block_of(i))] != i)
-        continue;
-      if (near && came_back_[i]) {
-        settled_[i] = true;
-        inlier = off[i].sigmas <= kInDoubt * e.gate;
-      }
-      came_back_[i] = came_back_[i] || near;
-    }
-    any |= inlier != e.use[i];
-    e.use[i] = inlier;
-  }
-  return any;
-}
-
-std::vector<std::size_t> OutlierRejection::first_undetermined(const Problem& problem,
-                                                              const Estimate& e,
-                                                              const std::vector<Studentised>& off,
-                                                              double own) const {
-  std::vector<std::size_t> first(problem.blocks().size(), off.size());
-  for (std::size_t i = 0; i < off.size(); ++i) {
-    if (!fit_[i] || settled_[i] || e.use[i] || off[i].own <= own) continue;
-    std::size_t& least = first[static_cast<std::size_t>(problem.block_of(i))];
-    if (least == off.size() || off[i].sigmas < off[least].sigmas) least = i;
-  }
-  return first;
-}
-
-namespace {
-
-/// Estimate without play in the unknowns of an arm with play, which is 0.
-Eigen::VectorXd without_play(const Problem& played, const Eigen::VectorXd& plain_u) {
-  Eigen::VectorXd u = Eigen::VectorXd::Zero(played.size());
-  Eigen::Index from = 0;
-  for (int i = 0; i < played.size(); ++i) {
-    const bool is_play =
-        i < played.arm_size() && played.arm().parameters()[i].kind == ParameterKind::kPlay;
-    if (!is_play) u[i] = plain_u[from++];
-  }
-  return u;
-}
-
-}  // namespace
-
-bool estimate_with_play(const Problem& plain, Problem& played, const IdentifyOptions& options,
-                        Estimate& e) {
-  if (played.size() == plain.size()) return false;
-  Estimate with;
-  with.u = without_play(played, e.u);
-  with.use = e.use;
-  with.gate = e.gate;
-  played.set_ripple(e.levels.ripple_rad);
-  linearise(played, with.u, with.use, with.posterior.linear);
-  std::vector<ModelLevel> levels = usual_levels(true), only_play = levels;
-  std::erase_if(only_play, [](const ModelLevel& level) { return level.play == 0.0; });
-  std::vector<LevelEvidence> likewise = e.levels.levels;  // the same levels without play
-  std::erase_if(likewise, [&](const LevelEvidence& l) {
-    return l.level.compliance != only_play.front().compliance;
-  });
-  try {
-    const double with_play =
-        LevelSums(played, with.u, with.posterior.linear, only_play).log_evidence();
-    const PlayBeforehand beforehand = play_beforehand();
-    constexpr double kNotByChance = 1.0;  // joints without torque leave the odds unchanged
-    const bool speaks_for_it =            // (27a)
-        with_play - log_evidence(likewise) >
-        std::log(beforehand.odds_at_its_compliance) + kNotByChance;
-    const bool is_influential =
-        with_play - log_evidence(e.levels.levels) > std::log(beforehand.odds);  // (27b)
-    if (!speaks_for_it || !is_influential) return false;
-    refine(played, options, std::move(levels), with);
-  } catch (const IdentifyError&) {
-    return false;  // no such arm: another error, diagnosed elsewhere
-  }
-  e = std::move(with);
-  return true;
 }
 
 }  // namespace cellcal::calib

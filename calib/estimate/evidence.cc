@@ -5,7 +5,6 @@
 #include <functional>
 #include <list>
 
-#include "calib/estimate/level_family.h"
 #include "calib/estimate/repeats.h"
 #include "calib/model/error.h"
 #include "calib/model/long_work.h"
@@ -101,39 +100,19 @@ PlayBeforehand play_beforehand() {
   return {kPlayed, kPlayed * kCompliance[std::size(kCompliance) - 1].probability};
 }
 
-struct LevelSums::Impl {
-  Groups groups;
-  Eigen::VectorXd start;  ///< in the groups' order
-  std::vector<ModelLevel> levels;
-  std::vector<Gathered> gathered;  ///< per ripple
-
-  const Gathered& of(double ripple_rad) const {
-    return *std::find_if(gathered.begin(), gathered.end(),
-                         [&](const Gathered& g) { return g.ripple_rad == ripple_rad; });
-  }
-};
-
 LevelSums::LevelSums(const Problem& problem, const Eigen::VectorXd& u, const Linearisation& at,
                      std::span<const ModelLevel> levels)
-    : impl_(new Impl{Groups(problem), {}, offered(problem, levels), {}}) {
-  impl_->start = u(impl_->groups.order);
+    : groups_(problem), start_(u(groups_.order)), levels_(offered(problem, levels)) {
   const Eigen::Index n = problem.size();
-  for (const ModelLevel& level : impl_->levels) {
-    if (std::any_of(impl_->gathered.begin(), impl_->gathered.end(),
-                    [&](const Gathered& g) { return g.ripple_rad == level.ripple_rad; }))
-      continue;
-    impl_->gathered.push_back(
-        {level.ripple_rad, Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)});
-  }
+  for (const ModelLevel& level : levels_)
+    if (std::ranges::find(gathered_, level.ripple_rad, &Gathered::ripple_rad) == gathered_.end())
+      gathered_.push_back(
+          {level.ripple_rad, Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)});
   add(problem, at);
 }
 
-LevelSums::~LevelSums() = default;
-LevelSums::LevelSums(LevelSums&&) noexcept = default;
-LevelSums& LevelSums::operator=(LevelSums&&) noexcept = default;
-
 void LevelSums::add(const Problem& problem, const Linearisation& rows) {
-  for (Gathered& g : impl_->gathered) gather(problem, rows, impl_->groups, g);  // (34)
+  for (Gathered& g : gathered_) gather(problem, rows, groups_, g);  // (34)
 }
 
 namespace {
@@ -239,11 +218,11 @@ Eigen::MatrixXd covariance_of(const std::list<Eliminated>& eliminated,
 
 /// Solutions of all levels, with what they refer to.
 struct LevelSums::Solutions {
-  explicit Solutions(const Impl& sums) {
-    solved = solve_all(sums.levels, [&](const ModelLevel& level) { return family(sums, level); });
+  explicit Solutions(const LevelSums& sums) {
+    solved = solve_all(sums.levels_, [&](const ModelLevel& level) { return family(sums, level); });
   }
 
-  Family* family(const Impl& sums, const ModelLevel& level) {
+  Family* family(const LevelSums& sums, const ModelLevel& level) {
     auto f = std::find_if(families.begin(), families.end(), [&](const Family& other) {
       return other.ripple_rad() == level.ripple_rad && other.compliance() == level.compliance &&
              other.play() == level.play;
@@ -253,8 +232,10 @@ struct LevelSums::Solutions {
       return other.g.ripple_rad == level.ripple_rad;
     });
     if (plain == eliminated.end())
-      plain = eliminated.emplace(plain, sums.groups, sums.of(level.ripple_rad));
-    return &*families.emplace(f, sums.groups, *plain, sums.start, level.compliance, level.play);
+      plain = eliminated.emplace(
+          plain, sums.groups_,
+          *std::ranges::find(sums.gathered_, level.ripple_rad, &Gathered::ripple_rad));
+    return &*families.emplace(f, sums.groups_, *plain, sums.start_, level.compliance, level.play);
   }
 
   std::list<Eliminated> eliminated;
@@ -263,9 +244,9 @@ struct LevelSums::Solutions {
 };
 
 LevelMean LevelSums::mean() const {
-  const std::vector<int>& order = impl_->groups.order;
-  const Eigen::Index size = impl_->start.size();
-  const Solutions levels(*impl_);
+  const std::vector<int>& order = groups_.order;
+  const Eigen::Index size = start_.size();
+  const Solutions levels(*this);
   LevelMean result;
   const Weighed all = weigh(levels.solved, size, result);
   const Eigen::MatrixXd covariance =
@@ -278,7 +259,7 @@ LevelMean LevelSums::mean() const {
 }
 
 double LevelSums::log_evidence() const {
-  const Solutions levels(*impl_);
+  const Solutions levels(*this);
   std::vector<double> logs;
   for (const Solved& s : levels.solved) logs.push_back(s.step.log_evidence);
   return log_sum(logs);

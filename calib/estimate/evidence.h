@@ -6,10 +6,10 @@
 // Exact for the linearised problem; iterated, for the estimate.
 
 #include <Eigen/Core>
-#include <memory>
 #include <span>
 #include <vector>
 
+#include "calib/estimate/level_family.h"
 #include "calib/estimate/solve.h"
 #include "calib/result/level.h"
 
@@ -49,9 +49,6 @@ class LevelSums {
  public:
   LevelSums(const Problem& problem, const Eigen::VectorXd& u, const Linearisation& at,
             std::span<const ModelLevel> levels);
-  ~LevelSums();
-  LevelSums(LevelSums&&) noexcept;
-  LevelSums& operator=(LevelSums&&) noexcept;
 
   /// Adds the rows of further touches, linearised at the same u with the problem's ripple.
   void add(const Problem& problem, const Linearisation& rows);
@@ -60,9 +57,11 @@ class LevelSums {
   double log_evidence() const;
 
  private:
-  struct Impl;
   struct Solutions;
-  std::unique_ptr<Impl> impl_;
+  Groups groups_;
+  Eigen::VectorXd start_;  ///< in the groups' order
+  std::vector<ModelLevel> levels_;
+  std::vector<Gathered> gathered_;  ///< per ripple
 };
 
 /// Log evidence of these levels together.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "calib/estimate/predict.h"
 #include "calib/estimate/region.h"
@@ -54,13 +55,15 @@ LinearUnitLine::At motion_at(const ArmModel& arm, const Eigen::VectorXd& x,
   return at;
 }
 
-std::optional<std::array<double, 2>> touched_range(std::span<const Touch> touches) {
+/// Range of an axis' positions over the fit touches; `at`: that of a touch, if it counts.
+std::optional<std::array<double, 2>> touched_range(
+    std::span<const Touch> touches, const std::function<std::optional<double>(const Touch&)>& at) {
   std::optional<std::array<double, 2>> range;
   for (const Touch& touch : touches) {
-    if (touch.set != TouchSet::kFit || touch.joint_rad.empty()) continue;
-    const double at = touch.joint_rad.front();
-    if (!range) range = {at, at};
-    range = {std::min((*range)[0], at), std::max((*range)[1], at)};
+    const auto one = touch.set == TouchSet::kFit ? at(touch) : std::nullopt;
+    if (!one) continue;
+    if (!range) range = {*one, *one};
+    range = {std::min((*range)[0], *one), std::max((*range)[1], *one)};
   }
   return range;
 }
@@ -127,7 +130,9 @@ std::optional<LinearUnitLine> linear_unit_line(const Calibration& c, std::span<c
   const Joint& unit = c.cell.robot.joints.front();
   LinearUnitLine line;
   line.axis = unit.name;
-  line.touched_m = touched_range(touches);
+  line.touched_m = touched_range(touches, [](const Touch& touch) {
+    return touch.joint_rad.empty() ? std::nullopt : std::optional(touch.joint_rad.front());
+  });
   const double stroke_m = unit.max_rad - unit.min_rad;
   const int intervals = std::max(kLeastIntervals, kPerOrder * guide_orders(stroke_m));
   for (int k = 0; k <= intervals; ++k)
@@ -185,20 +190,13 @@ LineMoves moves_of(const ArmModel& arm, const std::vector<FoundAxis>& axes) {
   return moves;
 }
 
-/// Angles of an axis while something that it carries was touched.
-std::optional<std::array<double, 2>> touched_range(const Cell& cell, std::span<const Touch> touches,
-                                                   std::size_t axis) {
-  std::optional<std::array<double, 2>> range;
-  for (const Touch& touch : touches) {
-    const auto target = std::ranges::find(cell.targets, touch.target, &Target::id);
-    if (touch.set != TouchSet::kFit || target == cell.targets.end() ||
-        static_cast<int>(axis) >= target->carried_by || touch.positioner_rad.size() <= axis)
-      continue;
-    const double angle = touch.positioner_rad[axis];
-    if (!range) range = {angle, angle};
-    range = {std::min((*range)[0], angle), std::max((*range)[1], angle)};
-  }
-  return range;
+/// Angle of an axis, where something that it carries is touched.
+std::optional<double> carrying_rad(const Cell& cell, const Touch& touch, std::size_t axis) {
+  const auto target = std::ranges::find(cell.targets, touch.target, &Target::id);
+  const bool carried = target != cell.targets.end() &&
+                       static_cast<int>(axis) < target->carried_by &&
+                       axis < touch.positioner_rad.size();
+  return carried ? std::optional(touch.positioner_rad[axis]) : std::nullopt;
 }
 
 }  // namespace
@@ -218,7 +216,8 @@ std::vector<PositionerLine> positioner_lines(const Calibration& c, std::span<con
     line.frame = axes.back().frame;
     line.point_m = before.translation();
     line.direction = before.linear().col(2);
-    line.touched_rad = touched_range(c.cell, touches, j);
+    line.touched_rad =
+        touched_range(touches, [&](const Touch& touch) { return carrying_rad(c.cell, touch, j); });
     if (c.covariance.size() > 0) {
       const LineMoves moves = moves_of(arm, axes);
       const auto base = base_motion(line.point_m);

@@ -156,9 +156,7 @@ const Problem& IncrementalEstimate::problem() const { return *impl_->problem; }
 Eigen::VectorXd IncrementalEstimate::x_si() const { return impl_->problem->to_si(impl_->e.u); }
 
 Eigen::MatrixXd IncrementalEstimate::covariance_si() const {
-  const Problem& p = *impl_->problem;
-  Eigen::VectorXd scale(p.size());
-  for (int i = 0; i < p.size(); ++i) scale[i] = p.unknowns()[static_cast<std::size_t>(i)].scale;
+  const Eigen::VectorXd scale = impl_->problem->scales();
   return scale.asDiagonal() * impl_->e.posterior.covariance_u * scale.asDiagonal();
 }
 

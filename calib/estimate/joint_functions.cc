@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "calib/estimate/joint_waves.h"
+#include "calib/estimate/discrepancy.h"
 #include "calib/model/error.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/linear.h"
@@ -31,8 +31,6 @@ constexpr Eigen::Index kFewestRows = 3;
 /// Residuals with a smaller correlation, and a smaller ratio of scatter to the stated noise
 /// (variance), are not analysed further.
 constexpr double kTestedSigmas = 2.0, kTestedScatter = 4.0;
-/// Prior sigma of unknowns without prior, in their scales.
-constexpr double kFarAway = 10.0;
 
 /// Rows of some touches in metres.
 struct SizedRows {
@@ -151,15 +149,10 @@ bool correlated(const SizedRows& rows, Eigen::MatrixXd k, const Estimate& e) {
   k = weight.asDiagonal() * k * weight.asDiagonal();
   k.diagonal().setZero();
   const RowMajor j = weight.asDiagonal() * rows.plain;
-  Eigen::MatrixXd left = -product(product(j, e.posterior.covariance_u), j.transpose());
-  left.diagonal().array() += 1.0;
+  const Eigen::MatrixXd left = left_by_fit(j, e.posterior.covariance_u);
   const Eigen::VectorXd r = weight.cwiseProduct(rows.residual_m);
   const double scatter = r.squaredNorm() / std::max(1.0, left.trace());
-  if (scatter > kTestedScatter) return true;
-  const Eigen::MatrixXd through = product(k, left);
-  const double variance = 2.0 * through.cwiseProduct(through.transpose()).sum();
-  return variance > 0.0 &&
-         r.dot(k * r) / scatter - through.trace() > kTestedSigmas * std::sqrt(variance);
+  return scatter > kTestedScatter || correlation_sigmas(r, k, left, scatter) > kTestedSigmas;
 }
 
 /// Variance components of the rows: V = what the unknowns make + sum of size times covariance; each
@@ -251,20 +244,10 @@ namespace {
 /// Variances of the rows, and what the unknowns of the plain arm give them.
 struct Sizing {
   Sizing(const Problem& plain, const Repeats& repeats, const Estimate& e, const SizedRows& of)
-      : rows(of) {
-    Eigen::VectorXd prior(plain.size()), off(plain.size());
-    for (int i = 0; i < plain.size(); ++i) {
-      const Unknown& unknown = plain.unknowns()[static_cast<std::size_t>(i)];
-      const bool stated = unknown.prior_weight > 0.0;
-      prior[i] = std::min(kFarAway, stated ? 1.0 / unknown.prior_weight : kFarAway);
-      off[i] = stated ? unknown.prior_mean_u - e.u[i] : 0.0;
-    }
-    y = rows.residual_m + rows.plain * off;
-    const Eigen::MatrixXd reached = rows.plain * prior.asDiagonal();
-    by_unknowns = product(reached, reached.transpose());
+      : rows(of), integrated(plain, e.u, of.plain, of.residual_m) {
     constexpr double kEnoughRepeats = 3.0;
     noise_measured = repeats.degrees_of_freedom >= kEnoughRepeats;
-    if (noise_measured) by_unknowns.diagonal() += rows.own_m2;
+    if (noise_measured) integrated.by_unknowns.diagonal() += rows.own_m2;
   }
 
   /// Likeliest sizes of the bands' covariances, followed by those of ripple and noise. `freedom`: that
@@ -277,7 +260,7 @@ struct Sizing {
     if (!noise_measured) c.covariance.push_back(rows.own_m2.asDiagonal());
     c.freedom.resize(c.covariance.size(), kPriorFreedom);
     c.size.assign(c.covariance.size(), 1.0);
-    maximise(by_unknowns, y, c);
+    maximise(integrated.by_unknowns, integrated.y, c);
     return c;
   }
 
@@ -289,14 +272,13 @@ struct Sizing {
   }
 
   const SizedRows& rows;
-  Eigen::VectorXd y;
-  Eigen::MatrixXd by_unknowns;
+  IntegratedRows integrated;
   bool noise_measured = false;
 
  private:
   double log_likelihood(const Components& c) const {
-    const Cholesky factor(variance_of(by_unknowns, c));
-    return -0.5 * factor.whitened(y).squaredNorm() - 0.5 * factor.log_det();
+    const Cholesky factor(variance_of(integrated.by_unknowns, c));
+    return -0.5 * factor.whitened(integrated.y).squaredNorm() - 0.5 * factor.log_det();
   }
 };
 
@@ -376,26 +358,66 @@ std::optional<Robot> size_fast_orders(const Problem& problem, const Repeats& rep
   return any ? std::optional(std::move(robot)) : std::nullopt;
 }
 
-double evidence_gain(const Problem& plain, Problem& richer, const Estimate& e) {
-  const Eigen::VectorXd u = carried_over(plain, richer, e.u);
-  richer.set_ripple(e.levels.ripple_rad);
-  std::vector<ModelLevel> likely;
-  for (const LevelEvidence& l : e.levels.levels)
-    if (l.probability > 0.01) likely.push_back(l.level);
-  return LevelSums(richer, u, linearise(richer, u, e.use), likely).log_evidence() -
-         log_evidence(e.levels.levels);
-}
+namespace {
 
-Estimate estimate_richer(const Problem& plain, Problem& richer, const IdentifyOptions& options,
-                         const std::vector<ModelLevel>& levels, const Estimate& e) {
+/// The estimate `e` of `plain` in the unknowns of `richer`, linearised there.
+Estimate begun_with(const Problem& plain, Problem& richer, const Estimate& e) {
   Estimate with;
   with.u = carried_over(plain, richer, e.u);
   with.use = e.use;
   with.gate = e.gate;
   richer.set_ripple(e.levels.ripple_rad);
   linearise(richer, with.u, with.use, with.posterior.linear);
+  return with;
+}
+
+double log_evidence(const Problem& problem, const Estimate& e,
+                    const std::vector<ModelLevel>& levels) {
+  return LevelSums(problem, e.u, e.posterior.linear, levels).log_evidence();
+}
+
+}  // namespace
+
+double evidence_gain(const Problem& plain, Problem& richer, const Estimate& e) {
+  std::vector<ModelLevel> likely;
+  for (const LevelEvidence& l : e.levels.levels)
+    if (l.probability > 0.01) likely.push_back(l.level);
+  return log_evidence(richer, begun_with(plain, richer, e), likely) - log_evidence(e.levels.levels);
+}
+
+Estimate estimate_richer(const Problem& plain, Problem& richer, const IdentifyOptions& options,
+                         const std::vector<ModelLevel>& levels, const Estimate& e) {
+  Estimate with = begun_with(plain, richer, e);
   refine(richer, options, levels, with);
   return with;
+}
+
+bool estimate_with_play(const Problem& plain, Problem& played, const IdentifyOptions& options,
+                        Estimate& e) {
+  if (played.size() == plain.size()) return false;
+  Estimate with = begun_with(plain, played, e);
+  std::vector<ModelLevel> levels = usual_levels(true), only_play = levels;
+  std::erase_if(only_play, [](const ModelLevel& level) { return level.play == 0.0; });
+  std::vector<LevelEvidence> likewise = e.levels.levels;  // the same levels without play
+  std::erase_if(likewise, [&](const LevelEvidence& l) {
+    return l.level.compliance != only_play.front().compliance;
+  });
+  try {
+    const double with_play = log_evidence(played, with, only_play);
+    const PlayBeforehand beforehand = play_beforehand();
+    constexpr double kNotByChance = 1.0;  // joints without torque leave the odds unchanged
+    const bool speaks_for_it =            // (27a)
+        with_play - log_evidence(likewise) >
+        std::log(beforehand.odds_at_its_compliance) + kNotByChance;
+    const bool is_influential =
+        with_play - log_evidence(e.levels.levels) > std::log(beforehand.odds);  // (27b)
+    if (!speaks_for_it || !is_influential) return false;
+    refine(played, options, std::move(levels), with);
+  } catch (const IdentifyError&) {
+    return false;  // no such arm: another error, diagnosed elsewhere
+  }
+  e = std::move(with);
+  return true;
 }
 
 }  // namespace cellcal::calib

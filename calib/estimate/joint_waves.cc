@@ -1,8 +1,7 @@
-#include "calib/estimate/joint_waves.h"
-
 #include <algorithm>
 #include <cmath>
 
+#include "calib/estimate/joint_functions.h"
 #include "calib/estimate/level_family.h"
 #include "calib/model/linear.h"
 #include "calib/model/long_work.h"

@@ -53,16 +53,11 @@ void gather(const Problem& problem, const Linearisation& at, const Groups& group
     g.log_weight += 2.0 * problem.rows(touch) * std::log(own / sigma);  // (25), sum log w
   }
   const Eigen::Index n = problem.size();
-  struct Sum {
-    Eigen::MatrixXd gram;
-    Eigen::VectorXd gradient;
-    double square = 0.0;
-  };
   const auto row_count = static_cast<std::size_t>(at.residual.size());
-  std::vector<Sum> sums(parts_of(row_count),
-                        {Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)});
+  std::vector<Gathered> sums(parts_of(row_count),
+                             {g.ripple_rad, Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)});
   by_parts(row_count, [&](std::size_t part, std::size_t begin, std::size_t behind) {
-    Sum& sum = sums[part];
+    Gathered& sum = sums[part];
     // By blocks that fit into the cache.
     constexpr Eigen::Index kRows = 128;
     const auto end = static_cast<Eigen::Index>(behind);
@@ -78,17 +73,16 @@ void gather(const Problem& problem, const Linearisation& at, const Groups& group
       sum.square += residual.squaredNorm();
     }
   });
-  Eigen::MatrixXd gram = std::move(sums[0].gram);
-  Eigen::VectorXd gradient = std::move(sums[0].gradient);
-  g.square += sums[0].square;
+  Gathered& all = sums[0];
+  g.square += all.square;
   for (std::size_t part = 1; part < sums.size(); ++part) {
-    gram += sums[part].gram;
-    gradient += sums[part].gradient;
+    all.gram += sums[part].gram;
+    all.gradient += sums[part].gradient;
     g.square += sums[part].square;
   }
-  gram.triangularView<Eigen::StrictlyUpper>() = gram.transpose();
-  g.gram += gram(groups.order, groups.order);
-  g.gradient += gradient(groups.order);
+  all.gram.triangularView<Eigen::StrictlyUpper>() = all.gram.transpose();
+  g.gram += all.gram(groups.order, groups.order);
+  g.gradient += all.gradient(groups.order);
 }
 
 Eliminated::Eliminated(const Groups& groups, const Gathered& gathered) : g(gathered) {
@@ -144,7 +138,8 @@ Step Family::solve(const ModelLevel& level) {
   Step s;
   s.level = level;
   if (!solvable_) return s;
-  const Right& right = level.transmission > 0.0 ? right_with() : right_without();
+  const Right& right = level.transmission > 0.0 ? this->right(with_, groups_.transmission)
+                                                : this->right(without_, 0);
   double square = right.square, gain = right.plain.squaredNorm() + right.bearing.squaredNorm();
   double log_dets = log_det_, log_precision = precision_.array().log().sum();
   s.plain = right.plain;

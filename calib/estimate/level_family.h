@@ -104,9 +104,6 @@ class Family {
     Eigen::VectorXd transmission;    ///< of the touches, the other unknowns eliminated
   };
 
-  const Right& right_with() { return right(with_, groups_.transmission); }
-  const Right& right_without() { return right(without_, 0); }
-
   const Right& right(Right& r, Eigen::Index transmission);
 
   const Groups& groups_;

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "calib/estimate/information.h"
@@ -64,33 +65,5 @@ Eigen::VectorXd leverage_of(const RowMajor& rows, const Eigen::MatrixXd& covaria
 /// Silences the solver's log (glog, to standard error): its warnings are handled or reported here.
 /// For programs; in a program that embeds the library the decision is the host's.
 void quiet_solver();
-
-// The rows of least squares: whitened residuals of touches and of certified lengths, and their derivatives
-// by the unknowns, (12).
-
-/// Owns its workspace: evaluation allocates nothing. `problem` must outlive it.
-class WhitenedRows {
- public:
-  explicit WhitenedRows(const Problem& problem, double sigma_floor_m = 0.0);
-
-  /// Sets the point at which the following rows are evaluated; u in prior units.
-  void at(const double* u);
-
-  /// Residuals of a touch and their derivatives, in rows of length `width`, of which the problem's
-  /// size is written; null if not needed. Returns the number of rows.
-  int touch(std::size_t i, double* r, double* j, std::ptrdiff_t width);
-
-  /// Residual of a certified length and its derivatives; null if not needed.
-  void length(const Problem::Length& length, double* r, double* j) const;
-
- private:
-  const Problem& problem_;
-  double floor_m_;
-  std::vector<double> x_;
-  Eigen::VectorXd scale_;
-  std::vector<double> by_shared_;
-  Problem::At at_{};
-  double by_target_[Problem::kMostRows * TargetBlock::kMost] = {};
-};
 
 }  // namespace cellcal::calib

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <set>
 
@@ -13,8 +12,6 @@
 #include "calib/estimate/estimate.h"
 #include "calib/estimate/external_axes.h"
 #include "calib/estimate/joint_functions.h"
-#include "calib/estimate/joint_waves.h"
-#include "calib/estimate/level_family.h"
 #include "calib/estimate/observability.h"
 #include "calib/estimate/problem.h"
 #include "calib/estimate/region.h"
@@ -51,8 +48,7 @@ void fill_parameters(const Problem& problem, const Estimate& e, const FrameDirec
                      double inflation, Calibration& calibration) {
   const Eigen::VectorXd x = problem.to_si(e.u);
   const int n = problem.size();
-  Eigen::VectorXd scale(n);
-  for (int i = 0; i < n; ++i) scale[i] = problem.unknowns()[i].scale;
+  const Eigen::VectorXd scale = problem.scales();
   calibration.covariance =
       inflation * (scale.asDiagonal() * e.posterior.covariance_u * scale.asDiagonal());
   calibration.frame_basis = scale.asDiagonal() * frame.basis_u;
@@ -124,9 +120,6 @@ Eigen::VectorXd residuals_alone(const Posterior& posterior) {
 /// noise differs with repeats and with a discrepancy; a target taken as two has additional
 /// unknowns, of which those without a prior count as known to their scale (10 mm, 10 mrad).
 double log_evidence(const Problem& problem, const Estimate& e, double gate) {
-  double best = -std::numeric_limits<double>::infinity(), sum = 0.0;
-  for (const LevelEvidence& l : e.levels.levels) best = std::max(best, l.log_evidence);
-  for (const LevelEvidence& l : e.levels.levels) sum += std::exp(l.log_evidence - best);
   double log_size = 0.0;
   for (Eigen::Index k = 0; k < e.posterior.together.rows(); ++k)
     log_size += std::log(e.posterior.together(k, k));
@@ -139,7 +132,7 @@ double log_evidence(const Problem& problem, const Estimate& e, double gate) {
   double log_flat = 0.0;
   for (const Unknown& unknown : problem.unknowns())
     if (!(unknown.prior_weight > 0.0)) log_flat += 0.5 * std::log(kFlatPrecision);
-  return best + std::log(sum) - log_flat - log_size;
+  return log_evidence(e.levels.levels) - log_flat - log_size;
 }
 
 /// Fills in the scatter of the fit and the touch noise.
@@ -167,13 +160,11 @@ class Accuracy {
   Accuracy(const Problem& problem, const Estimate& e, double inflation, const Calibration& c)
       : arm_(problem.arm()),
         x_(problem.to_si(e.u)),
-        scale_(arm_.size()),
+        scale_(problem.scales().head(arm_.size())),
         covariance_(inflation * e.posterior.covariance_u.topLeftCorner(arm_.size(), arm_.size())),
         arms_(drawn_arms(covariance_)),
         field_m2_(3.0 * std::pow(c.discrepancy.sigma_m, 2)),
-        ripple_rad_(c.level.ripple_rad) {
-    for (int i = 0; i < arm_.size(); ++i) scale_[i] = problem.unknowns()[i].scale;
-  }
+        ripple_rad_(c.level.ripple_rad) {}
 
   Eigen::MatrixXd moves(const std::vector<JointVector>& poses) const {
     return aligned_moves(arm_, poses, x_.data(), scale_);
@@ -210,17 +201,13 @@ class Accuracy {
   double field_m2_, ripple_rad_;
 };
 
-/// Fills in the lines with a contribution over the workspace or near the targets.
-void fill_uncertainty(const UncertaintyBudget& budget, const std::vector<double>& near_targets_m,
-                      const std::vector<double>& workspace_m, Calibration& c) {
-  c.uncertainty.clear();
-  std::vector<UncertaintyLine> lines = budget.lines();
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    lines[i].near_targets_m = near_targets_m[i];
-    lines[i].workspace_m = workspace_m[i];
-    if (near_targets_m[i] > 0.0 || workspace_m[i] > 0.0) c.uncertainty.push_back(lines[i]);
-  }
-}
+/// Figures over some poses.
+struct OverPoses {
+  double predicted_m = 0.0, tolerated_m = 0.0;
+  NominalError nominal;
+  UncheckedTouch unchecked;
+  std::vector<double> contributions_m;  ///< of each line of the budget
+};
 
 /// Fills in parameters with covariance, unidentifiable directions, and predicted position errors.
 void fill_accuracy(const Problem& problem, const Estimate& e, int region_poses, Calibration& c) {
@@ -238,33 +225,34 @@ void fill_accuracy(const Problem& problem, const Estimate& e, int region_poses, 
     workspace = workspace_poses(problem.arm(), region_poses, kRegionSeed);
     moves = accuracy.moves(workspace);
   }
-  c.predicted_workspace_m = accuracy.predicted_m(workspace, moves);
-  const NominalError over_workspace = accuracy.nominal(workspace, moves);
-  c.nominal_workspace_m = over_workspace.mean_m;
-  c.nominal_workspace_u_m = over_workspace.u_m;
-  c.tolerated_workspace_m = accuracy.tolerated_m(workspace, moves);
-  c.unchecked_workspace = least_checked_touch(problem, e, moves);
   const UncertaintyBudget budget(problem, e, inflation, c);
-  const std::vector<double> far_m =
-      budget.contributions_m(workspace, moves, c.predicted_workspace_m / kMeanOverRms);
-  fill_uncertainty(budget, far_m, far_m, c);
-  c.predicted_near_targets_m = c.predicted_workspace_m;
-  c.nominal_near_targets_m = c.nominal_workspace_m;
-  c.nominal_near_targets_u_m = c.nominal_workspace_u_m;
-  c.tolerated_near_targets_m = c.tolerated_workspace_m;
-  c.unchecked_near_targets = c.unchecked_workspace;
+  const auto over = [&](const std::vector<JointVector>& poses, const Eigen::MatrixXd& its_moves) {
+    const double predicted_m = accuracy.predicted_m(poses, its_moves);
+    return OverPoses{predicted_m, accuracy.tolerated_m(poses, its_moves),
+                     accuracy.nominal(poses, its_moves), least_checked_touch(problem, e, its_moves),
+                     budget.contributions_m(poses, its_moves, predicted_m / kMeanOverRms)};
+  };
+  const OverPoses all = over(workspace, moves);
   const auto local = poses_near_targets(problem, c, region_poses);
-  if (local.size() < kFewestPoses) return;
-  const Eigen::MatrixXd local_moves = accuracy.moves(local);
-  c.predicted_near_targets_m = accuracy.predicted_m(local, local_moves);
-  const NominalError near = accuracy.nominal(local, local_moves);
-  c.nominal_near_targets_m = near.mean_m;
-  c.nominal_near_targets_u_m = near.u_m;
-  c.tolerated_near_targets_m = accuracy.tolerated_m(local, local_moves);
-  c.unchecked_near_targets = least_checked_touch(problem, e, local_moves);
-  fill_uncertainty(
-      budget, budget.contributions_m(local, local_moves, c.predicted_near_targets_m / kMeanOverRms),
-      far_m, c);
+  const OverPoses near = local.size() < kFewestPoses ? all : over(local, accuracy.moves(local));
+  c.predicted_workspace_m = all.predicted_m;
+  c.nominal_workspace_m = all.nominal.mean_m;
+  c.nominal_workspace_u_m = all.nominal.u_m;
+  c.tolerated_workspace_m = all.tolerated_m;
+  c.unchecked_workspace = all.unchecked;
+  c.predicted_near_targets_m = near.predicted_m;
+  c.nominal_near_targets_m = near.nominal.mean_m;
+  c.nominal_near_targets_u_m = near.nominal.u_m;
+  c.tolerated_near_targets_m = near.tolerated_m;
+  c.unchecked_near_targets = near.unchecked;
+  const std::vector<UncertaintyLine> lines = budget.lines();
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const double here_m = near.contributions_m[i], far_m = all.contributions_m[i];
+    if (!(here_m > 0.0 || far_m > 0.0)) continue;
+    c.uncertainty.push_back(lines[i]);
+    c.uncertainty.back().near_targets_m = here_m;
+    c.uncertainty.back().workspace_m = far_m;
+  }
 }
 
 /// Fills in outliers and contradictions; `moves`, `jumps`: searches for moves and jumps as well.
@@ -494,8 +482,7 @@ Calibration not_identified(const Cell& cell, const std::vector<Touch>& touches,
   const FrameDirections no_frame{Eigen::MatrixXd(problem.size(), 0), {}};
   fill_parameters(problem, e, no_frame, 1.0, calibration);
   for (ParameterResult& p : calibration.parameters) p.decided_by = DecidedBy::kPrior;
-  Eigen::VectorXd scale(arm.size());
-  for (int i = 0; i < arm.size(); ++i) scale[i] = problem.unknowns()[i].scale;
+  const Eigen::VectorXd scale = problem.scales();
   const Eigen::VectorXd x = problem.to_si(e.u);
   const Eigen::MatrixXd covariance = e.posterior.covariance_u.topLeftCorner(arm.size(), arm.size());
   const auto predicted_m = [&](const std::vector<JointVector>& poses) {
