@@ -16,12 +16,181 @@
 #include "calib/model/kinematics.h"
 #include "calib/model/units.h"
 #include "calib/result/calibration.h"
-#include "calib/verdict/judge_accuracy.h"
+#include "calib/verdict/judge.h"
 #include "calib/verdict/residuals.h"
 
 namespace cellcal::calib {
 
 namespace {
+
+constexpr unsigned kSeed = 20240924;  // as for the calibration's own figures
+constexpr double kLocalHalfM = 0.150;
+constexpr std::size_t kFewestPoses = 3;
+
+ArmModel arm_of(const Calibration& c) { return ArmModel(at_level(c.cell, c.level)); }
+
+Eigen::MatrixXd moves_at(const ArmModel& arm, const Eigen::VectorXd& x,
+                         const std::vector<JointVector>& poses) {
+  return aligned_moves(arm, poses, x.data(), Eigen::VectorXd::Ones(arm.size()));
+}
+
+Eigen::VectorXd stays_m2(const ArmModel& arm, const Calibration& c,
+                         const std::vector<JointVector>& poses) {
+  const double field_m2 = 3.0 * c.discrepancy.sigma_m * c.discrepancy.sigma_m;
+  return ripple_variance_m2(arm, poses, c.level.ripple_rad).array() + field_m2;
+}
+
+}  // namespace
+
+std::vector<CarriedPose> stated_on_positioner(const Calibration& c, int count) {
+  return carried_poses(arm_of(c), c, static_cast<int>(c.cell.robot.positioner.size()), count,
+                       kSeed);
+}
+
+Eigen::MatrixXd carried_moves(const Calibration& c, const std::vector<CarriedPose>& poses) {
+  const ArmModel arm = arm_of(c);
+  if (poses.size() < kFewestPoses) return Eigen::MatrixXd(0, arm.size());
+  const Eigen::VectorXd x = arm_values(arm, c);
+  const auto count = static_cast<Eigen::Index>(poses.size());
+  TipMoves at{Eigen::Matrix3Xd(3, count), Eigen::MatrixXd(3 * count, arm.size())};
+  Eigen::Matrix3Xd jacobian(3, arm.size());
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const CarriedPose& pose = poses[static_cast<std::size_t>(k)];
+    at.tips_m.col(k) =
+        arm.position(arm.prepare(pose.joint_rad, 0, nullptr, pose.carrier_rad), x.data(), jacobian);
+    at.moves_m.middleRows<3>(3 * k) = jacobian;
+  }
+  return aligned(at);
+}
+
+// Predicted position error of the tip by a calibration.
+
+namespace {
+
+/// Mean 3-D error [m] over the poses, including ripple and discrepancy; 0 for fewer than three.
+double foreseen_error_m(const Calibration& c, const std::vector<JointVector>& poses) {
+  if (poses.size() < kFewestPoses) return 0.0;
+  const ArmModel arm = arm_of(c);
+  const Eigen::VectorXd x = arm_values(arm, c);
+  return predicted_mean_error_m(moves_at(arm, x, poses), arm_covariance(arm, c),
+                                stays_m2(arm, c, poses));
+}
+
+/// The same in the frame that a positioner's axes carry.
+double foreseen_carried_m(const Calibration& c, const std::vector<CarriedPose>& poses) {
+  if (poses.size() < kFewestPoses) return 0.0;
+  const ArmModel arm = arm_of(c);
+  std::vector<JointVector> postures;
+  for (const CarriedPose& pose : poses) postures.push_back(pose.joint_rad);
+  return predicted_mean_error_m(carried_moves(c, poses), arm_covariance(arm, c),
+                                stays_m2(arm, c, postures));
+}
+
+/// Error of this arm's nominal model; zero for fewer than three poses.
+NominalError nominal_error_of(const Calibration& c, const std::vector<JointVector>& poses) {
+  if (poses.size() < kFewestPoses) return {};
+  const ArmModel arm = arm_of(c);
+  const Eigen::VectorXd x = arm_values(arm, c);
+  return nominal_error(arm, poses, x.data(), moves_at(arm, x, poses),
+                       drawn_arms(arm_covariance(arm, c)), stays_m2(arm, c, poses));
+}
+
+std::vector<JointVector> stated_workspace(const Calibration& c, int count) {
+  return workspace_poses(arm_of(c), count, kSeed);
+}
+
+/// Poses near the targets in postures similar to those of the touches.
+std::vector<JointVector> stated_near_targets(const Calibration& c,
+                                             const std::vector<JointVector>& around, int count) {
+  if (!c.region.empty()) return poses_between(c.region, count, kSeed);
+  const ArmModel arm = arm_of(c);
+  std::vector<Eigen::Vector3d> centres;
+  for (const TargetResult& target : c.targets)
+    if (c.cell.targets[c.cell.target_index(target.id)].carried_by == 0)
+      centres.push_back(target.centre_m);
+  if (!c.cell.robot.positioner.empty())  // where its targets were touched
+    for (const JointVector& touched : around) centres.push_back(arm.nominal_tip_m(touched));
+  return local_poses(arm, around, centres, kLocalHalfM, count, kSeed);
+}
+
+// Verdict on an update: published, or withheld with its findings.
+
+Subject about(const Explanation& one, const Cell& cell) {
+  switch (one.kind) {
+    case ChangeKind::kTool:
+      return about_tool(one.name);
+    case ChangeKind::kSphere:
+      return about_target(cell.targets[cell.target_index(one.name)]);
+    case ChangeKind::kJoint:
+      return about_joint(one.name);
+    case ChangeKind::kPositioner:
+      return about_positioner(one.name);
+    default:
+      return {};
+  }
+}
+
+std::vector<Quantity> evidence_of(const Explanation& one) {
+  switch (one.kind) {
+    case ChangeKind::kTool:
+    case ChangeKind::kSphere:
+      return shift_in_mm(one.shift_m, one.sigma);
+    case ChangeKind::kPositioner: {
+      std::vector<Quantity> evidence = shift_in_mm(one.shift_m, one.sigma);
+      evidence.push_back(in_deg("turn", one.amount, one.turn_sigma));
+      return evidence;
+    }
+    case ChangeKind::kJoint:
+      return {in_deg("turn", one.amount, one.sigma)};
+    case ChangeKind::kGrowth:
+      return {{"growth", one.amount * kPerMillion, "ppm", one.sigma * kPerMillion}};
+    case ChangeKind::kTouch:
+      return {in_mm("off", one.amount, one.sigma)};
+    case ChangeKind::kNothing:
+      break;
+  }
+  return {};
+}
+
+FindingKind finding_of(UpdateOutcome outcome) {
+  using enum UpdateOutcome;
+  static constexpr EnumTable<UpdateOutcome, FindingKind> kTable{
+      {{kUpdated, FindingKind::kUpdated},
+       {kNothingChanged, FindingKind::kUpdateNotNeeded},
+       {kContradicted, FindingKind::kUpdateContradicted},
+       {kNotResolved, FindingKind::kUpdateNotResolved},
+       {kNotFound, FindingKind::kUpdateNotFound},
+       {kTooFewTouches, FindingKind::kUpdateTooFew}}};
+  return kTable[outcome];
+}
+
+/// Replaces the findings of the calibration by those of `c.update`, which is filled in.
+void judge_update(Calibration& c) {
+  const UpdateOrigin& origin = *c.update;
+  const bool updated = origin.outcome == UpdateOutcome::kUpdated;
+  Finding finding{finding_of(origin.outcome), updated ? Severity::kInforms : Severity::kWithholds};
+  finding.text = origin.stands_on;
+  if (!origin.explanations.empty()) {
+    finding.about = about(origin.explanations.front(), c.cell);
+    finding.evidence = evidence_of(origin.explanations.front());
+    finding.evidence.push_back(
+        {"probability", 100.0 * origin.explanations.front().probability, "%"});
+  }
+  finding.evidence.push_back({"touches", static_cast<double>(origin.touches), ""});
+  finding.evidence.push_back(in_mm("reached", origin.reached_m));
+  finding.evidence.push_back(in_mm("before", origin.before_m));
+  if (origin.on_positioner) finding.evidence.push_back({"on_positioner", 1.0, ""});
+  for (const std::string& id : origin.not_found)
+    finding.parts.push_back({about_target(c.cell.targets[c.cell.target_index(id)]), {}});
+  if (origin.outcome == UpdateOutcome::kContradicted && origin.second)
+    finding.parts.push_back({about(*origin.second, c.cell), evidence_of(*origin.second)});
+  c.verdict.judged = true;
+  c.verdict.add(std::move(finding));
+  if (!updated) return;
+  // An update has to meet the requirements of a full session.
+  judge_predicted(c.cell, c, c.verdict);
+  if (c.verdict.publish()) note_gain(c.cell, c, c.verdict);
+}
 
 /// Explanations of lower probability are neglected.
 constexpr double kLeastProbability = 1e-4;
@@ -301,170 +470,6 @@ Calibration update(const Calibration& last, const std::vector<Touch>& touches,
 bool further_touches_pay(const UpdateOrigin& so_far) {
   return so_far.outcome != UpdateOutcome::kNothingChanged ||
          so_far.explanations.front().probability < kSure;
-}
-
-namespace {
-
-Subject about(const Explanation& one, const Cell& cell) {
-  switch (one.kind) {
-    case ChangeKind::kTool:
-      return about_tool(one.name);
-    case ChangeKind::kSphere:
-      return about_target(cell.targets[cell.target_index(one.name)]);
-    case ChangeKind::kJoint:
-      return about_joint(one.name);
-    case ChangeKind::kPositioner:
-      return about_positioner(one.name);
-    default:
-      return {};
-  }
-}
-
-std::vector<Quantity> evidence_of(const Explanation& one) {
-  switch (one.kind) {
-    case ChangeKind::kTool:
-    case ChangeKind::kSphere:
-      return shift_in_mm(one.shift_m, one.sigma);
-    case ChangeKind::kPositioner: {
-      std::vector<Quantity> evidence = shift_in_mm(one.shift_m, one.sigma);
-      evidence.push_back(in_deg("turn", one.amount, one.turn_sigma));
-      return evidence;
-    }
-    case ChangeKind::kJoint:
-      return {in_deg("turn", one.amount, one.sigma)};
-    case ChangeKind::kGrowth:
-      return {{"growth", one.amount * kPerMillion, "ppm", one.sigma * kPerMillion}};
-    case ChangeKind::kTouch:
-      return {in_mm("off", one.amount, one.sigma)};
-    case ChangeKind::kNothing:
-      break;
-  }
-  return {};
-}
-
-FindingKind finding_of(UpdateOutcome outcome) {
-  using enum UpdateOutcome;
-  static constexpr EnumTable<UpdateOutcome, FindingKind> kTable{
-      {{kUpdated, FindingKind::kUpdated},
-       {kNothingChanged, FindingKind::kUpdateNotNeeded},
-       {kContradicted, FindingKind::kUpdateContradicted},
-       {kNotResolved, FindingKind::kUpdateNotResolved},
-       {kNotFound, FindingKind::kUpdateNotFound},
-       {kTooFewTouches, FindingKind::kUpdateTooFew}}};
-  return kTable[outcome];
-}
-
-}  // namespace
-
-void judge_update(Calibration& c) {
-  const UpdateOrigin& origin = *c.update;
-  const bool updated = origin.outcome == UpdateOutcome::kUpdated;
-  Finding finding{finding_of(origin.outcome), updated ? Severity::kInforms : Severity::kWithholds};
-  finding.text = origin.stands_on;
-  if (!origin.explanations.empty()) {
-    finding.about = about(origin.explanations.front(), c.cell);
-    finding.evidence = evidence_of(origin.explanations.front());
-    finding.evidence.push_back(
-        {"probability", 100.0 * origin.explanations.front().probability, "%"});
-  }
-  finding.evidence.push_back({"touches", static_cast<double>(origin.touches), ""});
-  finding.evidence.push_back(in_mm("reached", origin.reached_m));
-  finding.evidence.push_back(in_mm("before", origin.before_m));
-  if (origin.on_positioner) finding.evidence.push_back({"on_positioner", 1.0, ""});
-  for (const std::string& id : origin.not_found)
-    finding.parts.push_back({about_target(c.cell.targets[c.cell.target_index(id)]), {}});
-  if (origin.outcome == UpdateOutcome::kContradicted && origin.second)
-    finding.parts.push_back({about(*origin.second, c.cell), evidence_of(*origin.second)});
-  c.verdict.judged = true;
-  c.verdict.add(std::move(finding));
-  if (!updated) return;
-  // An update has to meet the requirements of a full session.
-  judge_predicted(c.cell, c, c.verdict);
-  if (c.verdict.publish()) note_gain(c.cell, c, c.verdict);
-}
-
-namespace {
-
-constexpr unsigned kSeed = 20240924;  // as for the calibration's own figures
-constexpr double kLocalHalfM = 0.150;
-constexpr std::size_t kFewestPoses = 3;
-
-ArmModel arm_of(const Calibration& c) { return ArmModel(at_level(c.cell, c.level)); }
-
-Eigen::MatrixXd moves_at(const ArmModel& arm, const Eigen::VectorXd& x,
-                         const std::vector<JointVector>& poses) {
-  return aligned_moves(arm, poses, x.data(), Eigen::VectorXd::Ones(arm.size()));
-}
-
-Eigen::VectorXd stays_m2(const ArmModel& arm, const Calibration& c,
-                         const std::vector<JointVector>& poses) {
-  const double field_m2 = 3.0 * c.discrepancy.sigma_m * c.discrepancy.sigma_m;
-  return ripple_variance_m2(arm, poses, c.level.ripple_rad).array() + field_m2;
-}
-
-}  // namespace
-
-std::vector<CarriedPose> stated_on_positioner(const Calibration& c, int count) {
-  return carried_poses(arm_of(c), c, static_cast<int>(c.cell.robot.positioner.size()), count,
-                       kSeed);
-}
-
-Eigen::MatrixXd carried_moves(const Calibration& c, const std::vector<CarriedPose>& poses) {
-  const ArmModel arm = arm_of(c);
-  if (poses.size() < kFewestPoses) return Eigen::MatrixXd(0, arm.size());
-  const Eigen::VectorXd x = arm_values(arm, c);
-  const auto count = static_cast<Eigen::Index>(poses.size());
-  TipMoves at{Eigen::Matrix3Xd(3, count), Eigen::MatrixXd(3 * count, arm.size())};
-  Eigen::Matrix3Xd jacobian(3, arm.size());
-  for (Eigen::Index k = 0; k < count; ++k) {
-    const CarriedPose& pose = poses[static_cast<std::size_t>(k)];
-    at.tips_m.col(k) =
-        arm.position(arm.prepare(pose.joint_rad, 0, nullptr, pose.carrier_rad), x.data(), jacobian);
-    at.moves_m.middleRows<3>(3 * k) = jacobian;
-  }
-  return aligned(at);
-}
-
-double foreseen_carried_m(const Calibration& c, const std::vector<CarriedPose>& poses) {
-  if (poses.size() < kFewestPoses) return 0.0;
-  const ArmModel arm = arm_of(c);
-  std::vector<JointVector> postures;
-  for (const CarriedPose& pose : poses) postures.push_back(pose.joint_rad);
-  return predicted_mean_error_m(carried_moves(c, poses), arm_covariance(arm, c),
-                                stays_m2(arm, c, postures));
-}
-
-double foreseen_error_m(const Calibration& c, const std::vector<JointVector>& poses) {
-  if (poses.size() < kFewestPoses) return 0.0;
-  const ArmModel arm = arm_of(c);
-  const Eigen::VectorXd x = arm_values(arm, c);
-  return predicted_mean_error_m(moves_at(arm, x, poses), arm_covariance(arm, c),
-                                stays_m2(arm, c, poses));
-}
-
-NominalError nominal_error_of(const Calibration& c, const std::vector<JointVector>& poses) {
-  if (poses.size() < kFewestPoses) return {};
-  const ArmModel arm = arm_of(c);
-  const Eigen::VectorXd x = arm_values(arm, c);
-  return nominal_error(arm, poses, x.data(), moves_at(arm, x, poses),
-                       drawn_arms(arm_covariance(arm, c)), stays_m2(arm, c, poses));
-}
-
-std::vector<JointVector> stated_workspace(const Calibration& c, int count) {
-  return workspace_poses(arm_of(c), count, kSeed);
-}
-
-std::vector<JointVector> stated_near_targets(const Calibration& c,
-                                             const std::vector<JointVector>& around, int count) {
-  if (!c.region.empty()) return poses_between(c.region, count, kSeed);
-  const ArmModel arm = arm_of(c);
-  std::vector<Eigen::Vector3d> centres;
-  for (const TargetResult& target : c.targets)
-    if (c.cell.targets[c.cell.target_index(target.id)].carried_by == 0)
-      centres.push_back(target.centre_m);
-  if (!c.cell.robot.positioner.empty())  // where its targets were touched
-    for (const JointVector& touched : around) centres.push_back(arm.nominal_tip_m(touched));
-  return local_poses(arm, around, centres, kLocalHalfM, count, kSeed);
 }
 
 }  // namespace cellcal::calib

@@ -7,8 +7,6 @@
 #include <vector>
 
 #include "calib/estimate/external_axes.h"
-#include "calib/estimate/region.h"
-#include "calib/model/joint_vector.h"
 #include "calib/model/touch.h"
 #include "calib/result/calibration.h"
 
@@ -39,26 +37,10 @@ Calibration update(const Calibration& last, const std::vector<Touch>& touches,
 /// True if further touches are worthwhile; false if those so far show no change.
 bool further_touches_pay(const UpdateOrigin& so_far);
 
-// Verdict on an update: published, or withheld with its findings.
-
-/// Replaces the findings of the calibration by those of `c.update`, which is filled in.
-void judge_update(Calibration& c);
-
-// Predicted position error of the tip by a calibration.
-
-/// Mean 3-D error [m] over the poses, including ripple and discrepancy; 0 for fewer than three.
-double foreseen_error_m(const Calibration& c, const std::vector<JointVector>& poses);
-/// The same in the frame that a positioner's axes carry.
-double foreseen_carried_m(const Calibration& c, const std::vector<CarriedPose>& poses);
-/// Motion of the tip there per parameter of the arm, after alignment: 3 rows per pose, none for fewer than three.
+/// Motion of the tip per parameter of the arm in the frame that a positioner's axes carry, after
+/// alignment: 3 rows per pose, none for fewer than three.
 Eigen::MatrixXd carried_moves(const Calibration& c, const std::vector<CarriedPose>& poses);
-/// Error of this arm's nominal model; zero for fewer than three poses.
-NominalError nominal_error_of(const Calibration& c, const std::vector<JointVector>& poses);
-/// Poses of the workspace, and poses near the targets in postures similar to those of the touches.
-std::vector<JointVector> stated_workspace(const Calibration& c, int count);
 /// Poses of work on all axes of a positioner; none without one.
 std::vector<CarriedPose> stated_on_positioner(const Calibration& c, int count);
-std::vector<JointVector> stated_near_targets(const Calibration& c,
-                                             const std::vector<JointVector>& around, int count);
 
 }  // namespace cellcal::calib

@@ -12,7 +12,7 @@ namespace cellcal::calib {
 
 namespace {
 
-/// Sigmas by which a stated size is contradicted.
+/// Sigmas of both by which a stated size or length is contradicted.
 constexpr double kContradicted = 5.0;
 /// Dirt and the way of pressing differ between targets, regardless of the number of touches:
 /// minimum sigma of a common error, in sigmas of one touch.
@@ -55,6 +55,13 @@ struct BiasColumn {
   }
 };
 
+/// Adds one row of the linearisation.
+void add_row(const Linearisation& linear, Eigen::Index row, NormalEquations& all) {
+  const auto by = linear.jacobian.row(row);
+  all.information.selfadjointView<Eigen::Lower>().rankUpdate(by.transpose());
+  all.gradient += linear.residual[row] * by.transpose();
+}
+
 /// J'J, its lower triangle.
 Eigen::MatrixXd lower_gram(const Eigen::Ref<const RowMajor>& j) {
   const auto count = static_cast<std::size_t>(j.rows());
@@ -88,11 +95,8 @@ std::vector<ArtefactBias> artefact_biases(const Problem& problem, const Estimate
   for (BiasColumn& own : columns) own.finish(e.posterior);
   wires.finish(e.posterior);
   NormalEquations all = touches;
-  for (Eigen::Index row = linear.length_row; row < linear.jacobian.rows(); ++row) {
-    const auto by = linear.jacobian.row(row);
-    all.information.selfadjointView<Eigen::Lower>().rankUpdate(by.transpose());
-    all.gradient += linear.residual[row] * by.transpose();
-  }
+  for (Eigen::Index row = linear.length_row; row < linear.jacobian.rows(); ++row)
+    add_row(linear, row, all);
   const Cholesky factor(all.information);
   if (!factor.positive()) return {};
   std::vector<ArtefactBias> biases;
@@ -120,12 +124,19 @@ std::vector<ArtefactBias> artefact_biases(const Problem& problem, const Estimate
 
 double contradiction(const ArtefactBias& bias) { return std::abs(bias.off_m) / bias.sigma_m; }
 
+namespace {
+
+template <class Stated>
+const Stated* worst_of(const std::vector<Stated>& all) {
+  const auto worst =
+      std::ranges::max_element(all, {}, [](const Stated& one) { return contradiction(one); });
+  return worst != all.end() && contradiction(*worst) > kContradicted ? &*worst : nullptr;
+}
+
+}  // namespace
+
 const ArtefactBias* worst_contradicted(const std::vector<ArtefactBias>& biases) {
-  const auto worst = std::max_element(biases.begin(), biases.end(),
-                                      [](const ArtefactBias& a, const ArtefactBias& b) {
-                                        return contradiction(a) < contradiction(b);
-                                      });
-  return worst != biases.end() && contradiction(*worst) > kContradicted ? &*worst : nullptr;
+  return worst_of(biases);
 }
 
 PutRight put_right(const Cell& cell, const std::vector<Touch>& touches, const ArtefactBias& bias) {
@@ -147,13 +158,6 @@ bool is_of_sphere(const Cell& cell, const ArtefactBias& bias) {
          cell.targets[cell.target_index(bias.target)].kind == TargetKind::kSphere;
 }
 
-namespace {
-
-/// Sigmas of both by which a length is contradicted.
-constexpr double kLengthContradicted = 5.0;
-
-}  // namespace
-
 std::vector<LengthResult> leave_one_out_lengths(const Problem& problem, const Estimate& e,
                                                 const NormalEquations& touches, double chi2,
                                                 double dof) {
@@ -169,21 +173,17 @@ std::vector<LengthResult> leave_one_out_lengths(const Problem& problem, const Es
   for (std::size_t k = 0; k < lengths.size(); ++k) {
     // All information except that on these two ends. Summed up anew: subtracting a length that is
     // certified almost exactly would leave rounding only.
-    Eigen::MatrixXd information = touches.information;
-    Eigen::VectorXd gradient = touches.gradient;
-    for (std::size_t l = 0; l < lengths.size(); ++l) {
-      if (l == k || (!lengths[k].is_check && same_blocks(k, l))) continue;
-      const auto by = linear.jacobian.row(row(l));
-      information.selfadjointView<Eigen::Lower>().rankUpdate(by.transpose());
-      gradient += linear.residual[row(l)] * by.transpose();
-    }
-    const Cholesky factor(information);
+    NormalEquations others = touches;
+    for (std::size_t l = 0; l < lengths.size(); ++l)
+      if (l != k && (lengths[k].is_check || !same_blocks(k, l))) add_row(linear, row(l), others);
+    const Cholesky factor(others.information);
     if (!factor.positive()) continue;
     const Eigen::VectorXd by = linear.jacobian.row(row(k)).transpose();
     const Eigen::VectorXd reached = factor.solve(by);
     // In the squared sigma of its row.
     const double row_m = lengths[k].fit_sigma_m(), variance = by.dot(reached);
-    const double off = linear.residual[row(k)] - reached.dot(gradient);  // (46), in its own sigma
+    const double off =
+        linear.residual[row(k)] - reached.dot(others.gradient);  // (46), in its own sigma
     // Excess scatter widens the result, except the part caused by this length.
     const double squared = off * off / (1.0 + variance);  // (45)
     const double inflation = std::max(1.0, (chi2 - squared) / std::max(1.0, dof - 1.0));
@@ -205,12 +205,10 @@ double contradiction(const LengthResult& length) {  // (47)
          std::hypot(length.sigma_m, length.certified_sigma_m);
 }
 
-bool is_contradicted(const LengthResult& length) {
-  return contradiction(length) > kLengthContradicted;
-}
+bool is_contradicted(const LengthResult& length) { return contradiction(length) > kContradicted; }
 
 double least_seen_error_m(const LengthResult& length) {
-  return kLengthContradicted * std::hypot(length.sigma_m, length.certified_sigma_m);
+  return kContradicted * std::hypot(length.sigma_m, length.certified_sigma_m);
 }
 
 bool same_ends(const LengthResult& a, const LengthResult& b) {
@@ -218,15 +216,11 @@ bool same_ends(const LengthResult& a, const LengthResult& b) {
 }
 
 const LengthResult* worst_contradicted(const std::vector<LengthResult>& lengths) {
-  const auto worst = std::max_element(lengths.begin(), lengths.end(),
-                                      [](const LengthResult& a, const LengthResult& b) {
-                                        return contradiction(a) < contradiction(b);
-                                      });
-  return worst != lengths.end() && is_contradicted(*worst) ? &*worst : nullptr;
+  return worst_of(lengths);
 }
 
 bool same_ends(const CertifiedLength& a, const CertifiedLength& b) {
-  return (a.from == b.from && a.to == b.to) || (a.from == b.to && a.to == b.from);
+  return std::minmax(a.from, a.to) == std::minmax(b.from, b.to);
 }
 
 bool is_of(const LengthResult& result, const CertifiedLength& length) {

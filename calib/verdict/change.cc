@@ -15,10 +15,38 @@ namespace cellcal::calib {
 
 namespace {
 
+constexpr unsigned kSeed = 20241120;
 constexpr std::size_t kLeastPoses = 20;
 /// Both calibrations share tolerances and ripple, so that their stated errors are rarely reached.
 /// Errors of an arm are correlated: this is about three sigma.
 constexpr double kChanged = 3.0;
+
+/// Tip in the base frame [m].
+using TipOf = std::function<Eigen::Vector3d(const JointVector&)>;
+
+TipOf tip_of(const Predictor& arm) {
+  return [&arm](const JointVector& q) -> Eigen::Vector3d {
+    return arm.calibrated(q).tcp.translation();
+  };
+}
+
+/// Distances of the tips at each pose [m], without a motion of the base.
+Eigen::VectorXd tips_apart_m(const TipOf& one, const TipOf& other,
+                             const std::vector<JointVector>& poses) {
+  const auto n = static_cast<Eigen::Index>(poses.size());
+  Eigen::VectorXd apart(3 * n);
+  Eigen::Matrix<double, Eigen::Dynamic, 6> base(3 * n, 6);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const JointVector& q = poses[static_cast<std::size_t>(i)];
+    const Eigen::Vector3d tip = other(q);
+    apart.segment<3>(3 * i) = tip - one(q);
+    base.middleRows<3>(3 * i) = base_motion(tip);
+  }
+  apart -= base * least_squares(base, apart);
+  Eigen::VectorXd distances(n);
+  for (Eigen::Index i = 0; i < n; ++i) distances[i] = apart.segment<3>(3 * i).norm();
+  return distances;
+}
 
 }  // namespace
 
@@ -30,14 +58,7 @@ std::optional<Change> change_since(const Calibration& last, const Calibration& n
   const auto poses = poses_in_scope(now.cell, touches, change.workspace, kScopePoses);
   if (poses.size() < kLeastPoses) return {};
   const Predictor before(last), after(now);
-  const Eigen::VectorXd apart = tips_apart_m(
-      [&](const JointVector& q) -> Eigen::Vector3d {
-        return before.calibrated(q).tcp.translation();
-      },
-      [&](const JointVector& q) -> Eigen::Vector3d {
-        return after.calibrated(q).tcp.translation();
-      },
-      poses);
+  const Eigen::VectorXd apart = tips_apart_m(tip_of(before), tip_of(after), poses);
   for (const double one : apart) change.mean_m += one / static_cast<double>(apart.size());
   change.expected_m = std::hypot(before.mean_error_m(poses), after.mean_error_m(poses));
   if (!(change.expected_m > 0.0)) return {};
@@ -109,13 +130,6 @@ ParameterDifferences parameter_differences(const Calibration& before, const Cali
   return differences;
 }
 
-namespace {
-
-constexpr unsigned kSeed = 20241120;
-constexpr std::size_t kLeastPosesOfTips = 20;
-
-}  // namespace
-
 bool same_nominal(const Cell& a, const Cell& b) {
   constexpr double kRounding = 1e-9;
   const auto near = [](double x, double y) { return std::abs(x - y) <= kRounding; };
@@ -151,37 +165,17 @@ std::vector<JointVector> poses_in_scope(const Cell& cell, std::span<const Touch>
   return local_poses(arm, around, touched_m, kNearM, count, kSeed);
 }
 
-Eigen::VectorXd tips_apart_m(const TipOf& one, const TipOf& other,
-                             const std::vector<JointVector>& poses) {
-  const auto n = static_cast<Eigen::Index>(poses.size());
-  Eigen::VectorXd apart(3 * n);
-  Eigen::Matrix<double, Eigen::Dynamic, 6> base(3 * n, 6);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const JointVector& q = poses[static_cast<std::size_t>(i)];
-    const Eigen::Vector3d tip = other(q);
-    apart.segment<3>(3 * i) = tip - one(q);
-    base.middleRows<3>(3 * i) = base_motion(tip);
-  }
-  apart -= base * least_squares(base, apart);
-  Eigen::VectorXd distances(n);
-  for (Eigen::Index i = 0; i < n; ++i) distances[i] = apart.segment<3>(3 * i).norm();
-  return distances;
-}
-
 std::optional<InScope> apart_in_scope(const Calibration* earlier, const Calibration& now,
                                       std::span<const Touch> touches, bool workspace) {
   if (earlier != nullptr && !same_nominal(earlier->cell, now.cell)) return {};
   const auto poses = poses_in_scope(now.cell, touches, workspace, kScopePoses);
-  if (poses.size() < kLeastPosesOfTips) return {};
+  if (poses.size() < kLeastPoses) return {};
   const Predictor after(now), before(earlier != nullptr ? *earlier : now);
-  const Eigen::VectorXd apart = tips_apart_m(
-      [&](const JointVector& q) -> Eigen::Vector3d {
-        return (earlier != nullptr ? before.calibrated(q).tcp : after.nominal(q)).translation();
-      },
-      [&](const JointVector& q) -> Eigen::Vector3d {
-        return after.calibrated(q).tcp.translation();
-      },
-      poses);
+  const TipOf nominal = [&](const JointVector& q) -> Eigen::Vector3d {
+    return after.nominal(q).translation();
+  };
+  const Eigen::VectorXd apart =
+      tips_apart_m(earlier != nullptr ? tip_of(before) : nominal, tip_of(after), poses);
   InScope in{workspace, static_cast<int>(poses.size()), apart.mean(), apart.maxCoeff()};
   for (const JointVector& q : poses) {
     const double u95_m = after.calibrated(q).u95_m;

@@ -1,8 +1,6 @@
 #pragma once
 // Comparison of an arm with its last calibration.
 
-#include <Eigen/Core>
-#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -65,12 +63,6 @@ bool same_nominal(const Cell& a, const Cell& b);
 /// similar postures.
 std::vector<JointVector> poses_in_scope(const Cell& cell, std::span<const Touch> touches,
                                         bool workspace, int count);
-
-/// Tip in the base frame [m].
-using TipOf = std::function<Eigen::Vector3d(const JointVector&)>;
-/// Distances of the tips at each pose [m], without a motion of the base.
-Eigen::VectorXd tips_apart_m(const TipOf& one, const TipOf& other,
-                             const std::vector<JointVector>& poses);
 
 /// Deviation of an earlier description of the arm from a calibration over its scope, and its own
 /// bound.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "calib/estimate/solve.h"
@@ -57,9 +58,8 @@ double rms_of(std::span<const HeldOut> touches) {
 std::vector<std::size_t> gross_check_touches(const Problem& problem, const Calibration& c) {
   std::vector<HeldOut> all = held_out(problem, c);
   if (all.size() < kEnoughChecks) return {};
-  std::stable_sort(all.begin(), all.end(), [](const HeldOut& a, const HeldOut& b) {
-    return a.square / a.rows > b.square / b.rows;
-  });
+  std::ranges::stable_sort(all, std::greater{},
+                           [](const HeldOut& one) { return one.square / one.rows; });
   const std::size_t most = std::max<std::size_t>(1, all.size() / kOneGrossOf);
   std::size_t aside = 0;
   while (rms_of(std::span(all).subspan(aside)) > kCheckRatio) {

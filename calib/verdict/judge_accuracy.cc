@@ -1,11 +1,11 @@
-#include "calib/verdict/judge_accuracy.h"
-
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <utility>
 
 #include "calib/verdict/artefacts.h"
+#include "calib/verdict/judge.h"
 
 namespace cellcal::calib {
 
@@ -106,9 +106,7 @@ constexpr double kLengthScaleSigma = 5e-4;
 /// touches do not both determine carries no information on the arm.
 std::vector<Problem::Length> different_lengths(const Problem& problem,
                                                const std::vector<int>& loose) {
-  const auto is_loose = [&](int block) {
-    return std::find(loose.begin(), loose.end(), block) != loose.end();
-  };
+  const auto is_loose = [&](int block) { return std::ranges::count(loose, block) > 0; };
   std::vector<Problem::Length> different;
   for (const Problem::Length& length : problem.lengths()) {
     if (length.is_check || is_loose(length.block_a) || is_loose(length.block_b)) continue;
@@ -143,13 +141,9 @@ bool is_checked(const Calibration& c, const LengthResult& length) {
 
 /// If the scale depends on a single certificate, or the touches check none by the others.
 std::optional<Finding> unchecked_lengths(const Calibration& c, std::size_t holding) {
-  if (c.lengths.empty() || std::any_of(c.lengths.begin(), c.lengths.end(),
-                                       [&](const LengthResult& l) { return is_checked(c, l); }))
-    return std::nullopt;
-  const LengthResult& best = *std::min_element(
-      c.lengths.begin(), c.lengths.end(), [](const LengthResult& a, const LengthResult& b) {
-        return least_seen_error_m(a) < least_seen_error_m(b);
-      });
+  const auto checked = [&](const LengthResult& length) { return is_checked(c, length); };
+  if (c.lengths.empty() || std::ranges::any_of(c.lengths, checked)) return std::nullopt;
+  const LengthResult& best = *std::ranges::min_element(c.lengths, {}, least_seen_error_m);
   return Finding{holding > 1 ? FindingKind::kUncheckedLengths : FindingKind::kUncheckedLength,
                  Severity::kWarns,
                  about_length(best.from, best.to),
@@ -249,8 +243,8 @@ std::vector<FindingPart> beyond_tolerance(const Problem& problem, const Calibrat
         {about_parameter(c.cell, found.key),
          {{"off", found.correction * found.to_unit, found.unit}, {"tolerances", tolerances}}});
   }
-  std::stable_sort(far.begin(), far.end(), [](const FindingPart& a, const FindingPart& b) {
-    return value(a.evidence, "tolerances") > value(b.evidence, "tolerances");
+  std::ranges::stable_sort(far, std::greater{}, [](const FindingPart& one) {
+    return value(one.evidence, "tolerances");
   });
   return far;
 }

@@ -1,13 +1,13 @@
-#include "calib/verdict/judge_touches.h"
-
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 
 #include "calib/estimate/target.h"
 #include "calib/model/enum_table.h"
 #include "calib/verdict/artefacts.h"
 #include "calib/verdict/held_out.h"
+#include "calib/verdict/judge.h"
 #include "calib/verdict/residuals.h"
 
 namespace cellcal::calib {
@@ -107,9 +107,8 @@ void note_touches(const Problem& problem, const Calibration& c, Verdict& verdict
   std::vector<const TouchResidual*> gross;
   for (const TouchResidual& r : c.residuals)
     if (is_check(problem, r) && r.outlier) gross.push_back(&r);
-  std::stable_sort(gross.begin(), gross.end(), [](const TouchResidual* a, const TouchResidual* b) {
-    return std::abs(a->whitened) > std::abs(b->whitened);
-  });
+  std::ranges::stable_sort(gross, std::greater{},
+                           [](const TouchResidual* one) { return std::abs(one->whitened); });
   if (!gross.empty()) {
     Finding finding{FindingKind::kGrossCheckTouches, Severity::kWarns};
     for (const TouchResidual* r : gross) finding.parts.push_back(check_touch(problem, c, *r));
@@ -282,10 +281,8 @@ void note_centres(const Problem& problem, const Calibration& c, Verdict& verdict
                    {{about_target(target), {}}, {about_target(*other), {}}}});
       return;
     }
-  std::stable_sort(far.parts.begin(), far.parts.end(),
-                   [](const FindingPart& a, const FindingPart& b) {
-                     return value(a.evidence, "apart") > value(b.evidence, "apart");
-                   });
+  std::ranges::stable_sort(far.parts, std::greater{},
+                           [](const FindingPart& one) { return value(one.evidence, "apart"); });
   verdict.add(std::move(far));
 }
 

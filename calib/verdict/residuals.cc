@@ -74,8 +74,7 @@ Eigen::VectorXd place_seen_by_nominal_arm(const Problem& problem, int block,
       place.middle_m = fit.middle_m;
     }
   } else if (target.kind == TargetKind::kPoint) {
-    place.centre_m.setZero();
-    for (const auto& p : points) place.centre_m += p / static_cast<double>(points.size());
+    place.centre_m = mean_of_points(points);
   } else {
     const CentreHints hints{target.has_centre ? &target.centre_m : nullptr, target.centre_sigma_m};
     place.centre_m = fit_centre(points, radii, hints).centre_m;
@@ -108,13 +107,9 @@ void fit_outside_arm(const Problem& problem, const std::vector<bool>& outlier,
   std::size_t places = 0;
   for (const TargetBlock& block : problem.blocks()) places += static_cast<std::size_t>(block.place);
   if (beside.size() == places) return;
-  const auto touches = problem.touches();
-  std::vector<bool> use(touches.size());
-  for (std::size_t i = 0; i < use.size(); ++i)
-    use[i] = touches[i].set == TouchSet::kFit && !outlier[i];
-  Eigen::VectorXd u(problem.size());
-  for (int i = 0; i < problem.size(); ++i)
-    u[i] = (x_si[i] - problem.unknowns()[i].origin) / problem.unknowns()[i].scale;
+  std::vector<bool> use = fit_touches(problem);
+  for (std::size_t i = 0; i < use.size(); ++i) use[i] = use[i] && !outlier[i];
+  Eigen::VectorXd u = problem.to_u(x_si);
   Linearisation linear;
   for (int round = 0; round < kRounds; ++round) {
     linearise(problem, u, use, linear);

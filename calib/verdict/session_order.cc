@@ -15,6 +15,7 @@
 #include "calib/model/long_work.h"
 #include "calib/model/product.h"
 #include "calib/result/level.h"
+#include "calib/verdict/residuals.h"
 
 namespace cellcal::calib {
 
@@ -49,20 +50,13 @@ std::vector<std::size_t> share_of(std::span<const Touch> touches, std::size_t mo
   return share;
 }
 
-std::string id_after_move(const Cell& cell, const std::string& id) {
-  std::string later = id;
-  do later += " later";
-  while (std::any_of(cell.targets.begin(), cell.targets.end(),
-                     [&](const Target& target) { return target.id == later; }));
-  return later;
-}
-
 TwoPlaces as_two(const Cell& cell, const std::vector<Touch>& touches, const std::string& target,
                  std::size_t after_touch, const std::optional<Eigen::Vector3d>& centre_m,
                  double sigma_m) {
-  TwoPlaces two{cell, touches, id_after_move(cell, target)};
   Target later = cell.targets[cell.target_index(target)];
-  later.id = two.later;
+  do later.id += " later";
+  while (std::ranges::find(cell.targets, later.id, &Target::id) != cell.targets.end());
+  TwoPlaces two{cell, touches, later.id};
   later.centre_sigma_m = 0.0;
   if (centre_m) {
     later.has_centre = true;
@@ -119,15 +113,8 @@ JumpSequence::JumpSequence(const Cell& cell, const std::vector<Touch>& touches,
   const int n = problem_.size();
   if (c.parameters.size() != static_cast<std::size_t>(n))
     throw std::invalid_argument("JumpSequence: the calibration is of another model level");
-  Eigen::VectorXd x(n), u(n);
-  for (int i = 0; i < n; ++i) {
-    const ParameterResult& p = c.parameters[static_cast<std::size_t>(i)];
-    const Unknown& unknown = problem_.unknowns()[static_cast<std::size_t>(i)];
-    x[i] = p.nominal + p.correction;
-    u[i] = (x[i] - unknown.origin) / unknown.scale;
-  }
-  std::vector<bool> fit(touches.size());
-  for (std::size_t i = 0; i < fit.size(); ++i) fit[i] = touches[i].set == TouchSet::kFit;
+  const Eigen::VectorXd x = first_values(c, n), u = problem_.to_u(x);
+  const std::vector<bool> fit = fit_touches(problem_);
   linear_ = linearise(problem_, u, fit);
   set_prior(c, u);
   fill_columns(x);

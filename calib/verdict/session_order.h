@@ -29,9 +29,6 @@ void add_rank(std::span<const Touch> touches, std::size_t index, std::vector<Qua
 /// touches; indices, ascending.
 std::vector<std::size_t> share_of(std::span<const Touch> touches, std::size_t most);
 
-/// An unused id for the target after its move.
-std::string id_after_move(const Cell& cell, const std::string& id);
-
 /// A session with a target that moved after one of its touches, as one of two targets: the later
 /// one within `sigma_m` of `centre_m`, or anywhere.
 struct TwoPlaces {

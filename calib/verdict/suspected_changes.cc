@@ -1,13 +1,13 @@
-#include "calib/verdict/verdict.h"
-
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <string>
 
 #include "calib/model/long_work.h"
 #include "calib/model/product.h"
 #include "calib/verdict/session_order.h"
+#include "calib/verdict/verdict.h"
 
 namespace cellcal::calib {
 
@@ -175,10 +175,7 @@ std::vector<MovedTarget> suspected_moves(const Problem& problem, const Estimate&
       suspects.push_back(suspect);
     }
   }
-  std::stable_sort(suspects.begin(), suspects.end(),
-                   [](const MovedTarget& a, const MovedTarget& b) {
-                     return a.squared_sigmas > b.squared_sigmas;
-                   });
+  std::ranges::stable_sort(suspects, std::greater{}, &MovedTarget::squared_sigmas);
   if (suspects.size() > kMostExaminations) suspects.resize(kMostExaminations);
   return suspects;
 }

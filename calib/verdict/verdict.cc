@@ -5,8 +5,7 @@
 #include <optional>
 
 #include "calib/verdict/held_out.h"
-#include "calib/verdict/judge_accuracy.h"
-#include "calib/verdict/judge_touches.h"
+#include "calib/verdict/judge.h"
 #include "calib/verdict/residuals.h"
 
 namespace cellcal::calib {
@@ -38,6 +37,53 @@ bool wants_touches_alone(const Verdict& verdict) {
   return !verdict.findings.empty() && std::ranges::all_of(verdict.findings, [](const Finding& one) {
     return one.kind == FindingKind::kRank || one.kind == FindingKind::kTooFewDirections;
   });
+}
+
+/// A session with fewer touches of each target is a first session.
+constexpr std::size_t kBegunPerTarget = 5;
+/// Sufficient for most cells; recommended after a first session.
+constexpr int kUsualTouches = 50, kUsualChecks = 10;
+
+/// Distance of the nominal tip at contact from its target's stated place; empty if not stated.
+std::optional<double> met_off_m(const Problem& problem, const Touch& touch) {
+  const Cell& cell = problem.cell();
+  const Target& target = cell.targets[cell.target_index(touch.target)];
+  const bool plane = target.kind == TargetKind::kPlane && target.has_normal;
+  if (!target.has_centre || (!plane && target.kind != TargetKind::kSphere)) return std::nullopt;
+  const Eigen::Vector3d from_centre =
+      problem.arm().nominal_tip_m(touch.joint_rad, 0, carrier_rad(touch, target)) - target.centre_m;
+  const double surface =
+      plane ? from_centre.dot(target.normal) : from_centre.norm() - target.diameter_m / 2.0;
+  return std::abs(surface - cell.tool.tip_radius_m);
+}
+
+/// Fewer touches than a calibration requires.
+bool has_only_begun(const Problem& problem) {
+  const auto fit = std::count_if(problem.touches().begin(), problem.touches().end(),
+                                 [](const Touch& touch) { return touch.set == TouchSet::kFit; });
+  return static_cast<std::size_t>(fit) < kBegunPerTarget * problem.blocks().size();
+}
+
+/// Result of a first session of a few touches, a test of the cell, and the recommended number.
+Finding first_session(const Problem& problem) {
+  int met = 0;
+  double farthest_m = 0.0;
+  for (const Touch& touch : problem.touches())
+    if (const auto off = met_off_m(problem, touch)) {
+      ++met;
+      farthest_m = std::max(farthest_m, *off);
+    }
+  Finding finding{FindingKind::kTooFewTouches,
+                  Severity::kWithholds,
+                  {},
+                  {{"touches", problem.touches().size()},
+                   {"usual_touches", kUsualTouches},
+                   {"usual_checks", kUsualChecks}}};
+  if (met > 0) {
+    finding.evidence.push_back({"met", met});
+    finding.evidence.push_back(in_mm("farthest", farthest_m));
+  }
+  return finding;
 }
 
 }  // namespace
@@ -88,55 +134,6 @@ void warn_of_unchecked_touch(std::span<const Touch> touches, Calibration& c) {
                      about_touch(one.touch, touches[one.touch]),
                      {in_mm("unseen", one.unseen_m), in_mm("shift", one.shift_m),
                       in_mm("predicted", predicted_m)}});
-}
-
-namespace {
-
-/// A session with fewer touches of each target is a first session.
-constexpr std::size_t kBegunPerTarget = 5;
-/// Sufficient for most cells; recommended after a first session.
-constexpr int kUsualTouches = 50, kUsualChecks = 10;
-
-/// Distance of the nominal tip at contact from its target's stated place; empty if not stated.
-std::optional<double> met_off_m(const Problem& problem, const Touch& touch) {
-  const Cell& cell = problem.cell();
-  const Target& target = cell.targets[cell.target_index(touch.target)];
-  const bool plane = target.kind == TargetKind::kPlane && target.has_normal;
-  if (!target.has_centre || (!plane && target.kind != TargetKind::kSphere)) return std::nullopt;
-  const Eigen::Vector3d from_centre =
-      problem.arm().nominal_tip_m(touch.joint_rad, 0, carrier_rad(touch, target)) - target.centre_m;
-  const double surface =
-      plane ? from_centre.dot(target.normal) : from_centre.norm() - target.diameter_m / 2.0;
-  return std::abs(surface - cell.tool.tip_radius_m);
-}
-
-}  // namespace
-
-bool has_only_begun(const Problem& problem) {
-  const auto fit = std::count_if(problem.touches().begin(), problem.touches().end(),
-                                 [](const Touch& touch) { return touch.set == TouchSet::kFit; });
-  return static_cast<std::size_t>(fit) < kBegunPerTarget * problem.blocks().size();
-}
-
-Finding first_session(const Problem& problem) {
-  int met = 0;
-  double farthest_m = 0.0;
-  for (const Touch& touch : problem.touches())
-    if (const auto off = met_off_m(problem, touch)) {
-      ++met;
-      farthest_m = std::max(farthest_m, *off);
-    }
-  Finding finding{FindingKind::kTooFewTouches,
-                  Severity::kWithholds,
-                  {},
-                  {{"touches", problem.touches().size()},
-                   {"usual_touches", kUsualTouches},
-                   {"usual_checks", kUsualChecks}}};
-  if (met > 0) {
-    finding.evidence.push_back({"met", met});
-    finding.evidence.push_back(in_mm("farthest", farthest_m));
-  }
-  return finding;
 }
 
 }  // namespace cellcal::calib

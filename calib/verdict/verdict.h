@@ -21,13 +21,6 @@ Verdict judge(const Problem& problem, const Calibration& calibration);
 /// shift the tip far beyond the prediction, (99).
 void warn_of_unchecked_touch(std::span<const Touch> touches, Calibration& calibration);
 
-// A first session of a few touches, as a test of the cell.
-
-/// Fewer touches than a calibration requires.
-bool has_only_begun(const Problem& problem);
-/// Its result, and the recommended number of touches.
-Finding first_session(const Problem& problem);
-
 // Targets, a joint or the tool that may have moved or jumped during the session: by the score test,
 // without another solution. Candidates for examination only (calib/identify/jump.h).
 

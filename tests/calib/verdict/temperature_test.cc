@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "calib/identify/identify.h"
-#include "calib/verdict/judge_touches.h"
+#include "calib/verdict/judge.h"
 #include "calib/verdict/verdict.h"
 #include "tests/calib/findings.h"
 #include "tests/calib/simulate.h"

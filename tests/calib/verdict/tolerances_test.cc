@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "calib/identify/identify.h"
-#include "calib/verdict/judge_accuracy.h"
+#include "calib/verdict/judge.h"
 #include "tests/calib/findings.h"
 #include "tests/calib/simulate.h"
 
