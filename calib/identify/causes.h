@@ -31,6 +31,10 @@ std::optional<Finding> wrong_measure(const Cell& cell, const std::vector<Touch>&
                                      const IdentifyOptions& options,
                                      const Calibration& calibration);
 
+/// Finding on targets whose touches, seen by the nominal arm, are too far apart for one target,
+/// with at most half of them together (kScatteredTouches); nullopt if there are none.
+std::optional<Finding> scattered_touches(const Cell& cell, const std::vector<Touch>& touches);
+
 // Single identification of a session as recorded or without a mistake, with its consistency
 // (causes.h), and a faster check by the nominal arm alone.
 

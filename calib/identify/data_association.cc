@@ -1,5 +1,3 @@
-#include "calib/identify/data_association.h"
-
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
@@ -7,6 +5,8 @@
 #include <numeric>
 
 #include "calib/estimate/target.h"
+#include "calib/identify/causes.h"
+#include "calib/identify/mistakes.h"
 #include "calib/model/kinematics.h"
 
 namespace cellcal::calib {

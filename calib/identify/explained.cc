@@ -127,6 +127,11 @@ bool same(const PossibleChange& a, const PossibleChange& b) {
   return a.kind == b.kind && a.name == b.name && a.index == b.index;
 }
 
+/// Log prior probability of this change with this size.
+double log_before(const Weighed& one) {
+  return std::log(one.change.weight / static_cast<double>(one.change.usual.size()));
+}
+
 Explanation explanation_of(const Weighed& one) {
   Explanation e;
   e.kind = one.change.kind;
@@ -161,8 +166,7 @@ std::vector<Weighed> weighed(const Calibration& prior, const TouchEquations& tou
     moves.topRows(touches.parameters()) = *of_parameters;
     for (const double usual : change.usual) {
       all.push_back({change, moves, usual, explained(touches, change, moves, usual)});
-      logs.push_back(all.back().how.log_evidence +
-                     std::log(change.weight / static_cast<double>(change.usual.size())));
+      logs.push_back(all.back().how.log_evidence + log_before(all.back()));
     }
   }
   for (std::size_t k = 0; k < all.size(); ++k)
@@ -203,11 +207,6 @@ const Weighed& likeliest(const std::vector<Weighed>& all) {
 }
 
 namespace {
-
-/// Log prior probability of this change with this size.
-double log_before(const Weighed& one) {
-  return std::log(one.change.weight / static_cast<double>(one.change.usual.size()));
-}
 
 /// Second change in addition to that of an explanation.
 struct Beside {
@@ -315,9 +314,7 @@ std::optional<std::size_t> doubtful_touch(const std::vector<Weighed>& all,
     if (one.change.kind == ChangeKind::kTouch) continue;
     const Eigen::MatrixXd information = one.how.foreseen.inverse();
     const Eigen::VectorXd pull = information * one.how.off_m;
-    const double log_alone =
-        one.how.log_evidence +
-        std::log(one.change.weight / static_cast<double>(one.change.usual.size()));
+    const double log_alone = one.how.log_evidence + log_before(one);
     for (Eigen::Index t = 0; t < pull.size(); ++t) {
       if (!may_be[static_cast<std::size_t>(t)]) continue;
       // As (82), for an erroneous touch of any size.
@@ -351,29 +348,22 @@ void open_tip(Calibration& c) {
     c.frame_basis.conservativeResizeLike(Eigen::MatrixXd::Zero(has, c.frame_basis.cols()));
 }
 
-double per_root_month(const ParameterKey& key, const DriftPerMonth& drift) {
+/// Drift per month without intervention, 1 sigma; it grows with the root of the time. Of each joint's zero
+/// (belts, bearings), each component of the tool's tip (wear, its seat) and of a sphere's centre (posts,
+/// glue), of the place and direction of a positioner's axis (its foot, bearings).
+double per_root_month(const ParameterKey& key) {
+  constexpr double kTurnsRad = 5e-6, kMovesM = 10e-6;
+  const AxisError error{key.kind == ParameterKind::kPositioner ? key.axis : 0};
   switch (key.kind) {
     case ParameterKind::kTheta:
-      return drift.zero_rad;
+      return kTurnsRad;
     case ParameterKind::kTcp:
-      return key.tool == 0 ? drift.tip_m : 0.0;
+      return key.tool == 0 ? kMovesM : 0.0;
     case ParameterKind::kCentre:
-      return drift.centre_m;
+      return kMovesM;
     case ParameterKind::kPositioner:
-      switch (AxisError{key.axis}) {
-        case AxisError::kX:
-        case AxisError::kY:
-          return drift.axis_m;
-        case AxisError::kTurnX:
-        case AxisError::kTurnY:
-          return drift.axis_rad;
-        case AxisError::kScale:
-        case AxisError::kCompliance:
-        case AxisError::kBearingX:
-        case AxisError::kBearingY:
-          break;
-      }
-      return 0.0;
+      if (error == AxisError::kX || error == AxisError::kY) return kMovesM;
+      return error == AxisError::kTurnX || error == AxisError::kTurnY ? kTurnsRad : 0.0;
     default:
       return 0.0;
   }
@@ -490,14 +480,14 @@ bool fill(const PossibleChange& change, const Calibration& c, Eigen::MatrixXd& c
 
 }  // namespace
 
-Calibration with_drift(const Calibration& last, double months, const DriftPerMonth& drift) {
+Calibration with_drift(const Calibration& last, double months) {
   if (last.covariance.size() == 0)
     throw IdentifyError(IdentifyError::Kind::kCalibration,
                         "the last calibration states no covariance: nothing can stand on it");
   Calibration c = last;
   open_tip(c);
   for (std::size_t i = 0; i < c.parameters.size(); ++i) {
-    const double each = per_root_month(c.parameters[i].key, drift);
+    const double each = per_root_month(c.parameters[i].key);
     const auto k = static_cast<Eigen::Index>(i);
     c.covariance(k, k) += each * each * std::max(0.0, months);  // (75)
   }

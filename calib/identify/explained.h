@@ -111,19 +111,10 @@ std::optional<std::size_t> doubtful_touch(const std::vector<Weighed>& all,
 // Prediction by the last calibration before any new touch, and the effect of a single change on its
 // parameters.
 
-/// Drift per month without intervention, 1 sigma; it grows with the root of the time.
-struct DriftPerMonth {
-  double zero_rad = 5e-6;   ///< of each joint: belts, bearings
-  double tip_m = 10e-6;     ///< of each component of the tool's tip: wear, its seat
-  double centre_m = 10e-6;  ///< of each component of a sphere's centre: posts, glue
-  double axis_m = 10e-6;    ///< of each component of a positioner's axis' place: its foot, bearings
-  double axis_rad = 5e-6;   ///< of its direction
-};
-
 /// The last calibration with the tool's tip among its parameters, even if the cell file states it
 /// as known, and with the drift added to its covariance. Throws IdentifyError if `last` has no
 /// covariance.
-Calibration with_drift(const Calibration& last, double months, const DriftPerMonth& drift = {});
+Calibration with_drift(const Calibration& last, double months);
 
 /// Derivatives of the parameters by each component of the change, SI, a column each. nullopt if the
 /// calibration lacks a parameter for it, whose tolerance is then 0.

@@ -9,7 +9,6 @@
 #include "calib/estimate/joint_functions.h"
 #include "calib/estimate/target.h"
 #include "calib/identify/causes.h"
-#include "calib/identify/data_association.h"
 #include "calib/identify/identify_once.h"
 #include "calib/identify/jump.h"
 #include "calib/model/error.h"

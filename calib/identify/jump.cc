@@ -387,21 +387,12 @@ double at_the_tip_m(const Cell& cell, const std::vector<Touch>& touches, const J
   return std::abs(jump.angle_rad) * std::sqrt(square_m2 / static_cast<double>(touches.size()));
 }
 
-/// Accepts jumps that are significant and displace the tip by more than `covered_m`.
-class Confirmed {
- public:
-  Confirmed(const Cell& cell, const std::vector<Touch>& touches, double covered_m)
-      : cell_(cell), touches_(touches), covered_m_(covered_m) {}
-  bool operator()(const Jump& jump) const {
-    return jump.log_odds > kConfirmedOdds && jump.squared_sigmas > kSized &&
-           at_the_tip_m(cell_, touches_, jump) > covered_m_;
-  }
-
- private:
-  const Cell& cell_;
-  const std::vector<Touch>& touches_;
-  double covered_m_;
-};
+/// True for a jump that is significant and displaces the tip by more than `covered_m`.
+bool confirmed(const Cell& cell, const std::vector<Touch>& touches, double covered_m,
+               const Jump& jump) {
+  return jump.log_odds > kConfirmedOdds && jump.squared_sigmas > kSized &&
+         at_the_tip_m(cell, touches, jump) > covered_m;
+}
 
 FindingPart part_of(const Cell& cell, const std::vector<Touch>& touches, const Jump& jump) {
   FindingPart part;
@@ -478,9 +469,8 @@ double covered_m(const Calibration& calibration) {
 
 std::vector<Jump> confirmed_jumps(const Cell& cell, const std::vector<Touch>& touches,
                                   double covered_m, std::vector<Jump> jumps) {
-  std::erase_if(jumps, std::not_fn(Confirmed(cell, touches, covered_m)));
-  if (jumps.empty()) return jumps;
-  const double best = jumps.front().log_odds;
+  std::erase_if(jumps, [&](const Jump& j) { return !confirmed(cell, touches, covered_m, j); });
+  const double best = jumps.empty() ? 0.0 : jumps.front().log_odds;
   std::erase_if(jumps, [&](const Jump& j) { return j.log_odds < best - kClear; });
   return jumps;
 }
@@ -504,11 +494,11 @@ void withhold_for_jumps(const Cell& cell, const std::vector<Touch>& touches,
 void confirm_moves(const Cell& cell, const std::vector<Touch>& touches,
                    const IdentifyOptions& options, double covered_m, Calibration& calibration) {
   JumpSearch search(cell, touches, options, calibration);
-  const Confirmed confirmed(cell, touches, covered_m);
   std::optional<Jump> likeliest;
   for (const MovedTarget& suspect : calibration.moved) {
     const auto move = search.move(suspect.target, suspect.after_touch);
-    if (move && confirmed(*move) && (!likeliest || move->log_odds > likeliest->log_odds))
+    if (move && confirmed(cell, touches, covered_m, *move) &&
+        (!likeliest || move->log_odds > likeliest->log_odds))
       likeliest = move;
   }
   calibration.moved.clear();

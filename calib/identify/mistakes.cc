@@ -10,7 +10,6 @@
 
 #include "calib/estimate/target.h"
 #include "calib/identify/causes.h"
-#include "calib/identify/data_association.h"
 #include "calib/identify/jump.h"
 #include "calib/model/linear.h"
 #include "calib/model/units.h"

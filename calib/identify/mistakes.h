@@ -87,6 +87,26 @@ inline auto always(Finding finding) {
   return [finding = std::move(finding)](const Calibration&) { return std::optional(finding); };
 }
 
+// Touches under a wrong target's name. A few of them are outliers that lie on another target
+// (calib/verdict/residuals.h); if all of a target's touches or nearly all touches are affected, the
+// positions seen by the nominal arm show it.
+
+/// Permutation of whole targets' names: the actual target of the touches of each target of the
+/// cell.
+struct Names {
+  explicit Names(const Cell& cell);  ///< identity
+  std::vector<std::size_t> of;
+  std::size_t changed() const;
+  std::vector<Touch> given_to(const Cell& cell, std::vector<Touch> touches) const;
+  /// kTargetNames
+  Finding cause(const Cell& cell) const;
+};
+/// Permutation for which the positions seen by the nominal arm agree clearly best with certified
+/// lengths and stated centres, with the fewest changes among equally good ones. nullopt if there is
+/// none, or if the stated names agree as well. For three to seven targets with a centre that their
+/// touches determine.
+std::optional<Names> better_names(const Cell& cell, const std::vector<Touch>& touches);
+
 /// Maximum number of pairs and targets that are tested in a large cell.
 inline constexpr std::size_t kMostPairs = 28, kMostTargets = 12;
 /// Calls `ask` with both indices of each pair, up to kMostPairs.
