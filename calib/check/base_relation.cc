@@ -123,6 +123,27 @@ void require_same_diameter(const Calibration& first, const Calibration& second,
           allowed * kMmPerM));
 }
 
+/// Centres of the spheres in the base frame, and their covariance with the motion of the base taken out.
+struct CentresInBase {
+  Eigen::Matrix3Xd centre_m;
+  MatrixXd covariance;  ///< 3 per sphere [m^2]
+};
+
+CentresInBase centres_in_base(const Calibration& c, std::span<const std::string> ids) {
+  refuse_external_axes(c.cell.robot, "a relation of two bases",
+                       "Measure the frame between the arms at the controllers");
+  if (c.covariance.size() == 0)
+    throw undetermined("the calibration of " + c.cell.robot.name +
+                       " states no covariance. Identify it again");
+  CentresInBase found;
+  found.centre_m.resize(3, static_cast<Eigen::Index>(ids.size()));
+  for (std::size_t i = 0; i < ids.size(); ++i)
+    found.centre_m.col(static_cast<Eigen::Index>(i)) = target_of(c, ids[i]).centre_m;
+  const MatrixXd moves = moves_in_base(c, ids, found.centre_m);  // (100)
+  found.covariance = moves * c.covariance * moves.transpose();
+  return found;
+}
+
 /// Weighted rigid fit with some spheres freed, each by a shift of its own.
 class RigidFit {
  public:
@@ -286,21 +307,6 @@ RelatedSphere related(const SpherePair& sphere, Eigen::Index i, const RigidFit& 
 bool BaseRelation::agrees() const {
   return std::ranges::all_of(spheres,
                              [](const RelatedSphere& one) { return one.agrees && !one.suspect; });
-}
-
-CentresInBase centres_in_base(const Calibration& c, std::span<const std::string> ids) {
-  refuse_external_axes(c.cell.robot, "a relation of two bases",
-                       "Measure the frame between the arms at the controllers");
-  if (c.covariance.size() == 0)
-    throw undetermined("the calibration of " + c.cell.robot.name +
-                       " states no covariance. Identify it again");
-  CentresInBase found;
-  found.centre_m.resize(3, static_cast<Eigen::Index>(ids.size()));
-  for (std::size_t i = 0; i < ids.size(); ++i)
-    found.centre_m.col(static_cast<Eigen::Index>(i)) = target_of(c, ids[i]).centre_m;
-  const MatrixXd moves = moves_in_base(c, ids, found.centre_m);  // (100)
-  found.covariance = moves * c.covariance * moves.transpose();
-  return found;
 }
 
 BaseRelation relate_bases(const Calibration& first, const Calibration& second,

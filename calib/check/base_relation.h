@@ -54,12 +54,4 @@ inline constexpr double kLeastOffLineM = 0.01;
 BaseRelation relate_bases(const Calibration& first, const Calibration& second,
                           std::span<const SpherePair> spheres);
 
-/// Centres of the spheres in the base frame, and their covariance with the motion of the base taken out.
-struct CentresInBase {
-  Eigen::Matrix3Xd centre_m;
-  Eigen::MatrixXd covariance;  ///< 3 per sphere [m^2]
-};
-/// Throws as relate_bases().
-CentresInBase centres_in_base(const Calibration& calibration, std::span<const std::string> ids);
-
 }  // namespace cellcal::calib

@@ -6,6 +6,7 @@
 #include <Eigen/QR>
 #include <cmath>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "calib/model/nominal_arm.h"
@@ -219,6 +220,15 @@ ControllerModel::Outcome compared_frames(const FrameFit& fit, const StatedFrames
   return other ? ControllerModel::Outcome::kOtherFrames : ControllerModel::Outcome::kAgrees;
 }
 
+/// "A1 12.0, A2 -90.0 deg"
+std::string posture_words(const Robot& robot, const JointVector& joint_rad) {
+  std::string words;
+  for (std::size_t i = 0; i < joint_rad.size() && i < robot.joints.size(); ++i)
+    words += fmt::format("{}{} {:.1f}", words.empty() ? "" : ", ", robot.joints[i].name,
+                         joint_rad[i] * kDegPerRad);
+  return words + " deg";
+}
+
 }  // namespace
 
 ControllerModel compare_controller_model(const Robot& robot, std::span<const StatedPose> poses,
@@ -251,14 +261,6 @@ ControllerModel compare_controller_model(const Robot& robot, std::span<const Sta
     if (!known.tool || !known.base) model.worst_m = 0.0;
   }
   return model;
-}
-
-std::string posture_words(const Robot& robot, const JointVector& joint_rad) {
-  std::string words;
-  for (std::size_t i = 0; i < joint_rad.size() && i < robot.joints.size(); ++i)
-    words += fmt::format("{}{} {:.1f}", words.empty() ? "" : ", ", robot.joints[i].name,
-                         joint_rad[i] * kDegPerRad);
-  return words + " deg";
 }
 
 Phrase phrase(const ControllerModel& model, const Robot& robot) {

@@ -14,7 +14,6 @@
 #include <cstddef>
 #include <optional>
 #include <span>
-#include <string>
 
 #include "calib/model/robot.h"
 #include "calib/result/finding.h"
@@ -57,8 +56,6 @@ struct ControllerModel {
 ControllerModel compare_controller_model(const Robot& robot, std::span<const StatedPose> poses,
                                          const StatedFrames& known);
 
-/// "A1 12.0, A2 -90.0 deg"
-std::string posture_words(const Robot& robot, const JointVector& joint_rad);
 /// The figure first; what to do where it does not agree.
 Phrase phrase(const ControllerModel& model, const Robot& robot);
 

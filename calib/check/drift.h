@@ -28,20 +28,9 @@ void age(DriftChart& chart, double now_s);
 /// Sets the advice from state, trend, causes and newest check.
 void advise(DriftChart& chart);
 
-/// temp_0: the first known temperature of the checks that count.
-std::optional<double> reference_temperature_c(const std::vector<CheckMeasurement>& checks);
-
 /// The single decision whether a calibration holds at `now_s`, by its checks; without a decided one the calibration of
 /// `calibrated_s` is its own evidence (both since 1970, UTC). Evidence counts for kMostDays.
 Standing standing_of(const DriftChart& chart, double calibrated_s, double now_s);
-
-// Onset and rate of the TCP's shift: the step or linear creep, from any check on, with the smallest remaining
-// residuals.
-
-/// `checks`: chronological; the first is never part of the trend. Empty for fewer than two checks. `noise`: scatter of
-/// the checks relative to the stated one. `reference_c`: as for the charts.
-std::optional<DriftTrend> trend_of(const std::vector<CheckMeasurement>& checks, double noise,
-                                   std::optional<double> reference_c);
 
 // A check as a repeatable measurement of the TCP. Errors of the calibration are common to all checks by the same
 // touches: they remain in the shift as a constant, and its covariance covers the independent part only. Assumption:

@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "calib/estimate/predict.h"
@@ -143,8 +144,7 @@ void share_out(std::vector<Explanation>& explanations, const std::vector<double>
     sum += explanations[k].probability;
   }
   for (Explanation& one : explanations) one.probability /= sum;
-  std::stable_sort(explanations.begin(), explanations.end(),
-                   [](const auto& a, const auto& b) { return a.probability > b.probability; });
+  std::ranges::stable_sort(explanations, std::greater{}, &Explanation::probability);
 }
 
 double log_unmet(const std::vector<Unmet>& unmet) {
@@ -165,8 +165,7 @@ std::vector<TargetPlace> places_of(const Calibration& c, const std::vector<Touch
   std::vector<TargetPlace> places(c.cell.targets.size());
   for (const Touch& touch : touches) {
     const std::size_t t = c.cell.target_index(touch.target);
-    const auto known = std::find_if(c.targets.begin(), c.targets.end(),
-                                    [&](const TargetResult& r) { return r.id == touch.target; });
+    const auto known = std::ranges::find(c.targets, touch.target, &TargetResult::id);
     if (c.cell.targets[t].kind != TargetKind::kSphere)
       throw IdentifyError(IdentifyError::Kind::kTouches, touch.target,
                           fmt::format("target {}: a check touches spheres only", touch.target));
