@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <boost/algorithm/hex.hpp>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -9,7 +10,6 @@
 #include "calib/files/calibration_json.h"
 #include "calib/files/input_file.h"
 #include "calib/files/text.h"
-#include "calib/model/units.h"
 #include "daemon/fleet/connection.h"
 #include "daemon/plant/messages/fact.h"
 #include "daemon/plant/messages/text_fields.h"
@@ -59,155 +59,61 @@ std::vector<json> corrections_of(std::string_view document) {
 /// Arrays of records by table.
 using Rows = std::map<std::string, json>;
 
-/// Tables of rows, parents first.
-constexpr std::array kRowTables{
-    "session_facts", "calibrations",      "corrections", "checks",  "activations",
-    "certificates",  "certificate_files", "alarms",      "answers", "drops",
-    "phases",        "touches",           "health"};
+/// Tables of rows, parents first: those of the facts in the order of FactBody, then what their documents hold.
+constexpr std::array kRowTables{"session_facts",    "calibrations", "checks",  "activations",
+                                "certificates",     "alarms",       "answers", "phases",
+                                "touches",          "health",       "drops",   "corrections",
+                                "certificate_files"};
 
-json maybe(const std::optional<double>& value, double unit = 1.0) {
-  return value ? json(*value * unit) : json(nullptr);
-}
+/// Columns that are not named as the fact's key, by words that SQL reserves or that say more in a table.
+constexpr std::pair<const char*, const char*> kColumnOf[] = {{"update", "is_update"},
+                                                             {"predicted_near_mm", "near_mm"},
+                                                             {"predicted_over_mm", "over_mm"},
+                                                             {"by", "by_whom"},
+                                                             {"from", "from_phase"},
+                                                             {"to", "to_phase"},
+                                                             {"on", "on_event"},
+                                                             {"check", "held_out"}};
 
 /// Hex form of PostgreSQL's bytea.
 std::string bytea(std::string_view bytes) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string text = "\\x";
-  text.reserve(2 + 2 * bytes.size());
-  for (const unsigned char byte : bytes) {
-    text += kDigits[byte >> 4];
-    text += kDigits[byte & 15];
+  return "\\x" + boost::algorithm::hex_lower(std::string(bytes));
+}
+
+/// Of the fact's own table. Keys without a column are left out by PostgreSQL.
+json row_of(const plant::FactBody& body) {
+  if (const auto* certificate = std::get_if<plant::CertificateFact>(&body))
+    return {{"certificate", certificate->certificate}};
+  json row = plant::json_of(body);
+  for (const auto& [key, column] : kColumnOf)
+    if (row.contains(key)) row[column] = row[key];
+  if (row.contains("document")) {
+    const json document = row["document"];
+    row["document"] = bytea(document.at("text").get_ref<const std::string&>());
+    row["sha256"] = document.at("sha256");
   }
-  return text;
-}
-
-/// Adds the journal, number and other common fields of a fact to its records.
-class Records {
- public:
-  Records(const Fact& fact, long journal, Rows& rows)
-      : head_{{"journal_id", journal},
-              {"number", fact.number},
-              {"session", fact.session},
-              {"at", fact.time}},
-        rows_(rows) {}
-
-  void add(const char* table, const json& own) {
-    json record = head_;
-    record.update(own);
-    rows_[table].push_back(std::move(record));
-  }
-
- private:
-  json head_;
-  Rows& rows_;
-};
-
-void put(Records& to, const plant::SessionFact& one) {
-  to.add("session_facts", {{"state", plant::kSessionStates[one.state]},
-                           {"purpose", one.purpose},
-                           {"cell_file", one.cell_file},
-                           {"robot_file", one.robot_file},
-                           {"started", one.started},
-                           {"touches", one.touches},
-                           {"planned", one.planned},
-                           {"failure_kind", one.failure_kind},
-                           {"failure", one.failure},
-                           {"software", one.software}});
-}
-
-void put(Records& to, const plant::CalibrationFact& one) {
-  to.add("calibrations", {{"robot", one.robot},
-                          {"robot_serial", one.robot_serial},
-                          {"published", one.published},
-                          {"is_update", one.update},
-                          {"findings", one.findings},
-                          {"near_mm", maybe(one.near_m, calib::kMmPerM)},
-                          {"over_mm", maybe(one.over_m, calib::kMmPerM)},
-                          {"u95_near_mm", maybe(one.u95_near_m, calib::kMmPerM)},
-                          {"u95_over_mm", maybe(one.u95_over_m, calib::kMmPerM)},
-                          {"document", bytea(one.document)},
-                          {"sha256", calib::sha256(one.document)}});
-  for (const json& row : corrections_of(one.document)) to.add("corrections", row);
-}
-
-void put(Records& to, const plant::CheckFact& one) {
-  to.add("checks", {{"against", one.against},
-                    {"held", plant::kHeldNames[one.held]},
-                    {"shift_mm", maybe(one.shift_m, calib::kMmPerM)},
-                    {"u_mm", maybe(one.u_m, calib::kMmPerM)},
-                    {"cause", one.cause},
-                    {"temperature_c", maybe(one.temperature_c)},
-                    {"document", bytea(one.document)},
-                    {"sha256", calib::sha256(one.document)}});
-}
-
-void put(Records& to, const plant::ActivationFact& one) {
-  to.add("activations", {{"by_whom", one.by}, {"reason", one.reason}});
-}
-
-void put(Records& to, const plant::CertificateFact& one) {
-  to.add("certificates", {{"certificate", one.certificate}});
-  for (std::size_t i = 0; i < one.files.size(); ++i)
-    to.add("certificate_files", {{"position", i},
-                                 {"name", one.files[i].name},
-                                 {"bytes", bytea(one.files[i].bytes)},
-                                 {"sha256", calib::sha256(one.files[i].bytes)}});
-}
-
-void put(Records& to, const plant::AlarmFact& one) {
-  to.add("alarms", {{"news", one.news}, {"subject", one.subject}, {"text", one.text}});
-}
-
-void put(Records& to, const plant::AnswerFact& one) {
-  to.add("answers", {{"proposal", one.proposal},
-                     {"accepted", one.accepted},
-                     {"by_whom", one.by},
-                     {"reason", one.reason}});
-}
-
-void put(Records& to, const plant::DroppedFact& one) {
-  to.add("drops", {{"first", one.first}, {"last", one.last}, {"count", one.count}});
-}
-
-void put(Records& to, const plant::PhaseFact& one) {
-  to.add("phases", {{"from_phase", one.from},
-                    {"to_phase", one.to},
-                    {"on_event", one.on},
-                    {"clock_s", one.clock_s}});
-}
-
-void put(Records& to, const plant::TouchFact& one) {
-  json joints = json::array(), tip = nullptr;
-  for (const double angle : one.joint_rad) joints.push_back(angle * calib::kDegPerRad);
-  if (one.tip_m)
-    tip = {(*one.tip_m)[0] * calib::kMmPerM, (*one.tip_m)[1] * calib::kMmPerM,
-           (*one.tip_m)[2] * calib::kMmPerM};
-  to.add("touches", {{"index", one.index},
-                     {"target", one.target},
-                     {"held_out", one.check},
-                     {"joints_deg", joints},
-                     {"tip_mm", tip},
-                     {"residual_mm", maybe(one.residual_m, calib::kMmPerM)}});
-}
-
-void put(Records& to, const plant::HealthFact& one) {
-  to.add("health", {{"packets", one.packets},
-                    {"gaps", one.gaps},
-                    {"late", one.late},
-                    {"replies", one.replies},
-                    {"reply_p99_ms", one.reply_p99_s * calib::kMsPerS},
-                    {"reply_max_ms", one.reply_max_s * calib::kMsPerS},
-                    {"frames", one.frames},
-                    {"crc_errors", one.crc_errors},
-                    {"sensor_late_ms", one.sensor_late_s * calib::kMsPerS},
-                    {"waiting", one.waiting},
-                    {"journal_bytes", one.journal_bytes}});
+  return row;
 }
 
 /// Adds the rows of a fact of the journal `journal_id`.
 void add_rows(const Fact& fact, long journal_id, Rows& rows) {
-  Records records(fact, journal_id, rows);
-  std::visit([&](const auto& one) { put(records, one); }, fact.body);
+  const json head{{"journal_id", journal_id},
+                  {"number", fact.number},
+                  {"session", fact.session},
+                  {"at", fact.time}};
+  const auto add = [&](const char* table, json row) {
+    row.update(head);
+    rows[table].push_back(std::move(row));
+  };
+  add(kRowTables.at(fact.body.index()), row_of(fact.body));
+  if (const auto* calibration = std::get_if<plant::CalibrationFact>(&fact.body))
+    for (const json& row : corrections_of(calibration->document)) add("corrections", row);
+  if (const auto* certificate = std::get_if<plant::CertificateFact>(&fact.body))
+    for (std::size_t i = 0; i < certificate->files.size(); ++i)
+      add("certificate_files", {{"position", i},
+                                {"name", certificate->files[i].name},
+                                {"bytes", bytea(certificate->files[i].bytes)},
+                                {"sha256", calib::sha256(certificate->files[i].bytes)}});
 }
 
 /// Sets `received` of the tables that have it; telemetry has no key, and therefore no conflict.
