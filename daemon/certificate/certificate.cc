@@ -21,8 +21,8 @@ namespace cellcal::daemon::certificate {
 namespace {
 
 using calib::kMmPerM;
-constexpr int kMmDecimals = 3, kParameterDecimals = 4, kSmallDigits = 4, kJointDecimals = 5,
-              kTemperatureDecimals = 1, kSpeedDecimals = 2;
+constexpr int kMmDecimals = 3, kParameterDecimals = 4, kSmallDigits = 4, kDirectionDecimals = 6,
+              kJointDecimals = 5, kTemperatureDecimals = 1, kSpeedDecimals = 2;
 constexpr const char* kCalibration = "calibration";
 
 void refuse_withheld(const Sources& sources, const std::string& from) {
@@ -351,37 +351,40 @@ void add_parameters(const Sources& s, CertificateData& data) {
   }
 }
 
+/// Components of a point or a direction.
+std::array<Entry, 3> three(const Sources& s, const std::string& at, const char* unit,
+                           int decimals) {
+  const auto one = [&](int k) {
+    return s.number(kCalibration, fmt::format("{}/{}", at, k), unit, decimals);
+  };
+  return {one(0), one(1), one(2)};
+}
+
 void add_positioner(const Sources& s, CertificateData& data) {
-  constexpr int kDirectionDecimals = 6;
   for (std::size_t i = 0; i < s.size(kCalibration, "/positioner"); ++i) {
     const std::string at = fmt::format("/positioner/{}/", i);
-    const auto value = [&](const char* key, const char* unit, int decimals) {
-      return s.number(kCalibration, at + key, unit, decimals);
-    };
     data.positioner.push_back(
-        {s.text(kCalibration, at + "axis"), value("xyz_mm/0", "mm", kMmDecimals),
-         value("xyz_mm/1", "mm", kMmDecimals), value("xyz_mm/2", "mm", kMmDecimals),
-         value("direction/0", "", kDirectionDecimals), value("direction/1", "", kDirectionDecimals),
-         value("direction/2", "", kDirectionDecimals), value("place_u95_mm", "mm", kMmDecimals),
-         value("direction_u95_mrad", "mrad", kMmDecimals)});
+        {s.text(kCalibration, at + "axis"), three(s, at + "xyz_mm", "mm", kMmDecimals),
+         three(s, at + "direction", "", kDirectionDecimals),
+         s.number(kCalibration, at + "place_u95_mm", "mm", kMmDecimals),
+         s.number(kCalibration, at + "direction_u95_mrad", "mrad", kMmDecimals)});
   }
 }
 
 void add_linear_unit(const Sources& s, CertificateData& data) {
   if (!s.calibration.linear_unit) return;
-  constexpr int kDirectionDecimals = 6, kScaleDecimals = 4;
+  constexpr int kScaleDecimals = 4;
   const std::string at = "/linear_unit/";
   const auto value = [&](const std::string& key, const char* unit, int decimals) {
     return s.number(kCalibration, at + key, unit, decimals);
   };
-  LinearUnit& unit = data.linear_unit.emplace(
-      LinearUnit{s.text(kCalibration, at + "axis"), value("direction/0", "", kDirectionDecimals),
-                 value("direction/1", "", kDirectionDecimals),
-                 value("direction/2", "", kDirectionDecimals),
-                 value("direction_u95_mrad", "mrad", kMmDecimals),
-                 value("scale_mm_per_m", "mm/m", kScaleDecimals),
-                 value("scale_u95_mm_per_m", "mm/m", kScaleDecimals),
-                 {}});
+  LinearUnit& unit =
+      data.linear_unit.emplace(LinearUnit{s.text(kCalibration, at + "axis"),
+                                          three(s, at + "direction", "", kDirectionDecimals),
+                                          value("direction_u95_mrad", "mrad", kMmDecimals),
+                                          value("scale_mm_per_m", "mm/m", kScaleDecimals),
+                                          value("scale_u95_mm_per_m", "mm/m", kScaleDecimals),
+                                          {}});
   for (std::size_t i = 0; i < s.size(kCalibration, at + "at"); ++i) {
     LinearUnit::Row& row = unit.rows.emplace_back();
     row.position = value(fmt::format("at/{}/position_mm", i), "mm", 0);

@@ -35,7 +35,7 @@ struct Entry {
 };
 
 /// As in the documents: text, value, unit, origin.
-nlohmann::ordered_json to_value(const Entry& entry);
+void to_json(nlohmann::ordered_json& value, const Entry& entry);
 
 /// Fixed number of decimals, with a typographic minus sign.
 Entry figure(double value, const std::string& unit, int decimals, const std::string& from);
@@ -163,7 +163,7 @@ struct Said {
 };
 /// A line of the uncertainty budget of a TCP position; contributions are standard uncertainties.
 struct BudgetLine {
-  const char* source;  ///< id of the form's wording
+  std::string source;  ///< id of its wording
   Entry sigma, sensitivity, contribution;
 };
 /// One row of 'as found, as left'; inapplicable values are not stated.
@@ -181,7 +181,9 @@ struct Parameter {
 /// Axis of a positioner as found: a point of it and its direction in the base frame, all axes at 0; bounds
 /// of 95 % across it and of the direction.
 struct PositionerAxis {
-  Entry name, x, y, z, direction_x, direction_y, direction_z, place, direction;
+  Entry name;
+  std::array<Entry, 3> xyz, along;
+  Entry place, direction;
 };
 /// Linear unit as found: direction of travel in the base frame, scale, and the motions of its carriage over its
 /// position (shifts in both other directions, then roll, pitch and yaw), with bounds of 95 %.
@@ -190,7 +192,9 @@ struct LinearUnit {
     Entry position;
     std::array<Entry, calib::kGuideMotions> motion, u95;
   };
-  Entry name, direction_x, direction_y, direction_z, direction, scale, scale_u95;
+  Entry name;
+  std::array<Entry, 3> along;
+  Entry direction, scale, scale_u95;
   std::vector<Row> rows;
 };
 struct File {

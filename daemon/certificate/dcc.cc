@@ -267,18 +267,22 @@ void add_figures(const CertificateData& d, Node results, const char* name, Entry
   for (const Figure& one : d.figures) add_quantity(data, one.what, one.*of);
 }
 
+/// Components of a point or a direction.
+void add_three(Node data, const std::string& ids, const Entry& axis,
+               const std::array<Entry, 3>& values) {
+  std::size_t k = 0;
+  for (const char* name : {"x", "y", "z"})
+    add_quantity(data, {ids + name, {{"axis", axis.text}}}, values[k++]);
+}
+
 /// Bounds are of distances and angles across the axis, not of components.
 void add_positioner(const CertificateData& d, Node data) {
   for (const PositionerAxis& one : d.positioner) {
     const auto add_one = [&](const char* id, const Entry& value) {
       add_quantity(data, {id, {{"axis", one.name.text}}}, value);
     };
-    add_one("say.dcc.positioner.x", one.x);
-    add_one("say.dcc.positioner.y", one.y);
-    add_one("say.dcc.positioner.z", one.z);
-    add_one("say.dcc.positioner.direction_x", one.direction_x);
-    add_one("say.dcc.positioner.direction_y", one.direction_y);
-    add_one("say.dcc.positioner.direction_z", one.direction_z);
+    add_three(data, "say.dcc.positioner.", one.name, one.xyz);
+    add_three(data, "say.dcc.positioner.direction_", one.name, one.along);
     add_one("say.dcc.positioner.place", one.place);
     add_one("say.dcc.positioner.direction", one.direction);
   }
@@ -288,9 +292,7 @@ void add_linear_unit(const LinearUnit& unit, Node data) {
   const auto add_one = [&](const char* id, const Entry& value, const Entry& bound = {}) {
     add_quantity(data, {id, {{"axis", unit.name.text}}}, value, bound);
   };
-  add_one("say.dcc.positioner.direction_x", unit.direction_x);
-  add_one("say.dcc.positioner.direction_y", unit.direction_y);
-  add_one("say.dcc.positioner.direction_z", unit.direction_z);
+  add_three(data, "say.dcc.positioner.direction_", unit.name, unit.along);
   add_one("say.dcc.positioner.direction", unit.direction);
   add_one("say.dcc.linear_unit.scale", unit.scale, unit.scale_u95);
   constexpr const char* kMotions[] = {"along", "across", "above", "roll", "pitch", "yaw"};

@@ -344,15 +344,18 @@ std::string parameters(const CertificateData& d) {
          report::paragraph("note", say("say.certificate.parameters.note"));
 }
 
+std::string cells(const auto& numbers) {
+  std::string all;
+  for (const Entry& one : numbers) all += cell(shown(one, kNone), true);
+  return all;
+}
+
 std::string positioner(const CertificateData& d) {
   if (d.positioner.empty()) return {};
   std::string rows;
   for (const PositionerAxis& one : d.positioner) {
-    rows += "<tr>" + cell(shown(one.name));
-    for (const Entry* value : {&one.x, &one.y, &one.z, &one.direction_x, &one.direction_y,
-                               &one.direction_z, &one.place, &one.direction})
-      rows += cell(shown(*value, kNone), true);
-    rows += "</tr>\n";
+    rows += "<tr>" + cell(shown(one.name)) + cells(one.xyz) + cells(one.along) +
+            cells(std::array{one.place, one.direction}) + "</tr>\n";
   }
   return heading("say.report.positioner") +
          table(heads({"say.report.positioner.col.axis", number("x, mm"), number("y, mm"),
@@ -366,10 +369,9 @@ std::string positioner(const CertificateData& d) {
 std::string linear_unit(const CertificateData& d) {
   if (!d.linear_unit) return {};
   const LinearUnit& unit = *d.linear_unit;
-  std::string line = "<tr>" + cell(shown(unit.name)), rows;
-  for (const Entry* value : {&unit.direction_x, &unit.direction_y, &unit.direction_z,
-                             &unit.direction, &unit.scale, &unit.scale_u95})
-    line += cell(shown(*value, kNone), true);
+  const std::string line = "<tr>" + cell(shown(unit.name)) + cells(unit.along) +
+                           cells(std::array{unit.direction, unit.scale, unit.scale_u95});
+  std::string rows;
   for (const LinearUnit::Row& row : unit.rows) {
     rows += "<tr>" + cell(shown(row.position), true);
     for (std::size_t k = 0; k < row.motion.size(); ++k)

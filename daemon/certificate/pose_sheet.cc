@@ -104,19 +104,19 @@ Json pose_sheet_json(const PoseSheetData& sheet) {
   if (sheet.empty()) return nullptr;
   Json accuracy = Json::array(), repeatability = Json::array();
   for (const PoseAccuracyRow& one : sheet.accuracy)
-    accuracy.push_back({{"target", to_value(one.target)},
-                        {"poses", to_value(one.poses)},
-                        {"ap_mean", to_value(one.mean)},
-                        {"ap_largest", to_value(one.largest)},
-                        {"predicted", to_value(one.predicted)}});
+    accuracy.push_back({{"target", one.target},
+                        {"poses", one.poses},
+                        {"ap_mean", one.mean},
+                        {"ap_largest", one.largest},
+                        {"predicted", one.predicted}});
   for (const PoseRepeatabilityRow& one : sheet.repeatability)
-    repeatability.push_back({{"target", to_value(one.target)},
-                             {"first", to_value(one.first)},
-                             {"repeats", to_value(one.repeats)},
-                             {"mean", to_value(one.mean)},
-                             {"sigma", to_value(one.sigma)},
-                             {"rp", to_value(one.rp)},
-                             {"predicted", to_value(one.predicted)}});
+    repeatability.push_back({{"target", one.target},
+                             {"first", one.first},
+                             {"repeats", one.repeats},
+                             {"mean", one.mean},
+                             {"sigma", one.sigma},
+                             {"rp", one.rp},
+                             {"predicted", one.predicted}});
   return {{"terms", "ISO 9283"},
           {"is_a_test_by_it", false},
           {"accuracy", accuracy},

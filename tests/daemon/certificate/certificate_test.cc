@@ -145,7 +145,7 @@ TEST(ACertificatesWords, ListTheAxesOfAPositionerWithTheirBounds) {
   ASSERT_EQ(data.positioner.size(), 1u);
   EXPECT_EQ(data.positioner[0].name.text, "E1");
   EXPECT_EQ(data.positioner[0].place.text, "0.025");
-  EXPECT_NEAR(std::get<double>(Origins(archive).at(data.positioner[0].x.from)), 1150.2, 1e-9);
+  EXPECT_NEAR(std::get<double>(Origins(archive).at(data.positioner[0].xyz[0].from)), 1150.2, 1e-9);
   EXPECT_TRUE(says(to_html(data), "<h2>Axes of the positioner</h2>"));
   EXPECT_TRUE(says(to_html(data, *calib::Language::of("de")), "<h2>Achsen des Drehkipptischs</h2>"));
   EXPECT_TRUE(says(to_dcc(data), "E1: bound of the direction (95 %)"));
