@@ -59,23 +59,11 @@ auto cell_act(Act act) {
   }
 }
 
-json cell_request(const Request& request) {
-  json body = calib::parse_json(request.body);
-  if (!body.is_object()) throw BadRequest("the body must be a JSON object");
-  return body;
-}
-
 std::string text_of(const json& body, const char* key) {
   const auto found = body.find(key);
   if (found == body.end()) return {};
   if (!found->is_string()) throw BadRequest(std::string("\"") + key + "\" must be a string");
   return found->get<std::string>();
-}
-
-void refuse_others(const json& body, std::initializer_list<const char*> known) {
-  for (const auto& [key, value] : body.items())
-    if (std::find(known.begin(), known.end(), key) == known.end())
-      throw BadRequest("\"" + printable(key) + "\" is not known here");
 }
 
 /// Throws RequestError.
@@ -135,8 +123,7 @@ std::optional<Response> Api::show_cell_form(const Call& call) {
 }
 
 std::optional<Response> Api::read_cell_lists(const Call& call) {
-  const json body = cell_request(call.request);
-  refuse_others(body, {"spheres", "certificate"});
+  const json body = object_in(call.request.body, {"spheres", "certificate"});
   const std::string spheres = text_of(body, "spheres"), certificate = text_of(body, "certificate");
   return cell_act([&] {
     json answer{{"spheres", json::array()}, {"lengths", json::array()}};
@@ -213,8 +200,8 @@ double unit_speed_mm_s(const json& body) {
 }  // namespace
 
 std::optional<Response> Api::import_robot(const Call& call) {
-  const json body = cell_request(call.request);
-  refuse_others(body, {"machine_data", "robcor", "robot_file", "unit_speed_mm_s"});
+  const json body =
+      object_in(call.request.body, {"machine_data", "robcor", "robot_file", "unit_speed_mm_s"});
   const double speed_mm_s = unit_speed_mm_s(body);
   const std::string machine = text_of(body, "machine_data"), robcor = text_of(body, "robcor");
   const std::string robot_file = text_of(body, "robot_file");
@@ -255,8 +242,7 @@ std::optional<Response> Api::keep_mesh(const Call& call) {
 }
 
 std::optional<Response> Api::read_cell_file(const Call& call) {
-  const json body = cell_request(call.request);
-  refuse_others(body, {"cell"});
+  const json body = object_in(call.request.body, {"cell"});
   const std::string text = text_of(body, "cell");
   return cell_act([&] {
     const UploadedCell read = uploaded_cell(text, "cell file");
@@ -267,8 +253,7 @@ std::optional<Response> Api::read_cell_file(const Call& call) {
 }
 
 CellForm Api::unfinished_form(const Call& call) {
-  const json body = cell_request(call.request);
-  refuse_others(body, {"form", "from"});
+  const json body = object_in(call.request.body, {"form", "from"});
   const std::string origin = text_of(body, "from");
   const std::filesystem::path from =
       origin.empty() ? std::filesystem::path() : cell_file_in(origin);
@@ -299,8 +284,8 @@ std::optional<Response> Api::suggest_places_of_form(const Call& call) {
 }
 
 std::optional<Response> Api::write_cell(const Call& call) {
-  const json body = cell_request(call.request);
-  refuse_others(body, {"name", "form", "instead_of", "from", "from_text", "write"});
+  const json body =
+      object_in(call.request.body, {"name", "form", "instead_of", "from", "from_text", "write"});
   if (body.contains("write") && !body["write"].is_boolean())
     throw BadRequest("\"write\" must be true or false");
   const bool write = body.value("write", true);

@@ -37,15 +37,6 @@ json to_json(const FrameRecord& one) {
           {"restores", one.restores ? json(*one.restores) : json(nullptr)}};
 }
 
-json object_in(const Request& request, std::initializer_list<const char*> known) {
-  json body = calib::parse_json(request.body);
-  if (!body.is_object()) throw BadRequest("the body must be a JSON object");
-  for (const auto& [key, value] : body.items())
-    if (std::find(known.begin(), known.end(), key) == known.end())
-      throw BadRequest("\"" + printable(key) + "\" is not known here");
-  return body;
-}
-
 FrameName name_in(const json& body) {
   const auto name = body.contains("frame") && body["frame"].is_string()
                         ? frame_name(body["frame"].get<std::string>())
@@ -129,7 +120,7 @@ std::optional<Response> Api::show_frames(const Call&) {
 }
 
 std::optional<Response> Api::read_frame(const Call& call) {
-  const FrameName name = name_in(object_in(call.request, {"frame"}));
+  const FrameName name = name_in(object_in(call.request.body, {"frame"}));
   EkiFrameValues values{};
   sent([&] { service_.alone(kHold, [&] { values = frames().read(name); }); });
   json body = values_json(values);
@@ -138,7 +129,8 @@ std::optional<Response> Api::read_frame(const Call& call) {
 }
 
 std::optional<Response> Api::set_frame(const Call& call) {
-  const json body = object_in(call.request, {"frame", "values", "was", "reason", "by", "confirm"});
+  const json body =
+      object_in(call.request.body, {"frame", "values", "was", "reason", "by", "confirm"});
   require_confirmed(body);
   const FrameOrder order{name_in(body), values_in(body, "values"), values_in(body, "was"),
                          author_of(call.request, body), line_in(body, "reason", kLongestReason)};
@@ -148,7 +140,7 @@ std::optional<Response> Api::set_frame(const Call& call) {
 }
 
 std::optional<Response> Api::restore_frame(const Call& call) {
-  const json body = object_in(call.request, {"id", "by", "confirm"});
+  const json body = object_in(call.request.body, {"id", "by", "confirm"});
   require_confirmed(body);
   const json id = body.value("id", json());
   constexpr int kMostId = 1'000'000'000;

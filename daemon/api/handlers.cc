@@ -248,9 +248,17 @@ void read(const json& value, const char* key, std::vector<std::string>& names) {
 
 }  // namespace
 
-RunRequest run_request(const std::string& body) {
+json object_in(const std::string& body, std::initializer_list<const char*> known) {
   json object = calib::parse_json(body);
   if (!object.is_object()) throw BadRequest("the body must be a JSON object");
+  for (const auto& [key, value] : object.items())
+    if (known.size() > 0 && std::find(known.begin(), known.end(), key) == known.end())
+      throw BadRequest("\"" + printable(key) + "\" is not known here");
+  return object;
+}
+
+RunRequest run_request(const std::string& body) {
+  json object = object_in(body);
   RunRequest request;
   each_run_key(request, [&](const char* key, auto& field) {
     if (!object.contains(key)) return;

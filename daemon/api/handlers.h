@@ -262,6 +262,8 @@ struct Match {
 };
 Match match(const Request& request);
 
+/// The body, a JSON object of these keys alone; without any, of all. Throws BadRequest.
+nlohmann::json object_in(const std::string& body, std::initializer_list<const char*> known = {});
 /// Integer parameter of the query; throws BadRequest where it is not an integer.
 std::optional<std::int64_t> whole_number_in(const Request& request, const char* key);
 /// "language" of the query: of the sentences in the answer. English by default. Throws BadRequest.

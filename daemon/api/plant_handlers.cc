@@ -36,8 +36,7 @@ std::string lines_of(const std::filesystem::path& file) {
 
 /// SHA-256 of the certified content: stated under "content", otherwise of the whole body. Throws BadRequest.
 std::string content_of(const std::string& body) {
-  const nlohmann::json whole = calib::parse_json(body);
-  if (!whole.is_object()) throw BadRequest("the body must be a JSON object");
+  const nlohmann::json whole = object_in(body);
   if (!whole.contains("content")) return calib::sha256(body);
   const nlohmann::json& content = whole["content"];
   const std::string text = content.is_string() ? content.get<std::string>() : "";

@@ -254,8 +254,7 @@ struct Wanted {
 
 /// {"dry_run": true, "days": 90, "megabytes": 500}, each optional.
 Wanted wanted_in(const std::string& body) {
-  const json object = calib::parse_json(body);
-  if (!object.is_object()) throw BadRequest("the body must be a JSON object");
+  const json object = object_in(body);
   Wanted wanted;
   for (const auto& [key, value] : object.items()) {
     if (key == "dry_run" && value.is_boolean()) {
