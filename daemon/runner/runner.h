@@ -93,7 +93,8 @@ struct Tasks {
     /// Per touch of a planned sequence.
     std::shared_ptr<const std::vector<calib::ExpectedContact>> expected{};
   };
-  std::function<Assessed(const std::vector<calib::Touch>&)> assess;
+  std::function<Assessed(const std::vector<calib::Touch>&)> assess =
+      [](const std::vector<calib::Touch>&) { return Assessed{}; };
   std::function<SessionResult(const std::vector<calib::Touch>&)> identify;
   /// Writes the result's files.
   std::function<void(const SessionResult&, const std::vector<calib::Touch>&)> report;

@@ -168,7 +168,6 @@ class CheckKind : public Kind {
                            const calib::JointVector& from) {
       return round->choose(how, touches, from);
     };
-    tasks.assess = [](const std::vector<calib::Touch>&) { return Tasks::Assessed{}; };
     tasks.identify = [round](const std::vector<calib::Touch>& touches) {
       return round->judge(touches);
     };

@@ -54,7 +54,6 @@ class DryRunKind : public Kind {
       *standoffs = planned.plan.touches.size();
       return planned;
     };
-    tasks.assess = [](const std::vector<calib::Touch>&) { return Tasks::Assessed{}; };
     tasks.identify = [standoffs](const std::vector<calib::Touch>&) {
       return SessionResult{DryRun{*standoffs}};
     };

@@ -45,7 +45,6 @@ class FindKind : public Kind {
   /// Planning, choice and path of the locating touches; their centres as lines for the cell file.
   Tasks tasks(const SharedInputs& inputs) const override {
     Tasks tasks = touching_tasks(inputs, std::make_shared<std::optional<calib::Plan>>(), true);
-    tasks.assess = [](const std::vector<calib::Touch>&) { return Tasks::Assessed{}; };
     tasks.identify = [inputs](const std::vector<calib::Touch>& touches) {
       return SessionResult{found_spheres(inputs->cell, touches, inputs->options.plan)};
     };

@@ -87,7 +87,6 @@ class QualificationKind : public Kind {
       *plan = plan_of(*inputs);
       return Tasks::Planned{*plan, plan_hash(*plan), {}};
     };
-    tasks.assess = [](const std::vector<calib::Touch>&) { return Tasks::Assessed{}; };
     tasks.identify = [inputs, plan](const std::vector<calib::Touch>& touches) {
       const calib::Cell& cell = inputs->cell;
       const StatedContact stated{cell.touch_sigma_m, cell.latch_delay_s, cell.latch_delay_sigma_s,

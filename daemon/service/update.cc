@@ -148,7 +148,6 @@ class UpdateKind : public Kind {
                             const calib::JointVector& from) {
       return update->choose(how, touches, from);
     };
-    tasks.assess = [](const std::vector<calib::Touch>&) { return Tasks::Assessed{}; };
     tasks.identify = [update](const std::vector<calib::Touch>& touches) {
       return SessionResult{update->result(touches)};
     };

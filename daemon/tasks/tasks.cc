@@ -252,11 +252,10 @@ Tasks touching_tasks(const SharedInputs& inputs,
 
 Tasks with_controller_model(Tasks tasks, const SharedInputs& inputs) {
   if (!inputs->controller_model) return tasks;
-  if (tasks.assess)
-    tasks.assess = [inputs, assess = tasks.assess](const std::vector<calib::Touch>& touches) {
-      inputs->controller_model();
-      return assess(touches);
-    };
+  tasks.assess = [inputs, assess = tasks.assess](const std::vector<calib::Touch>& touches) {
+    inputs->controller_model();
+    return assess(touches);
+  };
   tasks.identify = [inputs, identify = tasks.identify](const std::vector<calib::Touch>& touches) {
     SessionResult result = identify(touches);
     const calib::ControllerModel model = inputs->controller_model();
