@@ -529,7 +529,7 @@ std::string write_corrected(const CorrectCommand& command, const std::vector<Krl
     if (!places.insert(file.name).second)
       throw calib::FileError(file.name, ": program and points have one name");
     refuse_to_replace(command, file.name);
-    read_back(file.text, file.name, as_krl());
+    read_back(file.text, file.name, as_krl);
     report["written"].push_back(file.name);
   }
   refuse_to_replace(command, record);

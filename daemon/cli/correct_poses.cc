@@ -10,6 +10,7 @@
 #include "calib/estimate/external_axes.h"
 #include "calib/estimate/predict.h"
 #include "calib/export/corrector.h"
+#include "calib/files/files.h"
 #include "calib/files/touches.h"
 #include "calib/model/enum_table.h"
 #include "calib/model/error.h"
@@ -177,7 +178,8 @@ int correct_poses(const CorrectCommand& command, const calib::Calibration& calib
     }
     put(list.dump(1) + "\n", command.output);
   } else if (unreached == 0) {
-    put_as(as_joints(robot), joints_csv(robot, all, rows, carriers > 0), command.output);
+    put_as([&](const auto& text, const auto& name) { calib::parse_joints(text, name, robot); },
+           joints_csv(robot, all, rows, carriers > 0), command.output);
   }
   return unreached == 0 ? kSuccess : kJobFailed;
 }

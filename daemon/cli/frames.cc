@@ -118,7 +118,7 @@ int frames(const FramesCommand& command) {
   const auto calibration = usable_calibration("frames", command.calibration, command.withheld);
   if (!calibration) return kNotPublishable;
   const krl::ProposedFrames result = frames_of(command, *calibration);
-  if (!command.output.empty()) put_as(as_krl(), result.snippet, command.output);
+  if (!command.output.empty()) put_as(as_krl, result.snippet, command.output);
   put(command.json ? json_of(result) : report(result), {});
   return kSuccess;
 }

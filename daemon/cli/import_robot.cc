@@ -318,7 +318,7 @@ int import_robot(const ImportRobotCommand& command) {
   if (!command.urdf.empty()) check_joints(robot, names, command.urdf.string());
   robot = with_external_axes(std::move(robot), data);
   print_mounting(robot);
-  put_as(as_robot(), calib::robot_to_toml(robot), command.output);
+  put_as(as_robot, calib::robot_to_toml(robot), command.output);
   return kSuccess;
 }
 
@@ -423,7 +423,10 @@ int export_robot(const ExportRobotCommand& command) {
                ? calib::calibrated_urdf(given, name, command.ends, nominal, real, words)
                : yaml(calib::moved_frames(chain.frames, nominal, real));
   }
-  if (command.as == "urdf") read_back(text, command.output, as_urdf(command.ends));
+  if (command.as == "urdf")
+    read_back(text, command.output, [&](const auto& urdf, const auto& its_name) {
+      calib::read_urdf(urdf, its_name, command.ends);
+    });
   put(text, command.output);
   fmt::print(stderr, "left out: {}. Where that is too much, correct poses: cellcal correct{}\n",
              rigid_words(out),

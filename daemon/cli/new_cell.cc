@@ -58,7 +58,7 @@ NamedRobotFile robot_file_of(const calib::MachineData& data, const NewCellComman
       [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
   file.name = (command.output.parent_path() / file.reference).string();
   file.text = calib::robot_to_toml(robot);
-  read_back(file.text, file.name, as_robot());
+  read_back(file.text, file.name, as_robot);
   if (!command.force && std::filesystem::exists(file.name) &&
       calib::read_file(file.name, calib::kMostTomlBytes) != file.text)
     throw std::runtime_error(file.name +
@@ -224,7 +224,9 @@ int new_cell(const NewCellCommand& command, std::istream& in, std::ostream& aske
   std::vector<calib::Phrase> warnings =
       calib::refuse_faulty(cell);  // before an existing file is replaced
   const std::string text = cell_text(form);
-  read_back(text, command.output, as_cell(form.robot.name, form.robot.text));
+  read_back(text, command.output, [&](const auto& written, const auto& name) {
+    calib::parse_cell({name, written, form.robot.name, form.robot.text});
+  });
   if (!std::filesystem::exists(form.robot.name) ||
       calib::read_file(form.robot.name, calib::kMostTomlBytes) != form.robot.text)
     write_atomically(form.robot.name, form.robot.text);  // of machine data

@@ -14,13 +14,11 @@
 #include "calib/export/corrector.h"
 #include "calib/export/krl_text.h"
 #include "calib/export/tables.h"
-#include "calib/export/urdf.h"
 #include "calib/files/calibration_json.h"
 #include "calib/files/cell_file.h"
 #include "calib/files/csv.h"
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
-#include "calib/files/priors_file.h"
 #include "calib/files/robot_file.h"
 #include "calib/files/toml.h"
 #include "calib/identify/identify.h"
@@ -340,7 +338,7 @@ int identify(const IdentifyCommand& command) {
     calibration.inputs.push_back(input("last", command.last.string(), last));
   }
   const std::string json = calib::calibration_to_json(calibration);
-  if (!command.output.empty()) put_as(as_calibration(), json, command.output);
+  if (!command.output.empty()) put_as(calib::calibration_from_json, json, command.output);
   if (command.json) {
     put(json, {});
   } else if (command.verbose) {
@@ -399,49 +397,12 @@ std::optional<calib::Calibration> usable_calibration(const std::string& command,
   return calibration;
 }
 
-Reader as_robot() {
-  return [](const std::string& text, const std::string& name) {
-    calib::read_robot(calib::TomlTable::parse(text, name));
-  };
+void as_robot(const std::string& text, const std::string& name) {
+  calib::read_robot(calib::TomlTable::parse(text, name));
 }
 
-Reader as_cell(std::string robot_name, std::string robot_text) {
-  return [=](const std::string& text, const std::string& name) {
-    calib::parse_cell({name, text, robot_name, robot_text});
-  };
-}
-
-Reader as_urdf(calib::UrdfEnds ends) {
-  return
-      [=](const std::string& text, const std::string& name) { calib::read_urdf(text, name, ends); };
-}
-
-Reader as_touches(const calib::Cell& cell) {
-  return [&cell](const std::string& text, const std::string& name) {
-    calib::parse_touches(text, name, cell);
-  };
-}
-
-Reader as_joints(const calib::Robot& robot) {
-  return [&robot](const std::string& text, const std::string& name) {
-    calib::parse_joints(text, name, robot);
-  };
-}
-
-Reader as_calibration() {
-  return [](const std::string& text, const std::string& name) {
-    calib::calibration_from_json(text, name);
-  };
-}
-
-Reader as_priors() {
-  return [](const std::string& text, const std::string& name) { calib::parse_priors(text, name); };
-}
-
-Reader as_krl() {
-  return [](const std::string& text, const std::string& name) {
-    calib::krl::read_lines({name, text});
-  };
+void as_krl(const std::string& text, const std::string& name) {
+  calib::krl::read_lines({name, text});
 }
 
 void read_back(const std::string& text, const std::filesystem::path& output, const Reader& reader) {

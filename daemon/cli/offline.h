@@ -164,14 +164,8 @@ std::string result_words(const calib::Calibration& calibration,
 /// Reads a text as one kind of file, of that name. Throws calib::FileError.
 using Reader = std::function<void(const std::string& text, const std::string& name)>;
 
-Reader as_robot();
-Reader as_cell(std::string robot_name, std::string robot_text);
-Reader as_urdf(calib::UrdfEnds ends = {});
-Reader as_touches(const calib::Cell& cell);   ///< keeps a reference
-Reader as_joints(const calib::Robot& robot);  ///< keeps a reference
-Reader as_calibration();
-Reader as_priors();
-Reader as_krl();
+void as_robot(const std::string& text, const std::string& name);
+void as_krl(const std::string& text, const std::string& name);
 
 /// Throws calib::FileError for a text that its reader refuses: nothing is to be written then.
 void read_back(const std::string& text, const std::filesystem::path& output, const Reader& reader);

@@ -234,7 +234,7 @@ int plan(const PlanCommand& command) {
   for (const calib::PlannedTouch& planned : made.touches) touches.push_back(nominal_touch(planned));
   const calib::Phrase accuracy = foreseen(region_phrase(command), made, cell.robot),
                       turn = travel(needed, made, cell.robot);
-  put_as(as_touches(cell),
+  put_as([&](const auto& text, const auto& name) { calib::parse_touches(text, name, cell); },
          "# planned with nominal geometry, not measured\n" + left_out_comment(made, cell) + "# " +
              words(accuracy) + "\n# " + words(turn) + "\n" +
              (short_of ? "# " + words(*short_of) + "\n" : "") +

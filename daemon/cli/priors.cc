@@ -191,7 +191,7 @@ int learn_priors(const LearnPriorsCommand& command) {
     return kJobFailed;
   }
   if (!command.json || !command.output.empty())
-    put_as(as_priors(), calib::priors_to_toml(learned.priors), command.output);
+    put_as(calib::parse_priors, calib::priors_to_toml(learned.priors), command.output);
   if (!command.json) print_report(command.output.empty(), spreads_words(learned.priors) + report);
   return kSuccess;
 }
@@ -227,7 +227,7 @@ int accept_priors(const AcceptPriorsCommand& command) {
   accepted.robot.source +=
       fmt::format("{}tolerances: fleet priors version {} of {} arms, {}",
                   robot.source.empty() ? "" : "; ", priors.version, priors.arms, priors.made);
-  put_as(as_robot(), calib::robot_to_toml(accepted.robot), command.output);
+  put_as(as_robot, calib::robot_to_toml(accepted.robot), command.output);
   if (command.json) {
     print_json({{"robot", command.output.string()}, {"changes", as_json(accepted.changes)}});
     return kSuccess;

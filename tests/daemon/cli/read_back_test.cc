@@ -37,14 +37,22 @@ std::vector<Kind> kinds() {
     joints += (joints.empty() ? "" : ",") + joint.name;
     zeros += zeros.empty() ? "10.0" : ",10.0";
   }
-  return {{"robot", as_robot(), calib::robot_to_toml(cell.robot)},
-          {"cell", as_cell(files.robot_name, files.robot_text), files.cell_text},
-          {"urdf", as_urdf(),
+  return {{"robot", as_robot, calib::robot_to_toml(cell.robot)},
+          {"cell",
+           [](const auto& text, const auto& name) {
+             calib::parse_cell({name, text, files.robot_name, files.robot_text});
+           },
+           files.cell_text},
+          {"urdf", [](const auto& text, const auto& name) { calib::read_urdf(text, name); },
            calib::urdf_of(calib::joint_frames(calib::nominal_rigid_arm(cell)), "arm", "made")},
-          {"touches", as_touches(cell), calib::format_touches({}, cell.robot)},
-          {"joints", as_joints(cell.robot), joints + "\n" + zeros + "\n"},
-          {"calibration", as_calibration(), calib::calibration_to_json(calibration)},
-          {"krl", as_krl(), "DEF P()\nPTP XP1\nEND\n"}};
+          {"touches",
+           [&](const auto& text, const auto& name) { calib::parse_touches(text, name, cell); },
+           calib::format_touches({}, cell.robot)},
+          {"joints",
+           [&](const auto& text, const auto& name) { calib::parse_joints(text, name, cell.robot); },
+           joints + "\n" + zeros + "\n"},
+          {"calibration", calib::calibration_from_json, calib::calibration_to_json(calibration)},
+          {"krl", as_krl, "DEF P()\nPTP XP1\nEND\n"}};
 }
 
 TEST(AFileOfEachKind, IsWrittenAsItIsWhereItsReaderTakesIt) {
